@@ -1,0 +1,122 @@
+# pktrt.h is one header; this builds what stands beside it. `make help` lists the targets.
+
+CC ?= cc
+config ?= release
+
+# Fused multiply-adds would change bits; the header forbids them to its own code, the flag to everything else here.
+WARNINGS = -Wall -Wextra -Wpedantic -Wshadow -Wconversion
+CFLAGS ?= $(FLAGS_$(config))
+FLAGS_release = -O2
+FLAGS_debug = -O0 -g
+# Float division by zero is defined by IEEE 754 and meant: the reciprocal of a zero direction component is an infinity.
+FLAGS_sanitize = -O1 -g -fsanitize=address,undefined -fno-sanitize=float-divide-by-zero -fno-sanitize-recover=all \
+  -fno-omit-frame-pointer
+ifeq ($(FLAGS_$(config)),)
+$(error config=$(config) is none of: debug, release, sanitize)
+endif
+STRICT = -std=c99 -ffp-contract=off $(WARNINGS)
+LDLIBS = -lm -lpthread
+
+B = $(if $(filter release,$(config)),build,build/$(config))
+
+# Optional: mesh files other than .tri by assimp, and Embree to compare with. (Embree 3 brings no pkg-config file.)
+ASSIMP := $(shell pkg-config --exists assimp 2>/dev/null && echo yes)
+ASSIMP_FLAGS := $(if $(ASSIMP),-DHAVE_ASSIMP $(shell pkg-config --cflags assimp))
+ASSIMP_LIBS := $(if $(ASSIMP),$(shell pkg-config --libs assimp))
+EMBREE := $(wildcard /usr/include/embree3/rtcore.h /usr/local/include/embree3/rtcore.h)
+
+EXAMPLES = $(B)/hello $(B)/query $(B)/packets $(B)/render
+TEST_SOURCES = $(sort $(wildcard tests/*.c))
+TEST_OBJECTS = $(TEST_SOURCES:tests/%.c=$(B)/tests/%.o)
+
+.PHONY: all demo test sanitize test-neon matrix bench-peers deps deps-extra format clean help
+.DELETE_ON_ERROR:
+
+all: $(EXAMPLES) $(B)/test
+
+help:
+	@echo "all         examples and the test binary          demo        makes out/poolhall-rcs.png"
+	@echo "test        runs all tests                        sanitize    runs a smaller set under ASan and UBSan"
+	@echo "matrix      C99 to C++17, gcc, clang, tcc, mingw  test-neon   runs a smaller set on ARM, emulated"
+	@echo "bench-peers compares speed with Embree            format      rewrites examples by clang-format"
+	@echo "deps        installs what demo and test need      deps-extra  installs what the other targets need"
+	@echo "clean       removes build/ and out/               config=     debug, release (default) or sanitize"
+
+# --- examples ---
+
+$(B)/render: examples/render.c examples/common.h examples/mesh_file.h examples/scenes.h pktrt.h | $(B)
+	$(CC) $(CFLAGS) $(STRICT) $(ASSIMP_FLAGS) $< -o $@ $(LDFLAGS) $(ASSIMP_LIBS) $(LDLIBS)
+	@$(if $(ASSIMP),:,echo "render: built without assimp; it reads .tri meshes only (make deps-extra installs assimp)")
+
+$(B)/%: examples/%.c pktrt.h | $(B)
+	$(CC) $(CFLAGS) $(STRICT) $< -o $@ $(LDFLAGS) $(LDLIBS)
+
+$(B) $(B)/tests out:
+	mkdir -p $@
+
+demo: $(B)/render | out
+	$(B)/render --scene poolhall --mode rcs --size 1024x1024 -o out/poolhall-rcs.png
+
+# --- tests ---
+
+$(B)/tests/%.o: tests/%.c $(wildcard tests/*.h) examples/scenes.h pktrt.h | $(B)/tests
+	$(CC) $(CFLAGS) $(STRICT) -c $< -o $@
+
+$(B)/test: $(TEST_OBJECTS)
+	$(CC) $(CFLAGS) $^ -o $@ $(LDFLAGS) $(LDLIBS)
+
+test: $(B)/test
+	$(B)/test $(ONLY)
+
+# The smaller set: the same tests with fewer rays. ONLY="words" picks tests by their sentences.
+sanitize:
+	$(MAKE) config=sanitize build/sanitize/test
+	build/sanitize/test --small $(ONLY)
+
+ARM_CC = aarch64-linux-gnu-gcc
+test-neon:
+	@command -v $(ARM_CC) >/dev/null || { echo "test-neon: $(ARM_CC) is not installed (make deps-extra)"; exit 1; }
+	@command -v qemu-aarch64 >/dev/null || { echo "test-neon: qemu-aarch64 is not installed (make deps-extra)"; exit 1; }
+	$(MAKE) CC=$(ARM_CC) CFLAGS=-O2 LDFLAGS=-static config=release B=build/neon build/neon/test
+	qemu-aarch64 build/neon/test --small $(ONLY)
+
+matrix:
+	.ci/matrix
+
+# --- benchmarks ---
+
+bench-peers:
+ifeq ($(EMBREE),)
+	@echo "bench-peers: Embree 3 is not installed (make deps-extra), nothing to compare with"
+else
+	$(MAKE) $(B)/peers
+	$(B)/peers $(ARGS)
+endif
+
+$(B)/peers: bench/peers.c $(wildcard bench/*.h) examples/common.h examples/mesh_file.h examples/scenes.h pktrt.h | $(B)
+	$(CC) $(CFLAGS) $(STRICT) -Iexamples $< -o $@ $(LDFLAGS) -lembree3 $(LDLIBS)
+
+# --- what to install, on Debian 12 and its relatives ---
+
+DEPS = gcc g++ libc6-dev libstb-dev
+DEPS_EXTRA = pkg-config libassimp-dev libembree-dev clang libclang-rt-14-dev tcc gcc-mingw-w64-x86-64 \
+  gcc-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user gnuplot valgrind
+INSTALL = $(if $(filter 0,$(shell id -u)),,sudo) env DEBIAN_FRONTEND=noninteractive apt-get
+
+deps:
+	@echo "Installing what the demo and the tests need: $(DEPS)"
+	$(INSTALL) -q update
+	$(INSTALL) -q install -y --no-install-recommends $(DEPS)
+
+deps-extra:
+	@echo "Installing what the optional parts need: $(DEPS_EXTRA)"
+	$(INSTALL) -q update
+	$(INSTALL) -q install -y --no-install-recommends $(DEPS_EXTRA)
+
+# --- upkeep ---
+
+format:
+	clang-format -i examples/*.c examples/common.h examples/mesh_file.h
+
+clean:
+	rm -rf build out

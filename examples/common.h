@@ -1,0 +1,224 @@
+/* What several examples share and what is no ray tracing: time, threads, a progress bar, picture files.
+
+   Include this file first: it asks the system headers for POSIX and getopt_long. It is all static, so that every example
+   stays one translation unit; some examples use only a part of it. C99 and C++11. */
+#ifndef EXAMPLES_COMMON_H
+#define EXAMPLES_COMMON_H
+
+#ifndef _GNU_SOURCE
+#define _GNU_SOURCE
+#endif
+#include <errno.h>
+#include <math.h>
+#include <pthread.h>
+#include <stdarg.h>
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+
+#define STB_IMAGE_WRITE_STATIC
+#define STB_IMAGE_WRITE_IMPLEMENTATION
+#include <stb/stb_image_write.h>
+
+#ifdef __GNUC__
+#define EX_UNUSED __attribute__((unused))
+#define EX_PRINTF(text, first) __attribute__((format(printf, text, first)))
+#else
+#define EX_UNUSED
+#define EX_PRINTF(text, first)
+#endif
+
+/* An upper bound that keeps every size stb_image_write computes within an int: (3 * 16384 + 1) * 16384 < 2^31. */
+#define EX_MAX_SIZE 16384u
+
+/* >>errors --------------------------------------------------------------------------------------------------------- */
+
+/* One line that says what is wrong; control characters, which file names and texts of libraries may hold, become blanks.
+   Returns false, so that a failing function can end with `return ex_fail(...)`. */
+EX_UNUSED EX_PRINTF(1, 2) static bool ex_fail(const char *format, ...) {
+  char line[1024];
+  va_list args;
+  va_start(args, format);
+  vsnprintf(line, sizeof line, format, args);
+  va_end(args);
+  for (char *c = line; *c; c++)
+    if ((unsigned char)*c < 32 || *c == 127) *c = ' ';
+  fprintf(stderr, "error: %s\n", line);
+  return false;
+}
+
+/* >>time ----------------------------------------------------------------------------------------------------------- */
+
+EX_UNUSED static double ex_seconds(void) {
+  struct timespec now;
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+/* >>threads -------------------------------------------------------------------------------------------------------- */
+
+typedef struct ex_threads { /* the `user` of ex_parallel_for */
+  unsigned count;           /* threads that work on a call, the calling one included; 0 and 1: no further thread */
+} ex_threads;
+
+enum { EX_MAX_THREADS = 256 };
+
+EX_UNUSED static unsigned ex_processors(void) {
+  long n = sysconf(_SC_NPROCESSORS_ONLN);
+  return n < 1 ? 1u : n > EX_MAX_THREADS ? (unsigned)EX_MAX_THREADS : (unsigned)n;
+}
+
+typedef struct ex_job {
+  void (*body)(void *arg, size_t i);
+  void *arg;
+  size_t n, next; /* next: the first index that nobody has taken, guarded by lock */
+  pthread_mutex_t lock;
+} ex_job;
+
+static void *ex_work(void *user) {
+  ex_job *job = (ex_job *)user;
+  for (;;) {
+    pthread_mutex_lock(&job->lock);
+    size_t i = job->next < job->n ? job->next++ : job->n;
+    pthread_mutex_unlock(&job->lock);
+    if (i == job->n) return NULL;
+    job->body(job->arg, i);
+  }
+}
+
+/* A parallel_for for pktrt_scene_desc. Threads live for one call: a few tens of microseconds each, little beside a build or a
+   picture. A program with a thread pool would plug in that. Threads that cannot be had are done without. */
+EX_UNUSED static void ex_parallel_for(void *user, size_t n, void (*body)(void *arg, size_t i), void *arg) {
+  const ex_threads *threads = (const ex_threads *)user;
+  pthread_t helpers[EX_MAX_THREADS];
+  unsigned started = 0;
+  ex_job job;
+  job.body = body;
+  job.arg = arg;
+  job.n = n;
+  job.next = 0;
+  pthread_mutex_init(&job.lock, NULL);
+  while (started < EX_MAX_THREADS && started + 1 < threads->count && started + 1 < n &&
+         pthread_create(&helpers[started], NULL, ex_work, &job) == 0)
+    started++;
+  ex_work(&job);
+  while (started > 0) pthread_join(helpers[--started], NULL);
+  pthread_mutex_destroy(&job.lock);
+}
+
+/* >>progress ------------------------------------------------------------------------------------------------------- */
+
+typedef struct ex_progress { /* the `user` of ex_progress_show */
+  pthread_mutex_t lock;      /* tiles are finished by any thread */
+  bool on;
+  int shown; /* the last percentage drawn */
+} ex_progress;
+
+/* The bar is for people: it is drawn only where standard error is a terminal. */
+EX_UNUSED static void ex_progress_start(ex_progress *p, bool wanted) {
+  pthread_mutex_init(&p->lock, NULL);
+  p->on = wanted && isatty(STDERR_FILENO);
+  p->shown = -1;
+}
+
+EX_UNUSED static bool ex_progress_show(void *user, float done) {
+  ex_progress *p = (ex_progress *)user;
+  if (!p->on) return true;
+  pthread_mutex_lock(&p->lock);
+  int percent = (int)(100.0f * done);
+  if (percent > p->shown) { /* later tiles may report earlier */
+    static const char full[] = "##################################################";
+    fprintf(stderr, "\r[%-50.*s] %3d%%", percent / 2, full, percent);
+    p->shown = percent;
+  }
+  pthread_mutex_unlock(&p->lock);
+  return true;
+}
+
+EX_UNUSED static void ex_progress_end(ex_progress *p) {
+  if (p->on) fprintf(stderr, "\r%58s\r", "");
+  pthread_mutex_destroy(&p->lock);
+}
+
+/* >>pictures ------------------------------------------------------------------------------------------------------- */
+
+/* Linear value of an sRGB code in [0,1]: ((c + 0.055) / 1.055)^2.4 with a straight piece near black. x^2.4 is x^2 (x^2)^(1/5),
+   the root by Newton's method: plain arithmetic, so the same picture bytes come out with every C library, which pow() does
+   not promise. x^2 is in [0.0056, 1] here and the start 1 above the root, whence convergence falls monotonically. */
+static double ex_srgb_decode(double c) {
+  if (c <= 0.04045) return c / 12.92;
+  double x = (c + 0.055) / 1.055, a = x * x, root = 1.0;
+  for (int i = 0; i < 40; i++) root = (4.0 * root + a / (root * root * root * root)) / 5.0;
+  return a * root;
+}
+
+/* Eight-bit sRGB of linear floats: the code whose linear value is nearest on the code's scale. Found in the sorted table of
+   borders between neighbouring codes; NaN becomes 0. */
+EX_UNUSED static void ex_srgb_encode(const float *linear, unsigned char *codes, size_t n) {
+  float border[255];
+  for (int i = 0; i < 255; i++) border[i] = (float)ex_srgb_decode((i + 0.5) / 255.0);
+  for (size_t i = 0; i < n; i++) {
+    unsigned code = 0; /* the number of borders at or below the value */
+    for (unsigned step = 128; step > 0; step /= 2)
+      if (linear[i] >= border[code + step - 1]) code += step;
+    codes[i] = (unsigned char)code;
+  }
+}
+
+static void ex_write_bytes(void *user, void *data, int size) {
+  FILE *file = (FILE *)user;
+  if (size > 0) fwrite(data, 1, (size_t)size, file); /* errors stick to the stream; ex_write_picture asks for them */
+}
+
+static bool ex_write_png(FILE *file, const float *pixels, unsigned width, unsigned height) {
+  size_t n = (size_t)width * height * 3;
+  unsigned char *codes = (unsigned char *)malloc(n);
+  if (!codes) return false;
+  ex_srgb_encode(pixels, codes, n);
+  int ok = stbi_write_png_to_func(ex_write_bytes, file, (int)width, (int)height, 3, codes, (int)width * 3);
+  free(codes);
+  return ok != 0;
+}
+
+/* Portable float map: the linear values themselves, rows from the bottom up; the sign of the scale tells the byte order. */
+static bool ex_write_pfm(FILE *file, const float *pixels, unsigned width, unsigned height) {
+  const uint16_t one = 1;
+  unsigned char little;
+  memcpy(&little, &one, 1);
+  fprintf(file, "PF\n%u %u\n%s\n", width, height, little ? "-1.0" : "1.0");
+  for (unsigned y = height; y > 0; y--)
+    fwrite(pixels + (size_t)(y - 1) * width * 3, sizeof(float), (size_t)width * 3, file);
+  return true;
+}
+
+EX_UNUSED static bool ex_has_suffix(const char *name, const char *suffix) {
+  size_t n = strlen(name), m = strlen(suffix);
+  if (n < m) return false;
+  for (size_t i = 0; i < m; i++) {
+    char c = name[n - m + i];
+    if ((c >= 'A' && c <= 'Z' ? (char)(c + 32) : c) != suffix[i]) return false;
+  }
+  return true;
+}
+
+/* Writes linear RGB, row 0 at the top, as .png (sRGB, 8 bit) or .pfm (linear floats). Says what went wrong. */
+EX_UNUSED static bool ex_write_picture(const char *path, const float *pixels, unsigned width, unsigned height) {
+  FILE *file = fopen(path, "wb");
+  if (!file) return ex_fail("%s: cannot be written: %s", path, strerror(errno));
+  errno = 0;
+  bool ok = ex_has_suffix(path, ".pfm") ? ex_write_pfm(file, pixels, width, height)
+                                        : ex_write_png(file, pixels, width, height);
+  ok = !ferror(file) && ok;
+  int error = errno; /* fclose would overwrite it */
+  if (fclose(file) != 0) {
+    if (ok) error = errno;
+    ok = false;
+  }
+  return ok || ex_fail("%s: could not be written: %s", path, error ? strerror(error) : "out of memory");
+}
+
+#endif /* EXAMPLES_COMMON_H */

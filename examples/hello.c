@@ -1,0 +1,38 @@
+/* A pyramid on a floor, ray cast with shadows, as a PNG.    cc -O2 examples/hello.c -o hello -lm && ./hello */
+#define PKTRT_IMPLEMENTATION
+#include "../pktrt.h"
+#define STB_IMAGE_WRITE_IMPLEMENTATION
+#include <stb/stb_image_write.h>
+
+enum { WIDTH = 640, HEIGHT = 480 };
+static float pixels[HEIGHT][WIDTH][3];      /* linear RGB, as rendered */
+static unsigned char png[HEIGHT][WIDTH][3]; /* the same, as a screen wants it */
+
+int main(int argc, char **argv) {
+  static const float floor_xyz[] = {-9, 0, -9, -9, 0, 9, 9, 0, 9, 9, 0, -9};
+  static const uint32_t floor_triangles[] = {0, 1, 2, 0, 2, 3};
+  static const float pyramid_xyz[] = {-1, 0, -1, -1, 0, 1, 1, 0, 1, 1, 0, -1, 0, 1.5f, 0};
+  static const uint32_t pyramid_triangles[] = {0, 1, 4, 1, 2, 4, 2, 3, 4, 3, 0, 4};
+  const pktrt_mesh_desc ground = {floor_xyz, 4, 0, floor_triangles, 2, 0, NULL, 0};
+  const pktrt_mesh_desc pyramid = {pyramid_xyz, 5, 0, pyramid_triangles, 4, 0, NULL, 0};
+  const pktrt_light sun = {PKTRT_LIGHT_DIRECTIONAL, {0, 0, 0}, {-3, -4, -2}, {2.6f, 2.4f, 2.0f}};
+  static pktrt_render_desc view; /* static, hence zeroed, hence full of sensible defaults */
+  view.width = WIDTH, view.height = HEIGHT, view.pixels = &pixels[0][0][0];
+  view.camera.eye[0] = 2, view.camera.eye[1] = 2.5f, view.camera.eye[2] = 4, view.camera.target[1] = 0.5f;
+  view.background[2] = 0.3f;
+  view.ambient[0] = view.ambient[1] = view.ambient[2] = 0.06f; /* so that shadows are not black */
+
+  pktrt_scene *scene = pktrt_scene_create(NULL);
+  if (pktrt_add_mesh(scene, &ground, NULL) || pktrt_add_mesh(scene, &pyramid, NULL) ||
+      pktrt_add_light(scene, &sun, NULL) || pktrt_commit(scene) || pktrt_render(scene, &view))
+    return fprintf(stderr, "error: %s\n", pktrt_last_error(scene)), 1;
+  pktrt_scene_destroy(scene);
+
+  for (int i = 0; i < WIDTH * HEIGHT * 3; i++) { /* square root: near enough to the curve of a screen */
+    float shade = sqrtf(view.pixels[i]);
+    (&png[0][0][0])[i] = (unsigned char)(shade < 1 ? 255 * shade + 0.5f : 255);
+  }
+  if (!stbi_write_png(argc > 1 ? argv[1] : "hello.png", WIDTH, HEIGHT, 3, png, 0))
+    return fprintf(stderr, "error: the picture could not be written\n"), 1;
+  return 0;
+}

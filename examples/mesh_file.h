@@ -1,0 +1,233 @@
+/* Meshes from files, for examples and benchmarks:
+
+     .tri                    uint32 triangle count, then count * 9 float32 vertex coordinates, little endian: a triangle soup
+     .obj, .ply, .gltf ...   whatever assimp reads, if this program was built with it (HAVE_ASSIMP)
+
+   Files come from anywhere: nothing in them is believed before it is checked. Coordinates and indices are checked by
+   pktrt_add_mesh, whose words are passed on. Include after common.h and pktrt.h. */
+#ifndef EXAMPLES_MESH_FILE_H
+#define EXAMPLES_MESH_FILE_H
+
+#include <fcntl.h>
+#include <signal.h>
+#include <sys/stat.h>
+
+#ifdef HAVE_ASSIMP
+#include <assimp/cimport.h>
+#include <assimp/material.h>
+#include <assimp/postprocess.h>
+#include <assimp/scene.h>
+#endif
+
+/* >>tri ------------------------------------------------------------------------------------------------------------ */
+
+static uint32_t mesh_file_u32(const unsigned char *b) {
+  return b[0] | (uint32_t)b[1] << 8 | (uint32_t)b[2] << 16 | (uint32_t)b[3] << 24;
+}
+
+/* Reads the count and compares it with the file's length, so that an absurd one never gets as far as malloc. */
+static bool mesh_file_tri_count(FILE *file, const char *path, off_t size, uint32_t *count) {
+  unsigned char header[4];
+  if (fread(header, 1, 4, file) != 4) return ex_fail("%s: too short for a .tri file, not even a triangle count", path);
+  *count = mesh_file_u32(header);
+  uint64_t need = 4 + (uint64_t)*count * 36, have = (uint64_t)size;
+  if (need != have)
+    return ex_fail("%s: announces %lu triangles, which take %llu bytes, but has %llu bytes", path,
+                   (unsigned long)*count, (unsigned long long)need, (unsigned long long)have);
+  if (*count > UINT32_MAX / 3) return ex_fail("%s: %lu triangles are too many", path, (unsigned long)*count);
+  return *count > 0 || ex_fail("%s: no triangles", path);
+}
+
+/* The coordinates of a .tri file, 9 * *count floats to be freed by the caller; NULL after saying why not. */
+static float *mesh_file_read_tri(const char *path, off_t size, uint32_t *count) {
+  FILE *file = fopen(path, "rb");
+  float *positions = NULL;
+  if (!file) {
+    ex_fail("%s: cannot be read: %s", path, strerror(errno));
+    return NULL;
+  }
+  if (mesh_file_tri_count(file, path, size, count)) {
+    size_t n = (size_t)*count * 9;
+    positions = (float *)malloc(n * sizeof(float));
+    if (!positions) {
+      ex_fail("%s: not enough memory for %lu triangles", path, (unsigned long)*count);
+    } else if (fread(positions, sizeof(float), n, file) != n) {
+      ex_fail("%s: cannot be read to its end", path);
+      free(positions);
+      positions = NULL;
+    } else {
+      for (size_t i = 0; i < n; i++) { /* a no-op on little-endian machines, and the compiler knows */
+        unsigned char bytes[4];
+        memcpy(bytes, &positions[i], 4);
+        uint32_t bits = mesh_file_u32(bytes);
+        memcpy(&positions[i], &bits, 4);
+      }
+    }
+  }
+  fclose(file);
+  return positions;
+}
+
+static bool mesh_file_add(pktrt_scene *world, const char *path, const pktrt_mesh_desc *mesh) {
+  pktrt_status status = pktrt_add_mesh(world, mesh, NULL);
+  return status == PKTRT_OK || ex_fail("%s: %s", path, pktrt_last_error(world));
+}
+
+static bool mesh_file_add_tri(pktrt_scene *world, const char *path, off_t size) {
+  uint32_t count = 0;
+  float *positions = mesh_file_read_tri(path, size, &count);
+  if (!positions) return false;
+  pktrt_mesh_desc mesh;
+  memset(&mesh, 0, sizeof mesh);
+  mesh.positions = positions;
+  mesh.vertex_count = count * 3;
+  mesh.triangle_count = count;
+  bool ok = mesh_file_add(world, path, &mesh);
+  free(positions);
+  return ok;
+}
+
+/* >>assimp --------------------------------------------------------------------------------------------------------- */
+
+#ifdef HAVE_ASSIMP
+static char mesh_file_last_words[512]; /* prepared before the crash: a signal handler can only write them, */
+static int mesh_file_stderr;           /* here, for assimp's own words at its end go nowhere */
+
+static void mesh_file_crashed(int number) {
+  (void)number;
+  ssize_t written = write(mesh_file_stderr, mesh_file_last_words, strlen(mesh_file_last_words));
+  _exit(written < 0 ? 2 : 1);
+}
+
+/* aiImportFile, which parses forty formats and does not survive every hostile file: where it crashes, also by running out of
+   stack, or counts to four billion because the file says so, the program ends with one line instead of a core dump or never.
+   The time allowed is 20 s and a second per megabyte. */
+static const struct aiScene *mesh_file_import(const char *path, off_t size, unsigned steps) {
+  static const int numbers[] = {SIGSEGV, SIGBUS, SIGFPE, SIGABRT, SIGILL, SIGALRM};
+  static char stack[65536];
+  struct sigaction crash, before[6];
+  stack_t alternative;
+  memset(&crash, 0, sizeof crash);
+  memset(&alternative, 0, sizeof alternative);
+  alternative.ss_sp = stack;
+  alternative.ss_size = sizeof stack;
+  crash.sa_handler = mesh_file_crashed;
+  crash.sa_flags = SA_ONSTACK;
+  snprintf(mesh_file_last_words, sizeof mesh_file_last_words, "error: %.400s: assimp crashes on this file or hangs\n",
+           path);
+  mesh_file_stderr = dup(STDERR_FILENO);
+  int nowhere = open("/dev/null", O_WRONLY);
+  if (nowhere >= 0) dup2(nowhere, STDERR_FILENO);
+  sigaltstack(&alternative, NULL);
+  for (int i = 0; i < 6; i++) sigaction(numbers[i], &crash, &before[i]);
+  alarm(20 + (unsigned)(size >> 20));
+  const struct aiScene *file = aiImportFile(path, steps);
+  alarm(0);
+  for (int i = 0; i < 6; i++) sigaction(numbers[i], &before[i], NULL);
+  alternative.ss_flags = SS_DISABLE;
+  sigaltstack(&alternative, NULL);
+  dup2(mesh_file_stderr, STDERR_FILENO);
+  close(mesh_file_stderr);
+  if (nowhere >= 0) close(nowhere);
+  return file;
+}
+
+static float mesh_file_clamp(float x) { return x > 0.0f ? x < 1.0f ? x : 1.0f : 0.0f; }
+
+/* The diffuse colour of a material of the file; *index stays 0, the default, where it names none. */
+static bool mesh_file_add_material(pktrt_scene *world, const char *path, const struct aiMaterial *from,
+                                   uint32_t *index) {
+  struct aiColor4D color;
+  pktrt_material material;
+  if (aiGetMaterialColor(from, AI_MATKEY_COLOR_DIFFUSE, &color) != aiReturn_SUCCESS) return true;
+  memset(&material, 0, sizeof material);
+  material.albedo[0] = mesh_file_clamp(color.r);
+  material.albedo[1] = mesh_file_clamp(color.g);
+  material.albedo[2] = mesh_file_clamp(color.b);
+  return pktrt_add_material(world, &material, index) == PKTRT_OK || ex_fail("%s: %s", path, pktrt_last_error(world));
+}
+
+static void mesh_file_copy(float *to, const struct aiVector3D *from, unsigned n) {
+  for (size_t i = 0; i < n; i++) {
+    to[3 * i] = (float)from[i].x;
+    to[3 * i + 1] = (float)from[i].y;
+    to[3 * i + 2] = (float)from[i].z;
+  }
+}
+
+/* Generated normals are zero or NaN at vertices of triangles without area; then the mesh is shaded flat. */
+static bool mesh_file_normals_usable(const float *normals, unsigned n) {
+  for (size_t i = 0; i < n; i++) {
+    float m = fabsf(normals[3 * i]) + fabsf(normals[3 * i + 1]) + fabsf(normals[3 * i + 2]);
+    if (!(m > 0.0f && m < INFINITY)) return false;
+  }
+  return true;
+}
+
+static bool mesh_file_add_aimesh(pktrt_scene *world, const char *path, const struct aiMesh *from, uint32_t material) {
+  unsigned vertices = from->mNumVertices, triangles = 0;
+  float *positions = (float *)malloc(sizeof(float) * 3 * vertices);
+  float *normals = (float *)malloc(sizeof(float) * 3 * vertices);
+  uint32_t *indices = (uint32_t *)malloc(sizeof(uint32_t) * 3 * from->mNumFaces);
+  bool ok = positions && normals && indices;
+  if (!ok) {
+    ex_fail("%s: not enough memory for a mesh of %u vertices", path, vertices);
+  } else {
+    pktrt_mesh_desc mesh;
+    memset(&mesh, 0, sizeof mesh);
+    mesh_file_copy(positions, from->mVertices, vertices);
+    if (from->mNormals) mesh_file_copy(normals, from->mNormals, vertices);
+    for (unsigned f = 0; f < from->mNumFaces; f++)
+      if (from->mFaces[f].mNumIndices == 3) memcpy(indices + 3 * triangles++, from->mFaces[f].mIndices, 12);
+    mesh.positions = positions;
+    mesh.normals = from->mNormals && mesh_file_normals_usable(normals, vertices) ? normals : NULL;
+    mesh.vertex_count = vertices;
+    mesh.indices = indices;
+    mesh.triangle_count = triangles;
+    mesh.material = material;
+    ok = triangles == 0 || mesh_file_add(world, path, &mesh);
+  }
+  free(positions);
+  free(normals);
+  free(indices);
+  return ok;
+}
+
+static bool mesh_file_add_assimp(pktrt_scene *world, const char *path, off_t size) {
+  const struct aiScene *file =
+      mesh_file_import(path, size,
+                       aiProcess_Triangulate | aiProcess_SortByPType | aiProcess_PreTransformVertices |
+                           aiProcess_JoinIdenticalVertices | aiProcess_GenSmoothNormals);
+  if (!file) return ex_fail("%s: %s", path, aiGetErrorString());
+  uint32_t *materials = (uint32_t *)calloc((size_t)file->mNumMaterials + 1, sizeof(uint32_t));
+  bool ok = materials || ex_fail("%s: not enough memory", path);
+  bool some = false;
+  for (unsigned i = 0; ok && i < file->mNumMaterials; i++)
+    ok = mesh_file_add_material(world, path, file->mMaterials[i], &materials[i]);
+  for (unsigned i = 0; ok && i < file->mNumMeshes; i++) {
+    const struct aiMesh *mesh = file->mMeshes[i];
+    if (!(mesh->mPrimitiveTypes & aiPrimitiveType_TRIANGLE)) continue;
+    some = true;
+    ok = mesh_file_add_aimesh(world, path, mesh,
+                              mesh->mMaterialIndex < file->mNumMaterials ? materials[mesh->mMaterialIndex] : 0);
+  }
+  free(materials);
+  aiReleaseImport(file);
+  return ok && (some || ex_fail("%s: no triangles", path));
+}
+#endif
+
+/* Adds the meshes of a file to the scene; false after one line that says why not. */
+EX_UNUSED static bool mesh_file_load(pktrt_scene *world, const char *path) {
+  struct stat info;
+  if (stat(path, &info) != 0) return ex_fail("%s: cannot be read: %s", path, strerror(errno));
+  if (!S_ISREG(info.st_mode)) return ex_fail("%s: not a regular file", path);
+  if (ex_has_suffix(path, ".tri")) return mesh_file_add_tri(world, path, info.st_size);
+#ifdef HAVE_ASSIMP
+  return mesh_file_add_assimp(world, path, info.st_size);
+#else
+  return ex_fail("%s: this program was built without assimp and reads .tri files only", path);
+#endif
+}
+
+#endif /* EXAMPLES_MESH_FILE_H */

@@ -1,0 +1,1634 @@
+/* scenes.h - procedural scenes for the examples, tests and benchmarks of pktrt.h. Include "pktrt.h" before it.
+
+     scene hall;
+     if (!scene_make("poolhall", &hall)) ...     unknown name or out of memory
+     scene_add(s, &hall);                        materials, lights and meshes into a pktrt_scene
+     scene_free(&hall);
+
+   Units are metres, y points up. The same bits come out on every machine: sines are a polynomial of our own, all arithmetic
+   is in double, and coordinates are snapped to a grid far coarser than any rounding (see sc_snap). Every mesh is one material.
+
+   Contents: scene, maths, builder, sweeps, solids, pool hall (one function per thing in it), interface. */
+#ifndef SCENES_H
+#define SCENES_H
+
+#include <math.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#if defined(__GNUC__) || defined(__clang__)
+#define SCENE_DEF static __attribute__((unused)) /* who includes this may not need everything */
+#else
+#define SCENE_DEF static
+#endif
+
+/* >>scene ---------------------------------------------------------------------------------------------------------- */
+
+typedef struct scene_mesh {
+  const char *name;
+  float *positions;        /* key_count blocks of vertex_count * 3 */
+  float *normals;          /* the same, or NULL: flat */
+  uint32_t *indices;       /* triangle_count * 3, counter-clockwise from outside */
+  uint32_t vertex_count, triangle_count, key_count;
+  uint32_t material;       /* index into scene.materials */
+} scene_mesh;
+
+typedef struct scene_material {
+  const char *name;
+  pktrt_material m;
+} scene_material;
+
+typedef struct scene {
+  const char *name;
+  scene_mesh *meshes;
+  size_t mesh_count;
+  scene_material *materials;
+  size_t material_count;
+  pktrt_light *lights;
+  size_t light_count;
+  pktrt_camera camera;
+  float background[3], ambient[3];
+} scene;
+
+SCENE_DEF bool scene_make(const char *name, scene *out); /* false: unknown name or out of memory, and *out is empty */
+SCENE_DEF void scene_free(scene *);                      /* an empty one is fine */
+SCENE_DEF const char *const *scene_names(void);          /* ends with NULL */
+SCENE_DEF uint64_t scene_triangles(const scene *);
+SCENE_DEF pktrt_status scene_add(pktrt_scene *, const scene *);
+
+/* >>maths ---------------------------------------------------------------------------------------------------------- */
+
+#define SC_PI 3.14159265358979323846
+
+typedef struct sc_v3 { double x, y, z; } sc_v3;
+
+/* An affine map, p -> o + x p.x + y p.y + z p.z: a placement, or one station of a sweep. */
+typedef struct sc_frame { sc_v3 o, x, y, z; } sc_frame;
+
+static sc_v3 sc_v(double x, double y, double z) { sc_v3 r; r.x = x; r.y = y; r.z = z; return r; }
+static sc_v3 sc_add(sc_v3 a, sc_v3 b) { return sc_v(a.x + b.x, a.y + b.y, a.z + b.z); }
+static sc_v3 sc_sub(sc_v3 a, sc_v3 b) { return sc_v(a.x - b.x, a.y - b.y, a.z - b.z); }
+static sc_v3 sc_mul(sc_v3 a, double s) { return sc_v(a.x * s, a.y * s, a.z * s); }
+static double sc_dot(sc_v3 a, sc_v3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+static sc_v3 sc_cross(sc_v3 a, sc_v3 b) {
+  return sc_v(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
+}
+static sc_v3 sc_unit(sc_v3 a) {
+  double l = sqrt(sc_dot(a, a));
+  return l > 0.0 ? sc_mul(a, 1.0 / l) : sc_v(0.0, 1.0, 0.0);
+}
+
+/* Sine of an angle in degrees: reduced to [-45,45] exactly, then the Taylor series of sine or cosine, good to 1e-15. */
+static double sc_sin(double degrees) {
+  double k = floor(degrees / 90.0 + 0.5), x = (degrees - k * 90.0) * (SC_PI / 180.0), x2 = x * x;
+  int quadrant = (int)(k - 4.0 * floor(k / 4.0));
+  double s = x * (1 + x2 * (-1 / 6.0 + x2 * (1 / 120.0 + x2 * (-1 / 5040.0 + x2 * (1 / 362880.0 - x2 / 39916800.0)))));
+  double c = 1 + x2 * (-0.5 + x2 * (1 / 24.0 + x2 * (-1 / 720.0 + x2 * (1 / 40320.0 + x2 * (-1 / 3628800.0 + x2 / 479001600.0)))));
+  double r = quadrant & 1 ? c : s;
+  return quadrant & 2 ? -r : r;
+}
+static double sc_cos(double degrees) { return sc_sin(degrees + 90.0); }
+
+/* The next of a sequence of numbers spread evenly over [0,1). */
+static double sc_random(uint32_t *state) {
+  *state = *state * 1664525u + 1013904223u;
+  return (double)(*state >> 8) / 16777216.0;
+}
+
+/* Nearest multiple of 2^-18 m (4 micrometres), exact in a float up to 64 m. Compilers may fuse or not fuse a product and a sum,
+   which moves a double by 1e-16: the grid hides it, the odd offset keeps round numbers away from ties. */
+static float sc_snap(double v) { return (float)(floor(v * 262144.0 + 0.5137) / 262144.0); }
+
+/* >>builder -------------------------------------------------------------------------------------------------------- */
+
+/* What a mesh is made of: its name, its albedo, whether it is flat (then it has no normals). */
+typedef struct sc_kind {
+  const char *name;
+  float albedo[3];
+  int flat;
+} sc_kind;
+
+typedef struct sc_build {
+  scene *out;
+  const sc_kind *kinds;     /* one mesh for each */
+  uint32_t *vertex_space, *triangle_space; /* room in each mesh */
+  scene_mesh *mesh;         /* the one that receives */
+  sc_frame at;              /* where things are put */
+  double detail;            /* things far from the camera: factor on the number of segments */
+  uint32_t flutes;          /* lathes: grooves around, */
+  double flute_depth;       /* and their depth relative to the radius */
+  uint32_t random;
+  bool failed;              /* out of memory: everything is a no-op from then on */
+} sc_build;
+
+typedef struct sc_mark { uint32_t vertex, triangle; } sc_mark;
+
+static void sc_use(sc_build *b, uint32_t kind) {
+  if (!b->failed) b->mesh = &b->out->meshes[kind];
+}
+
+/* Grows an array of `bytes` per element to hold one more; the memory of a failed growth stays owned by *array. */
+static bool sc_reserve(sc_build *b, void **array, uint32_t *space, uint32_t used, size_t bytes) {
+  uint32_t want = *space ? *space * 2 : 256;
+  void *grown;
+  if (used < *space) return true;
+  grown = want > 0x10000000u ? NULL : realloc(*array, want * bytes);
+  if (!grown) { b->failed = true; return false; }
+  *array = grown;
+  *space = want;
+  return true;
+}
+
+static uint32_t sc_vertex(sc_build *b, sc_v3 p, sc_v3 n) {
+  scene_mesh *m = b->mesh;
+  uint32_t *space, i, had;
+  void *positions, *normals;
+  if (b->failed) return 0;
+  space = &b->vertex_space[m - b->out->meshes];
+  had = *space;
+  i = m->vertex_count;
+  positions = m->positions;
+  normals = m->normals;
+  if (!sc_reserve(b, &positions, space, i, 3 * sizeof(float))) return 0;
+  m->positions = (float *)positions;
+  if (!sc_reserve(b, &normals, &had, i, 3 * sizeof(float))) return 0;
+  m->normals = (float *)normals;
+  p = sc_add(b->at.o, sc_add(sc_mul(b->at.x, p.x), sc_add(sc_mul(b->at.y, p.y), sc_mul(b->at.z, p.z))));
+  n = sc_unit(sc_add(sc_mul(b->at.x, n.x), sc_add(sc_mul(b->at.y, n.y), sc_mul(b->at.z, n.z))));
+  m->positions[3 * i] = sc_snap(p.x), m->positions[3 * i + 1] = sc_snap(p.y), m->positions[3 * i + 2] = sc_snap(p.z);
+  m->normals[3 * i] = sc_snap(n.x), m->normals[3 * i + 1] = sc_snap(n.y), m->normals[3 * i + 2] = sc_snap(n.z);
+  return m->vertex_count++;
+}
+
+static bool sc_same(const scene_mesh *m, uint32_t i, uint32_t j) {
+  return i == j || !memcmp(m->positions + 3 * i, m->positions + 3 * j, 3 * sizeof(float));
+}
+
+static void sc_triangle(sc_build *b, uint32_t i, uint32_t j, uint32_t k) {
+  scene_mesh *m = b->mesh;
+  void *indices;
+  if (b->failed || sc_same(m, i, j) || sc_same(m, j, k) || sc_same(m, k, i)) return; /* poles, pointed ends */
+  indices = m->indices;
+  if (!sc_reserve(b, &indices, &b->triangle_space[m - b->out->meshes], m->triangle_count, 3 * sizeof(uint32_t))) return;
+  m->indices = (uint32_t *)indices;
+  m->indices[3 * m->triangle_count] = i;
+  m->indices[3 * m->triangle_count + 1] = j;
+  m->indices[3 * m->triangle_count + 2] = k;
+  m->triangle_count++;
+}
+
+/* A number of segments at the present detail, a multiple of four. */
+static uint32_t sc_segments(const sc_build *b, uint32_t n) {
+  uint32_t quarters = (uint32_t)(n * b->detail / 4.0 + 0.5);
+  return 4 * (quarters ? quarters : 1);
+}
+
+/* A flat quadrilateral, counter-clockwise from outside. */
+static void sc_quad(sc_build *b, sc_v3 p0, sc_v3 p1, sc_v3 p2, sc_v3 p3) {
+  sc_v3 n = sc_cross(sc_sub(p2, p0), sc_sub(p3, p1));
+  uint32_t i = sc_vertex(b, p0, n), j = sc_vertex(b, p1, n), k = sc_vertex(b, p2, n), l = sc_vertex(b, p3, n);
+  sc_triangle(b, i, j, k);
+  sc_triangle(b, i, k, l);
+}
+
+static sc_mark sc_begin(const sc_build *b) {
+  sc_mark r = {0, 0};
+  if (!b->failed) r.vertex = b->mesh->vertex_count, r.triangle = b->mesh->triangle_count;
+  return r;
+}
+
+static sc_v3 sc_get(const float *a, uint32_t i) { return sc_v(a[3 * i], a[3 * i + 1], a[3 * i + 2]); }
+
+/* Gives the vertices since `from` normals: the sum of the cross products of their triangles, thus weighted by area. */
+static void sc_smooth(sc_build *b, sc_mark from) {
+  scene_mesh *m = b->mesh;
+  uint32_t count, i, k;
+  double *sum;
+  if (b->failed || m->vertex_count == from.vertex) return;
+  count = m->vertex_count - from.vertex;
+  sum = (double *)calloc(count, 3 * sizeof(double));
+  if (!sum) { b->failed = true; return; }
+  for (i = from.triangle; i < m->triangle_count; i++) {
+    const uint32_t *v = m->indices + 3 * i;
+    sc_v3 p = sc_get(m->positions, v[0]);
+    sc_v3 n = sc_cross(sc_sub(sc_get(m->positions, v[1]), p), sc_sub(sc_get(m->positions, v[2]), p));
+    for (k = 0; k < 3; k++) {
+      double *s = sum + 3 * (v[k] - from.vertex);
+      s[0] += n.x, s[1] += n.y, s[2] += n.z;
+    }
+  }
+  for (i = 0; i < count; i++) {
+    sc_v3 n = sc_unit(sc_v(sum[3 * i], sum[3 * i + 1], sum[3 * i + 2]));
+    float *to = m->normals + 3 * (from.vertex + i);
+    to[0] = sc_snap(n.x), to[1] = sc_snap(n.y), to[2] = sc_snap(n.z);
+  }
+  free(sum);
+}
+
+/* Placements nest: `keep = sc_place(...)`, build, `b->at = keep`. */
+static sc_frame sc_place(sc_build *b, double x, double y, double z, double yaw) {
+  sc_frame keep = b->at, t = keep;
+  double c = sc_cos(yaw), s = sc_sin(yaw);
+  b->at.o = sc_add(t.o, sc_add(sc_mul(t.x, x), sc_add(sc_mul(t.y, y), sc_mul(t.z, z))));
+  b->at.x = sc_sub(sc_mul(t.x, c), sc_mul(t.z, s));
+  b->at.z = sc_add(sc_mul(t.x, s), sc_mul(t.z, c));
+  return keep;
+}
+static void sc_turn_x(sc_build *b, double degrees) { /* y towards z */
+  sc_frame t = b->at;
+  double c = sc_cos(degrees), s = sc_sin(degrees);
+  b->at.y = sc_add(sc_mul(t.y, c), sc_mul(t.z, s));
+  b->at.z = sc_sub(sc_mul(t.z, c), sc_mul(t.y, s));
+}
+static void sc_turn_z(sc_build *b, double degrees) { /* x towards y */
+  sc_frame t = b->at;
+  double c = sc_cos(degrees), s = sc_sin(degrees);
+  b->at.x = sc_add(sc_mul(t.x, c), sc_mul(t.y, s));
+  b->at.y = sc_sub(sc_mul(t.y, c), sc_mul(t.x, s));
+}
+
+/* >>sweeps --------------------------------------------------------------------------------------------------------- */
+
+/* A point of a profile or, seen from above, of a path. A profile is smooth but at corners. It runs from the outer foot up
+   and over the top to the inner foot: then surfaces face outwards. */
+typedef struct sc_pt { double x, y; int corner; } sc_pt;
+#define SC_COUNT(a) ((uint32_t)(sizeof(a) / sizeof((a)[0])))
+#define SC_MAX_POINTS 192u
+
+static double sc_spline(double a, double p, double q, double d, double t) { /* Catmull-Rom from p (t = 0) to q (t = 1) */
+  return 0.5 * (2 * p + t * (q - a + t * (2 * a - 5 * p + 4 * q - d + t * (3 * p - a - 3 * q + d))));
+}
+
+/* Rounds a profile: `sub` pieces for each stretch, one where both ends are corners. */
+static uint32_t sc_round(const sc_pt *p, uint32_t n, uint32_t sub, sc_pt *out) {
+  uint32_t i, k, count = 0;
+  for (i = 0; i + 1 < n; i++) {
+    uint32_t pieces = p[i].corner && p[i + 1].corner ? 1 : sub;
+    sc_pt a = p[i].corner || i == 0 ? p[i] : p[i - 1], d = p[i + 1].corner || i + 2 == n ? p[i + 1] : p[i + 2];
+    for (k = 0; k < pieces && count + 1 < SC_MAX_POINTS; k++) {
+      double t = (double)k / pieces;
+      out[count].x = k ? sc_spline(a.x, p[i].x, p[i + 1].x, d.x, t) : p[i].x;
+      out[count].y = k ? sc_spline(a.y, p[i].y, p[i + 1].y, d.y, t) : p[i].y;
+      out[count++].corner = k == 0 && p[i].corner;
+    }
+  }
+  out[count++] = p[n - 1];
+  return count;
+}
+
+/* The surface that a profile draws on its way through the frames; it faces along dprofile x dpath. `ring`: the path closes;
+   `loop`: the profile closes, without corners. Where the profile's x is 0, each `pole` frames in a row share a vertex. */
+static void sc_sweep(sc_build *b, const sc_frame *f, uint32_t frames, bool ring, const sc_pt *p, uint32_t points, bool loop,
+                     uint32_t pole) {
+  uint32_t begin = 0, end, i, j, last = ring ? frames : frames - 1;
+  while (begin + 1 < points) {
+    uint32_t row[SC_MAX_POINTS + 1];
+    sc_mark mark = sc_begin(b);
+    for (end = begin + 1; end + 1 < points && !p[end].corner; end++) continue;
+    for (j = begin; j <= end; j++) {
+      uint32_t step = p[j].x == 0.0 ? pole : 1;
+      row[j] = sc_begin(b).vertex;
+      for (i = 0; i < frames; i += step)
+        sc_vertex(b, sc_add(f[i].o, sc_add(sc_mul(f[i].x, p[j].x), sc_mul(f[i].y, p[j].y))), f[i].y);
+    }
+    for (j = begin; j < end + (loop ? 1 : 0); j++) {
+      uint32_t next = j < end ? j + 1 : 0, s = p[j].x == 0.0 ? pole : 1, t = p[next].x == 0.0 ? pole : 1;
+      for (i = 0; i < last; i++) {
+        uint32_t k = i + 1 < frames ? i + 1 : 0;
+        sc_triangle(b, row[j] + i / s, row[next] + i / t, row[next] + k / t);
+        sc_triangle(b, row[j] + i / s, row[next] + k / t, row[j] + k / s);
+      }
+    }
+    sc_smooth(b, mark);
+    begin = end;
+  }
+}
+
+/* Turns a profile (radius, height) around y, or rather around a rectangle of half extents hx, hz: a rounded slab. */
+static void sc_lathe_around(sc_build *b, double hx, double hz, uint32_t segments, const sc_pt *p, uint32_t n, uint32_t sub) {
+  sc_frame f[160];
+  sc_pt round[SC_MAX_POINTS];
+  bool slab = hx > 0.0 || hz > 0.0;
+  uint32_t count = sc_round(p, n, sub, round), frames, i;
+  segments = b->flutes ? segments : sc_segments(b, segments);
+  frames = slab ? segments + 4 : segments;
+  for (i = 0; i < frames && i < SC_COUNT(f); i++) {
+    uint32_t quarter = i / (segments / 4 + 1);
+    double angle = 360.0 * (slab ? i - quarter : i) / segments, c = sc_cos(angle), s = sc_sin(angle);
+    double r = b->flutes ? 1.0 - b->flute_depth * (0.5 + 0.5 * sc_cos(angle * b->flutes)) : 1.0;
+    f[i].o = slab ? sc_v(quarter % 3 ? -hx : hx, 0.0, quarter < 2 ? hz : -hz) : sc_v(0.0, 0.0, 0.0);
+    f[i].x = sc_v(c * r, 0.0, s * r);
+    f[i].y = sc_v(0.0, 1.0, 0.0);
+  }
+  sc_sweep(b, f, frames, true, round, count, false, slab ? segments / 4 + 1 : frames);
+  if (slab && p[0].x == 0.0)
+    sc_quad(b, sc_v(-hx, p[0].y, -hz), sc_v(hx, p[0].y, -hz), sc_v(hx, p[0].y, hz), sc_v(-hx, p[0].y, hz));
+  if (slab && p[n - 1].x == 0.0)
+    sc_quad(b, sc_v(-hx, p[n - 1].y, hz), sc_v(hx, p[n - 1].y, hz), sc_v(hx, p[n - 1].y, -hz), sc_v(-hx, p[n - 1].y, -hz));
+}
+#define SC_LATHE(b, segments, profile, sub) sc_lathe_around(b, 0.0, 0.0, segments, profile, SC_COUNT(profile), sub)
+
+/* A round bar along a curve through the points, thinning from radius r0 to r1; closed like a ring, or with flat ends. */
+static void sc_tube(sc_build *b, const sc_v3 *p, uint32_t n, uint32_t sub, bool closed, double r0, double r1, uint32_t sides) {
+  sc_frame f[SC_MAX_POINTS];
+  sc_pt circle[32];
+  sc_v3 c[SC_MAX_POINTS], x = sc_v(0.0, 0.0, 0.0);
+  uint32_t count = 0, i, k, stretches = closed ? n : n - 1;
+  for (i = 0; i < stretches; i++)
+    for (k = 0; k < sub && count + 1 < SC_MAX_POINTS; k++) {
+      sc_v3 u = p[i], v = p[(i + 1) % n], s = p[closed ? (i + n - 1) % n : i ? i - 1 : 0];
+      sc_v3 w = p[closed ? (i + 2) % n : i + 2 < n ? i + 2 : n - 1];
+      double t = (double)k / sub;
+      c[count++] = sc_v(sc_spline(s.x, u.x, v.x, w.x, t), sc_spline(s.y, u.y, v.y, w.y, t), sc_spline(s.z, u.z, v.z, w.z, t));
+    }
+  if (!closed) c[count++] = p[n - 1];
+  for (i = 0; i < sides && i < SC_COUNT(circle); i++) {
+    circle[i].x = sc_cos(360.0 * (i + 0.5) / sides), circle[i].y = sc_sin(360.0 * (i + 0.5) / sides), circle[i].corner = 0;
+  }
+  for (i = 0; i < count; i++) {
+    sc_v3 before = c[i ? i - 1 : closed ? count - 1 : 0], after = c[i + 1 < count ? i + 1 : closed ? 0 : i];
+    sc_v3 along = sc_unit(sc_sub(after, before));
+    double r = r0 + (r1 - r0) * i / (count > 1 ? count - 1 : 1);
+    if (i == 0) x = along.y * along.y < 0.81 ? sc_v(0.0, 1.0, 0.0) : sc_v(1.0, 0.0, 0.0);
+    x = sc_unit(sc_sub(x, sc_mul(along, sc_dot(x, along)))); /* carried along with the least twist */
+    f[i].o = c[i], f[i].x = sc_mul(x, r), f[i].y = sc_mul(sc_cross(along, x), r);
+  }
+  sc_sweep(b, f, count, closed, circle, sides, true, 1);
+  for (k = 0; k < 2 && !closed; k++) {
+    const sc_frame *e = &f[k ? count - 1 : 0];
+    sc_v3 out = sc_mul(sc_cross(e->x, e->y), k ? 1.0 : -1.0);
+    uint32_t first = 0, v = 0, before = 0;
+    for (i = 0; i < sides; i++, before = v) {
+      v = sc_vertex(b, sc_add(e->o, sc_add(sc_mul(e->x, circle[i].x), sc_mul(e->y, circle[i].y))), out);
+      if (i == 0) first = v;
+      if (i >= 2) sc_triangle(b, first, k ? before : v, k ? v : before);
+    }
+  }
+}
+static void sc_rod(sc_build *b, sc_v3 from, sc_v3 to, double radius, uint32_t sides) {
+  sc_v3 p[2];
+  p[0] = from, p[1] = to;
+  sc_tube(b, p, 2, 1, false, radius, radius, sides);
+}
+static void sc_torus(sc_build *b, double y, double radius, double thick, uint32_t around, uint32_t sides) { /* flat on y */
+  sc_v3 p[96];
+  uint32_t i;
+  around = sc_segments(b, around);
+  for (i = 0; i < around && i < SC_COUNT(p); i++)
+    p[i] = sc_v(radius * sc_cos(360.0 * i / around), y, -radius * sc_sin(360.0 * i / around));
+  sc_tube(b, p, around, 1, true, thick, thick, sides);
+}
+
+/* A profile (distance to the left of the path, height) along straight stretches with mitred corners. The path lies in the
+   plane y = 0, its points are (x, z); seen from above, clockwise puts the profile outside. */
+static void sc_moulding(sc_build *b, const sc_pt *path, uint32_t n, bool closed, const sc_pt *p, uint32_t points, uint32_t sub) {
+  sc_pt round[SC_MAX_POINTS];
+  uint32_t count = sc_round(p, points, sub, round), i, k;
+  for (i = 0; i + (closed ? 0 : 1) < n; i++) {
+    sc_frame f[2];
+    for (k = 0; k < 2; k++) {
+      uint32_t at = (i + k) % n, before = (at + n - 1) % n, after = (at + 1) % n;
+      sc_v3 in = sc_unit(sc_v(path[at].x - path[before].x, 0.0, path[at].y - path[before].y));
+      sc_v3 on = sc_unit(sc_v(path[after].x - path[at].x, 0.0, path[after].y - path[at].y)), side;
+      if (!closed && at == 0) in = on;
+      if (!closed && at == n - 1) on = in;
+      side = sc_cross(sc_v(0.0, 1.0, 0.0), sc_add(in, on));
+      f[k].o = sc_v(path[at].x, 0.0, path[at].y);
+      f[k].x = sc_mul(side, 2.0 / sc_dot(sc_add(in, on), sc_add(in, on)));
+      f[k].y = sc_v(0.0, 1.0, 0.0);
+    }
+    sc_sweep(b, f, 2, false, round, count, false, 1);
+  }
+}
+
+/* A moulding around a rectangle that stands in the plane z = 0, seen from +z; heights of the profile become z. */
+static void sc_border(sc_build *b, double x0, double y0, double x1, double y1, const sc_pt *p, uint32_t points, uint32_t sub) {
+  sc_pt path[4] = {{0, 0, 1}, {0, 0, 1}, {0, 0, 1}, {0, 0, 1}};
+  sc_frame keep = b->at;
+  path[0].x = path[3].x = x1, path[1].x = path[2].x = x0;
+  path[0].y = path[1].y = -y0, path[2].y = path[3].y = -y1;
+  sc_turn_x(b, 90.0);
+  sc_moulding(b, path, 4, true, p, points, sub);
+  b->at = keep;
+}
+
+/* >>solids --------------------------------------------------------------------------------------------------------- */
+
+/* A box with its edges cut by `bevel`; corner normals are those of the faces, so that the cut looks round. */
+static void sc_box(sc_build *b, double x0, double y0, double z0, double x1, double y1, double z1, double bevel) {
+  static const int axis_of[3][2] = {{1, 2}, {2, 0}, {0, 1}};
+  double lo[3], hi[3];
+  uint32_t v[3][8], a, k;
+  lo[0] = x0, lo[1] = y0, lo[2] = z0, hi[0] = x1, hi[1] = y1, hi[2] = z1;
+  for (a = 0; a < 3; a++)
+    for (k = 0; k < 8; k++) { /* corner k (bit i: high on axis i) of the face across axis a */
+      double p[3], n[3] = {0, 0, 0};
+      uint32_t i;
+      for (i = 0; i < 3; i++) {
+        double cut = i == a ? 0.0 : bevel;
+        p[i] = k >> i & 1 ? hi[i] - cut : lo[i] + cut;
+      }
+      n[a] = k >> a & 1 ? 1.0 : -1.0;
+      v[a][k] = sc_vertex(b, sc_v(p[0], p[1], p[2]), sc_v(n[0], n[1], n[2]));
+    }
+  for (a = 0; a < 3; a++) {
+    uint32_t u = 1u << axis_of[a][0], w = 1u << axis_of[a][1], s = 1u << a;
+    uint32_t up = (uint32_t)axis_of[a][0], wp = (uint32_t)axis_of[a][1];
+    sc_triangle(b, v[a][s], v[a][s | u], v[a][s | u | w]);
+    sc_triangle(b, v[a][s], v[a][s | u | w], v[a][s | w]);
+    sc_triangle(b, v[a][0], v[a][w], v[a][u | w]);
+    sc_triangle(b, v[a][0], v[a][u | w], v[a][u]);
+    for (k = 0; k < 4 && bevel > 0.0; k++) { /* the four edges along axis a, between the faces across u and across w */
+      uint32_t c = (k & 1 ? u : 0) | (k & 2 ? w : 0), flip = k == 1 || k == 2;
+      uint32_t p = v[up][c], q = v[wp][c], r = v[wp][c | s], t = v[up][c | s];
+      sc_triangle(b, p, flip ? t : q, r);
+      sc_triangle(b, p, r, flip ? q : t);
+    }
+  }
+  for (k = 0; k < 8 && bevel > 0.0; k++) {
+    bool odd = (k ^ k >> 1 ^ k >> 2) & 1;
+    sc_triangle(b, v[0][k], v[odd ? 1 : 2][k], v[odd ? 2 : 1][k]);
+  }
+}
+
+/* Straight bar of a star-shaped cross-section (out, up) from x0 to x1, along -x so that "out" is +z; ends are sheared by
+   k0, k1 metres of x per metre outwards and closed with fans around (cx, cy). */
+static void sc_prism(sc_build *b, const sc_pt *p, uint32_t n, uint32_t sub, double x0, double k0, double x1, double k1, double cx,
+                     double cy) {
+  sc_pt round[SC_MAX_POINTS];
+  sc_frame f[2];
+  uint32_t count = sc_round(p, n, sub, round), i, k;
+  f[0].o = sc_v(x1, 0.0, 0.0), f[0].x = sc_v(k1, 0.0, 1.0), f[1].o = sc_v(x0, 0.0, 0.0), f[1].x = sc_v(k0, 0.0, 1.0);
+  f[0].y = f[1].y = sc_v(0.0, 1.0, 0.0);
+  sc_sweep(b, f, 2, false, round, count, false, 1);
+  for (k = 0; k < 2; k++) {
+    sc_mark mark = sc_begin(b);
+    uint32_t centre = sc_vertex(b, sc_add(f[k].o, sc_add(sc_mul(f[k].x, cx), sc_mul(f[k].y, cy))), f[k].y), v = 0, before = 0;
+    for (i = 0; i < count; i++, before = v) {
+      v = sc_vertex(b, sc_add(f[k].o, sc_add(sc_mul(f[k].x, round[i].x), sc_mul(f[k].y, round[i].y))), f[k].y);
+      if (i) sc_triangle(b, centre, k ? before : v, k ? v : before);
+    }
+    sc_smooth(b, mark);
+  }
+}
+
+/* The part of a sphere around the origin between two angles from its top, exact normals. */
+static void sc_sphere_band(sc_build *b, double radius, double from, double to, uint32_t rows, uint32_t segments) {
+  uint32_t i, j, before = 0, row = 0;
+  for (j = 0; j <= rows; j++, before = row) {
+    double angle = from + (to - from) * j / rows, s = sc_sin(angle), c = sc_cos(angle);
+    uint32_t pole = s * s < 1e-12;
+    row = sc_begin(b).vertex;
+    for (i = 0; i < (pole ? 1 : segments); i++) {
+      sc_v3 n = sc_v(s * sc_cos(360.0 * i / segments), c, s * sc_sin(360.0 * i / segments));
+      sc_vertex(b, sc_mul(n, radius), n);
+    }
+    for (i = 0; i < segments && j; i++) {
+      uint32_t k = (i + 1) % segments, up = j == 1 && from == 0.0, down = pole;
+      sc_triangle(b, before + (up ? 0 : i), before + (up ? 0 : k), row + (down ? 0 : k));
+      sc_triangle(b, before + (up ? 0 : i), row + (down ? 0 : k), row + (down ? 0 : i));
+    }
+  }
+}
+
+/* A surface z(x, y) over a rectangle, seen from +z. */
+typedef double (*sc_height)(double x, double y, const void *context);
+static void sc_heights(sc_build *b, double x0, double y0, double x1, double y1, uint32_t nx, uint32_t ny, sc_height z,
+                       const void *context) {
+  sc_mark mark = sc_begin(b);
+  uint32_t i, j;
+  for (j = 0; j <= ny; j++)
+    for (i = 0; i <= nx; i++) {
+      double x = x0 + (x1 - x0) * i / nx, y = y0 + (y1 - y0) * j / ny;
+      sc_vertex(b, sc_v(x, y, z(x, y, context)), sc_v(0.0, 0.0, 1.0));
+    }
+  for (j = 0; j < ny; j++)
+    for (i = 0; i < nx; i++) {
+      uint32_t v = mark.vertex + j * (nx + 1) + i;
+      sc_triangle(b, v, v + 1, v + nx + 2);
+      sc_triangle(b, v, v + nx + 2, v + nx + 1);
+    }
+  sc_smooth(b, mark);
+}
+
+/* Puts the origin at `from` and lets y point to `to`. */
+static sc_frame sc_aim(sc_build *b, sc_v3 from, sc_v3 to) {
+  sc_frame keep = sc_place(b, from.x, from.y, from.z, 0.0), t = b->at;
+  sc_v3 y = sc_unit(sc_sub(to, from)), x = y.x * y.x < 0.5 ? sc_v(1.0, 0.0, 0.0) : sc_v(0.0, 0.0, 1.0), z;
+  x = sc_unit(sc_sub(x, sc_mul(y, sc_dot(x, y))));
+  z = sc_cross(x, y);
+  b->at.x = sc_add(sc_mul(t.x, x.x), sc_add(sc_mul(t.y, x.y), sc_mul(t.z, x.z)));
+  b->at.y = sc_add(sc_mul(t.x, y.x), sc_add(sc_mul(t.y, y.y), sc_mul(t.z, y.z)));
+  b->at.z = sc_add(sc_mul(t.x, z.x), sc_add(sc_mul(t.y, z.y), sc_mul(t.z, z.z)));
+  return keep;
+}
+
+/* >>pool-hall ------------------------------------------------------------------------------------------------------ */
+
+enum {
+  HALL_PLANK_1, HALL_PLANK_2, HALL_PLANK_3, HALL_PLANK_4, HALL_PLASTER, HALL_CEILING, HALL_PANEL, HALL_TRIM, HALL_CLOTH,
+  HALL_RAIL, HALL_CARVED, HALL_LEATHER, HALL_NET, HALL_IVORY, HALL_BALL_1, HALL_BALL_2, HALL_BALL_3, HALL_BALL_4, HALL_BALL_5,
+  HALL_BALL_6, HALL_BALL_7, HALL_BALL_8, HALL_MAPLE, HALL_CHALK, HALL_BRASS, HALL_STEEL, HALL_ENAMEL, HALL_OPAL, HALL_BAR_TOP,
+  HALL_SEAT, HALL_BENTWOOD, HALL_GREEN_GLASS, HALL_BROWN_GLASS, HALL_CLEAR_GLASS, HALL_LABEL, HALL_CURTAIN, HALL_GILT,
+  HALL_SKY, HALL_HILL, HALL_SLATE, HALL_TREES, HALL_KINDS
+};
+
+static const sc_kind hall_kinds[HALL_KINDS] = {
+  {"floor planks, light", {0.36f, 0.19f, 0.085f}, 1}, {"floor planks, red", {0.30f, 0.14f, 0.06f}, 1},
+  {"floor planks, dark", {0.25f, 0.125f, 0.055f}, 1}, {"floor planks, pale", {0.40f, 0.225f, 0.11f}, 1},
+  {"plaster", {0.70f, 0.53f, 0.34f}, 1},              {"ceiling", {0.74f, 0.63f, 0.48f}, 1},
+  {"panelling", {0.20f, 0.085f, 0.036f}, 0},          {"mouldings and beams", {0.19f, 0.080f, 0.035f}, 0},
+  {"cloth", {0.022f, 0.21f, 0.092f}, 0},              {"rails", {0.215f, 0.080f, 0.034f}, 0},
+  {"carved mahogany", {0.23f, 0.075f, 0.030f}, 0},    {"leather", {0.055f, 0.030f, 0.018f}, 0},
+  {"nets", {0.55f, 0.46f, 0.31f}, 0},                 {"ivory", {0.80f, 0.74f, 0.60f}, 0},
+  {"ball yellow", {0.80f, 0.50f, 0.02f}, 0},          {"ball blue", {0.02f, 0.06f, 0.42f}, 0},
+  {"ball red", {0.62f, 0.02f, 0.02f}, 0},             {"ball violet", {0.16f, 0.03f, 0.30f}, 0},
+  {"ball orange", {0.80f, 0.20f, 0.01f}, 0},          {"ball green", {0.01f, 0.22f, 0.07f}, 0},
+  {"ball maroon", {0.26f, 0.015f, 0.02f}, 0},         {"ball black", {0.012f, 0.012f, 0.013f}, 0},
+  {"maple", {0.62f, 0.42f, 0.21f}, 0},                {"chalk", {0.03f, 0.16f, 0.45f}, 0},
+  {"brass", {0.58f, 0.37f, 0.10f}, 0},                {"steel", {0.42f, 0.42f, 0.43f}, 0},
+  {"enamel", {0.012f, 0.10f, 0.055f}, 0},             {"opal glass", {0.95f, 0.88f, 0.70f}, 0},
+  {"bar top", {0.30f, 0.13f, 0.05f}, 0},              {"red leather", {0.33f, 0.025f, 0.02f}, 0},
+  {"bentwood", {0.16f, 0.06f, 0.025f}, 0},            {"green glass", {0.03f, 0.19f, 0.06f}, 0},
+  {"brown glass", {0.27f, 0.10f, 0.02f}, 0},          {"clear glass", {0.55f, 0.58f, 0.55f}, 0},
+  {"labels", {0.75f, 0.66f, 0.45f}, 0},               {"curtains", {0.30f, 0.018f, 0.022f}, 0},
+  {"gilt frames", {0.62f, 0.40f, 0.11f}, 0},          {"painted sky", {0.45f, 0.50f, 0.50f}, 1},
+  {"painted hills", {0.10f, 0.17f, 0.06f}, 1},        {"slate", {0.05f, 0.06f, 0.06f}, 1},
+  {"trees", {0.020f, 0.034f, 0.022f}, 1}
+};
+
+#define HALL_X 16.0 /* length, width and height of the room */
+#define HALL_Z 10.0
+#define HALL_Y 3.6
+#define HALL_A 1.27   /* half the playing field, from cushion nose to cushion nose (nine-foot table) */
+#define HALL_C 0.635
+#define HALL_BED 0.79
+#define HALL_POCKET 0.062 /* radius of a pocket */
+#define HALL_BALL 0.028575
+
+/* Floor: 62 rows of planks; all edges are cut by a millimetre, so that neighbours meet in a groove. */
+static void hall_floor(sc_build *b) {
+  uint32_t row, rows = 62;
+  for (row = 0; row < rows; row++) {
+    double z0 = HALL_Z * row / rows, z1 = HALL_Z * (row + 1) / rows, x = 0.0, cut = 0.0012, deep = -0.0012;
+    double next = 0.5 + 1.7 * sc_random(&b->random);
+    while (x < HALL_X) {
+      double x1 = next > HALL_X - 0.4 ? HALL_X : next;
+      sc_v3 p[8];
+      sc_use(b, HALL_PLANK_1 + (uint32_t)(4.0 * sc_random(&b->random)));
+      p[0] = sc_v(x, deep, z0), p[1] = sc_v(x, deep, z1), p[2] = sc_v(x1, deep, z1), p[3] = sc_v(x1, deep, z0);
+      p[4] = sc_v(x + cut, 0, z0 + cut), p[5] = sc_v(x + cut, 0, z1 - cut);
+      p[6] = sc_v(x1 - cut, 0, z1 - cut), p[7] = sc_v(x1 - cut, 0, z0 + cut);
+      sc_quad(b, p[4], p[5], p[6], p[7]);
+      sc_quad(b, p[0], p[1], p[5], p[4]);
+      sc_quad(b, p[1], p[2], p[6], p[5]);
+      sc_quad(b, p[2], p[3], p[7], p[6]);
+      sc_quad(b, p[3], p[0], p[4], p[7]);
+      x = x1;
+      next = x + 1.4 + 1.2 * sc_random(&b->random);
+    }
+  }
+}
+
+/* A wall in its own frame: x along, y up, z into the room. Openings are ordered along x: x0, y0, x1, y1. */
+typedef struct hall_wall {
+  double x, z, yaw, length;
+  double open[3][4];
+  uint32_t opens; /* those that reach the floor are doors */
+  bool windows;
+} hall_wall;
+
+static const hall_wall hall_walls[4] = {
+  {0.0, 0.0, 0.0, HALL_X, {{2.3, 1.25, 3.7, 2.95}, {4.3, 1.25, 5.7, 2.95}, {6.3, 1.25, 7.7, 2.95}}, 3, true},
+  {HALL_X, 0.0, -90.0, HALL_Z, {{0.9, 0.0, 1.95, 2.2}, {3.1, 1.25, 4.5, 2.95}, {5.6, 1.25, 7.0, 2.95}}, 3, true},
+  {HALL_X, HALL_Z, 180.0, HALL_X, {{4.0, 0.0, 5.05, 2.2}, {0, 0, 0, 0}, {0, 0, 0, 0}}, 1, false},
+  {0.0, HALL_Z, 90.0, HALL_Z, {{3.0, 1.25, 4.4, 2.95}, {5.6, 1.25, 7.0, 2.95}, {0, 0, 0, 0}}, 2, true}};
+
+static void hall_plaster(sc_build *b, const hall_wall *w) {
+  double x = 0.0;
+  uint32_t i;
+  sc_use(b, HALL_PLASTER);
+  for (i = 0; i <= w->opens; i++) {
+    const double *o = w->open[i < w->opens ? i : 0];
+    double end = i < w->opens ? o[0] : w->length;
+    sc_quad(b, sc_v(x, 0, 0), sc_v(end, 0, 0), sc_v(end, HALL_Y, 0), sc_v(x, HALL_Y, 0));
+    if (i == w->opens) break;
+    if (o[1] > 0.0) sc_quad(b, sc_v(o[0], 0, 0), sc_v(o[2], 0, 0), sc_v(o[2], o[1], 0), sc_v(o[0], o[1], 0));
+    sc_quad(b, sc_v(o[0], o[3], 0), sc_v(o[2], o[3], 0), sc_v(o[2], HALL_Y, 0), sc_v(o[0], HALL_Y, 0));
+    x = o[2];
+  }
+}
+
+/* Wainscot from x0 to x1: board, stiles, raised fields, skirting and cap. */
+static void hall_wainscot(sc_build *b, double x0, double x1) {
+  static const sc_pt skirting[] = {{0.035, 0.0, 1}, {0.035, 0.13, 1}, {0.030, 0.145, 0}, {0.022, 0.15, 0}, {0.018, 0.165, 1}, {0.0, 0.165, 1}};
+  static const sc_pt cap[] = {{0.018, 1.0, 1}, {0.03, 1.01, 0}, {0.034, 1.03, 0}, {0.05, 1.045, 1}, {0.055, 1.05, 0}, {0.055, 1.06, 0}, {0.05, 1.065, 1}, {0.0, 1.065, 1}};
+  uint32_t i, n = (uint32_t)((x1 - x0) / 0.62 + 0.5);
+  double pitch;
+  sc_pt path[2] = {{0, 0, 1}, {0, 0, 1}};
+  if (n == 0) n = 1;
+  pitch = (x1 - x0) / n;
+  sc_use(b, HALL_PANEL);
+  sc_quad(b, sc_v(x0, 0, 0.008), sc_v(x1, 0, 0.008), sc_v(x1, 1.03, 0.008), sc_v(x0, 1.03, 0.008));
+  sc_box(b, x0, 0.14, 0.0, x1, 0.24, 0.0215, 0.003);
+  sc_box(b, x0, 0.92, 0.0, x1, 1.02, 0.0215, 0.003);
+  for (i = 0; i < n; i++) {
+    double x = x0 + pitch * i;
+    if (i) sc_box(b, x - 0.05, 0.235, 0.0, x + 0.05, 0.925, 0.022, 0.003);
+    sc_box(b, x + 0.075, 0.262, -0.03, x + pitch - 0.075, 0.898, 0.019, 0.012);
+  }
+  sc_box(b, x0, 0.235, 0.0, x0 + 0.05, 0.925, 0.022, 0.003);
+  sc_box(b, x1 - 0.05, 0.235, 0.0, x1, 0.925, 0.022, 0.003);
+  sc_use(b, HALL_TRIM);
+  path[0].x = x1, path[1].x = x0;
+  sc_moulding(b, path, 2, false, skirting, SC_COUNT(skirting), 2);
+  sc_moulding(b, path, 2, false, cap, SC_COUNT(cap), 2);
+}
+
+static double hall_fold(double x, double y, const void *context) { /* pleats, gathered at the tie-back */
+  const double *c = (const double *)context; /* width, height of the tie-back */
+  double gather = 1.0 / (1.0 + 9.0 * (y - c[1]) * (y - c[1]));
+  return 0.02 * (1.0 + 0.35 * sc_sin(900.0 * y + 700.0 * x)) * sc_sin(360.0 * 8.0 * x / c[0]) * (1.0 - 0.45 * gather) + 0.03 * gather;
+}
+
+static void hall_curtains(sc_build *b, double x0, double x1) {
+  static const sc_pt knob[] = {{0, 0, 0}, {0.02, 0.005, 0}, {0.03, 0.025, 0}, {0.02, 0.045, 0}, {0.008, 0.055, 0}, {0, 0.06, 0}};
+  double width[2] = {0.36, 1.45};
+  uint32_t i, side;
+  sc_use(b, HALL_CURTAIN);
+  for (side = 0; side < 2; side++) {
+    sc_frame keep = sc_place(b, side ? x1 - 0.16 : x0 - 0.2, 0.0, 0.12, 0.0);
+    sc_heights(b, 0.0, 1.1, width[0], 3.09, 48, 9, hall_fold, width);
+    b->at = keep;
+  }
+  sc_use(b, HALL_BRASS);
+  sc_rod(b, sc_v(x0 - 0.3, 3.12, 0.12), sc_v(x1 + 0.3, 3.12, 0.12), 0.014, 10);
+  for (side = 0; side < 2; side++) {
+    sc_frame keep = sc_place(b, side ? x1 + 0.3 : x0 - 0.3, 3.12, 0.12, 0.0);
+    sc_turn_z(b, side ? -90.0 : 90.0);
+    SC_LATHE(b, 12, knob, 2);
+    b->at = keep;
+    for (i = 0; i < 6; i++) { /* rings */
+      keep = sc_place(b, (side ? x1 - 0.14 : x0 - 0.18) + 0.063 * i, 3.115, 0.12, 0.0);
+      sc_turn_z(b, 90.0);
+      sc_torus(b, 0.0, 0.022, 0.0035, 10, 4);
+      b->at = keep;
+    }
+  }
+}
+
+static const sc_pt hall_casing[] = {{0.11, 0.0, 1}, {0.11, 0.03, 1}, {0.10, 0.036, 0}, {0.09, 0.03, 1}, {0.02, 0.022, 1}, {0.012, 0.03, 0}, {0.0, 0.03, 1}, {0.0, -0.22, 1}};
+
+/* A sash window in an opening, the frame 12 cm behind the wall; no panes yet. */
+static void hall_window(sc_build *b, const double *o) {
+  double w = (o[2] - o[0]) / 3.0, h = (o[3] - o[1]) / 4.0, z = -0.12;
+  uint32_t i;
+  sc_use(b, HALL_TRIM);
+  sc_border(b, o[0], o[1], o[2], o[3], hall_casing, SC_COUNT(hall_casing), 2);
+  sc_box(b, o[0] - 0.15, o[1] - 0.045, -0.2, o[2] + 0.15, o[1] + 0.004, 0.085, 0.006);
+  sc_box(b, o[0] - 0.01, o[1] - 0.01, z - 0.05, o[0] + 0.06, o[3] + 0.01, z, 0.005);
+  sc_box(b, o[2] - 0.06, o[1] - 0.01, z - 0.05, o[2] + 0.01, o[3] + 0.01, z, 0.005);
+  sc_box(b, o[0], o[1] - 0.01, z - 0.049, o[2], o[1] + 0.07, z - 0.001, 0.005);
+  sc_box(b, o[0], o[3] - 0.06, z - 0.049, o[2], o[3] + 0.01, z - 0.001, 0.005);
+  for (i = 1; i < 3; i++) sc_box(b, o[0] + w * i - 0.012, o[1], z - 0.04, o[0] + w * i + 0.012, o[3], z - 0.01, 0.004);
+  for (i = 1; i < 4; i++) {
+    double t = i == 2 ? 0.028 : 0.012;
+    sc_box(b, o[0], o[1] + h * i - t, z - 0.041, o[2], o[1] + h * i + t, z - 0.009, 0.004);
+  }
+  hall_curtains(b, o[0], o[2]);
+}
+
+static void hall_door(sc_build *b, const double *o) {
+  static const sc_pt knob[] = {{0.028, 0, 1}, {0.028, 0.006, 1}, {0.01, 0.008, 0}, {0.01, 0.03, 0}, {0.026, 0.042, 0}, {0.03, 0.055, 0}, {0.02, 0.068, 0}, {0, 0.071, 0}};
+  static const double fields[3][2] = {{0.18, 0.78}, {0.92, 1.42}, {1.54, 2.02}};
+  double mid = (o[0] + o[2]) / 2.0;
+  sc_frame keep;
+  uint32_t i, side;
+  sc_use(b, HALL_TRIM);
+  sc_border(b, o[0], -0.2, o[2], o[3], hall_casing, SC_COUNT(hall_casing), 2);
+  sc_use(b, HALL_PANEL);
+  sc_box(b, o[0], 0.006, -0.06, o[2], o[3], -0.02, 0.003);
+  for (i = 0; i < 3; i++)
+    for (side = 0; side < 2; side++) {
+      double x0 = side ? mid + 0.05 : o[0] + 0.12, x1 = side ? o[2] - 0.12 : mid - 0.05;
+      static const sc_pt bead[] = {{0.012, -0.021, 1}, {0.009, -0.012, 0}, {0.0, -0.010, 0}, {-0.008, -0.014, 0}, {-0.012, -0.021, 1}};
+      sc_border(b, x0, fields[i][0], x1, fields[i][1], bead, SC_COUNT(bead), 2);
+      sc_box(b, x0 + 0.04, fields[i][0] + 0.04, -0.04, x1 - 0.04, fields[i][1] - 0.04, -0.011, 0.009);
+    }
+  sc_use(b, HALL_BRASS);
+  keep = sc_place(b, o[2] - 0.06, 1.02, -0.02, 0.0);
+  sc_turn_x(b, 90.0);
+  SC_LATHE(b, 20, knob, 3);
+  b->at = keep;
+}
+
+/* Ceiling: boards, beams across, joists between them, a cornice around. */
+static void hall_ceiling(sc_build *b) {
+  static const sc_pt cornice[] = {{0.0, 3.36, 1}, {0.018, 3.36, 1}, {0.022, 3.385, 0}, {0.02, 3.40, 1}, {0.035, 3.415, 0}, {0.06, 3.45, 0}, {0.10, 3.50, 0}, {0.12, 3.53, 1}, {0.13, 3.535, 1}, {0.13, 3.605, 1}};
+  static const sc_pt room[] = {{0, HALL_Z, 1}, {HALL_X, HALL_Z, 1}, {HALL_X, 0, 1}, {0, 0, 1}};
+  uint32_t i, k;
+  sc_use(b, HALL_CEILING);
+  sc_quad(b, sc_v(0, HALL_Y, 0), sc_v(HALL_X, HALL_Y, 0), sc_v(HALL_X, HALL_Y, HALL_Z), sc_v(0, HALL_Y, HALL_Z));
+  sc_use(b, HALL_TRIM);
+  sc_moulding(b, room, 4, true, cornice, SC_COUNT(cornice), 3);
+  for (i = 0; i < 7; i++) {
+    double x = 2.0 + 2.0 * i;
+    sc_box(b, x - 0.1, 3.34, -0.05, x + 0.1, 3.65, HALL_Z + 0.05, 0.012);
+    for (k = 0; k < 2; k++) { /* corbels under the ends of the beams */
+      static const sc_pt corbel[] = {{0.0, 2.98, 1}, {0.05, 3.0, 0}, {0.07, 3.08, 0}, {0.10, 3.14, 0}, {0.2, 3.2, 0}, {0.27, 3.27, 0}, {0.28, 3.345, 1}, {0.0, 3.345, 1}};
+      sc_frame keep = sc_place(b, x, 0.0, k ? HALL_Z : 0.0, k ? 180.0 : 0.0);
+      sc_prism(b, corbel, SC_COUNT(corbel), 3, -0.07, 0.0, 0.07, 0.0, 0.03, 3.25);
+      b->at = keep;
+    }
+  }
+  for (i = 0; i < 15; i++) {
+    double z = HALL_Z * (i + 1) / 16.0;
+    for (k = 0; k < 8; k++) sc_box(b, 2.0 * k + 0.09, 3.49, z - 0.04, 2.0 * k + 1.91, 3.65, z + 0.04, 0.006);
+  }
+}
+
+/* Trees behind the windows, black against the evening sky: a ragged fence two metres behind the wall. */
+static void hall_trees(sc_build *b, double length) {
+  double y0 = 2.0, phase = 360.0 * sc_random(&b->random);
+  uint32_t i, n = 5 * (uint32_t)length;
+  sc_use(b, HALL_TREES);
+  for (i = 0; i < n; i++) {
+    double x0 = -2.0 + (length + 4.0) * i / n, x1 = -2.0 + (length + 4.0) * (i + 1) / n;
+    double y1 = 1.95 + 0.35 * sc_sin(110.0 * x1 + phase) + 0.2 * sc_sin(277.0 * x1) + 0.16 * sc_random(&b->random);
+    sc_quad(b, sc_v(x0, 0.0, -2.0), sc_v(x1, 0.0, -2.0), sc_v(x1, y1, -2.0), sc_v(x0, y0, -2.0));
+    y0 = y1;
+  }
+}
+
+static void hall_room(sc_build *b) {
+  uint32_t i, k;
+  hall_floor(b);
+  hall_ceiling(b);
+  for (i = 0; i < 4; i++) {
+    const hall_wall *w = &hall_walls[i];
+    sc_frame keep = sc_place(b, w->x, 0.0, w->z, w->yaw);
+    double x = 0.0;
+    hall_plaster(b, w);
+    for (k = 0; k < w->opens; k++) {
+      const double *o = w->open[k];
+      if (o[1] > 0.0) {
+        hall_window(b, o);
+      } else {
+        hall_door(b, o);
+        if (o[0] - 0.11 > x) hall_wainscot(b, x, o[0] - 0.11);
+        x = o[2] + 0.11;
+      }
+    }
+    hall_wainscot(b, x, w->length);
+    if (w->windows) hall_trees(b, w->length);
+    b->at = keep;
+  }
+}
+
+/* The leather-covered iron around a pocket. x, z point away from the field at a corner; z does at a side. */
+static void hall_pocket_iron(sc_build *b, bool corner) {
+  static const sc_pt section[] = {{1.0, -0.03, 1}, {1.0, 0.035, 0}, {0.985, 0.043, 0}, {0.94, 0.048, 0}, {0.12, 0.048, 0}, {0.03, 0.044, 0}, {0.0, 0.030, 0}, {0.0, -0.05, 1}};
+  double from = corner ? -76.0 : -5.0, to = corner ? 166.0 : 185.0, out = corner ? 0.142 : 0.122, reach = corner ? 0.067 : 0.076;
+  uint32_t n = sc_segments(b, 28), i;
+  sc_frame f[32];
+  sc_pt round[SC_MAX_POINTS];
+  uint32_t count = sc_round(section, SC_COUNT(section), 1, round);
+  for (i = 0; i <= n + 2; i++) { /* the first and last end square, flush with the rails */
+    uint32_t k = i == 0 ? 0 : i > n + 1 ? n : i - 1;
+    double t = from + (to - from) * k / n, c = sc_cos(t), s = sc_sin(t), u, v, px = HALL_POCKET * c, pz = HALL_POCKET * s;
+    if (corner) {
+      u = t < 0.0 ? out : t < 90.0 ? out * c : -(t - 90.0) / (to - 90.0) * reach;
+      v = t < 0.0 ? t / from * -reach : t < 90.0 ? out * s : out;
+      if (i == 0) pz = -reach;
+      if (i == n + 2) px = -reach;
+    } else {
+      u = reach * (1.0 - 2.0 * k / n);
+      v = out + 0.012 * (1.0 - u * u / (reach * reach));
+      if (i == 0) px = reach;
+      if (i == n + 2) px = -reach;
+    }
+    f[i].o = sc_v(px, 0.0, pz), f[i].x = sc_v(u - px, 0.0, v - pz), f[i].y = sc_v(0.0, 1.0, 0.0);
+  }
+  sc_sweep(b, f, n + 3, false, round, count, false, 1);
+}
+
+/* Leather bag below a pocket, a rim around its top and a net over it: strands wind both ways. */
+static void hall_pocket_net(sc_build *b) {
+  static const sc_pt bag[] = {{0, -0.262, 0}, {0.022, -0.258, 0}, {0.036, -0.245, 0}, {0.041, -0.222, 0}, {0.053, -0.165, 0}, {0.064, -0.09, 1}, {0.070, -0.085, 0}, {0.071, -0.05, 0}, {0.068, -0.005, 1}, {0.066, -0.005, 1}, {0.062, -0.10, 0}, {0.035, -0.235, 0}, {0, -0.25, 0}};
+  uint32_t i, k, dir;
+  sc_use(b, HALL_LEATHER);
+  SC_LATHE(b, 24, bag, 1);
+  sc_use(b, HALL_NET);
+  for (dir = 0; dir < 2; dir++)
+    for (i = 0; i < 8; i++) {
+      sc_v3 p[6];
+      for (k = 0; k < 6; k++) {
+        double t = k / 5.0, a = 45.0 * i + (dir ? 75.0 : -75.0) * t, r = 0.0655 + 0.002 * t * (1.0 - t) - 0.0235 * t;
+        p[k] = sc_v(r * sc_cos(a), -0.09 - 0.13 * t, r * sc_sin(a));
+      }
+      sc_tube(b, p, 6, 1, false, 0.0017, 0.0017, 4);
+    }
+}
+
+/* The cloth on the slate: a rectangle of six points, and around it six fans towards the pockets with quads in between. */
+static void hall_bed(sc_build *b) {
+  double ex = HALL_A + 0.03, ez = HALL_C + 0.03, ix = HALL_A - 0.12, iz = HALL_C - 0.12;
+  static const double side[6][3] = {{1, 1, 1}, {0, 1, 1}, {-1, 1, 1}, {-1, -1, 1}, {0, -1, 1}, {1, -1, 1}}; /* x, z of the pockets */
+  sc_v3 inner[6], edge[6][13];
+  uint32_t i, k, n = 12;
+  for (i = 0; i < 6; i++) {
+    double sx = side[i][0], sz = side[i][1];
+    bool corner = sx * sx > 0.5;
+    double px = sx * (HALL_A + 0.035), pz = sz * (HALL_C + (corner ? 0.035 : 0.055)), x0, z0, x1, z1;
+    double da = ex - (HALL_A + 0.035), dz = ez - (HALL_C + (corner ? 0.035 : 0.055)); /* edges of the bed, seen from the pocket */
+    double h = sqrt(HALL_POCKET * HALL_POCKET - dz * dz), hx = sqrt(HALL_POCKET * HALL_POCKET - da * da);
+    inner[i] = sc_v(sx * ix, 0.0, sz * iz);
+    /* walk around against the clock, seen from above: from the pocket's first cut of the edge to its second */
+    if (corner && sx * sz > 0) x0 = sx * da, z0 = -sz * hx, x1 = -sx * h, z1 = sz * dz;
+    else if (corner) x0 = -sx * h, z0 = sz * dz, x1 = sx * da, z1 = -sz * hx;
+    else x0 = sz * h, z0 = sz * dz, x1 = -sz * h, z1 = sz * dz;
+    for (k = 0; k <= n; k++) { /* along the arc: chord points pushed out to the circle, on the field's side */
+      double t = (double)k / n, x = x0 + (x1 - x0) * t - sx * 0.02, z = z0 + (z1 - z0) * t - (corner ? sz * 0.02 : sz * 0.03), l;
+      if (k == 0) x = x0, z = z0;
+      if (k == n) x = x1, z = z1;
+      l = HALL_POCKET / sqrt(x * x + z * z);
+      edge[i][k] = sc_v(px + x * l, 0.0, pz + z * l);
+    }
+  }
+  sc_use(b, HALL_CLOTH);
+  for (i = 0; i < 6; i++) {
+    sc_v3 up = sc_v(0, 1, 0), down = sc_v(0, -0.045, 0);
+    uint32_t next = (i + 1) % 6, centre = sc_vertex(b, inner[i], up), v = 0, before = 0;
+    sc_mark mark;
+    for (k = 0; k <= n; k++, before = v) {
+      v = sc_vertex(b, edge[i][k], up);
+      if (k) sc_triangle(b, centre, v, before);
+    }
+    sc_quad(b, inner[i], inner[next], edge[next][0], edge[i][n]);
+    mark = sc_begin(b);
+    for (k = 0; k <= n; k++) {
+      v = sc_vertex(b, edge[i][k], up);
+      sc_vertex(b, sc_add(edge[i][k], down), up);
+      if (k) sc_triangle(b, v - 2, v, v - 1), sc_triangle(b, v - 1, v, v + 1);
+    }
+    sc_smooth(b, mark);
+  }
+  sc_quad(b, inner[2], inner[1], inner[4], inner[3]);
+  sc_quad(b, inner[1], inner[0], inner[5], inner[4]);
+}
+
+/* One stretch of rail and cushion, facing +z in its frame (nose line z = 0), and its three sights. Where a cushion ends it is
+   sheared, less at the side pockets, and reaches out of the rail up to the round of the pocket. */
+static void hall_rail(sc_build *b, double x0, double shear0, double x1, double shear1, double first, double step) {
+  static const sc_pt wood[] = {{-0.03, -0.10, 1}, {0.03, -0.092, 0}, {0.075, -0.075, 0}, {0.105, -0.045, 0}, {0.14, -0.034, 1}, {0.158, -0.034, 1}, {0.171, -0.026, 0}, {0.175, 0.0, 0}, {0.174, 0.025, 0}, {0.166, 0.043, 0}, {0.15, 0.047, 1}, {0.049, 0.047, 1}, {0.049, -0.06, 1}};
+  static const sc_pt rubber[] = {{0.05, -0.002, 1}, {0.05, 0.0455, 1}, {0.010, 0.0405, 0}, {0.002, 0.0385, 0}, {0.0, 0.036, 0}, {0.003, 0.031, 0}, {0.028, -0.002, 1}};
+  static const sc_pt stone[] = {{0.008, 0.0, 1}, {0.008, 0.0006, 1}, {0, 0.0006, 1}};
+  double over0 = shear0 < -1.0 ? 0.003 : 0.0125, over1 = shear1 < -1.0 ? 0.003 : 0.0125;
+  uint32_t i;
+  sc_use(b, HALL_RAIL);
+  sc_prism(b, wood, SC_COUNT(wood), 2, x0, 0.0, x1, 0.0, 0.09, -0.015);
+  sc_use(b, HALL_CLOTH);
+  sc_prism(b, rubber, SC_COUNT(rubber), 2, x0 - over0 - 0.05 * shear0, shear0, x1 + over1 + 0.05 * shear1, -shear1, 0.03,
+           0.02);
+  sc_use(b, HALL_IVORY);
+  for (i = 0; i < 3; i++) {
+    sc_frame keep = sc_place(b, first + step * i, 0.0468, 0.105, 0.0);
+    b->at.x = sc_mul(b->at.x, 0.75), b->at.z = sc_mul(b->at.z, 1.5);
+    sc_lathe_around(b, 0.0, 0.0, 4, stone, SC_COUNT(stone), 1);
+    b->at = keep;
+  }
+}
+
+static void hall_leg(sc_build *b) {
+  static const sc_pt foot[] = {{0, 0, 1}, {0.050, 0, 1}, {0.066, 0.014, 0}, {0.070, 0.034, 0}, {0.058, 0.056, 1}, {0.046, 0.060, 1}, {0.043, 0.068, 0}, {0.046, 0.080, 1}, {0.056, 0.082, 0}, {0.060, 0.090, 0}, {0.056, 0.098, 0}, {0.048, 0.100, 1}};
+  static const sc_pt shaft[] = {{0.047, 0.098, 1}, {0.050, 0.12, 0}, {0.058, 0.20, 0}, {0.066, 0.27, 0}, {0.068, 0.302, 1}};
+  static const sc_pt vase[] = {{0.068, 0.300, 1}, {0.078, 0.302, 0}, {0.081, 0.310, 0}, {0.078, 0.318, 0}, {0.066, 0.321, 1}, {0.056, 0.330, 0}, {0.062, 0.345, 0}, {0.084, 0.375, 0}, {0.090, 0.400, 0}, {0.078, 0.428, 0}, {0.056, 0.444, 1}, {0.066, 0.447, 0}, {0.069, 0.455, 0}, {0.064, 0.464, 1}};
+  sc_use(b, HALL_CARVED);
+  SC_LATHE(b, 24, foot, 1);
+  b->flutes = 12, b->flute_depth = 0.10;
+  SC_LATHE(b, 60, shaft, 1);
+  b->flutes = 0;
+  SC_LATHE(b, 28, vase, 2);
+  sc_box(b, -0.085, 0.46, -0.085, 0.085, 0.545, 0.085, 0.006);
+}
+
+/* A table, its middle at the origin on the floor, long along x. */
+static void hall_table(sc_build *b) {
+  static const sc_pt apron[] = {{0, 0.53, 1}, {0.10, 0.53, 1}, {0.116, 0.535, 0}, {0.121, 0.548, 0}, {0.116, 0.561, 0}, {0.106, 0.566, 1}, {0.104, 0.59, 1}, {0.104, 0.66, 1}, {0.108, 0.664, 0}, {0.12, 0.672, 1}, {0.12, 0.765, 1}, {0, 0.765, 1}};
+  double corner = 0.035, xs = HALL_A + corner - 0.067, zs = HALL_C + corner - 0.067;
+  sc_frame keep, bed;
+  uint32_t i;
+  sc_use(b, HALL_CARVED);
+  sc_lathe_around(b, HALL_A - 0.14, HALL_C - 0.14, 48, apron, SC_COUNT(apron), 2);
+  for (i = 0; i < 6; i++) {
+    keep = sc_place(b, ((int)(i % 3) - 1) * (HALL_A - 0.14), 0.0, (i < 3 ? 1 : -1) * (HALL_C - 0.13), 0.0);
+    hall_leg(b);
+    b->at = keep;
+  }
+  bed = sc_place(b, 0.0, HALL_BED, 0.0, 0.0);
+  hall_bed(b);
+  for (i = 0; i < 2; i++) {
+    double turn = 180.0 * i, step = HALL_A / 4.0;
+    keep = sc_place(b, 0.0, 0.0, i ? -HALL_C : HALL_C, turn);
+    hall_rail(b, -xs, -1.28, -0.076, -0.06, -3 * step, step);
+    hall_rail(b, 0.076, -0.06, xs, -1.28, step, step);
+    b->at = keep;
+    keep = sc_place(b, i ? -HALL_A : HALL_A, 0.0, 0.0, 90.0 + turn);
+    hall_rail(b, -zs, -1.28, zs, -1.28, -step, step);
+    b->at = keep;
+  }
+  for (i = 0; i < 6; i++) {
+    int sx = (int)(i % 3) - 1, sz = i < 3 ? 1 : -1;
+    static const double turns[6] = {-90.0, 0.0, 0.0, 180.0, 180.0, 90.0};
+    keep = sc_place(b, sx * (HALL_A + corner), 0.0, sz * (HALL_C + (sx ? corner : 0.055)), turns[i]);
+    sc_use(b, HALL_LEATHER);
+    hall_pocket_iron(b, sx != 0);
+    hall_pocket_net(b);
+    b->at = keep;
+  }
+  b->at = bed;
+}
+
+/* Ball 0 is the cue ball, 9 to 15 have a band. The discs of the numbers are caps that stand out a quarter of a millimetre. */
+static void hall_ball(sc_build *b, uint32_t number, double x, double z, uint32_t rows) { /* a third of all rows */
+  sc_frame keep = sc_place(b, x, HALL_BALL, z, 360.0 * sc_random(&b->random));
+  uint32_t colour = number ? (uint32_t)HALL_BALL_1 + (number - 1) % 8 : (uint32_t)HALL_IVORY, k;
+  sc_turn_z(b, 70.0 * sc_random(&b->random) + 10.0);
+  sc_turn_x(b, 360.0 * sc_random(&b->random));
+  if (number > 8) {
+    sc_use(b, HALL_IVORY);
+    sc_sphere_band(b, HALL_BALL, 0.0, 60.0, rows, 6 * rows);
+    sc_sphere_band(b, HALL_BALL, 120.0, 180.0, rows, 6 * rows);
+    sc_use(b, colour);
+    sc_sphere_band(b, HALL_BALL, 60.0, 120.0, rows, 6 * rows);
+  } else {
+    sc_use(b, colour);
+    sc_sphere_band(b, HALL_BALL, 0.0, 180.0, 3 * rows, 6 * rows);
+  }
+  sc_use(b, HALL_IVORY);
+  for (k = 0; k < 2 && number; k++) {
+    sc_turn_z(b, 90.0 + 90.0 * k);
+    sc_sphere_band(b, HALL_BALL + 0.00025, 0.0, 24.0, 3, 2 * rows + 2);
+  }
+  b->at = keep;
+}
+
+/* A cue, tip at the origin, 1.47 m along y. */
+static void hall_cue(sc_build *b) {
+  static const sc_pt tip[] = {{0, 0, 0}, {0.0045, 0.001, 0}, {0.0062, 0.004, 0}, {0.0062, 0.010, 1}};
+  static const sc_pt ferrule[] = {{0.0063, 0.010, 1}, {0.0065, 0.035, 1}};
+  static const sc_pt shaft[] = {{0.0065, 0.035, 1}, {0.0068, 0.30, 0}, {0.0105, 0.74, 1}};
+  static const sc_pt butt[] = {{0.0108, 0.74, 1}, {0.0112, 0.76, 1}, {0.0128, 1.10, 0}, {0.0148, 1.45, 0}, {0.0145, 1.465, 0}, {0.012, 1.47, 0}, {0, 1.47, 0}};
+  static const sc_pt ring[] = {{0.0108, 0.735, 1}, {0.0118, 0.737, 1}, {0.0118, 0.760, 1}, {0.0110, 0.762, 1}};
+  sc_use(b, HALL_CHALK);
+  SC_LATHE(b, 14, tip, 1);
+  sc_use(b, HALL_IVORY);
+  SC_LATHE(b, 14, ferrule, 1);
+  sc_use(b, HALL_MAPLE);
+  SC_LATHE(b, 14, shaft, 3);
+  sc_use(b, HALL_RAIL);
+  SC_LATHE(b, 14, butt, 2);
+  sc_use(b, HALL_BRASS);
+  SC_LATHE(b, 14, ring, 1);
+}
+
+/* A cue that lies with its tip on the cloth and on the rail towards (x1, z1); both in the frame of the bed. */
+static void hall_cue_on_rail(sc_build *b, double x0, double z0, double x1, double z1, double rise) {
+  sc_frame keep = sc_aim(b, sc_v(x0, 0.0068, z0), sc_v(x1, 0.0068 + rise, z1));
+  hall_cue(b);
+  b->at = keep;
+}
+
+static void hall_chalk(sc_build *b, double x, double z, double yaw) {
+  sc_frame keep = sc_place(b, x, 0.0475, z, yaw);
+  sc_use(b, HALL_CHALK);
+  sc_box(b, -0.011, 0.0, -0.011, 0.011, 0.021, 0.011, 0.0015);
+  b->at = keep;
+}
+
+/* The wooden triangle, its apex ball at the origin and pointing to -x. */
+static void hall_triangle(sc_build *b) {
+  static const sc_pt wood[] = {{0.016, 0.004, 0}, {0.017, 0.03, 0}, {0.014, 0.045, 0}, {0.009, 0.049, 0}, {0.003, 0.045, 0}, {0.001, 0.03, 0}, {0.001, 0.004, 1}, {0.016, 0.004, 1}};
+  double side = 8.0 * HALL_BALL;
+  sc_pt path[21];
+  uint32_t i, n = 0, corner;
+  for (corner = 0; corner < 3; corner++)
+    for (i = 0; i < 7; i++) { /* around the corner balls, clockwise from above */
+      double cx = corner == 0 ? 0.0 : side * sc_cos(30.0), cz = corner == 0 ? 0.0 : side * (corner == 1 ? -0.5 : 0.5);
+      double a = 120.0 + 120.0 * corner + 20.0 * i;
+      path[n].x = cx + (HALL_BALL + 0.001) * sc_cos(a), path[n].y = cz + (HALL_BALL + 0.001) * sc_sin(a), path[n++].corner = 1;
+    }
+  sc_use(b, HALL_CARVED);
+  sc_moulding(b, path, n, true, wood, SC_COUNT(wood), 2);
+}
+
+static void hall_rack_balls(sc_build *b) {
+  static const uint32_t order[15] = {1, 9, 2, 10, 8, 3, 11, 7, 14, 4, 5, 13, 15, 6, 12};
+  uint32_t row, k, n = 0;
+  for (row = 0; row < 5; row++)
+    for (k = 0; k <= row; k++)
+      hall_ball(b, order[n++], row * 2.0004 * HALL_BALL * sc_cos(30.0), (k - row / 2.0) * 2.0004 * HALL_BALL, 5);
+}
+
+/* A lamp over a table: three shades under a bar that hangs on two rods. The mouth of the shades is at y = 0. */
+static void hall_lamp(sc_build *b, double ceiling) {
+  static const sc_pt shade[] = {{0.232, -0.004, 1}, {0.236, 0.0, 0}, {0.232, 0.012, 0}, {0.205, 0.05, 0}, {0.14, 0.105, 0}, {0.08, 0.145, 0}, {0.052, 0.175, 0}, {0.046, 0.20, 1}};
+  static const sc_pt inside[] = {{0.046, 0.195, 1}, {0.050, 0.172, 0}, {0.078, 0.141, 0}, {0.138, 0.101, 0}, {0.202, 0.046, 0}, {0.229, 0.010, 0}, {0.231, -0.004, 1}};
+  static const sc_pt cap[] = {{0.050, 0.185, 1}, {0.052, 0.20, 0}, {0.045, 0.215, 0}, {0.028, 0.225, 1}, {0.024, 0.24, 0}, {0.028, 0.255, 0}, {0.018, 0.27, 0}, {0.012, 0.30, 1}};
+  static const sc_pt bulb[] = {{0, -0.035, 0}, {0.025, -0.029, 0}, {0.042, -0.006, 0}, {0.045, 0.02, 0}, {0.034, 0.06, 0}, {0.022, 0.09, 0}, {0.020, 0.14, 1}};
+  static const sc_pt rose[] = {{0.0, 0, 1}, {0.012, 0, 1}, {0.03, 0.02, 0}, {0.055, 0.035, 0}, {0.06, 0.05, 1}};
+  static const sc_pt finial[] = {{0, 0, 0}, {0.012, 0.006, 0}, {0.024, 0.022, 0}, {0.016, 0.04, 0}, {0.010, 0.05, 1}};
+  double bar = 0.40;
+  int i;
+  for (i = -1; i <= 1; i++) {
+    sc_frame keep = sc_place(b, 0.72 * i, 0.0, 0.0, 0.0);
+    sc_use(b, HALL_ENAMEL);
+    SC_LATHE(b, 48, shade, 2);
+    sc_use(b, HALL_OPAL);
+    SC_LATHE(b, 48, inside, 1);
+    SC_LATHE(b, 24, bulb, 2);
+    sc_use(b, HALL_BRASS);
+    SC_LATHE(b, 24, cap, 1);
+    sc_torus(b, -0.002, 0.234, 0.0045, 48, 5);
+    sc_rod(b, sc_v(0, 0.29, 0), sc_v(0, bar, 0), 0.008, 10);
+    b->at = keep;
+  }
+  sc_rod(b, sc_v(-0.86, bar, 0), sc_v(0.86, bar, 0), 0.015, 14);
+  for (i = -1; i <= 1; i += 2) {
+    sc_frame keep = sc_place(b, 0.86 * i, bar, 0.0, 0.0);
+    sc_turn_z(b, 90.0 * i);
+    SC_LATHE(b, 14, finial, 2);
+    b->at = keep;
+    sc_rod(b, sc_v(0.36 * i, bar, 0), sc_v(0.36 * i, ceiling, 0), 0.007, 8);
+    keep = sc_place(b, 0.36 * i, ceiling - 0.05, 0, 0);
+    SC_LATHE(b, 20, rose, 2);
+    b->at = keep;
+    keep = sc_place(b, 0.36 * i, bar, 0, 0);
+    sc_turn_z(b, 90.0);
+    sc_torus(b, 0.0, 0.02, 0.006, 16, 6);
+    b->at = keep;
+  }
+}
+
+/* A bottle of one of four kinds. */
+static void hall_bottle(sc_build *b, uint32_t kind, uint32_t material) {
+  static const sc_pt shapes[4][10] = {
+    {{0, 0.004, 1}, {0.034, 0, 0}, {0.037, 0.006, 0}, {0.037, 0.185, 0}, {0.033, 0.21, 0}, {0.016, 0.245, 0}, {0.0135, 0.30, 1}, {0.016, 0.302, 1}, {0.016, 0.312, 1}, {0, 0.312, 1}},
+    {{0, 0.004, 1}, {0.040, 0, 0}, {0.043, 0.006, 0}, {0.043, 0.16, 0}, {0.041, 0.18, 0}, {0.018, 0.20, 0}, {0.0145, 0.25, 1}, {0.018, 0.252, 1}, {0.018, 0.268, 1}, {0, 0.268, 1}},
+    {{0, 0.004, 1}, {0.050, 0, 0}, {0.055, 0.010, 0}, {0.052, 0.08, 0}, {0.035, 0.13, 0}, {0.016, 0.17, 0}, {0.014, 0.22, 1}, {0.019, 0.223, 1}, {0.019, 0.235, 1}, {0, 0.235, 1}},
+    {{0, 0.004, 1}, {0.028, 0, 0}, {0.031, 0.005, 0}, {0.031, 0.13, 0}, {0.027, 0.16, 0}, {0.014, 0.195, 0}, {0.0125, 0.235, 1}, {0.0145, 0.237, 1}, {0.0145, 0.246, 1}, {0, 0.246, 1}}};
+  static const sc_pt cork[] = {{0.011, 0.0, 1}, {0.011, 0.014, 0}, {0.008, 0.017, 0}, {0, 0.017, 0}};
+  static const double label[4][3] = {{0.0380, 0.06, 0.15}, {0.0440, 0.05, 0.14}, {0.0, 0.0, 0.0}, {0.0320, 0.04, 0.11}};
+  sc_frame keep;
+  sc_use(b, material);
+  SC_LATHE(b, 22, shapes[kind], 2);
+  sc_use(b, HALL_LABEL);
+  if (label[kind][0] > 0.0) {
+    sc_pt paper[2] = {{0, 0, 1}, {0, 0, 1}};
+    paper[0].x = paper[1].x = label[kind][0], paper[0].y = label[kind][1], paper[1].y = label[kind][2];
+    sc_lathe_around(b, 0.0, 0.0, 22, paper, 2, 1);
+  }
+  sc_use(b, HALL_GILT);
+  keep = sc_place(b, 0, shapes[kind][9].y, 0, 0);
+  SC_LATHE(b, 14, cork, 1);
+  b->at = keep;
+}
+
+static void hall_glass(sc_build *b, bool stem) {
+  static const sc_pt pint[] = {{0, 0, 1}, {0.027, 0, 1}, {0.029, 0.004, 0}, {0.031, 0.06, 0}, {0.040, 0.145, 0}, {0.039, 0.147, 0}, {0.037, 0.145, 0}, {0.028, 0.06, 0}, {0.026, 0.012, 0}, {0, 0.010, 0}};
+  static const sc_pt wine[] = {{0, 0, 1}, {0.033, 0, 1}, {0.032, 0.003, 0}, {0.008, 0.007, 0}, {0.004, 0.02, 0}, {0.004, 0.075, 0}, {0.010, 0.088, 0}, {0.034, 0.115, 0}, {0.037, 0.145, 0}, {0.031, 0.175, 1}, {0.029, 0.175, 1}, {0.035, 0.145, 0}, {0.032, 0.117, 0}, {0, 0.092, 0}};
+  sc_use(b, HALL_CLEAR_GLASS);
+  if (stem) SC_LATHE(b, 20, wine, 2);
+  else SC_LATHE(b, 24, pint, 1);
+}
+
+static void hall_stool(sc_build *b) {
+  static const sc_pt base[] = {{0, 0, 1}, {0.20, 0, 1}, {0.205, 0.006, 0}, {0.195, 0.016, 0}, {0.12, 0.03, 0}, {0.045, 0.048, 0}, {0.034, 0.075, 0}, {0.030, 0.11, 1}, {0.024, 0.112, 1}, {0.024, 0.62, 1}, {0.036, 0.64, 0}, {0.07, 0.69, 0}, {0.11, 0.705, 1}};
+  static const sc_pt seat[] = {{0.0, 0.715, 0}, {0.15, 0.715, 0}, {0.178, 0.725, 0}, {0.184, 0.75, 0}, {0.172, 0.775, 0}, {0.11, 0.79, 0}, {0, 0.793, 0}};
+  static const sc_pt band[] = {{0.165, 0.70, 1}, {0.180, 0.70, 1}, {0.183, 0.708, 0}, {0.180, 0.722, 1}, {0.165, 0.724, 1}};
+  uint32_t i;
+  sc_use(b, HALL_STEEL);
+  SC_LATHE(b, 28, base, 2);
+  sc_torus(b, 0.28, 0.155, 0.010, 36, 8);
+  for (i = 0; i < 4; i++) sc_rod(b, sc_v(0, 0.28, 0), sc_v(0.15 * sc_cos(90.0 * i + 20.0), 0.28, 0.15 * sc_sin(90.0 * i + 20.0)), 0.007, 8);
+  sc_use(b, HALL_BRASS);
+  SC_LATHE(b, 36, band, 2);
+  sc_use(b, HALL_SEAT);
+  SC_LATHE(b, 36, seat, 3);
+}
+
+/* A bentwood chair, looking to +z. */
+static void hall_chair(sc_build *b) {
+  static const sc_pt rim[] = {{0.17, 0.435, 1}, {0.198, 0.435, 1}, {0.207, 0.445, 0}, {0.206, 0.465, 0}, {0.196, 0.471, 0}, {0.170, 0.468, 1}};
+  static const sc_pt pad[] = {{0.0, 0.450, 1}, {0.172, 0.450, 1}, {0.172, 0.466, 0}, {0.155, 0.476, 0}, {0.10, 0.482, 0}, {0, 0.484, 0}};
+  static const double outer[11][3] = {{-0.185, 0, -0.235}, {-0.172, 0.22, -0.20}, {-0.160, 0.44, -0.165}, {-0.172, 0.62, -0.19}, {-0.168, 0.78, -0.225}, {-0.10, 0.885, -0.25}, {0.10, 0.885, -0.25}, {0.168, 0.78, -0.225}, {0.172, 0.62, -0.19}, {0.160, 0.44, -0.165}, {0.172, 0.22, -0.20}};
+  static const double inner[9][3] = {{-0.10, 0.46, -0.175}, {-0.105, 0.58, -0.19}, {-0.10, 0.70, -0.212}, {-0.06, 0.78, -0.228}, {0.0, 0.805, -0.235}, {0.06, 0.78, -0.228}, {0.10, 0.70, -0.212}, {0.105, 0.58, -0.19}, {0.10, 0.46, -0.175}};
+  sc_v3 p[12];
+  int i;
+  sc_use(b, HALL_BENTWOOD);
+  for (i = 0; i < 11; i++) p[i] = sc_v(outer[i][0], outer[i][1], outer[i][2]);
+  p[11] = sc_v(0.185, 0.0, -0.235);
+  sc_tube(b, p, 12, 4, false, 0.0145, 0.0145, 10);
+  for (i = 0; i < 9; i++) p[i] = sc_v(inner[i][0], inner[i][1], inner[i][2]);
+  sc_tube(b, p, 9, 3, false, 0.010, 0.010, 8);
+  for (i = -1; i <= 1; i += 2) {
+    p[0] = sc_v(0.135 * i, 0.45, 0.12), p[1] = sc_v(0.155 * i, 0.22, 0.155), p[2] = sc_v(0.175 * i, 0.0, 0.19);
+    sc_tube(b, p, 3, 3, false, 0.017, 0.0125, 10);
+  }
+  sc_torus(b, 0.26, 0.19, 0.009, 32, 7);
+  SC_LATHE(b, 36, rim, 2);
+  sc_use(b, HALL_SEAT);
+  SC_LATHE(b, 36, pad, 2);
+}
+
+static void hall_cafe_table(sc_build *b) {
+  static const sc_pt top[] = {{0, 0.715, 1}, {0.34, 0.715, 1}, {0.352, 0.722, 0}, {0.352, 0.735, 0}, {0.34, 0.742, 1}, {0, 0.742, 1}};
+  static const sc_pt column[] = {{0, 0.10, 1}, {0.045, 0.10, 0}, {0.05, 0.14, 0}, {0.028, 0.18, 0}, {0.032, 0.24, 0}, {0.055, 0.34, 0}, {0.045, 0.42, 0}, {0.026, 0.50, 1}, {0.035, 0.505, 0}, {0.035, 0.52, 1}, {0.026, 0.525, 1}, {0.03, 0.60, 0}, {0.06, 0.69, 0}, {0.14, 0.716, 1}};
+  uint32_t i;
+  sc_use(b, HALL_BAR_TOP);
+  SC_LATHE(b, 56, top, 2);
+  sc_use(b, HALL_CARVED);
+  SC_LATHE(b, 28, column, 2);
+  for (i = 0; i < 3; i++) {
+    sc_frame keep = sc_place(b, 0, 0, 0, 120.0 * i);
+    sc_v3 p[5];
+    p[0] = sc_v(0, 0.15, 0.02), p[1] = sc_v(0, 0.17, 0.10), p[2] = sc_v(0, 0.10, 0.20), p[3] = sc_v(0, 0.025, 0.28), p[4] = sc_v(0, 0.018, 0.33);
+    sc_tube(b, p, 5, 4, false, 0.024, 0.016, 10);
+    b->at = keep;
+  }
+}
+
+/* Beer tap: a column with three handles. */
+static void hall_tap(sc_build *b) {
+  static const sc_pt column[] = {{0, 0, 1}, {0.07, 0, 1}, {0.072, 0.012, 0}, {0.05, 0.025, 0}, {0.038, 0.05, 0}, {0.036, 0.25, 0}, {0.046, 0.28, 0}, {0.044, 0.33, 0}, {0.025, 0.36, 0}, {0, 0.37, 0}};
+  static const sc_pt handle[] = {{0.006, 0, 1}, {0.007, 0.03, 0}, {0.014, 0.06, 0}, {0.017, 0.13, 0}, {0.012, 0.17, 0}, {0, 0.18, 0}};
+  int i;
+  sc_use(b, HALL_BRASS);
+  SC_LATHE(b, 28, column, 3);
+  for (i = -1; i <= 1; i++) {
+    sc_frame keep = sc_place(b, 0, 0.30, 0, 35.0 * i);
+    sc_v3 p[4];
+    p[0] = sc_v(0, 0, -0.03), p[1] = sc_v(0, 0.005, -0.09), p[2] = sc_v(0, -0.01, -0.12), p[3] = sc_v(0, -0.06, -0.125);
+    sc_use(b, HALL_BRASS);
+    sc_tube(b, p, 4, 3, false, 0.012, 0.008, 10);
+    sc_place(b, 0, 0.012, -0.085, 0.0);
+    sc_use(b, HALL_BALL_8);
+    SC_LATHE(b, 16, handle, 2);
+    b->at = keep;
+  }
+}
+
+/* Counter with its front towards +z, from x = -w to w; origin on the floor below the front. */
+static void hall_counter(sc_build *b, double w) {
+  static const sc_pt slab[] = {{0, 1.06, 1}, {0.03, 1.06, 1}, {0.042, 1.066, 0}, {0.042, 1.098, 0}, {0.03, 1.11, 1}, {0, 1.11, 1}};
+  static const sc_pt foot[] = {{0.03, 0.0, 1}, {0.03, 0.12, 1}, {0.022, 0.14, 0}, {0.01, 0.145, 1}, {0.0, 0.145, 1}};
+  static const sc_pt under[] = {{0.0, 0.95, 1}, {0.015, 0.955, 0}, {0.025, 0.98, 0}, {0.05, 1.02, 0}, {0.075, 1.04, 1}, {0.085, 1.062, 1}};
+  static const sc_pt bead[] = {{0.016, 0, 1}, {0.012, 0.012, 0}, {0.0, 0.016, 0}, {-0.010, 0.011, 0}, {-0.016, 0, 1}};
+  sc_pt path[4] = {{0, 0, 1}, {0, 0, 1}, {0, 0, 1}, {0, 0, 1}};
+  uint32_t n = 8, i;
+  sc_frame keep;
+  sc_use(b, HALL_PANEL);
+  sc_box(b, -w, 0.0, -0.55, w, 1.065, 0.0, 0.004);
+  sc_use(b, HALL_BAR_TOP);
+  keep = sc_place(b, 0, 0, -0.25, 0);
+  sc_lathe_around(b, w + 0.06, 0.36, 32, slab, SC_COUNT(slab), 3);
+  b->at = keep;
+  path[0].x = path[3].x = w, path[1].x = path[2].x = -w, path[2].y = path[3].y = -0.55;
+  sc_use(b, HALL_TRIM);
+  sc_moulding(b, path, 4, true, foot, SC_COUNT(foot), 2);
+  sc_moulding(b, path, 4, true, under, SC_COUNT(under), 3);
+  for (i = 0; i <= n; i++) { /* pilasters, panels between them */
+    double x = -w + 2.0 * w * i / n, step = 2.0 * w / n;
+    sc_use(b, HALL_TRIM);
+    sc_box(b, x - 0.055 + (i == 0 ? 0.055 : 0), 0.14, -0.01, x + 0.055 - (i == n ? 0.055 : 0), 0.955, 0.022, 0.006);
+    if (i == n) break;
+    keep = sc_place(b, 0, 0, 0, 0);
+    sc_border(b, x + 0.11, 0.22, x + step - 0.11, 0.88, bead, SC_COUNT(bead), 2);
+    sc_use(b, HALL_PANEL);
+    sc_box(b, x + 0.15, 0.26, -0.02, x + step - 0.15, 0.84, 0.013, 0.011);
+    b->at = keep;
+  }
+  sc_use(b, HALL_BRASS); /* foot rail */
+  sc_rod(b, sc_v(-w - 0.02, 0.22, 0.17), sc_v(w + 0.02, 0.22, 0.17), 0.022, 16);
+  for (i = 0; i <= n; i += 2) {
+    double x = -w + 0.06 + (2.0 * w - 0.12) * i / n;
+    sc_v3 p[4];
+    p[0] = sc_v(x, 0.30, 0.015), p[1] = sc_v(x, 0.31, 0.07), p[2] = sc_v(x, 0.28, 0.13), p[3] = sc_v(x, 0.23, 0.17);
+    sc_tube(b, p, 4, 3, false, 0.012, 0.012, 10);
+  }
+  for (i = 0; i < 2; i++) {
+    keep = sc_place(b, (i ? 0.45 : -0.55) * w, 1.11, -0.2, 0.0);
+    hall_tap(b);
+    b->at = keep;
+  }
+}
+
+/* Cupboard and shelves with bottles along a wall (z = 0), from x = -w to w. */
+static void hall_back_bar(sc_build *b, double w) {
+  static const sc_pt crown[] = {{0.0, 2.50, 1}, {0.012, 2.505, 0}, {0.03, 2.54, 0}, {0.06, 2.58, 0}, {0.075, 2.60, 1}, {0.085, 2.60, 1}, {0.085, 2.64, 1}, {0.0, 2.64, 1}};
+  static const sc_pt column[] = {{0.05, 0.96, 1}, {0.052, 0.99, 0}, {0.045, 1.01, 1}, {0.036, 1.02, 0}, {0.034, 1.1, 0}, {0.040, 1.5, 0}, {0.032, 2.30, 1}, {0.042, 2.31, 0}, {0.05, 2.34, 0}, {0.05, 2.36, 1}};
+  static const uint32_t glass[4] = {HALL_GREEN_GLASS, HALL_BROWN_GLASS, HALL_CLEAR_GLASS, HALL_BROWN_GLASS};
+  sc_pt path[4] = {{0, 0.01, 1}, {0, 0.42, 1}, {0, 0.42, 1}, {0, 0.01, 1}};
+  uint32_t i, k, bays = 4, doors = 8;
+  path[0].x = path[1].x = w, path[2].x = path[3].x = -w;
+  sc_use(b, HALL_PANEL);
+  sc_box(b, -w, 0.0, 0.01, w, 0.93, 0.45, 0.004);
+  sc_box(b, -w, 0.93, 0.01, w, 2.55, 0.05, 0.0);
+  sc_box(b, -w, 2.36, 0.01, w, 2.60, 0.42, 0.004);
+  sc_use(b, HALL_BAR_TOP);
+  sc_box(b, -w - 0.03, 0.925, 0.01, w + 0.03, 0.965, 0.49, 0.006);
+  sc_use(b, HALL_TRIM);
+  sc_moulding(b, path, 4, false, crown, SC_COUNT(crown), 3);
+  for (i = 0; i < doors; i++) {
+    double x = -w + 2.0 * w * i / doors, step = 2.0 * w / doors;
+    sc_box(b, x + 0.02, 0.10, 0.40, x + step - 0.02, 0.86, 0.462, 0.004);
+    sc_use(b, HALL_PANEL);
+    sc_box(b, x + 0.10, 0.18, 0.42, x + step - 0.10, 0.78, 0.472, 0.010);
+    sc_use(b, HALL_TRIM);
+  }
+  for (k = 0; k < 3; k++) sc_box(b, -w, 1.30 + 0.36 * k, 0.04, w, 1.325 + 0.36 * k, 0.30, 0.004);
+  sc_use(b, HALL_CARVED);
+  for (i = 0; i <= bays; i++) {
+    double x = -w + 0.06 + (2.0 * w - 0.12) * i / bays;
+    sc_frame keep = sc_place(b, x, 0.0, 0.34, 0.0);
+    SC_LATHE(b, 24, column, 1);
+    sc_box(b, -0.012, 0.96, -0.30, 0.012, 2.37, -0.045, 0.0);
+    b->at = keep;
+  }
+  for (k = 0; k < 4; k++)
+    for (i = 0; i < 18; i++) {
+      double x = -w + 0.17 + (2.0 * w - 0.34) * (i + 0.5) / 18.0 + 0.03 * (sc_random(&b->random) - 0.5);
+      double z = k ? 0.17 : 0.22, gap = (2.0 * w - 0.12) / bays, from = -w + 0.06, at = (x - from) / gap;
+      uint32_t kind = (uint32_t)(4.0 * sc_random(&b->random)), pick = (uint32_t)(4.0 * sc_random(&b->random));
+      sc_frame keep;
+      if (at - floor(at) < 0.09 || at - floor(at) > 0.91) continue; /* a column stands here */
+      keep = sc_place(b, x, k ? 0.966 + 0.36 * k - 0.001 : 0.966, z, 40.0 * sc_random(&b->random));
+      if (k == 2 && i % 3) hall_glass(b, true);
+      else hall_bottle(b, kind, glass[pick]);
+      b->at = keep;
+    }
+}
+
+/* Wall rack for cues. */
+static void hall_cue_rack(sc_build *b, double x, uint32_t cues) {
+  double w = 0.09 * cues / 2.0 + 0.05;
+  uint32_t i;
+  sc_frame keep = sc_place(b, x, 0.0, 0.0, 0.0);
+  sc_use(b, HALL_CARVED);
+  sc_box(b, -w, 1.12, 0.0, w, 2.62, 0.018, 0.006);
+  sc_box(b, -w - 0.02, 1.10, 0.0, w + 0.02, 1.14, 0.12, 0.008);
+  sc_box(b, -w - 0.02, 2.20, 0.0, w + 0.02, 2.235, 0.085, 0.008);
+  sc_box(b, -w - 0.04, 2.60, 0.0, w + 0.04, 2.66, 0.06, 0.01);
+  for (i = 0; i < cues; i++) {
+    double cx = (i - (cues - 1) / 2.0) * 0.09;
+    sc_frame inner = sc_aim(b, sc_v(cx, 2.611, 0.095), sc_v(cx, 1.141, 0.085));
+    hall_cue(b);
+    b->at = inner;
+  }
+  b->at = keep;
+}
+
+/* A framed landscape: sky, sun and three ridges, millimetres in front of each other. */
+static void hall_picture(sc_build *b, double x, double y, double w, double h) {
+  static const sc_pt frame[] = {{0.07, 0, 1}, {0.07, 0.02, 1}, {0.062, 0.034, 0}, {0.05, 0.038, 0}, {0.04, 0.028, 1}, {0.018, 0.018, 0}, {0.012, 0.022, 0}, {0.0, 0.018, 1}, {-0.004, 0.006, 1}};
+  static const sc_pt sun[] = {{0.05, 0.0, 1}, {0.05, 0.0005, 1}, {0, 0.0005, 1}};
+  sc_frame keep = sc_place(b, x, y, 0.0, 0.0);
+  uint32_t ridge, i, n = 14;
+  double phase = 360.0 * sc_random(&b->random);
+  sc_use(b, HALL_GILT);
+  sc_border(b, 0, 0, w, h, frame, SC_COUNT(frame), 2);
+  sc_use(b, HALL_SKY);
+  sc_quad(b, sc_v(0, 0, 0.007), sc_v(w, 0, 0.007), sc_v(w, h, 0.007), sc_v(0, h, 0.007));
+  for (ridge = 0; ridge < 3; ridge++) {
+    double z = 0.008 + 0.001 * ridge, x0 = 0.0, y0 = 0.0;
+    sc_use(b, ridge == 0 ? HALL_SLATE : ridge == 1 ? HALL_HILL : HALL_PLANK_3);
+    for (i = 0; i <= n; i++) {
+      double x1 = w * i / n, y1 = h * (0.5 - 0.16 * ridge + 0.07 * sc_sin(phase + 500.0 * i / n + 130.0 * ridge) + 0.03 * sc_sin(1300.0 * i / n + phase));
+      if (i) sc_quad(b, sc_v(x0, 0, z), sc_v(x1, 0, z), sc_v(x1, y1, z), sc_v(x0, y0, z));
+      x0 = x1, y0 = y1;
+    }
+  }
+  sc_use(b, HALL_IVORY);
+  sc_place(b, w * 0.68, h * 0.74, 0.0075, 0.0);
+  sc_turn_x(b, 90.0);
+  SC_LATHE(b, 28, sun, 1);
+  b->at = keep;
+}
+
+/* Dart board: 20 sectors of six rings, then the bull; wires are left out. */
+static void hall_dart_board(sc_build *b, double x, double y) {
+  static const double rings[7] = {0.016, 0.099, 0.107, 0.162, 0.170, 0.20, 0.225};
+  static const sc_pt bull[] = {{0.0065, 0.0, 1}, {0.0065, 0.0015, 1}, {0, 0.0015, 1}};
+  static const sc_pt outer[] = {{0.016, 0.0, 1}, {0.016, 0.0008, 1}, {0, 0.0008, 1}};
+  static const sc_pt body[] = {{0.228, -0.04, 1}, {0.228, -0.004, 0}, {0.224, 0.0, 0}, {0.222, -0.002, 1}};
+  sc_frame keep = sc_place(b, x, y, 0.04, 0.0);
+  uint32_t ring, i, k;
+  for (ring = 0; ring < 6; ring++)
+    for (i = 0; i < 20; i++) {
+      bool narrow = ring == 1 || ring == 3, odd = i & 1;
+      sc_use(b, ring >= 4 ? HALL_BALL_8 : narrow ? (odd ? HALL_BALL_6 : HALL_BALL_3) : (odd ? HALL_IVORY : HALL_BALL_8));
+      for (k = 0; k < 3; k++) {
+        double a = 18.0 * i + 6.0 * k - 9.0, d = a + 6.0, r = rings[ring], s = rings[ring + 1];
+        sc_quad(b, sc_v(r * sc_cos(a), r * sc_sin(a), 0), sc_v(s * sc_cos(a), s * sc_sin(a), 0), sc_v(s * sc_cos(d), s * sc_sin(d), 0), sc_v(r * sc_cos(d), r * sc_sin(d), 0));
+      }
+    }
+  sc_turn_x(b, 90.0);
+  sc_use(b, HALL_BALL_6);
+  SC_LATHE(b, 24, outer, 1);
+  sc_use(b, HALL_BALL_3);
+  SC_LATHE(b, 16, bull, 1);
+  sc_use(b, HALL_BALL_8);
+  SC_LATHE(b, 60, body, 1);
+  b->at = keep;
+}
+
+/* Scoreboard: a slate in a frame, beads on two wires above it. */
+static void hall_scoreboard(sc_build *b, double x, double y) {
+  sc_frame keep = sc_place(b, x, y, 0.0, 0.0), bead;
+  uint32_t wire, i;
+  sc_use(b, HALL_CARVED);
+  sc_border(b, 0.0, 0.0, 1.3, 0.85, hall_casing, SC_COUNT(hall_casing) - 1, 2);
+  sc_use(b, HALL_SLATE);
+  sc_quad(b, sc_v(0, 0, 0.01), sc_v(1.3, 0, 0.01), sc_v(1.3, 0.85, 0.01), sc_v(0, 0.85, 0.01));
+  for (wire = 0; wire < 2; wire++) {
+    double h = 0.74 - 0.09 * wire;
+    sc_use(b, HALL_STEEL);
+    sc_rod(b, sc_v(0.0, h, 0.035), sc_v(1.3, h, 0.035), 0.002, 6);
+    for (i = 0; i < 30; i++) {
+      sc_use(b, i % 10 == 4 ? HALL_BALL_8 : wire ? HALL_BALL_3 : HALL_IVORY);
+      bead = sc_place(b, i < 11 + 7 * wire ? 0.06 + 0.025 * i : 1.24 - 0.025 * (29 - i), h, 0.035, 0.0);
+      sc_turn_z(b, 90.0);
+      sc_sphere_band(b, 0.012, 0.0, 180.0, 6, 12);
+      b->at = bead;
+    }
+  }
+  b->at = keep;
+}
+
+/* Ceiling fan with a lamp globe; the origin is on the ceiling. */
+static void hall_fan(sc_build *b) {
+  static const sc_pt motor[] = {{0, -0.50, 1}, {0.05, -0.50, 1}, {0.09, -0.485, 0}, {0.13, -0.46, 0}, {0.14, -0.42, 0}, {0.13, -0.38, 0}, {0.08, -0.345, 0}, {0.03, -0.33, 1}, {0.018, -0.32, 1}, {0.018, -0.07, 1}, {0.03, -0.06, 0}, {0.06, -0.03, 0}, {0.07, 0.0, 1}};
+  static const sc_pt globe[] = {{0, -0.665, 0}, {0.05, -0.655, 0}, {0.098, -0.61, 0}, {0.105, -0.565, 0}, {0.085, -0.52, 0}, {0.06, -0.495, 1}};
+  static const sc_pt blade[] = {{0, -0.004, 1}, {0.066, -0.004, 1}, {0.07, 0, 0}, {0.066, 0.004, 1}, {0, 0.004, 1}};
+  uint32_t i;
+  sc_use(b, HALL_BRASS);
+  SC_LATHE(b, 36, motor, 2);
+  sc_use(b, HALL_OPAL);
+  SC_LATHE(b, 36, globe, 3);
+  for (i = 0; i < 5; i++) {
+    sc_frame keep = sc_place(b, 0.0, -0.43, 0.0, 72.0 * i + 20.0);
+    sc_use(b, HALL_BRASS);
+    sc_box(b, 0.12, -0.006, -0.025, 0.26, 0.0, 0.025, 0.002);
+    sc_place(b, 0.49, 0.0, 0.0, 0.0);
+    sc_turn_x(b, 12.0);
+    sc_use(b, HALL_CARVED);
+    sc_lathe_around(b, 0.22, 0.001, 24, blade, SC_COUNT(blade), 2);
+    b->at = keep;
+  }
+}
+
+static void hall_at(sc_build *b, double x, double y, double z, double yaw, void (*thing)(sc_build *)) {
+  sc_frame keep = sc_place(b, x, y, z, yaw);
+  thing(b);
+  b->at = keep;
+}
+
+/* Positions of the balls on the two tables in play, in the frame of the bed; number first. */
+static const double hall_play_1[13][3] = {{0, -0.42, 0.20}, {1, -0.72, -0.30}, {9, 0.10, 0.31}, {3, -0.14, -0.12}, {8, 0.44, 0.07}, {11, -0.85, 0.33}, {5, 0.83, -0.36}, {14, 0.63, 0.38}, {6, -0.33, -0.42}, {12, 0.98, 0.12}, {2, 0.30, -0.30}, {15, -1.05, -0.08}, {4, -0.05, 0.05}};
+static const double hall_play_3[10][3] = {{0, 0.55, -0.25}, {7, -0.80, 0.42}, {10, 0.20, 0.40}, {8, -0.30, 0.10}, {13, -0.95, -0.22}, {2, 0.90, 0.30}, {5, -0.10, -0.40}, {14, 0.35, 0.02}, {1, -0.55, -0.10}, {12, 1.10, -0.50}};
+
+static const double hall_tables[3][3] = {{4.0, 6.75, 0.0}, {9.1, 6.56, 0.0}, {6.7, 3.44, 0.0}}; /* x, z, yaw */
+
+static void hall_games(sc_build *b) {
+  sc_frame keep, bed;
+  uint32_t i;
+  for (i = 0; i < 3; i++) {
+    uint32_t k;
+    keep = sc_place(b, hall_tables[i][0], 0.0, hall_tables[i][1], hall_tables[i][2]);
+    b->detail = i ? 0.6 : 1.0;
+    hall_table(b);
+    bed = sc_place(b, 0.0, HALL_BED, 0.0, 0.0);
+    if (i == 0) {
+      for (k = 0; k < SC_COUNT(hall_play_1); k++) hall_ball(b, (uint32_t)hall_play_1[k][0], hall_play_1[k][1], hall_play_1[k][2], 8);
+      hall_cue_on_rail(b, 0.42, -0.28, 1.22, 0.92, 0.090);
+      hall_chalk(b, -0.55, 0.745, 20.0);
+      hall_chalk(b, 0.42, -0.75, 50.0);
+    } else if (i == 1) {
+      sc_frame spot = sc_place(b, HALL_A / 2.0, 0.0, 0.0, 0.0);
+      hall_rack_balls(b);
+      hall_triangle(b);
+      b->at = spot;
+      b->at = spot;
+      sc_place(b, -HALL_A, 0.0, 0.1, 0.0);
+      hall_ball(b, 0, 0.0, 0.0, 5);
+      b->at = spot;
+      hall_cue_on_rail(b, -0.35, 0.30, -1.28, -0.85, 0.090);
+      hall_chalk(b, 0.25, 0.74, 10.0);
+    } else {
+      for (k = 0; k < SC_COUNT(hall_play_3); k++) hall_ball(b, (uint32_t)hall_play_3[k][0], hall_play_3[k][1], hall_play_3[k][2], 5);
+      hall_chalk(b, -0.2, 0.74, 30.0);
+    }
+    b->at = bed;
+    sc_place(b, 0.0, 1.92, 0.0, 0.0);
+    hall_lamp(b, HALL_Y - 1.92);
+    b->at = keep;
+  }
+}
+
+static void hall_seats(sc_build *b) {
+  static const double chairs[8][3] = {{13.55, 5.0, 100.0}, {14.75, 5.5, 240.0}, {14.3, 4.2, -15.0}, {13.6, 8.2, 80.0}, {14.9, 8.0, -100.0}, {2.2, 1.0, 60.0}, {3.5, 1.15, -70.0}, {4.9, 0.7, 5.0}};
+  static const double tables[3][2] = {{14.2, 5.0}, {14.25, 8.15}, {2.85, 1.1}};
+  uint32_t i;
+  for (i = 0; i < 8; i++) hall_at(b, chairs[i][0], 0.0, chairs[i][1], chairs[i][2], hall_chair);
+  for (i = 0; i < 3; i++) hall_at(b, tables[i][0], 0.0, tables[i][1], 0.0, hall_cafe_table);
+  for (i = 0; i < 7; i++) hall_at(b, 9.75 + 0.72 * i, 0.0, 2.62 + 0.04 * sc_sin(2000.0 * i), 50.0 * i, hall_stool);
+}
+
+static void hall_bar(sc_build *b) {
+  sc_frame keep = sc_place(b, 11.9, 0.0, 2.05, 0.0);
+  uint32_t i;
+  hall_counter(b, 2.75);
+  for (i = 0; i < 9; i++) {
+    sc_frame inner = sc_place(b, -2.4 + 0.57 * i + 0.1 * sc_sin(777.0 * i), 1.11, 0.0 - 0.12 * (i % 2), 0.0);
+    if (i % 4 == 3) hall_bottle(b, i % 3, i % 8 == 3 ? HALL_BROWN_GLASS : HALL_GREEN_GLASS);
+    else hall_glass(b, i % 3 == 1);
+    b->at = inner;
+  }
+  b->at = keep;
+  keep = sc_place(b, 11.9, 0.0, 0.0, 0.0);
+  hall_back_bar(b, 2.6);
+  b->at = keep;
+}
+
+static void hall_walls_hung(sc_build *b) {
+  sc_frame keep = b->at;
+  hall_picture(b, 8.2, 1.6, 0.7, 0.9);
+  hall_picture(b, 0.8, 1.6, 0.8, 1.0);
+  hall_picture(b, 15.0, 1.6, 0.6, 0.8);
+  sc_place(b, HALL_X, 0.0, 0.0, -90.0);
+  hall_cue_rack(b, 2.5, 7);
+  hall_dart_board(b, 8.0, 1.73);
+  hall_picture(b, 8.7, 1.5, 0.9, 0.65);
+  hall_picture(b, 4.8, 1.75, 0.5, 0.65);
+  b->at = keep;
+  sc_place(b, HALL_X, 0.0, HALL_Z, 180.0);
+  hall_scoreboard(b, 6.2, 1.45);
+  hall_picture(b, 1.4, 1.6, 1.2, 0.8);
+  hall_picture(b, 9.2, 1.6, 1.2, 0.8);
+  hall_cue_rack(b, 12.6, 7);
+  b->at = keep;
+  sc_place(b, 0.0, 0.0, HALL_Z, 90.0);
+  hall_picture(b, 1.2, 1.6, 1.0, 0.7);
+  hall_picture(b, 4.75, 1.7, 0.5, 0.65);
+  hall_picture(b, 7.8, 1.6, 1.0, 0.7);
+  b->at = keep;
+}
+
+static void hall_light(scene *s, double x, double y, double z, float watts) {
+  pktrt_light *l = &s->lights[s->light_count++];
+  l->kind = PKTRT_LIGHT_POINT;
+  l->position[0] = (float)x, l->position[1] = (float)y, l->position[2] = (float)z;
+  l->intensity[0] = watts, l->intensity[1] = 0.81f * watts, l->intensity[2] = 0.56f * watts;
+}
+
+static void hall_make(sc_build *b) {
+  scene *s = b->out;
+  uint32_t i;
+  b->random = 2007u;
+  b->detail = 0.6;
+  hall_room(b);
+  hall_games(b);
+  b->detail = 0.75;
+  hall_bar(b);
+  b->detail = 0.67;
+  hall_seats(b);
+  hall_walls_hung(b);
+  hall_at(b, 11.0, HALL_Y, 4.06, 0.0, hall_fan);
+  hall_at(b, 3.0, HALL_Y, 8.44, 31.0, hall_fan);
+  if (b->failed) return;
+  for (i = 0; i < 3; i++) hall_light(s, hall_tables[i][0], 1.92 - 0.06, hall_tables[i][1], 14.0f); /* just below the middle bulbs */
+  hall_light(s, 3.0, HALL_Y - 0.70, 8.44, 19.0f); /* below the globe of a fan */
+  s->camera.eye[0] = 1.05f, s->camera.eye[1] = 1.75f, s->camera.eye[2] = 9.05f;
+  s->camera.target[0] = 7.6f, s->camera.target[1] = 0.95f, s->camera.target[2] = 4.3f;
+  s->camera.fov_y = 50.0f;
+  s->background[0] = 0.055f, s->background[1] = 0.09f, s->background[2] = 0.18f;
+  s->ambient[0] = 0.15f, s->ambient[1] = 0.13f, s->ambient[2] = 0.12f;
+}
+
+/* >>interface ------------------------------------------------------------------------------------------------------ */
+
+#define SC_MAX_LIGHTS 8
+
+typedef struct sc_recipe {
+  const char *name;
+  const sc_kind *kinds;
+  uint32_t kind_count;
+  void (*make)(sc_build *);
+} sc_recipe;
+
+static const sc_recipe sc_recipes[] = {{"poolhall", hall_kinds, HALL_KINDS, hall_make}};
+
+SCENE_DEF const char *const *scene_names(void) {
+  static const char *const names[] = {"poolhall", NULL};
+  return names;
+}
+
+SCENE_DEF void scene_free(scene *s) {
+  size_t i;
+  for (i = 0; s->meshes && i < s->mesh_count; i++) {
+    free(s->meshes[i].positions);
+    free(s->meshes[i].normals);
+    free(s->meshes[i].indices);
+  }
+  free(s->meshes);
+  free(s->materials);
+  free(s->lights);
+  memset(s, 0, sizeof *s);
+}
+
+/* Drops meshes that got no triangle, and the normals of flat ones. */
+static void sc_finish(scene *s, const sc_kind *kinds) {
+  size_t i, kept = 0;
+  for (i = 0; i < s->mesh_count; i++) {
+    scene_mesh m = s->meshes[i];
+    if (kinds[i].flat || m.triangle_count == 0) {
+      free(m.normals);
+      m.normals = NULL;
+    }
+    if (m.triangle_count) s->meshes[kept++] = m;
+    else free(m.positions), free(m.indices);
+  }
+  s->mesh_count = kept;
+}
+
+SCENE_DEF bool scene_make(const char *name, scene *out) {
+  const sc_recipe *recipe = NULL;
+  sc_build b;
+  size_t i;
+  memset(out, 0, sizeof *out);
+  for (i = 0; i < SC_COUNT(sc_recipes); i++)
+    if (!strcmp(name, sc_recipes[i].name)) recipe = &sc_recipes[i];
+  if (!recipe) return false;
+  memset(&b, 0, sizeof b);
+  b.out = out;
+  b.detail = 1.0;
+  b.at.x.x = b.at.y.y = b.at.z.z = 1.0;
+  b.vertex_space = (uint32_t *)calloc(recipe->kind_count, sizeof(uint32_t));
+  b.triangle_space = (uint32_t *)calloc(recipe->kind_count, sizeof(uint32_t));
+  out->name = recipe->name;
+  out->meshes = (scene_mesh *)calloc(recipe->kind_count, sizeof(scene_mesh));
+  out->materials = (scene_material *)calloc(recipe->kind_count, sizeof(scene_material));
+  out->lights = (pktrt_light *)calloc(SC_MAX_LIGHTS, sizeof(pktrt_light));
+  b.failed = !b.vertex_space || !b.triangle_space || !out->meshes || !out->materials || !out->lights;
+  if (!b.failed) {
+    out->mesh_count = out->material_count = recipe->kind_count;
+    for (i = 0; i < recipe->kind_count; i++) {
+      out->meshes[i].name = out->materials[i].name = recipe->kinds[i].name;
+      out->meshes[i].material = (uint32_t)i;
+      out->meshes[i].key_count = 1;
+      memcpy(out->materials[i].m.albedo, recipe->kinds[i].albedo, sizeof recipe->kinds[i].albedo);
+    }
+    sc_use(&b, 0);
+    recipe->make(&b);
+  }
+  free(b.vertex_space);
+  free(b.triangle_space);
+  if (b.failed) scene_free(out);
+  else sc_finish(out, recipe->kinds);
+  return !b.failed;
+}
+
+SCENE_DEF uint64_t scene_triangles(const scene *s) {
+  uint64_t sum = 0;
+  size_t i;
+  for (i = 0; i < s->mesh_count; i++) sum += s->meshes[i].triangle_count;
+  return sum;
+}
+
+SCENE_DEF pktrt_status scene_add(pktrt_scene *to, const scene *s) {
+  uint32_t *material = (uint32_t *)malloc((s->material_count + 1) * sizeof(uint32_t));
+  pktrt_status status = material ? PKTRT_OK : PKTRT_OUT_OF_MEMORY;
+  size_t i;
+  for (i = 0; status == PKTRT_OK && i < s->material_count; i++) status = pktrt_add_material(to, &s->materials[i].m, &material[i]);
+  for (i = 0; status == PKTRT_OK && i < s->light_count; i++) status = pktrt_add_light(to, &s->lights[i], NULL);
+  for (i = 0; status == PKTRT_OK && i < s->mesh_count; i++) {
+    const scene_mesh *m = &s->meshes[i];
+    pktrt_mesh_desc d;
+    memset(&d, 0, sizeof d);
+    d.positions = m->positions;
+    d.normals = m->normals;
+    d.indices = m->indices;
+    d.vertex_count = m->vertex_count;
+    d.triangle_count = m->triangle_count;
+    d.key_count = m->key_count;
+    d.material = material[m->material];
+    status = pktrt_add_mesh(to, &d, NULL);
+  }
+  free(material);
+  return status;
+}
+
+#endif /* SCENES_H */

@@ -1,0 +1,4634 @@
+/* pktrt.h - v0.1.0 - packet-based Whitted and distribution ray tracing in one C header
+*/
+/* ---------------------------------------------------------------------------------------------------------------------
+   DECLARATIONS
+   ------------------------------------------------------------------------------------------------------------------ */
+#ifndef PKTRT_H
+#define PKTRT_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef PKTRT_STATIC
+#define PKTRT_DEF static
+#elif defined(__cplusplus)
+#define PKTRT_DEF extern "C"
+#else
+#define PKTRT_DEF extern
+#endif
+
+#define PKTRT_VERSION 100      /* major * 10000 + minor * 100 + patch */
+#define PKTRT_NONE 0xFFFFFFFFu /* "no mesh", "no triangle" */
+#define PKTRT_MAX_KEYS 1024u   /* motion keys of one mesh; more: PKTRT_LIMIT */
+#define PKTRT_MAX_COORD 1.2676506e30f /* 2^100; a vertex beyond it: PKTRT_LIMIT, a ray origin beyond it: a miss */
+
+/* >>types ---------------------------------------------------------------------------------------------------------- */
+
+typedef struct pktrt_scene pktrt_scene; /* opaque: meshes, materials, lights and the tree over them */
+
+typedef enum pktrt_isa {
+  PKTRT_ISA_AUTO = 0, /* the widest this machine and this build have */
+  PKTRT_ISA_SCALAR,
+  PKTRT_ISA_SSE2,
+  PKTRT_ISA_AVX2,
+  PKTRT_ISA_AVX512,
+  PKTRT_ISA_NEON
+} pktrt_isa;
+
+typedef enum pktrt_build_quality {
+  PKTRT_BUILD_DEFAULT = 0,
+  PKTRT_BUILD_FAST, /* coarser bins: for scenes rebuilt every frame */
+  PKTRT_BUILD_HIGH  /* finer bins and exact sweeps near the leaves: for scenes built once */
+} pktrt_build_quality;
+
+/* What refit does when deformation has made the tree bad (its SAH cost exceeds 1.5 times the cost at build). */
+typedef enum pktrt_rebuild {
+  PKTRT_REBUILD_ADVISE = 0, /* says so in pktrt_scene_info and through the log hook */
+  PKTRT_REBUILD_NEVER,      /* says nothing */
+  PKTRT_REBUILD_AUTOMATIC   /* rebuilds the groups concerned */
+} pktrt_rebuild;
+
+/* Which traversal answers many-ray queries and renders. All give the same bits. */
+typedef enum pktrt_path {
+  PKTRT_PATH_FAST = 0, /* frustum packets where rays agree, mask streams where they do not */
+  PKTRT_PATH_PAPER,    /* packets as in Boulos et al. 2007, sections 3.1-3.3: plain, for reading and comparing */
+  PKTRT_PATH_SINGLE    /* each ray alone */
+} pktrt_path;
+
+typedef enum pktrt_ray_type { /* a label for statistics; it changes nothing else */
+  PKTRT_RAY_PRIMARY = 0,
+  PKTRT_RAY_SHADOW,
+  PKTRT_RAY_REFLECTION,
+  PKTRT_RAY_REFRACTION,
+  PKTRT_RAY_OTHER,
+  PKTRT_RAY_TYPE_COUNT
+} pktrt_ray_type;
+
+/* >>errors --------------------------------------------------------------------------------------------------------- */
+
+typedef enum pktrt_status {
+  PKTRT_OK = 0,
+  PKTRT_INVALID_ARGUMENT,
+  PKTRT_OUT_OF_MEMORY,
+  PKTRT_LIMIT,
+  PKTRT_NOT_COMMITTED,
+  PKTRT_CANCELLED
+} pktrt_status;
+
+/* One readable sentence for a status; never NULL, also for values that are no status. */
+PKTRT_DEF const char *pktrt_status_string(pktrt_status);
+
+/* The detail of the last failed call on this scene: which mesh, which triangle, what value. Valid until the next call that
+   changes the scene; queries never write it. NULL asks about a failed create. Never returns NULL. */
+PKTRT_DEF const char *pktrt_last_error(const pktrt_scene *);
+
+/* >>hooks ---------------------------------------------------------------------------------------------------------- */
+
+typedef struct pktrt_scene_desc { /* zeroed: sensible defaults */
+  void *(*allocate)(void *user, size_t size, size_t align); /* NULL: malloc. Must be thread-safe if parallel_for is. */
+  void (*release)(void *user, void *ptr, size_t size);      /* set both or neither */
+  /* Runs body(arg, i) for i in [0,n), in any order, on any threads, and returns when all are done. NULL: serial. */
+  void (*parallel_for)(void *user, size_t n, void (*body)(void *arg, size_t i), void *arg);
+  void *user;                  /* handed to every hook */
+  pktrt_isa isa;               /* AUTO, or that one, or create fails */
+  pktrt_build_quality quality;
+  pktrt_rebuild rebuild;
+  /* One finished sentence at a time, without newline; level 0 is a warning, 1 is information. NULL: silence. */
+  void (*log)(void *user, int level, const char *sentence);
+} pktrt_scene_desc;
+
+PKTRT_DEF pktrt_scene *pktrt_scene_create(const pktrt_scene_desc *desc); /* NULL desc = all defaults; NULL on failure */
+PKTRT_DEF void pktrt_scene_destroy(pktrt_scene *);                       /* NULL is fine */
+
+/* >>mesh ----------------------------------------------------------------------------------------------------------- */
+
+typedef struct pktrt_mesh_desc {
+  const float *positions;   /* key_count blocks of vertex_count vertices; copied */
+  uint32_t vertex_count;
+  uint32_t position_stride; /* bytes from vertex to vertex; 0 = 12. No alignment beyond a float's is asked for. */
+  const uint32_t *indices;  /* triangle_count * 3; NULL: 0,1,2, 3,4,5, ... (a triangle soup) */
+  uint32_t triangle_count;
+  uint32_t key_count;       /* motion keys spread evenly over time [0,1]; 0 and 1 both mean static */
+  const float *normals;     /* optional shading normals, tight, key_count blocks; any length but zero */
+  uint32_t material;        /* 0 = the default material; else an index from pktrt_add_material, looked at when rendering */
+} pktrt_mesh_desc;
+
+/* *mesh (may be NULL) receives the index that hits report. Bad input (index out of range, NaN, infinity, counts that
+   overflow, NULL where data is needed) is refused with a status and a detail, and the scene stays as it was. Degenerate
+   triangles are accepted and never hit. */
+PKTRT_DEF pktrt_status pktrt_add_mesh(pktrt_scene *, const pktrt_mesh_desc *, uint32_t *mesh);
+
+/* Builds what changed: the trees of those groups of meshes (same number of keys) that got a mesh or new positions. An empty
+   scene is fine. On failure the last committed state stays. */
+PKTRT_DEF pktrt_status pktrt_commit(pktrt_scene *);
+
+/* Deformation with fixed connectivity: replace one key's positions (and normals), then refit. Stride as at add_mesh. */
+PKTRT_DEF pktrt_status pktrt_set_positions(pktrt_scene *, uint32_t mesh, uint32_t key, const float *positions);
+PKTRT_DEF pktrt_status pktrt_set_normals(pktrt_scene *, uint32_t mesh, uint32_t key, const float *normals);
+
+/* Fits the boxes above changed meshes, exactly as if computed anew. Meshes added since the last commit:
+   PKTRT_NOT_COMMITTED, nothing changes. */
+PKTRT_DEF pktrt_status pktrt_refit(pktrt_scene *);
+
+/* What the committed scene is made of. */
+typedef struct pktrt_scene_info {
+  pktrt_isa isa;            /* the instruction set in use, never AUTO */
+  uint32_t mesh_count;      /* committed meshes */
+  uint32_t moving_meshes;   /* of these, meshes with two or more keys */
+  uint64_t triangles;       /* committed, degenerate ones included */
+  uint64_t degenerate;      /* of these, triangles without area at every key */
+  uint64_t nodes;           /* 8-wide nodes */
+  uint64_t leaf_blocks;     /* blocks of up to 8 triangles */
+  uint64_t tree_bytes;      /* nodes and leaf blocks */
+  uint64_t mesh_bytes;      /* retained positions, indices, normals */
+  float bounds_lo[3], bounds_hi[3]; /* over all keys; lo > hi if there is no triangle */
+  double sah_at_build;      /* expected cost of a random ray crossing the bounds, in node visits; over groups, by area */
+  double sah_now;           /* the same after refits; sah_now > 1.5 * sah_at_build asks for a rebuild */
+  bool rebuild_advised;
+} pktrt_scene_info;
+PKTRT_DEF void pktrt_get_scene_info(const pktrt_scene *, pktrt_scene_info *);
+
+/* Marks everything changed, so that the next commit builds all trees anew (after an advised rebuild). */
+PKTRT_DEF pktrt_status pktrt_mark_changed(pktrt_scene *);
+
+/* "scalar", "sse2", "avx2", "avx512", "neon", "auto"; never NULL */
+PKTRT_DEF const char *pktrt_isa_string(pktrt_isa);
+/* Whether this build and this machine (CPU and operating system) can run it. */
+PKTRT_DEF bool pktrt_isa_available(pktrt_isa);
+
+/* >>query ---------------------------------------------------------------------------------------------------------- */
+
+typedef struct pktrt_ray {
+  float origin[3];
+  float tmin;         /* direction need not be normalised; t is in units of its length */
+  float direction[3];
+  float tmax;         /* hits are reported for tmin < t < tmax; tmax may be INFINITY */
+  float time;         /* clamped to [0,1] (NaN: 0); looked at only if the scene moves */
+} pktrt_ray;          /* a zeroed ray has tmax 0 and hits nothing */
+
+typedef struct pktrt_hit {
+  float t;            /* on a miss: the ray's tmax */
+  float u, v;         /* barycentrics: point = (1-u-v) p0 + u p1 + v p2; 0 on a miss */
+  float normal[3];    /* direction of cross(p1-p0, p2-p0) at the ray's time; its largest component is 1 or -1; 0 on a miss */
+  uint32_t mesh;      /* PKTRT_NONE on a miss */
+  uint32_t triangle;  /* index within the mesh; PKTRT_NONE on a miss */
+} pktrt_hit;
+
+/* Queries: thread-safe on a committed scene, allocate nothing, use at most 64 KiB of stack, and never fail. A ray with a
+   non-finite origin or direction, a zero direction, or an empty or NaN interval is a miss. */
+PKTRT_DEF bool pktrt_intersect(const pktrt_scene *, const pktrt_ray *, pktrt_hit *);
+PKTRT_DEF bool pktrt_occluded(const pktrt_scene *, const pktrt_ray *);
+
+/* n rays in any order; neighbours are assumed likely to be similar. The library forms its own packets. Arrays must not
+   overlap; n = 0 with NULL is fine. */
+PKTRT_DEF void pktrt_intersect_n(const pktrt_scene *, const pktrt_ray *, pktrt_hit *, size_t n);
+PKTRT_DEF void pktrt_occluded_n(const pktrt_scene *, const pktrt_ray *, bool *, size_t n);
+
+/* The structure-of-arrays twin: each pointer an array of n values, no alignment asked. */
+typedef struct pktrt_rays {
+  const float *origin[3];
+  const float *direction[3];
+  const float *tmin; /* NULL: 0 for all */
+  const float *tmax; /* NULL: INFINITY for all */
+  const float *time; /* NULL: 0 for all */
+} pktrt_rays;
+typedef struct pktrt_hits { /* NULL: not wanted, not computed */
+  float *t, *u, *v;
+  float *normal[3];         /* all three or none */
+  uint32_t *mesh, *triangle;
+} pktrt_hits;
+PKTRT_DEF void pktrt_intersect_soa(const pktrt_scene *, const pktrt_rays *, const pktrt_hits *, size_t n);
+PKTRT_DEF void pktrt_occluded_soa(const pktrt_scene *, const pktrt_rays *, bool *, size_t n);
+
+/* The ray that leaves a hit in the given direction without meeting the surface it left: offset in ulps, same time, tmin 0,
+   tmax INFINITY. On a miss *out is a ray that hits nothing. */
+PKTRT_DEF void pktrt_spawn(const pktrt_scene *, const pktrt_ray *, const pktrt_hit *, const float direction[3],
+                           pktrt_ray *out);
+
+/* >>stats ---------------------------------------------------------------------------------------------------------- */
+
+/* Counts of work; added to, never reset. A "lane" is one ray against one box or triangle. */
+typedef struct pktrt_counts {
+  uint64_t rays;            /* valid rays traced */
+  uint64_t hits;
+  uint64_t packets;         /* packets (or streams, or single rays) formed of them */
+  uint64_t node_visits;     /* nodes opened, by a packet or a ray */
+  uint64_t box_tests;       /* lanes: ray against child box */
+  uint64_t triangle_tests;  /* lanes: ray against triangle */
+  uint64_t first_hits;      /* paper path: child entered because the first active ray hit it */
+  uint64_t interval_culls;  /* paper path: child dropped by interval arithmetic, all rays at once */
+  uint64_t frustum_culls;   /* child dropped by the four planes, all rays at once */
+  uint64_t ray_culls;       /* child dropped after every active ray missed it */
+  uint64_t triangle_culls;  /* triangle dropped by the four planes, all rays at once */
+  uint64_t canonical_tests; /* lanes that reached the canonical test in double precision */
+  uint64_t settlings;       /* of these, lanes whose single-precision edge signs had left it open */
+  uint64_t fallbacks;       /* packets that turned into streams on their way down */
+} pktrt_counts;
+typedef struct pktrt_stats {
+  pktrt_counts by_type[PKTRT_RAY_TYPE_COUNT];
+} pktrt_stats;
+
+/* Paper path only, for teaching: one call per decision about a packet. */
+typedef enum pktrt_event_kind {
+  PKTRT_EVENT_NODE = 0,     /* the packet opens node `index`; first active ray in `ray` */
+  PKTRT_EVENT_FIRST_HIT,    /* child `child` is entered: the first active ray hit it */
+  PKTRT_EVENT_INTERVAL_CULL,/* child dropped: interval arithmetic says that every ray misses */
+  PKTRT_EVENT_FRUSTUM_CULL, /* child dropped: it lies outside one of the four planes */
+  PKTRT_EVENT_LATER_HIT,    /* child entered: a later ray, now the first active one, hit it */
+  PKTRT_EVENT_ALL_MISS,     /* child dropped: every active ray was tested and missed */
+  PKTRT_EVENT_LEAF,         /* the packet tests the triangles of block `index` */
+  PKTRT_EVENT_HIT           /* ray `ray` found a nearer hit, in lane `child` of block `index` */
+} pktrt_event_kind;
+typedef struct pktrt_event {
+  pktrt_event_kind kind;
+  uint32_t index, child, ray; /* `ray`: index within the packet */
+  uint32_t active;            /* rays in the active range */
+} pktrt_event;
+
+/* Queries with everything spelled out. A zeroed desc is pktrt_intersect_n. */
+typedef struct pktrt_query_desc {
+  pktrt_path path;
+  uint32_t packet_size;     /* rays in a packet of the paper path, 1 to 256; 0: 64 */
+  pktrt_ray_type type;      /* which row of *stats to add to */
+  pktrt_stats *stats;       /* NULL: count nothing, at no cost */
+  void (*trace)(void *user, const pktrt_event *); /* paper path; NULL: none */
+  void *user;
+} pktrt_query_desc;
+/* As the _n and _soa calls. Values out of range are taken as their defaults: queries never fail. */
+PKTRT_DEF void pktrt_intersect_ex(const pktrt_scene *, const pktrt_query_desc *, const pktrt_ray *, pktrt_hit *, size_t n);
+PKTRT_DEF void pktrt_occluded_ex(const pktrt_scene *, const pktrt_query_desc *, const pktrt_ray *, bool *, size_t n);
+PKTRT_DEF void pktrt_intersect_soa_ex(const pktrt_scene *, const pktrt_query_desc *, const pktrt_rays *, const pktrt_hits *,
+                                      size_t n);
+PKTRT_DEF void pktrt_occluded_soa_ex(const pktrt_scene *, const pktrt_query_desc *, const pktrt_rays *, bool *, size_t n);
+
+/* >>camera --------------------------------------------------------------------------------------------------------- */
+
+typedef struct pktrt_camera { /* pinhole; right-handed: looking along target - eye, x to the right, y up */
+  float eye[3], target[3];
+  float up[3];                /* zero: +y; need not be perpendicular, must not be parallel to the view */
+  float fov_y;                /* full vertical angle in degrees, (0,180); 0: 45 */
+  float time;                 /* the moment the picture shows, [0,1] */
+} pktrt_camera;
+
+/* >>light ---------------------------------------------------------------------------------------------------------- */
+
+typedef enum pktrt_light_kind {
+  PKTRT_LIGHT_POINT = 0,    /* intensity in W/sr: radiance of a white diffuse surface is intensity cos / (pi r^2) */
+  PKTRT_LIGHT_DIRECTIONAL   /* intensity is the irradiance (W/m^2) of a surface that faces it */
+} pktrt_light_kind;
+typedef struct pktrt_light {
+  pktrt_light_kind kind;
+  float position[3];        /* point */
+  float direction[3];       /* directional: the way the light travels; any length but zero */
+  float intensity[3];       /* linear RGB, >= 0 */
+} pktrt_light;
+PKTRT_DEF pktrt_status pktrt_add_light(pktrt_scene *, const pktrt_light *, uint32_t *light);
+
+/* >>material ------------------------------------------------------------------------------------------------------- */
+
+typedef struct pktrt_material { /* diffuse for now; a zeroed one is black */
+  float albedo[3];              /* linear RGB reflectance, each in [0,1] */
+} pktrt_material;
+/* *material receives an index from 1 on; 0 is the default, albedo 0.8. */
+PKTRT_DEF pktrt_status pktrt_add_material(pktrt_scene *, const pktrt_material *, uint32_t *material);
+
+/* >>render --------------------------------------------------------------------------------------------------------- */
+
+typedef enum pktrt_mode {
+  PKTRT_MODE_RCS = 0 /* ray casting with shadows: primary rays, one shadow ray per light */
+} pktrt_mode;
+
+typedef enum pktrt_normals {
+  PKTRT_NORMALS_SMOOTH = 0, /* interpolated where the mesh has normals */
+  PKTRT_NORMALS_GEOMETRIC   /* of the triangle, everywhere */
+} pktrt_normals;
+
+typedef enum pktrt_shadow_packets {
+  PKTRT_SHADOWS_PER_LIGHT = 0, /* one packet for each light: measured the faster */
+  PKTRT_SHADOWS_TOGETHER       /* one packet for all lights of a primary packet */
+} pktrt_shadow_packets;
+
+typedef struct pktrt_render_desc {
+  uint32_t width, height;      /* of the whole picture, pixels; up to 65536 each */
+  float *pixels;               /* linear RGB, row 0 at the top */
+  size_t row_stride;           /* floats from row to row; 0: width * 3 */
+  pktrt_mode mode;
+  pktrt_camera camera;
+  float background[3];         /* radiance where a ray meets nothing */
+  float ambient[3];            /* radiance added to every surface point as albedo * ambient */
+  pktrt_normals normals;
+  uint32_t packet_size;        /* rays along a packet's edge: 2, 4, 8 or 16; 0: 8 */
+  uint32_t tile_size;          /* pixels along a tile's edge, 1 to 1024; 0: 64 */
+  pktrt_path path;
+  pktrt_shadow_packets shadows;
+  pktrt_stats *stats;          /* NULL: count nothing, at no cost */
+  /* Called after tiles, from the thread that finished one; done in (0,1]. false cancels. NULL: none. */
+  bool (*progress)(void *user, float done);
+  void *user;
+} pktrt_render_desc;
+
+/* Renders the whole picture, tile by tile through parallel_for. Same bits for any number of workers, tile size, packet size,
+   path and instruction set. PKTRT_CANCELLED: progress said so, some tiles are missing. */
+PKTRT_DEF pktrt_status pktrt_render(pktrt_scene *, const pktrt_render_desc *);
+
+/* Renders the pixels [x, x+w) x [y, y+h) of the picture that desc describes, into their place in desc->pixels. Thread-safe
+   on a committed scene as long as tiles do not overlap and desc->stats is not shared. Does not call progress and leaves no
+   detail; pktrt_render gives one. */
+PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *, const pktrt_render_desc *, uint32_t x, uint32_t y, uint32_t w,
+                                         uint32_t h);
+
+/* stop here if you only want the API */
+#endif /* PKTRT_H */
+/* ---------------------------------------------------------------------------------------------------------------------
+   IMPLEMENTATION, compiled once
+   ------------------------------------------------------------------------------------------------------------------ */
+#ifdef PKTRT_IMPLEMENTATION
+#ifndef PKTRT__IMPLEMENTED
+#define PKTRT__IMPLEMENTED
+
+#include <float.h>
+#include <limits.h>
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h> /* vsnprintf, for error sentences */
+#include <stdlib.h>
+#include <string.h>
+
+/* >>platform --------------------------------------------------------------------------------------------------------- */
+
+#if defined(__FAST_MATH__) || defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__
+#error "pktrt.h needs IEEE arithmetic: compile the implementation without -ffast-math and -ffinite-math-only"
+#endif
+#if defined(FLT_EVAL_METHOD) && FLT_EVAL_METHOD != 0
+#error "pktrt.h needs float arithmetic in float: on 32-bit x86 compile with -msse2 -mfpmath=sse"
+#endif
+
+#if defined(__GNUC__) || defined(__clang__)
+#define PKTRT__INLINE static inline __attribute__((always_inline))
+#define PKTRT__NOINLINE static __attribute__((noinline))
+#define PKTRT__ALIGN64 __attribute__((aligned(64)))
+#define PKTRT__UNLIKELY(x) __builtin_expect(!!(x), 0)
+#else
+#define PKTRT__INLINE static inline
+#define PKTRT__NOINLINE static
+#define PKTRT__ALIGN64
+#define PKTRT__UNLIKELY(x) (x)
+#endif
+
+/* Which instruction sets this build carries. Wide passes need per-function targets; MinGW may misalign wide spills
+   (GCC bug 54412), so there the 16-byte set is the widest. */
+#if defined(PKTRT_NO_SIMD) || defined(__TINYC__)
+#elif (defined(__x86_64__) || defined(__i386__)) && defined(__SSE2__)
+#define PKTRT__HAS_SSE2 1
+#if !defined(__MINGW32__) || defined(__clang__)
+#ifndef PKTRT_NO_AVX2
+#define PKTRT__HAS_AVX2 1
+#endif
+#if !defined(PKTRT_NO_AVX512)
+#define PKTRT__HAS_AVX512 1
+#endif
+#endif
+#include <immintrin.h>
+#include <cpuid.h>
+#elif defined(__aarch64__) && defined(__ARM_NEON)
+#define PKTRT__HAS_NEON 1
+#include <arm_neon.h>
+#endif
+
+/* The product-sums that decide hits must not be fused: the same bits on every instruction set depend on it. One guard for the
+   whole implementation, opened here and closed at its end; the self test at scene creation sees what it cannot prevent. */
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#elif defined(__GNUC__) && !defined(__TINYC__)
+#pragma GCC push_options
+#pragma GCC optimize("fp-contract=off")
+#endif
+
+#ifdef __cplusplus
+#define PKTRT__CAST(type, p) static_cast<type>(p)
+#else
+#define PKTRT__CAST(type, p) ((type)(p))
+#endif
+
+/* >>limits ----------------------------------------------------------------------------------------------------------- */
+
+enum {
+  PKTRT__W = 8,            /* children of a node, triangles of a leaf block, lanes of the narrow vector */
+  PKTRT__MAX_DEPTH = 48,   /* of the binary tree, hence of the wide one; median splits from there reach 2^32 triangles */
+  PKTRT__STACK = PKTRT__MAX_DEPTH * (PKTRT__W - 1) + 1, /* entries that a depth-first walk can hold */
+  PKTRT__PACKET = 64       /* rays of a fast-path packet: the bits of a mask */
+};
+
+/* A child reference: PKTRT__LEAF | block, or the index of a node, or PKTRT__EMPTY. */
+#define PKTRT__LEAF 0x80000000u
+#define PKTRT__EMPTY 0xFFFFFFFFu
+/* Bounds of an empty child: finite, so that interpolation in time makes no NaN of them; beyond PKTRT_MAX_COORD. */
+#define PKTRT__FAR 1.0e32f
+
+/* >>structures ------------------------------------------------------------------------------------------------------- */
+
+/* Node of a group with K keys, 256 + (K-1) * 192 bytes, 64-byte aligned:
+     float    plane[6][8]  lo x, hi x, lo y, hi y, lo z, hi z of eight children, at key 0
+     uint32_t child[8]     references; empty ones have lo = FAR, hi = -FAR
+     uint32_t perm[8]      for each octant of ray directions (bit a: component a negative): the children from far to near by
+                           the middle of their boxes, three bits each, the farthest in the lowest bits
+     float    plane[6][8]  for each further key
+   Block of up to eight triangles, 320 + (K-1) * 288 bytes:
+     float    vertex[3][3][8]  [corner][axis][lane] at key 0, raw, so that shared vertices have equal bits
+     uint32_t id[8]            global triangle index; PKTRT_NONE in lanes without a triangle. Lanes whose triangle has no area
+                               at any key hold PKTRT_NONE too: never hit, and back in place when a refit gives them area.
+     float    vertex[3][3][8]  for each further key                                                                       */
+#define PKTRT__NODE_BYTES 256u
+#define PKTRT__NODE_KEY_BYTES 192u
+#define PKTRT__BLOCK_BYTES 320u
+#define PKTRT__BLOCK_KEY_BYTES 288u
+
+typedef struct pktrt__mesh {
+  float *positions;   /* key_count * vertex_count * 3, committed */
+  float *normals;     /* the same shape, or NULL */
+  float *pending;     /* as positions, from the first set_positions on: what the next commit or refit takes over */
+  float *pending_normals;
+  uint32_t *indices;  /* triangle_count * 3, or NULL for a soup */
+  uint32_t vertex_count, triangle_count, key_count, stride, material;
+  uint32_t first_id;  /* global index of triangle 0 */
+  float max_coord;    /* largest |coordinate| over all keys */
+  bool committed, dirty, dirty_normals;
+} pktrt__mesh;
+
+/* A run of nodes and blocks built by one task: refit runs over the same tasks. */
+typedef struct pktrt__task {
+  uint32_t first_node, node_count, first_block, block_count;
+} pktrt__task;
+
+/* The tree over all meshes with the same number of keys. Static meshes never pay for moving ones. */
+typedef struct pktrt__group {
+  uint32_t key_count, node_count, block_count, task_count;
+  uint32_t node_bytes, block_bytes; /* strides */
+  uint32_t triangle_count, degenerate_count;
+  unsigned char *nodes;             /* node 0 is the root; a child's index is larger than its parent's */
+  unsigned char *blocks;
+  uint32_t *block_triangles;        /* block_count * 8 global indices, also where the block's lane is PKTRT_NONE for no area */
+  pktrt__task *tasks;               /* disjoint subtrees; nodes outside of them, the top, are [0, tasks[0].first_node) */
+  float lo[3], hi[3];               /* over all keys */
+  double sah_at_build, sah_now, area;
+} pktrt__group;
+
+struct pktrt_scene {
+  pktrt_scene_desc desc;
+  pktrt_isa isa;
+  const struct pktrt__kernels *kernels;
+  pktrt__mesh *meshes;
+  uint32_t mesh_count, mesh_capacity, committed_meshes;
+  pktrt__group *groups;             /* in ascending order of their boxes' area: small ones shorten rays for the large */
+  uint32_t group_count;
+  pktrt_material *materials;
+  uint32_t material_count, material_capacity;
+  pktrt_light *lights;
+  uint32_t light_count, light_capacity;
+  uint32_t total_triangles;         /* of all meshes, committed or not */
+  float lo[3], hi[3];
+  float max_coord;                  /* of committed meshes */
+  bool rebuild_advised;
+  char error[256];
+};
+/* >>memory ----------------------------------------------------------------------------------------------------------- */
+
+static void *pktrt__malloc_hook(void *user, size_t size, size_t align) {
+  (void)user;
+  /* malloc, with the distance to the block's true start kept in front of the aligned part */
+  if (size > SIZE_MAX - align - sizeof(size_t)) return NULL;
+  char *raw = PKTRT__CAST(char *, malloc(size + align + sizeof(size_t)));
+  if (!raw) return NULL;
+  size_t shift = sizeof(size_t) + (align - ((uintptr_t)(raw + sizeof(size_t)) & (align - 1))) % align;
+  memcpy(raw + shift - sizeof(size_t), &shift, sizeof(size_t));
+  return raw + shift;
+}
+
+static void pktrt__free_hook(void *user, void *p, size_t size) {
+  (void)user, (void)size;
+  size_t shift;
+  memcpy(&shift, PKTRT__CAST(char *, p) - sizeof(size_t), sizeof(size_t));
+  free(PKTRT__CAST(char *, p) - shift);
+}
+
+/* All memory comes from here. Returns NULL for count * size that overflows; zero bytes give a valid pointer. */
+static void *pktrt__alloc(const pktrt_scene_desc *desc, uint64_t count, size_t size) {
+  if (count > (SIZE_MAX - 64) / size) return NULL;
+  size_t bytes = (size_t)count * size;
+  return desc->allocate(desc->user, bytes ? bytes : 64, 64);
+}
+
+static void pktrt__release(const pktrt_scene_desc *desc, void *p, uint64_t count, size_t size) {
+  size_t bytes = (size_t)count * size;
+  if (p) desc->release(desc->user, p, bytes ? bytes : 64);
+}
+
+/* Runs body(arg, i) for i in [0,n): through the hook where there is one. */
+static void pktrt__parallel(const pktrt_scene_desc *desc, size_t n, void (*body)(void *, size_t), void *arg) {
+  if (desc->parallel_for && n > 1) {
+    desc->parallel_for(desc->user, n, body, arg);
+  } else {
+    for (size_t i = 0; i < n; i++) body(arg, i);
+  }
+}
+/* >>small ------------------------------------------------------------------------------------------------------------ */
+
+PKTRT__INLINE uint32_t pktrt__sign_bit(float x) {
+  uint32_t u;
+  memcpy(&u, &x, sizeof u);
+  return u >> 31;
+}
+
+#if defined(__GNUC__) || defined(__clang__)
+PKTRT__INLINE uint32_t pktrt__popcount(uint64_t x) { return (uint32_t)__builtin_popcountll(x); }
+PKTRT__INLINE uint32_t pktrt__lowest(uint64_t x) { return (uint32_t)__builtin_ctzll(x); } /* x != 0 */
+#else
+PKTRT__INLINE uint32_t pktrt__popcount(uint64_t x) {
+  uint32_t n = 0;
+  for (; x; x &= x - 1) n++;
+  return n;
+}
+PKTRT__INLINE uint32_t pktrt__lowest(uint64_t x) {
+  uint32_t n = 0;
+  for (; !(x & 1); x >>= 1) n++;
+  return n;
+}
+#endif
+
+/* Conversion as the vector units do it: beyond the range of float lies infinity (in C it would be undefined). */
+PKTRT__INLINE float pktrt__to_float(double x) {
+  const double limit = 3.4028235677973366e38; /* FLT_MAX and half a step: rounds to infinity from here on */
+  return x >= limit ? INFINITY : x <= -limit ? -INFINITY : (float)x;
+}
+
+PKTRT__INLINE float pktrt__minf(float a, float b) { return a < b ? a : b; }
+PKTRT__INLINE float pktrt__maxf(float a, float b) { return a > b ? a : b; }
+
+/* >>build ------------------------------------------------------------------------------------------------------------ */
+
+/* Binary tree first, then wide, then bounds.
+
+   Binary: a range of triangles ("prims": boxes with an id) is split in two where the surface area heuristic says so: from bins
+   over the centroids on all three axes while the range is large, from an exact sweep of the sorted centroids when it is small.
+   A side with n triangles costs area * (0.75 ceil(n/8) + 0.25 n/8): whole blocks, with a leaning towards fewer triangles where
+   the number of blocks is the same. A range of up to 8 stays a leaf (cost: area) if that is not dearer than a step (0.25 area)
+   plus both sides. Moving groups are built on the boxes at the middle of the motion.
+   The partition reads one buffer and writes the other; small ranges move back home, so that all leaves lie in the first.
+
+   Depth: let need(n) = ceil(log2(ceil(n/8))), the levels of halving until n triangles fit a block. Every range keeps
+   depth + need(n) <= MAX_DEPTH: true at the root (need < 30); where it holds with slack, any split keeps it, since a part is
+   smaller than the whole; where it holds with equality the range is halved by index into parts of at most ceil(ceil(n/8)/2)
+   blocks, which need one level less. Ranges of up to 8 are split above MAX_DEPTH only. So all loops end, and their stacks have known sizes, for any input.
+   Where the heuristic is blind (no extent of centroids, no area) the range is halved by index too.
+
+   Range of numbers: coordinates up to 2^100 stay as they are, smaller groups are scaled up to [1,2) by a power of two; areas
+   are taken of extents scaled to [1,2) range by range. So float products neither overflow nor vanish where they matter.
+
+   Determinism: a range of n triangles at slot s owns the node slots [s, s + 2n - 1): itself s, its left part of m triangles
+   s + 1, its right part s + 2m. Nothing is handed out at run time: parallel tasks write disjoint parts of the same arrays, and
+   which tasks there are depends on triangle counts alone. The same tree results for any number of workers.
+
+   Wide: a node takes over its binary root's children and opens the one of largest area until it has eight or only leaves.
+   Subtrees of up to max(4096, n/64) triangles are tasks: counted, placed by a prefix sum, written in depth-first order. What
+   lies above them, the top, comes first. A group that is one task has no top.
+
+   Bounds: fitted bottom-up from the blocks by the function that refit uses, hence equal to it bit by bit.                  */
+
+enum {
+  PKTRT__TASK_MIN = 4096,  /* triangles */
+  PKTRT__TASK_PARTS = 64,
+  PKTRT__CHUNK = 16384,    /* triangles per job of the first pass */
+  PKTRT__MAX_BINS = 64,
+  PKTRT__MAX_SWEEP = 64
+};
+
+static float *pktrt__node_planes(unsigned char *node, uint32_t key) {
+  size_t at = key ? PKTRT__NODE_BYTES + (size_t)(key - 1) * PKTRT__NODE_KEY_BYTES : 0;
+  return PKTRT__CAST(float *, PKTRT__CAST(void *, node + at));
+}
+static uint32_t *pktrt__node_children(unsigned char *node) {
+  return PKTRT__CAST(uint32_t *, PKTRT__CAST(void *, node + 48 * sizeof(float)));
+}
+static float *pktrt__block_vertices(unsigned char *block, uint32_t key) {
+  size_t at = key ? PKTRT__BLOCK_BYTES + (size_t)(key - 1) * PKTRT__BLOCK_KEY_BYTES : 0;
+  return PKTRT__CAST(float *, PKTRT__CAST(void *, block + at));
+}
+static uint32_t *pktrt__block_ids(unsigned char *block) {
+  return PKTRT__CAST(uint32_t *, PKTRT__CAST(void *, block + 72 * sizeof(float)));
+}
+
+/* Where the corners of a triangle are at a key; of a mesh whose positions changed, the new ones if use_pending. */
+PKTRT__INLINE void pktrt__corners(const pktrt__mesh *m, bool use_pending, uint32_t tri, uint32_t key, const float *v[3]) {
+  const float *p = use_pending && m->dirty && m->pending ? m->pending : m->positions;
+  size_t at = (size_t)tri * 3;
+  p += (size_t)key * m->vertex_count * 3;
+  if (m->indices) {
+    const uint32_t *i = m->indices + at;
+    v[0] = p + 3 * (size_t)i[0], v[1] = p + 3 * (size_t)i[1], v[2] = p + 3 * (size_t)i[2];
+  } else {
+    v[0] = p + 3 * at, v[1] = v[0] + 3, v[2] = v[0] + 6;
+  }
+}
+static void pktrt__triangle_vertices(const pktrt__mesh *m, bool use_pending, uint32_t tri, uint32_t key, float v[3][3]) {
+  const float *corner[3];
+  pktrt__corners(m, use_pending, tri, key, corner);
+  for (int c = 0; c < 3; c++) v[c][0] = corner[c][0], v[c][1] = corner[c][1], v[c][2] = corner[c][2];
+}
+
+/* The mesh of a global triangle index; first indices ascend. `hint` is the mesh of a neighbour. */
+static uint32_t pktrt__mesh_of(const pktrt__mesh *meshes, uint32_t mesh_count, uint32_t id, uint32_t hint) {
+  if (id - meshes[hint].first_id < meshes[hint].triangle_count) return hint;
+  uint32_t lo = 0, hi = mesh_count; /* the last mesh whose first index is not above id */
+  while (hi - lo > 1) {
+    uint32_t mid = lo + (hi - lo) / 2;
+    if (meshes[mid].first_id <= id) lo = mid; else hi = mid;
+  }
+  return lo;
+}
+
+/* A box of the build is lo x,y,z,-, -hi x,y,z,-: all of it grows by minima, two vectors. The free elements of a prim hold the
+   halves of the global triangle index, as floats in [1,2): vectors compute with them too, and other bits might be denormal
+   numbers, which are slow. */
+typedef struct pktrt__prim {
+  float box[8];
+} pktrt__prim;
+
+PKTRT__INLINE void pktrt__set_prim_id(pktrt__prim *p, uint32_t id) {
+  uint32_t low = 0x3F800000u | (id & 0xFFFFu), high = 0x3F800000u | id >> 16;
+  memcpy(&p->box[3], &low, 4), memcpy(&p->box[7], &high, 4);
+}
+PKTRT__INLINE uint32_t pktrt__prim_id(const pktrt__prim *p) {
+  uint32_t low, high;
+  memcpy(&low, &p->box[3], 4), memcpy(&high, &p->box[7], 4);
+  return (low & 0xFFFFu) | high << 16;
+}
+
+typedef struct pktrt__binary {
+  float size;    /* square root of the area: no float overflows */
+  uint32_t left; /* prims of the left part; 0: a leaf */
+} pktrt__binary;
+
+typedef struct pktrt__range {
+  float box[8];
+  uint32_t slot, first, count;
+  uint16_t depth, away; /* away: in the second buffer */
+} pktrt__range;
+
+typedef struct pktrt__builder {
+  const pktrt_scene_desc *desc;
+  const pktrt__mesh *meshes;
+  uint32_t mesh_count, key_count, count;
+  bool use_pending;
+  uint32_t bins, few_bins, few, sweep; /* bins above and below `few` triangles; sweep up to `sweep` */
+  uint32_t limit;                      /* triangles of a task */
+  float scale;
+  pktrt__prim *prims, *away;           /* count each */
+  pktrt__binary *nodes;                /* 2 * count - 1 slots */
+  pktrt__range *chunks;                /* first pass: boxes of the chunks; then ranges of the top */
+} pktrt__builder;
+
+PKTRT__INLINE void pktrt__box_clear(float *b) {
+  for (int i = 0; i < 8; i++) b[i] = PKTRT__FAR;
+}
+PKTRT__INLINE void pktrt__box_grow(float *b, const float *p) {
+#ifdef PKTRT__HAS_SSE2
+  _mm_storeu_ps(b, _mm_min_ps(_mm_loadu_ps(p), _mm_loadu_ps(b)));
+  _mm_storeu_ps(b + 4, _mm_min_ps(_mm_loadu_ps(p + 4), _mm_loadu_ps(b + 4)));
+#else
+  for (int i = 0; i < 8; i++) b[i] = p[i] < b[i] ? p[i] : b[i];
+#endif
+}
+/* Half the surface, of extents times s */
+PKTRT__INLINE float pktrt__box_area(const float *b, float s) {
+  float x = (b[0] + b[4]) * s, y = (b[1] + b[5]) * s, z = (b[2] + b[6]) * s; /* all signs flipped */
+  return x * (y + z) + y * z;
+}
+/* Cost of a side per area */
+PKTRT__INLINE float pktrt__side_cost(uint32_t n) {
+  return 0.75f * (float)(int32_t)((n + 7) >> 3) + 0.03125f * (float)(int32_t)n;
+}
+/* The power of two that brings x >= 0 to [1,2), as far as there is one */
+static float pktrt__unit_scale(float x) {
+  uint32_t bits;
+  memcpy(&bits, &x, 4);
+  bits = (254u - (bits >> 23 > 253u ? 253u : bits >> 23)) << 23;
+  memcpy(&x, &bits, 4);
+  return x;
+}
+static uint32_t pktrt__halvings(uint32_t n) {
+  uint32_t h = 0;
+  while (((uint64_t)8 << h) < n) h++;
+  return h;
+}
+
+/* First pass: boxes of triangles, and of chunks */
+
+PKTRT__INLINE void pktrt__corner_box(const float *v[3], float *box) {
+  for (int a = 0; a < 3; a++) {
+    float x = v[0][a], y = v[1][a], z = v[2][a];
+    float l = x < y ? x : y, h = x > y ? x : y;
+    box[a] = l < z ? l : z, box[a + 4] = -(h > z ? h : z);
+  }
+}
+
+PKTRT__INLINE void pktrt__prim_box(const pktrt__builder *b, const pktrt__mesh *m, uint32_t tri, float *box) {
+  uint32_t key = (b->key_count - 1) / 2, other = b->key_count / 2; /* around the middle of the motion */
+  const float *v[3];
+  float then[8];
+  pktrt__corners(m, b->use_pending, tri, key, v);
+  pktrt__corner_box(v, box);
+  if (other == key) return;
+  pktrt__corners(m, b->use_pending, tri, other, v);
+  pktrt__corner_box(v, then);
+  for (int a = 0; a < 3; a++) box[a] = 0.5f * (box[a] + then[a]), box[a + 4] = 0.5f * (box[a + 4] + then[a + 4]);
+}
+
+static void pktrt__fill_chunk(void *arg, size_t chunk) {
+  pktrt__builder *b = PKTRT__CAST(pktrt__builder *, arg);
+  uint32_t begin = (uint32_t)chunk * PKTRT__CHUNK, base = 0;
+  uint32_t end = b->count - begin < PKTRT__CHUNK ? b->count : begin + PKTRT__CHUNK;
+  float *all = b->chunks[chunk].box;
+  pktrt__box_clear(all);
+  for (uint32_t i = 0; i < b->mesh_count && base < end; i++) {
+    const pktrt__mesh *m = &b->meshes[i];
+    if (m->key_count != b->key_count) continue;
+    uint32_t from = base > begin ? base : begin;
+    uint32_t to = m->triangle_count < end - base ? base + m->triangle_count : end;
+    for (uint32_t j = from; j < to; j++) {
+      float *box = b->prims[j].box;
+      pktrt__prim_box(b, m, j - base, box);
+      pktrt__set_prim_id(&b->prims[j], m->first_id + (j - base));
+      pktrt__box_grow(all, box);
+    }
+    base += m->triangle_count;
+  }
+}
+
+static void pktrt__scale_chunk(void *arg, size_t chunk) {
+  pktrt__builder *b = PKTRT__CAST(pktrt__builder *, arg);
+  uint32_t begin = (uint32_t)chunk * PKTRT__CHUNK;
+  uint32_t end = b->count - begin < PKTRT__CHUNK ? b->count : begin + PKTRT__CHUNK;
+  for (uint32_t j = begin; j < end; j++) {
+    float *box = b->prims[j].box;
+    for (int a = 0; a < 3; a++) box[a] *= b->scale, box[a + 4] *= b->scale;
+  }
+}
+
+static void pktrt__fill(pktrt__builder *b, pktrt__range *root) {
+  uint32_t chunks = (b->count + PKTRT__CHUNK - 1) / PKTRT__CHUNK;
+  pktrt__parallel(b->desc, chunks, pktrt__fill_chunk, b);
+  memset(root, 0, sizeof *root);
+  root->count = b->count;
+  pktrt__box_clear(root->box);
+  for (uint32_t i = 0; i < chunks; i++) pktrt__box_grow(root->box, b->chunks[i].box);
+  root->box[3] = root->box[7] = 0.0f;
+  float most = 0.0f;
+  for (int i = 0; i < 8; i++) {
+    float x = fabsf(root->box[i]);
+    most = x > most ? x : most;
+  }
+  b->scale = most < 1.0f && most > 0.0f ? pktrt__unit_scale(most) : 1.0f;
+  if (b->scale > 1.0f) {
+    for (int i = 0; i < 8; i++) root->box[i] *= b->scale;
+    pktrt__parallel(b->desc, chunks, pktrt__scale_chunk, b);
+  }
+}
+
+/* Splitting a range */
+
+static void pktrt__make_parts(const pktrt__range *r, uint32_t left, bool away, pktrt__range part[2]) {
+  part[0].slot = r->slot + 1, part[1].slot = r->slot + 2 * left;
+  part[0].first = r->first, part[1].first = r->first + left;
+  part[0].count = left, part[1].count = r->count - left;
+  part[0].depth = part[1].depth = (uint16_t)(r->depth + 1);
+  part[0].away = part[1].away = away;
+}
+
+/* Halves by index, in whole blocks; prims stay where they are. */
+static uint32_t pktrt__split_half(const pktrt__range *r, const pktrt__prim *p, pktrt__range part[2]) {
+  uint32_t left = (r->count + 15) / 16 * 8;
+  pktrt__make_parts(r, left, r->away != 0, part);
+  pktrt__box_clear(part[0].box), pktrt__box_clear(part[1].box);
+  for (uint32_t i = 0; i < r->count; i++) pktrt__box_grow(part[i >= left].box, p[i].box);
+  return left;
+}
+
+typedef struct pktrt__bins {
+  float box[3][PKTRT__MAX_BINS][8];
+  uint32_t count[3][PKTRT__MAX_BINS];
+  float low[4], scale[4]; /* bin = (centroid - low) * scale, centroid = lo + hi */
+  uint32_t bins, best, axis;
+} pktrt__bins;
+
+/* Where bins lie. Extents that would make a scale overflow count as none; false if there is no other. */
+static bool pktrt__place_bins(pktrt__bins *s, const pktrt__prim *p, uint32_t n) {
+  float lo[4], hi[4];
+  for (int a = 0; a < 4; a++) lo[a] = 2.0f * PKTRT__FAR, hi[a] = -2.0f * PKTRT__FAR;
+  for (uint32_t i = 0; i < n; i++) {
+    const float *b = p[i].box;
+#ifdef PKTRT__HAS_SSE2
+    __m128 c = _mm_sub_ps(_mm_loadu_ps(b), _mm_loadu_ps(b + 4));
+    _mm_storeu_ps(lo, _mm_min_ps(c, _mm_loadu_ps(lo)));
+    _mm_storeu_ps(hi, _mm_max_ps(c, _mm_loadu_ps(hi)));
+#else
+    for (int a = 0; a < 3; a++) {
+      float c = b[a] - b[a + 4];
+      lo[a] = c < lo[a] ? c : lo[a], hi[a] = c > hi[a] ? c : hi[a];
+    }
+#endif
+  }
+  bool any = false;
+  for (int a = 0; a < 3; a++) {
+    float extent = hi[a] - lo[a];
+    s->low[a] = lo[a];
+    s->scale[a] = extent > 64.0f * FLT_MIN ? (float)(int32_t)s->bins * 0.9999f / extent : 0.0f;
+    any = any || s->scale[a] > 0.0f;
+  }
+  s->low[3] = s->scale[3] = 0.0f;
+  return any;
+}
+
+static void pktrt__fill_bins(pktrt__bins *s, const pktrt__prim *p, uint32_t n) {
+  for (int a = 0; a < 3; a++) {
+    for (uint32_t i = 0; i < s->bins; i++) pktrt__box_clear(s->box[a][i]), s->count[a][i] = 0;
+  }
+#ifdef PKTRT__HAS_SSE2
+  __m128 low = _mm_loadu_ps(s->low), scale = _mm_loadu_ps(s->scale);
+#else
+  float low[3] = {s->low[0], s->low[1], s->low[2]}, scale[3] = {s->scale[0], s->scale[1], s->scale[2]};
+#endif
+  for (uint32_t i = 0; i < n; i++) {
+    const float *b = p[i].box;
+#ifdef PKTRT__HAS_SSE2
+    __m128 c = _mm_sub_ps(_mm_loadu_ps(b), _mm_loadu_ps(b + 4));
+    __m128i bin = _mm_cvttps_epi32(_mm_mul_ps(_mm_sub_ps(c, low), scale));
+    size_t x = (size_t)_mm_extract_epi16(bin, 0), y = (size_t)_mm_extract_epi16(bin, 2);
+    size_t z = (size_t)_mm_extract_epi16(bin, 4);
+#else
+    size_t x = (size_t)(int32_t)((b[0] - b[4] - low[0]) * scale[0]);
+    size_t y = (size_t)(int32_t)((b[1] - b[5] - low[1]) * scale[1]);
+    size_t z = (size_t)(int32_t)((b[2] - b[6] - low[2]) * scale[2]);
+#endif
+    pktrt__box_grow(s->box[0][x], b), s->count[0][x]++;
+    pktrt__box_grow(s->box[1][y], b), s->count[1][y]++;
+    pktrt__box_grow(s->box[2][z], b), s->count[2][z]++;
+  }
+}
+
+/* The cheapest border between bins, its cost returned; FLT_MAX if all prims share their bins. */
+static float pktrt__best_bin(pktrt__bins *s, uint32_t n, float unit) {
+  float right[PKTRT__MAX_BINS], best = FLT_MAX;
+  for (uint32_t a = 0; a < 3; a++) {
+    if (!(s->scale[a] > 0.0f)) continue;
+    float box[8];
+    uint32_t count = 0;
+    pktrt__box_clear(box);
+    for (uint32_t i = s->bins - 1; i > 0; i--) {
+      pktrt__box_grow(box, s->box[a][i]);
+      count += s->count[a][i];
+      right[i] = count ? pktrt__box_area(box, unit) * pktrt__side_cost(count) : 0.0f;
+    }
+    pktrt__box_clear(box);
+    count = 0;
+    for (uint32_t i = 0; i + 1 < s->bins; i++) {
+      pktrt__box_grow(box, s->box[a][i]);
+      count += s->count[a][i];
+      if (count == 0 || count == n) continue;
+      float cost = pktrt__box_area(box, unit) * pktrt__side_cost(count) + right[i + 1];
+      if (cost < best) best = cost, s->axis = a, s->best = i;
+    }
+  }
+  return best;
+}
+
+/* Partition without branches: every prim is written to the next place of both sides, one of which then moves on. */
+static void pktrt__partition(const pktrt__bins *s, const pktrt__prim *from, pktrt__prim *to, uint32_t n) {
+  uint32_t l = 0, r = n - 1, axis = s->axis;
+  float low = s->low[axis], scale = s->scale[axis], border = (float)(int32_t)(s->best + 1);
+  for (uint32_t i = 0; i < n; i++) {
+    uint32_t right = (from[i].box[axis] - from[i].box[axis + 4] - low) * scale >= border;
+    to[l] = to[r] = from[i];
+    l += 1 - right, r -= right;
+  }
+}
+
+/* Splits a large range by bins. 0: not possible */
+static uint32_t pktrt__split_binned(pktrt__builder *b, const pktrt__range *r, float unit, pktrt__range part[2]) {
+  const pktrt__prim *from = (r->away ? b->away : b->prims) + r->first;
+  pktrt__prim *to = (r->away ? b->prims : b->away) + r->first;
+  pktrt__bins s;
+  s.bins = r->count < b->few ? b->few_bins : b->bins;
+  if (!pktrt__place_bins(&s, from, r->count)) return 0;
+  pktrt__fill_bins(&s, from, r->count);
+  if (!(pktrt__best_bin(&s, r->count, unit) < FLT_MAX)) return 0;
+  uint32_t left = 0;
+  pktrt__box_clear(part[0].box), pktrt__box_clear(part[1].box);
+  for (uint32_t i = 0; i < s.bins; i++) {
+    pktrt__box_grow(part[i > s.best].box, s.box[s.axis][i]);
+    left += i > s.best ? 0 : s.count[s.axis][i];
+  }
+  pktrt__partition(&s, from, to, r->count);
+  pktrt__make_parts(r, left, !r->away, part);
+  return left;
+}
+
+/* Ranks by centroid: all pairs, ties by index. Quadratic but without branches, and n is small. */
+static void pktrt__sort_axis(const pktrt__prim *p, uint32_t n, uint32_t axis, uint8_t *order) {
+  float c[PKTRT__MAX_SWEEP];
+  uint32_t rank[PKTRT__MAX_SWEEP];
+  for (uint32_t i = 0; i < n; i++) {
+    uint32_t mine = 0;
+    float ci = p[i].box[axis] - p[i].box[axis + 4];
+    for (uint32_t j = 0; j < i; j++) {
+      uint32_t before = c[j] <= ci;
+      mine += before, rank[j] += 1 - before;
+    }
+    c[i] = ci, rank[i] = mine;
+  }
+  for (uint32_t i = 0; i < n; i++) order[rank[i]] = (uint8_t)i;
+}
+
+/* The cheapest cut of the sorted prims on any axis; 0 for a range that had better stay a leaf. Moves the prims. */
+static uint32_t pktrt__split_sweep(pktrt__prim *p, const pktrt__range *r, float unit, float area, pktrt__range part[2]) {
+  uint8_t order[3][PKTRT__MAX_SWEEP];
+  float right[PKTRT__MAX_SWEEP], best = FLT_MAX, box[8];
+  uint32_t n = r->count, axis = 0, left = 0;
+  for (uint32_t a = 0; a < 3; a++) {
+    pktrt__sort_axis(p, n, a, order[a]);
+    pktrt__box_clear(box);
+    for (uint32_t i = n - 1; i > 0; i--) {
+      pktrt__box_grow(box, p[order[a][i]].box);
+      right[i] = pktrt__box_area(box, unit) * pktrt__side_cost(n - i);
+    }
+    pktrt__box_clear(box);
+    for (uint32_t i = 1; i < n; i++) {
+      pktrt__box_grow(box, p[order[a][i - 1]].box);
+      float cost = pktrt__box_area(box, unit) * pktrt__side_cost(i) + right[i];
+      if (cost < best) best = cost, axis = a, left = i;
+    }
+  }
+  if (n <= PKTRT__W && area <= 0.25f * area + best) return 0;
+  pktrt__prim sorted[PKTRT__MAX_SWEEP];
+  pktrt__box_clear(part[0].box), pktrt__box_clear(part[1].box);
+  for (uint32_t i = 0; i < n; i++) {
+    sorted[i] = p[order[axis][i]];
+    pktrt__box_grow(part[i >= left].box, sorted[i].box);
+  }
+  memcpy(p, sorted, n * sizeof *p);
+  pktrt__make_parts(r, left, false, part);
+  return left;
+}
+
+/* Writes the range's binary node; false if it is a leaf. */
+static bool pktrt__split(pktrt__builder *b, pktrt__range *r, pktrt__range part[2]) {
+  pktrt__prim *p = b->prims + r->first;
+  if (r->away && r->count <= b->sweep) {
+    memcpy(p, b->away + r->first, r->count * sizeof *p);
+    r->away = 0;
+  }
+  double x = (double)r->box[0] + r->box[4], y = (double)r->box[1] + r->box[5], z = (double)r->box[2] + r->box[6];
+  double most = -(x < y ? (x < z ? x : z) : (y < z ? y : z));
+  float unit = pktrt__unit_scale((float)most), area = pktrt__box_area(r->box, unit);
+  uint32_t spare = PKTRT__MAX_DEPTH - r->depth - pktrt__halvings(r->count), left = 0;
+  bool blind = !(area > 0.0f), small = r->count <= b->sweep;
+  if (r->count > 1 && spare > 0 && !(blind && r->count <= PKTRT__W)) {
+    if (!blind && small) left = pktrt__split_sweep(p, r, unit, area, part);
+    if (!blind && !small) left = pktrt__split_binned(b, r, unit, part);
+  }
+  if (!left && r->count > PKTRT__W) left = pktrt__split_half(r, r->away ? b->away + r->first : p, part);
+  pktrt__binary *node = &b->nodes[r->slot];
+  node->size = (float)sqrt(x * y + y * z + z * x), node->left = left;
+  return left != 0;
+}
+
+/* The whole subtree of a range. The stack holds at most one right part per level. */
+static void pktrt__build_range(void *arg, size_t index) {
+  pktrt__builder *b = PKTRT__CAST(pktrt__builder *, arg);
+  pktrt__range stack[PKTRT__MAX_DEPTH + 1], part[2];
+  uint32_t top = 0;
+  stack[top++] = b->chunks[index];
+  while (top) {
+    pktrt__range r = stack[--top];
+    while (pktrt__split(b, &r, part)) {
+      stack[top++] = part[1];
+      r = part[0];
+    }
+  }
+}
+
+/* One level of all ranges above the tasks: job i splits range i of the round into parts 2i and 2i + 1. */
+typedef struct pktrt__round {
+  pktrt__builder *b;
+  pktrt__range *ranges, *parts;
+} pktrt__round;
+
+static void pktrt__split_job(void *arg, size_t i) {
+  pktrt__round *round = PKTRT__CAST(pktrt__round *, arg);
+  pktrt__split(round->b, &round->ranges[i], &round->parts[2 * i]); /* ranges of more than 8 always split */
+}
+
+/* Ranges of more than `limit` triangles are disjoint, so there are at most count / limit of them in each of MAX_DEPTH rounds;
+   each split adds at most one range to the list of those done. */
+static uint64_t pktrt__most_wide(const pktrt__builder *b) { return b->count / b->limit + 1; }
+static uint64_t pktrt__most_done(const pktrt__builder *b) { return pktrt__most_wide(b) * PKTRT__MAX_DEPTH + 1; }
+
+static void pktrt__build_binary(pktrt__builder *b) {
+  pktrt__range root;
+  pktrt__fill(b, &root);
+  pktrt__range *done = b->chunks; /* the chunks' boxes have served */
+  pktrt__round round;
+  round.b = b, round.ranges = done + pktrt__most_done(b), round.parts = round.ranges + pktrt__most_wide(b);
+  uint32_t done_count = 0, wide_count = 0;
+  if (root.count <= b->limit) done[done_count++] = root; else round.ranges[wide_count++] = root;
+  while (wide_count) {
+    pktrt__parallel(b->desc, wide_count, pktrt__split_job, &round);
+    uint32_t parts = 2 * wide_count;
+    wide_count = 0;
+    for (uint32_t i = 0; i < parts; i++) {
+      if (round.parts[i].count <= b->limit) done[done_count++] = round.parts[i];
+      else round.ranges[wide_count++] = round.parts[i];
+    }
+  }
+  pktrt__parallel(b->desc, done_count, pktrt__build_range, b);
+}
+
+/* Blocks */
+
+PKTRT__INLINE bool pktrt__has_area(const float *const v[3]) {
+  double ax = (double)v[1][0] - (double)v[0][0], bx = (double)v[2][0] - (double)v[0][0];
+  double ay = (double)v[1][1] - (double)v[0][1], by = (double)v[2][1] - (double)v[0][1];
+  double az = (double)v[1][2] - (double)v[0][2], bz = (double)v[2][2] - (double)v[0][2];
+  return (ay * bz - az * by != 0.0) | (az * bx - ax * bz != 0.0) | (ax * by - ay * bx != 0.0);
+}
+
+/* Vertices and ids of a block from its global indices; free lanes repeat lane 0. Returns the number of triangles without area. */
+static uint32_t pktrt__write_block(const pktrt__group *g, uint32_t block, const pktrt__mesh *meshes, uint32_t mesh_count,
+                                   bool use_pending) {
+  const uint32_t *tri = g->block_triangles + (size_t)block * PKTRT__W;
+  unsigned char *at = g->blocks + (size_t)block * g->block_bytes;
+  uint32_t *id = pktrt__block_ids(at), mesh = 0, flat = 0;
+  for (size_t l = 0; l < PKTRT__W; l++) {
+    bool area = false, none = tri[l] == PKTRT_NONE;
+    if (!none) mesh = pktrt__mesh_of(meshes, mesh_count, tri[l], mesh);
+    for (uint32_t k = 0; k < g->key_count; k++) {
+      float *row = pktrt__block_vertices(at, k) + l;
+      const float *v[3];
+      if (none) {
+        for (size_t i = 0; i < 9; i++) row[i * PKTRT__W] = row[i * PKTRT__W - l];
+        continue;
+      }
+      pktrt__corners(&meshes[mesh], use_pending, tri[l] - meshes[mesh].first_id, k, v);
+      for (int c = 0; c < 3; c++, row += 3 * PKTRT__W) {
+        row[0] = v[c][0], row[PKTRT__W] = v[c][1], row[2 * PKTRT__W] = v[c][2];
+      }
+      area |= pktrt__has_area(v);
+    }
+    id[l] = area ? tri[l] : PKTRT_NONE;
+    flat += !none && !area;
+  }
+  return flat;
+}
+
+/* Starts loading what write_block will read; blocks gather from all over the mesh. */
+PKTRT__INLINE void pktrt__prefetch_block(const pktrt__group *g, uint32_t block, const pktrt__mesh *meshes, uint32_t mesh_count,
+                                         bool use_pending) {
+#if defined(__GNUC__) || defined(__clang__)
+  const uint32_t *tri = g->block_triangles + (size_t)block * PKTRT__W;
+  uint32_t mesh = 0;
+  for (int l = 0; l < PKTRT__W && tri[l] != PKTRT_NONE; l++) {
+    mesh = pktrt__mesh_of(meshes, mesh_count, tri[l], mesh);
+    const float *v[3];
+    pktrt__corners(&meshes[mesh], use_pending, tri[l] - meshes[mesh].first_id, 0, v);
+    __builtin_prefetch(v[0]), __builtin_prefetch(v[1]), __builtin_prefetch(v[2] + 2);
+  }
+#else
+  (void)g, (void)block, (void)meshes, (void)mesh_count, (void)use_pending;
+#endif
+}
+
+/* Bounds */
+
+static float pktrt__min8(const float *p) {
+  float m[4];
+  for (int i = 0; i < 4; i++) m[i] = p[i] < p[i + 4] ? p[i] : p[i + 4];
+  m[0] = m[0] < m[2] ? m[0] : m[2], m[1] = m[1] < m[3] ? m[1] : m[3];
+  return m[0] < m[1] ? m[0] : m[1];
+}
+static float pktrt__max8(const float *p) {
+  float m[4];
+  for (int i = 0; i < 4; i++) m[i] = p[i] > p[i + 4] ? p[i] : p[i + 4];
+  m[0] = m[0] > m[2] ? m[0] : m[2], m[1] = m[1] > m[3] ? m[1] : m[3];
+  return m[0] > m[1] ? m[0] : m[1];
+}
+
+/* lo x, hi x, lo y, ... of what is below a reference. Empty children and free lanes do no harm by their values. */
+static void pktrt__child_box(const pktrt__group *g, uint32_t ref, uint32_t key, float box[6]) {
+  if (ref & PKTRT__LEAF) {
+    const float *v = pktrt__block_vertices(g->blocks + (size_t)(ref & ~PKTRT__LEAF) * g->block_bytes, key);
+    for (int a = 0; a < 3; a++) {
+      float l[8], h[8];
+      const float *p = v + 8 * a, *q = p + 24, *r = p + 48;
+      for (int i = 0; i < 8; i++) {
+        float lo = p[i] < q[i] ? p[i] : q[i], hi = p[i] > q[i] ? p[i] : q[i];
+        l[i] = lo < r[i] ? lo : r[i], h[i] = hi > r[i] ? hi : r[i];
+      }
+      box[2 * a] = pktrt__min8(l), box[2 * a + 1] = pktrt__max8(h);
+    }
+  } else {
+    const float *plane = pktrt__node_planes(g->nodes + (size_t)ref * g->node_bytes, key);
+    for (int a = 0; a < 3; a++) {
+      box[2 * a] = pktrt__min8(plane + 16 * a);
+      box[2 * a + 1] = pktrt__max8(plane + 16 * a + 8);
+    }
+  }
+}
+
+static double pktrt__surface(const float box[6]) {
+  double x = (double)box[1] - box[0], y = (double)box[3] - box[2], z = (double)box[5] - box[4];
+  return 2.0 * (x * y + y * z + z * x);
+}
+
+/* Children from far to near for each octant, at the middle of the motion. An octant's opposite has the reverse order. */
+static void pktrt__order_children(const pktrt__group *g, unsigned char *node) {
+  const float *p = pktrt__node_planes(node, (g->key_count - 1) / 2), *q = pktrt__node_planes(node, g->key_count / 2);
+  uint32_t *perm = pktrt__node_children(node) + PKTRT__W;
+  float c[3][8];
+  for (int a = 0; a < 3; a++) {
+    for (int i = 0; i < 8; i++) c[a][i] = p[16 * a + i] + p[16 * a + 8 + i] + (q[16 * a + i] + q[16 * a + 8 + i]);
+  }
+  for (uint32_t octant = 0; octant < 4; octant++) {
+    float far[8];
+    uint32_t rank[8];
+    for (int i = 0; i < 8; i++) {
+      far[i] = (octant & 1 ? -c[0][i] : c[0][i]) + (octant & 2 ? -c[1][i] : c[1][i]) + c[2][i];
+      rank[i] = 0;
+    }
+    for (int i = 0; i < 8; i++) {
+      for (int j = i + 1; j < 8; j++) {
+        uint32_t first = far[i] >= far[j];
+        rank[j] += first, rank[i] += 1 - first;
+      }
+    }
+    uint32_t order = 0, reverse = 0;
+    for (uint32_t i = 0; i < 8; i++) order |= i << 3 * rank[i], reverse |= i << 3 * (7 - rank[i]);
+    perm[octant] = order, perm[octant ^ 7] = reverse;
+  }
+}
+
+/* Bounds and orders of a run of nodes whose blocks, and nodes below in other runs, are done. Children follow their parents, so
+   backwards is bottom-up. Returns the children's areas, summed over keys too. */
+static double pktrt__fit_nodes(const pktrt__group *g, uint32_t first, uint32_t count) {
+  double sum = 0.0;
+  for (uint32_t n = first + count; n-- > first;) {
+    unsigned char *node = g->nodes + (size_t)n * g->node_bytes;
+    const uint32_t *child = pktrt__node_children(node);
+    for (uint32_t k = 0; k < g->key_count; k++) {
+      float *plane = pktrt__node_planes(node, k), box[6];
+      for (int c = 0; c < PKTRT__W; c++) {
+        if (child[c] == PKTRT__EMPTY) continue;
+        pktrt__child_box(g, child[c], k, box);
+        for (int i = 0; i < 6; i++) plane[8 * i + c] = box[i];
+        sum += pktrt__surface(box);
+      }
+    }
+    pktrt__order_children(g, node);
+  }
+  return sum;
+}
+
+/* What a run of nodes and blocks adds to the group's figures: kept behind the group's tasks, those of the top last. */
+typedef struct pktrt__sum {
+  double area;
+  uint32_t degenerate, changed;
+} pktrt__sum;
+
+static pktrt__sum *pktrt__sums(const pktrt__group *g) {
+  return PKTRT__CAST(pktrt__sum *, PKTRT__CAST(void *, g->tasks + g->task_count + 1));
+}
+static bool pktrt__alloc_tasks(const pktrt_scene_desc *desc, pktrt__group *g) {
+  g->tasks = PKTRT__CAST(pktrt__task *, pktrt__alloc(desc, (uint64_t)g->task_count + 1,
+                                                    sizeof(pktrt__task) + sizeof(pktrt__sum)));
+  return g->tasks != NULL;
+}
+
+/* Bounds, costs and counts of the group from its root and the runs. The cost is the expected number of nodes and blocks opened
+   by a random line through the root's box, at a random time: areas of all of them over the root's, each summed over the keys.
+   Boxes without area: 2, as a root with one block. */
+static void pktrt__sum_group(pktrt__group *g) {
+  double root = 0.0, sum = 0.0;
+  for (uint32_t k = 0; k < g->key_count; k++) {
+    float box[6];
+    pktrt__child_box(g, 0, k, box);
+    for (int a = 0; a < 3; a++) {
+      if (k == 0 || box[2 * a] < g->lo[a]) g->lo[a] = box[2 * a];
+      if (k == 0 || box[2 * a + 1] > g->hi[a]) g->hi[a] = box[2 * a + 1];
+    }
+    root += pktrt__surface(box);
+  }
+  g->degenerate_count = 0;
+  for (uint32_t i = 0; i <= g->task_count; i++) {
+    sum += pktrt__sums(g)[i].area;
+    g->degenerate_count += pktrt__sums(g)[i].degenerate;
+  }
+  g->sah_now = root > 0.0 ? (root + sum) / root : 2.0;
+  float swept[6];
+  for (int a = 0; a < 3; a++) swept[2 * a] = g->lo[a], swept[2 * a + 1] = g->hi[a];
+  g->area = pktrt__surface(swept);
+}
+
+/* Collapse */
+
+typedef struct pktrt__sub { /* a subtree of the binary tree */
+  uint32_t slot, first, count;
+} pktrt__sub;
+
+typedef struct pktrt__walk {
+  const pktrt__builder *b;
+  pktrt__group *g;     /* written to; NULL: count only */
+  pktrt__sub *subs;    /* roots of the tasks, in order; NULL: count only */
+  uint32_t task_count; /* tasks met */
+  uint32_t limit;      /* inner subtrees of up to so many triangles are tasks; 0: none is */
+} pktrt__walk;
+
+/* Children of a wide node */
+static uint32_t pktrt__open(const pktrt__binary *nodes, pktrt__sub root, pktrt__sub child[PKTRT__W]) {
+  float size[PKTRT__W]; /* -1: a leaf, not to be opened */
+  uint32_t n = 1;
+  child[0] = root, size[0] = nodes[root.slot].left ? 0.0f : -1.0f;
+  while (n < PKTRT__W) {
+    uint32_t pick = 0;
+    for (uint32_t i = 1; i < n; i++) pick = size[i] > size[pick] ? i : pick;
+    if (size[pick] < 0.0f) break;
+    pktrt__sub part = child[pick];
+    uint32_t left = nodes[part.slot].left;
+    child[pick].slot = part.slot + 1, child[pick].count = left;
+    child[n].slot = part.slot + 2 * left, child[n].count = part.count - left;
+    child[n].first = part.first + left;
+    const pktrt__binary *l = &nodes[child[pick].slot], *r = &nodes[child[n].slot];
+    size[pick] = l->left ? l->size : -1.0f, size[n] = r->left ? r->size : -1.0f;
+    n++;
+  }
+  return n;
+}
+
+static void pktrt__clear_node(const pktrt__group *g, unsigned char *node) {
+  uint32_t *child = pktrt__node_children(node);
+  for (int c = 0; c < PKTRT__W; c++) child[c] = PKTRT__EMPTY;
+  for (uint32_t k = 0; k < g->key_count; k++) {
+    float *plane = pktrt__node_planes(node, k);
+    for (int i = 0; i < 48; i++) plane[i] = i & 8 ? -PKTRT__FAR : PKTRT__FAR;
+  }
+}
+
+static void pktrt__emit_block(const pktrt__walk *w, pktrt__sub leaf, uint32_t block) {
+  uint32_t *tri = w->g->block_triangles + (size_t)block * PKTRT__W;
+  const pktrt__prim *p = w->b->prims + leaf.first;
+  for (uint32_t l = 0; l < PKTRT__W; l++) tri[l] = l < leaf.count ? pktrt__prim_id(&p[l]) : PKTRT_NONE;
+}
+
+/* Walks the wide tree below root in depth-first order, numbering nodes and blocks from those in *t, which receives how many
+   there are; emits them, without bounds and vertices, if w says so. */
+static void pktrt__walk_tree(pktrt__walk *w, pktrt__sub root, pktrt__task *t) {
+  struct { pktrt__sub sub; uint32_t *ref; } stack[PKTRT__STACK];
+  uint32_t top = 0, node = t->first_node, block = t->first_block, unused = 0;
+  stack[top].sub = root, stack[top++].ref = &unused;
+  while (top) {
+    pktrt__sub child[PKTRT__W], sub = stack[--top].sub;
+    uint32_t n = pktrt__open(w->b->nodes, sub, child), *refs = &unused;
+    if (w->g) {
+      unsigned char *at = w->g->nodes + (size_t)node * w->g->node_bytes;
+      pktrt__clear_node(w->g, at);
+      refs = pktrt__node_children(at);
+      *stack[top].ref = node;
+    }
+    node++;
+    for (uint32_t c = 0; c < n; c++) {
+      uint32_t *ref = w->g ? &refs[c] : &unused;
+      if (!w->b->nodes[child[c].slot].left) {
+        if (w->g) pktrt__emit_block(w, child[c], block);
+        *ref = PKTRT__LEAF | block++;
+      } else if (child[c].count <= w->limit) {
+        if (w->subs) w->subs[w->task_count] = child[c];
+        if (w->g) *ref = w->g->tasks[w->task_count].first_node;
+        w->task_count++;
+      } else {
+        stack[top].sub = child[c], stack[top++].ref = ref;
+      }
+    }
+  }
+  t->node_count = node - t->first_node, t->block_count = block - t->first_block;
+}
+
+typedef struct pktrt__collapse {
+  pktrt__builder *b;
+  pktrt__group *g;
+  pktrt__sub *subs;
+} pktrt__collapse;
+
+static void pktrt__count_job(void *arg, size_t i) {
+  pktrt__collapse *c = PKTRT__CAST(pktrt__collapse *, arg);
+  pktrt__walk w = {c->b, NULL, NULL, 0, 0};
+  pktrt__walk_tree(&w, c->subs[i], &c->g->tasks[i]);
+}
+
+static uint32_t pktrt__write_run(const pktrt__builder *b, const pktrt__group *g, const pktrt__task *t) {
+  uint32_t flat = 0, end = t->first_block + t->block_count;
+  for (uint32_t i = t->first_block; i < end; i++) {
+    if (end - i > 2) pktrt__prefetch_block(g, i + 2, b->meshes, b->mesh_count, b->use_pending);
+    flat += pktrt__write_block(g, i, b->meshes, b->mesh_count, b->use_pending);
+  }
+  return flat;
+}
+
+static void pktrt__emit_job(void *arg, size_t i) {
+  pktrt__collapse *c = PKTRT__CAST(pktrt__collapse *, arg);
+  pktrt__walk w = {c->b, c->g, NULL, 0, 0};
+  pktrt__task *t = &c->g->tasks[i];
+  pktrt__sum *sum = &pktrt__sums(c->g)[i];
+  pktrt__walk_tree(&w, c->subs[i], t);
+  sum->degenerate = pktrt__write_run(c->b, c->g, t);
+  sum->area = pktrt__fit_nodes(c->g, t->first_node, t->node_count);
+}
+
+/* Allocates nodes and blocks, whose numbers are known, and places the runs: the top first. */
+static bool pktrt__place_tasks(const pktrt_scene_desc *desc, pktrt__group *g) {
+  const pktrt__task *top = &g->tasks[g->task_count];
+  g->node_count = top->node_count, g->block_count = top->block_count;
+  for (uint32_t i = 0; i < g->task_count; i++) {
+    g->tasks[i].first_node = g->node_count, g->tasks[i].first_block = g->block_count;
+    g->node_count += g->tasks[i].node_count, g->block_count += g->tasks[i].block_count;
+  }
+  g->nodes = PKTRT__CAST(unsigned char *, pktrt__alloc(desc, g->node_count, g->node_bytes));
+  g->blocks = PKTRT__CAST(unsigned char *, pktrt__alloc(desc, g->block_count, g->block_bytes));
+  g->block_triangles = PKTRT__CAST(uint32_t *, pktrt__alloc(desc, (uint64_t)g->block_count * PKTRT__W, sizeof(uint32_t)));
+  return g->nodes && g->blocks && g->block_triangles;
+}
+
+/* From the binary tree to the group; on failure the caller frees what *g holds. */
+static bool pktrt__build_wide(pktrt__builder *b, pktrt__group *g) {
+  const pktrt_scene_desc *desc = b->desc;
+  pktrt__sub root = {0, 0, b->count};
+  pktrt__task top = {0, 0, 0, 0};
+  pktrt__walk w = {b, NULL, NULL, 0, b->limit};
+  bool one = b->count <= b->limit;
+  if (!one) pktrt__walk_tree(&w, root, &top);
+  uint32_t count = g->task_count = one ? 1 : w.task_count;
+  if (!pktrt__alloc_tasks(desc, g)) return false;
+  memset(g->tasks, 0, (g->task_count + (size_t)1) * (sizeof(pktrt__task) + sizeof(pktrt__sum)));
+  pktrt__collapse c = {b, g, PKTRT__CAST(pktrt__sub *, pktrt__alloc(desc, count, sizeof(pktrt__sub)))};
+  if (!c.subs) return false;
+  c.subs[0] = root;
+  w.subs = c.subs, w.task_count = 0;
+  if (!one) pktrt__walk_tree(&w, root, &top);
+  g->tasks[count] = top;
+  pktrt__parallel(desc, count, pktrt__count_job, &c);
+  bool ok = pktrt__place_tasks(desc, g);
+  if (ok) {
+    pktrt__parallel(desc, count, pktrt__emit_job, &c);
+    pktrt__sum *sum = &pktrt__sums(g)[count];
+    w.subs = NULL, w.g = g, w.task_count = 0;
+    if (!one) pktrt__walk_tree(&w, root, &top);
+    sum->degenerate = pktrt__write_run(b, g, &top);
+    sum->area = pktrt__fit_nodes(g, 0, top.node_count);
+  }
+  pktrt__release(desc, c.subs, count, sizeof(pktrt__sub));
+  return ok;
+}
+
+static void pktrt__free_group(const pktrt_scene_desc *desc, pktrt__group *g) {
+  pktrt__release(desc, g->nodes, g->node_count, g->node_bytes);
+  pktrt__release(desc, g->blocks, g->block_count, g->block_bytes);
+  pktrt__release(desc, g->block_triangles, (uint64_t)g->block_count * PKTRT__W, sizeof(uint32_t));
+  pktrt__release(desc, g->tasks, (uint64_t)g->task_count + 1, sizeof(pktrt__task) + sizeof(pktrt__sum));
+  memset(g, 0, sizeof *g);
+}
+
+static void pktrt__set_quality(pktrt__builder *b) {
+  switch (b->desc->quality) {
+    case PKTRT_BUILD_FAST: b->bins = 12, b->few_bins = 8, b->few = 32, b->sweep = 8; break;
+    case PKTRT_BUILD_HIGH: b->bins = b->few_bins = 64, b->few = 0, b->sweep = PKTRT__MAX_SWEEP; break;
+    default: b->bins = 32, b->few_bins = 16, b->few = 64, b->sweep = 16; break;
+  }
+}
+
+/* Builds the tree over all meshes with key_count keys, which have at least one triangle. false: out of memory, *out as it was. */
+static bool pktrt__build_group(const pktrt_scene_desc *desc, const pktrt__mesh *meshes, uint32_t mesh_count,
+                               uint32_t key_count, bool use_pending, pktrt__group *out) {
+  pktrt__builder b;
+  pktrt__group g;
+  uint64_t count = 0;
+  for (uint32_t i = 0; i < mesh_count; i++) count += meshes[i].key_count == key_count ? meshes[i].triangle_count : 0;
+  if (count >= PKTRT__LEAF) return false; /* no room for as many blocks in a reference */
+  memset(&b, 0, sizeof b), memset(&g, 0, sizeof g);
+  b.desc = desc, b.meshes = meshes, b.mesh_count = mesh_count, b.key_count = key_count, b.use_pending = use_pending;
+  b.count = g.triangle_count = (uint32_t)count;
+  b.limit = b.count / PKTRT__TASK_PARTS > PKTRT__TASK_MIN ? b.count / PKTRT__TASK_PARTS : PKTRT__TASK_MIN;
+  pktrt__set_quality(&b);
+  g.key_count = key_count;
+  g.node_bytes = PKTRT__NODE_BYTES + (key_count - 1) * PKTRT__NODE_KEY_BYTES;
+  g.block_bytes = PKTRT__BLOCK_BYTES + (key_count - 1) * PKTRT__BLOCK_KEY_BYTES;
+  uint64_t ranges = pktrt__most_done(&b) + 3 * pktrt__most_wide(&b), chunks = (count + PKTRT__CHUNK - 1) / PKTRT__CHUNK;
+  if (ranges < chunks) ranges = chunks;
+  b.prims = PKTRT__CAST(pktrt__prim *, pktrt__alloc(desc, count, sizeof(pktrt__prim)));
+  b.away = PKTRT__CAST(pktrt__prim *, pktrt__alloc(desc, count, sizeof(pktrt__prim)));
+  b.nodes = PKTRT__CAST(pktrt__binary *, pktrt__alloc(desc, 2 * count, sizeof(pktrt__binary)));
+  b.chunks = PKTRT__CAST(pktrt__range *, pktrt__alloc(desc, ranges, sizeof(pktrt__range)));
+  bool ok = b.prims && b.away && b.nodes && b.chunks;
+  if (ok) {
+    pktrt__build_binary(&b);
+    ok = pktrt__build_wide(&b, &g);
+  }
+  pktrt__release(desc, b.prims, count, sizeof(pktrt__prim));
+  pktrt__release(desc, b.away, count, sizeof(pktrt__prim));
+  pktrt__release(desc, b.nodes, 2 * count, sizeof(pktrt__binary));
+  pktrt__release(desc, b.chunks, ranges, sizeof(pktrt__range));
+  if (!ok) {
+    pktrt__free_group(desc, &g);
+    return false;
+  }
+  pktrt__sum_group(&g);
+  g.sah_at_build = g.sah_now;
+  *out = g;
+  return true;
+}
+
+/* >>refit ------------------------------------------------------------------------------------------------------------ */
+
+/* The runs of the build again: blocks with a triangle of a changed mesh are written anew, then all bounds of a run that has such
+   a block, then those of the top. A run without one keeps its bounds and its sums. */
+
+typedef struct pktrt__refit {
+  pktrt__group *g;
+  const pktrt__mesh *meshes;
+  uint32_t mesh_count;
+} pktrt__refit;
+
+static void pktrt__refit_blocks(const pktrt__refit *r, const pktrt__task *t, pktrt__sum *sum) {
+  sum->changed = 0;
+  uint32_t mesh = 0, end = t->first_block + t->block_count;
+  for (uint32_t block = t->first_block; block < end; block++) {
+    const uint32_t *tri = r->g->block_triangles + (size_t)block * PKTRT__W;
+    const uint32_t *id = pktrt__block_ids(r->g->blocks + (size_t)block * r->g->block_bytes);
+    uint32_t flat = 0;
+    bool dirty = false;
+    if (sum->changed && end - block > 2) pktrt__prefetch_block(r->g, block + 2, r->meshes, r->mesh_count, true);
+    for (int l = 0; l < PKTRT__W && tri[l] != PKTRT_NONE; l++) {
+      mesh = pktrt__mesh_of(r->meshes, r->mesh_count, tri[l], mesh);
+      dirty = dirty || r->meshes[mesh].dirty;
+      flat += id[l] == PKTRT_NONE;
+    }
+    if (!dirty) continue;
+    sum->changed = 1;
+    sum->degenerate += pktrt__write_block(r->g, block, r->meshes, r->mesh_count, true) - flat;
+  }
+}
+
+static void pktrt__refit_job(void *arg, size_t i) {
+  pktrt__refit *r = PKTRT__CAST(pktrt__refit *, arg);
+  pktrt__task *t = &r->g->tasks[i];
+  pktrt__sum *sum = &pktrt__sums(r->g)[i];
+  pktrt__refit_blocks(r, t, sum);
+  if (sum->changed) sum->area = pktrt__fit_nodes(r->g, t->first_node, t->node_count);
+}
+
+static void pktrt__refit_group(const pktrt_scene_desc *desc, pktrt__group *g, const pktrt__mesh *meshes, uint32_t mesh_count) {
+  pktrt__refit r = {g, meshes, mesh_count};
+  const pktrt__task *top = &g->tasks[g->task_count];
+  pktrt__sum *sums = pktrt__sums(g);
+  pktrt__parallel(desc, g->task_count, pktrt__refit_job, &r);
+  pktrt__refit_blocks(&r, top, &sums[g->task_count]);
+  bool changed = false;
+  for (uint32_t i = 0; i <= g->task_count; i++) changed = changed || sums[i].changed;
+  if (!changed) return;
+  sums[g->task_count].area = pktrt__fit_nodes(g, top->first_node, top->node_count);
+  pktrt__sum_group(g);
+}
+
+/* Tests only: NULL, or what is wrong. To be called when the group is up to date with the meshes: after a build or refit, before
+   or after the pending positions became the committed ones. */
+
+static uint64_t pktrt__mix(uint64_t x) { /* so that sums tell sets apart: the finaliser of splitmix64 */
+  x += UINT64_C(0x9E3779B97F4A7C15);
+  x = (x ^ (x >> 30)) * UINT64_C(0xBF58476D1CE4E5B9);
+  x = (x ^ (x >> 27)) * UINT64_C(0x94D049BB133111EB);
+  return x ^ (x >> 31);
+}
+
+static const char *pktrt__check_block(const pktrt__group *g, uint32_t block, const pktrt__mesh *meshes, uint32_t mesh_count,
+                                      uint64_t *set, uint64_t *count) {
+  const uint32_t *tri = g->block_triangles + (size_t)block * PKTRT__W;
+  unsigned char *at = g->blocks + (size_t)block * g->block_bytes;
+  if (tri[0] == PKTRT_NONE) return "A block has no triangle.";
+  for (size_t l = 0; l < PKTRT__W; l++) {
+    bool area = false, none = tri[l] == PKTRT_NONE;
+    if (!none && l && tri[l - 1] == PKTRT_NONE) return "A block has a triangle behind a free lane.";
+    uint32_t t = tri[none ? 0 : l], mesh = pktrt__mesh_of(meshes, mesh_count, t, 0);
+    const pktrt__mesh *m = &meshes[mesh];
+    if (t - m->first_id >= m->triangle_count || m->key_count != g->key_count) return "A block holds a foreign triangle.";
+    for (uint32_t k = 0; k < g->key_count; k++) {
+      const float *row = pktrt__block_vertices(at, k) + l;
+      const float *v[3];
+      pktrt__corners(m, true, t - m->first_id, k, v);
+      for (size_t i = 0; i < 9; i++) {
+        if (memcmp(&row[i * PKTRT__W], &v[i / 3][i % 3], sizeof(float))) return "A vertex in a block is not the mesh's.";
+      }
+      area = area || pktrt__has_area(v);
+    }
+    if (pktrt__block_ids(at)[l] != (area && !none ? t : PKTRT_NONE)) return "An id in a block is wrong.";
+    if (!none) *set += pktrt__mix(t), *count += 1;
+  }
+  return NULL;
+}
+
+/* Straight from the definition, beside pktrt__child_box. */
+static const char *pktrt__check_child(const pktrt__group *g, unsigned char *node, int c) {
+  uint32_t ref = pktrt__node_children(node)[c];
+  for (uint32_t k = 0; k < g->key_count; k++) {
+    for (int p = 0; p < 6; p++) {
+      float want = p & 1 ? -PKTRT__FAR : PKTRT__FAR, got = pktrt__node_planes(node, k)[8 * p + c];
+      for (int i = 0; i < 24 && ref != PKTRT__EMPTY; i++) {
+        float x;
+        if (ref & PKTRT__LEAF) {
+          if (g->block_triangles[(size_t)(ref & ~PKTRT__LEAF) * 8 + (size_t)i / 3] == PKTRT_NONE) continue;
+          x = pktrt__block_vertices(g->blocks + (size_t)(ref & ~PKTRT__LEAF) * g->block_bytes, k)[i % 3 * 24 + p / 2 * 8 + i / 3];
+        } else {
+          unsigned char *below = g->nodes + (size_t)ref * g->node_bytes;
+          if (pktrt__node_children(below)[i / 3] == PKTRT__EMPTY) continue;
+          x = pktrt__node_planes(below, k)[8 * p + i / 3];
+        }
+        if (p & 1 ? x > want : x < want) want = x;
+      }
+      if (!(got <= want && got >= want)) return ref == PKTRT__EMPTY ? "An empty child has bounds." : "Bounds are not exact.";
+    }
+  }
+  return NULL;
+}
+
+static const char *pktrt__check_orders(unsigned char *node) {
+  for (int octant = 0; octant < 8; octant++) {
+    uint32_t perm = pktrt__node_children(node)[8 + octant], seen = 0;
+    for (int i = 0; i < 8; i++) seen |= 1u << (perm >> 3 * i & 7);
+    if (seen != 255 || perm >> 24) return "An order of children is no permutation.";
+  }
+  return NULL;
+}
+
+/* Each triangle, node and block once: by number and by the sums of mixed indices. */
+static inline const char *pktrt__check_group(const pktrt__group *g, const pktrt__mesh *meshes, uint32_t mesh_count) {
+  struct { uint32_t node, depth; } stack[PKTRT__STACK];
+  uint64_t nodes = 0, blocks = 0, tris = 0, nodes_set = 0, blocks_set = 0, tris_set = 0;
+  uint32_t top = 0;
+  const char *wrong = NULL;
+  stack[top].node = 0, stack[top++].depth = 0;
+  while (top) {
+    uint32_t n = stack[--top].node, depth = stack[top].depth, used = 0;
+    unsigned char *node = g->nodes + (size_t)n * g->node_bytes;
+    nodes++, nodes_set += pktrt__mix(n);
+    if (nodes > g->node_count) return "A node has two parents.";
+    wrong = pktrt__check_orders(node);
+    for (int c = 0; c < PKTRT__W && !wrong; c++) {
+      uint32_t ref = pktrt__node_children(node)[c];
+      bool leaf = (ref & PKTRT__LEAF) != 0;
+      used += ref != PKTRT__EMPTY;
+      if (ref != PKTRT__EMPTY) {
+        if (depth + 1 > PKTRT__MAX_DEPTH) return "The tree is too deep.";
+        if (leaf && (ref & ~PKTRT__LEAF) >= g->block_count) return "A child is no block.";
+        if (!leaf && (ref <= n || ref >= g->node_count)) return "A child does not follow its parent.";
+        if (!leaf) stack[top].node = ref, stack[top++].depth = depth + 1;
+        if (leaf) wrong = pktrt__check_block(g, ref & ~PKTRT__LEAF, meshes, mesh_count, &tris_set, &tris);
+        if (leaf) blocks++, blocks_set += pktrt__mix(ref & ~PKTRT__LEAF);
+      }
+      if (!wrong) wrong = pktrt__check_child(g, node, c);
+    }
+    if (wrong) return wrong;
+    if (!used) return "A node has no child.";
+  }
+  for (uint32_t i = 0; i < g->node_count; i++) nodes--, nodes_set -= pktrt__mix(i);
+  for (uint32_t i = 0; i < g->block_count; i++) blocks--, blocks_set -= pktrt__mix(i);
+  for (uint32_t i = 0; i < mesh_count; i++) {
+    for (uint32_t t = 0; meshes[i].key_count == g->key_count && t < meshes[i].triangle_count; t++) {
+      tris--, tris_set -= pktrt__mix((uint64_t)meshes[i].first_id + t);
+    }
+  }
+  if (nodes || nodes_set) return "Not every node is reached once.";
+  if (blocks || blocks_set) return "Not every block is reached once.";
+  return tris || tris_set ? "Not every triangle is there once." : NULL;
+}
+/* >>validate --------------------------------------------------------------------------------------------------------- */
+
+/* Keeps the sentence that says what was wrong; returns the status. */
+static pktrt_status pktrt__fail(pktrt_scene *s, pktrt_status status, const char *format, ...) {
+  va_list args;
+  va_start(args, format);
+  (void)vsnprintf(s->error, sizeof s->error, format, args);
+  va_end(args);
+  return status;
+}
+
+static void pktrt__log(const pktrt_scene *s, int level, const char *sentence) {
+  if (s->desc.log) s->desc.log(s->desc.user, level, sentence);
+}
+
+PKTRT__INLINE bool pktrt__finite(float x) { return x - x == 0; } /* false for NaN and infinities */
+
+/* Copies count vertices of three floats from a strided array into a tight one; refuses what is not finite or too large. */
+static pktrt_status pktrt__copy_vectors(pktrt_scene *s, float *to, const float *from, uint32_t count, uint32_t stride,
+                                        float limit, uint32_t mesh, uint32_t key, const char *what) {
+  const unsigned char *p = (const unsigned char *)(const void *)from;
+  for (uint32_t i = 0; i < count; i++, p += stride, to += 3) {
+    memcpy(to, p, 3 * sizeof(float));
+    for (int a = 0; a < 3; a++) {
+      if (!pktrt__finite(to[a]))
+        return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "mesh %u, key %u, %s %u: %c is %s", (unsigned)mesh, (unsigned)key, what,
+                           (unsigned)i, 'x' + a, to[a] != to[a] ? "NaN" : "infinite");
+      if (fabsf(to[a]) > limit)
+        return pktrt__fail(s, PKTRT_LIMIT, "mesh %u, key %u, %s %u: %c is %g, beyond the limit of %g", (unsigned)mesh,
+                           (unsigned)key, what, (unsigned)i, 'x' + a, (double)to[a], (double)limit);
+    }
+  }
+  return PKTRT_OK;
+}
+
+static uint64_t pktrt__mesh_floats(const pktrt__mesh *m) { return (uint64_t)m->vertex_count * m->key_count * 3; }
+
+static float pktrt__max_coord(const float *p, uint64_t n) {
+  float m = 0;
+  for (uint64_t i = 0; i < n; i++) m = pktrt__maxf(m, fabsf(p[i]));
+  return m;
+}
+
+static void pktrt__free_mesh(const pktrt_scene_desc *d, pktrt__mesh *m) {
+  pktrt__release(d, m->positions, pktrt__mesh_floats(m), sizeof(float));
+  pktrt__release(d, m->normals, pktrt__mesh_floats(m), sizeof(float));
+  pktrt__release(d, m->pending, pktrt__mesh_floats(m), sizeof(float));
+  pktrt__release(d, m->pending_normals, pktrt__mesh_floats(m), sizeof(float));
+  pktrt__release(d, m->indices, (uint64_t)m->triangle_count * 3, sizeof(uint32_t));
+}
+
+/* Makes room for one more element; false: out of memory, nothing changed. */
+static bool pktrt__grow(const pktrt_scene_desc *d, void **array, uint32_t count, uint32_t *capacity, size_t size) {
+  if (count < *capacity) return true;
+  const uint32_t more = *capacity ? *capacity * 2 : 8;
+  void *p = more > *capacity ? pktrt__alloc(d, more, size) : NULL;
+  if (!p) return false;
+  if (count) memcpy(p, *array, count * size);
+  pktrt__release(d, *array, *capacity, size);
+  *array = p, *capacity = more;
+  return true;
+}
+
+/* The description alone, without looking at the arrays. */
+static pktrt_status pktrt__check_mesh_desc(pktrt_scene *s, const pktrt_mesh_desc *d, uint32_t mesh) {
+  const unsigned m = (unsigned)mesh;
+  if (!d) return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "mesh %u: the description is NULL", m);
+  if (d->key_count > PKTRT_MAX_KEYS)
+    return pktrt__fail(s, PKTRT_LIMIT, "mesh %u: key_count %u is above %u", m, (unsigned)d->key_count, PKTRT_MAX_KEYS);
+  if (d->position_stride && (d->position_stride < 12 || d->position_stride % 4))
+    return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "mesh %u: position_stride %u is neither 0 nor a multiple of 4 from 12 on", m,
+                       (unsigned)d->position_stride);
+  if (!d->positions && d->vertex_count)
+    return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "mesh %u: positions is NULL, but vertex_count is %u", m, (unsigned)d->vertex_count);
+  if (!d->vertex_count && d->triangle_count)
+    return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "mesh %u: %u triangles, but no vertices", m, (unsigned)d->triangle_count);
+  if (d->triangle_count > PKTRT_NONE - 1 - s->total_triangles)
+    return pktrt__fail(s, PKTRT_LIMIT, "mesh %u: %u triangles more than the %u of the scene pass 2^32 - 2", m,
+                       (unsigned)d->triangle_count, (unsigned)s->total_triangles);
+  if (!d->indices && (uint64_t)d->triangle_count * 3 > d->vertex_count)
+    return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "mesh %u: a soup of %u triangles needs %llu vertices, vertex_count is %u", m,
+                       (unsigned)d->triangle_count, 3ull * d->triangle_count, (unsigned)d->vertex_count);
+  return PKTRT_OK;
+}
+
+static pktrt_status pktrt__copy_mesh(pktrt_scene *s, const pktrt_mesh_desc *d, pktrt__mesh *m, uint32_t mesh) {
+  const uint64_t floats = pktrt__mesh_floats(m);
+  m->positions = PKTRT__CAST(float *, pktrt__alloc(&s->desc, floats, sizeof(float)));
+  if (d->normals) m->normals = PKTRT__CAST(float *, pktrt__alloc(&s->desc, floats, sizeof(float)));
+  if (d->indices) m->indices = PKTRT__CAST(uint32_t *, pktrt__alloc(&s->desc, (uint64_t)d->triangle_count * 3, sizeof(uint32_t)));
+  if (!m->positions || (d->normals && !m->normals) || (d->indices && !m->indices))
+    return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "mesh %u: no memory for %u vertices at %u keys and %u triangles", (unsigned)mesh,
+                       (unsigned)m->vertex_count, (unsigned)m->key_count, (unsigned)m->triangle_count);
+  for (uint32_t i = 0; d->indices && i / 3 < d->triangle_count; i++) {
+    uint32_t v;
+    memcpy(&v, d->indices + i, sizeof v);
+    if (v >= d->vertex_count)
+      return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "mesh %u, triangle %u: index %u is not below vertex_count %u", (unsigned)mesh,
+                         (unsigned)(i / 3), (unsigned)v, (unsigned)d->vertex_count);
+    m->indices[i] = v;
+    if (i == PKTRT_NONE) break;
+  }
+  const uint64_t key_bytes = (uint64_t)m->stride * m->vertex_count;
+  for (uint32_t k = 0; k < m->key_count; k++) {
+    const uint64_t at = (uint64_t)k * m->vertex_count * 3;
+    const float *from = (const float *)(const void *)((const unsigned char *)(const void *)d->positions + (size_t)(k * key_bytes));
+    pktrt_status st = PKTRT_OK;
+    if (m->vertex_count)
+      st = pktrt__copy_vectors(s, m->positions + at, from, m->vertex_count, m->stride, PKTRT_MAX_COORD, mesh, k, "vertex");
+    if (st == PKTRT_OK && d->normals)
+      st = pktrt__copy_vectors(s, m->normals + at, d->normals + at, m->vertex_count, 12, FLT_MAX, mesh, k, "normal");
+    if (st != PKTRT_OK) return st;
+  }
+  m->max_coord = pktrt__max_coord(m->positions, floats);
+  return PKTRT_OK;
+}
+
+/* >>commit ----------------------------------------------------------------------------------------------------------- */
+
+/* Takes over what set_positions and set_normals left waiting. */
+static void pktrt__promote(pktrt__mesh *m) {
+  const size_t bytes = (size_t)(pktrt__mesh_floats(m) * sizeof(float));
+  if (m->dirty && m->pending) {
+    memcpy(m->positions, m->pending, bytes);
+    m->max_coord = pktrt__max_coord(m->positions, pktrt__mesh_floats(m));
+  }
+  if (m->dirty_normals) memcpy(m->normals, m->pending_normals, bytes);
+  m->dirty = m->dirty_normals = false;
+  m->committed = true;
+}
+
+/* What follows from the groups: their order, the scene's bounds, the advice. */
+static void pktrt__summarise(pktrt_scene *s) {
+  for (uint32_t i = 1; i < s->group_count; i++) /* insertion sort: few groups */
+    for (uint32_t j = i; j > 0 && s->groups[j].area < s->groups[j - 1].area; j--) {
+      const pktrt__group swap = s->groups[j];
+      s->groups[j] = s->groups[j - 1], s->groups[j - 1] = swap;
+    }
+  s->rebuild_advised = false;
+  for (int a = 0; a < 3; a++) s->lo[a] = FLT_MAX, s->hi[a] = -FLT_MAX;
+  for (uint32_t i = 0; i < s->group_count; i++) {
+    const pktrt__group *g = &s->groups[i];
+    for (int a = 0; a < 3; a++) {
+      s->lo[a] = pktrt__minf(s->lo[a], g->lo[a]);
+      s->hi[a] = pktrt__maxf(s->hi[a], g->hi[a]);
+    }
+    if (g->sah_now > 1.5 * g->sah_at_build) s->rebuild_advised = true;
+  }
+}
+
+static bool pktrt__group_has(const pktrt_scene *s, uint32_t keys, bool changed_only) {
+  for (uint32_t i = 0; i < s->mesh_count; i++) {
+    const pktrt__mesh *m = &s->meshes[i];
+    if (m->key_count == keys && m->triangle_count && (!changed_only || m->dirty || !m->committed)) return true;
+  }
+  return false;
+}
+
+static const pktrt__group *pktrt__find_group(const pktrt_scene *s, uint32_t keys) {
+  for (uint32_t i = 0; i < s->group_count; i++)
+    if (s->groups[i].key_count == keys) return &s->groups[i];
+  return NULL;
+}
+
+/* Builds the groups that changed into a new list, then swaps lists: a failure leaves the old one. */
+static pktrt_status pktrt__build_changed(pktrt_scene *s) {
+  uint32_t kinds = 0, n = 0;
+  bool seen[PKTRT_MAX_KEYS + 1];
+  memset(seen, 0, sizeof seen);
+  for (uint32_t i = 0; i < s->mesh_count; i++)
+    if (s->meshes[i].triangle_count && !seen[s->meshes[i].key_count]) seen[s->meshes[i].key_count] = true, kinds++;
+  pktrt__group *groups = PKTRT__CAST(pktrt__group *, pktrt__alloc(&s->desc, kinds, sizeof *groups));
+  if (!groups) return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "commit: no memory for the list of trees");
+  for (uint32_t k = 1; k <= PKTRT_MAX_KEYS; k++) {
+    if (!seen[k]) continue;
+    const pktrt__group *old = pktrt__find_group(s, k);
+    if (old && !pktrt__group_has(s, k, true)) {
+      groups[n++] = *old;
+    } else if (pktrt__build_group(&s->desc, s->meshes, s->mesh_count, k, true, &groups[n])) {
+      n++;
+    } else {
+      while (n--) {
+        const pktrt__group *kept = pktrt__find_group(s, groups[n].key_count);
+        if (!kept || kept->nodes != groups[n].nodes) pktrt__free_group(&s->desc, &groups[n]);
+      }
+      pktrt__release(&s->desc, groups, kinds, sizeof *groups);
+      return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "commit: no memory to build the tree of the meshes with %u key%s", (unsigned)k,
+                         k > 1 ? "s" : "");
+    }
+  }
+  for (uint32_t i = 0; i < s->group_count; i++)
+    if (pktrt__group_has(s, s->groups[i].key_count, true)) pktrt__free_group(&s->desc, &s->groups[i]);
+  pktrt__release(&s->desc, s->groups, s->group_count, sizeof *groups);
+  s->groups = groups, s->group_count = n;
+  return PKTRT_OK;
+}
+
+static pktrt_status pktrt__rebuild_worn(pktrt_scene *s) {
+  if (!s->rebuild_advised) return PKTRT_OK;
+  if (s->desc.rebuild == PKTRT_REBUILD_ADVISE)
+    pktrt__log(s, 0, "the deformed tree costs more than 1.5 times what it did when built: a rebuild is advised");
+  if (s->desc.rebuild != PKTRT_REBUILD_AUTOMATIC) return PKTRT_OK;
+  for (uint32_t i = 0; i < s->group_count; i++) {
+    pktrt__group *g = &s->groups[i], fresh;
+    if (!(g->sah_now > 1.5 * g->sah_at_build)) continue;
+    if (!pktrt__build_group(&s->desc, s->meshes, s->mesh_count, g->key_count, false, &fresh)) {
+      pktrt__log(s, 0, "no memory for an automatic rebuild: the refitted tree stays");
+      continue;
+    }
+    pktrt__free_group(&s->desc, g);
+    *g = fresh;
+    pktrt__log(s, 1, "a deformed tree was rebuilt");
+  }
+  pktrt__summarise(s);
+  return PKTRT_OK;
+}
+
+/* >>exactness --------------------------------------------------------------------------------------------------------
+
+   THE CANONICAL TRIANGLE TEST. It alone decides what a ray hits; all kernels agree because all of them settle on it.
+
+   A ray (o, d) picks the axis k of its largest |d|, lowest axis first on ties, and u, v, the next two in cyclic order. With
+   slopes Su = fl(d_u / d_k), Sv = fl(d_v / d_k), each |S| <= 1, a vertex P becomes, in float and unfused,
+
+       p = fl(P - o)                    x = fl(p_u - fl(Su p_k))      y = fl(p_v - fl(Sv p_k))      z = p_k
+
+   The values depend on ray and vertex alone, so triangles that share a vertex share its x, y, z bit for bit. In this sheared
+   frame the ray is the z axis. The edge functions, in double,
+
+       U = xc yb - yc xb      V = xa yc - ya xc      W = xb ya - yb xa      det = (U + V) + W
+
+   have exact signs: a product of two 24-bit numbers is exact in 53 bits, |x y| lies in [2^-298, 2^206] so that double neither
+   over- nor underflows, and the sign of one rounded subtraction of two doubles is the sign of the exact difference. An edge
+   seen from its two triangles gives exactly opposite values. The triangle is hit where U, V, W are all >= 0 or all <= 0 and
+   det is not 0. So the 2D images of the triangles of a closed mesh cover the origin whenever they wind around it: no ray
+   leaks through an edge or vertex, and no tolerance is involved (a triangle seen edge-on has det = 0; its neighbours, which
+   contain the same points, are hit instead).
+
+       t = fl( ((U za + V zb) + W zc) / (det d_k) )      u = fl(V / det)      v = fl(W / det)
+
+   U/det, V/det, W/det are correct to 2^-51 and not negative: t d_k is a convex combination of za, zb, zc up to 2^-50 of the
+   largest. This holds at any angle of incidence: no special case for grazing rays. Accepted where tmin < t < tmax, comparing
+   floats. The nearest t wins; equal t go to the lower global triangle index (meshes in order, triangles in order). Comparing
+   pairs (t, index) makes the result independent of the order of the tests.
+
+   Motion: at time weight b = local time in the segment, a = fl(1 - b), a vertex is fl(fl(a P0) + fl(b P1)) by component: one
+   formula for all kernels, exact at the keys, equal for all triangles that share the vertex, and monotone in P0 and P1.
+
+   THE FILTER of all kernels: the same x, y; products and difference in float, m1 = fl(xc yb), m2 = fl(yc xb), e = fl(m1 - m2).
+   Rounding is monotone, so m1 > m2 implies the exact xc yb > yc xb: a nonzero e has the exact sign, and with gradual
+   underflow e = 0 only for m1 = m2. A triangle is dropped only when some e < 0 and some e > 0; overflow (|x| > 2^64) gives
+   NaN, which drops nothing. What remains goes to the canonical test. The filter has no error bound because it needs none.
+
+   BOXES must cover the canonical test, not the ideal triangle. Let eps = 2^-24 and M >= |P - o| for all vertices of the scene
+   and all axes. Write s = sign(d_k), G = d / |d_k|, w = s z = t |d_k|. At a canonical hit, exactly, sum(lambda x) = 0 with
+   lambda >= 0, sum(lambda) = 1, w* = s sum(lambda z). Then, for the u axis (and v alike), o_u + G_u w* lies in
+   [lo_u - D, hi_u + D], where D collects, in units of eps M:
+       p_u and p_k rounded                              2
+       fl(Su p_k), fl(p_u - ..), |p_u - ..| <= 2 M      3
+       Su against the real slope                        1
+       slopes below 2^-26 raised to 2^-26               1/4
+   and on the k axis the box bounds w* itself: fl is monotone, so z lies in [fl(lo_k - o_k), fl(hi_k - o_k)].
+   A slab distance is evaluated as plane * r - c, c = o r +- D |r|, r = fl(1 / G): r's own error scales plane - o: 1 eps M;
+   o r, D |r| and c rounded: 3 eps |o|; plane * r, where the machine does not fuse: eps (|o| + M); the result: 1 eps M.
+   Interpolated planes of moving nodes, fused or not: 2 eps (|o| + M).
+   Sum: below 12 eps M + 6 eps |o|. We use D = eps (16 M + 8 |o|), once per ray: no work in the loop.
+   Depth: a hit at w* <= wf must be visited when its t ties with the best t. t = fl(w* / |d_k|), so
+   w* <= t |d_k| (1 + 2^-23) + 2^-149 |d_k|; we use wf = t |d_k| (1 + 2^-22) + tiny, tiny = 2^-125 max(|d_k|, 1).
+
+   FRUSTUM PACKETS work relative to a reference point, whose distance to the packet's origins is at most rho:
+   C = o_uv - ref - G (s o_k - ref_w) is rounded by at most 5 eps rho; its value at the far depth by 2 eps (M + rho); the
+   hull's evaluation by 3 eps (M + rho); plane - ref by eps (M + |o|). With the 6.25 eps M from above the planes are
+   moved outward by max D + 16 eps rho.
+
+   INTERVALS of the paper path use the same per-ray bounds: each bound of the interval is the extreme of the rays' own r and
+   c over the packet, and products of extremes, rounded monotonely, bound the products.                                    */
+
+#ifndef PKTRT__SLACK_SCALE /* the tests set 0: then hits are lost, which shows that they look where it matters */
+#define PKTRT__SLACK_SCALE 1.0f
+#endif
+#define PKTRT__EPS 5.9604644775390625e-8f /* 2^-24 */
+#define PKTRT__PAD_M (PKTRT__SLACK_SCALE * 16 * PKTRT__EPS)
+#define PKTRT__PAD_O (PKTRT__SLACK_SCALE * 8 * PKTRT__EPS)
+#define PKTRT__PAD_RHO (PKTRT__SLACK_SCALE * 16 * PKTRT__EPS)
+#define PKTRT__PAD_DEPTH (PKTRT__SLACK_SCALE * 4 * PKTRT__EPS)
+
+/* >>packet ----------------------------------------------------------------------------------------------------------- */
+
+enum { PKTRT__BATCH = 256 }; /* rays set up together: a packet of the paper path, four of the fast path */
+
+/* Rays, structure of arrays, with what the kernels derive from them. About 36 KiB, on the stack of a query. */
+typedef struct pktrt__batch {
+  PKTRT__ALIGN64 float o[3][PKTRT__BATCH];
+  float d[3][PKTRT__BATCH];
+  float tmin[PKTRT__BATCH], tmax[PKTRT__BATCH], time[PKTRT__BATCH];
+  float t[PKTRT__BATCH];         /* nearest hit so far, at first tmax */
+  float slope[2][PKTRT__BATCH];  /* Su, Sv of the canonical test */
+  float dk[PKTRT__BATCH], adk[PKTRT__BATCH]; /* d_k, |d_k| */
+  float rd[3][PKTRT__BATCH];     /* 1 / G, by axis */
+  float cn[3][PKTRT__BATCH];     /* o rd + D |rd|: near slab = plane rd - cn. After resolving: u, v */
+  float cf[3][PKTRT__BATCH];     /* o rd - D |rd|: far slab  = plane rd - cf. After resolving: the normal */
+  float wn[PKTRT__BATCH], wf[PKTRT__BATCH], tiny[PKTRT__BATCH]; /* active depth interval; see >>exactness */
+  float pad[PKTRT__BATCH];       /* D */
+  float ta[PKTRT__BATCH], tb[PKTRT__BATCH]; /* time weights a, b within the segment, for the group at hand */
+  uint32_t id[PKTRT__BATCH];     /* global index of the nearest hit's triangle; 0 before any hit: no tie with tmax is won */
+  uint32_t slot[PKTRT__BATCH];   /* block * 8 + lane; PKTRT_NONE: no hit. For occlusion: 0 when occluded */
+  uint32_t group[PKTRT__BATCH];  /* of the nearest hit */
+  uint8_t axis[PKTRT__BATCH], octant[PKTRT__BATCH];
+  uint16_t segment[PKTRT__BATCH];
+  uint64_t valid[PKTRT__BATCH / 64];
+} pktrt__batch;
+
+/* What a kernel needs to know of a group: one segment of its motion. */
+typedef struct pktrt__view {
+  const unsigned char *nodes, *blocks;
+  size_t node_bytes, block_bytes;
+  size_t plane1, vertex0, vertex1; /* byte offsets of the segment's keys (planes of the first one: plane0) */
+  size_t plane0;
+  uint32_t group;
+  bool check_area; /* moving: accept a hit only where the triangle has area at the ray's time */
+} pktrt__view;
+
+static pktrt__view pktrt__view_of(const pktrt__group *g, uint32_t index, uint32_t segment) {
+  pktrt__view v;
+  v.nodes = g->nodes, v.blocks = g->blocks;
+  v.node_bytes = g->node_bytes, v.block_bytes = g->block_bytes;
+  v.plane0 = segment ? PKTRT__NODE_BYTES + (size_t)(segment - 1) * PKTRT__NODE_KEY_BYTES : 0;
+  v.plane1 = PKTRT__NODE_BYTES + (size_t)segment * PKTRT__NODE_KEY_BYTES;
+  v.vertex0 = segment ? PKTRT__BLOCK_BYTES + (size_t)(segment - 1) * PKTRT__BLOCK_KEY_BYTES : 0;
+  v.vertex1 = PKTRT__BLOCK_BYTES + (size_t)segment * PKTRT__BLOCK_KEY_BYTES;
+  v.group = index;
+  v.check_area = false;
+  return v;
+}
+
+/* The segment of a time and the weights of its two keys; keys >= 2. */
+PKTRT__INLINE uint32_t pktrt__segment(float time, uint32_t keys, float *a, float *b) {
+  if (!(time > 0)) time = 0;
+  if (time > 1) time = 1;
+  const float f = time * (float)(keys - 1);
+  uint32_t i = (uint32_t)f;
+  if (i > keys - 2) i = keys - 2;
+  *b = f - (float)i;
+  *a = 1 - *b;
+  return i;
+}
+
+/* cross(p1 - p0, p2 - p0) in double; false where it is exactly zero. */
+PKTRT__INLINE bool pktrt__normal(float p[3][3], double n[3]) {
+  const double ax = (double)p[1][0] - (double)p[0][0], ay = (double)p[1][1] - (double)p[0][1];
+  const double az = (double)p[1][2] - (double)p[0][2], bx = (double)p[2][0] - (double)p[0][0];
+  const double by = (double)p[2][1] - (double)p[0][1], bz = (double)p[2][2] - (double)p[0][2];
+  n[0] = ay * bz - az * by;
+  n[1] = az * bx - ax * bz;
+  n[2] = ax * by - ay * bx;
+  return n[0] != 0 || n[1] != 0 || n[2] != 0;
+}
+
+/* Whether the triangle in one lane of a block has area at the time weights a, b of the view's segment. */
+static bool pktrt__area_at(const pktrt__view *view, uint32_t slot, float a, float b) {
+  const unsigned char *block = view->blocks + (slot / 8) * view->block_bytes;
+  float p[3][3], k0, k1;
+  for (int i = 0; i < 9; i++) {
+    memcpy(&k0, block + view->vertex0 + ((size_t)i * 8 + slot % 8) * sizeof k0, sizeof k0);
+    memcpy(&k1, block + view->vertex1 + ((size_t)i * 8 + slot % 8) * sizeof k1, sizeof k1);
+    p[i / 3][i % 3] = a * k0 + b * k1;
+  }
+  double n[3];
+  return pktrt__normal(p, n);
+}
+
+/* Pushes the children with a non-empty ray mask in the order of perm, without branches; returns how many. */
+PKTRT__INLINE uint32_t pktrt__push_children(const uint64_t *mask, const uint32_t *child, const float *dist, uint32_t perm,
+                                            uint64_t *masks, uint32_t *refs, float *dists) {
+  uint32_t n = 0;
+  for (int i = 0; i < 8; i++, perm >>= 3) {
+    const uint32_t c = perm & 7;
+    masks[n] = mask[c], refs[n] = child[c], dists[n] = dist[c];
+    n += mask[c] != 0;
+  }
+  return n;
+}
+
+typedef struct pktrt__call { /* one query, as the kernels see it */
+  const pktrt_scene *scene;
+  const pktrt_query_desc *desc;
+  pktrt_counts *counts; /* NULL: do not count */
+  bool occlusion;
+} pktrt__call;
+
+/* Answers the first n rays of a batch whose o, d, tmin, tmax, time are filled in. */
+typedef struct pktrt__kernels {
+  void (*trace)(const pktrt__call *, pktrt__batch *, uint32_t n);
+  bool (*rounds_each_operation)(void);
+} pktrt__kernels;
+
+#define PKTRT__STAMP_SCALAR 1
+#define PKTRT__STAMP_SSE2 2
+#define PKTRT__STAMP_AVX2 3
+#define PKTRT__STAMP_AVX512 4
+#define PKTRT__STAMP_NEON 5
+
+/* >>dispatch --------------------------------------------------------------------------------------------------------- */
+
+#ifndef PKTRT_HEADER_FILENAME /* how this file names itself; define it if you renamed the file */
+#define PKTRT_HEADER_FILENAME "pktrt.h"
+#endif
+#define PKTRT__PASTE2(a, b) a##_##b
+#define PKTRT__PASTE(a, b) PKTRT__PASTE2(a, b)
+#define PKTRT__NAME(x) PKTRT__PASTE(x, PKTRT__SUFFIX)
+
+#define PKTRT__STAMP PKTRT__STAMP_SCALAR
+#define PKTRT__SUFFIX scalar
+#include PKTRT_HEADER_FILENAME
+#undef PKTRT__STAMP
+#undef PKTRT__SUFFIX
+
+#ifdef PKTRT__HAS_SSE2
+#define PKTRT__STAMP PKTRT__STAMP_SSE2
+#define PKTRT__SUFFIX sse2
+#include PKTRT_HEADER_FILENAME
+#undef PKTRT__STAMP
+#undef PKTRT__SUFFIX
+#endif
+
+#ifdef PKTRT__HAS_AVX2 /* enabled per function: the rest of the program needs no -mavx2 */
+#ifdef __clang__
+#pragma clang attribute push(__attribute__((target("avx2,fma,bmi,bmi2,popcnt"))), apply_to = function)
+#else
+#pragma GCC push_options
+#pragma GCC target("avx2,fma,bmi,bmi2,popcnt")
+#endif
+#define PKTRT__STAMP PKTRT__STAMP_AVX2
+#define PKTRT__SUFFIX avx2
+#include PKTRT_HEADER_FILENAME
+#undef PKTRT__STAMP
+#undef PKTRT__SUFFIX
+#ifdef __clang__
+#pragma clang attribute pop
+#else
+#pragma GCC pop_options
+#endif
+#endif
+
+#ifdef PKTRT__HAS_AVX512
+#ifdef __clang__
+#pragma clang attribute push(__attribute__((target("avx512f,avx512dq,avx512bw,avx512vl,avx2,fma,bmi,bmi2,popcnt"))), apply_to = function)
+#else
+#pragma GCC push_options
+#pragma GCC target("avx512f,avx512dq,avx512bw,avx512vl,avx2,fma,bmi,bmi2,popcnt")
+#endif
+#define PKTRT__STAMP PKTRT__STAMP_AVX512
+#define PKTRT__SUFFIX avx512
+#include PKTRT_HEADER_FILENAME
+#undef PKTRT__STAMP
+#undef PKTRT__SUFFIX
+#ifdef __clang__
+#pragma clang attribute pop
+#else
+#pragma GCC pop_options
+#endif
+#endif
+
+#ifdef PKTRT__HAS_NEON
+#define PKTRT__STAMP PKTRT__STAMP_NEON
+#define PKTRT__SUFFIX neon
+#include PKTRT_HEADER_FILENAME
+#undef PKTRT__STAMP
+#undef PKTRT__SUFFIX
+#endif
+
+#if defined(PKTRT__HAS_AVX2) || defined(PKTRT__HAS_AVX512)
+/* The CPU has the instructions and the operating system saves the registers: both must say so. */
+static bool pktrt__cpu_has(pktrt_isa isa) {
+  unsigned a, b, c, d, lo, hi;
+  if (!__get_cpuid(1, &a, &b, &c, &d)) return false;
+  if ((c & 0x18801000u) != 0x18801000u) return false; /* FMA, POPCNT, OSXSAVE, AVX */
+  __asm__ volatile("xgetbv" : "=a"(lo), "=d"(hi) : "c"(0));
+  if (!__get_cpuid_count(7, 0, &a, &b, &c, &d) || (lo & 6) != 6) return false;
+  if ((b & 0x128u) != 0x128u) return false; /* BMI, AVX2, BMI2 */
+  return isa == PKTRT_ISA_AVX2 || ((b & 0xC0030000u) == 0xC0030000u && (lo & 0xE6) == 0xE6); /* F, DQ, BW, VL */
+}
+#endif
+
+static const pktrt__kernels *pktrt__kernels_of(pktrt_isa isa) {
+  switch (isa) {
+    case PKTRT_ISA_SCALAR: return &pktrt__kernels_scalar;
+#ifdef PKTRT__HAS_SSE2
+    case PKTRT_ISA_SSE2: return &pktrt__kernels_sse2;
+#endif
+#ifdef PKTRT__HAS_AVX2
+    case PKTRT_ISA_AVX2: return pktrt__cpu_has(isa) ? &pktrt__kernels_avx2 : NULL;
+#endif
+#ifdef PKTRT__HAS_AVX512
+    case PKTRT_ISA_AVX512: return pktrt__cpu_has(isa) ? &pktrt__kernels_avx512 : NULL;
+#endif
+#ifdef PKTRT__HAS_NEON
+    case PKTRT_ISA_NEON: return &pktrt__kernels_neon;
+#endif
+    default: return NULL;
+  }
+}
+
+#endif /* PKTRT__IMPLEMENTED */
+#endif /* PKTRT_IMPLEMENTATION */
+
+/* ---------------------------------------------------------------------------------------------------------------------
+   IMPLEMENTATION, stamped once per instruction set: this file includes itself with PKTRT__STAMP defined
+   ------------------------------------------------------------------------------------------------------------------ */
+#ifdef PKTRT__STAMP
+
+/* >>ops --------------------------------------------------------------------------------------------------------------
+   The only place where instruction sets differ. v8: eight floats. m8: eight truth values. d8: eight doubles. vf: the vector of
+   rays in a frustum packet, 16 floats on AVX-512 and v8 elsewhere. Small functions that return their value; min and max are
+   a < b ? a : b and a > b ? a : b everywhere, so that NaN takes the same way; vfma and vfms fuse where the machine can and are
+   for conservative culling only. Masks leave the vectors as bits: lane i is bit i. */
+
+#define v8 PKTRT__NAME(pktrt__v8)
+#define m8 PKTRT__NAME(pktrt__m8)
+#define d8 PKTRT__NAME(pktrt__d8)
+#define a8 PKTRT__NAME(pktrt__a8)
+#define vload PKTRT__NAME(pktrt__vload)
+#define vstore PKTRT__NAME(pktrt__vstore)
+#define vset PKTRT__NAME(pktrt__vset)
+#define vadd PKTRT__NAME(pktrt__vadd)
+#define vsub PKTRT__NAME(pktrt__vsub)
+#define vmul PKTRT__NAME(pktrt__vmul)
+#define vdiv PKTRT__NAME(pktrt__vdiv)
+#define vfma PKTRT__NAME(pktrt__vfma)
+#define vfms PKTRT__NAME(pktrt__vfms)
+#define vmin PKTRT__NAME(pktrt__vmin)
+#define vmax PKTRT__NAME(pktrt__vmax)
+#define vabs PKTRT__NAME(pktrt__vabs)
+#define vsel PKTRT__NAME(pktrt__vsel)
+#define vlt PKTRT__NAME(pktrt__vlt)
+#define vle PKTRT__NAME(pktrt__vle)
+#define veq PKTRT__NAME(pktrt__veq)
+#define vsign PKTRT__NAME(pktrt__vsign)
+#define vwith_sign PKTRT__NAME(pktrt__vwith_sign)
+#define mand PKTRT__NAME(pktrt__mand)
+#define mor PKTRT__NAME(pktrt__mor)
+#define mbits PKTRT__NAME(pktrt__mbits)
+#define mfrom PKTRT__NAME(pktrt__mfrom)
+#define vput PKTRT__NAME(pktrt__vput)
+#define vput_u32 PKTRT__NAME(pktrt__vput_u32)
+#define vids PKTRT__NAME(pktrt__vids)
+#define vhmin PKTRT__NAME(pktrt__vhmin)
+#define vhmax PKTRT__NAME(pktrt__vhmax)
+#define dfrom PKTRT__NAME(pktrt__dfrom)
+#define dset PKTRT__NAME(pktrt__dset)
+#define dadd PKTRT__NAME(pktrt__dadd)
+#define dsub PKTRT__NAME(pktrt__dsub)
+#define dmul PKTRT__NAME(pktrt__dmul)
+#define ddiv PKTRT__NAME(pktrt__ddiv)
+#define dmin PKTRT__NAME(pktrt__dmin)
+#define dmax PKTRT__NAME(pktrt__dmax)
+#define dabs PKTRT__NAME(pktrt__dabs)
+#define dlt PKTRT__NAME(pktrt__dlt)
+#define dto PKTRT__NAME(pktrt__dto)
+#define azero PKTRT__NAME(pktrt__azero)
+#define aor PKTRT__NAME(pktrt__aor)
+#define apush PKTRT__NAME(pktrt__apush)
+#define OP PKTRT__INLINE
+
+#if PKTRT__STAMP == PKTRT__STAMP_AVX2 || PKTRT__STAMP == PKTRT__STAMP_AVX512
+
+typedef __m256 v8;
+OP v8 vload(const float *p) { return _mm256_loadu_ps(p); }
+OP void vstore(float *p, v8 a) { _mm256_storeu_ps(p, a); }
+OP v8 vset(float x) { return _mm256_set1_ps(x); }
+OP v8 vadd(v8 a, v8 b) { return _mm256_add_ps(a, b); }
+OP v8 vsub(v8 a, v8 b) { return _mm256_sub_ps(a, b); }
+OP v8 vmul(v8 a, v8 b) { return _mm256_mul_ps(a, b); }
+OP v8 vdiv(v8 a, v8 b) { return _mm256_div_ps(a, b); }
+OP v8 vfma(v8 a, v8 b, v8 c) { return _mm256_fmadd_ps(a, b, c); }
+OP v8 vfms(v8 a, v8 b, v8 c) { return _mm256_fmsub_ps(a, b, c); }
+OP v8 vmin(v8 a, v8 b) { return _mm256_min_ps(a, b); }
+OP v8 vmax(v8 a, v8 b) { return _mm256_max_ps(a, b); }
+OP v8 vabs(v8 a) { return _mm256_andnot_ps(_mm256_set1_ps(-0.0f), a); }
+OP v8 vwith_sign(v8 magnitude, v8 sign) { /* magnitude >= 0 */
+  return _mm256_or_ps(magnitude, _mm256_and_ps(_mm256_set1_ps(-0.0f), sign));
+}
+OP uint32_t vsign(v8 a) { return (uint32_t)_mm256_movemask_ps(a); }
+OP float vhmin(v8 a) {
+  __m128 x = _mm_min_ps(_mm256_castps256_ps128(a), _mm256_extractf128_ps(a, 1));
+  x = _mm_min_ps(x, _mm_movehl_ps(x, x));
+  return _mm_cvtss_f32(_mm_min_ss(x, _mm_shuffle_ps(x, x, 1)));
+}
+OP float vhmax(v8 a) {
+  __m128 x = _mm_max_ps(_mm256_castps256_ps128(a), _mm256_extractf128_ps(a, 1));
+  x = _mm_max_ps(x, _mm_movehl_ps(x, x));
+  return _mm_cvtss_f32(_mm_max_ss(x, _mm_shuffle_ps(x, x, 1)));
+}
+
+#if PKTRT__STAMP == PKTRT__STAMP_AVX512
+
+typedef __mmask8 m8;
+OP m8 vlt(v8 a, v8 b) { return _mm256_cmp_ps_mask(a, b, _CMP_LT_OQ); }
+OP m8 vle(v8 a, v8 b) { return _mm256_cmp_ps_mask(a, b, _CMP_LE_OQ); }
+OP m8 veq(v8 a, v8 b) { return _mm256_cmp_ps_mask(a, b, _CMP_EQ_OQ); }
+OP m8 mand(m8 a, m8 b) { return (m8)(a & b); }
+OP m8 mor(m8 a, m8 b) { return (m8)(a | b); }
+OP uint32_t mbits(m8 m) { return m; }
+OP m8 mfrom(uint32_t bits) { return (m8)bits; }
+OP v8 vsel(m8 m, v8 a, v8 b) { return _mm256_mask_blend_ps(m, b, a); }
+OP void vput(float *p, m8 m, v8 a) { _mm256_mask_storeu_ps(p, m, a); }
+OP void vput_u32(uint32_t *p, m8 m, uint32_t x) { _mm256_mask_storeu_epi32(p, m, _mm256_set1_epi32((int)x)); }
+OP uint32_t vids(const uint32_t *id) { /* lanes that hold a triangle */
+  return _mm256_cmpneq_epi32_mask(_mm256_loadu_si256((const __m256i *)(const void *)id), _mm256_set1_epi32(-1));
+}
+
+typedef __m512d d8;
+OP d8 dfrom(v8 a) { return _mm512_cvtps_pd(a); }
+OP d8 dset(double x) { return _mm512_set1_pd(x); }
+OP d8 dadd(d8 a, d8 b) { return _mm512_add_pd(a, b); }
+OP d8 dsub(d8 a, d8 b) { return _mm512_sub_pd(a, b); }
+OP d8 dmul(d8 a, d8 b) { return _mm512_mul_pd(a, b); }
+OP d8 ddiv(d8 a, d8 b) { return _mm512_div_pd(a, b); }
+OP d8 dmin(d8 a, d8 b) { return _mm512_min_pd(a, b); }
+OP d8 dmax(d8 a, d8 b) { return _mm512_max_pd(a, b); }
+OP d8 dabs(d8 a) { return _mm512_abs_pd(a); }
+OP m8 dlt(d8 a, d8 b) { return _mm512_cmp_pd_mask(a, b, _CMP_LT_OQ); }
+OP v8 dto(d8 a) { return _mm512_cvtpd_ps(a); }
+
+typedef __m512i a8; /* eight ray masks, one per child */
+OP a8 azero(void) { return _mm512_setzero_si512(); }
+OP a8 aor(a8 a, m8 m, uint64_t bit) { return _mm512_mask_or_epi64(a, m, a, _mm512_set1_epi64((long long)bit)); }
+
+/* Pushes the children with a non-empty ray mask, in the order of perm; returns how many. Compression happens in registers:
+   compressing stores are slow on some CPUs. */
+OP uint32_t apush(a8 a, const uint32_t *child, v8 dist, uint32_t perm, uint64_t *masks, uint32_t *refs, float *nears) {
+  const __m256i order = _mm256_srlv_epi32(_mm256_set1_epi32((int)perm), _mm256_setr_epi32(0, 3, 6, 9, 12, 15, 18, 21));
+  const __m512i wide = _mm512_cvtepu32_epi64(_mm256_and_si256(order, _mm256_set1_epi32(7)));
+  a = _mm512_permutexvar_epi64(wide, a);
+  const __m256i c = _mm256_permutevar8x32_epi32(_mm256_loadu_si256((const __m256i *)(const void *)child), order);
+  const __m256 d = _mm256_permutevar8x32_ps(dist, order);
+  const __mmask8 some = _mm512_test_epi64_mask(a, a);
+  _mm512_storeu_si512(masks, _mm512_maskz_compress_epi64(some, a));
+  _mm256_storeu_si256((__m256i *)(void *)refs, _mm256_maskz_compress_epi32(some, c));
+  _mm256_storeu_ps(nears, _mm256_maskz_compress_ps(some, d));
+  return pktrt__popcount(some);
+}
+
+#else /* AVX2 */
+
+typedef __m256 m8;
+OP m8 vlt(v8 a, v8 b) { return _mm256_cmp_ps(a, b, _CMP_LT_OQ); }
+OP m8 vle(v8 a, v8 b) { return _mm256_cmp_ps(a, b, _CMP_LE_OQ); }
+OP m8 veq(v8 a, v8 b) { return _mm256_cmp_ps(a, b, _CMP_EQ_OQ); }
+OP m8 mand(m8 a, m8 b) { return _mm256_and_ps(a, b); }
+OP m8 mor(m8 a, m8 b) { return _mm256_or_ps(a, b); }
+OP uint32_t mbits(m8 m) { return (uint32_t)_mm256_movemask_ps(m); }
+OP m8 mfrom(uint32_t bits) {
+  const __m256i lane = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
+  return _mm256_castsi256_ps(_mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32((int)bits), lane), lane));
+}
+OP v8 vsel(m8 m, v8 a, v8 b) { return _mm256_blendv_ps(b, a, m); }
+OP void vput(float *p, m8 m, v8 a) { _mm256_maskstore_ps(p, _mm256_castps_si256(m), a); }
+OP void vput_u32(uint32_t *p, m8 m, uint32_t x) {
+  _mm256_maskstore_epi32((int *)(void *)p, _mm256_castps_si256(m), _mm256_set1_epi32((int)x));
+}
+OP uint32_t vids(const uint32_t *id) { /* lanes that hold a triangle */
+  const __m256i none = _mm256_cmpeq_epi32(_mm256_loadu_si256((const __m256i *)(const void *)id), _mm256_set1_epi32(-1));
+  return 0xFFu & ~(uint32_t)_mm256_movemask_ps(_mm256_castsi256_ps(none));
+}
+
+typedef struct d8 {
+  __m256d l, h;
+} d8;
+OP d8 pktrt__d8_avx2_make(__m256d l, __m256d h) {
+  d8 r;
+  r.l = l, r.h = h;
+  return r;
+}
+OP d8 dfrom(v8 a) {
+  return pktrt__d8_avx2_make(_mm256_cvtps_pd(_mm256_castps256_ps128(a)), _mm256_cvtps_pd(_mm256_extractf128_ps(a, 1)));
+}
+OP d8 dset(double x) { return pktrt__d8_avx2_make(_mm256_set1_pd(x), _mm256_set1_pd(x)); }
+OP d8 dadd(d8 a, d8 b) { return pktrt__d8_avx2_make(_mm256_add_pd(a.l, b.l), _mm256_add_pd(a.h, b.h)); }
+OP d8 dsub(d8 a, d8 b) { return pktrt__d8_avx2_make(_mm256_sub_pd(a.l, b.l), _mm256_sub_pd(a.h, b.h)); }
+OP d8 dmul(d8 a, d8 b) { return pktrt__d8_avx2_make(_mm256_mul_pd(a.l, b.l), _mm256_mul_pd(a.h, b.h)); }
+OP d8 ddiv(d8 a, d8 b) { return pktrt__d8_avx2_make(_mm256_div_pd(a.l, b.l), _mm256_div_pd(a.h, b.h)); }
+OP d8 dmin(d8 a, d8 b) { return pktrt__d8_avx2_make(_mm256_min_pd(a.l, b.l), _mm256_min_pd(a.h, b.h)); }
+OP d8 dmax(d8 a, d8 b) { return pktrt__d8_avx2_make(_mm256_max_pd(a.l, b.l), _mm256_max_pd(a.h, b.h)); }
+OP d8 dabs(d8 a) {
+  const __m256d sign = _mm256_set1_pd(-0.0);
+  return pktrt__d8_avx2_make(_mm256_andnot_pd(sign, a.l), _mm256_andnot_pd(sign, a.h));
+}
+OP m8 dlt(d8 a, d8 b) {
+  const __m256 l = _mm256_castpd_ps(_mm256_cmp_pd(a.l, b.l, _CMP_LT_OQ));
+  const __m256 h = _mm256_castpd_ps(_mm256_cmp_pd(a.h, b.h, _CMP_LT_OQ));
+  const __m256d mixed = _mm256_castps_pd(_mm256_shuffle_ps(l, h, 0x88)); /* l01 h01 l23 h23 */
+  return _mm256_castpd_ps(_mm256_permute4x64_pd(mixed, 0xD8));
+}
+OP v8 dto(d8 a) { return _mm256_set_m128(_mm256_cvtpd_ps(a.h), _mm256_cvtpd_ps(a.l)); }
+
+typedef struct a8 { /* eight ray masks, one per child */
+  __m256i l, h;
+} a8;
+OP a8 azero(void) {
+  a8 r;
+  r.l = r.h = _mm256_setzero_si256();
+  return r;
+}
+OP a8 aor(a8 a, m8 m, uint64_t bit) {
+  const __m256i b = _mm256_set1_epi64x((long long)bit), i = _mm256_castps_si256(m);
+  a.l = _mm256_or_si256(a.l, _mm256_and_si256(_mm256_cvtepi32_epi64(_mm256_castsi256_si128(i)), b));
+  a.h = _mm256_or_si256(a.h, _mm256_and_si256(_mm256_cvtepi32_epi64(_mm256_extracti128_si256(i, 1)), b));
+  return a;
+}
+OP uint32_t apush(a8 a, const uint32_t *child, v8 dist, uint32_t perm, uint64_t *masks, uint32_t *refs, float *nears) {
+  PKTRT__ALIGN64 uint64_t mask[8];
+  PKTRT__ALIGN64 float near_w[8];
+  _mm256_store_si256((__m256i *)(void *)mask, a.l);
+  _mm256_store_si256((__m256i *)(void *)(mask + 4), a.h);
+  _mm256_store_ps(near_w, dist);
+  return pktrt__push_children(mask, child, near_w, perm, masks, refs, nears);
+}
+#endif
+
+#elif PKTRT__STAMP == PKTRT__STAMP_SCALAR
+
+typedef struct v8 {
+  float f[8];
+} v8;
+typedef uint32_t m8;
+typedef struct d8 {
+  double d[8];
+} d8;
+#define PKTRT__EACH(type, expression) \
+  type r;                             \
+  for (int i = 0; i < 8; i++) expression; \
+  return r
+OP v8 vload(const float *p) { PKTRT__EACH(v8, r.f[i] = p[i]); }
+OP void vstore(float *p, v8 a) { memcpy(p, a.f, sizeof a.f); }
+OP v8 vset(float x) { PKTRT__EACH(v8, r.f[i] = x); }
+OP v8 vadd(v8 a, v8 b) { PKTRT__EACH(v8, r.f[i] = a.f[i] + b.f[i]); }
+OP v8 vsub(v8 a, v8 b) { PKTRT__EACH(v8, r.f[i] = a.f[i] - b.f[i]); }
+OP v8 vmul(v8 a, v8 b) { PKTRT__EACH(v8, r.f[i] = a.f[i] * b.f[i]); }
+OP v8 vdiv(v8 a, v8 b) { PKTRT__EACH(v8, r.f[i] = a.f[i] / b.f[i]); }
+OP v8 vfma(v8 a, v8 b, v8 c) { PKTRT__EACH(v8, r.f[i] = a.f[i] * b.f[i] + c.f[i]); }
+OP v8 vfms(v8 a, v8 b, v8 c) { PKTRT__EACH(v8, r.f[i] = a.f[i] * b.f[i] - c.f[i]); }
+OP v8 vmin(v8 a, v8 b) { PKTRT__EACH(v8, r.f[i] = a.f[i] < b.f[i] ? a.f[i] : b.f[i]); }
+OP v8 vmax(v8 a, v8 b) { PKTRT__EACH(v8, r.f[i] = a.f[i] > b.f[i] ? a.f[i] : b.f[i]); }
+OP v8 vabs(v8 a) { PKTRT__EACH(v8, r.f[i] = fabsf(a.f[i])); }
+OP v8 vwith_sign(v8 magnitude, v8 sign) { PKTRT__EACH(v8, r.f[i] = pktrt__sign_bit(sign.f[i]) ? -magnitude.f[i] : magnitude.f[i]); }
+OP uint32_t vsign(v8 a) {
+  uint32_t r = 0;
+  for (int i = 0; i < 8; i++) r |= pktrt__sign_bit(a.f[i]) << i;
+  return r;
+}
+OP float vhmin(v8 a) {
+  float r = a.f[0];
+  for (int i = 1; i < 8; i++) r = r < a.f[i] ? r : a.f[i];
+  return r;
+}
+OP float vhmax(v8 a) {
+  float r = a.f[0];
+  for (int i = 1; i < 8; i++) r = r > a.f[i] ? r : a.f[i];
+  return r;
+}
+#define PKTRT__COMPARE(condition) \
+  m8 r = 0;                       \
+  for (int i = 0; i < 8; i++) r |= (m8)(condition) << i; \
+  return r
+OP m8 vlt(v8 a, v8 b) { PKTRT__COMPARE(a.f[i] < b.f[i]); }
+OP m8 vle(v8 a, v8 b) { PKTRT__COMPARE(a.f[i] <= b.f[i]); }
+OP m8 veq(v8 a, v8 b) { PKTRT__COMPARE(a.f[i] == b.f[i]); }
+OP m8 mand(m8 a, m8 b) { return a & b; }
+OP m8 mor(m8 a, m8 b) { return a | b; }
+OP uint32_t mbits(m8 m) { return m; }
+OP m8 mfrom(uint32_t bits) { return bits; }
+OP v8 vsel(m8 m, v8 a, v8 b) { PKTRT__EACH(v8, r.f[i] = m >> i & 1 ? a.f[i] : b.f[i]); }
+OP void vput(float *p, m8 m, v8 a) {
+  for (int i = 0; i < 8; i++)
+    if (m >> i & 1) p[i] = a.f[i];
+}
+OP void vput_u32(uint32_t *p, m8 m, uint32_t x) {
+  for (int i = 0; i < 8; i++)
+    if (m >> i & 1) p[i] = x;
+}
+OP uint32_t vids(const uint32_t *id) { PKTRT__COMPARE(id[i] != PKTRT_NONE); }
+OP d8 dfrom(v8 a) { PKTRT__EACH(d8, r.d[i] = (double)a.f[i]); }
+OP d8 dset(double x) { PKTRT__EACH(d8, r.d[i] = x); }
+OP d8 dadd(d8 a, d8 b) { PKTRT__EACH(d8, r.d[i] = a.d[i] + b.d[i]); }
+OP d8 dsub(d8 a, d8 b) { PKTRT__EACH(d8, r.d[i] = a.d[i] - b.d[i]); }
+OP d8 dmul(d8 a, d8 b) { PKTRT__EACH(d8, r.d[i] = a.d[i] * b.d[i]); }
+OP d8 ddiv(d8 a, d8 b) { PKTRT__EACH(d8, r.d[i] = a.d[i] / b.d[i]); }
+OP d8 dmin(d8 a, d8 b) { PKTRT__EACH(d8, r.d[i] = a.d[i] < b.d[i] ? a.d[i] : b.d[i]); }
+OP d8 dmax(d8 a, d8 b) { PKTRT__EACH(d8, r.d[i] = a.d[i] > b.d[i] ? a.d[i] : b.d[i]); }
+OP d8 dabs(d8 a) { PKTRT__EACH(d8, r.d[i] = fabs(a.d[i])); }
+OP m8 dlt(d8 a, d8 b) { PKTRT__COMPARE(a.d[i] < b.d[i]); }
+OP v8 dto(d8 a) { PKTRT__EACH(v8, r.f[i] = pktrt__to_float(a.d[i])); }
+#undef PKTRT__EACH
+#undef PKTRT__COMPARE
+
+#else /* SSE2 and NEON: two quarters-of-512 registers make a v8 */
+
+#define q4 PKTRT__NAME(pktrt__q4)
+#define qm PKTRT__NAME(pktrt__qm)
+#define q2 PKTRT__NAME(pktrt__q2)
+#define v8_of PKTRT__NAME(pktrt__v8_of)
+#define m8_of PKTRT__NAME(pktrt__m8_of)
+
+#if PKTRT__STAMP == PKTRT__STAMP_SSE2
+
+typedef __m128 q4;
+typedef __m128 qm;
+typedef __m128d q2;
+#define Q_LOAD(p) _mm_loadu_ps(p)
+#define Q_STORE(p, a) _mm_storeu_ps(p, a)
+#define Q_SET(x) _mm_set1_ps(x)
+#define Q_ADD(a, b) _mm_add_ps(a, b)
+#define Q_SUB(a, b) _mm_sub_ps(a, b)
+#define Q_MUL(a, b) _mm_mul_ps(a, b)
+#define Q_DIV(a, b) _mm_div_ps(a, b)
+#define Q_MIN(a, b) _mm_min_ps(a, b)
+#define Q_MAX(a, b) _mm_max_ps(a, b)
+#define Q_ABS(a) _mm_andnot_ps(_mm_set1_ps(-0.0f), a)
+#define Q_SIGN(m, s) _mm_or_ps(m, _mm_and_ps(_mm_set1_ps(-0.0f), s))
+#define Q_LT(a, b) _mm_cmplt_ps(a, b)
+#define Q_LE(a, b) _mm_cmple_ps(a, b)
+#define Q_EQ(a, b) _mm_cmpeq_ps(a, b)
+#define QM_AND(a, b) _mm_and_ps(a, b)
+#define QM_OR(a, b) _mm_or_ps(a, b)
+#define Q_SEL(m, a, b) _mm_or_ps(_mm_and_ps(m, a), _mm_andnot_ps(m, b))
+#define Q2_ADD(a, b) _mm_add_pd(a, b)
+#define Q2_SUB(a, b) _mm_sub_pd(a, b)
+#define Q2_MUL(a, b) _mm_mul_pd(a, b)
+#define Q2_DIV(a, b) _mm_div_pd(a, b)
+#define Q2_MIN(a, b) _mm_min_pd(a, b)
+#define Q2_MAX(a, b) _mm_max_pd(a, b)
+#define Q2_ABS(a) _mm_andnot_pd(_mm_set1_pd(-0.0), a)
+#define Q2_SET(x) _mm_set1_pd(x)
+#define Q2_LOW(a) _mm_cvtps_pd(a)
+#define Q2_HIGH(a) _mm_cvtps_pd(_mm_movehl_ps(a, a))
+#define Q_FROM2(l, h) _mm_movelh_ps(_mm_cvtpd_ps(l), _mm_cvtpd_ps(h))
+#define QM_LT2(al, bl, ah, bh) \
+  _mm_shuffle_ps(_mm_castpd_ps(_mm_cmplt_pd(al, bl)), _mm_castpd_ps(_mm_cmplt_pd(ah, bh)), 0x88)
+OP uint32_t PKTRT__NAME(pktrt__qbits)(qm m) { return (uint32_t)_mm_movemask_ps(m); }
+OP uint32_t PKTRT__NAME(pktrt__qsigns)(q4 a) { return (uint32_t)_mm_movemask_ps(a); }
+OP qm PKTRT__NAME(pktrt__qfrom)(uint32_t bits) {
+  const __m128i lane = _mm_setr_epi32(1, 2, 4, 8);
+  return _mm_castsi128_ps(_mm_cmpeq_epi32(_mm_and_si128(_mm_set1_epi32((int)bits), lane), lane));
+}
+OP uint32_t PKTRT__NAME(pktrt__qids)(const uint32_t *id) {
+  const __m128i none = _mm_cmpeq_epi32(_mm_loadu_si128((const __m128i *)(const void *)id), _mm_set1_epi32(-1));
+  return 0xFu & ~(uint32_t)_mm_movemask_ps(_mm_castsi128_ps(none));
+}
+
+#else /* NEON; its min and max treat NaN and zeros differently, hence the selections */
+
+typedef float32x4_t q4;
+typedef uint32x4_t qm;
+typedef float64x2_t q2;
+#define Q_LOAD(p) vld1q_f32(p)
+#define Q_STORE(p, a) vst1q_f32(p, a)
+#define Q_SET(x) vdupq_n_f32(x)
+#define Q_ADD(a, b) vaddq_f32(a, b)
+#define Q_SUB(a, b) vsubq_f32(a, b)
+#define Q_MUL(a, b) vmulq_f32(a, b)
+#define Q_DIV(a, b) vdivq_f32(a, b)
+#define Q_MIN(a, b) vbslq_f32(vcltq_f32(a, b), a, b)
+#define Q_MAX(a, b) vbslq_f32(vcgtq_f32(a, b), a, b)
+#define Q_ABS(a) vabsq_f32(a)
+#define Q_SIGN(m, s) vbslq_f32(vdupq_n_u32(0x80000000u), s, m)
+#define Q_LT(a, b) vcltq_f32(a, b)
+#define Q_LE(a, b) vcleq_f32(a, b)
+#define Q_EQ(a, b) vceqq_f32(a, b)
+#define QM_AND(a, b) vandq_u32(a, b)
+#define QM_OR(a, b) vorrq_u32(a, b)
+#define Q_SEL(m, a, b) vbslq_f32(m, a, b)
+#define Q2_ADD(a, b) vaddq_f64(a, b)
+#define Q2_SUB(a, b) vsubq_f64(a, b)
+#define Q2_MUL(a, b) vmulq_f64(a, b)
+#define Q2_DIV(a, b) vdivq_f64(a, b)
+#define Q2_MIN(a, b) vbslq_f64(vcltq_f64(a, b), a, b)
+#define Q2_MAX(a, b) vbslq_f64(vcgtq_f64(a, b), a, b)
+#define Q2_ABS(a) vabsq_f64(a)
+#define Q2_SET(x) vdupq_n_f64(x)
+#define Q2_LOW(a) vcvt_f64_f32(vget_low_f32(a))
+#define Q2_HIGH(a) vcvt_high_f64_f32(a)
+#define Q_FROM2(l, h) vcombine_f32(vcvt_f32_f64(l), vcvt_f32_f64(h))
+#define QM_LT2(al, bl, ah, bh) vcombine_u32(vmovn_u64(vcltq_f64(al, bl)), vmovn_u64(vcltq_f64(ah, bh)))
+OP qm PKTRT__NAME(pktrt__qlanes)(void) {
+  const uint32_t lane[4] = {1, 2, 4, 8};
+  return vld1q_u32(lane);
+}
+OP uint32_t PKTRT__NAME(pktrt__qbits)(qm m) { return vaddvq_u32(vandq_u32(m, PKTRT__NAME(pktrt__qlanes)())); }
+OP uint32_t PKTRT__NAME(pktrt__qsigns)(q4 a) {
+  return vaddvq_u32(vandq_u32(vcltzq_s32(vreinterpretq_s32_f32(a)), PKTRT__NAME(pktrt__qlanes)()));
+}
+OP qm PKTRT__NAME(pktrt__qfrom)(uint32_t bits) { return vtstq_u32(vdupq_n_u32(bits), PKTRT__NAME(pktrt__qlanes)()); }
+OP uint32_t PKTRT__NAME(pktrt__qids)(const uint32_t *id) {
+  return 0xFu & ~PKTRT__NAME(pktrt__qbits)(vceqq_u32(vld1q_u32(id), vdupq_n_u32(PKTRT_NONE)));
+}
+
+#endif
+
+typedef struct v8 {
+  q4 l, h;
+} v8;
+typedef struct m8 {
+  qm l, h;
+} m8;
+typedef struct d8 {
+  q2 q[4];
+} d8;
+OP v8 v8_of(q4 l, q4 h) {
+  v8 r;
+  r.l = l, r.h = h;
+  return r;
+}
+OP m8 m8_of(qm l, qm h) {
+  m8 r;
+  r.l = l, r.h = h;
+  return r;
+}
+OP v8 vload(const float *p) { return v8_of(Q_LOAD(p), Q_LOAD(p + 4)); }
+OP void vstore(float *p, v8 a) {
+  Q_STORE(p, a.l);
+  Q_STORE(p + 4, a.h);
+}
+OP v8 vset(float x) { return v8_of(Q_SET(x), Q_SET(x)); }
+OP v8 vadd(v8 a, v8 b) { return v8_of(Q_ADD(a.l, b.l), Q_ADD(a.h, b.h)); }
+OP v8 vsub(v8 a, v8 b) { return v8_of(Q_SUB(a.l, b.l), Q_SUB(a.h, b.h)); }
+OP v8 vmul(v8 a, v8 b) { return v8_of(Q_MUL(a.l, b.l), Q_MUL(a.h, b.h)); }
+OP v8 vdiv(v8 a, v8 b) { return v8_of(Q_DIV(a.l, b.l), Q_DIV(a.h, b.h)); }
+OP v8 vfma(v8 a, v8 b, v8 c) { return vadd(vmul(a, b), c); }
+OP v8 vfms(v8 a, v8 b, v8 c) { return vsub(vmul(a, b), c); }
+OP v8 vmin(v8 a, v8 b) { return v8_of(Q_MIN(a.l, b.l), Q_MIN(a.h, b.h)); }
+OP v8 vmax(v8 a, v8 b) { return v8_of(Q_MAX(a.l, b.l), Q_MAX(a.h, b.h)); }
+OP v8 vabs(v8 a) { return v8_of(Q_ABS(a.l), Q_ABS(a.h)); }
+OP v8 vwith_sign(v8 magnitude, v8 sign) { return v8_of(Q_SIGN(magnitude.l, sign.l), Q_SIGN(magnitude.h, sign.h)); }
+OP uint32_t vsign(v8 a) { return PKTRT__NAME(pktrt__qsigns)(a.l) | PKTRT__NAME(pktrt__qsigns)(a.h) << 4; }
+OP m8 vlt(v8 a, v8 b) { return m8_of(Q_LT(a.l, b.l), Q_LT(a.h, b.h)); }
+OP m8 vle(v8 a, v8 b) { return m8_of(Q_LE(a.l, b.l), Q_LE(a.h, b.h)); }
+OP m8 veq(v8 a, v8 b) { return m8_of(Q_EQ(a.l, b.l), Q_EQ(a.h, b.h)); }
+OP m8 mand(m8 a, m8 b) { return m8_of(QM_AND(a.l, b.l), QM_AND(a.h, b.h)); }
+OP m8 mor(m8 a, m8 b) { return m8_of(QM_OR(a.l, b.l), QM_OR(a.h, b.h)); }
+OP uint32_t mbits(m8 m) { return PKTRT__NAME(pktrt__qbits)(m.l) | PKTRT__NAME(pktrt__qbits)(m.h) << 4; }
+OP m8 mfrom(uint32_t bits) { return m8_of(PKTRT__NAME(pktrt__qfrom)(bits), PKTRT__NAME(pktrt__qfrom)(bits >> 4)); }
+OP v8 vsel(m8 m, v8 a, v8 b) { return v8_of(Q_SEL(m.l, a.l, b.l), Q_SEL(m.h, a.h, b.h)); }
+OP void vput(float *p, m8 m, v8 a) { vstore(p, vsel(m, a, vload(p))); }
+OP void vput_u32(uint32_t *p, m8 m, uint32_t x) {
+  for (uint32_t bits = mbits(m); bits; bits &= bits - 1) p[pktrt__lowest(bits)] = x;
+}
+OP uint32_t vids(const uint32_t *id) { return PKTRT__NAME(pktrt__qids)(id) | PKTRT__NAME(pktrt__qids)(id + 4) << 4; }
+OP float vhmin(v8 a) {
+  float f[4], r;
+  Q_STORE(f, Q_MIN(a.l, a.h));
+  r = f[0];
+  for (int i = 1; i < 4; i++) r = r < f[i] ? r : f[i];
+  return r;
+}
+OP float vhmax(v8 a) {
+  float f[4], r;
+  Q_STORE(f, Q_MAX(a.l, a.h));
+  r = f[0];
+  for (int i = 1; i < 4; i++) r = r > f[i] ? r : f[i];
+  return r;
+}
+#define PKTRT__EACH(expression) \
+  d8 r;                         \
+  for (int i = 0; i < 4; i++) r.q[i] = expression; \
+  return r
+OP d8 dfrom(v8 a) {
+  d8 r;
+  r.q[0] = Q2_LOW(a.l), r.q[1] = Q2_HIGH(a.l), r.q[2] = Q2_LOW(a.h), r.q[3] = Q2_HIGH(a.h);
+  return r;
+}
+OP d8 dset(double x) { PKTRT__EACH(Q2_SET(x)); }
+OP d8 dadd(d8 a, d8 b) { PKTRT__EACH(Q2_ADD(a.q[i], b.q[i])); }
+OP d8 dsub(d8 a, d8 b) { PKTRT__EACH(Q2_SUB(a.q[i], b.q[i])); }
+OP d8 dmul(d8 a, d8 b) { PKTRT__EACH(Q2_MUL(a.q[i], b.q[i])); }
+OP d8 ddiv(d8 a, d8 b) { PKTRT__EACH(Q2_DIV(a.q[i], b.q[i])); }
+OP d8 dmin(d8 a, d8 b) { PKTRT__EACH(Q2_MIN(a.q[i], b.q[i])); }
+OP d8 dmax(d8 a, d8 b) { PKTRT__EACH(Q2_MAX(a.q[i], b.q[i])); }
+OP d8 dabs(d8 a) { PKTRT__EACH(Q2_ABS(a.q[i])); }
+OP m8 dlt(d8 a, d8 b) {
+  return m8_of(QM_LT2(a.q[0], b.q[0], a.q[1], b.q[1]), QM_LT2(a.q[2], b.q[2], a.q[3], b.q[3]));
+}
+OP v8 dto(d8 a) { return v8_of(Q_FROM2(a.q[0], a.q[1]), Q_FROM2(a.q[2], a.q[3])); }
+#undef PKTRT__EACH
+#undef Q_LOAD
+#undef Q_STORE
+#undef Q_SET
+#undef Q_ADD
+#undef Q_SUB
+#undef Q_MUL
+#undef Q_DIV
+#undef Q_MIN
+#undef Q_MAX
+#undef Q_ABS
+#undef Q_SIGN
+#undef Q_LT
+#undef Q_LE
+#undef Q_EQ
+#undef QM_AND
+#undef QM_OR
+#undef Q_SEL
+#undef Q2_ADD
+#undef Q2_SUB
+#undef Q2_MUL
+#undef Q2_DIV
+#undef Q2_MIN
+#undef Q2_MAX
+#undef Q2_ABS
+#undef Q2_SET
+#undef Q2_LOW
+#undef Q2_HIGH
+#undef Q_FROM2
+#undef QM_LT2
+#undef q4
+#undef qm
+#undef q2
+#undef v8_of
+#undef m8_of
+
+#endif
+
+#if PKTRT__STAMP != PKTRT__STAMP_AVX2 && PKTRT__STAMP != PKTRT__STAMP_AVX512
+typedef struct a8 { /* eight ray masks, one per child */
+  uint64_t mask[8];
+} a8;
+OP a8 azero(void) {
+  a8 r;
+  memset(&r, 0, sizeof r);
+  return r;
+}
+OP a8 aor(a8 a, m8 m, uint64_t bit) {
+  const uint32_t bits = mbits(m);
+  for (int i = 0; i < 8; i++) a.mask[i] |= ((uint64_t)0 - (bits >> i & 1)) & bit;
+  return a;
+}
+OP uint32_t apush(a8 a, const uint32_t *child, v8 dist, uint32_t perm, uint64_t *masks, uint32_t *refs, float *nears) {
+  float near_w[8];
+  vstore(near_w, dist);
+  return pktrt__push_children(a.mask, child, near_w, perm, masks, refs, nears);
+}
+#endif
+
+/* The wide vector of frustum packets. */
+#if PKTRT__STAMP == PKTRT__STAMP_AVX512
+enum { PKTRT__NAME(pktrt__fw) = 16 };
+#define FW 16
+typedef __m512 PKTRT__NAME(pktrt__vf);
+typedef __mmask16 PKTRT__NAME(pktrt__mf);
+#define vf PKTRT__NAME(pktrt__vf)
+#define mf PKTRT__NAME(pktrt__mf)
+#define fload(p) _mm512_loadu_ps(p)
+#define fstore(p, a) _mm512_storeu_ps(p, a)
+#define fset(x) _mm512_set1_ps(x)
+#define fadd(a, b) _mm512_add_ps(a, b)
+#define fsub(a, b) _mm512_sub_ps(a, b)
+#define fmul(a, b) _mm512_mul_ps(a, b)
+#define ffma(a, b, c) _mm512_fmadd_ps(a, b, c)
+#define ffms(a, b, c) _mm512_fmsub_ps(a, b, c)
+#define fmin_(a, b) _mm512_min_ps(a, b)
+#define fmax_(a, b) _mm512_max_ps(a, b)
+#define fabs_(a) _mm512_abs_ps(a)
+#define fsel(m, a, b) _mm512_mask_blend_ps(m, b, a)
+#define fle(a, b) _mm512_cmp_ps_mask(a, b, _CMP_LE_OQ)
+#define flt(a, b) _mm512_cmp_ps_mask(a, b, _CMP_LT_OQ)
+#define fmand(a, b) (mf)((a) & (b))
+#define fbits(m) (uint32_t)(m)
+#define ffrom(bits) (mf)(bits)
+#define fhmin(a) _mm512_reduce_min_ps(a)
+#define fhmax(a) _mm512_reduce_max_ps(a)
+#define fhalf(a, h) ((h) ? _mm512_extractf32x8_ps(a, 1) : _mm512_castps512_ps256(a))
+#else
+#define FW 8
+#define vf v8
+#define mf m8
+#define fload vload
+#define fstore vstore
+#define fset vset
+#define fadd vadd
+#define fsub vsub
+#define fmul vmul
+#define ffma vfma
+#define ffms vfms
+#define fmin_ vmin
+#define fmax_ vmax
+#define fabs_ vabs
+#define fsel vsel
+#define fle vle
+#define flt vlt
+#define fmand mand
+#define fbits mbits
+#define ffrom mfrom
+#define fhmin vhmin
+#define fhmax vhmax
+#define fhalf(a, h) (a)
+#endif
+
+/* >>setup ------------------------------------------------------------------------------------------------------------ */
+
+#define NAME(x) PKTRT__NAME(pktrt__##x)
+#define COUNT(field, n) \
+  do {                  \
+    if (stats) counts->field += (uint64_t)(n); \
+  } while (0)
+
+/* Derives the fields of rays i to i+7 from o, d, tmin, tmax; the bits of those that can hit anything. */
+OP uint32_t NAME(setup8)(const pktrt_scene *scene, pktrt__batch *b, uint32_t i) {
+  const v8 zero = vset(0), dx = vload(b->d[0] + i), dy = vload(b->d[1] + i), dz = vload(b->d[2] + i);
+  const v8 ax = vabs(dx), ay = vabs(dy), az = vabs(dz);
+  const m8 not_y = mand(vle(ay, ax), vle(az, ax)), y = vle(az, ay); /* x if not_y, else y if y, else z */
+  const v8 dk = vsel(not_y, dx, vsel(y, dy, dz)), adk = vabs(dk);
+  vstore(b->slope[0] + i, vdiv(vsel(not_y, dy, vsel(y, dz, dx)), dk));
+  vstore(b->slope[1] + i, vdiv(vsel(not_y, dz, vsel(y, dx, dy)), dk));
+  vstore(b->dk + i, dk);
+  vstore(b->adk + i, adk);
+  const uint32_t x_bits = mbits(not_y), y_bits = mbits(y), sx = vsign(dx), sy = vsign(dy), sz = vsign(dz);
+  for (uint32_t j = 0; j < 8; j++) {
+    b->axis[i + j] = (uint8_t)(x_bits >> j & 1 ? 0 : y_bits >> j & 1 ? 1 : 2);
+    b->octant[i + j] = (uint8_t)((sx >> j & 1) | (sy >> j & 1) << 1 | (sz >> j & 1) << 2);
+  }
+
+  /* M and |o|, then D */
+  v8 m = zero, o_max = zero;
+  for (int a = 0; a < 3; a++) {
+    const v8 o = vload(b->o[a] + i);
+    m = vmax(m, vmax(vabs(vsub(vset(scene->lo[a]), o)), vabs(vsub(vset(scene->hi[a]), o))));
+    o_max = vmax(o_max, vabs(o));
+  }
+  const v8 pad = vadd(vmul(m, vset(PKTRT__PAD_M)), vmul(o_max, vset(PKTRT__PAD_O)));
+  vstore(b->pad + i, pad);
+
+  /* 1/G; directions below 2^-60 are scaled first, where |d_k| 2^-26 would lose bits */
+  const v8 up = vsel(vlt(adk, vset(8.673617379884035e-19f)), vset(18446744073709551616.0f), vset(1));
+  const v8 length = vmul(adk, up), floor_ = vmul(length, vset(1.490116119384765625e-8f));
+  for (int a = 0; a < 3; a++) {
+    const v8 d = vmul(vload(b->d[a] + i), up), o = vload(b->o[a] + i);
+    const v8 rd = vdiv(length, vwith_sign(vmax(vabs(d), floor_), d));
+    const v8 c = vmul(o, rd), wide = vmul(pad, vabs(rd));
+    vstore(b->rd[a] + i, rd);
+    vstore(b->cn[a] + i, vadd(c, wide));
+    vstore(b->cf[a] + i, vsub(c, wide));
+  }
+
+  const v8 tmin = vload(b->tmin + i), tmax = vload(b->tmax + i), relative = vset(PKTRT__PAD_DEPTH);
+  const v8 tiny = vmul(vmax(adk, vset(1)), vset(PKTRT__SLACK_SCALE * 2.350988701644575e-38f));
+  const v8 n = vmul(tmin, adk), f = vmul(tmax, adk);
+  vstore(b->tiny + i, tiny);
+  vstore(b->wn + i, vsub(n, vadd(vmul(vabs(n), relative), tiny)));
+  vstore(b->wf + i, vadd(f, vadd(vmul(vabs(f), relative), tiny)));
+  vstore(b->t + i, tmax);
+
+  const v8 huge = vset(FLT_MAX), longest = vmax(ax, vmax(ay, az)); /* a NaN in ax is lost here, hence all three below */
+  m8 ok = mand(mand(vlt(zero, longest), vlt(tmin, tmax)), vle(o_max, vset(PKTRT_MAX_COORD)));
+  ok = mand(ok, mand(vle(ax, huge), mand(vle(ay, huge), vle(az, huge))));
+  for (int a = 0; a < 3; a++) ok = mand(ok, vle(vabs(vload(b->o[a] + i)), vset(PKTRT_MAX_COORD)));
+  return mbits(ok);
+}
+
+/* Time weights of rays [first, first + n) for a group of `keys` keys. */
+OP void NAME(weights)(pktrt__batch *b, uint32_t first, uint32_t n, uint32_t keys) {
+  for (uint32_t i = first; i < first + n; i++) b->segment[i] = (uint16_t)pktrt__segment(b->time[i], keys, &b->ta[i], &b->tb[i]);
+}
+
+/* >>triangles -------------------------------------------------------------------------------------------------------- */
+
+/* The canonical test on eight lanes: sheared corners (x, y, z) and d_k in; the lanes that are hit and their t out. */
+OP m8 NAME(canonical)(const v8 x[3], const v8 y[3], const v8 z[3], d8 dk, v8 *t) {
+  const d8 xa = dfrom(x[0]), xb = dfrom(x[1]), xc = dfrom(x[2]);
+  const d8 ya = dfrom(y[0]), yb = dfrom(y[1]), yc = dfrom(y[2]);
+  const d8 u = dsub(dmul(xc, yb), dmul(yc, xb)), v = dsub(dmul(xa, yc), dmul(ya, xc)), w = dsub(dmul(xb, ya), dmul(yb, xa));
+  const d8 lo = dmin(u, dmin(v, w)), hi = dmax(u, dmax(v, w)), zero = dset(0);
+  const d8 det = dadd(dadd(u, v), w);
+  const d8 depth = dadd(dadd(dmul(u, dfrom(z[0])), dmul(v, dfrom(z[1]))), dmul(w, dfrom(z[2])));
+  *t = dto(ddiv(depth, dmul(det, dk)));
+  /* not (lo < 0 and hi > 0), and not (lo = hi = 0) */
+  const uint32_t below = mbits(dlt(lo, zero)), above = mbits(dlt(zero, hi));
+  return mfrom(below ^ above);
+}
+
+/* The filter on eight lanes: bits of those that the canonical test must see. *open: of these, those with an undecided edge. */
+OP uint32_t NAME(filter)(const v8 x[3], const v8 y[3], uint32_t *open) {
+  const v8 zero = vset(0);
+  const v8 u = vsub(vmul(x[2], y[1]), vmul(y[2], x[1]));
+  const v8 v = vsub(vmul(x[0], y[2]), vmul(y[0], x[2]));
+  const v8 w = vsub(vmul(x[1], y[0]), vmul(y[1], x[0]));
+  const m8 drop = mand(vlt(vmin(u, vmin(v, w)), zero), vlt(zero, vmax(u, vmax(v, w))));
+  if (open) *open = mbits(mor(veq(u, zero), mor(veq(v, zero), veq(w, zero))));
+  return 0xFFu & ~mbits(drop);
+}
+
+/* Records a hit that is nearer, or as near with a lower index. */
+OP bool NAME(accept)(const pktrt__view *view, pktrt__batch *b, uint32_t r, float t, uint32_t id, uint32_t slot, const bool moving) {
+  if (!(b->tmin[r] < t && (t < b->t[r] || (t == b->t[r] && id < b->id[r])))) return false;
+  if (moving && view->check_area && !pktrt__area_at(view, slot, b->ta[r], b->tb[r])) return false;
+  const float w = t * b->adk[r];
+  b->t[r] = t;
+  b->wf[r] = w + (fabsf(w) * PKTRT__PAD_DEPTH + b->tiny[r]);
+  b->id[r] = id;
+  b->slot[r] = slot;
+  b->group[r] = view->group;
+  return true;
+}
+
+/* One coordinate of a corner of eight triangles, at the ray's time. */
+OP v8 NAME(corner)(const float *k0, const float *k1, v8 ta, v8 tb, const bool moving) {
+  return moving ? vadd(vmul(ta, vload(k0)), vmul(tb, vload(k1))) : vload(k0);
+}
+
+/* One ray against a leaf block. For occlusion: whether anything is hit; else whether a nearer hit was recorded. */
+OP bool NAME(ray_block)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t index, const bool occlusion,
+                        const bool moving, const bool stats, pktrt_counts *counts) {
+  const unsigned char *block = view->blocks + index * (moving ? view->block_bytes : (size_t)PKTRT__BLOCK_BYTES);
+  const float *k0 = (const float *)(const void *)(block + (moving ? view->vertex0 : 0));
+  const float *k1 = (const float *)(const void *)(block + (moving ? view->vertex1 : 0));
+  const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
+  const uint32_t k = b->axis[r], ku = (k + 1) % 3, kv = (k + 2) % 3;
+  const v8 ok = vset(b->o[k][r]), ou = vset(b->o[ku][r]), ov = vset(b->o[kv][r]);
+  const v8 su = vset(b->slope[0][r]), sv = vset(b->slope[1][r]);
+  const v8 ta = moving ? vset(b->ta[r]) : ok, tb = moving ? vset(b->tb[r]) : ok;
+  v8 x[3], y[3], z[3];
+  for (int c = 0; c < 3; c++, k0 += 24, k1 += 24) {
+    z[c] = vsub(NAME(corner)(k0 + 8 * k, k1 + 8 * k, ta, tb, moving), ok);
+    x[c] = vsub(vsub(NAME(corner)(k0 + 8 * ku, k1 + 8 * ku, ta, tb, moving), ou), vmul(su, z[c]));
+    y[c] = vsub(vsub(NAME(corner)(k0 + 8 * kv, k1 + 8 * kv, ta, tb, moving), ov), vmul(sv, z[c]));
+  }
+  uint32_t open = 0, bits = NAME(filter)(x, y, stats ? &open : NULL);
+  COUNT(triangle_tests, pktrt__popcount(vids(id)));
+  if (!bits || !(bits &= vids(id))) return false;
+  COUNT(canonical_tests, pktrt__popcount(bits));
+  COUNT(settlings, pktrt__popcount(bits & open));
+  PKTRT__ALIGN64 float t[8];
+  v8 tv;
+  bits &= mbits(NAME(canonical)(x, y, z, dset((double)b->dk[r]), &tv));
+  if (!bits) return false;
+  vstore(t, tv);
+  bool nearer = false;
+  for (; bits; bits &= bits - 1) {
+    const uint32_t lane = pktrt__lowest(bits);
+    nearer |= NAME(accept)(view, b, r, t[lane], id[lane], index * 8 + lane, moving);
+    if (occlusion && nearer) return true;
+  }
+  return nearer;
+}
+
+/* >>boxes ------------------------------------------------------------------------------------------------------------ */
+
+/* The six planes of a node's children; moving: two keys each. Near and far by the octant of the rays. */
+typedef struct NAME(slabs) {
+  v8 near0[3], far0[3], near1[3], far1[3];
+} NAME(slabs);
+
+OP NAME(slabs) NAME(load_slabs)(const pktrt__view *view, const unsigned char *node, uint32_t octant, const bool moving) {
+  NAME(slabs) s;
+  const float *p0 = (const float *)(const void *)(node + (moving ? view->plane0 : 0));
+  const float *p1 = (const float *)(const void *)(node + (moving ? view->plane1 : 0));
+  for (uint32_t a = 0; a < 3; a++) {
+    const uint32_t n = 16 * a + 8 * (octant >> a & 1), f = 16 * a + 8 * (~octant >> a & 1);
+    s.near0[a] = vload(p0 + n), s.far0[a] = vload(p0 + f);
+    if (moving) s.near1[a] = vload(p1 + n), s.far1[a] = vload(p1 + f);
+  }
+  return s;
+}
+
+/* One ray against eight children: those it may hit, and its entry depth. */
+OP m8 NAME(ray_slabs)(const NAME(slabs) *s, const pktrt__batch *b, uint32_t r, const bool moving, v8 *entry) {
+  v8 n = vset(b->wn[r]), f = vset(b->wf[r]);
+  for (int a = 0; a < 3; a++) {
+    const v8 rd = vset(b->rd[a][r]);
+    v8 near_ = s->near0[a], far_ = s->far0[a];
+    if (moving) {
+      const v8 ta = vset(b->ta[r]), tb = vset(b->tb[r]);
+      near_ = vfma(ta, near_, vmul(tb, s->near1[a]));
+      far_ = vfma(ta, far_, vmul(tb, s->far1[a]));
+    }
+    n = vmax(vfms(near_, rd, vset(b->cn[a][r])), n);
+    f = vmin(vfms(far_, rd, vset(b->cf[a][r])), f);
+  }
+  *entry = n;
+  return vle(n, f);
+}
+
+/* The rays of [base, base + 64) in `mask` that may hit a box. */
+static uint64_t NAME(box_mask)(const pktrt__batch *b, uint32_t base, uint64_t mask, const float lo[3], const float hi[3]) {
+  uint64_t result = 0;
+  for (uint32_t i = 0; i < 64; i += 8) {
+    if (!(mask >> i & 0xFF)) continue;
+    const uint32_t r = base + i;
+    v8 n = vload(b->wn + r), f = vload(b->wf + r);
+    for (int a = 0; a < 3; a++) {
+      const v8 rd = vload(b->rd[a] + r), zero = vset(0);
+      const m8 forward = vlt(zero, rd);
+      const v8 l = vset(lo[a]), h = vset(hi[a]);
+      n = vmax(vfms(vsel(forward, l, h), rd, vload(b->cn[a] + r)), n);
+      f = vmin(vfms(vsel(forward, h, l), rd, vload(b->cf[a] + r)), f);
+    }
+    result |= (uint64_t)mbits(vle(n, f)) << i;
+  }
+  return result & mask;
+}
+
+/* >>single -----------------------------------------------------------------------------------------------------------
+   One ray from a subtree's root, nearest child first. */
+OP bool NAME(single)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t ref, const bool occlusion,
+                     const bool moving, const bool stats, pktrt_counts *counts) {
+  uint32_t refs[PKTRT__STACK + 8], sp = 0;
+  float dists[PKTRT__STACK + 8];
+  PKTRT__ALIGN64 float dist[8];
+  const uint32_t octant = b->octant[r];
+  bool any = false;
+  for (;;) {
+    if (ref & PKTRT__LEAF) {
+      if (NAME(ray_block)(view, b, r, ref & ~PKTRT__LEAF, occlusion, moving, stats, counts)) {
+        any = true;
+        if (occlusion) return true;
+      }
+    } else {
+      const unsigned char *node = view->nodes + ref * (moving ? view->node_bytes : (size_t)PKTRT__NODE_BYTES);
+      const uint32_t *child = (const uint32_t *)(const void *)(node + PKTRT__NODE_KEY_BYTES);
+      const NAME(slabs) s = NAME(load_slabs)(view, node, octant, moving);
+      v8 entry;
+      uint32_t bits = mbits(NAME(ray_slabs)(&s, b, r, moving, &entry));
+      COUNT(node_visits, 1);
+      COUNT(box_tests, 8);
+      if (bits) {
+        uint32_t best = pktrt__lowest(bits);
+        bits &= bits - 1;
+        if (bits) {
+          vstore(dist, entry);
+          do { /* the nearest goes on, the others wait */
+            uint32_t c = pktrt__lowest(bits);
+            if (!occlusion && dist[c] < dist[best]) {
+              const uint32_t swap = best;
+              best = c, c = swap;
+            }
+            refs[sp] = child[c], dists[sp++] = dist[c];
+          } while (bits &= bits - 1);
+        }
+        ref = child[best];
+        continue;
+      }
+    }
+    do {
+      if (!sp) return any;
+      ref = refs[--sp];
+    } while (dists[sp] > b->wf[r]);
+  }
+}
+
+/* >>stream -----------------------------------------------------------------------------------------------------------
+   Up to 64 rays of one octant from a subtree's root. Every ray does the work it would do alone; they share node loads, the
+   order of the children and the stack, whose entries carry the mask of the rays concerned. list[i]: the ray of bit i.
+   Returns those that hit something. */
+OP uint64_t NAME(stream)(const pktrt__view *view, pktrt__batch *b, const uint8_t *list, uint64_t mask, uint32_t ref,
+                         const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
+  uint64_t masks[PKTRT__STACK + 8], hit = 0;
+  uint32_t refs[PKTRT__STACK + 8], sp = 0;
+  float dists[PKTRT__STACK + 8];
+  const uint32_t octant = b->octant[list[pktrt__lowest(mask)]];
+  for (;;) {
+    if (ref & PKTRT__LEAF) {
+      for (uint64_t m = mask; m; m &= m - 1) {
+        const uint32_t i = pktrt__lowest(m);
+        if (NAME(ray_block)(view, b, list[i], ref & ~PKTRT__LEAF, occlusion, moving, stats, counts)) hit |= (uint64_t)1 << i;
+      }
+    } else {
+      const unsigned char *node = view->nodes + ref * (moving ? view->node_bytes : (size_t)PKTRT__NODE_BYTES);
+      const uint32_t *child = (const uint32_t *)(const void *)(node + PKTRT__NODE_KEY_BYTES);
+      const NAME(slabs) s = NAME(load_slabs)(view, node, octant, moving);
+      a8 rays = azero();
+      v8 dist = vset(INFINITY);
+      COUNT(node_visits, 1);
+      COUNT(box_tests, 8 * pktrt__popcount(mask));
+      for (uint64_t m = mask; m; m &= m - 1) {
+        const uint32_t i = pktrt__lowest(m);
+        v8 entry;
+        const m8 enters = NAME(ray_slabs)(&s, b, list[i], moving, &entry);
+        rays = aor(rays, enters, (uint64_t)1 << i);
+        dist = vsel(enters, vmin(entry, dist), dist);
+      }
+      sp += apush(rays, child, dist, child[8 + octant], masks + sp, refs + sp, dists + sp);
+    }
+    do { /* masks of entries pushed earlier may hold rays that are done */
+      if (!sp) return hit;
+      mask = masks[--sp];
+      if (occlusion) mask &= ~hit;
+      if (!(mask & (mask - 1)) && mask && dists[sp] > b->wf[list[pktrt__lowest(mask)]]) mask = 0;
+    } while (!mask);
+    ref = refs[sp];
+  }
+}
+
+/* The kernels above are templates over three truths known at compile time; these are their instances. */
+#define PKTRT__INSTANCES(INSTANCE) \
+  INSTANCE(000, false, false, false) INSTANCE(001, false, false, true) INSTANCE(010, false, true, false) \
+  INSTANCE(011, false, true, true) INSTANCE(100, true, false, false) INSTANCE(101, true, false, true) \
+  INSTANCE(110, true, true, false) INSTANCE(111, true, true, true)
+#define PKTRT__PICK(name) \
+  (occlusion ? (moving ? (stats ? NAME(name##_111) : NAME(name##_110)) : (stats ? NAME(name##_101) : NAME(name##_100))) \
+             : (moving ? (stats ? NAME(name##_011) : NAME(name##_010)) : (stats ? NAME(name##_001) : NAME(name##_000))))
+
+#define INSTANCE(tag, o, m, s)                                                                                      \
+  PKTRT__NOINLINE bool NAME(single_##tag)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t ref,       \
+                                          pktrt_counts *counts) {                                                   \
+    return NAME(single)(view, b, r, ref, o, m, s, counts);                                                          \
+  }                                                                                                                 \
+  PKTRT__NOINLINE uint64_t NAME(stream_##tag)(const pktrt__view *view, pktrt__batch *b, const uint8_t *list,        \
+                                              uint64_t mask, uint32_t ref, pktrt_counts *counts) {                  \
+    return NAME(stream)(view, b, list, mask, ref, o, m, s, counts);                                                 \
+  }
+PKTRT__INSTANCES(INSTANCE)
+#undef INSTANCE
+
+OP bool NAME(single_any)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t ref, const bool occlusion,
+                         const bool moving, const bool stats, pktrt_counts *counts) {
+  return PKTRT__PICK(single)(view, b, r, ref, counts);
+}
+/* A lone ray needs no stream. */
+OP uint64_t NAME(stream_any)(const pktrt__view *view, pktrt__batch *b, const uint8_t *list, uint64_t mask, uint32_t ref,
+                             const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
+  if (!(mask & (mask - 1)))
+    return NAME(single_any)(view, b, list[pktrt__lowest(mask)], ref, occlusion, moving, stats, counts) ? mask : 0;
+  return PKTRT__PICK(stream)(view, b, list, mask, ref, counts);
+}
+
+/* >>frustum ----------------------------------------------------------------------------------------------------------
+   Up to 64 rays that look along the same axis k in the same sense s, whatever their origins: four planes around all of them
+   cull whole subtrees, one box test per child then tells which rays go on, and what becomes too thin goes to the stream.
+
+         u |        ___--- upper(W)            W: depth along s k from the reference point, common to all rays.
+           |  __----   /                       A ray is u(W) = C + G W. At W = 0 and at the far end W = Y of the scene we take
+           |--   rays /                        the largest and smallest u over the rays; straight lines through these bound
+           |----__   /                         every ray between 0 and Y, because each ray is itself a straight line. That
+           |      ---\___ lower(W)             holds for crossing and diverging rays alike.
+           +-----------------------> W
+         0          box           Y                                                                                     */
+
+typedef struct NAME(frustum_rays) {
+  PKTRT__ALIGN64 float c[2][64], rc[2][64]; /* C, and C / G */
+  float ow[64], wn[64];                     /* depth of the origin and of tmin */
+  float a[4], b[4];                         /* planes a + b W: upper u, lower u, upper v, lower v */
+  float ref[3];                             /* reference point: u, v, depth */
+  float sign, pad, far_, wmin, wmax;
+  float ta[2], tb[2];                       /* weights of the earliest and latest ray */
+  uint32_t k, ku, kv, base;
+  uint64_t octant[8];                       /* the packet's rays, by octant */
+  uint8_t list[64];                         /* base + i: the packet as the stream wants it */
+  bool common;                              /* one origin for all */
+} NAME(frustum_rays);
+
+/* Rays [base, base + 64) in mask, all with axis k and sign s. */
+static void NAME(frustum_setup)(NAME(frustum_rays) *f, const pktrt_scene *scene, const pktrt__batch *b, uint32_t base,
+                                uint64_t mask, uint32_t k, float sign) {
+  const uint32_t ku = (k + 1) % 3, kv = (k + 2) % 3;
+  const vf inf = fset(INFINITY), ninf = fset(-INFINITY), s = fset(sign);
+  f->k = k, f->ku = ku, f->kv = kv, f->sign = sign, f->base = base;
+  const float *ok = b->o[k] + base, *ou = b->o[ku] + base, *ov = b->o[kv] + base;
+  /* box of the origins */
+  vf lo[3] = {inf, inf, inf}, hi[3] = {ninf, ninf, ninf}, pad = fset(0);
+  for (uint32_t i = 0; i < 64; i += FW) {
+    const uint32_t bits = (uint32_t)(mask >> i) & ((1u << FW) - 1);
+    if (!bits) continue;
+    const mf m = ffrom(bits);
+    const vf o[3] = {fload(ou + i), fload(ov + i), fmul(s, fload(ok + i))};
+    for (int a = 0; a < 3; a++) {
+      lo[a] = fmin_(lo[a], fsel(m, o[a], lo[a]));
+      hi[a] = fmax_(hi[a], fsel(m, o[a], hi[a]));
+    }
+    pad = fmax_(pad, fsel(m, fload(b->pad + base + i), pad));
+  }
+  float rho = 0;
+  f->common = true;
+  for (int a = 0; a < 3; a++) {
+    const float l = fhmin(lo[a]), h = fhmax(hi[a]);
+    f->ref[a] = a == 2 || l == h ? l : 0.5f * l + 0.5f * h;
+    rho = pktrt__maxf(rho, pktrt__maxf(h - f->ref[a], f->ref[a] - l));
+    if (l != h) f->common = false;
+  }
+  f->pad = fhmax(pad) + PKTRT__PAD_RHO * rho;
+  const float exit_ = (sign > 0 ? scene->hi[k] : -scene->lo[k]) - f->ref[2];
+  f->far_ = pktrt__maxf(exit_ * (1 + 16 * PKTRT__EPS) + f->pad, 1e-30f);
+
+  vf n0[2] = {inf, inf}, n1[2] = {inf, inf}, x0[2] = {ninf, ninf}, x1[2] = {ninf, ninf}, wmin = inf, wmax = ninf;
+  for (uint32_t i = 0; i < 64; i += FW) {
+    const uint32_t bits = (uint32_t)(mask >> i) & ((1u << FW) - 1);
+    if (!bits) continue;
+    const mf m = ffrom(bits);
+    const vf ow = fsub(fmul(s, fload(ok + i)), fset(f->ref[2])), wn = fadd(ow, fload(b->wn + base + i));
+    fstore(f->ow + i, ow);
+    fstore(f->wn + i, wn);
+    wmin = fmin_(wmin, fsel(m, wn, wmin));
+    wmax = fmax_(wmax, fsel(m, fadd(ow, fload(b->wf + base + i)), wmax));
+    for (int a = 0; a < 2; a++) {
+      const vf g = fmul(s, fload(b->slope[a] + base + i));
+      const vf c = fsub(fsub(fload((a ? ov : ou) + i), fset(f->ref[a])), fmul(g, ow));
+      const vf end = ffma(g, fset(f->far_), c);
+      fstore(f->c[a] + i, c);
+      fstore(f->rc[a] + i, fmul(c, fload(b->rd[a ? kv : ku] + base + i)));
+      n0[a] = fmin_(n0[a], fsel(m, c, n0[a])), x0[a] = fmax_(x0[a], fsel(m, c, x0[a]));
+      n1[a] = fmin_(n1[a], fsel(m, end, n1[a])), x1[a] = fmax_(x1[a], fsel(m, end, x1[a]));
+    }
+  }
+  f->wmin = fhmin(wmin), f->wmax = fhmax(wmax);
+  uint64_t negative[3] = {0, 0, 0};
+  for (uint32_t i = 0; i < 64; i += 8)
+    for (int a = 0; a < 3; a++) negative[a] |= (uint64_t)vsign(vload(b->d[a] + base + i)) << i;
+  for (uint32_t o = 0; o < 8; o++)
+    f->octant[o] = (o & 1 ? negative[0] : ~negative[0]) & (o & 2 ? negative[1] : ~negative[1]) &
+                   (o & 4 ? negative[2] : ~negative[2]);
+  for (uint32_t i = 0; i < 64; i++) f->list[i] = (uint8_t)(base + i);
+  for (int a = 0; a < 2; a++) {
+    const float upper = fhmax(x0[a]), lower = fhmin(n0[a]);
+    f->a[2 * a] = upper, f->b[2 * a] = (fhmax(x1[a]) - upper) / f->far_;
+    f->a[2 * a + 1] = lower, f->b[2 * a + 1] = (fhmin(n1[a]) - lower) / f->far_;
+  }
+}
+
+/* Earliest and latest time of the rays in mask, as weights of the segment's keys. */
+static void NAME(frustum_times)(NAME(frustum_rays) *f, const pktrt__batch *b, uint64_t mask) {
+  float first = 1, last = 0;
+  for (; mask; mask &= mask - 1) {
+    const float t = b->tb[f->base + pktrt__lowest(mask)];
+    first = pktrt__minf(first, t), last = pktrt__maxf(last, t);
+  }
+  f->tb[0] = first, f->ta[0] = 1 - first;
+  f->tb[1] = last, f->ta[1] = 1 - last;
+}
+
+/* The farthest depth any ray of mask still looks at. */
+OP void NAME(frustum_depth)(NAME(frustum_rays) *f, const pktrt__batch *b, uint64_t mask) {
+  vf w = fset(-INFINITY);
+  for (uint32_t i = 0; i < 64; i += FW) {
+    const uint32_t bits = (uint32_t)(mask >> i) & ((1u << FW) - 1);
+    if (bits) w = fmax_(w, fsel(ffrom(bits), fadd(fload(f->ow + i), fload(b->wf + f->base + i)), w));
+  }
+  f->wmax = fhmax(w);
+}
+
+/* Smallest (which = 0) or largest (1) position of a plane over the packet's times. */
+OP v8 NAME(swept)(const NAME(frustum_rays) *f, const float *p0, const float *p1, const int which, const bool moving) {
+  if (!moving) return vload(p0);
+  const v8 k0 = vload(p0), k1 = vload(p1);
+  const v8 first = vfma(vset(f->ta[0]), k0, vmul(vset(f->tb[0]), k1)), last = vfma(vset(f->ta[1]), k0, vmul(vset(f->tb[1]), k1));
+  return which ? vmax(first, last) : vmin(first, last);
+}
+
+/* The children of a node that reach into the frustum; *entry: their near depths. */
+OP uint32_t NAME(frustum_node)(const NAME(frustum_rays) *f, const float *p0, const float *p1, const bool moving, v8 *entry) {
+  const uint32_t back = f->sign < 0, wl = 16 * f->k + 8 * back, wh = 16 * f->k + 8 * (1 - back);
+  const v8 s = vset(f->sign);
+  v8 w0 = vfms(NAME(swept)(f, p0 + wl, p1 + wl, back != 0, moving), s, vset(f->ref[2] + f->pad));
+  v8 w1 = vfms(NAME(swept)(f, p0 + wh, p1 + wh, back == 0, moving), s, vset(f->ref[2] - f->pad));
+  m8 keep = mand(vle(vset(f->wmin), w1), vle(w0, vset(f->wmax)));
+  *entry = w0;
+  w0 = vmax(w0, vset(0)), w1 = vmin(w1, vset(f->far_));
+  for (int a = 0; a < 2; a++) {
+    const uint32_t lo = 16 * (a ? f->kv : f->ku), hi = lo + 8;
+    const v8 l = vsub(NAME(swept)(f, p0 + lo, p1 + lo, 0, moving), vset(f->ref[a] + f->pad));
+    const v8 h = vsub(NAME(swept)(f, p0 + hi, p1 + hi, 1, moving), vset(f->ref[a] - f->pad));
+    const float up = f->b[2 * a], down = f->b[2 * a + 1];
+    const v8 upper = vfma(vset(up), up > 0 ? w1 : w0, vset(f->a[2 * a]));
+    const v8 lower = vfma(vset(down), down > 0 ? w0 : w1, vset(f->a[2 * a + 1]));
+    keep = mand(keep, mand(vle(l, upper), vle(lower, h)));
+  }
+  return mbits(keep);
+}
+
+/* The rays of mask that may hit one child, whose planes start at p0 and p1 (stride 8 floats). */
+OP uint64_t NAME(frustum_rays_in)(const NAME(frustum_rays) *f, const pktrt__batch *b, const float *p0, const float *p1,
+                                  uint64_t mask, const bool moving) {
+  const uint32_t back = f->sign < 0, wl = 16 * f->k + 8 * back, wh = 16 * f->k + 8 * (1 - back);
+  const uint32_t ul = 16 * f->ku, vl = 16 * f->kv;
+  const float plane0[6] = {p0[wl], p0[wh], p0[ul], p0[ul + 8], p0[vl], p0[vl + 8]};
+  const float shift[6] = {f->ref[2] + f->pad, f->ref[2] - f->pad, f->ref[0] + f->pad,
+                          f->ref[0] - f->pad, f->ref[1] + f->pad, f->ref[1] - f->pad};
+  uint64_t result = 0;
+  for (uint32_t i = 0; i < 64; i += FW) {
+    const uint32_t bits = (uint32_t)(mask >> i) & ((1u << FW) - 1);
+    if (!bits) continue;
+    const uint32_t r = f->base + i;
+    vf p[6];
+    if (moving) {
+      const float plane1[6] = {p1[wl], p1[wh], p1[ul], p1[ul + 8], p1[vl], p1[vl + 8]};
+      const vf ta = fload(b->ta + r), tb = fload(b->tb + r);
+      for (int j = 0; j < 6; j++) {
+        const vf x = ffma(ta, fset(plane0[j]), fmul(tb, fset(plane1[j])));
+        p[j] = j < 2 ? ffms(x, fset(f->sign), fset(shift[j])) : fsub(x, fset(shift[j]));
+      }
+    } else {
+      for (int j = 0; j < 6; j++) p[j] = fset((j < 2 ? plane0[j] * f->sign : plane0[j]) - shift[j]);
+    }
+    vf n = fmax_(p[0], fload(f->wn + i)), x = fmin_(p[1], fadd(fload(f->ow + i), fload(b->wf + r)));
+    for (int a = 0; a < 2; a++) {
+      const vf rd = fload(b->rd[a ? f->kv : f->ku] + r), rc = fload(f->rc[a] + i);
+      const vf l = ffms(p[2 + 2 * a], rd, rc), h = ffms(p[3 + 2 * a], rd, rc);
+      n = fmax_(n, fmin_(l, h));
+      x = fmin_(x, fmax_(l, h));
+    }
+    result |= (uint64_t)(fbits(fle(n, x)) & bits) << i;
+  }
+  return result;
+}
+
+/* The triangles of a block that reach into the frustum. Where all rays share an origin and nothing moves, p receives the
+   corners relative to it, as the canonical test has them: p[corner][u, v, k][lane]. */
+OP uint32_t NAME(frustum_triangles)(const NAME(frustum_rays) *f, const pktrt__batch *b, const float *k0, const float *k1,
+                                    const bool moving, float p[3][3][8]) {
+  const v8 s = vset(f->sign), inf = vset(INFINITY), ninf = vset(-INFINITY);
+  const uint32_t axis[3] = {f->ku, f->kv, f->k};
+  v8 wlo = inf, whi = ninf, low[2] = {inf, inf}, high[2] = {ninf, ninf}; /* of u - b W, over corners and times */
+  for (int c = 0; c < 3; c++) {
+    for (int end = 0; end < (moving ? 2 : 1); end++) {
+      v8 q[3];
+      for (int j = 0; j < 3; j++) {
+        const uint32_t at = 24 * (uint32_t)c + 8 * axis[j];
+        q[j] = NAME(corner)(k0 + at, k1 + at, vset(f->ta[end]), vset(f->tb[end]), moving);
+      }
+      if (!moving && f->common)
+        for (int j = 0; j < 3; j++) vstore(p[c][j], vsub(q[j], vset(b->o[axis[j]][f->base])));
+      const v8 w = vfms(q[2], s, vset(f->ref[2]));
+      wlo = vmin(wlo, w), whi = vmax(whi, w);
+      for (int a = 0; a < 2; a++) {
+        const v8 u = vsub(q[a], vset(f->ref[a]));
+        low[a] = vmin(low[a], vsub(u, vmul(vset(f->b[2 * a]), w)));
+        high[a] = vmax(high[a], vsub(u, vmul(vset(f->b[2 * a + 1]), w)));
+      }
+    }
+  }
+  m8 keep = mand(vle(vset(f->wmin - f->pad), whi), vle(wlo, vset(f->wmax + f->pad)));
+  for (int a = 0; a < 2; a++)
+    keep = mand(keep, mand(vle(low[a], vset(f->a[2 * a] + f->pad)), vle(vset(f->a[2 * a + 1] - f->pad), high[a])));
+  return mbits(keep);
+}
+
+/* Records the hits of one triangle by rays r to r+7; the bits of those that took it. */
+OP uint32_t NAME(accept8)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t bits, v8 t, uint32_t id,
+                          uint32_t slot, const bool moving) {
+  const v8 best = vload(b->t + r);
+  const uint32_t later = mbits(vlt(vload(b->tmin + r), t)) & bits;
+  uint32_t taken = mbits(vlt(t, best)) & later;
+  for (uint32_t ties = mbits(veq(t, best)) & later; PKTRT__UNLIKELY(ties); ties &= ties - 1)
+    if (id < b->id[r + pktrt__lowest(ties)]) taken |= ties & (0u - ties);
+  if (moving && view->check_area)
+    for (uint32_t m = taken; m; m &= m - 1) {
+      const uint32_t i = r + pktrt__lowest(m);
+      if (!pktrt__area_at(view, slot, b->ta[i], b->tb[i])) taken &= ~(m & (0u - m));
+    }
+  if (!taken) return 0;
+  const m8 m = mfrom(taken);
+  const v8 w = vmul(t, vload(b->adk + r));
+  vput(b->t + r, m, t);
+  vput(b->wf + r, m, vadd(w, vadd(vmul(vabs(w), vset(PKTRT__PAD_DEPTH)), vload(b->tiny + r))));
+  vput_u32(b->id + r, m, id);
+  vput_u32(b->slot + r, m, slot);
+  vput_u32(b->group + r, m, view->group);
+  return taken;
+}
+
+/* One triangle (lane of a block) against the rays of mask; those that hit it. */
+OP uint64_t NAME(frustum_triangle)(const NAME(frustum_rays) *f, const pktrt__view *view, pktrt__batch *b, const float *k0,
+                                   const float *k1, float p[3][3][8], uint32_t lane, uint32_t id, uint32_t slot,
+                                   uint64_t mask, const bool moving, const bool stats, pktrt_counts *counts) {
+  const uint32_t axis[3] = {f->ku, f->kv, f->k};
+  const bool common = !moving && f->common;
+  uint64_t result = 0;
+  for (uint32_t i = 0; i < 64; i += FW) {
+    const uint32_t rays = (uint32_t)(mask >> i) & ((1u << FW) - 1);
+    if (!rays) continue;
+    const uint32_t r = f->base + i;
+    COUNT(triangle_tests, pktrt__popcount(rays));
+    vf x[3], y[3], z[3];
+    const vf su = fload(b->slope[0] + r), sv = fload(b->slope[1] + r);
+    for (int c = 0; c < 3; c++) {
+      vf q[3];
+      for (int j = 0; j < 3; j++) {
+        const uint32_t at = 24 * (uint32_t)c + 8 * axis[j] + lane;
+        if (common) {
+          q[j] = fset(p[c][j][lane]);
+        } else {
+          const vf v = moving ? fadd(fmul(fload(b->ta + r), fset(k0[at])), fmul(fload(b->tb + r), fset(k1[at]))) : fset(k0[at]);
+          q[j] = fsub(v, fload(b->o[axis[j]] + r));
+        }
+      }
+      z[c] = q[2];
+      x[c] = fsub(q[0], fmul(su, q[2]));
+      y[c] = fsub(q[1], fmul(sv, q[2]));
+    }
+    const vf u = fsub(fmul(x[2], y[1]), fmul(y[2], x[1])), v = fsub(fmul(x[0], y[2]), fmul(y[0], x[2]));
+    const vf w = fsub(fmul(x[1], y[0]), fmul(y[1], x[0])), zero = fset(0);
+    const uint32_t bits = rays & ~fbits(fmand(flt(fmin_(u, fmin_(v, w)), zero), flt(zero, fmax_(u, fmax_(v, w)))));
+    if (!bits) continue;
+    for (uint32_t h = 0; h < FW / 8; h++) {
+      uint32_t half = bits >> (8 * h) & 0xFF;
+      if (!half) continue;
+      const v8 hx[3] = {fhalf(x[0], h), fhalf(x[1], h), fhalf(x[2], h)};
+      const v8 hy[3] = {fhalf(y[0], h), fhalf(y[1], h), fhalf(y[2], h)};
+      const v8 hz[3] = {fhalf(z[0], h), fhalf(z[1], h), fhalf(z[2], h)};
+      COUNT(canonical_tests, pktrt__popcount(half));
+      if (stats) {
+        uint32_t open;
+        NAME(filter)(hx, hy, &open);
+        COUNT(settlings, pktrt__popcount(half & open));
+      }
+      v8 t;
+      half &= mbits(NAME(canonical)(hx, hy, hz, dfrom(vload(b->dk + r + 8 * h)), &t));
+      if (half) result |= (uint64_t)NAME(accept8)(view, b, r + 8 * h, half, t, id, slot, moving) << (i + 8 * h);
+    }
+  }
+  return result;
+}
+
+/* A leaf block against the rays of mask; those that hit something in it. */
+OP uint64_t NAME(frustum_block)(const NAME(frustum_rays) *f, const pktrt__view *view, pktrt__batch *b, uint32_t index,
+                                uint64_t mask, const bool occlusion, const bool moving, const bool stats,
+                                pktrt_counts *counts) {
+  const unsigned char *block = view->blocks + index * (moving ? view->block_bytes : (size_t)PKTRT__BLOCK_BYTES);
+  const float *k0 = (const float *)(const void *)(block + (moving ? view->vertex0 : 0));
+  const float *k1 = (const float *)(const void *)(block + (moving ? view->vertex1 : 0));
+  const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
+  PKTRT__ALIGN64 float p[3][3][8];
+  const uint32_t all = vids(id);
+  uint32_t lanes = NAME(frustum_triangles)(f, b, k0, k1, moving, p) & all;
+  COUNT(triangle_culls, pktrt__popcount(all & ~lanes));
+  uint64_t hit = 0;
+  for (; lanes && mask; lanes &= lanes - 1) {
+    const uint32_t lane = pktrt__lowest(lanes);
+    const uint64_t h = NAME(frustum_triangle)(f, view, b, k0, k1, p, lane, id[lane], index * 8 + lane, mask, moving, stats, counts);
+    hit |= h;
+    if (occlusion) mask &= ~h;
+  }
+  return hit;
+}
+
+typedef struct NAME(frustum_stack) {
+  uint64_t mask;
+  const float *plane; /* of the child, at key 0 of the segment */
+  float w;            /* entry depth */
+  uint32_t ref;
+} NAME(frustum_stack);
+
+/* When few rays are left the stream is faster: measured flat between 12 and 20 rays, and 4 at leaves. */
+enum { NAME(thin_node) = 16, NAME(thin_leaf) = 4 };
+
+/* Hands the rays of mask to the stream, octant by octant; those that hit something. */
+OP uint64_t NAME(frustum_thin)(const NAME(frustum_rays) *f, const pktrt__view *view, pktrt__batch *b, uint64_t mask,
+                               uint32_t ref, const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
+  uint64_t hit = 0;
+  for (uint32_t o = 0; mask; o++) {
+    const uint64_t rays = mask & f->octant[o];
+    if (rays) hit |= NAME(stream_any)(view, b, f->list, rays, ref, occlusion, moving, stats, counts);
+    mask &= ~rays;
+  }
+  return hit;
+}
+
+/* One group of the scene, from its root. Returns the occluded rays. */
+OP uint64_t NAME(frustum)(NAME(frustum_rays) *f, const pktrt__view *view, pktrt__batch *b, uint64_t mask, const bool occlusion,
+                          const bool moving, const bool stats, pktrt_counts *counts) {
+  NAME(frustum_stack) stack[PKTRT__STACK + 8];
+  const ptrdiff_t to_key1 = moving ? ((ptrdiff_t)view->plane1 - (ptrdiff_t)view->plane0) / (ptrdiff_t)sizeof(float) : 0;
+  const uint64_t mask_all = mask;
+  uint32_t sp = 0, ref = 0;
+  uint64_t alive = mask;
+  for (;;) {
+    if (ref & PKTRT__LEAF) {
+      const uint64_t hit = NAME(frustum_block)(f, view, b, ref & ~PKTRT__LEAF, mask, occlusion, moving, stats, counts);
+      if (hit) {
+        if (occlusion && !(alive &= ~hit)) return mask_all;
+        NAME(frustum_depth)(f, b, alive);
+      }
+    } else {
+      const unsigned char *node = view->nodes + ref * (moving ? view->node_bytes : (size_t)PKTRT__NODE_BYTES);
+      const uint32_t *child = (const uint32_t *)(const void *)(node + PKTRT__NODE_KEY_BYTES);
+      const float *p0 = (const float *)(const void *)(node + (moving ? view->plane0 : 0));
+      v8 entry;
+      uint32_t keep = NAME(frustum_node)(f, p0, p0 + to_key1, moving, &entry);
+      COUNT(node_visits, 1);
+      COUNT(frustum_culls, 8 - pktrt__popcount(keep));
+      if (keep) {
+        PKTRT__ALIGN64 float w[8];
+        vstore(w, entry);
+        for (const uint32_t bottom = sp; keep; keep &= keep - 1) { /* sorted, the nearest on top */
+          const uint32_t c = pktrt__lowest(keep);
+          uint32_t at = sp++;
+          for (; at > bottom && stack[at - 1].w < w[c]; at--) stack[at] = stack[at - 1];
+          stack[at].mask = mask, stack[at].plane = p0 + c, stack[at].w = w[c], stack[at].ref = child[c];
+        }
+      }
+    }
+    for (;;) {
+      if (!sp) return mask_all & ~alive;
+      const NAME(frustum_stack) *e = &stack[--sp];
+      if (e->w > f->wmax || !(mask = e->mask & alive)) continue;
+      COUNT(box_tests, pktrt__popcount(mask));
+      mask = NAME(frustum_rays_in)(f, b, e->plane, e->plane + to_key1, mask, moving);
+      if (!mask) {
+        COUNT(ray_culls, 1);
+        continue;
+      }
+      ref = e->ref;
+      const uint32_t thin = ref & PKTRT__LEAF ? (uint32_t)NAME(thin_leaf) : (uint32_t)NAME(thin_node);
+      if (pktrt__popcount(mask) > thin) break;
+      COUNT(fallbacks, 1);
+      const uint64_t hit = NAME(frustum_thin)(f, view, b, mask, ref, occlusion, moving, stats, counts);
+      if (hit) {
+        if (occlusion && !(alive &= ~hit)) return mask_all;
+        NAME(frustum_depth)(f, b, alive);
+      }
+    }
+  }
+}
+OP void NAME(drive_paper)(const pktrt__call *call, pktrt__batch *b, uint32_t n, const bool occlusion, const bool stats, pktrt_counts *counts) {
+  (void)call; (void)n;(void)b;(void)occlusion;(void)stats;(void)counts;
+}
+
+#define INSTANCE(tag, o, m, s)                                                                                        \
+  PKTRT__NOINLINE uint64_t NAME(frustum_##tag)(NAME(frustum_rays) *f, const pktrt__view *view, pktrt__batch *b,       \
+                                               uint64_t mask, pktrt_counts *counts) {                                 \
+    return NAME(frustum)(f, view, b, mask, o, m, s, counts);                                                          \
+  }
+PKTRT__INSTANCES(INSTANCE)
+#undef INSTANCE
+
+/* >>drive ------------------------------------------------------------------------------------------------------------
+   From a batch of rays to packets, streams and single rays; group by group, and for moving groups segment by segment, so that
+   a kernel sees one static tree or one linear motion. */
+
+OP uint64_t NAME(rays_of_segment)(const pktrt__batch *b, const uint8_t *list, uint64_t mask, uint32_t segment) {
+  uint64_t same = 0;
+  for (; mask; mask &= mask - 1) {
+    const uint32_t i = pktrt__lowest(mask);
+    if (b->segment[list[i]] == segment) same |= (uint64_t)1 << i;
+  }
+  return same;
+}
+
+/* Rays of one octant through all groups. */
+OP void NAME(drive_stream)(const pktrt_scene *scene, pktrt__batch *b, const uint8_t *list, uint64_t mask,
+                           const bool occlusion, const bool stats, pktrt_counts *counts) {
+  for (uint32_t i = 0; i < scene->group_count && mask; i++) {
+    const pktrt__group *g = &scene->groups[i];
+    uint64_t hit = 0;
+    if (g->key_count < 2) {
+      const pktrt__view view = pktrt__view_of(g, i, 0);
+      hit = NAME(stream_any)(&view, b, list, mask, 0, occlusion, false, stats, counts);
+    } else {
+      for (uint64_t m = mask; m; m &= m - 1) NAME(weights)(b, list[pktrt__lowest(m)], 1, g->key_count);
+      for (uint64_t rest = mask; rest;) {
+        const uint32_t segment = b->segment[list[pktrt__lowest(rest)]];
+        const uint64_t same = g->key_count > 2 ? NAME(rays_of_segment)(b, list, rest, segment) : rest;
+        pktrt__view view = pktrt__view_of(g, i, segment);
+        view.check_area = occlusion;
+        hit |= NAME(stream_any)(&view, b, list, same, 0, occlusion, true, stats, counts);
+        rest &= ~same;
+      }
+    }
+    if (occlusion) {
+      for (uint64_t m = hit; m; m &= m - 1) b->slot[list[pktrt__lowest(m)]] = 0;
+      mask &= ~hit;
+    }
+  }
+}
+
+/* A packet that looks along axis k through all groups. */
+OP void NAME(drive_frustum)(const pktrt_scene *scene, pktrt__batch *b, uint32_t base, uint64_t mask, uint32_t k,
+                            float sign, const bool occlusion, const bool stats, pktrt_counts *counts) {
+  NAME(frustum_rays) f;
+  NAME(frustum_setup)(&f, scene, b, base, mask, k, sign);
+  COUNT(packets, 1);
+  for (uint32_t i = 0; i < scene->group_count && mask; i++) {
+    const pktrt__group *g = &scene->groups[i];
+    const bool moving = g->key_count > 1;
+    uint64_t hit = 0, rest = scene->group_count > 1 ? NAME(box_mask)(b, base, mask, g->lo, g->hi) : mask;
+    if (!rest) continue;
+    if (i > 0) NAME(frustum_depth)(&f, b, rest);
+    if (!moving) {
+      const pktrt__view view = pktrt__view_of(g, i, 0);
+      hit = PKTRT__PICK(frustum)(&f, &view, b, rest, counts);
+    } else {
+      NAME(weights)(b, base, 64, g->key_count);
+      while (rest) {
+        const uint32_t segment = b->segment[base + pktrt__lowest(rest)];
+        const uint64_t same = g->key_count > 2 ? NAME(rays_of_segment)(b, f.list, rest, segment) : rest;
+        pktrt__view view = pktrt__view_of(g, i, segment);
+        view.check_area = occlusion;
+        NAME(frustum_times)(&f, b, same);
+        NAME(frustum_depth)(&f, b, same);
+        hit |= PKTRT__PICK(frustum)(&f, &view, b, same, counts);
+        rest &= ~same;
+      }
+    }
+    if (occlusion) {
+      for (uint64_t m = hit; m; m &= m - 1) b->slot[base + pktrt__lowest(m)] = 0;
+      mask &= ~hit;
+    }
+  }
+}
+
+/* One ray through all groups. `check`: insist on area at the ray's time. */
+OP void NAME(drive_single)(const pktrt_scene *scene, pktrt__batch *b, uint32_t r, const bool occlusion, const bool check,
+                           const bool stats, pktrt_counts *counts) {
+  for (uint32_t i = 0; i < scene->group_count; i++) {
+    const pktrt__group *g = &scene->groups[i];
+    bool hit;
+    if (g->key_count < 2) {
+      const pktrt__view view = pktrt__view_of(g, i, 0);
+      const bool moving = false;
+      hit = NAME(single_any)(&view, b, r, 0, occlusion, moving, stats, counts);
+    } else {
+      const bool moving = true;
+      b->segment[r] = (uint16_t)pktrt__segment(b->time[r], g->key_count, &b->ta[r], &b->tb[r]);
+      pktrt__view view = pktrt__view_of(g, i, b->segment[r]);
+      view.check_area = occlusion || check;
+      hit = NAME(single_any)(&view, b, r, 0, occlusion, moving, stats, counts);
+    }
+    if (occlusion && hit) {
+      b->slot[r] = 0;
+      return;
+    }
+  }
+}
+
+/* The fast path: packets of 64 neighbours. If all their rays look along one axis, those with the same canonical axis are
+   frustum packets; else all go by octant, over the whole batch, to the stream. A slack of 0.7 was measured as good as 0.2. */
+OP void NAME(drive_fast)(const pktrt_scene *scene, pktrt__batch *b, uint32_t n, const bool occlusion, const bool stats,
+                         pktrt_counts *counts) {
+  uint8_t bins[8][PKTRT__BATCH];
+  uint32_t in_bin[8] = {0, 0, 0, 0, 0, 0, 0, 0};
+  for (uint32_t base = 0; base < n; base += 64) {
+    uint64_t rest = b->valid[base / 64];
+    if (!rest) continue;
+    const uint32_t first = base + pktrt__lowest(rest), k = b->axis[first], ku = (k + 1) % 3, kv = (k + 2) % 3;
+    const float sign = b->dk[first] < 0 ? -1.0f : 1.0f;
+    uint64_t agree = 0, forward = 0;
+    for (uint32_t i = 0; i < 64; i += 8) {
+      const uint32_t r = base + i;
+      const v8 side = vmul(vmax(vabs(vload(b->d[ku] + r)), vabs(vload(b->d[kv] + r))), vset(0.7f));
+      agree |= (uint64_t)mbits(vlt(side, vmul(vload(b->d[k] + r), vset(sign)))) << i;
+      forward |= (uint64_t)mbits(vle(vset(0), vload(b->tmin + r))) << i;
+    }
+    if (pktrt__popcount(rest) > 16 && !(rest & ~(agree & forward))) {
+      while (rest) {
+        const uint32_t r = base + pktrt__lowest(rest);
+        const float s = b->dk[r] < 0 ? -1.0f : 1.0f;
+        uint64_t same = 0;
+        for (uint64_t m = rest; m; m &= m - 1) {
+          const uint32_t i = pktrt__lowest(m);
+          if (b->axis[base + i] == b->axis[r] && (b->dk[base + i] < 0) == (s < 0)) same |= (uint64_t)1 << i;
+        }
+        NAME(drive_frustum)(scene, b, base, same, b->axis[r], s, occlusion, stats, counts);
+        rest &= ~same;
+      }
+      continue;
+    }
+    for (; rest; rest &= rest - 1) {
+      const uint32_t r = base + pktrt__lowest(rest), o = b->octant[r];
+      bins[o][in_bin[o]++] = (uint8_t)r;
+    }
+  }
+  for (uint32_t o = 0; o < 8; o++)
+    for (uint32_t i = 0; i < in_bin[o]; i += 64) {
+      const uint32_t rays = in_bin[o] - i < 64 ? in_bin[o] - i : 64;
+      COUNT(packets, 1);
+      NAME(drive_stream)(scene, b, bins[o] + i, ~(uint64_t)0 >> (64 - rays), occlusion, stats, counts);
+    }
+}
+
+/* >>resolve ----------------------------------------------------------------------------------------------------------
+   u, v and normal of the hits, once per ray, in double from the triangle's corners: u, v to cn[0..1], the normal, scaled to a
+   largest component of 1, to cf[0..2]. Returns the rays of [i, i+8) whose triangle has no area at the ray's time. */
+OP uint32_t NAME(resolve8)(const pktrt_scene *scene, pktrt__batch *b, uint32_t i, uint32_t hits) {
+  PKTRT__ALIGN64 float q[3][3][8]; /* corner, u v k, lane: relative to the origin, and raw below */
+  PKTRT__ALIGN64 float raw[3][3][8];
+  memset(q, 0, sizeof q);
+  memset(raw, 0, sizeof raw);
+  for (uint32_t m = hits; m; m &= m - 1) {
+    const uint32_t j = pktrt__lowest(m), r = i + j, slot = b->slot[r], k = b->axis[r];
+    const pktrt__group *g = &scene->groups[b->group[r]];
+    float ta = 1, tb = 0;
+    const uint32_t segment = g->key_count > 1 ? pktrt__segment(b->time[r], g->key_count, &ta, &tb) : 0;
+    const pktrt__view view = pktrt__view_of(g, 0, segment);
+    const unsigned char *block = view.blocks + (slot / 8) * view.block_bytes;
+    const float *k0 = (const float *)(const void *)(block + view.vertex0) + slot % 8;
+    const float *k1 = (const float *)(const void *)(block + view.vertex1) + slot % 8;
+    for (uint32_t c = 0; c < 3; c++)
+      for (uint32_t a = 0; a < 3; a++) {
+        const uint32_t axis = (k + 1 + a) % 3, at = 24 * c + 8 * axis;
+        const float p = g->key_count > 1 ? ta * k0[at] + tb * k1[at] : k0[at];
+        raw[c][a][j] = p;
+        q[c][a][j] = p - b->o[axis][r];
+      }
+  }
+  d8 x[3], y[3], e[2][3];
+  const v8 su = vload(b->slope[0] + i), sv = vload(b->slope[1] + i);
+  for (int c = 0; c < 3; c++) {
+    const v8 z = vload(q[c][2]);
+    x[c] = dfrom(vsub(vload(q[c][0]), vmul(su, z)));
+    y[c] = dfrom(vsub(vload(q[c][1]), vmul(sv, z)));
+    for (int a = 0; c && a < 3; a++) e[c - 1][a] = dsub(dfrom(vload(raw[c][a])), dfrom(vload(raw[0][a])));
+  }
+  const d8 u = dsub(dmul(x[2], y[1]), dmul(y[2], x[1])), v = dsub(dmul(x[0], y[2]), dmul(y[0], x[2]));
+  const d8 w = dsub(dmul(x[1], y[0]), dmul(y[1], x[0])), det = dadd(dadd(u, v), w);
+  d8 n[3]; /* along u, v, k: a cyclic permutation, so the cross product's orientation stays */
+  for (int a = 0; a < 3; a++)
+    n[a] = dsub(dmul(e[0][(a + 1) % 3], e[1][(a + 2) % 3]), dmul(e[0][(a + 2) % 3], e[1][(a + 1) % 3]));
+  const d8 largest = dmax(dabs(n[0]), dmax(dabs(n[1]), dabs(n[2])));
+  PKTRT__ALIGN64 float out[3][8];
+  for (int a = 0; a < 3; a++) vstore(out[a], dto(ddiv(n[a], largest)));
+  const m8 m = mfrom(hits);
+  vput(b->cn[0] + i, m, dto(ddiv(v, det)));
+  vput(b->cn[1] + i, m, dto(ddiv(w, det)));
+  for (uint32_t rest = hits; rest; rest &= rest - 1) {
+    const uint32_t j = pktrt__lowest(rest);
+    for (uint32_t a = 0; a < 3; a++) b->cf[(b->axis[i + j] + 1u + a) % 3][i + j] = out[a][j];
+  }
+  return hits & ~mbits(dlt(dset(0), largest));
+}
+
+static void NAME(resolve)(const pktrt_scene *scene, pktrt__batch *b, uint32_t n) {
+  for (uint32_t i = 0; i < n; i += 8) {
+    uint32_t hits = 0;
+    for (uint32_t j = 0; j < 8; j++) hits |= (uint32_t)(b->slot[i + j] != PKTRT_NONE) << j;
+    if (!hits) continue;
+    uint32_t flat = NAME(resolve8)(scene, b, i, hits);
+    if (!flat) continue;
+    /* A moving triangle without area just then, hit only through rounding: such rays look again, with an eye on area. The
+       setup is done anew because u and v stand where it was. */
+    PKTRT__ALIGN64 float nearest[8];
+    memcpy(nearest, b->t + i, sizeof nearest);
+    NAME(setup8)(scene, b, i);
+    for (uint32_t j = 0; j < 8; j++)
+      if (!(flat >> j & 1)) b->t[i + j] = nearest[j];
+    for (; flat; flat &= flat - 1) {
+      const uint32_t r = i + pktrt__lowest(flat);
+      b->id[r] = 0, b->slot[r] = PKTRT_NONE;
+      NAME(drive_single)(scene, b, r, false, true, false, NULL);
+      if (b->slot[r] == PKTRT_NONE) b->t[r] = b->tmax[r];
+    }
+    hits = 0;
+    for (uint32_t j = 0; j < 8; j++) hits |= (uint32_t)(b->slot[i + j] != PKTRT_NONE) << j;
+    NAME(resolve8)(scene, b, i, hits);
+  }
+}
+
+/* >>entry ------------------------------------------------------------------------------------------------------------ */
+
+OP void NAME(trace_as)(const pktrt__call *call, pktrt__batch *b, uint32_t n, const bool occlusion, const bool stats,
+                       pktrt_counts *counts) {
+  const pktrt_scene *scene = call->scene;
+  memset(b->valid, 0, sizeof b->valid);
+  for (uint32_t i = 0; i < n; i += 8) {
+    const uint32_t valid = NAME(setup8)(scene, b, i);
+    b->valid[i / 64] |= (uint64_t)valid << (i % 64);
+    COUNT(rays, pktrt__popcount(valid));
+    for (uint32_t j = i; j < i + 8; j++) b->id[j] = 0, b->slot[j] = PKTRT_NONE;
+  }
+  if (!scene->group_count) return;
+  if (call->desc->path == PKTRT_PATH_PAPER) {
+    NAME(drive_paper)(call, b, n, occlusion, stats, counts);
+  } else if (call->desc->path == PKTRT_PATH_SINGLE || n < 8) {
+    for (uint32_t i = 0; i < n; i += 64)
+      for (uint64_t m = b->valid[i / 64]; m; m &= m - 1) {
+        COUNT(packets, 1);
+        NAME(drive_single)(scene, b, i + pktrt__lowest(m), occlusion, false, stats, counts);
+      }
+  } else {
+    NAME(drive_fast)(scene, b, n, occlusion, stats, counts);
+  }
+  if (stats)
+    for (uint32_t i = 0; i < n; i++) counts->hits += b->slot[i] != PKTRT_NONE;
+  if (!occlusion) NAME(resolve)(scene, b, n);
+}
+
+static void NAME(trace)(const pktrt__call *call, pktrt__batch *b, uint32_t n) {
+  if (call->occlusion) {
+    if (call->counts) {
+      NAME(trace_as)(call, b, n, true, true, call->counts);
+    } else {
+      NAME(trace_as)(call, b, n, true, false, NULL);
+    }
+  } else if (call->counts) {
+    NAME(trace_as)(call, b, n, false, true, call->counts);
+  } else {
+    NAME(trace_as)(call, b, n, false, false, NULL);
+  }
+}
+
+/* That the compiler kept products and sums of this instruction set apart: with e = 2^-12, (1 + e)^2 - (1 + 2 e) is e^2 when
+   fused and 0 when each operation is rounded. */
+static bool NAME(rounds_each_operation)(void) {
+  volatile float x = 1.000244140625f, y = 1.00048828125f;
+  const v8 a = vset(x), b = vset(y), zero = vset(0);
+  return mbits(mand(veq(vsub(vmul(a, a), b), zero), veq(vsub(b, vmul(a, a)), zero))) == 0xFF;
+}
+
+static const pktrt__kernels NAME(kernels) = {NAME(trace), NAME(rounds_each_operation)};
+
+/* The short names end with the stamp. */
+#undef a8
+#undef aor
+#undef apush
+#undef azero
+#undef d8
+#undef dabs
+#undef dadd
+#undef ddiv
+#undef dfrom
+#undef dlt
+#undef dmax
+#undef dmin
+#undef dmul
+#undef dset
+#undef dsub
+#undef dto
+#undef fabs_
+#undef fadd
+#undef fbits
+#undef ffma
+#undef ffms
+#undef ffrom
+#undef fhalf
+#undef fhmax
+#undef fhmin
+#undef fle
+#undef fload
+#undef flt
+#undef fmand
+#undef fmax_
+#undef fmin_
+#undef fmul
+#undef fsel
+#undef fset
+#undef fstore
+#undef fsub
+#undef m8
+#undef mand
+#undef mbits
+#undef mf
+#undef mfrom
+#undef mor
+#undef v8
+#undef vabs
+#undef vadd
+#undef vdiv
+#undef veq
+#undef vf
+#undef vfma
+#undef vfms
+#undef vhmax
+#undef vhmin
+#undef vids
+#undef vle
+#undef vload
+#undef vlt
+#undef vmax
+#undef vmin
+#undef vmul
+#undef vput
+#undef vput_u32
+#undef vsel
+#undef vset
+#undef vsign
+#undef vstore
+#undef vsub
+#undef vwith_sign
+#undef FW
+#undef OP
+#undef NAME
+#undef COUNT
+#undef PKTRT__PICK
+#undef PKTRT__INSTANCES
+
+#endif /* PKTRT__STAMP */
+
+/* ---------------------------------------------------------------------------------------------------------------------
+   IMPLEMENTATION of the public functions, compiled once
+   ------------------------------------------------------------------------------------------------------------------ */
+#if defined(PKTRT_IMPLEMENTATION) && !defined(PKTRT__STAMP) && !defined(PKTRT__ENTRY_POINTS)
+#define PKTRT__ENTRY_POINTS
+
+/* >>scene ------------------------------------------------------------------------------------------------------------ */
+
+PKTRT_DEF const char *pktrt_status_string(pktrt_status status) {
+  switch (status) {
+    case PKTRT_OK: return "Everything went well.";
+    case PKTRT_INVALID_ARGUMENT: return "An argument makes no sense; pktrt_last_error says which.";
+    case PKTRT_OUT_OF_MEMORY: return "An allocation failed; the last committed state stays.";
+    case PKTRT_LIMIT: return "A documented limit would be passed; pktrt_last_error says which.";
+    case PKTRT_NOT_COMMITTED: return "The scene has changes that need pktrt_commit first.";
+    case PKTRT_CANCELLED: return "The progress hook asked to stop.";
+    default: return "This is not a status of pktrt.";
+  }
+}
+
+PKTRT_DEF const char *pktrt_last_error(const pktrt_scene *s) {
+  if (s) return s->error;
+  return "A scene could not be created: out of memory, an instruction set that pktrt_isa_available denies, only one of the "
+         "allocate and release hooks, an enumerator out of range, or a compiler that fuses product-sums (see DETERMINISM).";
+}
+
+PKTRT_DEF const char *pktrt_isa_string(pktrt_isa isa) {
+  switch (isa) {
+    case PKTRT_ISA_AUTO: return "auto";
+    case PKTRT_ISA_SCALAR: return "scalar";
+    case PKTRT_ISA_SSE2: return "sse2";
+    case PKTRT_ISA_AVX2: return "avx2";
+    case PKTRT_ISA_AVX512: return "avx512";
+    case PKTRT_ISA_NEON: return "neon";
+    default: return "unknown";
+  }
+}
+
+PKTRT_DEF bool pktrt_isa_available(pktrt_isa isa) { return isa == PKTRT_ISA_AUTO || pktrt__kernels_of(isa) != NULL; }
+
+/* (1 + e)^2 - (1 + 2 e) with e = 2^-12 is e^2 when fused, 0 when each operation is rounded. */
+static bool pktrt__rounds_each_operation(void) {
+  volatile float x = 1.000244140625f, y = 1.00048828125f;
+  const float a = x, b = y;
+  return a * a - b == 0 && b - a * a == 0;
+}
+
+PKTRT_DEF pktrt_scene *pktrt_scene_create(const pktrt_scene_desc *desc) {
+  pktrt_scene_desc d;
+  memset(&d, 0, sizeof d);
+  if (desc) d = *desc;
+  if (!d.allocate != !d.release) return NULL;
+  if ((int)d.quality < 0 || d.quality > PKTRT_BUILD_HIGH || (int)d.rebuild < 0 || d.rebuild > PKTRT_REBUILD_AUTOMATIC) return NULL;
+  if (!d.allocate) d.allocate = pktrt__malloc_hook, d.release = pktrt__free_hook;
+  if (d.isa == PKTRT_ISA_AUTO) {
+    static const pktrt_isa widest_first[] = {PKTRT_ISA_AVX512, PKTRT_ISA_AVX2, PKTRT_ISA_SSE2, PKTRT_ISA_NEON};
+    for (int i = 0; i < 4 && d.isa == PKTRT_ISA_AUTO; i++)
+      if (pktrt__kernels_of(widest_first[i])) d.isa = widest_first[i];
+    if (d.isa == PKTRT_ISA_AUTO) d.isa = PKTRT_ISA_SCALAR;
+  }
+  const pktrt__kernels *kernels = pktrt__kernels_of(d.isa);
+  if (!kernels || !pktrt__rounds_each_operation() || !kernels->rounds_each_operation()) return NULL;
+  pktrt_scene *s = PKTRT__CAST(pktrt_scene *, pktrt__alloc(&d, 1, sizeof *s));
+  if (!s) return NULL;
+  memset(s, 0, sizeof *s);
+  s->desc = d;
+  s->isa = d.isa;
+  s->kernels = kernels;
+  pktrt__summarise(s);
+  return s;
+}
+
+PKTRT_DEF void pktrt_scene_destroy(pktrt_scene *s) {
+  if (!s) return;
+  const pktrt_scene_desc d = s->desc;
+  for (uint32_t i = 0; i < s->mesh_count; i++) pktrt__free_mesh(&d, &s->meshes[i]);
+  for (uint32_t i = 0; i < s->group_count; i++) pktrt__free_group(&d, &s->groups[i]);
+  pktrt__release(&d, s->meshes, s->mesh_capacity, sizeof *s->meshes);
+  pktrt__release(&d, s->groups, s->group_count, sizeof *s->groups);
+  pktrt__release(&d, s->materials, s->material_capacity, sizeof *s->materials);
+  pktrt__release(&d, s->lights, s->light_capacity, sizeof *s->lights);
+  pktrt__release(&d, s, 1, sizeof *s);
+}
+
+PKTRT_DEF pktrt_status pktrt_add_mesh(pktrt_scene *s, const pktrt_mesh_desc *d, uint32_t *mesh) {
+  if (!s) return PKTRT_INVALID_ARGUMENT;
+  s->error[0] = 0;
+  const uint32_t index = s->mesh_count;
+  pktrt_status st = pktrt__check_mesh_desc(s, d, index);
+  if (st != PKTRT_OK) return st;
+  void *meshes = s->meshes;
+  if (!pktrt__grow(&s->desc, &meshes, index, &s->mesh_capacity, sizeof *s->meshes))
+    return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "mesh %u: no memory for the list of meshes", (unsigned)index);
+  s->meshes = PKTRT__CAST(pktrt__mesh *, meshes);
+  pktrt__mesh m;
+  memset(&m, 0, sizeof m);
+  m.vertex_count = d->vertex_count;
+  m.triangle_count = d->triangle_count;
+  m.key_count = d->key_count ? d->key_count : 1;
+  m.stride = d->position_stride ? d->position_stride : 12;
+  m.material = d->material;
+  m.first_id = s->total_triangles;
+  st = pktrt__copy_mesh(s, d, &m, index);
+  if (st != PKTRT_OK) {
+    pktrt__free_mesh(&s->desc, &m);
+    return st;
+  }
+  s->meshes[s->mesh_count++] = m;
+  s->total_triangles += m.triangle_count;
+  if (mesh) *mesh = index;
+  return PKTRT_OK;
+}
+
+PKTRT_DEF pktrt_status pktrt_commit(pktrt_scene *s) {
+  if (!s) return PKTRT_INVALID_ARGUMENT;
+  s->error[0] = 0;
+  const pktrt_status st = pktrt__build_changed(s);
+  if (st != PKTRT_OK) return st;
+  for (uint32_t i = 0; i < s->mesh_count; i++) pktrt__promote(&s->meshes[i]);
+  s->committed_meshes = s->mesh_count;
+  pktrt__summarise(s);
+  return PKTRT_OK;
+}
+
+/* The mesh that a deformation names, or NULL and a detail. */
+static pktrt__mesh *pktrt__deformed(pktrt_scene *s, uint32_t mesh, uint32_t key, const float *data, const char *what) {
+  if (mesh >= s->mesh_count) {
+    pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "%s: there is no mesh %u among %u", what, (unsigned)mesh, (unsigned)s->mesh_count);
+    return NULL;
+  }
+  pktrt__mesh *m = &s->meshes[mesh];
+  if (key >= m->key_count) {
+    pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "%s: mesh %u has no key %u, it has %u", what, (unsigned)mesh, (unsigned)key,
+                (unsigned)m->key_count);
+    return NULL;
+  }
+  if (!data && m->vertex_count) {
+    pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "%s: mesh %u, key %u: the array is NULL", what, (unsigned)mesh, (unsigned)key);
+    return NULL;
+  }
+  return m;
+}
+
+/* Puts one key of new vectors into a waiting copy of `current`, or refuses and leaves all as it was. */
+static pktrt_status pktrt__set_vectors(pktrt_scene *s, pktrt__mesh *m, float *current, float **pending, bool *dirty,
+                                       uint32_t mesh, uint32_t key, const float *data, uint32_t stride, float limit,
+                                       const char *what) {
+  const uint64_t floats = pktrt__mesh_floats(m), at = (uint64_t)key * m->vertex_count * 3;
+  float checked[3 * 64]; /* look at everything before the first write */
+  for (uint32_t i = 0; i < m->vertex_count; i += 64) {
+    const uint32_t n = m->vertex_count - i < 64 ? m->vertex_count - i : 64;
+    const float *from = (const float *)(const void *)((const unsigned char *)(const void *)data + (size_t)i * stride);
+    const pktrt_status st = pktrt__copy_vectors(s, checked, from, n, stride, limit, mesh, key, what);
+    if (st != PKTRT_OK) return st;
+  }
+  const bool current_inside = *pending && *dirty;
+  if (!*pending) {
+    *pending = PKTRT__CAST(float *, pktrt__alloc(&s->desc, floats, sizeof(float)));
+    if (!*pending)
+      return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "mesh %u: no memory for %u changed vectors", (unsigned)mesh, (unsigned)m->vertex_count);
+  }
+  if (!current_inside && floats) memcpy(*pending, current, (size_t)floats * sizeof(float));
+  *dirty = true;
+  return m->vertex_count ? pktrt__copy_vectors(s, *pending + at, data, m->vertex_count, stride, limit, mesh, key, what) : PKTRT_OK;
+}
+
+PKTRT_DEF pktrt_status pktrt_set_positions(pktrt_scene *s, uint32_t mesh, uint32_t key, const float *positions) {
+  if (!s) return PKTRT_INVALID_ARGUMENT;
+  s->error[0] = 0;
+  pktrt__mesh *m = pktrt__deformed(s, mesh, key, positions, "set_positions");
+  if (!m) return PKTRT_INVALID_ARGUMENT;
+  return pktrt__set_vectors(s, m, m->positions, &m->pending, &m->dirty, mesh, key, positions, m->stride, PKTRT_MAX_COORD, "vertex");
+}
+
+PKTRT_DEF pktrt_status pktrt_set_normals(pktrt_scene *s, uint32_t mesh, uint32_t key, const float *normals) {
+  if (!s) return PKTRT_INVALID_ARGUMENT;
+  s->error[0] = 0;
+  pktrt__mesh *m = pktrt__deformed(s, mesh, key, normals, "set_normals");
+  if (!m) return PKTRT_INVALID_ARGUMENT;
+  if (!m->normals)
+    return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "set_normals: mesh %u was added without normals", (unsigned)mesh);
+  return pktrt__set_vectors(s, m, m->normals, &m->pending_normals, &m->dirty_normals, mesh, key, normals, 12, FLT_MAX, "normal");
+}
+
+PKTRT_DEF pktrt_status pktrt_refit(pktrt_scene *s) {
+  if (!s) return PKTRT_INVALID_ARGUMENT;
+  s->error[0] = 0;
+  for (uint32_t i = s->committed_meshes; i < s->mesh_count; i++)
+    return pktrt__fail(s, PKTRT_NOT_COMMITTED, "refit: mesh %u was added since the last commit", (unsigned)i);
+  for (uint32_t i = 0; i < s->group_count; i++)
+    if (pktrt__group_has(s, s->groups[i].key_count, true))
+      pktrt__refit_group(&s->desc, &s->groups[i], s->meshes, s->mesh_count);
+  for (uint32_t i = 0; i < s->mesh_count; i++) pktrt__promote(&s->meshes[i]);
+  pktrt__summarise(s);
+  return pktrt__rebuild_worn(s);
+}
+
+PKTRT_DEF pktrt_status pktrt_mark_changed(pktrt_scene *s) {
+  if (!s) return PKTRT_INVALID_ARGUMENT;
+  s->error[0] = 0;
+  for (uint32_t i = 0; i < s->mesh_count; i++)
+    if (!s->meshes[i].pending) s->meshes[i].dirty = true; /* without waiting positions: the builder reads the committed ones */
+    else if (!s->meshes[i].dirty) {
+      memcpy(s->meshes[i].pending, s->meshes[i].positions, (size_t)(pktrt__mesh_floats(&s->meshes[i]) * sizeof(float)));
+      s->meshes[i].dirty = true;
+    }
+  return PKTRT_OK;
+}
+
+PKTRT_DEF void pktrt_get_scene_info(const pktrt_scene *s, pktrt_scene_info *info) {
+  memset(info, 0, sizeof *info);
+  if (!s) return;
+  info->isa = s->isa;
+  info->mesh_count = s->committed_meshes;
+  info->rebuild_advised = s->rebuild_advised;
+  memcpy(info->bounds_lo, s->lo, sizeof s->lo);
+  memcpy(info->bounds_hi, s->hi, sizeof s->hi);
+  for (uint32_t i = 0; i < s->mesh_count; i++) {
+    const pktrt__mesh *m = &s->meshes[i];
+    const uint64_t arrays = 1u + (m->normals != NULL) + (m->pending != NULL) + (m->pending_normals != NULL);
+    info->mesh_bytes += arrays * pktrt__mesh_floats(m) * sizeof(float);
+    if (m->indices) info->mesh_bytes += (uint64_t)m->triangle_count * 3 * sizeof(uint32_t);
+    if (m->committed && m->key_count > 1) info->moving_meshes++;
+  }
+  double area = 0;
+  for (uint32_t i = 0; i < s->group_count; i++) {
+    const pktrt__group *g = &s->groups[i];
+    info->triangles += g->triangle_count;
+    info->degenerate += g->degenerate_count;
+    info->nodes += g->node_count;
+    info->leaf_blocks += g->block_count;
+    info->tree_bytes += (uint64_t)g->node_count * g->node_bytes + (uint64_t)g->block_count * g->block_bytes;
+    const double weight = g->area > 0 ? g->area : 1e-300;
+    info->sah_at_build += weight * g->sah_at_build;
+    info->sah_now += weight * g->sah_now;
+    area += weight;
+  }
+  if (area > 0) info->sah_at_build /= area, info->sah_now /= area;
+}
+
+PKTRT_DEF pktrt_status pktrt_add_light(pktrt_scene *s, const pktrt_light *l, uint32_t *light) {
+  if (!s) return PKTRT_INVALID_ARGUMENT;
+  s->error[0] = 0;
+  const unsigned index = (unsigned)s->light_count;
+  if (!l) return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "light %u: the description is NULL", index);
+  if (l->kind != PKTRT_LIGHT_POINT && l->kind != PKTRT_LIGHT_DIRECTIONAL)
+    return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "light %u: %d is no kind of light", index, (int)l->kind);
+  const float *where = l->kind == PKTRT_LIGHT_POINT ? l->position : l->direction;
+  for (int a = 0; a < 3; a++) {
+    if (!pktrt__finite(where[a]) || fabsf(where[a]) > PKTRT_MAX_COORD)
+      return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "light %u: component %c of its %s is %g", index, 'x' + a,
+                         l->kind == PKTRT_LIGHT_POINT ? "position" : "direction", (double)where[a]);
+    if (!pktrt__finite(l->intensity[a]) || l->intensity[a] < 0)
+      return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "light %u: component %d of its intensity is %g", index, a, (double)l->intensity[a]);
+  }
+  if (l->kind == PKTRT_LIGHT_DIRECTIONAL && where[0] == 0 && where[1] == 0 && where[2] == 0)
+    return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "light %u: its direction is zero", index);
+  void *lights = s->lights;
+  if (!pktrt__grow(&s->desc, &lights, s->light_count, &s->light_capacity, sizeof *s->lights))
+    return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "light %u: no memory", index);
+  s->lights = PKTRT__CAST(pktrt_light *, lights);
+  s->lights[s->light_count] = *l;
+  if (light) *light = s->light_count;
+  s->light_count++;
+  return PKTRT_OK;
+}
+
+PKTRT_DEF pktrt_status pktrt_add_material(pktrt_scene *s, const pktrt_material *m, uint32_t *material) {
+  if (!s) return PKTRT_INVALID_ARGUMENT;
+  s->error[0] = 0;
+  const unsigned index = (unsigned)s->material_count + 1;
+  if (!m) return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "material %u: the description is NULL", index);
+  for (int a = 0; a < 3; a++)
+    if (!(m->albedo[a] >= 0 && m->albedo[a] <= 1))
+      return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "material %u: component %d of its albedo is %g, outside [0,1]", index, a,
+                         (double)m->albedo[a]);
+  void *materials = s->materials;
+  if (!pktrt__grow(&s->desc, &materials, s->material_count, &s->material_capacity, sizeof *s->materials))
+    return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "material %u: no memory", index);
+  s->materials = PKTRT__CAST(pktrt_material *, materials);
+  s->materials[s->material_count++] = *m;
+  if (material) *material = s->material_count;
+  return PKTRT_OK;
+}
+
+/* >>queries ---------------------------------------------------------------------------------------------------------- */
+
+/* Fills the lanes [n, padded) with rays that hit nothing, so that whole vectors are defined; returns padded. */
+static void pktrt__pad_batch(pktrt__batch *b, uint32_t n) {
+  const uint32_t whole = n < 8 ? 8 : 64, padded = (n + whole - 1) / whole * whole;
+  for (uint32_t i = n; i < padded; i++) {
+    for (int a = 0; a < 3; a++) b->o[a][i] = 0, b->d[a][i] = 0;
+    b->tmin[i] = b->tmax[i] = b->time[i] = 0;
+  }
+}
+
+static void pktrt__load_rays(pktrt__batch *b, const pktrt_ray *rays, uint32_t n) {
+  for (uint32_t i = 0; i < n; i++) {
+    for (int a = 0; a < 3; a++) b->o[a][i] = rays[i].origin[a], b->d[a][i] = rays[i].direction[a];
+    b->tmin[i] = rays[i].tmin, b->tmax[i] = rays[i].tmax, b->time[i] = rays[i].time;
+  }
+  pktrt__pad_batch(b, n);
+}
+
+static void pktrt__load_soa(pktrt__batch *b, const pktrt_rays *rays, size_t first, uint32_t n) {
+  for (int a = 0; a < 3; a++) {
+    memcpy(b->o[a], rays->origin[a] + first, n * sizeof(float));
+    memcpy(b->d[a], rays->direction[a] + first, n * sizeof(float));
+  }
+  for (uint32_t i = 0; i < n; i++) {
+    b->tmin[i] = rays->tmin ? rays->tmin[first + i] : 0;
+    b->tmax[i] = rays->tmax ? rays->tmax[first + i] : INFINITY;
+    b->time[i] = rays->time ? rays->time[first + i] : 0;
+  }
+  pktrt__pad_batch(b, n);
+}
+
+/* The mesh of a global triangle index: the last one that starts at or before it and is not empty. */
+PKTRT__INLINE uint32_t pktrt__mesh_at(const pktrt_scene *s, uint32_t id) {
+  uint32_t lo = 0, hi = s->committed_meshes;
+  while (hi - lo > 1) {
+    const uint32_t mid = lo + (hi - lo) / 2;
+    if (s->meshes[mid].first_id <= id) lo = mid;
+    else hi = mid;
+  }
+  return lo;
+}
+
+static void pktrt__hit_of(const pktrt_scene *s, const pktrt__batch *b, uint32_t i, pktrt_hit *h) {
+  memset(h, 0, sizeof *h);
+  h->t = b->tmax[i];
+  h->mesh = h->triangle = PKTRT_NONE;
+  if (b->slot[i] == PKTRT_NONE) return;
+  h->t = b->t[i];
+  h->u = b->cn[0][i], h->v = b->cn[1][i];
+  for (int a = 0; a < 3; a++) h->normal[a] = b->cf[a][i];
+  h->mesh = pktrt__mesh_at(s, b->id[i]);
+  h->triangle = b->id[i] - s->meshes[h->mesh].first_id;
+}
+
+static void pktrt__store_soa(const pktrt_scene *s, const pktrt__batch *b, const pktrt_hits *hits, size_t first, uint32_t n) {
+  for (uint32_t i = 0; i < n; i++) {
+    pktrt_hit h;
+    pktrt__hit_of(s, b, i, &h);
+    if (hits->t) hits->t[first + i] = h.t;
+    if (hits->u) hits->u[first + i] = h.u;
+    if (hits->v) hits->v[first + i] = h.v;
+    for (int a = 0; a < 3; a++)
+      if (hits->normal[a]) hits->normal[a][first + i] = h.normal[a];
+    if (hits->mesh) hits->mesh[first + i] = h.mesh;
+    if (hits->triangle) hits->triangle[first + i] = h.triangle;
+  }
+}
+
+/* A call with every value in range. */
+static pktrt__call pktrt__call_of(const pktrt_scene *s, const pktrt_query_desc *from, pktrt_query_desc *d, bool occlusion) {
+  memset(d, 0, sizeof *d);
+  if (from) *d = *from;
+  if ((int)d->path < 0 || d->path > PKTRT_PATH_SINGLE) d->path = PKTRT_PATH_FAST;
+  if ((int)d->type < 0 || d->type >= PKTRT_RAY_TYPE_COUNT) d->type = PKTRT_RAY_PRIMARY;
+  if (!d->packet_size || d->packet_size > PKTRT__BATCH) d->packet_size = 64;
+  pktrt__call call;
+  call.scene = s;
+  call.desc = d;
+  call.counts = d->stats ? &d->stats->by_type[d->type] : NULL;
+  call.occlusion = occlusion;
+  return call;
+}
+
+/* Whole packets of the paper path fit into a batch. */
+static uint32_t pktrt__batch_size(const pktrt_query_desc *d) {
+  return d->path == PKTRT_PATH_PAPER ? PKTRT__BATCH / d->packet_size * d->packet_size : (uint32_t)PKTRT__BATCH;
+}
+
+PKTRT_DEF void pktrt_intersect_ex(const pktrt_scene *s, const pktrt_query_desc *desc, const pktrt_ray *rays, pktrt_hit *hits, size_t n) {
+  pktrt_query_desc d;
+  const pktrt__call call = pktrt__call_of(s, desc, &d, false);
+  const uint32_t size = pktrt__batch_size(&d);
+  pktrt__batch b;
+  for (size_t i = 0; i < n; i += size) {
+    const uint32_t m = n - i < size ? (uint32_t)(n - i) : size;
+    pktrt__load_rays(&b, rays + i, m);
+    s->kernels->trace(&call, &b, m);
+    for (uint32_t j = 0; j < m; j++) pktrt__hit_of(s, &b, j, &hits[i + j]);
+  }
+}
+
+PKTRT_DEF void pktrt_occluded_ex(const pktrt_scene *s, const pktrt_query_desc *desc, const pktrt_ray *rays, bool *out, size_t n) {
+  pktrt_query_desc d;
+  const pktrt__call call = pktrt__call_of(s, desc, &d, true);
+  const uint32_t size = pktrt__batch_size(&d);
+  pktrt__batch b;
+  for (size_t i = 0; i < n; i += size) {
+    const uint32_t m = n - i < size ? (uint32_t)(n - i) : size;
+    pktrt__load_rays(&b, rays + i, m);
+    s->kernels->trace(&call, &b, m);
+    for (uint32_t j = 0; j < m; j++) out[i + j] = b.slot[j] != PKTRT_NONE;
+  }
+}
+
+PKTRT_DEF void pktrt_intersect_soa_ex(const pktrt_scene *s, const pktrt_query_desc *desc, const pktrt_rays *rays,
+                                      const pktrt_hits *hits, size_t n) {
+  pktrt_query_desc d;
+  const pktrt__call call = pktrt__call_of(s, desc, &d, false);
+  const uint32_t size = pktrt__batch_size(&d);
+  pktrt__batch b;
+  for (size_t i = 0; i < n; i += size) {
+    const uint32_t m = n - i < size ? (uint32_t)(n - i) : size;
+    pktrt__load_soa(&b, rays, i, m);
+    s->kernels->trace(&call, &b, m);
+    pktrt__store_soa(s, &b, hits, i, m);
+  }
+}
+
+PKTRT_DEF void pktrt_occluded_soa_ex(const pktrt_scene *s, const pktrt_query_desc *desc, const pktrt_rays *rays, bool *out, size_t n) {
+  pktrt_query_desc d;
+  const pktrt__call call = pktrt__call_of(s, desc, &d, true);
+  const uint32_t size = pktrt__batch_size(&d);
+  pktrt__batch b;
+  for (size_t i = 0; i < n; i += size) {
+    const uint32_t m = n - i < size ? (uint32_t)(n - i) : size;
+    pktrt__load_soa(&b, rays, i, m);
+    s->kernels->trace(&call, &b, m);
+    for (uint32_t j = 0; j < m; j++) out[i + j] = b.slot[j] != PKTRT_NONE;
+  }
+}
+
+PKTRT_DEF bool pktrt_intersect(const pktrt_scene *s, const pktrt_ray *ray, pktrt_hit *hit) {
+  pktrt_intersect_ex(s, NULL, ray, hit, 1);
+  return hit->mesh != PKTRT_NONE;
+}
+PKTRT_DEF bool pktrt_occluded(const pktrt_scene *s, const pktrt_ray *ray) {
+  bool result;
+  pktrt_occluded_ex(s, NULL, ray, &result, 1);
+  return result;
+}
+PKTRT_DEF void pktrt_intersect_n(const pktrt_scene *s, const pktrt_ray *rays, pktrt_hit *hits, size_t n) {
+  pktrt_intersect_ex(s, NULL, rays, hits, n);
+}
+PKTRT_DEF void pktrt_occluded_n(const pktrt_scene *s, const pktrt_ray *rays, bool *out, size_t n) {
+  pktrt_occluded_ex(s, NULL, rays, out, n);
+}
+PKTRT_DEF void pktrt_intersect_soa(const pktrt_scene *s, const pktrt_rays *rays, const pktrt_hits *hits, size_t n) {
+  pktrt_intersect_soa_ex(s, NULL, rays, hits, n);
+}
+PKTRT_DEF void pktrt_occluded_soa(const pktrt_scene *s, const pktrt_rays *rays, bool *out, size_t n) {
+  pktrt_occluded_soa_ex(s, NULL, rays, out, n);
+}
+
+/* >>spawn ------------------------------------------------------------------------------------------------------------
+   A point of the surface, moved along the normal to the side of the direction. How far: at a canonical hit the ray passes the
+   triangle's plane at most 6.25 eps M away in two axes (>>exactness), 9 eps M in all, and M, the distance from the new origin
+   to a vertex of the mesh, is at most twice the mesh's largest coordinate m; rounding the new origin costs another 2 eps m.
+   24 eps m is beyond that for every triangle whose plane the point lies behind: no self-hit on a convex mesh. The surface point
+   comes from the barycentrics, in double: its error does not grow with the distance the ray came. */
+
+/* Corner c of a triangle (positions or normals) at the ray's time. */
+static void pktrt__corner(const pktrt__mesh *m, const float *data, uint32_t triangle, uint32_t c, float time, float out[3]) {
+  const uint64_t v = m->indices ? m->indices[(size_t)triangle * 3 + c] : (uint64_t)triangle * 3 + c;
+  float ta = 1, tb = 0;
+  const uint32_t key = m->key_count > 1 ? pktrt__segment(time, m->key_count, &ta, &tb) : 0;
+  const float *k0 = data + ((uint64_t)key * m->vertex_count + v) * 3, *k1 = m->key_count > 1 ? k0 + (uint64_t)m->vertex_count * 3 : k0;
+  for (int a = 0; a < 3; a++) out[a] = m->key_count > 1 ? ta * k0[a] + tb * k1[a] : k0[a];
+}
+
+/* The point of barycentrics u, v between three corners. */
+static void pktrt__blend(float p[3][3], float u, float v, double out[3]) {
+  for (int a = 0; a < 3; a++) {
+    const double p0 = (double)p[0][a];
+    out[a] = p0 + ((double)u * ((double)p[1][a] - p0) + (double)v * ((double)p[2][a] - p0));
+  }
+}
+
+/* Origin of a ray that leaves a surface point towards d. */
+static void pktrt__leave(const pktrt__mesh *m, const double point[3], const float normal[3], const float d[3], float origin[3]) {
+  double n[3], length = 0, along = 0;
+  for (int a = 0; a < 3; a++) n[a] = (double)normal[a], length += n[a] * n[a], along += n[a] * (double)d[a];
+  const double h = (along < 0 ? -24.0 : 24.0) * (double)PKTRT__EPS * (double)m->max_coord / sqrt(length);
+  for (int a = 0; a < 3; a++) origin[a] = (float)(point[a] + h * n[a]);
+}
+
+PKTRT_DEF void pktrt_spawn(const pktrt_scene *s, const pktrt_ray *ray, const pktrt_hit *hit, const float direction[3], pktrt_ray *out) {
+  const float time = ray->time, d[3] = {direction[0], direction[1], direction[2]};
+  memset(out, 0, sizeof *out);
+  out->time = time;
+  if (!s || hit->mesh >= s->committed_meshes || hit->triangle >= s->meshes[hit->mesh].triangle_count) return;
+  const pktrt__mesh *m = &s->meshes[hit->mesh];
+  float p[3][3];
+  double point[3];
+  for (uint32_t c = 0; c < 3; c++) pktrt__corner(m, m->positions, hit->triangle, c, time, p[c]);
+  pktrt__blend(p, hit->u, hit->v, point);
+  pktrt__leave(m, point, hit->normal, d, out->origin);
+  memcpy(out->direction, d, sizeof d);
+  out->tmax = INFINITY;
+}
+
+/* >>shading ---------------------------------------------------------------------------------------------------------- */
+
+/* Sine and cosine on [0, pi/2] from their series: libm's results differ between libraries, and a camera decides pixels. */
+static void pktrt__sincos(double x, double *sine, double *cosine) {
+  const double q = x * x;
+  double s = 0, c = 0;
+  for (int k = 13; k >= 0; k--) { /* error below 2^-60 */
+    s = 1 - q / (double)((2 * k + 2) * (2 * k + 3)) * s;
+    c = 1 - q / (double)((2 * k + 1) * (2 * k + 2)) * c;
+  }
+  *sine = x * s, *cosine = c;
+}
+
+static double pktrt__dot(const double a[3], const double b[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+
+static void pktrt__cross(const double a[3], const double b[3], double out[3]) {
+  const double x = a[1] * b[2] - a[2] * b[1], y = a[2] * b[0] - a[0] * b[2], z = a[0] * b[1] - a[1] * b[0];
+  out[0] = x, out[1] = y, out[2] = z;
+}
+
+/* To length 1; false for zero and for what is not finite. Scaled first: squares of tiny or huge numbers leave the range. */
+static bool pktrt__normalise(double v[3]) {
+  const double m = fmax(fabs(v[0]), fmax(fabs(v[1]), fabs(v[2])));
+  if (!(m > 0 && m <= DBL_MAX)) return false;
+  for (int a = 0; a < 3; a++) v[a] /= m;
+  const double length = sqrt(pktrt__dot(v, v));
+  for (int a = 0; a < 3; a++) v[a] /= length;
+  return true;
+}
+
+/* The camera as a picture plane at distance 1: the ray through (px, py) in pixels goes to corner + px dx + py dy. */
+typedef struct pktrt__view_plane {
+  float eye[3], time;
+  double corner[3], dx[3], dy[3];
+} pktrt__view_plane;
+
+/* NULL, or what is wrong with the camera. */
+static const char *pktrt__set_camera(const pktrt_camera *c, uint32_t width, uint32_t height, pktrt__view_plane *p) {
+  double forward[3], up[3], right[3], s, k;
+  for (int a = 0; a < 3; a++) {
+    if (!pktrt__finite(c->eye[a]) || !pktrt__finite(c->target[a]) || !pktrt__finite(c->up[a]))
+      return "camera: eye, target and up must be finite";
+    if (fabsf(c->eye[a]) > PKTRT_MAX_COORD) return "camera: the eye is beyond the limit of coordinates";
+    p->eye[a] = c->eye[a];
+    forward[a] = (double)c->target[a] - (double)c->eye[a];
+    up[a] = (double)c->up[a];
+  }
+  if (up[0] == 0 && up[1] == 0 && up[2] == 0) up[1] = 1;
+  if (!pktrt__normalise(forward)) return "camera: eye and target are the same point";
+  (void)pktrt__normalise(up);
+  pktrt__cross(forward, up, right);
+  if (pktrt__dot(right, right) < 1e-12 || !pktrt__normalise(right)) return "camera: up is parallel to the view";
+  pktrt__cross(right, forward, up);
+  const double fov = c->fov_y == 0 ? 45.0 : (double)c->fov_y;
+  if (!(fov > 0 && fov < 180)) return "camera: fov_y must lie in (0, 180) degrees";
+  if (!(c->time >= 0 && c->time <= 1)) return "camera: time must lie in [0, 1]";
+  p->time = c->time;
+  pktrt__sincos(fov * (3.14159265358979323846 / 360), &s, &k);
+  const double half_y = s / k, half_x = half_y * (double)width / (double)height;
+  for (int a = 0; a < 3; a++) {
+    p->corner[a] = forward[a] - half_x * right[a] + half_y * up[a];
+    p->dx[a] = right[a] * (2 * half_x / (double)width);
+    p->dy[a] = up[a] * (-2 * half_y / (double)height);
+  }
+  return NULL;
+}
+
+/* What shading needs of a render, checked and complete. */
+typedef struct pktrt__job {
+  const pktrt_scene *scene;
+  const pktrt_render_desc *desc;
+  pktrt__view_plane plane;
+  uint32_t packet_size, tile_size;
+  size_t row_stride;
+} pktrt__job;
+
+/* NULL, or what is wrong. *detail, if not 0, is the number to go with it. */
+static const char *pktrt__check_render(const pktrt_scene *s, const pktrt_render_desc *d, pktrt__job *job) {
+  if (!d) return "the description is NULL";
+  if (!d->width || !d->height || d->width > 65536 || d->height > 65536) return "width and height must lie in [1, 65536]";
+  if (!d->pixels) return "pixels is NULL";
+  if (d->row_stride && d->row_stride < (size_t)d->width * 3) return "row_stride is below width * 3";
+  if (d->mode != PKTRT_MODE_RCS) return "mode is no pktrt_mode";
+  if ((int)d->path < 0 || d->path > PKTRT_PATH_SINGLE) return "path is no pktrt_path";
+  if (d->normals != PKTRT_NORMALS_SMOOTH && d->normals != PKTRT_NORMALS_GEOMETRIC) return "normals is no pktrt_normals";
+  if (d->shadows != PKTRT_SHADOWS_PER_LIGHT && d->shadows != PKTRT_SHADOWS_TOGETHER) return "shadows is no pktrt_shadow_packets";
+  if (d->packet_size && d->packet_size != 2 && d->packet_size != 4 && d->packet_size != 8 && d->packet_size != 16)
+    return "packet_size is not 2, 4, 8 or 16";
+  if (d->tile_size > 1024) return "tile_size is above 1024";
+  for (int a = 0; a < 3; a++)
+    if (!pktrt__finite(d->background[a]) || !pktrt__finite(d->ambient[a])) return "background and ambient must be finite";
+  for (uint32_t i = 0; i < s->committed_meshes; i++)
+    if (s->meshes[i].material > s->material_count) return "a mesh names a material that was not added";
+  job->scene = s, job->desc = d;
+  job->packet_size = d->packet_size ? d->packet_size : 8;
+  job->tile_size = d->tile_size ? d->tile_size : 64;
+  job->row_stride = d->row_stride ? d->row_stride : (size_t)d->width * 3;
+  return pktrt__set_camera(&d->camera, d->width, d->height, &job->plane);
+}
+
+/* >>surface: what a primary ray found */
+typedef struct pktrt__shading_point {
+  const pktrt__mesh *mesh;
+  double point[3];
+  float flat[3];   /* geometric normal on the viewer's side */
+  double shade[3]; /* unit shading normal on the viewer's side */
+  float albedo[3], radiance[3];
+} pktrt__shading_point;
+
+static void pktrt__find_surface(const pktrt__job *job, const pktrt__batch *b, uint32_t i, pktrt__shading_point *out) {
+  const pktrt_scene *s = job->scene;
+  const uint32_t mesh = pktrt__mesh_at(s, b->id[i]), triangle = b->id[i] - s->meshes[mesh].first_id;
+  const pktrt__mesh *m = out->mesh = &s->meshes[mesh];
+  float p[3][3];
+  for (uint32_t c = 0; c < 3; c++) pktrt__corner(m, m->positions, triangle, c, b->time[i], p[c]);
+  pktrt__blend(p, b->cn[0][i], b->cn[1][i], out->point);
+  double flat[3], side = 0;
+  for (int a = 0; a < 3; a++) {
+    out->shade[a] = flat[a] = (double)b->cf[a][i];
+    side += flat[a] * (double)b->d[a][i];
+  }
+  for (int a = 0; a < 3; a++) out->flat[a] = (float)(flat[a] = side > 0 ? -flat[a] : flat[a]);
+  if (m->normals && job->desc->normals == PKTRT_NORMALS_SMOOTH) {
+    for (uint32_t c = 0; c < 3; c++) pktrt__corner(m, m->normals, triangle, c, b->time[i], p[c]);
+    pktrt__blend(p, b->cn[0][i], b->cn[1][i], out->shade);
+  }
+  if (!pktrt__normalise(out->shade)) memcpy(out->shade, flat, sizeof flat), (void)pktrt__normalise(out->shade);
+  if (pktrt__dot(out->shade, flat) < 0)
+    for (int a = 0; a < 3; a++) out->shade[a] = -out->shade[a];
+  for (int a = 0; a < 3; a++) {
+    out->albedo[a] = m->material ? s->materials[m->material - 1].albedo[a] : 0.8f;
+    out->radiance[a] = out->albedo[a] * job->desc->ambient[a];
+  }
+}
+
+/* The shadow ray from a surface to a light into lane j, and what arrives if it is free; false: the light is behind. */
+static bool pktrt__aim(const pktrt__shading_point *p, const pktrt_light *l, float time, pktrt__batch *b, uint32_t j, float arriving[3]) {
+  double to[3], cosine = 0, side = 0, r2 = 0;
+  float d[3], origin[3];
+  const bool point = l->kind == PKTRT_LIGHT_POINT;
+  for (int a = 0; a < 3; a++) {
+    to[a] = point ? (double)l->position[a] - p->point[a] : -(double)l->direction[a];
+    d[a] = (float)to[a];
+    cosine += to[a] * p->shade[a];
+    side += to[a] * (double)p->flat[a];
+    r2 += to[a] * to[a];
+  }
+  if (!(cosine > 0 && side > 0)) return false;
+  pktrt__leave(p->mesh, p->point, p->flat, d, origin);
+  for (int a = 0; a < 3; a++) {
+    b->o[a][j] = origin[a];
+    b->d[a][j] = point ? l->position[a] - origin[a] : d[a];
+  }
+  b->tmin[j] = 0, b->tmax[j] = point ? 1 : INFINITY, b->time[j] = time;
+  const double weight = cosine / sqrt(r2) / 3.14159265358979323846 / (point ? r2 : 1.0);
+  for (int a = 0; a < 3; a++) arriving[a] = (float)(weight * (double)l->intensity[a]) * p->albedo[a];
+  return true;
+}
+
+static void pktrt__no_ray(pktrt__batch *b, uint32_t j) {
+  for (int a = 0; a < 3; a++) b->o[a][j] = 0, b->d[a][j] = 0;
+  b->tmin[j] = b->tmax[j] = b->time[j] = 0;
+}
+
+typedef struct pktrt__shadows { /* shadow rays on their way, and whom they concern */
+  pktrt__batch batch;
+  float arriving[PKTRT__BATCH][3];
+  uint32_t surface[PKTRT__BATCH];
+} pktrt__shadows;
+
+static void pktrt__trace_shadows(const pktrt__call *call, pktrt__shadows *sh, uint32_t n, pktrt__shading_point *surfaces) {
+  pktrt__pad_batch(&sh->batch, n);
+  call->scene->kernels->trace(call, &sh->batch, n);
+  for (uint32_t j = 0; j < n; j++) {
+    if (sh->batch.slot[j] != PKTRT_NONE || !(sh->batch.tmax[j] > 0)) continue;
+    for (int a = 0; a < 3; a++) surfaces[sh->surface[j]].radiance[a] += sh->arriving[j][a];
+  }
+}
+
+/* Adds the lights to every surface, in the order of the lights: that order is part of the result. `batch` holds the primary
+   rays' times. One packet for each light keeps the primary packet's shape; one for all mixes the lights ray by ray. */
+static void pktrt__add_lights(const pktrt__call *call, bool together, const pktrt__batch *b, const uint32_t *lane, uint32_t n,
+                              pktrt__shading_point *surfaces, pktrt__shadows *sh) {
+  const pktrt_scene *s = call->scene;
+  const uint32_t lights = s->light_count;
+  const uint64_t rays = (uint64_t)n * lights;
+  uint32_t j = 0;
+  bool any = false;
+  for (uint64_t q = 0; q < rays; q++) {
+    const uint32_t i = (uint32_t)(together ? q / lights : q % n), l = (uint32_t)(together ? q % lights : q / n);
+    sh->surface[j] = i;
+    if (pktrt__aim(&surfaces[i], &s->lights[l], b->time[lane[i]], &sh->batch, j, sh->arriving[j])) any = true;
+    else pktrt__no_ray(&sh->batch, j);
+    j++;
+    if (j == PKTRT__BATCH || q + 1 == rays || (!together && i + 1 == n)) {
+      if (any) pktrt__trace_shadows(call, sh, j, surfaces);
+      j = 0, any = false;
+    }
+  }
+}
+
+/* >>tiles ------------------------------------------------------------------------------------------------------------ */
+
+/* Fills the batch with the pixel-centre rays of packets in a row of packets; pixels outside of [x, x1) x [y, y1) get no ray. */
+static uint32_t pktrt__camera_rays(const pktrt__job *job, uint32_t x, uint32_t y, uint32_t x1, uint32_t y1, pktrt__batch *b,
+                                   uint32_t pixel[][2]) {
+  const uint32_t edge = job->packet_size, packets = PKTRT__BATCH / (edge * edge);
+  uint32_t n = 0;
+  for (uint32_t k = 0; k < packets && x < x1; k++, x += edge)
+    for (uint32_t i = 0; i < edge * edge; i++, n++) {
+      const uint32_t px = x + i % edge, py = y + i / edge;
+      pixel[n][0] = px, pixel[n][1] = py;
+      if (px >= x1 || py >= y1) {
+        pktrt__no_ray(b, n);
+        pixel[n][0] = PKTRT_NONE;
+        continue;
+      }
+      for (int a = 0; a < 3; a++) {
+        b->o[a][n] = job->plane.eye[a];
+        b->d[a][n] = (float)(job->plane.corner[a] + ((double)px + 0.5) * job->plane.dx[a] + ((double)py + 0.5) * job->plane.dy[a]);
+      }
+      b->tmin[n] = 0, b->tmax[n] = INFINITY, b->time[n] = job->plane.time;
+    }
+  pktrt__pad_batch(b, n);
+  return n;
+}
+
+static pktrt__call pktrt__render_call(const pktrt__job *job, pktrt_query_desc *d, pktrt_ray_type type, pktrt_stats *stats) {
+  pktrt_query_desc from;
+  memset(&from, 0, sizeof from);
+  from.path = job->desc->path;
+  from.packet_size = job->packet_size * job->packet_size;
+  from.type = type;
+  from.stats = stats;
+  return pktrt__call_of(job->scene, &from, d, type == PKTRT_RAY_SHADOW);
+}
+
+/* One batch of primary rays: trace, find surfaces, shade, write. */
+static void pktrt__render_batch(const pktrt__job *job, pktrt__batch *b, pktrt__shadows *sh, uint32_t n, uint32_t pixel[][2],
+                                pktrt_stats *stats) {
+  pktrt__shading_point surfaces[PKTRT__BATCH];
+  uint32_t lane[PKTRT__BATCH], found = 0;
+  pktrt_query_desc primary, shadow;
+  const pktrt__call first = pktrt__render_call(job, &primary, PKTRT_RAY_PRIMARY, stats);
+  const pktrt__call second = pktrt__render_call(job, &shadow, PKTRT_RAY_SHADOW, stats);
+  job->scene->kernels->trace(&first, b, n);
+  for (uint32_t i = 0; i < n; i++) {
+    if (b->slot[i] == PKTRT_NONE) continue;
+    lane[found] = i;
+    pktrt__find_surface(job, b, i, &surfaces[found++]);
+  }
+  if (found) pktrt__add_lights(&second, job->desc->shadows == PKTRT_SHADOWS_TOGETHER, b, lane, found, surfaces, sh);
+  for (uint32_t i = 0, k = 0; i < n; i++) {
+    const bool hit = k < found && lane[k] == i;
+    const float *rgb = hit ? surfaces[k++].radiance : job->desc->background;
+    if (pixel[i][0] == PKTRT_NONE) continue;
+    memcpy(job->desc->pixels + pixel[i][1] * job->row_stride + (size_t)pixel[i][0] * 3, rgb, 3 * sizeof(float));
+  }
+}
+
+static void pktrt__render_area(const pktrt__job *job, uint32_t x0, uint32_t y0, uint32_t x1, uint32_t y1, pktrt_stats *stats) {
+  pktrt__batch b;
+  pktrt__shadows sh;
+  uint32_t pixel[PKTRT__BATCH][2];
+  const uint32_t edge = job->packet_size, step = PKTRT__BATCH / edge;
+  for (uint32_t y = y0; y < y1; y += edge)
+    for (uint32_t x = x0; x < x1; x += step) {
+      const uint32_t n = pktrt__camera_rays(job, x, y, x1, y1, &b, pixel);
+      pktrt__render_batch(job, &b, &sh, n, pixel, stats);
+    }
+}
+
+PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *s, const pktrt_render_desc *d, uint32_t x, uint32_t y, uint32_t w, uint32_t h) {
+  pktrt__job job;
+  if (!s || pktrt__check_render(s, d, &job)) return PKTRT_INVALID_ARGUMENT;
+  if (x > d->width || y > d->height || w > d->width - x || h > d->height - y) return PKTRT_INVALID_ARGUMENT;
+  pktrt__render_area(&job, x, y, x + w, y + h, d->stats);
+  return PKTRT_OK;
+}
+
+/* >>render ----------------------------------------------------------------------------------------------------------- */
+
+typedef struct pktrt__tiles {
+  const pktrt__job *job;
+  pktrt_stats *stats; /* one for each tile, or NULL */
+  uint32_t columns, count;
+  uint32_t done, cancelled; /* shared by the workers */
+} pktrt__tiles;
+
+#if defined(__GNUC__) && !defined(__TINYC__)
+PKTRT__INLINE uint32_t pktrt__count_up(uint32_t *x) { return __atomic_add_fetch(x, 1, __ATOMIC_RELAXED); }
+PKTRT__INLINE uint32_t pktrt__peek(uint32_t *x) { return __atomic_load_n(x, __ATOMIC_RELAXED); }
+#else /* without atomics a progress bar may lag; the picture is the same */
+PKTRT__INLINE uint32_t pktrt__count_up(uint32_t *x) { return ++*x; }
+PKTRT__INLINE uint32_t pktrt__peek(uint32_t *x) { return *x; }
+#endif
+
+static void pktrt__run_tile(void *arg, size_t i) {
+  pktrt__tiles *t = PKTRT__CAST(pktrt__tiles *, arg);
+  const pktrt_render_desc *d = t->job->desc;
+  if (pktrt__peek(&t->cancelled)) return;
+  const uint32_t size = t->job->tile_size, x = (uint32_t)i % t->columns * size, y = (uint32_t)i / t->columns * size;
+  const uint32_t x1 = d->width - x < size ? d->width : x + size, y1 = d->height - y < size ? d->height : y + size;
+  pktrt__render_area(t->job, x, y, x1, y1, t->stats ? &t->stats[i] : NULL);
+  const uint32_t done = pktrt__count_up(&t->done);
+  if (d->progress && !d->progress(d->user, (float)done / (float)t->count)) (void)pktrt__count_up(&t->cancelled);
+}
+
+static void pktrt__add_stats(pktrt_stats *to, const pktrt_stats *from) {
+  uint64_t a, b;
+  for (size_t at = 0; at < sizeof *to; at += sizeof a) { /* nothing but uint64_t in there */
+    memcpy(&a, (char *)to + at, sizeof a);
+    memcpy(&b, (const char *)from + at, sizeof b);
+    a += b;
+    memcpy((char *)to + at, &a, sizeof a);
+  }
+}
+
+PKTRT_DEF pktrt_status pktrt_render(pktrt_scene *s, const pktrt_render_desc *d) {
+  if (!s) return PKTRT_INVALID_ARGUMENT;
+  s->error[0] = 0;
+  pktrt__job job;
+  const char *wrong = pktrt__check_render(s, d, &job);
+  if (wrong) return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "render: %s", wrong);
+  pktrt__tiles t;
+  memset(&t, 0, sizeof t);
+  t.job = &job;
+  t.columns = (d->width + job.tile_size - 1) / job.tile_size;
+  const uint64_t count = (uint64_t)t.columns * ((d->height + job.tile_size - 1) / job.tile_size);
+  if (count > INT32_MAX) return pktrt__fail(s, PKTRT_LIMIT, "render: %llu tiles are too many", (unsigned long long)count);
+  t.count = (uint32_t)count;
+  if (d->stats) {
+    t.stats = PKTRT__CAST(pktrt_stats *, pktrt__alloc(&s->desc, count, sizeof *t.stats));
+    if (!t.stats) return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "render: no memory for the statistics of %u tiles", (unsigned)t.count);
+    memset(t.stats, 0, (size_t)count * sizeof *t.stats);
+  }
+  pktrt__parallel(&s->desc, t.count, pktrt__run_tile, &t);
+  for (uint32_t i = 0; d->stats && i < t.count; i++) pktrt__add_stats(d->stats, &t.stats[i]);
+  pktrt__release(&s->desc, t.stats, count, sizeof *t.stats);
+  return t.cancelled ? pktrt__fail(s, PKTRT_CANCELLED, "render: the progress hook asked to stop") : PKTRT_OK;
+}
+
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT DEFAULT
+#elif defined(__GNUC__) && !defined(__TINYC__)
+#pragma GCC pop_options
+#endif
+
+#endif /* the public functions */

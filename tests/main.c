@@ -1,0 +1,213 @@
+/* The test binary: test [--small] [--list] [filter...] runs the tests whose sentence contains one of the filters. */
+#include "test.h"
+#include <stdarg.h>
+#include <time.h>
+
+bool small_run;
+test_hooks hooks = {PTHREAD_MUTEX_INITIALIZER, 0, 0, 0, 0, false, 0, 0, 0, 0, ""};
+pktrt_isa isas[8];
+int isa_count;
+
+static char **filters;
+static int filter_count, passed, failed;
+static bool list_only;
+static int failures; /* of the running test */
+static char remarks[4096];
+static pthread_mutex_t report_lock = PTHREAD_MUTEX_INITIALIZER;
+
+size_t scaled(size_t count) {
+  size_t few = count / 40;
+  return !small_run ? count : few ? few : 1;
+}
+
+bool check_at(bool ok, const char *file, int line, const char *what, ...) {
+  if (ok) return true;
+  pthread_mutex_lock(&report_lock);
+  if (failures++ < 6) {
+    va_list args;
+    va_start(args, what);
+    printf("    %s:%d: ", file, line);
+    vprintf(what, args);
+    printf("\n");
+    va_end(args);
+  }
+  pthread_mutex_unlock(&report_lock);
+  return false;
+}
+
+void say(const char *format, ...) {
+  size_t used = strlen(remarks);
+  if (used + 8 > sizeof remarks) return;
+  va_list args;
+  va_start(args, format);
+  int n = snprintf(remarks + used, sizeof remarks - used, "           ");
+  vsnprintf(remarks + used + n, sizeof remarks - used - (size_t)n - 1, format, args);
+  va_end(args);
+  strcat(remarks, "\n");
+}
+
+static double seconds(void) {
+  struct timespec t;
+  clock_gettime(CLOCK_MONOTONIC, &t);
+  return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+void run(const char *sentence, void (*test)(void)) {
+  bool wanted = filter_count == 0;
+  for (int i = 0; i < filter_count; i++) wanted |= strstr(sentence, filters[i]) != NULL;
+  if (!wanted) return;
+  if (list_only) {
+    printf("%s\n", sentence);
+    return;
+  }
+  failures = 0;
+  remarks[0] = 0;
+  hooks.fail_at = hooks.limit = 0;
+  double start = seconds();
+  test();
+  CHECK(hooks.live_blocks == 0, "%zu blocks, %zu bytes leaked", hooks.live_blocks, hooks.live_bytes);
+  hooks.live_blocks = hooks.live_bytes = 0;
+  if (failures > 6) printf("    ... %d failures in all\n", failures);
+  printf("%s %6.2f s  %s\n%s", failures ? "FAILED" : "passed", seconds() - start, sentence, remarks);
+  fflush(stdout);
+  if (failures) failed++;
+  else passed++;
+}
+
+/* --- hooks --- */
+
+/* Every block is guarded at both ends and remembers its size. */
+enum { GUARD = 64 };
+
+static void *count_allocate(void *user, size_t size, size_t align) {
+  test_hooks *h = user;
+  pthread_mutex_lock(&h->lock);
+  h->calls++;
+  bool fail = (h->limit && size > h->limit) || (h->fail_after && h->fail_at == 1);
+  if (h->fail_at > 1) h->fail_at--;
+  else if (h->fail_at == 1) {
+    fail = true;
+    if (!h->fail_after) h->fail_at = 0;
+  }
+  pthread_mutex_unlock(&h->lock);
+  if (!CHECK(align && !(align & (align - 1)) && align <= GUARD, "alignment %zu asked for", align)) return NULL;
+  unsigned char *raw = NULL;
+  if (fail || size > SIZE_MAX - 2 * GUARD) return NULL;
+  if (posix_memalign((void **)&raw, GUARD, size + 2 * GUARD)) return NULL;
+  memset(raw, 0xA5, size + 2 * GUARD); /* also: whoever reads memory before writing it sees rubbish */
+  memcpy(raw, &size, sizeof size);
+  pthread_mutex_lock(&h->lock);
+  h->live_blocks++;
+  h->live_bytes += size;
+  pthread_mutex_unlock(&h->lock);
+  return raw + GUARD;
+}
+
+static void count_release(void *user, void *p, size_t size) {
+  test_hooks *h = user;
+  if (!CHECK(p != NULL, "NULL released")) return;
+  unsigned char *raw = (unsigned char *)p - GUARD;
+  size_t was;
+  memcpy(&was, raw, sizeof was);
+  bool intact = was == size;
+  for (size_t i = sizeof was; i < GUARD; i++) intact &= raw[i] == 0xA5;
+  for (size_t i = 0; i < GUARD && was == size; i++) intact &= raw[GUARD + size + i] == 0xA5;
+  CHECK(intact, "block of %zu bytes released as %zu bytes, or overrun", was, size);
+  pthread_mutex_lock(&h->lock);
+  h->live_blocks--;
+  h->live_bytes -= was;
+  pthread_mutex_unlock(&h->lock);
+  memset(p, 0x5A, was);
+  free(raw);
+}
+
+typedef struct pool {
+  pthread_mutex_t lock;
+  size_t next, n;
+  void (*body)(void *, size_t);
+  void *arg;
+} pool;
+
+static void *pool_worker(void *p) {
+  pool *w = p;
+  for (;;) {
+    pthread_mutex_lock(&w->lock);
+    size_t i = w->next++;
+    pthread_mutex_unlock(&w->lock);
+    if (i >= w->n) return NULL;
+    w->body(w->arg, i);
+  }
+}
+
+void threads_for(int workers, size_t n, void (*body)(void *arg, size_t i), void *arg) {
+  pool w = {PTHREAD_MUTEX_INITIALIZER, 0, n, body, arg};
+  pthread_t thread[16];
+  int started = 0;
+  while (started < workers - 1 && started < 15 && pthread_create(&thread[started], NULL, pool_worker, &w) == 0) started++;
+  pool_worker(&w);
+  while (started > 0) pthread_join(thread[--started], NULL);
+}
+
+static void hook_parallel(void *user, size_t n, void (*body)(void *arg, size_t i), void *arg) {
+  threads_for(((test_hooks *)user)->workers, n, body, arg);
+}
+
+static void hook_log(void *user, int level, const char *sentence) {
+  test_hooks *h = user;
+  CHECK(sentence && sentence[0] && !strchr(sentence, '\n'), "a log sentence is one line");
+  pthread_mutex_lock(&h->lock);
+  if (level == 0) h->warnings++;
+  else h->notes++;
+  snprintf(h->last_log, sizeof h->last_log, "%s", sentence);
+  pthread_mutex_unlock(&h->lock);
+}
+
+pktrt_scene_desc scene_desc_of(pktrt_isa isa, int workers) {
+  pktrt_scene_desc d;
+  memset(&d, 0, sizeof d);
+  d.allocate = count_allocate;
+  d.release = count_release;
+  d.log = hook_log;
+  d.user = &hooks;
+  d.isa = isa;
+  if (workers) d.parallel_for = hook_parallel;
+  if (workers) hooks.workers = workers;
+  return d;
+}
+
+int main(int argc, char **argv) {
+  filters = calloc((size_t)argc + 1, sizeof *filters);
+  if (!filters) return 2;
+  small_run = getenv("PKTRT_TEST_SMALL") != NULL;
+  for (int i = 1; i < argc; i++) {
+    if (strcmp(argv[i], "--small") == 0) small_run = true;
+    else if (strcmp(argv[i], "--list") == 0) list_only = true;
+    else if (argv[i][0] == '-') {
+      fprintf(stderr, "usage: test [--small] [--list] [words of a test's sentence ...]\n");
+      return 2;
+    } else filters[filter_count++] = argv[i];
+  }
+  for (int i = PKTRT_ISA_SCALAR; i <= PKTRT_ISA_NEON; i++) {
+    if (pktrt_isa_available((pktrt_isa)i)) isas[isa_count++] = (pktrt_isa)i;
+  }
+  if (!list_only) {
+    printf("instruction sets:");
+    for (int i = 0; i < isa_count; i++) printf(" %s", pktrt_isa_string(isas[i]));
+    printf("%s\n", small_run ? " (small run)" : "");
+  }
+  suite_arithmetic();
+  suite_refusals();
+  suite_scene();
+  suite_memory();
+  suite_tree();
+  suite_truth();
+  suite_watertight();
+  suite_culling();
+  suite_spawn();
+  suite_render();
+  suite_identity();
+  free(filters);
+  if (list_only) return 0;
+  printf("%d passed, %d failed\n", passed, failed);
+  return failed || passed == 0;
+}

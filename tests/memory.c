@@ -1,0 +1,182 @@
+/* Each allocation failing in turn: a status, a scene that still answers as before, and nothing leaked. */
+#include "meshes.h"
+
+enum { RAYS = 300 };
+typedef struct answers {
+  pktrt_hit hit[RAYS];
+} answers;
+
+static void ask_all(const pktrt_scene *s, answers *a) {
+  for (uint32_t i = 0; i < RAYS; i++) {
+    rng r = rng_of(i);
+    pktrt_ray x = ray_of(3 * rng_sign(&r), 3 * rng_sign(&r), 3, rng_sign(&r), rng_sign(&r), -3);
+    x.time = rng_unit(&r);
+    pktrt_intersect(s, &x, &a->hit[i]);
+  }
+}
+
+typedef struct fixture {
+  world first, second, moved; /* second: what is added; moved: first, deformed */
+  answers before;
+  pktrt_scene *s;
+} fixture;
+
+static void set_up(fixture *f, int workers) {
+  f->first = world_moving(4);
+  f->second = world_static(3);
+  f->moved = world_moving(4);
+  for (uint32_t i = 0; i < 4; i++) mesh_place(&f->moved.m[i], (float[3]){1, 0.5f, 1}, (float[3]){0.1f, 0, 0});
+  f->s = world_scene(&f->first, PKTRT_ISA_AUTO, workers);
+  ask_all(f->s, &f->before);
+}
+
+static void tear_down(fixture *f) {
+  pktrt_scene_destroy(f->s);
+  world_free(&f->first), world_free(&f->second), world_free(&f->moved);
+}
+
+static pktrt_status op_add(fixture *f) { return mesh_add(f->s, &f->second.m[0], NULL); }
+static pktrt_status op_commit(fixture *f) { return pktrt_commit(f->s); }
+static pktrt_status op_refit(fixture *f) { return pktrt_refit(f->s); }
+static pktrt_status op_positions(fixture *f) {
+  pktrt_status s = PKTRT_OK;
+  for (uint32_t i = 0; i < 4 && s == PKTRT_OK; i++) {
+    const mesh *m = &f->moved.m[i];
+    for (uint32_t k = 0; k < m->keys && s == PKTRT_OK; k++) s = pktrt_set_positions(f->s, i, k, m->p + (size_t)k * m->nv * 3);
+  }
+  return s;
+}
+static float picture[32 * 32 * 3];
+static pktrt_status op_render(fixture *f) {
+  pktrt_render_desc d;
+  memset(&d, 0, sizeof d);
+  d.width = d.height = 32, d.pixels = picture, d.tile_size = 8;
+  d.camera.eye[2] = 5;
+  return pktrt_render(f->s, &d);
+}
+static pktrt_status op_light(fixture *f) {
+  pktrt_light l;
+  memset(&l, 0, sizeof l);
+  pktrt_status s = PKTRT_OK;
+  for (int i = 0; i < 40 && s == PKTRT_OK; i++) s = pktrt_add_light(f->s, &l, NULL);
+  return s;
+}
+static pktrt_status op_material(fixture *f) {
+  pktrt_material m;
+  memset(&m, 0, sizeof m);
+  pktrt_status s = PKTRT_OK;
+  for (int i = 0; i < 40 && s == PKTRT_OK; i++) s = pktrt_add_material(f->s, &m, NULL);
+  return s;
+}
+
+typedef pktrt_status operation(fixture *);
+
+/* Fails allocation 1, 2, 3, ... of op until it passes; `changes`: whether answers change once it passes. */
+static size_t fail_each(fixture *f, const char *name, operation *op, bool changes) {
+  size_t n = 1;
+  for (;; n++) {
+    answers now;
+    hooks.fail_at = n;
+    hooks.fail_after = n % 2 == 0; /* one failure, or all from there on */
+    pktrt_status s = op(f);
+    bool reached = n % 2 == 0 ? hooks.fail_at == 1 : hooks.fail_at == 0;
+    hooks.fail_at = 0, hooks.fail_after = false;
+    ask_all(f->s, &now);
+    if (s == PKTRT_OK) {
+      CHECK(!reached, "%s: allocation %zu failed and nobody noticed", name, n);
+      CHECK(changes == !same_bits(&now, &f->before, sizeof now), "%s: what it should change it changes", name);
+      return n - 1;
+    }
+    CHECK(s == PKTRT_OUT_OF_MEMORY, "%s: status %d at allocation %zu", name, (int)s, n);
+    CHECK(strstr(pktrt_last_error(f->s), "memory") != NULL, "%s: \"%s\"", name, pktrt_last_error(f->s));
+    CHECK(same_bits(&now, &f->before, sizeof now), "%s: answers changed at failing allocation %zu", name, n);
+    if (n > 100000) {
+      CHECK(false, "%s never passes", name);
+      return n;
+    }
+  }
+}
+
+static void each_allocation(int workers) {
+  for (size_t n = 1;; n++) { /* create */
+    hooks.fail_at = n;
+    pktrt_scene_desc d = scene_desc_of(PKTRT_ISA_AUTO, workers);
+    pktrt_scene *s = pktrt_scene_create(&d);
+    hooks.fail_at = 0;
+    bool made = s != NULL;
+    pktrt_scene_destroy(s);
+    CHECK(hooks.live_blocks == 0, "create leaks");
+    if (made) break;
+  }
+  fixture f;
+  set_up(&f, workers);
+  size_t add = fail_each(&f, "add", op_add, false), commit = fail_each(&f, "commit", op_commit, true);
+  ask_all(f.s, &f.before);
+  size_t light = fail_each(&f, "light", op_light, false), material = fail_each(&f, "material", op_material, false);
+  size_t set = fail_each(&f, "positions", op_positions, false), refit = fail_each(&f, "refit", op_refit, true);
+  ask_all(f.s, &f.before);
+  CHECK(pktrt_mark_changed(f.s) == PKTRT_OK);
+  size_t again = fail_each(&f, "commit again", op_commit, false);
+  size_t render = fail_each(&f, "render", op_render, false);
+  say("failed in turn: add %zu, commit %zu, light %zu, material %zu, positions %zu, refit %zu, commit %zu, render %zu", add,
+      commit, light, material, set, refit, again, render);
+  CHECK(add > 0 && commit > 0 && light > 0 && material > 0 && set > 0, "the control: they do allocate");
+  tear_down(&f);
+}
+
+static void each_allocation_serial(void) { each_allocation(0); }
+static void each_allocation_parallel(void) { each_allocation(3); }
+
+/* After a failure halfway the very scene that results is that of a fresh one. */
+static void usable_after_failure(void) {
+  fixture f;
+  answers a, b;
+  set_up(&f, 0);
+  hooks.fail_at = 2;
+  CHECK(op_add(&f) == PKTRT_OUT_OF_MEMORY || hooks.fail_at);
+  hooks.fail_at = 0;
+  uint32_t index = 0;
+  CHECK(mesh_add(f.s, &f.second.m[0], &index) == PKTRT_OK);
+  pktrt_scene_info info;
+  hooks.fail_at = 3, hooks.fail_after = true;
+  CHECK(pktrt_commit(f.s) == PKTRT_OUT_OF_MEMORY);
+  hooks.fail_at = 0, hooks.fail_after = false;
+  CHECK(pktrt_commit(f.s) == PKTRT_OK);
+  ask_all(f.s, &a);
+  pktrt_get_scene_info(f.s, &info);
+  world w = f.first;
+  w.m[w.n++] = f.second.m[0];
+  CHECK(info.mesh_count == index + 1 && index >= 4);
+  if (index == 4) {
+    pktrt_scene *fresh = world_scene(&w, PKTRT_ISA_AUTO, 0);
+    ask_all(fresh, &b);
+    CHECK(same_bits(&a, &b, sizeof a));
+    pktrt_scene_destroy(fresh);
+  }
+  tear_down(&f);
+}
+
+/* Counts too large for memory come back as a status. */
+static void too_large(void) {
+  mesh m = mesh_sphere(6, 0, 1);
+  pktrt_scene_desc d = scene_desc_of(PKTRT_ISA_AUTO, 0);
+  pktrt_scene *s = pktrt_scene_create(&d);
+  CHECK(s != NULL);
+  hooks.limit = 100000;
+  CHECK(mesh_add(s, &m, NULL) == PKTRT_OUT_OF_MEMORY);
+  hooks.limit = 0;
+  CHECK(mesh_add(s, &m, NULL) == PKTRT_OK);
+  hooks.limit = 400000;
+  CHECK(pktrt_commit(s) == PKTRT_OUT_OF_MEMORY);
+  hooks.limit = 0;
+  CHECK(pktrt_commit(s) == PKTRT_OK);
+  pktrt_scene_destroy(s);
+  mesh_free(&m);
+}
+
+void suite_memory(void) {
+  run("each allocation failing in turn leaves the scene usable and leaks nothing", each_allocation_serial);
+  run("each allocation failing in turn while several threads build", each_allocation_parallel);
+  run("a scene goes on after failures as a fresh one would", usable_after_failure);
+  run("more than the allocator gives is refused", too_large);
+}

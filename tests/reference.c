@@ -1,0 +1,254 @@
+/* The truth, in plain loops over all triangles: the canonical test, an ideal double oracle with derived error intervals,
+   and two textbook tests in float that serve as controls. Independent of the header's implementation. */
+#include "meshes.h"
+
+void ref_vertex(const mesh *m, uint32_t vertex, float time, float out[3]) {
+  const float *p = m->p + 3 * (size_t)vertex;
+  if (m->keys < 2) {
+    memcpy(out, p, 3 * sizeof *out);
+    return;
+  }
+  time = time > 0 ? time < 1 ? time : 1 : 0; /* NaN: 0 */
+  float f = time * (float)(m->keys - 1), s = floorf(f);
+  if (s > (float)(m->keys - 2)) s = (float)(m->keys - 2);
+  float b = f - s, a = 1 - b;
+  p += (size_t)s * m->nv * 3;
+  const float *q = p + (size_t)m->nv * 3;
+  for (int k = 0; k < 3; k++) {
+    float x = a * p[k], y = b * q[k];
+    out[k] = x + y;
+  }
+}
+
+bool ref_valid(const pktrt_ray *r) {
+  bool some = false;
+  for (int k = 0; k < 3; k++) {
+    if (!(fabsf(r->origin[k]) <= PKTRT_MAX_COORD) || !isfinite(r->direction[k])) return false;
+    some |= r->direction[k] != 0;
+  }
+  return some && r->tmin < r->tmax;
+}
+
+/* Not a hit until something is found. */
+static void miss(const pktrt_ray *r, pktrt_hit *h) {
+  memset(h, 0, sizeof *h);
+  h->t = r->tmax;
+  h->mesh = h->triangle = PKTRT_NONE;
+}
+
+static void corners(const mesh *m, uint32_t t, float time, float v[3][3]) {
+  for (int c = 0; c < 3; c++) ref_vertex(m, m->i[t * 3 + (uint32_t)c], time, v[c]);
+}
+
+static bool normal_of(float v[3][3], double n[3]) {
+  double a[3], b[3];
+  for (int k = 0; k < 3; k++) a[k] = (double)v[1][k] - (double)v[0][k], b[k] = (double)v[2][k] - (double)v[0][k];
+  for (int k = 0; k < 3; k++) {
+    int i = (k + 1) % 3, j = (k + 2) % 3;
+    double x = a[i] * b[j], y = a[j] * b[i];
+    n[k] = x - y;
+  }
+  return n[0] != 0 || n[1] != 0 || n[2] != 0;
+}
+
+/* The shear of a ray: the axis of the largest direction component, slopes along the other two. */
+typedef struct shear {
+  int k, u, v;
+  float su, sv;
+} shear;
+
+static shear shear_of(const float d[3]) {
+  shear s;
+  s.k = 0;
+  if (fabsf(d[1]) > fabsf(d[s.k])) s.k = 1;
+  if (fabsf(d[2]) > fabsf(d[s.k])) s.k = 2;
+  s.u = (s.k + 1) % 3, s.v = (s.k + 2) % 3;
+  s.su = d[s.u] / d[s.k], s.sv = d[s.v] / d[s.k];
+  return s;
+}
+
+static bool canonical(const shear *s, const pktrt_ray *r, float v[3][3], float *t, float *bu, float *bv) {
+  float x[3], y[3], z[3];
+  for (int i = 0; i < 3; i++) {
+    float pu = v[i][s->u] - r->origin[s->u], pv = v[i][s->v] - r->origin[s->v], pk = v[i][s->k] - r->origin[s->k];
+    float xu = s->su * pk, yv = s->sv * pk;
+    x[i] = pu - xu, y[i] = pv - yv, z[i] = pk;
+  }
+  double xa = (double)x[0], xb = (double)x[1], xc = (double)x[2], ya = (double)y[0], yb = (double)y[1], yc = (double)y[2];
+  double u0 = xc * yb, u1 = yc * xb, v0 = xa * yc, v1 = ya * xc, w0 = xb * ya, w1 = yb * xa;
+  double U = u0 - u1, V = v0 - v1, W = w0 - w1;
+  if (!((U >= 0 && V >= 0 && W >= 0) || (U <= 0 && V <= 0 && W <= 0))) return false;
+  double det = (U + V) + W;
+  if (det == 0) return false;
+  double ta = U * (double)z[0], tb = V * (double)z[1], tc = W * (double)z[2];
+  *t = (float)(((ta + tb) + tc) / (det * (double)r->direction[s->k]));
+  *bu = (float)(V / det);
+  *bv = (float)(W / det);
+  return true;
+}
+
+bool ref_intersect(const world *w, const pktrt_ray *r, pktrt_hit *h) {
+  miss(r, h);
+  if (!ref_valid(r)) return false;
+  shear s = shear_of(r->direction);
+  for (uint32_t i = 0; i < w->n; i++) {
+    for (uint32_t j = 0; j < w->m[i].nt; j++) {
+      float v[3][3], t, bu, bv;
+      double n[3];
+      corners(&w->m[i], j, r->time, v);
+      if (!canonical(&s, r, v, &t, &bu, &bv) || !(t > r->tmin && t < h->t) || !normal_of(v, n)) continue;
+      double size = fmax(fabs(n[0]), fmax(fabs(n[1]), fabs(n[2])));
+      for (int k = 0; k < 3; k++) h->normal[k] = (float)(n[k] / size);
+      h->t = t, h->u = bu, h->v = bv, h->mesh = i, h->triangle = j;
+    }
+  }
+  return h->mesh != PKTRT_NONE;
+}
+
+/* --- controls --- */
+
+static void sub(const float a[3], const float b[3], float out[3]) {
+  for (int k = 0; k < 3; k++) out[k] = a[k] - b[k];
+}
+static void cross(const float a[3], const float b[3], float out[3]) {
+  for (int k = 0; k < 3; k++) out[k] = a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
+}
+
+static bool moller_trumbore(const pktrt_ray *r, float v[3][3], float *t, float *u, float *w) {
+  float e1[3], e2[3], p[3], q[3], s[3];
+  sub(v[1], v[0], e1), sub(v[2], v[0], e2), sub(r->origin, v[0], s);
+  cross(r->direction, e2, p);
+  float det = dot3(e1, p);
+  if (det == 0) return false;
+  float inverse = 1 / det;
+  *u = dot3(s, p) * inverse;
+  cross(s, e1, q);
+  *w = dot3(r->direction, q) * inverse;
+  *t = dot3(e2, q) * inverse;
+  return *u >= 0 && *w >= 0 && *u + *w <= 1;
+}
+
+static bool kensler_shirley(const pktrt_ray *r, float v[3][3], float *t, float *u, float *w) {
+  float e0[3], e1[3], n[3], c[3], i[3];
+  sub(v[1], v[0], e0), sub(v[0], v[2], e1), sub(v[0], r->origin, c);
+  cross(e1, e0, n);
+  float inverse = 1 / dot3(n, r->direction);
+  cross(r->direction, c, i);
+  *u = dot3(i, e1) * inverse;
+  *w = dot3(i, e0) * inverse;
+  *t = dot3(c, n) * inverse;
+  return *u >= 0 && *w >= 0 && *u + *w <= 1;
+}
+
+typedef bool plain_test(const pktrt_ray *, float v[3][3], float *, float *, float *);
+
+static bool plain(const world *w, const pktrt_ray *r, pktrt_hit *h, plain_test *test) {
+  miss(r, h);
+  if (!ref_valid(r)) return false;
+  for (uint32_t i = 0; i < w->n; i++) {
+    for (uint32_t j = 0; j < w->m[i].nt; j++) {
+      float v[3][3], t, bu, bv;
+      corners(&w->m[i], j, r->time, v);
+      if (test(r, v, &t, &bu, &bv) && t > r->tmin && t < h->t) h->t = t, h->u = bu, h->v = bv, h->mesh = i, h->triangle = j;
+    }
+  }
+  return h->mesh != PKTRT_NONE;
+}
+
+bool ref_moller_trumbore(const world *w, const pktrt_ray *r, pktrt_hit *h) { return plain(w, r, h, moller_trumbore); }
+bool ref_kensler_shirley(const world *w, const pktrt_ray *r, pktrt_hit *h) { return plain(w, r, h, kensler_shirley); }
+
+/* --- oracle ---
+   In the ray's sheared frame (origin 0, direction along z) the ideal vertices are X = p_u - S_u p_k, Y likewise, Z = p_k with
+   p = v - o. The canonical x differs from X by rounding alone: with e = 2^-24, M = max |p| and |S| <= 1 the errors are
+   e M each of p_u, p_k, S and the product, and e 2M of the last difference: 6 e M and terms of e^2. So each vertex lies
+   within D = sqrt(2) * 7 e M of its ideal place (plus 2^-146 for denormals).
+   Inside or not: a point of the border moves by at most D, since it is a mean of corners. If the ideal border passes the
+   origin at more than D, then shrinking the displacement to nothing never sweeps the border across the origin, and the
+   winding number stays: ideal and canonical tests agree. Nearer than D: both answers are possible.
+   Depth: an accepted canonical hit has z = sum l_i z_i with weights l_i >= 0 of sum 1 and sum l_i x_i = 0. The ideal plane
+   over q = sum l_i X_i, |q| <= D, has the height sum l_i Z_i. Hence |z - Z(0)| <= |grad Z| D + e M, the ideal plane's
+   gradient taken in the sheared frame; t = z / d_k is rounded to float once more. Edge-on triangles have gradients without
+   bound and so intervals without end. */
+typedef struct interval {
+  double lo, hi;
+  bool certain; /* hit for sure, at a t in [lo, hi]; else hit perhaps */
+} interval;
+
+static double segment_distance(const double a[2], const double b[2]) {
+  double d[2] = {b[0] - a[0], b[1] - a[1]}, l = d[0] * d[0] + d[1] * d[1];
+  double f = l > 0 ? -(a[0] * d[0] + a[1] * d[1]) / l : 0;
+  f = f < 0 ? 0 : f > 1 ? 1 : f;
+  return hypot(a[0] + f * d[0], a[1] + f * d[1]);
+}
+
+static bool ideal(const shear *s, const pktrt_ray *r, float v[3][3], interval *out) {
+  double x[3][2], z[3], M = 0, n[3], dk = (double)r->direction[s->k];
+  double su = (double)r->direction[s->u] / dk, sv = (double)r->direction[s->v] / dk;
+  for (int i = 0; i < 3; i++) {
+    double p[3];
+    for (int k = 0; k < 3; k++) {
+      p[k] = (double)v[i][k] - (double)r->origin[k];
+      M = fmax(M, fabs(p[k]));
+    }
+    z[i] = p[s->k], x[i][0] = p[s->u] - su * z[i], x[i][1] = p[s->v] - sv * z[i];
+  }
+  if (!normal_of(v, n)) return false;
+  const double e = 0x1p-24, D = 1.4143 * 7 * e * M + 0x1p-145;
+  double near = fmin(segment_distance(x[0], x[1]), fmin(segment_distance(x[1], x[2]), segment_distance(x[2], x[0])));
+  double area[3];
+  for (int i = 0; i < 3; i++) {
+    int a = (i + 1) % 3, b = (i + 2) % 3;
+    area[i] = x[a][0] * x[b][1] - x[a][1] * x[b][0];
+  }
+  bool inside = (area[0] > 0 && area[1] > 0 && area[2] > 0) || (area[0] < 0 && area[1] < 0 && area[2] < 0);
+  if (near > D && !inside) return false;
+  double ax = x[1][0] - x[0][0], ay = x[1][1] - x[0][1], bx = x[2][0] - x[0][0], by = x[2][1] - x[0][1];
+  double det = ax * by - ay * bx, za = z[1] - z[0], zb = z[2] - z[0];
+  double gx = (za * by - zb * ay) / det, gy = (ax * zb - bx * za) / det; /* det 0: not finite, so no bound below */
+  double z0 = z[0] - gx * x[0][0] - gy * x[0][1], slack = hypot(gx, gy) * D + 1.01 * e * M;
+  double lo = (z0 - slack) / dk, hi = (z0 + slack) / dk;
+  out->certain = near > D;
+  out->lo = fmin(lo, hi), out->hi = fmax(lo, hi);
+  if (!(out->hi - out->lo < INFINITY)) out->lo = -INFINITY, out->hi = INFINITY;
+  /* 2^-24 for rounding to float; 1e-12 for the double of both sides */
+  double more = fmax(fabs(out->lo), fabs(out->hi)) * (1.01 * e + 1e-12) + 0x1p-149;
+  out->lo -= more, out->hi += more;
+  return true;
+}
+
+verdict ref_oracle(const world *w, const pktrt_ray *r, const pktrt_hit *h, bool *ambiguous) {
+  *ambiguous = false;
+  if (!ref_valid(r)) return h->mesh == PKTRT_NONE ? VERDICT_RIGHT : VERDICT_WRONG;
+  shear s = shear_of(r->direction);
+  double first = INFINITY;      /* the nearest certain hit is not beyond this */
+  interval mine = {0, 0, false}, all[64];
+  uint32_t found = 0, at[64][2];
+  for (uint32_t i = 0; i < w->n; i++) {
+    for (uint32_t j = 0; j < w->m[i].nt; j++) {
+      float v[3][3];
+      interval x;
+      corners(&w->m[i], j, r->time, v);
+      if (!ideal(&s, r, v, &x) || x.hi <= (double)r->tmin || x.lo >= (double)r->tmax) continue;
+      x.certain &= x.lo > (double)r->tmin && x.hi < (double)r->tmax;
+      if (x.certain) first = fmin(first, x.hi);
+      if (found < COUNT(all)) at[found][0] = i, at[found][1] = j, all[found++] = x;
+      else *ambiguous = true;
+    }
+  }
+  uint32_t rivals = 0;
+  bool possible = false;
+  for (uint32_t c = 0; c < found; c++) {
+    if (all[c].lo > first) continue;
+    rivals++;
+    if (!all[c].certain) *ambiguous = true;
+    if (at[c][0] == h->mesh && at[c][1] == h->triangle) possible = true, mine = all[c];
+  }
+  *ambiguous |= rivals > 1;
+  if (h->mesh == PKTRT_NONE) {
+    if (first < INFINITY) return VERDICT_WRONG;
+  } else if (found < COUNT(all) && !(possible && (double)h->t >= mine.lo && (double)h->t <= mine.hi)) {
+    return VERDICT_WRONG;
+  }
+  return *ambiguous ? VERDICT_BAND : VERDICT_RIGHT;
+}

@@ -1,0 +1,341 @@
+/* Every refusal: its status, a sentence that names the culprit, and a scene that stays as it was. */
+#include "meshes.h"
+
+static bool has_number(const char *text, const char *number) { /* as a whole word */
+  size_t n = strlen(number);
+  for (const char *p = text; (p = strstr(p, number)) != NULL; p++) {
+    bool before = p == text || !((p[-1] >= '0' && p[-1] <= '9') || p[-1] == '.');
+    bool after = !(p[n] >= '0' && p[n] <= '9');
+    if (before && after) return true;
+  }
+  return false;
+}
+
+/* The sentence exists, ends, and holds every word of a list separated by '|'. */
+static void names(const char *what, const char *sentence, const char *words) {
+  char list[128], *save = NULL;
+  CHECK(sentence && strlen(sentence) > 10 && !strchr(sentence, '\n'), "%s: \"%s\" is no sentence", what, sentence);
+  snprintf(list, sizeof list, "%s", words);
+  for (char *w = strtok_r(list, "|", &save); w; w = strtok_r(NULL, "|", &save)) {
+    bool digit = w[0] >= '0' && w[0] <= '9';
+    CHECK(digit ? has_number(sentence, w) : strstr(sentence, w) != NULL, "%s: \"%s\" does not name %s", what, sentence, w);
+  }
+}
+
+/* What queries and info say about a scene: to see that nothing changed. */
+typedef struct snapshot {
+  pktrt_hit hit[200];
+  pktrt_scene_info info;
+} snapshot;
+
+static void take(const pktrt_scene *s, snapshot *x) {
+  memset(x, 0, sizeof *x);
+  for (uint32_t i = 0; i < COUNT(x->hit); i++) {
+    rng r = rng_of(i);
+    float o[3] = {3 * rng_sign(&r), 3 * rng_sign(&r), 3 * rng_sign(&r)}, p[3] = {rng_sign(&r), rng_sign(&r), rng_sign(&r)};
+    pktrt_ray ray = ray_towards(o, p, rng_unit(&r));
+    pktrt_intersect(s, &ray, &x->hit[i]);
+  }
+  pktrt_get_scene_info(s, &x->info);
+}
+
+static bool same_snapshot(const snapshot *a, const snapshot *b) {
+  return same_bits(a->hit, b->hit, sizeof a->hit) && a->info.mesh_count == b->info.mesh_count &&
+         a->info.triangles == b->info.triangles && a->info.nodes == b->info.nodes && a->info.mesh_bytes == b->info.mesh_bytes;
+}
+
+/* A scene with mesh 0, a moving mesh 1 of 3 keys, mesh 2 with normals. */
+static pktrt_scene *some_scene(void) {
+  pktrt_scene_desc d = scene_desc_of(PKTRT_ISA_AUTO, 0);
+  pktrt_scene *s = pktrt_scene_create(&d);
+  mesh a = mesh_box(), b = mesh_sphere(2, 0, 1), c = mesh_soup(20, 0.5f, 3);
+  mesh_move(&b, 3, 0.2f, 0.05f, 1);
+  CHECK(mesh_add(s, &a, NULL) == PKTRT_OK);
+  CHECK(mesh_add(s, &b, NULL) == PKTRT_OK);
+  float normals[180];
+  for (int i = 0; i < 180; i++) normals[i] = i % 3 == 1;
+  pktrt_mesh_desc m = mesh_desc(&c);
+  m.normals = normals;
+  CHECK(pktrt_add_mesh(s, &m, NULL) == PKTRT_OK, "%s", pktrt_last_error(s));
+  CHECK(pktrt_commit(s) == PKTRT_OK);
+  mesh_free(&a), mesh_free(&b), mesh_free(&c);
+  return s;
+}
+
+/* --- add_mesh --- */
+
+static float soup[2 * 36];      /* 24 vertices: two keys of 12 */
+static float odd_normals[36];
+static uint32_t indices[12];
+
+typedef struct refusal {
+  const char *what, *words;
+  pktrt_status status;
+  void (*spoil)(pktrt_mesh_desc *);
+} refusal;
+
+static void no_positions(pktrt_mesh_desc *m) { m->positions = NULL; }
+static void index_high(pktrt_mesh_desc *m) { indices[3 * 2 + 1] = 77, m->indices = indices; }
+static void index_just_high(pktrt_mesh_desc *m) { indices[3 * 3] = 12, m->indices = indices; }
+static void index_none(pktrt_mesh_desc *m) { indices[0] = 0xFFFFFFFFu, m->indices = indices; }
+static void soup_long(pktrt_mesh_desc *m) { m->triangle_count = 5; }
+static void vertex_nan(pktrt_mesh_desc *m) { soup[3 * 7 + 1] = NAN, m->indices = indices; }
+static void vertex_inf(pktrt_mesh_desc *m) { (void)m, soup[3 * 8] = INFINITY; }
+static void vertex_minus_inf(pktrt_mesh_desc *m) { (void)m, soup[3 * 11 + 2] = -INFINITY; }
+static void vertex_nan_key(pktrt_mesh_desc *m) { soup[36 + 3 * 5] = NAN, m->key_count = 2; }
+static void vertex_huge(pktrt_mesh_desc *m) { (void)m, soup[3 * 6 + 2] = -1.5e30f; }
+static void stride_small(pktrt_mesh_desc *m) { m->position_stride = 8; }
+static void stride_odd(pktrt_mesh_desc *m) { m->position_stride = 13; }
+static void stride_even(pktrt_mesh_desc *m) { m->position_stride = 14; }
+static void keys_many(pktrt_mesh_desc *m) { m->key_count = 1025; }
+static void keys_most(pktrt_mesh_desc *m) { m->key_count = 0xFFFFFFFFu; }
+static void triangles_most(pktrt_mesh_desc *m) { m->triangle_count = 0xFFFFFFFFu, m->indices = indices; }
+static void triangles_wrap(pktrt_mesh_desc *m) { m->triangle_count = 0x55555556u; } /* times 3 is 2 in 32 bits */
+static void bytes_wrap(pktrt_mesh_desc *m) {
+  m->vertex_count = 0xFFFFFFFFu, m->position_stride = 0xFFFFFFFCu, m->key_count = 1024;
+}
+static void normal_nan(pktrt_mesh_desc *m) { odd_normals[3 * 4] = NAN, m->normals = odd_normals; }
+static void normal_inf(pktrt_mesh_desc *m) { odd_normals[3 * 9 + 1] = INFINITY, m->normals = odd_normals; }
+static void no_vertices(pktrt_mesh_desc *m) { m->vertex_count = 0, m->indices = indices; }
+
+static const refusal add_refusals[] = {
+  {"no positions", "positions", PKTRT_INVALID_ARGUMENT, no_positions},
+  {"an index far out of range", "2|77|12", PKTRT_INVALID_ARGUMENT, index_high},
+  {"an index one too high", "3|12", PKTRT_INVALID_ARGUMENT, index_just_high},
+  {"the index 0xFFFFFFFF", "0|4294967295", PKTRT_INVALID_ARGUMENT, index_none},
+  {"a soup with too few vertices", "5|12", PKTRT_INVALID_ARGUMENT, soup_long},
+  {"indices without vertices", "4|vertices", PKTRT_INVALID_ARGUMENT, no_vertices},
+  {"a NaN vertex", "7|NaN", PKTRT_INVALID_ARGUMENT, vertex_nan},
+  {"an infinite vertex", "8|infinite", PKTRT_INVALID_ARGUMENT, vertex_inf},
+  {"a minus infinite vertex", "11|infinite", PKTRT_INVALID_ARGUMENT, vertex_minus_inf},
+  {"a NaN vertex in key 1", "5|1|NaN", PKTRT_INVALID_ARGUMENT, vertex_nan_key},
+  {"a vertex beyond the largest coordinate", "6|1.5e+30", PKTRT_LIMIT, vertex_huge},
+  {"a stride below 12", "8", PKTRT_INVALID_ARGUMENT, stride_small},
+  {"a stride that is no multiple of 4", "13", PKTRT_INVALID_ARGUMENT, stride_odd},
+  {"a stride of 14", "14", PKTRT_INVALID_ARGUMENT, stride_even},
+  {"too many keys", "1025|1024", PKTRT_LIMIT, keys_many},
+  {"4294967295 keys", "4294967295|1024", PKTRT_LIMIT, keys_most},
+  {"4294967295 triangles", "4294967295", PKTRT_LIMIT, triangles_most},
+  {"a triangle count whose indices overflow", "1431655766", PKTRT_INVALID_ARGUMENT, triangles_wrap},
+  {"sizes that overflow", "4294967295", PKTRT_LIMIT, bytes_wrap},
+  {"a NaN normal", "4", PKTRT_INVALID_ARGUMENT, normal_nan},
+  {"an infinite normal", "9", PKTRT_INVALID_ARGUMENT, normal_inf},
+};
+
+static pktrt_mesh_desc good_mesh(void) {
+  pktrt_mesh_desc m;
+  memset(&m, 0, sizeof m);
+  rng r = rng_of(3);
+  for (uint32_t i = 0; i < COUNT(soup); i++) soup[i] = rng_sign(&r);
+  for (uint32_t i = 0; i < COUNT(indices); i++) indices[i] = i;
+  for (uint32_t i = 0; i < COUNT(odd_normals); i++) odd_normals[i] = i % 3 == 2;
+  m.positions = soup, m.vertex_count = 12, m.triangle_count = 4;
+  return m;
+}
+
+static void refuse_meshes(void) {
+  snapshot before, after;
+  pktrt_scene *s = some_scene();
+  take(s, &before);
+  hooks.limit = (size_t)1 << 30; /* absurd sizes are to be seen before memory is asked for; if not, there is none */
+  for (uint32_t i = 0; i < COUNT(add_refusals); i++) {
+    const refusal *x = &add_refusals[i];
+    pktrt_mesh_desc m = good_mesh();
+    x->spoil(&m);
+    uint32_t index = 4242;
+    pktrt_status status = pktrt_add_mesh(s, &m, &index);
+    CHECK(status == x->status, "%s: status %d, not %d: %s", x->what, (int)status, (int)x->status, pktrt_last_error(s));
+    CHECK(index == 4242, "%s: index written", x->what);
+    names(x->what, pktrt_last_error(s), x->words);
+    take(s, &after);
+    CHECK(same_snapshot(&before, &after), "%s: the scene changed", x->what);
+  }
+  hooks.limit = 0;
+  CHECK(pktrt_add_mesh(s, NULL, NULL) == PKTRT_INVALID_ARGUMENT);
+  names("NULL mesh desc", pktrt_last_error(s), "NULL");
+  CHECK(pktrt_add_mesh(NULL, NULL, NULL) == PKTRT_INVALID_ARGUMENT);
+  CHECK(pktrt_commit(s) == PKTRT_OK, "commit after refusals: %s", pktrt_last_error(s));
+  take(s, &after);
+  CHECK(same_snapshot(&before, &after), "commit after refusals changed the scene");
+  pktrt_mesh_desc m = good_mesh(); /* the control: unspoilt it is accepted, and seen */
+  uint32_t index = 0;
+  CHECK(pktrt_add_mesh(s, &m, &index) == PKTRT_OK && index == 3, "%s", pktrt_last_error(s));
+  CHECK(pktrt_commit(s) == PKTRT_OK);
+  take(s, &after);
+  CHECK(!same_snapshot(&before, &after), "a good mesh does change the scene");
+  pktrt_scene_destroy(s);
+}
+
+static void refuse_updates(void) {
+  float good[20 * 9], bad[20 * 9], normals[20 * 9];
+  snapshot before, after;
+  pktrt_scene *s = some_scene();
+  take(s, &before);
+  for (int i = 0; i < 180; i++) good[i] = bad[i] = 0.01f * (float)i, normals[i] = i % 3 == 0;
+  struct {
+    const char *what, *words;
+    pktrt_status status;
+    uint32_t mesh, key;
+    bool normals, null;
+    uint32_t at; /* which float is spoilt; 0: none */
+    float value;
+  } c[] = {
+    {"positions of a mesh that does not exist", "3", PKTRT_INVALID_ARGUMENT, 3, 0, false, false, 0, 0},
+    {"positions of mesh 4294967295", "4294967295", PKTRT_INVALID_ARGUMENT, PKTRT_NONE, 0, false, false, 0, 0},
+    {"a key that does not exist", "1|3", PKTRT_INVALID_ARGUMENT, 1, 3, false, false, 0, 0},
+    {"key 1 of a static mesh", "2|1", PKTRT_INVALID_ARGUMENT, 2, 1, false, false, 0, 0},
+    {"NULL positions", "positions", PKTRT_INVALID_ARGUMENT, 2, 0, false, true, 0, 0},
+    {"NaN positions", "2|17|NaN", PKTRT_INVALID_ARGUMENT, 2, 0, false, false, 17 * 3 + 1, NAN},
+    {"infinite positions", "2|30|infinite", PKTRT_INVALID_ARGUMENT, 2, 0, false, false, 30 * 3 + 2, INFINITY},
+    {"positions beyond the largest coordinate", "2|31", PKTRT_LIMIT, 2, 0, false, false, 31 * 3, 2e30f},
+    {"normals of a mesh that does not exist", "7", PKTRT_INVALID_ARGUMENT, 7, 0, true, false, 0, 0},
+    {"normals of a key that does not exist", "2|5", PKTRT_INVALID_ARGUMENT, 2, 5, true, false, 0, 0},
+    {"normals of a mesh that has none", "0", PKTRT_INVALID_ARGUMENT, 0, 0, true, false, 0, 0},
+    {"NULL normals", "normals", PKTRT_INVALID_ARGUMENT, 2, 0, true, true, 0, 0},
+    {"NaN normals", "2|19", PKTRT_INVALID_ARGUMENT, 2, 0, true, false, 19 * 3, NAN},
+  };
+  for (uint32_t i = 0; i < COUNT(c); i++) {
+    const float *from = c[i].normals ? normals : good;
+    memcpy(bad, from, sizeof bad);
+    if (c[i].at) bad[c[i].at] = c[i].value;
+    const float *p = c[i].null ? NULL : bad;
+    pktrt_status st = c[i].normals ? pktrt_set_normals(s, c[i].mesh, c[i].key, p) : pktrt_set_positions(s, c[i].mesh, c[i].key, p);
+    CHECK(st == c[i].status, "%s: status %d: %s", c[i].what, (int)st, pktrt_last_error(s));
+    names(c[i].what, pktrt_last_error(s), c[i].words);
+    CHECK(pktrt_refit(s) == PKTRT_OK, "%s", pktrt_last_error(s));
+    take(s, &after);
+    CHECK(same_snapshot(&before, &after), "%s: the scene changed", c[i].what);
+  }
+  CHECK(pktrt_set_positions(s, 2, 0, good) == PKTRT_OK && pktrt_set_normals(s, 2, 0, normals) == PKTRT_OK);
+  CHECK(pktrt_refit(s) == PKTRT_OK);
+  take(s, &after);
+  CHECK(!same_snapshot(&before, &after), "good positions do change the scene");
+  pktrt_scene_destroy(s);
+}
+
+static void refuse_lights_and_materials(void) {
+  pktrt_scene *s = some_scene();
+  uint32_t index = 4242;
+  for (int i = 0; i < 7; i++) {
+    pktrt_light l;
+    memset(&l, 0, sizeof l);
+    l.intensity[0] = 1;
+    l.kind = i < 4 ? PKTRT_LIGHT_POINT : PKTRT_LIGHT_DIRECTIONAL;
+    if (i == 0) l.position[1] = NAN;
+    if (i == 1) l.intensity[2] = -0.25f;
+    if (i == 2) l.intensity[1] = INFINITY;
+    if (i == 3) l.kind = (pktrt_light_kind)7;
+    if (i == 4) l.direction[0] = 0;
+    if (i == 5) l.direction[0] = INFINITY;
+    if (i == 6) l.direction[0] = 1, l.intensity[0] = NAN;
+    CHECK(pktrt_add_light(s, &l, &index) == PKTRT_INVALID_ARGUMENT, "light %d", i);
+    names("light", pktrt_last_error(s), i == 1 ? "-0.25" : i == 3 ? "7" : "");
+  }
+  CHECK(pktrt_add_light(s, NULL, &index) == PKTRT_INVALID_ARGUMENT);
+  for (int i = 0; i < 4; i++) {
+    static const float bad[4] = {-0.5f, 1.25f, NAN, INFINITY};
+    pktrt_material m;
+    memset(&m, 0, sizeof m);
+    m.albedo[i % 3] = bad[i];
+    CHECK(pktrt_add_material(s, &m, &index) == PKTRT_INVALID_ARGUMENT, "albedo %g", (double)bad[i]);
+    names("albedo", pktrt_last_error(s), i == 0 ? "-0.5" : i == 1 ? "1.25" : "");
+  }
+  CHECK(pktrt_add_material(s, NULL, &index) == PKTRT_INVALID_ARGUMENT);
+  CHECK(index == 4242, "refused calls write no index");
+  pktrt_material white = {{1, 1, 1}};
+  pktrt_light sun;
+  memset(&sun, 0, sizeof sun);
+  sun.kind = PKTRT_LIGHT_DIRECTIONAL, sun.direction[1] = -2;
+  CHECK(pktrt_add_material(s, &white, &index) == PKTRT_OK && index == 1, "%u", index);
+  CHECK(pktrt_add_material(s, &white, NULL) == PKTRT_OK);
+  CHECK(pktrt_add_light(s, &sun, &index) == PKTRT_OK && index == 0, "%u", index);
+  CHECK(pktrt_add_light(s, &sun, &index) == PKTRT_OK && index == 1, "%u", index);
+  pktrt_scene_destroy(s);
+}
+
+static void refuse_create(void) {
+  pktrt_scene_desc good = scene_desc_of(PKTRT_ISA_AUTO, 0), d;
+  d = good, d.release = NULL;
+  CHECK(pktrt_scene_create(&d) == NULL);
+  names("allocate alone", pktrt_last_error(NULL), "release");
+  d = good, d.allocate = NULL;
+  CHECK(pktrt_scene_create(&d) == NULL);
+  names("release alone", pktrt_last_error(NULL), "allocate");
+  int refused = 0;
+  for (int i = PKTRT_ISA_SCALAR; i <= PKTRT_ISA_NEON; i++) {
+    d = good, d.isa = (pktrt_isa)i;
+    pktrt_scene *s = pktrt_scene_create(&d);
+    CHECK((s != NULL) == pktrt_isa_available((pktrt_isa)i), "isa %d", i);
+    if (s) {
+      pktrt_scene_info info;
+      pktrt_get_scene_info(s, &info);
+      CHECK(info.isa == (pktrt_isa)i, "asked for %d, got %d", i, (int)info.isa);
+    } else {
+      refused++;
+      names("unavailable isa", pktrt_last_error(NULL), pktrt_isa_string((pktrt_isa)i));
+    }
+    pktrt_scene_destroy(s);
+  }
+  CHECK(refused > 0, "no machine has x86 and ARM vectors");
+  d = good, d.isa = (pktrt_isa)99;
+  CHECK(pktrt_scene_create(&d) == NULL);
+  names("isa 99", pktrt_last_error(NULL), "99");
+  d = good, d.quality = (pktrt_build_quality)17;
+  CHECK(pktrt_scene_create(&d) == NULL);
+  names("quality 17", pktrt_last_error(NULL), "17");
+  d = good, d.rebuild = (pktrt_rebuild)18;
+  CHECK(pktrt_scene_create(&d) == NULL);
+  names("rebuild 18", pktrt_last_error(NULL), "18");
+  hooks.fail_at = 1;
+  CHECK(pktrt_scene_create(&good) == NULL);
+  names("create without memory", pktrt_last_error(NULL), "memory");
+  hooks.fail_at = 0;
+  pktrt_scene *s = pktrt_scene_create(NULL); /* all defaults */
+  pktrt_scene_desc zero;
+  memset(&zero, 0, sizeof zero);
+  pktrt_scene *z = pktrt_scene_create(&zero);
+  CHECK(s != NULL && z != NULL);
+  CHECK(pktrt_last_error(s) != NULL && pktrt_last_error(s)[0] == 0, "nothing failed yet");
+  CHECK(pktrt_commit(s) == PKTRT_OK && pktrt_refit(s) == PKTRT_OK);
+  pktrt_scene_destroy(s);
+  pktrt_scene_destroy(z);
+  pktrt_scene_destroy(NULL);
+}
+
+static void strings(void) {
+  for (int i = -2; i < 9; i++) {
+    const char *t = pktrt_status_string((pktrt_status)i);
+    CHECK(t && strlen(t) > 3, "status %d", i);
+    for (int j = 0; j < i && i <= PKTRT_CANCELLED; j++) CHECK(strcmp(t, pktrt_status_string((pktrt_status)j)) != 0);
+  }
+  static const char *const name[] = {"auto", "scalar", "sse2", "avx2", "avx512", "neon"};
+  for (int i = 0; i <= PKTRT_ISA_NEON; i++) CHECK(strcmp(pktrt_isa_string((pktrt_isa)i), name[i]) == 0, "%d", i);
+  CHECK(pktrt_isa_string((pktrt_isa)77) != NULL && pktrt_isa_string((pktrt_isa)-1) != NULL);
+  CHECK(pktrt_isa_available(PKTRT_ISA_AUTO) && pktrt_isa_available(PKTRT_ISA_SCALAR));
+  CHECK(!pktrt_isa_available((pktrt_isa)77) && !pktrt_isa_available((pktrt_isa)-1));
+}
+
+/* The detail stays until the next change; queries do not touch it. */
+static void detail_lives(void) {
+  pktrt_scene *s = some_scene();
+  CHECK(pktrt_set_positions(s, 55, 0, soup) == PKTRT_INVALID_ARGUMENT);
+  char detail[300];
+  snprintf(detail, sizeof detail, "%s", pktrt_last_error(s));
+  snapshot x;
+  take(s, &x);
+  CHECK(strcmp(detail, pktrt_last_error(s)) == 0);
+  pktrt_scene *other = some_scene();
+  CHECK(pktrt_set_positions(other, 66, 0, soup) == PKTRT_INVALID_ARGUMENT);
+  CHECK(strcmp(detail, pktrt_last_error(s)) == 0, "each scene has its own");
+  pktrt_scene_destroy(other);
+  pktrt_scene_destroy(s);
+}
+
+void suite_refusals(void) {
+  run("bad meshes are refused by name and leave the scene as it was", refuse_meshes);
+  run("bad positions and normals are refused by name and leave the scene as it was", refuse_updates);
+  run("bad lights and materials are refused", refuse_lights_and_materials);
+  run("a create that fails says why", refuse_create);
+  run("every status and instruction set has its string", strings);
+  run("the last error stays until the next change", detail_lives);
+}

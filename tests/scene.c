@@ -1,0 +1,576 @@
+/* What a scene means: small and degenerate input, layouts, motion, what takes effect when, threads, statistics, stack. */
+#include "meshes.h"
+
+static pktrt_scene *empty_scene(void) {
+  pktrt_scene_desc d = scene_desc_of(PKTRT_ISA_AUTO, 0);
+  pktrt_scene *s = pktrt_scene_create(&d);
+  if (!CHECK(s != NULL, "%s", pktrt_last_error(NULL))) abort();
+  return s;
+}
+
+static bool hits_something(const pktrt_scene *s, const pktrt_ray *r) {
+  pktrt_hit h;
+  bool hit = pktrt_intersect(s, r, &h);
+  CHECK(hit == (h.mesh != PKTRT_NONE) && hit == (h.triangle != PKTRT_NONE) && hit == pktrt_occluded(s, r));
+  if (!hit) {
+    CHECK(same_bits(&h.t, &r->tmax, 4) || (h.t != h.t && r->tmax != r->tmax), "a miss reports tmax");
+    CHECK(h.u == 0 && h.v == 0 && h.normal[0] == 0 && h.normal[1] == 0 && h.normal[2] == 0);
+  } else {
+    float l = fmaxf(fabsf(h.normal[0]), fmaxf(fabsf(h.normal[1]), fabsf(h.normal[2])));
+    CHECK(l == 1 && h.u >= 0 && h.v >= 0 && h.t > r->tmin && h.t < r->tmax);
+  }
+  return hit;
+}
+
+static void tiny_scenes(void) {
+  pktrt_ray down = ray_of(0.1f, 5, 0.1f, 0, -1, 0);
+  pktrt_scene *s = empty_scene();
+  CHECK(!hits_something(s, &down), "not committed: a miss");
+  CHECK(pktrt_commit(s) == PKTRT_OK);
+  CHECK(!hits_something(s, &down), "empty: a miss");
+  pktrt_scene_info info;
+  pktrt_get_scene_info(s, &info);
+  CHECK(info.triangles == 0 && info.mesh_count == 0 && info.bounds_lo[0] > info.bounds_hi[0]);
+  pktrt_mesh_desc zero;
+  memset(&zero, 0, sizeof zero);
+  CHECK(pktrt_add_mesh(s, &zero, NULL) == PKTRT_OK, "a zeroed mesh is an empty one: %s", pktrt_last_error(s));
+  CHECK(pktrt_commit(s) == PKTRT_OK && !hits_something(s, &down));
+  pktrt_scene_destroy(s);
+  for (uint32_t n = 0; n <= 20; n++) { /* 0, 1, 2, 3, 5 triangles, and around a block and a node */
+    mesh m = mesh_soup(n, 0.5f, n);
+    world w;
+    w.m[0] = m, w.n = 1;
+    s = world_scene(&w, PKTRT_ISA_AUTO, 0);
+    pktrt_get_scene_info(s, &info);
+    CHECK(info.triangles == n && info.mesh_count == 1);
+    for (uint32_t i = 0; i < 400; i++) {
+      rng r = rng_of(i);
+      float o[3] = {2 * rng_sign(&r), 2 * rng_sign(&r), 2 * rng_sign(&r)}, p[3] = {rng_sign(&r), rng_sign(&r), rng_sign(&r)};
+      if (n && i % 2) pick_edge(&w, &r, 0, p);
+      pktrt_ray x = ray_towards(o, p, 0);
+      pktrt_hit want, got;
+      ref_intersect(&w, &x, &want);
+      pktrt_intersect(s, &x, &got);
+      CHECK(same_bits(&want, &got, sizeof got), "%u triangles, ray %u", n, i);
+    }
+    pktrt_scene_destroy(s);
+    mesh_free(&m);
+  }
+}
+
+/* Degenerate triangles are accepted and never hit; good ones among them are. */
+static void degenerate(void) {
+  for (int kind = 0; kind < 5; kind++) {
+    uint32_t n = kind == 3 ? (uint32_t)scaled(40000) : 300;
+    mesh m = mesh_soup(n, 0.2f, 5);
+    for (uint32_t t = 0; t < n; t++) {
+      float *a = m.p + 9 * t;
+      for (int k = 0; k < 3; k++) {
+        if (kind == 0) a[3 + k] = a[6 + k] = a[k];                         /* a point */
+        if (kind == 1) a[k] = roundf(a[k] * 64) / 64, a[3 + k] = a[k] + 1, a[6 + k] = a[k] + 2; /* collinear, exactly */
+        if (kind == 2) a[6 + k] = a[3 + k];                                /* two corners alike */
+        if (kind == 3) a[k] = m.p[k], a[3 + k] = m.p[3 + k], a[6 + k] = m.p[6 + k]; /* all triangles identical */
+        if (kind == 4 && t % 2) a[3 + k] = a[6 + k] = a[k];                /* every second one */
+      }
+    }
+    world w;
+    w.m[0] = m, w.n = 1;
+    pktrt_scene *s = world_scene(&w, PKTRT_ISA_AUTO, 0);
+    pktrt_scene_info info;
+    pktrt_get_scene_info(s, &info);
+    CHECK(info.degenerate == (kind == 3 ? 0 : kind == 4 ? n / 2 : n), "kind %d: %llu degenerate", kind,
+          (unsigned long long)info.degenerate);
+    uint32_t hits = 0;
+    for (uint32_t i = 0; i < 300; i++) {
+      rng r = rng_of(i);
+      float o[3] = {3 * rng_sign(&r), 3 * rng_sign(&r), 3 * rng_sign(&r)}, p[3];
+      pick_edge(&w, &r, 0, p);
+      pktrt_ray x = ray_towards(o, p, 0);
+      pktrt_hit h;
+      if (pktrt_intersect(s, &x, &h)) hits++, CHECK(kind != 3 || h.triangle == 0), CHECK(kind != 4 || h.triangle % 2 == 0);
+    }
+    CHECK(kind < 3 ? hits == 0 : hits > 10, "kind %d: %u hits", kind, hits);
+    pktrt_scene_destroy(s);
+    mesh_free(&m);
+  }
+}
+
+static void coincident(void) {
+  for (int kind = 0; kind < 3; kind++) {
+    uint32_t n = (uint32_t)scaled(1000000);
+    mesh m = mesh_of(n * 3, n);
+    for (uint32_t t = 0; t < n; t++) {
+      rng r = rng_of(t);
+      float s = kind == 0 ? 1 : kind == 1 ? rng_unit(&r) : powf(10, rng_range(&r, -6, 6)); /* alike, or centred alike */
+      float a[9] = {-s, 0, -s, s, 0, -s, 0, 0, 2 * s};
+      memcpy(m.p + 9 * (size_t)t, a, sizeof a);
+      for (uint32_t k = 0; k < 3; k++) m.i[t * 3 + k] = t * 3 + k;
+    }
+    world w;
+    w.m[0] = m, w.n = 1;
+    pktrt_scene *s = world_scene(&w, PKTRT_ISA_AUTO, 2);
+    pktrt_ray down = ray_of(1e-9f, 3, 1e-9f, 0, -1, 0), aside = ray_of(1e-9f, 3, 1e-9f, 0, 1, 0);
+    pktrt_hit h, want;
+    CHECK(pktrt_intersect(s, &down, &h) && ref_intersect(&w, &down, &want) && same_bits(&h, &want, sizeof h),
+          "kind %d: triangle %u", kind, h.triangle);
+    CHECK(!hits_something(s, &aside));
+    pktrt_scene_destroy(s);
+    mesh_free(&m);
+  }
+}
+
+static void mixed_sizes(void) {
+  mesh m = mesh_soup(3000, 1, 5);
+  for (uint32_t t = 0; t < m.nt; t++) {
+    rng r = rng_of(t);
+    float s = powf(10, rng_range(&r, -8, 2));
+    for (uint32_t k = 3; k < 9; k++) m.p[9 * t + k] = m.p[9 * t + k % 3] + s * (m.p[9 * t + k] - m.p[9 * t + k % 3]);
+  }
+  world w;
+  w.m[0] = m, w.n = 1;
+  pktrt_scene *s = world_scene(&w, PKTRT_ISA_AUTO, 0);
+  uint32_t hits = 0;
+  for (uint32_t i = 0; i < scaled(2000); i++) {
+    rng r = rng_of(i);
+    float o[3] = {3 * rng_sign(&r), 3 * rng_sign(&r), 3 * rng_sign(&r)}, p[3];
+    pick_edge(&w, &r, 0, p);
+    pktrt_ray x = ray_towards(o, p, 0);
+    pktrt_hit want, got;
+    hits += ref_intersect(&w, &x, &want);
+    pktrt_intersect(s, &x, &got);
+    CHECK(same_bits(&want, &got, sizeof got));
+  }
+  CHECK(hits > 10);
+  pktrt_scene_destroy(s);
+  mesh_free(&m);
+}
+
+/* The same triangles through strides, odd addresses and soups: the same hits, and normals do not matter to them. */
+static void layouts(void) {
+  mesh m = mesh_sphere(2, 0.1f, 1);
+  mesh_move(&m, 2, 0.2f, 0.1f, 2);
+  pktrt_hit want[200];
+  for (int layout = 0; layout < 6; layout++) {
+    static const uint32_t strides[6] = {0, 12, 16, 32, 1000, 0};
+    uint32_t stride = strides[layout] ? strides[layout] : 12;
+    size_t floats = (size_t)stride / 4 * m.nv * m.keys;
+    float *p = malloc((floats + 8) * sizeof *p), *at = p + 1 + layout % 3; /* at no more than a float's alignment */
+    float *soup = malloc(sizeof(float) * 9 * m.nt * m.keys);
+    if (!p || !soup) abort();
+    for (size_t i = 0; i < floats; i++) at[i] = NAN; /* what lies between vertices is not looked at */
+    for (size_t v = 0; v < (size_t)m.nv * m.keys; v++) memcpy(at + v * stride / 4, m.p + 3 * v, 12);
+    for (size_t c = 0; c < (size_t)m.nt * 3 * m.keys; c++) {
+      size_t key = c / (m.nt * 3), v = m.i[c % (m.nt * 3)];
+      memcpy(soup + 3 * c, m.p + 3 * (key * m.nv + v), 12);
+    }
+    pktrt_mesh_desc d = mesh_desc(&m);
+    d.positions = at, d.position_stride = strides[layout];
+    if (layout == 5) d.positions = soup, d.indices = NULL, d.vertex_count = m.nt * 3;
+    pktrt_scene *s = empty_scene();
+    CHECK(pktrt_add_mesh(s, &d, NULL) == PKTRT_OK, "%s", pktrt_last_error(s));
+    if (layout < 5) CHECK(pktrt_set_positions(s, 0, 1, at + (size_t)m.nv * stride / 4) == PKTRT_OK);
+    for (size_t i = 0; i < floats; i++) at[i] = 7; /* it was copied */
+    CHECK(pktrt_commit(s) == PKTRT_OK);
+    for (uint32_t i = 0; i < COUNT(want); i++) {
+      rng r = rng_of(i);
+      pktrt_hit h;
+      pktrt_ray x = ray_of(3 * rng_sign(&r), 3 * rng_sign(&r), 3, rng_sign(&r), rng_sign(&r), -3);
+      x.time = rng_unit(&r);
+      pktrt_intersect(s, &x, &h);
+      if (layout == 0) want[i] = h;
+      CHECK(same_bits(&h, &want[i], sizeof h), "layout %d", layout);
+    }
+    pktrt_scene_destroy(s);
+    free(soup);
+    free(p);
+  }
+  mesh_free(&m);
+}
+
+static void odd_queries(void) {
+  world w = world_static(2);
+  pktrt_scene *s = world_scene(&w, PKTRT_ISA_AUTO, 0);
+  pktrt_rays none_in;
+  pktrt_hits none_out;
+  memset(&none_in, 0, sizeof none_in);
+  memset(&none_out, 0, sizeof none_out);
+  pktrt_intersect_n(s, NULL, NULL, 0);
+  pktrt_occluded_n(s, NULL, NULL, 0);
+  pktrt_intersect_ex(s, NULL, NULL, NULL, 0);
+  pktrt_occluded_ex(s, NULL, NULL, NULL, 0);
+  pktrt_intersect_soa(s, &none_in, &none_out, 0);
+  pktrt_occluded_soa(s, &none_in, NULL, 0);
+  pktrt_intersect_soa(s, NULL, NULL, 0);
+  pktrt_ray x, good = ray_of(0.01f, 5, 0.02f, 0, -1, 0);
+  memset(&x, 0, sizeof x);
+  CHECK(!hits_something(s, &x), "a zeroed ray hits nothing");
+  CHECK(hits_something(s, &good), "the control");
+  for (int i = 0; i < 24; i++) { /* each field in turn NaN, inf, -inf, ... */
+    static const float odd[3] = {NAN, INFINITY, -INFINITY};
+    float *field[8] = {&x.origin[0], &x.origin[1], &x.origin[2], &x.direction[0], &x.direction[1], &x.direction[2], &x.tmin,
+                       &x.tmax};
+    x = good;
+    *field[i / 3] = odd[i % 3];
+    bool fine = (i / 3 == 6 && i % 3 == 2) || (i / 3 == 7 && i % 3 == 1);
+    CHECK(hits_something(s, &x) == fine, "field %d value %g", i / 3, (double)odd[i % 3]);
+    pktrt_ray four[4] = {good, x, good, x}; /* and between good ones, on every path */
+    for (int path = 0; path < 3; path++) {
+      pktrt_query_desc q;
+      pktrt_hit h[4];
+      memset(&q, 0, sizeof q);
+      q.path = (pktrt_path)path;
+      pktrt_intersect_ex(s, &q, four, h, 4);
+      CHECK(h[0].mesh != PKTRT_NONE && (h[1].mesh != PKTRT_NONE) == fine && same_bits(&h[0], &h[2], sizeof h[0]));
+    }
+  }
+  x = good, x.tmin = x.tmax = 3;
+  CHECK(!hits_something(s, &x), "an empty interval");
+  pktrt_query_desc q; /* values out of range are taken as their defaults */
+  memset(&q, 0, sizeof q);
+  q.path = (pktrt_path)9, q.packet_size = 100000, q.type = (pktrt_ray_type)44;
+  pktrt_stats stats;
+  memset(&stats, 0, sizeof stats);
+  q.stats = &stats;
+  pktrt_hit h, h1;
+  pktrt_intersect_ex(s, &q, &good, &h, 1);
+  pktrt_intersect(s, &good, &h1);
+  CHECK(same_bits(&h, &h1, sizeof h));
+  q.path = PKTRT_PATH_PAPER;
+  pktrt_intersect_ex(s, &q, &good, &h, 1);
+  CHECK(same_bits(&h, &h1, sizeof h));
+  float o[3] = {0.01f, 5, 0.02f}, d[3] = {0, -1, 0}, t = 0; /* the twin's defaults: tmin 0, tmax INFINITY, time 0 */
+  uint32_t mesh_index = 0;
+  pktrt_rays in = {{&o[0], &o[1], &o[2]}, {&d[0], &d[1], &d[2]}, NULL, NULL, NULL};
+  none_out.t = &t, none_out.mesh = &mesh_index;
+  pktrt_intersect_soa(s, &in, &none_out, 1);
+  CHECK(t == h1.t && mesh_index == h1.mesh);
+  pktrt_scene_destroy(s);
+  world_free(&w);
+}
+
+/* tmin < t < tmax, both strict. */
+static void intervals(void) {
+  pktrt_scene *s = empty_scene();
+  mesh m = mesh_grid(2, 1);
+  CHECK(mesh_add(s, &m, NULL) == PKTRT_OK && pktrt_commit(s) == PKTRT_OK);
+  pktrt_ray x = ray_of(0.3f, 2, 0.2f, 0, -1, 0);
+  struct {
+    float tmin, tmax;
+    bool hit;
+  } c[] = {{0, 3, true},         {0, 2, false}, {2, 3, false}, {nextafterf(2, 0), nextafterf(2, 3), true}, {-5, 3, true},
+           {-INFINITY, 3, true}, {2.5f, 3, false}, {0, nextafterf(2, 3), true}, {nextafterf(2, 3), 9, false}};
+  for (uint32_t i = 0; i < COUNT(c); i++) {
+    x.tmin = c[i].tmin, x.tmax = c[i].tmax;
+    CHECK(hits_something(s, &x) == c[i].hit, "case %u", i);
+  }
+  x = ray_of(0.3f, -2, 0.2f, 0, -1, 0); /* behind the origin: a negative t */
+  CHECK(!hits_something(s, &x));
+  x.tmin = -3;
+  CHECK(hits_something(s, &x));
+  x = ray_of(0.3f, 0, 0.2f, 0, -1, 0); /* on the surface: t = 0 */
+  CHECK(!hits_something(s, &x));
+  x.tmin = -1;
+  CHECK(hits_something(s, &x));
+  pktrt_scene_destroy(s);
+  mesh_free(&m);
+}
+
+/* A mesh that moves by (1,0,0) between keys; key counts of 2 and 3 in one scene. */
+static void motion(void) {
+  mesh a = mesh_box(), b = mesh_box();
+  mesh_move(&a, 2, 0, 0, 1);
+  mesh_move(&b, 3, 0, 0, 1);
+  for (uint32_t v = 0; v < 8; v++) {
+    a.p[24 + 3 * v] += 10;                                  /* 0, 10 */
+    for (uint32_t k = 0; k < 3; k++) b.p[24 * k + 3 * v + 1] += k == 1 ? 30.f : 20.f; /* up and down again */
+  }
+  world w;
+  w.m[0] = a, w.m[1] = b, w.n = 2;
+  pktrt_scene *s = world_scene(&w, PKTRT_ISA_AUTO, 0);
+  struct {
+    float time, x, y;
+    uint32_t mesh;
+  } c[] = {{0, 0, 0, 0}, {1, 10, 0, 0}, {0.5f, 5, 0, 0}, {-3, 0, 0, 0}, {7, 10, 0, 0}, {NAN, 0, 0, 0}, {0.5f, 0, 0, PKTRT_NONE},
+           {INFINITY, 10, 0, 0}, {-INFINITY, 0, 0, 0}, {0, 0, 20, 1}, {0.5f, 0, 30, 1}, {0.25f, 0, 25, 1}, {0.75f, 0, 25, 1},
+           {1, 0, 20, 1}, {2, 0, 20, 1}, {0.5f, 0, 20, PKTRT_NONE}};
+  for (uint32_t i = 0; i < COUNT(c); i++) {
+    pktrt_ray x = ray_of(c[i].x + 0.3f, c[i].y + 0.2f, -9, 0, 0, 1);
+    x.time = c[i].time;
+    pktrt_hit h;
+    pktrt_intersect(s, &x, &h);
+    CHECK(h.mesh == c[i].mesh, "time %g: mesh %u", (double)c[i].time, h.mesh);
+    CHECK(h.mesh == PKTRT_NONE || h.t == 8, "t %g", (double)h.t);
+  }
+  pktrt_scene_info info;
+  pktrt_get_scene_info(s, &info);
+  CHECK(info.moving_meshes == 2 && info.bounds_lo[0] == -1 && info.bounds_hi[0] == 11 && info.bounds_hi[1] == 31);
+  pktrt_scene_destroy(s);
+  world_free(&w);
+}
+
+/* Changes take effect at commit or refit, not before. */
+static void when_changes_show(void) {
+  mesh m = mesh_box();
+  pktrt_scene *s = empty_scene();
+  pktrt_ray here = ray_of(0.3f, 0.2f, -9, 0, 0, 1), there = ray_of(20.3f, 0.2f, -9, 0, 0, 1), far = ray_of(40.3f, 0.2f, -9, 0, 0, 1);
+  CHECK(mesh_add(s, &m, NULL) == PKTRT_OK);
+  CHECK(!hits_something(s, &here), "added, not committed");
+  CHECK(pktrt_refit(s) == PKTRT_NOT_COMMITTED);
+  CHECK(pktrt_last_error(s)[0] != 0);
+  CHECK(!hits_something(s, &here));
+  CHECK(pktrt_commit(s) == PKTRT_OK && hits_something(s, &here));
+  mesh_shift(&m, 20, 0, 0);
+  CHECK(pktrt_set_positions(s, 0, 0, m.p) == PKTRT_OK);
+  CHECK(hits_something(s, &here) && !hits_something(s, &there), "set, not refitted");
+  CHECK(pktrt_refit(s) == PKTRT_OK);
+  CHECK(!hits_something(s, &here) && hits_something(s, &there));
+  mesh_shift(&m, 20, 0, 0);
+  CHECK(pktrt_set_positions(s, 0, 0, m.p) == PKTRT_OK);
+  CHECK(mesh_add(s, &m, NULL) == PKTRT_OK);
+  CHECK(pktrt_refit(s) == PKTRT_NOT_COMMITTED, "a mesh awaits its commit");
+  CHECK(hits_something(s, &there) && !hits_something(s, &far), "nothing changed");
+  CHECK(pktrt_set_positions(s, 1, 0, m.p) == PKTRT_OK, "an uncommitted mesh may change: %s", pktrt_last_error(s));
+  CHECK(pktrt_commit(s) == PKTRT_OK);
+  CHECK(!hits_something(s, &there) && hits_something(s, &far));
+  pktrt_hit h;
+  CHECK(pktrt_intersect(s, &far, &h) && h.mesh == 0, "a tie goes to the lower mesh");
+  CHECK(pktrt_commit(s) == PKTRT_OK && pktrt_refit(s) == PKTRT_OK && pktrt_mark_changed(s) == PKTRT_OK);
+  CHECK(hits_something(s, &far));
+  CHECK(pktrt_commit(s) == PKTRT_OK && hits_something(s, &far));
+  pktrt_scene_destroy(s);
+  mesh_free(&m);
+}
+
+/* --- threads --- */
+
+typedef struct concurrent {
+  const pktrt_scene *s;
+  const pktrt_ray *rays;
+  const pktrt_hit *want;
+  size_t n, wrong;
+} concurrent;
+
+static void concurrent_body(void *arg, size_t i) {
+  concurrent *c = arg;
+  pktrt_hit *h = calloc(c->n, sizeof *h);
+  if (!h) abort();
+  pktrt_query_desc q;
+  memset(&q, 0, sizeof q);
+  q.path = (pktrt_path)(i % 3);
+  pktrt_intersect_ex(c->s, &q, c->rays, h, c->n);
+  size_t wrong = 0;
+  for (size_t j = 0; j < c->n; j++) wrong += !same_bits(&h[j], &c->want[j], sizeof *h);
+  CHECK(wrong == 0, "%zu wrong in run %zu", wrong, i);
+  free(h);
+}
+
+static void concurrent_queries(void) {
+  world w = world_moving(3);
+  pktrt_scene *s = world_scene(&w, PKTRT_ISA_AUTO, 0);
+  size_t n = scaled(40000);
+  pktrt_ray *rays = calloc(n, sizeof *rays);
+  pktrt_hit *want = calloc(n, sizeof *want);
+  if (!rays || !want) abort();
+  make_rays(&w, s, RAYS_EDGE, 1, 0, rays, n);
+  for (size_t j = 0; j < n; j++) pktrt_intersect(s, &rays[j], &want[j]);
+  concurrent c = {s, rays, want, n, 0};
+  size_t calls = hooks.calls;
+  threads_for(4, 24, concurrent_body, &c);
+  CHECK(hooks.calls == calls, "queries allocate nothing");
+  pktrt_scene_destroy(s);
+  free(rays);
+  free(want);
+  world_free(&w);
+}
+
+/* --- stack: paint a thread's, run, see how deep the paint is gone --- */
+
+enum { STACK = 1 << 20, ALLOWED = 64 << 10 };
+typedef struct stack_probe {
+  const pktrt_scene *s;
+  const pktrt_ray *rays;
+  pktrt_hit *hits;
+  bool *occluded;
+  size_t n;
+  int what;
+  char *top; /* where the call began */
+} stack_probe;
+
+static void *stack_thread(void *arg) {
+  stack_probe *p = arg;
+  char here = 0;
+  p->top = &here;
+  pktrt_query_desc q;
+  pktrt_stats stats;
+  memset(&q, 0, sizeof q);
+  memset(&stats, 0, sizeof stats);
+  q.path = p->what < 2 ? PKTRT_PATH_FAST : PKTRT_PATH_PAPER;
+  q.packet_size = 256;
+  if (p->what % 2) q.stats = &stats;
+  if (p->what == 4) {
+    for (size_t i = 0; i < p->n; i++) {
+      pktrt_intersect(p->s, &p->rays[i], &p->hits[i]);
+      p->occluded[i] = pktrt_occluded(p->s, &p->rays[i]);
+    }
+  } else if (p->what < 4) {
+    pktrt_intersect_ex(p->s, &q, p->rays, p->hits, p->n);
+    pktrt_occluded_ex(p->s, &q, p->rays, p->occluded, p->n);
+  }
+  return NULL;
+}
+
+static size_t stack_used(stack_probe *p) {
+  char *memory = NULL;
+  pthread_attr_t attr;
+  pthread_t t;
+  if (posix_memalign((void **)&memory, 4096, STACK)) abort();
+  memset(memory, 0xA5, STACK);
+  pthread_attr_init(&attr);
+  CHECK(pthread_attr_setstack(&attr, memory, STACK) == 0);
+  CHECK(pthread_create(&t, &attr, stack_thread, p) == 0);
+  pthread_join(t, NULL);
+  pthread_attr_destroy(&attr);
+  char *low = memory;
+  while (low < p->top && *low == (char)0xA5) low++;
+  size_t used = (size_t)(p->top - low);
+  free(memory);
+  return used;
+}
+
+static void stack_bound(void) {
+  if (SANITIZED) {
+    say("skipped: sanitizers change the stack");
+    return;
+  }
+  world w = world_moving(4);
+  size_t n = 4096, most = 0;
+  pktrt_ray *rays = calloc(2 * n, sizeof *rays);
+  pktrt_hit *hits = calloc(2 * n, sizeof *hits);
+  bool *occluded = calloc(2 * n, sizeof *occluded);
+  if (!rays || !hits || !occluded) abort();
+  for (int k = 0; k < isa_count; k++) {
+    pktrt_scene *s = world_scene(&w, isas[k], 0);
+    make_rays(&w, s, RAYS_CAMERA, 1, 0, rays, n);
+    make_rays(&w, s, RAYS_EDGE, 1, 0, rays + n, n);
+    stack_probe p = {s, rays, hits, occluded, 2 * n, 9, NULL};
+    size_t nothing = stack_used(&p); /* thread start and end take some too */
+    for (p.what = 0; p.what < 5; p.what++) {
+      size_t used = stack_used(&p);
+      CHECK(used > nothing + 64 || p.what == 4, "the probe sees something");
+      CHECK(used <= ALLOWED, "%s, way %d: %zu bytes", pktrt_isa_string(isas[k]), p.what, used);
+      if (used > most) most = used;
+    }
+    pktrt_scene_destroy(s);
+  }
+  say("at most %zu bytes", most);
+  free(rays);
+  free(hits);
+  free(occluded);
+  world_free(&w);
+}
+
+/* --- statistics --- */
+
+static uint64_t event_count[8];
+static void count_event(void *user, const pktrt_event *e) {
+  (void)user;
+  if (CHECK((unsigned)e->kind < 8)) event_count[e->kind]++;
+}
+
+static void statistics(void) {
+  for (int moves = 0; moves < 2; moves++) {
+    world w = moves ? world_moving(4) : world_static(4);
+    pktrt_scene *s = world_scene(&w, PKTRT_ISA_AUTO, 0);
+    size_t n = 8192, valid = 0, hits = 0;
+    pktrt_ray *rays = calloc(2 * n, sizeof *rays);
+    pktrt_hit *h = calloc(2 * n, sizeof *h);
+    if (!rays || !h) abort();
+    make_rays(&w, s, RAYS_CAMERA, 1, 0, rays, n);
+    make_rays(&w, s, RAYS_INVALID, 1, 0, rays + n, n);
+    for (size_t i = 0; i < 2 * n; i++) valid += ref_valid(&rays[i]);
+    for (int path = 0; path < 3; path++) {
+      pktrt_query_desc q;
+      pktrt_stats stats, more;
+      memset(&q, 0, sizeof q);
+      memset(&stats, 0, sizeof stats);
+      memset(event_count, 0, sizeof event_count);
+      q.path = (pktrt_path)path, q.stats = &stats, q.type = PKTRT_RAY_REFLECTION, q.trace = count_event;
+      pktrt_intersect_ex(s, &q, rays, h, 2 * n);
+      hits = 0;
+      for (size_t i = 0; i < 2 * n; i++) hits += h[i].mesh != PKTRT_NONE;
+      const pktrt_counts *c = &stats.by_type[PKTRT_RAY_REFLECTION];
+      CHECK(c->rays == valid && c->hits == hits, "path %d: %llu rays, %llu hits", path, (unsigned long long)c->rays,
+            (unsigned long long)c->hits);
+      CHECK(c->packets > 0 && c->node_visits > 0 && c->box_tests > 0 && c->triangle_tests >= hits, "path %d", path);
+      CHECK(c->canonical_tests >= hits && c->settlings <= c->canonical_tests, "path %d: %llu canonical, %llu settled", path,
+            (unsigned long long)c->canonical_tests, (unsigned long long)c->settlings);
+      if (path == PKTRT_PATH_PAPER) {
+        CHECK(c->packets >= (2 * n + 63) / 64 / 2 && c->first_hits > 0 && c->interval_culls + c->frustum_culls > 0 && c->ray_culls > 0);
+        CHECK(event_count[PKTRT_EVENT_NODE] == c->node_visits, "%llu node events", (unsigned long long)event_count[PKTRT_EVENT_NODE]);
+        CHECK(event_count[PKTRT_EVENT_FIRST_HIT] == c->first_hits && event_count[PKTRT_EVENT_INTERVAL_CULL] == c->interval_culls &&
+              event_count[PKTRT_EVENT_FRUSTUM_CULL] == c->frustum_culls && event_count[PKTRT_EVENT_ALL_MISS] == c->ray_culls);
+        CHECK(event_count[PKTRT_EVENT_LEAF] > 0 && event_count[PKTRT_EVENT_HIT] > 0);
+      } else {
+        CHECK(event_count[0] + event_count[1] + event_count[2] == 0, "only the paper path is traced");
+      }
+      if (path == PKTRT_PATH_FAST) CHECK(c->frustum_culls > 0 && c->packets < 2 * n, "coherent rays go in packets");
+      more = stats; /* counts are added to, in one row only */
+      pktrt_intersect_ex(s, &q, rays, h, 2 * n);
+      CHECK(stats.by_type[q.type].rays == 2 * more.by_type[q.type].rays);
+      CHECK(stats.by_type[q.type].box_tests == 2 * more.by_type[q.type].box_tests, "work repeats");
+      for (int t = 0; t < (int)PKTRT_RAY_TYPE_COUNT; t++) CHECK(t == (int)q.type || stats.by_type[t].rays == 0);
+      say("%s path %d: per ray %.2f nodes, %.1f box, %.1f triangle tests; %.4f settled", moves ? "moving" : "static", path,
+          (double)more.by_type[2].node_visits / (double)valid, (double)more.by_type[2].box_tests / (double)valid,
+          (double)more.by_type[2].triangle_tests / (double)valid, (double)more.by_type[2].settlings / (double)valid);
+    }
+    pktrt_scene_destroy(s);
+    free(rays);
+    free(h);
+    world_free(&w);
+  }
+}
+
+/* Rays along an axis visit no more than rays beside it: zeros of the direction open no doors. */
+static void axis_visits(void) {
+  world w = world_static(4);
+  pktrt_scene *s = world_scene(&w, PKTRT_ISA_AUTO, 0);
+  for (int path = 0; path < 3; path++) {
+    uint64_t visits[2] = {0, 0};
+    for (int tilted = 0; tilted < 2; tilted++) {
+      pktrt_query_desc q;
+      pktrt_stats stats;
+      memset(&q, 0, sizeof q);
+      memset(&stats, 0, sizeof stats);
+      q.path = (pktrt_path)path, q.stats = &stats;
+      for (uint32_t i = 0; i < 3000; i++) {
+        rng r = rng_of(i);
+        pktrt_ray x = ray_of(4 * rng_sign(&r), 4 * rng_sign(&r), 4 * rng_sign(&r), 0, 0, 0);
+        pktrt_hit h;
+        for (uint32_t k = 0; k < 3; k++) x.direction[k] = k == i % 3 ? (i & 8 ? 1.f : -1.f) : i & 16 ? 0.f : -0.f;
+        for (uint32_t k = 0; k < 3 && tilted; k++) x.direction[k] += 1e-3f * rng_sign(&r);
+        pktrt_intersect_ex(s, &q, &x, &h, 1);
+      }
+      visits[tilted] = stats.by_type[0].box_tests;
+    }
+    CHECK(visits[0] < visits[1] + visits[1] / 4 + 3000, "path %d: %llu box tests along axes, %llu beside", path,
+          (unsigned long long)visits[0], (unsigned long long)visits[1]);
+  }
+  pktrt_scene_destroy(s);
+  world_free(&w);
+}
+
+void suite_scene(void) {
+  run("0 to 20 triangles answer as brute force", tiny_scenes);
+  run("degenerate triangles are accepted, counted and never hit", degenerate);
+  run("a million coincident centroids build and answer", coincident);
+  run("triangles of wildly mixed sizes answer as brute force", mixed_sizes);
+  run("strides, odd addresses and soups give the same hits", layouts);
+  run("odd queries: none, NULL, zeroed, NaN, infinite, out of range", odd_queries);
+  run("hits lie strictly between tmin and tmax", intervals);
+  run("meshes move linearly between their keys, time is clamped", motion);
+  run("changes show at commit or refit, not before", when_changes_show);
+  run("several threads query one scene", concurrent_queries);
+  run("a query uses at most 64 KiB of stack", stack_bound);
+  run("statistics count what happened", statistics);
+  run("rays along an axis visit no more boxes than others", axis_visits);
+}

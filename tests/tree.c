@@ -1,0 +1,282 @@
+/* The one file with the implementation: the tree's structure, refits, rebuilds, independence of workers. */
+#define PKTRT_IMPLEMENTATION
+#include "meshes.h"
+
+static bool sound(const pktrt_scene *s, const char *when) {
+  bool ok = true;
+  for (uint32_t g = 0; g < s->group_count; g++) {
+    const char *wrong = pktrt__check_group(&s->groups[g], s->meshes, s->mesh_count);
+    ok &= CHECK(wrong == NULL, "%s, group of %u keys: %s", when, s->groups[g].key_count, wrong);
+  }
+  return ok;
+}
+
+static bool same_trees(const pktrt_scene *a, const pktrt_scene *b) {
+  if (a->group_count != b->group_count) return false;
+  for (uint32_t g = 0; g < a->group_count; g++) {
+    const pktrt__group *x = &a->groups[g], *y = &b->groups[g];
+    if (x->key_count != y->key_count || x->node_count != y->node_count || x->block_count != y->block_count) return false;
+    if (memcmp(x->nodes, y->nodes, (size_t)x->node_count * x->node_bytes)) return false;
+    if (memcmp(x->blocks, y->blocks, (size_t)x->block_count * x->block_bytes)) return false;
+  }
+  return true;
+}
+
+static size_t differing_hits(const world *w, const pktrt_scene *a, const pktrt_scene *b, size_t n) {
+  size_t differ = 0;
+  pktrt_ray *rays = calloc(n, sizeof *rays);
+  pktrt_hit *h = calloc(2 * n, sizeof *h);
+  if (!rays || !h) abort();
+  make_rays(w, a, RAYS_EDGE, 3, 0, rays, n / 2);
+  make_rays(w, a, RAYS_RANDOM, 3, 0, rays + n / 2, n - n / 2);
+  pktrt_intersect_n(a, rays, h, n);
+  pktrt_intersect_n(b, rays, h + n, n);
+  for (size_t i = 0; i < n; i++) differ += !same_bits(&h[i], &h[n + i], sizeof *h);
+  free(rays);
+  free(h);
+  return differ;
+}
+
+static void structure(void) {
+  for (int q = PKTRT_BUILD_DEFAULT; q <= PKTRT_BUILD_HIGH; q++) {
+    for (int kind = 0; kind < 6; kind++) {
+      world w = kind == 0 ? world_static(4) : world_moving(kind == 1 ? 4 : 2);
+      if (kind == 2) w.m[0].nt = 0;
+      if (kind == 3) mesh_scale(&w.m[3], 1e-20f);
+      if (kind == 4) mesh_shift(&w.m[3], 1e20f, 0, 0);
+      if (kind == 5) for (uint32_t i = 0; i < w.m[3].nt; i++) memcpy(&w.m[3].i[3 * i], &w.m[3].i[0], 12);
+      pktrt_scene_desc d = scene_desc_of(PKTRT_ISA_AUTO, 0);
+      d.quality = (pktrt_build_quality)q;
+      pktrt_scene *s = pktrt_scene_create(&d), *reference = world_scene(&w, PKTRT_ISA_SCALAR, 0);
+      for (uint32_t i = 0; i < w.n; i++) CHECK(mesh_add(s, &w.m[i], NULL) == PKTRT_OK);
+      CHECK(pktrt_commit(s) == PKTRT_OK);
+      sound(s, "built");
+      if (kind < 2) CHECK(differing_hits(&w, s, reference, scaled(20000)) == 0, "quality %d changes no answer", q);
+      pktrt_scene_destroy(s);
+      pktrt_scene_destroy(reference);
+      world_free(&w);
+    }
+  }
+}
+
+/* The control of all that follows: the checker sees a bound one ulp too small or too large, and a triangle that is lost. */
+static void checker_sees(void) {
+  world w = world_moving(3);
+  pktrt_scene *s = world_scene(&w, PKTRT_ISA_AUTO, 0);
+  sound(s, "untouched");
+  size_t seen = 0, spoilt = 0;
+  for (uint32_t g = 0; g < s->group_count; g++) {
+    pktrt__group *x = &s->groups[g];
+    for (uint32_t i = 0; i < 200; i++) {
+      rng r = rng_of(i);
+      uint32_t node = rng_below(&r, x->node_count), lane = rng_below(&r, 8), plane = rng_below(&r, 6), key = rng_below(&r, x->key_count);
+      unsigned char *bytes = x->nodes + (size_t)node * x->node_bytes;
+      uint32_t child;
+      memcpy(&child, bytes + 192 + 4 * lane, 4);
+      if (child == PKTRT__EMPTY) continue;
+      float *f = (float *)(void *)(bytes + (key ? 256 + (key - 1) * 192 : 0)) + plane * 8 + lane, was = *f;
+      *f = nextafterf(was, i & 1 ? INFINITY : -INFINITY);
+      spoilt++;
+      seen += pktrt__check_group(x, s->meshes, s->mesh_count) != NULL;
+      *f = was;
+    }
+    uint32_t was;
+    unsigned char *id = x->blocks + 288;
+    memcpy(&was, id, 4);
+    memset(id, 0xFF, 4);
+    spoilt++;
+    seen += pktrt__check_group(x, s->meshes, s->mesh_count) != NULL;
+    memcpy(id, &was, 4);
+  }
+  sound(s, "restored");
+  CHECK(seen == spoilt && spoilt > 50, "%zu of %zu seen", seen, spoilt);
+  pktrt_scene_destroy(s);
+  world_free(&w);
+}
+
+static void workers(void) {
+  for (int moves = 0; moves < 2; moves++) {
+    static const int count[4] = {0, 1, 2, 7};
+    world w = moves ? world_moving(small_run ? 5 : 7) : world_static(small_run ? 5 : 7);
+    pktrt_scene *s[4];
+    for (int i = 0; i < 4; i++) s[i] = world_scene(&w, PKTRT_ISA_AUTO, count[i]);
+    for (int i = 1; i < 4; i++) CHECK(same_trees(s[0], s[i]), "%d workers build another tree", count[i]);
+    for (uint32_t m = 0; m < w.n; m++) mesh_place(&w.m[m], (float[3]){1, 0.7f, 1.1f}, (float[3]){0, 0.1f, 0});
+    for (int i = 0; i < 4; i++) {
+      hooks.workers = count[i];
+      for (uint32_t m = 0; m < w.n; m++) {
+        for (uint32_t k = 0; k < w.m[m].keys; k++) {
+          CHECK(pktrt_set_positions(s[i], m, k, w.m[m].p + (size_t)k * w.m[m].nv * 3) == PKTRT_OK);
+        }
+      }
+      CHECK(pktrt_refit(s[i]) == PKTRT_OK);
+    }
+    for (int i = 1; i < 4; i++) CHECK(same_trees(s[0], s[i]), "%d workers refit differently", count[i]);
+    sound(s[3], "refitted by 7");
+    mesh_shift(&w.m[0], 1e-3f, 0, 0);
+    CHECK(pktrt_set_positions(s[1], 0, 0, w.m[0].p) == PKTRT_OK && pktrt_refit(s[1]) == PKTRT_OK);
+    CHECK(!same_trees(s[0], s[1]), "the control: the comparison sees a change");
+    for (int i = 0; i < 4; i++) pktrt_scene_destroy(s[i]);
+    world_free(&w);
+  }
+}
+
+static void deform(world *w, int how, uint64_t seed) {
+  for (uint32_t m = 0; m < w->n; m++) {
+    rng r = rng_of(seed + m);
+    size_t floats = (size_t)w->m[m].nv * 3 * w->m[m].keys;
+    for (size_t i = 0; i < floats; i++) {
+      float *p = &w->m[m].p[i];
+      if (how == 0) *p += 0.02f * rng_sign(&r);          /* a little */
+      if (how == 1) *p = *p * -2 + 100;                  /* far away, turned over */
+      if (how == 2) *p = 3 * rng_sign(&r);               /* scrambled */
+      if (how == 3) *p = i % 3 ? 0.f : *p;               /* collapsed: no area left */
+      if (how == 4) *p = 1e-20f * rng_sign(&r);          /* tiny */
+    }
+  }
+}
+
+static void refit_is_exact(void) {
+  size_t rays = 0;
+  for (int moves = 0; moves < 2; moves++) {
+    world w = moves ? world_moving(4) : world_static(4);
+    pktrt_scene_desc d = scene_desc_of(PKTRT_ISA_AUTO, 0);
+    d.rebuild = PKTRT_REBUILD_NEVER;
+    pktrt_scene *s = pktrt_scene_create(&d);
+    for (uint32_t m = 0; m < w.n; m++) CHECK(mesh_add(s, &w.m[m], NULL) == PKTRT_OK);
+    CHECK(pktrt_commit(s) == PKTRT_OK);
+    for (int how = 0; how < 10; how++) {
+      char when[32];
+      snprintf(when, sizeof when, "deformation %d", how);
+      deform(&w, how % 5, (uint64_t)how);
+      for (uint32_t m = 0; m < w.n; m++) {
+        for (uint32_t k = 0; k < w.m[m].keys; k++) {
+          CHECK(pktrt_set_positions(s, m, k, w.m[m].p + (size_t)k * w.m[m].nv * 3) == PKTRT_OK);
+        }
+      }
+      CHECK(pktrt_refit(s) == PKTRT_OK);
+      sound(s, when);
+      pktrt_scene *fresh = world_scene(&w, PKTRT_ISA_AUTO, 0);
+      size_t n = scaled(20000), differ = differing_hits(&w, s, fresh, n);
+      CHECK(differ == 0, "%s: %zu hits differ from a fresh build's", when, differ);
+      pktrt_scene_info a, b;
+      pktrt_get_scene_info(s, &a), pktrt_get_scene_info(fresh, &b);
+      CHECK(a.degenerate == b.degenerate, "%s: %llu, %llu degenerate", when, (unsigned long long)a.degenerate,
+            (unsigned long long)b.degenerate);
+      CHECK(same_bits(a.bounds_lo, b.bounds_lo, sizeof a.bounds_lo) && same_bits(a.bounds_hi, b.bounds_hi, sizeof a.bounds_hi));
+      rays += n;
+      pktrt_scene_destroy(fresh);
+    }
+    pktrt_scene_destroy(s);
+    world_free(&w);
+  }
+  say("%zu rays", rays);
+}
+
+/* Refitting one mesh touches no group of other key counts. */
+static void one_mesh_only(void) {
+  world w = world_moving(3);
+  pktrt_scene *s = world_scene(&w, PKTRT_ISA_AUTO, 0);
+  unsigned char *before[8] = {NULL};
+  for (uint32_t g = 0; g < s->group_count; g++) before[g] = s->groups[g].nodes;
+  mesh extra = mesh_soup(100, 0.2f, 9);
+  mesh_move(&extra, 5, 0.1f, 0.1f, 3);
+  CHECK(mesh_add(s, &extra, NULL) == PKTRT_OK && pktrt_commit(s) == PKTRT_OK);
+  for (uint32_t g = 0; g < s->group_count; g++) {
+    bool kept = false;
+    for (uint32_t b = 0; b < 8; b++) kept |= before[b] == s->groups[g].nodes;
+    CHECK(kept == (s->groups[g].key_count != 5), "group of %u keys", s->groups[g].key_count);
+  }
+  sound(s, "after the commit of one more mesh");
+  pktrt_scene_destroy(s);
+  mesh_free(&extra);
+  world_free(&w);
+}
+
+static void rebuild_policies(void) {
+  for (int policy = PKTRT_REBUILD_ADVISE; policy <= PKTRT_REBUILD_AUTOMATIC; policy++) {
+    mesh m = mesh_sphere(5, 0.02f, 1);
+    world w;
+    w.m[0] = m, w.n = 1;
+    pktrt_scene_desc d = scene_desc_of(PKTRT_ISA_AUTO, 0);
+    d.rebuild = (pktrt_rebuild)policy;
+    pktrt_scene *s = pktrt_scene_create(&d);
+    CHECK(mesh_add(s, &m, NULL) == PKTRT_OK && pktrt_commit(s) == PKTRT_OK);
+    pktrt_scene_info built, now;
+    pktrt_get_scene_info(s, &built);
+    CHECK(built.sah_at_build > 0 && built.sah_now == built.sah_at_build && !built.rebuild_advised);
+    hooks.warnings = hooks.notes = 0;
+    mesh_scale(&m, 1.25f); /* harmless: the cost stays */
+    CHECK(pktrt_set_positions(s, 0, 0, m.p) == PKTRT_OK && pktrt_refit(s) == PKTRT_OK);
+    pktrt_get_scene_info(s, &now);
+    CHECK(now.sah_now < 1.1 * now.sah_at_build && !now.rebuild_advised && hooks.warnings == 0, "%g", now.sah_now);
+    rng r = rng_of(4);
+    for (uint32_t v = m.nv - 1; v > 0; v--) { /* scrambled: the old tree is bad */
+      uint32_t j = rng_below(&r, v + 1);
+      for (int k = 0; k < 3; k++) {
+        float x = m.p[3 * v + (uint32_t)k];
+        m.p[3 * v + (uint32_t)k] = m.p[3 * j + (uint32_t)k];
+        m.p[3 * j + (uint32_t)k] = x;
+      }
+    }
+    unsigned char *nodes = s->groups[0].nodes;
+    (void)nodes;
+    CHECK(pktrt_set_positions(s, 0, 0, m.p) == PKTRT_OK && pktrt_refit(s) == PKTRT_OK);
+    pktrt_get_scene_info(s, &now);
+    pktrt_scene *fresh = world_scene(&w, PKTRT_ISA_AUTO, 0);
+    pktrt_scene_info best;
+    pktrt_get_scene_info(fresh, &best);
+    say("policy %d: cost %.1f at build, %.1f now, %.1f when fresh", policy, now.sah_at_build, now.sah_now, best.sah_now);
+    if (policy == PKTRT_REBUILD_AUTOMATIC) {
+      CHECK(!now.rebuild_advised && now.sah_now == now.sah_at_build && now.sah_now == best.sah_now, "rebuilt as fresh");
+      CHECK(same_trees(s, fresh));
+    } else {
+      CHECK(now.sah_now > 1.5 * now.sah_at_build && now.sah_at_build == built.sah_at_build, "the cost has grown");
+      CHECK(!same_trees(s, fresh));
+      CHECK(now.rebuild_advised == (policy == PKTRT_REBUILD_ADVISE));
+      CHECK((hooks.warnings + hooks.notes > 0) == (policy == PKTRT_REBUILD_ADVISE), "says so: %s", hooks.last_log);
+      CHECK(pktrt_mark_changed(s) == PKTRT_OK && pktrt_commit(s) == PKTRT_OK);
+      pktrt_get_scene_info(s, &now);
+      CHECK(!now.rebuild_advised && now.sah_now == best.sah_now && same_trees(s, fresh), "after the advised rebuild");
+    }
+    sound(s, "at the end");
+    CHECK(differing_hits(&w, s, fresh, scaled(20000)) == 0);
+    pktrt_scene_destroy(fresh);
+    pktrt_scene_destroy(s);
+    mesh_free(&m);
+  }
+}
+
+/* Input that tempts a builder into depth: exponentially shrinking triangles. */
+static void deep_input(void) {
+  mesh m = mesh_of(3 * 3000, 3000);
+  for (uint32_t t = 0; t < m.nt; t++) {
+    float x = powf(0.97f, (float)t), a[9] = {x, 0, 0, x * 1.01f, 0, 0, x, x * 0.01f, 0};
+    memcpy(m.p + 9 * t, a, sizeof a);
+    for (uint32_t k = 0; k < 3; k++) m.i[3 * t + k] = 3 * t + k;
+  }
+  world w;
+  w.m[0] = m, w.n = 1;
+  pktrt_scene *s = world_scene(&w, PKTRT_ISA_AUTO, 0);
+  sound(s, "geometric series");
+  for (uint32_t t = 0; t < m.nt; t += 37) {
+    const float *a = m.p + 9 * t;
+    pktrt_ray r = ray_of(a[0] * 1.002f, a[0] * 0.002f, 1, 0, 0, -1);
+    pktrt_hit h, want;
+    ref_intersect(&w, &r, &want);
+    pktrt_intersect(s, &r, &h);
+    CHECK(same_bits(&h, &want, sizeof h), "triangle %u", t);
+  }
+  pktrt_scene_destroy(s);
+  mesh_free(&m);
+}
+
+void suite_tree(void) {
+  run("trees of all qualities are sound", structure);
+  run("the tree checker sees bounds that are one ulp off", checker_sees);
+  run("one, two and seven workers build and refit the same tree", workers);
+  run("a refit leaves exactly the bounds and hits of a fresh build", refit_is_exact);
+  run("a commit leaves the trees of unchanged groups alone", one_mesh_only);
+  run("each rebuild policy does what it says", rebuild_policies);
+  run("geometric series build a tree of bounded depth", deep_input);
+}

@@ -1,0 +1,466 @@
+/* The library against brute force, bit for bit, and against an ideal oracle in double; watertightness; conservative culling. */
+#include "meshes.h"
+
+/* Everything a ray can be answered by, one call after the other: -1 if all agree with *want, else the number of the way. */
+enum { WAYS = 6 };
+static int other_answer(const pktrt_scene *s, const pktrt_ray *rays, const pktrt_hit *want, size_t n, size_t *where) {
+  enum { MOST = 512 };
+  static const uint32_t packet[WAYS] = {0, 0, 64, 7, 256, 0};
+  pktrt_hit got[MOST];
+  bool occluded[MOST];
+  for (int way = 0; way < WAYS; way++) {
+    pktrt_query_desc q;
+    memset(&q, 0, sizeof q);
+    q.path = way < 2 ? PKTRT_PATH_FAST : way < 5 ? PKTRT_PATH_PAPER : PKTRT_PATH_SINGLE;
+    q.packet_size = packet[way];
+    for (size_t first = 0; first < n; first += MOST) {
+      size_t m = n - first < MOST ? n - first : MOST;
+      memset(got, 0x77, sizeof got);
+      if (way == 0) {
+        for (size_t j = 0; j < m; j++) {
+          bool hit = pktrt_intersect(s, &rays[first + j], &got[j]);
+          occluded[j] = pktrt_occluded(s, &rays[first + j]);
+          if (hit != (got[j].mesh != PKTRT_NONE)) got[j].mesh ^= 0x55;
+        }
+      } else {
+        pktrt_intersect_ex(s, &q, rays + first, got, m);
+        pktrt_occluded_ex(s, &q, rays + first, occluded, m);
+      }
+      for (size_t j = 0; j < m; j++) {
+        bool hit = want[first + j].mesh != PKTRT_NONE;
+        if (!same_bits(&got[j], &want[first + j], sizeof *got) || occluded[j] != hit) {
+          *where = first + j;
+          return way;
+        }
+      }
+    }
+  }
+  return -1;
+}
+
+static void report(const char *name, pktrt_isa isa, int way, const pktrt_ray *r, const pktrt_hit *want, const pktrt_scene *s) {
+  pktrt_hit h;
+  pktrt_intersect(s, r, &h);
+  CHECK(false, "%s, %s, way %d: o %a %a %a", name, pktrt_isa_string(isa), way, (double)r->origin[0],
+        (double)r->origin[1], (double)r->origin[2]);
+  CHECK(false, "  d %a %a %a  [%a, %a]", (double)r->direction[0], (double)r->direction[1], (double)r->direction[2],
+        (double)r->tmin, (double)r->tmax);
+  CHECK(false, "  want mesh %u triangle %u t %a, single gives %u %u %a", want->mesh, want->triangle, (double)want->t, h.mesh,
+        h.triangle, (double)h.t);
+}
+
+/* All ways and instruction sets of the library against brute force. */
+static size_t against_brute_force(const char *name, const world *w, const pktrt_ray *rays, size_t n) {
+  size_t hits = 0, where = 0;
+  pktrt_hit *want = calloc(n, sizeof *want);
+  if (!want) abort();
+  for (size_t j = 0; j < n; j++) hits += ref_intersect(w, &rays[j], &want[j]);
+  for (int i = 0; i < isa_count; i++) {
+    pktrt_scene *s = world_scene(w, isas[i], 0);
+    if (!s) continue;
+    int way = other_answer(s, rays, want, n, &where);
+    if (way >= 0) report(name, isas[i], way, &rays[where], &want[where], s);
+    pktrt_scene_destroy(s);
+  }
+  free(want);
+  return hits;
+}
+
+static world world_of(mesh m) {
+  world w;
+  memset(&w, 0, sizeof w);
+  w.m[0] = m, w.n = 1;
+  return w;
+}
+
+/* Rays of every kind on a world, with windows of t and all lengths of direction where wild. */
+static void rays_of_all_kinds(const world *w, uint64_t seed, bool wild, pktrt_ray *out, size_t n) {
+  pktrt_scene *s = world_scene(w, PKTRT_ISA_AUTO, 0);
+  size_t part = n / RAYS_KINDS, at = 0;
+  for (int k = 0; k < RAYS_KINDS; k++) {
+    size_t m = k == RAYS_KINDS - 1 ? n - at : part;
+    make_rays(w, s, (ray_kind)k, seed, 0, out + at, m);
+    at += m;
+  }
+  pktrt_scene_destroy(s);
+  rng r = rng_of(seed + 5);
+  for (size_t j = 0; j < n && wild; j++) {
+    float length = powf(10, rng_range(&r, -15, 15));
+    for (int a = 0; a < 3; a++) out[j].direction[a] *= length;
+    switch (rng_below(&r, 6)) {
+    case 0: out[j].tmin = -INFINITY; break;
+    case 1: out[j].tmin = -2 / length; break;
+    case 2: out[j].tmax = FLT_MAX; break;
+    case 3: out[j].tmin = rng_unit(&r) / length; break;
+    case 4: out[j].tmax = rng_unit(&r) / length; break;
+    default: break;
+    }
+  }
+}
+
+static size_t rays_traced;
+static void brute(const char *name, world w, uint64_t seed, bool wild) {
+  size_t n = 70 + scaled(9000000 / (1 + w.m[0].nt));
+  if (n > 30000) n = 30000;
+  pktrt_ray *rays = calloc(n, sizeof *rays);
+  if (!rays) abort();
+  rays_of_all_kinds(&w, seed, wild, rays, n);
+  size_t hits = against_brute_force(name, &w, rays, n);
+  CHECK(hits > 0, "%s: rays hit something", name);
+  rays_traced += n;
+  free(rays);
+  world_free(&w);
+}
+
+static void brute_static(void) {
+  rays_traced = 0;
+  brute("sphere", world_of(mesh_sphere(3, 0.05f, 1)), 1, true);
+  brute("soup", world_of(mesh_soup(900, 0.3f, 7)), 2, true);
+  brute("box", world_of(mesh_box()), 3, true);
+  brute("grid", world_of(mesh_grid(20, 1)), 4, true);
+  brute("one triangle", world_of(mesh_soup(1, 1, 9)), 5, true);
+  say("%zu rays", rays_traced);
+}
+
+static void brute_moving(void) {
+  static const uint32_t keys[4] = {2, 3, 5, 17};
+  rays_traced = 0;
+  for (int i = 0; i < 4; i++) {
+    mesh m = mesh_soup(600, 0.3f, 7);
+    mesh_move(&m, keys[i], 0.2f, 0.1f, 11);
+    brute("moving soup", world_of(m), 6, true);
+    m = mesh_sphere(2, 0.05f, 1);
+    mesh_move(&m, keys[i], 0.3f, 0.02f, 12);
+    world w = world_of(m);
+    w.m[w.n++] = mesh_soup(200, 0.2f, 8);
+    w.m[w.n] = mesh_box();
+    mesh_move(&w.m[w.n++], 4, 0.2f, 0.1f, 13);
+    brute("mixed key counts", w, 7, true);
+  }
+  say("%zu rays", rays_traced);
+}
+
+static void brute_thin(void) {
+  rays_traced = 0;
+  brute("thin", world_of(mesh_thin(800, 3)), 8, true);
+  world w = world_of(mesh_thin(300, 4));
+  mesh_move(&w.m[0], 3, 0.1f, 1e-4f, 5);
+  brute("thin, moving", w, 9, true);
+  say("%zu rays", rays_traced);
+}
+
+static void brute_ties(void) {
+  rays_traced = 0;
+  mesh m = mesh_soup(150, 0.4f, 21), c = mesh_copies(&m, 6), g = mesh_grid(6, 1), gg = mesh_copies(&g, 4);
+  world w = world_of(c);
+  w.m[w.n++] = mesh_copies(&m, 2); /* the same again in a second mesh */
+  brute("copies", w, 10, false);
+  w = world_of(gg);
+  w.m[w.n++] = mesh_copies(&g, 3);
+  mesh moving = mesh_copies(&g, 1);
+  mesh_move(&moving, 2, 0, 0, 1);  /* moves nowhere: ties across groups of different key counts */
+  w.m[w.n++] = moving;
+  brute("coplanar copies", w, 11, false);
+  mesh_free(&m);
+  mesh_free(&g);
+  say("%zu rays", rays_traced);
+}
+
+static void brute_scales(void) {
+  static const float scales[8] = {1e-20f, 1e-30f, 1e-8f, 1e8f, 1e20f, 1e29f, 1e-38f, 1e-42f};
+  rays_traced = 0;
+  for (int i = 0; i < 8; i++) {
+    for (int moves = 0; moves < 2; moves++) {
+      world w = world_of(mesh_soup(200, 0.5f, 5 + (uint64_t)i));
+      if (moves) mesh_move(&w.m[0], 2, 0.1f, 0.1f, 3);
+      world_place(&w, scales[i], 0, 0, 0);
+      char name[64];
+      snprintf(name, sizeof name, "scale %g%s", (double)scales[i], moves ? ", moving" : "");
+      brute(name, w, 20 + (uint64_t)i, scales[i] > 1e-21f && scales[i] < 1e21f);
+    }
+  }
+  say("%zu rays", rays_traced);
+}
+
+static void brute_offsets(void) {
+  static const float offsets[5] = {1e-3f, 1, 1e3f, 1e5f, 1e6f};
+  rays_traced = 0;
+  for (int i = 0; i < 5; i++) {
+    for (int moves = 0; moves < 2; moves++) {
+      world w = world_of(mesh_sphere(2, 0.05f, 5));
+      w.m[w.n++] = mesh_soup(150, 0.3f, 6);
+      if (moves) mesh_move(&w.m[0], 2, 0.1f, 0.02f, 3);
+      world_place(&w, 1, offsets[i], -0.7f * offsets[i], 0.3f * offsets[i]);
+      char name[64];
+      snprintf(name, sizeof name, "offset %g%s", (double)offsets[i], moves ? ", moving" : "");
+      brute(name, w, 30 + (uint64_t)i, true);
+    }
+  }
+  say("%zu rays", rays_traced);
+}
+
+/* Rays of which something is denormal, huge, or on the border of validity. */
+static void brute_odd_rays(void) {
+  world w = world_of(mesh_soup(300, 0.5f, 77));
+  size_t n = scaled(20000);
+  pktrt_ray *rays = calloc(n, sizeof *rays);
+  if (!rays) abort();
+  rays_of_all_kinds(&w, 40, false, rays, n);
+  rng r = rng_of(41);
+  for (size_t j = 0; j < n; j++) {
+    pktrt_ray *x = &rays[j];
+    static const float sizes[8] = {1e-40f, 1e-44f, 1e-38f, 1e37f, 1e30f, 1e-30f, 1e-37f, 1e25f};
+    float s = sizes[rng_below(&r, 8)];
+    uint32_t a = rng_below(&r, 3);
+    switch (rng_below(&r, 7)) {
+    case 0: for (int k = 0; k < 3; k++) x->direction[k] *= s; break;
+    case 1: x->direction[a] = 1e-42f * rng_sign(&r); break;
+    case 2: x->direction[a] *= 1e-30f; break;
+    case 3: x->tmin = -1e-41f; x->tmax = s; break;
+    case 4: x->origin[a] = rng_sign(&r) * PKTRT_MAX_COORD; break;
+    case 5: x->tmin = -FLT_MAX; x->tmax = 1e-44f; break;
+    default: x->origin[a] = 1e-41f * rng_sign(&r); break;
+    }
+  }
+  size_t hits = against_brute_force("odd rays", &w, rays, n);
+  CHECK(hits > n / 100, "%zu hits", hits);
+  say("%zu rays, %zu hits", n, hits);
+  free(rays);
+  world_free(&w);
+}
+
+/* --- oracle --- */
+
+typedef struct oracle_count {
+  size_t rays, hits, band, wrong;     /* of the library */
+  size_t wrong_mt, wrong_ks;          /* of the controls */
+} oracle_count;
+
+static void oracle(world w, uint64_t seed, oracle_count *c) {
+  size_t n = 70 + scaled(2500000 / (1 + w.m[0].nt));
+  pktrt_ray *rays = calloc(n, sizeof *rays);
+  pktrt_scene *s = world_scene(&w, PKTRT_ISA_AUTO, 0);
+  if (!rays || !s) abort();
+  rays_of_all_kinds(&w, seed, false, rays, n);
+  rng r = rng_of(seed);
+  for (size_t j = 0; j < n; j++) { /* half of them moved off their targets by little */
+    for (int k = 0; k < 3 && j % 2; k++) rays[j].direction[k] *= 1 + rng_sign(&r) * powf(10, rng_range(&r, -7, -3));
+    pktrt_hit h, mt, ks;
+    bool near = false;
+    verdict v = (c->hits += pktrt_intersect(s, &rays[j], &h), ref_oracle(&w, &rays[j], &h, &near));
+    c->rays++;
+    c->band += v == VERDICT_BAND;
+    c->wrong += v == VERDICT_WRONG;
+    if (v == VERDICT_WRONG) {
+      CHECK(false, "seed %u ray %zu: mesh %u triangle %u t %.9g", (unsigned)seed, j, h.mesh, h.triangle, (double)h.t);
+    }
+    ref_moller_trumbore(&w, &rays[j], &mt);
+    ref_kensler_shirley(&w, &rays[j], &ks);
+    c->wrong_mt += ref_oracle(&w, &rays[j], &mt, &near) == VERDICT_WRONG;
+    c->wrong_ks += ref_oracle(&w, &rays[j], &ks, &near) == VERDICT_WRONG;
+  }
+  pktrt_scene_destroy(s);
+  free(rays);
+  world_free(&w);
+}
+
+static void oracle_all(void) {
+  oracle_count c;
+  memset(&c, 0, sizeof c);
+  oracle(world_of(mesh_sphere(3, 0.05f, 1)), 1, &c);
+  oracle(world_of(mesh_soup(500, 0.3f, 2)), 2, &c);
+  oracle(world_of(mesh_thin(500, 3)), 3, &c);
+  oracle(world_of(mesh_box()), 4, &c);
+  world w = world_of(mesh_sphere(2, 0.05f, 1));
+  world_place(&w, 1, 300, -200, 1000);
+  oracle(w, 5, &c);
+  w = world_of(mesh_soup(300, 0.3f, 4));
+  mesh_move(&w.m[0], 3, 0.2f, 0.1f, 5);
+  oracle(w, 6, &c);
+  say("%zu rays, %zu hits, %zu in the band, %zu wrong; Moeller-Trumbore in float %zu wrong, Kensler-Shirley %zu", c.rays, c.hits,
+      c.band, c.wrong, c.wrong_mt, c.wrong_ks);
+  CHECK(c.wrong == 0);
+  CHECK(c.hits > c.rays / 20);
+  CHECK(c.band < c.rays * 3 / 4, "the band does not swallow the test");
+  CHECK(small_run || (c.wrong_mt > 0 && c.wrong_ks > 0), "the controls fail");
+}
+
+void suite_truth(void) {
+  run("static triangles answer as brute force, bit for bit", brute_static);
+  run("moving triangles answer as brute force, bit for bit", brute_moving);
+  run("needles and slivers answer as brute force", brute_thin);
+  run("ties of equal triangles go to the lower mesh, then the lower triangle", brute_ties);
+  run("scales from 1e-42 to 1e29 answer as brute force", brute_scales);
+  run("scenes far from the origin answer as brute force", brute_offsets);
+  run("denormal, huge and borderline rays answer as brute force", brute_odd_rays);
+  run("answers are those of an ideal double oracle outside a derived band", oracle_all);
+}
+
+/* --- watertightness --- */
+
+/* From a point inside of closed mesh 0 exactly at its vertices and edge points: every ray must hit. */
+typedef struct leaks {
+  size_t rays, library, mt, ks;
+} leaks;
+
+static void inside_out(const world *w, const float centre[3], const float spread[3], uint64_t seed, size_t n, leaks *out) {
+  pktrt_ray *rays = calloc(n, sizeof *rays);
+  pktrt_hit *hits = calloc(n, sizeof *hits);
+  bool *occluded = calloc(n, sizeof *occluded);
+  pktrt_scene *s = world_scene(w, isas[seed % (uint64_t)isa_count], 0);
+  if (!rays || !hits || !occluded || !s) abort();
+  rng r = rng_of(seed);
+  for (size_t j = 0; j < n; j++) {
+    float o[3], p[3], time = rng_unit(&r);
+    for (int k = 0; k < 3; k++) o[k] = j / 64 % 2 ? centre[k] : centre[k] + spread[k] * rng_sign(&r);
+    if (j % 2) pick_vertex(w, &r, time, p);
+    else pick_edge(w, &r, time, p);
+    rays[j] = ray_towards(o, p, time);
+  }
+  pktrt_query_desc q;
+  memset(&q, 0, sizeof q);
+  for (int path = PKTRT_PATH_FAST; path <= PKTRT_PATH_SINGLE; path++) {
+    q.path = (pktrt_path)path;
+    pktrt_intersect_ex(s, &q, rays, hits, n);
+    pktrt_occluded_ex(s, &q, rays, occluded, n);
+    for (size_t j = 0; j < n; j++) {
+      out->rays++;
+      bool leak = hits[j].mesh == PKTRT_NONE || !occluded[j];
+      out->library += leak;
+      if (leak && out->library < 3) {
+        const float *o = rays[j].origin, *d = rays[j].direction;
+        CHECK(false, "leak, path %d: o %a %a %a  time %a (seed %u)", path, (double)o[0], (double)o[1], (double)o[2],
+              (double)rays[j].time, (unsigned)seed);
+        CHECK(false, "  d %a %a %a", (double)d[0], (double)d[1], (double)d[2]);
+      }
+    }
+  }
+  for (size_t j = 0; j < n && w->m[0].nt <= 512; j++) { /* controls */
+    pktrt_hit h;
+    out->mt += !ref_moller_trumbore(w, &rays[j], &h);
+    out->ks += !ref_kensler_shirley(w, &rays[j], &h);
+  }
+  pktrt_scene_destroy(s);
+  free(rays);
+  free(hits);
+  free(occluded);
+}
+
+static void closed_mesh(int level, uint32_t keys, float offset, float flat, uint64_t seed, size_t n, leaks *out) {
+  world w = world_of(mesh_sphere(level, 0.03f, seed));
+  if (keys > 1) mesh_move(&w.m[0], keys, 0.3f, 0.3f / (float)(1 << level) / 8, seed);
+  mesh_place(&w.m[0], (float[3]){1, flat, 1}, (float[3]){offset, -0.5f * offset, 0.25f * offset});
+  float centre[3] = {offset, -0.5f * offset, 0.25f * offset}, spread[3] = {0.2f, 0.2f * flat, 0.2f};
+  inside_out(&w, centre, spread, seed, n, out);
+  world_free(&w);
+}
+
+static void watertight(uint32_t most_keys, uint32_t least_keys) {
+  static const float offsets[4] = {0, 10, 1e3f, 1e5f};
+  leaks l;
+  memset(&l, 0, sizeof l);
+  for (uint32_t keys = least_keys; keys <= most_keys; keys++) {
+    for (int i = 0; i < 4; i++) {
+      closed_mesh(3, keys, offsets[i], 1, 1 + (uint64_t)i, scaled(20000), &l);
+      if (offsets[i] < 1e4f) closed_mesh(6, keys, offsets[i], 1, 5 + (uint64_t)i, scaled(150000), &l);
+    }
+    closed_mesh(3, keys, 0, 1e-4f, 11, scaled(20000), &l);
+    closed_mesh(6, keys, 0, 1e-4f, 12, scaled(150000), &l);
+    closed_mesh(3, keys, 0, 1e4f, 13, scaled(20000), &l);
+  }
+  say("%zu rays, %zu leaks; in float on a part of them: Moeller-Trumbore %zu, Kensler-Shirley %zu", l.rays, l.library, l.mt, l.ks);
+  CHECK(l.library == 0, "%zu of %zu rays leak", l.library, l.rays);
+  CHECK(small_run || (l.mt > 0 && l.ks > 0), "the controls leak");
+}
+
+static void watertight_static(void) { watertight(1, 1); }
+static void watertight_moving(void) { watertight(3, 2); }
+
+/* A ray at the hub of a fan of triangles: whatever rounding does, one of the blades is hit, and hit alike. */
+static void watertight_fans(void) {
+  size_t leak = 0, mt = 0, n = scaled(3000);
+  for (size_t i = 0; i < n; i++) {
+    world w = world_of(mesh_fan(6, i));
+    pktrt_scene *s = world_scene(&w, isas[i % (size_t)isa_count], 0);
+    pktrt_hit h;
+    rng r = rng_of(i + 99);
+    for (int j = 0; j < 16; j++) {
+      float o[3] = {rng_sign(&r), rng_sign(&r), -2 + rng_unit(&r)};
+      pktrt_ray x = ray_towards(o, w.m[0].p, 0);
+      leak += !pktrt_intersect(s, &x, &h);
+      mt += !ref_moller_trumbore(&w, &x, &h);
+    }
+    pktrt_scene_destroy(s);
+    world_free(&w);
+  }
+  say("%zu rays, %zu leaks; Moeller-Trumbore in float %zu", n * 16, leak, mt);
+  CHECK(leak == 0);
+  CHECK(small_run || mt > 0, "the control leaks");
+}
+
+void suite_watertight(void) {
+  run("closed meshes have no pinholes at vertices and edges", watertight_static);
+  run("closed moving meshes have no pinholes at vertices and edges", watertight_moving);
+  run("fans have no pinhole at the hub", watertight_fans);
+}
+
+/* --- culling --- */
+
+bool noslack_trace(const world *, pktrt_isa, pktrt_path, const pktrt_ray *, pktrt_hit *, size_t n);
+
+/* Rays in the planes of boxes and at silhouettes: what boxes without slack lose. */
+static void grazing_rays(const world *w, uint64_t seed, pktrt_ray *out, size_t n) {
+  for (size_t j = 0; j < n; j++) {
+    rng r = rng_of(seed + j);
+    float o[3], p[3];
+    pick_vertex(w, &r, 0.5f, p);
+    random_point(w, &r, 2, o);
+    uint32_t a = rng_below(&r, 3);
+    if (j % 3 == 0) o[a] = p[a];                            /* in an axis-parallel plane through a vertex */
+    if (j % 3 == 1) o[a] = p[a], o[(a + 1) % 3] = p[(a + 1) % 3]; /* axis-parallel through a vertex */
+    out[j] = ray_towards(o, p, 0.5f);
+    if (j % 8 == 7) out[j].tmax = nextafterf(1, 2), out[j].tmin = nextafterf(1, 0);
+  }
+}
+
+static void culling(void) {
+  static const float offsets[4] = {0, 3, 100, 1e4f};
+  size_t n = scaled(60000), lost = 0, lost_without = 0, rays_all = 0, hits = 0;
+  pktrt_ray *rays = calloc(n, sizeof *rays);
+  pktrt_hit *want = calloc(n, sizeof *want), *got = calloc(n, sizeof *got);
+  if (!rays || !want || !got) abort();
+  for (int i = 0; i < 4; i++) {
+    for (int moves = 0; moves < 2; moves++) {
+      world w = world_of(mesh_sphere(3, 0.1f, 3));
+      w.m[w.n++] = mesh_soup(50, 0.3f, 4);
+      if (moves) mesh_move(&w.m[0], 2, 0.1f, 0.02f, 5);
+      world_place(&w, 1, offsets[i], 0.3f * offsets[i], -offsets[i]);
+      grazing_rays(&w, 7, rays, n);
+      for (size_t j = 0; j < n; j++) hits += ref_intersect(&w, &rays[j], &want[j]);
+      rays_all += n;
+      for (int path = PKTRT_PATH_FAST; path <= PKTRT_PATH_SINGLE; path++) {
+        for (int k = 0; k < isa_count; k++) {
+          pktrt_query_desc q;
+          memset(&q, 0, sizeof q);
+          q.path = (pktrt_path)path;
+          pktrt_scene *s = world_scene(&w, isas[k], 0);
+          pktrt_intersect_ex(s, &q, rays, got, n);
+          for (size_t j = 0; j < n; j++) lost += !same_bits(&got[j], &want[j], sizeof *got);
+          pktrt_scene_destroy(s);
+          if (k) continue; /* the control: one instruction set is enough */
+          CHECK(noslack_trace(&w, isas[k], q.path, rays, got, n));
+          for (size_t j = 0; j < n; j++) lost_without += want[j].mesh != PKTRT_NONE && !same_bits(&got[j], &want[j], sizeof *got);
+        }
+      }
+      world_free(&w);
+    }
+  }
+  say("%zu rays, %zu hits; lost by culling %zu; with the slack removed %zu", rays_all, hits, lost, lost_without);
+  CHECK(lost == 0, "%zu answers lost", lost);
+  CHECK(lost_without > 0, "without slack something is lost, else this test shows nothing");
+  free(rays);
+  free(want);
+  free(got);
+}
+
+void suite_culling(void) { run("culling loses no hit of grazing rays, and loses some when its slack is removed", culling); }

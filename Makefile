@@ -29,10 +29,18 @@ EXAMPLES = $(B)/hello $(B)/query $(B)/packets $(B)/render
 TEST_SOURCES = $(sort $(wildcard tests/*.c))
 TEST_OBJECTS = $(TEST_SOURCES:tests/%.c=$(B)/tests/%.o)
 
+# Goals in a row, as in `make deps demo`, are made one after the other; what a goal is built from, side by side.
+JOBS ?= $(shell nproc 2>/dev/null || echo 1)
+BUILD = @$(MAKE) --no-print-directory -j$(JOBS)
+ifeq ($(MAKELEVEL),0)
+.NOTPARALLEL:
+endif
+
 .PHONY: all demo test sanitize test-neon matrix bench-peers deps deps-extra format clean help
 .DELETE_ON_ERROR:
 
-all: $(EXAMPLES) $(B)/test
+all:
+	$(BUILD) $(EXAMPLES) $(B)/test
 
 help:
 	@echo "all         examples and the test binary          demo        makes out/poolhall-rcs.png"
@@ -54,7 +62,8 @@ $(B)/%: examples/%.c pktrt.h | $(B)
 $(B) $(B)/tests out:
 	mkdir -p $@
 
-demo: $(B)/render | out
+demo: | out
+	$(BUILD) $(B)/render
 	$(B)/render --scene poolhall --mode rcs --size 1024x1024 -o out/poolhall-rcs.png
 
 # --- tests ---
@@ -65,19 +74,20 @@ $(B)/tests/%.o: tests/%.c $(wildcard tests/*.h) examples/scenes.h pktrt.h | $(B)
 $(B)/test: $(TEST_OBJECTS)
 	$(CC) $(CFLAGS) $^ -o $@ $(LDFLAGS) $(LDLIBS)
 
-test: $(B)/test
+test:
+	$(BUILD) $(B)/test
 	$(B)/test $(ONLY)
 
 # The smaller set: the same tests with fewer rays. ONLY="words" picks tests by their sentences.
 sanitize:
-	$(MAKE) config=sanitize build/sanitize/test
+	$(BUILD) config=sanitize build/sanitize/test
 	build/sanitize/test --small $(ONLY)
 
 ARM_CC = aarch64-linux-gnu-gcc
 test-neon:
 	@command -v $(ARM_CC) >/dev/null || { echo "test-neon: $(ARM_CC) is not installed (make deps-extra)"; exit 1; }
 	@command -v qemu-aarch64 >/dev/null || { echo "test-neon: qemu-aarch64 is not installed (make deps-extra)"; exit 1; }
-	$(MAKE) CC=$(ARM_CC) CFLAGS=-O2 LDFLAGS=-static config=release B=build/neon build/neon/test
+	$(BUILD) CC=$(ARM_CC) CFLAGS=-O2 LDFLAGS=-static config=release B=build/neon build/neon/test
 	qemu-aarch64 build/neon/test --small $(ONLY)
 
 matrix:
@@ -89,7 +99,7 @@ bench-peers:
 ifeq ($(EMBREE),)
 	@echo "bench-peers: Embree 3 is not installed (make deps-extra), nothing to compare with"
 else
-	$(MAKE) $(B)/peers
+	$(BUILD) $(B)/peers
 	$(B)/peers $(ARGS)
 endif
 

@@ -110,7 +110,7 @@ typedef struct pktrt_mesh_desc {
   const uint32_t *indices;  /* triangle_count * 3; NULL: 0,1,2, 3,4,5, ... (a triangle soup) */
   uint32_t triangle_count;
   uint32_t key_count;       /* motion keys spread evenly over time [0,1]; 0 and 1 both mean static */
-  const float *normals;     /* optional shading normals, tight, key_count blocks; any length but zero */
+  const float *normals;     /* optional shading normals, tight, key_count blocks; interpolated as they are, so of equal lengths */
   uint32_t material;        /* 0 = the default material; else an index from pktrt_add_material, looked at when rendering */
 } pktrt_mesh_desc;
 
@@ -137,7 +137,7 @@ typedef struct pktrt_scene_info {
   uint32_t mesh_count;      /* committed meshes */
   uint32_t moving_meshes;   /* of these, meshes with two or more keys */
   uint64_t triangles;       /* committed, degenerate ones included */
-  uint64_t degenerate;      /* of these, triangles without area at every key */
+  uint64_t degenerate;      /* of these, triangles without area at any time */
   uint64_t nodes;           /* 8-wide nodes */
   uint64_t leaf_blocks;     /* blocks of up to 8 triangles */
   uint64_t tree_bytes;      /* nodes and leaf blocks */
@@ -437,7 +437,7 @@ enum {
    Block of up to eight triangles, 320 + (K-1) * 288 bytes:
      float    vertex[3][3][8]  [corner][axis][lane] at key 0, raw, so that shared vertices have equal bits
      uint32_t id[8]            global triangle index; PKTRT_NONE in lanes without a triangle. Lanes whose triangle has no area
-                               at any key hold PKTRT_NONE too: never hit, and back in place when a refit gives them area.
+                               at any time hold PKTRT_NONE too: never hit, and back in place when a refit gives them area.
      float    vertex[3][3][8]  for each further key                                                                       */
 #define PKTRT__NODE_BYTES 256u
 #define PKTRT__NODE_KEY_BYTES 192u
@@ -569,31 +569,35 @@ PKTRT__INLINE float pktrt__maxf(float a, float b) { return a > b ? a : b; }
 
 /* Binary tree first, then wide, then bounds.
 
-   Binary: a range of triangles ("prims": boxes with an id) is split in two where the surface area heuristic says so: from bins
-   over the centroids on all three axes while the range is large, from an exact sweep of the sorted centroids when it is small.
-   A side with n triangles costs area * (0.75 ceil(n/8) + 0.25 n/8): whole blocks, with a leaning towards fewer triangles where
-   the number of blocks is the same. A range of up to 8 stays a leaf (cost: area) if that is not dearer than a step (0.25 area)
-   plus both sides. Moving groups are built on the boxes at the middle of the motion.
-   The partition reads one buffer and writes the other; small ranges move back home, so that all leaves lie in the first.
+   Binary: a range of triangles ("prims": boxes with an id) is split in two where the surface area heuristic says so:
+   from bins over the centroids on all three axes while the range is large, from an exact sweep of the sorted centroids
+   when it is small. A side with n triangles costs area * (0.75 ceil(n/8) + 0.25 n/8): whole blocks, with a leaning
+   towards fewer triangles where the number of blocks is the same. A range of up to 8 stays a leaf (cost: area) if that
+   is not dearer than a step (0.25 area) plus both sides. Moving groups are built on the boxes at the middle of the
+   motion. The partition reads one buffer and writes the other; small ranges move back home, so that all leaves lie in
+   the first.
 
    Depth: let need(n) = ceil(log2(ceil(n/8))), the levels of halving until n triangles fit a block. Every range keeps
-   depth + need(n) <= MAX_DEPTH: true at the root (need < 30); where it holds with slack, any split keeps it, since a part is
-   smaller than the whole; where it holds with equality the range is halved by index into parts of at most ceil(ceil(n/8)/2)
-   blocks, which need one level less. Ranges of up to 8 are split above MAX_DEPTH only. So all loops end, and their stacks have known sizes, for any input.
-   Where the heuristic is blind (no extent of centroids, no area) the range is halved by index too.
+   depth + need(n) <= MAX_DEPTH: true at the root (need < 30); where it holds with slack, any split keeps it, since a
+   part is smaller than the whole; where it holds with equality the range is halved by index into parts of at most
+   ceil(ceil(n/8)/2) blocks, which need one level less. Ranges of up to 8 are split where depth < MAX_DEPTH only. So
+   all loops end, and their stacks have known sizes, for any input. Where the heuristic is blind (no extent of
+   centroids, no area) the range is halved by index too.
 
-   Range of numbers: coordinates up to 2^100 stay as they are, smaller groups are scaled up to [1,2) by a power of two; areas
-   are taken of extents scaled to [1,2) range by range. So float products neither overflow nor vanish where they matter.
+   Range of numbers: coordinates up to 2^100 stay as they are, smaller groups are scaled up to [1,2) by a power of two;
+   areas are taken of extents scaled to [1,2) range by range. So float products neither overflow nor vanish where they
+   matter.
 
-   Determinism: a range of n triangles at slot s owns the node slots [s, s + 2n - 1): itself s, its left part of m triangles
-   s + 1, its right part s + 2m. Nothing is handed out at run time: parallel tasks write disjoint parts of the same arrays, and
-   which tasks there are depends on triangle counts alone. The same tree results for any number of workers.
+   Determinism: a range of n triangles at slot s owns the node slots [s, s + 2n - 1): itself s, its left part of m
+   triangles s + 1, its right part s + 2m. Nothing is handed out at run time: parallel tasks write disjoint parts of
+   the same arrays, and which tasks there are depends on triangle counts alone. The same tree results for any number of
+   workers.
 
-   Wide: a node takes over its binary root's children and opens the one of largest area until it has eight or only leaves.
-   Subtrees of up to max(4096, n/64) triangles are tasks: counted, placed by a prefix sum, written in depth-first order. What
-   lies above them, the top, comes first. A group that is one task has no top.
+   Wide: a node takes over its binary root's children and opens the one of largest area until it has eight or only
+   leaves. Subtrees of up to max(4096, n/64) triangles are tasks: counted, placed by a prefix sum, written in
+   depth-first order. What lies above them, the top, comes first. A group that is one task has no top.
 
-   Bounds: fitted bottom-up from the blocks by the function that refit uses, hence equal to it bit by bit.                  */
+   Bounds: fitted bottom-up from the blocks by the function that refit uses, hence equal to it bit by bit. */
 
 enum {
   PKTRT__TASK_MIN = 4096,  /* triangles */
@@ -602,6 +606,13 @@ enum {
   PKTRT__MAX_BINS = 64,
   PKTRT__MAX_SWEEP = 64
 };
+
+/* A hint that p will be read soon */
+#if defined(__GNUC__) || defined(__clang__)
+#define PKTRT__FETCH(p) __builtin_prefetch(p)
+#else
+#define PKTRT__FETCH(p) (void)(p)
+#endif
 
 static float *pktrt__node_planes(unsigned char *node, uint32_t key) {
   size_t at = key ? PKTRT__NODE_BYTES + (size_t)(key - 1) * PKTRT__NODE_KEY_BYTES : 0;
@@ -619,7 +630,8 @@ static uint32_t *pktrt__block_ids(unsigned char *block) {
 }
 
 /* Where the corners of a triangle are at a key; of a mesh whose positions changed, the new ones if use_pending. */
-PKTRT__INLINE void pktrt__corners(const pktrt__mesh *m, bool use_pending, uint32_t tri, uint32_t key, const float *v[3]) {
+PKTRT__INLINE void pktrt__corners(const pktrt__mesh *m, bool use_pending, uint32_t tri, uint32_t key,
+                                  const float *v[3]) {
   const float *p = use_pending && m->dirty && m->pending ? m->pending : m->positions;
   size_t at = (size_t)tri * 3;
   p += (size_t)key * m->vertex_count * 3;
@@ -630,7 +642,8 @@ PKTRT__INLINE void pktrt__corners(const pktrt__mesh *m, bool use_pending, uint32
     v[0] = p + 3 * at, v[1] = v[0] + 3, v[2] = v[0] + 6;
   }
 }
-static void pktrt__triangle_vertices(const pktrt__mesh *m, bool use_pending, uint32_t tri, uint32_t key, float v[3][3]) {
+PKTRT__INLINE void pktrt__triangle_vertices(const pktrt__mesh *m, bool use_pending, uint32_t tri, uint32_t key,
+                                            float v[3][3]) {
   const float *corner[3];
   pktrt__corners(m, use_pending, tri, key, corner);
   for (int c = 0; c < 3; c++) v[c][0] = corner[c][0], v[c][1] = corner[c][1], v[c][2] = corner[c][2];
@@ -647,9 +660,9 @@ static uint32_t pktrt__mesh_of(const pktrt__mesh *meshes, uint32_t mesh_count, u
   return lo;
 }
 
-/* A box of the build is lo x,y,z,-, -hi x,y,z,-: all of it grows by minima, two vectors. The free elements of a prim hold the
-   halves of the global triangle index, as floats in [1,2): vectors compute with them too, and other bits might be denormal
-   numbers, which are slow. */
+/* A box of the build is lo x,y,z,-, -hi x,y,z,-: all of it grows by minima, two vectors. The free elements of a prim
+   hold the halves of the global triangle index, as floats in [1,2): vectors compute with them too, and other bits
+   might be denormal numbers, which are slow. */
 typedef struct pktrt__prim {
   float box[8];
 } pktrt__prim;
@@ -692,12 +705,7 @@ PKTRT__INLINE void pktrt__box_clear(float *b) {
   for (int i = 0; i < 8; i++) b[i] = PKTRT__FAR;
 }
 PKTRT__INLINE void pktrt__box_grow(float *b, const float *p) {
-#ifdef PKTRT__HAS_SSE2
-  _mm_storeu_ps(b, _mm_min_ps(_mm_loadu_ps(p), _mm_loadu_ps(b)));
-  _mm_storeu_ps(b + 4, _mm_min_ps(_mm_loadu_ps(p + 4), _mm_loadu_ps(b + 4)));
-#else
   for (int i = 0; i < 8; i++) b[i] = p[i] < b[i] ? p[i] : b[i];
-#endif
 }
 /* Half the surface, of extents times s */
 PKTRT__INLINE float pktrt__box_area(const float *b, float s) {
@@ -827,16 +835,10 @@ static bool pktrt__place_bins(pktrt__bins *s, const pktrt__prim *p, uint32_t n) 
   for (int a = 0; a < 4; a++) lo[a] = 2.0f * PKTRT__FAR, hi[a] = -2.0f * PKTRT__FAR;
   for (uint32_t i = 0; i < n; i++) {
     const float *b = p[i].box;
-#ifdef PKTRT__HAS_SSE2
-    __m128 c = _mm_sub_ps(_mm_loadu_ps(b), _mm_loadu_ps(b + 4));
-    _mm_storeu_ps(lo, _mm_min_ps(c, _mm_loadu_ps(lo)));
-    _mm_storeu_ps(hi, _mm_max_ps(c, _mm_loadu_ps(hi)));
-#else
-    for (int a = 0; a < 3; a++) {
+    for (int a = 0; a < 4; a++) { /* the fourth for the sake of the vector */
       float c = b[a] - b[a + 4];
       lo[a] = c < lo[a] ? c : lo[a], hi[a] = c > hi[a] ? c : hi[a];
     }
-#endif
   }
   bool any = false;
   for (int a = 0; a < 3; a++) {
@@ -853,23 +855,12 @@ static void pktrt__fill_bins(pktrt__bins *s, const pktrt__prim *p, uint32_t n) {
   for (int a = 0; a < 3; a++) {
     for (uint32_t i = 0; i < s->bins; i++) pktrt__box_clear(s->box[a][i]), s->count[a][i] = 0;
   }
-#ifdef PKTRT__HAS_SSE2
-  __m128 low = _mm_loadu_ps(s->low), scale = _mm_loadu_ps(s->scale);
-#else
   float low[3] = {s->low[0], s->low[1], s->low[2]}, scale[3] = {s->scale[0], s->scale[1], s->scale[2]};
-#endif
   for (uint32_t i = 0; i < n; i++) {
     const float *b = p[i].box;
-#ifdef PKTRT__HAS_SSE2
-    __m128 c = _mm_sub_ps(_mm_loadu_ps(b), _mm_loadu_ps(b + 4));
-    __m128i bin = _mm_cvttps_epi32(_mm_mul_ps(_mm_sub_ps(c, low), scale));
-    size_t x = (size_t)_mm_extract_epi16(bin, 0), y = (size_t)_mm_extract_epi16(bin, 2);
-    size_t z = (size_t)_mm_extract_epi16(bin, 4);
-#else
     size_t x = (size_t)(int32_t)((b[0] - b[4] - low[0]) * scale[0]);
     size_t y = (size_t)(int32_t)((b[1] - b[5] - low[1]) * scale[1]);
     size_t z = (size_t)(int32_t)((b[2] - b[6] - low[2]) * scale[2]);
-#endif
     pktrt__box_grow(s->box[0][x], b), s->count[0][x]++;
     pktrt__box_grow(s->box[1][y], b), s->count[1][y]++;
     pktrt__box_grow(s->box[2][z], b), s->count[2][z]++;
@@ -950,7 +941,8 @@ static void pktrt__sort_axis(const pktrt__prim *p, uint32_t n, uint32_t axis, ui
 }
 
 /* The cheapest cut of the sorted prims on any axis; 0 for a range that had better stay a leaf. Moves the prims. */
-static uint32_t pktrt__split_sweep(pktrt__prim *p, const pktrt__range *r, float unit, float area, pktrt__range part[2]) {
+static uint32_t pktrt__split_sweep(pktrt__prim *p, const pktrt__range *r, float unit, float area,
+                                   pktrt__range part[2]) {
   uint8_t order[3][PKTRT__MAX_SWEEP];
   float right[PKTRT__MAX_SWEEP], best = FLT_MAX, box[8];
   uint32_t n = r->count, axis = 0, left = 0;
@@ -1028,8 +1020,8 @@ static void pktrt__split_job(void *arg, size_t i) {
   pktrt__split(round->b, &round->ranges[i], &round->parts[2 * i]); /* ranges of more than 8 always split */
 }
 
-/* Ranges of more than `limit` triangles are disjoint, so there are at most count / limit of them in each of MAX_DEPTH rounds;
-   each split adds at most one range to the list of those done. */
+/* Ranges of more than `limit` triangles are disjoint, so there are at most count / limit of them in each of MAX_DEPTH
+   rounds; each split adds at most one range to the list of those done. */
 static uint64_t pktrt__most_wide(const pktrt__builder *b) { return b->count / b->limit + 1; }
 static uint64_t pktrt__most_done(const pktrt__builder *b) { return pktrt__most_wide(b) * PKTRT__MAX_DEPTH + 1; }
 
@@ -1062,9 +1054,19 @@ PKTRT__INLINE bool pktrt__has_area(const float *const v[3]) {
   return (ay * bz - az * by != 0.0) | (az * bx - ax * bz != 0.0) | (ax * by - ay * bx != 0.0);
 }
 
-/* Vertices and ids of a block from its global indices; free lanes repeat lane 0. Returns the number of triangles without area. */
-static uint32_t pktrt__write_block(const pktrt__group *g, uint32_t block, const pktrt__mesh *meshes, uint32_t mesh_count,
-                                   bool use_pending) {
+/* Whether a triangle has area half-way between two keys. The normal is a quadratic function of time: zero at both keys and
+   half-way, it is zero throughout. */
+static bool pktrt__has_area_between(const float *const v0[3], const float *const v1[3]) {
+  float p[3][3];
+  for (int i = 0; i < 9; i++) p[i / 3][i % 3] = 0.5f * v0[i / 3][i % 3] + 0.5f * v1[i / 3][i % 3];
+  const float *const v[3] = {p[0], p[1], p[2]};
+  return pktrt__has_area(v);
+}
+
+/* Vertices and ids of a block from its global indices; free lanes repeat lane 0. Returns the number of triangles
+   without area at any time. */
+static uint32_t pktrt__write_block(const pktrt__group *g, uint32_t block, const pktrt__mesh *meshes,
+                                   uint32_t mesh_count, bool use_pending) {
   const uint32_t *tri = g->block_triangles + (size_t)block * PKTRT__W;
   unsigned char *at = g->blocks + (size_t)block * g->block_bytes;
   uint32_t *id = pktrt__block_ids(at), mesh = 0, flat = 0;
@@ -1073,7 +1075,7 @@ static uint32_t pktrt__write_block(const pktrt__group *g, uint32_t block, const 
     if (!none) mesh = pktrt__mesh_of(meshes, mesh_count, tri[l], mesh);
     for (uint32_t k = 0; k < g->key_count; k++) {
       float *row = pktrt__block_vertices(at, k) + l;
-      const float *v[3];
+      const float *v[3], *before[3];
       if (none) {
         for (size_t i = 0; i < 9; i++) row[i * PKTRT__W] = row[i * PKTRT__W - l];
         continue;
@@ -1083,6 +1085,9 @@ static uint32_t pktrt__write_block(const pktrt__group *g, uint32_t block, const 
         row[0] = v[c][0], row[PKTRT__W] = v[c][1], row[2 * PKTRT__W] = v[c][2];
       }
       area |= pktrt__has_area(v);
+      if (area || !k) continue;
+      pktrt__corners(&meshes[mesh], use_pending, tri[l] - meshes[mesh].first_id, k - 1, before);
+      area = pktrt__has_area_between(before, v);
     }
     id[l] = area ? tri[l] : PKTRT_NONE;
     flat += !none && !area;
@@ -1091,20 +1096,18 @@ static uint32_t pktrt__write_block(const pktrt__group *g, uint32_t block, const 
 }
 
 /* Starts loading what write_block will read; blocks gather from all over the mesh. */
-PKTRT__INLINE void pktrt__prefetch_block(const pktrt__group *g, uint32_t block, const pktrt__mesh *meshes, uint32_t mesh_count,
-                                         bool use_pending) {
-#if defined(__GNUC__) || defined(__clang__)
+PKTRT__INLINE void pktrt__prefetch_block(const pktrt__group *g, uint32_t block, const pktrt__mesh *meshes,
+                                         uint32_t mesh_count, bool use_pending) {
   const uint32_t *tri = g->block_triangles + (size_t)block * PKTRT__W;
   uint32_t mesh = 0;
   for (int l = 0; l < PKTRT__W && tri[l] != PKTRT_NONE; l++) {
-    mesh = pktrt__mesh_of(meshes, mesh_count, tri[l], mesh);
     const float *v[3];
+    mesh = pktrt__mesh_of(meshes, mesh_count, tri[l], mesh);
     pktrt__corners(&meshes[mesh], use_pending, tri[l] - meshes[mesh].first_id, 0, v);
-    __builtin_prefetch(v[0]), __builtin_prefetch(v[1]), __builtin_prefetch(v[2] + 2);
+    PKTRT__FETCH(v[0]);
+    PKTRT__FETCH(v[1]);
+    PKTRT__FETCH(v[2] + 2);
   }
-#else
-  (void)g, (void)block, (void)meshes, (void)mesh_count, (void)use_pending;
-#endif
 }
 
 /* Bounds */
@@ -1149,7 +1152,14 @@ static double pktrt__surface(const float box[6]) {
   return 2.0 * (x * y + y * z + z * x);
 }
 
-/* Children from far to near for each octant, at the middle of the motion. An octant's opposite has the reverse order. */
+/* A whole number that orders as x does but for its last three bits, which hold i < 8: no two are equal. */
+PKTRT__INLINE int32_t pktrt__order_key(float x, int32_t i) {
+  int32_t bits;
+  memcpy(&bits, &x, 4);
+  return ((bits < 0 ? bits ^ INT32_MAX : bits) & ~7) | i;
+}
+
+/* Children from far to near for each octant, at the middle of the motion. Opposite octants have reverse orders. */
 static void pktrt__order_children(const pktrt__group *g, unsigned char *node) {
   const float *p = pktrt__node_planes(node, (g->key_count - 1) / 2), *q = pktrt__node_planes(node, g->key_count / 2);
   uint32_t *perm = pktrt__node_children(node) + PKTRT__W;
@@ -1158,26 +1168,22 @@ static void pktrt__order_children(const pktrt__group *g, unsigned char *node) {
     for (int i = 0; i < 8; i++) c[a][i] = p[16 * a + i] + p[16 * a + 8 + i] + (q[16 * a + i] + q[16 * a + 8 + i]);
   }
   for (uint32_t octant = 0; octant < 4; octant++) {
-    float far[8];
-    uint32_t rank[8];
+    int32_t far[8], rank[8] = {0, 0, 0, 0, 0, 0, 0, 0};
     for (int i = 0; i < 8; i++) {
-      far[i] = (octant & 1 ? -c[0][i] : c[0][i]) + (octant & 2 ? -c[1][i] : c[1][i]) + c[2][i];
-      rank[i] = 0;
+      float x = octant & 1 ? -c[0][i] : c[0][i], y = octant & 2 ? -c[1][i] : c[1][i];
+      far[i] = pktrt__order_key(x + y + c[2][i], i);
     }
     for (int i = 0; i < 8; i++) {
-      for (int j = i + 1; j < 8; j++) {
-        uint32_t first = far[i] >= far[j];
-        rank[j] += first, rank[i] += 1 - first;
-      }
+      for (int j = 0; j < 8; j++) rank[j] += far[i] > far[j];
     }
     uint32_t order = 0, reverse = 0;
-    for (uint32_t i = 0; i < 8; i++) order |= i << 3 * rank[i], reverse |= i << 3 * (7 - rank[i]);
+    for (uint32_t i = 0; i < 8; i++) order |= i << 3 * rank[i], reverse |= i << (21 - 3 * rank[i]);
     perm[octant] = order, perm[octant ^ 7] = reverse;
   }
 }
 
-/* Bounds and orders of a run of nodes whose blocks, and nodes below in other runs, are done. Children follow their parents, so
-   backwards is bottom-up. Returns the children's areas, summed over keys too. */
+/* Bounds and orders of a run of nodes whose blocks, and nodes below in other runs, are done. Children follow their
+   parents, so backwards is bottom-up. Returns the children's areas, summed over keys too. */
 static double pktrt__fit_nodes(const pktrt__group *g, uint32_t first, uint32_t count) {
   double sum = 0.0;
   for (uint32_t n = first + count; n-- > first;) {
@@ -1212,9 +1218,9 @@ static bool pktrt__alloc_tasks(const pktrt_scene_desc *desc, pktrt__group *g) {
   return g->tasks != NULL;
 }
 
-/* Bounds, costs and counts of the group from its root and the runs. The cost is the expected number of nodes and blocks opened
-   by a random line through the root's box, at a random time: areas of all of them over the root's, each summed over the keys.
-   Boxes without area: 2, as a root with one block. */
+/* Bounds, costs and counts of the group from its root and the runs. The cost is the expected number of nodes and
+   blocks opened by a random line through the root's box, at a random time: areas of all of them over the root's, each
+   summed over the keys. Boxes without area: 2, as a root with one block. */
 static void pktrt__sum_group(pktrt__group *g) {
   double root = 0.0, sum = 0.0;
   for (uint32_t k = 0; k < g->key_count; k++) {
@@ -1266,6 +1272,8 @@ static uint32_t pktrt__open(const pktrt__binary *nodes, pktrt__sub root, pktrt__
     child[n].slot = part.slot + 2 * left, child[n].count = part.count - left;
     child[n].first = part.first + left;
     const pktrt__binary *l = &nodes[child[pick].slot], *r = &nodes[child[n].slot];
+    PKTRT__FETCH(l + 2 * (size_t)l->left);
+    PKTRT__FETCH(r + 2 * (size_t)r->left);
     size[pick] = l->left ? l->size : -1.0f, size[n] = r->left ? r->size : -1.0f;
     n++;
   }
@@ -1287,8 +1295,8 @@ static void pktrt__emit_block(const pktrt__walk *w, pktrt__sub leaf, uint32_t bl
   for (uint32_t l = 0; l < PKTRT__W; l++) tri[l] = l < leaf.count ? pktrt__prim_id(&p[l]) : PKTRT_NONE;
 }
 
-/* Walks the wide tree below root in depth-first order, numbering nodes and blocks from those in *t, which receives how many
-   there are; emits them, without bounds and vertices, if w says so. */
+/* Walks the wide tree below root in depth-first order, numbering nodes and blocks from those in *t, which receives how
+   many there are; emits them, without bounds and vertices, if w says so. */
 static void pktrt__walk_tree(pktrt__walk *w, pktrt__sub root, pktrt__task *t) {
   struct { pktrt__sub sub; uint32_t *ref; } stack[PKTRT__STACK];
   uint32_t top = 0, node = t->first_node, block = t->first_block, unused = 0;
@@ -1361,7 +1369,8 @@ static bool pktrt__place_tasks(const pktrt_scene_desc *desc, pktrt__group *g) {
   }
   g->nodes = PKTRT__CAST(unsigned char *, pktrt__alloc(desc, g->node_count, g->node_bytes));
   g->blocks = PKTRT__CAST(unsigned char *, pktrt__alloc(desc, g->block_count, g->block_bytes));
-  g->block_triangles = PKTRT__CAST(uint32_t *, pktrt__alloc(desc, (uint64_t)g->block_count * PKTRT__W, sizeof(uint32_t)));
+  g->block_triangles = PKTRT__CAST(uint32_t *, pktrt__alloc(desc, (uint64_t)g->block_count * PKTRT__W,
+                                                                sizeof(uint32_t)));
   return g->nodes && g->blocks && g->block_triangles;
 }
 
@@ -1412,7 +1421,8 @@ static void pktrt__set_quality(pktrt__builder *b) {
   }
 }
 
-/* Builds the tree over all meshes with key_count keys, which have at least one triangle. false: out of memory, *out as it was. */
+/* Builds the tree over all meshes with key_count keys, which have at least one triangle. false: out of memory, *out as
+   it was. */
 static bool pktrt__build_group(const pktrt_scene_desc *desc, const pktrt__mesh *meshes, uint32_t mesh_count,
                                uint32_t key_count, bool use_pending, pktrt__group *out) {
   pktrt__builder b;
@@ -1423,7 +1433,8 @@ static bool pktrt__build_group(const pktrt_scene_desc *desc, const pktrt__mesh *
   memset(&b, 0, sizeof b), memset(&g, 0, sizeof g);
   b.desc = desc, b.meshes = meshes, b.mesh_count = mesh_count, b.key_count = key_count, b.use_pending = use_pending;
   b.count = g.triangle_count = (uint32_t)count;
-  b.limit = b.count / PKTRT__TASK_PARTS > PKTRT__TASK_MIN ? b.count / PKTRT__TASK_PARTS : PKTRT__TASK_MIN;
+  b.limit = b.count / PKTRT__TASK_PARTS;
+  if (b.limit < PKTRT__TASK_MIN) b.limit = PKTRT__TASK_MIN;
   pktrt__set_quality(&b);
   g.key_count = key_count;
   g.node_bytes = PKTRT__NODE_BYTES + (key_count - 1) * PKTRT__NODE_KEY_BYTES;
@@ -1455,8 +1466,8 @@ static bool pktrt__build_group(const pktrt_scene_desc *desc, const pktrt__mesh *
 
 /* >>refit ------------------------------------------------------------------------------------------------------------ */
 
-/* The runs of the build again: blocks with a triangle of a changed mesh are written anew, then all bounds of a run that has such
-   a block, then those of the top. A run without one keeps its bounds and its sums. */
+/* The runs of the build again: blocks with a triangle of a changed mesh are written anew, then all bounds of a run
+   that has such a block, then those of the top. A run without one keeps its bounds and its sums. */
 
 typedef struct pktrt__refit {
   pktrt__group *g;
@@ -1492,7 +1503,8 @@ static void pktrt__refit_job(void *arg, size_t i) {
   if (sum->changed) sum->area = pktrt__fit_nodes(r->g, t->first_node, t->node_count);
 }
 
-static void pktrt__refit_group(const pktrt_scene_desc *desc, pktrt__group *g, const pktrt__mesh *meshes, uint32_t mesh_count) {
+static void pktrt__refit_group(const pktrt_scene_desc *desc, pktrt__group *g, const pktrt__mesh *meshes,
+                               uint32_t mesh_count) {
   pktrt__refit r = {g, meshes, mesh_count};
   const pktrt__task *top = &g->tasks[g->task_count];
   pktrt__sum *sums = pktrt__sums(g);
@@ -1505,8 +1517,8 @@ static void pktrt__refit_group(const pktrt_scene_desc *desc, pktrt__group *g, co
   pktrt__sum_group(g);
 }
 
-/* Tests only: NULL, or what is wrong. To be called when the group is up to date with the meshes: after a build or refit, before
-   or after the pending positions became the committed ones. */
+/* Tests only: NULL, or what is wrong. To be called when the group is up to date with the meshes: after a build or
+   refit, before or after the pending positions became the committed ones. */
 
 static uint64_t pktrt__mix(uint64_t x) { /* so that sums tell sets apart: the finaliser of splitmix64 */
   x += UINT64_C(0x9E3779B97F4A7C15);
@@ -1515,8 +1527,8 @@ static uint64_t pktrt__mix(uint64_t x) { /* so that sums tell sets apart: the fi
   return x ^ (x >> 31);
 }
 
-static const char *pktrt__check_block(const pktrt__group *g, uint32_t block, const pktrt__mesh *meshes, uint32_t mesh_count,
-                                      uint64_t *set, uint64_t *count) {
+static const char *pktrt__check_block(const pktrt__group *g, uint32_t block, const pktrt__mesh *meshes,
+                                      uint32_t mesh_count, uint64_t *set, uint64_t *count) {
   const uint32_t *tri = g->block_triangles + (size_t)block * PKTRT__W;
   unsigned char *at = g->blocks + (size_t)block * g->block_bytes;
   if (tri[0] == PKTRT_NONE) return "A block has no triangle.";
@@ -1525,13 +1537,13 @@ static const char *pktrt__check_block(const pktrt__group *g, uint32_t block, con
     if (!none && l && tri[l - 1] == PKTRT_NONE) return "A block has a triangle behind a free lane.";
     uint32_t t = tri[none ? 0 : l], mesh = pktrt__mesh_of(meshes, mesh_count, t, 0);
     const pktrt__mesh *m = &meshes[mesh];
-    if (t - m->first_id >= m->triangle_count || m->key_count != g->key_count) return "A block holds a foreign triangle.";
+    if (t - m->first_id >= m->triangle_count || m->key_count != g->key_count) return "A triangle is foreign.";
     for (uint32_t k = 0; k < g->key_count; k++) {
       const float *row = pktrt__block_vertices(at, k) + l;
       const float *v[3];
       pktrt__corners(m, true, t - m->first_id, k, v);
       for (size_t i = 0; i < 9; i++) {
-        if (memcmp(&row[i * PKTRT__W], &v[i / 3][i % 3], sizeof(float))) return "A vertex in a block is not the mesh's.";
+        if (memcmp(&row[i * PKTRT__W], &v[i / 3][i % 3], sizeof(float))) return "A vertex is not the mesh's.";
       }
       area = area || pktrt__has_area(v);
     }
@@ -1550,8 +1562,9 @@ static const char *pktrt__check_child(const pktrt__group *g, unsigned char *node
       for (int i = 0; i < 24 && ref != PKTRT__EMPTY; i++) {
         float x;
         if (ref & PKTRT__LEAF) {
-          if (g->block_triangles[(size_t)(ref & ~PKTRT__LEAF) * 8 + (size_t)i / 3] == PKTRT_NONE) continue;
-          x = pktrt__block_vertices(g->blocks + (size_t)(ref & ~PKTRT__LEAF) * g->block_bytes, k)[i % 3 * 24 + p / 2 * 8 + i / 3];
+          size_t block = ref & ~PKTRT__LEAF;
+          if (g->block_triangles[block * 8 + (size_t)i / 3] == PKTRT_NONE) continue;
+          x = pktrt__block_vertices(g->blocks + block * g->block_bytes, k)[i % 3 * 24 + p / 2 * 8 + i / 3];
         } else {
           unsigned char *below = g->nodes + (size_t)ref * g->node_bytes;
           if (pktrt__node_children(below)[i / 3] == PKTRT__EMPTY) continue;
@@ -1559,7 +1572,8 @@ static const char *pktrt__check_child(const pktrt__group *g, unsigned char *node
         }
         if (p & 1 ? x > want : x < want) want = x;
       }
-      if (!(got <= want && got >= want)) return ref == PKTRT__EMPTY ? "An empty child has bounds." : "Bounds are not exact.";
+      if (got <= want && got >= want) continue;
+      return ref == PKTRT__EMPTY ? "An empty child has bounds." : "Bounds are not exact.";
     }
   }
   return NULL;
@@ -1691,6 +1705,10 @@ static pktrt_status pktrt__check_mesh_desc(pktrt_scene *s, const pktrt_mesh_desc
     return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "mesh %u: positions is NULL, but vertex_count is %u", m, (unsigned)d->vertex_count);
   if (!d->vertex_count && d->triangle_count)
     return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "mesh %u: %u triangles, but no vertices", m, (unsigned)d->triangle_count);
+  const uint64_t bytes = (uint64_t)d->vertex_count * (d->position_stride ? d->position_stride : 12); /* < 2^64 */
+  if (bytes > SIZE_MAX / 4 / (d->key_count ? d->key_count : 1))
+    return pktrt__fail(s, PKTRT_LIMIT, "mesh %u: %u vertices of stride %u at %u keys are more than memory can hold", m,
+                       (unsigned)d->vertex_count, (unsigned)d->position_stride, (unsigned)d->key_count);
   if (d->triangle_count > PKTRT_NONE - 1 - s->total_triangles)
     return pktrt__fail(s, PKTRT_LIMIT, "mesh %u: %u triangles more than the %u of the scene pass 2^32 - 2", m,
                        (unsigned)d->triangle_count, (unsigned)s->total_triangles);
@@ -1761,7 +1779,7 @@ static void pktrt__summarise(pktrt_scene *s) {
       s->lo[a] = pktrt__minf(s->lo[a], g->lo[a]);
       s->hi[a] = pktrt__maxf(s->hi[a], g->hi[a]);
     }
-    if (g->sah_now > 1.5 * g->sah_at_build) s->rebuild_advised = true;
+    if (s->desc.rebuild != PKTRT_REBUILD_NEVER && g->sah_now > 1.5 * g->sah_at_build) s->rebuild_advised = true;
   }
 }
 
@@ -1880,7 +1898,8 @@ static pktrt_status pktrt__rebuild_worn(pktrt_scene *s) {
    A slab distance is evaluated as plane * r - c, c = o r +- D |r|, r = fl(1 / G): r's own error scales plane - o: 1 eps M;
    o r, D |r| and c rounded: 3 eps |o|; plane * r, where the machine does not fuse: eps (|o| + M); the result: 1 eps M.
    Interpolated planes of moving nodes, fused or not: 2 eps (|o| + M).
-   Sum: below 12 eps M + 6 eps |o|. We use D = eps (16 M + 8 |o|), once per ray: no work in the loop.
+   Sum: below 12 eps M + 6 eps |o|. We use D = eps (16 M + 8 |o|) + 2^-126, once per ray: no work in the loop. (The last term
+   is for coordinates so small that rounding is absolute, by 2^-150 an operation.)
    Depth: a hit at w* <= wf must be visited when its t ties with the best t. t = fl(w* / |d_k|), so
    w* <= t |d_k| (1 + 2^-23) + 2^-149 |d_k|; we use wf = t |d_k| (1 + 2^-22) + tiny, tiny = 2^-125 max(|d_k|, 1).
 
@@ -1898,6 +1917,7 @@ static pktrt_status pktrt__rebuild_worn(pktrt_scene *s) {
 #define PKTRT__EPS 5.9604644775390625e-8f /* 2^-24 */
 #define PKTRT__PAD_M (PKTRT__SLACK_SCALE * 16 * PKTRT__EPS)
 #define PKTRT__PAD_O (PKTRT__SLACK_SCALE * 8 * PKTRT__EPS)
+#define PKTRT__PAD_MIN (PKTRT__SLACK_SCALE * FLT_MIN)
 #define PKTRT__PAD_RHO (PKTRT__SLACK_SCALE * 16 * PKTRT__EPS)
 #define PKTRT__PAD_DEPTH (PKTRT__SLACK_SCALE * 4 * PKTRT__EPS)
 
@@ -1942,18 +1962,22 @@ static pktrt__view pktrt__view_of(const pktrt__group *g, uint32_t index, uint32_
   v.nodes = g->nodes, v.blocks = g->blocks;
   v.node_bytes = g->node_bytes, v.block_bytes = g->block_bytes;
   v.plane0 = segment ? PKTRT__NODE_BYTES + (size_t)(segment - 1) * PKTRT__NODE_KEY_BYTES : 0;
-  v.plane1 = PKTRT__NODE_BYTES + (size_t)segment * PKTRT__NODE_KEY_BYTES;
+  v.plane1 = g->key_count < 2 ? 0 : PKTRT__NODE_BYTES + (size_t)segment * PKTRT__NODE_KEY_BYTES;
   v.vertex0 = segment ? PKTRT__BLOCK_BYTES + (size_t)(segment - 1) * PKTRT__BLOCK_KEY_BYTES : 0;
-  v.vertex1 = PKTRT__BLOCK_BYTES + (size_t)segment * PKTRT__BLOCK_KEY_BYTES;
+  v.vertex1 = g->key_count < 2 ? 0 : PKTRT__BLOCK_BYTES + (size_t)segment * PKTRT__BLOCK_KEY_BYTES;
   v.group = index;
   v.check_area = false;
   return v;
 }
 
-/* The segment of a time and the weights of its two keys; keys >= 2. */
+/* The segment of a time and the weights of its two keys. */
 PKTRT__INLINE uint32_t pktrt__segment(float time, uint32_t keys, float *a, float *b) {
   if (!(time > 0)) time = 0;
   if (time > 1) time = 1;
+  if (keys < 2) { /* one key: all of it */
+    *a = 1, *b = 0;
+    return 0;
+  }
   const float f = time * (float)(keys - 1);
   uint32_t i = (uint32_t)f;
   if (i > keys - 2) i = keys - 2;
@@ -2337,6 +2361,9 @@ OP uint32_t apush(a8 a, const uint32_t *child, v8 dist, uint32_t perm, uint64_t 
 
 #elif PKTRT__STAMP == PKTRT__STAMP_SCALAR
 
+/* Functions of their own, not inlined: a debugger can step through them, and the code stays small. */
+#undef OP
+#define OP PKTRT__NOINLINE
 typedef struct v8 {
   float f[8];
 } v8;
@@ -2410,6 +2437,8 @@ OP m8 dlt(d8 a, d8 b) { PKTRT__COMPARE(a.d[i] < b.d[i]); }
 OP v8 dto(d8 a) { PKTRT__EACH(v8, r.f[i] = pktrt__to_float(a.d[i])); }
 #undef PKTRT__EACH
 #undef PKTRT__COMPARE
+#undef OP
+#define OP PKTRT__INLINE
 
 #else /* SSE2 and NEON: two quarters-of-512 registers make a v8 */
 
@@ -2742,7 +2771,7 @@ OP uint32_t NAME(setup8)(const pktrt_scene *scene, pktrt__batch *b, uint32_t i) 
     m = vmax(m, vmax(vabs(vsub(vset(scene->lo[a]), o)), vabs(vsub(vset(scene->hi[a]), o))));
     o_max = vmax(o_max, vabs(o));
   }
-  const v8 pad = vadd(vmul(m, vset(PKTRT__PAD_M)), vmul(o_max, vset(PKTRT__PAD_O)));
+  const v8 pad = vadd(vadd(vmul(m, vset(PKTRT__PAD_M)), vmul(o_max, vset(PKTRT__PAD_O))), vset(PKTRT__PAD_MIN));
   vstore(b->pad + i, pad);
 
   /* 1/G; directions below 2^-60 are scaled first, where |d_k| 2^-26 would lose bits */
@@ -2779,18 +2808,20 @@ OP void NAME(weights)(pktrt__batch *b, uint32_t first, uint32_t n, uint32_t keys
 
 /* >>triangles -------------------------------------------------------------------------------------------------------- */
 
-/* The canonical test on eight lanes: sheared corners (x, y, z) and d_k in; the lanes that are hit and their t out. */
-OP m8 NAME(canonical)(const v8 x[3], const v8 y[3], const v8 z[3], d8 dk, v8 *t) {
+/* The canonical test on eight lanes: sheared corners (x, y, z) and d_k in; t and the bits of the lanes that are hit out. Not
+   inlined: about one call for each ray that hits something. */
+PKTRT__NOINLINE uint32_t NAME(canonical)(const v8 *x, const v8 *y, const v8 *z, const float *dks, float *t) {
+  const d8 dk = dfrom(vload(dks));
   const d8 xa = dfrom(x[0]), xb = dfrom(x[1]), xc = dfrom(x[2]);
   const d8 ya = dfrom(y[0]), yb = dfrom(y[1]), yc = dfrom(y[2]);
   const d8 u = dsub(dmul(xc, yb), dmul(yc, xb)), v = dsub(dmul(xa, yc), dmul(ya, xc)), w = dsub(dmul(xb, ya), dmul(yb, xa));
   const d8 lo = dmin(u, dmin(v, w)), hi = dmax(u, dmax(v, w)), zero = dset(0);
   const d8 det = dadd(dadd(u, v), w);
   const d8 depth = dadd(dadd(dmul(u, dfrom(z[0])), dmul(v, dfrom(z[1]))), dmul(w, dfrom(z[2])));
-  *t = dto(ddiv(depth, dmul(det, dk)));
+  vstore(t, dto(ddiv(depth, dmul(det, dk))));
   /* not (lo < 0 and hi > 0), and not (lo = hi = 0) */
   const uint32_t below = mbits(dlt(lo, zero)), above = mbits(dlt(zero, hi));
-  return mfrom(below ^ above);
+  return below ^ above;
 }
 
 /* The filter on eight lanes: bits of those that the canonical test must see. *open: of these, those with an undecided edge. */
@@ -2844,11 +2875,9 @@ OP bool NAME(ray_block)(const pktrt__view *view, pktrt__batch *b, uint32_t r, ui
   if (!bits || !(bits &= vids(id))) return false;
   COUNT(canonical_tests, pktrt__popcount(bits));
   COUNT(settlings, pktrt__popcount(bits & open));
-  PKTRT__ALIGN64 float t[8];
-  v8 tv;
-  bits &= mbits(NAME(canonical)(x, y, z, dset((double)b->dk[r]), &tv));
-  if (!bits) return false;
-  vstore(t, tv);
+  PKTRT__ALIGN64 float t[8], dk[8];
+  vstore(dk, vset(b->dk[r]));
+  bits &= NAME(canonical)(x, y, z, dk, t);
   bool nearer = false;
   for (; bits; bits &= bits - 1) {
     const uint32_t lane = pktrt__lowest(bits);
@@ -2895,22 +2924,24 @@ OP m8 NAME(ray_slabs)(const NAME(slabs) *s, const pktrt__batch *b, uint32_t r, c
   return vle(n, f);
 }
 
+/* Rays r to r+7 against one box; lo and hi by ray, as time may move it. */
+OP uint32_t NAME(rays_in_box)(const pktrt__batch *b, uint32_t r, const v8 lo[3], const v8 hi[3]) {
+  v8 n = vload(b->wn + r), f = vload(b->wf + r);
+  for (int a = 0; a < 3; a++) {
+    const v8 rd = vload(b->rd[a] + r);
+    const m8 forward = vlt(vset(0), rd);
+    n = vmax(vfms(vsel(forward, lo[a], hi[a]), rd, vload(b->cn[a] + r)), n);
+    f = vmin(vfms(vsel(forward, hi[a], lo[a]), rd, vload(b->cf[a] + r)), f);
+  }
+  return mbits(vle(n, f));
+}
+
 /* The rays of [base, base + 64) in `mask` that may hit a box. */
 static uint64_t NAME(box_mask)(const pktrt__batch *b, uint32_t base, uint64_t mask, const float lo[3], const float hi[3]) {
+  const v8 l[3] = {vset(lo[0]), vset(lo[1]), vset(lo[2])}, h[3] = {vset(hi[0]), vset(hi[1]), vset(hi[2])};
   uint64_t result = 0;
-  for (uint32_t i = 0; i < 64; i += 8) {
-    if (!(mask >> i & 0xFF)) continue;
-    const uint32_t r = base + i;
-    v8 n = vload(b->wn + r), f = vload(b->wf + r);
-    for (int a = 0; a < 3; a++) {
-      const v8 rd = vload(b->rd[a] + r), zero = vset(0);
-      const m8 forward = vlt(zero, rd);
-      const v8 l = vset(lo[a]), h = vset(hi[a]);
-      n = vmax(vfms(vsel(forward, l, h), rd, vload(b->cn[a] + r)), n);
-      f = vmin(vfms(vsel(forward, h, l), rd, vload(b->cf[a] + r)), f);
-    }
-    result |= (uint64_t)mbits(vle(n, f)) << i;
-  }
+  for (uint32_t i = 0; i < 64; i += 8)
+    if (mask >> i & 0xFF) result |= (uint64_t)NAME(rays_in_box)(b, base + i, l, h) << i;
   return result & mask;
 }
 
@@ -3005,14 +3036,14 @@ OP uint64_t NAME(stream)(const pktrt__view *view, pktrt__batch *b, const uint8_t
   }
 }
 
-/* The kernels above are templates over three truths known at compile time; these are their instances. */
+/* The kernels above are templates over three truths known at compile time; these are their instances. Counting is done by the
+   moving form alone, also where nothing moves: weights 1 and 0 of one and the same key give the same bits. */
 #define PKTRT__INSTANCES(INSTANCE) \
-  INSTANCE(000, false, false, false) INSTANCE(001, false, false, true) INSTANCE(010, false, true, false) \
-  INSTANCE(011, false, true, true) INSTANCE(100, true, false, false) INSTANCE(101, true, false, true) \
-  INSTANCE(110, true, true, false) INSTANCE(111, true, true, true)
+  INSTANCE(00, false, false, false) INSTANCE(01, false, true, false) INSTANCE(0s, false, true, true) \
+  INSTANCE(10, true, false, false) INSTANCE(11, true, true, false) INSTANCE(1s, true, true, true)
 #define PKTRT__PICK(name) \
-  (occlusion ? (moving ? (stats ? NAME(name##_111) : NAME(name##_110)) : (stats ? NAME(name##_101) : NAME(name##_100))) \
-             : (moving ? (stats ? NAME(name##_011) : NAME(name##_010)) : (stats ? NAME(name##_001) : NAME(name##_000))))
+  (occlusion ? (stats ? NAME(name##_1s) : moving ? NAME(name##_11) : NAME(name##_10)) \
+             : (stats ? NAME(name##_0s) : moving ? NAME(name##_01) : NAME(name##_00)))
 
 #define INSTANCE(tag, o, m, s)                                                                                      \
   PKTRT__NOINLINE bool NAME(single_##tag)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t ref,       \
@@ -3248,14 +3279,14 @@ OP uint32_t NAME(frustum_triangles)(const NAME(frustum_rays) *f, const pktrt__ba
 }
 
 /* Records the hits of one triangle by rays r to r+7; the bits of those that took it. */
-OP uint32_t NAME(accept8)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t bits, v8 t, uint32_t id,
-                          uint32_t slot, const bool moving) {
-  const v8 best = vload(b->t + r);
+PKTRT__NOINLINE uint32_t NAME(accept8)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t bits, const float *ts,
+                                       uint32_t id, uint32_t slot) {
+  const v8 t = vload(ts), best = vload(b->t + r);
   const uint32_t later = mbits(vlt(vload(b->tmin + r), t)) & bits;
   uint32_t taken = mbits(vlt(t, best)) & later;
   for (uint32_t ties = mbits(veq(t, best)) & later; PKTRT__UNLIKELY(ties); ties &= ties - 1)
     if (id < b->id[r + pktrt__lowest(ties)]) taken |= ties & (0u - ties);
-  if (moving && view->check_area)
+  if (view->check_area)
     for (uint32_t m = taken; m; m &= m - 1) {
       const uint32_t i = r + pktrt__lowest(m);
       if (!pktrt__area_at(view, slot, b->ta[i], b->tb[i])) taken &= ~(m & (0u - m));
@@ -3276,7 +3307,7 @@ OP uint64_t NAME(frustum_triangle)(const NAME(frustum_rays) *f, const pktrt__vie
                                    const float *k1, float p[3][3][8], uint32_t lane, uint32_t id, uint32_t slot,
                                    uint64_t mask, const bool moving, const bool stats, pktrt_counts *counts) {
   const uint32_t axis[3] = {f->ku, f->kv, f->k};
-  const bool common = !moving && f->common;
+  const bool common = !moving && f->common; /* moving corners differ by ray */
   uint64_t result = 0;
   for (uint32_t i = 0; i < 64; i += FW) {
     const uint32_t rays = (uint32_t)(mask >> i) & ((1u << FW) - 1);
@@ -3316,9 +3347,9 @@ OP uint64_t NAME(frustum_triangle)(const NAME(frustum_rays) *f, const pktrt__vie
         NAME(filter)(hx, hy, &open);
         COUNT(settlings, pktrt__popcount(half & open));
       }
-      v8 t;
-      half &= mbits(NAME(canonical)(hx, hy, hz, dfrom(vload(b->dk + r + 8 * h)), &t));
-      if (half) result |= (uint64_t)NAME(accept8)(view, b, r + 8 * h, half, t, id, slot, moving) << (i + 8 * h);
+      PKTRT__ALIGN64 float t[8];
+      half &= NAME(canonical)(hx, hy, hz, b->dk + r + 8 * h, t);
+      if (half) result |= (uint64_t)NAME(accept8)(view, b, r + 8 * h, half, t, id, slot) << (i + 8 * h);
     }
   }
   return result;
@@ -3424,8 +3455,315 @@ OP uint64_t NAME(frustum)(NAME(frustum_rays) *f, const pktrt__view *view, pktrt_
     }
   }
 }
-OP void NAME(drive_paper)(const pktrt__call *call, pktrt__batch *b, uint32_t n, const bool occlusion, const bool stats, pktrt_counts *counts) {
-  (void)call; (void)n;(void)b;(void)occlusion;(void)stats;(void)counts;
+
+/* >>paper ------------------------------------------------------------------------------------------------------------
+   The packet traversal of the paper (sections 3.1 and 3.3, after Wald et al. 2007 and Boulos et al. 2006), on the same tree:
+   packets of 1 to 256 rays without a common origin. A packet enters a child as soon as one of its rays does; false positives
+   cost time but no correctness. For each child:
+
+     1. FIRST ACTIVE RAY. Rays before it are known to miss an ancestor. If it (or a ray of its SIMD group, 3.1) hits the
+        child, the whole packet descends for the price of one test.
+     2. INTERVAL ARITHMETIC. If it misses, one test asks whether any ray can hit: origins, reciprocal directions and the active
+        depth are intervals over the packet, and so are the distances to the child's planes.
+     3. FRUSTUM. Where all rays share origin and main axis, four planes through that origin do the same, more tightly.
+     4. THE OTHER RAYS, group by group, until one hits: it becomes the first active ray below the child.
+
+   At a leaf all rays of the active range are tested. Moving packets: boxes are taken at each ray's own time in 1 and 4, and
+   over the packet's interval of time in 2 and 3.                                                                        */
+
+typedef struct NAME(paper) {
+  const pktrt__call *call;
+  pktrt__batch *b;
+  const pktrt__view *view;
+  uint32_t base, end;            /* rays of the packet */
+  uint64_t active[PKTRT__BATCH / 64];
+  bool one_sign[3], forward[3];  /* whether all directions agree on an axis, and point up it */
+  float o_lo[3], o_hi[3], r_lo[3], r_hi[3], pad, wn, wf; /* intervals: origin, 1/G, depth */
+  bool has_frustum;
+  uint32_t axis[3];              /* u, v, k of the frustum */
+  float sign, slope_lo[2], slope_hi[2];
+  float ta[2], tb[2];            /* weights of the packet's earliest and latest time */
+} NAME(paper);
+
+OP uint32_t NAME(paper_active)(const NAME(paper) *p, uint32_t r) { /* of rays r to r+7, r a multiple of 8 */
+  return (uint32_t)(p->active[r / 64] >> r % 64) & 0xFF;
+}
+
+OP void NAME(paper_tell)(const NAME(paper) *p, pktrt_event_kind kind, uint32_t index, uint32_t child, uint32_t ray, const bool stats) {
+  if (!stats || !p->call->desc->trace) return;
+  pktrt_event e;
+  e.kind = kind, e.index = index, e.child = child, e.ray = ray - p->base, e.active = p->end - ray;
+  p->call->desc->trace(p->call->desc->user, &e);
+}
+
+/* The intervals over the active rays. */
+static void NAME(paper_intervals)(NAME(paper) *p) {
+  const pktrt__batch *b = p->b;
+  float t_lo = 1, t_hi = 0;
+  bool first = true, one_axis = true;
+  p->pad = 0, p->wn = INFINITY, p->wf = -INFINITY;
+  for (uint32_t r = p->base; r < p->end; r++) {
+    if (!(p->active[r / 64] >> r % 64 & 1)) continue;
+    const uint32_t k = b->axis[r];
+    const float sign = b->dk[r] < 0 ? -1.0f : 1.0f;
+    if (first) p->axis[2] = k, p->axis[0] = (k + 1) % 3, p->axis[1] = (k + 2) % 3, p->sign = sign;
+    one_axis = one_axis && k == p->axis[2] && sign == p->sign; /* NOLINT: signs are exact */
+    for (int a = 0; a < 3; a++) {
+      const float o = b->o[a][r], rd = b->rd[a][r];
+      p->o_lo[a] = first ? o : pktrt__minf(p->o_lo[a], o), p->o_hi[a] = first ? o : pktrt__maxf(p->o_hi[a], o);
+      p->r_lo[a] = first ? rd : pktrt__minf(p->r_lo[a], rd), p->r_hi[a] = first ? rd : pktrt__maxf(p->r_hi[a], rd);
+    }
+    for (int a = 0; a < 2; a++) {
+      const float g = sign * b->slope[a][r];
+      p->slope_lo[a] = first ? g : pktrt__minf(p->slope_lo[a], g), p->slope_hi[a] = first ? g : pktrt__maxf(p->slope_hi[a], g);
+    }
+    p->pad = pktrt__maxf(p->pad, b->pad[r]);
+    p->wn = pktrt__minf(p->wn, b->wn[r]), p->wf = pktrt__maxf(p->wf, b->wf[r]);
+    t_lo = pktrt__minf(t_lo, b->tb[r]), t_hi = pktrt__maxf(t_hi, b->tb[r]);
+    first = false;
+  }
+  p->has_frustum = one_axis && p->wn >= -p->pad;
+  for (int a = 0; a < 3; a++) {
+    p->forward[a] = p->r_lo[a] > 0;
+    p->one_sign[a] = p->forward[a] || p->r_hi[a] < 0;
+    if (p->o_lo[a] != p->o_hi[a]) p->has_frustum = false;
+  }
+  p->ta[0] = 1 - t_lo, p->tb[0] = t_lo, p->ta[1] = 1 - t_hi, p->tb[1] = t_hi;
+}
+
+/* A child's box over the packet's interval of time; p0, p1: its first plane at the segment's keys. */
+OP void NAME(paper_box)(const NAME(paper) *p, const float *p0, const float *p1, float lo[3], float hi[3], const bool moving) {
+  for (int a = 0; a < 3; a++) {
+    const float l0 = p0[16 * a], h0 = p0[16 * a + 8];
+    lo[a] = l0, hi[a] = h0;
+    if (!moving) continue;
+    const float l1 = p1[16 * a], h1 = p1[16 * a + 8];
+    lo[a] = pktrt__minf(p->ta[0] * l0 + p->tb[0] * l1, p->ta[1] * l0 + p->tb[1] * l1);
+    hi[a] = pktrt__maxf(p->ta[0] * h0 + p->tb[0] * h1, p->ta[1] * h0 + p->tb[1] * h1);
+  }
+}
+
+/* Step 2: whether interval arithmetic shows that every ray misses. Along an axis where all rays go up, the least distance to
+   the near plane is the least of (lo - o) r over o in [o_lo, o_hi], r in [r_lo, r_hi], and so on. */
+static bool NAME(paper_interval_misses)(const NAME(paper) *p, const float lo[3], const float hi[3]) {
+  float n = p->wn, f = p->wf;
+  for (int a = 0; a < 3; a++) {
+    if (!p->one_sign[a]) continue;
+    const float below = lo[a] - p->o_hi[a] - p->pad, above = hi[a] - p->o_lo[a] + p->pad;
+    const float near_ = p->forward[a] ? below : above, far_ = p->forward[a] ? above : below;
+    n = pktrt__maxf(pktrt__minf(near_ * p->r_lo[a], near_ * p->r_hi[a]), n);
+    f = pktrt__minf(pktrt__maxf(far_ * p->r_lo[a], far_ * p->r_hi[a]), f);
+  }
+  return n > f;
+}
+
+/* Step 3: whether the box lies outside one of the planes u = slope W through the common origin, W in [w0, w1]. */
+static bool NAME(paper_frustum_misses)(const NAME(paper) *p, const float lo[3], const float hi[3]) {
+  const uint32_t k = p->axis[2];
+  const float o = p->o_lo[k];
+  const float w0 = pktrt__maxf((p->sign > 0 ? lo[k] - o : o - hi[k]) - p->pad, 0), w1 = (p->sign > 0 ? hi[k] - o : o - lo[k]) + p->pad;
+  for (int a = 0; a < 2; a++) {
+    const float l = lo[p->axis[a]] - p->o_lo[p->axis[a]] - p->pad, h = hi[p->axis[a]] - p->o_lo[p->axis[a]] + p->pad;
+    if (l > pktrt__maxf(p->slope_hi[a] * w0, p->slope_hi[a] * w1)) return true;
+    if (h < pktrt__minf(p->slope_lo[a] * w0, p->slope_lo[a] * w1)) return true;
+  }
+  return w1 < 0;
+}
+
+/* The active rays among r to r+7 that may hit a child. */
+OP uint32_t NAME(paper_group)(const NAME(paper) *p, const float *p0, const float *p1, uint32_t r, const bool moving) {
+  v8 lo[3], hi[3];
+  for (int a = 0; a < 3; a++) {
+    lo[a] = vset(p0[16 * a]), hi[a] = vset(p0[16 * a + 8]);
+    if (moving) {
+      const v8 ta = vload(p->b->ta + r), tb = vload(p->b->tb + r);
+      lo[a] = vfma(ta, lo[a], vmul(tb, vset(p1[16 * a])));
+      hi[a] = vfma(ta, hi[a], vmul(tb, vset(p1[16 * a + 8])));
+    }
+  }
+  return NAME(rays_in_box)(p->b, r, lo, hi) & NAME(paper_active)(p, r);
+}
+
+/* Steps 1 to 4: the first ray from `first` on that may hit a child, or p->end. */
+OP uint32_t NAME(paper_first)(const NAME(paper) *p, const float *p0, const float *p1, uint32_t first, uint32_t child,
+                              const bool moving, const bool stats, pktrt_counts *counts) {
+  uint32_t r = first & ~7u, hit = NAME(paper_group)(p, p0, p1, r, moving) & ~0u << first % 8;
+  COUNT(box_tests, pktrt__popcount(NAME(paper_active)(p, r) & ~0u << first % 8));
+  if (hit) {
+    const uint32_t ray = r + pktrt__lowest(hit);
+    COUNT(first_hits, ray == first);
+    NAME(paper_tell)(p, ray == first ? PKTRT_EVENT_FIRST_HIT : PKTRT_EVENT_LATER_HIT, 0, child, ray, stats);
+    return ray;
+  }
+  float lo[3], hi[3];
+  NAME(paper_box)(p, p0, p1, lo, hi, moving);
+  if (NAME(paper_interval_misses)(p, lo, hi)) {
+    COUNT(interval_culls, 1);
+    NAME(paper_tell)(p, PKTRT_EVENT_INTERVAL_CULL, 0, child, first, stats);
+    return p->end;
+  }
+  if (p->has_frustum && NAME(paper_frustum_misses)(p, lo, hi)) {
+    COUNT(frustum_culls, 1);
+    NAME(paper_tell)(p, PKTRT_EVENT_FRUSTUM_CULL, 0, child, first, stats);
+    return p->end;
+  }
+  for (r += 8; r < p->end; r += 8) {
+    if (!NAME(paper_active)(p, r)) continue;
+    COUNT(box_tests, pktrt__popcount(NAME(paper_active)(p, r)));
+    hit = NAME(paper_group)(p, p0, p1, r, moving);
+    if (!hit) continue;
+    NAME(paper_tell)(p, PKTRT_EVENT_LATER_HIT, 0, child, r + pktrt__lowest(hit), stats);
+    return r + pktrt__lowest(hit);
+  }
+  COUNT(ray_culls, 1);
+  NAME(paper_tell)(p, PKTRT_EVENT_ALL_MISS, 0, child, first, stats);
+  return p->end;
+}
+
+/* One triangle against the rays `bits` of r to r+7, which share their axes; those that hit it. */
+OP uint32_t NAME(paper_triangle)(const NAME(paper) *p, const float *k0, const float *k1, uint32_t r, uint32_t bits, uint32_t lane,
+                                 uint32_t id, uint32_t slot, const bool moving, const bool stats, pktrt_counts *counts) {
+  pktrt__batch *b = p->b;
+  const uint32_t k = b->axis[r + pktrt__lowest(bits)], ku = (k + 1) % 3, kv = (k + 2) % 3, axis[3] = {ku, kv, k};
+  v8 x[3], y[3], z[3];
+  for (uint32_t c = 0; c < 3; c++) {
+    v8 q[3];
+    for (int j = 0; j < 3; j++) {
+      const uint32_t at = 24 * c + 8 * axis[j] + lane;
+      const v8 v = moving ? vadd(vmul(vload(b->ta + r), vset(k0[at])), vmul(vload(b->tb + r), vset(k1[at]))) : vset(k0[at]);
+      q[j] = vsub(v, vload(b->o[axis[j]] + r));
+    }
+    z[c] = q[2];
+    x[c] = vsub(q[0], vmul(vload(b->slope[0] + r), q[2]));
+    y[c] = vsub(q[1], vmul(vload(b->slope[1] + r), q[2]));
+  }
+  uint32_t open;
+  COUNT(triangle_tests, pktrt__popcount(bits));
+  bits &= NAME(filter)(x, y, &open);
+  if (!bits) return 0;
+  COUNT(canonical_tests, pktrt__popcount(bits));
+  COUNT(settlings, pktrt__popcount(bits & open));
+  PKTRT__ALIGN64 float t[8];
+  bits &= NAME(canonical)(x, y, z, b->dk + r, t);
+  return bits ? NAME(accept8)(p->view, b, r, bits, t, id, slot) : 0;
+}
+
+/* A leaf against all rays from `first` on. Rays of a group that disagree on the main axis are tested one by one. */
+OP bool NAME(paper_leaf)(NAME(paper) *p, uint32_t index, uint32_t first, const bool occlusion, const bool moving,
+                         const bool stats, pktrt_counts *counts) {
+  const unsigned char *block = p->view->blocks + index * p->view->block_bytes;
+  const float *k0 = (const float *)(const void *)(block + p->view->vertex0), *k1 = (const float *)(const void *)(block + p->view->vertex1);
+  const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
+  bool any = false;
+  NAME(paper_tell)(p, PKTRT_EVENT_LEAF, index, 0, first, stats);
+  for (uint32_t r = first & ~7u; r < p->end; r += 8) {
+    uint32_t bits = NAME(paper_active)(p, r), hits = 0, same = bits;
+    if (r < first) same = bits &= ~0u << first % 8;
+    for (uint32_t m = bits; m; m &= m - 1)
+      if (p->b->axis[r + pktrt__lowest(m)] != p->b->axis[r + pktrt__lowest(bits)]) same = 0;
+    for (uint32_t m = same ? vids(id) : 0; m && bits; m &= m - 1) {
+      const uint32_t lane = pktrt__lowest(m);
+      const uint32_t h = NAME(paper_triangle)(p, k0, k1, r, bits, lane, id[lane], index * 8 + lane, moving, stats, counts);
+      for (uint32_t e = h; e; e &= e - 1) NAME(paper_tell)(p, PKTRT_EVENT_HIT, index, lane, r + pktrt__lowest(e), stats);
+      hits |= h;
+      if (occlusion) bits &= ~h;
+    }
+    for (uint32_t m = same ? 0 : bits; m; m &= m - 1) {
+      const uint32_t ray = r + pktrt__lowest(m);
+      if (NAME(ray_block)(p->view, p->b, ray, index, occlusion, moving, stats, counts)) hits |= 1u << (ray - r);
+    }
+    any |= hits != 0;
+    if (occlusion) p->active[r / 64] &= ~((uint64_t)hits << r % 64);
+  }
+  return any;
+}
+
+/* One packet through one group. For occlusion, occluded rays leave p->active. */
+OP void NAME(paper_packet)(NAME(paper) *p, const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
+  struct {
+    const float *plane; /* of the child, at key 0 of the segment */
+    uint32_t ref, first, child;
+  } stack[PKTRT__STACK + 8];
+  const pktrt__view *view = p->view;
+  const ptrdiff_t to_key1 = moving ? ((ptrdiff_t)view->plane1 - (ptrdiff_t)view->plane0) / (ptrdiff_t)sizeof(float) : 0;
+  uint32_t sp = 0, ref = 0, first = p->base;
+  while (first < p->end && !(p->active[first / 64] >> first % 64 & 1)) first++;
+  if (first == p->end) return;
+  NAME(paper_intervals)(p);
+  for (;;) {
+    if (ref & PKTRT__LEAF) {
+      if (NAME(paper_leaf)(p, ref & ~PKTRT__LEAF, first, occlusion, moving, stats, counts)) {
+        p->wf = -INFINITY;
+        for (uint32_t r = p->base; r < p->end; r++)
+          if (p->active[r / 64] >> r % 64 & 1) p->wf = pktrt__maxf(p->wf, p->b->wf[r]);
+      }
+    } else { /* open a node: its children wait, the nearest to the first active ray's direction on top */
+      const unsigned char *node = view->nodes + ref * view->node_bytes;
+      const uint32_t *child = (const uint32_t *)(const void *)(node + PKTRT__NODE_KEY_BYTES);
+      uint32_t perm = child[8 + p->b->octant[first]];
+      COUNT(node_visits, 1);
+      NAME(paper_tell)(p, PKTRT_EVENT_NODE, ref, 0, first, stats);
+      for (int i = 0; i < 8; i++, perm >>= 3) {
+        const uint32_t c = perm & 7;
+        if (child[c] == PKTRT__EMPTY) continue;
+        stack[sp].plane = (const float *)(const void *)(node + view->plane0) + c;
+        stack[sp].ref = child[c], stack[sp].first = first, stack[sp++].child = c;
+      }
+    }
+    do {
+      if (!sp) return;
+      first = stack[--sp].first;
+      while (first < p->end && !(p->active[first / 64] >> first % 64 & 1)) first++; /* occluded by now */
+      if (first < p->end)
+        first = NAME(paper_first)(p, stack[sp].plane, stack[sp].plane + to_key1, first, stack[sp].child, moving, stats, counts);
+    } while (first == p->end);
+    ref = stack[sp].ref;
+  }
+}
+
+/* Always counting: this path is for reading and comparing. */
+#define INSTANCE(tag, o, m)                                                               \
+  PKTRT__NOINLINE void NAME(paper_packet_##tag)(NAME(paper) *p, pktrt_counts *counts) { \
+    NAME(paper_packet)(p, o, m, true, counts);                                            \
+  }
+INSTANCE(00, false, false)
+INSTANCE(01, false, true)
+INSTANCE(10, true, false)
+INSTANCE(11, true, true)
+#undef INSTANCE
+
+/* The batch in packets of desc->packet_size rays, each through all groups and, where they move, all segments. */
+PKTRT__NOINLINE void NAME(drive_paper)(const pktrt__call *call, pktrt__batch *b, uint32_t n, const bool occlusion) {
+  const pktrt_scene *scene = call->scene;
+  const bool stats = true;
+  pktrt_counts unwanted, *counts = call->counts ? call->counts : &unwanted;
+  memset(&unwanted, 0, sizeof unwanted);
+  NAME(paper) p;
+  p.call = call, p.b = b;
+  for (uint32_t i = 0; i < scene->group_count; i++) {
+    const pktrt__group *g = &scene->groups[i];
+    const bool moving = g->key_count > 1;
+    NAME(weights)(b, 0, n, g->key_count);
+    for (p.base = 0; p.base < n; p.base = p.end) {
+      p.end = n - p.base < call->desc->packet_size ? n : p.base + call->desc->packet_size;
+      if (!i) COUNT(packets, 1);
+      for (uint32_t segment = 0; segment + 1 < g->key_count || !segment; segment++) {
+        memset(p.active, 0, sizeof p.active);
+        for (uint32_t r = p.base; r < p.end; r++)
+          if ((b->valid[r / 64] >> r % 64 & 1) && (g->key_count < 3 || b->segment[r] == segment) && (!occlusion || b->slot[r]))
+            p.active[r / 64] |= (uint64_t)1 << r % 64;
+        uint64_t before[PKTRT__BATCH / 64];
+        memcpy(before, p.active, sizeof before);
+        pktrt__view view = pktrt__view_of(g, i, moving ? segment : 0);
+        view.check_area = moving && occlusion;
+        p.view = &view;
+        if (occlusion) (moving ? NAME(paper_packet_11) : NAME(paper_packet_10))(&p, counts);
+        else (moving ? NAME(paper_packet_01) : NAME(paper_packet_00))(&p, counts);
+        for (uint32_t r = p.base; occlusion && r < p.end; r++)
+          if ((before[r / 64] & ~p.active[r / 64]) >> r % 64 & 1) b->slot[r] = 0;
+      }
+    }
+  }
 }
 
 #define INSTANCE(tag, o, m, s)                                                                                        \
@@ -3457,6 +3795,7 @@ OP void NAME(drive_stream)(const pktrt_scene *scene, pktrt__batch *b, const uint
     uint64_t hit = 0;
     if (g->key_count < 2) {
       const pktrt__view view = pktrt__view_of(g, i, 0);
+      for (uint64_t m = stats ? mask : 0; m; m &= m - 1) NAME(weights)(b, list[pktrt__lowest(m)], 1, 1);
       hit = NAME(stream_any)(&view, b, list, mask, 0, occlusion, false, stats, counts);
     } else {
       for (uint64_t m = mask; m; m &= m - 1) NAME(weights)(b, list[pktrt__lowest(m)], 1, g->key_count);
@@ -3490,6 +3829,7 @@ OP void NAME(drive_frustum)(const pktrt_scene *scene, pktrt__batch *b, uint32_t 
     if (i > 0) NAME(frustum_depth)(&f, b, rest);
     if (!moving) {
       const pktrt__view view = pktrt__view_of(g, i, 0);
+      if (stats) NAME(weights)(b, base, 64, 1), NAME(frustum_times)(&f, b, rest);
       hit = PKTRT__PICK(frustum)(&f, &view, b, rest, counts);
     } else {
       NAME(weights)(b, base, 64, g->key_count);
@@ -3520,6 +3860,7 @@ OP void NAME(drive_single)(const pktrt_scene *scene, pktrt__batch *b, uint32_t r
     if (g->key_count < 2) {
       const pktrt__view view = pktrt__view_of(g, i, 0);
       const bool moving = false;
+      if (stats) NAME(weights)(b, r, 1, 1);
       hit = NAME(single_any)(&view, b, r, 0, occlusion, moving, stats, counts);
     } else {
       const bool moving = true;
@@ -3671,7 +4012,7 @@ OP void NAME(trace_as)(const pktrt__call *call, pktrt__batch *b, uint32_t n, con
   }
   if (!scene->group_count) return;
   if (call->desc->path == PKTRT_PATH_PAPER) {
-    NAME(drive_paper)(call, b, n, occlusion, stats, counts);
+    NAME(drive_paper)(call, b, n, occlusion);
   } else if (call->desc->path == PKTRT_PATH_SINGLE || n < 8) {
     for (uint32_t i = 0; i < n; i += 64)
       for (uint64_t m = b->valid[i / 64]; m; m &= m - 1) {
@@ -3687,16 +4028,13 @@ OP void NAME(trace_as)(const pktrt__call *call, pktrt__batch *b, uint32_t n, con
 }
 
 static void NAME(trace)(const pktrt__call *call, pktrt__batch *b, uint32_t n) {
+  pktrt_counts *counts = call->counts;
   if (call->occlusion) {
-    if (call->counts) {
-      NAME(trace_as)(call, b, n, true, true, call->counts);
-    } else {
-      NAME(trace_as)(call, b, n, true, false, NULL);
-    }
-  } else if (call->counts) {
-    NAME(trace_as)(call, b, n, false, true, call->counts);
+    if (counts) NAME(trace_as)(call, b, n, true, true, counts);
+    else NAME(trace_as)(call, b, n, true, false, NULL);
   } else {
-    NAME(trace_as)(call, b, n, false, false, NULL);
+    if (counts) NAME(trace_as)(call, b, n, false, true, counts);
+    else NAME(trace_as)(call, b, n, false, false, NULL);
   }
 }
 
@@ -4148,6 +4486,7 @@ static pktrt__call pktrt__call_of(const pktrt_scene *s, const pktrt_query_desc *
   if ((int)d->path < 0 || d->path > PKTRT_PATH_SINGLE) d->path = PKTRT_PATH_FAST;
   if ((int)d->type < 0 || d->type >= PKTRT_RAY_TYPE_COUNT) d->type = PKTRT_RAY_PRIMARY;
   if (!d->packet_size || d->packet_size > PKTRT__BATCH) d->packet_size = 64;
+  if (d->path != PKTRT_PATH_PAPER) d->trace = NULL;
   pktrt__call call;
   call.scene = s;
   call.desc = d;
@@ -4319,26 +4658,42 @@ typedef struct pktrt__view_plane {
   double corner[3], dx[3], dy[3];
 } pktrt__view_plane;
 
-/* NULL, or what is wrong with the camera. */
-static const char *pktrt__set_camera(const pktrt_camera *c, uint32_t width, uint32_t height, pktrt__view_plane *p) {
+/* A sentence about what is wrong with a render, for whoever wants it. */
+typedef struct pktrt__why {
+  char text[160];
+} pktrt__why;
+
+static bool pktrt__refuse(pktrt__why *why, const char *format, ...) { /* always false */
+  va_list args;
+  va_start(args, format);
+  (void)vsnprintf(why->text, sizeof why->text, format, args);
+  va_end(args);
+  return false;
+}
+
+static bool pktrt__set_camera(const pktrt_camera *c, uint32_t width, uint32_t height, pktrt__view_plane *p, pktrt__why *why) {
   double forward[3], up[3], right[3], s, k;
   for (int a = 0; a < 3; a++) {
-    if (!pktrt__finite(c->eye[a]) || !pktrt__finite(c->target[a]) || !pktrt__finite(c->up[a]))
-      return "camera: eye, target and up must be finite";
-    if (fabsf(c->eye[a]) > PKTRT_MAX_COORD) return "camera: the eye is beyond the limit of coordinates";
+    if (!pktrt__finite(c->target[a]) || !pktrt__finite(c->up[a]) || !(fabsf(c->eye[a]) <= PKTRT_MAX_COORD))
+      return pktrt__refuse(why, "camera: %c of eye, target and up is %g, %g and %g", 'x' + a, (double)c->eye[a],
+                           (double)c->target[a], (double)c->up[a]);
     p->eye[a] = c->eye[a];
     forward[a] = (double)c->target[a] - (double)c->eye[a];
     up[a] = (double)c->up[a];
   }
   if (up[0] == 0 && up[1] == 0 && up[2] == 0) up[1] = 1;
-  if (!pktrt__normalise(forward)) return "camera: eye and target are the same point";
+  if (!pktrt__normalise(forward))
+    return pktrt__refuse(why, "camera: eye and target are the same point (%g, %g, %g)", (double)c->eye[0],
+                         (double)c->eye[1], (double)c->eye[2]);
   (void)pktrt__normalise(up);
   pktrt__cross(forward, up, right);
-  if (pktrt__dot(right, right) < 1e-12 || !pktrt__normalise(right)) return "camera: up is parallel to the view";
+  if (pktrt__dot(right, right) < 1e-12 || !pktrt__normalise(right))
+    return pktrt__refuse(why, "camera: up (%g, %g, %g) is parallel to the view", (double)c->up[0], (double)c->up[1],
+                         (double)c->up[2]);
   pktrt__cross(right, forward, up);
   const double fov = c->fov_y == 0 ? 45.0 : (double)c->fov_y;
-  if (!(fov > 0 && fov < 180)) return "camera: fov_y must lie in (0, 180) degrees";
-  if (!(c->time >= 0 && c->time <= 1)) return "camera: time must lie in [0, 1]";
+  if (!(fov > 0 && fov < 180)) return pktrt__refuse(why, "camera: fov_y is %g, outside (0, 180) degrees", fov);
+  if (!(c->time >= 0 && c->time <= 1)) return pktrt__refuse(why, "camera: time is %g, outside [0, 1]", (double)c->time);
   p->time = c->time;
   pktrt__sincos(fov * (3.14159265358979323846 / 360), &s, &k);
   const double half_y = s / k, half_x = half_y * (double)width / (double)height;
@@ -4347,7 +4702,7 @@ static const char *pktrt__set_camera(const pktrt_camera *c, uint32_t width, uint
     p->dx[a] = right[a] * (2 * half_x / (double)width);
     p->dy[a] = up[a] * (-2 * half_y / (double)height);
   }
-  return NULL;
+  return true;
 }
 
 /* What shading needs of a render, checked and complete. */
@@ -4359,28 +4714,40 @@ typedef struct pktrt__job {
   size_t row_stride;
 } pktrt__job;
 
-/* NULL, or what is wrong. *detail, if not 0, is the number to go with it. */
-static const char *pktrt__check_render(const pktrt_scene *s, const pktrt_render_desc *d, pktrt__job *job) {
-  if (!d) return "the description is NULL";
-  if (!d->width || !d->height || d->width > 65536 || d->height > 65536) return "width and height must lie in [1, 65536]";
-  if (!d->pixels) return "pixels is NULL";
-  if (d->row_stride && d->row_stride < (size_t)d->width * 3) return "row_stride is below width * 3";
-  if (d->mode != PKTRT_MODE_RCS) return "mode is no pktrt_mode";
-  if ((int)d->path < 0 || d->path > PKTRT_PATH_SINGLE) return "path is no pktrt_path";
-  if (d->normals != PKTRT_NORMALS_SMOOTH && d->normals != PKTRT_NORMALS_GEOMETRIC) return "normals is no pktrt_normals";
-  if (d->shadows != PKTRT_SHADOWS_PER_LIGHT && d->shadows != PKTRT_SHADOWS_TOGETHER) return "shadows is no pktrt_shadow_packets";
-  if (d->packet_size && d->packet_size != 2 && d->packet_size != 4 && d->packet_size != 8 && d->packet_size != 16)
-    return "packet_size is not 2, 4, 8 or 16";
-  if (d->tile_size > 1024) return "tile_size is above 1024";
+static bool pktrt__check_sizes(const pktrt_render_desc *d, pktrt__why *why) {
+  const uint32_t p = d->packet_size;
+  if (!d->width || !d->height || d->width > 65536 || d->height > 65536)
+    return pktrt__refuse(why, "a picture of %u x %u pixels is outside 1 to 65536", (unsigned)d->width, (unsigned)d->height);
+  if (!d->pixels) return pktrt__refuse(why, "pixels is NULL");
+  if (d->row_stride && d->row_stride < (size_t)d->width * 3)
+    return pktrt__refuse(why, "row_stride %llu is below width * 3", (unsigned long long)d->row_stride);
+  if (p && p != 2 && p != 4 && p != 8 && p != 16) return pktrt__refuse(why, "packet_size %u is not 2, 4, 8 or 16", (unsigned)p);
+  if (d->tile_size > 1024) return pktrt__refuse(why, "tile_size %u is above 1024", (unsigned)d->tile_size);
+  return true;
+}
+
+static bool pktrt__check_render(const pktrt_scene *s, const pktrt_render_desc *d, pktrt__job *job, pktrt__why *why) {
+  if (!d) return pktrt__refuse(why, "the description is NULL");
+  if (!pktrt__check_sizes(d, why)) return false;
+  if (d->mode != PKTRT_MODE_RCS) return pktrt__refuse(why, "%d is no pktrt_mode", (int)d->mode);
+  if ((int)d->path < 0 || d->path > PKTRT_PATH_SINGLE) return pktrt__refuse(why, "%d is no pktrt_path", (int)d->path);
+  if (d->normals != PKTRT_NORMALS_SMOOTH && d->normals != PKTRT_NORMALS_GEOMETRIC)
+    return pktrt__refuse(why, "%d is no pktrt_normals", (int)d->normals);
+  if (d->shadows != PKTRT_SHADOWS_PER_LIGHT && d->shadows != PKTRT_SHADOWS_TOGETHER)
+    return pktrt__refuse(why, "%d is no pktrt_shadow_packets", (int)d->shadows);
   for (int a = 0; a < 3; a++)
-    if (!pktrt__finite(d->background[a]) || !pktrt__finite(d->ambient[a])) return "background and ambient must be finite";
+    if (!pktrt__finite(d->background[a]) || !pktrt__finite(d->ambient[a]))
+      return pktrt__refuse(why, "component %d of background and ambient is %g and %g", a, (double)d->background[a],
+                           (double)d->ambient[a]);
   for (uint32_t i = 0; i < s->committed_meshes; i++)
-    if (s->meshes[i].material > s->material_count) return "a mesh names a material that was not added";
+    if (s->meshes[i].material > s->material_count)
+      return pktrt__refuse(why, "mesh %u names material %u, of %u that were added", (unsigned)i,
+                           (unsigned)s->meshes[i].material, (unsigned)s->material_count);
   job->scene = s, job->desc = d;
   job->packet_size = d->packet_size ? d->packet_size : 8;
   job->tile_size = d->tile_size ? d->tile_size : 64;
   job->row_stride = d->row_stride ? d->row_stride : (size_t)d->width * 3;
-  return pktrt__set_camera(&d->camera, d->width, d->height, &job->plane);
+  return pktrt__set_camera(&d->camera, d->width, d->height, &job->plane, why);
 }
 
 /* >>surface: what a primary ray found */
@@ -4557,7 +4924,8 @@ static void pktrt__render_area(const pktrt__job *job, uint32_t x0, uint32_t y0, 
 
 PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *s, const pktrt_render_desc *d, uint32_t x, uint32_t y, uint32_t w, uint32_t h) {
   pktrt__job job;
-  if (!s || pktrt__check_render(s, d, &job)) return PKTRT_INVALID_ARGUMENT;
+  pktrt__why why;
+  if (!s || !pktrt__check_render(s, d, &job, &why)) return PKTRT_INVALID_ARGUMENT;
   if (x > d->width || y > d->height || w > d->width - x || h > d->height - y) return PKTRT_INVALID_ARGUMENT;
   pktrt__render_area(&job, x, y, x + w, y + h, d->stats);
   return PKTRT_OK;
@@ -4605,8 +4973,8 @@ PKTRT_DEF pktrt_status pktrt_render(pktrt_scene *s, const pktrt_render_desc *d) 
   if (!s) return PKTRT_INVALID_ARGUMENT;
   s->error[0] = 0;
   pktrt__job job;
-  const char *wrong = pktrt__check_render(s, d, &job);
-  if (wrong) return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "render: %s", wrong);
+  pktrt__why why;
+  if (!pktrt__check_render(s, d, &job, &why)) return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "render: %s", why.text);
   pktrt__tiles t;
   memset(&t, 0, sizeof t);
   t.job = &job;

@@ -14,17 +14,19 @@ int main(int argc, char **argv) {
   static const float pyramid_xyz[] = {-1, 0, -1, -1, 0, 1, 1, 0, 1, 1, 0, -1, 0, 1.5f, 0};
   static const uint32_t pyramid_triangles[] = {0, 1, 4, 1, 2, 4, 2, 3, 4, 3, 0, 4};
   const pktrt_mesh_desc ground = {floor_xyz, 4, 0, floor_triangles, 2, 0, NULL, 0};
-  const pktrt_mesh_desc pyramid = {pyramid_xyz, 5, 0, pyramid_triangles, 4, 0, NULL, 0};
-  const pktrt_light sun = {PKTRT_LIGHT_DIRECTIONAL, {0, 0, 0}, {-3, -4, -2}, {2.6f, 2.4f, 2.0f}};
+  const pktrt_mesh_desc pyramid = {pyramid_xyz, 5, 0, pyramid_triangles, 4, 0, NULL, 1};
+  const pktrt_material red = {{0.75f, 0.2f, 0.12f}}; /* the first that is added is number 1 */
+  const pktrt_light sun = {PKTRT_LIGHT_DIRECTIONAL, {0, 0, 0}, {-4, -2, 0.6f}, {3.8f, 3.6f, 3.1f}};
   static pktrt_render_desc view; /* static, hence zeroed, hence full of sensible defaults */
   view.width = WIDTH, view.height = HEIGHT, view.pixels = &pixels[0][0][0];
   view.camera.eye[0] = 2, view.camera.eye[1] = 2.5f, view.camera.eye[2] = 4, view.camera.target[1] = 0.5f;
-  view.background[2] = 0.3f;
-  view.ambient[0] = view.ambient[1] = view.ambient[2] = 0.06f; /* so that shadows are not black */
+  view.background[0] = 0.25f, view.background[1] = 0.4f, view.background[2] = 0.7f;
+  view.ambient[0] = view.ambient[1] = view.ambient[2] = 0.15f; /* so that shadows are not black */
 
   pktrt_scene *scene = pktrt_scene_create(NULL);
-  if (pktrt_add_mesh(scene, &ground, NULL) || pktrt_add_mesh(scene, &pyramid, NULL) ||
-      pktrt_add_light(scene, &sun, NULL) || pktrt_commit(scene) || pktrt_render(scene, &view))
+  if (pktrt_add_material(scene, &red, NULL) || pktrt_add_mesh(scene, &ground, NULL) ||
+      pktrt_add_mesh(scene, &pyramid, NULL) || pktrt_add_light(scene, &sun, NULL) || pktrt_commit(scene) ||
+      pktrt_render(scene, &view))
     return fprintf(stderr, "error: %s\n", pktrt_last_error(scene)), 1;
   pktrt_scene_destroy(scene);
 

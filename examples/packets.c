@@ -1,15 +1,17 @@
 /* A packet walks down a small tree, and says what it does. Read it beside sections 3.1 to 3.3 of Boulos et al. 2007.
 
    64 rays, an 8 x 8 block of a camera's pixels, meet 36 boxes on a floor. The library's tree has up to eight children per node
-   and up to eight triangles per leaf block. For each child of an opened node the packet does the cheapest thing that decides:
+   and up to eight triangles per leaf block. The children of an opened node wait on a stack, and when the packet comes to one it
+   does the cheapest thing that decides:
 
-     1. The first active ray, the first that is known to hit the node, is tested. If it hits, so does the packet: descend.
-     2. If not, interval arithmetic on all 64 origins and directions at once may prove that all miss: drop the child.
-     3. Or the box lies wholly outside one of the four planes around the rays: drop it.
-     4. Otherwise the rays are tested one after the other until one hits. The rays before it cannot hit anything below, so it
+     1. The first active ray, the first not yet known to miss, is tested, together with its SIMD group, the rays that the
+        machine tests at the same price. If one hits, the packet enters: no other ray is asked.
+     2. If not, interval arithmetic on the origins and directions of all rays may prove that all miss: drop the child.
+     3. Or the box lies outside one of the four planes around the rays: drop it.
+     4. Otherwise the other rays are tested, group by group, until one hits. The rays before it cannot hit anything below, so it
         becomes the first active ray of that child: the active range shrinks on the way down. If none hits: drop the child.
 
-   The output is this conversation, indented by depth.    cc -O2 examples/packets.c -o packets -lm */
+   The output is this conversation, indented by depth.    cc -O2 examples/packets.c -o packets -lm && ./packets */
 #define PKTRT_IMPLEMENTATION
 #include "../pktrt.h"
 #include <math.h>
@@ -42,81 +44,66 @@ static void make_boxes(void) {
   for (int k = 0; k < 6; k++) t[k / 3][k % 3] = (uint32_t)(BOXES * BOXES * 8) + ground[k / 3][k % 3];
 }
 
-/* The library tells one event at a time. Entered children wait on a stack until the packet comes to them, nearest first; this is
-   that stack's shadow, which knows the depth of each. */
+/* The library tells one event at a time; this remembers what the next one needs. */
 typedef struct walk {
-  int waiting[512], top; /* depths of the entered children */
-  int depth;             /* of the node or leaf at hand */
-  int hits;              /* at the leaf at hand */
+  int depth_of[256]; /* of each node that was opened */
+  int depth;         /* of the child at hand */
+  int hits;          /* in the leaf at hand; -1: not in a leaf */
 } walk;
 
-static void say_child(const walk *w, const pktrt_event *e, const char *text) {
-  printf("%*schild %u: %s\n", 2 * w->depth + 2, "", (unsigned)e->child, text);
-}
-
-static void end_leaf(walk *w) {
-  if (w->hits >= 0) printf(", %d nearer hits\n", w->hits);
-  w->hits = -1;
-}
-
-static void arrive(walk *w) {
-  end_leaf(w);
-  w->depth = w->top > 0 ? w->waiting[--w->top] : 0;
-}
-
-static void enter(walk *w) {
-  if (w->top < 512) w->waiting[w->top++] = w->depth + 1;
-}
-
 static void tell(void *user, const pktrt_event *e) {
+  static const char *const verdict[] = {"",
+                                        "entered: the first active ray, %u, hits it",
+                                        "dropped by interval arithmetic",
+                                        "dropped: outside a plane around the rays",
+                                        "entered: ray %u hits it and becomes the first active one",
+                                        "dropped: every active ray was tested and misses"};
   walk *w = (walk *)user;
+  const unsigned index = (unsigned)e->index, ray = (unsigned)e->ray, active = (unsigned)e->active;
+  if (e->kind == PKTRT_EVENT_HIT) {
+    w->hits++;
+    return;
+  }
+  if (w->hits >= 0) printf(": %d nearer hits\n", w->hits);
+  w->hits = -1;
   switch (e->kind) {
-  case PKTRT_EVENT_NODE:
-    arrive(w);
-    printf("%*snode %u: %u rays active, the first is ray %u\n", 2 * w->depth, "", (unsigned)e->index,
-           (unsigned)e->active, (unsigned)e->ray);
+  case PKTRT_EVENT_NODE: /* the child just entered, or the root */
+    if (index < 256) w->depth_of[index] = w->depth;
+    printf("%*snode %u opened by %u rays, from ray %u on\n", 2 * w->depth, "", index, active, ray);
     break;
-  case PKTRT_EVENT_FIRST_HIT:
-    enter(w);
-    say_child(w, e, "entered, the first active ray hits it");
-    break;
-  case PKTRT_EVENT_LATER_HIT:
-    enter(w);
-    say_child(w, e, "entered, a later ray hits it and becomes the first active one");
-    break;
-  case PKTRT_EVENT_INTERVAL_CULL: say_child(w, e, "dropped by interval arithmetic"); break;
-  case PKTRT_EVENT_FRUSTUM_CULL: say_child(w, e, "dropped, outside a plane around the rays"); break;
-  case PKTRT_EVENT_ALL_MISS: say_child(w, e, "dropped, every active ray was tested and misses"); break;
   case PKTRT_EVENT_LEAF:
-    arrive(w);
+    printf("%*sleaf %u tested by %u rays, from ray %u on", 2 * w->depth, "", index, active, ray);
     w->hits = 0;
-    printf("%*sleaf %u: %u rays active", 2 * w->depth, "", (unsigned)e->index, (unsigned)e->active);
     break;
-  case PKTRT_EVENT_HIT: w->hits++; break;
+  default: /* about a child of the node `index` */
+    w->depth = (index < 256 ? w->depth_of[index] : 0) + 1;
+    printf("%*schild %u of node %u ", 2 * w->depth, "", (unsigned)e->child, index);
+    printf(verdict[e->kind], ray);
+    printf("\n");
   }
 }
 
-/* What the walk cost, beside what 64 single rays would pay at the same nodes. */
+/* What the walk cost. */
 static void sum_up(const pktrt_counts *c) {
-  printf("\n%llu rays in %llu packet, %llu hits. Of the children of %llu opened nodes\n", (unsigned long long)c->rays,
-         (unsigned long long)c->packets, (unsigned long long)c->hits, (unsigned long long)c->node_visits);
-  printf("  %4llu were entered on the word of the first active ray,\n", (unsigned long long)c->first_hits);
-  printf("  %4llu were dropped by interval arithmetic and %llu by a frustum plane, at the price of one ray,\n",
-         (unsigned long long)c->interval_culls, (unsigned long long)c->frustum_culls);
-  printf("  %4llu were dropped after testing every active ray.\n", (unsigned long long)c->ray_culls);
-  printf(
-      "That took %.1f box tests and %.1f triangle tests per ray; %llu triangles were dropped by planes for all rays.\n",
-      (double)c->box_tests / (double)c->rays, (double)c->triangle_tests / (double)c->rays,
-      (unsigned long long)c->triangle_culls);
+  const double rays = (double)c->rays;
+  printf("\n%u rays in %u packet, %u of them with a hit. Of the children of %u opened nodes\n", (unsigned)c->rays,
+         (unsigned)c->packets, (unsigned)c->hits, (unsigned)c->node_visits);
+  printf("  %3u were entered on the word of the first group,\n", (unsigned)c->first_hits);
+  printf("  %3u were dropped by interval arithmetic and %u by a plane, after that one test,\n",
+         (unsigned)c->interval_culls, (unsigned)c->frustum_culls);
+  printf("  %3u were dropped after testing all rays.\n", (unsigned)c->ray_culls);
+  printf("That took %.1f box tests and %.1f triangle tests per ray.\n", (double)c->box_tests / rays,
+         (double)c->triangle_tests / rays);
 }
 
 int main(void) {
   static pktrt_ray rays[SIDE * SIDE];
   static pktrt_hit hits[SIDE * SIDE];
   static pktrt_stats stats;
-  walk w = {{0}, 0, 0, -1};
+  static walk w; /* static: zeroed */
   pktrt_scene *scene = pktrt_scene_create(NULL);
   make_boxes();
+  w.hits = -1;
   const pktrt_mesh_desc mesh = {
       &positions[0][0], BOXES * BOXES * 8 + 4, 0, &indices[0][0], BOXES * BOXES * 12 + 2, 0, NULL, 0};
   if (pktrt_add_mesh(scene, &mesh, NULL) || pktrt_commit(scene)) {
@@ -124,8 +111,8 @@ int main(void) {
     return 1;
   }
   for (int i = 0; i < SIDE * SIDE; i++) { /* a narrow bundle that looks down across the boxes */
-    const pktrt_ray ray = {
-        {1, 4, 6}, 0, {-0.3f + 0.02f * (float)(i % SIDE), -0.6f - 0.02f * (float)(i / SIDE), -1}, INFINITY, 0};
+    const float x = 0.02f * (float)(i % SIDE) - 0.07f, y = -0.5f - 0.02f * (float)(i / SIDE);
+    const pktrt_ray ray = {{0.3f, 4, 6}, 0, {x, y, -1}, INFINITY, 0};
     rays[i] = ray;
   }
   pktrt_query_desc query;
@@ -136,7 +123,7 @@ int main(void) {
   query.trace = tell;
   query.user = &w;
   pktrt_intersect_ex(scene, &query, rays, hits, SIDE * SIDE);
-  end_leaf(&w);
+  if (w.hits >= 0) printf(": %d nearer hits\n", w.hits);
   sum_up(&stats.by_type[PKTRT_RAY_PRIMARY]);
   pktrt_scene_destroy(scene);
   return 0;

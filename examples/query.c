@@ -9,7 +9,7 @@
 
 #define RING 96u /* vertices along the ring, around the tube */
 #define TUBE 24u
-#define GRID 256 /* rays along an edge of the volume's grid */
+#define GRID 256 /* rays along an edge of the grid for the volume */
 #define SKY 512  /* directions over a hemisphere */
 #define MAP_W 64
 #define MAP_H 26
@@ -81,19 +81,20 @@ static void volume(const pktrt_scene *scene) {
          sum * (double)cell * (double)cell, 2.0 * (double)(pi * pi * ring_radius * tube_radius * tube_radius));
 }
 
-/* pktrt_occluded_n: how much of its hemisphere a point of the surface sees. Directions follow a spiral around the normal, here
-   (nx, ny, 0); pktrt_spawn makes the rays that leave the surface, so no distance has to be guessed to step off it. */
+/* pktrt_occluded_n: how much of its hemisphere a point of the surface sees. Directions follow a spiral around the normal of the
+   hit; pktrt_spawn makes the rays that leave the surface, so no distance has to be guessed to step off it. */
 static void sky_view(const pktrt_scene *scene) {
   static const char *const names[] = {"outermost", "topmost", "innermost"};
-  static const float normals[][2] = {{1, 0}, {0, 1}, {-1, 0}};
+  static const float from[][2] = {{1, 0}, {0, 1}, {-1, 0}}; /* of the tube's centre, in x and y */
   static pktrt_ray rays[SKY];
   static bool blocked[SKY];
   for (int k = 0; k < 3; k++) {
-    const float nx = normals[k][0], ny = normals[k][1];
-    const pktrt_ray probe = make_ray(ring_radius + nx, ny, 0, -nx, -ny, 0);
+    const pktrt_ray probe = make_ray(ring_radius + from[k][0], from[k][1], 0, -from[k][0], -from[k][1], 0);
     pktrt_hit hit;
     int seen = 0;
     if (!pktrt_intersect(scene, &probe, &hit)) return;
+    const float length = sqrtf(hit.normal[0] * hit.normal[0] + hit.normal[1] * hit.normal[1]); /* it has almost no z */
+    const float nx = hit.normal[0] / length, ny = hit.normal[1] / length;
     for (int i = 0; i < SKY; i++) {
       const float h = ((float)i + 0.5f) / SKY, r = sqrtf(1 - h * h), a = 2.39996f * (float)i; /* the golden angle */
       const float s = r * cosf(a), direction[3] = {h * nx - s * ny, h * ny + s * nx, r * sinf(a)};

@@ -244,9 +244,9 @@ static bool light_mesh(pktrt_scene *world, const options *o, const pktrt_camera 
   for (int a = 0; a < 3; a++) {
     const double above = a == up ? 1 : 0;
     key.direction[a] = (float)(to[a] / length + 0.7 * side[a] - 1.1 * above);
-    key.intensity[a] = 2.4f;
+    key.intensity[a] = 2.0f;
     fill.position[a] = (float)((double)camera->eye[a] + length * (0.25 * side[a] + 0.02 * above));
-    fill.intensity[a] = (float)fmin(0.9 * length * length, 1e36);
+    fill.intensity[a] = (float)fmin(0.6 * length * length, 1e36);
   }
   return add_light(world, &key) && add_light(world, &fill);
 }

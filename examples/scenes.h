@@ -5,8 +5,9 @@
      scene_add(s, &hall);                        materials, lights and meshes into a pktrt_scene
      scene_free(&hall);
 
-   Units are metres, y points up. The same bits come out on every machine: sines are a polynomial of our own, all arithmetic
-   is in double, and coordinates are snapped to a grid far coarser than any rounding (see sc_snap). Every mesh is one material.
+   Units are metres, y points up. The same bits come out on every machine: sines are a polynomial of our own, all
+   arithmetic is in double, and coordinates are snapped to a grid far coarser than any rounding (see sc_snap). Every
+   mesh is one material.
 
    Contents: scene, maths, builder, sweeps, solids, pool hall (one function per thing in it), interface. */
 #ifndef SCENES_H
@@ -86,7 +87,9 @@ static double sc_sin(double degrees) {
   double k = floor(degrees / 90.0 + 0.5), x = (degrees - k * 90.0) * (SC_PI / 180.0), x2 = x * x;
   int quadrant = (int)(k - 4.0 * floor(k / 4.0));
   double s = x * (1 + x2 * (-1 / 6.0 + x2 * (1 / 120.0 + x2 * (-1 / 5040.0 + x2 * (1 / 362880.0 - x2 / 39916800.0)))));
-  double c = 1 + x2 * (-0.5 + x2 * (1 / 24.0 + x2 * (-1 / 720.0 + x2 * (1 / 40320.0 + x2 * (-1 / 3628800.0 + x2 / 479001600.0)))));
+  double c =
+      1 +
+      x2 * (-0.5 + x2 * (1 / 24.0 + x2 * (-1 / 720.0 + x2 * (1 / 40320.0 + x2 * (-1 / 3628800.0 + x2 / 479001600.0)))));
   double r = quadrant & 1 ? c : s;
   return quadrant & 2 ? -r : r;
 }
@@ -98,8 +101,8 @@ static double sc_random(uint32_t *state) {
   return (double)(*state >> 8) / 16777216.0;
 }
 
-/* Nearest multiple of 2^-18 m (4 micrometres), exact in a float up to 64 m. Compilers may fuse or not fuse a product and a sum,
-   which moves a double by 1e-16: the grid hides it, the odd offset keeps round numbers away from ties. */
+/* Nearest multiple of 2^-18 m (4 micrometres), exact in a float up to 64 m. Compilers may fuse or not fuse a product
+   and a sum, which moves a double by 1e-16: the grid hides it, the odd offset keeps round numbers away from ties. */
 static float sc_snap(double v) { return (float)(floor(v * 262144.0 + 0.5137) / 262144.0); }
 
 /* >>builder -------------------------------------------------------------------------------------------------------- */
@@ -252,37 +255,44 @@ static void sc_turn_z(sc_build *b, double degrees) { /* x towards y */
 
 /* >>sweeps --------------------------------------------------------------------------------------------------------- */
 
-/* A point of a profile or, seen from above, of a path. A profile is smooth but at corners. It runs from the outer foot up
-   and over the top to the inner foot: then surfaces face outwards. */
+/* A point of a profile or, seen from above, of a path. A profile is smooth but at corners. It runs from the outer
+   foot up and over the top to the inner foot: then surfaces face outwards. Tables of profiles are in millimetres,
+   see sc_round. */
 typedef struct sc_pt { double x, y; int corner; } sc_pt;
 #define SC_COUNT(a) ((uint32_t)(sizeof(a) / sizeof((a)[0])))
 #define SC_MAX_POINTS 192u
 
-static double sc_spline(double a, double p, double q, double d, double t) { /* Catmull-Rom from p (t = 0) to q (t = 1) */
+static double sc_spline(double a, double p, double q, double d,
+                        double t) { /* Catmull-Rom from p (t = 0) to q (t = 1) */
   return 0.5 * (2 * p + t * (q - a + t * (2 * a - 5 * p + 4 * q - d + t * (3 * p - a - 3 * q + d))));
 }
 
-/* Rounds a profile: `sub` pieces for each stretch, one where both ends are corners. */
-static uint32_t sc_round(const sc_pt *p, uint32_t n, uint32_t sub, sc_pt *out) {
+/* Rounds a profile given in millimetres, {x, y} or {x, y, 1} for a corner: `sub` pieces for each stretch, one where
+   both ends are corners. */
+static uint32_t sc_round(const double (*p)[3], uint32_t n, uint32_t sub, sc_pt *out) {
   uint32_t i, k, count = 0;
-  for (i = 0; i + 1 < n; i++) {
-    uint32_t pieces = p[i].corner && p[i + 1].corner ? 1 : sub;
-    sc_pt a = p[i].corner || i == 0 ? p[i] : p[i - 1], d = p[i + 1].corner || i + 2 == n ? p[i + 1] : p[i + 2];
-    for (k = 0; k < pieces && count + 1 < SC_MAX_POINTS; k++) {
+  for (i = 0; i < n; i++) {
+    bool corner = p[i][2] > 0.0, last = i + 1 == n, sharp = !last && p[i + 1][2] > 0.0;
+    const double *a = p[corner || i == 0 ? i : i - 1], *q = p[last ? i : i + 1],
+                 *d = p[last                  ? i
+                        : sharp || i + 2 == n ? i + 1
+                                              : i + 2];
+    uint32_t pieces = last || (corner && sharp) ? 1 : sub;
+    for (k = 0; k < pieces && count < SC_MAX_POINTS; k++) {
       double t = (double)k / pieces;
-      out[count].x = k ? sc_spline(a.x, p[i].x, p[i + 1].x, d.x, t) : p[i].x;
-      out[count].y = k ? sc_spline(a.y, p[i].y, p[i + 1].y, d.y, t) : p[i].y;
-      out[count++].corner = k == 0 && p[i].corner;
+      out[count].x = 0.001 * sc_spline(a[0], p[i][0], q[0], d[0], t);
+      out[count].y = 0.001 * sc_spline(a[1], p[i][1], q[1], d[1], t);
+      out[count++].corner = k == 0 && corner;
     }
   }
-  out[count++] = p[n - 1];
   return count;
 }
 
-/* The surface that a profile draws on its way through the frames; it faces along dprofile x dpath. `ring`: the path closes;
-   `loop`: the profile closes, without corners. Where the profile's x is 0, each `pole` frames in a row share a vertex. */
-static void sc_sweep(sc_build *b, const sc_frame *f, uint32_t frames, bool ring, const sc_pt *p, uint32_t points, bool loop,
-                     uint32_t pole) {
+/* The surface that a profile draws on its way through the frames; it faces along dprofile x dpath. `ring`: the path
+   closes; `loop`: the profile closes, without corners. Where the profile's x is 0, each `pole` frames in a row share
+   a vertex. */
+static void sc_sweep(sc_build *b, const sc_frame *f, uint32_t frames, bool ring, const sc_pt *p, uint32_t points,
+                     bool loop, uint32_t pole) {
   uint32_t begin = 0, end, i, j, last = ring ? frames : frames - 1;
   while (begin + 1 < points) {
     uint32_t row[SC_MAX_POINTS + 1];
@@ -308,7 +318,8 @@ static void sc_sweep(sc_build *b, const sc_frame *f, uint32_t frames, bool ring,
 }
 
 /* Turns a profile (radius, height) around y, or rather around a rectangle of half extents hx, hz: a rounded slab. */
-static void sc_lathe_around(sc_build *b, double hx, double hz, uint32_t segments, const sc_pt *p, uint32_t n, uint32_t sub) {
+static void sc_lathe_around(sc_build *b, double hx, double hz, uint32_t segments, const double (*p)[3], uint32_t n,
+                            uint32_t sub) {
   sc_frame f[160];
   sc_pt round[SC_MAX_POINTS];
   bool slab = hx > 0.0 || hz > 0.0;
@@ -324,15 +335,18 @@ static void sc_lathe_around(sc_build *b, double hx, double hz, uint32_t segments
     f[i].y = sc_v(0.0, 1.0, 0.0);
   }
   sc_sweep(b, f, frames, true, round, count, false, slab ? segments / 4 + 1 : frames);
-  if (slab && p[0].x == 0.0)
-    sc_quad(b, sc_v(-hx, p[0].y, -hz), sc_v(hx, p[0].y, -hz), sc_v(hx, p[0].y, hz), sc_v(-hx, p[0].y, hz));
-  if (slab && p[n - 1].x == 0.0)
-    sc_quad(b, sc_v(-hx, p[n - 1].y, hz), sc_v(hx, p[n - 1].y, hz), sc_v(hx, p[n - 1].y, -hz), sc_v(-hx, p[n - 1].y, -hz));
+  for (i = 0; slab && i < 2; i++) { /* flat below and above */
+    double y = round[i ? count - 1 : 0].y, z = i ? -hz : hz;
+    if (round[i ? count - 1 : 0].x == 0.0)
+      sc_quad(b, sc_v(-hx, y, -z), sc_v(hx, y, -z), sc_v(hx, y, z), sc_v(-hx, y, z));
+  }
 }
 #define SC_LATHE(b, segments, profile, sub) sc_lathe_around(b, 0.0, 0.0, segments, profile, SC_COUNT(profile), sub)
 
-/* A round bar along a curve through the points, thinning from radius r0 to r1; closed like a ring, or with flat ends. */
-static void sc_tube(sc_build *b, const sc_v3 *p, uint32_t n, uint32_t sub, bool closed, double r0, double r1, uint32_t sides) {
+/* A round bar along a curve through the points, thinning from radius r0 to r1; closed like a ring, or with flat
+   ends. */
+static void sc_tube(sc_build *b, const sc_v3 *p, uint32_t n, uint32_t sub, bool closed, double r0, double r1,
+                    uint32_t sides) {
   sc_frame f[SC_MAX_POINTS];
   sc_pt circle[32];
   sc_v3 c[SC_MAX_POINTS], x = sc_v(0.0, 0.0, 0.0);
@@ -342,11 +356,13 @@ static void sc_tube(sc_build *b, const sc_v3 *p, uint32_t n, uint32_t sub, bool 
       sc_v3 u = p[i], v = p[(i + 1) % n], s = p[closed ? (i + n - 1) % n : i ? i - 1 : 0];
       sc_v3 w = p[closed ? (i + 2) % n : i + 2 < n ? i + 2 : n - 1];
       double t = (double)k / sub;
-      c[count++] = sc_v(sc_spline(s.x, u.x, v.x, w.x, t), sc_spline(s.y, u.y, v.y, w.y, t), sc_spline(s.z, u.z, v.z, w.z, t));
+      c[count++] =
+          sc_v(sc_spline(s.x, u.x, v.x, w.x, t), sc_spline(s.y, u.y, v.y, w.y, t), sc_spline(s.z, u.z, v.z, w.z, t));
     }
   if (!closed) c[count++] = p[n - 1];
   for (i = 0; i < sides && i < SC_COUNT(circle); i++) {
-    circle[i].x = sc_cos(360.0 * (i + 0.5) / sides), circle[i].y = sc_sin(360.0 * (i + 0.5) / sides), circle[i].corner = 0;
+    circle[i].x = sc_cos(360.0 * (i + 0.5) / sides), circle[i].y = sc_sin(360.0 * (i + 0.5) / sides),
+    circle[i].corner = 0;
   }
   for (i = 0; i < count; i++) {
     sc_v3 before = c[i ? i - 1 : closed ? count - 1 : 0], after = c[i + 1 < count ? i + 1 : closed ? 0 : i];
@@ -373,7 +389,8 @@ static void sc_rod(sc_build *b, sc_v3 from, sc_v3 to, double radius, uint32_t si
   p[0] = from, p[1] = to;
   sc_tube(b, p, 2, 1, false, radius, radius, sides);
 }
-static void sc_torus(sc_build *b, double y, double radius, double thick, uint32_t around, uint32_t sides) { /* flat on y */
+static void sc_torus(sc_build *b, double y, double radius, double thick, uint32_t around,
+                     uint32_t sides) { /* flat on y */
   sc_v3 p[96];
   uint32_t i;
   around = sc_segments(b, around);
@@ -382,9 +399,10 @@ static void sc_torus(sc_build *b, double y, double radius, double thick, uint32_
   sc_tube(b, p, around, 1, true, thick, thick, sides);
 }
 
-/* A profile (distance to the left of the path, height) along straight stretches with mitred corners. The path lies in the
-   plane y = 0, its points are (x, z); seen from above, clockwise puts the profile outside. */
-static void sc_moulding(sc_build *b, const sc_pt *path, uint32_t n, bool closed, const sc_pt *p, uint32_t points, uint32_t sub) {
+/* A profile (distance to the left of the path, height) along straight stretches with mitred corners. The path lies
+   in the plane y = 0, its points are (x, z); seen from above, clockwise puts the profile outside. */
+static void sc_moulding(sc_build *b, const sc_pt *path, uint32_t n, bool closed, const double (*p)[3], uint32_t points,
+                        uint32_t sub) {
   sc_pt round[SC_MAX_POINTS];
   uint32_t count = sc_round(p, points, sub, round), i, k;
   for (i = 0; i + (closed ? 0 : 1) < n; i++) {
@@ -405,7 +423,8 @@ static void sc_moulding(sc_build *b, const sc_pt *path, uint32_t n, bool closed,
 }
 
 /* A moulding around a rectangle that stands in the plane z = 0, seen from +z; heights of the profile become z. */
-static void sc_border(sc_build *b, double x0, double y0, double x1, double y1, const sc_pt *p, uint32_t points, uint32_t sub) {
+static void sc_border(sc_build *b, double x0, double y0, double x1, double y1, const double (*p)[3], uint32_t points,
+                      uint32_t sub) {
   sc_pt path[4] = {{0, 0, 1}, {0, 0, 1}, {0, 0, 1}, {0, 0, 1}};
   sc_frame keep = b->at;
   path[0].x = path[3].x = x1, path[1].x = path[2].x = x0;
@@ -454,25 +473,30 @@ static void sc_box(sc_build *b, double x0, double y0, double z0, double x1, doub
   }
 }
 
-/* Straight bar of a star-shaped cross-section (out, up) from x0 to x1, along -x so that "out" is +z; ends are sheared by
-   k0, k1 metres of x per metre outwards and closed with fans around (cx, cy). */
-static void sc_prism(sc_build *b, const sc_pt *p, uint32_t n, uint32_t sub, double x0, double k0, double x1, double k1, double cx,
-                     double cy) {
+/* Closes the end of a sweep: a fan over a star-shaped profile around (cx, cy), facing along x cross y of the frame
+   or back. */
+static void sc_cap(sc_build *b, const sc_frame *f, const sc_pt *p, uint32_t n, double cx, double cy, bool back) {
+  sc_mark mark = sc_begin(b);
+  uint32_t centre = sc_vertex(b, sc_add(f->o, sc_add(sc_mul(f->x, cx), sc_mul(f->y, cy))), f->y), v = 0, before = 0, i;
+  for (i = 0; i < n; i++, before = v) {
+    v = sc_vertex(b, sc_add(f->o, sc_add(sc_mul(f->x, p[i].x), sc_mul(f->y, p[i].y))), f->y);
+    if (i) sc_triangle(b, centre, back ? v : before, back ? before : v);
+  }
+  sc_smooth(b, mark);
+}
+
+/* Straight bar of a star-shaped cross-section (out, up) from x0 to x1, along -x so that "out" is +z; ends are
+   sheared by k0, k1 metres of x per metre outwards. */
+static void sc_prism(sc_build *b, const double (*p)[3], uint32_t n, uint32_t sub, double x0, double k0, double x1,
+                     double k1, double cx, double cy) {
   sc_pt round[SC_MAX_POINTS];
   sc_frame f[2];
-  uint32_t count = sc_round(p, n, sub, round), i, k;
+  uint32_t count = sc_round(p, n, sub, round);
   f[0].o = sc_v(x1, 0.0, 0.0), f[0].x = sc_v(k1, 0.0, 1.0), f[1].o = sc_v(x0, 0.0, 0.0), f[1].x = sc_v(k0, 0.0, 1.0);
   f[0].y = f[1].y = sc_v(0.0, 1.0, 0.0);
   sc_sweep(b, f, 2, false, round, count, false, 1);
-  for (k = 0; k < 2; k++) {
-    sc_mark mark = sc_begin(b);
-    uint32_t centre = sc_vertex(b, sc_add(f[k].o, sc_add(sc_mul(f[k].x, cx), sc_mul(f[k].y, cy))), f[k].y), v = 0, before = 0;
-    for (i = 0; i < count; i++, before = v) {
-      v = sc_vertex(b, sc_add(f[k].o, sc_add(sc_mul(f[k].x, round[i].x), sc_mul(f[k].y, round[i].y))), f[k].y);
-      if (i) sc_triangle(b, centre, k ? before : v, k ? v : before);
-    }
-    sc_smooth(b, mark);
-  }
+  sc_cap(b, &f[0], round, count, cx, cy, true);
+  sc_cap(b, &f[1], round, count, cx, cy, false);
 }
 
 /* The part of a sphere around the origin between two angles from its top, exact normals. */
@@ -529,19 +553,56 @@ static sc_frame sc_aim(sc_build *b, sc_v3 from, sc_v3 to) {
 /* >>pool-hall ------------------------------------------------------------------------------------------------------ */
 
 enum {
-  HALL_PLANK_1, HALL_PLANK_2, HALL_PLANK_3, HALL_PLANK_4, HALL_PLASTER, HALL_CEILING, HALL_PANEL, HALL_TRIM, HALL_CLOTH,
-  HALL_RAIL, HALL_CARVED, HALL_LEATHER, HALL_NET, HALL_IVORY, HALL_BALL_1, HALL_BALL_2, HALL_BALL_3, HALL_BALL_4, HALL_BALL_5,
-  HALL_BALL_6, HALL_BALL_7, HALL_BALL_8, HALL_MAPLE, HALL_CHALK, HALL_BRASS, HALL_STEEL, HALL_ENAMEL, HALL_OPAL, HALL_BAR_TOP,
-  HALL_SEAT, HALL_BENTWOOD, HALL_GREEN_GLASS, HALL_BROWN_GLASS, HALL_CLEAR_GLASS, HALL_LABEL, HALL_CURTAIN, HALL_GILT,
-  HALL_SKY, HALL_HILL, HALL_SLATE, HALL_TREES, HALL_KINDS
+  HALL_PLANK_1,
+  HALL_PLANK_2,
+  HALL_PLANK_3,
+  HALL_PLANK_4,
+  HALL_PLASTER,
+  HALL_CEILING,
+  HALL_PANEL,
+  HALL_TRIM,
+  HALL_CLOTH,
+  HALL_RAIL,
+  HALL_CARVED,
+  HALL_LEATHER,
+  HALL_NET,
+  HALL_IVORY,
+  HALL_BALL_1,
+  HALL_BALL_2,
+  HALL_BALL_3,
+  HALL_BALL_4,
+  HALL_BALL_5,
+  HALL_BALL_6,
+  HALL_BALL_7,
+  HALL_BALL_8,
+  HALL_MAPLE,
+  HALL_CHALK,
+  HALL_BRASS,
+  HALL_STEEL,
+  HALL_ENAMEL,
+  HALL_OPAL,
+  HALL_BAR_TOP,
+  HALL_SEAT,
+  HALL_BENTWOOD,
+  HALL_GREEN_GLASS,
+  HALL_BROWN_GLASS,
+  HALL_CLEAR_GLASS,
+  HALL_LABEL,
+  HALL_CURTAIN,
+  HALL_GILT,
+  HALL_SKY,
+  HALL_HILL,
+  HALL_SLATE,
+  HALL_TREES,
+  HALL_KINDS
 };
 
 static const sc_kind hall_kinds[HALL_KINDS] = {
   {"floor planks, light", {0.36f, 0.19f, 0.085f}, 1}, {"floor planks, red", {0.30f, 0.14f, 0.06f}, 1},
   {"floor planks, dark", {0.25f, 0.125f, 0.055f}, 1}, {"floor planks, pale", {0.40f, 0.225f, 0.11f}, 1},
   {"plaster", {0.70f, 0.53f, 0.34f}, 1},              {"ceiling", {0.74f, 0.63f, 0.48f}, 1},
-  {"panelling", {0.20f, 0.085f, 0.036f}, 0},          {"mouldings and beams", {0.19f, 0.080f, 0.035f}, 0},
-  {"cloth", {0.022f, 0.21f, 0.092f}, 0},              {"rails", {0.215f, 0.080f, 0.034f}, 0},
+  {"panelling", {0.23f, 0.098f, 0.042f}, 0},          {"mouldings and beams", {0.19f, 0.080f, 0.035f}, 0},
+  {"cloth", {0.022f, 0.195f, 0.088f}, 0},              {"rails", {0.215f, 0.080f, 0.034f}, 0},
   {"carved mahogany", {0.23f, 0.075f, 0.030f}, 0},    {"leather", {0.055f, 0.030f, 0.018f}, 0},
   {"nets", {0.55f, 0.46f, 0.31f}, 0},                 {"ivory", {0.80f, 0.74f, 0.60f}, 0},
   {"ball yellow", {0.80f, 0.50f, 0.02f}, 0},          {"ball blue", {0.02f, 0.06f, 0.42f}, 0},
@@ -573,7 +634,7 @@ static const sc_kind hall_kinds[HALL_KINDS] = {
 static void hall_floor(sc_build *b) {
   uint32_t row, rows = 62;
   for (row = 0; row < rows; row++) {
-    double z0 = HALL_Z * row / rows, z1 = HALL_Z * (row + 1) / rows, x = 0.0, cut = 0.0012, deep = -0.0012;
+    double z0 = HALL_Z * row / rows, z1 = HALL_Z * (row + 1) / rows, x = 0.0, cut = 0.0012, deep = -0.0005;
     double next = 0.5 + 1.7 * sc_random(&b->random);
     while (x < HALL_X) {
       double x1 = next > HALL_X - 0.4 ? HALL_X : next;
@@ -624,8 +685,9 @@ static void hall_plaster(sc_build *b, const hall_wall *w) {
 
 /* Wainscot from x0 to x1: board, stiles, raised fields, skirting and cap. */
 static void hall_wainscot(sc_build *b, double x0, double x1) {
-  static const sc_pt skirting[] = {{0.035, 0.0, 1}, {0.035, 0.13, 1}, {0.030, 0.145, 0}, {0.022, 0.15, 0}, {0.018, 0.165, 1}, {0.0, 0.165, 1}};
-  static const sc_pt cap[] = {{0.018, 1.0, 1}, {0.03, 1.01, 0}, {0.034, 1.03, 0}, {0.05, 1.045, 1}, {0.055, 1.05, 0}, {0.055, 1.06, 0}, {0.05, 1.065, 1}, {0.0, 1.065, 1}};
+  static const double skirting[][3] = {{35, 0, 1}, {35, 130, 1}, {30, 145}, {22, 150}, {18, 165, 1}, {0, 165, 1}};
+  static const double cap[][3] = {{18, 1000, 1}, {30, 1010}, {34, 1030}, {50, 1045, 1}, {55, 1050}, {55, 1060},
+      {50, 1065, 1}, {0, 1065, 1}};
   uint32_t i, n = (uint32_t)((x1 - x0) / 0.62 + 0.5);
   double pitch;
   sc_pt path[2] = {{0, 0, 1}, {0, 0, 1}};
@@ -651,11 +713,12 @@ static void hall_wainscot(sc_build *b, double x0, double x1) {
 static double hall_fold(double x, double y, const void *context) { /* pleats, gathered at the tie-back */
   const double *c = (const double *)context; /* width, height of the tie-back */
   double gather = 1.0 / (1.0 + 9.0 * (y - c[1]) * (y - c[1]));
-  return 0.02 * (1.0 + 0.35 * sc_sin(900.0 * y + 700.0 * x)) * sc_sin(360.0 * 8.0 * x / c[0]) * (1.0 - 0.45 * gather) + 0.03 * gather;
+  return 0.02 * (1.0 + 0.35 * sc_sin(900.0 * y + 700.0 * x)) * sc_sin(360.0 * 8.0 * x / c[0]) * (1.0 - 0.45 * gather) +
+         0.03 * gather;
 }
 
 static void hall_curtains(sc_build *b, double x0, double x1) {
-  static const sc_pt knob[] = {{0, 0, 0}, {0.02, 0.005, 0}, {0.03, 0.025, 0}, {0.02, 0.045, 0}, {0.008, 0.055, 0}, {0, 0.06, 0}};
+  static const double knob[][3] = {{0, 0}, {20, 5}, {30, 25}, {20, 45}, {8, 55}, {0, 60}};
   double width[2] = {0.36, 1.45};
   uint32_t i, side;
   sc_use(b, HALL_CURTAIN);
@@ -680,7 +743,8 @@ static void hall_curtains(sc_build *b, double x0, double x1) {
   }
 }
 
-static const sc_pt hall_casing[] = {{0.11, 0.0, 1}, {0.11, 0.03, 1}, {0.10, 0.036, 0}, {0.09, 0.03, 1}, {0.02, 0.022, 1}, {0.012, 0.03, 0}, {0.0, 0.03, 1}, {0.0, -0.22, 1}};
+static const double hall_casing[][3] = {{110, 0, 1}, {110, 30, 1}, {100, 36}, {90, 30, 1}, {20, 22, 1}, {12, 30},
+    {0, 30, 1}, {0, -220, 1}};
 
 /* A sash window in an opening, the frame 12 cm behind the wall; no panes yet. */
 static void hall_window(sc_build *b, const double *o) {
@@ -702,7 +766,7 @@ static void hall_window(sc_build *b, const double *o) {
 }
 
 static void hall_door(sc_build *b, const double *o) {
-  static const sc_pt knob[] = {{0.028, 0, 1}, {0.028, 0.006, 1}, {0.01, 0.008, 0}, {0.01, 0.03, 0}, {0.026, 0.042, 0}, {0.03, 0.055, 0}, {0.02, 0.068, 0}, {0, 0.071, 0}};
+  static const double knob[][3] = {{28, 0, 1}, {28, 6, 1}, {10, 8}, {10, 30}, {26, 42}, {30, 55}, {20, 68}, {0, 71}};
   static const double fields[3][2] = {{0.18, 0.78}, {0.92, 1.42}, {1.54, 2.02}};
   double mid = (o[0] + o[2]) / 2.0;
   sc_frame keep;
@@ -711,10 +775,11 @@ static void hall_door(sc_build *b, const double *o) {
   sc_border(b, o[0], -0.2, o[2], o[3], hall_casing, SC_COUNT(hall_casing), 2);
   sc_use(b, HALL_PANEL);
   sc_box(b, o[0], 0.006, -0.06, o[2], o[3], -0.02, 0.003);
+  sc_box(b, o[0], -0.02, -0.2, o[2], 0.012, 0.0, 0.004);
   for (i = 0; i < 3; i++)
     for (side = 0; side < 2; side++) {
       double x0 = side ? mid + 0.05 : o[0] + 0.12, x1 = side ? o[2] - 0.12 : mid - 0.05;
-      static const sc_pt bead[] = {{0.012, -0.021, 1}, {0.009, -0.012, 0}, {0.0, -0.010, 0}, {-0.008, -0.014, 0}, {-0.012, -0.021, 1}};
+      static const double bead[][3] = {{12, -21, 1}, {9, -12}, {0, -10}, {-8, -14}, {-12, -21, 1}};
       sc_border(b, x0, fields[i][0], x1, fields[i][1], bead, SC_COUNT(bead), 2);
       sc_box(b, x0 + 0.04, fields[i][0] + 0.04, -0.04, x1 - 0.04, fields[i][1] - 0.04, -0.011, 0.009);
     }
@@ -727,7 +792,8 @@ static void hall_door(sc_build *b, const double *o) {
 
 /* Ceiling: boards, beams across, joists between them, a cornice around. */
 static void hall_ceiling(sc_build *b) {
-  static const sc_pt cornice[] = {{0.0, 3.36, 1}, {0.018, 3.36, 1}, {0.022, 3.385, 0}, {0.02, 3.40, 1}, {0.035, 3.415, 0}, {0.06, 3.45, 0}, {0.10, 3.50, 0}, {0.12, 3.53, 1}, {0.13, 3.535, 1}, {0.13, 3.605, 1}};
+  static const double cornice[][3] = {{0, 3360, 1}, {18, 3360, 1}, {22, 3385}, {20, 3400, 1}, {35, 3415}, {60, 3450},
+      {100, 3500}, {120, 3530, 1}, {130, 3535, 1}, {130, 3605, 1}};
   static const sc_pt room[] = {{0, HALL_Z, 1}, {HALL_X, HALL_Z, 1}, {HALL_X, 0, 1}, {0, 0, 1}};
   uint32_t i, k;
   sc_use(b, HALL_CEILING);
@@ -738,7 +804,8 @@ static void hall_ceiling(sc_build *b) {
     double x = 2.0 + 2.0 * i;
     sc_box(b, x - 0.1, 3.34, -0.05, x + 0.1, 3.65, HALL_Z + 0.05, 0.012);
     for (k = 0; k < 2; k++) { /* corbels under the ends of the beams */
-      static const sc_pt corbel[] = {{0.0, 2.98, 1}, {0.05, 3.0, 0}, {0.07, 3.08, 0}, {0.10, 3.14, 0}, {0.2, 3.2, 0}, {0.27, 3.27, 0}, {0.28, 3.345, 1}, {0.0, 3.345, 1}};
+      static const double corbel[][3] = {{0, 2980, 1}, {50, 3000}, {70, 3080}, {100, 3140}, {200, 3200}, {270, 3270},
+          {280, 3345, 1}, {0, 3345, 1}};
       sc_frame keep = sc_place(b, x, 0.0, k ? HALL_Z : 0.0, k ? 180.0 : 0.0);
       sc_prism(b, corbel, SC_COUNT(corbel), 3, -0.07, 0.0, 0.07, 0.0, 0.03, 3.25);
       b->at = keep;
@@ -790,15 +857,18 @@ static void hall_room(sc_build *b) {
 
 /* The leather-covered iron around a pocket. x, z point away from the field at a corner; z does at a side. */
 static void hall_pocket_iron(sc_build *b, bool corner) {
-  static const sc_pt section[] = {{1.0, -0.03, 1}, {1.0, 0.035, 0}, {0.985, 0.043, 0}, {0.94, 0.048, 0}, {0.12, 0.048, 0}, {0.03, 0.044, 0}, {0.0, 0.030, 0}, {0.0, -0.05, 1}};
-  double from = corner ? -76.0 : -5.0, to = corner ? 166.0 : 185.0, out = corner ? 0.142 : 0.122, reach = corner ? 0.067 : 0.076;
+  static const double section[][3] = {{1000, -30, 1}, {1000, 26}, {985, 37}, {945, 45}, {860, 48}, {120, 48}, {30, 44},
+      {0, 30}, {0, -50, 1}, {1000, -30, 1}};
+  double from = corner ? -76.0 : -5.0, to = corner ? 166.0 : 185.0, out = corner ? 0.142 : 0.122,
+         reach = corner ? 0.067 : 0.076;
   uint32_t n = sc_segments(b, 28), i;
   sc_frame f[32];
   sc_pt round[SC_MAX_POINTS];
   uint32_t count = sc_round(section, SC_COUNT(section), 1, round);
   for (i = 0; i <= n + 2; i++) { /* the first and last end square, flush with the rails */
     uint32_t k = i == 0 ? 0 : i > n + 1 ? n : i - 1;
-    double t = from + (to - from) * k / n, c = sc_cos(t), s = sc_sin(t), u, v, px = HALL_POCKET * c, pz = HALL_POCKET * s;
+    double t = from + (to - from) * k / n, c = sc_cos(t), s = sc_sin(t), u, v, px = HALL_POCKET * c,
+           pz = HALL_POCKET * s;
     if (corner) {
       u = t < 0.0 ? out : t < 90.0 ? out * c : -(t - 90.0) / (to - 90.0) * reach;
       v = t < 0.0 ? t / from * -reach : t < 90.0 ? out * s : out;
@@ -813,37 +883,44 @@ static void hall_pocket_iron(sc_build *b, bool corner) {
     f[i].o = sc_v(px, 0.0, pz), f[i].x = sc_v(u - px, 0.0, v - pz), f[i].y = sc_v(0.0, 1.0, 0.0);
   }
   sc_sweep(b, f, n + 3, false, round, count, false, 1);
+  sc_cap(b, &f[0], round, count, 0.5, 0.0, true);
+  sc_cap(b, &f[n + 2], round, count, 0.5, 0.0, false);
 }
 
 /* Leather bag below a pocket, a rim around its top and a net over it: strands wind both ways. */
 static void hall_pocket_net(sc_build *b) {
-  static const sc_pt bag[] = {{0, -0.262, 0}, {0.022, -0.258, 0}, {0.036, -0.245, 0}, {0.041, -0.222, 0}, {0.053, -0.165, 0}, {0.064, -0.09, 1}, {0.070, -0.085, 0}, {0.071, -0.05, 0}, {0.068, -0.005, 1}, {0.066, -0.005, 1}, {0.062, -0.10, 0}, {0.035, -0.235, 0}, {0, -0.25, 0}};
-  uint32_t i, k, dir;
+  static const double bag[][3] = {{0, -262}, {22, -258}, {36, -245}, {41, -222}, {53, -165}, {64, -90, 1}, {70, -85},
+      {71, -50}, {68, -5, 1}, {66, -5, 1}, {62, -100}, {35, -235}, {0, -250}};
+  uint32_t strands = b->detail < 1.0 ? 6 : 8, i, k, dir;
   sc_use(b, HALL_LEATHER);
   SC_LATHE(b, 24, bag, 1);
   sc_use(b, HALL_NET);
   for (dir = 0; dir < 2; dir++)
-    for (i = 0; i < 8; i++) {
+    for (i = 0; i < strands; i++) {
       sc_v3 p[6];
       for (k = 0; k < 6; k++) {
-        double t = k / 5.0, a = 45.0 * i + (dir ? 75.0 : -75.0) * t, r = 0.0655 + 0.002 * t * (1.0 - t) - 0.0235 * t;
+        double t = k / 5.0, a = 360.0 * i / strands + (dir ? 75.0 : -75.0) * t,
+               r = 0.0655 + 0.002 * t * (1.0 - t) - 0.0235 * t;
         p[k] = sc_v(r * sc_cos(a), -0.09 - 0.13 * t, r * sc_sin(a));
       }
       sc_tube(b, p, 6, 1, false, 0.0017, 0.0017, 4);
     }
 }
 
-/* The cloth on the slate: a rectangle of six points, and around it six fans towards the pockets with quads in between. */
+/* The cloth on the slate: a rectangle of six points, and around it six fans towards the pockets with quads in
+   between. */
 static void hall_bed(sc_build *b) {
   double ex = HALL_A + 0.03, ez = HALL_C + 0.03, ix = HALL_A - 0.12, iz = HALL_C - 0.12;
-  static const double side[6][3] = {{1, 1, 1}, {0, 1, 1}, {-1, 1, 1}, {-1, -1, 1}, {0, -1, 1}, {1, -1, 1}}; /* x, z of the pockets */
+  static const double side[6][3] = {{1, 1, 1}, {0, 1, 1}, {-1, 1, 1}, {-1, -1, 1}, {0, -1, 1},
+      {1, -1, 1}}; /* x, z of the pockets */
   sc_v3 inner[6], edge[6][13];
   uint32_t i, k, n = 12;
   for (i = 0; i < 6; i++) {
     double sx = side[i][0], sz = side[i][1];
     bool corner = sx * sx > 0.5;
     double px = sx * (HALL_A + 0.035), pz = sz * (HALL_C + (corner ? 0.035 : 0.055)), x0, z0, x1, z1;
-    double da = ex - (HALL_A + 0.035), dz = ez - (HALL_C + (corner ? 0.035 : 0.055)); /* edges of the bed, seen from the pocket */
+    double da = ex - (HALL_A + 0.035),
+           dz = ez - (HALL_C + (corner ? 0.035 : 0.055)); /* edges of the bed, seen from the pocket */
     double h = sqrt(HALL_POCKET * HALL_POCKET - dz * dz), hx = sqrt(HALL_POCKET * HALL_POCKET - da * da);
     inner[i] = sc_v(sx * ix, 0.0, sz * iz);
     /* walk around against the clock, seen from above: from the pocket's first cut of the edge to its second */
@@ -851,7 +928,8 @@ static void hall_bed(sc_build *b) {
     else if (corner) x0 = -sx * h, z0 = sz * dz, x1 = sx * da, z1 = -sz * hx;
     else x0 = sz * h, z0 = sz * dz, x1 = -sz * h, z1 = sz * dz;
     for (k = 0; k <= n; k++) { /* along the arc: chord points pushed out to the circle, on the field's side */
-      double t = (double)k / n, x = x0 + (x1 - x0) * t - sx * 0.02, z = z0 + (z1 - z0) * t - (corner ? sz * 0.02 : sz * 0.03), l;
+      double t = (double)k / n, x = x0 + (x1 - x0) * t - sx * 0.02,
+             z = z0 + (z1 - z0) * t - (corner ? sz * 0.02 : sz * 0.03), l;
       if (k == 0) x = x0, z = z0;
       if (k == n) x = x1, z = z1;
       l = HALL_POCKET / sqrt(x * x + z * z);
@@ -880,19 +958,22 @@ static void hall_bed(sc_build *b) {
   sc_quad(b, inner[1], inner[0], inner[5], inner[4]);
 }
 
-/* One stretch of rail and cushion, facing +z in its frame (nose line z = 0), and its three sights. Where a cushion ends it is
-   sheared, less at the side pockets, and reaches out of the rail up to the round of the pocket. */
+/* One stretch of rail and cushion, facing +z in its frame (nose line z = 0), and its three sights. Where a cushion
+   ends it is sheared, less at the side pockets, and reaches out of the rail up to the round of the pocket. */
 static void hall_rail(sc_build *b, double x0, double shear0, double x1, double shear1, double first, double step) {
-  static const sc_pt wood[] = {{-0.03, -0.10, 1}, {0.03, -0.092, 0}, {0.075, -0.075, 0}, {0.105, -0.045, 0}, {0.14, -0.034, 1}, {0.158, -0.034, 1}, {0.171, -0.026, 0}, {0.175, 0.0, 0}, {0.174, 0.025, 0}, {0.166, 0.043, 0}, {0.15, 0.047, 1}, {0.049, 0.047, 1}, {0.049, -0.06, 1}};
-  static const sc_pt rubber[] = {{0.05, -0.002, 1}, {0.05, 0.0455, 1}, {0.010, 0.0405, 0}, {0.002, 0.0385, 0}, {0.0, 0.036, 0}, {0.003, 0.031, 0}, {0.028, -0.002, 1}};
-  static const sc_pt stone[] = {{0.008, 0.0, 1}, {0.008, 0.0006, 1}, {0, 0.0006, 1}};
+  static const double wood[][3] = {{-30, -100, 1}, {30, -92}, {75, -75}, {105, -45}, {140, -34, 1}, {158, -34, 1},
+      {171, -26}, {175, 0}, {174, 25}, {166, 43}, {150, 47, 1}, {49, 47, 1}, {49, -4, 1}, {-35, -12, 1},
+      {-30, -100, 1}};
+  static const double rubber[][3] = {{50, -2, 1}, {50, 45.5, 1}, {10, 40.5}, {2, 38.5}, {0, 36}, {3, 31}, {28, -2, 1},
+      {50, -2, 1}};
+  static const double stone[][3] = {{8, 0, 1}, {8, 0.6, 1}, {0, 0.6, 1}};
   double over0 = shear0 < -1.0 ? 0.003 : 0.0125, over1 = shear1 < -1.0 ? 0.003 : 0.0125;
   uint32_t i;
   sc_use(b, HALL_RAIL);
-  sc_prism(b, wood, SC_COUNT(wood), 2, x0, 0.0, x1, 0.0, 0.09, -0.015);
+  sc_prism(b, wood, SC_COUNT(wood), 2, x0, 0.0, x1, 0.0, 0.06, -0.02);
   sc_use(b, HALL_CLOTH);
-  sc_prism(b, rubber, SC_COUNT(rubber), 2, x0 - over0 - 0.05 * shear0, shear0, x1 + over1 + 0.05 * shear1, -shear1, 0.03,
-           0.02);
+  sc_prism(b, rubber, SC_COUNT(rubber), 2, x0 - over0 - 0.05 * shear0, shear0, x1 + over1 + 0.05 * shear1, -shear1,
+           0.03, 0.02);
   sc_use(b, HALL_IVORY);
   for (i = 0; i < 3; i++) {
     sc_frame keep = sc_place(b, first + step * i, 0.0468, 0.105, 0.0);
@@ -903,13 +984,15 @@ static void hall_rail(sc_build *b, double x0, double shear0, double x1, double s
 }
 
 static void hall_leg(sc_build *b) {
-  static const sc_pt foot[] = {{0, 0, 1}, {0.050, 0, 1}, {0.066, 0.014, 0}, {0.070, 0.034, 0}, {0.058, 0.056, 1}, {0.046, 0.060, 1}, {0.043, 0.068, 0}, {0.046, 0.080, 1}, {0.056, 0.082, 0}, {0.060, 0.090, 0}, {0.056, 0.098, 0}, {0.048, 0.100, 1}};
-  static const sc_pt shaft[] = {{0.047, 0.098, 1}, {0.050, 0.12, 0}, {0.058, 0.20, 0}, {0.066, 0.27, 0}, {0.068, 0.302, 1}};
-  static const sc_pt vase[] = {{0.068, 0.300, 1}, {0.078, 0.302, 0}, {0.081, 0.310, 0}, {0.078, 0.318, 0}, {0.066, 0.321, 1}, {0.056, 0.330, 0}, {0.062, 0.345, 0}, {0.084, 0.375, 0}, {0.090, 0.400, 0}, {0.078, 0.428, 0}, {0.056, 0.444, 1}, {0.066, 0.447, 0}, {0.069, 0.455, 0}, {0.064, 0.464, 1}};
+  static const double foot[][3] = {{0, 0, 1}, {50, 0, 1}, {66, 14}, {70, 34}, {58, 56, 1}, {46, 60, 1}, {43, 68},
+      {46, 80, 1}, {56, 82}, {60, 90}, {56, 98}, {48, 100, 1}};
+  static const double shaft[][3] = {{47, 98, 1}, {50, 120}, {58, 200}, {66, 270}, {68, 302, 1}};
+  static const double vase[][3] = {{68, 300, 1}, {78, 302}, {81, 310}, {78, 318}, {66, 321, 1}, {56, 330}, {62, 345},
+      {84, 375}, {90, 400}, {78, 428}, {56, 444, 1}, {66, 447}, {69, 455}, {64, 464, 1}};
   sc_use(b, HALL_CARVED);
   SC_LATHE(b, 24, foot, 1);
   b->flutes = 12, b->flute_depth = 0.10;
-  SC_LATHE(b, 60, shaft, 1);
+  SC_LATHE(b, 48, shaft, 1);
   b->flutes = 0;
   SC_LATHE(b, 28, vase, 2);
   sc_box(b, -0.085, 0.46, -0.085, 0.085, 0.545, 0.085, 0.006);
@@ -917,7 +1000,8 @@ static void hall_leg(sc_build *b) {
 
 /* A table, its middle at the origin on the floor, long along x. */
 static void hall_table(sc_build *b) {
-  static const sc_pt apron[] = {{0, 0.53, 1}, {0.10, 0.53, 1}, {0.116, 0.535, 0}, {0.121, 0.548, 0}, {0.116, 0.561, 0}, {0.106, 0.566, 1}, {0.104, 0.59, 1}, {0.104, 0.66, 1}, {0.108, 0.664, 0}, {0.12, 0.672, 1}, {0.12, 0.765, 1}, {0, 0.765, 1}};
+  static const double apron[][3] = {{0, 530, 1}, {100, 530, 1}, {116, 535}, {121, 548}, {116, 561}, {106, 566, 1},
+      {104, 590, 1}, {104, 660, 1}, {108, 664}, {120, 672, 1}, {120, 765, 1}, {0, 765, 1}};
   double corner = 0.035, xs = HALL_A + corner - 0.067, zs = HALL_C + corner - 0.067;
   sc_frame keep, bed;
   uint32_t i;
@@ -933,8 +1017,8 @@ static void hall_table(sc_build *b) {
   for (i = 0; i < 2; i++) {
     double turn = 180.0 * i, step = HALL_A / 4.0;
     keep = sc_place(b, 0.0, 0.0, i ? -HALL_C : HALL_C, turn);
-    hall_rail(b, -xs, -1.28, -0.076, -0.06, -3 * step, step);
-    hall_rail(b, 0.076, -0.06, xs, -1.28, step, step);
+    hall_rail(b, -xs, -1.28, -0.076, -0.25, -3 * step, step);
+    hall_rail(b, 0.076, -0.25, xs, -1.28, step, step);
     b->at = keep;
     keep = sc_place(b, i ? -HALL_A : HALL_A, 0.0, 0.0, 90.0 + turn);
     hall_rail(b, -zs, -1.28, zs, -1.28, -step, step);
@@ -952,7 +1036,8 @@ static void hall_table(sc_build *b) {
   b->at = bed;
 }
 
-/* Ball 0 is the cue ball, 9 to 15 have a band. The discs of the numbers are caps that stand out a quarter of a millimetre. */
+/* Ball 0 is the cue ball, 9 to 15 have a band. The discs of the numbers are caps that stand out a quarter of a
+   millimetre. */
 static void hall_ball(sc_build *b, uint32_t number, double x, double z, uint32_t rows) { /* a third of all rows */
   sc_frame keep = sc_place(b, x, HALL_BALL, z, 360.0 * sc_random(&b->random));
   uint32_t colour = number ? (uint32_t)HALL_BALL_1 + (number - 1) % 8 : (uint32_t)HALL_IVORY, k;
@@ -978,11 +1063,12 @@ static void hall_ball(sc_build *b, uint32_t number, double x, double z, uint32_t
 
 /* A cue, tip at the origin, 1.47 m along y. */
 static void hall_cue(sc_build *b) {
-  static const sc_pt tip[] = {{0, 0, 0}, {0.0045, 0.001, 0}, {0.0062, 0.004, 0}, {0.0062, 0.010, 1}};
-  static const sc_pt ferrule[] = {{0.0063, 0.010, 1}, {0.0065, 0.035, 1}};
-  static const sc_pt shaft[] = {{0.0065, 0.035, 1}, {0.0068, 0.30, 0}, {0.0105, 0.74, 1}};
-  static const sc_pt butt[] = {{0.0108, 0.74, 1}, {0.0112, 0.76, 1}, {0.0128, 1.10, 0}, {0.0148, 1.45, 0}, {0.0145, 1.465, 0}, {0.012, 1.47, 0}, {0, 1.47, 0}};
-  static const sc_pt ring[] = {{0.0108, 0.735, 1}, {0.0118, 0.737, 1}, {0.0118, 0.760, 1}, {0.0110, 0.762, 1}};
+  static const double tip[][3] = {{0, 0}, {4.5, 1}, {6.2, 4}, {6.2, 10, 1}};
+  static const double ferrule[][3] = {{6.3, 10, 1}, {6.5, 35, 1}};
+  static const double shaft[][3] = {{6.5, 35, 1}, {6.8, 300}, {10.5, 740, 1}};
+  static const double butt[][3] = {{10.8, 740, 1}, {11.2, 760, 1}, {12.8, 1100}, {14.8, 1450}, {14.5, 1465},
+      {12, 1470}, {0, 1470}};
+  static const double ring[][3] = {{10.8, 735, 1}, {11.8, 737, 1}, {11.8, 760, 1}, {11, 762, 1}};
   sc_use(b, HALL_CHALK);
   SC_LATHE(b, 14, tip, 1);
   sc_use(b, HALL_IVORY);
@@ -1011,18 +1097,20 @@ static void hall_chalk(sc_build *b, double x, double z, double yaw) {
 
 /* The wooden triangle, its apex ball at the origin and pointing to -x. */
 static void hall_triangle(sc_build *b) {
-  static const sc_pt wood[] = {{0.016, 0.004, 0}, {0.017, 0.03, 0}, {0.014, 0.045, 0}, {0.009, 0.049, 0}, {0.003, 0.045, 0}, {0.001, 0.03, 0}, {0.001, 0.004, 1}, {0.016, 0.004, 1}};
+  static const double wood[][3] = {{16, 4}, {17, 30}, {14, 45}, {9, 49}, {3, 45}, {1, 30}, {1, 4, 1}, {16, 4, 1}};
   double side = 8.0 * HALL_BALL;
-  sc_pt path[21];
-  uint32_t i, n = 0, corner;
+  sc_frame f[21];
+  sc_pt round[SC_MAX_POINTS];
+  uint32_t count = sc_round(wood, SC_COUNT(wood), 2, round), i, n = 0, corner;
   for (corner = 0; corner < 3; corner++)
-    for (i = 0; i < 7; i++) { /* around the corner balls, clockwise from above */
+    for (i = 0; i < 7; i++, n++) { /* around the corner balls, clockwise from above */
       double cx = corner == 0 ? 0.0 : side * sc_cos(30.0), cz = corner == 0 ? 0.0 : side * (corner == 1 ? -0.5 : 0.5);
       double a = 120.0 + 120.0 * corner + 20.0 * i;
-      path[n].x = cx + (HALL_BALL + 0.001) * sc_cos(a), path[n].y = cz + (HALL_BALL + 0.001) * sc_sin(a), path[n++].corner = 1;
+      f[n].x = sc_v(sc_cos(a), 0.0, sc_sin(a)), f[n].y = sc_v(0.0, 1.0, 0.0);
+      f[n].o = sc_add(sc_v(cx, 0.0, cz), sc_mul(f[n].x, HALL_BALL + 0.001));
     }
   sc_use(b, HALL_CARVED);
-  sc_moulding(b, path, n, true, wood, SC_COUNT(wood), 2);
+  sc_sweep(b, f, n, true, round, count, false, 1);
 }
 
 static void hall_rack_balls(sc_build *b) {
@@ -1035,12 +1123,15 @@ static void hall_rack_balls(sc_build *b) {
 
 /* A lamp over a table: three shades under a bar that hangs on two rods. The mouth of the shades is at y = 0. */
 static void hall_lamp(sc_build *b, double ceiling) {
-  static const sc_pt shade[] = {{0.232, -0.004, 1}, {0.236, 0.0, 0}, {0.232, 0.012, 0}, {0.205, 0.05, 0}, {0.14, 0.105, 0}, {0.08, 0.145, 0}, {0.052, 0.175, 0}, {0.046, 0.20, 1}};
-  static const sc_pt inside[] = {{0.046, 0.195, 1}, {0.050, 0.172, 0}, {0.078, 0.141, 0}, {0.138, 0.101, 0}, {0.202, 0.046, 0}, {0.229, 0.010, 0}, {0.231, -0.004, 1}};
-  static const sc_pt cap[] = {{0.050, 0.185, 1}, {0.052, 0.20, 0}, {0.045, 0.215, 0}, {0.028, 0.225, 1}, {0.024, 0.24, 0}, {0.028, 0.255, 0}, {0.018, 0.27, 0}, {0.012, 0.30, 1}};
-  static const sc_pt bulb[] = {{0, -0.035, 0}, {0.025, -0.029, 0}, {0.042, -0.006, 0}, {0.045, 0.02, 0}, {0.034, 0.06, 0}, {0.022, 0.09, 0}, {0.020, 0.14, 1}};
-  static const sc_pt rose[] = {{0.0, 0, 1}, {0.012, 0, 1}, {0.03, 0.02, 0}, {0.055, 0.035, 0}, {0.06, 0.05, 1}};
-  static const sc_pt finial[] = {{0, 0, 0}, {0.012, 0.006, 0}, {0.024, 0.022, 0}, {0.016, 0.04, 0}, {0.010, 0.05, 1}};
+  static const double shade[][3] = {{232, -4, 1}, {236, 0}, {232, 12}, {205, 50}, {140, 105}, {80, 145}, {52, 175},
+      {46, 200, 1}};
+  static const double inside[][3] = {{46, 195, 1}, {50, 172}, {78, 141}, {138, 101}, {202, 46}, {229, 10},
+      {231, -4, 1}};
+  static const double cap[][3] = {{50, 185, 1}, {52, 200}, {45, 215}, {28, 225, 1}, {24, 240}, {28, 255}, {18, 270},
+      {12, 300, 1}};
+  static const double bulb[][3] = {{0, -35}, {25, -29}, {42, -6}, {45, 20}, {34, 60}, {22, 90}, {20, 140, 1}};
+  static const double rose[][3] = {{0, 0, 1}, {12, 0, 1}, {30, 20}, {55, 35}, {60, 50, 1}};
+  static const double finial[][3] = {{0, 0}, {12, 6}, {24, 22}, {16, 40}, {10, 50, 1}};
   double bar = 0.40;
   int i;
   for (i = -1; i <= 1; i++) {
@@ -1075,45 +1166,56 @@ static void hall_lamp(sc_build *b, double ceiling) {
 
 /* A bottle of one of four kinds. */
 static void hall_bottle(sc_build *b, uint32_t kind, uint32_t material) {
-  static const sc_pt shapes[4][10] = {
-    {{0, 0.004, 1}, {0.034, 0, 0}, {0.037, 0.006, 0}, {0.037, 0.185, 0}, {0.033, 0.21, 0}, {0.016, 0.245, 0}, {0.0135, 0.30, 1}, {0.016, 0.302, 1}, {0.016, 0.312, 1}, {0, 0.312, 1}},
-    {{0, 0.004, 1}, {0.040, 0, 0}, {0.043, 0.006, 0}, {0.043, 0.16, 0}, {0.041, 0.18, 0}, {0.018, 0.20, 0}, {0.0145, 0.25, 1}, {0.018, 0.252, 1}, {0.018, 0.268, 1}, {0, 0.268, 1}},
-    {{0, 0.004, 1}, {0.050, 0, 0}, {0.055, 0.010, 0}, {0.052, 0.08, 0}, {0.035, 0.13, 0}, {0.016, 0.17, 0}, {0.014, 0.22, 1}, {0.019, 0.223, 1}, {0.019, 0.235, 1}, {0, 0.235, 1}},
-    {{0, 0.004, 1}, {0.028, 0, 0}, {0.031, 0.005, 0}, {0.031, 0.13, 0}, {0.027, 0.16, 0}, {0.014, 0.195, 0}, {0.0125, 0.235, 1}, {0.0145, 0.237, 1}, {0.0145, 0.246, 1}, {0, 0.246, 1}}};
-  static const sc_pt cork[] = {{0.011, 0.0, 1}, {0.011, 0.014, 0}, {0.008, 0.017, 0}, {0, 0.017, 0}};
-  static const double label[4][3] = {{0.0380, 0.06, 0.15}, {0.0440, 0.05, 0.14}, {0.0, 0.0, 0.0}, {0.0320, 0.04, 0.11}};
+  static const double shapes[4][10][3] = {
+    {{0, 4, 1}, {34, 0}, {37, 6}, {37, 185}, {33, 210}, {16, 245}, {13.5, 300, 1}, {16, 302, 1}, {16, 312, 1},
+        {0, 312, 1}},
+    {{0, 4, 1}, {40, 0}, {43, 6}, {43, 160}, {41, 180}, {18, 200}, {14.5, 250, 1}, {18, 252, 1}, {18, 268, 1},
+        {0, 268, 1}},
+    {{0, 4, 1}, {50, 0}, {55, 10}, {52, 80}, {35, 130}, {16, 170}, {14, 220, 1}, {19, 223, 1}, {19, 235, 1},
+        {0, 235, 1}},
+    {{0, 4, 1}, {28, 0}, {31, 5}, {31, 130}, {27, 160}, {14, 195}, {12.5, 235, 1}, {14.5, 237, 1}, {14.5, 246, 1},
+        {0, 246, 1}}};
+  static const double cork[][3] = {{11, 0, 1}, {11, 14}, {8, 17}, {0, 17}};
+  static const double label[4][3] = {{38, 60, 150}, {44, 50, 140}, {0, 0, 0}, {32, 40, 110}};
   sc_frame keep;
+  uint32_t i;
   sc_use(b, material);
   SC_LATHE(b, 22, shapes[kind], 2);
   sc_use(b, HALL_LABEL);
   if (label[kind][0] > 0.0) {
-    sc_pt paper[2] = {{0, 0, 1}, {0, 0, 1}};
-    paper[0].x = paper[1].x = label[kind][0], paper[0].y = label[kind][1], paper[1].y = label[kind][2];
-    sc_lathe_around(b, 0.0, 0.0, 22, paper, 2, 1);
+    double paper[4][3] = {{0, 0, 1}, {0, 0, 1}, {0, 0, 1}, {0, 0, 1}}; /* its edges reach into the bottle */
+    for (i = 0; i < 4; i++)
+      paper[i][0] = label[kind][0] - (i % 3 ? 0.0 : 2.0), paper[i][1] = label[kind][i < 2 ? 1 : 2];
+    sc_lathe_around(b, 0.0, 0.0, 22, (const double (*)[3])paper, 4, 1);
   }
   sc_use(b, HALL_GILT);
-  keep = sc_place(b, 0, shapes[kind][9].y, 0, 0);
+  keep = sc_place(b, 0, 0.001 * shapes[kind][9][1], 0, 0);
   SC_LATHE(b, 14, cork, 1);
   b->at = keep;
 }
 
 static void hall_glass(sc_build *b, bool stem) {
-  static const sc_pt pint[] = {{0, 0, 1}, {0.027, 0, 1}, {0.029, 0.004, 0}, {0.031, 0.06, 0}, {0.040, 0.145, 0}, {0.039, 0.147, 0}, {0.037, 0.145, 0}, {0.028, 0.06, 0}, {0.026, 0.012, 0}, {0, 0.010, 0}};
-  static const sc_pt wine[] = {{0, 0, 1}, {0.033, 0, 1}, {0.032, 0.003, 0}, {0.008, 0.007, 0}, {0.004, 0.02, 0}, {0.004, 0.075, 0}, {0.010, 0.088, 0}, {0.034, 0.115, 0}, {0.037, 0.145, 0}, {0.031, 0.175, 1}, {0.029, 0.175, 1}, {0.035, 0.145, 0}, {0.032, 0.117, 0}, {0, 0.092, 0}};
+  static const double pint[][3] = {{0, 0, 1}, {27, 0, 1}, {29, 4}, {31, 60}, {40, 145}, {39, 147}, {37, 145}, {28, 60},
+      {26, 12}, {0, 10}};
+  static const double wine[][3] = {{0, 0, 1}, {33, 0, 1}, {32, 3}, {8, 7}, {4, 20}, {4, 75}, {10, 88}, {34, 115},
+      {37, 145}, {31, 175, 1}, {29, 175, 1}, {35, 145}, {32, 117}, {0, 92}};
   sc_use(b, HALL_CLEAR_GLASS);
   if (stem) SC_LATHE(b, 20, wine, 2);
   else SC_LATHE(b, 24, pint, 1);
 }
 
 static void hall_stool(sc_build *b) {
-  static const sc_pt base[] = {{0, 0, 1}, {0.20, 0, 1}, {0.205, 0.006, 0}, {0.195, 0.016, 0}, {0.12, 0.03, 0}, {0.045, 0.048, 0}, {0.034, 0.075, 0}, {0.030, 0.11, 1}, {0.024, 0.112, 1}, {0.024, 0.62, 1}, {0.036, 0.64, 0}, {0.07, 0.69, 0}, {0.11, 0.705, 1}};
-  static const sc_pt seat[] = {{0.0, 0.715, 0}, {0.15, 0.715, 0}, {0.178, 0.725, 0}, {0.184, 0.75, 0}, {0.172, 0.775, 0}, {0.11, 0.79, 0}, {0, 0.793, 0}};
-  static const sc_pt band[] = {{0.165, 0.70, 1}, {0.180, 0.70, 1}, {0.183, 0.708, 0}, {0.180, 0.722, 1}, {0.165, 0.724, 1}};
+  static const double base[][3] = {{0, 0, 1}, {200, 0, 1}, {205, 6}, {195, 16}, {120, 30}, {45, 48}, {34, 75},
+      {30, 110, 1}, {24, 112, 1}, {24, 620, 1}, {36, 640}, {70, 690}, {110, 705, 1}};
+  static const double seat[][3] = {{0, 715}, {150, 715}, {178, 725}, {184, 750}, {172, 775}, {110, 790}, {0, 793}};
+  static const double band[][3] = {{165, 700, 1}, {180, 700, 1}, {183, 708}, {180, 722, 1}, {165, 724, 1},
+      {165, 700, 1}};
   uint32_t i;
   sc_use(b, HALL_STEEL);
   SC_LATHE(b, 28, base, 2);
   sc_torus(b, 0.28, 0.155, 0.010, 36, 8);
-  for (i = 0; i < 4; i++) sc_rod(b, sc_v(0, 0.28, 0), sc_v(0.15 * sc_cos(90.0 * i + 20.0), 0.28, 0.15 * sc_sin(90.0 * i + 20.0)), 0.007, 8);
+  for (i = 0; i < 4; i++)
+    sc_rod(b, sc_v(0, 0.28, 0), sc_v(0.15 * sc_cos(90.0 * i + 20.0), 0.28, 0.15 * sc_sin(90.0 * i + 20.0)), 0.007, 8);
   sc_use(b, HALL_BRASS);
   SC_LATHE(b, 36, band, 2);
   sc_use(b, HALL_SEAT);
@@ -1122,10 +1224,15 @@ static void hall_stool(sc_build *b) {
 
 /* A bentwood chair, looking to +z. */
 static void hall_chair(sc_build *b) {
-  static const sc_pt rim[] = {{0.17, 0.435, 1}, {0.198, 0.435, 1}, {0.207, 0.445, 0}, {0.206, 0.465, 0}, {0.196, 0.471, 0}, {0.170, 0.468, 1}};
-  static const sc_pt pad[] = {{0.0, 0.450, 1}, {0.172, 0.450, 1}, {0.172, 0.466, 0}, {0.155, 0.476, 0}, {0.10, 0.482, 0}, {0, 0.484, 0}};
-  static const double outer[11][3] = {{-0.185, 0, -0.235}, {-0.172, 0.22, -0.20}, {-0.160, 0.44, -0.165}, {-0.172, 0.62, -0.19}, {-0.168, 0.78, -0.225}, {-0.10, 0.885, -0.25}, {0.10, 0.885, -0.25}, {0.168, 0.78, -0.225}, {0.172, 0.62, -0.19}, {0.160, 0.44, -0.165}, {0.172, 0.22, -0.20}};
-  static const double inner[9][3] = {{-0.10, 0.46, -0.175}, {-0.105, 0.58, -0.19}, {-0.10, 0.70, -0.212}, {-0.06, 0.78, -0.228}, {0.0, 0.805, -0.235}, {0.06, 0.78, -0.228}, {0.10, 0.70, -0.212}, {0.105, 0.58, -0.19}, {0.10, 0.46, -0.175}};
+  static const double rim[][3] = {{170, 435, 1}, {198, 435, 1}, {207, 445}, {206, 465}, {196, 471}, {170, 468, 1},
+      {170, 435, 1}};
+  static const double pad[][3] = {{0, 450, 1}, {172, 450, 1}, {172, 466}, {155, 476}, {100, 482}, {0, 484}};
+  static const double outer[11][3] = {{-0.185, 0, -0.235}, {-0.172, 0.22, -0.20}, {-0.160, 0.44, -0.165},
+      {-0.172, 0.62, -0.19}, {-0.168, 0.78, -0.225}, {-0.10, 0.885, -0.25}, {0.10, 0.885, -0.25},
+      {0.168, 0.78, -0.225}, {0.172, 0.62, -0.19}, {0.160, 0.44, -0.165}, {0.172, 0.22, -0.20}};
+  static const double inner[9][3] = {{-0.10, 0.46, -0.175}, {-0.105, 0.58, -0.19}, {-0.10, 0.70, -0.212},
+      {-0.06, 0.78, -0.228}, {0.0, 0.805, -0.235}, {0.06, 0.78, -0.228}, {0.10, 0.70, -0.212}, {0.105, 0.58, -0.19},
+      {0.10, 0.46, -0.175}};
   sc_v3 p[12];
   int i;
   sc_use(b, HALL_BENTWOOD);
@@ -1145,8 +1252,9 @@ static void hall_chair(sc_build *b) {
 }
 
 static void hall_cafe_table(sc_build *b) {
-  static const sc_pt top[] = {{0, 0.715, 1}, {0.34, 0.715, 1}, {0.352, 0.722, 0}, {0.352, 0.735, 0}, {0.34, 0.742, 1}, {0, 0.742, 1}};
-  static const sc_pt column[] = {{0, 0.10, 1}, {0.045, 0.10, 0}, {0.05, 0.14, 0}, {0.028, 0.18, 0}, {0.032, 0.24, 0}, {0.055, 0.34, 0}, {0.045, 0.42, 0}, {0.026, 0.50, 1}, {0.035, 0.505, 0}, {0.035, 0.52, 1}, {0.026, 0.525, 1}, {0.03, 0.60, 0}, {0.06, 0.69, 0}, {0.14, 0.716, 1}};
+  static const double top[][3] = {{0, 715, 1}, {340, 715, 1}, {352, 722}, {352, 735}, {340, 742, 1}, {0, 742, 1}};
+  static const double column[][3] = {{0, 100, 1}, {45, 100}, {50, 140}, {28, 180}, {32, 240}, {55, 340}, {45, 420},
+      {26, 500, 1}, {35, 505}, {35, 520, 1}, {26, 525, 1}, {30, 600}, {60, 690}, {140, 716, 1}};
   uint32_t i;
   sc_use(b, HALL_BAR_TOP);
   SC_LATHE(b, 56, top, 2);
@@ -1155,7 +1263,8 @@ static void hall_cafe_table(sc_build *b) {
   for (i = 0; i < 3; i++) {
     sc_frame keep = sc_place(b, 0, 0, 0, 120.0 * i);
     sc_v3 p[5];
-    p[0] = sc_v(0, 0.15, 0.02), p[1] = sc_v(0, 0.17, 0.10), p[2] = sc_v(0, 0.10, 0.20), p[3] = sc_v(0, 0.025, 0.28), p[4] = sc_v(0, 0.018, 0.33);
+    p[0] = sc_v(0, 0.15, 0.02), p[1] = sc_v(0, 0.17, 0.10), p[2] = sc_v(0, 0.10, 0.20), p[3] = sc_v(0, 0.025, 0.28),
+    p[4] = sc_v(0, 0.018, 0.33);
     sc_tube(b, p, 5, 4, false, 0.024, 0.016, 10);
     b->at = keep;
   }
@@ -1163,8 +1272,9 @@ static void hall_cafe_table(sc_build *b) {
 
 /* Beer tap: a column with three handles. */
 static void hall_tap(sc_build *b) {
-  static const sc_pt column[] = {{0, 0, 1}, {0.07, 0, 1}, {0.072, 0.012, 0}, {0.05, 0.025, 0}, {0.038, 0.05, 0}, {0.036, 0.25, 0}, {0.046, 0.28, 0}, {0.044, 0.33, 0}, {0.025, 0.36, 0}, {0, 0.37, 0}};
-  static const sc_pt handle[] = {{0.006, 0, 1}, {0.007, 0.03, 0}, {0.014, 0.06, 0}, {0.017, 0.13, 0}, {0.012, 0.17, 0}, {0, 0.18, 0}};
+  static const double column[][3] = {{0, 0, 1}, {70, 0, 1}, {72, 12}, {50, 25}, {38, 50}, {36, 250}, {46, 280},
+      {44, 330}, {25, 360}, {0, 370}};
+  static const double handle[][3] = {{6, 0, 1}, {7, 30}, {14, 60}, {17, 130}, {12, 170}, {0, 180}};
   int i;
   sc_use(b, HALL_BRASS);
   SC_LATHE(b, 28, column, 3);
@@ -1183,10 +1293,10 @@ static void hall_tap(sc_build *b) {
 
 /* Counter with its front towards +z, from x = -w to w; origin on the floor below the front. */
 static void hall_counter(sc_build *b, double w) {
-  static const sc_pt slab[] = {{0, 1.06, 1}, {0.03, 1.06, 1}, {0.042, 1.066, 0}, {0.042, 1.098, 0}, {0.03, 1.11, 1}, {0, 1.11, 1}};
-  static const sc_pt foot[] = {{0.03, 0.0, 1}, {0.03, 0.12, 1}, {0.022, 0.14, 0}, {0.01, 0.145, 1}, {0.0, 0.145, 1}};
-  static const sc_pt under[] = {{0.0, 0.95, 1}, {0.015, 0.955, 0}, {0.025, 0.98, 0}, {0.05, 1.02, 0}, {0.075, 1.04, 1}, {0.085, 1.062, 1}};
-  static const sc_pt bead[] = {{0.016, 0, 1}, {0.012, 0.012, 0}, {0.0, 0.016, 0}, {-0.010, 0.011, 0}, {-0.016, 0, 1}};
+  static const double slab[][3] = {{0, 1060, 1}, {30, 1060, 1}, {42, 1066}, {42, 1098}, {30, 1110, 1}, {0, 1110, 1}};
+  static const double foot[][3] = {{30, 0, 1}, {30, 120, 1}, {22, 140}, {10, 145, 1}, {0, 145, 1}};
+  static const double under[][3] = {{0, 950, 1}, {15, 955}, {25, 980}, {50, 1020}, {75, 1040, 1}, {85, 1062, 1}};
+  static const double bead[][3] = {{16, 0, 1}, {12, 12}, {0, 16}, {-10, 11}, {-16, 0, 1}};
   sc_pt path[4] = {{0, 0, 1}, {0, 0, 1}, {0, 0, 1}, {0, 0, 1}};
   uint32_t n = 8, i;
   sc_frame keep;
@@ -1228,8 +1338,10 @@ static void hall_counter(sc_build *b, double w) {
 
 /* Cupboard and shelves with bottles along a wall (z = 0), from x = -w to w. */
 static void hall_back_bar(sc_build *b, double w) {
-  static const sc_pt crown[] = {{0.0, 2.50, 1}, {0.012, 2.505, 0}, {0.03, 2.54, 0}, {0.06, 2.58, 0}, {0.075, 2.60, 1}, {0.085, 2.60, 1}, {0.085, 2.64, 1}, {0.0, 2.64, 1}};
-  static const sc_pt column[] = {{0.05, 0.96, 1}, {0.052, 0.99, 0}, {0.045, 1.01, 1}, {0.036, 1.02, 0}, {0.034, 1.1, 0}, {0.040, 1.5, 0}, {0.032, 2.30, 1}, {0.042, 2.31, 0}, {0.05, 2.34, 0}, {0.05, 2.36, 1}};
+  static const double crown[][3] = {{0, 2500, 1}, {12, 2505}, {30, 2540}, {60, 2580}, {75, 2600, 1}, {85, 2600, 1},
+      {85, 2640, 1}, {0, 2640, 1}};
+  static const double column[][3] = {{50, 960, 1}, {52, 990}, {45, 1010, 1}, {36, 1020}, {34, 1100}, {40, 1500},
+      {32, 2300, 1}, {42, 2310}, {50, 2340}, {50, 2360, 1}};
   static const uint32_t glass[4] = {HALL_GREEN_GLASS, HALL_BROWN_GLASS, HALL_CLEAR_GLASS, HALL_BROWN_GLASS};
   sc_pt path[4] = {{0, 0.01, 1}, {0, 0.42, 1}, {0, 0.42, 1}, {0, 0.01, 1}};
   uint32_t i, k, bays = 4, doors = 8;
@@ -1293,8 +1405,9 @@ static void hall_cue_rack(sc_build *b, double x, uint32_t cues) {
 
 /* A framed landscape: sky, sun and three ridges, millimetres in front of each other. */
 static void hall_picture(sc_build *b, double x, double y, double w, double h) {
-  static const sc_pt frame[] = {{0.07, 0, 1}, {0.07, 0.02, 1}, {0.062, 0.034, 0}, {0.05, 0.038, 0}, {0.04, 0.028, 1}, {0.018, 0.018, 0}, {0.012, 0.022, 0}, {0.0, 0.018, 1}, {-0.004, 0.006, 1}};
-  static const sc_pt sun[] = {{0.05, 0.0, 1}, {0.05, 0.0005, 1}, {0, 0.0005, 1}};
+  static const double frame[][3] = {{70, 0, 1}, {70, 20, 1}, {62, 34}, {50, 38}, {40, 28, 1}, {18, 18}, {12, 22},
+      {0, 18, 1}, {-4, 6, 1}};
+  static const double sun[][3] = {{50, 0, 1}, {50, 0.5, 1}, {0, 0.5, 1}};
   sc_frame keep = sc_place(b, x, y, 0.0, 0.0);
   uint32_t ridge, i, n = 14;
   double phase = 360.0 * sc_random(&b->random);
@@ -1306,7 +1419,8 @@ static void hall_picture(sc_build *b, double x, double y, double w, double h) {
     double z = 0.008 + 0.001 * ridge, x0 = 0.0, y0 = 0.0;
     sc_use(b, ridge == 0 ? HALL_SLATE : ridge == 1 ? HALL_HILL : HALL_PLANK_3);
     for (i = 0; i <= n; i++) {
-      double x1 = w * i / n, y1 = h * (0.5 - 0.16 * ridge + 0.07 * sc_sin(phase + 500.0 * i / n + 130.0 * ridge) + 0.03 * sc_sin(1300.0 * i / n + phase));
+      double x1 = w * i / n, y1 = h * (0.5 - 0.16 * ridge + 0.07 * sc_sin(phase + 500.0 * i / n + 130.0 * ridge) +
+                                       0.03 * sc_sin(1300.0 * i / n + phase));
       if (i) sc_quad(b, sc_v(x0, 0, z), sc_v(x1, 0, z), sc_v(x1, y1, z), sc_v(x0, y0, z));
       x0 = x1, y0 = y1;
     }
@@ -1321,18 +1435,21 @@ static void hall_picture(sc_build *b, double x, double y, double w, double h) {
 /* Dart board: 20 sectors of six rings, then the bull; wires are left out. */
 static void hall_dart_board(sc_build *b, double x, double y) {
   static const double rings[7] = {0.016, 0.099, 0.107, 0.162, 0.170, 0.20, 0.225};
-  static const sc_pt bull[] = {{0.0065, 0.0, 1}, {0.0065, 0.0015, 1}, {0, 0.0015, 1}};
-  static const sc_pt outer[] = {{0.016, 0.0, 1}, {0.016, 0.0008, 1}, {0, 0.0008, 1}};
-  static const sc_pt body[] = {{0.228, -0.04, 1}, {0.228, -0.004, 0}, {0.224, 0.0, 0}, {0.222, -0.002, 1}};
+  static const double bull[][3] = {{6.5, 0, 1}, {6.5, 1.5, 1}, {0, 1.5, 1}};
+  static const double outer[][3] = {{16, 0, 1}, {16, 0.8, 1}, {0, 0.8, 1}};
+  static const double body[][3] = {{228, -40, 1}, {228, -4}, {224, 0}, {222, -2, 1}};
   sc_frame keep = sc_place(b, x, y, 0.04, 0.0);
   uint32_t ring, i, k;
   for (ring = 0; ring < 6; ring++)
     for (i = 0; i < 20; i++) {
       bool narrow = ring == 1 || ring == 3, odd = i & 1;
-      sc_use(b, ring >= 4 ? HALL_BALL_8 : narrow ? (odd ? HALL_BALL_6 : HALL_BALL_3) : (odd ? HALL_IVORY : HALL_BALL_8));
+      sc_use(b, ring >= 4 ? HALL_BALL_8
+                : narrow  ? (odd ? HALL_BALL_6 : HALL_BALL_3)
+                          : (odd ? HALL_IVORY : HALL_BALL_8));
       for (k = 0; k < 3; k++) {
         double a = 18.0 * i + 6.0 * k - 9.0, d = a + 6.0, r = rings[ring], s = rings[ring + 1];
-        sc_quad(b, sc_v(r * sc_cos(a), r * sc_sin(a), 0), sc_v(s * sc_cos(a), s * sc_sin(a), 0), sc_v(s * sc_cos(d), s * sc_sin(d), 0), sc_v(r * sc_cos(d), r * sc_sin(d), 0));
+        sc_quad(b, sc_v(r * sc_cos(a), r * sc_sin(a), 0), sc_v(s * sc_cos(a), s * sc_sin(a), 0),
+                sc_v(s * sc_cos(d), s * sc_sin(d), 0), sc_v(r * sc_cos(d), r * sc_sin(d), 0));
       }
     }
   sc_turn_x(b, 90.0);
@@ -1361,7 +1478,7 @@ static void hall_scoreboard(sc_build *b, double x, double y) {
       sc_use(b, i % 10 == 4 ? HALL_BALL_8 : wire ? HALL_BALL_3 : HALL_IVORY);
       bead = sc_place(b, i < 11 + 7 * wire ? 0.06 + 0.025 * i : 1.24 - 0.025 * (29 - i), h, 0.035, 0.0);
       sc_turn_z(b, 90.0);
-      sc_sphere_band(b, 0.012, 0.0, 180.0, 6, 12);
+      sc_sphere_band(b, 0.012, 0.0, 180.0, 5, 10);
       b->at = bead;
     }
   }
@@ -1370,9 +1487,10 @@ static void hall_scoreboard(sc_build *b, double x, double y) {
 
 /* Ceiling fan with a lamp globe; the origin is on the ceiling. */
 static void hall_fan(sc_build *b) {
-  static const sc_pt motor[] = {{0, -0.50, 1}, {0.05, -0.50, 1}, {0.09, -0.485, 0}, {0.13, -0.46, 0}, {0.14, -0.42, 0}, {0.13, -0.38, 0}, {0.08, -0.345, 0}, {0.03, -0.33, 1}, {0.018, -0.32, 1}, {0.018, -0.07, 1}, {0.03, -0.06, 0}, {0.06, -0.03, 0}, {0.07, 0.0, 1}};
-  static const sc_pt globe[] = {{0, -0.665, 0}, {0.05, -0.655, 0}, {0.098, -0.61, 0}, {0.105, -0.565, 0}, {0.085, -0.52, 0}, {0.06, -0.495, 1}};
-  static const sc_pt blade[] = {{0, -0.004, 1}, {0.066, -0.004, 1}, {0.07, 0, 0}, {0.066, 0.004, 1}, {0, 0.004, 1}};
+  static const double motor[][3] = {{0, -500, 1}, {50, -500, 1}, {90, -485}, {130, -460}, {140, -420}, {130, -380},
+      {80, -345}, {30, -330, 1}, {18, -320, 1}, {18, -70, 1}, {30, -60}, {60, -30}, {70, 0, 1}};
+  static const double globe[][3] = {{0, -665}, {50, -655}, {98, -610}, {105, -565}, {85, -520}, {60, -495, 1}};
+  static const double blade[][3] = {{0, -4, 1}, {66, -4, 1}, {70, 0}, {66, 4, 1}, {0, 4, 1}};
   uint32_t i;
   sc_use(b, HALL_BRASS);
   SC_LATHE(b, 36, motor, 2);
@@ -1397,8 +1515,11 @@ static void hall_at(sc_build *b, double x, double y, double z, double yaw, void 
 }
 
 /* Positions of the balls on the two tables in play, in the frame of the bed; number first. */
-static const double hall_play_1[13][3] = {{0, -0.42, 0.20}, {1, -0.72, -0.30}, {9, 0.10, 0.31}, {3, -0.14, -0.12}, {8, 0.44, 0.07}, {11, -0.85, 0.33}, {5, 0.83, -0.36}, {14, 0.63, 0.38}, {6, -0.33, -0.42}, {12, 0.98, 0.12}, {2, 0.30, -0.30}, {15, -1.05, -0.08}, {4, -0.05, 0.05}};
-static const double hall_play_3[10][3] = {{0, 0.55, -0.25}, {7, -0.80, 0.42}, {10, 0.20, 0.40}, {8, -0.30, 0.10}, {13, -0.95, -0.22}, {2, 0.90, 0.30}, {5, -0.10, -0.40}, {14, 0.35, 0.02}, {1, -0.55, -0.10}, {12, 1.10, -0.50}};
+static const double hall_play_1[13][3] = {{0, -0.42, 0.20}, {1, -0.72, -0.30}, {9, 0.10, 0.31}, {3, -0.14, -0.12},
+    {8, 0.44, 0.07}, {11, -0.85, 0.33}, {5, 0.83, -0.36}, {14, 0.63, 0.38}, {6, -0.33, -0.42}, {12, 0.98, 0.12},
+    {2, 0.30, -0.30}, {15, -1.05, -0.08}, {4, -0.05, 0.05}};
+static const double hall_play_3[10][3] = {{0, 0.55, -0.25}, {7, -0.80, 0.42}, {10, 0.20, 0.40}, {8, -0.30, 0.10},
+    {13, -0.95, -0.22}, {2, 0.90, 0.30}, {5, -0.10, -0.40}, {14, 0.35, 0.02}, {1, -0.55, -0.10}, {12, 1.10, -0.50}};
 
 static const double hall_tables[3][3] = {{4.0, 6.75, 0.0}, {9.1, 6.56, 0.0}, {6.7, 3.44, 0.0}}; /* x, z, yaw */
 
@@ -1408,11 +1529,12 @@ static void hall_games(sc_build *b) {
   for (i = 0; i < 3; i++) {
     uint32_t k;
     keep = sc_place(b, hall_tables[i][0], 0.0, hall_tables[i][1], hall_tables[i][2]);
-    b->detail = i ? 0.6 : 1.0;
+    b->detail = i ? 0.55 : 1.0;
     hall_table(b);
     bed = sc_place(b, 0.0, HALL_BED, 0.0, 0.0);
     if (i == 0) {
-      for (k = 0; k < SC_COUNT(hall_play_1); k++) hall_ball(b, (uint32_t)hall_play_1[k][0], hall_play_1[k][1], hall_play_1[k][2], 8);
+      for (k = 0; k < SC_COUNT(hall_play_1); k++)
+        hall_ball(b, (uint32_t)hall_play_1[k][0], hall_play_1[k][1], hall_play_1[k][2], 8);
       hall_cue_on_rail(b, 0.42, -0.28, 1.22, 0.92, 0.090);
       hall_chalk(b, -0.55, 0.745, 20.0);
       hall_chalk(b, 0.42, -0.75, 50.0);
@@ -1428,7 +1550,8 @@ static void hall_games(sc_build *b) {
       hall_cue_on_rail(b, -0.35, 0.30, -1.28, -0.85, 0.090);
       hall_chalk(b, 0.25, 0.74, 10.0);
     } else {
-      for (k = 0; k < SC_COUNT(hall_play_3); k++) hall_ball(b, (uint32_t)hall_play_3[k][0], hall_play_3[k][1], hall_play_3[k][2], 5);
+      for (k = 0; k < SC_COUNT(hall_play_3); k++)
+        hall_ball(b, (uint32_t)hall_play_3[k][0], hall_play_3[k][1], hall_play_3[k][2], 5);
       hall_chalk(b, -0.2, 0.74, 30.0);
     }
     b->at = bed;
@@ -1439,7 +1562,8 @@ static void hall_games(sc_build *b) {
 }
 
 static void hall_seats(sc_build *b) {
-  static const double chairs[8][3] = {{13.55, 5.0, 100.0}, {14.75, 5.5, 240.0}, {14.3, 4.2, -15.0}, {13.6, 8.2, 80.0}, {14.9, 8.0, -100.0}, {2.2, 1.0, 60.0}, {3.5, 1.15, -70.0}, {4.9, 0.7, 5.0}};
+  static const double chairs[8][3] = {{13.55, 5.0, 100.0}, {14.75, 5.5, 240.0}, {14.3, 4.2, -15.0}, {13.6, 8.2, 80.0},
+      {14.9, 8.0, -100.0}, {2.2, 1.0, 60.0}, {3.5, 1.15, -70.0}, {4.9, 0.7, 5.0}};
   static const double tables[3][2] = {{14.2, 5.0}, {14.25, 8.15}, {2.85, 1.1}};
   uint32_t i;
   for (i = 0; i < 8; i++) hall_at(b, chairs[i][0], 0.0, chairs[i][1], chairs[i][2], hall_chair);
@@ -1503,19 +1627,21 @@ static void hall_make(sc_build *b) {
   hall_games(b);
   b->detail = 0.75;
   hall_bar(b);
-  b->detail = 0.67;
+  b->detail = 0.62;
   hall_seats(b);
   hall_walls_hung(b);
   hall_at(b, 11.0, HALL_Y, 4.06, 0.0, hall_fan);
-  hall_at(b, 3.0, HALL_Y, 8.44, 31.0, hall_fan);
+  hall_at(b, 5.0, HALL_Y, 7.81, 31.0, hall_fan);
   if (b->failed) return;
-  for (i = 0; i < 3; i++) hall_light(s, hall_tables[i][0], 1.92 - 0.06, hall_tables[i][1], 14.0f); /* just below the middle bulbs */
-  hall_light(s, 3.0, HALL_Y - 0.70, 8.44, 19.0f); /* below the globe of a fan */
+  for (i = 0; i < 3; i++)
+    hall_light(s, hall_tables[i][0], 1.92 - 0.06, hall_tables[i][1],
+               i ? 16.0f : 12.5f);                /* just below the middle bulbs */
+  hall_light(s, 5.0, HALL_Y - 0.70, 7.81, 16.0f); /* below the globe of a fan */
   s->camera.eye[0] = 1.05f, s->camera.eye[1] = 1.75f, s->camera.eye[2] = 9.05f;
   s->camera.target[0] = 7.6f, s->camera.target[1] = 0.95f, s->camera.target[2] = 4.3f;
   s->camera.fov_y = 50.0f;
   s->background[0] = 0.055f, s->background[1] = 0.09f, s->background[2] = 0.18f;
-  s->ambient[0] = 0.15f, s->ambient[1] = 0.13f, s->ambient[2] = 0.12f;
+  s->ambient[0] = 0.19f, s->ambient[1] = 0.165f, s->ambient[2] = 0.15f;
 }
 
 /* >>interface ------------------------------------------------------------------------------------------------------ */
@@ -1612,7 +1738,8 @@ SCENE_DEF pktrt_status scene_add(pktrt_scene *to, const scene *s) {
   uint32_t *material = (uint32_t *)malloc((s->material_count + 1) * sizeof(uint32_t));
   pktrt_status status = material ? PKTRT_OK : PKTRT_OUT_OF_MEMORY;
   size_t i;
-  for (i = 0; status == PKTRT_OK && i < s->material_count; i++) status = pktrt_add_material(to, &s->materials[i].m, &material[i]);
+  for (i = 0; status == PKTRT_OK && i < s->material_count; i++)
+    status = pktrt_add_material(to, &s->materials[i].m, &material[i]);
   for (i = 0; status == PKTRT_OK && i < s->light_count; i++) status = pktrt_add_light(to, &s->lights[i], NULL);
   for (i = 0; status == PKTRT_OK && i < s->mesh_count; i++) {
     const scene_mesh *m = &s->meshes[i];

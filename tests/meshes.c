@@ -125,7 +125,7 @@ mesh mesh_fan(uint32_t blades, uint64_t seed) {
   set3(m.p, rng_sign(&r), rng_sign(&r), 1 + rng_unit(&r));
   for (uint32_t b = 0; b < blades; b++) {
     float angle = 6.2831853f * ((float)b + 0.8f * rng_unit(&r)) / (float)blades, l = rng_range(&r, 0.1f, 2);
-    set3(m.p + 3 * (b + 1), m.p[0] + l * cosf(angle), m.p[1] + l * sinf(angle), m.p[2] + rng_sign(&r));
+    set3(m.p + 3 * (b + 1), m.p[0] + l * cosf(angle), m.p[1] + l * sinf(angle), m.p[2] + 0.2f * l * rng_sign(&r));
     tri(&m, b, 0, b + 1, (b + 1) % blades + 1);
   }
   return m;

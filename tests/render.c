@@ -1,7 +1,7 @@
 /* Pictures: the same bits whatever the settings, the values of closed forms, refusals, cancelling. */
 #include "meshes.h"
 
-enum { W = 100, H = 75 };
+enum { W = 72, H = 54 };
 
 static void add_lights(pktrt_scene *s) {
   pktrt_light l[3];
@@ -69,7 +69,7 @@ static void same_picture(bool moving) {
   size_t dark = 0, lit = 0;
   for (size_t i = 0; i < floats; i += 3) dark += want[i] < 0.051f, lit += want[i] > 0.3f;
   for (size_t i = 0; i < floats; i++) bad += !(want[i] >= 0 && want[i] < 1e4f);
-  CHECK(bad == 0 && dark > 50 && lit > 200, "a picture with shadows: %zu dark, %zu lit", dark, lit);
+  CHECK(bad == 0 && dark > 30 && lit > 100, "a picture with shadows: %zu dark, %zu lit", dark, lit);
   for (int k = 0; k < isa_count * 4; k++) {
     static const uint32_t packets[5] = {0, 2, 4, 8, 16}, tiles[6] = {0, 1, 7, 16, 33, 1024};
     static const int workers[4] = {0, 1, 2, 7};
@@ -82,8 +82,8 @@ static void same_picture(bool moving) {
       if (i % 5 == 0) d.progress = keep_going, d.user = &done, done = 0;
       for (size_t j = 0; j < floats; j++) got[j] = -7;
       if (i % 7 == 6) { /* by hand, tile by tile, in another order */
-        for (uint32_t y = 0; y < H; y += 25) {
-          for (uint32_t x = 80; x < W; x -= 20) CHECK(pktrt_render_tile(s, &d, x, y, 20, 25) == PKTRT_OK);
+        for (uint32_t y = 0; y < H; y += 27) {
+          for (uint32_t x = 54; x < W; x -= 18) CHECK(pktrt_render_tile(s, &d, x, y, 18, 27) == PKTRT_OK);
         }
       } else {
         CHECK(pktrt_render(s, &d) == PKTRT_OK, "%s", pktrt_last_error(s));
@@ -183,6 +183,8 @@ static void compare_floor(const closed_form *f, const pktrt_camera *camera, cons
   for (int k = 0; k < 3; k++) d.ambient[k] = (float)f->ambient;
   CHECK(pktrt_render(s, &d) == PKTRT_OK, "%s", pktrt_last_error(s));
   vec eye = {(double)camera->eye[0], (double)camera->eye[1], (double)camera->eye[2]};
+  closed_form open = *f; /* the same without the box */
+  open.b = 0;
   size_t seen = 0, background = 0, shadow = 0, off_centre = 0;
   for (uint32_t y = 0; y < H; y++) {
     for (uint32_t x = 0; x < W; x++) {
@@ -199,7 +201,7 @@ static void compare_floor(const closed_form *f, const pktrt_camera *camera, cons
         continue;
       }
       seen++;
-      shadow += want <= f->albedo * f->ambient + 1e-12;
+      shadow += f->b > 0 && floor_radiance(&open, eye, through(camera, x + 0.5, y + 0.5, W, H)) > 1.01 * want;
       CHECK(fabs((double)p[0] - want) <= 2e-5 * (want + 1e-3) && p[0] == p[1] && p[1] == p[2], "%s: pixel %u,%u: %g, not %g", name, x, y,
             (double)p[0], want);
       double aside = floor_radiance(f, eye, through(camera, x + 0.9, y + 0.5, W, H));
@@ -208,7 +210,7 @@ static void compare_floor(const closed_form *f, const pktrt_camera *camera, cons
   }
   say("%s: %zu floor pixels, %zu of them in shadow, %zu background; 0.4 pixels aside %zu would fail", name, seen, shadow, background,
       off_centre);
-  CHECK(seen > 500 && background > 20 && (f->b == 0 || shadow > 20));
+  CHECK(seen > 400 && background > 20 && (f->b <= 0 || shadow > 20));
   free(got);
   pktrt_scene_destroy(s);
   mesh_free(&floor), mesh_free(&box);
@@ -227,7 +229,7 @@ static void closed_forms(void) {
   compare_floor(&f, &camera, "point light");
   f.lights = 2, f.ambient = 0.1, camera.fov_y = 60;
   compare_floor(&f, &camera, "point and directional light, ambient");
-  f.b = 0.5, camera.up[0] = 0.3f, camera.up[1] = 2, camera.target[0] = 0.5f;
+  f.b = 0.8, camera.up[0] = 0.3f, camera.up[1] = 2, camera.target[0] = 0.5f;
   compare_floor(&f, &camera, "with a box, camera tilted");
   f.lights = 1, f.light[0] = f.light[1], f.ambient = 0;
   compare_floor(&f, &camera, "directional light and a box");
@@ -292,7 +294,7 @@ static void smooth_and_geometric(void) {
     }
   }
   say("%zu pixels: smooth shading off the true sphere's by at most %.3f; facets off in %zu pixels", seen, worst, flat_facets);
-  CHECK(seen > 200 && flat_right == seen, "%zu of %zu facets right", flat_right, seen);
+  CHECK(seen > 100 && flat_right == seen, "%zu of %zu facets right", flat_right, seen);
   CHECK(smooth_facets == 0 && flat_facets > seen / 10);
   free(smooth), free(flat), free(normals);
   pktrt_scene_destroy(s);
@@ -347,14 +349,14 @@ static void refusals(void) {
     case 9: d.camera.fov_y = 180, word = "180"; break;
     case 10: d.camera.fov_y = -20, word = "-20"; break;
     case 11: d.camera.fov_y = NAN; break;
-    case 12: d.row_stride = W * 3 - 1, word = "299"; break;
+    case 12: d.row_stride = W * 3 - 1, word = "215"; break;
     case 13: d.tile_size = 2000, word = "2000"; break;
     case 14: d.mode = (pktrt_mode)9, word = "9"; break;
     case 15: d.path = (pktrt_path)8, word = "8"; break;
     case 16: d.normals = (pktrt_normals)7, word = "7"; break;
     case 17: d.shadows = (pktrt_shadow_packets)6, word = "6"; break;
     case 18: d.background[1] = NAN; break;
-    case 19: d.ambient[2] = -0.5f; break;
+    case 19: d.ambient[2] = INFINITY; break;
     case 20: d.width = 65537, d.row_stride = 0, want = PKTRT_LIMIT, word = "65537"; break;
     case 21: d.height = 70000, want = PKTRT_LIMIT, word = "70000"; break;
     case 22: d.camera.up[0] = NAN; break;
@@ -368,8 +370,8 @@ static void refusals(void) {
   for (size_t i = 0; i < W * H * 3; i++) if (!CHECK(pixels[i] == -7, "refused calls paint nothing")) break;
   CHECK(pktrt_render(s, NULL) == PKTRT_INVALID_ARGUMENT);
   pktrt_render_desc d = view(pixels);
-  CHECK(pktrt_render_tile(s, &d, 90, 0, 20, 10) == PKTRT_INVALID_ARGUMENT, "a tile beyond the right border");
-  CHECK(pktrt_render_tile(s, &d, 0, 70, 10, 6) == PKTRT_INVALID_ARGUMENT, "a tile beyond the lower border");
+  CHECK(pktrt_render_tile(s, &d, 60, 0, 20, 10) == PKTRT_INVALID_ARGUMENT, "a tile beyond the right border");
+  CHECK(pktrt_render_tile(s, &d, 0, 50, 10, 6) == PKTRT_INVALID_ARGUMENT, "a tile beyond the lower border");
   CHECK(pktrt_render_tile(s, &d, 4294967295u, 0, 2, 1) == PKTRT_INVALID_ARGUMENT, "a tile that wraps around");
   CHECK(pktrt_render_tile(s, &d, 0, 0, 0, 0) == PKTRT_OK, "an empty tile is fine");
   CHECK(pktrt_render(s, &d) == PKTRT_OK, "the control");

@@ -367,7 +367,7 @@ static void concurrent_body(void *arg, size_t i) {
 static void concurrent_queries(void) {
   world w = world_moving(3);
   pktrt_scene *s = world_scene(&w, PKTRT_ISA_AUTO, 0);
-  size_t n = scaled(40000);
+  size_t n = scaled(8000);
   pktrt_ray *rays = calloc(n, sizeof *rays);
   pktrt_hit *want = calloc(n, sizeof *want);
   if (!rays || !want) abort();
@@ -443,7 +443,7 @@ static void stack_bound(void) {
     return;
   }
   world w = world_moving(4);
-  size_t n = 4096, most = 0;
+  size_t n = 1024, most = 0;
   pktrt_ray *rays = calloc(2 * n, sizeof *rays);
   pktrt_hit *hits = calloc(2 * n, sizeof *hits);
   bool *occluded = calloc(2 * n, sizeof *occluded);

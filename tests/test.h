@@ -89,7 +89,7 @@ static inline pktrt_ray ray_of(float ox, float oy, float oz, float dx, float dy,
 /* --- hooks --- */
 typedef struct test_hooks { /* the user pointer of scene_desc_of() */
   pthread_mutex_t lock;
-  size_t live_blocks, live_bytes, calls;
+  size_t live_blocks, live_bytes, calls, failed; /* failed: those made to fail */
   size_t fail_at;           /* the n-th allocation from now on fails, counted from 1; 0: none */
   bool fail_after;          /* and all that follow it */
   size_t limit;             /* larger requests fail; 0: none */

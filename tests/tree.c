@@ -157,7 +157,7 @@ static void refit_is_exact(void) {
       CHECK(pktrt_refit(s) == PKTRT_OK);
       sound(s, when);
       pktrt_scene *fresh = world_scene(&w, PKTRT_ISA_AUTO, 0);
-      size_t n = scaled(20000), differ = differing_hits(&w, s, fresh, n);
+      size_t n = scaled(4000), differ = differing_hits(&w, s, fresh, n);
       CHECK(differ == 0, "%s: %zu hits differ from a fresh build's", when, differ);
       pktrt_scene_info a, b;
       pktrt_get_scene_info(s, &a), pktrt_get_scene_info(fresh, &b);
@@ -240,7 +240,7 @@ static void rebuild_policies(void) {
       CHECK(!now.rebuild_advised && now.sah_now == best.sah_now && same_trees(s, fresh), "after the advised rebuild");
     }
     sound(s, "at the end");
-    CHECK(differing_hits(&w, s, fresh, scaled(20000)) == 0);
+    CHECK(differing_hits(&w, s, fresh, scaled(3000)) == 0);
     pktrt_scene_destroy(fresh);
     pktrt_scene_destroy(s);
     mesh_free(&m);

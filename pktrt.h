@@ -415,7 +415,7 @@ PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *, const pktrt_render
 
 enum {
   PKTRT__W = 8,            /* children of a node, triangles of a leaf block, lanes of the narrow vector */
-  PKTRT__MAX_DEPTH = 48,   /* of the binary tree, hence of the wide one; median splits from there reach 2^32 triangles */
+  PKTRT__MAX_DEPTH = 40,   /* of the binary tree, hence of the wide one; median splits from there reach 2^32 triangles */
   PKTRT__STACK = PKTRT__MAX_DEPTH * (PKTRT__W - 1) + 1, /* entries that a depth-first walk can hold */
   PKTRT__PACKET = 64       /* rays of a fast-path packet: the bits of a mask */
 };
@@ -1957,14 +1957,21 @@ typedef struct pktrt__view {
   bool check_area; /* moving: accept a hit only where the triangle has area at the ray's time */
 } pktrt__view;
 
+/* Where a key's planes stand in a node, and its vertices in a block. */
+PKTRT__INLINE size_t pktrt__node_key(uint32_t key) {
+  return key ? PKTRT__NODE_BYTES + (size_t)(key - 1) * PKTRT__NODE_KEY_BYTES : 0;
+}
+PKTRT__INLINE size_t pktrt__block_key(uint32_t key) {
+  return key ? PKTRT__BLOCK_BYTES + (size_t)(key - 1) * PKTRT__BLOCK_KEY_BYTES : 0;
+}
+
 static pktrt__view pktrt__view_of(const pktrt__group *g, uint32_t index, uint32_t segment) {
   pktrt__view v;
   v.nodes = g->nodes, v.blocks = g->blocks;
   v.node_bytes = g->node_bytes, v.block_bytes = g->block_bytes;
-  v.plane0 = segment ? PKTRT__NODE_BYTES + (size_t)(segment - 1) * PKTRT__NODE_KEY_BYTES : 0;
-  v.plane1 = g->key_count < 2 ? 0 : PKTRT__NODE_BYTES + (size_t)segment * PKTRT__NODE_KEY_BYTES;
-  v.vertex0 = segment ? PKTRT__BLOCK_BYTES + (size_t)(segment - 1) * PKTRT__BLOCK_KEY_BYTES : 0;
-  v.vertex1 = g->key_count < 2 ? 0 : PKTRT__BLOCK_BYTES + (size_t)segment * PKTRT__BLOCK_KEY_BYTES;
+  const uint32_t next = g->key_count < 2 ? 0 : segment + 1;
+  v.plane0 = pktrt__node_key(segment), v.plane1 = pktrt__node_key(next);
+  v.vertex0 = pktrt__block_key(segment), v.vertex1 = pktrt__block_key(next);
   v.group = index;
   v.check_area = false;
   return v;
@@ -2202,6 +2209,12 @@ static const pktrt__kernels *pktrt__kernels_of(pktrt_isa isa) {
 #define aor PKTRT__NAME(pktrt__aor)
 #define apush PKTRT__NAME(pktrt__apush)
 #define OP PKTRT__INLINE
+/* Before a short loop over axes or corners: gcc -O2 would keep its vectors in memory otherwise. */
+#if PKTRT__STAMP != PKTRT__STAMP_SCALAR && defined(__GNUC__) && !defined(__clang__) && defined(__OPTIMIZE__)
+#define UNROLL _Pragma("GCC unroll 8")
+#else
+#define UNROLL
+#endif
 
 #if PKTRT__STAMP == PKTRT__STAMP_AVX2 || PKTRT__STAMP == PKTRT__STAMP_AVX512
 
@@ -2749,7 +2762,7 @@ typedef __mmask16 PKTRT__NAME(pktrt__mf);
   } while (0)
 
 /* Derives the fields of rays i to i+7 from o, d, tmin, tmax; the bits of those that can hit anything. */
-OP uint32_t NAME(setup8)(const pktrt_scene *scene, pktrt__batch *b, uint32_t i) {
+PKTRT__NOINLINE uint32_t NAME(setup8)(const pktrt_scene *scene, pktrt__batch *b, uint32_t i) {
   const v8 zero = vset(0), dx = vload(b->d[0] + i), dy = vload(b->d[1] + i), dz = vload(b->d[2] + i);
   const v8 ax = vabs(dx), ay = vabs(dy), az = vabs(dz);
   const m8 not_y = mand(vle(ay, ax), vle(az, ax)), y = vle(az, ay); /* x if not_y, else y if y, else z */
@@ -2759,14 +2772,14 @@ OP uint32_t NAME(setup8)(const pktrt_scene *scene, pktrt__batch *b, uint32_t i) 
   vstore(b->dk + i, dk);
   vstore(b->adk + i, adk);
   const uint32_t x_bits = mbits(not_y), y_bits = mbits(y), sx = vsign(dx), sy = vsign(dy), sz = vsign(dz);
-  for (uint32_t j = 0; j < 8; j++) {
+  UNROLL for (uint32_t j = 0; j < 8; j++) {
     b->axis[i + j] = (uint8_t)(x_bits >> j & 1 ? 0 : y_bits >> j & 1 ? 1 : 2);
     b->octant[i + j] = (uint8_t)((sx >> j & 1) | (sy >> j & 1) << 1 | (sz >> j & 1) << 2);
   }
 
   /* M and |o|, then D */
   v8 m = zero, o_max = zero;
-  for (int a = 0; a < 3; a++) {
+  UNROLL for (int a = 0; a < 3; a++) {
     const v8 o = vload(b->o[a] + i);
     m = vmax(m, vmax(vabs(vsub(vset(scene->lo[a]), o)), vabs(vsub(vset(scene->hi[a]), o))));
     o_max = vmax(o_max, vabs(o));
@@ -2777,7 +2790,7 @@ OP uint32_t NAME(setup8)(const pktrt_scene *scene, pktrt__batch *b, uint32_t i) 
   /* 1/G; directions below 2^-60 are scaled first, where |d_k| 2^-26 would lose bits */
   const v8 up = vsel(vlt(adk, vset(8.673617379884035e-19f)), vset(18446744073709551616.0f), vset(1));
   const v8 length = vmul(adk, up), floor_ = vmul(length, vset(1.490116119384765625e-8f));
-  for (int a = 0; a < 3; a++) {
+  UNROLL for (int a = 0; a < 3; a++) {
     const v8 d = vmul(vload(b->d[a] + i), up), o = vload(b->o[a] + i);
     const v8 rd = vdiv(length, vwith_sign(vmax(vabs(d), floor_), d));
     const v8 c = vmul(o, rd), wide = vmul(pad, vabs(rd));
@@ -2797,7 +2810,7 @@ OP uint32_t NAME(setup8)(const pktrt_scene *scene, pktrt__batch *b, uint32_t i) 
   const v8 huge = vset(FLT_MAX), longest = vmax(ax, vmax(ay, az)); /* a NaN in ax is lost here, hence all three below */
   m8 ok = mand(mand(vlt(zero, longest), vlt(tmin, tmax)), vle(o_max, vset(PKTRT_MAX_COORD)));
   ok = mand(ok, mand(vle(ax, huge), mand(vle(ay, huge), vle(az, huge))));
-  for (int a = 0; a < 3; a++) ok = mand(ok, vle(vabs(vload(b->o[a] + i)), vset(PKTRT_MAX_COORD)));
+  UNROLL for (int a = 0; a < 3; a++) ok = mand(ok, vle(vabs(vload(b->o[a] + i)), vset(PKTRT_MAX_COORD)));
   return mbits(ok);
 }
 
@@ -2865,7 +2878,7 @@ OP bool NAME(ray_block)(const pktrt__view *view, pktrt__batch *b, uint32_t r, ui
   const v8 su = vset(b->slope[0][r]), sv = vset(b->slope[1][r]);
   const v8 ta = moving ? vset(b->ta[r]) : ok, tb = moving ? vset(b->tb[r]) : ok;
   v8 x[3], y[3], z[3];
-  for (int c = 0; c < 3; c++, k0 += 24, k1 += 24) {
+  UNROLL for (int c = 0; c < 3; c++, k0 += 24, k1 += 24) {
     z[c] = vsub(NAME(corner)(k0 + 8 * k, k1 + 8 * k, ta, tb, moving), ok);
     x[c] = vsub(vsub(NAME(corner)(k0 + 8 * ku, k1 + 8 * ku, ta, tb, moving), ou), vmul(su, z[c]));
     y[c] = vsub(vsub(NAME(corner)(k0 + 8 * kv, k1 + 8 * kv, ta, tb, moving), ov), vmul(sv, z[c]));
@@ -2898,7 +2911,7 @@ OP NAME(slabs) NAME(load_slabs)(const pktrt__view *view, const unsigned char *no
   NAME(slabs) s;
   const float *p0 = (const float *)(const void *)(node + (moving ? view->plane0 : 0));
   const float *p1 = (const float *)(const void *)(node + (moving ? view->plane1 : 0));
-  for (uint32_t a = 0; a < 3; a++) {
+  UNROLL for (uint32_t a = 0; a < 3; a++) {
     const uint32_t n = 16 * a + 8 * (octant >> a & 1), f = 16 * a + 8 * (~octant >> a & 1);
     s.near0[a] = vload(p0 + n), s.far0[a] = vload(p0 + f);
     if (moving) s.near1[a] = vload(p1 + n), s.far1[a] = vload(p1 + f);
@@ -2909,7 +2922,7 @@ OP NAME(slabs) NAME(load_slabs)(const pktrt__view *view, const unsigned char *no
 /* One ray against eight children: those it may hit, and its entry depth. */
 OP m8 NAME(ray_slabs)(const NAME(slabs) *s, const pktrt__batch *b, uint32_t r, const bool moving, v8 *entry) {
   v8 n = vset(b->wn[r]), f = vset(b->wf[r]);
-  for (int a = 0; a < 3; a++) {
+  UNROLL for (int a = 0; a < 3; a++) {
     const v8 rd = vset(b->rd[a][r]);
     v8 near_ = s->near0[a], far_ = s->far0[a];
     if (moving) {
@@ -2927,7 +2940,7 @@ OP m8 NAME(ray_slabs)(const NAME(slabs) *s, const pktrt__batch *b, uint32_t r, c
 /* Rays r to r+7 against one box; lo and hi by ray, as time may move it. */
 OP uint32_t NAME(rays_in_box)(const pktrt__batch *b, uint32_t r, const v8 lo[3], const v8 hi[3]) {
   v8 n = vload(b->wn + r), f = vload(b->wf + r);
-  for (int a = 0; a < 3; a++) {
+  UNROLL for (int a = 0; a < 3; a++) {
     const v8 rd = vload(b->rd[a] + r);
     const m8 forward = vlt(vset(0), rd);
     n = vmax(vfms(vsel(forward, lo[a], hi[a]), rd, vload(b->cn[a] + r)), n);
@@ -2937,7 +2950,7 @@ OP uint32_t NAME(rays_in_box)(const pktrt__batch *b, uint32_t r, const v8 lo[3],
 }
 
 /* The rays of [base, base + 64) in `mask` that may hit a box. */
-static uint64_t NAME(box_mask)(const pktrt__batch *b, uint32_t base, uint64_t mask, const float lo[3], const float hi[3]) {
+PKTRT__NOINLINE uint64_t NAME(box_mask)(const pktrt__batch *b, uint32_t base, uint64_t mask, const float lo[3], const float hi[3]) {
   const v8 l[3] = {vset(lo[0]), vset(lo[1]), vset(lo[2])}, h[3] = {vset(hi[0]), vset(hi[1]), vset(hi[2])};
   uint64_t result = 0;
   for (uint32_t i = 0; i < 64; i += 8)
@@ -3088,18 +3101,18 @@ typedef struct NAME(frustum_rays) {
   float ref[3];                             /* reference point: u, v, depth */
   float sign, pad, far_, wmin, wmax;
   float ta[2], tb[2];                       /* weights of the earliest and latest ray */
-  uint32_t k, ku, kv, base;
+  uint32_t k, ku, kv, base, first;          /* axes; lanes: the packet's first, and its first ray's */
   uint64_t octant[8];                       /* the packet's rays, by octant */
   uint8_t list[64];                         /* base + i: the packet as the stream wants it */
   bool common;                              /* one origin for all */
 } NAME(frustum_rays);
 
 /* Rays [base, base + 64) in mask, all with axis k and sign s. */
-static void NAME(frustum_setup)(NAME(frustum_rays) *f, const pktrt_scene *scene, const pktrt__batch *b, uint32_t base,
+PKTRT__NOINLINE void NAME(frustum_setup)(NAME(frustum_rays) *f, const pktrt_scene *scene, const pktrt__batch *b, uint32_t base,
                                 uint64_t mask, uint32_t k, float sign) {
   const uint32_t ku = (k + 1) % 3, kv = (k + 2) % 3;
   const vf inf = fset(INFINITY), ninf = fset(-INFINITY), s = fset(sign);
-  f->k = k, f->ku = ku, f->kv = kv, f->sign = sign, f->base = base;
+  f->k = k, f->ku = ku, f->kv = kv, f->sign = sign, f->base = base, f->first = base + pktrt__lowest(mask);
   const float *ok = b->o[k] + base, *ou = b->o[ku] + base, *ov = b->o[kv] + base;
   /* box of the origins */
   vf lo[3] = {inf, inf, inf}, hi[3] = {ninf, ninf, ninf}, pad = fset(0);
@@ -3108,7 +3121,7 @@ static void NAME(frustum_setup)(NAME(frustum_rays) *f, const pktrt_scene *scene,
     if (!bits) continue;
     const mf m = ffrom(bits);
     const vf o[3] = {fload(ou + i), fload(ov + i), fmul(s, fload(ok + i))};
-    for (int a = 0; a < 3; a++) {
+    UNROLL for (int a = 0; a < 3; a++) {
       lo[a] = fmin_(lo[a], fsel(m, o[a], lo[a]));
       hi[a] = fmax_(hi[a], fsel(m, o[a], hi[a]));
     }
@@ -3116,7 +3129,7 @@ static void NAME(frustum_setup)(NAME(frustum_rays) *f, const pktrt_scene *scene,
   }
   float rho = 0;
   f->common = true;
-  for (int a = 0; a < 3; a++) {
+  UNROLL for (int a = 0; a < 3; a++) {
     const float l = fhmin(lo[a]), h = fhmax(hi[a]);
     f->ref[a] = a == 2 || l == h ? l : 0.5f * l + 0.5f * h;
     rho = pktrt__maxf(rho, pktrt__maxf(h - f->ref[a], f->ref[a] - l));
@@ -3136,7 +3149,7 @@ static void NAME(frustum_setup)(NAME(frustum_rays) *f, const pktrt_scene *scene,
     fstore(f->wn + i, wn);
     wmin = fmin_(wmin, fsel(m, wn, wmin));
     wmax = fmax_(wmax, fsel(m, fadd(ow, fload(b->wf + base + i)), wmax));
-    for (int a = 0; a < 2; a++) {
+    UNROLL for (int a = 0; a < 2; a++) {
       const vf g = fmul(s, fload(b->slope[a] + base + i));
       const vf c = fsub(fsub(fload((a ? ov : ou) + i), fset(f->ref[a])), fmul(g, ow));
       const vf end = ffma(g, fset(f->far_), c);
@@ -3149,12 +3162,12 @@ static void NAME(frustum_setup)(NAME(frustum_rays) *f, const pktrt_scene *scene,
   f->wmin = fhmin(wmin), f->wmax = fhmax(wmax);
   uint64_t negative[3] = {0, 0, 0};
   for (uint32_t i = 0; i < 64; i += 8)
-    for (int a = 0; a < 3; a++) negative[a] |= (uint64_t)vsign(vload(b->d[a] + base + i)) << i;
+    UNROLL for (int a = 0; a < 3; a++) negative[a] |= (uint64_t)vsign(vload(b->d[a] + base + i)) << i;
   for (uint32_t o = 0; o < 8; o++)
     f->octant[o] = (o & 1 ? negative[0] : ~negative[0]) & (o & 2 ? negative[1] : ~negative[1]) &
                    (o & 4 ? negative[2] : ~negative[2]);
   for (uint32_t i = 0; i < 64; i++) f->list[i] = (uint8_t)(base + i);
-  for (int a = 0; a < 2; a++) {
+  UNROLL for (int a = 0; a < 2; a++) {
     const float upper = fhmax(x0[a]), lower = fhmin(n0[a]);
     f->a[2 * a] = upper, f->b[2 * a] = (fhmax(x1[a]) - upper) / f->far_;
     f->a[2 * a + 1] = lower, f->b[2 * a + 1] = (fhmin(n1[a]) - lower) / f->far_;
@@ -3162,7 +3175,7 @@ static void NAME(frustum_setup)(NAME(frustum_rays) *f, const pktrt_scene *scene,
 }
 
 /* Earliest and latest time of the rays in mask, as weights of the segment's keys. */
-static void NAME(frustum_times)(NAME(frustum_rays) *f, const pktrt__batch *b, uint64_t mask) {
+PKTRT__NOINLINE void NAME(frustum_times)(NAME(frustum_rays) *f, const pktrt__batch *b, uint64_t mask) {
   float first = 1, last = 0;
   for (; mask; mask &= mask - 1) {
     const float t = b->tb[f->base + pktrt__lowest(mask)];
@@ -3199,7 +3212,7 @@ OP uint32_t NAME(frustum_node)(const NAME(frustum_rays) *f, const float *p0, con
   m8 keep = mand(vle(vset(f->wmin), w1), vle(w0, vset(f->wmax)));
   *entry = w0;
   w0 = vmax(w0, vset(0)), w1 = vmin(w1, vset(f->far_));
-  for (int a = 0; a < 2; a++) {
+  UNROLL for (int a = 0; a < 2; a++) {
     const uint32_t lo = 16 * (a ? f->kv : f->ku), hi = lo + 8;
     const v8 l = vsub(NAME(swept)(f, p0 + lo, p1 + lo, 0, moving), vset(f->ref[a] + f->pad));
     const v8 h = vsub(NAME(swept)(f, p0 + hi, p1 + hi, 1, moving), vset(f->ref[a] - f->pad));
@@ -3228,15 +3241,15 @@ OP uint64_t NAME(frustum_rays_in)(const NAME(frustum_rays) *f, const pktrt__batc
     if (moving) {
       const float plane1[6] = {p1[wl], p1[wh], p1[ul], p1[ul + 8], p1[vl], p1[vl + 8]};
       const vf ta = fload(b->ta + r), tb = fload(b->tb + r);
-      for (int j = 0; j < 6; j++) {
+      UNROLL for (int j = 0; j < 6; j++) {
         const vf x = ffma(ta, fset(plane0[j]), fmul(tb, fset(plane1[j])));
         p[j] = j < 2 ? ffms(x, fset(f->sign), fset(shift[j])) : fsub(x, fset(shift[j]));
       }
     } else {
-      for (int j = 0; j < 6; j++) p[j] = fset((j < 2 ? plane0[j] * f->sign : plane0[j]) - shift[j]);
+      UNROLL for (int j = 0; j < 6; j++) p[j] = fset((j < 2 ? plane0[j] * f->sign : plane0[j]) - shift[j]);
     }
     vf n = fmax_(p[0], fload(f->wn + i)), x = fmin_(p[1], fadd(fload(f->ow + i), fload(b->wf + r)));
-    for (int a = 0; a < 2; a++) {
+    UNROLL for (int a = 0; a < 2; a++) {
       const vf rd = fload(b->rd[a ? f->kv : f->ku] + r), rc = fload(f->rc[a] + i);
       const vf l = ffms(p[2 + 2 * a], rd, rc), h = ffms(p[3 + 2 * a], rd, rc);
       n = fmax_(n, fmin_(l, h));
@@ -3254,18 +3267,18 @@ OP uint32_t NAME(frustum_triangles)(const NAME(frustum_rays) *f, const pktrt__ba
   const v8 s = vset(f->sign), inf = vset(INFINITY), ninf = vset(-INFINITY);
   const uint32_t axis[3] = {f->ku, f->kv, f->k};
   v8 wlo = inf, whi = ninf, low[2] = {inf, inf}, high[2] = {ninf, ninf}; /* of u - b W, over corners and times */
-  for (int c = 0; c < 3; c++) {
+  UNROLL for (int c = 0; c < 3; c++) {
     for (int end = 0; end < (moving ? 2 : 1); end++) {
       v8 q[3];
-      for (int j = 0; j < 3; j++) {
+      UNROLL for (int j = 0; j < 3; j++) {
         const uint32_t at = 24 * (uint32_t)c + 8 * axis[j];
         q[j] = NAME(corner)(k0 + at, k1 + at, vset(f->ta[end]), vset(f->tb[end]), moving);
       }
       if (!moving && f->common)
-        for (int j = 0; j < 3; j++) vstore(p[c][j], vsub(q[j], vset(b->o[axis[j]][f->base])));
+        UNROLL for (int j = 0; j < 3; j++) vstore(p[c][j], vsub(q[j], vset(b->o[axis[j]][f->first])));
       const v8 w = vfms(q[2], s, vset(f->ref[2]));
       wlo = vmin(wlo, w), whi = vmax(whi, w);
-      for (int a = 0; a < 2; a++) {
+      UNROLL for (int a = 0; a < 2; a++) {
         const v8 u = vsub(q[a], vset(f->ref[a]));
         low[a] = vmin(low[a], vsub(u, vmul(vset(f->b[2 * a]), w)));
         high[a] = vmax(high[a], vsub(u, vmul(vset(f->b[2 * a + 1]), w)));
@@ -3273,7 +3286,7 @@ OP uint32_t NAME(frustum_triangles)(const NAME(frustum_rays) *f, const pktrt__ba
     }
   }
   m8 keep = mand(vle(vset(f->wmin - f->pad), whi), vle(wlo, vset(f->wmax + f->pad)));
-  for (int a = 0; a < 2; a++)
+  UNROLL for (int a = 0; a < 2; a++)
     keep = mand(keep, mand(vle(low[a], vset(f->a[2 * a] + f->pad)), vle(vset(f->a[2 * a + 1] - f->pad), high[a])));
   return mbits(keep);
 }
@@ -3302,6 +3315,25 @@ PKTRT__NOINLINE uint32_t NAME(accept8)(const pktrt__view *view, pktrt__batch *b,
   return taken;
 }
 
+/* Eight rays that passed the filter against the canonical test; the bits of those that took the hit. */
+OP uint32_t NAME(frustum_settle)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t bits, const vf x[3], const vf y[3],
+                                 const vf z[3], const int half, uint32_t id, uint32_t slot, const bool stats,
+                                 pktrt_counts *counts) {
+  (void)half; /* where a vector of rays is eight wide, there is but one */
+  const v8 hx[3] = {fhalf(x[0], half), fhalf(x[1], half), fhalf(x[2], half)};
+  const v8 hy[3] = {fhalf(y[0], half), fhalf(y[1], half), fhalf(y[2], half)};
+  const v8 hz[3] = {fhalf(z[0], half), fhalf(z[1], half), fhalf(z[2], half)};
+  if (stats) {
+    uint32_t open;
+    NAME(filter)(hx, hy, &open);
+    COUNT(canonical_tests, pktrt__popcount(bits));
+    COUNT(settlings, pktrt__popcount(bits & open));
+  }
+  PKTRT__ALIGN64 float t[8];
+  bits &= NAME(canonical)(hx, hy, hz, b->dk + r, t);
+  return bits ? NAME(accept8)(view, b, r, bits, t, id, slot) : 0;
+}
+
 /* One triangle (lane of a block) against the rays of mask; those that hit it. */
 OP uint64_t NAME(frustum_triangle)(const NAME(frustum_rays) *f, const pktrt__view *view, pktrt__batch *b, const float *k0,
                                    const float *k1, float p[3][3][8], uint32_t lane, uint32_t id, uint32_t slot,
@@ -3316,9 +3348,9 @@ OP uint64_t NAME(frustum_triangle)(const NAME(frustum_rays) *f, const pktrt__vie
     COUNT(triangle_tests, pktrt__popcount(rays));
     vf x[3], y[3], z[3];
     const vf su = fload(b->slope[0] + r), sv = fload(b->slope[1] + r);
-    for (int c = 0; c < 3; c++) {
+    UNROLL for (int c = 0; c < 3; c++) {
       vf q[3];
-      for (int j = 0; j < 3; j++) {
+      UNROLL for (int j = 0; j < 3; j++) {
         const uint32_t at = 24 * (uint32_t)c + 8 * axis[j] + lane;
         if (common) {
           q[j] = fset(p[c][j][lane]);
@@ -3335,22 +3367,10 @@ OP uint64_t NAME(frustum_triangle)(const NAME(frustum_rays) *f, const pktrt__vie
     const vf w = fsub(fmul(x[1], y[0]), fmul(y[1], x[0])), zero = fset(0);
     const uint32_t bits = rays & ~fbits(fmand(flt(fmin_(u, fmin_(v, w)), zero), flt(zero, fmax_(u, fmax_(v, w)))));
     if (!bits) continue;
-    for (uint32_t h = 0; h < FW / 8; h++) {
-      uint32_t half = bits >> (8 * h) & 0xFF;
-      if (!half) continue;
-      const v8 hx[3] = {fhalf(x[0], h), fhalf(x[1], h), fhalf(x[2], h)};
-      const v8 hy[3] = {fhalf(y[0], h), fhalf(y[1], h), fhalf(y[2], h)};
-      const v8 hz[3] = {fhalf(z[0], h), fhalf(z[1], h), fhalf(z[2], h)};
-      COUNT(canonical_tests, pktrt__popcount(half));
-      if (stats) {
-        uint32_t open;
-        NAME(filter)(hx, hy, &open);
-        COUNT(settlings, pktrt__popcount(half & open));
-      }
-      PKTRT__ALIGN64 float t[8];
-      half &= NAME(canonical)(hx, hy, hz, b->dk + r + 8 * h, t);
-      if (half) result |= (uint64_t)NAME(accept8)(view, b, r + 8 * h, half, t, id, slot) << (i + 8 * h);
-    }
+    if (bits & 0xFF)
+      result |= (uint64_t)NAME(frustum_settle)(view, b, r, bits & 0xFF, x, y, z, 0, id, slot, stats, counts) << i;
+    if (FW > 8 && bits >> 8)
+      result |= (uint64_t)NAME(frustum_settle)(view, b, r + 8, bits >> 8, x, y, z, 1, id, slot, stats, counts) << (i + 8);
   }
   return result;
 }
@@ -3924,51 +3944,54 @@ OP void NAME(drive_fast)(const pktrt_scene *scene, pktrt__batch *b, uint32_t n, 
 /* >>resolve ----------------------------------------------------------------------------------------------------------
    u, v and normal of the hits, once per ray, in double from the triangle's corners: u, v to cn[0..1], the normal, scaled to a
    largest component of 1, to cf[0..2]. Returns the rays of [i, i+8) whose triangle has no area at the ray's time. */
-OP uint32_t NAME(resolve8)(const pktrt_scene *scene, pktrt__batch *b, uint32_t i, uint32_t hits) {
-  PKTRT__ALIGN64 float q[3][3][8]; /* corner, u v k, lane: relative to the origin, and raw below */
-  PKTRT__ALIGN64 float raw[3][3][8];
-  memset(q, 0, sizeof q);
-  memset(raw, 0, sizeof raw);
+
+/* Corners of the triangles that rays i to i+7 hit, at the rays' times: p[corner][axis][lane]. */
+OP void NAME(gather_corners)(const pktrt_scene *scene, const pktrt__batch *b, uint32_t i, uint32_t hits, float p[3][3][8]) {
   for (uint32_t m = hits; m; m &= m - 1) {
-    const uint32_t j = pktrt__lowest(m), r = i + j, slot = b->slot[r], k = b->axis[r];
-    const pktrt__group *g = &scene->groups[b->group[r]];
-    float ta = 1, tb = 0;
-    const uint32_t segment = g->key_count > 1 ? pktrt__segment(b->time[r], g->key_count, &ta, &tb) : 0;
-    const pktrt__view view = pktrt__view_of(g, 0, segment);
-    const unsigned char *block = view.blocks + (slot / 8) * view.block_bytes;
-    const float *k0 = (const float *)(const void *)(block + view.vertex0) + slot % 8;
-    const float *k1 = (const float *)(const void *)(block + view.vertex1) + slot % 8;
-    for (uint32_t c = 0; c < 3; c++)
-      for (uint32_t a = 0; a < 3; a++) {
-        const uint32_t axis = (k + 1 + a) % 3, at = 24 * c + 8 * axis;
-        const float p = g->key_count > 1 ? ta * k0[at] + tb * k1[at] : k0[at];
-        raw[c][a][j] = p;
-        q[c][a][j] = p - b->o[axis][r];
-      }
+    const uint32_t j = pktrt__lowest(m), slot = b->slot[i + j];
+    const pktrt__group *g = &scene->groups[b->group[i + j]];
+    const unsigned char *block = g->blocks + (size_t)(slot / 8) * g->block_bytes;
+    float ta, tb, *to = &p[0][0][j];
+    const uint32_t segment = pktrt__segment(b->time[i + j], g->key_count, &ta, &tb);
+    const float *k0 = (const float *)(const void *)(block + pktrt__block_key(segment)) + slot % 8;
+    if (g->key_count < 2) {
+      UNROLL for (int c = 0; c < 9; c++) to[8 * c] = k0[8 * c];
+    } else {
+      const float *k1 = (const float *)(const void *)(block + pktrt__block_key(segment + 1)) + slot % 8;
+      UNROLL for (int c = 0; c < 9; c++) to[8 * c] = ta * k0[8 * c] + tb * k1[8 * c];
+    }
   }
-  d8 x[3], y[3], e[2][3];
+}
+
+PKTRT__NOINLINE uint32_t NAME(resolve8)(const pktrt_scene *scene, pktrt__batch *b, uint32_t i, uint32_t hits) {
+  PKTRT__ALIGN64 float p[3][3][8];
+  memset(p, 0, sizeof p);
+  NAME(gather_corners)(scene, b, i, hits, p);
+  const v8 adx = vabs(vload(b->d[0] + i)), ady = vabs(vload(b->d[1] + i)), adz = vabs(vload(b->d[2] + i));
+  const m8 kx = mand(vle(ady, adx), vle(adz, adx)), ky = vle(adz, ady); /* main axis: as in setup8 */
+  const v8 ox = vload(b->o[0] + i), oy = vload(b->o[1] + i), oz = vload(b->o[2] + i);
   const v8 su = vload(b->slope[0] + i), sv = vload(b->slope[1] + i);
-  for (int c = 0; c < 3; c++) {
-    const v8 z = vload(q[c][2]);
-    x[c] = dfrom(vsub(vload(q[c][0]), vmul(su, z)));
-    y[c] = dfrom(vsub(vload(q[c][1]), vmul(sv, z)));
-    for (int a = 0; c && a < 3; a++) e[c - 1][a] = dsub(dfrom(vload(raw[c][a])), dfrom(vload(raw[0][a])));
+  d8 x[3], y[3], e[2][3], n[3];
+  UNROLL for (int c = 0; c < 3; c++) {
+    const v8 px = vsub(vload(p[c][0]), ox), py = vsub(vload(p[c][1]), oy), pz = vsub(vload(p[c][2]), oz);
+    const v8 z = vsel(kx, px, vsel(ky, py, pz));
+    x[c] = dfrom(vsub(vsel(kx, py, vsel(ky, pz, px)), vmul(su, z)));
+    y[c] = dfrom(vsub(vsel(kx, pz, vsel(ky, px, py)), vmul(sv, z)));
+  }
+  UNROLL for (int a = 0; a < 3; a++) {
+    const d8 p0 = dfrom(vload(p[0][a]));
+    e[0][a] = dsub(dfrom(vload(p[1][a])), p0);
+    e[1][a] = dsub(dfrom(vload(p[2][a])), p0);
   }
   const d8 u = dsub(dmul(x[2], y[1]), dmul(y[2], x[1])), v = dsub(dmul(x[0], y[2]), dmul(y[0], x[2]));
   const d8 w = dsub(dmul(x[1], y[0]), dmul(y[1], x[0])), det = dadd(dadd(u, v), w);
-  d8 n[3]; /* along u, v, k: a cyclic permutation, so the cross product's orientation stays */
-  for (int a = 0; a < 3; a++)
+  UNROLL for (int a = 0; a < 3; a++)
     n[a] = dsub(dmul(e[0][(a + 1) % 3], e[1][(a + 2) % 3]), dmul(e[0][(a + 2) % 3], e[1][(a + 1) % 3]));
   const d8 largest = dmax(dabs(n[0]), dmax(dabs(n[1]), dabs(n[2])));
-  PKTRT__ALIGN64 float out[3][8];
-  for (int a = 0; a < 3; a++) vstore(out[a], dto(ddiv(n[a], largest)));
   const m8 m = mfrom(hits);
   vput(b->cn[0] + i, m, dto(ddiv(v, det)));
   vput(b->cn[1] + i, m, dto(ddiv(w, det)));
-  for (uint32_t rest = hits; rest; rest &= rest - 1) {
-    const uint32_t j = pktrt__lowest(rest);
-    for (uint32_t a = 0; a < 3; a++) b->cf[(b->axis[i + j] + 1u + a) % 3][i + j] = out[a][j];
-  }
+  UNROLL for (int a = 0; a < 3; a++) vput(b->cf[a] + i, m, dto(ddiv(n[a], largest)));
   return hits & ~mbits(dlt(dset(0), largest));
 }
 
@@ -4118,6 +4141,7 @@ static const pktrt__kernels NAME(kernels) = {NAME(trace), NAME(rounds_each_opera
 #undef vwith_sign
 #undef FW
 #undef OP
+#undef UNROLL
 #undef NAME
 #undef COUNT
 #undef PKTRT__PICK
@@ -4442,33 +4466,37 @@ static void pktrt__load_soa(pktrt__batch *b, const pktrt_rays *rays, size_t firs
   pktrt__pad_batch(b, n);
 }
 
-/* The mesh of a global triangle index: the last one that starts at or before it and is not empty. */
-PKTRT__INLINE uint32_t pktrt__mesh_at(const pktrt_scene *s, uint32_t id) {
+/* The mesh of a global triangle index: the last one that starts at or before it and is not empty. Tries *hint first, as
+   neighbouring rays mostly hit the same mesh, and leaves the answer there. */
+PKTRT__INLINE uint32_t pktrt__mesh_at(const pktrt_scene *s, uint32_t id, uint32_t *hint) {
+  if (id - s->meshes[*hint].first_id < s->meshes[*hint].triangle_count) return *hint;
   uint32_t lo = 0, hi = s->committed_meshes;
   while (hi - lo > 1) {
     const uint32_t mid = lo + (hi - lo) / 2;
-    if (s->meshes[mid].first_id <= id) lo = mid;
-    else hi = mid;
+    if (s->meshes[mid].first_id <= id) lo = mid; else hi = mid;
   }
-  return lo;
+  return *hint = lo;
 }
 
-static void pktrt__hit_of(const pktrt_scene *s, const pktrt__batch *b, uint32_t i, pktrt_hit *h) {
-  memset(h, 0, sizeof *h);
-  h->t = b->tmax[i];
-  h->mesh = h->triangle = PKTRT_NONE;
-  if (b->slot[i] == PKTRT_NONE) return;
+static void pktrt__hit_of(const pktrt_scene *s, const pktrt__batch *b, uint32_t i, uint32_t *hint, pktrt_hit *h) {
+  if (b->slot[i] == PKTRT_NONE) {
+    memset(h, 0, sizeof *h);
+    h->t = b->tmax[i];
+    h->mesh = h->triangle = PKTRT_NONE;
+    return;
+  }
   h->t = b->t[i];
   h->u = b->cn[0][i], h->v = b->cn[1][i];
   for (int a = 0; a < 3; a++) h->normal[a] = b->cf[a][i];
-  h->mesh = pktrt__mesh_at(s, b->id[i]);
+  h->mesh = pktrt__mesh_at(s, b->id[i], hint);
   h->triangle = b->id[i] - s->meshes[h->mesh].first_id;
 }
 
 static void pktrt__store_soa(const pktrt_scene *s, const pktrt__batch *b, const pktrt_hits *hits, size_t first, uint32_t n) {
+  uint32_t hint = 0;
   for (uint32_t i = 0; i < n; i++) {
     pktrt_hit h;
-    pktrt__hit_of(s, b, i, &h);
+    pktrt__hit_of(s, b, i, &hint, &h);
     if (hits->t) hits->t[first + i] = h.t;
     if (hits->u) hits->u[first + i] = h.u;
     if (hits->v) hits->v[first + i] = h.v;
@@ -4505,11 +4533,12 @@ PKTRT_DEF void pktrt_intersect_ex(const pktrt_scene *s, const pktrt_query_desc *
   const pktrt__call call = pktrt__call_of(s, desc, &d, false);
   const uint32_t size = pktrt__batch_size(&d);
   pktrt__batch b;
+  uint32_t hint = 0;
   for (size_t i = 0; i < n; i += size) {
     const uint32_t m = n - i < size ? (uint32_t)(n - i) : size;
     pktrt__load_rays(&b, rays + i, m);
     s->kernels->trace(&call, &b, m);
-    for (uint32_t j = 0; j < m; j++) pktrt__hit_of(s, &b, j, &hits[i + j]);
+    for (uint32_t j = 0; j < m; j++) pktrt__hit_of(s, &b, j, &hint, &hits[i + j]);
   }
 }
 
@@ -4759,9 +4788,9 @@ typedef struct pktrt__shading_point {
   float albedo[3], radiance[3];
 } pktrt__shading_point;
 
-static void pktrt__find_surface(const pktrt__job *job, const pktrt__batch *b, uint32_t i, pktrt__shading_point *out) {
+static void pktrt__find_surface(const pktrt__job *job, const pktrt__batch *b, uint32_t i, uint32_t *hint, pktrt__shading_point *out) {
   const pktrt_scene *s = job->scene;
-  const uint32_t mesh = pktrt__mesh_at(s, b->id[i]), triangle = b->id[i] - s->meshes[mesh].first_id;
+  const uint32_t mesh = pktrt__mesh_at(s, b->id[i], hint), triangle = b->id[i] - s->meshes[mesh].first_id;
   const pktrt__mesh *m = out->mesh = &s->meshes[mesh];
   float p[3][3];
   for (uint32_t c = 0; c < 3; c++) pktrt__corner(m, m->positions, triangle, c, b->time[i], p[c]);
@@ -4891,7 +4920,7 @@ static pktrt__call pktrt__render_call(const pktrt__job *job, pktrt_query_desc *d
 static void pktrt__render_batch(const pktrt__job *job, pktrt__batch *b, pktrt__shadows *sh, uint32_t n, uint32_t pixel[][2],
                                 pktrt_stats *stats) {
   pktrt__shading_point surfaces[PKTRT__BATCH];
-  uint32_t lane[PKTRT__BATCH], found = 0;
+  uint32_t lane[PKTRT__BATCH], found = 0, hint = 0;
   pktrt_query_desc primary, shadow;
   const pktrt__call first = pktrt__render_call(job, &primary, PKTRT_RAY_PRIMARY, stats);
   const pktrt__call second = pktrt__render_call(job, &shadow, PKTRT_RAY_SHADOW, stats);
@@ -4899,7 +4928,7 @@ static void pktrt__render_batch(const pktrt__job *job, pktrt__batch *b, pktrt__s
   for (uint32_t i = 0; i < n; i++) {
     if (b->slot[i] == PKTRT_NONE) continue;
     lane[found] = i;
-    pktrt__find_surface(job, b, i, &surfaces[found++]);
+    pktrt__find_surface(job, b, i, &hint, &surfaces[found++]);
   }
   if (found) pktrt__add_lights(&second, job->desc->shadows == PKTRT_SHADOWS_TOGETHER, b, lane, found, surfaces, sh);
   for (uint32_t i = 0, k = 0; i < n; i++) {

@@ -257,7 +257,7 @@ static float some_time(rng *r) {
 
 static pktrt_ray invalid_ray(rng *r, pktrt_ray x) {
   static const float odd[5] = {NAN, INFINITY, -INFINITY, 2e30f, -3e38f};
-  switch (rng_below(r, 9)) {
+  switch (rng_below(r, 12)) {
   case 0: x.origin[rng_below(r, 3)] = odd[rng_below(r, 5)]; break;
   case 1: x.direction[rng_below(r, 3)] = odd[rng_below(r, 3)]; break;
   case 2: x.direction[0] = x.direction[1] = 0, x.direction[2] = -0.0f; break;
@@ -292,7 +292,6 @@ void make_rays(const world *w, const pktrt_scene *s, ray_kind kind, uint64_t see
       x = ray_towards(o, p, time);
       if (rng_below(&r, 4) == 0) x.tmin = rng_range(&r, -2, 1), x.tmax = rng_range(&r, 0, 2);
       break;
-    case RAYS_INVALID:
     case RAYS_EDGE:
     case RAYS_VERTEX:
       if (i / 64 % 3 == 0) { /* a common origin for 64 rays */
@@ -327,10 +326,13 @@ void make_rays(const world *w, const pktrt_scene *s, ray_kind kind, uint64_t see
       }
       break;
     }
+    case RAYS_INVALID: /* packets of all sorts with holes, often right at the start */
+      make_rays(w, s, i / 64 % 2 ? RAYS_CAMERA : RAYS_EDGE, seed, i, &x, 1);
+      if (i % 64 < i / 128 % 4 || rng_below(&r, 3) == 0) x = invalid_ray(&r, x);
+      break;
     default: break;
     }
-    x.time = time;
-    if (kind == RAYS_INVALID && rng_below(&r, 3) == 0) x = invalid_ray(&r, x);
+    if (kind != RAYS_INVALID) x.time = time;
     out[j] = x;
   }
 }

@@ -1,4 +1,352 @@
-/* pktrt.h - v0.1.0 - packet-based Whitted and distribution ray tracing in one C header
+/* pktrt.h - v0.1.0 - packet ray tracing in one C header: what does a ray hit, for one ray or for millions at once
+
+   After Boulos, Edwards, Lacewell, Kniss, Kautz, Shirley and Wald, "Packet-based Whitted and Distribution Ray Tracing",
+   Graphics Interface 2007. MIT or public domain, at your choice (>>licence, at the end of the file).
+
+   Do this in exactly one file of your program, which thereby holds the implementation:
+
+       #define PKTRT_IMPLEMENTATION
+       #include "pktrt.h"
+
+   and include it without the define wherever else you need it. It compiles as C99 and later and as C++11 and later; a
+   plain `cc -O2 file.c -lm` uses the widest vectors of the machine it runs on. The API stands first and is short: read
+   on from DECLARATIONS to "stop here if you only want the API", and come back to this comment when you want to know
+   why.
+
+
+   QUICK START (compiles as is)
+
+     #define PKTRT_IMPLEMENTATION // in exactly one file of a program
+     #include "pktrt.h"
+     #include <math.h>
+     #include <stdio.h>
+
+     enum { WIDTH = 72, HEIGHT = 36 };
+     static float pixels[HEIGHT][WIDTH][3]; // linear RGB, row 0 at the top
+
+     int main(void) {
+       static const float floor_xyz[] = {-9, 0, -9, -9, 0, 9, 9, 0, 9, 9, 0, -9};
+       static const float pyramid_xyz[] = {-1, 0, -1, -1, 0, 1, 1, 0, 1, 1, 0, -1, 0, 1.5f, 0};
+       static const uint32_t floor_triangles[] = {0, 1, 2, 0, 2, 3};
+       static const uint32_t pyramid_triangles[] = {0, 1, 4, 1, 2, 4, 2, 3, 4, 3, 0, 4};
+       static pktrt_mesh_desc ground, pyramid; // static, hence zeroed: what is not set is a sensible default
+       ground.positions = floor_xyz, ground.vertex_count = 4;
+       ground.indices = floor_triangles, ground.triangle_count = 2;
+       pyramid.positions = pyramid_xyz, pyramid.vertex_count = 5;
+       pyramid.indices = pyramid_triangles, pyramid.triangle_count = 4;
+       const pktrt_light sun = {PKTRT_LIGHT_DIRECTIONAL, {0, 0, 0}, {-4, -2.5f, -1}, {3, 3, 3}};
+
+       pktrt_scene *scene = pktrt_scene_create(NULL);
+       if (!scene || pktrt_add_mesh(scene, &ground, NULL) || pktrt_add_mesh(scene, &pyramid, NULL) ||
+           pktrt_add_light(scene, &sun, NULL) || pktrt_commit(scene))
+         return printf("%s\n", pktrt_last_error(scene)), 1;
+
+       const pktrt_ray ray = {{0.1f, 5, 0.2f}, 0, {0, -1, 0}, INFINITY, 0}; // origin, tmin, direction, tmax, time
+       pktrt_hit hit;
+       if (pktrt_intersect(scene, &ray, &hit))
+         printf("mesh %u, triangle %u, t = %g\n", (unsigned)hit.mesh, (unsigned)hit.triangle, (double)hit.t);
+
+       static pktrt_render_desc view;
+       view.width = WIDTH, view.height = HEIGHT, view.pixels = &pixels[0][0][0];
+       view.camera.eye[0] = 2, view.camera.eye[1] = 2, view.camera.eye[2] = 4;
+       view.camera.target[1] = 0.4f, view.camera.fov_y = 32;
+       view.ambient[0] = 0.15f; // this picture needs one channel only
+       if (pktrt_render(scene, &view)) return printf("%s\n", pktrt_last_error(scene)), 1;
+       for (int y = 0; y < HEIGHT; y += 2) // a character is twice as high as wide
+         for (int x = 0; x < WIDTH; x++) {
+           const float v = pixels[y][x][0] * 12;
+           printf("%c%s", " .,:-=+ox%#@"[v < 11 ? (int)v : 11], x + 1 < WIDTH ? "" : "\n");
+         }
+       pktrt_scene_destroy(scene);
+       return 0;
+     }
+
+   END OF QUICK START
+
+   It prints what one ray hits (mesh 1, triangle 1, t = 3.8) and a picture of 72 x 18 characters: a pyramid with its
+   shadow.
+
+
+   CONTENTS: search for these tags to walk through the file
+
+     Declarations
+       >>types        enumerations: instruction sets, build quality, traversal paths, ray types
+       >>errors       status codes, and the sentence that says what was wrong
+       >>hooks        allocator, parallel_for, log; creating a scene
+       >>mesh         adding, committing, deforming and refitting meshes; what a scene is made of
+       >>query        rays, hits, one or many, arrays of structures or structures of arrays; leaving a surface
+       >>stats        counts of work, events for teaching, queries with everything spelled out
+       >>camera       a pinhole
+       >>light        point and directional
+       >>material     diffuse
+       >>render       pictures; again at the end of the file: tiles through parallel_for
+
+     Implementation, compiled once
+       >>platform     compilers, instruction sets of this build, the guard against fused operations
+       >>limits       constants: width, depth, stack
+       >>structures   nodes, leaf blocks, meshes, groups, the scene
+       >>memory       the one way to the allocator hooks
+       >>small        bits, conversions, minimum and maximum
+       >>build        the tree: binary by surface area, then 8-wide, then bounds
+       >>refit        bounds after deformation
+       >>validate     what is refused, and in which words
+       >>commit       all or nothing
+       >>exactness    THE definition of a hit, and the bound of every culling test: read this one
+       >>packet       rays as the kernels see them
+       >>dispatch     the stamping of the kernels, and the choice at run time
+
+     Implementation, stamped once for each instruction set
+       >>ops          vectors: the only place where instruction sets differ
+       >>setup        from a ray to what traversal needs of it
+       >>triangles    filter, canonical test, acceptance
+       >>boxes        slabs
+       >>single       one ray, nearest child first
+       >>stream       up to 64 rays that share nodes and stack, each with the work of a single ray
+       >>frustum      up to 64 rays that four planes cull together
+       >>paper        the paper's packets, plain: the place to begin reading
+       >>drive        from many rays to packets, streams and single rays
+       >>resolve      u, v and normal, once for each ray
+       >>entry        one batch of rays
+
+     Implementation of the public functions
+       >>scene        meshes, lights and materials come and change
+       >>queries      batches out of arrays, and back
+       >>spawn        how far a ray starts from the surface it leaves
+       >>shading      checks of a render, the camera
+       >>surface      shading points, shadow rays
+       >>tiles        a picture in batches
+       >>licence      MIT or public domain
+
+
+   WHAT IT DOES NOT DO
+
+   - No window, no files, no threads of its own: pictures are arrays of floats, threads come through parallel_for.
+   - No any-hit filters, ray masks, instances, or removing a mesh. Triangles only.
+   - Version 0.1 renders ray casting with shadows (the paper's RCS): pinhole camera, diffuse surfaces, point and
+     directional lights, one ray through the middle of each pixel. Not yet: Whitted and distribution ray tracing (WRT,
+     DRT), hence reflection, refraction, samplers, antialiasing, lenses, motion blur and area lights in pictures.
+     Queries can serve all of these already: rays have a time of their own, and pktrt_spawn starts the next ray of a
+     path.
+   - MSVC is untested; MinGW is compiled, not run.
+
+
+   CONFIGURATION: define before including the header
+
+     PKTRT_IMPLEMENTATION     This file holds the implementation. The macros below matter in that file alone.
+     PKTRT_STATIC             Beside PKTRT_IMPLEMENTATION: all functions are static, a private copy for this file.
+                              Default: extern (extern "C" in C++).
+     PKTRT_HEADER_FILENAME    How the file names itself, for the implementation includes itself once per instruction
+                              set. Default: "pktrt.h". Define it, quotes and all, if you rename the file.
+     PKTRT_NO_SIMD            Scalar kernels only.
+     PKTRT_NO_AVX2            No AVX2 kernels; AVX-512 stays, unless you define the next one too.
+     PKTRT_NO_AVX512          No AVX-512 kernels. Each set left out makes the object smaller and its compilation faster.
+                              No setting changes a result.
+
+
+   CONCEPTS
+
+   Scene. Meshes are copied in; pktrt_commit builds trees over them. Changes of meshes wait until the next commit or
+   refit; until then queries see the last committed state (none yet: every ray misses), and a failed commit keeps it.
+   Lights and materials count from the next render on.
+
+   Groups. All meshes with the same number of motion keys share one tree, a group: static ones never pay for moving
+   ones, and commit rebuilds only those groups in which something changed. A ray visits every group, so give moving
+   meshes the same number of keys where you can.
+
+   Motion keys. A mesh with K keys has K sets of positions, evenly spread over time [0,1]; every ray has its own time,
+   and vertices move along straight lines from key to key. The boxes of the tree have K keys too and are interpolated to
+   the ray's time: a fast mover has a small box at any moment, not a large one at all times.
+
+   Packet. Neighbouring rays that are traced together through the tree, so that they share its nodes and, better, are
+   spared most of the tests. They need no common origin: reflections and shadows qualify as well as camera rays.
+
+   First active ray, active range (paper path). Descending, a packet remembers its first ray that may still hit
+   something:
+
+       rays            0  1  2  3  4  5  6  7  ...  63
+       missed above    -  -  -
+       first active             ^  tests the next box; if it hits, all from here on go down for the price of one test
+
+   Those behind it that miss the box come along; their tests at the leaves are wasted, never wrong.
+
+   Interval ray (paper path). If the first active ray misses, one test in interval arithmetic (origins, directions,
+   depths and times of the whole packet as intervals) asks whether any ray at all can hit the box.
+
+   Frustum. Four planes around all rays of a packet. A box outside one of them is missed by all, whatever their number.
+   In the paper path it needs a common origin; the fast path bounds rays of any origins by the hull of their positions
+   at two depths.
+
+   Mask stream (fast path). Up to 64 rays of one octant of directions walk the tree together, and each stack entry
+   carries a mask of the rays concerned. Every ray does the work it would do alone; what they share is loading nodes,
+   sorting children and the stack. This serves rays that no frustum can hold, and the lower ends of the tree, where a
+   packet has become thin.
+
+   When culling wins and when it loses. A packet pays off while its rays meet the same boxes: camera rays, shadow rays
+   towards one light, mirror reflections off flat or gently curved things; the denser the rays against the triangles,
+   the more. It loses, to the point of costing far more than single rays, where rays diverge: diffuse bounces, ambient
+   occlusion, tiny triangles under few rays, large packets at the silhouettes of small things. Tests for each primary
+   ray in the pool hall (example render.c, about 310,000 triangles, 512 x 512 pixels; one test of a whole packet is not
+   in these counts, and a single ray tests eight boxes at once):
+
+                                       boxes    triangles
+       single rays                      133        11
+       fast path (8 x 8 pixels)          30         9
+       paper path, 8 x 8 pixels          23        38
+       paper path, 16 x 16 pixels        21        95
+
+   You need not choose. pktrt_intersect_n and its kin look at the rays in fours of 64: those that look one way become
+   frustum packets, others go by octant into streams, and a packet that thins out to 16 rays, or 4 at a leaf, becomes
+   streams on its way down. Fewer than 8 rays go one by one. What helps is order: let neighbours in the array be
+   neighbours in space, such as the pixels of 8 x 8 blocks, and keep shadow rays of different lights apart.
+
+
+   CONVENTIONS
+
+   - Right-handed, as far as it matters: the camera looks along target - eye with x to the right and y up.
+   - Triangles are hit from both sides. The normal of a hit is along cross(p1 - p0, p2 - p0): it points to where the
+     corners appear counter-clockwise. It is not of unit length; its largest component is 1 or -1. Shading turns it to
+     the viewer.
+   - Directions have any length, and t counts in it: point = origin + t direction. Hits are those with tmin < t < tmax.
+     For a shadow ray let the direction reach from point to light, and tmax be 1.
+   - Barycentrics: point = (1 - u - v) p0 + u p1 + v p2. From it you get the point more precisely than from t.
+   - Time: 0 is the first key, 1 the last. Outside it is clamped, NaN counts as 0. Static scenes ignore it.
+   - Units of length are yours. Radiance is intensity cos / (pi r^2) for a point light, see >>light. Colours are linear
+     RGB: before an 8-bit screen sees them, apply its curve (sRGB). Row 0 of a picture is the top one.
+
+
+   GUARANTEES
+
+   Exactness. Shared edges and vertices do not leak: a ray that passes through a surface at an edge or vertex hits one
+   of the triangles around it, if these have the same coordinates there, bit for bit, and the same number of keys. No
+   epsilon is involved, at any scale or angle. A triangle without area at the ray's time is never hit. >>exactness has
+   the argument.
+
+   Determinism. What a ray hits (mesh, triangle, t, u, v, normal) depends on ray and scene alone. It is bit for bit the
+   same from single calls, many-ray calls of any order and grouping, all paths, all instruction sets, compilers and
+   numbers of threads; a picture likewise, whatever its tile and packet sizes. Equal t go to the lower mesh, then the
+   lower triangle. This rests on
+     - one canonical triangle test that decides every hit; all else only leaves out what this test would refuse, with
+       error bounds that are derived, not tuned;
+     - the minimum over pairs (t, index), which is independent of order, and sums of fixed order (lights as they were
+       added);
+     - IEEE 754: only + - * / and square roots decide, never a function of libm whose last bits differ between systems;
+     - operations that are not fused. The header forbids its own code to be contracted into multiply-adds, and creating
+       a scene tests whether this was heeded: clang's -ffp-contract=fast overrides it, and pktrt_scene_create then
+       fails. (Fused operations are used on purpose where they only cull.)
+   Two things are asked of you: no -ffast-math, which is checked, and threads that round to nearest and do not flush
+   denormal numbers to zero, which is not. Statistics may differ slightly by instruction set: what is culled is not
+   promised, only what is hit.
+
+   Threads. Many readers or one writer. Queries and pktrt_render_tile are readers of a committed scene. Everything that
+   takes a scene that is not const is a writer, but for pktrt_render, which may run beside readers, though not beside
+   itself on one scene. parallel_for may use any threads in any order; if it uses several, the other hooks must bear to
+   be called from any of them, and progress from several at once. There are no mutable globals: scenes know nothing of
+   each other.
+
+   Memory. Every byte comes from allocate and goes to release, with its size, aligned to 64 bytes. Queries allocate
+   nothing; rendering only if it counts. A call that runs out of memory says so and leaves the last committed state.
+     - Tree: 55 to 65 bytes per triangle for ordinary meshes (a smooth height field; the pool hall), nearly 50 more for
+       each further key, and 4 to 5 for the list that refit needs. Loose triangles that overlap in heaps fill their
+       blocks badly: expect 250 to 300 bytes.
+     - While building: 80 bytes per triangle besides, and the old tree until the new one is done. Only a changed group
+       counts.
+     - Meshes are retained: 12 bytes per vertex and key, as much again with normals, 12 per triangle with indices. The
+       first pktrt_set_positions of a mesh makes room for a second set, which stays; pktrt_set_normals likewise.
+     - Stack: at most 64 KiB in a query, about 130 KiB in a render, 16 KiB in a build, if compiled with optimisation (up
+       to twice that without). Mind this when your threads have small stacks.
+   pktrt_get_scene_info tells tree and mesh bytes.
+
+   Limits. Coordinates up to 2^100 (PKTRT_MAX_COORD); 1024 keys (PKTRT_MAX_KEYS); 2^32 - 2 triangles in all, fewer than
+   2^31 of them in meshes with the same number of keys (more are reported as out of memory); pictures of 65536 x 65536.
+   The tree is at most 40 levels deep, whatever the triangles are: stacks have fixed sizes and cannot overflow.
+
+   NaN and infinity. In meshes, lights, materials and cameras they are refused by name. In rays they never do harm: a
+   ray with a NaN or infinity in origin or direction, a zero direction, an origin beyond 2^100, or an empty or NaN
+   interval is a miss. tmax may be infinite, tmin negative.
+
+   Leaving a surface. pktrt_spawn moves the origin off the surface by 24 * 2^-24 of the mesh's largest coordinate, the
+   error that a hit can have, so that the ray does not meet the triangle it left. What lies nearer than that is not
+   seen: model large scenes around the origin.
+
+   Errors. Calls that can fail return a pktrt_status; pktrt_last_error names mesh, triangle and value. Refused input
+   changes nothing. Queries cannot fail; their scene and arrays must not be NULL (arrays may be, for n = 0). Nothing
+   asserts, prints or exits.
+
+
+   INSTRUCTION SETS AND COMPILERS
+
+   gcc and clang on x86: SSE2, AVX2 (with FMA, BMI, BMI2) and AVX-512 (F, DQ, BW, VL) are all compiled, each function
+   for its own set, so there is no need for -mavx2 or -march=native. When a scene is created, CPU and operating system
+   are asked, and the widest wins; pktrt_scene_desc.isa asks for a certain one. AVX-512 uses vectors of 16 rays in
+   frustum packets, all other kernels are 8 wide everywhere (SSE2 and NEON: two registers). On 32-bit x86 compile with
+   -msse2 -mfpmath=sse.
+   64-bit ARM: NEON. gcc for MinGW: SSE2 at most, since it may misalign wide variables on the stack (GCC bug 54412). tcc
+   and all else: scalar, the same code with loops over eight floats: good for stepping through in a debugger.
+   -ffast-math and -ffinite-math-only are refused at compile time; so is x87 arithmetic.
+
+
+   THE PAPER, SECTION BY SECTION (it numbers no equations)
+
+     1, figure 1 (RCS, WRT, DRT)     >>render: RCS only, so far.
+     2, shadow rays                  >>surface: from surface to light, where the paper mentions light to surface.
+                                     Packets need no common origin here, and the ray leaves the surface it must not hit.
+     3.1, figure 2: general packets  >>paper, steps 1 to 4; 1 to 256 rays. SIMD is 8 rays wide, not 4: step 1 tests the
+                                     whole group of the first active ray.
+     3.1, amortisation               >>paper: first active ray (1), interval arithmetic (2), frustum (3, where origin
+                                     and main axis are common), the other rays (4). A child is tested when its turn
+                                     comes rather than when its parent is opened: hits found meanwhile have shortened
+                                     the rays. >>frustum and >>stream are this library's own answer to the same
+                                     question. They test every ray against every box that the planes keep: the paper's
+                                     packets test fewer boxes, but more triangles for rays that came along (see
+                                     CONCEPTS).
+     3.2, figure 3: assembly         Not yet. Shadow rays form packets of their own, one for each light: "ray types" for
+                                     the one type of secondary ray there is. One packet for all lights can be chosen.
+     3.3: a BVH                      >>build. Eight children, not two: one load and one vector test serve all of them,
+                                     for one ray or a frustum, and all paths share one tree. Built by binned SAH with
+                                     exact sweeps near the leaves. Box tests per ray are therefore not comparable with
+                                     the paper's one by one.
+     3.3, deformation                >>refit: fixed connectivity, bounds refitted; SAH cost against the cost at build
+                                     tells when to rebuild.
+     4, figure 4: DRT                Not yet.
+     4, triangle test                >>exactness, >>triangles: barycentric in place like Kensler and Shirley's, for the
+                                     reason the paper gives (nothing precomputed, so triangles can move), but in the
+                                     sheared frame of Woop et al., with edge signs that are exact, so that edges do not
+                                     leak and all kernels agree.
+     4, motion blur                  Times belong to rays, as in the paper. Boxes are interpolated to the ray's time,
+                                     for packets to the interval of their times; in the paper boxes grow with the
+                                     shutter (5.3.1).
+     4, sampling                     Not yet.
+     5.1, tests per ray              >>stats: tests are counted in lanes, one ray against one box or triangle; a test of
+                                     a whole packet counts as a cull, by its kind.
+     5.2 to 5.4, figures 5 to 8      Not yet, as benchmarks. The paper path and packets from 2 x 2 to 16 x 16 are there.
+     6, shading in bulk              Not yet; >>surface shades point by point.
+
+   The paper path keeps count even if you do not ask for it: it is for reading and comparing tests, not for racing.
+
+
+   REFERENCES
+
+     Boulos, Edwards, Lacewell, Kniss, Kautz, Shirley, Wald: Packet-based Whitted and Distribution Ray Tracing. Graphics
+       Interface 2007.
+     Boulos, Wald, Shirley: Geometric and Arithmetic Culling Methods for Entire Ray Packets. University of Utah,
+       technical report UUCS-06-010, 2006. (Intervals and frusta.)
+     Wald, Boulos, Shirley: Ray Tracing Deformable Scenes using Dynamic Bounding Volume Hierarchies. ACM Transactions on
+       Graphics 26(1), 2007. (First active ray, refit.)
+     Wald: On fast Construction of SAH-based Bounding Volume Hierarchies. IEEE Symposium on Interactive Ray Tracing
+       2007.
+     Dammertz, Hanika, Keller: Shallow Bounding Volume Hierarchies for Fast SIMD Ray Tracing of Incoherent Rays.
+       Computer Graphics Forum 27(4), 2008.
+     Ernst, Greiner: Multi Bounding Volume Hierarchies. IEEE Symposium on Interactive Ray Tracing 2008.
+     Barringer, Akenine-Moeller: Dynamic Ray Stream Traversal. ACM Transactions on Graphics 33(4), 2014. (A relative of
+       >>stream.)
+     Kensler, Shirley: Optimizing Ray-Triangle Intersection via Automated Search. IEEE Symposium on Interactive Ray
+       Tracing 2006.
+     Woop, Benthin, Wald: Watertight Ray/Triangle Intersection. Journal of Computer Graphics Techniques 2(1), 2013.
+
+
+   CHANGES
+
+     0.1.0    The first: meshes with motion, queries on two paths and five instruction sets, ray casting with shadows.
 */
 /* ---------------------------------------------------------------------------------------------------------------------
    DECLARATIONS
@@ -79,8 +427,8 @@ typedef enum pktrt_status {
 /* One readable sentence for a status; never NULL, also for values that are no status. */
 PKTRT_DEF const char *pktrt_status_string(pktrt_status);
 
-/* The detail of the last failed call on this scene: which mesh, which triangle, what value. Valid until the next call that
-   changes the scene; queries never write it. NULL asks about a failed create. Never returns NULL. */
+/* The detail of the last failed call on this scene: which mesh, which triangle, what value. Valid until the next
+   call that changes the scene; queries never write it. NULL asks about a failed create. Never returns NULL. */
 PKTRT_DEF const char *pktrt_last_error(const pktrt_scene *);
 
 /* >>hooks ---------------------------------------------------------------------------------------------------------- */
@@ -110,8 +458,8 @@ typedef struct pktrt_mesh_desc {
   const uint32_t *indices;  /* triangle_count * 3; NULL: 0,1,2, 3,4,5, ... (a triangle soup) */
   uint32_t triangle_count;
   uint32_t key_count;       /* motion keys spread evenly over time [0,1]; 0 and 1 both mean static */
-  const float *normals;     /* optional shading normals, tight, key_count blocks; interpolated as they are, so of equal lengths */
-  uint32_t material;        /* 0 = the default material; else an index from pktrt_add_material, looked at when rendering */
+  const float *normals;     /* optional shading normals of equal lengths, tight, key_count blocks */
+  uint32_t material;        /* 0 = the default one; else an index from pktrt_add_material, looked at when rendering */
 } pktrt_mesh_desc;
 
 /* *mesh (may be NULL) receives the index that hits report. Bad input (index out of range, NaN, infinity, counts that
@@ -119,8 +467,8 @@ typedef struct pktrt_mesh_desc {
    triangles are accepted and never hit. */
 PKTRT_DEF pktrt_status pktrt_add_mesh(pktrt_scene *, const pktrt_mesh_desc *, uint32_t *mesh);
 
-/* Builds what changed: the trees of those groups of meshes (same number of keys) that got a mesh or new positions. An empty
-   scene is fine. On failure the last committed state stays. */
+/* Builds what changed: the trees of those groups of meshes (same number of keys) that got a mesh or new positions.
+   An empty scene is fine. On failure the last committed state stays. */
 PKTRT_DEF pktrt_status pktrt_commit(pktrt_scene *);
 
 /* Deformation with fixed connectivity: replace one key's positions (and normals), then refit. Stride as at add_mesh. */
@@ -143,7 +491,7 @@ typedef struct pktrt_scene_info {
   uint64_t tree_bytes;      /* nodes and leaf blocks */
   uint64_t mesh_bytes;      /* retained positions, indices, normals */
   float bounds_lo[3], bounds_hi[3]; /* over all keys; lo > hi if there is no triangle */
-  double sah_at_build;      /* expected cost of a random ray crossing the bounds, in node visits; over groups, by area */
+  double sah_at_build;      /* expected node visits of a random line through the bounds; over groups, by area */
   double sah_now;           /* the same after refits; sah_now > 1.5 * sah_at_build asks for a rebuild */
   bool rebuild_advised;
 } pktrt_scene_info;
@@ -170,13 +518,13 @@ typedef struct pktrt_ray {
 typedef struct pktrt_hit {
   float t;            /* on a miss: the ray's tmax */
   float u, v;         /* barycentrics: point = (1-u-v) p0 + u p1 + v p2; 0 on a miss */
-  float normal[3];    /* direction of cross(p1-p0, p2-p0) at the ray's time; its largest component is 1 or -1; 0 on a miss */
+  float normal[3];    /* along cross(p1-p0, p2-p0) at the ray's time, largest component 1 or -1; 0 on a miss */
   uint32_t mesh;      /* PKTRT_NONE on a miss */
   uint32_t triangle;  /* index within the mesh; PKTRT_NONE on a miss */
 } pktrt_hit;
 
-/* Queries: thread-safe on a committed scene, allocate nothing, use at most 64 KiB of stack, and never fail. A ray with a
-   non-finite origin or direction, a zero direction, or an empty or NaN interval is a miss. */
+/* Queries: thread-safe on a committed scene, allocate nothing, use at most 64 KiB of stack, and never fail. A ray
+   with a non-finite origin or direction, a zero direction, or an empty or NaN interval is a miss. */
 PKTRT_DEF bool pktrt_intersect(const pktrt_scene *, const pktrt_ray *, pktrt_hit *);
 PKTRT_DEF bool pktrt_occluded(const pktrt_scene *, const pktrt_ray *);
 
@@ -201,8 +549,8 @@ typedef struct pktrt_hits { /* NULL: not wanted, not computed */
 PKTRT_DEF void pktrt_intersect_soa(const pktrt_scene *, const pktrt_rays *, const pktrt_hits *, size_t n);
 PKTRT_DEF void pktrt_occluded_soa(const pktrt_scene *, const pktrt_rays *, bool *, size_t n);
 
-/* The ray that leaves a hit in the given direction without meeting the surface it left: offset in ulps, same time, tmin 0,
-   tmax INFINITY. On a miss *out is a ray that hits nothing. */
+/* The ray that leaves a hit in the given direction without meeting the surface it left: offset in ulps, same time,
+   tmin 0, tmax INFINITY. On a miss *out is a ray that hits nothing. */
 PKTRT_DEF void pktrt_spawn(const pktrt_scene *, const pktrt_ray *, const pktrt_hit *, const float direction[3],
                            pktrt_ray *out);
 
@@ -256,11 +604,13 @@ typedef struct pktrt_query_desc {
   void *user;
 } pktrt_query_desc;
 /* As the _n and _soa calls. Values out of range are taken as their defaults: queries never fail. */
-PKTRT_DEF void pktrt_intersect_ex(const pktrt_scene *, const pktrt_query_desc *, const pktrt_ray *, pktrt_hit *, size_t n);
+PKTRT_DEF void pktrt_intersect_ex(const pktrt_scene *, const pktrt_query_desc *, const pktrt_ray *, pktrt_hit *,
+                                  size_t n);
 PKTRT_DEF void pktrt_occluded_ex(const pktrt_scene *, const pktrt_query_desc *, const pktrt_ray *, bool *, size_t n);
-PKTRT_DEF void pktrt_intersect_soa_ex(const pktrt_scene *, const pktrt_query_desc *, const pktrt_rays *, const pktrt_hits *,
-                                      size_t n);
-PKTRT_DEF void pktrt_occluded_soa_ex(const pktrt_scene *, const pktrt_query_desc *, const pktrt_rays *, bool *, size_t n);
+PKTRT_DEF void pktrt_intersect_soa_ex(const pktrt_scene *, const pktrt_query_desc *, const pktrt_rays *,
+                                      const pktrt_hits *, size_t n);
+PKTRT_DEF void pktrt_occluded_soa_ex(const pktrt_scene *, const pktrt_query_desc *, const pktrt_rays *, bool *,
+                                     size_t n);
 
 /* >>camera --------------------------------------------------------------------------------------------------------- */
 
@@ -328,15 +678,15 @@ typedef struct pktrt_render_desc {
   void *user;
 } pktrt_render_desc;
 
-/* Renders the whole picture, tile by tile through parallel_for. Same bits for any number of workers, tile size, packet size,
-   path and instruction set. PKTRT_CANCELLED: progress said so, some tiles are missing. */
+/* Renders the whole picture, tile by tile through parallel_for. Same bits for any number of workers, tile size,
+   packet size, path and instruction set. PKTRT_CANCELLED: progress said so, some tiles are missing. */
 PKTRT_DEF pktrt_status pktrt_render(pktrt_scene *, const pktrt_render_desc *);
 
-/* Renders the pixels [x, x+w) x [y, y+h) of the picture that desc describes, into their place in desc->pixels. Thread-safe
-   on a committed scene as long as tiles do not overlap and desc->stats is not shared. Does not call progress and leaves no
-   detail; pktrt_render gives one. */
-PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *, const pktrt_render_desc *, uint32_t x, uint32_t y, uint32_t w,
-                                         uint32_t h);
+/* Renders the pixels [x, x+w) x [y, y+h) of the picture that desc describes, into their place in desc->pixels.
+   Thread-safe on a committed scene as long as tiles do not overlap and desc->stats is not shared. Does not call
+   progress and leaves no detail; pktrt_render gives one. */
+PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *, const pktrt_render_desc *, uint32_t x, uint32_t y,
+                                         uint32_t w, uint32_t h);
 
 /* stop here if you only want the API */
 #endif /* PKTRT_H */
@@ -355,7 +705,7 @@ PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *, const pktrt_render
 #include <stdlib.h>
 #include <string.h>
 
-/* >>platform --------------------------------------------------------------------------------------------------------- */
+/* >>platform ------------------------------------------------------------------------------------------------------- */
 
 #if defined(__FAST_MATH__) || defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__
 #error "pktrt.h needs IEEE arithmetic: compile the implementation without -ffast-math and -ffinite-math-only"
@@ -396,8 +746,9 @@ PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *, const pktrt_render
 #include <arm_neon.h>
 #endif
 
-/* The product-sums that decide hits must not be fused: the same bits on every instruction set depend on it. One guard for the
-   whole implementation, opened here and closed at its end; the self test at scene creation sees what it cannot prevent. */
+/* The product-sums that decide hits must not be fused: the same bits on every instruction set depend on it. One
+   guard for the whole implementation, opened here and closed at its end; the self test at scene creation sees what
+   it cannot prevent. */
 #if defined(__clang__)
 #pragma STDC FP_CONTRACT OFF
 #elif defined(__GNUC__) && !defined(__TINYC__)
@@ -411,13 +762,12 @@ PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *, const pktrt_render
 #define PKTRT__CAST(type, p) ((type)(p))
 #endif
 
-/* >>limits ----------------------------------------------------------------------------------------------------------- */
+/* >>limits --------------------------------------------------------------------------------------------------------- */
 
 enum {
   PKTRT__W = 8,            /* children of a node, triangles of a leaf block, lanes of the narrow vector */
-  PKTRT__MAX_DEPTH = 40,   /* of the binary tree, hence of the wide one; median splits from there reach 2^32 triangles */
-  PKTRT__STACK = PKTRT__MAX_DEPTH * (PKTRT__W - 1) + 1, /* entries that a depth-first walk can hold */
-  PKTRT__PACKET = 64       /* rays of a fast-path packet: the bits of a mask */
+  PKTRT__MAX_DEPTH = 40,   /* of the binary tree, hence of the wide one */
+  PKTRT__STACK = PKTRT__MAX_DEPTH * (PKTRT__W - 1) + 1 /* entries that a depth-first walk can hold */
 };
 
 /* A child reference: PKTRT__LEAF | block, or the index of a node, or PKTRT__EMPTY. */
@@ -426,19 +776,20 @@ enum {
 /* Bounds of an empty child: finite, so that interpolation in time makes no NaN of them; beyond PKTRT_MAX_COORD. */
 #define PKTRT__FAR 1.0e32f
 
-/* >>structures ------------------------------------------------------------------------------------------------------- */
+/* >>structures ----------------------------------------------------------------------------------------------------- */
 
 /* Node of a group with K keys, 256 + (K-1) * 192 bytes, 64-byte aligned:
-     float    plane[6][8]  lo x, hi x, lo y, hi y, lo z, hi z of eight children, at key 0
-     uint32_t child[8]     references; empty ones have lo = FAR, hi = -FAR
-     uint32_t perm[8]      for each octant of ray directions (bit a: component a negative): the children from far to near by
+     float    plane[6][8]  lo x, hi x, lo y, hi y, lo z, hi z of eight children, at key 0 uint32_t child[8]
+     references; empty ones have lo = FAR, hi = -FAR uint32_t perm[8]      for each octant of ray directions (bit a:
+     component a negative): the children from far to near by
                            the middle of their boxes, three bits each, the farthest in the lowest bits
      float    plane[6][8]  for each further key
    Block of up to eight triangles, 320 + (K-1) * 288 bytes:
-     float    vertex[3][3][8]  [corner][axis][lane] at key 0, raw, so that shared vertices have equal bits
-     uint32_t id[8]            global triangle index; PKTRT_NONE in lanes without a triangle. Lanes whose triangle has no area
-                               at any time hold PKTRT_NONE too: never hit, and back in place when a refit gives them area.
-     float    vertex[3][3][8]  for each further key                                                                       */
+     float    vertex[3][3][8]  [corner][axis][lane] at key 0, raw, so that shared vertices have equal bits uint32_t
+     id[8]            global triangle index; PKTRT_NONE in lanes without a triangle. Lanes whose triangle has no area
+                               at any time hold PKTRT_NONE too: never hit, and back in place when a refit gives them
+                               area.
+     float    vertex[3][3][8]  for each further key */
 #define PKTRT__NODE_BYTES 256u
 #define PKTRT__NODE_KEY_BYTES 192u
 #define PKTRT__BLOCK_BYTES 320u
@@ -468,8 +819,8 @@ typedef struct pktrt__group {
   uint32_t triangle_count, degenerate_count;
   unsigned char *nodes;             /* node 0 is the root; a child's index is larger than its parent's */
   unsigned char *blocks;
-  uint32_t *block_triangles;        /* block_count * 8 global indices, also where the block's lane is PKTRT_NONE for no area */
-  pktrt__task *tasks;               /* disjoint subtrees; nodes outside of them, the top, are [0, tasks[0].first_node) */
+  uint32_t *block_triangles;        /* block_count * 8 global indices, those without area included */
+  pktrt__task *tasks;               /* disjoint subtrees; the nodes above them come first */
   float lo[3], hi[3];               /* over all keys */
   double sah_at_build, sah_now, area;
 } pktrt__group;
@@ -488,11 +839,10 @@ struct pktrt_scene {
   uint32_t light_count, light_capacity;
   uint32_t total_triangles;         /* of all meshes, committed or not */
   float lo[3], hi[3];
-  float max_coord;                  /* of committed meshes */
   bool rebuild_advised;
   char error[256];
 };
-/* >>memory ----------------------------------------------------------------------------------------------------------- */
+/* >>memory --------------------------------------------------------------------------------------------------------- */
 
 static void *pktrt__malloc_hook(void *user, size_t size, size_t align) {
   (void)user;
@@ -532,7 +882,7 @@ static void pktrt__parallel(const pktrt_scene_desc *desc, size_t n, void (*body)
     for (size_t i = 0; i < n; i++) body(arg, i);
   }
 }
-/* >>small ------------------------------------------------------------------------------------------------------------ */
+/* >>small ---------------------------------------------------------------------------------------------------------- */
 
 PKTRT__INLINE uint32_t pktrt__sign_bit(float x) {
   uint32_t u;
@@ -565,7 +915,7 @@ PKTRT__INLINE float pktrt__to_float(double x) {
 PKTRT__INLINE float pktrt__minf(float a, float b) { return a < b ? a : b; }
 PKTRT__INLINE float pktrt__maxf(float a, float b) { return a > b ? a : b; }
 
-/* >>build ------------------------------------------------------------------------------------------------------------ */
+/* >>build ---------------------------------------------------------------------------------------------------------- */
 
 /* Binary tree first, then wide, then bounds.
 
@@ -1054,8 +1404,8 @@ PKTRT__INLINE bool pktrt__has_area(const float *const v[3]) {
   return (ay * bz - az * by != 0.0) | (az * bx - ax * bz != 0.0) | (ax * by - ay * bx != 0.0);
 }
 
-/* Whether a triangle has area half-way between two keys. The normal is a quadratic function of time: zero at both keys and
-   half-way, it is zero throughout. */
+/* Whether a triangle has area half-way between two keys. The normal is a quadratic function of time: zero at both
+   keys and half-way, it is zero throughout. */
 static bool pktrt__has_area_between(const float *const v0[3], const float *const v1[3]) {
   float p[3][3];
   for (int i = 0; i < 9; i++) p[i / 3][i % 3] = 0.5f * v0[i / 3][i % 3] + 0.5f * v1[i / 3][i % 3];
@@ -1464,7 +1814,7 @@ static bool pktrt__build_group(const pktrt_scene_desc *desc, const pktrt__mesh *
   return true;
 }
 
-/* >>refit ------------------------------------------------------------------------------------------------------------ */
+/* >>refit ---------------------------------------------------------------------------------------------------------- */
 
 /* The runs of the build again: blocks with a triangle of a changed mesh are written anew, then all bounds of a run
    that has such a block, then those of the top. A run without one keeps its bounds and its sums. */
@@ -1629,7 +1979,7 @@ static inline const char *pktrt__check_group(const pktrt__group *g, const pktrt_
   if (blocks || blocks_set) return "Not every block is reached once.";
   return tris || tris_set ? "Not every triangle is there once." : NULL;
 }
-/* >>validate --------------------------------------------------------------------------------------------------------- */
+/* >>validate ------------------------------------------------------------------------------------------------------- */
 
 /* Keeps the sentence that says what was wrong; returns the status. */
 static pktrt_status pktrt__fail(pktrt_scene *s, pktrt_status status, const char *format, ...) {
@@ -1646,7 +1996,8 @@ static void pktrt__log(const pktrt_scene *s, int level, const char *sentence) {
 
 PKTRT__INLINE bool pktrt__finite(float x) { return x - x == 0; } /* false for NaN and infinities */
 
-/* Copies count vertices of three floats from a strided array into a tight one; refuses what is not finite or too large. */
+/* Copies count vertices of three floats from a strided array into a tight one; refuses what is not finite or too
+   large. */
 static pktrt_status pktrt__copy_vectors(pktrt_scene *s, float *to, const float *from, uint32_t count, uint32_t stride,
                                         float limit, uint32_t mesh, uint32_t key, const char *what) {
   const unsigned char *p = (const unsigned char *)(const void *)from;
@@ -1654,8 +2005,8 @@ static pktrt_status pktrt__copy_vectors(pktrt_scene *s, float *to, const float *
     memcpy(to, p, 3 * sizeof(float));
     for (int a = 0; a < 3; a++) {
       if (!pktrt__finite(to[a]))
-        return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "mesh %u, key %u, %s %u: %c is %s", (unsigned)mesh, (unsigned)key, what,
-                           (unsigned)i, 'x' + a, to[a] != to[a] ? "NaN" : "infinite");
+        return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "mesh %u, key %u, %s %u: %c is %s", (unsigned)mesh, (unsigned)key,
+                           what, (unsigned)i, 'x' + a, to[a] != to[a] ? "NaN" : "infinite");
       if (fabsf(to[a]) > limit)
         return pktrt__fail(s, PKTRT_LIMIT, "mesh %u, key %u, %s %u: %c is %g, beyond the limit of %g", (unsigned)mesh,
                            (unsigned)key, what, (unsigned)i, 'x' + a, (double)to[a], (double)limit);
@@ -1699,12 +2050,15 @@ static pktrt_status pktrt__check_mesh_desc(pktrt_scene *s, const pktrt_mesh_desc
   if (d->key_count > PKTRT_MAX_KEYS)
     return pktrt__fail(s, PKTRT_LIMIT, "mesh %u: key_count %u is above %u", m, (unsigned)d->key_count, PKTRT_MAX_KEYS);
   if (d->position_stride && (d->position_stride < 12 || d->position_stride % 4))
-    return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "mesh %u: position_stride %u is neither 0 nor a multiple of 4 from 12 on", m,
+    return pktrt__fail(s, PKTRT_INVALID_ARGUMENT,
+                       "mesh %u: position_stride %u is neither 0 nor a multiple of 4 from 12 on", m,
                        (unsigned)d->position_stride);
   if (!d->positions && d->vertex_count)
-    return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "mesh %u: positions is NULL, but vertex_count is %u", m, (unsigned)d->vertex_count);
+    return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "mesh %u: positions is NULL, but vertex_count is %u", m,
+                       (unsigned)d->vertex_count);
   if (!d->vertex_count && d->triangle_count)
-    return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "mesh %u: %u triangles, but no vertices", m, (unsigned)d->triangle_count);
+    return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "mesh %u: %u triangles, but no vertices", m,
+                       (unsigned)d->triangle_count);
   const uint64_t bytes = (uint64_t)d->vertex_count * (d->position_stride ? d->position_stride : 12); /* < 2^64 */
   if (bytes > SIZE_MAX / 4 / (d->key_count ? d->key_count : 1))
     return pktrt__fail(s, PKTRT_LIMIT, "mesh %u: %u vertices of stride %u at %u keys are more than memory can hold", m,
@@ -1713,7 +2067,8 @@ static pktrt_status pktrt__check_mesh_desc(pktrt_scene *s, const pktrt_mesh_desc
     return pktrt__fail(s, PKTRT_LIMIT, "mesh %u: %u triangles more than the %u of the scene pass 2^32 - 2", m,
                        (unsigned)d->triangle_count, (unsigned)s->total_triangles);
   if (!d->indices && (uint64_t)d->triangle_count * 3 > d->vertex_count)
-    return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "mesh %u: a soup of %u triangles needs %llu vertices, vertex_count is %u", m,
+    return pktrt__fail(s, PKTRT_INVALID_ARGUMENT,
+                       "mesh %u: a soup of %u triangles needs %llu vertices, vertex_count is %u", m,
                        (unsigned)d->triangle_count, 3ull * d->triangle_count, (unsigned)d->vertex_count);
   return PKTRT_OK;
 }
@@ -1722,26 +2077,29 @@ static pktrt_status pktrt__copy_mesh(pktrt_scene *s, const pktrt_mesh_desc *d, p
   const uint64_t floats = pktrt__mesh_floats(m);
   m->positions = PKTRT__CAST(float *, pktrt__alloc(&s->desc, floats, sizeof(float)));
   if (d->normals) m->normals = PKTRT__CAST(float *, pktrt__alloc(&s->desc, floats, sizeof(float)));
-  if (d->indices) m->indices = PKTRT__CAST(uint32_t *, pktrt__alloc(&s->desc, (uint64_t)d->triangle_count * 3, sizeof(uint32_t)));
+  if (d->indices)
+    m->indices = PKTRT__CAST(uint32_t *, pktrt__alloc(&s->desc, (uint64_t)d->triangle_count * 3, sizeof(uint32_t)));
   if (!m->positions || (d->normals && !m->normals) || (d->indices && !m->indices))
-    return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "mesh %u: no memory for %u vertices at %u keys and %u triangles", (unsigned)mesh,
-                       (unsigned)m->vertex_count, (unsigned)m->key_count, (unsigned)m->triangle_count);
+    return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "mesh %u: no memory for %u vertices at %u keys and %u triangles",
+                       (unsigned)mesh, (unsigned)m->vertex_count, (unsigned)m->key_count, (unsigned)m->triangle_count);
   for (uint32_t i = 0; d->indices && i / 3 < d->triangle_count; i++) {
     uint32_t v;
     memcpy(&v, d->indices + i, sizeof v);
     if (v >= d->vertex_count)
-      return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "mesh %u, triangle %u: index %u is not below vertex_count %u", (unsigned)mesh,
-                         (unsigned)(i / 3), (unsigned)v, (unsigned)d->vertex_count);
+      return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "mesh %u, triangle %u: index %u is not below vertex_count %u",
+                         (unsigned)mesh, (unsigned)(i / 3), (unsigned)v, (unsigned)d->vertex_count);
     m->indices[i] = v;
     if (i == PKTRT_NONE) break;
   }
   const uint64_t key_bytes = (uint64_t)m->stride * m->vertex_count;
   for (uint32_t k = 0; k < m->key_count; k++) {
     const uint64_t at = (uint64_t)k * m->vertex_count * 3;
-    const float *from = (const float *)(const void *)((const unsigned char *)(const void *)d->positions + (size_t)(k * key_bytes));
+    const float *from =
+        (const float *)(const void *)((const unsigned char *)(const void *)d->positions + (size_t)(k * key_bytes));
     pktrt_status st = PKTRT_OK;
     if (m->vertex_count)
-      st = pktrt__copy_vectors(s, m->positions + at, from, m->vertex_count, m->stride, PKTRT_MAX_COORD, mesh, k, "vertex");
+      st = pktrt__copy_vectors(s, m->positions + at, from, m->vertex_count, m->stride, PKTRT_MAX_COORD, mesh, k,
+                               "vertex");
     if (st == PKTRT_OK && d->normals)
       st = pktrt__copy_vectors(s, m->normals + at, d->normals + at, m->vertex_count, 12, FLT_MAX, mesh, k, "normal");
     if (st != PKTRT_OK) return st;
@@ -1750,7 +2108,7 @@ static pktrt_status pktrt__copy_mesh(pktrt_scene *s, const pktrt_mesh_desc *d, p
   return PKTRT_OK;
 }
 
-/* >>commit ----------------------------------------------------------------------------------------------------------- */
+/* >>commit --------------------------------------------------------------------------------------------------------- */
 
 /* Takes over what set_positions and set_normals left waiting. */
 static void pktrt__promote(pktrt__mesh *m) {
@@ -1819,8 +2177,8 @@ static pktrt_status pktrt__build_changed(pktrt_scene *s) {
         if (!kept || kept->nodes != groups[n].nodes) pktrt__free_group(&s->desc, &groups[n]);
       }
       pktrt__release(&s->desc, groups, kinds, sizeof *groups);
-      return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "commit: no memory to build the tree of the meshes with %u key%s", (unsigned)k,
-                         k > 1 ? "s" : "");
+      return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "commit: no memory to build the tree of the meshes with %u key%s",
+                         (unsigned)k, k > 1 ? "s" : "");
     }
   }
   for (uint32_t i = 0; i < s->group_count; i++)
@@ -1849,67 +2207,68 @@ static pktrt_status pktrt__rebuild_worn(pktrt_scene *s) {
   pktrt__summarise(s);
   return PKTRT_OK;
 }
-
 /* >>exactness --------------------------------------------------------------------------------------------------------
 
    THE CANONICAL TRIANGLE TEST. It alone decides what a ray hits; all kernels agree because all of them settle on it.
 
-   A ray (o, d) picks the axis k of its largest |d|, lowest axis first on ties, and u, v, the next two in cyclic order. With
-   slopes Su = fl(d_u / d_k), Sv = fl(d_v / d_k), each |S| <= 1, a vertex P becomes, in float and unfused,
+   A ray (o, d) picks the axis k of its largest |d|, lowest axis first on ties, and u, v, the next two in cyclic order.
+   With slopes Su = fl(d_u / d_k), Sv = fl(d_v / d_k), each |S| <= 1, a vertex P becomes, in float and unfused,
 
        p = fl(P - o)                    x = fl(p_u - fl(Su p_k))      y = fl(p_v - fl(Sv p_k))      z = p_k
 
-   The values depend on ray and vertex alone, so triangles that share a vertex share its x, y, z bit for bit. In this sheared
-   frame the ray is the z axis. The edge functions, in double,
+   The values depend on ray and vertex alone, so triangles that share a vertex share its x, y, z bit for bit. In this
+   sheared frame the ray is the z axis. The edge functions, in double,
 
        U = xc yb - yc xb      V = xa yc - ya xc      W = xb ya - yb xa      det = (U + V) + W
 
-   have exact signs: a product of two 24-bit numbers is exact in 53 bits, |x y| lies in [2^-298, 2^206] so that double neither
-   over- nor underflows, and the sign of one rounded subtraction of two doubles is the sign of the exact difference. An edge
-   seen from its two triangles gives exactly opposite values. The triangle is hit where U, V, W are all >= 0 or all <= 0 and
-   det is not 0. So the 2D images of the triangles of a closed mesh cover the origin whenever they wind around it: no ray
-   leaks through an edge or vertex, and no tolerance is involved (a triangle seen edge-on has det = 0; its neighbours, which
-   contain the same points, are hit instead).
+   have exact signs: a product of two 24-bit numbers is exact in 53 bits, |x y| lies in [2^-298, 2^206] so that double
+   neither over- nor underflows, and the sign of one rounded subtraction of two doubles is the sign of the exact
+   difference. An edge seen from its two triangles gives exactly opposite values. The triangle is hit where U, V, W are
+   all >= 0 or all <= 0 and det is not 0. So the 2D images of the triangles of a closed mesh cover the origin whenever
+   they wind around it: no ray leaks through an edge or vertex, and no tolerance is involved (a triangle seen edge-on
+   has det = 0; its neighbours, which contain the same points, are hit instead).
 
        t = fl( ((U za + V zb) + W zc) / (det d_k) )      u = fl(V / det)      v = fl(W / det)
 
-   U/det, V/det, W/det are correct to 2^-51 and not negative: t d_k is a convex combination of za, zb, zc up to 2^-50 of the
-   largest. This holds at any angle of incidence: no special case for grazing rays. Accepted where tmin < t < tmax, comparing
-   floats. The nearest t wins; equal t go to the lower global triangle index (meshes in order, triangles in order). Comparing
-   pairs (t, index) makes the result independent of the order of the tests.
+   U/det, V/det, W/det are correct to 2^-51 and not negative: t d_k is a convex combination of za, zb, zc up to 2^-50 of
+   the largest. This holds at any angle of incidence: no special case for grazing rays. Accepted where tmin < t < tmax,
+   comparing floats. The nearest t wins; equal t go to the lower global triangle index (meshes in order, triangles in
+   order). Comparing pairs (t, index) makes the result independent of the order of the tests.
 
-   Motion: at time weight b = local time in the segment, a = fl(1 - b), a vertex is fl(fl(a P0) + fl(b P1)) by component: one
-   formula for all kernels, exact at the keys, equal for all triangles that share the vertex, and monotone in P0 and P1.
+   Motion: at time weight b = local time in the segment, a = fl(1 - b), a vertex is fl(fl(a P0) + fl(b P1)) by
+   component: one formula for all kernels, exact at the keys, equal for all triangles that share the vertex, and
+   monotone in P0 and P1.
 
-   THE FILTER of all kernels: the same x, y; products and difference in float, m1 = fl(xc yb), m2 = fl(yc xb), e = fl(m1 - m2).
-   Rounding is monotone, so m1 > m2 implies the exact xc yb > yc xb: a nonzero e has the exact sign, and with gradual
-   underflow e = 0 only for m1 = m2. A triangle is dropped only when some e < 0 and some e > 0; overflow (|x| > 2^64) gives
-   NaN, which drops nothing. What remains goes to the canonical test. The filter has no error bound because it needs none.
+   THE FILTER of all kernels: the same x, y; products and difference in float, m1 = fl(xc yb), m2 = fl(yc xb), e = fl(m1
+   - m2). Rounding is monotone, so m1 > m2 implies the exact xc yb > yc xb: a nonzero e has the exact sign, and with
+   gradual underflow e = 0 only for m1 = m2. A triangle is dropped only when some e < 0 and some e > 0; overflow (|x| >
+   2^64) gives NaN, which drops nothing. What remains goes to the canonical test. The filter has no error bound because
+   it needs none.
 
-   BOXES must cover the canonical test, not the ideal triangle. Let eps = 2^-24 and M >= |P - o| for all vertices of the scene
-   and all axes. Write s = sign(d_k), G = d / |d_k|, w = s z = t |d_k|. At a canonical hit, exactly, sum(lambda x) = 0 with
-   lambda >= 0, sum(lambda) = 1, w* = s sum(lambda z). Then, for the u axis (and v alike), o_u + G_u w* lies in
+   BOXES must cover the canonical test, not the ideal triangle. Let eps = 2^-24 and M >= |P - o| for all vertices of the
+   scene and all axes. Write s = sign(d_k), G = d / |d_k|, w = s z = t |d_k|. At a canonical hit, exactly, sum(lambda x)
+   = 0 with lambda >= 0, sum(lambda) = 1, w* = s sum(lambda z). Then, for the u axis (and v alike), o_u + G_u w* lies in
    [lo_u - D, hi_u + D], where D collects, in units of eps M:
        p_u and p_k rounded                              2
        fl(Su p_k), fl(p_u - ..), |p_u - ..| <= 2 M      3
        Su against the real slope                        1
        slopes below 2^-26 raised to 2^-26               1/4
-   and on the k axis the box bounds w* itself: fl is monotone, so z lies in [fl(lo_k - o_k), fl(hi_k - o_k)].
-   A slab distance is evaluated as plane * r - c, c = o r +- D |r|, r = fl(1 / G): r's own error scales plane - o: 1 eps M;
-   o r, D |r| and c rounded: 3 eps |o|; plane * r, where the machine does not fuse: eps (|o| + M); the result: 1 eps M.
-   Interpolated planes of moving nodes, fused or not: 2 eps (|o| + M).
-   Sum: below 12 eps M + 6 eps |o|. We use D = eps (16 M + 8 |o|) + 2^-126, once per ray: no work in the loop. (The last term
-   is for coordinates so small that rounding is absolute, by 2^-150 an operation.)
-   Depth: a hit at w* <= wf must be visited when its t ties with the best t. t = fl(w* / |d_k|), so
-   w* <= t |d_k| (1 + 2^-23) + 2^-149 |d_k|; we use wf = t |d_k| (1 + 2^-22) + tiny, tiny = 2^-125 max(|d_k|, 1).
+   and on the k axis the box bounds w* itself: fl is monotone, so z lies in [fl(lo_k - o_k), fl(hi_k - o_k)]. A slab
+   distance is evaluated as plane * r - c, c = o r +- D |r|, r = fl(1 / G): r's own error scales plane - o: 1 eps M; o
+   r, D |r| and c rounded: 3 eps |o|; plane * r, where the machine does not fuse: eps (|o| + M); the result: 1 eps M.
+   Interpolated planes of moving nodes, fused or not: 2 eps (|o| + M). Sum: below 12 eps M + 6 eps |o|. We use D = eps
+   (16 M + 8 |o|) + 2^-126, once per ray: no work in the loop. (The last term is for coordinates so small that rounding
+   is absolute, by 2^-150 an operation.) Depth: a hit at w* <= wf must be visited when its t ties with the best t. t =
+   fl(w* / |d_k|), so w* <= t |d_k| (1 + 2^-23) + 2^-149 |d_k|; we use wf = t |d_k| (1 + 2^-22) + tiny, tiny = 2^-125
+   max(|d_k|, 1).
 
-   FRUSTUM PACKETS work relative to a reference point, whose distance to the packet's origins is at most rho:
-   C = o_uv - ref - G (s o_k - ref_w) is rounded by at most 5 eps rho; its value at the far depth by 2 eps (M + rho); the
-   hull's evaluation by 3 eps (M + rho); plane - ref by eps (M + |o|). With the 6.25 eps M from above the planes are
-   moved outward by max D + 16 eps rho.
+   FRUSTUM PACKETS work relative to a reference point, whose distance to the packet's origins is at most rho: C = o_uv -
+   ref - G (s o_k - ref_w) is rounded by at most 5 eps rho; its value at the far depth by 2 eps (M + rho); the hull's
+   evaluation by 3 eps (M + rho); plane - ref by eps (M + |o|). With the 6.25 eps M from above the planes are moved
+   outward by max D + 16 eps rho.
 
-   INTERVALS of the paper path use the same per-ray bounds: each bound of the interval is the extreme of the rays' own r and
-   c over the packet, and products of extremes, rounded monotonely, bound the products.                                    */
+   INTERVALS of the paper path take (plane - o -+ D) r at the ends of the packet's intervals of o and r, with its largest
+   D: a difference of extremes bounds the differences, and its three roundings cost less than those of a slab above. */
 
 #ifndef PKTRT__SLACK_SCALE /* the tests set 0: then hits are lost, which shows that they look where it matters */
 #define PKTRT__SLACK_SCALE 1.0f
@@ -1921,7 +2280,7 @@ static pktrt_status pktrt__rebuild_worn(pktrt_scene *s) {
 #define PKTRT__PAD_RHO (PKTRT__SLACK_SCALE * 16 * PKTRT__EPS)
 #define PKTRT__PAD_DEPTH (PKTRT__SLACK_SCALE * 4 * PKTRT__EPS)
 
-/* >>packet ----------------------------------------------------------------------------------------------------------- */
+/* >>packet --------------------------------------------------------------------------------------------------------- */
 
 enum { PKTRT__BATCH = 256 }; /* rays set up together: a packet of the paper path, four of the fast path */
 
@@ -1939,7 +2298,7 @@ typedef struct pktrt__batch {
   float wn[PKTRT__BATCH], wf[PKTRT__BATCH], tiny[PKTRT__BATCH]; /* active depth interval; see >>exactness */
   float pad[PKTRT__BATCH];       /* D */
   float ta[PKTRT__BATCH], tb[PKTRT__BATCH]; /* time weights a, b within the segment, for the group at hand */
-  uint32_t id[PKTRT__BATCH];     /* global index of the nearest hit's triangle; 0 before any hit: no tie with tmax is won */
+  uint32_t id[PKTRT__BATCH];     /* global index of the nearest hit's triangle; 0 at first: no tie with tmax is won */
   uint32_t slot[PKTRT__BATCH];   /* block * 8 + lane; PKTRT_NONE: no hit. For occlusion: 0 when occluded */
   uint32_t group[PKTRT__BATCH];  /* of the nearest hit */
   uint8_t axis[PKTRT__BATCH], octant[PKTRT__BATCH];
@@ -2018,8 +2377,8 @@ static bool pktrt__area_at(const pktrt__view *view, uint32_t slot, float a, floa
 }
 
 /* Pushes the children with a non-empty ray mask in the order of perm, without branches; returns how many. */
-PKTRT__INLINE uint32_t pktrt__push_children(const uint64_t *mask, const uint32_t *child, const float *dist, uint32_t perm,
-                                            uint64_t *masks, uint32_t *refs, float *dists) {
+PKTRT__INLINE uint32_t pktrt__push_children(const uint64_t *mask, const uint32_t *child, const float *dist,
+                                            uint32_t perm, uint64_t *masks, uint32_t *refs, float *dists) {
   uint32_t n = 0;
   for (int i = 0; i < 8; i++, perm >>= 3) {
     const uint32_t c = perm & 7;
@@ -2048,7 +2407,7 @@ typedef struct pktrt__kernels {
 #define PKTRT__STAMP_AVX512 4
 #define PKTRT__STAMP_NEON 5
 
-/* >>dispatch --------------------------------------------------------------------------------------------------------- */
+/* >>dispatch ------------------------------------------------------------------------------------------------------- */
 
 #ifndef PKTRT_HEADER_FILENAME /* how this file names itself; define it if you renamed the file */
 #define PKTRT_HEADER_FILENAME "pktrt.h"
@@ -2092,7 +2451,8 @@ typedef struct pktrt__kernels {
 
 #ifdef PKTRT__HAS_AVX512
 #ifdef __clang__
-#pragma clang attribute push(__attribute__((target("avx512f,avx512dq,avx512bw,avx512vl,avx2,fma,bmi,bmi2,popcnt"))), apply_to = function)
+#pragma clang attribute push(__attribute__((target("avx512f,avx512dq,avx512bw,avx512vl,avx2,fma,bmi,bmi2,popcnt"))), \
+                             apply_to = function)
 #else
 #pragma GCC push_options
 #pragma GCC target("avx512f,avx512dq,avx512bw,avx512vl,avx2,fma,bmi,bmi2,popcnt")
@@ -2157,11 +2517,13 @@ static const pktrt__kernels *pktrt__kernels_of(pktrt_isa isa) {
    ------------------------------------------------------------------------------------------------------------------ */
 #ifdef PKTRT__STAMP
 
-/* >>ops --------------------------------------------------------------------------------------------------------------
-   The only place where instruction sets differ. v8: eight floats. m8: eight truth values. d8: eight doubles. vf: the vector of
-   rays in a frustum packet, 16 floats on AVX-512 and v8 elsewhere. Small functions that return their value; min and max are
-   a < b ? a : b and a > b ? a : b everywhere, so that NaN takes the same way; vfma and vfms fuse where the machine can and are
-   for conservative culling only. Masks leave the vectors as bits: lane i is bit i. */
+/* >>ops
+   -------------------------------------------------------------------------------------------------------------- The
+   only place where instruction sets differ. v8: eight floats. m8: eight truth values. d8: eight doubles. vf: the
+   vector of rays in a frustum packet, 16 floats on AVX-512 and v8 elsewhere. Small functions that return their
+   value; min and max are a < b ? a : b and a > b ? a : b everywhere, so that NaN takes the same way; vfma and vfms
+   fuse where the machine can and are for conservative culling only. Masks leave the vectors as bits: lane i is bit
+   i. */
 
 #define v8 PKTRT__NAME(pktrt__v8)
 #define m8 PKTRT__NAME(pktrt__m8)
@@ -2280,8 +2642,8 @@ typedef __m512i a8; /* eight ray masks, one per child */
 OP a8 azero(void) { return _mm512_setzero_si512(); }
 OP a8 aor(a8 a, m8 m, uint64_t bit) { return _mm512_mask_or_epi64(a, m, a, _mm512_set1_epi64((long long)bit)); }
 
-/* Pushes the children with a non-empty ray mask, in the order of perm; returns how many. Compression happens in registers:
-   compressing stores are slow on some CPUs. */
+/* Pushes the children with a non-empty ray mask, in the order of perm; returns how many. Compression happens in
+   registers: compressing stores are slow on some CPUs. */
 OP uint32_t apush(a8 a, const uint32_t *child, v8 dist, uint32_t perm, uint64_t *masks, uint32_t *refs, float *nears) {
   const __m256i order = _mm256_srlv_epi32(_mm256_set1_epi32((int)perm), _mm256_setr_epi32(0, 3, 6, 9, 12, 15, 18, 21));
   const __m512i wide = _mm512_cvtepu32_epi64(_mm256_and_si256(order, _mm256_set1_epi32(7)));
@@ -2400,7 +2762,9 @@ OP v8 vfms(v8 a, v8 b, v8 c) { PKTRT__EACH(v8, r.f[i] = a.f[i] * b.f[i] - c.f[i]
 OP v8 vmin(v8 a, v8 b) { PKTRT__EACH(v8, r.f[i] = a.f[i] < b.f[i] ? a.f[i] : b.f[i]); }
 OP v8 vmax(v8 a, v8 b) { PKTRT__EACH(v8, r.f[i] = a.f[i] > b.f[i] ? a.f[i] : b.f[i]); }
 OP v8 vabs(v8 a) { PKTRT__EACH(v8, r.f[i] = fabsf(a.f[i])); }
-OP v8 vwith_sign(v8 magnitude, v8 sign) { PKTRT__EACH(v8, r.f[i] = pktrt__sign_bit(sign.f[i]) ? -magnitude.f[i] : magnitude.f[i]); }
+OP v8 vwith_sign(v8 magnitude, v8 sign) {
+  PKTRT__EACH(v8, r.f[i] = pktrt__sign_bit(sign.f[i]) ? -magnitude.f[i] : magnitude.f[i]);
+}
 OP uint32_t vsign(v8 a) {
   uint32_t r = 0;
   for (int i = 0; i < 8; i++) r |= pktrt__sign_bit(a.f[i]) << i;
@@ -2753,12 +3117,12 @@ typedef __mmask16 PKTRT__NAME(pktrt__mf);
 #define fhalf(a, h) (a)
 #endif
 
-/* >>setup ------------------------------------------------------------------------------------------------------------ */
+/* >>setup ---------------------------------------------------------------------------------------------------------- */
 
 #define NAME(x) PKTRT__NAME(pktrt__##x)
-#define COUNT(field, n) \
-  do {                  \
-    if (stats) counts->field += (uint64_t)(n); \
+#define COUNT(field, n)                                                                                                \
+  do {                                                                                                                 \
+    if (stats) counts->field += (uint64_t)(n);                                                                         \
   } while (0)
 
 /* Derives the fields of rays i to i+7 from o, d, tmin, tmax; the bits of those that can hit anything. */
@@ -2816,18 +3180,20 @@ PKTRT__NOINLINE uint32_t NAME(setup8)(const pktrt_scene *scene, pktrt__batch *b,
 
 /* Time weights of rays [first, first + n) for a group of `keys` keys. */
 OP void NAME(weights)(pktrt__batch *b, uint32_t first, uint32_t n, uint32_t keys) {
-  for (uint32_t i = first; i < first + n; i++) b->segment[i] = (uint16_t)pktrt__segment(b->time[i], keys, &b->ta[i], &b->tb[i]);
+  for (uint32_t i = first; i < first + n; i++)
+    b->segment[i] = (uint16_t)pktrt__segment(b->time[i], keys, &b->ta[i], &b->tb[i]);
 }
 
-/* >>triangles -------------------------------------------------------------------------------------------------------- */
+/* >>triangles ------------------------------------------------------------------------------------------------------ */
 
-/* The canonical test on eight lanes: sheared corners (x, y, z) and d_k in; t and the bits of the lanes that are hit out. Not
-   inlined: about one call for each ray that hits something. */
+/* The canonical test on eight lanes: sheared corners (x, y, z) and d_k in; t and the bits of the lanes that are hit
+   out. Not inlined: about one call for each ray that hits something. */
 PKTRT__NOINLINE uint32_t NAME(canonical)(const v8 *x, const v8 *y, const v8 *z, const float *dks, float *t) {
   const d8 dk = dfrom(vload(dks));
   const d8 xa = dfrom(x[0]), xb = dfrom(x[1]), xc = dfrom(x[2]);
   const d8 ya = dfrom(y[0]), yb = dfrom(y[1]), yc = dfrom(y[2]);
-  const d8 u = dsub(dmul(xc, yb), dmul(yc, xb)), v = dsub(dmul(xa, yc), dmul(ya, xc)), w = dsub(dmul(xb, ya), dmul(yb, xa));
+  const d8 u = dsub(dmul(xc, yb), dmul(yc, xb)), v = dsub(dmul(xa, yc), dmul(ya, xc)),
+           w = dsub(dmul(xb, ya), dmul(yb, xa));
   const d8 lo = dmin(u, dmin(v, w)), hi = dmax(u, dmax(v, w)), zero = dset(0);
   const d8 det = dadd(dadd(u, v), w);
   const d8 depth = dadd(dadd(dmul(u, dfrom(z[0])), dmul(v, dfrom(z[1]))), dmul(w, dfrom(z[2])));
@@ -2837,7 +3203,8 @@ PKTRT__NOINLINE uint32_t NAME(canonical)(const v8 *x, const v8 *y, const v8 *z, 
   return below ^ above;
 }
 
-/* The filter on eight lanes: bits of those that the canonical test must see. *open: of these, those with an undecided edge. */
+/* The filter on eight lanes: bits of those that the canonical test must see. *open: of these, those with an
+   undecided edge. */
 OP uint32_t NAME(filter)(const v8 x[3], const v8 y[3], uint32_t *open) {
   const v8 zero = vset(0);
   const v8 u = vsub(vmul(x[2], y[1]), vmul(y[2], x[1]));
@@ -2849,7 +3216,8 @@ OP uint32_t NAME(filter)(const v8 x[3], const v8 y[3], uint32_t *open) {
 }
 
 /* Records a hit that is nearer, or as near with a lower index. */
-OP bool NAME(accept)(const pktrt__view *view, pktrt__batch *b, uint32_t r, float t, uint32_t id, uint32_t slot, const bool moving) {
+OP bool NAME(accept)(const pktrt__view *view, pktrt__batch *b, uint32_t r, float t, uint32_t id, uint32_t slot,
+                     const bool moving) {
   if (!(b->tmin[r] < t && (t < b->t[r] || (t == b->t[r] && id < b->id[r])))) return false;
   if (moving && view->check_area && !pktrt__area_at(view, slot, b->ta[r], b->tb[r])) return false;
   const float w = t * b->adk[r];
@@ -2900,14 +3268,15 @@ OP bool NAME(ray_block)(const pktrt__view *view, pktrt__batch *b, uint32_t r, ui
   return nearer;
 }
 
-/* >>boxes ------------------------------------------------------------------------------------------------------------ */
+/* >>boxes ---------------------------------------------------------------------------------------------------------- */
 
 /* The six planes of a node's children; moving: two keys each. Near and far by the octant of the rays. */
 typedef struct NAME(slabs) {
   v8 near0[3], far0[3], near1[3], far1[3];
 } NAME(slabs);
 
-OP NAME(slabs) NAME(load_slabs)(const pktrt__view *view, const unsigned char *node, uint32_t octant, const bool moving) {
+OP NAME(slabs)
+    NAME(load_slabs)(const pktrt__view *view, const unsigned char *node, uint32_t octant, const bool moving) {
   NAME(slabs) s;
   const float *p0 = (const float *)(const void *)(node + (moving ? view->plane0 : 0));
   const float *p1 = (const float *)(const void *)(node + (moving ? view->plane1 : 0));
@@ -2950,7 +3319,8 @@ OP uint32_t NAME(rays_in_box)(const pktrt__batch *b, uint32_t r, const v8 lo[3],
 }
 
 /* The rays of [base, base + 64) in `mask` that may hit a box. */
-PKTRT__NOINLINE uint64_t NAME(box_mask)(const pktrt__batch *b, uint32_t base, uint64_t mask, const float lo[3], const float hi[3]) {
+PKTRT__NOINLINE uint64_t NAME(box_mask)(const pktrt__batch *b, uint32_t base, uint64_t mask, const float lo[3],
+                                        const float hi[3]) {
   const v8 l[3] = {vset(lo[0]), vset(lo[1]), vset(lo[2])}, h[3] = {vset(hi[0]), vset(hi[1]), vset(hi[2])};
   uint64_t result = 0;
   for (uint32_t i = 0; i < 64; i += 8)
@@ -3006,10 +3376,11 @@ OP bool NAME(single)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint3
   }
 }
 
-/* >>stream -----------------------------------------------------------------------------------------------------------
-   Up to 64 rays of one octant from a subtree's root. Every ray does the work it would do alone; they share node loads, the
-   order of the children and the stack, whose entries carry the mask of the rays concerned. list[i]: the ray of bit i.
-   Returns those that hit something. */
+/* >>stream
+   ----------------------------------------------------------------------------------------------------------- Up to
+   64 rays of one octant from a subtree's root. Every ray does the work it would do alone; they share node loads, the
+   order of the children and the stack, whose entries carry the mask of the rays concerned. list[i]: the ray of bit
+   i. Returns those that hit something. */
 OP uint64_t NAME(stream)(const pktrt__view *view, pktrt__batch *b, const uint8_t *list, uint64_t mask, uint32_t ref,
                          const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
   uint64_t masks[PKTRT__STACK + 8], hit = 0;
@@ -3020,7 +3391,8 @@ OP uint64_t NAME(stream)(const pktrt__view *view, pktrt__batch *b, const uint8_t
     if (ref & PKTRT__LEAF) {
       for (uint64_t m = mask; m; m &= m - 1) {
         const uint32_t i = pktrt__lowest(m);
-        if (NAME(ray_block)(view, b, list[i], ref & ~PKTRT__LEAF, occlusion, moving, stats, counts)) hit |= (uint64_t)1 << i;
+        if (NAME(ray_block)(view, b, list[i], ref & ~PKTRT__LEAF, occlusion, moving, stats, counts))
+          hit |= (uint64_t)1 << i;
       }
     } else {
       const unsigned char *node = view->nodes + ref * (moving ? view->node_bytes : (size_t)PKTRT__NODE_BYTES);
@@ -3049,23 +3421,29 @@ OP uint64_t NAME(stream)(const pktrt__view *view, pktrt__batch *b, const uint8_t
   }
 }
 
-/* The kernels above are templates over three truths known at compile time; these are their instances. Counting is done by the
-   moving form alone, also where nothing moves: weights 1 and 0 of one and the same key give the same bits. */
-#define PKTRT__INSTANCES(INSTANCE) \
-  INSTANCE(00, false, false, false) INSTANCE(01, false, true, false) INSTANCE(0s, false, true, true) \
-  INSTANCE(10, true, false, false) INSTANCE(11, true, true, false) INSTANCE(1s, true, true, true)
-#define PKTRT__PICK(name) \
-  (occlusion ? (stats ? NAME(name##_1s) : moving ? NAME(name##_11) : NAME(name##_10)) \
-             : (stats ? NAME(name##_0s) : moving ? NAME(name##_01) : NAME(name##_00)))
+/* The kernels above are templates over three truths known at compile time; these are their instances. Counting is
+   done by the moving form alone, also where nothing moves: weights 1 and 0 of one and the same key give the same
+   bits. */
+#define PKTRT__INSTANCES(INSTANCE)                                                                                     \
+  INSTANCE(00, false, false, false)                                                                                    \
+  INSTANCE(01, false, true, false) INSTANCE(0s, false, true, true) INSTANCE(10, true, false, false)                    \
+      INSTANCE(11, true, true, false) INSTANCE(1s, true, true, true)
+#define PKTRT__PICK(name)                                                                                              \
+  (occlusion ? (stats    ? NAME(name##_1s)                                                                             \
+                : moving ? NAME(name##_11)                                                                             \
+                         : NAME(name##_10))                                                                            \
+             : (stats    ? NAME(name##_0s)                                                                             \
+                : moving ? NAME(name##_01)                                                                             \
+                         : NAME(name##_00)))
 
-#define INSTANCE(tag, o, m, s)                                                                                      \
-  PKTRT__NOINLINE bool NAME(single_##tag)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t ref,       \
-                                          pktrt_counts *counts) {                                                   \
-    return NAME(single)(view, b, r, ref, o, m, s, counts);                                                          \
-  }                                                                                                                 \
-  PKTRT__NOINLINE uint64_t NAME(stream_##tag)(const pktrt__view *view, pktrt__batch *b, const uint8_t *list,        \
-                                              uint64_t mask, uint32_t ref, pktrt_counts *counts) {                  \
-    return NAME(stream)(view, b, list, mask, ref, o, m, s, counts);                                                 \
+#define INSTANCE(tag, o, m, s)                                                                                         \
+  PKTRT__NOINLINE bool NAME(single_##tag)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t ref,          \
+                                          pktrt_counts *counts) {                                                      \
+    return NAME(single)(view, b, r, ref, o, m, s, counts);                                                             \
+  }                                                                                                                    \
+  PKTRT__NOINLINE uint64_t NAME(stream_##tag)(const pktrt__view *view, pktrt__batch *b, const uint8_t *list,           \
+                                              uint64_t mask, uint32_t ref, pktrt_counts *counts) {                     \
+    return NAME(stream)(view, b, list, mask, ref, o, m, s, counts);                                                    \
   }
 PKTRT__INSTANCES(INSTANCE)
 #undef INSTANCE
@@ -3083,16 +3461,22 @@ OP uint64_t NAME(stream_any)(const pktrt__view *view, pktrt__batch *b, const uin
 }
 
 /* >>frustum ----------------------------------------------------------------------------------------------------------
-   Up to 64 rays that look along the same axis k in the same sense s, whatever their origins: four planes around all of them
-   cull whole subtrees, one box test per child then tells which rays go on, and what becomes too thin goes to the stream.
+   Up to 64 rays that look along the same axis k in the same sense s, whatever their origins: four planes around all of
+   them cull whole subtrees, one box test per child then tells which rays go on, and what becomes too thin goes to the
+   stream.
 
-         u |        ___--- upper(W)            W: depth along s k from the reference point, common to all rays.
-           |  __----   /                       A ray is u(W) = C + G W. At W = 0 and at the far end W = Y of the scene we take
-           |--   rays /                        the largest and smallest u over the rays; straight lines through these bound
-           |----__   /                         every ray between 0 and Y, because each ray is itself a straight line. That
-           |      ---\___ lower(W)             holds for crossing and diverging rays alike.
-           +-----------------------> W
-         0          box           Y                                                                                     */
+   A ray is u(W) = C + G W, where W is the depth along s k from the reference point, common to all rays. At W = 0 and at
+   the far end W = Y of the scene take the largest and smallest u over the rays: straight lines through these bound
+   every ray between 0 and Y, because each ray is itself a straight line. That holds for crossing and diverging rays
+   alike.
+
+       u |        ___---  upper(W)
+         |  __----   /
+         |--   rays / <- box
+         |----__   /
+         |      ---\___  lower(W)
+         +--------------------> W
+       0                    Y                                                                                    */
 
 typedef struct NAME(frustum_rays) {
   PKTRT__ALIGN64 float c[2][64], rc[2][64]; /* C, and C / G */
@@ -3100,16 +3484,16 @@ typedef struct NAME(frustum_rays) {
   float a[4], b[4];                         /* planes a + b W: upper u, lower u, upper v, lower v */
   float ref[3];                             /* reference point: u, v, depth */
   float sign, pad, far_, wmin, wmax;
-  float ta[2], tb[2];                       /* weights of the earliest and latest ray */
-  uint32_t k, ku, kv, base, first;          /* axes; lanes: the packet's first, and its first ray's */
-  uint64_t octant[8];                       /* the packet's rays, by octant */
-  uint8_t list[64];                         /* base + i: the packet as the stream wants it */
-  bool common;                              /* one origin for all */
+  float ta[2], tb[2];              /* weights of the earliest and latest ray */
+  uint32_t k, ku, kv, base, first; /* axes; lanes: the packet's first, and its first ray's */
+  uint64_t octant[8];              /* the packet's rays, by octant */
+  uint8_t list[64];                /* base + i: the packet as the stream wants it */
+  bool common;                     /* one origin for all */
 } NAME(frustum_rays);
 
 /* Rays [base, base + 64) in mask, all with axis k and sign s. */
-PKTRT__NOINLINE void NAME(frustum_setup)(NAME(frustum_rays) *f, const pktrt_scene *scene, const pktrt__batch *b, uint32_t base,
-                                uint64_t mask, uint32_t k, float sign) {
+PKTRT__NOINLINE void NAME(frustum_setup)(NAME(frustum_rays) *f, const pktrt_scene *scene, const pktrt__batch *b,
+                                         uint32_t base, uint64_t mask, uint32_t k, float sign) {
   const uint32_t ku = (k + 1) % 3, kv = (k + 2) % 3;
   const vf inf = fset(INFINITY), ninf = fset(-INFINITY), s = fset(sign);
   f->k = k, f->ku = ku, f->kv = kv, f->sign = sign, f->base = base, f->first = base + pktrt__lowest(mask);
@@ -3199,12 +3583,14 @@ OP void NAME(frustum_depth)(NAME(frustum_rays) *f, const pktrt__batch *b, uint64
 OP v8 NAME(swept)(const NAME(frustum_rays) *f, const float *p0, const float *p1, const int which, const bool moving) {
   if (!moving) return vload(p0);
   const v8 k0 = vload(p0), k1 = vload(p1);
-  const v8 first = vfma(vset(f->ta[0]), k0, vmul(vset(f->tb[0]), k1)), last = vfma(vset(f->ta[1]), k0, vmul(vset(f->tb[1]), k1));
+  const v8 first = vfma(vset(f->ta[0]), k0, vmul(vset(f->tb[0]), k1)),
+           last = vfma(vset(f->ta[1]), k0, vmul(vset(f->tb[1]), k1));
   return which ? vmax(first, last) : vmin(first, last);
 }
 
 /* The children of a node that reach into the frustum; *entry: their near depths. */
-OP uint32_t NAME(frustum_node)(const NAME(frustum_rays) *f, const float *p0, const float *p1, const bool moving, v8 *entry) {
+OP uint32_t NAME(frustum_node)(const NAME(frustum_rays) *f, const float *p0, const float *p1, const bool moving,
+                               v8 *entry) {
   const uint32_t back = f->sign < 0, wl = 16 * f->k + 8 * back, wh = 16 * f->k + 8 * (1 - back);
   const v8 s = vset(f->sign);
   v8 w0 = vfms(NAME(swept)(f, p0 + wl, p1 + wl, back != 0, moving), s, vset(f->ref[2] + f->pad));
@@ -3260,10 +3646,10 @@ OP uint64_t NAME(frustum_rays_in)(const NAME(frustum_rays) *f, const pktrt__batc
   return result;
 }
 
-/* The triangles of a block that reach into the frustum. Where all rays share an origin and nothing moves, p receives the
-   corners relative to it, as the canonical test has them: p[corner][u, v, k][lane]. */
-OP uint32_t NAME(frustum_triangles)(const NAME(frustum_rays) *f, const pktrt__batch *b, const float *k0, const float *k1,
-                                    const bool moving, float p[3][3][8]) {
+/* The triangles of a block that reach into the frustum. Where all rays share an origin and nothing moves, p receives
+   the corners relative to it, as the canonical test has them: p[corner][u, v, k][lane]. */
+OP uint32_t NAME(frustum_triangles)(const NAME(frustum_rays) *f, const pktrt__batch *b, const float *k0,
+                                    const float *k1, const bool moving, float p[3][3][8]) {
   const v8 s = vset(f->sign), inf = vset(INFINITY), ninf = vset(-INFINITY);
   const uint32_t axis[3] = {f->ku, f->kv, f->k};
   v8 wlo = inf, whi = ninf, low[2] = {inf, inf}, high[2] = {ninf, ninf}; /* of u - b W, over corners and times */
@@ -3286,14 +3672,14 @@ OP uint32_t NAME(frustum_triangles)(const NAME(frustum_rays) *f, const pktrt__ba
     }
   }
   m8 keep = mand(vle(vset(f->wmin - f->pad), whi), vle(wlo, vset(f->wmax + f->pad)));
-  UNROLL for (int a = 0; a < 2; a++)
-    keep = mand(keep, mand(vle(low[a], vset(f->a[2 * a] + f->pad)), vle(vset(f->a[2 * a + 1] - f->pad), high[a])));
+  UNROLL for (int a = 0; a < 2; a++) keep =
+      mand(keep, mand(vle(low[a], vset(f->a[2 * a] + f->pad)), vle(vset(f->a[2 * a + 1] - f->pad), high[a])));
   return mbits(keep);
 }
 
 /* Records the hits of one triangle by rays r to r+7; the bits of those that took it. */
-PKTRT__NOINLINE uint32_t NAME(accept8)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t bits, const float *ts,
-                                       uint32_t id, uint32_t slot) {
+PKTRT__NOINLINE uint32_t NAME(accept8)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t bits,
+                                       const float *ts, uint32_t id, uint32_t slot) {
   const v8 t = vload(ts), best = vload(b->t + r);
   const uint32_t later = mbits(vlt(vload(b->tmin + r), t)) & bits;
   uint32_t taken = mbits(vlt(t, best)) & later;
@@ -3316,9 +3702,9 @@ PKTRT__NOINLINE uint32_t NAME(accept8)(const pktrt__view *view, pktrt__batch *b,
 }
 
 /* Eight rays that passed the filter against the canonical test; the bits of those that took the hit. */
-OP uint32_t NAME(frustum_settle)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t bits, const vf x[3], const vf y[3],
-                                 const vf z[3], const int half, uint32_t id, uint32_t slot, const bool stats,
-                                 pktrt_counts *counts) {
+OP uint32_t NAME(frustum_settle)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t bits, const vf x[3],
+                                 const vf y[3], const vf z[3], const int half, uint32_t id, uint32_t slot,
+                                 const bool stats, pktrt_counts *counts) {
   (void)half; /* where a vector of rays is eight wide, there is but one */
   const v8 hx[3] = {fhalf(x[0], half), fhalf(x[1], half), fhalf(x[2], half)};
   const v8 hy[3] = {fhalf(y[0], half), fhalf(y[1], half), fhalf(y[2], half)};
@@ -3335,9 +3721,10 @@ OP uint32_t NAME(frustum_settle)(const pktrt__view *view, pktrt__batch *b, uint3
 }
 
 /* One triangle (lane of a block) against the rays of mask; those that hit it. */
-OP uint64_t NAME(frustum_triangle)(const NAME(frustum_rays) *f, const pktrt__view *view, pktrt__batch *b, const float *k0,
-                                   const float *k1, float p[3][3][8], uint32_t lane, uint32_t id, uint32_t slot,
-                                   uint64_t mask, const bool moving, const bool stats, pktrt_counts *counts) {
+OP uint64_t NAME(frustum_triangle)(const NAME(frustum_rays) *f, const pktrt__view *view, pktrt__batch *b,
+                                   const float *k0, const float *k1, float p[3][3][8], uint32_t lane, uint32_t id,
+                                   uint32_t slot, uint64_t mask, const bool moving, const bool stats,
+                                   pktrt_counts *counts) {
   const uint32_t axis[3] = {f->ku, f->kv, f->k};
   const bool common = !moving && f->common; /* moving corners differ by ray */
   uint64_t result = 0;
@@ -3355,7 +3742,8 @@ OP uint64_t NAME(frustum_triangle)(const NAME(frustum_rays) *f, const pktrt__vie
         if (common) {
           q[j] = fset(p[c][j][lane]);
         } else {
-          const vf v = moving ? fadd(fmul(fload(b->ta + r), fset(k0[at])), fmul(fload(b->tb + r), fset(k1[at]))) : fset(k0[at]);
+          const vf v =
+              moving ? fadd(fmul(fload(b->ta + r), fset(k0[at])), fmul(fload(b->tb + r), fset(k1[at]))) : fset(k0[at]);
           q[j] = fsub(v, fload(b->o[axis[j]] + r));
         }
       }
@@ -3370,7 +3758,8 @@ OP uint64_t NAME(frustum_triangle)(const NAME(frustum_rays) *f, const pktrt__vie
     if (bits & 0xFF)
       result |= (uint64_t)NAME(frustum_settle)(view, b, r, bits & 0xFF, x, y, z, 0, id, slot, stats, counts) << i;
     if (FW > 8 && bits >> 8)
-      result |= (uint64_t)NAME(frustum_settle)(view, b, r + 8, bits >> 8, x, y, z, 1, id, slot, stats, counts) << (i + 8);
+      result |= (uint64_t)NAME(frustum_settle)(view, b, r + 8, bits >> 8, x, y, z, 1, id, slot, stats, counts)
+                << (i + 8);
   }
   return result;
 }
@@ -3390,7 +3779,8 @@ OP uint64_t NAME(frustum_block)(const NAME(frustum_rays) *f, const pktrt__view *
   uint64_t hit = 0;
   for (; lanes && mask; lanes &= lanes - 1) {
     const uint32_t lane = pktrt__lowest(lanes);
-    const uint64_t h = NAME(frustum_triangle)(f, view, b, k0, k1, p, lane, id[lane], index * 8 + lane, mask, moving, stats, counts);
+    const uint64_t h =
+        NAME(frustum_triangle)(f, view, b, k0, k1, p, lane, id[lane], index * 8 + lane, mask, moving, stats, counts);
     hit |= h;
     if (occlusion) mask &= ~h;
   }
@@ -3409,7 +3799,8 @@ enum { NAME(thin_node) = 16, NAME(thin_leaf) = 4 };
 
 /* Hands the rays of mask to the stream, octant by octant; those that hit something. */
 OP uint64_t NAME(frustum_thin)(const NAME(frustum_rays) *f, const pktrt__view *view, pktrt__batch *b, uint64_t mask,
-                               uint32_t ref, const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
+                               uint32_t ref, const bool occlusion, const bool moving, const bool stats,
+                               pktrt_counts *counts) {
   uint64_t hit = 0;
   for (uint32_t o = 0; mask; o++) {
     const uint64_t rays = mask & f->octant[o];
@@ -3420,8 +3811,8 @@ OP uint64_t NAME(frustum_thin)(const NAME(frustum_rays) *f, const pktrt__view *v
 }
 
 /* One group of the scene, from its root. Returns the occluded rays. */
-OP uint64_t NAME(frustum)(NAME(frustum_rays) *f, const pktrt__view *view, pktrt__batch *b, uint64_t mask, const bool occlusion,
-                          const bool moving, const bool stats, pktrt_counts *counts) {
+OP uint64_t NAME(frustum)(NAME(frustum_rays) *f, const pktrt__view *view, pktrt__batch *b, uint64_t mask,
+                          const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
   NAME(frustum_stack) stack[PKTRT__STACK + 8];
   const ptrdiff_t to_key1 = moving ? ((ptrdiff_t)view->plane1 - (ptrdiff_t)view->plane0) / (ptrdiff_t)sizeof(float) : 0;
   const uint64_t mask_all = mask;
@@ -3477,39 +3868,41 @@ OP uint64_t NAME(frustum)(NAME(frustum_rays) *f, const pktrt__view *view, pktrt_
 }
 
 /* >>paper ------------------------------------------------------------------------------------------------------------
-   The packet traversal of the paper (sections 3.1 and 3.3, after Wald et al. 2007 and Boulos et al. 2006), on the same tree:
-   packets of 1 to 256 rays without a common origin. A packet enters a child as soon as one of its rays does; false positives
-   cost time but no correctness. For each child:
+   The packet traversal of the paper (sections 3.1 and 3.3, after Wald et al. 2007 and Boulos et al. 2006), on the same
+   tree: packets of 1 to 256 rays without a common origin. A packet enters a child as soon as one of its rays does;
+   false positives cost time but no correctness. For each child:
 
      1. FIRST ACTIVE RAY. Rays before it are known to miss an ancestor. If it (or a ray of its SIMD group, 3.1) hits the
         child, the whole packet descends for the price of one test.
-     2. INTERVAL ARITHMETIC. If it misses, one test asks whether any ray can hit: origins, reciprocal directions and the active
+     2. INTERVAL ARITHMETIC. If it misses, one test asks whether any ray can hit: origins, reciprocal directions and the
+     active
         depth are intervals over the packet, and so are the distances to the child's planes.
      3. FRUSTUM. Where all rays share origin and main axis, four planes through that origin do the same, more tightly.
      4. THE OTHER RAYS, group by group, until one hits: it becomes the first active ray below the child.
 
-   At a leaf all rays of the active range are tested. Moving packets: boxes are taken at each ray's own time in 1 and 4, and
-   over the packet's interval of time in 2 and 3.                                                                        */
+   At a leaf all rays of the active range are tested. Moving packets: boxes are taken at each ray's own time in 1 and
+   4, and over the packet's interval of time in 2 and 3. */
 
 typedef struct NAME(paper) {
   const pktrt__call *call;
   pktrt__batch *b;
   const pktrt__view *view;
-  uint32_t base, end;            /* rays of the packet */
+  uint32_t base, end; /* rays of the packet */
   uint64_t active[PKTRT__BATCH / 64];
-  bool one_sign[3], forward[3];  /* whether all directions agree on an axis, and point up it */
+  bool one_sign[3], forward[3];                          /* whether all directions agree on an axis, and point up it */
   float o_lo[3], o_hi[3], r_lo[3], r_hi[3], pad, wn, wf; /* intervals: origin, 1/G, depth */
   bool has_frustum;
-  uint32_t axis[3];              /* u, v, k of the frustum */
+  uint32_t axis[3]; /* u, v, k of the frustum */
   float sign, slope_lo[2], slope_hi[2];
-  float ta[2], tb[2];            /* weights of the packet's earliest and latest time */
+  float ta[2], tb[2]; /* weights of the packet's earliest and latest time */
 } NAME(paper);
 
 OP uint32_t NAME(paper_active)(const NAME(paper) *p, uint32_t r) { /* of rays r to r+7, r a multiple of 8 */
   return (uint32_t)(p->active[r / 64] >> r % 64) & 0xFF;
 }
 
-OP void NAME(paper_tell)(const NAME(paper) *p, pktrt_event_kind kind, uint32_t index, uint32_t child, uint32_t ray, const bool stats) {
+OP void NAME(paper_tell)(const NAME(paper) *p, pktrt_event_kind kind, uint32_t index, uint32_t child, uint32_t ray,
+                         const bool stats) {
   if (!stats || !p->call->desc->trace) return;
   pktrt_event e;
   e.kind = kind, e.index = index, e.child = child, e.ray = ray - p->base, e.active = p->end - ray;
@@ -3535,7 +3928,8 @@ static void NAME(paper_intervals)(NAME(paper) *p) {
     }
     for (int a = 0; a < 2; a++) {
       const float g = sign * b->slope[a][r];
-      p->slope_lo[a] = first ? g : pktrt__minf(p->slope_lo[a], g), p->slope_hi[a] = first ? g : pktrt__maxf(p->slope_hi[a], g);
+      p->slope_lo[a] = first ? g : pktrt__minf(p->slope_lo[a], g),
+      p->slope_hi[a] = first ? g : pktrt__maxf(p->slope_hi[a], g);
     }
     p->pad = pktrt__maxf(p->pad, b->pad[r]);
     p->wn = pktrt__minf(p->wn, b->wn[r]), p->wf = pktrt__maxf(p->wf, b->wf[r]);
@@ -3552,7 +3946,8 @@ static void NAME(paper_intervals)(NAME(paper) *p) {
 }
 
 /* A child's box over the packet's interval of time; p0, p1: its first plane at the segment's keys. */
-OP void NAME(paper_box)(const NAME(paper) *p, const float *p0, const float *p1, float lo[3], float hi[3], const bool moving) {
+OP void NAME(paper_box)(const NAME(paper) *p, const float *p0, const float *p1, float lo[3], float hi[3],
+                        const bool moving) {
   for (int a = 0; a < 3; a++) {
     const float l0 = p0[16 * a], h0 = p0[16 * a + 8];
     lo[a] = l0, hi[a] = h0;
@@ -3563,8 +3958,8 @@ OP void NAME(paper_box)(const NAME(paper) *p, const float *p0, const float *p1, 
   }
 }
 
-/* Step 2: whether interval arithmetic shows that every ray misses. Along an axis where all rays go up, the least distance to
-   the near plane is the least of (lo - o) r over o in [o_lo, o_hi], r in [r_lo, r_hi], and so on. */
+/* Step 2: whether interval arithmetic shows that every ray misses. Along an axis where all rays go up, the least
+   distance to the near plane is the least of (lo - o) r over o in [o_lo, o_hi], r in [r_lo, r_hi], and so on. */
 static bool NAME(paper_interval_misses)(const NAME(paper) *p, const float lo[3], const float hi[3]) {
   float n = p->wn, f = p->wf;
   for (int a = 0; a < 3; a++) {
@@ -3581,7 +3976,8 @@ static bool NAME(paper_interval_misses)(const NAME(paper) *p, const float lo[3],
 static bool NAME(paper_frustum_misses)(const NAME(paper) *p, const float lo[3], const float hi[3]) {
   const uint32_t k = p->axis[2];
   const float o = p->o_lo[k];
-  const float w0 = pktrt__maxf((p->sign > 0 ? lo[k] - o : o - hi[k]) - p->pad, 0), w1 = (p->sign > 0 ? hi[k] - o : o - lo[k]) + p->pad;
+  const float w0 = pktrt__maxf((p->sign > 0 ? lo[k] - o : o - hi[k]) - p->pad, 0),
+              w1 = (p->sign > 0 ? hi[k] - o : o - lo[k]) + p->pad;
   for (int a = 0; a < 2; a++) {
     const float l = lo[p->axis[a]] - p->o_lo[p->axis[a]] - p->pad, h = hi[p->axis[a]] - p->o_lo[p->axis[a]] + p->pad;
     if (l > pktrt__maxf(p->slope_hi[a] * w0, p->slope_hi[a] * w1)) return true;
@@ -3641,8 +4037,9 @@ OP uint32_t NAME(paper_first)(const NAME(paper) *p, const float *p0, const float
 }
 
 /* One triangle against the rays `bits` of r to r+7, which share their axes; those that hit it. */
-OP uint32_t NAME(paper_triangle)(const NAME(paper) *p, const float *k0, const float *k1, uint32_t r, uint32_t bits, uint32_t lane,
-                                 uint32_t id, uint32_t slot, const bool moving, const bool stats, pktrt_counts *counts) {
+OP uint32_t NAME(paper_triangle)(const NAME(paper) *p, const float *k0, const float *k1, uint32_t r, uint32_t bits,
+                                 uint32_t lane, uint32_t id, uint32_t slot, const bool moving, const bool stats,
+                                 pktrt_counts *counts) {
   pktrt__batch *b = p->b;
   const uint32_t k = b->axis[r + pktrt__lowest(bits)], ku = (k + 1) % 3, kv = (k + 2) % 3, axis[3] = {ku, kv, k};
   v8 x[3], y[3], z[3];
@@ -3650,7 +4047,8 @@ OP uint32_t NAME(paper_triangle)(const NAME(paper) *p, const float *k0, const fl
     v8 q[3];
     for (int j = 0; j < 3; j++) {
       const uint32_t at = 24 * c + 8 * axis[j] + lane;
-      const v8 v = moving ? vadd(vmul(vload(b->ta + r), vset(k0[at])), vmul(vload(b->tb + r), vset(k1[at]))) : vset(k0[at]);
+      const v8 v =
+          moving ? vadd(vmul(vload(b->ta + r), vset(k0[at])), vmul(vload(b->tb + r), vset(k1[at]))) : vset(k0[at]);
       q[j] = vsub(v, vload(b->o[axis[j]] + r));
     }
     z[c] = q[2];
@@ -3672,7 +4070,8 @@ OP uint32_t NAME(paper_triangle)(const NAME(paper) *p, const float *k0, const fl
 OP bool NAME(paper_leaf)(NAME(paper) *p, uint32_t index, uint32_t first, const bool occlusion, const bool moving,
                          const bool stats, pktrt_counts *counts) {
   const unsigned char *block = p->view->blocks + index * p->view->block_bytes;
-  const float *k0 = (const float *)(const void *)(block + p->view->vertex0), *k1 = (const float *)(const void *)(block + p->view->vertex1);
+  const float *k0 = (const float *)(const void *)(block + p->view->vertex0),
+              *k1 = (const float *)(const void *)(block + p->view->vertex1);
   const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
   bool any = false;
   NAME(paper_tell)(p, PKTRT_EVENT_LEAF, index, 0, first, stats);
@@ -3683,8 +4082,10 @@ OP bool NAME(paper_leaf)(NAME(paper) *p, uint32_t index, uint32_t first, const b
       if (p->b->axis[r + pktrt__lowest(m)] != p->b->axis[r + pktrt__lowest(bits)]) same = 0;
     for (uint32_t m = same ? vids(id) : 0; m && bits; m &= m - 1) {
       const uint32_t lane = pktrt__lowest(m);
-      const uint32_t h = NAME(paper_triangle)(p, k0, k1, r, bits, lane, id[lane], index * 8 + lane, moving, stats, counts);
-      for (uint32_t e = h; e; e &= e - 1) NAME(paper_tell)(p, PKTRT_EVENT_HIT, index, lane, r + pktrt__lowest(e), stats);
+      const uint32_t h =
+          NAME(paper_triangle)(p, k0, k1, r, bits, lane, id[lane], index * 8 + lane, moving, stats, counts);
+      for (uint32_t e = h; e; e &= e - 1)
+        NAME(paper_tell)(p, PKTRT_EVENT_HIT, index, lane, r + pktrt__lowest(e), stats);
       hits |= h;
       if (occlusion) bits &= ~h;
     }
@@ -3699,7 +4100,8 @@ OP bool NAME(paper_leaf)(NAME(paper) *p, uint32_t index, uint32_t first, const b
 }
 
 /* One packet through one group. For occlusion, occluded rays leave p->active. */
-OP void NAME(paper_packet)(NAME(paper) *p, const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
+OP void NAME(paper_packet)(NAME(paper) *p, const bool occlusion, const bool moving, const bool stats,
+                           pktrt_counts *counts) {
   struct {
     const float *plane; /* of the child, at key 0 of the segment */
     uint32_t ref, first, child;
@@ -3735,16 +4137,17 @@ OP void NAME(paper_packet)(NAME(paper) *p, const bool occlusion, const bool movi
       first = stack[--sp].first;
       while (first < p->end && !(p->active[first / 64] >> first % 64 & 1)) first++; /* occluded by now */
       if (first < p->end)
-        first = NAME(paper_first)(p, stack[sp].plane, stack[sp].plane + to_key1, first, stack[sp].child, moving, stats, counts);
+        first = NAME(paper_first)(p, stack[sp].plane, stack[sp].plane + to_key1, first, stack[sp].child, moving, stats,
+                                  counts);
     } while (first == p->end);
     ref = stack[sp].ref;
   }
 }
 
 /* Always counting: this path is for reading and comparing. */
-#define INSTANCE(tag, o, m)                                                               \
-  PKTRT__NOINLINE void NAME(paper_packet_##tag)(NAME(paper) *p, pktrt_counts *counts) { \
-    NAME(paper_packet)(p, o, m, true, counts);                                            \
+#define INSTANCE(tag, o, m)                                                                                            \
+  PKTRT__NOINLINE void NAME(paper_packet_##tag)(NAME(paper) *p, pktrt_counts * counts) {                              \
+    NAME(paper_packet)(p, o, m, true, counts);                                                                         \
   }
 INSTANCE(00, false, false)
 INSTANCE(01, false, true)
@@ -3770,7 +4173,8 @@ PKTRT__NOINLINE void NAME(drive_paper)(const pktrt__call *call, pktrt__batch *b,
       for (uint32_t segment = 0; segment + 1 < g->key_count || !segment; segment++) {
         memset(p.active, 0, sizeof p.active);
         for (uint32_t r = p.base; r < p.end; r++)
-          if ((b->valid[r / 64] >> r % 64 & 1) && (g->key_count < 3 || b->segment[r] == segment) && (!occlusion || b->slot[r]))
+          if ((b->valid[r / 64] >> r % 64 & 1) && (g->key_count < 3 || b->segment[r] == segment) &&
+              (!occlusion || b->slot[r]))
             p.active[r / 64] |= (uint64_t)1 << r % 64;
         uint64_t before[PKTRT__BATCH / 64];
         memcpy(before, p.active, sizeof before);
@@ -3786,17 +4190,18 @@ PKTRT__NOINLINE void NAME(drive_paper)(const pktrt__call *call, pktrt__batch *b,
   }
 }
 
-#define INSTANCE(tag, o, m, s)                                                                                        \
+#define INSTANCE(tag, o, m, s)                                                                                         \
   PKTRT__NOINLINE uint64_t NAME(frustum_##tag)(NAME(frustum_rays) *f, const pktrt__view *view, pktrt__batch *b,       \
-                                               uint64_t mask, pktrt_counts *counts) {                                 \
-    return NAME(frustum)(f, view, b, mask, o, m, s, counts);                                                          \
+                                               uint64_t mask, pktrt_counts *counts) {                                  \
+    return NAME(frustum)(f, view, b, mask, o, m, s, counts);                                                           \
   }
 PKTRT__INSTANCES(INSTANCE)
 #undef INSTANCE
 
-/* >>drive ------------------------------------------------------------------------------------------------------------
-   From a batch of rays to packets, streams and single rays; group by group, and for moving groups segment by segment, so that
-   a kernel sees one static tree or one linear motion. */
+/* >>drive
+   ------------------------------------------------------------------------------------------------------------ From
+   a batch of rays to packets, streams and single rays; group by group, and for moving groups segment by segment, so
+   that a kernel sees one static tree or one linear motion. */
 
 OP uint64_t NAME(rays_of_segment)(const pktrt__batch *b, const uint8_t *list, uint64_t mask, uint32_t segment) {
   uint64_t same = 0;
@@ -3872,8 +4277,8 @@ OP void NAME(drive_frustum)(const pktrt_scene *scene, pktrt__batch *b, uint32_t 
 }
 
 /* One ray through all groups. `check`: insist on area at the ray's time. */
-OP void NAME(drive_single)(const pktrt_scene *scene, pktrt__batch *b, uint32_t r, const bool occlusion, const bool check,
-                           const bool stats, pktrt_counts *counts) {
+OP void NAME(drive_single)(const pktrt_scene *scene, pktrt__batch *b, uint32_t r, const bool occlusion,
+                           const bool check, const bool stats, pktrt_counts *counts) {
   for (uint32_t i = 0; i < scene->group_count; i++) {
     const pktrt__group *g = &scene->groups[i];
     bool hit;
@@ -3896,8 +4301,9 @@ OP void NAME(drive_single)(const pktrt_scene *scene, pktrt__batch *b, uint32_t r
   }
 }
 
-/* The fast path: packets of 64 neighbours. If all their rays look along one axis, those with the same canonical axis are
-   frustum packets; else all go by octant, over the whole batch, to the stream. A slack of 0.7 was measured as good as 0.2. */
+/* The fast path: packets of 64 neighbours. If all their rays look along one axis, those with the same canonical axis
+   are frustum packets; else all go by octant, over the whole batch, to the stream. A slack of 0.7 was measured as
+   good as 0.2. */
 OP void NAME(drive_fast)(const pktrt_scene *scene, pktrt__batch *b, uint32_t n, const bool occlusion, const bool stats,
                          pktrt_counts *counts) {
   uint8_t bins[8][PKTRT__BATCH];
@@ -3941,12 +4347,15 @@ OP void NAME(drive_fast)(const pktrt_scene *scene, pktrt__batch *b, uint32_t n, 
     }
 }
 
-/* >>resolve ----------------------------------------------------------------------------------------------------------
-   u, v and normal of the hits, once per ray, in double from the triangle's corners: u, v to cn[0..1], the normal, scaled to a
-   largest component of 1, to cf[0..2]. Returns the rays of [i, i+8) whose triangle has no area at the ray's time. */
+/* >>resolve
+   ---------------------------------------------------------------------------------------------------------- u, v
+   and normal of the hits, once per ray, in double from the triangle's corners: u, v to cn[0..1], the normal, scaled
+   to a largest component of 1, to cf[0..2]. Returns the rays of [i, i+8) whose triangle has no area at the ray's
+   time. */
 
 /* Corners of the triangles that rays i to i+7 hit, at the rays' times: p[corner][axis][lane]. */
-OP void NAME(gather_corners)(const pktrt_scene *scene, const pktrt__batch *b, uint32_t i, uint32_t hits, float p[3][3][8]) {
+OP void NAME(gather_corners)(const pktrt_scene *scene, const pktrt__batch *b, uint32_t i, uint32_t hits,
+                             float p[3][3][8]) {
   for (uint32_t m = hits; m; m &= m - 1) {
     const uint32_t j = pktrt__lowest(m), slot = b->slot[i + j];
     const pktrt__group *g = &scene->groups[b->group[i + j]];
@@ -3985,8 +4394,8 @@ PKTRT__NOINLINE uint32_t NAME(resolve8)(const pktrt_scene *scene, pktrt__batch *
   }
   const d8 u = dsub(dmul(x[2], y[1]), dmul(y[2], x[1])), v = dsub(dmul(x[0], y[2]), dmul(y[0], x[2]));
   const d8 w = dsub(dmul(x[1], y[0]), dmul(y[1], x[0])), det = dadd(dadd(u, v), w);
-  UNROLL for (int a = 0; a < 3; a++)
-    n[a] = dsub(dmul(e[0][(a + 1) % 3], e[1][(a + 2) % 3]), dmul(e[0][(a + 2) % 3], e[1][(a + 1) % 3]));
+  UNROLL for (int a = 0; a < 3; a++) n[a] =
+      dsub(dmul(e[0][(a + 1) % 3], e[1][(a + 2) % 3]), dmul(e[0][(a + 2) % 3], e[1][(a + 1) % 3]));
   const d8 largest = dmax(dabs(n[0]), dmax(dabs(n[1]), dabs(n[2])));
   const m8 m = mfrom(hits);
   vput(b->cn[0] + i, m, dto(ddiv(v, det)));
@@ -4002,8 +4411,8 @@ static void NAME(resolve)(const pktrt_scene *scene, pktrt__batch *b, uint32_t n)
     if (!hits) continue;
     uint32_t flat = NAME(resolve8)(scene, b, i, hits);
     if (!flat) continue;
-    /* A moving triangle without area just then, hit only through rounding: such rays look again, with an eye on area. The
-       setup is done anew because u and v stand where it was. */
+    /* A moving triangle without area just then, hit only through rounding: such rays look again, with an eye on
+       area. The setup is done anew because u and v stand where it was. */
     PKTRT__ALIGN64 float nearest[8];
     memcpy(nearest, b->t + i, sizeof nearest);
     NAME(setup8)(scene, b, i);
@@ -4021,7 +4430,7 @@ static void NAME(resolve)(const pktrt_scene *scene, pktrt__batch *b, uint32_t n)
   }
 }
 
-/* >>entry ------------------------------------------------------------------------------------------------------------ */
+/* >>entry ---------------------------------------------------------------------------------------------------------- */
 
 OP void NAME(trace_as)(const pktrt__call *call, pktrt__batch *b, uint32_t n, const bool occlusion, const bool stats,
                        pktrt_counts *counts) {
@@ -4061,8 +4470,8 @@ static void NAME(trace)(const pktrt__call *call, pktrt__batch *b, uint32_t n) {
   }
 }
 
-/* That the compiler kept products and sums of this instruction set apart: with e = 2^-12, (1 + e)^2 - (1 + 2 e) is e^2 when
-   fused and 0 when each operation is rounded. */
+/* That the compiler kept products and sums of this instruction set apart: with e = 2^-12, (1 + e)^2 - (1 + 2 e) is
+   e^2 when fused and 0 when each operation is rounded. */
 static bool NAME(rounds_each_operation)(void) {
   volatile float x = 1.000244140625f, y = 1.00048828125f;
   const v8 a = vset(x), b = vset(y), zero = vset(0);
@@ -4155,35 +4564,37 @@ static const pktrt__kernels NAME(kernels) = {NAME(trace), NAME(rounds_each_opera
 #if defined(PKTRT_IMPLEMENTATION) && !defined(PKTRT__STAMP) && !defined(PKTRT__ENTRY_POINTS)
 #define PKTRT__ENTRY_POINTS
 
-/* >>scene ------------------------------------------------------------------------------------------------------------ */
+/* >>scene ---------------------------------------------------------------------------------------------------------- */
 
 PKTRT_DEF const char *pktrt_status_string(pktrt_status status) {
   switch (status) {
-    case PKTRT_OK: return "Everything went well.";
-    case PKTRT_INVALID_ARGUMENT: return "An argument makes no sense; pktrt_last_error says which.";
-    case PKTRT_OUT_OF_MEMORY: return "An allocation failed; the last committed state stays.";
-    case PKTRT_LIMIT: return "A documented limit would be passed; pktrt_last_error says which.";
-    case PKTRT_NOT_COMMITTED: return "The scene has changes that need pktrt_commit first.";
-    case PKTRT_CANCELLED: return "The progress hook asked to stop.";
-    default: return "This is not a status of pktrt.";
+  case PKTRT_OK: return "Everything went well.";
+  case PKTRT_INVALID_ARGUMENT: return "An argument makes no sense; pktrt_last_error says which.";
+  case PKTRT_OUT_OF_MEMORY: return "An allocation failed; the last committed state stays.";
+  case PKTRT_LIMIT: return "A documented limit would be passed; pktrt_last_error says which.";
+  case PKTRT_NOT_COMMITTED: return "The scene has changes that need pktrt_commit first.";
+  case PKTRT_CANCELLED: return "The progress hook asked to stop.";
+  default: return "This is not a status of pktrt.";
   }
 }
 
 PKTRT_DEF const char *pktrt_last_error(const pktrt_scene *s) {
   if (s) return s->error;
-  return "A scene could not be created: out of memory, an instruction set that pktrt_isa_available denies, only one of the "
-         "allocate and release hooks, an enumerator out of range, or a compiler that fuses product-sums (see DETERMINISM).";
+  return "A scene could not be created: out of memory, an instruction set that pktrt_isa_available denies, only one of "
+         "the "
+         "allocate and release hooks, an enumerator out of range, or a compiler that fuses product-sums (see "
+         "DETERMINISM).";
 }
 
 PKTRT_DEF const char *pktrt_isa_string(pktrt_isa isa) {
   switch (isa) {
-    case PKTRT_ISA_AUTO: return "auto";
-    case PKTRT_ISA_SCALAR: return "scalar";
-    case PKTRT_ISA_SSE2: return "sse2";
-    case PKTRT_ISA_AVX2: return "avx2";
-    case PKTRT_ISA_AVX512: return "avx512";
-    case PKTRT_ISA_NEON: return "neon";
-    default: return "unknown";
+  case PKTRT_ISA_AUTO: return "auto";
+  case PKTRT_ISA_SCALAR: return "scalar";
+  case PKTRT_ISA_SSE2: return "sse2";
+  case PKTRT_ISA_AVX2: return "avx2";
+  case PKTRT_ISA_AVX512: return "avx512";
+  case PKTRT_ISA_NEON: return "neon";
+  default: return "unknown";
   }
 }
 
@@ -4201,7 +4612,8 @@ PKTRT_DEF pktrt_scene *pktrt_scene_create(const pktrt_scene_desc *desc) {
   memset(&d, 0, sizeof d);
   if (desc) d = *desc;
   if (!d.allocate != !d.release) return NULL;
-  if ((int)d.quality < 0 || d.quality > PKTRT_BUILD_HIGH || (int)d.rebuild < 0 || d.rebuild > PKTRT_REBUILD_AUTOMATIC) return NULL;
+  if ((int)d.quality < 0 || d.quality > PKTRT_BUILD_HIGH || (int)d.rebuild < 0 || d.rebuild > PKTRT_REBUILD_AUTOMATIC)
+    return NULL;
   if (!d.allocate) d.allocate = pktrt__malloc_hook, d.release = pktrt__free_hook;
   if (d.isa == PKTRT_ISA_AUTO) {
     static const pktrt_isa widest_first[] = {PKTRT_ISA_AVX512, PKTRT_ISA_AVX2, PKTRT_ISA_SSE2, PKTRT_ISA_NEON};
@@ -4276,7 +4688,8 @@ PKTRT_DEF pktrt_status pktrt_commit(pktrt_scene *s) {
 /* The mesh that a deformation names, or NULL and a detail. */
 static pktrt__mesh *pktrt__deformed(pktrt_scene *s, uint32_t mesh, uint32_t key, const float *data, const char *what) {
   if (mesh >= s->mesh_count) {
-    pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "%s: there is no mesh %u among %u", what, (unsigned)mesh, (unsigned)s->mesh_count);
+    pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "%s: there is no mesh %u among %u", what, (unsigned)mesh,
+                (unsigned)s->mesh_count);
     return NULL;
   }
   pktrt__mesh *m = &s->meshes[mesh];
@@ -4286,7 +4699,8 @@ static pktrt__mesh *pktrt__deformed(pktrt_scene *s, uint32_t mesh, uint32_t key,
     return NULL;
   }
   if (!data && m->vertex_count) {
-    pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "%s: mesh %u, key %u: the array is NULL", what, (unsigned)mesh, (unsigned)key);
+    pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "%s: mesh %u, key %u: the array is NULL", what, (unsigned)mesh,
+                (unsigned)key);
     return NULL;
   }
   return m;
@@ -4308,11 +4722,13 @@ static pktrt_status pktrt__set_vectors(pktrt_scene *s, pktrt__mesh *m, float *cu
   if (!*pending) {
     *pending = PKTRT__CAST(float *, pktrt__alloc(&s->desc, floats, sizeof(float)));
     if (!*pending)
-      return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "mesh %u: no memory for %u changed vectors", (unsigned)mesh, (unsigned)m->vertex_count);
+      return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "mesh %u: no memory for %u changed vectors", (unsigned)mesh,
+                         (unsigned)m->vertex_count);
   }
   if (!current_inside && floats) memcpy(*pending, current, (size_t)floats * sizeof(float));
   *dirty = true;
-  return m->vertex_count ? pktrt__copy_vectors(s, *pending + at, data, m->vertex_count, stride, limit, mesh, key, what) : PKTRT_OK;
+  return m->vertex_count ? pktrt__copy_vectors(s, *pending + at, data, m->vertex_count, stride, limit, mesh, key, what)
+                         : PKTRT_OK;
 }
 
 PKTRT_DEF pktrt_status pktrt_set_positions(pktrt_scene *s, uint32_t mesh, uint32_t key, const float *positions) {
@@ -4320,7 +4736,8 @@ PKTRT_DEF pktrt_status pktrt_set_positions(pktrt_scene *s, uint32_t mesh, uint32
   s->error[0] = 0;
   pktrt__mesh *m = pktrt__deformed(s, mesh, key, positions, "set_positions");
   if (!m) return PKTRT_INVALID_ARGUMENT;
-  return pktrt__set_vectors(s, m, m->positions, &m->pending, &m->dirty, mesh, key, positions, m->stride, PKTRT_MAX_COORD, "vertex");
+  return pktrt__set_vectors(s, m, m->positions, &m->pending, &m->dirty, mesh, key, positions, m->stride,
+                            PKTRT_MAX_COORD, "vertex");
 }
 
 PKTRT_DEF pktrt_status pktrt_set_normals(pktrt_scene *s, uint32_t mesh, uint32_t key, const float *normals) {
@@ -4330,7 +4747,8 @@ PKTRT_DEF pktrt_status pktrt_set_normals(pktrt_scene *s, uint32_t mesh, uint32_t
   if (!m) return PKTRT_INVALID_ARGUMENT;
   if (!m->normals)
     return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "set_normals: mesh %u was added without normals", (unsigned)mesh);
-  return pktrt__set_vectors(s, m, m->normals, &m->pending_normals, &m->dirty_normals, mesh, key, normals, 12, FLT_MAX, "normal");
+  return pktrt__set_vectors(s, m, m->normals, &m->pending_normals, &m->dirty_normals, mesh, key, normals, 12, FLT_MAX,
+                            "normal");
 }
 
 PKTRT_DEF pktrt_status pktrt_refit(pktrt_scene *s) {
@@ -4350,7 +4768,8 @@ PKTRT_DEF pktrt_status pktrt_mark_changed(pktrt_scene *s) {
   if (!s) return PKTRT_INVALID_ARGUMENT;
   s->error[0] = 0;
   for (uint32_t i = 0; i < s->mesh_count; i++)
-    if (!s->meshes[i].pending) s->meshes[i].dirty = true; /* without waiting positions: the builder reads the committed ones */
+    if (!s->meshes[i].pending)
+      s->meshes[i].dirty = true; /* without waiting positions: the builder reads the committed ones */
     else if (!s->meshes[i].dirty) {
       memcpy(s->meshes[i].pending, s->meshes[i].positions, (size_t)(pktrt__mesh_floats(&s->meshes[i]) * sizeof(float)));
       s->meshes[i].dirty = true;
@@ -4402,7 +4821,8 @@ PKTRT_DEF pktrt_status pktrt_add_light(pktrt_scene *s, const pktrt_light *l, uin
       return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "light %u: component %c of its %s is %g", index, 'x' + a,
                          l->kind == PKTRT_LIGHT_POINT ? "position" : "direction", (double)where[a]);
     if (!pktrt__finite(l->intensity[a]) || l->intensity[a] < 0)
-      return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "light %u: component %d of its intensity is %g", index, a, (double)l->intensity[a]);
+      return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "light %u: component %d of its intensity is %g", index, a,
+                         (double)l->intensity[a]);
   }
   if (l->kind == PKTRT_LIGHT_DIRECTIONAL && where[0] == 0 && where[1] == 0 && where[2] == 0)
     return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "light %u: its direction is zero", index);
@@ -4423,8 +4843,8 @@ PKTRT_DEF pktrt_status pktrt_add_material(pktrt_scene *s, const pktrt_material *
   if (!m) return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "material %u: the description is NULL", index);
   for (int a = 0; a < 3; a++)
     if (!(m->albedo[a] >= 0 && m->albedo[a] <= 1))
-      return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "material %u: component %d of its albedo is %g, outside [0,1]", index, a,
-                         (double)m->albedo[a]);
+      return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "material %u: component %d of its albedo is %g, outside [0,1]",
+                         index, a, (double)m->albedo[a]);
   void *materials = s->materials;
   if (!pktrt__grow(&s->desc, &materials, s->material_count, &s->material_capacity, sizeof *s->materials))
     return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "material %u: no memory", index);
@@ -4434,7 +4854,7 @@ PKTRT_DEF pktrt_status pktrt_add_material(pktrt_scene *s, const pktrt_material *
   return PKTRT_OK;
 }
 
-/* >>queries ---------------------------------------------------------------------------------------------------------- */
+/* >>queries -------------------------------------------------------------------------------------------------------- */
 
 /* Fills the lanes [n, padded) with rays that hit nothing, so that whole vectors are defined; returns padded. */
 static void pktrt__pad_batch(pktrt__batch *b, uint32_t n) {
@@ -4473,7 +4893,8 @@ PKTRT__INLINE uint32_t pktrt__mesh_at(const pktrt_scene *s, uint32_t id, uint32_
   uint32_t lo = 0, hi = s->committed_meshes;
   while (hi - lo > 1) {
     const uint32_t mid = lo + (hi - lo) / 2;
-    if (s->meshes[mid].first_id <= id) lo = mid; else hi = mid;
+    if (s->meshes[mid].first_id <= id) lo = mid;
+    else hi = mid;
   }
   return *hint = lo;
 }
@@ -4492,7 +4913,8 @@ static void pktrt__hit_of(const pktrt_scene *s, const pktrt__batch *b, uint32_t 
   h->triangle = b->id[i] - s->meshes[h->mesh].first_id;
 }
 
-static void pktrt__store_soa(const pktrt_scene *s, const pktrt__batch *b, const pktrt_hits *hits, size_t first, uint32_t n) {
+static void pktrt__store_soa(const pktrt_scene *s, const pktrt__batch *b, const pktrt_hits *hits, size_t first,
+                             uint32_t n) {
   uint32_t hint = 0;
   for (uint32_t i = 0; i < n; i++) {
     pktrt_hit h;
@@ -4508,7 +4930,8 @@ static void pktrt__store_soa(const pktrt_scene *s, const pktrt__batch *b, const 
 }
 
 /* A call with every value in range. */
-static pktrt__call pktrt__call_of(const pktrt_scene *s, const pktrt_query_desc *from, pktrt_query_desc *d, bool occlusion) {
+static pktrt__call pktrt__call_of(const pktrt_scene *s, const pktrt_query_desc *from, pktrt_query_desc *d,
+                                  bool occlusion) {
   memset(d, 0, sizeof *d);
   if (from) *d = *from;
   if ((int)d->path < 0 || d->path > PKTRT_PATH_SINGLE) d->path = PKTRT_PATH_FAST;
@@ -4528,7 +4951,8 @@ static uint32_t pktrt__batch_size(const pktrt_query_desc *d) {
   return d->path == PKTRT_PATH_PAPER ? PKTRT__BATCH / d->packet_size * d->packet_size : (uint32_t)PKTRT__BATCH;
 }
 
-PKTRT_DEF void pktrt_intersect_ex(const pktrt_scene *s, const pktrt_query_desc *desc, const pktrt_ray *rays, pktrt_hit *hits, size_t n) {
+PKTRT_DEF void pktrt_intersect_ex(const pktrt_scene *s, const pktrt_query_desc *desc, const pktrt_ray *rays,
+                                  pktrt_hit *hits, size_t n) {
   pktrt_query_desc d;
   const pktrt__call call = pktrt__call_of(s, desc, &d, false);
   const uint32_t size = pktrt__batch_size(&d);
@@ -4542,7 +4966,8 @@ PKTRT_DEF void pktrt_intersect_ex(const pktrt_scene *s, const pktrt_query_desc *
   }
 }
 
-PKTRT_DEF void pktrt_occluded_ex(const pktrt_scene *s, const pktrt_query_desc *desc, const pktrt_ray *rays, bool *out, size_t n) {
+PKTRT_DEF void pktrt_occluded_ex(const pktrt_scene *s, const pktrt_query_desc *desc, const pktrt_ray *rays, bool *out,
+                                 size_t n) {
   pktrt_query_desc d;
   const pktrt__call call = pktrt__call_of(s, desc, &d, true);
   const uint32_t size = pktrt__batch_size(&d);
@@ -4569,7 +4994,8 @@ PKTRT_DEF void pktrt_intersect_soa_ex(const pktrt_scene *s, const pktrt_query_de
   }
 }
 
-PKTRT_DEF void pktrt_occluded_soa_ex(const pktrt_scene *s, const pktrt_query_desc *desc, const pktrt_rays *rays, bool *out, size_t n) {
+PKTRT_DEF void pktrt_occluded_soa_ex(const pktrt_scene *s, const pktrt_query_desc *desc, const pktrt_rays *rays,
+                                     bool *out, size_t n) {
   pktrt_query_desc d;
   const pktrt__call call = pktrt__call_of(s, desc, &d, true);
   const uint32_t size = pktrt__batch_size(&d);
@@ -4604,19 +5030,23 @@ PKTRT_DEF void pktrt_occluded_soa(const pktrt_scene *s, const pktrt_rays *rays, 
   pktrt_occluded_soa_ex(s, NULL, rays, out, n);
 }
 
-/* >>spawn ------------------------------------------------------------------------------------------------------------
-   A point of the surface, moved along the normal to the side of the direction. How far: at a canonical hit the ray passes the
-   triangle's plane at most 6.25 eps M away in two axes (>>exactness), 9 eps M in all, and M, the distance from the new origin
-   to a vertex of the mesh, is at most twice the mesh's largest coordinate m; rounding the new origin costs another 2 eps m.
-   24 eps m is beyond that for every triangle whose plane the point lies behind: no self-hit on a convex mesh. The surface point
-   comes from the barycentrics, in double: its error does not grow with the distance the ray came. */
+/* >>spawn
+   ------------------------------------------------------------------------------------------------------------ A
+   point of the surface, moved along the normal to the side of the direction. How far: at a canonical hit the ray
+   passes the triangle's plane at most 6.25 eps M away in two axes (>>exactness), 9 eps M in all, and M, the distance
+   from the new origin to a vertex of the mesh, is at most twice the mesh's largest coordinate m; rounding the new
+   origin costs another 2 eps m. 24 eps m is beyond that for every triangle whose plane the point lies behind: no
+   self-hit on a convex mesh. The surface point comes from the barycentrics, in double: its error does not grow with
+   the distance the ray came. */
 
 /* Corner c of a triangle (positions or normals) at the ray's time. */
-static void pktrt__corner(const pktrt__mesh *m, const float *data, uint32_t triangle, uint32_t c, float time, float out[3]) {
+static void pktrt__corner(const pktrt__mesh *m, const float *data, uint32_t triangle, uint32_t c, float time,
+                          float out[3]) {
   const uint64_t v = m->indices ? m->indices[(size_t)triangle * 3 + c] : (uint64_t)triangle * 3 + c;
   float ta = 1, tb = 0;
   const uint32_t key = m->key_count > 1 ? pktrt__segment(time, m->key_count, &ta, &tb) : 0;
-  const float *k0 = data + ((uint64_t)key * m->vertex_count + v) * 3, *k1 = m->key_count > 1 ? k0 + (uint64_t)m->vertex_count * 3 : k0;
+  const float *k0 = data + ((uint64_t)key * m->vertex_count + v) * 3,
+              *k1 = m->key_count > 1 ? k0 + (uint64_t)m->vertex_count * 3 : k0;
   for (int a = 0; a < 3; a++) out[a] = m->key_count > 1 ? ta * k0[a] + tb * k1[a] : k0[a];
 }
 
@@ -4629,14 +5059,16 @@ static void pktrt__blend(float p[3][3], float u, float v, double out[3]) {
 }
 
 /* Origin of a ray that leaves a surface point towards d. */
-static void pktrt__leave(const pktrt__mesh *m, const double point[3], const float normal[3], const float d[3], float origin[3]) {
+static void pktrt__leave(const pktrt__mesh *m, const double point[3], const float normal[3], const float d[3],
+                         float origin[3]) {
   double n[3], length = 0, along = 0;
   for (int a = 0; a < 3; a++) n[a] = (double)normal[a], length += n[a] * n[a], along += n[a] * (double)d[a];
   const double h = (along < 0 ? -24.0 : 24.0) * (double)PKTRT__EPS * (double)m->max_coord / sqrt(length);
   for (int a = 0; a < 3; a++) origin[a] = (float)(point[a] + h * n[a]);
 }
 
-PKTRT_DEF void pktrt_spawn(const pktrt_scene *s, const pktrt_ray *ray, const pktrt_hit *hit, const float direction[3], pktrt_ray *out) {
+PKTRT_DEF void pktrt_spawn(const pktrt_scene *s, const pktrt_ray *ray, const pktrt_hit *hit, const float direction[3],
+                           pktrt_ray *out) {
   const float time = ray->time, d[3] = {direction[0], direction[1], direction[2]};
   memset(out, 0, sizeof *out);
   out->time = time;
@@ -4651,9 +5083,10 @@ PKTRT_DEF void pktrt_spawn(const pktrt_scene *s, const pktrt_ray *ray, const pkt
   out->tmax = INFINITY;
 }
 
-/* >>shading ---------------------------------------------------------------------------------------------------------- */
+/* >>shading -------------------------------------------------------------------------------------------------------- */
 
-/* Sine and cosine on [0, pi/2] from their series: libm's results differ between libraries, and a camera decides pixels. */
+/* Sine and cosine on [0, pi/2] from their series: libm's results differ between libraries, and a camera decides
+   pixels. */
 static void pktrt__sincos(double x, double *sine, double *cosine) {
   const double q = x * x;
   double s = 0, c = 0;
@@ -4671,7 +5104,8 @@ static void pktrt__cross(const double a[3], const double b[3], double out[3]) {
   out[0] = x, out[1] = y, out[2] = z;
 }
 
-/* To length 1; false for zero and for what is not finite. Scaled first: squares of tiny or huge numbers leave the range. */
+/* To length 1; false for zero and for what is not finite. Scaled first: squares of tiny or huge numbers leave the
+   range. */
 static bool pktrt__normalise(double v[3]) {
   const double m = fmax(fabs(v[0]), fmax(fabs(v[1]), fabs(v[2])));
   if (!(m > 0 && m <= DBL_MAX)) return false;
@@ -4700,7 +5134,8 @@ static bool pktrt__refuse(pktrt__why *why, const char *format, ...) { /* always 
   return false;
 }
 
-static bool pktrt__set_camera(const pktrt_camera *c, uint32_t width, uint32_t height, pktrt__view_plane *p, pktrt__why *why) {
+static bool pktrt__set_camera(const pktrt_camera *c, uint32_t width, uint32_t height, pktrt__view_plane *p,
+                              pktrt__why *why) {
   double forward[3], up[3], right[3], s, k;
   for (int a = 0; a < 3; a++) {
     if (!pktrt__finite(c->target[a]) || !pktrt__finite(c->up[a]) || !(fabsf(c->eye[a]) <= PKTRT_MAX_COORD))
@@ -4746,11 +5181,13 @@ typedef struct pktrt__job {
 static bool pktrt__check_sizes(const pktrt_render_desc *d, pktrt__why *why) {
   const uint32_t p = d->packet_size;
   if (!d->width || !d->height || d->width > 65536 || d->height > 65536)
-    return pktrt__refuse(why, "a picture of %u x %u pixels is outside 1 to 65536", (unsigned)d->width, (unsigned)d->height);
+    return pktrt__refuse(why, "a picture of %u x %u pixels is outside 1 to 65536", (unsigned)d->width,
+                         (unsigned)d->height);
   if (!d->pixels) return pktrt__refuse(why, "pixels is NULL");
   if (d->row_stride && d->row_stride < (size_t)d->width * 3)
     return pktrt__refuse(why, "row_stride %llu is below width * 3", (unsigned long long)d->row_stride);
-  if (p && p != 2 && p != 4 && p != 8 && p != 16) return pktrt__refuse(why, "packet_size %u is not 2, 4, 8 or 16", (unsigned)p);
+  if (p && p != 2 && p != 4 && p != 8 && p != 16)
+    return pktrt__refuse(why, "packet_size %u is not 2, 4, 8 or 16", (unsigned)p);
   if (d->tile_size > 1024) return pktrt__refuse(why, "tile_size %u is above 1024", (unsigned)d->tile_size);
   return true;
 }
@@ -4788,7 +5225,8 @@ typedef struct pktrt__shading_point {
   float albedo[3], radiance[3];
 } pktrt__shading_point;
 
-static void pktrt__find_surface(const pktrt__job *job, const pktrt__batch *b, uint32_t i, uint32_t *hint, pktrt__shading_point *out) {
+static void pktrt__find_surface(const pktrt__job *job, const pktrt__batch *b, uint32_t i, uint32_t *hint,
+                                pktrt__shading_point *out) {
   const pktrt_scene *s = job->scene;
   const uint32_t mesh = pktrt__mesh_at(s, b->id[i], hint), triangle = b->id[i] - s->meshes[mesh].first_id;
   const pktrt__mesh *m = out->mesh = &s->meshes[mesh];
@@ -4815,7 +5253,8 @@ static void pktrt__find_surface(const pktrt__job *job, const pktrt__batch *b, ui
 }
 
 /* The shadow ray from a surface to a light into lane j, and what arrives if it is free; false: the light is behind. */
-static bool pktrt__aim(const pktrt__shading_point *p, const pktrt_light *l, float time, pktrt__batch *b, uint32_t j, float arriving[3]) {
+static bool pktrt__aim(const pktrt__shading_point *p, const pktrt_light *l, float time, pktrt__batch *b, uint32_t j,
+                       float arriving[3]) {
   double to[3], cosine = 0, side = 0, r2 = 0;
   float d[3], origin[3];
   const bool point = l->kind == PKTRT_LIGHT_POINT;
@@ -4849,7 +5288,8 @@ typedef struct pktrt__shadows { /* shadow rays on their way, and whom they conce
   uint32_t surface[PKTRT__BATCH];
 } pktrt__shadows;
 
-static void pktrt__trace_shadows(const pktrt__call *call, pktrt__shadows *sh, uint32_t n, pktrt__shading_point *surfaces) {
+static void pktrt__trace_shadows(const pktrt__call *call, pktrt__shadows *sh, uint32_t n,
+                                 pktrt__shading_point *surfaces) {
   pktrt__pad_batch(&sh->batch, n);
   call->scene->kernels->trace(call, &sh->batch, n);
   for (uint32_t j = 0; j < n; j++) {
@@ -4858,10 +5298,11 @@ static void pktrt__trace_shadows(const pktrt__call *call, pktrt__shadows *sh, ui
   }
 }
 
-/* Adds the lights to every surface, in the order of the lights: that order is part of the result. `batch` holds the primary
-   rays' times. One packet for each light keeps the primary packet's shape; one for all mixes the lights ray by ray. */
-static void pktrt__add_lights(const pktrt__call *call, bool together, const pktrt__batch *b, const uint32_t *lane, uint32_t n,
-                              pktrt__shading_point *surfaces, pktrt__shadows *sh) {
+/* Adds the lights to every surface, in the order of the lights: that order is part of the result. `batch` holds the
+   primary rays' times. One packet for each light keeps the primary packet's shape; one for all mixes the lights ray
+   by ray. */
+static void pktrt__add_lights(const pktrt__call *call, bool together, const pktrt__batch *b, const uint32_t *lane,
+                              uint32_t n, pktrt__shading_point *surfaces, pktrt__shadows *sh) {
   const pktrt_scene *s = call->scene;
   const uint32_t lights = s->light_count;
   const uint64_t rays = (uint64_t)n * lights;
@@ -4880,11 +5321,12 @@ static void pktrt__add_lights(const pktrt__call *call, bool together, const pktr
   }
 }
 
-/* >>tiles ------------------------------------------------------------------------------------------------------------ */
+/* >>tiles ---------------------------------------------------------------------------------------------------------- */
 
-/* Fills the batch with the pixel-centre rays of packets in a row of packets; pixels outside of [x, x1) x [y, y1) get no ray. */
-static uint32_t pktrt__camera_rays(const pktrt__job *job, uint32_t x, uint32_t y, uint32_t x1, uint32_t y1, pktrt__batch *b,
-                                   uint32_t pixel[][2]) {
+/* Fills the batch with the pixel-centre rays of packets in a row of packets; pixels outside of [x, x1) x [y, y1) get
+   no ray. */
+static uint32_t pktrt__camera_rays(const pktrt__job *job, uint32_t x, uint32_t y, uint32_t x1, uint32_t y1,
+                                   pktrt__batch *b, uint32_t pixel[][2]) {
   const uint32_t edge = job->packet_size, packets = PKTRT__BATCH / (edge * edge);
   uint32_t n = 0;
   for (uint32_t k = 0; k < packets && x < x1; k++, x += edge)
@@ -4898,7 +5340,8 @@ static uint32_t pktrt__camera_rays(const pktrt__job *job, uint32_t x, uint32_t y
       }
       for (int a = 0; a < 3; a++) {
         b->o[a][n] = job->plane.eye[a];
-        b->d[a][n] = (float)(job->plane.corner[a] + ((double)px + 0.5) * job->plane.dx[a] + ((double)py + 0.5) * job->plane.dy[a]);
+        b->d[a][n] = (float)(job->plane.corner[a] + ((double)px + 0.5) * job->plane.dx[a] +
+                             ((double)py + 0.5) * job->plane.dy[a]);
       }
       b->tmin[n] = 0, b->tmax[n] = INFINITY, b->time[n] = job->plane.time;
     }
@@ -4906,7 +5349,8 @@ static uint32_t pktrt__camera_rays(const pktrt__job *job, uint32_t x, uint32_t y
   return n;
 }
 
-static pktrt__call pktrt__render_call(const pktrt__job *job, pktrt_query_desc *d, pktrt_ray_type type, pktrt_stats *stats) {
+static pktrt__call pktrt__render_call(const pktrt__job *job, pktrt_query_desc *d, pktrt_ray_type type,
+                                      pktrt_stats *stats) {
   pktrt_query_desc from;
   memset(&from, 0, sizeof from);
   from.path = job->desc->path;
@@ -4917,8 +5361,8 @@ static pktrt__call pktrt__render_call(const pktrt__job *job, pktrt_query_desc *d
 }
 
 /* One batch of primary rays: trace, find surfaces, shade, write. */
-static void pktrt__render_batch(const pktrt__job *job, pktrt__batch *b, pktrt__shadows *sh, uint32_t n, uint32_t pixel[][2],
-                                pktrt_stats *stats) {
+static void pktrt__render_batch(const pktrt__job *job, pktrt__batch *b, pktrt__shadows *sh, uint32_t n,
+                                uint32_t pixel[][2], pktrt_stats *stats) {
   pktrt__shading_point surfaces[PKTRT__BATCH];
   uint32_t lane[PKTRT__BATCH], found = 0, hint = 0;
   pktrt_query_desc primary, shadow;
@@ -4939,7 +5383,8 @@ static void pktrt__render_batch(const pktrt__job *job, pktrt__batch *b, pktrt__s
   }
 }
 
-static void pktrt__render_area(const pktrt__job *job, uint32_t x0, uint32_t y0, uint32_t x1, uint32_t y1, pktrt_stats *stats) {
+static void pktrt__render_area(const pktrt__job *job, uint32_t x0, uint32_t y0, uint32_t x1, uint32_t y1,
+                               pktrt_stats *stats) {
   pktrt__batch b;
   pktrt__shadows sh;
   uint32_t pixel[PKTRT__BATCH][2];
@@ -4951,7 +5396,8 @@ static void pktrt__render_area(const pktrt__job *job, uint32_t x0, uint32_t y0, 
     }
 }
 
-PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *s, const pktrt_render_desc *d, uint32_t x, uint32_t y, uint32_t w, uint32_t h) {
+PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *s, const pktrt_render_desc *d, uint32_t x, uint32_t y,
+                                         uint32_t w, uint32_t h) {
   pktrt__job job;
   pktrt__why why;
   if (!s || !pktrt__check_render(s, d, &job, &why)) return PKTRT_INVALID_ARGUMENT;
@@ -4960,7 +5406,7 @@ PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *s, const pktrt_rende
   return PKTRT_OK;
 }
 
-/* >>render ----------------------------------------------------------------------------------------------------------- */
+/* >>render --------------------------------------------------------------------------------------------------------- */
 
 typedef struct pktrt__tiles {
   const pktrt__job *job;
@@ -5009,11 +5455,13 @@ PKTRT_DEF pktrt_status pktrt_render(pktrt_scene *s, const pktrt_render_desc *d) 
   t.job = &job;
   t.columns = (d->width + job.tile_size - 1) / job.tile_size;
   const uint64_t count = (uint64_t)t.columns * ((d->height + job.tile_size - 1) / job.tile_size);
-  if (count > INT32_MAX) return pktrt__fail(s, PKTRT_LIMIT, "render: %llu tiles are too many", (unsigned long long)count);
+  if (count > INT32_MAX)
+    return pktrt__fail(s, PKTRT_LIMIT, "render: %llu tiles are too many", (unsigned long long)count);
   t.count = (uint32_t)count;
   if (d->stats) {
     t.stats = PKTRT__CAST(pktrt_stats *, pktrt__alloc(&s->desc, count, sizeof *t.stats));
-    if (!t.stats) return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "render: no memory for the statistics of %u tiles", (unsigned)t.count);
+    if (!t.stats)
+      return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "render: no memory for the statistics of %u tiles", (unsigned)t.count);
     memset(t.stats, 0, (size_t)count * sizeof *t.stats);
   }
   pktrt__parallel(&s->desc, t.count, pktrt__run_tile, &t);
@@ -5029,3 +5477,42 @@ PKTRT_DEF pktrt_status pktrt_render(pktrt_scene *s, const pktrt_render_desc *d) 
 #endif
 
 #endif /* the public functions */
+/* >>licence ----------------------------------------------------------------------------------------------------------
+
+   This software is available under two licences. Choose whichever you prefer.
+
+   ALTERNATIVE A: MIT licence
+
+   Copyright (c) 2026 the pktrt developers
+
+   Permission is hereby granted, free of charge, to any person obtaining a copy of this software and associated
+   documentation files (the "Software"), to deal in the Software without restriction, including without limitation the
+   rights to use, copy, modify, merge, publish, distribute, sublicense, and/or sell copies of the Software, and to
+   permit persons to whom the Software is furnished to do so, subject to the following conditions:
+
+   The above copyright notice and this permission notice shall be included in all copies or substantial portions of
+   the Software.
+
+   THE SOFTWARE IS PROVIDED "AS IS", WITHOUT WARRANTY OF ANY KIND, EXPRESS OR IMPLIED, INCLUDING BUT NOT LIMITED TO
+   THE WARRANTIES OF MERCHANTABILITY, FITNESS FOR A PARTICULAR PURPOSE AND NONINFRINGEMENT. IN NO EVENT SHALL THE
+   AUTHORS OR COPYRIGHT HOLDERS BE LIABLE FOR ANY CLAIM, DAMAGES OR OTHER LIABILITY, WHETHER IN AN ACTION OF CONTRACT,
+   TORT OR OTHERWISE, ARISING FROM, OUT OF OR IN CONNECTION WITH THE SOFTWARE OR THE USE OR OTHER DEALINGS IN THE
+   SOFTWARE.
+
+   ALTERNATIVE B: public domain (www.unlicense.org)
+
+   This is free and unencumbered software released into the public domain.
+
+   Anyone is free to copy, modify, publish, use, compile, sell, or distribute this software, either in source code
+   form or as a compiled binary, for any purpose, commercial or non-commercial, and by any means.
+
+   In jurisdictions that recognize copyright laws, the author or authors of this software dedicate any and all
+   copyright interest in the software to the public domain. We make this dedication for the benefit of the public at
+   large and to the detriment of our heirs and successors. We intend this dedication to be an overt act of
+   relinquishment in perpetuity of all present and future rights to this software under copyright law.
+
+   THE SOFTWARE IS PROVIDED "AS IS", WITHOUT WARRANTY OF ANY KIND, EXPRESS OR IMPLIED, INCLUDING BUT NOT LIMITED TO
+   THE WARRANTIES OF MERCHANTABILITY, FITNESS FOR A PARTICULAR PURPOSE AND NONINFRINGEMENT. IN NO EVENT SHALL THE
+   AUTHORS BE LIABLE FOR ANY CLAIM, DAMAGES OR OTHER LIABILITY, WHETHER IN AN ACTION OF CONTRACT, TORT OR OTHERWISE,
+   ARISING FROM, OUT OF OR IN CONNECTION WITH THE SOFTWARE OR THE USE OR OTHER DEALINGS IN THE SOFTWARE.
+*/

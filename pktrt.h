@@ -256,8 +256,8 @@
        to twice that without). Mind this when your threads have small stacks.
    pktrt_get_scene_info tells tree and mesh bytes.
 
-   Limits. Coordinates up to 2^100 (PKTRT_MAX_COORD); 1024 keys (PKTRT_MAX_KEYS); 2^32 - 2 triangles in all, fewer than
-   2^31 of them in meshes with the same number of keys (more are reported as out of memory); pictures of 65536 x 65536.
+   Limits. Coordinates up to 2^100 (PKTRT_MAX_COORD); 1024 keys (PKTRT_MAX_KEYS); 2^31 - 1 triangles
+   (PKTRT_MAX_TRIANGLES); pictures of 65536 x 65536.
    The tree is at most 40 levels deep, whatever the triangles are: stacks have fixed sizes and cannot overflow.
 
    NaN and infinity. In meshes, lights, materials and cameras they are refused by name. In rays they never do harm: a
@@ -358,7 +358,9 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#ifdef PKTRT_STATIC
+#if defined(PKTRT_STATIC) && (defined(__GNUC__) || defined(__clang__))
+#define PKTRT_DEF static __attribute__((unused)) /* a file need not call everything it has a copy of */
+#elif defined(PKTRT_STATIC)
 #define PKTRT_DEF static
 #elif defined(__cplusplus)
 #define PKTRT_DEF extern "C"
@@ -368,6 +370,7 @@
 
 #define PKTRT_VERSION 100      /* major * 10000 + minor * 100 + patch */
 #define PKTRT_NONE 0xFFFFFFFFu /* "no mesh", "no triangle" */
+#define PKTRT_MAX_TRIANGLES 2147483647u /* of a scene; more: PKTRT_LIMIT */
 #define PKTRT_MAX_KEYS 1024u   /* motion keys of one mesh; more: PKTRT_LIMIT */
 #define PKTRT_MAX_COORD 1.2676506e30f /* 2^100; a vertex beyond it: PKTRT_LIMIT, a ray origin beyond it: a miss */
 
@@ -580,7 +583,7 @@ typedef struct pktrt_stats {
 /* Paper path only, for teaching: one call per decision about a packet. */
 typedef enum pktrt_event_kind {
   PKTRT_EVENT_NODE = 0,     /* the packet opens node `index`; first active ray in `ray` */
-  PKTRT_EVENT_FIRST_HIT,    /* child `child` is entered: the first active ray hit it */
+  PKTRT_EVENT_FIRST_HIT,    /* child `child` of node `index` is entered: the first active ray hit it */
   PKTRT_EVENT_INTERVAL_CULL,/* child dropped: interval arithmetic says that every ray misses */
   PKTRT_EVENT_FRUSTUM_CULL, /* child dropped: it lies outside one of the four planes */
   PKTRT_EVENT_LATER_HIT,    /* child entered: a later ray, now the first active one, hit it */
@@ -738,6 +741,12 @@ PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *, const pktrt_render
 #if !defined(PKTRT_NO_AVX512)
 #define PKTRT__HAS_AVX512 1
 #endif
+#endif
+#if defined(__GNUC__) && !defined(__clang__) && defined(__cplusplus)
+/* g++ 12 warns of its own intrinsics headers, which initialise "undefined" vectors by themselves (GCC bug 105593) */
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wuninitialized"
+#pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
 #endif
 #include <immintrin.h>
 #include <cpuid.h>
@@ -1424,10 +1433,10 @@ static uint32_t pktrt__write_block(const pktrt__group *g, uint32_t block, const 
     bool area = false, none = tri[l] == PKTRT_NONE;
     if (!none) mesh = pktrt__mesh_of(meshes, mesh_count, tri[l], mesh);
     for (uint32_t k = 0; k < g->key_count; k++) {
-      float *row = pktrt__block_vertices(at, k) + l;
+      float *const first = pktrt__block_vertices(at, k), *row = first + l;
       const float *v[3], *before[3];
       if (none) {
-        for (size_t i = 0; i < 9; i++) row[i * PKTRT__W] = row[i * PKTRT__W - l];
+        for (size_t i = 0; i < 9; i++) row[i * PKTRT__W] = first[i * PKTRT__W];
         continue;
       }
       pktrt__corners(&meshes[mesh], use_pending, tri[l] - meshes[mesh].first_id, k, v);
@@ -2063,9 +2072,9 @@ static pktrt_status pktrt__check_mesh_desc(pktrt_scene *s, const pktrt_mesh_desc
   if (bytes > SIZE_MAX / 4 / (d->key_count ? d->key_count : 1))
     return pktrt__fail(s, PKTRT_LIMIT, "mesh %u: %u vertices of stride %u at %u keys are more than memory can hold", m,
                        (unsigned)d->vertex_count, (unsigned)d->position_stride, (unsigned)d->key_count);
-  if (d->triangle_count > PKTRT_NONE - 1 - s->total_triangles)
-    return pktrt__fail(s, PKTRT_LIMIT, "mesh %u: %u triangles more than the %u of the scene pass 2^32 - 2", m,
-                       (unsigned)d->triangle_count, (unsigned)s->total_triangles);
+  if (d->triangle_count > PKTRT_MAX_TRIANGLES - s->total_triangles)
+    return pktrt__fail(s, PKTRT_LIMIT, "mesh %u: %u triangles more than the %u of the scene pass %u", m,
+                       (unsigned)d->triangle_count, (unsigned)s->total_triangles, PKTRT_MAX_TRIANGLES);
   if (!d->indices && (uint64_t)d->triangle_count * 3 > d->vertex_count)
     return pktrt__fail(s, PKTRT_INVALID_ARGUMENT,
                        "mesh %u: a soup of %u triangles needs %llu vertices, vertex_count is %u", m,
@@ -2082,24 +2091,19 @@ static pktrt_status pktrt__copy_mesh(pktrt_scene *s, const pktrt_mesh_desc *d, p
   if (!m->positions || (d->normals && !m->normals) || (d->indices && !m->indices))
     return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "mesh %u: no memory for %u vertices at %u keys and %u triangles",
                        (unsigned)mesh, (unsigned)m->vertex_count, (unsigned)m->key_count, (unsigned)m->triangle_count);
-  for (uint32_t i = 0; d->indices && i / 3 < d->triangle_count; i++) {
-    uint32_t v;
-    memcpy(&v, d->indices + i, sizeof v);
-    if (v >= d->vertex_count)
+  for (uint64_t i = 0; d->indices && i < (uint64_t)d->triangle_count * 3; i++) {
+    memcpy(&m->indices[i], d->indices + i, sizeof *m->indices);
+    if (m->indices[i] >= d->vertex_count)
       return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "mesh %u, triangle %u: index %u is not below vertex_count %u",
-                         (unsigned)mesh, (unsigned)(i / 3), (unsigned)v, (unsigned)d->vertex_count);
-    m->indices[i] = v;
-    if (i == PKTRT_NONE) break;
+                         (unsigned)mesh, (unsigned)(i / 3), (unsigned)m->indices[i], (unsigned)d->vertex_count);
   }
   const uint64_t key_bytes = (uint64_t)m->stride * m->vertex_count;
-  for (uint32_t k = 0; k < m->key_count; k++) {
+  for (uint32_t k = 0; m->vertex_count && k < m->key_count; k++) {
     const uint64_t at = (uint64_t)k * m->vertex_count * 3;
     const float *from =
         (const float *)(const void *)((const unsigned char *)(const void *)d->positions + (size_t)(k * key_bytes));
-    pktrt_status st = PKTRT_OK;
-    if (m->vertex_count)
-      st = pktrt__copy_vectors(s, m->positions + at, from, m->vertex_count, m->stride, PKTRT_MAX_COORD, mesh, k,
-                               "vertex");
+    pktrt_status st = pktrt__copy_vectors(s, m->positions + at, from, m->vertex_count, m->stride, PKTRT_MAX_COORD, mesh,
+                                          k, "vertex");
     if (st == PKTRT_OK && d->normals)
       st = pktrt__copy_vectors(s, m->normals + at, d->normals + at, m->vertex_count, 12, FLT_MAX, mesh, k, "normal");
     if (st != PKTRT_OK) return st;
@@ -4001,26 +4005,26 @@ OP uint32_t NAME(paper_group)(const NAME(paper) *p, const float *p0, const float
 }
 
 /* Steps 1 to 4: the first ray from `first` on that may hit a child, or p->end. */
-OP uint32_t NAME(paper_first)(const NAME(paper) *p, const float *p0, const float *p1, uint32_t first, uint32_t child,
-                              const bool moving, const bool stats, pktrt_counts *counts) {
+OP uint32_t NAME(paper_first)(const NAME(paper) *p, const float *p0, const float *p1, uint32_t first, uint32_t node,
+                              uint32_t child, const bool moving, const bool stats, pktrt_counts *counts) {
   uint32_t r = first & ~7u, hit = NAME(paper_group)(p, p0, p1, r, moving) & ~0u << first % 8;
   COUNT(box_tests, pktrt__popcount(NAME(paper_active)(p, r) & ~0u << first % 8));
   if (hit) {
     const uint32_t ray = r + pktrt__lowest(hit);
     COUNT(first_hits, ray == first);
-    NAME(paper_tell)(p, ray == first ? PKTRT_EVENT_FIRST_HIT : PKTRT_EVENT_LATER_HIT, 0, child, ray, stats);
+    NAME(paper_tell)(p, ray == first ? PKTRT_EVENT_FIRST_HIT : PKTRT_EVENT_LATER_HIT, node, child, ray, stats);
     return ray;
   }
   float lo[3], hi[3];
   NAME(paper_box)(p, p0, p1, lo, hi, moving);
   if (NAME(paper_interval_misses)(p, lo, hi)) {
     COUNT(interval_culls, 1);
-    NAME(paper_tell)(p, PKTRT_EVENT_INTERVAL_CULL, 0, child, first, stats);
+    NAME(paper_tell)(p, PKTRT_EVENT_INTERVAL_CULL, node, child, first, stats);
     return p->end;
   }
   if (p->has_frustum && NAME(paper_frustum_misses)(p, lo, hi)) {
     COUNT(frustum_culls, 1);
-    NAME(paper_tell)(p, PKTRT_EVENT_FRUSTUM_CULL, 0, child, first, stats);
+    NAME(paper_tell)(p, PKTRT_EVENT_FRUSTUM_CULL, node, child, first, stats);
     return p->end;
   }
   for (r += 8; r < p->end; r += 8) {
@@ -4028,11 +4032,11 @@ OP uint32_t NAME(paper_first)(const NAME(paper) *p, const float *p0, const float
     COUNT(box_tests, pktrt__popcount(NAME(paper_active)(p, r)));
     hit = NAME(paper_group)(p, p0, p1, r, moving);
     if (!hit) continue;
-    NAME(paper_tell)(p, PKTRT_EVENT_LATER_HIT, 0, child, r + pktrt__lowest(hit), stats);
+    NAME(paper_tell)(p, PKTRT_EVENT_LATER_HIT, node, child, r + pktrt__lowest(hit), stats);
     return r + pktrt__lowest(hit);
   }
   COUNT(ray_culls, 1);
-  NAME(paper_tell)(p, PKTRT_EVENT_ALL_MISS, 0, child, first, stats);
+  NAME(paper_tell)(p, PKTRT_EVENT_ALL_MISS, node, child, first, stats);
   return p->end;
 }
 
@@ -4104,7 +4108,7 @@ OP void NAME(paper_packet)(NAME(paper) *p, const bool occlusion, const bool movi
                            pktrt_counts *counts) {
   struct {
     const float *plane; /* of the child, at key 0 of the segment */
-    uint32_t ref, first, child;
+    uint32_t ref, first, node, child;
   } stack[PKTRT__STACK + 8];
   const pktrt__view *view = p->view;
   const ptrdiff_t to_key1 = moving ? ((ptrdiff_t)view->plane1 - (ptrdiff_t)view->plane0) / (ptrdiff_t)sizeof(float) : 0;
@@ -4129,7 +4133,7 @@ OP void NAME(paper_packet)(NAME(paper) *p, const bool occlusion, const bool movi
         const uint32_t c = perm & 7;
         if (child[c] == PKTRT__EMPTY) continue;
         stack[sp].plane = (const float *)(const void *)(node + view->plane0) + c;
-        stack[sp].ref = child[c], stack[sp].first = first, stack[sp++].child = c;
+        stack[sp].ref = child[c], stack[sp].first = first, stack[sp].node = ref, stack[sp++].child = c;
       }
     }
     do {
@@ -4137,7 +4141,7 @@ OP void NAME(paper_packet)(NAME(paper) *p, const bool occlusion, const bool movi
       first = stack[--sp].first;
       while (first < p->end && !(p->active[first / 64] >> first % 64 & 1)) first++; /* occluded by now */
       if (first < p->end)
-        first = NAME(paper_first)(p, stack[sp].plane, stack[sp].plane + to_key1, first, stack[sp].child, moving, stats,
+        first = NAME(paper_first)(p, stack[sp].plane, stack[sp].plane + to_key1, first, stack[sp].node, stack[sp].child, moving, stats,
                                   counts);
     } while (first == p->end);
     ref = stack[sp].ref;
@@ -4473,9 +4477,14 @@ static void NAME(trace)(const pktrt__call *call, pktrt__batch *b, uint32_t n) {
 /* That the compiler kept products and sums of this instruction set apart: with e = 2^-12, (1 + e)^2 - (1 + 2 e) is
    e^2 when fused and 0 when each operation is rounded. */
 static bool NAME(rounds_each_operation)(void) {
-  volatile float x = 1.000244140625f, y = 1.00048828125f;
-  const v8 a = vset(x), b = vset(y), zero = vset(0);
-  return mbits(mand(veq(vsub(vmul(a, a), b), zero), veq(vsub(b, vmul(a, a)), zero))) == 0xFF;
+  /* read anew for each expression: a product with two uses would not be fused, nor need vectors of equal lanes be vectors */
+  volatile float x[2][8], y[2][8];
+  float a[2][8], b[2][8];
+  for (int i = 0; i < 16; i++) x[i / 8][i % 8] = 1.000244140625f, y[i / 8][i % 8] = 1.00048828125f;
+  for (int i = 0; i < 16; i++) a[i / 8][i % 8] = x[i / 8][i % 8], b[i / 8][i % 8] = y[i / 8][i % 8];
+  const m8 minus = veq(vsub(vmul(vload(a[0]), vload(a[0])), vload(b[0])), vset(0));
+  const m8 from = veq(vsub(vload(b[1]), vmul(vload(a[1]), vload(a[1]))), vset(0));
+  return mbits(mand(minus, from)) == 0xFF;
 }
 
 static const pktrt__kernels NAME(kernels) = {NAME(trace), NAME(rounds_each_operation)};
@@ -4602,9 +4611,9 @@ PKTRT_DEF bool pktrt_isa_available(pktrt_isa isa) { return isa == PKTRT_ISA_AUTO
 
 /* (1 + e)^2 - (1 + 2 e) with e = 2^-12 is e^2 when fused, 0 when each operation is rounded. */
 static bool pktrt__rounds_each_operation(void) {
-  volatile float x = 1.000244140625f, y = 1.00048828125f;
-  const float a = x, b = y;
-  return a * a - b == 0 && b - a * a == 0;
+  volatile float x = 1.000244140625f, y = 1.00048828125f; /* each read anew: a product with two uses would not be fused */
+  const float a = x, b = y, c = x, d = y;
+  return a * a - b == 0 && d - c * c == 0;
 }
 
 PKTRT_DEF pktrt_scene *pktrt_scene_create(const pktrt_scene_desc *desc) {
@@ -5470,6 +5479,9 @@ PKTRT_DEF pktrt_status pktrt_render(pktrt_scene *s, const pktrt_render_desc *d) 
   return t.cancelled ? pktrt__fail(s, PKTRT_CANCELLED, "render: the progress hook asked to stop") : PKTRT_OK;
 }
 
+#if defined(PKTRT__HAS_SSE2) && defined(__GNUC__) && !defined(__clang__) && defined(__cplusplus)
+#pragma GCC diagnostic pop
+#endif
 #if defined(__clang__)
 #pragma STDC FP_CONTRACT DEFAULT
 #elif defined(__GNUC__) && !defined(__TINYC__)

@@ -1,9 +1,11 @@
-/* The test binary: test [--small] [--list] [filter...] runs the tests whose sentence contains one of the filters. */
+/* The test binary: test [--small] [--list] [--seed N] [filter...] runs the tests whose sentence contains one of the filters.
+   PKTRT_TEST_ALL=1 in the environment prints every failure, not the first six of a test. */
 #include "test.h"
 #include <stdarg.h>
 #include <time.h>
 
 bool small_run;
+uint64_t run_seed;
 test_hooks hooks = {PTHREAD_MUTEX_INITIALIZER, 0, 0, 0, 0, 0, false, 0, 0, 0, 0, ""};
 pktrt_isa isas[8];
 int isa_count;
@@ -183,8 +185,9 @@ int main(int argc, char **argv) {
   for (int i = 1; i < argc; i++) {
     if (strcmp(argv[i], "--small") == 0) small_run = true;
     else if (strcmp(argv[i], "--list") == 0) list_only = true;
+    else if (strcmp(argv[i], "--seed") == 0 && i + 1 < argc) run_seed = strtoull(argv[++i], NULL, 10);
     else if (argv[i][0] == '-') {
-      fprintf(stderr, "usage: test [--small] [--list] [words of a test's sentence ...]\n");
+      fprintf(stderr, "usage: test [--small] [--list] [--seed N] [words of a test's sentence ...]\n");
       return 2;
     } else filters[filter_count++] = argv[i];
   }

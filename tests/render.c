@@ -301,6 +301,24 @@ static void smooth_and_geometric(void) {
   world_free(&w);
 }
 
+/* New shading normals show after a refit, not before. */
+static void normals_change(void) {
+  world w;
+  w.m[0] = mesh_sphere(3, 0, 1), w.n = 1;
+  pktrt_scene *s = lit_scene(&w, PKTRT_ISA_AUTO, 0);
+  float *before = blank(W * H * 3), *after = blank(W * H * 3);
+  for (uint32_t i = 0; i < w.m[0].nv * 3; i += 3) w.m[0].p[i] += 0.5f;
+  pktrt_render_desc d = view(before);
+  CHECK(pktrt_render(s, &d) == PKTRT_OK);
+  CHECK(pktrt_set_normals(s, 0, 0, w.m[0].p) == PKTRT_OK);
+  d.pixels = after;
+  CHECK(pktrt_render(s, &d) == PKTRT_OK && same_bits(before, after, W * H * 12), "not yet");
+  CHECK(pktrt_refit(s) == PKTRT_OK && pktrt_render(s, &d) == PKTRT_OK && !same_bits(before, after, W * H * 12), "now");
+  free(before), free(after);
+  pktrt_scene_destroy(s);
+  world_free(&w);
+}
+
 /* Shading normals of no length, and such that cancel between corners: refused, or a finite picture. */
 static void vanishing_normals(void) {
   mesh m = mesh_box();
@@ -459,6 +477,7 @@ void suite_render(void) {
   run("pictures of a floor have the values of closed forms", closed_forms);
   run("right is right and up is up", orientation);
   run("smooth normals shade round, geometric ones in facets", smooth_and_geometric);
+  run("new shading normals show after a refit", normals_change);
   run("vanishing normals do not spoil a picture", vanishing_normals);
   run("bad render settings are refused by name", refusals);
   run("a scene that is not committed shows the background", uncommitted);

@@ -68,8 +68,9 @@ static inline uint64_t mix64(uint64_t x) {
 typedef struct rng {
   uint64_t state;
 } rng;
+extern uint64_t run_seed; /* --seed N: other rays, other meshes */
 static inline rng rng_of(uint64_t seed) {
-  rng r = {mix64(seed)};
+  rng r = {mix64(seed ^ run_seed << 40)};
   return r;
 }
 static inline uint32_t rng_u32(rng *r) { return (uint32_t)(mix64(r->state++) >> 32); }

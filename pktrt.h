@@ -2271,8 +2271,9 @@ static pktrt_status pktrt__rebuild_worn(pktrt_scene *s) {
    evaluation by 3 eps (M + rho); plane - ref by eps (M + |o|). With the 6.25 eps M from above the planes are moved
    outward by max D + 16 eps rho.
 
-   INTERVALS of the paper path take (plane - o -+ D) r at the ends of the packet's intervals of o and r, with its largest
-   D: a difference of extremes bounds the differences, and its three roundings cost less than those of a slab above. */
+   INTERVALS of the paper path take (plane - o -+ D) r at the ends of the packet's intervals of o and r, with its
+   largest D: a difference of extremes bounds the differences, and its three roundings cost less than those of a slab
+   above. */
 
 #ifndef PKTRT__SLACK_SCALE /* the tests set 0: then hits are lost, which shows that they look where it matters */
 #define PKTRT__SLACK_SCALE 1.0f
@@ -4141,8 +4142,8 @@ OP void NAME(paper_packet)(NAME(paper) *p, const bool occlusion, const bool movi
       first = stack[--sp].first;
       while (first < p->end && !(p->active[first / 64] >> first % 64 & 1)) first++; /* occluded by now */
       if (first < p->end)
-        first = NAME(paper_first)(p, stack[sp].plane, stack[sp].plane + to_key1, first, stack[sp].node, stack[sp].child, moving, stats,
-                                  counts);
+        first = NAME(paper_first)(p, stack[sp].plane, stack[sp].plane + to_key1, first, stack[sp].node,
+                                  stack[sp].child, moving, stats, counts);
     } while (first == p->end);
     ref = stack[sp].ref;
   }
@@ -4318,7 +4319,7 @@ OP void NAME(drive_fast)(const pktrt_scene *scene, pktrt__batch *b, uint32_t n, 
     const uint32_t first = base + pktrt__lowest(rest), k = b->axis[first], ku = (k + 1) % 3, kv = (k + 2) % 3;
     const float sign = b->dk[first] < 0 ? -1.0f : 1.0f;
     uint64_t agree = 0, forward = 0;
-    for (uint32_t i = 0; i < 64; i += 8) {
+    for (uint32_t i = 0; i < 64 && base + i < n; i += 8) {
       const uint32_t r = base + i;
       const v8 side = vmul(vmax(vabs(vload(b->d[ku] + r)), vabs(vload(b->d[kv] + r))), vset(0.7f));
       agree |= (uint64_t)mbits(vlt(side, vmul(vload(b->d[k] + r), vset(sign)))) << i;
@@ -4346,7 +4347,12 @@ OP void NAME(drive_fast)(const pktrt_scene *scene, pktrt__batch *b, uint32_t n, 
   for (uint32_t o = 0; o < 8; o++)
     for (uint32_t i = 0; i < in_bin[o]; i += 64) {
       const uint32_t rays = in_bin[o] - i < 64 ? in_bin[o] - i : 64;
-      COUNT(packets, 1);
+      COUNT(packets, rays < 4 ? rays : 1);
+      if (rays < 4) { /* too few to share anything: measured slower as a stream */
+        for (uint32_t j = i; j < i + rays; j++)
+          NAME(drive_single)(scene, b, bins[o][j], occlusion, false, stats, counts);
+        continue;
+      }
       NAME(drive_stream)(scene, b, bins[o] + i, ~(uint64_t)0 >> (64 - rays), occlusion, stats, counts);
     }
 }
@@ -4447,9 +4453,12 @@ OP void NAME(trace_as)(const pktrt__call *call, pktrt__batch *b, uint32_t n, con
     for (uint32_t j = i; j < i + 8; j++) b->id[j] = 0, b->slot[j] = PKTRT_NONE;
   }
   if (!scene->group_count) return;
+  /* WHY: so few rays gain nothing together, least of all where the first hit ends a ray. Eight shuffled shadow rays
+     took 1.14 times as long in a stream as in single calls. */
+  const bool few = n < (occlusion ? 32u : 16u);
   if (call->desc->path == PKTRT_PATH_PAPER) {
     NAME(drive_paper)(call, b, n, occlusion);
-  } else if (call->desc->path == PKTRT_PATH_SINGLE || n < 8) {
+  } else if (call->desc->path == PKTRT_PATH_SINGLE || few) {
     for (uint32_t i = 0; i < n; i += 64)
       for (uint64_t m = b->valid[i / 64]; m; m &= m - 1) {
         COUNT(packets, 1);
@@ -4477,7 +4486,7 @@ static void NAME(trace)(const pktrt__call *call, pktrt__batch *b, uint32_t n) {
 /* That the compiler kept products and sums of this instruction set apart: with e = 2^-12, (1 + e)^2 - (1 + 2 e) is
    e^2 when fused and 0 when each operation is rounded. */
 static bool NAME(rounds_each_operation)(void) {
-  /* read anew for each expression: a product with two uses would not be fused, nor need vectors of equal lanes be vectors */
+  /* read anew for each expression: a product with two uses would not be fused, nor would equal lanes stay a vector */
   volatile float x[2][8], y[2][8];
   float a[2][8], b[2][8];
   for (int i = 0; i < 16; i++) x[i / 8][i % 8] = 1.000244140625f, y[i / 8][i % 8] = 1.00048828125f;
@@ -4611,7 +4620,7 @@ PKTRT_DEF bool pktrt_isa_available(pktrt_isa isa) { return isa == PKTRT_ISA_AUTO
 
 /* (1 + e)^2 - (1 + 2 e) with e = 2^-12 is e^2 when fused, 0 when each operation is rounded. */
 static bool pktrt__rounds_each_operation(void) {
-  volatile float x = 1.000244140625f, y = 1.00048828125f; /* each read anew: a product with two uses would not be fused */
+  volatile float x = 1.000244140625f, y = 1.00048828125f; /* read anew: a product with two uses would not be fused */
   const float a = x, b = y, c = x, d = y;
   return a * a - b == 0 && d - c * c == 0;
 }
@@ -4865,9 +4874,9 @@ PKTRT_DEF pktrt_status pktrt_add_material(pktrt_scene *s, const pktrt_material *
 
 /* >>queries -------------------------------------------------------------------------------------------------------- */
 
-/* Fills the lanes [n, padded) with rays that hit nothing, so that whole vectors are defined; returns padded. */
+/* Fills the lanes behind the last ray with rays that hit nothing, up to a whole vector. */
 static void pktrt__pad_batch(pktrt__batch *b, uint32_t n) {
-  const uint32_t whole = n < 8 ? 8 : 64, padded = (n + whole - 1) / whole * whole;
+  const uint32_t padded = (n + 7) / 8 * 8;
   for (uint32_t i = n; i < padded; i++) {
     for (int a = 0; a < 3; a++) b->o[a][i] = 0, b->d[a][i] = 0;
     b->tmin[i] = b->tmax[i] = b->time[i] = 0;

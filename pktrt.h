@@ -602,7 +602,7 @@ typedef struct pktrt_query_desc {
   pktrt_path path;
   uint32_t packet_size;     /* rays in a packet of the paper path, 1 to 256; 0: 64 */
   pktrt_ray_type type;      /* which row of *stats to add to */
-  pktrt_stats *stats;       /* NULL: count nothing, at no cost */
+  pktrt_stats *stats;       /* NULL: count nothing, at no cost (but the paper path always counts) */
   void (*trace)(void *user, const pktrt_event *); /* paper path; NULL: none */
   void *user;
 } pktrt_query_desc;
@@ -675,7 +675,7 @@ typedef struct pktrt_render_desc {
   uint32_t tile_size;          /* pixels along a tile's edge, 1 to 1024; 0: 64 */
   pktrt_path path;
   pktrt_shadow_packets shadows;
-  pktrt_stats *stats;          /* NULL: count nothing, at no cost */
+  pktrt_stats *stats;          /* NULL: count nothing, at no cost (but the paper path always counts) */
   /* Called after tiles, from the thread that finished one; done in (0,1]. false cancels. NULL: none. */
   bool (*progress)(void *user, float done);
   void *user;
@@ -3496,25 +3496,21 @@ typedef struct NAME(frustum_rays) {
   bool common;                     /* one origin for all */
 } NAME(frustum_rays);
 
-/* Rays [base, base + 64) in mask, all with axis k and sign s. */
-PKTRT__NOINLINE void NAME(frustum_setup)(NAME(frustum_rays) *f, const pktrt_scene *scene, const pktrt__batch *b,
-                                         uint32_t base, uint64_t mask, uint32_t k, float sign) {
-  const uint32_t ku = (k + 1) % 3, kv = (k + 2) % 3;
-  const vf inf = fset(INFINITY), ninf = fset(-INFINITY), s = fset(sign);
-  f->k = k, f->ku = ku, f->kv = kv, f->sign = sign, f->base = base, f->first = base + pktrt__lowest(mask);
-  const float *ok = b->o[k] + base, *ou = b->o[ku] + base, *ov = b->o[kv] + base;
-  /* box of the origins */
+/* The reference point, rho and the padding, from the box of the origins of the rays in mask. */
+OP void NAME(frustum_origins)(NAME(frustum_rays) *f, const pktrt__batch *b, uint64_t mask) {
+  const float *o[3] = {b->o[f->ku] + f->base, b->o[f->kv] + f->base, b->o[f->k] + f->base};
+  const vf inf = fset(INFINITY), ninf = fset(-INFINITY);
   vf lo[3] = {inf, inf, inf}, hi[3] = {ninf, ninf, ninf}, pad = fset(0);
   for (uint32_t i = 0; i < 64; i += FW) {
     const uint32_t bits = (uint32_t)(mask >> i) & ((1u << FW) - 1);
     if (!bits) continue;
     const mf m = ffrom(bits);
-    const vf o[3] = {fload(ou + i), fload(ov + i), fmul(s, fload(ok + i))};
     UNROLL for (int a = 0; a < 3; a++) {
-      lo[a] = fmin_(lo[a], fsel(m, o[a], lo[a]));
-      hi[a] = fmax_(hi[a], fsel(m, o[a], hi[a]));
+      const vf x = a == 2 ? fmul(fset(f->sign), fload(o[a] + i)) : fload(o[a] + i);
+      lo[a] = fmin_(lo[a], fsel(m, x, lo[a]));
+      hi[a] = fmax_(hi[a], fsel(m, x, hi[a]));
     }
-    pad = fmax_(pad, fsel(m, fload(b->pad + base + i), pad));
+    pad = fmax_(pad, fsel(m, fload(b->pad + f->base + i), pad));
   }
   float rho = 0;
   f->common = true;
@@ -3525,42 +3521,56 @@ PKTRT__NOINLINE void NAME(frustum_setup)(NAME(frustum_rays) *f, const pktrt_scen
     if (l != h) f->common = false;
   }
   f->pad = fhmax(pad) + PKTRT__PAD_RHO * rho;
-  const float exit_ = (sign > 0 ? scene->hi[k] : -scene->lo[k]) - f->ref[2];
-  f->far_ = pktrt__maxf(exit_ * (1 + 16 * PKTRT__EPS) + f->pad, 1e-30f);
+}
 
+/* Every ray's C, and the four planes around them. */
+OP void NAME(frustum_planes)(NAME(frustum_rays) *f, const pktrt__batch *b, uint64_t mask) {
+  const vf inf = fset(INFINITY), ninf = fset(-INFINITY), s = fset(f->sign);
+  const uint32_t axis[2] = {f->ku, f->kv};
   vf n0[2] = {inf, inf}, n1[2] = {inf, inf}, x0[2] = {ninf, ninf}, x1[2] = {ninf, ninf}, wmin = inf, wmax = ninf;
   for (uint32_t i = 0; i < 64; i += FW) {
-    const uint32_t bits = (uint32_t)(mask >> i) & ((1u << FW) - 1);
+    const uint32_t bits = (uint32_t)(mask >> i) & ((1u << FW) - 1), r = f->base + i;
     if (!bits) continue;
     const mf m = ffrom(bits);
-    const vf ow = fsub(fmul(s, fload(ok + i)), fset(f->ref[2])), wn = fadd(ow, fload(b->wn + base + i));
+    const vf ow = fsub(fmul(s, fload(b->o[f->k] + r)), fset(f->ref[2])), wn = fadd(ow, fload(b->wn + r));
     fstore(f->ow + i, ow);
     fstore(f->wn + i, wn);
     wmin = fmin_(wmin, fsel(m, wn, wmin));
-    wmax = fmax_(wmax, fsel(m, fadd(ow, fload(b->wf + base + i)), wmax));
+    wmax = fmax_(wmax, fsel(m, fadd(ow, fload(b->wf + r)), wmax));
     UNROLL for (int a = 0; a < 2; a++) {
-      const vf g = fmul(s, fload(b->slope[a] + base + i));
-      const vf c = fsub(fsub(fload((a ? ov : ou) + i), fset(f->ref[a])), fmul(g, ow));
+      const vf g = fmul(s, fload(b->slope[a] + r));
+      const vf c = fsub(fsub(fload(b->o[axis[a]] + r), fset(f->ref[a])), fmul(g, ow));
       const vf end = ffma(g, fset(f->far_), c);
       fstore(f->c[a] + i, c);
-      fstore(f->rc[a] + i, fmul(c, fload(b->rd[a ? kv : ku] + base + i)));
+      fstore(f->rc[a] + i, fmul(c, fload(b->rd[axis[a]] + r)));
       n0[a] = fmin_(n0[a], fsel(m, c, n0[a])), x0[a] = fmax_(x0[a], fsel(m, c, x0[a]));
       n1[a] = fmin_(n1[a], fsel(m, end, n1[a])), x1[a] = fmax_(x1[a], fsel(m, end, x1[a]));
     }
   }
   f->wmin = fhmin(wmin), f->wmax = fhmax(wmax);
-  uint64_t negative[3] = {0, 0, 0};
+  UNROLL for (int a = 0; a < 2; a++) {
+    const float upper = fhmax(x0[a]), lower = fhmin(n0[a]);
+    f->a[2 * a] = upper, f->b[2 * a] = (fhmax(x1[a]) - upper) / f->far_;
+    f->a[2 * a + 1] = lower, f->b[2 * a + 1] = (fhmin(n1[a]) - lower) / f->far_;
+  }
+}
+
+/* Rays [base, base + 64) in mask, all with axis k and sign s. */
+PKTRT__NOINLINE void NAME(frustum_setup)(NAME(frustum_rays) *f, const pktrt_scene *scene, const pktrt__batch *b,
+                                         uint32_t base, uint64_t mask, uint32_t k, float sign) {
+  f->k = k, f->ku = (k + 1) % 3, f->kv = (k + 2) % 3, f->sign = sign;
+  f->base = base, f->first = base + pktrt__lowest(mask);
+  NAME(frustum_origins)(f, b, mask);
+  const float exit_ = (sign > 0 ? scene->hi[k] : -scene->lo[k]) - f->ref[2];
+  f->far_ = pktrt__maxf(exit_ * (1 + 16 * PKTRT__EPS) + f->pad, 1e-30f);
+  NAME(frustum_planes)(f, b, mask);
+  uint64_t negative[3] = {0, 0, 0}; /* for the day they become streams: the octants, and the list of lanes */
   for (uint32_t i = 0; i < 64; i += 8)
     UNROLL for (int a = 0; a < 3; a++) negative[a] |= (uint64_t)vsign(vload(b->d[a] + base + i)) << i;
   for (uint32_t o = 0; o < 8; o++)
     f->octant[o] = (o & 1 ? negative[0] : ~negative[0]) & (o & 2 ? negative[1] : ~negative[1]) &
                    (o & 4 ? negative[2] : ~negative[2]);
   for (uint32_t i = 0; i < 64; i++) f->list[i] = (uint8_t)(base + i);
-  UNROLL for (int a = 0; a < 2; a++) {
-    const float upper = fhmax(x0[a]), lower = fhmin(n0[a]);
-    f->a[2 * a] = upper, f->b[2 * a] = (fhmax(x1[a]) - upper) / f->far_;
-    f->a[2 * a + 1] = lower, f->b[2 * a + 1] = (fhmin(n1[a]) - lower) / f->far_;
-  }
 }
 
 /* Earliest and latest time of the rays in mask, as weights of the segment's keys. */

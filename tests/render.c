@@ -50,17 +50,25 @@ static float *blank(size_t floats) {
   return p;
 }
 
+typedef struct { /* several workers may report at once */
+  pthread_mutex_t lock;
+  float most;
+} reported;
+
 static bool keep_going(void *user, float done) {
-  float *last = user;
+  reported *p = user;
   CHECK(done > 0 && done <= 1, "%g done", (double)done);
-  if (last) *last = fmaxf(*last, done);
+  pthread_mutex_lock(&p->lock);
+  p->most = fmaxf(p->most, done);
+  pthread_mutex_unlock(&p->lock);
   return true;
 }
 
 static void same_picture(bool moving) {
   world w = moving ? world_moving(4) : world_static(4);
   size_t floats = W * H * 3, pictures = 0, bad = 0;
-  float *want = blank(floats), *got = blank(floats), done = 0;
+  float *want = blank(floats), *got = blank(floats);
+  reported done = {PTHREAD_MUTEX_INITIALIZER, 0};
   pktrt_scene *s = lit_scene(&w, PKTRT_ISA_AUTO, 0);
   pktrt_render_desc d = view(want);
   d.path = PKTRT_PATH_SINGLE;
@@ -79,7 +87,7 @@ static void same_picture(bool moving) {
       d.path = (pktrt_path)(i % 3), d.packet_size = packets[(i / 3) % 5], d.tile_size = tiles[(i / 2) % 6];
       d.shadows = (pktrt_shadow_packets)((i / 4) % 2);
       d.row_stride = i % 4 == 3 ? W * 3 : 0;
-      if (i % 5 == 0) d.progress = keep_going, d.user = &done, done = 0;
+      if (i % 5 == 0) d.progress = keep_going, d.user = &done, done.most = 0;
       for (size_t j = 0; j < floats; j++) got[j] = -7;
       if (i % 7 == 6) { /* by hand, tile by tile, in another order */
         for (uint32_t y = 0; y < H; y += 27) {
@@ -87,7 +95,7 @@ static void same_picture(bool moving) {
         }
       } else {
         CHECK(pktrt_render(s, &d) == PKTRT_OK, "%s", pktrt_last_error(s));
-        CHECK(!d.progress || done == 1, "progress ends at 1");
+        CHECK(!d.progress || done.most == 1, "progress ends at 1");
       }
       pictures++;
       size_t differ = 0, first = floats;

@@ -602,7 +602,7 @@ typedef struct pktrt_query_desc {
   pktrt_path path;
   uint32_t packet_size;     /* rays in a packet of the paper path, 1 to 256; 0: 64 */
   pktrt_ray_type type;      /* which row of *stats to add to */
-  pktrt_stats *stats;       /* NULL: count nothing, at no cost (but the paper path always counts) */
+  pktrt_stats *stats;       /* NULL: count nothing, at no cost (the paper path always counts) */
   void (*trace)(void *user, const pktrt_event *); /* paper path; NULL: none */
   void *user;
 } pktrt_query_desc;
@@ -675,7 +675,7 @@ typedef struct pktrt_render_desc {
   uint32_t tile_size;          /* pixels along a tile's edge, 1 to 1024; 0: 64 */
   pktrt_path path;
   pktrt_shadow_packets shadows;
-  pktrt_stats *stats;          /* NULL: count nothing, at no cost (but the paper path always counts) */
+  pktrt_stats *stats;          /* NULL: count nothing, at no cost (the paper path always counts) */
   /* Called after tiles, from the thread that finished one, so perhaps from several at once; done in (0,1], not always in
      order. false cancels. NULL: none. */
   bool (*progress)(void *user, float done);

@@ -676,8 +676,8 @@ typedef struct pktrt_render_desc {
   pktrt_path path;
   pktrt_shadow_packets shadows;
   pktrt_stats *stats;          /* NULL: count nothing, at no cost (the paper path always counts) */
-  /* Called after tiles, from the thread that finished one, so perhaps from several at once; done in (0,1], not always in
-     order. false cancels. NULL: none. */
+  /* Called after tiles, from the thread that finished one, so perhaps from several at once; done in (0,1], not always
+     in order. false cancels. NULL: none. */
   bool (*progress)(void *user, float done);
   void *user;
 } pktrt_render_desc;

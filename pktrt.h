@@ -197,8 +197,8 @@
    You need not choose. pktrt_intersect_n and its kin look at the rays in fours of 64: those that look one way become
    frustum packets, others go by octant into streams, and a packet that thins out to 16 rays, or 4 at a leaf, becomes
    streams on its way down. Fewer than 16 rays of a call (32 for occlusion) go one by one. What helps is order: let
-   neighbours in the array be neighbours in space, such as the pixels of 8 x 8 blocks, and keep shadow rays of different lights
-   apart.
+   neighbours in the array be neighbours in space, such as the pixels of 8 x 8 blocks, and keep shadow rays of
+   different lights apart.
 
 
    CONVENTIONS

@@ -1,4 +1,4 @@
-/* pktrt.h - v0.1.0 - packet ray tracing in one C header: what does a ray hit, for one ray or for millions at once
+/* pktrt.h - v0.2.0 - packet ray tracing in one C header: queries, for one ray or for millions, and pictures
 
    After Boulos, Edwards, Lacewell, Kniss, Kautz, Shirley and Wald, "Packet-based Whitted and Distribution Ray Tracing",
    Graphics Interface 2007. MIT or public domain, at your choice (>>licence, at the end of the file).
@@ -34,7 +34,10 @@
        ground.indices = floor_triangles, ground.triangle_count = 2;
        pyramid.positions = pyramid_xyz, pyramid.vertex_count = 5;
        pyramid.indices = pyramid_triangles, pyramid.triangle_count = 4;
-       const pktrt_light sun = {PKTRT_LIGHT_DIRECTIONAL, {0, 0, 0}, {-4, -2.5f, -1}, {3, 3, 3}};
+       static pktrt_light sun;
+       sun.kind = PKTRT_LIGHT_DIRECTIONAL;
+       sun.direction[0] = -4, sun.direction[1] = -2.5f, sun.direction[2] = -1;
+       sun.intensity[0] = sun.intensity[1] = sun.intensity[2] = 3;
 
        pktrt_scene *scene = pktrt_scene_create(NULL);
        if (!scene || pktrt_add_mesh(scene, &ground, NULL) || pktrt_add_mesh(scene, &pyramid, NULL) ||
@@ -76,10 +79,11 @@
        >>mesh         adding, committing, deforming and refitting meshes; what a scene is made of
        >>query        rays, hits, one or many, arrays of structures or structures of arrays; leaving a surface
        >>stats        counts of work, events for teaching, queries with everything spelled out
-       >>camera       a pinhole
-       >>light        point and directional
-       >>material     diffuse
-       >>render       pictures; again at the end of the file: tiles through parallel_for
+       >>camera       a pinhole or a thin lens, a shutter, between two poses
+       >>light        point, directional, quad, sphere, mesh, environment; which light is counted where
+       >>material     diffuse, mirror, coat, glass, metal; Phong lobes; hooks for textures and shaders
+       >>sampler      seven sets of samples, and the mappings from the unit square
+       >>render       pictures, and all that can be chosen about them
 
      Implementation, compiled once
        >>platform     compilers, instruction sets of this build, the guard against fused operations
@@ -93,6 +97,7 @@
        >>commit       all or nothing
        >>exactness    THE definition of a hit, and the bound of every culling test: read this one
        >>packet       rays as the kernels see them
+       >>waves        rays and surfaces as the renderer sees them
        >>dispatch     the stamping of the kernels, and the choice at run time
 
      Implementation, stamped once for each instruction set
@@ -106,15 +111,30 @@
        >>paper        the paper's packets, plain: the place to begin reading
        >>drive        from many rays to packets, streams and single rays
        >>resolve      u, v and normal, once for each ray
+       >>shade        surfaces, scattering and shadow rays, eight at a time
        >>entry        one batch of rays
 
      Implementation of the public functions
        >>scene        meshes, lights and materials come and change
        >>queries      batches out of arrays, and back
        >>spawn        how far a ray starts from the surface it leaves
-       >>shading      checks of a render, the camera
-       >>surface      shading points, shadow rays
-       >>tiles        a picture in batches
+       >>vectors      the few operations that are not done by eights
+       >>sampler      the sets
+       >>elementary   exp, log, sine and cosine, the same on every machine
+       >>mappings     from the unit square to disk, sphere, hemisphere and lobe
+       >>fresnel      how much is reflected
+       >>lens         the camera
+       >>job          checks of a render
+       >>lamps        where shadow rays go
+       >>work         what a tile needs
+       >>surface      what the rays of a wave met
+       >>materials    textures, shaders, weights of what is reflected and refracted
+       >>assembly     how rays are put together to packets (paper 3.2)
+       >>lights       direct light
+       >>scattering   the rays of the next generation
+       >>generations  the recursion, packet by packet
+       >>tiles        samples, pixels, blocks
+       >>render       tiles through parallel_for
        >>licence      MIT or public domain
 
 
@@ -122,11 +142,8 @@
 
    - No window, no files, no threads of its own: pictures are arrays of floats, threads come through parallel_for.
    - No any-hit filters, ray masks, instances, or removing a mesh. Triangles only.
-   - Version 0.1 renders ray casting with shadows (the paper's RCS): pinhole camera, diffuse surfaces, point and
-     directional lights, one ray through the middle of each pixel. Not yet: Whitted and distribution ray tracing (WRT,
-     DRT), hence reflection, refraction, samplers, antialiasing, lenses, motion blur and area lights in pictures.
-     Queries can serve all of these already: rays have a time of their own, and pktrt_spawn starts the next ray of a
-     path.
+   - Pictures are ray traced after Whitted and Cook, not path traced: no light from diffuse surface to diffuse surface
+     (an ambient constant and an environment light stand for it), and no caustics.
    - MSVC is untested; MinGW is compiled, not run.
 
 
@@ -194,6 +211,18 @@
        paper path, 8 x 8 pixels          23        38
        paper path, 16 x 16 pixels        21        95
 
+   Pictures. Three kinds, as in the paper. RCS casts primary and shadow rays. WRT (Whitted 1980) follows reflection and
+   refraction, and branches at glass. DRT (Cook 1984) takes many samples of each pixel, of the lens, the time, the
+   lights and the lobes, and at glass chooses one of the two ways by Fresnel weight: N rays in, N rays out.
+
+   Waves. The rays of a packet (fast path: of several) are one wave. What they meet is gathered into a dense list of
+   surfaces, which are shaded eight at a time; their shadow rays are traced; the rays that they reflect and refract
+   form the waves of the next generation, which bring their radiance back to the surfaces that sent them. So a sample's
+   sum is taken along its ray tree, own light first, then reflection, then refraction, whatever rays share a packet.
+
+   Assembly. What may share a packet (paper 3.2): all rays of one type (default), runs of neighbours on one material,
+   groups by material or by octant of directions, all blindly, or none. It changes speed, not pixels.
+
    You need not choose. pktrt_intersect_n and its kin look at the rays in fours of 64: those that look one way become
    frustum packets, others go by octant into streams, and a packet that thins out to 16 rays, or 4 at a leaf, becomes
    streams on its way down. Fewer than 16 rays of a call (32 for occlusion) go one by one. What helps is order: let
@@ -211,7 +240,8 @@
      For a shadow ray let the direction reach from point to light, and tmax be 1.
    - Barycentrics: point = (1 - u - v) p0 + u p1 + v p2. From it you get the point more precisely than from t.
    - Time: 0 is the first key, 1 the last. Outside it is clamped, NaN counts as 0. Static scenes ignore it.
-   - Units of length are yours. Radiance is intensity cos / (pi r^2) for a point light, see >>light. Colours are linear
+   - Units of length are yours. Radiance is intensity cos / (pi r^2) for a point light, see >>light. Refraction does not
+     scale radiance by the square of the index, as it would between media: what enters glass leaves it again. Colours are linear
      RGB: before an 8-bit screen sees them, apply its curve (sRGB). Row 0 of a picture is the top one.
 
 
@@ -245,7 +275,7 @@
    each other.
 
    Memory. Every byte comes from allocate and goes to release, with its size, aligned to 64 bytes. Queries allocate
-   nothing; rendering only if it counts. A call that runs out of memory says so and leaves the last committed state.
+   nothing. A call that runs out of memory says so and leaves the last committed state.
      - Tree: 55 to 65 bytes per triangle for ordinary meshes (a smooth height field; the pool hall), nearly 50 more for
        each further key, and 4 to 5 for the list that refit needs. Loose triangles that overlap in heaps fill their
        blocks badly: expect 250 to 300 bytes.
@@ -253,7 +283,9 @@
        counts.
      - Meshes are retained: 12 bytes per vertex and key, as much again with normals, 12 per triangle with indices. The
        first pktrt_set_positions of a mesh makes room for a second set, which stays; pktrt_set_normals likewise.
-     - Stack: at most 64 KiB in a query, about 130 KiB in a render, 16 KiB in a build, if compiled with optimisation (up
+     - Rendering: about 215 KiB for each tile at work, and 54 KiB for each generation of rays; 150 bytes for each
+       triangle of a mesh that is a light; if it counts, 7 KiB for each tile of the picture.
+     - Stack: at most 64 KiB in a query, about 80 KiB in a render, 16 KiB in a build, if compiled with optimisation (up
        to twice that without). Mind this when your threads have small stacks.
    pktrt_get_scene_info tells tree and mesh bytes.
 
@@ -288,7 +320,7 @@
 
    THE PAPER, SECTION BY SECTION (it numbers no equations)
 
-     1, figure 1 (RCS, WRT, DRT)     >>render: RCS only, so far.
+     1, figure 1 (RCS, WRT, DRT)     >>render, pktrt_mode.
      2, shadow rays                  >>surface: from surface to light, where the paper mentions light to surface.
                                      Packets need no common origin here, and the ray leaves the surface it must not hit.
      3.1, figure 2: general packets  >>paper, steps 1 to 4; 1 to 256 rays. SIMD is 8 rays wide, not 4: step 1 tests the
@@ -300,15 +332,17 @@
                                      question. They test every ray against every box that the planes keep: the paper's
                                      packets test fewer boxes, but more triangles for rays that came along (see
                                      CONCEPTS).
-     3.2, figure 3: assembly         Not yet. Shadow rays form packets of their own, one for each light: "ray types" for
-                                     the one type of secondary ray there is. One packet for all lights can be chosen.
+     3.2, figure 3: assembly         >>assembly, all of them. Shadow rays make one packet for each light by default, and
+                                     one for all lights as in the paper if asked for. On the fast path, ray types take
+                                     the surfaces of several packets at once, which keeps packets full as rays thin out.
      3.3: a BVH                      >>build. Eight children, not two: one load and one vector test serve all of them,
                                      for one ray or a frustum, and all paths share one tree. Built by binned SAH with
                                      exact sweeps near the leaves. Box tests per ray are therefore not comparable with
                                      the paper's one by one.
      3.3, deformation                >>refit: fixed connectivity, bounds refitted; SAH cost against the cost at build
                                      tells when to rebuild.
-     4, figure 4: DRT                Not yet.
+     4, figure 4: DRT                >>lens, >>lights, >>scattering. Shadow rays go to a point of each light, reflected rays
+                                     into a Phong lobe; at glass one ray goes on, or both if asked for.
      4, triangle test                >>exactness, >>triangles: barycentric in place like Kensler and Shirley's, for the
                                      reason the paper gives (nothing precomputed, so triangles can move), but in the
                                      sheared frame of Woop et al., with edge signs that are exact, so that edges do not
@@ -316,11 +350,14 @@
      4, motion blur                  Times belong to rays, as in the paper. Boxes are interpolated to the ray's time,
                                      for packets to the interval of their times; in the paper boxes grow with the
                                      shutter (5.3.1).
-     4, sampling                     Not yet.
+     4, sampling                     >>sampler: interleaved sampling among them, and its modern answer, samples whose error is
+                                     blue noise. All are static: the same for each frame. >>mappings: the lobe's mapping
+                                     with the paper's care, and the naive one.
      5.1, tests per ray              >>stats: tests are counted in lanes, one ray against one box or triangle; a test of
                                      a whole packet counts as a cull, by its kind.
      5.2 to 5.4, figures 5 to 8      Not yet, as benchmarks. The paper path and packets from 2 x 2 to 16 x 16 are there.
-     6, shading in bulk              Not yet; >>surface shades point by point.
+     5.1: shading, attenuation       Exact Fresnel terms; depth to 50; attenuation cuts off rays by their weight.
+     6, shading in bulk              >>shade: by eights. Materials' hooks see many points at once.
 
    The paper path keeps count even if you do not ask for it: it is for reading and comparing tests, not for racing.
 
@@ -342,11 +379,23 @@
        >>stream.)
      Kensler, Shirley: Optimizing Ray-Triangle Intersection via Automated Search. IEEE Symposium on Interactive Ray
        Tracing 2006.
+     Whitted: An Improved Illumination Model for Shaded Display. Communications of the ACM 23(6), 1980.
+     Cook, Porter, Carpenter: Distributed Ray Tracing. SIGGRAPH 1984.
+     Keller, Heidrich: Interleaved Sampling. Eurographics Workshop on Rendering 2001.
+     Ahmed, Wonka: Screen-Space Blue-Noise Diffusion of Monte Carlo Sampling Error via Hierarchical Ordering of Pixels.
+       ACM Transactions on Graphics 39(6), 2020.
+     Laine, Karras: Stratified Sampling for Stochastic Transparency. Eurographics Symposium on Rendering 2011.
+     Burley: Practical Hash-based Owen Scrambling. Journal of Computer Graphics Techniques 9(4), 2020.
+     Kensler: Correlated Multi-Jittered Sampling. Pixar technical memo 13-01, 2013.
+     Shirley, Chiu: A Low Distortion Map Between Disk and Square. Journal of Graphics Tools 2(3), 1997.
+     Duff et al.: Building an Orthonormal Basis, Revisited. Journal of Computer Graphics Techniques 6(1), 2017.
      Woop, Benthin, Wald: Watertight Ray/Triangle Intersection. Journal of Computer Graphics Techniques 2(1), 2013.
 
 
    CHANGES
 
+     0.2.0    Pictures by Whitted and by distribution ray tracing: samplers, lens and shutter, materials, area lights,
+              packet assembly, optional buffers.
      0.1.0    The first: meshes with motion, queries on two paths and five instruction sets, ray casting with shadows.
 */
 /* ---------------------------------------------------------------------------------------------------------------------
@@ -369,10 +418,11 @@
 #define PKTRT_DEF extern
 #endif
 
-#define PKTRT_VERSION 100      /* major * 10000 + minor * 100 + patch */
+#define PKTRT_VERSION 200      /* major * 10000 + minor * 100 + patch */
 #define PKTRT_NONE 0xFFFFFFFFu /* "no mesh", "no triangle" */
 #define PKTRT_MAX_TRIANGLES 2147483647u /* of a scene; more: PKTRT_LIMIT */
 #define PKTRT_MAX_KEYS 1024u   /* motion keys of one mesh; more: PKTRT_LIMIT */
+#define PKTRT_MAX_DEPTH 50     /* generations of secondary rays in a render */
 #define PKTRT_MAX_COORD 1.2676506e30f /* 2^100; a vertex beyond it: PKTRT_LIMIT, a ray origin beyond it: a miss */
 
 /* >>types ---------------------------------------------------------------------------------------------------------- */
@@ -579,6 +629,10 @@ typedef struct pktrt_counts {
 } pktrt_counts;
 typedef struct pktrt_stats {
   pktrt_counts by_type[PKTRT_RAY_TYPE_COUNT];
+  /* The rest counts renders only. */
+  pktrt_counts by_depth[PKTRT_MAX_DEPTH + 2]; /* by bounces since the camera; shadow rays one more than their surface */
+  uint64_t samples;         /* primary rays asked for */
+  uint64_t tree_depth;      /* summed over samples: bounces of the deepest ray, shadow rays apart */
 } pktrt_stats;
 
 /* Paper path only, for teaching: one call per decision about a packet. */
@@ -618,39 +672,147 @@ PKTRT_DEF void pktrt_occluded_soa_ex(const pktrt_scene *, const pktrt_query_desc
 
 /* >>camera --------------------------------------------------------------------------------------------------------- */
 
-typedef struct pktrt_camera { /* pinhole; right-handed: looking along target - eye, x to the right, y up */
+typedef struct pktrt_camera { /* right-handed: looking along target - eye, x to the right, y up */
   float eye[3], target[3];
   float up[3];                /* zero: +y; need not be perpendicular, must not be parallel to the view */
   float fov_y;                /* full vertical angle in degrees, (0,180); 0: 45 */
-  float time;                 /* the moment the picture shows, [0,1] */
+  float time;                 /* when the shutter opens, [0,1] */
+  float shutter;              /* how long it stays open: rays have times in [time, time + shutter], which ends at 1 */
+  float aperture;             /* diameter of the lens; 0: a pinhole */
+  float focus;                /* distance, along the view, of the plane that is sharp; 0: that of target */
+  bool moving;                /* eye and target move: given above for time 0, below for time 1, on straight lines */
+  float eye_end[3], target_end[3];
 } pktrt_camera;
 
 /* >>light ---------------------------------------------------------------------------------------------------------- */
 
+/* How light is counted, each path of it once:
+   - The diffuse part of a surface (albedo) gets its light by sampling the lights below, with shadow rays.
+   - The specular part (mirror, lobe, glass, metal) sees what its own rays hit: emitting meshes and the environment.
+   - Lights that rays cannot hit (point, directional, quad and sphere are not geometry) also show in Phong lobes, by
+     the value of the lobe towards them. Ideal mirrors and the camera do not see them. Give a mesh an emission, and
+     make it a PKTRT_LIGHT_MESH, where a lamp shall be visible.
+   - A mesh that emits without being a light is visible, but does not light diffuse surfaces.
+   RCS and WRT send one ray to the middle of a light (mesh: to one point of it, chosen by area), DRT to a random one.
+   Shadow rays are stopped by everything, or pass glass: see pktrt_glass_shadows. */
 typedef enum pktrt_light_kind {
   PKTRT_LIGHT_POINT = 0,    /* intensity in W/sr: radiance of a white diffuse surface is intensity cos / (pi r^2) */
-  PKTRT_LIGHT_DIRECTIONAL   /* intensity is the irradiance (W/m^2) of a surface that faces it */
+  PKTRT_LIGHT_DIRECTIONAL,  /* intensity is the irradiance (W/m^2) of a surface that faces it */
+  PKTRT_LIGHT_QUAD,         /* a parallelogram that shines to the side of cross(edge[0], edge[1]); intensity is its
+                               radiance, W/(m^2 sr) */
+  PKTRT_LIGHT_SPHERE,       /* intensity is its radiance */
+  PKTRT_LIGHT_MESH,         /* the triangles of a mesh, shining from both sides with the emission of its material;
+                               intensity is a factor on it, by channel */
+  PKTRT_LIGHT_ENVIRONMENT   /* background or environment of the render, times intensity by channel, from all sides: sky
+                               light, ambient occlusion */
 } pktrt_light_kind;
 typedef struct pktrt_light {
   pktrt_light_kind kind;
-  float position[3];        /* point */
+  float position[3];        /* point; centre of a sphere; a corner of a quad */
   float direction[3];       /* directional: the way the light travels; any length but zero */
-  float intensity[3];       /* linear RGB, >= 0 */
+  float intensity[3];       /* linear RGB, >= 0; its meaning depends on the kind */
+  float edge[2][3];         /* quad: from the corner along its sides */
+  float radius;             /* sphere, >= 0; a sphere or quad without area gives no light */
+  uint32_t mesh;            /* mesh light: the index of a mesh, looked at when rendering */
 } pktrt_light;
 PKTRT_DEF pktrt_status pktrt_add_light(pktrt_scene *, const pktrt_light *, uint32_t *light);
 
 /* >>material ------------------------------------------------------------------------------------------------------- */
 
-typedef struct pktrt_material { /* diffuse for now; a zeroed one is black */
-  float albedo[3];              /* linear RGB reflectance, each in [0,1] */
+typedef enum pktrt_specular { /* what a surface does besides being diffuse */
+  PKTRT_SPECULAR_NONE = 0,
+  PKTRT_SPECULAR_MIRROR,      /* reflects `reflectance`, whatever the angle; albedo + reflectance <= 1 */
+  PKTRT_SPECULAR_COAT,        /* clear varnish of index ior over the diffuse base: reflects F, lets (1 - F) to the base
+                                 (F: exact unpolarised Fresnel reflectance at the angle of view) */
+  PKTRT_SPECULAR_DIELECTRIC,  /* glass: reflects F, refracts 1 - F, with Beer attenuation inside. Outside is where the
+                                 corners appear counter-clockwise. albedo is not used. */
+  PKTRT_SPECULAR_CONDUCTOR    /* metal: Fresnel reflectance of the complex index ior + i extinction; albedo not used */
+} pktrt_specular;
+
+typedef enum pktrt_lobe {     /* where mirror, coat and conductor reflect to */
+  PKTRT_LOBE_IDEAL = 0,       /* the mirror direction */
+  PKTRT_LOBE_PHONG            /* around it, with density (exponent + 1) / (2 pi) cos^exponent. What would go below the
+                                 surface is lost. WRT follows the mirror direction; lights show a highlight in both. */
+} pktrt_lobe;
+
+/* Points of one material, structure of arrays, for the hooks of a material: n values each. What a hook writes must
+   depend on the values of each point alone: which points come together changes from setting to setting. */
+typedef struct pktrt_points {
+  uint32_t n;
+  const float *position[3], *direction[3]; /* direction: unit, of the ray that arrived */
+  const float *normal[3];     /* unit shading normal, on the side that the ray came from */
+  const float *uv[2], *time;  /* barycentrics */
+  const uint32_t *mesh, *triangle;
+  float *albedo[3], *reflectance[3], *emission[3]; /* as the material has them; a texture changes them */
+} pktrt_points;
+
+typedef struct pktrt_material { /* a zeroed one is black */
+  float albedo[3];              /* linear RGB diffuse reflectance, each in [0,1] */
+  pktrt_specular specular;
+  float reflectance[3];         /* mirror; each in [0,1]. Elsewhere a factor on what is reflected if any is > 0 */
+  float ior[3];                 /* coat and dielectric: ior[0], inside over outside; 0: 1.5. Conductor: by channel */
+  float extinction[3];          /* conductor, by channel, >= 0 */
+  float absorption[3];          /* dielectric: inside, light falls by exp(-absorption * distance); >= 0 */
+  pktrt_lobe lobe;
+  float exponent;               /* Phong lobe: >= 0 */
+  float emission[3];            /* radiance of both sides, >= 0 */
+  void (*texture)(void *user, const pktrt_points *); /* changes albedo, reflectance, emission; NULL: none */
+  /* Replaces everything else that happens at these points: the radiance towards the viewer, by channel. NULL: none */
+  void (*shader)(void *user, const pktrt_points *, float *radiance[3]);
+  void *user;                   /* handed to both, from any thread */
 } pktrt_material;
 /* *material receives an index from 1 on; 0 is the default, albedo 0.8. */
 PKTRT_DEF pktrt_status pktrt_add_material(pktrt_scene *, const pktrt_material *, uint32_t *material);
 
+/* Unpolarised Fresnel reflectance for the cosine of the angle of incidence, [0,1]. Dielectric: eta = index behind the
+   surface over index before it; 1 beyond the critical angle. Conductor: index eta and extinction k, relative. */
+PKTRT_DEF float pktrt_fresnel_dielectric(float cosine, float eta);
+PKTRT_DEF float pktrt_fresnel_conductor(float cosine, float eta, float k);
+
+/* >>sampler -------------------------------------------------------------------------------------------------------- */
+
+/* Counter-based: a value depends on the settings, the pixel, the sample and the dimension alone, in any order and from
+   any thread. Nothing depends on the frame: noise stands still unless you change the seed. */
+typedef enum pktrt_sampler {
+  PKTRT_SAMPLER_SOBOL = 0,   /* Sobol' points, Owen-scrambled, other ones for each pixel; jointly in 4 dimensions */
+  PKTRT_SAMPLER_RANDOM,      /* independent */
+  PKTRT_SAMPLER_JITTERED,    /* one in each cell of a grid, for each pair of dimensions */
+  PKTRT_SAMPLER_INTERLEAVED, /* one set for 4 x 4 pixels, each with its own part, repeated (Keller and Heidrich 2001) */
+  PKTRT_SAMPLER_HALTON,      /* radical inverses in prime bases, digits scrambled */
+  PKTRT_SAMPLER_HAMMERSLEY,  /* the same with i / n as the first dimension */
+  PKTRT_SAMPLER_BLUE_NOISE,  /* Sobol' points dealt out along a shuffled Morton curve, so that neighbouring pixels
+                                err in opposite ways (Ahmed and Wonka 2020) */
+  PKTRT_SAMPLER_COUNT
+} pktrt_sampler;
+PKTRT_DEF const char *pktrt_sampler_string(pktrt_sampler); /* "sobol", "random", ...; never NULL */
+
+typedef struct pktrt_sampling {
+  pktrt_sampler sampler;
+  uint32_t samples;          /* per pixel, 1 to 65536: sets are made for this number */
+  uint32_t seed;
+} pktrt_sampling;
+/* Fills out[i] with coordinate `dimension` + i, i < n, of a sample of a pixel: in [0,1). A render uses 0 and 1 for the
+   place in the pixel, 2 and 3 for the lens, 4 for the time; those of the scattering events follow. Dimensions 4k to
+   4k + 3 belong together, pairs 2k and 2k + 1 most of all. */
+PKTRT_DEF void pktrt_sample(const pktrt_sampling *, uint32_t x, uint32_t y, uint32_t sample, uint32_t dimension,
+                            uint32_t n, float *out);
+
+/* Mappings from the unit square. All keep neighbours together, and the origin maps to no extreme (paper, section 4). */
+PKTRT_DEF void pktrt_map_disk(const float u[2], float out[2]);                     /* unit disk, uniform, concentric */
+PKTRT_DEF void pktrt_map_sphere(const float u[2], float out[3]);                   /* unit sphere, uniform */
+PKTRT_DEF void pktrt_map_cosine(const float u[2], const float normal[3], float out[3]); /* density cos / pi */
+/* Phong lobe around a unit axis; unit direction out. Careful: u = (0,0) maps to within the lobe, every tangent is a
+   limit never met. Naive, for comparison: cos = u[0]^(1/(exponent+1)), whose origin is perpendicular to the axis. */
+PKTRT_DEF void pktrt_map_phong(const float u[2], const float axis[3], float exponent, float out[3]);
+PKTRT_DEF void pktrt_map_phong_naive(const float u[2], const float axis[3], float exponent, float out[3]);
+
 /* >>render --------------------------------------------------------------------------------------------------------- */
 
 typedef enum pktrt_mode {
-  PKTRT_MODE_RCS = 0 /* ray casting with shadows: primary rays, one shadow ray per light */
+  PKTRT_MODE_RCS = 0, /* ray casting with shadows: primary rays, one shadow ray per light; every surface is diffuse */
+  PKTRT_MODE_WRT,     /* Whitted: reflection and refraction too. Nothing is random but the place in the pixel, if there
+                         is more than one sample: lens, shutter, lights and lobes are taken in their middle */
+  PKTRT_MODE_DRT      /* distribution ray tracing: lens, shutter, area lights and lobes are sampled */
 } pktrt_mode;
 
 typedef enum pktrt_normals {
@@ -662,6 +824,38 @@ typedef enum pktrt_shadow_packets {
   PKTRT_SHADOWS_PER_LIGHT = 0, /* one packet for each light: measured the faster */
   PKTRT_SHADOWS_TOGETHER       /* one packet for all lights of a primary packet */
 } pktrt_shadow_packets;
+
+/* How the rays that one packet sends out become packets (paper, section 3.2). Changes no pixel. */
+typedef enum pktrt_assembly {
+  PKTRT_ASSEMBLY_RAY_TYPES = 0, /* one packet each of shadow, reflection and refraction rays */
+  PKTRT_ASSEMBLY_RUNS,          /* of these, those of adjacent rays that met the same material */
+  PKTRT_ASSEMBLY_MATERIALS,     /* groups: of these, those that met the same material */
+  PKTRT_ASSEMBLY_OCTANTS,       /* groups: of these, those with the same octant of directions */
+  PKTRT_ASSEMBLY_BLIND,         /* one packet of all, shadow rays traced like the others */
+  PKTRT_ASSEMBLY_NONE           /* every ray alone */
+} pktrt_assembly;
+
+typedef enum pktrt_branching { /* at a dielectric */
+  PKTRT_BRANCHING_BY_MODE = 0, /* WRT branches, DRT chooses */
+  PKTRT_BRANCHING_BOTH,        /* follow reflection and refraction, weighted */
+  PKTRT_BRANCHING_CHOOSE       /* follow one of them, at random, by Fresnel weight: N rays in, N rays out */
+} pktrt_branching;
+
+typedef enum pktrt_light_choice { /* DRT: which lights a surface asks */
+  PKTRT_LIGHTS_ALL = 0,
+  PKTRT_LIGHTS_ONE_DEEPER      /* all where a primary ray ends; deeper, one at random for all: fewer rays, more noise */
+} pktrt_light_choice;
+
+typedef enum pktrt_glass_shadows {
+  PKTRT_GLASS_SHADOWS_PASS = 0, /* shadow rays go straight on through glass and lose what Fresnel reflection and Beer
+                                   attenuation take; not bent, so no caustics */
+  PKTRT_GLASS_SHADOWS_BLOCK     /* glass is as opaque as anything (RCS: always) */
+} pktrt_glass_shadows;
+
+typedef enum pktrt_phong_mapping {
+  PKTRT_PHONG_CAREFUL = 0,
+  PKTRT_PHONG_NAIVE             /* for comparison, see pktrt_map_phong_naive */
+} pktrt_phong_mapping;
 
 typedef struct pktrt_render_desc {
   uint32_t width, height;      /* of the whole picture, pixels; up to 65536 each */
@@ -681,6 +875,32 @@ typedef struct pktrt_render_desc {
      in order. false cancels. NULL: none. */
   bool (*progress)(void *user, float done);
   void *user;
+
+  uint32_t samples;            /* per pixel, 1 to 65536; 0: 1. One lies in the middle of the pixel, save in DRT */
+  pktrt_sampler sampler;
+  uint32_t seed;
+  uint32_t max_depth;          /* generations of secondary rays, up to 50 (PKTRT_MAX_DEPTH); 0: 50 */
+  /* Ray tree attenuation: a ray that could add less than this fraction to its sample is not followed, and nothing is
+     put in its place: pictures get darker, by less than this times the radiance of what is not seen, for every ray cut
+     off. [0,1]; 0: 1/256. Negative: off. */
+  float attenuation;
+  pktrt_assembly assembly;
+  pktrt_branching branching;
+  pktrt_light_choice lights;
+  pktrt_glass_shadows glass_shadows;
+  pktrt_phong_mapping phong_mapping;
+  /* Radiance from directions where rays meet nothing, n at a time, in place of background; direction is of unit
+     length. Called from any thread, and must depend on the direction alone. NULL: background. */
+  void (*environment)(void *user, uint32_t n, const float *const direction[3], float *const radiance[3]);
+  /* Optional buffers, tight, row 0 at the top; NULL: not wanted, not computed. Means over a pixel's samples of what
+     primary rays meet. */
+  float *depth;                /* distance from the eye; INFINITY where nothing is met; of the samples that met */
+  float *normal;               /* three floats, unit shading normals towards the viewer, averaged; 0 for nothing */
+  float *albedo;               /* three floats, diffuse reflectance; for specular surfaces 0 */
+  uint32_t *sample_count;
+  /* For teaching: called for each packet before it is traced, with the rays' numbers in the packet that sent them
+     out (primary rays: in their own packet). Depth 0 is primary. NULL: none. */
+  void (*packet)(void *user, pktrt_ray_type, uint32_t depth, const uint32_t *rays, uint32_t n);
 } pktrt_render_desc;
 
 /* Renders the whole picture, tile by tile through parallel_for. Same bits for any number of workers, tile size,
@@ -844,6 +1064,7 @@ struct pktrt_scene {
   uint32_t mesh_count, mesh_capacity, committed_meshes;
   pktrt__group *groups;             /* in ascending order of their boxes' area: small ones shorten rays for the large */
   uint32_t group_count;
+  pktrt_material plain;             /* of meshes that name none */
   pktrt_material *materials;
   uint32_t material_count, material_capacity;
   pktrt_light *lights;
@@ -925,6 +1146,8 @@ PKTRT__INLINE float pktrt__to_float(double x) {
 
 PKTRT__INLINE float pktrt__minf(float a, float b) { return a < b ? a : b; }
 PKTRT__INLINE float pktrt__maxf(float a, float b) { return a > b ? a : b; }
+PKTRT__INLINE double pktrt__min(double a, double b) { return a < b ? a : b; } /* fmin may be a call */
+PKTRT__INLINE double pktrt__max(double a, double b) { return a > b ? a : b; }
 
 /* >>build ---------------------------------------------------------------------------------------------------------- */
 
@@ -2001,7 +2224,7 @@ static pktrt_status pktrt__fail(pktrt_scene *s, pktrt_status status, const char 
   return status;
 }
 
-static void pktrt__log(const pktrt_scene *s, int level, const char *sentence) {
+static void pktrt__say(const pktrt_scene *s, int level, const char *sentence) {
   if (s->desc.log) s->desc.log(s->desc.user, level, sentence);
 }
 
@@ -2197,18 +2420,18 @@ static pktrt_status pktrt__build_changed(pktrt_scene *s) {
 static pktrt_status pktrt__rebuild_worn(pktrt_scene *s) {
   if (!s->rebuild_advised) return PKTRT_OK;
   if (s->desc.rebuild == PKTRT_REBUILD_ADVISE)
-    pktrt__log(s, 0, "the deformed tree costs more than 1.5 times what it did when built: a rebuild is advised");
+    pktrt__say(s, 0, "the deformed tree costs more than 1.5 times what it did when built: a rebuild is advised");
   if (s->desc.rebuild != PKTRT_REBUILD_AUTOMATIC) return PKTRT_OK;
   for (uint32_t i = 0; i < s->group_count; i++) {
     pktrt__group *g = &s->groups[i], fresh;
     if (!(g->sah_now > 1.5 * g->sah_at_build)) continue;
     if (!pktrt__build_group(&s->desc, s->meshes, s->mesh_count, g->key_count, false, &fresh)) {
-      pktrt__log(s, 0, "no memory for an automatic rebuild: the refitted tree stays");
+      pktrt__say(s, 0, "no memory for an automatic rebuild: the refitted tree stays");
       continue;
     }
     pktrt__free_group(&s->desc, g);
     *g = fresh;
-    pktrt__log(s, 1, "a deformed tree was rebuilt");
+    pktrt__say(s, 1, "a deformed tree was rebuilt");
   }
   pktrt__summarise(s);
   return PKTRT_OK;
@@ -2395,6 +2618,78 @@ PKTRT__INLINE uint32_t pktrt__push_children(const uint64_t *mask, const uint32_t
   return n;
 }
 
+/* >>waves ---------------------------------------------------------------------------------------------------------- */
+
+/* A render works on waves: rays of one generation, structure of arrays. What they meet becomes a dense list of
+   surfaces, whose shadow rays fill a list, and whose reflected and refracted rays fill the waves of the next
+   generation. All this is working space from the allocate hook, made where a generation is first needed. */
+enum { PKTRT__WAVE = 256 }; /* as many as in a batch. WHY: 512 and 1024 gained nothing, and left the caches */
+
+typedef struct pktrt__wave {
+  PKTRT__ALIGN64 float o[3][PKTRT__WAVE];
+  float d[3][PKTRT__WAVE], time[PKTRT__WAVE];
+  float t[PKTRT__WAVE], u[PKTRT__WAVE], v[PKTRT__WAVE], n[3][PKTRT__WAVE]; /* what the ray met; n as in pktrt_hit */
+  uint32_t id[PKTRT__WAVE];         /* global triangle, or PKTRT_NONE */
+  float radiance[3][PKTRT__WAVE];   /* the result: what arrives along the ray */
+  float weight[3][PKTRT__WAVE];     /* of that at the surface that sent the ray */
+  float importance[PKTRT__WAVE];    /* of that in the sample: product of the largest weights on the way */
+  uint32_t parent[PKTRT__WAVE];     /* lane of the wave that sent the ray */
+  uint32_t medium[PKTRT__WAVE];     /* material of the glass that the ray is known to be in; 0: none */
+  uint32_t key[PKTRT__WAVE];        /* which sample dimensions its scattering events use */
+  uint32_t material[PKTRT__WAVE];   /* that sent it: groups and runs */
+  uint16_t root[PKTRT__WAVE];       /* the primary ray it descends from */
+  uint32_t end[PKTRT__WAVE];        /* where the packet ends that begins with a ray */
+  uint8_t type[PKTRT__WAVE];        /* pktrt_ray_type */
+} pktrt__wave;
+
+typedef struct pktrt__surfaces { /* what the rays of a wave met; rays that met nothing leave no gap */
+  PKTRT__ALIGN64 double point[3][PKTRT__WAVE];
+  float flat[3][PKTRT__WAVE];       /* unit geometric normal towards the viewer */
+  float shade[3][PKTRT__WAVE];      /* unit shading normal on the same side */
+  float facing[3][PKTRT__WAVE];     /* the normal that scattering uses: shade, or flat where shade looks away */
+  float d[3][PKTRT__WAVE];          /* unit direction of the ray */
+  float mirror[3][PKTRT__WAVE], refracted[3][PKTRT__WAVE]; /* unit directions, above and below flat */
+  float fresnel[PKTRT__WAVE], eta[PKTRT__WAVE]; /* eta: index behind the surface over the one before it */
+  float lift[PKTRT__WAVE];          /* how far rays start from the surface, see >>spawn */
+  float distance[PKTRT__WAVE], time[PKTRT__WAVE], u[PKTRT__WAVE], v[PKTRT__WAVE];
+  float albedo[3][PKTRT__WAVE], reflectance[3][PKTRT__WAVE], emission[3][PKTRT__WAVE];
+  float specular[3][PKTRT__WAVE];   /* weight of the reflected ray */
+  float passing[3][PKTRT__WAVE];    /* weight of the refracted ray */
+  float radiance[3][PKTRT__WAVE];
+  const pktrt_material *look[PKTRT__WAVE];
+  uint32_t ray[PKTRT__WAVE];        /* lane in the wave */
+  uint32_t material[PKTRT__WAVE], mesh[PKTRT__WAVE], triangle[PKTRT__WAVE];
+  uint8_t inside[PKTRT__WAVE];      /* the ray came from where corners appear clockwise */
+  uint8_t shaded[PKTRT__WAVE];      /* done: a shader hook or an opaque black leaves nothing to do */
+  uint32_t count;
+} pktrt__surfaces;
+
+typedef struct pktrt__gather { /* of eight surfaces: what the kernel makes points and normals of */
+  PKTRT__ALIGN64 float p[3][3][8];  /* [corner][axis][lane] at the ray's time */
+  float q[3][3][8];                 /* shading normals of the corners; n where the mesh has none */
+  float n[3][8], d[3][8], u[8], v[8];
+} pktrt__gather;
+
+typedef struct pktrt__targets { /* where shadow rays towards one light go, for each surface */
+  PKTRT__ALIGN64 double at[3][PKTRT__WAVE]; /* a point; a direction if the light is infinitely far */
+  double factor[PKTRT__WAVE];       /* irradiance of a surface that faces it, for radiance or intensity 1 */
+  float arriving[3][PKTRT__WAVE];   /* radiance or intensity */
+} pktrt__targets;
+
+typedef struct pktrt__shadows { /* shadow rays of one light */
+  PKTRT__ALIGN64 float o[3][PKTRT__WAVE];
+  float d[3][PKTRT__WAVE], tmax[PKTRT__WAVE], time[PKTRT__WAVE];
+  float arriving[3][PKTRT__WAVE];   /* what the light adds if nothing is between; then what it adds */
+  uint32_t surface[PKTRT__WAVE], material[PKTRT__WAVE];
+  uint32_t count;
+} pktrt__shadows;
+
+typedef struct pktrt__aimed { /* shadow rays of eight surfaces */
+  PKTRT__ALIGN64 float o[3][8];
+  float d[3][8], to[3][8];          /* to: d, unit */
+  float diffuse[8], irradiance[8];  /* for light 1: radiance for albedo 1, irradiance of what faces it */
+} pktrt__aimed;
+
 typedef struct pktrt__call { /* one query, as the kernels see it */
   const pktrt_scene *scene;
   const pktrt_query_desc *desc;
@@ -2406,6 +2701,10 @@ typedef struct pktrt__call { /* one query, as the kernels see it */
 typedef struct pktrt__kernels {
   void (*trace)(const pktrt__call *, pktrt__batch *, uint32_t n);
   bool (*rounds_each_operation)(void);
+  void (*find)(pktrt__surfaces *, uint32_t i, const pktrt__gather *);
+  void (*scatter)(pktrt__surfaces *, uint32_t i);
+  uint32_t (*aim)(const pktrt__surfaces *, uint32_t i, const pktrt__targets *, bool infinite, bool by_square,
+                  pktrt__aimed *);
 } pktrt__kernels;
 
 #define PKTRT__STAMP_SCALAR 1
@@ -2543,6 +2842,7 @@ static const pktrt__kernels *pktrt__kernels_of(pktrt_isa isa) {
 #define vsub PKTRT__NAME(pktrt__vsub)
 #define vmul PKTRT__NAME(pktrt__vmul)
 #define vdiv PKTRT__NAME(pktrt__vdiv)
+#define vsqrt PKTRT__NAME(pktrt__vsqrt)
 #define vfma PKTRT__NAME(pktrt__vfma)
 #define vfms PKTRT__NAME(pktrt__vfms)
 #define vmin PKTRT__NAME(pktrt__vmin)
@@ -2563,6 +2863,9 @@ static const pktrt__kernels *pktrt__kernels_of(pktrt_isa isa) {
 #define vids PKTRT__NAME(pktrt__vids)
 #define vhmin PKTRT__NAME(pktrt__vhmin)
 #define vhmax PKTRT__NAME(pktrt__vhmax)
+#define dload PKTRT__NAME(pktrt__dload)
+#define dstore PKTRT__NAME(pktrt__dstore)
+#define dsqrt PKTRT__NAME(pktrt__dsqrt)
 #define dfrom PKTRT__NAME(pktrt__dfrom)
 #define dset PKTRT__NAME(pktrt__dset)
 #define dadd PKTRT__NAME(pktrt__dadd)
@@ -2595,6 +2898,7 @@ OP v8 vadd(v8 a, v8 b) { return _mm256_add_ps(a, b); }
 OP v8 vsub(v8 a, v8 b) { return _mm256_sub_ps(a, b); }
 OP v8 vmul(v8 a, v8 b) { return _mm256_mul_ps(a, b); }
 OP v8 vdiv(v8 a, v8 b) { return _mm256_div_ps(a, b); }
+OP v8 vsqrt(v8 a) { return _mm256_sqrt_ps(a); }
 OP v8 vfma(v8 a, v8 b, v8 c) { return _mm256_fmadd_ps(a, b, c); }
 OP v8 vfms(v8 a, v8 b, v8 c) { return _mm256_fmsub_ps(a, b, c); }
 OP v8 vmin(v8 a, v8 b) { return _mm256_min_ps(a, b); }
@@ -2633,6 +2937,9 @@ OP uint32_t vids(const uint32_t *id) { /* lanes that hold a triangle */
 }
 
 typedef __m512d d8;
+OP d8 dload(const double *p) { return _mm512_loadu_pd(p); }
+OP void dstore(double *p, d8 a) { _mm512_storeu_pd(p, a); }
+OP d8 dsqrt(d8 a) { return _mm512_sqrt_pd(a); }
 OP d8 dfrom(v8 a) { return _mm512_cvtps_pd(a); }
 OP d8 dset(double x) { return _mm512_set1_pd(x); }
 OP d8 dadd(d8 a, d8 b) { return _mm512_add_pd(a, b); }
@@ -2698,6 +3005,12 @@ OP d8 pktrt__d8_avx2_make(__m256d l, __m256d h) {
 OP d8 dfrom(v8 a) {
   return pktrt__d8_avx2_make(_mm256_cvtps_pd(_mm256_castps256_ps128(a)), _mm256_cvtps_pd(_mm256_extractf128_ps(a, 1)));
 }
+OP d8 dload(const double *p) { return pktrt__d8_avx2_make(_mm256_loadu_pd(p), _mm256_loadu_pd(p + 4)); }
+OP void dstore(double *p, d8 a) {
+  _mm256_storeu_pd(p, a.l);
+  _mm256_storeu_pd(p + 4, a.h);
+}
+OP d8 dsqrt(d8 a) { return pktrt__d8_avx2_make(_mm256_sqrt_pd(a.l), _mm256_sqrt_pd(a.h)); }
 OP d8 dset(double x) { return pktrt__d8_avx2_make(_mm256_set1_pd(x), _mm256_set1_pd(x)); }
 OP d8 dadd(d8 a, d8 b) { return pktrt__d8_avx2_make(_mm256_add_pd(a.l, b.l), _mm256_add_pd(a.h, b.h)); }
 OP d8 dsub(d8 a, d8 b) { return pktrt__d8_avx2_make(_mm256_sub_pd(a.l, b.l), _mm256_sub_pd(a.h, b.h)); }
@@ -2764,6 +3077,7 @@ OP v8 vadd(v8 a, v8 b) { PKTRT__EACH(v8, r.f[i] = a.f[i] + b.f[i]); }
 OP v8 vsub(v8 a, v8 b) { PKTRT__EACH(v8, r.f[i] = a.f[i] - b.f[i]); }
 OP v8 vmul(v8 a, v8 b) { PKTRT__EACH(v8, r.f[i] = a.f[i] * b.f[i]); }
 OP v8 vdiv(v8 a, v8 b) { PKTRT__EACH(v8, r.f[i] = a.f[i] / b.f[i]); }
+OP v8 vsqrt(v8 a) { PKTRT__EACH(v8, r.f[i] = sqrtf(a.f[i])); }
 OP v8 vfma(v8 a, v8 b, v8 c) { PKTRT__EACH(v8, r.f[i] = a.f[i] * b.f[i] + c.f[i]); }
 OP v8 vfms(v8 a, v8 b, v8 c) { PKTRT__EACH(v8, r.f[i] = a.f[i] * b.f[i] - c.f[i]); }
 OP v8 vmin(v8 a, v8 b) { PKTRT__EACH(v8, r.f[i] = a.f[i] < b.f[i] ? a.f[i] : b.f[i]); }
@@ -2808,6 +3122,9 @@ OP void vput_u32(uint32_t *p, m8 m, uint32_t x) {
     if (m >> i & 1) p[i] = x;
 }
 OP uint32_t vids(const uint32_t *id) { PKTRT__COMPARE(id[i] != PKTRT_NONE); }
+OP d8 dload(const double *p) { PKTRT__EACH(d8, r.d[i] = p[i]); }
+OP void dstore(double *p, d8 a) { memcpy(p, a.d, sizeof a.d); }
+OP d8 dsqrt(d8 a) { PKTRT__EACH(d8, r.d[i] = sqrt(a.d[i])); }
 OP d8 dfrom(v8 a) { PKTRT__EACH(d8, r.d[i] = (double)a.f[i]); }
 OP d8 dset(double x) { PKTRT__EACH(d8, r.d[i] = x); }
 OP d8 dadd(d8 a, d8 b) { PKTRT__EACH(d8, r.d[i] = a.d[i] + b.d[i]); }
@@ -2844,6 +3161,7 @@ typedef __m128d q2;
 #define Q_SUB(a, b) _mm_sub_ps(a, b)
 #define Q_MUL(a, b) _mm_mul_ps(a, b)
 #define Q_DIV(a, b) _mm_div_ps(a, b)
+#define Q_SQRT(a) _mm_sqrt_ps(a)
 #define Q_MIN(a, b) _mm_min_ps(a, b)
 #define Q_MAX(a, b) _mm_max_ps(a, b)
 #define Q_ABS(a) _mm_andnot_ps(_mm_set1_ps(-0.0f), a)
@@ -2858,6 +3176,9 @@ typedef __m128d q2;
 #define Q2_SUB(a, b) _mm_sub_pd(a, b)
 #define Q2_MUL(a, b) _mm_mul_pd(a, b)
 #define Q2_DIV(a, b) _mm_div_pd(a, b)
+#define Q2_SQRT(a) _mm_sqrt_pd(a)
+#define Q2_LOAD(p) _mm_loadu_pd(p)
+#define Q2_STORE(p, a) _mm_storeu_pd(p, a)
 #define Q2_MIN(a, b) _mm_min_pd(a, b)
 #define Q2_MAX(a, b) _mm_max_pd(a, b)
 #define Q2_ABS(a) _mm_andnot_pd(_mm_set1_pd(-0.0), a)
@@ -2890,6 +3211,7 @@ typedef float64x2_t q2;
 #define Q_SUB(a, b) vsubq_f32(a, b)
 #define Q_MUL(a, b) vmulq_f32(a, b)
 #define Q_DIV(a, b) vdivq_f32(a, b)
+#define Q_SQRT(a) vsqrtq_f32(a)
 #define Q_MIN(a, b) vbslq_f32(vcltq_f32(a, b), a, b)
 #define Q_MAX(a, b) vbslq_f32(vcgtq_f32(a, b), a, b)
 #define Q_ABS(a) vabsq_f32(a)
@@ -2904,6 +3226,9 @@ typedef float64x2_t q2;
 #define Q2_SUB(a, b) vsubq_f64(a, b)
 #define Q2_MUL(a, b) vmulq_f64(a, b)
 #define Q2_DIV(a, b) vdivq_f64(a, b)
+#define Q2_SQRT(a) vsqrtq_f64(a)
+#define Q2_LOAD(p) vld1q_f64(p)
+#define Q2_STORE(p, a) vst1q_f64(p, a)
 #define Q2_MIN(a, b) vbslq_f64(vcltq_f64(a, b), a, b)
 #define Q2_MAX(a, b) vbslq_f64(vcgtq_f64(a, b), a, b)
 #define Q2_ABS(a) vabsq_f64(a)
@@ -2956,6 +3281,7 @@ OP v8 vadd(v8 a, v8 b) { return v8_of(Q_ADD(a.l, b.l), Q_ADD(a.h, b.h)); }
 OP v8 vsub(v8 a, v8 b) { return v8_of(Q_SUB(a.l, b.l), Q_SUB(a.h, b.h)); }
 OP v8 vmul(v8 a, v8 b) { return v8_of(Q_MUL(a.l, b.l), Q_MUL(a.h, b.h)); }
 OP v8 vdiv(v8 a, v8 b) { return v8_of(Q_DIV(a.l, b.l), Q_DIV(a.h, b.h)); }
+OP v8 vsqrt(v8 a) { return v8_of(Q_SQRT(a.l), Q_SQRT(a.h)); }
 OP v8 vfma(v8 a, v8 b, v8 c) { return vadd(vmul(a, b), c); }
 OP v8 vfms(v8 a, v8 b, v8 c) { return vsub(vmul(a, b), c); }
 OP v8 vmin(v8 a, v8 b) { return v8_of(Q_MIN(a.l, b.l), Q_MIN(a.h, b.h)); }
@@ -2999,6 +3325,11 @@ OP d8 dfrom(v8 a) {
   r.q[0] = Q2_LOW(a.l), r.q[1] = Q2_HIGH(a.l), r.q[2] = Q2_LOW(a.h), r.q[3] = Q2_HIGH(a.h);
   return r;
 }
+OP d8 dload(const double *p) { PKTRT__EACH(Q2_LOAD(p + 2 * i)); }
+OP void dstore(double *p, d8 a) {
+  UNROLL for (int i = 0; i < 4; i++) Q2_STORE(p + 2 * i, a.q[i]);
+}
+OP d8 dsqrt(d8 a) { PKTRT__EACH(Q2_SQRT(a.q[i])); }
 OP d8 dset(double x) { PKTRT__EACH(Q2_SET(x)); }
 OP d8 dadd(d8 a, d8 b) { PKTRT__EACH(Q2_ADD(a.q[i], b.q[i])); }
 OP d8 dsub(d8 a, d8 b) { PKTRT__EACH(Q2_SUB(a.q[i], b.q[i])); }
@@ -3019,6 +3350,7 @@ OP v8 dto(d8 a) { return v8_of(Q_FROM2(a.q[0], a.q[1]), Q_FROM2(a.q[2], a.q[3]))
 #undef Q_SUB
 #undef Q_MUL
 #undef Q_DIV
+#undef Q_SQRT
 #undef Q_MIN
 #undef Q_MAX
 #undef Q_ABS
@@ -3033,6 +3365,9 @@ OP v8 dto(d8 a) { return v8_of(Q_FROM2(a.q[0], a.q[1]), Q_FROM2(a.q[2], a.q[3]))
 #undef Q2_SUB
 #undef Q2_MUL
 #undef Q2_DIV
+#undef Q2_SQRT
+#undef Q2_LOAD
+#undef Q2_STORE
 #undef Q2_MIN
 #undef Q2_MAX
 #undef Q2_ABS
@@ -4452,6 +4787,113 @@ static void NAME(resolve)(const pktrt_scene *scene, pktrt__batch *b, uint32_t n)
   }
 }
 
+/* >>shade ---------------------------------------------------------------------------------------------------------- */
+
+OP v8 NAME(dot)(const v8 a[3], const v8 b[3]) {
+  return vadd(vadd(vmul(a[0], b[0]), vmul(a[1], b[1])), vmul(a[2], b[2]));
+}
+OP void NAME(load3)(v8 a[3], float (*p)[PKTRT__WAVE], uint32_t i) {
+  UNROLL for (int k = 0; k < 3; k++) a[k] = vload(p[k] + i);
+}
+OP void NAME(store3)(float (*p)[PKTRT__WAVE], uint32_t i, const v8 a[3]) {
+  UNROLL for (int k = 0; k < 3; k++) vstore(p[k] + i, a[k]);
+}
+
+/* Unit vectors. Scaled first, for squares of large and small numbers leave the range; zero, infinite and NaN give
+   what stands in `instead`. */
+OP void NAME(unit)(v8 a[3], const v8 instead[3]) {
+  const v8 m = vmax(vabs(a[0]), vmax(vabs(a[1]), vabs(a[2])));
+  v8 s[3];
+  UNROLL for (int k = 0; k < 3; k++) s[k] = vdiv(a[k], m);
+  const v8 length = vsqrt(NAME(dot)(s, s));
+  const m8 good = mand(vlt(vset(0.5f), length), vlt(length, vset(2)));
+  UNROLL for (int k = 0; k < 3; k++) a[k] = vsel(good, vdiv(s[k], length), instead[k]);
+}
+
+/* Points and normals of surfaces i to i + 7. */
+static void NAME(find)(pktrt__surfaces *s, uint32_t i, const pktrt__gather *g) {
+  const v8 u = vload(g->u), v = vload(g->v);
+  const d8 du = dfrom(u), dv = dfrom(v);
+  v8 n[3], d[3], q[3];
+  UNROLL for (int a = 0; a < 3; a++) {
+    const d8 p0 = dfrom(vload(g->p[0][a])), e1 = dsub(dfrom(vload(g->p[1][a])), p0);
+    const d8 e2 = dsub(dfrom(vload(g->p[2][a])), p0);
+    dstore(s->point[a] + i, dadd(p0, dadd(dmul(du, e1), dmul(dv, e2))));
+    const v8 q0 = vload(g->q[0][a]);
+    q[a] = vadd(q0, vadd(vmul(u, vsub(vload(g->q[1][a]), q0)), vmul(v, vsub(vload(g->q[2][a]), q0))));
+    n[a] = vload(g->n[a]), d[a] = vload(g->d[a]);
+  }
+  NAME(unit)(n, n);
+  NAME(unit)(d, d);
+  const m8 inside = vlt(vset(0), NAME(dot)(n, d));
+  UNROLL for (int a = 0; a < 3; a++) n[a] = vsel(inside, vsub(vset(0), n[a]), n[a]);
+  NAME(unit)(q, n);
+  const m8 turned = vlt(NAME(dot)(q, n), vset(0));
+  UNROLL for (int a = 0; a < 3; a++) q[a] = vsel(turned, vsub(vset(0), q[a]), q[a]);
+  const m8 away = vle(vset(0), NAME(dot)(q, d));
+  NAME(store3)(s->flat, i, n);
+  NAME(store3)(s->shade, i, q);
+  NAME(store3)(s->d, i, d);
+  UNROLL for (int a = 0; a < 3; a++) vstore(s->facing[a] + i, vsel(away, n[a], q[a]));
+  const uint32_t bits = mbits(inside);
+  for (uint32_t j = 0; j < 8; j++) s->inside[i + j] = (uint8_t)(bits >> j & 1);
+}
+
+/* Mirror and refracted directions and the Fresnel reflectance of surfaces i to i + 7, whose eta is set. With c the
+   cosine before the surface and c' = sqrt(1 - (1 - c^2) / eta^2) behind it, R is the mean of
+   ((c - eta c') / (c + eta c'))^2 and ((eta c - c') / (eta c + c'))^2; no real c' is total reflection. What bends to
+   the wrong side of the triangle, which smooth normals can bring about, is taken about the triangle's own normal. */
+static void NAME(scatter)(pktrt__surfaces *s, uint32_t i) {
+  v8 d[3], n[3], f[3], r[3], t[3];
+  NAME(load3)(d, s->d, i);
+  NAME(load3)(n, s->facing, i);
+  NAME(load3)(f, s->flat, i);
+  const v8 zero = vset(0), one = vset(1), eta = vload(s->eta + i);
+  const v8 c = vmin(one, vsub(zero, NAME(dot)(d, n))), cf = vmin(one, vsub(zero, NAME(dot)(d, f)));
+  UNROLL for (int a = 0; a < 3; a++) r[a] = vadd(d[a], vmul(vadd(c, c), n[a]));
+  const m8 below = vle(NAME(dot)(r, f), zero);
+  UNROLL for (int a = 0; a < 3; a++) r[a] = vsel(below, vadd(d[a], vmul(vadd(cf, cf), f[a])), r[a]);
+  NAME(unit)(r, f);
+  NAME(store3)(s->mirror, i, r);
+  const v8 k = vsub(one, vdiv(vsub(one, vmul(c, c)), vmul(eta, eta))), c2 = vsqrt(vmax(k, zero));
+  const v8 kf = vsub(one, vdiv(vsub(one, vmul(cf, cf)), vmul(eta, eta))), cf2 = vsqrt(vmax(kf, zero));
+  const v8 ec = vmul(eta, c), ec2 = vmul(eta, c2);
+  const v8 rs = vdiv(vsub(c, ec2), vadd(c, ec2)), rp = vdiv(vsub(ec, c2), vadd(ec, c2));
+  vstore(s->fresnel + i, vsel(vlt(zero, k), vmul(vset(0.5f), vadd(vmul(rs, rs), vmul(rp, rp))), one));
+  const v8 along = vsub(vdiv(c, eta), c2), along_f = vsub(vdiv(cf, eta), cf2);
+  UNROLL for (int a = 0; a < 3; a++) t[a] = vadd(vdiv(d[a], eta), vmul(along, n[a]));
+  const m8 above = vle(zero, NAME(dot)(t, f));
+  UNROLL for (int a = 0; a < 3; a++) t[a] = vsel(above, vadd(vdiv(d[a], eta), vmul(along_f, f[a])), t[a]);
+  NAME(unit)(t, d);
+  NAME(store3)(s->refracted, i, t);
+}
+
+/* Shadow rays of surfaces i to i + 7 towards their targets: origin, direction and what the diffuse part would receive
+   by albedo 1, the factor included. Returns the lanes that the light can reach. The surface is left along its flat
+   normal by `lift`, on the viewer's side, which is the light's. */
+static uint32_t NAME(aim)(const pktrt__surfaces *s, uint32_t i, const pktrt__targets *g, bool infinite, bool by_square,
+                          pktrt__aimed *out) {
+  d8 to[3], origin[3], r2 = dset(0), cosine = dset(0), side = dset(0);
+  const d8 lift = dfrom(vload(s->lift + i));
+  UNROLL for (int a = 0; a < 3; a++) {
+    const d8 p = dload(s->point[a] + i), flat = dfrom(vload(s->flat[a] + i)), at = dload(g->at[a] + i);
+    to[a] = infinite ? at : dsub(at, p);
+    origin[a] = dadd(p, dmul(lift, flat));
+    r2 = dadd(r2, dmul(to[a], to[a]));
+    side = dadd(side, dmul(to[a], flat));
+    cosine = dadd(cosine, dmul(to[a], dfrom(vload(s->shade[a] + i))));
+    const v8 o = dto(origin[a]);
+    vstore(out->o[a], o);
+    vstore(out->d[a], dto(infinite ? at : dsub(at, dfrom(o))));
+  }
+  const d8 r = dsqrt(r2), factor = dload(g->factor + i);
+  const d8 irradiance = by_square ? ddiv(factor, r2) : factor;
+  UNROLL for (int a = 0; a < 3; a++) vstore(out->to[a], dto(ddiv(to[a], r)));
+  vstore(out->irradiance, dto(irradiance));
+  vstore(out->diffuse, dto(dmul(dmul(dmax(dset(0), ddiv(cosine, r)), irradiance), dset(0.31830988618379067154))));
+  return mbits(mand(dlt(dset(0), side), dlt(dset(0), irradiance)));
+}
+
 /* >>entry ---------------------------------------------------------------------------------------------------------- */
 
 OP void NAME(trace_as)(const pktrt__call *call, pktrt__batch *b, uint32_t n, const bool occlusion, const bool stats,
@@ -4508,7 +4950,8 @@ static bool NAME(rounds_each_operation)(void) {
   return mbits(mand(minus, from)) == 0xFF;
 }
 
-static const pktrt__kernels NAME(kernels) = {NAME(trace), NAME(rounds_each_operation)};
+static const pktrt__kernels NAME(kernels) = {NAME(trace), NAME(rounds_each_operation), NAME(find), NAME(scatter),
+                                                    NAME(aim)};
 
 /* The short names end with the stamp. */
 #undef a8
@@ -4527,6 +4970,10 @@ static const pktrt__kernels NAME(kernels) = {NAME(trace), NAME(rounds_each_opera
 #undef dset
 #undef dsub
 #undef dto
+#undef vsqrt
+#undef dload
+#undef dstore
+#undef dsqrt
 #undef fabs_
 #undef fadd
 #undef fbits
@@ -4659,6 +5106,7 @@ PKTRT_DEF pktrt_scene *pktrt_scene_create(const pktrt_scene_desc *desc) {
   s->desc = d;
   s->isa = d.isa;
   s->kernels = kernels;
+  for (int a = 0; a < 3; a++) s->plain.albedo[a] = 0.8f;
   pktrt__summarise(s);
   return s;
 }
@@ -4838,27 +5286,43 @@ PKTRT_DEF void pktrt_get_scene_info(const pktrt_scene *s, pktrt_scene_info *info
   if (area > 0) info->sah_at_build /= area, info->sah_now /= area;
 }
 
+/* Refuses components of a vector that are not finite, or outside [lo, hi]. */
+static pktrt_status pktrt__check_range(pktrt_scene *s, const char *whose, unsigned index, const char *what,
+                                       const float *v, int n, float lo, float hi) {
+  for (int a = 0; a < n; a++)
+    if (!(v[a] >= lo && v[a] <= hi))
+      return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "%s %u: component %d of its %s is %g, outside [%g, %g]", whose,
+                         index, a, what, (double)v[a], (double)lo, (double)hi);
+  return PKTRT_OK;
+}
+
+static pktrt_status pktrt__check_light(pktrt_scene *s, const pktrt_light *l, unsigned index) {
+  const float far = PKTRT_MAX_COORD;
+  if (!l) return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "light %u: the description is NULL", index);
+  if ((int)l->kind < 0 || l->kind > PKTRT_LIGHT_ENVIRONMENT)
+    return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "light %u: %d is no kind of light", index, (int)l->kind);
+  pktrt_status st = pktrt__check_range(s, "light", index, "intensity", l->intensity, 3, 0, FLT_MAX);
+  const bool placed =
+      l->kind == PKTRT_LIGHT_POINT || l->kind == PKTRT_LIGHT_QUAD || l->kind == PKTRT_LIGHT_SPHERE;
+  if (!st && placed) st = pktrt__check_range(s, "light", index, "position", l->position, 3, -far, far);
+  if (!st && l->kind == PKTRT_LIGHT_SPHERE) st = pktrt__check_range(s, "light", index, "radius", &l->radius, 1, 0, far);
+  for (int e = 0; !st && e < 2 && l->kind == PKTRT_LIGHT_QUAD; e++)
+    st = pktrt__check_range(s, "light", index, e ? "edge[1]" : "edge[0]", l->edge[e], 3, -far, far);
+  if (st || l->kind != PKTRT_LIGHT_DIRECTIONAL) return st;
+  st = pktrt__check_range(s, "light", index, "direction", l->direction, 3, -far, far);
+  if (!st && l->direction[0] == 0 && l->direction[1] == 0 && l->direction[2] == 0)
+    return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "light %u: its direction is zero", index);
+  return st;
+}
+
 PKTRT_DEF pktrt_status pktrt_add_light(pktrt_scene *s, const pktrt_light *l, uint32_t *light) {
   if (!s) return PKTRT_INVALID_ARGUMENT;
   s->error[0] = 0;
-  const unsigned index = (unsigned)s->light_count;
-  if (!l) return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "light %u: the description is NULL", index);
-  if (l->kind != PKTRT_LIGHT_POINT && l->kind != PKTRT_LIGHT_DIRECTIONAL)
-    return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "light %u: %d is no kind of light", index, (int)l->kind);
-  const float *where = l->kind == PKTRT_LIGHT_POINT ? l->position : l->direction;
-  for (int a = 0; a < 3; a++) {
-    if (!pktrt__finite(where[a]) || fabsf(where[a]) > PKTRT_MAX_COORD)
-      return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "light %u: component %c of its %s is %g", index, 'x' + a,
-                         l->kind == PKTRT_LIGHT_POINT ? "position" : "direction", (double)where[a]);
-    if (!pktrt__finite(l->intensity[a]) || l->intensity[a] < 0)
-      return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "light %u: component %d of its intensity is %g", index, a,
-                         (double)l->intensity[a]);
-  }
-  if (l->kind == PKTRT_LIGHT_DIRECTIONAL && where[0] == 0 && where[1] == 0 && where[2] == 0)
-    return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "light %u: its direction is zero", index);
+  const pktrt_status st = pktrt__check_light(s, l, (unsigned)s->light_count);
+  if (st != PKTRT_OK) return st;
   void *lights = s->lights;
   if (!pktrt__grow(&s->desc, &lights, s->light_count, &s->light_capacity, sizeof *s->lights))
-    return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "light %u: no memory", index);
+    return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "light %u: no memory", (unsigned)s->light_count);
   s->lights = PKTRT__CAST(pktrt_light *, lights);
   s->lights[s->light_count] = *l;
   if (light) *light = s->light_count;
@@ -4866,15 +5330,34 @@ PKTRT_DEF pktrt_status pktrt_add_light(pktrt_scene *s, const pktrt_light *l, uin
   return PKTRT_OK;
 }
 
+static pktrt_status pktrt__check_material(pktrt_scene *s, const pktrt_material *m, unsigned index) {
+  static const char *const whose = "material";
+  if (!m) return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "material %u: the description is NULL", index);
+  if ((int)m->specular < 0 || m->specular > PKTRT_SPECULAR_CONDUCTOR)
+    return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "material %u: %d is no pktrt_specular", index, (int)m->specular);
+  if ((int)m->lobe < 0 || m->lobe > PKTRT_LOBE_PHONG)
+    return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "material %u: %d is no pktrt_lobe", index, (int)m->lobe);
+  pktrt_status st = pktrt__check_range(s, whose, index, "albedo", m->albedo, 3, 0, 1);
+  if (!st) st = pktrt__check_range(s, whose, index, "reflectance", m->reflectance, 3, 0, 1);
+  if (!st) st = pktrt__check_range(s, whose, index, "ior", m->ior, 3, 0, 1e6f);
+  if (!st) st = pktrt__check_range(s, whose, index, "extinction", m->extinction, 3, 0, 1e6f);
+  if (!st) st = pktrt__check_range(s, whose, index, "absorption", m->absorption, 3, 0, FLT_MAX);
+  if (!st) st = pktrt__check_range(s, whose, index, "exponent", &m->exponent, 1, 0, 1e9f);
+  if (!st) st = pktrt__check_range(s, whose, index, "emission", m->emission, 3, 0, FLT_MAX);
+  for (int a = 0; !st && a < 3 && m->specular == PKTRT_SPECULAR_MIRROR; a++)
+    if (m->albedo[a] + m->reflectance[a] > 1.00001f)
+      return pktrt__fail(s, PKTRT_INVALID_ARGUMENT,
+                         "material %u: component %d of albedo (%g) and of reflectance (%g) are more than 1 together",
+                         index, a, (double)m->albedo[a], (double)m->reflectance[a]);
+  return st;
+}
+
 PKTRT_DEF pktrt_status pktrt_add_material(pktrt_scene *s, const pktrt_material *m, uint32_t *material) {
   if (!s) return PKTRT_INVALID_ARGUMENT;
   s->error[0] = 0;
   const unsigned index = (unsigned)s->material_count + 1;
-  if (!m) return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "material %u: the description is NULL", index);
-  for (int a = 0; a < 3; a++)
-    if (!(m->albedo[a] >= 0 && m->albedo[a] <= 1))
-      return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "material %u: component %d of its albedo is %g, outside [0,1]",
-                         index, a, (double)m->albedo[a]);
+  const pktrt_status st = pktrt__check_material(s, m, index);
+  if (st != PKTRT_OK) return st;
   void *materials = s->materials;
   if (!pktrt__grow(&s->desc, &materials, s->material_count, &s->material_capacity, sizeof *s->materials))
     return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "material %u: no memory", index);
@@ -5113,19 +5596,7 @@ PKTRT_DEF void pktrt_spawn(const pktrt_scene *s, const pktrt_ray *ray, const pkt
   out->tmax = INFINITY;
 }
 
-/* >>shading -------------------------------------------------------------------------------------------------------- */
-
-/* Sine and cosine on [0, pi/2] from their series: libm's results differ between libraries, and a camera decides
-   pixels. */
-static void pktrt__sincos(double x, double *sine, double *cosine) {
-  const double q = x * x;
-  double s = 0, c = 0;
-  for (int k = 13; k >= 0; k--) { /* error below 2^-60 */
-    s = 1 - q / (double)((2 * k + 2) * (2 * k + 3)) * s;
-    c = 1 - q / (double)((2 * k + 1) * (2 * k + 2)) * c;
-  }
-  *sine = x * s, *cosine = c;
-}
+/* >>vectors -------------------------------------------------------------------------------------------------------- */
 
 static double pktrt__dot(const double a[3], const double b[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
@@ -5137,7 +5608,7 @@ static void pktrt__cross(const double a[3], const double b[3], double out[3]) {
 /* To length 1; false for zero and for what is not finite. Scaled first: squares of tiny or huge numbers leave the
    range. */
 static bool pktrt__normalise(double v[3]) {
-  const double m = fmax(fabs(v[0]), fmax(fabs(v[1]), fabs(v[2])));
+  const double m = pktrt__max(fabs(v[0]), pktrt__max(fabs(v[1]), fabs(v[2])));
   if (!(m > 0 && m <= DBL_MAX)) return false;
   for (int a = 0; a < 3; a++) v[a] /= m;
   const double length = sqrt(pktrt__dot(v, v));
@@ -5145,11 +5616,418 @@ static bool pktrt__normalise(double v[3]) {
   return true;
 }
 
-/* The camera as a picture plane at distance 1: the ray through (px, py) in pixels goes to corner + px dx + py dy. */
-typedef struct pktrt__view_plane {
-  float eye[3], time;
-  double corner[3], dx[3], dy[3];
-} pktrt__view_plane;
+/* >>sampler -------------------------------------------------------------------------------------------------------- */
+
+PKTRT_DEF const char *pktrt_sampler_string(pktrt_sampler sampler) {
+  static const char *const names[PKTRT_SAMPLER_COUNT] = {"sobol",  "random",     "jittered",  "interleaved",
+                                                         "halton", "hammersley", "blue noise"};
+  return (int)sampler >= 0 && sampler < PKTRT_SAMPLER_COUNT ? names[sampler] : "no sampler";
+}
+
+/* Everything random comes from here. A key stands for a seed, a pixel (or tile of pixels) and a group of dimensions;
+   pktrt__mix of the key plus a small number gives 64 bits for each use of it. Seed and group are mixed before the
+   pixel joins, so that no seed gives the shifted picture of another. */
+PKTRT__INLINE uint64_t pktrt__key(uint32_t seed, uint32_t group, uint32_t x, uint32_t y) {
+  const uint64_t pixel = ((uint64_t)y << 32 | x) * UINT64_C(0xD1342543DE82EF95);
+  return pktrt__mix(pixel + pktrt__mix((uint64_t)seed << 32 | group));
+}
+
+/* The upper 24 of 32 bits as a number in [0,1): all that a float holds, and no rounding up to 1. */
+PKTRT__INLINE float pktrt__unit(uint32_t bits) { return (float)(int32_t)(bits >> 8) * (1.0f / 16777216); }
+PKTRT__INLINE float pktrt__unit_of(double x) { return (float)(int32_t)(x * 16777216) * (1.0f / 16777216); } /* [0,1) */
+PKTRT__INLINE uint32_t pktrt__below(uint32_t bits, uint32_t n) { return (uint32_t)((uint64_t)bits * n >> 32); }
+
+PKTRT__INLINE uint32_t pktrt__reverse(uint32_t x) {
+  x = (x >> 1 & 0x55555555u) | (x & 0x55555555u) << 1;
+  x = (x >> 2 & 0x33333333u) | (x & 0x33333333u) << 2;
+  x = (x >> 4 & 0x0F0F0F0Fu) | (x & 0x0F0F0F0Fu) << 4;
+  x = (x >> 8 & 0x00FF00FFu) | (x & 0x00FF00FFu) << 8;
+  return x >> 16 | x << 16;
+}
+
+/* Owen scrambling (Owen 1995) of a number whose bits are reversed, by arithmetic (Laine and Karras 2011, Burley 2020;
+   constants by Vegdahl 2021): no operation carries towards lower bits, so that each bit is flipped by a hash of those
+   below it and of the key. The sum makes the result uniform over keys. */
+PKTRT__INLINE uint32_t pktrt__owen(uint32_t x, uint64_t key) {
+  x ^= x * 0x3D20ADEAu;
+  x += (uint32_t)key;
+  x *= (uint32_t)(key >> 32) | 1;
+  x ^= x * 0x05526C56u;
+  return x ^ x * 0x53A22864u;
+}
+
+/* Number i < n of a random permutation of n numbers, n <= 2^31: bijections of the next power of two, walked until the
+   number is below n again (Kensler 2013), and a rotation, which makes every place equally likely. */
+static uint32_t pktrt__permute(uint32_t i, uint32_t n, uint64_t key) {
+  uint32_t mask = n - 1, shift;
+  for (uint32_t s = 1; s < 32; s *= 2) mask |= mask >> s;
+  shift = (pktrt__popcount(mask) + 1) / 2;
+  const uint64_t a = pktrt__mix(key), b = pktrt__mix(key + 1);
+  do {
+    for (uint32_t round = 0; round < 4; round++) {
+      const uint32_t bits = (uint32_t)((round & 1 ? a : b) >> (round & 2) * 16);
+      i = (i * (bits | 1) + (bits >> 16)) & mask;
+      i ^= i >> shift;
+    }
+  } while (i >= n);
+  return (uint32_t)(((uint64_t)i + pktrt__below((uint32_t)(a ^ b >> 16), n)) % n);
+}
+
+/* --- Sobol' points, and the three ways they are dealt out --- */
+
+/* Bit k of the result is the sum modulo 2 of the bits j of x for which the binomial (j over k) is odd, that is, k is a
+   subset of j in binary: Pascal's matrix, the second of Sobol's dimensions. */
+PKTRT__INLINE uint32_t pktrt__pascal(uint32_t x) {
+  x ^= x >> 1 & 0x55555555u;
+  x ^= x >> 2 & 0x33333333u;
+  x ^= x >> 4 & 0x0F0F0F0Fu;
+  x ^= x >> 8 & 0x00FF00FFu;
+  return x ^ x >> 16;
+}
+
+/* Sobol's first two dimensions make a (0,2)-sequence: every 2^m points from a multiple of 2^m on have one in each
+   elementary interval of area 2^-m. So do the third and the fourth here, which are these two once more, for the index
+   times a matrix (upper triangular, ones on its diagonal: 2^m indices stay together). Found by search over such
+   matrices: all four dimensions are a net of t = 1 for 4, 8, 16 and 64 points, 2 for 32, 128, 256 and 512, then 3.
+   Sobol's own (Joe and Kuo 2008) are as good in four dimensions, but his third and fourth are no (0,2)-sequence. Four
+   columns at a time. */
+PKTRT__INLINE uint32_t pktrt__second_pair(uint32_t index) {
+  static const uint32_t sums[8][16] = {
+    {0x00000000, 0x00000001, 0x00000002, 0x00000003, 0x00000005, 0x00000004, 0x00000007, 0x00000006,
+     0x0000000B, 0x0000000A, 0x00000009, 0x00000008, 0x0000000E, 0x0000000F, 0x0000000C, 0x0000000D},
+    {0x00000000, 0x00000010, 0x00000021, 0x00000031, 0x00000051, 0x00000041, 0x00000070, 0x00000060,
+     0x000000B6, 0x000000A6, 0x00000097, 0x00000087, 0x000000E7, 0x000000F7, 0x000000C6, 0x000000D6},
+    {0x00000000, 0x00000103, 0x0000032D, 0x0000022E, 0x0000053F, 0x0000043C, 0x00000612, 0x00000711,
+     0x00000908, 0x0000080B, 0x00000A25, 0x00000B26, 0x00000C37, 0x00000D34, 0x00000F1A, 0x00000E19},
+    {0x00000000, 0x00001ACC, 0x00003BC5, 0x00002109, 0x00005DBB, 0x00004777, 0x0000667E, 0x00007CB2,
+     0x0000B28D, 0x0000A841, 0x00008948, 0x00009384, 0x0000EF36, 0x0000F5FA, 0x0000D4F3, 0x0000CE3F},
+    {0x00000000, 0x0001C3F4, 0x0003C945, 0x00020AB1, 0x0005B864, 0x00047B90, 0x00067121, 0x0007B2D5,
+     0x00086449, 0x0009A7BD, 0x000BAD0C, 0x000A6EF8, 0x000DDC2D, 0x000C1FD9, 0x000E1568, 0x000FD69C},
+    {0x00000000, 0x001B8445, 0x0023DB57, 0x00385F12, 0x005C2BDC, 0x0047AF99, 0x007FF08B, 0x006474CE,
+     0x00DAE851, 0x00C16C14, 0x00F93306, 0x00E2B743, 0x0086C38D, 0x009D47C8, 0x00A518DA, 0x00BE9C9F},
+    {0x00000000, 0x0195914E, 0x03462F21, 0x02D3BE6F, 0x06413CC0, 0x07D4AD8E, 0x050713E1, 0x049282AF,
+     0x083E07FE, 0x09AB96B0, 0x0B7828DF, 0x0AEDB991, 0x0E7F3B3E, 0x0FEAAA70, 0x0D39141F, 0x0CAC8551},
+    {0x00000000, 0x19936D2B, 0x26301AA7, 0x3FA3778C, 0x6781B3F0, 0x7E12DEDB, 0x41B1A957, 0x5822C47C,
+     0x9C6863A8, 0x85FB0E83, 0xBA58790F, 0xA3CB1424, 0xFBE9D058, 0xE27ABD73, 0xDDD9CAFF, 0xC44AA7D4}};
+  uint32_t x = sums[0][index & 15] ^ sums[1][index >> 4 & 15] ^ sums[2][index >> 8 & 15] ^ sums[3][index >> 12 & 15];
+  if (index >> 16)
+    x ^= sums[4][index >> 16 & 15] ^ sums[5][index >> 20 & 15] ^ sums[6][index >> 24 & 15] ^ sums[7][index >> 28];
+  return x;
+}
+
+/* Coordinates first to first + n - 1, of four, of point number `index`, scrambled. */
+PKTRT__INLINE void pktrt__sobol(uint32_t index, uint64_t key, uint32_t first, uint32_t n, float *out) {
+  const uint32_t other = first + n > 2 ? pktrt__second_pair(index) : 0;
+  for (uint32_t i = 0; i < n; i++) {
+    const uint32_t d = first + i, x = d & 2 ? other : index;
+    out[i] = pktrt__unit(pktrt__reverse(pktrt__owen(d & 1 ? pktrt__pascal(x) : x, pktrt__mix(key + d))));
+  }
+}
+
+/* Point `sample` of run number `run` of the sequence, a run being as long as the next power of two of `samples`: a
+   net by itself, and with its neighbours a larger one. The order within the run is shuffled in Owen's way: any number
+   of points from its beginning is spread well, and groups of dimensions meet in random pairs. */
+PKTRT__INLINE void pktrt__deal(uint32_t run, uint32_t sample, uint32_t samples, uint64_t order, uint64_t key,
+                               uint32_t first, uint32_t n, float *out) {
+  uint32_t mask = samples - 1;
+  for (uint32_t s = 1; s < 32; s *= 2) mask |= mask >> s;
+  const uint32_t shuffled = pktrt__reverse(pktrt__owen(pktrt__reverse(sample), order)) & mask;
+  pktrt__sobol(run * (mask + 1) + shuffled, key, first, n, out);
+}
+
+/* Every other bit, from the 0th on, close together: the opposite way. */
+PKTRT__INLINE uint32_t pktrt__spread(uint32_t x) { /* x < 256 */
+  x = (x | x << 4) & 0x0F0Fu;
+  x = (x | x << 2) & 0x3333u;
+  return (x | x << 1) & 0x5555u;
+}
+
+/* The place of a pixel on a Morton curve through 256 x 256 pixels whose four quarters, and theirs in turn, come in
+   random order (Ahmed and Wonka 2020). */
+static uint32_t pktrt__shuffled_morton(uint32_t x, uint32_t y, uint64_t key) {
+  static const uint8_t orders[24] = {0x1B, 0x1E, 0x27, 0x2D, 0x36, 0x39, 0x4B, 0x4E, 0x63, 0x6C, 0x72, 0x78,
+                                     0x87, 0x8D, 0x93, 0x9C, 0xB1, 0xB4, 0xC6, 0xC9, 0xD2, 0xD8, 0xE1, 0xE4};
+  const uint32_t place = pktrt__spread(x & 255) | pktrt__spread(y & 255) << 1;
+  uint32_t out = 0;
+  for (uint32_t level = 0; level < 16; level += 2) {
+    const uint32_t node = (place | 0x10000u) >> level >> 2; /* the square that the quarter belongs to, as in a heap */
+    const uint32_t order = orders[pktrt__below((uint32_t)(pktrt__mix(key ^ node) >> 32), 24)];
+    out |= (order >> (place >> level & 3) * 2 & 3) << level;
+  }
+  return out;
+}
+
+/* --- grids and radical inverses --- */
+
+/* A pair of dimensions in a x b cells, at least as many as samples: as nearly square as n can be written with sides
+   up to 2 : 1, and else the next rectangle, of which random cells stay empty. */
+static void pktrt__jittered(uint32_t sample, uint32_t samples, uint64_t key, float out[2]) {
+  uint32_t b = (uint32_t)sqrt((double)samples), a;
+  while (samples % b && 2 * b * b >= samples) b--;
+  if (samples % b || 2 * b * b < samples) b = (uint32_t)sqrt((double)samples);
+  a = (samples + b - 1) / b;
+  const uint32_t cell = pktrt__permute(sample, a * b, key);
+  const uint64_t at = pktrt__mix(key + 2 + sample);
+  out[0] = pktrt__unit_of(((double)(cell % a) + (double)(uint32_t)at * (1 / 4294967296.0)) / (double)a);
+  out[1] = pktrt__unit_of(((double)(cell / a) + (double)(uint32_t)(at >> 32) * (1 / 4294967296.0)) / (double)b);
+}
+
+/* The radical inverse of i < n in a prime base, scrambled in Owen's way: each digit is replaced by that of a
+   permutation which depends on all digits before. The permutations are affine, d -> a d + c: any two digits go to any
+   two, equally likely, and that is all that enters the variance. Digits beyond the last that n needs are independent
+   random ones. */
+static float pktrt__radical_inverse(uint32_t i, uint32_t n, uint32_t base, uint64_t key) {
+  uint32_t reach = 1, digits = 0;
+  for (uint32_t rest = i; reach < n; rest /= base) {
+    const uint64_t h = pktrt__mix(key + reach + i % reach); /* i % reach: the digits before */
+    const uint32_t a = 1 + pktrt__below((uint32_t)(h >> 32), base - 1), c = pktrt__below((uint32_t)h, base);
+    digits = digits * base + (a * (rest % base) + c) % base;
+    reach *= base;
+  }
+  const double tail = (double)pktrt__unit((uint32_t)(pktrt__mix(key + reach + i) >> 32));
+  return pktrt__unit_of(((double)digits + tail) / (double)reach);
+}
+
+/* Halton's bases are the first 32 primes; later dimensions use them again, with other scrambles, and with the points
+   in another random order, so that they meet those of the first 32 at random. Hammersley's points have i / n before
+   these, and every 32 dimensions again; their order is random from the start, since n is known: each coordinate of
+   each sample is uniform over seeds. */
+static float pktrt__halton(const pktrt_sampling *s, uint32_t samples, uint32_t x, uint32_t y, uint32_t sample,
+                           uint32_t dimension) {
+  static const uint8_t primes[32] = {2,  3,  5,  7,  11, 13, 17, 19, 23, 29, 31,  37,  41,  43,  47,  53,
+                                     59, 61, 67, 71, 73, 79, 83, 89, 97, 101, 103, 107, 109, 113, 127, 131};
+  const bool hammersley = s->sampler == PKTRT_SAMPLER_HAMMERSLEY;
+  const uint32_t round = dimension / 32, k = dimension % 32;
+  const uint64_t key = pktrt__key(s->seed, dimension, x, y);
+  if (round || hammersley) sample = pktrt__permute(sample, samples, pktrt__key(s->seed, ~round, x, y));
+  if (!hammersley) return pktrt__radical_inverse(sample, samples, primes[k], key);
+  if (k) return pktrt__radical_inverse(sample, samples, primes[k - 1], key);
+  const double at = (double)pktrt__unit((uint32_t)(pktrt__mix(key + sample) >> 32));
+  return pktrt__unit_of(((double)sample + at) / (double)samples);
+}
+
+/* --- the samplers --- */
+
+/* Coordinates of one group: dimension / 4 is the same for all n. */
+static void pktrt__sample(const pktrt_sampling *s, uint32_t x, uint32_t y, uint32_t sample, uint32_t dimension,
+                          uint32_t n, float *out) {
+  const uint32_t samples = s->samples > 65536 ? 65536 : s->samples ? s->samples : 1;
+  const uint32_t group = dimension / 4, first = dimension % 4;
+  if (sample >= samples) sample %= samples;
+  switch (s->sampler) {
+    case PKTRT_SAMPLER_RANDOM: {
+      const uint64_t key = pktrt__key(s->seed, group, x, y) + 2 * (uint64_t)sample;
+      const uint64_t bits[2] = {pktrt__mix(key), pktrt__mix(key + 1)};
+      for (uint32_t i = 0, d = first; i < n; i++, d++) out[i] = pktrt__unit((uint32_t)(bits[d / 2] >> d % 2 * 32));
+      break;
+    }
+    case PKTRT_SAMPLER_JITTERED:
+      for (uint32_t i = 0, d = first; i < n;) {
+        float pair[2];
+        pktrt__jittered(sample, samples, pktrt__key(s->seed, group * 2 + d / 2, x, y), pair);
+        do out[i++] = pair[d++ % 2];
+        while (i < n && d % 2);
+      }
+      break;
+    case PKTRT_SAMPLER_HALTON:
+    case PKTRT_SAMPLER_HAMMERSLEY:
+      for (uint32_t i = 0; i < n; i++) out[i] = pktrt__halton(s, samples, x, y, sample, dimension + i);
+      break;
+    case PKTRT_SAMPLER_INTERLEAVED: { /* runs in Morton order: any 2 x 2 pixels hold one run of each class modulo 4 */
+      const uint64_t key = pktrt__key(s->seed, group, 0, 0);
+      const uint32_t run = pktrt__spread(x & 3) | pktrt__spread(y & 3) << 1;
+      pktrt__deal(run ^ (uint32_t)(pktrt__mix(key + 4) >> 60), sample, samples, pktrt__mix(key + 5 + run), key, first,
+                  n, out);
+      break;
+    }
+    case PKTRT_SAMPLER_BLUE_NOISE: {
+      const uint64_t key = pktrt__key(s->seed, group, x >> 8, y >> 8);
+      const uint32_t run = pktrt__shuffled_morton(x, y, ~key);
+      pktrt__deal(run, sample, samples, pktrt__mix(key + 4 + run), key, first, n, out);
+      break;
+    }
+    case PKTRT_SAMPLER_SOBOL:
+    default: {
+      const uint64_t key = pktrt__key(s->seed, group, x, y);
+      pktrt__deal(0, sample, samples, pktrt__mix(key + 4), key, first, n, out);
+      break;
+    }
+  }
+}
+
+PKTRT_DEF void pktrt_sample(const pktrt_sampling *s, uint32_t x, uint32_t y, uint32_t sample, uint32_t dimension,
+                            uint32_t n, float *out) {
+  while (n) {
+    const uint32_t left = 4 - dimension % 4, take = n < left ? n : left;
+    pktrt__sample(s, x, y, sample, dimension, take, out);
+    dimension += take, out += take, n -= take;
+  }
+}
+
+/* >>elementary: functions that decide pixels. libm's results differ between libraries; these are sums, products,
+   quotients and square roots in a fixed order. Errors are relative, found by comparing with libm over the ranges. */
+
+#define PKTRT__PI 3.14159265358979323846
+
+/* Sine and cosine of 2 pi turns, |turns| < 2^50. The nearest quarter turn is taken off exactly; what remains is within
+   pi / 4, where the series end below 2^-56. */
+static void pktrt__sincos_turn(double turns, double *sine, double *cosine) {
+  const double quarters = turns * 4, whole = (double)(int64_t)(quarters < 0 ? quarters - 0.5 : quarters + 0.5);
+  const double x = (quarters - whole) * (PKTRT__PI / 2), q = x * x;
+  double s = 1, c = 1;
+  s = 1 - q / 272 * s, s = 1 - q / 210 * s, s = 1 - q / 156 * s, s = 1 - q / 110 * s;
+  s = 1 - q / 72 * s, s = 1 - q / 42 * s, s = 1 - q / 20 * s, s = x * (1 - q / 6 * s);
+  c = 1 - q / 240 * c, c = 1 - q / 182 * c, c = 1 - q / 132 * c, c = 1 - q / 90 * c;
+  c = 1 - q / 56 * c, c = 1 - q / 30 * c, c = 1 - q / 12 * c, c = 1 - q / 2 * c;
+  const int64_t turn = (int64_t)whole & 3;
+  *sine = turn == 0 ? s : turn == 1 ? c : turn == 2 ? -s : -c;
+  *cosine = turn == 0 ? c : turn == 1 ? -s : turn == 2 ? -c : s;
+}
+
+/* 2^k, -1022 <= k <= 1023 */
+PKTRT__INLINE double pktrt__power_of_two(int32_t k) {
+  const uint64_t bits = (uint64_t)(uint32_t)(k + 1023) << 52;
+  double x;
+  memcpy(&x, &bits, sizeof x);
+  return x;
+}
+
+/* log(2^e (1 + f)), 1 + f within [sqrt(1/2), sqrt(2)]: twice the artanh of s = f / (2 + f), |s| < 0.172. */
+static double pktrt__log_sum(int32_t e, double f) {
+  const double s = f / (2 + f), q = s * s;
+  double sum = 0;
+  for (int32_t k = 21; k >= 3; k -= 2) sum = (1.0 / k + sum) * q;
+  const double high = 0.693147180369123816490, low = 1.90821492927058770002e-10; /* log 2; e * high is exact */
+  return (double)e * high + (2 * s + (2 * s * sum + (double)e * low));
+}
+
+/* Natural logarithm of a normal x > 0; -infinity for smaller ones. Error below 2^-51. */
+static double pktrt__log(double x) {
+  uint64_t bits;
+  memcpy(&bits, &x, sizeof bits);
+  if (!(x >= DBL_MIN)) return -INFINITY;
+  /* the exponent that brings the fraction to [sqrt(1/2), sqrt(2)): 0x3FE6A09E... is sqrt(1/2) */
+  const int32_t e = (int32_t)((bits - UINT64_C(0x3FE6A09E667F3BCD)) >> 52 & 0xFFF) ;
+  const int32_t exponent = e >= 0x800 ? e - 0x1000 : e;
+  bits -= (uint64_t)(int64_t)exponent << 52;
+  memcpy(&x, &bits, sizeof x);
+  return pktrt__log_sum(exponent, x - 1);
+}
+
+/* log(1 - u), 0 <= u < 1, without loss for small u */
+static double pktrt__log1m(double u) { return u < 0.29 ? pktrt__log_sum(0, -u) : pktrt__log(1 - u); }
+
+/* exp(x) - 1 for |x| <= log(2) / 2 */
+static double pktrt__expm1_sum(double x) {
+  double sum = 0;
+  for (int32_t k = 14; k >= 2; k--) sum = (1 + sum) * (x / k);
+  return x + x * sum;
+}
+
+/* e^x; error below 2^-51, and one step of a subnormal result */
+static double pktrt__exp(double x) {
+  if (!(x > -746)) return x != x ? x : 0;
+  if (x > 710) return INFINITY;
+  const int32_t k = (int32_t)(x * 1.44269504088896340736 + (x < 0 ? -0.5 : 0.5)), half = k / 2;
+  const double high = 0.693147180369123816490, low = 1.90821492927058770002e-10;
+  const double rest = (x - (double)k * high) - (double)k * low;
+  return (1 + pktrt__expm1_sum(rest)) * pktrt__power_of_two(half) * pktrt__power_of_two(k - half);
+}
+
+/* exp(x) - 1 for x <= 0, without loss for small x */
+static double pktrt__expm1(double x) { return x > -0.34 ? pktrt__expm1_sum(x) : pktrt__exp(x) - 1; }
+
+/* x^y for x in [0,1], y >= 0; error below (2 + |y log x|) 2^-52. 0^0 is 1. */
+static double pktrt__pow(double x, double y) { return y == 0 ? 1 : pktrt__exp(y * pktrt__log(x)); }
+
+/* >>mappings ------------------------------------------------------------------------------------------------------- */
+
+/* Two unit vectors that are perpendicular to the unit vector n and to each other (Duff et al. 2017): the z axis and
+   its own, turned until z lies on n, or on -n below. */
+static void pktrt__basis(const double n[3], double t[3], double b[3]) {
+  const double sign = n[2] < 0 ? -1 : 1, a = -1 / (sign + n[2]), c = n[0] * n[1] * a;
+  t[0] = 1 + sign * n[0] * n[0] * a, t[1] = sign * c, t[2] = -sign * n[0];
+  b[0] = c, b[1] = sign + n[1] * n[1] * a, b[2] = -n[1];
+}
+
+/* From the square to the unit disk, keeping areas: r = max(u, v), so that squares that share the corner (0,0) become
+   circles, and the angle grows evenly along them. That is one quadrant of Shirley and Chiu's map (1997) with its angle
+   taken four times. Continuous; the corner (0,0) goes to the centre, and r = 1 is never met. The directions are this
+   disk bent: r^2 is uniform and takes the place of a random number, and the disk's centre goes to the axis. */
+static double pktrt__disk(const float at[2], double *sine, double *cosine) { /* returns r */
+  const double u = at[0] > 0 ? (double)pktrt__minf(at[0], 0.99999994f) : 0;
+  const double v = at[1] > 0 ? (double)pktrt__minf(at[1], 0.99999994f) : 0;
+  const double r = u > v ? u : v;
+  pktrt__sincos_turn(u > v ? 0.5 * (v / u) : v > 0 ? 1 - 0.5 * (u / v) : 0, sine, cosine);
+  return r;
+}
+
+/* The direction at height z over an axis, w = sqrt(1 - z^2) away from it. */
+static void pktrt__around(const double axis[3], double z, double w, double sine, double cosine, double out[3]) {
+  double t[3], b[3];
+  pktrt__basis(axis, t, b);
+  for (int a = 0; a < 3; a++) out[a] = z * axis[a] + w * (cosine * t[a] + sine * b[a]);
+}
+
+static void pktrt__cosine_lobe(const float u[2], const double normal[3], double out[3]) {
+  double s, c;
+  const double r = pktrt__disk(u, &s, &c);
+  pktrt__around(normal, sqrt(1 - r * r), r, s, c, out);
+}
+
+/* The integral of cos^n gives 1 - r^2 = cos^(n+1) a. Narrow lobes: the sine comes from exp(x) - 1, not from a cosine
+   close to 1. */
+static void pktrt__phong_lobe(const float u[2], const double axis[3], double exponent, double out[3]) {
+  double s, c;
+  const double r = pktrt__disk(u, &s, &c), x = pktrt__log1m(r * r) / ((exponent > 0 ? exponent : 0) + 1);
+  pktrt__around(axis, pktrt__exp(x), sqrt(-pktrt__expm1(2 * x)), s, c, out);
+}
+
+static void pktrt__phong_lobe_naive(const float u[2], const double axis[3], double exponent, double out[3]) {
+  double s, c;
+  pktrt__sincos_turn((double)u[1], &s, &c);
+  const double z = pktrt__pow((double)u[0], 1 / ((exponent > 0 ? exponent : 0) + 1));
+  pktrt__around(axis, z, sqrt(1 - z * z), s, c, out);
+}
+
+PKTRT_DEF void pktrt_map_disk(const float u[2], float out[2]) {
+  double s, c;
+  const double r = pktrt__disk(u, &s, &c);
+  out[0] = (float)(r * c), out[1] = (float)(r * s);
+}
+
+PKTRT_DEF void pktrt_map_sphere(const float u[2], float out[3]) {
+  double s, c;
+  const double r = pktrt__disk(u, &s, &c), w = 2 * r * sqrt(1 - r * r);
+  out[0] = (float)(w * c), out[1] = (float)(w * s), out[2] = (float)(1 - 2 * r * r);
+}
+
+/* One wrapper's worth of conversion: a unit axis in double, a direction in float. */
+static void pktrt__unit_axis(const float axis[3], double out[3]) {
+  for (int a = 0; a < 3; a++) out[a] = (double)axis[a];
+  (void)pktrt__normalise(out);
+}
+
+PKTRT_DEF void pktrt_map_cosine(const float u[2], const float normal[3], float out[3]) {
+  double axis[3], d[3];
+  pktrt__unit_axis(normal, axis);
+  pktrt__cosine_lobe(u, axis, d);
+  for (int a = 0; a < 3; a++) out[a] = (float)d[a];
+}
+
+PKTRT_DEF void pktrt_map_phong(const float u[2], const float axis[3], float exponent, float out[3]) {
+  double n[3], d[3];
+  pktrt__unit_axis(axis, n);
+  pktrt__phong_lobe(u, n, (double)exponent, d);
+  for (int a = 0; a < 3; a++) out[a] = (float)d[a];
+}
+
+PKTRT_DEF void pktrt_map_phong_naive(const float u[2], const float axis[3], float exponent, float out[3]) {
+  double n[3], d[3];
+  pktrt__unit_axis(axis, n);
+  pktrt__phong_lobe_naive(u, n, (double)exponent, d);
+  for (int a = 0; a < 3; a++) out[a] = (float)d[a];
+}
 
 /* A sentence about what is wrong with a render, for whoever wants it. */
 typedef struct pktrt__why {
@@ -5164,48 +6042,133 @@ static bool pktrt__refuse(pktrt__why *why, const char *format, ...) { /* always 
   return false;
 }
 
-static bool pktrt__set_camera(const pktrt_camera *c, uint32_t width, uint32_t height, pktrt__view_plane *p,
-                              pktrt__why *why) {
-  double forward[3], up[3], right[3], s, k;
+/* >>fresnel -------------------------------------------------------------------------------------------------------- */
+
+/* Exact Fresnel equations, unpolarised (Born and Wolf, Principles of Optics). */
+PKTRT_DEF float pktrt_fresnel_dielectric(float cosine, float eta) {
+  const double c = pktrt__min(pktrt__max((double)cosine, 0), 1), e = (double)eta, k = 1 - (1 - c * c) / (e * e);
+  if (!(k > 0)) return 1;
+  const double b = sqrt(k), s = (c - e * b) / (c + e * b), p = (e * c - b) / (e * c + b);
+  return (float)(0.5 * (s * s + p * p));
+}
+
+/* With s2 the squared sine, a^2 + b^2 = sqrt((eta^2 - k^2 - s2)^2 + 4 eta^2 k^2) and
+   a^2 = (a^2 + b^2 + eta^2 - k^2 - s2) / 2. */
+PKTRT_DEF float pktrt_fresnel_conductor(float cosine, float eta, float k) {
+  const double c = pktrt__min(pktrt__max((double)cosine, 0), 1), c2 = c * c, s2 = 1 - c2;
+  const double e2 = (double)eta * (double)eta, k2 = (double)k * (double)k, m = e2 - k2 - s2;
+  const double ab = sqrt(m * m + 4 * e2 * k2), a = sqrt(pktrt__max(0, 0.5 * (ab + m)));
+  const double s = (ab + c2 - 2 * a * c) / (ab + c2 + 2 * a * c);
+  const double p = (c2 * ab + s2 * s2 - 2 * a * c * s2) / (c2 * ab + s2 * s2 + 2 * a * c * s2);
+  return (float)(0.5 * s * (1 + p));
+}
+
+/* >>lens ----------------------------------------------------------------------------------------------------------- */
+
+/* The camera as a picture plane at distance 1: the ray of a pinhole through (px, py) in pixels goes along
+   corner + px dx + py dy. A point of the lens, at x and y from its middle, sees the same point of the plane at
+   distance `focus`: its ray goes along that minus (x right + y up) / focus. */
+typedef struct pktrt__view_plane {
+  double eye[3], corner[3], dx[3], dy[3], right[3], up[3];
+  double focus;
+} pktrt__view_plane;
+
+/* The camera at a time: 0, where it does not move. False where it has no direction, or up is parallel to it. */
+static bool pktrt__view_at(const pktrt_camera *c, uint32_t width, uint32_t height, double time, pktrt__view_plane *p) {
+  double forward[3], up[3], s, k;
   for (int a = 0; a < 3; a++) {
-    if (!pktrt__finite(c->target[a]) || !pktrt__finite(c->up[a]) || !(fabsf(c->eye[a]) <= PKTRT_MAX_COORD))
-      return pktrt__refuse(why, "camera: %c of eye, target and up is %g, %g and %g", 'x' + a, (double)c->eye[a],
-                           (double)c->target[a], (double)c->up[a]);
-    p->eye[a] = c->eye[a];
-    forward[a] = (double)c->target[a] - (double)c->eye[a];
+    double eye = (double)c->eye[a], target = (double)c->target[a];
+    if (c->moving) {
+      eye = (1 - time) * eye + time * (double)c->eye_end[a];
+      target = (1 - time) * target + time * (double)c->target_end[a];
+    }
+    p->eye[a] = eye;
+    forward[a] = target - eye;
     up[a] = (double)c->up[a];
   }
+  p->focus = c->focus > 0 ? (double)c->focus : sqrt(pktrt__dot(forward, forward));
   if (up[0] == 0 && up[1] == 0 && up[2] == 0) up[1] = 1;
-  if (!pktrt__normalise(forward))
-    return pktrt__refuse(why, "camera: eye and target are the same point (%g, %g, %g)", (double)c->eye[0],
-                         (double)c->eye[1], (double)c->eye[2]);
-  (void)pktrt__normalise(up);
-  pktrt__cross(forward, up, right);
-  if (pktrt__dot(right, right) < 1e-12 || !pktrt__normalise(right))
-    return pktrt__refuse(why, "camera: up (%g, %g, %g) is parallel to the view", (double)c->up[0], (double)c->up[1],
-                         (double)c->up[2]);
-  pktrt__cross(right, forward, up);
+  if (!pktrt__normalise(forward) || !pktrt__normalise(up)) return false;
+  pktrt__cross(forward, up, p->right);
+  if (pktrt__dot(p->right, p->right) < 1e-12 || !pktrt__normalise(p->right)) return false;
+  pktrt__cross(p->right, forward, p->up);
   const double fov = c->fov_y == 0 ? 45.0 : (double)c->fov_y;
-  if (!(fov > 0 && fov < 180)) return pktrt__refuse(why, "camera: fov_y is %g, outside (0, 180) degrees", fov);
-  if (!(c->time >= 0 && c->time <= 1)) return pktrt__refuse(why, "camera: time is %g, outside [0, 1]", (double)c->time);
-  p->time = c->time;
-  pktrt__sincos(fov * (3.14159265358979323846 / 360), &s, &k);
+  pktrt__sincos_turn(fov / 720, &s, &k);
   const double half_y = s / k, half_x = half_y * (double)width / (double)height;
   for (int a = 0; a < 3; a++) {
-    p->corner[a] = forward[a] - half_x * right[a] + half_y * up[a];
-    p->dx[a] = right[a] * (2 * half_x / (double)width);
-    p->dy[a] = up[a] * (-2 * half_y / (double)height);
+    p->corner[a] = forward[a] - half_x * p->right[a] + half_y * p->up[a];
+    p->dx[a] = p->right[a] * (2 * half_x / (double)width);
+    p->dy[a] = p->up[a] * (-2 * half_y / (double)height);
   }
   return true;
 }
 
-/* What shading needs of a render, checked and complete. */
+static bool pktrt__check_camera(const pktrt_camera *c, uint32_t width, uint32_t height, pktrt__view_plane *p,
+                                pktrt__why *why) {
+  const float *vectors[5] = {c->eye, c->target, c->up, c->eye_end, c->target_end};
+  static const char *const names[5] = {"eye", "target", "up", "eye_end", "target_end"};
+  for (int i = 0; i < (c->moving ? 5 : 3); i++)
+    for (int a = 0; a < 3; a++)
+      if (!(fabsf(vectors[i][a]) <= PKTRT_MAX_COORD))
+        return pktrt__refuse(why, "camera: %c of %s is %g", 'x' + a, names[i], (double)vectors[i][a]);
+  if (!(c->fov_y >= 0 && c->fov_y < 180))
+    return pktrt__refuse(why, "camera: fov_y is %g, outside (0, 180) degrees", (double)c->fov_y);
+  if (!(c->time >= 0 && c->time <= 1)) return pktrt__refuse(why, "camera: time is %g, outside [0, 1]", (double)c->time);
+  if (!(c->shutter >= 0 && (double)c->time + (double)c->shutter <= 1 + 1e-6)) /* as sums of decimals come out */
+    return pktrt__refuse(why, "camera: shutter is %g, outside [0, 1 - time]", (double)c->shutter);
+  if (!(c->aperture >= 0 && c->aperture <= PKTRT_MAX_COORD))
+    return pktrt__refuse(why, "camera: aperture is %g", (double)c->aperture);
+  if (!(c->focus >= 0 && c->focus <= PKTRT_MAX_COORD))
+    return pktrt__refuse(why, "camera: focus is %g", (double)c->focus);
+  for (int end = c->moving ? 1 : 0; end >= 0; end--) {
+    if (pktrt__view_at(c, width, height, end, p)) continue;
+    const float *eye = end ? c->eye_end : c->eye, *target = end ? c->target_end : c->target;
+    if (eye[0] == target[0] && eye[1] == target[1] && eye[2] == target[2])
+      return pktrt__refuse(why, "camera: eye and target are the same point (%g, %g, %g)", (double)eye[0],
+                           (double)eye[1], (double)eye[2]);
+    return pktrt__refuse(why, "camera: up (%g, %g, %g) is parallel to the view", (double)c->up[0], (double)c->up[1],
+                         (double)c->up[2]);
+  }
+  return true;
+}
+
+/* >>job: a render, checked and complete ---------------------------------------------------------------------------- */
+
+/* A triangle of a mesh that is a light. Its chance is its area at rest, or the largest over its keys. */
+typedef struct pktrt__facet { /* where it is, if its mesh has one key */
+  double corner[3], edge[2][3];
+  double normal[3], length;  /* cross product of the edges, and its length */
+  double odds;               /* 1 / its share of all areas */
+} pktrt__facet;
+typedef struct pktrt__share {
+  double sum;                /* of the areas up to this facet's, which is included */
+  uint32_t start;            /* entry i: the first facet that part i of as many equal parts of the sum can fall to */
+} pktrt__share;
+
+/* What is known of a light before the first ray. */
+typedef struct pktrt__lamp {
+  double middle[3], radius;  /* mesh: of a sphere around it */
+  double area;               /* quad, mesh */
+  double facing[3];          /* quad: unit normal; mesh: sum of the triangles' areas as vectors */
+  float light[3];            /* radiance or intensity */
+  pktrt__facet *facets;      /* mesh */
+  pktrt__share *shares;
+  uint32_t facet_count;
+} pktrt__lamp;
+
 typedef struct pktrt__job {
   const pktrt_scene *scene;
   const pktrt_render_desc *desc;
-  pktrt__view_plane plane;
-  uint32_t packet_size, tile_size;
+  pktrt__view_plane plane;   /* of a camera that does not move */
+  pktrt__lamp *lamps;        /* one for each light */
+  pktrt_sampling sampling;
+  uint32_t packet_size, tile_size, samples, max_depth;
+  uint32_t event_dimensions; /* sample dimensions of one scattering event: 4, and 2 for each light */
+  float threshold;           /* of importance */
   size_t row_stride;
+  bool follow, distribute, choose; /* secondary rays; random lens, lights and lobes; one ray at a dielectric */
+  bool glass;                /* shadow rays pass it: then these are the bounds of all that is made of it */
+  float glass_lo[3], glass_hi[3];
 } pktrt__job;
 
 static bool pktrt__check_sizes(const pktrt_render_desc *d, pktrt__why *why) {
@@ -5219,211 +6182,1211 @@ static bool pktrt__check_sizes(const pktrt_render_desc *d, pktrt__why *why) {
   if (p && p != 2 && p != 4 && p != 8 && p != 16)
     return pktrt__refuse(why, "packet_size %u is not 2, 4, 8 or 16", (unsigned)p);
   if (d->tile_size > 1024) return pktrt__refuse(why, "tile_size %u is above 1024", (unsigned)d->tile_size);
+  if (d->samples > 65536) return pktrt__refuse(why, "%u samples are above 65536", (unsigned)d->samples);
+  if (d->max_depth > PKTRT_MAX_DEPTH)
+    return pktrt__refuse(why, "max_depth %u is above %u", (unsigned)d->max_depth, (unsigned)PKTRT_MAX_DEPTH);
+  if (!(d->attenuation <= 1)) return pktrt__refuse(why, "attenuation is %g, above 1", (double)d->attenuation);
   return true;
 }
 
-static bool pktrt__check_render(const pktrt_scene *s, const pktrt_render_desc *d, pktrt__job *job, pktrt__why *why) {
-  if (!d) return pktrt__refuse(why, "the description is NULL");
-  if (!pktrt__check_sizes(d, why)) return false;
-  if (d->mode != PKTRT_MODE_RCS) return pktrt__refuse(why, "%d is no pktrt_mode", (int)d->mode);
-  if ((int)d->path < 0 || d->path > PKTRT_PATH_SINGLE) return pktrt__refuse(why, "%d is no pktrt_path", (int)d->path);
-  if (d->normals != PKTRT_NORMALS_SMOOTH && d->normals != PKTRT_NORMALS_GEOMETRIC)
-    return pktrt__refuse(why, "%d is no pktrt_normals", (int)d->normals);
-  if (d->shadows != PKTRT_SHADOWS_PER_LIGHT && d->shadows != PKTRT_SHADOWS_TOGETHER)
-    return pktrt__refuse(why, "%d is no pktrt_shadow_packets", (int)d->shadows);
+static bool pktrt__check_words(const pktrt_render_desc *d, pktrt__why *why) {
+  const struct {
+    int value, last;
+    const char *name;
+  } words[] = {{(int)d->mode, PKTRT_MODE_DRT, "pktrt_mode"},
+               {(int)d->path, PKTRT_PATH_SINGLE, "pktrt_path"},
+               {(int)d->normals, PKTRT_NORMALS_GEOMETRIC, "pktrt_normals"},
+               {(int)d->shadows, PKTRT_SHADOWS_TOGETHER, "pktrt_shadow_packets"},
+               {(int)d->sampler, PKTRT_SAMPLER_COUNT - 1, "pktrt_sampler"},
+               {(int)d->assembly, PKTRT_ASSEMBLY_NONE, "pktrt_assembly"},
+               {(int)d->branching, PKTRT_BRANCHING_CHOOSE, "pktrt_branching"},
+               {(int)d->lights, PKTRT_LIGHTS_ONE_DEEPER, "pktrt_light_choice"},
+               {(int)d->glass_shadows, PKTRT_GLASS_SHADOWS_BLOCK, "pktrt_glass_shadows"},
+               {(int)d->phong_mapping, PKTRT_PHONG_NAIVE, "pktrt_phong_mapping"}};
+  for (size_t i = 0; i < sizeof words / sizeof *words; i++)
+    if (words[i].value < 0 || words[i].value > words[i].last)
+      return pktrt__refuse(why, "%d is no %s", words[i].value, words[i].name);
   for (int a = 0; a < 3; a++)
     if (!pktrt__finite(d->background[a]) || !pktrt__finite(d->ambient[a]))
       return pktrt__refuse(why, "component %d of background and ambient is %g and %g", a, (double)d->background[a],
                            (double)d->ambient[a]);
+  return true;
+}
+
+static const pktrt_material *pktrt__look(const pktrt_scene *s, uint32_t material) {
+  return material ? &s->materials[material - 1] : &s->plain;
+}
+
+static bool pktrt__check_scene(const pktrt_scene *s, pktrt__why *why) {
   for (uint32_t i = 0; i < s->committed_meshes; i++)
     if (s->meshes[i].material > s->material_count)
       return pktrt__refuse(why, "mesh %u names material %u, of %u that were added", (unsigned)i,
                            (unsigned)s->meshes[i].material, (unsigned)s->material_count);
-  job->scene = s, job->desc = d;
-  job->packet_size = d->packet_size ? d->packet_size : 8;
-  job->tile_size = d->tile_size ? d->tile_size : 64;
-  job->row_stride = d->row_stride ? d->row_stride : (size_t)d->width * 3;
-  return pktrt__set_camera(&d->camera, d->width, d->height, &job->plane, why);
-}
-
-/* >>surface: what a primary ray found */
-typedef struct pktrt__shading_point {
-  const pktrt__mesh *mesh;
-  double point[3];
-  float flat[3];   /* geometric normal on the viewer's side */
-  double shade[3]; /* unit shading normal on the viewer's side */
-  float albedo[3], radiance[3];
-} pktrt__shading_point;
-
-static void pktrt__find_surface(const pktrt__job *job, const pktrt__batch *b, uint32_t i, uint32_t *hint,
-                                pktrt__shading_point *out) {
-  const pktrt_scene *s = job->scene;
-  const uint32_t mesh = pktrt__mesh_at(s, b->id[i], hint), triangle = b->id[i] - s->meshes[mesh].first_id;
-  const pktrt__mesh *m = out->mesh = &s->meshes[mesh];
-  float p[3][3];
-  for (uint32_t c = 0; c < 3; c++) pktrt__corner(m, m->positions, triangle, c, b->time[i], p[c]);
-  pktrt__blend(p, b->cn[0][i], b->cn[1][i], out->point);
-  double flat[3], side = 0;
-  for (int a = 0; a < 3; a++) {
-    out->shade[a] = flat[a] = (double)b->cf[a][i];
-    side += flat[a] * (double)b->d[a][i];
-  }
-  for (int a = 0; a < 3; a++) out->flat[a] = (float)(flat[a] = side > 0 ? -flat[a] : flat[a]);
-  if (m->normals && job->desc->normals == PKTRT_NORMALS_SMOOTH) {
-    for (uint32_t c = 0; c < 3; c++) pktrt__corner(m, m->normals, triangle, c, b->time[i], p[c]);
-    pktrt__blend(p, b->cn[0][i], b->cn[1][i], out->shade);
-  }
-  if (!pktrt__normalise(out->shade)) memcpy(out->shade, flat, sizeof flat), (void)pktrt__normalise(out->shade);
-  if (pktrt__dot(out->shade, flat) < 0)
-    for (int a = 0; a < 3; a++) out->shade[a] = -out->shade[a];
-  for (int a = 0; a < 3; a++) {
-    out->albedo[a] = m->material ? s->materials[m->material - 1].albedo[a] : 0.8f;
-    out->radiance[a] = out->albedo[a] * job->desc->ambient[a];
-  }
-}
-
-/* The shadow ray from a surface to a light into lane j, and what arrives if it is free; false: the light is behind. */
-static bool pktrt__aim(const pktrt__shading_point *p, const pktrt_light *l, float time, pktrt__batch *b, uint32_t j,
-                       float arriving[3]) {
-  double to[3], cosine = 0, side = 0, r2 = 0;
-  float d[3], origin[3];
-  const bool point = l->kind == PKTRT_LIGHT_POINT;
-  for (int a = 0; a < 3; a++) {
-    to[a] = point ? (double)l->position[a] - p->point[a] : -(double)l->direction[a];
-    d[a] = (float)to[a];
-    cosine += to[a] * p->shade[a];
-    side += to[a] * (double)p->flat[a];
-    r2 += to[a] * to[a];
-  }
-  if (!(cosine > 0 && side > 0)) return false;
-  pktrt__leave(p->mesh, p->point, p->flat, d, origin);
-  for (int a = 0; a < 3; a++) {
-    b->o[a][j] = origin[a];
-    b->d[a][j] = point ? l->position[a] - origin[a] : d[a];
-  }
-  b->tmin[j] = 0, b->tmax[j] = point ? 1 : INFINITY, b->time[j] = time;
-  const double weight = cosine / sqrt(r2) / 3.14159265358979323846 / (point ? r2 : 1.0);
-  for (int a = 0; a < 3; a++) arriving[a] = (float)(weight * (double)l->intensity[a]) * p->albedo[a];
+  for (uint32_t i = 0; i < s->light_count; i++)
+    if (s->lights[i].kind == PKTRT_LIGHT_MESH && s->lights[i].mesh >= s->committed_meshes)
+      return pktrt__refuse(why, "light %u names mesh %u, of %u that were committed", (unsigned)i,
+                           (unsigned)s->lights[i].mesh, (unsigned)s->committed_meshes);
   return true;
 }
 
-static void pktrt__no_ray(pktrt__batch *b, uint32_t j) {
-  for (int a = 0; a < 3; a++) b->o[a][j] = 0, b->d[a][j] = 0;
-  b->tmin[j] = b->tmax[j] = b->time[j] = 0;
-}
-
-typedef struct pktrt__shadows { /* shadow rays on their way, and whom they concern */
-  pktrt__batch batch;
-  float arriving[PKTRT__BATCH][3];
-  uint32_t surface[PKTRT__BATCH];
-} pktrt__shadows;
-
-static void pktrt__trace_shadows(const pktrt__call *call, pktrt__shadows *sh, uint32_t n,
-                                 pktrt__shading_point *surfaces) {
-  pktrt__pad_batch(&sh->batch, n);
-  call->scene->kernels->trace(call, &sh->batch, n);
-  for (uint32_t j = 0; j < n; j++) {
-    if (sh->batch.slot[j] != PKTRT_NONE || !(sh->batch.tmax[j] > 0)) continue;
-    for (int a = 0; a < 3; a++) surfaces[sh->surface[j]].radiance[a] += sh->arriving[j][a];
-  }
-}
-
-/* Adds the lights to every surface, in the order of the lights: that order is part of the result. `batch` holds the
-   primary rays' times. One packet for each light keeps the primary packet's shape; one for all mixes the lights ray
-   by ray. */
-static void pktrt__add_lights(const pktrt__call *call, bool together, const pktrt__batch *b, const uint32_t *lane,
-                              uint32_t n, pktrt__shading_point *surfaces, pktrt__shadows *sh) {
-  const pktrt_scene *s = call->scene;
-  const uint32_t lights = s->light_count;
-  const uint64_t rays = (uint64_t)n * lights;
-  uint32_t j = 0;
-  bool any = false;
-  for (uint64_t q = 0; q < rays; q++) {
-    const uint32_t i = (uint32_t)(together ? q / lights : q % n), l = (uint32_t)(together ? q % lights : q / n);
-    sh->surface[j] = i;
-    if (pktrt__aim(&surfaces[i], &s->lights[l], b->time[lane[i]], &sh->batch, j, sh->arriving[j])) any = true;
-    else pktrt__no_ray(&sh->batch, j);
-    j++;
-    if (j == PKTRT__BATCH || q + 1 == rays || (!together && i + 1 == n)) {
-      if (any) pktrt__trace_shadows(call, sh, j, surfaces);
-      j = 0, any = false;
+/* Bounds of what is made of glass. */
+static void pktrt__bound_glass(const pktrt_scene *s, pktrt__job *job) {
+  for (int a = 0; a < 3; a++) job->glass_lo[a] = INFINITY, job->glass_hi[a] = -INFINITY;
+  job->glass = false;
+  for (uint32_t i = 0; i < s->committed_meshes; i++) {
+    const pktrt__mesh *m = &s->meshes[i];
+    const pktrt_material *look = pktrt__look(s, m->material);
+    if (look->specular != PKTRT_SPECULAR_DIELECTRIC || look->shader) continue;
+    job->glass = true;
+    for (uint64_t j = 0, n = pktrt__mesh_floats(m); j < n; j++) {
+      job->glass_lo[j % 3] = pktrt__minf(job->glass_lo[j % 3], m->positions[j]);
+      job->glass_hi[j % 3] = pktrt__maxf(job->glass_hi[j % 3], m->positions[j]);
     }
   }
+}
+
+static bool pktrt__check_render(const pktrt_scene *s, const pktrt_render_desc *d, pktrt__job *job, pktrt__why *why) {
+  memset(job, 0, sizeof *job);
+  if (!d) return pktrt__refuse(why, "the description is NULL");
+  if (!pktrt__check_sizes(d, why) || !pktrt__check_words(d, why) || !pktrt__check_scene(s, why)) return false;
+  job->scene = s, job->desc = d;
+  job->packet_size = d->packet_size ? d->packet_size : 8;
+  job->tile_size = d->tile_size ? d->tile_size : 64;
+  job->samples = d->samples ? d->samples : 1;
+  job->max_depth = d->max_depth ? d->max_depth : PKTRT_MAX_DEPTH;
+  job->threshold = d->attenuation == 0 ? 1.0f / 256 : d->attenuation;
+  job->row_stride = d->row_stride ? d->row_stride : (size_t)d->width * 3;
+  job->follow = d->mode != PKTRT_MODE_RCS, job->distribute = d->mode == PKTRT_MODE_DRT;
+  job->choose = d->branching == PKTRT_BRANCHING_CHOOSE ||
+                (job->distribute && d->branching == PKTRT_BRANCHING_BY_MODE);
+  job->sampling.sampler = d->sampler, job->sampling.samples = job->samples, job->sampling.seed = d->seed;
+  job->event_dimensions = 4 + (2 * s->light_count + 3) / 4 * 4;
+  if (job->follow && d->glass_shadows == PKTRT_GLASS_SHADOWS_PASS) pktrt__bound_glass(s, job);
+  return pktrt__check_camera(&d->camera, d->width, d->height, &job->plane, why);
+}
+
+/* >>lamps ---------------------------------------------------------------------------------------------------------- */
+
+/* A triangle at key 0, which the other modes take for all; returns the largest area over its keys. */
+static double pktrt__set_facet(const pktrt__mesh *m, uint32_t triangle, pktrt__lamp *lamp, pktrt__facet *f) {
+  float p[3][3];
+  double n[3], largest = 0;
+  for (uint32_t key = m->key_count; key-- > 0;) {
+    pktrt__triangle_vertices(m, false, triangle, key, p);
+    (void)pktrt__normal(p, n);
+    const double area = 0.5 * sqrt(pktrt__dot(n, n));
+    if (area > largest) largest = area;
+    if (key) continue;
+    lamp->area += area, f->length = 2 * area;
+    for (int a = 0; a < 3; a++) {
+      f->corner[a] = (double)p[0][a], f->normal[a] = n[a];
+      f->edge[0][a] = (double)p[1][a] - f->corner[a], f->edge[1][a] = (double)p[2][a] - f->corner[a];
+      lamp->facing[a] += 0.5 * n[a];
+      lamp->middle[a] += area * (f->corner[a] + (f->edge[0][a] + f->edge[1][a]) / 3);
+    }
+  }
+  return largest;
+}
+
+/* The facet that a number in [0, total) falls to, by the running sums. */
+static uint32_t pktrt__find_facet(const pktrt__lamp *lamp, double want) {
+  const uint32_t n = lamp->facet_count, part = (uint32_t)(want / lamp->shares[n - 1].sum * (double)n);
+  uint32_t i = lamp->shares[part < n ? part : n - 1].start;
+  while (i + 1 < n && lamp->shares[i].sum <= want) i++;
+  return i;
+}
+
+/* A mesh as a light: by area for DRT, as a point for the other modes. */
+static bool pktrt__mesh_lamp(const pktrt_scene *s, const pktrt__mesh *m, pktrt__lamp *lamp) {
+  double sum = 0;
+  const uint32_t n = lamp->facet_count = m->triangle_count;
+  lamp->facets = PKTRT__CAST(pktrt__facet *, pktrt__alloc(&s->desc, n, sizeof *lamp->facets));
+  lamp->shares = PKTRT__CAST(pktrt__share *, pktrt__alloc(&s->desc, n, sizeof *lamp->shares));
+  if (!lamp->facets || !lamp->shares) return false;
+  for (uint32_t i = 0; i < n; i++) {
+    lamp->facets[i].odds = pktrt__set_facet(m, i, lamp, &lamp->facets[i]);
+    lamp->shares[i].sum = sum += lamp->facets[i].odds;
+  }
+  for (uint32_t i = 0, at = 0; i < n; i++) {
+    while (at + 1 < n && lamp->shares[at].sum <= sum * i / n * (1 - 1e-9)) at++; /* rather one too early */
+    lamp->shares[i].start = at;
+    lamp->facets[i].odds = lamp->facets[i].odds > 0 ? sum / lamp->facets[i].odds : 0;
+  }
+  for (int a = 0; a < 3 && lamp->area > 0; a++) lamp->middle[a] /= lamp->area;
+  for (uint32_t i = 0; i < m->vertex_count; i++) {
+    double r2 = 0;
+    for (int a = 0; a < 3; a++) {
+      const double d = (double)m->positions[(size_t)i * 3 + (size_t)a] - lamp->middle[a];
+      r2 += d * d;
+    }
+    if (r2 > lamp->radius * lamp->radius) lamp->radius = sqrt(r2);
+  }
+  return true;
+}
+
+static void pktrt__free_lamps(pktrt__job *job) {
+  const pktrt_scene *s = job->scene;
+  for (uint32_t i = 0; job->lamps && i < s->light_count; i++) {
+    pktrt__release(&s->desc, job->lamps[i].facets, job->lamps[i].facet_count, sizeof(pktrt__facet));
+    pktrt__release(&s->desc, job->lamps[i].shares, job->lamps[i].facet_count, sizeof(pktrt__share));
+  }
+  pktrt__release(&s->desc, job->lamps, s->light_count, sizeof *job->lamps);
+  job->lamps = NULL;
+}
+
+static bool pktrt__make_lamps(pktrt__job *job) { /* false: out of memory, and none are left */
+  const pktrt_scene *s = job->scene;
+  job->lamps = PKTRT__CAST(pktrt__lamp *, pktrt__alloc(&s->desc, s->light_count, sizeof *job->lamps));
+  if (!job->lamps) return false;
+  memset(job->lamps, 0, s->light_count * sizeof *job->lamps);
+  for (uint32_t i = 0; i < s->light_count; i++) {
+    const pktrt_light *l = &s->lights[i];
+    pktrt__lamp *lamp = &job->lamps[i];
+    memcpy(lamp->light, l->intensity, sizeof lamp->light);
+    if (l->kind == PKTRT_LIGHT_QUAD) {
+      double e[2][3];
+      for (int a = 0; a < 6; a++) e[a / 3][a % 3] = (double)l->edge[a / 3][a % 3];
+      pktrt__cross(e[0], e[1], lamp->facing);
+      lamp->area = sqrt(pktrt__dot(lamp->facing, lamp->facing));
+      (void)pktrt__normalise(lamp->facing);
+    } else if (l->kind == PKTRT_LIGHT_MESH) {
+      const pktrt__mesh *m = &s->meshes[l->mesh];
+      for (int a = 0; a < 3; a++) lamp->light[a] *= pktrt__look(s, m->material)->emission[a];
+      if (!pktrt__mesh_lamp(s, m, lamp)) {
+        pktrt__free_lamps(job);
+        return false;
+      }
+    }
+  }
+  return true;
+}
+
+/* Lights that rays cannot hit show in Phong lobes by value; see pktrt_light_kind. */
+static bool pktrt__unseen(const pktrt_light *l) {
+  return l->kind != PKTRT_LIGHT_MESH && l->kind != PKTRT_LIGHT_ENVIRONMENT;
+}
+
+/* Each of the following aims at one light from one point: where to (at), and the irradiance of a surface that faces
+   it, times r^2 for quads and meshes, for radiance 1. u is (1/2, 1/2) where nothing is random. */
+
+static double pktrt__aim_at_quad(const pktrt_light *l, const pktrt__lamp *lamp, const float u[2], const double from[3],
+                                 double at[3]) {
+  double along = 0, r2 = 0;
+  for (int a = 0; a < 3; a++) {
+    at[a] = (double)l->position[a] + (double)u[0] * (double)l->edge[0][a] + (double)u[1] * (double)l->edge[1][a];
+    const double d = from[a] - at[a];
+    along += d * lamp->facing[a], r2 += d * d;
+  }
+  return along > 0 ? lamp->area * along / sqrt(r2) : 0;
+}
+
+/* Uniform over the cone of directions in which the sphere is seen, of solid angle 2 pi (1 - cos), whose largest angle
+   has the sine R / distance. Its middle, in the other modes, has the exact irradiance pi R^2 / distance^2. */
+static double pktrt__aim_at_sphere(const pktrt_light *l, const float *u, const double from[3], double at[3]) {
+  double axis[3], t[3], b[3], d2 = 0;
+  const double radius = (double)l->radius;
+  for (int a = 0; a < 3; a++) axis[a] = (double)l->position[a] - from[a], d2 += axis[a] * axis[a];
+  const double distance = sqrt(d2), s2 = radius * radius / d2;
+  if (!(s2 > 0 && s2 < 1)) return 0;
+  for (int a = 0; a < 3; a++) axis[a] /= distance;
+  if (!u) {
+    for (int a = 0; a < 3; a++) at[a] = from[a] + (distance - radius) * axis[a];
+    return 3.14159265358979323846 * s2;
+  }
+  float disk[2];
+  pktrt_map_disk(u, disk);
+  pktrt__basis(axis, t, b);
+  const double x = (double)disk[0], y = (double)disk[1], rise = s2 / (1 + sqrt(1 - s2)); /* 1 - cos */
+  const double down = (x * x + y * y) * rise, cosine = 1 - down, sine = sqrt(rise * (1 + cosine));
+  const double sin2 = down * (1 + cosine);
+  const double depth = distance * cosine - sqrt(pktrt__max(0, radius * radius - d2 * sin2));
+  for (int a = 0; a < 3; a++) at[a] = from[a] + depth * (cosine * axis[a] + sine * (x * t[a] + y * b[a]));
+  return 2 * 3.14159265358979323846 * rise;
+}
+
+/* A facet of a mesh that moves, at the time of a ray. */
+static void pktrt__move_facet(const pktrt__mesh *m, uint32_t triangle, float time, pktrt__facet *f) {
+  float p[3][3];
+  for (uint32_t c = 0; c < 3; c++) pktrt__corner(m, m->positions, triangle, c, time, p[c]);
+  (void)pktrt__normal(p, f->normal);
+  f->length = sqrt(pktrt__dot(f->normal, f->normal));
+  for (int a = 0; a < 3; a++) {
+    f->corner[a] = (double)p[0][a];
+    f->edge[0][a] = (double)p[1][a] - f->corner[a], f->edge[1][a] = (double)p[2][a] - f->corner[a];
+  }
+}
+
+/* A point on the triangle that u[0] falls to, by area, moved off the light as a ray that leaves it would be. With N
+   the cross product of the edges, the light's cosine times the area is |N to| / (2 r). */
+static double pktrt__aim_at_mesh(const pktrt__mesh *m, const pktrt__lamp *lamp, const float u[2], float time,
+                                 const double from[3], double at[3]) {
+  const double total = lamp->facet_count ? lamp->shares[lamp->facet_count - 1].sum : 0, want = (double)u[0] * total;
+  if (!(total > 0)) return 0;
+  const uint32_t i = pktrt__find_facet(lamp, want);
+  const pktrt__facet *f = &lamp->facets[i];
+  pktrt__facet moved;
+  const double odds = f->odds, low = (lamp->shares[i].sum - want) / total * odds;
+  if (m->key_count > 1) pktrt__move_facet(m, i, time, &moved), f = &moved;
+  double along = 0, r2 = 0;
+  /* the square, folded over the triangle: area is kept */
+  const double root = sqrt(pktrt__min(pktrt__max(low, 0), 1)), y = root * (double)u[1], x = root - y;
+  for (int a = 0; a < 3; a++) {
+    at[a] = f->corner[a] + (x * f->edge[0][a] + y * f->edge[1][a]);
+    const double d = from[a] - at[a];
+    along += d * f->normal[a], r2 += d * d;
+  }
+  if (!(f->length > 0 && r2 > 0)) return 0;
+  const double lift = (along < 0 ? -24.0 : 24.0) * (double)PKTRT__EPS * (double)m->max_coord / f->length;
+  for (int a = 0; a < 3; a++) at[a] += lift * f->normal[a];
+  return 0.5 * (along < 0 ? -along : along) / sqrt(r2) * odds;
+}
+
+/* RCS and WRT: a point in the middle. Of a flat mesh the projected area is |S cos|, S being the sum of its area
+   vectors; of a closed convex one it is a quarter of the area on average, and S is 0. The shadow ray ends at the
+   sphere around the mesh, whose own triangles would stop it. */
+static double pktrt__aim_at_middle(const pktrt__lamp *lamp, const double from[3], double at[3]) {
+  double to[3], r2 = 0, along = 0;
+  for (int a = 0; a < 3; a++) {
+    to[a] = lamp->middle[a] - from[a];
+    r2 += to[a] * to[a];
+    along += to[a] * lamp->facing[a];
+  }
+  if (!(r2 > 0)) return 0;
+  const double r = sqrt(r2), sum = sqrt(pktrt__dot(lamp->facing, lamp->facing));
+  const double free_part = pktrt__max(1 - lamp->radius / r, 1.0 / 1024); /* inside, nothing is in the way */
+  for (int a = 0; a < 3; a++) at[a] = from[a] + free_part * to[a];
+  return (fabs(along) / r + pktrt__max(0, lamp->area - sum) / 4) / r2;
+}
+
+/* >>work ----------------------------------------------------------------------------------------------------------- */
+
+/* Rays on their way into a packet, and what becomes of the answer. */
+typedef struct pktrt__pending {
+  pktrt__batch batch;
+  float arriving[3][PKTRT__BATCH]; /* shadow rays: what the surface gains */
+  float seen[3][PKTRT__BATCH];     /* shadow rays: the part of it that is not stopped */
+  uint32_t target[PKTRT__BATCH];   /* surface, or lane of a wave */
+  pktrt__wave *wave[PKTRT__BATCH]; /* NULL: a shadow ray */
+  uint32_t n;
+} pktrt__pending;
+
+/* The working space of one tile. */
+typedef struct pktrt__work {
+  pktrt__pending pending;
+  pktrt__batch through;             /* shadow rays on their way through glass */
+  pktrt__wave primary;
+  pktrt__surfaces surfaces;
+  pktrt__targets targets;
+  pktrt__shadows shadows;
+  const pktrt__job *job;
+  pktrt_stats *stats;
+  pktrt__wave *reflected[PKTRT_MAX_DEPTH + 1], *refracted[PKTRT_MAX_DEPTH + 1], *spare; /* sent by each generation */
+  uint32_t order[PKTRT__WAVE], packet[PKTRT__WAVE], sender[PKTRT__WAVE]; /* see pktrt__assemble */
+  uint32_t chosen[PKTRT__WAVE];     /* the light that a surface asks, if it asks one */
+  uint32_t first;                   /* of the rays whose surfaces are at hand, in their wave */
+  bool alone;                       /* no packets: every ray by itself */
+  uint32_t x[PKTRT__WAVE], y[PKTRT__WAVE], sample[PKTRT__WAVE]; /* of the primary rays */
+  uint32_t pixel[PKTRT__WAVE];      /* of the primary rays: index of a pixel of the block */
+  uint8_t deepest[PKTRT__WAVE];
+  double sum[3][PKTRT__WAVE];       /* of the pixels of the block */
+  double depth[PKTRT__WAVE], normal[3][PKTRT__WAVE], albedo[3][PKTRT__WAVE];
+  uint32_t met[PKTRT__WAVE];
+  bool failed;                      /* out of memory */
+} pktrt__work;
+
+/* >>surface: what the rays of a wave found ------------------------------------------------------------------------- */
+
+/* The data of one surface into lane j of a gather, and what needs no vectors into its place k. */
+static void pktrt__gather_surface(const pktrt__work *work, const pktrt__wave *w, uint32_t i, uint32_t *hint,
+                                  pktrt__surfaces *s, uint32_t k, pktrt__gather *g) {
+  const pktrt_scene *scene = work->job->scene;
+  const uint32_t mesh = pktrt__mesh_at(scene, w->id[i], hint), triangle = w->id[i] - scene->meshes[mesh].first_id;
+  const pktrt__mesh *m = &scene->meshes[mesh];
+  const uint32_t j = k % 8;
+  const bool smooth = m->normals && work->job->desc->normals == PKTRT_NORMALS_SMOOTH;
+  float length2 = 0, c[3];
+  for (uint32_t p = 0; p < 3; p++) {
+    pktrt__corner(m, m->positions, triangle, p, w->time[i], c);
+    for (int a = 0; a < 3; a++) g->p[p][a][j] = c[a];
+    if (smooth) pktrt__corner(m, m->normals, triangle, p, w->time[i], c);
+    for (int a = 0; a < 3; a++) g->q[p][a][j] = smooth ? c[a] : w->n[a][i];
+  }
+  for (int a = 0; a < 3; a++) g->n[a][j] = w->n[a][i], g->d[a][j] = w->d[a][i], length2 += w->d[a][i] * w->d[a][i];
+  g->u[j] = s->u[k] = w->u[i], g->v[j] = s->v[k] = w->v[i];
+  s->time[k] = w->time[i];
+  s->distance[k] = w->t[i] * sqrtf(length2);
+  s->lift[k] = 24.0f * PKTRT__EPS * m->max_coord;
+  s->ray[k] = i, s->mesh[k] = mesh, s->triangle[k] = triangle;
+  s->material[k] = m->material, s->look[k] = pktrt__look(scene, m->material);
+  s->shaded[k] = 0;
+}
+
+/* Radiance from where rays meet nothing. */
+static void pktrt__surroundings(const pktrt__job *job, uint32_t n, float (*d)[64], float (*radiance)[64]) {
+  const pktrt_render_desc *desc = job->desc;
+  for (int a = 0; a < 3; a++)
+    for (uint32_t i = 0; i < n; i++) radiance[a][i] = desc->background[a];
+  if (!desc->environment) return;
+  const float *const from[3] = {d[0], d[1], d[2]};
+  float *const to[3] = {radiance[0], radiance[1], radiance[2]};
+  desc->environment(desc->user, n, from, to);
+}
+
+static void pktrt__find_misses(const pktrt__job *job, pktrt__wave *w, uint32_t first, uint32_t n) {
+  float d[3][64], radiance[3][64];
+  uint32_t lane[64], m = 0;
+  for (uint32_t i = first; i < first + n; i++) {
+    if (w->id[i] == PKTRT_NONE) {
+      double v[3] = {(double)w->d[0][i], (double)w->d[1][i], (double)w->d[2][i]};
+      (void)pktrt__normalise(v);
+      for (int a = 0; a < 3; a++) d[a][m] = (float)v[a];
+      lane[m++] = i;
+    }
+    if (m == 64 || (m && i + 1 == first + n)) {
+      pktrt__surroundings(job, m, d, radiance);
+      for (uint32_t k = 0; k < m; k++)
+        for (int a = 0; a < 3; a++) w->radiance[a][lane[k]] = radiance[a][k];
+      m = 0;
+    }
+  }
+}
+
+/* Fills work->surfaces from rays [first, first + n) of a wave, and gives the others what surrounds the scene. */
+static void pktrt__find_surfaces(pktrt__work *work, pktrt__wave *w, uint32_t first, uint32_t n) {
+  pktrt__surfaces *s = &work->surfaces;
+  pktrt__gather g;
+  uint32_t hint = 0, k = 0;
+  memset(&g, 0, sizeof g);
+  for (uint32_t i = first; i < first + n; i++) {
+    if (w->id[i] == PKTRT_NONE) continue;
+    pktrt__gather_surface(work, w, i, &hint, s, k, &g);
+    if (++k % 8 == 0) work->job->scene->kernels->find(s, k - 8, &g);
+  }
+  if (k % 8) work->job->scene->kernels->find(s, k / 8 * 8, &g);
+  s->count = k;
+  if (k < n) pktrt__find_misses(work->job, w, first, n);
+}
+
+/* >>materials ------------------------------------------------------------------------------------------------------ */
+
+/* Points of one material, copied together for its hooks. */
+typedef struct pktrt__hooked {
+  float position[3][64], direction[3][64], normal[3][64], uv[2][64], time[64];
+  float albedo[3][64], reflectance[3][64], emission[3][64], radiance[3][64];
+  uint32_t mesh[64], triangle[64], at[64];
+} pktrt__hooked;
+
+static void pktrt__to_hook(const pktrt__surfaces *s, uint32_t k, pktrt__hooked *h, uint32_t n) {
+  for (int a = 0; a < 3; a++) {
+    h->position[a][n] = (float)s->point[a][k], h->direction[a][n] = s->d[a][k], h->normal[a][n] = s->shade[a][k];
+    h->albedo[a][n] = s->albedo[a][k], h->reflectance[a][n] = s->reflectance[a][k];
+    h->emission[a][n] = s->emission[a][k], h->radiance[a][n] = 0;
+  }
+  h->uv[0][n] = s->u[k], h->uv[1][n] = s->v[k], h->time[n] = s->time[k];
+  h->mesh[n] = s->mesh[k], h->triangle[n] = s->triangle[k], h->at[n] = k;
+}
+
+static void pktrt__call_hooks(pktrt__surfaces *s, const pktrt_material *look, pktrt__hooked *h, uint32_t n) {
+  pktrt_points p;
+  float *radiance[3];
+  p.n = n;
+  for (int a = 0; a < 3; a++) {
+    p.position[a] = h->position[a], p.direction[a] = h->direction[a], p.normal[a] = h->normal[a];
+    p.albedo[a] = h->albedo[a], p.reflectance[a] = h->reflectance[a], p.emission[a] = h->emission[a];
+    radiance[a] = h->radiance[a];
+  }
+  p.uv[0] = h->uv[0], p.uv[1] = h->uv[1], p.time = h->time, p.mesh = h->mesh, p.triangle = h->triangle;
+  if (look->texture) look->texture(look->user, &p);
+  if (look->shader) look->shader(look->user, &p, radiance);
+  for (uint32_t i = 0; i < n; i++)
+    for (int a = 0; a < 3; a++) {
+      const uint32_t k = h->at[i];
+      s->albedo[a][k] = h->albedo[a][i], s->reflectance[a][k] = h->reflectance[a][i];
+      s->emission[a][k] = look->shader ? h->radiance[a][i] : h->emission[a][i];
+    }
+}
+
+/* Textures and shaders of the surfaces that have them, material by material. */
+static void pktrt__run_hooks(pktrt__surfaces *s) {
+  pktrt__hooked h;
+  uint8_t done[PKTRT__WAVE];
+  memset(done, 0, s->count);
+  for (uint32_t k = 0; k < s->count; k++) {
+    const pktrt_material *look = s->look[k];
+    if (done[k] || (!look->texture && !look->shader)) continue;
+    uint32_t n = 0;
+    for (uint32_t i = k; i < s->count && n < 64; i++) {
+      if (s->look[i] != look || done[i]) continue;
+      pktrt__to_hook(s, i, &h, n++);
+      done[i] = 1;
+    }
+    pktrt__call_hooks(s, look, &h, n);
+  }
+}
+
+/* What a material says, before its hooks and the angle of view change it. True if it has a hook. */
+static bool pktrt__read_material(pktrt__surfaces *s, uint32_t k) {
+  const pktrt_material *look = s->look[k];
+  const bool tinted = look->reflectance[0] > 0 || look->reflectance[1] > 0 || look->reflectance[2] > 0;
+  for (int a = 0; a < 3; a++) {
+    s->albedo[a][k] = look->albedo[a], s->emission[a][k] = look->emission[a];
+    s->reflectance[a][k] = tinted || look->specular == PKTRT_SPECULAR_MIRROR ? look->reflectance[a] : 1;
+    s->specular[a][k] = s->passing[a][k] = 0;
+  }
+  const float ior = look->ior[0] > 0 ? look->ior[0] : 1.5f;
+  s->eta[k] = look->specular == PKTRT_SPECULAR_DIELECTRIC && s->inside[k] ? 1 / ior : ior;
+  s->shaded[k] = look->shader != NULL;
+  return look->texture || look->shader;
+}
+
+static float pktrt__metal(const pktrt_material *look, int a, float cosine) {
+  return pktrt_fresnel_conductor(cosine, look->ior[a] > 0 ? look->ior[a] : 1.5f, look->extinction[a]);
+}
+
+/* Beer attenuation on the way to surface k: of the glass whose inside it shows, or that the ray was refracted into. */
+static void pktrt__absorb(const pktrt_scene *scene, pktrt__surfaces *s, uint32_t k, uint32_t medium) {
+  const bool inside = s->look[k]->specular == PKTRT_SPECULAR_DIELECTRIC && s->inside[k];
+  const pktrt_material *glass = inside ? s->look[k] : medium ? pktrt__look(scene, medium) : NULL;
+  for (int a = 0; glass && a < 3; a++) {
+    if (!(glass->absorption[a] > 0)) continue;
+    const float kept = (float)pktrt__exp(-(double)glass->absorption[a] * (double)s->distance[k]);
+    s->albedo[a][k] *= kept, s->emission[a][k] *= kept, s->specular[a][k] *= kept, s->passing[a][k] *= kept;
+  }
+}
+
+/* Weights of what is reflected and refracted, and what is left for the diffuse base. */
+static void pktrt__weigh(pktrt__surfaces *s, uint32_t k) {
+  const pktrt_material *look = s->look[k];
+  const float fresnel = s->fresnel[k];
+  float cosine = 0;
+  for (int a = 0; a < 3; a++) cosine -= s->d[a][k] * s->facing[a][k];
+  for (int a = 0; a < 3; a++) {
+    const float reflectance = s->reflectance[a][k];
+    switch (look->specular) {
+    case PKTRT_SPECULAR_NONE: break;
+    case PKTRT_SPECULAR_MIRROR: s->specular[a][k] = reflectance; break;
+    case PKTRT_SPECULAR_COAT:
+      s->specular[a][k] = fresnel * reflectance;
+      s->albedo[a][k] *= 1 - fresnel;
+      break;
+    case PKTRT_SPECULAR_DIELECTRIC:
+      s->albedo[a][k] = 0;
+      s->specular[a][k] = fresnel * reflectance;
+      s->passing[a][k] = 1 - fresnel;
+      break;
+    case PKTRT_SPECULAR_CONDUCTOR:
+      s->specular[a][k] = pktrt__metal(look, a, cosine) * reflectance;
+      s->albedo[a][k] = 0;
+      break;
+    }
+  }
+}
+
+/* Sums for the optional buffers, from what primary rays met. */
+static void pktrt__note_first_hits(pktrt__work *work) {
+  const pktrt__surfaces *s = &work->surfaces;
+  for (uint32_t k = 0; k < s->count; k++) {
+    const uint32_t p = work->pixel[s->ray[k]];
+    const bool clear = work->job->follow && (s->look[k]->specular == PKTRT_SPECULAR_DIELECTRIC ||
+                                             s->look[k]->specular == PKTRT_SPECULAR_CONDUCTOR);
+    work->met[p]++;
+    work->depth[p] += (double)s->distance[k];
+    for (int a = 0; a < 3; a++) {
+      work->normal[a][p] += (double)s->shade[a][k];
+      work->albedo[a][p] += clear ? 0 : (double)s->albedo[a][k];
+    }
+  }
+}
+
+/* Materials of all surfaces, and the radiance that needs no ray: emission and ambient light. */
+static void pktrt__dress(pktrt__work *work, const pktrt__wave *w, uint32_t depth) {
+  pktrt__surfaces *s = &work->surfaces;
+  const pktrt__job *job = work->job;
+  const pktrt_render_desc *d = job->desc;
+  bool hooks = false;
+  for (uint32_t k = 0; k < s->count; k++) hooks |= pktrt__read_material(s, k);
+  if (hooks) pktrt__run_hooks(s);
+  if (!depth && (d->depth || d->normal || d->albedo)) pktrt__note_first_hits(work);
+  if (job->follow) {
+    for (uint32_t k = 0; k < s->count; k += 8) job->scene->kernels->scatter(s, k);
+    for (uint32_t k = 0; k < s->count; k++) {
+      if (!s->shaded[k]) pktrt__weigh(s, k);
+      pktrt__absorb(job->scene, s, k, w->medium[s->ray[k]]);
+    }
+  }
+  for (int a = 0; a < 3; a++)
+    for (uint32_t k = 0; k < s->count; k++)
+      s->radiance[a][k] = s->emission[a][k] + (s->shaded[k] ? 0 : s->albedo[a][k] * d->ambient[a]);
+}
+
+static void pktrt__add_words(void *to, const void *from, size_t size) { /* nothing but uint64_t in there */
+  uint64_t a, b;
+  for (size_t at = 0; at < size; at += sizeof a) {
+    memcpy(&a, PKTRT__CAST(char *, to) + at, sizeof a);
+    memcpy(&b, PKTRT__CAST(const char *, from) + at, sizeof b);
+    a += b;
+    memcpy(PKTRT__CAST(char *, to) + at, &a, sizeof a);
+  }
+}
+static void pktrt__add_counts(pktrt_counts *to, const pktrt_counts *from) { pktrt__add_words(to, from, sizeof *to); }
+static void pktrt__add_stats(pktrt_stats *to, const pktrt_stats *from) { pktrt__add_words(to, from, sizeof *to); }
+
+/* >>assembly: how rays are put together to packets ---------------------------------------------------------------- */
+
+/* Traces the pending rays as one packet (fast path: as one batch) and counts. */
+static void pktrt__trace_batch(pktrt__work *work, pktrt__batch *b, uint32_t n, pktrt_ray_type type, uint32_t depth,
+                               bool occlusion, bool alone) {
+  const pktrt__job *job = work->job;
+  pktrt_query_desc d;
+  pktrt_counts counts;
+  pktrt__call call = pktrt__call_of(job->scene, NULL, &d, occlusion);
+  d.path = alone && job->desc->path == PKTRT_PATH_FAST ? PKTRT_PATH_SINGLE : job->desc->path;
+  d.packet_size = alone ? 1 : n;
+  if (work->stats) memset(&counts, 0, sizeof counts), call.counts = &counts;
+  pktrt__pad_batch(b, n);
+  job->scene->kernels->trace(&call, b, n);
+  if (!work->stats) return;
+  pktrt__add_counts(&work->stats->by_type[type], &counts);
+  pktrt__add_counts(&work->stats->by_depth[depth], &counts);
+}
+
+/* Whether the segment of ray i meets the bounds of glass; may be true where it does not. */
+static bool pktrt__meets_glass(const pktrt__job *job, const pktrt__batch *b, uint32_t i) {
+  double from = 0, to = (double)b->tmax[i];
+  for (int a = 0; a < 3; a++) {
+    const double o = (double)b->o[a][i], d = (double)b->d[a][i], slack = 1e-6 * fabs(o);
+    const double lo = (double)job->glass_lo[a] - slack - o, hi = (double)job->glass_hi[a] + slack - o;
+    if (d == 0) {
+      if (lo > 0 || hi < 0) return false;
+      continue;
+    }
+    from = pktrt__max(from, pktrt__min(lo / d, hi / d));
+    to = pktrt__min(to, pktrt__max(lo / d, hi / d));
+  }
+  return from <= to * (1 + 1e-6);
+}
+
+/* A shadow ray that met glass goes on behind it, along the same line, and loses what the surface reflects and the
+   glass absorbs. Ray i of `through`; its way on goes to lane j. */
+typedef enum pktrt__passage { PKTRT__STOPPED, PKTRT__GOES_ON, PKTRT__ARRIVED } pktrt__passage;
+static pktrt__passage pktrt__pass_glass(pktrt__work *work, uint32_t i, uint32_t j, uint32_t *hint, float seen[3]) {
+  const pktrt_scene *scene = work->job->scene;
+  pktrt__batch *b = &work->through;
+  const uint32_t mesh = pktrt__mesh_at(scene, b->id[i], hint), triangle = b->id[i] - scene->meshes[mesh].first_id;
+  const pktrt__mesh *m = &scene->meshes[mesh];
+  const pktrt_material *look = pktrt__look(scene, m->material);
+  if (look->specular != PKTRT_SPECULAR_DIELECTRIC || look->shader) return PKTRT__STOPPED;
+  float p[3][3], normal[3], d[3], origin[3];
+  double point[3], along = 0, d2 = 0, n2 = 0;
+  for (uint32_t c = 0; c < 3; c++) pktrt__corner(m, m->positions, triangle, c, b->time[i], p[c]);
+  pktrt__blend(p, b->cn[0][i], b->cn[1][i], point);
+  for (int a = 0; a < 3; a++) {
+    normal[a] = b->cf[a][i], d[a] = b->d[a][i];
+    along += (double)normal[a] * (double)d[a];
+    d2 += (double)d[a] * (double)d[a], n2 += (double)normal[a] * (double)normal[a];
+  }
+  const float cosine = (float)(fabs(along) / sqrt(d2 * n2));
+  const float clear = 1 - pktrt_fresnel_dielectric(cosine, look->ior[0] > 0 ? look->ior[0] : 1.5f);
+  for (int a = 0; a < 3; a++) {
+    seen[a] *= clear;
+    if (along > 0 && look->absorption[a] > 0)
+      seen[a] *= (float)pktrt__exp(-(double)look->absorption[a] * (double)b->t[i] * sqrt(d2));
+  }
+  pktrt__leave(m, point, normal, d, origin);
+  const bool finite = b->tmax[i] < INFINITY;
+  float left = 0;
+  for (int a = 0; a < 3; a++) {
+    const float end = b->o[a][i] + d[a];
+    if (finite) left += (end - origin[a]) * d[a];
+  }
+  for (int a = 0; a < 3; a++) {
+    const float end = b->o[a][i] + d[a];
+    b->d[a][j] = finite ? end - origin[a] : d[a], b->o[a][j] = origin[a];
+  }
+  b->tmin[j] = 0, b->tmax[j] = b->tmax[i], b->time[j] = b->time[i];
+  return !finite || left > 0 ? PKTRT__GOES_ON : PKTRT__ARRIVED;
+}
+
+/* Gives the pending shadow rays that something stopped a second chance: was it glass? */
+static void pktrt__look_through_glass(pktrt__work *work, uint32_t depth) {
+  pktrt__pending *p = &work->pending;
+  pktrt__batch *b = &work->through;
+  uint32_t lane[PKTRT__BATCH], n = 0, hint = 0;
+  for (uint32_t i = 0; i < p->n; i++) {
+    if (p->wave[i] || p->seen[0][i] > 0 || !pktrt__meets_glass(work->job, &p->batch, i)) continue;
+    for (int a = 0; a < 3; a++) b->o[a][n] = p->batch.o[a][i], b->d[a][n] = p->batch.d[a][i], p->seen[a][i] = 1;
+    b->tmin[n] = 0, b->tmax[n] = p->batch.tmax[i], b->time[n] = p->batch.time[i];
+    lane[n++] = i;
+  }
+  for (uint32_t round = 0; n && round <= 2 * PKTRT_MAX_DEPTH; round++) {
+    uint32_t left = 0;
+    pktrt__trace_batch(work, b, n, PKTRT_RAY_SHADOW, depth, false, false);
+    for (uint32_t i = 0; i < n; i++) {
+      const uint32_t k = lane[i];
+      float seen[3] = {p->seen[0][k], p->seen[1][k], p->seen[2][k]};
+      if (b->slot[i] == PKTRT_NONE) continue; /* free from here on */
+      const pktrt__passage passage = pktrt__pass_glass(work, i, left, &hint, seen);
+      for (int a = 0; a < 3; a++) p->seen[a][k] = passage == PKTRT__STOPPED ? 0 : seen[a];
+      if (passage == PKTRT__GOES_ON) lane[left++] = k;
+    }
+    n = left;
+  }
+  for (uint32_t i = 0; i < n; i++) /* more glass than we care to follow */
+    for (int a = 0; a < 3; a++) p->seen[a][lane[i]] = 0;
+}
+
+static void pktrt__tell_packet(const pktrt__work *work, pktrt_ray_type type, uint32_t depth, uint32_t first) {
+  const pktrt__pending *p = &work->pending;
+  uint32_t number[PKTRT__BATCH];
+  for (uint32_t i = 0; i < p->n; i++)
+    number[i] = (p->wave[i] ? p->wave[i]->parent[p->target[i]] : work->surfaces.ray[p->target[i]]) - first;
+  if (!work->alone) {
+    work->job->desc->packet(work->job->desc->user, type, depth, number, p->n);
+  } else {
+    for (uint32_t i = 0; i < p->n; i++) work->job->desc->packet(work->job->desc->user, type, depth, &number[i], 1);
+  }
+}
+
+/* Traces what is pending. Shadow rays add their light in the order in which they were pushed; for each surface that is
+   the order of the lights, whatever the packets. */
+static void pktrt__flush(pktrt__work *work, pktrt_ray_type type, uint32_t depth) {
+  pktrt__pending *p = &work->pending;
+  pktrt__batch *b = &p->batch;
+  pktrt__surfaces *s = &work->surfaces;
+  if (!p->n) return;
+  if (work->job->desc->packet) pktrt__tell_packet(work, type, depth, work->first);
+  pktrt__trace_batch(work, b, p->n, type, depth, type == PKTRT_RAY_SHADOW, work->alone);
+  for (uint32_t i = 0; i < p->n; i++)
+    for (int a = 0; a < 3; a++) p->seen[a][i] = b->slot[i] == PKTRT_NONE ? 1.0f : 0.0f;
+  if (work->job->glass && (type == PKTRT_RAY_SHADOW || type == PKTRT_RAY_OTHER))
+    pktrt__look_through_glass(work, depth);
+  for (uint32_t i = 0; i < p->n; i++) {
+    const uint32_t k = p->target[i];
+    pktrt__wave *w = p->wave[i];
+    if (!w) {
+      for (int a = 0; a < 3; a++) s->radiance[a][k] += p->arriving[a][i] * p->seen[a][i];
+      continue;
+    }
+    w->id[k] = b->slot[i] == PKTRT_NONE ? PKTRT_NONE : b->id[i];
+    w->t[k] = b->t[i], w->u[k] = b->cn[0][i], w->v[k] = b->cn[1][i];
+    for (int a = 0; a < 3; a++) w->n[a][k] = b->cf[a][i];
+  }
+  p->n = 0;
+}
+
+/* Rays [from, to) of the list of shadow rays, in the order given, behind what is pending; they fit. */
+static void pktrt__push_shadows(pktrt__work *work, const uint32_t *order, uint32_t from, uint32_t to) {
+  pktrt__pending *p = &work->pending;
+  const pktrt__shadows *sh = &work->shadows;
+  const uint32_t n = p->n;
+  for (int a = 0; a < 3; a++)
+    for (uint32_t i = from; i < to; i++) {
+      const uint32_t at = n + i - from, k = order[i];
+      p->batch.o[a][at] = sh->o[a][k], p->batch.d[a][at] = sh->d[a][k], p->arriving[a][at] = sh->arriving[a][k];
+    }
+  for (uint32_t i = from; i < to; i++) {
+    const uint32_t at = n + i - from, k = order[i];
+    p->batch.tmin[at] = 0, p->batch.tmax[at] = sh->tmax[k], p->batch.time[at] = sh->time[k];
+    p->target[at] = sh->surface[k], p->wave[at] = NULL;
+  }
+  p->n += to - from;
+}
+
+static void pktrt__push_wave(pktrt__work *work, pktrt__wave *w, uint32_t from, uint32_t to) {
+  pktrt__pending *p = &work->pending;
+  const uint32_t n = p->n, m = to - from;
+  for (int a = 0; a < 3; a++) {
+    memcpy(p->batch.o[a] + n, w->o[a] + from, m * sizeof(float));
+    memcpy(p->batch.d[a] + n, w->d[a] + from, m * sizeof(float));
+  }
+  memcpy(p->batch.time + n, w->time + from, m * sizeof(float));
+  for (uint32_t i = 0; i < m; i++) {
+    p->batch.tmin[n + i] = 0, p->batch.tmax[n + i] = INFINITY;
+    p->target[n + i] = from + i, p->wave[n + i] = w;
+  }
+  p->n += m;
+}
+
+static uint32_t pktrt__octant(float (*d)[PKTRT__WAVE], uint32_t i) {
+  return pktrt__sign_bit(d[0][i]) | pktrt__sign_bit(d[1][i]) << 1 | pktrt__sign_bit(d[2][i]) << 2;
+}
+
+/* Puts n rays of one type in order, and tells where packets end (paper 3.2): work->order, and work->packet, whose
+   entry i is the end of the packet that begins at i. `sender` are the lanes of the rays that sent them. */
+static void pktrt__assemble(pktrt__work *work, uint32_t n, float (*d)[PKTRT__WAVE], const uint32_t *material,
+                            const uint32_t *sender) {
+  const pktrt_assembly assembly = work->job->desc->assembly;
+  uint32_t *order = work->order, *packet = work->packet, placed = 0;
+  for (uint32_t i = 0; i < n; i++) order[i] = i;
+  const bool octants = assembly == PKTRT_ASSEMBLY_OCTANTS;
+  if (octants || assembly == PKTRT_ASSEMBLY_MATERIALS) {
+    uint8_t done[PKTRT__WAVE];
+    memset(done, 0, n);
+    for (uint32_t i = 0; i < n; i++) { /* the first ray that is left opens a group */
+      if (done[i]) continue;
+      const uint32_t begin = placed;
+      for (uint32_t j = i; j < n; j++) {
+        if (done[j] || (octants ? pktrt__octant(d, j) != pktrt__octant(d, i) : material[j] != material[i])) continue;
+        done[j] = 1, order[placed++] = j;
+      }
+      packet[begin] = placed;
+    }
+  } else if (assembly == PKTRT_ASSEMBLY_RUNS) {
+    for (uint32_t begin = 0, i = 1; i <= n; i++)
+      if (i == n || material[i] != material[i - 1] || sender[i] != sender[i - 1] + 1) packet[begin] = i, begin = i;
+  } else {
+    packet[0] = n;
+  }
+}
+
+/* The same for a wave, whose rays move into that order. */
+static void pktrt__assemble_wave(pktrt__work *work, pktrt__wave **wave, uint32_t n) {
+  pktrt__wave *w = *wave, *to = work->spare;
+  pktrt__assemble(work, n, w->d, w->material, w->parent);
+  if (work->job->desc->assembly != PKTRT_ASSEMBLY_OCTANTS && work->job->desc->assembly != PKTRT_ASSEMBLY_MATERIALS)
+    return;
+  for (uint32_t i = 0; i < n; i++) {
+    const uint32_t k = work->order[i];
+    for (int a = 0; a < 3; a++)
+      to->o[a][i] = w->o[a][k], to->d[a][i] = w->d[a][k], to->weight[a][i] = w->weight[a][k];
+    to->time[i] = w->time[k], to->importance[i] = w->importance[k], to->parent[i] = w->parent[k];
+    to->key[i] = w->key[k], to->material[i] = w->material[k], to->medium[i] = w->medium[k];
+    to->root[i] = w->root[k], to->type[i] = w->type[k];
+  }
+  *wave = to, work->spare = w;
+}
+
+/* >>lights --------------------------------------------------------------------------------------------------------- */
+
+/* Values of the sample that surface k belongs to. */
+static void pktrt__draw(const pktrt__work *work, const pktrt__wave *w, uint32_t ray, uint32_t dimension, uint32_t n,
+                        float *out) {
+  const uint32_t root = w->root[ray];
+  pktrt__sample(&work->job->sampling, work->x[root], work->y[root], work->sample[root],
+                8 + w->key[ray] * work->job->event_dimensions + dimension, n, out);
+}
+
+/* Whether surface k asks this light, and how much more it counts for those that it does not ask. */
+static float pktrt__light_share(const pktrt__work *work, uint32_t k, uint32_t light, uint32_t depth) {
+  if (depth < 2 || !work->job->distribute || work->job->desc->lights == PKTRT_LIGHTS_ALL) return 1;
+  return work->chosen[k] == light ? (float)work->job->scene->light_count : 0;
+}
+
+static void pktrt__choose_lights(pktrt__work *work, const pktrt__wave *w) {
+  const uint32_t lights = work->job->scene->light_count;
+  for (uint32_t k = 0; k < work->surfaces.count; k++) {
+    float u;
+    pktrt__draw(work, w, work->surfaces.ray[k], 3, 1, &u);
+    const uint32_t at = (uint32_t)(u * (float)lights);
+    work->chosen[k] = at < lights ? at : lights - 1;
+  }
+}
+
+/* Directions over the hemisphere, by their cosine, and what comes from there. */
+static void pktrt__aim_at_surroundings(pktrt__work *work, const pktrt__wave *w, uint32_t light, uint32_t depth) {
+  const pktrt__surfaces *s = &work->surfaces;
+  pktrt__targets *g = &work->targets;
+  const float *by = work->job->lamps[light].light;
+  float d[3][64], radiance[3][64];
+  for (uint32_t k = 0; k < s->count; k++) {
+    const float normal[3] = {s->shade[0][k], s->shade[1][k], s->shade[2][k]};
+    float u[2] = {0, 0}, to[3]; /* the normal itself, where nothing is random */
+    if (work->job->distribute) pktrt__draw(work, w, s->ray[k], 4 + 2 * light, 2, u);
+    pktrt_map_cosine(u, normal, to);
+    float cosine = 0;
+    for (int a = 0; a < 3; a++) d[a][k % 64] = to[a], g->at[a][k] = (double)to[a], cosine += to[a] * normal[a];
+    const float share = pktrt__light_share(work, k, light, depth);
+    g->factor[k] = cosine > 0 ? (double)share * 3.14159265358979323846 / (double)cosine : 0;
+    if (k % 64 != 63 && k + 1 != s->count) continue;
+    pktrt__surroundings(work->job, k % 64 + 1, d, radiance);
+    for (int a = 0; a < 3; a++)
+      for (uint32_t i = 0; i <= k % 64; i++) g->arriving[a][k / 64 * 64 + i] = radiance[a][i] * by[a];
+  }
+}
+
+/* Where one light is, for every surface. */
+static void pktrt__find_targets(pktrt__work *work, const pktrt__wave *w, uint32_t light, uint32_t depth) {
+  const pktrt__job *job = work->job;
+  const pktrt_light *l = &job->scene->lights[light];
+  const pktrt__lamp *lamp = &job->lamps[light];
+  const pktrt__surfaces *s = &work->surfaces;
+  pktrt__targets *g = &work->targets;
+  const bool random = job->distribute && (l->kind == PKTRT_LIGHT_QUAD || l->kind == PKTRT_LIGHT_SPHERE ||
+                                          l->kind == PKTRT_LIGHT_MESH);
+  for (uint32_t k = 0; k < s->count; k++) {
+    const double from[3] = {s->point[0][k], s->point[1][k], s->point[2][k]};
+    const float share = pktrt__light_share(work, k, light, depth);
+    float u[2] = {0.5f, 0.5f};
+    double at[3] = {0, 0, 0}, factor = 1;
+    g->factor[k] = 0;
+    if (share == 0) continue;
+    if (random) pktrt__draw(work, w, s->ray[k], 4 + 2 * light, 2, u);
+    for (int a = 0; a < 3; a++)
+      at[a] = l->kind == PKTRT_LIGHT_DIRECTIONAL ? -(double)l->direction[a] : (double)l->position[a];
+    if (l->kind == PKTRT_LIGHT_QUAD) factor = pktrt__aim_at_quad(l, lamp, u, from, at);
+    if (l->kind == PKTRT_LIGHT_SPHERE) factor = pktrt__aim_at_sphere(l, random ? u : NULL, from, at);
+    if (l->kind == PKTRT_LIGHT_MESH)
+      factor = random ? pktrt__aim_at_mesh(&job->scene->meshes[l->mesh], lamp, u, s->time[k], from, at)
+                      : pktrt__aim_at_middle(lamp, from, at);
+    for (int a = 0; a < 3; a++) g->at[a][k] = at[a], g->arriving[a][k] = lamp->light[a];
+    g->factor[k] = factor * (double)share;
+  }
+}
+
+/* What a Phong lobe reflects of a light that stands in direction `to`, per irradiance. */
+static float pktrt__highlight(const pktrt__surfaces *s, uint32_t k, const float to[3]) {
+  const pktrt_material *look = s->look[k];
+  double cosine = 0;
+  for (int a = 0; a < 3; a++) cosine += (double)to[a] * (double)s->mirror[a][k];
+  if (!(cosine > 0) || look->lobe != PKTRT_LOBE_PHONG || look->specular == PKTRT_SPECULAR_DIELECTRIC) return 0;
+  const double n = (double)look->exponent;
+  return (float)((n + 1) * 0.15915494309189533577 * pktrt__pow(pktrt__min(cosine, 1), n));
+}
+
+/* The shadow rays of all surfaces towards one light into the list. */
+static void pktrt__aim(pktrt__work *work, uint32_t light) {
+  const pktrt_light *l = &work->job->scene->lights[light];
+  const pktrt__surfaces *s = &work->surfaces;
+  pktrt__shadows *sh = &work->shadows;
+  const pktrt__targets *g = &work->targets;
+  pktrt__aimed aimed;
+  const bool infinite = l->kind == PKTRT_LIGHT_DIRECTIONAL || l->kind == PKTRT_LIGHT_ENVIRONMENT;
+  const bool by_square = l->kind == PKTRT_LIGHT_POINT || l->kind == PKTRT_LIGHT_QUAD ||
+                         (l->kind == PKTRT_LIGHT_MESH && work->job->distribute);
+  const bool lobes = work->job->follow && pktrt__unseen(l);
+  uint32_t n = 0;
+  for (uint32_t i = 0; i < s->count; i += 8) {
+    uint32_t lanes = work->job->scene->kernels->aim(s, i, g, infinite, by_square, &aimed);
+    if (s->count - i < 8) lanes &= 0xFFu >> (8 - (s->count - i));
+    for (; lanes; lanes &= lanes - 1) {
+      const uint32_t j = pktrt__lowest(lanes), k = i + j;
+      const float to[3] = {aimed.to[0][j], aimed.to[1][j], aimed.to[2][j]};
+      const float lobe = lobes ? pktrt__highlight(s, k, to) * aimed.irradiance[j] : 0;
+      float largest = 0;
+      for (int a = 0; a < 3; a++) {
+        const float part = s->albedo[a][k] * aimed.diffuse[j] + s->specular[a][k] * lobe;
+        sh->arriving[a][n] = part * g->arriving[a][k];
+        largest = pktrt__maxf(largest, sh->arriving[a][n]);
+        sh->o[a][n] = aimed.o[a][j], sh->d[a][n] = aimed.d[a][j];
+      }
+      sh->tmax[n] = infinite ? INFINITY : 1, sh->time[n] = s->time[k];
+      sh->surface[n] = k, sh->material[n] = s->material[k];
+      n += largest > 0 && !s->shaded[k];
+    }
+  }
+  sh->count = n;
+}
+
+/* Direct light of all surfaces. */
+static void pktrt__add_lights(pktrt__work *work, const pktrt__wave *w, uint32_t depth) {
+  const pktrt__job *job = work->job;
+  const bool blind = job->desc->assembly == PKTRT_ASSEMBLY_BLIND;
+  const bool together = blind || job->desc->shadows == PKTRT_SHADOWS_TOGETHER;
+  const pktrt_ray_type type = blind ? PKTRT_RAY_OTHER : PKTRT_RAY_SHADOW;
+  uint32_t *sender = work->sender;
+  if (depth > 1 && job->distribute && job->desc->lights != PKTRT_LIGHTS_ALL) pktrt__choose_lights(work, w);
+  for (uint32_t light = 0; light < job->scene->light_count; light++) {
+    if (job->scene->lights[light].kind == PKTRT_LIGHT_ENVIRONMENT) pktrt__aim_at_surroundings(work, w, light, depth);
+    else pktrt__find_targets(work, w, light, depth);
+    pktrt__aim(work, light);
+    const pktrt__shadows *sh = &work->shadows;
+    for (uint32_t i = 0; i < sh->count; i++) sender[i] = work->surfaces.ray[sh->surface[i]];
+    if (sh->count) pktrt__assemble(work, sh->count, work->shadows.d, sh->material, sender);
+    for (uint32_t i = 0, end; i < sh->count; i = end) {
+      end = work->packet[i];
+      for (uint32_t from = i, to; from < end; from = to) {
+        const uint32_t room = PKTRT__BATCH - work->pending.n;
+        to = end - from < room ? end : from + room;
+        pktrt__push_shadows(work, work->order, from, to);
+        if (work->pending.n == PKTRT__BATCH) pktrt__flush(work, type, depth);
+      }
+      if (!together) pktrt__flush(work, type, depth);
+    }
+  }
+  if (!blind) pktrt__flush(work, type, depth);
+}
+
+/* >>scattering: the rays of the next generation -------------------------------------------------------------------- */
+
+static pktrt__wave *pktrt__need_wave(pktrt__work *work, pktrt__wave **wave) {
+  if (!*wave) *wave = PKTRT__CAST(pktrt__wave *, pktrt__alloc(&work->job->scene->desc, 1, sizeof **wave));
+  if (!*wave) work->failed = true;
+  return *wave;
+}
+
+/* A ray that surface k sends out, behind the n rays of a wave; whether it is worth following. */
+static bool pktrt__send(const pktrt__work *work, const pktrt__wave *w, uint32_t k, const float direction[3],
+                        const float weight[3], pktrt_ray_type type, pktrt__wave *to, uint32_t n) {
+  const pktrt__surfaces *s = &work->surfaces;
+  const uint32_t ray = s->ray[k];
+  const float largest = pktrt__maxf(weight[0], pktrt__maxf(weight[1], weight[2]));
+  const float importance = w->importance[ray] * largest;
+  if (!(largest > 0) || importance < work->job->threshold) return false;
+  const double lift = type == PKTRT_RAY_REFRACTION ? -(double)s->lift[k] : (double)s->lift[k];
+  for (int a = 0; a < 3; a++) {
+    to->o[a][n] = (float)(s->point[a][k] + lift * (double)s->flat[a][k]);
+    to->d[a][n] = direction[a], to->weight[a][n] = weight[a];
+  }
+  to->time[n] = s->time[k], to->importance[n] = importance, to->parent[n] = ray;
+  const bool glass = s->look[k]->specular == PKTRT_SPECULAR_DIELECTRIC;
+  const bool goes_in = glass && (s->inside[k] != 0) == (type == PKTRT_RAY_REFLECTION);
+  to->medium[n] = goes_in ? s->material[k] : type == PKTRT_RAY_REFLECTION ? w->medium[ray] : 0;
+  to->key[n] = w->key[ray] + 1;
+  to->material[n] = s->material[k], to->root[n] = w->root[ray], to->type[n] = (uint8_t)type;
+  return true;
+}
+
+/* The direction in which surface k reflects; false: below the surface. */
+static bool pktrt__reflect(const pktrt__work *work, const pktrt__wave *w, uint32_t k, float out[3]) {
+  const pktrt__surfaces *s = &work->surfaces;
+  const pktrt_material *look = s->look[k];
+  const float axis[3] = {s->mirror[0][k], s->mirror[1][k], s->mirror[2][k]};
+  memcpy(out, axis, sizeof axis);
+  if (!work->job->distribute || look->lobe != PKTRT_LOBE_PHONG || look->specular == PKTRT_SPECULAR_DIELECTRIC)
+    return true;
+  float u[2], side = 0;
+  pktrt__draw(work, w, s->ray[k], 0, 2, u);
+  if (work->job->desc->phong_mapping == PKTRT_PHONG_NAIVE) pktrt_map_phong_naive(u, axis, look->exponent, out);
+  else pktrt_map_phong(u, axis, look->exponent, out);
+  for (int a = 0; a < 3; a++) side += out[a] * s->flat[a][k];
+  return side > 0;
+}
+
+/* Reflected and refracted rays of all surfaces, to the end of the two waves, which may be one. */
+static void pktrt__send_rays(pktrt__work *work, const pktrt__wave *w, bool refraction, pktrt__wave *to, uint32_t *n) {
+  const pktrt__surfaces *s = &work->surfaces;
+  for (uint32_t k = 0; k < s->count; k++) {
+    const pktrt_material *look = s->look[k];
+    float weight[3], out[3];
+    if (s->shaded[k] || look->specular == PKTRT_SPECULAR_NONE) continue;
+    const bool glass = look->specular == PKTRT_SPECULAR_DIELECTRIC;
+    if (refraction && !glass) continue;
+    for (int a = 0; a < 3; a++) weight[a] = refraction ? s->passing[a][k] : s->specular[a][k];
+    if (glass && work->job->choose) {
+      float u;
+      pktrt__draw(work, w, s->ray[k], 2, 1, &u);
+      const float share = refraction ? 1 - s->fresnel[k] : s->fresnel[k];
+      if ((u >= s->fresnel[k]) != refraction) continue;
+      for (int a = 0; a < 3; a++) weight[a] /= share;
+    }
+    if (refraction)
+      for (int a = 0; a < 3; a++) out[a] = s->refracted[a][k];
+    else if (!pktrt__reflect(work, w, k, out)) continue;
+    if (!pktrt__send(work, w, k, out, weight, refraction ? PKTRT_RAY_REFRACTION : PKTRT_RAY_REFLECTION, to, *n))
+      continue;
+    /* where glass branches, the two subtrees use other dimensions */
+    if (refraction && !work->job->choose) to->key[*n] = to->key[*n] * 0x9E3779B1u + 0x85EBCA6Bu;
+    (*n)++;
+  }
+}
+
+/* >>generations ---------------------------------------------------------------------------------------------------- */
+
+static void pktrt__shade(pktrt__work *work, pktrt__wave *w, uint32_t first, uint32_t n, uint32_t depth);
+
+/* Traces rays [first, first + n) of a wave, all of one type, as one packet. */
+static void pktrt__trace_wave(pktrt__work *work, pktrt__wave *w, uint32_t first, uint32_t n, uint32_t depth,
+                              pktrt_ray_type type) {
+  for (uint32_t i = first; i < first + n;) {
+    const uint32_t m = first + n - i < PKTRT__BATCH ? first + n - i : (uint32_t)PKTRT__BATCH;
+    pktrt__push_wave(work, w, i, i + m);
+    pktrt__flush(work, type, depth);
+    i += m;
+  }
+}
+
+/* The rays of one wave, packet by packet, and theirs, and what they bring back to the wave that sent them. */
+static void pktrt__follow(pktrt__work *work, pktrt__wave *parent, pktrt__wave **wave, uint32_t n, uint32_t depth,
+                          pktrt_ray_type type) {
+  if (!n) return;
+  const uint32_t first = work->first;
+  const bool traced = type == PKTRT_RAY_OTHER;
+  if (!traced) pktrt__assemble_wave(work, wave, n);
+  pktrt__wave *w = *wave;
+  if (traced)
+    for (uint32_t i = 0; i < n; i += PKTRT__WAVE / 2) w->end[i] = n - i < PKTRT__WAVE / 2 ? n : i + PKTRT__WAVE / 2;
+  else memcpy(w->end, work->packet, n * sizeof *w->end);
+  for (uint32_t i = 0; work->stats && i < n; i++)
+    if (work->deepest[w->root[i]] < depth) work->deepest[w->root[i]] = (uint8_t)depth;
+  for (uint32_t i = 0; i < n; i = w->end[i]) {
+    work->first = first, work->alone = work->job->desc->assembly == PKTRT_ASSEMBLY_NONE;
+    if (!traced) pktrt__trace_wave(work, w, i, w->end[i] - i, depth, type);
+    pktrt__shade(work, w, i, w->end[i] - i, depth);
+  }
+  for (int a = 0; a < 3; a++)
+    for (uint32_t i = 0; i < n; i++) parent->radiance[a][w->parent[i]] += w->weight[a][i] * w->radiance[a][i];
+}
+
+/* Blind: everything that a packet sends out is one packet, shadow rays included. */
+static void pktrt__push_blindly(pktrt__work *work, pktrt__wave *w, uint32_t n, uint32_t depth) {
+  for (uint32_t i = 0; i < n;) {
+    const uint32_t room = PKTRT__BATCH - work->pending.n, m = n - i < room ? n - i : room;
+    pktrt__push_wave(work, w, i, i + m);
+    i += m;
+    if (work->pending.n == PKTRT__BATCH) pktrt__flush(work, PKTRT_RAY_OTHER, depth);
+  }
+  pktrt__flush(work, PKTRT_RAY_OTHER, depth);
+}
+
+/* Radiance along rays [first, first + n) of a wave that have been traced: their surfaces' own, then that of the rays
+   these send out, which lie in the waves of the next generation while theirs are found. */
+static void pktrt__shade(pktrt__work *work, pktrt__wave *w, uint32_t first, uint32_t n, uint32_t depth) {
+  const pktrt__job *job = work->job;
+  pktrt__surfaces *s = &work->surfaces;
+  const bool blind = job->desc->assembly == PKTRT_ASSEMBLY_BLIND;
+  uint32_t reflected = 0, refracted = 0;
+  pktrt__find_surfaces(work, w, first, n);
+  if (!s->count) return;
+  pktrt__dress(work, w, depth);
+  work->first = first, work->alone = job->desc->assembly == PKTRT_ASSEMBLY_NONE;
+  pktrt__add_lights(work, w, depth + 1);
+  if (job->follow && depth < job->max_depth && !work->failed) {
+    pktrt__wave *r = pktrt__need_wave(work, &work->reflected[depth]), *t = r;
+    if (!blind) t = pktrt__need_wave(work, &work->refracted[depth]);
+    if (!work->failed && pktrt__need_wave(work, &work->spare)) {
+      pktrt__send_rays(work, w, false, r, &reflected);
+      if (blind) refracted = reflected;
+      pktrt__send_rays(work, w, true, t, &refracted);
+    }
+  }
+  if (blind) pktrt__push_blindly(work, work->reflected[depth], refracted, depth + 1);
+  for (int a = 0; a < 3; a++)
+    for (uint32_t k = 0; k < s->count; k++) w->radiance[a][s->ray[k]] = s->radiance[a][k];
+  if (blind) {
+    pktrt__follow(work, w, &work->reflected[depth], refracted, depth + 1, PKTRT_RAY_OTHER);
+    return;
+  }
+  pktrt__follow(work, w, &work->reflected[depth], reflected, depth + 1, PKTRT_RAY_REFLECTION);
+  work->first = first;
+  pktrt__follow(work, w, &work->refracted[depth], refracted, depth + 1, PKTRT_RAY_REFRACTION);
 }
 
 /* >>tiles ---------------------------------------------------------------------------------------------------------- */
 
-/* Fills the batch with the pixel-centre rays of packets in a row of packets; pixels outside of [x, x1) x [y, y1) get
-   no ray. */
-static uint32_t pktrt__camera_rays(const pktrt__job *job, uint32_t x, uint32_t y, uint32_t x1, uint32_t y1,
-                                   pktrt__batch *b, uint32_t pixel[][2]) {
-  const uint32_t edge = job->packet_size, packets = PKTRT__BATCH / (edge * edge);
-  uint32_t n = 0;
-  for (uint32_t k = 0; k < packets && x < x1; k++, x += edge)
-    for (uint32_t i = 0; i < edge * edge; i++, n++) {
-      const uint32_t px = x + i % edge, py = y + i / edge;
-      pixel[n][0] = px, pixel[n][1] = py;
-      if (px >= x1 || py >= y1) {
-        pktrt__no_ray(b, n);
-        pixel[n][0] = PKTRT_NONE;
-        continue;
-      }
-      for (int a = 0; a < 3; a++) {
-        b->o[a][n] = job->plane.eye[a];
-        b->d[a][n] = (float)(job->plane.corner[a] + ((double)px + 0.5) * job->plane.dx[a] +
-                             ((double)py + 0.5) * job->plane.dy[a]);
-      }
-      b->tmin[n] = 0, b->tmax[n] = INFINITY, b->time[n] = job->plane.time;
-    }
-  pktrt__pad_batch(b, n);
-  return n;
-}
-
-static pktrt__call pktrt__render_call(const pktrt__job *job, pktrt_query_desc *d, pktrt_ray_type type,
-                                      pktrt_stats *stats) {
-  pktrt_query_desc from;
-  memset(&from, 0, sizeof from);
-  from.path = job->desc->path;
-  from.packet_size = job->packet_size * job->packet_size;
-  from.type = type;
-  from.stats = stats;
-  return pktrt__call_of(job->scene, &from, d, type == PKTRT_RAY_SHADOW);
-}
-
-/* One batch of primary rays: trace, find surfaces, shade, write. */
-static void pktrt__render_batch(const pktrt__job *job, pktrt__batch *b, pktrt__shadows *sh, uint32_t n,
-                                uint32_t pixel[][2], pktrt_stats *stats) {
-  pktrt__shading_point surfaces[PKTRT__BATCH];
-  uint32_t lane[PKTRT__BATCH], found = 0, hint = 0;
-  pktrt_query_desc primary, shadow;
-  const pktrt__call first = pktrt__render_call(job, &primary, PKTRT_RAY_PRIMARY, stats);
-  const pktrt__call second = pktrt__render_call(job, &shadow, PKTRT_RAY_SHADOW, stats);
-  job->scene->kernels->trace(&first, b, n);
-  for (uint32_t i = 0; i < n; i++) {
-    if (b->slot[i] == PKTRT_NONE) continue;
-    lane[found] = i;
-    pktrt__find_surface(job, b, i, &hint, &surfaces[found++]);
+/* The ray of a sample into lane n of the primary wave. */
+static void pktrt__camera_ray(pktrt__work *work, uint32_t px, uint32_t py, uint32_t sample, uint32_t n) {
+  const pktrt__job *job = work->job;
+  const pktrt_camera *c = &job->desc->camera;
+  pktrt__wave *w = &work->primary;
+  float u[5] = {0.5f, 0.5f, 0.5f, 0.5f, 0.5f}, disk[2] = {0, 0};
+  if (job->distribute || job->samples > 1)
+    pktrt__sample(&job->sampling, px, py, sample, 0, job->distribute && c->aperture > 0 ? 4 : 2, u);
+  if (job->distribute && c->shutter > 0) pktrt__sample(&job->sampling, px, py, sample, 4, 1, u + 4);
+  if (job->distribute && c->aperture > 0) pktrt_map_disk(u + 2, disk);
+  const double time = pktrt__min(1, (double)c->time + (double)u[4] * (double)c->shutter);
+  pktrt__view_plane moved;
+  const pktrt__view_plane *p = &job->plane;
+  bool sees = true;
+  if (c->moving) sees = pktrt__view_at(c, job->desc->width, job->desc->height, time, &moved), p = &moved;
+  const double x = (double)px + (double)u[0], y = (double)py + (double)u[1], half = 0.5 * (double)c->aperture;
+  const double lx = half * (double)disk[0], ly = half * (double)disk[1];
+  for (int a = 0; a < 3; a++) {
+    const double d = p->corner[a] + x * p->dx[a] + y * p->dy[a], off = lx * p->right[a] + ly * p->up[a];
+    w->o[a][n] = (float)(p->eye[a] + off);
+    w->d[a][n] = sees ? (float)(d - off / p->focus) : 0;
   }
-  if (found) pktrt__add_lights(&second, job->desc->shadows == PKTRT_SHADOWS_TOGETHER, b, lane, found, surfaces, sh);
-  for (uint32_t i = 0, k = 0; i < n; i++) {
-    const bool hit = k < found && lane[k] == i;
-    const float *rgb = hit ? surfaces[k++].radiance : job->desc->background;
-    if (pixel[i][0] == PKTRT_NONE) continue;
-    memcpy(job->desc->pixels + pixel[i][1] * job->row_stride + (size_t)pixel[i][0] * 3, rgb, 3 * sizeof(float));
-  }
+  w->time[n] = (float)time;
+  w->importance[n] = 1, w->parent[n] = n, w->key[n] = 0, w->material[n] = w->medium[n] = 0;
+  w->root[n] = (uint16_t)n;
+  w->type[n] = PKTRT_RAY_PRIMARY;
+  work->x[n] = px, work->y[n] = py, work->sample[n] = sample, work->deepest[n] = 0;
 }
 
-static void pktrt__render_area(const pktrt__job *job, uint32_t x0, uint32_t y0, uint32_t x1, uint32_t y1,
-                               pktrt_stats *stats) {
-  pktrt__batch b;
-  pktrt__shadows sh;
-  uint32_t pixel[PKTRT__BATCH][2];
-  const uint32_t edge = job->packet_size, step = PKTRT__BATCH / edge;
-  for (uint32_t y = y0; y < y1; y += edge)
-    for (uint32_t x = x0; x < x1; x += step) {
-      const uint32_t n = pktrt__camera_rays(job, x, y, x1, y1, &b, pixel);
-      pktrt__render_batch(job, &b, &sh, n, pixel, stats);
+/* Traces and shades the n rays of the primary wave and adds them up by pixel, in the order of their samples. */
+static void pktrt__run_wave(pktrt__work *work, uint32_t n) {
+  pktrt__wave *w = &work->primary;
+  work->alone = false, work->first = 0;
+  pktrt__trace_wave(work, w, 0, n, 0, PKTRT_RAY_PRIMARY);
+  const bool blind = work->job->desc->assembly == PKTRT_ASSEMBLY_BLIND; /* reflected and refracted rays share a wave */
+  const uint32_t step = blind ? PKTRT__WAVE / 2 : PKTRT__WAVE;
+  for (uint32_t i = 0; i < n; i += step) pktrt__shade(work, w, i, n - i < step ? n - i : step, 0);
+  for (uint32_t i = 0; i < n; i++)
+    for (int a = 0; a < 3; a++) work->sum[a][work->pixel[i]] += (double)w->radiance[a][i];
+  if (!work->stats) return;
+  work->stats->samples += n;
+  for (uint32_t i = 0; i < n; i++) work->stats->tree_depth += work->deepest[i];
+}
+
+/* Means of a finished pixel into the picture and the optional buffers. */
+static void pktrt__write_pixel(const pktrt__work *work, uint32_t x, uint32_t y, uint32_t p) {
+  const pktrt_render_desc *d = work->job->desc;
+  const size_t at = (size_t)y * d->width + x;
+  const double n = work->job->samples;
+  for (int a = 0; a < 3; a++) {
+    d->pixels[y * work->job->row_stride + (size_t)x * 3 + (size_t)a] = (float)(work->sum[a][p] / n);
+    if (d->normal) d->normal[at * 3 + (size_t)a] = (float)(work->normal[a][p] / n);
+    if (d->albedo) d->albedo[at * 3 + (size_t)a] = (float)(work->albedo[a][p] / n);
+  }
+  if (d->depth) d->depth[at] = work->met[p] ? (float)(work->depth[p] / work->met[p]) : INFINITY;
+  if (d->sample_count) d->sample_count[at] = work->job->samples;
+}
+
+/* A block of edge x edge pixels in cells of cell x cell: those of a cell, with all their samples, follow each other,
+   so that they fall into one packet. `room` rays go at once. */
+static void pktrt__render_block(pktrt__work *work, const uint32_t area[4], uint32_t bx, uint32_t by, uint32_t edge,
+                                uint32_t cell, uint32_t room) {
+  const uint32_t samples = work->job->samples;
+  uint32_t n = 0, x[PKTRT__WAVE], y[PKTRT__WAVE], pixels = 0;
+  for (uint32_t cy = 0; cy < edge; cy += cell)
+    for (uint32_t cx = 0; cx < edge; cx += cell)
+      for (uint32_t i = 0; i < cell * cell; i++) {
+        const uint32_t px = bx + cx + i % cell, py = by + cy + i / cell;
+        if (px >= area[2] || py >= area[3]) continue;
+        x[pixels] = px, y[pixels] = py;
+        work->met[pixels] = 0, work->depth[pixels] = 0;
+        for (int a = 0; a < 3; a++)
+          work->sum[a][pixels] = work->normal[a][pixels] = work->albedo[a][pixels] = 0;
+        pixels++;
+      }
+  for (uint32_t p = 0; p < pixels; p++)
+    for (uint32_t s = 0; s < samples; s++) {
+      pktrt__camera_ray(work, x[p], y[p], s, n);
+      work->pixel[n++] = p;
+      if (n == room || (p + 1 == pixels && s + 1 == samples)) {
+        pktrt__run_wave(work, n);
+        n = 0;
+      }
     }
+  for (uint32_t p = 0; p < pixels; p++) pktrt__write_pixel(work, x[p], y[p], p);
+}
+
+/* The largest power of two whose square, times the samples of a pixel, does not exceed a number of rays. */
+static uint32_t pktrt__pixel_edge(uint32_t rays, uint32_t samples) {
+  uint32_t edge = 1;
+  while (4 * edge * edge * samples <= rays) edge *= 2;
+  return edge;
+}
+
+static void pktrt__free_work(pktrt__work *work) {
+  const pktrt_scene_desc *d = &work->job->scene->desc;
+  for (uint32_t i = 0; i <= PKTRT_MAX_DEPTH; i++) {
+    pktrt__release(d, work->reflected[i], 1, sizeof(pktrt__wave));
+    pktrt__release(d, work->refracted[i], 1, sizeof(pktrt__wave));
+  }
+  pktrt__release(d, work->spare, 1, sizeof(pktrt__wave));
+  pktrt__release(d, work, 1, sizeof *work);
+}
+
+/* Pixels [area[0], area[2]) x [area[1], area[3]). False: out of memory. */
+static bool pktrt__render_area(const pktrt__job *job, const uint32_t area[4], pktrt_stats *stats) {
+  pktrt__work *work = PKTRT__CAST(pktrt__work *, pktrt__alloc(&job->scene->desc, 1, sizeof *work));
+  if (!work) return false;
+  memset(work->reflected, 0, sizeof work->reflected);
+  memset(work->refracted, 0, sizeof work->refracted);
+  work->spare = NULL, work->pending.n = 0, work->failed = false;
+  work->job = job, work->stats = stats;
+  const uint32_t packet = job->packet_size * job->packet_size;
+  /* The fast path takes many packets at once, and keeps secondary packets full so. Where it is told how to assemble
+     packets, and on the paper path, a packet sends out its rays alone, as in the paper. */
+  const bool wide = job->desc->path != PKTRT_PATH_PAPER && job->desc->assembly == PKTRT_ASSEMBLY_RAY_TYPES;
+  const uint32_t room = wide ? (uint32_t)PKTRT__WAVE : packet;
+  const uint32_t edge = pktrt__pixel_edge(room, job->samples), cell = pktrt__pixel_edge(packet, job->samples);
+  for (uint32_t y = area[1]; y < area[3] && !work->failed; y += edge)
+    for (uint32_t x = area[0]; x < area[2] && !work->failed; x += edge)
+      pktrt__render_block(work, area, x, y, edge, cell, room);
+  const bool ok = !work->failed;
+  pktrt__free_work(work);
+  return ok;
 }
 
 PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *s, const pktrt_render_desc *d, uint32_t x, uint32_t y,
@@ -5432,8 +7395,11 @@ PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *s, const pktrt_rende
   pktrt__why why;
   if (!s || !pktrt__check_render(s, d, &job, &why)) return PKTRT_INVALID_ARGUMENT;
   if (x > d->width || y > d->height || w > d->width - x || h > d->height - y) return PKTRT_INVALID_ARGUMENT;
-  pktrt__render_area(&job, x, y, x + w, y + h, d->stats);
-  return PKTRT_OK;
+  if (!pktrt__make_lamps(&job)) return PKTRT_OUT_OF_MEMORY;
+  const uint32_t area[4] = {x, y, x + w, y + h};
+  const bool ok = pktrt__render_area(&job, area, d->stats);
+  pktrt__free_lamps(&job);
+  return ok ? PKTRT_OK : PKTRT_OUT_OF_MEMORY;
 }
 
 /* >>render --------------------------------------------------------------------------------------------------------- */
@@ -5442,7 +7408,7 @@ typedef struct pktrt__tiles {
   const pktrt__job *job;
   pktrt_stats *stats; /* one for each tile, or NULL */
   uint32_t columns, count;
-  uint32_t done, cancelled; /* shared by the workers */
+  uint32_t done, cancelled, failed; /* shared by the workers */
 } pktrt__tiles;
 
 #if defined(__GNUC__) && !defined(__TINYC__)
@@ -5456,22 +7422,13 @@ PKTRT__INLINE uint32_t pktrt__peek(uint32_t *x) { return *x; }
 static void pktrt__run_tile(void *arg, size_t i) {
   pktrt__tiles *t = PKTRT__CAST(pktrt__tiles *, arg);
   const pktrt_render_desc *d = t->job->desc;
-  if (pktrt__peek(&t->cancelled)) return;
+  if (pktrt__peek(&t->cancelled) || pktrt__peek(&t->failed)) return;
   const uint32_t size = t->job->tile_size, x = (uint32_t)i % t->columns * size, y = (uint32_t)i / t->columns * size;
   const uint32_t x1 = d->width - x < size ? d->width : x + size, y1 = d->height - y < size ? d->height : y + size;
-  pktrt__render_area(t->job, x, y, x1, y1, t->stats ? &t->stats[i] : NULL);
+  const uint32_t area[4] = {x, y, x1, y1};
+  if (!pktrt__render_area(t->job, area, t->stats ? &t->stats[i] : NULL)) (void)pktrt__count_up(&t->failed);
   const uint32_t done = pktrt__count_up(&t->done);
   if (d->progress && !d->progress(d->user, (float)done / (float)t->count)) (void)pktrt__count_up(&t->cancelled);
-}
-
-static void pktrt__add_stats(pktrt_stats *to, const pktrt_stats *from) {
-  uint64_t a, b;
-  for (size_t at = 0; at < sizeof *to; at += sizeof a) { /* nothing but uint64_t in there */
-    memcpy(&a, (char *)to + at, sizeof a);
-    memcpy(&b, (const char *)from + at, sizeof b);
-    a += b;
-    memcpy((char *)to + at, &a, sizeof a);
-  }
 }
 
 PKTRT_DEF pktrt_status pktrt_render(pktrt_scene *s, const pktrt_render_desc *d) {
@@ -5494,9 +7451,13 @@ PKTRT_DEF pktrt_status pktrt_render(pktrt_scene *s, const pktrt_render_desc *d) 
       return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "render: no memory for the statistics of %u tiles", (unsigned)t.count);
     memset(t.stats, 0, (size_t)count * sizeof *t.stats);
   }
-  pktrt__parallel(&s->desc, t.count, pktrt__run_tile, &t);
+  const bool lit = pktrt__make_lamps(&job);
+  if (lit) pktrt__parallel(&s->desc, t.count, pktrt__run_tile, &t);
   for (uint32_t i = 0; d->stats && i < t.count; i++) pktrt__add_stats(d->stats, &t.stats[i]);
   pktrt__release(&s->desc, t.stats, count, sizeof *t.stats);
+  pktrt__free_lamps(&job);
+  if (!lit || t.failed)
+    return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "render: no memory for %s", lit ? "the rays of a tile" : "the lights");
   return t.cancelled ? pktrt__fail(s, PKTRT_CANCELLED, "render: the progress hook asked to stop") : PKTRT_OK;
 }
 

@@ -1,10 +1,12 @@
 /* scene_rtrt.h - "rtrt": six cartoon characters dance on a polished stage, under letters and a mirror ball. Included by
    scenes.h, after its builder.
 
-   Each character is a rig and some surfaces around it. The rig is a set of stations: frames along the spine, the arms and
-   the legs, as functions of time. Surfaces are modelled around the rig's pose at time 0: zero sets of smooth unions of
-   ellipsoids and hoses, made into closed meshes on a grid (body, gloves, shoes), and patches on ellipsoids (faces). To
-   deform, a vertex goes along with the stations near its place at time 0, so that all a character wears stays on it. */
+   Each character is a rig and some surfaces around it. The rig is a set of stations: frames along the spine, the arms
+   and the legs, as functions of time. Surfaces are modelled around the rig's pose at time 0: zero sets of smooth unions
+   of ellipsoids and hoses, made into closed meshes on a grid (body, gloves, shoes), and patches on ellipsoids (faces).
+   To deform, a vertex goes along with the stations near its place at time 0: what a character wears stays on it.
+
+   Contents: kinds, actors, rig, deformation, surfaces, grid, faces, bodies, stage, materials, make. */
 #ifndef SCENE_RTRT_H
 #define SCENE_RTRT_H
 
@@ -38,47 +40,39 @@ enum {
 };
 
 static const sc_kind rtrt_kinds[RTRT_KINDS] = {
-    {"key light", {0.9f, 0.9f, 0.9f}, 1},         {"strip light", {0.9f, 0.9f, 0.9f}, 1},
+    {"key light", {0.9f, 0.9f, 0.9f}, 1},            {"strip light", {0.9f, 0.9f, 0.9f}, 1},
     {"house", {0.10f, 0.03f, 0.03f}, 1},
-
-
-    {"imp", {0.78f, 0.115f, 0.045f}, 0},          {"imp's gloves", {0.82f, 0.78f, 0.68f}, 0},
-    {"imp's shoes", {0.05f, 0.075f, 0.20f}, 0},   {"imp's eyes", {0.86f, 0.85f, 0.82f}, 0},
-    {"imp's pupils", {0.012f, 0.010f, 0.010f}, 0}, {"imp's iris", {0.82f, 0.46f, 0.06f}, 0},
-    {"imp's tongue", {0.78f, 0.16f, 0.15f}, 0},{"imp's feelers", {0.85f, 0.50f, 0.05f}, 0},
-
-    {"robot", {0.56f, 0.57f, 0.58f}, 0},          {"robot's gloves", {0.70f, 0.70f, 0.70f}, 0},
-    {"robot's shoes", {0.60f, 0.06f, 0.03f}, 0},  {"robot's eyes", {0.86f, 0.85f, 0.82f}, 0},
+    {"imp", {0.78f, 0.115f, 0.045f}, 0},             {"imp's gloves", {0.82f, 0.78f, 0.68f}, 0},
+    {"imp's shoes", {0.78f, 0.45f, 0.05f}, 0},       {"imp's eyes", {0.86f, 0.85f, 0.82f}, 0},
+    {"imp's pupils", {0.012f, 0.010f, 0.010f}, 0},   {"imp's iris", {0.82f, 0.46f, 0.06f}, 0},
+    {"imp's tongue", {0.78f, 0.16f, 0.15f}, 0},      {"imp's feelers", {0.85f, 0.50f, 0.05f}, 0},
+    {"robot", {0.56f, 0.57f, 0.58f}, 0},             {"robot's gloves", {0.70f, 0.70f, 0.70f}, 0},
+    {"robot's shoes", {0.60f, 0.06f, 0.03f}, 0},     {"robot's eyes", {0.86f, 0.85f, 0.82f}, 0},
     {"robot's pupils", {0.012f, 0.010f, 0.010f}, 0}, {"robot's iris", {0.82f, 0.46f, 0.06f}, 0},
-    {"robot's tongue", {0.78f, 0.16f, 0.15f}, 0},{"robot's bolts", {0.70f, 0.08f, 0.03f}, 0},
-
-    {"drop", {0.30f, 0.62f, 0.66f}, 0},           {"drop's gloves", {0.82f, 0.78f, 0.68f}, 0},
-    {"drop's shoes", {0.06f, 0.30f, 0.42f}, 0},   {"drop's eyes", {0.86f, 0.85f, 0.82f}, 0},
-    {"drop's pupils", {0.012f, 0.010f, 0.010f}, 0}, {"drop's iris", {0.82f, 0.46f, 0.06f}, 0},
-    {"drop's cheeks", {0.78f, 0.16f, 0.15f}, 0},{"drop's tie", {0.80f, 0.25f, 0.22f}, 0},
-
-    {"bear", {0.72f, 0.46f, 0.12f}, 0},           {"bear's gloves", {0.82f, 0.78f, 0.68f}, 0},
-    {"bear's shoes", {0.10f, 0.045f, 0.025f}, 0}, {"bear's eyes", {0.86f, 0.85f, 0.82f}, 0},
-    {"bear's pupils", {0.012f, 0.010f, 0.010f}, 0}, {"bear's iris", {0.82f, 0.46f, 0.06f}, 0},
-    {"bear's tongue", {0.78f, 0.16f, 0.15f}, 0},{"bear's muzzle", {0.80f, 0.68f, 0.45f}, 0},
-
-    {"cyclops", {0.36f, 0.10f, 0.42f}, 0},        {"cyclops' gloves", {0.82f, 0.78f, 0.68f}, 0},
-    {"cyclops' shoes", {0.80f, 0.45f, 0.05f}, 0}, {"cyclops' eye", {0.86f, 0.85f, 0.82f}, 0},
+    {"robot's tongue", {0.78f, 0.16f, 0.15f}, 0},    {"robot's bolts", {0.70f, 0.08f, 0.03f}, 0},
+    {"drop", {0.30f, 0.62f, 0.66f}, 0},              {"drop's gloves", {0.82f, 0.78f, 0.68f}, 0},
+    {"drop's shoes", {0.06f, 0.30f, 0.42f}, 0},      {"drop's eyes", {0.86f, 0.85f, 0.82f}, 0},
+    {"drop's pupils", {0.012f, 0.010f, 0.010f}, 0},  {"drop's iris", {0.82f, 0.46f, 0.06f}, 0},
+    {"drop's cheeks", {0.78f, 0.16f, 0.15f}, 0},     {"drop's trim", {0.80f, 0.25f, 0.22f}, 0},
+    {"bear", {0.72f, 0.46f, 0.12f}, 0},              {"bear's gloves", {0.82f, 0.78f, 0.68f}, 0},
+    {"bear's shoes", {0.10f, 0.045f, 0.025f}, 0},    {"bear's eyes", {0.86f, 0.85f, 0.82f}, 0},
+    {"bear's pupils", {0.012f, 0.010f, 0.010f}, 0},  {"bear's iris", {0.82f, 0.46f, 0.06f}, 0},
+    {"bear's tongue", {0.78f, 0.16f, 0.15f}, 0},     {"bear's muzzle", {0.46f, 0.22f, 0.10f}, 0},
+    {"cyclops", {0.36f, 0.10f, 0.42f}, 0},           {"cyclops' gloves", {0.82f, 0.78f, 0.68f}, 0},
+    {"cyclops' shoes", {0.80f, 0.45f, 0.05f}, 0},    {"cyclops' eye", {0.86f, 0.85f, 0.82f}, 0},
     {"cyclops' pupil", {0.012f, 0.010f, 0.010f}, 0}, {"cyclops' iris", {0.82f, 0.46f, 0.06f}, 0},
-    {"cyclops' tongue", {0.78f, 0.16f, 0.15f}, 0},{"cyclops' horns", {0.84f, 0.72f, 0.48f}, 0},
-
-    {"frog", {0.20f, 0.52f, 0.10f}, 0},           {"frog's gloves", {0.82f, 0.78f, 0.68f}, 0},
-    {"frog's shoes", {0.75f, 0.10f, 0.12f}, 0},   {"frog's eyes", {0.86f, 0.85f, 0.82f}, 0},
-    {"frog's pupils", {0.012f, 0.010f, 0.010f}, 0}, {"frog's iris", {0.82f, 0.46f, 0.06f}, 0},
-    {"frog's tongue", {0.78f, 0.16f, 0.15f}, 0},{"frog's belly", {0.72f, 0.74f, 0.35f}, 0},
-
-    {"floor", {0.40f, 0.30f, 0.20f}, 1},          {"risers", {0.030f, 0.055f, 0.105f}, 0},
-    {"gilt", {0.72f, 0.46f, 0.14f}, 0},           {"curtain", {0.055f, 0.225f, 0.290f}, 0},
-    {"letters", {0.54f, 0.15f, 0.16f}, 0},        {"mirror ball", {0.60f, 0.62f, 0.64f}, 1},
-    {"bulbs", {0.95f, 0.80f, 0.50f}, 0},          {"glass", {0.55f, 0.60f, 0.60f}, 0},
-    {"chrome", {0.56f, 0.57f, 0.58f}, 0},         {"marble", {0.70f, 0.66f, 0.62f}, 0},
-    {"sweets, red", {0.70f, 0.03f, 0.03f}, 0},    {"sweets, yellow", {0.82f, 0.50f, 0.03f}, 0},
-    {"sweets, green", {0.10f, 0.45f, 0.08f}, 0},  {"sweets, blue", {0.04f, 0.16f, 0.55f}, 0}};
+    {"cyclops' tongue", {0.78f, 0.16f, 0.15f}, 0},   {"cyclops' horns", {0.84f, 0.72f, 0.48f}, 0},
+    {"frog", {0.20f, 0.52f, 0.10f}, 0},              {"frog's gloves", {0.82f, 0.78f, 0.68f}, 0},
+    {"frog's shoes", {0.75f, 0.10f, 0.12f}, 0},      {"frog's eyes", {0.86f, 0.85f, 0.82f}, 0},
+    {"frog's pupils", {0.012f, 0.010f, 0.010f}, 0},  {"frog's iris", {0.82f, 0.46f, 0.06f}, 0},
+    {"frog's tongue", {0.78f, 0.16f, 0.15f}, 0},     {"frog's belly", {0.72f, 0.74f, 0.35f}, 0},
+    {"floor", {0.40f, 0.30f, 0.20f}, 1},             {"risers", {0.030f, 0.055f, 0.105f}, 0},
+    {"gilt", {0.72f, 0.46f, 0.14f}, 0},              {"curtain", {0.055f, 0.225f, 0.290f}, 0},
+    {"letters", {0.54f, 0.15f, 0.16f}, 0},           {"mirror ball", {0.60f, 0.62f, 0.64f}, 1},
+    {"bulbs", {0.95f, 0.80f, 0.50f}, 0},             {"glass", {0.55f, 0.60f, 0.60f}, 0},
+    {"chrome", {0.56f, 0.57f, 0.58f}, 0},            {"marble", {0.70f, 0.66f, 0.62f}, 0},
+    {"sweets, red", {0.70f, 0.03f, 0.03f}, 0},       {"sweets, yellow", {0.82f, 0.50f, 0.03f}, 0},
+    {"sweets, green", {0.10f, 0.45f, 0.08f}, 0},     {"sweets, blue", {0.04f, 0.16f, 0.55f}, 0}};
 
 /* >>actors --------------------------------------------------------------------------------------------------------- */
 
@@ -102,10 +96,10 @@ typedef struct rtrt_actor {
 } rtrt_actor;
 
 static const rtrt_actor rtrt_cast[RTRT_ACTORS] = {
-    {{0.07, 0.0, 0.62}, 2.0, 1.06, 0.37, 0.60, {0.215, 0.235, 0.195}, {0.275, 0.245, 0.245}, 0.10,
-     0.042, 0.055, {0.16, 0.03}, 0.11, 2.0, 166.0, 0.31, 0.06, 0.10, 0.02, 5.0, 5.0, 7.0, 0.0, {0.15, 0.02},
-     {{{0.50, 0.46, 0.10}, {0.05, 0.08, 0.05}, {-0.04, -0.23, 0.05}},
-      {{-0.50, 0.45, 0.10}, {0.05, 0.08, 0.0}, {0.04, -0.23, 0.05}}}, {0.9, 0.9}, 0.92},
+    {{0.05, 0.0, 0.62}, 2.0, 1.06, 0.37, 0.60, {0.215, 0.235, 0.195}, {0.275, 0.245, 0.245}, 0.10,
+     0.042, 0.055, {0.17, 0.01}, 0.11, 2.0, 166.0, 0.31, 0.06, 0.10, 0.02, 5.0, 5.0, 7.0, 0.0, {0.15, 0.02},
+     {{{0.55, 0.43, 0.10}, {0.05, 0.08, 0.05}, {-0.03, -0.22, 0.05}},
+      {{-0.55, 0.42, 0.10}, {0.05, 0.08, 0.0}, {0.03, -0.22, 0.05}}}, {0.9, 0.9}, 0.92},
     {{-1.18, 0.0, 0.50}, 18.0, 1.02, 0.40, 0.62, {0.185, 0.215, 0.165}, {0.285, 0.225, 0.235}, 0.05,
      0.040, 0.050, {0.15, 0.06}, 0.10, 2.0, 80.0, 0.0, 0.07, 0.06, 0.08, 9.0, 16.0, 8.0, 0.12, {0.13, 0.02},
      {{{0.40, 0.10, 0.18}, {0.04, 0.06, 0.04}, {0.04, -0.14, 0.05}},
@@ -118,7 +112,7 @@ static const rtrt_actor rtrt_cast[RTRT_ACTORS] = {
      0.060, 0.075, {0.22, 0.06}, 0.14, 2.0, 100.0, 0.0, 0.07, 0.07, 0.08, 8.0, 10.0, 8.0, 0.06, {0.17, 0.02},
      {{{0.44, 0.36, 0.12}, {0.02, 0.04, 0.0}, {0.12, 0.06, 0.05}},
       {{-0.44, 0.36, 0.12}, {-0.02, 0.04, 0.0}, {0.12, -0.06, 0.05}}}, {1.0, 1.0}, 1.04},
-    {{0.92, 0.21, -0.78}, -8.0, 1.30, 0.34, 0.62, {0.26, 0.29, 0.235}, {0.265, 0.27, 0.245}, 0.20,
+    {{0.94, 0.21, -0.78}, -8.0, 1.30, 0.34, 0.62, {0.26, 0.29, 0.235}, {0.265, 0.27, 0.245}, 0.20,
      0.055, 0.070, {0.19, 0.04}, 0.13, 2.0, 262.0, 0.05, 0.06, 0.07, 0.08, 9.0, 8.0, 9.0, 0.08, {0.16, 0.02},
      {{{0.46, 0.36, 0.10}, {-0.04, -0.04, 0.0}, {0.14, -0.08, 0.0}},
       {{-0.46, 0.30, 0.10}, {0.02, -0.02, 0.0}, {0.14, 0.08, 0.0}}}, {1.0, 1.0}, 1.04},
@@ -131,7 +125,8 @@ static const rtrt_actor rtrt_cast[RTRT_ACTORS] = {
 
 /* Stations: the spine from the hips to the head, then limbs: arms left and right, legs left and right; the last station
    of a limb is the hand or foot. */
-enum { RTRT_BELLY = 1, RTRT_CHEST = 2, RTRT_HEAD = 4, RTRT_SPINE = 5, RTRT_LIMB = 9, RTRT_LEGS = 23, RTRT_STATIONS = 41 };
+enum { RTRT_BELLY = 1, RTRT_CHEST = 2, RTRT_HEAD = 4, RTRT_SPINE = 5, RTRT_LIMB = 9 };
+enum { RTRT_LEGS = RTRT_SPINE + 2 * RTRT_LIMB, RTRT_STATIONS = RTRT_SPINE + 4 * RTRT_LIMB };
 
 typedef struct rtrt_rig {
   sc_frame root, at[RTRT_STATIONS];
@@ -151,7 +146,7 @@ static sc_frame rtrt_scaled(const sc_frame *f, double x, double y, double z) {
   return r;
 }
 
-/* Turns a frame on itself: by `yaw` around y (z towards x), `pitch` around x (y towards z), `roll` around z (x to y). */
+/* Turns a frame on itself: by `yaw` around y (z to x), `pitch` around x (y to z), then `roll` around z (x to y). */
 static sc_frame rtrt_turned(const sc_frame *f, double yaw, double pitch, double roll) {
   sc_frame r = *f, t;
   double c = sc_cos(yaw), s = sc_sin(yaw);
@@ -182,7 +177,8 @@ static double rtrt_lift(const rtrt_actor *a, double psi) {
 
 /* Hips to head: what bends the spine is spread evenly. Squashing keeps the volume. */
 static void rtrt_spine(const rtrt_actor *a, double psi, rtrt_rig *r) {
-  double rise = rtrt_rise(a, psi), tall = 1.0 + a->squash * (2.0 * rise - 1.0), wide = 1.0 / sqrt(tall), s = sc_sin(psi);
+  double rise = rtrt_rise(a, psi), tall = 1.0 + a->squash * (2.0 * rise - 1.0), wide = 1.0 / sqrt(tall);
+  double s = sc_sin(psi);
   sc_frame f = r->root;
   uint32_t k;
   f.o = rtrt_at(&r->root, a->sway * s, a->legs * tall - a->dip * (1.0 - rise) + rtrt_lift(a, psi), 0.0);
@@ -290,8 +286,8 @@ static sc_frame rtrt_motion(const sc_frame *from, const sc_frame *to) {
   return r;
 }
 
-/* Where a vertex goes with the stations `first` up to `end`. They count with e^-4, where e is the distance from the sphere
-   of their reach, bent smoothly into a small positive number inside: nearly as if the nearest decided. */
+/* Where a vertex goes with the stations `first` up to `end`. They count with e^-4, where e is the distance from the
+   sphere of their reach, bent smoothly into a small positive number inside: nearly as if the nearest decided. */
 static sc_v3 rtrt_moved(const rtrt_rig *rest, const sc_frame *motion, uint32_t first, uint32_t end, sc_v3 p) {
   sc_v3 sum = sc_v(0.0, 0.0, 0.0);
   double total = 0.0, soft = 0.0025 * sc_dot(rest->root.y, rest->root.y);
@@ -310,7 +306,7 @@ static sc_v3 rtrt_moved(const rtrt_rig *rest, const sc_frame *motion, uint32_t f
    which is exact where the neighbours lie on a sphere (Max, Weights for computing vertex normals, 1999). */
 static void rtrt_normals(const scene_mesh *m, const float *positions, float *normals) {
   uint32_t i, k;
-  memset(normals, 0, m->vertex_count * 3 * sizeof(float));
+  for (i = 0; i < 3 * m->vertex_count; i++) normals[i] = 0.0f;
   for (i = 0; i < m->triangle_count; i++)
     for (k = 0; k < 3; k++) {
       const uint32_t *v = m->indices + 3 * i;
@@ -655,48 +651,53 @@ static const rtrt_face rtrt_faces[RTRT_ACTORS] = {
     {{21, 12}, {0.068, 0.092, 0.050}, {0, 4}, 32, 2, {-20, 32}, 9, 22, {24, 9, -8}, 0, 0, false},
     {{21, 6}, {0.062, 0.078, 0.045}, {6, 4}, 32, 2, {-25, 22}, 7, 0, {0, 0, 0}, 0, 0, true},
     {{23, 0}, {0.058, 0.078, 0.045}, {-6, 4}, 34, 2, {-27, 18}, 6, 12, {26, 8, -6}, 0, 0, false},
-    {{20, 18}, {0.052, 0.064, 0.040}, {0, 2}, 36, 2, {-28, 17}, 6, 0, {22, 9, -6}, 0, 0, false},
+    {{20, 18}, {0.056, 0.070, 0.042}, {0, 2}, 36, 2, {-28, 17}, 6, 0, {22, 9, -6}, 0, 0, false},
     {{0, 14}, {0.125, 0.125, 0.085}, {-4, -6}, 24, 1, {-24, 34}, 8, 14, {0, 0, 0}, 40, 22, false},
     {{32, 42}, {0.082, 0.088, 0.070}, {-6, -24}, 30, 2, {-8, 46}, 12, 16, {0, 0, 0}, 0, 0, false}};
 
-/* Eyeball on the head, its z outwards; then pupil, highlight, eyelid and brow. */
+/* What is painted on an eyeball: iris, pupil, highlight. Both eyes look the same way, as far as that is possible. */
+static void rtrt_pupil(sc_build *b, uint32_t kind, const rtrt_face *f, const sc_frame *eye, double side) {
+  double x = f->gaze[0] - side * 0.85 * f->eye[0], y = f->gaze[1];
+  if (f->iris > 0.0) {
+    sc_use(b, kind + RTRT_IRIS);
+    rtrt_disc(b, eye, x, y, f->iris, f->iris, 0.03);
+  }
+  sc_use(b, kind + RTRT_BLACK);
+  rtrt_disc(b, eye, x, y, f->pupil, f->pupil, f->iris > 0.0 ? 0.055 : 0.04);
+  sc_use(b, kind + RTRT_WHITE);
+  rtrt_disc(b, eye, x - 11.0, y + 12.0, 9.0, 9.0, 0.07);
+}
+
+/* Eyeball on the head, its z outwards; then eyelid and brow. */
 static void rtrt_eye(sc_build *b, uint32_t kind, const rtrt_actor *a, const rtrt_face *f, const sc_frame *head,
                      double side) {
   sc_frame aim = rtrt_aim(side * f->eye[0], f->eye[1]), eye, lid;
-  sc_v3 e = sc_v(aim.z.x / (a->head[0] * a->head[0]), aim.z.y / (a->head[1] * a->head[1]),
-                 aim.z.z / (a->head[2] * a->head[2]));
-  eye.z = sc_unit(rtrt_along(head, e.x * a->head[0], e.y * a->head[1], e.z * a->head[2]));
+  sc_v3 p[5];
+  int i;
+  eye.z = sc_unit(rtrt_along(head, aim.z.x / sc_dot(head->x, head->x), aim.z.y / sc_dot(head->y, head->y),
+                             aim.z.z / sc_dot(head->z, head->z)));
   eye.x = sc_unit(sc_cross(head->y, eye.z));
   eye.y = sc_cross(eye.z, eye.x);
-  eye.o = rtrt_spot(head, &aim, 0, 0, 0);
+  eye.o = rtrt_spot(head, &aim, 0.0, 0.0, 0.0);
   eye = rtrt_scaled(&eye, f->eye_size[0] * a->size, f->eye_size[1] * a->size, f->eye_size[2] * a->size);
   sc_use(b, kind + RTRT_WHITE);
   rtrt_globe(b, &eye, 10, 20);
-  if (f->iris > 0.0) {
-    sc_use(b, kind + RTRT_IRIS);
-    rtrt_disc(b, &eye, f->gaze[0], f->gaze[1], f->iris, f->iris, 0.03);
-  }
-  sc_use(b, kind + RTRT_BLACK);
-  rtrt_disc(b, &eye, f->gaze[0] - side * 0.85 * f->eye[0], f->gaze[1], f->pupil, f->pupil, f->iris > 0.0 ? 0.055 : 0.04);
-  sc_use(b, kind + RTRT_WHITE);
-  rtrt_disc(b, &eye, f->gaze[0] - side * 0.85 * f->eye[0] - 11, f->gaze[1] + 12, 9, 9, 0.07);
+  rtrt_pupil(b, kind, f, &eye, side);
   if (f->lid > 0.0) {
     lid = rtrt_scaled(&eye, 1.08, 1.08, 1.08);
     sc_use(b, kind + RTRT_BODY);
     rtrt_disc(b, &lid, 0.0, 96.0 - f->lid, 60.0, 60.0, 0.02);
   }
   if (f->brow[1] > 0.0) {
-    sc_v3 p[5];
-    double i;
-    uint32_t k;
-    for (k = 0, i = -1.0; k < 5; k++, i += 0.5)
-      p[k] = rtrt_spot(head, &aim, f->brow[1] * i, f->brow[0] - 3.5 * i * i + side * i * f->brow[2] * 0.4, 0.03);
+    for (i = -2; i <= 2; i++)
+      p[i + 2] = rtrt_spot(head, &aim, 0.5 * f->brow[1] * i,
+                           f->brow[0] - 0.875 * i * i + 0.2 * side * i * f->brow[2], 0.03);
     sc_use(b, kind + RTRT_BLACK);
     sc_tube(b, p, 5, 2, false, 0.013 * a->size, 0.013 * a->size, 10);
   }
 }
 
-/* A line, or an open mouth with a tongue: its upper edge is a parabola, its lower edge hangs from that like an ellipse. */
+/* A line, or an open mouth with a tongue: a parabola above, from which half an ellipse hangs. */
 static void rtrt_mouth(sc_build *b, uint32_t kind, const rtrt_actor *a, const rtrt_face *f, const sc_frame *head) {
   sc_frame aim = rtrt_aim(0.0, f->mouth[0]);
   sc_pt p[32];
@@ -746,17 +747,17 @@ static void rtrt_trunk(rtrt_field *g, const rtrt_actor *a, const rtrt_rig *r) {
 }
 
 /* A hand in its frame: fingers along y, the thumb towards the body. */
-static void rtrt_hand(rtrt_field *g, const rtrt_rig *r, uint32_t side, double fat) {
+static void rtrt_hand(rtrt_field *g, const rtrt_actor *a, const rtrt_rig *r, uint32_t side, double fat) {
   const sc_frame *f = &r->at[RTRT_SPINE + (side + 1) * RTRT_LIMB - 1];
-  double in = side ? 1.0 : -1.0, s = rtrt_length(f->y), k = 0.022 * s;
+  double in = side ? 1.0 : -1.0, s = rtrt_length(f->y), k = 0.022 * s, cuff = 0.9 * a->arm + 0.016;
   int i;
   rtrt_ball(g, f, 0, 0, 0, 0.052 * fat, 0.056 * fat, 0.040 * fat, k);
-  rtrt_rod(g, f, sc_v(0.035 * in, -0.01, 0), sc_v(0.078 * in * fat, 0.040 * fat, 0.012), 0.022 * fat * s, 0.020 * fat * s,
-           k);
+  rtrt_rod(g, f, sc_v(0.035 * in, -0.01, 0), sc_v(0.078 * in * fat, 0.040 * fat, 0.012), 0.022 * fat * s,
+           0.020 * fat * s, k);
   for (i = -1; i <= 1; i++)
     rtrt_rod(g, f, sc_v(0.028 * i, 0.03, 0), sc_v(0.047 * i * fat, (i ? 0.098 : 0.112) * fat, 0.008), 0.021 * fat * s,
              0.020 * fat * s, 0.014 * s);
-  rtrt_ball(g, f, 0, -0.058, 0, 0.052, 0.017, 0.052, 0.008 * s); /* cuff */
+  rtrt_ball(g, f, 0, -0.058, 0, cuff, 0.018, cuff, 0.008 * s);
 }
 
 static void rtrt_shoe(rtrt_field *g, const rtrt_rig *r, uint32_t side, double fat) {
@@ -773,7 +774,7 @@ static void rtrt_extremities(sc_build *b, uint32_t kind, const rtrt_actor *a, co
   uint32_t i;
   for (i = 0; i < 2; i++) {
     memset(&g, 0, sizeof g);
-    rtrt_hand(&g, r, i, 1.15);
+    rtrt_hand(&g, a, r, i, 1.15);
     sc_use(b, kind + RTRT_GLOVES);
     rtrt_surface(b, &g, 0.0184 * a->mesh * a->size);
     memset(&g, 0, sizeof g);
@@ -945,8 +946,9 @@ static void rtrt_curtain(sc_build *b) {
   for (i = 0; i <= n; i++)
     for (j = 0; j <= rows; j++) {
       double angle = 180.0 + 180.0 * i / n, v = (double)j / rows, deep = 0.085 - 0.03 * v;
-      double fold = sc_sin(100.0 * angle + 120.0 * sc_sin(7.0 * angle)), x = 4.4 + deep * fold + 0.05 * sc_sin(7.3 * angle + 60.0 * v);
-      sc_vertex(b, sc_v(x * sc_cos(angle), 5.6 * v, 0.75 * x * sc_sin(angle) - 0.2), sc_v(0, 0, 1));
+      double fold = deep * sc_sin(100.0 * angle + 120.0 * sc_sin(7.0 * angle)) + 0.05 * sc_sin(7.3 * angle + 60.0 * v);
+      double x = (4.4 + fold) * sc_cos(angle), z = (3.3 + 0.75 * fold) * sc_sin(angle) - 0.2;
+      sc_vertex(b, sc_v(x, 5.6 * v, z), sc_v(0, 0, 1));
     }
   for (i = 0; i < n; i++)
     for (j = 0; j < rows; j++) {
@@ -994,7 +996,8 @@ static void rtrt_mirror_ball(sc_build *b, double x, double y, double z, double r
     for (i = 0; i < columns; i++) {
       sc_v3 p[4], middle = sc_v(0, 0, 0);
       for (k = 0; k < 4; k++) {
-        double up = 90.0 - 180.0 * (j + (k < 2 ? 1 : 0)) / rows, a = -360.0 * (i + (k == 1 || k == 2 ? 1 : 0)) / columns;
+        double up = 90.0 - 180.0 * (j + (k < 2 ? 1 : 0)) / rows;
+        double a = -360.0 * (i + (k == 1 || k == 2 ? 1 : 0)) / columns;
         p[k] = sc_v(radius * sc_cos(up) * sc_cos(a), radius * sc_sin(up), radius * sc_cos(up) * sc_sin(a));
         middle = sc_add(middle, sc_mul(p[k], 0.25));
       }
@@ -1045,8 +1048,8 @@ static void rtrt_house(sc_build *b) {
 }
 
 static void rtrt_balloon(sc_build *b, uint32_t kind, double x, double y, double z, double radius, double tilt) {
-  static const double skin[][3] = {{0, -1140}, {90, -1130}, {40, -1070}, {240, -950}, {560, -700}, {850, -320}, {985, 60},
-      {930, 480}, {690, 810}, {350, 980}, {0, 1030}};
+  static const double skin[][3] = {{0, -1140}, {90, -1130}, {40, -1070}, {240, -950}, {560, -700}, {850, -320},
+      {985, 60}, {930, 480}, {690, 810}, {350, 980}, {0, 1030}};
   sc_frame keep = sc_place(b, x, y, z, 0.0);
   sc_v3 p[4];
   sc_turn_z(b, tilt);
@@ -1136,7 +1139,8 @@ static void rtrt_tiles(void *user, const pktrt_points *p) {
   uint32_t i, k;
   (void)user;
   for (i = 0; i < p->n; i++) {
-    double x = (double)p->position[0][i], z = (double)p->position[2][i], u = (x + z) * 1.25 + 64.1, v = (x - z) * 1.25 + 64.3;
+    double x = (double)p->position[0][i], z = (double)p->position[2][i];
+    double u = (x + z) * 1.25 + 64.1, v = (x - z) * 1.25 + 64.3;
     double a = floor(u), c = floor(v), fu = u - a, fv = v - c, e = fu < fv ? fu : fv, vein, tint;
     int dark = (int)(a + c) & 1;
     if (1.0 - fu < e) e = 1.0 - fu;
@@ -1157,7 +1161,9 @@ static void rtrt_marble(void *user, const pktrt_points *p) {
   }
 }
 
-static void rtrt_three(float *to, double x, double y, double z) { to[0] = (float)x, to[1] = (float)y, to[2] = (float)z; }
+static void rtrt_three(float *to, double x, double y, double z) {
+  to[0] = sc_snap(x), to[1] = sc_snap(y), to[2] = sc_snap(z);
+}
 
 static void rtrt_coat(scene *s, uint32_t kind, float exponent) {
   pktrt_material *m = &s->materials[kind].m;
@@ -1220,7 +1226,7 @@ static void rtrt_materials(scene *s) {
 
 /* >>make ----------------------------------------------------------------------------------------------------------- */
 
-/* A gentle arc to the left and back; the eye rises a little on its way. */
+/* A gentle arc to the left, to the right and back; the eye rises a little on its way. */
 static void rtrt_camera(double time, pktrt_camera *c) {
   double yaw = 4.0 - 13.0 * sc_sin(360.0 * time), r = 6.2;
   memset(c, 0, sizeof *c);

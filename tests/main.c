@@ -208,7 +208,12 @@ int main(int argc, char **argv) {
   suite_watertight();
   suite_culling();
   suite_spawn();
+  suite_sampler();
   suite_render();
+  suite_shading();
+  suite_lights();
+  suite_assembly();
+  suite_pictures();
   suite_identity();
   free(filters);
   if (list_only) return 0;

@@ -213,43 +213,150 @@ static void refuse_updates(void) {
   pktrt_scene_destroy(s);
 }
 
-static void refuse_lights_and_materials(void) {
+typedef struct spoilt_light {
+  const char *words;
+  pktrt_light_kind kind;
+  size_t at; /* offset of the float that is spoilt */
+  float value;
+} spoilt_light;
+
+static const spoilt_light spoilt_lights[] = {
+  {"position|nan", PKTRT_LIGHT_POINT, offsetof(pktrt_light, position[1]), NAN},
+  {"intensity|-0.25", PKTRT_LIGHT_POINT, offsetof(pktrt_light, intensity[2]), -0.25f},
+  {"intensity|inf", PKTRT_LIGHT_POINT, offsetof(pktrt_light, intensity[1]), INFINITY},
+  {"direction|inf", PKTRT_LIGHT_DIRECTIONAL, offsetof(pktrt_light, direction[0]), INFINITY},
+  {"direction|nan", PKTRT_LIGHT_DIRECTIONAL, offsetof(pktrt_light, direction[2]), NAN},
+  {"direction|zero", PKTRT_LIGHT_DIRECTIONAL, offsetof(pktrt_light, direction[1]), 0},
+  {"intensity|nan", PKTRT_LIGHT_DIRECTIONAL, offsetof(pktrt_light, intensity[0]), NAN},
+  {"intensity|-3", PKTRT_LIGHT_QUAD, offsetof(pktrt_light, intensity[0]), -3},
+  {"position|inf", PKTRT_LIGHT_QUAD, offsetof(pktrt_light, position[0]), -INFINITY},
+  {"edge[0]|nan", PKTRT_LIGHT_QUAD, offsetof(pktrt_light, edge[0][1]), NAN},
+  {"edge[1]|inf", PKTRT_LIGHT_QUAD, offsetof(pktrt_light, edge[1][2]), INFINITY},
+  {"position|nan", PKTRT_LIGHT_SPHERE, offsetof(pktrt_light, position[2]), NAN},
+  {"radius|-0.5", PKTRT_LIGHT_SPHERE, offsetof(pktrt_light, radius), -0.5f},
+  {"radius|nan", PKTRT_LIGHT_SPHERE, offsetof(pktrt_light, radius), NAN},
+  {"radius|inf", PKTRT_LIGHT_SPHERE, offsetof(pktrt_light, radius), INFINITY},
+  {"intensity|nan", PKTRT_LIGHT_MESH, offsetof(pktrt_light, intensity[1]), NAN},
+  {"intensity|-1", PKTRT_LIGHT_ENVIRONMENT, offsetof(pktrt_light, intensity[2]), -1},
+  {"intensity|inf", PKTRT_LIGHT_ENVIRONMENT, offsetof(pktrt_light, intensity[0]), INFINITY},
+};
+
+static pktrt_light good_light(pktrt_light_kind kind) {
+  pktrt_light l;
+  memset(&l, 0, sizeof l);
+  l.kind = kind, l.direction[1] = kind == PKTRT_LIGHT_DIRECTIONAL ? -2 : 0, l.edge[0][0] = l.edge[1][2] = l.radius = 1;
+  return l;
+}
+
+static void refuse_lights(void) {
   pktrt_scene *s = some_scene();
   uint32_t index = 4242;
-  for (int i = 0; i < 7; i++) {
-    pktrt_light l;
-    memset(&l, 0, sizeof l);
-    l.intensity[0] = 1;
-    l.kind = i < 4 ? PKTRT_LIGHT_POINT : PKTRT_LIGHT_DIRECTIONAL;
-    if (i == 0) l.position[1] = NAN;
-    if (i == 1) l.intensity[2] = -0.25f;
-    if (i == 2) l.intensity[1] = INFINITY;
-    if (i == 3) l.kind = (pktrt_light_kind)7;
-    if (i == 4) l.direction[0] = 0;
-    if (i == 5) l.direction[0] = INFINITY;
-    if (i == 6) l.direction[0] = 1, l.intensity[0] = NAN;
-    CHECK(pktrt_add_light(s, &l, &index) == PKTRT_INVALID_ARGUMENT, "light %d", i);
-    names("light", pktrt_last_error(s), i == 1 ? "-0.25" : i == 3 ? "7" : "");
+  for (size_t i = 0; i < COUNT(spoilt_lights); i++) {
+    pktrt_light l = good_light(spoilt_lights[i].kind);
+    memcpy((char *)&l + spoilt_lights[i].at, &spoilt_lights[i].value, sizeof(float));
+    CHECK(pktrt_add_light(s, &l, &index) == PKTRT_INVALID_ARGUMENT, "light %zu: %s", i, spoilt_lights[i].words);
+    names("light", pktrt_last_error(s), spoilt_lights[i].words);
+  }
+  for (int kind = -1; kind <= 6; kind += 7) {
+    pktrt_light l = good_light((pktrt_light_kind)kind);
+    CHECK(pktrt_add_light(s, &l, &index) == PKTRT_INVALID_ARGUMENT);
+    names("kind", pktrt_last_error(s), kind < 0 ? "-1" : "6");
   }
   CHECK(pktrt_add_light(s, NULL, &index) == PKTRT_INVALID_ARGUMENT);
+  names("NULL light", pktrt_last_error(s), "NULL");
+  CHECK(index == 4242, "refused calls write no index");
+  for (int kind = 0; kind <= PKTRT_LIGHT_ENVIRONMENT; kind++) {
+    pktrt_light l = good_light((pktrt_light_kind)kind);
+    CHECK(pktrt_add_light(s, &l, &index) == PKTRT_OK && index == (uint32_t)kind, "the control: %u", index);
+  }
+  pktrt_scene_destroy(s);
+}
+
+typedef struct spoilt_material {
+  const char *words;
+  pktrt_specular specular;
+  size_t at;
+  float value;
+} spoilt_material;
+
+static const spoilt_material spoilt_materials[] = {
+  {"albedo|-0.5", PKTRT_SPECULAR_NONE, offsetof(pktrt_material, albedo[0]), -0.5f},
+  {"albedo|1.25", PKTRT_SPECULAR_NONE, offsetof(pktrt_material, albedo[1]), 1.25f},
+  {"albedo|nan", PKTRT_SPECULAR_NONE, offsetof(pktrt_material, albedo[2]), NAN},
+  {"albedo|inf", PKTRT_SPECULAR_NONE, offsetof(pktrt_material, albedo[0]), INFINITY},
+  {"reflectance|-0.125", PKTRT_SPECULAR_MIRROR, offsetof(pktrt_material, reflectance[0]), -0.125f},
+  {"reflectance|1.5", PKTRT_SPECULAR_CONDUCTOR, offsetof(pktrt_material, reflectance[1]), 1.5f},
+  {"reflectance|nan", PKTRT_SPECULAR_COAT, offsetof(pktrt_material, reflectance[2]), NAN},
+  {"albedo|reflectance|0.75|0.5", PKTRT_SPECULAR_MIRROR, offsetof(pktrt_material, reflectance[2]), 0.75f}, /* albedo 0.5 */
+  {"ior|-1.5", PKTRT_SPECULAR_DIELECTRIC, offsetof(pktrt_material, ior[0]), -1.5f},
+  {"ior|nan", PKTRT_SPECULAR_COAT, offsetof(pktrt_material, ior[0]), NAN},
+  {"ior|inf", PKTRT_SPECULAR_CONDUCTOR, offsetof(pktrt_material, ior[2]), INFINITY},
+  {"extinction|-2", PKTRT_SPECULAR_CONDUCTOR, offsetof(pktrt_material, extinction[1]), -2},
+  {"extinction|nan", PKTRT_SPECULAR_CONDUCTOR, offsetof(pktrt_material, extinction[0]), NAN},
+  {"absorption|-0.5", PKTRT_SPECULAR_DIELECTRIC, offsetof(pktrt_material, absorption[2]), -0.5f},
+  {"absorption|inf", PKTRT_SPECULAR_DIELECTRIC, offsetof(pktrt_material, absorption[0]), INFINITY},
+  {"absorption|nan", PKTRT_SPECULAR_DIELECTRIC, offsetof(pktrt_material, absorption[1]), NAN},
+  {"exponent|-1", PKTRT_SPECULAR_MIRROR, offsetof(pktrt_material, exponent), -1},
+  {"exponent|nan", PKTRT_SPECULAR_MIRROR, offsetof(pktrt_material, exponent), NAN},
+  {"exponent|inf", PKTRT_SPECULAR_MIRROR, offsetof(pktrt_material, exponent), INFINITY},
+  {"emission|-4", PKTRT_SPECULAR_NONE, offsetof(pktrt_material, emission[1]), -4},
+  {"emission|nan", PKTRT_SPECULAR_NONE, offsetof(pktrt_material, emission[0]), NAN},
+  {"emission|inf", PKTRT_SPECULAR_NONE, offsetof(pktrt_material, emission[2]), INFINITY},
+};
+
+static pktrt_material good_material(pktrt_specular specular) {
+  pktrt_material m;
+  memset(&m, 0, sizeof m);
+  m.albedo[0] = m.albedo[1] = m.albedo[2] = 0.5f;
+  m.specular = specular, m.lobe = PKTRT_LOBE_PHONG, m.exponent = 10;
+  return m;
+}
+
+static void refuse_materials(void) {
+  pktrt_scene *s = some_scene();
+  uint32_t index = 4242;
+  for (size_t i = 0; i < COUNT(spoilt_materials); i++) {
+    pktrt_material m = good_material(spoilt_materials[i].specular);
+    memcpy((char *)&m + spoilt_materials[i].at, &spoilt_materials[i].value, sizeof(float));
+    CHECK(pktrt_add_material(s, &m, &index) == PKTRT_INVALID_ARGUMENT, "material %zu: %s", i, spoilt_materials[i].words);
+    names("material", pktrt_last_error(s), spoilt_materials[i].words);
+  }
   for (int i = 0; i < 4; i++) {
-    static const float bad[4] = {-0.5f, 1.25f, NAN, INFINITY};
-    pktrt_material m;
-    memset(&m, 0, sizeof m);
-    m.albedo[i % 3] = bad[i];
-    CHECK(pktrt_add_material(s, &m, &index) == PKTRT_INVALID_ARGUMENT, "albedo %g", (double)bad[i]);
-    names("albedo", pktrt_last_error(s), i == 0 ? "-0.5" : i == 1 ? "1.25" : "");
+    pktrt_material m = good_material(PKTRT_SPECULAR_NONE);
+    if (i < 2) m.specular = (pktrt_specular)(i ? 5 : -1);
+    else m.lobe = (pktrt_lobe)(i == 2 ? 2 : -1);
+    CHECK(pktrt_add_material(s, &m, &index) == PKTRT_INVALID_ARGUMENT, "case %d", i);
+    names("kind", pktrt_last_error(s), i == 0 ? "-1|specular" : i == 1 ? "5|specular" : i == 2 ? "2|lobe" : "-1|lobe");
   }
   CHECK(pktrt_add_material(s, NULL, &index) == PKTRT_INVALID_ARGUMENT);
+  names("NULL material", pktrt_last_error(s), "NULL");
   CHECK(index == 4242, "refused calls write no index");
-  pktrt_material white = {{1, 1, 1}};
-  pktrt_light sun;
-  memset(&sun, 0, sizeof sun);
-  sun.kind = PKTRT_LIGHT_DIRECTIONAL, sun.direction[1] = -2;
-  CHECK(pktrt_add_material(s, &white, &index) == PKTRT_OK && index == 1, "%u", index);
-  CHECK(pktrt_add_material(s, &white, NULL) == PKTRT_OK);
-  CHECK(pktrt_add_light(s, &sun, &index) == PKTRT_OK && index == 0, "%u", index);
-  CHECK(pktrt_add_light(s, &sun, &index) == PKTRT_OK && index == 1, "%u", index);
+  for (int i = 0; i <= PKTRT_SPECULAR_CONDUCTOR; i++) {
+    pktrt_material m = good_material((pktrt_specular)i);
+    CHECK(pktrt_add_material(s, &m, &index) == PKTRT_OK && index == (uint32_t)i + 1, "the control: %u", index);
+  }
+  pktrt_scene_destroy(s);
+}
+
+/* A light that names a mesh is looked at when rendering. */
+static void refuse_mesh_lights(void) {
+  pktrt_scene *s = some_scene();
+  float pixels[12];
+  pktrt_light l = good_light(PKTRT_LIGHT_MESH);
+  pktrt_render_desc d;
+  memset(&d, 0, sizeof d);
+  d.width = d.height = 2, d.pixels = pixels, d.camera.eye[2] = 5;
+  for (int i = 0; i < 2; i++) { /* a mesh that is committed, one that is not there */
+    l.mesh = i ? 17 : 2;
+    for (int k = 0; k < 12; k++) pixels[k] = -7;
+    CHECK(pktrt_add_light(s, &l, NULL) == PKTRT_OK);
+    for (int mode = PKTRT_MODE_RCS; mode <= PKTRT_MODE_DRT; mode++) {
+      d.mode = (pktrt_mode)mode;
+      CHECK(pktrt_render(s, &d) == (i ? PKTRT_INVALID_ARGUMENT : PKTRT_OK), "%s", pktrt_last_error(s));
+      CHECK((pixels[0] == -7) == (i == 1), "nothing is painted");
+      if (i) names("mesh light", pktrt_last_error(s), "1|17|3");
+    }
+  }
   pktrt_scene_destroy(s);
 }
 
@@ -335,7 +442,9 @@ static void detail_lives(void) {
 void suite_refusals(void) {
   run("bad meshes are refused by name and leave the scene as it was", refuse_meshes);
   run("bad positions and normals are refused by name and leave the scene as it was", refuse_updates);
-  run("bad lights and materials are refused", refuse_lights_and_materials);
+  run("bad lights are refused by name", refuse_lights);
+  run("bad materials are refused by name", refuse_materials);
+  run("a light that is a mesh which does not exist is refused when rendering", refuse_mesh_lights);
   run("a create that fails says why", refuse_create);
   run("every status and instruction set has its string", strings);
   run("the last error stays until the next change", detail_lives);

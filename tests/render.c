@@ -18,7 +18,10 @@ static pktrt_scene *lit_scene(const world *w, pktrt_isa isa, int workers) {
   pktrt_scene_desc d = scene_desc_of(isa, workers);
   pktrt_scene *s = pktrt_scene_create(&d);
   if (!CHECK(s != NULL, "%s", pktrt_last_error(NULL))) abort();
-  pktrt_material red = {{0.9f, 0.2f, 0.1f}}, blue = {{0.1f, 0.3f, 0.8f}};
+  static const float colours[2][3] = {{0.9f, 0.2f, 0.1f}, {0.1f, 0.3f, 0.8f}};
+  pktrt_material red, blue;
+  memset(&red, 0, sizeof red), memset(&blue, 0, sizeof blue);
+  memcpy(red.albedo, colours[0], 12), memcpy(blue.albedo, colours[1], 12);
   CHECK(pktrt_add_material(s, &red, NULL) == PKTRT_OK && pktrt_add_material(s, &blue, NULL) == PKTRT_OK);
   for (uint32_t i = 0; i < w->n; i++) {
     pktrt_mesh_desc m = mesh_desc(&w->m[i]);
@@ -79,12 +82,12 @@ static void same_picture(bool moving) {
   for (size_t i = 0; i < floats; i++) bad += !(want[i] >= 0 && want[i] < 1e4f);
   CHECK(bad == 0 && dark > 30 && lit > 100, "a picture with shadows: %zu dark, %zu lit", dark, lit);
   for (int k = 0; k < isa_count * 4; k++) {
-    static const uint32_t packets[5] = {0, 2, 4, 8, 16}, tiles[6] = {0, 1, 7, 16, 33, 1024};
+    static const uint32_t packets[5] = {0, 2, 4, 8, 16}, tiles[6] = {0, 3, 7, 16, 33, 1024};
     static const int workers[4] = {0, 1, 2, 7};
     s = lit_scene(&w, isas[k / 4], workers[k % 4]);
     for (uint32_t i = (uint32_t)k % 4; i < 60; i += small_run ? 28 : 4) {
       d = view(got);
-      d.path = (pktrt_path)(i % 3), d.packet_size = packets[(i / 3) % 5], d.tile_size = tiles[(i / 2) % 6];
+      d.path = (pktrt_path)(i % 3), d.packet_size = packets[(i / 3) % 5], d.tile_size = i == 12 + (uint32_t)k % 4 ? 1 : tiles[(i / 2) % 6];
       d.shadows = (pktrt_shadow_packets)((i / 4) % 2);
       d.row_stride = i % 4 == 3 ? W * 3 : 0;
       if (i % 5 == 0) d.progress = keep_going, d.user = &done, done.most = 0;
@@ -178,7 +181,9 @@ static void compare_floor(const closed_form *f, const pktrt_camera *camera, cons
   mesh_place(&box, (float[3]){(float)f->b, (float)f->b, (float)f->b}, (float[3]){0, (float)f->b, 0});
   pktrt_scene_desc sd = scene_desc_of(PKTRT_ISA_AUTO, 0);
   pktrt_scene *s = pktrt_scene_create(&sd);
-  pktrt_material m = {{(float)f->albedo, (float)f->albedo, (float)f->albedo}};
+  pktrt_material m;
+  memset(&m, 0, sizeof m);
+  m.albedo[0] = m.albedo[1] = m.albedo[2] = (float)f->albedo;
   pktrt_mesh_desc md = mesh_desc(&floor);
   md.material = 1;
   CHECK(pktrt_add_material(s, &m, NULL) == PKTRT_OK && pktrt_add_mesh(s, &md, NULL) == PKTRT_OK);
@@ -358,7 +363,7 @@ static void refusals(void) {
   world w = world_static(2);
   pktrt_scene *s = lit_scene(&w, PKTRT_ISA_AUTO, 2);
   float *pixels = blank(W * H * 3);
-  for (int i = 0; i < 24; i++) {
+  for (int i = 0; i < 54; i++) {
     pktrt_render_desc d = view(pixels);
     const char *word = "";
     pktrt_status want = PKTRT_INVALID_ARGUMENT;
@@ -386,7 +391,37 @@ static void refusals(void) {
     case 20: d.width = 65537, d.row_stride = 0, want = PKTRT_LIMIT, word = "65537"; break;
     case 21: d.height = 70000, want = PKTRT_LIMIT, word = "70000"; break;
     case 22: d.camera.up[0] = NAN; break;
-    default: d.camera.time = NAN; break;
+    case 23: d.camera.time = NAN; break;
+    case 24: d.camera.time = 1.5f, word = "1.5"; break;
+    case 25: d.camera.time = -0.25f, word = "-0.25"; break;
+    case 26: d.camera.shutter = -0.5f, word = "-0.5"; break;
+    case 27: d.camera.shutter = NAN, word = "shutter"; break;
+    case 28: d.camera.shutter = 0.625f, word = "0.625"; break; /* it opens at 0.4 */
+    case 29: d.camera.aperture = -3, word = "-3"; break;
+    case 30: d.camera.aperture = NAN, word = "aperture"; break;
+    case 31: d.camera.aperture = INFINITY, word = "aperture"; break;
+    case 32: d.camera.focus = -0.75f, word = "-0.75"; break;
+    case 33: d.camera.focus = NAN, word = "focus"; break;
+    case 34: d.camera.focus = INFINITY, word = "focus"; break;
+    case 35: d.camera.moving = true, d.camera.eye_end[1] = NAN, word = "eye_end"; break;
+    case 36: d.camera.moving = true, d.camera.eye_end[0] = 1, d.camera.target_end[2] = INFINITY, word = "target_end"; break;
+    case 37: d.camera.moving = true, word = "same point"; break;
+    case 38: d.camera.moving = true, d.camera.eye_end[1] = 3, word = "up"; break; /* straight down in the end */
+    case 39: d.mode = (pktrt_mode)3, word = "3"; break;
+    case 40: d.samples = 65537, word = "65537"; break;
+    case 41: d.samples = 0xFFFFFFFFu, word = "4294967295"; break;
+    case 42: d.sampler = PKTRT_SAMPLER_COUNT, word = "7"; break;
+    case 43: d.sampler = (pktrt_sampler)-1, word = "-1"; break;
+    case 44: d.max_depth = 51, word = "51"; break;
+    case 45: d.attenuation = 1.25f, word = "1.25"; break;
+    case 46: d.attenuation = NAN, word = "attenuation"; break;
+    case 47: d.attenuation = INFINITY, word = "attenuation"; break;
+    case 48: d.assembly = (pktrt_assembly)6, word = "6"; break;
+    case 49: d.branching = (pktrt_branching)3, word = "3"; break;
+    case 50: d.glass_shadows = (pktrt_glass_shadows)2, word = "2"; break;
+    case 51: d.phong_mapping = (pktrt_phong_mapping)2, word = "2"; break;
+    case 52: d.lights = (pktrt_light_choice)2, word = "2"; break;
+    default: d.ambient[0] = NAN; break;
     }
     pktrt_status st = pktrt_render(s, &d);
     CHECK(st == want || (i > 19 && i < 22 && st == PKTRT_INVALID_ARGUMENT), "case %d: status %d", i, (int)st);

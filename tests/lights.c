@@ -1,0 +1,588 @@
+/* Lights against closed forms: form factors, spheres, meshes, environments; shadows; glossy highlights; each emitter
+   once. */
+#include "pictures.h"
+
+static const vec up = {0, 1, 0};
+static const double albedo = 0.6;
+
+/* A patch at the origin that faces up, of the given material (0: diffuse), on a small floor. */
+static pktrt_scene *patch_open(const pktrt_material *m) {
+  pktrt_scene *s = stage_open();
+  pktrt_material diffuse = material_of(albedo, PKTRT_SPECULAR_NONE, 0);
+  quad floor = quad_of(vec_of(0, 0, 0), vec_of(0, 0, 1), vec_of(1, 0, 0));
+  stage_quad(s, &floor, stage_material(s, m ? m : &diffuse));
+  return s;
+}
+
+static pktrt_render_desc patch_spot(void) { return stage_spot(vec_of(-1.5, 2, 0.5), vec_of(0, 0, 0)); }
+
+static double patch_value(pktrt_scene *s, pktrt_mode mode) { /* one ray through the middle */
+  float got[3];
+  pktrt_render_desc d = patch_spot();
+  d.mode = mode, d.width = d.height = 1, d.samples = 1, d.pixels = got;
+  stage_render(s, &d);
+  return (double)got[0];
+}
+
+static pktrt_light sphere_light(vec middle, double radius, double radiance) {
+  pktrt_light l = light_of(PKTRT_LIGHT_SPHERE, radiance);
+  vec_put(middle, l.position);
+  l.radius = (float)radius;
+  return l;
+}
+
+/* --- area lights --- */
+
+/* Corner formula for a parallel rectangle a x b at distance c, one corner above the patch. */
+static double corner_form_factor(double a, double b, double c) {
+  double x = a / c, y = b / c, p = sqrt(1 + x * x), q = sqrt(1 + y * y);
+  return (x / p * atan(y / p) + y / q * atan(x / q)) / (2 * PI);
+}
+
+typedef struct quad_case {
+  const char *name;
+  quad q;         /* faces the patch; wholly above the horizon */
+  double control; /* this part of it lit would not do */
+} quad_case;
+
+static int quad_cases(quad_case c[3]) {
+  quad above = quad_of(vec_of(0, 2, 0), vec_of(1, 0, 0), vec_of(0, 0, 0.8)),
+       corner = quad_of(vec_of(1.5, 2, 1), vec_of(1.5, 0, 0), vec_of(0, 0, 1));
+  quad tilted = quad_of(vec_of(1, 1.5, -0.5), vec_of(0.6, -0.5, 0), vec_of(0.2, 0.1, 0.9));
+  c[0] = (quad_case){"above", above, 0.97}, c[1] = (quad_case){"at the corner", corner, 0.96},
+  c[2] = (quad_case){"tilted", tilted, 0.97};
+  return 3;
+}
+
+static void quad_lights(void) {
+  quad_case c[3];
+  CHECK(fabs(corner_form_factor(3, 2, 1) -
+             quad_form_factor(vec_of(0, 0, 0), up, &(quad){{0, 1, 0}, {{3, 0, 0}, {0, 0, 2}}})) < 1e-12,
+        "two closed forms agree");
+  for (int i = 0, n = quad_cases(c); i < n; i++) {
+    double want = albedo * 1.5 * quad_form_factor(vec_of(0, 0, 0), up, &c[i].q), worst = 0;
+    for (int flipped = 0; flipped < 2; flipped++) {
+      quad q = flipped ? quad_flipped(c[i].q) : c[i].q;
+      pktrt_scene *s = patch_open(NULL);
+      pktrt_light l = quad_light(&q, 1.5);
+      stage_light(s, &l);
+      stage_commit(s);
+      if (flipped)
+        CHECK(patch_value(s, PKTRT_MODE_DRT) == 0 && patch_value(s, PKTRT_MODE_WRT) == 0, "it shines to one side only");
+      for (int sampler = 0; sampler < PKTRT_SAMPLER_COUNT && !flipped; sampler++) {
+        char name[64];
+        pktrt_render_desc d = patch_spot();
+        d.sampler = (pktrt_sampler)sampler;
+        snprintf(name, sizeof name, "quad %s, %s", c[i].name, pktrt_sampler_string(d.sampler));
+        estimate e = stage_estimate(s, &d, 16);
+        check_estimate(name, &e, want, want * c[i].control, 0.01);
+        worst = fmax(worst, fabs(e.mean[0] - want) / e.error[0]);
+      }
+      pktrt_scene_destroy(s);
+    }
+    say("%s: %.5f; every sampler within %.1f standard errors", c[i].name, want, worst);
+  }
+}
+
+static void sphere_lights(void) {
+  static const double radius[3] = {0.001, 0.5, 1.2};
+  for (int i = 0; i < 3; i++) {
+    vec middle = vec_of(0.9 + 0.4 * i, 1.6, -0.5);
+    double d2 = vec_dot(middle, middle), cosine = middle.y / sqrt(d2),
+           want = albedo * radius[i] * radius[i] / d2 * cosine;
+    for (int sampler = 0; sampler < PKTRT_SAMPLER_COUNT; sampler += i == 1 ? 1 : 3) {
+      char name[64];
+      pktrt_scene *s = patch_open(NULL);
+      pktrt_light l = sphere_light(middle, radius[i], i == 0 ? 1e6 : 1);
+      stage_light(s, &l);
+      stage_commit(s);
+      pktrt_render_desc d = patch_spot();
+      d.sampler = (pktrt_sampler)sampler;
+      snprintf(name, sizeof name, "sphere of radius %g, %s", radius[i], pktrt_sampler_string(d.sampler));
+      estimate e = stage_estimate(s, &d, 16);
+      double scaled_want = i == 0 ? want * 1e6 : want;
+      check_estimate(name, &e, scaled_want, scaled_want * 0.97, 0.01);
+      CHECK(fabs(patch_value(s, PKTRT_MODE_WRT) - scaled_want) < 1e-4 * scaled_want,
+            "%s: WRT takes its middle: the same closed form", name);
+      pktrt_scene_destroy(s);
+    }
+  }
+}
+
+/* RCS and WRT take a quad in its middle: L A cos cos / (pi d^2). */
+static void middles(void) {
+  quad_case c[3];
+  for (int i = 0, n = quad_cases(c); i < n; i++) {
+    pktrt_scene *s = patch_open(NULL);
+    pktrt_light l = quad_light(&c[i].q, 1.5);
+    stage_light(s, &l);
+    stage_commit(s);
+    vec middle = quad_at(&c[i].q, 0.5, 0.5), area = vec_cross(c[i].q.edge[0], c[i].q.edge[1]);
+    double d2 = vec_dot(middle, middle), want = albedo * 1.5 * -vec_dot(area, middle) * middle.y / (PI * d2 * d2);
+    for (int mode = PKTRT_MODE_RCS; mode <= PKTRT_MODE_WRT; mode++) {
+      double got = patch_value(s, (pktrt_mode)mode);
+      CHECK(fabs(got - want) < 1e-5 * want + 1e-6, "%s, mode %d: %g, not %g", c[i].name, mode, got, want);
+    }
+    double true_value = albedo * 1.5 * quad_form_factor(vec_of(0, 0, 0), up, &c[i].q);
+    CHECK(fabs(want - true_value) > 0.01 * true_value,
+          "the control: the closed form of the whole light is another one");
+    pktrt_scene_destroy(s);
+  }
+}
+
+/* A grid of unequal cells over a quad. */
+static mesh uneven_lamp(const quad *q) {
+  static const double cut[4] = {0, 0.1, 0.7, 1};
+  mesh m = mesh_of(16, 18);
+  for (uint32_t i = 0; i < 16; i++) vec_put(quad_at(q, cut[i % 4], cut[i / 4]), m.p + 3 * i);
+  for (uint32_t i = 0; i < 9; i++) {
+    uint32_t a = i / 3 * 4 + i % 3, corner[6] = {a, a + 1, a + 5, a, a + 5, a + 4};
+    memcpy(m.i + 6 * i, corner, sizeof corner);
+  }
+  return m;
+}
+
+/* The emission of a mesh, its light's factor and the way its triangles turn; it stands for a quad light of the same
+   shape. */
+static void mesh_lights(void) {
+  quad_case c[3];
+  for (int i = 0, n = quad_cases(c); i < n; i++) {
+    double want = albedo * 1.5 * quad_form_factor(vec_of(0, 0, 0), up, &c[i].q);
+    for (int turned = 0; turned < 2; turned++) {
+      pktrt_scene *s = patch_open(NULL);
+      pktrt_material lamp = lamp_of(3);
+      quad q = turned ? quad_flipped(c[i].q) : c[i].q;
+      mesh m = uneven_lamp(&q);
+      pktrt_light l = light_of(PKTRT_LIGHT_MESH, 0.5);
+      l.mesh = stage_mesh(s, &m, stage_material(s, &lamp));
+      stage_light(s, &l);
+      stage_commit(s);
+      pktrt_render_desc d = patch_spot();
+      for (int sampler = 0; sampler < PKTRT_SAMPLER_COUNT; sampler += turned ? PKTRT_SAMPLER_COUNT : 1) {
+        d.sampler = (pktrt_sampler)sampler;
+        estimate e = stage_estimate(s, &d, 16);
+        check_estimate(c[i].name, &e, want, want * c[i].control, 0.01);
+      }
+      d.camera = stage_view(PKTRT_MODE_DRT, 1, 1, NULL, vec_of(0, 0.01, 0), quad_at(&c[i].q, 0.3, 0.45)).camera;
+      estimate e = stage_estimate(s, &d, 2);
+      CHECK(e.mean[0] > 0.5, "and the camera sees it: %g", e.mean[0]);
+      d.camera.fov_y = 0.02f;
+      e = stage_estimate(s, &d, 2);
+      CHECK(fabs(e.mean[0] - 3) < 1e-5, "with its own emission: %g", e.mean[0]);
+      pktrt_scene_destroy(s);
+      mesh_free(&m);
+    }
+  }
+}
+
+/* RCS and WRT take one point of a mesh light: far away it is as good as the light itself. */
+static void far_mesh_light(void) {
+  quad q = quad_of(vec_of(30, 60, -10), vec_of(1, 0, 0), vec_of(0, 0, 1.5));
+  pktrt_scene *s = patch_open(NULL);
+  pktrt_material lamp = lamp_of(300);
+  mesh m = uneven_lamp(&q);
+  pktrt_light l = light_of(PKTRT_LIGHT_MESH, 2);
+  l.mesh = stage_mesh(s, &m, stage_material(s, &lamp));
+  stage_light(s, &l);
+  stage_commit(s);
+  double whole = albedo * 600 * quad_form_factor(vec_of(0, 0, 0), up, &q);
+  for (int mode = PKTRT_MODE_RCS; mode <= PKTRT_MODE_WRT; mode++) {
+    double got = patch_value(s, (pktrt_mode)mode);
+    say("a far mesh light in mode %d: %.5f of the closed form", mode, got / whole);
+    CHECK(fabs(got / whole - 1) < 0.01, "mode %d: it gives light: %g, not %g", mode, got, whole);
+  }
+  pktrt_scene_destroy(s);
+  mesh_free(&m);
+}
+
+/* A lamp that rises and grows while the shutter is open: the mean of its form factors. */
+static void moving_lamp(void) {
+  static const uint32_t corners[6] = {0, 1, 2, 0, 2, 3};
+  quad low = quad_of(vec_of(0, 1, 0), vec_of(1, 0, 0), vec_of(0, 0, 1)),
+       high = quad_of(vec_of(0, 3, 0), vec_of(1, 0, 0), vec_of(0, 0, 4));
+  float p[24];
+  for (int k = 0; k < 8; k++) vec_put(quad_at(k < 4 ? &low : &high, k % 4 == 1 || k % 4 == 2, k % 4 >= 2), p + 3 * k);
+  pktrt_scene *s = patch_open(NULL);
+  pktrt_material lamp = lamp_of(1);
+  pktrt_light l = light_of(PKTRT_LIGHT_MESH, 1);
+  pktrt_mesh_desc m;
+  memset(&m, 0, sizeof m);
+  m.positions = p, m.vertex_count = 4, m.indices = corners, m.triangle_count = 2, m.key_count = 2;
+  m.material = stage_material(s, &lamp);
+  CHECK(pktrt_add_mesh(s, &m, &l.mesh) == PKTRT_OK);
+  stage_light(s, &l);
+  stage_commit(s);
+  double want = 0, frozen = 0;
+  for (int i = 0; i < 1000; i++) {
+    double h = 1.5 + (i + 0.5) / 1000; /* times 0.25 to 0.75 */
+    quad q = quad_of(vec_of(0, h, 0), vec_of(1, 0, 0), vec_of(0, 0, 1 + 3 * (h - 1) / 2));
+    want += albedo * quad_form_factor(vec_of(0, 0, 0), up, &q) / 1000;
+    if (i == 0) frozen = albedo * quad_form_factor(vec_of(0, 0, 0), up, &q);
+  }
+  pktrt_render_desc d = stage_spot(vec_of(-1.9, 0.9, 0), vec_of(0, 0, 0)); /* below the lamp at all times */
+  d.camera.time = 0.25f, d.camera.shutter = 0.5f;
+  estimate e = stage_estimate(s, &d, 16);
+  check_estimate("a lamp that rises and grows", &e, want, frozen, 0.01);
+  pktrt_scene_destroy(s);
+}
+
+/* --- environment --- */
+
+static void environments(void) {
+  for (int kind = 0; kind < 3; kind++) { /* open; half closed by a black wall; none */
+    pktrt_scene *s = patch_open(NULL);
+    pktrt_light l = light_of(PKTRT_LIGHT_ENVIRONMENT, 0.5);
+    pktrt_material black = material_of(0, PKTRT_SPECULAR_NONE, 0);
+    quad wall = quad_of(vec_of(1, 500.4, 0), vec_of(0, 500, 0), vec_of(0, 0, 1000));
+    if (kind < 2) stage_light(s, &l);
+    if (kind == 1) stage_quad(s, &wall, stage_material(s, &black));
+    stage_commit(s);
+    double closed = kind == 1   ? quad_form_factor(vec_of(0, 0, 0), up, &wall)
+                    : kind == 2 ? 1
+                                : 0,
+           want = albedo * 1.25 * (1 - closed);
+    CHECK(kind != 1 || fabs(closed - 0.464) < 0.002, "nearly half the sky: %g", closed);
+    for (int sampler = 0; sampler < PKTRT_SAMPLER_COUNT; sampler++) {
+      pktrt_render_desc d = patch_spot();
+      d.sampler = (pktrt_sampler)sampler, d.background[0] = 2.5f;
+      estimate e = stage_estimate(s, &d, 16);
+      if (kind == 1) check_estimate("nearly half the sky", &e, want, want * 0.95, 0.015);
+      else
+        CHECK(fabs(e.mean[0] - want) < 1e-5 && e.error[0] < 1e-6, "%g +- %g: no noise where nothing is in the way",
+              e.mean[0], e.error[0]);
+    }
+    pktrt_scene_destroy(s);
+  }
+}
+
+/* Irradiance from a sky whose radiance is the height, 3 cos: albedo / pi * integral of 3 cos^2 = 2 albedo. */
+static void sky_height(void *user, uint32_t n, const float *const direction[3], float *const radiance[3]) {
+  (void)user;
+  for (int k = 0; k < 3; k++) {
+    for (uint32_t i = 0; i < n; i++) radiance[k][i] = direction[1][i] > 0 ? 3 * direction[1][i] : 0;
+  }
+}
+
+static void environment_callbacks(void) {
+  pktrt_scene *s = patch_open(NULL);
+  pktrt_light l = light_of(PKTRT_LIGHT_ENVIRONMENT, 1);
+  stage_light(s, &l);
+  stage_commit(s);
+  pktrt_render_desc d = patch_spot();
+  d.environment = sky_height, d.background[0] = 77;
+  estimate e = stage_estimate(s, &d, 16);
+  check_estimate("a sky that is brighter above", &e, albedo * 2, albedo * 1.95, 0.01);
+  pktrt_scene_destroy(s);
+}
+
+/* --- several lights, shadows --- */
+
+static void light_sums(void) {
+  quad_case c[3];
+  quad_cases(c);
+  pktrt_light l[5];
+  l[0] = light_of(PKTRT_LIGHT_POINT, 2), l[0].position[0] = 1, l[0].position[1] = 2;
+  l[1] = light_of(PKTRT_LIGHT_DIRECTIONAL, 0.5), l[1].direction[0] = 3, l[1].direction[1] = -4;
+  l[2] = quad_light(&c[0].q, 1), l[3] = sphere_light(vec_of(-1, 2, 0), 0.4, 3),
+  l[4] = light_of(PKTRT_LIGHT_ENVIRONMENT, 1);
+  double part[5] = {2 * 2 / sqrt(5) / 5 / PI, 0.5 * 0.8 / PI, quad_form_factor(vec_of(0, 0, 0), up, &c[0].q),
+                    3 * 0.16 / 5 * 2 / sqrt(5), 0.3};
+  double want = 0;
+  pktrt_scene *s = patch_open(NULL);
+  stage_commit(s);
+  for (int i = 0; i < 5; i++) {
+    stage_light(s, &l[i]); /* counts from the next render on */
+    want += albedo * part[i];
+    pktrt_render_desc d = patch_spot();
+    d.background[0] = 0.3f, d.ambient[1] = 0.25f;
+    estimate e = stage_estimate(s, &d, 16);
+    check_estimate("lights add up", &e, want, want - 0.5 * albedo * part[i], 0.01);
+    CHECK(fabs(e.mean[1] - e.mean[0] - albedo * 0.25 + (i == 4 ? 0.3 * albedo : 0)) < 1e-4,
+          "and so does the ambient: %g", e.mean[1] - e.mean[0]);
+  }
+  pktrt_scene_destroy(s);
+}
+
+/* A screen halfway before half of a quad light. */
+static void penumbra(void) {
+  quad lamp = quad_of(vec_of(0, 2, 0), vec_of(1, 0, 0), vec_of(0, 0, 1)),
+       half = quad_of(vec_of(0.5, 2, 0), vec_of(0.5, 0, 0), vec_of(0, 0, 1));
+  quad screen = quad_of(vec_of(-1, 1, 0), vec_of(1, 0, 0), vec_of(0, 0, 2));
+  pktrt_scene *s = patch_open(NULL);
+  pktrt_light l = quad_light(&lamp, 1);
+  stage_light(s, &l);
+  stage_quad(s, &screen, 0);
+  stage_commit(s);
+  pktrt_render_desc d = stage_spot(vec_of(1.5, 2, 0.5), vec_of(0, 0, 0));
+  for (int sampler = 0; sampler < PKTRT_SAMPLER_COUNT; sampler++) {
+    d.sampler = (pktrt_sampler)sampler;
+    estimate e = stage_estimate(s, &d, 16);
+    double want = albedo * quad_form_factor(vec_of(0, 0, 0), up, &half);
+    check_estimate("half a light", &e, want, want * 1.06, 0.02);
+  }
+  pktrt_scene_destroy(s);
+}
+
+/* Glass between a light and the patch, straight on: (1 - F)^2 exp(-a thickness), or nothing. */
+static void glass_shadows(void) {
+  mesh box = mesh_box();
+  mesh_place(&box, (float[3]){2, 0.25f, 2}, (float[3]){0, 1, 0});
+  pktrt_material glass = material_of(0, PKTRT_SPECULAR_DIELECTRIC, 0);
+  glass.absorption[0] = 0.7f;
+  pktrt_light l = light_of(PKTRT_LIGHT_POINT, 3);
+  l.position[1] = 2;
+  for (int with = 0; with < 2; with++) {
+    pktrt_scene *s = patch_open(NULL);
+    stage_light(s, &l);
+    if (with) stage_mesh(s, &box, stage_material(s, &glass));
+    stage_commit(s);
+    for (int mode = PKTRT_MODE_RCS; mode <= PKTRT_MODE_DRT; mode++) {
+      for (int block = 0; block < 2; block++) {
+        float got[3];
+        pktrt_render_desc d = stage_view((pktrt_mode)mode, 1, 1, got, vec_of(-0.5, 0.2, 0), vec_of(0, 0, 0));
+        d.glass_shadows = block ? PKTRT_GLASS_SHADOWS_BLOCK : PKTRT_GLASS_SHADOWS_PASS, d.camera.fov_y = 0.01f;
+        stage_render(s, &d);
+        double want = albedo * 3 / (4 * PI), f = fresnel_exact(1, 1.5), pass = (1 - f) * (1 - f);
+        for (int k = 0; k < 2; k++) {
+          double left = !with ? 1 : block || mode == PKTRT_MODE_RCS ? 0 : k == 0 ? pass * exp(-0.7 * 0.5) : pass;
+          CHECK(fabs((double)got[k] - want * left) < 2e-4 * want, "mode %d, block %d, channel %d: %g, not %g", mode,
+                block, k, (double)got[k], want * left);
+        }
+      }
+    }
+    pktrt_scene_destroy(s);
+  }
+  mesh_free(&box);
+}
+
+/* Several panes, and one that is opaque behind them. */
+static void panes(void) {
+  pktrt_material glass = material_of(0, PKTRT_SPECULAR_DIELECTRIC, 0);
+  pktrt_light l = light_of(PKTRT_LIGHT_DIRECTIONAL, PI);
+  l.direction[1] = -1;
+  double f = fresnel_exact(1, 1.5);
+  for (int n = 0; n <= 6; n++) {
+    pktrt_scene *s = patch_open(NULL);
+    uint32_t material = stage_material(s, &glass);
+    mesh box = mesh_box();
+    mesh_place(&box, (float[3]){2, 0.05f, 2}, (float[3]){0, 0.5f, 0});
+    for (int i = 0; i < n; i++) {
+      stage_mesh(s, &box, material);
+      mesh_shift(&box, 0, 0.25f, 0);
+    }
+    if (n == 6) stage_mesh(s, &box, 0);
+    stage_light(s, &l);
+    stage_commit(s);
+    float got[3];
+    pktrt_render_desc d = stage_view(PKTRT_MODE_WRT, 1, 1, got, vec_of(-0.5, 0.2, 0), vec_of(0, 0, 0));
+    stage_render(s, &d);
+    double want = n == 6 ? 0 : albedo * pow(1 - f, 2 * n);
+    CHECK(fabs((double)got[0] - want) < 2e-4, "%d panes: %g, not %g", n, (double)got[0], want);
+    pktrt_scene_destroy(s);
+    mesh_free(&box);
+  }
+}
+
+/* Seen in a mirror, one light at random for all: the same mean, fewer rays, more noise. Where primary rays end, all. */
+static void light_choice(void) {
+  quad wall = quad_of(vec_of(3, 0, 0), vec_of(0, 0, 9), vec_of(0, 9, 0)); /* faces the mirror */
+  pktrt_light l[3] = {light_of(PKTRT_LIGHT_POINT, 9), light_of(PKTRT_LIGHT_ENVIRONMENT, 1),
+                      sphere_light(vec_of(0, 3, 2), 0.5, 4)};
+  vec_put(vec_of(-1, 3, 0), l[0].position);
+  for (int mirrored = 0; mirrored < 2; mirrored++) {
+    pktrt_material m = material_of(0.1, PKTRT_SPECULAR_MIRROR, mirrored ? 0.8 : 0);
+    pktrt_scene *s = patch_open(&m);
+    stage_quad(s, &wall, 0);
+    for (int i = 0; i < 3; i++) stage_light(s, &l[i]);
+    stage_commit(s);
+    for (int mode = PKTRT_MODE_WRT; mode <= PKTRT_MODE_DRT; mode++) {
+      estimate e[2];
+      uint64_t deep[2], first[2];
+      for (int one = 0; one < 2; one++) {
+        pktrt_stats stats;
+        memset(&stats, 0, sizeof stats);
+        pktrt_render_desc d = patch_spot();
+        d.mode = (pktrt_mode)mode, d.background[0] = 0.7f, d.stats = &stats, d.sampler = PKTRT_SAMPLER_RANDOM;
+        d.lights = one ? PKTRT_LIGHTS_ONE_DEEPER : PKTRT_LIGHTS_ALL;
+        e[one] = stage_estimate(s, &d, 16);
+        deep[one] = stats.by_depth[2].rays, first[one] = stats.by_depth[1].rays;
+      }
+      bool chosen = mirrored && mode == PKTRT_MODE_DRT;
+      CHECK(first[0] == first[1] && chosen == (deep[1] < deep[0]) && (chosen || deep[0] == deep[1]),
+            "%d, mode %d: fewer rays only deeper", mirrored, mode);
+      double error = sqrt(e[0].error[0] * e[0].error[0] + e[1].error[0] * e[1].error[0]),
+             off = fabs(e[0].mean[0] - e[1].mean[0]);
+      CHECK(chosen ? off <= 4 * error : off == 0, "%d, mode %d: %.5f, %.5f +- %.5f", mirrored, mode, e[0].mean[0],
+            e[1].mean[0], error);
+      if (chosen)
+        CHECK(e[1].error[0] > e[0].error[0] && error < 0.02 * e[0].mean[0], "noisier, yet precise: %g, %g",
+              e[0].error[0], e[1].error[0]);
+    }
+    pktrt_scene_destroy(s);
+  }
+}
+
+/* --- highlights, and each emitter counted once --- */
+
+/* Integral of the lobe around `axis` over what a quad covers, seen from the origin; weighted by `power` of its own
+   cosine. */
+static double lobe_over_quad(const quad *q, vec axis, double exponent) {
+  const int n = 600;
+  vec area = vec_cross(q->edge[0], q->edge[1]);
+  double sum = 0;
+  for (int i = 0; i < n * n; i++) {
+    vec p = quad_at(q, (i % n + 0.5) / n, (i / n + 0.5) / n);
+    double d2 = vec_dot(p, p), c = vec_dot(p, axis) / sqrt(d2);
+    if (c > 0 && p.y > 0) sum += pow(c, exponent) * fabs(vec_dot(area, p)) / (d2 * sqrt(d2));
+  }
+  return sum / (n * n) * (exponent + 1) / (2 * PI);
+}
+
+static const double gloss = 0.3, exponent = 15;
+
+static pktrt_scene *glossy_open(double lobe) {
+  pktrt_material m = material_of(albedo, PKTRT_SPECULAR_MIRROR, gloss);
+  m.lobe = PKTRT_LOBE_PHONG, m.exponent = (float)lobe;
+  return patch_open(&m);
+}
+
+static vec mirror_axis(void) { return vec_unit(vec_of(1.5, 2, -0.5)); }
+
+/* A mesh that emits, one that is a light besides, a quad light alone: who sees what. */
+static void counted_once(void) {
+  quad lamp = quad_of(vec_of(1.2, 2, -0.6), vec_of(0.9, 0, 0), vec_of(0, 0, 0.7));
+  double diffuse = albedo * quad_form_factor(vec_of(0, 0, 0), up, &lamp),
+         specular = gloss * lobe_over_quad(&lamp, mirror_axis(), exponent);
+  say("diffuse %.4f, specular %.4f; both twice would be %.4f", diffuse, specular, 2 * (diffuse + specular));
+  for (int kind = 0; kind < 3; kind++) {
+    pktrt_scene *s = glossy_open(exponent);
+    pktrt_material m = lamp_of(2);
+    pktrt_light l = kind == 2 ? quad_light(&lamp, 2) : light_of(PKTRT_LIGHT_MESH, 1);
+    if (kind < 2) l.mesh = stage_quad(s, &lamp, stage_material(s, &m));
+    if (kind > 0) stage_light(s, &l);
+    stage_commit(s);
+    for (int sampler = 0; sampler < PKTRT_SAMPLER_COUNT; sampler++) {
+      pktrt_render_desc d = patch_spot();
+      d.sampler = (pktrt_sampler)sampler, d.samples = 64;
+      estimate e = stage_estimate(s, &d, 16);
+      double want = 2 * (kind == 0 ? specular : diffuse + specular);
+      check_estimate(kind == 0   ? "emitting only"
+                     : kind == 1 ? "emitting and a light"
+                                 : "a light only",
+                     &e, want, kind == 0 ? want + 2 * diffuse : want + 2 * specular, 0.02);
+      CHECK(small_run || (!agrees(&e, 0, want * 1.08) && !agrees(&e, 0, want * 0.92)), "the control: not by a twelfth");
+    }
+    pktrt_scene_destroy(s);
+  }
+}
+
+/* The environment as a light and seen by the lobe. */
+static void environment_once(void) {
+  pktrt_scene *s = glossy_open(2);
+  pktrt_light l = light_of(PKTRT_LIGHT_ENVIRONMENT, 1);
+  stage_light(s, &l);
+  stage_commit(s);
+  pktrt_render_desc d = patch_spot();
+  d.background[0] = 1;
+  estimate e = stage_estimate(s, &d, 16);
+  double above = lobe_moment(2, acos(mirror_axis().y), 0);
+  double want = albedo + gloss * above;
+  check_estimate("environment", &e, want, want + gloss, 0.01);
+  pktrt_scene_destroy(s);
+}
+
+/* Lights without geometry show in lobes by value; points and directions the same in WRT. */
+static void highlights(void) {
+  vec axis = mirror_axis();
+  double density = (exponent + 1) / (2 * PI);
+  for (int kind = 0; kind < 3; kind++) {
+    vec to = vec_of(1.2, 2, -0.6), way = vec_unit(to);
+    double lobe = density * pow(vec_dot(way, axis), exponent), d2 = vec_dot(to, to), diffuse, specular;
+    pktrt_light l = light_of((pktrt_light_kind)kind, 2);
+    if (kind == PKTRT_LIGHT_POINT)
+      vec_put(to, l.position), diffuse = albedo * 2 * way.y / (PI * d2), specular = gloss * lobe * 2 / d2;
+    else if (kind == PKTRT_LIGHT_DIRECTIONAL)
+      vec_put(vec_mul(to, -3), l.direction), diffuse = albedo * 2 * way.y / PI, specular = gloss * lobe * 2;
+    else l = sphere_light(to, 0.001, 1e6), diffuse = albedo / d2 * way.y, specular = gloss * lobe * PI / d2;
+    pktrt_scene *s = glossy_open(exponent);
+    stage_light(s, &l);
+    stage_commit(s);
+    double want = diffuse + specular;
+    for (int mode = PKTRT_MODE_RCS; mode <= PKTRT_MODE_WRT; mode++) {
+      double got = patch_value(s, (pktrt_mode)mode), right = mode == PKTRT_MODE_RCS ? diffuse : want;
+      CHECK(fabs(got - right) < 1e-4 * right, "light %d, mode %d: %g, not %g", kind, mode, got, right);
+    }
+    pktrt_render_desc d = patch_spot();
+    estimate e = stage_estimate(s, &d, 16);
+    check_estimate("highlight", &e, want, diffuse, 0.01);
+    CHECK(e.error[0] < 2e-3 * want && fabs(e.mean[0] - want) < 3e-3 * want, "kind %d: %g, not %g", kind, e.mean[0],
+          want);
+    pktrt_scene_destroy(s);
+  }
+}
+
+/* Ideal mirrors and the camera do not see lights without geometry. */
+static void unseen(void) {
+  quad lamp = quad_of(vec_of(1.5, 2, -0.5), vec_of(0.9, 0, 0), vec_of(0, 0, 0.7));
+  for (int kind = 0; kind < 2; kind++) {
+    pktrt_material m = material_of(0, PKTRT_SPECULAR_MIRROR, 1), emitting = lamp_of(2);
+    pktrt_scene *s = patch_open(&m);
+    pktrt_light l = kind ? quad_light(&lamp, 2) : light_of(PKTRT_LIGHT_MESH, 1);
+    if (!kind) l.mesh = stage_quad(s, &lamp, stage_material(s, &emitting));
+    stage_light(s, &l);
+    stage_commit(s);
+    for (int mode = PKTRT_MODE_WRT; mode <= PKTRT_MODE_DRT; mode++) {
+      float got[3];
+      double in_mirror = patch_value(s, (pktrt_mode)mode);
+      pktrt_render_desc d = stage_view((pktrt_mode)mode, 1, 1, got, vec_of(0, 0.5, 0), vec_of(1.5, 2, -0.5));
+      d.camera.fov_y = 1;
+      stage_render(s, &d);
+      CHECK(in_mirror == (kind ? 0 : 2) && got[0] == (kind ? 0.f : 2.f), "kind %d, mode %d: %g, %g", kind, mode,
+            in_mirror, (double)got[0]);
+    }
+    pktrt_scene_destroy(s);
+  }
+}
+
+/* Lights without area give no light, and no NaN. */
+static void no_area(void) {
+  quad line = {{0, 1, 0}, {{1, 0, 0}, {2, 0, 0}}}, point = {{0, 1, 0}, {{0, 0, 0}, {0, 0, 0}}},
+       lamp = quad_of(vec_of(0, 1, 0), vec_of(1, 0, 0), vec_of(0, 0, 1));
+  for (int i = 0; i < 6; i++) {
+    pktrt_scene *s = i % 2 ? glossy_open(exponent) : patch_open(NULL);
+    pktrt_light l = i < 2   ? quad_light(&line, 1e6)
+                    : i < 4 ? quad_light(&point, 1e6)
+                            : sphere_light(vec_of(0, 1, 0), 0, 1e6);
+    stage_light(s, &l);
+    stage_commit(s);
+    for (int mode = PKTRT_MODE_RCS; mode <= PKTRT_MODE_DRT; mode++) {
+      double got = patch_value(s, (pktrt_mode)mode);
+      CHECK(got == 0, "case %d, mode %d: %g", i, mode, got);
+    }
+    l = quad_light(&lamp, 1);
+    stage_light(s, &l);
+    CHECK(patch_value(s, PKTRT_MODE_WRT) > 0.1, "the control: with area it does");
+    pktrt_scene_destroy(s);
+  }
+}
+
+void suite_lights(void) {
+  run("a quad light gives its form factor, by every sampler", quad_lights);
+  run("a sphere light gives pi L (R / d)^2 cos", sphere_lights);
+  run("RCS and WRT take a quad light in its middle", middles);
+  run("an emissive mesh is a light like the quad of the same shape, and is seen", mesh_lights);
+  run("RCS and WRT get light from a mesh", far_mesh_light);
+  run("a lamp that moves while the shutter is open gives the mean of its form factors", moving_lamp);
+  run("an environment lights what it sees, without noise where nothing is in the way", environments);
+  run("an environment callback lights by direction", environment_callbacks);
+  run("lights add up", light_sums);
+  run("one light chosen for all has the mean of all, deeper in the ray tree", light_choice);
+  run("a screen takes its part of an area light", penumbra);
+  run("shadow rays pass glass with Fresnel and Beer's law, or not at all", glass_shadows);
+  run("shadow rays pass several panes", panes);
+  run("an emitter that is a light is counted once", counted_once);
+  run("the environment is counted once", environment_once);
+  run("lights show in Phong lobes by the value of the lobe", highlights);
+  run("the camera and ideal mirrors see emitting meshes, not lights", unseen);
+  run("lights without area give no light", no_area);
+}

@@ -1,0 +1,719 @@
+/* Materials against closed forms: Fresnel, Snell, Beer, the Phong lobe, energy, depth, textures and shaders. */
+#include "pictures.h"
+
+/* --- skies --- */
+
+typedef struct sky { /* radiance of the upper and the lower half space; or by direction */
+  double up[3], down[3];
+  vec axis; /* of sky_cosine and sky_beam */
+} sky;
+
+static void sky_halves(void *user, uint32_t n, const float *const direction[3], float *const radiance[3]) {
+  const sky *s = user;
+  for (int k = 0; k < 3; k++) {
+    for (uint32_t i = 0; i < n; i++) radiance[k][i] = (float)(direction[1][i] > 0 ? s->up[k] : s->down[k]);
+  }
+}
+
+/* Each direction has a colour of its own. */
+static void sky_code(void *user, uint32_t n, const float *const direction[3], float *const radiance[3]) {
+  (void)user;
+  for (int k = 0; k < 3; k++) {
+    for (uint32_t i = 0; i < n; i++) radiance[k][i] = 0.5f + 0.5f * direction[k][i];
+  }
+}
+
+/* The same below, black above. */
+static void sky_code_below(void *user, uint32_t n, const float *const direction[3], float *const radiance[3]) {
+  sky_code(user, n, direction, radiance);
+  for (int k = 0; k < 3; k++) {
+    for (uint32_t i = 0; i < n; i++) radiance[k][i] *= direction[1][i] < 0;
+  }
+}
+
+static void sky_cosine(void *user, uint32_t n, const float *const direction[3], float *const radiance[3]) {
+  const sky *s = user;
+  for (uint32_t i = 0; i < n; i++) {
+    vec d = vec_of((double)direction[0][i], (double)direction[1][i], (double)direction[2][i]);
+    for (int k = 0; k < 3; k++) radiance[k][i] = (float)fmax(vec_dot(d, s->axis), 0);
+  }
+}
+
+static void sky_beam(void *user, uint32_t n, const float *const direction[3], float *const radiance[3]) {
+  sky_cosine(user, n, direction, radiance);
+  for (int k = 0; k < 3; k++) {
+    for (uint32_t i = 0; i < n; i++) radiance[k][i] = radiance[k][i] > 0.9f;
+  }
+}
+
+/* --- Fresnel --- */
+
+/* What rounding of the arguments may change, and the last bits of the result. */
+static double slack(double (*f)(double, double, double), double c, double eta, double k) {
+  double most = 0, middle = f(c, eta, k);
+  for (int i = 0; i < 4; i++) {
+    double e = i & 1 ? 1 + 0x1p-21 : 1 - 0x1p-21, g = i & 2 ? 1 + 0x1p-22 : 1 - 0x1p-22;
+    most = fmax(most, fabs(f(fmin(c * e, 1), eta * g, k) - middle));
+  }
+  return most + 2e-6 * middle + 1e-12;
+}
+
+static double dielectric(double c, double eta, double k) { return (void)k, fresnel_exact(c, eta); }
+
+static double schlick(double c, double eta, double k) {
+  double r = ((eta - 1) * (eta - 1) + k * k) / ((eta + 1) * (eta + 1) + k * k);
+  return r + (1 - r) * pow(1 - c, 5);
+}
+
+static void fresnel_dielectrics(void) {
+  static const float etas[] = {1.000001f, 1.0003f,   1.33f, 1.5f,     2.4f,     30,
+                               1000,      0.999999f, 0.75f, 1 / 1.5f, 1 / 2.4f, 0.001f};
+  size_t checked = 0, off = 0;
+  for (size_t j = 0; j < COUNT(etas); j++) {
+    double eta = (double)etas[j];
+    for (int i = 0; i <= 1000; i++) {
+      float c = i < 500 ? (float)i / 500 : powf(0.95f, (float)(i - 500));
+      double got = (double)pktrt_fresnel_dielectric(c, etas[j]), want = fresnel_exact((double)c, eta);
+      CHECK(fabs(got - want) <= slack(dielectric, (double)c, eta, 0), "cosine %.9g, eta %.9g: %.9g, not %.9g",
+            (double)c, eta, got, want);
+      checked++;
+      off += fabs(schlick((double)c, eta, 0) - want) > slack(dielectric, (double)c, eta, 0);
+    }
+    double normal = (eta - 1) / (eta + 1), got = (double)pktrt_fresnel_dielectric(1, etas[j]);
+    CHECK(fabs(got - normal * normal) <= 1e-6 * normal * normal + 1e-13, "eta %g, straight on: %g", eta, got);
+    CHECK(pktrt_fresnel_dielectric(0, etas[j]) == 1, "eta %g: all is reflected at grazing angles", eta);
+    double grazing = (double)pktrt_fresnel_dielectric(1e-9f, etas[j]);
+    CHECK(j == 0 || grazing > 0.999, "eta %g: nearly all is reflected at nearly grazing angles: %g", eta, grazing);
+    double brewster = 1 / sqrt(1 + eta * eta), s = (1 - eta * eta) / (1 + eta * eta);
+    got = (double)pktrt_fresnel_dielectric((float)brewster, etas[j]);
+    CHECK(fabs(got - s * s / 2) <= slack(dielectric, brewster, eta, 0), "eta %g, Brewster's angle: %g, not %g", eta,
+          got, s * s / 2);
+    if (eta >= 1) continue;
+    double critical = sqrt(1 - eta * eta);
+    for (int i = 0; i <= 100; i++) {
+      float c = (float)(critical * (1 - 1e-6) * i / 100);
+      CHECK(pktrt_fresnel_dielectric(c, etas[j]) == 1, "eta %g, cosine %g: total reflection", eta, (double)c);
+    }
+    if (eta > 0.1 && eta < 0.9)
+      CHECK(pktrt_fresnel_dielectric((float)(critical * 1.01), etas[j]) < 0.9f, "eta %g: and no further", eta);
+  }
+  for (int i = 1; i <= 100; i++)
+    CHECK(pktrt_fresnel_dielectric((float)i / 100, 1) < 1e-12f, "nothing is reflected where nothing changes");
+  say("%zu values; Schlick's approximation would fail for %zu of them", checked, off);
+  CHECK(off > checked / 2);
+}
+
+static void fresnel_conductors(void) {
+  static const float metals[][2] = {{0.17f, 3.1f}, {0.42f, 2.35f}, {1.4f, 1.9f}, {0.15f, 4.0f},
+                                    {1.1f, 6.8f},  {3.2f, 3.3f},   {1, 0.01f},   {4, 0.5f}};
+  size_t checked = 0, off = 0;
+  for (size_t j = 0; j < COUNT(metals); j++) {
+    double n = (double)metals[j][0], k = (double)metals[j][1];
+    for (int i = 0; i <= 1000; i++) {
+      float c = (float)i / 1000;
+      double got = (double)pktrt_fresnel_conductor(c, metals[j][0], metals[j][1]),
+             want = conductor_exact((double)c, n, k);
+      double most = slack(conductor_exact, (double)c, n, k) + 1e-6;
+      CHECK(fabs(got - want) <= most, "cosine %g, %g + %gi: %.9g, not %.9g", (double)c, n, k, got, want);
+      checked++;
+      off += fabs(schlick((double)c, n, k) - want) > most;
+    }
+    double want = ((n - 1) * (n - 1) + k * k) / ((n + 1) * (n + 1) + k * k),
+           got = (double)pktrt_fresnel_conductor(1, metals[j][0], metals[j][1]);
+    CHECK(fabs(got - want) <= 1e-6, "%g + %gi, straight on: %g, not %g", n, k, got, want);
+  }
+  for (int i = 1; i <= 100; i++) { /* without extinction a metal is a dielectric */
+    double got = (double)pktrt_fresnel_conductor((float)i / 100, 1.5f, 0);
+    CHECK(fabs(got - fresnel_exact((double)((float)i / 100), 1.5)) <= 1e-5, "cosine %g: %g", i / 100., got);
+  }
+  say("%zu values; Schlick's approximation would fail for %zu of them", checked, off);
+  CHECK(off > checked / 2);
+}
+
+/* --- Fresnel in pictures: a floor under a bright and a dark half of the sky --- */
+
+enum { SIDE = 48 };
+typedef enum surface { COAT, COAT_FACTOR, METAL, GLASS, GLASS_FACTOR, GLASS_INSIDE, SURFACES } surface;
+static const float gold_n[3] = {0.17f, 0.42f, 1.4f}, gold_k[3] = {3.1f, 2.35f, 1.9f};
+
+static double surface_radiance(surface kind, double c, const sky *s, int channel) {
+  double f = fresnel_exact(c, 1.5), up = s->up[channel], down = s->down[channel];
+  switch (kind) {
+  case COAT: return f * up + (1 - f) * 0.4 * 0.5;
+  case COAT_FACTOR: return 0.25 * f * up + (1 - f) * 0.4 * 0.5;
+  case METAL: return conductor_exact(c, (double)gold_n[channel], (double)gold_k[channel]) * up;
+  case GLASS: return f * up + (1 - f) * down;
+  case GLASS_FACTOR: return 0.25 * f * up + (1 - f) * down;
+  default: f = fresnel_exact(c, 1 / 1.5); return f * down + (1 - f) * up;
+  }
+}
+
+static pktrt_material surface_material(surface kind) {
+  pktrt_material m = material_of(0.4, PKTRT_SPECULAR_DIELECTRIC, 0);
+  if (kind == COAT || kind == COAT_FACTOR) m.specular = PKTRT_SPECULAR_COAT, m.ior[0] = 1.5f;
+  if (kind == METAL) m.specular = PKTRT_SPECULAR_CONDUCTOR, memcpy(m.ior, gold_n, 12), memcpy(m.extinction, gold_k, 12);
+  if (kind == COAT_FACTOR || kind == GLASS_FACTOR) m.reflectance[0] = m.reflectance[1] = m.reflectance[2] = 0.25f;
+  return m; /* glass: an index of 0 is 1.5 */
+}
+
+static void fresnel_pictures(void) {
+  static const char *const name[SURFACES] = {"coat",  "coat, a quarter",  "metal",
+                                             "glass", "glass, a quarter", "glass from inside"};
+  sky s = {{0.9, 1.7, 0.6}, {0.1, 0.05, 0.3}, {0, 0, 0}};
+  quad floor = quad_of(vec_of(0, 0, 0), vec_of(0, 0, 1000), vec_of(1000, 0, 0));
+  float *got = stage_pixels(SIDE * SIDE * 3);
+  for (int kind = 0; kind < SURFACES; kind++) {
+    bool inside = kind == GLASS_INSIDE;
+    double side = inside ? -1 : 1, worst = 0;
+    pktrt_scene *scene = stage_open();
+    pktrt_material m = surface_material((surface)kind);
+    stage_quad(scene, &floor, stage_material(scene, &m));
+    stage_commit(scene);
+    pktrt_render_desc d = stage_view(PKTRT_MODE_WRT, SIDE, SIDE, got, vec_of(0, side, 0), vec_of(0, 0.4 * side, -1));
+    d.camera.fov_y = 90, d.environment = sky_halves, d.user = &s;
+    d.ambient[0] = d.ambient[1] = d.ambient[2] = 0.5f;
+    stage_render(scene, &d);
+    size_t seen = 0, total = 0, control = 0;
+    for (uint32_t i = 0; i < SIDE * SIDE; i++) {
+      vec v = stage_through(&d.camera, i % SIDE + 0.5, i / SIDE + 0.5, SIDE, SIDE);
+      double c = -v.y * side;
+      if (c < 0.003) continue;
+      seen++, total += inside && fresnel_exact(c, 1 / 1.5) == 1;
+      for (int k = 0; k < 3; k++) {
+        double want = surface_radiance((surface)kind, c, &s, k), a = surface_radiance((surface)kind, c + 2e-6, &s, k);
+        double b = surface_radiance((surface)kind, c - 2e-6, &s, k),
+               off = fabs((double)got[3 * i + (uint32_t)k] - want);
+        CHECK(off <= fabs(a - b) + 2e-5, "%s, cosine %g: %g, not %g", name[kind], c, (double)got[3 * i + (uint32_t)k],
+              want);
+        worst = fmax(worst, off);
+      }
+      double aside = surface_radiance((surface)kind, fmin(c + 0.02, 1), &s, 1);
+      control += fabs((double)got[3 * i + 1] - aside) > 1e-4;
+    }
+    say("%s: %zu pixels, off by at most %.2g; %zu in total reflection; one degree aside %zu would fail", name[kind],
+        seen, worst, total, control);
+    CHECK(seen > SIDE * SIDE / 2 && control > 100 && (total > 100) == inside);
+    pktrt_scene_destroy(scene);
+  }
+  free(got);
+}
+
+/* DRT chooses between reflection and refraction: the same in the mean. */
+static void fresnel_chosen(void) {
+  sky s = {{1, 1, 1}, {0.2, 0.2, 0.2}, {0, 0, 0}};
+  quad floor = quad_of(vec_of(0, 0, 0), vec_of(0, 0, 10), vec_of(10, 0, 0));
+  for (int kind = 0; kind < SURFACES; kind++) {
+    bool inside = kind == GLASS_INSIDE;
+    double angle = inside ? 38 : 65, c = cos(angle * PI / 180);
+    pktrt_scene *scene = stage_open();
+    pktrt_material m = surface_material((surface)kind);
+    stage_quad(scene, &floor, stage_material(scene, &m));
+    stage_commit(scene);
+    pktrt_render_desc d = stage_spot(vec_of(2 * sin(angle * PI / 180), (inside ? -2 : 2) * c, 0), vec_of(0, 0, 0));
+    d.environment = sky_halves, d.user = &s;
+    d.ambient[0] = d.ambient[1] = d.ambient[2] = 0.5f;
+    estimate e = stage_estimate(scene, &d, 16);
+    double want = surface_radiance((surface)kind, c, &s, 0), other = surface_radiance((surface)kind, c * 0.9, &s, 0);
+    check_estimate("Fresnel", &e, want, other, 0.02);
+    pktrt_scene_destroy(scene);
+  }
+}
+
+static void mirrors(void) {
+  double angle = 0.4;
+  vec n = vec_of(sin(angle), cos(angle), 0), half = vec_of(30 * cos(angle), -30 * sin(angle), 0);
+  quad q = quad_of(vec_of(0, 0, 0), vec_of(0, 0, 30), half);
+  float *got = stage_pixels(SIDE * SIDE * 3);
+  pktrt_scene *scene = stage_open();
+  pktrt_material m = material_of(0.25, PKTRT_SPECULAR_MIRROR, 0);
+  m.reflectance[0] = 0.75f, m.reflectance[1] = 0.5f, m.reflectance[2] = 0.25f;
+  stage_quad(scene, &q, stage_material(scene, &m));
+  stage_commit(scene);
+  pktrt_render_desc d = stage_view(PKTRT_MODE_WRT, SIDE, SIDE, got, vec_of(1, 3, 4), vec_of(0, 0, 0));
+  d.environment = sky_code;
+  for (int k = 0; k < 3; k++) d.ambient[k] = 0.4f;
+  for (int mode = PKTRT_MODE_RCS; mode <= PKTRT_MODE_WRT; mode++) {
+    d.mode = (pktrt_mode)mode;
+    stage_render(scene, &d);
+    for (uint32_t i = 0; i < SIDE * SIDE; i++) {
+      vec r = reflected(stage_through(&d.camera, i % SIDE + 0.5, i / SIDE + 0.5, SIDE, SIDE), n);
+      double by[3] = {r.x, r.y, r.z};
+      for (int k = 0; k < 3; k++) {
+        double want = 0.1 + (mode == PKTRT_MODE_WRT ? (double)m.reflectance[k] * (0.5 + 0.5 * by[k]) : 0),
+               v = (double)got[3 * i + (uint32_t)k];
+        CHECK(fabs(v - want) <= 1e-5, "mode %d, pixel %u: %g, not %g", mode, i, v, want);
+      }
+    }
+  }
+  pktrt_scene_destroy(scene);
+  free(got);
+}
+
+/* --- Snell --- */
+
+static void mesh_turn(mesh *m, double angle) { /* about z */
+  for (uint32_t i = 0; i < m->nv; i++) {
+    double x = (double)m->p[3 * i], y = (double)m->p[3 * i + 1];
+    m->p[3 * i] = (float)(x * cos(angle) - y * sin(angle)), m->p[3 * i + 1] = (float)(x * sin(angle) + y * cos(angle));
+  }
+}
+
+/* A closed box [-20,20] x [-thickness/2, thickness/2] x [-20,20] of glass, turned by an angle. */
+static void add_slab(pktrt_scene *scene, double thickness, double angle, double index, const float absorption[3]) {
+  mesh box = mesh_box();
+  pktrt_material glass = material_of(0, PKTRT_SPECULAR_DIELECTRIC, 0);
+  glass.ior[0] = (float)index;
+  memcpy(glass.absorption, absorption, 12);
+  mesh_place(&box, (float[3]){20, (float)thickness / 2, 20}, (float[3]){0, 0, 0});
+  mesh_turn(&box, angle);
+  stage_mesh(scene, &box, stage_material(scene, &glass));
+  mesh_free(&box);
+}
+
+/* A shader that shows where a point is. */
+static void show_position(void *user, const pktrt_points *p, float *radiance[3]) {
+  (void)user;
+  for (int k = 0; k < 3; k++) {
+    for (uint32_t i = 0; i < p->n; i++) radiance[k][i] = p->position[k][i] + 50;
+  }
+}
+
+typedef struct slab_path { /* of a camera ray through the slab, in double */
+  double weight, inside;   /* what both Fresnel transmissions leave; way inside */
+  vec out;                 /* where it leaves */
+  double displacement;     /* thickness sin(i - r) / cos(r) */
+} slab_path;
+
+static slab_path through_slab(vec o, vec d, vec n, double thickness, double index) {
+  slab_path p;
+  vec t = d;
+  double c = -vec_dot(d, n), f = fresnel_exact(c, index);
+  vec in = vec_add(o, vec_mul(d, (vec_dot(o, n) - thickness / 2) / c));
+  refracted(d, n, index, &t);
+  double ct = -vec_dot(t, n);
+  p.inside = thickness / ct;
+  p.weight = (1 - f) * (1 - f);
+  p.out = vec_add(in, vec_mul(t, p.inside));
+  p.displacement = thickness * sin(acos(c) - acos(ct)) / ct;
+  return p;
+}
+
+static double line_distance(vec p, vec o, vec d) { return vec_length(vec_cross(vec_sub(p, o), d)); }
+
+/* A tilted slab: max_depth 2 leaves the ray that goes through, and the reflection at the top, which sees nothing. */
+static void slabs(void) {
+  static const float clear[3] = {0, 0, 0}, blue[3] = {0.9f, 0.3f, 0.1f};
+  const double thickness = 1.5, index = 1.6, angle = 0.5;
+  vec n = vec_of(-sin(angle), cos(angle), 0), eye = vec_of(0.5, 12, 0.3);
+  quad floor = quad_of(vec_of(0, -15, 0), vec_of(0, 0, 30), vec_of(30, 0, 0));
+  float *sky_seen = stage_pixels(SIDE * SIDE * 3), *place = stage_pixels(SIDE * SIDE * 3),
+        *tinted = stage_pixels(SIDE * SIDE * 3);
+  pktrt_render_desc d = stage_view(PKTRT_MODE_WRT, SIDE, SIDE, sky_seen, eye, vec_of(0, 0, 0));
+  d.camera.fov_y = 25, d.max_depth = 2;
+  for (int i = 0; i < 3; i++) {
+    pktrt_scene *scene = stage_open();
+    pktrt_material where = material_of(0, PKTRT_SPECULAR_NONE, 0);
+    where.shader = show_position;
+    add_slab(scene, thickness, angle, index, i == 2 ? blue : clear);
+    if (i > 0) stage_quad(scene, &floor, stage_material(scene, &where));
+    stage_commit(scene);
+    d.environment = i == 0 ? sky_code_below : NULL, d.pixels = i == 0 ? sky_seen : i == 1 ? place : tinted;
+    stage_render(scene, &d);
+    pktrt_scene_destroy(scene);
+  }
+  double parallel = 0, displaced = 0, beer = 0, formula = 0, least = 1e9;
+  for (uint32_t i = 0; i < SIDE * SIDE; i++) {
+    vec v = stage_through(&d.camera, i % SIDE + 0.5, i / SIDE + 0.5, SIDE, SIDE);
+    slab_path p = through_slab(eye, v, n, thickness, index);
+    vec hit = vec_add(p.out, vec_mul(v, (-15 - p.out.y) / v.y));
+    double to[3] = {v.x, v.y, v.z}, at[3] = {hit.x, hit.y, hit.z}, q[3];
+    for (uint32_t k = 0; k < 3; k++) {
+      parallel = fmax(parallel, fabs((double)sky_seen[3 * i + k] / p.weight - (0.5 + 0.5 * to[k])));
+      q[k] = (double)place[3 * i + k] / p.weight - 50;
+      displaced = fmax(displaced, fabs(q[k] - at[k]));
+      beer = fmax(beer, fabs((double)tinted[3 * i + k] / (double)place[3 * i + k] - exp(-(double)blue[k] * p.inside)));
+    }
+    formula = fmax(formula, fabs(line_distance(vec_of(q[0], q[1], q[2]), eye, v) - fabs(p.displacement)));
+    least = fmin(least, fabs(p.displacement));
+  }
+  say("direction off by at most %.2g, place by %.2g, displacement by %.2g (at least %.2g), Beer's law by %.2g",
+      parallel, displaced, formula, least, beer);
+  CHECK(parallel <= 2e-5, "leaves parallel to how it came");
+  CHECK(displaced <= 2e-3 && formula <= 2e-3, "leaves where Snell says");
+  CHECK(least > 0.1, "the control: an undisplaced ray would fail");
+  CHECK(beer <= 2e-5, "Beer's law");
+  free(sky_seen), free(place), free(tinted);
+}
+
+/* Something diffuse within glass: the ray that sees it and the one that lights it both lose (1 - F) exp(-a d). A ray
+   that starts within glass knows of it only where it leaves. */
+static void within_glass(void) {
+  mesh box = mesh_box();
+  mesh_place(&box, (float[3]){3, 0.5f, 3}, (float[3]){0, 0.4f, 0}); /* 0.9 above the quad */
+  pktrt_material glass = material_of(0, PKTRT_SPECULAR_DIELECTRIC, 0);
+  glass.absorption[0] = 0.7f;
+  quad floor = quad_of(vec_of(0, 0, 0), vec_of(0, 0, 1), vec_of(1, 0, 0));
+  pktrt_light l = light_of(PKTRT_LIGHT_DIRECTIONAL, PI);
+  l.direction[1] = -1;
+  double one = 1 - fresnel_exact(1, 1.5), dim = exp(-0.7 * 0.9);
+  for (int inside = 0; inside < 2; inside++) {
+    float got[3];
+    pktrt_scene *scene = stage_open();
+    stage_mesh(scene, &box, stage_material(scene, &glass));
+    stage_quad(scene, &floor, 0);
+    stage_light(scene, &l);
+    stage_commit(scene);
+    pktrt_render_desc d =
+        stage_view(PKTRT_MODE_WRT, 1, 1, got, vec_of(0.1, inside ? 0.5 : 3, 0.1), vec_of(0.1, 0, 0.1));
+    stage_render(scene, &d);
+    double clear = 0.8 * one * (inside ? 1 : one), dimmed = clear * dim * (inside ? 1 : dim);
+    CHECK(fabs((double)got[1] - clear) < 1e-4, "inside %d, clear: %g, not %g", inside, (double)got[1], clear);
+    CHECK(fabs((double)got[0] - dimmed) < 1e-4, "inside %d, dimmed: %g, not %g", inside, (double)got[0], dimmed);
+    pktrt_scene_destroy(scene);
+  }
+  mesh_free(&box);
+}
+
+/* A prism with corners (0,0), (1,0), (0,1), seen straight on through its lower side; light comes from where a ray
+   leaves that its hypotenuse has reflected. Total reflection for 1.5, partial for 1.3. */
+static void prisms(void) {
+  static const float corner[3][2] = {{0, 0}, {1, 0}, {0, 1}};
+  static const uint32_t faces[8][3] = {{0, 2, 1}, {3, 4, 5}, {0, 1, 4}, {0, 4, 3},
+                                       {1, 2, 5}, {1, 5, 4}, {2, 0, 3}, {2, 3, 5}};
+  for (int i = 0; i < 2; i++) {
+    double index = i == 0 ? 1.5 : 1.3, f = fresnel_exact(1, index), hypotenuse = fresnel_exact(sqrt(0.5), 1 / index);
+    sky s = {{0, 0, 0}, {0, 0, 0}, {-1, 0, 0}};
+    mesh m = mesh_of(6, 8);
+    for (uint32_t v = 0; v < 6; v++) {
+      m.p[3 * v] = corner[v % 3][0], m.p[3 * v + 1] = corner[v % 3][1], m.p[3 * v + 2] = v < 3 ? -1.f : 1.f;
+    }
+    memcpy(m.i, faces, sizeof faces);
+    pktrt_scene *scene = stage_open();
+    pktrt_material glass = material_of(0, PKTRT_SPECULAR_DIELECTRIC, 0);
+    glass.ior[0] = (float)index;
+    stage_mesh(scene, &m, stage_material(scene, &glass));
+    stage_commit(scene);
+    float got[3];
+    pktrt_render_desc d = stage_view(PKTRT_MODE_WRT, 1, 1, got, vec_of(0.3, -2, 0.1), vec_of(0.3, 0, 0.1));
+    d.environment = sky_beam, d.user = &s;
+    for (uint32_t depth = 1; depth <= 3; depth++) {
+      d.max_depth = depth;
+      stage_render(scene, &d);
+      double want = depth < 3 ? 0 : (1 - f) * (1 - f) * hypotenuse;
+      CHECK(fabs((double)got[0] - want) <= 2e-5, "index %g, depth %u: %g, not %g", index, depth, (double)got[0], want);
+    }
+    if (i == 1) CHECK(hypotenuse < 0.5, "the control: not total for 1.3");
+    d.max_depth = 0; /* reflected back at the way out, there and back again: a geometric series */
+    stage_render(scene, &d);
+    double want = (1 - f) * (1 - f) * hypotenuse / (1 - f * f * pow(hypotenuse, 2));
+    CHECK(i == 1 || fabs((double)got[0] - want) <= 2e-5, "index %g: %g, not %g", index, (double)got[0], want);
+    pktrt_scene_destroy(scene);
+    mesh_free(&m);
+  }
+}
+
+/* --- the Phong lobe --- */
+
+static void lobes(void) {
+  static const float exponents[] = {0, 1, 10, 100, 3000};
+  quad floor = quad_of(vec_of(0, 0, 0), vec_of(0, 0, 10), vec_of(10, 0, 0));
+  for (size_t i = 0; i < COUNT(exponents); i++) {
+    double n = (double)exponents[i];
+    pktrt_scene *scene = stage_open();
+    pktrt_material m = material_of(0, PKTRT_SPECULAR_MIRROR, 1);
+    m.lobe = PKTRT_LOBE_PHONG, m.exponent = exponents[i];
+    stage_quad(scene, &floor, stage_material(scene, &m));
+    stage_commit(scene);
+    for (int tilted = 0; tilted < 2; tilted++) {
+      double angle = tilted ? 80 * PI / 180 : 0;
+      pktrt_render_desc d = stage_spot(vec_of(-2 * sin(angle), 2 * cos(angle), 0), vec_of(0, 0, 0));
+      sky s = {{0, 0, 0}, {0, 0, 0}, {sin(angle), cos(angle), 0}};
+      double share = lobe_moment(n, angle, 0), cosine = lobe_moment(n, angle, 1);
+      CHECK(tilted || (fabs(share - 1) < 1e-9 && fabs(cosine - (n + 1) / (n + 2)) < 1e-5), "closed forms, straight on");
+      for (int mapping = 0; mapping < 2; mapping++) {
+        d.phong_mapping = mapping ? PKTRT_PHONG_NAIVE : PKTRT_PHONG_CAREFUL;
+        d.environment = NULL, d.background[0] = 1, d.user = NULL;
+        estimate e = stage_estimate(scene, &d, 16);
+        check_estimate("share of the lobe", &e, share, share * 0.97, 0.006);
+        d.environment = sky_cosine, d.user = &s;
+        e = stage_estimate(scene, &d, 16);
+        check_estimate("mean cosine", &e, cosine, cosine * 0.97, 0.006);
+      }
+      float got[3];
+      pktrt_render_desc w =
+          stage_view(PKTRT_MODE_WRT, 1, 1, got, vec_of(-2 * sin(angle), 2 * cos(angle), 0), vec_of(0, 0, 0));
+      w.environment = sky_cosine, w.user = &s;
+      stage_render(scene, &w);
+      CHECK(fabsf(got[0] - 1) < 1e-5f, "WRT follows the mirror direction: %g", (double)got[0]);
+    }
+    pktrt_scene_destroy(scene);
+  }
+}
+
+/* Metal and coat weigh the lobe by Fresnel at the angle of view. */
+static void lobes_of_metal_and_coat(void) {
+  quad floor = quad_of(vec_of(0, 0, 0), vec_of(0, 0, 10), vec_of(10, 0, 0));
+  double angle = 60 * PI / 180, share = lobe_moment(20, angle, 0);
+  for (int kind = 0; kind < 2; kind++) {
+    pktrt_scene *scene = stage_open();
+    pktrt_material m = surface_material(kind ? METAL : COAT);
+    m.lobe = PKTRT_LOBE_PHONG, m.exponent = 20;
+    stage_quad(scene, &floor, stage_material(scene, &m));
+    stage_commit(scene);
+    pktrt_render_desc d = stage_spot(vec_of(-2 * sin(angle), 2 * cos(angle), 0), vec_of(0, 0, 0));
+    d.background[0] = 1, d.ambient[0] = 0.5f;
+    estimate e = stage_estimate(scene, &d, 16);
+    double f = kind ? conductor_exact(0.5, (double)gold_n[0], (double)gold_k[0]) : fresnel_exact(0.5, 1.5);
+    double base = kind ? 0 : (1 - f) * 0.4 * 0.5;
+    check_estimate(kind ? "metal" : "coat", &e, f * share + base, f * share * 0.97 + base, 0.01);
+    pktrt_scene_destroy(scene);
+  }
+}
+
+/* --- energy --- */
+
+/* Spheres that fill the picture, in a world that shines with radiance 1 from everywhere. Facets of glass can trap a ray
+   until the depth limit cuts it off. That is all that may be missing; in DRT it is counted: a sample for each ray. */
+static void furnace_of(const mesh *ball, int kind, pktrt_mode mode, uint32_t max_depth) {
+  enum { N = 32 };
+  static const char *const name[4] = {"diffuse", "mirror", "coat over white", "glass"};
+  float *got = stage_pixels(N * N * 3);
+  pktrt_scene *scene = stage_open();
+  pktrt_material m = material_of(0.7, PKTRT_SPECULAR_NONE, 0);
+  pktrt_light l = light_of(PKTRT_LIGHT_ENVIRONMENT, 1);
+  pktrt_stats stats;
+  memset(&stats, 0, sizeof stats);
+  if (kind == 1) m = material_of(0, PKTRT_SPECULAR_MIRROR, 1);
+  if (kind == 2) m = material_of(1, PKTRT_SPECULAR_COAT, 0);
+  if (kind == 3) m = material_of(0, PKTRT_SPECULAR_DIELECTRIC, 0);
+  stage_mesh(scene, ball, stage_material(scene, &m));
+  stage_light(scene, &l);
+  stage_commit(scene);
+  pktrt_render_desc d = stage_view(mode, N, N, got, vec_of(0.1, 0.7, 3), vec_of(0, 0, 0));
+  d.background[0] = d.background[1] = d.background[2] = 1, d.camera.fov_y = 22, d.max_depth = max_depth;
+  d.samples = mode == PKTRT_MODE_DRT ? 4 : 1, d.stats = &stats;
+  stage_render(scene, &d);
+  double want = kind == 0 ? (double)0.7f : 1, least = 9, most = -9, lost = 0;
+  double cut = kind == 3 ? (double)stats.by_depth[max_depth].hits : 0;
+  for (int i = 0; i < N * N; i++) {
+    double v = (double)got[3 * i];
+    least = fmin(least, v), most = fmax(most, v), lost += (want - v) * d.samples;
+  }
+  say("%s, %s, depth %u: %.7f to %.7f; %.4f samples lost, %g cut off", name[kind],
+      mode == PKTRT_MODE_WRT ? "WRT" : "DRT", max_depth, least, most, lost, cut);
+  CHECK(most <= want + 1e-5, "%s: energy gained: %.7f", name[kind], most);
+  CHECK(kind == 3 || least >= want - 1e-5, "%s: energy lost: %.7f", name[kind], least);
+  CHECK(mode == PKTRT_MODE_WRT || fabs(lost - cut) < 0.01, "%s: %.4f lost, %g cut off", name[kind], lost, cut);
+  CHECK(max_depth < 50 || lost < 0.002 * N * N * d.samples, "%s: %.4f samples lost", name[kind], lost);
+  CHECK(max_depth == 50 || lost > 1, "the control: at depth 3 some are: %.4f", lost);
+  pktrt_scene_destroy(scene);
+  free(got);
+}
+
+static void furnace(void) {
+  mesh ball = mesh_sphere(4, 0, 1);
+  for (int kind = 0; kind < 4; kind++) furnace_of(&ball, kind, PKTRT_MODE_DRT, 50);
+  furnace_of(&ball, 1, PKTRT_MODE_WRT, 50);
+  furnace_of(&ball, 3, PKTRT_MODE_WRT, 50);
+  for (int mode = PKTRT_MODE_WRT; mode <= PKTRT_MODE_DRT; mode++) furnace_of(&ball, 3, (pktrt_mode)mode, 3);
+  mesh_free(&ball);
+}
+
+/* A slab in the furnace: what max_depth D leaves out is (1 - F) F^(D-1). */
+static void residual(void) {
+  static const float clear[3] = {0, 0, 0};
+  double angle = 78 * PI / 180, f = fresnel_exact(cos(angle), 1.5);
+  pktrt_scene *scene = stage_open();
+  add_slab(scene, 0.1, 0, 1.5, clear);
+  stage_commit(scene);
+  float got[3];
+  pktrt_render_desc d =
+      stage_view(PKTRT_MODE_WRT, 1, 1, got, vec_of(5 * sin(angle), 5 * cos(angle) + 0.05, 0), vec_of(0, 0.05, 0));
+  d.background[0] = 1;
+  for (uint32_t depth = 1; depth <= 8; depth++) {
+    d.max_depth = depth;
+    stage_render(scene, &d);
+    double want = 1 - (1 - f) * pow(f, depth - 1.0);
+    CHECK(fabs((double)got[0] - want) <= 1e-4, "depth %u: %g, not %g", depth, (double)got[0], want);
+  }
+  d.max_depth = 0;
+  stage_render(scene, &d);
+  CHECK(fabs((double)got[0] - 1) <= 1e-5, "depth 50: %.7f", (double)got[0]);
+  pktrt_scene_destroy(scene);
+}
+
+/* --- hooks --- */
+
+typedef struct hook_report {
+  uint32_t mesh;
+  size_t calls, points, wrong;
+} hook_report;
+
+/* Points lie on the quad [-2,2]^2 in the plane z = 0, triangles (0,1,2) and (0,2,3) of its corners. */
+static void check_points(hook_report *r, const pktrt_points *p) {
+  r->calls++, r->points += p->n;
+  for (uint32_t i = 0; i < p->n; i++) {
+    double u = (double)p->uv[0][i], v = (double)p->uv[1][i], w = 1 - u - v;
+    bool second = p->triangle[i] == 1;
+    double x = -2 * w + (second ? 2 : 2) * u + (second ? -2 : 2) * v, y = -2 * w + (second ? 2 : -2) * u + 2 * v;
+    vec d = vec_of((double)p->direction[0][i], (double)p->direction[1][i], (double)p->direction[2][i]);
+    bool ok = p->mesh[i] == r->mesh && p->triangle[i] < 2 && fabs(vec_length(d) - 1) < 1e-6 && d.z < 0;
+    ok = ok && p->normal[0][i] == 0 && p->normal[1][i] == 0 && fabsf(p->normal[2][i] - 1) < 1e-6f;
+    ok = ok && fabs(x - (double)p->position[0][i]) < 1e-5 && fabs(y - (double)p->position[1][i]) < 1e-5;
+    ok = ok && fabsf(p->position[2][i]) < 1e-5f && fabsf(p->time[i] - 0.25f) < 1e-6f;
+    r->wrong += !ok;
+  }
+}
+
+static void marble(void *user, const pktrt_points *p) {
+  check_points(user, p);
+  for (uint32_t i = 0; i < p->n; i++) {
+    ((hook_report *)user)->wrong +=
+        p->albedo[0][i] != 0.25f || p->reflectance[1][i] != 0.5f || p->emission[2][i] != 0.125f;
+    p->albedo[0][i] = 0.5f + 0.1f * p->position[0][i], p->albedo[1][i] = 0.5f + 0.1f * p->position[1][i];
+    p->reflectance[1][i] = 0.25f, p->emission[2][i] *= 2;
+  }
+}
+
+static void plain(void *user, const pktrt_points *p, float *radiance[3]) {
+  check_points(user, p);
+  for (uint32_t i = 0; i < p->n; i++) {
+    for (int k = 0; k < 3; k++) radiance[k][i] = 2 + p->position[k == 1 ? 1 : 0][i] * (k == 2 ? 0.5f : 1.f);
+  }
+}
+
+static void check_hooks(bool shader, pktrt_mode mode) {
+  quad q = quad_of(vec_of(0, 0, 0), vec_of(2, 0, 0), vec_of(0, 2, 0)),
+       behind = quad_of(vec_of(0, 0, -3), vec_of(20, 0, 0), vec_of(0, 20, 0));
+  hook_report report = {1, 0, 0, 0};
+  float *got = stage_pixels(SIDE * SIDE * 3);
+  pktrt_scene *scene = stage_open();
+  pktrt_material m = material_of(0.25, PKTRT_SPECULAR_MIRROR, 0.5);
+  m.emission[0] = m.emission[1] = m.emission[2] = 0.125f;
+  m.user = &report;
+  if (shader) m.shader = plain;
+  else m.texture = marble;
+  stage_quad(scene, &behind, 0);
+  stage_quad(scene, &q, stage_material(scene, &m));
+  stage_commit(scene);
+  pktrt_render_desc d = stage_view(mode, SIDE, SIDE, got, vec_of(0.5, 0.2, 6), vec_of(0, 0, 0));
+  d.camera.time = 0.25f;
+  for (int k = 0; k < 3; k++) d.ambient[k] = 0.8f, d.background[k] = 0.4f;
+  stage_render(scene, &d);
+  size_t seen = 0, others = 0;
+  for (uint32_t i = 0; i < SIDE * SIDE; i++) {
+    vec v = stage_through(&d.camera, i % SIDE + 0.5, i / SIDE + 0.5, SIDE, SIDE), eye = vec_from(d.camera.eye);
+    vec p = vec_add(eye, vec_mul(v, -eye.z / v.z));
+    double edge = fmax(fabs(p.x), fabs(p.y)), r = mode == PKTRT_MODE_RCS ? 0 : 0.4, want[3];
+    want[0] = (0.5 + 0.1 * p.x) * 0.8 + 0.5 * r + 0.125, want[1] = (0.5 + 0.1 * p.y) * 0.8 + 0.25 * r + 0.125,
+    want[2] = 0.25 * 0.8 + 0.5 * r + 0.25;
+    if (shader) want[0] = 2 + p.x, want[1] = 2 + p.y, want[2] = 2 + 0.5 * p.x;
+    if (edge > 2) want[0] = want[1] = want[2] = 0.8 * 0.8;
+    if (fabs(edge - 2) < 1e-4) continue;
+    seen += edge<2, others += edge> 2;
+    for (uint32_t k = 0; k < 3; k++) {
+      CHECK(fabs((double)got[3 * i + k] - want[k]) < 1e-5, "mode %d, pixel %u channel %u: %g, not %g", (int)mode, i, k,
+            (double)got[3 * i + k], want[k]);
+    }
+  }
+  CHECK(report.wrong == 0, "%zu of %zu points told wrong", report.wrong, report.points);
+  CHECK(report.points >= seen && report.points <= seen + SIDE && seen > 500 && others > 100, "%zu points, %zu pixels",
+        report.points, seen);
+  CHECK(report.calls < report.points, "in batches: %zu calls, %zu points", report.calls, report.points);
+  pktrt_scene_destroy(scene);
+  free(got);
+}
+
+static void textures(void) { check_hooks(false, PKTRT_MODE_RCS), check_hooks(false, PKTRT_MODE_WRT); }
+static void shaders(void) { check_hooks(true, PKTRT_MODE_RCS), check_hooks(true, PKTRT_MODE_WRT); }
+
+/* A shader's radiance comes back through a mirror and through glass, weighted. */
+static void shader_in_mirror(void) {
+  quad mirror = quad_of(vec_of(0, 0, 0), vec_of(0, 0, 9), vec_of(9, 0, 0)),
+       wall = quad_of(vec_of(5, 0, 0), vec_of(0, 20, 0), vec_of(0, 0, 20));
+  pktrt_scene *scene = stage_open();
+  pktrt_material m = material_of(0, PKTRT_SPECULAR_MIRROR, 0.5), w = material_of(0, PKTRT_SPECULAR_NONE, 0);
+  w.shader = show_position;
+  stage_quad(scene, &mirror, stage_material(scene, &m));
+  stage_quad(scene, &wall, stage_material(scene, &w));
+  stage_commit(scene);
+  for (int mode = PKTRT_MODE_WRT; mode <= PKTRT_MODE_DRT; mode++) {
+    float got[3];
+    pktrt_render_desc d = stage_view((pktrt_mode)mode, 1, 1, got, vec_of(-2, 1.5, 0), vec_of(0, 0, 0));
+    d.camera.fov_y = 0.01f;
+    stage_render(scene, &d);
+    CHECK(fabs((double)got[1] - 0.5 * (50 + 3.75)) < 5e-3 && fabs((double)got[0] - 0.5 * 55) < 5e-3, "%g %g",
+          (double)got[0], (double)got[1]);
+  }
+  pktrt_scene_destroy(scene);
+}
+
+/* --- normals that move --- */
+
+/* A quad that stays while its normals turn: at each time they are what lies between the keys, by corner and by time. */
+static void normals_in_time(void) {
+  enum { N = 16 };
+  static const uint32_t corners[6] = {0, 1, 2, 0, 2, 3};
+  static const float positions[12] = {-1, -1, 0, 1, -1, 0, 1, 1, 0, -1, 1, 0};
+  static const float normals[24] = {0,    0, 1,    0.6f, 0, 0.8f, 0, 0.6f, 0.8f, 0, 0,     1,
+                                    0.6f, 0, 0.8f, 0,    0, 1,    0, 0,    1,    0, -0.6f, 0.8f};
+  float twice[24], got[N * N * 3], normal[N * N * 3];
+  memcpy(twice, positions, sizeof positions), memcpy(twice + 12, positions, sizeof positions);
+  pktrt_scene *scene = stage_open();
+  pktrt_mesh_desc m;
+  memset(&m, 0, sizeof m);
+  m.positions = twice, m.vertex_count = 4, m.indices = corners, m.triangle_count = 2, m.key_count = 2,
+  m.normals = normals;
+  pktrt_light sun = light_of(PKTRT_LIGHT_DIRECTIONAL, PI);
+  sun.direction[0] = -0.5f, sun.direction[2] = -1;
+  vec to_sun = vec_unit(vec_of(0.5, 0, 1));
+  CHECK(pktrt_add_mesh(scene, &m, NULL) == PKTRT_OK, "%s", pktrt_last_error(scene));
+  stage_light(scene, &sun);
+  stage_commit(scene);
+  size_t control = 0, seen = 0;
+  for (int i = 0; i <= 4; i++) {
+    double t = i / 4.;
+    pktrt_render_desc d = stage_view(PKTRT_MODE_WRT, N, N, got, vec_of(0, 0, 4), vec_of(0, 0, 0));
+    d.camera.fov_y = 27, d.camera.time = (float)t, d.normal = normal;
+    stage_render(scene, &d);
+    for (uint32_t j = 0; j < N * N; j++) {
+      vec v = stage_through(&d.camera, j % N + 0.5, j / N + 0.5, N, N), p = vec_mul(v, -4 / v.z), want[2];
+      double x = (p.x + 1) / 2, y = (p.y + 1) / 2, weight[4] = {1 - x, x - y, y, 0}; /* triangle 0: x > y */
+      if (y > x) weight[0] = 1 - y, weight[1] = 0, weight[2] = x, weight[3] = y - x;
+      for (int frozen = 0; frozen < 2; frozen++) {
+        vec sum = {0, 0, 0};
+        for (uint32_t c = 0; c < 4; c++) {
+          vec a = vec_from(normals + 3 * c), b = vec_from(normals + 12 + 3 * c);
+          sum = vec_add(sum, vec_mul(vec_add(vec_mul(a, frozen ? 1 : 1 - t), vec_mul(b, frozen ? 0 : t)), weight[c]));
+        }
+        want[frozen] = vec_unit(sum);
+      }
+      vec off = vec_sub(vec_from(normal + 3 * j), want[0]);
+      CHECK(vec_length(off) < 2e-5, "time %g, pixel %u: normal off by %g", t, j, vec_length(off));
+      CHECK(fabs((double)got[3 * j] - 0.8 * vec_dot(want[0], to_sun)) < 2e-5, "time %g, pixel %u: %g", t, j,
+            (double)got[3 * j]);
+      seen++, control += fabs((double)got[3 * j] - 0.8 * vec_dot(want[1], to_sun)) > 1e-3;
+    }
+  }
+  CHECK(control > seen / 2, "the control: those of the first key would fail");
+  pktrt_scene_destroy(scene);
+}
+
+void suite_shading(void) {
+  run("Fresnel reflectance of dielectrics is that of the exact formula", fresnel_dielectrics);
+  run("Fresnel reflectance of conductors is that of the exact formula", fresnel_conductors);
+  run("coats, metals and glass reflect by Fresnel at every angle, from both sides", fresnel_pictures);
+  run("DRT reflects and refracts by Fresnel in the mean", fresnel_chosen);
+  run("mirrors reflect by the law of reflection, in RCS not at all", mirrors);
+  run("a glass slab displaces a ray by the closed form, lets it go on parallel, and dims it by Beer's law", slabs);
+  run("what lies within glass is dimmed on both ways", within_glass);
+  run("a prism reflects totally beyond the critical angle only", prisms);
+  run("the Phong lobe has the mean and the norm of its closed form", lobes);
+  run("metal and coat weigh their lobe by Fresnel", lobes_of_metal_and_coat);
+  run("in a furnace nothing is brighter or darker than it should be", furnace);
+  run("what the depth limit leaves out of a slab is a geometric series", residual);
+  run("a texture changes albedo, reflectance and emission by position", textures);
+  run("a shader replaces everything else", shaders);
+  run("mirrors show what shaders say", shader_in_mirror);
+  run("smooth normals are those of the ray's time", normals_in_time);
+}

@@ -25,7 +25,8 @@ ASSIMP_FLAGS := $(if $(ASSIMP),-DHAVE_ASSIMP $(shell pkg-config --cflags assimp)
 ASSIMP_LIBS := $(if $(ASSIMP),$(shell pkg-config --libs assimp))
 EMBREE := $(wildcard /usr/include/embree3/rtcore.h /usr/local/include/embree3/rtcore.h)
 
-EXAMPLES = $(B)/hello $(B)/query $(B)/packets $(B)/render
+EXAMPLES = $(B)/hello $(B)/query $(B)/packets $(B)/effects $(B)/deform $(B)/render
+EXAMPLE_HEADERS = $(wildcard examples/*.h)
 TEST_SOURCES = $(sort $(wildcard tests/*.c))
 TEST_OBJECTS = $(TEST_SOURCES:tests/%.c=$(B)/tests/%.o)
 
@@ -36,25 +37,30 @@ ifeq ($(MAKELEVEL),0)
 .NOTPARALLEL:
 endif
 
-.PHONY: all demo test sanitize test-neon matrix bench-peers deps deps-extra format clean help
+.PHONY: all demo effects deform readme-pictures test sanitize test-neon matrix bench-peers deps deps-extra format clean
+.PHONY: help
 .DELETE_ON_ERROR:
 
 all:
 	$(BUILD) $(EXAMPLES) $(B)/test
 
 help:
-	@echo "all         examples and the test binary          demo        makes out/poolhall-rcs.png"
+	@echo "all         examples and the test binary          demo        makes nine pictures: three scenes, three modes"
+	@echo "effects     makes out/effects-*.png               deform      makes the frames out/deform-*.png"
 	@echo "test        runs all tests                        sanitize    runs a smaller set under ASan and UBSan"
 	@echo "matrix      C99 to C++17, gcc, clang, tcc, mingw  test-neon   runs a smaller set on ARM, emulated"
 	@echo "bench-peers compares speed with Embree            format      rewrites examples by clang-format"
 	@echo "deps        installs what demo and test need      deps-extra  installs what the other targets need"
 	@echo "clean       removes build/ and out/               config=     debug, release (default) or sanitize"
+	@echo "readme-pictures  makes the small pictures of the README anew"
 
 # --- examples ---
 
-$(B)/render: examples/render.c examples/common.h examples/mesh_file.h examples/scenes.h pktrt.h | $(B)
+$(B)/render: examples/render.c $(EXAMPLE_HEADERS) pktrt.h | $(B)
 	$(CC) $(CFLAGS) $(STRICT) $(ASSIMP_FLAGS) $< -o $@ $(LDFLAGS) $(ASSIMP_LIBS) $(LDLIBS)
 	@$(if $(ASSIMP),:,echo "render: built without assimp; it reads .tri meshes only (make deps-extra installs assimp)")
+
+$(B)/effects $(B)/deform: $(EXAMPLE_HEADERS)
 
 $(B)/%: examples/%.c pktrt.h | $(B)
 	$(CC) $(CFLAGS) $(STRICT) $< -o $@ $(LDFLAGS) $(LDLIBS)
@@ -62,13 +68,36 @@ $(B)/%: examples/%.c pktrt.h | $(B)
 $(B) $(B)/tests out:
 	mkdir -p $@
 
+SCENES = poolhall conference rtrt
+PICTURE = picture() { echo "$(B)/render $$*"; $(B)/render "$$@"; echo; }
 demo: | out
 	$(BUILD) $(B)/render
-	$(B)/render --scene poolhall --mode rcs --size 1024x1024 -o out/poolhall-rcs.png
+	@set -e; $(PICTURE); for scene in $(SCENES); do \
+	  picture --scene $$scene --mode rcs --size 1024x1024 -o out/$$scene-rcs.png; \
+	  picture --scene $$scene --mode wrt --size 1024x1024 -o out/$$scene-wrt.png; \
+	  picture --scene $$scene --mode drt --spp 64 --lights one --size 512x512 -o out/$$scene-drt.png; \
+	done
+
+effects: | out
+	$(BUILD) $(B)/effects
+	$(B)/effects
+
+deform: | out
+	$(BUILD) $(B)/deform
+	$(B)/deform $(ARGS)
+
+# Small, hence with more samples per pixel. The README shows them; they are kept under version control.
+readme-pictures: effects
+	$(BUILD) $(B)/render
+	mkdir -p .pictures
+	@set -e; $(PICTURE); for scene in $(SCENES); do for mode in rcs wrt drt; do \
+	  picture --scene $$scene --mode $$mode --spp 256 --size 256x256 -o .pictures/$$scene-$$mode.png; \
+	done; done
+	cp out/effects-*.png .pictures/
 
 # --- tests ---
 
-$(B)/tests/%.o: tests/%.c $(wildcard tests/*.h) examples/scenes.h pktrt.h | $(B)/tests
+$(B)/tests/%.o: tests/%.c $(wildcard tests/*.h) $(EXAMPLE_HEADERS) pktrt.h | $(B)/tests
 	$(CC) $(CFLAGS) $(STRICT) -c $< -o $@
 
 $(B)/test: $(TEST_OBJECTS)
@@ -105,7 +134,7 @@ else
 	$(B)/peers $(ARGS)
 endif
 
-$(B)/peers: bench/peers.c $(wildcard bench/*.h) examples/common.h examples/mesh_file.h examples/scenes.h pktrt.h | $(B)
+$(B)/peers: bench/peers.c $(wildcard bench/*.h) $(EXAMPLE_HEADERS) pktrt.h | $(B)
 	$(CC) $(CFLAGS) $(STRICT) -Iexamples $< -o $@ $(LDFLAGS) -lembree3 $(LDLIBS)
 
 # --- what to install, on Debian 12 and its relatives ---

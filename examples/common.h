@@ -1,7 +1,7 @@
-/* What several examples share and what is no ray tracing: time, threads, a progress bar, picture files.
+/* What several examples share and what is no ray tracing: arguments, time, threads, a progress bar, picture files.
 
-   Include this file first: it asks the system headers for POSIX and getopt_long. It is all static, so that every example
-   stays one translation unit; some examples use only a part of it. C99 and C++11. */
+   Include this file first: it asks the system headers for POSIX and getopt_long. It is all static, so that every
+   example stays one translation unit; some examples use only a part of it. C99 and C++11. */
 #ifndef EXAMPLES_COMMON_H
 #define EXAMPLES_COMMON_H
 
@@ -37,8 +37,8 @@
 
 /* >>errors --------------------------------------------------------------------------------------------------------- */
 
-/* One line that says what is wrong; control characters, which file names and texts of libraries may hold, become blanks.
-   Returns false, so that a failing function can end with `return ex_fail(...)`. */
+/* One line that says what is wrong; control characters, which file names and texts of libraries may hold, become
+   blanks. Returns false, so that a failing function can end with `return ex_fail(...)`. */
 EX_UNUSED EX_PRINTF(1, 2) static bool ex_fail(const char *format, ...) {
   char line[1024];
   va_list args;
@@ -49,6 +49,55 @@ EX_UNUSED EX_PRINTF(1, 2) static bool ex_fail(const char *format, ...) {
     if ((unsigned char)*c < 32 || *c == 127) *c = ' ';
   fprintf(stderr, "error: %s\n", line);
   return false;
+}
+
+/* >>arguments ------------------------------------------------------------------------------------------------------ */
+
+/* Each reads the value of the option --name and returns whether it is good; if not, it has said what would be. */
+
+/* A decimal number, alone, within [lo, hi]. */
+EX_UNUSED static bool ex_parse_uint(const char *name, const char *text, unsigned long lo, unsigned long hi,
+                                    unsigned *value) {
+  char *end = NULL;
+  errno = 0;
+  unsigned long v = strtoul(text, &end, 10);
+  if (text[0] < '0' || text[0] > '9' || *end || errno || v < lo || v > hi)
+    return ex_fail("--%s: \"%s\" is not a whole number from %lu to %lu", name, text, lo, hi);
+  *value = (unsigned)v;
+  return true;
+}
+
+/* A number, alone, within [lo, hi]; written this way round, NaN is in no range. */
+EX_UNUSED static bool ex_parse_real(const char *name, const char *text, double lo, double hi, double *value) {
+  static const char blanks[] = " \t\n\v\f\r"; /* strtod would skip them */
+  char *end = NULL;
+  double v = strtod(text, &end);
+  if (end == text || strchr(blanks, text[0]) || *end || !(v >= lo && v <= hi))
+    return ex_fail("--%s: \"%s\" is not a number from %g to %g", name, text, lo, hi);
+  *value = v;
+  return true;
+}
+
+EX_UNUSED static bool ex_parse_size(const char *text, unsigned *width, unsigned *height) {
+  char first[16];
+  const char *x = strchr(text, 'x');
+  if (!x || (size_t)(x - text) >= sizeof first) return ex_fail("--size: \"%s\" is not of the form 1024x768", text);
+  memcpy(first, text, (size_t)(x - text));
+  first[x - text] = 0;
+  return ex_parse_uint("size", first, 1, EX_MAX_SIZE, width) && ex_parse_uint("size", x + 1, 1, EX_MAX_SIZE, height);
+}
+
+/* The place of text in a list of words, which is also the value of the enumeration. */
+EX_UNUSED static bool ex_parse_word(const char *name, const char *text, const char *const *words, int *value) {
+  char all[256] = "";
+  for (int i = 0; words[i]; i++) {
+    if (!strcmp(text, words[i])) {
+      *value = i;
+      return true;
+    }
+    snprintf(all + strlen(all), sizeof all - strlen(all), "%s%s", i ? ", " : "", words[i]);
+  }
+  return ex_fail("--%s: \"%s\" is none of: %s", name, text, all);
 }
 
 /* >>time ----------------------------------------------------------------------------------------------------------- */
@@ -90,8 +139,8 @@ static void *ex_work(void *user) {
   }
 }
 
-/* A parallel_for for pktrt_scene_desc. Threads live for one call: a few tens of microseconds each, little beside a build or a
-   picture. A program with a thread pool would plug in that. Threads that cannot be had are done without. */
+/* A parallel_for for pktrt_scene_desc. Threads live for one call: a few tens of microseconds each, little beside a
+   build or a picture. A program with a thread pool would plug in that. Threads that cannot be had are done without. */
 EX_UNUSED static void ex_parallel_for(void *user, size_t n, void (*body)(void *arg, size_t i), void *arg) {
   const ex_threads *threads = (const ex_threads *)user;
   pthread_t helpers[EX_MAX_THREADS];
@@ -146,9 +195,10 @@ EX_UNUSED static void ex_progress_end(ex_progress *p) {
 
 /* >>pictures ------------------------------------------------------------------------------------------------------- */
 
-/* Linear value of an sRGB code in [0,1]: ((c + 0.055) / 1.055)^2.4 with a straight piece near black. x^2.4 is x^2 (x^2)^(1/5),
-   the root by Newton's method: plain arithmetic, so the same picture bytes come out with every C library, which pow() does
-   not promise. x^2 is in [0.0056, 1] here and the start 1 above the root, whence convergence falls monotonically. */
+/* Linear value of an sRGB code in [0,1]: ((c + 0.055) / 1.055)^2.4 with a straight piece near black. x^2.4 is x^2
+   (x^2)^(1/5), the root by Newton's method: plain arithmetic, so the same picture bytes come out with every C
+   library, which pow() does not promise. x^2 is in [0.0056, 1] here and the start 1 above the root, whence
+   convergence falls monotonically. */
 static double ex_srgb_decode(double c) {
   if (c <= 0.04045) return c / 12.92;
   double x = (c + 0.055) / 1.055, a = x * x, root = 1.0;
@@ -156,8 +206,8 @@ static double ex_srgb_decode(double c) {
   return a * root;
 }
 
-/* Eight-bit sRGB of linear floats: the code whose linear value is nearest on the code's scale. Found in the sorted table of
-   borders between neighbouring codes; NaN becomes 0. */
+/* Eight-bit sRGB of linear floats: the code whose linear value is nearest on the code's scale. Found in the sorted
+   table of borders between neighbouring codes; NaN becomes 0. */
 EX_UNUSED static void ex_srgb_encode(const float *linear, unsigned char *codes, size_t n) {
   float border[255];
   for (int i = 0; i < 255; i++) border[i] = (float)ex_srgb_decode((i + 0.5) / 255.0);
@@ -171,7 +221,7 @@ EX_UNUSED static void ex_srgb_encode(const float *linear, unsigned char *codes, 
 
 static void ex_write_bytes(void *user, void *data, int size) {
   FILE *file = (FILE *)user;
-  if (size > 0) fwrite(data, 1, (size_t)size, file); /* errors stick to the stream; ex_write_picture asks for them */
+  if (size > 0) fwrite(data, 1, (size_t)size, file); /* errors stick to the stream; ex_write_channels asks for them */
 }
 
 static bool ex_write_png(FILE *file, const float *pixels, unsigned width, unsigned height) {
@@ -184,14 +234,15 @@ static bool ex_write_png(FILE *file, const float *pixels, unsigned width, unsign
   return ok != 0;
 }
 
-/* Portable float map: the linear values themselves, rows from the bottom up; the sign of the scale tells the byte order. */
-static bool ex_write_pfm(FILE *file, const float *pixels, unsigned width, unsigned height) {
+/* Portable float map of one or three channels: the linear values themselves, rows from the bottom up; the sign of
+   the scale tells the byte order. */
+static bool ex_write_pfm(FILE *file, const float *pixels, unsigned width, unsigned height, unsigned channels) {
   const uint16_t one = 1;
   unsigned char little;
+  size_t row = (size_t)width * channels;
   memcpy(&little, &one, 1);
-  fprintf(file, "PF\n%u %u\n%s\n", width, height, little ? "-1.0" : "1.0");
-  for (unsigned y = height; y > 0; y--)
-    fwrite(pixels + (size_t)(y - 1) * width * 3, sizeof(float), (size_t)width * 3, file);
+  fprintf(file, "%s\n%u %u\n%s\n", channels == 3 ? "PF" : "Pf", width, height, little ? "-1.0" : "1.0");
+  for (unsigned y = height; y > 0; y--) fwrite(pixels + (y - 1) * row, sizeof(float), row, file);
   return true;
 }
 
@@ -205,12 +256,14 @@ EX_UNUSED static bool ex_has_suffix(const char *name, const char *suffix) {
   return true;
 }
 
-/* Writes linear RGB, row 0 at the top, as .png (sRGB, 8 bit) or .pfm (linear floats). Says what went wrong. */
-EX_UNUSED static bool ex_write_picture(const char *path, const float *pixels, unsigned width, unsigned height) {
+/* Writes linear values, row 0 at the top: three channels as .png (sRGB, 8 bit) or .pfm (linear floats), one as .pfm.
+   Says what went wrong. */
+EX_UNUSED static bool ex_write_channels(const char *path, const float *pixels, unsigned width, unsigned height,
+                                        unsigned channels) {
   FILE *file = fopen(path, "wb");
   if (!file) return ex_fail("%s: cannot be written: %s", path, strerror(errno));
   errno = 0;
-  bool ok = ex_has_suffix(path, ".pfm") ? ex_write_pfm(file, pixels, width, height)
+  bool ok = ex_has_suffix(path, ".pfm") ? ex_write_pfm(file, pixels, width, height, channels)
                                         : ex_write_png(file, pixels, width, height);
   ok = !ferror(file) && ok;
   int error = errno; /* fclose would overwrite it */
@@ -219,6 +272,10 @@ EX_UNUSED static bool ex_write_picture(const char *path, const float *pixels, un
     ok = false;
   }
   return ok || ex_fail("%s: could not be written: %s", path, error ? strerror(error) : "out of memory");
+}
+
+EX_UNUSED static bool ex_write_picture(const char *path, const float *pixels, unsigned width, unsigned height) {
+  return ex_write_channels(path, pixels, width, height, 3);
 }
 
 #endif /* EXAMPLES_COMMON_H */

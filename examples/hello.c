@@ -15,9 +15,13 @@ int main(int argc, char **argv) {
   static const uint32_t pyramid_triangles[] = {0, 1, 4, 1, 2, 4, 2, 3, 4, 3, 0, 4};
   const pktrt_mesh_desc ground = {floor_xyz, 4, 0, floor_triangles, 2, 0, NULL, 0};
   const pktrt_mesh_desc pyramid = {pyramid_xyz, 5, 0, pyramid_triangles, 4, 0, NULL, 1};
-  const pktrt_material red = {{0.75f, 0.2f, 0.12f}}; /* the first that is added is number 1 */
-  const pktrt_light sun = {PKTRT_LIGHT_DIRECTIONAL, {0, 0, 0}, {-4, -2, 0.6f}, {3.8f, 3.6f, 3.1f}};
-  static pktrt_render_desc view; /* static, hence zeroed, hence full of sensible defaults */
+  static pktrt_material red; /* static, hence zeroed, hence full of sensible defaults */
+  static pktrt_light sun;
+  static pktrt_render_desc view;
+  red.albedo[0] = 0.75f, red.albedo[1] = 0.2f, red.albedo[2] = 0.12f; /* the first that is added is number 1 */
+  sun.kind = PKTRT_LIGHT_DIRECTIONAL;
+  sun.direction[0] = -4, sun.direction[1] = -2, sun.direction[2] = 0.6f;
+  sun.intensity[0] = 3.8f, sun.intensity[1] = 3.6f, sun.intensity[2] = 3.1f;
   view.width = WIDTH, view.height = HEIGHT, view.pixels = &pixels[0][0][0];
   view.camera.eye[0] = 2, view.camera.eye[1] = 2.5f, view.camera.eye[2] = 4, view.camera.target[1] = 0.5f;
   view.background[0] = 0.25f, view.background[1] = 0.4f, view.background[2] = 0.7f;

@@ -1,5 +1,5 @@
-/* Renders a scene or a mesh file: the command line of pktrt.h. `render --help` says what it takes.
-   Everything that arrives from outside, arguments and files, is checked before it is used; what is wrong is said in one line. */
+/* Renders a scene or a mesh file: the command line of pktrt.h. `render --help` says what it takes. Everything that
+   arrives from outside, arguments and files, is checked before it is used; what is wrong is said in one line. */
 #include "common.h"
 
 #define PKTRT_IMPLEMENTATION
@@ -12,80 +12,97 @@
 
 /* >>options -------------------------------------------------------------------------------------------------------- */
 
+enum { MAX_FRAMES = 1000000, DRT_SAMPLES = 64 };
+
 typedef struct options {
-  const char *scene, *mesh, *output;
-  unsigned width, height, packet, tile, threads;
-  pktrt_mode mode;
-  pktrt_path path;
+  const char *scene, *mesh, *output, *buffers;
+  unsigned width, height, packet, tile, threads, samples, seed, depth, frame, frames;
+  int mode, path, sampler, assembly, branching, lights, glass_shadows; /* values of the library's enumerations */
   pktrt_isa isa;
-  bool up_z, has_camera, progress, count;
-  float camera[6]; /* eye, target */
+  bool up_z, has_camera, has_frame, progress, count;
+  float camera[6];                             /* eye, target */
+  double aperture, focus, shutter, light_size; /* negative: not given */
+  double attenuation, exposure;                /* attenuation negative: off; 0: the library's own */
 } options;
 
-static const char *const mode_names[] = {"rcs", NULL};
+static const char *const mode_names[] = {"rcs", "wrt", "drt", NULL};
 static const char *const path_names[] = {"fast", "paper", "single", NULL};
+static const char *const assembly_names[] = {"types", "runs", "materials", "octants", "blind", "none", NULL};
+static const char *const branching_names[] = {"mode", "both", "choose", NULL};
+static const char *const light_names[] = {"all", "one", NULL};
+static const char *const glass_names[] = {"pass", "block", NULL};
 static const char *const up_names[] = {"y", "z", NULL};
+static const char *sampler_names[PKTRT_SAMPLER_COUNT + 1]; /* filled by name_samplers, ends with NULL */
 
-static void print_help(void) {
-  printf("usage: render [--scene NAME | --mesh FILE] [options] [-o FILE]\n\n"
-         "  --scene NAME     a built-in scene (default %s):",
-         scene_names()[0]);
-  for (int i = 0; scene_names()[i]; i++) printf(" %s", scene_names()[i]);
-  printf("\n"
-         "  --mesh FILE      a mesh: .tri%s\n"
-         "  --camera EX,EY,EZ,TX,TY,TZ\n"
-         "                   eye and target (default: the scene's, or one that frames the mesh)\n"
-         "  --up y|z         what is up in a mesh file (default y)\n"
-         "  --mode rcs       ray casting with shadows\n"
-         "  --size WxH       picture size in pixels (default 1024x1024)\n"
+static void name_samplers(void) {
+  for (int i = 0; i < PKTRT_SAMPLER_COUNT; i++) sampler_names[i] = pktrt_sampler_string((pktrt_sampler)i);
+}
+
+static void print_words(const char *before, const char *const *words) {
+  printf("%s", before);
+  for (int i = 0; words[i]; i++) printf(" %s", words[i]);
+  printf("\n");
+}
+
+static void print_help_picture(void) {
+  printf("\nthe picture:\n"
+         "  --mode MODE      rcs: ray casting with shadows (default)\n"
+         "                   wrt: Whitted's, with mirrors and glass\n"
+         "                   drt: distribution ray tracing, with lens, shutter, area lights and gloss\n"
+         "  --size WxH       in pixels (default 1024x1024)\n"
+         "  --spp N          samples per pixel, 1 to 65536 (default: drt %d, else 1)\n",
+         DRT_SAMPLES);
+  print_words("  --sampler NAME   where the samples lie:", sampler_names);
+  printf("  --seed N         of the sampler (default 0)\n"
+         "  --depth N        generations of secondary rays, 1 to %d (default %d)\n"
+         "  --attenuation A  do not follow rays that could add less than this to a sample, or off (default 1/256)\n"
+         "  --branching WHEN at glass: follow both rays, choose one, or as the mode does (default):",
+         PKTRT_MAX_DEPTH, PKTRT_MAX_DEPTH);
+  print_words("", branching_names);
+  printf("  --lights all|one drt: deeper than where a primary ray ends, ask all lights or one at random (default all)\n"
+         "  --glass-shadows pass|block\n"
+         "                   whether light passes glass (default pass; rcs: block)\n"
+         "  --exposure E     factor on the picture as it is written (default 1)\n"
+         "  -o FILE          .png (8 bit sRGB) or .pfm (linear floats); without it no picture is written\n"
+         "  --buffers PREFIX also write PREFIX-depth.pfm, PREFIX-normal.pfm and PREFIX-albedo.pfm\n");
+}
+
+static void print_help_work(void) {
+  printf("\nhow it is made, which changes no pixel:\n"
+         "  --path PATH      fast, paper or single (default fast)\n"
          "  --packet N       rays along a packet's edge: 2, 4, 8 or 16 (default 8)\n"
-         "  --path PATH      fast, paper or single (default fast): all give the same picture\n"
+         "  --assembly HOW   how secondary rays become packets:");
+  print_words("", assembly_names);
+  printf("                   (default types; materials, octants and blind are ways of the paper)\n"
          "  --isa ISA        scalar, sse2, avx2, avx512 or neon (default: the widest here)\n"
          "  --threads N      threads for build and picture (default: one per processor)\n"
          "  --tile N         pixels along a tile's edge, 1 to 1024 (default 64)\n"
          "  --no-count       do not count rays and tests, which costs a little time\n"
          "  --no-progress    no progress bar; without a terminal there is none anyway\n"
-         "  -o FILE          .png (8 bit sRGB) or .pfm (linear floats); without it no picture is written\n"
-         "  --help           this text\n",
+         "  --help           this text\n");
+}
+
+static void print_help(void) {
+  printf("usage: render [--scene NAME | --mesh FILE] [options] [-o FILE]\n\n");
+  print_words("what is seen:\n  --scene NAME     a built-in scene (default the first):", scene_names());
+  printf("  --frame N        its pose, and the camera on its path, at frame N (default: rest)\n"
+         "  --frames N       frames of the animation, which is a loop (default 240)\n"
+         "  --shutter S      part of the loop that the shutter stays open, 0 to 1 (default: drt one frame, else 0)\n"
+         "  --light-size F   quads, spheres and lamp meshes F times as wide about their middles, power unchanged\n"
+         "  --mesh FILE      a mesh: .tri%s\n"
+         "  --up y|z         what is up in a mesh file (default y)\n"
+         "  --camera EX,EY,EZ,TX,TY,TZ\n"
+         "                   eye and target (default: the scene's, or one that frames the mesh)\n"
+         "  --aperture D     diameter of the lens (default: the scene's; seen in drt)\n"
+         "  --focus D        distance of what is sharp (default: the scene's, else that of the target)\n",
 #ifdef HAVE_ASSIMP
          ", and what assimp reads: .obj .ply .gltf .glb .stl ..."
 #else
          " (built without assimp: nothing else)"
 #endif
   );
-}
-
-/* A decimal number, alone, within [lo, hi]. */
-static bool parse_uint(const char *name, const char *text, unsigned long lo, unsigned long hi, unsigned *value) {
-  char *end = NULL;
-  errno = 0;
-  unsigned long v = strtoul(text, &end, 10);
-  if (text[0] < '0' || text[0] > '9' || *end || errno || v < lo || v > hi)
-    return ex_fail("--%s: \"%s\" is not a whole number from %lu to %lu", name, text, lo, hi);
-  *value = (unsigned)v;
-  return true;
-}
-
-static bool parse_size(const char *text, unsigned *width, unsigned *height) {
-  char first[16];
-  const char *x = strchr(text, 'x');
-  if (!x || (size_t)(x - text) >= sizeof first) return ex_fail("--size: \"%s\" is not of the form 1024x768", text);
-  memcpy(first, text, (size_t)(x - text));
-  first[x - text] = 0;
-  return parse_uint("size", first, 1, EX_MAX_SIZE, width) && parse_uint("size", x + 1, 1, EX_MAX_SIZE, height);
-}
-
-/* The place of text in a list of words, which is also the value of the enumeration. */
-static bool parse_word(const char *name, const char *text, const char *const *words, int *value) {
-  char all[128] = "";
-  for (int i = 0; words[i]; i++) {
-    if (!strcmp(text, words[i])) {
-      *value = i;
-      return true;
-    }
-    snprintf(all + strlen(all), sizeof all - strlen(all), "%s%s", i ? ", " : "", words[i]);
-  }
-  return ex_fail("--%s: \"%s\" is none of: %s", name, text, all);
+  print_help_picture();
+  print_help_work();
 }
 
 static bool parse_isa(const char *text, pktrt_isa *isa) {
@@ -112,8 +129,9 @@ static bool parse_camera(const char *text, float camera[6]) {
 }
 
 static bool parse_packet(const char *text, unsigned *packet) {
-  return parse_uint("packet", text, 2, 16, packet) && (*packet == 2 || *packet == 4 || *packet == 8 || *packet == 16 ||
-                                                       ex_fail("--packet: %s is none of: 2, 4, 8, 16", text));
+  return ex_parse_uint("packet", text, 2, 16, packet) &&
+         (*packet == 2 || *packet == 4 || *packet == 8 || *packet == 16 ||
+          ex_fail("--packet: %s is none of: 2, 4, 8, 16", text));
 }
 
 static bool parse_output(const char *text, const char **output) {
@@ -124,83 +142,144 @@ static bool parse_output(const char *text, const char **output) {
 
 static bool parse_scene(const char *text, const char **name) {
   int i = 0;
-  if (!parse_word("scene", text, scene_names(), &i)) return false;
+  if (!ex_parse_word("scene", text, scene_names(), &i)) return false;
   *name = scene_names()[i];
   return true;
 }
 
-static bool parse_option(options *o, int option) {
+static bool parse_up(const char *text, bool *up_z) {
   int word = 0;
-  bool ok = true;
+  if (!ex_parse_word("up", text, up_names, &word)) return false;
+  *up_z = word == 1;
+  return true;
+}
+
+/* To the library 0 means its default and a negative value off; here 0 is off, too, for it cuts nothing. */
+static bool parse_attenuation(const char *text, double *attenuation) {
+  if (!strcmp(text, "off")) *attenuation = 0;
+  else if (!ex_parse_real("attenuation", text, 0, 1, attenuation)) return false;
+  if (*attenuation <= 0) *attenuation = -1;
+  return true;
+}
+
+enum option_name {
+  OPT_SCENE = 256, OPT_MESH, OPT_CAMERA, OPT_UP, OPT_FRAME, OPT_FRAMES, OPT_SHUTTER, OPT_LIGHT_SIZE, OPT_APERTURE,
+  OPT_FOCUS, OPT_MODE, OPT_SIZE, OPT_SPP, OPT_SAMPLER, OPT_SEED, OPT_DEPTH, OPT_ATTENUATION, OPT_BRANCHING,
+  OPT_LIGHTS, OPT_GLASS_SHADOWS, OPT_EXPOSURE, OPT_BUFFERS, OPT_PATH, OPT_PACKET, OPT_ASSEMBLY, OPT_ISA, OPT_THREADS,
+  OPT_TILE, OPT_NO_COUNT, OPT_NO_PROGRESS
+};
+
+static const struct option option_list[] = {{"scene", required_argument, NULL, OPT_SCENE},
+                                            {"mesh", required_argument, NULL, OPT_MESH},
+                                            {"camera", required_argument, NULL, OPT_CAMERA},
+                                            {"up", required_argument, NULL, OPT_UP},
+                                            {"frame", required_argument, NULL, OPT_FRAME},
+                                            {"frames", required_argument, NULL, OPT_FRAMES},
+                                            {"shutter", required_argument, NULL, OPT_SHUTTER},
+                                            {"light-size", required_argument, NULL, OPT_LIGHT_SIZE},
+                                            {"aperture", required_argument, NULL, OPT_APERTURE},
+                                            {"focus", required_argument, NULL, OPT_FOCUS},
+                                            {"mode", required_argument, NULL, OPT_MODE},
+                                            {"size", required_argument, NULL, OPT_SIZE},
+                                            {"spp", required_argument, NULL, OPT_SPP},
+                                            {"sampler", required_argument, NULL, OPT_SAMPLER},
+                                            {"seed", required_argument, NULL, OPT_SEED},
+                                            {"depth", required_argument, NULL, OPT_DEPTH},
+                                            {"attenuation", required_argument, NULL, OPT_ATTENUATION},
+                                            {"branching", required_argument, NULL, OPT_BRANCHING},
+                                            {"lights", required_argument, NULL, OPT_LIGHTS},
+                                            {"glass-shadows", required_argument, NULL, OPT_GLASS_SHADOWS},
+                                            {"exposure", required_argument, NULL, OPT_EXPOSURE},
+                                            {"buffers", required_argument, NULL, OPT_BUFFERS},
+                                            {"path", required_argument, NULL, OPT_PATH},
+                                            {"packet", required_argument, NULL, OPT_PACKET},
+                                            {"assembly", required_argument, NULL, OPT_ASSEMBLY},
+                                            {"isa", required_argument, NULL, OPT_ISA},
+                                            {"threads", required_argument, NULL, OPT_THREADS},
+                                            {"tile", required_argument, NULL, OPT_TILE},
+                                            {"no-count", no_argument, NULL, OPT_NO_COUNT},
+                                            {"no-progress", no_argument, NULL, OPT_NO_PROGRESS},
+                                            {"help", no_argument, NULL, 'h'},
+                                            {NULL, 0, NULL, 0}};
+
+static bool parse_option(options *o, int option, const char *text) {
   switch (option) {
-  case 's': return parse_scene(optarg, &o->scene);
-  case 'm': o->mesh = optarg; return true;
-  case 'o': return parse_output(optarg, &o->output);
-  case 'c': o->has_camera = true; return parse_camera(optarg, o->camera);
-  case 'S': return parse_size(optarg, &o->width, &o->height);
-  case 'p': return parse_packet(optarg, &o->packet);
-  case 'i': return parse_isa(optarg, &o->isa);
-  case 't': return parse_uint("threads", optarg, 1, EX_MAX_THREADS, &o->threads);
-  case 'T': return parse_uint("tile", optarg, 1, 1024, &o->tile);
-  case 'M':
-    ok = parse_word("mode", optarg, mode_names, &word);
-    o->mode = (pktrt_mode)word;
-    return ok;
-  case 'P':
-    ok = parse_word("path", optarg, path_names, &word);
-    o->path = (pktrt_path)word;
-    return ok;
-  case 'u':
-    ok = parse_word("up", optarg, up_names, &word);
-    o->up_z = word == 1;
-    return ok;
-  case 'n': o->progress = false; return true;
-  case 'C': o->count = false; return true;
+  case OPT_SCENE: return parse_scene(text, &o->scene);
+  case OPT_MESH: o->mesh = text; return true;
+  case OPT_CAMERA: o->has_camera = true; return parse_camera(text, o->camera);
+  case OPT_UP: return parse_up(text, &o->up_z);
+  case OPT_FRAME: o->has_frame = true; return ex_parse_uint("frame", text, 0, MAX_FRAMES - 1, &o->frame);
+  case OPT_FRAMES: return ex_parse_uint("frames", text, 1, MAX_FRAMES, &o->frames);
+  case OPT_SHUTTER: return ex_parse_real("shutter", text, 0, 1, &o->shutter);
+  case OPT_LIGHT_SIZE: return ex_parse_real("light-size", text, 0.001, 1000, &o->light_size);
+  case OPT_APERTURE: return ex_parse_real("aperture", text, 0, 1e6, &o->aperture);
+  case OPT_FOCUS: return ex_parse_real("focus", text, 1e-6, 1e6, &o->focus);
+  case OPT_MODE: return ex_parse_word("mode", text, mode_names, &o->mode);
+  case OPT_SIZE: return ex_parse_size(text, &o->width, &o->height);
+  case OPT_SPP: return ex_parse_uint("spp", text, 1, 65536, &o->samples);
+  case OPT_SAMPLER: return ex_parse_word("sampler", text, sampler_names, &o->sampler);
+  case OPT_SEED: return ex_parse_uint("seed", text, 0, UINT32_MAX, &o->seed);
+  case OPT_DEPTH: return ex_parse_uint("depth", text, 1, PKTRT_MAX_DEPTH, &o->depth);
+  case OPT_ATTENUATION: return parse_attenuation(text, &o->attenuation);
+  case OPT_BRANCHING: return ex_parse_word("branching", text, branching_names, &o->branching);
+  case OPT_LIGHTS: return ex_parse_word("lights", text, light_names, &o->lights);
+  case OPT_GLASS_SHADOWS: return ex_parse_word("glass-shadows", text, glass_names, &o->glass_shadows);
+  case OPT_EXPOSURE: return ex_parse_real("exposure", text, 1e-6, 1e6, &o->exposure);
+  case OPT_BUFFERS: o->buffers = text; return true;
+  case OPT_PATH: return ex_parse_word("path", text, path_names, &o->path);
+  case OPT_PACKET: return parse_packet(text, &o->packet);
+  case OPT_ASSEMBLY: return ex_parse_word("assembly", text, assembly_names, &o->assembly);
+  case OPT_ISA: return parse_isa(text, &o->isa);
+  case OPT_THREADS: return ex_parse_uint("threads", text, 1, EX_MAX_THREADS, &o->threads);
+  case OPT_TILE: return ex_parse_uint("tile", text, 1, 1024, &o->tile);
+  case OPT_NO_COUNT: o->count = false; return true;
+  case OPT_NO_PROGRESS: o->progress = false; return true;
+  case 'o': return parse_output(text, &o->output);
   case 'h': print_help(); exit(0);
   }
   return false;
 }
 
+/* What only several options together can be wrong about, and the defaults that depend on other options. */
+static bool complete_options(options *o) {
+  if (o->scene && o->mesh) return ex_fail("--scene and --mesh exclude each other");
+  if (o->mesh && (o->has_frame || o->shutter > 0)) return ex_fail("--frame, --shutter: a mesh file has no animation");
+  if (o->mesh && o->light_size > 0) return ex_fail("--light-size: the lights of a mesh file have no size");
+  if (o->frame >= o->frames) return ex_fail("--frame: %u is beyond the last of %u frames", o->frame, o->frames);
+  if (!o->scene && !o->mesh) o->scene = scene_names()[0];
+  if (o->samples == 0) o->samples = o->mode == PKTRT_MODE_DRT ? DRT_SAMPLES : 1;
+  if (o->shutter < 0) o->shutter = o->mode == PKTRT_MODE_DRT && !o->mesh ? 1.0 / o->frames : 0;
+  return true;
+}
+
 static bool parse_options(options *o, int argc, char **argv) {
-  static const struct option list[] = {{"scene", required_argument, NULL, 's'},
-                                       {"mesh", required_argument, NULL, 'm'},
-                                       {"camera", required_argument, NULL, 'c'},
-                                       {"up", required_argument, NULL, 'u'},
-                                       {"mode", required_argument, NULL, 'M'},
-                                       {"size", required_argument, NULL, 'S'},
-                                       {"packet", required_argument, NULL, 'p'},
-                                       {"path", required_argument, NULL, 'P'},
-                                       {"isa", required_argument, NULL, 'i'},
-                                       {"threads", required_argument, NULL, 't'},
-                                       {"tile", required_argument, NULL, 'T'},
-                                       {"no-count", no_argument, NULL, 'C'},
-                                       {"no-progress", no_argument, NULL, 'n'},
-                                       {"help", no_argument, NULL, 'h'},
-                                       {NULL, 0, NULL, 0}};
   memset(o, 0, sizeof *o);
   o->width = o->height = 1024;
   o->packet = 8;
   o->tile = 64;
+  o->depth = PKTRT_MAX_DEPTH;
+  o->frames = 240;
   o->threads = ex_processors();
   o->progress = o->count = true;
+  o->aperture = o->focus = o->shutter = o->light_size = -1;
+  o->exposure = 1;
+  name_samplers();
   opterr = 0; /* our own line instead */
   for (;;) {
-    int at = optind, option = getopt_long(argc, argv, "o:h", list, NULL);
+    int at = optind, option = getopt_long(argc, argv, "o:h", option_list, NULL);
     if (option == -1) break;
     if (option == '?')
       return ex_fail("%s: unknown, ambiguous, or its value is missing or too much; see --help", argv[at]);
-    if (!parse_option(o, option)) return false;
+    if (!parse_option(o, option, optarg)) return false;
   }
   if (optind < argc) return ex_fail("%s: an argument without an option; see --help", argv[optind]);
-  if (o->scene && o->mesh) return ex_fail("--scene and --mesh exclude each other");
-  if (!o->scene && !o->mesh) o->scene = scene_names()[0];
-  return true;
+  return complete_options(o);
 }
 
 /* >>views ---------------------------------------------------------------------------------------------------------- */
 
-/* A camera that sees the whole bounding sphere, from the front, a little right and above. In double, whose range holds squares
-   of any coordinate that the library takes. */
+/* A camera that sees the whole bounding sphere, from the front, a little right and above. In double, whose range
+   holds squares of any coordinate that the library takes. */
 static void frame_bounds(const pktrt_scene_info *info, const options *o, pktrt_camera *camera) {
   static const double from[2][3] = {{0.45, 0.35, 0.82}, {0.45, -0.82, 0.35}}; /* y up, z up */
   double center[3], radius = 0, aspect = (double)o->width / o->height;
@@ -223,8 +302,8 @@ static bool add_light(pktrt_scene *world, const pktrt_light *light) {
   return pktrt_add_light(world, light, NULL) == PKTRT_OK || ex_fail("%s", pktrt_last_error(world));
 }
 
-/* Light for a mesh that brings none: a key light like a sun from above, behind the camera's left shoulder, and a weaker point
-   light beside the camera, which also lights interiors. */
+/* Light for a mesh that brings none: a key light like a sun from above, behind the camera's left shoulder, and a
+   weaker point light beside the camera, which also lights interiors. */
 static bool light_mesh(pktrt_scene *world, const options *o, const pktrt_camera *camera) {
   double to[3], length = 0, side[3];
   for (int a = 0; a < 3; a++) {
@@ -253,13 +332,21 @@ static bool light_mesh(pktrt_scene *world, const options *o, const pktrt_camera 
 
 /* >>scene ---------------------------------------------------------------------------------------------------------- */
 
+enum { BUFFERS = 3 };
+static const struct {
+  const char *name;
+  unsigned channels;
+} buffer_kinds[BUFFERS] = {{"depth", 1}, {"normal", 3}, {"albedo", 3}};
+
 typedef struct job {
   options given;
   pktrt_scene *world;
   scene built_in; /* zeroed for --mesh */
   pktrt_render_desc view;
+  float *buffers[BUFFERS];
   pktrt_stats stats;
   double load_seconds, build_seconds, render_seconds;
+  uint64_t checksum;
 } job;
 
 static bool commit(job *j) {
@@ -269,22 +356,94 @@ static bool commit(job *j) {
   return true;
 }
 
-static void take_camera(job *j) {
+/* The vertices of a lamp, spread by a factor from the middle of their box. */
+static void resize_mesh(scene_mesh *m, double factor) {
+  const size_t vertices = (size_t)m->vertex_count * m->key_count;
+  for (size_t a = 0; a < 3; a++) {
+    float lo = INFINITY, hi = -INFINITY;
+    for (size_t i = 0; i < vertices; i++) {
+      lo = fminf(lo, m->positions[3 * i + a]);
+      hi = fmaxf(hi, m->positions[3 * i + a]);
+    }
+    const double middle = 0.5 * ((double)lo + (double)hi);
+    for (size_t i = 0; i < vertices; i++) {
+      float *p = &m->positions[3 * i + a];
+      *p = (float)(middle + factor * ((double)*p - middle));
+    }
+  }
+}
+
+/* Area lights of another width and the same power: their radiance falls with their area. Each lamp is a mesh with a
+   material of its own, so the lamp that is seen stays the one that shines. Those without size stay as they are. */
+static void resize_lights(scene *s, double factor) {
+  for (size_t i = 0; i < s->light_count; i++) {
+    pktrt_light *l = &s->lights[i];
+    float *radiance = l->intensity;
+    switch (l->kind) {
+    case PKTRT_LIGHT_QUAD:
+      for (int a = 0; a < 3; a++) {
+        const double across = (double)l->edge[0][a] + (double)l->edge[1][a];
+        l->position[a] = (float)((double)l->position[a] + 0.5 * (1 - factor) * across);
+        for (int e = 0; e < 2; e++) l->edge[e][a] = (float)(factor * (double)l->edge[e][a]);
+      }
+      break;
+    case PKTRT_LIGHT_SPHERE: l->radius = (float)(factor * (double)l->radius); break;
+    case PKTRT_LIGHT_MESH:
+      if (s->meshes[l->mesh].deforms) continue; /* its poses come from elsewhere */
+      resize_mesh(&s->meshes[l->mesh], factor);
+      radiance = s->materials[s->meshes[l->mesh].material].m.emission;
+      break;
+    default: continue;
+    }
+    for (int c = 0; c < 3; c++) radiance[c] = (float)((double)radiance[c] / (factor * factor));
+  }
+}
+
+/* Moving meshes get two keys, where they are when the shutter opens and when it closes. To the library, whose time
+   runs from the first key to the last, the shutter is therefore open all the time. With --frame the camera travels
+   meanwhile. */
+static void take_animated_camera(job *j, double time) {
   const options *o = &j->given;
-  if (!o->has_camera) return;
-  memcpy(j->view.camera.eye, o->camera, sizeof j->view.camera.eye);
-  memcpy(j->view.camera.target, o->camera + 3, sizeof j->view.camera.target);
+  pktrt_camera *camera = &j->view.camera, end;
+  *camera = j->built_in.camera;
+  if (o->has_frame) scene_camera(&j->built_in, time, camera);
+  camera->time = 0;
+  camera->shutter = o->shutter > 0 ? 1 : 0;
+  if (!o->has_frame || !(o->shutter > 0)) return;
+  end = *camera;
+  scene_camera(&j->built_in, time + o->shutter - floor(time + o->shutter), &end);
+  camera->moving = true;
+  memcpy(camera->eye_end, end.eye, sizeof end.eye);
+  memcpy(camera->target_end, end.target, sizeof end.target);
+}
+
+/* What the command line says of the camera. */
+static void override_camera(job *j) {
+  const options *o = &j->given;
+  pktrt_camera *camera = &j->view.camera;
+  if (o->has_camera) {
+    memcpy(camera->eye, o->camera, sizeof camera->eye);
+    memcpy(camera->target, o->camera + 3, sizeof camera->target);
+    camera->focus = 0; /* the target's: the scene's own was made for another view */
+    camera->moving = false;
+  }
+  if (o->aperture >= 0) camera->aperture = (float)o->aperture;
+  if (o->focus > 0) camera->focus = (float)o->focus;
 }
 
 static bool load_built_in(job *j) {
-  double start = ex_seconds();
-  if (!scene_make(j->given.scene, &j->built_in)) return ex_fail("%s: not enough memory for the scene", j->given.scene);
-  if (scene_add(j->world, &j->built_in) != PKTRT_OK)
-    return ex_fail("%s: %s", j->given.scene, pktrt_last_error(j->world));
-  j->view.camera = j->built_in.camera;
+  const options *o = &j->given;
+  const double start = ex_seconds(), time = (double)o->frame / o->frames;
+  if (!scene_make(o->scene, &j->built_in)) return ex_fail("%s: not enough memory for the scene", o->scene);
+  if (o->light_size > 0) resize_lights(&j->built_in, o->light_size);
+  const pktrt_status status = scene_add_at(j->world, &j->built_in, time, o->shutter);
+  if (status != PKTRT_OK)
+    return ex_fail("%s: %s", o->scene,
+                   status == PKTRT_OUT_OF_MEMORY ? "not enough memory" : pktrt_last_error(j->world));
   memcpy(j->view.background, j->built_in.background, sizeof j->view.background);
   memcpy(j->view.ambient, j->built_in.ambient, sizeof j->view.ambient);
-  take_camera(j);
+  take_animated_camera(j, time);
+  override_camera(j);
   j->load_seconds = ex_seconds() - start;
   return commit(j);
 }
@@ -298,7 +457,7 @@ static bool load_mesh(job *j) {
   if (!commit(j)) return false;
   pktrt_get_scene_info(j->world, &info);
   frame_bounds(&info, o, &j->view.camera);
-  take_camera(j);
+  override_camera(j);
   j->view.camera.up[o->up_z ? 2 : 1] = 1;
   for (int c = 0; c < 3; c++) j->view.ambient[c] = 0.05f, j->view.background[c] = 0.08f + 0.03f * (float)c;
   return light_mesh(j->world, o, &j->view.camera);
@@ -306,40 +465,41 @@ static bool load_mesh(job *j) {
 
 /* >>picture -------------------------------------------------------------------------------------------------------- */
 
-/* Finds out before the work, not after it, whether the picture can be written. Opened for appending: nothing is lost yet. */
-static bool probe_output(const char *path) {
-  if (!path) return true;
+enum { MAX_PATH_LENGTH = 4096 };
+
+static bool buffer_path(const options *o, int b, char path[MAX_PATH_LENGTH]) {
+  int n = snprintf(path, MAX_PATH_LENGTH, "%s-%s.pfm", o->buffers, buffer_kinds[b].name);
+  return (n > 0 && n < MAX_PATH_LENGTH) || ex_fail("--buffers: the name is too long");
+}
+
+/* Opened for appending: nothing is lost yet. */
+static bool probe_file(const char *path) {
   FILE *file = fopen(path, "ab");
   if (!file) return ex_fail("%s: cannot be written: %s", path, strerror(errno));
   fclose(file);
   return true;
 }
 
-static bool render(job *j) {
-  const options *o = &j->given;
-  pktrt_render_desc *view = &j->view;
-  ex_progress progress;
-  view->pixels = (float *)calloc((size_t)o->width * o->height * 3, sizeof(float));
-  if (!view->pixels) return ex_fail("not enough memory for a picture of %u x %u", o->width, o->height);
-  view->width = o->width;
-  view->height = o->height;
-  view->mode = o->mode;
-  view->packet_size = o->packet;
-  view->tile_size = o->tile;
-  view->path = o->path;
-  view->stats = o->count ? &j->stats : NULL;
-  view->progress = ex_progress_show;
-  view->user = &progress;
-  ex_progress_start(&progress, o->progress);
-  double start = ex_seconds();
-  pktrt_status status = pktrt_render(j->world, view);
-  j->render_seconds = ex_seconds() - start;
-  ex_progress_end(&progress);
-  if (status != PKTRT_OK) return ex_fail("%s", pktrt_last_error(j->world));
-  return !o->output || ex_write_picture(o->output, view->pixels, o->width, o->height);
+/* Finds out before the work, not after it, whether the pictures can be written. */
+static bool probe_outputs(const options *o) {
+  char path[MAX_PATH_LENGTH];
+  bool ok = !o->output || probe_file(o->output);
+  for (int b = 0; ok && o->buffers && b < BUFFERS; b++) ok = buffer_path(o, b, path) && probe_file(path);
+  return ok;
 }
 
-/* >>table ---------------------------------------------------------------------------------------------------------- */
+static bool allocate(job *j) {
+  const options *o = &j->given;
+  const size_t pixels = (size_t)o->width * o->height;
+  j->view.pixels = (float *)calloc(pixels * 3, sizeof(float));
+  bool ok = j->view.pixels != NULL;
+  for (int b = 0; ok && o->buffers && b < BUFFERS; b++) {
+    j->buffers[b] = (float *)calloc(pixels * buffer_kinds[b].channels, sizeof(float));
+    ok = j->buffers[b] != NULL;
+  }
+  j->view.depth = j->buffers[0], j->view.normal = j->buffers[1], j->view.albedo = j->buffers[2];
+  return ok || ex_fail("not enough memory for a picture of %u x %u", o->width, o->height);
+}
 
 /* FNV-1a over the bits of the linear pixels: equal sums for equal pictures. */
 static uint64_t checksum(const float *pixels, size_t n) {
@@ -352,6 +512,57 @@ static uint64_t checksum(const float *pixels, size_t n) {
   return sum;
 }
 
+static bool write_pictures(job *j) {
+  const options *o = &j->given;
+  const size_t n = (size_t)o->width * o->height * 3;
+  char path[MAX_PATH_LENGTH];
+  j->checksum = checksum(j->view.pixels, n); /* of what was rendered: exposure is a matter of looking at it */
+  for (size_t i = 0; i < n; i++) j->view.pixels[i] *= (float)o->exposure;
+  bool ok = !o->output || ex_write_picture(o->output, j->view.pixels, o->width, o->height);
+  for (int b = 0; ok && o->buffers && b < BUFFERS; b++)
+    ok = buffer_path(o, b, path) &&
+         ex_write_channels(path, j->buffers[b], o->width, o->height, buffer_kinds[b].channels);
+  return ok;
+}
+
+static void describe(job *j) {
+  const options *o = &j->given;
+  pktrt_render_desc *view = &j->view;
+  view->width = o->width;
+  view->height = o->height;
+  view->mode = (pktrt_mode)o->mode;
+  view->samples = o->samples;
+  view->sampler = (pktrt_sampler)o->sampler;
+  view->seed = o->seed;
+  view->max_depth = o->depth;
+  view->attenuation = (float)o->attenuation;
+  view->branching = (pktrt_branching)o->branching;
+  view->lights = (pktrt_light_choice)o->lights;
+  view->glass_shadows = (pktrt_glass_shadows)o->glass_shadows;
+  view->path = (pktrt_path)o->path;
+  view->packet_size = o->packet;
+  view->assembly = (pktrt_assembly)o->assembly;
+  view->tile_size = o->tile;
+  view->stats = o->count ? &j->stats : NULL;
+}
+
+static bool render(job *j) {
+  ex_progress progress;
+  if (!allocate(j)) return false;
+  describe(j);
+  j->view.progress = ex_progress_show;
+  j->view.user = &progress;
+  ex_progress_start(&progress, j->given.progress);
+  double start = ex_seconds();
+  pktrt_status status = pktrt_render(j->world, &j->view);
+  j->render_seconds = ex_seconds() - start;
+  ex_progress_end(&progress);
+  if (status != PKTRT_OK) return ex_fail("%s", pktrt_last_error(j->world));
+  return write_pictures(j);
+}
+
+/* >>table ---------------------------------------------------------------------------------------------------------- */
+
 static void print_counts(const char *name, const pktrt_counts *c, double seconds) {
   double rays = c->rays ? (double)c->rays : 1;
   printf("  %-10s %12llu", name, (unsigned long long)c->rays);
@@ -361,16 +572,27 @@ static void print_counts(const char *name, const pktrt_counts *c, double seconds
          100 * (double)c->hits / rays);
 }
 
+/* Rays per sample, all of them and by the bounces between them and the camera; shadow rays count as one more than their
+   surface. */
+static void print_tree(const pktrt_stats *s, uint64_t rays) {
+  enum { SHOWN = 8, DEPTHS = PKTRT_MAX_DEPTH + 2 };
+  const double samples = s->samples ? (double)s->samples : 1;
+  uint64_t deeper = 0;
+  for (int d = SHOWN; d < DEPTHS; d++) deeper += s->by_depth[d].rays;
+  printf("\n  per sample: %.2f rays, ray tree %.2f deep on average\n  rays by depth:", (double)rays / samples,
+         (double)s->tree_depth / samples);
+  for (int d = 0; d < SHOWN; d++) printf("  %d: %.3f", d, (double)s->by_depth[d].rays / samples);
+  printf("  deeper: %.3f\n", (double)deeper / samples);
+}
+
 static void print_rays(const job *j) {
   static const char *const names[PKTRT_RAY_TYPE_COUNT] = {"primary", "shadow", "reflection", "refraction", "other"};
   pktrt_counts all;
-  int types = 0;
   memset(&all, 0, sizeof all);
   printf("\n  %-10s %12s %9s %11s %16s %10s\n", "rays", "count", "Mrays/s", "boxes/ray", "triangles/ray", "hit %");
   for (int t = 0; t < PKTRT_RAY_TYPE_COUNT; t++) {
     const pktrt_counts *c = &j->stats.by_type[t];
     if (!c->rays) continue;
-    types++;
     all.rays += c->rays;
     all.hits += c->hits;
     all.box_tests += c->box_tests;
@@ -378,22 +600,36 @@ static void print_rays(const job *j) {
     print_counts(names[t], c, 0); /* types alternate packet by packet: only all together have a time */
   }
   print_counts("all", &all, j->render_seconds);
+  print_tree(&j->stats, all.rays);
+}
+
+static void print_settings(const job *j) {
+  const options *o = &j->given;
+  const pktrt_camera *camera = &j->view.camera;
+  printf("samples  %u per pixel, %s, seed %u, depth %u, attenuation ", o->samples, sampler_names[o->sampler], o->seed,
+         o->depth);
+  if (o->attenuation < 0) printf("off\n");
+  else printf("%g\n", o->attenuation > 0 ? o->attenuation : 1.0 / 256);
+  if (o->mode == PKTRT_MODE_DRT)
+    printf("camera   aperture %g, focus %g, shutter %g of the loop\n", (double)camera->aperture, (double)camera->focus,
+           o->shutter);
 }
 
 static void print_table(const job *j) {
   const options *o = &j->given;
   pktrt_scene_info info;
   pktrt_get_scene_info(j->world, &info);
-  printf("scene    %s: %llu triangles in %lu meshes\n", o->mesh ? o->mesh : o->scene,
-         (unsigned long long)info.triangles, (unsigned long)info.mesh_count);
-  printf("picture  %u x %u, %s, %s path, %s, packets %u x %u, tiles %u, threads %u\n", o->width, o->height,
-         mode_names[o->mode], path_names[o->path], pktrt_isa_string(info.isa), o->packet, o->packet, o->tile,
-         o->threads);
+  printf("scene    %s: %llu triangles in %lu meshes, %lu of them moving\n", o->mesh ? o->mesh : o->scene,
+         (unsigned long long)info.triangles, (unsigned long)info.mesh_count, (unsigned long)info.moving_meshes);
+  printf("picture  %u x %u, %s, %s path, %s, packets %u x %u by %s, tiles %u, threads %u\n", o->width, o->height,
+         mode_names[o->mode], path_names[o->path], pktrt_isa_string(info.isa), o->packet, o->packet,
+         assembly_names[o->assembly], o->tile, o->threads);
+  print_settings(j);
   printf("tree     %llu bytes, %llu nodes, %llu leaf blocks; meshes %llu bytes\n", (unsigned long long)info.tree_bytes,
          (unsigned long long)info.nodes, (unsigned long long)info.leaf_blocks, (unsigned long long)info.mesh_bytes);
   printf("seconds  scene %.3f, build %.3f, render %.3f%s\n", j->load_seconds, j->build_seconds, j->render_seconds,
          o->count ? " (with counting; --no-count is a little faster)" : "");
-  printf("pixels   checksum %016llx\n", (unsigned long long)checksum(j->view.pixels, (size_t)o->width * o->height * 3));
+  printf("pixels   checksum %016llx\n", (unsigned long long)j->checksum);
   if (o->count) print_rays(j);
 }
 
@@ -401,7 +637,7 @@ int main(int argc, char **argv) {
   static job j; /* static: zeroed */
   ex_threads threads = {1};
   pktrt_scene_desc desc;
-  if (!parse_options(&j.given, argc, argv) || !probe_output(j.given.output)) return 1;
+  if (!parse_options(&j.given, argc, argv) || !probe_outputs(&j.given)) return 1;
   threads.count = j.given.threads;
   memset(&desc, 0, sizeof desc);
   desc.isa = j.given.isa;
@@ -412,6 +648,7 @@ int main(int argc, char **argv) {
                     : ex_fail("%s", pktrt_last_error(NULL));
   if (ok) print_table(&j);
   free(j.view.pixels);
+  for (int b = 0; b < BUFFERS; b++) free(j.buffers[b]);
   scene_free(&j.built_in);
   pktrt_scene_destroy(j.world);
   if (ok && fflush(stdout) != 0) ok = ex_fail("the table could not be written: %s", strerror(errno));

@@ -283,8 +283,8 @@
        counts.
      - Meshes are retained: 12 bytes per vertex and key, as much again with normals, 12 per triangle with indices. The
        first pktrt_set_positions of a mesh makes room for a second set, which stays; pktrt_set_normals likewise.
-     - Rendering: about 215 KiB for each tile at work, and 54 KiB for each generation of rays; 150 bytes for each
-       triangle of a mesh that is a light; if it counts, 7 KiB for each tile of the picture.
+     - Rendering: about 215 KiB for each tile at work, and 54 KiB for each generation of rays; 130 bytes for each
+       triangle of a mesh that is a light (DRT); if it counts, 7 KiB for each tile of the picture.
      - Stack: at most 64 KiB in a query, about 80 KiB in a render, 16 KiB in a build, if compiled with optimisation (up
        to twice that without). Mind this when your threads have small stacks.
    pktrt_get_scene_info tells tree and mesh bytes.
@@ -694,9 +694,9 @@ typedef struct pktrt_camera { /* right-handed: looking along target - eye, x to 
      the value of the lobe towards them. Ideal mirrors and the camera do not see them. Give a mesh an emission, and
      make it a PKTRT_LIGHT_MESH, where a lamp shall be visible.
    - A mesh that emits without being a light is visible, but does not light diffuse surfaces.
-   RCS and WRT send one ray to the middle of a light, DRT to a random point of it. A mesh counts there as a point with
-   the light of all its triangles, which nothing inside its bounding sphere shadows, and the environment as its light
-   from above the surface.
+   RCS and WRT send one ray to the middle of a light, DRT to a random point of it. A mesh counts there as a point, where
+   it is at time 0, with the light of all its triangles, which nothing inside its bounding sphere (that of all times)
+   shadows, and the environment as its light from above the surface.
    Shadow rays are stopped by everything, or pass glass: see pktrt_glass_shadows. */
 typedef enum pktrt_light_kind {
   PKTRT_LIGHT_POINT = 0,    /* intensity in W/sr: radiance of a white diffuse surface is intensity cos / (pi r^2) */
@@ -815,7 +815,8 @@ PKTRT_DEF void pktrt_map_phong_naive(const float u[2], const float axis[3], floa
 typedef enum pktrt_mode {
   PKTRT_MODE_RCS = 0, /* ray casting with shadows: primary rays, one shadow ray per light; every surface is diffuse */
   PKTRT_MODE_WRT,     /* Whitted: reflection and refraction too. Nothing is random but the place in the pixel, if there
-                         is more than one sample: lens, shutter, lights and lobes are taken in their middle */
+                         is more than one sample (and the way at glass, if asked for): lens, shutter, lights and lobes
+                         are taken in their middle */
   PKTRT_MODE_DRT      /* distribution ray tracing: lens, shutter, area lights and lobes are sampled */
 } pktrt_mode;
 
@@ -898,22 +899,24 @@ typedef struct pktrt_render_desc {
   void (*environment)(void *user, uint32_t n, const float *const direction[3], float *const radiance[3]);
   /* Optional buffers, tight, row 0 at the top; NULL: not wanted, not computed. Means over a pixel's samples of what
      primary rays meet. */
-  float *depth;                /* distance from the eye; INFINITY where nothing is met; of the samples that met */
+  float *depth;                /* distance from the lens, of the samples that met something; INFINITY where none did */
   float *normal;               /* three floats, unit shading normals towards the viewer, averaged; 0 for nothing */
-  float *albedo;               /* three floats, diffuse reflectance; for specular surfaces 0 */
+  float *albedo;               /* three floats, diffuse reflectance; 0 for glass and metal, unless in RCS */
   uint32_t *sample_count;
-  /* For teaching: called for each packet before it is traced, from any thread, with the rays' numbers in the packet
-     that sent them out (primary rays: in their own packet). Depth 0 is primary. NULL: none. */
+  /* For teaching: called for each packet (fast path: batch) before it is traced, from any thread, with the rays'
+     numbers in the packet that sent them out (primary rays: in their own packet; blindly, a packet is halved above 128
+     rays). Depth 0 is primary. Shadow rays on their way behind glass are not told of. NULL: none. */
   void (*packet)(void *user, pktrt_ray_type, uint32_t depth, const uint32_t *rays, uint32_t n);
 } pktrt_render_desc;
 
 /* Renders the whole picture, tile by tile through parallel_for. Same bits for any number of workers, tile size,
-   packet size, path and instruction set. PKTRT_CANCELLED: progress said so, some tiles are missing. */
+   packet size, path and instruction set. PKTRT_CANCELLED: progress said so, tiles may be missing. */
 PKTRT_DEF pktrt_status pktrt_render(pktrt_scene *, const pktrt_render_desc *);
 
 /* Renders the pixels [x, x+w) x [y, y+h) of the picture that desc describes, into their place in desc->pixels.
    Thread-safe on a committed scene as long as tiles do not overlap and desc->stats is not shared. Does not call
-   progress and leaves no detail; pktrt_render gives one. */
+   progress and leaves no detail; pktrt_render gives one. Lights that are meshes, and glass, are looked through anew for
+   each call: let tiles be large where these are. */
 PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *, const pktrt_render_desc *, uint32_t x, uint32_t y,
                                          uint32_t w, uint32_t h);
 
@@ -2663,7 +2666,7 @@ typedef struct pktrt__surfaces { /* what the rays of a wave met; rays that met n
   uint32_t ray[PKTRT__WAVE];        /* lane in the wave */
   uint32_t material[PKTRT__WAVE], mesh[PKTRT__WAVE], triangle[PKTRT__WAVE];
   uint8_t inside[PKTRT__WAVE];      /* the ray came from where corners appear clockwise */
-  uint8_t shaded[PKTRT__WAVE];      /* done: a shader hook or an opaque black leaves nothing to do */
+  uint8_t shaded[PKTRT__WAVE];      /* done: a shader hook leaves nothing to do */
   uint32_t count;
 } pktrt__surfaces;
 
@@ -2700,10 +2703,11 @@ typedef struct pktrt__call { /* one query, as the kernels see it */
   bool occlusion;
 } pktrt__call;
 
-/* Answers the first n rays of a batch whose o, d, tmin, tmax, time are filled in. */
 typedef struct pktrt__kernels {
+  /* Answers the first n rays of a batch whose o, d, tmin, tmax, time are filled in. */
   void (*trace)(const pktrt__call *, pktrt__batch *, uint32_t n);
   bool (*rounds_each_operation)(void);
+  /* Eight surfaces from the i-th on: points and normals; directions of scattering; shadow rays. See >>shade. */
   void (*find)(pktrt__surfaces *, uint32_t i, const pktrt__gather *);
   void (*scatter)(pktrt__surfaces *, uint32_t i);
   uint32_t (*aim)(const pktrt__surfaces *, uint32_t i, const pktrt__targets *, bool infinite, bool by_square,
@@ -2826,13 +2830,12 @@ static const pktrt__kernels *pktrt__kernels_of(pktrt_isa isa) {
    ------------------------------------------------------------------------------------------------------------------ */
 #ifdef PKTRT__STAMP
 
-/* >>ops
-   -------------------------------------------------------------------------------------------------------------- The
-   only place where instruction sets differ. v8: eight floats. m8: eight truth values. d8: eight doubles. vf: the
-   vector of rays in a frustum packet, 16 floats on AVX-512 and v8 elsewhere. Small functions that return their
-   value; min and max are a < b ? a : b and a > b ? a : b everywhere, so that NaN takes the same way; vfma and vfms
-   fuse where the machine can and are for conservative culling only. Masks leave the vectors as bits: lane i is bit
-   i. */
+/* >>ops -------------------------------------------------------------------------------------------------------------
+
+   The only place where instruction sets differ. v8: eight floats. m8: eight truth values. d8: eight doubles. vf: the
+   vector of rays in a frustum packet, 16 floats on AVX-512 and v8 elsewhere. Small functions that return their value;
+   min and max are a < b ? a : b and a > b ? a : b everywhere, so that NaN takes the same way; vfma and vfms fuse where
+   the machine can and are for conservative culling only. Masks leave the vectors as bits: lane i is bit i. */
 
 #define v8 PKTRT__NAME(pktrt__v8)
 #define m8 PKTRT__NAME(pktrt__m8)
@@ -3721,10 +3724,10 @@ OP bool NAME(single)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint3
   }
 }
 
-/* >>stream
-   ----------------------------------------------------------------------------------------------------------- Up to
-   64 rays of one octant from a subtree's root. Every ray does the work it would do alone; they share node loads, the
-   order of the children and the stack, whose entries carry the mask of the rays concerned. list[i]: the ray of bit
+/* >>stream ----------------------------------------------------------------------------------------------------------
+
+   Up to 64 rays of one octant from a subtree's root. Every ray does the work it would do alone; they share node loads,
+   the order of the children and the stack, whose entries carry the mask of the rays concerned. list[i]: the ray of bit
    i. Returns those that hit something. */
 OP uint64_t NAME(stream)(const pktrt__view *view, pktrt__batch *b, const uint8_t *list, uint64_t mask, uint32_t ref,
                          const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
@@ -4562,10 +4565,10 @@ PKTRT__NOINLINE void NAME(drive_paper)(const pktrt__call *call, pktrt__batch *b,
 PKTRT__INSTANCES(INSTANCE)
 #undef INSTANCE
 
-/* >>drive
-   ------------------------------------------------------------------------------------------------------------ From
-   a batch of rays to packets, streams and single rays; group by group, and for moving groups segment by segment, so
-   that a kernel sees one static tree or one linear motion. */
+/* >>drive -----------------------------------------------------------------------------------------------------------
+
+   From a batch of rays to packets, streams and single rays; group by group, and for moving groups segment by segment,
+   so that a kernel sees one static tree or one linear motion. */
 
 OP uint64_t NAME(rays_of_segment)(const pktrt__batch *b, const uint8_t *list, uint64_t mask, uint32_t segment) {
   uint64_t same = 0;
@@ -4716,10 +4719,10 @@ OP void NAME(drive_fast)(const pktrt_scene *scene, pktrt__batch *b, uint32_t n, 
     }
 }
 
-/* >>resolve
-   ---------------------------------------------------------------------------------------------------------- u, v
-   and normal of the hits, once per ray, in double from the triangle's corners: u, v to cn[0..1], the normal, scaled
-   to a largest component of 1, to cf[0..2]. Returns the rays of [i, i+8) whose triangle has no area at the ray's
+/* >>resolve ---------------------------------------------------------------------------------------------------------
+
+   u, v and normal of the hits, once per ray, in double from the triangle's corners: u, v to cn[0..1], the normal,
+   scaled to a largest component of 1, to cf[0..2]. Returns the rays of [i, i+8) whose triangle has no area at the ray's
    time. */
 
 /* Corners of the triangles that rays i to i+7 hit, at the rays' times: p[corner][axis][lane]. */
@@ -5072,9 +5075,8 @@ PKTRT_DEF const char *pktrt_status_string(pktrt_status status) {
 PKTRT_DEF const char *pktrt_last_error(const pktrt_scene *s) {
   if (s) return s->error;
   return "A scene could not be created: out of memory, an instruction set that pktrt_isa_available denies, only one of "
-         "the "
-         "allocate and release hooks, an enumerator out of range, or a compiler that fuses product-sums (see "
-         "DETERMINISM).";
+         "the allocate and release hooks, an enumerator out of range, or a compiler that fuses product-sums (see "
+         "GUARANTEES).";
 }
 
 PKTRT_DEF const char *pktrt_isa_string(pktrt_isa isa) {
@@ -5557,9 +5559,9 @@ PKTRT_DEF void pktrt_occluded_soa(const pktrt_scene *s, const pktrt_rays *rays, 
   pktrt_occluded_soa_ex(s, NULL, rays, out, n);
 }
 
-/* >>spawn
-   ------------------------------------------------------------------------------------------------------------ A
-   point of the surface, moved along the normal to the side of the direction. How far: at a canonical hit the ray
+/* >>spawn ----------------------------------------------------------------------------------------------------------
+
+   A point of the surface, moved along the normal to the side of the direction. How far: at a canonical hit the ray
    passes the triangle's plane at most 6.25 eps M away in two axes (>>exactness), 9 eps M in all, and M, the distance
    from the new origin to a vertex of the mesh, is at most twice the mesh's largest coordinate m; rounding the new
    origin costs another 2 eps m. 24 eps m is beyond that for every triangle whose plane the point lies behind: no
@@ -5585,12 +5587,15 @@ static void pktrt__blend(float p[3][3], float u, float v, double out[3]) {
   }
 }
 
+/* How far a ray starts from a surface of a mesh whose largest coordinate is m. */
+PKTRT__INLINE double pktrt__lift(double m) { return 24 * (double)PKTRT__EPS * m; }
+
 /* Origin of a ray that leaves a surface point towards d. */
 static void pktrt__leave(const pktrt__mesh *m, const double point[3], const float normal[3], const float d[3],
                          float origin[3]) {
   double n[3], length = 0, along = 0;
   for (int a = 0; a < 3; a++) n[a] = (double)normal[a], length += n[a] * n[a], along += n[a] * (double)d[a];
-  const double h = (along < 0 ? -24.0 : 24.0) * (double)PKTRT__EPS * (double)m->max_coord / sqrt(length);
+  const double h = (along < 0 ? -1 : 1) * pktrt__lift((double)m->max_coord) / sqrt(length);
   for (int a = 0; a < 3; a++) origin[a] = (float)(point[a] + h * n[a]);
 }
 
@@ -6066,19 +6071,6 @@ PKTRT_DEF void pktrt_map_phong_naive(const float u[2], const float axis[3], floa
   for (int a = 0; a < 3; a++) out[a] = (float)d[a];
 }
 
-/* A sentence about what is wrong with a render, for whoever wants it. */
-typedef struct pktrt__why {
-  char text[160];
-} pktrt__why;
-
-static bool pktrt__refuse(pktrt__why *why, const char *format, ...) { /* always false */
-  va_list args;
-  va_start(args, format);
-  (void)vsnprintf(why->text, sizeof why->text, format, args);
-  va_end(args);
-  return false;
-}
-
 /* >>fresnel -------------------------------------------------------------------------------------------------------- */
 
 /* Exact Fresnel equations, unpolarised (Born and Wolf, Principles of Optics). */
@@ -6096,8 +6088,21 @@ PKTRT_DEF float pktrt_fresnel_conductor(float cosine, float eta, float k) {
   const double e2 = (double)eta * (double)eta, k2 = (double)k * (double)k, m = e2 - k2 - s2;
   const double ab = sqrt(m * m + 4 * e2 * k2), a = sqrt(pktrt__max(0, 0.5 * (ab + m)));
   const double s = (ab + c2 - 2 * a * c) / (ab + c2 + 2 * a * c);
-  const double p = (c2 * ab + s2 * s2 - 2 * a * c * s2) / (c2 * ab + s2 * s2 + 2 * a * c * s2);
-  return (float)(0.5 * s * (1 + p));
+  const double sum = c2 * ab + s2 * s2, p = sum > 0 ? (sum - 2 * a * c * s2) / (sum + 2 * a * c * s2) : 1;
+  return c > 0 ? (float)(0.5 * s * (1 + p)) : 1;
+}
+
+/* A sentence about what is wrong with a render, for whoever wants it. */
+typedef struct pktrt__why {
+  char text[160];
+} pktrt__why;
+
+static bool pktrt__refuse(pktrt__why *why, const char *format, ...) { /* always false */
+  va_list args;
+  va_start(args, format);
+  (void)vsnprintf(why->text, sizeof why->text, format, args);
+  va_end(args);
+  return false;
 }
 
 /* >>lens ----------------------------------------------------------------------------------------------------------- */
@@ -6164,8 +6169,11 @@ static bool pktrt__check_camera(const pktrt_camera *c, uint32_t width, uint32_t 
     if (eye[0] == target[0] && eye[1] == target[1] && eye[2] == target[2])
       return pktrt__refuse(why, "camera: eye and target are the same point (%g, %g, %g)", (double)eye[0],
                            (double)eye[1], (double)eye[2]);
-    return pktrt__refuse(why, "camera: up (%g, %g, %g) is parallel to the view", (double)c->up[0], (double)c->up[1],
-                         (double)c->up[2]);
+    const bool turns = end && (c->up_end[0] != 0 || c->up_end[1] != 0 || c->up_end[2] != 0);
+    const float *up = turns ? c->up_end : c->up;
+    const bool plain = up[0] == 0 && up[1] == 0 && up[2] == 0;
+    return pktrt__refuse(why, "camera: up (%g, %g, %g) is parallel to the view at time %d", (double)up[0],
+                         plain ? 1 : (double)up[1], (double)up[2], end);
   }
   return true;
 }
@@ -6187,8 +6195,9 @@ typedef struct pktrt__share {
 typedef struct pktrt__lamp {
   double middle[3], radius;  /* mesh: of a sphere around it */
   double area;               /* quad, mesh */
-  double facing[3];          /* quad: unit normal; mesh: sum of the triangles' areas as vectors */
-  float light[3];            /* radiance or intensity */
+  double facing[3];          /* quad: unit normal; directional: unit, towards it; mesh: sum of its areas as vectors */
+  double strength;           /* radiance or intensity: of its largest component, */
+  float light[3];            /* and all three relative to that; products stay in range so */
   pktrt__facet *facets;      /* mesh */
   pktrt__share *shares;
   uint32_t facet_count;
@@ -6255,6 +6264,12 @@ static const pktrt_material *pktrt__look(const pktrt_scene *s, uint32_t material
   return material ? &s->materials[material - 1] : &s->plain;
 }
 
+static float pktrt__index(const pktrt_material *look, int a) { return look->ior[a] > 0 ? look->ior[a] : 1.5f; }
+
+static bool pktrt__has_lobe(const pktrt_material *look) {
+  return look->lobe == PKTRT_LOBE_PHONG && look->specular != PKTRT_SPECULAR_DIELECTRIC;
+}
+
 static bool pktrt__check_scene(const pktrt_scene *s, pktrt__why *why) {
   for (uint32_t i = 0; i < s->committed_meshes; i++)
     if (s->meshes[i].material > s->material_count)
@@ -6305,6 +6320,15 @@ static bool pktrt__check_render(const pktrt_scene *s, const pktrt_render_desc *d
 
 /* >>lamps ---------------------------------------------------------------------------------------------------------- */
 
+static void pktrt__place_facet(float p[3][3], pktrt__facet *f) {
+  (void)pktrt__normal(p, f->normal);
+  f->length = sqrt(pktrt__dot(f->normal, f->normal));
+  for (int a = 0; a < 3; a++) {
+    f->corner[a] = (double)p[0][a];
+    f->edge[0][a] = (double)p[1][a] - f->corner[a], f->edge[1][a] = (double)p[2][a] - f->corner[a];
+  }
+}
+
 /* A triangle at key 0, which the other modes take for all; returns the largest area over its keys. */
 static double pktrt__set_facet(const pktrt__mesh *m, uint32_t triangle, pktrt__lamp *lamp, pktrt__facet *f) {
   float p[3][3];
@@ -6315,10 +6339,9 @@ static double pktrt__set_facet(const pktrt__mesh *m, uint32_t triangle, pktrt__l
     const double area = 0.5 * sqrt(pktrt__dot(n, n));
     if (area > largest) largest = area;
     if (key) continue;
-    lamp->area += area, f->length = 2 * area;
+    lamp->area += area;
+    pktrt__place_facet(p, f);
     for (int a = 0; a < 3; a++) {
-      f->corner[a] = (double)p[0][a], f->normal[a] = n[a];
-      f->edge[0][a] = (double)p[1][a] - f->corner[a], f->edge[1][a] = (double)p[2][a] - f->corner[a];
       lamp->facing[a] += 0.5 * n[a];
       lamp->middle[a] += area * (f->corner[a] + (f->edge[0][a] + f->edge[1][a]) / 3);
     }
@@ -6335,26 +6358,32 @@ static uint32_t pktrt__find_facet(const pktrt__lamp *lamp, double want) {
 }
 
 /* A mesh as a light: by area for DRT, as a point for the other modes. */
-static bool pktrt__mesh_lamp(const pktrt_scene *s, const pktrt__mesh *m, pktrt__lamp *lamp) {
+static bool pktrt__mesh_lamp(const pktrt__job *job, const pktrt__mesh *m, pktrt__lamp *lamp) {
+  const pktrt_scene_desc *desc = &job->scene->desc;
   double sum = 0;
-  const uint32_t n = lamp->facet_count = m->triangle_count;
-  lamp->facets = PKTRT__CAST(pktrt__facet *, pktrt__alloc(&s->desc, n, sizeof *lamp->facets));
-  lamp->shares = PKTRT__CAST(pktrt__share *, pktrt__alloc(&s->desc, n, sizeof *lamp->shares));
-  if (!lamp->facets || !lamp->shares) return false;
-  for (uint32_t i = 0; i < n; i++) {
-    lamp->facets[i].odds = pktrt__set_facet(m, i, lamp, &lamp->facets[i]);
-    lamp->shares[i].sum = sum += lamp->facets[i].odds;
+  const uint32_t n = m->triangle_count;
+  pktrt__facet unread;
+  if (job->distribute) {
+    lamp->facet_count = n;
+    lamp->facets = PKTRT__CAST(pktrt__facet *, pktrt__alloc(desc, n, sizeof *lamp->facets));
+    lamp->shares = PKTRT__CAST(pktrt__share *, pktrt__alloc(desc, n, sizeof *lamp->shares));
+    if (!lamp->facets || !lamp->shares) return false;
   }
-  for (uint32_t i = 0, at = 0; i < n; i++) {
+  for (uint32_t i = 0; i < n; i++) {
+    const double area = pktrt__set_facet(m, i, lamp, lamp->facets ? &lamp->facets[i] : &unread);
+    sum += area;
+    if (lamp->facets) lamp->facets[i].odds = area, lamp->shares[i].sum = sum;
+  }
+  for (uint32_t i = 0, at = 0; i < lamp->facet_count; i++) {
     while (at + 1 < n && lamp->shares[at].sum <= sum * i / n * (1 - 1e-9)) at++; /* rather one too early */
     lamp->shares[i].start = at;
     lamp->facets[i].odds = lamp->facets[i].odds > 0 ? sum / lamp->facets[i].odds : 0;
   }
   for (int a = 0; a < 3 && lamp->area > 0; a++) lamp->middle[a] /= lamp->area;
-  for (uint32_t i = 0; i < m->vertex_count; i++) {
+  for (uint64_t i = 0, floats = pktrt__mesh_floats(m); i < floats; i += 3) {
     double r2 = 0;
-    for (int a = 0; a < 3; a++) {
-      const double d = (double)m->positions[(size_t)i * 3 + (size_t)a] - lamp->middle[a];
+    for (uint32_t a = 0; a < 3; a++) {
+      const double d = (double)m->positions[i + a] - lamp->middle[a];
       r2 += d * d;
     }
     if (r2 > lamp->radius * lamp->radius) lamp->radius = sqrt(r2);
@@ -6380,17 +6409,24 @@ static bool pktrt__make_lamps(pktrt__job *job) { /* false: out of memory, and no
   for (uint32_t i = 0; i < s->light_count; i++) {
     const pktrt_light *l = &s->lights[i];
     pktrt__lamp *lamp = &job->lamps[i];
-    memcpy(lamp->light, l->intensity, sizeof lamp->light);
+    const pktrt__mesh *m = l->kind == PKTRT_LIGHT_MESH ? &s->meshes[l->mesh] : NULL;
+    double light[3];
+    for (int a = 0; a < 3; a++) {
+      light[a] = (double)l->intensity[a] * (m ? (double)pktrt__look(s, m->material)->emission[a] : 1);
+      lamp->strength = pktrt__max(light[a], lamp->strength);
+      lamp->facing[a] = -(double)l->direction[a]; /* of a directional light */
+    }
+    for (int a = 0; a < 3; a++) lamp->light[a] = lamp->strength > 0 ? (float)(light[a] / lamp->strength) : 0;
+    if (l->kind == PKTRT_LIGHT_DIRECTIONAL) (void)pktrt__normalise(lamp->facing);
     if (l->kind == PKTRT_LIGHT_QUAD) {
       double e[2][3];
       for (int a = 0; a < 6; a++) e[a / 3][a % 3] = (double)l->edge[a / 3][a % 3];
       pktrt__cross(e[0], e[1], lamp->facing);
       lamp->area = sqrt(pktrt__dot(lamp->facing, lamp->facing));
       (void)pktrt__normalise(lamp->facing);
-    } else if (l->kind == PKTRT_LIGHT_MESH) {
-      const pktrt__mesh *m = &s->meshes[l->mesh];
-      for (int a = 0; a < 3; a++) lamp->light[a] *= pktrt__look(s, m->material)->emission[a];
-      if (!pktrt__mesh_lamp(s, m, lamp)) {
+    } else if (m) {
+      memset(lamp->facing, 0, sizeof lamp->facing);
+      if (!pktrt__mesh_lamp(job, m, lamp)) {
         pktrt__free_lamps(job);
         return false;
       }
@@ -6429,7 +6465,7 @@ static double pktrt__aim_at_sphere(const pktrt_light *l, const float *u, const d
   for (int a = 0; a < 3; a++) axis[a] /= distance;
   if (!u) {
     for (int a = 0; a < 3; a++) at[a] = from[a] + (distance - radius) * axis[a];
-    return 3.14159265358979323846 * s2;
+    return PKTRT__PI * s2;
   }
   float disk[2];
   pktrt_map_disk(u, disk);
@@ -6439,23 +6475,12 @@ static double pktrt__aim_at_sphere(const pktrt_light *l, const float *u, const d
   const double sin2 = down * (1 + cosine);
   const double depth = distance * cosine - sqrt(pktrt__max(0, radius * radius - d2 * sin2));
   for (int a = 0; a < 3; a++) at[a] = from[a] + depth * (cosine * axis[a] + sine * (x * t[a] + y * b[a]));
-  return 2 * 3.14159265358979323846 * rise;
+  return 2 * PKTRT__PI * rise;
 }
 
-/* A facet of a mesh that moves, at the time of a ray. */
-static void pktrt__move_facet(const pktrt__mesh *m, uint32_t triangle, float time, pktrt__facet *f) {
-  float p[3][3];
-  for (uint32_t c = 0; c < 3; c++) pktrt__corner(m, m->positions, triangle, c, time, p[c]);
-  (void)pktrt__normal(p, f->normal);
-  f->length = sqrt(pktrt__dot(f->normal, f->normal));
-  for (int a = 0; a < 3; a++) {
-    f->corner[a] = (double)p[0][a];
-    f->edge[0][a] = (double)p[1][a] - f->corner[a], f->edge[1][a] = (double)p[2][a] - f->corner[a];
-  }
-}
-
-/* A point on the triangle that u[0] falls to, by area, moved off the light as a ray that leaves it would be. With N
-   the cross product of the edges, the light's cosine times the area is |N to| / (2 r). */
+/* A point on the triangle that u[0] falls to, by area, moved off the light as a ray that leaves it would be, or as far
+   as a ray that arrives can err: the bound of >>spawn, with the distance in place of the coordinates. With N the cross
+   product of the edges, the light's cosine times the area is |N to| / (2 r). */
 static double pktrt__aim_at_mesh(const pktrt__mesh *m, const pktrt__lamp *lamp, const float u[2], float time,
                                  const double from[3], double at[3]) {
   const double total = lamp->facet_count ? lamp->shares[lamp->facet_count - 1].sum : 0, want = (double)u[0] * total;
@@ -6464,7 +6489,12 @@ static double pktrt__aim_at_mesh(const pktrt__mesh *m, const pktrt__lamp *lamp, 
   const pktrt__facet *f = &lamp->facets[i];
   pktrt__facet moved;
   const double odds = f->odds, low = (lamp->shares[i].sum - want) / total * odds;
-  if (m->key_count > 1) pktrt__move_facet(m, i, time, &moved), f = &moved;
+  if (m->key_count > 1) {
+    float p[3][3];
+    for (uint32_t c = 0; c < 3; c++) pktrt__corner(m, m->positions, i, c, time, p[c]);
+    pktrt__place_facet(p, &moved);
+    f = &moved;
+  }
   double along = 0, r2 = 0;
   /* the square, folded over the triangle: area is kept */
   const double root = sqrt(pktrt__min(pktrt__max(low, 0), 1)), y = root * (double)u[1], x = root - y;
@@ -6474,9 +6504,9 @@ static double pktrt__aim_at_mesh(const pktrt__mesh *m, const pktrt__lamp *lamp, 
     along += d * f->normal[a], r2 += d * d;
   }
   if (!(f->length > 0 && r2 > 0)) return 0;
-  const double lift = (along < 0 ? -24.0 : 24.0) * (double)PKTRT__EPS * (double)m->max_coord / f->length;
-  for (int a = 0; a < 3; a++) at[a] += lift * f->normal[a];
-  return 0.5 * (along < 0 ? -along : along) / sqrt(r2) * odds;
+  const double r = sqrt(r2), lift = pktrt__lift(pktrt__max((double)m->max_coord, r)) / f->length;
+  for (int a = 0; a < 3; a++) at[a] += (along < 0 ? -lift : lift) * f->normal[a];
+  return 0.5 * (along < 0 ? -along : along) / r * odds;
 }
 
 /* RCS and WRT: a point in the middle. Of a flat mesh the projected area is |S cos|, S being the sum of its area
@@ -6562,12 +6592,15 @@ static void pktrt__gather_surface(const pktrt__work *work, const pktrt__wave *w,
   } else {
     for (int c = 0; c < 9; c++) g->q[c / 3][c % 3][j] = w->n[c % 3][i];
   }
-  float length2 = 0;
-  for (int a = 0; a < 3; a++) g->n[a][j] = w->n[a][i], g->d[a][j] = w->d[a][i], length2 += w->d[a][i] * w->d[a][i];
+  double length2 = 0;
+  for (int a = 0; a < 3; a++) {
+    g->n[a][j] = w->n[a][i], g->d[a][j] = w->d[a][i];
+    length2 += (double)w->d[a][i] * (double)w->d[a][i];
+  }
   g->u[j] = s->u[k] = w->u[i], g->v[j] = s->v[k] = w->v[i];
   s->time[k] = w->time[i];
-  s->distance[k] = w->t[i] * sqrtf(length2);
-  s->lift[k] = 24.0f * PKTRT__EPS * m->max_coord;
+  s->distance[k] = pktrt__to_float((double)w->t[i] * sqrt(length2));
+  s->lift[k] = (float)pktrt__lift((double)m->max_coord);
   s->ray[k] = i, s->mesh[k] = mesh, s->triangle[k] = triangle;
   s->material[k] = m->material, s->look[k] = pktrt__look(scene, m->material);
   s->shaded[k] = 0;
@@ -6590,9 +6623,9 @@ static void pktrt__find_misses(const pktrt__job *job, pktrt__wave *w, uint32_t f
   for (uint32_t i = first; i < first + n; i++) {
     if (w->id[i] == PKTRT_NONE) {
       double v[3] = {(double)w->d[0][i], (double)w->d[1][i], (double)w->d[2][i]};
-      (void)pktrt__normalise(v);
-      for (int a = 0; a < 3; a++) d[a][m] = (float)v[a];
-      lane[m++] = i;
+      const bool somewhere = pktrt__normalise(v); /* not where a moving camera stands in its target */
+      for (int a = 0; a < 3; a++) d[a][m] = (float)v[a], w->radiance[a][i] = job->desc->background[a];
+      if (somewhere) lane[m++] = i;
     }
     if (m == 64 || (m && i + 1 == first + n)) {
       pktrt__surroundings(job, m, d, radiance);
@@ -6604,7 +6637,8 @@ static void pktrt__find_misses(const pktrt__job *job, pktrt__wave *w, uint32_t f
 }
 
 /* Fills work->surfaces from rays [first, first + n) of a wave, and gives the others what surrounds the scene. */
-static void pktrt__find_surfaces(pktrt__work *work, pktrt__wave *w, uint32_t first, uint32_t n) {
+/* Not inlined, like pktrt__dress, _flush and _add_lights: their arrays must not lie in every frame of the recursion. */
+PKTRT__NOINLINE void pktrt__find_surfaces(pktrt__work *work, pktrt__wave *w, uint32_t first, uint32_t n) {
   pktrt__surfaces *s = &work->surfaces;
   pktrt__gather g;
   uint32_t hint = 0, k = 0;
@@ -6630,7 +6664,8 @@ typedef struct pktrt__hooked {
 
 static void pktrt__to_hook(const pktrt__surfaces *s, uint32_t k, pktrt__hooked *h, uint32_t n) {
   for (int a = 0; a < 3; a++) {
-    h->position[a][n] = (float)s->point[a][k], h->direction[a][n] = s->d[a][k], h->normal[a][n] = s->shade[a][k];
+    h->position[a][n] = pktrt__to_float(s->point[a][k]);
+    h->direction[a][n] = s->d[a][k], h->normal[a][n] = s->shade[a][k];
     h->albedo[a][n] = s->albedo[a][k], h->reflectance[a][n] = s->reflectance[a][k];
     h->emission[a][n] = s->emission[a][k], h->radiance[a][n] = 0;
   }
@@ -6685,14 +6720,14 @@ static bool pktrt__read_material(pktrt__surfaces *s, uint32_t k) {
     s->reflectance[a][k] = tinted || look->specular == PKTRT_SPECULAR_MIRROR ? look->reflectance[a] : 1;
     s->specular[a][k] = s->passing[a][k] = 0;
   }
-  const float ior = look->ior[0] > 0 ? look->ior[0] : 1.5f;
+  const float ior = pktrt__index(look, 0);
   s->eta[k] = look->specular == PKTRT_SPECULAR_DIELECTRIC && s->inside[k] ? 1 / ior : ior;
   s->shaded[k] = look->shader != NULL;
   return look->texture || look->shader;
 }
 
 static float pktrt__metal(const pktrt_material *look, int a, float cosine) {
-  return pktrt_fresnel_conductor(cosine, look->ior[a] > 0 ? look->ior[a] : 1.5f, look->extinction[a]);
+  return pktrt_fresnel_conductor(cosine, pktrt__index(look, a), look->extinction[a]);
 }
 
 /* Beer attenuation on the way to surface k: of the glass whose inside it shows, or that the ray was refracted into. */
@@ -6751,7 +6786,7 @@ static void pktrt__note_first_hits(pktrt__work *work) {
 }
 
 /* Materials of all surfaces, and the radiance that needs no ray: emission and ambient light. */
-static void pktrt__dress(pktrt__work *work, const pktrt__wave *w, uint32_t depth) {
+PKTRT__NOINLINE void pktrt__dress(pktrt__work *work, const pktrt__wave *w, uint32_t depth) {
   pktrt__surfaces *s = &work->surfaces;
   const pktrt__job *job = work->job;
   const pktrt_render_desc *d = job->desc;
@@ -6785,7 +6820,7 @@ static void pktrt__add_stats(pktrt_stats *to, const pktrt_stats *from) { pktrt__
 
 /* >>assembly: how rays are put together to packets ---------------------------------------------------------------- */
 
-/* Traces the pending rays as one packet (fast path: as one batch) and counts. */
+/* Traces rays as one packet (fast path: as one batch) and counts. */
 static void pktrt__trace_batch(pktrt__work *work, pktrt__batch *b, uint32_t n, pktrt_ray_type type, uint32_t depth,
                                bool occlusion, bool alone) {
   const pktrt__job *job = work->job;
@@ -6838,7 +6873,7 @@ static pktrt__passage pktrt__pass_glass(pktrt__work *work, uint32_t i, uint32_t 
     d2 += (double)d[a] * (double)d[a], n2 += (double)normal[a] * (double)normal[a];
   }
   const float cosine = (float)(fabs(along) / sqrt(d2 * n2));
-  const float clear = 1 - pktrt_fresnel_dielectric(cosine, look->ior[0] > 0 ? look->ior[0] : 1.5f);
+  const float clear = 1 - pktrt_fresnel_dielectric(cosine, pktrt__index(look, 0));
   for (int a = 0; a < 3; a++) {
     seen[a] *= clear;
     if (along > 0 && look->absorption[a] > 0)
@@ -6846,11 +6881,9 @@ static pktrt__passage pktrt__pass_glass(pktrt__work *work, uint32_t i, uint32_t 
   }
   pktrt__leave(m, point, normal, d, origin);
   const bool finite = b->tmax[i] < INFINITY;
-  float left = 0;
-  for (int a = 0; a < 3; a++) {
-    const float end = b->o[a][i] + d[a];
-    if (finite) left += (end - origin[a]) * d[a];
-  }
+  double left = 0;
+  for (int a = 0; a < 3 && finite; a++)
+    left += ((double)b->o[a][i] + (double)d[a] - (double)origin[a]) * (double)d[a];
   for (int a = 0; a < 3; a++) {
     const float end = b->o[a][i] + d[a];
     b->d[a][j] = finite ? end - origin[a] : d[a], b->o[a][j] = origin[a];
@@ -6860,7 +6893,7 @@ static pktrt__passage pktrt__pass_glass(pktrt__work *work, uint32_t i, uint32_t 
 }
 
 /* Gives the pending shadow rays that something stopped a second chance: was it glass? */
-static void pktrt__look_through_glass(pktrt__work *work, uint32_t depth) {
+static void pktrt__look_through_glass(pktrt__work *work, pktrt_ray_type type, uint32_t depth) {
   pktrt__pending *p = &work->pending;
   pktrt__batch *b = &work->through;
   uint32_t lane[PKTRT__BATCH], n = 0, hint = 0;
@@ -6872,7 +6905,7 @@ static void pktrt__look_through_glass(pktrt__work *work, uint32_t depth) {
   }
   for (uint32_t round = 0; n && round <= 2 * PKTRT_MAX_DEPTH; round++) {
     uint32_t left = 0;
-    pktrt__trace_batch(work, b, n, PKTRT_RAY_SHADOW, depth, false, false);
+    pktrt__trace_batch(work, b, n, type, depth, false, work->alone);
     for (uint32_t i = 0; i < n; i++) {
       const uint32_t k = lane[i];
       float seen[3] = {p->seen[0][k], p->seen[1][k], p->seen[2][k]};
@@ -6901,7 +6934,7 @@ static void pktrt__tell_packet(const pktrt__work *work, pktrt_ray_type type, uin
 
 /* Traces what is pending. Shadow rays add their light in the order in which they were pushed; for each surface that is
    the order of the lights, whatever the packets. */
-static void pktrt__flush(pktrt__work *work, pktrt_ray_type type, uint32_t depth) {
+PKTRT__NOINLINE void pktrt__flush(pktrt__work *work, pktrt_ray_type type, uint32_t depth) {
   pktrt__pending *p = &work->pending;
   pktrt__batch *b = &p->batch;
   pktrt__surfaces *s = &work->surfaces;
@@ -6911,7 +6944,7 @@ static void pktrt__flush(pktrt__work *work, pktrt_ray_type type, uint32_t depth)
   for (uint32_t i = 0; i < p->n; i++)
     for (int a = 0; a < 3; a++) p->seen[a][i] = b->slot[i] == PKTRT_NONE ? 1.0f : 0.0f;
   if (work->job->glass && (type == PKTRT_RAY_SHADOW || type == PKTRT_RAY_OTHER))
-    pktrt__look_through_glass(work, depth);
+    pktrt__look_through_glass(work, type, depth);
   for (uint32_t i = 0; i < p->n; i++) {
     const uint32_t k = p->target[i];
     pktrt__wave *w = p->wave[i];
@@ -7010,7 +7043,7 @@ static void pktrt__assemble_wave(pktrt__work *work, pktrt__wave **wave, uint32_t
 
 /* >>lights --------------------------------------------------------------------------------------------------------- */
 
-/* Values of the sample that surface k belongs to. */
+/* Values of the sample that a ray of a wave belongs to. */
 static void pktrt__draw(const pktrt__work *work, const pktrt__wave *w, uint32_t ray, uint32_t dimension, uint32_t n,
                         float *out) {
   const uint32_t root = w->root[ray];
@@ -7022,6 +7055,12 @@ static void pktrt__draw(const pktrt__work *work, const pktrt__wave *w, uint32_t 
 static float pktrt__light_share(const pktrt__work *work, uint32_t k, uint32_t light, uint32_t depth) {
   if (depth < 2 || !work->job->distribute || work->job->desc->lights == PKTRT_LIGHTS_ALL) return 1;
   return work->chosen[k] == light ? (float)work->job->scene->light_count : 0;
+}
+
+static bool pktrt__is_asked(const pktrt__work *work, uint32_t light, uint32_t depth) { /* by any surface */
+  for (uint32_t k = 0; k < work->surfaces.count; k++)
+    if (pktrt__light_share(work, k, light, depth) > 0) return true;
+  return false;
 }
 
 static void pktrt__choose_lights(pktrt__work *work, const pktrt__wave *w) {
@@ -7038,7 +7077,7 @@ static void pktrt__choose_lights(pktrt__work *work, const pktrt__wave *w) {
 static void pktrt__aim_at_surroundings(pktrt__work *work, const pktrt__wave *w, uint32_t light, uint32_t depth) {
   const pktrt__surfaces *s = &work->surfaces;
   pktrt__targets *g = &work->targets;
-  const float *by = work->job->lamps[light].light;
+  const pktrt__lamp *lamp = &work->job->lamps[light];
   float d[3][64], radiance[3][64];
   for (uint32_t k = 0; k < s->count; k++) {
     const float normal[3] = {s->shade[0][k], s->shade[1][k], s->shade[2][k]};
@@ -7048,11 +7087,11 @@ static void pktrt__aim_at_surroundings(pktrt__work *work, const pktrt__wave *w, 
     float cosine = 0;
     for (int a = 0; a < 3; a++) d[a][k % 64] = to[a], g->at[a][k] = (double)to[a], cosine += to[a] * normal[a];
     const float share = pktrt__light_share(work, k, light, depth);
-    g->factor[k] = cosine > 0 ? (double)share * 3.14159265358979323846 / (double)cosine : 0;
+    g->factor[k] = cosine > 0 ? lamp->strength * (double)share * PKTRT__PI / (double)cosine : 0;
     if (k % 64 != 63 && k + 1 != s->count) continue;
     pktrt__surroundings(work->job, k % 64 + 1, d, radiance);
     for (int a = 0; a < 3; a++)
-      for (uint32_t i = 0; i <= k % 64; i++) g->arriving[a][k / 64 * 64 + i] = radiance[a][i] * by[a];
+      for (uint32_t i = 0; i <= k % 64; i++) g->arriving[a][k / 64 * 64 + i] = radiance[a][i] * lamp->light[a];
   }
 }
 
@@ -7074,14 +7113,14 @@ static void pktrt__find_targets(pktrt__work *work, const pktrt__wave *w, uint32_
     if (share == 0) continue;
     if (random) pktrt__draw(work, w, s->ray[k], 4 + 2 * light, 2, u);
     for (int a = 0; a < 3; a++)
-      at[a] = l->kind == PKTRT_LIGHT_DIRECTIONAL ? -(double)l->direction[a] : (double)l->position[a];
+      at[a] = l->kind == PKTRT_LIGHT_DIRECTIONAL ? lamp->facing[a] : (double)l->position[a];
     if (l->kind == PKTRT_LIGHT_QUAD) factor = pktrt__aim_at_quad(l, lamp, u, from, at);
     if (l->kind == PKTRT_LIGHT_SPHERE) factor = pktrt__aim_at_sphere(l, random ? u : NULL, from, at);
     if (l->kind == PKTRT_LIGHT_MESH)
       factor = random ? pktrt__aim_at_mesh(&job->scene->meshes[l->mesh], lamp, u, s->time[k], from, at)
                       : pktrt__aim_at_middle(lamp, from, at);
     for (int a = 0; a < 3; a++) g->at[a][k] = at[a], g->arriving[a][k] = lamp->light[a];
-    g->factor[k] = factor * (double)share;
+    g->factor[k] = factor * (double)share * lamp->strength;
   }
 }
 
@@ -7090,7 +7129,7 @@ static float pktrt__highlight(const pktrt__surfaces *s, uint32_t k, const float 
   const pktrt_material *look = s->look[k];
   double cosine = 0;
   for (int a = 0; a < 3; a++) cosine += (double)to[a] * (double)s->mirror[a][k];
-  if (!(cosine > 0) || look->lobe != PKTRT_LOBE_PHONG || look->specular == PKTRT_SPECULAR_DIELECTRIC) return 0;
+  if (!(cosine > 0) || !pktrt__has_lobe(look)) return 0;
   const double n = (double)look->exponent;
   return (float)((n + 1) * 0.15915494309189533577 * pktrt__pow(pktrt__min(cosine, 1), n));
 }
@@ -7130,7 +7169,7 @@ static void pktrt__aim(pktrt__work *work, uint32_t light) {
 }
 
 /* Direct light of all surfaces. */
-static void pktrt__add_lights(pktrt__work *work, const pktrt__wave *w, uint32_t depth) {
+PKTRT__NOINLINE void pktrt__add_lights(pktrt__work *work, const pktrt__wave *w, uint32_t depth) {
   const pktrt__job *job = work->job;
   const bool blind = job->desc->assembly == PKTRT_ASSEMBLY_BLIND;
   const bool together = blind || job->desc->shadows == PKTRT_SHADOWS_TOGETHER;
@@ -7138,6 +7177,7 @@ static void pktrt__add_lights(pktrt__work *work, const pktrt__wave *w, uint32_t 
   uint32_t *sender = work->sender;
   if (depth > 1 && job->distribute && job->desc->lights != PKTRT_LIGHTS_ALL) pktrt__choose_lights(work, w);
   for (uint32_t light = 0; light < job->scene->light_count; light++) {
+    if (!pktrt__is_asked(work, light, depth)) continue;
     if (job->scene->lights[light].kind == PKTRT_LIGHT_ENVIRONMENT) pktrt__aim_at_surroundings(work, w, light, depth);
     else pktrt__find_targets(work, w, light, depth);
     pktrt__aim(work, light);
@@ -7176,7 +7216,7 @@ static bool pktrt__send(const pktrt__work *work, const pktrt__wave *w, uint32_t 
   if (!(largest > 0) || importance < work->job->threshold) return false;
   const double lift = type == PKTRT_RAY_REFRACTION ? -(double)s->lift[k] : (double)s->lift[k];
   for (int a = 0; a < 3; a++) {
-    to->o[a][n] = (float)(s->point[a][k] + lift * (double)s->flat[a][k]);
+    to->o[a][n] = pktrt__to_float(s->point[a][k] + lift * (double)s->flat[a][k]);
     to->d[a][n] = direction[a], to->weight[a][n] = weight[a];
   }
   to->time[n] = s->time[k], to->importance[n] = importance, to->parent[n] = ray;
@@ -7194,8 +7234,7 @@ static bool pktrt__reflect(const pktrt__work *work, const pktrt__wave *w, uint32
   const pktrt_material *look = s->look[k];
   const float axis[3] = {s->mirror[0][k], s->mirror[1][k], s->mirror[2][k]};
   memcpy(out, axis, sizeof axis);
-  if (!work->job->distribute || look->lobe != PKTRT_LOBE_PHONG || look->specular == PKTRT_SPECULAR_DIELECTRIC)
-    return true;
+  if (!work->job->distribute || !pktrt__has_lobe(look)) return true;
   float u[2], side = 0;
   pktrt__draw(work, w, s->ray[k], 0, 2, u);
   if (work->job->desc->phong_mapping == PKTRT_PHONG_NAIVE) pktrt_map_phong_naive(u, axis, look->exponent, out);
@@ -7327,6 +7366,7 @@ static void pktrt__camera_ray(pktrt__work *work, uint32_t px, uint32_t py, uint3
   if (job->distribute && c->aperture > 0) pktrt_map_disk(u + 2, disk);
   const double time = pktrt__min(1, (double)c->time + (double)u[4] * (double)c->shutter);
   pktrt__view_plane moved;
+  memset(&moved, 0, sizeof moved);
   const pktrt__view_plane *p = &job->plane;
   bool sees = true;
   if (c->moving) sees = pktrt__view_at(c, job->desc->width, job->desc->height, time, &moved), p = &moved;
@@ -7334,8 +7374,8 @@ static void pktrt__camera_ray(pktrt__work *work, uint32_t px, uint32_t py, uint3
   const double lx = half * (double)disk[0], ly = half * (double)disk[1];
   for (int a = 0; a < 3; a++) {
     const double d = p->corner[a] + x * p->dx[a] + y * p->dy[a], off = lx * p->right[a] + ly * p->up[a];
-    w->o[a][n] = (float)(p->eye[a] + off);
-    w->d[a][n] = sees ? (float)(d - off / p->focus) : 0;
+    w->o[a][n] = pktrt__to_float(p->eye[a] + off);
+    w->d[a][n] = sees ? pktrt__to_float(d - off / p->focus) : 0;
   }
   w->time[n] = (float)time;
   w->importance[n] = 1, w->parent[n] = n, w->key[n] = 0, w->material[n] = w->medium[n] = 0;
@@ -7364,7 +7404,7 @@ static void pktrt__write_pixel(const pktrt__work *work, uint32_t x, uint32_t y, 
   const size_t at = (size_t)y * d->width + x;
   const double n = work->job->samples;
   for (int a = 0; a < 3; a++) {
-    d->pixels[y * work->job->row_stride + (size_t)x * 3 + (size_t)a] = (float)(work->sum[a][p] / n);
+    d->pixels[y * work->job->row_stride + (size_t)x * 3 + (size_t)a] = pktrt__to_float(work->sum[a][p] / n);
     if (d->normal) d->normal[at * 3 + (size_t)a] = (float)(work->normal[a][p] / n);
     if (d->albedo) d->albedo[at * 3 + (size_t)a] = (float)(work->albedo[a][p] / n);
   }
@@ -7479,7 +7519,8 @@ static void pktrt__run_tile(void *arg, size_t i) {
   const uint32_t area[4] = {x, y, x1, y1};
   if (!pktrt__render_area(t->job, area, t->stats ? &t->stats[i] : NULL)) (void)pktrt__count_up(&t->failed);
   const uint32_t done = pktrt__count_up(&t->done);
-  if (d->progress && !d->progress(d->user, (float)done / (float)t->count)) (void)pktrt__count_up(&t->cancelled);
+  if (d->progress && !d->progress(d->user, (float)done / (float)t->count) && done < t->count)
+    (void)pktrt__count_up(&t->cancelled);
 }
 
 PKTRT_DEF pktrt_status pktrt_render(pktrt_scene *s, const pktrt_render_desc *d) {

@@ -194,8 +194,23 @@ static void set_moving(scene *s, double degrees) {
     }
     m->positions = p;
     m->key_count = 2;
+    m->deforms = false; /* scene_add takes the keys as they are */
     free(m->normals); /* of one key, and nothing is shaded here */
     m->normals = NULL;
+  }
+}
+
+/* Shadow rays end at one point: of a lamp that is a mesh, just below the middle of its box. */
+static void set_light_point(scene *s) {
+  if (s->lights[0].kind != PKTRT_LIGHT_MESH) return;
+  const scene_mesh *m = &s->meshes[s->lights[0].mesh];
+  for (uint32_t a = 0; a < 3; a++) {
+    float lo = m->positions[a], hi = lo;
+    for (uint32_t i = 1; i < m->vertex_count; i++) {
+      lo = fminf(lo, m->positions[3 * i + a]);
+      hi = fmaxf(hi, m->positions[3 * i + a]);
+    }
+    s->lights[0].position[a] = a == 1 ? lo - 0.05f : 0.5f * (lo + hi);
   }
 }
 
@@ -216,6 +231,7 @@ static void set_view(scene *s, const options *o) {
   if (c->up[0] == 0 && c->up[1] == 0 && c->up[2] == 0) c->up[1] = 1;
   for (int a = 0; o->mesh && a < 3; a++)
     s->lights[0].position[a] = c->eye[a] + 0.05f * (float)size * (c->up[a] + (a == 0));
+  set_light_point(s);
   if (o->has_light) memcpy(s->lights[0].position, o->light, sizeof o->light);
 }
 

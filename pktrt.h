@@ -285,7 +285,7 @@
        first pktrt_set_positions of a mesh makes room for a second set, which stays; pktrt_set_normals likewise.
      - Rendering: about 215 KiB for each tile at work, and 54 KiB for each generation of rays; 130 bytes for each
        triangle of a mesh that is a light (DRT); if it counts, 7 KiB for each tile of the picture.
-     - Stack: at most 64 KiB in a query, about 80 KiB in a render, 16 KiB in a build, if compiled with optimisation (up
+     - Stack: at most 64 KiB in a query, about 64 KiB in a render, 16 KiB in a build, if compiled with optimisation (up
        to twice that without). Mind this when your threads have small stacks.
    pktrt_get_scene_info tells tree and mesh bytes.
 
@@ -6636,8 +6636,8 @@ static void pktrt__find_misses(const pktrt__job *job, pktrt__wave *w, uint32_t f
   }
 }
 
-/* Fills work->surfaces from rays [first, first + n) of a wave, and gives the others what surrounds the scene. */
-/* Not inlined, like pktrt__dress, _flush and _add_lights: their arrays must not lie in every frame of the recursion. */
+/* Fills work->surfaces from rays [first, first + n) of a wave, and gives the others what surrounds the scene. Not
+   inlined, like pktrt__dress, _flush and _add_lights: their arrays must not lie in every frame of the recursion. */
 PKTRT__NOINLINE void pktrt__find_surfaces(pktrt__work *work, pktrt__wave *w, uint32_t first, uint32_t n) {
   pktrt__surfaces *s = &work->surfaces;
   pktrt__gather g;

@@ -195,6 +195,37 @@ static void far_mesh_light(void) {
   mesh_free(&m);
 }
 
+/* A tilted lamp at the origin must not shadow itself, however far away the patch is: shadow rays that start at large
+   coordinates end near small ones. Emission grows with the distance, so that every patch is about as bright. */
+static void lamps_at_distances(void) {
+  static const double distance[5] = {1, 30, 100, 1000, 10000};
+  vec a = vec_unit(vec_of(1, -1, 0)), b = vec_unit(vec_of(1, 1, -2)), n = vec_cross(b, a);
+  quad q = quad_flipped(quad_of(vec_of(0, 0, 0), vec_mul(a, 0.5), vec_mul(b, 0.5))),
+       screen = quad_of(vec_mul(n, 0.1), vec_mul(a, 0.6), vec_mul(b, 0.6));
+  for (int i = 0; i < 5; i++) {
+    double d = distance[i], want = 0;
+    vec p = vec_mul(vec_unit(vec_of(-0.71, -1, -0.53)), d);
+    quad floor = quad_of(p, vec_of(0, 0, d / 20), vec_of(d / 20, 0, 0));
+    for (int kind = 0; kind < 3; kind++) { /* a quad light, a mesh, a mesh behind a screen */
+      pktrt_scene *s = stage_open();
+      pktrt_material diffuse = material_of(albedo, PKTRT_SPECULAR_NONE, 0), lamp = lamp_of(2 * d * d);
+      pktrt_light l = kind ? light_of(PKTRT_LIGHT_MESH, 1) : quad_light(&q, 2 * d * d);
+      stage_quad(s, &floor, stage_material(s, &diffuse));
+      if (kind) l.mesh = stage_quad(s, &q, stage_material(s, &lamp));
+      if (kind == 2) stage_quad(s, &screen, 0);
+      stage_light(s, &l);
+      stage_commit(s);
+      want = albedo * 2 * d * d * quad_form_factor(p, up, &q);
+      pktrt_render_desc view = stage_spot(vec_add(p, vec_mul(vec_of(0.3, 0.2, -0.4), d / 10)), p);
+      estimate e = stage_estimate(s, &view, 16);
+      if (kind < 2) check_estimate(kind ? "a mesh far away" : "a quad far away", &e, want, want * 0.997, 0.002);
+      else CHECK(e.mean[0] == 0, "the control, distance %g: %g behind a screen", d, e.mean[0]);
+      if (kind == 1) say("at %g: %.5f of the closed form, +- %.5f", d, e.mean[0] / want, e.error[0] / want);
+      pktrt_scene_destroy(s);
+    }
+  }
+}
+
 /* A lamp that rises and grows while the shutter is open: the mean of its form factors. */
 static void moving_lamp(void) {
   static const uint32_t corners[6] = {0, 1, 2, 0, 2, 3};
@@ -353,6 +384,92 @@ static void glass_shadows(void) {
     pktrt_scene_destroy(s);
   }
   mesh_free(&box);
+}
+
+/* The length of a direction means nothing, tiny or huge; along an axis not even for the last bit. */
+static void direction_lengths(void) {
+  enum { N = 24 };
+  static const float length[] = {1, 1e-45f, 1e-42f, 1e-38f, 1e-20f, 1e20f, 1e30f};
+  quad screen = quad_of(vec_of(0.5, 0.3, 0), vec_of(0.5, 0, 0), vec_of(0, 0, 1));
+  pktrt_material m = material_of(albedo, PKTRT_SPECULAR_MIRROR, 0.3);
+  m.lobe = PKTRT_LOBE_PHONG, m.exponent = 15;
+  for (int mode = PKTRT_MODE_RCS; mode <= PKTRT_MODE_DRT; mode++) {
+    float want[N * N * 3], got[N * N * 3];
+    for (size_t i = 0; i <= COUNT(length); i++) {
+      bool control = i == COUNT(length); /* another direction */
+      pktrt_light l = light_of(PKTRT_LIGHT_DIRECTIONAL, 2);
+      l.direction[1] = control ? -1e-42f : -length[i], l.direction[0] = control ? 1e-42f : 0;
+      pktrt_scene *s = patch_open(&m);
+      stage_quad(s, &screen, 0);
+      stage_light(s, &l);
+      stage_commit(s);
+      pktrt_render_desc d = stage_view((pktrt_mode)mode, N, N, i ? got : want, vec_of(-1.5, 2, 0.5), vec_of(0, 0, 0));
+      d.camera.fov_y = 20, d.max_depth = 2;
+      stage_render(s, &d);
+      size_t lit = 0, dark = 0;
+      for (int k = 0; k < N * N; k++) lit += d.pixels[3 * k] > 0.3f, dark += d.pixels[3 * k] == 0;
+      if (i == 0) CHECK(lit > N * N / 4 && dark > N * N / 8, "half of it in shadow: %zu lit, %zu dark", lit, dark);
+      else
+        CHECK(same_bits(want, got, sizeof got) != control, "mode %d, length %g: %zu lit, %zu dark", mode,
+              control ? 0 : (double)length[i], lit, dark);
+      pktrt_scene_destroy(s);
+    }
+  }
+}
+
+/* Light through a pane to a patch, with or without an opaque wall behind the pane, all k times as large. Intensities
+   are as for k = 1: those of a point grow by k^2. */
+static double scaled_pane(pktrt_light_kind kind, pktrt_mode mode, double k, bool pane, bool wall) {
+  pktrt_scene *s = stage_open();
+  pktrt_material diffuse = material_of(albedo, PKTRT_SPECULAR_NONE, 0),
+                 glass = material_of(0, PKTRT_SPECULAR_DIELECTRIC, 0);
+  quad q = quad_of(vec_of(0, 0, 0), vec_of(0, 0, k), vec_of(k, 0, 0)),
+       lamp = quad_of(vec_of(0.1 * k, k, 0), vec_of(0.3 * k, 0, 0), vec_of(0, 0, 0.2 * k));
+  stage_quad(s, &q, stage_material(s, &diffuse));
+  q.corner.y = k / 2;
+  if (pane) stage_quad(s, &q, stage_material(s, &glass));
+  q.corner.y = 0.75 * k;
+  if (wall) stage_quad(s, &q, 0);
+  pktrt_light l = kind == PKTRT_LIGHT_QUAD ? quad_light(&lamp, 4) : light_of(kind, 4);
+  if (kind == PKTRT_LIGHT_POINT) l = light_of(kind, 4 * k * k);
+  if (kind != PKTRT_LIGHT_QUAD) vec_put(vec_of(0.1 * k, k, 0), l.position);
+  l.direction[1] = -1, l.radius = (float)(0.2 * k);
+  stage_light(s, &l);
+  stage_commit(s);
+  pktrt_render_desc d = stage_spot(vec_of(-0.3 * k, 0.2 * k, 0.1 * k), vec_of(0, 0, 0));
+  d.mode = mode, d.pixels = stage_pixels((size_t)d.width * d.height * 3);
+  stage_render(s, &d);
+  double mean = 0;
+  for (uint32_t i = 0; i < d.width * d.height; i++) mean += (double)d.pixels[3 * i] / (d.width * d.height);
+  free(d.pixels);
+  pktrt_scene_destroy(s);
+  return mean;
+}
+
+/* Squares of tiny and of huge lengths leave the range of floats: nothing may depend on them. */
+static void scales(void) {
+  static const double scale[] = {1e-24, 1e-20, 1e-10, 1e10, 1e15};
+  static const pktrt_light_kind kinds[4] = {PKTRT_LIGHT_POINT, PKTRT_LIGHT_DIRECTIONAL, PKTRT_LIGHT_QUAD,
+                                            PKTRT_LIGHT_SPHERE};
+  double worst = 0;
+  for (int j = 0; j < 4; j++) {
+    for (int mode = PKTRT_MODE_WRT; mode <= PKTRT_MODE_DRT; mode++) {
+      for (int pane = 0; pane < 2; pane++) {
+        double want = scaled_pane(kinds[j], (pktrt_mode)mode, 1, pane, false);
+        CHECK(want > 0.05, "the control: light %d does arrive, mode %d, %d panes: %g", j, mode, pane, want);
+        for (size_t i = 0; i < COUNT(scale); i++) {
+          double k = scale[i], got = scaled_pane(kinds[j], (pktrt_mode)mode, k, pane, false),
+                 behind = scaled_pane(kinds[j], (pktrt_mode)mode, k, pane, true);
+          CHECK(behind == 0, "light %d, mode %d, %d panes, scale %g: %g passes a wall", j, mode, pane, k, behind);
+          if (kinds[j] == PKTRT_LIGHT_POINT && k < 1e-22) continue; /* its intensity is none but 0 as a float */
+          CHECK(fabs(got - want) <= 1e-3 * want, "light %d, mode %d, %d panes, scale %g: %g, not %g", j, mode, pane, k,
+                got, want);
+          worst = fmax(worst, fabs(got / want - 1));
+        }
+      }
+    }
+  }
+  say("scaled by 1e-24 to 1e15, brightness changes by at most %.2g", worst);
 }
 
 /* Several panes, and one that is opaque behind them. */
@@ -572,6 +689,7 @@ void suite_lights(void) {
   run("RCS and WRT take a quad light in its middle", middles);
   run("an emissive mesh is a light like the quad of the same shape, and is seen", mesh_lights);
   run("RCS and WRT get light from a mesh", far_mesh_light);
+  run("a tilted mesh light does not shadow itself at any distance", lamps_at_distances);
   run("a lamp that moves while the shutter is open gives the mean of its form factors", moving_lamp);
   run("an environment lights what it sees, without noise where nothing is in the way", environments);
   run("an environment callback lights by direction", environment_callbacks);
@@ -580,6 +698,8 @@ void suite_lights(void) {
   run("a screen takes its part of an area light", penumbra);
   run("shadow rays pass glass with Fresnel and Beer's law, or not at all", glass_shadows);
   run("shadow rays pass several panes", panes);
+  run("the length of a light's direction means nothing, bit for bit", direction_lengths);
+  run("no scale lets light through a wall or changes its brightness", scales);
   run("an emitter that is a light is counted once", counted_once);
   run("the environment is counted once", environment_once);
   run("lights show in Phong lobes by the value of the lobe", highlights);

@@ -424,6 +424,59 @@ static void camera_ramp(void) {
   pktrt_scene_destroy(s);
 }
 
+typedef struct unit_sky { /* an environment that counts directions not of unit length */
+  size_t asked, wrong;
+} unit_sky;
+
+static void check_unit(void *user, uint32_t n, const float *const direction[3], float *const radiance[3]) {
+  unit_sky *u = user;
+  u->asked += n;
+  for (uint32_t i = 0; i < n; i++) {
+    vec d = vec_of((double)direction[0][i], (double)direction[1][i], (double)direction[2][i]);
+    u->wrong += !(fabs(vec_length(d) - 1) <= 1e-5);
+    for (int k = 0; k < 3; k++) radiance[k][i] = 1 + (k < 1 ? 0.5f : 0.25f) * direction[k][i];
+  }
+}
+
+/* Eye and target change places: halfway there is no view. */
+static void camera_meets_target(void) {
+  enum { N = 12 };
+  static const float nowhere[3] = {0, 0, 0};
+  float got[N * N * 3], out[3];
+  const float *const direction[3] = {&nowhere[0], &nowhere[1], &nowhere[2]};
+  float *const radiance[3] = {&out[0], &out[1], &out[2]};
+  unit_sky u = {0, 0};
+  pktrt_scene *s = stage_open();
+  pktrt_material m = material_of(0.5, PKTRT_SPECULAR_MIRROR, 0.5);
+  pktrt_light l = light_of(PKTRT_LIGHT_ENVIRONMENT, 1);
+  mesh ball = mesh_sphere(2, 0, 1);
+  mesh_place(&ball, (float[3]){0.4f, 0.4f, 0.4f}, (float[3]){0, 0, -3});
+  stage_mesh(s, &ball, stage_material(s, &m));
+  stage_light(s, &l);
+  stage_commit(s);
+  for (int mode = PKTRT_MODE_RCS; mode <= PKTRT_MODE_DRT; mode++) {
+    for (int frozen = 0; frozen < 2; frozen++) { /* at the very time, or open all the time */
+      pktrt_render_desc d = stage_view((pktrt_mode)mode, N, N, got, vec_of(0, 0, 1), vec_of(0, 0, -1));
+      d.camera.moving = true;
+      vec_put(vec_of(0, 0, -1), d.camera.eye_end), vec_put(vec_of(0, 0, 1), d.camera.target_end);
+      d.camera.time = frozen ? 0.5f : 0, d.camera.shutter = frozen ? 0 : 1;
+      d.samples = 64, d.environment = check_unit, d.user = &u;
+      u.asked = 0;
+      stage_render(s, &d);
+      size_t bad = 0, differ = 0;
+      for (int i = 0; i < N * N * 3; i++) bad += !(got[i] >= 0 && got[i] < 10), differ += got[i] != got[i % 3];
+      CHECK(bad == 0, "mode %d, shutter %g: %zu floats are no radiance", mode, (double)d.camera.shutter, bad);
+      CHECK(u.wrong == 0, "mode %d, shutter %g: %zu of %zu directions not of unit length", mode,
+            (double)d.camera.shutter, u.wrong, u.asked);
+      CHECK(mode != PKTRT_MODE_DRT || frozen || (u.asked > N * N && differ > N), "the control: it sees something");
+    }
+  }
+  check_unit(&u, 1, direction, radiance);
+  CHECK(u.wrong == 1, "the control: a direction of no length counts");
+  pktrt_scene_destroy(s);
+  mesh_free(&ball);
+}
+
 /* A shutter of 0 freezes; RCS and WRT take the middle of its time. */
 static void shutter_bits(void) {
   pktrt_scene *s = edge_open(-1, 1, 3);
@@ -760,6 +813,112 @@ static void same_wrt(void) { rich_same(0); }
 static void same_drt(void) { rich_same(1); }
 static void same_drt_branching(void) { rich_same(2); }
 
+/* --- stack --- */
+
+enum { DEEP = 12, DEEP_STACK = 128 << 10, DEEP_PAINTED = 1 << 20 };
+typedef struct deep_render {
+  pktrt_scene *s;
+  const pktrt_render_desc *d; /* NULL: nothing */
+  pktrt_status status;
+} deep_render;
+
+static void *deep_thread(void *arg) {
+  deep_render *r = arg;
+  if (r->d) r->status = pktrt_render(r->s, r->d);
+  return NULL;
+}
+
+/* Paints a larger stack and sees how deep the paint is gone; so too much fails and does not crash. */
+static size_t deep_painted(deep_render *r) {
+  char *memory = NULL, *low;
+  pthread_attr_t attr;
+  pthread_t t;
+  if (posix_memalign((void **)&memory, 4096, DEEP_PAINTED)) abort();
+  memset(memory, 0xA5, DEEP_PAINTED);
+  pthread_attr_init(&attr);
+  CHECK(pthread_attr_setstack(&attr, memory, DEEP_PAINTED) == 0);
+  if (CHECK(pthread_create(&t, &attr, deep_thread, r) == 0)) pthread_join(t, NULL);
+  pthread_attr_destroy(&attr);
+  for (low = memory; low < memory + DEEP_PAINTED && *low == (char)0xA5; low++) {}
+  size_t used = (size_t)(memory + DEEP_PAINTED - low); /* with what the thread itself keeps there */
+  free(memory);
+  return used;
+}
+
+static void deep_small(deep_render *r) {
+  pthread_attr_t attr;
+  pthread_t t;
+  pthread_attr_init(&attr);
+  CHECK(pthread_attr_setstacksize(&attr, DEEP_STACK) == 0);
+  if (CHECK(pthread_create(&t, &attr, deep_thread, r) == 0)) pthread_join(t, NULL);
+  pthread_attr_destroy(&attr);
+}
+
+/* Between two mirrors, or in a box of glass, where rays near its diagonals are reflected totally. Everything that lies
+   on the stack is used: lights of all kinds, a pane for shadow rays, a texture, a sky. */
+static pktrt_scene *deep_open(pktrt_isa isa, bool glass) {
+  pktrt_scene_desc sd = scene_desc_of(isa, 0);
+  pktrt_scene *s = pktrt_scene_create(&sd);
+  if (!CHECK(s != NULL)) abort();
+  pktrt_material mirror = material_of(0.05, PKTRT_SPECULAR_MIRROR, 0.95),
+                 clear = material_of(0, PKTRT_SPECULAR_DIELECTRIC, 0), lamp = lamp_of(1);
+  mirror.texture = rich_texture;
+  quad left = quad_of(vec_of(-1, 0, 0), vec_of(0, 99, 0), vec_of(0, 0, 99)),
+       right = quad_of(vec_of(1, 0, 0), vec_of(0, 0, 99), vec_of(0, 99, 0)),
+       tile = quad_of(vec_of(0, 0, -9), vec_of(0.5, 0, 0), vec_of(0, 0.5, 0));
+  quad pane = quad_of(vec_of(0, -9, 0), vec_of(0.9, 0, 0), vec_of(0, 0, 9));
+  mesh box = mesh_box();
+  uint32_t reflecting = stage_material(s, &mirror), of_glass = stage_material(s, &clear);
+  if (glass) stage_mesh(s, &box, of_glass);
+  else stage_quad(s, &left, reflecting), stage_quad(s, &right, reflecting), stage_quad(s, &pane, of_glass);
+  mesh_free(&box);
+  pktrt_light l[4] = {light_of(PKTRT_LIGHT_POINT, 5), light_of(PKTRT_LIGHT_MESH, 1), quad_light(&tile, 1),
+                      light_of(PKTRT_LIGHT_ENVIRONMENT, 1)};
+  l[0].position[1] = -20, l[1].mesh = stage_quad(s, &tile, stage_material(s, &lamp));
+  for (int i = 0; i < 4; i++) stage_light(s, &l[i]);
+  stage_commit(s);
+  return s;
+}
+
+static void deep_stack(void) {
+#ifndef __OPTIMIZE__
+  say("skipped: unoptimised code keeps every temporary in memory");
+#else
+  if (SANITIZED) {
+    say("skipped: sanitizers change the stack");
+    return;
+  }
+  size_t most = 0;
+  for (int k = 0; k < isa_count * 4; k++) {
+    float want[DEEP * DEEP * 3], got[DEEP * DEEP * 3];
+    bool glass = k % 2;
+    pktrt_mode mode = k % 4 < 2 ? PKTRT_MODE_WRT : PKTRT_MODE_DRT;
+    pktrt_stats *stats = calloc(1, sizeof *stats);
+    if (!stats) abort();
+    pktrt_scene *s = deep_open(isas[k / 4], glass);
+    pktrt_render_desc d =
+        stage_view(mode, DEEP, DEEP, want, vec_of(0, 0, 0), glass ? vec_of(1, 0.9, 0.8) : vec_of(1, 0.1, 0));
+    d.environment = rich_sky, d.camera.fov_y = 20, d.stats = stats;
+    deep_render r = {s, NULL, PKTRT_OK};
+    size_t nothing = deep_painted(&r);
+    r.d = &d;
+    size_t used = deep_painted(&r);
+    const char *isa = pktrt_isa_string(isas[k / 4]), *where = glass ? "in glass" : "between mirrors";
+    CHECK(r.status == PKTRT_OK && stats->by_depth[PKTRT_MAX_DEPTH].rays > 0, "%s, %s: as deep as can be", isa, where);
+    CHECK(used > nothing + 4096, "the control: the probe sees a render");
+    if (used > most) most = used;
+    if (CHECK(used <= DEEP_STACK, "%s, mode %d, %s: %zu bytes of stack", isa, (int)mode, where, used)) {
+      d.pixels = got;
+      deep_small(&r);
+      CHECK(r.status == PKTRT_OK && same_bits(want, got, sizeof got), "%s, %s: the same on a small stack", isa, where);
+    }
+    pktrt_scene_destroy(s);
+    free(stats);
+  }
+  say("at most %zu bytes, with what a thread itself takes", most);
+#endif
+}
+
 /* --- memory --- */
 
 /* Allocation 1, 2, 3, ... of a render failing, alone or with all that follow. */
@@ -810,6 +969,7 @@ void suite_pictures(void) {
   run("without aperture a lens is a pinhole, bit for bit", lens_bits);
   run("what moves while the shutter is open is a linear ramp", motion_ramp);
   run("a camera that moves while the shutter is open sees a linear ramp", camera_ramp);
+  run("a camera whose eye meets its target halfway gives finite pixels", camera_meets_target);
   run("a shutter of no time freezes, bit for bit", shutter_bits);
   run("a shutter may stay open until time 1, and no longer", shutter_to_one);
   run("several samples in a pixel see each part of it by its share", antialiasing);
@@ -819,4 +979,5 @@ void suite_pictures(void) {
   run("a DRT picture has the same bits for all settings", same_drt);
   run("a branching DRT picture has the same bits for all settings", same_drt_branching);
   run("each allocation of a render failing in turn is reported and leaks nothing", failing_renders);
+  run("rays of depth 50 fit into 128 KiB of stack, between mirrors and in glass", deep_stack);
 }

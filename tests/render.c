@@ -490,6 +490,48 @@ static void cancelling(void) {
   world_free(&w);
 }
 
+/* Says no from the n-th tile on. */
+typedef struct no_from {
+  float share;
+  int calls;
+  pthread_mutex_t lock;
+} no_from;
+
+static bool stop_from(void *user, float done) {
+  no_from *n = user;
+  pthread_mutex_lock(&n->lock);
+  n->calls++;
+  pthread_mutex_unlock(&n->lock);
+  return done < n->share;
+}
+
+/* Nothing is missing, so nothing was cancelled. */
+static void cancelling_too_late(void) {
+  static const uint32_t sizes[3] = {8, 32, 1024};
+  world w = world_static(2);
+  float *want = blank(W * H * 3), *got = blank(W * H * 3);
+  for (int workers = 0; workers <= 3; workers += 3) {
+    pktrt_scene *s = lit_scene(&w, PKTRT_ISA_AUTO, workers);
+    for (int i = 0; i < 3; i++) {
+      uint32_t t = sizes[i], tiles = ((W + t - 1) / t) * ((H + t - 1) / t);
+      no_from last = {1, 0, PTHREAD_MUTEX_INITIALIZER};
+      pktrt_render_desc d = view(want);
+      d.tile_size = t;
+      CHECK(pktrt_render(s, &d) == PKTRT_OK);
+      d.pixels = got, d.progress = stop_from, d.user = &last;
+      for (size_t j = 0; j < W * H * 3; j++) got[j] = -7;
+      CHECK(pktrt_render(s, &d) == PKTRT_OK, "%d workers, tiles of %u: no at the last tile", workers, t);
+      CHECK((uint32_t)last.calls == tiles && same_bits(want, got, W * H * 12), "%d calls, %u tiles", last.calls, tiles);
+      if (tiles == 1) continue;
+      last.share = ((float)tiles - 1.5f) / (float)tiles;
+      CHECK(pktrt_render(s, &d) == PKTRT_CANCELLED, "the control: no at the last but one");
+    }
+    pktrt_scene_destroy(s);
+  }
+  free(want), free(got);
+  world_free(&w);
+}
+
 /* row_stride: what lies between rows is not touched. Sizes that are no multiple of anything. */
 static void strides(void) {
   world w = world_static(2);
@@ -525,6 +567,7 @@ void suite_render(void) {
   run("bad render settings are refused by name", refusals);
   run("a scene that is not committed shows the background", uncommitted);
   run("progress can cancel a picture", cancelling);
+  run("a no after the last tile cancels nothing", cancelling_too_late);
   run("rows may be apart, sizes may be odd", strides);
   run("a static scene's picture has the same bits for all settings", same_static);
   run("a moving scene's picture has the same bits for all settings", same_moving);

@@ -130,6 +130,28 @@ static void fresnel_conductors(void) {
   CHECK(off > checked / 2);
 }
 
+/* The same equations as they stand in books, which divide 0 by 0 at some limits. */
+static double conductor_plain(double c, double eta, double k) {
+  double c2 = c * c, s2 = 1 - c2, m = eta * eta - k * k - s2, ab = sqrt(m * m + 4 * eta * eta * k * k);
+  double a = sqrt(fmax(0, (ab + m) / 2)), s = (ab + c2 - 2 * a * c) / (ab + c2 + 2 * a * c);
+  return s * (1 + (c2 * ab + s2 * s2 - 2 * a * c * s2) / (c2 * ab + s2 * s2 + 2 * a * c * s2)) / 2;
+}
+
+static void fresnel_limits(void) {
+  static const float cosines[4] = {0, 1e-30f, 0.5f, 1}, indices[4] = {0, 1e-6f, 1, 1e6f};
+  size_t off = 0;
+  for (int i = 0; i < 64; i++) {
+    float c = cosines[i % 4], eta = indices[i / 4 % 4], k = indices[i / 16];
+    float got = pktrt_fresnel_conductor(c, eta, k);
+    CHECK(got >= 0 && got <= 1, "cosine %g, %g + %gi: %.9g", (double)c, (double)eta, (double)k, (double)got);
+    CHECK(c > 0 || got == 1, "cosine 0, %g + %gi: all is reflected, not %.9g", (double)eta, (double)k, (double)got);
+    double plain = conductor_plain((double)c, (double)eta, (double)k);
+    off += !(plain >= 0 && plain <= 1);
+  }
+  say("64 limits; the equations as they stand would fail for %zu of them", off);
+  CHECK(off > 0, "the control");
+}
+
 /* --- Fresnel in pictures: a floor under a bright and a dark half of the sky --- */
 
 enum { SIDE = 48 };
@@ -702,6 +724,7 @@ static void normals_in_time(void) {
 void suite_shading(void) {
   run("Fresnel reflectance of dielectrics is that of the exact formula", fresnel_dielectrics);
   run("Fresnel reflectance of conductors is that of the exact formula", fresnel_conductors);
+  run("Fresnel reflectance of conductors is in [0,1] at all limits", fresnel_limits);
   run("coats, metals and glass reflect by Fresnel at every angle, from both sides", fresnel_pictures);
   run("DRT reflects and refracts by Fresnel in the mean", fresnel_chosen);
   run("mirrors reflect by the law of reflection, in RCS not at all", mirrors);

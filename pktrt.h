@@ -290,7 +290,7 @@
    pktrt_get_scene_info tells tree and mesh bytes.
 
    Limits. Coordinates up to 2^100 (PKTRT_MAX_COORD); 1024 keys (PKTRT_MAX_KEYS); 2^31 - 1 triangles
-   (PKTRT_MAX_TRIANGLES); pictures of 65536 x 65536.
+   (PKTRT_MAX_TRIANGLES); pictures of 65536 x 65536, 65536 samples, 50 generations of rays (PKTRT_MAX_DEPTH).
    The tree is at most 40 levels deep, whatever the triangles are: stacks have fixed sizes and cannot overflow.
 
    NaN and infinity. In meshes, lights, materials and cameras they are refused by name. In rays they never do harm: a
@@ -3771,8 +3771,10 @@ OP uint64_t NAME(stream)(const pktrt__view *view, pktrt__batch *b, const uint8_t
 
 /* The kernels above are templates over three truths known at compile time; these are their instances. Counting is
    done by the moving form alone, also where nothing moves: weights 1 and 0 of one and the same key give the same
-   bits. Where vectors are at hand, nobody races the scalar kernels: there, what moves is always counted. */
+   bits. Where vectors are at hand, nobody races the scalar kernels: there, what moves is always counted, and the paper's
+   packets have the moving form alone. */
 #if PKTRT__STAMP == PKTRT__STAMP_SCALAR && (defined(PKTRT__HAS_SSE2) || defined(PKTRT__HAS_NEON))
+#define FEW_INSTANCES 1
 #define PKTRT__INSTANCES(INSTANCE)                                                                                     \
   INSTANCE(00, false, false, false)                                                                                    \
   INSTANCE(10, true, false, false) INSTANCE(0s, false, true, true) INSTANCE(1s, true, true, true)
@@ -3780,6 +3782,7 @@ OP uint64_t NAME(stream)(const pktrt__view *view, pktrt__batch *b, const uint8_t
   (occlusion ? (stats || moving ? NAME(name##_1s) : NAME(name##_10))                                                   \
              : (stats || moving ? NAME(name##_0s) : NAME(name##_00)))
 #else
+#define FEW_INSTANCES 0
 #define PKTRT__INSTANCES(INSTANCE)                                                                                     \
   INSTANCE(00, false, false, false)                                                                                    \
   INSTANCE(01, false, true, false) INSTANCE(0s, false, true, true) INSTANCE(10, true, false, false)                    \
@@ -4516,10 +4519,12 @@ OP void NAME(paper_packet)(NAME(paper) *p, const bool occlusion, const bool movi
   PKTRT__NOINLINE void NAME(paper_packet_##tag)(NAME(paper) *p, pktrt_counts * counts) {                              \
     NAME(paper_packet)(p, o, m, true, counts);                                                                         \
   }
-INSTANCE(00, false, false)
 INSTANCE(01, false, true)
-INSTANCE(10, true, false)
 INSTANCE(11, true, true)
+#if !FEW_INSTANCES
+INSTANCE(00, false, false)
+INSTANCE(10, true, false)
+#endif
 #undef INSTANCE
 
 /* The batch in packets of desc->packet_size rays, each through all groups and, where they move, all segments. */
@@ -4548,8 +4553,10 @@ PKTRT__NOINLINE void NAME(drive_paper)(const pktrt__call *call, pktrt__batch *b,
         pktrt__view view = pktrt__view_of(g, i, moving ? segment : 0);
         view.check_area = moving && occlusion;
         p.view = &view;
-        if (occlusion) (moving ? NAME(paper_packet_11) : NAME(paper_packet_10))(&p, counts);
-        else (moving ? NAME(paper_packet_01) : NAME(paper_packet_00))(&p, counts);
+        if (moving || FEW_INSTANCES) (occlusion ? NAME(paper_packet_11) : NAME(paper_packet_01))(&p, counts);
+#if !FEW_INSTANCES
+        else (occlusion ? NAME(paper_packet_10) : NAME(paper_packet_00))(&p, counts);
+#endif
         for (uint32_t r = p.base; occlusion && r < p.end; r++)
           if ((before[r / 64] & ~p.active[r / 64]) >> r % 64 & 1) b->slot[r] = 0;
       }
@@ -5048,6 +5055,7 @@ static const pktrt__kernels NAME(kernels) = {NAME(trace), NAME(rounds_each_opera
 #undef NAME
 #undef COUNT
 #undef PKTRT__PICK
+#undef FEW_INSTANCES
 #undef PKTRT__INSTANCES
 
 #endif /* PKTRT__STAMP */

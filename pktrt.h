@@ -3771,8 +3771,8 @@ OP uint64_t NAME(stream)(const pktrt__view *view, pktrt__batch *b, const uint8_t
 
 /* The kernels above are templates over three truths known at compile time; these are their instances. Counting is
    done by the moving form alone, also where nothing moves: weights 1 and 0 of one and the same key give the same
-   bits. Where vectors are at hand, nobody races the scalar kernels: there, what moves is always counted, and the paper's
-   packets have the moving form alone. */
+   bits. Where vectors are at hand, nobody races the scalar kernels: there, what moves is always counted, and packets of
+   the paper have the moving form alone. */
 #if PKTRT__STAMP == PKTRT__STAMP_SCALAR && (defined(PKTRT__HAS_SSE2) || defined(PKTRT__HAS_NEON))
 #define FEW_INSTANCES 1
 #define PKTRT__INSTANCES(INSTANCE)                                                                                     \

@@ -37,8 +37,8 @@ ifeq ($(MAKELEVEL),0)
 .NOTPARALLEL:
 endif
 
-.PHONY: all demo effects deform readme-pictures test sanitize test-neon matrix bench-peers deps deps-extra format clean
-.PHONY: help
+.PHONY: all demo effects deform readme-pictures test sanitize test-neon matrix bench bench-peers deps deps-extra
+.PHONY: format clean help
 .DELETE_ON_ERROR:
 
 all:
@@ -49,6 +49,7 @@ help:
 	@echo "effects     makes out/effects-*.png               deform      makes the frames out/deform-*.png"
 	@echo "test        runs all tests                        sanitize    runs a smaller set under ASan and UBSan"
 	@echo "matrix      C99 to C++17, gcc, clang, tcc, mingw  test-neon   runs a smaller set on ARM, emulated"
+	@echo "bench       measures the paper's results, all or NAME=\"table1 figure6\"; BENCH_ARGS=... passes options"
 	@echo "bench-peers compares speed with Embree            format      rewrites examples by clang-format"
 	@echo "deps        installs what demo and test need      deps-extra  installs what the other targets need"
 	@echo "clean       removes build/ and out/               config=     debug, release (default) or sanitize"
@@ -125,6 +126,13 @@ matrix:
 	.ci/matrix
 
 # --- benchmarks ---
+
+bench:
+	$(BUILD) $(B)/paper
+	$(B)/paper $(BENCH_ARGS) $(NAME)
+
+$(B)/paper: bench/paper.c $(wildcard bench/*.h) $(EXAMPLE_HEADERS) pktrt.h | $(B)
+	$(CC) $(CFLAGS) $(STRICT) $< -o $@ $(LDFLAGS) $(LDLIBS)
 
 bench-peers:
 ifeq ($(EMBREE),)

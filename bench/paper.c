@@ -10,7 +10,7 @@
    paper path counts always, on both sides.) What is compared also makes the same picture, or the program fails.
 
    Contents: options, worlds, measuring, report, parts, main. */
-#include "../examples/common.h"
+#include "bench.h"
 #include <getopt.h>
 #define PKTRT_IMPLEMENTATION
 #include "../pktrt.h"
@@ -18,18 +18,6 @@
 
 enum { MAX_ROUNDS = 64, MAX_FRAMES = 64, MAX_EVERY = 4096, MAX_ROWS = 128, MAX_NAMES = 32 };
 enum { TYPES = PKTRT_RAY_TYPE_COUNT };
-
-static void fatal(const char *what) {
-  ex_fail("%s", what);
-  exit(1);
-}
-
-/* Processor time of this process: on a quiet machine that of a clock, on a busy one without the time of others. */
-static double cpu_seconds(void) {
-  struct timespec now;
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-  return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
 
 /* >>options -------------------------------------------------------------------------------------------------------- */
 
@@ -247,16 +235,6 @@ static double run_once(bench *b, const setup *s, pktrt_stats *stats, uint64_t *c
   return seconds;
 }
 
-static int compare_doubles(const void *a, const void *b) {
-  const double x = *(const double *)a, y = *(const double *)b;
-  return x < y ? -1 : x > y;
-}
-
-static double median(double *v, unsigned n) {
-  qsort(v, n, sizeof *v, compare_doubles);
-  return 0.5 * (v[n / 2] + v[(n - 1) / 2]);
-}
-
 static void add_counts(pktrt_counts *to, const pktrt_counts *c) {
   to->rays += c->rays, to->hits += c->hits;
   to->box_tests += c->box_tests, to->triangle_tests += c->triangle_tests;
@@ -284,7 +262,7 @@ static row *measure(bench *b, const setup *ways, size_t n) {
       seconds[turn][k] = run_once(b, &ways[turn], NULL, &checksum);
       if (checksum != r[0].checksum) fatal("the same rays made another picture the second time");
     }
-  for (size_t i = 0; i < n; i++) r[i].seconds = median(seconds[i], b->given.rounds);
+  for (size_t i = 0; i < n; i++) r[i].seconds = median_of(seconds[i], b->given.rounds);
   fprintf(stderr, "%s: %s %s, %s path, %s, packets of %u x %u%s: done\n", b->part, ways[0].scene,
           mode_names[ways[0].mode], path_names[ways[0].path], pktrt_isa_string(ways[0].isa), ways[0].packet,
           ways[0].packet, ways[0].packet != ways[n - 1].packet ? " and more" : "");

@@ -10,7 +10,7 @@
    as they are. Embree's best mode counts. "ratio" is pktrt / Embree: above 1, pktrt is the faster.
 
    Contents: options, scenes, libraries, rays, modes, measuring, report. */
-#include "../examples/common.h"
+#include "bench.h"
 #include <embree3/rtcore.h>
 #include <getopt.h>
 #include <sys/mman.h>
@@ -25,18 +25,6 @@
 #define MAX_ROUNDS 64u
 #define BUILDS 3    /* of each tree; the best time counts */
 #define STREAM 256u /* rays in a call of rtcIntersect1M */
-
-static void fatal(const char *what) {
-  ex_fail("%s", what);
-  exit(1);
-}
-
-/* Processor time of this process: on a quiet machine that of a clock, on a busy one without the time of others. */
-static double cpu_seconds(void) {
-  struct timespec now;
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-  return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
 
 /* Zeroed and in large pages where the system has them: page faults and TLB misses are not what is compared. */
 static void *take(size_t count, size_t size) {
@@ -587,11 +575,6 @@ static size_t count_disagreements(const job *j, const mode *m, const float *refe
   return n;
 }
 
-static int compare_doubles(const void *a, const void *b) {
-  const double x = *(const double *)a, y = *(const double *)b;
-  return x < y ? -1 : x > y;
-}
-
 static void measure(const pair *pairs, size_t pair_count, const job *j, unsigned rounds, float *reference, figures f) {
   const size_t all = pair_count * MODES;
   for (size_t k = 0; k < all; k++) {
@@ -606,9 +589,8 @@ static void measure(const pair *pairs, size_t pair_count, const job *j, unsigned
     }
   for (size_t k = 0; k < all; k++) {
     figure *g = &f[k / MODES][k % MODES];
-    qsort(g->seconds, rounds, sizeof(double), compare_doubles);
-    g->best = g->seconds[0];
-    g->median = 0.5 * (g->seconds[rounds / 2] + g->seconds[(rounds - 1) / 2]);
+    g->median = median_of(g->seconds, rounds);
+    g->best = g->seconds[0]; /* sorted now */
   }
 }
 

@@ -202,14 +202,14 @@
    towards one light, mirror reflections off flat or gently curved things; the denser the rays against the triangles,
    the more. It loses, to the point of costing far more than single rays, where rays diverge: diffuse bounces, ambient
    occlusion, tiny triangles under few rays, large packets at the silhouettes of small things. Tests for each primary
-   ray in the pool hall (example render.c, about 310,000 triangles, 512 x 512 pixels; one test of a whole packet is not
+   ray in the pool hall (example render.c, about 318,000 triangles, 512 x 512 pixels; one test of a whole packet is not
    in these counts, and a single ray tests eight boxes at once):
 
                                        boxes    triangles
-       single rays                      133        11
-       fast path (8 x 8 pixels)          30         9
-       paper path, 8 x 8 pixels          23        38
-       paper path, 16 x 16 pixels        21        95
+       single rays                      138        12
+       fast path (8 x 8 pixels)          33        10
+       paper path, 8 x 8 pixels          24        39
+       paper path, 16 x 16 pixels        20        93
 
    Pictures. Three kinds, as in the paper. RCS casts primary and shadow rays. WRT (Whitted 1980) follows reflection and
    refraction, and branches at glass. DRT (Cook 1984) takes many samples of each pixel, of the lens, the time, the

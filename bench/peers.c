@@ -11,20 +11,16 @@
 
    Contents: options, scenes, libraries, rays, modes, measuring, report. */
 #include "bench.h"
-#include <embree3/rtcore.h>
 #include <getopt.h>
 #include <sys/mman.h>
-#ifdef __SSE2__
-#include <xmmintrin.h>
-#endif
 #define PKTRT_IMPLEMENTATION
 #include "../pktrt.h"
 #include "../examples/mesh_file.h"
 #include "../examples/scenes.h"
+#include "embree.h"
 
 #define MAX_ROUNDS 64u
-#define BUILDS 3    /* of each tree; the best time counts */
-#define STREAM 256u /* rays in a call of rtcIntersect1M */
+#define BUILDS 3 /* of each tree; the best time counts */
 
 /* Zeroed and in large pages where the system has them: page faults and TLB misses are not what is compared. */
 static void *take(size_t count, size_t size) {
@@ -263,23 +259,6 @@ static bool count_bytes(void *user, ssize_t bytes, bool post) {
   return true;
 }
 
-static void add_to_embree(const pair *p, const scene_mesh *m) {
-  const RTCGeometry g = rtcNewGeometry(p->device, RTC_GEOMETRY_TYPE_TRIANGLE);
-  const size_t floats = (size_t)m->vertex_count * 3, indices = (size_t)m->triangle_count * 3;
-  rtcSetGeometryTimeStepCount(g, m->key_count);
-  for (unsigned k = 0; k < m->key_count; k++) {
-    void *to = rtcSetNewGeometryBuffer(g, RTC_BUFFER_TYPE_VERTEX, k, RTC_FORMAT_FLOAT3, 12, m->vertex_count);
-    if (!to) fatal("Embree: not enough memory");
-    memcpy(to, m->positions + k * floats, floats * sizeof(float));
-  }
-  void *to = rtcSetNewGeometryBuffer(g, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 12, m->triangle_count);
-  if (!to) fatal("Embree: not enough memory");
-  memcpy(to, m->indices, indices * sizeof(uint32_t));
-  rtcCommitGeometry(g);
-  rtcAttachGeometry(p->theirs, g);
-  rtcReleaseGeometry(g);
-}
-
 static void build_theirs(pair *p, const scene *s, bool robust) {
   p->device = rtcNewDevice(strcmp(p->isa, "avx2") ? "threads=1" : "threads=1,isa=avx2");
   if (!p->device) fatal("Embree cannot be started");
@@ -290,7 +269,7 @@ static void build_theirs(pair *p, const scene *s, bool robust) {
     p->theirs = rtcNewScene(p->device);
     rtcSetSceneBuildQuality(p->theirs, RTC_BUILD_QUALITY_MEDIUM);
     rtcSetSceneFlags(p->theirs, robust ? RTC_SCENE_FLAG_ROBUST : RTC_SCENE_FLAG_NONE);
-    for (size_t m = 0; m < s->mesh_count; m++) add_to_embree(p, &s->meshes[m]);
+    for (size_t m = 0; m < s->mesh_count; m++) embree_add(p->device, p->theirs, &s->meshes[m]);
     p->their_bytes = 0;
     const double start = cpu_seconds();
     rtcCommitScene(p->theirs);
@@ -405,45 +384,24 @@ static void make_arrays(rays *r) {
 
 /* >>modes ---------------------------------------------------------------------------------------------------------- */
 
-typedef enum runner { OURS_N, OURS_SOA, OURS_SINGLE, EMBREE_PACKET, EMBREE_STREAM } runner;
+typedef enum runner { OURS_N, OURS_SOA, OURS_SINGLE, EMBREE } runner;
 typedef struct mode {
   const char *name;
   runner run;
-  unsigned width; /* of Embree's packets; 1: single calls and streams */
-  enum RTCIntersectContextFlags flags;
+  embree_way way;
 } mode;
 
 enum { SINGLE_OURS = 2, FIRST_EMBREE = 3, SINGLE_EMBREE = 3, MODES = 10 };
-static const mode modes[MODES] = {{"_n", OURS_N, 0, RTC_INTERSECT_CONTEXT_FLAG_NONE},
-                                  {"_soa", OURS_SOA, 0, RTC_INTERSECT_CONTEXT_FLAG_NONE},
-                                  {"single", OURS_SINGLE, 0, RTC_INTERSECT_CONTEXT_FLAG_NONE},
-                                  {"single", EMBREE_PACKET, 1, RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT},
-                                  {"8", EMBREE_PACKET, 8, RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT},
-                                  {"8 coherent", EMBREE_PACKET, 8, RTC_INTERSECT_CONTEXT_FLAG_COHERENT},
-                                  {"16", EMBREE_PACKET, 16, RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT},
-                                  {"16 coherent", EMBREE_PACKET, 16, RTC_INTERSECT_CONTEXT_FLAG_COHERENT},
-                                  {"stream", EMBREE_STREAM, 1, RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT},
-                                  {"stream coherent", EMBREE_STREAM, 1, RTC_INTERSECT_CONTEXT_FLAG_COHERENT}};
-
-/* Embree's ray of any width is 12 fields of `width` words each, its ray with hit 20: one filler, one reader. */
-typedef union word {
-  float f;
-  uint32_t u;
-} word;
-enum {
-  RAY_WORDS = 12,
-  RAY_HIT_WORDS = 20,
-  FIELD_TFAR = 8,
-  FIELD_MASK = 9,
-  FIELD_PRIM = 17,
-  FIELD_GEOM = 18,
-  FIELD_INST = 19
-};
-typedef char words_as_assumed[sizeof(struct RTCRay) == 4 * RAY_WORDS && sizeof(struct RTCRayHit) == 4 * RAY_HIT_WORDS &&
-                                      sizeof(struct RTCRay16) == 64 * RAY_WORDS &&
-                                      sizeof(struct RTCRayHit8) == 32 * RAY_HIT_WORDS
-                                  ? 1
-                                  : -1];
+static const mode modes[MODES] = {{"_n", OURS_N, {0, false, RTC_INTERSECT_CONTEXT_FLAG_NONE}},
+                                  {"_soa", OURS_SOA, {0, false, RTC_INTERSECT_CONTEXT_FLAG_NONE}},
+                                  {"single", OURS_SINGLE, {0, false, RTC_INTERSECT_CONTEXT_FLAG_NONE}},
+                                  {"single", EMBREE, {1, false, RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT}},
+                                  {"8", EMBREE, {8, false, RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT}},
+                                  {"8 coherent", EMBREE, {8, false, RTC_INTERSECT_CONTEXT_FLAG_COHERENT}},
+                                  {"16", EMBREE, {16, false, RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT}},
+                                  {"16 coherent", EMBREE, {16, false, RTC_INTERSECT_CONTEXT_FLAG_COHERENT}},
+                                  {"stream", EMBREE, {1, true, RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT}},
+                                  {"stream coherent", EMBREE, {1, true, RTC_INTERSECT_CONTEXT_FLAG_COHERENT}}};
 
 typedef struct job { /* one kind of rays and room for all answers */
   rays r;
@@ -451,68 +409,13 @@ typedef struct job { /* one kind of rays and room for all answers */
   pktrt_hit *hit;
   bool *occluded;
   pktrt_hits soa;
-  word *embree;
+  embree_word *embree;
 } job;
 
-static word *embree_field(const job *j, unsigned width, size_t ray, unsigned field) {
-  const size_t words = j->occlusion ? RAY_WORDS : RAY_HIT_WORDS;
-  return j->embree + ray / width * (words * width) + (size_t)field * width + ray % width;
-}
-
-static void fill_embree(const job *j, unsigned width) {
-  const size_t padded = (j->r.count + width - 1) / width * width;
-  for (size_t i = 0; i < padded; i++) {
-    const pktrt_ray *r = &j->r.ray[i < j->r.count ? i : 0];
-    const float values[RAY_WORDS - 3] = {r->origin[0],    r->origin[1],    r->origin[2], r->tmin, r->direction[0],
-                                         r->direction[1], r->direction[2], r->time,      r->tmax};
-    for (unsigned k = 0; k <= FIELD_TFAR; k++) embree_field(j, width, i, k)->f = values[k];
-    for (unsigned k = FIELD_MASK; k < RAY_WORDS; k++)
-      embree_field(j, width, i, k)->u = k == FIELD_MASK ? 0xFFFFFFFFu : 0;
-    if (j->occlusion) continue;
-    for (unsigned k = FIELD_PRIM; k <= FIELD_INST; k++) embree_field(j, width, i, k)->u = RTC_INVALID_GEOMETRY_ID;
-  }
-}
-
-static void embree_packets(RTCScene in, struct RTCIntersectContext *context, const job *j, unsigned width) {
-  const size_t step = (j->occlusion ? RAY_WORDS : RAY_HIT_WORDS) * width, n = j->r.count;
-  RTC_ALIGN(64) int all[16];  /* Embree wants them aligned */
-  RTC_ALIGN(64) int last[16]; /* of the last packet: lanes beyond the last ray are off */
-  for (size_t k = 0; k < 16; k++) all[k] = -1, last[k] = n / width * width + k < n ? -1 : 0;
-  word *p = j->embree;
-  for (size_t i = 0; i < n; i += width, p += step) {
-    const int *valid = i + width <= n ? all : last;
-    void *packet = p;
-    if (width == 1 && j->occlusion) rtcOccluded1(in, context, (struct RTCRay *)packet);
-    else if (width == 1) rtcIntersect1(in, context, (struct RTCRayHit *)packet);
-    else if (width == 8 && j->occlusion) rtcOccluded8(valid, in, context, (struct RTCRay8 *)packet);
-    else if (width == 8) rtcIntersect8(valid, in, context, (struct RTCRayHit8 *)packet);
-    else if (j->occlusion) rtcOccluded16(valid, in, context, (struct RTCRay16 *)packet);
-    else rtcIntersect16(valid, in, context, (struct RTCRayHit16 *)packet);
-  }
-}
-
-static void embree_streams(RTCScene in, struct RTCIntersectContext *context, const job *j) {
-  for (size_t i = 0; i < j->r.count; i += STREAM) {
-    const unsigned n = (unsigned)(j->r.count - i < STREAM ? j->r.count - i : STREAM);
-    if (j->occlusion)
-      rtcOccluded1M(in, context, (struct RTCRay *)(void *)(j->embree + i * RAY_WORDS), n, 4 * RAY_WORDS);
-    else rtcIntersect1M(in, context, (struct RTCRayHit *)(void *)(j->embree + i * RAY_HIT_WORDS), n, 4 * RAY_HIT_WORDS);
-  }
-}
-
-static void run_theirs(const pair *p, const mode *m, const job *j) {
-  struct RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  context.flags = m->flags;
-#ifdef __SSE2__
-  const unsigned state = _mm_getcsr();
-  _mm_setcsr(state | 0x8040u); /* flush denormals, read them as zero */
-#endif
-  if (m->run == EMBREE_STREAM) embree_streams(p->theirs, &context, j);
-  else embree_packets(p->theirs, &context, j, m->width);
-#ifdef __SSE2__
-  _mm_setcsr(state);
-#endif
+static embree_rays theirs_of(const job *j) {
+  embree_rays r;
+  r.ray = j->r.ray, r.count = j->r.count, r.occlusion = j->occlusion, r.words = j->embree;
+  return r;
 }
 
 static void run_ours(const pair *p, const mode *m, const job *j) {
@@ -536,10 +439,9 @@ static void run_ours(const pair *p, const mode *m, const job *j) {
 
 /* The answer for ray i as one number: its t, 0 if only occlusion was asked; infinity on a miss. */
 static float answer(const job *j, const mode *m, size_t i) {
-  if (m->run >= EMBREE_PACKET) {
-    const float t = embree_field(j, m->width, i, FIELD_TFAR)->f;
-    if (j->occlusion) return t < 0 ? 0.0f : INFINITY; /* Embree sets it to -infinity */
-    return embree_field(j, m->width, i, FIELD_GEOM)->u == RTC_INVALID_GEOMETRY_ID ? INFINITY : t;
+  if (m->run == EMBREE) {
+    const embree_rays r = theirs_of(j);
+    return embree_answer(&r, m->way.width, i);
   }
   if (j->occlusion) return j->occluded[i] ? 0.0f : INFINITY;
   if (m->run == OURS_SOA) return j->soa.mesh[i] == PKTRT_NONE ? INFINITY : j->soa.t[i];
@@ -556,9 +458,10 @@ typedef struct figure { /* of one mode */
 typedef figure figures[PAIRS][MODES];
 
 static double run_timed(const pair *p, const mode *m, const job *j) {
-  if (m->run >= EMBREE_PACKET) fill_embree(j, m->width);
+  const embree_rays r = theirs_of(j);
+  if (m->run == EMBREE) embree_fill(&r, m->way.width);
   const double start = cpu_seconds();
-  if (m->run >= EMBREE_PACKET) run_theirs(p, m, j);
+  if (m->run == EMBREE) embree_trace(p->theirs, &m->way, &r);
   else run_ours(p, m, j);
   return cpu_seconds() - start;
 }
@@ -569,7 +472,7 @@ static size_t count_disagreements(const job *j, const mode *m, const float *refe
   for (size_t i = 0; i < j->r.count; i++) {
     const float a = answer(j, m, i), b = reference[i];
     const bool same =
-        m->run < EMBREE_PACKET || isinf(a) || isinf(b) ? memcmp(&a, &b, sizeof a) == 0 : fabsf(a - b) <= 1e-3f * b;
+        m->run != EMBREE || isinf(a) || isinf(b) ? memcmp(&a, &b, sizeof a) == 0 : fabsf(a - b) <= 1e-3f * b;
     n += !same;
   }
   return n;
@@ -677,7 +580,7 @@ static void make_job(job *j, size_t most) {
   for (int a = 0; a < 3; a++) j->soa.normal[a] = (float *)take(most, sizeof(float));
   j->soa.mesh = (uint32_t *)take(most, sizeof(uint32_t));
   j->soa.triangle = (uint32_t *)take(most, sizeof(uint32_t));
-  j->embree = (word *)take(most, RAY_HIT_WORDS * sizeof(word));
+  j->embree = (embree_word *)take(most, EMBREE_RAY_HIT_WORDS * sizeof(embree_word));
 }
 
 /* Fills j with the rays of kind k; those that do not exist are left out. */

@@ -356,49 +356,6 @@ static bool commit(job *j) {
   return true;
 }
 
-/* The vertices of a lamp, spread by a factor from the middle of their box. */
-static void resize_mesh(scene_mesh *m, double factor) {
-  const size_t vertices = (size_t)m->vertex_count * m->key_count;
-  for (size_t a = 0; a < 3; a++) {
-    float lo = INFINITY, hi = -INFINITY;
-    for (size_t i = 0; i < vertices; i++) {
-      lo = fminf(lo, m->positions[3 * i + a]);
-      hi = fmaxf(hi, m->positions[3 * i + a]);
-    }
-    const double middle = 0.5 * ((double)lo + (double)hi);
-    for (size_t i = 0; i < vertices; i++) {
-      float *p = &m->positions[3 * i + a];
-      *p = (float)(middle + factor * ((double)*p - middle));
-    }
-  }
-}
-
-/* Area lights of another width and the same power: their radiance falls with their area. Each lamp is a mesh with a
-   material of its own, so the lamp that is seen stays the one that shines. Those without size stay as they are. */
-static void resize_lights(scene *s, double factor) {
-  for (size_t i = 0; i < s->light_count; i++) {
-    pktrt_light *l = &s->lights[i];
-    float *radiance = l->intensity;
-    switch (l->kind) {
-    case PKTRT_LIGHT_QUAD:
-      for (int a = 0; a < 3; a++) {
-        const double across = (double)l->edge[0][a] + (double)l->edge[1][a];
-        l->position[a] = (float)((double)l->position[a] + 0.5 * (1 - factor) * across);
-        for (int e = 0; e < 2; e++) l->edge[e][a] = (float)(factor * (double)l->edge[e][a]);
-      }
-      break;
-    case PKTRT_LIGHT_SPHERE: l->radius = (float)(factor * (double)l->radius); break;
-    case PKTRT_LIGHT_MESH:
-      if (s->meshes[l->mesh].deforms) continue; /* its poses come from elsewhere */
-      resize_mesh(&s->meshes[l->mesh], factor);
-      radiance = s->materials[s->meshes[l->mesh].material].m.emission;
-      break;
-    default: continue;
-    }
-    for (int c = 0; c < 3; c++) radiance[c] = (float)((double)radiance[c] / (factor * factor));
-  }
-}
-
 /* Moving meshes get two keys, where they are when the shutter opens and when it closes. To the library, whose time
    runs from the first key to the last, the shutter is therefore open all the time. With --frame the camera travels
    meanwhile. */
@@ -435,7 +392,7 @@ static bool load_built_in(job *j) {
   const options *o = &j->given;
   const double start = ex_seconds(), time = (double)o->frame / o->frames;
   if (!scene_make(o->scene, &j->built_in)) return ex_fail("%s: not enough memory for the scene", o->scene);
-  if (o->light_size > 0) resize_lights(&j->built_in, o->light_size);
+  if (o->light_size > 0) scene_resize_lights(&j->built_in, o->light_size);
   const pktrt_status status = scene_add_at(j->world, &j->built_in, time, o->shutter);
   if (status != PKTRT_OK)
     return ex_fail("%s: %s", o->scene,

@@ -74,6 +74,9 @@ SCENE_DEF pktrt_status scene_add_at(pktrt_scene *, const scene *, double time, d
 /* Gives the meshes that deform another pose, after a scene_add_at with a shutter likewise open or shut. Then refit. */
 SCENE_DEF pktrt_status scene_pose(pktrt_scene *, const scene *, double time, double shutter);
 SCENE_DEF void scene_camera(const scene *, double time, pktrt_camera *);
+/* Area lights of another width and the same power: their radiance falls with their area. Each lamp is a mesh with a
+   material of its own, so the lamp that is seen stays the one that shines. Those without size stay as they are. */
+SCENE_DEF void scene_resize_lights(scene *, double factor);
 
 /* >>maths ---------------------------------------------------------------------------------------------------------- */
 
@@ -717,6 +720,47 @@ SCENE_DEF uint64_t scene_triangles(const scene *s) {
   size_t i;
   for (i = 0; i < s->mesh_count; i++) sum += s->meshes[i].triangle_count;
   return sum;
+}
+
+/* The vertices of a lamp, spread by a factor from the middle of their box. */
+SCENE_DEF void sc_resize_mesh(scene_mesh *m, double factor) {
+  const size_t vertices = (size_t)m->vertex_count * m->key_count;
+  for (size_t a = 0; a < 3; a++) {
+    float lo = INFINITY, hi = -INFINITY;
+    for (size_t i = 0; i < vertices; i++) {
+      lo = fminf(lo, m->positions[3 * i + a]);
+      hi = fmaxf(hi, m->positions[3 * i + a]);
+    }
+    const double middle = 0.5 * ((double)lo + (double)hi);
+    for (size_t i = 0; i < vertices; i++) {
+      float *p = &m->positions[3 * i + a];
+      *p = (float)(middle + factor * ((double)*p - middle));
+    }
+  }
+}
+
+SCENE_DEF void scene_resize_lights(scene *s, double factor) {
+  for (size_t i = 0; i < s->light_count; i++) {
+    pktrt_light *l = &s->lights[i];
+    float *radiance = l->intensity;
+    switch (l->kind) {
+    case PKTRT_LIGHT_QUAD:
+      for (int a = 0; a < 3; a++) {
+        const double across = (double)l->edge[0][a] + (double)l->edge[1][a];
+        l->position[a] = (float)((double)l->position[a] + 0.5 * (1 - factor) * across);
+        for (int e = 0; e < 2; e++) l->edge[e][a] = (float)(factor * (double)l->edge[e][a]);
+      }
+      break;
+    case PKTRT_LIGHT_SPHERE: l->radius = (float)(factor * (double)l->radius); break;
+    case PKTRT_LIGHT_MESH:
+      if (s->meshes[l->mesh].deforms) continue; /* its poses come from elsewhere */
+      sc_resize_mesh(&s->meshes[l->mesh], factor);
+      radiance = s->materials[s->meshes[l->mesh].material].m.emission;
+      break;
+    default: continue;
+    }
+    for (int c = 0; c < 3; c++) radiance[c] = (float)((double)radiance[c] / (factor * factor));
+  }
 }
 
 /* Room for `keys` poses of a mesh, positions then normals of each; NULL where memory is lacking. Made with

@@ -17,6 +17,11 @@
 
 /* >>parts ---------------------------------------------------------------------------------------------------------- */
 
+/* Single rays and packets: Mrays/s of both, and how many times as fast. */
+static void say_pair(const bench *b, const row *r) {
+  say(b, " %.2f to %.2f: %.2fx |", mrays(&r[0]), mrays(&r[1]), r[1].speedup);
+}
+
 static void table1(bench *b) {
   static const struct {
     const char *scene;
@@ -25,16 +30,28 @@ static void table1(bench *b) {
       {"conference", {0.37, 0.43, 0.44, 0.40}, {0.76, 1.14, 1.25, 1.00}, {2.02, 2.65, 2.85, 2.53}},
       {"rtrt", {1.09, 1.20, 1.22, 1.14}, {1.98, 2.85, 3.30, 3.02}, {1.82, 2.37, 2.69, 2.65}},
       {"poolhall", {0.64, 0.71, 0.73, 0.71}, {1.21, 1.85, 2.18, 2.10}, {1.89, 2.60, 2.97, 2.96}}};
+  const row *r[3][COLUMNS][4];
   for (int k = 0; k < 3; k++)
-    for (int c = 0; c < COLUMNS; c++)
+    for (int c = 0; c < columns(); c++)
       for (int e = 0; e < 4; e++) {
         setup s = whitted(b, paper[k].scene);
-        if (!column(c, &s)) continue;
+        column(c, &s);
         s.packet = edges[e];
-        measure_pair(b, &s, paper[k].single[e], paper[k].types[e], paper[k].speedup[e]);
+        r[k][c][e] = measure_pair(b, &s, paper[k].single[e], paper[k].types[e], paper[k].speedup[e]);
       }
   print_speeds(b);
   print_tests(b);
+  say(b, "Mrays/s, single rays to packets by ray type:\n\n| scene | packets | the paper |");
+  say_columns(b);
+  say(b, "\n|---|---|--:|--:|--:|%s\n", columns() > 2 ? "--:|" : "");
+  for (int k = 0; k < 3; k++)
+    for (int e = 0; e < 4; e++) {
+      say(b, "| %s | %ux%u | %.2f to %.2f: %.2fx |", paper[k].scene, edges[e], edges[e], paper[k].single[e],
+          paper[k].types[e], paper[k].speedup[e]);
+      for (int c = 0; c < columns(); c++) say_pair(b, r[k][c][e]);
+      say(b, "\n");
+    }
+  say(b, "\n");
 }
 
 static void table2(bench *b) {
@@ -43,53 +60,428 @@ static void table2(bench *b) {
     double speed[3]; /* by mode */
   } paper[3] = {
       {"conference", {3.25, 1.79, 0.88}}, {"rtrt", {3.30, 2.00, 1.53}}, {"poolhall", {2.83, 0.83, 1.23}}};
+  const row *r[3][COLUMNS][3];
   for (int k = 0; k < 3; k++)
-    for (int c = 0; c < COLUMNS; c++)
+    for (int c = 0; c < columns(); c++)
       for (int m = 0; m < 3; m++) {
         const pktrt_mode mode = (pktrt_mode)m;
         setup s = one_frame(b, paper[k].scene, mode, mode == PKTRT_MODE_DRT ? 4 : 1);
-        if (column(c, &s)) measure(b, &s, 1)->paper = paper[k].speed[m];
+        column(c, &s);
+        row *made = measure(b, &s, 1);
+        made->paper = paper[k].speed[m];
+        r[k][c][m] = made;
       }
   print_speeds(b);
-  printf("The paper's tables 1 and 2 differ: over the camera paths WRT has 1.25, 3.30 and 2.18 Mrays/s at 8x8 on "
-         "conference, rtrt and pool hall, in one frame 1.79, 2.00 and 0.83.\n\n");
   print_tests(b);
+  say(b, "Mrays/s:\n\n| scene | mode | the paper |");
+  say_columns(b);
+  say(b, "\n|---|---|--:|--:|--:|%s\n", columns() > 2 ? "--:|" : "");
+  for (int k = 0; k < 3; k++)
+    for (int m = 0; m < 3; m++) {
+      say(b, "| %s | %s | %.2f |", paper[k].scene, mode_names[m], paper[k].speed[m]);
+      for (int c = 0; c < columns(); c++) say(b, " %.2f |", mrays(r[k][c][m]));
+      say(b, "\n");
+    }
+  say(b, "\n");
 }
 
 static void table3(bench *b) {
   static const double single[3] = {0.42, 0.44, 0.29}, types[3] = {0.73, 0.88, 0.88}, speedup[3] = {1.86, 2.00, 3.03};
-  for (int c = 0; c < COLUMNS; c++)
+  const row *r[COLUMNS][3];
+  for (int c = 0; c < columns(); c++)
     for (int e = 0; e < 3; e++) {
       setup s = one_frame(b, "conference", PKTRT_MODE_DRT, edges[e]);
       s.packet = edges[e]; /* as many rays as a pixel has samples */
-      if (column(c, &s)) measure_pair(b, &s, single[e], types[e], speedup[e]);
+      column(c, &s);
+      r[c][e] = measure_pair(b, &s, single[e], types[e], speedup[e]);
     }
   print_speeds(b);
   print_tests(b);
+  say(b, "Mrays/s, single rays to packets by ray type:\n\n| samples | the paper |");
+  say_columns(b);
+  say(b, "\n|--:|--:|--:|--:|%s\n", columns() > 2 ? "--:|" : "");
+  for (int e = 0; e < 3; e++) {
+    say(b, "| %u | %.2f to %.2f: %.2fx |", edges[e] * edges[e], single[e], types[e], speedup[e]);
+    for (int c = 0; c < columns(); c++) say_pair(b, r[c][e]);
+    say(b, "\n");
+  }
+  say(b, "\n");
+}
+
+/* Both paths, the fast one on all lanes there are. */
+static void path(int i, setup *s) { column(i ? columns() - 1 : 0, s); }
+
+static void say_paths(const bench *b, const char *what) {
+  for (int p = 0; p < 2; p++) {
+    setup s = as_the_scene_is("conference");
+    path(p, &s);
+    say(b, " %s path, %s: %s |", path_names[s.path], pktrt_isa_string(s.isa), what);
+  }
+}
+
+static void say_work(const bench *b, const row *r) {
+  say(b, " %.1f / %.2f | %.2f |", per_ray(r->all.box_tests, &r->all), per_ray(r->all.triangle_tests, &r->all),
+      mrays(r));
 }
 
 static void figure6(bench *b) {
-  setup ways[4];
-  for (int e = 0; e < 4; e++) {
-    ways[e] = whitted(b, "conference");
-    column(0, &ways[e]);
-    ways[e].packet = edges[e];
+  const row *r[2];
+  for (int p = 0; p < 2; p++) {
+    setup ways[4];
+    for (int e = 0; e < 4; e++) {
+      ways[e] = whitted(b, "conference");
+      path(p, &ways[e]);
+      ways[e].packet = edges[e];
+    }
+    r[p] = measure(b, ways, 4);
   }
-  measure(b, ways, 4);
+  print_speeds(b);
+  print_tests(b);
+  say(b, "Tests per ray:\n\n| packets |");
+  say_paths(b, "boxes / triangles | Mrays/s");
+  say(b, "\n|---|--:|--:|--:|--:|\n");
+  for (int e = 0; e < 4; e++) {
+    say(b, "| %ux%u |", edges[e], edges[e]);
+    for (int p = 0; p < 2; p++) say_work(b, &r[p][e]);
+    say(b, "\n");
+  }
+  say(b, "\n");
+}
+
+/* What figure 7 varies. The paper names the aperture's steps only, by their ends: nothing, and twice what is
+   reasonable. */
+enum { STEPS = 8 };
+typedef enum feature { APERTURE, LIGHT_SIZE, GLOSS, OPEN_SHUTTER } feature;
+static const struct {
+  const char *name, *unit;
+  int n;
+  double steps[STEPS];
+} features[] = {{"aperture", "of the lens as the scene has it", 5, {0, 0.5, 1, 1.5, 2}},
+                {"light size", "of the lamps as the scene has them", 5, {0.01, 0.5, 1, 1.5, 2}},
+                {"gloss", "exponent of the lobes", 5, {1, 10, 100, 1000, 10000}},
+                {"shutter", "of the animation's loop", 8, {0, 1.0 / 480, 1.0 / 240, 1.0 / 120, 1.0 / 60, 1.0 / 30,
+                                                           1.0 / 15, 1.0 / 8}}};
+
+static setup featuring(const bench *b, const char *name, feature f, double value) {
+  setup s = one_frame(b, name, PKTRT_MODE_DRT, 4);
+  if (f == APERTURE) s.aperture = value;
+  if (f == LIGHT_SIZE) s.light_size = value;
+  if (f == GLOSS) s.exponent = value;
+  if (f == OPEN_SHUTTER) s.shutter = value;
+  s.varied = features[f].name, s.value = value;
+  return s;
+}
+
+static void say_steps(const bench *b, const char *name, int f, const row *r[2][STEPS]) {
+  const bool both = f == OPEN_SHUTTER;
+  say(b, "%s, %s, %s; tests per ray, %s:\n\n| %s |", features[f].name, features[f].unit, name,
+      both ? "boxes that move / boxes united over time" : "boxes / triangles", features[f].name);
+  say_paths(b, both ? "boxes | triangles | Mrays/s" : "boxes / triangles | Mrays/s");
+  say(b, "\n|--:|--:|--:|--:|--:|%s\n", both ? "--:|--:|" : "");
+  for (int i = 0; i < features[f].n; i++) {
+    if (both && i) say(b, "| 1/%.0f |", 1 / features[f].steps[i]);
+    else say(b, "| %g |", features[f].steps[i]);
+    for (int p = 0; p < 2; p++) {
+      const row *x = r[p][i], *y = x + 1;
+      if (!both) say_work(b, x);
+      else
+        say(b, " %.1f / %.1f | %.2f / %.2f | %.2f / %.2f |", per_ray(x->all.box_tests, &x->all),
+            per_ray(y->all.box_tests, &y->all), per_ray(x->all.triangle_tests, &x->all),
+            per_ray(y->all.triangle_tests, &y->all), mrays(x), mrays(y));
+    }
+    say(b, "\n");
+  }
+  say(b, "\n");
+}
+
+/* One scene, one feature, both paths; the shutter with boxes that move and with such as do not. */
+static void vary(bench *b, const char *name, feature f) {
+  const row *r[2][STEPS];
+  for (int p = 0; p < 2; p++)
+    for (int i = 0; i < features[f].n; i++) {
+      setup ways[2];
+      ways[0] = featuring(b, name, f, features[f].steps[i]);
+      path(p, &ways[0]);
+      ways[1] = ways[0];
+      ways[1].united = true;
+      ways[1].varied = "shutter, united";
+      r[p][i] = measure(b, ways, f == OPEN_SHUTTER ? 2 : 1);
+    }
+  say_steps(b, name, (int)f, r);
+}
+
+static void figure7(bench *b) {
+  vary(b, "conference", APERTURE);
+  vary(b, "conference", LIGHT_SIZE);
+  vary(b, "conference", GLOSS);
+  vary(b, "conference", OPEN_SHUTTER);
+  vary(b, "rtrt", OPEN_SHUTTER); /* where half of all that is seen moves */
+  print_speeds(b);
+}
+
+/* Whitted's mode as section 5.4 has it: ray trees are pruned by attenuation. */
+static setup pruned(const bench *b, const char *name) {
+  setup s = whitted(b, name);
+  s.depth = PKTRT_MAX_DEPTH, s.attenuation = 0;
+  return s;
+}
+
+static void say_depth(const bench *b, const char *label, const pktrt_counts *p, const pktrt_counts *q) {
+  if (p->rays)
+    say(b, "| %s | %llu | %.1f / %.1f | %.1f / %.1f | %.2f / %.2f |\n", label, (unsigned long long)p->rays,
+        per_ray(p->vector_tests, p), per_ray(q->vector_tests, q), per_ray(p->box_tests, p), per_ray(q->box_tests, q),
+        per_ray(p->triangle_tests, p), per_ray(q->triangle_tests, q));
+}
+
+/* Two assemblies, bounce by bounce; shadow rays count as one deeper than the surface that they leave. */
+static void say_depths(const bench *b, const row *x, const row *y) {
+  enum { SHOWN = 10 };
+  pktrt_counts deeper[2];
+  memset(deeper, 0, sizeof deeper);
+  say(b, "Paper path, %s, by bounces from the camera; %s / %s:\n\n"
+         "| bounces | rays | vectors of tests per ray | box tests per ray | triangle tests per ray |\n"
+         "|--:|--:|--:|--:|--:|\n", x->s.scene, assembly_names[x->s.assembly], assembly_names[y->s.assembly]);
+  for (int d = 0; d < PKTRT_MAX_DEPTH + 2; d++) {
+    char label[32];
+    snprintf(label, sizeof label, "%d", d);
+    if (d <= SHOWN) say_depth(b, label, &x->stats.by_depth[d], &y->stats.by_depth[d]);
+    else add_counts(&deeper[0], &x->stats.by_depth[d]), add_counts(&deeper[1], &y->stats.by_depth[d]);
+  }
+  say_depth(b, "deeper", &deeper[0], &deeper[1]);
+  say_depth(b, "all", &x->all, &y->all);
+  say(b, "\n");
+}
+
+static void figure8(bench *b) {
+  static const pktrt_assembly order[6] = {PKTRT_ASSEMBLY_RAY_TYPES, PKTRT_ASSEMBLY_RUNS,    PKTRT_ASSEMBLY_MATERIALS,
+                                          PKTRT_ASSEMBLY_OCTANTS,   PKTRT_ASSEMBLY_BLIND, PKTRT_ASSEMBLY_NONE};
+  static const char *const names[3] = {"conference", "rtrt", "poolhall"};
+  const row *r[3][2];
+  for (int k = 0; k < 3; k++)
+    for (int p = 0; p < 2; p++) {
+      setup ways[6];
+      for (int a = 0; a < 6; a++) {
+        ways[a] = pruned(b, names[k]);
+        path(p, &ways[a]);
+        ways[a].assembly = order[a];
+      }
+      r[k][p] = measure(b, ways, 6);
+    }
+  print_speeds(b);
+  print_tests(b);
+  say(b, "Tests per ray; speed, and that of ray types in times of it:\n\n| scene | assembly |");
+  say_paths(b, "boxes / triangles | Mrays/s | ray types");
+  say(b, "\n|---|---|--:|--:|--:|--:|--:|--:|\n");
+  for (int k = 0; k < 3; k++)
+    for (int a = 0; a < 6; a++) {
+      say(b, "| %s | %s |", names[k], assembly_names[order[a]]);
+      for (int p = 0; p < 2; p++) {
+        say_work(b, &r[k][p][a]);
+        say(b, " %.2fx |", times_as_fast(b, &r[k][p][0], &r[k][p][a]));
+      }
+      say(b, "\n");
+    }
+  say(b, "\n");
+  say_depths(b, &r[0][0][0], &r[0][0][1]);
+}
+
+/* Section 4 compares ways that make different pictures; each is told by a word, and compared with the first. */
+static void say_ways(const bench *b, const char *what, const row *r, int n, const char *const *words) {
+  say(b, "| %s, %s path, %s %s | rays | boxes / triangles | Mrays/s | time |\n|---|--:|--:|--:|--:|\n", what,
+      path_names[r->s.path], r->s.scene, mode_names[r->s.mode]);
+  for (int i = 0; i < n; i++)
+    say(b, "| %s | %llu | %.1f / %.2f | %.2f | %.2fx |\n", words[i], (unsigned long long)r[i].all.rays,
+        per_ray(r[i].all.box_tests, &r[i].all), per_ray(r[i].all.triangle_tests, &r[i].all), mrays(&r[i]),
+        times_as_long(b, &r[i], r));
+  say(b, "\n");
+}
+
+/* "Instead of tracing N reflection and N refraction rays, we would trace only N rays total." */
+static void branch(bench *b, const char *name) {
+  static const char *const words[2] = {"chooses one way", "follows both"};
+  for (int p = 0; p < 2; p++) {
+    setup ways[2];
+    ways[0] = one_frame(b, name, PKTRT_MODE_DRT, 4);
+    path(p, &ways[0]);
+    ways[0].varied = "branching";
+    ways[1] = ways[0];
+    ways[0].branching = PKTRT_BRANCHING_CHOOSE, ways[0].value = PKTRT_BRANCHING_CHOOSE;
+    ways[1].branching = PKTRT_BRANCHING_BOTH, ways[1].value = PKTRT_BRANCHING_BOTH;
+    ways[1].differs = true;
+    say_ways(b, "glass", measure(b, ways, 2), 2, words);
+  }
+}
+
+/* "Rendering performance is not highly dependent on the sample set used", and interleaving "does not negatively impact
+   performance". */
+static void sample(bench *b) {
+  static const pktrt_sampler order[PKTRT_SAMPLER_COUNT] = {
+      PKTRT_SAMPLER_JITTERED, PKTRT_SAMPLER_INTERLEAVED, PKTRT_SAMPLER_RANDOM,    PKTRT_SAMPLER_HALTON,
+      PKTRT_SAMPLER_HAMMERSLEY, PKTRT_SAMPLER_SOBOL,     PKTRT_SAMPLER_BLUE_NOISE};
+  const char *words[PKTRT_SAMPLER_COUNT];
+  for (int p = 0; p < 2; p++) {
+    setup ways[PKTRT_SAMPLER_COUNT];
+    for (int i = 0; i < PKTRT_SAMPLER_COUNT; i++) {
+      ways[i] = one_frame(b, "conference", PKTRT_MODE_DRT, 4);
+      path(p, &ways[i]);
+      ways[i].sampler = order[i], ways[i].differs = true;
+      ways[i].varied = "sampler", ways[i].value = order[i];
+      words[i] = pktrt_sampler_string(order[i]);
+    }
+    say_ways(b, "sampler", measure(b, ways, PKTRT_SAMPLER_COUNT), PKTRT_SAMPLER_COUNT, words);
+  }
+}
+
+static void map_lobes(bench *b) {
+  static const char *const words[4] = {"careful, Sobol", "naive, Sobol", "careful, Hammersley", "naive, Hammersley"};
+  for (int p = 0; p < 2; p++) {
+    setup ways[4];
+    for (int i = 0; i < 4; i++) {
+      ways[i] = one_frame(b, "conference", PKTRT_MODE_DRT, 4);
+      path(p, &ways[i]);
+      ways[i].mapping = i % 2 ? PKTRT_PHONG_NAIVE : PKTRT_PHONG_CAREFUL;
+      ways[i].sampler = i < 2 ? PKTRT_SAMPLER_SOBOL : PKTRT_SAMPLER_HAMMERSLEY;
+      ways[i].differs = true, ways[i].varied = "mapping, sampler", ways[i].value = i;
+    }
+    say_ways(b, "lobe", measure(b, ways, 4), 4, words);
+  }
+}
+
+/* The false positives themselves: boxes that a ray enters without finding a hit beneath. The library tells of every
+   box that a packet of the paper path enters, here a packet of one ray, in the order of their depth. */
+typedef struct watch {
+  uint32_t *parent; /* of each node; the root's is itself */
+  uint64_t *round;  /* of each node: the ray that found a hit beneath it, counted from 1 */
+  uint64_t ray, entered, true_hits;
+  uint32_t from, leaf_parent;
+  bool leaf_hit;
+} watch;
+
+static void watch_box(void *user, const pktrt_event *e) {
+  watch *w = (watch *)user;
+  switch (e->kind) {
+  case PKTRT_EVENT_FIRST_HIT: w->entered++, w->from = e->index; break;
+  case PKTRT_EVENT_NODE: w->parent[e->index] = e->index ? w->from : 0; break;
+  case PKTRT_EVENT_LEAF: w->leaf_parent = w->from, w->leaf_hit = false; break;
+  case PKTRT_EVENT_HIT:
+    if (!w->leaf_hit) w->true_hits++;
+    w->leaf_hit = true;
+    for (uint32_t n = w->leaf_parent; n && w->round[n] != w->ray; n = w->parent[n]) {
+      w->round[n] = w->ray;
+      w->true_hits++;
+    }
+    break;
+  default: break;
+  }
+}
+
+typedef struct lobe_count {
+  uint64_t rays, entered, false_hits;
+} lobe_count;
+
+static void watch_ray(const pktrt_scene *tree, watch *w, const pktrt_ray *ray, lobe_count *c) {
+  pktrt_query_desc d;
+  pktrt_hit hit;
+  memset(&d, 0, sizeof d);
+  d.path = PKTRT_PATH_PAPER, d.packet_size = 1, d.trace = watch_box, d.user = w;
+  w->ray++, w->entered = w->true_hits = 0;
+  pktrt_intersect_ex(tree, &d, ray, &hit, 1);
+  c->rays++, c->entered += w->entered, c->false_hits += w->entered - w->true_hits;
+}
+
+/* The 16 points of Hammersley's set, none moved at random, the origin among them, into a lobe around the normal of a
+   hit, which is where a mirror reflects what looks straight at it. The naive origin is then tangent to the surface. */
+static void reflect_set(const pktrt_scene *tree, watch *w, const pktrt_ray *ray, const pktrt_hit *hit,
+                        lobe_count counts[2][2]) {
+  static const unsigned char reversed[16] = {0, 8, 4, 12, 2, 10, 6, 14, 1, 9, 5, 13, 3, 11, 7, 15};
+  float axis[3], along = 0, length = 0, out[3];
+  for (int a = 0; a < 3; a++) {
+    along += ray->direction[a] * hit->normal[a];
+    length += hit->normal[a] * hit->normal[a];
+  }
+  for (int a = 0; a < 3; a++) axis[a] = (along < 0 ? 1 : -1) * hit->normal[a] / sqrtf(length);
+  for (int i = 0; i < 32; i++) {
+    const bool naive = i >= 16;
+    const float u[2] = {(float)(i % 16) / 16, (float)reversed[i % 16] / 16};
+    pktrt_ray leaving;
+    (naive ? pktrt_map_phong_naive : pktrt_map_phong)(u, axis, EXPONENT, out);
+    pktrt_spawn(tree, ray, hit, out, &leaving);
+    watch_ray(tree, w, &leaving, &counts[naive][i % 16 == 0]);
+  }
+}
+
+static void say_lobes(const bench *b, lobe_count counts[2][2]) {
+  static const char *const names[2][2] = {{"careful, others", "careful, origin"}, {"naive, others", "naive, origin"}};
+  say(b, "Single rays off what a view of conference shows, into lobes of exponent %g around its normals, 16 each:\n\n"
+         "| mapping, points | rays | boxes entered per ray | of them false |\n"
+         "|---|--:|--:|--:|\n", (double)EXPONENT);
+  for (int n = 0; n < 2; n++)
+    for (int o = 0; o < 2; o++) {
+      const lobe_count *c = &counts[n][o];
+      const double rays = c->rays ? (double)c->rays : 1;
+      say(b, "| %s | %llu | %.1f | %.1f |\n", names[n][o], (unsigned long long)c->rays, (double)c->entered / rays,
+          (double)c->false_hits / rays);
+    }
+  say(b, "\n");
+}
+
+static void count_false_hits(bench *b) {
+  enum { SIDE = 64 };
+  setup s = whitted(b, "conference"); /* in this mode nothing moves, so there is one tree alone */
+  lobe_count counts[2][2];
+  pktrt_scene_info info;
+  watch w;
+  memset(counts, 0, sizeof counts);
+  memset(&w, 0, sizeof w);
+  open_setup(&b->now, &s);
+  pktrt_get_scene_info(b->now.tree, &info);
+  w.parent = (uint32_t *)calloc((size_t)info.nodes, sizeof *w.parent);
+  w.round = (uint64_t *)calloc((size_t)info.nodes, sizeof *w.round);
+  if (!w.parent || !w.round) fatal("not enough memory");
+  for (int i = 0; i < SIDE * SIDE; i++) {
+    pktrt_ray ray;
+    pktrt_hit hit;
+    look_through(&b->now.made.camera, ((double)(i % SIDE) + 0.5) / SIDE, ((double)(i / SIDE) + 0.5) / SIDE, &ray);
+    if (pktrt_intersect(b->now.tree, &ray, &hit)) reflect_set(b->now.tree, &w, &ray, &hit, counts);
+  }
+  say_lobes(b, counts);
+  free(w.parent);
+  free(w.round);
+}
+
+static void section4(bench *b) {
+  branch(b, "conference");
+  branch(b, "rtrt");
+  count_false_hits(b);
+  map_lobes(b);
+  sample(b);
   print_speeds(b);
   print_tests(b);
 }
 
-static void figure8(bench *b) {
-  setup ways[2];
-  ways[0] = whitted(b, "conference");
-  ways[0].depth = PKTRT_MAX_DEPTH, ways[0].attenuation = 0; /* the paper's ray trees are pruned here */
-  column(0, &ways[0]);
-  ways[1] = ways[0];
-  ways[1].assembly = PKTRT_ASSEMBLY_RUNS;
-  const row *r = measure(b, ways, 2);
+/* "Going from 4 samples per pixel to 16 samples per pixel can result in less than a 4x increase in rendering time":
+   the same pixels with more samples, a pixel to a packet, and in packets of 8 x 8 whatever the samples. */
+static void section5(bench *b) {
+  static const char *const names[3] = {"conference", "rtrt", "poolhall"};
+  say(b, "| scene | path | packets | 4 samples, s | 16 | 64 | 16 over 4 | 64 over 16 |\n"
+         "|---|---|---|--:|--:|--:|--:|--:|\n");
+  for (int k = 0; k < 3; k++)
+    for (int i = 0; i < 4; i++) {
+      setup ways[3];
+      for (int e = 0; e < 3; e++) {
+        ways[e] = one_frame(b, names[k], PKTRT_MODE_DRT, 4); /* tiles of 16 x 16 pixels for all */
+        path(i / 2, &ways[e]);
+        ways[e].samples = edges[e] * edges[e];
+        ways[e].packet = i % 2 ? 8 : edges[e];
+        ways[e].differs = true;
+      }
+      const row *r = measure(b, ways, 3);
+      say(b, "| %s | %s | %s | %.3f | %.3f | %.3f | %.2fx | %.2fx |\n", names[k], path_names[r->s.path],
+          i % 2 ? "8x8" : "a pixel", r[0].seconds, r[1].seconds, r[2].seconds, times_as_long(b, &r[1], &r[0]),
+          times_as_long(b, &r[2], &r[1]));
+    }
+  say(b, "\n");
   print_speeds(b);
-  print_depths(&r[0], &r[1]);
 }
 
 static const struct part {
@@ -100,7 +492,10 @@ static const struct part {
     {"table2", "rays per second of one frame: ray casting, Whitted's, distribution ray tracing", table2},
     {"table3", "distribution ray tracing of conference, a pixel to a packet: single rays against packets", table3},
     {"figure6", "tests per ray of Whitted's mode against packet size, on conference", figure6},
-    {"figure8", "tests per ray by bounces from the camera, packets by ray type against runs, on conference", figure8}};
+    {"figure7", "distribution ray tracing as aperture, light size, gloss and shutter vary", figure7},
+    {"figure8", "ray types, runs and other assemblies: tests per ray, by bounces from the camera, speed", figure8},
+    {"section4", "branching, mapping to lobes, samplers: what they cost", section4},
+    {"section5", "time of more samples of a pixel", section5}};
 enum { PARTS = sizeof parts / sizeof *parts };
 
 /* >>main ----------------------------------------------------------------------------------------------------------- */
@@ -109,9 +504,9 @@ static void print_help(void) {
   printf("usage: paper [options] [NAME...]   the paper's results; run it by `taskset -c 1` on a quiet machine\n"
          "  --small       128 x 128 pixels, whole, one frame, one round\n"
          "  --size N      N x N pixels, a multiple of 64 from 64 to 4096 (512)\n"
-         "  --frames N    of each camera path, 1 to %d (3)\n"
+         "  --frames N    of each camera path, 1 to %d (8)\n"
          "  --rounds N    timed, whose median counts, 1 to %d (3)\n"
-         "  --every N     of N tiles of each frame of a path one is made, 1 to %d (16); of single frames four\n"
+         "  --every N     of N tiles of each frame of a path one is made, 1 to %d (32); of single frames eight\n"
          "  --results DIR NAME.csv and NAME.md of each part: all that was measured, and tables for the README\n"
          "  --help        this text\nNAME, without one all:\n",
          MAX_FRAMES, MAX_ROUNDS, MAX_EVERY);

@@ -14,6 +14,7 @@
    Contents: parts, main. */
 #include "paper.h"
 #include "paper_system.h"
+#include "paper_kensler.h"
 
 /* >>parts ---------------------------------------------------------------------------------------------------------- */
 
@@ -495,7 +496,11 @@ static const struct part {
     {"figure7", "distribution ray tracing as aperture, light size, gloss and shutter vary", figure7},
     {"figure8", "ray types, runs and other assemblies: tests per ray, by bounces from the camera, speed", figure8},
     {"section4", "branching, mapping to lobes, samplers: what they cost", section4},
-    {"section5", "time of more samples of a pixel", section5}};
+    {"section5", "time of more samples of a pixel", section5},
+    {"section31", "what SIMD alone and what amortisation gives, lanes in use", section31},
+    {"section6", "share of shading, scaling over cores, upkeep of deforming meshes", section6},
+    {"frames", "frames per second by mode, size and samples", frames},
+    {"kensler", "the triangle test of Kensler and Shirley beside ours, static and moving", kensler}};
 enum { PARTS = sizeof parts / sizeof *parts };
 
 /* >>main ----------------------------------------------------------------------------------------------------------- */

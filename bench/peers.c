@@ -12,7 +12,6 @@
    Contents: options, scenes, libraries, rays, modes, measuring, report. */
 #include "bench.h"
 #include <getopt.h>
-#include <sys/mman.h>
 #define PKTRT_IMPLEMENTATION
 #include "../pktrt.h"
 #include "../examples/mesh_file.h"
@@ -21,18 +20,6 @@
 
 #define MAX_ROUNDS 64u
 #define BUILDS 3 /* of each tree; the best time counts */
-
-/* Zeroed and in large pages where the system has them: page faults and TLB misses are not what is compared. */
-static void *take(size_t count, size_t size) {
-  const size_t page = (size_t)2 << 20, bytes = (count * size / page + 1) * page;
-  void *memory = NULL;
-  if (posix_memalign(&memory, page, bytes) != 0) fatal("not enough memory");
-#ifdef MADV_HUGEPAGE
-  madvise(memory, bytes, MADV_HUGEPAGE);
-#endif
-  memset(memory, 0, bytes);
-  return memory;
-}
 
 /* >>options -------------------------------------------------------------------------------------------------------- */
 

@@ -15,6 +15,7 @@
 #include "paper.h"
 #include "paper_system.h"
 #include "paper_kensler.h"
+#include "paper_embree.h"
 
 /* >>parts ---------------------------------------------------------------------------------------------------------- */
 
@@ -500,7 +501,8 @@ static const struct part {
     {"section31", "what SIMD alone and what amortisation gives, lanes in use", section31},
     {"section6", "share of shading, scaling over cores, upkeep of deforming meshes", section6},
     {"frames", "frames per second by mode, size and samples", frames},
-    {"kensler", "the triangle test of Kensler and Shirley beside ours, static and moving", kensler}};
+    {"kensler", "the triangle test of Kensler and Shirley beside ours, static and moving", kensler},
+    {"embree_rcs", "ray casting with shading against Embree, which only traces the same rays", embree_rcs}};
 enum { PARTS = sizeof parts / sizeof *parts };
 
 /* >>main ----------------------------------------------------------------------------------------------------------- */

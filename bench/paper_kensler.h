@@ -285,13 +285,18 @@ static void report_race(const bench *b, course *c, const char *rays) {
   }
 }
 
-/* Primary rays as the renderer packs them, or what bounces off diffusely where they hit: `rays` of them. */
-static void primary_rays(bench *b, pktrt_ray *out, size_t rays, bool moving) {
+static setup pool_hall(const bench *b) {
   setup s = one_frame(b, "poolhall", PKTRT_MODE_RCS, 1);
+  s.path = PKTRT_PATH_FAST, s.isa = widest();
+  return s;
+}
+
+/* Primary rays as the renderer packs them. */
+static void primary_rays(bench *b, pktrt_ray *out, size_t rays, bool moving) {
+  const setup s = pool_hall(b);
   ray_list all = make_list((size_t)b->given.size * b->given.size);
   pktrt_render_desc d;
   uint32_t random = 1;
-  s.path = PKTRT_PATH_FAST;
   describe(b, &s, 0, NULL, &d);
   tap_open(b->now.tree, trace_recorded);
   tap.list[0] = &all;
@@ -307,6 +312,7 @@ static void primary_rays(bench *b, pktrt_ray *out, size_t rays, bool moving) {
   free_list(&all);
 }
 
+/* What bounces off diffusely where they hit. */
 static void bounce(const pktrt_scene *tree, const pktrt_ray *from, pktrt_ray *out, size_t rays) {
   uint32_t random = 2;
   for (size_t i = 0; i < rays; i++) {
@@ -426,6 +432,7 @@ static void race_edges(const bench *b, size_t rays, bool moving) {
 
 static void kensler(bench *b) {
   const size_t pixels = (size_t)b->given.size * b->given.size, rays = pixels < 65536 ? pixels : 65536;
+  const setup s = pool_hall(b);
   pktrt_ray *ray[2];
   for (int i = 0; i < 2; i++) ray[i] = (pktrt_ray *)take(rays, sizeof(pktrt_ray));
   csv(b, "rays,moving,isa,count,tests,rays_per_group_visit,one_ray_kensler_ns,one_ray_pktrt_ns,eight_rays_kensler_ns,"
@@ -435,7 +442,7 @@ static void kensler(bench *b) {
          "Kensler and Shirley; time: pktrt's over theirs; differ: rays whose nearest triangle is another.\n\n"
          "| rays | triangles | isa | tests/ray | 1 x 8: K-S | pktrt | time | 8 x 1: K-S | pktrt | time | differ |\n"
          "|---|---|---|--:|--:|--:|--:|--:|--:|--:|--:|\n");
-  open_world(&b->now, "poolhall", AS_MADE, widest(), false);
+  open_setup(&b->now, &s);
   for (int moving = 0; moving < 2; moving++) {
     pktrt_scene *tree = moving ? turned(&b->now.made, widest()) : b->now.tree;
     primary_rays(b, ray[0], rays, moving);

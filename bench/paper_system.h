@@ -122,7 +122,7 @@ static void report_use(bench *b, const row *r) {
     char packets[16];
     snprintf(packets, sizeof packets, "%ux%u", r[k].s.packet, r[k].s.packet);
     say(b, "| %s | %s | %.2f | %.2fx | %.2fx | %.1f | %.2fx | %.2f | %.2fx |\n", r->s.scene, k ? packets : "alone",
-        mrays(&r[k]), r->seconds / r[k].seconds, r[1].seconds / r[k].seconds, u.vectors, u.lanes * u.fewer, u.lanes,
+        mrays(&r[k]), times_as_fast(b, &r[k], r), times_as_fast(b, &r[k], &r[1]), u.vectors, u.lanes * u.fewer, u.lanes,
         u.fewer);
     for (int t = -1; t < TYPES; t++) {
       const pktrt_counts *c = t < 0 ? &all : &r[k].stats.by_type[t], *one = t < 0 ? &alone : &r->stats.by_type[t];
@@ -169,7 +169,7 @@ static void section31(bench *b) {
       if (e) ways[e].packet = edges[e - 1];
       else ways[e].path = PKTRT_PATH_SINGLE; /* the tap makes of it what is meant */
     }
-    open_world(&b->now, scenes[k], ways[0].look, ways[0].isa, false);
+    open_setup(&b->now, &ways[0]);
     tap_open(b->now.tree, trace_alone);
     r[k] = measure(b, ways, 5);
     tap_close(b->now.tree);
@@ -207,7 +207,7 @@ static share measure_share(bench *b, const setup *s) {
   double shading[MAX_ROUNDS], clocked[MAX_ROUNDS];
   pktrt_render_desc d;
   share result;
-  open_world(&b->now, s->scene, s->look, s->isa, s->mode == PKTRT_MODE_DRT);
+  open_setup(&b->now, s);
   describe(b, s, 0, NULL, &d);
   for (unsigned k = 0; k < b->given.rounds; k++) {
     tap_open(b->now.tree, trace_clocked);
@@ -225,11 +225,11 @@ static void report_shading(bench *b) {
   say(b, "Shading in per cent of a frame's time: all that is not tracing rays. The paper: \"shading is now 1/3 of the "
          "total\".\n\n| scene | path | isa | RCS | WRT | DRT 16 |\n|---|---|---|--:|--:|--:|\n");
   for (int k = 0; k < 3; k++)
-    for (int c = 0; c < COLUMNS; c += 2) { /* the paper path as in the paper, the fast one as it is used */
+    for (int fast = 0; fast < 2; fast++) { /* the paper path as in the paper, the fast one as it is used */
       setup s;
       for (int m = 0; m < 3; m++) {
         s = one_frame(b, scenes[k], (pktrt_mode)m, m == PKTRT_MODE_DRT ? 4 : 1);
-        if (!column(c, &s)) column(1, &s);
+        column(fast ? columns() - 1 : 0, &s);
         const share part = measure_share(b, &s);
         if (!m) say(b, "| %s | %s | %s |", scenes[k], path_names[s.path], pktrt_isa_string(s.isa));
         say(b, " %.0f %% |", 100 * part.shading);
@@ -273,7 +273,7 @@ static void measure_threads(bench *b, const setup *s, const unsigned *count, siz
   pktrt_render_desc d;
   ex_threads threads;
   if (n > MOST) fatal("more numbers of threads than there is room for");
-  open_world(&b->now, s->scene, s->look, s->isa, s->mode == PKTRT_MODE_DRT);
+  open_setup(&b->now, s);
   describe(b, s, 0, NULL, &d);
   set_threads(b->now.tree, &threads);
   for (unsigned k = 0; k < b->given.rounds; k++)
@@ -374,7 +374,7 @@ static void deform_scene(bench *b, const char *name) {
   pktrt_render_desc d;
   upkeep u[POSES];
   s.path = PKTRT_PATH_FAST, s.isa = widest(), s.look = AS_MADE;
-  open_world(&b->now, name, s.look, s.isa, false);
+  open_setup(&b->now, &s);
   describe(b, &s, 0, NULL, &d);
   for (int i = 0; i < 2; i++) {
     tree[i] = pktrt_scene_create(NULL);
@@ -522,7 +522,7 @@ static void report_frames(bench *b, float *pixels, unsigned size, unsigned cores
           setup s = one_frame(b, scenes[k], (pktrt_mode)m, roots[r]);
           ex_threads threads;
           s.path = PKTRT_PATH_FAST, s.isa = widest(), threads.count = counts[i];
-          open_world(&b->now, s.scene, s.look, s.isa, s.mode == PKTRT_MODE_DRT);
+          open_setup(&b->now, &s);
           const double seconds = frame_seconds(b, &s, pixels, size, &threads);
           const bool fast = seconds * INTERACTIVE <= 1;
           say(b, fast ? " **%.1f** |" : " %.2f |", 1 / seconds);

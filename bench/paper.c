@@ -13,6 +13,7 @@
 
    Contents: parts, main. */
 #include "paper.h"
+#include "paper_checks.h"
 #include "paper_system.h"
 #include "paper_kensler.h"
 #include "paper_embree.h"
@@ -219,13 +220,6 @@ static void figure7(bench *b) {
   vary(b, "conference", OPEN_SHUTTER);
   vary(b, "rtrt", OPEN_SHUTTER); /* where half of all that is seen moves */
   print_speeds(b);
-}
-
-/* Whitted's mode as section 5.4 has it: ray trees are pruned by attenuation. */
-static setup pruned(const bench *b, const char *name) {
-  setup s = whitted(b, name);
-  s.depth = PKTRT_MAX_DEPTH, s.attenuation = 0;
-  return s;
 }
 
 static void say_depth(const bench *b, const char *label, const pktrt_counts *p, const pktrt_counts *q) {
@@ -515,6 +509,8 @@ static void print_help(void) {
          "  --rounds N    timed, whose median counts, 1 to %d (3)\n"
          "  --every N     of N tiles of each frame of a path one is made, 1 to %d (32); of single frames eight\n"
          "  --results DIR NAME.csv and NAME.md of each part: all that was measured, and tables for the README\n"
+         "  --check       instead of parts: what must hold, exit status 1 if anything does not\n"
+         "  --check-counts, --check-controls   of these, what noise cannot change; whether controls fail\n"
          "  --help        this text\nNAME, without one all:\n",
          MAX_FRAMES, MAX_ROUNDS, MAX_EVERY);
   for (int i = 0; i < PARTS; i++) printf("  %-13s %s\n", parts[i].name, parts[i].sentence);
@@ -538,6 +534,7 @@ static bool wanted(const options *o, const char *name) {
 int main(int argc, char **argv) {
   static bench b; /* static: zeroed */
   double load = 0;
+  bool failed = false;
   if (!parse_options(argc, argv, &b.given) || !names_known(&b.given)) return 2;
   b.pixels = (float *)calloc((size_t)b.given.size * b.given.size * 3, sizeof(float));
   if (!b.pixels) return ex_fail("not enough memory for a picture of %u x %u", b.given.size, b.given.size), 1;
@@ -545,7 +542,8 @@ int main(int argc, char **argv) {
     printf("note: load average %.1f, other work is running: figures are noisy\n\n", load);
   printf("%u x %u pixels, one tile of %u; camera paths in %u frames; median of %u rounds; one thread\n\n", b.given.size,
          b.given.size, b.given.every, b.given.frames, b.given.rounds);
-  for (int i = 0; i < PARTS; i++) {
+  if (b.given.check) failed = !check_all(&b);
+  for (int i = 0; i < PARTS && !b.given.check; i++) {
     if (!wanted(&b.given, parts[i].name)) continue;
     b.part = parts[i].name, b.row_count = 0;
     b.csv = open_result(&b, "csv"), b.md = open_result(&b, "md");
@@ -558,5 +556,5 @@ int main(int argc, char **argv) {
   close_world(&b.now);
   free(b.pixels);
   if (fflush(stdout) != 0) return ex_fail("the tables could not be written: %s", strerror(errno)), 1;
-  return 0;
+  return failed;
 }

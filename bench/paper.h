@@ -20,6 +20,7 @@ typedef struct options {
   const char *results; /* a directory, NULL: none */
   const char *names[MAX_NAMES];
   unsigned name_count, size, frames, rounds, every;
+  bool check, counts, controls;
 } options;
 
 static void print_help(void);
@@ -34,6 +35,9 @@ static bool parse_option(options *o, int key) {
   case 'r': return ex_parse_uint("rounds", optarg, 1, MAX_ROUNDS, &o->rounds);
   case 'e': return ex_parse_uint("every", optarg, 1, MAX_EVERY, &o->every);
   case 'o': o->results = optarg; return true;
+  case 'k': return o->check = true;
+  case 'n': return o->check = o->counts = true;
+  case 'x': return o->check = o->controls = true;
   case 'h': print_help(); exit(0);
   default: return false; /* getopt has said what */
   }
@@ -44,15 +48,21 @@ static bool parse_options(int argc, char **argv, options *o) {
       {"small", no_argument, NULL, 'm'},        {"size", required_argument, NULL, 's'},
       {"frames", required_argument, NULL, 'f'}, {"rounds", required_argument, NULL, 'r'},
       {"every", required_argument, NULL, 'e'},  {"results", required_argument, NULL, 'o'},
-      {"help", no_argument, NULL, 'h'},         {NULL, 0, NULL, 0}};
+      {"check", no_argument, NULL, 'k'},        {"check-counts", no_argument, NULL, 'n'},
+      {"check-controls", no_argument, NULL, 'x'}, {"help", no_argument, NULL, 'h'},
+      {NULL, 0, NULL, 0}};
   memset(o, 0, sizeof *o);
-  o->size = 512, o->frames = 8, o->rounds = 3, o->every = 32;
   for (int key; (key = getopt_long(argc, argv, "h", list, NULL)) != -1;)
     if (!parse_option(o, key)) return false;
   for (; optind < argc; optind++) {
     if (o->name_count == MAX_NAMES) return ex_fail("%s: one name too many", argv[optind]);
     o->names[o->name_count++] = argv[optind];
   }
+  if (!o->size) o->size = 512;
+  if (!o->frames) o->frames = 8;
+  if (!o->rounds) o->rounds = o->check && !o->controls ? 5 : 3;
+  if (!o->every) o->every = o->check ? 64 : 32;
+  if (o->counts) o->rounds = 0;
   return true;
 }
 
@@ -319,13 +329,19 @@ static row *measure(bench *b, const setup *ways, size_t n) {
     memcpy(seconds, r[i].rounds, sizeof seconds);
     r[i].seconds = b->given.rounds ? median_of(seconds, b->given.rounds) : 0;
   }
-  fprintf(stderr, "%s: %s %s, %s path, %s, packets of %u x %u%s: done\n", b->part, ways[0].scene,
-          mode_names[ways[0].mode], path_names[ways[0].path], pktrt_isa_string(ways[0].isa), ways[0].packet,
-          ways[0].packet, ways[0].packet != ways[n - 1].packet ? " and more" : "");
+  if (!b->given.check)
+    fprintf(stderr, "%s: %s %s, %s path, %s, packets of %u x %u%s: done\n", b->part, ways[0].scene,
+            mode_names[ways[0].mode], path_names[ways[0].path], pktrt_isa_string(ways[0].isa), ways[0].packet,
+            ways[0].packet, ways[0].packet != ways[n - 1].packet ? " and more" : "");
   return r;
 }
 
 static double per_ray(uint64_t tests, const pktrt_counts *c) { return c->rays ? (double)tests / (double)c->rays : 0; }
+
+/* Of the lanes of the paper path's vectors of tests, those with a ray to test: lane utilisation, 1 to 8. */
+static double lanes_used(const pktrt_counts *c) {
+  return c->vector_tests ? (double)(c->box_tests + c->triangle_tests) / (double)c->vector_tests : 0;
+}
 
 static double mrays(const row *r) { return r->seconds > 0 ? 1e-6 * (double)r->all.rays / r->seconds : 0; }
 
@@ -529,6 +545,13 @@ static setup whitted(const bench *b, const char *name) {
   s.mode = PKTRT_MODE_WRT;
   if (conference) s.look = REFLECTIVE, s.depth = 5, s.attenuation = -1; /* elsewhere on, as the library has it */
   s.frames = b->given.frames, s.every = b->given.every;
+  return s;
+}
+
+/* Whitted's mode as section 5.4 has it: ray trees are pruned by attenuation. */
+static setup pruned(const bench *b, const char *name) {
+  setup s = whitted(b, name);
+  s.depth = PKTRT_MAX_DEPTH, s.attenuation = 0;
   return s;
 }
 

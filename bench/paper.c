@@ -13,10 +13,10 @@
 
    Contents: parts, main. */
 #include "paper.h"
-#include "paper_checks.h"
 #include "paper_system.h"
 #include "paper_kensler.h"
 #include "paper_embree.h"
+#include "paper_checks.h"
 
 /* >>parts ---------------------------------------------------------------------------------------------------------- */
 
@@ -207,7 +207,7 @@ static void vary(bench *b, const char *name, feature f) {
       path(p, &ways[0]);
       ways[1] = ways[0];
       ways[1].united = true;
-      ways[1].varied = "shutter, united";
+      ways[1].varied = "shutter united";
       r[p][i] = measure(b, ways, f == OPEN_SHUTTER ? 2 : 1);
     }
   say_steps(b, name, (int)f, r);
@@ -337,7 +337,7 @@ static void map_lobes(bench *b) {
       path(p, &ways[i]);
       ways[i].mapping = i % 2 ? PKTRT_PHONG_NAIVE : PKTRT_PHONG_CAREFUL;
       ways[i].sampler = i < 2 ? PKTRT_SAMPLER_SOBOL : PKTRT_SAMPLER_HAMMERSLEY;
-      ways[i].differs = true, ways[i].varied = "mapping, sampler", ways[i].value = i;
+      ways[i].differs = true, ways[i].varied = "mapping and sampler", ways[i].value = i;
     }
     say_ways(b, "lobe", measure(b, ways, 4), 4, words);
   }

@@ -37,8 +37,8 @@ ifeq ($(MAKELEVEL),0)
 .NOTPARALLEL:
 endif
 
-.PHONY: all demo effects deform readme-pictures test sanitize test-neon matrix bench bench-peers deps deps-extra
-.PHONY: format clean help
+.PHONY: all demo effects deform readme-pictures test sanitize test-neon matrix deps deps-extra format clean help
+.PHONY: bench bench-check bench-plots bench-readme bench-peers
 .DELETE_ON_ERROR:
 
 all:
@@ -50,6 +50,8 @@ help:
 	@echo "test        runs all tests                        sanitize    runs a smaller set under ASan and UBSan"
 	@echo "matrix      C99 to C++17, gcc, clang, tcc, mingw  test-neon   runs a smaller set on ARM, emulated"
 	@echo "bench       measures the paper's results, all or NAME=\"table1 figure6\"; BENCH_ARGS=... passes options"
+	@echo "bench-check of these, what must hold, in two minutes, and that its controls fail"
+	@echo "bench-plots, bench-readme  plots, and the tables of bench/README.md, of what has been measured"
 	@echo "bench-peers compares speed with Embree            format      rewrites examples by clang-format"
 	@echo "deps        installs what demo and test need      deps-extra  installs what the other targets need"
 	@echo "clean       removes build/ and out/               config=     debug, release (default) or sanitize"
@@ -127,12 +129,46 @@ matrix:
 
 # --- benchmarks ---
 
-bench:
+# On the last of the cores that this process may use: the first serves most interrupts.
+PIN = $(addprefix taskset -c ,$(shell taskset -cp $$$$ 2>/dev/null | grep -o '[0-9]*$$'))
+RESULTS = bench/results
+
+bench: | $(RESULTS)
 	$(BUILD) $(B)/paper
-	$(B)/paper $(BENCH_ARGS) $(NAME)
+	$(PIN) $(B)/paper --results $(RESULTS) $(BENCH_ARGS) $(NAME)
+	@$(MAKE) --no-print-directory bench-plots bench-readme
+
+bench-check:
+	$(BUILD) $(B)/paper
+	$(PIN) $(B)/paper --check $(BENCH_ARGS); held=$$?; \
+	  $(PIN) $(B)/paper --check-controls $(BENCH_ARGS) && exit $$held
+
+# Of what has been measured; the CSV files stay when the plots are made anew.
+PLOTS = table1 figure6 figure7 figure8
+bench-plots:
+ifeq ($(shell command -v gnuplot),)
+	@echo "bench-plots: gnuplot is not installed (make deps-extra), no plots are made"
+else
+	@set -e; for name in $(PLOTS); do [ ! -s $(RESULTS)/$$name.csv ] || gnuplot -e "name='$$name'" bench/plots.gp; done
+endif
+
+# The tables of bench/README.md stand between the marks <!-- NAME --> and <!-- /NAME -->.
+bench-readme:
+	@awk -v results=$(RESULTS) ' \
+	  inside && $$0 == "<!-- /" name " -->" { inside = 0 } \
+	  !inside { print } \
+	  /^<!-- [a-z0-9_]+ -->$$/ { \
+	    name = $$2; file = results "/" name ".md"; \
+	    if ((getline line < file) > 0) { inside = 1; print ""; do print line; while ((getline line < file) > 0) } \
+	  }' bench/README.md >$(RESULTS)/README.new
+	@mv $(RESULTS)/README.new bench/README.md
+
+$(RESULTS):
+	mkdir -p $@
 
 $(B)/paper: bench/paper.c $(wildcard bench/*.h) $(EXAMPLE_HEADERS) pktrt.h | $(B)
-	$(CC) $(CFLAGS) $(STRICT) $< -o $@ $(LDFLAGS) $(LDLIBS)
+	$(CC) $(CFLAGS) $(STRICT) $(if $(EMBREE),-DHAVE_EMBREE) $< -o $@ $(LDFLAGS) $(if $(EMBREE),-lembree3) $(LDLIBS)
+	@$(if $(EMBREE),:,echo "paper: built without Embree 3; it compares with none (make deps-extra installs it)")
 
 bench-peers:
 ifeq ($(EMBREE),)

@@ -1,5 +1,5 @@
-/* embree.h - what the benchmarks need of Embree 3: scenes of the same triangles, its layouts of rays, its ways to trace.
-   Include pktrt.h and scenes.h before it.
+/* embree.h - what the benchmarks need of Embree 3: scenes of the same triangles, its layouts of rays, its ways to
+   trace them. Include pktrt.h and scenes.h before it.
 
    Embree gets its rays in its own layouts and with fresh hit records, and runs with denormals flushed, as its manual
    advises. */
@@ -64,8 +64,7 @@ EX_UNUSED static void embree_fill(const embree_rays *r, unsigned width) {
     for (unsigned k = EMBREE_MASK; k < EMBREE_RAY_WORDS; k++)
       embree_field(r, width, i, k)->u = k == EMBREE_MASK ? 0xFFFFFFFFu : 0;
     if (r->occlusion) continue;
-    for (unsigned k = EMBREE_PRIM; k <= EMBREE_INST; k++)
-      embree_field(r, width, i, k)->u = RTC_INVALID_GEOMETRY_ID;
+    for (unsigned k = EMBREE_PRIM; k <= EMBREE_INST; k++) embree_field(r, width, i, k)->u = RTC_INVALID_GEOMETRY_ID;
   }
 }
 

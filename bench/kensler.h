@@ -152,8 +152,10 @@ PKTRT__INLINE void NAME(race)(const course *c, size_t batch, const bool kensler,
 }
 
 /* A function for each combination, so that none is decided in the loop. */
-#define RACE(tag, kensler, groups, moving) \
-  PKTRT__NOINLINE void NAME(race_##tag)(const course *c, size_t batch) { NAME(race)(c, batch, kensler, groups, moving); }
+#define RACE(tag, kensler, groups, moving)                                                                             \
+  PKTRT__NOINLINE void NAME(race_##tag)(const course *c, size_t batch) {                                               \
+    NAME(race)(c, batch, kensler, groups, moving);                                                                     \
+  }
 RACE(000, false, false, false)
 RACE(001, false, false, true)
 RACE(010, false, true, false)

@@ -1,9 +1,9 @@
-/* paper_embree.h - part of paper.c: pictures by ray casting, with all their shading, against Embree 3, which only traces
-   the same rays.
+/* paper_embree.h - part of paper.c: pictures by ray casting, with all their shading, against Embree 3, which only
+   traces the same rays.
 
-   The rays are those that pktrt_render makes, the same floats: recorded behind its API on their way to the kernels. They
-   are put in Z order by pixel, batch by batch (16 x 16 pixels; shadow rays of each light apart), so that any 8 or 16
-   rays in a row are a compact piece of the picture, as Embree's packets like them. Laying them out for Embree is not
+   The rays are those that pktrt_render makes, the same floats: recorded behind its API on their way to the kernels.
+   They are put in Z order by pixel, batch by batch (16 x 16 pixels; shadow rays of each light apart), so that any 8 or
+   16 rays in a row are a compact piece of the picture, as Embree's packets like them. Laying them out for Embree is not
    timed; for pktrt all that makes the picture is.
 
    Contents: rays, rivals, duel, part, check. */
@@ -92,7 +92,7 @@ typedef struct rival { /* Embree on one instruction set, in one way */
   int way;
   RTCScene scene;
   double rounds[2][MAX_ROUNDS], seconds[2]; /* of primary and of shadow rays; their medians */
-  size_t differ[2]; /* rays for which pktrt has another answer */
+  size_t differ[2];                         /* rays for which pktrt has another answer */
 } rival;
 
 typedef struct embassy {
@@ -149,9 +149,9 @@ static size_t count_differing(const rival *r, const embree_rays *rays, const flo
 /* >>duel ----------------------------------------------------------------------------------------------------------- */
 
 typedef struct duel {
-  double seconds, ratio;    /* of the picture; Embree's best for all rays over it */
+  double seconds, ratio; /* of the picture; Embree's best for all rays over it */
   size_t rays[2];
-  const rival *best[2];     /* of primary and of shadow rays */
+  const rival *best[2]; /* of primary and of shadow rays */
 } duel;
 
 static void record_picture(bench *b, const pktrt_render_desc *d, ray_list list[2]) {
@@ -228,8 +228,8 @@ static setup ray_casting(const bench *b, const char *name) {
 static void csv_duel(const bench *b, const setup *s, const embassy *e, const duel *f) {
   static const char *const of[2] = {"primary", "shadow"};
   const size_t all = f->rays[0] + f->rays[1];
-  csv(b, "%s,pktrt,%s %s,all and shading,%zu,%.4f,%.6f,\n", s->scene, path_names[s->path], pktrt_isa_string(s->isa), all,
-      1e-6 * (double)all / f->seconds, f->seconds);
+  csv(b, "%s,pktrt,%s %s,all and shading,%zu,%.4f,%.6f,\n", s->scene, path_names[s->path], pktrt_isa_string(s->isa),
+      all, 1e-6 * (double)all / f->seconds, f->seconds);
   for (size_t i = 0; i < e->count; i++)
     for (int k = 0; k < 2; k++)
       csv(b, "%s,Embree %s,%s %s,%s,%zu,%.4f,%.6f,%zu\n", s->scene, RTC_VERSION_STRING,
@@ -239,10 +239,11 @@ static void csv_duel(const bench *b, const setup *s, const embassy *e, const due
 
 static void embree_rcs(bench *b) {
   csv(b, "scene,library,mode,of,rays,mrays,seconds,differ\n");
-  say(b, "Ray casting of %u x %u pixels with all shading, fast path, %s, one thread, against Embree %s tracing the same "
-         "rays without any; Mrays/s, of Embree's coherent ways and single calls the fastest. Wanted: a ratio of 0.5.\n\n"
-         "| scene | rays | pktrt, shaded | Embree: primary | shadow | all | ratio | differ |\n"
-         "|---|--:|--:|--:|--:|--:|--:|--:|\n",
+  say(b,
+      "Ray casting of %u x %u pixels with all shading, fast path, %s, one thread, against Embree %s tracing the same "
+      "rays without any; Mrays/s, of Embree's coherent ways and single calls the fastest. Wanted: a ratio of 0.5.\n\n"
+      "| scene | rays | pktrt, shaded | Embree: primary | shadow | all | ratio | differ |\n"
+      "|---|--:|--:|--:|--:|--:|--:|--:|\n",
       b->given.size, b->given.size, pktrt_isa_string(widest()), RTC_VERSION_STRING);
   for (int i = 0; i < 3; i++) {
     const setup s = ray_casting(b, scenes[i]);
@@ -253,7 +254,8 @@ static void embree_rcs(bench *b) {
     for (int k = 0; k < 2; k++)
       say(b, " %.2f (%s, %s) |", 1e-6 * (double)f.rays[k] / f.best[k]->seconds[k], ways_of_embree[f.best[k]->way].name,
           f.best[k]->isa);
-    say(b, " %.2f | %.2f | %zu |\n", mega / (f.seconds * f.ratio), f.ratio, f.best[0]->differ[0] + f.best[1]->differ[1]);
+    say(b, " %.2f | %.2f | %zu |\n", mega / (f.seconds * f.ratio), f.ratio,
+        f.best[0]->differ[0] + f.best[1]->differ[1]);
     csv_duel(b, &s, &e, &f);
     close_embassy(&e);
     fprintf(stderr, "%s: %s: done\n", b->part, s.scene);

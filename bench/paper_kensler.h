@@ -12,7 +12,7 @@
 
 /* >>course --------------------------------------------------------------------------------------------------------- */
 
-typedef struct visit { /* a ray of a batch (groups: the first of eight) meets a leaf */
+typedef struct visit {              /* a ray of a batch (groups: the first of eight) meets a leaf */
   uint32_t ray, block, bits, order; /* bits: of a group, those that meet it; order: of visits of one ray or group */
 } visit;
 
@@ -22,7 +22,7 @@ typedef struct course {
   bool moving;
   size_t rays, batches;
   pktrt__batch *batch;
-  visit *visit[2]; /* of rays, of groups */
+  visit *visit[2];  /* of rays, of groups */
   size_t *start[2]; /* where the visits of a batch begin */
   size_t count[2], room;
   uint64_t tests; /* of a ray and a triangle, in one go over all visits; rays and groups make the same */
@@ -64,7 +64,7 @@ typedef struct race_set {
 
 #ifdef PKTRT__HAS_AVX512
 #ifdef __clang__
-#pragma clang attribute push(__attribute__((target("avx512f,avx512dq,avx512bw,avx512vl,avx2,fma,bmi,bmi2,popcnt"))), \
+#pragma clang attribute push(__attribute__((target("avx512f,avx512dq,avx512bw,avx512vl,avx2,fma,bmi,bmi2,popcnt"))),   \
                              apply_to = function)
 #else
 #pragma GCC push_options
@@ -327,8 +327,8 @@ static void bounce(const pktrt_scene *tree, const pktrt_ray *from, pktrt_ray *ou
   }
 }
 
-/* The same meshes with a second key, turned by two degrees about the vertical axis: what moves costs the same however it
-   moves. */
+/* The same meshes with a second key, turned by two degrees about the vertical axis: what moves costs the same, however
+   it moves. */
 static pktrt_scene *turned(const scene *s, pktrt_isa isa) {
   const double c = sc_cos(2), n = sc_sin(2);
   pktrt_scene_desc desc;

@@ -547,10 +547,12 @@ int main(int argc, char **argv) {
     if (!wanted(&b.given, parts[i].name)) continue;
     b.part = parts[i].name, b.row_count = 0;
     b.csv = open_result(&b, "csv"), b.md = open_result(&b, "md");
+    const double start = ex_seconds();
     printf("### %s: %s\n\n", parts[i].name, parts[i].sentence);
     parts[i].run(&b);
     if (b.row_count) csv_rows(&b);
     close_result(b.csv), close_result(b.md);
+    fprintf(stderr, "%s: %.0f s\n", b.part, ex_seconds() - start);
     fflush(stdout);
   }
   close_world(&b.now);

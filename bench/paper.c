@@ -2,14 +2,16 @@
 
      make bench                                          builds it and measures all parts there are
      make bench NAME="table1 figure6" BENCH_ARGS="..."   some of them, with options
-     taskset -c 1 build/paper --results bench/results    on a core of its own, for figures to keep
+     make bench-check                                    what must hold, in small, and that its controls fail
+     taskset -c 1 build/paper --results out table1       without make
 
    Everything runs on one thread; time is processor time. "Single ray" is meant as in the paper (section 5.2): primary
    rays travel in packets, all others one by one. What is compared is measured side by side: a first run of each
    counts the tests and is not timed, then every round runs each once, counting nothing, and medians are compared. (The
-   paper path counts always, on both sides.) What is compared also makes the same picture, or the program fails.
+   paper path counts always, on both sides.) What is compared also makes the same picture, or the program fails, unless
+   it is about another picture.
 
-   How it is done stands in paper.h; parts that are no matter of pictures stand in paper_system.h.
+   How it is done stands in paper.h, what must hold in paper_checks.h; the other headers hold further parts.
 
    Contents: parts, main. */
 #include "paper.h"
@@ -29,10 +31,9 @@ static void table1(bench *b) {
   static const struct {
     const char *scene;
     double single[4], types[4], speedup[4];
-  } paper[3] = {
-      {"conference", {0.37, 0.43, 0.44, 0.40}, {0.76, 1.14, 1.25, 1.00}, {2.02, 2.65, 2.85, 2.53}},
-      {"rtrt", {1.09, 1.20, 1.22, 1.14}, {1.98, 2.85, 3.30, 3.02}, {1.82, 2.37, 2.69, 2.65}},
-      {"poolhall", {0.64, 0.71, 0.73, 0.71}, {1.21, 1.85, 2.18, 2.10}, {1.89, 2.60, 2.97, 2.96}}};
+  } paper[3] = {{"conference", {0.37, 0.43, 0.44, 0.40}, {0.76, 1.14, 1.25, 1.00}, {2.02, 2.65, 2.85, 2.53}},
+                {"rtrt", {1.09, 1.20, 1.22, 1.14}, {1.98, 2.85, 3.30, 3.02}, {1.82, 2.37, 2.69, 2.65}},
+                {"poolhall", {0.64, 0.71, 0.73, 0.71}, {1.21, 1.85, 2.18, 2.10}, {1.89, 2.60, 2.97, 2.96}}};
   const row *r[3][COLUMNS][4];
   for (int k = 0; k < 3; k++)
     for (int c = 0; c < columns(); c++)
@@ -61,8 +62,7 @@ static void table2(bench *b) {
   static const struct {
     const char *scene;
     double speed[3]; /* by mode */
-  } paper[3] = {
-      {"conference", {3.25, 1.79, 0.88}}, {"rtrt", {3.30, 2.00, 1.53}}, {"poolhall", {2.83, 0.83, 1.23}}};
+  } paper[3] = {{"conference", {3.25, 1.79, 0.88}}, {"rtrt", {3.30, 2.00, 1.53}}, {"poolhall", {2.83, 0.83, 1.23}}};
   const row *r[3][COLUMNS][3];
   for (int k = 0; k < 3; k++)
     for (int c = 0; c < columns(); c++)
@@ -162,8 +162,10 @@ static const struct {
 } features[] = {{"aperture", "of the lens as the scene has it", 5, {0, 0.5, 1, 1.5, 2}},
                 {"light size", "of the lamps as the scene has them", 5, {0.01, 0.5, 1, 1.5, 2}},
                 {"gloss", "exponent of the lobes", 5, {1, 10, 100, 1000, 10000}},
-                {"shutter", "of the animation's loop", 8, {0, 1.0 / 480, 1.0 / 240, 1.0 / 120, 1.0 / 60, 1.0 / 30,
-                                                           1.0 / 15, 1.0 / 8}}};
+                {"shutter",
+                 "of the animation's loop",
+                 8,
+                 {0, 1.0 / 480, 1.0 / 240, 1.0 / 120, 1.0 / 60, 1.0 / 30, 1.0 / 15, 1.0 / 8}}};
 
 static setup featuring(const bench *b, const char *name, feature f, double value) {
   setup s = one_frame(b, name, PKTRT_MODE_DRT, 4);
@@ -234,9 +236,11 @@ static void say_depths(const bench *b, const row *x, const row *y) {
   enum { SHOWN = 10 };
   pktrt_counts deeper[2];
   memset(deeper, 0, sizeof deeper);
-  say(b, "Paper path, %s, by bounces from the camera; %s / %s:\n\n"
-         "| bounces | rays | vectors of tests per ray | box tests per ray | triangle tests per ray |\n"
-         "|--:|--:|--:|--:|--:|\n", x->s.scene, assembly_names[x->s.assembly], assembly_names[y->s.assembly]);
+  say(b,
+      "Paper path, %s, by bounces from the camera; %s / %s:\n\n"
+      "| bounces | rays | vectors of tests per ray | box tests per ray | triangle tests per ray |\n"
+      "|--:|--:|--:|--:|--:|\n",
+      x->s.scene, assembly_names[x->s.assembly], assembly_names[y->s.assembly]);
   for (int d = 0; d < PKTRT_MAX_DEPTH + 2; d++) {
     char label[32];
     snprintf(label, sizeof label, "%d", d);
@@ -249,7 +253,7 @@ static void say_depths(const bench *b, const row *x, const row *y) {
 }
 
 static void figure8(bench *b) {
-  static const pktrt_assembly order[6] = {PKTRT_ASSEMBLY_RAY_TYPES, PKTRT_ASSEMBLY_RUNS,    PKTRT_ASSEMBLY_MATERIALS,
+  static const pktrt_assembly order[6] = {PKTRT_ASSEMBLY_RAY_TYPES, PKTRT_ASSEMBLY_RUNS,  PKTRT_ASSEMBLY_MATERIALS,
                                           PKTRT_ASSEMBLY_OCTANTS,   PKTRT_ASSEMBLY_BLIND, PKTRT_ASSEMBLY_NONE};
   static const char *const names[3] = {"conference", "rtrt", "poolhall"};
   const row *r[3][2];
@@ -312,8 +316,8 @@ static void branch(bench *b, const char *name) {
    performance". */
 static void sample(bench *b) {
   static const pktrt_sampler order[PKTRT_SAMPLER_COUNT] = {
-      PKTRT_SAMPLER_JITTERED, PKTRT_SAMPLER_INTERLEAVED, PKTRT_SAMPLER_RANDOM,    PKTRT_SAMPLER_HALTON,
-      PKTRT_SAMPLER_HAMMERSLEY, PKTRT_SAMPLER_SOBOL,     PKTRT_SAMPLER_BLUE_NOISE};
+      PKTRT_SAMPLER_JITTERED,   PKTRT_SAMPLER_INTERLEAVED, PKTRT_SAMPLER_RANDOM,    PKTRT_SAMPLER_HALTON,
+      PKTRT_SAMPLER_HAMMERSLEY, PKTRT_SAMPLER_SOBOL,       PKTRT_SAMPLER_BLUE_NOISE};
   const char *words[PKTRT_SAMPLER_COUNT];
   for (int p = 0; p < 2; p++) {
     setup ways[PKTRT_SAMPLER_COUNT];
@@ -408,9 +412,11 @@ static void reflect_set(const pktrt_scene *tree, watch *w, const pktrt_ray *ray,
 
 static void say_lobes(const bench *b, lobe_count counts[2][2]) {
   static const char *const names[2][2] = {{"careful, others", "careful, origin"}, {"naive, others", "naive, origin"}};
-  say(b, "Single rays off what a view of conference shows, into lobes of exponent %g around its normals, 16 each:\n\n"
-         "| mapping, points | rays | boxes entered per ray | of them false |\n"
-         "|---|--:|--:|--:|\n", (double)EXPONENT);
+  say(b,
+      "Single rays off what a view of conference shows, into lobes of exponent %g around its normals, 16 each:\n\n"
+      "| mapping, points | rays | boxes entered per ray | of them false |\n"
+      "|---|--:|--:|--:|\n",
+      (double)EXPONENT);
   for (int n = 0; n < 2; n++)
     for (int o = 0; o < 2; o++) {
       const lobe_count *c = &counts[n][o];

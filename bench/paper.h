@@ -44,13 +44,17 @@ static bool parse_option(options *o, int key) {
 }
 
 static bool parse_options(int argc, char **argv, options *o) {
-  static const struct option list[] = {
-      {"small", no_argument, NULL, 'm'},        {"size", required_argument, NULL, 's'},
-      {"frames", required_argument, NULL, 'f'}, {"rounds", required_argument, NULL, 'r'},
-      {"every", required_argument, NULL, 'e'},  {"results", required_argument, NULL, 'o'},
-      {"check", no_argument, NULL, 'k'},        {"check-counts", no_argument, NULL, 'n'},
-      {"check-controls", no_argument, NULL, 'x'}, {"help", no_argument, NULL, 'h'},
-      {NULL, 0, NULL, 0}};
+  static const struct option list[] = {{"small", no_argument, NULL, 'm'},
+                                       {"size", required_argument, NULL, 's'},
+                                       {"frames", required_argument, NULL, 'f'},
+                                       {"rounds", required_argument, NULL, 'r'},
+                                       {"every", required_argument, NULL, 'e'},
+                                       {"results", required_argument, NULL, 'o'},
+                                       {"check", no_argument, NULL, 'k'},
+                                       {"check-counts", no_argument, NULL, 'n'},
+                                       {"check-controls", no_argument, NULL, 'x'},
+                                       {"help", no_argument, NULL, 'h'},
+                                       {NULL, 0, NULL, 0}};
   memset(o, 0, sizeof *o);
   for (int key; (key = getopt_long(argc, argv, "h", list, NULL)) != -1;)
     if (!parse_option(o, key)) return false;
@@ -75,8 +79,8 @@ typedef enum finish { AS_MADE, REFLECTIVE } finish;
 #define REFLECTANCE 0.4f
 #define EXPONENT 100.0f
 
-#define SHUTTER (1.0 / 240)   /* of the animation's loop: open for a whole frame of 240 */
-#define SHUTTER_SHUT 1e-9     /* moving meshes keep two keys, which are the same: only their motion is missing */
+#define SHUTTER (1.0 / 240) /* of the animation's loop: open for a whole frame of 240 */
+#define SHUTTER_SHUT 1e-9   /* moving meshes keep two keys, which are the same: only their motion is missing */
 
 typedef struct setup { /* how pictures are made: as whitted() and one_frame() fill it in, then changed */
   const char *scene;
@@ -110,7 +114,7 @@ typedef struct varnish { /* the `user` of a texture under a mirror */
 typedef struct world {
   setup of; /* scene NULL: none yet */
   scene made;
-  varnish *under; /* one for each material */
+  varnish *under;             /* one for each material */
   pktrt_scene *tree, *united; /* the second only once it is asked for */
 } world;
 
@@ -214,7 +218,7 @@ static const char *const type_names[TYPES] = {"primary", "shadow", "reflection",
 typedef struct row {
   setup s;
   pktrt_stats stats;
-  pktrt_counts all; /* over all types */
+  pktrt_counts all;                   /* over all types */
   double rounds[MAX_ROUNDS], seconds; /* each, and their median */
   uint64_t checksum;
   double paper, speedup, paper_speedup; /* Mrays/s of the paper; against single rays: ours, the paper's. 0: none */

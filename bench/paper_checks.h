@@ -10,9 +10,9 @@ enum { DETAILS = 256 };
 typedef struct claim claim;
 struct claim {
   const char *sentence;
-  double least; /* the figure is to be as much */
-  bool more;    /* the figure is to be more than that */
-  bool counted; /* tests, which no noise changes */
+  double least;       /* the figure is to be as much */
+  bool more;          /* the figure is to be more than that */
+  bool counted;       /* tests, which no noise changes */
   double with_reason; /* from here on it passes if the reason is printed; 0: never */
   double (*figure)(bench *, const claim *, bool control, char details[DETAILS]);
   const char *scene;
@@ -132,8 +132,7 @@ static const claim claims[] = {
     {"table 1, rtrt, 8x8: packets against single rays, fast path", 2, false, false, 0, table1_on_fast_path, "rtrt"},
     {"table 1, pool hall, 8x8: packets against single rays, fast path", 2, false, false, 0, table1_on_fast_path,
      "poolhall"},
-    {"table 3, 64 samples: packets against single rays, paper path", 3.03, false, false, 0, table3_of_64,
-     "conference"},
+    {"table 3, 64 samples: packets against single rays, paper path", 3.03, false, false, 0, table3_of_64, "conference"},
     {"figure 6: 16x16 costs more triangle tests than 8x8", 1, true, true, 0, triangles_of_16x16, "conference"},
     {"figure 7: tests grow more slowly with the shutter where boxes move", 1, true, true, 0, growth_with_shutter,
      "rtrt"},

@@ -513,7 +513,7 @@ static void print_help(void) {
          "  --size N      N x N pixels, a multiple of 64 from 64 to 4096 (512)\n"
          "  --frames N    of each camera path, 1 to %d (8)\n"
          "  --rounds N    timed, whose median counts, 1 to %d (3)\n"
-         "  --every N     of N tiles of each frame of a path one is made, 1 to %d (32); of single frames eight\n"
+         "  --every N     of N tiles of each frame of a path one is made, 1 to %d (64); of single frames eight\n"
          "  --results DIR NAME.csv and NAME.md of each part: all that was measured, and tables for the README\n"
          "  --check       instead of parts: what must hold, exit status 1 if anything does not\n"
          "  --check-counts, --check-controls   of these, what noise cannot change; whether controls fail\n"

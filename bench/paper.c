@@ -452,8 +452,8 @@ static void count_false_hits(bench *b) {
 }
 
 static void section4(bench *b) {
-  branch(b, "conference");
   branch(b, "rtrt");
+  branch(b, "poolhall");
   count_false_hits(b);
   map_lobes(b);
   sample(b);

@@ -626,7 +626,8 @@ typedef struct pktrt_counts {
   uint64_t canonical_tests; /* lanes that reached the canonical test in double precision */
   uint64_t settlings;       /* of these, lanes whose single-precision edge signs had left it open */
   uint64_t fallbacks;       /* packets that turned into streams on their way down */
-  uint64_t vector_tests;    /* paper path: tests of eight lanes at once, of boxes and triangles, idle lanes included */
+  uint64_t vector_box_tests;      /* paper path: tests of eight lanes at once, whether or not all of them are busy */
+  uint64_t vector_triangle_tests;
 } pktrt_counts;
 typedef struct pktrt_stats {
   pktrt_counts by_type[PKTRT_RAY_TYPE_COUNT];
@@ -1145,6 +1146,13 @@ PKTRT__INLINE uint32_t pktrt__lowest(uint64_t x) {
   return n;
 }
 #endif
+
+/* Of eight bits. WHY: without the instruction, counting 64 is a call, and the paper path counts at every test. */
+PKTRT__INLINE uint32_t pktrt__popcount8(uint32_t x) {
+  x -= x >> 1 & 0x55;
+  x = (x & 0x33) + (x >> 2 & 0x33);
+  return (x + (x >> 4)) & 0xF;
+}
 
 /* Conversion as the vector units do it: beyond the range of float lies infinity (in C it would be undefined). */
 PKTRT__INLINE float pktrt__to_float(double x) {
@@ -2479,8 +2487,10 @@ static pktrt_status pktrt__rebuild_worn(pktrt_scene *s) {
    THE FILTER of all kernels: the same x, y; products and difference in float, m1 = fl(xc yb), m2 = fl(yc xb), e = fl(m1
    - m2). Rounding is monotone, so m1 > m2 implies the exact xc yb > yc xb: a nonzero e has the exact sign, and with
    gradual underflow e = 0 only for m1 = m2. A triangle is dropped only when some e < 0 and some e > 0; overflow (|x| >
-   2^64) gives NaN, which drops nothing. What remains goes to the canonical test. The filter has no error bound because
-   it needs none.
+   2^64) gives NaN, which drops nothing. This part of the filter
+   has no error bound because it needs none. Then by depth: w* is a mean of s za, s zb, s zc up to 2^-50 of the largest,
+   so what lies wholly before wn or behind wf (see BOXES), by more than 2^-22 of the largest, cannot be accepted. What
+   remains goes to the canonical test.
 
    BOXES must cover the canonical test, not the ideal triangle. Let eps = 2^-24 and M >= |P - o| for all vertices of the
    scene and all axes. Write s = sign(d_k), G = d / |d_k|, w = s z = t |d_k|. At a canonical hit, exactly, sum(lambda x)
@@ -2612,6 +2622,26 @@ static bool pktrt__area_at(const pktrt__view *view, uint32_t slot, float a, floa
   }
   double n[3];
   return pktrt__normal(p, n);
+}
+
+/* The canonical test on one lane of eight: sheared corners in, t out. Most tests are of one lane, and a division of
+   eight takes longer than one. Not inlined: the compiler could fuse where the caller's instruction set can. */
+PKTRT__NOINLINE bool pktrt__canonical_lane(const void *x8, const void *y8, const void *z8, uint32_t lane, float dk,
+                                           float *t) {
+  float x[3], y[3], z[3];
+  for (size_t c = 0; c < 3; c++) {
+    const size_t at = (8 * c + lane) * sizeof(float);
+    memcpy(&x[c], (const char *)x8 + at, sizeof(float));
+    memcpy(&y[c], (const char *)y8 + at, sizeof(float));
+    memcpy(&z[c], (const char *)z8 + at, sizeof(float));
+  }
+  const double xa = (double)x[0], xb = (double)x[1], xc = (double)x[2];
+  const double ya = (double)y[0], yb = (double)y[1], yc = (double)y[2];
+  const double u = xc * yb - yc * xb, v = xa * yc - ya * xc, w = xb * ya - yb * xa;
+  const bool below = u < 0 || v < 0 || w < 0, above = u > 0 || v > 0 || w > 0;
+  if (below == above) return false;
+  *t = pktrt__to_float((u * (double)z[0] + v * (double)z[1] + w * (double)z[2]) / ((u + v + w) * (double)dk));
+  return true;
 }
 
 /* Pushes the children with a non-empty ray mask in the order of perm, without branches; returns how many. */
@@ -3325,7 +3355,7 @@ OP float vhmax(v8 a) {
 }
 #define PKTRT__EACH(expression) \
   d8 r;                         \
-  for (int i = 0; i < 4; i++) r.q[i] = expression; \
+  UNROLL for (int i = 0; i < 4; i++) r.q[i] = expression; \
   return r
 OP d8 dfrom(v8 a) {
   d8 r;
@@ -3535,9 +3565,14 @@ OP void NAME(weights)(pktrt__batch *b, uint32_t first, uint32_t n, uint32_t keys
 
 /* >>triangles ------------------------------------------------------------------------------------------------------ */
 
-/* The canonical test on eight lanes: sheared corners (x, y, z) and d_k in; t and the bits of the lanes that are hit
-   out. Not inlined: about one call for each ray that hits something. */
-PKTRT__NOINLINE uint32_t NAME(canonical)(const v8 *x, const v8 *y, const v8 *z, const float *dks, float *t) {
+/* The canonical test on the lanes `bits` of eight: sheared corners (x, y, z) and d_k in; t and the bits of the lanes
+   that are hit out. Not inlined: about one call for each ray that hits something. */
+PKTRT__NOINLINE uint32_t NAME(canonical)(const v8 *x, const v8 *y, const v8 *z, const float *dks, uint32_t bits,
+                                         float *t) {
+  if (!(bits & (bits - 1))) {
+    const uint32_t lane = pktrt__lowest(bits);
+    return pktrt__canonical_lane(x, y, z, lane, dks[lane], &t[lane]) ? bits : 0;
+  }
   const d8 dk = dfrom(vload(dks));
   const d8 xa = dfrom(x[0]), xb = dfrom(x[1]), xc = dfrom(x[2]);
   const d8 ya = dfrom(y[0]), yb = dfrom(y[1]), yc = dfrom(y[2]);
@@ -3549,7 +3584,7 @@ PKTRT__NOINLINE uint32_t NAME(canonical)(const v8 *x, const v8 *y, const v8 *z, 
   vstore(t, dto(ddiv(depth, dmul(det, dk))));
   /* not (lo < 0 and hi > 0), and not (lo = hi = 0) */
   const uint32_t below = mbits(dlt(lo, zero)), above = mbits(dlt(zero, hi));
-  return below ^ above;
+  return (below ^ above) & bits;
 }
 
 /* The filter on eight lanes: bits of those that the canonical test must see. *open: of these, those with an
@@ -3562,6 +3597,13 @@ OP uint32_t NAME(filter)(const v8 x[3], const v8 y[3], uint32_t *open) {
   const m8 drop = mand(vlt(vmin(u, vmin(v, w)), zero), vlt(zero, vmax(u, vmax(v, w))));
   if (open) *open = mbits(mor(veq(u, zero), mor(veq(v, zero), veq(w, zero))));
   return 0xFFu & ~mbits(drop);
+}
+
+/* The lanes that the canonical test could accept by depth: s z of their corners reaches into [wn, wf]. */
+OP m8 NAME(within)(const v8 z[3], v8 s, v8 wn, v8 wf) {
+  const v8 a = vmul(s, vmin(z[0], vmin(z[1], z[2]))), b = vmul(s, vmax(z[0], vmax(z[1], z[2])));
+  const v8 slack = vmul(vmax(vabs(a), vabs(b)), vset(PKTRT__PAD_DEPTH));
+  return mand(vle(vsub(vmin(a, b), slack), wf), vle(wn, vadd(vmax(a, b), slack)));
 }
 
 /* Records a hit that is nearer, or as near with a lower index. */
@@ -3603,11 +3645,13 @@ OP bool NAME(ray_block)(const pktrt__view *view, pktrt__batch *b, uint32_t r, ui
   uint32_t open = 0, bits = NAME(filter)(x, y, stats ? &open : NULL);
   COUNT(triangle_tests, pktrt__popcount(vids(id)));
   if (!bits || !(bits &= vids(id))) return false;
+  const v8 sign = vset(b->dk[r] < 0 ? -1.0f : 1.0f);
+  if (!(bits &= mbits(NAME(within)(z, sign, vset(b->wn[r]), vset(b->wf[r]))))) return false;
   COUNT(canonical_tests, pktrt__popcount(bits));
   COUNT(settlings, pktrt__popcount(bits & open));
   PKTRT__ALIGN64 float t[8], dk[8];
   vstore(dk, vset(b->dk[r]));
-  bits &= NAME(canonical)(x, y, z, dk, t);
+  bits = NAME(canonical)(x, y, z, dk, bits, t);
   bool nearer = false;
   for (; bits; bits &= bits - 1) {
     const uint32_t lane = pktrt__lowest(bits);
@@ -3659,10 +3703,9 @@ OP m8 NAME(ray_slabs)(const NAME(slabs) *s, const pktrt__batch *b, uint32_t r, c
 OP uint32_t NAME(rays_in_box)(const pktrt__batch *b, uint32_t r, const v8 lo[3], const v8 hi[3]) {
   v8 n = vload(b->wn + r), f = vload(b->wf + r);
   UNROLL for (int a = 0; a < 3; a++) {
-    const v8 rd = vload(b->rd[a] + r);
-    const m8 forward = vlt(vset(0), rd);
-    n = vmax(vfms(vsel(forward, lo[a], hi[a]), rd, vload(b->cn[a] + r)), n);
-    f = vmin(vfms(vsel(forward, hi[a], lo[a]), rd, vload(b->cf[a] + r)), f);
+    const v8 rd = vload(b->rd[a] + r), l = vmul(lo[a], rd), h = vmul(hi[a], rd);
+    n = vmax(vsub(vmin(l, h), vload(b->cn[a] + r)), n);
+    f = vmin(vsub(vmax(l, h), vload(b->cf[a] + r)), f);
   }
   return mbits(vle(n, f));
 }
@@ -4074,12 +4117,13 @@ PKTRT__NOINLINE uint32_t NAME(accept8)(const pktrt__view *view, pktrt__batch *b,
 
 /* Eight rays that passed the filter against the canonical test; the bits of those that took the hit. */
 OP uint32_t NAME(frustum_settle)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t bits, const vf x[3],
-                                 const vf y[3], const vf z[3], const int half, uint32_t id, uint32_t slot,
+                                 const vf y[3], const vf z[3], const int half, float sign, uint32_t id, uint32_t slot,
                                  const bool stats, pktrt_counts *counts) {
   (void)half; /* where a vector of rays is eight wide, there is but one */
   const v8 hx[3] = {fhalf(x[0], half), fhalf(x[1], half), fhalf(x[2], half)};
   const v8 hy[3] = {fhalf(y[0], half), fhalf(y[1], half), fhalf(y[2], half)};
   const v8 hz[3] = {fhalf(z[0], half), fhalf(z[1], half), fhalf(z[2], half)};
+  if (!(bits &= mbits(NAME(within)(hz, vset(sign), vload(b->wn + r), vload(b->wf + r))))) return 0;
   if (stats) {
     uint32_t open;
     NAME(filter)(hx, hy, &open);
@@ -4087,7 +4131,7 @@ OP uint32_t NAME(frustum_settle)(const pktrt__view *view, pktrt__batch *b, uint3
     COUNT(settlings, pktrt__popcount(bits & open));
   }
   PKTRT__ALIGN64 float t[8];
-  bits &= NAME(canonical)(hx, hy, hz, b->dk + r, t);
+  bits = NAME(canonical)(hx, hy, hz, b->dk + r, bits, t);
   return bits ? NAME(accept8)(view, b, r, bits, t, id, slot) : 0;
 }
 
@@ -4127,9 +4171,10 @@ OP uint64_t NAME(frustum_triangle)(const NAME(frustum_rays) *f, const pktrt__vie
     const uint32_t bits = rays & ~fbits(fmand(flt(fmin_(u, fmin_(v, w)), zero), flt(zero, fmax_(u, fmax_(v, w)))));
     if (!bits) continue;
     if (bits & 0xFF)
-      result |= (uint64_t)NAME(frustum_settle)(view, b, r, bits & 0xFF, x, y, z, 0, id, slot, stats, counts) << i;
+      result |= (uint64_t)NAME(frustum_settle)(view, b, r, bits & 0xFF, x, y, z, 0, f->sign, id, slot, stats, counts)
+                << i;
     if (FW > 8 && bits >> 8)
-      result |= (uint64_t)NAME(frustum_settle)(view, b, r + 8, bits >> 8, x, y, z, 1, id, slot, stats, counts)
+      result |= (uint64_t)NAME(frustum_settle)(view, b, r + 8, bits >> 8, x, y, z, 1, f->sign, id, slot, stats, counts)
                 << (i + 8);
   }
   return result;
@@ -4248,20 +4293,23 @@ OP uint64_t NAME(frustum)(NAME(frustum_rays) *f, const pktrt__view *view, pktrt_
      2. INTERVAL ARITHMETIC. If it misses, one test asks whether any ray can hit: origins, reciprocal directions and the
         active depth are intervals over the packet, and so are the distances to the child's planes.
      3. FRUSTUM. Where all rays share origin and main axis, four planes through that origin do the same, more tightly.
-     4. THE OTHER RAYS, group by group, until one hits: it becomes the first active ray below the child.
+     4. THE OTHER RAYS, group by group, until one hits: it becomes the first active ray below the child. Then from the
+        other end, to find where the active range ends (which is ours: the paper has its beginning only).
 
    At a leaf the groups of the active range are tested against its box first, then those left against its triangles:
-   on surfaces that scatter the rays of a packet this saves nine of ten triangle tests. Moving packets: boxes are taken at each ray's own time in 1 and
-   4, and over the packet's interval of time in 2 and 3. */
+   where surfaces scatter the rays of a packet this saves nine of ten triangle tests. Moving packets: boxes are taken at
+   each ray's own time in 1 and 4, and over the packet's interval of time in 2 and 3. */
 
 typedef struct NAME(paper) {
   const pktrt__call *call;
   pktrt__batch *b;
   const pktrt__view *view;
   uint32_t base, end; /* rays of the packet */
+  uint32_t last;      /* where the active range ends: rays from it on are known to miss an ancestor */
   uint64_t active[PKTRT__BATCH / 64];
   bool one_sign[3], forward[3];                          /* whether all directions agree on an axis, and point up it */
   float o_lo[3], o_hi[3], r_lo[3], r_hi[3], pad, wn, wf; /* intervals: origin, 1/G, depth */
+  uint8_t one_axis[PKTRT__BATCH / 8]; /* whether all rays of a group agree on the main axis */
   bool has_frustum;
   uint32_t axis[3]; /* u, v, k of the frustum */
   float sign, slope_lo[2], slope_hi[2];
@@ -4277,7 +4325,7 @@ OP void NAME(paper_tell)(const NAME(paper) *p, pktrt_event_kind kind, uint32_t i
                          const bool stats) {
   if (!stats || !p->call->desc->trace) return;
   pktrt_event e;
-  e.kind = kind, e.index = index, e.child = child, e.ray = ray - p->base, e.active = p->end - ray;
+  e.kind = kind, e.index = index, e.child = child, e.ray = ray - p->base, e.active = p->last - ray;
   p->call->desc->trace(p->call->desc->user, &e);
 }
 
@@ -4286,13 +4334,17 @@ static void NAME(paper_intervals)(NAME(paper) *p) {
   const pktrt__batch *b = p->b;
   float t_lo = 1, t_hi = 0;
   bool first = true, one_axis = true;
+  uint8_t main_axis[PKTRT__BATCH / 8];
   p->pad = 0, p->wn = INFINITY, p->wf = -INFINITY;
+  memset(main_axis, 3, sizeof main_axis), memset(p->one_axis, true, sizeof p->one_axis);
   for (uint32_t r = p->base; r < p->end; r++) {
     if (!(p->active[r / 64] >> r % 64 & 1)) continue;
     const uint32_t k = b->axis[r];
     const float sign = b->dk[r] < 0 ? -1.0f : 1.0f;
     if (first) p->axis[2] = k, p->axis[0] = (k + 1) % 3, p->axis[1] = (k + 2) % 3, p->sign = sign;
     one_axis = one_axis && k == p->axis[2] && sign == p->sign;
+    if (main_axis[r / 8] == 3) main_axis[r / 8] = (uint8_t)k;
+    if (main_axis[r / 8] != k) p->one_axis[r / 8] = false;
     for (int a = 0; a < 3; a++) {
       const float o = b->o[a][r], rd = b->rd[a][r];
       p->o_lo[a] = first ? o : pktrt__minf(p->o_lo[a], o), p->o_hi[a] = first ? o : pktrt__maxf(p->o_hi[a], o);
@@ -4358,56 +4410,85 @@ static bool NAME(paper_frustum_misses)(const NAME(paper) *p, const float lo[3], 
   return w1 < 0;
 }
 
-/* The active rays among r to r+7 that may hit a child. */
-OP uint32_t NAME(paper_group)(const NAME(paper) *p, const float *p0, const float *p1, uint32_t r, const bool moving) {
+/* A child's planes; of a moving one, at the segment's keys. */
+typedef struct NAME(paper_child) {
+  const float *p0, *p1;
+  v8 lo[3], hi[3]; /* static: by lanes */
+  uint32_t node, index;
+} NAME(paper_child);
+
+OP NAME(paper_child) NAME(paper_open)(const float *p0, const float *p1, uint32_t node, uint32_t index) {
+  NAME(paper_child) c;
+  c.p0 = p0, c.p1 = p1, c.node = node, c.index = index;
+  UNROLL for (int a = 0; a < 3; a++) c.lo[a] = vset(p0[16 * a]), c.hi[a] = vset(p0[16 * a + 8]);
+  return c;
+}
+
+/* The active rays among r to r+7, and in `among`, that may hit a child. */
+OP uint32_t NAME(paper_group)(const NAME(paper) *p, const NAME(paper_child) *c, uint32_t r, uint32_t among,
+                              const bool moving, const bool stats, pktrt_counts *counts) {
+  const uint32_t active = NAME(paper_active)(p, r) & among;
+  COUNT(box_tests, pktrt__popcount8(active));
+  COUNT(vector_box_tests, 1);
+  if (!moving) return NAME(rays_in_box)(p->b, r, c->lo, c->hi) & active;
+  const v8 ta = vload(p->b->ta + r), tb = vload(p->b->tb + r);
   v8 lo[3], hi[3];
-  for (int a = 0; a < 3; a++) {
-    lo[a] = vset(p0[16 * a]), hi[a] = vset(p0[16 * a + 8]);
-    if (moving) {
-      const v8 ta = vload(p->b->ta + r), tb = vload(p->b->tb + r);
-      lo[a] = vfma(ta, lo[a], vmul(tb, vset(p1[16 * a])));
-      hi[a] = vfma(ta, hi[a], vmul(tb, vset(p1[16 * a + 8])));
-    }
+  UNROLL for (int a = 0; a < 3; a++) {
+    lo[a] = vfma(ta, c->lo[a], vmul(tb, vset(c->p1[16 * a])));
+    hi[a] = vfma(ta, c->hi[a], vmul(tb, vset(c->p1[16 * a + 8])));
   }
-  return NAME(rays_in_box)(p->b, r, lo, hi) & NAME(paper_active)(p, r);
+  return NAME(rays_in_box)(p->b, r, lo, hi) & active;
+}
+
+/* Ends the active range behind the last group with a ray that may hit a child, and not before group r. */
+OP void NAME(paper_trim)(NAME(paper) *p, const NAME(paper_child) *c, uint32_t r, const bool moving, const bool stats,
+                         pktrt_counts *counts) {
+  for (uint32_t i = (p->last - 1) & ~7u; i > r; i -= 8) {
+    if (NAME(paper_active)(p, i) && NAME(paper_group)(p, c, i, ~0u, moving, stats, counts)) return;
+    p->last = i;
+  }
 }
 
 /* Steps 1 to 4: the first ray from `first` on that may hit a child, or p->end. */
-OP uint32_t NAME(paper_first)(NAME(paper) *p, const float *p0, const float *p1, uint32_t first, uint32_t node,
-                              uint32_t child, const bool moving, const bool stats, pktrt_counts *counts) {
-  uint32_t r = first & ~7u, hit = p->entering = NAME(paper_group)(p, p0, p1, r, moving) & ~0u << first % 8;
-  COUNT(box_tests, pktrt__popcount(NAME(paper_active)(p, r) & ~0u << first % 8));
-  COUNT(vector_tests, 1);
-  if (hit) {
-    const uint32_t ray = r + pktrt__lowest(hit);
+OP uint32_t NAME(paper_first)(NAME(paper) *p, const NAME(paper_child) *c, uint32_t first, const bool moving,
+                              const bool stats, pktrt_counts *counts) {
+  uint32_t r = first & ~7u;
+  p->entering = NAME(paper_group)(p, c, r, ~0u << first % 8, moving, stats, counts);
+  if (p->entering) {
+    const uint32_t ray = r + pktrt__lowest(p->entering);
     COUNT(first_hits, ray == first);
-    NAME(paper_tell)(p, ray == first ? PKTRT_EVENT_FIRST_HIT : PKTRT_EVENT_LATER_HIT, node, child, ray, stats);
+    NAME(paper_tell)(p, ray == first ? PKTRT_EVENT_FIRST_HIT : PKTRT_EVENT_LATER_HIT, c->node, c->index, ray, stats);
     return ray;
   }
   float lo[3], hi[3];
-  NAME(paper_box)(p, p0, p1, lo, hi, moving);
+  NAME(paper_box)(p, c->p0, c->p1, lo, hi, moving);
   if (NAME(paper_interval_misses)(p, lo, hi)) {
     COUNT(interval_culls, 1);
-    NAME(paper_tell)(p, PKTRT_EVENT_INTERVAL_CULL, node, child, first, stats);
+    NAME(paper_tell)(p, PKTRT_EVENT_INTERVAL_CULL, c->node, c->index, first, stats);
     return p->end;
   }
   if (p->has_frustum && NAME(paper_frustum_misses)(p, lo, hi)) {
     COUNT(frustum_culls, 1);
-    NAME(paper_tell)(p, PKTRT_EVENT_FRUSTUM_CULL, node, child, first, stats);
+    NAME(paper_tell)(p, PKTRT_EVENT_FRUSTUM_CULL, c->node, c->index, first, stats);
     return p->end;
   }
-  for (r += 8; r < p->end; r += 8) {
+  for (r += 8; r < p->last; r += 8) {
     if (!NAME(paper_active)(p, r)) continue;
-    COUNT(box_tests, pktrt__popcount(NAME(paper_active)(p, r)));
-    COUNT(vector_tests, 1);
-    hit = p->entering = NAME(paper_group)(p, p0, p1, r, moving);
-    if (!hit) continue;
-    NAME(paper_tell)(p, PKTRT_EVENT_LATER_HIT, node, child, r + pktrt__lowest(hit), stats);
-    return r + pktrt__lowest(hit);
+    p->entering = NAME(paper_group)(p, c, r, ~0u, moving, stats, counts);
+    if (!p->entering) continue;
+    NAME(paper_trim)(p, c, r, moving, stats, counts);
+    const uint32_t ray = r + pktrt__lowest(p->entering);
+    NAME(paper_tell)(p, PKTRT_EVENT_LATER_HIT, c->node, c->index, ray, stats);
+    return ray;
   }
   COUNT(ray_culls, 1);
-  NAME(paper_tell)(p, PKTRT_EVENT_ALL_MISS, node, child, first, stats);
+  NAME(paper_tell)(p, PKTRT_EVENT_ALL_MISS, c->node, c->index, first, stats);
   return p->end;
+}
+
+/* One coordinate of a corner of one triangle, at the times of eight rays. */
+OP v8 NAME(one_corner)(const float *k0, const float *k1, v8 ta, v8 tb, const bool moving) {
+  return moving ? vadd(vmul(ta, vset(*k0)), vmul(tb, vset(*k1))) : vset(*k0);
 }
 
 /* One triangle against the rays `bits` of r to r+7, which share their axes; those that hit it. */
@@ -4415,35 +4496,34 @@ OP uint32_t NAME(paper_triangle)(const NAME(paper) *p, const float *k0, const fl
                                  uint32_t lane, uint32_t id, uint32_t slot, const bool moving, const bool stats,
                                  pktrt_counts *counts) {
   pktrt__batch *b = p->b;
-  const uint32_t k = b->axis[r + pktrt__lowest(bits)], ku = (k + 1) % 3, kv = (k + 2) % 3, axis[3] = {ku, kv, k};
+  const uint32_t k = b->axis[r + pktrt__lowest(bits)], ku = (k + 1) % 3, kv = (k + 2) % 3;
+  const v8 ok = vload(b->o[k] + r), ou = vload(b->o[ku] + r), ov = vload(b->o[kv] + r);
+  const v8 su = vload(b->slope[0] + r), sv = vload(b->slope[1] + r);
+  const v8 ta = moving ? vload(b->ta + r) : ok, tb = moving ? vload(b->tb + r) : ok;
   v8 x[3], y[3], z[3];
-  for (uint32_t c = 0; c < 3; c++) {
-    v8 q[3];
-    for (int j = 0; j < 3; j++) {
-      const uint32_t at = 24 * c + 8 * axis[j] + lane;
-      const v8 v =
-          moving ? vadd(vmul(vload(b->ta + r), vset(k0[at])), vmul(vload(b->tb + r), vset(k1[at]))) : vset(k0[at]);
-      q[j] = vsub(v, vload(b->o[axis[j]] + r));
-    }
-    z[c] = q[2];
-    x[c] = vsub(q[0], vmul(vload(b->slope[0] + r), q[2]));
-    y[c] = vsub(q[1], vmul(vload(b->slope[1] + r), q[2]));
+  k0 += lane, k1 += lane;
+  UNROLL for (uint32_t c = 0; c < 3; c++, k0 += 24, k1 += 24) {
+    z[c] = vsub(NAME(one_corner)(k0 + 8 * k, k1 + 8 * k, ta, tb, moving), ok);
+    x[c] = vsub(vsub(NAME(one_corner)(k0 + 8 * ku, k1 + 8 * ku, ta, tb, moving), ou), vmul(su, z[c]));
+    y[c] = vsub(vsub(NAME(one_corner)(k0 + 8 * kv, k1 + 8 * kv, ta, tb, moving), ov), vmul(sv, z[c]));
   }
   uint32_t open;
-  COUNT(triangle_tests, pktrt__popcount(bits));
-  COUNT(vector_tests, 1);
+  COUNT(triangle_tests, pktrt__popcount8(bits));
+  COUNT(vector_triangle_tests, 1);
   bits &= NAME(filter)(x, y, &open);
   if (!bits) return 0;
-  COUNT(canonical_tests, pktrt__popcount(bits));
-  COUNT(settlings, pktrt__popcount(bits & open));
+  const v8 sign = vwith_sign(vset(1), vload(b->dk + r));
+  if (!(bits &= mbits(NAME(within)(z, sign, vload(b->wn + r), vload(b->wf + r))))) return 0;
+  COUNT(canonical_tests, pktrt__popcount8(bits));
+  COUNT(settlings, pktrt__popcount8(bits & open));
   PKTRT__ALIGN64 float t[8];
-  bits &= NAME(canonical)(x, y, z, b->dk + r, t);
+  bits = NAME(canonical)(x, y, z, b->dk + r, bits, t);
   return bits ? NAME(accept8)(p->view, b, r, bits, t, id, slot) : 0;
 }
 
-/* A leaf, of box p0 and p1, against the rays from `first` on that may hit its box. Rays of a group that disagree on the
-   main axis are tested one by one. */
-OP bool NAME(paper_leaf)(NAME(paper) *p, const float *p0, const float *p1, uint32_t index, uint32_t first,
+/* A leaf, child c, against the rays of the active range that may hit its box; those of the first group are known. Rays
+   of a group that disagree on the main axis are tested one by one. */
+OP bool NAME(paper_leaf)(NAME(paper) *p, const NAME(paper_child) *c, uint32_t index, uint32_t first,
                          const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
   const unsigned char *block = p->view->blocks + index * p->view->block_bytes;
   const float *k0 = (const float *)(const void *)(block + p->view->vertex0),
@@ -4451,18 +4531,10 @@ OP bool NAME(paper_leaf)(NAME(paper) *p, const float *p0, const float *p1, uint3
   const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
   bool any = false;
   NAME(paper_tell)(p, PKTRT_EVENT_LEAF, index, 0, first, stats);
-  for (uint32_t r = first & ~7u; r < p->end; r += 8) {
-    uint32_t bits = NAME(paper_active)(p, r), hits = 0, same;
-    if (!bits) continue;
-    if (r + 8 > first && r <= first) bits = p->entering;
-    else {
-      COUNT(box_tests, pktrt__popcount(bits));
-      COUNT(vector_tests, 1);
-      bits = NAME(paper_group)(p, p0, p1, r, moving);
-    }
-    same = bits;
-    for (uint32_t m = bits; m; m &= m - 1)
-      if (p->b->axis[r + pktrt__lowest(m)] != p->b->axis[r + pktrt__lowest(bits)]) same = 0;
+  for (uint32_t r = first & ~7u; r < p->last; r += 8) {
+    uint32_t bits = p->entering, hits = 0;
+    if (r > first) bits = NAME(paper_active)(p, r) ? NAME(paper_group)(p, c, r, ~0u, moving, stats, counts) : 0;
+    const bool same = p->one_axis[r / 8];
     for (uint32_t m = same ? vids(id) : 0; m && bits; m &= m - 1) {
       const uint32_t lane = pktrt__lowest(m);
       const uint32_t h =
@@ -4474,7 +4546,7 @@ OP bool NAME(paper_leaf)(NAME(paper) *p, const float *p0, const float *p1, uint3
     }
     for (uint32_t m = same ? 0 : bits; m; m &= m - 1) {
       const uint32_t ray = r + pktrt__lowest(m);
-      COUNT(vector_tests, 1);
+      COUNT(vector_triangle_tests, 1);
       if (NAME(ray_block)(p->view, p->b, ray, index, occlusion, moving, stats, counts)) hits |= 1u << (ray - r);
     }
     any |= hits != 0;
@@ -4483,12 +4555,20 @@ OP bool NAME(paper_leaf)(NAME(paper) *p, const float *p0, const float *p1, uint3
   return any;
 }
 
+/* How far the active rays still reach. */
+OP void NAME(paper_depth)(NAME(paper) *p) {
+  v8 far_ = vset(-INFINITY);
+  for (uint32_t r = p->base & ~7u; r < p->end; r += 8)
+    far_ = vmax(vsel(mfrom(NAME(paper_active)(p, r)), vload(p->b->wf + r), far_), far_);
+  p->wf = vhmax(far_);
+}
+
 /* One packet through one group. For occlusion, occluded rays leave p->active. */
 OP void NAME(paper_packet)(NAME(paper) *p, const bool occlusion, const bool moving, const bool stats,
                            pktrt_counts *counts) {
   struct {
     const float *plane; /* of the child, at key 0 of the segment */
-    uint32_t ref, first, node, child;
+    uint32_t ref, first, last, node, child;
   } stack[PKTRT__STACK + 8];
   const pktrt__view *view = p->view;
   const ptrdiff_t to_key1 = moving ? ((ptrdiff_t)view->plane1 - (ptrdiff_t)view->plane0) / (ptrdiff_t)sizeof(float) : 0;
@@ -4496,14 +4576,11 @@ OP void NAME(paper_packet)(NAME(paper) *p, const bool occlusion, const bool movi
   while (first < p->end && !(p->active[first / 64] >> first % 64 & 1)) first++;
   if (first == p->end) return;
   NAME(paper_intervals)(p);
+  p->last = p->end;
+  NAME(paper_child) c = NAME(paper_open)((const float *)(const void *)view->nodes, NULL, 0, 0); /* set below */
   for (;;) {
     if (ref & PKTRT__LEAF) {
-      if (NAME(paper_leaf)(p, stack[sp].plane, stack[sp].plane + to_key1, ref & ~PKTRT__LEAF, first, occlusion, moving,
-                           stats, counts)) {
-        p->wf = -INFINITY;
-        for (uint32_t r = p->base; r < p->end; r++)
-          if (p->active[r / 64] >> r % 64 & 1) p->wf = pktrt__maxf(p->wf, p->b->wf[r]);
-      }
+      if (NAME(paper_leaf)(p, &c, ref & ~PKTRT__LEAF, first, occlusion, moving, stats, counts)) NAME(paper_depth)(p);
     } else { /* open a node: its children wait, the nearest to the first active ray's direction on top */
       const unsigned char *node = view->nodes + ref * view->node_bytes;
       const uint32_t *child = (const uint32_t *)(const void *)(node + PKTRT__NODE_KEY_BYTES);
@@ -4511,36 +4588,38 @@ OP void NAME(paper_packet)(NAME(paper) *p, const bool occlusion, const bool movi
       COUNT(node_visits, 1);
       NAME(paper_tell)(p, PKTRT_EVENT_NODE, ref, 0, first, stats);
       for (int i = 0; i < 8; i++, perm >>= 3) {
-        const uint32_t c = perm & 7;
-        if (child[c] == PKTRT__EMPTY) continue;
-        stack[sp].plane = (const float *)(const void *)(node + view->plane0) + c;
-        stack[sp].ref = child[c], stack[sp].first = first, stack[sp].node = ref, stack[sp++].child = c;
+        const uint32_t k = perm & 7;
+        if (child[k] == PKTRT__EMPTY) continue;
+        stack[sp].plane = (const float *)(const void *)(node + view->plane0) + k;
+        stack[sp].ref = child[k], stack[sp].first = first, stack[sp].last = p->last;
+        stack[sp].node = ref, stack[sp++].child = k;
       }
     }
     do {
       if (!sp) return;
-      first = stack[--sp].first;
-      while (first < p->end && !(p->active[first / 64] >> first % 64 & 1)) first++; /* occluded by now */
-      if (first < p->end)
-        first = NAME(paper_first)(p, stack[sp].plane, stack[sp].plane + to_key1, first, stack[sp].node,
-                                  stack[sp].child, moving, stats, counts);
+      first = stack[--sp].first, p->last = stack[sp].last;
+      while (first < p->last && !(p->active[first / 64] >> first % 64 & 1)) first++; /* occluded by now */
+      if (first >= p->last) {
+        first = p->end;
+      } else {
+        const float *plane = stack[sp].plane;
+        c = NAME(paper_open)(plane, plane + to_key1, stack[sp].node, stack[sp].child);
+        first = NAME(paper_first)(p, &c, first, moving, stats, counts);
+      }
     } while (first == p->end);
     ref = stack[sp].ref;
   }
 }
 
 /* Always counting: this path is for reading and comparing. */
-#define INSTANCE(tag, o, m)                                                                                            \
-  PKTRT__NOINLINE void NAME(paper_packet_##tag)(NAME(paper) *p, pktrt_counts * counts) {                              \
-    NAME(paper_packet)(p, o, m, true, counts);                                                                         \
-  }
-INSTANCE(01, false, true)
-INSTANCE(11, true, true)
+PKTRT__NOINLINE void NAME(paper_moving)(NAME(paper) *p, bool occlusion, pktrt_counts *counts) {
+  NAME(paper_packet)(p, occlusion, true, true, counts);
+}
 #if !FEW_INSTANCES
-INSTANCE(00, false, false)
-INSTANCE(10, true, false)
+PKTRT__NOINLINE void NAME(paper_static)(NAME(paper) *p, bool occlusion, pktrt_counts *counts) {
+  NAME(paper_packet)(p, occlusion, false, true, counts);
+}
 #endif
-#undef INSTANCE
 
 /* The batch in packets of desc->packet_size rays, each through all groups and, where they move, all segments. */
 PKTRT__NOINLINE void NAME(drive_paper)(const pktrt__call *call, pktrt__batch *b, uint32_t n, const bool occlusion) {
@@ -4568,9 +4647,10 @@ PKTRT__NOINLINE void NAME(drive_paper)(const pktrt__call *call, pktrt__batch *b,
         pktrt__view view = pktrt__view_of(g, i, moving ? segment : 0);
         view.check_area = moving && occlusion;
         p.view = &view;
-        if (moving || FEW_INSTANCES) (occlusion ? NAME(paper_packet_11) : NAME(paper_packet_01))(&p, counts);
-#if !FEW_INSTANCES
-        else (occlusion ? NAME(paper_packet_10) : NAME(paper_packet_00))(&p, counts);
+#if FEW_INSTANCES
+        NAME(paper_moving)(&p, occlusion, counts);
+#else
+        (moving ? NAME(paper_moving) : NAME(paper_static))(&p, occlusion, counts);
 #endif
         for (uint32_t r = p.base; occlusion && r < p.end; r++)
           if ((before[r / 64] & ~p.active[r / 64]) >> r % 64 & 1) b->slot[r] = 0;
@@ -7435,6 +7515,9 @@ static void pktrt__write_pixel(const pktrt__work *work, uint32_t x, uint32_t y, 
   if (d->sample_count) d->sample_count[at] = work->job->samples;
 }
 
+/* Bits 0, 2, 4 and 6 of i next to each other: x of the i-th point of a square in Morton's order; i >> 1 gives y. */
+static uint32_t pktrt__even_bits(uint32_t i) { return (i & 1) | (i >> 1 & 2) | (i >> 2 & 4) | (i >> 3 & 8); }
+
 /* A block of edge x edge pixels in cells of cell x cell: those of a cell, with all their samples, follow each other,
    so that they fall into one packet. `room` rays go at once. */
 static void pktrt__render_block(pktrt__work *work, const uint32_t area[4], uint32_t bx, uint32_t by, uint32_t edge,
@@ -7444,7 +7527,7 @@ static void pktrt__render_block(pktrt__work *work, const uint32_t area[4], uint3
   for (uint32_t cy = 0; cy < edge; cy += cell)
     for (uint32_t cx = 0; cx < edge; cx += cell)
       for (uint32_t i = 0; i < cell * cell; i++) {
-        const uint32_t px = bx + cx + i % cell, py = by + cy + i / cell;
+        const uint32_t px = bx + cx + pktrt__even_bits(i), py = by + cy + pktrt__even_bits(i >> 1);
         if (px >= area[2] || py >= area[3]) continue;
         x[pixels] = px, y[pixels] = py;
         work->met[pixels] = 0, work->depth[pixels] = 0;

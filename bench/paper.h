@@ -63,7 +63,7 @@ static bool parse_options(int argc, char **argv, options *o) {
     o->names[o->name_count++] = argv[optind];
   }
   if (!o->size) o->size = 512;
-  if (!o->frames) o->frames = 8;
+  if (!o->frames) o->frames = o->check ? 6 : 8;
   if (!o->rounds) o->rounds = o->controls ? 1 : o->check ? 5 : 3;
   if (!o->every) o->every = 64;
   if (o->counts) o->rounds = 0;

@@ -100,6 +100,7 @@ typedef struct setup { /* how pictures are made: as whitted() and one_frame() fi
   pktrt_sampler sampler;
   pktrt_branching branching;
   pktrt_phong_mapping mapping;
+  pktrt_normals normals;
   bool differs;       /* makes another picture than the way it is measured beside */
   const char *varied; /* what the CSV file says of this way: NULL, or a word and its value */
   double value;
@@ -240,7 +241,7 @@ static void describe(bench *b, const setup *s, unsigned frame, pktrt_stats *stat
   d->pixels = b->pixels;
   d->mode = s->mode, d->path = s->path, d->packet_size = s->packet, d->assembly = s->assembly;
   d->samples = s->samples, d->max_depth = s->depth, d->attenuation = s->attenuation;
-  d->sampler = s->sampler, d->branching = s->branching, d->phong_mapping = s->mapping;
+  d->sampler = s->sampler, d->branching = s->branching, d->phong_mapping = s->mapping, d->normals = s->normals;
   d->stats = stats;
   d->camera = b->now.made.camera;
   scene_camera(&b->now.made, (double)frame / s->frames, &d->camera);
@@ -300,7 +301,8 @@ static double run_once(bench *b, const setup *s, pktrt_stats *stats, uint64_t *c
 static void add_counts(pktrt_counts *to, const pktrt_counts *c) {
   to->rays += c->rays, to->hits += c->hits;
   to->box_tests += c->box_tests, to->triangle_tests += c->triangle_tests;
-  to->node_visits += c->node_visits, to->vector_tests += c->vector_tests;
+  to->node_visits += c->node_visits;
+  to->vector_box_tests += c->vector_box_tests, to->vector_triangle_tests += c->vector_triangle_tests;
 }
 
 static void count_once(bench *b, row *r, const row *first) {
@@ -342,9 +344,11 @@ static row *measure(bench *b, const setup *ways, size_t n) {
 
 static double per_ray(uint64_t tests, const pktrt_counts *c) { return c->rays ? (double)tests / (double)c->rays : 0; }
 
+static uint64_t vector_tests(const pktrt_counts *c) { return c->vector_box_tests + c->vector_triangle_tests; }
+
 /* Of the lanes of the paper path's vectors of tests, those with a ray to test: lane utilisation, 1 to 8. */
 static double lanes_used(const pktrt_counts *c) {
-  return c->vector_tests ? (double)(c->box_tests + c->triangle_tests) / (double)c->vector_tests : 0;
+  return vector_tests(c) ? (double)(c->box_tests + c->triangle_tests) / (double)vector_tests(c) : 0;
 }
 
 static double mrays(const row *r) { return r->seconds > 0 ? 1e-6 * (double)r->all.rays / r->seconds : 0; }
@@ -386,7 +390,8 @@ static const char *figure_text(char text[32], double value, int digits, const ch
 }
 
 static void print_way(const row *r) {
-  printf("| %s | %s", r->s.scene, mode_names[r->s.mode]);
+  const bool smooth = r->s.look == REFLECTIVE && r->s.normals == PKTRT_NORMALS_SMOOTH;
+  printf("| %s%s | %s", r->s.scene, smooth ? ", smooth" : "", mode_names[r->s.mode]);
   if (r->s.samples > 1) printf(" %u", r->s.samples);
   printf(" | %s | %s | %ux%u | %s |", path_names[r->s.path], pktrt_isa_string(r->s.isa), r->s.packet, r->s.packet,
          assembly_names[r->s.assembly]);
@@ -470,17 +475,19 @@ static void csv_line(const bench *b, const row *r, const char *of, const pktrt_c
   csv(b, "%s,%s,%u,%s,%s,%u,%s,%u,%u,%s,%llu,%.4f,%.4f,%.4f,", r->s.scene, mode_names[r->s.mode], r->s.samples,
       path_names[r->s.path], pktrt_isa_string(r->s.isa), r->s.packet, assembly_names[r->s.assembly], b->given.size,
       r->s.frames, of, (unsigned long long)c->rays, per_ray(c->box_tests, c), per_ray(c->triangle_tests, c),
-      per_ray(c->vector_tests, c));
+      per_ray(c->vector_box_tests, c));
   if (c == &r->all)
-    csv(b, "%.4f,%.6f,%s,%s,%s\n", mrays(r), r->seconds, figure_text(t[0], r->paper, 2, "", ""),
+    csv(b, "%.4f,%.6f,%s,%s,%s", mrays(r), r->seconds, figure_text(t[0], r->paper, 2, "", ""),
         figure_text(t[1], r->speedup, 4, "", ""), figure_text(t[2], r->paper_speedup, 2, "", ""));
-  else csv(b, ",,,,\n");
+  else csv(b, ",,,,");
+  csv(b, ",%.4f\n", per_ray(c->vector_triangle_tests, c));
 }
 
 /* All pictures of a part: all their rays, by type, and by bounces. */
 static void csv_rows(const bench *b) {
   csv(b, "varied,value,scene,mode,samples,path,isa,packet,assembly,size,frames,of,rays,box_tests_per_ray,"
-         "triangle_tests_per_ray,vector_tests_per_ray,mrays,seconds,paper_mrays,speedup,paper_speedup\n");
+         "triangle_tests_per_ray,vector_box_tests_per_ray,mrays,seconds,paper_mrays,speedup,paper_speedup,"
+         "vector_triangle_tests_per_ray\n");
   for (size_t i = 0; i < b->row_count; i++) {
     const row *r = &b->rows[i];
     csv_line(b, r, "all", &r->all);
@@ -542,12 +549,16 @@ EX_UNUSED static void open_world(world *w, const char *name, finish look, pktrt_
   open_setup(w, &s);
 }
 
+/* All surfaces reflect, and do so as their triangles lie, as those of a model without normals: what interpolated normals
+   change is measured with Table 1. */
+static void make_conference(setup *s) { s->look = REFLECTIVE, s->normals = PKTRT_NORMALS_GEOMETRIC; }
+
 /* Whitted's mode over the camera path. Conference: every surface reflective, depth 5, no attenuation (table 1). */
 static setup whitted(const bench *b, const char *name) {
   const bool conference = !strcmp(name, "conference");
   setup s = as_the_scene_is(name);
   s.mode = PKTRT_MODE_WRT;
-  if (conference) s.look = REFLECTIVE, s.depth = 5, s.attenuation = -1; /* elsewhere on, as the library has it */
+  if (conference) make_conference(&s), s.depth = 5, s.attenuation = -1; /* elsewhere on, as the library has it */
   s.frames = b->given.frames, s.every = b->given.every;
   return s;
 }
@@ -564,7 +575,7 @@ static setup pruned(const bench *b, const char *name) {
 static setup one_frame(const bench *b, const char *name, pktrt_mode mode, unsigned root) {
   setup s = as_the_scene_is(name);
   s.mode = mode;
-  s.look = strcmp(name, "conference") ? AS_MADE : REFLECTIVE;
+  if (!strcmp(name, "conference")) make_conference(&s);
   s.samples = root * root, s.root = root, s.frames = 1;
   s.every = (b->given.every + 7) / 8;
   return s;

@@ -59,8 +59,8 @@ static const row *types_and_runs(bench *b, const claim *c, bool control) {
 static double ahead_of_runs(bench *b, const claim *c, bool control, char details[DETAILS]) {
   const row *r = types_and_runs(b, c, control);
   snprintf(details, DETAILS, "vectors of tests per ray %.1f against %.1f; rays tested per vector %.1f against %.1f",
-           per_ray(r[1].all.vector_tests, &r[1].all), per_ray(r[0].all.vector_tests, &r[0].all), lanes_used(&r[1].all),
-           lanes_used(&r[0].all));
+           per_ray(vector_tests(&r[1].all), &r[1].all), per_ray(vector_tests(&r[0].all), &r[0].all),
+           lanes_used(&r[1].all), lanes_used(&r[0].all));
   return times_as_fast(b, &r[1], &r[0]);
 }
 
@@ -71,13 +71,13 @@ static double deep_tests(bench *b, const claim *c, bool control, char details[DE
   int worst = 0;
   for (int d = 2; d < PKTRT_MAX_DEPTH + 2; d++) {
     const pktrt_counts *runs = &r[0].stats.by_depth[d], *types = &r[1].stats.by_depth[d];
-    if (runs->rays * 100 < r->all.rays || !types->vector_tests) continue;
-    const double ratio = (double)runs->vector_tests / (double)types->vector_tests;
+    if (runs->rays * 100 < r->all.rays || !types->vector_box_tests) continue;
+    const double ratio = (double)runs->vector_box_tests / (double)types->vector_box_tests;
     if (ratio < least) least = ratio, worst = d;
   }
   snprintf(details, DETAILS, "at %d bounces %.1f per ray against %.1f", worst,
-           per_ray(r[1].stats.by_depth[worst].vector_tests, &r[1].stats.by_depth[worst]),
-           per_ray(r[0].stats.by_depth[worst].vector_tests, &r[0].stats.by_depth[worst]));
+           per_ray(r[1].stats.by_depth[worst].vector_box_tests, &r[1].stats.by_depth[worst]),
+           per_ray(r[0].stats.by_depth[worst].vector_box_tests, &r[0].stats.by_depth[worst]));
   return worst ? least : 0;
 }
 
@@ -136,7 +136,7 @@ static const claim claims[] = {
     {"figure 6: 16x16 costs more triangle tests than 8x8", 1, true, true, 0, triangles_of_16x16, "conference"},
     {"figure 7: tests grow more slowly with the shutter where boxes move", 1, true, true, 0, growth_with_shutter,
      "rtrt"},
-    {"figure 8: ray types need fewer vectors of tests than runs at depth", 1, true, true, 0, deep_tests, "conference"},
+    {"figure 8: ray types need fewer vectors of box tests than runs at depth", 1, true, true, 0, deep_tests, "conference"},
     {"section 5.4, conference: ray types against runs, speed", 1.10, false, false, 1.03, ahead_of_runs, "conference"},
     {"section 5.4, rtrt: ray types against runs, speed", 1.10, false, false, 1.03, ahead_of_runs, "rtrt"},
     {"section 5.4, pool hall: ray types against runs, speed", 1.10, false, false, 1.03, ahead_of_runs, "poolhall"},

@@ -99,9 +99,9 @@ static double tests_of(const pktrt_counts *c) { return (double)c->box_tests + (d
 static use use_of(const pktrt_counts *c, const pktrt_counts *alone) {
   use u;
   memset(&u, 0, sizeof u);
-  if (!c->rays || !c->vector_tests) return u;
-  u.vectors = per_ray(c->vector_tests, c);
-  u.lanes = tests_of(c) / (double)c->vector_tests;
+  if (!c->rays || !vector_tests(c)) return u;
+  u.vectors = per_ray(vector_tests(c), c);
+  u.lanes = tests_of(c) / (double)vector_tests(c);
   u.fewer = tests_of(alone) / tests_of(c);
   return u;
 }
@@ -141,10 +141,10 @@ static void report_use(bench *b, const row *r) {
    leave lanes empty. */
 static void report_quads(bench *b, const row *r) {
   const pktrt_counts alone = sum_of(r), quads = sum_of(&r[1]);
-  say(b, "| %s | %.0f %% |", r->s.scene, 100 * tests_of(&alone) / (4 * (double)quads.vector_tests));
+  say(b, "| %s | %.0f %% |", r->s.scene, 100 * tests_of(&alone) / (4 * (double)vector_tests(&quads)));
   for (int t = 0; t < PKTRT_RAY_OTHER; t++) {
     const pktrt_counts *c = &r[1].stats.by_type[t];
-    if (c->rays) say(b, " %.0f %% |", 100 * tests_of(&r->stats.by_type[t]) / (4 * (double)c->vector_tests));
+    if (c->rays) say(b, " %.0f %% |", 100 * tests_of(&r->stats.by_type[t]) / (4 * (double)vector_tests(c)));
     else say(b, " - |");
   }
   say(b, "\n");

@@ -1,6 +1,6 @@
 # Plots of what bench/paper.c has measured: gnuplot -e "name='figure6'" bench/plots.gp
 # reads bench/results/NAME.csv and writes bench/results/NAME.svg (or NAME.png with -e "png=1").
-# Columns: 1 varied, 2 value, 3 scene, 6 path, 7 isa, 8 packet, 9 assembly, 12 of, 14 boxes, 15 triangles, 16 vectors of
+# Columns: 1 varied, 2 value, 3 scene, 6 path, 7 isa, 8 packet, 9 assembly, 12 of, 14 boxes, 15 triangles, 16 box tests in vectors of
 # tests, each per ray, 20 speed-up, 21 the paper's.
 
 results = exists("results") ? results : "bench/results"
@@ -108,7 +108,7 @@ if (name eq "figure8") {
   set style fill solid 0.9
   set boxwidth 0.38
   do for [i = 2:3] {
-    set title i == 2 ? "triangle tests" : "vectors of eight tests, boxes and triangles"
+    set title i == 2 ? "triangle tests" : "box tests, in vectors of eight"
     set ylabel i == 2 ? "triangles per ray" : "vectors per ray"
     plot of("ray types") using ($1 - 0.2):i with boxes lc rgb ink title "ray types", \
          of("runs") using ($1 + 0.2):i with boxes lc rgb sand title "runs"

@@ -2713,6 +2713,13 @@ typedef struct pktrt__targets { /* where shadow rays towards one light go, for e
   float arriving[3][PKTRT__WAVE];   /* radiance or intensity */
 } pktrt__targets;
 
+typedef struct pktrt__middle { /* a mesh light where nothing is random: a sphere around it, and what it sends out */
+  double at[3], radius;
+  double facing[3];                 /* sum of its areas as vectors: |facing . d| is seen of a flat mesh, */
+  double folded;                    /* and a quarter of the rest of its area from everywhere */
+  double strength;
+} pktrt__middle;
+
 typedef struct pktrt__shadows { /* shadow rays of one light */
   PKTRT__ALIGN64 float o[3][PKTRT__WAVE];
   float d[3][PKTRT__WAVE], tmax[PKTRT__WAVE], time[PKTRT__WAVE];
@@ -2738,9 +2745,11 @@ typedef struct pktrt__kernels {
   /* Answers the first n rays of a batch whose o, d, tmin, tmax, time are filled in. */
   void (*trace)(const pktrt__call *, pktrt__batch *, uint32_t n);
   bool (*rounds_each_operation)(void);
-  /* Eight surfaces from the i-th on: points and normals; directions of scattering; shadow rays. See >>shade. */
+  /* Eight surfaces from the i-th on: points and normals; directions of scattering; the middle of a mesh light; shadow
+     rays. See >>shade. */
   void (*find)(pktrt__surfaces *, uint32_t i, const pktrt__gather *);
   void (*scatter)(pktrt__surfaces *, uint32_t i);
+  void (*middle)(const pktrt__surfaces *, uint32_t i, const pktrt__middle *, pktrt__targets *);
   uint32_t (*aim)(const pktrt__surfaces *, uint32_t i, const pktrt__targets *, bool infinite, bool by_square,
                   pktrt__aimed *);
 } pktrt__kernels;
@@ -4985,6 +4994,22 @@ static void NAME(scatter)(pktrt__surfaces *s, uint32_t i) {
   NAME(store3)(s->refracted, i, t);
 }
 
+/* Where surfaces i to i + 7 see the middle of a mesh light: a point on the line to it, out of the sphere around it, and
+   the irradiance of what faces it there. In the middle itself nothing is comparable, hence nothing is lit. */
+static void NAME(middle)(const pktrt__surfaces *s, uint32_t i, const pktrt__middle *m, pktrt__targets *g) {
+  d8 from[3], to[3], r2 = dset(0), along = dset(0);
+  UNROLL for (int a = 0; a < 3; a++) {
+    from[a] = dload(s->point[a] + i);
+    to[a] = dsub(dset(m->at[a]), from[a]);
+    r2 = dadd(r2, dmul(to[a], to[a]));
+    along = dadd(along, dmul(to[a], dset(m->facing[a])));
+  }
+  const d8 r = dsqrt(r2), outside = dmax(dsub(dset(1), ddiv(dset(m->radius), r)), dset(1.0 / 1024));
+  UNROLL for (int a = 0; a < 3; a++) dstore(g->at[a] + i, dadd(from[a], dmul(outside, to[a])));
+  const d8 seen = dadd(ddiv(dabs(along), r), dset(m->folded));
+  dstore(g->factor + i, dmul(ddiv(seen, r2), dset(m->strength)));
+}
+
 /* Shadow rays of surfaces i to i + 7 towards their targets: origin, direction and what the diffuse part would receive
    by albedo 1, the factor included. Returns the lanes that the light can reach. The surface is left along its flat
    normal by `lift`, on the viewer's side, which is the light's. */
@@ -5070,7 +5095,7 @@ static bool NAME(rounds_each_operation)(void) {
 }
 
 static const pktrt__kernels NAME(kernels) = {NAME(trace), NAME(rounds_each_operation), NAME(find), NAME(scatter),
-                                                    NAME(aim)};
+                                                    NAME(middle), NAME(aim)};
 
 /* The short names end with the stamp. */
 #undef a8
@@ -6612,23 +6637,6 @@ static double pktrt__aim_at_mesh(const pktrt__mesh *m, const pktrt__lamp *lamp, 
   return 0.5 * (along < 0 ? -along : along) / r * odds;
 }
 
-/* RCS and WRT: a point in the middle. Of a flat mesh the projected area is |S cos|, S being the sum of its area
-   vectors; of a closed convex one it is a quarter of the area on average, and S is 0. The shadow ray ends at the
-   sphere around the mesh, whose own triangles would stop it. */
-static double pktrt__aim_at_middle(const pktrt__lamp *lamp, const double from[3], double at[3]) {
-  double to[3], r2 = 0, along = 0;
-  for (int a = 0; a < 3; a++) {
-    to[a] = lamp->middle[a] - from[a];
-    r2 += to[a] * to[a];
-    along += to[a] * lamp->facing[a];
-  }
-  if (!(r2 > 0)) return 0;
-  const double r = sqrt(r2), sum = sqrt(pktrt__dot(lamp->facing, lamp->facing));
-  const double free_part = pktrt__max(1 - lamp->radius / r, 1.0 / 1024); /* inside, nothing is in the way */
-  for (int a = 0; a < 3; a++) at[a] = from[a] + free_part * to[a];
-  return (fabs(along) / r + pktrt__max(0, lamp->area - sum) / 4) / r2;
-}
-
 /* >>work ----------------------------------------------------------------------------------------------------------- */
 
 /* Rays on their way into a packet, and what becomes of the answer. */
@@ -7198,6 +7206,22 @@ static void pktrt__aim_at_surroundings(pktrt__work *work, const pktrt__wave *w, 
   }
 }
 
+/* RCS and WRT: a point in the middle. Of a flat mesh the projected area is |S cos|, S being the sum of its area
+   vectors; of a closed convex one it is a quarter of the area on average, and S is 0. The shadow ray ends at the
+   sphere around the mesh, whose own triangles would stop it. */
+static void pktrt__aim_at_middle(pktrt__work *work, const pktrt__lamp *lamp) {
+  const pktrt__surfaces *s = &work->surfaces;
+  pktrt__targets *g = &work->targets;
+  pktrt__middle m;
+  for (int a = 0; a < 3; a++) {
+    m.at[a] = lamp->middle[a], m.facing[a] = lamp->facing[a];
+    for (uint32_t k = 0; k < s->count; k++) g->arriving[a][k] = lamp->light[a];
+  }
+  m.radius = lamp->radius, m.strength = lamp->strength;
+  m.folded = pktrt__max(0, lamp->area - sqrt(pktrt__dot(lamp->facing, lamp->facing))) / 4;
+  for (uint32_t k = 0; k < s->count; k += 8) work->job->scene->kernels->middle(s, k, &m, g);
+}
+
 /* Where one light is, for every surface. */
 static void pktrt__find_targets(pktrt__work *work, const pktrt__wave *w, uint32_t light, uint32_t depth) {
   const pktrt__job *job = work->job;
@@ -7207,6 +7231,10 @@ static void pktrt__find_targets(pktrt__work *work, const pktrt__wave *w, uint32_
   pktrt__targets *g = &work->targets;
   const bool random = job->distribute && (l->kind == PKTRT_LIGHT_QUAD || l->kind == PKTRT_LIGHT_SPHERE ||
                                           l->kind == PKTRT_LIGHT_MESH);
+  if (l->kind == PKTRT_LIGHT_MESH && !random) {
+    pktrt__aim_at_middle(work, lamp);
+    return;
+  }
   for (uint32_t k = 0; k < s->count; k++) {
     const double from[3] = {s->point[0][k], s->point[1][k], s->point[2][k]};
     const float share = pktrt__light_share(work, k, light, depth);
@@ -7220,8 +7248,7 @@ static void pktrt__find_targets(pktrt__work *work, const pktrt__wave *w, uint32_
     if (l->kind == PKTRT_LIGHT_QUAD) factor = pktrt__aim_at_quad(l, lamp, u, from, at);
     if (l->kind == PKTRT_LIGHT_SPHERE) factor = pktrt__aim_at_sphere(l, random ? u : NULL, from, at);
     if (l->kind == PKTRT_LIGHT_MESH)
-      factor = random ? pktrt__aim_at_mesh(&job->scene->meshes[l->mesh], lamp, u, s->time[k], from, at)
-                      : pktrt__aim_at_middle(lamp, from, at);
+      factor = pktrt__aim_at_mesh(&job->scene->meshes[l->mesh], lamp, u, s->time[k], from, at);
     for (int a = 0; a < 3; a++) g->at[a][k] = at[a], g->arriving[a][k] = lamp->light[a];
     g->factor[k] = factor * (double)share * lamp->strength;
   }
@@ -7468,17 +7495,23 @@ static void pktrt__camera_ray(pktrt__work *work, uint32_t px, uint32_t py, uint3
   if (job->distribute && c->shutter > 0) pktrt__sample(&job->sampling, px, py, sample, 4, 1, u + 4);
   if (job->distribute && c->aperture > 0) pktrt_map_disk(u + 2, disk);
   const double time = pktrt__min(1, (double)c->time + (double)u[4] * (double)c->shutter);
+  const double x = (double)px + (double)u[0], y = (double)py + (double)u[1], half = 0.5 * (double)c->aperture;
+  const double lens[2] = {half * (double)disk[0], half * (double)disk[1]};
   pktrt__view_plane moved;
-  memset(&moved, 0, sizeof moved);
   const pktrt__view_plane *p = &job->plane;
   bool sees = true;
-  if (c->moving) sees = pktrt__view_at(c, job->desc->width, job->desc->height, time, &moved), p = &moved;
-  const double x = (double)px + (double)u[0], y = (double)py + (double)u[1], half = 0.5 * (double)c->aperture;
-  const double lx = half * (double)disk[0], ly = half * (double)disk[1];
+  if (c->moving) {
+    memset(&moved, 0, sizeof moved);
+    sees = pktrt__view_at(c, job->desc->width, job->desc->height, time, &moved), p = &moved;
+  }
   for (int a = 0; a < 3; a++) {
-    const double d = p->corner[a] + x * p->dx[a] + y * p->dy[a], off = lx * p->right[a] + ly * p->up[a];
-    w->o[a][n] = pktrt__to_float(p->eye[a] + off);
-    w->d[a][n] = sees ? pktrt__to_float(d - off / p->focus) : 0;
+    double o = p->eye[a], d = p->corner[a] + x * p->dx[a] + y * p->dy[a];
+    if (job->distribute && c->aperture > 0) {
+      const double off = lens[0] * p->right[a] + lens[1] * p->up[a];
+      o += off, d -= off / p->focus;
+    }
+    w->o[a][n] = pktrt__to_float(o);
+    w->d[a][n] = sees ? pktrt__to_float(d) : 0;
   }
   w->time[n] = (float)time;
   w->importance[n] = 1, w->parent[n] = n, w->key[n] = 0, w->material[n] = w->medium[n] = 0;

@@ -570,24 +570,27 @@ static sc_frame sc_aim(sc_build *b, sc_v3 from, sc_v3 to) {
 
 /* >>textures ------------------------------------------------------------------------------------------------------- */
 
-/* Value noise: random numbers in [0,1] at the points of a unit lattice, smooth between them. */
+/* Value noise: random numbers in [0,1] at the points of a unit lattice, smooth between them. Coordinates are those of
+   rooms: far below 2^31. */
 static double sc_noise(double x, double y, double z) {
-  double f[3], g[2][2][2], cell[3];
-  uint32_t i, j, k;
+  static const uint32_t primes[3] = {0x9e3779b1u, 0x85ebca77u, 0xc2b2ae3du};
+  double f[3], g[2][2][2];
+  uint32_t i, j, k, cell[3];
   f[0] = x, f[1] = y, f[2] = z;
-  for (i = 0; i < 3; i++) {
-    cell[i] = floor(f[i]);
-    f[i] -= cell[i];
+  for (i = 0; i < 3; i++) { /* floor() would be a call */
+    int32_t whole = (int32_t)f[i];
+    whole -= f[i] < whole;
+    cell[i] = (uint32_t)whole * primes[i];
+    f[i] -= whole;
     f[i] = f[i] * f[i] * (3.0 - 2.0 * f[i]);
   }
   for (i = 0; i < 2; i++)
     for (j = 0; j < 2; j++)
       for (k = 0; k < 2; k++) {
-        uint32_t h = ((uint32_t)(int32_t)cell[0] + i) * 0x9e3779b1u ^ ((uint32_t)(int32_t)cell[1] + j) * 0x85ebca77u ^
-                     ((uint32_t)(int32_t)cell[2] + k) * 0xc2b2ae3du;
+        uint32_t h = (cell[0] + i * primes[0]) ^ (cell[1] + j * primes[1]) ^ (cell[2] + k * primes[2]);
         h = (h ^ h >> 15) * 0x2c1b3c6du;
         h = (h ^ h >> 12) * 0x297a2d39u;
-        g[i][j][k] = (h ^ h >> 15) / 4294967296.0;
+        g[i][j][k] = (int32_t)(h ^ h >> 15 ^ 0x80000000u) / 4294967296.0 + 0.5;
       }
   for (i = 0; i < 2; i++)
     for (j = 0; j < 2; j++) g[i][j][0] += f[2] * (g[i][j][1] - g[i][j][0]);

@@ -2704,7 +2704,7 @@ typedef struct pktrt__surfaces { /* what the rays of a wave met; rays that met n
 typedef struct pktrt__gather { /* of eight surfaces: what the kernel makes points and normals of */
   PKTRT__ALIGN64 float p[3][3][8];  /* [corner][axis][lane] at the ray's time */
   float q[3][3][8];                 /* shading normals of the corners; n where the mesh has none */
-  float n[3][8], d[3][8], u[8], v[8];
+  float n[3][8], d[3][8], t[8], u[8], v[8];
 } pktrt__gather;
 
 typedef struct pktrt__targets { /* where shadow rays towards one light go, for each surface */
@@ -4941,6 +4941,7 @@ static void NAME(find)(pktrt__surfaces *s, uint32_t i, const pktrt__gather *g) {
   const v8 u = vload(g->u), v = vload(g->v);
   const d8 du = dfrom(u), dv = dfrom(v);
   v8 n[3], d[3], q[3];
+  d8 length2 = dset(0);
   UNROLL for (int a = 0; a < 3; a++) {
     const d8 p0 = dfrom(vload(g->p[0][a])), e1 = dsub(dfrom(vload(g->p[1][a])), p0);
     const d8 e2 = dsub(dfrom(vload(g->p[2][a])), p0);
@@ -4948,7 +4949,9 @@ static void NAME(find)(pktrt__surfaces *s, uint32_t i, const pktrt__gather *g) {
     const v8 q0 = vload(g->q[0][a]);
     q[a] = vadd(q0, vadd(vmul(u, vsub(vload(g->q[1][a]), q0)), vmul(v, vsub(vload(g->q[2][a]), q0))));
     n[a] = vload(g->n[a]), d[a] = vload(g->d[a]);
+    length2 = dadd(length2, dmul(dfrom(d[a]), dfrom(d[a])));
   }
+  vstore(s->distance + i, dto(dmul(dfrom(vload(g->t)), dsqrt(length2))));
   NAME(unit)(n, n);
   NAME(unit)(d, d);
   const m8 inside = vlt(vset(0), NAME(dot)(n, d));
@@ -6680,11 +6683,15 @@ PKTRT__INLINE void pktrt__gather_corners(const pktrt__mesh *m, const float *data
                                          float *to) {
   float ta = 1, tb = 0;
   const uint32_t key = m->key_count > 1 ? pktrt__segment(time, m->key_count, &ta, &tb) : 0;
-  const float *k0 = data + (size_t)key * m->vertex_count * 3, *k1 = k0 + (size_t)m->vertex_count * 3;
-  for (int c = 0; c < 3; c++) {
-    const size_t at = (size_t)index[c] * 3;
-    for (int a = 0; a < 3; a++)
-      to[(3 * c + a) * 8] = m->key_count > 1 ? ta * k0[at + (size_t)a] + tb * k1[at + (size_t)a] : k0[at + (size_t)a];
+  const float *k0 = data + (size_t)key * m->vertex_count * 3;
+  for (int c = 0; c < 3; c++, to += 24) {
+    const float *p = k0 + (size_t)index[c] * 3;
+    if (m->key_count > 1) {
+      const float *q = p + (size_t)m->vertex_count * 3;
+      to[0] = ta * p[0] + tb * q[0], to[8] = ta * p[1] + tb * q[1], to[16] = ta * p[2] + tb * q[2];
+    } else {
+      to[0] = p[0], to[8] = p[1], to[16] = p[2];
+    }
   }
 }
 
@@ -6703,14 +6710,10 @@ static void pktrt__gather_surface(const pktrt__work *work, const pktrt__wave *w,
   } else {
     for (int c = 0; c < 9; c++) g->q[c / 3][c % 3][j] = w->n[c % 3][i];
   }
-  double length2 = 0;
-  for (int a = 0; a < 3; a++) {
-    g->n[a][j] = w->n[a][i], g->d[a][j] = w->d[a][i];
-    length2 += (double)w->d[a][i] * (double)w->d[a][i];
-  }
+  for (int a = 0; a < 3; a++) g->n[a][j] = w->n[a][i], g->d[a][j] = w->d[a][i];
+  g->t[j] = w->t[i];
   g->u[j] = s->u[k] = w->u[i], g->v[j] = s->v[k] = w->v[i];
   s->time[k] = w->time[i];
-  s->distance[k] = pktrt__to_float((double)w->t[i] * sqrt(length2));
   s->lift[k] = (float)pktrt__lift((double)m->max_coord);
   s->ray[k] = i, s->mesh[k] = mesh, s->triangle[k] = triangle;
   s->material[k] = m->material, s->look[k] = pktrt__look(scene, m->material);

@@ -163,9 +163,7 @@ static const conf_finish conf_finishes[] = {
 /* Textures of pictures, paper and screens live on quads, which they know by the numbers of their triangles, so that
    these may stand anywhere; the others are functions of the place in the room. */
 
-/* A number in [0,1) for the cell of the unit lattice that holds a point. */
-static double conf_cell(double x, double y, double z) { return sc_noise(floor(x), floor(y), floor(z)); }
-static double conf_part(double x) { return x - floor(x); }
+static double conf_part(double x) { return x - sc_floor(x); }
 static double conf_abs(double x) { return x < 0.0 ? -x : x; }
 static double conf_clamp(double x) { return x < 0.0 ? 0.0 : x > 1.0 ? 1.0 : x; }
 
@@ -190,12 +188,12 @@ static void conf_grain(void *user, const pktrt_points *p) {
   uint32_t i, c;
   for (i = 0; i < p->n; i++) {
     double x = at[w->along][i], a = (double)at[(w->along + 1) % 3][i] + (double)at[(w->along + 2) % 3][i];
-    double sheet = floor(a / w->width), b = a - (sheet + 0.5) * w->width, seed = 7.3 * sheet, rgb[3];
+    double sheet = sc_floor(a / w->width), b = a - (sheet + 0.5) * w->width, seed = 7.3 * sheet, rgb[3];
     double depth = 0.20 * sc_noise(0.55 * x + seed, seed, 0.5) - 0.03;
     double ring = conf_part(w->rings * sqrt(b * b + depth * depth) + 0.7 * sc_noise(2.5 * x, 14.0 * a, seed));
     double t = conf_clamp(0.75 * ring * ring + 0.35 * sc_noise(9.0 * x, 260.0 * a, seed));
     for (c = 0; c < 3; c++) rgb[c] = w->light[c] + t * (w->dark[c] - w->light[c]);
-    conf_put(p->albedo, i, rgb, 0.9 + 0.2 * conf_cell(sheet, 5.0, 9.0));
+    conf_put(p->albedo, i, rgb, 0.9 + 0.2 * sc_cell(sheet, 5.0, 9.0));
   }
 }
 
@@ -205,8 +203,8 @@ static void conf_carpet(void *user, const pktrt_points *p) {
   (void)user;
   for (i = 0; i < p->n; i++) {
     double x = p->position[0][i], z = p->position[2][i],
-           odd = 2.0 * conf_part(floor(2.0 * x) / 2.0 + floor(2.0 * z) / 2.0);
-    double line = conf_cell(40.0 * (odd > 0.5 ? x : z), 2.0 * x + 60.0, 2.0 * z);
+           odd = 2.0 * conf_part(sc_floor(2.0 * x) / 2.0 + sc_floor(2.0 * z) / 2.0);
+    double line = sc_cell(40.0 * (odd > 0.5 ? x : z), 2.0 * x + 60.0, 2.0 * z);
     double fleck = sc_noise(150.0 * x, 150.0 * z, 1.5), soft = sc_noise(9.0 * x, 9.0 * z, 7.5);
     sc_tint(p->albedo, i, 0.72 + 0.12 * odd + 0.35 * fleck + 0.12 * soft + 0.10 * line);
   }
@@ -236,10 +234,10 @@ static uint32_t conf_on_quad(const pktrt_points *p, uint32_t i, double *s, doubl
    of a letter, y runs down the lines. */
 static bool conf_words(double s, double y, double wide, uint32_t page) {
   double line = floor(y), h = y - line, letter = s * wide * 2.2, word = s * wide * 0.33;
-  double end = 0.6 + 0.4 * conf_cell(line, page, 3.0);
-  if (line < 0.0 || s < 0.0 || s > end || conf_cell(line, page, 8.0) < 0.12) return false; /* ragged; blank lines */
-  if (conf_part(word) < 0.30 * conf_cell(word, line, page)) return false;
-  return h > 0.2 && h < 0.55 + 0.25 * conf_cell(letter, line, page) && conf_part(letter) > 0.3;
+  double end = 0.6 + 0.4 * sc_cell(line, page, 3.0);
+  if (line < 0.0 || s < 0.0 || s > end || sc_cell(line, page, 8.0) < 0.12) return false; /* ragged; blank lines */
+  if (conf_part(word) < 0.30 * sc_cell(word, line, page)) return false;
+  return h > 0.2 && h < 0.55 + 0.25 * sc_cell(letter, line, page) && conf_part(letter) > 0.3;
 }
 
 /* A slide: heading, a bar chart of rays per second against packet size, a few lines of text. */
@@ -360,7 +358,7 @@ static void conf_city(void *user, const pktrt_points *p) {
     rgb[0] = 1.55 - 0.83 * up, rgb[1] = 1.65 - 0.53 * up, rgb[2] = 1.75 - 0.15 * up;
     for (row = 0; row < 3; row++) {
       double u = x * (0.30 - 0.07 * row) + 17.0 * row, haze = 0.75 - 0.24 * row;
-      if (y > 7.0 - 4.5 * row + 7.0 * conf_cell(u, row, 1.0) || conf_part(u) < 0.1) continue;
+      if (y > 7.0 - 4.5 * row + 7.0 * sc_cell(u, row, 1.0) || conf_part(u) < 0.1) continue;
       if (conf_part(10.0 * u) > 0.3 && conf_part(1.1 * y) > 0.35) haze *= 0.8; /* windows */
       rgb[0] = 0.95 * haze, rgb[1] = 1.05 * haze, rgb[2] = 1.22 * haze;
     }

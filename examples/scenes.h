@@ -570,28 +570,41 @@ static sc_frame sc_aim(sc_build *b, sc_v3 from, sc_v3 to) {
 
 /* >>textures ------------------------------------------------------------------------------------------------------- */
 
-/* Value noise: random numbers in [0,1] at the points of a unit lattice, smooth between them. Coordinates are those of
-   rooms: far below 2^31. */
+/* Random numbers in [0,1] for the points of a unit lattice, whose coordinates are those of rooms: far below 2^31. */
+static const uint32_t sc_primes[3] = {0x9e3779b1u, 0x85ebca77u, 0xc2b2ae3du};
+
+static double sc_number(uint32_t h) {
+  h = (h ^ h >> 15) * 0x2c1b3c6du;
+  h = (h ^ h >> 12) * 0x297a2d39u;
+  return (int32_t)(h ^ h >> 15 ^ 0x80000000u) / 4294967296.0 + 0.5;
+}
+
+static int32_t sc_floor(double x) { /* floor() would be a call */
+  int32_t whole = (int32_t)x;
+  return whole - (x < whole);
+}
+
+/* One for the whole cell that holds a point. */
+static double sc_cell(double x, double y, double z) {
+  return sc_number((uint32_t)sc_floor(x) * sc_primes[0] ^ (uint32_t)sc_floor(y) * sc_primes[1] ^
+                   (uint32_t)sc_floor(z) * sc_primes[2]);
+}
+
+/* Value noise: smooth between the points. */
 static double sc_noise(double x, double y, double z) {
-  static const uint32_t primes[3] = {0x9e3779b1u, 0x85ebca77u, 0xc2b2ae3du};
   double f[3], g[2][2][2];
   uint32_t i, j, k, cell[3];
   f[0] = x, f[1] = y, f[2] = z;
-  for (i = 0; i < 3; i++) { /* floor() would be a call */
-    int32_t whole = (int32_t)f[i];
-    whole -= f[i] < whole;
-    cell[i] = (uint32_t)whole * primes[i];
+  for (i = 0; i < 3; i++) {
+    int32_t whole = sc_floor(f[i]);
+    cell[i] = (uint32_t)whole * sc_primes[i];
     f[i] -= whole;
     f[i] = f[i] * f[i] * (3.0 - 2.0 * f[i]);
   }
   for (i = 0; i < 2; i++)
     for (j = 0; j < 2; j++)
-      for (k = 0; k < 2; k++) {
-        uint32_t h = (cell[0] + i * primes[0]) ^ (cell[1] + j * primes[1]) ^ (cell[2] + k * primes[2]);
-        h = (h ^ h >> 15) * 0x2c1b3c6du;
-        h = (h ^ h >> 12) * 0x297a2d39u;
-        g[i][j][k] = (int32_t)(h ^ h >> 15 ^ 0x80000000u) / 4294967296.0 + 0.5;
-      }
+      for (k = 0; k < 2; k++)
+        g[i][j][k] = sc_number((cell[0] + i * sc_primes[0]) ^ (cell[1] + j * sc_primes[1]) ^ (cell[2] + k * sc_primes[2]));
   for (i = 0; i < 2; i++)
     for (j = 0; j < 2; j++) g[i][j][0] += f[2] * (g[i][j][1] - g[i][j][0]);
   for (i = 0; i < 2; i++) g[i][0][0] += f[1] * (g[i][1][0] - g[i][0][0]);
@@ -604,7 +617,7 @@ static double sc_wood(double along, double across, double deep, double rings_per
   double wander = sc_noise(along * 0.9, across * 4.0, deep * 4.0), ring, fibre;
   wander += 0.3 * sc_noise(along * 3.0, across * 11.0, deep * 11.0);
   ring = across * rings_per_metre + 6.0 * wander;
-  ring -= floor(ring);
+  ring -= sc_floor(ring);
   ring = ring < 0.8 ? ring * 1.25 : (1.0 - ring) * 5.0;
   fibre = sc_noise(along * 7.0, across * 170.0, deep * 170.0);
   return 1.0 + contrast * (0.16 - 0.30 * ring * ring * ring - 0.14 * fibre);

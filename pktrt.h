@@ -6667,6 +6667,7 @@ typedef struct pktrt__work {
   uint32_t chosen[PKTRT__WAVE];     /* the light that a surface asks, if it asks one */
   uint32_t first;                   /* of the rays whose surfaces are at hand, in their wave */
   bool alone;                       /* no packets: every ray by itself */
+  bool wide;                        /* waves of many packets: reflected and refracted rays share one if they fit */
   uint32_t x[PKTRT__WAVE], y[PKTRT__WAVE], sample[PKTRT__WAVE]; /* of the primary rays */
   uint32_t pixel[PKTRT__WAVE];      /* of the primary rays: index of a pixel of the block */
   uint8_t deepest[PKTRT__WAVE];
@@ -7419,10 +7420,12 @@ static void pktrt__trace_wave(pktrt__work *work, pktrt__wave *w, uint32_t first,
   }
 }
 
-/* The rays of one wave, packet by packet, and theirs, and what they bring back to the wave that sent them. */
-static void pktrt__follow(pktrt__work *work, pktrt__wave *parent, pktrt__wave **wave, uint32_t n, uint32_t depth,
-                          pktrt_ray_type type) {
+/* The rays of one wave, packet by packet, and theirs, and what they bring back to the wave that sent them. Those behind
+   `split` are refracted; they are traced with the others where nobody wants to know which is which. */
+static void pktrt__follow(pktrt__work *work, pktrt__wave *parent, pktrt__wave **wave, uint32_t n, uint32_t split,
+                          uint32_t depth, pktrt_ray_type type) {
   if (!n) return;
+  if (!work->stats && !work->job->desc->packet) split = n;
   const uint32_t first = work->first;
   const bool traced = type == PKTRT_RAY_OTHER;
   if (!traced) pktrt__assemble_wave(work, wave, n);
@@ -7434,7 +7437,12 @@ static void pktrt__follow(pktrt__work *work, pktrt__wave *parent, pktrt__wave **
     if (work->deepest[w->root[i]] < depth) work->deepest[w->root[i]] = (uint8_t)depth;
   for (uint32_t i = 0; i < n; i = w->end[i]) {
     work->first = first, work->alone = work->job->desc->assembly == PKTRT_ASSEMBLY_NONE;
-    if (!traced) pktrt__trace_wave(work, w, i, w->end[i] - i, depth, type);
+    if (!traced && split < n) {
+      pktrt__trace_wave(work, w, 0, split, depth, PKTRT_RAY_REFLECTION);
+      pktrt__trace_wave(work, w, split, n - split, depth, PKTRT_RAY_REFRACTION);
+    } else if (!traced) {
+      pktrt__trace_wave(work, w, i, w->end[i] - i, depth, type);
+    }
     pktrt__shade(work, w, i, w->end[i] - i, depth);
   }
   for (int a = 0; a < 3; a++)
@@ -7452,6 +7460,12 @@ static void pktrt__push_blindly(pktrt__work *work, pktrt__wave *w, uint32_t n, u
   pktrt__flush(work, PKTRT_RAY_OTHER, depth);
 }
 
+static uint32_t pktrt__count_glass(const pktrt__surfaces *s) {
+  uint32_t n = 0;
+  for (uint32_t k = 0; k < s->count; k++) n += s->look[k]->specular == PKTRT_SPECULAR_DIELECTRIC;
+  return n;
+}
+
 /* Radiance along rays [first, first + n) of a wave that have been traced: their surfaces' own, then that of the rays
    these send out, which lie in the waves of the next generation while theirs are found. */
 static void pktrt__shade(pktrt__work *work, pktrt__wave *w, uint32_t first, uint32_t n, uint32_t depth) {
@@ -7459,6 +7473,7 @@ static void pktrt__shade(pktrt__work *work, pktrt__wave *w, uint32_t first, uint
   pktrt__surfaces *s = &work->surfaces;
   const bool blind = job->desc->assembly == PKTRT_ASSEMBLY_BLIND;
   uint32_t reflected = 0, refracted = 0;
+  bool one_wave = blind;
   pktrt__find_surfaces(work, w, first, n);
   if (!s->count) return;
   pktrt__dress(work, w, depth);
@@ -7466,23 +7481,23 @@ static void pktrt__shade(pktrt__work *work, pktrt__wave *w, uint32_t first, uint
   pktrt__add_lights(work, w, depth + 1);
   if (job->follow && depth < job->max_depth && !work->failed) {
     pktrt__wave *r = pktrt__need_wave(work, &work->reflected[depth]), *t = r;
-    if (!blind) t = pktrt__need_wave(work, &work->refracted[depth]);
-    if (!work->failed && pktrt__need_wave(work, &work->spare)) {
-      pktrt__send_rays(work, w, false, r, &reflected);
-      if (blind) refracted = reflected;
-      pktrt__send_rays(work, w, true, t, &refracted);
-    }
+    if (!work->failed && pktrt__need_wave(work, &work->spare)) pktrt__send_rays(work, w, false, r, &reflected);
+    one_wave = one_wave || (work->wide && reflected + pktrt__count_glass(s) <= PKTRT__WAVE);
+    if (!one_wave) t = pktrt__need_wave(work, &work->refracted[depth]);
+    if (one_wave) refracted = reflected;
+    if (!work->failed) pktrt__send_rays(work, w, true, t, &refracted);
   }
   if (blind) pktrt__push_blindly(work, work->reflected[depth], refracted, depth + 1);
   for (int a = 0; a < 3; a++)
     for (uint32_t k = 0; k < s->count; k++) w->radiance[a][s->ray[k]] = s->radiance[a][k];
-  if (blind) {
-    pktrt__follow(work, w, &work->reflected[depth], refracted, depth + 1, PKTRT_RAY_OTHER);
+  if (one_wave) {
+    const pktrt_ray_type type = blind ? PKTRT_RAY_OTHER : reflected ? PKTRT_RAY_REFLECTION : PKTRT_RAY_REFRACTION;
+    pktrt__follow(work, w, &work->reflected[depth], refracted, reflected ? reflected : refracted, depth + 1, type);
     return;
   }
-  pktrt__follow(work, w, &work->reflected[depth], reflected, depth + 1, PKTRT_RAY_REFLECTION);
+  pktrt__follow(work, w, &work->reflected[depth], reflected, reflected, depth + 1, PKTRT_RAY_REFLECTION);
   work->first = first;
-  pktrt__follow(work, w, &work->refracted[depth], refracted, depth + 1, PKTRT_RAY_REFRACTION);
+  pktrt__follow(work, w, &work->refracted[depth], refracted, refracted, depth + 1, PKTRT_RAY_REFRACTION);
 }
 
 /* >>tiles ---------------------------------------------------------------------------------------------------------- */
@@ -7613,6 +7628,7 @@ static bool pktrt__render_area(const pktrt__job *job, const uint32_t area[4], pk
      packets, and on the paper path, a packet sends out its rays alone, as in the paper. */
   const bool wide = job->desc->path != PKTRT_PATH_PAPER && job->desc->assembly == PKTRT_ASSEMBLY_RAY_TYPES;
   const uint32_t room = wide ? (uint32_t)PKTRT__WAVE : packet;
+  work->wide = wide;
   const uint32_t edge = pktrt__pixel_edge(room, job->samples), cell = pktrt__pixel_edge(packet, job->samples);
   for (uint32_t y = area[1]; y < area[3] && !work->failed; y += edge)
     for (uint32_t x = area[0]; x < area[2] && !work->failed; x += edge)

@@ -2624,8 +2624,8 @@ static bool pktrt__area_at(const pktrt__view *view, uint32_t slot, float a, floa
   return pktrt__normal(p, n);
 }
 
-/* The canonical test on one lane of eight: sheared corners in, t out. Most tests are of one lane, and a division of
-   eight takes longer than one. Not inlined: the compiler could fuse where the caller's instruction set can. */
+/* The canonical test on one lane of eight: sheared corners in, t out. Most tests are of one lane, and where eight doubles
+   take four registers or more that is measured to be faster. Not inlined: the compiler could fuse otherwise. */
 PKTRT__NOINLINE bool pktrt__canonical_lane(const void *x8, const void *y8, const void *z8, uint32_t lane, float dk,
                                            float *t) {
   float x[3], y[3], z[3];
@@ -3451,6 +3451,15 @@ OP uint32_t apush(a8 a, const uint32_t *child, v8 dist, uint32_t perm, uint64_t 
 }
 #endif
 
+/* How many registers eight doubles take. */
+#if PKTRT__STAMP == PKTRT__STAMP_AVX512
+#define D8_REGISTERS 1
+#elif PKTRT__STAMP == PKTRT__STAMP_AVX2
+#define D8_REGISTERS 2
+#else
+#define D8_REGISTERS 4
+#endif
+
 /* The wide vector of frustum packets. */
 #if PKTRT__STAMP == PKTRT__STAMP_AVX512
 enum { PKTRT__NAME(pktrt__fw) = 16 };
@@ -3578,7 +3587,7 @@ OP void NAME(weights)(pktrt__batch *b, uint32_t first, uint32_t n, uint32_t keys
    that are hit out. Not inlined: about one call for each ray that hits something. */
 PKTRT__NOINLINE uint32_t NAME(canonical)(const v8 *x, const v8 *y, const v8 *z, const float *dks, uint32_t bits,
                                          float *t) {
-  if (!(bits & (bits - 1))) {
+  if (D8_REGISTERS > 2 && !(bits & (bits - 1))) {
     const uint32_t lane = pktrt__lowest(bits);
     return pktrt__canonical_lane(x, y, z, lane, dks[lane], &t[lane]) ? bits : 0;
   }
@@ -5173,6 +5182,7 @@ static const pktrt__kernels NAME(kernels) = {NAME(trace), NAME(rounds_each_opera
 #undef vsub
 #undef vwith_sign
 #undef FW
+#undef D8_REGISTERS
 #undef OP
 #undef UNROLL
 #undef NAME

@@ -2624,8 +2624,8 @@ static bool pktrt__area_at(const pktrt__view *view, uint32_t slot, float a, floa
   return pktrt__normal(p, n);
 }
 
-/* The canonical test on one lane of eight: sheared corners in, t out. Most tests are of one lane, and where eight doubles
-   take four registers or more that is measured to be faster. Not inlined: the compiler could fuse otherwise. */
+/* The canonical test on one lane of eight: sheared corners in, t out. Most tests are of one lane, and where eight
+   doubles take four registers or more that is measured to be faster. Not inlined: the compiler could fuse otherwise. */
 PKTRT__NOINLINE bool pktrt__canonical_lane(const void *x8, const void *y8, const void *z8, uint32_t lane, float dk,
                                            float *t) {
   float x[3], y[3], z[3];
@@ -2734,6 +2734,14 @@ typedef struct pktrt__aimed { /* shadow rays of eight surfaces */
   float diffuse[8], irradiance[8];  /* for light 1: radiance for albedo 1, irradiance of what faces it */
 } pktrt__aimed;
 
+/* The camera as a picture plane at distance 1: the ray of a pinhole through (px, py) in pixels goes along
+   corner + px dx + py dy. A point of the lens, at x and y from its middle, sees the same point of the plane at
+   distance `focus`: its ray goes along that minus (x right + y up) / focus. */
+typedef struct pktrt__view_plane {
+  double eye[3], corner[3], dx[3], dy[3], right[3], up[3];
+  double focus;
+} pktrt__view_plane;
+
 typedef struct pktrt__call { /* one query, as the kernels see it */
   const pktrt_scene *scene;
   const pktrt_query_desc *desc;
@@ -2745,6 +2753,8 @@ typedef struct pktrt__kernels {
   /* Answers the first n rays of a batch whose o, d, tmin, tmax, time are filled in. */
   void (*trace)(const pktrt__call *, pktrt__batch *, uint32_t n);
   bool (*rounds_each_operation)(void);
+  /* Rays of a pinhole through eight places of the picture, into lanes i to i + 7 of a wave. */
+  void (*look)(const pktrt__view_plane *, const double *x, const double *y, pktrt__wave *, uint32_t i);
   /* Eight surfaces from the i-th on: points and normals; directions of scattering; the middle of a mesh light; shadow
      rays. See >>shade. */
   void (*find)(pktrt__surfaces *, uint32_t i, const pktrt__gather *);
@@ -4945,6 +4955,15 @@ OP void NAME(unit)(v8 a[3], const v8 instead[3]) {
   UNROLL for (int k = 0; k < 3; k++) a[k] = vsel(good, vdiv(s[k], length), instead[k]);
 }
 
+static void NAME(look)(const pktrt__view_plane *p, const double *x, const double *y, pktrt__wave *w, uint32_t i) {
+  const d8 px = dload(x), py = dload(y);
+  UNROLL for (int a = 0; a < 3; a++) {
+    const d8 across = dadd(dset(p->corner[a]), dmul(px, dset(p->dx[a])));
+    vstore(w->o[a] + i, dto(dset(p->eye[a])));
+    vstore(w->d[a] + i, dto(dadd(across, dmul(py, dset(p->dy[a])))));
+  }
+}
+
 /* Points and normals of surfaces i to i + 7. */
 static void NAME(find)(pktrt__surfaces *s, uint32_t i, const pktrt__gather *g) {
   const v8 u = vload(g->u), v = vload(g->v);
@@ -5106,8 +5125,8 @@ static bool NAME(rounds_each_operation)(void) {
   return mbits(mand(minus, from)) == 0xFF;
 }
 
-static const pktrt__kernels NAME(kernels) = {NAME(trace), NAME(rounds_each_operation), NAME(find), NAME(scatter),
-                                                    NAME(middle), NAME(aim)};
+static const pktrt__kernels NAME(kernels) = {NAME(trace), NAME(rounds_each_operation), NAME(look), NAME(find),
+                                                    NAME(scatter), NAME(middle), NAME(aim)};
 
 /* The short names end with the stamp. */
 #undef a8
@@ -6248,14 +6267,6 @@ static bool pktrt__refuse(pktrt__why *why, const char *format, ...) { /* always 
 
 /* >>lens ----------------------------------------------------------------------------------------------------------- */
 
-/* The camera as a picture plane at distance 1: the ray of a pinhole through (px, py) in pixels goes along
-   corner + px dx + py dy. A point of the lens, at x and y from its middle, sees the same point of the plane at
-   distance `focus`: its ray goes along that minus (x right + y up) / focus. */
-typedef struct pktrt__view_plane {
-  double eye[3], corner[3], dx[3], dy[3], right[3], up[3];
-  double focus;
-} pktrt__view_plane;
-
 /* The camera at a time: 0, where it does not move. False where it has no direction, or up is parallel to it. */
 static bool pktrt__view_at(const pktrt_camera *c, uint32_t width, uint32_t height, double time, pktrt__view_plane *p) {
   double forward[3], up[3], s, k;
@@ -7084,11 +7095,23 @@ PKTRT__NOINLINE void pktrt__flush(pktrt__work *work, pktrt_ray_type type, uint32
   p->n = 0;
 }
 
-/* Rays [from, to) of the list of shadow rays, in the order given, behind what is pending; they fit. */
+/* Rays [from, to) of the list of shadow rays, in the order given, behind what is pending; they fit. NULL: as they are. */
 static void pktrt__push_shadows(pktrt__work *work, const uint32_t *order, uint32_t from, uint32_t to) {
   pktrt__pending *p = &work->pending;
   const pktrt__shadows *sh = &work->shadows;
   const uint32_t n = p->n;
+  const size_t size = (to - from) * sizeof(float);
+  p->n += to - from;
+  if (!order) {
+    for (int a = 0; a < 3; a++) {
+      memcpy(p->batch.o[a] + n, sh->o[a] + from, size), memcpy(p->batch.d[a] + n, sh->d[a] + from, size);
+      memcpy(p->arriving[a] + n, sh->arriving[a] + from, size);
+    }
+    memcpy(p->batch.tmax + n, sh->tmax + from, size), memcpy(p->batch.time + n, sh->time + from, size);
+    memcpy(p->target + n, sh->surface + from, size);
+    for (uint32_t i = n; i < p->n; i++) p->batch.tmin[i] = 0, p->wave[i] = NULL;
+    return;
+  }
   for (int a = 0; a < 3; a++)
     for (uint32_t i = from; i < to; i++) {
       const uint32_t at = n + i - from, k = order[i];
@@ -7099,7 +7122,6 @@ static void pktrt__push_shadows(pktrt__work *work, const uint32_t *order, uint32
     p->batch.tmin[at] = 0, p->batch.tmax[at] = sh->tmax[k], p->batch.time[at] = sh->time[k];
     p->target[at] = sh->surface[k], p->wave[at] = NULL;
   }
-  p->n += to - from;
 }
 
 static void pktrt__push_wave(pktrt__work *work, pktrt__wave *w, uint32_t from, uint32_t to) {
@@ -7149,12 +7171,16 @@ static void pktrt__assemble(pktrt__work *work, uint32_t n, float (*d)[PKTRT__WAV
   }
 }
 
+/* Whether that may be another order than the rays come in. */
+static bool pktrt__reorders(pktrt_assembly assembly) {
+  return assembly == PKTRT_ASSEMBLY_OCTANTS || assembly == PKTRT_ASSEMBLY_MATERIALS;
+}
+
 /* The same for a wave, whose rays move into that order. */
 static void pktrt__assemble_wave(pktrt__work *work, pktrt__wave **wave, uint32_t n) {
   pktrt__wave *w = *wave, *to = work->spare;
   pktrt__assemble(work, n, w->d, w->material, w->parent);
-  if (work->job->desc->assembly != PKTRT_ASSEMBLY_OCTANTS && work->job->desc->assembly != PKTRT_ASSEMBLY_MATERIALS)
-    return;
+  if (!pktrt__reorders(work->job->desc->assembly)) return;
   for (uint32_t i = 0; i < n; i++) {
     const uint32_t k = work->order[i];
     for (int a = 0; a < 3; a++)
@@ -7333,7 +7359,7 @@ PKTRT__NOINLINE void pktrt__add_lights(pktrt__work *work, const pktrt__wave *w, 
       for (uint32_t from = i, to; from < end; from = to) {
         const uint32_t room = PKTRT__BATCH - work->pending.n;
         to = end - from < room ? end : from + room;
-        pktrt__push_shadows(work, work->order, from, to);
+        pktrt__push_shadows(work, pktrt__reorders(job->desc->assembly) ? work->order : NULL, from, to);
         if (work->pending.n == PKTRT__BATCH) pktrt__flush(work, type, depth);
       }
       if (!together) pktrt__flush(work, type, depth);
@@ -7512,19 +7538,12 @@ static void pktrt__shade(pktrt__work *work, pktrt__wave *w, uint32_t first, uint
 
 /* >>tiles ---------------------------------------------------------------------------------------------------------- */
 
-/* The ray of a sample into lane n of the primary wave. */
-static void pktrt__camera_ray(pktrt__work *work, uint32_t px, uint32_t py, uint32_t sample, uint32_t n) {
+/* The ray of a sample through a lens, or from a camera that moves, into lane n of the primary wave. */
+static void pktrt__lens_ray(pktrt__work *work, double x, double y, const float disk[2], double time, uint32_t n) {
   const pktrt__job *job = work->job;
   const pktrt_camera *c = &job->desc->camera;
   pktrt__wave *w = &work->primary;
-  float u[5] = {0.5f, 0.5f, 0.5f, 0.5f, 0.5f}, disk[2] = {0, 0};
-  if (job->distribute || job->samples > 1)
-    pktrt__sample(&job->sampling, px, py, sample, 0, job->distribute && c->aperture > 0 ? 4 : 2, u);
-  if (job->distribute && c->shutter > 0) pktrt__sample(&job->sampling, px, py, sample, 4, 1, u + 4);
-  if (job->distribute && c->aperture > 0) pktrt_map_disk(u + 2, disk);
-  const double time = pktrt__min(1, (double)c->time + (double)u[4] * (double)c->shutter);
-  const double x = (double)px + (double)u[0], y = (double)py + (double)u[1], half = 0.5 * (double)c->aperture;
-  const double lens[2] = {half * (double)disk[0], half * (double)disk[1]};
+  const double half = 0.5 * (double)c->aperture, lens[2] = {half * (double)disk[0], half * (double)disk[1]};
   pktrt__view_plane moved;
   const pktrt__view_plane *p = &job->plane;
   bool sees = true;
@@ -7533,24 +7552,41 @@ static void pktrt__camera_ray(pktrt__work *work, uint32_t px, uint32_t py, uint3
     sees = pktrt__view_at(c, job->desc->width, job->desc->height, time, &moved), p = &moved;
   }
   for (int a = 0; a < 3; a++) {
-    double o = p->eye[a], d = p->corner[a] + x * p->dx[a] + y * p->dy[a];
-    if (job->distribute && c->aperture > 0) {
-      const double off = lens[0] * p->right[a] + lens[1] * p->up[a];
-      o += off, d -= off / p->focus;
-    }
-    w->o[a][n] = pktrt__to_float(o);
-    w->d[a][n] = sees ? pktrt__to_float(d) : 0;
+    const double d = p->corner[a] + x * p->dx[a] + y * p->dy[a], off = lens[0] * p->right[a] + lens[1] * p->up[a];
+    w->o[a][n] = pktrt__to_float(p->eye[a] + off);
+    w->d[a][n] = sees ? pktrt__to_float(d - off / p->focus) : 0;
   }
-  w->time[n] = (float)time;
-  w->importance[n] = 1, w->parent[n] = n, w->key[n] = 0, w->material[n] = w->medium[n] = 0;
-  w->root[n] = (uint16_t)n;
-  work->x[n] = px, work->y[n] = py, work->sample[n] = sample, work->deepest[n] = 0;
+}
+
+/* The rays of the n samples of a wave, whose pixels are known. */
+static void pktrt__camera_rays(pktrt__work *work, uint32_t n) {
+  const pktrt__job *job = work->job;
+  const pktrt_camera *c = &job->desc->camera;
+  pktrt__wave *w = &work->primary;
+  const bool lens = job->distribute && c->aperture > 0, pinhole = !lens && !c->moving;
+  double x[8] = {0, 0, 0, 0, 0, 0, 0, 0}, y[8] = {0, 0, 0, 0, 0, 0, 0, 0};
+  for (uint32_t i = 0; i < n; i++) {
+    const uint32_t px = work->x[i], py = work->y[i], sample = work->sample[i];
+    float u[5] = {0.5f, 0.5f, 0.5f, 0.5f, 0.5f}, disk[2] = {0, 0};
+    if (job->distribute || job->samples > 1) pktrt__sample(&job->sampling, px, py, sample, 0, lens ? 4 : 2, u);
+    if (job->distribute && c->shutter > 0) pktrt__sample(&job->sampling, px, py, sample, 4, 1, u + 4);
+    if (lens) pktrt_map_disk(u + 2, disk);
+    const double time = pktrt__min(1, (double)c->time + (double)u[4] * (double)c->shutter);
+    x[i % 8] = (double)px + (double)u[0], y[i % 8] = (double)py + (double)u[1];
+    if (!pinhole) pktrt__lens_ray(work, x[i % 8], y[i % 8], disk, time, i);
+    else if (i % 8 == 7 || i + 1 == n) job->scene->kernels->look(&job->plane, x, y, w, i & ~7u);
+    w->time[i] = (float)time;
+    w->importance[i] = 1, w->parent[i] = i, w->key[i] = 0, w->material[i] = w->medium[i] = 0;
+    w->root[i] = (uint16_t)i;
+    work->deepest[i] = 0;
+  }
 }
 
 /* Traces and shades the n rays of the primary wave and adds them up by pixel, in the order of their samples. */
 static void pktrt__run_wave(pktrt__work *work, uint32_t n) {
   pktrt__wave *w = &work->primary;
   work->alone = false, work->first = 0;
+  pktrt__camera_rays(work, n);
   pktrt__trace_wave(work, w, 0, n, 0, PKTRT_RAY_PRIMARY);
   const bool blind = work->job->desc->assembly == PKTRT_ASSEMBLY_BLIND; /* reflected and refracted rays share a wave */
   const uint32_t step = blind ? PKTRT__WAVE / 2 : PKTRT__WAVE;
@@ -7598,7 +7634,7 @@ static void pktrt__render_block(pktrt__work *work, const uint32_t area[4], uint3
       }
   for (uint32_t p = 0; p < pixels; p++)
     for (uint32_t s = 0; s < samples; s++) {
-      pktrt__camera_ray(work, x[p], y[p], s, n);
+      work->x[n] = x[p], work->y[n] = y[p], work->sample[n] = s;
       work->pixel[n++] = p;
       if (n == room || (p + 1 == pixels && s + 1 == samples)) {
         pktrt__run_wave(work, n);

@@ -7095,7 +7095,8 @@ PKTRT__NOINLINE void pktrt__flush(pktrt__work *work, pktrt_ray_type type, uint32
   p->n = 0;
 }
 
-/* Rays [from, to) of the list of shadow rays, in the order given, behind what is pending; they fit. NULL: as they are. */
+/* Rays [from, to) of the list of shadow rays, in the order given (NULL: as they are), behind what is pending; they
+   fit. */
 static void pktrt__push_shadows(pktrt__work *work, const uint32_t *order, uint32_t from, uint32_t to) {
   pktrt__pending *p = &work->pending;
   const pktrt__shadows *sh = &work->shadows;

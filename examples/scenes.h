@@ -590,25 +590,26 @@ static double sc_cell(double x, double y, double z) {
                    (uint32_t)sc_floor(z) * sc_primes[2]);
 }
 
-/* Value noise: smooth between the points. */
+/* Between a and b, and between the numbers at the two ends of an edge along z. */
+static double sc_between(double a, double b, double t) { return a + t * (b - a); }
+static double sc_edge(uint32_t xy, const uint32_t z[2], double t) {
+  return sc_between(sc_number(xy ^ z[0]), sc_number(xy ^ z[1]), t);
+}
+
+/* Value noise: smooth between the points. Written out, for compilers leave loops of two as they are. */
 static double sc_noise(double x, double y, double z) {
-  double f[3], g[2][2][2];
-  uint32_t i, j, k, cell[3];
+  double f[3];
+  uint32_t c[3][2], i;
   f[0] = x, f[1] = y, f[2] = z;
   for (i = 0; i < 3; i++) {
     int32_t whole = sc_floor(f[i]);
-    cell[i] = (uint32_t)whole * sc_primes[i];
+    c[i][0] = (uint32_t)whole * sc_primes[i], c[i][1] = c[i][0] + sc_primes[i];
     f[i] -= whole;
     f[i] = f[i] * f[i] * (3.0 - 2.0 * f[i]);
   }
-  for (i = 0; i < 2; i++)
-    for (j = 0; j < 2; j++)
-      for (k = 0; k < 2; k++)
-        g[i][j][k] = sc_number((cell[0] + i * sc_primes[0]) ^ (cell[1] + j * sc_primes[1]) ^ (cell[2] + k * sc_primes[2]));
-  for (i = 0; i < 2; i++)
-    for (j = 0; j < 2; j++) g[i][j][0] += f[2] * (g[i][j][1] - g[i][j][0]);
-  for (i = 0; i < 2; i++) g[i][0][0] += f[1] * (g[i][1][0] - g[i][0][0]);
-  return g[0][0][0] + f[0] * (g[1][0][0] - g[0][0][0]);
+  x = sc_between(sc_edge(c[0][0] ^ c[1][0], c[2], f[2]), sc_edge(c[0][0] ^ c[1][1], c[2], f[2]), f[1]);
+  y = sc_between(sc_edge(c[0][1] ^ c[1][0], c[2], f[2]), sc_edge(c[0][1] ^ c[1][1], c[2], f[2]), f[1]);
+  return sc_between(x, y, f[0]);
 }
 
 /* Brightness of wood relative to its mean: year rings, seen as lines that wander along the grain and end in a dark

@@ -532,6 +532,44 @@ static void statistics(void) {
   }
 }
 
+/* The paper path's vectors of eight: one ray keeps one lane busy, packets more, and coherent ones need fewer vectors. */
+static void vectors_of_eight(void) {
+  const uint32_t sizes[3] = {1, 8, 64};
+  for (int moves = 0; moves < 2; moves++) {
+    world w = moves ? world_moving(4) : world_static(4);
+    pktrt_scene *s = world_scene(&w, PKTRT_ISA_AUTO, 0);
+    size_t n = 4096;
+    uint64_t before = UINT64_MAX;
+    pktrt_ray *rays = calloc(n, sizeof *rays);
+    pktrt_hit *h = calloc(n, sizeof *h);
+    if (!rays || !h) abort();
+    make_rays(&w, s, RAYS_CAMERA, 1, 0, rays, n);
+    for (int k = 0; k < 3; k++) {
+      pktrt_query_desc q;
+      pktrt_stats stats;
+      memset(&q, 0, sizeof q);
+      memset(&stats, 0, sizeof stats);
+      q.path = PKTRT_PATH_PAPER, q.packet_size = sizes[k], q.stats = &stats;
+      pktrt_intersect_ex(s, &q, rays, h, n);
+      const pktrt_counts *c = &stats.by_type[0];
+      const uint64_t boxes = c->vector_box_tests, triangles = c->vector_triangle_tests;
+      CHECK(boxes <= c->box_tests && c->box_tests <= 8 * boxes, "packets of %u: %llu box tests in %llu vectors", sizes[k],
+            (unsigned long long)c->box_tests, (unsigned long long)boxes);
+      CHECK(triangles <= c->triangle_tests && c->triangle_tests <= 8 * triangles, "packets of %u", sizes[k]);
+      if (sizes[k] == 1) CHECK(boxes == c->box_tests && triangles == c->triangle_tests, "one ray, one lane");
+      CHECK(boxes + triangles < before / 4 * 3, "packets of %u: no amortisation", sizes[k]);
+      say("%s, packets of %u: %.1f vectors per ray, %.1f lanes of them busy", moves ? "moving" : "static", sizes[k],
+          (double)(boxes + triangles) / (double)n,
+          (double)(c->box_tests + c->triangle_tests) / (double)(boxes + triangles));
+      before = boxes + triangles;
+    }
+    pktrt_scene_destroy(s);
+    free(rays);
+    free(h);
+    world_free(&w);
+  }
+}
+
 /* Rays along an axis visit no more than rays beside it: zeros of the direction open no doors. */
 static void axis_visits(void) {
   world w = world_static(4);
@@ -574,5 +612,6 @@ void suite_scene(void) {
   run("several threads query one scene", concurrent_queries);
   run("a query uses at most 64 KiB of stack", stack_bound);
   run("statistics count what happened", statistics);
+  run("vectors of eight tests hold what is counted, and coherent packets need fewer", vectors_of_eight);
   run("rays along an axis visit no more boxes than others", axis_visits);
 }

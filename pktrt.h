@@ -2487,10 +2487,9 @@ static pktrt_status pktrt__rebuild_worn(pktrt_scene *s) {
    THE FILTER of all kernels: the same x, y; products and difference in float, m1 = fl(xc yb), m2 = fl(yc xb), e = fl(m1
    - m2). Rounding is monotone, so m1 > m2 implies the exact xc yb > yc xb: a nonzero e has the exact sign, and with
    gradual underflow e = 0 only for m1 = m2. A triangle is dropped only when some e < 0 and some e > 0; overflow (|x| >
-   2^64) gives NaN, which drops nothing. This part of the filter
-   has no error bound because it needs none. Then by depth: w* is a mean of s za, s zb, s zc up to 2^-50 of the largest,
-   so what lies wholly before wn or behind wf (see BOXES), by more than 2^-22 of the largest, cannot be accepted. What
-   remains goes to the canonical test.
+   2^64) gives NaN, which drops nothing. So far the filter has no error bound because it needs none. Then by depth: w*
+   is a mean of s za, s zb, s zc up to 2^-50 of the largest, so what lies wholly before wn or behind wf (see BOXES), by
+   more than 2^-22 of the largest, cannot be accepted. What remains goes to the canonical test.
 
    BOXES must cover the canonical test, not the ideal triangle. Let eps = 2^-24 and M >= |P - o| for all vertices of the
    scene and all axes. Write s = sign(d_k), G = d / |d_k|, w = s z = t |d_k|. At a canonical hit, exactly, sum(lambda x)
@@ -2754,7 +2753,7 @@ typedef struct pktrt__kernels {
   void (*trace)(const pktrt__call *, pktrt__batch *, uint32_t n);
   bool (*rounds_each_operation)(void);
   /* Rays of a pinhole through eight places of the picture, into lanes i to i + 7 of a wave. */
-  void (*look)(const pktrt__view_plane *, const double *x, const double *y, pktrt__wave *, uint32_t i);
+  void (*primary)(const pktrt__view_plane *, const double *x, const double *y, pktrt__wave *, uint32_t i);
   /* Eight surfaces from the i-th on: points and normals; directions of scattering; the middle of a mesh light; shadow
      rays. See >>shade. */
   void (*find)(pktrt__surfaces *, uint32_t i, const pktrt__gather *);
@@ -4955,7 +4954,8 @@ OP void NAME(unit)(v8 a[3], const v8 instead[3]) {
   UNROLL for (int k = 0; k < 3; k++) a[k] = vsel(good, vdiv(s[k], length), instead[k]);
 }
 
-static void NAME(look)(const pktrt__view_plane *p, const double *x, const double *y, pktrt__wave *w, uint32_t i) {
+/* Rays of a pinhole through eight places of the picture. */
+static void NAME(primary)(const pktrt__view_plane *p, const double *x, const double *y, pktrt__wave *w, uint32_t i) {
   const d8 px = dload(x), py = dload(y);
   UNROLL for (int a = 0; a < 3; a++) {
     const d8 across = dadd(dset(p->corner[a]), dmul(px, dset(p->dx[a])));
@@ -5125,8 +5125,8 @@ static bool NAME(rounds_each_operation)(void) {
   return mbits(mand(minus, from)) == 0xFF;
 }
 
-static const pktrt__kernels NAME(kernels) = {NAME(trace), NAME(rounds_each_operation), NAME(look), NAME(find),
-                                                    NAME(scatter), NAME(middle), NAME(aim)};
+static const pktrt__kernels NAME(kernels) = {NAME(trace), NAME(rounds_each_operation), NAME(primary),
+                                                    NAME(find), NAME(scatter), NAME(middle), NAME(aim)};
 
 /* The short names end with the stamp. */
 #undef a8
@@ -7575,7 +7575,7 @@ static void pktrt__camera_rays(pktrt__work *work, uint32_t n) {
     const double time = pktrt__min(1, (double)c->time + (double)u[4] * (double)c->shutter);
     x[i % 8] = (double)px + (double)u[0], y[i % 8] = (double)py + (double)u[1];
     if (!pinhole) pktrt__lens_ray(work, x[i % 8], y[i % 8], disk, time, i);
-    else if (i % 8 == 7 || i + 1 == n) job->scene->kernels->look(&job->plane, x, y, w, i & ~7u);
+    else if (i % 8 == 7 || i + 1 == n) job->scene->kernels->primary(&job->plane, x, y, w, i & ~7u);
     w->time[i] = (float)time;
     w->importance[i] = 1, w->parent[i] = i, w->key[i] = 0, w->material[i] = w->medium[i] = 0;
     w->root[i] = (uint16_t)i;

@@ -2729,7 +2729,7 @@ typedef struct pktrt__shadows { /* shadow rays of one light */
 
 typedef struct pktrt__aimed { /* shadow rays of eight surfaces */
   PKTRT__ALIGN64 float o[3][8];
-  float d[3][8], to[3][8];          /* to: d, unit */
+  float d[3][8], to[3][8];          /* to: d, unit, where lobes are looked at */
   float diffuse[8], irradiance[8];  /* for light 1: radiance for albedo 1, irradiance of what faces it */
 } pktrt__aimed;
 
@@ -2760,7 +2760,7 @@ typedef struct pktrt__kernels {
   void (*scatter)(pktrt__surfaces *, uint32_t i);
   void (*middle)(const pktrt__surfaces *, uint32_t i, const pktrt__middle *, pktrt__targets *);
   uint32_t (*aim)(const pktrt__surfaces *, uint32_t i, const pktrt__targets *, bool infinite, bool by_square,
-                  pktrt__aimed *);
+                  bool lobes, pktrt__aimed *);
 } pktrt__kernels;
 
 #define PKTRT__STAMP_SCALAR 1
@@ -5045,7 +5045,7 @@ static void NAME(middle)(const pktrt__surfaces *s, uint32_t i, const pktrt__midd
    by albedo 1, the factor included. Returns the lanes that the light can reach. The surface is left along its flat
    normal by `lift`, on the viewer's side, which is the light's. */
 static uint32_t NAME(aim)(const pktrt__surfaces *s, uint32_t i, const pktrt__targets *g, bool infinite, bool by_square,
-                          pktrt__aimed *out) {
+                          bool lobes, pktrt__aimed *out) {
   d8 to[3], origin[3], r2 = dset(0), cosine = dset(0), side = dset(0);
   const d8 lift = dfrom(vload(s->lift + i));
   UNROLL for (int a = 0; a < 3; a++) {
@@ -5061,7 +5061,7 @@ static uint32_t NAME(aim)(const pktrt__surfaces *s, uint32_t i, const pktrt__tar
   }
   const d8 r = dsqrt(r2), factor = dload(g->factor + i);
   const d8 irradiance = by_square ? ddiv(factor, r2) : factor;
-  UNROLL for (int a = 0; a < 3; a++) vstore(out->to[a], dto(ddiv(to[a], r)));
+  if (lobes) UNROLL for (int a = 0; a < 3; a++) vstore(out->to[a], dto(ddiv(to[a], r)));
   vstore(out->irradiance, dto(irradiance));
   vstore(out->diffuse, dto(dmul(dmul(dmax(dset(0), ddiv(cosine, r)), irradiance), dset(0.31830988618379067154))));
   return mbits(mand(dlt(dset(0), side), dlt(dset(0), irradiance)));
@@ -7068,6 +7068,17 @@ static void pktrt__tell_packet(const pktrt__work *work, pktrt_ray_type type, uin
   }
 }
 
+/* What the pending rays, adjacent lanes of one wave, have met. */
+static void pktrt__take_hits(const pktrt__pending *p) {
+  const pktrt__batch *b = &p->batch;
+  pktrt__wave *w = p->wave[0];
+  const uint32_t first = p->target[0];
+  const size_t size = p->n * sizeof(float);
+  for (uint32_t i = 0; i < p->n; i++) w->id[first + i] = b->slot[i] == PKTRT_NONE ? PKTRT_NONE : b->id[i];
+  memcpy(w->t + first, b->t, size), memcpy(w->u + first, b->cn[0], size), memcpy(w->v + first, b->cn[1], size);
+  for (int a = 0; a < 3; a++) memcpy(w->n[a] + first, b->cf[a], size);
+}
+
 /* Traces what is pending. Shadow rays add their light in the order in which they were pushed; for each surface that is
    the order of the lights, whatever the packets. */
 PKTRT__NOINLINE void pktrt__flush(pktrt__work *work, pktrt_ray_type type, uint32_t depth) {
@@ -7077,10 +7088,14 @@ PKTRT__NOINLINE void pktrt__flush(pktrt__work *work, pktrt_ray_type type, uint32
   if (!p->n) return;
   if (work->job->desc->packet) pktrt__tell_packet(work, type, depth, work->first);
   pktrt__trace_batch(work, b, p->n, type, depth, type == PKTRT_RAY_SHADOW, work->alone);
+  if (type != PKTRT_RAY_SHADOW && type != PKTRT_RAY_OTHER) {
+    pktrt__take_hits(p);
+    p->n = 0;
+    return;
+  }
   for (uint32_t i = 0; i < p->n; i++)
     for (int a = 0; a < 3; a++) p->seen[a][i] = b->slot[i] == PKTRT_NONE ? 1.0f : 0.0f;
-  if (work->job->glass && (type == PKTRT_RAY_SHADOW || type == PKTRT_RAY_OTHER))
-    pktrt__look_through_glass(work, type, depth);
+  if (work->job->glass) pktrt__look_through_glass(work, type, depth);
   for (uint32_t i = 0; i < p->n; i++) {
     const uint32_t k = p->target[i];
     pktrt__wave *w = p->wave[i];
@@ -7318,12 +7333,15 @@ static void pktrt__aim(pktrt__work *work, uint32_t light) {
   const bool lobes = work->job->follow && pktrt__unseen(l);
   uint32_t n = 0;
   for (uint32_t i = 0; i < s->count; i += 8) {
-    uint32_t lanes = work->job->scene->kernels->aim(s, i, g, infinite, by_square, &aimed);
+    uint32_t lanes = work->job->scene->kernels->aim(s, i, g, infinite, by_square, lobes, &aimed);
     if (s->count - i < 8) lanes &= 0xFFu >> (8 - (s->count - i));
     for (; lanes; lanes &= lanes - 1) {
       const uint32_t j = pktrt__lowest(lanes), k = i + j;
-      const float to[3] = {aimed.to[0][j], aimed.to[1][j], aimed.to[2][j]};
-      const float lobe = lobes ? pktrt__highlight(s, k, to) * aimed.irradiance[j] : 0;
+      float lobe = 0;
+      if (lobes) {
+        const float to[3] = {aimed.to[0][j], aimed.to[1][j], aimed.to[2][j]};
+        lobe = pktrt__highlight(s, k, to) * aimed.irradiance[j];
+      }
       float largest = 0;
       for (int a = 0; a < 3; a++) {
         const float part = s->albedo[a][k] * aimed.diffuse[j] + s->specular[a][k] * lobe;

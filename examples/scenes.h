@@ -119,9 +119,15 @@ static double sc_random(uint32_t *state) {
   return (double)(*state >> 8) / 16777216.0;
 }
 
+/* Below 2^31. WHY: floor() is a call, and textures have many. */
+static inline int32_t sc_floor(double x) {
+  int32_t whole = (int32_t)x;
+  return whole - (x < whole);
+}
+
 /* Nearest multiple of 2^-18 m (4 micrometres), exact in a float up to 64 m. Compilers may fuse or not fuse a product
    and a sum, which moves a double by 1e-16: the grid hides it, the odd offset keeps round numbers away from ties. */
-static float sc_snap(double v) { return (float)(floor(v * 262144.0 + 0.5137) / 262144.0); }
+static float sc_snap(double v) { return (float)(sc_floor(v * 262144.0 + 0.5137) / 262144.0); }
 
 /* >>builder -------------------------------------------------------------------------------------------------------- */
 
@@ -570,18 +576,13 @@ static sc_frame sc_aim(sc_build *b, sc_v3 from, sc_v3 to) {
 
 /* >>textures ------------------------------------------------------------------------------------------------------- */
 
-/* Random numbers in [0,1] for the points of a unit lattice, whose coordinates are those of rooms: far below 2^31. */
+/* Random numbers in [0,1] for the points of a unit lattice. */
 static const uint32_t sc_primes[3] = {0x9e3779b1u, 0x85ebca77u, 0xc2b2ae3du};
 
-static double sc_number(uint32_t h) {
+static inline double sc_number(uint32_t h) {
   h = (h ^ h >> 15) * 0x2c1b3c6du;
   h = (h ^ h >> 12) * 0x297a2d39u;
   return (int32_t)(h ^ h >> 15 ^ 0x80000000u) / 4294967296.0 + 0.5;
-}
-
-static int32_t sc_floor(double x) { /* floor() would be a call */
-  int32_t whole = (int32_t)x;
-  return whole - (x < whole);
 }
 
 /* One for the whole cell that holds a point. */
@@ -591,8 +592,8 @@ static double sc_cell(double x, double y, double z) {
 }
 
 /* Between a and b, and between the numbers at the two ends of an edge along z. */
-static double sc_between(double a, double b, double t) { return a + t * (b - a); }
-static double sc_edge(uint32_t xy, const uint32_t z[2], double t) {
+static inline double sc_between(double a, double b, double t) { return a + t * (b - a); }
+static inline double sc_edge(uint32_t xy, const uint32_t z[2], double t) {
   return sc_between(sc_number(xy ^ z[0]), sc_number(xy ^ z[1]), t);
 }
 
@@ -628,7 +629,7 @@ static double sc_wood(double along, double across, double deep, double rings_per
 static void sc_tint(float *const colour[3], uint32_t i, double factor) {
   uint32_t c;
   for (c = 0; c < 3; c++) {
-    double v = floor((double)colour[c][i] * factor * 65536.0 + 0.5137) / 65536.0;
+    double v = sc_floor((double)colour[c][i] * factor * 65536.0 + 0.5137) / 65536.0;
     colour[c][i] = (float)(v < 0.0 ? 0.0 : v > 1.0 ? 1.0 : v);
   }
 }

@@ -44,6 +44,7 @@ static void table1(bench *b) {
         r[k][c][e] = measure_pair(b, &s, paper[k].single[e], paper[k].types[e], paper[k].speedup[e]);
       }
   setup smooth = whitted(b, "conference");
+  column(0, &smooth);
   smooth.normals = PKTRT_NORMALS_SMOOTH;
   const row *s = measure_pair(b, &smooth, 0, 0, 0);
   print_speeds(b);
@@ -517,7 +518,7 @@ static void print_help(void) {
          "  --small       128 x 128 pixels, whole, one frame, one round\n"
          "  --size N      N x N pixels, a multiple of 64 from 64 to 4096 (512)\n"
          "  --frames N    of each camera path, 1 to %d (8)\n"
-         "  --rounds N    timed, whose median counts, 1 to %d (3)\n"
+         "  --rounds N    timed, whose median counts, 1 to %d (5)\n"
          "  --every N     of N tiles of each frame of a path one is made, 1 to %d (64); of single frames eight\n"
          "  --results DIR NAME.csv and NAME.md of each part: all that was measured, and tables for the README\n"
          "  --check       instead of parts: what must hold, exit status 1 if anything does not\n"

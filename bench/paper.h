@@ -64,7 +64,7 @@ static bool parse_options(int argc, char **argv, options *o) {
   }
   if (!o->size) o->size = 512;
   if (!o->frames) o->frames = o->check ? 6 : 8;
-  if (!o->rounds) o->rounds = o->controls ? 1 : o->check ? 5 : 3;
+  if (!o->rounds) o->rounds = o->controls ? 1 : 5;
   if (!o->every) o->every = 64;
   if (o->counts) o->rounds = 0;
   return true;

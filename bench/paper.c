@@ -46,6 +46,7 @@ static void table1(bench *b) {
   setup smooth = whitted(b, "conference");
   column(0, &smooth);
   smooth.normals = PKTRT_NORMALS_SMOOTH;
+  smooth.varied = "interpolated normals", smooth.value = 1;
   const row *s = measure_pair(b, &smooth, 0, 0, 0);
   print_speeds(b);
   print_tests(b);

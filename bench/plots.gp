@@ -26,13 +26,13 @@ set offsets 0, 0, graph 0.5, 0 # room for the key
 
 if (name eq "table1") {
   isas = system(sprintf("awk -F, '$6 == \"fast\" && !seen[$7]++ {print $7}' %s", csv))
-  of(scene, path, isa) = rows(sprintf('$12 == "all" && $9 == "ray types" && $3 == "%s" && $6 == "%s" && $7 == "%s"', \
+  of(scene, path, isa) = rows(sprintf('$1 == "" && $12 == "all" && $9 == "ray types" && $3 == "%s" && $6 == "%s" && $7 == "%s"', \
                                       scene, path, isa))
   lanes = word(isas, 1)
   set multiplot layout 1, 3 title "Table 1: Whitted's mode, packets by ray type against single secondary rays"
   set logscale x 2
   set xrange [1.7:19]
-  set yrange [0:5]
+  set yrange [0:6]
   set xtics ("2x2" 2, "4x4" 4, "8x8" 8, "16x16" 16)
   set xlabel "packets of primary rays"
   set ylabel "rays per second in those of single rays"
@@ -71,6 +71,7 @@ if (name eq "figure7") {
                                ."{t = $14 + $15; if (!n++) first = t; print $2 \",\" t / first}' %s", what, path, csv)
   set multiplot layout 2, 2 title "Figure 7: distribution ray tracing, 16 samples per pixel, packets of 8x8"
   set ylabel "tests per ray"
+  set offsets 0, 0, graph 1, 0
   do for [what in "aperture light_size gloss"] {
     column1 = what eq "light_size" ? "light size" : what
     set title what eq "gloss" ? "gloss, conference" : column1.", conference"

@@ -184,7 +184,8 @@
        missed above    -  -  -
        first active             ^  tests the next box; if it hits, all from here on go down for the price of one test
 
-   Those behind it that miss the box come along; their tests at the leaves are wasted, never wrong.
+   Those behind it that miss the box come along, though no farther than the last group known to hit; at a leaf they are
+   tested against its box once more before any triangle. What is tested in vain is wasted, never wrong.
 
    Interval ray (paper path). If the first active ray misses, one test in interval arithmetic (origins, directions,
    depths and times of the whole packet as intervals) asks whether any ray at all can hit the box.
@@ -208,8 +209,8 @@
                                        boxes    triangles
        single rays                      138        12
        fast path (8 x 8 pixels)          33        10
-       paper path, 8 x 8 pixels          24        39
-       paper path, 16 x 16 pixels        20        93
+       paper path, 8 x 8 pixels          29        12
+       paper path, 16 x 16 pixels        28        12
 
    Pictures. Three kinds, as in the paper. RCS casts primary and shadow rays. WRT (Whitted 1980) follows reflection and
    refraction, and branches at glass. DRT (Cook 1984) takes many samples of each pixel, of the lens, the time, the
@@ -330,11 +331,13 @@
                                      comes rather than when its parent is opened: hits found meanwhile have shortened
                                      the rays. >>frustum and >>stream are this library's own answer to the same
                                      question. They test every ray against every box that the planes keep: the paper's
-                                     packets test fewer boxes, but more triangles for rays that came along (see
-                                     CONCEPTS).
+                                     packets test fewer boxes of camera rays and more of others. (Ours also know where
+                                     the active range ends, and test leaves' boxes by groups: the paper's tested more
+                                     triangles.)
      3.2, figure 3: assembly         >>assembly, all of them. Shadow rays make one packet for each light by default, and
                                      one for all lights as in the paper if asked for. On the fast path, ray types take
-                                     the surfaces of several packets at once, which keeps packets full as rays thin out.
+                                     the surfaces of several packets at once, which keeps packets full as rays thin out,
+                                     and reflected and refracted rays share a wave where they fit.
      3.3: a BVH                      >>build. Eight children, not two: one load and one vector test serve all of them,
                                      for one ray or a frustum, and all paths share one tree. Built by binned SAH with
                                      exact sweeps near the leaves. Box tests per ray are therefore not comparable with
@@ -355,7 +358,8 @@
                                      lobe's mapping with the paper's care, and the naive one.
      5.1, tests per ray              >>stats: tests are counted in lanes, one ray against one box or triangle; a test of
                                      a whole packet counts as a cull, by its kind.
-     5.2 to 5.4, figures 5 to 8      Not yet, as benchmarks. The paper path and packets from 2 x 2 to 16 x 16 are there.
+     5.2 to 5.4, figures 5 to 8      bench/paper.c measures them again, and what the other sections claim; see
+                                     bench/README.md.
      5.1: shading, attenuation       Exact Fresnel terms; depth to 50; attenuation cuts off rays by their weight.
      6, shading in bulk              >>shade: by eights. Materials' hooks see many points at once.
 
@@ -877,7 +881,9 @@ typedef struct pktrt_render_desc {
   uint32_t tile_size;          /* pixels along a tile's edge, 1 to 1024; 0: 64 */
   pktrt_path path;
   pktrt_shadow_packets shadows;
-  pktrt_stats *stats;          /* NULL: count nothing, at no cost (the paper path always counts) */
+  /* NULL: count nothing, at no cost (the paper path always counts). Who counts, or has `packet` called, gets reflected
+     and refracted rays traced apart, which the fast path else traces together. */
+  pktrt_stats *stats;
   /* Called after tiles, from the thread that finished one, so perhaps from several at once; done in (0,1], not always
      in order. false cancels. NULL: none. */
   bool (*progress)(void *user, float done);
@@ -907,7 +913,8 @@ typedef struct pktrt_render_desc {
   uint32_t *sample_count;
   /* For teaching: called for each packet (fast path: batch) before it is traced, from any thread, with the rays'
      numbers in the packet that sent them out (primary rays: in their own packet; blindly, a packet is halved above 128
-     rays). Depth 0 is primary. Shadow rays on their way behind glass are not told of. NULL: none. */
+     rays). Depth 0 is primary. Shadow rays on their way behind glass are not told of. Where the fast path has reflected
+     and refracted rays in one wave, they are told apart, but numbered on when they send out rays. NULL: none. */
   void (*packet)(void *user, pktrt_ray_type, uint32_t depth, const uint32_t *rays, uint32_t n);
 } pktrt_render_desc;
 
@@ -1019,16 +1026,16 @@ enum {
 /* >>structures ----------------------------------------------------------------------------------------------------- */
 
 /* Node of a group with K keys, 256 + (K-1) * 192 bytes, 64-byte aligned:
-     float    plane[6][8]  lo x, hi x, lo y, hi y, lo z, hi z of eight children, at key 0 uint32_t child[8]
-     references; empty ones have lo = FAR, hi = -FAR uint32_t perm[8]      for each octant of ray directions (bit a:
-     component a negative): the children from far to near by
-                           the middle of their boxes, three bits each, the farthest in the lowest bits
-     float    plane[6][8]  for each further key
+     float    plane[6][8]      lo x, hi x, lo y, hi y, lo z, hi z of eight children, at key 0
+     uint32_t child[8]         references; empty ones have lo = FAR, hi = -FAR
+     uint32_t perm[8]          for each octant of ray directions (bit a: component a negative): the children from far to
+                               near by the middle of their boxes, three bits each, the farthest in the lowest bits
+     float    plane[6][8]      for each further key
    Block of up to eight triangles, 320 + (K-1) * 288 bytes:
-     float    vertex[3][3][8]  [corner][axis][lane] at key 0, raw, so that shared vertices have equal bits uint32_t
-     id[8]            global triangle index; PKTRT_NONE in lanes without a triangle. Lanes whose triangle has no area
-                               at any time hold PKTRT_NONE too: never hit, and back in place when a refit gives them
-                               area.
+     float    vertex[3][3][8]  [corner][axis][lane] at key 0, raw, so that shared vertices have equal bits
+     uint32_t id[8]            global triangle index; PKTRT_NONE in lanes without a triangle. Lanes whose triangle has
+                               no area at any time hold PKTRT_NONE too: never hit, and back in place when a refit gives
+                               them area.
      float    vertex[3][3][8]  for each further key */
 #define PKTRT__NODE_BYTES 256u
 #define PKTRT__NODE_KEY_BYTES 192u
@@ -2624,7 +2631,8 @@ static bool pktrt__area_at(const pktrt__view *view, uint32_t slot, float a, floa
 }
 
 /* The canonical test on one lane of eight: sheared corners in, t out. Most tests are of one lane, and where eight
-   doubles take four registers or more that is measured to be faster. Not inlined: the compiler could fuse otherwise. */
+   doubles take four registers or more that is measured to be faster. Not inlined: where others stamp the kernels anew
+   (bench/kensler.h), the guard against fused operations may not reach. */
 PKTRT__NOINLINE bool pktrt__canonical_lane(const void *x8, const void *y8, const void *z8, uint32_t lane, float dk,
                                            float *t) {
   float x[3], y[3], z[3];
@@ -3581,6 +3589,8 @@ PKTRT__NOINLINE uint32_t NAME(setup8)(const pktrt_scene *scene, pktrt__batch *b,
   m8 ok = mand(mand(vlt(zero, longest), vlt(tmin, tmax)), vle(o_max, vset(PKTRT_MAX_COORD)));
   ok = mand(ok, mand(vle(ax, huge), mand(vle(ay, huge), vle(az, huge))));
   UNROLL for (int a = 0; a < 3; a++) ok = mand(ok, vle(vabs(vload(b->o[a] + i)), vset(PKTRT_MAX_COORD)));
+  /* Nothing can lie beyond the range of floats, where wn or wf would be NaN and spoil a packet's extremes. */
+  ok = mand(ok, mand(vlt(n, vset(INFINITY)), vlt(vset(-INFINITY), f)));
   return mbits(ok);
 }
 
@@ -3726,7 +3736,8 @@ OP m8 NAME(ray_slabs)(const NAME(slabs) *s, const pktrt__batch *b, uint32_t r, c
   return vle(n, f);
 }
 
-/* Rays r to r+7 against one box; lo and hi by ray, as time may move it. */
+/* Rays r to r+7 against one box; lo and hi by ray, as time may move it. A box turned inside out, which holds nothing,
+   is entered: harmless. */
 OP uint32_t NAME(rays_in_box)(const pktrt__batch *b, uint32_t r, const v8 lo[3], const v8 hi[3]) {
   v8 n = vload(b->wn + r), f = vload(b->wf + r);
   UNROLL for (int a = 0; a < 3; a++) {
@@ -5256,8 +5267,10 @@ PKTRT_DEF bool pktrt_isa_available(pktrt_isa isa) { return isa == PKTRT_ISA_AUTO
 /* (1 + e)^2 - (1 + 2 e) with e = 2^-12 is e^2 when fused, 0 when each operation is rounded. */
 static bool pktrt__rounds_each_operation(void) {
   volatile float x = 1.000244140625f, y = 1.00048828125f; /* read anew: a product with two uses would not be fused */
+  volatile double v = 1.00000000745058059692, w = 1.00000001490116119385; /* the same with e = 2^-27 */
   const float a = x, b = y, c = x, d = y;
-  return a * a - b == 0 && d - c * c == 0;
+  const double e = v, f = w, g = v, h = w;
+  return a * a - b == 0 && d - c * c == 0 && e * e - f == 0 && h - g * g == 0;
 }
 
 PKTRT_DEF pktrt_scene *pktrt_scene_create(const pktrt_scene_desc *desc) {
@@ -7159,6 +7172,11 @@ static uint32_t pktrt__octant(float (*d)[PKTRT__WAVE], uint32_t i) {
   return pktrt__sign_bit(d[0][i]) | pktrt__sign_bit(d[1][i]) << 1 | pktrt__sign_bit(d[2][i]) << 2;
 }
 
+/* Whether an assembly may change the order of rays. */
+static bool pktrt__reorders(pktrt_assembly assembly) {
+  return assembly == PKTRT_ASSEMBLY_OCTANTS || assembly == PKTRT_ASSEMBLY_MATERIALS;
+}
+
 /* Puts n rays of one type in order, and tells where packets end (paper 3.2): work->order, and work->packet, whose
    entry i is the end of the packet that begins at i. `sender` are the lanes of the rays that sent them. */
 static void pktrt__assemble(pktrt__work *work, uint32_t n, float (*d)[PKTRT__WAVE], const uint32_t *material,
@@ -7167,7 +7185,7 @@ static void pktrt__assemble(pktrt__work *work, uint32_t n, float (*d)[PKTRT__WAV
   uint32_t *order = work->order, *packet = work->packet, placed = 0;
   for (uint32_t i = 0; i < n; i++) order[i] = i;
   const bool octants = assembly == PKTRT_ASSEMBLY_OCTANTS;
-  if (octants || assembly == PKTRT_ASSEMBLY_MATERIALS) {
+  if (pktrt__reorders(assembly)) {
     uint8_t done[PKTRT__WAVE];
     memset(done, 0, n);
     for (uint32_t i = 0; i < n; i++) { /* the first ray that is left opens a group */
@@ -7185,11 +7203,6 @@ static void pktrt__assemble(pktrt__work *work, uint32_t n, float (*d)[PKTRT__WAV
   } else {
     packet[0] = n;
   }
-}
-
-/* Whether that may be another order than the rays come in. */
-static bool pktrt__reorders(pktrt_assembly assembly) {
-  return assembly == PKTRT_ASSEMBLY_OCTANTS || assembly == PKTRT_ASSEMBLY_MATERIALS;
 }
 
 /* The same for a wave, whose rays move into that order. */
@@ -7492,7 +7505,7 @@ static void pktrt__follow(pktrt__work *work, pktrt__wave *parent, pktrt__wave **
     if (work->deepest[w->root[i]] < depth) work->deepest[w->root[i]] = (uint8_t)depth;
   for (uint32_t i = 0; i < n; i = w->end[i]) {
     work->first = first, work->alone = work->job->desc->assembly == PKTRT_ASSEMBLY_NONE;
-    if (!traced && split < n) {
+    if (!traced && split < n) { /* by ray types: one packet */
       pktrt__trace_wave(work, w, 0, split, depth, PKTRT_RAY_REFLECTION);
       pktrt__trace_wave(work, w, split, n - split, depth, PKTRT_RAY_REFRACTION);
     } else if (!traced) {
@@ -7537,7 +7550,8 @@ static void pktrt__shade(pktrt__work *work, pktrt__wave *w, uint32_t first, uint
   if (job->follow && depth < job->max_depth && !work->failed) {
     pktrt__wave *r = pktrt__need_wave(work, &work->reflected[depth]), *t = r;
     if (!work->failed && pktrt__need_wave(work, &work->spare)) pktrt__send_rays(work, w, false, r, &reflected);
-    one_wave = one_wave || (work->wide && reflected + pktrt__count_glass(s) <= PKTRT__WAVE);
+    const uint32_t most = job->choose ? s->count : reflected + pktrt__count_glass(s);
+    one_wave = one_wave || (work->wide && most <= PKTRT__WAVE);
     if (!one_wave) t = pktrt__need_wave(work, &work->refracted[depth]);
     if (one_wave) refracted = reflected;
     if (!work->failed) pktrt__send_rays(work, w, true, t, &refracted);

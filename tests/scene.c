@@ -532,6 +532,46 @@ static void statistics(void) {
   }
 }
 
+/* Rays whose interval lies beyond the range of floats, once scaled by a direction as long as this, hit nothing, and cost
+   the others of their packet nothing. */
+static void beyond_range(void) {
+  world w = world_static(4);
+  size_t n = 1024, hits = 0;
+  pktrt_ray *rays = calloc(n, sizeof *rays);
+  pktrt_hit *alone = calloc(n, sizeof *alone), *together = calloc(n, sizeof *together);
+  if (!rays || !alone || !together) abort();
+  for (int k = 0; k < isa_count; k++) {
+    pktrt_scene *s = world_scene(&w, isas[k], 0);
+    make_rays(&w, s, RAYS_CAMERA, 1, 0, rays, n);
+    for (size_t i = 0; i < n; i++) {
+      const bool late = i % 64 >= 32, odd = i % 64 == 31; /* what follows must not decide for the packet */
+      if (late && i & 64) rays[i].tmax = 1e-3f;
+      else if (late) rays[i].tmin = 1e6f;
+      for (int a = 0; a < 3 && odd; a++) rays[i].direction[a] *= 1e3f;
+      if (odd && i & 64) rays[i].tmin = -INFINITY, rays[i].tmax = -2e38f;
+      else if (odd) rays[i].tmin = 2e38f;
+      pktrt_intersect(s, &rays[i], &alone[i]);
+      if (odd) CHECK(alone[i].mesh == PKTRT_NONE);
+    }
+    for (int path = 0; path < 3; path++) {
+      pktrt_query_desc q;
+      memset(&q, 0, sizeof q);
+      q.path = (pktrt_path)path;
+      pktrt_intersect_ex(s, &q, rays, together, n);
+      for (size_t i = 0; i < n; i++) {
+        CHECK(together[i].mesh == alone[i].mesh && together[i].triangle == alone[i].triangle, "path %d, ray %zu", path, i);
+        hits += together[i].mesh != PKTRT_NONE;
+      }
+    }
+    pktrt_scene_destroy(s);
+  }
+  CHECK(hits > 0, "something is hit");
+  free(rays);
+  free(alone);
+  free(together);
+  world_free(&w);
+}
+
 /* The paper path's vectors of eight: one ray keeps one lane busy, packets more, and coherent ones need fewer vectors. */
 static void vectors_of_eight(void) {
   const uint32_t sizes[3] = {1, 8, 64};
@@ -607,6 +647,7 @@ void suite_scene(void) {
   run("strides, odd addresses and soups give the same hits", layouts);
   run("odd queries: none, NULL, zeroed, NaN, infinite, out of range", odd_queries);
   run("hits lie strictly between tmin and tmax", intervals);
+  run("rays beyond the range of floats hit nothing and cost their neighbours nothing", beyond_range);
   run("meshes move linearly between their keys, time is clamped", motion);
   run("changes show at commit or refit, not before", when_changes_show);
   run("several threads query one scene", concurrent_queries);

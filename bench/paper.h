@@ -549,8 +549,8 @@ EX_UNUSED static void open_world(world *w, const char *name, finish look, pktrt_
   open_setup(w, &s);
 }
 
-/* All surfaces reflect, and do so as their triangles lie, as those of a model without normals: what interpolated normals
-   change is measured with Table 1. */
+/* All surfaces reflect, and do so as their triangles lie, as those of a model without normals: what interpolated
+   normals change is measured with Table 1. */
 static void make_conference(setup *s) { s->look = REFLECTIVE, s->normals = PKTRT_NORMALS_GEOMETRIC; }
 
 /* Whitted's mode over the camera path. Conference: every surface reflective, depth 5, no attenuation (table 1). */

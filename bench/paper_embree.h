@@ -266,8 +266,8 @@ static void embree_rcs(bench *b) {
 
 /* >>check ---------------------------------------------------------------------------------------------------------- */
 
-/* The geometric mean of the scenes' ratios, and the least of them. The control casts single rays with scalar kernels, which must not reach what is asked
-   of packets. */
+/* The geometric mean of the scenes' ratios, and the least of them. The control casts single rays with scalar kernels,
+   which must not reach what is asked of packets. */
 EX_UNUSED static double embree_rcs_check(bench *b, bool control, double *least) {
   const int n = control ? 1 : 3;
   double product = 1;

@@ -2631,8 +2631,7 @@ static bool pktrt__area_at(const pktrt__view *view, uint32_t slot, float a, floa
 }
 
 /* The canonical test on one lane of eight: sheared corners in, t out. Most tests are of one lane, and where eight
-   doubles take four registers or more that is measured to be faster. Not inlined: where others stamp the kernels anew
-   (bench/kensler.h), the guard against fused operations may not reach. */
+   doubles take four registers or more that is measured to be faster. */
 PKTRT__NOINLINE bool pktrt__canonical_lane(const void *x8, const void *y8, const void *z8, uint32_t lane, float dk,
                                            float *t) {
   float x[3], y[3], z[3];
@@ -5138,6 +5137,10 @@ static bool NAME(rounds_each_operation)(void) {
 
 static const pktrt__kernels NAME(kernels) = {NAME(trace), NAME(rounds_each_operation), NAME(primary),
                                                     NAME(find), NAME(scatter), NAME(middle), NAME(aim)};
+
+#ifdef PKTRT__ALSO_STAMP /* for benchmarks: a file of theirs on the same vectors; its path from here, in quotes */
+#include PKTRT__ALSO_STAMP
+#endif
 
 /* The short names end with the stamp. */
 #undef a8

@@ -1,6 +1,6 @@
 /* kensler.h - the triangle test of Kensler and Shirley (2006) beside pktrt's, on the same vectors. No include guard:
-   paper_kensler.h includes it once for each instruction set, PKTRT__SUFFIX saying which, as pktrt.h includes itself.
-   The vectors are those of pktrt.h (>>ops), and so are blocks and batches: nothing but the test differs.
+   pktrt.h includes it once for each instruction set (PKTRT__ALSO_STAMP), where its vectors (>>ops), blocks and batches
+   are at hand: nothing but the test differs.
 
    For a ray o + t d and a triangle with corners p0, p1, p2, let e0 = p1 - p0, e1 = p0 - p2, n = e0 x e1, r = p0 - o and
    i = r x d. Then, by Cramer's rule on t d - beta e0 + gamma e1 = r,
@@ -10,45 +10,41 @@
    with the point at p0 + beta (p1 - p0) + gamma (p2 - p0). Two crosses serve everything; what needs no ray comes first.
    It is hit if beta, gamma and 1 - beta - gamma are not negative: if the three numerators have one sign. So nothing is
    divided until a lane has passed, as in pktrt. Sums of products are fused where the machine can; pktrt must not. */
-#define v8 PKTRT__NAME(pktrt__v8)
-#define m8 PKTRT__NAME(pktrt__m8)
-#define vload PKTRT__NAME(pktrt__vload)
-#define vstore PKTRT__NAME(pktrt__vstore)
-#define vset PKTRT__NAME(pktrt__vset)
-#define vadd PKTRT__NAME(pktrt__vadd)
-#define vsub PKTRT__NAME(pktrt__vsub)
-#define vmul PKTRT__NAME(pktrt__vmul)
-#define vdiv PKTRT__NAME(pktrt__vdiv)
-#define vfma PKTRT__NAME(pktrt__vfma)
-#define vfms PKTRT__NAME(pktrt__vfms)
-#define vmin PKTRT__NAME(pktrt__vmin)
-#define vmax PKTRT__NAME(pktrt__vmax)
-#define vlt PKTRT__NAME(pktrt__vlt)
-#define mand PKTRT__NAME(pktrt__mand)
-#define mbits PKTRT__NAME(pktrt__mbits)
-#define mfrom PKTRT__NAME(pktrt__mfrom)
-#define vput PKTRT__NAME(pktrt__vput)
-#define vput_u32 PKTRT__NAME(pktrt__vput_u32)
-#define vids PKTRT__NAME(pktrt__vids)
-#define NAME(x) PKTRT__NAME(x)
-#if defined(__GNUC__) && !defined(__clang__) && defined(__OPTIMIZE__)
-#define UNROLL _Pragma("GCC unroll 8") /* as in pktrt.h: gcc -O2 would keep vectors in memory */
-#else
-#define UNROLL
+#ifndef KENSLER_COURSE /* the same for all stamps */
+#define KENSLER_COURSE
+
+typedef struct visit {              /* a ray of a batch (groups: the first of eight) meets a leaf */
+  uint32_t ray, block, bits, order; /* bits: of a group, those that meet it; order: of visits of one ray or group */
+} visit;
+
+typedef struct course {
+  pktrt_scene *tree; /* of one group of meshes */
+  pktrt__view view;
+  bool moving;
+  size_t rays, batches;
+  pktrt__batch *batch;
+  visit *visit[2];  /* of rays, of groups */
+  size_t *start[2]; /* where the visits of a batch begin */
+  size_t count[2], room;
+  uint64_t tests; /* of a ray and a triangle, in one go over all visits; rays and groups make the same */
+} course;
+
+typedef struct race_set {
+  void (*run[2][2][2])(const course *, size_t batch); /* kensler, groups, moving */
+  uint32_t (*setup8)(const pktrt_scene *, pktrt__batch *, uint32_t i);
+} race_set;
 #endif
 
-PKTRT__INLINE v8 NAME(kensler_dot)(const v8 *a, const v8 *b) {
-  return vfma(a[0], b[0], vfma(a[1], b[1], vmul(a[2], b[2])));
-}
-PKTRT__INLINE void NAME(kensler_cross)(const v8 *a, const v8 *b, v8 *out) {
+OP v8 NAME(kensler_dot)(const v8 *a, const v8 *b) { return vfma(a[0], b[0], vfma(a[1], b[1], vmul(a[2], b[2]))); }
+OP void NAME(kensler_cross)(const v8 *a, const v8 *b, v8 *out) {
   out[0] = vfms(a[1], b[2], vmul(a[2], b[1]));
   out[1] = vfms(a[2], b[0], vmul(a[0], b[2]));
   out[2] = vfms(a[0], b[1], vmul(a[1], b[0]));
 }
 
 /* Eight rays and triangles; the bits of those that meet at t in (tmin, tmax). t is written only if there are any. */
-PKTRT__INLINE uint32_t NAME(kensler_test)(const v8 *p0, const v8 *e0, const v8 *e1, const v8 *n, const v8 *o,
-                                          const v8 *d, v8 tmin, v8 tmax, v8 *t) {
+OP uint32_t NAME(kensler_test)(const v8 *p0, const v8 *e0, const v8 *e1, const v8 *n, const v8 *o, const v8 *d, v8 tmin,
+                               v8 tmax, v8 *t) {
   const v8 r[3] = {vsub(p0[0], o[0]), vsub(p0[1], o[1]), vsub(p0[2], o[2])}, zero = vset(0);
   v8 i[3];
   NAME(kensler_cross)(r, d, i);
@@ -62,8 +58,7 @@ PKTRT__INLINE uint32_t NAME(kensler_test)(const v8 *p0, const v8 *e0, const v8 *
 }
 
 /* One ray against a leaf block. */
-PKTRT__INLINE void NAME(kensler_block)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t index,
-                                       const bool moving) {
+OP void NAME(kensler_block)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t index, const bool moving) {
   const unsigned char *block = view->blocks + index * view->block_bytes;
   const float *k0 = (const float *)(const void *)(block + view->vertex0);
   const float *k1 = (const float *)(const void *)(block + view->vertex1);
@@ -71,9 +66,9 @@ PKTRT__INLINE void NAME(kensler_block)(const pktrt__view *view, pktrt__batch *b,
   const v8 ta = vset(b->ta[r]), tb = vset(b->tb[r]);
   v8 p0[3], e0[3], e1[3], n[3], o[3], d[3], t;
   UNROLL for (uint32_t a = 0; a < 3; a++) {
-    p0[a] = NAME(pktrt__corner)(k0 + 8 * a, k1 + 8 * a, ta, tb, moving);
-    e0[a] = vsub(NAME(pktrt__corner)(k0 + 24 + 8 * a, k1 + 24 + 8 * a, ta, tb, moving), p0[a]);
-    e1[a] = vsub(p0[a], NAME(pktrt__corner)(k0 + 48 + 8 * a, k1 + 48 + 8 * a, ta, tb, moving));
+    p0[a] = NAME(corner)(k0 + 8 * a, k1 + 8 * a, ta, tb, moving);
+    e0[a] = vsub(NAME(corner)(k0 + 24 + 8 * a, k1 + 24 + 8 * a, ta, tb, moving), p0[a]);
+    e1[a] = vsub(p0[a], NAME(corner)(k0 + 48 + 8 * a, k1 + 48 + 8 * a, ta, tb, moving));
     o[a] = vset(b->o[a][r]), d[a] = vset(b->d[a][r]);
   }
   NAME(kensler_cross)(e0, e1, n);
@@ -88,20 +83,20 @@ PKTRT__INLINE void NAME(kensler_block)(const pktrt__view *view, pktrt__batch *b,
 }
 
 /* One triangle against those of rays r to r + 7 that `bits` names. At rest, what needs no ray is the same for all. */
-PKTRT__INLINE void NAME(kensler_rays)(pktrt__batch *b, const float *k0, const float *k1, uint32_t r, uint32_t bits,
-                                      uint32_t lane, uint32_t id, uint32_t slot, const bool moving) {
+OP void NAME(kensler_rays)(pktrt__batch *b, const float *k0, const float *k1, uint32_t r, uint32_t bits, uint32_t lane,
+                           uint32_t id, uint32_t slot, const bool moving) {
   v8 p0[3], e0[3], e1[3], n[3], o[3], d[3], t;
   if (moving) {
     const v8 ta = vload(b->ta + r), tb = vload(b->tb + r);
     v8 p[9];
-    UNROLL for (uint32_t i = 0; i < 9; i++)
-      p[i] = vadd(vmul(ta, vset(k0[8 * i + lane])), vmul(tb, vset(k1[8 * i + lane])));
+    UNROLL for (uint32_t i = 0; i < 9; i++) p[i] =
+        vadd(vmul(ta, vset(k0[8 * i + lane])), vmul(tb, vset(k1[8 * i + lane])));
     UNROLL for (uint32_t a = 0; a < 3; a++) p0[a] = p[a], e0[a] = vsub(p[3 + a], p[a]), e1[a] = vsub(p[a], p[6 + a]);
     NAME(kensler_cross)(e0, e1, n);
   } else {
     float p[3], f[3], g[3];
-    UNROLL for (uint32_t a = 0; a < 3; a++)
-      p[a] = k0[8 * a + lane], f[a] = k0[24 + 8 * a + lane] - p[a], g[a] = p[a] - k0[48 + 8 * a + lane];
+    UNROLL for (uint32_t a = 0; a < 3; a++) p[a] = k0[8 * a + lane], f[a] = k0[24 + 8 * a + lane] - p[a],
+                                            g[a] = p[a] - k0[48 + 8 * a + lane];
     UNROLL for (uint32_t a = 0; a < 3; a++) {
       const uint32_t u = (a + 1) % 3, v = (a + 2) % 3;
       p0[a] = vset(p[a]), e0[a] = vset(f[a]), e1[a] = vset(g[a]), n[a] = vset(f[u] * g[v] - f[v] * g[u]);
@@ -117,22 +112,21 @@ PKTRT__INLINE void NAME(kensler_rays)(pktrt__batch *b, const float *k0, const fl
 }
 
 /* pktrt's way with the same triangle and rays: as in a leaf of the paper path. */
-PKTRT__INLINE void NAME(kensler_ours)(const pktrt__view *view, pktrt__batch *b, const float *k0, const float *k1,
-                                      const uint32_t *id, uint32_t r, uint32_t bits, uint32_t index,
-                                      const bool moving) {
-  NAME(pktrt__paper) p;
+OP void NAME(kensler_ours)(const pktrt__view *view, pktrt__batch *b, const float *k0, const float *k1,
+                           const uint32_t *id, uint32_t r, uint32_t bits, uint32_t index, const bool moving) {
+  NAME(paper) p;
   p.b = b, p.view = view;
   bool same = true;
   for (uint32_t m = bits; m; m &= m - 1) same &= b->axis[r + pktrt__lowest(m)] == b->axis[r + pktrt__lowest(bits)];
   for (uint32_t m = same ? vids(id) : 0; m; m &= m - 1) {
     const uint32_t lane = pktrt__lowest(m);
-    NAME(pktrt__paper_triangle)(&p, k0, k1, r, bits, lane, id[lane], index * 8 + lane, moving, false, NULL);
+    NAME(paper_triangle)(&p, k0, k1, r, bits, lane, id[lane], index * 8 + lane, moving, false, NULL);
   }
   for (uint32_t m = same ? 0 : bits; m; m &= m - 1)
-    NAME(pktrt__ray_block)(view, b, r + pktrt__lowest(m), index, false, moving, false, NULL);
+    NAME(ray_block)(view, b, r + pktrt__lowest(m), index, false, moving, false, NULL);
 }
 
-PKTRT__INLINE void NAME(race)(const course *c, size_t batch, const bool kensler, const bool groups, const bool moving) {
+OP void NAME(race)(const course *c, size_t batch, const bool kensler, const bool groups, const bool moving) {
   pktrt__batch *b = &c->batch[batch];
   for (size_t i = c->start[groups][batch]; i < c->start[groups][batch + 1]; i++) {
     const visit v = c->visit[groups][i];
@@ -141,7 +135,7 @@ PKTRT__INLINE void NAME(race)(const course *c, size_t batch, const bool kensler,
     const float *k1 = (const float *)(const void *)(block + c->view.vertex1);
     const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
     if (!groups && kensler) NAME(kensler_block)(&c->view, b, v.ray, v.block, moving);
-    else if (!groups) NAME(pktrt__ray_block)(&c->view, b, v.ray, v.block, false, moving, false, NULL);
+    else if (!groups) NAME(ray_block)(&c->view, b, v.ray, v.block, false, moving, false, NULL);
     else if (!kensler) NAME(kensler_ours)(&c->view, b, k0, k1, id, v.ray, v.bits, v.block, moving);
     else
       for (uint32_t m = vids(id); m; m &= m - 1) {
@@ -167,27 +161,4 @@ RACE(111, true, true, true)
 #undef RACE
 static const race_set NAME(races) = {{{{NAME(race_000), NAME(race_001)}, {NAME(race_010), NAME(race_011)}},
                                       {{NAME(race_100), NAME(race_101)}, {NAME(race_110), NAME(race_111)}}},
-                                     NAME(pktrt__setup8)};
-
-#undef v8
-#undef m8
-#undef vload
-#undef vstore
-#undef vset
-#undef vadd
-#undef vsub
-#undef vmul
-#undef vdiv
-#undef vfma
-#undef vfms
-#undef vmin
-#undef vmax
-#undef vlt
-#undef mand
-#undef mbits
-#undef mfrom
-#undef vput
-#undef vput_u32
-#undef vids
-#undef NAME
-#undef UNROLL
+                                     NAME(setup8)};

@@ -51,8 +51,7 @@ static void table1(bench *b) {
   print_speeds(b);
   print_tests(b);
   say(b, "Mrays/s, single rays to packets by ray type:\n\n| scene | packets | the paper |");
-  say_columns(b);
-  say(b, "\n|---|---|--:|--:|--:|%s\n", columns() > 2 ? "--:|" : "");
+  say_columns(b, "|---|---|--:|");
   for (int k = 0; k < 3; k++)
     for (int e = 0; e < 4; e++) {
       say(b, "| %s | %ux%u | %.2f to %.2f: %.2fx |", paper[k].scene, edges[e], edges[e], paper[k].single[e],
@@ -83,8 +82,7 @@ static void table2(bench *b) {
   print_speeds(b);
   print_tests(b);
   say(b, "Mrays/s:\n\n| scene | mode | the paper |");
-  say_columns(b);
-  say(b, "\n|---|---|--:|--:|--:|%s\n", columns() > 2 ? "--:|" : "");
+  say_columns(b, "|---|---|--:|");
   for (int k = 0; k < 3; k++)
     for (int m = 0; m < 3; m++) {
       say(b, "| %s | %s | %.2f |", paper[k].scene, mode_names[m], paper[k].speed[m]);
@@ -107,8 +105,7 @@ static void table3(bench *b) {
   print_speeds(b);
   print_tests(b);
   say(b, "Mrays/s, single rays to packets by ray type:\n\n| samples | the paper |");
-  say_columns(b);
-  say(b, "\n|--:|--:|--:|--:|%s\n", columns() > 2 ? "--:|" : "");
+  say_columns(b, "|--:|--:|");
   for (int e = 0; e < 3; e++) {
     say(b, "| %u | %.2f to %.2f: %.2fx |", edges[e] * edges[e], single[e], types[e], speedup[e]);
     for (int c = 0; c < columns(); c++) say_pair(b, r[c][e]);

@@ -8,6 +8,7 @@
 #include "bench.h"
 #include <getopt.h>
 #define PKTRT_IMPLEMENTATION
+#define PKTRT__ALSO_STAMP "bench/kensler.h"
 #include "../pktrt.h"
 #include "../examples/scenes.h"
 
@@ -526,9 +527,13 @@ static bool column(int i, setup *s) { /* false: there is no such one */
   return i < columns();
 }
 
-static void say_columns(const bench *b) {
+/* The columns' names, and the line below the head of a table that begins with `rule`. */
+static void say_columns(const bench *b, const char *rule) {
   for (int c = 0; c < columns(); c++)
     say(b, " %s, %s |", c ? "fast path" : "paper path", pktrt_isa_string(c == 2 ? widest() : four_lanes()));
+  say(b, "\n%s", rule);
+  for (int c = 0; c < columns(); c++) say(b, "--:|");
+  say(b, "\n");
 }
 
 static const unsigned edges[4] = {2, 4, 8, 16};

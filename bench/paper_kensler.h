@@ -1,106 +1,33 @@
 /* paper_kensler.h - part of paper.c: the triangle test of Kensler and Shirley, which the paper uses (section 4), beside
-   pktrt's, on the pairs of rays and leaves that traversal really meets. The kernels are in kensler.h.
+   pktrt's, on the pairs of rays and leaves that traversal really meets. The kernels are in kensler.h, which pktrt.h
+   stamps with its own.
 
    These are internals of pktrt.h: its vectors, blocks and batches, ray_block and paper_triangle. There is no public way
    to test triangles without a tree.
 
-   Contents: course, kernels, pairs, racing, edges, part. */
+   Contents: kernels, pairs, racing, edges, part. */
 #ifndef PAPER_KENSLER_H
 #define PAPER_KENSLER_H
 
 #include "paper_system.h"
 
-/* >>course --------------------------------------------------------------------------------------------------------- */
-
-typedef struct visit {              /* a ray of a batch (groups: the first of eight) meets a leaf */
-  uint32_t ray, block, bits, order; /* bits: of a group, those that meet it; order: of visits of one ray or group */
-} visit;
-
-typedef struct course {
-  pktrt_scene *tree; /* of one group of meshes */
-  pktrt__view view;
-  bool moving;
-  size_t rays, batches;
-  pktrt__batch *batch;
-  visit *visit[2];  /* of rays, of groups */
-  size_t *start[2]; /* where the visits of a batch begin */
-  size_t count[2], room;
-  uint64_t tests; /* of a ray and a triangle, in one go over all visits; rays and groups make the same */
-} course;
-
-typedef struct race_set {
-  void (*run[2][2][2])(const course *, size_t batch); /* kensler, groups, moving */
-  uint32_t (*setup8)(const pktrt_scene *, pktrt__batch *, uint32_t i);
-} race_set;
-
 /* >>kernels -------------------------------------------------------------------------------------------------------- */
-
-#define PKTRT__SUFFIX scalar
-#include "kensler.h"
-#undef PKTRT__SUFFIX
-
-#ifdef PKTRT__HAS_SSE2
-#define PKTRT__SUFFIX sse2
-#include "kensler.h"
-#undef PKTRT__SUFFIX
-#endif
-
-#ifdef PKTRT__HAS_AVX2 /* by function, as in pktrt.h */
-#ifdef __clang__
-#pragma clang attribute push(__attribute__((target("avx2,fma,bmi,bmi2,popcnt"))), apply_to = function)
-#else
-#pragma GCC push_options
-#pragma GCC target("avx2,fma,bmi,bmi2,popcnt")
-#endif
-#define PKTRT__SUFFIX avx2
-#include "kensler.h"
-#undef PKTRT__SUFFIX
-#ifdef __clang__
-#pragma clang attribute pop
-#else
-#pragma GCC pop_options
-#endif
-#endif
-
-#ifdef PKTRT__HAS_AVX512
-#ifdef __clang__
-#pragma clang attribute push(__attribute__((target("avx512f,avx512dq,avx512bw,avx512vl,avx2,fma,bmi,bmi2,popcnt"))),   \
-                             apply_to = function)
-#else
-#pragma GCC push_options
-#pragma GCC target("avx512f,avx512dq,avx512bw,avx512vl,avx2,fma,bmi,bmi2,popcnt")
-#endif
-#define PKTRT__SUFFIX avx512
-#include "kensler.h"
-#undef PKTRT__SUFFIX
-#ifdef __clang__
-#pragma clang attribute pop
-#else
-#pragma GCC pop_options
-#endif
-#endif
-
-#ifdef PKTRT__HAS_NEON
-#define PKTRT__SUFFIX neon
-#include "kensler.h"
-#undef PKTRT__SUFFIX
-#endif
 
 static const race_set *races_of(pktrt_isa isa) {
   switch (isa) {
 #ifdef PKTRT__HAS_SSE2
-  case PKTRT_ISA_SSE2: return &races_sse2;
+  case PKTRT_ISA_SSE2: return &pktrt__races_sse2;
 #endif
 #ifdef PKTRT__HAS_AVX2
-  case PKTRT_ISA_AVX2: return &races_avx2;
+  case PKTRT_ISA_AVX2: return &pktrt__races_avx2;
 #endif
 #ifdef PKTRT__HAS_AVX512
-  case PKTRT_ISA_AVX512: return &races_avx512;
+  case PKTRT_ISA_AVX512: return &pktrt__races_avx512;
 #endif
 #ifdef PKTRT__HAS_NEON
-  case PKTRT_ISA_NEON: return &races_neon;
+  case PKTRT_ISA_NEON: return &pktrt__races_neon;
 #endif
-  default: return &races_scalar;
+  default: return &pktrt__races_scalar;
   }
 }
 

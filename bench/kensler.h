@@ -73,7 +73,7 @@ OP void NAME(kensler_block)(const pktrt__view *view, pktrt__batch *b, uint32_t r
   }
   NAME(kensler_cross)(e0, e1, n);
   uint32_t bits = NAME(kensler_test)(p0, e0, e1, n, o, d, vset(b->tmin[r]), vset(b->t[r]), &t);
-  if (!bits || !(bits &= vids(id))) return;
+  if (!bits || !(bits &= NAME(occupied)(id))) return;
   PKTRT__ALIGN64 float ts[8];
   vstore(ts, t);
   for (; bits; bits &= bits - 1) {
@@ -118,7 +118,7 @@ OP void NAME(kensler_ours)(const pktrt__view *view, pktrt__batch *b, const float
   p.b = b, p.view = view;
   bool same = true;
   for (uint32_t m = bits; m; m &= m - 1) same &= b->axis[r + pktrt__lowest(m)] == b->axis[r + pktrt__lowest(bits)];
-  for (uint32_t m = same ? vids(id) : 0; m; m &= m - 1) {
+  for (uint32_t m = same ? NAME(occupied)(id) : 0; m; m &= m - 1) {
     const uint32_t lane = pktrt__lowest(m);
     NAME(paper_triangle)(&p, k0, k1, r, bits, lane, id[lane], index * 8 + lane, moving, false, NULL);
   }
@@ -138,7 +138,7 @@ OP void NAME(race)(const course *c, size_t batch, const bool kensler, const bool
     else if (!groups) NAME(ray_block)(&c->view, b, v.ray, v.block, false, moving, false, NULL);
     else if (!kensler) NAME(kensler_ours)(&c->view, b, k0, k1, id, v.ray, v.bits, v.block, moving);
     else
-      for (uint32_t m = vids(id); m; m &= m - 1) {
+      for (uint32_t m = NAME(occupied)(id); m; m &= m - 1) {
         const uint32_t lane = pktrt__lowest(m);
         NAME(kensler_rays)(b, k0, k1, v.ray, v.bits, lane, id[lane], v.block * 8 + lane, moving);
       }

@@ -2572,7 +2572,8 @@ typedef struct pktrt__batch {
   float tiny[PKTRT__BATCH];
   float pad[PKTRT__BATCH];       /* D */
   float ta[PKTRT__BATCH], tb[PKTRT__BATCH]; /* time weights a, b within the segment, for the group at hand */
-  uint32_t id[PKTRT__BATCH];     /* global index of the nearest hit's triangle; 0 at first: no tie with tmax is won */
+  uint32_t id[PKTRT__BATCH];     /* global index of the nearest hit's triangle; 0 at first: no tie with tmax is won.
+                                    After resolving PKTRT_NONE where nothing is hit */
   uint32_t slot[PKTRT__BATCH];   /* block * 8 + lane; PKTRT_NONE: no hit. For occlusion: 0 when occluded */
   uint32_t group[PKTRT__BATCH];  /* of the nearest hit */
   uint8_t axis[PKTRT__BATCH], octant[PKTRT__BATCH];
@@ -4957,28 +4958,39 @@ PKTRT__NOINLINE uint32_t NAME(resolve8)(const pktrt_scene *scene, pktrt__batch *
   const d8 largest = dmax(dabs(n[0]), dmax(dabs(n[1]), dabs(n[2])));
   const d8 depth = dadd(dadd(dmul(u, z[0]), dmul(v, z[1])), dmul(w, z[2]));
   const m8 m = mfrom(hits);
+  const v8 zero = vset(0);
   vput(b->t + i, m, dto(ddiv(depth, dmul(det, dfrom(vload(b->dk + i))))));
-  vput(b->cn[0] + i, m, dto(ddiv(v, det)));
-  vput(b->cn[1] + i, m, dto(ddiv(w, det)));
-  UNROLL for (int a = 0; a < 3; a++) vput(b->cf[a] + i, m, dto(ddiv(n[a], largest)));
+  vstore(b->cn[0] + i, vsel(m, dto(ddiv(v, det)), zero));
+  vstore(b->cn[1] + i, vsel(m, dto(ddiv(w, det)), zero));
+  UNROLL for (int a = 0; a < 3; a++) vstore(b->cf[a] + i, vsel(m, dto(ddiv(n[a], largest)), zero));
   return hits & ~mbits(dlt(dset(0), largest));
+}
+
+/* Rays i to i+7 that hit nothing: zeros, and no triangle. */
+OP void NAME(resolve_misses)(pktrt__batch *b, uint32_t i, uint32_t hits) {
+  vput_u32(b->id + i, mfrom(0xFFu & ~hits), PKTRT_NONE);
+  if (hits) return;
+  vstore(b->cn[0] + i, vset(0));
+  vstore(b->cn[1] + i, vset(0));
+  UNROLL for (int a = 0; a < 3; a++) vstore(b->cf[a] + i, vset(0));
 }
 
 static void NAME(resolve)(const pktrt_scene *scene, pktrt__batch *b, uint32_t n) {
   for (uint32_t i = 0; i < n; i += 8) {
-    const uint32_t hits = NAME(occupied)(b->slot + i);
-    if (!hits) continue;
-    uint32_t flat = NAME(resolve8)(scene, b, i, hits);
-    if (!flat) continue;
-    /* A moving triangle without area just then, hit only through rounding: such rays look again, with an eye on
-       area. The setup is done anew because u and v stand where it was. */
-    NAME(setup8)(scene, b, i);
-    for (; flat; flat &= flat - 1) {
-      const uint32_t r = i + pktrt__lowest(flat);
-      b->id[r] = 0, b->slot[r] = PKTRT_NONE;
-      NAME(drive_single)(scene, b, r, false, true, false, NULL);
+    uint32_t hits = NAME(occupied)(b->slot + i), flat = hits ? NAME(resolve8)(scene, b, i, hits) : 0;
+    if (PKTRT__UNLIKELY(flat)) {
+      /* A moving triangle without area just then, hit only through rounding: such rays look again, with an eye on
+         area. The setup is done anew because u and v stand where it was. */
+      NAME(setup8)(scene, b, i);
+      for (; flat; flat &= flat - 1) {
+        const uint32_t r = i + pktrt__lowest(flat);
+        b->id[r] = 0, b->slot[r] = PKTRT_NONE;
+        NAME(drive_single)(scene, b, r, false, true, false, NULL);
+      }
+      hits = NAME(occupied)(b->slot + i);
+      NAME(resolve8)(scene, b, i, hits);
     }
-    NAME(resolve8)(scene, b, i, NAME(occupied)(b->slot + i));
+    NAME(resolve_misses)(b, i, hits);
   }
 }
 
@@ -5130,7 +5142,10 @@ OP void NAME(trace_as)(const pktrt__call *call, pktrt__batch *b, uint32_t n, con
     COUNT(rays, pktrt__popcount(valid));
     for (uint32_t j = i; j < i + 8; j++) b->id[j] = 0, b->slot[j] = PKTRT_NONE;
   }
-  if (!scene->group_count) return;
+  if (!scene->group_count) {
+    if (!occlusion) NAME(resolve)(scene, b, n);
+    return;
+  }
   /* WHY: so few rays gain nothing together, least of all where the first hit ends a ray. Eight shuffled shadow rays
      took 1.14 times as long in a stream as in single calls. */
   const bool few = n < (occlusion ? 32u : 16u);
@@ -5609,7 +5624,14 @@ static void pktrt__pad_batch(pktrt__batch *b, uint32_t n) {
   }
 }
 
-/* The first of `left` rays. Those of the next batch are asked for: the hardware's foresight ends with each page. */
+/* Asks the caches for a batch's worth of the caller's values, the batch after this one: the hardware's foresight ends
+   with each page. `left`: values from `row` on. */
+static void pktrt__fetch_row(const void *row, size_t left) {
+  const size_t line = 64 / sizeof(float);
+  for (size_t i = PKTRT__BATCH; i < 2 * PKTRT__BATCH && i < left; i += line) PKTRT__PREFETCH((const float *)row + i);
+}
+
+/* n of `left` rays. */
 static void pktrt__load_rays(pktrt__batch *b, const pktrt_ray *rays, uint32_t n, size_t left) {
   for (uint32_t i = 0; i < n; i++) {
     for (int a = 0; a < 3; a++) b->o[a][i] = rays[i].origin[a], b->d[a][i] = rays[i].direction[a];
@@ -5619,16 +5641,20 @@ static void pktrt__load_rays(pktrt__batch *b, const pktrt_ray *rays, uint32_t n,
   pktrt__pad_batch(b, n);
 }
 
-static void pktrt__load_soa(pktrt__batch *b, const pktrt_rays *rays, size_t first, uint32_t n) {
+/* One row of a batch from n of `left` values of the caller's. */
+static void pktrt__load_row(float *row, const float *from, float instead, uint32_t n, size_t left) {
+  if (from) memcpy(row, from, n * sizeof(float)), pktrt__fetch_row(from, left);
+  for (uint32_t i = 0; !from && i < n; i++) row[i] = instead;
+}
+
+static void pktrt__load_soa(pktrt__batch *b, const pktrt_rays *rays, size_t first, uint32_t n, size_t left) {
   for (int a = 0; a < 3; a++) {
-    memcpy(b->o[a], rays->origin[a] + first, n * sizeof(float));
-    memcpy(b->d[a], rays->direction[a] + first, n * sizeof(float));
+    pktrt__load_row(b->o[a], rays->origin[a] + first, 0, n, left);
+    pktrt__load_row(b->d[a], rays->direction[a] + first, 0, n, left);
   }
-  for (uint32_t i = 0; i < n; i++) {
-    b->tmin[i] = rays->tmin ? rays->tmin[first + i] : 0;
-    b->tmax[i] = rays->tmax ? rays->tmax[first + i] : INFINITY;
-    b->time[i] = rays->time ? rays->time[first + i] : 0;
-  }
+  pktrt__load_row(b->tmin, rays->tmin ? rays->tmin + first : NULL, 0, n, left);
+  pktrt__load_row(b->tmax, rays->tmax ? rays->tmax + first : NULL, INFINITY, n, left);
+  pktrt__load_row(b->time, rays->time ? rays->time + first : NULL, 0, n, left);
   pktrt__pad_batch(b, n);
 }
 
@@ -5645,33 +5671,41 @@ PKTRT__INLINE uint32_t pktrt__mesh_at(const pktrt_scene *s, uint32_t id, uint32_
   return *hint = lo;
 }
 
-static void pktrt__hit_of(const pktrt_scene *s, const pktrt__batch *b, uint32_t i, uint32_t *hint, pktrt_hit *h) {
-  if (b->slot[i] == PKTRT_NONE) {
-    memset(h, 0, sizeof *h);
-    h->t = b->tmax[i];
-    h->mesh = h->triangle = PKTRT_NONE;
-    return;
+/* Mesh and triangle of a global index. */
+PKTRT__INLINE void pktrt__name_triangle(const pktrt_scene *s, uint32_t id, uint32_t *hint, uint32_t *mesh,
+                                        uint32_t *triangle) {
+  *mesh = *triangle = PKTRT_NONE;
+  if (id == PKTRT_NONE) return;
+  *mesh = pktrt__mesh_at(s, id, hint);
+  *triangle = id - s->meshes[*mesh].first_id;
+}
+
+static void pktrt__store_hits(const pktrt_scene *s, const pktrt__batch *b, pktrt_hit *hits, uint32_t n, size_t left) {
+  uint32_t hint = 0;
+  for (uint32_t i = 0; i < n; i++) {
+    pktrt_hit *h = &hits[i];
+    if (i + PKTRT__BATCH < left) PKTRT__PREFETCH(h + PKTRT__BATCH);
+    h->t = b->t[i], h->u = b->cn[0][i], h->v = b->cn[1][i];
+    for (int a = 0; a < 3; a++) h->normal[a] = b->cf[a][i];
+    pktrt__name_triangle(s, b->id[i], &hint, &h->mesh, &h->triangle);
   }
-  h->t = b->t[i];
-  h->u = b->cn[0][i], h->v = b->cn[1][i];
-  for (int a = 0; a < 3; a++) h->normal[a] = b->cf[a][i];
-  h->mesh = pktrt__mesh_at(s, b->id[i], hint);
-  h->triangle = b->id[i] - s->meshes[h->mesh].first_id;
+}
+
+static void pktrt__store_row(float *to, const float *row, size_t first, uint32_t n, size_t left) {
+  if (to) memcpy(to + first, row, n * sizeof(float)), pktrt__fetch_row(to + first, left);
 }
 
 static void pktrt__store_soa(const pktrt_scene *s, const pktrt__batch *b, const pktrt_hits *hits, size_t first,
-                             uint32_t n) {
-  uint32_t hint = 0;
-  for (uint32_t i = 0; i < n; i++) {
-    pktrt_hit h;
-    pktrt__hit_of(s, b, i, &hint, &h);
-    if (hits->t) hits->t[first + i] = h.t;
-    if (hits->u) hits->u[first + i] = h.u;
-    if (hits->v) hits->v[first + i] = h.v;
-    for (int a = 0; a < 3; a++)
-      if (hits->normal[a]) hits->normal[a][first + i] = h.normal[a];
-    if (hits->mesh) hits->mesh[first + i] = h.mesh;
-    if (hits->triangle) hits->triangle[first + i] = h.triangle;
+                             uint32_t n, size_t left) {
+  uint32_t hint = 0, mesh, triangle;
+  pktrt__store_row(hits->t, b->t, first, n, left);
+  pktrt__store_row(hits->u, b->cn[0], first, n, left);
+  pktrt__store_row(hits->v, b->cn[1], first, n, left);
+  for (int a = 0; a < 3; a++) pktrt__store_row(hits->normal[a], b->cf[a], first, n, left);
+  for (uint32_t i = 0; i < n && (hits->mesh || hits->triangle); i++) {
+    pktrt__name_triangle(s, b->id[i], &hint, &mesh, &triangle);
+    if (hits->mesh) hits->mesh[first + i] = mesh;
+    if (hits->triangle) hits->triangle[first + i] = triangle;
   }
 }
 
@@ -5703,15 +5737,11 @@ PKTRT_DEF void pktrt_intersect_ex(const pktrt_scene *s, const pktrt_query_desc *
   const pktrt__call call = pktrt__call_of(s, desc, &d, false);
   const uint32_t size = pktrt__batch_size(&d);
   pktrt__batch b;
-  uint32_t hint = 0;
   for (size_t i = 0; i < n; i += size) {
     const uint32_t m = n - i < size ? (uint32_t)(n - i) : size;
     pktrt__load_rays(&b, rays + i, m, n - i);
     s->kernels->trace(&call, &b, m);
-    for (uint32_t j = 0; j < m; j++) {
-      if (i + j + PKTRT__BATCH < n) PKTRT__PREFETCH(&hits[i + j + PKTRT__BATCH]);
-      pktrt__hit_of(s, &b, j, &hint, &hits[i + j]);
-    }
+    pktrt__store_hits(s, &b, hits + i, m, n - i);
   }
 }
 
@@ -5737,9 +5767,9 @@ PKTRT_DEF void pktrt_intersect_soa_ex(const pktrt_scene *s, const pktrt_query_de
   pktrt__batch b;
   for (size_t i = 0; i < n; i += size) {
     const uint32_t m = n - i < size ? (uint32_t)(n - i) : size;
-    pktrt__load_soa(&b, rays, i, m);
+    pktrt__load_soa(&b, rays, i, m, n - i);
     s->kernels->trace(&call, &b, m);
-    pktrt__store_soa(s, &b, hits, i, m);
+    pktrt__store_soa(s, &b, hits, i, m, n - i);
   }
 }
 
@@ -5751,7 +5781,7 @@ PKTRT_DEF void pktrt_occluded_soa_ex(const pktrt_scene *s, const pktrt_query_des
   pktrt__batch b;
   for (size_t i = 0; i < n; i += size) {
     const uint32_t m = n - i < size ? (uint32_t)(n - i) : size;
-    pktrt__load_soa(&b, rays, i, m);
+    pktrt__load_soa(&b, rays, i, m, n - i);
     s->kernels->trace(&call, &b, m);
     for (uint32_t j = 0; j < m; j++) out[i + j] = b.slot[j] != PKTRT_NONE;
   }
@@ -7134,7 +7164,7 @@ static void pktrt__take_hits(const pktrt__pending *p) {
   pktrt__wave *w = p->wave[0];
   const uint32_t first = p->target[0];
   const size_t size = p->n * sizeof(float);
-  for (uint32_t i = 0; i < p->n; i++) w->id[first + i] = b->slot[i] == PKTRT_NONE ? PKTRT_NONE : b->id[i];
+  memcpy(w->id + first, b->id, p->n * sizeof(uint32_t));
   memcpy(w->t + first, b->t, size), memcpy(w->u + first, b->cn[0], size), memcpy(w->v + first, b->cn[1], size);
   for (int a = 0; a < 3; a++) memcpy(w->n[a] + first, b->cf[a], size);
 }
@@ -7163,7 +7193,7 @@ PKTRT__NOINLINE void pktrt__flush(pktrt__work *work, pktrt_ray_type type, uint32
       for (int a = 0; a < 3; a++) s->radiance[a][k] += p->arriving[a][i] * p->seen[a][i];
       continue;
     }
-    w->id[k] = b->slot[i] == PKTRT_NONE ? PKTRT_NONE : b->id[i];
+    w->id[k] = b->id[i];
     w->t[k] = b->t[i], w->u[k] = b->cn[0][i], w->v[k] = b->cn[1][i];
     for (int a = 0; a < 3; a++) w->n[a][k] = b->cf[a][i];
   }

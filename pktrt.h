@@ -2581,6 +2581,15 @@ typedef struct pktrt__batch {
   uint64_t valid[PKTRT__BATCH / 64];
 } pktrt__batch;
 
+/* Fills the lanes behind the last ray with rays that hit nothing, up to a whole vector. */
+static void pktrt__pad_batch(pktrt__batch *b, uint32_t n) {
+  const uint32_t padded = (n + 7) / 8 * 8;
+  for (uint32_t i = n; i < padded; i++) {
+    for (int a = 0; a < 3; a++) b->o[a][i] = 0, b->d[a][i] = 0;
+    b->tmin[i] = b->tmax[i] = b->time[i] = 0;
+  }
+}
+
 /* What a kernel needs to know of a group: one segment of its motion. */
 typedef struct pktrt__view {
   const pktrt__group *groups;
@@ -2836,6 +2845,7 @@ typedef struct pktrt__kernels {
 #define PKTRT__STAMP_AVX2 3
 #define PKTRT__STAMP_AVX512 4
 #define PKTRT__STAMP_NEON 5
+#define PKTRT__STAMP_ONE 6
 
 /* >>dispatch ------------------------------------------------------------------------------------------------------- */
 
@@ -2845,6 +2855,12 @@ typedef struct pktrt__kernels {
 #define PKTRT__PASTE2(a, b) a##_##b
 #define PKTRT__PASTE(a, b) PKTRT__PASTE2(a, b)
 #define PKTRT__NAME(x) PKTRT__PASTE(x, PKTRT__SUFFIX)
+
+#define PKTRT__STAMP PKTRT__STAMP_ONE
+#define PKTRT__SUFFIX one
+#include PKTRT_HEADER_FILENAME
+#undef PKTRT__STAMP
+#undef PKTRT__SUFFIX
 
 #define PKTRT__STAMP PKTRT__STAMP_SCALAR
 #define PKTRT__SUFFIX scalar
@@ -3003,6 +3019,12 @@ static const pktrt__kernels *pktrt__kernels_of(pktrt_isa isa) {
 #define aor PKTRT__NAME(pktrt__aor)
 #define apush PKTRT__NAME(pktrt__apush)
 #define OP PKTRT__INLINE
+/* Eight of everything; one, for rays that come one by one, in the setup and resolving of rays. */
+#if PKTRT__STAMP == PKTRT__STAMP_ONE
+#define LANES 1
+#else
+#define LANES 8
+#endif
 /* Before a short loop over axes or corners: gcc -O2 would keep its vectors in memory otherwise. */
 #if PKTRT__STAMP != PKTRT__STAMP_SCALAR && defined(__GNUC__) && !defined(__clang__) && defined(__OPTIMIZE__)
 #define UNROLL _Pragma("GCC unroll 8")
@@ -3174,21 +3196,23 @@ OP uint32_t apush(a8 a, const uint32_t *child, v8 dist, uint32_t perm, uint64_t 
 }
 #endif
 
-#elif PKTRT__STAMP == PKTRT__STAMP_SCALAR
+#elif PKTRT__STAMP == PKTRT__STAMP_SCALAR || PKTRT__STAMP == PKTRT__STAMP_ONE
 
+#if PKTRT__STAMP == PKTRT__STAMP_SCALAR
 /* Functions of their own, not inlined: a debugger can step through them, and the code stays small. */
 #undef OP
 #define OP PKTRT__NOINLINE
+#endif
 typedef struct v8 {
-  float f[8];
+  float f[LANES];
 } v8;
 typedef uint32_t m8;
 typedef struct d8 {
-  double d[8];
+  double d[LANES];
 } d8;
 #define PKTRT__EACH(type, expression) \
   type r;                             \
-  for (int i = 0; i < 8; i++) expression; \
+  for (int i = 0; i < LANES; i++) expression; \
   return r
 OP v8 vload(const float *p) { PKTRT__EACH(v8, r.f[i] = p[i]); }
 OP void vstore(float *p, v8 a) { memcpy(p, a.f, sizeof a.f); }
@@ -3208,22 +3232,22 @@ OP v8 vwith_sign(v8 magnitude, v8 sign) {
 }
 OP uint32_t vsign(v8 a) {
   uint32_t r = 0;
-  for (int i = 0; i < 8; i++) r |= pktrt__sign_bit(a.f[i]) << i;
+  for (int i = 0; i < LANES; i++) r |= pktrt__sign_bit(a.f[i]) << i;
   return r;
 }
 OP float vhmin(v8 a) {
   float r = a.f[0];
-  for (int i = 1; i < 8; i++) r = r < a.f[i] ? r : a.f[i];
+  for (int i = 1; i < LANES; i++) r = r < a.f[i] ? r : a.f[i];
   return r;
 }
 OP float vhmax(v8 a) {
   float r = a.f[0];
-  for (int i = 1; i < 8; i++) r = r > a.f[i] ? r : a.f[i];
+  for (int i = 1; i < LANES; i++) r = r > a.f[i] ? r : a.f[i];
   return r;
 }
 #define PKTRT__COMPARE(condition) \
   m8 r = 0;                       \
-  for (int i = 0; i < 8; i++) r |= (m8)(condition) << i; \
+  for (int i = 0; i < LANES; i++) r |= (m8)(condition) << i; \
   return r
 OP m8 vlt(v8 a, v8 b) { PKTRT__COMPARE(a.f[i] < b.f[i]); }
 OP m8 vle(v8 a, v8 b) { PKTRT__COMPARE(a.f[i] <= b.f[i]); }
@@ -3234,11 +3258,11 @@ OP uint32_t mbits(m8 m) { return m; }
 OP m8 mfrom(uint32_t bits) { return bits; }
 OP v8 vsel(m8 m, v8 a, v8 b) { PKTRT__EACH(v8, r.f[i] = m >> i & 1 ? a.f[i] : b.f[i]); }
 OP void vput(float *p, m8 m, v8 a) {
-  for (int i = 0; i < 8; i++)
+  for (int i = 0; i < LANES; i++)
     if (m >> i & 1) p[i] = a.f[i];
 }
 OP void vput_u32(uint32_t *p, m8 m, uint32_t x) {
-  for (int i = 0; i < 8; i++)
+  for (int i = 0; i < LANES; i++)
     if (m >> i & 1) p[i] = x;
 }
 OP uint32_t vsame(const uint32_t *p, uint32_t x) { PKTRT__COMPARE(p[i] == x); }
@@ -3587,8 +3611,9 @@ typedef __mmask16 PKTRT__NAME(pktrt__mf);
     if (stats) counts->field += (uint64_t)(n);                                                                         \
   } while (0)
 
-/* Derives the fields of rays i to i+7 from o, d, tmin, tmax; the bits of those that can hit anything. */
-PKTRT__NOINLINE uint32_t NAME(setup8)(const pktrt_scene *scene, pktrt__batch *b, uint32_t i) {
+/* Derives the fields of eight rays (one, in the stamp for one) from o, d, tmin, tmax; the bits of those that can hit
+   anything. */
+PKTRT__NOINLINE uint32_t NAME(setup)(const pktrt_scene *scene, pktrt__batch *b, uint32_t i) {
   const v8 zero = vset(0), dx = vload(b->d[0] + i), dy = vload(b->d[1] + i), dz = vload(b->d[2] + i);
   const v8 ax = vabs(dx), ay = vabs(dy), az = vabs(dz);
   const m8 not_y = mand(vle(ay, ax), vle(az, ax)), y = vle(az, ay); /* x if not_y, else y if y, else z */
@@ -3598,7 +3623,7 @@ PKTRT__NOINLINE uint32_t NAME(setup8)(const pktrt_scene *scene, pktrt__batch *b,
   vstore(b->dk + i, dk);
   vstore(b->adk + i, adk);
   const uint32_t x_bits = mbits(not_y), y_bits = mbits(y), sx = vsign(dx), sy = vsign(dy), sz = vsign(dz);
-  UNROLL for (uint32_t j = 0; j < 8; j++) {
+  UNROLL for (uint32_t j = 0; j < LANES; j++) {
     b->axis[i + j] = (uint8_t)(x_bits >> j & 1 ? 0 : y_bits >> j & 1 ? 1 : 2);
     b->octant[i + j] = (uint8_t)((sx >> j & 1) | (sy >> j & 1) << 1 | (sz >> j & 1) << 2);
   }
@@ -3635,6 +3660,7 @@ PKTRT__NOINLINE uint32_t NAME(setup8)(const pktrt_scene *scene, pktrt__batch *b,
   vstore(b->sn + i, vmax(vadd(n, n_slack), n)); /* an infinite end stays what it is */
   vstore(b->sf + i, vmin(vsub(last, vadd(vmul(vabs(last), relative), tiny)), last));
   vstore(b->t + i, tmax);
+  for (uint32_t j = 0; j < LANES; j++) b->id[i + j] = 0, b->slot[i + j] = PKTRT_NONE;
 
   const v8 huge = vset(FLT_MAX), longest = vmax(ax, vmax(ay, az)); /* a NaN in ax is lost here, hence all three below */
   m8 ok = mand(mand(vlt(zero, longest), vlt(tmin, tmax)), vle(o_max, vset(PKTRT_MAX_COORD)));
@@ -3645,6 +3671,7 @@ PKTRT__NOINLINE uint32_t NAME(setup8)(const pktrt_scene *scene, pktrt__batch *b,
   return mbits(ok);
 }
 
+#if PKTRT__STAMP != PKTRT__STAMP_ONE
 /* Time weights of rays [first, first + n) for a group of `keys` keys. */
 OP void NAME(weights)(pktrt__batch *b, uint32_t first, uint32_t n, uint32_t keys) {
   for (uint32_t i = first; i < first + n; i++)
@@ -4902,6 +4929,8 @@ OP void NAME(drive_fast)(const pktrt_scene *scene, pktrt__batch *b, uint32_t n, 
     }
 }
 
+#endif /* not for one */
+
 /* >>resolve ---------------------------------------------------------------------------------------------------------
 
    u, v and normal of the hits, once per ray, in double from the triangle's corners: u, v to cn[0..1], the normal,
@@ -4931,7 +4960,7 @@ OP void NAME(gather_corners)(const pktrt_scene *scene, const pktrt__batch *b, ui
   }
 }
 
-PKTRT__NOINLINE uint32_t NAME(resolve8)(const pktrt_scene *scene, pktrt__batch *b, uint32_t i, uint32_t hits) {
+PKTRT__NOINLINE uint32_t NAME(resolve_hits)(const pktrt_scene *scene, pktrt__batch *b, uint32_t i, uint32_t hits) {
   v8 p[3][3]; /* [corner][axis] */
   NAME(gather_corners)(scene, b, i, hits, p);
   const v8 adx = vabs(vload(b->d[0] + i)), ady = vabs(vload(b->d[1] + i)), adz = vabs(vload(b->d[2] + i));
@@ -4966,6 +4995,7 @@ PKTRT__NOINLINE uint32_t NAME(resolve8)(const pktrt_scene *scene, pktrt__batch *
   return hits & ~mbits(dlt(dset(0), largest));
 }
 
+#if PKTRT__STAMP != PKTRT__STAMP_ONE
 /* Rays i to i+7 that hit nothing: zeros, and no triangle. */
 OP void NAME(resolve_misses)(pktrt__batch *b, uint32_t i, uint32_t hits) {
   vput_u32(b->id + i, mfrom(0xFFu & ~hits), PKTRT_NONE);
@@ -4977,18 +5007,19 @@ OP void NAME(resolve_misses)(pktrt__batch *b, uint32_t i, uint32_t hits) {
 
 static void NAME(resolve)(const pktrt_scene *scene, pktrt__batch *b, uint32_t n) {
   for (uint32_t i = 0; i < n; i += 8) {
-    uint32_t hits = NAME(occupied)(b->slot + i), flat = hits ? NAME(resolve8)(scene, b, i, hits) : 0;
+    uint32_t hits = NAME(occupied)(b->slot + i), flat = hits ? NAME(resolve_hits)(scene, b, i, hits) : 0;
     if (PKTRT__UNLIKELY(flat)) {
       /* A moving triangle without area just then, hit only through rounding: such rays look again, with an eye on
          area. The setup is done anew because u and v stand where it was. */
-      NAME(setup8)(scene, b, i);
-      for (; flat; flat &= flat - 1) {
-        const uint32_t r = i + pktrt__lowest(flat);
-        b->id[r] = 0, b->slot[r] = PKTRT_NONE;
-        NAME(drive_single)(scene, b, r, false, true, false, NULL);
+      uint32_t kept[2][8];
+      memcpy(kept[0], b->id + i, sizeof kept[0]), memcpy(kept[1], b->slot + i, sizeof kept[1]);
+      NAME(setup)(scene, b, i);
+      for (uint32_t j = 0; j < 8; j++) {
+        if (flat >> j & 1) NAME(drive_single)(scene, b, i + j, false, true, false, NULL);
+        else b->id[i + j] = kept[0][j], b->slot[i + j] = kept[1][j];
       }
       hits = NAME(occupied)(b->slot + i);
-      NAME(resolve8)(scene, b, i, hits);
+      NAME(resolve_hits)(scene, b, i, hits);
     }
     NAME(resolve_misses)(b, i, hits);
   }
@@ -5132,15 +5163,41 @@ static uint32_t NAME(aim)(const pktrt__surfaces *s, uint32_t i, const pktrt__tar
 
 /* >>entry ---------------------------------------------------------------------------------------------------------- */
 
+/* One ray of its own: what it needs is set up and resolved in one lane. */
+OP void NAME(trace_one)(const pktrt_scene *scene, pktrt__batch *b, const bool occlusion, const bool stats,
+                        pktrt_counts *counts) {
+  const uint32_t valid = pktrt__setup_one(scene, b, 0);
+  COUNT(rays, valid);
+  COUNT(packets, valid);
+  if (valid) NAME(drive_single)(scene, b, 0, occlusion, false, stats, counts);
+  const uint32_t hit = b->slot[0] != PKTRT_NONE;
+  COUNT(hits, hit);
+  if (occlusion) return;
+  if (!hit) {
+    b->id[0] = PKTRT_NONE, b->cn[0][0] = b->cn[1][0] = 0;
+    for (int a = 0; a < 3; a++) b->cf[a][0] = 0;
+  } else if (PKTRT__UNLIKELY(pktrt__resolve_hits_one(scene, b, 0, hit))) {
+    const uint32_t id = b->id[0], slot = b->slot[0], group = b->group[0];
+    pktrt__pad_batch(b, 1);
+    NAME(setup)(scene, b, 0);
+    b->id[0] = id, b->slot[0] = slot, b->group[0] = group;
+    NAME(resolve)(scene, b, 1);
+  }
+}
+
 OP void NAME(trace_as)(const pktrt__call *call, pktrt__batch *b, uint32_t n, const bool occlusion, const bool stats,
                        pktrt_counts *counts) {
   const pktrt_scene *scene = call->scene;
+  if (n == 1 && call->desc->path != PKTRT_PATH_PAPER) {
+    NAME(trace_one)(scene, b, occlusion, stats, counts);
+    return;
+  }
+  pktrt__pad_batch(b, n);
   memset(b->valid, 0, sizeof b->valid);
   for (uint32_t i = 0; i < n; i += 8) {
-    const uint32_t valid = NAME(setup8)(scene, b, i);
+    const uint32_t valid = NAME(setup)(scene, b, i);
     b->valid[i / 64] |= (uint64_t)valid << (i % 64);
     COUNT(rays, pktrt__popcount(valid));
-    for (uint32_t j = i; j < i + 8; j++) b->id[j] = 0, b->slot[j] = PKTRT_NONE;
   }
   if (!scene->group_count) {
     if (!occlusion) NAME(resolve)(scene, b, n);
@@ -5197,6 +5254,8 @@ static const pktrt__kernels NAME(kernels) = {NAME(trace), NAME(rounds_each_opera
 #ifdef PKTRT__ALSO_STAMP /* for benchmarks: a file of theirs on the same vectors; its path from here, in quotes */
 #include PKTRT__ALSO_STAMP
 #endif
+
+#endif /* not for one */
 
 /* The short names end with the stamp. */
 #undef a8
@@ -5272,6 +5331,7 @@ static const pktrt__kernels NAME(kernels) = {NAME(trace), NAME(rounds_each_opera
 #undef FW
 #undef OP
 #undef UNROLL
+#undef LANES
 #undef NAME
 #undef COUNT
 #undef PKTRT__PICK
@@ -5615,15 +5675,6 @@ PKTRT_DEF pktrt_status pktrt_add_material(pktrt_scene *s, const pktrt_material *
 
 /* >>queries -------------------------------------------------------------------------------------------------------- */
 
-/* Fills the lanes behind the last ray with rays that hit nothing, up to a whole vector. */
-static void pktrt__pad_batch(pktrt__batch *b, uint32_t n) {
-  const uint32_t padded = (n + 7) / 8 * 8;
-  for (uint32_t i = n; i < padded; i++) {
-    for (int a = 0; a < 3; a++) b->o[a][i] = 0, b->d[a][i] = 0;
-    b->tmin[i] = b->tmax[i] = b->time[i] = 0;
-  }
-}
-
 /* Asks the caches for a batch's worth of the caller's values, the batch after this one: the hardware's foresight ends
    with each page. `left`: values from `row` on. */
 static void pktrt__fetch_row(const void *row, size_t left) {
@@ -5638,7 +5689,6 @@ static void pktrt__load_rays(pktrt__batch *b, const pktrt_ray *rays, uint32_t n,
     b->tmin[i] = rays[i].tmin, b->tmax[i] = rays[i].tmax, b->time[i] = rays[i].time;
     if (i + PKTRT__BATCH < left) PKTRT__PREFETCH(&rays[i + PKTRT__BATCH]);
   }
-  pktrt__pad_batch(b, n);
 }
 
 /* One row of a batch from n of `left` values of the caller's. */
@@ -5655,7 +5705,6 @@ static void pktrt__load_soa(pktrt__batch *b, const pktrt_rays *rays, size_t firs
   pktrt__load_row(b->tmin, rays->tmin ? rays->tmin + first : NULL, 0, n, left);
   pktrt__load_row(b->tmax, rays->tmax ? rays->tmax + first : NULL, INFINITY, n, left);
   pktrt__load_row(b->time, rays->time ? rays->time + first : NULL, 0, n, left);
-  pktrt__pad_batch(b, n);
 }
 
 /* The mesh of a global triangle index: the last one that starts at or before it and is not empty. Tries *hint first, as
@@ -7056,7 +7105,6 @@ static void pktrt__trace_batch(pktrt__work *work, pktrt__batch *b, uint32_t n, p
   d.path = alone && job->desc->path == PKTRT_PATH_FAST ? PKTRT_PATH_SINGLE : job->desc->path;
   d.packet_size = alone ? 1 : n;
   if (work->stats) memset(&counts, 0, sizeof counts), call.counts = &counts;
-  pktrt__pad_batch(b, n);
   job->scene->kernels->trace(&call, b, n);
   if (!work->stats) return;
   pktrt__add_counts(&work->stats->by_type[type], &counts);

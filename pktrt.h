@@ -3863,6 +3863,7 @@ OP bool NAME(single)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint3
               best = c, c = swap;
             }
             refs[sp] = child[c], dists[sp++] = dist[c];
+            pktrt__fetch(view, child[c], moving);
           } while (bits &= bits - 1);
         }
         ref = child[best];

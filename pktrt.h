@@ -2554,30 +2554,33 @@ static pktrt_status pktrt__rebuild_worn(pktrt_scene *s) {
 
 /* >>packet --------------------------------------------------------------------------------------------------------- */
 
-enum { PKTRT__BATCH = 256 }; /* rays set up together: a packet of the paper path, four of the fast path */
+enum {
+  PKTRT__BATCH = 256, /* rays at hand together: a packet of the paper path, four of the fast path */
+  PKTRT__ROW = PKTRT__BATCH + 16 /* a line of cache more than a power of two, or all rows would fall on one another */
+};
 
 /* Rays, structure of arrays, with what the kernels derive from them. About 36 KiB, on the stack of a query. */
 typedef struct pktrt__batch {
-  PKTRT__ALIGN64 float o[3][PKTRT__BATCH];
-  float d[3][PKTRT__BATCH];
-  float tmin[PKTRT__BATCH], tmax[PKTRT__BATCH], time[PKTRT__BATCH];
-  float t[PKTRT__BATCH];         /* tmax; after resolving: of the nearest hit, if any */
-  float slope[2][PKTRT__BATCH];  /* Su, Sv of the canonical test */
-  float dk[PKTRT__BATCH], adk[PKTRT__BATCH]; /* d_k, |d_k| */
-  float rd[3][PKTRT__BATCH];     /* 1 / G, by axis */
-  float cn[3][PKTRT__BATCH];     /* o rd + D |rd|: near slab = plane rd - cn. After resolving: u, v */
-  float cf[3][PKTRT__BATCH];     /* o rd - D |rd|: far slab  = plane rd - cf. After resolving: the normal */
-  float wn[PKTRT__BATCH], wf[PKTRT__BATCH]; /* depths beyond these cannot be the answer; see >>exactness */
-  float sn[PKTRT__BATCH], sf[PKTRT__BATCH]; /* depths between these would be */
-  float tiny[PKTRT__BATCH];
-  float pad[PKTRT__BATCH];       /* D */
-  float ta[PKTRT__BATCH], tb[PKTRT__BATCH]; /* time weights a, b within the segment, for the group at hand */
-  uint32_t id[PKTRT__BATCH];     /* global index of the nearest hit's triangle; 0 at first: no tie with tmax is won.
+  PKTRT__ALIGN64 float o[3][PKTRT__ROW];
+  float d[3][PKTRT__ROW];
+  float tmin[PKTRT__ROW], tmax[PKTRT__ROW], time[PKTRT__ROW];
+  float t[PKTRT__ROW];         /* tmax; after resolving: of the nearest hit, if any */
+  float slope[2][PKTRT__ROW];  /* Su, Sv of the canonical test */
+  float dk[PKTRT__ROW];          /* d_k */
+  float rd[3][PKTRT__ROW];     /* 1 / G, by axis */
+  float cn[3][PKTRT__ROW];     /* o rd + D |rd|: near slab = plane rd - cn. After resolving: u, v */
+  float cf[3][PKTRT__ROW];     /* o rd - D |rd|: far slab  = plane rd - cf. After resolving: the normal */
+  float wn[PKTRT__ROW], wf[PKTRT__ROW]; /* depths beyond these cannot be the answer; see >>exactness */
+  float sn[PKTRT__ROW], sf[PKTRT__ROW]; /* depths between these would be */
+  float tiny[PKTRT__ROW];
+  float pad[PKTRT__ROW];       /* D */
+  float ta[PKTRT__ROW], tb[PKTRT__ROW]; /* time weights a, b within the segment, for the group at hand */
+  uint32_t id[PKTRT__ROW];     /* global index of the nearest hit's triangle; 0 at first: no tie with tmax is won.
                                     After resolving PKTRT_NONE where nothing is hit */
-  uint32_t slot[PKTRT__BATCH];   /* block * 8 + lane; PKTRT_NONE: no hit. For occlusion: 0 when occluded */
-  uint32_t group[PKTRT__BATCH];  /* of the nearest hit */
-  uint8_t axis[PKTRT__BATCH], octant[PKTRT__BATCH];
-  uint16_t segment[PKTRT__BATCH];
+  uint32_t slot[PKTRT__ROW];   /* block * 8 + lane; PKTRT_NONE: no hit. For occlusion: 0 when occluded */
+  uint32_t group[PKTRT__ROW];  /* of the nearest hit */
+  uint8_t axis[PKTRT__ROW], octant[PKTRT__ROW];
+  uint16_t segment[PKTRT__ROW];
   uint64_t valid[PKTRT__BATCH / 64];
 } pktrt__batch;
 
@@ -2705,7 +2708,7 @@ PKTRT__NOINLINE bool pktrt__settle(const pktrt__view *view, pktrt__batch *b, uin
   if (b->slot[r] != PKTRT_NONE) pktrt__canonical(&view->groups[b->group[r]], b, r, b->slot[r], &nearest);
   if (!(t < nearest || (t == nearest && id < b->id[r]))) return false;
   if (view->check_area && !pktrt__area_at(g, slot, b->time[r])) return false;
-  const float w = t * b->adk[r], slack = fabsf(w) * PKTRT__PAD_DEPTH + b->tiny[r];
+  const float w = t * fabsf(b->dk[r]), slack = fabsf(w) * PKTRT__PAD_DEPTH + b->tiny[r];
   pktrt__take(view, b, r, w - slack, w + slack, id, slot);
   return true;
 }
@@ -3621,7 +3624,6 @@ PKTRT__NOINLINE uint32_t NAME(setup)(const pktrt_scene *scene, pktrt__batch *b, 
   vstore(b->slope[0] + i, vdiv(vsel(not_y, dy, vsel(y, dz, dx)), dk));
   vstore(b->slope[1] + i, vdiv(vsel(not_y, dz, vsel(y, dx, dy)), dk));
   vstore(b->dk + i, dk);
-  vstore(b->adk + i, adk);
   const uint32_t x_bits = mbits(not_y), y_bits = mbits(y), sx = vsign(dx), sy = vsign(dy), sz = vsign(dz);
   UNROLL for (uint32_t j = 0; j < LANES; j++) {
     b->axis[i + j] = (uint8_t)(x_bits >> j & 1 ? 0 : y_bits >> j & 1 ? 1 : 2);

@@ -843,7 +843,7 @@ typedef enum pktrt_assembly {
   PKTRT_ASSEMBLY_MATERIALS,     /* groups: of these, those that met the same material */
   PKTRT_ASSEMBLY_OCTANTS,       /* groups: of these, those with the same octant of directions */
   PKTRT_ASSEMBLY_BLIND,         /* one packet of all, shadow rays traced like the others */
-  PKTRT_ASSEMBLY_NONE           /* every ray alone */
+  PKTRT_ASSEMBLY_NONE           /* every ray alone: made, traced and shaded one by one */
 } pktrt_assembly;
 
 typedef enum pktrt_branching { /* at a dielectric */
@@ -2559,26 +2559,26 @@ enum {
   PKTRT__ROW = PKTRT__BATCH + 16 /* a line of cache more than a power of two, or all rows would fall on one another */
 };
 
-/* Rays, structure of arrays, with what the kernels derive from them. About 36 KiB, on the stack of a query. */
+/* Rays, structure of arrays, with what the kernels derive from them. About 39 KiB, on the stack of a query. */
 typedef struct pktrt__batch {
   PKTRT__ALIGN64 float o[3][PKTRT__ROW];
   float d[3][PKTRT__ROW];
   float tmin[PKTRT__ROW], tmax[PKTRT__ROW], time[PKTRT__ROW];
-  float t[PKTRT__ROW];         /* tmax; after resolving: of the nearest hit, if any */
-  float slope[2][PKTRT__ROW];  /* Su, Sv of the canonical test */
+  float t[PKTRT__ROW];           /* tmax; after resolving: of the nearest hit, if any */
+  float slope[2][PKTRT__ROW];    /* Su, Sv of the canonical test */
   float dk[PKTRT__ROW];          /* d_k */
-  float rd[3][PKTRT__ROW];     /* 1 / G, by axis */
-  float cn[3][PKTRT__ROW];     /* o rd + D |rd|: near slab = plane rd - cn. After resolving: u, v */
-  float cf[3][PKTRT__ROW];     /* o rd - D |rd|: far slab  = plane rd - cf. After resolving: the normal */
+  float rd[3][PKTRT__ROW];       /* 1 / G, by axis */
+  float cn[3][PKTRT__ROW];       /* o rd + D |rd|: near slab = plane rd - cn. After resolving: u, v */
+  float cf[3][PKTRT__ROW];       /* o rd - D |rd|: far slab  = plane rd - cf. After resolving: the normal */
   float wn[PKTRT__ROW], wf[PKTRT__ROW]; /* depths beyond these cannot be the answer; see >>exactness */
   float sn[PKTRT__ROW], sf[PKTRT__ROW]; /* depths between these would be */
   float tiny[PKTRT__ROW];
-  float pad[PKTRT__ROW];       /* D */
+  float pad[PKTRT__ROW];         /* D */
   float ta[PKTRT__ROW], tb[PKTRT__ROW]; /* time weights a, b within the segment, for the group at hand */
-  uint32_t id[PKTRT__ROW];     /* global index of the nearest hit's triangle; 0 at first: no tie with tmax is won.
+  uint32_t id[PKTRT__ROW];       /* global index of the nearest hit's triangle; 0 at first: no tie with tmax is won.
                                     After resolving PKTRT_NONE where nothing is hit */
-  uint32_t slot[PKTRT__ROW];   /* block * 8 + lane; PKTRT_NONE: no hit. For occlusion: 0 when occluded */
-  uint32_t group[PKTRT__ROW];  /* of the nearest hit */
+  uint32_t slot[PKTRT__ROW];     /* block * 8 + lane; PKTRT_NONE: no hit. For occlusion: 0 when occluded */
+  uint32_t group[PKTRT__ROW];    /* of the nearest hit */
   uint8_t axis[PKTRT__ROW], octant[PKTRT__ROW];
   uint16_t segment[PKTRT__ROW];
   uint64_t valid[PKTRT__BATCH / 64];
@@ -4881,13 +4881,41 @@ OP void NAME(drive_single)(const pktrt_scene *scene, pktrt__batch *b, uint32_t r
   }
 }
 
+/* Rays of a batch by octant, in streams of at most 64. */
+OP void NAME(drive_octants)(const pktrt_scene *scene, pktrt__batch *b, const uint64_t *rays, const bool occlusion,
+                            const bool stats, pktrt_counts *counts) {
+  uint8_t list[PKTRT__BATCH];
+  uint32_t end[8], sum = 0;
+  memset(end, 0, sizeof end);
+  for (uint32_t w = 0; w < PKTRT__BATCH / 64; w++)
+    for (uint64_t m = rays[w]; m; m &= m - 1) end[b->octant[64 * w + pktrt__lowest(m)]]++;
+  for (uint32_t o = 0; o < 8; o++) {
+    const uint32_t n = end[o];
+    end[o] = sum, sum += n;
+  }
+  for (uint32_t w = 0; w < PKTRT__BATCH / 64; w++)
+    for (uint64_t m = rays[w]; m; m &= m - 1) {
+      const uint32_t r = 64 * w + pktrt__lowest(m);
+      list[end[b->octant[r]]++] = (uint8_t)r;
+    }
+  for (uint32_t o = 0, i = 0; o < 8; o++)
+    while (i < end[o]) {
+      const uint32_t n = end[o] - i < 64 ? end[o] - i : 64, to = i + n;
+      COUNT(packets, n < 4 ? n : 1);
+      if (n >= 4) NAME(drive_stream)(scene, b, list + i, ~(uint64_t)0 >> (64 - n), occlusion, stats, counts);
+      else /* too few to share anything: measured slower as a stream */
+        for (uint32_t k = i; k < to; k++) NAME(drive_single)(scene, b, list[k], occlusion, false, stats, counts);
+      i = to;
+    }
+}
+
 /* The fast path: packets of 64 neighbours. If all their rays look along one axis, those with the same canonical axis
    are frustum packets; else all go by octant, over the whole batch, to the stream. A slack of 0.7 was measured as
    good as 0.2. */
 OP void NAME(drive_fast)(const pktrt_scene *scene, pktrt__batch *b, uint32_t n, const bool occlusion, const bool stats,
                          pktrt_counts *counts) {
-  uint8_t bins[8][PKTRT__BATCH];
-  uint32_t in_bin[8] = {0, 0, 0, 0, 0, 0, 0, 0};
+  uint64_t left[PKTRT__BATCH / 64]; /* rays that no frustum takes */
+  memset(left, 0, sizeof left);
   for (uint32_t base = 0; base < n; base += 64) {
     uint64_t rest = b->valid[base / 64];
     if (!rest) continue;
@@ -4914,22 +4942,9 @@ OP void NAME(drive_fast)(const pktrt_scene *scene, pktrt__batch *b, uint32_t n, 
       }
       continue;
     }
-    for (; rest; rest &= rest - 1) {
-      const uint32_t r = base + pktrt__lowest(rest), o = b->octant[r];
-      bins[o][in_bin[o]++] = (uint8_t)r;
-    }
+    left[base / 64] = rest;
   }
-  for (uint32_t o = 0; o < 8; o++)
-    for (uint32_t i = 0; i < in_bin[o]; i += 64) {
-      const uint32_t rays = in_bin[o] - i < 64 ? in_bin[o] - i : 64;
-      COUNT(packets, rays < 4 ? rays : 1);
-      if (rays < 4) { /* too few to share anything: measured slower as a stream */
-        for (uint32_t j = i; j < i + rays; j++)
-          NAME(drive_single)(scene, b, bins[o][j], occlusion, false, stats, counts);
-        continue;
-      }
-      NAME(drive_stream)(scene, b, bins[o] + i, ~(uint64_t)0 >> (64 - rays), occlusion, stats, counts);
-    }
+  NAME(drive_octants)(scene, b, left, occlusion, stats, counts);
 }
 
 #endif /* not for one */
@@ -7328,6 +7343,8 @@ static void pktrt__assemble(pktrt__work *work, uint32_t n, float (*d)[PKTRT__WAV
   } else if (assembly == PKTRT_ASSEMBLY_RUNS) {
     for (uint32_t begin = 0, i = 1; i <= n; i++)
       if (i == n || material[i] != material[i - 1] || sender[i] != sender[i - 1] + 1) packet[begin] = i, begin = i;
+  } else if (assembly == PKTRT_ASSEMBLY_NONE) {
+    for (uint32_t i = 0; i < n; i++) packet[i] = i + 1;
   } else {
     packet[0] = n;
   }

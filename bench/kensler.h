@@ -31,7 +31,7 @@ typedef struct course {
 
 typedef struct race_set {
   void (*run[2][2][2])(const course *, size_t batch); /* kensler, groups, moving */
-  uint32_t (*setup8)(const pktrt_scene *, pktrt__batch *, uint32_t i);
+  uint32_t (*setup)(const pktrt_scene *, pktrt__batch *, uint32_t i);
 } race_set;
 #endif
 
@@ -161,4 +161,4 @@ RACE(111, true, true, true)
 #undef RACE
 static const race_set NAME(races) = {{{{NAME(race_000), NAME(race_001)}, {NAME(race_010), NAME(race_011)}},
                                       {{NAME(race_100), NAME(race_101)}, {NAME(race_110), NAME(race_111)}}},
-                                     NAME(setup8)};
+                                     NAME(setup)};

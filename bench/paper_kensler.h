@@ -157,7 +157,7 @@ static void set_up(course *c, const race_set *set) {
   for (size_t i = 0; i < c->batches; i++)
     for (uint32_t k = 0; k < PKTRT__BATCH; k++) {
       pktrt__batch *b = &c->batch[i];
-      if (k % 8 == 0) set->setup8(c->tree, b, k);
+      if (k % 8 == 0) set->setup(c->tree, b, k);
       pktrt__segment(b->time[k], c->moving ? 2 : 1, &b->ta[k], &b->tb[k]);
     }
 }

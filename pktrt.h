@@ -3770,6 +3770,52 @@ OP bool NAME(ray_block)(const pktrt__view *view, pktrt__batch *b, uint32_t r, ui
   return nearer;
 }
 
+/* Kernels are templates over three truths known at compile time; these are their instances. Counting is
+   done by the moving form alone, also where nothing moves: weights 1 and 0 of one and the same key give the same
+   bits. Where vectors are at hand, nobody races the scalar kernels: there, what moves is always counted, and packets of
+   the paper have the moving form alone. */
+#if PKTRT__STAMP == PKTRT__STAMP_SCALAR && (defined(PKTRT__HAS_SSE2) || defined(PKTRT__HAS_NEON))
+#define FEW_INSTANCES 1
+#define PKTRT__INSTANCES(INSTANCE)                                                                                     \
+  INSTANCE(00, false, false, false)                                                                                    \
+  INSTANCE(10, true, false, false) INSTANCE(0s, false, true, true) INSTANCE(1s, true, true, true)
+#define PKTRT__PICK(name)                                                                                              \
+  (occlusion ? (stats || moving ? NAME(name##_1s) : NAME(name##_10))                                                   \
+             : (stats || moving ? NAME(name##_0s) : NAME(name##_00)))
+#else
+#define FEW_INSTANCES 0
+#define PKTRT__INSTANCES(INSTANCE)                                                                                     \
+  INSTANCE(00, false, false, false)                                                                                    \
+  INSTANCE(01, false, true, false) INSTANCE(0s, false, true, true) INSTANCE(10, true, false, false)                    \
+      INSTANCE(11, true, true, false) INSTANCE(1s, true, true, true)
+#define PKTRT__PICK(name)                                                                                              \
+  (occlusion ? (stats    ? NAME(name##_1s)                                                                             \
+                : moving ? NAME(name##_11)                                                                             \
+                         : NAME(name##_10))                                                                            \
+             : (stats    ? NAME(name##_0s)                                                                             \
+                : moving ? NAME(name##_01)                                                                             \
+                         : NAME(name##_00)))
+#endif
+
+#if PKTRT__STAMP != PKTRT__STAMP_AVX2 && PKTRT__STAMP != PKTRT__STAMP_AVX512
+/* Functions of their own: inlined they would make the code a third longer, and no faster. */
+#define INSTANCE(tag, o, m, s)                                                                                         \
+  PKTRT__NOINLINE bool NAME(ray_block_##tag)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t index,     \
+                                             pktrt_counts *counts) {                                                   \
+    return NAME(ray_block)(view, b, r, index, o, m, s, counts);                                                        \
+  }
+PKTRT__INSTANCES(INSTANCE)
+#undef INSTANCE
+#endif
+OP bool NAME(ray_block_any)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t index, const bool occlusion,
+                            const bool moving, const bool stats, pktrt_counts *counts) {
+#if PKTRT__STAMP != PKTRT__STAMP_AVX2 && PKTRT__STAMP != PKTRT__STAMP_AVX512
+  return PKTRT__PICK(ray_block)(view, b, r, index, counts);
+#else
+  return NAME(ray_block)(view, b, r, index, occlusion, moving, stats, counts);
+#endif
+}
+
 /* >>boxes ---------------------------------------------------------------------------------------------------------- */
 
 /* The six planes of a node's children; moving: two keys each. Near and far by the octant of the rays. */
@@ -3841,7 +3887,7 @@ OP bool NAME(single)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint3
   bool any = false;
   for (;;) {
     if (ref & PKTRT__LEAF) {
-      if (NAME(ray_block)(view, b, r, ref & ~PKTRT__LEAF, occlusion, moving, stats, counts)) {
+      if (NAME(ray_block_any)(view, b, r, ref & ~PKTRT__LEAF, occlusion, moving, stats, counts)) {
         any = true;
         if (occlusion) return true;
       }
@@ -3894,7 +3940,7 @@ OP uint64_t NAME(stream)(const pktrt__view *view, pktrt__batch *b, const uint8_t
     if (ref & PKTRT__LEAF) {
       for (uint64_t m = mask; m; m &= m - 1) {
         const uint32_t i = pktrt__lowest(m);
-        if (NAME(ray_block)(view, b, list[i], ref & ~PKTRT__LEAF, occlusion, moving, stats, counts))
+        if (NAME(ray_block_any)(view, b, list[i], ref & ~PKTRT__LEAF, occlusion, moving, stats, counts))
           hit |= (uint64_t)1 << i;
       }
     } else {
@@ -3925,33 +3971,6 @@ OP uint64_t NAME(stream)(const pktrt__view *view, pktrt__batch *b, const uint8_t
     ref = refs[sp];
   }
 }
-
-/* The kernels above are templates over three truths known at compile time; these are their instances. Counting is
-   done by the moving form alone, also where nothing moves: weights 1 and 0 of one and the same key give the same
-   bits. Where vectors are at hand, nobody races the scalar kernels: there, what moves is always counted, and packets of
-   the paper have the moving form alone. */
-#if PKTRT__STAMP == PKTRT__STAMP_SCALAR && (defined(PKTRT__HAS_SSE2) || defined(PKTRT__HAS_NEON))
-#define FEW_INSTANCES 1
-#define PKTRT__INSTANCES(INSTANCE)                                                                                     \
-  INSTANCE(00, false, false, false)                                                                                    \
-  INSTANCE(10, true, false, false) INSTANCE(0s, false, true, true) INSTANCE(1s, true, true, true)
-#define PKTRT__PICK(name)                                                                                              \
-  (occlusion ? (stats || moving ? NAME(name##_1s) : NAME(name##_10))                                                   \
-             : (stats || moving ? NAME(name##_0s) : NAME(name##_00)))
-#else
-#define FEW_INSTANCES 0
-#define PKTRT__INSTANCES(INSTANCE)                                                                                     \
-  INSTANCE(00, false, false, false)                                                                                    \
-  INSTANCE(01, false, true, false) INSTANCE(0s, false, true, true) INSTANCE(10, true, false, false)                    \
-      INSTANCE(11, true, true, false) INSTANCE(1s, true, true, true)
-#define PKTRT__PICK(name)                                                                                              \
-  (occlusion ? (stats    ? NAME(name##_1s)                                                                             \
-                : moving ? NAME(name##_11)                                                                             \
-                         : NAME(name##_10))                                                                            \
-             : (stats    ? NAME(name##_0s)                                                                             \
-                : moving ? NAME(name##_01)                                                                             \
-                         : NAME(name##_00)))
-#endif
 
 #define INSTANCE(tag, o, m, s)                                                                                         \
   PKTRT__NOINLINE bool NAME(single_##tag)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t ref,          \
@@ -4658,7 +4677,7 @@ OP bool NAME(paper_leaf)(NAME(paper) *p, const NAME(paper_child) *c, uint32_t in
     for (uint32_t m = same ? 0 : bits; m; m &= m - 1) {
       const uint32_t ray = r + pktrt__lowest(m);
       COUNT(vector_triangle_tests, 1);
-      if (NAME(ray_block)(p->view, p->b, ray, index, occlusion, moving, stats, counts)) hits |= 1u << (ray - r);
+      if (NAME(ray_block_any)(p->view, p->b, ray, index, occlusion, moving, stats, counts)) hits |= 1u << (ray - r);
     }
     any |= hits != 0;
     if (occlusion) p->active[r / 64] &= ~((uint64_t)hits << r % 64);

@@ -2733,7 +2733,7 @@ typedef struct pktrt__wave {
   PKTRT__ALIGN64 float o[3][PKTRT__WAVE];
   float d[3][PKTRT__WAVE], time[PKTRT__WAVE];
   float t[PKTRT__WAVE], u[PKTRT__WAVE], v[PKTRT__WAVE], n[3][PKTRT__WAVE]; /* what the ray met; n as in pktrt_hit */
-  uint32_t id[PKTRT__WAVE];         /* global triangle, or PKTRT_NONE */
+  uint32_t id[PKTRT__WAVE], slot[PKTRT__WAVE], group[PKTRT__WAVE]; /* which triangle, as in a batch */
   float radiance[3][PKTRT__WAVE];   /* the result: what arrives along the ray */
   float weight[3][PKTRT__WAVE];     /* of that at the surface that sent the ray */
   float importance[PKTRT__WAVE];    /* of that in the sample: product of the largest weights on the way */
@@ -2741,7 +2741,7 @@ typedef struct pktrt__wave {
   uint32_t medium[PKTRT__WAVE];     /* material of the glass that the ray is known to be in; 0: none */
   uint32_t key[PKTRT__WAVE];        /* which sample dimensions its scattering events use */
   uint32_t material[PKTRT__WAVE];   /* that sent it: groups and runs */
-  uint16_t root[PKTRT__WAVE];       /* the primary ray it descends from */
+  uint32_t root[PKTRT__WAVE];       /* the primary ray it descends from */
   uint32_t end[PKTRT__WAVE];        /* where the packet ends that begins with a ray */
 } pktrt__wave;
 
@@ -2754,24 +2754,22 @@ typedef struct pktrt__surfaces { /* what the rays of a wave met; rays that met n
   float mirror[3][PKTRT__WAVE], refracted[3][PKTRT__WAVE]; /* unit directions, above and below flat */
   float fresnel[PKTRT__WAVE], eta[PKTRT__WAVE]; /* eta: index behind the surface over the one before it */
   float lift[PKTRT__WAVE];          /* how far rays start from the surface, see >>spawn */
-  float distance[PKTRT__WAVE], time[PKTRT__WAVE], u[PKTRT__WAVE], v[PKTRT__WAVE];
+  float distance[PKTRT__WAVE];
   float albedo[3][PKTRT__WAVE], reflectance[3][PKTRT__WAVE], emission[3][PKTRT__WAVE];
   float specular[3][PKTRT__WAVE];   /* weight of the reflected ray */
   float passing[3][PKTRT__WAVE];    /* weight of the refracted ray */
   float radiance[3][PKTRT__WAVE];
-  const pktrt_material *look[PKTRT__WAVE];
   uint32_t ray[PKTRT__WAVE];        /* lane in the wave */
   uint32_t material[PKTRT__WAVE], mesh[PKTRT__WAVE], triangle[PKTRT__WAVE];
-  uint8_t inside[PKTRT__WAVE];      /* the ray came from where corners appear clockwise */
-  uint8_t shaded[PKTRT__WAVE];      /* done: a shader hook leaves nothing to do */
+  /* bit k % 8 of entry k / 8: */
+  uint8_t inside[PKTRT__WAVE / 8];  /* the ray came from where corners appear clockwise */
+  uint8_t shaded[PKTRT__WAVE / 8];  /* done: a shader hook leaves nothing to do */
+  uint8_t hooked[PKTRT__WAVE / 8];  /* has a texture or a shader */
+  uint8_t lobed[PKTRT__WAVE / 8];   /* reflects in a lobe */
+  uint8_t kind[5][PKTRT__WAVE / 8]; /* by pktrt_specular */
+  uint32_t first;                   /* their rays lie in the wave from here on, packed: see pktrt__find_surfaces */
   uint32_t count;
 } pktrt__surfaces;
-
-typedef struct pktrt__gather { /* of eight surfaces: what the kernel makes points and normals of */
-  PKTRT__ALIGN64 float p[3][3][8];  /* [corner][axis][lane] at the ray's time */
-  float q[3][3][8];                 /* shading normals of the corners; n where the mesh has none */
-  float n[3][8], d[3][8], t[8], u[8], v[8];
-} pktrt__gather;
 
 typedef struct pktrt__targets { /* where shadow rays towards one light go, for each surface */
   PKTRT__ALIGN64 double at[3][PKTRT__WAVE]; /* a point; a direction if the light is infinitely far */
@@ -2808,6 +2806,16 @@ typedef struct pktrt__view_plane {
   double focus;
 } pktrt__view_plane;
 
+PKTRT__INLINE const pktrt_material *pktrt__look(const pktrt_scene *s, uint32_t material) {
+  return material ? &s->materials[material - 1] : &s->plain;
+}
+PKTRT__INLINE float pktrt__index(const pktrt_material *look, int a) { return look->ior[a] > 0 ? look->ior[a] : 1.5f; }
+static bool pktrt__has_lobe(const pktrt_material *look) {
+  return look->lobe == PKTRT_LOBE_PHONG && look->specular != PKTRT_SPECULAR_DIELECTRIC;
+}
+static void pktrt__corner(const pktrt__mesh *, const float *data, uint32_t triangle, uint32_t c, float time,
+                          float out[3]);
+
 typedef struct pktrt__call { /* one query, as the kernels see it */
   const pktrt_scene *scene;
   const pktrt_query_desc *desc;
@@ -2821,9 +2829,11 @@ typedef struct pktrt__kernels {
   bool (*rounds_each_operation)(void);
   /* Rays of a pinhole through eight places of the picture, into lanes i to i + 7 of a wave. */
   void (*primary)(const pktrt__view_plane *, const double *x, const double *y, pktrt__wave *, uint32_t i);
-  /* Eight surfaces from the i-th on: points and normals; directions of scattering; the middle of a mesh light; shadow
-     rays. See >>shade. */
-  void (*find)(pktrt__surfaces *, uint32_t i, const pktrt__gather *);
+  /* Packs those of n rays of a wave that met something: returns how many, and where they were. Points, normals and
+     materials of the surfaces that they met; all but normals of the mesh is read if not `smooth`. */
+  uint32_t (*pack)(pktrt__wave *, uint32_t first, uint32_t n, uint32_t *ray);
+  void (*find)(const pktrt_scene *, bool smooth, const pktrt__wave *, pktrt__surfaces *);
+  /* Eight surfaces from the i-th on: directions of scattering; the middle of a mesh light; shadow rays. See >>shade. */
   void (*scatter)(pktrt__surfaces *, uint32_t i);
   void (*middle)(const pktrt__surfaces *, uint32_t i, const pktrt__middle *, pktrt__targets *);
   uint32_t (*aim)(const pktrt__surfaces *, uint32_t i, const pktrt__targets *, bool infinite, bool by_square,
@@ -2983,6 +2993,8 @@ static const pktrt__kernels *pktrt__kernels_of(pktrt_isa isa) {
 #define vput PKTRT__NAME(pktrt__vput)
 #define vput_u32 PKTRT__NAME(pktrt__vput_u32)
 #define vsame PKTRT__NAME(pktrt__vsame)
+#define vpack PKTRT__NAME(pktrt__vpack)
+#define vpack_u32 PKTRT__NAME(pktrt__vpack_u32)
 #define vhmin PKTRT__NAME(pktrt__vhmin)
 #define vhmax PKTRT__NAME(pktrt__vhmax)
 #define dload PKTRT__NAME(pktrt__dload)
@@ -3055,6 +3067,15 @@ OP void vput(float *p, m8 m, v8 a) { _mm256_mask_storeu_ps(p, m, a); }
 OP void vput_u32(uint32_t *p, m8 m, uint32_t x) { _mm256_mask_storeu_epi32(p, m, _mm256_set1_epi32((int)x)); }
 OP uint32_t vsame(const uint32_t *p, uint32_t x) { /* which of eight equal x */
   return _mm256_cmpeq_epi32_mask(_mm256_loadu_si256((const __m256i *)(const void *)p), _mm256_set1_epi32((int)x));
+}
+
+/* The chosen lanes to p, next to each other; nothing behind them is written. */
+OP void vpack(float *p, uint32_t lanes, v8 a) {
+  _mm256_mask_storeu_ps(p, (m8)_bzhi_u32(0xFF, pktrt__popcount(lanes)), _mm256_maskz_compress_ps((m8)lanes, a));
+}
+OP void vpack_u32(uint32_t *p, uint32_t lanes, const uint32_t *from) {
+  const __m256i a = _mm256_loadu_si256((const __m256i *)(const void *)from);
+  _mm256_mask_storeu_epi32(p, (m8)_bzhi_u32(0xFF, pktrt__popcount(lanes)), _mm256_maskz_compress_epi32((m8)lanes, a));
 }
 
 typedef __m512d d8;
@@ -3521,6 +3542,17 @@ OP uint32_t apush(a8 a, const uint32_t *child, v8 dist, uint32_t perm, uint64_t 
   float near_w[8];
   vstore(near_w, dist);
   return pktrt__push_children(a.mask, child, near_w, perm, masks, refs, nears);
+}
+#endif
+
+#if PKTRT__STAMP != PKTRT__STAMP_AVX512
+OP void vpack(float *p, uint32_t lanes, v8 a) {
+  float f[8];
+  vstore(lanes == 0xFF ? p : f, a);
+  for (uint32_t i = 0; lanes != 0xFF && lanes; lanes &= lanes - 1) p[i++] = f[pktrt__lowest(lanes)];
+}
+OP void vpack_u32(uint32_t *p, uint32_t lanes, const uint32_t *from) { /* may overlap where p <= from */
+  for (; lanes; lanes &= lanes - 1) *p++ = from[pktrt__lowest(lanes)];
 }
 #endif
 
@@ -4907,22 +4939,23 @@ OP void NAME(drive_fast)(const pktrt_scene *scene, pktrt__batch *b, uint32_t n, 
    scaled to a largest component of 1, to cf[0..2]. Returns the rays of [i, i+8) whose triangle has no area at the ray's
    time. */
 
-/* Corners of the triangles that rays i to i+7 hit, at the rays' times. Neighbours mostly hit the same triangle, which,
+/* Corners of the triangles that eight rays hit, at the rays' times. Neighbours mostly hit the same triangle, which,
    at rest, is then read once. */
-OP void NAME(gather_corners)(const pktrt_scene *scene, const pktrt__batch *b, uint32_t i, uint32_t hits, v8 p[3][3]) {
+OP void NAME(gather_corners)(const pktrt_scene *scene, const uint32_t *slots, const uint32_t *groups, const float *time,
+                             uint32_t hits, v8 p[3][3]) {
   UNROLL for (int c = 0; c < 9; c++) p[c / 3][c % 3] = vset(0);
   for (uint32_t rest = hits; rest;) {
-    const uint32_t r = i + pktrt__lowest(rest), slot = b->slot[r];
-    const pktrt__group *g = &scene->groups[b->group[r]];
+    const uint32_t r = pktrt__lowest(rest), slot = slots[r];
+    const pktrt__group *g = &scene->groups[groups[r]];
     uint32_t lanes = rest & (0u - rest);
     if (g->key_count < 2) {
       const float *k0 = (const float *)(const void *)(g->blocks + (size_t)(slot / 8) * g->block_bytes) + slot % 8;
-      lanes = rest & vsame(b->slot + i, slot) & vsame(b->group + i, b->group[r]);
+      lanes = rest & vsame(slots, slot) & vsame(groups, groups[r]);
       const m8 m = mfrom(lanes);
       UNROLL for (int c = 0; c < 9; c++) p[c / 3][c % 3] = vsel(m, vset(k0[8 * c]), p[c / 3][c % 3]);
     } else {
       float corner[3][3];
-      pktrt__corners_at(g, slot, b->time[r], corner);
+      pktrt__corners_at(g, slot, time[r], corner);
       const m8 m = mfrom(lanes);
       UNROLL for (int c = 0; c < 9; c++) p[c / 3][c % 3] = vsel(m, vset(corner[c / 3][c % 3]), p[c / 3][c % 3]);
     }
@@ -4932,7 +4965,7 @@ OP void NAME(gather_corners)(const pktrt_scene *scene, const pktrt__batch *b, ui
 
 PKTRT__NOINLINE uint32_t NAME(resolve8)(const pktrt_scene *scene, pktrt__batch *b, uint32_t i, uint32_t hits) {
   v8 p[3][3]; /* [corner][axis] */
-  NAME(gather_corners)(scene, b, i, hits, p);
+  NAME(gather_corners)(scene, b->slot + i, b->group + i, b->time + i, hits, p);
   const v8 adx = vabs(vload(b->d[0] + i)), ady = vabs(vload(b->d[1] + i)), adz = vabs(vload(b->d[2] + i));
   const m8 kx = mand(vle(ady, adx), vle(adz, adx)), ky = vle(adz, ady); /* main axis: as in setup8 */
   const v8 ox = vload(b->o[0] + i), oy = vload(b->o[1] + i), oz = vload(b->o[2] + i);
@@ -5015,36 +5048,114 @@ static void NAME(primary)(const pktrt__view_plane *p, const double *x, const dou
   }
 }
 
-/* Points and normals of surfaces i to i + 7. */
-static void NAME(find)(pktrt__surfaces *s, uint32_t i, const pktrt__gather *g) {
-  const v8 u = vload(g->u), v = vload(g->v);
+static uint32_t NAME(pack)(pktrt__wave *w, uint32_t first, uint32_t n, uint32_t *ray) {
+  float *const rows[] = {w->d[0], w->d[1], w->d[2], w->n[0], w->n[1], w->n[2],
+                         w->t,    w->u,    w->v,    w->time, w->importance};
+  uint32_t *const words[] = {w->id, w->slot, w->group, w->medium, w->key, w->root};
+  uint32_t k = 0;
+  for (uint32_t i = 0; i < n; i += 8) {
+    const uint32_t from = first + i, to = first + k, all = n - i < 8 ? 0xFFu >> (8 - (n - i)) : 0xFFu;
+    const uint32_t hits = all & NAME(occupied)(w->slot + from);
+    for (uint32_t rest = hits; rest; rest &= rest - 1) ray[k++] = from + pktrt__lowest(rest);
+    if (from == to && hits == all) continue;
+    for (size_t row = 0; row < sizeof rows / sizeof *rows; row++)
+      vpack(rows[row] + to, hits, vload(rows[row] + from));
+    for (size_t row = 0; row < sizeof words / sizeof *words; row++)
+      vpack_u32(words[row] + to, hits, words[row] + from);
+  }
+  return k;
+}
+
+/* Normals at the corners of the triangles of surfaces i to i + 7; n where the mesh has none. */
+OP void NAME(gather_normals)(const pktrt_scene *scene, const float *time, const pktrt__surfaces *s, uint32_t i,
+                             uint32_t lanes, const v8 n[3], v8 q[3][3]) {
+  UNROLL for (int c = 0; c < 9; c++) q[c / 3][c % 3] = n[c % 3];
+  for (uint32_t rest = lanes; rest;) {
+    const uint32_t r = pktrt__lowest(rest), triangle = s->triangle[i + r];
+    const pktrt__mesh *mesh = &scene->meshes[s->mesh[i + r]];
+    uint32_t same = rest & vsame(s->mesh + i, s->mesh[i + r]);
+    if (mesh->normals) {
+      float corner[3][3];
+      same = mesh->key_count < 2 ? same & vsame(s->triangle + i, triangle) : rest & (0u - rest);
+      const m8 m = mfrom(same);
+      for (uint32_t c = 0; c < 3; c++) pktrt__corner(mesh, mesh->normals, triangle, c, time[r], corner[c]);
+      UNROLL for (int c = 0; c < 9; c++) q[c / 3][c % 3] = vsel(m, vset(corner[c / 3][c % 3]), q[c / 3][c % 3]);
+    }
+    rest &= ~same;
+  }
+}
+
+/* Points and normals of surfaces i to i + 7, of which those in `lanes` exist. */
+PKTRT__NOINLINE void NAME(find8)(const pktrt_scene *scene, bool smooth, const pktrt__wave *w, pktrt__surfaces *s,
+                                 uint32_t i, uint32_t lanes) {
+  const uint32_t at = s->first + i;
+  const v8 u = vload(w->u + at), v = vload(w->v + at), zero = vset(0);
   const d8 du = dfrom(u), dv = dfrom(v);
-  v8 n[3], d[3], q[3];
+  v8 p[3][3], n[3], d[3], q[3];
   d8 length2 = dset(0);
+  NAME(gather_corners)(scene, w->slot + at, w->group + at, w->time + at, lanes, p);
   UNROLL for (int a = 0; a < 3; a++) {
-    const d8 p0 = dfrom(vload(g->p[0][a])), e1 = dsub(dfrom(vload(g->p[1][a])), p0);
-    const d8 e2 = dsub(dfrom(vload(g->p[2][a])), p0);
+    const d8 p0 = dfrom(p[0][a]), e1 = dsub(dfrom(p[1][a]), p0), e2 = dsub(dfrom(p[2][a]), p0);
     dstore(s->point[a] + i, dadd(p0, dadd(dmul(du, e1), dmul(dv, e2))));
-    const v8 q0 = vload(g->q[0][a]);
-    q[a] = vadd(q0, vadd(vmul(u, vsub(vload(g->q[1][a]), q0)), vmul(v, vsub(vload(g->q[2][a]), q0))));
-    n[a] = vload(g->n[a]), d[a] = vload(g->d[a]);
+    n[a] = vload(w->n[a] + at), d[a] = vload(w->d[a] + at);
     length2 = dadd(length2, dmul(dfrom(d[a]), dfrom(d[a])));
   }
-  vstore(s->distance + i, dto(dmul(dfrom(vload(g->t)), dsqrt(length2))));
+  vstore(s->distance + i, dto(dmul(dfrom(vload(w->t + at)), dsqrt(length2))));
+  NAME(gather_normals)(scene, w->time + at, s, i, smooth ? lanes : 0, n, p);
+  UNROLL for (int a = 0; a < 3; a++)
+    q[a] = vadd(p[0][a], vadd(vmul(u, vsub(p[1][a], p[0][a])), vmul(v, vsub(p[2][a], p[0][a]))));
   NAME(unit)(n, n);
   NAME(unit)(d, d);
-  const m8 inside = vlt(vset(0), NAME(dot)(n, d));
-  UNROLL for (int a = 0; a < 3; a++) n[a] = vsel(inside, vsub(vset(0), n[a]), n[a]);
+  const m8 inside = vlt(zero, NAME(dot)(n, d));
+  UNROLL for (int a = 0; a < 3; a++) n[a] = vsel(inside, vsub(zero, n[a]), n[a]);
   NAME(unit)(q, n);
-  const m8 turned = vlt(NAME(dot)(q, n), vset(0));
-  UNROLL for (int a = 0; a < 3; a++) q[a] = vsel(turned, vsub(vset(0), q[a]), q[a]);
-  const m8 away = vle(vset(0), NAME(dot)(q, d));
+  const m8 turned = vlt(NAME(dot)(q, n), zero);
+  UNROLL for (int a = 0; a < 3; a++) q[a] = vsel(turned, vsub(zero, q[a]), q[a]);
+  const m8 away = vle(zero, NAME(dot)(q, d));
   NAME(store3)(s->flat, i, n);
   NAME(store3)(s->shade, i, q);
   NAME(store3)(s->d, i, d);
   UNROLL for (int a = 0; a < 3; a++) vstore(s->facing[a] + i, vsel(away, n[a], q[a]));
-  const uint32_t bits = mbits(inside);
-  for (uint32_t j = 0; j < 8; j++) s->inside[i + j] = (uint8_t)(bits >> j & 1);
+  s->inside[i / 8] = (uint8_t)mbits(inside);
+}
+
+/* What materials say of surfaces i to i + 7, before their hooks and the angle of view change it. */
+PKTRT__NOINLINE void NAME(read8)(const pktrt_scene *scene, pktrt__surfaces *s, uint32_t i, uint32_t lanes) {
+  v8 albedo[3], reflectance[3], emission[3], eta = vset(1);
+  uint32_t shaded = 0, hooked = 0, lobed = 0, kind[5] = {0, 0, 0, 0, 0};
+  UNROLL for (int a = 0; a < 3; a++) albedo[a] = reflectance[a] = emission[a] = vset(0);
+  for (uint32_t rest = lanes; rest;) {
+    const uint32_t material = s->material[i + pktrt__lowest(rest)], same = rest & vsame(s->material + i, material);
+    const pktrt_material *look = pktrt__look(scene, material);
+    const bool tinted = look->reflectance[0] > 0 || look->reflectance[1] > 0 || look->reflectance[2] > 0;
+    const bool own = tinted || look->specular == PKTRT_SPECULAR_MIRROR;
+    const float ior = pktrt__index(look, 0);
+    const m8 m = mfrom(same), within = mfrom(look->specular == PKTRT_SPECULAR_DIELECTRIC ? s->inside[i / 8] : 0u);
+    UNROLL for (int a = 0; a < 3; a++) {
+      albedo[a] = vsel(m, vset(look->albedo[a]), albedo[a]);
+      emission[a] = vsel(m, vset(look->emission[a]), emission[a]);
+      reflectance[a] = vsel(m, vset(own ? look->reflectance[a] : 1), reflectance[a]);
+    }
+    eta = vsel(m, vsel(within, vset(1 / ior), vset(ior)), eta);
+    kind[look->specular] |= same;
+    shaded |= look->shader ? same : 0, hooked |= look->shader || look->texture ? same : 0;
+    lobed |= pktrt__has_lobe(look) ? same : 0;
+    rest &= ~same;
+  }
+  NAME(store3)(s->albedo, i, albedo);
+  NAME(store3)(s->reflectance, i, reflectance);
+  NAME(store3)(s->emission, i, emission);
+  vstore(s->eta + i, eta);
+  for (int k = 0; k < 5; k++) s->kind[k][i / 8] = (uint8_t)kind[k];
+  s->shaded[i / 8] = (uint8_t)shaded, s->hooked[i / 8] = (uint8_t)hooked, s->lobed[i / 8] = (uint8_t)lobed;
+}
+
+static void NAME(find)(const pktrt_scene *scene, bool smooth, const pktrt__wave *w, pktrt__surfaces *s) {
+  for (uint32_t i = 0; i < s->count; i += 8) {
+    const uint32_t lanes = s->count - i < 8 ? 0xFFu >> (8 - (s->count - i)) : 0xFFu;
+    NAME(find8)(scene, smooth, w, s, i, lanes);
+    NAME(read8)(scene, s, i, lanes);
+  }
 }
 
 /* Mirror and refracted directions and the Fresnel reflectance of surfaces i to i + 7, whose eta is set. With c the
@@ -5176,7 +5287,7 @@ static bool NAME(rounds_each_operation)(void) {
   return mbits(mand(minus, from)) == 0xFF;
 }
 
-static const pktrt__kernels NAME(kernels) = {NAME(trace), NAME(rounds_each_operation), NAME(primary),
+static const pktrt__kernels NAME(kernels) = {NAME(trace), NAME(rounds_each_operation), NAME(primary), NAME(pack),
                                                     NAME(find), NAME(scatter), NAME(middle), NAME(aim)};
 
 #ifdef PKTRT__ALSO_STAMP /* for benchmarks: a file of theirs on the same vectors; its path from here, in quotes */
@@ -5240,6 +5351,8 @@ static const pktrt__kernels NAME(kernels) = {NAME(trace), NAME(rounds_each_opera
 #undef vhmax
 #undef vhmin
 #undef vsame
+#undef vpack
+#undef vpack_u32
 #undef vle
 #undef vload
 #undef vlt
@@ -6472,16 +6585,6 @@ static bool pktrt__check_words(const pktrt_render_desc *d, pktrt__why *why) {
   return true;
 }
 
-static const pktrt_material *pktrt__look(const pktrt_scene *s, uint32_t material) {
-  return material ? &s->materials[material - 1] : &s->plain;
-}
-
-static float pktrt__index(const pktrt_material *look, int a) { return look->ior[a] > 0 ? look->ior[a] : 1.5f; }
-
-static bool pktrt__has_lobe(const pktrt_material *look) {
-  return look->lobe == PKTRT_LOBE_PHONG && look->specular != PKTRT_SPECULAR_DIELECTRIC;
-}
-
 static bool pktrt__check_scene(const pktrt_scene *s, pktrt__why *why) {
   for (uint32_t i = 0; i < s->committed_meshes; i++)
     if (s->meshes[i].material > s->material_count)
@@ -6760,46 +6863,23 @@ typedef struct pktrt__work {
 
 /* >>surface: what the rays of a wave found ------------------------------------------------------------------------- */
 
-/* Three corners, positions or normals, at the ray's time: nine floats, eight places apart. */
-PKTRT__INLINE void pktrt__gather_corners(const pktrt__mesh *m, const float *data, const uint32_t index[3], float time,
-                                         float *to) {
-  float ta = 1, tb = 0;
-  const uint32_t key = m->key_count > 1 ? pktrt__segment(time, m->key_count, &ta, &tb) : 0;
-  const float *k0 = data + (size_t)key * m->vertex_count * 3;
-  for (int c = 0; c < 3; c++, to += 24) {
-    const float *p = k0 + (size_t)index[c] * 3;
-    if (m->key_count > 1) {
-      const float *q = p + (size_t)m->vertex_count * 3;
-      to[0] = ta * p[0] + tb * q[0], to[8] = ta * p[1] + tb * q[1], to[16] = ta * p[2] + tb * q[2];
-    } else {
-      to[0] = p[0], to[8] = p[1], to[16] = p[2];
-    }
+/* Whose surfaces they are. What is read of smooth normals is fetched ahead: two waits for memory per triangle would
+   follow each other otherwise. */
+static void pktrt__name_surfaces(const pktrt_scene *scene, bool smooth, const pktrt__wave *w, pktrt__surfaces *s) {
+  uint32_t hint = 0;
+  for (uint32_t k = 0; k < s->count; k++) {
+    const uint32_t id = w->id[s->first + k], mesh = pktrt__mesh_at(scene, id, &hint);
+    const pktrt__mesh *m = &scene->meshes[mesh];
+    s->mesh[k] = mesh, s->triangle[k] = id - m->first_id, s->material[k] = m->material;
+    s->lift[k] = (float)pktrt__lift((double)m->max_coord);
+    if (smooth && m->normals && m->indices) PKTRT__PREFETCH(m->indices + (size_t)s->triangle[k] * 3);
   }
-}
-
-/* The data of one surface into lane k % 8 of a gather, and what needs no vectors into its place k. */
-static void pktrt__gather_surface(const pktrt__work *work, const pktrt__wave *w, uint32_t i, uint32_t *hint,
-                                  pktrt__surfaces *s, uint32_t k, pktrt__gather *g) {
-  const pktrt_scene *scene = work->job->scene;
-  const uint32_t mesh = pktrt__mesh_at(scene, w->id[i], hint), triangle = w->id[i] - scene->meshes[mesh].first_id;
-  const pktrt__mesh *m = &scene->meshes[mesh];
-  const uint32_t j = k % 8;
-  uint32_t index[3];
-  for (uint32_t c = 0; c < 3; c++) index[c] = m->indices ? m->indices[(size_t)triangle * 3 + c] : triangle * 3 + c;
-  pktrt__gather_corners(m, m->positions, index, w->time[i], &g->p[0][0][j]);
-  if (m->normals && work->job->desc->normals == PKTRT_NORMALS_SMOOTH) {
-    pktrt__gather_corners(m, m->normals, index, w->time[i], &g->q[0][0][j]);
-  } else {
-    for (int c = 0; c < 9; c++) g->q[c / 3][c % 3][j] = w->n[c % 3][i];
+  for (uint32_t k = 0; smooth && k < s->count; k++) {
+    const pktrt__mesh *m = &scene->meshes[s->mesh[k]];
+    if (!m->normals || !m->indices || m->key_count > 1 || (k && s->triangle[k] == s->triangle[k - 1])) continue;
+    for (uint32_t c = 0; c < 3; c++)
+      PKTRT__PREFETCH(m->normals + (size_t)m->indices[(size_t)s->triangle[k] * 3 + c] * 3);
   }
-  for (int a = 0; a < 3; a++) g->n[a][j] = w->n[a][i], g->d[a][j] = w->d[a][i];
-  g->t[j] = w->t[i];
-  g->u[j] = s->u[k] = w->u[i], g->v[j] = s->v[k] = w->v[i];
-  s->time[k] = w->time[i];
-  s->lift[k] = (float)pktrt__lift((double)m->max_coord);
-  s->ray[k] = i, s->mesh[k] = mesh, s->triangle[k] = triangle;
-  s->material[k] = m->material, s->look[k] = pktrt__look(scene, m->material);
-  s->shaded[k] = 0;
 }
 
 /* Radiance from where rays meet nothing. */
@@ -6817,7 +6897,7 @@ static void pktrt__find_misses(const pktrt__job *job, pktrt__wave *w, uint32_t f
   float d[3][64], radiance[3][64];
   uint32_t lane[64], m = 0;
   for (uint32_t i = first; i < first + n; i++) {
-    if (w->id[i] == PKTRT_NONE) {
+    if (w->slot[i] == PKTRT_NONE) {
       double v[3] = {(double)w->d[0][i], (double)w->d[1][i], (double)w->d[2][i]};
       const bool somewhere = pktrt__normalise(v); /* not where a moving camera stands in its target */
       for (int a = 0; a < 3; a++) d[a][m] = (float)v[a], w->radiance[a][i] = job->desc->background[a];
@@ -6832,24 +6912,24 @@ static void pktrt__find_misses(const pktrt__job *job, pktrt__wave *w, uint32_t f
   }
 }
 
-/* Fills work->surfaces from rays [first, first + n) of a wave, and gives the others what surrounds the scene. Not
-   inlined, like pktrt__dress, _flush and _add_lights: their arrays must not lie in every frame of the recursion. */
+/* Fills work->surfaces from rays [first, first + n) of a wave, and gives the others what surrounds the scene. What the
+   former carry moves to the front, so that it lies as the surfaces do. Not inlined, like pktrt__dress, _flush and
+   _add_lights: their arrays must not lie in every frame of the recursion. */
 PKTRT__NOINLINE void pktrt__find_surfaces(pktrt__work *work, pktrt__wave *w, uint32_t first, uint32_t n) {
+  const pktrt_scene *scene = work->job->scene;
+  const bool smooth = work->job->desc->normals == PKTRT_NORMALS_SMOOTH;
   pktrt__surfaces *s = &work->surfaces;
-  pktrt__gather g;
-  uint32_t hint = 0, k = 0;
-  memset(&g, 0, sizeof g);
-  for (uint32_t i = first; i < first + n; i++) {
-    if (w->id[i] == PKTRT_NONE) continue;
-    pktrt__gather_surface(work, w, i, &hint, s, k, &g);
-    if (++k % 8 == 0) work->job->scene->kernels->find(s, k - 8, &g);
-  }
-  if (k % 8) work->job->scene->kernels->find(s, k / 8 * 8, &g);
-  s->count = k;
-  if (k < n) pktrt__find_misses(work->job, w, first, n);
+  bool missed = false;
+  for (uint32_t i = first; i < first + n; i++) missed |= w->slot[i] == PKTRT_NONE;
+  if (missed) pktrt__find_misses(work->job, w, first, n);
+  s->first = first, s->count = scene->kernels->pack(w, first, n, s->ray);
+  pktrt__name_surfaces(scene, smooth, w, s);
+  scene->kernels->find(scene, smooth, w, s);
 }
 
 /* >>materials ------------------------------------------------------------------------------------------------------ */
+
+PKTRT__INLINE bool pktrt__bit(const uint8_t *bits, uint32_t k) { return bits[k / 8] >> k % 8 & 1; }
 
 /* Points of one material, copied together for its hooks. */
 typedef struct pktrt__hooked {
@@ -6858,14 +6938,15 @@ typedef struct pktrt__hooked {
   uint32_t mesh[64], triangle[64], at[64];
 } pktrt__hooked;
 
-static void pktrt__to_hook(const pktrt__surfaces *s, uint32_t k, pktrt__hooked *h, uint32_t n) {
+static void pktrt__to_hook(const pktrt__surfaces *s, const pktrt__wave *w, uint32_t k, pktrt__hooked *h, uint32_t n) {
+  const uint32_t lane = s->first + k;
   for (int a = 0; a < 3; a++) {
     h->position[a][n] = pktrt__to_float(s->point[a][k]);
     h->direction[a][n] = s->d[a][k], h->normal[a][n] = s->shade[a][k];
     h->albedo[a][n] = s->albedo[a][k], h->reflectance[a][n] = s->reflectance[a][k];
     h->emission[a][n] = s->emission[a][k], h->radiance[a][n] = 0;
   }
-  h->uv[0][n] = s->u[k], h->uv[1][n] = s->v[k], h->time[n] = s->time[k];
+  h->uv[0][n] = w->u[lane], h->uv[1][n] = w->v[lane], h->time[n] = w->time[lane];
   h->mesh[n] = s->mesh[k], h->triangle[n] = s->triangle[k], h->at[n] = k;
 }
 
@@ -6890,36 +6971,20 @@ static void pktrt__call_hooks(pktrt__surfaces *s, const pktrt_material *look, pk
 }
 
 /* Textures and shaders of the surfaces that have them, material by material. */
-static void pktrt__run_hooks(pktrt__surfaces *s) {
+static void pktrt__run_hooks(const pktrt_scene *scene, const pktrt__wave *w, pktrt__surfaces *s) {
   pktrt__hooked h;
   uint8_t done[PKTRT__WAVE];
   memset(done, 0, s->count);
   for (uint32_t k = 0; k < s->count; k++) {
-    const pktrt_material *look = s->look[k];
-    if (done[k] || (!look->texture && !look->shader)) continue;
+    if (done[k] || !pktrt__bit(s->hooked, k)) continue;
     uint32_t n = 0;
     for (uint32_t i = k; i < s->count && n < 64; i++) {
-      if (s->look[i] != look || done[i]) continue;
-      pktrt__to_hook(s, i, &h, n++);
+      if (s->material[i] != s->material[k] || done[i]) continue;
+      pktrt__to_hook(s, w, i, &h, n++);
       done[i] = 1;
     }
-    pktrt__call_hooks(s, look, &h, n);
+    pktrt__call_hooks(s, pktrt__look(scene, s->material[k]), &h, n);
   }
-}
-
-/* What a material says, before its hooks and the angle of view change it. True if it has a hook. */
-static bool pktrt__read_material(pktrt__surfaces *s, uint32_t k) {
-  const pktrt_material *look = s->look[k];
-  const bool tinted = look->reflectance[0] > 0 || look->reflectance[1] > 0 || look->reflectance[2] > 0;
-  for (int a = 0; a < 3; a++) {
-    s->albedo[a][k] = look->albedo[a], s->emission[a][k] = look->emission[a];
-    s->reflectance[a][k] = tinted || look->specular == PKTRT_SPECULAR_MIRROR ? look->reflectance[a] : 1;
-    s->specular[a][k] = s->passing[a][k] = 0;
-  }
-  const float ior = pktrt__index(look, 0);
-  s->eta[k] = look->specular == PKTRT_SPECULAR_DIELECTRIC && s->inside[k] ? 1 / ior : ior;
-  s->shaded[k] = look->shader != NULL;
-  return look->texture || look->shader;
 }
 
 static float pktrt__metal(const pktrt_material *look, int a, float cosine) {
@@ -6928,8 +6993,9 @@ static float pktrt__metal(const pktrt_material *look, int a, float cosine) {
 
 /* Beer attenuation on the way to surface k: of the glass whose inside it shows, or that the ray was refracted into. */
 static void pktrt__absorb(const pktrt_scene *scene, pktrt__surfaces *s, uint32_t k, uint32_t medium) {
-  const bool inside = s->look[k]->specular == PKTRT_SPECULAR_DIELECTRIC && s->inside[k];
-  const pktrt_material *glass = inside ? s->look[k] : medium ? pktrt__look(scene, medium) : NULL;
+  const bool inside = pktrt__bit(s->kind[PKTRT_SPECULAR_DIELECTRIC], k) && pktrt__bit(s->inside, k);
+  if (inside) medium = s->material[k];
+  const pktrt_material *glass = inside || medium ? pktrt__look(scene, medium) : NULL;
   for (int a = 0; glass && a < 3; a++) {
     if (!(glass->absorption[a] > 0)) continue;
     const float kept = (float)pktrt__exp(-(double)glass->absorption[a] * (double)s->distance[k]);
@@ -6938,8 +7004,8 @@ static void pktrt__absorb(const pktrt_scene *scene, pktrt__surfaces *s, uint32_t
 }
 
 /* Weights of what is reflected and refracted, and what is left for the diffuse base. */
-static void pktrt__weigh(pktrt__surfaces *s, uint32_t k) {
-  const pktrt_material *look = s->look[k];
+static void pktrt__weigh(const pktrt_scene *scene, pktrt__surfaces *s, uint32_t k) {
+  const pktrt_material *look = pktrt__look(scene, s->material[k]);
   const float fresnel = s->fresnel[k];
   float cosine = 0;
   for (int a = 0; a < 3; a++) cosine -= s->d[a][k] * s->facing[a][k];
@@ -6970,8 +7036,8 @@ static void pktrt__note_first_hits(pktrt__work *work) {
   const pktrt__surfaces *s = &work->surfaces;
   for (uint32_t k = 0; k < s->count; k++) {
     const uint32_t p = work->pixel[s->ray[k]];
-    const bool clear = work->job->follow && (s->look[k]->specular == PKTRT_SPECULAR_DIELECTRIC ||
-                                             s->look[k]->specular == PKTRT_SPECULAR_CONDUCTOR);
+    const bool clear = work->job->follow && (pktrt__bit(s->kind[PKTRT_SPECULAR_DIELECTRIC], k) ||
+                                             pktrt__bit(s->kind[PKTRT_SPECULAR_CONDUCTOR], k));
     work->met[p]++;
     work->depth[p] += (double)s->distance[k];
     for (int a = 0; a < 3; a++) {
@@ -6987,19 +7053,20 @@ PKTRT__NOINLINE void pktrt__dress(pktrt__work *work, const pktrt__wave *w, uint3
   const pktrt__job *job = work->job;
   const pktrt_render_desc *d = job->desc;
   bool hooks = false;
-  for (uint32_t k = 0; k < s->count; k++) hooks |= pktrt__read_material(s, k);
-  if (hooks) pktrt__run_hooks(s);
+  for (uint32_t k = 0; k < s->count; k += 8) hooks |= s->hooked[k / 8] != 0;
+  if (hooks) pktrt__run_hooks(job->scene, w, s);
   if (!depth && (d->depth || d->normal || d->albedo)) pktrt__note_first_hits(work);
   if (job->follow) {
     for (uint32_t k = 0; k < s->count; k += 8) job->scene->kernels->scatter(s, k);
     for (uint32_t k = 0; k < s->count; k++) {
-      if (!s->shaded[k]) pktrt__weigh(s, k);
-      pktrt__absorb(job->scene, s, k, w->medium[s->ray[k]]);
+      for (int a = 0; a < 3; a++) s->specular[a][k] = s->passing[a][k] = 0;
+      if (!pktrt__bit(s->shaded, k)) pktrt__weigh(job->scene, s, k);
+      pktrt__absorb(job->scene, s, k, w->medium[s->first + k]);
     }
   }
   for (int a = 0; a < 3; a++)
     for (uint32_t k = 0; k < s->count; k++)
-      s->radiance[a][k] = s->emission[a][k] + (s->shaded[k] ? 0 : s->albedo[a][k] * d->ambient[a]);
+      s->radiance[a][k] = s->emission[a][k] + (pktrt__bit(s->shaded, k) ? 0 : s->albedo[a][k] * d->ambient[a]);
 }
 
 static void pktrt__add_words(void *to, const void *from, size_t size) { /* nothing but uint64_t in there */
@@ -7134,7 +7201,7 @@ static void pktrt__take_hits(const pktrt__pending *p) {
   pktrt__wave *w = p->wave[0];
   const uint32_t first = p->target[0];
   const size_t size = p->n * sizeof(float);
-  for (uint32_t i = 0; i < p->n; i++) w->id[first + i] = b->slot[i] == PKTRT_NONE ? PKTRT_NONE : b->id[i];
+  memcpy(w->id + first, b->id, size), memcpy(w->slot + first, b->slot, size), memcpy(w->group + first, b->group, size);
   memcpy(w->t + first, b->t, size), memcpy(w->u + first, b->cn[0], size), memcpy(w->v + first, b->cn[1], size);
   for (int a = 0; a < 3; a++) memcpy(w->n[a] + first, b->cf[a], size);
 }
@@ -7163,7 +7230,7 @@ PKTRT__NOINLINE void pktrt__flush(pktrt__work *work, pktrt_ray_type type, uint32
       for (int a = 0; a < 3; a++) s->radiance[a][k] += p->arriving[a][i] * p->seen[a][i];
       continue;
     }
-    w->id[k] = b->slot[i] == PKTRT_NONE ? PKTRT_NONE : b->id[i];
+    w->id[k] = b->id[i], w->slot[k] = b->slot[i], w->group[k] = b->group[i];
     w->t[k] = b->t[i], w->u[k] = b->cn[0][i], w->v[k] = b->cn[1][i];
     for (int a = 0; a < 3; a++) w->n[a][k] = b->cf[a][i];
   }
@@ -7270,10 +7337,10 @@ static void pktrt__assemble_wave(pktrt__work *work, pktrt__wave **wave, uint32_t
 
 /* >>lights --------------------------------------------------------------------------------------------------------- */
 
-/* Values of the sample that a ray of a wave belongs to. */
-static void pktrt__draw(const pktrt__work *work, const pktrt__wave *w, uint32_t ray, uint32_t dimension, uint32_t n,
+/* Values of the sample that the ray to surface k belongs to. */
+static void pktrt__draw(const pktrt__work *work, const pktrt__wave *w, uint32_t k, uint32_t dimension, uint32_t n,
                         float *out) {
-  const uint32_t root = w->root[ray];
+  const uint32_t ray = work->surfaces.first + k, root = w->root[ray];
   pktrt__sample(&work->job->sampling, work->x[root], work->y[root], work->sample[root],
                 8 + w->key[ray] * work->job->event_dimensions + dimension, n, out);
 }
@@ -7294,7 +7361,7 @@ static void pktrt__choose_lights(pktrt__work *work, const pktrt__wave *w) {
   const uint32_t lights = work->job->scene->light_count;
   for (uint32_t k = 0; k < work->surfaces.count; k++) {
     float u;
-    pktrt__draw(work, w, work->surfaces.ray[k], 3, 1, &u);
+    pktrt__draw(work, w, k, 3, 1, &u);
     const uint32_t at = (uint32_t)(u * (float)lights);
     work->chosen[k] = at < lights ? at : lights - 1;
   }
@@ -7309,7 +7376,7 @@ static void pktrt__aim_at_surroundings(pktrt__work *work, const pktrt__wave *w, 
   for (uint32_t k = 0; k < s->count; k++) {
     const float normal[3] = {s->shade[0][k], s->shade[1][k], s->shade[2][k]};
     float u[2] = {0, 0}, to[3]; /* the normal itself, where nothing is random */
-    if (work->job->distribute) pktrt__draw(work, w, s->ray[k], 4 + 2 * light, 2, u);
+    if (work->job->distribute) pktrt__draw(work, w, k, 4 + 2 * light, 2, u);
     pktrt_map_cosine(u, normal, to);
     float cosine = 0;
     for (int a = 0; a < 3; a++) d[a][k % 64] = to[a], g->at[a][k] = (double)to[a], cosine += to[a] * normal[a];
@@ -7358,30 +7425,29 @@ static void pktrt__find_targets(pktrt__work *work, const pktrt__wave *w, uint32_
     double at[3] = {0, 0, 0}, factor = 1;
     g->factor[k] = 0;
     if (share == 0) continue;
-    if (random) pktrt__draw(work, w, s->ray[k], 4 + 2 * light, 2, u);
+    if (random) pktrt__draw(work, w, k, 4 + 2 * light, 2, u);
     for (int a = 0; a < 3; a++)
       at[a] = l->kind == PKTRT_LIGHT_DIRECTIONAL ? lamp->facing[a] : (double)l->position[a];
     if (l->kind == PKTRT_LIGHT_QUAD) factor = pktrt__aim_at_quad(l, lamp, u, from, at);
     if (l->kind == PKTRT_LIGHT_SPHERE) factor = pktrt__aim_at_sphere(l, random ? u : NULL, from, at);
     if (l->kind == PKTRT_LIGHT_MESH)
-      factor = pktrt__aim_at_mesh(&job->scene->meshes[l->mesh], lamp, u, s->time[k], from, at);
+      factor = pktrt__aim_at_mesh(&job->scene->meshes[l->mesh], lamp, u, w->time[s->first + k], from, at);
     for (int a = 0; a < 3; a++) g->at[a][k] = at[a], g->arriving[a][k] = lamp->light[a];
     g->factor[k] = factor * (double)share * lamp->strength;
   }
 }
 
 /* What a Phong lobe reflects of a light that stands in direction `to`, per irradiance. */
-static float pktrt__highlight(const pktrt__surfaces *s, uint32_t k, const float to[3]) {
-  const pktrt_material *look = s->look[k];
+static float pktrt__highlight(const pktrt_scene *scene, const pktrt__surfaces *s, uint32_t k, const float to[3]) {
   double cosine = 0;
   for (int a = 0; a < 3; a++) cosine += (double)to[a] * (double)s->mirror[a][k];
-  if (!(cosine > 0) || !pktrt__has_lobe(look)) return 0;
-  const double n = (double)look->exponent;
+  if (!(cosine > 0) || !pktrt__bit(s->lobed, k)) return 0;
+  const double n = (double)pktrt__look(scene, s->material[k])->exponent;
   return (float)((n + 1) * 0.15915494309189533577 * pktrt__pow(pktrt__min(cosine, 1), n));
 }
 
 /* The shadow rays of all surfaces towards one light into the list. */
-static void pktrt__aim(pktrt__work *work, uint32_t light) {
+static void pktrt__aim(pktrt__work *work, const pktrt__wave *w, uint32_t light) {
   const pktrt_light *l = &work->job->scene->lights[light];
   const pktrt__surfaces *s = &work->surfaces;
   pktrt__shadows *sh = &work->shadows;
@@ -7400,7 +7466,7 @@ static void pktrt__aim(pktrt__work *work, uint32_t light) {
       float lobe = 0;
       if (lobes) {
         const float to[3] = {aimed.to[0][j], aimed.to[1][j], aimed.to[2][j]};
-        lobe = pktrt__highlight(s, k, to) * aimed.irradiance[j];
+        lobe = pktrt__highlight(work->job->scene, s, k, to) * aimed.irradiance[j];
       }
       float largest = 0;
       for (int a = 0; a < 3; a++) {
@@ -7409,9 +7475,9 @@ static void pktrt__aim(pktrt__work *work, uint32_t light) {
         largest = pktrt__maxf(largest, sh->arriving[a][n]);
         sh->o[a][n] = aimed.o[a][j], sh->d[a][n] = aimed.d[a][j];
       }
-      sh->tmax[n] = infinite ? INFINITY : 1, sh->time[n] = s->time[k];
+      sh->tmax[n] = infinite ? INFINITY : 1, sh->time[n] = w->time[s->first + k];
       sh->surface[n] = k, sh->material[n] = s->material[k];
-      n += largest > 0 && !s->shaded[k];
+      n += largest > 0 && !pktrt__bit(s->shaded, k);
     }
   }
   sh->count = n;
@@ -7429,7 +7495,7 @@ PKTRT__NOINLINE void pktrt__add_lights(pktrt__work *work, const pktrt__wave *w, 
     if (!pktrt__is_asked(work, light, depth)) continue;
     if (job->scene->lights[light].kind == PKTRT_LIGHT_ENVIRONMENT) pktrt__aim_at_surroundings(work, w, light, depth);
     else pktrt__find_targets(work, w, light, depth);
-    pktrt__aim(work, light);
+    pktrt__aim(work, w, light);
     const pktrt__shadows *sh = &work->shadows;
     for (uint32_t i = 0; i < sh->count; i++) sender[i] = work->surfaces.ray[sh->surface[i]];
     if (sh->count) pktrt__assemble(work, sh->count, work->shadows.d, sh->material, sender);
@@ -7459,33 +7525,33 @@ static pktrt__wave *pktrt__need_wave(pktrt__work *work, pktrt__wave **wave) {
 static bool pktrt__send(const pktrt__work *work, const pktrt__wave *w, uint32_t k, const float direction[3],
                         const float weight[3], pktrt_ray_type type, pktrt__wave *to, uint32_t n) {
   const pktrt__surfaces *s = &work->surfaces;
-  const uint32_t ray = s->ray[k];
+  const uint32_t lane = s->first + k;
   const float largest = pktrt__maxf(weight[0], pktrt__maxf(weight[1], weight[2]));
-  const float importance = w->importance[ray] * largest;
+  const float importance = w->importance[lane] * largest;
   if (!(largest > 0) || importance < work->job->threshold) return false;
   const double lift = type == PKTRT_RAY_REFRACTION ? -(double)s->lift[k] : (double)s->lift[k];
   for (int a = 0; a < 3; a++) {
     to->o[a][n] = pktrt__to_float(s->point[a][k] + lift * (double)s->flat[a][k]);
     to->d[a][n] = direction[a], to->weight[a][n] = weight[a];
   }
-  to->time[n] = s->time[k], to->importance[n] = importance, to->parent[n] = ray;
-  const bool glass = s->look[k]->specular == PKTRT_SPECULAR_DIELECTRIC;
-  const bool goes_in = glass && (s->inside[k] != 0) == (type == PKTRT_RAY_REFLECTION);
-  to->medium[n] = goes_in ? s->material[k] : type == PKTRT_RAY_REFLECTION ? w->medium[ray] : 0;
-  to->key[n] = w->key[ray] + 1;
-  to->material[n] = s->material[k], to->root[n] = w->root[ray];
+  to->time[n] = w->time[lane], to->importance[n] = importance, to->parent[n] = s->ray[k];
+  const bool glass = pktrt__bit(s->kind[PKTRT_SPECULAR_DIELECTRIC], k);
+  const bool goes_in = glass && pktrt__bit(s->inside, k) == (type == PKTRT_RAY_REFLECTION);
+  to->medium[n] = goes_in ? s->material[k] : type == PKTRT_RAY_REFLECTION ? w->medium[lane] : 0;
+  to->key[n] = w->key[lane] + 1;
+  to->material[n] = s->material[k], to->root[n] = w->root[lane];
   return true;
 }
 
 /* The direction in which surface k reflects; false: below the surface. */
 static bool pktrt__reflect(const pktrt__work *work, const pktrt__wave *w, uint32_t k, float out[3]) {
   const pktrt__surfaces *s = &work->surfaces;
-  const pktrt_material *look = s->look[k];
+  const pktrt_material *look = pktrt__look(work->job->scene, s->material[k]);
   const float axis[3] = {s->mirror[0][k], s->mirror[1][k], s->mirror[2][k]};
   memcpy(out, axis, sizeof axis);
   if (!work->job->distribute || !pktrt__has_lobe(look)) return true;
   float u[2], side = 0;
-  pktrt__draw(work, w, s->ray[k], 0, 2, u);
+  pktrt__draw(work, w, k, 0, 2, u);
   if (work->job->desc->phong_mapping == PKTRT_PHONG_NAIVE) pktrt_map_phong_naive(u, axis, look->exponent, out);
   else pktrt_map_phong(u, axis, look->exponent, out);
   for (int a = 0; a < 3; a++) side += out[a] * s->flat[a][k];
@@ -7496,15 +7562,14 @@ static bool pktrt__reflect(const pktrt__work *work, const pktrt__wave *w, uint32
 static void pktrt__send_rays(pktrt__work *work, const pktrt__wave *w, bool refraction, pktrt__wave *to, uint32_t *n) {
   const pktrt__surfaces *s = &work->surfaces;
   for (uint32_t k = 0; k < s->count; k++) {
-    const pktrt_material *look = s->look[k];
     float weight[3], out[3];
-    if (s->shaded[k] || look->specular == PKTRT_SPECULAR_NONE) continue;
-    const bool glass = look->specular == PKTRT_SPECULAR_DIELECTRIC;
+    if (pktrt__bit(s->shaded, k) || pktrt__bit(s->kind[PKTRT_SPECULAR_NONE], k)) continue;
+    const bool glass = pktrt__bit(s->kind[PKTRT_SPECULAR_DIELECTRIC], k);
     if (refraction && !glass) continue;
     for (int a = 0; a < 3; a++) weight[a] = refraction ? s->passing[a][k] : s->specular[a][k];
     if (glass && work->job->choose) {
       float u;
-      pktrt__draw(work, w, s->ray[k], 2, 1, &u);
+      pktrt__draw(work, w, k, 2, 1, &u);
       const float share = refraction ? 1 - s->fresnel[k] : s->fresnel[k];
       if ((u >= s->fresnel[k]) != refraction) continue;
       for (int a = 0; a < 3; a++) weight[a] /= share;
@@ -7577,7 +7642,7 @@ static void pktrt__push_blindly(pktrt__work *work, pktrt__wave *w, uint32_t n, u
 
 static uint32_t pktrt__count_glass(const pktrt__surfaces *s) {
   uint32_t n = 0;
-  for (uint32_t k = 0; k < s->count; k++) n += s->look[k]->specular == PKTRT_SPECULAR_DIELECTRIC;
+  for (uint32_t k = 0; k < s->count; k++) n += pktrt__bit(s->kind[PKTRT_SPECULAR_DIELECTRIC], k);
   return n;
 }
 
@@ -7657,7 +7722,7 @@ static void pktrt__camera_rays(pktrt__work *work, uint32_t n) {
     else if (i % 8 == 7 || i + 1 == n) job->scene->kernels->primary(&job->plane, x, y, w, i & ~7u);
     w->time[i] = (float)time;
     w->importance[i] = 1, w->parent[i] = i, w->key[i] = 0, w->material[i] = w->medium[i] = 0;
-    w->root[i] = (uint16_t)i;
+    w->root[i] = i;
     work->deepest[i] = 0;
   }
 }

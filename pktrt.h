@@ -2777,26 +2777,33 @@ typedef struct pktrt__targets { /* where shadow rays towards one light go, for e
   float arriving[3][PKTRT__WAVE];   /* radiance or intensity */
 } pktrt__targets;
 
-typedef struct pktrt__middle { /* a mesh light where nothing is random: a sphere around it, and what it sends out */
-  double at[3], radius;
-  double facing[3];                 /* sum of its areas as vectors: |facing . d| is seen of a flat mesh, */
-  double folded;                    /* and a quarter of the rest of its area from everywhere */
-  double strength;
-} pktrt__middle;
+typedef struct pktrt__aim { /* one light, as surfaces see it that look for it */
+  const pktrt__targets *listed;     /* for each its own; NULL: by what follows */
+  pktrt_light_kind kind;
+  double at[3], radius;             /* a point of it, or a direction; mesh: middle and radius of a sphere around it */
+  double facing[3];                 /* quad: unit normal; mesh: sum of its areas as vectors: |facing . d| is seen of a */
+  double folded;                    /* flat one, and a quarter of the rest of its area from everywhere */
+  double area, strength;
+  float arriving[3];                /* relative to strength */
+  bool infinite, by_square;         /* `at` is a direction; irradiance still has to be divided by distance^2 */
+  bool lobes;                       /* shows in lobes, by value */
+} pktrt__aim;
 
 typedef struct pktrt__shadows { /* shadow rays of one light */
   PKTRT__ALIGN64 float o[3][PKTRT__WAVE];
-  float d[3][PKTRT__WAVE], tmax[PKTRT__WAVE], time[PKTRT__WAVE];
-  float arriving[3][PKTRT__WAVE];   /* what the light adds if nothing is between; then what it adds */
+  float d[3][PKTRT__WAVE], time[PKTRT__WAVE];
+  float arriving[3][PKTRT__WAVE];   /* what the light adds if nothing is between */
   uint32_t surface[PKTRT__WAVE], material[PKTRT__WAVE];
+  float tmax;                       /* of all of them */
   uint32_t count;
 } pktrt__shadows;
 
-typedef struct pktrt__aimed { /* shadow rays of eight surfaces */
-  PKTRT__ALIGN64 float o[3][8];
-  float d[3][8], to[3][8];          /* to: d, unit, where lobes are looked at */
-  float diffuse[8], irradiance[8];  /* for light 1: radiance for albedo 1, irradiance of what faces it */
-} pktrt__aimed;
+/* What surfaces send out: rays of one type. Their key is (key + 1) times `times` plus `plus`, of the ray that came. */
+typedef struct pktrt__sending {
+  bool refraction;
+  float threshold;                  /* of importance */
+  uint32_t times, plus;
+} pktrt__sending;
 
 /* The camera as a picture plane at distance 1: the ray of a pinhole through (px, py) in pixels goes along
    corner + px dx + py dy. A point of the lens, at x and y from its middle, sees the same point of the plane at
@@ -2811,10 +2818,14 @@ PKTRT__INLINE const pktrt_material *pktrt__look(const pktrt_scene *s, uint32_t m
 }
 PKTRT__INLINE float pktrt__index(const pktrt_material *look, int a) { return look->ior[a] > 0 ? look->ior[a] : 1.5f; }
 static bool pktrt__has_lobe(const pktrt_material *look) {
-  return look->lobe == PKTRT_LOBE_PHONG && look->specular != PKTRT_SPECULAR_DIELECTRIC;
+  return look->lobe == PKTRT_LOBE_PHONG && look->specular != PKTRT_SPECULAR_DIELECTRIC &&
+         look->specular != PKTRT_SPECULAR_NONE;
 }
 static void pktrt__corner(const pktrt__mesh *, const float *data, uint32_t triangle, uint32_t c, float time,
                           float out[3]);
+static void pktrt__weigh_metal(const pktrt_scene *, pktrt__surfaces *, uint32_t k);
+static void pktrt__absorb(const pktrt_scene *, pktrt__surfaces *, uint32_t k, uint32_t medium);
+static float pktrt__highlight(const pktrt_scene *, const pktrt__surfaces *, uint32_t k, const float to[3]);
 
 typedef struct pktrt__call { /* one query, as the kernels see it */
   const pktrt_scene *scene;
@@ -2833,11 +2844,14 @@ typedef struct pktrt__kernels {
      materials of the surfaces that they met; all but normals of the mesh is read if not `smooth`. */
   uint32_t (*pack)(pktrt__wave *, uint32_t first, uint32_t n, uint32_t *ray);
   void (*find)(const pktrt_scene *, bool smooth, const pktrt__wave *, pktrt__surfaces *);
-  /* Eight surfaces from the i-th on: directions of scattering; the middle of a mesh light; shadow rays. See >>shade. */
-  void (*scatter)(pktrt__surfaces *, uint32_t i);
-  void (*middle)(const pktrt__surfaces *, uint32_t i, const pktrt__middle *, pktrt__targets *);
-  uint32_t (*aim)(const pktrt__surfaces *, uint32_t i, const pktrt__targets *, bool infinite, bool by_square,
-                  bool lobes, pktrt__aimed *);
+  /* Of all surfaces, once their hooks have run: directions of scattering and weights if rays are followed, and the
+     radiance that needs no ray. The shadow rays towards one light. What they add: of n shadow rays, `seen` of what
+     arrives at each. Reflected or refracted rays, behind the n of a wave: returns how many it has then. */
+  void (*dress)(const pktrt_scene *, bool follow, const float ambient[3], const pktrt__wave *, pktrt__surfaces *);
+  void (*aim)(const pktrt_scene *, const pktrt__aim *, const pktrt__wave *, pktrt__surfaces *, pktrt__shadows *);
+  void (*gain)(pktrt__surfaces *, const uint32_t *surface, float (*arriving)[PKTRT__BATCH],
+               float (*seen)[PKTRT__BATCH], uint32_t n);
+  uint32_t (*send)(const pktrt__sending *, const pktrt__wave *, const pktrt__surfaces *, pktrt__wave *to, uint32_t n);
 } pktrt__kernels;
 
 #define PKTRT__STAMP_SCALAR 1
@@ -3546,12 +3560,12 @@ OP uint32_t apush(a8 a, const uint32_t *child, v8 dist, uint32_t perm, uint64_t 
 #endif
 
 #if PKTRT__STAMP != PKTRT__STAMP_AVX512
-OP void vpack(float *p, uint32_t lanes, v8 a) {
+PKTRT__NOINLINE void vpack(float *p, uint32_t lanes, v8 a) {
   float f[8];
   vstore(lanes == 0xFF ? p : f, a);
   for (uint32_t i = 0; lanes != 0xFF && lanes; lanes &= lanes - 1) p[i++] = f[pktrt__lowest(lanes)];
 }
-OP void vpack_u32(uint32_t *p, uint32_t lanes, const uint32_t *from) { /* may overlap where p <= from */
+PKTRT__NOINLINE void vpack_u32(uint32_t *p, uint32_t lanes, const uint32_t *from) { /* may overlap where p <= from */
   for (; lanes; lanes &= lanes - 1) *p++ = from[pktrt__lowest(lanes)];
 }
 #endif
@@ -4941,7 +4955,7 @@ OP void NAME(drive_fast)(const pktrt_scene *scene, pktrt__batch *b, uint32_t n, 
 
 /* Corners of the triangles that eight rays hit, at the rays' times. Neighbours mostly hit the same triangle, which,
    at rest, is then read once. */
-OP void NAME(gather_corners)(const pktrt_scene *scene, const uint32_t *slots, const uint32_t *groups, const float *time,
+PKTRT__NOINLINE void NAME(gather_corners)(const pktrt_scene *scene, const uint32_t *slots, const uint32_t *groups, const float *time,
                              uint32_t hits, v8 p[3][3]) {
   UNROLL for (int c = 0; c < 9; c++) p[c / 3][c % 3] = vset(0);
   for (uint32_t rest = hits; rest;) {
@@ -5017,19 +5031,43 @@ static void NAME(resolve)(const pktrt_scene *scene, pktrt__batch *b, uint32_t n)
 
 /* >>shade ---------------------------------------------------------------------------------------------------------- */
 
-OP v8 NAME(dot)(const v8 a[3], const v8 b[3]) {
+/* On narrow vectors, whose registers are too few anyway, loops stay loops and the larger steps functions: that halves
+   the code. */
+#if PKTRT__STAMP == PKTRT__STAMP_AVX2 || PKTRT__STAMP == PKTRT__STAMP_AVX512
+#define STEP OP
+#else
+#define STEP PKTRT__NOINLINE
+#undef UNROLL
+#define UNROLL
+#endif
+
+STEP v8 NAME(dot)(const v8 a[3], const v8 b[3]) {
   return vadd(vadd(vmul(a[0], b[0]), vmul(a[1], b[1])), vmul(a[2], b[2]));
 }
-OP void NAME(load3)(v8 a[3], float (*p)[PKTRT__WAVE], uint32_t i) {
+STEP d8 NAME(ddot)(const d8 a[3], const d8 b[3]) {
+  d8 sum = dset(0);
+  UNROLL for (int k = 0; k < 3; k++) sum = dadd(sum, dmul(a[k], b[k]));
+  return sum;
+}
+STEP void NAME(dset3)(d8 a[3], const double *p) {
+  UNROLL for (int k = 0; k < 3; k++) a[k] = dset(p[k]);
+}
+STEP void NAME(dload3)(d8 a[3], double (*p)[PKTRT__WAVE], uint32_t i) {
+  UNROLL for (int k = 0; k < 3; k++) a[k] = dload(p[k] + i);
+}
+STEP void NAME(dfrom3)(d8 a[3], float (*p)[PKTRT__WAVE], uint32_t i) {
+  UNROLL for (int k = 0; k < 3; k++) a[k] = dfrom(vload(p[k] + i));
+}
+STEP void NAME(load3)(v8 a[3], float (*p)[PKTRT__WAVE], uint32_t i) {
   UNROLL for (int k = 0; k < 3; k++) a[k] = vload(p[k] + i);
 }
-OP void NAME(store3)(float (*p)[PKTRT__WAVE], uint32_t i, const v8 a[3]) {
+STEP void NAME(store3)(float (*p)[PKTRT__WAVE], uint32_t i, const v8 a[3]) {
   UNROLL for (int k = 0; k < 3; k++) vstore(p[k] + i, a[k]);
 }
 
 /* Unit vectors. Scaled first, for squares of large and small numbers leave the range; zero, infinite and NaN give
    what stands in `instead`. */
-OP void NAME(unit)(v8 a[3], const v8 instead[3]) {
+STEP void NAME(unit)(v8 a[3], const v8 instead[3]) {
   const v8 m = vmax(vabs(a[0]), vmax(vabs(a[1]), vabs(a[2])));
   v8 s[3];
   UNROLL for (int k = 0; k < 3; k++) s[k] = vdiv(a[k], m);
@@ -5048,13 +5086,15 @@ static void NAME(primary)(const pktrt__view_plane *p, const double *x, const dou
   }
 }
 
+OP uint32_t NAME(lanes_of)(uint32_t n) { return n < 8 ? 0xFFu >> (8 - n) : 0xFFu; } /* the first n of eight */
+
 static uint32_t NAME(pack)(pktrt__wave *w, uint32_t first, uint32_t n, uint32_t *ray) {
   float *const rows[] = {w->d[0], w->d[1], w->d[2], w->n[0], w->n[1], w->n[2],
                          w->t,    w->u,    w->v,    w->time, w->importance};
   uint32_t *const words[] = {w->id, w->slot, w->group, w->medium, w->key, w->root};
   uint32_t k = 0;
   for (uint32_t i = 0; i < n; i += 8) {
-    const uint32_t from = first + i, to = first + k, all = n - i < 8 ? 0xFFu >> (8 - (n - i)) : 0xFFu;
+    const uint32_t from = first + i, to = first + k, all = NAME(lanes_of)(n - i);
     const uint32_t hits = all & NAME(occupied)(w->slot + from);
     for (uint32_t rest = hits; rest; rest &= rest - 1) ray[k++] = from + pktrt__lowest(rest);
     if (from == to && hits == all) continue;
@@ -5067,7 +5107,7 @@ static uint32_t NAME(pack)(pktrt__wave *w, uint32_t first, uint32_t n, uint32_t 
 }
 
 /* Normals at the corners of the triangles of surfaces i to i + 7; n where the mesh has none. */
-OP void NAME(gather_normals)(const pktrt_scene *scene, const float *time, const pktrt__surfaces *s, uint32_t i,
+PKTRT__NOINLINE void NAME(gather_normals)(const pktrt_scene *scene, const float *time, const pktrt__surfaces *s, uint32_t i,
                              uint32_t lanes, const v8 n[3], v8 q[3][3]) {
   UNROLL for (int c = 0; c < 9; c++) q[c / 3][c % 3] = n[c % 3];
   for (uint32_t rest = lanes; rest;) {
@@ -5146,13 +5186,14 @@ PKTRT__NOINLINE void NAME(read8)(const pktrt_scene *scene, pktrt__surfaces *s, u
   NAME(store3)(s->reflectance, i, reflectance);
   NAME(store3)(s->emission, i, emission);
   vstore(s->eta + i, eta);
+  kind[PKTRT_SPECULAR_NONE] |= ~lanes; /* those that do not exist want no work */
   for (int k = 0; k < 5; k++) s->kind[k][i / 8] = (uint8_t)kind[k];
   s->shaded[i / 8] = (uint8_t)shaded, s->hooked[i / 8] = (uint8_t)hooked, s->lobed[i / 8] = (uint8_t)lobed;
 }
 
 static void NAME(find)(const pktrt_scene *scene, bool smooth, const pktrt__wave *w, pktrt__surfaces *s) {
   for (uint32_t i = 0; i < s->count; i += 8) {
-    const uint32_t lanes = s->count - i < 8 ? 0xFFu >> (8 - (s->count - i)) : 0xFFu;
+    const uint32_t lanes = NAME(lanes_of)(s->count - i);
     NAME(find8)(scene, smooth, w, s, i, lanes);
     NAME(read8)(scene, s, i, lanes);
   }
@@ -5162,7 +5203,7 @@ static void NAME(find)(const pktrt_scene *scene, bool smooth, const pktrt__wave 
    cosine before the surface and c' = sqrt(1 - (1 - c^2) / eta^2) behind it, R is the mean of
    ((c - eta c') / (c + eta c'))^2 and ((eta c - c') / (eta c + c'))^2; no real c' is total reflection. What bends to
    the wrong side of the triangle, which smooth normals can bring about, is taken about the triangle's own normal. */
-static void NAME(scatter)(pktrt__surfaces *s, uint32_t i) {
+STEP void NAME(scatter)(pktrt__surfaces *s, uint32_t i) {
   v8 d[3], n[3], f[3], r[3], t[3];
   NAME(load3)(d, s->d, i);
   NAME(load3)(n, s->facing, i);
@@ -5187,46 +5228,207 @@ static void NAME(scatter)(pktrt__surfaces *s, uint32_t i) {
   NAME(store3)(s->refracted, i, t);
 }
 
-/* Where surfaces i to i + 7 see the middle of a mesh light: a point on the line to it, out of the sphere around it, and
-   the irradiance of what faces it there. In the middle itself nothing is comparable, hence nothing is lit. */
-static void NAME(middle)(const pktrt__surfaces *s, uint32_t i, const pktrt__middle *m, pktrt__targets *g) {
-  d8 from[3], to[3], r2 = dset(0), along = dset(0);
-  UNROLL for (int a = 0; a < 3; a++) {
-    from[a] = dload(s->point[a] + i);
-    to[a] = dsub(dset(m->at[a]), from[a]);
-    r2 = dadd(r2, dmul(to[a], to[a]));
-    along = dadd(along, dmul(to[a], dset(m->facing[a])));
+/* Weights of what surfaces i to i + 7 reflect and refract, and what is left for the diffuse base; metals' are still to
+   come. */
+PKTRT__NOINLINE void NAME(weigh8)(pktrt__surfaces *s, uint32_t i) {
+  const uint32_t live = ~(uint32_t)s->shaded[i / 8], glossy = live & ~(uint32_t)s->kind[PKTRT_SPECULAR_NONE][i / 8];
+  const v8 zero = vset(0), one = vset(1);
+  if (!(glossy & 0xFF)) {
+    UNROLL for (int a = 0; a < 3; a++) vstore(s->specular[a] + i, zero);
+    UNROLL for (int a = 0; a < 3; a++) vstore(s->passing[a] + i, zero);
+    return;
   }
-  const d8 r = dsqrt(r2), outside = dmax(dsub(dset(1), ddiv(dset(m->radius), r)), dset(1.0 / 1024));
-  UNROLL for (int a = 0; a < 3; a++) dstore(g->at[a] + i, dadd(from[a], dmul(outside, to[a])));
-  const d8 seen = dadd(ddiv(dabs(along), r), dset(m->folded));
-  dstore(g->factor + i, dmul(ddiv(seen, r2), dset(m->strength)));
+  NAME(scatter)(s, i);
+  const v8 fresnel = vload(s->fresnel + i), rest = vsub(one, fresnel);
+  const m8 mirror = mfrom(s->kind[PKTRT_SPECULAR_MIRROR][i / 8] & live);
+  const m8 coat = mfrom(s->kind[PKTRT_SPECULAR_COAT][i / 8] & live);
+  const m8 glass = mfrom(s->kind[PKTRT_SPECULAR_DIELECTRIC][i / 8] & live);
+  const m8 bare = mor(glass, mfrom(s->kind[PKTRT_SPECULAR_CONDUCTOR][i / 8] & live));
+  const v8 factor = vsel(mirror, one, vsel(mor(coat, glass), fresnel, zero));
+  UNROLL for (int a = 0; a < 3; a++) {
+    const v8 albedo = vload(s->albedo[a] + i);
+    vstore(s->specular[a] + i, vmul(factor, vload(s->reflectance[a] + i)));
+    vstore(s->passing[a] + i, vsel(glass, rest, zero));
+    vstore(s->albedo[a] + i, vsel(bare, zero, vsel(coat, vmul(albedo, rest), albedo)));
+  }
 }
 
-/* Shadow rays of surfaces i to i + 7 towards their targets: origin, direction and what the diffuse part would receive
-   by albedo 1, the factor included. Returns the lanes that the light can reach. The surface is left along its flat
-   normal by `lift`, on the viewer's side, which is the light's. */
-static uint32_t NAME(aim)(const pktrt__surfaces *s, uint32_t i, const pktrt__targets *g, bool infinite, bool by_square,
-                          bool lobes, pktrt__aimed *out) {
-  d8 to[3], origin[3], r2 = dset(0), cosine = dset(0), side = dset(0);
-  const d8 lift = dfrom(vload(s->lift + i));
-  UNROLL for (int a = 0; a < 3; a++) {
-    const d8 p = dload(s->point[a] + i), flat = dfrom(vload(s->flat[a] + i)), at = dload(g->at[a] + i);
-    to[a] = infinite ? at : dsub(at, p);
-    origin[a] = dadd(p, dmul(lift, flat));
-    r2 = dadd(r2, dmul(to[a], to[a]));
-    side = dadd(side, dmul(to[a], flat));
-    cosine = dadd(cosine, dmul(to[a], dfrom(vload(s->shade[a] + i))));
-    const v8 o = dto(origin[a]);
-    vstore(out->o[a], o);
-    vstore(out->d[a], dto(infinite ? at : dsub(at, dfrom(o))));
+static void NAME(dress)(const pktrt_scene *scene, bool follow, const float ambient[3], const pktrt__wave *w,
+                        pktrt__surfaces *s) {
+  for (uint32_t i = 0; i < s->count; i += 8) {
+    const uint32_t lanes = NAME(lanes_of)(s->count - i), lit = ~(uint32_t)s->shaded[i / 8];
+    if (follow) {
+      const uint32_t *medium = w->medium + s->first + i;
+      const uint32_t inside = s->kind[PKTRT_SPECULAR_DIELECTRIC][i / 8] & s->inside[i / 8];
+      NAME(weigh8)(s, i);
+      for (uint32_t m = s->kind[PKTRT_SPECULAR_CONDUCTOR][i / 8] & lit; m; m &= m - 1)
+        pktrt__weigh_metal(scene, s, i + pktrt__lowest(m));
+      for (uint32_t m = lanes & (inside | ~vsame(medium, 0)); m; m &= m - 1)
+        pktrt__absorb(scene, s, i + pktrt__lowest(m), medium[pktrt__lowest(m)]);
+    }
+    UNROLL for (int a = 0; a < 3; a++) {
+      const v8 around = vsel(mfrom(lit & 0xFF), vmul(vload(s->albedo[a] + i), vset(ambient[a])), vset(0));
+      vstore(s->radiance[a] + i, vadd(vload(s->emission[a] + i), around));
+    }
   }
-  const d8 r = dsqrt(r2), factor = dload(g->factor + i);
-  const d8 irradiance = by_square ? ddiv(factor, r2) : factor;
-  if (lobes) UNROLL for (int a = 0; a < 3; a++) vstore(out->to[a], dto(ddiv(to[a], r)));
-  vstore(out->irradiance, dto(irradiance));
-  vstore(out->diffuse, dto(dmul(dmul(dmax(dset(0), ddiv(cosine, r)), irradiance), dset(0.31830988618379067154))));
-  return mbits(mand(dlt(dset(0), side), dlt(dset(0), irradiance)));
+}
+
+/* Where a light is for surfaces i to i + 7 at p, and the irradiance of what faces it there, but for a quad's cosine. A
+   mesh is seen in its middle: a point on the line to it, out of the sphere around it; in the middle itself nothing is
+   comparable, hence nothing is lit. */
+STEP d8 NAME(look_for)(const pktrt__aim *l, uint32_t i, d8 p[3], d8 at[3]) {
+  d8 to[3], facing[3];
+  if (l->listed) {
+    UNROLL for (int a = 0; a < 3; a++) at[a] = dload(l->listed->at[a] + i);
+    return dload(l->listed->factor + i);
+  }
+  NAME(dset3)(at, l->at);
+  if (l->kind != PKTRT_LIGHT_MESH) return dset(l->strength);
+  UNROLL for (int a = 0; a < 3; a++) to[a] = dsub(at[a], p[a]);
+  NAME(dset3)(facing, l->facing);
+  const d8 r2 = NAME(ddot)(to, to), r = dsqrt(r2), along = NAME(ddot)(to, facing);
+  const d8 outside = dmax(dsub(dset(1), ddiv(dset(l->radius), r)), dset(1.0 / 1024));
+  UNROLL for (int a = 0; a < 3; a++) at[a] = dadd(p[a], dmul(outside, to[a]));
+  return dmul(ddiv(dadd(ddiv(dabs(along), r), dset(l->folded)), r2), dset(l->strength));
+}
+
+/* What lobes of surfaces i to i + 7 reflect of a light, per irradiance 1 of the diffuse base. */
+PKTRT__NOINLINE v8 NAME(shine)(const pktrt_scene *scene, const pktrt__surfaces *s, uint32_t i, uint32_t lanes,
+                               const v8 to[3], v8 irradiance) {
+  float d[3][8], lobe[8] = {0, 0, 0, 0, 0, 0, 0, 0};
+  UNROLL for (int a = 0; a < 3; a++) vstore(d[a], to[a]);
+  for (lanes &= s->lobed[i / 8]; lanes; lanes &= lanes - 1) {
+    const uint32_t j = pktrt__lowest(lanes);
+    const float axis[3] = {d[0][j], d[1][j], d[2][j]};
+    lobe[j] = pktrt__highlight(scene, s, i + j, axis);
+  }
+  return vmul(vload(lobe), irradiance);
+}
+
+/* Shadow rays of surfaces i to i + 7, behind those in the list. The surface is left along its flat normal by `lift`, on
+   the viewer's side, which is the light's. */
+PKTRT__NOINLINE void NAME(aim8)(const pktrt_scene *scene, const pktrt__aim *l, const pktrt__wave *w,
+                                pktrt__surfaces *s, uint32_t i, uint32_t lanes, pktrt__shadows *sh) {
+  d8 to[3], p[3], at[3], flat[3], shade[3];
+  v8 o[3], d[3], axis[3], arriving[3], lobe = vset(0), largest = vset(0);
+  const d8 lift = dfrom(vload(s->lift + i));
+  NAME(dload3)(p, s->point, i);
+  NAME(dfrom3)(flat, s->flat, i);
+  NAME(dfrom3)(shade, s->shade, i);
+  d8 factor = NAME(look_for)(l, i, p, at);
+  UNROLL for (int a = 0; a < 3; a++) {
+    to[a] = l->infinite ? at[a] : dsub(at[a], p[a]);
+    o[a] = dto(dadd(p[a], dmul(lift, flat[a])));
+    d[a] = dto(l->infinite ? at[a] : dsub(at[a], dfrom(o[a])));
+  }
+  const d8 r2 = NAME(ddot)(to, to), r = dsqrt(r2);
+  if (l->kind == PKTRT_LIGHT_QUAD && !l->listed) { /* negative behind it */
+    NAME(dset3)(at, l->facing);
+    factor = dmul(ddiv(dmul(dset(-l->area), NAME(ddot)(to, at)), r), factor);
+  }
+  const d8 irradiance = l->by_square ? ddiv(factor, r2) : factor, cosine = ddiv(NAME(ddot)(to, shade), r);
+  const v8 diffuse = dto(dmul(dmul(dmax(dset(0), cosine), irradiance), dset(0.31830988618379067154)));
+  const m8 faces = mand(dlt(dset(0), NAME(ddot)(to, flat)), dlt(dset(0), irradiance));
+  lanes &= ~(uint32_t)s->shaded[i / 8] & mbits(faces);
+  if (!lanes) return;
+  if (l->lobes && (lanes & s->lobed[i / 8])) {
+    UNROLL for (int a = 0; a < 3; a++) axis[a] = dto(ddiv(to[a], r));
+    lobe = NAME(shine)(scene, s, i, lanes, axis, dto(irradiance));
+  }
+  UNROLL for (int a = 0; a < 3; a++) {
+    const v8 light = l->listed ? vload(l->listed->arriving[a] + i) : vset(l->arriving[a]);
+    const v8 specular = vload(s->specular[a] + i), albedo = vload(s->albedo[a] + i);
+    arriving[a] = vmul(vadd(vmul(albedo, diffuse), l->lobes ? vmul(specular, lobe) : vset(0)), light);
+    largest = vmax(largest, arriving[a]);
+  }
+  lanes &= mbits(vlt(vset(0), largest));
+  const uint32_t n = sh->count;
+  UNROLL for (int a = 0; a < 3; a++) {
+    vpack(sh->o[a] + n, lanes, o[a]);
+    vpack(sh->d[a] + n, lanes, d[a]);
+    vpack(sh->arriving[a] + n, lanes, arriving[a]);
+  }
+  vpack(sh->time + n, lanes, vload(w->time + s->first + i));
+  vpack_u32(sh->material + n, lanes, s->material + i);
+  for (; lanes; lanes &= lanes - 1) sh->surface[sh->count++] = i + pktrt__lowest(lanes);
+}
+
+static void NAME(aim)(const pktrt_scene *scene, const pktrt__aim *l, const pktrt__wave *w, pktrt__surfaces *s,
+                      pktrt__shadows *sh) {
+  sh->count = 0, sh->tmax = l->infinite ? INFINITY : 1;
+  for (uint32_t i = 0; i < s->count; i += 8) NAME(aim8)(scene, l, w, s, i, NAME(lanes_of)(s->count - i), sh);
+}
+
+/* One after the other where they are not those of eight surfaces in a row: several may be of one surface. */
+static void NAME(gain)(pktrt__surfaces *s, const uint32_t *surface, float (*arriving)[PKTRT__BATCH],
+                       float (*seen)[PKTRT__BATCH], uint32_t n) {
+  for (uint32_t i = 0, next; i < n; i = next) {
+    const uint32_t k = surface[i];
+    next = i + 8;
+    bool row = next <= n;
+    for (uint32_t j = 1; row && j < 8; j++) row = surface[i + j] == k + j;
+    if (row) {
+      UNROLL for (int a = 0; a < 3; a++) {
+        const v8 part = vmul(vload(arriving[a] + i), vload(seen[a] + i));
+        vstore(s->radiance[a] + k, vadd(vload(s->radiance[a] + k), part));
+      }
+    } else {
+      for (int a = 0; a < 3; a++) s->radiance[a][k] += arriving[a][i] * seen[a][i];
+      next = i + 1;
+    }
+  }
+}
+
+/* The medium that rays from surfaces i to i + 7 go into: reflected ones stay where they were. */
+OP void NAME(medium_of)(const pktrt__wave *w, const pktrt__surfaces *s, uint32_t i, bool refraction, uint32_t medium[8]) {
+  const uint32_t inside = s->inside[i / 8];
+  uint32_t into = s->kind[PKTRT_SPECULAR_DIELECTRIC][i / 8] & (refraction ? ~inside : inside);
+  if (refraction) memset(medium, 0, 8 * sizeof *medium);
+  else memcpy(medium, w->medium + s->first + i, 8 * sizeof *medium);
+  for (; into; into &= into - 1) medium[pktrt__lowest(into)] = s->material[i + pktrt__lowest(into)];
+}
+
+/* Rays from surfaces i to i + 7, behind n of a wave; those worth following are counted in. */
+PKTRT__NOINLINE uint32_t NAME(send8)(const pktrt__sending *g, const pktrt__wave *w, const pktrt__surfaces *s, uint32_t i,
+                                     uint32_t lanes, pktrt__wave *to, uint32_t n) {
+  const uint32_t at = s->first + i;
+  uint32_t medium[8], key[8];
+  v8 weight[3], d[3];
+  UNROLL for (int a = 0; a < 3; a++) {
+    weight[a] = vload((g->refraction ? s->passing[a] : s->specular[a]) + i);
+    d[a] = vload((g->refraction ? s->refracted[a] : s->mirror[a]) + i);
+  }
+  const v8 largest = vmax(weight[0], vmax(weight[1], weight[2]));
+  const v8 importance = vmul(vload(w->importance + at), largest);
+  lanes &= mbits(vlt(vset(0), largest)) & ~mbits(vlt(importance, vset(g->threshold)));
+  if (!lanes) return n;
+  const d8 lift = dmul(dfrom(vload(s->lift + i)), dset(g->refraction ? -1 : 1));
+  UNROLL for (int a = 0; a < 3; a++) {
+    const d8 o = dadd(dload(s->point[a] + i), dmul(lift, dfrom(vload(s->flat[a] + i))));
+    vpack(to->o[a] + n, lanes, dto(o));
+    vpack(to->d[a] + n, lanes, d[a]);
+    vpack(to->weight[a] + n, lanes, weight[a]);
+  }
+  NAME(medium_of)(w, s, i, g->refraction, medium);
+  for (uint32_t j = 0; j < 8; j++) key[j] = (w->key[at + j] + 1) * g->times + g->plus;
+  vpack(to->time + n, lanes, vload(w->time + at));
+  vpack(to->importance + n, lanes, importance);
+  vpack_u32(to->medium + n, lanes, medium);
+  vpack_u32(to->key + n, lanes, key);
+  vpack_u32(to->parent + n, lanes, s->ray + i);
+  vpack_u32(to->material + n, lanes, s->material + i);
+  vpack_u32(to->root + n, lanes, w->root + at);
+  return n + pktrt__popcount8(lanes);
+}
+
+static uint32_t NAME(send)(const pktrt__sending *g, const pktrt__wave *w, const pktrt__surfaces *s, pktrt__wave *to,
+                           uint32_t n) {
+  for (uint32_t i = 0; i < s->count; i += 8) {
+    const uint32_t glass = s->kind[PKTRT_SPECULAR_DIELECTRIC][i / 8], none = s->kind[PKTRT_SPECULAR_NONE][i / 8];
+    const uint32_t lanes = NAME(lanes_of)(s->count - i) & (g->refraction ? glass : ~none) & ~(uint32_t)s->shaded[i / 8];
+    if (lanes) n = NAME(send8)(g, w, s, i, lanes, to, n);
+  }
+  return n;
 }
 
 /* >>entry ---------------------------------------------------------------------------------------------------------- */
@@ -5288,7 +5490,7 @@ static bool NAME(rounds_each_operation)(void) {
 }
 
 static const pktrt__kernels NAME(kernels) = {NAME(trace), NAME(rounds_each_operation), NAME(primary), NAME(pack),
-                                                    NAME(find), NAME(scatter), NAME(middle), NAME(aim)};
+                                                    NAME(find), NAME(dress), NAME(aim), NAME(gain), NAME(send)};
 
 #ifdef PKTRT__ALSO_STAMP /* for benchmarks: a file of theirs on the same vectors; its path from here, in quotes */
 #include PKTRT__ALSO_STAMP
@@ -5370,6 +5572,7 @@ static const pktrt__kernels NAME(kernels) = {NAME(trace), NAME(rounds_each_opera
 #undef FW
 #undef OP
 #undef UNROLL
+#undef STEP
 #undef NAME
 #undef COUNT
 #undef PKTRT__PICK
@@ -6987,10 +7190,6 @@ static void pktrt__run_hooks(const pktrt_scene *scene, const pktrt__wave *w, pkt
   }
 }
 
-static float pktrt__metal(const pktrt_material *look, int a, float cosine) {
-  return pktrt_fresnel_conductor(cosine, pktrt__index(look, a), look->extinction[a]);
-}
-
 /* Beer attenuation on the way to surface k: of the glass whose inside it shows, or that the ray was refracted into. */
 static void pktrt__absorb(const pktrt_scene *scene, pktrt__surfaces *s, uint32_t k, uint32_t medium) {
   const bool inside = pktrt__bit(s->kind[PKTRT_SPECULAR_DIELECTRIC], k) && pktrt__bit(s->inside, k);
@@ -7003,32 +7202,13 @@ static void pktrt__absorb(const pktrt_scene *scene, pktrt__surfaces *s, uint32_t
   }
 }
 
-/* Weights of what is reflected and refracted, and what is left for the diffuse base. */
-static void pktrt__weigh(const pktrt_scene *scene, pktrt__surfaces *s, uint32_t k) {
+static void pktrt__weigh_metal(const pktrt_scene *scene, pktrt__surfaces *s, uint32_t k) {
   const pktrt_material *look = pktrt__look(scene, s->material[k]);
-  const float fresnel = s->fresnel[k];
   float cosine = 0;
   for (int a = 0; a < 3; a++) cosine -= s->d[a][k] * s->facing[a][k];
-  for (int a = 0; a < 3; a++) {
-    const float reflectance = s->reflectance[a][k];
-    switch (look->specular) {
-    case PKTRT_SPECULAR_NONE: break;
-    case PKTRT_SPECULAR_MIRROR: s->specular[a][k] = reflectance; break;
-    case PKTRT_SPECULAR_COAT:
-      s->specular[a][k] = fresnel * reflectance;
-      s->albedo[a][k] *= 1 - fresnel;
-      break;
-    case PKTRT_SPECULAR_DIELECTRIC:
-      s->albedo[a][k] = 0;
-      s->specular[a][k] = fresnel * reflectance;
-      s->passing[a][k] = 1 - fresnel;
-      break;
-    case PKTRT_SPECULAR_CONDUCTOR:
-      s->specular[a][k] = pktrt__metal(look, a, cosine) * reflectance;
-      s->albedo[a][k] = 0;
-      break;
-    }
-  }
+  for (int a = 0; a < 3; a++)
+    s->specular[a][k] =
+        pktrt_fresnel_conductor(cosine, pktrt__index(look, a), look->extinction[a]) * s->reflectance[a][k];
 }
 
 /* Sums for the optional buffers, from what primary rays met. */
@@ -7056,17 +7236,7 @@ PKTRT__NOINLINE void pktrt__dress(pktrt__work *work, const pktrt__wave *w, uint3
   for (uint32_t k = 0; k < s->count; k += 8) hooks |= s->hooked[k / 8] != 0;
   if (hooks) pktrt__run_hooks(job->scene, w, s);
   if (!depth && (d->depth || d->normal || d->albedo)) pktrt__note_first_hits(work);
-  if (job->follow) {
-    for (uint32_t k = 0; k < s->count; k += 8) job->scene->kernels->scatter(s, k);
-    for (uint32_t k = 0; k < s->count; k++) {
-      for (int a = 0; a < 3; a++) s->specular[a][k] = s->passing[a][k] = 0;
-      if (!pktrt__bit(s->shaded, k)) pktrt__weigh(job->scene, s, k);
-      pktrt__absorb(job->scene, s, k, w->medium[s->first + k]);
-    }
-  }
-  for (int a = 0; a < 3; a++)
-    for (uint32_t k = 0; k < s->count; k++)
-      s->radiance[a][k] = s->emission[a][k] + (pktrt__bit(s->shaded, k) ? 0 : s->albedo[a][k] * d->ambient[a]);
+  job->scene->kernels->dress(job->scene, job->follow, d->ambient, w, s);
 }
 
 static void pktrt__add_words(void *to, const void *from, size_t size) { /* nothing but uint64_t in there */
@@ -7223,7 +7393,8 @@ PKTRT__NOINLINE void pktrt__flush(pktrt__work *work, pktrt_ray_type type, uint32
   for (uint32_t i = 0; i < p->n; i++)
     for (int a = 0; a < 3; a++) p->seen[a][i] = b->slot[i] == PKTRT_NONE ? 1.0f : 0.0f;
   if (work->job->glass) pktrt__look_through_glass(work, type, depth);
-  for (uint32_t i = 0; i < p->n; i++) {
+  if (type == PKTRT_RAY_SHADOW) work->job->scene->kernels->gain(s, p->target, p->arriving, p->seen, p->n);
+  for (uint32_t i = 0; type == PKTRT_RAY_OTHER && i < p->n; i++) {
     const uint32_t k = p->target[i];
     pktrt__wave *w = p->wave[i];
     if (!w) {
@@ -7250,9 +7421,8 @@ static void pktrt__push_shadows(pktrt__work *work, const uint32_t *order, uint32
       memcpy(p->batch.o[a] + n, sh->o[a] + from, size), memcpy(p->batch.d[a] + n, sh->d[a] + from, size);
       memcpy(p->arriving[a] + n, sh->arriving[a] + from, size);
     }
-    memcpy(p->batch.tmax + n, sh->tmax + from, size), memcpy(p->batch.time + n, sh->time + from, size);
-    memcpy(p->target + n, sh->surface + from, size);
-    for (uint32_t i = n; i < p->n; i++) p->batch.tmin[i] = 0, p->wave[i] = NULL;
+    memcpy(p->batch.time + n, sh->time + from, size), memcpy(p->target + n, sh->surface + from, size);
+    for (uint32_t i = n; i < p->n; i++) p->batch.tmin[i] = 0, p->batch.tmax[i] = sh->tmax, p->wave[i] = NULL;
     return;
   }
   for (int a = 0; a < 3; a++)
@@ -7262,7 +7432,7 @@ static void pktrt__push_shadows(pktrt__work *work, const uint32_t *order, uint32
     }
   for (uint32_t i = from; i < to; i++) {
     const uint32_t at = n + i - from, k = order[i];
-    p->batch.tmin[at] = 0, p->batch.tmax[at] = sh->tmax[k], p->batch.time[at] = sh->time[k];
+    p->batch.tmin[at] = 0, p->batch.tmax[at] = sh->tmax, p->batch.time[at] = sh->time[k];
     p->target[at] = sh->surface[k], p->wave[at] = NULL;
   }
 }
@@ -7389,23 +7559,30 @@ static void pktrt__aim_at_surroundings(pktrt__work *work, const pktrt__wave *w, 
   }
 }
 
-/* RCS and WRT: a point in the middle. Of a flat mesh the projected area is |S cos|, S being the sum of its area
-   vectors; of a closed convex one it is a quarter of the area on average, and S is 0. The shadow ray ends at the
-   sphere around the mesh, whose own triangles would stop it. */
-static void pktrt__aim_at_middle(pktrt__work *work, const pktrt__lamp *lamp) {
-  const pktrt__surfaces *s = &work->surfaces;
-  pktrt__targets *g = &work->targets;
-  pktrt__middle m;
+/* One light. A mesh stands in its middle in RCS and WRT: its projected area is |S cos| where it is flat, S being the sum
+   of its area vectors; where it is closed and convex it is a quarter of the area on average, and S is 0. The shadow ray
+   ends at the sphere around the mesh, whose own triangles would stop it. */
+static void pktrt__describe(const pktrt__work *work, uint32_t light, pktrt__aim *aim) {
+  const pktrt__job *job = work->job;
+  const pktrt_light *l = &job->scene->lights[light];
+  const pktrt__lamp *lamp = &job->lamps[light];
+  memset(aim, 0, sizeof *aim);
+  aim->kind = l->kind, aim->radius = lamp->radius, aim->area = lamp->area, aim->strength = lamp->strength;
+  aim->folded = pktrt__max(0, lamp->area - sqrt(pktrt__dot(lamp->facing, lamp->facing))) / 4;
   for (int a = 0; a < 3; a++) {
-    m.at[a] = lamp->middle[a], m.facing[a] = lamp->facing[a];
-    for (uint32_t k = 0; k < s->count; k++) g->arriving[a][k] = lamp->light[a];
+    aim->facing[a] = lamp->facing[a], aim->arriving[a] = lamp->light[a];
+    aim->at[a] = (double)l->position[a];
+    if (l->kind == PKTRT_LIGHT_QUAD) aim->at[a] = aim->at[a] + 0.5 * (double)l->edge[0][a] + 0.5 * (double)l->edge[1][a];
+    if (l->kind == PKTRT_LIGHT_DIRECTIONAL) aim->at[a] = lamp->facing[a];
+    if (l->kind == PKTRT_LIGHT_MESH) aim->at[a] = lamp->middle[a];
   }
-  m.radius = lamp->radius, m.strength = lamp->strength;
-  m.folded = pktrt__max(0, lamp->area - sqrt(pktrt__dot(lamp->facing, lamp->facing))) / 4;
-  for (uint32_t k = 0; k < s->count; k += 8) work->job->scene->kernels->middle(s, k, &m, g);
+  aim->infinite = l->kind == PKTRT_LIGHT_DIRECTIONAL || l->kind == PKTRT_LIGHT_ENVIRONMENT;
+  aim->by_square = l->kind == PKTRT_LIGHT_POINT || l->kind == PKTRT_LIGHT_QUAD ||
+                   (l->kind == PKTRT_LIGHT_MESH && job->distribute);
+  aim->lobes = job->follow && pktrt__unseen(l);
 }
 
-/* Where one light is, for every surface. */
+/* Where one light is for each surface, where that is random or takes more than the kernels know. */
 static void pktrt__find_targets(pktrt__work *work, const pktrt__wave *w, uint32_t light, uint32_t depth) {
   const pktrt__job *job = work->job;
   const pktrt_light *l = &job->scene->lights[light];
@@ -7414,10 +7591,6 @@ static void pktrt__find_targets(pktrt__work *work, const pktrt__wave *w, uint32_
   pktrt__targets *g = &work->targets;
   const bool random = job->distribute && (l->kind == PKTRT_LIGHT_QUAD || l->kind == PKTRT_LIGHT_SPHERE ||
                                           l->kind == PKTRT_LIGHT_MESH);
-  if (l->kind == PKTRT_LIGHT_MESH && !random) {
-    pktrt__aim_at_middle(work, lamp);
-    return;
-  }
   for (uint32_t k = 0; k < s->count; k++) {
     const double from[3] = {s->point[0][k], s->point[1][k], s->point[2][k]};
     const float share = pktrt__light_share(work, k, light, depth);
@@ -7447,40 +7620,17 @@ static float pktrt__highlight(const pktrt_scene *scene, const pktrt__surfaces *s
 }
 
 /* The shadow rays of all surfaces towards one light into the list. */
-static void pktrt__aim(pktrt__work *work, const pktrt__wave *w, uint32_t light) {
-  const pktrt_light *l = &work->job->scene->lights[light];
-  const pktrt__surfaces *s = &work->surfaces;
-  pktrt__shadows *sh = &work->shadows;
-  const pktrt__targets *g = &work->targets;
-  pktrt__aimed aimed;
-  const bool infinite = l->kind == PKTRT_LIGHT_DIRECTIONAL || l->kind == PKTRT_LIGHT_ENVIRONMENT;
-  const bool by_square = l->kind == PKTRT_LIGHT_POINT || l->kind == PKTRT_LIGHT_QUAD ||
-                         (l->kind == PKTRT_LIGHT_MESH && work->job->distribute);
-  const bool lobes = work->job->follow && pktrt__unseen(l);
-  uint32_t n = 0;
-  for (uint32_t i = 0; i < s->count; i += 8) {
-    uint32_t lanes = work->job->scene->kernels->aim(s, i, g, infinite, by_square, lobes, &aimed);
-    if (s->count - i < 8) lanes &= 0xFFu >> (8 - (s->count - i));
-    for (; lanes; lanes &= lanes - 1) {
-      const uint32_t j = pktrt__lowest(lanes), k = i + j;
-      float lobe = 0;
-      if (lobes) {
-        const float to[3] = {aimed.to[0][j], aimed.to[1][j], aimed.to[2][j]};
-        lobe = pktrt__highlight(work->job->scene, s, k, to) * aimed.irradiance[j];
-      }
-      float largest = 0;
-      for (int a = 0; a < 3; a++) {
-        const float part = s->albedo[a][k] * aimed.diffuse[j] + s->specular[a][k] * lobe;
-        sh->arriving[a][n] = part * g->arriving[a][k];
-        largest = pktrt__maxf(largest, sh->arriving[a][n]);
-        sh->o[a][n] = aimed.o[a][j], sh->d[a][n] = aimed.d[a][j];
-      }
-      sh->tmax[n] = infinite ? INFINITY : 1, sh->time[n] = w->time[s->first + k];
-      sh->surface[n] = k, sh->material[n] = s->material[k];
-      n += largest > 0 && !pktrt__bit(s->shaded, k);
-    }
+static void pktrt__aim_at(pktrt__work *work, const pktrt__wave *w, uint32_t light, uint32_t depth) {
+  const pktrt_scene *scene = work->job->scene;
+  const pktrt_light_kind kind = scene->lights[light].kind;
+  pktrt__aim aim;
+  pktrt__describe(work, light, &aim);
+  if (work->job->distribute || kind == PKTRT_LIGHT_SPHERE || kind == PKTRT_LIGHT_ENVIRONMENT) {
+    if (kind == PKTRT_LIGHT_ENVIRONMENT) pktrt__aim_at_surroundings(work, w, light, depth);
+    else pktrt__find_targets(work, w, light, depth);
+    aim.listed = &work->targets;
   }
-  sh->count = n;
+  scene->kernels->aim(scene, &aim, w, &work->surfaces, &work->shadows);
 }
 
 /* Direct light of all surfaces. */
@@ -7493,9 +7643,7 @@ PKTRT__NOINLINE void pktrt__add_lights(pktrt__work *work, const pktrt__wave *w, 
   if (depth > 1 && job->distribute && job->desc->lights != PKTRT_LIGHTS_ALL) pktrt__choose_lights(work, w);
   for (uint32_t light = 0; light < job->scene->light_count; light++) {
     if (!pktrt__is_asked(work, light, depth)) continue;
-    if (job->scene->lights[light].kind == PKTRT_LIGHT_ENVIRONMENT) pktrt__aim_at_surroundings(work, w, light, depth);
-    else pktrt__find_targets(work, w, light, depth);
-    pktrt__aim(work, w, light);
+    pktrt__aim_at(work, w, light, depth);
     const pktrt__shadows *sh = &work->shadows;
     for (uint32_t i = 0; i < sh->count; i++) sender[i] = work->surfaces.ray[sh->surface[i]];
     if (sh->count) pktrt__assemble(work, sh->count, work->shadows.d, sh->material, sender);
@@ -7521,68 +7669,40 @@ static pktrt__wave *pktrt__need_wave(pktrt__work *work, pktrt__wave **wave) {
   return *wave;
 }
 
-/* A ray that surface k sends out, behind the n rays of a wave; whether it is worth following. */
-static bool pktrt__send(const pktrt__work *work, const pktrt__wave *w, uint32_t k, const float direction[3],
-                        const float weight[3], pktrt_ray_type type, pktrt__wave *to, uint32_t n) {
-  const pktrt__surfaces *s = &work->surfaces;
-  const uint32_t lane = s->first + k;
-  const float largest = pktrt__maxf(weight[0], pktrt__maxf(weight[1], weight[2]));
-  const float importance = w->importance[lane] * largest;
-  if (!(largest > 0) || importance < work->job->threshold) return false;
-  const double lift = type == PKTRT_RAY_REFRACTION ? -(double)s->lift[k] : (double)s->lift[k];
-  for (int a = 0; a < 3; a++) {
-    to->o[a][n] = pktrt__to_float(s->point[a][k] + lift * (double)s->flat[a][k]);
-    to->d[a][n] = direction[a], to->weight[a][n] = weight[a];
-  }
-  to->time[n] = w->time[lane], to->importance[n] = importance, to->parent[n] = s->ray[k];
-  const bool glass = pktrt__bit(s->kind[PKTRT_SPECULAR_DIELECTRIC], k);
-  const bool goes_in = glass && pktrt__bit(s->inside, k) == (type == PKTRT_RAY_REFLECTION);
-  to->medium[n] = goes_in ? s->material[k] : type == PKTRT_RAY_REFLECTION ? w->medium[lane] : 0;
-  to->key[n] = w->key[lane] + 1;
-  to->material[n] = s->material[k], to->root[n] = w->root[lane];
-  return true;
-}
-
-/* The direction in which surface k reflects; false: below the surface. */
-static bool pktrt__reflect(const pktrt__work *work, const pktrt__wave *w, uint32_t k, float out[3]) {
-  const pktrt__surfaces *s = &work->surfaces;
-  const pktrt_material *look = pktrt__look(work->job->scene, s->material[k]);
-  const float axis[3] = {s->mirror[0][k], s->mirror[1][k], s->mirror[2][k]};
-  memcpy(out, axis, sizeof axis);
-  if (!work->job->distribute || !pktrt__has_lobe(look)) return true;
-  float u[2], side = 0;
-  pktrt__draw(work, w, k, 0, 2, u);
-  if (work->job->desc->phong_mapping == PKTRT_PHONG_NAIVE) pktrt_map_phong_naive(u, axis, look->exponent, out);
-  else pktrt_map_phong(u, axis, look->exponent, out);
-  for (int a = 0; a < 3; a++) side += out[a] * s->flat[a][k];
-  return side > 0;
-}
-
-/* Reflected and refracted rays of all surfaces, to the end of the two waves, which may be one. */
-static void pktrt__send_rays(pktrt__work *work, const pktrt__wave *w, bool refraction, pktrt__wave *to, uint32_t *n) {
-  const pktrt__surfaces *s = &work->surfaces;
+/* Where something is random: directions within lobes, lost below the surface; at glass, one ray of two. */
+static void pktrt__scatter_at_random(const pktrt__work *work, const pktrt__wave *w, pktrt__surfaces *s) {
   for (uint32_t k = 0; k < s->count; k++) {
-    float weight[3], out[3];
-    if (pktrt__bit(s->shaded, k) || pktrt__bit(s->kind[PKTRT_SPECULAR_NONE], k)) continue;
-    const bool glass = pktrt__bit(s->kind[PKTRT_SPECULAR_DIELECTRIC], k);
-    if (refraction && !glass) continue;
-    for (int a = 0; a < 3; a++) weight[a] = refraction ? s->passing[a][k] : s->specular[a][k];
-    if (glass && work->job->choose) {
+    const pktrt_material *look = pktrt__look(work->job->scene, s->material[k]);
+    if (work->job->distribute && pktrt__bit(s->lobed, k)) {
+      const float axis[3] = {s->mirror[0][k], s->mirror[1][k], s->mirror[2][k]};
+      float u[2], out[3], side = 0;
+      pktrt__draw(work, w, k, 0, 2, u);
+      if (work->job->desc->phong_mapping == PKTRT_PHONG_NAIVE) pktrt_map_phong_naive(u, axis, look->exponent, out);
+      else pktrt_map_phong(u, axis, look->exponent, out);
+      for (int a = 0; a < 3; a++) side += out[a] * s->flat[a][k], s->mirror[a][k] = out[a];
+      for (int a = 0; a < 3; a++) s->specular[a][k] = side > 0 ? s->specular[a][k] : 0;
+    } else if (work->job->choose && pktrt__bit(s->kind[PKTRT_SPECULAR_DIELECTRIC], k)) {
       float u;
       pktrt__draw(work, w, k, 2, 1, &u);
-      const float share = refraction ? 1 - s->fresnel[k] : s->fresnel[k];
-      if ((u >= s->fresnel[k]) != refraction) continue;
-      for (int a = 0; a < 3; a++) weight[a] /= share;
+      const bool refraction = u >= s->fresnel[k];
+      for (int a = 0; a < 3; a++) {
+        s->specular[a][k] = refraction ? 0 : s->specular[a][k] / s->fresnel[k];
+        s->passing[a][k] = refraction ? s->passing[a][k] / (1 - s->fresnel[k]) : 0;
+      }
     }
-    if (refraction)
-      for (int a = 0; a < 3; a++) out[a] = s->refracted[a][k];
-    else if (!pktrt__reflect(work, w, k, out)) continue;
-    if (!pktrt__send(work, w, k, out, weight, refraction ? PKTRT_RAY_REFRACTION : PKTRT_RAY_REFLECTION, to, *n))
-      continue;
-    /* where glass branches, the two subtrees use other dimensions */
-    if (refraction && !work->job->choose) to->key[*n] = to->key[*n] * 0x9E3779B1u + 0x85EBCA6Bu;
-    (*n)++;
   }
+}
+
+/* Reflected or refracted rays of all surfaces, behind the n of a wave; how many it has then. Where glass branches, the
+   two subtrees use other dimensions. */
+static uint32_t pktrt__send_rays(const pktrt__work *work, const pktrt__wave *w, bool refraction, pktrt__wave *to,
+                                 uint32_t n) {
+  const pktrt__job *job = work->job;
+  const bool apart = refraction && !job->choose;
+  pktrt__sending g;
+  g.refraction = refraction, g.threshold = job->threshold;
+  g.times = apart ? 0x9E3779B1u : 1, g.plus = apart ? 0x85EBCA6Bu : 0;
+  return job->scene->kernels->send(&g, w, &work->surfaces, to, n);
 }
 
 /* >>generations ---------------------------------------------------------------------------------------------------- */
@@ -7642,7 +7762,7 @@ static void pktrt__push_blindly(pktrt__work *work, pktrt__wave *w, uint32_t n, u
 
 static uint32_t pktrt__count_glass(const pktrt__surfaces *s) {
   uint32_t n = 0;
-  for (uint32_t k = 0; k < s->count; k++) n += pktrt__bit(s->kind[PKTRT_SPECULAR_DIELECTRIC], k);
+  for (uint32_t i = 0; i < s->count; i += 8) n += pktrt__popcount8(s->kind[PKTRT_SPECULAR_DIELECTRIC][i / 8]);
   return n;
 }
 
@@ -7661,12 +7781,13 @@ static void pktrt__shade(pktrt__work *work, pktrt__wave *w, uint32_t first, uint
   pktrt__add_lights(work, w, depth + 1);
   if (job->follow && depth < job->max_depth && !work->failed) {
     pktrt__wave *r = pktrt__need_wave(work, &work->reflected[depth]), *t = r;
-    if (!work->failed && pktrt__need_wave(work, &work->spare)) pktrt__send_rays(work, w, false, r, &reflected);
+    if (job->distribute || job->choose) pktrt__scatter_at_random(work, w, s);
+    if (!work->failed && pktrt__need_wave(work, &work->spare)) reflected = pktrt__send_rays(work, w, false, r, 0);
     const uint32_t most = job->choose ? s->count : reflected + pktrt__count_glass(s);
     one_wave = one_wave || (work->wide && most <= PKTRT__WAVE);
     if (!one_wave) t = pktrt__need_wave(work, &work->refracted[depth]);
     if (one_wave) refracted = reflected;
-    if (!work->failed) pktrt__send_rays(work, w, true, t, &refracted);
+    if (!work->failed) refracted = pktrt__send_rays(work, w, true, t, refracted);
   }
   if (blind) pktrt__push_blindly(work, work->reflected[depth], refracted, depth + 1);
   for (int a = 0; a < 3; a++)

@@ -5321,6 +5321,8 @@ PKTRT__NOINLINE void NAME(aim8)(const pktrt_scene *scene, const pktrt__aim *l, c
     o[a] = dto(dadd(p[a], dmul(lift, flat[a])));
     d[a] = dto(l->infinite ? at[a] : dsub(at[a], dfrom(o[a])));
   }
+  lanes &= ~(uint32_t)s->shaded[i / 8] & mbits(dlt(dset(0), NAME(ddot)(to, flat)));
+  if (!lanes) return; /* all look away from it */
   const d8 r2 = NAME(ddot)(to, to), r = dsqrt(r2);
   if (l->kind == PKTRT_LIGHT_QUAD && !l->listed) { /* negative behind it */
     NAME(dset3)(at, l->facing);
@@ -5328,9 +5330,7 @@ PKTRT__NOINLINE void NAME(aim8)(const pktrt_scene *scene, const pktrt__aim *l, c
   }
   const d8 irradiance = l->by_square ? ddiv(factor, r2) : factor, cosine = ddiv(NAME(ddot)(to, shade), r);
   const v8 diffuse = dto(dmul(dmul(dmax(dset(0), cosine), irradiance), dset(0.31830988618379067154)));
-  const m8 faces = mand(dlt(dset(0), NAME(ddot)(to, flat)), dlt(dset(0), irradiance));
-  lanes &= ~(uint32_t)s->shaded[i / 8] & mbits(faces);
-  if (!lanes) return;
+  lanes &= mbits(dlt(dset(0), irradiance));
   if (l->lobes && (lanes & s->lobed[i / 8])) {
     UNROLL for (int a = 0; a < 3; a++) axis[a] = dto(ddiv(to[a], r));
     lobe = NAME(shine)(scene, s, i, lanes, axis, dto(irradiance));
@@ -7134,59 +7134,35 @@ PKTRT__NOINLINE void pktrt__find_surfaces(pktrt__work *work, pktrt__wave *w, uin
 
 PKTRT__INLINE bool pktrt__bit(const uint8_t *bits, uint32_t k) { return bits[k / 8] >> k % 8 & 1; }
 
-/* Points of one material, copied together for its hooks. */
-typedef struct pktrt__hooked {
-  float position[3][64], direction[3][64], normal[3][64], uv[2][64], time[64];
-  float albedo[3][64], reflectance[3][64], emission[3][64], radiance[3][64];
-  uint32_t mesh[64], triangle[64], at[64];
-} pktrt__hooked;
-
-static void pktrt__to_hook(const pktrt__surfaces *s, const pktrt__wave *w, uint32_t k, pktrt__hooked *h, uint32_t n) {
+/* Hooks of one material on surfaces [k, k + n), n <= 64, where they lie. */
+static void pktrt__call_hooks(const pktrt_material *look, const pktrt__wave *w, pktrt__surfaces *s, uint32_t k,
+                              uint32_t n) {
   const uint32_t lane = s->first + k;
-  for (int a = 0; a < 3; a++) {
-    h->position[a][n] = pktrt__to_float(s->point[a][k]);
-    h->direction[a][n] = s->d[a][k], h->normal[a][n] = s->shade[a][k];
-    h->albedo[a][n] = s->albedo[a][k], h->reflectance[a][n] = s->reflectance[a][k];
-    h->emission[a][n] = s->emission[a][k], h->radiance[a][n] = 0;
-  }
-  h->uv[0][n] = w->u[lane], h->uv[1][n] = w->v[lane], h->time[n] = w->time[lane];
-  h->mesh[n] = s->mesh[k], h->triangle[n] = s->triangle[k], h->at[n] = k;
-}
-
-static void pktrt__call_hooks(pktrt__surfaces *s, const pktrt_material *look, pktrt__hooked *h, uint32_t n) {
+  float position[3][64], to[3][64], *radiance[3];
   pktrt_points p;
-  float *radiance[3];
   p.n = n;
   for (int a = 0; a < 3; a++) {
-    p.position[a] = h->position[a], p.direction[a] = h->direction[a], p.normal[a] = h->normal[a];
-    p.albedo[a] = h->albedo[a], p.reflectance[a] = h->reflectance[a], p.emission[a] = h->emission[a];
-    radiance[a] = h->radiance[a];
+    for (uint32_t i = 0; i < n; i++) position[a][i] = pktrt__to_float(s->point[a][k + i]);
+    p.position[a] = position[a], p.direction[a] = s->d[a] + k, p.normal[a] = s->shade[a] + k;
+    p.albedo[a] = s->albedo[a] + k, p.reflectance[a] = s->reflectance[a] + k, p.emission[a] = s->emission[a] + k;
+    radiance[a] = to[a];
   }
-  p.uv[0] = h->uv[0], p.uv[1] = h->uv[1], p.time = h->time, p.mesh = h->mesh, p.triangle = h->triangle;
+  p.uv[0] = w->u + lane, p.uv[1] = w->v + lane, p.time = w->time + lane;
+  p.mesh = s->mesh + k, p.triangle = s->triangle + k;
   if (look->texture) look->texture(look->user, &p);
-  if (look->shader) look->shader(look->user, &p, radiance);
-  for (uint32_t i = 0; i < n; i++)
-    for (int a = 0; a < 3; a++) {
-      const uint32_t k = h->at[i];
-      s->albedo[a][k] = h->albedo[a][i], s->reflectance[a][k] = h->reflectance[a][i];
-      s->emission[a][k] = look->shader ? h->radiance[a][i] : h->emission[a][i];
-    }
+  if (!look->shader) return;
+  memset(to, 0, sizeof to);
+  look->shader(look->user, &p, radiance);
+  for (int a = 0; a < 3; a++) memcpy(p.emission[a], to[a], n * sizeof(float));
 }
 
-/* Textures and shaders of the surfaces that have them, material by material. */
+/* Textures and shaders of the surfaces that have them, for all neighbours of one material at once. */
 static void pktrt__run_hooks(const pktrt_scene *scene, const pktrt__wave *w, pktrt__surfaces *s) {
-  pktrt__hooked h;
-  uint8_t done[PKTRT__WAVE];
-  memset(done, 0, s->count);
-  for (uint32_t k = 0; k < s->count; k++) {
-    if (done[k] || !pktrt__bit(s->hooked, k)) continue;
-    uint32_t n = 0;
-    for (uint32_t i = k; i < s->count && n < 64; i++) {
-      if (s->material[i] != s->material[k] || done[i]) continue;
-      pktrt__to_hook(s, w, i, &h, n++);
-      done[i] = 1;
-    }
-    pktrt__call_hooks(s, pktrt__look(scene, s->material[k]), &h, n);
+  for (uint32_t k = 0, end; k < s->count; k = end) {
+    end = k + 1;
+    if (!pktrt__bit(s->hooked, k)) continue;
+    while (end < s->count && end < k + 64 && s->material[end] == s->material[k]) end++;
+    pktrt__call_hooks(pktrt__look(scene, s->material[k]), w, s, k, end - k);
   }
 }
 
@@ -7390,8 +7366,8 @@ PKTRT__NOINLINE void pktrt__flush(pktrt__work *work, pktrt_ray_type type, uint32
     p->n = 0;
     return;
   }
-  for (uint32_t i = 0; i < p->n; i++)
-    for (int a = 0; a < 3; a++) p->seen[a][i] = b->slot[i] == PKTRT_NONE ? 1.0f : 0.0f;
+  for (uint32_t i = 0; i < p->n; i++) p->seen[0][i] = b->slot[i] == PKTRT_NONE ? 1.0f : 0.0f;
+  for (int a = 1; a < 3; a++) memcpy(p->seen[a], p->seen[0], p->n * sizeof(float));
   if (work->job->glass) pktrt__look_through_glass(work, type, depth);
   if (type == PKTRT_RAY_SHADOW) work->job->scene->kernels->gain(s, p->target, p->arriving, p->seen, p->n);
   for (uint32_t i = 0; type == PKTRT_RAY_OTHER && i < p->n; i++) {

@@ -2781,8 +2781,8 @@ typedef struct pktrt__aim { /* one light, as surfaces see it that look for it */
   const pktrt__targets *listed;     /* for each its own; NULL: by what follows */
   pktrt_light_kind kind;
   double at[3], radius;             /* a point of it, or a direction; mesh: middle and radius of a sphere around it */
-  double facing[3];                 /* quad: unit normal; mesh: sum of its areas as vectors: |facing . d| is seen of a */
-  double folded;                    /* flat one, and a quarter of the rest of its area from everywhere */
+  double facing[3];                 /* quad: unit normal; mesh: sum of its areas as vectors: |facing . d| is seen of */
+  double folded;                    /* a flat one, and a quarter of the rest of its area from everywhere */
   double area, strength;
   float arriving[3];                /* relative to strength */
   bool infinite, by_square;         /* `at` is a direction; irradiance still has to be divided by distance^2 */
@@ -2823,9 +2823,12 @@ static bool pktrt__has_lobe(const pktrt_material *look) {
 }
 static void pktrt__corner(const pktrt__mesh *, const float *data, uint32_t triangle, uint32_t c, float time,
                           float out[3]);
-static void pktrt__weigh_metal(const pktrt_scene *, pktrt__surfaces *, uint32_t k);
-static void pktrt__absorb(const pktrt_scene *, pktrt__surfaces *, uint32_t k, uint32_t medium);
-static float pktrt__highlight(const pktrt_scene *, const pktrt__surfaces *, uint32_t k, const float to[3]);
+static void pktrt__weigh_alone(const pktrt_scene *, const pktrt__wave *, pktrt__surfaces *, uint32_t i, uint32_t metal,
+                               uint32_t glass);
+static void pktrt__shine(const pktrt_scene *, const pktrt__surfaces *, uint32_t i, uint32_t lanes, float (*to)[8],
+                         float lobe[8]);
+static void pktrt__inherit(const pktrt__sending *, const pktrt__wave *, const pktrt__surfaces *, uint32_t i,
+                           uint32_t medium[8], uint32_t key[8]);
 
 typedef struct pktrt__call { /* one query, as the kernels see it */
   const pktrt_scene *scene;
@@ -3008,7 +3011,7 @@ static const pktrt__kernels *pktrt__kernels_of(pktrt_isa isa) {
 #define vput_u32 PKTRT__NAME(pktrt__vput_u32)
 #define vsame PKTRT__NAME(pktrt__vsame)
 #define vpack PKTRT__NAME(pktrt__vpack)
-#define vpack_u32 PKTRT__NAME(pktrt__vpack_u32)
+#define vpack_from PKTRT__NAME(pktrt__vpack_from)
 #define vhmin PKTRT__NAME(pktrt__vhmin)
 #define vhmax PKTRT__NAME(pktrt__vhmax)
 #define dload PKTRT__NAME(pktrt__dload)
@@ -3083,12 +3086,13 @@ OP uint32_t vsame(const uint32_t *p, uint32_t x) { /* which of eight equal x */
   return _mm256_cmpeq_epi32_mask(_mm256_loadu_si256((const __m256i *)(const void *)p), _mm256_set1_epi32((int)x));
 }
 
-/* The chosen lanes to p, next to each other; nothing behind them is written. */
+/* The chosen lanes to p, next to each other; nothing behind them is written. Of a vector, or of eight floats or
+   integers in memory, which may be those at p. */
 OP void vpack(float *p, uint32_t lanes, v8 a) {
   _mm256_mask_storeu_ps(p, (m8)_bzhi_u32(0xFF, pktrt__popcount(lanes)), _mm256_maskz_compress_ps((m8)lanes, a));
 }
-OP void vpack_u32(uint32_t *p, uint32_t lanes, const uint32_t *from) {
-  const __m256i a = _mm256_loadu_si256((const __m256i *)(const void *)from);
+OP void vpack_from(void *p, uint32_t lanes, const void *from) {
+  const __m256i a = _mm256_loadu_si256(PKTRT__CAST(const __m256i *, from));
   _mm256_mask_storeu_epi32(p, (m8)_bzhi_u32(0xFF, pktrt__popcount(lanes)), _mm256_maskz_compress_epi32((m8)lanes, a));
 }
 
@@ -3565,8 +3569,9 @@ PKTRT__NOINLINE void vpack(float *p, uint32_t lanes, v8 a) {
   vstore(lanes == 0xFF ? p : f, a);
   for (uint32_t i = 0; lanes != 0xFF && lanes; lanes &= lanes - 1) p[i++] = f[pktrt__lowest(lanes)];
 }
-PKTRT__NOINLINE void vpack_u32(uint32_t *p, uint32_t lanes, const uint32_t *from) { /* may overlap where p <= from */
-  for (; lanes; lanes &= lanes - 1) *p++ = from[pktrt__lowest(lanes)];
+PKTRT__NOINLINE void vpack_from(void *p, uint32_t lanes, const void *from) {
+  for (char *to = PKTRT__CAST(char *, p); lanes; lanes &= lanes - 1, to += 4)
+    memmove(to, PKTRT__CAST(const char *, from) + 4 * pktrt__lowest(lanes), 4);
 }
 #endif
 
@@ -4955,8 +4960,8 @@ OP void NAME(drive_fast)(const pktrt_scene *scene, pktrt__batch *b, uint32_t n, 
 
 /* Corners of the triangles that eight rays hit, at the rays' times. Neighbours mostly hit the same triangle, which,
    at rest, is then read once. */
-PKTRT__NOINLINE void NAME(gather_corners)(const pktrt_scene *scene, const uint32_t *slots, const uint32_t *groups, const float *time,
-                             uint32_t hits, v8 p[3][3]) {
+PKTRT__NOINLINE void NAME(gather_corners)(const pktrt_scene *scene, const uint32_t *slots, const uint32_t *groups,
+                                          const float *time, uint32_t hits, v8 p[3][3]) {
   UNROLL for (int c = 0; c < 9; c++) p[c / 3][c % 3] = vset(0);
   for (uint32_t rest = hits; rest;) {
     const uint32_t r = pktrt__lowest(rest), slot = slots[r];
@@ -5089,26 +5094,25 @@ static void NAME(primary)(const pktrt__view_plane *p, const double *x, const dou
 OP uint32_t NAME(lanes_of)(uint32_t n) { return n < 8 ? 0xFFu >> (8 - n) : 0xFFu; } /* the first n of eight */
 
 static uint32_t NAME(pack)(pktrt__wave *w, uint32_t first, uint32_t n, uint32_t *ray) {
-  float *const rows[] = {w->d[0], w->d[1], w->d[2], w->n[0], w->n[1], w->n[2],
-                         w->t,    w->u,    w->v,    w->time, w->importance};
-  uint32_t *const words[] = {w->id, w->slot, w->group, w->medium, w->key, w->root};
+  void *const rows[] = {w->d[0], w->d[1], w->d[2], w->n[0], w->n[1],  w->n[2],   w->t,   w->u,    w->v,
+                        w->time, w->id,   w->slot, w->group, w->medium, w->importance, w->key, w->root};
   uint32_t k = 0;
   for (uint32_t i = 0; i < n; i += 8) {
     const uint32_t from = first + i, to = first + k, all = NAME(lanes_of)(n - i);
     const uint32_t hits = all & NAME(occupied)(w->slot + from);
     for (uint32_t rest = hits; rest; rest &= rest - 1) ray[k++] = from + pktrt__lowest(rest);
     if (from == to && hits == all) continue;
-    for (size_t row = 0; row < sizeof rows / sizeof *rows; row++)
-      vpack(rows[row] + to, hits, vload(rows[row] + from));
-    for (size_t row = 0; row < sizeof words / sizeof *words; row++)
-      vpack_u32(words[row] + to, hits, words[row] + from);
+    for (size_t row = 0; row < sizeof rows / sizeof *rows; row++) {
+      char *data = PKTRT__CAST(char *, rows[row]);
+      vpack_from(data + to * sizeof(float), hits, data + from * sizeof(float));
+    }
   }
   return k;
 }
 
 /* Normals at the corners of the triangles of surfaces i to i + 7; n where the mesh has none. */
-PKTRT__NOINLINE void NAME(gather_normals)(const pktrt_scene *scene, const float *time, const pktrt__surfaces *s, uint32_t i,
-                             uint32_t lanes, const v8 n[3], v8 q[3][3]) {
+PKTRT__NOINLINE void NAME(gather_normals)(const pktrt_scene *scene, const float *time, const pktrt__surfaces *s,
+                                          uint32_t i, uint32_t lanes, const v8 n[3], v8 q[3][3]) {
   UNROLL for (int c = 0; c < 9; c++) q[c / 3][c % 3] = n[c % 3];
   for (uint32_t rest = lanes; rest;) {
     const uint32_t r = pktrt__lowest(rest), triangle = s->triangle[i + r];
@@ -5258,13 +5262,11 @@ static void NAME(dress)(const pktrt_scene *scene, bool follow, const float ambie
   for (uint32_t i = 0; i < s->count; i += 8) {
     const uint32_t lanes = NAME(lanes_of)(s->count - i), lit = ~(uint32_t)s->shaded[i / 8];
     if (follow) {
-      const uint32_t *medium = w->medium + s->first + i;
+      const uint32_t metal = s->kind[PKTRT_SPECULAR_CONDUCTOR][i / 8] & lit;
       const uint32_t inside = s->kind[PKTRT_SPECULAR_DIELECTRIC][i / 8] & s->inside[i / 8];
+      const uint32_t glass = lanes & (inside | ~vsame(w->medium + s->first + i, 0));
       NAME(weigh8)(s, i);
-      for (uint32_t m = s->kind[PKTRT_SPECULAR_CONDUCTOR][i / 8] & lit; m; m &= m - 1)
-        pktrt__weigh_metal(scene, s, i + pktrt__lowest(m));
-      for (uint32_t m = lanes & (inside | ~vsame(medium, 0)); m; m &= m - 1)
-        pktrt__absorb(scene, s, i + pktrt__lowest(m), medium[pktrt__lowest(m)]);
+      if (metal | glass) pktrt__weigh_alone(scene, w, s, i, metal, glass);
     }
     UNROLL for (int a = 0; a < 3; a++) {
       const v8 around = vsel(mfrom(lit & 0xFF), vmul(vload(s->albedo[a] + i), vset(ambient[a])), vset(0));
@@ -5292,17 +5294,11 @@ STEP d8 NAME(look_for)(const pktrt__aim *l, uint32_t i, d8 p[3], d8 at[3]) {
   return dmul(ddiv(dadd(ddiv(dabs(along), r), dset(l->folded)), r2), dset(l->strength));
 }
 
-/* What lobes of surfaces i to i + 7 reflect of a light, per irradiance 1 of the diffuse base. */
-PKTRT__NOINLINE v8 NAME(shine)(const pktrt_scene *scene, const pktrt__surfaces *s, uint32_t i, uint32_t lanes,
-                               const v8 to[3], v8 irradiance) {
-  float d[3][8], lobe[8] = {0, 0, 0, 0, 0, 0, 0, 0};
-  UNROLL for (int a = 0; a < 3; a++) vstore(d[a], to[a]);
-  for (lanes &= s->lobed[i / 8]; lanes; lanes &= lanes - 1) {
-    const uint32_t j = pktrt__lowest(lanes);
-    const float axis[3] = {d[0][j], d[1][j], d[2][j]};
-    lobe[j] = pktrt__highlight(scene, s, i + j, axis);
-  }
-  return vmul(vload(lobe), irradiance);
+/* Where rays start that leave surfaces i to i + 7 along their flat normals: 1, or -1 below them. */
+STEP void NAME(leave)(const pktrt__surfaces *s, uint32_t i, double side, v8 o[3]) {
+  const d8 lift = dmul(dfrom(vload(s->lift + i)), dset(side));
+  UNROLL for (int a = 0; a < 3; a++)
+    o[a] = dto(dadd(dload(s->point[a] + i), dmul(lift, dfrom(vload(s->flat[a] + i)))));
 }
 
 /* Shadow rays of surfaces i to i + 7, behind those in the list. The surface is left along its flat normal by `lift`, on
@@ -5310,15 +5306,14 @@ PKTRT__NOINLINE v8 NAME(shine)(const pktrt_scene *scene, const pktrt__surfaces *
 PKTRT__NOINLINE void NAME(aim8)(const pktrt_scene *scene, const pktrt__aim *l, const pktrt__wave *w,
                                 pktrt__surfaces *s, uint32_t i, uint32_t lanes, pktrt__shadows *sh) {
   d8 to[3], p[3], at[3], flat[3], shade[3];
-  v8 o[3], d[3], axis[3], arriving[3], lobe = vset(0), largest = vset(0);
-  const d8 lift = dfrom(vload(s->lift + i));
+  v8 o[3], d[3], arriving[3], lobe = vset(0), largest = vset(0);
+  NAME(leave)(s, i, 1, o);
   NAME(dload3)(p, s->point, i);
   NAME(dfrom3)(flat, s->flat, i);
   NAME(dfrom3)(shade, s->shade, i);
   d8 factor = NAME(look_for)(l, i, p, at);
   UNROLL for (int a = 0; a < 3; a++) {
     to[a] = l->infinite ? at[a] : dsub(at[a], p[a]);
-    o[a] = dto(dadd(p[a], dmul(lift, flat[a])));
     d[a] = dto(l->infinite ? at[a] : dsub(at[a], dfrom(o[a])));
   }
   lanes &= ~(uint32_t)s->shaded[i / 8] & mbits(dlt(dset(0), NAME(ddot)(to, flat)));
@@ -5332,8 +5327,10 @@ PKTRT__NOINLINE void NAME(aim8)(const pktrt_scene *scene, const pktrt__aim *l, c
   const v8 diffuse = dto(dmul(dmul(dmax(dset(0), cosine), irradiance), dset(0.31830988618379067154)));
   lanes &= mbits(dlt(dset(0), irradiance));
   if (l->lobes && (lanes & s->lobed[i / 8])) {
-    UNROLL for (int a = 0; a < 3; a++) axis[a] = dto(ddiv(to[a], r));
-    lobe = NAME(shine)(scene, s, i, lanes, axis, dto(irradiance));
+    float axis[3][8], part[8] = {0, 0, 0, 0, 0, 0, 0, 0};
+    UNROLL for (int a = 0; a < 3; a++) vstore(axis[a], dto(ddiv(to[a], r)));
+    pktrt__shine(scene, s, i, lanes & s->lobed[i / 8], axis, part);
+    lobe = vmul(vload(part), dto(irradiance));
   }
   UNROLL for (int a = 0; a < 3; a++) {
     const v8 light = l->listed ? vload(l->listed->arriving[a] + i) : vset(l->arriving[a]);
@@ -5348,8 +5345,8 @@ PKTRT__NOINLINE void NAME(aim8)(const pktrt_scene *scene, const pktrt__aim *l, c
     vpack(sh->d[a] + n, lanes, d[a]);
     vpack(sh->arriving[a] + n, lanes, arriving[a]);
   }
-  vpack(sh->time + n, lanes, vload(w->time + s->first + i));
-  vpack_u32(sh->material + n, lanes, s->material + i);
+  vpack_from(sh->time + n, lanes, w->time + s->first + i);
+  vpack_from(sh->material + n, lanes, s->material + i);
   for (; lanes; lanes &= lanes - 1) sh->surface[sh->count++] = i + pktrt__lowest(lanes);
 }
 
@@ -5379,21 +5376,12 @@ static void NAME(gain)(pktrt__surfaces *s, const uint32_t *surface, float (*arri
   }
 }
 
-/* The medium that rays from surfaces i to i + 7 go into: reflected ones stay where they were. */
-OP void NAME(medium_of)(const pktrt__wave *w, const pktrt__surfaces *s, uint32_t i, bool refraction, uint32_t medium[8]) {
-  const uint32_t inside = s->inside[i / 8];
-  uint32_t into = s->kind[PKTRT_SPECULAR_DIELECTRIC][i / 8] & (refraction ? ~inside : inside);
-  if (refraction) memset(medium, 0, 8 * sizeof *medium);
-  else memcpy(medium, w->medium + s->first + i, 8 * sizeof *medium);
-  for (; into; into &= into - 1) medium[pktrt__lowest(into)] = s->material[i + pktrt__lowest(into)];
-}
-
 /* Rays from surfaces i to i + 7, behind n of a wave; those worth following are counted in. */
-PKTRT__NOINLINE uint32_t NAME(send8)(const pktrt__sending *g, const pktrt__wave *w, const pktrt__surfaces *s, uint32_t i,
-                                     uint32_t lanes, pktrt__wave *to, uint32_t n) {
+PKTRT__NOINLINE uint32_t NAME(send8)(const pktrt__sending *g, const pktrt__wave *w, const pktrt__surfaces *s,
+                                     uint32_t i, uint32_t lanes, pktrt__wave *to, uint32_t n) {
   const uint32_t at = s->first + i;
   uint32_t medium[8], key[8];
-  v8 weight[3], d[3];
+  v8 weight[3], o[3], d[3];
   UNROLL for (int a = 0; a < 3; a++) {
     weight[a] = vload((g->refraction ? s->passing[a] : s->specular[a]) + i);
     d[a] = vload((g->refraction ? s->refracted[a] : s->mirror[a]) + i);
@@ -5402,22 +5390,20 @@ PKTRT__NOINLINE uint32_t NAME(send8)(const pktrt__sending *g, const pktrt__wave 
   const v8 importance = vmul(vload(w->importance + at), largest);
   lanes &= mbits(vlt(vset(0), largest)) & ~mbits(vlt(importance, vset(g->threshold)));
   if (!lanes) return n;
-  const d8 lift = dmul(dfrom(vload(s->lift + i)), dset(g->refraction ? -1 : 1));
+  NAME(leave)(s, i, g->refraction ? -1 : 1, o);
   UNROLL for (int a = 0; a < 3; a++) {
-    const d8 o = dadd(dload(s->point[a] + i), dmul(lift, dfrom(vload(s->flat[a] + i))));
-    vpack(to->o[a] + n, lanes, dto(o));
+    vpack(to->o[a] + n, lanes, o[a]);
     vpack(to->d[a] + n, lanes, d[a]);
     vpack(to->weight[a] + n, lanes, weight[a]);
   }
-  NAME(medium_of)(w, s, i, g->refraction, medium);
-  for (uint32_t j = 0; j < 8; j++) key[j] = (w->key[at + j] + 1) * g->times + g->plus;
-  vpack(to->time + n, lanes, vload(w->time + at));
+  pktrt__inherit(g, w, s, i, medium, key);
+  vpack_from(to->time + n, lanes, w->time + at);
   vpack(to->importance + n, lanes, importance);
-  vpack_u32(to->medium + n, lanes, medium);
-  vpack_u32(to->key + n, lanes, key);
-  vpack_u32(to->parent + n, lanes, s->ray + i);
-  vpack_u32(to->material + n, lanes, s->material + i);
-  vpack_u32(to->root + n, lanes, w->root + at);
+  vpack_from(to->medium + n, lanes, medium);
+  vpack_from(to->key + n, lanes, key);
+  vpack_from(to->parent + n, lanes, s->ray + i);
+  vpack_from(to->material + n, lanes, s->material + i);
+  vpack_from(to->root + n, lanes, w->root + at);
   return n + pktrt__popcount8(lanes);
 }
 
@@ -5554,7 +5540,7 @@ static const pktrt__kernels NAME(kernels) = {NAME(trace), NAME(rounds_each_opera
 #undef vhmin
 #undef vsame
 #undef vpack
-#undef vpack_u32
+#undef vpack_from
 #undef vle
 #undef vload
 #undef vlt
@@ -7187,6 +7173,16 @@ static void pktrt__weigh_metal(const pktrt_scene *scene, pktrt__surfaces *s, uin
         pktrt_fresnel_conductor(cosine, pktrt__index(look, a), look->extinction[a]) * s->reflectance[a][k];
 }
 
+/* Of surfaces i to i + 7, what is not done by eights: reflection of metals, and what glass absorbs on the way. */
+static void pktrt__weigh_alone(const pktrt_scene *scene, const pktrt__wave *w, pktrt__surfaces *s, uint32_t i,
+                               uint32_t metal, uint32_t glass) {
+  for (; metal; metal &= metal - 1) pktrt__weigh_metal(scene, s, i + pktrt__lowest(metal));
+  for (; glass; glass &= glass - 1) {
+    const uint32_t k = i + pktrt__lowest(glass);
+    pktrt__absorb(scene, s, k, w->medium[s->first + k]);
+  }
+}
+
 /* Sums for the optional buffers, from what primary rays met. */
 static void pktrt__note_first_hits(pktrt__work *work) {
   const pktrt__surfaces *s = &work->surfaces;
@@ -7535,9 +7531,9 @@ static void pktrt__aim_at_surroundings(pktrt__work *work, const pktrt__wave *w, 
   }
 }
 
-/* One light. A mesh stands in its middle in RCS and WRT: its projected area is |S cos| where it is flat, S being the sum
-   of its area vectors; where it is closed and convex it is a quarter of the area on average, and S is 0. The shadow ray
-   ends at the sphere around the mesh, whose own triangles would stop it. */
+/* One light. A mesh stands in its middle in RCS and WRT: its projected area is |S cos| where it is flat, S being the
+   sum of its area vectors; where it is closed and convex it is a quarter of the area on average, and S is 0. The shadow
+   ray ends at the sphere around the mesh, whose own triangles would stop it. */
 static void pktrt__describe(const pktrt__work *work, uint32_t light, pktrt__aim *aim) {
   const pktrt__job *job = work->job;
   const pktrt_light *l = &job->scene->lights[light];
@@ -7548,7 +7544,8 @@ static void pktrt__describe(const pktrt__work *work, uint32_t light, pktrt__aim 
   for (int a = 0; a < 3; a++) {
     aim->facing[a] = lamp->facing[a], aim->arriving[a] = lamp->light[a];
     aim->at[a] = (double)l->position[a];
-    if (l->kind == PKTRT_LIGHT_QUAD) aim->at[a] = aim->at[a] + 0.5 * (double)l->edge[0][a] + 0.5 * (double)l->edge[1][a];
+    if (l->kind == PKTRT_LIGHT_QUAD) aim->at[a] += 0.5 * (double)l->edge[0][a];
+    if (l->kind == PKTRT_LIGHT_QUAD) aim->at[a] += 0.5 * (double)l->edge[1][a];
     if (l->kind == PKTRT_LIGHT_DIRECTIONAL) aim->at[a] = lamp->facing[a];
     if (l->kind == PKTRT_LIGHT_MESH) aim->at[a] = lamp->middle[a];
   }
@@ -7586,13 +7583,17 @@ static void pktrt__find_targets(pktrt__work *work, const pktrt__wave *w, uint32_
   }
 }
 
-/* What a Phong lobe reflects of a light that stands in direction `to`, per irradiance. */
-static float pktrt__highlight(const pktrt_scene *scene, const pktrt__surfaces *s, uint32_t k, const float to[3]) {
-  double cosine = 0;
-  for (int a = 0; a < 3; a++) cosine += (double)to[a] * (double)s->mirror[a][k];
-  if (!(cosine > 0) || !pktrt__bit(s->lobed, k)) return 0;
-  const double n = (double)pktrt__look(scene, s->material[k])->exponent;
-  return (float)((n + 1) * 0.15915494309189533577 * pktrt__pow(pktrt__min(cosine, 1), n));
+/* What Phong lobes of surfaces i to i + 7 reflect of a light that stands in direction `to`, per irradiance. */
+static void pktrt__shine(const pktrt_scene *scene, const pktrt__surfaces *s, uint32_t i, uint32_t lanes, float (*to)[8],
+                         float lobe[8]) {
+  for (; lanes; lanes &= lanes - 1) {
+    const uint32_t j = pktrt__lowest(lanes);
+    const double n = (double)pktrt__look(scene, s->material[i + j])->exponent;
+    double cosine = 0;
+    for (int a = 0; a < 3; a++) cosine += (double)to[a][j] * (double)s->mirror[a][i + j];
+    if (!(cosine > 0)) continue;
+    lobe[j] = (float)((n + 1) * 0.15915494309189533577 * pktrt__pow(pktrt__min(cosine, 1), n));
+  }
 }
 
 /* The shadow rays of all surfaces towards one light into the list. */
@@ -7643,6 +7644,18 @@ static pktrt__wave *pktrt__need_wave(pktrt__work *work, pktrt__wave **wave) {
   if (!*wave) *wave = PKTRT__CAST(pktrt__wave *, pktrt__alloc(&work->job->scene->desc, 1, sizeof **wave));
   if (!*wave) work->failed = true;
   return *wave;
+}
+
+/* The media that rays from surfaces i to i + 7 go into, and their keys. Reflected ones stay where they were. */
+static void pktrt__inherit(const pktrt__sending *g, const pktrt__wave *w, const pktrt__surfaces *s, uint32_t i,
+                           uint32_t medium[8], uint32_t key[8]) {
+  const uint32_t inside = s->inside[i / 8], lane = s->first + i;
+  uint32_t into = s->kind[PKTRT_SPECULAR_DIELECTRIC][i / 8] & (g->refraction ? ~inside : inside);
+  for (uint32_t j = 0; j < 8; j++) {
+    medium[j] = g->refraction ? 0 : w->medium[lane + j];
+    key[j] = (w->key[lane + j] + 1) * g->times + g->plus;
+  }
+  for (; into; into &= into - 1) medium[pktrt__lowest(into)] = s->material[i + pktrt__lowest(into)];
 }
 
 /* Where something is random: directions within lobes, lost below the surface; at glass, one ray of two. */

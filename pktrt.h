@@ -5934,20 +5934,23 @@ static void pktrt__load_soa(pktrt__batch *b, const pktrt_rays *rays, size_t firs
   pktrt__pad_batch(b, n);
 }
 
-/* The mesh of a global triangle index: the last one that starts at or before it and is not empty. Tries *hint first, as
-   neighbouring rays mostly hit the same mesh, and leaves the answer there. */
-PKTRT__INLINE uint32_t pktrt__mesh_at(const pktrt_scene *s, uint32_t id, uint32_t *hint) {
-  if (id - s->meshes[*hint].first_id < s->meshes[*hint].triangle_count) return *hint;
-  uint32_t lo = 0, hi = s->committed_meshes;
+/* The mesh of a global triangle index: the last one that starts at or before it and is not empty. Tries the last two
+   answers first, as neighbouring rays mostly hit the same mesh, or two that meet. */
+PKTRT__INLINE uint32_t pktrt__mesh_at(const pktrt_scene *s, uint32_t id, uint32_t hint[2]) {
+  if (id - s->meshes[hint[0]].first_id < s->meshes[hint[0]].triangle_count) return hint[0];
+  uint32_t lo = hint[1], hi = s->committed_meshes;
+  hint[1] = hint[0];
+  if (id - s->meshes[lo].first_id < s->meshes[lo].triangle_count) return hint[0] = lo;
+  lo = 0;
   while (hi - lo > 1) {
     const uint32_t mid = lo + (hi - lo) / 2;
     if (s->meshes[mid].first_id <= id) lo = mid;
     else hi = mid;
   }
-  return *hint = lo;
+  return hint[0] = lo;
 }
 
-static void pktrt__hit_of(const pktrt_scene *s, const pktrt__batch *b, uint32_t i, uint32_t *hint, pktrt_hit *h) {
+static void pktrt__hit_of(const pktrt_scene *s, const pktrt__batch *b, uint32_t i, uint32_t hint[2], pktrt_hit *h) {
   if (b->slot[i] == PKTRT_NONE) {
     memset(h, 0, sizeof *h);
     h->t = b->tmax[i];
@@ -5963,10 +5966,10 @@ static void pktrt__hit_of(const pktrt_scene *s, const pktrt__batch *b, uint32_t 
 
 static void pktrt__store_soa(const pktrt_scene *s, const pktrt__batch *b, const pktrt_hits *hits, size_t first,
                              uint32_t n) {
-  uint32_t hint = 0;
+  uint32_t hint[2] = {0, 0};
   for (uint32_t i = 0; i < n; i++) {
     pktrt_hit h;
-    pktrt__hit_of(s, b, i, &hint, &h);
+    pktrt__hit_of(s, b, i, hint, &h);
     if (hits->t) hits->t[first + i] = h.t;
     if (hits->u) hits->u[first + i] = h.u;
     if (hits->v) hits->v[first + i] = h.v;
@@ -6005,14 +6008,14 @@ PKTRT_DEF void pktrt_intersect_ex(const pktrt_scene *s, const pktrt_query_desc *
   const pktrt__call call = pktrt__call_of(s, desc, &d, false);
   const uint32_t size = pktrt__batch_size(&d);
   pktrt__batch b;
-  uint32_t hint = 0;
+  uint32_t hint[2] = {0, 0};
   for (size_t i = 0; i < n; i += size) {
     const uint32_t m = n - i < size ? (uint32_t)(n - i) : size;
     pktrt__load_rays(&b, rays + i, m, n - i);
     s->kernels->trace(&call, &b, m);
     for (uint32_t j = 0; j < m; j++) {
       if (i + j + PKTRT__BATCH < n) PKTRT__PREFETCH(&hits[i + j + PKTRT__BATCH]);
-      pktrt__hit_of(s, &b, j, &hint, &hits[i + j]);
+      pktrt__hit_of(s, &b, j, hint, &hits[i + j]);
     }
   }
 }
@@ -6094,11 +6097,14 @@ PKTRT_DEF void pktrt_occluded_soa(const pktrt_scene *s, const pktrt_rays *rays, 
 static void pktrt__corner(const pktrt__mesh *m, const float *data, uint32_t triangle, uint32_t c, float time,
                           float out[3]) {
   const uint64_t v = m->indices ? m->indices[(size_t)triangle * 3 + c] : (uint64_t)triangle * 3 + c;
-  float ta = 1, tb = 0;
-  const uint32_t key = m->key_count > 1 ? pktrt__segment(time, m->key_count, &ta, &tb) : 0;
-  const float *k0 = data + ((uint64_t)key * m->vertex_count + v) * 3,
-              *k1 = m->key_count > 1 ? k0 + (uint64_t)m->vertex_count * 3 : k0;
-  for (int a = 0; a < 3; a++) out[a] = m->key_count > 1 ? ta * k0[a] + tb * k1[a] : k0[a];
+  if (m->key_count < 2) {
+    memcpy(out, data + v * 3, 3 * sizeof *out);
+    return;
+  }
+  float ta, tb;
+  const uint32_t key = pktrt__segment(time, m->key_count, &ta, &tb);
+  const float *k0 = data + ((uint64_t)key * m->vertex_count + v) * 3, *k1 = k0 + (uint64_t)m->vertex_count * 3;
+  for (int a = 0; a < 3; a++) out[a] = ta * k0[a] + tb * k1[a];
 }
 
 /* The point of barycentrics u, v between three corners. */
@@ -7055,9 +7061,9 @@ typedef struct pktrt__work {
 /* Whose surfaces they are. What is read of smooth normals is fetched ahead: two waits for memory per triangle would
    follow each other otherwise. */
 static void pktrt__name_surfaces(const pktrt_scene *scene, bool smooth, const pktrt__wave *w, pktrt__surfaces *s) {
-  uint32_t hint = 0;
+  uint32_t hint[2] = {0, 0};
   for (uint32_t k = 0; k < s->count; k++) {
-    const uint32_t id = w->id[s->first + k], mesh = pktrt__mesh_at(scene, id, &hint);
+    const uint32_t id = w->id[s->first + k], mesh = pktrt__mesh_at(scene, id, hint);
     const pktrt__mesh *m = &scene->meshes[mesh];
     s->mesh[k] = mesh, s->triangle[k] = id - m->first_id, s->material[k] = m->material;
     s->lift[k] = (float)pktrt__lift((double)m->max_coord);
@@ -7183,6 +7189,8 @@ static void pktrt__weigh_alone(const pktrt_scene *scene, const pktrt__wave *w, p
   }
 }
 
+static bool pktrt__notes(const pktrt__job *job) { return job->desc->depth || job->desc->normal || job->desc->albedo; }
+
 /* Sums for the optional buffers, from what primary rays met. */
 static void pktrt__note_first_hits(pktrt__work *work) {
   const pktrt__surfaces *s = &work->surfaces;
@@ -7207,7 +7215,7 @@ PKTRT__NOINLINE void pktrt__dress(pktrt__work *work, const pktrt__wave *w, uint3
   bool hooks = false;
   for (uint32_t k = 0; k < s->count; k += 8) hooks |= s->hooked[k / 8] != 0;
   if (hooks) pktrt__run_hooks(job->scene, w, s);
-  if (!depth && (d->depth || d->normal || d->albedo)) pktrt__note_first_hits(work);
+  if (!depth && pktrt__notes(job)) pktrt__note_first_hits(work);
   job->scene->kernels->dress(job->scene, job->follow, d->ambient, w, s);
 }
 
@@ -7245,6 +7253,9 @@ static void pktrt__trace_batch(pktrt__work *work, pktrt__batch *b, uint32_t n, p
 /* Whether the segment of ray i meets the bounds of glass; may be true where it does not. */
 static bool pktrt__meets_glass(const pktrt__job *job, const pktrt__batch *b, uint32_t i) {
   double from = 0, to = (double)b->tmax[i];
+  bool within = true; /* begins there: mostly so, and no division is needed */
+  for (int a = 0; a < 3; a++) within &= (b->o[a][i] >= job->glass_lo[a]) & (b->o[a][i] <= job->glass_hi[a]);
+  if (within) return true;
   for (int a = 0; a < 3; a++) {
     const double o = (double)b->o[a][i], d = (double)b->d[a][i], slack = 1e-6 * fabs(o);
     const double lo = (double)job->glass_lo[a] - slack - o, hi = (double)job->glass_hi[a] + slack - o;
@@ -7261,7 +7272,7 @@ static bool pktrt__meets_glass(const pktrt__job *job, const pktrt__batch *b, uin
 /* A shadow ray that met glass goes on behind it, along the same line, and loses what the surface reflects and the
    glass absorbs. Ray i of `through`; its way on goes to lane j. */
 typedef enum pktrt__passage { PKTRT__STOPPED, PKTRT__GOES_ON, PKTRT__ARRIVED } pktrt__passage;
-static pktrt__passage pktrt__pass_glass(pktrt__work *work, uint32_t i, uint32_t j, uint32_t *hint, float seen[3]) {
+static pktrt__passage pktrt__pass_glass(pktrt__work *work, uint32_t i, uint32_t j, uint32_t hint[2], float seen[3]) {
   const pktrt_scene *scene = work->job->scene;
   pktrt__batch *b = &work->through;
   const uint32_t mesh = pktrt__mesh_at(scene, b->id[i], hint), triangle = b->id[i] - scene->meshes[mesh].first_id;
@@ -7301,7 +7312,7 @@ static pktrt__passage pktrt__pass_glass(pktrt__work *work, uint32_t i, uint32_t 
 static void pktrt__look_through_glass(pktrt__work *work, pktrt_ray_type type, uint32_t depth) {
   pktrt__pending *p = &work->pending;
   pktrt__batch *b = &work->through;
-  uint32_t lane[PKTRT__BATCH], n = 0, hint = 0;
+  uint32_t lane[PKTRT__BATCH], n = 0, hint[2] = {0, 0};
   for (uint32_t i = 0; i < p->n; i++) {
     if (p->wave[i] || p->seen[0][i] > 0 || !pktrt__meets_glass(work->job, &p->batch, i)) continue;
     for (int a = 0; a < 3; a++) b->o[a][n] = p->batch.o[a][i], b->d[a][n] = p->batch.d[a][i], p->seen[a][i] = 1;
@@ -7315,7 +7326,7 @@ static void pktrt__look_through_glass(pktrt__work *work, pktrt_ray_type type, ui
       const uint32_t k = lane[i];
       float seen[3] = {p->seen[0][k], p->seen[1][k], p->seen[2][k]};
       if (b->slot[i] == PKTRT_NONE) continue; /* free from here on */
-      const pktrt__passage passage = pktrt__pass_glass(work, i, left, &hint, seen);
+      const pktrt__passage passage = pktrt__pass_glass(work, i, left, hint, seen);
       for (int a = 0; a < 3; a++) p->seen[a][k] = passage == PKTRT__STOPPED ? 0 : seen[a];
       if (passage == PKTRT__GOES_ON) lane[left++] = k;
     }
@@ -7591,7 +7602,8 @@ static void pktrt__shine(const pktrt_scene *scene, const pktrt__surfaces *s, uin
     const double n = (double)pktrt__look(scene, s->material[i + j])->exponent;
     double cosine = 0;
     for (int a = 0; a < 3; a++) cosine += (double)to[a][j] * (double)s->mirror[a][i + j];
-    if (!(cosine > 0)) continue;
+    /* cos^n <= exp(-n (1 - cos)): far from narrow lobes nothing is left of a float */
+    if (!(cosine > 0) || (n < 65536 && n * (1 - cosine) > 128)) continue;
     lobe[j] = (float)((n + 1) * 0.15915494309189533577 * pktrt__pow(pktrt__min(cosine, 1), n));
   }
 }
@@ -7881,12 +7893,13 @@ static void pktrt__render_block(pktrt__work *work, const uint32_t area[4], uint3
       for (uint32_t i = 0; i < cell * cell; i++) {
         const uint32_t px = bx + cx + pktrt__even_bits(i), py = by + cy + pktrt__even_bits(i >> 1);
         if (px >= area[2] || py >= area[3]) continue;
-        x[pixels] = px, y[pixels] = py;
-        work->met[pixels] = 0, work->depth[pixels] = 0;
-        for (int a = 0; a < 3; a++)
-          work->sum[a][pixels] = work->normal[a][pixels] = work->albedo[a][pixels] = 0;
-        pixels++;
+        x[pixels] = px, y[pixels++] = py;
       }
+  memset(work->sum, 0, sizeof work->sum);
+  if (pktrt__notes(work->job)) {
+    memset(work->met, 0, sizeof work->met), memset(work->depth, 0, sizeof work->depth);
+    memset(work->normal, 0, sizeof work->normal), memset(work->albedo, 0, sizeof work->albedo);
+  }
   for (uint32_t p = 0; p < pixels; p++)
     for (uint32_t s = 0; s < samples; s++) {
       work->x[n] = x[p], work->y[n] = y[p], work->sample[n] = s;

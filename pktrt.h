@@ -2746,7 +2746,7 @@ typedef struct pktrt__wave {
   PKTRT__ALIGN64 float o[3][PKTRT__WAVE];
   float d[3][PKTRT__WAVE], time[PKTRT__WAVE];
   float t[PKTRT__WAVE], u[PKTRT__WAVE], v[PKTRT__WAVE], n[3][PKTRT__WAVE]; /* what the ray met; n as in pktrt_hit */
-  uint32_t id[PKTRT__WAVE];         /* global triangle, or PKTRT_NONE */
+  uint32_t id[PKTRT__WAVE], slot[PKTRT__WAVE], group[PKTRT__WAVE]; /* which triangle, as in a batch */
   float radiance[3][PKTRT__WAVE];   /* the result: what arrives along the ray */
   float weight[3][PKTRT__WAVE];     /* of that at the surface that sent the ray */
   float importance[PKTRT__WAVE];    /* of that in the sample: product of the largest weights on the way */
@@ -2754,7 +2754,7 @@ typedef struct pktrt__wave {
   uint32_t medium[PKTRT__WAVE];     /* material of the glass that the ray is known to be in; 0: none */
   uint32_t key[PKTRT__WAVE];        /* which sample dimensions its scattering events use */
   uint32_t material[PKTRT__WAVE];   /* that sent it: groups and runs */
-  uint16_t root[PKTRT__WAVE];       /* the primary ray it descends from */
+  uint32_t root[PKTRT__WAVE];       /* the primary ray it descends from */
   uint32_t end[PKTRT__WAVE];        /* where the packet ends that begins with a ray */
 } pktrt__wave;
 
@@ -2767,24 +2767,22 @@ typedef struct pktrt__surfaces { /* what the rays of a wave met; rays that met n
   float mirror[3][PKTRT__WAVE], refracted[3][PKTRT__WAVE]; /* unit directions, above and below flat */
   float fresnel[PKTRT__WAVE], eta[PKTRT__WAVE]; /* eta: index behind the surface over the one before it */
   float lift[PKTRT__WAVE];          /* how far rays start from the surface, see >>spawn */
-  float distance[PKTRT__WAVE], time[PKTRT__WAVE], u[PKTRT__WAVE], v[PKTRT__WAVE];
+  float distance[PKTRT__WAVE];
   float albedo[3][PKTRT__WAVE], reflectance[3][PKTRT__WAVE], emission[3][PKTRT__WAVE];
   float specular[3][PKTRT__WAVE];   /* weight of the reflected ray */
   float passing[3][PKTRT__WAVE];    /* weight of the refracted ray */
   float radiance[3][PKTRT__WAVE];
-  const pktrt_material *look[PKTRT__WAVE];
   uint32_t ray[PKTRT__WAVE];        /* lane in the wave */
   uint32_t material[PKTRT__WAVE], mesh[PKTRT__WAVE], triangle[PKTRT__WAVE];
-  uint8_t inside[PKTRT__WAVE];      /* the ray came from where corners appear clockwise */
-  uint8_t shaded[PKTRT__WAVE];      /* done: a shader hook leaves nothing to do */
+  /* bit k % 8 of entry k / 8: */
+  uint8_t inside[PKTRT__WAVE / 8];  /* the ray came from where corners appear clockwise */
+  uint8_t shaded[PKTRT__WAVE / 8];  /* done: a shader hook leaves nothing to do */
+  uint8_t hooked[PKTRT__WAVE / 8];  /* has a texture or a shader */
+  uint8_t lobed[PKTRT__WAVE / 8];   /* reflects in a lobe */
+  uint8_t kind[5][PKTRT__WAVE / 8]; /* by pktrt_specular */
+  uint32_t first;                   /* their rays lie in the wave from here on, packed: see pktrt__find_surfaces */
   uint32_t count;
 } pktrt__surfaces;
-
-typedef struct pktrt__gather { /* of eight surfaces: what the kernel makes points and normals of */
-  PKTRT__ALIGN64 float p[3][3][8];  /* [corner][axis][lane] at the ray's time */
-  float q[3][3][8];                 /* shading normals of the corners; n where the mesh has none */
-  float n[3][8], d[3][8], t[8], u[8], v[8];
-} pktrt__gather;
 
 typedef struct pktrt__targets { /* where shadow rays towards one light go, for each surface */
   PKTRT__ALIGN64 double at[3][PKTRT__WAVE]; /* a point; a direction if the light is infinitely far */
@@ -2792,26 +2790,33 @@ typedef struct pktrt__targets { /* where shadow rays towards one light go, for e
   float arriving[3][PKTRT__WAVE];   /* radiance or intensity */
 } pktrt__targets;
 
-typedef struct pktrt__middle { /* a mesh light where nothing is random: a sphere around it, and what it sends out */
-  double at[3], radius;
-  double facing[3];                 /* sum of its areas as vectors: |facing . d| is seen of a flat mesh, */
-  double folded;                    /* and a quarter of the rest of its area from everywhere */
-  double strength;
-} pktrt__middle;
+typedef struct pktrt__aim { /* one light, as surfaces see it that look for it */
+  const pktrt__targets *listed;     /* for each its own; NULL: by what follows */
+  pktrt_light_kind kind;
+  double at[3], radius;             /* a point of it, or a direction; mesh: middle and radius of a sphere around it */
+  double facing[3];                 /* quad: unit normal; mesh: sum of its areas as vectors: |facing . d| is seen of */
+  double folded;                    /* a flat one, and a quarter of the rest of its area from everywhere */
+  double area, strength;
+  float arriving[3];                /* relative to strength */
+  bool infinite, by_square;         /* `at` is a direction; irradiance still has to be divided by distance^2 */
+  bool lobes;                       /* shows in lobes, by value */
+} pktrt__aim;
 
 typedef struct pktrt__shadows { /* shadow rays of one light */
   PKTRT__ALIGN64 float o[3][PKTRT__WAVE];
-  float d[3][PKTRT__WAVE], tmax[PKTRT__WAVE], time[PKTRT__WAVE];
-  float arriving[3][PKTRT__WAVE];   /* what the light adds if nothing is between; then what it adds */
+  float d[3][PKTRT__WAVE], time[PKTRT__WAVE];
+  float arriving[3][PKTRT__WAVE];   /* what the light adds if nothing is between */
   uint32_t surface[PKTRT__WAVE], material[PKTRT__WAVE];
+  float tmax;                       /* of all of them */
   uint32_t count;
 } pktrt__shadows;
 
-typedef struct pktrt__aimed { /* shadow rays of eight surfaces */
-  PKTRT__ALIGN64 float o[3][8];
-  float d[3][8], to[3][8];          /* to: d, unit, where lobes are looked at */
-  float diffuse[8], irradiance[8];  /* for light 1: radiance for albedo 1, irradiance of what faces it */
-} pktrt__aimed;
+/* What surfaces send out: rays of one type. Their key is (key + 1) times `times` plus `plus`, of the ray that came. */
+typedef struct pktrt__sending {
+  bool refraction;
+  float threshold;                  /* of importance */
+  uint32_t times, plus;
+} pktrt__sending;
 
 /* The camera as a picture plane at distance 1: the ray of a pinhole through (px, py) in pixels goes along
    corner + px dx + py dy. A point of the lens, at x and y from its middle, sees the same point of the plane at
@@ -2820,6 +2825,23 @@ typedef struct pktrt__view_plane {
   double eye[3], corner[3], dx[3], dy[3], right[3], up[3];
   double focus;
 } pktrt__view_plane;
+
+PKTRT__INLINE const pktrt_material *pktrt__look(const pktrt_scene *s, uint32_t material) {
+  return material ? &s->materials[material - 1] : &s->plain;
+}
+PKTRT__INLINE float pktrt__index(const pktrt_material *look, int a) { return look->ior[a] > 0 ? look->ior[a] : 1.5f; }
+static bool pktrt__has_lobe(const pktrt_material *look) {
+  return look->lobe == PKTRT_LOBE_PHONG && look->specular != PKTRT_SPECULAR_DIELECTRIC &&
+         look->specular != PKTRT_SPECULAR_NONE;
+}
+static void pktrt__corner(const pktrt__mesh *, const float *data, uint32_t triangle, uint32_t c, float time,
+                          float out[3]);
+static void pktrt__weigh_alone(const pktrt_scene *, const pktrt__wave *, pktrt__surfaces *, uint32_t i, uint32_t metal,
+                               uint32_t glass);
+static void pktrt__shine(const pktrt_scene *, const pktrt__surfaces *, uint32_t i, uint32_t lanes, float (*to)[8],
+                         float lobe[8]);
+static void pktrt__inherit(const pktrt__sending *, const pktrt__wave *, const pktrt__surfaces *, uint32_t i,
+                           uint32_t medium[8], uint32_t key[8]);
 
 typedef struct pktrt__call { /* one query, as the kernels see it */
   const pktrt_scene *scene;
@@ -2834,13 +2856,18 @@ typedef struct pktrt__kernels {
   bool (*rounds_each_operation)(void);
   /* Rays of a pinhole through eight places of the picture, into lanes i to i + 7 of a wave. */
   void (*primary)(const pktrt__view_plane *, const double *x, const double *y, pktrt__wave *, uint32_t i);
-  /* Eight surfaces from the i-th on: points and normals; directions of scattering; the middle of a mesh light; shadow
-     rays. See >>shade. */
-  void (*find)(pktrt__surfaces *, uint32_t i, const pktrt__gather *);
-  void (*scatter)(pktrt__surfaces *, uint32_t i);
-  void (*middle)(const pktrt__surfaces *, uint32_t i, const pktrt__middle *, pktrt__targets *);
-  uint32_t (*aim)(const pktrt__surfaces *, uint32_t i, const pktrt__targets *, bool infinite, bool by_square,
-                  bool lobes, pktrt__aimed *);
+  /* Packs those of n rays of a wave that met something: returns how many, and where they were. Points, normals and
+     materials of the surfaces that they met; all but normals of the mesh is read if not `smooth`. */
+  uint32_t (*pack)(pktrt__wave *, uint32_t first, uint32_t n, uint32_t *ray);
+  void (*find)(const pktrt_scene *, bool smooth, const pktrt__wave *, pktrt__surfaces *);
+  /* Of all surfaces, once their hooks have run: directions of scattering and weights if rays are followed, and the
+     radiance that needs no ray. The shadow rays towards one light. What they add: of n shadow rays, `seen` of what
+     arrives at each. Reflected or refracted rays, behind the n of a wave: returns how many it has then. */
+  void (*dress)(const pktrt_scene *, bool follow, const float ambient[3], const pktrt__wave *, pktrt__surfaces *);
+  void (*aim)(const pktrt_scene *, const pktrt__aim *, const pktrt__wave *, pktrt__surfaces *, pktrt__shadows *);
+  void (*gain)(pktrt__surfaces *, const uint32_t *surface, float (*arriving)[PKTRT__BATCH],
+               float (*seen)[PKTRT__BATCH], uint32_t n);
+  uint32_t (*send)(const pktrt__sending *, const pktrt__wave *, const pktrt__surfaces *, pktrt__wave *to, uint32_t n);
 } pktrt__kernels;
 
 #define PKTRT__STAMP_SCALAR 1
@@ -3003,6 +3030,8 @@ static const pktrt__kernels *pktrt__kernels_of(pktrt_isa isa) {
 #define vput PKTRT__NAME(pktrt__vput)
 #define vput_u32 PKTRT__NAME(pktrt__vput_u32)
 #define vsame PKTRT__NAME(pktrt__vsame)
+#define vpack PKTRT__NAME(pktrt__vpack)
+#define vpack_from PKTRT__NAME(pktrt__vpack_from)
 #define vhmin PKTRT__NAME(pktrt__vhmin)
 #define vhmax PKTRT__NAME(pktrt__vhmax)
 #define dload PKTRT__NAME(pktrt__dload)
@@ -3081,6 +3110,16 @@ OP void vput(float *p, m8 m, v8 a) { _mm256_mask_storeu_ps(p, m, a); }
 OP void vput_u32(uint32_t *p, m8 m, uint32_t x) { _mm256_mask_storeu_epi32(p, m, _mm256_set1_epi32((int)x)); }
 OP uint32_t vsame(const uint32_t *p, uint32_t x) { /* which of eight equal x */
   return _mm256_cmpeq_epi32_mask(_mm256_loadu_si256((const __m256i *)(const void *)p), _mm256_set1_epi32((int)x));
+}
+
+/* The chosen lanes to p, next to each other; nothing behind them is written. Of a vector, or of eight floats or
+   integers in memory, which may be those at p. */
+OP void vpack(float *p, uint32_t lanes, v8 a) {
+  _mm256_mask_storeu_ps(p, (m8)_bzhi_u32(0xFF, pktrt__popcount(lanes)), _mm256_maskz_compress_ps((m8)lanes, a));
+}
+OP void vpack_from(void *p, uint32_t lanes, const void *from) {
+  const __m256i a = _mm256_loadu_si256(PKTRT__CAST(const __m256i *, from));
+  _mm256_mask_storeu_epi32(p, (m8)_bzhi_u32(0xFF, pktrt__popcount(lanes)), _mm256_maskz_compress_epi32((m8)lanes, a));
 }
 
 typedef __m512d d8;
@@ -3549,6 +3588,18 @@ OP uint32_t apush(a8 a, const uint32_t *child, v8 dist, uint32_t perm, uint64_t 
   float near_w[8];
   vstore(near_w, dist);
   return pktrt__push_children(a.mask, child, near_w, perm, masks, refs, nears);
+}
+#endif
+
+#if PKTRT__STAMP != PKTRT__STAMP_AVX512 && PKTRT__STAMP != PKTRT__STAMP_ONE
+PKTRT__NOINLINE void vpack(float *p, uint32_t lanes, v8 a) {
+  float f[8];
+  vstore(lanes == 0xFF ? p : f, a);
+  for (uint32_t i = 0; lanes != 0xFF && lanes; lanes &= lanes - 1) p[i++] = f[pktrt__lowest(lanes)];
+}
+PKTRT__NOINLINE void vpack_from(void *p, uint32_t lanes, const void *from) {
+  for (char *to = PKTRT__CAST(char *, p); lanes; lanes &= lanes - 1, to += 4)
+    memmove(to, PKTRT__CAST(const char *, from) + 4 * pktrt__lowest(lanes), 4);
 }
 #endif
 
@@ -4970,26 +5021,27 @@ OP void NAME(drive_fast)(const pktrt_scene *scene, pktrt__batch *b, uint32_t n, 
 
 /* >>resolve ---------------------------------------------------------------------------------------------------------
 
-   u, v and normal of the hits, once per ray, in double from the triangle's corners: u, v to cn[0..1], the normal,
+   t, u, v and normal of the hits, once per ray, in double from the triangle's corners: u, v to cn[0..1], the normal,
    scaled to a largest component of 1, to cf[0..2]. Returns the rays of [i, i+8) whose triangle has no area at the ray's
    time. */
 
-/* Corners of the triangles that rays i to i+7 hit, at the rays' times. Neighbours mostly hit the same triangle, which,
+/* Corners of the triangles that eight rays hit, at the rays' times. Neighbours mostly hit the same triangle, which,
    at rest, is then read once. */
-OP void NAME(gather_corners)(const pktrt_scene *scene, const pktrt__batch *b, uint32_t i, uint32_t hits, v8 p[3][3]) {
+PKTRT__NOINLINE void NAME(gather_corners)(const pktrt_scene *scene, const uint32_t *slots, const uint32_t *groups,
+                                          const float *time, uint32_t hits, v8 p[3][3]) {
   UNROLL for (int c = 0; c < 9; c++) p[c / 3][c % 3] = vset(0);
   for (uint32_t rest = hits; rest;) {
-    const uint32_t r = i + pktrt__lowest(rest), slot = b->slot[r];
-    const pktrt__group *g = &scene->groups[b->group[r]];
+    const uint32_t r = pktrt__lowest(rest), slot = slots[r];
+    const pktrt__group *g = &scene->groups[groups[r]];
     uint32_t lanes = rest & (0u - rest);
     if (g->key_count < 2) {
       const float *k0 = (const float *)(const void *)(g->blocks + (size_t)(slot / 8) * g->block_bytes) + slot % 8;
-      lanes = rest & vsame(b->slot + i, slot) & vsame(b->group + i, b->group[r]);
+      lanes = rest & vsame(slots, slot) & vsame(groups, groups[r]);
       const m8 m = mfrom(lanes);
       UNROLL for (int c = 0; c < 9; c++) p[c / 3][c % 3] = vsel(m, vset(k0[8 * c]), p[c / 3][c % 3]);
     } else {
       float corner[3][3];
-      pktrt__corners_at(g, slot, b->time[r], corner);
+      pktrt__corners_at(g, slot, time[r], corner);
       const m8 m = mfrom(lanes);
       UNROLL for (int c = 0; c < 9; c++) p[c / 3][c % 3] = vsel(m, vset(corner[c / 3][c % 3]), p[c / 3][c % 3]);
     }
@@ -4999,9 +5051,9 @@ OP void NAME(gather_corners)(const pktrt_scene *scene, const pktrt__batch *b, ui
 
 PKTRT__NOINLINE uint32_t NAME(resolve_hits)(const pktrt_scene *scene, pktrt__batch *b, uint32_t i, uint32_t hits) {
   v8 p[3][3]; /* [corner][axis] */
-  NAME(gather_corners)(scene, b, i, hits, p);
+  NAME(gather_corners)(scene, b->slot + i, b->group + i, b->time + i, hits, p);
   const v8 adx = vabs(vload(b->d[0] + i)), ady = vabs(vload(b->d[1] + i)), adz = vabs(vload(b->d[2] + i));
-  const m8 kx = mand(vle(ady, adx), vle(adz, adx)), ky = vle(adz, ady); /* main axis: as in setup8 */
+  const m8 kx = mand(vle(ady, adx), vle(adz, adx)), ky = vle(adz, ady); /* main axis: as in setup */
   const v8 ox = vload(b->o[0] + i), oy = vload(b->o[1] + i), oz = vload(b->o[2] + i);
   const v8 su = vload(b->slope[0] + i), sv = vload(b->slope[1] + i);
   d8 x[3], y[3], z[3], e[2][3], n[3];
@@ -5064,19 +5116,43 @@ static void NAME(resolve)(const pktrt_scene *scene, pktrt__batch *b, uint32_t n)
 
 /* >>shade ---------------------------------------------------------------------------------------------------------- */
 
-OP v8 NAME(dot)(const v8 a[3], const v8 b[3]) {
+/* On narrow vectors, whose registers are too few anyway, loops stay loops and the larger steps functions: that halves
+   the code. */
+#if PKTRT__STAMP == PKTRT__STAMP_AVX2 || PKTRT__STAMP == PKTRT__STAMP_AVX512
+#define STEP OP
+#else
+#define STEP PKTRT__NOINLINE
+#undef UNROLL
+#define UNROLL
+#endif
+
+STEP v8 NAME(dot)(const v8 a[3], const v8 b[3]) {
   return vadd(vadd(vmul(a[0], b[0]), vmul(a[1], b[1])), vmul(a[2], b[2]));
 }
-OP void NAME(load3)(v8 a[3], float (*p)[PKTRT__WAVE], uint32_t i) {
+STEP d8 NAME(ddot)(const d8 a[3], const d8 b[3]) {
+  d8 sum = dset(0);
+  UNROLL for (int k = 0; k < 3; k++) sum = dadd(sum, dmul(a[k], b[k]));
+  return sum;
+}
+STEP void NAME(dset3)(d8 a[3], const double *p) {
+  UNROLL for (int k = 0; k < 3; k++) a[k] = dset(p[k]);
+}
+STEP void NAME(dload3)(d8 a[3], double (*p)[PKTRT__WAVE], uint32_t i) {
+  UNROLL for (int k = 0; k < 3; k++) a[k] = dload(p[k] + i);
+}
+STEP void NAME(dfrom3)(d8 a[3], float (*p)[PKTRT__WAVE], uint32_t i) {
+  UNROLL for (int k = 0; k < 3; k++) a[k] = dfrom(vload(p[k] + i));
+}
+STEP void NAME(load3)(v8 a[3], float (*p)[PKTRT__WAVE], uint32_t i) {
   UNROLL for (int k = 0; k < 3; k++) a[k] = vload(p[k] + i);
 }
-OP void NAME(store3)(float (*p)[PKTRT__WAVE], uint32_t i, const v8 a[3]) {
+STEP void NAME(store3)(float (*p)[PKTRT__WAVE], uint32_t i, const v8 a[3]) {
   UNROLL for (int k = 0; k < 3; k++) vstore(p[k] + i, a[k]);
 }
 
 /* Unit vectors. Scaled first, for squares of large and small numbers leave the range; zero, infinite and NaN give
    what stands in `instead`. */
-OP void NAME(unit)(v8 a[3], const v8 instead[3]) {
+STEP void NAME(unit)(v8 a[3], const v8 instead[3]) {
   const v8 m = vmax(vabs(a[0]), vmax(vabs(a[1]), vabs(a[2])));
   v8 s[3];
   UNROLL for (int k = 0; k < 3; k++) s[k] = vdiv(a[k], m);
@@ -5095,43 +5171,123 @@ static void NAME(primary)(const pktrt__view_plane *p, const double *x, const dou
   }
 }
 
-/* Points and normals of surfaces i to i + 7. */
-static void NAME(find)(pktrt__surfaces *s, uint32_t i, const pktrt__gather *g) {
-  const v8 u = vload(g->u), v = vload(g->v);
+OP uint32_t NAME(lanes_of)(uint32_t n) { return n < 8 ? 0xFFu >> (8 - n) : 0xFFu; } /* the first n of eight */
+
+static uint32_t NAME(pack)(pktrt__wave *w, uint32_t first, uint32_t n, uint32_t *ray) {
+  void *const rows[] = {w->d[0], w->d[1], w->d[2], w->n[0], w->n[1],  w->n[2],   w->t,   w->u,    w->v,
+                        w->time, w->id,   w->slot, w->group, w->medium, w->importance, w->key, w->root};
+  uint32_t k = 0;
+  for (uint32_t i = 0; i < n; i += 8) {
+    const uint32_t from = first + i, to = first + k, all = NAME(lanes_of)(n - i);
+    const uint32_t hits = all & NAME(occupied)(w->slot + from);
+    for (uint32_t rest = hits; rest; rest &= rest - 1) ray[k++] = from + pktrt__lowest(rest);
+    if (from == to && hits == all) continue;
+    for (size_t row = 0; row < sizeof rows / sizeof *rows; row++) {
+      char *data = PKTRT__CAST(char *, rows[row]);
+      vpack_from(data + to * sizeof(float), hits, data + from * sizeof(float));
+    }
+  }
+  return k;
+}
+
+/* Normals at the corners of the triangles of surfaces i to i + 7; n where the mesh has none. */
+PKTRT__NOINLINE void NAME(gather_normals)(const pktrt_scene *scene, const float *time, const pktrt__surfaces *s,
+                                          uint32_t i, uint32_t lanes, const v8 n[3], v8 q[3][3]) {
+  UNROLL for (int c = 0; c < 9; c++) q[c / 3][c % 3] = n[c % 3];
+  for (uint32_t rest = lanes; rest;) {
+    const uint32_t r = pktrt__lowest(rest), triangle = s->triangle[i + r];
+    const pktrt__mesh *mesh = &scene->meshes[s->mesh[i + r]];
+    uint32_t same = rest & vsame(s->mesh + i, s->mesh[i + r]);
+    if (mesh->normals) {
+      float corner[3][3];
+      same = mesh->key_count < 2 ? same & vsame(s->triangle + i, triangle) : rest & (0u - rest);
+      const m8 m = mfrom(same);
+      for (uint32_t c = 0; c < 3; c++) pktrt__corner(mesh, mesh->normals, triangle, c, time[r], corner[c]);
+      UNROLL for (int c = 0; c < 9; c++) q[c / 3][c % 3] = vsel(m, vset(corner[c / 3][c % 3]), q[c / 3][c % 3]);
+    }
+    rest &= ~same;
+  }
+}
+
+/* Points and normals of surfaces i to i + 7, of which those in `lanes` exist. */
+PKTRT__NOINLINE void NAME(find8)(const pktrt_scene *scene, bool smooth, const pktrt__wave *w, pktrt__surfaces *s,
+                                 uint32_t i, uint32_t lanes) {
+  const uint32_t at = s->first + i;
+  const v8 u = vload(w->u + at), v = vload(w->v + at), zero = vset(0);
   const d8 du = dfrom(u), dv = dfrom(v);
-  v8 n[3], d[3], q[3];
+  v8 p[3][3], n[3], d[3], q[3];
   d8 length2 = dset(0);
+  NAME(gather_corners)(scene, w->slot + at, w->group + at, w->time + at, lanes, p);
   UNROLL for (int a = 0; a < 3; a++) {
-    const d8 p0 = dfrom(vload(g->p[0][a])), e1 = dsub(dfrom(vload(g->p[1][a])), p0);
-    const d8 e2 = dsub(dfrom(vload(g->p[2][a])), p0);
+    const d8 p0 = dfrom(p[0][a]), e1 = dsub(dfrom(p[1][a]), p0), e2 = dsub(dfrom(p[2][a]), p0);
     dstore(s->point[a] + i, dadd(p0, dadd(dmul(du, e1), dmul(dv, e2))));
-    const v8 q0 = vload(g->q[0][a]);
-    q[a] = vadd(q0, vadd(vmul(u, vsub(vload(g->q[1][a]), q0)), vmul(v, vsub(vload(g->q[2][a]), q0))));
-    n[a] = vload(g->n[a]), d[a] = vload(g->d[a]);
+    n[a] = vload(w->n[a] + at), d[a] = vload(w->d[a] + at);
     length2 = dadd(length2, dmul(dfrom(d[a]), dfrom(d[a])));
   }
-  vstore(s->distance + i, dto(dmul(dfrom(vload(g->t)), dsqrt(length2))));
+  vstore(s->distance + i, dto(dmul(dfrom(vload(w->t + at)), dsqrt(length2))));
+  NAME(gather_normals)(scene, w->time + at, s, i, smooth ? lanes : 0, n, p);
+  UNROLL for (int a = 0; a < 3; a++)
+    q[a] = vadd(p[0][a], vadd(vmul(u, vsub(p[1][a], p[0][a])), vmul(v, vsub(p[2][a], p[0][a]))));
   NAME(unit)(n, n);
   NAME(unit)(d, d);
-  const m8 inside = vlt(vset(0), NAME(dot)(n, d));
-  UNROLL for (int a = 0; a < 3; a++) n[a] = vsel(inside, vsub(vset(0), n[a]), n[a]);
+  const m8 inside = vlt(zero, NAME(dot)(n, d));
+  UNROLL for (int a = 0; a < 3; a++) n[a] = vsel(inside, vsub(zero, n[a]), n[a]);
   NAME(unit)(q, n);
-  const m8 turned = vlt(NAME(dot)(q, n), vset(0));
-  UNROLL for (int a = 0; a < 3; a++) q[a] = vsel(turned, vsub(vset(0), q[a]), q[a]);
-  const m8 away = vle(vset(0), NAME(dot)(q, d));
+  const m8 turned = vlt(NAME(dot)(q, n), zero);
+  UNROLL for (int a = 0; a < 3; a++) q[a] = vsel(turned, vsub(zero, q[a]), q[a]);
+  const m8 away = vle(zero, NAME(dot)(q, d));
   NAME(store3)(s->flat, i, n);
   NAME(store3)(s->shade, i, q);
   NAME(store3)(s->d, i, d);
   UNROLL for (int a = 0; a < 3; a++) vstore(s->facing[a] + i, vsel(away, n[a], q[a]));
-  const uint32_t bits = mbits(inside);
-  for (uint32_t j = 0; j < 8; j++) s->inside[i + j] = (uint8_t)(bits >> j & 1);
+  s->inside[i / 8] = (uint8_t)mbits(inside);
+}
+
+/* What materials say of surfaces i to i + 7, before their hooks and the angle of view change it. */
+PKTRT__NOINLINE void NAME(read8)(const pktrt_scene *scene, pktrt__surfaces *s, uint32_t i, uint32_t lanes) {
+  v8 albedo[3], reflectance[3], emission[3], eta = vset(1);
+  uint32_t shaded = 0, hooked = 0, lobed = 0, kind[5] = {0, 0, 0, 0, 0};
+  UNROLL for (int a = 0; a < 3; a++) albedo[a] = reflectance[a] = emission[a] = vset(0);
+  for (uint32_t rest = lanes; rest;) {
+    const uint32_t material = s->material[i + pktrt__lowest(rest)], same = rest & vsame(s->material + i, material);
+    const pktrt_material *look = pktrt__look(scene, material);
+    const bool tinted = look->reflectance[0] > 0 || look->reflectance[1] > 0 || look->reflectance[2] > 0;
+    const bool own = tinted || look->specular == PKTRT_SPECULAR_MIRROR;
+    const float ior = pktrt__index(look, 0);
+    const m8 m = mfrom(same), within = mfrom(look->specular == PKTRT_SPECULAR_DIELECTRIC ? s->inside[i / 8] : 0u);
+    UNROLL for (int a = 0; a < 3; a++) {
+      albedo[a] = vsel(m, vset(look->albedo[a]), albedo[a]);
+      emission[a] = vsel(m, vset(look->emission[a]), emission[a]);
+      reflectance[a] = vsel(m, vset(own ? look->reflectance[a] : 1), reflectance[a]);
+    }
+    eta = vsel(m, vsel(within, vset(1 / ior), vset(ior)), eta);
+    kind[look->specular] |= same;
+    shaded |= look->shader ? same : 0, hooked |= look->shader || look->texture ? same : 0;
+    lobed |= pktrt__has_lobe(look) ? same : 0;
+    rest &= ~same;
+  }
+  NAME(store3)(s->albedo, i, albedo);
+  NAME(store3)(s->reflectance, i, reflectance);
+  NAME(store3)(s->emission, i, emission);
+  vstore(s->eta + i, eta);
+  kind[PKTRT_SPECULAR_NONE] |= ~lanes; /* those that do not exist want no work */
+  for (int k = 0; k < 5; k++) s->kind[k][i / 8] = (uint8_t)kind[k];
+  s->shaded[i / 8] = (uint8_t)shaded, s->hooked[i / 8] = (uint8_t)hooked, s->lobed[i / 8] = (uint8_t)lobed;
+}
+
+static void NAME(find)(const pktrt_scene *scene, bool smooth, const pktrt__wave *w, pktrt__surfaces *s) {
+  for (uint32_t i = 0; i < s->count; i += 8) {
+    const uint32_t lanes = NAME(lanes_of)(s->count - i);
+    NAME(find8)(scene, smooth, w, s, i, lanes);
+    NAME(read8)(scene, s, i, lanes);
+  }
 }
 
 /* Mirror and refracted directions and the Fresnel reflectance of surfaces i to i + 7, whose eta is set. With c the
    cosine before the surface and c' = sqrt(1 - (1 - c^2) / eta^2) behind it, R is the mean of
    ((c - eta c') / (c + eta c'))^2 and ((eta c - c') / (eta c + c'))^2; no real c' is total reflection. What bends to
    the wrong side of the triangle, which smooth normals can bring about, is taken about the triangle's own normal. */
-static void NAME(scatter)(pktrt__surfaces *s, uint32_t i) {
+STEP void NAME(scatter)(pktrt__surfaces *s, uint32_t i) {
   v8 d[3], n[3], f[3], r[3], t[3];
   NAME(load3)(d, s->d, i);
   NAME(load3)(n, s->facing, i);
@@ -5156,46 +5312,189 @@ static void NAME(scatter)(pktrt__surfaces *s, uint32_t i) {
   NAME(store3)(s->refracted, i, t);
 }
 
-/* Where surfaces i to i + 7 see the middle of a mesh light: a point on the line to it, out of the sphere around it, and
-   the irradiance of what faces it there. In the middle itself nothing is comparable, hence nothing is lit. */
-static void NAME(middle)(const pktrt__surfaces *s, uint32_t i, const pktrt__middle *m, pktrt__targets *g) {
-  d8 from[3], to[3], r2 = dset(0), along = dset(0);
-  UNROLL for (int a = 0; a < 3; a++) {
-    from[a] = dload(s->point[a] + i);
-    to[a] = dsub(dset(m->at[a]), from[a]);
-    r2 = dadd(r2, dmul(to[a], to[a]));
-    along = dadd(along, dmul(to[a], dset(m->facing[a])));
+/* Weights of what surfaces i to i + 7 reflect and refract, and what is left for the diffuse base; metals' are still to
+   come. */
+PKTRT__NOINLINE void NAME(weigh8)(pktrt__surfaces *s, uint32_t i) {
+  const uint32_t live = ~(uint32_t)s->shaded[i / 8], glossy = live & ~(uint32_t)s->kind[PKTRT_SPECULAR_NONE][i / 8];
+  const v8 zero = vset(0), one = vset(1);
+  if (!(glossy & 0xFF)) {
+    UNROLL for (int a = 0; a < 3; a++) vstore(s->specular[a] + i, zero);
+    UNROLL for (int a = 0; a < 3; a++) vstore(s->passing[a] + i, zero);
+    return;
   }
-  const d8 r = dsqrt(r2), outside = dmax(dsub(dset(1), ddiv(dset(m->radius), r)), dset(1.0 / 1024));
-  UNROLL for (int a = 0; a < 3; a++) dstore(g->at[a] + i, dadd(from[a], dmul(outside, to[a])));
-  const d8 seen = dadd(ddiv(dabs(along), r), dset(m->folded));
-  dstore(g->factor + i, dmul(ddiv(seen, r2), dset(m->strength)));
+  NAME(scatter)(s, i);
+  const v8 fresnel = vload(s->fresnel + i), rest = vsub(one, fresnel);
+  const m8 mirror = mfrom(s->kind[PKTRT_SPECULAR_MIRROR][i / 8] & live);
+  const m8 coat = mfrom(s->kind[PKTRT_SPECULAR_COAT][i / 8] & live);
+  const m8 glass = mfrom(s->kind[PKTRT_SPECULAR_DIELECTRIC][i / 8] & live);
+  const m8 bare = mor(glass, mfrom(s->kind[PKTRT_SPECULAR_CONDUCTOR][i / 8] & live));
+  const v8 factor = vsel(mirror, one, vsel(mor(coat, glass), fresnel, zero));
+  UNROLL for (int a = 0; a < 3; a++) {
+    const v8 albedo = vload(s->albedo[a] + i);
+    vstore(s->specular[a] + i, vmul(factor, vload(s->reflectance[a] + i)));
+    vstore(s->passing[a] + i, vsel(glass, rest, zero));
+    vstore(s->albedo[a] + i, vsel(bare, zero, vsel(coat, vmul(albedo, rest), albedo)));
+  }
 }
 
-/* Shadow rays of surfaces i to i + 7 towards their targets: origin, direction and what the diffuse part would receive
-   by albedo 1, the factor included. Returns the lanes that the light can reach. The surface is left along its flat
-   normal by `lift`, on the viewer's side, which is the light's. */
-static uint32_t NAME(aim)(const pktrt__surfaces *s, uint32_t i, const pktrt__targets *g, bool infinite, bool by_square,
-                          bool lobes, pktrt__aimed *out) {
-  d8 to[3], origin[3], r2 = dset(0), cosine = dset(0), side = dset(0);
-  const d8 lift = dfrom(vload(s->lift + i));
-  UNROLL for (int a = 0; a < 3; a++) {
-    const d8 p = dload(s->point[a] + i), flat = dfrom(vload(s->flat[a] + i)), at = dload(g->at[a] + i);
-    to[a] = infinite ? at : dsub(at, p);
-    origin[a] = dadd(p, dmul(lift, flat));
-    r2 = dadd(r2, dmul(to[a], to[a]));
-    side = dadd(side, dmul(to[a], flat));
-    cosine = dadd(cosine, dmul(to[a], dfrom(vload(s->shade[a] + i))));
-    const v8 o = dto(origin[a]);
-    vstore(out->o[a], o);
-    vstore(out->d[a], dto(infinite ? at : dsub(at, dfrom(o))));
+static void NAME(dress)(const pktrt_scene *scene, bool follow, const float ambient[3], const pktrt__wave *w,
+                        pktrt__surfaces *s) {
+  for (uint32_t i = 0; i < s->count; i += 8) {
+    const uint32_t lanes = NAME(lanes_of)(s->count - i), lit = ~(uint32_t)s->shaded[i / 8];
+    if (follow) {
+      const uint32_t metal = s->kind[PKTRT_SPECULAR_CONDUCTOR][i / 8] & lit;
+      const uint32_t inside = s->kind[PKTRT_SPECULAR_DIELECTRIC][i / 8] & s->inside[i / 8];
+      const uint32_t glass = lanes & (inside | ~vsame(w->medium + s->first + i, 0));
+      NAME(weigh8)(s, i);
+      if (metal | glass) pktrt__weigh_alone(scene, w, s, i, metal, glass);
+    }
+    UNROLL for (int a = 0; a < 3; a++) {
+      const v8 around = vsel(mfrom(lit & 0xFF), vmul(vload(s->albedo[a] + i), vset(ambient[a])), vset(0));
+      vstore(s->radiance[a] + i, vadd(vload(s->emission[a] + i), around));
+    }
   }
-  const d8 r = dsqrt(r2), factor = dload(g->factor + i);
-  const d8 irradiance = by_square ? ddiv(factor, r2) : factor;
-  if (lobes) UNROLL for (int a = 0; a < 3; a++) vstore(out->to[a], dto(ddiv(to[a], r)));
-  vstore(out->irradiance, dto(irradiance));
-  vstore(out->diffuse, dto(dmul(dmul(dmax(dset(0), ddiv(cosine, r)), irradiance), dset(0.31830988618379067154))));
-  return mbits(mand(dlt(dset(0), side), dlt(dset(0), irradiance)));
+}
+
+/* Where a light is for surfaces i to i + 7 at p, and the irradiance of what faces it there, but for a quad's cosine. A
+   mesh is seen in its middle: a point on the line to it, out of the sphere around it; in the middle itself nothing is
+   comparable, hence nothing is lit. */
+STEP d8 NAME(look_for)(const pktrt__aim *l, uint32_t i, d8 p[3], d8 at[3]) {
+  d8 to[3], facing[3];
+  if (l->listed) {
+    UNROLL for (int a = 0; a < 3; a++) at[a] = dload(l->listed->at[a] + i);
+    return dload(l->listed->factor + i);
+  }
+  NAME(dset3)(at, l->at);
+  if (l->kind != PKTRT_LIGHT_MESH) return dset(l->strength);
+  UNROLL for (int a = 0; a < 3; a++) to[a] = dsub(at[a], p[a]);
+  NAME(dset3)(facing, l->facing);
+  const d8 r2 = NAME(ddot)(to, to), r = dsqrt(r2), along = NAME(ddot)(to, facing);
+  const d8 outside = dmax(dsub(dset(1), ddiv(dset(l->radius), r)), dset(1.0 / 1024));
+  UNROLL for (int a = 0; a < 3; a++) at[a] = dadd(p[a], dmul(outside, to[a]));
+  return dmul(ddiv(dadd(ddiv(dabs(along), r), dset(l->folded)), r2), dset(l->strength));
+}
+
+/* Where rays start that leave surfaces i to i + 7 along their flat normals: 1, or -1 below them. */
+STEP void NAME(leave)(const pktrt__surfaces *s, uint32_t i, double side, v8 o[3]) {
+  const d8 lift = dmul(dfrom(vload(s->lift + i)), dset(side));
+  UNROLL for (int a = 0; a < 3; a++)
+    o[a] = dto(dadd(dload(s->point[a] + i), dmul(lift, dfrom(vload(s->flat[a] + i)))));
+}
+
+/* Shadow rays of surfaces i to i + 7, behind those in the list. The surface is left along its flat normal by `lift`, on
+   the viewer's side, which is the light's. */
+PKTRT__NOINLINE void NAME(aim8)(const pktrt_scene *scene, const pktrt__aim *l, const pktrt__wave *w,
+                                pktrt__surfaces *s, uint32_t i, uint32_t lanes, pktrt__shadows *sh) {
+  d8 to[3], p[3], at[3], flat[3], shade[3];
+  v8 o[3], d[3], arriving[3], lobe = vset(0), largest = vset(0);
+  NAME(leave)(s, i, 1, o);
+  NAME(dload3)(p, s->point, i);
+  NAME(dfrom3)(flat, s->flat, i);
+  NAME(dfrom3)(shade, s->shade, i);
+  d8 factor = NAME(look_for)(l, i, p, at);
+  UNROLL for (int a = 0; a < 3; a++) {
+    to[a] = l->infinite ? at[a] : dsub(at[a], p[a]);
+    d[a] = dto(l->infinite ? at[a] : dsub(at[a], dfrom(o[a])));
+  }
+  lanes &= ~(uint32_t)s->shaded[i / 8] & mbits(dlt(dset(0), NAME(ddot)(to, flat)));
+  if (!lanes) return; /* all look away from it */
+  const d8 r2 = NAME(ddot)(to, to), r = dsqrt(r2);
+  if (l->kind == PKTRT_LIGHT_QUAD && !l->listed) { /* negative behind it */
+    NAME(dset3)(at, l->facing);
+    factor = dmul(ddiv(dmul(dset(-l->area), NAME(ddot)(to, at)), r), factor);
+  }
+  const d8 irradiance = l->by_square ? ddiv(factor, r2) : factor, cosine = ddiv(NAME(ddot)(to, shade), r);
+  const v8 diffuse = dto(dmul(dmul(dmax(dset(0), cosine), irradiance), dset(0.31830988618379067154)));
+  lanes &= mbits(dlt(dset(0), irradiance));
+  if (l->lobes && (lanes & s->lobed[i / 8])) {
+    float axis[3][8], part[8] = {0, 0, 0, 0, 0, 0, 0, 0};
+    UNROLL for (int a = 0; a < 3; a++) vstore(axis[a], dto(ddiv(to[a], r)));
+    pktrt__shine(scene, s, i, lanes & s->lobed[i / 8], axis, part);
+    lobe = vmul(vload(part), dto(irradiance));
+  }
+  UNROLL for (int a = 0; a < 3; a++) {
+    const v8 light = l->listed ? vload(l->listed->arriving[a] + i) : vset(l->arriving[a]);
+    const v8 specular = vload(s->specular[a] + i), albedo = vload(s->albedo[a] + i);
+    arriving[a] = vmul(vadd(vmul(albedo, diffuse), l->lobes ? vmul(specular, lobe) : vset(0)), light);
+    largest = vmax(largest, arriving[a]);
+  }
+  lanes &= mbits(vlt(vset(0), largest));
+  const uint32_t n = sh->count;
+  UNROLL for (int a = 0; a < 3; a++) {
+    vpack(sh->o[a] + n, lanes, o[a]);
+    vpack(sh->d[a] + n, lanes, d[a]);
+    vpack(sh->arriving[a] + n, lanes, arriving[a]);
+  }
+  vpack_from(sh->time + n, lanes, w->time + s->first + i);
+  vpack_from(sh->material + n, lanes, s->material + i);
+  for (; lanes; lanes &= lanes - 1) sh->surface[sh->count++] = i + pktrt__lowest(lanes);
+}
+
+static void NAME(aim)(const pktrt_scene *scene, const pktrt__aim *l, const pktrt__wave *w, pktrt__surfaces *s,
+                      pktrt__shadows *sh) {
+  sh->count = 0, sh->tmax = l->infinite ? INFINITY : 1;
+  for (uint32_t i = 0; i < s->count; i += 8) NAME(aim8)(scene, l, w, s, i, NAME(lanes_of)(s->count - i), sh);
+}
+
+/* One after the other where they are not those of eight surfaces in a row: several may be of one surface. */
+static void NAME(gain)(pktrt__surfaces *s, const uint32_t *surface, float (*arriving)[PKTRT__BATCH],
+                       float (*seen)[PKTRT__BATCH], uint32_t n) {
+  for (uint32_t i = 0, next; i < n; i = next) {
+    const uint32_t k = surface[i];
+    next = i + 8;
+    bool row = next <= n;
+    for (uint32_t j = 1; row && j < 8; j++) row = surface[i + j] == k + j;
+    if (row) {
+      UNROLL for (int a = 0; a < 3; a++) {
+        const v8 part = vmul(vload(arriving[a] + i), vload(seen[a] + i));
+        vstore(s->radiance[a] + k, vadd(vload(s->radiance[a] + k), part));
+      }
+    } else {
+      for (int a = 0; a < 3; a++) s->radiance[a][k] += arriving[a][i] * seen[a][i];
+      next = i + 1;
+    }
+  }
+}
+
+/* Rays from surfaces i to i + 7, behind n of a wave; those worth following are counted in. */
+PKTRT__NOINLINE uint32_t NAME(send8)(const pktrt__sending *g, const pktrt__wave *w, const pktrt__surfaces *s,
+                                     uint32_t i, uint32_t lanes, pktrt__wave *to, uint32_t n) {
+  const uint32_t at = s->first + i;
+  uint32_t medium[8], key[8];
+  v8 weight[3], o[3], d[3];
+  UNROLL for (int a = 0; a < 3; a++) {
+    weight[a] = vload((g->refraction ? s->passing[a] : s->specular[a]) + i);
+    d[a] = vload((g->refraction ? s->refracted[a] : s->mirror[a]) + i);
+  }
+  const v8 largest = vmax(weight[0], vmax(weight[1], weight[2]));
+  const v8 importance = vmul(vload(w->importance + at), largest);
+  lanes &= mbits(vlt(vset(0), largest)) & ~mbits(vlt(importance, vset(g->threshold)));
+  if (!lanes) return n;
+  NAME(leave)(s, i, g->refraction ? -1 : 1, o);
+  UNROLL for (int a = 0; a < 3; a++) {
+    vpack(to->o[a] + n, lanes, o[a]);
+    vpack(to->d[a] + n, lanes, d[a]);
+    vpack(to->weight[a] + n, lanes, weight[a]);
+  }
+  pktrt__inherit(g, w, s, i, medium, key);
+  vpack_from(to->time + n, lanes, w->time + at);
+  vpack(to->importance + n, lanes, importance);
+  vpack_from(to->medium + n, lanes, medium);
+  vpack_from(to->key + n, lanes, key);
+  vpack_from(to->parent + n, lanes, s->ray + i);
+  vpack_from(to->material + n, lanes, s->material + i);
+  vpack_from(to->root + n, lanes, w->root + at);
+  return n + pktrt__popcount8(lanes);
+}
+
+static uint32_t NAME(send)(const pktrt__sending *g, const pktrt__wave *w, const pktrt__surfaces *s, pktrt__wave *to,
+                           uint32_t n) {
+  for (uint32_t i = 0; i < s->count; i += 8) {
+    const uint32_t glass = s->kind[PKTRT_SPECULAR_DIELECTRIC][i / 8], none = s->kind[PKTRT_SPECULAR_NONE][i / 8];
+    const uint32_t lanes = NAME(lanes_of)(s->count - i) & (g->refraction ? glass : ~none) & ~(uint32_t)s->shaded[i / 8];
+    if (lanes) n = NAME(send8)(g, w, s, i, lanes, to, n);
+  }
+  return n;
 }
 
 /* >>entry ---------------------------------------------------------------------------------------------------------- */
@@ -5285,8 +5584,8 @@ static bool NAME(rounds_each_operation)(void) {
   return mbits(mand(minus, from)) == 0xFF;
 }
 
-static const pktrt__kernels NAME(kernels) = {NAME(trace), NAME(rounds_each_operation), NAME(primary),
-                                                    NAME(find), NAME(scatter), NAME(middle), NAME(aim)};
+static const pktrt__kernels NAME(kernels) = {NAME(trace), NAME(rounds_each_operation), NAME(primary), NAME(pack),
+                                                    NAME(find), NAME(dress), NAME(aim), NAME(gain), NAME(send)};
 
 #ifdef PKTRT__ALSO_STAMP /* for benchmarks: a file of theirs on the same vectors; its path from here, in quotes */
 #include PKTRT__ALSO_STAMP
@@ -5351,6 +5650,8 @@ static const pktrt__kernels NAME(kernels) = {NAME(trace), NAME(rounds_each_opera
 #undef vhmax
 #undef vhmin
 #undef vsame
+#undef vpack
+#undef vpack_from
 #undef vle
 #undef vload
 #undef vlt
@@ -5369,6 +5670,7 @@ static const pktrt__kernels NAME(kernels) = {NAME(trace), NAME(rounds_each_opera
 #undef OP
 #undef UNROLL
 #undef LANES
+#undef STEP
 #undef NAME
 #undef COUNT
 #undef PKTRT__PICK
@@ -5744,21 +6046,24 @@ static void pktrt__load_soa(pktrt__batch *b, const pktrt_rays *rays, size_t firs
   pktrt__load_row(b->time, rays->time ? rays->time + first : NULL, 0, n, left);
 }
 
-/* The mesh of a global triangle index: the last one that starts at or before it and is not empty. Tries *hint first, as
-   neighbouring rays mostly hit the same mesh, and leaves the answer there. */
-PKTRT__INLINE uint32_t pktrt__mesh_at(const pktrt_scene *s, uint32_t id, uint32_t *hint) {
-  if (id - s->meshes[*hint].first_id < s->meshes[*hint].triangle_count) return *hint;
-  uint32_t lo = 0, hi = s->committed_meshes;
+/* The mesh of a global triangle index: the last one that starts at or before it and is not empty. Tries the last two
+   answers first, as neighbouring rays mostly hit the same mesh, or two that meet. */
+PKTRT__INLINE uint32_t pktrt__mesh_at(const pktrt_scene *s, uint32_t id, uint32_t hint[2]) {
+  if (id - s->meshes[hint[0]].first_id < s->meshes[hint[0]].triangle_count) return hint[0];
+  uint32_t lo = hint[1], hi = s->committed_meshes;
+  hint[1] = hint[0];
+  if (id - s->meshes[lo].first_id < s->meshes[lo].triangle_count) return hint[0] = lo;
+  lo = 0;
   while (hi - lo > 1) {
     const uint32_t mid = lo + (hi - lo) / 2;
     if (s->meshes[mid].first_id <= id) lo = mid;
     else hi = mid;
   }
-  return *hint = lo;
+  return hint[0] = lo;
 }
 
 /* Mesh and triangle of a global index. */
-PKTRT__INLINE void pktrt__name_triangle(const pktrt_scene *s, uint32_t id, uint32_t *hint, uint32_t *mesh,
+PKTRT__INLINE void pktrt__name_triangle(const pktrt_scene *s, uint32_t id, uint32_t hint[2], uint32_t *mesh,
                                         uint32_t *triangle) {
   *mesh = *triangle = PKTRT_NONE;
   if (id == PKTRT_NONE) return;
@@ -5767,13 +6072,13 @@ PKTRT__INLINE void pktrt__name_triangle(const pktrt_scene *s, uint32_t id, uint3
 }
 
 static void pktrt__store_hits(const pktrt_scene *s, const pktrt__batch *b, pktrt_hit *hits, uint32_t n, size_t left) {
-  uint32_t hint = 0;
+  uint32_t hint[2] = {0, 0};
   for (uint32_t i = 0; i < n; i++) {
     pktrt_hit *h = &hits[i];
     if (i + PKTRT__BATCH < left) PKTRT__PREFETCH(h + PKTRT__BATCH);
     h->t = b->t[i], h->u = b->cn[0][i], h->v = b->cn[1][i];
     for (int a = 0; a < 3; a++) h->normal[a] = b->cf[a][i];
-    pktrt__name_triangle(s, b->id[i], &hint, &h->mesh, &h->triangle);
+    pktrt__name_triangle(s, b->id[i], hint, &h->mesh, &h->triangle);
   }
 }
 
@@ -5783,13 +6088,13 @@ static void pktrt__store_row(float *to, const float *row, size_t first, uint32_t
 
 static void pktrt__store_soa(const pktrt_scene *s, const pktrt__batch *b, const pktrt_hits *hits, size_t first,
                              uint32_t n, size_t left) {
-  uint32_t hint = 0, mesh, triangle;
+  uint32_t hint[2] = {0, 0}, mesh, triangle;
   pktrt__store_row(hits->t, b->t, first, n, left);
   pktrt__store_row(hits->u, b->cn[0], first, n, left);
   pktrt__store_row(hits->v, b->cn[1], first, n, left);
   for (int a = 0; a < 3; a++) pktrt__store_row(hits->normal[a], b->cf[a], first, n, left);
   for (uint32_t i = 0; i < n && (hits->mesh || hits->triangle); i++) {
-    pktrt__name_triangle(s, b->id[i], &hint, &mesh, &triangle);
+    pktrt__name_triangle(s, b->id[i], hint, &mesh, &triangle);
     if (hits->mesh) hits->mesh[first + i] = mesh;
     if (hits->triangle) hits->triangle[first + i] = triangle;
   }
@@ -5908,11 +6213,14 @@ PKTRT_DEF void pktrt_occluded_soa(const pktrt_scene *s, const pktrt_rays *rays, 
 static void pktrt__corner(const pktrt__mesh *m, const float *data, uint32_t triangle, uint32_t c, float time,
                           float out[3]) {
   const uint64_t v = m->indices ? m->indices[(size_t)triangle * 3 + c] : (uint64_t)triangle * 3 + c;
-  float ta = 1, tb = 0;
-  const uint32_t key = m->key_count > 1 ? pktrt__segment(time, m->key_count, &ta, &tb) : 0;
-  const float *k0 = data + ((uint64_t)key * m->vertex_count + v) * 3,
-              *k1 = m->key_count > 1 ? k0 + (uint64_t)m->vertex_count * 3 : k0;
-  for (int a = 0; a < 3; a++) out[a] = m->key_count > 1 ? ta * k0[a] + tb * k1[a] : k0[a];
+  if (m->key_count < 2) {
+    memcpy(out, data + v * 3, 3 * sizeof *out);
+    return;
+  }
+  float ta, tb;
+  const uint32_t key = pktrt__segment(time, m->key_count, &ta, &tb);
+  const float *k0 = data + ((uint64_t)key * m->vertex_count + v) * 3, *k1 = k0 + (uint64_t)m->vertex_count * 3;
+  for (int a = 0; a < 3; a++) out[a] = ta * k0[a] + tb * k1[a];
 }
 
 /* The point of barycentrics u, v between three corners. */
@@ -6588,16 +6896,6 @@ static bool pktrt__check_words(const pktrt_render_desc *d, pktrt__why *why) {
   return true;
 }
 
-static const pktrt_material *pktrt__look(const pktrt_scene *s, uint32_t material) {
-  return material ? &s->materials[material - 1] : &s->plain;
-}
-
-static float pktrt__index(const pktrt_material *look, int a) { return look->ior[a] > 0 ? look->ior[a] : 1.5f; }
-
-static bool pktrt__has_lobe(const pktrt_material *look) {
-  return look->lobe == PKTRT_LOBE_PHONG && look->specular != PKTRT_SPECULAR_DIELECTRIC;
-}
-
 static bool pktrt__check_scene(const pktrt_scene *s, pktrt__why *why) {
   for (uint32_t i = 0; i < s->committed_meshes; i++)
     if (s->meshes[i].material > s->material_count)
@@ -6876,46 +7174,23 @@ typedef struct pktrt__work {
 
 /* >>surface: what the rays of a wave found ------------------------------------------------------------------------- */
 
-/* Three corners, positions or normals, at the ray's time: nine floats, eight places apart. */
-PKTRT__INLINE void pktrt__gather_corners(const pktrt__mesh *m, const float *data, const uint32_t index[3], float time,
-                                         float *to) {
-  float ta = 1, tb = 0;
-  const uint32_t key = m->key_count > 1 ? pktrt__segment(time, m->key_count, &ta, &tb) : 0;
-  const float *k0 = data + (size_t)key * m->vertex_count * 3;
-  for (int c = 0; c < 3; c++, to += 24) {
-    const float *p = k0 + (size_t)index[c] * 3;
-    if (m->key_count > 1) {
-      const float *q = p + (size_t)m->vertex_count * 3;
-      to[0] = ta * p[0] + tb * q[0], to[8] = ta * p[1] + tb * q[1], to[16] = ta * p[2] + tb * q[2];
-    } else {
-      to[0] = p[0], to[8] = p[1], to[16] = p[2];
-    }
+/* Whose surfaces they are. What is read of smooth normals is fetched ahead: two waits for memory per triangle would
+   follow each other otherwise. */
+static void pktrt__name_surfaces(const pktrt_scene *scene, bool smooth, const pktrt__wave *w, pktrt__surfaces *s) {
+  uint32_t hint[2] = {0, 0};
+  for (uint32_t k = 0; k < s->count; k++) {
+    const uint32_t id = w->id[s->first + k], mesh = pktrt__mesh_at(scene, id, hint);
+    const pktrt__mesh *m = &scene->meshes[mesh];
+    s->mesh[k] = mesh, s->triangle[k] = id - m->first_id, s->material[k] = m->material;
+    s->lift[k] = (float)pktrt__lift((double)m->max_coord);
+    if (smooth && m->normals && m->indices) PKTRT__PREFETCH(m->indices + (size_t)s->triangle[k] * 3);
   }
-}
-
-/* The data of one surface into lane k % 8 of a gather, and what needs no vectors into its place k. */
-static void pktrt__gather_surface(const pktrt__work *work, const pktrt__wave *w, uint32_t i, uint32_t *hint,
-                                  pktrt__surfaces *s, uint32_t k, pktrt__gather *g) {
-  const pktrt_scene *scene = work->job->scene;
-  const uint32_t mesh = pktrt__mesh_at(scene, w->id[i], hint), triangle = w->id[i] - scene->meshes[mesh].first_id;
-  const pktrt__mesh *m = &scene->meshes[mesh];
-  const uint32_t j = k % 8;
-  uint32_t index[3];
-  for (uint32_t c = 0; c < 3; c++) index[c] = m->indices ? m->indices[(size_t)triangle * 3 + c] : triangle * 3 + c;
-  pktrt__gather_corners(m, m->positions, index, w->time[i], &g->p[0][0][j]);
-  if (m->normals && work->job->desc->normals == PKTRT_NORMALS_SMOOTH) {
-    pktrt__gather_corners(m, m->normals, index, w->time[i], &g->q[0][0][j]);
-  } else {
-    for (int c = 0; c < 9; c++) g->q[c / 3][c % 3][j] = w->n[c % 3][i];
+  for (uint32_t k = 0; smooth && k < s->count; k++) {
+    const pktrt__mesh *m = &scene->meshes[s->mesh[k]];
+    if (!m->normals || !m->indices || m->key_count > 1 || (k && s->triangle[k] == s->triangle[k - 1])) continue;
+    for (uint32_t c = 0; c < 3; c++)
+      PKTRT__PREFETCH(m->normals + (size_t)m->indices[(size_t)s->triangle[k] * 3 + c] * 3);
   }
-  for (int a = 0; a < 3; a++) g->n[a][j] = w->n[a][i], g->d[a][j] = w->d[a][i];
-  g->t[j] = w->t[i];
-  g->u[j] = s->u[k] = w->u[i], g->v[j] = s->v[k] = w->v[i];
-  s->time[k] = w->time[i];
-  s->lift[k] = (float)pktrt__lift((double)m->max_coord);
-  s->ray[k] = i, s->mesh[k] = mesh, s->triangle[k] = triangle;
-  s->material[k] = m->material, s->look[k] = pktrt__look(scene, m->material);
-  s->shaded[k] = 0;
 }
 
 /* Radiance from where rays meet nothing. */
@@ -6933,7 +7208,7 @@ static void pktrt__find_misses(const pktrt__job *job, pktrt__wave *w, uint32_t f
   float d[3][64], radiance[3][64];
   uint32_t lane[64], m = 0;
   for (uint32_t i = first; i < first + n; i++) {
-    if (w->id[i] == PKTRT_NONE) {
+    if (w->slot[i] == PKTRT_NONE) {
       double v[3] = {(double)w->d[0][i], (double)w->d[1][i], (double)w->d[2][i]};
       const bool somewhere = pktrt__normalise(v); /* not where a moving camera stands in its target */
       for (int a = 0; a < 3; a++) d[a][m] = (float)v[a], w->radiance[a][i] = job->desc->background[a];
@@ -6948,104 +7223,62 @@ static void pktrt__find_misses(const pktrt__job *job, pktrt__wave *w, uint32_t f
   }
 }
 
-/* Fills work->surfaces from rays [first, first + n) of a wave, and gives the others what surrounds the scene. Not
-   inlined, like pktrt__dress, _flush and _add_lights: their arrays must not lie in every frame of the recursion. */
+/* Fills work->surfaces from rays [first, first + n) of a wave, and gives the others what surrounds the scene. What the
+   former carry moves to the front, so that it lies as the surfaces do. Not inlined, like pktrt__dress, _flush and
+   _add_lights: their arrays must not lie in every frame of the recursion. */
 PKTRT__NOINLINE void pktrt__find_surfaces(pktrt__work *work, pktrt__wave *w, uint32_t first, uint32_t n) {
+  const pktrt_scene *scene = work->job->scene;
+  const bool smooth = work->job->desc->normals == PKTRT_NORMALS_SMOOTH;
   pktrt__surfaces *s = &work->surfaces;
-  pktrt__gather g;
-  uint32_t hint = 0, k = 0;
-  memset(&g, 0, sizeof g);
-  for (uint32_t i = first; i < first + n; i++) {
-    if (w->id[i] == PKTRT_NONE) continue;
-    pktrt__gather_surface(work, w, i, &hint, s, k, &g);
-    if (++k % 8 == 0) work->job->scene->kernels->find(s, k - 8, &g);
-  }
-  if (k % 8) work->job->scene->kernels->find(s, k / 8 * 8, &g);
-  s->count = k;
-  if (k < n) pktrt__find_misses(work->job, w, first, n);
+  bool missed = false;
+  for (uint32_t i = first; i < first + n; i++) missed |= w->slot[i] == PKTRT_NONE;
+  if (missed) pktrt__find_misses(work->job, w, first, n);
+  s->first = first, s->count = scene->kernels->pack(w, first, n, s->ray);
+  pktrt__name_surfaces(scene, smooth, w, s);
+  scene->kernels->find(scene, smooth, w, s);
 }
 
 /* >>materials ------------------------------------------------------------------------------------------------------ */
 
-/* Points of one material, copied together for its hooks. */
-typedef struct pktrt__hooked {
-  float position[3][64], direction[3][64], normal[3][64], uv[2][64], time[64];
-  float albedo[3][64], reflectance[3][64], emission[3][64], radiance[3][64];
-  uint32_t mesh[64], triangle[64], at[64];
-} pktrt__hooked;
+PKTRT__INLINE bool pktrt__bit(const uint8_t *bits, uint32_t k) { return bits[k / 8] >> k % 8 & 1; }
 
-static void pktrt__to_hook(const pktrt__surfaces *s, uint32_t k, pktrt__hooked *h, uint32_t n) {
-  for (int a = 0; a < 3; a++) {
-    h->position[a][n] = pktrt__to_float(s->point[a][k]);
-    h->direction[a][n] = s->d[a][k], h->normal[a][n] = s->shade[a][k];
-    h->albedo[a][n] = s->albedo[a][k], h->reflectance[a][n] = s->reflectance[a][k];
-    h->emission[a][n] = s->emission[a][k], h->radiance[a][n] = 0;
-  }
-  h->uv[0][n] = s->u[k], h->uv[1][n] = s->v[k], h->time[n] = s->time[k];
-  h->mesh[n] = s->mesh[k], h->triangle[n] = s->triangle[k], h->at[n] = k;
-}
-
-static void pktrt__call_hooks(pktrt__surfaces *s, const pktrt_material *look, pktrt__hooked *h, uint32_t n) {
+/* Hooks of one material on surfaces [k, k + n), n <= 64, where they lie. */
+static void pktrt__call_hooks(const pktrt_material *look, const pktrt__wave *w, pktrt__surfaces *s, uint32_t k,
+                              uint32_t n) {
+  const uint32_t lane = s->first + k;
+  float position[3][64], to[3][64], *radiance[3];
   pktrt_points p;
-  float *radiance[3];
   p.n = n;
   for (int a = 0; a < 3; a++) {
-    p.position[a] = h->position[a], p.direction[a] = h->direction[a], p.normal[a] = h->normal[a];
-    p.albedo[a] = h->albedo[a], p.reflectance[a] = h->reflectance[a], p.emission[a] = h->emission[a];
-    radiance[a] = h->radiance[a];
+    for (uint32_t i = 0; i < n; i++) position[a][i] = pktrt__to_float(s->point[a][k + i]);
+    p.position[a] = position[a], p.direction[a] = s->d[a] + k, p.normal[a] = s->shade[a] + k;
+    p.albedo[a] = s->albedo[a] + k, p.reflectance[a] = s->reflectance[a] + k, p.emission[a] = s->emission[a] + k;
+    radiance[a] = to[a];
   }
-  p.uv[0] = h->uv[0], p.uv[1] = h->uv[1], p.time = h->time, p.mesh = h->mesh, p.triangle = h->triangle;
+  p.uv[0] = w->u + lane, p.uv[1] = w->v + lane, p.time = w->time + lane;
+  p.mesh = s->mesh + k, p.triangle = s->triangle + k;
   if (look->texture) look->texture(look->user, &p);
-  if (look->shader) look->shader(look->user, &p, radiance);
-  for (uint32_t i = 0; i < n; i++)
-    for (int a = 0; a < 3; a++) {
-      const uint32_t k = h->at[i];
-      s->albedo[a][k] = h->albedo[a][i], s->reflectance[a][k] = h->reflectance[a][i];
-      s->emission[a][k] = look->shader ? h->radiance[a][i] : h->emission[a][i];
-    }
+  if (!look->shader) return;
+  memset(to, 0, sizeof to);
+  look->shader(look->user, &p, radiance);
+  for (int a = 0; a < 3; a++) memcpy(p.emission[a], to[a], n * sizeof(float));
 }
 
-/* Textures and shaders of the surfaces that have them, material by material. */
-static void pktrt__run_hooks(pktrt__surfaces *s) {
-  pktrt__hooked h;
-  uint8_t done[PKTRT__WAVE];
-  memset(done, 0, s->count);
-  for (uint32_t k = 0; k < s->count; k++) {
-    const pktrt_material *look = s->look[k];
-    if (done[k] || (!look->texture && !look->shader)) continue;
-    uint32_t n = 0;
-    for (uint32_t i = k; i < s->count && n < 64; i++) {
-      if (s->look[i] != look || done[i]) continue;
-      pktrt__to_hook(s, i, &h, n++);
-      done[i] = 1;
-    }
-    pktrt__call_hooks(s, look, &h, n);
+/* Textures and shaders of the surfaces that have them, for all neighbours of one material at once. */
+static void pktrt__run_hooks(const pktrt_scene *scene, const pktrt__wave *w, pktrt__surfaces *s) {
+  for (uint32_t k = 0, end; k < s->count; k = end) {
+    end = k + 1;
+    if (!pktrt__bit(s->hooked, k)) continue;
+    while (end < s->count && end < k + 64 && s->material[end] == s->material[k]) end++;
+    pktrt__call_hooks(pktrt__look(scene, s->material[k]), w, s, k, end - k);
   }
-}
-
-/* What a material says, before its hooks and the angle of view change it. True if it has a hook. */
-static bool pktrt__read_material(pktrt__surfaces *s, uint32_t k) {
-  const pktrt_material *look = s->look[k];
-  const bool tinted = look->reflectance[0] > 0 || look->reflectance[1] > 0 || look->reflectance[2] > 0;
-  for (int a = 0; a < 3; a++) {
-    s->albedo[a][k] = look->albedo[a], s->emission[a][k] = look->emission[a];
-    s->reflectance[a][k] = tinted || look->specular == PKTRT_SPECULAR_MIRROR ? look->reflectance[a] : 1;
-    s->specular[a][k] = s->passing[a][k] = 0;
-  }
-  const float ior = pktrt__index(look, 0);
-  s->eta[k] = look->specular == PKTRT_SPECULAR_DIELECTRIC && s->inside[k] ? 1 / ior : ior;
-  s->shaded[k] = look->shader != NULL;
-  return look->texture || look->shader;
-}
-
-static float pktrt__metal(const pktrt_material *look, int a, float cosine) {
-  return pktrt_fresnel_conductor(cosine, pktrt__index(look, a), look->extinction[a]);
 }
 
 /* Beer attenuation on the way to surface k: of the glass whose inside it shows, or that the ray was refracted into. */
 static void pktrt__absorb(const pktrt_scene *scene, pktrt__surfaces *s, uint32_t k, uint32_t medium) {
-  const bool inside = s->look[k]->specular == PKTRT_SPECULAR_DIELECTRIC && s->inside[k];
-  const pktrt_material *glass = inside ? s->look[k] : medium ? pktrt__look(scene, medium) : NULL;
+  const bool inside = pktrt__bit(s->kind[PKTRT_SPECULAR_DIELECTRIC], k) && pktrt__bit(s->inside, k);
+  if (inside) medium = s->material[k];
+  const pktrt_material *glass = inside || medium ? pktrt__look(scene, medium) : NULL;
   for (int a = 0; glass && a < 3; a++) {
     if (!(glass->absorption[a] > 0)) continue;
     const float kept = (float)pktrt__exp(-(double)glass->absorption[a] * (double)s->distance[k]);
@@ -7053,41 +7286,34 @@ static void pktrt__absorb(const pktrt_scene *scene, pktrt__surfaces *s, uint32_t
   }
 }
 
-/* Weights of what is reflected and refracted, and what is left for the diffuse base. */
-static void pktrt__weigh(pktrt__surfaces *s, uint32_t k) {
-  const pktrt_material *look = s->look[k];
-  const float fresnel = s->fresnel[k];
+static void pktrt__weigh_metal(const pktrt_scene *scene, pktrt__surfaces *s, uint32_t k) {
+  const pktrt_material *look = pktrt__look(scene, s->material[k]);
   float cosine = 0;
   for (int a = 0; a < 3; a++) cosine -= s->d[a][k] * s->facing[a][k];
-  for (int a = 0; a < 3; a++) {
-    const float reflectance = s->reflectance[a][k];
-    switch (look->specular) {
-    case PKTRT_SPECULAR_NONE: break;
-    case PKTRT_SPECULAR_MIRROR: s->specular[a][k] = reflectance; break;
-    case PKTRT_SPECULAR_COAT:
-      s->specular[a][k] = fresnel * reflectance;
-      s->albedo[a][k] *= 1 - fresnel;
-      break;
-    case PKTRT_SPECULAR_DIELECTRIC:
-      s->albedo[a][k] = 0;
-      s->specular[a][k] = fresnel * reflectance;
-      s->passing[a][k] = 1 - fresnel;
-      break;
-    case PKTRT_SPECULAR_CONDUCTOR:
-      s->specular[a][k] = pktrt__metal(look, a, cosine) * reflectance;
-      s->albedo[a][k] = 0;
-      break;
-    }
+  for (int a = 0; a < 3; a++)
+    s->specular[a][k] =
+        pktrt_fresnel_conductor(cosine, pktrt__index(look, a), look->extinction[a]) * s->reflectance[a][k];
+}
+
+/* Of surfaces i to i + 7, what is not done by eights: reflection of metals, and what glass absorbs on the way. */
+static void pktrt__weigh_alone(const pktrt_scene *scene, const pktrt__wave *w, pktrt__surfaces *s, uint32_t i,
+                               uint32_t metal, uint32_t glass) {
+  for (; metal; metal &= metal - 1) pktrt__weigh_metal(scene, s, i + pktrt__lowest(metal));
+  for (; glass; glass &= glass - 1) {
+    const uint32_t k = i + pktrt__lowest(glass);
+    pktrt__absorb(scene, s, k, w->medium[s->first + k]);
   }
 }
+
+static bool pktrt__notes(const pktrt__job *job) { return job->desc->depth || job->desc->normal || job->desc->albedo; }
 
 /* Sums for the optional buffers, from what primary rays met. */
 static void pktrt__note_first_hits(pktrt__work *work) {
   const pktrt__surfaces *s = &work->surfaces;
   for (uint32_t k = 0; k < s->count; k++) {
     const uint32_t p = work->pixel[s->ray[k]];
-    const bool clear = work->job->follow && (s->look[k]->specular == PKTRT_SPECULAR_DIELECTRIC ||
-                                             s->look[k]->specular == PKTRT_SPECULAR_CONDUCTOR);
+    const bool clear = work->job->follow && (pktrt__bit(s->kind[PKTRT_SPECULAR_DIELECTRIC], k) ||
+                                             pktrt__bit(s->kind[PKTRT_SPECULAR_CONDUCTOR], k));
     work->met[p]++;
     work->depth[p] += (double)s->distance[k];
     for (int a = 0; a < 3; a++) {
@@ -7103,19 +7329,10 @@ PKTRT__NOINLINE void pktrt__dress(pktrt__work *work, const pktrt__wave *w, uint3
   const pktrt__job *job = work->job;
   const pktrt_render_desc *d = job->desc;
   bool hooks = false;
-  for (uint32_t k = 0; k < s->count; k++) hooks |= pktrt__read_material(s, k);
-  if (hooks) pktrt__run_hooks(s);
-  if (!depth && (d->depth || d->normal || d->albedo)) pktrt__note_first_hits(work);
-  if (job->follow) {
-    for (uint32_t k = 0; k < s->count; k += 8) job->scene->kernels->scatter(s, k);
-    for (uint32_t k = 0; k < s->count; k++) {
-      if (!s->shaded[k]) pktrt__weigh(s, k);
-      pktrt__absorb(job->scene, s, k, w->medium[s->ray[k]]);
-    }
-  }
-  for (int a = 0; a < 3; a++)
-    for (uint32_t k = 0; k < s->count; k++)
-      s->radiance[a][k] = s->emission[a][k] + (s->shaded[k] ? 0 : s->albedo[a][k] * d->ambient[a]);
+  for (uint32_t k = 0; k < s->count; k += 8) hooks |= s->hooked[k / 8] != 0;
+  if (hooks) pktrt__run_hooks(job->scene, w, s);
+  if (!depth && pktrt__notes(job)) pktrt__note_first_hits(work);
+  job->scene->kernels->dress(job->scene, job->follow, d->ambient, w, s);
 }
 
 static void pktrt__add_words(void *to, const void *from, size_t size) { /* nothing but uint64_t in there */
@@ -7151,6 +7368,9 @@ static void pktrt__trace_batch(pktrt__work *work, pktrt__batch *b, uint32_t n, p
 /* Whether the segment of ray i meets the bounds of glass; may be true where it does not. */
 static bool pktrt__meets_glass(const pktrt__job *job, const pktrt__batch *b, uint32_t i) {
   double from = 0, to = (double)b->tmax[i];
+  bool within = true; /* begins there: mostly so, and no division is needed */
+  for (int a = 0; a < 3; a++) within &= (b->o[a][i] >= job->glass_lo[a]) & (b->o[a][i] <= job->glass_hi[a]);
+  if (within) return true;
   for (int a = 0; a < 3; a++) {
     const double o = (double)b->o[a][i], d = (double)b->d[a][i], slack = 1e-6 * fabs(o);
     const double lo = (double)job->glass_lo[a] - slack - o, hi = (double)job->glass_hi[a] + slack - o;
@@ -7167,7 +7387,7 @@ static bool pktrt__meets_glass(const pktrt__job *job, const pktrt__batch *b, uin
 /* A shadow ray that met glass goes on behind it, along the same line, and loses what the surface reflects and the
    glass absorbs. Ray i of `through`; its way on goes to lane j. */
 typedef enum pktrt__passage { PKTRT__STOPPED, PKTRT__GOES_ON, PKTRT__ARRIVED } pktrt__passage;
-static pktrt__passage pktrt__pass_glass(pktrt__work *work, uint32_t i, uint32_t j, uint32_t *hint, float seen[3]) {
+static pktrt__passage pktrt__pass_glass(pktrt__work *work, uint32_t i, uint32_t j, uint32_t hint[2], float seen[3]) {
   const pktrt_scene *scene = work->job->scene;
   pktrt__batch *b = &work->through;
   const uint32_t mesh = pktrt__mesh_at(scene, b->id[i], hint), triangle = b->id[i] - scene->meshes[mesh].first_id;
@@ -7207,7 +7427,7 @@ static pktrt__passage pktrt__pass_glass(pktrt__work *work, uint32_t i, uint32_t 
 static void pktrt__look_through_glass(pktrt__work *work, pktrt_ray_type type, uint32_t depth) {
   pktrt__pending *p = &work->pending;
   pktrt__batch *b = &work->through;
-  uint32_t lane[PKTRT__BATCH], n = 0, hint = 0;
+  uint32_t lane[PKTRT__BATCH], n = 0, hint[2] = {0, 0};
   for (uint32_t i = 0; i < p->n; i++) {
     if (p->wave[i] || p->seen[0][i] > 0 || !pktrt__meets_glass(work->job, &p->batch, i)) continue;
     for (int a = 0; a < 3; a++) b->o[a][n] = p->batch.o[a][i], b->d[a][n] = p->batch.d[a][i], p->seen[a][i] = 1;
@@ -7221,7 +7441,7 @@ static void pktrt__look_through_glass(pktrt__work *work, pktrt_ray_type type, ui
       const uint32_t k = lane[i];
       float seen[3] = {p->seen[0][k], p->seen[1][k], p->seen[2][k]};
       if (b->slot[i] == PKTRT_NONE) continue; /* free from here on */
-      const pktrt__passage passage = pktrt__pass_glass(work, i, left, &hint, seen);
+      const pktrt__passage passage = pktrt__pass_glass(work, i, left, hint, seen);
       for (int a = 0; a < 3; a++) p->seen[a][k] = passage == PKTRT__STOPPED ? 0 : seen[a];
       if (passage == PKTRT__GOES_ON) lane[left++] = k;
     }
@@ -7268,17 +7488,18 @@ PKTRT__NOINLINE void pktrt__flush(pktrt__work *work, pktrt_ray_type type, uint32
     p->n = 0;
     return;
   }
-  for (uint32_t i = 0; i < p->n; i++)
-    for (int a = 0; a < 3; a++) p->seen[a][i] = b->slot[i] == PKTRT_NONE ? 1.0f : 0.0f;
+  for (uint32_t i = 0; i < p->n; i++) p->seen[0][i] = b->slot[i] == PKTRT_NONE ? 1.0f : 0.0f;
+  for (int a = 1; a < 3; a++) memcpy(p->seen[a], p->seen[0], p->n * sizeof(float));
   if (work->job->glass) pktrt__look_through_glass(work, type, depth);
-  for (uint32_t i = 0; i < p->n; i++) {
+  if (type == PKTRT_RAY_SHADOW) work->job->scene->kernels->gain(s, p->target, p->arriving, p->seen, p->n);
+  for (uint32_t i = 0; type == PKTRT_RAY_OTHER && i < p->n; i++) {
     const uint32_t k = p->target[i];
     pktrt__wave *w = p->wave[i];
     if (!w) {
       for (int a = 0; a < 3; a++) s->radiance[a][k] += p->arriving[a][i] * p->seen[a][i];
       continue;
     }
-    w->id[k] = b->id[i];
+    w->id[k] = b->id[i], w->slot[k] = b->slot[i], w->group[k] = b->group[i];
     w->t[k] = b->t[i], w->u[k] = b->cn[0][i], w->v[k] = b->cn[1][i];
     for (int a = 0; a < 3; a++) w->n[a][k] = b->cf[a][i];
   }
@@ -7298,9 +7519,8 @@ static void pktrt__push_shadows(pktrt__work *work, const uint32_t *order, uint32
       memcpy(p->batch.o[a] + n, sh->o[a] + from, size), memcpy(p->batch.d[a] + n, sh->d[a] + from, size);
       memcpy(p->arriving[a] + n, sh->arriving[a] + from, size);
     }
-    memcpy(p->batch.tmax + n, sh->tmax + from, size), memcpy(p->batch.time + n, sh->time + from, size);
-    memcpy(p->target + n, sh->surface + from, size);
-    for (uint32_t i = n; i < p->n; i++) p->batch.tmin[i] = 0, p->wave[i] = NULL;
+    memcpy(p->batch.time + n, sh->time + from, size), memcpy(p->target + n, sh->surface + from, size);
+    for (uint32_t i = n; i < p->n; i++) p->batch.tmin[i] = 0, p->batch.tmax[i] = sh->tmax, p->wave[i] = NULL;
     return;
   }
   for (int a = 0; a < 3; a++)
@@ -7310,7 +7530,7 @@ static void pktrt__push_shadows(pktrt__work *work, const uint32_t *order, uint32
     }
   for (uint32_t i = from; i < to; i++) {
     const uint32_t at = n + i - from, k = order[i];
-    p->batch.tmin[at] = 0, p->batch.tmax[at] = sh->tmax[k], p->batch.time[at] = sh->time[k];
+    p->batch.tmin[at] = 0, p->batch.tmax[at] = sh->tmax, p->batch.time[at] = sh->time[k];
     p->target[at] = sh->surface[k], p->wave[at] = NULL;
   }
 }
@@ -7387,10 +7607,10 @@ static void pktrt__assemble_wave(pktrt__work *work, pktrt__wave **wave, uint32_t
 
 /* >>lights --------------------------------------------------------------------------------------------------------- */
 
-/* Values of the sample that a ray of a wave belongs to. */
-static void pktrt__draw(const pktrt__work *work, const pktrt__wave *w, uint32_t ray, uint32_t dimension, uint32_t n,
+/* Values of the sample that the ray to surface k belongs to. */
+static void pktrt__draw(const pktrt__work *work, const pktrt__wave *w, uint32_t k, uint32_t dimension, uint32_t n,
                         float *out) {
-  const uint32_t root = w->root[ray];
+  const uint32_t ray = work->surfaces.first + k, root = w->root[ray];
   pktrt__sample(&work->job->sampling, work->x[root], work->y[root], work->sample[root],
                 8 + w->key[ray] * work->job->event_dimensions + dimension, n, out);
 }
@@ -7411,7 +7631,7 @@ static void pktrt__choose_lights(pktrt__work *work, const pktrt__wave *w) {
   const uint32_t lights = work->job->scene->light_count;
   for (uint32_t k = 0; k < work->surfaces.count; k++) {
     float u;
-    pktrt__draw(work, w, work->surfaces.ray[k], 3, 1, &u);
+    pktrt__draw(work, w, k, 3, 1, &u);
     const uint32_t at = (uint32_t)(u * (float)lights);
     work->chosen[k] = at < lights ? at : lights - 1;
   }
@@ -7426,7 +7646,7 @@ static void pktrt__aim_at_surroundings(pktrt__work *work, const pktrt__wave *w, 
   for (uint32_t k = 0; k < s->count; k++) {
     const float normal[3] = {s->shade[0][k], s->shade[1][k], s->shade[2][k]};
     float u[2] = {0, 0}, to[3]; /* the normal itself, where nothing is random */
-    if (work->job->distribute) pktrt__draw(work, w, s->ray[k], 4 + 2 * light, 2, u);
+    if (work->job->distribute) pktrt__draw(work, w, k, 4 + 2 * light, 2, u);
     pktrt_map_cosine(u, normal, to);
     float cosine = 0;
     for (int a = 0; a < 3; a++) d[a][k % 64] = to[a], g->at[a][k] = (double)to[a], cosine += to[a] * normal[a];
@@ -7439,23 +7659,31 @@ static void pktrt__aim_at_surroundings(pktrt__work *work, const pktrt__wave *w, 
   }
 }
 
-/* RCS and WRT: a point in the middle. Of a flat mesh the projected area is |S cos|, S being the sum of its area
-   vectors; of a closed convex one it is a quarter of the area on average, and S is 0. The shadow ray ends at the
-   sphere around the mesh, whose own triangles would stop it. */
-static void pktrt__aim_at_middle(pktrt__work *work, const pktrt__lamp *lamp) {
-  const pktrt__surfaces *s = &work->surfaces;
-  pktrt__targets *g = &work->targets;
-  pktrt__middle m;
+/* One light. A mesh stands in its middle in RCS and WRT: its projected area is |S cos| where it is flat, S being the
+   sum of its area vectors; where it is closed and convex it is a quarter of the area on average, and S is 0. The shadow
+   ray ends at the sphere around the mesh, whose own triangles would stop it. */
+static void pktrt__describe(const pktrt__work *work, uint32_t light, pktrt__aim *aim) {
+  const pktrt__job *job = work->job;
+  const pktrt_light *l = &job->scene->lights[light];
+  const pktrt__lamp *lamp = &job->lamps[light];
+  memset(aim, 0, sizeof *aim);
+  aim->kind = l->kind, aim->radius = lamp->radius, aim->area = lamp->area, aim->strength = lamp->strength;
+  aim->folded = pktrt__max(0, lamp->area - sqrt(pktrt__dot(lamp->facing, lamp->facing))) / 4;
   for (int a = 0; a < 3; a++) {
-    m.at[a] = lamp->middle[a], m.facing[a] = lamp->facing[a];
-    for (uint32_t k = 0; k < s->count; k++) g->arriving[a][k] = lamp->light[a];
+    aim->facing[a] = lamp->facing[a], aim->arriving[a] = lamp->light[a];
+    aim->at[a] = (double)l->position[a];
+    if (l->kind == PKTRT_LIGHT_QUAD) aim->at[a] += 0.5 * (double)l->edge[0][a];
+    if (l->kind == PKTRT_LIGHT_QUAD) aim->at[a] += 0.5 * (double)l->edge[1][a];
+    if (l->kind == PKTRT_LIGHT_DIRECTIONAL) aim->at[a] = lamp->facing[a];
+    if (l->kind == PKTRT_LIGHT_MESH) aim->at[a] = lamp->middle[a];
   }
-  m.radius = lamp->radius, m.strength = lamp->strength;
-  m.folded = pktrt__max(0, lamp->area - sqrt(pktrt__dot(lamp->facing, lamp->facing))) / 4;
-  for (uint32_t k = 0; k < s->count; k += 8) work->job->scene->kernels->middle(s, k, &m, g);
+  aim->infinite = l->kind == PKTRT_LIGHT_DIRECTIONAL || l->kind == PKTRT_LIGHT_ENVIRONMENT;
+  aim->by_square = l->kind == PKTRT_LIGHT_POINT || l->kind == PKTRT_LIGHT_QUAD ||
+                   (l->kind == PKTRT_LIGHT_MESH && job->distribute);
+  aim->lobes = job->follow && pktrt__unseen(l);
 }
 
-/* Where one light is, for every surface. */
+/* Where one light is for each surface, where that is random or takes more than the kernels know. */
 static void pktrt__find_targets(pktrt__work *work, const pktrt__wave *w, uint32_t light, uint32_t depth) {
   const pktrt__job *job = work->job;
   const pktrt_light *l = &job->scene->lights[light];
@@ -7464,10 +7692,6 @@ static void pktrt__find_targets(pktrt__work *work, const pktrt__wave *w, uint32_
   pktrt__targets *g = &work->targets;
   const bool random = job->distribute && (l->kind == PKTRT_LIGHT_QUAD || l->kind == PKTRT_LIGHT_SPHERE ||
                                           l->kind == PKTRT_LIGHT_MESH);
-  if (l->kind == PKTRT_LIGHT_MESH && !random) {
-    pktrt__aim_at_middle(work, lamp);
-    return;
-  }
   for (uint32_t k = 0; k < s->count; k++) {
     const double from[3] = {s->point[0][k], s->point[1][k], s->point[2][k]};
     const float share = pktrt__light_share(work, k, light, depth);
@@ -7475,63 +7699,44 @@ static void pktrt__find_targets(pktrt__work *work, const pktrt__wave *w, uint32_
     double at[3] = {0, 0, 0}, factor = 1;
     g->factor[k] = 0;
     if (share == 0) continue;
-    if (random) pktrt__draw(work, w, s->ray[k], 4 + 2 * light, 2, u);
+    if (random) pktrt__draw(work, w, k, 4 + 2 * light, 2, u);
     for (int a = 0; a < 3; a++)
       at[a] = l->kind == PKTRT_LIGHT_DIRECTIONAL ? lamp->facing[a] : (double)l->position[a];
     if (l->kind == PKTRT_LIGHT_QUAD) factor = pktrt__aim_at_quad(l, lamp, u, from, at);
     if (l->kind == PKTRT_LIGHT_SPHERE) factor = pktrt__aim_at_sphere(l, random ? u : NULL, from, at);
     if (l->kind == PKTRT_LIGHT_MESH)
-      factor = pktrt__aim_at_mesh(&job->scene->meshes[l->mesh], lamp, u, s->time[k], from, at);
+      factor = pktrt__aim_at_mesh(&job->scene->meshes[l->mesh], lamp, u, w->time[s->first + k], from, at);
     for (int a = 0; a < 3; a++) g->at[a][k] = at[a], g->arriving[a][k] = lamp->light[a];
     g->factor[k] = factor * (double)share * lamp->strength;
   }
 }
 
-/* What a Phong lobe reflects of a light that stands in direction `to`, per irradiance. */
-static float pktrt__highlight(const pktrt__surfaces *s, uint32_t k, const float to[3]) {
-  const pktrt_material *look = s->look[k];
-  double cosine = 0;
-  for (int a = 0; a < 3; a++) cosine += (double)to[a] * (double)s->mirror[a][k];
-  if (!(cosine > 0) || !pktrt__has_lobe(look)) return 0;
-  const double n = (double)look->exponent;
-  return (float)((n + 1) * 0.15915494309189533577 * pktrt__pow(pktrt__min(cosine, 1), n));
+/* What Phong lobes of surfaces i to i + 7 reflect of a light that stands in direction `to`, per irradiance. */
+static void pktrt__shine(const pktrt_scene *scene, const pktrt__surfaces *s, uint32_t i, uint32_t lanes, float (*to)[8],
+                         float lobe[8]) {
+  for (; lanes; lanes &= lanes - 1) {
+    const uint32_t j = pktrt__lowest(lanes);
+    const double n = (double)pktrt__look(scene, s->material[i + j])->exponent;
+    double cosine = 0;
+    for (int a = 0; a < 3; a++) cosine += (double)to[a][j] * (double)s->mirror[a][i + j];
+    /* cos^n <= exp(-n (1 - cos)): far from narrow lobes nothing is left of a float */
+    if (!(cosine > 0) || (n < 65536 && n * (1 - cosine) > 128)) continue;
+    lobe[j] = (float)((n + 1) * 0.15915494309189533577 * pktrt__pow(pktrt__min(cosine, 1), n));
+  }
 }
 
 /* The shadow rays of all surfaces towards one light into the list. */
-static void pktrt__aim(pktrt__work *work, uint32_t light) {
-  const pktrt_light *l = &work->job->scene->lights[light];
-  const pktrt__surfaces *s = &work->surfaces;
-  pktrt__shadows *sh = &work->shadows;
-  const pktrt__targets *g = &work->targets;
-  pktrt__aimed aimed;
-  const bool infinite = l->kind == PKTRT_LIGHT_DIRECTIONAL || l->kind == PKTRT_LIGHT_ENVIRONMENT;
-  const bool by_square = l->kind == PKTRT_LIGHT_POINT || l->kind == PKTRT_LIGHT_QUAD ||
-                         (l->kind == PKTRT_LIGHT_MESH && work->job->distribute);
-  const bool lobes = work->job->follow && pktrt__unseen(l);
-  uint32_t n = 0;
-  for (uint32_t i = 0; i < s->count; i += 8) {
-    uint32_t lanes = work->job->scene->kernels->aim(s, i, g, infinite, by_square, lobes, &aimed);
-    if (s->count - i < 8) lanes &= 0xFFu >> (8 - (s->count - i));
-    for (; lanes; lanes &= lanes - 1) {
-      const uint32_t j = pktrt__lowest(lanes), k = i + j;
-      float lobe = 0;
-      if (lobes) {
-        const float to[3] = {aimed.to[0][j], aimed.to[1][j], aimed.to[2][j]};
-        lobe = pktrt__highlight(s, k, to) * aimed.irradiance[j];
-      }
-      float largest = 0;
-      for (int a = 0; a < 3; a++) {
-        const float part = s->albedo[a][k] * aimed.diffuse[j] + s->specular[a][k] * lobe;
-        sh->arriving[a][n] = part * g->arriving[a][k];
-        largest = pktrt__maxf(largest, sh->arriving[a][n]);
-        sh->o[a][n] = aimed.o[a][j], sh->d[a][n] = aimed.d[a][j];
-      }
-      sh->tmax[n] = infinite ? INFINITY : 1, sh->time[n] = s->time[k];
-      sh->surface[n] = k, sh->material[n] = s->material[k];
-      n += largest > 0 && !s->shaded[k];
-    }
+static void pktrt__aim_at(pktrt__work *work, const pktrt__wave *w, uint32_t light, uint32_t depth) {
+  const pktrt_scene *scene = work->job->scene;
+  const pktrt_light_kind kind = scene->lights[light].kind;
+  pktrt__aim aim;
+  pktrt__describe(work, light, &aim);
+  if (work->job->distribute || kind == PKTRT_LIGHT_SPHERE || kind == PKTRT_LIGHT_ENVIRONMENT) {
+    if (kind == PKTRT_LIGHT_ENVIRONMENT) pktrt__aim_at_surroundings(work, w, light, depth);
+    else pktrt__find_targets(work, w, light, depth);
+    aim.listed = &work->targets;
   }
-  sh->count = n;
+  scene->kernels->aim(scene, &aim, w, &work->surfaces, &work->shadows);
 }
 
 /* Direct light of all surfaces. */
@@ -7544,9 +7749,7 @@ PKTRT__NOINLINE void pktrt__add_lights(pktrt__work *work, const pktrt__wave *w, 
   if (depth > 1 && job->distribute && job->desc->lights != PKTRT_LIGHTS_ALL) pktrt__choose_lights(work, w);
   for (uint32_t light = 0; light < job->scene->light_count; light++) {
     if (!pktrt__is_asked(work, light, depth)) continue;
-    if (job->scene->lights[light].kind == PKTRT_LIGHT_ENVIRONMENT) pktrt__aim_at_surroundings(work, w, light, depth);
-    else pktrt__find_targets(work, w, light, depth);
-    pktrt__aim(work, light);
+    pktrt__aim_at(work, w, light, depth);
     const pktrt__shadows *sh = &work->shadows;
     for (uint32_t i = 0; i < sh->count; i++) sender[i] = work->surfaces.ray[sh->surface[i]];
     if (sh->count) pktrt__assemble(work, sh->count, work->shadows.d, sh->material, sender);
@@ -7572,69 +7775,52 @@ static pktrt__wave *pktrt__need_wave(pktrt__work *work, pktrt__wave **wave) {
   return *wave;
 }
 
-/* A ray that surface k sends out, behind the n rays of a wave; whether it is worth following. */
-static bool pktrt__send(const pktrt__work *work, const pktrt__wave *w, uint32_t k, const float direction[3],
-                        const float weight[3], pktrt_ray_type type, pktrt__wave *to, uint32_t n) {
-  const pktrt__surfaces *s = &work->surfaces;
-  const uint32_t ray = s->ray[k];
-  const float largest = pktrt__maxf(weight[0], pktrt__maxf(weight[1], weight[2]));
-  const float importance = w->importance[ray] * largest;
-  if (!(largest > 0) || importance < work->job->threshold) return false;
-  const double lift = type == PKTRT_RAY_REFRACTION ? -(double)s->lift[k] : (double)s->lift[k];
-  for (int a = 0; a < 3; a++) {
-    to->o[a][n] = pktrt__to_float(s->point[a][k] + lift * (double)s->flat[a][k]);
-    to->d[a][n] = direction[a], to->weight[a][n] = weight[a];
+/* The media that rays from surfaces i to i + 7 go into, and their keys. Reflected ones stay where they were. */
+static void pktrt__inherit(const pktrt__sending *g, const pktrt__wave *w, const pktrt__surfaces *s, uint32_t i,
+                           uint32_t medium[8], uint32_t key[8]) {
+  const uint32_t inside = s->inside[i / 8], lane = s->first + i;
+  uint32_t into = s->kind[PKTRT_SPECULAR_DIELECTRIC][i / 8] & (g->refraction ? ~inside : inside);
+  for (uint32_t j = 0; j < 8; j++) {
+    medium[j] = g->refraction ? 0 : w->medium[lane + j];
+    key[j] = (w->key[lane + j] + 1) * g->times + g->plus;
   }
-  to->time[n] = s->time[k], to->importance[n] = importance, to->parent[n] = ray;
-  const bool glass = s->look[k]->specular == PKTRT_SPECULAR_DIELECTRIC;
-  const bool goes_in = glass && (s->inside[k] != 0) == (type == PKTRT_RAY_REFLECTION);
-  to->medium[n] = goes_in ? s->material[k] : type == PKTRT_RAY_REFLECTION ? w->medium[ray] : 0;
-  to->key[n] = w->key[ray] + 1;
-  to->material[n] = s->material[k], to->root[n] = w->root[ray];
-  return true;
+  for (; into; into &= into - 1) medium[pktrt__lowest(into)] = s->material[i + pktrt__lowest(into)];
 }
 
-/* The direction in which surface k reflects; false: below the surface. */
-static bool pktrt__reflect(const pktrt__work *work, const pktrt__wave *w, uint32_t k, float out[3]) {
-  const pktrt__surfaces *s = &work->surfaces;
-  const pktrt_material *look = s->look[k];
-  const float axis[3] = {s->mirror[0][k], s->mirror[1][k], s->mirror[2][k]};
-  memcpy(out, axis, sizeof axis);
-  if (!work->job->distribute || !pktrt__has_lobe(look)) return true;
-  float u[2], side = 0;
-  pktrt__draw(work, w, s->ray[k], 0, 2, u);
-  if (work->job->desc->phong_mapping == PKTRT_PHONG_NAIVE) pktrt_map_phong_naive(u, axis, look->exponent, out);
-  else pktrt_map_phong(u, axis, look->exponent, out);
-  for (int a = 0; a < 3; a++) side += out[a] * s->flat[a][k];
-  return side > 0;
-}
-
-/* Reflected and refracted rays of all surfaces, to the end of the two waves, which may be one. */
-static void pktrt__send_rays(pktrt__work *work, const pktrt__wave *w, bool refraction, pktrt__wave *to, uint32_t *n) {
-  const pktrt__surfaces *s = &work->surfaces;
+/* Where something is random: directions within lobes, lost below the surface; at glass, one ray of two. */
+static void pktrt__scatter_at_random(const pktrt__work *work, const pktrt__wave *w, pktrt__surfaces *s) {
   for (uint32_t k = 0; k < s->count; k++) {
-    const pktrt_material *look = s->look[k];
-    float weight[3], out[3];
-    if (s->shaded[k] || look->specular == PKTRT_SPECULAR_NONE) continue;
-    const bool glass = look->specular == PKTRT_SPECULAR_DIELECTRIC;
-    if (refraction && !glass) continue;
-    for (int a = 0; a < 3; a++) weight[a] = refraction ? s->passing[a][k] : s->specular[a][k];
-    if (glass && work->job->choose) {
+    const pktrt_material *look = pktrt__look(work->job->scene, s->material[k]);
+    if (work->job->distribute && pktrt__bit(s->lobed, k)) {
+      const float axis[3] = {s->mirror[0][k], s->mirror[1][k], s->mirror[2][k]};
+      float u[2], out[3], side = 0;
+      pktrt__draw(work, w, k, 0, 2, u);
+      if (work->job->desc->phong_mapping == PKTRT_PHONG_NAIVE) pktrt_map_phong_naive(u, axis, look->exponent, out);
+      else pktrt_map_phong(u, axis, look->exponent, out);
+      for (int a = 0; a < 3; a++) side += out[a] * s->flat[a][k], s->mirror[a][k] = out[a];
+      for (int a = 0; a < 3; a++) s->specular[a][k] = side > 0 ? s->specular[a][k] : 0;
+    } else if (work->job->choose && pktrt__bit(s->kind[PKTRT_SPECULAR_DIELECTRIC], k)) {
       float u;
-      pktrt__draw(work, w, s->ray[k], 2, 1, &u);
-      const float share = refraction ? 1 - s->fresnel[k] : s->fresnel[k];
-      if ((u >= s->fresnel[k]) != refraction) continue;
-      for (int a = 0; a < 3; a++) weight[a] /= share;
+      pktrt__draw(work, w, k, 2, 1, &u);
+      const bool refraction = u >= s->fresnel[k];
+      for (int a = 0; a < 3; a++) {
+        s->specular[a][k] = refraction ? 0 : s->specular[a][k] / s->fresnel[k];
+        s->passing[a][k] = refraction ? s->passing[a][k] / (1 - s->fresnel[k]) : 0;
+      }
     }
-    if (refraction)
-      for (int a = 0; a < 3; a++) out[a] = s->refracted[a][k];
-    else if (!pktrt__reflect(work, w, k, out)) continue;
-    if (!pktrt__send(work, w, k, out, weight, refraction ? PKTRT_RAY_REFRACTION : PKTRT_RAY_REFLECTION, to, *n))
-      continue;
-    /* where glass branches, the two subtrees use other dimensions */
-    if (refraction && !work->job->choose) to->key[*n] = to->key[*n] * 0x9E3779B1u + 0x85EBCA6Bu;
-    (*n)++;
   }
+}
+
+/* Reflected or refracted rays of all surfaces, behind the n of a wave; how many it has then. Where glass branches, the
+   two subtrees use other dimensions. */
+static uint32_t pktrt__send_rays(const pktrt__work *work, const pktrt__wave *w, bool refraction, pktrt__wave *to,
+                                 uint32_t n) {
+  const pktrt__job *job = work->job;
+  const bool apart = refraction && !job->choose;
+  pktrt__sending g;
+  g.refraction = refraction, g.threshold = job->threshold;
+  g.times = apart ? 0x9E3779B1u : 1, g.plus = apart ? 0x85EBCA6Bu : 0;
+  return job->scene->kernels->send(&g, w, &work->surfaces, to, n);
 }
 
 /* >>generations ---------------------------------------------------------------------------------------------------- */
@@ -7694,7 +7880,7 @@ static void pktrt__push_blindly(pktrt__work *work, pktrt__wave *w, uint32_t n, u
 
 static uint32_t pktrt__count_glass(const pktrt__surfaces *s) {
   uint32_t n = 0;
-  for (uint32_t k = 0; k < s->count; k++) n += s->look[k]->specular == PKTRT_SPECULAR_DIELECTRIC;
+  for (uint32_t i = 0; i < s->count; i += 8) n += pktrt__popcount8(s->kind[PKTRT_SPECULAR_DIELECTRIC][i / 8]);
   return n;
 }
 
@@ -7713,12 +7899,13 @@ static void pktrt__shade(pktrt__work *work, pktrt__wave *w, uint32_t first, uint
   pktrt__add_lights(work, w, depth + 1);
   if (job->follow && depth < job->max_depth && !work->failed) {
     pktrt__wave *r = pktrt__need_wave(work, &work->reflected[depth]), *t = r;
-    if (!work->failed && pktrt__need_wave(work, &work->spare)) pktrt__send_rays(work, w, false, r, &reflected);
+    if (job->distribute || job->choose) pktrt__scatter_at_random(work, w, s);
+    if (!work->failed && pktrt__need_wave(work, &work->spare)) reflected = pktrt__send_rays(work, w, false, r, 0);
     const uint32_t most = job->choose ? s->count : reflected + pktrt__count_glass(s);
     one_wave = one_wave || (work->wide && most <= PKTRT__WAVE);
     if (!one_wave) t = pktrt__need_wave(work, &work->refracted[depth]);
     if (one_wave) refracted = reflected;
-    if (!work->failed) pktrt__send_rays(work, w, true, t, &refracted);
+    if (!work->failed) refracted = pktrt__send_rays(work, w, true, t, refracted);
   }
   if (blind) pktrt__push_blindly(work, work->reflected[depth], refracted, depth + 1);
   for (int a = 0; a < 3; a++)
@@ -7774,7 +7961,7 @@ static void pktrt__camera_rays(pktrt__work *work, uint32_t n) {
     else if (i % 8 == 7 || i + 1 == n) job->scene->kernels->primary(&job->plane, x, y, w, i & ~7u);
     w->time[i] = (float)time;
     w->importance[i] = 1, w->parent[i] = i, w->key[i] = 0, w->material[i] = w->medium[i] = 0;
-    w->root[i] = (uint16_t)i;
+    w->root[i] = i;
     work->deepest[i] = 0;
   }
 }
@@ -7823,12 +8010,13 @@ static void pktrt__render_block(pktrt__work *work, const uint32_t area[4], uint3
       for (uint32_t i = 0; i < cell * cell; i++) {
         const uint32_t px = bx + cx + pktrt__even_bits(i), py = by + cy + pktrt__even_bits(i >> 1);
         if (px >= area[2] || py >= area[3]) continue;
-        x[pixels] = px, y[pixels] = py;
-        work->met[pixels] = 0, work->depth[pixels] = 0;
-        for (int a = 0; a < 3; a++)
-          work->sum[a][pixels] = work->normal[a][pixels] = work->albedo[a][pixels] = 0;
-        pixels++;
+        x[pixels] = px, y[pixels++] = py;
       }
+  memset(work->sum, 0, sizeof work->sum);
+  if (pktrt__notes(work->job)) {
+    memset(work->met, 0, sizeof work->met), memset(work->depth, 0, sizeof work->depth);
+    memset(work->normal, 0, sizeof work->normal), memset(work->albedo, 0, sizeof work->albedo);
+  }
   for (uint32_t p = 0; p < pixels; p++)
     for (uint32_t s = 0; s < samples; s++) {
       work->x[n] = x[p], work->y[n] = y[p], work->sample[n] = s;

@@ -185,12 +185,14 @@ static const conf_wood conf_cherry = {{0.500, 0.285, 0.135}, {0.330, 0.165, 0.07
 static void conf_grain(void *user, const pktrt_points *p) {
   const conf_wood *w = (const conf_wood *)user;
   const float *const *at = p->position;
+  sc_corners near[2] = {sc_nowhere, sc_nowhere};
   uint32_t i, c;
   for (i = 0; i < p->n; i++) {
     double x = at[w->along][i], a = (double)at[(w->along + 1) % 3][i] + (double)at[(w->along + 2) % 3][i];
     double sheet = sc_floor(a / w->width), b = a - (sheet + 0.5) * w->width, seed = 7.3 * sheet, rgb[3];
-    double depth = 0.20 * sc_noise(0.55 * x + seed, seed, 0.5) - 0.03;
-    double ring = conf_part(w->rings * sqrt(b * b + depth * depth) + 0.7 * sc_noise(2.5 * x, 14.0 * a, seed));
+    double depth = 0.20 * sc_noise_near(&near[0], 0.55 * x + seed, seed, 0.5) - 0.03;
+    double wander = 0.7 * sc_noise_near(&near[1], 2.5 * x, 14.0 * a, seed);
+    double ring = conf_part(w->rings * sqrt(b * b + depth * depth) + wander);
     double t = conf_clamp(0.75 * ring * ring + 0.35 * sc_noise(9.0 * x, 260.0 * a, seed));
     for (c = 0; c < 3; c++) rgb[c] = w->light[c] + t * (w->dark[c] - w->light[c]);
     conf_put(p->albedo, i, rgb, 0.9 + 0.2 * sc_cell(sheet, 5.0, 9.0));
@@ -199,13 +201,14 @@ static void conf_grain(void *user, const pktrt_points *p) {
 
 /* Carpet tiles of half a metre, their pile turned by a quarter from one to the next, flecked. */
 static void conf_carpet(void *user, const pktrt_points *p) {
+  sc_corners near = sc_nowhere;
   uint32_t i;
   (void)user;
   for (i = 0; i < p->n; i++) {
     double x = p->position[0][i], z = p->position[2][i],
            odd = 2.0 * conf_part(sc_floor(2.0 * x) / 2.0 + sc_floor(2.0 * z) / 2.0);
     double line = sc_cell(40.0 * (odd > 0.5 ? x : z), 2.0 * x + 60.0, 2.0 * z);
-    double fleck = sc_noise(150.0 * x, 150.0 * z, 1.5), soft = sc_noise(9.0 * x, 9.0 * z, 7.5);
+    double fleck = sc_noise(150.0 * x, 150.0 * z, 1.5), soft = sc_noise_near(&near, 9.0 * x, 9.0 * z, 7.5);
     sc_tint(p->albedo, i, 0.72 + 0.12 * odd + 0.35 * fleck + 0.12 * soft + 0.10 * line);
   }
 }

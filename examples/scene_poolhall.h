@@ -1329,16 +1329,18 @@ static sc_v3 hall_point(const pktrt_points *p, uint32_t i) {
 }
 /* Planks: the grain runs along x, and each row of planks is from another tree. */
 static void hall_floor_texture(void *user, const pktrt_points *p) {
+  sc_corners near[2] = {sc_nowhere, sc_nowhere};
   uint32_t i;
   (void)user;
   for (i = 0; i < p->n; i++) {
     sc_v3 at = hall_point(p, i);
-    double row = floor(at.z * 6.2);
-    sc_tint(p->albedo, i, sc_wood(at.x + 3.7 * row, at.z, row, 42.0, 1.0));
+    double row = sc_floor(at.z * 6.2);
+    sc_tint(p->albedo, i, sc_wood(near, at.x + 3.7 * row, at.z, row, 42.0, 1.0));
   }
 }
 /* Rails: the grain runs along x, at the heads of the tables along z. */
 static void hall_rail_texture(void *user, const pktrt_points *p) {
+  sc_corners near[2] = {sc_nowhere, sc_nowhere};
   uint32_t i, k;
   (void)user;
   for (i = 0; i < p->n; i++) {
@@ -1348,34 +1350,38 @@ static void hall_rail_texture(void *user, const pktrt_points *p) {
       double dx = at.x - hall_tables[k][0], dz = at.z - hall_tables[k][1];
       if (dx * dx > HALL_A * HALL_A && dx * dx < 2.5 && dz * dz < 0.42) along = at.z, across = at.x;
     }
-    sc_tint(p->albedo, i, sc_wood(1.6 * along, across, at.y, 70.0, 1.0));
+    sc_tint(p->albedo, i, sc_wood(near, 1.6 * along, across, at.y, 70.0, 1.0));
   }
 }
 /* What stands upright; then what lies along x. */
 static void hall_upright_texture(void *user, const pktrt_points *p) {
+  sc_corners near[2] = {sc_nowhere, sc_nowhere};
   uint32_t i;
   (void)user;
   for (i = 0; i < p->n; i++) {
     sc_v3 at = hall_point(p, i);
-    sc_tint(p->albedo, i, sc_wood(1.4 * at.y, at.x + at.z, at.z, 30.0, 0.6));
+    sc_tint(p->albedo, i, sc_wood(near, 1.4 * at.y, at.x + at.z, at.z, 30.0, 0.6));
   }
 }
 static void hall_bar_texture(void *user, const pktrt_points *p) {
+  sc_corners near[2] = {sc_nowhere, sc_nowhere};
   uint32_t i;
   (void)user;
   for (i = 0; i < p->n; i++) {
     sc_v3 at = hall_point(p, i);
-    sc_tint(p->albedo, i, sc_wood(at.x, at.z, at.y, 55.0, 1.0));
+    sc_tint(p->albedo, i, sc_wood(near, at.x, at.z, at.y, 55.0, 1.0));
   }
 }
 /* Plaster and cloth: a little uneven, in two sizes. */
 static void hall_uneven_texture(void *user, const pktrt_points *p) {
   const double *scale = (const double *)user;
+  sc_corners near[2] = {sc_nowhere, sc_nowhere};
   uint32_t i;
   for (i = 0; i < p->n; i++) {
     sc_v3 at = hall_point(p, i), fine = sc_mul(at, scale[1]);
     at = sc_mul(at, scale[0]);
-    sc_tint(p->albedo, i, 1.0 + scale[2] * (sc_noise(at.x, at.y, at.z) + sc_noise(fine.x, fine.y, fine.z) - 1.0));
+    sc_tint(p->albedo, i, 1.0 + scale[2] * (sc_noise_near(&near[0], at.x, at.y, at.z) +
+                                            sc_noise_near(&near[1], fine.x, fine.y, fine.z) - 1.0));
   }
 }
 

@@ -1127,8 +1127,9 @@ static void rtrt_balconies(void *user, const pktrt_points *p) {
 }
 
 /* Lines that wander: where noise passes its middle value. 0 far from them, 1 on them. */
-static double rtrt_vein(double x, double y, double z, double width) {
-  double v = sc_noise(x, y, z) + 0.5 * sc_noise(2.1 * x, 2.1 * y, 2.1 * z) + 0.25 * sc_noise(4.3 * x, 4.3 * y, 4.3 * z);
+static double rtrt_vein(sc_corners near[3], double x, double y, double z, double width) {
+  double v = sc_noise_near(&near[0], x, y, z) + 0.5 * sc_noise_near(&near[1], 2.1 * x, 2.1 * y, 2.1 * z);
+  v += 0.25 * sc_noise_near(&near[2], 4.3 * x, 4.3 * y, 4.3 * z);
   v = (v - 0.875) / width;
   return 1.0 / (1.0 + v * v);
 }
@@ -1136,28 +1137,30 @@ static double rtrt_vein(double x, double y, double z, double width) {
 /* Tiles of cream and dark stone, set at 45 degrees, with veins and narrow joints. */
 static void rtrt_tiles(void *user, const pktrt_points *p) {
   static const double stone[2][3] = {{0.70, 0.61, 0.48}, {0.060, 0.040, 0.034}};
+  sc_corners near[4] = {sc_nowhere, sc_nowhere, sc_nowhere, sc_nowhere};
   uint32_t i, k;
   (void)user;
   for (i = 0; i < p->n; i++) {
     double x = (double)p->position[0][i], z = (double)p->position[2][i];
     double u = (x + z) * 1.25 + 64.1, v = (x - z) * 1.25 + 64.3;
-    double a = floor(u), c = floor(v), fu = u - a, fv = v - c, e = fu < fv ? fu : fv, vein, tint;
+    double a = sc_floor(u), c = sc_floor(v), fu = u - a, fv = v - c, e = fu < fv ? fu : fv, vein, tint;
     int dark = (int)(a + c) & 1;
     if (1.0 - fu < e) e = 1.0 - fu;
     if (1.0 - fv < e) e = 1.0 - fv;
-    vein = rtrt_vein(1.7 * u + 5.3 * a, 3.1 * c, 1.7 * v, 0.03);
-    tint = 0.86 + 0.14 * sc_noise(0.5 + 3.7 * a, 0.5 + 1.3 * c, 0.5) + (dark ? 1.5 : -0.16) * vein;
+    vein = rtrt_vein(near, 1.7 * u + 5.3 * a, 3.1 * c, 1.7 * v, 0.03);
+    tint = 0.86 + 0.14 * sc_noise_near(&near[3], 0.5 + 3.7 * a, 0.5 + 1.3 * c, 0.5) + (dark ? 1.5 : -0.16) * vein;
     for (k = 0; k < 3; k++) p->albedo[k][i] = (float)(e < 0.010 ? 0.04 : stone[dark][k]);
     if (e >= 0.010) sc_tint(p->albedo, i, tint);
   }
 }
 
 static void rtrt_marble(void *user, const pktrt_points *p) {
+  sc_corners near[3] = {sc_nowhere, sc_nowhere, sc_nowhere};
   uint32_t i;
   (void)user;
   for (i = 0; i < p->n; i++) {
     double x = (double)p->position[0][i], y = (double)p->position[1][i], z = (double)p->position[2][i];
-    sc_tint(p->albedo, i, 1.0 - 0.75 * rtrt_vein(14.0 * x, 14.0 * y, 14.0 * z, 0.05));
+    sc_tint(p->albedo, i, 1.0 - 0.75 * rtrt_vein(near, 14.0 * x, 14.0 * y, 14.0 * z, 0.05));
   }
 }
 

@@ -582,7 +582,7 @@ static const uint32_t sc_primes[3] = {0x9e3779b1u, 0x85ebca77u, 0xc2b2ae3du};
 static inline double sc_number(uint32_t h) {
   h = (h ^ h >> 15) * 0x2c1b3c6du;
   h = (h ^ h >> 12) * 0x297a2d39u;
-  return (int32_t)(h ^ h >> 15 ^ 0x80000000u) / 4294967296.0 + 0.5;
+  return (double)(h ^ h >> 15) / 4294967296.0;
 }
 
 /* One for the whole cell that holds a point. */
@@ -591,33 +591,57 @@ static double sc_cell(double x, double y, double z) {
                    (uint32_t)sc_floor(z) * sc_primes[2]);
 }
 
-/* Between a and b, and between the numbers at the two ends of an edge along z. */
 static inline double sc_between(double a, double b, double t) { return a + t * (b - a); }
-static inline double sc_edge(uint32_t xy, const uint32_t z[2], double t) {
-  return sc_between(sc_number(xy ^ z[0]), sc_number(xy ^ z[1]), t);
+
+/* A cell of the lattice, and the numbers at its corners; z counts first. */
+typedef struct sc_corners {
+  int32_t cell[3];
+  double number[8];
+} sc_corners;
+static const sc_corners sc_nowhere = {{INT32_MIN, INT32_MIN, INT32_MIN}, {0, 0, 0, 0, 0, 0, 0, 0}};
+
+/* Written out, as what follows is, for compilers leave loops of two as they are. */
+static inline void sc_enter(sc_corners *c, const int32_t cell[3]) {
+  uint32_t at[3][2], i;
+  for (i = 0; i < 3; i++) {
+    c->cell[i] = cell[i];
+    at[i][0] = (uint32_t)cell[i] * sc_primes[i], at[i][1] = at[i][0] + sc_primes[i];
+  }
+  c->number[0] = sc_number(at[0][0] ^ at[1][0] ^ at[2][0]), c->number[1] = sc_number(at[0][0] ^ at[1][0] ^ at[2][1]);
+  c->number[2] = sc_number(at[0][0] ^ at[1][1] ^ at[2][0]), c->number[3] = sc_number(at[0][0] ^ at[1][1] ^ at[2][1]);
+  c->number[4] = sc_number(at[0][1] ^ at[1][0] ^ at[2][0]), c->number[5] = sc_number(at[0][1] ^ at[1][0] ^ at[2][1]);
+  c->number[6] = sc_number(at[0][1] ^ at[1][1] ^ at[2][0]), c->number[7] = sc_number(at[0][1] ^ at[1][1] ^ at[2][1]);
 }
 
-/* Value noise: smooth between the points. Written out, for compilers leave loops of two as they are. */
+/* The cell that x lies in, and how far it is there from its begin to its end, smoothed. */
+static inline double sc_part(double x, int32_t *cell) {
+  *cell = sc_floor(x);
+  x -= *cell;
+  return x * x * (3.0 - 2.0 * x);
+}
+
+/* Value noise: smooth between the points. Neighbouring points mostly lie in one cell of a coarse noise: its corners are
+   kept from call to call. */
+static inline double sc_noise_near(sc_corners *c, double x, double y, double z) {
+  const double *n = c->number;
+  int32_t cell[3];
+  double fx = sc_part(x, &cell[0]), fy = sc_part(y, &cell[1]), fz = sc_part(z, &cell[2]);
+  if ((cell[0] ^ c->cell[0]) | (cell[1] ^ c->cell[1]) | (cell[2] ^ c->cell[2])) sc_enter(c, cell);
+  x = sc_between(sc_between(n[0], n[1], fz), sc_between(n[2], n[3], fz), fy);
+  y = sc_between(sc_between(n[4], n[5], fz), sc_between(n[6], n[7], fz), fy);
+  return sc_between(x, y, fx);
+}
 static double sc_noise(double x, double y, double z) {
-  double f[3];
-  uint32_t c[3][2], i;
-  f[0] = x, f[1] = y, f[2] = z;
-  for (i = 0; i < 3; i++) {
-    int32_t whole = sc_floor(f[i]);
-    c[i][0] = (uint32_t)whole * sc_primes[i], c[i][1] = c[i][0] + sc_primes[i];
-    f[i] -= whole;
-    f[i] = f[i] * f[i] * (3.0 - 2.0 * f[i]);
-  }
-  x = sc_between(sc_edge(c[0][0] ^ c[1][0], c[2], f[2]), sc_edge(c[0][0] ^ c[1][1], c[2], f[2]), f[1]);
-  y = sc_between(sc_edge(c[0][1] ^ c[1][0], c[2], f[2]), sc_edge(c[0][1] ^ c[1][1], c[2], f[2]), f[1]);
-  return sc_between(x, y, f[0]);
+  sc_corners c = sc_nowhere;
+  return sc_noise_near(&c, x, y, z);
 }
 
 /* Brightness of wood relative to its mean: year rings, seen as lines that wander along the grain and end in a dark
    edge, and fibres. Metres along the grain and across it, both ways. `contrast`: 1 for 0.7 to 1.2. */
-static double sc_wood(double along, double across, double deep, double rings_per_metre, double contrast) {
-  double wander = sc_noise(along * 0.9, across * 4.0, deep * 4.0), ring, fibre;
-  wander += 0.3 * sc_noise(along * 3.0, across * 11.0, deep * 11.0);
+static double sc_wood(sc_corners near[2], double along, double across, double deep, double rings_per_metre,
+                      double contrast) {
+  double wander = sc_noise_near(&near[0], along * 0.9, across * 4.0, deep * 4.0), ring, fibre;
+  wander += 0.3 * sc_noise_near(&near[1], along * 3.0, across * 11.0, deep * 11.0);
   ring = across * rings_per_metre + 6.0 * wander;
   ring -= sc_floor(ring);
   ring = ring < 0.8 ? ring * 1.25 : (1.0 - ring) * 5.0;
@@ -630,7 +654,8 @@ static void sc_tint(float *const colour[3], uint32_t i, double factor) {
   uint32_t c;
   for (c = 0; c < 3; c++) {
     double v = sc_floor((double)colour[c][i] * factor * 65536.0 + 0.5137) / 65536.0;
-    colour[c][i] = (float)(v < 0.0 ? 0.0 : v > 1.0 ? 1.0 : v);
+    v = v < 0.0 ? 0.0 : v;
+    colour[c][i] = (float)(v > 1.0 ? 1.0 : v);
   }
 }
 

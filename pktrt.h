@@ -7469,7 +7469,7 @@ static void pktrt__take_hits(const pktrt__pending *p) {
   pktrt__wave *w = p->wave[0];
   const uint32_t first = p->target[0];
   const size_t size = p->n * sizeof(float);
-  memcpy(w->id + first, b->id, p->n * sizeof(uint32_t));
+  memcpy(w->id + first, b->id, size), memcpy(w->slot + first, b->slot, size), memcpy(w->group + first, b->group, size);
   memcpy(w->t + first, b->t, size), memcpy(w->u + first, b->cn[0], size), memcpy(w->v + first, b->cn[1], size);
   for (int a = 0; a < 3; a++) memcpy(w->n[a] + first, b->cf[a], size);
 }

@@ -5120,10 +5120,10 @@ static void NAME(resolve)(const pktrt_scene *scene, pktrt__batch *b, uint32_t n)
    the code. */
 #if PKTRT__STAMP == PKTRT__STAMP_AVX2 || PKTRT__STAMP == PKTRT__STAMP_AVX512
 #define STEP OP
+#define ROLL_OUT UNROLL
 #else
 #define STEP PKTRT__NOINLINE
-#undef UNROLL
-#define UNROLL
+#define ROLL_OUT
 #endif
 
 STEP v8 NAME(dot)(const v8 a[3], const v8 b[3]) {
@@ -5131,23 +5131,23 @@ STEP v8 NAME(dot)(const v8 a[3], const v8 b[3]) {
 }
 STEP d8 NAME(ddot)(const d8 a[3], const d8 b[3]) {
   d8 sum = dset(0);
-  UNROLL for (int k = 0; k < 3; k++) sum = dadd(sum, dmul(a[k], b[k]));
+  ROLL_OUT for (int k = 0; k < 3; k++) sum = dadd(sum, dmul(a[k], b[k]));
   return sum;
 }
 STEP void NAME(dset3)(d8 a[3], const double *p) {
-  UNROLL for (int k = 0; k < 3; k++) a[k] = dset(p[k]);
+  ROLL_OUT for (int k = 0; k < 3; k++) a[k] = dset(p[k]);
 }
 STEP void NAME(dload3)(d8 a[3], double (*p)[PKTRT__WAVE], uint32_t i) {
-  UNROLL for (int k = 0; k < 3; k++) a[k] = dload(p[k] + i);
+  ROLL_OUT for (int k = 0; k < 3; k++) a[k] = dload(p[k] + i);
 }
 STEP void NAME(dfrom3)(d8 a[3], float (*p)[PKTRT__WAVE], uint32_t i) {
-  UNROLL for (int k = 0; k < 3; k++) a[k] = dfrom(vload(p[k] + i));
+  ROLL_OUT for (int k = 0; k < 3; k++) a[k] = dfrom(vload(p[k] + i));
 }
 STEP void NAME(load3)(v8 a[3], float (*p)[PKTRT__WAVE], uint32_t i) {
-  UNROLL for (int k = 0; k < 3; k++) a[k] = vload(p[k] + i);
+  ROLL_OUT for (int k = 0; k < 3; k++) a[k] = vload(p[k] + i);
 }
 STEP void NAME(store3)(float (*p)[PKTRT__WAVE], uint32_t i, const v8 a[3]) {
-  UNROLL for (int k = 0; k < 3; k++) vstore(p[k] + i, a[k]);
+  ROLL_OUT for (int k = 0; k < 3; k++) vstore(p[k] + i, a[k]);
 }
 
 /* Unit vectors. Scaled first, for squares of large and small numbers leave the range; zero, infinite and NaN give
@@ -5155,16 +5155,16 @@ STEP void NAME(store3)(float (*p)[PKTRT__WAVE], uint32_t i, const v8 a[3]) {
 STEP void NAME(unit)(v8 a[3], const v8 instead[3]) {
   const v8 m = vmax(vabs(a[0]), vmax(vabs(a[1]), vabs(a[2])));
   v8 s[3];
-  UNROLL for (int k = 0; k < 3; k++) s[k] = vdiv(a[k], m);
+  ROLL_OUT for (int k = 0; k < 3; k++) s[k] = vdiv(a[k], m);
   const v8 length = vsqrt(NAME(dot)(s, s));
   const m8 good = mand(vlt(vset(0.5f), length), vlt(length, vset(2)));
-  UNROLL for (int k = 0; k < 3; k++) a[k] = vsel(good, vdiv(s[k], length), instead[k]);
+  ROLL_OUT for (int k = 0; k < 3; k++) a[k] = vsel(good, vdiv(s[k], length), instead[k]);
 }
 
 /* Rays of a pinhole through eight places of the picture. */
 static void NAME(primary)(const pktrt__view_plane *p, const double *x, const double *y, pktrt__wave *w, uint32_t i) {
   const d8 px = dload(x), py = dload(y);
-  UNROLL for (int a = 0; a < 3; a++) {
+  ROLL_OUT for (int a = 0; a < 3; a++) {
     const d8 across = dadd(dset(p->corner[a]), dmul(px, dset(p->dx[a])));
     vstore(w->o[a] + i, dto(dset(p->eye[a])));
     vstore(w->d[a] + i, dto(dadd(across, dmul(py, dset(p->dy[a])))));
@@ -5193,7 +5193,7 @@ static uint32_t NAME(pack)(pktrt__wave *w, uint32_t first, uint32_t n, uint32_t 
 /* Normals at the corners of the triangles of surfaces i to i + 7; n where the mesh has none. */
 PKTRT__NOINLINE void NAME(gather_normals)(const pktrt_scene *scene, const float *time, const pktrt__surfaces *s,
                                           uint32_t i, uint32_t lanes, const v8 n[3], v8 q[3][3]) {
-  UNROLL for (int c = 0; c < 9; c++) q[c / 3][c % 3] = n[c % 3];
+  ROLL_OUT for (int c = 0; c < 9; c++) q[c / 3][c % 3] = n[c % 3];
   for (uint32_t rest = lanes; rest;) {
     const uint32_t r = pktrt__lowest(rest), triangle = s->triangle[i + r];
     const pktrt__mesh *mesh = &scene->meshes[s->mesh[i + r]];
@@ -5203,7 +5203,7 @@ PKTRT__NOINLINE void NAME(gather_normals)(const pktrt_scene *scene, const float 
       same = mesh->key_count < 2 ? same & vsame(s->triangle + i, triangle) : rest & (0u - rest);
       const m8 m = mfrom(same);
       for (uint32_t c = 0; c < 3; c++) pktrt__corner(mesh, mesh->normals, triangle, c, time[r], corner[c]);
-      UNROLL for (int c = 0; c < 9; c++) q[c / 3][c % 3] = vsel(m, vset(corner[c / 3][c % 3]), q[c / 3][c % 3]);
+      ROLL_OUT for (int c = 0; c < 9; c++) q[c / 3][c % 3] = vsel(m, vset(corner[c / 3][c % 3]), q[c / 3][c % 3]);
     }
     rest &= ~same;
   }
@@ -5218,7 +5218,7 @@ PKTRT__NOINLINE void NAME(find8)(const pktrt_scene *scene, bool smooth, const pk
   v8 p[3][3], n[3], d[3], q[3];
   d8 length2 = dset(0);
   NAME(gather_corners)(scene, w->slot + at, w->group + at, w->time + at, lanes, p);
-  UNROLL for (int a = 0; a < 3; a++) {
+  ROLL_OUT for (int a = 0; a < 3; a++) {
     const d8 p0 = dfrom(p[0][a]), e1 = dsub(dfrom(p[1][a]), p0), e2 = dsub(dfrom(p[2][a]), p0);
     dstore(s->point[a] + i, dadd(p0, dadd(dmul(du, e1), dmul(dv, e2))));
     n[a] = vload(w->n[a] + at), d[a] = vload(w->d[a] + at);
@@ -5226,20 +5226,20 @@ PKTRT__NOINLINE void NAME(find8)(const pktrt_scene *scene, bool smooth, const pk
   }
   vstore(s->distance + i, dto(dmul(dfrom(vload(w->t + at)), dsqrt(length2))));
   NAME(gather_normals)(scene, w->time + at, s, i, smooth ? lanes : 0, n, p);
-  UNROLL for (int a = 0; a < 3; a++)
+  ROLL_OUT for (int a = 0; a < 3; a++)
     q[a] = vadd(p[0][a], vadd(vmul(u, vsub(p[1][a], p[0][a])), vmul(v, vsub(p[2][a], p[0][a]))));
   NAME(unit)(n, n);
   NAME(unit)(d, d);
   const m8 inside = vlt(zero, NAME(dot)(n, d));
-  UNROLL for (int a = 0; a < 3; a++) n[a] = vsel(inside, vsub(zero, n[a]), n[a]);
+  ROLL_OUT for (int a = 0; a < 3; a++) n[a] = vsel(inside, vsub(zero, n[a]), n[a]);
   NAME(unit)(q, n);
   const m8 turned = vlt(NAME(dot)(q, n), zero);
-  UNROLL for (int a = 0; a < 3; a++) q[a] = vsel(turned, vsub(zero, q[a]), q[a]);
+  ROLL_OUT for (int a = 0; a < 3; a++) q[a] = vsel(turned, vsub(zero, q[a]), q[a]);
   const m8 away = vle(zero, NAME(dot)(q, d));
   NAME(store3)(s->flat, i, n);
   NAME(store3)(s->shade, i, q);
   NAME(store3)(s->d, i, d);
-  UNROLL for (int a = 0; a < 3; a++) vstore(s->facing[a] + i, vsel(away, n[a], q[a]));
+  ROLL_OUT for (int a = 0; a < 3; a++) vstore(s->facing[a] + i, vsel(away, n[a], q[a]));
   s->inside[i / 8] = (uint8_t)mbits(inside);
 }
 
@@ -5247,7 +5247,7 @@ PKTRT__NOINLINE void NAME(find8)(const pktrt_scene *scene, bool smooth, const pk
 PKTRT__NOINLINE void NAME(read8)(const pktrt_scene *scene, pktrt__surfaces *s, uint32_t i, uint32_t lanes) {
   v8 albedo[3], reflectance[3], emission[3], eta = vset(1);
   uint32_t shaded = 0, hooked = 0, lobed = 0, kind[5] = {0, 0, 0, 0, 0};
-  UNROLL for (int a = 0; a < 3; a++) albedo[a] = reflectance[a] = emission[a] = vset(0);
+  ROLL_OUT for (int a = 0; a < 3; a++) albedo[a] = reflectance[a] = emission[a] = vset(0);
   for (uint32_t rest = lanes; rest;) {
     const uint32_t material = s->material[i + pktrt__lowest(rest)], same = rest & vsame(s->material + i, material);
     const pktrt_material *look = pktrt__look(scene, material);
@@ -5255,7 +5255,7 @@ PKTRT__NOINLINE void NAME(read8)(const pktrt_scene *scene, pktrt__surfaces *s, u
     const bool own = tinted || look->specular == PKTRT_SPECULAR_MIRROR;
     const float ior = pktrt__index(look, 0);
     const m8 m = mfrom(same), within = mfrom(look->specular == PKTRT_SPECULAR_DIELECTRIC ? s->inside[i / 8] : 0u);
-    UNROLL for (int a = 0; a < 3; a++) {
+    ROLL_OUT for (int a = 0; a < 3; a++) {
       albedo[a] = vsel(m, vset(look->albedo[a]), albedo[a]);
       emission[a] = vsel(m, vset(look->emission[a]), emission[a]);
       reflectance[a] = vsel(m, vset(own ? look->reflectance[a] : 1), reflectance[a]);
@@ -5294,9 +5294,9 @@ STEP void NAME(scatter)(pktrt__surfaces *s, uint32_t i) {
   NAME(load3)(f, s->flat, i);
   const v8 zero = vset(0), one = vset(1), eta = vload(s->eta + i);
   const v8 c = vmin(one, vsub(zero, NAME(dot)(d, n))), cf = vmin(one, vsub(zero, NAME(dot)(d, f)));
-  UNROLL for (int a = 0; a < 3; a++) r[a] = vadd(d[a], vmul(vadd(c, c), n[a]));
+  ROLL_OUT for (int a = 0; a < 3; a++) r[a] = vadd(d[a], vmul(vadd(c, c), n[a]));
   const m8 below = vle(NAME(dot)(r, f), zero);
-  UNROLL for (int a = 0; a < 3; a++) r[a] = vsel(below, vadd(d[a], vmul(vadd(cf, cf), f[a])), r[a]);
+  ROLL_OUT for (int a = 0; a < 3; a++) r[a] = vsel(below, vadd(d[a], vmul(vadd(cf, cf), f[a])), r[a]);
   NAME(unit)(r, f);
   NAME(store3)(s->mirror, i, r);
   const v8 k = vsub(one, vdiv(vsub(one, vmul(c, c)), vmul(eta, eta))), c2 = vsqrt(vmax(k, zero));
@@ -5305,9 +5305,9 @@ STEP void NAME(scatter)(pktrt__surfaces *s, uint32_t i) {
   const v8 rs = vdiv(vsub(c, ec2), vadd(c, ec2)), rp = vdiv(vsub(ec, c2), vadd(ec, c2));
   vstore(s->fresnel + i, vsel(vlt(zero, k), vmul(vset(0.5f), vadd(vmul(rs, rs), vmul(rp, rp))), one));
   const v8 along = vsub(vdiv(c, eta), c2), along_f = vsub(vdiv(cf, eta), cf2);
-  UNROLL for (int a = 0; a < 3; a++) t[a] = vadd(vdiv(d[a], eta), vmul(along, n[a]));
+  ROLL_OUT for (int a = 0; a < 3; a++) t[a] = vadd(vdiv(d[a], eta), vmul(along, n[a]));
   const m8 above = vle(zero, NAME(dot)(t, f));
-  UNROLL for (int a = 0; a < 3; a++) t[a] = vsel(above, vadd(vdiv(d[a], eta), vmul(along_f, f[a])), t[a]);
+  ROLL_OUT for (int a = 0; a < 3; a++) t[a] = vsel(above, vadd(vdiv(d[a], eta), vmul(along_f, f[a])), t[a]);
   NAME(unit)(t, d);
   NAME(store3)(s->refracted, i, t);
 }
@@ -5318,8 +5318,7 @@ PKTRT__NOINLINE void NAME(weigh8)(pktrt__surfaces *s, uint32_t i) {
   const uint32_t live = ~(uint32_t)s->shaded[i / 8], glossy = live & ~(uint32_t)s->kind[PKTRT_SPECULAR_NONE][i / 8];
   const v8 zero = vset(0), one = vset(1);
   if (!(glossy & 0xFF)) {
-    UNROLL for (int a = 0; a < 3; a++) vstore(s->specular[a] + i, zero);
-    UNROLL for (int a = 0; a < 3; a++) vstore(s->passing[a] + i, zero);
+    for (int a = 0; a < 3; a++) vstore(s->specular[a] + i, zero), vstore(s->passing[a] + i, zero);
     return;
   }
   NAME(scatter)(s, i);
@@ -5329,7 +5328,7 @@ PKTRT__NOINLINE void NAME(weigh8)(pktrt__surfaces *s, uint32_t i) {
   const m8 glass = mfrom(s->kind[PKTRT_SPECULAR_DIELECTRIC][i / 8] & live);
   const m8 bare = mor(glass, mfrom(s->kind[PKTRT_SPECULAR_CONDUCTOR][i / 8] & live));
   const v8 factor = vsel(mirror, one, vsel(mor(coat, glass), fresnel, zero));
-  UNROLL for (int a = 0; a < 3; a++) {
+  ROLL_OUT for (int a = 0; a < 3; a++) {
     const v8 albedo = vload(s->albedo[a] + i);
     vstore(s->specular[a] + i, vmul(factor, vload(s->reflectance[a] + i)));
     vstore(s->passing[a] + i, vsel(glass, rest, zero));
@@ -5348,7 +5347,7 @@ static void NAME(dress)(const pktrt_scene *scene, bool follow, const float ambie
       NAME(weigh8)(s, i);
       if (metal | glass) pktrt__weigh_alone(scene, w, s, i, metal, glass);
     }
-    UNROLL for (int a = 0; a < 3; a++) {
+    for (int a = 0; a < 3; a++) {
       const v8 around = vsel(mfrom(lit & 0xFF), vmul(vload(s->albedo[a] + i), vset(ambient[a])), vset(0));
       vstore(s->radiance[a] + i, vadd(vload(s->emission[a] + i), around));
     }
@@ -5361,23 +5360,23 @@ static void NAME(dress)(const pktrt_scene *scene, bool follow, const float ambie
 STEP d8 NAME(look_for)(const pktrt__aim *l, uint32_t i, d8 p[3], d8 at[3]) {
   d8 to[3], facing[3];
   if (l->listed) {
-    UNROLL for (int a = 0; a < 3; a++) at[a] = dload(l->listed->at[a] + i);
+    ROLL_OUT for (int a = 0; a < 3; a++) at[a] = dload(l->listed->at[a] + i);
     return dload(l->listed->factor + i);
   }
   NAME(dset3)(at, l->at);
   if (l->kind != PKTRT_LIGHT_MESH) return dset(l->strength);
-  UNROLL for (int a = 0; a < 3; a++) to[a] = dsub(at[a], p[a]);
+  ROLL_OUT for (int a = 0; a < 3; a++) to[a] = dsub(at[a], p[a]);
   NAME(dset3)(facing, l->facing);
   const d8 r2 = NAME(ddot)(to, to), r = dsqrt(r2), along = NAME(ddot)(to, facing);
   const d8 outside = dmax(dsub(dset(1), ddiv(dset(l->radius), r)), dset(1.0 / 1024));
-  UNROLL for (int a = 0; a < 3; a++) at[a] = dadd(p[a], dmul(outside, to[a]));
+  ROLL_OUT for (int a = 0; a < 3; a++) at[a] = dadd(p[a], dmul(outside, to[a]));
   return dmul(ddiv(dadd(ddiv(dabs(along), r), dset(l->folded)), r2), dset(l->strength));
 }
 
 /* Where rays start that leave surfaces i to i + 7 along their flat normals: 1, or -1 below them. */
 STEP void NAME(leave)(const pktrt__surfaces *s, uint32_t i, double side, v8 o[3]) {
   const d8 lift = dmul(dfrom(vload(s->lift + i)), dset(side));
-  UNROLL for (int a = 0; a < 3; a++)
+  ROLL_OUT for (int a = 0; a < 3; a++)
     o[a] = dto(dadd(dload(s->point[a] + i), dmul(lift, dfrom(vload(s->flat[a] + i)))));
 }
 
@@ -5392,7 +5391,7 @@ PKTRT__NOINLINE void NAME(aim8)(const pktrt_scene *scene, const pktrt__aim *l, c
   NAME(dfrom3)(flat, s->flat, i);
   NAME(dfrom3)(shade, s->shade, i);
   d8 factor = NAME(look_for)(l, i, p, at);
-  UNROLL for (int a = 0; a < 3; a++) {
+  ROLL_OUT for (int a = 0; a < 3; a++) {
     to[a] = l->infinite ? at[a] : dsub(at[a], p[a]);
     d[a] = dto(l->infinite ? at[a] : dsub(at[a], dfrom(o[a])));
   }
@@ -5408,11 +5407,11 @@ PKTRT__NOINLINE void NAME(aim8)(const pktrt_scene *scene, const pktrt__aim *l, c
   lanes &= mbits(dlt(dset(0), irradiance));
   if (l->lobes && (lanes & s->lobed[i / 8])) {
     float axis[3][8], part[8] = {0, 0, 0, 0, 0, 0, 0, 0};
-    UNROLL for (int a = 0; a < 3; a++) vstore(axis[a], dto(ddiv(to[a], r)));
+    ROLL_OUT for (int a = 0; a < 3; a++) vstore(axis[a], dto(ddiv(to[a], r)));
     pktrt__shine(scene, s, i, lanes & s->lobed[i / 8], axis, part);
     lobe = vmul(vload(part), dto(irradiance));
   }
-  UNROLL for (int a = 0; a < 3; a++) {
+  ROLL_OUT for (int a = 0; a < 3; a++) {
     const v8 light = l->listed ? vload(l->listed->arriving[a] + i) : vset(l->arriving[a]);
     const v8 specular = vload(s->specular[a] + i), albedo = vload(s->albedo[a] + i);
     arriving[a] = vmul(vadd(vmul(albedo, diffuse), l->lobes ? vmul(specular, lobe) : vset(0)), light);
@@ -5420,7 +5419,7 @@ PKTRT__NOINLINE void NAME(aim8)(const pktrt_scene *scene, const pktrt__aim *l, c
   }
   lanes &= mbits(vlt(vset(0), largest));
   const uint32_t n = sh->count;
-  UNROLL for (int a = 0; a < 3; a++) {
+  ROLL_OUT for (int a = 0; a < 3; a++) {
     vpack(sh->o[a] + n, lanes, o[a]);
     vpack(sh->d[a] + n, lanes, d[a]);
     vpack(sh->arriving[a] + n, lanes, arriving[a]);
@@ -5445,7 +5444,7 @@ static void NAME(gain)(pktrt__surfaces *s, const uint32_t *surface, float (*arri
     bool row = next <= n;
     for (uint32_t j = 1; row && j < 8; j++) row = surface[i + j] == k + j;
     if (row) {
-      UNROLL for (int a = 0; a < 3; a++) {
+      ROLL_OUT for (int a = 0; a < 3; a++) {
         const v8 part = vmul(vload(arriving[a] + i), vload(seen[a] + i));
         vstore(s->radiance[a] + k, vadd(vload(s->radiance[a] + k), part));
       }
@@ -5462,7 +5461,7 @@ PKTRT__NOINLINE uint32_t NAME(send8)(const pktrt__sending *g, const pktrt__wave 
   const uint32_t at = s->first + i;
   uint32_t medium[8], key[8];
   v8 weight[3], o[3], d[3];
-  UNROLL for (int a = 0; a < 3; a++) {
+  ROLL_OUT for (int a = 0; a < 3; a++) {
     weight[a] = vload((g->refraction ? s->passing[a] : s->specular[a]) + i);
     d[a] = vload((g->refraction ? s->refracted[a] : s->mirror[a]) + i);
   }
@@ -5471,7 +5470,7 @@ PKTRT__NOINLINE uint32_t NAME(send8)(const pktrt__sending *g, const pktrt__wave 
   lanes &= mbits(vlt(vset(0), largest)) & ~mbits(vlt(importance, vset(g->threshold)));
   if (!lanes) return n;
   NAME(leave)(s, i, g->refraction ? -1 : 1, o);
-  UNROLL for (int a = 0; a < 3; a++) {
+  ROLL_OUT for (int a = 0; a < 3; a++) {
     vpack(to->o[a] + n, lanes, o[a]);
     vpack(to->d[a] + n, lanes, d[a]);
     vpack(to->weight[a] + n, lanes, weight[a]);
@@ -5671,6 +5670,7 @@ static const pktrt__kernels NAME(kernels) = {NAME(trace), NAME(rounds_each_opera
 #undef UNROLL
 #undef LANES
 #undef STEP
+#undef ROLL_OUT
 #undef NAME
 #undef COUNT
 #undef PKTRT__PICK
@@ -6046,20 +6046,25 @@ static void pktrt__load_soa(pktrt__batch *b, const pktrt_rays *rays, size_t firs
   pktrt__load_row(b->time, rays->time ? rays->time + first : NULL, 0, n, left);
 }
 
-/* The mesh of a global triangle index: the last one that starts at or before it and is not empty. Tries the last two
-   answers first, as neighbouring rays mostly hit the same mesh, or two that meet. */
-PKTRT__INLINE uint32_t pktrt__mesh_at(const pktrt_scene *s, uint32_t id, uint32_t hint[2]) {
-  if (id - s->meshes[hint[0]].first_id < s->meshes[hint[0]].triangle_count) return hint[0];
-  uint32_t lo = hint[1], hi = s->committed_meshes;
-  hint[1] = hint[0];
-  if (id - s->meshes[lo].first_id < s->meshes[lo].triangle_count) return hint[0] = lo;
-  lo = 0;
+/* The mesh of a global triangle index: the last one that starts at or before it and is not empty. */
+PKTRT__NOINLINE uint32_t pktrt__search_mesh(const pktrt_scene *s, uint32_t id) {
+  uint32_t lo = 0, hi = s->committed_meshes;
   while (hi - lo > 1) {
     const uint32_t mid = lo + (hi - lo) / 2;
     if (s->meshes[mid].first_id <= id) lo = mid;
     else hi = mid;
   }
-  return hint[0] = lo;
+  return lo;
+}
+
+/* The same; tries the last two answers first, as neighbouring rays mostly hit the same mesh, or two that meet. */
+PKTRT__INLINE uint32_t pktrt__mesh_at(const pktrt_scene *s, uint32_t id, uint32_t hint[2]) {
+  const pktrt__mesh *m = &s->meshes[hint[0]];
+  if (id - m->first_id < m->triangle_count) return hint[0];
+  const uint32_t other = hint[1];
+  m = &s->meshes[other];
+  hint[1] = hint[0];
+  return hint[0] = id - m->first_id < m->triangle_count ? other : pktrt__search_mesh(s, id);
 }
 
 /* Mesh and triangle of a global index. */
@@ -7368,9 +7373,6 @@ static void pktrt__trace_batch(pktrt__work *work, pktrt__batch *b, uint32_t n, p
 /* Whether the segment of ray i meets the bounds of glass; may be true where it does not. */
 static bool pktrt__meets_glass(const pktrt__job *job, const pktrt__batch *b, uint32_t i) {
   double from = 0, to = (double)b->tmax[i];
-  bool within = true; /* begins there: mostly so, and no division is needed */
-  for (int a = 0; a < 3; a++) within &= (b->o[a][i] >= job->glass_lo[a]) & (b->o[a][i] <= job->glass_hi[a]);
-  if (within) return true;
   for (int a = 0; a < 3; a++) {
     const double o = (double)b->o[a][i], d = (double)b->d[a][i], slack = 1e-6 * fabs(o);
     const double lo = (double)job->glass_lo[a] - slack - o, hi = (double)job->glass_hi[a] + slack - o;

@@ -27,6 +27,24 @@ static void say_pair(const bench *b, const row *r) {
   say(b, " %.2f to %.2f: %.2fx |", mrays(&r[0]), mrays(&r[1]), r[1].speedup);
 }
 
+/* The fast path's packets against the same waves of rays, made, set up and shaded together, of which each is traced by
+   itself: what packets give to tracing alone. */
+static void say_traversal(bench *b) {
+  say(b, "\nFast path, %s, 8x8, against waves whose rays, primary ones too, are traced one by one but set up and shaded "
+         "together:", pktrt_isa_string(widest()));
+  for (int k = 0; k < 3; k++) {
+    setup ways[2];
+    ways[0] = whitted(b, scenes[k]);
+    column(columns() - 1, &ways[0]);
+    ways[1] = ways[0];
+    ways[0].path = PKTRT_PATH_SINGLE;
+    const row *r = measure(b, ways, 2);
+    say(b, "%s %s %.2f to %.2f Mrays/s: %.2fx", k ? ";" : "", scenes[k], mrays(&r[0]), mrays(&r[1]),
+        times_as_fast(b, &r[1], &r[0]));
+  }
+  say(b, ".\n\n");
+}
+
 static void table1(bench *b) {
   static const struct {
     const char *scene;
@@ -60,7 +78,8 @@ static void table1(bench *b) {
       say(b, "\n");
     }
   say(b, "\nConference reflects as its triangles lie. With interpolated normals, paper path, 8x8: ");
-  say(b, "%.2f to %.2f Mrays/s: %.2fx.\n\n", mrays(&s[0]), mrays(&s[1]), s[1].speedup);
+  say(b, "%.2f to %.2f Mrays/s: %.2fx.\n", mrays(&s[0]), mrays(&s[1]), s[1].speedup);
+  say_traversal(b);
 }
 
 static void table2(bench *b) {

@@ -17,12 +17,17 @@ typedef struct visit {              /* a ray of a batch (groups: the first of ei
   uint32_t ray, block, bits, order; /* bits: of a group, those that meet it; order: of visits of one ray or group */
 } visit;
 
+typedef struct depths { /* how far the rays of a batch look before they hit anything */
+  float wf[PKTRT__ROW], sf[PKTRT__ROW];
+} depths;
+
 typedef struct course {
   pktrt_scene *tree; /* of one group of meshes */
   pktrt__view view;
   bool moving;
   size_t rays, batches;
   pktrt__batch *batch;
+  depths *fresh;
   visit *visit[2];  /* of rays, of groups */
   size_t *start[2]; /* where the visits of a batch begin */
   size_t count[2], room;

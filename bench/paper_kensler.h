@@ -96,6 +96,7 @@ static course make_course(pktrt_scene *tree, const pktrt_ray *ray, size_t rays) 
   c.view = pktrt__view_of(&tree->groups[0], 0, 0);
   c.batches = (rays + PKTRT__BATCH - 1) / PKTRT__BATCH;
   c.batch = (pktrt__batch *)take(c.batches, sizeof *c.batch);
+  c.fresh = (depths *)take(c.batches, sizeof *c.fresh);
   for (int g = 0; g < 2; g++) c.start[g] = (size_t *)take(c.batches + 1, sizeof(size_t));
   listener l;
   memset(&l, 0, sizeof l);
@@ -131,13 +132,16 @@ static course make_course(pktrt_scene *tree, const pktrt_ray *ray, size_t rays) 
 
 static void free_course(course *c) {
   free(c->batch);
+  free(c->fresh);
   for (int g = 0; g < 2; g++) free(c->visit[g]), free(c->start[g]);
 }
 
 /* >>racing --------------------------------------------------------------------------------------------------------- */
 
-static void rewind_batch(pktrt__batch *b) {
+static void rewind_batch(pktrt__batch *b, const depths *fresh) {
   memcpy(b->t, b->tmax, sizeof b->t);
+  memcpy(b->wf, fresh->wf, sizeof b->wf);
+  memcpy(b->sf, fresh->sf, sizeof b->sf);
   memset(b->id, 0, sizeof b->id);
   memset(b->slot, 0xFF, sizeof b->slot);
 }
@@ -147,19 +151,22 @@ static double go(const course *c, const race_set *set, bool kensler, bool groups
   void (*const run)(const course *, size_t) = set->run[kensler][groups][c->moving];
   const double start = cpu_seconds();
   for (size_t i = 0; i < c->batches; i++) {
-    rewind_batch(&c->batch[i]);
+    rewind_batch(&c->batch[i], &c->fresh[i]);
     run(c, i);
   }
   return cpu_seconds() - start;
 }
 
 static void set_up(course *c, const race_set *set) {
-  for (size_t i = 0; i < c->batches; i++)
+  for (size_t i = 0; i < c->batches; i++) {
     for (uint32_t k = 0; k < PKTRT__BATCH; k++) {
       pktrt__batch *b = &c->batch[i];
       if (k % 8 == 0) set->setup(c->tree, b, k);
       pktrt__segment(b->time[k], c->moving ? 2 : 1, &b->ta[k], &b->tb[k]);
     }
+    memcpy(c->fresh[i].wf, c->batch[i].wf, sizeof c->fresh[i].wf);
+    memcpy(c->fresh[i].sf, c->batch[i].sf, sizeof c->fresh[i].sf);
+  }
 }
 
 /* What every ray hit: the slot, PKTRT_NONE if nothing. */

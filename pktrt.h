@@ -2740,22 +2740,26 @@ PKTRT__INLINE uint32_t pktrt__push_children(const uint64_t *mask, const uint32_t
 /* A render works on waves: rays of one generation, structure of arrays. What they meet becomes a dense list of
    surfaces, whose shadow rays fill a list, and whose reflected and refracted rays fill the waves of the next
    generation. All this is working space from the allocate hook, made where a generation is first needed. */
-enum { PKTRT__WAVE = 256 }; /* as many as in a batch. WHY: 512 and 1024 gained nothing, and left the caches */
+enum {
+  PKTRT__WAVE = 256, /* as many as in a batch. WHY: 512 and 1024 gained nothing, and left the caches */
+  PKTRT__WAVE_ROW = PKTRT__WAVE + 8 /* of rows of which eight values may be read from anywhere */
+};
 
 typedef struct pktrt__wave {
-  PKTRT__ALIGN64 float o[3][PKTRT__WAVE];
-  float d[3][PKTRT__WAVE], time[PKTRT__WAVE];
-  float t[PKTRT__WAVE], u[PKTRT__WAVE], v[PKTRT__WAVE], n[3][PKTRT__WAVE]; /* what the ray met; n as in pktrt_hit */
-  uint32_t id[PKTRT__WAVE], slot[PKTRT__WAVE], group[PKTRT__WAVE]; /* which triangle, as in a batch */
-  float radiance[3][PKTRT__WAVE];   /* the result: what arrives along the ray */
-  float weight[3][PKTRT__WAVE];     /* of that at the surface that sent the ray */
-  float importance[PKTRT__WAVE];    /* of that in the sample: product of the largest weights on the way */
-  uint32_t parent[PKTRT__WAVE];     /* lane of the wave that sent the ray */
-  uint32_t medium[PKTRT__WAVE];     /* material of the glass that the ray is known to be in; 0: none */
-  uint32_t key[PKTRT__WAVE];        /* which sample dimensions its scattering events use */
-  uint32_t material[PKTRT__WAVE];   /* that sent it: groups and runs */
-  uint32_t root[PKTRT__WAVE];       /* the primary ray it descends from */
-  uint32_t end[PKTRT__WAVE];        /* where the packet ends that begins with a ray */
+  PKTRT__ALIGN64 float o[3][PKTRT__WAVE_ROW];
+  float d[3][PKTRT__WAVE_ROW], time[PKTRT__WAVE_ROW];
+  float t[PKTRT__WAVE_ROW], u[PKTRT__WAVE_ROW], v[PKTRT__WAVE_ROW]; /* what the ray met */
+  float n[3][PKTRT__WAVE_ROW];         /* as in pktrt_hit */
+  uint32_t id[PKTRT__WAVE_ROW], slot[PKTRT__WAVE_ROW], group[PKTRT__WAVE_ROW]; /* which triangle, as in a batch */
+  float radiance[3][PKTRT__WAVE_ROW];  /* the result: what arrives along the ray */
+  float weight[3][PKTRT__WAVE_ROW];    /* of that at the surface that sent the ray */
+  float importance[PKTRT__WAVE_ROW];   /* of that in the sample: product of the largest weights on the way */
+  uint32_t parent[PKTRT__WAVE_ROW];    /* lane of the wave that sent the ray */
+  uint32_t medium[PKTRT__WAVE_ROW];    /* material of the glass that the ray is known to be in; 0: none */
+  uint32_t key[PKTRT__WAVE_ROW];       /* which sample dimensions its scattering events use */
+  uint32_t material[PKTRT__WAVE_ROW];  /* that sent it: groups and runs */
+  uint32_t root[PKTRT__WAVE_ROW];      /* the primary ray it descends from */
+  uint32_t end[PKTRT__WAVE_ROW];       /* where the packet ends that begins with a ray */
 } pktrt__wave;
 
 typedef struct pktrt__surfaces { /* what the rays of a wave met; rays that met nothing leave no gap */
@@ -2803,11 +2807,11 @@ typedef struct pktrt__aim { /* one light, as surfaces see it that look for it */
 } pktrt__aim;
 
 typedef struct pktrt__shadows { /* shadow rays of one light */
-  PKTRT__ALIGN64 float o[3][PKTRT__WAVE];
-  float d[3][PKTRT__WAVE], time[PKTRT__WAVE];
-  float arriving[3][PKTRT__WAVE];   /* what the light adds if nothing is between */
-  uint32_t surface[PKTRT__WAVE], material[PKTRT__WAVE];
-  float tmax;                       /* of all of them */
+  PKTRT__ALIGN64 float o[3][PKTRT__WAVE_ROW];
+  float d[3][PKTRT__WAVE_ROW], time[PKTRT__WAVE_ROW];
+  float arriving[3][PKTRT__WAVE_ROW];  /* what the light adds if nothing is between */
+  uint32_t surface[PKTRT__WAVE_ROW], material[PKTRT__WAVE_ROW];
+  float tmax;                          /* of all of them */
   uint32_t count;
 } pktrt__shadows;
 
@@ -5502,6 +5506,7 @@ static uint32_t NAME(send)(const pktrt__sending *g, const pktrt__wave *w, const 
 OP void NAME(trace_one)(const pktrt_scene *scene, pktrt__batch *b, const bool occlusion, const bool stats,
                         pktrt_counts *counts) {
   const uint32_t valid = pktrt__setup_one(scene, b, 0);
+  b->valid[0] = valid;
   COUNT(rays, valid);
   COUNT(packets, valid);
   if (valid) NAME(drive_single)(scene, b, 0, occlusion, false, stats, counts);
@@ -7552,7 +7557,7 @@ static void pktrt__push_wave(pktrt__work *work, pktrt__wave *w, uint32_t from, u
   p->n += m;
 }
 
-static uint32_t pktrt__octant(float (*d)[PKTRT__WAVE], uint32_t i) {
+static uint32_t pktrt__octant(float (*d)[PKTRT__WAVE_ROW], uint32_t i) {
   return pktrt__sign_bit(d[0][i]) | pktrt__sign_bit(d[1][i]) << 1 | pktrt__sign_bit(d[2][i]) << 2;
 }
 
@@ -7563,7 +7568,7 @@ static bool pktrt__reorders(pktrt_assembly assembly) {
 
 /* Puts n rays of one type in order, and tells where packets end (paper 3.2): work->order, and work->packet, whose
    entry i is the end of the packet that begins at i. `sender` are the lanes of the rays that sent them. */
-static void pktrt__assemble(pktrt__work *work, uint32_t n, float (*d)[PKTRT__WAVE], const uint32_t *material,
+static void pktrt__assemble(pktrt__work *work, uint32_t n, float (*d)[PKTRT__WAVE_ROW], const uint32_t *material,
                             const uint32_t *sender) {
   const pktrt_assembly assembly = work->job->desc->assembly;
   uint32_t *order = work->order, *packet = work->packet, placed = 0;

@@ -251,6 +251,32 @@ static void no_ray_lost(void) {
   free(got);
 }
 
+/* 256 pixels full of mirror, one wave: rays up to its last lane go on in packets that begin anywhere. What is read
+   beyond a row, `make sanitize` sees. */
+static void full_waves(void) {
+  enum { N = 16 };
+  float *want = stage_pixels(N * N * 3), *got = stage_pixels(N * N * 3);
+  pktrt_scene *s = pktrt_scene_create(NULL);
+  pktrt_material m = material_of(0, PKTRT_SPECULAR_MIRROR, 0.5);
+  quad wall = quad_of(vec_of(0, 0, 0), vec_of(99, 0, 0), vec_of(0, 99, 0));
+  quad back = quad_of(vec_of(0, 0, 7), vec_of(99, 0, 0), vec_of(0, 99, 0));
+  stage_quad(s, &wall, stage_material(s, &m)), stage_quad(s, &back, stage_material(s, &m));
+  stage_commit(s);
+  for (int i = 0; i <= PKTRT_ASSEMBLY_NONE; i++) {
+    pktrt_render_desc d = stage_view(PKTRT_MODE_WRT, N, N, i ? got : want, vec_of(0.1, 0.2, 5), vec_of(0, 0, 0));
+    pktrt_stats stats;
+    memset(&stats, 0, sizeof stats);
+    d.ambient[0] = d.ambient[1] = d.ambient[2] = 1, d.max_depth = 3, d.packet_size = 16;
+    d.assembly = (pktrt_assembly)i, d.stats = &stats, d.attenuation = -1;
+    stage_render(s, &d);
+    CHECK(stats.by_depth[1].rays == N * N && stats.by_depth[3].rays == N * N, "assembly %d: %llu, %llu rays", i,
+          (unsigned long long)stats.by_depth[1].rays, (unsigned long long)stats.by_depth[3].rays);
+    CHECK(!i || memcmp(got, want, N * N * 3 * sizeof *got) == 0, "assembly %d", i);
+  }
+  pktrt_scene_destroy(s);
+  free(want), free(got);
+}
+
 /* Rays, hits, samples and depths are the same however many threads count them, and however the picture is cut. */
 static void counts_of_threads(void) {
   enum { N = 24 };
@@ -443,6 +469,7 @@ void suite_assembly(void) {
   run("the sixteen rays of the paper's figure 3 give the packets that section 3.2.1 lists", figure_3);
   run("octants part the rays of figure 3 by direction", figure_3_octants);
   run("every assembly sends the same rays, all of them counted", no_ray_lost);
+  run("waves that are full to their last lane go on in packets of any assembly", full_waves);
   run("counts do not depend on threads and tiles", counts_of_threads);
   run("choosing at glass, N rays in are N rays out", n_in_n_out);
   run("choosing at glass has the mean of following both", branching_mean);

@@ -151,7 +151,7 @@ ifeq ($(shell command -v gnuplot),)
 	@echo "bench-plots: gnuplot is not installed (make deps-extra), no plots are made"
 else
 	@set -e; for name in $(PLOTS); do [ ! -s $(RESULTS)/$$name.csv ] || gnuplot -e "name='$$name'" bench/plots.gp; done
-	@[ ! -s $(RESULTS)/peers.csv ] || gnuplot bench/peers.gp
+	@[ ! -s $(RESULTS)/peers.csv ] || gnuplot -e "results='$(RESULTS)'" bench/peers.gp
 endif
 
 # The tables of bench/README.md stand between the marks <!-- NAME --> and <!-- /NAME -->.

@@ -215,7 +215,7 @@ static float answer_of(const job *j, const mode *m, size_t i) {
 typedef struct figure { /* of one mode */
   double seconds[MAX_ROUNDS], best, median;
   unsigned rounds;
-  size_t disagree, band, theirs_wrong, ours_wrong;
+  size_t disagree, band, theirs_wrong, ours_wrong, judged, caught;
 } figure;
 typedef figure figures[MAX_PAIRS][MODES];
 
@@ -240,12 +240,15 @@ static void first_round(const pair *pairs, unsigned count, job *j, figures f) {
     }
 }
 
-/* Embree's modes that fall behind are not run again: by the best times after the first round, which is not timed, those
-   that took half as long again as the fastest, then a quarter, then an eighth. Single calls always stay. */
-static bool behind(const figure f[MODES], int m, unsigned round) {
+/* Embree's modes that fall behind those that they compete with are not run again: by the best times after the first
+   round, which is not timed, those that took 1.4 times as long, then 1.2, then 1.1 times. Single calls compete with
+   single calls, since these are compared apart. */
+static bool behind(const pair *pairs, unsigned count, figures f, unsigned p, int m, unsigned round) {
   double best = HUGE_VAL;
-  for (int k = FIRST_EMBREE; k < MODES; k++) best = fmin(best, f[k].best);
-  return m > SINGLE_EMBREE && f[m].best > best * (round == 0 ? 1.5 : round == 1 ? 1.25 : 1.125);
+  for (unsigned q = 0; q < count; q++)
+    for (int k = FIRST_EMBREE; k < MODES && rivals(&pairs[p], &pairs[q]); k++)
+      if (m != SINGLE_EMBREE || k == SINGLE_EMBREE) best = fmin(best, f[q][k].best);
+  return m >= FIRST_EMBREE && f[p][m].best > best * (round == 0 ? 1.4 : round == 1 ? 1.2 : 1.1);
 }
 
 static void run_round(const pair *pairs, unsigned count, job *j, unsigned round, bool all_modes, figures f) {
@@ -253,7 +256,7 @@ static void run_round(const pair *pairs, unsigned count, job *j, unsigned round,
   for (unsigned p = 0; p < count; p++)
     for (int m = 0; m < MODES; m++) {
       if (round == 0) out[p][m] = !exists(&pairs[p], m);
-      out[p][m] = out[p][m] || (!all_modes && behind(f[p], m, round));
+      out[p][m] = out[p][m] || (!all_modes && behind(pairs, count, f, p, m, round));
     }
   for (unsigned k = 0; k < count * MODES; k++) {
     const unsigned turn = (k + round * 5) % (count * MODES); /* so that nobody always runs after the same one */
@@ -293,8 +296,14 @@ static double largest_coordinate(const stage *g, const job *j) {
   return far;
 }
 
+/* An answer that is wrong unless the oracle says nothing: a hit a little off, or none where there is one, or one where
+   there is none. */
+static float false_answer(bool occlusion, float answer) {
+  return isinf(answer) ? (occlusion ? 0.0f : 1.0f) : occlusion ? INFINITY : 1.01f * answer;
+}
+
 /* Counts, for each of Embree's modes, where it and pktrt disagree, and who is wrong; of the rays that none disagrees on
-   a few are judged too. */
+   a few are judged too. As a control, a false answer for each of these must be caught, where only one is possible. */
 static void compare_hits(const stage *g, const pair *pairs, unsigned count, const job *j, figures f) {
   enum { OTHERS = 32 };
   const double far = largest_coordinate(g, j);
@@ -309,11 +318,13 @@ static void compare_hits(const stage *g, const pair *pairs, unsigned count, cons
     if (!judged) continue;
     find_truth(&g->s, far, &j->r.ray[i], &t);
     const bool we_can = possible(&t, j->occlusion, ours[i], 0);
+    const bool lie = possible(&t, j->occlusion, false_answer(j->occlusion, ours[i]), 0);
     for (unsigned p = 0; p < count; p++)
       for (int m = FIRST_EMBREE; m < MODES; m++) {
         if (!exists(&pairs[p], m)) continue;
         const float theirs = j->answer[p][m][i];
         const bool same = agree(theirs, ours[i]), they_can = possible(&t, j->occlusion, theirs, TOLERANCE);
+        f[p][m].judged++, f[p][m].caught += !lie;
         f[p][m].disagree += !same, f[p][m].ours_wrong += !we_can;
         f[p][m].theirs_wrong += !they_can, f[p][m].band += !same && we_can && they_can;
       }
@@ -331,13 +342,15 @@ static size_t contradictions(unsigned count, const job *j) {
 
 /* >>figures -------------------------------------------------------------------------------------------------------- */
 
-/* Embree's fastest of the modes first to last against pair p, by the median; *of: whose it is. */
+/* Embree's fastest of the modes first to last against pair p, by the median, of those that ran in all rounds, as ours
+   did; *of: whose it is. */
 static const figure *embree_best(figures f, const pair *pairs, unsigned p, unsigned count, int first, int last,
                                  unsigned *of) {
   const figure *best = NULL;
   for (unsigned q = 0; q < count; q++)
     for (int m = first; m <= last && rivals(&pairs[p], &pairs[q]); m++)
-      if (!best || f[q][m].median < best->median) best = &f[q][m], *of = q * MODES + (unsigned)m;
+      if (f[q][m].rounds == f[p][0].rounds && (!best || f[q][m].median < best->median))
+        best = &f[q][m], *of = q * MODES + (unsigned)m;
   return best;
 }
 
@@ -377,6 +390,7 @@ static void add_figures(report *to, const stage *g, const setting *how, const pa
   row *hits = ratio_row(to, g, how, &pairs[p], what, "hits", (double)e->disagree / (double)n, 0);
   hits->rays = n, hits->disagree = e->disagree, hits->band = e->band;
   hits->theirs_wrong = e->theirs_wrong, hits->ours_wrong = e->ours_wrong;
+  hits->judged = e->judged, hits->caught = e->caught;
   const double mega = 1e-6 * (double)n;
   char name[40];
   snprintf(name, sizeof name, "%s %s", modes[at % MODES].name, pktrt_isa_string(pairs[at / MODES].isa));

@@ -66,12 +66,14 @@ static void add_stage(programme *p, const char *text) {
 
 static int is_tri(const struct dirent *d) { return ex_has_suffix(d->d_name, ".tri"); }
 
-/* A file, or all meshes of a directory in the order of their names. */
+/* A file, or all meshes of a directory in the order of their names. A file that is missing is told before any race. */
 static bool add_files(programme *p, const char *text) {
   struct stat info;
   struct dirent **list = NULL;
   char path[4096];
-  if (stat(text, &info) != 0 || !S_ISDIR(info.st_mode)) return add_stage(p, text), true;
+  split_camera(text, path, sizeof path);
+  if (stat(path, &info) != 0) return ex_fail("%s: cannot be read: %s", path, strerror(errno));
+  if (!S_ISDIR(info.st_mode)) return add_stage(p, text), true;
   const int n = scandir(text, &list, is_tri, alphasort);
   if (n <= 0) return ex_fail("%s: no .tri files", text);
   for (int i = 0; i < n; i++) {

@@ -282,8 +282,9 @@ static void measure(const pair *pairs, unsigned count, job *j, const options *o,
 
 /* >>hits ----------------------------------------------------------------------------------------------------------- */
 
-static bool agree(float a, float b) {
-  return isinf(a) || isinf(b) ? isinf(a) && isinf(b) : fabs((double)a - (double)b) <= TOLERANCE * (double)b;
+/* slack: what t may be off by where it is small. */
+static bool agree(float a, float b, double slack) {
+  return isinf(a) || isinf(b) ? isinf(a) && isinf(b) : fabs((double)a - (double)b) <= TOLERANCE * (double)b + slack;
 }
 
 static double largest_coordinate(const stage *g, const job *j) {
@@ -306,7 +307,7 @@ static float false_answer(bool occlusion, float answer) {
    a few are judged too. As a control, a false answer for each of these must be caught, where only one is possible. */
 static void compare_hits(const stage *g, const pair *pairs, unsigned count, const job *j, figures f) {
   enum { OTHERS = 32 };
-  const double far = largest_coordinate(g, j);
+  const double far = largest_coordinate(g, j), slack = SLACK * g->diagonal;
   const size_t step = j->r.count / OTHERS + 1;
   const float *ours = j->answer[0][0];
   static truth t;
@@ -314,16 +315,17 @@ static void compare_hits(const stage *g, const pair *pairs, unsigned count, cons
     bool judged = i % step == 0;
     for (unsigned p = 0; p < count; p++)
       for (int m = FIRST_EMBREE; m < MODES; m++)
-        judged = judged || (exists(&pairs[p], m) && !agree(j->answer[p][m][i], ours[i]));
+        judged = judged || (exists(&pairs[p], m) && !agree(j->answer[p][m][i], ours[i], slack));
     if (!judged) continue;
     find_truth(&g->s, far, &j->r.ray[i], &t);
-    const bool we_can = possible(&t, j->occlusion, ours[i], 0);
-    const bool lie = possible(&t, j->occlusion, false_answer(j->occlusion, ours[i]), 0);
+    const bool we_can = possible(&t, j->occlusion, ours[i], 0, 0);
+    const bool lie = possible(&t, j->occlusion, false_answer(j->occlusion, ours[i]), 0, 0);
     for (unsigned p = 0; p < count; p++)
       for (int m = FIRST_EMBREE; m < MODES; m++) {
         if (!exists(&pairs[p], m)) continue;
         const float theirs = j->answer[p][m][i];
-        const bool same = agree(theirs, ours[i]), they_can = possible(&t, j->occlusion, theirs, TOLERANCE);
+        const bool same = agree(theirs, ours[i], slack),
+                   they_can = possible(&t, j->occlusion, theirs, TOLERANCE, slack);
         f[p][m].judged++, f[p][m].caught += !lie;
         f[p][m].disagree += !same, f[p][m].ours_wrong += !we_can;
         f[p][m].theirs_wrong += !they_can, f[p][m].band += !same && we_can && they_can;

@@ -331,8 +331,8 @@ static void say_hits(const report *to) {
       "Hits, against Embree's fastest mode of each kind of rays. Every ray that is disagreed on, and some others of "
       "each kind, are judged by an ideal test in double over all triangles; so is a false answer for each, as a "
       "control.\n\n"
-      "| scenes | rays | disagree | of these both possible | Embree wrong | pktrt wrong "
-      "|\n|---|--:|--:|--:|--:|--:|\n");
+      "| scenes | rays | disagree | of these both possible | judged | Embree wrong | pktrt wrong | control wrong |\n"
+      "|---|--:|--:|--:|--:|--:|--:|--:|\n");
   for (int k = 0; k < 2; k++)
     say(to, "| %s | %zu | %zu | %zu | %zu | %zu | %zu | %zu |\n", k ? "moving" : "at rest, refitted", sum[k].rays,
         sum[k].disagree, sum[k].band, sum[k].judged, sum[k].theirs_wrong, sum[k].ours_wrong, sum[k].caught);

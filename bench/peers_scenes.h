@@ -273,6 +273,13 @@ static bool set_view(stage *g, const char *camera, const view_options *o) {
   return true;
 }
 
+/* FILE[@CAMERA]: the path; returns the camera, or NULL. */
+static const char *split_camera(const char *text, char *path, size_t size) {
+  const char *at = access(text, F_OK) == 0 ? NULL : strrchr(text, '@');
+  snprintf(path, size, "%.*s", at ? (int)(at - text) : (int)strlen(text), text);
+  return at ? at + 1 : NULL;
+}
+
 /* A built-in or generated scene by its name, or FILE[@CAMERA]. */
 static bool open_stage(const char *text, const view_options *o, stage *g) {
   memset(g, 0, sizeof *g);
@@ -289,15 +296,14 @@ static bool open_stage(const char *text, const view_options *o, stage *g) {
     return true;
   }
   char path[4096], name[64];
-  const char *camera = access(text, F_OK) == 0 ? NULL : strrchr(text, '@');
-  snprintf(path, sizeof path, "%.*s", camera ? (int)(camera - text) : (int)strlen(text), text);
+  const char *camera = split_camera(text, path, sizeof path);
   const char *slash = strrchr(path, '/');
   snprintf(name, sizeof name, "%.40s", slash ? slash + 1 : path);
   char *dot_at = strrchr(name, '.');
   if (dot_at) *dot_at = '\0';
   if (!load_meshes(path, &g->s)) return false;
   stage_finish(g, name, MESHES);
-  return set_view(g, camera ? camera + 1 : NULL, o);
+  return set_view(g, camera, o);
 }
 
 static void close_stage(stage *g) { scene_free(&g->s); }

@@ -51,24 +51,30 @@ typedef struct embree_rays {
   embree_word *words; /* 20 for each ray, rounded up to 16 rays, aligned to 64 bytes */
 } embree_rays;
 
+/* Words from field to field. */
+static unsigned embree_step(const embree_rays *r, unsigned width) {
+  return width == EMBREE_ARRAYS ? (unsigned)(r->count + 15) / 16 * 16 : width;
+}
+
 static embree_word *embree_field(const embree_rays *r, unsigned width, size_t ray, unsigned field) {
-  if (width == EMBREE_ARRAYS) width = (unsigned)(r->count + 15) / 16 * 16;
+  width = embree_step(r, width);
   const size_t words = r->occlusion ? EMBREE_RAY_WORDS : EMBREE_RAY_HIT_WORDS;
   return r->words + ray / width * (words * width) + (size_t)field * width + ray % width;
 }
 
 EX_UNUSED static void embree_fill(const embree_rays *r, unsigned width) {
   const size_t unit = width == EMBREE_ARRAYS ? 1 : width, padded = (r->count + unit - 1) / unit * unit;
+  const size_t step = embree_step(r, width);
   for (size_t i = 0; i < padded; i++) {
     const pktrt_ray *from = &r->ray[i < r->count ? i : 0];
     const float values[EMBREE_MASK] = {from->origin[0],    from->origin[1],    from->origin[2],
                                        from->tmin,         from->direction[0], from->direction[1],
                                        from->direction[2], from->time,         from->tmax};
-    for (unsigned k = 0; k < EMBREE_MASK; k++) embree_field(r, width, i, k)->f = values[k];
-    for (unsigned k = EMBREE_MASK; k < EMBREE_RAY_WORDS; k++)
-      embree_field(r, width, i, k)->u = k == EMBREE_MASK ? 0xFFFFFFFFu : 0;
+    embree_word *to = embree_field(r, width, i, 0);
+    for (unsigned k = 0; k < EMBREE_MASK; k++) to[k * step].f = values[k];
+    for (unsigned k = EMBREE_MASK; k < EMBREE_RAY_WORDS; k++) to[k * step].u = k == EMBREE_MASK ? 0xFFFFFFFFu : 0;
     if (r->occlusion) continue;
-    for (unsigned k = EMBREE_PRIM; k <= EMBREE_INST; k++) embree_field(r, width, i, k)->u = RTC_INVALID_GEOMETRY_ID;
+    for (unsigned k = EMBREE_PRIM; k <= EMBREE_INST; k++) to[k * step].u = RTC_INVALID_GEOMETRY_ID;
   }
 }
 

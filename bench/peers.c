@@ -163,7 +163,8 @@ typedef struct room { /* for the largest set of rays */
   job j;
 } room;
 
-/* Those parts of the full set that race on no kind of rays: on the built-in scenes, as they lie. */
+/* Those parts of the full set that race on no kind of rays: on the built-in scenes, as they lie. A further part adds
+   its rows here, and what it must reach as a line of peers_report.h. */
 static void run_extras(report *to, const options *o, const stage *g, const setting *how, const pair *pairs,
                        unsigned count) {
   add_workers(to, o, g, how, pairs, count);

@@ -58,11 +58,9 @@ static row *add_row(report *to, const stage *g, const char *set, const char *isa
   return r;
 }
 
-/* With the median and the extreme of n values, which it sorts. */
-static row *add_values(row *r, double *values, unsigned n, bool most) {
-  r->median = median_of(values, n);
-  r->best = most ? values[n - 1] : values[0];
-  r->rounds = n;
+/* With the median and the least of n values, which it sorts. */
+static row *add_values(row *r, double *values, unsigned n) {
+  r->median = median_of(values, n), r->best = values[0], r->rounds = n;
   return r;
 }
 

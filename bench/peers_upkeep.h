@@ -14,11 +14,11 @@
 static void add_times(report *to, const stage *g, const setting *how, const pair *p, const char *what, double *ours,
                       double *theirs, unsigned rounds) {
   const char *isa = pktrt_isa_string(p->isa);
-  row *r = add_values(add_row(to, g, how->name, isa, what, "pktrt", "time", "ms"), ours, rounds, false);
+  row *r = add_values(add_row(to, g, how->name, isa, what, "pktrt", "time", "ms"), ours, rounds);
   const double median = r->median, best = r->best;
   r->median *= 1e3, r->best *= 1e3;
   if (!p->device) return;
-  r = add_values(add_row(to, g, how->name, isa, what, "Embree", "time", "ms"), theirs, rounds, false);
+  r = add_values(add_row(to, g, how->name, isa, what, "Embree", "time", "ms"), theirs, rounds);
   const double their_median = r->median, their_best = r->best;
   r->median *= 1e3, r->best *= 1e3;
   ratio_row(to, g, how, p, what, "time", median / their_median, best / their_best);

@@ -38,7 +38,7 @@ ifeq ($(MAKELEVEL),0)
 endif
 
 .PHONY: all demo effects deform readme-pictures test sanitize test-neon matrix deps deps-extra format clean help
-.PHONY: bench bench-check bench-plots bench-readme bench-peers
+.PHONY: bench bench-check bench-plots bench-readme peers
 .DELETE_ON_ERROR:
 
 all:
@@ -52,7 +52,8 @@ help:
 	@echo "bench       measures the paper's results, all or NAME=\"table1 figure6\"; BENCH_ARGS=... passes options"
 	@echo "bench-check of these, what must hold, in two minutes, and that its controls fail"
 	@echo "bench-plots, bench-readme  plots, and the tables of bench/README.md, of what has been measured"
-	@echo "bench-peers compares speed with Embree            format      rewrites examples by clang-format"
+	@echo "peers       races Embree in ten minutes; MESHES=\"FILE DIR\" of these too, FULL=1 everything, BENCH_ARGS=... options"
+	@echo "format      rewrites examples by clang-format"
 	@echo "deps        installs what demo and test need      deps-extra  installs what the other targets need"
 	@echo "clean       removes build/ and out/               config=     debug, release (default) or sanitize"
 	@echo "readme-pictures  makes the small pictures of the README anew"
@@ -150,6 +151,7 @@ ifeq ($(shell command -v gnuplot),)
 	@echo "bench-plots: gnuplot is not installed (make deps-extra), no plots are made"
 else
 	@set -e; for name in $(PLOTS); do [ ! -s $(RESULTS)/$$name.csv ] || gnuplot -e "name='$$name'" bench/plots.gp; done
+	@[ ! -s $(RESULTS)/peers.csv ] || gnuplot -e "results='$(RESULTS)'" bench/peers.gp
 endif
 
 # The tables of bench/README.md stand between the marks <!-- NAME --> and <!-- /NAME -->.
@@ -170,16 +172,18 @@ $(B)/paper: bench/paper.c $(wildcard bench/*.h) $(EXAMPLE_HEADERS) pktrt.h | $(B
 	$(CC) $(CFLAGS) $(STRICT) $(if $(EMBREE),-DHAVE_EMBREE) $< -o $@ $(LDFLAGS) $(if $(EMBREE),-lembree3) $(LDLIBS)
 	@$(if $(EMBREE),:,echo "paper: built without Embree 3; it compares with none (make deps-extra installs it)")
 
-bench-peers:
+# It pins itself, but for the part with two workers.
+peers: | $(RESULTS)
 ifeq ($(EMBREE),)
-	@echo "bench-peers: Embree 3 is not installed (make deps-extra), nothing to compare with"
+	@echo "peers: Embree 3 is not installed (make deps-extra installs libembree-dev), nothing to compare with"
 else
 	$(BUILD) $(B)/peers
-	$(B)/peers $(ARGS)
+	$(B)/peers --results $(RESULTS) $(if $(FULL),--full) $(BENCH_ARGS) $(MESHES)
+	@$(MAKE) --no-print-directory bench-plots bench-readme
 endif
 
 $(B)/peers: bench/peers.c $(wildcard bench/*.h) $(EXAMPLE_HEADERS) pktrt.h | $(B)
-	$(CC) $(CFLAGS) $(STRICT) -Iexamples $< -o $@ $(LDFLAGS) -lembree3 $(LDLIBS)
+	$(CC) $(CFLAGS) $(STRICT) $(ASSIMP_FLAGS) $< -o $@ $(LDFLAGS) -lembree3 $(ASSIMP_LIBS) $(LDLIBS)
 
 # --- what to install, on Debian 12 and its relatives ---
 

@@ -12,7 +12,8 @@
 #include <xmmintrin.h>
 #endif
 
-enum { EMBREE_STREAM = 256 }; /* rays in a call of rtcIntersect1M */
+enum { EMBREE_STREAM = 256 }; /* rays in a call of rtcIntersect1M or rtcIntersectNp */
+enum { EMBREE_ARRAYS = 0 };   /* for a width: each field an array over all rays */
 
 /* Embree's ray of any width is 12 fields of `width` words each, its ray with hit 20: one filler, one reader. */
 typedef union embree_word {
@@ -31,13 +32,15 @@ enum {
 typedef char embree_words_as_assumed[sizeof(struct RTCRay) == 4 * EMBREE_RAY_WORDS &&
                                              sizeof(struct RTCRayHit) == 4 * EMBREE_RAY_HIT_WORDS &&
                                              sizeof(struct RTCRay16) == 64 * EMBREE_RAY_WORDS &&
-                                             sizeof(struct RTCRayHit8) == 32 * EMBREE_RAY_HIT_WORDS
+                                             sizeof(struct RTCRayHit8) == 32 * EMBREE_RAY_HIT_WORDS &&
+                                             sizeof(struct RTCRayNp) == EMBREE_RAY_WORDS * sizeof(void *) &&
+                                             sizeof(struct RTCRayHitNp) == EMBREE_RAY_HIT_WORDS * sizeof(void *)
                                          ? 1
                                          : -1];
 
 typedef struct embree_way { /* how rays are handed over */
   unsigned width;           /* of packets: 1, 8 or 16 */
-  bool stream;              /* of single rays; then width is 1 */
+  bool stream;              /* of single rays, width 1, or out of arrays, width EMBREE_ARRAYS */
   enum RTCIntersectContextFlags flags;
 } embree_way;
 
@@ -48,23 +51,30 @@ typedef struct embree_rays {
   embree_word *words; /* 20 for each ray, rounded up to 16 rays, aligned to 64 bytes */
 } embree_rays;
 
+/* Words from field to field. */
+static unsigned embree_step(const embree_rays *r, unsigned width) {
+  return width == EMBREE_ARRAYS ? (unsigned)(r->count + 15) / 16 * 16 : width;
+}
+
 static embree_word *embree_field(const embree_rays *r, unsigned width, size_t ray, unsigned field) {
+  width = embree_step(r, width);
   const size_t words = r->occlusion ? EMBREE_RAY_WORDS : EMBREE_RAY_HIT_WORDS;
   return r->words + ray / width * (words * width) + (size_t)field * width + ray % width;
 }
 
 EX_UNUSED static void embree_fill(const embree_rays *r, unsigned width) {
-  const size_t padded = (r->count + width - 1) / width * width;
+  const size_t unit = width == EMBREE_ARRAYS ? 1 : width, padded = (r->count + unit - 1) / unit * unit;
+  const size_t step = embree_step(r, width);
   for (size_t i = 0; i < padded; i++) {
     const pktrt_ray *from = &r->ray[i < r->count ? i : 0];
     const float values[EMBREE_MASK] = {from->origin[0],    from->origin[1],    from->origin[2],
                                        from->tmin,         from->direction[0], from->direction[1],
                                        from->direction[2], from->time,         from->tmax};
-    for (unsigned k = 0; k < EMBREE_MASK; k++) embree_field(r, width, i, k)->f = values[k];
-    for (unsigned k = EMBREE_MASK; k < EMBREE_RAY_WORDS; k++)
-      embree_field(r, width, i, k)->u = k == EMBREE_MASK ? 0xFFFFFFFFu : 0;
+    embree_word *to = embree_field(r, width, i, 0);
+    for (unsigned k = 0; k < EMBREE_MASK; k++) to[k * step].f = values[k];
+    for (unsigned k = EMBREE_MASK; k < EMBREE_RAY_WORDS; k++) to[k * step].u = k == EMBREE_MASK ? 0xFFFFFFFFu : 0;
     if (r->occlusion) continue;
-    for (unsigned k = EMBREE_PRIM; k <= EMBREE_INST; k++) embree_field(r, width, i, k)->u = RTC_INVALID_GEOMETRY_ID;
+    for (unsigned k = EMBREE_PRIM; k <= EMBREE_INST; k++) to[k * step].u = RTC_INVALID_GEOMETRY_ID;
   }
 }
 
@@ -97,6 +107,20 @@ static void embree_streams(RTCScene in, struct RTCIntersectContext *context, con
   }
 }
 
+/* The structures of pointers hold 12 and 20 of them, in the order of the fields. */
+static void embree_array_streams(RTCScene in, struct RTCIntersectContext *context, const embree_rays *r) {
+  void *at[EMBREE_RAY_HIT_WORDS];
+  struct RTCRayNp rays;
+  struct RTCRayHitNp hits;
+  for (size_t i = 0; i < r->count; i += EMBREE_STREAM) {
+    const unsigned n = (unsigned)(r->count - i < EMBREE_STREAM ? r->count - i : EMBREE_STREAM);
+    const unsigned fields = r->occlusion ? EMBREE_RAY_WORDS : EMBREE_RAY_HIT_WORDS;
+    for (unsigned k = 0; k < fields; k++) at[k] = embree_field(r, EMBREE_ARRAYS, i, k);
+    if (r->occlusion) memcpy(&rays, at, sizeof rays), rtcOccludedNp(in, context, &rays, n);
+    else memcpy(&hits, at, sizeof hits), rtcIntersectNp(in, context, &hits, n);
+  }
+}
+
 /* Traces rays that embree_fill has laid out for this width. */
 EX_UNUSED static void embree_trace(RTCScene in, const embree_way *way, const embree_rays *r) {
   struct RTCIntersectContext context;
@@ -106,7 +130,8 @@ EX_UNUSED static void embree_trace(RTCScene in, const embree_way *way, const emb
   const unsigned state = _mm_getcsr();
   _mm_setcsr(state | 0x8040u); /* flush denormals, read them as zero */
 #endif
-  if (way->stream) embree_streams(in, &context, r);
+  if (way->stream && way->width == EMBREE_ARRAYS) embree_array_streams(in, &context, r);
+  else if (way->stream) embree_streams(in, &context, r);
   else embree_packets(in, &context, r, way->width);
 #ifdef __SSE2__
   _mm_setcsr(state);

@@ -2483,10 +2483,10 @@ static pktrt_status pktrt__rebuild_worn(pktrt_scene *s) {
    they wind around it: no ray leaks through an edge or vertex, and no tolerance is involved (a triangle seen edge-on
    has det = 0; its neighbours, which contain the same points, are hit instead).
 
-       t = fl( ((U za + V zb) + W zc) / (det d_k) )      u = fl(V / det)      v = fl(W / det)
+       r = 1 / (det d_k)      t = fl( ((U za + V zb) + W zc) r )      u = fl(V (d_k r))      v = fl(W (d_k r))
 
-   U/det, V/det, W/det are correct to 2^-51 and not negative: t d_k is a convex combination of za, zb, zc up to 2^-50 of
-   the largest. This holds at any angle of incidence: no special case for grazing rays. Accepted where tmin < t < tmax,
+   (one division serves all three). U/det, V/det, W/det are correct to 2^-50 and not negative: t d_k is a convex
+   combination of za, zb, zc up to 2^-49 of the largest. This holds at any angle of incidence: no special case for grazing rays. Accepted where tmin < t < tmax,
    comparing floats. The nearest t wins; equal t go to the lower global triangle index (meshes in order, triangles in
    order). Comparing pairs (t, index) makes the result independent of the order of the tests.
 
@@ -2582,7 +2582,21 @@ typedef struct pktrt__batch {
   uint8_t axis[PKTRT__ROW], octant[PKTRT__ROW];
   uint16_t segment[PKTRT__ROW];
   uint64_t valid[PKTRT__BATCH / 64];
+  bool coherent; /* frustum packets took all of the last rays */
 } pktrt__batch;
+
+/* Bit j of 0 to 255 becomes byte j, 0 or 1: copied into all bytes, masked, and brought down by a carry. */
+PKTRT__INLINE uint64_t pktrt__bytes_of(uint32_t bits) {
+  const uint64_t each = bits * UINT64_C(0x0101010101010101) & UINT64_C(0x8040201008040201);
+  return (each + UINT64_C(0x7F7F7F7F7F7F7F7F)) >> 7 & UINT64_C(0x0101010101010101);
+}
+/* Bits 0, 1, 2 of eight bytes, from bit j of three numbers for byte j. */
+PKTRT__INLINE void pktrt__put_bits(uint8_t *to, uint32_t lanes, uint32_t bit0, uint32_t bit1, uint32_t bit2) {
+  uint64_t all = (bit0 & 1) | (bit1 & 1) << 1 | (bit2 & 1) << 2;
+  if (lanes > 1)
+    all = pktrt__bytes_of(bit0 & 0xFF) | pktrt__bytes_of(bit1 & 0xFF) << 1 | pktrt__bytes_of(bit2 & 0xFF) << 2;
+  for (uint32_t j = 0; j < lanes; j++) to[j] = (uint8_t)(all >> 8 * j);
+}
 
 /* Fills the lanes behind the last ray with rays that hit nothing, up to a whole vector. */
 static void pktrt__pad_batch(pktrt__batch *b, uint32_t n) {
@@ -2590,6 +2604,57 @@ static void pktrt__pad_batch(pktrt__batch *b, uint32_t n) {
   for (uint32_t i = n; i < padded; i++) {
     for (int a = 0; a < 3; a++) b->o[a][i] = 0, b->d[a][i] = 0;
     b->tmin[i] = b->tmax[i] = b->time[i] = 0;
+  }
+}
+
+/* n of `left` rays, from the i-th on. */
+static void pktrt__load_rays(pktrt__batch *b, const pktrt_ray *rays, uint32_t i, uint32_t n, size_t left) {
+  for (; i < n; i++) {
+    for (int a = 0; a < 3; a++) b->o[a][i] = rays[i].origin[a], b->d[a][i] = rays[i].direction[a];
+    b->tmin[i] = rays[i].tmin, b->tmax[i] = rays[i].tmax, b->time[i] = rays[i].time;
+    if (i + PKTRT__BATCH < left) PKTRT__PREFETCH(&rays[i + PKTRT__BATCH]);
+  }
+}
+
+/* The mesh of a global triangle index: the last one that starts at or before it and is not empty. */
+PKTRT__NOINLINE uint32_t pktrt__search_mesh(const pktrt_scene *s, uint32_t id) {
+  uint32_t lo = 0, hi = s->committed_meshes;
+  while (hi - lo > 1) {
+    const uint32_t mid = lo + (hi - lo) / 2;
+    if (s->meshes[mid].first_id <= id) lo = mid;
+    else hi = mid;
+  }
+  return lo;
+}
+
+/* The same; tries the last two answers first, as neighbouring rays mostly hit the same mesh, or two that meet. */
+PKTRT__INLINE uint32_t pktrt__mesh_at(const pktrt_scene *s, uint32_t id, uint32_t hint[2]) {
+  const pktrt__mesh *m = &s->meshes[hint[0]];
+  if (id - m->first_id < m->triangle_count) return hint[0];
+  const uint32_t other = hint[1];
+  m = &s->meshes[other];
+  hint[1] = hint[0];
+  return hint[0] = id - m->first_id < m->triangle_count ? other : pktrt__search_mesh(s, id);
+}
+
+/* Mesh and triangle of a global index. */
+PKTRT__INLINE void pktrt__name_triangle(const pktrt_scene *s, uint32_t id, uint32_t hint[2], uint32_t *mesh,
+                                        uint32_t *triangle) {
+  *mesh = *triangle = PKTRT_NONE;
+  if (id == PKTRT_NONE) return;
+  *mesh = pktrt__mesh_at(s, id, hint);
+  *triangle = id - s->meshes[*mesh].first_id;
+}
+
+static void pktrt__store_hits(const pktrt_scene *s, const pktrt__batch *b, pktrt_hit *hits, uint32_t i, uint32_t n,
+                              size_t left) {
+  uint32_t hint[2] = {0, 0};
+  for (; i < n; i++) {
+    pktrt_hit *h = &hits[i];
+    if (i + PKTRT__BATCH < left) PKTRT__PREFETCH(h + PKTRT__BATCH);
+    h->t = b->t[i], h->u = b->cn[0][i], h->v = b->cn[1][i];
+    for (int a = 0; a < 3; a++) h->normal[a] = b->cf[a][i];
+    pktrt__name_triangle(s, b->id[i], hint, &h->mesh, &h->triangle);
   }
 }
 
@@ -2688,7 +2753,8 @@ static bool pktrt__canonical(const pktrt__group *g, const pktrt__batch *b, uint3
   const double w = (double)x[1] * (double)y[0] - (double)y[1] * (double)x[0];
   const bool below = u < 0 || v < 0 || w < 0, above = u > 0 || v > 0 || w > 0;
   if (below == above) return false;
-  *t = pktrt__to_float((u * (double)z[0] + v * (double)z[1] + w * (double)z[2]) / ((u + v + w) * (double)b->dk[r]));
+  const double inverse = 1 / ((u + v + w) * (double)b->dk[r]);
+  *t = pktrt__to_float((u * (double)z[0] + v * (double)z[1] + w * (double)z[2]) * inverse);
   return true;
 }
 
@@ -2858,6 +2924,9 @@ typedef struct pktrt__kernels {
   /* Answers the first n rays of a batch whose o, d, tmin, tmax, time are filled in. */
   void (*trace)(const pktrt__call *, pktrt__batch *, uint32_t n);
   bool (*rounds_each_operation)(void);
+  /* A batch from n of `left` rays of the caller's, and back. */
+  void (*load)(pktrt__batch *, const pktrt_ray *, uint32_t n, size_t left);
+  void (*store)(const pktrt_scene *, const pktrt__batch *, pktrt_hit *, uint32_t n, size_t left);
   /* Rays of a pinhole through eight places of the picture, into lanes i to i + 7 of a wave. */
   void (*primary)(const pktrt__view_plane *, const double *x, const double *y, pktrt__wave *, uint32_t i);
   /* Packs those of n rays of a wave that met something: returns how many, and where they were. Points, normals and
@@ -3034,6 +3103,9 @@ static const pktrt__kernels *pktrt__kernels_of(pktrt_isa isa) {
 #define vput PKTRT__NAME(pktrt__vput)
 #define vput_u32 PKTRT__NAME(pktrt__vput_u32)
 #define vsame PKTRT__NAME(pktrt__vsame)
+#define vturn PKTRT__NAME(pktrt__vturn)
+#define vless PKTRT__NAME(pktrt__vless)
+#define vorder PKTRT__NAME(pktrt__vorder)
 #define vpack PKTRT__NAME(pktrt__vpack)
 #define vpack_from PKTRT__NAME(pktrt__vpack_from)
 #define vhmin PKTRT__NAME(pktrt__vhmin)
@@ -3097,6 +3169,37 @@ OP float vhmax(v8 a) {
   __m128 x = _mm_max_ps(_mm256_castps256_ps128(a), _mm256_extractf128_ps(a, 1));
   x = _mm_max_ps(x, _mm_movehl_ps(x, x));
   return _mm_cvtss_f32(_mm_max_ss(x, _mm_shuffle_ps(x, x, 1)));
+}
+
+/* Those of eight children that are in `keep`, in the order of perm: a byte each, the first one lowest. */
+OP uint64_t vorder(uint32_t keep, uint32_t perm) {
+  const uint64_t all = _pdep_u64(perm, UINT64_C(0x0707070707070707)), kept = _pdep_u64(keep, UINT64_C(0x0101010101010101)) * 0xFF;
+  const __m128i those = _mm_shuffle_epi8(_mm_cvtsi64_si128((long long)kept), _mm_cvtsi64_si128((long long)all));
+  return _pext_u64(all, (uint64_t)_mm_cvtsi128_si64(those));
+}
+/* Eight integers from p, less x, to `to`; the lanes where what is left is below n, which is not 0. */
+OP uint32_t vless(uint32_t *to, const uint32_t *p, uint32_t x, uint32_t n) {
+  const __m256i a = _mm256_sub_epi32(_mm256_loadu_si256((const __m256i *)(const void *)p), _mm256_set1_epi32((int)x));
+  const __m256i low = _mm256_cmpeq_epi32(_mm256_min_epu32(a, _mm256_set1_epi32((int)(n - 1))), a);
+  _mm256_storeu_si256((__m256i *)(void *)to, a);
+  return (uint32_t)_mm256_movemask_ps(_mm256_castsi256_ps(low));
+}
+/* Rows become columns. */
+OP void vturn(v8 r[8]) {
+  v8 a[8], b[8];
+  UNROLL for (int i = 0; i < 8; i += 2) {
+    a[i] = _mm256_unpacklo_ps(r[i], r[i + 1]), a[i + 1] = _mm256_unpackhi_ps(r[i], r[i + 1]);
+  }
+  UNROLL for (int i = 0; i < 8; i += 4) {
+    UNROLL for (int j = 0; j < 2; j++) {
+      b[i + 2 * j] = _mm256_shuffle_ps(a[i + j], a[i + j + 2], 0x44);
+      b[i + 2 * j + 1] = _mm256_shuffle_ps(a[i + j], a[i + j + 2], 0xEE);
+    }
+  }
+  UNROLL for (int i = 0; i < 4; i++) {
+    r[i] = _mm256_permute2f128_ps(b[i], b[i + 4], 0x20);
+    r[i + 4] = _mm256_permute2f128_ps(b[i], b[i + 4], 0x31);
+  }
 }
 
 #if PKTRT__STAMP == PKTRT__STAMP_AVX512
@@ -3575,6 +3678,15 @@ OP v8 dto(d8 a) { return v8_of(Q_FROM2(a.q[0], a.q[1]), Q_FROM2(a.q[2], a.q[3]))
 #endif
 
 #if PKTRT__STAMP != PKTRT__STAMP_AVX2 && PKTRT__STAMP != PKTRT__STAMP_AVX512
+OP uint64_t vorder(uint32_t keep, uint32_t perm) {
+  uint64_t all = 0;
+  for (uint32_t i = 0, n = 0; i < 8; i++, perm >>= 3) {
+    const uint32_t kept = keep >> (perm & 7) & 1;
+    all |= (uint64_t)(perm & 7 & (0u - kept)) << 8 * n;
+    n += kept;
+  }
+  return all;
+}
 typedef struct a8 { /* eight ray masks, one per child */
   uint64_t mask[8];
 } a8;
@@ -3621,6 +3733,7 @@ typedef __mmask16 PKTRT__NAME(pktrt__mf);
 #define fadd(a, b) _mm512_add_ps(a, b)
 #define fsub(a, b) _mm512_sub_ps(a, b)
 #define fmul(a, b) _mm512_mul_ps(a, b)
+#define fdiv(a, b) _mm512_div_ps(a, b)
 #define ffma(a, b, c) _mm512_fmadd_ps(a, b, c)
 #define ffms(a, b, c) _mm512_fmsub_ps(a, b, c)
 #define fmin_(a, b) _mm512_min_ps(a, b)
@@ -3634,7 +3747,9 @@ typedef __mmask16 PKTRT__NAME(pktrt__mf);
 #define ffrom(bits) (mf)(bits)
 #define fhmin(a) _mm512_reduce_min_ps(a)
 #define fhmax(a) _mm512_reduce_max_ps(a)
-#define fhalf(a, h) ((h) ? _mm512_extractf32x8_ps(a, 1) : _mm512_castps512_ps256(a))
+#define fput(p, m, a) _mm512_mask_storeu_ps(p, m, a)
+#define fput_u32(p, m, x) _mm512_mask_storeu_epi32(p, m, _mm512_set1_epi32((int)(x)))
+#define fsign(a) (uint32_t) _mm512_movepi32_mask(_mm512_castps_si512(a))
 #else
 #define FW 8
 #define vf v8
@@ -3645,6 +3760,7 @@ typedef __mmask16 PKTRT__NAME(pktrt__mf);
 #define fadd vadd
 #define fsub vsub
 #define fmul vmul
+#define fdiv vdiv
 #define ffma vfma
 #define ffms vfms
 #define fmin_ vmin
@@ -3658,7 +3774,9 @@ typedef __mmask16 PKTRT__NAME(pktrt__mf);
 #define ffrom mfrom
 #define fhmin vhmin
 #define fhmax vhmax
-#define fhalf(a, h) (a)
+#define fput vput
+#define fput_u32 vput_u32
+#define fsign vsign
 #endif
 
 /* >>setup ---------------------------------------------------------------------------------------------------------- */
@@ -3680,10 +3798,8 @@ PKTRT__NOINLINE uint32_t NAME(setup)(const pktrt_scene *scene, pktrt__batch *b, 
   vstore(b->slope[1] + i, vdiv(vsel(not_y, dz, vsel(y, dx, dy)), dk));
   vstore(b->dk + i, dk);
   const uint32_t x_bits = mbits(not_y), y_bits = mbits(y), sx = vsign(dx), sy = vsign(dy), sz = vsign(dz);
-  UNROLL for (uint32_t j = 0; j < LANES; j++) {
-    b->axis[i + j] = (uint8_t)(x_bits >> j & 1 ? 0 : y_bits >> j & 1 ? 1 : 2);
-    b->octant[i + j] = (uint8_t)((sx >> j & 1) | (sy >> j & 1) << 1 | (sz >> j & 1) << 2);
-  }
+  pktrt__put_bits(b->axis + i, LANES, ~x_bits & y_bits, ~x_bits & ~y_bits, 0);
+  pktrt__put_bits(b->octant + i, LANES, sx, sy, sz);
 
   /* M and |o|, then D */
   v8 m = zero, o_max = zero;
@@ -4052,9 +4168,9 @@ OP uint64_t NAME(stream_any)(const pktrt__view *view, pktrt__batch *b, const uin
 }
 
 /* >>frustum ----------------------------------------------------------------------------------------------------------
-   Up to 64 rays that look along the same axis k in the same sense s, whatever their origins: four planes around all of
-   them cull whole subtrees, one box test per child then tells which rays go on, and what becomes too thin goes to the
-   stream.
+   Up to 64 rays of one octant that look along the same axis k, in a sense s, whatever their origins: four planes around
+   all of them cull whole subtrees, one box test per child then tells which rays go on, and what becomes too thin goes to
+   the stream.
 
    A ray is u(W) = C + G W, where W is the depth along s k from the reference point, common to all rays. At W = 0 and at
    the far end W = Y of the scene take the largest and smallest u over the rays: straight lines through these bound
@@ -4070,16 +4186,16 @@ OP uint64_t NAME(stream_any)(const pktrt__view *view, pktrt__batch *b, const uin
        0                    Y                                                                                    */
 
 typedef struct NAME(frustum_rays) {
-  PKTRT__ALIGN64 float c[2][64], rc[2][64]; /* C, and C / G */
-  float ow[64], wn[64], wf[64];             /* depth of the origin, of tmin and of the nearest hit */
-  float a[4], b[4];                         /* planes a + b W: upper u, lower u, upper v, lower v */
-  float ref[3];                             /* reference point: u, v, depth */
+  PKTRT__ALIGN64 float ow[64]; /* depth of the origin */
+  float a[4], b[4];            /* planes a + b W: upper u, lower u, upper v, lower v */
+  float ref[3];                /* reference point: u, v, depth */
   float sign, pad, far_, wmin, wmax;
-  float ta[2], tb[2];              /* weights of the earliest and latest ray */
-  uint32_t k, ku, kv, base, first; /* axes; lanes: the packet's first, and its first ray's */
-  uint64_t octant[8];              /* the packet's rays, by octant */
-  uint8_t list[64];                /* base + i: the packet as the stream wants it */
-  bool common;                     /* one origin for all */
+  float depth;                 /* of the farthest origin */
+  float ta[2], tb[2];          /* weights of the earliest and latest ray */
+  uint32_t k, ku, kv, octant;
+  uint32_t base, first;        /* lanes: the packet's first, and its first ray's */
+  uint8_t list[64];            /* base + i: the packet as the stream wants it */
+  bool common;                 /* one origin for all */
 } NAME(frustum_rays);
 
 /* The reference point, rho and the padding, from the box of the origins of the rays in mask. */
@@ -4109,11 +4225,11 @@ OP void NAME(frustum_origins)(NAME(frustum_rays) *f, const pktrt__batch *b, uint
   f->pad = fhmax(pad) + PKTRT__PAD_RHO * rho;
 }
 
-/* Every ray's C, and the four planes around them. */
+/* The four planes around the rays: extremes of C, and of C + G Y. */
 OP void NAME(frustum_planes)(NAME(frustum_rays) *f, const pktrt__batch *b, uint64_t mask) {
   const vf inf = fset(INFINITY), ninf = fset(-INFINITY), s = fset(f->sign);
   const uint32_t axis[2] = {f->ku, f->kv};
-  vf n0[2] = {inf, inf}, n1[2] = {inf, inf}, x0[2] = {ninf, ninf}, x1[2] = {ninf, ninf}, wmin = inf, wmax = ninf;
+  vf n0[2] = {inf, inf}, n1[2] = {inf, inf}, x0[2] = {ninf, ninf}, x1[2] = {ninf, ninf}, wmin = inf, wmax = ninf, depth = fset(0);
   for (uint32_t i = 0; i < 64; i += FW) {
     const uint32_t bits = (uint32_t)(mask >> i) & ((1u << FW) - 1), r = f->base + i;
     if (!bits) continue;
@@ -4121,21 +4237,18 @@ OP void NAME(frustum_planes)(NAME(frustum_rays) *f, const pktrt__batch *b, uint6
     const vf ow = fsub(fmul(s, fload(b->o[f->k] + r)), fset(f->ref[2]));
     const vf wn = fadd(ow, fload(b->wn + r)), wf = fadd(ow, fload(b->wf + r));
     fstore(f->ow + i, ow);
-    fstore(f->wn + i, wn);
-    fstore(f->wf + i, wf);
+    depth = fmax_(depth, fsel(m, ow, depth));
     wmin = fmin_(wmin, fsel(m, wn, wmin));
     wmax = fmax_(wmax, fsel(m, wf, wmax));
     UNROLL for (int a = 0; a < 2; a++) {
       const vf g = fmul(s, fload(b->slope[a] + r));
       const vf c = fsub(fsub(fload(b->o[axis[a]] + r), fset(f->ref[a])), fmul(g, ow));
       const vf end = ffma(g, fset(f->far_), c);
-      fstore(f->c[a] + i, c);
-      fstore(f->rc[a] + i, fmul(c, fload(b->rd[axis[a]] + r)));
       n0[a] = fmin_(n0[a], fsel(m, c, n0[a])), x0[a] = fmax_(x0[a], fsel(m, c, x0[a]));
       n1[a] = fmin_(n1[a], fsel(m, end, n1[a])), x1[a] = fmax_(x1[a], fsel(m, end, x1[a]));
     }
   }
-  f->wmin = fhmin(wmin), f->wmax = fhmax(wmax);
+  f->wmin = fhmin(wmin), f->wmax = fhmax(wmax), f->depth = fhmax(depth);
   UNROLL for (int a = 0; a < 2; a++) {
     const float upper = fhmax(x0[a]), lower = fhmin(n0[a]);
     f->a[2 * a] = upper, f->b[2 * a] = (fhmax(x1[a]) - upper) / f->far_;
@@ -4143,21 +4256,18 @@ OP void NAME(frustum_planes)(NAME(frustum_rays) *f, const pktrt__batch *b, uint6
   }
 }
 
-/* Rays [base, base + 64) in mask, all with axis k and sign s. */
+/* Rays [base, base + 64) in mask, all of one axis and octant. */
 PKTRT__NOINLINE void NAME(frustum_setup)(NAME(frustum_rays) *f, const pktrt_scene *scene, const pktrt__batch *b,
-                                         uint32_t base, uint64_t mask, uint32_t k, float sign) {
-  f->k = k, f->ku = (k + 1) % 3, f->kv = (k + 2) % 3, f->sign = sign;
+                                         uint32_t base, uint64_t mask) {
   f->base = base, f->first = base + pktrt__lowest(mask);
+  const uint32_t k = b->axis[f->first];
+  f->k = k, f->ku = (k + 1) % 3, f->kv = (k + 2) % 3;
+  f->octant = b->octant[f->first];
+  const float sign = f->sign = f->octant >> k & 1 ? -1.0f : 1.0f;
   NAME(frustum_origins)(f, b, mask);
   const float exit_ = (sign > 0 ? scene->hi[k] : -scene->lo[k]) - f->ref[2];
   f->far_ = pktrt__maxf(exit_ * (1 + 16 * PKTRT__EPS) + f->pad, 1e-30f);
   NAME(frustum_planes)(f, b, mask);
-  uint64_t negative[3] = {0, 0, 0}; /* for the day they become streams: the octants, and the list of lanes */
-  for (uint32_t i = 0; i < 64; i += 8)
-    UNROLL for (int a = 0; a < 3; a++) negative[a] |= (uint64_t)vsign(vload(b->d[a] + base + i)) << i;
-  for (uint32_t o = 0; o < 8; o++)
-    f->octant[o] = (o & 1 ? negative[0] : ~negative[0]) & (o & 2 ? negative[1] : ~negative[1]) &
-                   (o & 4 ? negative[2] : ~negative[2]);
   for (uint32_t i = 0; i < 64; i++) f->list[i] = (uint8_t)(base + i);
 }
 
@@ -4179,7 +4289,6 @@ OP void NAME(frustum_depth)(NAME(frustum_rays) *f, const pktrt__batch *b, uint64
     const uint32_t bits = (uint32_t)(mask >> i) & ((1u << FW) - 1);
     if (!bits) continue;
     const vf wf = fadd(fload(f->ow + i), fload(b->wf + f->base + i));
-    fstore(f->wf + i, wf);
     w = fmax_(w, fsel(ffrom(bits), wf, w));
   }
   f->wmax = fhmax(w);
@@ -4225,43 +4334,69 @@ OP uint32_t NAME(frustum_node)(const NAME(frustum_rays) *f, const float *p0, con
 /* The rays of mask that may hit one child, whose planes start at p0 and p1 (stride 8 floats). */
 OP uint64_t NAME(frustum_rays_in)(const NAME(frustum_rays) *f, const pktrt__batch *b, const float *p0, const float *p1,
                                   uint64_t mask, const bool moving) {
-  const uint32_t back = f->sign < 0, wl = 16 * f->k + 8 * back, wh = 16 * f->k + 8 * (1 - back);
-  const uint32_t ul = 16 * f->ku, vl = 16 * f->kv;
-  const float plane0[6] = {p0[wl], p0[wh], p0[ul], p0[ul + 8], p0[vl], p0[vl + 8]};
-  const float shift[6] = {f->ref[2] + f->pad, f->ref[2] - f->pad, f->ref[0] + f->pad,
-                          f->ref[0] - f->pad, f->ref[1] + f->pad, f->ref[1] - f->pad};
+  const uint32_t nx = f->octant << 3 & 8, ny = 16 + (f->octant << 2 & 8), nz = 32 + (f->octant << 1 & 8);
+  const uint32_t near_[3] = {nx, ny, nz}, far_[3] = {nx ^ 8, ny ^ 8, nz ^ 8};
   uint64_t result = 0;
   for (uint32_t i = 0; i < 64; i += FW) {
-    const uint32_t bits = (uint32_t)(mask >> i) & ((1u << FW) - 1);
+    const uint32_t bits = (uint32_t)(mask >> i) & ((1u << FW) - 1), r = f->base + i;
     if (!bits) continue;
-    const uint32_t r = f->base + i;
-    vf p[6];
-    if (moving) {
-      const float plane1[6] = {p1[wl], p1[wh], p1[ul], p1[ul + 8], p1[vl], p1[vl + 8]};
-      const vf ta = fload(b->ta + r), tb = fload(b->tb + r);
-      UNROLL for (int j = 0; j < 6; j++) {
-        const vf x = ffma(ta, fset(plane0[j]), fmul(tb, fset(plane1[j])));
-        p[j] = j < 2 ? ffms(x, fset(f->sign), fset(shift[j])) : fsub(x, fset(shift[j]));
+    vf n = fload(b->wn + r), x = fload(b->wf + r);
+    UNROLL for (int a = 0; a < 3; a++) {
+      const vf rd = fload(b->rd[a] + r);
+      vf l = fset(p0[near_[a]]), h = fset(p0[far_[a]]);
+      if (moving) {
+        const vf ta = fload(b->ta + r), tb = fload(b->tb + r);
+        l = ffma(ta, l, fmul(tb, fset(p1[near_[a]])));
+        h = ffma(ta, h, fmul(tb, fset(p1[far_[a]])));
       }
-    } else {
-      UNROLL for (int j = 0; j < 6; j++) p[j] = fset((j < 2 ? plane0[j] * f->sign : plane0[j]) - shift[j]);
-    }
-    vf n = fmax_(p[0], fload(f->wn + i)), x = fmin_(p[1], fload(f->wf + i));
-    UNROLL for (int a = 0; a < 2; a++) {
-      const vf rd = fload(b->rd[a ? f->kv : f->ku] + r), rc = fload(f->rc[a] + i);
-      const vf l = ffms(p[2 + 2 * a], rd, rc), h = ffms(p[3 + 2 * a], rd, rc);
-      n = fmax_(n, fmin_(l, h));
-      x = fmin_(x, fmax_(l, h));
+      n = fmax_(ffms(l, rd, fload(b->cn[a] + r)), n);
+      x = fmin_(ffms(h, rd, fload(b->cf[a] + r)), x);
     }
     result |= (uint64_t)(fbits(fle(n, x)) & bits) << i;
   }
   return result;
 }
 
-/* The triangles of a block that reach into the frustum. Where all rays share an origin and nothing moves, p receives
-   the corners relative to it, as the canonical test has them: p[corner][u, v, k][lane]. */
+/* What all rays of a packet have in common at the triangles of a block. */
+typedef struct NAME(frustum_corners) {
+  PKTRT__ALIGN64 float p[3][3][8]; /* one origin, nothing moves: corners relative to it, [corner][u, v, k][lane] */
+  float range[8], far_[8];         /* depths: at least the range over corners, the largest |z| */
+} NAME(frustum_corners);
+
+/* One origin, nothing moves: the triangles that an edge keeps away from all rays. With slopes S0 + s, x = X - s W in
+   the corners' X = p_u - S0 W, and so y: the product s_u s_v cancels in U = (x2 y1 - y2 x1) = (X2 Y1 - Y2 X1) + s_u (Y2
+   W1 - W2 Y1) + s_v (W2 X1 - X2 W1), linear over the packet. A triangle is missed by all if one edge function is below
+   0 for all rays, and one is above. What rounding may do: the canonical x is within 3 eps M <= pad / 5 of p_u - S W;
+   sums of six products of at most (|X| + h |W|) (|Y| + h |W|) each. */
+OP uint32_t NAME(frustum_edges)(const NAME(frustum_rays) *f, NAME(frustum_corners) *c) {
+  const v8 s = vset(f->sign);
+  v8 x[3], y[3], w[3], m[2], h[2], least = vset(INFINITY), most = vset(-INFINITY);
+  UNROLL for (int a = 0; a < 2; a++) {
+    const float up = f->b[2 * a], down = f->b[2 * a + 1];
+    h[a] = vset(0.5f * (up - down) + 4 * PKTRT__EPS * (fabsf(up) + fabsf(down)));
+    m[a] = vset(f->pad);
+    UNROLL for (int i = 0; i < 3; i++) {
+      w[i] = vmul(vload(c->p[i][2]), s);
+      const v8 q = vsub(vload(c->p[i][a]), vmul(vset(0.5f * (up + down)), w[i]));
+      *(a ? &y[i] : &x[i]) = q;
+      m[a] = vmax(m[a], vfma(h[a], vabs(w[i]), vabs(q)));
+    }
+  }
+  UNROLL for (int i = 0; i < 3; i++) {
+    const int j = (i + 2) % 3, k = (i + 1) % 3; /* U: corners 2, 1; V: 0, 2; W: 1, 0 */
+    const v8 e = vsub(vmul(x[j], y[k]), vmul(y[j], x[k]));
+    const v8 eu = vabs(vsub(vmul(y[j], w[k]), vmul(w[j], y[k]))), ev = vabs(vsub(vmul(w[j], x[k]), vmul(x[j], w[k])));
+    const v8 swing = vfma(h[0], eu, vmul(h[1], ev));
+    least = vmin(least, vadd(e, swing));
+    most = vmax(most, vsub(e, swing));
+  }
+  const v8 error = vfma(vmul(m[0], m[1]), vset(32 * PKTRT__EPS), vfma(vadd(m[0], m[1]), vset(f->pad), vset(FLT_MIN)));
+  return mbits(mand(vlt(vadd(least, error), vset(0)), vlt(error, most)));
+}
+
+/* The triangles of a block that reach into the frustum. */
 OP uint32_t NAME(frustum_triangles)(const NAME(frustum_rays) *f, const pktrt__batch *b, const float *k0,
-                                    const float *k1, const bool moving, float p[3][3][8]) {
+                                    const float *k1, const bool moving, NAME(frustum_corners) *corners) {
   const v8 s = vset(f->sign), inf = vset(INFINITY), ninf = vset(-INFINITY);
   const uint32_t axis[3] = {f->ku, f->kv, f->k};
   v8 wlo = inf, whi = ninf, low[2] = {inf, inf}, high[2] = {ninf, ninf}; /* of u - b W, over corners and times */
@@ -4273,7 +4408,7 @@ OP uint32_t NAME(frustum_triangles)(const NAME(frustum_rays) *f, const pktrt__ba
         q[j] = NAME(corner)(k0 + at, k1 + at, vset(f->ta[end]), vset(f->tb[end]), moving);
       }
       if (!moving && f->common)
-        UNROLL for (int j = 0; j < 3; j++) vstore(p[c][j], vsub(q[j], vset(b->o[axis[j]][f->first])));
+        UNROLL for (int j = 0; j < 3; j++) vstore(corners->p[c][j], vsub(q[j], vset(b->o[axis[j]][f->first])));
       const v8 w = vfms(q[2], s, vset(f->ref[2]));
       wlo = vmin(wlo, w), whi = vmax(whi, w);
       UNROLL for (int a = 0; a < 2; a++) {
@@ -4286,7 +4421,11 @@ OP uint32_t NAME(frustum_triangles)(const NAME(frustum_rays) *f, const pktrt__ba
   m8 keep = mand(vle(vset(f->wmin - f->pad), whi), vle(wlo, vset(f->wmax + f->pad)));
   UNROLL for (int a = 0; a < 2; a++) keep =
       mand(keep, mand(vle(low[a], vset(f->a[2 * a] + f->pad)), vle(vset(f->a[2 * a + 1] - f->pad), high[a])));
-  return mbits(keep);
+  vstore(corners->range, vadd(vsub(whi, wlo), vset(f->pad)));
+  vstore(corners->far_, vadd(vmax(vabs(wlo), vabs(whi)), vset(f->depth + f->pad)));
+  uint32_t lanes = mbits(keep);
+  if (!moving && f->common && lanes) lanes &= ~NAME(frustum_edges)(f, corners);
+  return lanes;
 }
 
 /* One triangle against those of rays r to r+7 in bits, given their sheared corners; those that take it. */
@@ -4313,22 +4452,44 @@ PKTRT__NOINLINE uint32_t NAME(take8)(const pktrt__view *view, pktrt__batch *b, u
   return taken;
 }
 
-/* The same for one half of a vector of rays. */
-OP uint32_t NAME(frustum_take)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t bits, const vf x[3],
-                               const vf y[3], const vf z[3], const int half, uint32_t id, uint32_t slot,
-                               pktrt_counts *counts) {
-  (void)half; /* where a vector of rays is eight wide, there is but one */
-  const v8 hx[3] = {fhalf(x[0], half), fhalf(x[1], half), fhalf(x[2], half)};
-  const v8 hy[3] = {fhalf(y[0], half), fhalf(y[1], half), fhalf(y[2], half)};
-  const v8 hz[3] = {fhalf(z[0], half), fhalf(z[1], half), fhalf(z[2], half)};
-  return NAME(take8)(view, b, r, bits, hx, hy, hz, id, slot, counts);
+/* The same for a vector of rays in a frustum, given their edge functions, depths of corners, largest |x| |y|, and what
+   all rays have in common. */
+PKTRT__NOINLINE uint32_t NAME(frustum_take)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t bits,
+                                            const vf e[3], const vf z[3], vf xy, float range, float far_, uint32_t id,
+                                            uint32_t slot, pktrt_counts *counts) {
+  const vf zero = fset(0), dk = fload(b->dk + r), tiny = fload(b->tiny + r);
+  const vf det = fadd(fadd(e[0], e[1]), e[2]), inverse = fdiv(fset(1), det), size = fabs_(det);
+  const vf sum = ffma(fmul(e[0], inverse), z[0], ffma(fmul(e[1], inverse), z[1], fmul(fmul(e[2], inverse), z[2])));
+  const vf depth = fsel(flt(dk, zero), fsub(zero, sum), sum);
+  const vf error = ffma(fmul(xy, fabs_(inverse)), fset(PKTRT__PAD_SPREAD * range),
+                        fadd(fset(PKTRT__PAD_ESTIMATE * far_), tiny));
+  const vf bound = fsel(fmand(flt(fset(PKTRT__LEAST_DET), size), fle(size, fset(FLT_MAX))), error, fset(INFINITY));
+  const vf lo = fsub(depth, bound), hi = fadd(depth, bound);
+  bits &= ~(fbits(flt(fload(b->wf + r), lo)) | fbits(flt(hi, fload(b->wn + r)))); /* NaN leaves it open */
+  const vf least = fmin_(e[0], fmin_(e[1], e[2])), most = fmax_(e[0], fmax_(e[1], e[2]));
+  const uint32_t sure = fbits(flt(zero, least)) | fbits(flt(most, zero));
+  uint32_t taken = bits & sure & fbits(fmand(flt(fload(b->sn + r), lo), flt(hi, fload(b->sf + r))));
+  uint32_t open = bits & ~taken;
+  if (view->check_area)
+    for (uint32_t m = taken; m; m &= m - 1)
+      if (!pktrt__area_at(&view->groups[view->group], slot, b->time[r + pktrt__lowest(m)])) taken &= ~(m & (0u - m));
+  if (counts) counts->canonical_tests += pktrt__popcount(bits), counts->settlings += pktrt__popcount(open);
+  const mf m = ffrom(taken);
+  fput(b->sf + r, m, lo);
+  fput(b->wf + r, m, hi);
+  fput_u32(b->id + r, m, id);
+  fput_u32(b->slot + r, m, slot);
+  fput_u32(b->group + r, m, view->group);
+  for (; PKTRT__UNLIKELY(open); open &= open - 1)
+    if (pktrt__settle(view, b, r + pktrt__lowest(open), id, slot)) taken |= open & (0u - open);
+  return taken;
 }
 
 /* One triangle (lane of a block) against the rays of mask; those that hit it. */
 OP uint64_t NAME(frustum_triangle)(const NAME(frustum_rays) *f, const pktrt__view *view, pktrt__batch *b,
-                                   const float *k0, const float *k1, float p[3][3][8], uint32_t lane, uint32_t id,
-                                   uint32_t slot, uint64_t mask, const bool moving, const bool stats,
-                                   pktrt_counts *counts) {
+                                   const float *k0, const float *k1, const NAME(frustum_corners) *corners,
+                                   uint32_t lane, uint32_t id, uint32_t slot, uint64_t mask, const bool moving,
+                                   const bool stats, pktrt_counts *counts) {
   const uint32_t axis[3] = {f->ku, f->kv, f->k};
   const bool common = !moving && f->common; /* moving corners differ by ray */
   uint64_t result = 0;
@@ -4337,14 +4498,14 @@ OP uint64_t NAME(frustum_triangle)(const NAME(frustum_rays) *f, const pktrt__vie
     if (!rays) continue;
     const uint32_t r = f->base + i;
     COUNT(triangle_tests, pktrt__popcount(rays));
-    vf x[3], y[3], z[3];
+    vf x[3], y[3], z[3], e[3];
     const vf su = fload(b->slope[0] + r), sv = fload(b->slope[1] + r);
     UNROLL for (int c = 0; c < 3; c++) {
       vf q[3];
       UNROLL for (int j = 0; j < 3; j++) {
         const uint32_t at = 24 * (uint32_t)c + 8 * axis[j] + lane;
         if (common) {
-          q[j] = fset(p[c][j][lane]);
+          q[j] = fset(corners->p[c][j][lane]);
         } else {
           const vf v =
               moving ? fadd(fmul(fload(b->ta + r), fset(k0[at])), fmul(fload(b->tb + r), fset(k1[at]))) : fset(k0[at]);
@@ -4355,16 +4516,15 @@ OP uint64_t NAME(frustum_triangle)(const NAME(frustum_rays) *f, const pktrt__vie
       x[c] = fsub(q[0], fmul(su, q[2]));
       y[c] = fsub(q[1], fmul(sv, q[2]));
     }
-    const vf u = fsub(fmul(x[2], y[1]), fmul(y[2], x[1])), v = fsub(fmul(x[0], y[2]), fmul(y[0], x[2]));
-    const vf w = fsub(fmul(x[1], y[0]), fmul(y[1], x[0])), zero = fset(0);
-    const uint32_t bits = rays & ~fbits(fmand(flt(fmin_(u, fmin_(v, w)), zero), flt(zero, fmax_(u, fmax_(v, w)))));
+    e[0] = fsub(fmul(x[2], y[1]), fmul(y[2], x[1])), e[1] = fsub(fmul(x[0], y[2]), fmul(y[0], x[2]));
+    e[2] = fsub(fmul(x[1], y[0]), fmul(y[1], x[0]));
+    const vf least = fmin_(e[0], fmin_(e[1], e[2])), most = fmax_(e[0], fmax_(e[1], e[2])), zero = fset(0);
+    const uint32_t bits = rays & ~fbits(fmand(flt(least, zero), flt(zero, most)));
     if (!bits) continue;
-    if (bits & 0xFF)
-      result |= (uint64_t)NAME(frustum_take)(view, b, r, bits & 0xFF, x, y, z, 0, id, slot, stats ? counts : NULL)
-                << i;
-    if (FW > 8 && bits >> 8)
-      result |= (uint64_t)NAME(frustum_take)(view, b, r + 8, bits >> 8, x, y, z, 1, id, slot, stats ? counts : NULL)
-                << (i + 8);
+    const vf xs = fmax_(fabs_(x[0]), fmax_(fabs_(x[1]), fabs_(x[2])));
+    const vf ys = fmax_(fabs_(y[0]), fmax_(fabs_(y[1]), fabs_(y[2])));
+    result |= (uint64_t)NAME(frustum_take)(view, b, r, bits, e, z, fmul(xs, ys), corners->range[lane],
+                                           corners->far_[lane], id, slot, stats ? counts : NULL) << i;
   }
   return result;
 }
@@ -4377,15 +4537,15 @@ OP uint64_t NAME(frustum_block)(const NAME(frustum_rays) *f, const pktrt__view *
   const float *k0 = (const float *)(const void *)(block + (moving ? view->vertex0 : 0));
   const float *k1 = (const float *)(const void *)(block + (moving ? view->vertex1 : 0));
   const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
-  PKTRT__ALIGN64 float p[3][3][8];
+  NAME(frustum_corners) corners;
   const uint32_t all = NAME(occupied)(id);
-  uint32_t lanes = NAME(frustum_triangles)(f, b, k0, k1, moving, p) & all;
+  uint32_t lanes = NAME(frustum_triangles)(f, b, k0, k1, moving, &corners) & all;
   COUNT(triangle_culls, pktrt__popcount(all & ~lanes));
   uint64_t hit = 0;
   for (; lanes && mask; lanes &= lanes - 1) {
     const uint32_t lane = pktrt__lowest(lanes);
-    const uint64_t h =
-        NAME(frustum_triangle)(f, view, b, k0, k1, p, lane, id[lane], index * 8 + lane, mask, moving, stats, counts);
+    const uint64_t h = NAME(frustum_triangle)(f, view, b, k0, k1, &corners, lane, id[lane], index * 8 + lane, mask,
+                                              moving, stats, counts);
     hit |= h;
     if (occlusion) mask &= ~h;
   }
@@ -4399,78 +4559,62 @@ typedef struct NAME(frustum_stack) {
   uint32_t ref;
 } NAME(frustum_stack);
 
-/* When few rays are left the stream is faster: measured flat between 8 and 24 rays, and 4 and 8 at leaves. */
-enum { NAME(thin_node) = 16, NAME(thin_leaf) = 4 };
-
-/* Hands the rays of mask to the stream, octant by octant; those that hit something. */
-OP uint64_t NAME(frustum_thin)(const NAME(frustum_rays) *f, const pktrt__view *view, pktrt__batch *b, uint64_t mask,
-                               uint32_t ref, const bool occlusion, const bool moving, const bool stats,
-                               pktrt_counts *counts) {
-  uint64_t hit = 0;
-  for (uint32_t o = 0; mask; o++) {
-    const uint64_t rays = mask & f->octant[o];
-    if (rays) hit |= NAME(stream_any)(view, b, f->list, rays, ref, occlusion, moving, stats, counts);
-    mask &= ~rays;
+/* Pushes the children of a node that reach into the frustum, farthest first; returns how many. */
+OP uint32_t NAME(frustum_push)(const NAME(frustum_rays) *f, const pktrt__view *view, uint32_t ref, uint64_t mask,
+                               NAME(frustum_stack) *stack, const bool moving, const bool stats, pktrt_counts *counts) {
+  const unsigned char *node = view->nodes + ref * (moving ? view->node_bytes : (size_t)PKTRT__NODE_BYTES);
+  const uint32_t *child = (const uint32_t *)(const void *)(node + PKTRT__NODE_KEY_BYTES);
+  const float *p0 = (const float *)(const void *)(node + (moving ? view->plane0 : 0));
+  const float *p1 = (const float *)(const void *)(node + (moving ? view->plane1 : 0));
+  PKTRT__ALIGN64 float w[8];
+  v8 entry;
+  uint32_t whole;
+  const uint32_t keep = NAME(frustum_node)(f, p0, p1, moving, &entry, &whole), n = pktrt__popcount(keep);
+  COUNT(node_visits, 1);
+  COUNT(frustum_culls, 8 - n);
+  vstore(w, entry);
+  uint64_t order = vorder(keep, child[8 + f->octant]);
+  for (uint32_t i = 0; i < n; i++, order >>= 8) {
+    const uint32_t c = order & 7;
+    stack[i].mask = mask, stack[i].plane = whole >> c & 1 ? NULL : p0 + c, stack[i].w = w[c], stack[i].ref = child[c];
   }
-  return hit;
+  return n;
 }
 
-/* One group of the scene, from its root. Returns the occluded rays. */
+/* One group of the scene, from its root. Returns the occluded rays. When few rays are left the stream is faster:
+   measured flat about the numbers here. */
 OP uint64_t NAME(frustum)(NAME(frustum_rays) *f, const pktrt__view *view, pktrt__batch *b, uint64_t mask,
                           const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
   NAME(frustum_stack) stack[PKTRT__STACK + 8];
   const ptrdiff_t to_key1 = moving ? ((ptrdiff_t)view->plane1 - (ptrdiff_t)view->plane0) / (ptrdiff_t)sizeof(float) : 0;
+  const uint32_t thin_node = occlusion ? 32 : 16, thin_leaf = occlusion ? 16 : 8;
   const uint64_t mask_all = mask;
-  const uint32_t octant = b->octant[f->first];
+  uint64_t alive = mask, hit = 0;
   uint32_t sp = 0, ref = 0;
-  uint64_t alive = mask;
   for (;;) {
-    if (ref & PKTRT__LEAF) {
-      const uint64_t hit = NAME(frustum_block)(f, view, b, ref & ~PKTRT__LEAF, mask, occlusion, moving, stats, counts);
-      if (hit) {
-        if (occlusion && !(alive &= ~hit)) return mask_all;
-        NAME(frustum_depth)(f, b, alive);
-      }
+    if (pktrt__popcount(mask) <= (ref & PKTRT__LEAF ? thin_leaf : thin_node)) {
+      COUNT(fallbacks, 1);
+      hit = NAME(stream_any)(view, b, f->list, mask, ref, occlusion, moving, stats, counts);
+    } else if (ref & PKTRT__LEAF) {
+      hit = NAME(frustum_block)(f, view, b, ref & ~PKTRT__LEAF, mask, occlusion, moving, stats, counts);
     } else {
-      const unsigned char *node = view->nodes + ref * (moving ? view->node_bytes : (size_t)PKTRT__NODE_BYTES);
-      const uint32_t *child = (const uint32_t *)(const void *)(node + PKTRT__NODE_KEY_BYTES);
-      const float *p0 = (const float *)(const void *)(node + (moving ? view->plane0 : 0));
-      v8 entry;
-      uint32_t whole, keep = NAME(frustum_node)(f, p0, p0 + to_key1, moving, &entry, &whole);
-      COUNT(node_visits, 1);
-      COUNT(frustum_culls, 8 - pktrt__popcount(keep));
-      if (keep) {
-        PKTRT__ALIGN64 float w[8];
-        vstore(w, entry);
-        uint32_t perm = child[8 + octant];
-        for (int i = 0; i < 8; i++, perm >>= 3) {
-          const uint32_t c = perm & 7;
-          stack[sp].mask = mask, stack[sp].plane = whole >> c & 1 ? NULL : p0 + c;
-          stack[sp].w = w[c], stack[sp].ref = child[c];
-          sp += keep >> c & 1;
-        }
-      }
+      sp += NAME(frustum_push)(f, view, ref, mask, stack + sp, moving, stats, counts);
     }
-    for (;;) {
+    if (hit) {
+      if (occlusion && !(alive &= ~hit)) return mask_all;
+      NAME(frustum_depth)(f, b, alive);
+      hit = 0;
+    }
+    do {
       if (!sp) return mask_all & ~alive;
       const NAME(frustum_stack) *e = &stack[--sp];
-      if (e->w > f->wmax || !(mask = e->mask & alive)) continue;
-      if (e->plane) {
+      mask = e->w > f->wmax ? 0 : e->mask & alive, ref = e->ref;
+      if (mask && e->plane) {
         COUNT(box_tests, pktrt__popcount(mask));
         mask = NAME(frustum_rays_in)(f, b, e->plane, e->plane + to_key1, mask, moving);
         COUNT(ray_culls, !mask);
-        if (!mask) continue;
       }
-      ref = e->ref;
-      const uint32_t thin = ref & PKTRT__LEAF ? (uint32_t)NAME(thin_leaf) : (uint32_t)NAME(thin_node);
-      if (pktrt__popcount(mask) > thin) break;
-      COUNT(fallbacks, 1);
-      const uint64_t hit = NAME(frustum_thin)(f, view, b, mask, ref, occlusion, moving, stats, counts);
-      if (hit) {
-        if (occlusion && !(alive &= ~hit)) return mask_all;
-        NAME(frustum_depth)(f, b, alive);
-      }
-    }
+    } while (!mask);
   }
 }
 
@@ -4894,11 +5038,11 @@ OP void NAME(drive_stream)(const pktrt_scene *scene, pktrt__batch *b, const uint
   }
 }
 
-/* A packet that looks along axis k through all groups. */
-OP void NAME(drive_frustum)(const pktrt_scene *scene, pktrt__batch *b, uint32_t base, uint64_t mask, uint32_t k,
-                            float sign, const bool occlusion, const bool stats, pktrt_counts *counts) {
+/* A packet of one axis and octant through all groups. */
+OP void NAME(drive_frustum)(const pktrt_scene *scene, pktrt__batch *b, uint32_t base, uint64_t mask,
+                            const bool occlusion, const bool stats, pktrt_counts *counts) {
   NAME(frustum_rays) f;
-  NAME(frustum_setup)(&f, scene, b, base, mask, k, sign);
+  NAME(frustum_setup)(&f, scene, b, base, mask);
   COUNT(packets, 1);
   for (uint32_t i = 0; i < scene->group_count && mask; i++) {
     const pktrt__group *g = &scene->groups[i];
@@ -4983,6 +5127,21 @@ OP void NAME(drive_octants)(const pktrt_scene *scene, pktrt__batch *b, const uin
     }
 }
 
+/* Those of [base, base + 64) that look along the same axis, in the same octant, as ray r. */
+OP uint64_t NAME(rays_along)(const pktrt__batch *b, uint32_t base, uint32_t r) {
+  const uint64_t each = UINT64_C(0x0101010101010101);
+  uint64_t result = 0;
+  for (uint32_t i = 0; i < 64; i += 8) {
+    uint64_t bytes = 0; /* five bits each; then their low bits tell which differ */
+    for (uint32_t j = 0; j < 8; j++)
+      bytes |= (uint64_t)(b->octant[base + i + j] | b->axis[base + i + j] << 3) << 8 * j;
+    bytes ^= each * (b->octant[r] | (uint64_t)b->axis[r] << 3);
+    bytes = (bytes + UINT64_C(0x7F7F7F7F7F7F7F7F)) >> 7 & each;
+    result |= (~(bytes * UINT64_C(0x0102040810204080) >> 56) & 0xFF) << i;
+  }
+  return result;
+}
+
 /* The fast path: packets of 64 neighbours. If all their rays look along one axis, those with the same canonical axis
    are frustum packets; else all go by octant, over the whole batch, to the stream. A slack of 0.7 was measured as
    good as 0.2. */
@@ -5005,20 +5164,16 @@ OP void NAME(drive_fast)(const pktrt_scene *scene, pktrt__batch *b, uint32_t n, 
     if (pktrt__popcount(rest) > 16 && !(rest & ~(agree & forward))) {
       while (rest) {
         const uint32_t r = base + pktrt__lowest(rest);
-        const float s = b->dk[r] < 0 ? -1.0f : 1.0f;
-        uint64_t same = 0;
-        for (uint64_t m = rest; m; m &= m - 1) {
-          const uint32_t i = pktrt__lowest(m);
-          if (b->axis[base + i] == b->axis[r] && (b->dk[base + i] < 0) == (s < 0)) same |= (uint64_t)1 << i;
-        }
-        NAME(drive_frustum)(scene, b, base, same, b->axis[r], s, occlusion, stats, counts);
+        const uint64_t same = rest & NAME(rays_along)(b, base, r);
+        NAME(drive_frustum)(scene, b, base, same, occlusion, stats, counts);
         rest &= ~same;
       }
       continue;
     }
     left[base / 64] = rest;
   }
-  NAME(drive_octants)(scene, b, left, occlusion, stats, counts);
+  b->coherent = !(left[0] | left[1] | left[2] | left[3]);
+  if (!b->coherent) NAME(drive_octants)(scene, b, left, occlusion, stats, counts);
 }
 
 #endif /* not for one */
@@ -5078,13 +5233,14 @@ PKTRT__NOINLINE uint32_t NAME(resolve_hits)(const pktrt_scene *scene, pktrt__bat
   UNROLL for (int a = 0; a < 3; a++) n[a] =
       dsub(dmul(e[0][(a + 1) % 3], e[1][(a + 2) % 3]), dmul(e[0][(a + 2) % 3], e[1][(a + 1) % 3]));
   const d8 largest = dmax(dabs(n[0]), dmax(dabs(n[1]), dabs(n[2])));
-  const d8 depth = dadd(dadd(dmul(u, z[0]), dmul(v, z[1])), dmul(w, z[2]));
+  const d8 depth = dadd(dadd(dmul(u, z[0]), dmul(v, z[1])), dmul(w, z[2])), dk = dfrom(vload(b->dk + i));
+  const d8 one = dset(1), r = ddiv(one, dmul(det, dk)), rdet = dmul(dk, r), unit = ddiv(one, largest);
   const m8 m = mfrom(hits);
   const v8 zero = vset(0);
-  vput(b->t + i, m, dto(ddiv(depth, dmul(det, dfrom(vload(b->dk + i))))));
-  vstore(b->cn[0] + i, vsel(m, dto(ddiv(v, det)), zero));
-  vstore(b->cn[1] + i, vsel(m, dto(ddiv(w, det)), zero));
-  UNROLL for (int a = 0; a < 3; a++) vstore(b->cf[a] + i, vsel(m, dto(ddiv(n[a], largest)), zero));
+  vput(b->t + i, m, dto(dmul(depth, r)));
+  vstore(b->cn[0] + i, vsel(m, dto(dmul(v, rdet)), zero));
+  vstore(b->cn[1] + i, vsel(m, dto(dmul(w, rdet)), zero));
+  UNROLL for (int a = 0; a < 3; a++) vstore(b->cf[a] + i, vsel(m, dto(dmul(n[a], unit)), zero));
   return hits & ~mbits(dlt(dset(0), largest));
 }
 
@@ -5575,6 +5731,52 @@ static void NAME(trace)(const pktrt__call *call, pktrt__batch *b, uint32_t n) {
   }
 }
 
+/* >>arrays ---------------------------------------------------------------------------------------------------------
+
+   Arrays of structures to batches and back: eight rays are eight rows of eight floats and a time; so are eight hits. */
+
+static void NAME(load)(pktrt__batch *b, const pktrt_ray *rays, uint32_t n, size_t left) {
+  uint32_t i = 0;
+#if PKTRT__STAMP == PKTRT__STAMP_AVX2 || PKTRT__STAMP == PKTRT__STAMP_AVX512
+  for (; i + 8 <= n; i += 8) {
+    v8 r[8];
+    UNROLL for (uint32_t j = 0; j < 8; j++) {
+      r[j] = vload((const float *)(const void *)&rays[i + j]);
+      b->time[i + j] = rays[i + j].time;
+    }
+    if (i + 8 + PKTRT__BATCH <= left)
+      UNROLL for (uint32_t j = 0; j < 8; j += 2) PKTRT__PREFETCH(&rays[i + j + PKTRT__BATCH]);
+    vturn(r);
+    UNROLL for (int a = 0; a < 3; a++) vstore(b->o[a] + i, r[a]), vstore(b->d[a] + i, r[a + 4]);
+    vstore(b->tmin + i, r[3]), vstore(b->tmax + i, r[7]);
+  }
+#endif
+  pktrt__load_rays(b, rays, i, n, left);
+}
+
+static void NAME(store)(const pktrt_scene *s, const pktrt__batch *b, pktrt_hit *hits, uint32_t n, size_t left) {
+  uint32_t i = 0;
+#if PKTRT__STAMP == PKTRT__STAMP_AVX2 || PKTRT__STAMP == PKTRT__STAMP_AVX512
+  uint32_t hint[2] = {0, 0};
+  for (; i + 8 <= n; i += 8) {
+    PKTRT__ALIGN64 uint32_t mesh[8], triangle[8];
+    const pktrt__mesh *m = &s->meshes[hint[0]];
+    if (s->group_count && m->triangle_count && vless(triangle, b->id + i, m->first_id, m->triangle_count) == 0xFF)
+      for (uint32_t j = 0; j < 8; j++) mesh[j] = hint[0];
+    else
+      for (uint32_t j = 0; j < 8; j++) pktrt__name_triangle(s, b->id[i + j], hint, &mesh[j], &triangle[j]);
+    v8 r[8] = {vload(b->t + i), vload(b->cn[0] + i), vload(b->cn[1] + i), vload(b->cf[0] + i), vload(b->cf[1] + i),
+               vload(b->cf[2] + i), vload((const float *)(const void *)mesh),
+               vload((const float *)(const void *)triangle)};
+    vturn(r);
+    UNROLL for (uint32_t j = 0; j < 8; j++) vstore((float *)(void *)&hits[i + j], r[j]);
+    if (i + 8 + PKTRT__BATCH <= left)
+      UNROLL for (uint32_t j = 0; j < 8; j += 2) PKTRT__PREFETCH(&hits[i + j + PKTRT__BATCH]);
+  }
+#endif
+  pktrt__store_hits(s, b, hits, i, n, left);
+}
+
 /* That the compiler kept products and sums of this instruction set apart: with e = 2^-12, (1 + e)^2 - (1 + 2 e) is
    e^2 when fused and 0 when each operation is rounded. */
 static bool NAME(rounds_each_operation)(void) {
@@ -5588,8 +5790,8 @@ static bool NAME(rounds_each_operation)(void) {
   return mbits(mand(minus, from)) == 0xFF;
 }
 
-static const pktrt__kernels NAME(kernels) = {NAME(trace), NAME(rounds_each_operation), NAME(primary), NAME(pack),
-                                                    NAME(find), NAME(dress), NAME(aim), NAME(gain), NAME(send)};
+static const pktrt__kernels NAME(kernels) = {NAME(trace), NAME(rounds_each_operation), NAME(load), NAME(store), NAME(primary),
+                                             NAME(pack), NAME(find), NAME(dress), NAME(aim), NAME(gain), NAME(send)};
 
 #ifdef PKTRT__ALSO_STAMP /* for benchmarks: a file of theirs on the same vectors; its path from here, in quotes */
 #include PKTRT__ALSO_STAMP
@@ -5623,7 +5825,10 @@ static const pktrt__kernels NAME(kernels) = {NAME(trace), NAME(rounds_each_opera
 #undef ffma
 #undef ffms
 #undef ffrom
-#undef fhalf
+#undef fdiv
+#undef fput
+#undef fput_u32
+#undef fsign
 #undef fhmax
 #undef fhmin
 #undef fle
@@ -5668,6 +5873,9 @@ static const pktrt__kernels NAME(kernels) = {NAME(trace), NAME(rounds_each_opera
 #undef vset
 #undef vsign
 #undef vstore
+#undef vturn
+#undef vless
+#undef vorder
 #undef vsub
 #undef vwith_sign
 #undef FW
@@ -6019,25 +6227,16 @@ PKTRT_DEF pktrt_status pktrt_add_material(pktrt_scene *s, const pktrt_material *
 
 /* >>queries -------------------------------------------------------------------------------------------------------- */
 
-/* Asks the caches for a batch's worth of the caller's values, the batch after this one: the hardware's foresight ends
-   with each page. `left`: values from `row` on. */
-static void pktrt__fetch_row(const void *row, size_t left) {
+/* Asks the caches for n of the caller's values, a batch ahead: the hardware's foresight ends with each page. `left`:
+   values from `row` on. */
+static void pktrt__fetch_row(const void *row, uint32_t n, size_t left) {
   const size_t line = 64 / sizeof(float);
-  for (size_t i = PKTRT__BATCH; i < 2 * PKTRT__BATCH && i < left; i += line) PKTRT__PREFETCH((const float *)row + i);
-}
-
-/* n of `left` rays. */
-static void pktrt__load_rays(pktrt__batch *b, const pktrt_ray *rays, uint32_t n, size_t left) {
-  for (uint32_t i = 0; i < n; i++) {
-    for (int a = 0; a < 3; a++) b->o[a][i] = rays[i].origin[a], b->d[a][i] = rays[i].direction[a];
-    b->tmin[i] = rays[i].tmin, b->tmax[i] = rays[i].tmax, b->time[i] = rays[i].time;
-    if (i + PKTRT__BATCH < left) PKTRT__PREFETCH(&rays[i + PKTRT__BATCH]);
-  }
+  for (size_t i = PKTRT__BATCH; i < PKTRT__BATCH + n && i < left; i += line) PKTRT__PREFETCH((const float *)row + i);
 }
 
 /* One row of a batch from n of `left` values of the caller's. */
 static void pktrt__load_row(float *row, const float *from, float instead, uint32_t n, size_t left) {
-  if (from) memcpy(row, from, n * sizeof(float)), pktrt__fetch_row(from, left);
+  if (from) memcpy(row, from, n * sizeof(float)), pktrt__fetch_row(from, n, left);
   for (uint32_t i = 0; !from && i < n; i++) row[i] = instead;
 }
 
@@ -6051,49 +6250,8 @@ static void pktrt__load_soa(pktrt__batch *b, const pktrt_rays *rays, size_t firs
   pktrt__load_row(b->time, rays->time ? rays->time + first : NULL, 0, n, left);
 }
 
-/* The mesh of a global triangle index: the last one that starts at or before it and is not empty. */
-PKTRT__NOINLINE uint32_t pktrt__search_mesh(const pktrt_scene *s, uint32_t id) {
-  uint32_t lo = 0, hi = s->committed_meshes;
-  while (hi - lo > 1) {
-    const uint32_t mid = lo + (hi - lo) / 2;
-    if (s->meshes[mid].first_id <= id) lo = mid;
-    else hi = mid;
-  }
-  return lo;
-}
-
-/* The same; tries the last two answers first, as neighbouring rays mostly hit the same mesh, or two that meet. */
-PKTRT__INLINE uint32_t pktrt__mesh_at(const pktrt_scene *s, uint32_t id, uint32_t hint[2]) {
-  const pktrt__mesh *m = &s->meshes[hint[0]];
-  if (id - m->first_id < m->triangle_count) return hint[0];
-  const uint32_t other = hint[1];
-  m = &s->meshes[other];
-  hint[1] = hint[0];
-  return hint[0] = id - m->first_id < m->triangle_count ? other : pktrt__search_mesh(s, id);
-}
-
-/* Mesh and triangle of a global index. */
-PKTRT__INLINE void pktrt__name_triangle(const pktrt_scene *s, uint32_t id, uint32_t hint[2], uint32_t *mesh,
-                                        uint32_t *triangle) {
-  *mesh = *triangle = PKTRT_NONE;
-  if (id == PKTRT_NONE) return;
-  *mesh = pktrt__mesh_at(s, id, hint);
-  *triangle = id - s->meshes[*mesh].first_id;
-}
-
-static void pktrt__store_hits(const pktrt_scene *s, const pktrt__batch *b, pktrt_hit *hits, uint32_t n, size_t left) {
-  uint32_t hint[2] = {0, 0};
-  for (uint32_t i = 0; i < n; i++) {
-    pktrt_hit *h = &hits[i];
-    if (i + PKTRT__BATCH < left) PKTRT__PREFETCH(h + PKTRT__BATCH);
-    h->t = b->t[i], h->u = b->cn[0][i], h->v = b->cn[1][i];
-    for (int a = 0; a < 3; a++) h->normal[a] = b->cf[a][i];
-    pktrt__name_triangle(s, b->id[i], hint, &h->mesh, &h->triangle);
-  }
-}
-
 static void pktrt__store_row(float *to, const float *row, size_t first, uint32_t n, size_t left) {
-  if (to) memcpy(to + first, row, n * sizeof(float)), pktrt__fetch_row(to + first, left);
+  if (to) memcpy(to + first, row, n * sizeof(float)), pktrt__fetch_row(to + first, n, left);
 }
 
 static void pktrt__store_soa(const pktrt_scene *s, const pktrt__batch *b, const pktrt_hits *hits, size_t first,
@@ -6127,22 +6285,27 @@ static pktrt__call pktrt__call_of(const pktrt_scene *s, const pktrt_query_desc *
   return call;
 }
 
-/* Whole packets of the paper path fit into a batch. */
-static uint32_t pktrt__batch_size(const pktrt_query_desc *d) {
-  return d->path == PKTRT_PATH_PAPER ? PKTRT__BATCH / d->packet_size * d->packet_size : (uint32_t)PKTRT__BATCH;
+/* How many of `left` rays to take next: whole packets of the paper path; of the fast path one packet while rays are
+   coherent, whose rows then stay in the nearest cache, else as many as possible, to be sorted by octant. */
+static uint32_t pktrt__next(const pktrt_query_desc *d, const pktrt__batch *b, size_t left) {
+  uint32_t n = PKTRT__BATCH;
+  if (d->path == PKTRT_PATH_PAPER) n = n / d->packet_size * d->packet_size;
+  else if (b->coherent) n = 64;
+  return left < n ? (uint32_t)left : n;
 }
 
 PKTRT_DEF void pktrt_intersect_ex(const pktrt_scene *s, const pktrt_query_desc *desc, const pktrt_ray *rays,
                                   pktrt_hit *hits, size_t n) {
   pktrt_query_desc d;
   const pktrt__call call = pktrt__call_of(s, desc, &d, false);
-  const uint32_t size = pktrt__batch_size(&d);
   pktrt__batch b;
-  for (size_t i = 0; i < n; i += size) {
-    const uint32_t m = n - i < size ? (uint32_t)(n - i) : size;
-    pktrt__load_rays(&b, rays + i, m, n - i);
+  b.coherent = true;
+  for (size_t i = 0; i < n;) {
+    const uint32_t m = pktrt__next(&d, &b, n - i);
+    s->kernels->load(&b, rays + i, m, n - i);
     s->kernels->trace(&call, &b, m);
-    pktrt__store_hits(s, &b, hits + i, m, n - i);
+    s->kernels->store(s, &b, hits + i, m, n - i);
+    i += m;
   }
 }
 
@@ -6150,13 +6313,14 @@ PKTRT_DEF void pktrt_occluded_ex(const pktrt_scene *s, const pktrt_query_desc *d
                                  size_t n) {
   pktrt_query_desc d;
   const pktrt__call call = pktrt__call_of(s, desc, &d, true);
-  const uint32_t size = pktrt__batch_size(&d);
   pktrt__batch b;
-  for (size_t i = 0; i < n; i += size) {
-    const uint32_t m = n - i < size ? (uint32_t)(n - i) : size;
-    pktrt__load_rays(&b, rays + i, m, n - i);
+  b.coherent = true;
+  for (size_t i = 0; i < n;) {
+    const uint32_t m = pktrt__next(&d, &b, n - i);
+    s->kernels->load(&b, rays + i, m, n - i);
     s->kernels->trace(&call, &b, m);
     for (uint32_t j = 0; j < m; j++) out[i + j] = b.slot[j] != PKTRT_NONE;
+    i += m;
   }
 }
 
@@ -6164,13 +6328,14 @@ PKTRT_DEF void pktrt_intersect_soa_ex(const pktrt_scene *s, const pktrt_query_de
                                       const pktrt_hits *hits, size_t n) {
   pktrt_query_desc d;
   const pktrt__call call = pktrt__call_of(s, desc, &d, false);
-  const uint32_t size = pktrt__batch_size(&d);
   pktrt__batch b;
-  for (size_t i = 0; i < n; i += size) {
-    const uint32_t m = n - i < size ? (uint32_t)(n - i) : size;
+  b.coherent = true;
+  for (size_t i = 0; i < n;) {
+    const uint32_t m = pktrt__next(&d, &b, n - i);
     pktrt__load_soa(&b, rays, i, m, n - i);
     s->kernels->trace(&call, &b, m);
     pktrt__store_soa(s, &b, hits, i, m, n - i);
+    i += m;
   }
 }
 
@@ -6178,13 +6343,14 @@ PKTRT_DEF void pktrt_occluded_soa_ex(const pktrt_scene *s, const pktrt_query_des
                                      bool *out, size_t n) {
   pktrt_query_desc d;
   const pktrt__call call = pktrt__call_of(s, desc, &d, true);
-  const uint32_t size = pktrt__batch_size(&d);
   pktrt__batch b;
-  for (size_t i = 0; i < n; i += size) {
-    const uint32_t m = n - i < size ? (uint32_t)(n - i) : size;
+  b.coherent = true;
+  for (size_t i = 0; i < n;) {
+    const uint32_t m = pktrt__next(&d, &b, n - i);
     pktrt__load_soa(&b, rays, i, m, n - i);
     s->kernels->trace(&call, &b, m);
     for (uint32_t j = 0; j < m; j++) out[i + j] = b.slot[j] != PKTRT_NONE;
+    i += m;
   }
 }
 

@@ -81,9 +81,10 @@ static bool canonical(const shear *s, const pktrt_ray *r, float v[3][3], float *
   double det = (U + V) + W;
   if (det == 0) return false;
   double ta = U * (double)z[0], tb = V * (double)z[1], tc = W * (double)z[2];
-  *t = (float)(((ta + tb) + tc) / (det * (double)r->direction[s->k]));
-  *bu = (float)(V / det);
-  *bv = (float)(W / det);
+  double dk = (double)r->direction[s->k], inverse = 1 / (det * dk);
+  *t = (float)(((ta + tb) + tc) * inverse);
+  *bu = (float)(V * (dk * inverse));
+  *bv = (float)(W * (dk * inverse));
   return true;
 }
 
@@ -98,7 +99,7 @@ bool ref_intersect(const world *w, const pktrt_ray *r, pktrt_hit *h) {
       corners(&w->m[i], j, r->time, v);
       if (!canonical(&s, r, v, &t, &bu, &bv) || !(t > r->tmin && t < h->t) || !normal_of(v, n)) continue;
       double size = fmax(fabs(n[0]), fmax(fabs(n[1]), fabs(n[2])));
-      for (int k = 0; k < 3; k++) h->normal[k] = (float)(n[k] / size);
+      for (int k = 0; k < 3; k++) h->normal[k] = (float)(n[k] * (1 / size));
       h->t = t, h->u = bu, h->v = bv, h->mesh = i, h->triangle = j;
     }
   }

@@ -11,6 +11,7 @@
 typedef struct setting { /* how a stage is built, and whether it moves */
   const char *name;
   double share; /* of the diagonal, that vertices move by */
+  double loose; /* of that share, how far each moves by itself besides */
   bool high;    /* the dearest trees of both libraries */
   bool robust;  /* Embree's robust mode */
   bool refit;   /* trees built before the motion, fitted to what is after it */

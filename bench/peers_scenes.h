@@ -329,8 +329,8 @@ static double turn_of(const scene *s, const double middle[3], int u, int v, doub
 }
 
 /* Gives all meshes a second key: turned about the vertical axis through the middle, so that vertices move by `share` of
-   the diagonal on average; and each vertex moves by itself, up to a tenth of that along each axis. share 0: one key. */
-static void set_motion(stage *g, double share) {
+   the diagonal on average; and each vertex moves by itself, up to `loose` of that along each axis. share 0: one key. */
+static void set_motion(stage *g, double share, double loose) {
   const int up = largest_axis(g->s.camera.up), axis = g->s.camera.up[up] != 0 ? up : 1, u = (axis + 1) % 3,
             v = (axis + 2) % 3;
   double lo[3], hi[3], middle[3];
@@ -350,7 +350,7 @@ static void set_motion(stage *g, double share) {
       double to[3];
       to[axis] = (double)p[k + (size_t)axis], to[u] = middle[u] + c * x - n * y, to[v] = middle[v] + n * x + c * y;
       for (unsigned a = 0; a < 3; a++)
-        p[floats + k + a] = (float)(to[a] + 0.1 * way * (2 * (double)uniform(hash_point(p + k), a) - 1));
+        p[floats + k + a] = (float)(to[a] + loose * way * (2 * (double)uniform(hash_point(p + k), a) - 1));
     }
   }
 }

@@ -1889,6 +1889,25 @@ static uint32_t pktrt__open(const pktrt__binary *nodes, pktrt__sub root, pktrt__
   return n;
 }
 
+/* Children in the order in which rays that look for any hit leave them for last: large boxes of few triangles come
+   last and are entered first. WHY: measured against seven other orders, it opens half the nodes in conference. */
+static void pktrt__arrange(const pktrt__binary *nodes, pktrt__sub *child, uint32_t n) {
+  pktrt__sub from[PKTRT__W];
+  double key[PKTRT__W];
+  uint32_t rank[PKTRT__W];
+  for (uint32_t i = 0; i < n; i++) {
+    uint32_t mine = 0;
+    const double size = nodes[child[i].slot].size, area = size * size;
+    key[i] = area * area / child[i].count;
+    for (uint32_t j = 0; j < i; j++) {
+      const uint32_t before = key[j] <= key[i];
+      mine += before, rank[j] += 1 - before;
+    }
+    from[i] = child[i], rank[i] = mine;
+  }
+  for (uint32_t i = 0; i < n; i++) child[rank[i]] = from[i];
+}
+
 static void pktrt__clear_node(const pktrt__group *g, unsigned char *node) {
   uint32_t *child = pktrt__node_children(node);
   for (int c = 0; c < PKTRT__W; c++) child[c] = PKTRT__EMPTY;
@@ -1913,6 +1932,7 @@ static void pktrt__walk_tree(pktrt__walk *w, pktrt__sub root, pktrt__task *t) {
   while (top) {
     pktrt__sub child[PKTRT__W], sub = stack[--top].sub;
     uint32_t n = pktrt__open(w->b->nodes, sub, child), *refs = &unused;
+    if (w->g || w->subs) pktrt__arrange(w->b->nodes, child, n);
     if (w->g) {
       unsigned char *at = w->g->nodes + (size_t)node * w->g->node_bytes;
       pktrt__clear_node(w->g, at);
@@ -3932,26 +3952,61 @@ PKTRT__NOINLINE uint64_t NAME(box_mask)(const pktrt__batch *b, uint32_t base, ui
 }
 
 /* >>single -----------------------------------------------------------------------------------------------------------
-   One ray from a subtree's root, nearest child first. */
-OP bool NAME(single)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t ref, const bool occlusion,
-                     const bool moving, const bool stats, pktrt_counts *counts) {
+   One ray from a subtree's root. */
+
+/* What the boxes want of it, once per tree. */
+typedef struct NAME(beam) {
+  v8 rd[3], cn[3], cf[3], wn, ta, tb;
+  uint32_t near_[3]; /* where a node's near planes stand, in floats; far planes at the other place of eight */
+} NAME(beam);
+
+OP NAME(beam) NAME(beam_of)(const pktrt__batch *b, uint32_t r, const bool moving) {
+  NAME(beam) q;
+  UNROLL for (uint32_t a = 0; a < 3; a++) {
+    q.rd[a] = vset(b->rd[a][r]), q.cn[a] = vset(b->cn[a][r]), q.cf[a] = vset(b->cf[a][r]);
+    q.near_[a] = 16 * a + 8 * (b->octant[r] >> a & 1u);
+  }
+  q.wn = vset(b->wn[r]);
+  if (moving) q.ta = vset(b->ta[r]), q.tb = vset(b->tb[r]);
+  return q;
+}
+
+/* The children of a node that it may hit before the depth wf, and its entry depths. */
+OP uint32_t NAME(beam_slabs)(const NAME(beam) *q, const pktrt__view *view, const unsigned char *node, float wf,
+                             const bool moving, v8 *entry) {
+  const float *p0 = (const float *)(const void *)(node + (moving ? view->plane0 : 0));
+  const float *p1 = (const float *)(const void *)(node + (moving ? view->plane1 : 0));
+  v8 n = q->wn, f = vset(wf);
+  UNROLL for (int a = 0; a < 3; a++) {
+    const uint32_t i = q->near_[a], j = i ^ 8;
+    v8 near_ = vload(p0 + i), far_ = vload(p0 + j);
+    if (moving) {
+      near_ = vfma(q->ta, near_, vmul(q->tb, vload(p1 + i)));
+      far_ = vfma(q->ta, far_, vmul(q->tb, vload(p1 + j)));
+    }
+    n = vmax(vfms(near_, q->rd[a], q->cn[a]), n);
+    f = vmin(vfms(far_, q->rd[a], q->cf[a]), f);
+  }
+  *entry = n;
+  return mbits(vle(n, f));
+}
+
+/* The nearest hit: nearest child first. */
+OP bool NAME(nearest)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t ref, const bool moving,
+                      const bool stats, pktrt_counts *counts) {
   uint32_t refs[PKTRT__STACK + 8], sp = 0;
   float dists[PKTRT__STACK + 8];
   PKTRT__ALIGN64 float dist[8];
-  const uint32_t octant = b->octant[r];
+  const NAME(beam) q = NAME(beam_of)(b, r, moving);
   bool any = false;
   for (;;) {
     if (ref & PKTRT__LEAF) {
-      if (NAME(ray_block_any)(view, b, r, ref & ~PKTRT__LEAF, occlusion, moving, stats, counts)) {
-        any = true;
-        if (occlusion) return true;
-      }
+      any |= NAME(ray_block_any)(view, b, r, ref & ~PKTRT__LEAF, false, moving, stats, counts);
     } else {
       const unsigned char *node = view->nodes + ref * (moving ? view->node_bytes : (size_t)PKTRT__NODE_BYTES);
       const uint32_t *child = (const uint32_t *)(const void *)(node + PKTRT__NODE_KEY_BYTES);
-      const NAME(slabs) s = NAME(load_slabs)(view, node, octant, moving);
       v8 entry;
-      uint32_t bits = mbits(NAME(ray_slabs)(&s, b, r, moving, &entry));
+      uint32_t bits = NAME(beam_slabs)(&q, view, node, b->wf[r], moving, &entry);
       COUNT(node_visits, 1);
       COUNT(box_tests, 8);
       if (bits) {
@@ -3961,7 +4016,7 @@ OP bool NAME(single)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint3
           vstore(dist, entry);
           do { /* the nearest goes on, the others wait */
             uint32_t c = pktrt__lowest(bits);
-            if (!occlusion && dist[c] < dist[best]) {
+            if (dist[c] < dist[best]) {
               const uint32_t swap = best;
               best = c, c = swap;
             }
@@ -3977,6 +4032,33 @@ OP bool NAME(single)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint3
       if (!sp) return any;
       ref = refs[--sp];
     } while (dists[sp] > b->wf[r]);
+  }
+}
+
+/* Any hit: children in the order of the build, the last one first. */
+OP bool NAME(first)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t ref, const bool moving,
+                    const bool stats, pktrt_counts *counts) {
+  uint32_t refs[PKTRT__STACK + 8], sp = 0;
+  const NAME(beam) q = NAME(beam_of)(b, r, moving);
+  const float wf = b->wf[r];
+  for (;;) {
+    if (ref & PKTRT__LEAF) {
+      if (NAME(ray_block_any)(view, b, r, ref & ~PKTRT__LEAF, true, moving, stats, counts)) return true;
+    } else {
+      const unsigned char *node = view->nodes + ref * (moving ? view->node_bytes : (size_t)PKTRT__NODE_BYTES);
+      const uint32_t *child = (const uint32_t *)(const void *)(node + PKTRT__NODE_KEY_BYTES);
+      v8 entry;
+      uint32_t bits = NAME(beam_slabs)(&q, view, node, wf, moving, &entry);
+      COUNT(node_visits, 1);
+      COUNT(box_tests, 8);
+      if (bits) {
+        ref = child[pktrt__lowest(bits)];
+        while (bits &= bits - 1) refs[sp++] = ref, ref = child[pktrt__lowest(bits)];
+        continue;
+      }
+    }
+    if (!sp) return false;
+    ref = refs[--sp];
   }
 }
 
@@ -4030,7 +4112,7 @@ OP uint64_t NAME(stream)(const pktrt__view *view, pktrt__batch *b, const uint8_t
 #define INSTANCE(tag, o, m, s)                                                                                         \
   PKTRT__NOINLINE bool NAME(single_##tag)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t ref,          \
                                           pktrt_counts *counts) {                                                      \
-    return NAME(single)(view, b, r, ref, o, m, s, counts);                                                             \
+    return o ? NAME(first)(view, b, r, ref, m, s, counts) : NAME(nearest)(view, b, r, ref, m, s, counts);              \
   }                                                                                                                    \
   PKTRT__NOINLINE uint64_t NAME(stream_##tag)(const pktrt__view *view, pktrt__batch *b, const uint8_t *list,           \
                                               uint64_t mask, uint32_t ref, pktrt_counts *counts) {                     \

@@ -2743,6 +2743,8 @@ PKTRT__INLINE void pktrt__fetch(const pktrt__view *view, uint32_t ref, const boo
   for (size_t i = 0; i < bytes; i += 64) PKTRT__PREFETCH(at + i);
 }
 
+#define PKTRT__IN_ORDER 076543210u /* as a perm: children as they stand */
+
 /* Pushes the children with a non-empty ray mask in the order of perm, without branches; returns how many. */
 PKTRT__INLINE uint32_t pktrt__push_children(const uint64_t *mask, const uint32_t *child, const float *dist,
                                             uint32_t perm, uint64_t *masks, uint32_t *refs, float *dists) {
@@ -4067,12 +4069,39 @@ OP bool NAME(first)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32
    Up to 64 rays of one octant from a subtree's root. Every ray does the work it would do alone; they share node loads,
    the order of the children and the stack, whose entries carry the mask of the rays concerned. list[i]: the ray of bit
    i. Returns those that hit something. */
+typedef struct NAME(stream_stack) {
+  uint64_t masks[PKTRT__STACK + 8];
+  uint32_t refs[PKTRT__STACK + 8], n;
+  float dists[PKTRT__STACK + 8]; /* not for any hit */
+} NAME(stream_stack);
+
+/* Opens a node for the rays of mask. For any hit children are pushed as the build has them. */
+OP void NAME(stream_node)(const pktrt__view *view, pktrt__batch *b, const uint8_t *list, uint64_t mask, uint32_t ref,
+                          uint32_t octant, NAME(stream_stack) *stack, const bool occlusion, const bool moving) {
+  const unsigned char *node = view->nodes + ref * (moving ? view->node_bytes : (size_t)PKTRT__NODE_BYTES);
+  const uint32_t *child = (const uint32_t *)(const void *)(node + PKTRT__NODE_KEY_BYTES);
+  const NAME(slabs) s = NAME(load_slabs)(view, node, octant, moving);
+  const uint32_t sp = stack->n;
+  a8 rays = azero();
+  v8 dist = vset(INFINITY);
+  for (uint64_t m = mask; m; m &= m - 1) {
+    const uint32_t i = pktrt__lowest(m);
+    v8 entry;
+    const m8 enters = NAME(ray_slabs)(&s, b, list[i], moving, &entry);
+    rays = aor(rays, enters, (uint64_t)1 << i);
+    if (!occlusion) dist = vsel(enters, vmin(entry, dist), dist);
+  }
+  stack->n += apush(rays, child, dist, occlusion ? PKTRT__IN_ORDER : child[8 + octant], stack->masks + sp,
+                    stack->refs + sp, stack->dists + sp);
+  for (uint32_t i = sp; i < stack->n; i++) pktrt__fetch(view, stack->refs[i], moving);
+}
+
 OP uint64_t NAME(stream)(const pktrt__view *view, pktrt__batch *b, const uint8_t *list, uint64_t mask, uint32_t ref,
                          const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
-  uint64_t masks[PKTRT__STACK + 8], hit = 0;
-  uint32_t refs[PKTRT__STACK + 8], sp = 0;
-  float dists[PKTRT__STACK + 8];
+  NAME(stream_stack) stack;
+  uint64_t hit = 0;
   const uint32_t octant = b->octant[list[pktrt__lowest(mask)]];
+  stack.n = 0;
   for (;;) {
     if (ref & PKTRT__LEAF) {
       for (uint64_t m = mask; m; m &= m - 1) {
@@ -4081,31 +4110,17 @@ OP uint64_t NAME(stream)(const pktrt__view *view, pktrt__batch *b, const uint8_t
           hit |= (uint64_t)1 << i;
       }
     } else {
-      const unsigned char *node = view->nodes + ref * (moving ? view->node_bytes : (size_t)PKTRT__NODE_BYTES);
-      const uint32_t *child = (const uint32_t *)(const void *)(node + PKTRT__NODE_KEY_BYTES);
-      const NAME(slabs) s = NAME(load_slabs)(view, node, octant, moving);
-      a8 rays = azero();
-      v8 dist = vset(INFINITY);
       COUNT(node_visits, 1);
       COUNT(box_tests, 8 * pktrt__popcount(mask));
-      for (uint64_t m = mask; m; m &= m - 1) {
-        const uint32_t i = pktrt__lowest(m);
-        v8 entry;
-        const m8 enters = NAME(ray_slabs)(&s, b, list[i], moving, &entry);
-        rays = aor(rays, enters, (uint64_t)1 << i);
-        dist = vsel(enters, vmin(entry, dist), dist);
-      }
-      const uint32_t pushed = apush(rays, child, dist, child[8 + octant], masks + sp, refs + sp, dists + sp);
-      for (uint32_t i = sp; i < sp + pushed; i++) pktrt__fetch(view, refs[i], moving);
-      sp += pushed;
+      NAME(stream_node)(view, b, list, mask, ref, octant, &stack, occlusion, moving);
     }
     do { /* masks of entries pushed earlier may hold rays that are done */
-      if (!sp) return hit;
-      mask = masks[--sp];
+      if (!stack.n) return hit;
+      mask = stack.masks[--stack.n];
       if (occlusion) mask &= ~hit;
-      if (!(mask & (mask - 1)) && mask && dists[sp] > b->wf[list[pktrt__lowest(mask)]]) mask = 0;
+      else if (!(mask & (mask - 1)) && stack.dists[stack.n] > b->wf[list[pktrt__lowest(mask)]]) mask = 0;
     } while (!mask);
-    ref = refs[sp];
+    ref = stack.refs[stack.n];
   }
 }
 

@@ -3773,13 +3773,27 @@ typedef struct NAME(limits) {
   v8 sign, tiny, wn, wf, sn;
 } NAME(limits);
 
-/* The filter of >>exactness. */
-OP NAME(estimate) NAME(estimate_of)(const v8 x[3], const v8 y[3], const v8 z[3], const NAME(limits) *l) {
-  const v8 zero = vset(0);
-  const v8 u = vsub(vmul(x[2], y[1]), vmul(y[2], x[1]));
-  const v8 v = vsub(vmul(x[0], y[2]), vmul(y[0], x[2]));
-  const v8 w = vsub(vmul(x[1], y[0]), vmul(y[1], x[0]));
-  const v8 least = vmin(u, vmin(v, w)), most = vmax(u, vmax(v, w)), det = vadd(vadd(u, v), w);
+/* The edge functions of eight lanes, and what they tell about the signs. */
+typedef struct NAME(edges) {
+  v8 u, v, w, least, most;
+} NAME(edges);
+
+OP NAME(edges) NAME(edges_of)(const v8 x[3], const v8 y[3]) {
+  NAME(edges) e;
+  e.u = vsub(vmul(x[2], y[1]), vmul(y[2], x[1]));
+  e.v = vsub(vmul(x[0], y[2]), vmul(y[0], x[2]));
+  e.w = vsub(vmul(x[1], y[0]), vmul(y[1], x[0]));
+  e.least = vmin(e.u, vmin(e.v, e.w)), e.most = vmax(e.u, vmax(e.v, e.w));
+  return e;
+}
+OP uint32_t NAME(outside)(const NAME(edges) *e) {
+  return mbits(mand(vlt(e->least, vset(0)), vlt(vset(0), e->most)));
+}
+
+/* The filter of >>exactness, of lanes that are not outside. */
+OP NAME(estimate) NAME(estimate_in)(const NAME(edges) *q, const v8 x[3], const v8 y[3], const v8 z[3],
+                                    const NAME(limits) *l) {
+  const v8 zero = vset(0), u = q->u, v = q->v, w = q->w, det = vadd(vadd(u, v), w);
   const v8 xs = vmax(vabs(x[0]), vmax(vabs(x[1]), vabs(x[2]))), ys = vmax(vabs(y[0]), vmax(vabs(y[1]), vabs(y[2])));
   const v8 z_lo = vmin(z[0], vmin(z[1], z[2])), z_hi = vmax(z[0], vmax(z[1], z[2])), r = vdiv(vset(1), det);
   const v8 sum = vfma(vmul(u, r), z[0], vfma(vmul(v, r), z[1], vmul(vmul(w, r), z[2]))), depth = vmul(sum, l->sign);
@@ -3790,10 +3804,16 @@ OP NAME(estimate) NAME(estimate_of)(const v8 x[3], const v8 y[3], const v8 z[3],
   const v8 bound = vsel(known, error, vset(INFINITY));
   NAME(estimate) e;
   e.lo = vsub(depth, bound), e.hi = vadd(depth, bound);
-  const uint32_t outside = mbits(mand(vlt(least, zero), vlt(zero, most)));
-  const uint32_t beyond = mbits(mor(vlt(l->wf, e.lo), vlt(e.hi, l->wn)));
-  e.maybe = 0xFFu & ~(outside | beyond);
-  e.sure = mbits(mand(mor(vlt(zero, least), vlt(most, zero)), vlt(l->sn, e.lo))) & e.maybe;
+  e.maybe = 0xFFu & ~mbits(mor(vlt(l->wf, e.lo), vlt(e.hi, l->wn)));
+  e.sure = mbits(mand(mor(vlt(zero, q->least), vlt(q->most, zero)), vlt(l->sn, e.lo)));
+  return e;
+}
+
+OP NAME(estimate) NAME(estimate_of)(const v8 x[3], const v8 y[3], const v8 z[3], const NAME(limits) *l) {
+  const NAME(edges) q = NAME(edges_of)(x, y);
+  NAME(estimate) e = NAME(estimate_in)(&q, x, y, z, l);
+  e.maybe &= ~NAME(outside)(&q);
+  e.sure &= e.maybe;
   return e;
 }
 
@@ -3802,36 +3822,62 @@ OP v8 NAME(corner)(const float *k0, const float *k1, v8 ta, v8 tb, const bool mo
   return moving ? vadd(vmul(ta, vload(k0)), vmul(tb, vload(k1))) : vload(k0);
 }
 
-/* One ray against a leaf block. For occlusion: whether anything is hit; else whether a nearer hit was recorded. */
-OP bool NAME(ray_block)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t index, const bool occlusion,
-                        const bool moving, const bool stats, pktrt_counts *counts) {
-  const unsigned char *block = view->blocks + index * (moving ? view->block_bytes : (size_t)PKTRT__BLOCK_BYTES);
+/* A ray as triangles want it, in every lane. */
+typedef struct NAME(shear) {
+  v8 o[3], slope[2], ta, tb; /* by k, u, v */
+  NAME(limits) l;
+  uint32_t at[3]; /* where a corner's coordinates stand, in floats */
+} NAME(shear);
+
+OP NAME(shear) NAME(shear_of)(const pktrt__batch *b, uint32_t r, const bool moving) {
+  NAME(shear) q;
+  const uint32_t k = b->axis[r], axis[3] = {k, 9u >> 2 * k & 3, 18u >> 2 * k & 3}; /* the next two, in a circle */
+  UNROLL for (int a = 0; a < 3; a++) q.o[a] = vset(b->o[axis[a]][r]), q.at[a] = 8 * axis[a];
+  q.slope[0] = vset(b->slope[0][r]), q.slope[1] = vset(b->slope[1][r]);
+  q.ta = q.tb = q.o[0];
+  if (moving) q.ta = vset(b->ta[r]), q.tb = vset(b->tb[r]);
+  q.l.sign = vwith_sign(vset(1), vset(b->dk[r])), q.l.tiny = vset(b->tiny[r]);
+  q.l.wn = vset(b->wn[r]), q.l.sn = vset(b->sn[r]), q.l.wf = q.l.wn;
+  return q;
+}
+
+/* What single precision says about the lanes of a block; false if nothing in it is hit. */
+OP bool NAME(block_estimate)(const NAME(shear) *q, const pktrt__view *view, const unsigned char *block, float wf,
+                             const bool moving, NAME(estimate) *e) {
   const float *k0 = (const float *)(const void *)(block + (moving ? view->vertex0 : 0));
   const float *k1 = (const float *)(const void *)(block + (moving ? view->vertex1 : 0));
   const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
-  const uint32_t k = b->axis[r], ku = k == 2 ? 0 : k + 1, kv = k ? k - 1 : 2;
-  const v8 ok = vset(b->o[k][r]), ou = vset(b->o[ku][r]), ov = vset(b->o[kv][r]);
-  const v8 su = vset(b->slope[0][r]), sv = vset(b->slope[1][r]);
-  const v8 ta = moving ? vset(b->ta[r]) : ok, tb = moving ? vset(b->tb[r]) : ok;
+  const uint32_t k = q->at[0], u = q->at[1], v = q->at[2];
   v8 x[3], y[3], z[3];
   UNROLL for (int c = 0; c < 3; c++, k0 += 24, k1 += 24) {
-    z[c] = vsub(NAME(corner)(k0 + 8 * k, k1 + 8 * k, ta, tb, moving), ok);
-    x[c] = vsub(vsub(NAME(corner)(k0 + 8 * ku, k1 + 8 * ku, ta, tb, moving), ou), vmul(su, z[c]));
-    y[c] = vsub(vsub(NAME(corner)(k0 + 8 * kv, k1 + 8 * kv, ta, tb, moving), ov), vmul(sv, z[c]));
+    z[c] = vsub(NAME(corner)(k0 + k, k1 + k, q->ta, q->tb, moving), q->o[0]);
+    x[c] = vsub(vsub(NAME(corner)(k0 + u, k1 + u, q->ta, q->tb, moving), q->o[1]), vmul(q->slope[0], z[c]));
+    y[c] = vsub(vsub(NAME(corner)(k0 + v, k1 + v, q->ta, q->tb, moving), q->o[2]), vmul(q->slope[1], z[c]));
   }
-  NAME(limits) l;
-  l.sign = vset(b->dk[r] < 0 ? -1.0f : 1.0f), l.tiny = vset(b->tiny[r]);
-  l.wn = vset(b->wn[r]), l.wf = vset(b->wf[r]), l.sn = vset(b->sn[r]);
-  const NAME(estimate) e = NAME(estimate_of)(x, y, z, &l);
-  const uint32_t maybe = e.maybe & NAME(occupied)(id);
+  const NAME(edges) edges = NAME(edges_of)(x, y);
+  const uint32_t inside = NAME(occupied)(id) & ~NAME(outside)(&edges);
+  if (!inside) return false;
+  NAME(limits) l = q->l;
+  l.wf = vset(wf);
+  *e = NAME(estimate_in)(&edges, x, y, z, &l);
+  e->maybe &= inside;
+  return e->maybe != 0;
+}
+
+/* One ray against a leaf block. For occlusion: whether anything is hit; else whether a nearer hit was recorded. */
+OP bool NAME(ray_block)(const NAME(shear) *q, const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t index,
+                        const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
+  const unsigned char *block = view->blocks + index * (moving ? view->block_bytes : (size_t)PKTRT__BLOCK_BYTES);
+  const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
+  NAME(estimate) e;
   COUNT(triangle_tests, pktrt__popcount(NAME(occupied)(id)));
-  COUNT(canonical_tests, pktrt__popcount(maybe));
-  if (!maybe) return false;
+  if (!NAME(block_estimate)(q, view, block, b->wf[r], moving, &e)) return false;
+  COUNT(canonical_tests, pktrt__popcount(e.maybe));
   PKTRT__ALIGN64 float lo[8], hi[8];
   vstore(lo, e.lo);
   vstore(hi, e.hi);
   bool nearer = false;
-  for (uint32_t m = maybe; m; m &= m - 1) {
+  for (uint32_t m = e.maybe; m; m &= m - 1) {
     const uint32_t lane = pktrt__lowest(m), slot = index * 8 + lane;
     if (lo[lane] > b->wf[r]) continue;
     if ((e.sure >> lane & 1) && hi[lane] < b->sf[r]) {
@@ -3879,7 +3925,8 @@ OP bool NAME(ray_block)(const pktrt__view *view, pktrt__batch *b, uint32_t r, ui
 #define INSTANCE(tag, o, m, s)                                                                                         \
   PKTRT__NOINLINE bool NAME(ray_block_##tag)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t index,     \
                                              pktrt_counts *counts) {                                                   \
-    return NAME(ray_block)(view, b, r, index, o, m, s, counts);                                                        \
+    const NAME(shear) q = NAME(shear_of)(b, r, m);                                                                     \
+    return NAME(ray_block)(&q, view, b, r, index, o, m, s, counts);                                                    \
   }
 PKTRT__INSTANCES(INSTANCE)
 #undef INSTANCE
@@ -3889,7 +3936,18 @@ OP bool NAME(ray_block_any)(const pktrt__view *view, pktrt__batch *b, uint32_t r
 #if PKTRT__STAMP != PKTRT__STAMP_AVX2 && PKTRT__STAMP != PKTRT__STAMP_AVX512
   return PKTRT__PICK(ray_block)(view, b, r, index, counts);
 #else
-  return NAME(ray_block)(view, b, r, index, occlusion, moving, stats, counts);
+  const NAME(shear) q = NAME(shear_of)(b, r, moving);
+  return NAME(ray_block)(&q, view, b, r, index, occlusion, moving, stats, counts);
+#endif
+}
+/* The same for a ray that meets many blocks: q is made for all of them. */
+OP bool NAME(next_block)(const NAME(shear) *q, const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t index,
+                         const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
+#if PKTRT__STAMP != PKTRT__STAMP_AVX2 && PKTRT__STAMP != PKTRT__STAMP_AVX512
+  (void)q;
+  return PKTRT__PICK(ray_block)(view, b, r, index, counts);
+#else
+  return NAME(ray_block)(q, view, b, r, index, occlusion, moving, stats, counts);
 #endif
 }
 
@@ -4000,10 +4058,11 @@ OP bool NAME(nearest)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint
   float dists[PKTRT__STACK + 8];
   PKTRT__ALIGN64 float dist[8];
   const NAME(beam) q = NAME(beam_of)(b, r, moving);
+  const NAME(shear) t = NAME(shear_of)(b, r, moving);
   bool any = false;
   for (;;) {
     if (ref & PKTRT__LEAF) {
-      any |= NAME(ray_block_any)(view, b, r, ref & ~PKTRT__LEAF, false, moving, stats, counts);
+      any |= NAME(next_block)(&t, view, b, r, ref & ~PKTRT__LEAF, false, moving, stats, counts);
     } else {
       const unsigned char *node = view->nodes + ref * (moving ? view->node_bytes : (size_t)PKTRT__NODE_BYTES);
       const uint32_t *child = (const uint32_t *)(const void *)(node + PKTRT__NODE_KEY_BYTES);
@@ -4042,10 +4101,11 @@ OP bool NAME(first)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32
                     const bool stats, pktrt_counts *counts) {
   uint32_t refs[PKTRT__STACK + 8], sp = 0;
   const NAME(beam) q = NAME(beam_of)(b, r, moving);
+  const NAME(shear) t = NAME(shear_of)(b, r, moving);
   const float wf = b->wf[r];
   for (;;) {
     if (ref & PKTRT__LEAF) {
-      if (NAME(ray_block_any)(view, b, r, ref & ~PKTRT__LEAF, true, moving, stats, counts)) return true;
+      if (NAME(next_block)(&t, view, b, r, ref & ~PKTRT__LEAF, true, moving, stats, counts)) return true;
     } else {
       const unsigned char *node = view->nodes + ref * (moving ? view->node_bytes : (size_t)PKTRT__NODE_BYTES);
       const uint32_t *child = (const uint32_t *)(const void *)(node + PKTRT__NODE_KEY_BYTES);

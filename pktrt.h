@@ -3841,9 +3841,9 @@ OP NAME(shear) NAME(shear_of)(const pktrt__batch *b, uint32_t r, const bool movi
   return q;
 }
 
-/* What single precision says about the lanes of a block; false if nothing in it is hit. */
-OP bool NAME(block_estimate)(const NAME(shear) *q, const pktrt__view *view, const unsigned char *block, float wf,
-                             const bool moving, NAME(estimate) *e) {
+/* What single precision says about the lanes of a block; `early`: do without the estimate where nothing is hit. */
+OP NAME(estimate) NAME(block_estimate)(const NAME(shear) *q, const pktrt__view *view, const unsigned char *block,
+                                       float wf, const bool early, const bool moving) {
   const float *k0 = (const float *)(const void *)(block + (moving ? view->vertex0 : 0));
   const float *k1 = (const float *)(const void *)(block + (moving ? view->vertex1 : 0));
   const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
@@ -3856,31 +3856,29 @@ OP bool NAME(block_estimate)(const NAME(shear) *q, const pktrt__view *view, cons
   }
   const NAME(edges) edges = NAME(edges_of)(x, y);
   const uint32_t inside = NAME(occupied)(id) & ~NAME(outside)(&edges);
-  if (!inside) return false;
+  NAME(estimate) e;
+  if (early && !inside) {
+    e.lo = e.hi = vset(0), e.maybe = e.sure = 0;
+    return e;
+  }
   NAME(limits) l = q->l;
   l.wf = vset(wf);
-  *e = NAME(estimate_in)(&edges, x, y, z, &l);
-  e->maybe &= inside;
-  return e->maybe != 0;
+  e = NAME(estimate_in)(&edges, x, y, z, &l);
+  e.maybe &= inside;
+  return e;
 }
 
-/* One ray against a leaf block. For occlusion: whether anything is hit; else whether a nearer hit was recorded. */
-OP bool NAME(ray_block)(const NAME(shear) *q, const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t index,
-                        const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
-  const unsigned char *block = view->blocks + index * (moving ? view->block_bytes : (size_t)PKTRT__BLOCK_BYTES);
-  const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
-  NAME(estimate) e;
-  COUNT(triangle_tests, pktrt__popcount(NAME(occupied)(id)));
-  if (!NAME(block_estimate)(q, view, block, b->wf[r], moving, &e)) return false;
-  COUNT(canonical_tests, pktrt__popcount(e.maybe));
-  PKTRT__ALIGN64 float lo[8], hi[8];
-  vstore(lo, e.lo);
-  vstore(hi, e.hi);
+/* The lanes of a block that may be hits, one by one. For occlusion: whether one is; else whether a nearer hit was
+   recorded. */
+OP bool NAME(record)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t index, const uint32_t *id,
+                     const float *lo, const float *hi, uint32_t maybe, uint32_t sure, const bool occlusion,
+                     const bool moving, const bool stats, pktrt_counts *counts) {
   bool nearer = false;
-  for (uint32_t m = e.maybe; m; m &= m - 1) {
-    const uint32_t lane = pktrt__lowest(m), slot = index * 8 + lane;
+  COUNT(canonical_tests, pktrt__popcount(maybe));
+  for (; maybe; maybe &= maybe - 1) {
+    const uint32_t lane = pktrt__lowest(maybe), slot = index * 8 + lane;
     if (lo[lane] > b->wf[r]) continue;
-    if ((e.sure >> lane & 1) && hi[lane] < b->sf[r]) {
+    if ((sure >> lane & 1) && hi[lane] < b->sf[r]) {
       if (moving && view->check_area && !pktrt__area_at(&view->groups[view->group], slot, b->time[r])) continue;
       if (!occlusion) pktrt__take(view, b, r, lo[lane], hi[lane], id[lane], slot);
       nearer = true;
@@ -3891,6 +3889,20 @@ OP bool NAME(ray_block)(const NAME(shear) *q, const pktrt__view *view, pktrt__ba
     if (occlusion && nearer) return true;
   }
   return nearer;
+}
+
+/* One ray against a leaf block. For occlusion: whether anything is hit; else whether a nearer hit was recorded. */
+OP bool NAME(ray_block)(const NAME(shear) *q, const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t index,
+                        const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
+  const unsigned char *block = view->blocks + index * (moving ? view->block_bytes : (size_t)PKTRT__BLOCK_BYTES);
+  const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
+  const NAME(estimate) e = NAME(block_estimate)(q, view, block, b->wf[r], true, moving);
+  COUNT(triangle_tests, pktrt__popcount(NAME(occupied)(id)));
+  if (!e.maybe) return false;
+  PKTRT__ALIGN64 float lo[8], hi[8];
+  vstore(lo, e.lo);
+  vstore(hi, e.hi);
+  return NAME(record)(view, b, r, index, id, lo, hi, e.maybe, e.sure, occlusion, moving, stats, counts);
 }
 
 /* Kernels are templates over three truths known at compile time; these are their instances. Counting is
@@ -4156,6 +4168,48 @@ OP void NAME(stream_node)(const pktrt__view *view, pktrt__batch *b, const uint8_
   for (uint32_t i = sp; i < stack->n; i++) pktrt__fetch(view, stack->refs[i], moving);
 }
 
+/* The nearest hits of the rays of mask in a block. WHY: what single precision says is noted of all of them before the
+   first is looked at: without a branch between them, the work on one ray overlaps that on the next. */
+OP uint64_t NAME(stream_block)(const pktrt__view *view, pktrt__batch *b, const uint8_t *list, uint64_t mask,
+                               uint32_t index, const bool moving) {
+  const unsigned char *block = view->blocks + index * (moving ? view->block_bytes : (size_t)PKTRT__BLOCK_BYTES);
+  const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
+  PKTRT__ALIGN64 float lo[64][8], hi[64][8];
+  uint8_t maybe[64], sure[64], ray[64];
+  uint32_t n = 0;
+  uint64_t hit = 0;
+  for (; mask; mask &= mask - 1) {
+    const uint32_t i = pktrt__lowest(mask), r = list[i];
+    const NAME(shear) q = NAME(shear_of)(b, r, moving);
+    const NAME(estimate) e = NAME(block_estimate)(&q, view, block, b->wf[r], false, moving);
+    vstore(lo[n], e.lo);
+    vstore(hi[n], e.hi);
+    maybe[n] = (uint8_t)e.maybe, sure[n] = (uint8_t)e.sure, ray[n] = (uint8_t)i;
+    n += e.maybe != 0;
+  }
+  for (uint32_t j = 0; j < n; j++) {
+    const uint32_t r = list[ray[j]];
+    if (NAME(record)(view, b, r, index, id, lo[j], hi[j], maybe[j], sure[j], false, moving, false, NULL))
+      hit |= (uint64_t)1 << ray[j];
+  }
+  return hit;
+}
+
+/* A block against the rays of mask: together where that is faster, else one by one. */
+OP uint64_t NAME(stream_leaf)(const pktrt__view *view, pktrt__batch *b, const uint8_t *list, uint64_t mask,
+                              uint32_t index, const bool occlusion, const bool moving, const bool stats,
+                              pktrt_counts *counts) {
+  uint64_t hit = 0;
+#if PKTRT__STAMP == PKTRT__STAMP_AVX2 || PKTRT__STAMP == PKTRT__STAMP_AVX512
+  if (!occlusion && !stats) return NAME(stream_block)(view, b, list, mask, index, moving);
+#endif
+  for (; mask; mask &= mask - 1) {
+    const uint32_t i = pktrt__lowest(mask);
+    if (NAME(ray_block_any)(view, b, list[i], index, occlusion, moving, stats, counts)) hit |= (uint64_t)1 << i;
+  }
+  return hit;
+}
+
 OP uint64_t NAME(stream)(const pktrt__view *view, pktrt__batch *b, const uint8_t *list, uint64_t mask, uint32_t ref,
                          const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
   NAME(stream_stack) stack;
@@ -4164,11 +4218,7 @@ OP uint64_t NAME(stream)(const pktrt__view *view, pktrt__batch *b, const uint8_t
   stack.n = 0;
   for (;;) {
     if (ref & PKTRT__LEAF) {
-      for (uint64_t m = mask; m; m &= m - 1) {
-        const uint32_t i = pktrt__lowest(m);
-        if (NAME(ray_block_any)(view, b, list[i], ref & ~PKTRT__LEAF, occlusion, moving, stats, counts))
-          hit |= (uint64_t)1 << i;
-      }
+      hit |= NAME(stream_leaf)(view, b, list, mask, ref & ~PKTRT__LEAF, occlusion, moving, stats, counts);
     } else {
       COUNT(node_visits, 1);
       COUNT(box_tests, 8 * pktrt__popcount(mask));

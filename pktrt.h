@@ -2879,6 +2879,8 @@ typedef struct pktrt__call { /* one query, as the kernels see it */
 typedef struct pktrt__kernels {
   /* Answers the first n rays of a batch whose o, d, tmin, tmax, time are filled in. */
   void (*trace)(const pktrt__call *, pktrt__batch *, uint32_t n);
+  /* The same for one ray that is traced on the fast path and not counted. */
+  void (*trace_one)(const pktrt_scene *, pktrt__batch *, bool occlusion);
   bool (*rounds_each_operation)(void);
   /* Rays of a pinhole through eight places of the picture, into lanes i to i + 7 of a wave. */
   void (*primary)(const pktrt__view_plane *, const double *x, const double *y, pktrt__wave *, uint32_t i);
@@ -5710,16 +5712,15 @@ static uint32_t NAME(send)(const pktrt__sending *g, const pktrt__wave *w, const 
 /* >>entry ---------------------------------------------------------------------------------------------------------- */
 
 /* One ray of its own: what it needs is set up and resolved in one lane. */
-OP void NAME(trace_one)(const pktrt_scene *scene, pktrt__batch *b, const bool occlusion, const bool stats,
-                        pktrt_counts *counts) {
-  const uint32_t valid = pktrt__setup_one(scene, b, 0);
-  b->valid[0] = valid;
-  COUNT(rays, valid);
-  COUNT(packets, valid);
-  if (valid) NAME(drive_single)(scene, b, 0, occlusion, false, stats, counts);
-  const uint32_t hit = b->slot[0] != PKTRT_NONE;
-  COUNT(hits, hit);
+static void NAME(trace_one)(const pktrt_scene *scene, pktrt__batch *b, bool occlusion) {
+  pktrt_counts unread; /* see PKTRT__INSTANCES */
+  if (PKTRT__STAMP == PKTRT__STAMP_SCALAR) memset(&unread, 0, sizeof unread);
+  if (pktrt__setup_one(scene, b, 0)) {
+    if (occlusion) NAME(drive_single)(scene, b, 0, true, false, false, &unread);
+    else NAME(drive_single)(scene, b, 0, false, false, false, &unread);
+  }
   if (occlusion) return;
+  const uint32_t hit = b->slot[0] != PKTRT_NONE;
   if (!hit) {
     b->id[0] = PKTRT_NONE, b->cn[0][0] = b->cn[1][0] = 0;
     for (int a = 0; a < 3; a++) b->cf[a][0] = 0;
@@ -5735,8 +5736,8 @@ OP void NAME(trace_one)(const pktrt_scene *scene, pktrt__batch *b, const bool oc
 OP void NAME(trace_as)(const pktrt__call *call, pktrt__batch *b, uint32_t n, const bool occlusion, const bool stats,
                        pktrt_counts *counts) {
   const pktrt_scene *scene = call->scene;
-  if (n == 1 && call->desc->path != PKTRT_PATH_PAPER) {
-    NAME(trace_one)(scene, b, occlusion, stats, counts);
+  if (n == 1 && !stats && call->desc->path != PKTRT_PATH_PAPER) {
+    NAME(trace_one)(scene, b, occlusion);
     return;
   }
   pktrt__pad_batch(b, n);
@@ -5795,7 +5796,8 @@ static bool NAME(rounds_each_operation)(void) {
   return mbits(mand(minus, from)) == 0xFF;
 }
 
-static const pktrt__kernels NAME(kernels) = {NAME(trace), NAME(rounds_each_operation), NAME(primary), NAME(pack),
+static const pktrt__kernels NAME(kernels) = {NAME(trace), NAME(trace_one), NAME(rounds_each_operation),
+                                                    NAME(primary), NAME(pack),
                                                     NAME(find), NAME(dress), NAME(aim), NAME(gain), NAME(send)};
 
 #ifdef PKTRT__ALSO_STAMP /* for benchmarks: a file of theirs on the same vectors; its path from here, in quotes */
@@ -6395,14 +6397,25 @@ PKTRT_DEF void pktrt_occluded_soa_ex(const pktrt_scene *s, const pktrt_query_des
   }
 }
 
+/* One ray, past all that many share. */
+PKTRT__INLINE void pktrt__trace_ray(const pktrt_scene *s, pktrt__batch *b, const pktrt_ray *ray, bool occlusion) {
+  for (int a = 0; a < 3; a++) b->o[a][0] = ray->origin[a], b->d[a][0] = ray->direction[a];
+  b->tmin[0] = ray->tmin, b->tmax[0] = ray->tmax, b->time[0] = ray->time;
+  s->kernels->trace_one(s, b, occlusion);
+}
 PKTRT_DEF bool pktrt_intersect(const pktrt_scene *s, const pktrt_ray *ray, pktrt_hit *hit) {
-  pktrt_intersect_ex(s, NULL, ray, hit, 1);
+  pktrt__batch b;
+  uint32_t hint[2] = {0, 0};
+  pktrt__trace_ray(s, &b, ray, false);
+  hit->t = b.t[0], hit->u = b.cn[0][0], hit->v = b.cn[1][0];
+  for (int a = 0; a < 3; a++) hit->normal[a] = b.cf[a][0];
+  pktrt__name_triangle(s, b.id[0], hint, &hit->mesh, &hit->triangle);
   return hit->mesh != PKTRT_NONE;
 }
 PKTRT_DEF bool pktrt_occluded(const pktrt_scene *s, const pktrt_ray *ray) {
-  bool result;
-  pktrt_occluded_ex(s, NULL, ray, &result, 1);
-  return result;
+  pktrt__batch b;
+  pktrt__trace_ray(s, &b, ray, true);
+  return b.slot[0] != PKTRT_NONE;
 }
 PKTRT_DEF void pktrt_intersect_n(const pktrt_scene *s, const pktrt_ray *rays, pktrt_hit *hits, size_t n) {
   pktrt_intersect_ex(s, NULL, rays, hits, n);

@@ -105,7 +105,7 @@
        >>setup        from a ray to what traversal needs of it
        >>triangles    filter, canonical test, acceptance
        >>boxes        slabs
-       >>single       one ray, nearest child first
+       >>single       one ray: nearest child first, or any hit
        >>stream       up to 64 rays that share nodes and stack, each with the work of a single ray
        >>frustum      up to 64 rays that four planes cull together
        >>paper        the paper's packets, plain: the place to begin reading
@@ -1029,7 +1029,8 @@ enum {
 
 /* Node of a group with K keys, 256 + (K-1) * 192 bytes, 64-byte aligned:
      float    plane[6][8]      lo x, hi x, lo y, hi y, lo z, hi z of eight children, at key 0
-     uint32_t child[8]         references; empty ones have lo = FAR, hi = -FAR
+     uint32_t child[8]         references, the last ones the likeliest to hold a hit soon (at the build); empty ones
+                               have lo = FAR, hi = -FAR
      uint32_t perm[8]          for each octant of ray directions (bit a: component a negative): the children from far to
                                near by the middle of their boxes, three bits each, the farthest in the lowest bits
      float    plane[6][8]      for each further key
@@ -1889,8 +1890,8 @@ static uint32_t pktrt__open(const pktrt__binary *nodes, pktrt__sub root, pktrt__
   return n;
 }
 
-/* Children in the order in which rays that look for any hit leave them for last: large boxes of few triangles come
-   last and are entered first. WHY: measured against seven other orders, it opens half the nodes in conference. */
+/* Large boxes of few triangles come last: rays that look for any hit enter children from the last to the first. WHY:
+   ambient occlusion in conference opens 3.3 nodes a ray, not 8.3 as in the order of the splits. */
 static void pktrt__arrange(const pktrt__binary *nodes, pktrt__sub *child, uint32_t n) {
   pktrt__sub from[PKTRT__W];
   double key[PKTRT__W];

@@ -105,7 +105,7 @@
        >>setup        from a ray to what traversal needs of it
        >>triangles    filter, canonical test, acceptance
        >>boxes        slabs
-       >>single       one ray, nearest child first
+       >>single       one ray: nearest child first, or any hit
        >>stream       up to 64 rays that share nodes and stack, each with the work of a single ray
        >>frustum      up to 64 rays that four planes cull together
        >>paper        the paper's packets, plain: the place to begin reading
@@ -1029,7 +1029,8 @@ enum {
 
 /* Node of a group with K keys, 256 + (K-1) * 192 bytes, 64-byte aligned:
      float    plane[6][8]      lo x, hi x, lo y, hi y, lo z, hi z of eight children, at key 0
-     uint32_t child[8]         references; empty ones have lo = FAR, hi = -FAR
+     uint32_t child[8]         references, the last ones the likeliest to hold a hit soon (at the build); empty ones
+                               have lo = FAR, hi = -FAR
      uint32_t perm[8]          for each octant of ray directions (bit a: component a negative): the children from far to
                                near by the middle of their boxes, three bits each, the farthest in the lowest bits
      float    plane[6][8]      for each further key
@@ -1889,6 +1890,25 @@ static uint32_t pktrt__open(const pktrt__binary *nodes, pktrt__sub root, pktrt__
   return n;
 }
 
+/* Large boxes of few triangles come last: rays that look for any hit enter children from the last to the first. WHY:
+   ambient occlusion in conference opens 3.3 nodes a ray, not 8.3 as in the order of the splits. */
+static void pktrt__arrange(const pktrt__binary *nodes, pktrt__sub *child, uint32_t n) {
+  pktrt__sub from[PKTRT__W];
+  double key[PKTRT__W];
+  uint32_t rank[PKTRT__W];
+  for (uint32_t i = 0; i < n; i++) {
+    uint32_t mine = 0;
+    const double size = nodes[child[i].slot].size, area = size * size;
+    key[i] = area * area / child[i].count;
+    for (uint32_t j = 0; j < i; j++) {
+      const uint32_t before = key[j] <= key[i];
+      mine += before, rank[j] += 1 - before;
+    }
+    from[i] = child[i], rank[i] = mine;
+  }
+  for (uint32_t i = 0; i < n; i++) child[rank[i]] = from[i];
+}
+
 static void pktrt__clear_node(const pktrt__group *g, unsigned char *node) {
   uint32_t *child = pktrt__node_children(node);
   for (int c = 0; c < PKTRT__W; c++) child[c] = PKTRT__EMPTY;
@@ -1913,6 +1933,7 @@ static void pktrt__walk_tree(pktrt__walk *w, pktrt__sub root, pktrt__task *t) {
   while (top) {
     pktrt__sub child[PKTRT__W], sub = stack[--top].sub;
     uint32_t n = pktrt__open(w->b->nodes, sub, child), *refs = &unused;
+    if (w->g || w->subs) pktrt__arrange(w->b->nodes, child, n);
     if (w->g) {
       unsigned char *at = w->g->nodes + (size_t)node * w->g->node_bytes;
       pktrt__clear_node(w->g, at);
@@ -2789,6 +2810,8 @@ PKTRT__INLINE void pktrt__fetch(const pktrt__view *view, uint32_t ref, const boo
   for (size_t i = 0; i < bytes; i += 64) PKTRT__PREFETCH(at + i);
 }
 
+#define PKTRT__IN_ORDER 076543210u /* as a perm: children as they stand */
+
 /* Pushes the children with a non-empty ray mask in the order of perm, without branches; returns how many. */
 PKTRT__INLINE uint32_t pktrt__push_children(const uint64_t *mask, const uint32_t *child, const float *dist,
                                             uint32_t perm, uint64_t *masks, uint32_t *refs, float *dists) {
@@ -2923,6 +2946,8 @@ typedef struct pktrt__call { /* one query, as the kernels see it */
 typedef struct pktrt__kernels {
   /* Answers the first n rays of a batch whose o, d, tmin, tmax, time are filled in. */
   void (*trace)(const pktrt__call *, pktrt__batch *, uint32_t n);
+  /* The same for one ray that is traced on the fast path and not counted. */
+  void (*trace_one)(const pktrt_scene *, pktrt__batch *, bool occlusion);
   bool (*rounds_each_operation)(void);
   /* A batch from n of `left` rays of the caller's, and back. */
   void (*load)(pktrt__batch *, const pktrt_ray *, uint32_t n, size_t left);
@@ -3867,13 +3892,27 @@ typedef struct NAME(limits) {
   v8 sign, tiny, wn, wf, sn;
 } NAME(limits);
 
-/* The filter of >>exactness. */
-OP NAME(estimate) NAME(estimate_of)(const v8 x[3], const v8 y[3], const v8 z[3], const NAME(limits) *l) {
-  const v8 zero = vset(0);
-  const v8 u = vsub(vmul(x[2], y[1]), vmul(y[2], x[1]));
-  const v8 v = vsub(vmul(x[0], y[2]), vmul(y[0], x[2]));
-  const v8 w = vsub(vmul(x[1], y[0]), vmul(y[1], x[0]));
-  const v8 least = vmin(u, vmin(v, w)), most = vmax(u, vmax(v, w)), det = vadd(vadd(u, v), w);
+/* The edge functions of eight lanes, and what they tell about the signs. */
+typedef struct NAME(edges) {
+  v8 u, v, w, least, most;
+} NAME(edges);
+
+OP NAME(edges) NAME(edges_of)(const v8 x[3], const v8 y[3]) {
+  NAME(edges) e;
+  e.u = vsub(vmul(x[2], y[1]), vmul(y[2], x[1]));
+  e.v = vsub(vmul(x[0], y[2]), vmul(y[0], x[2]));
+  e.w = vsub(vmul(x[1], y[0]), vmul(y[1], x[0]));
+  e.least = vmin(e.u, vmin(e.v, e.w)), e.most = vmax(e.u, vmax(e.v, e.w));
+  return e;
+}
+OP uint32_t NAME(outside)(const NAME(edges) *e) {
+  return mbits(mand(vlt(e->least, vset(0)), vlt(vset(0), e->most)));
+}
+
+/* The filter of >>exactness, of lanes that are not outside. */
+OP NAME(estimate) NAME(estimate_in)(const NAME(edges) *q, const v8 x[3], const v8 y[3], const v8 z[3],
+                                    const NAME(limits) *l) {
+  const v8 zero = vset(0), u = q->u, v = q->v, w = q->w, det = vadd(vadd(u, v), w);
   const v8 xs = vmax(vabs(x[0]), vmax(vabs(x[1]), vabs(x[2]))), ys = vmax(vabs(y[0]), vmax(vabs(y[1]), vabs(y[2])));
   const v8 z_lo = vmin(z[0], vmin(z[1], z[2])), z_hi = vmax(z[0], vmax(z[1], z[2])), r = vdiv(vset(1), det);
   const v8 sum = vfma(vmul(u, r), z[0], vfma(vmul(v, r), z[1], vmul(vmul(w, r), z[2]))), depth = vmul(sum, l->sign);
@@ -3884,10 +3923,16 @@ OP NAME(estimate) NAME(estimate_of)(const v8 x[3], const v8 y[3], const v8 z[3],
   const v8 bound = vsel(known, error, vset(INFINITY));
   NAME(estimate) e;
   e.lo = vsub(depth, bound), e.hi = vadd(depth, bound);
-  const uint32_t outside = mbits(mand(vlt(least, zero), vlt(zero, most)));
-  const uint32_t beyond = mbits(mor(vlt(l->wf, e.lo), vlt(e.hi, l->wn)));
-  e.maybe = 0xFFu & ~(outside | beyond);
-  e.sure = mbits(mand(mor(vlt(zero, least), vlt(most, zero)), vlt(l->sn, e.lo))) & e.maybe;
+  e.maybe = 0xFFu & ~mbits(mor(vlt(l->wf, e.lo), vlt(e.hi, l->wn)));
+  e.sure = mbits(mand(mor(vlt(zero, q->least), vlt(q->most, zero)), vlt(l->sn, e.lo)));
+  return e;
+}
+
+OP NAME(estimate) NAME(estimate_of)(const v8 x[3], const v8 y[3], const v8 z[3], const NAME(limits) *l) {
+  const NAME(edges) q = NAME(edges_of)(x, y);
+  NAME(estimate) e = NAME(estimate_in)(&q, x, y, z, l);
+  e.maybe &= ~NAME(outside)(&q);
+  e.sure &= e.maybe;
   return e;
 }
 
@@ -3896,39 +3941,63 @@ OP v8 NAME(corner)(const float *k0, const float *k1, v8 ta, v8 tb, const bool mo
   return moving ? vadd(vmul(ta, vload(k0)), vmul(tb, vload(k1))) : vload(k0);
 }
 
-/* One ray against a leaf block. For occlusion: whether anything is hit; else whether a nearer hit was recorded. */
-OP bool NAME(ray_block)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t index, const bool occlusion,
-                        const bool moving, const bool stats, pktrt_counts *counts) {
-  const unsigned char *block = view->blocks + index * (moving ? view->block_bytes : (size_t)PKTRT__BLOCK_BYTES);
+/* A ray as triangles want it, in every lane. */
+typedef struct NAME(shear) {
+  v8 o[3], slope[2], ta, tb; /* by k, u, v */
+  NAME(limits) l;
+  uint32_t at[3]; /* where a corner's coordinates stand, in floats */
+} NAME(shear);
+
+OP NAME(shear) NAME(shear_of)(const pktrt__batch *b, uint32_t r, const bool moving) {
+  NAME(shear) q;
+  const uint32_t k = b->axis[r], axis[3] = {k, 9u >> 2 * k & 3, 18u >> 2 * k & 3}; /* the next two, in a circle */
+  UNROLL for (int a = 0; a < 3; a++) q.o[a] = vset(b->o[axis[a]][r]), q.at[a] = 8 * axis[a];
+  q.slope[0] = vset(b->slope[0][r]), q.slope[1] = vset(b->slope[1][r]);
+  q.ta = q.tb = q.o[0];
+  if (moving) q.ta = vset(b->ta[r]), q.tb = vset(b->tb[r]);
+  q.l.sign = vwith_sign(vset(1), vset(b->dk[r])), q.l.tiny = vset(b->tiny[r]);
+  q.l.wn = vset(b->wn[r]), q.l.sn = vset(b->sn[r]), q.l.wf = q.l.wn;
+  return q;
+}
+
+/* What single precision says about the lanes of a block; `early`: do without the estimate where nothing is hit. */
+OP NAME(estimate) NAME(block_estimate)(const NAME(shear) *q, const pktrt__view *view, const unsigned char *block,
+                                       float wf, const bool early, const bool moving) {
   const float *k0 = (const float *)(const void *)(block + (moving ? view->vertex0 : 0));
   const float *k1 = (const float *)(const void *)(block + (moving ? view->vertex1 : 0));
   const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
-  const uint32_t k = b->axis[r], ku = k == 2 ? 0 : k + 1, kv = k ? k - 1 : 2;
-  const v8 ok = vset(b->o[k][r]), ou = vset(b->o[ku][r]), ov = vset(b->o[kv][r]);
-  const v8 su = vset(b->slope[0][r]), sv = vset(b->slope[1][r]);
-  const v8 ta = moving ? vset(b->ta[r]) : ok, tb = moving ? vset(b->tb[r]) : ok;
+  const uint32_t k = q->at[0], u = q->at[1], v = q->at[2];
   v8 x[3], y[3], z[3];
   UNROLL for (int c = 0; c < 3; c++, k0 += 24, k1 += 24) {
-    z[c] = vsub(NAME(corner)(k0 + 8 * k, k1 + 8 * k, ta, tb, moving), ok);
-    x[c] = vsub(vsub(NAME(corner)(k0 + 8 * ku, k1 + 8 * ku, ta, tb, moving), ou), vmul(su, z[c]));
-    y[c] = vsub(vsub(NAME(corner)(k0 + 8 * kv, k1 + 8 * kv, ta, tb, moving), ov), vmul(sv, z[c]));
+    z[c] = vsub(NAME(corner)(k0 + k, k1 + k, q->ta, q->tb, moving), q->o[0]);
+    x[c] = vsub(vsub(NAME(corner)(k0 + u, k1 + u, q->ta, q->tb, moving), q->o[1]), vmul(q->slope[0], z[c]));
+    y[c] = vsub(vsub(NAME(corner)(k0 + v, k1 + v, q->ta, q->tb, moving), q->o[2]), vmul(q->slope[1], z[c]));
   }
-  NAME(limits) l;
-  l.sign = vset(b->dk[r] < 0 ? -1.0f : 1.0f), l.tiny = vset(b->tiny[r]);
-  l.wn = vset(b->wn[r]), l.wf = vset(b->wf[r]), l.sn = vset(b->sn[r]);
-  const NAME(estimate) e = NAME(estimate_of)(x, y, z, &l);
-  const uint32_t maybe = e.maybe & NAME(occupied)(id);
-  COUNT(triangle_tests, pktrt__popcount(NAME(occupied)(id)));
-  COUNT(canonical_tests, pktrt__popcount(maybe));
-  if (!maybe) return false;
-  PKTRT__ALIGN64 float lo[8], hi[8];
-  vstore(lo, e.lo);
-  vstore(hi, e.hi);
+  const NAME(edges) edges = NAME(edges_of)(x, y);
+  const uint32_t inside = NAME(occupied)(id) & ~NAME(outside)(&edges);
+  NAME(estimate) e;
+  if (early && !inside) {
+    e.lo = e.hi = vset(0), e.maybe = e.sure = 0;
+    return e;
+  }
+  NAME(limits) l = q->l;
+  l.wf = vset(wf);
+  e = NAME(estimate_in)(&edges, x, y, z, &l);
+  e.maybe &= inside;
+  return e;
+}
+
+/* The lanes of a block that may be hits, one by one. For occlusion: whether one is; else whether a nearer hit was
+   recorded. */
+OP bool NAME(record)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t index, const uint32_t *id,
+                     const float *lo, const float *hi, uint32_t maybe, uint32_t sure, const bool occlusion,
+                     const bool moving, const bool stats, pktrt_counts *counts) {
   bool nearer = false;
-  for (uint32_t m = maybe; m; m &= m - 1) {
-    const uint32_t lane = pktrt__lowest(m), slot = index * 8 + lane;
+  COUNT(canonical_tests, pktrt__popcount(maybe));
+  for (; maybe; maybe &= maybe - 1) {
+    const uint32_t lane = pktrt__lowest(maybe), slot = index * 8 + lane;
     if (lo[lane] > b->wf[r]) continue;
-    if ((e.sure >> lane & 1) && hi[lane] < b->sf[r]) {
+    if ((sure >> lane & 1) && hi[lane] < b->sf[r]) {
       if (moving && view->check_area && !pktrt__area_at(&view->groups[view->group], slot, b->time[r])) continue;
       if (!occlusion) pktrt__take(view, b, r, lo[lane], hi[lane], id[lane], slot);
       nearer = true;
@@ -3939,6 +4008,20 @@ OP bool NAME(ray_block)(const pktrt__view *view, pktrt__batch *b, uint32_t r, ui
     if (occlusion && nearer) return true;
   }
   return nearer;
+}
+
+/* One ray against a leaf block. For occlusion: whether anything is hit; else whether a nearer hit was recorded. */
+OP bool NAME(ray_block)(const NAME(shear) *q, const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t index,
+                        const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
+  const unsigned char *block = view->blocks + index * (moving ? view->block_bytes : (size_t)PKTRT__BLOCK_BYTES);
+  const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
+  const NAME(estimate) e = NAME(block_estimate)(q, view, block, b->wf[r], true, moving);
+  COUNT(triangle_tests, pktrt__popcount(NAME(occupied)(id)));
+  if (!e.maybe) return false;
+  PKTRT__ALIGN64 float lo[8], hi[8];
+  vstore(lo, e.lo);
+  vstore(hi, e.hi);
+  return NAME(record)(view, b, r, index, id, lo, hi, e.maybe, e.sure, occlusion, moving, stats, counts);
 }
 
 /* Kernels are templates over three truths known at compile time; these are their instances. Counting is
@@ -3973,7 +4056,8 @@ OP bool NAME(ray_block)(const pktrt__view *view, pktrt__batch *b, uint32_t r, ui
 #define INSTANCE(tag, o, m, s)                                                                                         \
   PKTRT__NOINLINE bool NAME(ray_block_##tag)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t index,     \
                                              pktrt_counts *counts) {                                                   \
-    return NAME(ray_block)(view, b, r, index, o, m, s, counts);                                                        \
+    const NAME(shear) q = NAME(shear_of)(b, r, m);                                                                     \
+    return NAME(ray_block)(&q, view, b, r, index, o, m, s, counts);                                                    \
   }
 PKTRT__INSTANCES(INSTANCE)
 #undef INSTANCE
@@ -3983,7 +4067,18 @@ OP bool NAME(ray_block_any)(const pktrt__view *view, pktrt__batch *b, uint32_t r
 #if PKTRT__STAMP != PKTRT__STAMP_AVX2 && PKTRT__STAMP != PKTRT__STAMP_AVX512
   return PKTRT__PICK(ray_block)(view, b, r, index, counts);
 #else
-  return NAME(ray_block)(view, b, r, index, occlusion, moving, stats, counts);
+  const NAME(shear) q = NAME(shear_of)(b, r, moving);
+  return NAME(ray_block)(&q, view, b, r, index, occlusion, moving, stats, counts);
+#endif
+}
+/* The same for a ray that meets many blocks: q is made for all of them. */
+OP bool NAME(next_block)(const NAME(shear) *q, const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t index,
+                         const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
+#if PKTRT__STAMP != PKTRT__STAMP_AVX2 && PKTRT__STAMP != PKTRT__STAMP_AVX512
+  (void)q;
+  return PKTRT__PICK(ray_block)(view, b, r, index, counts);
+#else
+  return NAME(ray_block)(q, view, b, r, index, occlusion, moving, stats, counts);
 #endif
 }
 
@@ -4048,26 +4143,62 @@ PKTRT__NOINLINE uint64_t NAME(box_mask)(const pktrt__batch *b, uint32_t base, ui
 }
 
 /* >>single -----------------------------------------------------------------------------------------------------------
-   One ray from a subtree's root, nearest child first. */
-OP bool NAME(single)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t ref, const bool occlusion,
-                     const bool moving, const bool stats, pktrt_counts *counts) {
+   One ray from a subtree's root. */
+
+/* What the boxes want of it, once per tree. */
+typedef struct NAME(beam) {
+  v8 rd[3], cn[3], cf[3], wn, ta, tb;
+  uint32_t near_[3]; /* where a node's near planes stand, in floats; far planes at the other place of eight */
+} NAME(beam);
+
+OP NAME(beam) NAME(beam_of)(const pktrt__batch *b, uint32_t r, const bool moving) {
+  NAME(beam) q;
+  UNROLL for (uint32_t a = 0; a < 3; a++) {
+    q.rd[a] = vset(b->rd[a][r]), q.cn[a] = vset(b->cn[a][r]), q.cf[a] = vset(b->cf[a][r]);
+    q.near_[a] = 16 * a + 8 * (b->octant[r] >> a & 1u);
+  }
+  q.wn = vset(b->wn[r]);
+  if (moving) q.ta = vset(b->ta[r]), q.tb = vset(b->tb[r]);
+  return q;
+}
+
+/* The children of a node that it may hit before the depth wf, and its entry depths. */
+OP uint32_t NAME(beam_slabs)(const NAME(beam) *q, const pktrt__view *view, const unsigned char *node, float wf,
+                             const bool moving, v8 *entry) {
+  const float *p0 = (const float *)(const void *)(node + (moving ? view->plane0 : 0));
+  const float *p1 = (const float *)(const void *)(node + (moving ? view->plane1 : 0));
+  v8 n = q->wn, f = vset(wf);
+  UNROLL for (int a = 0; a < 3; a++) {
+    const uint32_t i = q->near_[a], j = i ^ 8;
+    v8 near_ = vload(p0 + i), far_ = vload(p0 + j);
+    if (moving) {
+      near_ = vfma(q->ta, near_, vmul(q->tb, vload(p1 + i)));
+      far_ = vfma(q->ta, far_, vmul(q->tb, vload(p1 + j)));
+    }
+    n = vmax(vfms(near_, q->rd[a], q->cn[a]), n);
+    f = vmin(vfms(far_, q->rd[a], q->cf[a]), f);
+  }
+  *entry = n;
+  return mbits(vle(n, f));
+}
+
+/* The nearest hit: nearest child first. */
+OP bool NAME(nearest)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t ref, const bool moving,
+                      const bool stats, pktrt_counts *counts) {
   uint32_t refs[PKTRT__STACK + 8], sp = 0;
   float dists[PKTRT__STACK + 8];
   PKTRT__ALIGN64 float dist[8];
-  const uint32_t octant = b->octant[r];
+  const NAME(beam) q = NAME(beam_of)(b, r, moving);
+  const NAME(shear) t = NAME(shear_of)(b, r, moving);
   bool any = false;
   for (;;) {
     if (ref & PKTRT__LEAF) {
-      if (NAME(ray_block_any)(view, b, r, ref & ~PKTRT__LEAF, occlusion, moving, stats, counts)) {
-        any = true;
-        if (occlusion) return true;
-      }
+      any |= NAME(next_block)(&t, view, b, r, ref & ~PKTRT__LEAF, false, moving, stats, counts);
     } else {
       const unsigned char *node = view->nodes + ref * (moving ? view->node_bytes : (size_t)PKTRT__NODE_BYTES);
       const uint32_t *child = (const uint32_t *)(const void *)(node + PKTRT__NODE_KEY_BYTES);
-      const NAME(slabs) s = NAME(load_slabs)(view, node, octant, moving);
       v8 entry;
-      uint32_t bits = mbits(NAME(ray_slabs)(&s, b, r, moving, &entry));
+      uint32_t bits = NAME(beam_slabs)(&q, view, node, b->wf[r], moving, &entry);
       COUNT(node_visits, 1);
       COUNT(box_tests, 8);
       if (bits) {
@@ -4077,7 +4208,7 @@ OP bool NAME(single)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint3
           vstore(dist, entry);
           do { /* the nearest goes on, the others wait */
             uint32_t c = pktrt__lowest(bits);
-            if (!occlusion && dist[c] < dist[best]) {
+            if (dist[c] < dist[best]) {
               const uint32_t swap = best;
               best = c, c = swap;
             }
@@ -4096,57 +4227,136 @@ OP bool NAME(single)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint3
   }
 }
 
+/* Any hit: children in the order of the build, the last one first. */
+OP bool NAME(first)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t ref, const bool moving,
+                    const bool stats, pktrt_counts *counts) {
+  uint32_t refs[PKTRT__STACK + 8], sp = 0;
+  const NAME(beam) q = NAME(beam_of)(b, r, moving);
+  const NAME(shear) t = NAME(shear_of)(b, r, moving);
+  const float wf = b->wf[r];
+  for (;;) {
+    if (ref & PKTRT__LEAF) {
+      if (NAME(next_block)(&t, view, b, r, ref & ~PKTRT__LEAF, true, moving, stats, counts)) return true;
+    } else {
+      const unsigned char *node = view->nodes + ref * (moving ? view->node_bytes : (size_t)PKTRT__NODE_BYTES);
+      const uint32_t *child = (const uint32_t *)(const void *)(node + PKTRT__NODE_KEY_BYTES);
+      v8 entry;
+      uint32_t bits = NAME(beam_slabs)(&q, view, node, wf, moving, &entry);
+      COUNT(node_visits, 1);
+      COUNT(box_tests, 8);
+      if (bits) {
+        ref = child[pktrt__lowest(bits)];
+        while (bits &= bits - 1) refs[sp++] = ref, ref = child[pktrt__lowest(bits)];
+        continue;
+      }
+    }
+    if (!sp) return false;
+    ref = refs[--sp];
+  }
+}
+
 /* >>stream ----------------------------------------------------------------------------------------------------------
 
    Up to 64 rays of one octant from a subtree's root. Every ray does the work it would do alone; they share node loads,
    the order of the children and the stack, whose entries carry the mask of the rays concerned. list[i]: the ray of bit
    i. Returns those that hit something. */
+typedef struct NAME(stream_stack) {
+  uint64_t masks[PKTRT__STACK + 8];
+  uint32_t refs[PKTRT__STACK + 8], n;
+  float dists[PKTRT__STACK + 8]; /* not for any hit */
+} NAME(stream_stack);
+
+/* Opens a node for the rays of mask. For any hit children are pushed as the build has them. */
+OP void NAME(stream_node)(const pktrt__view *view, pktrt__batch *b, const uint8_t *list, uint64_t mask, uint32_t ref,
+                          uint32_t octant, NAME(stream_stack) *stack, const bool occlusion, const bool moving) {
+  const unsigned char *node = view->nodes + ref * (moving ? view->node_bytes : (size_t)PKTRT__NODE_BYTES);
+  const uint32_t *child = (const uint32_t *)(const void *)(node + PKTRT__NODE_KEY_BYTES);
+  const NAME(slabs) s = NAME(load_slabs)(view, node, octant, moving);
+  const uint32_t sp = stack->n;
+  a8 rays = azero();
+  v8 dist = vset(INFINITY);
+  for (uint64_t m = mask; m; m &= m - 1) {
+    const uint32_t i = pktrt__lowest(m);
+    v8 entry;
+    const m8 enters = NAME(ray_slabs)(&s, b, list[i], moving, &entry);
+    rays = aor(rays, enters, (uint64_t)1 << i);
+    if (!occlusion) dist = vsel(enters, vmin(entry, dist), dist);
+  }
+  stack->n += apush(rays, child, dist, occlusion ? PKTRT__IN_ORDER : child[8 + octant], stack->masks + sp,
+                    stack->refs + sp, stack->dists + sp);
+  for (uint32_t i = sp; i < stack->n; i++) pktrt__fetch(view, stack->refs[i], moving);
+}
+
+/* The nearest hits of the rays of mask in a block. WHY: what single precision says is noted of all of them before the
+   first is looked at: without a branch between them, the work on one ray overlaps that on the next. */
+OP uint64_t NAME(stream_block)(const pktrt__view *view, pktrt__batch *b, const uint8_t *list, uint64_t mask,
+                               uint32_t index, const bool moving) {
+  const unsigned char *block = view->blocks + index * (moving ? view->block_bytes : (size_t)PKTRT__BLOCK_BYTES);
+  const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
+  PKTRT__ALIGN64 float lo[64][8], hi[64][8];
+  uint8_t maybe[64], sure[64], ray[64];
+  uint32_t n = 0;
+  uint64_t hit = 0;
+  for (; mask; mask &= mask - 1) {
+    const uint32_t i = pktrt__lowest(mask), r = list[i];
+    const NAME(shear) q = NAME(shear_of)(b, r, moving);
+    const NAME(estimate) e = NAME(block_estimate)(&q, view, block, b->wf[r], false, moving);
+    vstore(lo[n], e.lo);
+    vstore(hi[n], e.hi);
+    maybe[n] = (uint8_t)e.maybe, sure[n] = (uint8_t)e.sure, ray[n] = (uint8_t)i;
+    n += e.maybe != 0;
+  }
+  for (uint32_t j = 0; j < n; j++) {
+    const uint32_t r = list[ray[j]];
+    if (NAME(record)(view, b, r, index, id, lo[j], hi[j], maybe[j], sure[j], false, moving, false, NULL))
+      hit |= (uint64_t)1 << ray[j];
+  }
+  return hit;
+}
+
+/* A block against the rays of mask: together where that is faster, else one by one. */
+OP uint64_t NAME(stream_leaf)(const pktrt__view *view, pktrt__batch *b, const uint8_t *list, uint64_t mask,
+                              uint32_t index, const bool occlusion, const bool moving, const bool stats,
+                              pktrt_counts *counts) {
+  uint64_t hit = 0;
+#if PKTRT__STAMP == PKTRT__STAMP_AVX2 || PKTRT__STAMP == PKTRT__STAMP_AVX512
+  if (!occlusion && !stats) return NAME(stream_block)(view, b, list, mask, index, moving);
+#endif
+  for (; mask; mask &= mask - 1) {
+    const uint32_t i = pktrt__lowest(mask);
+    if (NAME(ray_block_any)(view, b, list[i], index, occlusion, moving, stats, counts)) hit |= (uint64_t)1 << i;
+  }
+  return hit;
+}
+
 OP uint64_t NAME(stream)(const pktrt__view *view, pktrt__batch *b, const uint8_t *list, uint64_t mask, uint32_t ref,
                          const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
-  uint64_t masks[PKTRT__STACK + 8], hit = 0;
-  uint32_t refs[PKTRT__STACK + 8], sp = 0;
-  float dists[PKTRT__STACK + 8];
+  NAME(stream_stack) stack;
+  uint64_t hit = 0;
   const uint32_t octant = b->octant[list[pktrt__lowest(mask)]];
+  stack.n = 0;
   for (;;) {
     if (ref & PKTRT__LEAF) {
-      for (uint64_t m = mask; m; m &= m - 1) {
-        const uint32_t i = pktrt__lowest(m);
-        if (NAME(ray_block_any)(view, b, list[i], ref & ~PKTRT__LEAF, occlusion, moving, stats, counts))
-          hit |= (uint64_t)1 << i;
-      }
+      hit |= NAME(stream_leaf)(view, b, list, mask, ref & ~PKTRT__LEAF, occlusion, moving, stats, counts);
     } else {
-      const unsigned char *node = view->nodes + ref * (moving ? view->node_bytes : (size_t)PKTRT__NODE_BYTES);
-      const uint32_t *child = (const uint32_t *)(const void *)(node + PKTRT__NODE_KEY_BYTES);
-      const NAME(slabs) s = NAME(load_slabs)(view, node, octant, moving);
-      a8 rays = azero();
-      v8 dist = vset(INFINITY);
       COUNT(node_visits, 1);
       COUNT(box_tests, 8 * pktrt__popcount(mask));
-      for (uint64_t m = mask; m; m &= m - 1) {
-        const uint32_t i = pktrt__lowest(m);
-        v8 entry;
-        const m8 enters = NAME(ray_slabs)(&s, b, list[i], moving, &entry);
-        rays = aor(rays, enters, (uint64_t)1 << i);
-        dist = vsel(enters, vmin(entry, dist), dist);
-      }
-      const uint32_t pushed = apush(rays, child, dist, child[8 + octant], masks + sp, refs + sp, dists + sp);
-      for (uint32_t i = sp; i < sp + pushed; i++) pktrt__fetch(view, refs[i], moving);
-      sp += pushed;
+      NAME(stream_node)(view, b, list, mask, ref, octant, &stack, occlusion, moving);
     }
     do { /* masks of entries pushed earlier may hold rays that are done */
-      if (!sp) return hit;
-      mask = masks[--sp];
+      if (!stack.n) return hit;
+      mask = stack.masks[--stack.n];
       if (occlusion) mask &= ~hit;
-      if (!(mask & (mask - 1)) && mask && dists[sp] > b->wf[list[pktrt__lowest(mask)]]) mask = 0;
+      else if (!(mask & (mask - 1)) && stack.dists[stack.n] > b->wf[list[pktrt__lowest(mask)]]) mask = 0;
     } while (!mask);
-    ref = refs[sp];
+    ref = stack.refs[stack.n];
   }
 }
 
 #define INSTANCE(tag, o, m, s)                                                                                         \
   PKTRT__NOINLINE bool NAME(single_##tag)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t ref,          \
                                           pktrt_counts *counts) {                                                      \
-    return NAME(single)(view, b, r, ref, o, m, s, counts);                                                             \
+    return o ? NAME(first)(view, b, r, ref, m, s, counts) : NAME(nearest)(view, b, r, ref, m, s, counts);              \
   }                                                                                                                    \
   PKTRT__NOINLINE uint64_t NAME(stream_##tag)(const pktrt__view *view, pktrt__batch *b, const uint8_t *list,           \
                                               uint64_t mask, uint32_t ref, pktrt_counts *counts) {                     \
@@ -4559,9 +4769,11 @@ typedef struct NAME(frustum_stack) {
   uint32_t ref;
 } NAME(frustum_stack);
 
-/* Pushes the children of a node that reach into the frustum, farthest first; returns how many. */
+/* Pushes the children of a node that reach into the frustum, farthest first, for any hit as the build has them; returns
+   how many. */
 OP uint32_t NAME(frustum_push)(const NAME(frustum_rays) *f, const pktrt__view *view, uint32_t ref, uint64_t mask,
-                               NAME(frustum_stack) *stack, const bool moving, const bool stats, pktrt_counts *counts) {
+                               NAME(frustum_stack) *stack, const bool occlusion, const bool moving, const bool stats,
+                               pktrt_counts *counts) {
   const unsigned char *node = view->nodes + ref * (moving ? view->node_bytes : (size_t)PKTRT__NODE_BYTES);
   const uint32_t *child = (const uint32_t *)(const void *)(node + PKTRT__NODE_KEY_BYTES);
   const float *p0 = (const float *)(const void *)(node + (moving ? view->plane0 : 0));
@@ -4573,7 +4785,7 @@ OP uint32_t NAME(frustum_push)(const NAME(frustum_rays) *f, const pktrt__view *v
   COUNT(node_visits, 1);
   COUNT(frustum_culls, 8 - n);
   vstore(w, entry);
-  uint64_t order = vorder(keep, child[8 + f->octant]);
+  uint64_t order = vorder(keep, occlusion ? PKTRT__IN_ORDER : child[8 + f->octant]);
   for (uint32_t i = 0; i < n; i++, order >>= 8) {
     const uint32_t c = order & 7;
     stack[i].mask = mask, stack[i].plane = whole >> c & 1 ? NULL : p0 + c, stack[i].w = w[c], stack[i].ref = child[c];
@@ -4598,7 +4810,7 @@ OP uint64_t NAME(frustum)(NAME(frustum_rays) *f, const pktrt__view *view, pktrt_
     } else if (ref & PKTRT__LEAF) {
       hit = NAME(frustum_block)(f, view, b, ref & ~PKTRT__LEAF, mask, occlusion, moving, stats, counts);
     } else {
-      sp += NAME(frustum_push)(f, view, ref, mask, stack + sp, moving, stats, counts);
+      sp += NAME(frustum_push)(f, view, ref, mask, stack + sp, occlusion, moving, stats, counts);
     }
     if (hit) {
       if (occlusion && !(alive &= ~hit)) return mask_all;
@@ -5659,16 +5871,15 @@ static uint32_t NAME(send)(const pktrt__sending *g, const pktrt__wave *w, const 
 /* >>entry ---------------------------------------------------------------------------------------------------------- */
 
 /* One ray of its own: what it needs is set up and resolved in one lane. */
-OP void NAME(trace_one)(const pktrt_scene *scene, pktrt__batch *b, const bool occlusion, const bool stats,
-                        pktrt_counts *counts) {
-  const uint32_t valid = pktrt__setup_one(scene, b, 0);
-  b->valid[0] = valid;
-  COUNT(rays, valid);
-  COUNT(packets, valid);
-  if (valid) NAME(drive_single)(scene, b, 0, occlusion, false, stats, counts);
-  const uint32_t hit = b->slot[0] != PKTRT_NONE;
-  COUNT(hits, hit);
+static void NAME(trace_one)(const pktrt_scene *scene, pktrt__batch *b, bool occlusion) {
+  pktrt_counts unread; /* see PKTRT__INSTANCES */
+  if (PKTRT__STAMP == PKTRT__STAMP_SCALAR) memset(&unread, 0, sizeof unread);
+  if (pktrt__setup_one(scene, b, 0)) {
+    if (occlusion) NAME(drive_single)(scene, b, 0, true, false, false, &unread);
+    else NAME(drive_single)(scene, b, 0, false, false, false, &unread);
+  }
   if (occlusion) return;
+  const uint32_t hit = b->slot[0] != PKTRT_NONE;
   if (!hit) {
     b->id[0] = PKTRT_NONE, b->cn[0][0] = b->cn[1][0] = 0;
     for (int a = 0; a < 3; a++) b->cf[a][0] = 0;
@@ -5684,8 +5895,8 @@ OP void NAME(trace_one)(const pktrt_scene *scene, pktrt__batch *b, const bool oc
 OP void NAME(trace_as)(const pktrt__call *call, pktrt__batch *b, uint32_t n, const bool occlusion, const bool stats,
                        pktrt_counts *counts) {
   const pktrt_scene *scene = call->scene;
-  if (n == 1 && call->desc->path != PKTRT_PATH_PAPER) {
-    NAME(trace_one)(scene, b, occlusion, stats, counts);
+  if (n == 1 && !stats && call->desc->path != PKTRT_PATH_PAPER) {
+    NAME(trace_one)(scene, b, occlusion);
     return;
   }
   pktrt__pad_batch(b, n);
@@ -5790,8 +6001,9 @@ static bool NAME(rounds_each_operation)(void) {
   return mbits(mand(minus, from)) == 0xFF;
 }
 
-static const pktrt__kernels NAME(kernels) = {NAME(trace), NAME(rounds_each_operation), NAME(load), NAME(store), NAME(primary),
-                                             NAME(pack), NAME(find), NAME(dress), NAME(aim), NAME(gain), NAME(send)};
+static const pktrt__kernels NAME(kernels) = {NAME(trace), NAME(trace_one), NAME(rounds_each_operation),
+                                             NAME(load), NAME(store), NAME(primary), NAME(pack), NAME(find),
+                                             NAME(dress), NAME(aim), NAME(gain), NAME(send)};
 
 #ifdef PKTRT__ALSO_STAMP /* for benchmarks: a file of theirs on the same vectors; its path from here, in quotes */
 #include PKTRT__ALSO_STAMP
@@ -6354,14 +6566,25 @@ PKTRT_DEF void pktrt_occluded_soa_ex(const pktrt_scene *s, const pktrt_query_des
   }
 }
 
+/* One ray, past all that many share. */
+PKTRT__INLINE void pktrt__trace_ray(const pktrt_scene *s, pktrt__batch *b, const pktrt_ray *ray, bool occlusion) {
+  for (int a = 0; a < 3; a++) b->o[a][0] = ray->origin[a], b->d[a][0] = ray->direction[a];
+  b->tmin[0] = ray->tmin, b->tmax[0] = ray->tmax, b->time[0] = ray->time;
+  s->kernels->trace_one(s, b, occlusion);
+}
 PKTRT_DEF bool pktrt_intersect(const pktrt_scene *s, const pktrt_ray *ray, pktrt_hit *hit) {
-  pktrt_intersect_ex(s, NULL, ray, hit, 1);
+  pktrt__batch b;
+  uint32_t hint[2] = {0, 0};
+  pktrt__trace_ray(s, &b, ray, false);
+  hit->t = b.t[0], hit->u = b.cn[0][0], hit->v = b.cn[1][0];
+  for (int a = 0; a < 3; a++) hit->normal[a] = b.cf[a][0];
+  pktrt__name_triangle(s, b.id[0], hint, &hit->mesh, &hit->triangle);
   return hit->mesh != PKTRT_NONE;
 }
 PKTRT_DEF bool pktrt_occluded(const pktrt_scene *s, const pktrt_ray *ray) {
-  bool result;
-  pktrt_occluded_ex(s, NULL, ray, &result, 1);
-  return result;
+  pktrt__batch b;
+  pktrt__trace_ray(s, &b, ray, true);
+  return b.slot[0] != PKTRT_NONE;
 }
 PKTRT_DEF void pktrt_intersect_n(const pktrt_scene *s, const pktrt_ray *rays, pktrt_hit *hits, size_t n) {
   pktrt_intersect_ex(s, NULL, rays, hits, n);

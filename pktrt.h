@@ -112,6 +112,7 @@
        >>drive        from many rays to packets, streams and single rays
        >>resolve      u, v and normal, once for each ray
        >>shade        surfaces, scattering and shadow rays, eight at a time
+       >>fit          blocks and nodes of builds and refits
        >>entry        one batch of rays
 
      Implementation of the public functions
@@ -1299,6 +1300,7 @@ typedef struct pktrt__range {
 
 typedef struct pktrt__builder {
   const pktrt_scene_desc *desc;
+  const struct pktrt__fit *fit;
   const pktrt__mesh *meshes;
   uint32_t mesh_count, key_count, count;
   bool use_pending;
@@ -1663,61 +1665,73 @@ PKTRT__INLINE bool pktrt__has_area(const float *const v[3]) {
   return (ay * bz - az * by != 0.0) | (az * bx - ax * bz != 0.0) | (ax * by - ay * bx != 0.0);
 }
 
-/* Whether a triangle has area half-way between two keys. The normal is a quadratic function of time: zero at both
-   keys and half-way, it is zero throughout. */
-static bool pktrt__has_area_between(const float *const v0[3], const float *const v1[3]) {
-  float p[3][3];
-  for (int i = 0; i < 9; i++) p[i / 3][i % 3] = 0.5f * v0[i / 3][i % 3] + 0.5f * v1[i / 3][i % 3];
-  const float *const v[3] = {p[0], p[1], p[2]};
-  return pktrt__has_area(v);
+/* The mesh that is read: blocks take most of their triangles from one. */
+typedef struct pktrt__reader {
+  const pktrt__mesh *meshes;
+  const float *positions;
+  const uint32_t *indices;
+  size_t step; /* floats to the next key */
+  uint32_t mesh_count, first, count;
+  bool use_pending;
+} pktrt__reader;
+
+static pktrt__reader pktrt__read_meshes(const pktrt__mesh *meshes, uint32_t mesh_count, bool use_pending) {
+  pktrt__reader r;
+  memset(&r, 0, sizeof r);
+  r.meshes = meshes, r.mesh_count = mesh_count, r.use_pending = use_pending;
+  return r;
+}
+static pktrt__reader pktrt__read_mesh_of(pktrt__reader r, uint32_t triangle) {
+  const pktrt__mesh *m = &r.meshes[pktrt__mesh_of(r.meshes, r.mesh_count, triangle, 0)];
+  r.positions = r.use_pending && m->dirty && m->pending ? m->pending : m->positions;
+  r.indices = m->indices, r.step = (size_t)m->vertex_count * 3;
+  r.first = m->first_id, r.count = m->triangle_count;
+  return r;
 }
 
-/* Vertices and ids of a block from its global indices; free lanes repeat lane 0. Returns the number of triangles
-   without area at any time. */
-static uint32_t pktrt__write_block(const pktrt__group *g, uint32_t block, const pktrt__mesh *meshes,
-                                   uint32_t mesh_count, bool use_pending) {
+/* Where the corners of a block's triangles are at key 0; free lanes repeat lane 0. Blocks gather from all over the
+   mesh: what they read is found and starts loading some blocks ahead, and the indices that say where it is twice as far
+   ahead, as long as the mesh stays the same. */
+enum { PKTRT__AHEAD = 8 };
+typedef struct pktrt__source {
+  const float *corner[PKTRT__W][3];
+  size_t step[PKTRT__W];
+} pktrt__source;
+
+static void pktrt__find_source(const pktrt__group *g, uint32_t block, pktrt__reader *reader, pktrt__source *s) {
   const uint32_t *tri = g->block_triangles + (size_t)block * PKTRT__W;
-  unsigned char *at = g->blocks + (size_t)block * g->block_bytes;
-  uint32_t *id = pktrt__block_ids(at), mesh = 0, flat = 0;
-  for (size_t l = 0; l < PKTRT__W; l++) {
-    bool area = false, none = tri[l] == PKTRT_NONE;
-    if (!none) mesh = pktrt__mesh_of(meshes, mesh_count, tri[l], mesh);
-    for (uint32_t k = 0; k < g->key_count; k++) {
-      float *const first = pktrt__block_vertices(at, k), *row = first + l;
-      const float *v[3], *before[3];
-      if (none) {
-        for (size_t i = 0; i < 9; i++) row[i * PKTRT__W] = first[i * PKTRT__W];
-        continue;
-      }
-      pktrt__corners(&meshes[mesh], use_pending, tri[l] - meshes[mesh].first_id, k, v);
-      for (int c = 0; c < 3; c++, row += 3 * PKTRT__W) {
-        row[0] = v[c][0], row[PKTRT__W] = v[c][1], row[2 * PKTRT__W] = v[c][2];
-      }
-      area |= pktrt__has_area(v);
-      if (area || !k) continue;
-      pktrt__corners(&meshes[mesh], use_pending, tri[l] - meshes[mesh].first_id, k - 1, before);
-      area = pktrt__has_area_between(before, v);
+  const uint32_t *later = g->block_count - block > PKTRT__AHEAD ? tri + PKTRT__AHEAD * PKTRT__W : tri;
+  pktrt__reader r = *reader;
+  for (uint32_t i = 0; i < PKTRT__BLOCK_BYTES; i += 64) PKTRT__FETCH(g->blocks + (size_t)block * g->block_bytes + i);
+  for (uint32_t l = 0; l < PKTRT__W; l++) {
+    if (tri[l] == PKTRT_NONE) {
+      memcpy(s->corner[l], s->corner[0], sizeof s->corner[0]);
+      s->step[l] = s->step[0];
+      continue;
     }
-    id[l] = area ? tri[l] : PKTRT_NONE;
-    flat += !none && !area;
+    if (tri[l] - r.first >= r.count) r = pktrt__read_mesh_of(r, tri[l]);
+    const size_t at = (size_t)(tri[l] - r.first) * 3;
+    size_t i = at, j = at + 1, k = at + 2;
+    if (r.indices) {
+      if (later[l] - r.first < r.count) PKTRT__FETCH(r.indices + (size_t)(later[l] - r.first) * 3);
+      i = r.indices[at], j = r.indices[at + 1], k = r.indices[at + 2];
+    }
+    PKTRT__FETCH(s->corner[l][0] = r.positions + 3 * i);
+    PKTRT__FETCH(s->corner[l][1] = r.positions + 3 * j);
+    PKTRT__FETCH(s->corner[l][2] = r.positions + 3 * k);
+    s->step[l] = r.step;
   }
-  return flat;
+  *reader = r;
 }
 
-/* Starts loading what write_block will read; blocks gather from all over the mesh. */
-PKTRT__INLINE void pktrt__prefetch_block(const pktrt__group *g, uint32_t block, const pktrt__mesh *meshes,
-                                         uint32_t mesh_count, bool use_pending) {
-  const uint32_t *tri = g->block_triangles + (size_t)block * PKTRT__W;
-  uint32_t mesh = 0;
-  for (int l = 0; l < PKTRT__W && tri[l] != PKTRT_NONE; l++) {
-    const float *v[3];
-    mesh = pktrt__mesh_of(meshes, mesh_count, tri[l], mesh);
-    pktrt__corners(&meshes[mesh], use_pending, tri[l] - meshes[mesh].first_id, 0, v);
-    PKTRT__FETCH(v[0]);
-    PKTRT__FETCH(v[1]);
-    PKTRT__FETCH(v[2] + 2);
-  }
-}
+/* The kernels of builds and refits: >>fit. The one for blocks gives them vertices and ids, and returns the number of
+   triangles without area at any time. The one for nodes gives a run of nodes whose blocks, and nodes below in other
+   runs, are done bounds and orders, and returns the children's areas, summed over keys too. */
+typedef struct pktrt__fit {
+  uint32_t (*block)(const pktrt__group *, uint32_t block, const pktrt__source *);
+  double (*nodes)(const pktrt__group *, uint32_t first, uint32_t count);
+} pktrt__fit;
+static const pktrt__fit *pktrt__fit_of(pktrt_isa);
 
 /* Bounds */
 
@@ -1734,25 +1748,12 @@ static float pktrt__max8(const float *p) {
   return m[0] > m[1] ? m[0] : m[1];
 }
 
-/* lo x, hi x, lo y, ... of what is below a reference. Empty children and free lanes do no harm by their values. */
-static void pktrt__child_box(const pktrt__group *g, uint32_t ref, uint32_t key, float box[6]) {
-  if (ref & PKTRT__LEAF) {
-    const float *v = pktrt__block_vertices(g->blocks + (size_t)(ref & ~PKTRT__LEAF) * g->block_bytes, key);
-    for (int a = 0; a < 3; a++) {
-      float l[8], h[8];
-      const float *p = v + 8 * a, *q = p + 24, *r = p + 48;
-      for (int i = 0; i < 8; i++) {
-        float lo = p[i] < q[i] ? p[i] : q[i], hi = p[i] > q[i] ? p[i] : q[i];
-        l[i] = lo < r[i] ? lo : r[i], h[i] = hi > r[i] ? hi : r[i];
-      }
-      box[2 * a] = pktrt__min8(l), box[2 * a + 1] = pktrt__max8(h);
-    }
-  } else {
-    const float *plane = pktrt__node_planes(g->nodes + (size_t)ref * g->node_bytes, key);
-    for (int a = 0; a < 3; a++) {
-      box[2 * a] = pktrt__min8(plane + 16 * a);
-      box[2 * a + 1] = pktrt__max8(plane + 16 * a + 8);
-    }
+/* lo x, hi x, lo y, ... of a node. Empty children do no harm by their values. */
+static void pktrt__node_box(const pktrt__group *g, uint32_t node, uint32_t key, float box[6]) {
+  const float *plane = pktrt__node_planes(g->nodes + (size_t)node * g->node_bytes, key);
+  for (int a = 0; a < 3; a++) {
+    box[2 * a] = pktrt__min8(plane + 16 * a);
+    box[2 * a + 1] = pktrt__max8(plane + 16 * a + 8);
   }
 }
 
@@ -1769,7 +1770,7 @@ PKTRT__INLINE int32_t pktrt__order_key(float x, int32_t i) {
 }
 
 /* Children from far to near for each octant, at the middle of the motion. Opposite octants have reverse orders. */
-static void pktrt__order_children(const pktrt__group *g, unsigned char *node) {
+PKTRT__INLINE void pktrt__order_children(const pktrt__group *g, unsigned char *node) {
   const float *p = pktrt__node_planes(node, (g->key_count - 1) / 2), *q = pktrt__node_planes(node, g->key_count / 2);
   uint32_t *perm = pktrt__node_children(node) + PKTRT__W;
   float c[3][8];
@@ -1789,27 +1790,6 @@ static void pktrt__order_children(const pktrt__group *g, unsigned char *node) {
     for (uint32_t i = 0; i < 8; i++) order |= i << 3 * rank[i], reverse |= i << (21 - 3 * rank[i]);
     perm[octant] = order, perm[octant ^ 7] = reverse;
   }
-}
-
-/* Bounds and orders of a run of nodes whose blocks, and nodes below in other runs, are done. Children follow their
-   parents, so backwards is bottom-up. Returns the children's areas, summed over keys too. */
-static double pktrt__fit_nodes(const pktrt__group *g, uint32_t first, uint32_t count) {
-  double sum = 0.0;
-  for (uint32_t n = first + count; n-- > first;) {
-    unsigned char *node = g->nodes + (size_t)n * g->node_bytes;
-    const uint32_t *child = pktrt__node_children(node);
-    for (uint32_t k = 0; k < g->key_count; k++) {
-      float *plane = pktrt__node_planes(node, k), box[6];
-      for (int c = 0; c < PKTRT__W; c++) {
-        if (child[c] == PKTRT__EMPTY) continue;
-        pktrt__child_box(g, child[c], k, box);
-        for (int i = 0; i < 6; i++) plane[8 * i + c] = box[i];
-        sum += pktrt__surface(box);
-      }
-    }
-    pktrt__order_children(g, node);
-  }
-  return sum;
 }
 
 /* What a run of nodes and blocks adds to the group's figures: kept behind the group's tasks, those of the top last. */
@@ -1834,7 +1814,7 @@ static void pktrt__sum_group(pktrt__group *g) {
   double root = 0.0, sum = 0.0;
   for (uint32_t k = 0; k < g->key_count; k++) {
     float box[6];
-    pktrt__child_box(g, 0, k, box);
+    pktrt__node_box(g, 0, k, box);
     for (int a = 0; a < 3; a++) {
       if (k == 0 || box[2 * a] < g->lo[a]) g->lo[a] = box[2 * a];
       if (k == 0 || box[2 * a + 1] > g->hi[a]) g->hi[a] = box[2 * a + 1];
@@ -1950,10 +1930,13 @@ static void pktrt__count_job(void *arg, size_t i) {
 }
 
 static uint32_t pktrt__write_run(const pktrt__builder *b, const pktrt__group *g, const pktrt__task *t) {
-  uint32_t flat = 0, end = t->first_block + t->block_count;
-  for (uint32_t i = t->first_block; i < end; i++) {
-    if (end - i > 2) pktrt__prefetch_block(g, i + 2, b->meshes, b->mesh_count, b->use_pending);
-    flat += pktrt__write_block(g, i, b->meshes, b->mesh_count, b->use_pending);
+  pktrt__source ahead[PKTRT__AHEAD];
+  pktrt__reader reader = pktrt__read_meshes(b->meshes, b->mesh_count, b->use_pending);
+  uint32_t flat = 0;
+  for (uint32_t i = 0; i < t->block_count + PKTRT__AHEAD; i++) {
+    pktrt__source *s = &ahead[i % PKTRT__AHEAD];
+    if (i >= PKTRT__AHEAD) flat += b->fit->block(g, t->first_block + i - PKTRT__AHEAD, s);
+    if (i < t->block_count) pktrt__find_source(g, t->first_block + i, &reader, s);
   }
   return flat;
 }
@@ -1965,7 +1948,7 @@ static void pktrt__emit_job(void *arg, size_t i) {
   pktrt__sum *sum = &pktrt__sums(c->g)[i];
   pktrt__walk_tree(&w, c->subs[i], t);
   sum->degenerate = pktrt__write_run(c->b, c->g, t);
-  sum->area = pktrt__fit_nodes(c->g, t->first_node, t->node_count);
+  sum->area = c->b->fit->nodes(c->g, t->first_node, t->node_count);
 }
 
 /* Allocates nodes and blocks, whose numbers are known, and places the runs: the top first. */
@@ -2008,7 +1991,7 @@ static bool pktrt__build_wide(pktrt__builder *b, pktrt__group *g) {
     w.subs = NULL, w.g = g, w.task_count = 0;
     if (!one) pktrt__walk_tree(&w, root, &top);
     sum->degenerate = pktrt__write_run(b, g, &top);
-    sum->area = pktrt__fit_nodes(g, 0, top.node_count);
+    sum->area = b->fit->nodes(g, 0, top.node_count);
   }
   pktrt__release(desc, c.subs, count, sizeof(pktrt__sub));
   return ok;
@@ -2040,7 +2023,8 @@ static bool pktrt__build_group(const pktrt_scene_desc *desc, const pktrt__mesh *
   for (uint32_t i = 0; i < mesh_count; i++) count += meshes[i].key_count == key_count ? meshes[i].triangle_count : 0;
   if (count >= PKTRT__LEAF) return false; /* no room for as many blocks in a reference */
   memset(&b, 0, sizeof b), memset(&g, 0, sizeof g);
-  b.desc = desc, b.meshes = meshes, b.mesh_count = mesh_count, b.key_count = key_count, b.use_pending = use_pending;
+  b.desc = desc, b.fit = pktrt__fit_of(desc->isa);
+  b.meshes = meshes, b.mesh_count = mesh_count, b.key_count = key_count, b.use_pending = use_pending;
   b.count = g.triangle_count = (uint32_t)count;
   b.limit = b.count / PKTRT__TASK_PARTS;
   if (b.limit < PKTRT__TASK_MIN) b.limit = PKTRT__TASK_MIN;
@@ -2079,29 +2063,48 @@ static bool pktrt__build_group(const pktrt_scene_desc *desc, const pktrt__mesh *
    that has such a block, then those of the top. A run without one keeps its bounds and its sums. */
 
 typedef struct pktrt__refit {
+  const pktrt__fit *fit;
   pktrt__group *g;
   const pktrt__mesh *meshes;
   uint32_t mesh_count;
+  bool all; /* meshes changed */
 } pktrt__refit;
 
-static void pktrt__refit_blocks(const pktrt__refit *r, const pktrt__task *t, pktrt__sum *sum) {
-  sum->changed = 0;
-  uint32_t mesh = 0, end = t->first_block + t->block_count;
-  for (uint32_t block = t->first_block; block < end; block++) {
-    const uint32_t *tri = r->g->block_triangles + (size_t)block * PKTRT__W;
-    const uint32_t *id = pktrt__block_ids(r->g->blocks + (size_t)block * r->g->block_bytes);
-    uint32_t flat = 0;
-    bool dirty = false;
-    if (sum->changed && end - block > 2) pktrt__prefetch_block(r->g, block + 2, r->meshes, r->mesh_count, true);
-    for (int l = 0; l < PKTRT__W && tri[l] != PKTRT_NONE; l++) {
-      mesh = pktrt__mesh_of(r->meshes, r->mesh_count, tri[l], mesh);
-      dirty = dirty || r->meshes[mesh].dirty;
-      flat += id[l] == PKTRT_NONE;
-    }
-    if (!dirty) continue;
-    sum->changed = 1;
-    sum->degenerate += pktrt__write_block(r->g, block, r->meshes, r->mesh_count, true) - flat;
+static bool pktrt__block_changed(const pktrt__refit *r, uint32_t block) {
+  const uint32_t *tri = r->g->block_triangles + (size_t)block * PKTRT__W;
+  uint32_t mesh = 0;
+  for (int l = 0; l < PKTRT__W && !r->all && tri[l] != PKTRT_NONE; l++) {
+    mesh = pktrt__mesh_of(r->meshes, r->mesh_count, tri[l], mesh);
+    if (r->meshes[mesh].dirty) return true;
   }
+  return r->all;
+}
+
+/* Triangles of a block that had no area */
+static uint32_t pktrt__count_flat(const pktrt__group *g, uint32_t block) {
+  const uint32_t *tri = g->block_triangles + (size_t)block * PKTRT__W;
+  const uint32_t *id = pktrt__block_ids(g->blocks + (size_t)block * g->block_bytes);
+  uint32_t flat = 0;
+  for (int l = 0; l < PKTRT__W; l++) flat += id[l] != tri[l];
+  return flat;
+}
+
+static void pktrt__refit_blocks(const pktrt__refit *r, const pktrt__task *t, pktrt__sum *sum) {
+  pktrt__source ahead[PKTRT__AHEAD];
+  pktrt__reader reader = pktrt__read_meshes(r->meshes, r->mesh_count, true);
+  uint32_t waiting[PKTRT__AHEAD], found = 0, done = 0, block = t->first_block, end = block + t->block_count;
+  while (block < end || done < found) {
+    if (block == end || found - done == PKTRT__AHEAD) {
+      const uint32_t which = done++ % PKTRT__AHEAD, flat = pktrt__count_flat(r->g, waiting[which]);
+      sum->degenerate += r->fit->block(r->g, waiting[which], &ahead[which]) - flat;
+    }
+    for (; block < end && found - done < PKTRT__AHEAD; block++) {
+      if (!pktrt__block_changed(r, block)) continue;
+      waiting[found % PKTRT__AHEAD] = block;
+      pktrt__find_source(r->g, block, &reader, &ahead[found++ % PKTRT__AHEAD]);
+    }
+  }
+  sum->changed = found;
 }
 
 static void pktrt__refit_job(void *arg, size_t i) {
@@ -2109,12 +2112,13 @@ static void pktrt__refit_job(void *arg, size_t i) {
   pktrt__task *t = &r->g->tasks[i];
   pktrt__sum *sum = &pktrt__sums(r->g)[i];
   pktrt__refit_blocks(r, t, sum);
-  if (sum->changed) sum->area = pktrt__fit_nodes(r->g, t->first_node, t->node_count);
+  if (sum->changed) sum->area = r->fit->nodes(r->g, t->first_node, t->node_count);
 }
 
 static void pktrt__refit_group(const pktrt_scene_desc *desc, pktrt__group *g, const pktrt__mesh *meshes,
                                uint32_t mesh_count) {
-  pktrt__refit r = {g, meshes, mesh_count};
+  pktrt__refit r = {pktrt__fit_of(desc->isa), g, meshes, mesh_count, true};
+  for (uint32_t i = 0; i < mesh_count; i++) r.all = r.all && (meshes[i].dirty || meshes[i].key_count != g->key_count);
   const pktrt__task *top = &g->tasks[g->task_count];
   pktrt__sum *sums = pktrt__sums(g);
   pktrt__parallel(desc, g->task_count, pktrt__refit_job, &r);
@@ -2122,7 +2126,7 @@ static void pktrt__refit_group(const pktrt_scene_desc *desc, pktrt__group *g, co
   bool changed = false;
   for (uint32_t i = 0; i <= g->task_count; i++) changed = changed || sums[i].changed;
   if (!changed) return;
-  sums[g->task_count].area = pktrt__fit_nodes(g, top->first_node, top->node_count);
+  sums[g->task_count].area = r.fit->nodes(g, top->first_node, top->node_count);
   pktrt__sum_group(g);
 }
 
@@ -2162,7 +2166,7 @@ static const char *pktrt__check_block(const pktrt__group *g, uint32_t block, con
   return NULL;
 }
 
-/* Straight from the definition, beside pktrt__child_box. */
+/* Straight from the definition, beside the kernel. */
 static const char *pktrt__check_child(const pktrt__group *g, unsigned char *node, int c) {
   uint32_t ref = pktrt__node_children(node)[c];
   for (uint32_t k = 0; k < g->key_count; k++) {
@@ -2255,11 +2259,27 @@ static void pktrt__say(const pktrt_scene *s, int level, const char *sentence) {
 
 PKTRT__INLINE bool pktrt__finite(float x) { return x - x == 0; } /* false for NaN and infinities */
 
+/* Whether no float is NaN or larger. By eights, which compilers turn into vectors */
+static bool pktrt__all_within(const float *p, uint64_t n, float limit) {
+  uint32_t beyond[8] = {0, 0, 0, 0, 0, 0, 0, 0}, any = 0;
+  uint64_t i = 0;
+  for (; i + 8 <= n; i += 8) {
+    for (int k = 0; k < 8; k++) beyond[k] |= (uint32_t)!(fabsf(p[i + (uint64_t)k]) <= limit);
+  }
+  for (; i < n; i++) any |= (uint32_t)!(fabsf(p[i]) <= limit);
+  for (int k = 0; k < 8; k++) any |= beyond[k];
+  return !any;
+}
+
 /* Copies count vertices of three floats from a strided array into a tight one; refuses what is not finite or too
    large. */
 static pktrt_status pktrt__copy_vectors(pktrt_scene *s, float *to, const float *from, uint32_t count, uint32_t stride,
                                         float limit, uint32_t mesh, uint32_t key, const char *what) {
   const unsigned char *p = (const unsigned char *)(const void *)from;
+  if (stride == 12 && count) {
+    memcpy(to, p, (size_t)count * 12);
+    if (pktrt__all_within(to, (uint64_t)count * 3, limit)) return PKTRT_OK;
+  }
   for (uint32_t i = 0; i < count; i++, p += stride, to += 3) {
     memcpy(to, p, 3 * sizeof(float));
     for (int a = 0; a < 3; a++) {
@@ -2277,9 +2297,13 @@ static pktrt_status pktrt__copy_vectors(pktrt_scene *s, float *to, const float *
 static uint64_t pktrt__mesh_floats(const pktrt__mesh *m) { return (uint64_t)m->vertex_count * m->key_count * 3; }
 
 static float pktrt__max_coord(const float *p, uint64_t n) {
-  float m = 0;
-  for (uint64_t i = 0; i < n; i++) m = pktrt__maxf(m, fabsf(p[i]));
-  return m;
+  float m[8] = {0, 0, 0, 0, 0, 0, 0, 0};
+  uint64_t i = 0;
+  for (; i + 8 <= n; i += 8) {
+    for (int k = 0; k < 8; k++) m[k] = pktrt__maxf(m[k], fabsf(p[i + (uint64_t)k]));
+  }
+  for (; i < n; i++) m[0] = pktrt__maxf(m[0], fabsf(p[i]));
+  return pktrt__max8(m);
 }
 
 static void pktrt__free_mesh(const pktrt_scene_desc *d, pktrt__mesh *m) {
@@ -2364,14 +2388,18 @@ static pktrt_status pktrt__copy_mesh(pktrt_scene *s, const pktrt_mesh_desc *d, p
 
 /* >>commit --------------------------------------------------------------------------------------------------------- */
 
+static void pktrt__swap_arrays(float **a, float **b) {
+  float *swap = *a;
+  *a = *b, *b = swap;
+}
+
 /* Takes over what set_positions and set_normals left waiting. */
 static void pktrt__promote(pktrt__mesh *m) {
-  const size_t bytes = (size_t)(pktrt__mesh_floats(m) * sizeof(float));
   if (m->dirty && m->pending) {
-    memcpy(m->positions, m->pending, bytes);
+    pktrt__swap_arrays(&m->positions, &m->pending);
     m->max_coord = pktrt__max_coord(m->positions, pktrt__mesh_floats(m));
   }
-  if (m->dirty_normals) memcpy(m->normals, m->pending_normals, bytes);
+  if (m->dirty_normals) pktrt__swap_arrays(&m->normals, &m->pending_normals);
   m->dirty = m->dirty_normals = false;
   m->committed = true;
 }
@@ -2987,6 +3015,20 @@ static const pktrt__kernels *pktrt__kernels_of(pktrt_isa isa) {
 #endif
     default: return NULL;
   }
+}
+
+static const pktrt__fit *pktrt__fit_of(pktrt_isa isa) {
+#ifdef PKTRT__HAS_AVX2
+  if (isa == PKTRT_ISA_AVX2 || isa == PKTRT_ISA_AVX512) return &pktrt__fit_avx2;
+#endif
+  (void)isa;
+#if defined(PKTRT__HAS_SSE2)
+  return &pktrt__fit_sse2;
+#elif defined(PKTRT__HAS_NEON)
+  return &pktrt__fit_neon;
+#else
+  return &pktrt__fit_scalar;
+#endif
 }
 
 #endif /* PKTRT__IMPLEMENTED */
@@ -5500,6 +5542,92 @@ static uint32_t NAME(send)(const pktrt__sending *g, const pktrt__wave *w, const 
   return n;
 }
 
+/* >>fit ------------------------------------------------------------------------------------------------------------ */
+
+/* WHY not for all instruction sets: 512 bits would gain nothing here, and what every x86 or ARM has serves scalar
+   scenes as well; it is the same bits, and less code. */
+#if PKTRT__STAMP == PKTRT__STAMP_AVX2 || PKTRT__STAMP == PKTRT__STAMP_SSE2 || PKTRT__STAMP == PKTRT__STAMP_NEON || \
+    !(defined(PKTRT__HAS_SSE2) || defined(PKTRT__HAS_NEON))
+
+/* Lanes of a block that have area at a key, or half-way between two. The normal is a quadratic function of time: zero
+   at both keys and half-way, it is zero throughout. */
+PKTRT__NOINLINE uint32_t NAME(lanes_with_area)(const float *v, const float *w) {
+  d8 a[3], b[3];
+  UNROLL for (int i = 0; i < 3; i++) {
+    v8 p[3];
+    UNROLL for (int c = 0; c < 3; c++) {
+      p[c] = vload(v + 24 * c + 8 * i);
+      if (w) p[c] = vadd(vmul(vset(0.5f), p[c]), vmul(vset(0.5f), vload(w + 24 * c + 8 * i)));
+    }
+    const d8 from = dfrom(p[0]);
+    a[i] = dsub(dfrom(p[1]), from), b[i] = dsub(dfrom(p[2]), from);
+  }
+  const d8 x = dsub(dmul(a[1], b[2]), dmul(a[2], b[1])), y = dsub(dmul(a[2], b[0]), dmul(a[0], b[2]));
+  const d8 z = dsub(dmul(a[0], b[1]), dmul(a[1], b[0]));
+  return mbits(dlt(dset(0), dmax(dabs(x), dmax(dabs(y), dabs(z)))));
+}
+
+static uint32_t NAME(fit_block)(const pktrt__group *g, uint32_t block, const pktrt__source *s) {
+  const uint32_t *tri = g->block_triangles + (size_t)block * PKTRT__W;
+  unsigned char *at = g->blocks + (size_t)block * g->block_bytes;
+  uint32_t *id = pktrt__block_ids(at), area = 0, flat = 0;
+  for (uint32_t k = 0; k < g->key_count; k++) {
+    float *v = pktrt__block_vertices(at, k);
+    for (uint32_t l = 0; l < PKTRT__W; l++) {
+      const float *p = s->corner[l][0] + k * s->step[l], *q = s->corner[l][1] + k * s->step[l];
+      const float *r = s->corner[l][2] + k * s->step[l];
+      v[l] = p[0], v[8 + l] = p[1], v[16 + l] = p[2];
+      v[24 + l] = q[0], v[32 + l] = q[1], v[40 + l] = q[2];
+      v[48 + l] = r[0], v[56 + l] = r[1], v[64 + l] = r[2];
+    }
+    if (area != 0xFF) area |= NAME(lanes_with_area)(v, NULL);
+    if (area != 0xFF && k) area |= NAME(lanes_with_area)(v, pktrt__block_vertices(at, k - 1));
+  }
+  for (uint32_t l = 0; l < PKTRT__W; l++) {
+    id[l] = area >> l & 1 ? tri[l] : PKTRT_NONE;
+    flat += id[l] != tri[l];
+  }
+  return flat;
+}
+
+/* Planes of a node's children at a key: of blocks by their vertices, of nodes by their own children. */
+static void NAME(fit_children)(const pktrt__group *g, const uint32_t *child, uint32_t key, float *plane) {
+  for (int c = 0; c < PKTRT__W; c++) {
+    if (child[c] == PKTRT__EMPTY) continue;
+    const bool leaf = (child[c] & PKTRT__LEAF) != 0;
+    const float *p = leaf ? pktrt__block_vertices(g->blocks + (size_t)(child[c] & ~PKTRT__LEAF) * g->block_bytes, key)
+                          : pktrt__node_planes(g->nodes + (size_t)child[c] * g->node_bytes, key);
+    for (int a = 0; a < 3; a++) {
+      const float *q = leaf ? p + 8 * a : p + 16 * a;
+      const v8 x = vload(q), y = leaf ? vload(q + 24) : vload(q + 8), z = leaf ? vload(q + 48) : y;
+      plane[16 * a + c] = vhmin(leaf ? vmin(vmin(x, y), z) : x);
+      plane[16 * a + 8 + c] = vhmax(leaf ? vmax(vmax(x, y), z) : y);
+    }
+  }
+}
+
+/* Children follow their parents, so backwards is bottom-up. */
+static double NAME(fit_nodes)(const pktrt__group *g, uint32_t first, uint32_t count) {
+  double sum = 0.0, area[8];
+  for (uint32_t n = first + count; n-- > first;) {
+    unsigned char *node = g->nodes + (size_t)n * g->node_bytes;
+    const uint32_t *child = pktrt__node_children(node);
+    for (uint32_t k = 0; k < g->key_count; k++) {
+      float *p = pktrt__node_planes(node, k);
+      NAME(fit_children)(g, child, k, p);
+      const d8 x = dsub(dfrom(vload(p + 8)), dfrom(vload(p))), y = dsub(dfrom(vload(p + 24)), dfrom(vload(p + 16)));
+      const d8 z = dsub(dfrom(vload(p + 40)), dfrom(vload(p + 32)));
+      dstore(area, dmul(dset(2.0), dadd(dadd(dmul(x, y), dmul(y, z)), dmul(z, x))));
+      for (int c = 0; c < PKTRT__W; c++) sum += child[c] == PKTRT__EMPTY ? 0.0 : area[c];
+    }
+    pktrt__order_children(g, node);
+  }
+  return sum;
+}
+
+static const pktrt__fit NAME(fit) = {NAME(fit_block), NAME(fit_nodes)};
+#endif
+
 /* >>entry ---------------------------------------------------------------------------------------------------------- */
 
 /* One ray of its own: what it needs is set up and resolved in one lane. */
@@ -5853,7 +5981,7 @@ static pktrt_status pktrt__set_vectors(pktrt_scene *s, pktrt__mesh *m, float *cu
       return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "mesh %u: no memory for %u changed vectors", (unsigned)mesh,
                          (unsigned)m->vertex_count);
   }
-  if (!current_inside && floats) memcpy(*pending, current, (size_t)floats * sizeof(float));
+  if (!current_inside && m->key_count > 1) memcpy(*pending, current, (size_t)floats * sizeof(float));
   *dirty = true;
   return m->vertex_count ? pktrt__copy_vectors(s, *pending + at, data, m->vertex_count, stride, limit, mesh, key, what)
                          : PKTRT_OK;

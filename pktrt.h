@@ -1181,11 +1181,11 @@ PKTRT__INLINE double pktrt__max(double a, double b) { return a > b ? a : b; }
 
    Binary: a range of triangles ("prims": boxes with an id) is split in two where the surface area heuristic says so:
    from bins over the centroids on all three axes while the range is large, from an exact sweep of the sorted centroids
-   when it is small. A side with n triangles costs area * (0.75 ceil(n/8) + 0.25 n/8): whole blocks, with a leaning
-   towards fewer triangles where the number of blocks is the same. A range of up to 8 stays a leaf (cost: area) if that
-   is not dearer than a step (0.25 area) plus both sides. Moving groups are built on the boxes at the middle of the
-   motion. The partition reads one buffer and writes the other; small ranges move back home, so that all leaves lie in
-   the first.
+   when it is small; of very large ranges most small triangles are not looked at. A side with n triangles costs
+   area * (0.75 ceil(n/8) + 0.25 n/8): whole blocks, with a leaning towards fewer triangles where the number of blocks
+   is the same. A range of up to 8 stays a leaf (cost: area) if that is not dearer than a step (0.25 area) plus both
+   sides. Moving groups are built on the boxes at the middle of the motion. The partition reads one buffer and writes
+   the other; small ranges move back home, so that all leaves lie in the first.
 
    Depth: let need(n) = ceil(log2(ceil(n/8))), the levels of halving until n triangles fit a block. Every range keeps
    depth + need(n) <= MAX_DEPTH: true at the root (need < 30); where it holds with slack, any split keeps it, since a
@@ -1304,7 +1304,8 @@ typedef struct pktrt__builder {
   const pktrt__mesh *meshes;
   uint32_t mesh_count, key_count, count;
   bool use_pending;
-  uint32_t bins, few_bins, few, sweep; /* bins above and below `few` triangles; sweep up to `sweep` */
+  uint32_t bins, few_bins, few, many;  /* bins from `many` triangles on, below `few`, and half of them between */
+  uint32_t sweep, sampled;             /* sweeps up to so many; bins a part only, from so many on */
   uint32_t limit;                      /* triangles of a task */
   float scale;
   pktrt__prim *prims, *away;           /* count each */
@@ -1437,7 +1438,7 @@ typedef struct pktrt__bins {
   float box[3][PKTRT__MAX_BINS][8];
   uint32_t count[3][PKTRT__MAX_BINS];
   float low[4], scale[4]; /* bin = (centroid - low) * scale, centroid = lo + hi */
-  uint32_t bins, best, axis;
+  uint32_t bins, best, axis, total;
 } pktrt__bins;
 
 /* Where bins lie. Extents that would make a scale overflow count as none; false if there is no other. */
@@ -1462,24 +1463,43 @@ static bool pktrt__place_bins(pktrt__bins *s, const pktrt__prim *p, uint32_t n) 
   return any;
 }
 
-static void pktrt__fill_bins(pktrt__bins *s, const pktrt__prim *p, uint32_t n) {
+PKTRT__INLINE void pktrt__put_in_bins(pktrt__bins *s, const float *b, const float low[3], const float scale[3],
+                                      uint32_t weight) {
+  const size_t x = (size_t)(int32_t)((b[0] - b[4] - low[0]) * scale[0]);
+  const size_t y = (size_t)(int32_t)((b[1] - b[5] - low[1]) * scale[1]);
+  const size_t z = (size_t)(int32_t)((b[2] - b[6] - low[2]) * scale[2]);
+  pktrt__box_grow(s->box[0][x], b), s->count[0][x] += weight;
+  pktrt__box_grow(s->box[1][y], b), s->count[1][y] += weight;
+  pktrt__box_grow(s->box[2][z], b), s->count[2][z] += weight;
+}
+
+/* All prims, or one in four, which stands for the others; but none is left out that is longer along an axis than
+   a 32nd of the range: the few large ones decide what a side costs. */
+static void pktrt__fill_bins(pktrt__bins *s, const pktrt__prim *p, const pktrt__range *r, bool all) {
   for (int a = 0; a < 3; a++) {
     for (uint32_t i = 0; i < s->bins; i++) pktrt__box_clear(s->box[a][i]), s->count[a][i] = 0;
   }
-  float low[3] = {s->low[0], s->low[1], s->low[2]}, scale[3] = {s->scale[0], s->scale[1], s->scale[2]};
-  for (uint32_t i = 0; i < n; i++) {
+  const float low[3] = {s->low[0], s->low[1], s->low[2]}, scale[3] = {s->scale[0], s->scale[1], s->scale[2]};
+  float large[3];
+  for (int a = 0; a < 3; a++) large[a] = (r->box[a] + r->box[a + 4]) * 0.03125f; /* negative, as all extents here */
+  s->total = r->count;
+  if (all) {
+    for (uint32_t i = 0; i < r->count; i++) pktrt__put_in_bins(s, p[i].box, low, scale, 1);
+    return;
+  }
+  s->total = 0;
+  for (uint32_t i = 0; i < r->count; i++) {
     const float *b = p[i].box;
-    size_t x = (size_t)(int32_t)((b[0] - b[4] - low[0]) * scale[0]);
-    size_t y = (size_t)(int32_t)((b[1] - b[5] - low[1]) * scale[1]);
-    size_t z = (size_t)(int32_t)((b[2] - b[6] - low[2]) * scale[2]);
-    pktrt__box_grow(s->box[0][x], b), s->count[0][x]++;
-    pktrt__box_grow(s->box[1][y], b), s->count[1][y]++;
-    pktrt__box_grow(s->box[2][z], b), s->count[2][z]++;
+    const bool long_one = (b[0] + b[4] < large[0]) | (b[1] + b[5] < large[1]) | (b[2] + b[6] < large[2]);
+    if (i % 4 && !long_one) continue;
+    const uint32_t weight = long_one ? 1 : 4;
+    pktrt__put_in_bins(s, b, low, scale, weight);
+    s->total += weight;
   }
 }
 
 /* The cheapest border between bins, its cost returned; FLT_MAX if all prims share their bins. */
-static float pktrt__best_bin(pktrt__bins *s, uint32_t n, float unit) {
+static float pktrt__best_bin(pktrt__bins *s, float unit) {
   float right[PKTRT__MAX_BINS], best = FLT_MAX;
   for (uint32_t a = 0; a < 3; a++) {
     if (!(s->scale[a] > 0.0f)) continue;
@@ -1496,7 +1516,7 @@ static float pktrt__best_bin(pktrt__bins *s, uint32_t n, float unit) {
     for (uint32_t i = 0; i + 1 < s->bins; i++) {
       pktrt__box_grow(box, s->box[a][i]);
       count += s->count[a][i];
-      if (count == 0 || count == n) continue;
+      if (count == 0 || count == s->total) continue;
       float cost = pktrt__box_area(box, unit) * pktrt__side_cost(count) + right[i + 1];
       if (cost < best) best = cost, s->axis = a, s->best = i;
     }
@@ -1504,8 +1524,9 @@ static float pktrt__best_bin(pktrt__bins *s, uint32_t n, float unit) {
   return best;
 }
 
-/* Partition without branches: every prim is written to the next place of both sides, one of which then moves on. */
-static void pktrt__partition(const pktrt__bins *s, const pktrt__prim *from, pktrt__prim *to, uint32_t n) {
+/* Partition without branches: every prim is written to the next place of both sides, one of which then moves on.
+   Returns how many are on the left. */
+static uint32_t pktrt__partition(const pktrt__bins *s, const pktrt__prim *from, pktrt__prim *to, uint32_t n) {
   uint32_t l = 0, r = n - 1, axis = s->axis;
   float low = s->low[axis], scale = s->scale[axis], border = (float)(int32_t)(s->best + 1);
   for (uint32_t i = 0; i < n; i++) {
@@ -1513,6 +1534,7 @@ static void pktrt__partition(const pktrt__bins *s, const pktrt__prim *from, pktr
     to[l] = to[r] = from[i];
     l += 1 - right, r -= right;
   }
+  return l;
 }
 
 /* Splits a large range by bins. 0: not possible */
@@ -1520,17 +1542,13 @@ static uint32_t pktrt__split_binned(pktrt__builder *b, const pktrt__range *r, fl
   const pktrt__prim *from = (r->away ? b->away : b->prims) + r->first;
   pktrt__prim *to = (r->away ? b->prims : b->away) + r->first;
   pktrt__bins s;
-  s.bins = r->count < b->few ? b->few_bins : b->bins;
+  s.bins = r->count < b->few ? b->few_bins : r->count < b->many ? b->bins / 2 : b->bins;
   if (!pktrt__place_bins(&s, from, r->count)) return 0;
-  pktrt__fill_bins(&s, from, r->count);
-  if (!(pktrt__best_bin(&s, r->count, unit) < FLT_MAX)) return 0;
-  uint32_t left = 0;
+  pktrt__fill_bins(&s, from, r, r->count < b->sampled);
+  if (!(pktrt__best_bin(&s, unit) < FLT_MAX)) return 0;
   pktrt__box_clear(part[0].box), pktrt__box_clear(part[1].box);
-  for (uint32_t i = 0; i < s.bins; i++) {
-    pktrt__box_grow(part[i > s.best].box, s.box[s.axis][i]);
-    left += i > s.best ? 0 : s.count[s.axis][i];
-  }
-  pktrt__partition(&s, from, to, r->count);
+  for (uint32_t i = 0; i < s.bins; i++) pktrt__box_grow(part[i > s.best].box, s.box[s.axis][i]);
+  const uint32_t left = pktrt__partition(&s, from, to, r->count);
   pktrt__make_parts(r, left, !r->away, part);
   return left;
 }
@@ -2006,10 +2024,13 @@ static void pktrt__free_group(const pktrt_scene_desc *desc, pktrt__group *g) {
 }
 
 static void pktrt__set_quality(pktrt__builder *b) {
+  b->sampled = 8192;
   switch (b->desc->quality) {
-    case PKTRT_BUILD_FAST: b->bins = 12, b->few_bins = 8, b->few = 32, b->sweep = 8; break;
-    case PKTRT_BUILD_HIGH: b->bins = b->few_bins = 64, b->few = 0, b->sweep = PKTRT__MAX_SWEEP; break;
-    default: b->bins = 32, b->few_bins = 16, b->few = 64, b->sweep = 16; break;
+    case PKTRT_BUILD_FAST: b->bins = 12, b->few_bins = 8, b->few = b->many = 32, b->sweep = 8; break;
+    case PKTRT_BUILD_HIGH:
+      b->bins = b->few_bins = 64, b->few = b->many = 0, b->sweep = PKTRT__MAX_SWEEP, b->sampled = UINT32_MAX;
+      break;
+    default: b->bins = 32, b->few_bins = 8, b->few = 64, b->many = 512, b->sweep = 16; break;
   }
 }
 
@@ -2039,12 +2060,10 @@ static bool pktrt__build_group(const pktrt_scene_desc *desc, const pktrt__mesh *
   b.nodes = PKTRT__CAST(pktrt__binary *, pktrt__alloc(desc, 2 * count, sizeof(pktrt__binary)));
   b.chunks = PKTRT__CAST(pktrt__range *, pktrt__alloc(desc, ranges, sizeof(pktrt__range)));
   bool ok = b.prims && b.away && b.nodes && b.chunks;
-  if (ok) {
-    pktrt__build_binary(&b);
-    ok = pktrt__build_wide(&b, &g);
-  }
+  if (ok) pktrt__build_binary(&b);
+  pktrt__release(desc, b.away, count, sizeof(pktrt__prim)); /* room for what follows */
+  ok = ok && pktrt__build_wide(&b, &g);
   pktrt__release(desc, b.prims, count, sizeof(pktrt__prim));
-  pktrt__release(desc, b.away, count, sizeof(pktrt__prim));
   pktrt__release(desc, b.nodes, 2 * count, sizeof(pktrt__binary));
   pktrt__release(desc, b.chunks, ranges, sizeof(pktrt__range));
   if (!ok) {

@@ -1482,17 +1482,12 @@ static void pktrt__fill_bins(pktrt__bins *s, const pktrt__prim *p, const pktrt__
   const float low[3] = {s->low[0], s->low[1], s->low[2]}, scale[3] = {s->scale[0], s->scale[1], s->scale[2]};
   float large[3];
   for (int a = 0; a < 3; a++) large[a] = (r->box[a] + r->box[a + 4]) * 0.03125f; /* negative, as all extents here */
-  s->total = r->count;
-  if (all) {
-    for (uint32_t i = 0; i < r->count; i++) pktrt__put_in_bins(s, p[i].box, low, scale, 1);
-    return;
-  }
   s->total = 0;
   for (uint32_t i = 0; i < r->count; i++) {
     const float *b = p[i].box;
-    const bool long_one = (b[0] + b[4] < large[0]) | (b[1] + b[5] < large[1]) | (b[2] + b[6] < large[2]);
-    if (i % 4 && !long_one) continue;
-    const uint32_t weight = long_one ? 1 : 4;
+    const bool alone = all || (b[0] + b[4] < large[0]) | (b[1] + b[5] < large[1]) | (b[2] + b[6] < large[2]);
+    if (i % 4 && !alone) continue;
+    const uint32_t weight = alone ? 1 : 4;
     pktrt__put_in_bins(s, b, low, scale, weight);
     s->total += weight;
   }
@@ -1742,14 +1737,44 @@ static void pktrt__find_source(const pktrt__group *g, uint32_t block, pktrt__rea
   *reader = r;
 }
 
-/* The kernels of builds and refits: >>fit. The one for blocks gives them vertices and ids, and returns the number of
-   triangles without area at any time. The one for nodes gives a run of nodes whose blocks, and nodes below in other
-   runs, are done bounds and orders, and returns the children's areas, summed over keys too. */
+/* The kernels of builds and refits: >>fit. Which lanes have area, of the vertices of a block at a key. Bounds and
+   orders of a run of nodes whose blocks, and nodes below in other runs, are done; returns the children's areas, summed
+   over keys too. */
 typedef struct pktrt__fit {
-  uint32_t (*block)(const pktrt__group *, uint32_t block, const pktrt__source *);
+  uint32_t (*lanes_with_area)(const float *vertices);
   double (*nodes)(const pktrt__group *, uint32_t first, uint32_t count);
 } pktrt__fit;
 static const pktrt__fit *pktrt__fit_of(pktrt_isa);
+
+/* Vertices and ids of a block. Returns the number of triangles without area at any time: the normal is a quadratic
+   function of time between two keys; zero at both and half-way, it is zero throughout. */
+static uint32_t pktrt__write_block(const pktrt__fit *fit, const pktrt__group *g, uint32_t block,
+                                   const pktrt__source *s) {
+  const uint32_t *tri = g->block_triangles + (size_t)block * PKTRT__W;
+  unsigned char *at = g->blocks + (size_t)block * g->block_bytes;
+  uint32_t *id = pktrt__block_ids(at), area = 0, flat = 0;
+  float middle[72];
+  for (uint32_t k = 0; k < g->key_count; k++) {
+    float *v = pktrt__block_vertices(at, k);
+    for (uint32_t l = 0; l < PKTRT__W; l++) {
+      const float *p = s->corner[l][0] + k * s->step[l], *q = s->corner[l][1] + k * s->step[l];
+      const float *r = s->corner[l][2] + k * s->step[l];
+      v[l] = p[0], v[8 + l] = p[1], v[16 + l] = p[2];
+      v[24 + l] = q[0], v[32 + l] = q[1], v[40 + l] = q[2];
+      v[48 + l] = r[0], v[56 + l] = r[1], v[64 + l] = r[2];
+    }
+    if (area != 0xFF) area |= fit->lanes_with_area(v);
+    if (area == 0xFF || !k) continue;
+    const float *before = pktrt__block_vertices(at, k - 1);
+    for (int i = 0; i < 72; i++) middle[i] = 0.5f * before[i] + 0.5f * v[i];
+    area |= fit->lanes_with_area(middle);
+  }
+  for (uint32_t l = 0; l < PKTRT__W; l++) {
+    id[l] = area >> l & 1 ? tri[l] : PKTRT_NONE;
+    flat += id[l] != tri[l];
+  }
+  return flat;
+}
 
 /* Bounds */
 
@@ -1953,7 +1978,7 @@ static uint32_t pktrt__write_run(const pktrt__builder *b, const pktrt__group *g,
   uint32_t flat = 0;
   for (uint32_t i = 0; i < t->block_count + PKTRT__AHEAD; i++) {
     pktrt__source *s = &ahead[i % PKTRT__AHEAD];
-    if (i >= PKTRT__AHEAD) flat += b->fit->block(g, t->first_block + i - PKTRT__AHEAD, s);
+    if (i >= PKTRT__AHEAD) flat += pktrt__write_block(b->fit, g, t->first_block + i - PKTRT__AHEAD, s);
     if (i < t->block_count) pktrt__find_source(g, t->first_block + i, &reader, s);
   }
   return flat;
@@ -2115,7 +2140,7 @@ static void pktrt__refit_blocks(const pktrt__refit *r, const pktrt__task *t, pkt
   while (block < end || done < found) {
     if (block == end || found - done == PKTRT__AHEAD) {
       const uint32_t which = done++ % PKTRT__AHEAD, flat = pktrt__count_flat(r->g, waiting[which]);
-      sum->degenerate += r->fit->block(r->g, waiting[which], &ahead[which]) - flat;
+      sum->degenerate += pktrt__write_block(r->fit, r->g, waiting[which], &ahead[which]) - flat;
     }
     for (; block < end && found - done < PKTRT__AHEAD; block++) {
       if (!pktrt__block_changed(r, block)) continue;
@@ -2278,16 +2303,20 @@ static void pktrt__say(const pktrt_scene *s, int level, const char *sentence) {
 
 PKTRT__INLINE bool pktrt__finite(float x) { return x - x == 0; } /* false for NaN and infinities */
 
-/* Whether no float is NaN or larger. By eights, which compilers turn into vectors */
-static bool pktrt__all_within(const float *p, uint64_t n, float limit) {
-  uint32_t beyond[8] = {0, 0, 0, 0, 0, 0, 0, 0}, any = 0;
-  uint64_t i = 0;
-  for (; i + 8 <= n; i += 8) {
-    for (int k = 0; k < 8; k++) beyond[k] |= (uint32_t)!(fabsf(p[i + (uint64_t)k]) <= limit);
+/* The largest absolute value; NaN if there is one. As whole numbers, which order as absolute floats do, NaN last; by
+   eights, which compilers turn into vectors. */
+static float pktrt__max_coord(const float *p, uint64_t n) {
+  int32_t most[8] = {0, 0, 0, 0, 0, 0, 0, 0}, x[8] = {0, 0, 0, 0, 0, 0, 0, 0};
+  for (uint64_t i = 0; i < n; i += 8) {
+    if (n - i >= 8) memcpy(x, p + i, sizeof x);
+    else memcpy(x, p + i, (size_t)(n - i) * sizeof *x);
+    for (int k = 0; k < 8; k++) x[k] &= INT32_MAX;
+    for (int k = 0; k < 8; k++) most[k] = x[k] > most[k] ? x[k] : most[k];
   }
-  for (; i < n; i++) any |= (uint32_t)!(fabsf(p[i]) <= limit);
-  for (int k = 0; k < 8; k++) any |= beyond[k];
-  return !any;
+  for (int k = 1; k < 8; k++) most[0] = most[k] > most[0] ? most[k] : most[0];
+  float result;
+  memcpy(&result, most, sizeof result);
+  return result;
 }
 
 /* Copies count vertices of three floats from a strided array into a tight one; refuses what is not finite or too
@@ -2297,7 +2326,7 @@ static pktrt_status pktrt__copy_vectors(pktrt_scene *s, float *to, const float *
   const unsigned char *p = (const unsigned char *)(const void *)from;
   if (stride == 12 && count) {
     memcpy(to, p, (size_t)count * 12);
-    if (pktrt__all_within(to, (uint64_t)count * 3, limit)) return PKTRT_OK;
+    if (pktrt__max_coord(to, (uint64_t)count * 3) <= limit) return PKTRT_OK;
   }
   for (uint32_t i = 0; i < count; i++, p += stride, to += 3) {
     memcpy(to, p, 3 * sizeof(float));
@@ -2314,16 +2343,6 @@ static pktrt_status pktrt__copy_vectors(pktrt_scene *s, float *to, const float *
 }
 
 static uint64_t pktrt__mesh_floats(const pktrt__mesh *m) { return (uint64_t)m->vertex_count * m->key_count * 3; }
-
-static float pktrt__max_coord(const float *p, uint64_t n) {
-  float m[8] = {0, 0, 0, 0, 0, 0, 0, 0};
-  uint64_t i = 0;
-  for (; i + 8 <= n; i += 8) {
-    for (int k = 0; k < 8; k++) m[k] = pktrt__maxf(m[k], fabsf(p[i + (uint64_t)k]));
-  }
-  for (; i < n; i++) m[0] = pktrt__maxf(m[0], fabsf(p[i]));
-  return pktrt__max8(m);
-}
 
 static void pktrt__free_mesh(const pktrt_scene_desc *d, pktrt__mesh *m) {
   pktrt__release(d, m->positions, pktrt__mesh_floats(m), sizeof(float));
@@ -5568,45 +5587,15 @@ static uint32_t NAME(send)(const pktrt__sending *g, const pktrt__wave *w, const 
 #if PKTRT__STAMP == PKTRT__STAMP_AVX2 || PKTRT__STAMP == PKTRT__STAMP_SSE2 || PKTRT__STAMP == PKTRT__STAMP_NEON || \
     !(defined(PKTRT__HAS_SSE2) || defined(PKTRT__HAS_NEON))
 
-/* Lanes of a block that have area at a key, or half-way between two. The normal is a quadratic function of time: zero
-   at both keys and half-way, it is zero throughout. */
-PKTRT__NOINLINE uint32_t NAME(lanes_with_area)(const float *v, const float *w) {
+static uint32_t NAME(lanes_with_area)(const float *v) {
   d8 a[3], b[3];
   UNROLL for (int i = 0; i < 3; i++) {
-    v8 p[3];
-    UNROLL for (int c = 0; c < 3; c++) {
-      p[c] = vload(v + 24 * c + 8 * i);
-      if (w) p[c] = vadd(vmul(vset(0.5f), p[c]), vmul(vset(0.5f), vload(w + 24 * c + 8 * i)));
-    }
-    const d8 from = dfrom(p[0]);
-    a[i] = dsub(dfrom(p[1]), from), b[i] = dsub(dfrom(p[2]), from);
+    const d8 from = dfrom(vload(v + 8 * i));
+    a[i] = dsub(dfrom(vload(v + 24 + 8 * i)), from), b[i] = dsub(dfrom(vload(v + 48 + 8 * i)), from);
   }
   const d8 x = dsub(dmul(a[1], b[2]), dmul(a[2], b[1])), y = dsub(dmul(a[2], b[0]), dmul(a[0], b[2]));
   const d8 z = dsub(dmul(a[0], b[1]), dmul(a[1], b[0]));
   return mbits(dlt(dset(0), dmax(dabs(x), dmax(dabs(y), dabs(z)))));
-}
-
-static uint32_t NAME(fit_block)(const pktrt__group *g, uint32_t block, const pktrt__source *s) {
-  const uint32_t *tri = g->block_triangles + (size_t)block * PKTRT__W;
-  unsigned char *at = g->blocks + (size_t)block * g->block_bytes;
-  uint32_t *id = pktrt__block_ids(at), area = 0, flat = 0;
-  for (uint32_t k = 0; k < g->key_count; k++) {
-    float *v = pktrt__block_vertices(at, k);
-    for (uint32_t l = 0; l < PKTRT__W; l++) {
-      const float *p = s->corner[l][0] + k * s->step[l], *q = s->corner[l][1] + k * s->step[l];
-      const float *r = s->corner[l][2] + k * s->step[l];
-      v[l] = p[0], v[8 + l] = p[1], v[16 + l] = p[2];
-      v[24 + l] = q[0], v[32 + l] = q[1], v[40 + l] = q[2];
-      v[48 + l] = r[0], v[56 + l] = r[1], v[64 + l] = r[2];
-    }
-    if (area != 0xFF) area |= NAME(lanes_with_area)(v, NULL);
-    if (area != 0xFF && k) area |= NAME(lanes_with_area)(v, pktrt__block_vertices(at, k - 1));
-  }
-  for (uint32_t l = 0; l < PKTRT__W; l++) {
-    id[l] = area >> l & 1 ? tri[l] : PKTRT_NONE;
-    flat += id[l] != tri[l];
-  }
-  return flat;
 }
 
 /* Planes of a node's children at a key: of blocks by their vertices, of nodes by their own children. */
@@ -5644,7 +5633,7 @@ static double NAME(fit_nodes)(const pktrt__group *g, uint32_t first, uint32_t co
   return sum;
 }
 
-static const pktrt__fit NAME(fit) = {NAME(fit_block), NAME(fit_nodes)};
+static const pktrt__fit NAME(fit) = {NAME(lanes_with_area), NAME(fit_nodes)};
 #endif
 
 /* >>entry ---------------------------------------------------------------------------------------------------------- */

@@ -112,6 +112,7 @@
        >>drive        from many rays to packets, streams and single rays
        >>resolve      u, v and normal, once for each ray
        >>shade        surfaces, scattering and shadow rays, eight at a time
+       >>fit          blocks and nodes of builds and refits
        >>entry        one batch of rays
 
      Implementation of the public functions
@@ -1181,11 +1182,11 @@ PKTRT__INLINE double pktrt__max(double a, double b) { return a > b ? a : b; }
 
    Binary: a range of triangles ("prims": boxes with an id) is split in two where the surface area heuristic says so:
    from bins over the centroids on all three axes while the range is large, from an exact sweep of the sorted centroids
-   when it is small. A side with n triangles costs area * (0.75 ceil(n/8) + 0.25 n/8): whole blocks, with a leaning
-   towards fewer triangles where the number of blocks is the same. A range of up to 8 stays a leaf (cost: area) if that
-   is not dearer than a step (0.25 area) plus both sides. Moving groups are built on the boxes at the middle of the
-   motion. The partition reads one buffer and writes the other; small ranges move back home, so that all leaves lie in
-   the first.
+   when it is small; of very large ranges most small triangles are not looked at. A side with n triangles costs
+   area * (0.75 ceil(n/8) + 0.25 n/8): whole blocks, with a leaning towards fewer triangles where the number of blocks
+   is the same. A range of up to 8 stays a leaf (cost: area) if that is not dearer than a step (0.25 area) plus both
+   sides. Moving groups are built on the boxes at the middle of the motion. The partition reads one buffer and writes
+   the other; small ranges move back home, so that all leaves lie in the first.
 
    Depth: let need(n) = ceil(log2(ceil(n/8))), the levels of halving until n triangles fit a block. Every range keeps
    depth + need(n) <= MAX_DEPTH: true at the root (need < 30); where it holds with slack, any split keeps it, since a
@@ -1300,10 +1301,12 @@ typedef struct pktrt__range {
 
 typedef struct pktrt__builder {
   const pktrt_scene_desc *desc;
+  const struct pktrt__fit *fit;
   const pktrt__mesh *meshes;
   uint32_t mesh_count, key_count, count;
   bool use_pending;
-  uint32_t bins, few_bins, few, sweep; /* bins above and below `few` triangles; sweep up to `sweep` */
+  uint32_t bins, few_bins, few, many;  /* bins from `many` triangles on, below `few`, and half of them between */
+  uint32_t sweep, sampled;             /* sweeps up to so many; bins a part only, from so many on */
   uint32_t limit;                      /* triangles of a task */
   float scale;
   pktrt__prim *prims, *away;           /* count each */
@@ -1436,7 +1439,7 @@ typedef struct pktrt__bins {
   float box[3][PKTRT__MAX_BINS][8];
   uint32_t count[3][PKTRT__MAX_BINS];
   float low[4], scale[4]; /* bin = (centroid - low) * scale, centroid = lo + hi */
-  uint32_t bins, best, axis;
+  uint32_t bins, best, axis, total;
 } pktrt__bins;
 
 /* Where bins lie. Extents that would make a scale overflow count as none; false if there is no other. */
@@ -1461,24 +1464,38 @@ static bool pktrt__place_bins(pktrt__bins *s, const pktrt__prim *p, uint32_t n) 
   return any;
 }
 
-static void pktrt__fill_bins(pktrt__bins *s, const pktrt__prim *p, uint32_t n) {
+PKTRT__INLINE void pktrt__put_in_bins(pktrt__bins *s, const float *b, const float low[3], const float scale[3],
+                                      uint32_t weight) {
+  const size_t x = (size_t)(int32_t)((b[0] - b[4] - low[0]) * scale[0]);
+  const size_t y = (size_t)(int32_t)((b[1] - b[5] - low[1]) * scale[1]);
+  const size_t z = (size_t)(int32_t)((b[2] - b[6] - low[2]) * scale[2]);
+  pktrt__box_grow(s->box[0][x], b), s->count[0][x] += weight;
+  pktrt__box_grow(s->box[1][y], b), s->count[1][y] += weight;
+  pktrt__box_grow(s->box[2][z], b), s->count[2][z] += weight;
+}
+
+/* All prims, or one in four, which stands for the others; but none is left out that is longer along an axis than
+   a 32nd of the range: the few large ones decide what a side costs. */
+static void pktrt__fill_bins(pktrt__bins *s, const pktrt__prim *p, const pktrt__range *r, bool all) {
   for (int a = 0; a < 3; a++) {
     for (uint32_t i = 0; i < s->bins; i++) pktrt__box_clear(s->box[a][i]), s->count[a][i] = 0;
   }
-  float low[3] = {s->low[0], s->low[1], s->low[2]}, scale[3] = {s->scale[0], s->scale[1], s->scale[2]};
-  for (uint32_t i = 0; i < n; i++) {
+  const float low[3] = {s->low[0], s->low[1], s->low[2]}, scale[3] = {s->scale[0], s->scale[1], s->scale[2]};
+  float large[3];
+  for (int a = 0; a < 3; a++) large[a] = (r->box[a] + r->box[a + 4]) * 0.03125f; /* negative, as all extents here */
+  s->total = 0;
+  for (uint32_t i = 0; i < r->count; i++) {
     const float *b = p[i].box;
-    size_t x = (size_t)(int32_t)((b[0] - b[4] - low[0]) * scale[0]);
-    size_t y = (size_t)(int32_t)((b[1] - b[5] - low[1]) * scale[1]);
-    size_t z = (size_t)(int32_t)((b[2] - b[6] - low[2]) * scale[2]);
-    pktrt__box_grow(s->box[0][x], b), s->count[0][x]++;
-    pktrt__box_grow(s->box[1][y], b), s->count[1][y]++;
-    pktrt__box_grow(s->box[2][z], b), s->count[2][z]++;
+    const bool alone = all || (b[0] + b[4] < large[0]) | (b[1] + b[5] < large[1]) | (b[2] + b[6] < large[2]);
+    if (i % 4 && !alone) continue;
+    const uint32_t weight = alone ? 1 : 4;
+    pktrt__put_in_bins(s, b, low, scale, weight);
+    s->total += weight;
   }
 }
 
 /* The cheapest border between bins, its cost returned; FLT_MAX if all prims share their bins. */
-static float pktrt__best_bin(pktrt__bins *s, uint32_t n, float unit) {
+static float pktrt__best_bin(pktrt__bins *s, float unit) {
   float right[PKTRT__MAX_BINS], best = FLT_MAX;
   for (uint32_t a = 0; a < 3; a++) {
     if (!(s->scale[a] > 0.0f)) continue;
@@ -1495,7 +1512,7 @@ static float pktrt__best_bin(pktrt__bins *s, uint32_t n, float unit) {
     for (uint32_t i = 0; i + 1 < s->bins; i++) {
       pktrt__box_grow(box, s->box[a][i]);
       count += s->count[a][i];
-      if (count == 0 || count == n) continue;
+      if (count == 0 || count == s->total) continue;
       float cost = pktrt__box_area(box, unit) * pktrt__side_cost(count) + right[i + 1];
       if (cost < best) best = cost, s->axis = a, s->best = i;
     }
@@ -1503,8 +1520,9 @@ static float pktrt__best_bin(pktrt__bins *s, uint32_t n, float unit) {
   return best;
 }
 
-/* Partition without branches: every prim is written to the next place of both sides, one of which then moves on. */
-static void pktrt__partition(const pktrt__bins *s, const pktrt__prim *from, pktrt__prim *to, uint32_t n) {
+/* Partition without branches: every prim is written to the next place of both sides, one of which then moves on.
+   Returns how many are on the left. */
+static uint32_t pktrt__partition(const pktrt__bins *s, const pktrt__prim *from, pktrt__prim *to, uint32_t n) {
   uint32_t l = 0, r = n - 1, axis = s->axis;
   float low = s->low[axis], scale = s->scale[axis], border = (float)(int32_t)(s->best + 1);
   for (uint32_t i = 0; i < n; i++) {
@@ -1512,6 +1530,7 @@ static void pktrt__partition(const pktrt__bins *s, const pktrt__prim *from, pktr
     to[l] = to[r] = from[i];
     l += 1 - right, r -= right;
   }
+  return l;
 }
 
 /* Splits a large range by bins. 0: not possible */
@@ -1519,17 +1538,13 @@ static uint32_t pktrt__split_binned(pktrt__builder *b, const pktrt__range *r, fl
   const pktrt__prim *from = (r->away ? b->away : b->prims) + r->first;
   pktrt__prim *to = (r->away ? b->prims : b->away) + r->first;
   pktrt__bins s;
-  s.bins = r->count < b->few ? b->few_bins : b->bins;
+  s.bins = r->count < b->few ? b->few_bins : r->count < b->many ? b->bins / 2 : b->bins;
   if (!pktrt__place_bins(&s, from, r->count)) return 0;
-  pktrt__fill_bins(&s, from, r->count);
-  if (!(pktrt__best_bin(&s, r->count, unit) < FLT_MAX)) return 0;
-  uint32_t left = 0;
+  pktrt__fill_bins(&s, from, r, r->count < b->sampled);
+  if (!(pktrt__best_bin(&s, unit) < FLT_MAX)) return 0;
   pktrt__box_clear(part[0].box), pktrt__box_clear(part[1].box);
-  for (uint32_t i = 0; i < s.bins; i++) {
-    pktrt__box_grow(part[i > s.best].box, s.box[s.axis][i]);
-    left += i > s.best ? 0 : s.count[s.axis][i];
-  }
-  pktrt__partition(&s, from, to, r->count);
+  for (uint32_t i = 0; i < s.bins; i++) pktrt__box_grow(part[i > s.best].box, s.box[s.axis][i]);
+  const uint32_t left = pktrt__partition(&s, from, to, r->count);
   pktrt__make_parts(r, left, !r->away, part);
   return left;
 }
@@ -1664,60 +1679,102 @@ PKTRT__INLINE bool pktrt__has_area(const float *const v[3]) {
   return (ay * bz - az * by != 0.0) | (az * bx - ax * bz != 0.0) | (ax * by - ay * bx != 0.0);
 }
 
-/* Whether a triangle has area half-way between two keys. The normal is a quadratic function of time: zero at both
-   keys and half-way, it is zero throughout. */
-static bool pktrt__has_area_between(const float *const v0[3], const float *const v1[3]) {
-  float p[3][3];
-  for (int i = 0; i < 9; i++) p[i / 3][i % 3] = 0.5f * v0[i / 3][i % 3] + 0.5f * v1[i / 3][i % 3];
-  const float *const v[3] = {p[0], p[1], p[2]};
-  return pktrt__has_area(v);
+/* The mesh that is read: blocks take most of their triangles from one. */
+typedef struct pktrt__reader {
+  const pktrt__mesh *meshes;
+  const float *positions;
+  const uint32_t *indices;
+  size_t step; /* floats to the next key */
+  uint32_t mesh_count, first, count;
+  bool use_pending;
+} pktrt__reader;
+
+static pktrt__reader pktrt__read_meshes(const pktrt__mesh *meshes, uint32_t mesh_count, bool use_pending) {
+  pktrt__reader r;
+  memset(&r, 0, sizeof r);
+  r.meshes = meshes, r.mesh_count = mesh_count, r.use_pending = use_pending;
+  return r;
+}
+static pktrt__reader pktrt__read_mesh_of(pktrt__reader r, uint32_t triangle) {
+  const pktrt__mesh *m = &r.meshes[pktrt__mesh_of(r.meshes, r.mesh_count, triangle, 0)];
+  r.positions = r.use_pending && m->dirty && m->pending ? m->pending : m->positions;
+  r.indices = m->indices, r.step = (size_t)m->vertex_count * 3;
+  r.first = m->first_id, r.count = m->triangle_count;
+  return r;
 }
 
-/* Vertices and ids of a block from its global indices; free lanes repeat lane 0. Returns the number of triangles
-   without area at any time. */
-static uint32_t pktrt__write_block(const pktrt__group *g, uint32_t block, const pktrt__mesh *meshes,
-                                   uint32_t mesh_count, bool use_pending) {
+/* Where the corners of a block's triangles are at key 0; free lanes repeat lane 0. Blocks gather from all over the
+   mesh: what they read is found and starts loading some blocks ahead, and the indices that say where it is twice as far
+   ahead, as long as the mesh stays the same. */
+enum { PKTRT__AHEAD = 8 };
+typedef struct pktrt__source {
+  const float *corner[PKTRT__W][3];
+  size_t step[PKTRT__W];
+} pktrt__source;
+
+static void pktrt__find_source(const pktrt__group *g, uint32_t block, pktrt__reader *reader, pktrt__source *s) {
+  const uint32_t *tri = g->block_triangles + (size_t)block * PKTRT__W;
+  const uint32_t *later = g->block_count - block > PKTRT__AHEAD ? tri + PKTRT__AHEAD * PKTRT__W : tri;
+  pktrt__reader r = *reader;
+  for (uint32_t i = 0; i < PKTRT__BLOCK_BYTES; i += 64) PKTRT__FETCH(g->blocks + (size_t)block * g->block_bytes + i);
+  for (uint32_t l = 0; l < PKTRT__W; l++) {
+    if (tri[l] == PKTRT_NONE) {
+      memcpy(s->corner[l], s->corner[0], sizeof s->corner[0]);
+      s->step[l] = s->step[0];
+      continue;
+    }
+    if (tri[l] - r.first >= r.count) r = pktrt__read_mesh_of(r, tri[l]);
+    const size_t at = (size_t)(tri[l] - r.first) * 3;
+    size_t i = at, j = at + 1, k = at + 2;
+    if (r.indices) {
+      if (later[l] - r.first < r.count) PKTRT__FETCH(r.indices + (size_t)(later[l] - r.first) * 3);
+      i = r.indices[at], j = r.indices[at + 1], k = r.indices[at + 2];
+    }
+    PKTRT__FETCH(s->corner[l][0] = r.positions + 3 * i);
+    PKTRT__FETCH(s->corner[l][1] = r.positions + 3 * j);
+    PKTRT__FETCH(s->corner[l][2] = r.positions + 3 * k);
+    s->step[l] = r.step;
+  }
+  *reader = r;
+}
+
+/* The kernels of builds and refits: >>fit. Which lanes have area, of the vertices of a block at a key. Bounds and
+   orders of a run of nodes whose blocks, and nodes below in other runs, are done; returns the children's areas, summed
+   over keys too. */
+typedef struct pktrt__fit {
+  uint32_t (*lanes_with_area)(const float *vertices);
+  double (*nodes)(const pktrt__group *, uint32_t first, uint32_t count);
+} pktrt__fit;
+static const pktrt__fit *pktrt__fit_of(pktrt_isa);
+
+/* Vertices and ids of a block. Returns the number of triangles without area at any time: the normal is a quadratic
+   function of time between two keys; zero at both and half-way, it is zero throughout. */
+static uint32_t pktrt__write_block(const pktrt__fit *fit, const pktrt__group *g, uint32_t block,
+                                   const pktrt__source *s) {
   const uint32_t *tri = g->block_triangles + (size_t)block * PKTRT__W;
   unsigned char *at = g->blocks + (size_t)block * g->block_bytes;
-  uint32_t *id = pktrt__block_ids(at), mesh = 0, flat = 0;
-  for (size_t l = 0; l < PKTRT__W; l++) {
-    bool area = false, none = tri[l] == PKTRT_NONE;
-    if (!none) mesh = pktrt__mesh_of(meshes, mesh_count, tri[l], mesh);
-    for (uint32_t k = 0; k < g->key_count; k++) {
-      float *const first = pktrt__block_vertices(at, k), *row = first + l;
-      const float *v[3], *before[3];
-      if (none) {
-        for (size_t i = 0; i < 9; i++) row[i * PKTRT__W] = first[i * PKTRT__W];
-        continue;
-      }
-      pktrt__corners(&meshes[mesh], use_pending, tri[l] - meshes[mesh].first_id, k, v);
-      for (int c = 0; c < 3; c++, row += 3 * PKTRT__W) {
-        row[0] = v[c][0], row[PKTRT__W] = v[c][1], row[2 * PKTRT__W] = v[c][2];
-      }
-      area |= pktrt__has_area(v);
-      if (area || !k) continue;
-      pktrt__corners(&meshes[mesh], use_pending, tri[l] - meshes[mesh].first_id, k - 1, before);
-      area = pktrt__has_area_between(before, v);
+  uint32_t *id = pktrt__block_ids(at), area = 0, flat = 0;
+  float middle[72];
+  for (uint32_t k = 0; k < g->key_count; k++) {
+    float *v = pktrt__block_vertices(at, k);
+    for (uint32_t l = 0; l < PKTRT__W; l++) {
+      const float *p = s->corner[l][0] + k * s->step[l], *q = s->corner[l][1] + k * s->step[l];
+      const float *r = s->corner[l][2] + k * s->step[l];
+      v[l] = p[0], v[8 + l] = p[1], v[16 + l] = p[2];
+      v[24 + l] = q[0], v[32 + l] = q[1], v[40 + l] = q[2];
+      v[48 + l] = r[0], v[56 + l] = r[1], v[64 + l] = r[2];
     }
-    id[l] = area ? tri[l] : PKTRT_NONE;
-    flat += !none && !area;
+    if (area != 0xFF) area |= fit->lanes_with_area(v);
+    if (area == 0xFF || !k) continue;
+    const float *before = pktrt__block_vertices(at, k - 1);
+    for (int i = 0; i < 72; i++) middle[i] = 0.5f * before[i] + 0.5f * v[i];
+    area |= fit->lanes_with_area(middle);
+  }
+  for (uint32_t l = 0; l < PKTRT__W; l++) {
+    id[l] = area >> l & 1 ? tri[l] : PKTRT_NONE;
+    flat += id[l] != tri[l];
   }
   return flat;
-}
-
-/* Starts loading what write_block will read; blocks gather from all over the mesh. */
-PKTRT__INLINE void pktrt__prefetch_block(const pktrt__group *g, uint32_t block, const pktrt__mesh *meshes,
-                                         uint32_t mesh_count, bool use_pending) {
-  const uint32_t *tri = g->block_triangles + (size_t)block * PKTRT__W;
-  uint32_t mesh = 0;
-  for (int l = 0; l < PKTRT__W && tri[l] != PKTRT_NONE; l++) {
-    const float *v[3];
-    mesh = pktrt__mesh_of(meshes, mesh_count, tri[l], mesh);
-    pktrt__corners(&meshes[mesh], use_pending, tri[l] - meshes[mesh].first_id, 0, v);
-    PKTRT__FETCH(v[0]);
-    PKTRT__FETCH(v[1]);
-    PKTRT__FETCH(v[2] + 2);
-  }
 }
 
 /* Bounds */
@@ -1735,25 +1792,12 @@ static float pktrt__max8(const float *p) {
   return m[0] > m[1] ? m[0] : m[1];
 }
 
-/* lo x, hi x, lo y, ... of what is below a reference. Empty children and free lanes do no harm by their values. */
-static void pktrt__child_box(const pktrt__group *g, uint32_t ref, uint32_t key, float box[6]) {
-  if (ref & PKTRT__LEAF) {
-    const float *v = pktrt__block_vertices(g->blocks + (size_t)(ref & ~PKTRT__LEAF) * g->block_bytes, key);
-    for (int a = 0; a < 3; a++) {
-      float l[8], h[8];
-      const float *p = v + 8 * a, *q = p + 24, *r = p + 48;
-      for (int i = 0; i < 8; i++) {
-        float lo = p[i] < q[i] ? p[i] : q[i], hi = p[i] > q[i] ? p[i] : q[i];
-        l[i] = lo < r[i] ? lo : r[i], h[i] = hi > r[i] ? hi : r[i];
-      }
-      box[2 * a] = pktrt__min8(l), box[2 * a + 1] = pktrt__max8(h);
-    }
-  } else {
-    const float *plane = pktrt__node_planes(g->nodes + (size_t)ref * g->node_bytes, key);
-    for (int a = 0; a < 3; a++) {
-      box[2 * a] = pktrt__min8(plane + 16 * a);
-      box[2 * a + 1] = pktrt__max8(plane + 16 * a + 8);
-    }
+/* lo x, hi x, lo y, ... of a node. Empty children do no harm by their values. */
+static void pktrt__node_box(const pktrt__group *g, uint32_t node, uint32_t key, float box[6]) {
+  const float *plane = pktrt__node_planes(g->nodes + (size_t)node * g->node_bytes, key);
+  for (int a = 0; a < 3; a++) {
+    box[2 * a] = pktrt__min8(plane + 16 * a);
+    box[2 * a + 1] = pktrt__max8(plane + 16 * a + 8);
   }
 }
 
@@ -1770,7 +1814,7 @@ PKTRT__INLINE int32_t pktrt__order_key(float x, int32_t i) {
 }
 
 /* Children from far to near for each octant, at the middle of the motion. Opposite octants have reverse orders. */
-static void pktrt__order_children(const pktrt__group *g, unsigned char *node) {
+PKTRT__INLINE void pktrt__order_children(const pktrt__group *g, unsigned char *node) {
   const float *p = pktrt__node_planes(node, (g->key_count - 1) / 2), *q = pktrt__node_planes(node, g->key_count / 2);
   uint32_t *perm = pktrt__node_children(node) + PKTRT__W;
   float c[3][8];
@@ -1790,27 +1834,6 @@ static void pktrt__order_children(const pktrt__group *g, unsigned char *node) {
     for (uint32_t i = 0; i < 8; i++) order |= i << 3 * rank[i], reverse |= i << (21 - 3 * rank[i]);
     perm[octant] = order, perm[octant ^ 7] = reverse;
   }
-}
-
-/* Bounds and orders of a run of nodes whose blocks, and nodes below in other runs, are done. Children follow their
-   parents, so backwards is bottom-up. Returns the children's areas, summed over keys too. */
-static double pktrt__fit_nodes(const pktrt__group *g, uint32_t first, uint32_t count) {
-  double sum = 0.0;
-  for (uint32_t n = first + count; n-- > first;) {
-    unsigned char *node = g->nodes + (size_t)n * g->node_bytes;
-    const uint32_t *child = pktrt__node_children(node);
-    for (uint32_t k = 0; k < g->key_count; k++) {
-      float *plane = pktrt__node_planes(node, k), box[6];
-      for (int c = 0; c < PKTRT__W; c++) {
-        if (child[c] == PKTRT__EMPTY) continue;
-        pktrt__child_box(g, child[c], k, box);
-        for (int i = 0; i < 6; i++) plane[8 * i + c] = box[i];
-        sum += pktrt__surface(box);
-      }
-    }
-    pktrt__order_children(g, node);
-  }
-  return sum;
 }
 
 /* What a run of nodes and blocks adds to the group's figures: kept behind the group's tasks, those of the top last. */
@@ -1835,7 +1858,7 @@ static void pktrt__sum_group(pktrt__group *g) {
   double root = 0.0, sum = 0.0;
   for (uint32_t k = 0; k < g->key_count; k++) {
     float box[6];
-    pktrt__child_box(g, 0, k, box);
+    pktrt__node_box(g, 0, k, box);
     for (int a = 0; a < 3; a++) {
       if (k == 0 || box[2 * a] < g->lo[a]) g->lo[a] = box[2 * a];
       if (k == 0 || box[2 * a + 1] > g->hi[a]) g->hi[a] = box[2 * a + 1];
@@ -1971,10 +1994,13 @@ static void pktrt__count_job(void *arg, size_t i) {
 }
 
 static uint32_t pktrt__write_run(const pktrt__builder *b, const pktrt__group *g, const pktrt__task *t) {
-  uint32_t flat = 0, end = t->first_block + t->block_count;
-  for (uint32_t i = t->first_block; i < end; i++) {
-    if (end - i > 2) pktrt__prefetch_block(g, i + 2, b->meshes, b->mesh_count, b->use_pending);
-    flat += pktrt__write_block(g, i, b->meshes, b->mesh_count, b->use_pending);
+  pktrt__source ahead[PKTRT__AHEAD];
+  pktrt__reader reader = pktrt__read_meshes(b->meshes, b->mesh_count, b->use_pending);
+  uint32_t flat = 0;
+  for (uint32_t i = 0; i < t->block_count + PKTRT__AHEAD; i++) {
+    pktrt__source *s = &ahead[i % PKTRT__AHEAD];
+    if (i >= PKTRT__AHEAD) flat += pktrt__write_block(b->fit, g, t->first_block + i - PKTRT__AHEAD, s);
+    if (i < t->block_count) pktrt__find_source(g, t->first_block + i, &reader, s);
   }
   return flat;
 }
@@ -1986,7 +2012,7 @@ static void pktrt__emit_job(void *arg, size_t i) {
   pktrt__sum *sum = &pktrt__sums(c->g)[i];
   pktrt__walk_tree(&w, c->subs[i], t);
   sum->degenerate = pktrt__write_run(c->b, c->g, t);
-  sum->area = pktrt__fit_nodes(c->g, t->first_node, t->node_count);
+  sum->area = c->b->fit->nodes(c->g, t->first_node, t->node_count);
 }
 
 /* Allocates nodes and blocks, whose numbers are known, and places the runs: the top first. */
@@ -2029,7 +2055,7 @@ static bool pktrt__build_wide(pktrt__builder *b, pktrt__group *g) {
     w.subs = NULL, w.g = g, w.task_count = 0;
     if (!one) pktrt__walk_tree(&w, root, &top);
     sum->degenerate = pktrt__write_run(b, g, &top);
-    sum->area = pktrt__fit_nodes(g, 0, top.node_count);
+    sum->area = b->fit->nodes(g, 0, top.node_count);
   }
   pktrt__release(desc, c.subs, count, sizeof(pktrt__sub));
   return ok;
@@ -2044,10 +2070,13 @@ static void pktrt__free_group(const pktrt_scene_desc *desc, pktrt__group *g) {
 }
 
 static void pktrt__set_quality(pktrt__builder *b) {
+  b->sampled = 8192;
   switch (b->desc->quality) {
-    case PKTRT_BUILD_FAST: b->bins = 12, b->few_bins = 8, b->few = 32, b->sweep = 8; break;
-    case PKTRT_BUILD_HIGH: b->bins = b->few_bins = 64, b->few = 0, b->sweep = PKTRT__MAX_SWEEP; break;
-    default: b->bins = 32, b->few_bins = 16, b->few = 64, b->sweep = 16; break;
+    case PKTRT_BUILD_FAST: b->bins = 12, b->few_bins = 8, b->few = b->many = 32, b->sweep = 8; break;
+    case PKTRT_BUILD_HIGH:
+      b->bins = b->few_bins = 64, b->few = b->many = 0, b->sweep = PKTRT__MAX_SWEEP, b->sampled = UINT32_MAX;
+      break;
+    default: b->bins = 32, b->few_bins = 8, b->few = 64, b->many = 512, b->sweep = 16; break;
   }
 }
 
@@ -2061,7 +2090,8 @@ static bool pktrt__build_group(const pktrt_scene_desc *desc, const pktrt__mesh *
   for (uint32_t i = 0; i < mesh_count; i++) count += meshes[i].key_count == key_count ? meshes[i].triangle_count : 0;
   if (count >= PKTRT__LEAF) return false; /* no room for as many blocks in a reference */
   memset(&b, 0, sizeof b), memset(&g, 0, sizeof g);
-  b.desc = desc, b.meshes = meshes, b.mesh_count = mesh_count, b.key_count = key_count, b.use_pending = use_pending;
+  b.desc = desc, b.fit = pktrt__fit_of(desc->isa);
+  b.meshes = meshes, b.mesh_count = mesh_count, b.key_count = key_count, b.use_pending = use_pending;
   b.count = g.triangle_count = (uint32_t)count;
   b.limit = b.count / PKTRT__TASK_PARTS;
   if (b.limit < PKTRT__TASK_MIN) b.limit = PKTRT__TASK_MIN;
@@ -2076,12 +2106,10 @@ static bool pktrt__build_group(const pktrt_scene_desc *desc, const pktrt__mesh *
   b.nodes = PKTRT__CAST(pktrt__binary *, pktrt__alloc(desc, 2 * count, sizeof(pktrt__binary)));
   b.chunks = PKTRT__CAST(pktrt__range *, pktrt__alloc(desc, ranges, sizeof(pktrt__range)));
   bool ok = b.prims && b.away && b.nodes && b.chunks;
-  if (ok) {
-    pktrt__build_binary(&b);
-    ok = pktrt__build_wide(&b, &g);
-  }
+  if (ok) pktrt__build_binary(&b);
+  pktrt__release(desc, b.away, count, sizeof(pktrt__prim)); /* room for what follows */
+  ok = ok && pktrt__build_wide(&b, &g);
   pktrt__release(desc, b.prims, count, sizeof(pktrt__prim));
-  pktrt__release(desc, b.away, count, sizeof(pktrt__prim));
   pktrt__release(desc, b.nodes, 2 * count, sizeof(pktrt__binary));
   pktrt__release(desc, b.chunks, ranges, sizeof(pktrt__range));
   if (!ok) {
@@ -2100,29 +2128,48 @@ static bool pktrt__build_group(const pktrt_scene_desc *desc, const pktrt__mesh *
    that has such a block, then those of the top. A run without one keeps its bounds and its sums. */
 
 typedef struct pktrt__refit {
+  const pktrt__fit *fit;
   pktrt__group *g;
   const pktrt__mesh *meshes;
   uint32_t mesh_count;
+  bool all; /* meshes changed */
 } pktrt__refit;
 
-static void pktrt__refit_blocks(const pktrt__refit *r, const pktrt__task *t, pktrt__sum *sum) {
-  sum->changed = 0;
-  uint32_t mesh = 0, end = t->first_block + t->block_count;
-  for (uint32_t block = t->first_block; block < end; block++) {
-    const uint32_t *tri = r->g->block_triangles + (size_t)block * PKTRT__W;
-    const uint32_t *id = pktrt__block_ids(r->g->blocks + (size_t)block * r->g->block_bytes);
-    uint32_t flat = 0;
-    bool dirty = false;
-    if (sum->changed && end - block > 2) pktrt__prefetch_block(r->g, block + 2, r->meshes, r->mesh_count, true);
-    for (int l = 0; l < PKTRT__W && tri[l] != PKTRT_NONE; l++) {
-      mesh = pktrt__mesh_of(r->meshes, r->mesh_count, tri[l], mesh);
-      dirty = dirty || r->meshes[mesh].dirty;
-      flat += id[l] == PKTRT_NONE;
-    }
-    if (!dirty) continue;
-    sum->changed = 1;
-    sum->degenerate += pktrt__write_block(r->g, block, r->meshes, r->mesh_count, true) - flat;
+static bool pktrt__block_changed(const pktrt__refit *r, uint32_t block) {
+  const uint32_t *tri = r->g->block_triangles + (size_t)block * PKTRT__W;
+  uint32_t mesh = 0;
+  for (int l = 0; l < PKTRT__W && !r->all && tri[l] != PKTRT_NONE; l++) {
+    mesh = pktrt__mesh_of(r->meshes, r->mesh_count, tri[l], mesh);
+    if (r->meshes[mesh].dirty) return true;
   }
+  return r->all;
+}
+
+/* Triangles of a block that had no area */
+static uint32_t pktrt__count_flat(const pktrt__group *g, uint32_t block) {
+  const uint32_t *tri = g->block_triangles + (size_t)block * PKTRT__W;
+  const uint32_t *id = pktrt__block_ids(g->blocks + (size_t)block * g->block_bytes);
+  uint32_t flat = 0;
+  for (int l = 0; l < PKTRT__W; l++) flat += id[l] != tri[l];
+  return flat;
+}
+
+static void pktrt__refit_blocks(const pktrt__refit *r, const pktrt__task *t, pktrt__sum *sum) {
+  pktrt__source ahead[PKTRT__AHEAD];
+  pktrt__reader reader = pktrt__read_meshes(r->meshes, r->mesh_count, true);
+  uint32_t waiting[PKTRT__AHEAD], found = 0, done = 0, block = t->first_block, end = block + t->block_count;
+  while (block < end || done < found) {
+    if (block == end || found - done == PKTRT__AHEAD) {
+      const uint32_t which = done++ % PKTRT__AHEAD, flat = pktrt__count_flat(r->g, waiting[which]);
+      sum->degenerate += pktrt__write_block(r->fit, r->g, waiting[which], &ahead[which]) - flat;
+    }
+    for (; block < end && found - done < PKTRT__AHEAD; block++) {
+      if (!pktrt__block_changed(r, block)) continue;
+      waiting[found % PKTRT__AHEAD] = block;
+      pktrt__find_source(r->g, block, &reader, &ahead[found++ % PKTRT__AHEAD]);
+    }
+  }
+  sum->changed = found;
 }
 
 static void pktrt__refit_job(void *arg, size_t i) {
@@ -2130,12 +2177,13 @@ static void pktrt__refit_job(void *arg, size_t i) {
   pktrt__task *t = &r->g->tasks[i];
   pktrt__sum *sum = &pktrt__sums(r->g)[i];
   pktrt__refit_blocks(r, t, sum);
-  if (sum->changed) sum->area = pktrt__fit_nodes(r->g, t->first_node, t->node_count);
+  if (sum->changed) sum->area = r->fit->nodes(r->g, t->first_node, t->node_count);
 }
 
 static void pktrt__refit_group(const pktrt_scene_desc *desc, pktrt__group *g, const pktrt__mesh *meshes,
                                uint32_t mesh_count) {
-  pktrt__refit r = {g, meshes, mesh_count};
+  pktrt__refit r = {pktrt__fit_of(desc->isa), g, meshes, mesh_count, true};
+  for (uint32_t i = 0; i < mesh_count; i++) r.all = r.all && (meshes[i].dirty || meshes[i].key_count != g->key_count);
   const pktrt__task *top = &g->tasks[g->task_count];
   pktrt__sum *sums = pktrt__sums(g);
   pktrt__parallel(desc, g->task_count, pktrt__refit_job, &r);
@@ -2143,7 +2191,7 @@ static void pktrt__refit_group(const pktrt_scene_desc *desc, pktrt__group *g, co
   bool changed = false;
   for (uint32_t i = 0; i <= g->task_count; i++) changed = changed || sums[i].changed;
   if (!changed) return;
-  sums[g->task_count].area = pktrt__fit_nodes(g, top->first_node, top->node_count);
+  sums[g->task_count].area = r.fit->nodes(g, top->first_node, top->node_count);
   pktrt__sum_group(g);
 }
 
@@ -2183,7 +2231,7 @@ static const char *pktrt__check_block(const pktrt__group *g, uint32_t block, con
   return NULL;
 }
 
-/* Straight from the definition, beside pktrt__child_box. */
+/* Straight from the definition, beside the kernel. */
 static const char *pktrt__check_child(const pktrt__group *g, unsigned char *node, int c) {
   uint32_t ref = pktrt__node_children(node)[c];
   for (uint32_t k = 0; k < g->key_count; k++) {
@@ -2276,11 +2324,31 @@ static void pktrt__say(const pktrt_scene *s, int level, const char *sentence) {
 
 PKTRT__INLINE bool pktrt__finite(float x) { return x - x == 0; } /* false for NaN and infinities */
 
+/* The largest absolute value; NaN if there is one. As whole numbers, which order as absolute floats do, NaN last; by
+   eights, which compilers turn into vectors. */
+static float pktrt__max_coord(const float *p, uint64_t n) {
+  int32_t most[8] = {0, 0, 0, 0, 0, 0, 0, 0}, x[8] = {0, 0, 0, 0, 0, 0, 0, 0};
+  for (uint64_t i = 0; i < n; i += 8) {
+    if (n - i >= 8) memcpy(x, p + i, sizeof x);
+    else memcpy(x, p + i, (size_t)(n - i) * sizeof *x);
+    for (int k = 0; k < 8; k++) x[k] &= INT32_MAX;
+    for (int k = 0; k < 8; k++) most[k] = x[k] > most[k] ? x[k] : most[k];
+  }
+  for (int k = 1; k < 8; k++) most[0] = most[k] > most[0] ? most[k] : most[0];
+  float result;
+  memcpy(&result, most, sizeof result);
+  return result;
+}
+
 /* Copies count vertices of three floats from a strided array into a tight one; refuses what is not finite or too
    large. */
 static pktrt_status pktrt__copy_vectors(pktrt_scene *s, float *to, const float *from, uint32_t count, uint32_t stride,
                                         float limit, uint32_t mesh, uint32_t key, const char *what) {
   const unsigned char *p = (const unsigned char *)(const void *)from;
+  if (stride == 12 && count) {
+    memcpy(to, p, (size_t)count * 12);
+    if (pktrt__max_coord(to, (uint64_t)count * 3) <= limit) return PKTRT_OK;
+  }
   for (uint32_t i = 0; i < count; i++, p += stride, to += 3) {
     memcpy(to, p, 3 * sizeof(float));
     for (int a = 0; a < 3; a++) {
@@ -2296,12 +2364,6 @@ static pktrt_status pktrt__copy_vectors(pktrt_scene *s, float *to, const float *
 }
 
 static uint64_t pktrt__mesh_floats(const pktrt__mesh *m) { return (uint64_t)m->vertex_count * m->key_count * 3; }
-
-static float pktrt__max_coord(const float *p, uint64_t n) {
-  float m = 0;
-  for (uint64_t i = 0; i < n; i++) m = pktrt__maxf(m, fabsf(p[i]));
-  return m;
-}
 
 static void pktrt__free_mesh(const pktrt_scene_desc *d, pktrt__mesh *m) {
   pktrt__release(d, m->positions, pktrt__mesh_floats(m), sizeof(float));
@@ -2385,14 +2447,18 @@ static pktrt_status pktrt__copy_mesh(pktrt_scene *s, const pktrt_mesh_desc *d, p
 
 /* >>commit --------------------------------------------------------------------------------------------------------- */
 
+static void pktrt__swap_arrays(float **a, float **b) {
+  float *swap = *a;
+  *a = *b, *b = swap;
+}
+
 /* Takes over what set_positions and set_normals left waiting. */
 static void pktrt__promote(pktrt__mesh *m) {
-  const size_t bytes = (size_t)(pktrt__mesh_floats(m) * sizeof(float));
   if (m->dirty && m->pending) {
-    memcpy(m->positions, m->pending, bytes);
+    pktrt__swap_arrays(&m->positions, &m->pending);
     m->max_coord = pktrt__max_coord(m->positions, pktrt__mesh_floats(m));
   }
-  if (m->dirty_normals) memcpy(m->normals, m->pending_normals, bytes);
+  if (m->dirty_normals) pktrt__swap_arrays(&m->normals, &m->pending_normals);
   m->dirty = m->dirty_normals = false;
   m->committed = true;
 }
@@ -3083,6 +3149,20 @@ static const pktrt__kernels *pktrt__kernels_of(pktrt_isa isa) {
 #endif
     default: return NULL;
   }
+}
+
+static const pktrt__fit *pktrt__fit_of(pktrt_isa isa) {
+#ifdef PKTRT__HAS_AVX2
+  if (isa == PKTRT_ISA_AVX2 || isa == PKTRT_ISA_AVX512) return &pktrt__fit_avx2;
+#endif
+  (void)isa;
+#if defined(PKTRT__HAS_SSE2)
+  return &pktrt__fit_sse2;
+#elif defined(PKTRT__HAS_NEON)
+  return &pktrt__fit_neon;
+#else
+  return &pktrt__fit_scalar;
+#endif
 }
 
 #endif /* PKTRT__IMPLEMENTED */
@@ -5870,6 +5950,62 @@ static uint32_t NAME(send)(const pktrt__sending *g, const pktrt__wave *w, const 
   return n;
 }
 
+/* >>fit ------------------------------------------------------------------------------------------------------------ */
+
+/* WHY not for all instruction sets: 512 bits would gain nothing here, and what every x86 or ARM has serves scalar
+   scenes as well; it is the same bits, and less code. */
+#if PKTRT__STAMP == PKTRT__STAMP_AVX2 || PKTRT__STAMP == PKTRT__STAMP_SSE2 || PKTRT__STAMP == PKTRT__STAMP_NEON || \
+    !(defined(PKTRT__HAS_SSE2) || defined(PKTRT__HAS_NEON))
+
+static uint32_t NAME(lanes_with_area)(const float *v) {
+  d8 a[3], b[3];
+  UNROLL for (int i = 0; i < 3; i++) {
+    const d8 from = dfrom(vload(v + 8 * i));
+    a[i] = dsub(dfrom(vload(v + 24 + 8 * i)), from), b[i] = dsub(dfrom(vload(v + 48 + 8 * i)), from);
+  }
+  const d8 x = dsub(dmul(a[1], b[2]), dmul(a[2], b[1])), y = dsub(dmul(a[2], b[0]), dmul(a[0], b[2]));
+  const d8 z = dsub(dmul(a[0], b[1]), dmul(a[1], b[0]));
+  return mbits(dlt(dset(0), dmax(dabs(x), dmax(dabs(y), dabs(z)))));
+}
+
+/* Planes of a node's children at a key: of blocks by their vertices, of nodes by their own children. */
+static void NAME(fit_children)(const pktrt__group *g, const uint32_t *child, uint32_t key, float *plane) {
+  for (int c = 0; c < PKTRT__W; c++) {
+    if (child[c] == PKTRT__EMPTY) continue;
+    const bool leaf = (child[c] & PKTRT__LEAF) != 0;
+    const float *p = leaf ? pktrt__block_vertices(g->blocks + (size_t)(child[c] & ~PKTRT__LEAF) * g->block_bytes, key)
+                          : pktrt__node_planes(g->nodes + (size_t)child[c] * g->node_bytes, key);
+    for (int a = 0; a < 3; a++) {
+      const float *q = leaf ? p + 8 * a : p + 16 * a;
+      const v8 x = vload(q), y = leaf ? vload(q + 24) : vload(q + 8), z = leaf ? vload(q + 48) : y;
+      plane[16 * a + c] = vhmin(leaf ? vmin(vmin(x, y), z) : x);
+      plane[16 * a + 8 + c] = vhmax(leaf ? vmax(vmax(x, y), z) : y);
+    }
+  }
+}
+
+/* Children follow their parents, so backwards is bottom-up. */
+static double NAME(fit_nodes)(const pktrt__group *g, uint32_t first, uint32_t count) {
+  double sum = 0.0, area[8];
+  for (uint32_t n = first + count; n-- > first;) {
+    unsigned char *node = g->nodes + (size_t)n * g->node_bytes;
+    const uint32_t *child = pktrt__node_children(node);
+    for (uint32_t k = 0; k < g->key_count; k++) {
+      float *p = pktrt__node_planes(node, k);
+      NAME(fit_children)(g, child, k, p);
+      const d8 x = dsub(dfrom(vload(p + 8)), dfrom(vload(p))), y = dsub(dfrom(vload(p + 24)), dfrom(vload(p + 16)));
+      const d8 z = dsub(dfrom(vload(p + 40)), dfrom(vload(p + 32)));
+      dstore(area, dmul(dset(2.0), dadd(dadd(dmul(x, y), dmul(y, z)), dmul(z, x))));
+      for (int c = 0; c < PKTRT__W; c++) sum += child[c] == PKTRT__EMPTY ? 0.0 : area[c];
+    }
+    pktrt__order_children(g, node);
+  }
+  return sum;
+}
+
+static const pktrt__fit NAME(fit) = {NAME(lanes_with_area), NAME(fit_nodes)};
+#endif
+
 /* >>entry ---------------------------------------------------------------------------------------------------------- */
 
 /* One ray of its own: what it needs is set up and resolved in one lane. */
@@ -6279,7 +6415,7 @@ static pktrt_status pktrt__set_vectors(pktrt_scene *s, pktrt__mesh *m, float *cu
       return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "mesh %u: no memory for %u changed vectors", (unsigned)mesh,
                          (unsigned)m->vertex_count);
   }
-  if (!current_inside && floats) memcpy(*pending, current, (size_t)floats * sizeof(float));
+  if (!current_inside && m->key_count > 1) memcpy(*pending, current, (size_t)floats * sizeof(float));
   *dirty = true;
   return m->vertex_count ? pktrt__copy_vectors(s, *pending + at, data, m->vertex_count, stride, limit, mesh, key, what)
                          : PKTRT_OK;

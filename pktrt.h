@@ -2822,6 +2822,13 @@ typedef struct pktrt__sending {
   uint32_t times, plus;
 } pktrt__sending;
 
+/* Where glass is: a box, and boxes within it that leave out what is empty, depth first. `next` is that behind those
+   within; those that hold no others are followed by it. */
+typedef struct pktrt__glass_box {
+  float lo[3], hi[3];
+  uint32_t next;
+} pktrt__glass_box;
+
 /* The camera as a picture plane at distance 1: the ray of a pinhole through (px, py) in pixels goes along
    corner + px dx + py dy. A point of the lens, at x and y from its middle, sees the same point of the plane at
    distance `focus`: its ray goes along that minus (x right + y up) / focus. */
@@ -2865,10 +2872,11 @@ typedef struct pktrt__kernels {
   uint32_t (*pack)(pktrt__wave *, uint32_t first, uint32_t n, uint32_t *ray);
   void (*find)(const pktrt_scene *, bool smooth, const pktrt__wave *, pktrt__surfaces *);
   /* Of all surfaces, once their hooks have run: directions of scattering and weights if rays are followed, and the
-     radiance that needs no ray. The shadow rays towards one light. What they add: of n shadow rays, `seen` of what
-     arrives at each. Reflected or refracted rays, behind the n of a wave: returns how many it has then. */
+     radiance that needs no ray. The shadow rays towards one light; which of eight may meet glass, which is true of
+     some that do not. What they add: of n shadow rays, `seen` of what arrives at each. Reflected or refracted rays, behind the n of a wave: returns how many it has then. */
   void (*dress)(const pktrt_scene *, bool follow, const float ambient[3], const pktrt__wave *, pktrt__surfaces *);
   void (*aim)(const pktrt_scene *, const pktrt__aim *, const pktrt__wave *, pktrt__surfaces *, pktrt__shadows *);
+  uint32_t (*meets)(const pktrt__glass_box *, const pktrt__batch *, uint32_t i, uint32_t lanes);
   void (*gain)(pktrt__surfaces *, const uint32_t *surface, float (*arriving)[PKTRT__BATCH],
                float (*seen)[PKTRT__BATCH], uint32_t n);
   uint32_t (*send)(const pktrt__sending *, const pktrt__wave *, const pktrt__surfaces *, pktrt__wave *to, uint32_t n);
@@ -5439,6 +5447,35 @@ static void NAME(aim)(const pktrt_scene *scene, const pktrt__aim *l, const pktrt
   for (uint32_t i = 0; i < s->count; i += 8) NAME(aim8)(scene, l, w, s, i, NAME(lanes_of)(s->count - i), sh);
 }
 
+/* Of rays i to i + 7, those that meet a box of glass. What a ray can hit outside of boxes, and what rounding takes
+   here, is a small part of the distances, hence of `slack` / 2. */
+static uint32_t NAME(meets)(const pktrt__glass_box *glass, const pktrt__batch *b, uint32_t i, uint32_t lanes) {
+  float largest = 0;
+  v8 lo[3], hi[3], rd[3], slack = vset(0);
+  const v8 tmax = vload(b->tmax + i), zero = vset(0);
+  for (int a = 0; a < 3; a++) largest = pktrt__maxf(largest, pktrt__maxf(fabsf(glass->lo[a]), fabsf(glass->hi[a])));
+  ROLL_OUT for (int a = 0; a < 3; a++) slack = vmax(slack, vabs(vload(b->o[a] + i)));
+  slack = vmul(vadd(slack, vset(largest)), vset(4e-6f));
+  ROLL_OUT for (int a = 0; a < 3; a++) {
+    const v8 o = vload(b->o[a] + i);
+    lo[a] = vadd(o, slack), hi[a] = vsub(o, slack), rd[a] = vdiv(vset(1), vload(b->d[a] + i));
+  }
+  uint32_t found = 0;
+  for (uint32_t k = 0, last = glass->next; k < last && lanes;) {
+    const pktrt__glass_box *box = glass + k;
+    v8 from = zero, to = tmax;
+    ROLL_OUT for (int a = 0; a < 3; a++) {
+      const v8 t0 = vmul(vsub(vset(box->lo[a]), lo[a]), rd[a]), t1 = vmul(vsub(vset(box->hi[a]), hi[a]), rd[a]);
+      from = vmax(from, vmin(t0, t1)), to = vmin(to, vmax(t0, t1));
+    }
+    const uint32_t met = lanes & ~mbits(vlt(to, from));
+    const bool ends = box->next == k + 1;
+    found |= ends ? met : 0, lanes &= ends ? ~met : ~0u;
+    k = met ? k + 1 : box->next;
+  }
+  return found;
+}
+
 /* One after the other where they are not those of eight surfaces in a row: several may be of one surface. */
 static void NAME(gain)(pktrt__surfaces *s, const uint32_t *surface, float (*arriving)[PKTRT__BATCH],
                        float (*seen)[PKTRT__BATCH], uint32_t n) {
@@ -5589,7 +5626,7 @@ static bool NAME(rounds_each_operation)(void) {
 }
 
 static const pktrt__kernels NAME(kernels) = {NAME(trace), NAME(rounds_each_operation), NAME(primary), NAME(pack),
-                                                    NAME(find), NAME(dress), NAME(aim), NAME(gain), NAME(send)};
+                                                    NAME(find), NAME(dress), NAME(aim), NAME(meets), NAME(gain), NAME(send)};
 
 #ifdef PKTRT__ALSO_STAMP /* for benchmarks: a file of theirs on the same vectors; its path from here, in quotes */
 #include PKTRT__ALSO_STAMP
@@ -6860,8 +6897,8 @@ typedef struct pktrt__job {
   float threshold;           /* of importance */
   size_t row_stride;
   bool follow, distribute, choose; /* secondary rays; random lens, lights and lobes; one ray at a dielectric */
-  bool glass;                /* shadow rays pass it: then these are the bounds of all that is made of it */
-  float glass_lo[3], glass_hi[3];
+  pktrt__glass_box *glass;   /* shadow rays pass what is made of it; NULL: nothing is */
+  uint32_t glass_boxes;      /* room for so many */
 } pktrt__job;
 
 static bool pktrt__check_sizes(const pktrt_render_desc *d, pktrt__why *why) {
@@ -6918,22 +6955,6 @@ static bool pktrt__check_scene(const pktrt_scene *s, pktrt__why *why) {
   return true;
 }
 
-/* Bounds of what is made of glass. */
-static void pktrt__bound_glass(const pktrt_scene *s, pktrt__job *job) {
-  for (int a = 0; a < 3; a++) job->glass_lo[a] = INFINITY, job->glass_hi[a] = -INFINITY;
-  job->glass = false;
-  for (uint32_t i = 0; i < s->committed_meshes; i++) {
-    const pktrt__mesh *m = &s->meshes[i];
-    const pktrt_material *look = pktrt__look(s, m->material);
-    if (look->specular != PKTRT_SPECULAR_DIELECTRIC || look->shader) continue;
-    job->glass = true;
-    for (uint64_t j = 0, n = pktrt__mesh_floats(m); j < n; j++) {
-      job->glass_lo[j % 3] = pktrt__minf(job->glass_lo[j % 3], m->positions[j]);
-      job->glass_hi[j % 3] = pktrt__maxf(job->glass_hi[j % 3], m->positions[j]);
-    }
-  }
-}
-
 static bool pktrt__check_render(const pktrt_scene *s, const pktrt_render_desc *d, pktrt__job *job, pktrt__why *why) {
   memset(job, 0, sizeof *job);
   if (!d) return pktrt__refuse(why, "the description is NULL");
@@ -6950,7 +6971,6 @@ static bool pktrt__check_render(const pktrt_scene *s, const pktrt_render_desc *d
                 (job->distribute && d->branching == PKTRT_BRANCHING_BY_MODE);
   job->sampling.sampler = d->sampler, job->sampling.samples = job->samples, job->sampling.seed = d->seed;
   job->event_dimensions = 4 + (2 * s->light_count + 3) / 4 * 4;
-  if (job->follow && d->glass_shadows == PKTRT_GLASS_SHADOWS_PASS) pktrt__bound_glass(s, job);
   return pktrt__check_camera(&d->camera, d->width, d->height, &job->plane, why);
 }
 
@@ -7143,6 +7163,100 @@ static double pktrt__aim_at_mesh(const pktrt__mesh *m, const pktrt__lamp *lamp, 
   const double r = sqrt(r2), lift = pktrt__lift(pktrt__max((double)m->max_coord, r)) / f->length;
   for (int a = 0; a < 3; a++) at[a] += (along < 0 ? -lift : lift) * f->normal[a];
   return 0.5 * (along < 0 ? -along : along) / r * odds;
+}
+
+/* >>glass: where it is, for shadow rays that something stopped ----------------------------------------------------- */
+
+/* Boxes within boxes, so deep at most. WHY: window panes stand around a whole hall; five sixths of the time that rays
+   took for glass went to those which the innermost boxes tell apart from the rest. */
+enum { PKTRT__GLASS_DEPTH = 7 };
+
+static bool pktrt__is_glass(const pktrt_scene *s, const pktrt__mesh *m) {
+  const pktrt_material *look = pktrt__look(s, m->material);
+  return look->specular == PKTRT_SPECULAR_DIELECTRIC && !look->shader;
+}
+
+static void pktrt__widen(pktrt__glass_box *box, const float lo[3], const float hi[3]) {
+  for (int a = 0; a < 3; a++) box->lo[a] = pktrt__minf(box->lo[a], lo[a]), box->hi[a] = pktrt__maxf(box->hi[a], hi[a]);
+}
+
+static pktrt__glass_box pktrt__no_box(void) {
+  pktrt__glass_box box;
+  for (int a = 0; a < 3; a++) box.lo[a] = INFINITY, box.hi[a] = -INFINITY;
+  box.next = 0;
+  return box;
+}
+
+/* Boxes of triangles, or of meshes if not `fine`: returns how many. */
+static uint32_t pktrt__box_glass(const pktrt_scene *s, bool fine, pktrt__glass_box *boxes) {
+  uint32_t n = 0;
+  for (uint32_t i = 0; i < s->committed_meshes; i++) {
+    const pktrt__mesh *m = &s->meshes[i];
+    if (!pktrt__is_glass(s, m)) continue;
+    for (uint32_t t = 0; t < m->triangle_count; t++) {
+      if (fine || !t) boxes[n++] = pktrt__no_box();
+      for (uint32_t key = 0; key < m->key_count; key++) {
+        float p[3][3];
+        pktrt__triangle_vertices(m, false, t, key, p);
+        for (int c = 0; c < 3; c++) pktrt__widen(&boxes[n - 1], p[c], p[c]);
+      }
+    }
+  }
+  return n;
+}
+
+/* Boxes around n of triangles or meshes, n > 0, from entry `at` on; those are put in order by halves. Where it ends. */
+static uint32_t pktrt__nest_glass(pktrt__glass_box *boxes, uint32_t n, uint32_t depth, pktrt__glass_box *to,
+                                  uint32_t at) {
+  pktrt__glass_box all = pktrt__no_box();
+  uint32_t half = 0, end = at + 1;
+  int axis = 0;
+  for (uint32_t i = 0; i < n; i++) pktrt__widen(&all, boxes[i].lo, boxes[i].hi);
+  for (int a = 1; a < 3; a++)
+    if (all.hi[a] - all.lo[a] > all.hi[axis] - all.lo[axis]) axis = a;
+  const float middle = all.lo[axis] + all.hi[axis];
+  for (uint32_t i = 0; i < n; i++) {
+    const pktrt__glass_box box = boxes[i];
+    if (box.lo[axis] + box.hi[axis] < middle) boxes[i] = boxes[half], boxes[half++] = box;
+  }
+  if (half && half < n && depth < PKTRT__GLASS_DEPTH) {
+    end = pktrt__nest_glass(boxes, half, depth + 1, to, end);
+    end = pktrt__nest_glass(boxes + half, n - half, depth + 1, to, end);
+  }
+  to[at] = all, to[at].next = end;
+  return end;
+}
+
+/* For so many samples. Few are not worth a look at each triangle. False: out of memory. */
+static bool pktrt__find_glass(pktrt__job *job, uint64_t samples) {
+  const pktrt_scene *s = job->scene;
+  uint64_t n = 0, meshes = 0;
+  if (!job->follow || job->desc->glass_shadows != PKTRT_GLASS_SHADOWS_PASS) return true;
+  for (uint32_t i = 0; i < s->committed_meshes; i++)
+    if (pktrt__is_glass(s, &s->meshes[i])) n += s->meshes[i].triangle_count, meshes += s->meshes[i].triangle_count > 0;
+  const bool fine = n < samples;
+  n = fine ? n : meshes;
+  if (!n) return true;
+  const uint64_t most = (2u << PKTRT__GLASS_DEPTH) - 1;
+  job->glass_boxes = (uint32_t)pktrt__min(2 * (double)n - 1, (double)most);
+  job->glass = PKTRT__CAST(pktrt__glass_box *, pktrt__alloc(&s->desc, job->glass_boxes, sizeof *job->glass));
+  pktrt__glass_box *boxes = PKTRT__CAST(pktrt__glass_box *, pktrt__alloc(&s->desc, n, sizeof *boxes));
+  if (job->glass && boxes) (void)pktrt__nest_glass(boxes, pktrt__box_glass(s, fine, boxes), 0, job->glass, 0);
+  const bool ok = job->glass && boxes;
+  pktrt__release(&s->desc, boxes, n, sizeof *boxes);
+  return ok;
+}
+
+/* What is made once for a render. */
+static void pktrt__unprepare(pktrt__job *job) {
+  pktrt__release(&job->scene->desc, job->glass, job->glass_boxes, sizeof *job->glass);
+  pktrt__free_lamps(job);
+}
+static bool pktrt__prepare(pktrt__job *job, uint64_t pixels) { /* false: out of memory, and nothing is left */
+  if (!pktrt__make_lamps(job)) return false;
+  if (pktrt__find_glass(job, pixels * job->samples)) return true;
+  pktrt__unprepare(job);
+  return false;
 }
 
 /* >>work ----------------------------------------------------------------------------------------------------------- */
@@ -7375,22 +7489,6 @@ static void pktrt__trace_batch(pktrt__work *work, pktrt__batch *b, uint32_t n, p
   pktrt__add_counts(&work->stats->by_depth[depth], &counts);
 }
 
-/* Whether the segment of ray i meets the bounds of glass; may be true where it does not. */
-static bool pktrt__meets_glass(const pktrt__job *job, const pktrt__batch *b, uint32_t i) {
-  double from = 0, to = (double)b->tmax[i];
-  for (int a = 0; a < 3; a++) {
-    const double o = (double)b->o[a][i], d = (double)b->d[a][i], slack = 1e-6 * fabs(o);
-    const double lo = (double)job->glass_lo[a] - slack - o, hi = (double)job->glass_hi[a] + slack - o;
-    if (d == 0) {
-      if (lo > 0 || hi < 0) return false;
-      continue;
-    }
-    from = pktrt__max(from, pktrt__min(lo / d, hi / d));
-    to = pktrt__min(to, pktrt__max(lo / d, hi / d));
-  }
-  return from <= to * (1 + 1e-6);
-}
-
 /* A shadow ray that met glass goes on behind it, along the same line, and loses what the surface reflects and the
    glass absorbs. Ray i of `through`; its way on goes to lane j. */
 typedef enum pktrt__passage { PKTRT__STOPPED, PKTRT__GOES_ON, PKTRT__ARRIVED } pktrt__passage;
@@ -7435,11 +7533,16 @@ static void pktrt__look_through_glass(pktrt__work *work, pktrt_ray_type type, ui
   pktrt__pending *p = &work->pending;
   pktrt__batch *b = &work->through;
   uint32_t lane[PKTRT__BATCH], n = 0, hint[2] = {0, 0};
-  for (uint32_t i = 0; i < p->n; i++) {
-    if (p->wave[i] || p->seen[0][i] > 0 || !pktrt__meets_glass(work->job, &p->batch, i)) continue;
-    for (int a = 0; a < 3; a++) b->o[a][n] = p->batch.o[a][i], b->d[a][n] = p->batch.d[a][i], p->seen[a][i] = 1;
-    b->tmin[n] = 0, b->tmax[n] = p->batch.tmax[i], b->time[n] = p->batch.time[i];
-    lane[n++] = i;
+  for (uint32_t k = 0; k < p->n; k += 8) {
+    uint32_t stopped = 0;
+    for (uint32_t i = k; i < k + 8 && i < p->n; i++) stopped |= (uint32_t)(!p->wave[i] && p->seen[0][i] == 0) << (i - k);
+    if (stopped) stopped = work->job->scene->kernels->meets(work->job->glass, &p->batch, k, stopped);
+    for (; stopped; stopped &= stopped - 1) lane[n++] = k + pktrt__lowest(stopped);
+  }
+  for (uint32_t i = 0; i < n; i++) {
+    const uint32_t k = lane[i];
+    for (int a = 0; a < 3; a++) b->o[a][i] = p->batch.o[a][k], b->d[a][i] = p->batch.d[a][k], p->seen[a][k] = 1;
+    b->tmin[i] = 0, b->tmax[i] = p->batch.tmax[k], b->time[i] = p->batch.time[k];
   }
   for (uint32_t round = 0; n && round <= 2 * PKTRT_MAX_DEPTH; round++) {
     uint32_t left = 0;
@@ -8082,10 +8185,10 @@ PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *s, const pktrt_rende
   pktrt__why why;
   if (!s || !pktrt__check_render(s, d, &job, &why)) return PKTRT_INVALID_ARGUMENT;
   if (x > d->width || y > d->height || w > d->width - x || h > d->height - y) return PKTRT_INVALID_ARGUMENT;
-  if (!pktrt__make_lamps(&job)) return PKTRT_OUT_OF_MEMORY;
+  if (!pktrt__prepare(&job, (uint64_t)w * h)) return PKTRT_OUT_OF_MEMORY;
   const uint32_t area[4] = {x, y, x + w, y + h};
   const bool ok = pktrt__render_area(&job, area, d->stats);
-  pktrt__free_lamps(&job);
+  pktrt__unprepare(&job);
   return ok ? PKTRT_OK : PKTRT_OUT_OF_MEMORY;
 }
 
@@ -8139,13 +8242,13 @@ PKTRT_DEF pktrt_status pktrt_render(pktrt_scene *s, const pktrt_render_desc *d) 
       return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "render: no memory for the statistics of %u tiles", (unsigned)t.count);
     memset(t.stats, 0, (size_t)count * sizeof *t.stats);
   }
-  const bool lit = pktrt__make_lamps(&job);
+  const bool lit = pktrt__prepare(&job, (uint64_t)d->width * d->height);
   if (lit) pktrt__parallel(&s->desc, t.count, pktrt__run_tile, &t);
   for (uint32_t i = 0; d->stats && i < t.count; i++) pktrt__add_stats(d->stats, &t.stats[i]);
   pktrt__release(&s->desc, t.stats, count, sizeof *t.stats);
-  pktrt__free_lamps(&job);
+  if (lit) pktrt__unprepare(&job);
   if (!lit || t.failed)
-    return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "render: no memory for %s", lit ? "the rays of a tile" : "the lights");
+    return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "render: no memory for %s", lit ? "the rays of a tile" : "lights and glass");
   return t.cancelled ? pktrt__fail(s, PKTRT_CANCELLED, "render: the progress hook asked to stop") : PKTRT_OK;
 }
 

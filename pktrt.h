@@ -2783,6 +2783,7 @@ typedef struct pktrt__surfaces { /* what the rays of a wave met; rays that met n
   uint8_t shaded[PKTRT__WAVE / 8];  /* done: a shader hook leaves nothing to do */
   uint8_t hooked[PKTRT__WAVE / 8];  /* has a texture or a shader */
   uint8_t lobed[PKTRT__WAVE / 8];   /* reflects in a lobe */
+  uint8_t lit[PKTRT__WAVE / 8];     /* lights can add to it: not so for mirrors, glass and what is done */
   uint8_t kind[5][PKTRT__WAVE / 8]; /* by pktrt_specular */
   uint32_t first;                   /* their rays lie in the wave from here on, packed: see pktrt__find_surfaces */
   uint32_t count;
@@ -2872,11 +2873,13 @@ typedef struct pktrt__kernels {
   uint32_t (*pack)(pktrt__wave *, uint32_t first, uint32_t n, uint32_t *ray);
   void (*find)(const pktrt_scene *, bool smooth, const pktrt__wave *, pktrt__surfaces *);
   /* Of all surfaces, once their hooks have run: directions of scattering and weights if rays are followed, and the
-     radiance that needs no ray. The shadow rays towards one light; which of eight may meet glass, which is true of
-     some that do not. What they add: of n shadow rays, `seen` of what arrives at each. Reflected or refracted rays, behind the n of a wave: returns how many it has then. */
+     radiance that needs no ray. The shadow rays towards one light. What of their light is seen, 1 or 0 for rays
+     that have been traced; those of 0 that may meet glass are listed: returns how many. What n shadow rays add: `seen`
+     of what arrives at each. Reflected or refracted rays, behind the n of a wave: returns how many it has then. */
   void (*dress)(const pktrt_scene *, bool follow, const float ambient[3], const pktrt__wave *, pktrt__surfaces *);
   void (*aim)(const pktrt_scene *, const pktrt__aim *, const pktrt__wave *, pktrt__surfaces *, pktrt__shadows *);
-  uint32_t (*meets)(const pktrt__glass_box *, const pktrt__batch *, uint32_t i, uint32_t lanes);
+  uint32_t (*see)(const pktrt__glass_box *, const pktrt__batch *, uint32_t n, float (*seen)[PKTRT__BATCH],
+                  uint32_t *lane);
   void (*gain)(pktrt__surfaces *, const uint32_t *surface, float (*arriving)[PKTRT__BATCH],
                float (*seen)[PKTRT__BATCH], uint32_t n);
   uint32_t (*send)(const pktrt__sending *, const pktrt__wave *, const pktrt__surfaces *, pktrt__wave *to, uint32_t n);
@@ -3603,7 +3606,21 @@ OP uint32_t apush(a8 a, const uint32_t *child, v8 dist, uint32_t perm, uint64_t 
 }
 #endif
 
-#if PKTRT__STAMP != PKTRT__STAMP_AVX512 && PKTRT__STAMP != PKTRT__STAMP_ONE
+#if PKTRT__STAMP == PKTRT__STAMP_AVX2 && (defined(__x86_64__) || defined(_M_X64))
+PKTRT__NOINLINE void vpack_from(void *p, uint32_t lanes, const void *from) {
+  const uint64_t bytes = _pdep_u64(lanes, 0x0101010101010101u) * 0xFF, order = _pext_u64(0x0706050403020100u, bytes);
+  const __m256i lane = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
+  const __m256i some = _mm256_cmpgt_epi32(_mm256_set1_epi32((int)pktrt__popcount(lanes)), lane);
+  const __m256i to = _mm256_cvtepu8_epi32(_mm_cvtsi64_si128((long long)order));
+  const __m256i a = _mm256_permutevar8x32_epi32(_mm256_loadu_si256(PKTRT__CAST(const __m256i *, from)), to);
+  _mm256_maskstore_epi32(PKTRT__CAST(int *, p), some, a);
+}
+OP void vpack(float *p, uint32_t lanes, v8 a) {
+  float f[8];
+  vstore(f, a);
+  vpack_from(p, lanes, f);
+}
+#elif PKTRT__STAMP != PKTRT__STAMP_AVX512 && PKTRT__STAMP != PKTRT__STAMP_ONE
 PKTRT__NOINLINE void vpack(float *p, uint32_t lanes, v8 a) {
   float f[8];
   vstore(lanes == 0xFF ? p : f, a);
@@ -5359,10 +5376,14 @@ static void NAME(dress)(const pktrt_scene *scene, bool follow, const float ambie
       NAME(weigh8)(s, i);
       if (metal | glass) pktrt__weigh_alone(scene, w, s, i, metal, glass);
     }
-    for (int a = 0; a < 3; a++) {
-      const v8 around = vsel(mfrom(lit & 0xFF), vmul(vload(s->albedo[a] + i), vset(ambient[a])), vset(0));
+    v8 brightest = vset(0);
+    ROLL_OUT for (int a = 0; a < 3; a++) {
+      const v8 albedo = vload(s->albedo[a] + i);
+      const v8 around = vsel(mfrom(lit & 0xFF), vmul(albedo, vset(ambient[a])), vset(0));
       vstore(s->radiance[a] + i, vadd(vload(s->emission[a] + i), around));
+      brightest = vmax(albedo, brightest);
     }
+    s->lit[i / 8] = (uint8_t)(lit & lanes & (mbits(vlt(vset(0), brightest)) | s->lobed[i / 8]));
   }
 }
 
@@ -5407,7 +5428,7 @@ PKTRT__NOINLINE void NAME(aim8)(const pktrt_scene *scene, const pktrt__aim *l, c
     to[a] = l->infinite ? at[a] : dsub(at[a], p[a]);
     d[a] = dto(l->infinite ? at[a] : dsub(at[a], dfrom(o[a])));
   }
-  lanes &= ~(uint32_t)s->shaded[i / 8] & mbits(dlt(dset(0), NAME(ddot)(to, flat)));
+  lanes &= mbits(dlt(dset(0), NAME(ddot)(to, flat)));
   if (!lanes) return; /* all look away from it */
   const d8 r2 = NAME(ddot)(to, to), r = dsqrt(r2);
   if (l->kind == PKTRT_LIGHT_QUAD && !l->listed) { /* negative behind it */
@@ -5444,12 +5465,13 @@ PKTRT__NOINLINE void NAME(aim8)(const pktrt_scene *scene, const pktrt__aim *l, c
 static void NAME(aim)(const pktrt_scene *scene, const pktrt__aim *l, const pktrt__wave *w, pktrt__surfaces *s,
                       pktrt__shadows *sh) {
   sh->count = 0, sh->tmax = l->infinite ? INFINITY : 1;
-  for (uint32_t i = 0; i < s->count; i += 8) NAME(aim8)(scene, l, w, s, i, NAME(lanes_of)(s->count - i), sh);
+  for (uint32_t i = 0; i < s->count; i += 8)
+    if (s->lit[i / 8]) NAME(aim8)(scene, l, w, s, i, s->lit[i / 8], sh);
 }
 
 /* Of rays i to i + 7, those that meet a box of glass. What a ray can hit outside of boxes, and what rounding takes
    here, is a small part of the distances, hence of `slack` / 2. */
-static uint32_t NAME(meets)(const pktrt__glass_box *glass, const pktrt__batch *b, uint32_t i, uint32_t lanes) {
+PKTRT__NOINLINE uint32_t NAME(meet8)(const pktrt__glass_box *glass, const pktrt__batch *b, uint32_t i, uint32_t lanes) {
   float largest = 0;
   v8 lo[3], hi[3], rd[3], slack = vset(0);
   const v8 tmax = vload(b->tmax + i), zero = vset(0);
@@ -5474,6 +5496,19 @@ static uint32_t NAME(meets)(const pktrt__glass_box *glass, const pktrt__batch *b
     k = met ? k + 1 : box->next;
   }
   return found;
+}
+
+static uint32_t NAME(see)(const pktrt__glass_box *glass, const pktrt__batch *b, uint32_t n,
+                          float (*seen)[PKTRT__BATCH], uint32_t *lane) {
+  uint32_t listed = 0;
+  for (uint32_t i = 0; i < n; i += 8) {
+    uint32_t stopped = NAME(lanes_of)(n - i) & NAME(occupied)(b->slot + i);
+    const v8 part = vsel(mfrom(stopped), vset(0), vset(1));
+    for (int a = 0; a < 3; a++) vstore(seen[a] + i, part);
+    stopped = glass && stopped ? NAME(meet8)(glass, b, i, stopped) : 0;
+    for (; stopped; stopped &= stopped - 1) lane[listed++] = i + pktrt__lowest(stopped);
+  }
+  return listed;
 }
 
 /* One after the other where they are not those of eight surfaces in a row: several may be of one surface. */
@@ -5626,7 +5661,7 @@ static bool NAME(rounds_each_operation)(void) {
 }
 
 static const pktrt__kernels NAME(kernels) = {NAME(trace), NAME(rounds_each_operation), NAME(primary), NAME(pack),
-                                                    NAME(find), NAME(dress), NAME(aim), NAME(meets), NAME(gain), NAME(send)};
+                                                    NAME(find), NAME(dress), NAME(aim), NAME(see),  NAME(gain), NAME(send)};
 
 #ifdef PKTRT__ALSO_STAMP /* for benchmarks: a file of theirs on the same vectors; its path from here, in quotes */
 #include PKTRT__ALSO_STAMP
@@ -6881,6 +6916,7 @@ typedef struct pktrt__lamp {
   double facing[3];          /* quad: unit normal; directional: unit, towards it; mesh: sum of its areas as vectors */
   double strength;           /* radiance or intensity: of its largest component, */
   float light[3];            /* and all three relative to that; products stay in range so */
+  pktrt__aim aim;
   pktrt__facet *facets;      /* mesh */
   pktrt__share *shares;
   uint32_t facet_count;
@@ -7057,6 +7093,34 @@ static void pktrt__free_lamps(pktrt__job *job) {
   job->lamps = NULL;
 }
 
+/* Lights that rays cannot hit show in Phong lobes by value; see pktrt_light_kind. */
+static bool pktrt__unseen(const pktrt_light *l) {
+  return l->kind != PKTRT_LIGHT_MESH && l->kind != PKTRT_LIGHT_ENVIRONMENT;
+}
+
+/* One light. A mesh stands in its middle in RCS and WRT: its projected area is |S cos| where it is flat, S being the
+   sum of its area vectors; where it is closed and convex it is a quarter of the area on average, and S is 0. The shadow
+   ray ends at the sphere around the mesh, whose own triangles would stop it. */
+static void pktrt__describe(const pktrt__job *job, uint32_t light, pktrt__lamp *lamp) {
+  const pktrt_light *l = &job->scene->lights[light];
+  pktrt__aim *aim = &lamp->aim;
+  memset(aim, 0, sizeof *aim);
+  aim->kind = l->kind, aim->radius = lamp->radius, aim->area = lamp->area, aim->strength = lamp->strength;
+  aim->folded = pktrt__max(0, lamp->area - sqrt(pktrt__dot(lamp->facing, lamp->facing))) / 4;
+  for (int a = 0; a < 3; a++) {
+    aim->facing[a] = lamp->facing[a], aim->arriving[a] = lamp->light[a];
+    aim->at[a] = (double)l->position[a];
+    if (l->kind == PKTRT_LIGHT_QUAD) aim->at[a] += 0.5 * (double)l->edge[0][a];
+    if (l->kind == PKTRT_LIGHT_QUAD) aim->at[a] += 0.5 * (double)l->edge[1][a];
+    if (l->kind == PKTRT_LIGHT_DIRECTIONAL) aim->at[a] = lamp->facing[a];
+    if (l->kind == PKTRT_LIGHT_MESH) aim->at[a] = lamp->middle[a];
+  }
+  aim->infinite = l->kind == PKTRT_LIGHT_DIRECTIONAL || l->kind == PKTRT_LIGHT_ENVIRONMENT;
+  aim->by_square = l->kind == PKTRT_LIGHT_POINT || l->kind == PKTRT_LIGHT_QUAD ||
+                   (l->kind == PKTRT_LIGHT_MESH && job->distribute);
+  aim->lobes = job->follow && pktrt__unseen(l);
+}
+
 static bool pktrt__make_lamps(pktrt__job *job) { /* false: out of memory, and none are left */
   const pktrt_scene *s = job->scene;
   job->lamps = PKTRT__CAST(pktrt__lamp *, pktrt__alloc(&s->desc, s->light_count, sizeof *job->lamps));
@@ -7087,13 +7151,9 @@ static bool pktrt__make_lamps(pktrt__job *job) { /* false: out of memory, and no
         return false;
       }
     }
+    pktrt__describe(job, i, lamp);
   }
   return true;
-}
-
-/* Lights that rays cannot hit show in Phong lobes by value; see pktrt_light_kind. */
-static bool pktrt__unseen(const pktrt_light *l) {
-  return l->kind != PKTRT_LIGHT_MESH && l->kind != PKTRT_LIGHT_ENVIRONMENT;
 }
 
 /* Each of the following aims at one light from one point: where to (at), and the irradiance of a surface that faces
@@ -7234,7 +7294,7 @@ static bool pktrt__find_glass(pktrt__job *job, uint64_t samples) {
   if (!job->follow || job->desc->glass_shadows != PKTRT_GLASS_SHADOWS_PASS) return true;
   for (uint32_t i = 0; i < s->committed_meshes; i++)
     if (pktrt__is_glass(s, &s->meshes[i])) n += s->meshes[i].triangle_count, meshes += s->meshes[i].triangle_count > 0;
-  const bool fine = n < samples;
+  const bool fine = n / 4 < samples;
   n = fine ? n : meshes;
   if (!n) return true;
   const uint64_t most = (2u << PKTRT__GLASS_DEPTH) - 1;
@@ -7301,17 +7361,24 @@ typedef struct pktrt__work {
 /* Whose surfaces they are. What is read of smooth normals is fetched ahead: two waits for memory per triangle would
    follow each other otherwise. */
 static void pktrt__name_surfaces(const pktrt_scene *scene, bool smooth, const pktrt__wave *w, pktrt__surfaces *s) {
-  uint32_t hint[2] = {0, 0};
+  uint32_t hint[2] = {0, 0}, mesh = 0, first = 0, n = 0;
+  const pktrt__mesh *m = NULL;
+  bool bent = false;
+  float lift = 0;
   for (uint32_t k = 0; k < s->count; k++) {
-    const uint32_t id = w->id[s->first + k], mesh = pktrt__mesh_at(scene, id, hint);
-    const pktrt__mesh *m = &scene->meshes[mesh];
-    s->mesh[k] = mesh, s->triangle[k] = id - m->first_id, s->material[k] = m->material;
-    s->lift[k] = (float)pktrt__lift((double)m->max_coord);
-    if (smooth && m->normals && m->indices) PKTRT__PREFETCH(m->indices + (size_t)s->triangle[k] * 3);
+    const uint32_t id = w->id[s->first + k];
+    if (id - first >= n) {
+      mesh = pktrt__mesh_at(scene, id, hint), m = &scene->meshes[mesh];
+      first = m->first_id, n = m->triangle_count, lift = (float)pktrt__lift((double)m->max_coord);
+      bent = smooth && m->normals && m->indices;
+    }
+    s->mesh[k] = mesh, s->triangle[k] = id - first, s->material[k] = m->material, s->lift[k] = lift;
+    if (bent) PKTRT__PREFETCH(m->indices + (size_t)(id - first) * 3);
   }
   for (uint32_t k = 0; smooth && k < s->count; k++) {
-    const pktrt__mesh *m = &scene->meshes[s->mesh[k]];
-    if (!m->normals || !m->indices || m->key_count > 1 || (k && s->triangle[k] == s->triangle[k - 1])) continue;
+    if (k && s->triangle[k] == s->triangle[k - 1]) continue;
+    m = &scene->meshes[s->mesh[k]];
+    if (!m->normals || !m->indices || m->key_count > 1) continue;
     for (uint32_t c = 0; c < 3; c++)
       PKTRT__PREFETCH(m->normals + (size_t)m->indices[(size_t)s->triangle[k] * 3 + c] * 3);
   }
@@ -7528,21 +7595,18 @@ static pktrt__passage pktrt__pass_glass(pktrt__work *work, uint32_t i, uint32_t 
   return !finite || left > 0 ? PKTRT__GOES_ON : PKTRT__ARRIVED;
 }
 
-/* Gives the pending shadow rays that something stopped a second chance: was it glass? */
-static void pktrt__look_through_glass(pktrt__work *work, pktrt_ray_type type, uint32_t depth) {
+/* Gives those of pending shadow rays that something stopped a second chance: was it glass? They are listed. */
+static void pktrt__look_through_glass(pktrt__work *work, pktrt_ray_type type, uint32_t depth, uint32_t *lane,
+                                      uint32_t listed) {
   pktrt__pending *p = &work->pending;
   pktrt__batch *b = &work->through;
-  uint32_t lane[PKTRT__BATCH], n = 0, hint[2] = {0, 0};
-  for (uint32_t k = 0; k < p->n; k += 8) {
-    uint32_t stopped = 0;
-    for (uint32_t i = k; i < k + 8 && i < p->n; i++) stopped |= (uint32_t)(!p->wave[i] && p->seen[0][i] == 0) << (i - k);
-    if (stopped) stopped = work->job->scene->kernels->meets(work->job->glass, &p->batch, k, stopped);
-    for (; stopped; stopped &= stopped - 1) lane[n++] = k + pktrt__lowest(stopped);
-  }
-  for (uint32_t i = 0; i < n; i++) {
+  uint32_t n = 0, hint[2] = {0, 0};
+  for (uint32_t i = 0; i < listed; i++) {
     const uint32_t k = lane[i];
-    for (int a = 0; a < 3; a++) b->o[a][i] = p->batch.o[a][k], b->d[a][i] = p->batch.d[a][k], p->seen[a][k] = 1;
-    b->tmin[i] = 0, b->tmax[i] = p->batch.tmax[k], b->time[i] = p->batch.time[k];
+    if (p->wave[k]) continue;
+    for (int a = 0; a < 3; a++) b->o[a][n] = p->batch.o[a][k], b->d[a][n] = p->batch.d[a][k], p->seen[a][k] = 1;
+    b->tmin[n] = 0, b->tmax[n] = p->batch.tmax[k], b->time[n] = p->batch.time[k];
+    lane[n++] = k;
   }
   for (uint32_t round = 0; n && round <= 2 * PKTRT_MAX_DEPTH; round++) {
     uint32_t left = 0;
@@ -7598,10 +7662,11 @@ PKTRT__NOINLINE void pktrt__flush(pktrt__work *work, pktrt_ray_type type, uint32
     p->n = 0;
     return;
   }
-  for (uint32_t i = 0; i < p->n; i++) p->seen[0][i] = b->slot[i] == PKTRT_NONE ? 1.0f : 0.0f;
-  for (int a = 1; a < 3; a++) memcpy(p->seen[a], p->seen[0], p->n * sizeof(float));
-  if (work->job->glass) pktrt__look_through_glass(work, type, depth);
-  if (type == PKTRT_RAY_SHADOW) work->job->scene->kernels->gain(s, p->target, p->arriving, p->seen, p->n);
+  const pktrt__kernels *kernels = work->job->scene->kernels;
+  uint32_t lane[PKTRT__BATCH];
+  const uint32_t listed = kernels->see(work->job->glass, b, p->n, p->seen, lane);
+  if (listed) pktrt__look_through_glass(work, type, depth, lane, listed);
+  if (type == PKTRT_RAY_SHADOW) kernels->gain(s, p->target, p->arriving, p->seen, p->n);
   for (uint32_t i = 0; type == PKTRT_RAY_OTHER && i < p->n; i++) {
     const uint32_t k = p->target[i];
     pktrt__wave *w = p->wave[i];
@@ -7630,7 +7695,8 @@ static void pktrt__push_shadows(pktrt__work *work, const uint32_t *order, uint32
       memcpy(p->arriving[a] + n, sh->arriving[a] + from, size);
     }
     memcpy(p->batch.time + n, sh->time + from, size), memcpy(p->target + n, sh->surface + from, size);
-    for (uint32_t i = n; i < p->n; i++) p->batch.tmin[i] = 0, p->batch.tmax[i] = sh->tmax, p->wave[i] = NULL;
+    memset(p->batch.tmin + n, 0, size), memset(p->wave + n, 0, (to - from) * sizeof *p->wave);
+    for (uint32_t i = n; i < p->n; i++) p->batch.tmax[i] = sh->tmax;
     return;
   }
   for (int a = 0; a < 3; a++)
@@ -7669,13 +7735,12 @@ static bool pktrt__reorders(pktrt_assembly assembly) {
   return assembly == PKTRT_ASSEMBLY_OCTANTS || assembly == PKTRT_ASSEMBLY_MATERIALS;
 }
 
-/* Puts n rays of one type in order, and tells where packets end (paper 3.2): work->order, and work->packet, whose
-   entry i is the end of the packet that begins at i. `sender` are the lanes of the rays that sent them. */
+/* Puts n rays of one type in order, and tells where packets end (paper 3.2): work->order, if that changes, and
+   work->packet, whose entry i is the end of the packet that begins at i. `sender` are the lanes of the rays that sent them. */
 static void pktrt__assemble(pktrt__work *work, uint32_t n, float (*d)[PKTRT__WAVE_ROW], const uint32_t *material,
                             const uint32_t *sender) {
   const pktrt_assembly assembly = work->job->desc->assembly;
   uint32_t *order = work->order, *packet = work->packet, placed = 0;
-  for (uint32_t i = 0; i < n; i++) order[i] = i;
   const bool octants = assembly == PKTRT_ASSEMBLY_OCTANTS;
   if (pktrt__reorders(assembly)) {
     uint8_t done[PKTRT__WAVE];
@@ -7769,30 +7834,6 @@ static void pktrt__aim_at_surroundings(pktrt__work *work, const pktrt__wave *w, 
   }
 }
 
-/* One light. A mesh stands in its middle in RCS and WRT: its projected area is |S cos| where it is flat, S being the
-   sum of its area vectors; where it is closed and convex it is a quarter of the area on average, and S is 0. The shadow
-   ray ends at the sphere around the mesh, whose own triangles would stop it. */
-static void pktrt__describe(const pktrt__work *work, uint32_t light, pktrt__aim *aim) {
-  const pktrt__job *job = work->job;
-  const pktrt_light *l = &job->scene->lights[light];
-  const pktrt__lamp *lamp = &job->lamps[light];
-  memset(aim, 0, sizeof *aim);
-  aim->kind = l->kind, aim->radius = lamp->radius, aim->area = lamp->area, aim->strength = lamp->strength;
-  aim->folded = pktrt__max(0, lamp->area - sqrt(pktrt__dot(lamp->facing, lamp->facing))) / 4;
-  for (int a = 0; a < 3; a++) {
-    aim->facing[a] = lamp->facing[a], aim->arriving[a] = lamp->light[a];
-    aim->at[a] = (double)l->position[a];
-    if (l->kind == PKTRT_LIGHT_QUAD) aim->at[a] += 0.5 * (double)l->edge[0][a];
-    if (l->kind == PKTRT_LIGHT_QUAD) aim->at[a] += 0.5 * (double)l->edge[1][a];
-    if (l->kind == PKTRT_LIGHT_DIRECTIONAL) aim->at[a] = lamp->facing[a];
-    if (l->kind == PKTRT_LIGHT_MESH) aim->at[a] = lamp->middle[a];
-  }
-  aim->infinite = l->kind == PKTRT_LIGHT_DIRECTIONAL || l->kind == PKTRT_LIGHT_ENVIRONMENT;
-  aim->by_square = l->kind == PKTRT_LIGHT_POINT || l->kind == PKTRT_LIGHT_QUAD ||
-                   (l->kind == PKTRT_LIGHT_MESH && job->distribute);
-  aim->lobes = job->follow && pktrt__unseen(l);
-}
-
 /* Where one light is for each surface, where that is random or takes more than the kernels know. */
 static void pktrt__find_targets(pktrt__work *work, const pktrt__wave *w, uint32_t light, uint32_t depth) {
   const pktrt__job *job = work->job;
@@ -7839,8 +7880,7 @@ static void pktrt__shine(const pktrt_scene *scene, const pktrt__surfaces *s, uin
 static void pktrt__aim_at(pktrt__work *work, const pktrt__wave *w, uint32_t light, uint32_t depth) {
   const pktrt_scene *scene = work->job->scene;
   const pktrt_light_kind kind = scene->lights[light].kind;
-  pktrt__aim aim;
-  pktrt__describe(work, light, &aim);
+  pktrt__aim aim = work->job->lamps[light].aim;
   if (work->job->distribute || kind == PKTRT_LIGHT_SPHERE || kind == PKTRT_LIGHT_ENVIRONMENT) {
     if (kind == PKTRT_LIGHT_ENVIRONMENT) pktrt__aim_at_surroundings(work, w, light, depth);
     else pktrt__find_targets(work, w, light, depth);
@@ -7852,7 +7892,7 @@ static void pktrt__aim_at(pktrt__work *work, const pktrt__wave *w, uint32_t ligh
 /* Direct light of all surfaces. */
 PKTRT__NOINLINE void pktrt__add_lights(pktrt__work *work, const pktrt__wave *w, uint32_t depth) {
   const pktrt__job *job = work->job;
-  const bool blind = job->desc->assembly == PKTRT_ASSEMBLY_BLIND;
+  const bool blind = job->desc->assembly == PKTRT_ASSEMBLY_BLIND, runs = job->desc->assembly == PKTRT_ASSEMBLY_RUNS;
   const bool together = blind || job->desc->shadows == PKTRT_SHADOWS_TOGETHER;
   const pktrt_ray_type type = blind ? PKTRT_RAY_OTHER : PKTRT_RAY_SHADOW;
   uint32_t *sender = work->sender;
@@ -7861,7 +7901,7 @@ PKTRT__NOINLINE void pktrt__add_lights(pktrt__work *work, const pktrt__wave *w, 
     if (!pktrt__is_asked(work, light, depth)) continue;
     pktrt__aim_at(work, w, light, depth);
     const pktrt__shadows *sh = &work->shadows;
-    for (uint32_t i = 0; i < sh->count; i++) sender[i] = work->surfaces.ray[sh->surface[i]];
+    for (uint32_t i = 0; runs && i < sh->count; i++) sender[i] = work->surfaces.ray[sh->surface[i]];
     if (sh->count) pktrt__assemble(work, sh->count, work->shadows.d, sh->material, sender);
     for (uint32_t i = 0, end; i < sh->count; i = end) {
       end = work->packet[i];
@@ -8069,11 +8109,10 @@ static void pktrt__camera_rays(pktrt__work *work, uint32_t n) {
     x[i % 8] = (double)px + (double)u[0], y[i % 8] = (double)py + (double)u[1];
     if (!pinhole) pktrt__lens_ray(work, x[i % 8], y[i % 8], disk, time, i);
     else if (i % 8 == 7 || i + 1 == n) job->scene->kernels->primary(&job->plane, x, y, w, i & ~7u);
-    w->time[i] = (float)time;
-    w->importance[i] = 1, w->parent[i] = i, w->key[i] = 0, w->material[i] = w->medium[i] = 0;
-    w->root[i] = i;
-    work->deepest[i] = 0;
+    w->time[i] = (float)time, w->importance[i] = 1, w->parent[i] = w->root[i] = i;
   }
+  memset(w->key, 0, n * sizeof *w->key), memset(w->medium, 0, n * sizeof *w->medium);
+  memset(w->material, 0, n * sizeof *w->material), memset(work->deepest, 0, n);
 }
 
 /* Traces and shades the n rays of the primary wave and adds them up by pixel, in the order of their samples. */

@@ -2764,6 +2764,7 @@ typedef struct pktrt__wave {
 
 typedef struct pktrt__surfaces { /* what the rays of a wave met; rays that met nothing leave no gap */
   PKTRT__ALIGN64 double point[3][PKTRT__WAVE];
+  float position[3][PKTRT__WAVE];   /* the same, for hooks */
   float flat[3][PKTRT__WAVE];       /* unit geometric normal towards the viewer */
   float shade[3][PKTRT__WAVE];      /* unit shading normal on the same side */
   float facing[3][PKTRT__WAVE];     /* the normal that scattering uses: shade, or flat where shade looks away */
@@ -3607,7 +3608,7 @@ OP uint32_t apush(a8 a, const uint32_t *child, v8 dist, uint32_t perm, uint64_t 
 #endif
 
 #if PKTRT__STAMP == PKTRT__STAMP_AVX2 && (defined(__x86_64__) || defined(_M_X64))
-PKTRT__NOINLINE void vpack_from(void *p, uint32_t lanes, const void *from) {
+PKTRT__NOINLINE void pktrt__vpack_some_avx2(void *p, uint32_t lanes, const void *from) {
   const uint64_t bytes = _pdep_u64(lanes, 0x0101010101010101u) * 0xFF, order = _pext_u64(0x0706050403020100u, bytes);
   const __m256i lane = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
   const __m256i some = _mm256_cmpgt_epi32(_mm256_set1_epi32((int)pktrt__popcount(lanes)), lane);
@@ -3615,10 +3616,14 @@ PKTRT__NOINLINE void vpack_from(void *p, uint32_t lanes, const void *from) {
   const __m256i a = _mm256_permutevar8x32_epi32(_mm256_loadu_si256(PKTRT__CAST(const __m256i *, from)), to);
   _mm256_maskstore_epi32(PKTRT__CAST(int *, p), some, a);
 }
+OP void vpack_from(void *p, uint32_t lanes, const void *from) {
+  if (lanes != 0xFF) pktrt__vpack_some_avx2(p, lanes, from);
+  else memmove(p, from, 32);
+}
 OP void vpack(float *p, uint32_t lanes, v8 a) {
   float f[8];
-  vstore(f, a);
-  vpack_from(p, lanes, f);
+  vstore(lanes == 0xFF ? p : f, a);
+  if (lanes != 0xFF) pktrt__vpack_some_avx2(p, lanes, f);
 }
 #elif PKTRT__STAMP != PKTRT__STAMP_AVX512 && PKTRT__STAMP != PKTRT__STAMP_ONE
 PKTRT__NOINLINE void vpack(float *p, uint32_t lanes, v8 a) {
@@ -5249,7 +5254,9 @@ PKTRT__NOINLINE void NAME(find8)(const pktrt_scene *scene, bool smooth, const pk
   NAME(gather_corners)(scene, w->slot + at, w->group + at, w->time + at, lanes, p);
   ROLL_OUT for (int a = 0; a < 3; a++) {
     const d8 p0 = dfrom(p[0][a]), e1 = dsub(dfrom(p[1][a]), p0), e2 = dsub(dfrom(p[2][a]), p0);
-    dstore(s->point[a] + i, dadd(p0, dadd(dmul(du, e1), dmul(dv, e2))));
+    const d8 point = dadd(p0, dadd(dmul(du, e1), dmul(dv, e2)));
+    dstore(s->point[a] + i, point);
+    vstore(s->position[a] + i, dto(point));
     n[a] = vload(w->n[a] + at), d[a] = vload(w->d[a] + at);
     length2 = dadd(length2, dmul(dfrom(d[a]), dfrom(d[a])));
   }
@@ -5473,21 +5480,23 @@ static void NAME(aim)(const pktrt_scene *scene, const pktrt__aim *l, const pktrt
    here, is a small part of the distances, hence of `slack` / 2. */
 PKTRT__NOINLINE uint32_t NAME(meet8)(const pktrt__glass_box *glass, const pktrt__batch *b, uint32_t i, uint32_t lanes) {
   float largest = 0;
-  v8 lo[3], hi[3], rd[3], slack = vset(0);
+  v8 rd[3], below[3], above[3], slack = vset(0), least = vset(0);
   const v8 tmax = vload(b->tmax + i), zero = vset(0);
-  for (int a = 0; a < 3; a++) largest = pktrt__maxf(largest, pktrt__maxf(fabsf(glass->lo[a]), fabsf(glass->hi[a])));
-  ROLL_OUT for (int a = 0; a < 3; a++) slack = vmax(slack, vabs(vload(b->o[a] + i)));
-  slack = vmul(vadd(slack, vset(largest)), vset(4e-6f));
-  ROLL_OUT for (int a = 0; a < 3; a++) {
-    const v8 o = vload(b->o[a] + i);
-    lo[a] = vadd(o, slack), hi[a] = vsub(o, slack), rd[a] = vdiv(vset(1), vload(b->d[a] + i));
-  }
   uint32_t found = 0;
+  for (int a = 0; a < 3; a++) largest = pktrt__maxf(largest, pktrt__maxf(fabsf(glass->lo[a]), fabsf(glass->hi[a])));
+  ROLL_OUT for (int a = 0; a < 3; a++)
+    slack = vmax(slack, vabs(vload(b->o[a] + i))), least = vmax(least, vabs(vload(b->d[a] + i)));
+  slack = vmul(vadd(slack, vset(largest)), vset(4e-6f)), least = vmul(least, vset(1e-7f));
+  ROLL_OUT for (int a = 0; a < 3; a++) {
+    const v8 o = vload(b->o[a] + i), d = vload(b->d[a] + i);
+    rd[a] = vdiv(vset(1), vwith_sign(vmax(vabs(d), least), d)); /* finite */
+    below[a] = vmul(vadd(o, slack), rd[a]), above[a] = vmul(vsub(o, slack), rd[a]);
+  }
   for (uint32_t k = 0, last = glass->next; k < last && lanes;) {
     const pktrt__glass_box *box = glass + k;
     v8 from = zero, to = tmax;
     ROLL_OUT for (int a = 0; a < 3; a++) {
-      const v8 t0 = vmul(vsub(vset(box->lo[a]), lo[a]), rd[a]), t1 = vmul(vsub(vset(box->hi[a]), hi[a]), rd[a]);
+      const v8 t0 = vfms(vset(box->lo[a]), rd[a], below[a]), t1 = vfms(vset(box->hi[a]), rd[a], above[a]);
       from = vmax(from, vmin(t0, t1)), to = vmin(to, vmax(t0, t1));
     }
     const uint32_t met = lanes & ~mbits(vlt(to, from));
@@ -5516,17 +5525,17 @@ static void NAME(gain)(pktrt__surfaces *s, const uint32_t *surface, float (*arri
                        float (*seen)[PKTRT__BATCH], uint32_t n) {
   for (uint32_t i = 0, next; i < n; i = next) {
     const uint32_t k = surface[i];
+    uint32_t apart = 0; /* WHY: all are compared, for compilers do that by vectors */
     next = i + 8;
-    bool row = next <= n;
-    for (uint32_t j = 1; row && j < 8; j++) row = surface[i + j] == k + j;
-    if (row) {
+    for (uint32_t j = 1; next <= n && j < 8; j++) apart |= surface[i + j] ^ (k + j);
+    if (next <= n && !apart) {
       ROLL_OUT for (int a = 0; a < 3; a++) {
         const v8 part = vmul(vload(arriving[a] + i), vload(seen[a] + i));
         vstore(s->radiance[a] + k, vadd(vload(s->radiance[a] + k), part));
       }
     } else {
-      for (int a = 0; a < 3; a++) s->radiance[a][k] += arriving[a][i] * seen[a][i];
-      next = i + 1;
+      for (uint32_t j = i; j < next && j < n; j++)
+        for (int a = 0; a < 3; a++) s->radiance[a][surface[j]] += arriving[a][j] * seen[a][j];
     }
   }
 }
@@ -7349,6 +7358,7 @@ typedef struct pktrt__work {
   bool wide;                        /* waves of many packets: reflected and refracted rays share one if they fit */
   uint32_t x[PKTRT__WAVE], y[PKTRT__WAVE], sample[PKTRT__WAVE]; /* of the primary rays */
   uint32_t pixel[PKTRT__WAVE];      /* of the primary rays: index of a pixel of the block */
+  uint8_t across[PKTRT__WAVE], down[PKTRT__WAVE]; /* where the pixels of a cell lie in it */
   uint8_t deepest[PKTRT__WAVE];
   double sum[3][PKTRT__WAVE];       /* of the pixels of the block */
   double depth[PKTRT__WAVE], normal[3][PKTRT__WAVE], albedo[3][PKTRT__WAVE];
@@ -7437,12 +7447,11 @@ PKTRT__INLINE bool pktrt__bit(const uint8_t *bits, uint32_t k) { return bits[k /
 static void pktrt__call_hooks(const pktrt_material *look, const pktrt__wave *w, pktrt__surfaces *s, uint32_t k,
                               uint32_t n) {
   const uint32_t lane = s->first + k;
-  float position[3][64], to[3][64], *radiance[3];
+  float to[3][64], *radiance[3];
   pktrt_points p;
   p.n = n;
   for (int a = 0; a < 3; a++) {
-    for (uint32_t i = 0; i < n; i++) position[a][i] = pktrt__to_float(s->point[a][k + i]);
-    p.position[a] = position[a], p.direction[a] = s->d[a] + k, p.normal[a] = s->shade[a] + k;
+    p.position[a] = s->position[a] + k, p.direction[a] = s->d[a] + k, p.normal[a] = s->shade[a] + k;
     p.albedo[a] = s->albedo[a] + k, p.reflectance[a] = s->reflectance[a] + k, p.emission[a] = s->emission[a] + k;
     radiance[a] = to[a];
   }
@@ -8098,21 +8107,28 @@ static void pktrt__camera_rays(pktrt__work *work, uint32_t n) {
   const pktrt_camera *c = &job->desc->camera;
   pktrt__wave *w = &work->primary;
   const bool lens = job->distribute && c->aperture > 0, pinhole = !lens && !c->moving;
+  const bool random = job->distribute || job->samples > 1;
   double x[8] = {0, 0, 0, 0, 0, 0, 0, 0}, y[8] = {0, 0, 0, 0, 0, 0, 0, 0};
-  for (uint32_t i = 0; i < n; i++) {
+  const double middle = pktrt__min(1, (double)c->time + 0.5 * (double)c->shutter);
+  for (uint32_t i = 0; i < n; i++) w->time[i] = (float)middle, w->importance[i] = 1, w->parent[i] = w->root[i] = i;
+  memset(w->key, 0, n * sizeof *w->key), memset(w->medium, 0, n * sizeof *w->medium);
+  memset(w->material, 0, n * sizeof *w->material), memset(work->deepest, 0, n);
+  for (uint32_t i = 0; pinhole && !random && i < n; i++) { /* the middles of pixels */
+    x[i % 8] = (double)work->x[i] + 0.5, y[i % 8] = (double)work->y[i] + 0.5;
+    if (i % 8 == 7 || i + 1 == n) job->scene->kernels->primary(&job->plane, x, y, w, i & ~7u);
+  }
+  for (uint32_t i = 0; !(pinhole && !random) && i < n; i++) {
     const uint32_t px = work->x[i], py = work->y[i], sample = work->sample[i];
     float u[5] = {0.5f, 0.5f, 0.5f, 0.5f, 0.5f}, disk[2] = {0, 0};
-    if (job->distribute || job->samples > 1) pktrt__sample(&job->sampling, px, py, sample, 0, lens ? 4 : 2, u);
+    if (random) pktrt__sample(&job->sampling, px, py, sample, 0, lens ? 4 : 2, u);
     if (job->distribute && c->shutter > 0) pktrt__sample(&job->sampling, px, py, sample, 4, 1, u + 4);
     if (lens) pktrt_map_disk(u + 2, disk);
     const double time = pktrt__min(1, (double)c->time + (double)u[4] * (double)c->shutter);
     x[i % 8] = (double)px + (double)u[0], y[i % 8] = (double)py + (double)u[1];
     if (!pinhole) pktrt__lens_ray(work, x[i % 8], y[i % 8], disk, time, i);
     else if (i % 8 == 7 || i + 1 == n) job->scene->kernels->primary(&job->plane, x, y, w, i & ~7u);
-    w->time[i] = (float)time, w->importance[i] = 1, w->parent[i] = w->root[i] = i;
+    w->time[i] = (float)time;
   }
-  memset(w->key, 0, n * sizeof *w->key), memset(w->medium, 0, n * sizeof *w->medium);
-  memset(w->material, 0, n * sizeof *w->material), memset(work->deepest, 0, n);
 }
 
 /* Traces and shades the n rays of the primary wave and adds them up by pixel, in the order of their samples. */
@@ -8131,22 +8147,35 @@ static void pktrt__run_wave(pktrt__work *work, uint32_t n) {
   for (uint32_t i = 0; i < n; i++) work->stats->tree_depth += work->deepest[i];
 }
 
-/* Means of a finished pixel into the picture and the optional buffers. */
-static void pktrt__write_pixel(const pktrt__work *work, uint32_t x, uint32_t y, uint32_t p) {
+/* Means of a finished pixel into the optional buffers. */
+static void pktrt__write_notes(const pktrt__work *work, size_t at, uint32_t p) {
   const pktrt_render_desc *d = work->job->desc;
-  const size_t at = (size_t)y * d->width + x;
   const double n = work->job->samples;
-  for (int a = 0; a < 3; a++) {
-    d->pixels[y * work->job->row_stride + (size_t)x * 3 + (size_t)a] = pktrt__to_float(work->sum[a][p] / n);
-    if (d->normal) d->normal[at * 3 + (size_t)a] = (float)(work->normal[a][p] / n);
-    if (d->albedo) d->albedo[at * 3 + (size_t)a] = (float)(work->albedo[a][p] / n);
+  for (size_t a = 0; a < 3; a++) {
+    if (d->normal) d->normal[at * 3 + a] = (float)(work->normal[a][p] / n);
+    if (d->albedo) d->albedo[at * 3 + a] = (float)(work->albedo[a][p] / n);
   }
   if (d->depth) d->depth[at] = work->met[p] ? (float)(work->depth[p] / work->met[p]) : INFINITY;
-  if (d->sample_count) d->sample_count[at] = work->job->samples;
+}
+
+/* Means of finished pixels into the picture and the optional buffers. */
+static void pktrt__write_pixels(const pktrt__work *work, const uint32_t *x, const uint32_t *y, uint32_t pixels) {
+  const pktrt_render_desc *d = work->job->desc;
+  const bool notes = pktrt__notes(work->job);
+  const double n = work->job->samples;
+  for (uint32_t p = 0; p < pixels; p++) {
+    float *to = d->pixels + y[p] * work->job->row_stride + (size_t)x[p] * 3;
+    const size_t at = (size_t)y[p] * d->width + x[p];
+    for (int a = 0; a < 3; a++) to[a] = pktrt__to_float(work->sum[a][p] / n);
+    if (notes) pktrt__write_notes(work, at, p);
+    if (d->sample_count) d->sample_count[at] = work->job->samples;
+  }
 }
 
 /* Bits 0, 2, 4 and 6 of i next to each other: x of the i-th point of a square in Morton's order; i >> 1 gives y. */
-static uint32_t pktrt__even_bits(uint32_t i) { return (i & 1) | (i >> 1 & 2) | (i >> 2 & 4) | (i >> 3 & 8); }
+static uint8_t pktrt__even_bits(uint32_t i) {
+  return (uint8_t)((i & 1) | (i >> 1 & 2) | (i >> 2 & 4) | (i >> 3 & 8));
+}
 
 /* A block of edge x edge pixels in cells of cell x cell: those of a cell, with all their samples, follow each other,
    so that they fall into one packet. `room` rays go at once. */
@@ -8157,7 +8186,7 @@ static void pktrt__render_block(pktrt__work *work, const uint32_t area[4], uint3
   for (uint32_t cy = 0; cy < edge; cy += cell)
     for (uint32_t cx = 0; cx < edge; cx += cell)
       for (uint32_t i = 0; i < cell * cell; i++) {
-        const uint32_t px = bx + cx + pktrt__even_bits(i), py = by + cy + pktrt__even_bits(i >> 1);
+        const uint32_t px = bx + cx + work->across[i], py = by + cy + work->down[i];
         if (px >= area[2] || py >= area[3]) continue;
         x[pixels] = px, y[pixels++] = py;
       }
@@ -8175,7 +8204,7 @@ static void pktrt__render_block(pktrt__work *work, const uint32_t area[4], uint3
         n = 0;
       }
     }
-  for (uint32_t p = 0; p < pixels; p++) pktrt__write_pixel(work, x[p], y[p], p);
+  pktrt__write_pixels(work, x, y, pixels);
 }
 
 /* The largest power of two whose square, times the samples of a pixel, does not exceed a number of rays. */
@@ -8203,6 +8232,8 @@ static bool pktrt__render_area(const pktrt__job *job, const uint32_t area[4], pk
   memset(work->refracted, 0, sizeof work->refracted);
   work->spare = NULL, work->pending.n = 0, work->failed = false;
   work->job = job, work->stats = stats;
+  for (uint32_t i = 0; i < PKTRT__WAVE; i++)
+    work->across[i] = pktrt__even_bits(i), work->down[i] = pktrt__even_bits(i >> 1);
   const uint32_t packet = job->packet_size * job->packet_size;
   /* The fast path takes many packets at once, and keeps secondary packets full so. Where it is told how to assemble
      packets, and on the paper path, a packet sends out its rays alone, as in the paper. */

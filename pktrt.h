@@ -2784,7 +2784,7 @@ typedef struct pktrt__surfaces { /* what the rays of a wave met; rays that met n
   uint8_t shaded[PKTRT__WAVE / 8];  /* done: a shader hook leaves nothing to do */
   uint8_t hooked[PKTRT__WAVE / 8];  /* has a texture or a shader */
   uint8_t lobed[PKTRT__WAVE / 8];   /* reflects in a lobe */
-  uint8_t lit[PKTRT__WAVE / 8];     /* lights can add to it: not so for mirrors, glass and what is done */
+  uint8_t lit[PKTRT__WAVE / 8];     /* lights can add to it: not so for glass, polished metal and what is done */
   uint8_t kind[5][PKTRT__WAVE / 8]; /* by pktrt_specular */
   uint32_t first;                   /* their rays lie in the wave from here on, packed: see pktrt__find_surfaces */
   uint32_t count;
@@ -2824,12 +2824,18 @@ typedef struct pktrt__sending {
   uint32_t times, plus;
 } pktrt__sending;
 
-/* Where glass is: a box, and boxes within it that leave out what is empty, depth first. `next` is that behind those
-   within; those that hold no others are followed by it. */
+/* Where glass is: a box, and boxes within it that leave out what is empty, depth first. Behind one and those within it
+   the next one follows, after so many steps. They are as much too wide as a ray can hit outside, and as rounding
+   takes: a small part of the largest coordinate. */
 typedef struct pktrt__glass_box {
   float lo[3], hi[3];
   uint32_t next;
 } pktrt__glass_box;
+typedef struct pktrt__glass {
+  pktrt__glass_box *boxes; /* NULL: shadow rays pass nothing */
+  uint32_t room;           /* for boxes */
+  float least;             /* directions count as so large along each axis */
+} pktrt__glass;
 
 /* The camera as a picture plane at distance 1: the ray of a pinhole through (px, py) in pixels goes along
    corner + px dx + py dy. A point of the lens, at x and y from its middle, sees the same point of the plane at
@@ -2874,13 +2880,11 @@ typedef struct pktrt__kernels {
   uint32_t (*pack)(pktrt__wave *, uint32_t first, uint32_t n, uint32_t *ray);
   void (*find)(const pktrt_scene *, bool smooth, const pktrt__wave *, pktrt__surfaces *);
   /* Of all surfaces, once their hooks have run: directions of scattering and weights if rays are followed, and the
-     radiance that needs no ray. The shadow rays towards one light. What of their light is seen, 1 or 0 for rays
-     that have been traced; those of 0 that may meet glass are listed: returns how many. What n shadow rays add: `seen`
-     of what arrives at each. Reflected or refracted rays, behind the n of a wave: returns how many it has then. */
+     radiance that needs no ray. The shadow rays towards one light; which of eight may meet glass: true of some
+     that do not. What they add: of n shadow rays, `seen` of what arrives at each. Reflected or refracted rays, behind the n of a wave: returns how many it has then. */
   void (*dress)(const pktrt_scene *, bool follow, const float ambient[3], const pktrt__wave *, pktrt__surfaces *);
   void (*aim)(const pktrt_scene *, const pktrt__aim *, const pktrt__wave *, pktrt__surfaces *, pktrt__shadows *);
-  uint32_t (*see)(const pktrt__glass_box *, const pktrt__batch *, uint32_t n, float (*seen)[PKTRT__BATCH],
-                  uint32_t *lane);
+  uint32_t (*meets)(const pktrt__glass *, const pktrt__batch *, uint32_t i, uint32_t lanes);
   void (*gain)(pktrt__surfaces *, const uint32_t *surface, float (*arriving)[PKTRT__BATCH],
                float (*seen)[PKTRT__BATCH], uint32_t n);
   uint32_t (*send)(const pktrt__sending *, const pktrt__wave *, const pktrt__surfaces *, pktrt__wave *to, uint32_t n);
@@ -3608,22 +3612,18 @@ OP uint32_t apush(a8 a, const uint32_t *child, v8 dist, uint32_t perm, uint64_t 
 #endif
 
 #if PKTRT__STAMP == PKTRT__STAMP_AVX2 && (defined(__x86_64__) || defined(_M_X64))
-PKTRT__NOINLINE void pktrt__vpack_some_avx2(void *p, uint32_t lanes, const void *from) {
+PKTRT__NOINLINE void vpack(float *p, uint32_t lanes, v8 a) {
   const uint64_t bytes = _pdep_u64(lanes, 0x0101010101010101u) * 0xFF, order = _pext_u64(0x0706050403020100u, bytes);
-  const __m256i lane = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
-  const __m256i some = _mm256_cmpgt_epi32(_mm256_set1_epi32((int)pktrt__popcount(lanes)), lane);
-  const __m256i to = _mm256_cvtepu8_epi32(_mm_cvtsi64_si128((long long)order));
-  const __m256i a = _mm256_permutevar8x32_epi32(_mm256_loadu_si256(PKTRT__CAST(const __m256i *, from)), to);
-  _mm256_maskstore_epi32(PKTRT__CAST(int *, p), some, a);
+  const __m256i count = _mm256_set1_epi32((int)pktrt__popcount(lanes)), to = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
+  if (lanes == 0xFF) {
+    vstore(p, a);
+    return;
+  }
+  a = _mm256_permutevar8x32_ps(a, _mm256_cvtepu8_epi32(_mm_cvtsi64_si128((long long)order)));
+  _mm256_maskstore_ps(p, _mm256_cmpgt_epi32(count, to), a);
 }
-OP void vpack_from(void *p, uint32_t lanes, const void *from) {
-  if (lanes != 0xFF) pktrt__vpack_some_avx2(p, lanes, from);
-  else memmove(p, from, 32);
-}
-OP void vpack(float *p, uint32_t lanes, v8 a) {
-  float f[8];
-  vstore(lanes == 0xFF ? p : f, a);
-  if (lanes != 0xFF) pktrt__vpack_some_avx2(p, lanes, f);
+PKTRT__NOINLINE void vpack_from(void *p, uint32_t lanes, const void *from) { /* bits pass as they are */
+  vpack(PKTRT__CAST(float *, p), lanes, vload(PKTRT__CAST(const float *, from)));
 }
 #elif PKTRT__STAMP != PKTRT__STAMP_AVX512 && PKTRT__STAMP != PKTRT__STAMP_ONE
 PKTRT__NOINLINE void vpack(float *p, uint32_t lanes, v8 a) {
@@ -5383,14 +5383,12 @@ static void NAME(dress)(const pktrt_scene *scene, bool follow, const float ambie
       NAME(weigh8)(s, i);
       if (metal | glass) pktrt__weigh_alone(scene, w, s, i, metal, glass);
     }
-    v8 brightest = vset(0);
-    ROLL_OUT for (int a = 0; a < 3; a++) {
-      const v8 albedo = vload(s->albedo[a] + i);
-      const v8 around = vsel(mfrom(lit & 0xFF), vmul(albedo, vset(ambient[a])), vset(0));
+    for (int a = 0; a < 3; a++) {
+      const v8 around = vsel(mfrom(lit & 0xFF), vmul(vload(s->albedo[a] + i), vset(ambient[a])), vset(0));
       vstore(s->radiance[a] + i, vadd(vload(s->emission[a] + i), around));
-      brightest = vmax(albedo, brightest);
     }
-    s->lit[i / 8] = (uint8_t)(lit & lanes & (mbits(vlt(vset(0), brightest)) | s->lobed[i / 8]));
+    const uint32_t bare = s->kind[PKTRT_SPECULAR_CONDUCTOR][i / 8] | s->kind[PKTRT_SPECULAR_DIELECTRIC][i / 8];
+    s->lit[i / 8] = (uint8_t)(lanes & lit & (follow ? ~bare | s->lobed[i / 8] : ~0u));
   }
 }
 
@@ -5476,48 +5474,29 @@ static void NAME(aim)(const pktrt_scene *scene, const pktrt__aim *l, const pktrt
     if (s->lit[i / 8]) NAME(aim8)(scene, l, w, s, i, s->lit[i / 8], sh);
 }
 
-/* Of rays i to i + 7, those that meet a box of glass. What a ray can hit outside of boxes, and what rounding takes
-   here, is a small part of the distances, hence of `slack` / 2. */
-PKTRT__NOINLINE uint32_t NAME(meet8)(const pktrt__glass_box *glass, const pktrt__batch *b, uint32_t i, uint32_t lanes) {
-  float largest = 0;
-  v8 rd[3], below[3], above[3], slack = vset(0), least = vset(0);
-  const v8 tmax = vload(b->tmax + i), zero = vset(0);
-  uint32_t found = 0;
-  for (int a = 0; a < 3; a++) largest = pktrt__maxf(largest, pktrt__maxf(fabsf(glass->lo[a]), fabsf(glass->hi[a])));
-  ROLL_OUT for (int a = 0; a < 3; a++)
-    slack = vmax(slack, vabs(vload(b->o[a] + i))), least = vmax(least, vabs(vload(b->d[a] + i)));
-  slack = vmul(vadd(slack, vset(largest)), vset(4e-6f)), least = vmul(least, vset(1e-7f));
-  ROLL_OUT for (int a = 0; a < 3; a++) {
-    const v8 o = vload(b->o[a] + i), d = vload(b->d[a] + i);
-    rd[a] = vdiv(vset(1), vwith_sign(vmax(vabs(d), least), d)); /* finite */
-    below[a] = vmul(vadd(o, slack), rd[a]), above[a] = vmul(vsub(o, slack), rd[a]);
-  }
-  for (uint32_t k = 0, last = glass->next; k < last && lanes;) {
-    const pktrt__glass_box *box = glass + k;
-    v8 from = zero, to = tmax;
-    ROLL_OUT for (int a = 0; a < 3; a++) {
-      const v8 t0 = vfms(vset(box->lo[a]), rd[a], below[a]), t1 = vfms(vset(box->hi[a]), rd[a], above[a]);
-      from = vmax(from, vmin(t0, t1)), to = vmin(to, vmax(t0, t1));
-    }
-    const uint32_t met = lanes & ~mbits(vlt(to, from));
-    const bool ends = box->next == k + 1;
-    found |= ends ? met : 0, lanes &= ends ? ~met : ~0u;
-    k = met ? k + 1 : box->next;
-  }
-  return found;
+/* Where lines enter and leave what lies between two planes: at most, and at least, what is there. */
+STEP void NAME(cut)(float lo, float hi, v8 rd, v8 shift, v8 *from, v8 *to) {
+  const v8 t0 = vfms(vset(lo), rd, shift), t1 = vfms(vset(hi), rd, shift);
+  *from = vmax(*from, vmin(t0, t1)), *to = vmin(*to, vmax(t0, t1));
 }
 
-static uint32_t NAME(see)(const pktrt__glass_box *glass, const pktrt__batch *b, uint32_t n,
-                          float (*seen)[PKTRT__BATCH], uint32_t *lane) {
-  uint32_t listed = 0;
-  for (uint32_t i = 0; i < n; i += 8) {
-    uint32_t stopped = NAME(lanes_of)(n - i) & NAME(occupied)(b->slot + i);
-    const v8 part = vsel(mfrom(stopped), vset(0), vset(1));
-    for (int a = 0; a < 3; a++) vstore(seen[a] + i, part);
-    stopped = glass && stopped ? NAME(meet8)(glass, b, i, stopped) : 0;
-    for (; stopped; stopped &= stopped - 1) lane[listed++] = i + pktrt__lowest(stopped);
+/* Of rays i to i + 7, those in `lanes` that meet an innermost box of glass. */
+static uint32_t NAME(meets)(const pktrt__glass *glass, const pktrt__batch *b, uint32_t i, uint32_t lanes) {
+  v8 rd[3], shift[3];
+  uint32_t found = 0;
+  for (int a = 0; a < 3; a++) {
+    const v8 d = vload(b->d[a] + i);
+    rd[a] = vdiv(vset(1), vwith_sign(vmax(vabs(d), vset(glass->least)), d));
+    shift[a] = vmul(vload(b->o[a] + i), rd[a]);
   }
-  return listed;
+  for (const pktrt__glass_box *box = glass->boxes, *last = box + box->next; box < last && lanes;) {
+    v8 from = vset(0), to = vload(b->tmax + i);
+    ROLL_OUT for (int a = 0; a < 3; a++) NAME(cut)(box->lo[a], box->hi[a], rd[a], shift[a], &from, &to);
+    const uint32_t met = lanes & ~mbits(vlt(to, from)), next = box->next, ends = next == 1 ? met : 0;
+    found |= ends, lanes &= ~ends;
+    box += met ? 1 : next;
+  }
+  return found;
 }
 
 /* One after the other where they are not those of eight surfaces in a row: several may be of one surface. */
@@ -5670,7 +5649,7 @@ static bool NAME(rounds_each_operation)(void) {
 }
 
 static const pktrt__kernels NAME(kernels) = {NAME(trace), NAME(rounds_each_operation), NAME(primary), NAME(pack),
-                                                    NAME(find), NAME(dress), NAME(aim), NAME(see),  NAME(gain), NAME(send)};
+                                                    NAME(find), NAME(dress), NAME(aim), NAME(meets), NAME(gain), NAME(send)};
 
 #ifdef PKTRT__ALSO_STAMP /* for benchmarks: a file of theirs on the same vectors; its path from here, in quotes */
 #include PKTRT__ALSO_STAMP
@@ -6942,8 +6921,7 @@ typedef struct pktrt__job {
   float threshold;           /* of importance */
   size_t row_stride;
   bool follow, distribute, choose; /* secondary rays; random lens, lights and lobes; one ray at a dielectric */
-  pktrt__glass_box *glass;   /* shadow rays pass what is made of it; NULL: nothing is */
-  uint32_t glass_boxes;      /* room for so many */
+  pktrt__glass glass;
 } pktrt__job;
 
 static bool pktrt__check_sizes(const pktrt_render_desc *d, pktrt__why *why) {
@@ -7249,76 +7227,73 @@ static void pktrt__widen(pktrt__glass_box *box, const float lo[3], const float h
   for (int a = 0; a < 3; a++) box->lo[a] = pktrt__minf(box->lo[a], lo[a]), box->hi[a] = pktrt__maxf(box->hi[a], hi[a]);
 }
 
-static pktrt__glass_box pktrt__no_box(void) {
-  pktrt__glass_box box;
-  for (int a = 0; a < 3; a++) box.lo[a] = INFINITY, box.hi[a] = -INFINITY;
-  box.next = 0;
-  return box;
+static void pktrt__empty_box(pktrt__glass_box *box) {
+  for (int a = 0; a < 3; a++) box->lo[a] = INFINITY, box->hi[a] = -INFINITY;
 }
 
-/* Boxes of triangles, or of meshes if not `fine`: returns how many. */
-static uint32_t pktrt__box_glass(const pktrt_scene *s, bool fine, pktrt__glass_box *boxes) {
-  uint32_t n = 0;
+/* Boxes of triangles, or of meshes if not `fine`. */
+static void pktrt__box_glass(const pktrt_scene *s, bool fine, pktrt__glass_box *box) {
   for (uint32_t i = 0; i < s->committed_meshes; i++) {
     const pktrt__mesh *m = &s->meshes[i];
-    if (!pktrt__is_glass(s, m)) continue;
-    for (uint32_t t = 0; t < m->triangle_count; t++) {
-      if (fine || !t) boxes[n++] = pktrt__no_box();
+    for (uint32_t t = 0; t < m->triangle_count && pktrt__is_glass(s, m); t++) {
+      if (fine || !t) pktrt__empty_box(box);
       for (uint32_t key = 0; key < m->key_count; key++) {
         float p[3][3];
         pktrt__triangle_vertices(m, false, t, key, p);
-        for (int c = 0; c < 3; c++) pktrt__widen(&boxes[n - 1], p[c], p[c]);
+        for (int c = 0; c < 3; c++) pktrt__widen(box, p[c], p[c]);
       }
+      box += fine || t + 1 == m->triangle_count;
     }
   }
-  return n;
 }
 
-/* Boxes around n of triangles or meshes, n > 0, from entry `at` on; those are put in order by halves. Where it ends. */
-static uint32_t pktrt__nest_glass(pktrt__glass_box *boxes, uint32_t n, uint32_t depth, pktrt__glass_box *to,
-                                  uint32_t at) {
-  pktrt__glass_box all = pktrt__no_box();
-  uint32_t half = 0, end = at + 1;
+/* Boxes around n > 0 of triangles or meshes, which are put in order by halves. Returns how many. */
+static uint32_t pktrt__nest_glass(pktrt__glass_box *in, uint32_t n, uint32_t depth, float slack, pktrt__glass_box *to) {
+  uint32_t half = 0;
   int axis = 0;
-  for (uint32_t i = 0; i < n; i++) pktrt__widen(&all, boxes[i].lo, boxes[i].hi);
+  pktrt__empty_box(to);
+  for (uint32_t i = 0; i < n; i++) pktrt__widen(to, in[i].lo, in[i].hi);
   for (int a = 1; a < 3; a++)
-    if (all.hi[a] - all.lo[a] > all.hi[axis] - all.lo[axis]) axis = a;
-  const float middle = all.lo[axis] + all.hi[axis];
+    if (to->hi[a] - to->lo[a] > to->hi[axis] - to->lo[axis]) axis = a;
   for (uint32_t i = 0; i < n; i++) {
-    const pktrt__glass_box box = boxes[i];
-    if (box.lo[axis] + box.hi[axis] < middle) boxes[i] = boxes[half], boxes[half++] = box;
+    const pktrt__glass_box box = in[i];
+    if (box.lo[axis] + box.hi[axis] < to->lo[axis] + to->hi[axis]) in[i] = in[half], in[half++] = box;
   }
-  if (half && half < n && depth < PKTRT__GLASS_DEPTH) {
-    end = pktrt__nest_glass(boxes, half, depth + 1, to, end);
-    end = pktrt__nest_glass(boxes + half, n - half, depth + 1, to, end);
-  }
-  to[at] = all, to[at].next = end;
-  return end;
+  for (int a = 0; a < 3; a++) to->lo[a] -= slack, to->hi[a] += slack;
+  to->next = 1;
+  if (!half || half == n || depth == PKTRT__GLASS_DEPTH) return to->next;
+  to->next += pktrt__nest_glass(in, half, depth + 1, slack, to + to->next);
+  return to->next += pktrt__nest_glass(in + half, n - half, depth + 1, slack, to + to->next);
 }
 
 /* For so many samples. Few are not worth a look at each triangle. False: out of memory. */
 static bool pktrt__find_glass(pktrt__job *job, uint64_t samples) {
   const pktrt_scene *s = job->scene;
+  pktrt__glass *glass = &job->glass;
   uint64_t n = 0, meshes = 0;
+  float largest = 0;
   if (!job->follow || job->desc->glass_shadows != PKTRT_GLASS_SHADOWS_PASS) return true;
-  for (uint32_t i = 0; i < s->committed_meshes; i++)
-    if (pktrt__is_glass(s, &s->meshes[i])) n += s->meshes[i].triangle_count, meshes += s->meshes[i].triangle_count > 0;
+  for (uint32_t i = 0; i < s->committed_meshes; i++) {
+    const pktrt__mesh *m = &s->meshes[i];
+    largest = pktrt__maxf(largest, m->max_coord);
+    if (pktrt__is_glass(s, m)) n += m->triangle_count, meshes += m->triangle_count > 0;
+  }
+  if (!n) return true;
   const bool fine = n / 4 < samples;
   n = fine ? n : meshes;
-  if (!n) return true;
-  const uint64_t most = (2u << PKTRT__GLASS_DEPTH) - 1;
-  job->glass_boxes = (uint32_t)pktrt__min(2 * (double)n - 1, (double)most);
-  job->glass = PKTRT__CAST(pktrt__glass_box *, pktrt__alloc(&s->desc, job->glass_boxes, sizeof *job->glass));
-  pktrt__glass_box *boxes = PKTRT__CAST(pktrt__glass_box *, pktrt__alloc(&s->desc, n, sizeof *boxes));
-  if (job->glass && boxes) (void)pktrt__nest_glass(boxes, pktrt__box_glass(s, fine, boxes), 0, job->glass, 0);
-  const bool ok = job->glass && boxes;
-  pktrt__release(&s->desc, boxes, n, sizeof *boxes);
-  return ok;
+  glass->least = 1e-7f * pktrt__minf(1, largest);
+  glass->room = n < (1u << PKTRT__GLASS_DEPTH) ? (uint32_t)n * 2 : 2u << PKTRT__GLASS_DEPTH;
+  glass->boxes = PKTRT__CAST(pktrt__glass_box *, pktrt__alloc(&s->desc, glass->room, sizeof *glass->boxes));
+  pktrt__glass_box *in = PKTRT__CAST(pktrt__glass_box *, pktrt__alloc(&s->desc, n, sizeof *in));
+  if (in) pktrt__box_glass(s, fine, in);
+  if (in && glass->boxes) (void)pktrt__nest_glass(in, (uint32_t)n, 0, 4e-6f * largest, glass->boxes);
+  pktrt__release(&s->desc, in, n, sizeof *in);
+  return in && glass->boxes;
 }
 
 /* What is made once for a render. */
 static void pktrt__unprepare(pktrt__job *job) {
-  pktrt__release(&job->scene->desc, job->glass, job->glass_boxes, sizeof *job->glass);
+  pktrt__release(&job->scene->desc, job->glass.boxes, job->glass.room, sizeof *job->glass.boxes);
   pktrt__free_lamps(job);
 }
 static bool pktrt__prepare(pktrt__job *job, uint64_t pixels) { /* false: out of memory, and nothing is left */
@@ -7604,6 +7579,25 @@ static pktrt__passage pktrt__pass_glass(pktrt__work *work, uint32_t i, uint32_t 
   return !finite || left > 0 ? PKTRT__GOES_ON : PKTRT__ARRIVED;
 }
 
+/* What of the light of pending shadow rays is seen, but for glass. Those that may meet glass: returns how many. */
+static uint32_t pktrt__look_for_light(pktrt__work *work, uint32_t lane[PKTRT__BATCH]) {
+  pktrt__pending *p = &work->pending;
+  const pktrt__job *job = work->job;
+  uint32_t listed = 0;
+  for (uint32_t k = 0; k < p->n; k += 8) {
+    const uint32_t n = p->n - k < 8 ? p->n - k : 8;
+    uint32_t stopped = 0;
+    for (uint32_t i = 0; i < n; i++) {
+      const uint32_t stops = p->batch.slot[k + i] != PKTRT_NONE;
+      stopped |= stops << i, p->seen[0][k + i] = (float)(int)(1 - stops);
+    }
+    stopped = job->glass.boxes && stopped ? job->scene->kernels->meets(&job->glass, &p->batch, k, stopped) : 0;
+    for (; stopped; stopped &= stopped - 1) lane[listed++] = k + pktrt__lowest(stopped);
+  }
+  for (int a = 1; a < 3; a++) memcpy(p->seen[a], p->seen[0], p->n * sizeof(float));
+  return listed;
+}
+
 /* Gives those of pending shadow rays that something stopped a second chance: was it glass? They are listed. */
 static void pktrt__look_through_glass(pktrt__work *work, pktrt_ray_type type, uint32_t depth, uint32_t *lane,
                                       uint32_t listed) {
@@ -7673,7 +7667,7 @@ PKTRT__NOINLINE void pktrt__flush(pktrt__work *work, pktrt_ray_type type, uint32
   }
   const pktrt__kernels *kernels = work->job->scene->kernels;
   uint32_t lane[PKTRT__BATCH];
-  const uint32_t listed = kernels->see(work->job->glass, b, p->n, p->seen, lane);
+  const uint32_t listed = pktrt__look_for_light(work, lane);
   if (listed) pktrt__look_through_glass(work, type, depth, lane, listed);
   if (type == PKTRT_RAY_SHADOW) kernels->gain(s, p->target, p->arriving, p->seen, p->n);
   for (uint32_t i = 0; type == PKTRT_RAY_OTHER && i < p->n; i++) {
@@ -8172,11 +8166,6 @@ static void pktrt__write_pixels(const pktrt__work *work, const uint32_t *x, cons
   }
 }
 
-/* Bits 0, 2, 4 and 6 of i next to each other: x of the i-th point of a square in Morton's order; i >> 1 gives y. */
-static uint8_t pktrt__even_bits(uint32_t i) {
-  return (uint8_t)((i & 1) | (i >> 1 & 2) | (i >> 2 & 4) | (i >> 3 & 8));
-}
-
 /* A block of edge x edge pixels in cells of cell x cell: those of a cell, with all their samples, follow each other,
    so that they fall into one packet. `room` rays go at once. */
 static void pktrt__render_block(pktrt__work *work, const uint32_t area[4], uint32_t bx, uint32_t by, uint32_t edge,
@@ -8232,8 +8221,11 @@ static bool pktrt__render_area(const pktrt__job *job, const uint32_t area[4], pk
   memset(work->refracted, 0, sizeof work->refracted);
   work->spare = NULL, work->pending.n = 0, work->failed = false;
   work->job = job, work->stats = stats;
-  for (uint32_t i = 0; i < PKTRT__WAVE; i++)
-    work->across[i] = pktrt__even_bits(i), work->down[i] = pktrt__even_bits(i >> 1);
+  work->across[0] = work->down[0] = 0;
+  for (uint32_t i = 1; i < PKTRT__WAVE; i++) { /* Morton's order: the bits of both by turns */
+    work->across[i] = (uint8_t)(work->across[i / 4] * 2 + i % 2);
+    work->down[i] = (uint8_t)(work->down[i / 4] * 2 + i / 2 % 2);
+  }
   const uint32_t packet = job->packet_size * job->packet_size;
   /* The fast path takes many packets at once, and keeps secondary packets full so. Where it is told how to assemble
      packets, and on the paper path, a packet sends out its rays alone, as in the paper. */

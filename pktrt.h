@@ -2881,7 +2881,8 @@ typedef struct pktrt__kernels {
   void (*find)(const pktrt_scene *, bool smooth, const pktrt__wave *, pktrt__surfaces *);
   /* Of all surfaces, once their hooks have run: directions of scattering and weights if rays are followed, and the
      radiance that needs no ray. The shadow rays towards one light; which of eight may meet glass: true of some
-     that do not. What they add: of n shadow rays, `seen` of what arrives at each. Reflected or refracted rays, behind the n of a wave: returns how many it has then. */
+     that do not. What they add: of n shadow rays, `seen` of what arrives at each. Reflected or refracted rays, behind
+     the n of a wave: returns how many it has then. */
   void (*dress)(const pktrt_scene *, bool follow, const float ambient[3], const pktrt__wave *, pktrt__surfaces *);
   void (*aim)(const pktrt_scene *, const pktrt__aim *, const pktrt__wave *, pktrt__surfaces *, pktrt__shadows *);
   uint32_t (*meets)(const pktrt__glass *, const pktrt__batch *, uint32_t i, uint32_t lanes);
@@ -5649,7 +5650,8 @@ static bool NAME(rounds_each_operation)(void) {
 }
 
 static const pktrt__kernels NAME(kernels) = {NAME(trace), NAME(rounds_each_operation), NAME(primary), NAME(pack),
-                                                    NAME(find), NAME(dress), NAME(aim), NAME(meets), NAME(gain), NAME(send)};
+                                                    NAME(find), NAME(dress), NAME(aim), NAME(meets), NAME(gain),
+                                                    NAME(send)};
 
 #ifdef PKTRT__ALSO_STAMP /* for benchmarks: a file of theirs on the same vectors; its path from here, in quotes */
 #include PKTRT__ALSO_STAMP
@@ -7214,8 +7216,8 @@ static double pktrt__aim_at_mesh(const pktrt__mesh *m, const pktrt__lamp *lamp, 
 
 /* >>glass: where it is, for shadow rays that something stopped ----------------------------------------------------- */
 
-/* Boxes within boxes, so deep at most. WHY: window panes stand around a whole hall; five sixths of the time that rays
-   took for glass went to those which the innermost boxes tell apart from the rest. */
+/* Boxes within boxes, so deep at most. WHY: window panes stand around a whole hall; of the rays that were traced
+   again for the sake of one box around them all, one in seven meets the innermost ones. */
 enum { PKTRT__GLASS_DEPTH = 7 };
 
 static bool pktrt__is_glass(const pktrt_scene *s, const pktrt__mesh *m) {
@@ -7739,7 +7741,8 @@ static bool pktrt__reorders(pktrt_assembly assembly) {
 }
 
 /* Puts n rays of one type in order, and tells where packets end (paper 3.2): work->order, if that changes, and
-   work->packet, whose entry i is the end of the packet that begins at i. `sender` are the lanes of the rays that sent them. */
+   work->packet, whose entry i is the end of the packet that begins at i. `sender` are the lanes of the rays that sent
+   them. */
 static void pktrt__assemble(pktrt__work *work, uint32_t n, float (*d)[PKTRT__WAVE_ROW], const uint32_t *material,
                             const uint32_t *sender) {
   const pktrt_assembly assembly = work->job->desc->assembly;

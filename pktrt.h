@@ -8313,7 +8313,8 @@ PKTRT_DEF pktrt_status pktrt_render(pktrt_scene *s, const pktrt_render_desc *d) 
   pktrt__release(&s->desc, t.stats, count, sizeof *t.stats);
   if (lit) pktrt__unprepare(&job);
   if (!lit || t.failed)
-    return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "render: no memory for %s", lit ? "the rays of a tile" : "lights and glass");
+    return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "render: no memory for %s",
+                       lit ? "the rays of a tile" : "lights and glass");
   return t.cancelled ? pktrt__fail(s, PKTRT_CANCELLED, "render: the progress hook asked to stop") : PKTRT_OK;
 }
 

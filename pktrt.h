@@ -2921,6 +2921,7 @@ typedef struct pktrt__wave {
 
 typedef struct pktrt__surfaces { /* what the rays of a wave met; rays that met nothing leave no gap */
   PKTRT__ALIGN64 double point[3][PKTRT__WAVE];
+  float position[3][PKTRT__WAVE];   /* the same, for hooks */
   float flat[3][PKTRT__WAVE];       /* unit geometric normal towards the viewer */
   float shade[3][PKTRT__WAVE];      /* unit shading normal on the same side */
   float facing[3][PKTRT__WAVE];     /* the normal that scattering uses: shade, or flat where shade looks away */
@@ -2940,6 +2941,7 @@ typedef struct pktrt__surfaces { /* what the rays of a wave met; rays that met n
   uint8_t shaded[PKTRT__WAVE / 8];  /* done: a shader hook leaves nothing to do */
   uint8_t hooked[PKTRT__WAVE / 8];  /* has a texture or a shader */
   uint8_t lobed[PKTRT__WAVE / 8];   /* reflects in a lobe */
+  uint8_t lit[PKTRT__WAVE / 8];     /* lights can add to it: not so for glass, polished metal and what is done */
   uint8_t kind[5][PKTRT__WAVE / 8]; /* by pktrt_specular */
   uint32_t first;                   /* their rays lie in the wave from here on, packed: see pktrt__find_surfaces */
   uint32_t count;
@@ -2978,6 +2980,19 @@ typedef struct pktrt__sending {
   float threshold;                  /* of importance */
   uint32_t times, plus;
 } pktrt__sending;
+
+/* Where glass is: a box, and boxes within it that leave out what is empty, depth first. Behind one and those within it
+   the next one follows, after so many steps. They are as much too wide as a ray can hit outside, and as rounding
+   takes: a small part of the largest coordinate. */
+typedef struct pktrt__glass_box {
+  float lo[3], hi[3];
+  uint32_t next;
+} pktrt__glass_box;
+typedef struct pktrt__glass {
+  pktrt__glass_box *boxes; /* NULL: shadow rays pass nothing */
+  uint32_t room;           /* for boxes */
+  float least;             /* directions count as so large along each axis */
+} pktrt__glass;
 
 /* The camera as a picture plane at distance 1: the ray of a pinhole through (px, py) in pixels goes along
    corner + px dx + py dy. A point of the lens, at x and y from its middle, sees the same point of the plane at
@@ -3027,10 +3042,12 @@ typedef struct pktrt__kernels {
   uint32_t (*pack)(pktrt__wave *, uint32_t first, uint32_t n, uint32_t *ray);
   void (*find)(const pktrt_scene *, bool smooth, const pktrt__wave *, pktrt__surfaces *);
   /* Of all surfaces, once their hooks have run: directions of scattering and weights if rays are followed, and the
-     radiance that needs no ray. The shadow rays towards one light. What they add: of n shadow rays, `seen` of what
-     arrives at each. Reflected or refracted rays, behind the n of a wave: returns how many it has then. */
+     radiance that needs no ray. The shadow rays towards one light; which of eight may meet glass: true of some
+     that do not. What they add: of n shadow rays, `seen` of what arrives at each. Reflected or refracted rays, behind
+     the n of a wave: returns how many it has then. */
   void (*dress)(const pktrt_scene *, bool follow, const float ambient[3], const pktrt__wave *, pktrt__surfaces *);
   void (*aim)(const pktrt_scene *, const pktrt__aim *, const pktrt__wave *, pktrt__surfaces *, pktrt__shadows *);
+  uint32_t (*meets)(const pktrt__glass *, const pktrt__batch *, uint32_t i, uint32_t lanes);
   void (*gain)(pktrt__surfaces *, const uint32_t *surface, float (*arriving)[PKTRT__BATCH],
                float (*seen)[PKTRT__BATCH], uint32_t n);
   uint32_t (*send)(const pktrt__sending *, const pktrt__wave *, const pktrt__surfaces *, pktrt__wave *to, uint32_t n);
@@ -3814,7 +3831,21 @@ OP uint32_t apush(a8 a, const uint32_t *child, v8 dist, uint32_t perm, uint64_t 
 }
 #endif
 
-#if PKTRT__STAMP != PKTRT__STAMP_AVX512 && PKTRT__STAMP != PKTRT__STAMP_ONE
+#if PKTRT__STAMP == PKTRT__STAMP_AVX2 && (defined(__x86_64__) || defined(_M_X64))
+PKTRT__NOINLINE void vpack(float *p, uint32_t lanes, v8 a) {
+  const uint64_t bytes = _pdep_u64(lanes, 0x0101010101010101u) * 0xFF, order = _pext_u64(0x0706050403020100u, bytes);
+  const __m256i count = _mm256_set1_epi32((int)pktrt__popcount(lanes)), to = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
+  if (lanes == 0xFF) {
+    vstore(p, a);
+    return;
+  }
+  a = _mm256_permutevar8x32_ps(a, _mm256_cvtepu8_epi32(_mm_cvtsi64_si128((long long)order)));
+  _mm256_maskstore_ps(p, _mm256_cmpgt_epi32(count, to), a);
+}
+PKTRT__NOINLINE void vpack_from(void *p, uint32_t lanes, const void *from) { /* bits pass as they are */
+  vpack(PKTRT__CAST(float *, p), lanes, vload(PKTRT__CAST(const float *, from)));
+}
+#elif PKTRT__STAMP != PKTRT__STAMP_AVX512 && PKTRT__STAMP != PKTRT__STAMP_ONE
 PKTRT__NOINLINE void vpack(float *p, uint32_t lanes, v8 a) {
   float f[8];
   vstore(lanes == 0xFF ? p : f, a);
@@ -4375,23 +4406,26 @@ OP uint64_t NAME(stream_block)(const pktrt__view *view, pktrt__batch *b, const u
                                uint32_t index, const bool moving) {
   const unsigned char *block = view->blocks + index * (moving ? view->block_bytes : (size_t)PKTRT__BLOCK_BYTES);
   const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
-  PKTRT__ALIGN64 float lo[64][8], hi[64][8];
-  uint8_t maybe[64], sure[64], ray[64];
-  uint32_t n = 0;
+  enum { NOTES = 24 };
+  PKTRT__ALIGN64 float lo[NOTES][8], hi[NOTES][8];
+  uint8_t maybe[NOTES], sure[NOTES], ray[NOTES];
   uint64_t hit = 0;
-  for (; mask; mask &= mask - 1) {
-    const uint32_t i = pktrt__lowest(mask), r = list[i];
-    const NAME(shear) q = NAME(shear_of)(b, r, moving);
-    const NAME(estimate) e = NAME(block_estimate)(&q, view, block, b->wf[r], false, moving);
-    vstore(lo[n], e.lo);
-    vstore(hi[n], e.hi);
-    maybe[n] = (uint8_t)e.maybe, sure[n] = (uint8_t)e.sure, ray[n] = (uint8_t)i;
-    n += e.maybe != 0;
-  }
-  for (uint32_t j = 0; j < n; j++) {
-    const uint32_t r = list[ray[j]];
-    if (NAME(record)(view, b, r, index, id, lo[j], hi[j], maybe[j], sure[j], false, moving, false, NULL))
-      hit |= (uint64_t)1 << ray[j];
+  while (mask) {
+    uint32_t n = 0;
+    for (; mask && n < NOTES; mask &= mask - 1) {
+      const uint32_t i = pktrt__lowest(mask), r = list[i];
+      const NAME(shear) q = NAME(shear_of)(b, r, moving);
+      const NAME(estimate) e = NAME(block_estimate)(&q, view, block, b->wf[r], false, moving);
+      vstore(lo[n], e.lo);
+      vstore(hi[n], e.hi);
+      maybe[n] = (uint8_t)e.maybe, sure[n] = (uint8_t)e.sure, ray[n] = (uint8_t)i;
+      n += e.maybe != 0;
+    }
+    for (uint32_t j = 0; j < n; j++) {
+      const uint32_t r = list[ray[j]];
+      if (NAME(record)(view, b, r, index, id, lo[j], hi[j], maybe[j], sure[j], false, moving, false, NULL))
+        hit |= (uint64_t)1 << ray[j];
+    }
   }
   return hit;
 }
@@ -5305,7 +5339,7 @@ OP uint64_t NAME(rays_of_segment)(const pktrt__batch *b, const uint8_t *list, ui
 }
 
 /* Rays of one octant through all groups. */
-OP void NAME(drive_stream)(const pktrt_scene *scene, pktrt__batch *b, const uint8_t *list, uint64_t mask,
+PKTRT__NOINLINE void NAME(drive_stream)(const pktrt_scene *scene, pktrt__batch *b, const uint8_t *list, uint64_t mask,
                            const bool occlusion, const bool stats, pktrt_counts *counts) {
   for (uint32_t i = 0; i < scene->group_count && mask; i++) {
     const pktrt__group *g = &scene->groups[i];
@@ -5333,7 +5367,7 @@ OP void NAME(drive_stream)(const pktrt_scene *scene, pktrt__batch *b, const uint
 }
 
 /* A packet of one axis and octant through all groups. */
-OP void NAME(drive_frustum)(const pktrt_scene *scene, pktrt__batch *b, uint32_t base, uint64_t mask,
+PKTRT__NOINLINE void NAME(drive_frustum)(const pktrt_scene *scene, pktrt__batch *b, uint32_t base, uint64_t mask,
                             const bool occlusion, const bool stats, pktrt_counts *counts) {
   NAME(frustum_rays) f;
   NAME(frustum_setup)(&f, scene, b, base, mask);
@@ -5394,7 +5428,7 @@ OP void NAME(drive_single)(const pktrt_scene *scene, pktrt__batch *b, uint32_t r
 }
 
 /* Rays of a batch by octant, in streams of at most 64. */
-OP void NAME(drive_octants)(const pktrt_scene *scene, pktrt__batch *b, const uint64_t *rays, const bool occlusion,
+PKTRT__NOINLINE void NAME(drive_octants)(const pktrt_scene *scene, pktrt__batch *b, const uint64_t *rays, const bool occlusion,
                             const bool stats, pktrt_counts *counts) {
   uint8_t list[PKTRT__BATCH];
   uint32_t end[8], sum = 0;
@@ -5674,7 +5708,9 @@ PKTRT__NOINLINE void NAME(find8)(const pktrt_scene *scene, bool smooth, const pk
   NAME(gather_corners)(scene, w->slot + at, w->group + at, w->time + at, lanes, p);
   ROLL_OUT for (int a = 0; a < 3; a++) {
     const d8 p0 = dfrom(p[0][a]), e1 = dsub(dfrom(p[1][a]), p0), e2 = dsub(dfrom(p[2][a]), p0);
-    dstore(s->point[a] + i, dadd(p0, dadd(dmul(du, e1), dmul(dv, e2))));
+    const d8 point = dadd(p0, dadd(dmul(du, e1), dmul(dv, e2)));
+    dstore(s->point[a] + i, point);
+    vstore(s->position[a] + i, dto(point));
     n[a] = vload(w->n[a] + at), d[a] = vload(w->d[a] + at);
     length2 = dadd(length2, dmul(dfrom(d[a]), dfrom(d[a])));
   }
@@ -5805,6 +5841,8 @@ static void NAME(dress)(const pktrt_scene *scene, bool follow, const float ambie
       const v8 around = vsel(mfrom(lit & 0xFF), vmul(vload(s->albedo[a] + i), vset(ambient[a])), vset(0));
       vstore(s->radiance[a] + i, vadd(vload(s->emission[a] + i), around));
     }
+    const uint32_t bare = s->kind[PKTRT_SPECULAR_CONDUCTOR][i / 8] | s->kind[PKTRT_SPECULAR_DIELECTRIC][i / 8];
+    s->lit[i / 8] = (uint8_t)(lanes & lit & (follow ? ~bare | s->lobed[i / 8] : ~0u));
   }
 }
 
@@ -5849,7 +5887,7 @@ PKTRT__NOINLINE void NAME(aim8)(const pktrt_scene *scene, const pktrt__aim *l, c
     to[a] = l->infinite ? at[a] : dsub(at[a], p[a]);
     d[a] = dto(l->infinite ? at[a] : dsub(at[a], dfrom(o[a])));
   }
-  lanes &= ~(uint32_t)s->shaded[i / 8] & mbits(dlt(dset(0), NAME(ddot)(to, flat)));
+  lanes &= mbits(dlt(dset(0), NAME(ddot)(to, flat)));
   if (!lanes) return; /* all look away from it */
   const d8 r2 = NAME(ddot)(to, to), r = dsqrt(r2);
   if (l->kind == PKTRT_LIGHT_QUAD && !l->listed) { /* negative behind it */
@@ -5886,7 +5924,33 @@ PKTRT__NOINLINE void NAME(aim8)(const pktrt_scene *scene, const pktrt__aim *l, c
 static void NAME(aim)(const pktrt_scene *scene, const pktrt__aim *l, const pktrt__wave *w, pktrt__surfaces *s,
                       pktrt__shadows *sh) {
   sh->count = 0, sh->tmax = l->infinite ? INFINITY : 1;
-  for (uint32_t i = 0; i < s->count; i += 8) NAME(aim8)(scene, l, w, s, i, NAME(lanes_of)(s->count - i), sh);
+  for (uint32_t i = 0; i < s->count; i += 8)
+    if (s->lit[i / 8]) NAME(aim8)(scene, l, w, s, i, s->lit[i / 8], sh);
+}
+
+/* Where lines enter and leave what lies between two planes: at most, and at least, what is there. */
+STEP void NAME(cut)(float lo, float hi, v8 rd, v8 shift, v8 *from, v8 *to) {
+  const v8 t0 = vfms(vset(lo), rd, shift), t1 = vfms(vset(hi), rd, shift);
+  *from = vmax(*from, vmin(t0, t1)), *to = vmin(*to, vmax(t0, t1));
+}
+
+/* Of rays i to i + 7, those in `lanes` that meet an innermost box of glass. */
+static uint32_t NAME(meets)(const pktrt__glass *glass, const pktrt__batch *b, uint32_t i, uint32_t lanes) {
+  v8 rd[3], shift[3];
+  uint32_t found = 0;
+  for (int a = 0; a < 3; a++) {
+    const v8 d = vload(b->d[a] + i);
+    rd[a] = vdiv(vset(1), vwith_sign(vmax(vabs(d), vset(glass->least)), d));
+    shift[a] = vmul(vload(b->o[a] + i), rd[a]);
+  }
+  for (const pktrt__glass_box *box = glass->boxes, *last = box + box->next; box < last && lanes;) {
+    v8 from = vset(0), to = vload(b->tmax + i);
+    ROLL_OUT for (int a = 0; a < 3; a++) NAME(cut)(box->lo[a], box->hi[a], rd[a], shift[a], &from, &to);
+    const uint32_t met = lanes & ~mbits(vlt(to, from)), next = box->next, ends = next == 1 ? met : 0;
+    found |= ends, lanes &= ~ends;
+    box += met ? 1 : next;
+  }
+  return found;
 }
 
 /* One after the other where they are not those of eight surfaces in a row: several may be of one surface. */
@@ -5894,17 +5958,17 @@ static void NAME(gain)(pktrt__surfaces *s, const uint32_t *surface, float (*arri
                        float (*seen)[PKTRT__BATCH], uint32_t n) {
   for (uint32_t i = 0, next; i < n; i = next) {
     const uint32_t k = surface[i];
+    uint32_t apart = 0; /* WHY: all are compared, for compilers do that by vectors */
     next = i + 8;
-    bool row = next <= n;
-    for (uint32_t j = 1; row && j < 8; j++) row = surface[i + j] == k + j;
-    if (row) {
+    for (uint32_t j = 1; next <= n && j < 8; j++) apart |= surface[i + j] ^ (k + j);
+    if (next <= n && !apart) {
       ROLL_OUT for (int a = 0; a < 3; a++) {
         const v8 part = vmul(vload(arriving[a] + i), vload(seen[a] + i));
         vstore(s->radiance[a] + k, vadd(vload(s->radiance[a] + k), part));
       }
     } else {
-      for (int a = 0; a < 3; a++) s->radiance[a][k] += arriving[a][i] * seen[a][i];
-      next = i + 1;
+      for (uint32_t j = i; j < next && j < n; j++)
+        for (int a = 0; a < 3; a++) s->radiance[a][surface[j]] += arriving[a][j] * seen[a][j];
     }
   }
 }
@@ -6144,8 +6208,8 @@ static bool NAME(rounds_each_operation)(void) {
 }
 
 static const pktrt__kernels NAME(kernels) = {NAME(trace), NAME(trace_one), NAME(rounds_each_operation),
-                                             NAME(load), NAME(store), NAME(primary), NAME(pack), NAME(find),
-                                             NAME(dress), NAME(aim), NAME(gain), NAME(send)};
+                                             NAME(load), NAME(store), NAME(primary), NAME(pack), NAME(find), NAME(dress),
+                                             NAME(aim), NAME(meets), NAME(gain), NAME(send)};
 
 #ifdef PKTRT__ALSO_STAMP /* for benchmarks: a file of theirs on the same vectors; its path from here, in quotes */
 #include PKTRT__ALSO_STAMP
@@ -6655,7 +6719,7 @@ typedef struct pktrt__arrays {
    an octant; mirror rays gain 7%, diffuse ones 3%. Any hit gains nothing, and rows are too slow to put in order. */
 enum { PKTRT__SORTED = 1024 };
 
-static void pktrt__sort(const pktrt_ray *rays, uint32_t n, uint16_t *order) {
+PKTRT__NOINLINE void pktrt__sort(const pktrt_ray *rays, uint32_t n, uint16_t *order) {
   uint8_t key[PKTRT__SORTED];
   uint32_t end[24], sum = 0;
   memset(end, 0, sizeof end);
@@ -7392,6 +7456,7 @@ typedef struct pktrt__lamp {
   double facing[3];          /* quad: unit normal; directional: unit, towards it; mesh: sum of its areas as vectors */
   double strength;           /* radiance or intensity: of its largest component, */
   float light[3];            /* and all three relative to that; products stay in range so */
+  pktrt__aim aim;
   pktrt__facet *facets;      /* mesh */
   pktrt__share *shares;
   uint32_t facet_count;
@@ -7408,8 +7473,7 @@ typedef struct pktrt__job {
   float threshold;           /* of importance */
   size_t row_stride;
   bool follow, distribute, choose; /* secondary rays; random lens, lights and lobes; one ray at a dielectric */
-  bool glass;                /* shadow rays pass it: then these are the bounds of all that is made of it */
-  float glass_lo[3], glass_hi[3];
+  pktrt__glass glass;
 } pktrt__job;
 
 static bool pktrt__check_sizes(const pktrt_render_desc *d, pktrt__why *why) {
@@ -7466,22 +7530,6 @@ static bool pktrt__check_scene(const pktrt_scene *s, pktrt__why *why) {
   return true;
 }
 
-/* Bounds of what is made of glass. */
-static void pktrt__bound_glass(const pktrt_scene *s, pktrt__job *job) {
-  for (int a = 0; a < 3; a++) job->glass_lo[a] = INFINITY, job->glass_hi[a] = -INFINITY;
-  job->glass = false;
-  for (uint32_t i = 0; i < s->committed_meshes; i++) {
-    const pktrt__mesh *m = &s->meshes[i];
-    const pktrt_material *look = pktrt__look(s, m->material);
-    if (look->specular != PKTRT_SPECULAR_DIELECTRIC || look->shader) continue;
-    job->glass = true;
-    for (uint64_t j = 0, n = pktrt__mesh_floats(m); j < n; j++) {
-      job->glass_lo[j % 3] = pktrt__minf(job->glass_lo[j % 3], m->positions[j]);
-      job->glass_hi[j % 3] = pktrt__maxf(job->glass_hi[j % 3], m->positions[j]);
-    }
-  }
-}
-
 static bool pktrt__check_render(const pktrt_scene *s, const pktrt_render_desc *d, pktrt__job *job, pktrt__why *why) {
   memset(job, 0, sizeof *job);
   if (!d) return pktrt__refuse(why, "the description is NULL");
@@ -7498,7 +7546,6 @@ static bool pktrt__check_render(const pktrt_scene *s, const pktrt_render_desc *d
                 (job->distribute && d->branching == PKTRT_BRANCHING_BY_MODE);
   job->sampling.sampler = d->sampler, job->sampling.samples = job->samples, job->sampling.seed = d->seed;
   job->event_dimensions = 4 + (2 * s->light_count + 3) / 4 * 4;
-  if (job->follow && d->glass_shadows == PKTRT_GLASS_SHADOWS_PASS) pktrt__bound_glass(s, job);
   return pktrt__check_camera(&d->camera, d->width, d->height, &job->plane, why);
 }
 
@@ -7585,6 +7632,34 @@ static void pktrt__free_lamps(pktrt__job *job) {
   job->lamps = NULL;
 }
 
+/* Lights that rays cannot hit show in Phong lobes by value; see pktrt_light_kind. */
+static bool pktrt__unseen(const pktrt_light *l) {
+  return l->kind != PKTRT_LIGHT_MESH && l->kind != PKTRT_LIGHT_ENVIRONMENT;
+}
+
+/* One light. A mesh stands in its middle in RCS and WRT: its projected area is |S cos| where it is flat, S being the
+   sum of its area vectors; where it is closed and convex it is a quarter of the area on average, and S is 0. The shadow
+   ray ends at the sphere around the mesh, whose own triangles would stop it. */
+static void pktrt__describe(const pktrt__job *job, uint32_t light, pktrt__lamp *lamp) {
+  const pktrt_light *l = &job->scene->lights[light];
+  pktrt__aim *aim = &lamp->aim;
+  memset(aim, 0, sizeof *aim);
+  aim->kind = l->kind, aim->radius = lamp->radius, aim->area = lamp->area, aim->strength = lamp->strength;
+  aim->folded = pktrt__max(0, lamp->area - sqrt(pktrt__dot(lamp->facing, lamp->facing))) / 4;
+  for (int a = 0; a < 3; a++) {
+    aim->facing[a] = lamp->facing[a], aim->arriving[a] = lamp->light[a];
+    aim->at[a] = (double)l->position[a];
+    if (l->kind == PKTRT_LIGHT_QUAD) aim->at[a] += 0.5 * (double)l->edge[0][a];
+    if (l->kind == PKTRT_LIGHT_QUAD) aim->at[a] += 0.5 * (double)l->edge[1][a];
+    if (l->kind == PKTRT_LIGHT_DIRECTIONAL) aim->at[a] = lamp->facing[a];
+    if (l->kind == PKTRT_LIGHT_MESH) aim->at[a] = lamp->middle[a];
+  }
+  aim->infinite = l->kind == PKTRT_LIGHT_DIRECTIONAL || l->kind == PKTRT_LIGHT_ENVIRONMENT;
+  aim->by_square = l->kind == PKTRT_LIGHT_POINT || l->kind == PKTRT_LIGHT_QUAD ||
+                   (l->kind == PKTRT_LIGHT_MESH && job->distribute);
+  aim->lobes = job->follow && pktrt__unseen(l);
+}
+
 static bool pktrt__make_lamps(pktrt__job *job) { /* false: out of memory, and none are left */
   const pktrt_scene *s = job->scene;
   job->lamps = PKTRT__CAST(pktrt__lamp *, pktrt__alloc(&s->desc, s->light_count, sizeof *job->lamps));
@@ -7615,13 +7690,9 @@ static bool pktrt__make_lamps(pktrt__job *job) { /* false: out of memory, and no
         return false;
       }
     }
+    pktrt__describe(job, i, lamp);
   }
   return true;
-}
-
-/* Lights that rays cannot hit show in Phong lobes by value; see pktrt_light_kind. */
-static bool pktrt__unseen(const pktrt_light *l) {
-  return l->kind != PKTRT_LIGHT_MESH && l->kind != PKTRT_LIGHT_ENVIRONMENT;
 }
 
 /* Each of the following aims at one light from one point: where to (at), and the irradiance of a surface that faces
@@ -7693,6 +7764,97 @@ static double pktrt__aim_at_mesh(const pktrt__mesh *m, const pktrt__lamp *lamp, 
   return 0.5 * (along < 0 ? -along : along) / r * odds;
 }
 
+/* >>glass: where it is, for shadow rays that something stopped ----------------------------------------------------- */
+
+/* Boxes within boxes, so deep at most. WHY: window panes stand around a whole hall; of the rays that were traced
+   again for the sake of one box around them all, one in seven meets the innermost ones. */
+enum { PKTRT__GLASS_DEPTH = 7 };
+
+static bool pktrt__is_glass(const pktrt_scene *s, const pktrt__mesh *m) {
+  const pktrt_material *look = pktrt__look(s, m->material);
+  return look->specular == PKTRT_SPECULAR_DIELECTRIC && !look->shader;
+}
+
+static void pktrt__widen(pktrt__glass_box *box, const float lo[3], const float hi[3]) {
+  for (int a = 0; a < 3; a++) box->lo[a] = pktrt__minf(box->lo[a], lo[a]), box->hi[a] = pktrt__maxf(box->hi[a], hi[a]);
+}
+
+static void pktrt__empty_box(pktrt__glass_box *box) {
+  for (int a = 0; a < 3; a++) box->lo[a] = INFINITY, box->hi[a] = -INFINITY;
+}
+
+/* Boxes of triangles, or of meshes if not `fine`. */
+static void pktrt__box_glass(const pktrt_scene *s, bool fine, pktrt__glass_box *box) {
+  for (uint32_t i = 0; i < s->committed_meshes; i++) {
+    const pktrt__mesh *m = &s->meshes[i];
+    for (uint32_t t = 0; t < m->triangle_count && pktrt__is_glass(s, m); t++) {
+      if (fine || !t) pktrt__empty_box(box);
+      for (uint32_t key = 0; key < m->key_count; key++) {
+        float p[3][3];
+        pktrt__triangle_vertices(m, false, t, key, p);
+        for (int c = 0; c < 3; c++) pktrt__widen(box, p[c], p[c]);
+      }
+      box += fine || t + 1 == m->triangle_count;
+    }
+  }
+}
+
+/* Boxes around n > 0 of triangles or meshes, which are put in order by halves. Returns how many. */
+static uint32_t pktrt__nest_glass(pktrt__glass_box *in, uint32_t n, uint32_t depth, float slack, pktrt__glass_box *to) {
+  uint32_t half = 0;
+  int axis = 0;
+  pktrt__empty_box(to);
+  for (uint32_t i = 0; i < n; i++) pktrt__widen(to, in[i].lo, in[i].hi);
+  for (int a = 1; a < 3; a++)
+    if (to->hi[a] - to->lo[a] > to->hi[axis] - to->lo[axis]) axis = a;
+  for (uint32_t i = 0; i < n; i++) {
+    const pktrt__glass_box box = in[i];
+    if (box.lo[axis] + box.hi[axis] < to->lo[axis] + to->hi[axis]) in[i] = in[half], in[half++] = box;
+  }
+  for (int a = 0; a < 3; a++) to->lo[a] -= slack, to->hi[a] += slack;
+  to->next = 1;
+  if (!half || half == n || depth == PKTRT__GLASS_DEPTH) return to->next;
+  to->next += pktrt__nest_glass(in, half, depth + 1, slack, to + to->next);
+  return to->next += pktrt__nest_glass(in + half, n - half, depth + 1, slack, to + to->next);
+}
+
+/* For so many samples. Few are not worth a look at each triangle. False: out of memory. */
+static bool pktrt__find_glass(pktrt__job *job, uint64_t samples) {
+  const pktrt_scene *s = job->scene;
+  pktrt__glass *glass = &job->glass;
+  uint64_t n = 0, meshes = 0;
+  float largest = 0;
+  if (!job->follow || job->desc->glass_shadows != PKTRT_GLASS_SHADOWS_PASS) return true;
+  for (uint32_t i = 0; i < s->committed_meshes; i++) {
+    const pktrt__mesh *m = &s->meshes[i];
+    largest = pktrt__maxf(largest, m->max_coord);
+    if (pktrt__is_glass(s, m)) n += m->triangle_count, meshes += m->triangle_count > 0;
+  }
+  if (!n) return true;
+  const bool fine = n / 4 < samples;
+  n = fine ? n : meshes;
+  glass->least = 1e-7f * pktrt__minf(1, largest);
+  glass->room = n < (1u << PKTRT__GLASS_DEPTH) ? (uint32_t)n * 2 : 2u << PKTRT__GLASS_DEPTH;
+  glass->boxes = PKTRT__CAST(pktrt__glass_box *, pktrt__alloc(&s->desc, glass->room, sizeof *glass->boxes));
+  pktrt__glass_box *in = PKTRT__CAST(pktrt__glass_box *, pktrt__alloc(&s->desc, n, sizeof *in));
+  if (in) pktrt__box_glass(s, fine, in);
+  if (in && glass->boxes) (void)pktrt__nest_glass(in, (uint32_t)n, 0, 4e-6f * largest, glass->boxes);
+  pktrt__release(&s->desc, in, n, sizeof *in);
+  return in && glass->boxes;
+}
+
+/* What is made once for a render. */
+static void pktrt__unprepare(pktrt__job *job) {
+  pktrt__release(&job->scene->desc, job->glass.boxes, job->glass.room, sizeof *job->glass.boxes);
+  pktrt__free_lamps(job);
+}
+static bool pktrt__prepare(pktrt__job *job, uint64_t pixels) { /* false: out of memory, and nothing is left */
+  if (!pktrt__make_lamps(job)) return false;
+  if (pktrt__find_glass(job, pixels * job->samples)) return true;
+  pktrt__unprepare(job);
+  return false;
+}
+
 /* >>work ----------------------------------------------------------------------------------------------------------- */
 
 /* Rays on their way into a packet, and what becomes of the answer. */
@@ -7723,6 +7885,7 @@ typedef struct pktrt__work {
   bool wide;                        /* waves of many packets: reflected and refracted rays share one if they fit */
   uint32_t x[PKTRT__WAVE], y[PKTRT__WAVE], sample[PKTRT__WAVE]; /* of the primary rays */
   uint32_t pixel[PKTRT__WAVE];      /* of the primary rays: index of a pixel of the block */
+  uint8_t across[PKTRT__WAVE], down[PKTRT__WAVE]; /* where the pixels of a cell lie in it */
   uint8_t deepest[PKTRT__WAVE];
   double sum[3][PKTRT__WAVE];       /* of the pixels of the block */
   double depth[PKTRT__WAVE], normal[3][PKTRT__WAVE], albedo[3][PKTRT__WAVE];
@@ -7735,17 +7898,24 @@ typedef struct pktrt__work {
 /* Whose surfaces they are. What is read of smooth normals is fetched ahead: two waits for memory per triangle would
    follow each other otherwise. */
 static void pktrt__name_surfaces(const pktrt_scene *scene, bool smooth, const pktrt__wave *w, pktrt__surfaces *s) {
-  uint32_t hint[2] = {0, 0};
+  uint32_t hint[2] = {0, 0}, mesh = 0, first = 0, n = 0;
+  const pktrt__mesh *m = NULL;
+  bool bent = false;
+  float lift = 0;
   for (uint32_t k = 0; k < s->count; k++) {
-    const uint32_t id = w->id[s->first + k], mesh = pktrt__mesh_at(scene, id, hint);
-    const pktrt__mesh *m = &scene->meshes[mesh];
-    s->mesh[k] = mesh, s->triangle[k] = id - m->first_id, s->material[k] = m->material;
-    s->lift[k] = (float)pktrt__lift((double)m->max_coord);
-    if (smooth && m->normals && m->indices) PKTRT__PREFETCH(m->indices + (size_t)s->triangle[k] * 3);
+    const uint32_t id = w->id[s->first + k];
+    if (id - first >= n) {
+      mesh = pktrt__mesh_at(scene, id, hint), m = &scene->meshes[mesh];
+      first = m->first_id, n = m->triangle_count, lift = (float)pktrt__lift((double)m->max_coord);
+      bent = smooth && m->normals && m->indices;
+    }
+    s->mesh[k] = mesh, s->triangle[k] = id - first, s->material[k] = m->material, s->lift[k] = lift;
+    if (bent) PKTRT__PREFETCH(m->indices + (size_t)(id - first) * 3);
   }
   for (uint32_t k = 0; smooth && k < s->count; k++) {
-    const pktrt__mesh *m = &scene->meshes[s->mesh[k]];
-    if (!m->normals || !m->indices || m->key_count > 1 || (k && s->triangle[k] == s->triangle[k - 1])) continue;
+    if (k && s->triangle[k] == s->triangle[k - 1]) continue;
+    m = &scene->meshes[s->mesh[k]];
+    if (!m->normals || !m->indices || m->key_count > 1) continue;
     for (uint32_t c = 0; c < 3; c++)
       PKTRT__PREFETCH(m->normals + (size_t)m->indices[(size_t)s->triangle[k] * 3 + c] * 3);
   }
@@ -7804,12 +7974,11 @@ PKTRT__INLINE bool pktrt__bit(const uint8_t *bits, uint32_t k) { return bits[k /
 static void pktrt__call_hooks(const pktrt_material *look, const pktrt__wave *w, pktrt__surfaces *s, uint32_t k,
                               uint32_t n) {
   const uint32_t lane = s->first + k;
-  float position[3][64], to[3][64], *radiance[3];
+  float to[3][64], *radiance[3];
   pktrt_points p;
   p.n = n;
   for (int a = 0; a < 3; a++) {
-    for (uint32_t i = 0; i < n; i++) position[a][i] = pktrt__to_float(s->point[a][k + i]);
-    p.position[a] = position[a], p.direction[a] = s->d[a] + k, p.normal[a] = s->shade[a] + k;
+    p.position[a] = s->position[a] + k, p.direction[a] = s->d[a] + k, p.normal[a] = s->shade[a] + k;
     p.albedo[a] = s->albedo[a] + k, p.reflectance[a] = s->reflectance[a] + k, p.emission[a] = s->emission[a] + k;
     radiance[a] = to[a];
   }
@@ -7923,22 +8092,6 @@ static void pktrt__trace_batch(pktrt__work *work, pktrt__batch *b, uint32_t n, p
   pktrt__add_counts(&work->stats->by_depth[depth], &counts);
 }
 
-/* Whether the segment of ray i meets the bounds of glass; may be true where it does not. */
-static bool pktrt__meets_glass(const pktrt__job *job, const pktrt__batch *b, uint32_t i) {
-  double from = 0, to = (double)b->tmax[i];
-  for (int a = 0; a < 3; a++) {
-    const double o = (double)b->o[a][i], d = (double)b->d[a][i], slack = 1e-6 * fabs(o);
-    const double lo = (double)job->glass_lo[a] - slack - o, hi = (double)job->glass_hi[a] + slack - o;
-    if (d == 0) {
-      if (lo > 0 || hi < 0) return false;
-      continue;
-    }
-    from = pktrt__max(from, pktrt__min(lo / d, hi / d));
-    to = pktrt__min(to, pktrt__max(lo / d, hi / d));
-  }
-  return from <= to * (1 + 1e-6);
-}
-
 /* A shadow ray that met glass goes on behind it, along the same line, and loses what the surface reflects and the
    glass absorbs. Ray i of `through`; its way on goes to lane j. */
 typedef enum pktrt__passage { PKTRT__STOPPED, PKTRT__GOES_ON, PKTRT__ARRIVED } pktrt__passage;
@@ -7978,16 +8131,37 @@ static pktrt__passage pktrt__pass_glass(pktrt__work *work, uint32_t i, uint32_t 
   return !finite || left > 0 ? PKTRT__GOES_ON : PKTRT__ARRIVED;
 }
 
-/* Gives the pending shadow rays that something stopped a second chance: was it glass? */
-static void pktrt__look_through_glass(pktrt__work *work, pktrt_ray_type type, uint32_t depth) {
+/* What of the light of pending shadow rays is seen, but for glass. Those that may meet glass: returns how many. */
+static uint32_t pktrt__look_for_light(pktrt__work *work, uint32_t lane[PKTRT__BATCH]) {
+  pktrt__pending *p = &work->pending;
+  const pktrt__job *job = work->job;
+  uint32_t listed = 0;
+  for (uint32_t k = 0; k < p->n; k += 8) {
+    const uint32_t n = p->n - k < 8 ? p->n - k : 8;
+    uint32_t stopped = 0;
+    for (uint32_t i = 0; i < n; i++) {
+      const uint32_t stops = p->batch.slot[k + i] != PKTRT_NONE;
+      stopped |= stops << i, p->seen[0][k + i] = (float)(int)(1 - stops);
+    }
+    stopped = job->glass.boxes && stopped ? job->scene->kernels->meets(&job->glass, &p->batch, k, stopped) : 0;
+    for (; stopped; stopped &= stopped - 1) lane[listed++] = k + pktrt__lowest(stopped);
+  }
+  for (int a = 1; a < 3; a++) memcpy(p->seen[a], p->seen[0], p->n * sizeof(float));
+  return listed;
+}
+
+/* Gives those of pending shadow rays that something stopped a second chance: was it glass? They are listed. */
+static void pktrt__look_through_glass(pktrt__work *work, pktrt_ray_type type, uint32_t depth, uint32_t *lane,
+                                      uint32_t listed) {
   pktrt__pending *p = &work->pending;
   pktrt__batch *b = &work->through;
-  uint32_t lane[PKTRT__BATCH], n = 0, hint[2] = {0, 0};
-  for (uint32_t i = 0; i < p->n; i++) {
-    if (p->wave[i] || p->seen[0][i] > 0 || !pktrt__meets_glass(work->job, &p->batch, i)) continue;
-    for (int a = 0; a < 3; a++) b->o[a][n] = p->batch.o[a][i], b->d[a][n] = p->batch.d[a][i], p->seen[a][i] = 1;
-    b->tmin[n] = 0, b->tmax[n] = p->batch.tmax[i], b->time[n] = p->batch.time[i];
-    lane[n++] = i;
+  uint32_t n = 0, hint[2] = {0, 0};
+  for (uint32_t i = 0; i < listed; i++) {
+    const uint32_t k = lane[i];
+    if (p->wave[k]) continue;
+    for (int a = 0; a < 3; a++) b->o[a][n] = p->batch.o[a][k], b->d[a][n] = p->batch.d[a][k], p->seen[a][k] = 1;
+    b->tmin[n] = 0, b->tmax[n] = p->batch.tmax[k], b->time[n] = p->batch.time[k];
+    lane[n++] = k;
   }
   for (uint32_t round = 0; n && round <= 2 * PKTRT_MAX_DEPTH; round++) {
     uint32_t left = 0;
@@ -8043,10 +8217,11 @@ PKTRT__NOINLINE void pktrt__flush(pktrt__work *work, pktrt_ray_type type, uint32
     p->n = 0;
     return;
   }
-  for (uint32_t i = 0; i < p->n; i++) p->seen[0][i] = b->slot[i] == PKTRT_NONE ? 1.0f : 0.0f;
-  for (int a = 1; a < 3; a++) memcpy(p->seen[a], p->seen[0], p->n * sizeof(float));
-  if (work->job->glass) pktrt__look_through_glass(work, type, depth);
-  if (type == PKTRT_RAY_SHADOW) work->job->scene->kernels->gain(s, p->target, p->arriving, p->seen, p->n);
+  const pktrt__kernels *kernels = work->job->scene->kernels;
+  uint32_t lane[PKTRT__BATCH];
+  const uint32_t listed = pktrt__look_for_light(work, lane);
+  if (listed) pktrt__look_through_glass(work, type, depth, lane, listed);
+  if (type == PKTRT_RAY_SHADOW) kernels->gain(s, p->target, p->arriving, p->seen, p->n);
   for (uint32_t i = 0; type == PKTRT_RAY_OTHER && i < p->n; i++) {
     const uint32_t k = p->target[i];
     pktrt__wave *w = p->wave[i];
@@ -8075,7 +8250,8 @@ static void pktrt__push_shadows(pktrt__work *work, const uint32_t *order, uint32
       memcpy(p->arriving[a] + n, sh->arriving[a] + from, size);
     }
     memcpy(p->batch.time + n, sh->time + from, size), memcpy(p->target + n, sh->surface + from, size);
-    for (uint32_t i = n; i < p->n; i++) p->batch.tmin[i] = 0, p->batch.tmax[i] = sh->tmax, p->wave[i] = NULL;
+    memset(p->batch.tmin + n, 0, size), memset(p->wave + n, 0, (to - from) * sizeof *p->wave);
+    for (uint32_t i = n; i < p->n; i++) p->batch.tmax[i] = sh->tmax;
     return;
   }
   for (int a = 0; a < 3; a++)
@@ -8114,13 +8290,13 @@ static bool pktrt__reorders(pktrt_assembly assembly) {
   return assembly == PKTRT_ASSEMBLY_OCTANTS || assembly == PKTRT_ASSEMBLY_MATERIALS;
 }
 
-/* Puts n rays of one type in order, and tells where packets end (paper 3.2): work->order, and work->packet, whose
-   entry i is the end of the packet that begins at i. `sender` are the lanes of the rays that sent them. */
+/* Puts n rays of one type in order, and tells where packets end (paper 3.2): work->order, if that changes, and
+   work->packet, whose entry i is the end of the packet that begins at i. `sender` are the lanes of the rays that sent
+   them. */
 static void pktrt__assemble(pktrt__work *work, uint32_t n, float (*d)[PKTRT__WAVE_ROW], const uint32_t *material,
                             const uint32_t *sender) {
   const pktrt_assembly assembly = work->job->desc->assembly;
   uint32_t *order = work->order, *packet = work->packet, placed = 0;
-  for (uint32_t i = 0; i < n; i++) order[i] = i;
   const bool octants = assembly == PKTRT_ASSEMBLY_OCTANTS;
   if (pktrt__reorders(assembly)) {
     uint8_t done[PKTRT__WAVE];
@@ -8214,30 +8390,6 @@ static void pktrt__aim_at_surroundings(pktrt__work *work, const pktrt__wave *w, 
   }
 }
 
-/* One light. A mesh stands in its middle in RCS and WRT: its projected area is |S cos| where it is flat, S being the
-   sum of its area vectors; where it is closed and convex it is a quarter of the area on average, and S is 0. The shadow
-   ray ends at the sphere around the mesh, whose own triangles would stop it. */
-static void pktrt__describe(const pktrt__work *work, uint32_t light, pktrt__aim *aim) {
-  const pktrt__job *job = work->job;
-  const pktrt_light *l = &job->scene->lights[light];
-  const pktrt__lamp *lamp = &job->lamps[light];
-  memset(aim, 0, sizeof *aim);
-  aim->kind = l->kind, aim->radius = lamp->radius, aim->area = lamp->area, aim->strength = lamp->strength;
-  aim->folded = pktrt__max(0, lamp->area - sqrt(pktrt__dot(lamp->facing, lamp->facing))) / 4;
-  for (int a = 0; a < 3; a++) {
-    aim->facing[a] = lamp->facing[a], aim->arriving[a] = lamp->light[a];
-    aim->at[a] = (double)l->position[a];
-    if (l->kind == PKTRT_LIGHT_QUAD) aim->at[a] += 0.5 * (double)l->edge[0][a];
-    if (l->kind == PKTRT_LIGHT_QUAD) aim->at[a] += 0.5 * (double)l->edge[1][a];
-    if (l->kind == PKTRT_LIGHT_DIRECTIONAL) aim->at[a] = lamp->facing[a];
-    if (l->kind == PKTRT_LIGHT_MESH) aim->at[a] = lamp->middle[a];
-  }
-  aim->infinite = l->kind == PKTRT_LIGHT_DIRECTIONAL || l->kind == PKTRT_LIGHT_ENVIRONMENT;
-  aim->by_square = l->kind == PKTRT_LIGHT_POINT || l->kind == PKTRT_LIGHT_QUAD ||
-                   (l->kind == PKTRT_LIGHT_MESH && job->distribute);
-  aim->lobes = job->follow && pktrt__unseen(l);
-}
-
 /* Where one light is for each surface, where that is random or takes more than the kernels know. */
 static void pktrt__find_targets(pktrt__work *work, const pktrt__wave *w, uint32_t light, uint32_t depth) {
   const pktrt__job *job = work->job;
@@ -8284,8 +8436,7 @@ static void pktrt__shine(const pktrt_scene *scene, const pktrt__surfaces *s, uin
 static void pktrt__aim_at(pktrt__work *work, const pktrt__wave *w, uint32_t light, uint32_t depth) {
   const pktrt_scene *scene = work->job->scene;
   const pktrt_light_kind kind = scene->lights[light].kind;
-  pktrt__aim aim;
-  pktrt__describe(work, light, &aim);
+  pktrt__aim aim = work->job->lamps[light].aim;
   if (work->job->distribute || kind == PKTRT_LIGHT_SPHERE || kind == PKTRT_LIGHT_ENVIRONMENT) {
     if (kind == PKTRT_LIGHT_ENVIRONMENT) pktrt__aim_at_surroundings(work, w, light, depth);
     else pktrt__find_targets(work, w, light, depth);
@@ -8297,7 +8448,7 @@ static void pktrt__aim_at(pktrt__work *work, const pktrt__wave *w, uint32_t ligh
 /* Direct light of all surfaces. */
 PKTRT__NOINLINE void pktrt__add_lights(pktrt__work *work, const pktrt__wave *w, uint32_t depth) {
   const pktrt__job *job = work->job;
-  const bool blind = job->desc->assembly == PKTRT_ASSEMBLY_BLIND;
+  const bool blind = job->desc->assembly == PKTRT_ASSEMBLY_BLIND, runs = job->desc->assembly == PKTRT_ASSEMBLY_RUNS;
   const bool together = blind || job->desc->shadows == PKTRT_SHADOWS_TOGETHER;
   const pktrt_ray_type type = blind ? PKTRT_RAY_OTHER : PKTRT_RAY_SHADOW;
   uint32_t *sender = work->sender;
@@ -8306,7 +8457,7 @@ PKTRT__NOINLINE void pktrt__add_lights(pktrt__work *work, const pktrt__wave *w, 
     if (!pktrt__is_asked(work, light, depth)) continue;
     pktrt__aim_at(work, w, light, depth);
     const pktrt__shadows *sh = &work->shadows;
-    for (uint32_t i = 0; i < sh->count; i++) sender[i] = work->surfaces.ray[sh->surface[i]];
+    for (uint32_t i = 0; runs && i < sh->count; i++) sender[i] = work->surfaces.ray[sh->surface[i]];
     if (sh->count) pktrt__assemble(work, sh->count, work->shadows.d, sh->material, sender);
     for (uint32_t i = 0, end; i < sh->count; i = end) {
       end = work->packet[i];
@@ -8503,11 +8654,20 @@ static void pktrt__camera_rays(pktrt__work *work, uint32_t n) {
   const pktrt_camera *c = &job->desc->camera;
   pktrt__wave *w = &work->primary;
   const bool lens = job->distribute && c->aperture > 0, pinhole = !lens && !c->moving;
+  const bool random = job->distribute || job->samples > 1;
   double x[8] = {0, 0, 0, 0, 0, 0, 0, 0}, y[8] = {0, 0, 0, 0, 0, 0, 0, 0};
-  for (uint32_t i = 0; i < n; i++) {
+  const double middle = pktrt__min(1, (double)c->time + 0.5 * (double)c->shutter);
+  for (uint32_t i = 0; i < n; i++) w->time[i] = (float)middle, w->importance[i] = 1, w->parent[i] = w->root[i] = i;
+  memset(w->key, 0, n * sizeof *w->key), memset(w->medium, 0, n * sizeof *w->medium);
+  memset(w->material, 0, n * sizeof *w->material), memset(work->deepest, 0, n);
+  for (uint32_t i = 0; pinhole && !random && i < n; i++) { /* the middles of pixels */
+    x[i % 8] = (double)work->x[i] + 0.5, y[i % 8] = (double)work->y[i] + 0.5;
+    if (i % 8 == 7 || i + 1 == n) job->scene->kernels->primary(&job->plane, x, y, w, i & ~7u);
+  }
+  for (uint32_t i = 0; !(pinhole && !random) && i < n; i++) {
     const uint32_t px = work->x[i], py = work->y[i], sample = work->sample[i];
     float u[5] = {0.5f, 0.5f, 0.5f, 0.5f, 0.5f}, disk[2] = {0, 0};
-    if (job->distribute || job->samples > 1) pktrt__sample(&job->sampling, px, py, sample, 0, lens ? 4 : 2, u);
+    if (random) pktrt__sample(&job->sampling, px, py, sample, 0, lens ? 4 : 2, u);
     if (job->distribute && c->shutter > 0) pktrt__sample(&job->sampling, px, py, sample, 4, 1, u + 4);
     if (lens) pktrt_map_disk(u + 2, disk);
     const double time = pktrt__min(1, (double)c->time + (double)u[4] * (double)c->shutter);
@@ -8515,9 +8675,6 @@ static void pktrt__camera_rays(pktrt__work *work, uint32_t n) {
     if (!pinhole) pktrt__lens_ray(work, x[i % 8], y[i % 8], disk, time, i);
     else if (i % 8 == 7 || i + 1 == n) job->scene->kernels->primary(&job->plane, x, y, w, i & ~7u);
     w->time[i] = (float)time;
-    w->importance[i] = 1, w->parent[i] = i, w->key[i] = 0, w->material[i] = w->medium[i] = 0;
-    w->root[i] = i;
-    work->deepest[i] = 0;
   }
 }
 
@@ -8537,22 +8694,30 @@ static void pktrt__run_wave(pktrt__work *work, uint32_t n) {
   for (uint32_t i = 0; i < n; i++) work->stats->tree_depth += work->deepest[i];
 }
 
-/* Means of a finished pixel into the picture and the optional buffers. */
-static void pktrt__write_pixel(const pktrt__work *work, uint32_t x, uint32_t y, uint32_t p) {
+/* Means of a finished pixel into the optional buffers. */
+static void pktrt__write_notes(const pktrt__work *work, size_t at, uint32_t p) {
   const pktrt_render_desc *d = work->job->desc;
-  const size_t at = (size_t)y * d->width + x;
   const double n = work->job->samples;
-  for (int a = 0; a < 3; a++) {
-    d->pixels[y * work->job->row_stride + (size_t)x * 3 + (size_t)a] = pktrt__to_float(work->sum[a][p] / n);
-    if (d->normal) d->normal[at * 3 + (size_t)a] = (float)(work->normal[a][p] / n);
-    if (d->albedo) d->albedo[at * 3 + (size_t)a] = (float)(work->albedo[a][p] / n);
+  for (size_t a = 0; a < 3; a++) {
+    if (d->normal) d->normal[at * 3 + a] = (float)(work->normal[a][p] / n);
+    if (d->albedo) d->albedo[at * 3 + a] = (float)(work->albedo[a][p] / n);
   }
   if (d->depth) d->depth[at] = work->met[p] ? (float)(work->depth[p] / work->met[p]) : INFINITY;
-  if (d->sample_count) d->sample_count[at] = work->job->samples;
 }
 
-/* Bits 0, 2, 4 and 6 of i next to each other: x of the i-th point of a square in Morton's order; i >> 1 gives y. */
-static uint32_t pktrt__even_bits(uint32_t i) { return (i & 1) | (i >> 1 & 2) | (i >> 2 & 4) | (i >> 3 & 8); }
+/* Means of finished pixels into the picture and the optional buffers. */
+static void pktrt__write_pixels(const pktrt__work *work, const uint32_t *x, const uint32_t *y, uint32_t pixels) {
+  const pktrt_render_desc *d = work->job->desc;
+  const bool notes = pktrt__notes(work->job);
+  const double n = work->job->samples;
+  for (uint32_t p = 0; p < pixels; p++) {
+    float *to = d->pixels + y[p] * work->job->row_stride + (size_t)x[p] * 3;
+    const size_t at = (size_t)y[p] * d->width + x[p];
+    for (int a = 0; a < 3; a++) to[a] = pktrt__to_float(work->sum[a][p] / n);
+    if (notes) pktrt__write_notes(work, at, p);
+    if (d->sample_count) d->sample_count[at] = work->job->samples;
+  }
+}
 
 /* A block of edge x edge pixels in cells of cell x cell: those of a cell, with all their samples, follow each other,
    so that they fall into one packet. `room` rays go at once. */
@@ -8563,7 +8728,7 @@ static void pktrt__render_block(pktrt__work *work, const uint32_t area[4], uint3
   for (uint32_t cy = 0; cy < edge; cy += cell)
     for (uint32_t cx = 0; cx < edge; cx += cell)
       for (uint32_t i = 0; i < cell * cell; i++) {
-        const uint32_t px = bx + cx + pktrt__even_bits(i), py = by + cy + pktrt__even_bits(i >> 1);
+        const uint32_t px = bx + cx + work->across[i], py = by + cy + work->down[i];
         if (px >= area[2] || py >= area[3]) continue;
         x[pixels] = px, y[pixels++] = py;
       }
@@ -8581,7 +8746,7 @@ static void pktrt__render_block(pktrt__work *work, const uint32_t area[4], uint3
         n = 0;
       }
     }
-  for (uint32_t p = 0; p < pixels; p++) pktrt__write_pixel(work, x[p], y[p], p);
+  pktrt__write_pixels(work, x, y, pixels);
 }
 
 /* The largest power of two whose square, times the samples of a pixel, does not exceed a number of rays. */
@@ -8609,6 +8774,11 @@ static bool pktrt__render_area(const pktrt__job *job, const uint32_t area[4], pk
   memset(work->refracted, 0, sizeof work->refracted);
   work->spare = NULL, work->pending.n = 0, work->failed = false;
   work->job = job, work->stats = stats;
+  work->across[0] = work->down[0] = 0;
+  for (uint32_t i = 1; i < PKTRT__WAVE; i++) { /* Morton's order: the bits of both by turns */
+    work->across[i] = (uint8_t)(work->across[i / 4] * 2 + i % 2);
+    work->down[i] = (uint8_t)(work->down[i / 4] * 2 + i / 2 % 2);
+  }
   const uint32_t packet = job->packet_size * job->packet_size;
   /* The fast path takes many packets at once, and keeps secondary packets full so. Where it is told how to assemble
      packets, and on the paper path, a packet sends out its rays alone, as in the paper. */
@@ -8630,10 +8800,10 @@ PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *s, const pktrt_rende
   pktrt__why why;
   if (!s || !pktrt__check_render(s, d, &job, &why)) return PKTRT_INVALID_ARGUMENT;
   if (x > d->width || y > d->height || w > d->width - x || h > d->height - y) return PKTRT_INVALID_ARGUMENT;
-  if (!pktrt__make_lamps(&job)) return PKTRT_OUT_OF_MEMORY;
+  if (!pktrt__prepare(&job, (uint64_t)w * h)) return PKTRT_OUT_OF_MEMORY;
   const uint32_t area[4] = {x, y, x + w, y + h};
   const bool ok = pktrt__render_area(&job, area, d->stats);
-  pktrt__free_lamps(&job);
+  pktrt__unprepare(&job);
   return ok ? PKTRT_OK : PKTRT_OUT_OF_MEMORY;
 }
 
@@ -8687,13 +8857,14 @@ PKTRT_DEF pktrt_status pktrt_render(pktrt_scene *s, const pktrt_render_desc *d) 
       return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "render: no memory for the statistics of %u tiles", (unsigned)t.count);
     memset(t.stats, 0, (size_t)count * sizeof *t.stats);
   }
-  const bool lit = pktrt__make_lamps(&job);
+  const bool lit = pktrt__prepare(&job, (uint64_t)d->width * d->height);
   if (lit) pktrt__parallel(&s->desc, t.count, pktrt__run_tile, &t);
   for (uint32_t i = 0; d->stats && i < t.count; i++) pktrt__add_stats(d->stats, &t.stats[i]);
   pktrt__release(&s->desc, t.stats, count, sizeof *t.stats);
-  pktrt__free_lamps(&job);
+  if (lit) pktrt__unprepare(&job);
   if (!lit || t.failed)
-    return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "render: no memory for %s", lit ? "the rays of a tile" : "the lights");
+    return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "render: no memory for %s",
+                       lit ? "the rays of a tile" : "lights and glass");
   return t.cancelled ? pktrt__fail(s, PKTRT_CANCELLED, "render: the progress hook asked to stop") : PKTRT_OK;
 }
 

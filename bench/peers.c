@@ -3,7 +3,7 @@
      make peers                            the headline set: built-in scenes at rest and moving, in ten minutes
      make peers MESHES="FILE.tri DIR"      of these files and directories besides
      make peers FULL=1                     everything: more motion, Embree's robust mode, high trees, all instruction
-                                           sets, refitted trees, orders of rays, two workers
+                                           sets, refitted trees, orders of rays
      build/peers --help                    all options
 
    Each kind of ray is made once by pktrt and handed to both libraries, the same floats. Every round runs all modes of
@@ -165,12 +165,14 @@ typedef struct room { /* for the largest set of rays */
   job j;
 } room;
 
-/* Those parts of the full set that race on no kind of rays: on the built-in scenes, as they lie. A further part adds
-   its rows here, and what it must reach as a line of peers_report.h. */
+/* Those parts that race on no kind of rays: on the pool hall as it lies, and of two workers, in the full set, on all
+   built-in scenes. A further part adds its rows here, and what it must reach as a line of peers_report.h. */
 static void run_extras(report *to, const options *o, const stage *g, const setting *how, const pair *pairs,
                        unsigned count) {
-  add_workers(to, o, g, how, pairs, count);
-  if (strcmp(g->name, "poolhall")) return;
+  const bool hall = !strcmp(g->name, "poolhall");
+  if (hall) add_shading(to, o, g, how, pairs, count);
+  if (hall || o->full) add_workers(to, o, g, how, pairs, count);
+  if (!hall || !o->full) return;
   const size_t most = (size_t)o->size * o->size * 4;
   room large;
   sources_room(&large.s, most);
@@ -202,7 +204,7 @@ static size_t run_setting(report *to, const options *o, stage *g, const setting 
   if (how->refit) add_refits(to, g, how, pairs, count, o->rounds);
   else add_trees(to, g, how, pairs, count, o->rounds);
   if (!fits_only) wrong = race(to, o, g, how, pairs, count, &r->s, &r->j);
-  if (o->full && how == &settings[0] && g->of == BUILT_IN) run_extras(to, o, g, how, pairs, count);
+  if (how == &settings[0] && g->of == BUILT_IN) run_extras(to, o, g, how, pairs, count);
   if (how->refit) swap_poses(g);
   close_scenes(pairs, count);
   return wrong;

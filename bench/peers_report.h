@@ -119,6 +119,7 @@ static const line lines[] = {
   {"tree at rest, bytes/triangle",  REST,  0,               "tree",   "bytes",     MOST,   {72, 72},     {0, 0}},
   {"two workers, render",           NULL,  0,               "render", "workers",   LEAST,  {1.9, 1.9},   {0, 0}},
   {"two workers, build",            NULL,  0,               "build",  "workers",   LEAST,  {1.7, 1.7},   {0, 0}},
+  {"share of shading in a render",  NULL,  0,               "render", "shading",  MOST,   {0.2, 0.2},   {0, 0}},
   {"share of rays that disagree",   NULL,  ALL_KINDS,       NULL,     "hits",      SHARE,  {1e-5, 1e-5}, {0, 0}},
   {"rays on which pktrt is wrong",  NULL,  ALL_KINDS,       NULL,     "hits",      FAULTS, {0, 0},       {0, 0}},
 };

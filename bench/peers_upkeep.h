@@ -1,7 +1,7 @@
 /* peers_upkeep.h - part of peers.c: what is timed besides rays against rays. Trees built and refitted, and their bytes;
-   many rays in all orders against single calls; two workers.
+   many rays in all orders against single calls; two workers; the share of shading.
 
-   Contents: trees, refits, orders, workers. */
+   Contents: trees, refits, orders, workers, shading. */
 #ifndef PEERS_UPKEEP_H
 #define PEERS_UPKEEP_H
 
@@ -230,37 +230,52 @@ static void pin(void) {}
 static unsigned unpin(void) { return 1; }
 #endif
 
-/* Seconds by the clock of a picture by Whitted's mode, and of building the trees before. */
+static pktrt_scene *open_world(const stage *g, pktrt_isa isa, ex_threads *threads) {
+  pktrt_scene_desc desc;
+  memset(&desc, 0, sizeof desc);
+  desc.isa = isa, desc.user = threads, desc.parallel_for = threads->count > 1 ? ex_parallel_for : NULL;
+  pktrt_scene *world = pktrt_scene_create(&desc);
+  if (!world || scene_add(world, &g->s) != PKTRT_OK) fatal(pktrt_last_error(world));
+  return world;
+}
+
+/* Seconds by the clock of building the trees. */
+static double time_build(pktrt_scene *world) {
+  const double start = ex_seconds();
+  if (pktrt_commit(world) != PKTRT_OK) fatal(pktrt_last_error(world));
+  return ex_seconds() - start;
+}
+
+/* The same of a picture by Whitted's mode. */
+static double time_picture(pktrt_scene *world, const stage *g, float *pixels, unsigned size) {
+  pktrt_render_desc d;
+  memset(&d, 0, sizeof d);
+  d.width = d.height = size, d.pixels = pixels, d.mode = PKTRT_MODE_WRT, d.camera = g->s.camera;
+  const double start = ex_seconds();
+  if (pktrt_render(world, &d) != PKTRT_OK) fatal(pktrt_last_error(world));
+  return ex_seconds() - start;
+}
+
 static void work(const stage *g, pktrt_isa isa, unsigned workers, float *pixels, unsigned size, double *build,
                  double *render) {
   ex_threads threads;
-  pktrt_scene_desc desc;
-  pktrt_render_desc d;
-  memset(&desc, 0, sizeof desc), memset(&d, 0, sizeof d);
   threads.count = workers;
-  desc.isa = isa, desc.user = &threads, desc.parallel_for = workers > 1 ? ex_parallel_for : NULL;
-  pktrt_scene *world = pktrt_scene_create(&desc);
-  if (!world || scene_add(world, &g->s) != PKTRT_OK) fatal(pktrt_last_error(world));
-  double start = ex_seconds();
-  if (pktrt_commit(world) != PKTRT_OK) fatal(pktrt_last_error(world));
-  *build = ex_seconds() - start;
-  d.width = d.height = size, d.pixels = pixels, d.mode = PKTRT_MODE_WRT, d.camera = g->s.camera;
-  start = ex_seconds();
-  if (pktrt_render(world, &d) != PKTRT_OK) fatal(pktrt_last_error(world));
-  *render = ex_seconds() - start;
+  pktrt_scene *world = open_world(g, isa, &threads);
+  *build = time_build(world), *render = time_picture(world, g, pixels, size);
   pktrt_scene_destroy(world);
 }
 
 static void add_workers(report *to, const options *o, const stage *g, const setting *how, const pair *pairs,
                         unsigned count) {
   double build[2][MAX_ROUNDS], render[2][MAX_ROUNDS];
-  float *pixels = (float *)take((size_t)o->size * o->size * 3, sizeof(float));
+  const unsigned size = 2 * o->size;
+  float *pixels = (float *)take((size_t)size * size * 3, sizeof(float));
   if (unpin() < 2) {
     printf("  two workers: not measured, this process may use one core only\n");
   } else {
     for (unsigned p = 0; p < count && pairs[p].isa != PKTRT_ISA_SCALAR; p++) {
       for (unsigned r = 0; r < o->rounds; r++)
-        for (unsigned w = 0; w < 2; w++) work(g, pairs[p].isa, w + 1, pixels, o->size, &build[w][r], &render[w][r]);
+        for (unsigned w = 0; w < 2; w++) work(g, pairs[p].isa, w + 1, pixels, size, &build[w][r], &render[w][r]);
       const double b = median_of(build[0], o->rounds) / median_of(build[1], o->rounds),
                    f = median_of(render[0], o->rounds) / median_of(render[1], o->rounds);
       ratio_row(to, g, how, &pairs[p], "build", "workers", b, build[0][0] / build[1][0])->rounds = o->rounds;
@@ -269,6 +284,48 @@ static void add_workers(report *to, const options *o, const stage *g, const sett
     }
   }
   pin();
+  free(pixels);
+}
+
+/* >>shading -------------------------------------------------------------------------------------------------------- */
+
+/* Clock reads around the kernel that sets up, traces and resolves rays, of a scene whose kernels are replaced so. The
+   rest of a render is shading, and half of what reading the clock takes. */
+static struct {
+  void (*trace)(const pktrt__call *, pktrt__batch *, uint32_t);
+  double seconds;
+} traced;
+
+static void trace_by_clock(const pktrt__call *call, pktrt__batch *b, uint32_t n) {
+  const double start = ex_seconds();
+  traced.trace(call, b, n);
+  traced.seconds += ex_seconds() - start;
+}
+
+/* Of the time of a picture by Whitted's mode, with one worker. */
+static void add_shading(report *to, const options *o, const stage *g, const setting *how, const pair *pairs,
+                        unsigned count) {
+  const unsigned size = 2 * o->size;
+  float *pixels = (float *)take((size_t)size * size * 3, sizeof(float));
+  ex_threads alone;
+  alone.count = 1;
+  for (unsigned p = 0; p < count && pairs[p].isa != PKTRT_ISA_SCALAR; p++) {
+    pktrt_scene *world = open_world(g, pairs[p].isa, &alone);
+    double share[MAX_ROUNDS], rest[MAX_ROUNDS];
+    (void)time_build(world);
+    pktrt__kernels kernels = *world->kernels;
+    traced.trace = kernels.trace, kernels.trace = trace_by_clock, world->kernels = &kernels;
+    for (unsigned r = 0; r < o->rounds; r++) {
+      traced.seconds = 0;
+      const double all = time_picture(world, g, pixels, size);
+      rest[r] = all - traced.seconds, share[r] = rest[r] / all;
+    }
+    pktrt_scene_destroy(world);
+    const double median = median_of(share, o->rounds);
+    ratio_row(to, g, how, &pairs[p], "render", "shading", median, share[0])->rounds = o->rounds;
+    printf("  shading, %s: %.1f%% of a render, %.0f ns per sample\n", pktrt_isa_string(pairs[p].isa), 1e2 * median,
+           1e9 * median_of(rest, o->rounds) / ((double)size * size));
+  }
   free(pixels);
 }
 

@@ -3994,6 +3994,9 @@ OP void NAME(weights)(pktrt__batch *b, uint32_t first, uint32_t n, uint32_t keys
 /* The lanes of a block that hold a triangle. */
 OP uint32_t NAME(occupied)(const uint32_t *id) { return 0xFFu & ~vsame(id, PKTRT_NONE); }
 
+/* The rays that hit nothing yet. */
+OP uint32_t NAME(unhit)(const uint32_t *slot) { return vsame(slot, PKTRT_NONE); }
+
 /* What single precision says about eight lanes, each a ray and a triangle. */
 typedef struct NAME(estimate) {
   v8 lo, hi;            /* bounds of the depth of a hit */
@@ -4778,6 +4781,39 @@ PKTRT__NOINLINE uint32_t NAME(take8)(const pktrt__view *view, pktrt__batch *b, u
   return taken;
 }
 
+/* pktrt__settle for eight rays of a frustum at a triangle at rest, of those that hit nothing yet. WHY: rays from a light
+   end at surfaces, and what lies at tmax is always left open. */
+PKTRT__NOINLINE uint32_t NAME(settle8)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t open, uint32_t id,
+                                       uint32_t slot) {
+  const uint32_t axis = b->axis[r + pktrt__lowest(open)], k[3] = {axis, (axis + 1) % 3, (axis + 2) % 3};
+  float p[3][3];
+  d8 x[3], y[3], z[3];
+  pktrt__corners_at(&view->groups[view->group], slot, 0, p);
+  UNROLL for (int c = 0; c < 3; c++) {
+    const v8 pk = vsub(vset(p[c][k[0]]), vload(b->o[k[0]] + r));
+    x[c] = dfrom(vsub(vsub(vset(p[c][k[1]]), vload(b->o[k[1]] + r)), vmul(vload(b->slope[0] + r), pk)));
+    y[c] = dfrom(vsub(vsub(vset(p[c][k[2]]), vload(b->o[k[2]] + r)), vmul(vload(b->slope[1] + r), pk)));
+    z[c] = dfrom(pk);
+  }
+  const d8 u = dsub(dmul(x[2], y[1]), dmul(y[2], x[1])), v = dsub(dmul(x[0], y[2]), dmul(y[0], x[2]));
+  const d8 w = dsub(dmul(x[1], y[0]), dmul(y[1], x[0])), det = dadd(dadd(u, v), w), zero = dset(0);
+  const uint32_t below = mbits(mor(mor(dlt(u, zero), dlt(v, zero)), dlt(w, zero)));
+  const uint32_t above = mbits(mor(mor(dlt(zero, u), dlt(zero, v)), dlt(zero, w)));
+  const v8 dk = vload(b->dk + r), relative = vset(PKTRT__PAD_DEPTH);
+  const d8 depth = dadd(dadd(dmul(u, z[0]), dmul(v, z[1])), dmul(w, z[2]));
+  const v8 t = dto(dmul(depth, ddiv(dset(1), dmul(det, dfrom(dk)))));
+  const uint32_t within = mbits(mand(vlt(vload(b->tmin + r), t), vlt(t, vload(b->tmax + r))));
+  const uint32_t taken = open & (below ^ above) & within;
+  const v8 far_ = vmul(t, vabs(dk)), slack = vadd(vmul(vabs(far_), relative), vload(b->tiny + r));
+  const m8 m = mfrom(taken);
+  vput(b->sf + r, m, vsub(far_, slack));
+  vput(b->wf + r, m, vadd(far_, slack));
+  vput_u32(b->id + r, m, id);
+  vput_u32(b->slot + r, m, slot);
+  vput_u32(b->group + r, m, view->group);
+  return taken;
+}
+
 /* The same for a vector of rays in a frustum, given their edge functions, depths of corners, largest |x| |y|, and what
    all rays have in common. */
 PKTRT__NOINLINE uint32_t NAME(frustum_take)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t bits,
@@ -4806,6 +4842,12 @@ PKTRT__NOINLINE uint32_t NAME(frustum_take)(const pktrt__view *view, pktrt__batc
   fput_u32(b->id + r, m, id);
   fput_u32(b->slot + r, m, slot);
   fput_u32(b->group + r, m, view->group);
+  if (view->plane0 == view->plane1)
+    for (uint32_t i = 0; i < FW; i += 8) {
+      const uint32_t some = open >> i & NAME(unhit)(b->slot + r + i);
+      if (some) taken |= NAME(settle8)(view, b, r + i, some, id, slot) << i;
+      open &= ~(some << i);
+    }
   for (; PKTRT__UNLIKELY(open); open &= open - 1)
     if (pktrt__settle(view, b, r + pktrt__lowest(open), id, slot)) taken |= open & (0u - open);
   return taken;

@@ -114,6 +114,7 @@
        >>shade        surfaces, scattering and shadow rays, eight at a time
        >>fit          blocks and nodes of builds and refits
        >>entry        one batch of rays
+       >>arrays       arrays of structures to batches and back
 
      Implementation of the public functions
        >>scene        meshes, lights and materials come and change
@@ -2572,10 +2573,11 @@ static pktrt_status pktrt__rebuild_worn(pktrt_scene *s) {
 
        r = 1 / (det d_k)      t = fl( ((U za + V zb) + W zc) r )      u = fl(V (d_k r))      v = fl(W (d_k r))
 
-   (one division serves all three). U/det, V/det, W/det are correct to 2^-50 and not negative: t d_k is a convex
-   combination of za, zb, zc up to 2^-49 of the largest. This holds at any angle of incidence: no special case for grazing rays. Accepted where tmin < t < tmax,
-   comparing floats. The nearest t wins; equal t go to the lower global triangle index (meshes in order, triangles in
-   order). Comparing pairs (t, index) makes the result independent of the order of the tests.
+   (one division serves all three; no product leaves the range of doubles). U/det, V/det, W/det are correct to 2^-50 and
+   not negative: t d_k is a convex combination of za, zb, zc up to 2^-49 of the largest. This holds at any angle of
+   incidence: no special case for grazing rays. Accepted where tmin < t < tmax, comparing floats. The nearest t wins;
+   equal t go to the lower global triangle index (meshes in order, triangles in order). Comparing pairs (t, index) makes
+   the result independent of the order of the tests.
 
    Motion: at time weight b = local time in the segment, a = fl(1 - b), a vertex is fl(fl(a P0) + fl(b P1)) by
    component: one formula for all kernels, exact at the keys, equal for all triangles that share the vertex, and
@@ -3297,7 +3299,8 @@ OP float vhmax(v8 a) {
 
 /* Those of eight children that are in `keep`, in the order of perm: a byte each, the first one lowest. */
 OP uint64_t vorder(uint32_t keep, uint32_t perm) {
-  const uint64_t all = _pdep_u64(perm, UINT64_C(0x0707070707070707)), kept = _pdep_u64(keep, UINT64_C(0x0101010101010101)) * 0xFF;
+  const uint64_t all = _pdep_u64(perm, UINT64_C(0x0707070707070707));
+  const uint64_t kept = _pdep_u64(keep, UINT64_C(0x0101010101010101)) * 0xFF;
   const __m128i those = _mm_shuffle_epi8(_mm_cvtsi64_si128((long long)kept), _mm_cvtsi64_si128((long long)all));
   return _pext_u64(all, (uint64_t)_mm_cvtsi128_si64(those));
 }
@@ -4497,9 +4500,9 @@ OP uint64_t NAME(stream_any)(const pktrt__view *view, pktrt__batch *b, const uin
 }
 
 /* >>frustum ----------------------------------------------------------------------------------------------------------
-   Up to 64 rays of one octant that look along the same axis k, in a sense s, whatever their origins: four planes around
-   all of them cull whole subtrees, one box test per child then tells which rays go on, and what becomes too thin goes to
-   the stream.
+   Up to 64 rays of one octant that look along the same axis k, in a sense s, whatever their origins: four planes
+   around all of them cull whole subtrees, one box test per child then tells which rays go on, and what becomes too
+   thin goes to the stream.
 
    A ray is u(W) = C + G W, where W is the depth along s k from the reference point, common to all rays. At W = 0 and at
    the far end W = Y of the scene take the largest and smallest u over the rays: straight lines through these bound
@@ -4558,7 +4561,8 @@ OP void NAME(frustum_origins)(NAME(frustum_rays) *f, const pktrt__batch *b, uint
 OP void NAME(frustum_planes)(NAME(frustum_rays) *f, const pktrt__batch *b, uint64_t mask) {
   const vf inf = fset(INFINITY), ninf = fset(-INFINITY), s = fset(f->sign);
   const uint32_t axis[2] = {f->ku, f->kv};
-  vf n0[2] = {inf, inf}, n1[2] = {inf, inf}, x0[2] = {ninf, ninf}, x1[2] = {ninf, ninf}, wmin = inf, wmax = ninf, depth = fset(0);
+  vf n0[2] = {inf, inf}, n1[2] = {inf, inf}, x0[2] = {ninf, ninf}, x1[2] = {ninf, ninf};
+  vf wmin = inf, wmax = ninf, depth = fset(0);
   for (uint32_t i = 0; i < 64; i += FW) {
     const uint32_t bits = (uint32_t)(mask >> i) & ((1u << FW) - 1), r = f->base + i;
     if (!bits) continue;
@@ -4660,7 +4664,8 @@ OP uint32_t NAME(frustum_node)(const NAME(frustum_rays) *f, const float *p0, con
   return mbits(keep);
 }
 
-/* The rays of mask that may hit one child, whose planes start at p0 and p1 (stride 8 floats). */
+/* The rays of mask that may hit one child, whose planes start at p0 and p1 (stride 8 floats). WHY all vectors, also
+   those without rays: a branch costs more. */
 OP uint64_t NAME(frustum_rays_in)(const NAME(frustum_rays) *f, const pktrt__batch *b, const float *p0, const float *p1,
                                   uint64_t mask, const bool moving) {
   const uint32_t nx = f->octant << 3 & 8, ny = 16 + (f->octant << 2 & 8), nz = 32 + (f->octant << 1 & 8);
@@ -4668,7 +4673,6 @@ OP uint64_t NAME(frustum_rays_in)(const NAME(frustum_rays) *f, const pktrt__batc
   uint64_t result = 0;
   for (uint32_t i = 0; i < 64; i += FW) {
     const uint32_t bits = (uint32_t)(mask >> i) & ((1u << FW) - 1), r = f->base + i;
-    if (!bits) continue;
     vf n = fload(b->wn + r), x = fload(b->wf + r);
     UNROLL for (int a = 0; a < 3; a++) {
       const vf rd = fload(b->rd[a] + r);
@@ -4695,8 +4699,9 @@ typedef struct NAME(frustum_corners) {
 /* One origin, nothing moves: the triangles that an edge keeps away from all rays. With slopes S0 + s, x = X - s W in
    the corners' X = p_u - S0 W, and so y: the product s_u s_v cancels in U = (x2 y1 - y2 x1) = (X2 Y1 - Y2 X1) + s_u (Y2
    W1 - W2 Y1) + s_v (W2 X1 - X2 W1), linear over the packet. A triangle is missed by all if one edge function is below
-   0 for all rays, and one is above. What rounding may do: the canonical x is within 3 eps M <= pad / 5 of p_u - S W;
-   sums of six products of at most (|X| + h |W|) (|Y| + h |W|) each. */
+   0 for all rays, and one is above. What rounding may do: the canonical x and X here are each within 3 eps M of p_u - S
+   W, where pad >= 16 eps M, so that U moves by at most pad (|x| + |y|); and six products of at most (|X| + h |W|) (|Y|
+   + h |W|) are rounded and summed. h: the slopes are those of planes, 4 eps wider. */
 OP uint32_t NAME(frustum_edges)(const NAME(frustum_rays) *f, NAME(frustum_corners) *c) {
   const v8 s = vset(f->sign);
   v8 x[3], y[3], w[3], m[2], h[2], least = vset(INFINITY), most = vset(-INFINITY);
@@ -4781,8 +4786,8 @@ PKTRT__NOINLINE uint32_t NAME(take8)(const pktrt__view *view, pktrt__batch *b, u
   return taken;
 }
 
-/* pktrt__settle for eight rays of a frustum at a triangle at rest, of those that hit nothing yet. WHY: rays from a light
-   end at surfaces, and what lies at tmax is always left open. */
+/* pktrt__settle for eight rays of a frustum at a triangle at rest, of those that hit nothing yet. WHY: rays from a
+   light end at surfaces, and what lies at tmax is always left open. */
 PKTRT__NOINLINE uint32_t NAME(settle8)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t open, uint32_t id,
                                        uint32_t slot) {
   const uint32_t axis = b->axis[r + pktrt__lowest(open)], k[3] = {axis, (axis + 1) % 3, (axis + 2) % 3};
@@ -5382,7 +5387,7 @@ OP uint64_t NAME(rays_of_segment)(const pktrt__batch *b, const uint8_t *list, ui
 
 /* Rays of one octant through all groups. */
 PKTRT__NOINLINE void NAME(drive_stream)(const pktrt_scene *scene, pktrt__batch *b, const uint8_t *list, uint64_t mask,
-                           const bool occlusion, const bool stats, pktrt_counts *counts) {
+                                        const bool occlusion, const bool stats, pktrt_counts *counts) {
   for (uint32_t i = 0; i < scene->group_count && mask; i++) {
     const pktrt__group *g = &scene->groups[i];
     uint64_t hit = 0;
@@ -5410,7 +5415,7 @@ PKTRT__NOINLINE void NAME(drive_stream)(const pktrt_scene *scene, pktrt__batch *
 
 /* A packet of one axis and octant through all groups. */
 PKTRT__NOINLINE void NAME(drive_frustum)(const pktrt_scene *scene, pktrt__batch *b, uint32_t base, uint64_t mask,
-                            const bool occlusion, const bool stats, pktrt_counts *counts) {
+                                         const bool occlusion, const bool stats, pktrt_counts *counts) {
   NAME(frustum_rays) f;
   NAME(frustum_setup)(&f, scene, b, base, mask);
   COUNT(packets, 1);
@@ -5470,8 +5475,8 @@ OP void NAME(drive_single)(const pktrt_scene *scene, pktrt__batch *b, uint32_t r
 }
 
 /* Rays of a batch by octant, in streams of at most 64. */
-PKTRT__NOINLINE void NAME(drive_octants)(const pktrt_scene *scene, pktrt__batch *b, const uint64_t *rays, const bool occlusion,
-                            const bool stats, pktrt_counts *counts) {
+PKTRT__NOINLINE void NAME(drive_octants)(const pktrt_scene *scene, pktrt__batch *b, const uint64_t *rays,
+                                         const bool occlusion, const bool stats, pktrt_counts *counts) {
   uint8_t list[PKTRT__BATCH];
   uint32_t end[8], sum = 0;
   memset(end, 0, sizeof end);
@@ -6250,8 +6255,8 @@ static bool NAME(rounds_each_operation)(void) {
 }
 
 static const pktrt__kernels NAME(kernels) = {NAME(trace), NAME(trace_one), NAME(rounds_each_operation),
-                                             NAME(load), NAME(store), NAME(primary), NAME(pack), NAME(find), NAME(dress),
-                                             NAME(aim), NAME(meets), NAME(gain), NAME(send)};
+                                             NAME(load), NAME(store), NAME(primary), NAME(pack), NAME(find),
+                                             NAME(dress), NAME(aim), NAME(meets), NAME(gain), NAME(send)};
 
 #ifdef PKTRT__ALSO_STAMP /* for benchmarks: a file of theirs on the same vectors; its path from here, in quotes */
 #include PKTRT__ALSO_STAMP

@@ -4822,8 +4822,9 @@ PKTRT__NOINLINE uint32_t NAME(settle8)(const pktrt__view *view, pktrt__batch *b,
 /* The same for a vector of rays in a frustum, given their edge functions, depths of corners, largest |x| |y|, and what
    all rays have in common. */
 PKTRT__NOINLINE uint32_t NAME(frustum_take)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t bits,
-                                            const vf e[3], const vf z[3], vf xy, float range, float far_, uint32_t id,
-                                            uint32_t slot, pktrt_counts *counts) {
+                                            vf e0, vf e1, vf e2, vf z0, vf z1, vf z2, vf xy, float range, float far_,
+                                            uint32_t id, uint32_t slot, pktrt_counts *counts) {
+  const vf e[3] = {e0, e1, e2}, z[3] = {z0, z1, z2};
   const vf zero = fset(0), dk = fload(b->dk + r), tiny = fload(b->tiny + r);
   const vf det = fadd(fadd(e[0], e[1]), e[2]), inverse = fdiv(fset(1), det), size = fabs_(det);
   const vf sum = ffma(fmul(e[0], inverse), z[0], ffma(fmul(e[1], inverse), z[1], fmul(fmul(e[2], inverse), z[2])));
@@ -4896,7 +4897,7 @@ OP uint64_t NAME(frustum_triangle)(const NAME(frustum_rays) *f, const pktrt__vie
     if (!bits) continue;
     const vf xs = fmax_(fabs_(x[0]), fmax_(fabs_(x[1]), fabs_(x[2])));
     const vf ys = fmax_(fabs_(y[0]), fmax_(fabs_(y[1]), fabs_(y[2])));
-    result |= (uint64_t)NAME(frustum_take)(view, b, r, bits, e, z, fmul(xs, ys), corners->range[lane],
+    result |= (uint64_t)NAME(frustum_take)(view, b, r, bits, e[0], e[1], e[2], z[0], z[1], z[2], fmul(xs, ys), corners->range[lane],
                                            corners->far_[lane], id, slot, stats ? counts : NULL) << i;
   }
   return result;

@@ -128,7 +128,7 @@ OP void NAME(kensler_ours)(const pktrt__view *view, pktrt__batch *b, const float
     NAME(paper_triangle)(&p, k0, k1, r, bits, lane, id[lane], index * 8 + lane, moving, false, NULL);
   }
   for (uint32_t m = same ? 0 : bits; m; m &= m - 1)
-    NAME(ray_block)(view, b, r + pktrt__lowest(m), index, false, moving, false, NULL);
+    NAME(ray_block_any)(view, b, r + pktrt__lowest(m), index, false, moving, false, NULL);
 }
 
 OP void NAME(race)(const course *c, size_t batch, const bool kensler, const bool groups, const bool moving) {
@@ -140,7 +140,7 @@ OP void NAME(race)(const course *c, size_t batch, const bool kensler, const bool
     const float *k1 = (const float *)(const void *)(block + c->view.vertex1);
     const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
     if (!groups && kensler) NAME(kensler_block)(&c->view, b, v.ray, v.block, moving);
-    else if (!groups) NAME(ray_block)(&c->view, b, v.ray, v.block, false, moving, false, NULL);
+    else if (!groups) NAME(ray_block_any)(&c->view, b, v.ray, v.block, false, moving, false, NULL);
     else if (!kensler) NAME(kensler_ours)(&c->view, b, k0, k1, id, v.ray, v.bits, v.block, moving);
     else
       for (uint32_t m = NAME(occupied)(id); m; m &= m - 1) {

@@ -10,7 +10,7 @@
    with the point at p0 + beta (p1 - p0) + gamma (p2 - p0). Two crosses serve everything; what needs no ray comes first.
    It is hit if beta, gamma and 1 - beta - gamma are not negative: if the three numerators have one sign. So nothing is
    divided until a lane has passed, as in pktrt. Sums of products are fused where the machine can; pktrt must not. */
-#ifndef KENSLER_COURSE /* the same for all stamps */
+#if !defined KENSLER_COURSE && !defined KENSLER_ALONE /* the same for all stamps */
 #define KENSLER_COURSE
 
 typedef struct visit {              /* a ray of a batch (groups: the first of eight) meets a leaf */
@@ -116,6 +116,7 @@ OP void NAME(kensler_rays)(pktrt__batch *b, const float *k0, const float *k1, ui
   vput_u32(b->slot + r, m, slot);
 }
 
+#ifndef KENSLER_ALONE /* who wants no race */
 /* pktrt's way with the same triangle and rays: as in a leaf of the paper path. */
 OP void NAME(kensler_ours)(const pktrt__view *view, pktrt__batch *b, const float *k0, const float *k1,
                            const uint32_t *id, uint32_t r, uint32_t bits, uint32_t index, const bool moving) {
@@ -128,7 +129,7 @@ OP void NAME(kensler_ours)(const pktrt__view *view, pktrt__batch *b, const float
     NAME(paper_triangle)(&p, k0, k1, r, bits, lane, id[lane], index * 8 + lane, moving, false, NULL);
   }
   for (uint32_t m = same ? 0 : bits; m; m &= m - 1)
-    NAME(ray_block)(view, b, r + pktrt__lowest(m), index, false, moving, false, NULL);
+    NAME(ray_block_any)(view, b, r + pktrt__lowest(m), index, false, moving, false, NULL);
 }
 
 OP void NAME(race)(const course *c, size_t batch, const bool kensler, const bool groups, const bool moving) {
@@ -140,7 +141,7 @@ OP void NAME(race)(const course *c, size_t batch, const bool kensler, const bool
     const float *k1 = (const float *)(const void *)(block + c->view.vertex1);
     const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
     if (!groups && kensler) NAME(kensler_block)(&c->view, b, v.ray, v.block, moving);
-    else if (!groups) NAME(ray_block)(&c->view, b, v.ray, v.block, false, moving, false, NULL);
+    else if (!groups) NAME(ray_block_any)(&c->view, b, v.ray, v.block, false, moving, false, NULL);
     else if (!kensler) NAME(kensler_ours)(&c->view, b, k0, k1, id, v.ray, v.bits, v.block, moving);
     else
       for (uint32_t m = NAME(occupied)(id); m; m &= m - 1) {
@@ -167,3 +168,4 @@ RACE(111, true, true, true)
 static const race_set NAME(races) = {{{{NAME(race_000), NAME(race_001)}, {NAME(race_010), NAME(race_011)}},
                                       {{NAME(race_100), NAME(race_101)}, {NAME(race_110), NAME(race_111)}}},
                                      NAME(setup)};
+#endif

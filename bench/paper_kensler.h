@@ -2,8 +2,8 @@
    pktrt's, on the pairs of rays and leaves that traversal really meets. The kernels are in kensler.h, which pktrt.h
    stamps with its own.
 
-   These are internals of pktrt.h: its vectors, blocks and batches, ray_block and paper_triangle. There is no public way
-   to test triangles without a tree.
+   These are internals of pktrt.h: its vectors, blocks and batches, ray_block_any and paper_triangle. There is no public
+   way to test triangles without a tree.
 
    Contents: kernels, pairs, racing, edges, part. */
 #ifndef PAPER_KENSLER_H

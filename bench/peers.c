@@ -3,7 +3,7 @@
      make peers                            the headline set: built-in scenes at rest and moving, in ten minutes
      make peers MESHES="FILE.tri DIR"      of these files and directories besides
      make peers FULL=1                     everything: more motion, Embree's robust mode, high trees, all instruction
-                                           sets, refitted trees, orders of rays
+                                           sets, refitted trees
      build/peers --help                    all options
 
    Each kind of ray is made once by pktrt and handed to both libraries, the same floats. Every round runs all modes of
@@ -13,7 +13,8 @@
    used as they are. Embree's fastest mode counts. A ratio is pktrt / Embree in rays per second: above 1, pktrt is the
    faster.
 
-   Where the two disagree on a hit, peers_truth.h says who is wrong.
+   Where the two disagree on a hit, peers_truth.h says who is wrong. How near pktrt's kernels are to the time of their
+   tests alone, peers_limits.h.
 
    Contents: options, settings, parts, main. */
 #include "peers_upkeep.h"
@@ -30,8 +31,8 @@ static const char usage[] =
     "  --settings LIST  rest, moving, refitted, moving-0.1, moving-5, moving-loose, robust, moving-robust, high\n"
     "  --kinds LIST  primary, shadow, shadow-from-light, mirror, second-mirror, diffuse, ao\n"
     "  --isa LIST    avx512, avx2, sse2, scalar, neon\n"
-    "  --size N      N x N primary rays, a multiple of 16 up to 4096 (512)\n"
-    "  --rounds N    timed, whose median counts, 1 to 64 (5)\n"
+    "  --size N      N x N primary rays, a multiple of 16 up to 4096 (1024, and 640 where things move)\n"
+    "  --rounds N    timed, whose median counts, 1 to 64 (3)\n"
     "  --full        everything; --all-modes: every mode of Embree in every round, however slow\n"
     "  --results DIR peers.csv: all that was measured; peers.md: tables for the README\n";
 
@@ -102,8 +103,9 @@ static bool parse_option(programme *p, int key) {
     o->view.has_light = true;
     return parse_floats(optarg, o->view.light, 3) == 3 || ex_fail("--light %s: want X,Y,Z", optarg);
   case 's':
-    return ex_parse_uint("size", optarg, 16, 4096, &o->size) &&
-           (o->size % 16 == 0 || ex_fail("--size: %s is not a multiple of 16", optarg));
+    if (!ex_parse_uint("size", optarg, 16, 4096, &o->size)) return false;
+    o->moving_size = o->size;
+    return o->size % 16 == 0 || ex_fail("--size: %s is not a multiple of 16", optarg);
   case 'r': return ex_parse_uint("rounds", optarg, 1, MAX_ROUNDS, &o->rounds);
   case 'n': p->scenes = optarg; return true;
   case 't': return (o->settings = parse_list("settings", optarg, setting_words)) != 0;
@@ -127,7 +129,7 @@ static bool parse_options(int argc, char **argv, programme *p) {
       {"all-modes", no_argument, NULL, 'a'},      {"results", required_argument, NULL, 'o'},
       {"help", no_argument, NULL, 'h'},           {NULL, 0, NULL, 0}};
   memset(p, 0, sizeof *p);
-  p->o.size = 512, p->o.rounds = 5, p->o.kinds = ALL_KINDS, p->o.view.up[1] = 1;
+  p->o.size = 1024, p->o.moving_size = 640, p->o.rounds = 3, p->o.kinds = ALL_KINDS, p->o.view.up[1] = 1;
   for (int key; (key = getopt_long(argc, argv, "h", known, NULL)) != -1;)
     if (!parse_option(p, key)) return false;
   static const char *const names[] = {"conference", "rtrt", "poolhall", "hills", "chaff", "none", NULL};
@@ -146,7 +148,7 @@ static bool parse_options(int argc, char **argv, programme *p) {
 enum { SETTINGS = 9, HEADLINE = 3 };
 static const setting settings[SETTINGS] = {{REST, 0, 0, false, false, false},
                                            {MOVES, 0.01, 0, false, false, false},
-                                           {"refitted 1%", 0.01, 0, false, false, true}, /* no rays in the headline set */
+                                           {"refitted 1%", 0.01, 0, false, false, true}, /* no rays unless full */
                                            {"moving 0.1%", 0.001, 0, false, false, false},
                                            {"moving 5%", 0.05, 0, false, false, false},
                                            {"moving 1% loosely", 0.01, 0.1, false, false, false},
@@ -166,21 +168,17 @@ typedef struct room { /* for the largest set of rays */
 } room;
 
 /* Those parts that race on no kind of rays: on the pool hall as it lies, and of two workers, in the full set, on all
-   built-in scenes. A further part adds its rows here, and what it must reach as a line of peers_report.h. */
+   built-in scenes. Orders of rays: a quarter of them, in the full set all. A further part adds its rows here, and what
+   it must reach as a line of peers_report.h. */
 static void run_extras(report *to, const options *o, const stage *g, const setting *how, const pair *pairs,
-                       unsigned count) {
+                       unsigned count, room *r) {
   const bool hall = !strcmp(g->name, "poolhall");
   if (hall) add_shading(to, o, g, how, pairs, count);
   if (hall || o->full) add_workers(to, o, g, how, pairs, count);
-  if (!hall || !o->full) return;
-  const size_t most = (size_t)o->size * o->size * 4;
-  room large;
-  sources_room(&large.s, most);
-  job_room(&large.j, most, 0);
-  make_sources(g, pairs[0].ours, 2 * o->size, false, &large.s);
-  add_orders(to, o, g, how, pairs, count, &large.s, &large.j);
-  sources_free(&large.s);
-  job_free(&large.j);
+  if (!hall) return;
+  const unsigned across = o->full ? o->size : o->size / 2;
+  make_sources(g, pairs[0].ours, across, false, &r->s);
+  add_orders(to, o, g, how, pairs, count, &r->s, &r->j);
 }
 
 /* Kernels narrower than AVX2 run in the first two settings only. */
@@ -194,17 +192,18 @@ static size_t run_setting(report *to, const options *o, stage *g, const setting 
                           room *r) {
   const bool fits_only = how->refit && !o->full && !o->settings;
   size_t wrong = 0;
+  const unsigned across = rays_across(o, how);
   printf(
       "\n%s, %s: %llu triangles; %u x %u primary rays; Mrays/s, medians of %u rounds: Embree's fastest, pktrt, ratio "
       "(by the best rounds), single calls of both, rays that disagree\n",
-      g->name, how->name, (unsigned long long)scene_triangles(&g->s), o->size, o->size, o->rounds);
+      g->name, how->name, (unsigned long long)scene_triangles(&g->s), across, across, o->rounds);
   set_motion(g, how->share, how->loose);
   for (size_t m = 0; m < g->s.mesh_count && how->refit; m++) g->s.meshes[m].key_count = 1;
   build_pairs(pairs, count, g, how, how->refit ? 1 : o->rounds);
   if (how->refit) add_refits(to, g, how, pairs, count, o->rounds);
   else add_trees(to, g, how, pairs, count, o->rounds);
   if (!fits_only) wrong = race(to, o, g, how, pairs, count, &r->s, &r->j);
-  if (how == &settings[0] && g->of == BUILT_IN) run_extras(to, o, g, how, pairs, count);
+  if (how == &settings[0] && g->of == BUILT_IN) run_extras(to, o, g, how, pairs, count, r);
   if (how->refit) swap_poses(g);
   close_scenes(pairs, count);
   return wrong;
@@ -236,12 +235,13 @@ static size_t run_all(report *to, const programme *p, pair *pairs, unsigned coun
 static void print_tables(report *to, const options *o) {
   to->md = open_result(to, "md");
   printf("\n");
-  say(to, "Embree %s, one core, %u x %u primary rays, medians of %u rounds.\n\n", RTC_VERSION_STRING, o->size, o->size,
-      o->rounds);
+  say(to, "Embree %s, one core, %u x %u primary rays (%u x %u where things move), medians of %u rounds.\n\n",
+      RTC_VERSION_STRING, o->size, o->size, o->moving_size, o->moving_size, o->rounds);
   say_lines(to);
   say_speeds(to, "many",
              "Many rays: Mrays/s of pktrt's faster call (`_n`, `_soa`), and the ratio to Embree's fastest mode:");
   say_speeds(to, "single", "Single calls: Mrays/s of pktrt, and the ratio to Embree's:");
+  say_limits(to);
   say_upkeep(to);
   say_hits(to);
   close_result(to->md);

@@ -12,10 +12,15 @@ enum { MAX_ROUNDS = 64 };
 typedef struct options {
   view_options view;
   const char *results; /* a directory, NULL: none */
-  unsigned size, rounds;
+  unsigned size, moving_size, rounds; /* N x N primary rays: of what is at rest, and of what moves */
   unsigned kinds, settings; /* bits; no setting: those of the headline set, or all */
   bool full, all_modes;
 } options;
+
+/* How many primary rays there are across. Embree takes five times as long where things move. */
+static unsigned rays_across(const options *o, const setting *how) {
+  return how->share > 0 && !how->refit ? o->moving_size : o->size;
+}
 
 /* >>pairs ---------------------------------------------------------------------------------------------------------- */
 
@@ -401,26 +406,6 @@ static void add_figures(report *to, const stage *g, const setting *how, const pa
          e->median / ours->median, e->best / ours->best, mega / s->median, mega / single->median,
          s->median / single->median, e->disagree);
   fflush(stdout);
-}
-
-/* All kinds of rays of a stage that is built. Returns for how many rays pktrt contradicts itself. */
-static size_t race(report *to, const options *o, const stage *g, const setting *how, const pair *pairs, unsigned count,
-                   sources *s, job *j) {
-  static figures f;
-  size_t wrong = 0;
-  make_sources(g, pairs[0].ours, o->size, how->share > 0 && !how->refit, s);
-  for (int i = 0; i < KINDS; i++) {
-    const kind k = (kind)i;
-    if (!(o->kinds & BIT(k))) continue;
-    make_kind(g, pairs[0].ours, k, s, &j->r);
-    j->occlusion = kind_occlusion(k);
-    if (j->r.count == 0) continue;
-    measure(pairs, count, j, o, f);
-    compare_hits(g, pairs, count, j, f);
-    wrong += contradictions(count, j);
-    for (unsigned p = 0; p < count; p++) add_figures(to, g, how, pairs, p, count, k, j->r.count, f);
-  }
-  return wrong;
 }
 
 #endif /* PEERS_RACE_H */

@@ -285,6 +285,35 @@ static void say_speeds(const report *to, const char *style, const char *head) {
   say(to, "\n");
 }
 
+static void say_limits(const report *to) {
+  say(to,
+      "Limits, in per cent of the time of pktrt's `_n`: tests, by what they cost in the first cache / settling in "
+      "double, at most / what tests of triangles that lose no ray cost more than Kensler and Shirley's, fused.\n\n"
+      "| scene | kernels |");
+  for (int k = 0; k < KINDS; k++) say(to, " %s |", kind_names[k]);
+  say(to, "\n|---|---|");
+  for (int k = 0; k < KINDS; k++) say(to, "--:|");
+  say(to, "\n");
+  for (size_t i = 0; i < to->count; i++) {
+    if (!opens_block(to, i)) continue;
+    const row *x = &to->rows[i];
+    bool some = false;
+    for (int k = 0; k < KINDS; k++) some = some || find_row(to, x, kind_names[k], "ratio", "tests");
+    if (!some) continue;
+    say(to, "| %s | %s |", x->scene, x->isa);
+    for (int k = 0; k < KINDS; k++) {
+      const row *tests = find_row(to, x, kind_names[k], "ratio", "tests"),
+                *settling = find_row(to, x, kind_names[k], "ratio", "settling"),
+                *watertight = find_row(to, x, kind_names[k], "ratio", "watertight");
+      if (tests && settling && watertight)
+        say(to, " %.0f / %.1f / %.0f |", 1e2 * tests->median, 1e2 * settling->median, 1e2 * watertight->median);
+      else say(to, " |");
+    }
+    say(to, "\n");
+  }
+  say(to, "\n");
+}
+
 static void say_cell(const report *to, const row *like, const char *what, const char *library, const char *mode,
                      const char *format) {
   const row *r = find_row(to, like, what, library, mode);

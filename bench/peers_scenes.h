@@ -7,6 +7,7 @@
 
 #include "bench.h"
 #define PKTRT_IMPLEMENTATION
+#define PKTRT__ALSO_STAMP "bench/limits.h"
 #include "../pktrt.h"
 #include "../examples/mesh_file.h"
 #include "../examples/scenes.h"

@@ -5,7 +5,7 @@
 #ifndef PEERS_UPKEEP_H
 #define PEERS_UPKEEP_H
 
-#include "peers_race.h"
+#include "peers_limits.h"
 #include <sched.h>
 
 /* >>trees ---------------------------------------------------------------------------------------------------------- */
@@ -176,18 +176,20 @@ static void add_order(report *to, const options *o, const stage *g, const settin
                       job *j) {
   static const size_t calls[] = {0, 1, 2, 7, 16, 64, 1000, 1000000};
   enum { CALLS = sizeof calls / sizeof *calls };
+  const unsigned rounds = o->rounds + 2 <= MAX_ROUNDS ? o->rounds + 2 : o->rounds; /* the worst of all counts */
   double seconds[CALLS][MAX_ROUNDS];
-  for (unsigned r = 0; r < o->rounds; r++)
+  for (unsigned r = 0; r < rounds; r++)
     for (int c = 0; c < CALLS; c++) seconds[c][r] = run_in_calls(p->ours, j, calls[c]);
-  const double single = median_of(seconds[0], o->rounds), single_best = seconds[0][0];
+  const double single = median_of(seconds[0], rounds), single_best = seconds[0][0];
   printf("  %-11s %-6s %-9s single %5.2f, _n:", order_names[in], pktrt_isa_string(p->isa),
          j->occlusion ? "occlusion" : "closest", 1e-6 * (double)j->r.count / single);
   for (int c = 1; c < CALLS; c++) {
     char what[32];
-    snprintf(what, sizeof what, "%s %s %zu", order_names[in], j->occlusion ? "any" : "closest", calls[c]);
-    const double many = median_of(seconds[c], o->rounds);
+    snprintf(what, sizeof what, "%s %s %zu", order_names[in], j->occlusion ? "any" : "closest",
+             calls[c] < j->r.count ? calls[c] : j->r.count);
+    const double many = median_of(seconds[c], rounds);
     row *r = ratio_row(to, g, how, p, what, "_n/single", single / many, single_best / seconds[c][0]);
-    r->rays = j->r.count, r->rounds = o->rounds;
+    r->rays = j->r.count, r->rounds = rounds;
     printf(" %.2f", single / many);
   }
   printf("\n");
@@ -268,7 +270,7 @@ static void work(const stage *g, pktrt_isa isa, unsigned workers, float *pixels,
 static void add_workers(report *to, const options *o, const stage *g, const setting *how, const pair *pairs,
                         unsigned count) {
   double build[2][MAX_ROUNDS], render[2][MAX_ROUNDS];
-  const unsigned size = 2 * o->size;
+  const unsigned size = o->size;
   float *pixels = (float *)take((size_t)size * size * 3, sizeof(float));
   if (unpin() < 2) {
     printf("  two workers: not measured, this process may use one core only\n");
@@ -305,7 +307,7 @@ static void trace_by_clock(const pktrt__call *call, pktrt__batch *b, uint32_t n)
 /* Of the time of a picture by Whitted's mode, with one worker. */
 static void add_shading(report *to, const options *o, const stage *g, const setting *how, const pair *pairs,
                         unsigned count) {
-  const unsigned size = 2 * o->size;
+  const unsigned size = o->size;
   float *pixels = (float *)take((size_t)size * size * 3, sizeof(float));
   ex_threads alone;
   alone.count = 1;

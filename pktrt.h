@@ -282,8 +282,8 @@
      - Tree: 55 to 65 bytes per triangle for ordinary meshes (a smooth height field; the pool hall), nearly 50 more for
        each further key, and 4 to 5 for the list that refit needs. Loose triangles that overlap in heaps fill their
        blocks badly: expect 250 to 300 bytes.
-     - While building: 80 bytes per triangle besides, and the old tree until the new one is done. Only a changed group
-       counts.
+     - While building: 88 bytes per triangle besides (of the high quality 20 more, at worst 104), and the old tree until
+       the new one is done. Only a changed group counts.
      - Meshes are retained: 12 bytes per vertex and key, as much again with normals, 12 per triangle with indices. The
        first pktrt_set_positions of a mesh makes room for a second set, which stays; pktrt_set_normals likewise.
      - Rendering: about 215 KiB for each tile at work, and 54 KiB for each generation of rays; 130 bytes for each
@@ -447,7 +447,7 @@ typedef enum pktrt_isa {
 typedef enum pktrt_build_quality {
   PKTRT_BUILD_DEFAULT = 0,
   PKTRT_BUILD_FAST, /* coarser bins: for scenes rebuilt every frame */
-  PKTRT_BUILD_HIGH  /* finer bins and exact sweeps near the leaves: for scenes built once */
+  PKTRT_BUILD_HIGH  /* finer bins, then subtrees move to better places: twice the time, a part of it not in parallel */
 } pktrt_build_quality;
 
 /* What refit does when deformation has made the tree bad (its SAH cost exceeds 1.5 times the cost at build). */
@@ -1205,9 +1205,11 @@ PKTRT__INLINE double pktrt__max(double a, double b) { return a > b ? a : b; }
    the same arrays, and which tasks there are depends on triangle counts alone. The same tree results for any number of
    workers.
 
-   Wide: a node takes over its binary root's children and opens the one of largest area until it has eight or only
-   leaves. Subtrees of up to max(4096, n/64) triangles are tasks: counted, placed by a prefix sum, written in
-   depth-first order. What lies above them, the top, comes first. A group that is one task has no top.
+   Wide: a node is given the nodes below its binary root that make the whole tree cheapest (Ylitie, Karras and Laine
+   2017), at most eight; blocks are merged where that is cheaper. A block costs what it does above, a node 1.25 area: by
+   expected cost, tasks bottom-up and then what lies above them. Of the high quality, the nodes of the binary tree move
+   to better places first. Subtrees of up to max(4096, n/64) triangles are tasks: counted, placed by a prefix sum,
+   written in depth-first order. What lies above them, the top, comes first. A group that is one task has no top.
 
    Bounds: fitted bottom-up from the blocks by the function that refit uses, hence equal to it bit by bit. */
 
@@ -1292,6 +1294,7 @@ PKTRT__INLINE uint32_t pktrt__prim_id(const pktrt__prim *p) {
 typedef struct pktrt__binary {
   float size;    /* square root of the area: no float overflows */
   uint32_t left; /* prims of the left part; 0: a leaf */
+  uint32_t plan; /* of the collapse: see pktrt__plan */
 } pktrt__binary;
 
 typedef struct pktrt__range {
@@ -1309,6 +1312,7 @@ typedef struct pktrt__builder {
   uint32_t bins, few_bins, few, many;  /* bins from `many` triangles on, below `few`, and half of them between */
   uint32_t sweep, sampled;             /* sweeps up to so many; bins a part only, from so many on */
   uint32_t limit;                      /* triangles of a task */
+  uint32_t passes;                     /* of reinsertion */
   float scale;
   pktrt__prim *prims, *away;           /* count each */
   pktrt__binary *nodes;                /* 2 * count - 1 slots */
@@ -1620,6 +1624,171 @@ static bool pktrt__split(pktrt__builder *b, pktrt__range *r, pktrt__range part[2
   return left != 0;
 }
 
+/* Reinsertion (Bittner, Hapala and Havran 2013; the search as in Meister and Bittner 2018): each node of the binary
+   tree in turn is taken out, with all below it, and put back where the areas of all boxes sum up to the least. One
+   after the other, so that the tree depends on nothing else. */
+
+typedef struct pktrt__twig { /* a node of the tree in motion; 0 is the root and stays it */
+  float box[8];
+  uint32_t parent, child[2]; /* of a leaf: PKTRT_NONE, its first prim */
+  uint32_t count, height;
+} pktrt__twig;
+
+enum { PKTRT__SEARCH = 512 }; /* nodes that a search looks at, at most: heaps of boxes prune nothing */
+
+PKTRT__NOINLINE void pktrt__join_twigs(pktrt__twig *twigs, uint32_t at) {
+  pktrt__twig *t = &twigs[at];
+  const pktrt__twig *l = &twigs[t->child[0]], *r = &twigs[t->child[1]];
+  for (int i = 0; i < 8; i++) t->box[i] = l->box[i] < r->box[i] ? l->box[i] : r->box[i];
+  t->count = l->count + r->count, t->height = 1 + (l->height > r->height ? l->height : r->height);
+}
+
+PKTRT__NOINLINE uint32_t pktrt__count_twigs(const pktrt__binary *nodes, uint32_t slot) {
+  const uint32_t left = nodes[slot].left;
+  return left ? 1 + pktrt__count_twigs(nodes, slot + 1) + pktrt__count_twigs(nodes, slot + 2 * left) : 1;
+}
+
+/* The subtree of a range; returns the number of the next twig. */
+static uint32_t pktrt__grow_twigs(const pktrt__builder *b, pktrt__twig *twigs, uint32_t at, uint32_t slot,
+                                  uint32_t first, uint32_t count) {
+  pktrt__twig *t = &twigs[at];
+  const uint32_t left = b->nodes[slot].left, l = at + 1;
+  if (left) {
+    const uint32_t r = pktrt__grow_twigs(b, twigs, l, slot + 1, first, left);
+    const uint32_t next = pktrt__grow_twigs(b, twigs, r, slot + 2 * left, first + left, count - left);
+    t->child[0] = l, t->child[1] = r, twigs[l].parent = twigs[r].parent = at;
+    pktrt__join_twigs(twigs, at);
+    return next;
+  }
+  t->child[0] = PKTRT_NONE, t->child[1] = first, t->count = count, t->height = 0;
+  pktrt__box_clear(t->box);
+  for (uint32_t i = 0; i < count; i++) pktrt__box_grow(t->box, b->prims[first + i].box);
+  return l;
+}
+
+/* The node below or beside the path that x would best stand beside; PKTRT_NONE: x is well where it is. Gain: what the
+   boxes' areas lose in sum. */
+PKTRT__NOINLINE uint32_t pktrt__find_place(const pktrt__twig *twigs, uint32_t x, float unit) {
+  struct { uint32_t node; float gain; } stack[PKTRT__MAX_DEPTH + 2];
+  const float own = pktrt__box_area(twigs[x].box, unit);
+  uint32_t place = PKTRT_NONE, from = x, at = twigs[x].parent, steps = 0;
+  float rest[8], joint[8], best = 0.0f, gain = pktrt__box_area(twigs[at].box, unit);
+  pktrt__box_clear(rest);
+  for (;; from = at, at = twigs[at].parent) {
+    const uint32_t beside = twigs[at].child[twigs[at].child[0] == from];
+    uint32_t top = 0;
+    stack[top].node = beside, stack[top++].gain = gain;
+    while (top && steps++ < PKTRT__SEARCH) {
+      const pktrt__twig *t = &twigs[stack[--top].node];
+      for (int i = 0; i < 8; i++) joint[i] = t->box[i] < twigs[x].box[i] ? t->box[i] : twigs[x].box[i];
+      const float here = stack[top].gain - pktrt__box_area(joint, unit);
+      const float below = here + pktrt__box_area(t->box, unit);
+      if (here > best) best = here, place = stack[top].node;
+      if (!t->height || !(below - own > best)) continue;
+      stack[top].node = t->child[0], stack[top++].gain = below;
+      stack[top].node = t->child[1], stack[top++].gain = below;
+    }
+    const float area = pktrt__box_area(twigs[at].box, unit);
+    if (from != x && at && gain - area > best) best = gain - area, place = at;
+    pktrt__box_grow(rest, twigs[beside].box); /* what is left of this node without x */
+    if (from != x) gain += area - pktrt__box_area(rest, unit);
+    if (!at) return place;
+  }
+}
+
+/* Takes a node out, its parent with it, and puts both beside another, unless the tree became too deep. */
+static void pktrt__move_twig(pktrt__twig *twigs, uint32_t x, uint32_t place) {
+  const uint32_t p = twigs[x].parent, above = twigs[p].parent, other = twigs[p].child[twigs[p].child[0] == x];
+  uint32_t depth = 1 + (twigs[x].height > twigs[place].height ? twigs[x].height : twigs[place].height);
+  for (uint32_t i = place; i; i = twigs[i].parent) depth++;
+  if (depth > PKTRT__MAX_DEPTH) return;
+  twigs[above].child[twigs[above].child[1] == p] = other, twigs[other].parent = above;
+  const uint32_t q = twigs[place].parent;
+  twigs[q].child[twigs[q].child[1] == place] = p, twigs[p].parent = q;
+  twigs[p].child[0] = place, twigs[p].child[1] = x, twigs[place].parent = p;
+  for (uint32_t i = above; i; i = twigs[i].parent) pktrt__join_twigs(twigs, i);
+  for (uint32_t i = p; i; i = twigs[i].parent) pktrt__join_twigs(twigs, i);
+  pktrt__join_twigs(twigs, 0);
+}
+
+/* The binary tree again, with the prims in its order. */
+static void pktrt__lay_out(const pktrt__builder *b, const pktrt__twig *twigs, uint32_t at, uint32_t slot,
+                           uint32_t first) {
+  const pktrt__twig *t = &twigs[at];
+  const double x = (double)t->box[0] + t->box[4], y = (double)t->box[1] + t->box[5], z = (double)t->box[2] + t->box[6];
+  const uint32_t left = t->height ? twigs[t->child[0]].count : 0;
+  b->nodes[slot].size = (float)sqrt(x * y + y * z + z * x), b->nodes[slot].left = left;
+  if (!left) {
+    memcpy(b->away + first, b->prims + t->child[1], t->count * sizeof *b->prims);
+    return;
+  }
+  pktrt__lay_out(b, twigs, t->child[0], slot + 1, first);
+  pktrt__lay_out(b, twigs, t->child[1], slot + 2 * left, first + left);
+}
+
+/* false: out of memory */
+static bool pktrt__reinsert(pktrt__builder *b) {
+  const uint32_t n = pktrt__count_twigs(b->nodes, 0);
+  pktrt__twig *twigs = PKTRT__CAST(pktrt__twig *, pktrt__alloc(b->desc, n, sizeof *twigs));
+  if (!twigs) return false;
+  pktrt__grow_twigs(b, twigs, 0, 0, 0, b->count);
+  twigs[0].parent = 0;
+  float most = 0.0f;
+  for (int a = 0; a < 3; a++) most = pktrt__maxf(most, -(twigs[0].box[a] + twigs[0].box[a + 4]));
+  const float unit = pktrt__unit_scale(most);
+  for (uint32_t pass = 0; pass < b->passes; pass++) {
+    for (uint32_t x = 1; x < n; x++) {
+      const uint32_t place = twigs[x].parent ? pktrt__find_place(twigs, x, unit) : PKTRT_NONE;
+      if (place != PKTRT_NONE) pktrt__move_twig(twigs, x, place);
+    }
+  }
+  pktrt__lay_out(b, twigs, 0, 0, 0);
+  pktrt__prim *prims = b->prims;
+  b->prims = b->away, b->away = prims;
+  pktrt__release(b->desc, twigs, n, sizeof *twigs);
+  return true;
+}
+
+/* Plan of the collapse: which nodes of the binary tree become the children of wide ones, and which subtrees leaves.
+   cost[j] receives the least expected cost, times the area, of a subtree that may be given away as up to j nodes or
+   blocks, for j from 1 to 7: of one it is the cost of a block, or that of a wide node, which gives away eight. The plan
+   of a node has, for j from 2 to 8, three bits from bit 3 (j - 2) on: how many of the j go to the left part, or 0 if
+   the subtree stays whole. Subtrees that had better be blocks become leaves. */
+static void pktrt__plan(pktrt__binary *nodes, uint32_t slot, uint32_t count, double cost[PKTRT__W],
+                        const pktrt__range *done, uint32_t done_count) {
+  pktrt__binary *node = &nodes[slot];
+  const double area = (double)node->size * node->size, leaf = area * (double)pktrt__side_cost(count);
+  for (uint32_t i = 0; i < done_count; i++) {
+    if (done[i].slot != slot) continue;
+    for (uint32_t j = 1; j < PKTRT__W; j++) cost[j] = area * (double)done[i].box[j];
+    return;
+  }
+  node->plan = 0;
+  for (uint32_t j = 1; j < PKTRT__W && !node->left; j++) cost[j] = leaf;
+  if (!node->left) return;
+  double l[PKTRT__W], r[PKTRT__W], best[PKTRT__W + 1];
+  pktrt__plan(nodes, slot + 1, node->left, l, done, done_count);
+  pktrt__plan(nodes, slot + 2 * node->left, count - node->left, r, done, done_count);
+  for (uint32_t j = PKTRT__W; j > 1; j--) {
+    uint32_t share = 1;
+    best[j] = l[1] + r[j - 1];
+    for (uint32_t k = 2; k < j; k++)
+      if (l[k] + r[j - k] < best[j]) best[j] = l[k] + r[j - k], share = k;
+    if (j == PKTRT__W) cost[1] = 1.25 * area + best[j];
+    if (j == PKTRT__W && count <= PKTRT__W && leaf <= cost[1]) cost[1] = leaf, node->left = 0;
+    if (j < PKTRT__W) cost[j] = pktrt__min(cost[1], best[j]);
+    if (j == PKTRT__W || best[j] < cost[1]) node->plan |= share << 3 * (j - 2);
+  }
+}
+
+/* Of a subtree whose parts are not planned; what it costs is kept in place of the range's box. */
+static void pktrt__plan_range(const pktrt__builder *b, pktrt__range *r) {
+  double cost[PKTRT__W];
+  const double size = b->nodes[r->slot].size, area = size * size;
+  pktrt__plan(b->nodes, r->slot, r->count, cost, NULL, 0);
+  for (uint32_t j = 1; j < PKTRT__W; j++) r->box[j] = area > 0.0 ? (float)(cost[j] / area) : 0.0f;
+}
+
 /* The whole subtree of a range. The stack holds at most one right part per level. */
 static void pktrt__build_range(void *arg, size_t index) {
   pktrt__builder *b = PKTRT__CAST(pktrt__builder *, arg);
@@ -1633,6 +1802,7 @@ static void pktrt__build_range(void *arg, size_t index) {
       r = part[0];
     }
   }
+  if (!b->passes) pktrt__plan_range(b, &b->chunks[index]);
 }
 
 /* One level of all ranges above the tasks: job i splits range i of the round into parts 2i and 2i + 1. */
@@ -1651,7 +1821,7 @@ static void pktrt__split_job(void *arg, size_t i) {
 static uint64_t pktrt__most_wide(const pktrt__builder *b) { return b->count / b->limit + 1; }
 static uint64_t pktrt__most_done(const pktrt__builder *b) { return pktrt__most_wide(b) * PKTRT__MAX_DEPTH + 1; }
 
-static void pktrt__build_binary(pktrt__builder *b) {
+static bool pktrt__build_binary(pktrt__builder *b) {
   pktrt__range root;
   pktrt__fill(b, &root);
   pktrt__range *done = b->chunks; /* the chunks' boxes have served */
@@ -1669,6 +1839,10 @@ static void pktrt__build_binary(pktrt__builder *b) {
     }
   }
   pktrt__parallel(b->desc, done_count, pktrt__build_range, b);
+  double cost[PKTRT__W];
+  if (b->passes && !pktrt__reinsert(b)) return false;
+  if (b->passes || done_count > 1) pktrt__plan(b->nodes, 0, b->count, cost, done, b->passes ? 0 : done_count);
+  return true;
 }
 
 /* Blocks */
@@ -1891,25 +2065,23 @@ typedef struct pktrt__walk {
   uint32_t limit;      /* inner subtrees of up to so many triangles are tasks; 0: none is */
 } pktrt__walk;
 
-/* Children of a wide node */
+/* Children of a wide node, as planned */
 static uint32_t pktrt__open(const pktrt__binary *nodes, pktrt__sub root, pktrt__sub child[PKTRT__W]) {
-  float size[PKTRT__W]; /* -1: a leaf, not to be opened */
-  uint32_t n = 1;
-  child[0] = root, size[0] = nodes[root.slot].left ? 0.0f : -1.0f;
-  while (n < PKTRT__W) {
-    uint32_t pick = 0;
-    for (uint32_t i = 1; i < n; i++) pick = size[i] > size[pick] ? i : pick;
-    if (size[pick] < 0.0f) break;
-    pktrt__sub part = child[pick];
-    uint32_t left = nodes[part.slot].left;
-    child[pick].slot = part.slot + 1, child[pick].count = left;
-    child[n].slot = part.slot + 2 * left, child[n].count = part.count - left;
-    child[n].first = part.first + left;
-    const pktrt__binary *l = &nodes[child[pick].slot], *r = &nodes[child[n].slot];
-    PKTRT__FETCH(l + 2 * (size_t)l->left);
-    PKTRT__FETCH(r + 2 * (size_t)r->left);
-    size[pick] = l->left ? l->size : -1.0f, size[n] = r->left ? r->size : -1.0f;
-    n++;
+  struct { pktrt__sub sub; uint32_t most; } stack[PKTRT__W];
+  uint32_t n = 0, top = 0;
+  stack[top].sub = root, stack[top++].most = PKTRT__W;
+  while (top) {
+    const pktrt__sub part = stack[--top].sub;
+    const pktrt__binary *node = &nodes[part.slot];
+    const uint32_t most = stack[top].most, share = most > 1 ? node->plan >> 3 * (most - 2) & 7 : 0, left = node->left;
+    if (!left || !share) {
+      child[n++] = part;
+      continue;
+    }
+    stack[top].sub.slot = part.slot + 2 * left, stack[top].sub.first = part.first + left;
+    stack[top].sub.count = part.count - left, stack[top++].most = most - share;
+    stack[top].sub.slot = part.slot + 1, stack[top].sub.first = part.first;
+    stack[top].sub.count = left, stack[top++].most = share;
   }
   return n;
 }
@@ -2075,6 +2247,7 @@ static void pktrt__set_quality(pktrt__builder *b) {
   switch (b->desc->quality) {
     case PKTRT_BUILD_FAST: b->bins = 12, b->few_bins = 8, b->few = b->many = 32, b->sweep = 8; break;
     case PKTRT_BUILD_HIGH:
+      b->passes = 2;
       b->bins = b->few_bins = 64, b->few = b->many = 0, b->sweep = PKTRT__MAX_SWEEP, b->sampled = UINT32_MAX;
       break;
     default: b->bins = 32, b->few_bins = 8, b->few = 64, b->many = 512, b->sweep = 16; break;
@@ -2106,8 +2279,7 @@ static bool pktrt__build_group(const pktrt_scene_desc *desc, const pktrt__mesh *
   b.away = PKTRT__CAST(pktrt__prim *, pktrt__alloc(desc, count, sizeof(pktrt__prim)));
   b.nodes = PKTRT__CAST(pktrt__binary *, pktrt__alloc(desc, 2 * count, sizeof(pktrt__binary)));
   b.chunks = PKTRT__CAST(pktrt__range *, pktrt__alloc(desc, ranges, sizeof(pktrt__range)));
-  bool ok = b.prims && b.away && b.nodes && b.chunks;
-  if (ok) pktrt__build_binary(&b);
+  bool ok = b.prims && b.away && b.nodes && b.chunks && pktrt__build_binary(&b);
   pktrt__release(desc, b.away, count, sizeof(pktrt__prim)); /* room for what follows */
   ok = ok && pktrt__build_wide(&b, &g);
   pktrt__release(desc, b.prims, count, sizeof(pktrt__prim));

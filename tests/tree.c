@@ -94,12 +94,18 @@ static void checker_sees(void) {
   world_free(&w);
 }
 
-static void workers(void) {
+static void workers_of(int q) {
   for (int moves = 0; moves < 2; moves++) {
     static const int count[4] = {0, 1, 2, 7};
     world w = moves ? world_moving(small_run ? 5 : 7) : world_static(small_run ? 5 : 7);
     pktrt_scene *s[4];
-    for (int i = 0; i < 4; i++) s[i] = world_scene(&w, PKTRT_ISA_AUTO, count[i]);
+    for (int i = 0; i < 4; i++) {
+      pktrt_scene_desc d = scene_desc_of(PKTRT_ISA_AUTO, count[i]);
+      d.quality = (pktrt_build_quality)q;
+      s[i] = pktrt_scene_create(&d);
+      for (uint32_t m = 0; m < w.n; m++) CHECK(mesh_add(s[i], &w.m[m], NULL) == PKTRT_OK);
+      CHECK(pktrt_commit(s[i]) == PKTRT_OK);
+    }
     for (int i = 1; i < 4; i++) CHECK(same_trees(s[0], s[i]), "%d workers build another tree", count[i]);
     for (uint32_t m = 0; m < w.n; m++) mesh_place(&w.m[m], (float[3]){1, 0.7f, 1.1f}, (float[3]){0, 0.1f, 0});
     for (int i = 0; i < 4; i++) {
@@ -119,6 +125,10 @@ static void workers(void) {
     for (int i = 0; i < 4; i++) pktrt_scene_destroy(s[i]);
     world_free(&w);
   }
+}
+
+static void workers(void) {
+  for (int q = PKTRT_BUILD_DEFAULT; q <= PKTRT_BUILD_HIGH; q++) workers_of(q);
 }
 
 static void deform(world *w, int how, uint64_t seed) {
@@ -248,7 +258,7 @@ static void rebuild_policies(void) {
 }
 
 /* Input that tempts a builder into depth: exponentially shrinking triangles. */
-static void deep_input(void) {
+static void deep_input_of(int q) {
   mesh m = mesh_of(3 * 3000, 3000);
   for (uint32_t t = 0; t < m.nt; t++) {
     float x = powf(0.97f, (float)t), a[9] = {x, 0, 0, x * 1.01f, 0, 0, x, x * 0.01f, 0};
@@ -257,7 +267,10 @@ static void deep_input(void) {
   }
   world w;
   w.m[0] = m, w.n = 1;
-  pktrt_scene *s = world_scene(&w, PKTRT_ISA_AUTO, 0);
+  pktrt_scene_desc d = scene_desc_of(PKTRT_ISA_AUTO, 0);
+  d.quality = (pktrt_build_quality)q;
+  pktrt_scene *s = pktrt_scene_create(&d);
+  CHECK(mesh_add(s, &m, NULL) == PKTRT_OK && pktrt_commit(s) == PKTRT_OK);
   sound(s, "geometric series");
   for (uint32_t t = 0; t < m.nt; t += 37) {
     const float *a = m.p + 9 * t;
@@ -271,9 +284,35 @@ static void deep_input(void) {
   mesh_free(&m);
 }
 
+static void deep_input(void) {
+  for (int q = PKTRT_BUILD_DEFAULT; q <= PKTRT_BUILD_HIGH; q++) deep_input_of(q);
+}
+
+/* Moving subtrees makes the tree better, not only other. */
+static void high_quality(void) {
+  mesh m = mesh_soup(4000, 0.3f, 5), spikes = mesh_soup(400, 2, 6);
+  double cost[PKTRT_BUILD_HIGH + 1];
+  for (int q = PKTRT_BUILD_DEFAULT; q <= PKTRT_BUILD_HIGH; q++) {
+    pktrt_scene_desc d = scene_desc_of(PKTRT_ISA_AUTO, 0);
+    d.quality = (pktrt_build_quality)q;
+    pktrt_scene *s = pktrt_scene_create(&d);
+    pktrt_scene_info info;
+    CHECK(mesh_add(s, &m, NULL) == PKTRT_OK && mesh_add(s, &spikes, NULL) == PKTRT_OK && pktrt_commit(s) == PKTRT_OK);
+    pktrt_get_scene_info(s, &info);
+    cost[q] = info.sah_at_build;
+    sound(s, "small among large");
+    pktrt_scene_destroy(s);
+  }
+  say("cost %.1f, fast %.1f, high %.1f", cost[PKTRT_BUILD_DEFAULT], cost[PKTRT_BUILD_FAST], cost[PKTRT_BUILD_HIGH]);
+  CHECK(cost[PKTRT_BUILD_HIGH] < 0.97 * cost[PKTRT_BUILD_DEFAULT]);
+  mesh_free(&m);
+  mesh_free(&spikes);
+}
+
 void suite_tree(void) {
   run("trees of all qualities are sound", structure);
   run("the tree checker sees bounds that are one ulp off", checker_sees);
+  run("the high quality has a cheaper tree", high_quality);
   run("one, two and seven workers build and refit the same tree", workers);
   run("a refit leaves exactly the bounds and hits of a fresh build", refit_is_exact);
   run("a commit leaves the trees of unchanged groups alone", one_mesh_only);

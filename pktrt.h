@@ -1757,7 +1757,7 @@ static bool pktrt__reinsert(pktrt__builder *b) {
 static void pktrt__plan(pktrt__binary *nodes, uint32_t slot, uint32_t count, double cost[PKTRT__W],
                         const pktrt__range *done, uint32_t done_count) {
   pktrt__binary *node = &nodes[slot];
-  const double area = (double)node->size * node->size, leaf = area * (double)pktrt__side_cost(count);
+  const double area = (double)node->size * node->size, leaf = area * (0.75 * ((count + 7) >> 3) + 0.1 * count);
   for (uint32_t i = 0; i < done_count; i++) {
     if (done[i].slot != slot) continue;
     for (uint32_t j = 1; j < PKTRT__W; j++) cost[j] = area * (double)done[i].box[j];

@@ -4050,7 +4050,12 @@ PKTRT__NOINLINE uint32_t NAME(setup)(const pktrt_scene *scene, pktrt__batch *b, 
 }
 
 /* The same for a lone ray, axes side by side; whether it can hit anything. */
-OP bool NAME(setup_alone)(const pktrt_scene *scene, const pktrt_ray *ray, pktrt__lone *q) {
+#if PKTRT__STAMP == PKTRT__STAMP_AVX2 || PKTRT__STAMP == PKTRT__STAMP_AVX512
+OP
+#else
+PKTRT__NOINLINE
+#endif
+bool NAME(setup_alone)(const pktrt_scene *scene, const pktrt_ray *ray, pktrt__lone *q) {
   static const float most[8] = {PKTRT_MAX_COORD, PKTRT_MAX_COORD, PKTRT_MAX_COORD, INFINITY, FLT_MAX, FLT_MAX, FLT_MAX,
                                 INFINITY};
   const float *const o = ray->origin, *const d = ray->direction;
@@ -4291,9 +4296,9 @@ OP bool NAME(ray_block)(const pktrt__view *view, pktrt__batch *b, uint32_t r, ui
 #if PKTRT__STAMP != PKTRT__STAMP_AVX2 && PKTRT__STAMP != PKTRT__STAMP_AVX512
 /* Functions of their own: inlined they would make the code a third longer, and no faster. */
 #define INSTANCE(tag, o, m, s)                                                                                         \
-  PKTRT__NOINLINE bool NAME(ray_block_##tag)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t index,     \
-                                             pktrt_counts *counts) {                                                   \
-    return NAME(ray_block)(view, b, r, index, o, m, s, counts);                                                        \
+  PKTRT__NOINLINE bool NAME(any_block_##tag)(const pktrt__view *view, pktrt__batch *b, uint32_t r, pktrt__lone *lone,  \
+                                             uint32_t index, pktrt_counts *counts) {                                   \
+    return NAME(any_block)(view, b, r, lone, index, o, m, s, counts);                                                  \
   }
 PKTRT__INSTANCES(INSTANCE)
 #undef INSTANCE
@@ -4301,9 +4306,17 @@ PKTRT__INSTANCES(INSTANCE)
 OP bool NAME(ray_block_any)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t index, const bool occlusion,
                             const bool moving, const bool stats, pktrt_counts *counts) {
 #if PKTRT__STAMP != PKTRT__STAMP_AVX2 && PKTRT__STAMP != PKTRT__STAMP_AVX512
-  return PKTRT__PICK(ray_block)(view, b, r, index, counts);
+  return PKTRT__PICK(any_block)(view, b, r, NULL, index, counts);
 #else
   return NAME(ray_block)(view, b, r, index, occlusion, moving, stats, counts);
+#endif
+}
+OP bool NAME(lone_block)(const pktrt__view *view, pktrt__lone *lone, uint32_t index, const bool occlusion,
+                         const bool moving, const bool stats, pktrt_counts *counts) {
+#if PKTRT__STAMP != PKTRT__STAMP_AVX2 && PKTRT__STAMP != PKTRT__STAMP_AVX512
+  return PKTRT__PICK(any_block)(view, NULL, 0, lone, index, counts);
+#else
+  return NAME(any_block)(view, NULL, 0, lone, index, occlusion, moving, stats, counts);
 #endif
 }
 /* >>boxes ---------------------------------------------------------------------------------------------------------- */
@@ -4418,7 +4431,7 @@ OP bool NAME(nearest)(const pktrt__view *view, pktrt__lone *ray, uint32_t ref, c
   const uint32_t slot = ray->slot, id = ray->id;
   for (;;) {
     if (ref & PKTRT__LEAF) {
-      NAME(any_block)(view, NULL, 0, ray, ref & ~PKTRT__LEAF, false, moving, stats, counts);
+      NAME(lone_block)(view, ray, ref & ~PKTRT__LEAF, false, moving, stats, counts);
     } else {
       const unsigned char *node = view->nodes + ref * (moving ? view->node_bytes : (size_t)PKTRT__NODE_BYTES);
       const uint32_t *child = (const uint32_t *)(const void *)(node + PKTRT__NODE_KEY_BYTES);
@@ -4462,7 +4475,7 @@ OP bool NAME(first)(const pktrt__view *view, pktrt__lone *ray, uint32_t ref, con
   const NAME(beam) q = NAME(beam_of)(ray, moving);
   for (;;) {
     if (ref & PKTRT__LEAF) {
-      if (NAME(any_block)(view, NULL, 0, ray, ref & ~PKTRT__LEAF, true, moving, stats, counts)) return true;
+      if (NAME(lone_block)(view, ray, ref & ~PKTRT__LEAF, true, moving, stats, counts)) return true;
     } else {
       const unsigned char *node = view->nodes + ref * (moving ? view->node_bytes : (size_t)PKTRT__NODE_BYTES);
       const uint32_t *child = (const uint32_t *)(const void *)(node + PKTRT__NODE_KEY_BYTES);
@@ -5562,8 +5575,8 @@ PKTRT__NOINLINE void NAME(drive_frustum)(const pktrt_scene *scene, pktrt__batch 
 }
 
 /* One ray through all groups; whether it hits anything. `check`: insist on area at the ray's time. */
-OP bool NAME(drive_alone)(const pktrt_scene *scene, pktrt__lone *ray, const bool occlusion, const bool check,
-                          const bool stats, pktrt_counts *counts) {
+PKTRT__NOINLINE bool NAME(drive_alone)(const pktrt_scene *scene, pktrt__lone *ray, bool occlusion, bool check,
+                                       bool stats, pktrt_counts *counts) {
   bool hit = false;
   for (uint32_t i = 0; i < scene->group_count && !(occlusion && hit); i++) {
     const pktrt__group *g = &scene->groups[i];
@@ -6240,15 +6253,13 @@ static bool NAME(intersect)(const pktrt_scene *scene, const pktrt_ray *ray, pktr
   pktrt__lone q;
   uint32_t hint[2] = {0, 0};
   if (PKTRT__STAMP == PKTRT__STAMP_SCALAR) memset(&unread, 0, sizeof unread);
-  if (!NAME(setup_alone)(scene, ray, &q) || !NAME(drive_alone)(scene, &q, false, false, false, &unread)) {
-    memset(hit, 0, sizeof *hit);
-    hit->t = ray->tmax, hit->mesh = hit->triangle = PKTRT_NONE;
-    return false;
-  }
-  if (PKTRT__UNLIKELY(!pktrt__resolve_alone(scene, &q, hit))) { /* as in NAME(resolve) */
-    NAME(setup_alone)(scene, ray, &q);
-    if (!NAME(drive_alone)(scene, &q, false, true, false, &unread)) q.id = PKTRT_NONE;
-    else pktrt__resolve_alone(scene, &q, hit);
+  for (bool check = false;; check = true) { /* where a triangle had no area, once more, as in NAME(resolve) */
+    if (!NAME(setup_alone)(scene, ray, &q) || !NAME(drive_alone)(scene, &q, false, check, false, &unread)) {
+      memset(hit, 0, sizeof *hit);
+      hit->t = ray->tmax, hit->mesh = hit->triangle = PKTRT_NONE;
+      return false;
+    }
+    if (pktrt__resolve_alone(scene, &q, hit) || check) break;
   }
   pktrt__name_triangle(scene, q.id, hint, &hit->mesh, &hit->triangle);
   return true;

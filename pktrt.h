@@ -1206,10 +1206,11 @@ PKTRT__INLINE double pktrt__max(double a, double b) { return a > b ? a : b; }
    workers.
 
    Wide: a node is given the nodes below its binary root that make the whole tree cheapest (Ylitie, Karras and Laine
-   2017), at most eight; blocks are merged where that is cheaper. A block costs what it does above, a node 1.25 area: by
-   expected cost, tasks bottom-up and then what lies above them. Of the high quality, the nodes of the binary tree move
-   to better places first. Subtrees of up to max(4096, n/64) triangles are tasks: counted, placed by a prefix sum,
-   written in depth-first order. What lies above them, the top, comes first. A group that is one task has no top.
+   2017), at most eight; blocks are merged where that is cheaper. A block costs 3/4 of its area and 1/10 for each
+   triangle, a node 1.25: by expected cost, tasks bottom-up and then what lies above them. Of the high quality, the
+   nodes of the binary tree move to better places first. Subtrees of up to max(4096, n/64) triangles are tasks: counted,
+   placed by a prefix sum, written in depth-first order. What lies above them, the top, comes first. A group that is one
+   task has no top.
 
    Bounds: fitted bottom-up from the blocks by the function that refit uses, hence equal to it bit by bit. */
 
@@ -2846,17 +2847,25 @@ typedef struct pktrt__batch {
   bool coherent; /* frustum packets took all of the last rays */
 } pktrt__batch;
 
+/* One ray by itself, as in a batch, but close together: its rows would lie on as many lines of the cache. */
+typedef struct pktrt__lone {
+  PKTRT__ALIGN64 float rd[8], cn[8], cf[8]; /* by axis; the other lanes say nothing */
+  const pktrt_ray *ray;
+  float slope[2], dk, wn, wf, sn, sf, tiny, ta, tb;
+  uint32_t id, slot, group, octant;
+  uint32_t axis[3]; /* k, u, v */
+} pktrt__lone;
+
 /* Bit j of 0 to 255 becomes byte j, 0 or 1: copied into all bytes, masked, and brought down by a carry. */
 PKTRT__INLINE uint64_t pktrt__bytes_of(uint32_t bits) {
   const uint64_t each = bits * UINT64_C(0x0101010101010101) & UINT64_C(0x8040201008040201);
   return (each + UINT64_C(0x7F7F7F7F7F7F7F7F)) >> 7 & UINT64_C(0x0101010101010101);
 }
 /* Bits 0, 1, 2 of eight bytes, from bit j of three numbers for byte j. */
-PKTRT__INLINE void pktrt__put_bits(uint8_t *to, uint32_t lanes, uint32_t bit0, uint32_t bit1, uint32_t bit2) {
-  uint64_t all = (bit0 & 1) | (bit1 & 1) << 1 | (bit2 & 1) << 2;
-  if (lanes > 1)
-    all = pktrt__bytes_of(bit0 & 0xFF) | pktrt__bytes_of(bit1 & 0xFF) << 1 | pktrt__bytes_of(bit2 & 0xFF) << 2;
-  for (uint32_t j = 0; j < lanes; j++) to[j] = (uint8_t)(all >> 8 * j);
+PKTRT__INLINE void pktrt__put_bits(uint8_t *to, uint32_t bit0, uint32_t bit1, uint32_t bit2) {
+  const uint64_t all =
+      pktrt__bytes_of(bit0 & 0xFF) | pktrt__bytes_of(bit1 & 0xFF) << 1 | pktrt__bytes_of(bit2 & 0xFF) << 2;
+  for (uint32_t j = 0; j < 8; j++) to[j] = (uint8_t)(all >> 8 * j);
 }
 
 /* Fills the lanes behind the last ray with rays that hit nothing, up to a whole vector. */
@@ -2984,14 +2993,14 @@ PKTRT__INLINE bool pktrt__normal(float p[3][3], double n[3]) {
 /* The corners of a triangle at a ray's time: for what happens once per ray, or seldom. */
 static void pktrt__corners_at(const pktrt__group *g, uint32_t slot, float time, float p[3][3]) {
   const unsigned char *block = g->blocks + (size_t)(slot / 8) * g->block_bytes;
-  float a, b, k0, k1;
+  float a, b;
   const uint32_t segment = pktrt__segment(time, g->key_count, &a, &b);
-  const size_t key0 = pktrt__block_key(segment), key1 = pktrt__block_key(g->key_count < 2 ? 0 : segment + 1);
-  for (size_t i = 0; i < 9; i++) {
-    memcpy(&k0, block + key0 + (i * 8 + slot % 8) * sizeof k0, sizeof k0);
-    memcpy(&k1, block + key1 + (i * 8 + slot % 8) * sizeof k1, sizeof k1);
-    p[i / 3][i % 3] = g->key_count < 2 ? k0 : a * k0 + b * k1;
-  }
+  const float *k0 = (const float *)(const void *)(block + pktrt__block_key(segment)) + slot % 8;
+  const float *k1 = (const float *)(const void *)(block + pktrt__block_key(segment + 1)) + slot % 8;
+  if (g->key_count < 2)
+    for (int c = 0; c < 3; c++, k0 += 24) p[c][0] = k0[0], p[c][1] = k0[8], p[c][2] = k0[16];
+  else
+    for (int i = 0; i < 9; i++) p[i / 3][i % 3] = a * k0[8 * i] + b * k1[8 * i];
 }
 
 static bool pktrt__area_at(const pktrt__group *g, uint32_t slot, float time) {
@@ -3001,23 +3010,37 @@ static bool pktrt__area_at(const pktrt__group *g, uint32_t slot, float time) {
   return pktrt__normal(p, n);
 }
 
+/* Of the canonical test: a corner as the ray sees it; its products with z, summed up; the edge functions. */
+typedef struct pktrt__seen {
+  double x, y, z;
+} pktrt__seen;
+PKTRT__INLINE pktrt__seen pktrt__see(const pktrt__lone *q, const float p[3]) {
+  const float *o = q->ray->origin;
+  const uint32_t k = q->axis[0], u = q->axis[1], v = q->axis[2];
+  const float z = p[k] - o[k];
+  pktrt__seen c;
+  c.x = (double)((p[u] - o[u]) - q->slope[0] * z), c.y = (double)((p[v] - o[v]) - q->slope[1] * z), c.z = (double)z;
+  return c;
+}
+typedef struct pktrt__weights {
+  double u, v, w, det, depth;
+} pktrt__weights;
+PKTRT__INLINE pktrt__weights pktrt__weigh(const pktrt__lone *q, float p[3][3]) {
+  const pktrt__seen a = pktrt__see(q, p[0]), b = pktrt__see(q, p[1]), c = pktrt__see(q, p[2]);
+  pktrt__weights e;
+  e.u = c.x * b.y - c.y * b.x, e.v = a.x * c.y - a.y * c.x, e.w = b.x * a.y - b.y * a.x;
+  e.det = (e.u + e.v) + e.w, e.depth = (e.u * a.z + e.v * b.z) + e.w * c.z;
+  return e;
+}
+
 /* The canonical test of one triangle; t where it is hit. */
-static bool pktrt__canonical(const pktrt__group *g, const pktrt__batch *b, uint32_t r, uint32_t slot, float *t) {
-  const uint32_t k = b->axis[r], ku = (k + 1) % 3, kv = (k + 2) % 3;
-  float p[3][3], x[3], y[3], z[3];
-  pktrt__corners_at(g, slot, b->time[r], p);
-  for (int c = 0; c < 3; c++) {
-    z[c] = p[c][k] - b->o[k][r];
-    x[c] = (p[c][ku] - b->o[ku][r]) - b->slope[0][r] * z[c];
-    y[c] = (p[c][kv] - b->o[kv][r]) - b->slope[1][r] * z[c];
-  }
-  const double u = (double)x[2] * (double)y[1] - (double)y[2] * (double)x[1];
-  const double v = (double)x[0] * (double)y[2] - (double)y[0] * (double)x[2];
-  const double w = (double)x[1] * (double)y[0] - (double)y[1] * (double)x[0];
-  const bool below = u < 0 || v < 0 || w < 0, above = u > 0 || v > 0 || w > 0;
+static bool pktrt__canonical(const pktrt__group *g, const pktrt__lone *q, uint32_t slot, float *t) {
+  float p[3][3];
+  pktrt__corners_at(g, slot, q->ray->time, p);
+  const pktrt__weights e = pktrt__weigh(q, p);
+  const bool below = e.u < 0 || e.v < 0 || e.w < 0, above = e.u > 0 || e.v > 0 || e.w > 0;
   if (below == above) return false;
-  const double inverse = 1 / ((u + v + w) * (double)b->dk[r]);
-  *t = pktrt__to_float((u * (double)z[0] + v * (double)z[1] + w * (double)z[2]) * inverse);
+  *t = pktrt__to_float(e.depth * (1 / (e.det * (double)q->dk)));
   return true;
 }
 
@@ -3027,29 +3050,85 @@ PKTRT__INLINE void pktrt__take(const pktrt__view *view, pktrt__batch *b, uint32_
   b->sf[r] = lo, b->wf[r] = hi;
   b->id[r] = id, b->slot[r] = slot, b->group[r] = view->group;
 }
+PKTRT__INLINE void pktrt__take_alone(const pktrt__view *view, pktrt__lone *q, float lo, float hi, uint32_t id,
+                                     uint32_t slot) {
+  q->sf = lo, q->wf = hi;
+  q->id = id, q->slot = slot, q->group = view->group;
+}
 
 /* What single precision leaves open, the canonical test decides: whether a triangle is hit, nearer than what the ray
    has hit so far, or as near with a lower index. Then it is taken. */
-PKTRT__NOINLINE bool pktrt__settle(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t id, uint32_t slot) {
+PKTRT__NOINLINE bool pktrt__settle_alone(const pktrt__view *view, pktrt__lone *q, uint32_t id, uint32_t slot) {
   const pktrt__group *g = &view->groups[view->group];
-  float t, nearest = b->tmax[r];
-  if (!pktrt__canonical(g, b, r, slot, &t) || !(b->tmin[r] < t)) return false;
-  if (b->slot[r] != PKTRT_NONE) pktrt__canonical(&view->groups[b->group[r]], b, r, b->slot[r], &nearest);
-  if (!(t < nearest || (t == nearest && id < b->id[r]))) return false;
-  if (view->check_area && !pktrt__area_at(g, slot, b->time[r])) return false;
-  const float w = t * fabsf(b->dk[r]), slack = fabsf(w) * PKTRT__PAD_DEPTH + b->tiny[r];
-  pktrt__take(view, b, r, w - slack, w + slack, id, slot);
+  float t, nearest = q->ray->tmax;
+  if (!pktrt__canonical(g, q, slot, &t) || !(q->ray->tmin < t)) return false;
+  if (q->slot != PKTRT_NONE) pktrt__canonical(&view->groups[q->group], q, q->slot, &nearest);
+  if (!(t < nearest || (t == nearest && id < q->id))) return false;
+  if (view->check_area && !pktrt__area_at(g, slot, q->ray->time)) return false;
+  const float w = t * fabsf(q->dk), slack = fabsf(w) * PKTRT__PAD_DEPTH + q->tiny;
+  pktrt__take_alone(view, q, w - slack, w + slack, id, slot);
   return true;
 }
 
-/* Asks the caches for a child that will be visited. Measured worth 5% of a stream's time. */
+/* Axis k and the next two, in a circle. */
+PKTRT__INLINE void pktrt__turn_axes(uint32_t axis[3], uint32_t k) {
+  axis[0] = k, axis[1] = 9u >> 2 * k & 3, axis[2] = 18u >> 2 * k & 3;
+}
+
+/* A ray of a batch by itself, and what became of it. */
+static void pktrt__lift_ray(const pktrt__batch *b, uint32_t r, pktrt_ray *ray, pktrt__lone *q) {
+  for (int a = 0; a < 3; a++) {
+    ray->origin[a] = b->o[a][r], ray->direction[a] = b->d[a][r];
+    q->rd[a] = b->rd[a][r], q->cn[a] = b->cn[a][r], q->cf[a] = b->cf[a][r];
+  }
+  ray->tmin = b->tmin[r], ray->tmax = b->tmax[r], ray->time = b->time[r];
+  q->ray = ray;
+  q->slope[0] = b->slope[0][r], q->slope[1] = b->slope[1][r], q->dk = b->dk[r];
+  q->wn = b->wn[r], q->wf = b->wf[r], q->sn = b->sn[r], q->sf = b->sf[r], q->tiny = b->tiny[r];
+  q->ta = b->ta[r], q->tb = b->tb[r];
+  q->id = b->id[r], q->slot = b->slot[r], q->group = b->group[r], q->octant = b->octant[r];
+  pktrt__turn_axes(q->axis, b->axis[r]);
+}
+PKTRT__INLINE void pktrt__drop_ray(pktrt__batch *b, uint32_t r, const pktrt__lone *q) {
+  b->wf[r] = q->wf, b->sf[r] = q->sf, b->id[r] = q->id, b->slot[r] = q->slot, b->group[r] = q->group;
+}
+
+PKTRT__NOINLINE bool pktrt__settle(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t id, uint32_t slot) {
+  pktrt_ray ray;
+  pktrt__lone q;
+  pktrt__lift_ray(b, r, &ray, &q);
+  if (!pktrt__settle_alone(view, &q, id, slot)) return false;
+  pktrt__drop_ray(b, r, &q);
+  return true;
+}
+
+/* t, u, v and normal of what a lone ray hit, as in >>resolve; false where the triangle has no area at its time. */
+static bool pktrt__resolve_alone(const pktrt_scene *s, const pktrt__lone *q, pktrt_hit *hit) {
+  float p[3][3];
+  double n[3];
+  pktrt__corners_at(&s->groups[q->group], q->slot, q->ray->time, p);
+  const pktrt__weights e = pktrt__weigh(q, p);
+  const double dk = (double)q->dk, r = 1 / (e.det * dk), rdet = dk * r;
+  const bool area = pktrt__normal(p, n);
+  const double unit = 1 / pktrt__max(fabs(n[0]), pktrt__max(fabs(n[1]), fabs(n[2])));
+  hit->t = pktrt__to_float(e.depth * r), hit->u = pktrt__to_float(e.v * rdet), hit->v = pktrt__to_float(e.w * rdet);
+  /* these are at most 1 */
+  hit->normal[0] = (float)(n[0] * unit), hit->normal[1] = (float)(n[1] * unit), hit->normal[2] = (float)(n[2] * unit);
+  return area;
+}
+
+/* Asks the caches for a child that will be visited. Measured worth 5% of a stream's time, and of a single ray's. */
 PKTRT__INLINE void pktrt__fetch(const pktrt__view *view, uint32_t ref, const bool moving) {
   const size_t node_bytes = moving ? view->node_bytes : (size_t)PKTRT__NODE_BYTES;
   const size_t block_bytes = moving ? view->block_bytes : (size_t)PKTRT__BLOCK_BYTES;
   const bool leaf = (ref & PKTRT__LEAF) != 0;
   const unsigned char *at = leaf ? view->blocks + (ref & ~PKTRT__LEAF) * block_bytes : view->nodes + ref * node_bytes;
-  const size_t bytes = leaf ? block_bytes : node_bytes;
-  for (size_t i = 0; i < bytes; i += 64) PKTRT__PREFETCH(at + i);
+  PKTRT__PREFETCH(at);
+  PKTRT__PREFETCH(at + 64);
+  PKTRT__PREFETCH(at + 128);
+  PKTRT__PREFETCH(at + 192);
+  PKTRT__PREFETCH(at + 256); /* in vain where a node rests, but without a branch */
+  for (size_t i = 320; moving && i < (leaf ? block_bytes : node_bytes); i += 64) PKTRT__PREFETCH(at + i);
 }
 
 #define PKTRT__IN_ORDER 076543210u /* as a perm: children as they stand */
@@ -3203,8 +3282,9 @@ typedef struct pktrt__call { /* one query, as the kernels see it */
 typedef struct pktrt__kernels {
   /* Answers the first n rays of a batch whose o, d, tmin, tmax, time are filled in. */
   void (*trace)(const pktrt__call *, pktrt__batch *, uint32_t n);
-  /* The same for one ray that is traced on the fast path and not counted. */
-  void (*trace_one)(const pktrt_scene *, pktrt__batch *, bool occlusion);
+  /* One ray by itself, traced on the fast path and not counted. */
+  bool (*intersect)(const pktrt_scene *, const pktrt_ray *, pktrt_hit *);
+  bool (*occluded)(const pktrt_scene *, const pktrt_ray *);
   bool (*rounds_each_operation)(void);
   /* A batch from n of `left` rays of the caller's, and back; order: which of them, NULL for the first ones. */
   void (*load)(pktrt__batch *, const pktrt_ray *, const uint16_t *order, uint32_t n, size_t left);
@@ -3232,7 +3312,6 @@ typedef struct pktrt__kernels {
 #define PKTRT__STAMP_AVX2 3
 #define PKTRT__STAMP_AVX512 4
 #define PKTRT__STAMP_NEON 5
-#define PKTRT__STAMP_ONE 6
 
 /* >>dispatch ------------------------------------------------------------------------------------------------------- */
 
@@ -3242,12 +3321,6 @@ typedef struct pktrt__kernels {
 #define PKTRT__PASTE2(a, b) a##_##b
 #define PKTRT__PASTE(a, b) PKTRT__PASTE2(a, b)
 #define PKTRT__NAME(x) PKTRT__PASTE(x, PKTRT__SUFFIX)
-
-#define PKTRT__STAMP PKTRT__STAMP_ONE
-#define PKTRT__SUFFIX one
-#include PKTRT_HEADER_FILENAME
-#undef PKTRT__STAMP
-#undef PKTRT__SUFFIX
 
 #define PKTRT__STAMP PKTRT__STAMP_SCALAR
 #define PKTRT__SUFFIX scalar
@@ -3406,6 +3479,7 @@ static const pktrt__fit *pktrt__fit_of(pktrt_isa isa) {
 #define vorder PKTRT__NAME(pktrt__vorder)
 #define vpack PKTRT__NAME(pktrt__vpack)
 #define vpack_from PKTRT__NAME(pktrt__vpack_from)
+#define vswap PKTRT__NAME(pktrt__vswap)
 #define vhmin PKTRT__NAME(pktrt__vhmin)
 #define vhmax PKTRT__NAME(pktrt__vhmax)
 #define dload PKTRT__NAME(pktrt__dload)
@@ -3425,12 +3499,6 @@ static const pktrt__fit *pktrt__fit_of(pktrt_isa isa) {
 #define aor PKTRT__NAME(pktrt__aor)
 #define apush PKTRT__NAME(pktrt__apush)
 #define OP PKTRT__INLINE
-/* Eight of everything; one, for rays that come one by one, in the setup and resolving of rays. */
-#if PKTRT__STAMP == PKTRT__STAMP_ONE
-#define LANES 1
-#else
-#define LANES 8
-#endif
 /* Before a short loop over axes or corners: gcc -O2 would keep its vectors in memory otherwise. */
 #if PKTRT__STAMP != PKTRT__STAMP_SCALAR && defined(__GNUC__) && !defined(__clang__) && defined(__OPTIMIZE__)
 #define UNROLL _Pragma("GCC unroll 8")
@@ -3458,6 +3526,7 @@ OP v8 vwith_sign(v8 magnitude, v8 sign) { /* magnitude >= 0 */
   return _mm256_or_ps(magnitude, _mm256_and_ps(_mm256_set1_ps(-0.0f), sign));
 }
 OP uint32_t vsign(v8 a) { return (uint32_t)_mm256_movemask_ps(a); }
+OP v8 vswap(v8 a) { return _mm256_permute2f128_ps(a, a, 1); } /* its halves */
 OP float vhmin(v8 a) {
   __m128 x = _mm_min_ps(_mm256_castps256_ps128(a), _mm256_extractf128_ps(a, 1));
   x = _mm_min_ps(x, _mm_movehl_ps(x, x));
@@ -3644,23 +3713,21 @@ OP uint32_t apush(a8 a, const uint32_t *child, v8 dist, uint32_t perm, uint64_t 
 }
 #endif
 
-#elif PKTRT__STAMP == PKTRT__STAMP_SCALAR || PKTRT__STAMP == PKTRT__STAMP_ONE
+#elif PKTRT__STAMP == PKTRT__STAMP_SCALAR
 
-#if PKTRT__STAMP == PKTRT__STAMP_SCALAR
 /* Functions of their own, not inlined: a debugger can step through them, and the code stays small. */
 #undef OP
 #define OP PKTRT__NOINLINE
-#endif
 typedef struct v8 {
-  float f[LANES];
+  float f[8];
 } v8;
 typedef uint32_t m8;
 typedef struct d8 {
-  double d[LANES];
+  double d[8];
 } d8;
 #define PKTRT__EACH(type, expression) \
   type r;                             \
-  for (int i = 0; i < LANES; i++) expression; \
+  for (int i = 0; i < 8; i++) expression; \
   return r
 OP v8 vload(const float *p) { PKTRT__EACH(v8, r.f[i] = p[i]); }
 OP void vstore(float *p, v8 a) { memcpy(p, a.f, sizeof a.f); }
@@ -3680,22 +3747,23 @@ OP v8 vwith_sign(v8 magnitude, v8 sign) {
 }
 OP uint32_t vsign(v8 a) {
   uint32_t r = 0;
-  for (int i = 0; i < LANES; i++) r |= pktrt__sign_bit(a.f[i]) << i;
+  for (int i = 0; i < 8; i++) r |= pktrt__sign_bit(a.f[i]) << i;
   return r;
 }
+OP v8 vswap(v8 a) { PKTRT__EACH(v8, r.f[i] = a.f[i ^ 4]); }
 OP float vhmin(v8 a) {
   float r = a.f[0];
-  for (int i = 1; i < LANES; i++) r = r < a.f[i] ? r : a.f[i];
+  for (int i = 1; i < 8; i++) r = r < a.f[i] ? r : a.f[i];
   return r;
 }
 OP float vhmax(v8 a) {
   float r = a.f[0];
-  for (int i = 1; i < LANES; i++) r = r > a.f[i] ? r : a.f[i];
+  for (int i = 1; i < 8; i++) r = r > a.f[i] ? r : a.f[i];
   return r;
 }
 #define PKTRT__COMPARE(condition) \
   m8 r = 0;                       \
-  for (int i = 0; i < LANES; i++) r |= (m8)(condition) << i; \
+  for (int i = 0; i < 8; i++) r |= (m8)(condition) << i; \
   return r
 OP m8 vlt(v8 a, v8 b) { PKTRT__COMPARE(a.f[i] < b.f[i]); }
 OP m8 vle(v8 a, v8 b) { PKTRT__COMPARE(a.f[i] <= b.f[i]); }
@@ -3706,11 +3774,11 @@ OP uint32_t mbits(m8 m) { return m; }
 OP m8 mfrom(uint32_t bits) { return bits; }
 OP v8 vsel(m8 m, v8 a, v8 b) { PKTRT__EACH(v8, r.f[i] = m >> i & 1 ? a.f[i] : b.f[i]); }
 OP void vput(float *p, m8 m, v8 a) {
-  for (int i = 0; i < LANES; i++)
+  for (int i = 0; i < 8; i++)
     if (m >> i & 1) p[i] = a.f[i];
 }
 OP void vput_u32(uint32_t *p, m8 m, uint32_t x) {
-  for (int i = 0; i < LANES; i++)
+  for (int i = 0; i < 8; i++)
     if (m >> i & 1) p[i] = x;
 }
 OP uint32_t vsame(const uint32_t *p, uint32_t x) { PKTRT__COMPARE(p[i] == x); }
@@ -3887,6 +3955,7 @@ OP m8 mand(m8 a, m8 b) { return m8_of(QM_AND(a.l, b.l), QM_AND(a.h, b.h)); }
 OP m8 mor(m8 a, m8 b) { return m8_of(QM_OR(a.l, b.l), QM_OR(a.h, b.h)); }
 OP uint32_t mbits(m8 m) { return PKTRT__NAME(pktrt__qbits)(m.l) | PKTRT__NAME(pktrt__qbits)(m.h) << 4; }
 OP m8 mfrom(uint32_t bits) { return m8_of(PKTRT__NAME(pktrt__qfrom)(bits), PKTRT__NAME(pktrt__qfrom)(bits >> 4)); }
+OP v8 vswap(v8 a) { return v8_of(a.h, a.l); }
 OP v8 vsel(m8 m, v8 a, v8 b) { return v8_of(Q_SEL(m.l, a.l, b.l), Q_SEL(m.h, a.h, b.h)); }
 OP void vput(float *p, m8 m, v8 a) { vstore(p, vsel(m, a, vload(p))); }
 OP void vput_u32(uint32_t *p, m8 m, uint32_t x) {
@@ -4020,7 +4089,7 @@ PKTRT__NOINLINE void vpack(float *p, uint32_t lanes, v8 a) {
 PKTRT__NOINLINE void vpack_from(void *p, uint32_t lanes, const void *from) { /* bits pass as they are */
   vpack(PKTRT__CAST(float *, p), lanes, vload(PKTRT__CAST(const float *, from)));
 }
-#elif PKTRT__STAMP != PKTRT__STAMP_AVX512 && PKTRT__STAMP != PKTRT__STAMP_ONE
+#elif PKTRT__STAMP != PKTRT__STAMP_AVX512
 PKTRT__NOINLINE void vpack(float *p, uint32_t lanes, v8 a) {
   float f[8];
   vstore(lanes == 0xFF ? p : f, a);
@@ -4100,8 +4169,7 @@ typedef __mmask16 PKTRT__NAME(pktrt__mf);
     if (stats) counts->field += (uint64_t)(n);                                                                         \
   } while (0)
 
-/* Derives the fields of eight rays (one, in the stamp for one) from o, d, tmin, tmax; the bits of those that can hit
-   anything. */
+/* Derives the fields of eight rays from o, d, tmin, tmax; the bits of those that can hit anything. */
 PKTRT__NOINLINE uint32_t NAME(setup)(const pktrt_scene *scene, pktrt__batch *b, uint32_t i) {
   const v8 zero = vset(0), dx = vload(b->d[0] + i), dy = vload(b->d[1] + i), dz = vload(b->d[2] + i);
   const v8 ax = vabs(dx), ay = vabs(dy), az = vabs(dz);
@@ -4111,8 +4179,8 @@ PKTRT__NOINLINE uint32_t NAME(setup)(const pktrt_scene *scene, pktrt__batch *b, 
   vstore(b->slope[1] + i, vdiv(vsel(not_y, dz, vsel(y, dx, dy)), dk));
   vstore(b->dk + i, dk);
   const uint32_t x_bits = mbits(not_y), y_bits = mbits(y), sx = vsign(dx), sy = vsign(dy), sz = vsign(dz);
-  pktrt__put_bits(b->axis + i, LANES, ~x_bits & y_bits, ~x_bits & ~y_bits, 0);
-  pktrt__put_bits(b->octant + i, LANES, sx, sy, sz);
+  pktrt__put_bits(b->axis + i, ~x_bits & y_bits, ~x_bits & ~y_bits, 0);
+  pktrt__put_bits(b->octant + i, sx, sy, sz);
 
   /* M and |o|, then D */
   v8 m = zero, o_max = zero;
@@ -4146,7 +4214,7 @@ PKTRT__NOINLINE uint32_t NAME(setup)(const pktrt_scene *scene, pktrt__batch *b, 
   vstore(b->sn + i, vmax(vadd(n, n_slack), n)); /* an infinite end stays what it is */
   vstore(b->sf + i, vmin(vsub(last, vadd(vmul(vabs(last), relative), tiny)), last));
   vstore(b->t + i, tmax);
-  for (uint32_t j = 0; j < LANES; j++) b->id[i + j] = 0, b->slot[i + j] = PKTRT_NONE;
+  for (uint32_t j = 0; j < 8; j++) b->id[i + j] = 0, b->slot[i + j] = PKTRT_NONE;
 
   const v8 huge = vset(FLT_MAX), longest = vmax(ax, vmax(ay, az)); /* a NaN in ax is lost here, hence all three below */
   m8 ok = mand(mand(vlt(zero, longest), vlt(tmin, tmax)), vle(o_max, vset(PKTRT_MAX_COORD)));
@@ -4157,7 +4225,47 @@ PKTRT__NOINLINE uint32_t NAME(setup)(const pktrt_scene *scene, pktrt__batch *b, 
   return mbits(ok);
 }
 
-#if PKTRT__STAMP != PKTRT__STAMP_ONE
+/* The same for a lone ray, axes side by side; whether it can hit anything. */
+#if PKTRT__STAMP == PKTRT__STAMP_AVX2 || PKTRT__STAMP == PKTRT__STAMP_AVX512
+OP
+#else
+PKTRT__NOINLINE
+#endif
+bool NAME(setup_alone)(const pktrt_scene *scene, const pktrt_ray *ray, pktrt__lone *q) {
+  static const float most[8] = {PKTRT_MAX_COORD, PKTRT_MAX_COORD, PKTRT_MAX_COORD, INFINITY, FLT_MAX, FLT_MAX, FLT_MAX,
+                                INFINITY};
+  const float *const o = ray->origin, *const d = ray->direction;
+  const v8 od = vload((const float *)(const void *)ray), size = vabs(od);
+  const float ax = fabsf(d[0]), ay = fabsf(d[1]), az = fabsf(d[2]), tmin = ray->tmin, tmax = ray->tmax;
+  const uint32_t not_x = !((ay <= ax) & (az <= ax)), k = not_x << (not_x & !(az <= ay));
+  const float dk = d[k], adk = fabsf(dk), n = tmin * adk, f = tmax * adk;
+  if (~mbits(vle(size, vload(most))) & 0x77) return false;
+  if (!(0 < adk && tmin < tmax && n < INFINITY && -INFINITY < f)) return false; /* as in NAME(setup) */
+  pktrt__turn_axes(q->axis, k);
+  q->ray = ray, q->octant = vsign(od) >> 4;
+  q->slope[0] = d[q->axis[1]] / dk, q->slope[1] = d[q->axis[2]] / dk, q->dk = dk;
+
+  const float *const lo = scene->lo, *const hi = scene->hi;
+  const float mx = pktrt__maxf(hi[0] - o[0], o[0] - lo[0]), my = pktrt__maxf(hi[1] - o[1], o[1] - lo[1]);
+  const float m = pktrt__maxf(pktrt__maxf(hi[2] - o[2], o[2] - lo[2]), pktrt__maxf(mx, my));
+  const float o_max = pktrt__maxf(fabsf(o[0]), pktrt__maxf(fabsf(o[1]), fabsf(o[2])));
+  const v8 pad = vset((m * PKTRT__PAD_M + o_max * PKTRT__PAD_O) + PKTRT__PAD_MIN);
+  const float up = adk < 8.673617379884035e-19f ? 18446744073709551616.0f : 1, length = adk * up;
+  const v8 along = vmul(vswap(od), vset(up)), least = vset(length * 1.490116119384765625e-8f);
+  const v8 rd = vdiv(vset(length), vwith_sign(vmax(vabs(along), least), along));
+  const v8 c = vmul(od, rd), wide = vmul(pad, vabs(rd));
+  vstore(q->rd, rd);
+  vstore(q->cn, vadd(c, wide));
+  vstore(q->cf, vsub(c, wide));
+
+  const float tiny = pktrt__maxf(adk, 1) * PKTRT__PAD_TINY, last = pktrt__minf(tmax, FLT_MAX) * adk;
+  const float n_slack = fabsf(n) * PKTRT__PAD_DEPTH + tiny, f_slack = fabsf(f) * PKTRT__PAD_DEPTH + tiny;
+  q->tiny = tiny, q->wn = n - n_slack, q->wf = f + f_slack, q->sn = pktrt__maxf(n + n_slack, n);
+  q->sf = pktrt__minf(last - (fabsf(last) * PKTRT__PAD_DEPTH + tiny), last);
+  q->id = 0, q->slot = PKTRT_NONE;
+  return true;
+}
+
 /* Time weights of rays [first, first + n) for a group of `keys` keys. */
 OP void NAME(weights)(pktrt__batch *b, uint32_t first, uint32_t n, uint32_t keys) {
   for (uint32_t i = first; i < first + n; i++)
@@ -4250,6 +4358,16 @@ OP NAME(shear) NAME(shear_of)(const pktrt__batch *b, uint32_t r, const bool movi
   q.l.wn = vset(b->wn[r]), q.l.sn = vset(b->sn[r]), q.l.wf = q.l.wn;
   return q;
 }
+OP NAME(shear) NAME(shear_alone)(const pktrt__lone *b, const bool moving) {
+  NAME(shear) q;
+  UNROLL for (int a = 0; a < 3; a++) q.o[a] = vset(b->ray->origin[b->axis[a]]), q.at[a] = 8 * b->axis[a];
+  q.slope[0] = vset(b->slope[0]), q.slope[1] = vset(b->slope[1]);
+  q.ta = q.tb = q.o[0];
+  if (moving) q.ta = vset(b->ta), q.tb = vset(b->tb);
+  q.l.sign = vwith_sign(vset(1), vset(b->dk)), q.l.tiny = vset(b->tiny);
+  q.l.wn = vset(b->wn), q.l.sn = vset(b->sn), q.l.wf = q.l.wn;
+  return q;
+}
 
 /* What single precision says about the lanes of a block; `early`: do without the estimate where nothing is hit. */
 OP NAME(estimate) NAME(block_estimate)(const NAME(shear) *q, const pktrt__view *view, const unsigned char *block,
@@ -4278,41 +4396,50 @@ OP NAME(estimate) NAME(block_estimate)(const NAME(shear) *q, const pktrt__view *
   return e;
 }
 
-/* The lanes of a block that may be hits, one by one. For occlusion: whether one is; else whether a nearer hit was
-   recorded. */
-OP bool NAME(record)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t index, const uint32_t *id,
-                     const float *lo, const float *hi, uint32_t maybe, uint32_t sure, const bool occlusion,
-                     const bool moving, const bool stats, pktrt_counts *counts) {
+/* The lanes of a block that may be hits, one by one, of a ray of a batch or, where there is one, of a lone ray. For
+   occlusion: whether one is; else whether a nearer hit was recorded. */
+OP bool NAME(record)(const pktrt__view *view, pktrt__batch *b, uint32_t r, pktrt__lone *lone, uint32_t index,
+                     const uint32_t *id, const float *lo, const float *hi, uint32_t maybe, uint32_t sure,
+                     const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
   bool nearer = false;
   COUNT(canonical_tests, pktrt__popcount(maybe));
   for (; maybe; maybe &= maybe - 1) {
     const uint32_t lane = pktrt__lowest(maybe), slot = index * 8 + lane;
-    if (lo[lane] > b->wf[r]) continue;
-    if ((sure >> lane & 1) && hi[lane] < b->sf[r]) {
-      if (moving && view->check_area && !pktrt__area_at(&view->groups[view->group], slot, b->time[r])) continue;
-      if (!occlusion) pktrt__take(view, b, r, lo[lane], hi[lane], id[lane], slot);
+    if (lo[lane] > (lone ? lone->wf : b->wf[r])) continue;
+    if ((sure >> lane & 1) && hi[lane] < (lone ? lone->sf : b->sf[r])) {
+      if (moving && view->check_area &&
+          !pktrt__area_at(&view->groups[view->group], slot, lone ? lone->ray->time : b->time[r]))
+        continue;
+      if (!occlusion && lone) pktrt__take_alone(view, lone, lo[lane], hi[lane], id[lane], slot);
+      else if (!occlusion) pktrt__take(view, b, r, lo[lane], hi[lane], id[lane], slot);
       nearer = true;
     } else {
       COUNT(settlings, 1);
-      nearer |= pktrt__settle(view, b, r, id[lane], slot);
+      nearer |= lone ? pktrt__settle_alone(view, lone, id[lane], slot) : pktrt__settle(view, b, r, id[lane], slot);
     }
     if (occlusion && nearer) return true;
   }
   return nearer;
 }
 
-/* One ray against a leaf block. For occlusion: whether anything is hit; else whether a nearer hit was recorded. */
-OP bool NAME(ray_block)(const NAME(shear) *q, const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t index,
+/* A ray, of a batch or alone, against a leaf block. For occlusion: whether anything is hit; else whether a nearer hit
+   was recorded. */
+OP bool NAME(any_block)(const pktrt__view *view, pktrt__batch *b, uint32_t r, pktrt__lone *lone, uint32_t index,
                         const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
   const unsigned char *block = view->blocks + index * (moving ? view->block_bytes : (size_t)PKTRT__BLOCK_BYTES);
   const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
-  const NAME(estimate) e = NAME(block_estimate)(q, view, block, b->wf[r], true, moving);
+  const NAME(shear) q = lone ? NAME(shear_alone)(lone, moving) : NAME(shear_of)(b, r, moving);
+  const NAME(estimate) e = NAME(block_estimate)(&q, view, block, lone ? lone->wf : b->wf[r], true, moving);
   COUNT(triangle_tests, pktrt__popcount(NAME(occupied)(id)));
   if (!e.maybe) return false;
   PKTRT__ALIGN64 float lo[8], hi[8];
   vstore(lo, e.lo);
   vstore(hi, e.hi);
-  return NAME(record)(view, b, r, index, id, lo, hi, e.maybe, e.sure, occlusion, moving, stats, counts);
+  return NAME(record)(view, b, r, lone, index, id, lo, hi, e.maybe, e.sure, occlusion, moving, stats, counts);
+}
+OP bool NAME(ray_block)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t index, const bool occlusion,
+                        const bool moving, const bool stats, pktrt_counts *counts) {
+  return NAME(any_block)(view, b, r, NULL, index, occlusion, moving, stats, counts);
 }
 
 /* Kernels are templates over three truths known at compile time; these are their instances. Counting is
@@ -4345,10 +4472,9 @@ OP bool NAME(ray_block)(const NAME(shear) *q, const pktrt__view *view, pktrt__ba
 #if PKTRT__STAMP != PKTRT__STAMP_AVX2 && PKTRT__STAMP != PKTRT__STAMP_AVX512
 /* Functions of their own: inlined they would make the code a third longer, and no faster. */
 #define INSTANCE(tag, o, m, s)                                                                                         \
-  PKTRT__NOINLINE bool NAME(ray_block_##tag)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t index,     \
-                                             pktrt_counts *counts) {                                                   \
-    const NAME(shear) q = NAME(shear_of)(b, r, m);                                                                     \
-    return NAME(ray_block)(&q, view, b, r, index, o, m, s, counts);                                                    \
+  PKTRT__NOINLINE bool NAME(any_block_##tag)(const pktrt__view *view, pktrt__batch *b, uint32_t r, pktrt__lone *lone,  \
+                                             uint32_t index, pktrt_counts *counts) {                                   \
+    return NAME(any_block)(view, b, r, lone, index, o, m, s, counts);                                                  \
   }
 PKTRT__INSTANCES(INSTANCE)
 #undef INSTANCE
@@ -4356,23 +4482,19 @@ PKTRT__INSTANCES(INSTANCE)
 OP bool NAME(ray_block_any)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t index, const bool occlusion,
                             const bool moving, const bool stats, pktrt_counts *counts) {
 #if PKTRT__STAMP != PKTRT__STAMP_AVX2 && PKTRT__STAMP != PKTRT__STAMP_AVX512
-  return PKTRT__PICK(ray_block)(view, b, r, index, counts);
+  return PKTRT__PICK(any_block)(view, b, r, NULL, index, counts);
 #else
-  const NAME(shear) q = NAME(shear_of)(b, r, moving);
-  return NAME(ray_block)(&q, view, b, r, index, occlusion, moving, stats, counts);
+  return NAME(ray_block)(view, b, r, index, occlusion, moving, stats, counts);
 #endif
 }
-/* The same for a ray that meets many blocks: q is made for all of them. */
-OP bool NAME(next_block)(const NAME(shear) *q, const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t index,
-                         const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
+OP bool NAME(lone_block)(const pktrt__view *view, pktrt__lone *lone, uint32_t index, const bool occlusion,
+                         const bool moving, const bool stats, pktrt_counts *counts) {
 #if PKTRT__STAMP != PKTRT__STAMP_AVX2 && PKTRT__STAMP != PKTRT__STAMP_AVX512
-  (void)q;
-  return PKTRT__PICK(ray_block)(view, b, r, index, counts);
+  return PKTRT__PICK(any_block)(view, NULL, 0, lone, index, counts);
 #else
-  return NAME(ray_block)(q, view, b, r, index, occlusion, moving, stats, counts);
+  return NAME(any_block)(view, NULL, 0, lone, index, occlusion, moving, stats, counts);
 #endif
 }
-
 /* >>boxes ---------------------------------------------------------------------------------------------------------- */
 
 /* The six planes of a node's children; moving: two keys each. Near and far by the octant of the rays. */
@@ -4439,110 +4561,112 @@ PKTRT__NOINLINE uint64_t NAME(box_mask)(const pktrt__batch *b, uint32_t base, ui
 /* What the boxes want of it, once per tree. */
 typedef struct NAME(beam) {
   v8 rd[3], cn[3], cf[3], wn, ta, tb;
-  uint32_t near_[3]; /* where a node's near planes stand, in floats; far planes at the other place of eight */
+  size_t near_[3]; /* where a node's near planes stand, in bytes; far planes at the other place of eight */
 } NAME(beam);
 
-OP NAME(beam) NAME(beam_of)(const pktrt__batch *b, uint32_t r, const bool moving) {
+OP NAME(beam) NAME(beam_of)(const pktrt__lone *ray, const bool moving) {
   NAME(beam) q;
   UNROLL for (uint32_t a = 0; a < 3; a++) {
-    q.rd[a] = vset(b->rd[a][r]), q.cn[a] = vset(b->cn[a][r]), q.cf[a] = vset(b->cf[a][r]);
-    q.near_[a] = 16 * a + 8 * (b->octant[r] >> a & 1u);
+    q.rd[a] = vset(ray->rd[a]), q.cn[a] = vset(ray->cn[a]), q.cf[a] = vset(ray->cf[a]);
+    q.near_[a] = 64 * a + 32 * (ray->octant >> a & 1u);
   }
-  q.wn = vset(b->wn[r]);
-  if (moving) q.ta = vset(b->ta[r]), q.tb = vset(b->tb[r]);
+  q.wn = vset(ray->wn);
+  if (moving) q.ta = vset(ray->ta), q.tb = vset(ray->tb);
   return q;
+}
+
+/* One side of the children along an axis. */
+OP v8 NAME(side)(const NAME(beam) *q, const pktrt__view *view, const unsigned char *node, size_t at,
+                 const bool moving) {
+  const float *p0 = (const float *)(const void *)(node + (moving ? view->plane0 : 0) + at);
+  const float *p1 = (const float *)(const void *)(node + (moving ? view->plane1 : 0) + at);
+  return moving ? vfma(q->ta, vload(p0), vmul(q->tb, vload(p1))) : vload(p0);
 }
 
 /* The children of a node that it may hit before the depth wf, and its entry depths. */
 OP uint32_t NAME(beam_slabs)(const NAME(beam) *q, const pktrt__view *view, const unsigned char *node, float wf,
                              const bool moving, v8 *entry) {
-  const float *p0 = (const float *)(const void *)(node + (moving ? view->plane0 : 0));
-  const float *p1 = (const float *)(const void *)(node + (moving ? view->plane1 : 0));
-  v8 n = q->wn, f = vset(wf);
+  v8 n[3], f[3];
   UNROLL for (int a = 0; a < 3; a++) {
-    const uint32_t i = q->near_[a], j = i ^ 8;
-    v8 near_ = vload(p0 + i), far_ = vload(p0 + j);
-    if (moving) {
-      near_ = vfma(q->ta, near_, vmul(q->tb, vload(p1 + i)));
-      far_ = vfma(q->ta, far_, vmul(q->tb, vload(p1 + j)));
-    }
-    n = vmax(vfms(near_, q->rd[a], q->cn[a]), n);
-    f = vmin(vfms(far_, q->rd[a], q->cf[a]), f);
+    n[a] = vfms(NAME(side)(q, view, node, q->near_[a], moving), q->rd[a], q->cn[a]);
+    f[a] = vfms(NAME(side)(q, view, node, q->near_[a] ^ 32, moving), q->rd[a], q->cf[a]);
   }
-  *entry = n;
-  return mbits(vle(n, f));
+  *entry = vmax(vmax(n[0], n[1]), vmax(n[2], q->wn));
+  return mbits(vle(*entry, vmin(vmin(f[0], f[1]), vmin(f[2], vset(wf)))));
 }
 
 /* The nearest hit: nearest child first. */
-OP bool NAME(nearest)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t ref, const bool moving,
-                      const bool stats, pktrt_counts *counts) {
-  uint32_t refs[PKTRT__STACK + 8], sp = 0;
-  float dists[PKTRT__STACK + 8];
+OP bool NAME(nearest)(const pktrt__view *view, pktrt__lone *ray, uint32_t ref, const bool moving, const bool stats,
+                      pktrt_counts *counts) {
+  struct {
+    uint32_t ref;
+    float dist;
+  } stack[PKTRT__STACK + 8], *top = stack;
   PKTRT__ALIGN64 float dist[8];
-  const NAME(beam) q = NAME(beam_of)(b, r, moving);
-  const NAME(shear) t = NAME(shear_of)(b, r, moving);
-  bool any = false;
+  const NAME(beam) q = NAME(beam_of)(ray, moving);
+  const uint32_t slot = ray->slot, id = ray->id;
   for (;;) {
     if (ref & PKTRT__LEAF) {
-      any |= NAME(next_block)(&t, view, b, r, ref & ~PKTRT__LEAF, false, moving, stats, counts);
+      NAME(lone_block)(view, ray, ref & ~PKTRT__LEAF, false, moving, stats, counts);
     } else {
       const unsigned char *node = view->nodes + ref * (moving ? view->node_bytes : (size_t)PKTRT__NODE_BYTES);
       const uint32_t *child = (const uint32_t *)(const void *)(node + PKTRT__NODE_KEY_BYTES);
       v8 entry;
-      uint32_t bits = NAME(beam_slabs)(&q, view, node, b->wf[r], moving, &entry);
+      uint32_t bits = NAME(beam_slabs)(&q, view, node, ray->wf, moving, &entry);
       COUNT(node_visits, 1);
       COUNT(box_tests, 8);
       if (bits) {
-        uint32_t best = pktrt__lowest(bits);
-        bits &= bits - 1;
-        if (bits) {
-          vstore(dist, entry);
-          do { /* the nearest goes on, the others wait */
-            uint32_t c = pktrt__lowest(bits);
-            if (dist[c] < dist[best]) {
-              const uint32_t swap = best;
-              best = c, c = swap;
-            }
-            refs[sp] = child[c], dists[sp++] = dist[c];
-            pktrt__fetch(view, child[c], moving);
-          } while (bits &= bits - 1);
-        }
-        ref = child[best];
+        uint32_t c = pktrt__lowest(bits);
+        ref = child[c];
+        if (!(bits &= bits - 1)) continue;
+        vstore(dist, entry);
+        float best = dist[c];
+        do { /* the nearest goes on, the others wait */
+          c = pktrt__lowest(bits);
+          const float d = dist[c];
+          const uint32_t other = child[c];
+          pktrt__fetch(view, other, moving);
+          if (d < best) {
+            top->ref = ref, top->dist = best;
+            ref = other, best = d;
+          } else {
+            top->ref = other, top->dist = d;
+          }
+          top++;
+        } while (bits &= bits - 1);
         continue;
       }
     }
     do {
-      if (!sp) return any;
-      ref = refs[--sp];
-    } while (dists[sp] > b->wf[r]);
+      if (top == stack) return ray->slot != slot || ray->id != id;
+      ref = (--top)->ref;
+    } while (top->dist > ray->wf);
   }
 }
 
 /* Any hit: children in the order of the build, the last one first. */
-OP bool NAME(first)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t ref, const bool moving,
-                    const bool stats, pktrt_counts *counts) {
-  uint32_t refs[PKTRT__STACK + 8], sp = 0;
-  const NAME(beam) q = NAME(beam_of)(b, r, moving);
-  const NAME(shear) t = NAME(shear_of)(b, r, moving);
-  const float wf = b->wf[r];
+OP bool NAME(first)(const pktrt__view *view, pktrt__lone *ray, uint32_t ref, const bool moving, const bool stats,
+                    pktrt_counts *counts) {
+  uint32_t refs[PKTRT__STACK + 8], *top = refs;
+  const NAME(beam) q = NAME(beam_of)(ray, moving);
   for (;;) {
     if (ref & PKTRT__LEAF) {
-      if (NAME(next_block)(&t, view, b, r, ref & ~PKTRT__LEAF, true, moving, stats, counts)) return true;
+      if (NAME(lone_block)(view, ray, ref & ~PKTRT__LEAF, true, moving, stats, counts)) return true;
     } else {
       const unsigned char *node = view->nodes + ref * (moving ? view->node_bytes : (size_t)PKTRT__NODE_BYTES);
       const uint32_t *child = (const uint32_t *)(const void *)(node + PKTRT__NODE_KEY_BYTES);
       v8 entry;
-      uint32_t bits = NAME(beam_slabs)(&q, view, node, wf, moving, &entry);
+      uint32_t bits = NAME(beam_slabs)(&q, view, node, ray->wf, moving, &entry);
       COUNT(node_visits, 1);
       COUNT(box_tests, 8);
       if (bits) {
         ref = child[pktrt__lowest(bits)];
-        while (bits &= bits - 1) refs[sp++] = ref, ref = child[pktrt__lowest(bits)];
+        while (bits &= bits - 1) *top++ = ref, ref = child[pktrt__lowest(bits)];
         continue;
       }
     }
-    if (!sp) return false;
-    ref = refs[--sp];
+    if (top == refs) return false;
+    ref = *--top;
   }
 }
 
@@ -4601,7 +4725,7 @@ OP uint64_t NAME(stream_block)(const pktrt__view *view, pktrt__batch *b, const u
     }
     for (uint32_t j = 0; j < n; j++) {
       const uint32_t r = list[ray[j]];
-      if (NAME(record)(view, b, r, index, id, lo[j], hi[j], maybe[j], sure[j], false, moving, false, NULL))
+      if (NAME(record)(view, b, r, NULL, index, id, lo[j], hi[j], maybe[j], sure[j], false, moving, false, NULL))
         hit |= (uint64_t)1 << ray[j];
     }
   }
@@ -4648,9 +4772,9 @@ OP uint64_t NAME(stream)(const pktrt__view *view, pktrt__batch *b, const uint8_t
 }
 
 #define INSTANCE(tag, o, m, s)                                                                                         \
-  PKTRT__NOINLINE bool NAME(single_##tag)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t ref,          \
+  PKTRT__NOINLINE bool NAME(single_##tag)(const pktrt__view *view, pktrt__lone *ray, uint32_t ref,                     \
                                           pktrt_counts *counts) {                                                      \
-    return o ? NAME(first)(view, b, r, ref, m, s, counts) : NAME(nearest)(view, b, r, ref, m, s, counts);              \
+    return o ? NAME(first)(view, ray, ref, m, s, counts) : NAME(nearest)(view, ray, ref, m, s, counts);                \
   }                                                                                                                    \
   PKTRT__NOINLINE uint64_t NAME(stream_##tag)(const pktrt__view *view, pktrt__batch *b, const uint8_t *list,           \
                                               uint64_t mask, uint32_t ref, pktrt_counts *counts) {                     \
@@ -4659,15 +4783,22 @@ OP uint64_t NAME(stream)(const pktrt__view *view, pktrt__batch *b, const uint8_t
 PKTRT__INSTANCES(INSTANCE)
 #undef INSTANCE
 
-OP bool NAME(single_any)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t ref, const bool occlusion,
+OP bool NAME(single_any)(const pktrt__view *view, pktrt__lone *ray, uint32_t ref, const bool occlusion,
                          const bool moving, const bool stats, pktrt_counts *counts) {
-  return PKTRT__PICK(single)(view, b, r, ref, counts);
+  return PKTRT__PICK(single)(view, ray, ref, counts);
 }
 /* A lone ray needs no stream. */
 OP uint64_t NAME(stream_any)(const pktrt__view *view, pktrt__batch *b, const uint8_t *list, uint64_t mask, uint32_t ref,
                              const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
-  if (!(mask & (mask - 1)))
-    return NAME(single_any)(view, b, list[pktrt__lowest(mask)], ref, occlusion, moving, stats, counts) ? mask : 0;
+  if (!(mask & (mask - 1))) {
+    const uint32_t r = list[pktrt__lowest(mask)];
+    pktrt_ray ray;
+    pktrt__lone q;
+    pktrt__lift_ray(b, r, &ray, &q);
+    if (!NAME(single_any)(view, &q, ref, occlusion, moving, stats, counts)) return 0;
+    pktrt__drop_ray(b, r, &q);
+    return mask;
+  }
   return PKTRT__PICK(stream)(view, b, list, mask, ref, counts);
 }
 
@@ -5069,8 +5200,9 @@ OP uint64_t NAME(frustum_triangle)(const NAME(frustum_rays) *f, const pktrt__vie
     if (!bits) continue;
     const vf xs = fmax_(fabs_(x[0]), fmax_(fabs_(x[1]), fabs_(x[2])));
     const vf ys = fmax_(fabs_(y[0]), fmax_(fabs_(y[1]), fabs_(y[2])));
-    result |= (uint64_t)NAME(frustum_take)(view, b, r, bits, e[0], e[1], e[2], z[0], z[1], z[2], fmul(xs, ys), corners->range[lane],
-                                           corners->far_[lane], id, slot, stats ? counts : NULL) << i;
+    result |= (uint64_t)NAME(frustum_take)(view, b, r, bits, e[0], e[1], e[2], z[0], z[1], z[2], fmul(xs, ys),
+                                           corners->range[lane], corners->far_[lane], id, slot,
+                                           stats ? counts : NULL) << i;
   }
   return result;
 }
@@ -5622,29 +5754,35 @@ PKTRT__NOINLINE void NAME(drive_frustum)(const pktrt_scene *scene, pktrt__batch 
   }
 }
 
-/* One ray through all groups. `check`: insist on area at the ray's time. */
-OP void NAME(drive_single)(const pktrt_scene *scene, pktrt__batch *b, uint32_t r, const bool occlusion,
-                           const bool check, const bool stats, pktrt_counts *counts) {
-  for (uint32_t i = 0; i < scene->group_count; i++) {
+/* One ray through all groups; whether it hits anything. `check`: insist on area at the ray's time. */
+PKTRT__NOINLINE bool NAME(drive_alone)(const pktrt_scene *scene, pktrt__lone *ray, bool occlusion, bool check,
+                                       bool stats, pktrt_counts *counts) {
+  bool hit = false;
+  for (uint32_t i = 0; i < scene->group_count && !(occlusion && hit); i++) {
     const pktrt__group *g = &scene->groups[i];
-    bool hit;
     if (g->key_count < 2) {
       const pktrt__view view = pktrt__view_of(scene->groups, i, 0);
       const bool moving = false;
-      if (stats) NAME(weights)(b, r, 1, 1);
-      hit = NAME(single_any)(&view, b, r, 0, occlusion, moving, stats, counts);
+      if (stats) ray->ta = 1, ray->tb = 0; /* one key: all of it */
+      hit |= NAME(single_any)(&view, ray, 0, occlusion, moving, stats, counts);
     } else {
       const bool moving = true;
-      b->segment[r] = (uint16_t)pktrt__segment(b->time[r], g->key_count, &b->ta[r], &b->tb[r]);
-      pktrt__view view = pktrt__view_of(scene->groups, i, b->segment[r]);
+      const uint32_t segment = pktrt__segment(ray->ray->time, g->key_count, &ray->ta, &ray->tb);
+      pktrt__view view = pktrt__view_of(scene->groups, i, segment);
       view.check_area = occlusion || check;
-      hit = NAME(single_any)(&view, b, r, 0, occlusion, moving, stats, counts);
-    }
-    if (occlusion && hit) {
-      b->slot[r] = 0;
-      return;
+      hit |= NAME(single_any)(&view, ray, 0, occlusion, moving, stats, counts);
     }
   }
+  return hit;
+}
+PKTRT__NOINLINE void NAME(drive_single)(const pktrt_scene *scene, pktrt__batch *b, uint32_t r, const bool occlusion,
+                           const bool check, const bool stats, pktrt_counts *counts) {
+  pktrt_ray ray;
+  pktrt__lone q;
+  pktrt__lift_ray(b, r, &ray, &q);
+  if (!NAME(drive_alone)(scene, &q, occlusion, check, stats, counts)) return;
+  pktrt__drop_ray(b, r, &q);
+  if (occlusion) b->slot[r] = 0;
 }
 
 /* Rays of a batch by octant, in streams of at most 64. */
@@ -5724,8 +5862,6 @@ OP void NAME(drive_fast)(const pktrt_scene *scene, pktrt__batch *b, uint32_t n, 
   if (!b->coherent) NAME(drive_octants)(scene, b, left, occlusion, stats, counts);
 }
 
-#endif /* not for one */
-
 /* >>resolve ---------------------------------------------------------------------------------------------------------
 
    t, u, v and normal of the hits, once per ray, in double from the triangle's corners: u, v to cn[0..1], the normal,
@@ -5792,7 +5928,6 @@ PKTRT__NOINLINE uint32_t NAME(resolve_hits)(const pktrt_scene *scene, pktrt__bat
   return hits & ~mbits(dlt(dset(0), largest));
 }
 
-#if PKTRT__STAMP != PKTRT__STAMP_ONE
 /* Rays i to i+7 that hit nothing: zeros, and no triangle. */
 OP void NAME(resolve_misses)(pktrt__batch *b, uint32_t i, uint32_t hits) {
   vput_u32(b->id + i, mfrom(0xFFu & ~hits), PKTRT_NONE);
@@ -6292,35 +6427,33 @@ static const pktrt__fit NAME(fit) = {NAME(lanes_with_area), NAME(fit_nodes)};
 
 /* >>entry ---------------------------------------------------------------------------------------------------------- */
 
-/* One ray of its own: what it needs is set up and resolved in one lane. */
-static void NAME(trace_one)(const pktrt_scene *scene, pktrt__batch *b, bool occlusion) {
+/* One ray by itself. */
+static bool NAME(intersect)(const pktrt_scene *scene, const pktrt_ray *ray, pktrt_hit *hit) {
   pktrt_counts unread; /* see PKTRT__INSTANCES */
+  pktrt__lone q;
+  uint32_t hint[2] = {0, 0};
   if (PKTRT__STAMP == PKTRT__STAMP_SCALAR) memset(&unread, 0, sizeof unread);
-  if (pktrt__setup_one(scene, b, 0)) {
-    if (occlusion) NAME(drive_single)(scene, b, 0, true, false, false, &unread);
-    else NAME(drive_single)(scene, b, 0, false, false, false, &unread);
+  for (bool check = false;; check = true) { /* where a triangle had no area, once more, as in NAME(resolve) */
+    if (!NAME(setup_alone)(scene, ray, &q) || !NAME(drive_alone)(scene, &q, false, check, false, &unread)) {
+      memset(hit, 0, sizeof *hit);
+      hit->t = ray->tmax, hit->mesh = hit->triangle = PKTRT_NONE;
+      return false;
+    }
+    if (pktrt__resolve_alone(scene, &q, hit) || check) break;
   }
-  if (occlusion) return;
-  const uint32_t hit = b->slot[0] != PKTRT_NONE;
-  if (!hit) {
-    b->id[0] = PKTRT_NONE, b->cn[0][0] = b->cn[1][0] = 0;
-    for (int a = 0; a < 3; a++) b->cf[a][0] = 0;
-  } else if (PKTRT__UNLIKELY(pktrt__resolve_hits_one(scene, b, 0, hit))) {
-    const uint32_t id = b->id[0], slot = b->slot[0], group = b->group[0];
-    pktrt__pad_batch(b, 1);
-    NAME(setup)(scene, b, 0);
-    b->id[0] = id, b->slot[0] = slot, b->group[0] = group;
-    NAME(resolve)(scene, b, 1);
-  }
+  pktrt__name_triangle(scene, q.id, hint, &hit->mesh, &hit->triangle);
+  return true;
+}
+static bool NAME(occluded)(const pktrt_scene *scene, const pktrt_ray *ray) {
+  pktrt_counts unread;
+  pktrt__lone q;
+  if (PKTRT__STAMP == PKTRT__STAMP_SCALAR) memset(&unread, 0, sizeof unread);
+  return NAME(setup_alone)(scene, ray, &q) && NAME(drive_alone)(scene, &q, true, false, false, &unread);
 }
 
 OP void NAME(trace_as)(const pktrt__call *call, pktrt__batch *b, uint32_t n, const bool occlusion, const bool stats,
                        pktrt_counts *counts) {
   const pktrt_scene *scene = call->scene;
-  if (n == 1 && !stats && call->desc->path != PKTRT_PATH_PAPER) {
-    NAME(trace_one)(scene, b, occlusion);
-    return;
-  }
   pktrt__pad_batch(b, n);
   memset(b->valid, 0, sizeof b->valid);
   for (uint32_t i = 0; i < n; i += 8) {
@@ -6427,15 +6560,13 @@ static bool NAME(rounds_each_operation)(void) {
   return mbits(mand(minus, from)) == 0xFF;
 }
 
-static const pktrt__kernels NAME(kernels) = {NAME(trace), NAME(trace_one), NAME(rounds_each_operation),
+static const pktrt__kernels NAME(kernels) = {NAME(trace), NAME(intersect), NAME(occluded), NAME(rounds_each_operation),
                                              NAME(load), NAME(store), NAME(primary), NAME(pack), NAME(find),
                                              NAME(dress), NAME(aim), NAME(meets), NAME(gain), NAME(send)};
 
 #ifdef PKTRT__ALSO_STAMP /* for benchmarks: a file of theirs on the same vectors; its path from here, in quotes */
 #include PKTRT__ALSO_STAMP
 #endif
-
-#endif /* not for one */
 
 /* The short names end with the stamp. */
 #undef a8
@@ -6515,11 +6646,11 @@ static const pktrt__kernels NAME(kernels) = {NAME(trace), NAME(trace_one), NAME(
 #undef vless
 #undef vorder
 #undef vsub
+#undef vswap
 #undef vwith_sign
 #undef FW
 #undef OP
 #undef UNROLL
-#undef LANES
 #undef STEP
 #undef ROLL_OUT
 #undef NAME
@@ -6963,8 +7094,8 @@ static uint32_t pktrt__next(const pktrt_query_desc *d, const pktrt__batch *b, bo
   return left < n ? (uint32_t)left : n;
 }
 
-static void pktrt__query(const pktrt_scene *s, const pktrt_query_desc *desc, bool occlusion, const pktrt__arrays *a,
-                         size_t n) {
+PKTRT__NOINLINE void pktrt__query_many(const pktrt_scene *s, const pktrt_query_desc *desc, bool occlusion,
+                                       const pktrt__arrays *a, size_t n) {
   pktrt_query_desc d;
   const pktrt__call call = pktrt__call_of(s, desc, &d, occlusion);
   pktrt__batch b;
@@ -6986,6 +7117,17 @@ static void pktrt__query(const pktrt_scene *s, const pktrt_query_desc *desc, boo
     }
     i += all;
   }
+}
+
+/* So few rays gain nothing together, as in NAME(trace_as). */
+static void pktrt__query(const pktrt_scene *s, const pktrt_query_desc *desc, bool occlusion, const pktrt__arrays *a,
+                         size_t n) {
+  if (!a->rays || n >= (occlusion ? 32 : 16) || (desc && (desc->stats || desc->path == PKTRT_PATH_PAPER)))
+    pktrt__query_many(s, desc, occlusion, a, n);
+  else if (occlusion)
+    for (size_t i = 0; i < n; i++) a->occluded[i] = s->kernels->occluded(s, &a->rays[i]);
+  else
+    for (size_t i = 0; i < n; i++) s->kernels->intersect(s, &a->rays[i], &a->hits[i]);
 }
 
 PKTRT_DEF void pktrt_intersect_ex(const pktrt_scene *s, const pktrt_query_desc *desc, const pktrt_ray *rays,
@@ -7010,25 +7152,10 @@ PKTRT_DEF void pktrt_occluded_soa_ex(const pktrt_scene *s, const pktrt_query_des
 }
 
 /* One ray, past all that many share. */
-PKTRT__INLINE void pktrt__trace_ray(const pktrt_scene *s, pktrt__batch *b, const pktrt_ray *ray, bool occlusion) {
-  for (int a = 0; a < 3; a++) b->o[a][0] = ray->origin[a], b->d[a][0] = ray->direction[a];
-  b->tmin[0] = ray->tmin, b->tmax[0] = ray->tmax, b->time[0] = ray->time;
-  s->kernels->trace_one(s, b, occlusion);
-}
 PKTRT_DEF bool pktrt_intersect(const pktrt_scene *s, const pktrt_ray *ray, pktrt_hit *hit) {
-  pktrt__batch b;
-  uint32_t hint[2] = {0, 0};
-  pktrt__trace_ray(s, &b, ray, false);
-  hit->t = b.t[0], hit->u = b.cn[0][0], hit->v = b.cn[1][0];
-  for (int a = 0; a < 3; a++) hit->normal[a] = b.cf[a][0];
-  pktrt__name_triangle(s, b.id[0], hint, &hit->mesh, &hit->triangle);
-  return hit->mesh != PKTRT_NONE;
+  return s->kernels->intersect(s, ray, hit);
 }
-PKTRT_DEF bool pktrt_occluded(const pktrt_scene *s, const pktrt_ray *ray) {
-  pktrt__batch b;
-  pktrt__trace_ray(s, &b, ray, true);
-  return b.slot[0] != PKTRT_NONE;
-}
+PKTRT_DEF bool pktrt_occluded(const pktrt_scene *s, const pktrt_ray *ray) { return s->kernels->occluded(s, ray); }
 PKTRT_DEF void pktrt_intersect_n(const pktrt_scene *s, const pktrt_ray *rays, pktrt_hit *hits, size_t n) {
   pktrt_intersect_ex(s, NULL, rays, hits, n);
 }

@@ -2785,8 +2785,10 @@ static pktrt_status pktrt__rebuild_worn(pktrt_scene *s) {
    and on the k axis the box bounds w* itself: fl is monotone, so z lies in [fl(lo_k - o_k), fl(hi_k - o_k)]. A slab
    distance is evaluated as plane * r - c, c = o r +- D |r|, r = fl(1 / G): r's own error scales plane - o: 1 eps M; o
    r, D |r| and c rounded: 3 eps |o|; plane * r, where the machine does not fuse: eps (|o| + M); the result: 1 eps M.
-   Interpolated planes of moving nodes, fused or not: 2 eps (|o| + M). Sum: below 12 eps M + 6 eps |o|. We use D = eps
-   (16 M + 8 |o|) + 2^-126, once per ray: no work in the loop. (The last term is for coordinates so small that rounding
+   Moving: a canonical vertex is within 5/2 eps (|o| + M) of where it belongs. A plane is evaluated as P0 + b fl(P1 -
+   P0), where |P1 - P0| <= 2 M: 2 eps M for the difference, as much for the product where the machine does not fuse, eps
+   (|o| + M) for the sum; as fl(a P0) + b P1 it is nearer to the vertex. Sum: below 17 eps M + 8 eps |o|. We use D = eps
+   (18 M + 8 |o|) + 2^-126, once per ray: no work in the loop. (The last term is for coordinates so small that rounding
    is absolute, by 2^-150 an operation.) Depth: a hit at w* <= wf must be visited when its t ties with the best t. t =
    fl(w* / |d_k|), so w* <= t |d_k| (1 + 2^-23) + 2^-149 |d_k|; we use wf = t |d_k| (1 + 2^-22) + tiny, tiny = 2^-125
    max(|d_k|, 1).
@@ -2796,6 +2798,10 @@ static pktrt_status pktrt__rebuild_worn(pktrt_scene *s) {
    evaluation by 3 eps (M + rho); plane - ref by eps (M + |o|). With the 6.25 eps M from above the planes are moved
    outward by max D + 16 eps rho.
 
+   AREA of a moving triangle is asked for only where det is small. Without area its sheared corners would be in line if
+   exact; rounding moves each by at most 5 eps M <= pad / 3 in x and y, so each e by 2/3 pad (X + Y) + 2/9 pad^2 + 4 eps
+   X Y, and det by less than 2 pad (X + Y + 2 pad) + 32 eps X Y: beyond that there is area, in double as well.
+
    INTERVALS of the paper path take (plane - o -+ D) r at the ends of the packet's intervals of o and r, with its
    largest D: a difference of extremes bounds the differences, and its three roundings cost less than those of a slab
    above. */
@@ -2804,13 +2810,14 @@ static pktrt_status pktrt__rebuild_worn(pktrt_scene *s) {
 #define PKTRT__SLACK_SCALE 1.0f
 #endif
 #define PKTRT__EPS 5.9604644775390625e-8f /* 2^-24 */
-#define PKTRT__PAD_M (PKTRT__SLACK_SCALE * 16 * PKTRT__EPS)
+#define PKTRT__PAD_M (PKTRT__SLACK_SCALE * 18 * PKTRT__EPS)
 #define PKTRT__PAD_O (PKTRT__SLACK_SCALE * 8 * PKTRT__EPS)
 #define PKTRT__PAD_MIN (PKTRT__SLACK_SCALE * FLT_MIN)
 #define PKTRT__PAD_RHO (PKTRT__SLACK_SCALE * 16 * PKTRT__EPS)
 #define PKTRT__PAD_DEPTH (PKTRT__SLACK_SCALE * 4 * PKTRT__EPS)
 #define PKTRT__PAD_SPREAD (PKTRT__SLACK_SCALE * 13 * PKTRT__EPS)
 #define PKTRT__PAD_ESTIMATE (PKTRT__SLACK_SCALE * 14 * PKTRT__EPS)
+#define PKTRT__PAD_AREA (PKTRT__SLACK_SCALE * 32 * PKTRT__EPS)
 #define PKTRT__PAD_TINY (PKTRT__SLACK_SCALE * 2 * FLT_MIN)
 #define PKTRT__LEAST_DET 7.888609052210118e-31f /* 2^-100 */
 
@@ -2977,6 +2984,18 @@ PKTRT__INLINE uint32_t pktrt__segment(float time, uint32_t keys, float *a, float
   *b = f - (float)i;
   *a = 1 - *b;
   return i;
+}
+
+/* The same for the 64 rays of a packet. */
+PKTRT__NOINLINE void pktrt__packet_weights(pktrt__batch *b, uint32_t base, uint32_t keys) {
+  for (uint32_t i = base; i < base + 64; i++) {
+    if (keys > 2) {
+      b->segment[i] = (uint16_t)pktrt__segment(b->time[i], keys, &b->ta[i], &b->tb[i]);
+    } else {
+      b->tb[i] = pktrt__minf(pktrt__maxf(b->time[i], 0), 1);
+      b->ta[i] = 1 - b->tb[i];
+    }
+  }
 }
 
 /* cross(p1 - p0, p2 - p0) in double; false where it is exactly zero. */
@@ -4510,7 +4529,7 @@ OP NAME(slabs)
   UNROLL for (uint32_t a = 0; a < 3; a++) {
     const uint32_t n = 16 * a + 8 * (octant >> a & 1), f = 16 * a + 8 * (~octant >> a & 1);
     s.near0[a] = vload(p0 + n), s.far0[a] = vload(p0 + f);
-    if (moving) s.near1[a] = vload(p1 + n), s.far1[a] = vload(p1 + f);
+    if (moving) s.near1[a] = vsub(vload(p1 + n), s.near0[a]), s.far1[a] = vsub(vload(p1 + f), s.far0[a]);
   }
   return s;
 }
@@ -4522,9 +4541,9 @@ OP m8 NAME(ray_slabs)(const NAME(slabs) *s, const pktrt__batch *b, uint32_t r, c
     const v8 rd = vset(b->rd[a][r]);
     v8 near_ = s->near0[a], far_ = s->far0[a];
     if (moving) {
-      const v8 ta = vset(b->ta[r]), tb = vset(b->tb[r]);
-      near_ = vfma(ta, near_, vmul(tb, s->near1[a]));
-      far_ = vfma(ta, far_, vmul(tb, s->far1[a]));
+      const v8 t = vset(b->tb[r]);
+      near_ = vfma(t, s->near1[a], near_);
+      far_ = vfma(t, s->far1[a], far_);
     }
     n = vmax(vfms(near_, rd, vset(b->cn[a][r])), n);
     f = vmin(vfms(far_, rd, vset(b->cf[a][r])), f);
@@ -4909,11 +4928,13 @@ PKTRT__NOINLINE void NAME(frustum_setup)(NAME(frustum_rays) *f, const pktrt_scen
 
 /* Earliest and latest time of the rays in mask, as weights of the segment's keys. */
 PKTRT__NOINLINE void NAME(frustum_times)(NAME(frustum_rays) *f, const pktrt__batch *b, uint64_t mask) {
-  float first = 1, last = 0;
-  for (; mask; mask &= mask - 1) {
-    const float t = b->tb[f->base + pktrt__lowest(mask)];
-    first = pktrt__minf(first, t), last = pktrt__maxf(last, t);
+  vf lo = fset(1), hi = fset(0);
+  for (uint32_t i = 0; i < 64; i += FW) {
+    const mf m = ffrom((uint32_t)(mask >> i) & ((1u << FW) - 1));
+    const vf t = fload(b->tb + f->base + i);
+    lo = fmin_(lo, fsel(m, t, lo)), hi = fmax_(hi, fsel(m, t, hi));
   }
+  const float first = fhmin(lo), last = fhmax(hi);
   f->tb[0] = first, f->ta[0] = 1 - first;
   f->tb[1] = last, f->ta[1] = 1 - last;
 }
@@ -4930,12 +4951,14 @@ OP void NAME(frustum_depth)(NAME(frustum_rays) *f, const pktrt__batch *b, uint64
   f->wmax = fhmax(w);
 }
 
-/* Smallest (which = 0) or largest (1) position of a plane over the packet's times. */
-OP v8 NAME(swept)(const NAME(frustum_rays) *f, const float *p0, const float *p1, const int which, const bool moving) {
-  if (!moving) return vload(p0);
+/* Smallest (which = 0) or largest (1) position of a plane over the packet's times; *other: the opposite. */
+OP v8 NAME(swept)(const NAME(frustum_rays) *f, const float *p0, const float *p1, const int which, const bool moving,
+                  v8 *other) {
+  if (!moving) return *other = vload(p0);
   const v8 k0 = vload(p0), k1 = vload(p1);
   const v8 first = vfma(vset(f->ta[0]), k0, vmul(vset(f->tb[0]), k1)),
            last = vfma(vset(f->ta[1]), k0, vmul(vset(f->tb[1]), k1));
+  *other = which ? vmin(first, last) : vmax(first, last);
   return which ? vmax(first, last) : vmin(first, last);
 }
 
@@ -4945,26 +4968,36 @@ OP uint32_t NAME(frustum_node)(const NAME(frustum_rays) *f, const float *p0, con
                                v8 *entry, uint32_t *whole) {
   const uint32_t back = f->sign < 0, wl = 16 * f->k + 8 * back, wh = 16 * f->k + 8 * (1 - back);
   const v8 s = vset(f->sign);
-  v8 w0 = vfms(NAME(swept)(f, p0 + wl, p1 + wl, back != 0, moving), s, vset(f->ref[2] + f->pad));
-  v8 w1 = vfms(NAME(swept)(f, p0 + wh, p1 + wh, back == 0, moving), s, vset(f->ref[2] - f->pad));
+  v8 late, unused; /* late: where the face that rays enter by is farthest */
+  v8 w0 = vfms(NAME(swept)(f, p0 + wl, p1 + wl, back != 0, moving, &late), s, vset(f->ref[2] + f->pad));
+  v8 w1 = vfms(NAME(swept)(f, p0 + wh, p1 + wh, back == 0, moving, &unused), s, vset(f->ref[2] - f->pad));
   m8 keep = mand(vle(vset(f->wmin), w1), vle(w0, vset(f->wmax)));
   *entry = w0;
   w0 = vmax(w0, vset(0)), w1 = vmin(w1, vset(f->far_));
+  late = moving ? vmax(vfms(late, s, vset(f->ref[2] + f->pad)), vset(0)) : w0;
   m8 in = keep;
   UNROLL for (int a = 0; a < 2; a++) {
     const uint32_t lo = 16 * (a ? f->kv : f->ku), hi = lo + 8;
-    const v8 l = vsub(NAME(swept)(f, p0 + lo, p1 + lo, 0, moving), vset(f->ref[a] + f->pad));
-    const v8 h = vsub(NAME(swept)(f, p0 + hi, p1 + hi, 1, moving), vset(f->ref[a] - f->pad));
+    v8 inner[2];
+    const v8 l = vsub(NAME(swept)(f, p0 + lo, p1 + lo, 0, moving, &inner[0]), vset(f->ref[a] + f->pad));
+    const v8 h = vsub(NAME(swept)(f, p0 + hi, p1 + hi, 1, moving, &inner[1]), vset(f->ref[a] - f->pad));
     const float up = f->b[2 * a], down = f->b[2 * a + 1];
     const v8 upper = vfma(vset(up), up > 0 ? w1 : w0, vset(f->a[2 * a]));
     const v8 lower = vfma(vset(down), down > 0 ? w0 : w1, vset(f->a[2 * a + 1]));
     keep = mand(keep, mand(vle(l, upper), vle(lower, h)));
-    if (!moving || p0 == p1) /* where the packet is within the face of a box at rest, all of it enters */
-      in = mand(in, mand(vle(vfma(vset(up), w0, vset(f->a[2 * a])), h),
-                         vle(l, vfma(vset(down), w0, vset(f->a[2 * a + 1])))));
+    const v8 li = moving ? vsub(inner[0], vset(f->ref[a] + f->pad)) : l;
+    const v8 hi_ = moving ? vsub(inner[1], vset(f->ref[a] - f->pad)) : h;
+    /* where the packet is within the face of a box, at all times, all of it enters */
+    in = mand(in, mand(vle(vfma(vset(up), late, vset(f->a[2 * a])), hi_),
+                       vle(li, vfma(vset(down), late, vset(f->a[2 * a + 1])))));
   }
-  *whole = moving && p0 != p1 ? 0 : mbits(in);
+  *whole = mbits(in);
   return mbits(keep);
+}
+/* A function of its own: less code, and as fast. */
+PKTRT__NOINLINE uint32_t NAME(frustum_node_moving)(const NAME(frustum_rays) *f, const float *p0, const float *p1,
+                                                   v8 *entry, uint32_t *whole) {
+  return NAME(frustum_node)(f, p0, p1, true, entry, whole);
 }
 
 /* The rays of mask that may hit one child, whose planes start at p0 and p1 (stride 8 floats). WHY all vectors, also
@@ -4981,9 +5014,9 @@ OP uint64_t NAME(frustum_rays_in)(const NAME(frustum_rays) *f, const pktrt__batc
       const vf rd = fload(b->rd[a] + r);
       vf l = fset(p0[near_[a]]), h = fset(p0[far_[a]]);
       if (moving) {
-        const vf ta = fload(b->ta + r), tb = fload(b->tb + r);
-        l = ffma(ta, l, fmul(tb, fset(p1[near_[a]])));
-        h = ffma(ta, h, fmul(tb, fset(p1[far_[a]])));
+        const vf t = fload(b->tb + r);
+        l = ffma(t, fset(p1[near_[a]] - p0[near_[a]]), l);
+        h = ffma(t, fset(p1[far_[a]] - p0[far_[a]]), h);
       }
       n = fmax_(ffms(l, rd, fload(b->cn[a] + r)), n);
       x = fmin_(ffms(h, rd, fload(b->cf[a] + r)), x);
@@ -5089,19 +5122,26 @@ PKTRT__NOINLINE uint32_t NAME(take8)(const pktrt__view *view, pktrt__batch *b, u
   return taken;
 }
 
-/* pktrt__settle for eight rays of a frustum at a triangle at rest, of those that hit nothing yet. WHY: rays from a
-   light end at surfaces, and what lies at tmax is always left open. */
+/* pktrt__settle for eight rays of a frustum, of those that hit nothing yet. WHY: rays from a light end at surfaces,
+   and what lies at tmax is always left open. */
 PKTRT__NOINLINE uint32_t NAME(settle8)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t open, uint32_t id,
                                        uint32_t slot) {
   const uint32_t axis = b->axis[r + pktrt__lowest(open)], k[3] = {axis, (axis + 1) % 3, (axis + 2) % 3};
-  float p[3][3];
+  const unsigned char *block = view->blocks + (size_t)(slot / 8) * view->block_bytes;
+  const float *k0 = (const float *)(const void *)(block + view->vertex0) + slot % 8;
+  const float *k1 = (const float *)(const void *)(block + view->vertex1) + slot % 8;
+  const bool moving = k0 != k1; /* at rest weights 1 and 0 give the same bits */
+  const v8 ta = moving ? vload(b->ta + r) : vset(1), tb = moving ? vload(b->tb + r) : vset(0);
   d8 x[3], y[3], z[3];
-  pktrt__corners_at(&view->groups[view->group], slot, 0, p);
-  UNROLL for (int c = 0; c < 3; c++) {
-    const v8 pk = vsub(vset(p[c][k[0]]), vload(b->o[k[0]] + r));
-    x[c] = dfrom(vsub(vsub(vset(p[c][k[1]]), vload(b->o[k[1]] + r)), vmul(vload(b->slope[0] + r), pk)));
-    y[c] = dfrom(vsub(vsub(vset(p[c][k[2]]), vload(b->o[k[2]] + r)), vmul(vload(b->slope[1] + r), pk)));
-    z[c] = dfrom(pk);
+  for (int c = 0; c < 3; c++, k0 += 24, k1 += 24) {
+    v8 p[3];
+    UNROLL for (int j = 0; j < 3; j++) {
+      const v8 from = vset(k0[8 * k[j]]), to = vset(k1[8 * k[j]]);
+      p[j] = vsub(vadd(vmul(ta, from), vmul(tb, to)), vload(b->o[k[j]] + r));
+    }
+    x[c] = dfrom(vsub(p[1], vmul(vload(b->slope[0] + r), p[0])));
+    y[c] = dfrom(vsub(p[2], vmul(vload(b->slope[1] + r), p[0])));
+    z[c] = dfrom(p[0]);
   }
   const d8 u = dsub(dmul(x[2], y[1]), dmul(y[2], x[1])), v = dsub(dmul(x[0], y[2]), dmul(y[0], x[2]));
   const d8 w = dsub(dmul(x[1], y[0]), dmul(y[1], x[0])), det = dadd(dadd(u, v), w), zero = dset(0);
@@ -5111,7 +5151,9 @@ PKTRT__NOINLINE uint32_t NAME(settle8)(const pktrt__view *view, pktrt__batch *b,
   const d8 depth = dadd(dadd(dmul(u, z[0]), dmul(v, z[1])), dmul(w, z[2]));
   const v8 t = dto(dmul(depth, ddiv(dset(1), dmul(det, dfrom(dk)))));
   const uint32_t within = mbits(mand(vlt(vload(b->tmin + r), t), vlt(t, vload(b->tmax + r))));
-  const uint32_t taken = open & (below ^ above) & within;
+  uint32_t taken = open & (below ^ above) & within;
+  for (uint32_t i = view->check_area ? taken : 0; i; i &= i - 1)
+    if (!pktrt__area_at(&view->groups[view->group], slot, b->time[r + pktrt__lowest(i)])) taken &= ~(i & (0u - i));
   const v8 far_ = vmul(t, vabs(dk)), slack = vadd(vmul(vabs(far_), relative), vload(b->tiny + r));
   const m8 m = mfrom(taken);
   vput(b->sf + r, m, vsub(far_, slack));
@@ -5122,13 +5164,14 @@ PKTRT__NOINLINE uint32_t NAME(settle8)(const pktrt__view *view, pktrt__batch *b,
   return taken;
 }
 
-/* The same for a vector of rays in a frustum, given their edge functions, depths of corners, largest |x| |y|, and what
-   all rays have in common. */
+/* The same for a vector of rays in a frustum, given their edge functions, depths of corners, largest |x| and |y|, and
+   what all rays have in common. */
 PKTRT__NOINLINE uint32_t NAME(frustum_take)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t bits,
-                                            vf e0, vf e1, vf e2, vf z0, vf z1, vf z2, vf xy, float range, float far_,
-                                            uint32_t id, uint32_t slot, pktrt_counts *counts) {
+                                            vf e0, vf e1, vf e2, vf z0, vf z1, vf z2, vf xs, vf ys, float pad,
+                                            float range, float far_, uint32_t id, uint32_t slot,
+                                            pktrt_counts *counts) {
   const vf e[3] = {e0, e1, e2}, z[3] = {z0, z1, z2};
-  const vf zero = fset(0), dk = fload(b->dk + r), tiny = fload(b->tiny + r);
+  const vf zero = fset(0), xy = fmul(xs, ys), dk = fload(b->dk + r), tiny = fload(b->tiny + r);
   const vf det = fadd(fadd(e[0], e[1]), e[2]), inverse = fdiv(fset(1), det), size = fabs_(det);
   const vf sum = ffma(fmul(e[0], inverse), z[0], ffma(fmul(e[1], inverse), z[1], fmul(fmul(e[2], inverse), z[2])));
   const vf depth = fsel(flt(dk, zero), fsub(zero, sum), sum);
@@ -5141,9 +5184,11 @@ PKTRT__NOINLINE uint32_t NAME(frustum_take)(const pktrt__view *view, pktrt__batc
   const uint32_t sure = fbits(flt(zero, least)) | fbits(flt(most, zero));
   uint32_t taken = bits & sure & fbits(fmand(flt(fload(b->sn + r), lo), flt(hi, fload(b->sf + r))));
   uint32_t open = bits & ~taken;
-  if (view->check_area)
-    for (uint32_t m = taken; m; m &= m - 1)
+  if (view->check_area) {
+    const vf p = fset(2 * pad), flat = ffma(fadd(fadd(xs, ys), p), p, fmul(xy, fset(PKTRT__PAD_AREA)));
+    for (uint32_t m = taken & ~fbits(flt(flat, size)); m; m &= m - 1)
       if (!pktrt__area_at(&view->groups[view->group], slot, b->time[r + pktrt__lowest(m)])) taken &= ~(m & (0u - m));
+  }
   if (counts) counts->canonical_tests += pktrt__popcount(bits), counts->settlings += pktrt__popcount(open);
   const mf m = ffrom(taken);
   fput(b->sf + r, m, lo);
@@ -5151,12 +5196,11 @@ PKTRT__NOINLINE uint32_t NAME(frustum_take)(const pktrt__view *view, pktrt__batc
   fput_u32(b->id + r, m, id);
   fput_u32(b->slot + r, m, slot);
   fput_u32(b->group + r, m, view->group);
-  if (view->plane0 == view->plane1)
-    for (uint32_t i = 0; i < FW; i += 8) {
-      const uint32_t some = open >> i & NAME(unhit)(b->slot + r + i);
-      if (some) taken |= NAME(settle8)(view, b, r + i, some, id, slot) << i;
-      open &= ~(some << i);
-    }
+  for (uint32_t i = 0; open && i < FW; i += 8) {
+    const uint32_t some = open >> i & NAME(unhit)(b->slot + r + i);
+    if (some) taken |= NAME(settle8)(view, b, r + i, some, id, slot) << i;
+    open &= ~(some << i);
+  }
   for (; PKTRT__UNLIKELY(open); open &= open - 1)
     if (pktrt__settle(view, b, r + pktrt__lowest(open), id, slot)) taken |= open & (0u - open);
   return taken;
@@ -5200,7 +5244,7 @@ OP uint64_t NAME(frustum_triangle)(const NAME(frustum_rays) *f, const pktrt__vie
     if (!bits) continue;
     const vf xs = fmax_(fabs_(x[0]), fmax_(fabs_(x[1]), fabs_(x[2])));
     const vf ys = fmax_(fabs_(y[0]), fmax_(fabs_(y[1]), fabs_(y[2])));
-    result |= (uint64_t)NAME(frustum_take)(view, b, r, bits, e[0], e[1], e[2], z[0], z[1], z[2], fmul(xs, ys),
+    result |= (uint64_t)NAME(frustum_take)(view, b, r, bits, e[0], e[1], e[2], z[0], z[1], z[2], xs, ys, f->pad,
                                            corners->range[lane], corners->far_[lane], id, slot,
                                            stats ? counts : NULL) << i;
   }
@@ -5249,7 +5293,9 @@ OP uint32_t NAME(frustum_push)(const NAME(frustum_rays) *f, const pktrt__view *v
   PKTRT__ALIGN64 float w[8];
   v8 entry;
   uint32_t whole;
-  const uint32_t keep = NAME(frustum_node)(f, p0, p1, moving, &entry, &whole), n = pktrt__popcount(keep);
+  const uint32_t keep = moving ? NAME(frustum_node_moving)(f, p0, p1, &entry, &whole)
+                               : NAME(frustum_node)(f, p0, p1, false, &entry, &whole);
+  const uint32_t n = pktrt__popcount(keep);
   COUNT(node_visits, 1);
   COUNT(frustum_culls, 8 - n);
   vstore(w, entry);
@@ -5735,9 +5781,9 @@ PKTRT__NOINLINE void NAME(drive_frustum)(const pktrt_scene *scene, pktrt__batch 
       if (stats) NAME(weights)(b, base, 64, 1), NAME(frustum_times)(&f, b, rest);
       hit = PKTRT__PICK(frustum)(&f, &view, b, rest, counts);
     } else {
-      NAME(weights)(b, base, 64, g->key_count);
+      pktrt__packet_weights(b, base, g->key_count);
       while (rest) {
-        const uint32_t segment = b->segment[base + pktrt__lowest(rest)];
+        const uint32_t segment = g->key_count > 2 ? b->segment[base + pktrt__lowest(rest)] : 0;
         const uint64_t same = g->key_count > 2 ? NAME(rays_of_segment)(b, f.list, rest, segment) : rest;
         pktrt__view view = pktrt__view_of(scene->groups, i, segment);
         view.check_area = occlusion;
@@ -5869,24 +5915,32 @@ OP void NAME(drive_fast)(const pktrt_scene *scene, pktrt__batch *b, uint32_t n, 
    time. */
 
 /* Corners of the triangles that eight rays hit, at the rays' times. Neighbours mostly hit the same triangle, which,
-   at rest, is then read once. */
+   at rest or of two keys, is then read once. */
 PKTRT__NOINLINE void NAME(gather_corners)(const pktrt_scene *scene, const uint32_t *slots, const uint32_t *groups,
                                           const float *time, uint32_t hits, v8 p[3][3]) {
   UNROLL for (int c = 0; c < 9; c++) p[c / 3][c % 3] = vset(0);
   for (uint32_t rest = hits; rest;) {
     const uint32_t r = pktrt__lowest(rest), slot = slots[r];
     const pktrt__group *g = &scene->groups[groups[r]];
-    uint32_t lanes = rest & (0u - rest);
+    const unsigned char *block = g->blocks + (size_t)(slot / 8) * g->block_bytes;
+    uint32_t lanes = rest & vsame(slots, slot) & vsame(groups, groups[r]);
     if (g->key_count < 2) {
-      const float *k0 = (const float *)(const void *)(g->blocks + (size_t)(slot / 8) * g->block_bytes) + slot % 8;
-      lanes = rest & vsame(slots, slot) & vsame(groups, groups[r]);
+      const float *k0 = (const float *)(const void *)block + slot % 8;
       const m8 m = mfrom(lanes);
-      UNROLL for (int c = 0; c < 9; c++) p[c / 3][c % 3] = vsel(m, vset(k0[8 * c]), p[c / 3][c % 3]);
+      for (int c = 0; c < 9; c++) p[c / 3][c % 3] = vsel(m, vset(k0[8 * c]), p[c / 3][c % 3]);
     } else {
-      float corner[3][3];
-      pktrt__corners_at(g, slot, time[r], corner);
+      v8 tb = vmin(vmax(vload(time), vset(0)), vset(1)), ta = vsub(vset(1), tb); /* pktrt__segment of two keys */
+      uint32_t segment = 0;
+      if (g->key_count > 2) { /* in whose segments neighbours differ */
+        float a, b;
+        segment = pktrt__segment(time[r], g->key_count, &a, &b);
+        lanes = rest & (0u - rest), ta = vset(a), tb = vset(b);
+      }
+      const float *k0 = (const float *)(const void *)(block + pktrt__block_key(segment)) + slot % 8;
+      const float *k1 = (const float *)(const void *)(block + pktrt__block_key(segment + 1)) + slot % 8;
       const m8 m = mfrom(lanes);
-      UNROLL for (int c = 0; c < 9; c++) p[c / 3][c % 3] = vsel(m, vset(corner[c / 3][c % 3]), p[c / 3][c % 3]);
+      for (int c = 0; c < 9; c++)
+        p[c / 3][c % 3] = vsel(m, vadd(vmul(ta, vset(k0[8 * c])), vmul(tb, vset(k1[8 * c]))), p[c / 3][c % 3]);
     }
     rest &= ~lanes;
   }

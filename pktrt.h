@@ -128,6 +128,7 @@
        >>lens         the camera
        >>job          checks of a render
        >>lamps        where shadow rays go
+       >>glass        where it is, for shadow rays
        >>work         what a tile needs
        >>surface      what the rays of a wave met
        >>materials    textures, shaders, weights of what is reflected and refracted
@@ -209,10 +210,10 @@
    in these counts, and a single ray tests eight boxes at once):
 
                                        boxes    triangles
-       single rays                      138        12
-       fast path (8 x 8 pixels)          25         9
-       paper path, 8 x 8 pixels          29        12
-       paper path, 16 x 16 pixels        28        12
+       single rays                      123        12
+       fast path (8 x 8 pixels)          24        10
+       paper path, 8 x 8 pixels          28        13
+       paper path, 16 x 16 pixels        28        13
 
    Pictures. Three kinds, as in the paper. RCS casts primary and shadow rays. WRT (Whitted 1980) follows reflection and
    refraction, and branches at glass. DRT (Cook 1984) takes many samples of each pixel, of the lens, the time, the
@@ -227,10 +228,10 @@
    groups by material or by octant of directions, all blindly, or none. It changes speed, not pixels.
 
    You need not choose. pktrt_intersect_n and its kin look at the rays in fours of 64: those that look one way become
-   frustum packets, others go by octant into streams, and a packet that thins out to 16 rays, or 4 at a leaf, becomes
-   streams on its way down. Fewer than 16 rays of a call (32 for occlusion) go one by one. What helps is order: let
-   neighbours in the array be neighbours in space, such as the pixels of 8 x 8 blocks, and keep shadow rays of
-   different lights apart.
+   frustum packets, others go by octant into streams, and a packet that thins out to 16 rays, or 8 at a leaf (32 and 16
+   where any hit will do), becomes a stream on its way down. Fewer than 16 rays of a call (32 for occlusion) go one by
+   one. What helps is order: let neighbours in the array be neighbours in space, such as the pixels of 8 x 8 blocks, and
+   keep shadow rays of different lights apart.
 
 
    CONVENTIONS
@@ -286,9 +287,9 @@
        the new one is done. Only a changed group counts.
      - Meshes are retained: 12 bytes per vertex and key, as much again with normals, 12 per triangle with indices. The
        first pktrt_set_positions of a mesh makes room for a second set, which stays; pktrt_set_normals likewise.
-     - Rendering: about 215 KiB for each tile at work, and 54 KiB for each generation of rays; 130 bytes for each
+     - Rendering: about 220 KiB for each tile at work, and up to 60 KiB for each generation of rays; 130 bytes for each
        triangle of a mesh that is a light (DRT); if it counts, 7 KiB for each tile of the picture.
-     - Stack: at most 64 KiB in a query, about 64 KiB in a render, 16 KiB in a build, if compiled with optimisation (up
+     - Stack: at most 64 KiB in a query, about 64 KiB in a render, 17 KiB in a build, if compiled with optimisation (up
        to twice that without). Mind this when your threads have small stacks.
    pktrt_get_scene_info tells tree and mesh bytes.
 
@@ -1222,13 +1223,6 @@ enum {
   PKTRT__MAX_SWEEP = 64
 };
 
-/* A hint that p will be read soon */
-#if defined(__GNUC__) || defined(__clang__)
-#define PKTRT__FETCH(p) __builtin_prefetch(p)
-#else
-#define PKTRT__FETCH(p) (void)(p)
-#endif
-
 static float *pktrt__node_planes(unsigned char *node, uint32_t key) {
   size_t at = key ? PKTRT__NODE_BYTES + (size_t)(key - 1) * PKTRT__NODE_KEY_BYTES : 0;
   return PKTRT__CAST(float *, PKTRT__CAST(void *, node + at));
@@ -1690,9 +1684,9 @@ PKTRT__NOINLINE uint32_t pktrt__find_place(const pktrt__twig *twigs, uint32_t x,
       stack[top].node = t->child[1], stack[top++].gain = below;
     }
     const float area = pktrt__box_area(twigs[at].box, unit);
-    if (from != x && at && gain - area > best) best = gain - area, place = at;
     pktrt__box_grow(rest, twigs[beside].box); /* what is left of this node without x */
     if (from != x) gain += area - pktrt__box_area(rest, unit);
+    if (from != x && at && gain - area > best) best = gain - area, place = at;
     if (!at) return place;
   }
 }
@@ -1777,7 +1771,7 @@ static void pktrt__plan(pktrt__binary *nodes, uint32_t slot, uint32_t count, dou
       if (l[k] + r[j - k] < best[j]) best[j] = l[k] + r[j - k], share = k;
     if (j == PKTRT__W) cost[1] = 1.25 * area + best[j];
     if (j == PKTRT__W && count <= PKTRT__W && leaf <= cost[1]) cost[1] = leaf, node->left = 0;
-    if (j < PKTRT__W) cost[j] = pktrt__min(cost[1], best[j]);
+    if (j < PKTRT__W) cost[j] = node->left ? pktrt__min(cost[1], best[j]) : leaf;
     if (j == PKTRT__W || best[j] < cost[1]) node->plan |= share << 3 * (j - 2);
   }
 }
@@ -1888,11 +1882,12 @@ typedef struct pktrt__source {
   size_t step[PKTRT__W];
 } pktrt__source;
 
-static void pktrt__find_source(const pktrt__group *g, uint32_t block, pktrt__reader *reader, pktrt__source *s) {
+static void pktrt__find_source(const pktrt__group *g, uint32_t block, uint32_t end, pktrt__reader *reader,
+                               pktrt__source *s) {
   const uint32_t *tri = g->block_triangles + (size_t)block * PKTRT__W;
-  const uint32_t *later = g->block_count - block > PKTRT__AHEAD ? tri + PKTRT__AHEAD * PKTRT__W : tri;
+  const uint32_t *later = end - block > PKTRT__AHEAD ? tri + PKTRT__AHEAD * PKTRT__W : tri;
   pktrt__reader r = *reader;
-  for (uint32_t i = 0; i < PKTRT__BLOCK_BYTES; i += 64) PKTRT__FETCH(g->blocks + (size_t)block * g->block_bytes + i);
+  for (uint32_t i = 0; i < PKTRT__BLOCK_BYTES; i += 64) PKTRT__PREFETCH(g->blocks + (size_t)block * g->block_bytes + i);
   for (uint32_t l = 0; l < PKTRT__W; l++) {
     if (tri[l] == PKTRT_NONE) {
       memcpy(s->corner[l], s->corner[0], sizeof s->corner[0]);
@@ -1903,12 +1898,12 @@ static void pktrt__find_source(const pktrt__group *g, uint32_t block, pktrt__rea
     const size_t at = (size_t)(tri[l] - r.first) * 3;
     size_t i = at, j = at + 1, k = at + 2;
     if (r.indices) {
-      if (later[l] - r.first < r.count) PKTRT__FETCH(r.indices + (size_t)(later[l] - r.first) * 3);
+      if (later[l] - r.first < r.count) PKTRT__PREFETCH(r.indices + (size_t)(later[l] - r.first) * 3);
       i = r.indices[at], j = r.indices[at + 1], k = r.indices[at + 2];
     }
-    PKTRT__FETCH(s->corner[l][0] = r.positions + 3 * i);
-    PKTRT__FETCH(s->corner[l][1] = r.positions + 3 * j);
-    PKTRT__FETCH(s->corner[l][2] = r.positions + 3 * k);
+    PKTRT__PREFETCH(s->corner[l][0] = r.positions + 3 * i);
+    PKTRT__PREFETCH(s->corner[l][1] = r.positions + 3 * j);
+    PKTRT__PREFETCH(s->corner[l][2] = r.positions + 3 * k);
     s->step[l] = r.step;
   }
   *reader = r;
@@ -2174,7 +2169,7 @@ static uint32_t pktrt__write_run(const pktrt__builder *b, const pktrt__group *g,
   for (uint32_t i = 0; i < t->block_count + PKTRT__AHEAD; i++) {
     pktrt__source *s = &ahead[i % PKTRT__AHEAD];
     if (i >= PKTRT__AHEAD) flat += pktrt__write_block(b->fit, g, t->first_block + i - PKTRT__AHEAD, s);
-    if (i < t->block_count) pktrt__find_source(g, t->first_block + i, &reader, s);
+    if (i < t->block_count) pktrt__find_source(g, t->first_block + i, t->first_block + t->block_count, &reader, s);
   }
   return flat;
 }
@@ -2340,7 +2335,7 @@ static void pktrt__refit_blocks(const pktrt__refit *r, const pktrt__task *t, pkt
     for (; block < end && found - done < PKTRT__AHEAD; block++) {
       if (!pktrt__block_changed(r, block)) continue;
       waiting[found % PKTRT__AHEAD] = block;
-      pktrt__find_source(r->g, block, &reader, &ahead[found++ % PKTRT__AHEAD]);
+      pktrt__find_source(r->g, block, end, &reader, &ahead[found++ % PKTRT__AHEAD]);
     }
   }
   sum->changed = found;
@@ -2795,7 +2790,8 @@ static pktrt_status pktrt__rebuild_worn(pktrt_scene *s) {
 
    FRUSTUM PACKETS work relative to a reference point, whose distance to the packet's origins is at most rho: C = o_uv -
    ref - G (s o_k - ref_w) is rounded by at most 5 eps rho; its value at the far depth by 2 eps (M + rho); the hull's
-   evaluation by 3 eps (M + rho); plane - ref by eps (M + |o|). With the 6.25 eps M from above the planes are moved
+   evaluation by 3 eps (M + rho); plane - ref by eps (M + |o|); of moving nodes and corners as above. With the 6.25 eps
+   M from above the planes are moved
    outward by max D + 16 eps rho.
 
    AREA of a moving triangle is asked for only where det is small. Without area its sheared corners would be in line if
@@ -2828,7 +2824,7 @@ enum {
   PKTRT__ROW = PKTRT__BATCH + 16 /* a line of cache more than a power of two, or all rows would fall on one another */
 };
 
-/* Rays, structure of arrays, with what the kernels derive from them. About 39 KiB, on the stack of a query. */
+/* Rays, structure of arrays, with what the kernels derive from them. 36 KiB, on the stack of a query. */
 typedef struct pktrt__batch {
   PKTRT__ALIGN64 float o[3][PKTRT__ROW];
   float d[3][PKTRT__ROW];
@@ -3014,8 +3010,9 @@ static void pktrt__corners_at(const pktrt__group *g, uint32_t slot, float time, 
   const unsigned char *block = g->blocks + (size_t)(slot / 8) * g->block_bytes;
   float a, b;
   const uint32_t segment = pktrt__segment(time, g->key_count, &a, &b);
+  const uint32_t next = g->key_count < 2 ? 0 : segment + 1;
   const float *k0 = (const float *)(const void *)(block + pktrt__block_key(segment)) + slot % 8;
-  const float *k1 = (const float *)(const void *)(block + pktrt__block_key(segment + 1)) + slot % 8;
+  const float *k1 = (const float *)(const void *)(block + pktrt__block_key(next)) + slot % 8;
   if (g->key_count < 2)
     for (int c = 0; c < 3; c++, k0 += 24) p[c][0] = k0[0], p[c][1] = k0[8], p[c][2] = k0[16];
   else
@@ -3301,7 +3298,7 @@ typedef struct pktrt__call { /* one query, as the kernels see it */
 typedef struct pktrt__kernels {
   /* Answers the first n rays of a batch whose o, d, tmin, tmax, time are filled in. */
   void (*trace)(const pktrt__call *, pktrt__batch *, uint32_t n);
-  /* One ray by itself, traced on the fast path and not counted. */
+  /* One ray by itself, past batches; not counted. */
   bool (*intersect)(const pktrt_scene *, const pktrt_ray *, pktrt_hit *);
   bool (*occluded)(const pktrt_scene *, const pktrt_ray *);
   bool (*rounds_each_operation)(void);
@@ -3557,6 +3554,7 @@ OP float vhmax(v8 a) {
   return _mm_cvtss_f32(_mm_max_ss(x, _mm_shuffle_ps(x, x, 1)));
 }
 
+#ifdef __x86_64__
 /* Those of eight children that are in `keep`, in the order of perm: a byte each, the first one lowest. */
 OP uint64_t vorder(uint32_t keep, uint32_t perm) {
   const uint64_t all = _pdep_u64(perm, UINT64_C(0x0707070707070707));
@@ -3564,6 +3562,7 @@ OP uint64_t vorder(uint32_t keep, uint32_t perm) {
   const __m128i those = _mm_shuffle_epi8(_mm_cvtsi64_si128((long long)kept), _mm_cvtsi64_si128((long long)all));
   return _pext_u64(all, (uint64_t)_mm_cvtsi128_si64(those));
 }
+#endif
 /* Eight integers from p, less x, to `to`; the lanes where what is left is below n, which is not 0. */
 OP uint32_t vless(uint32_t *to, const uint32_t *p, uint32_t x, uint32_t n) {
   const __m256i a = _mm256_sub_epi32(_mm256_loadu_si256((const __m256i *)(const void *)p), _mm256_set1_epi32((int)x));
@@ -3857,7 +3856,6 @@ typedef __m128d q2;
 #define Q2_SQRT(a) _mm_sqrt_pd(a)
 #define Q2_LOAD(p) _mm_loadu_pd(p)
 #define Q2_STORE(p, a) _mm_storeu_pd(p, a)
-#define Q2_MIN(a, b) _mm_min_pd(a, b)
 #define Q2_MAX(a, b) _mm_max_pd(a, b)
 #define Q2_ABS(a) _mm_andnot_pd(_mm_set1_pd(-0.0), a)
 #define Q2_SET(x) _mm_set1_pd(x)
@@ -3907,7 +3905,6 @@ typedef float64x2_t q2;
 #define Q2_SQRT(a) vsqrtq_f64(a)
 #define Q2_LOAD(p) vld1q_f64(p)
 #define Q2_STORE(p, a) vst1q_f64(p, a)
-#define Q2_MIN(a, b) vbslq_f64(vcltq_f64(a, b), a, b)
 #define Q2_MAX(a, b) vbslq_f64(vcgtq_f64(a, b), a, b)
 #define Q2_ABS(a) vabsq_f64(a)
 #define Q2_SET(x) vdupq_n_f64(x)
@@ -4048,7 +4045,6 @@ OP v8 dto(d8 a) { return v8_of(Q_FROM2(a.q[0], a.q[1]), Q_FROM2(a.q[2], a.q[3]))
 #undef Q2_SQRT
 #undef Q2_LOAD
 #undef Q2_STORE
-#undef Q2_MIN
 #undef Q2_MAX
 #undef Q2_ABS
 #undef Q2_SET
@@ -4064,7 +4060,7 @@ OP v8 dto(d8 a) { return v8_of(Q_FROM2(a.q[0], a.q[1]), Q_FROM2(a.q[2], a.q[3]))
 
 #endif
 
-#if PKTRT__STAMP != PKTRT__STAMP_AVX2 && PKTRT__STAMP != PKTRT__STAMP_AVX512
+#if (PKTRT__STAMP != PKTRT__STAMP_AVX2 && PKTRT__STAMP != PKTRT__STAMP_AVX512) || !defined(__x86_64__)
 OP uint64_t vorder(uint32_t keep, uint32_t perm) {
   uint64_t all = 0;
   for (uint32_t i = 0, n = 0; i < 8; i++, perm >>= 3) {
@@ -4074,6 +4070,8 @@ OP uint64_t vorder(uint32_t keep, uint32_t perm) {
   }
   return all;
 }
+#endif
+#if PKTRT__STAMP != PKTRT__STAMP_AVX2 && PKTRT__STAMP != PKTRT__STAMP_AVX512
 typedef struct a8 { /* eight ray masks, one per child */
   uint64_t mask[8];
 } a8;
@@ -4122,7 +4120,6 @@ PKTRT__NOINLINE void vpack_from(void *p, uint32_t lanes, const void *from) {
 
 /* The wide vector of frustum packets. */
 #if PKTRT__STAMP == PKTRT__STAMP_AVX512
-enum { PKTRT__NAME(pktrt__fw) = 16 };
 #define FW 16
 typedef __m512 PKTRT__NAME(pktrt__vf);
 typedef __mmask16 PKTRT__NAME(pktrt__mf);
@@ -4150,7 +4147,6 @@ typedef __mmask16 PKTRT__NAME(pktrt__mf);
 #define fhmax(a) _mm512_reduce_max_ps(a)
 #define fput(p, m, a) _mm512_mask_storeu_ps(p, m, a)
 #define fput_u32(p, m, x) _mm512_mask_storeu_epi32(p, m, _mm512_set1_epi32((int)(x)))
-#define fsign(a) (uint32_t) _mm512_movepi32_mask(_mm512_castps_si512(a))
 #else
 #define FW 8
 #define vf v8
@@ -4177,7 +4173,6 @@ typedef __mmask16 PKTRT__NAME(pktrt__mf);
 #define fhmax vhmax
 #define fput vput
 #define fput_u32 vput_u32
-#define fsign vsign
 #endif
 
 /* >>setup ---------------------------------------------------------------------------------------------------------- */
@@ -4261,7 +4256,7 @@ bool NAME(setup_alone)(const pktrt_scene *scene, const pktrt_ray *ray, pktrt__lo
   if (~mbits(vle(size, vload(most))) & 0x77) return false;
   if (!(0 < adk && tmin < tmax && n < INFINITY && -INFINITY < f)) return false; /* as in NAME(setup) */
   pktrt__turn_axes(q->axis, k);
-  q->ray = ray, q->octant = vsign(od) >> 4;
+  q->ray = ray, q->octant = vsign(od) >> 4 & 7;
   q->slope[0] = d[q->axis[1]] / dk, q->slope[1] = d[q->axis[2]] / dk, q->dk = dk;
 
   const float *const lo = scene->lo, *const hi = scene->hi;
@@ -5038,7 +5033,7 @@ typedef struct NAME(frustum_corners) {
    0 for all rays, and one is above. What rounding may do: the canonical x and X here are each within 3 eps M of p_u - S
    W, where pad >= 16 eps M, so that U moves by at most pad (|x| + |y|); and six products of at most (|X| + h |W|) (|Y|
    + h |W|) are rounded and summed. h: the slopes are those of planes, 4 eps wider. */
-OP uint32_t NAME(frustum_edges)(const NAME(frustum_rays) *f, NAME(frustum_corners) *c) {
+PKTRT__NOINLINE uint32_t NAME(frustum_edges)(const NAME(frustum_rays) *f, NAME(frustum_corners) *c) {
   const v8 s = vset(f->sign);
   v8 x[3], y[3], w[3], m[2], h[2], least = vset(INFINITY), most = vset(-INFINITY);
   UNROLL for (int a = 0; a < 2; a++) {
@@ -5066,7 +5061,8 @@ OP uint32_t NAME(frustum_edges)(const NAME(frustum_rays) *f, NAME(frustum_corner
 
 /* The triangles of a block that reach into the frustum. */
 OP uint32_t NAME(frustum_triangles)(const NAME(frustum_rays) *f, const pktrt__batch *b, const float *k0,
-                                    const float *k1, const bool moving, NAME(frustum_corners) *corners) {
+                                    const float *k1, const bool moving, const bool common,
+                                    NAME(frustum_corners) *corners) {
   const v8 s = vset(f->sign), inf = vset(INFINITY), ninf = vset(-INFINITY);
   const uint32_t axis[3] = {f->ku, f->kv, f->k};
   v8 wlo = inf, whi = ninf, low[2] = {inf, inf}, high[2] = {ninf, ninf}; /* of u - b W, over corners and times */
@@ -5077,7 +5073,7 @@ OP uint32_t NAME(frustum_triangles)(const NAME(frustum_rays) *f, const pktrt__ba
         const uint32_t at = 24 * (uint32_t)c + 8 * axis[j];
         q[j] = NAME(corner)(k0 + at, k1 + at, vset(f->ta[end]), vset(f->tb[end]), moving);
       }
-      if (!moving && f->common)
+      if (common)
         UNROLL for (int j = 0; j < 3; j++) vstore(corners->p[c][j], vsub(q[j], vset(b->o[axis[j]][f->first])));
       const v8 w = vfms(q[2], s, vset(f->ref[2]));
       wlo = vmin(wlo, w), whi = vmax(whi, w);
@@ -5094,7 +5090,7 @@ OP uint32_t NAME(frustum_triangles)(const NAME(frustum_rays) *f, const pktrt__ba
   vstore(corners->range, vadd(vsub(whi, wlo), vset(f->pad)));
   vstore(corners->far_, vadd(vmax(vabs(wlo), vabs(whi)), vset(f->depth + f->pad)));
   uint32_t lanes = mbits(keep);
-  if (!moving && f->common && lanes) lanes &= ~NAME(frustum_edges)(f, corners);
+  if (common && lanes) lanes &= ~NAME(frustum_edges)(f, corners);
   return lanes;
 }
 
@@ -5261,7 +5257,8 @@ OP uint64_t NAME(frustum_block)(const NAME(frustum_rays) *f, const pktrt__view *
   const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
   NAME(frustum_corners) corners;
   const uint32_t all = NAME(occupied)(id);
-  uint32_t lanes = NAME(frustum_triangles)(f, b, k0, k1, moving, &corners) & all;
+  const bool common = f->common && (!moving || (stats && k0 == k1));
+  uint32_t lanes = NAME(frustum_triangles)(f, b, k0, k1, moving, common, &corners) & all;
   COUNT(triangle_culls, pktrt__popcount(all & ~lanes));
   uint64_t hit = 0;
   for (; lanes && mask; lanes &= lanes - 1) {
@@ -6292,6 +6289,7 @@ PKTRT__NOINLINE void NAME(aim8)(const pktrt_scene *scene, const pktrt__aim *l, c
   NAME(dfrom3)(flat, s->flat, i);
   NAME(dfrom3)(shade, s->shade, i);
   d8 factor = NAME(look_for)(l, i, p, at);
+  if (l->listed) lanes &= mbits(dlt(dset(0), factor)); /* others have no place on a light */
   ROLL_OUT for (int a = 0; a < 3; a++) {
     to[a] = l->infinite ? at[a] : dsub(at[a], p[a]);
     d[a] = dto(l->infinite ? at[a] : dsub(at[a], dfrom(o[a])));
@@ -6583,8 +6581,8 @@ static void NAME(store)(const pktrt_scene *s, const pktrt__batch *b, pktrt_hit *
   uint32_t hint[2] = {0, 0};
   for (; i + 8 <= n; i += 8) {
     PKTRT__ALIGN64 uint32_t mesh[8], triangle[8];
-    const pktrt__mesh *m = &s->meshes[hint[0]];
-    if (s->group_count && m->triangle_count && vless(triangle, b->id + i, m->first_id, m->triangle_count) == 0xFF)
+    const pktrt__mesh *m = s->group_count ? &s->meshes[hint[0]] : NULL;
+    if (m && m->triangle_count && vless(triangle, b->id + i, m->first_id, m->triangle_count) == 0xFF)
       for (uint32_t j = 0; j < 8; j++) mesh[j] = hint[0];
     else
       for (uint32_t j = 0; j < 8; j++) pktrt__name_triangle(s, b->id[i + j], hint, &mesh[j], &triangle[j]);
@@ -6651,7 +6649,6 @@ static const pktrt__kernels NAME(kernels) = {NAME(trace), NAME(intersect), NAME(
 #undef fdiv
 #undef fput
 #undef fput_u32
-#undef fsign
 #undef fhmax
 #undef fhmin
 #undef fle

@@ -131,7 +131,7 @@ static void NAME(close_sample)(NAME(sample) *s, const pktrt__view *view, const p
   for (uint32_t i = 0; i < s->blocks; i++) {
     const unsigned char *block = view->blocks + s->block[i].ref * (size_t)PKTRT__BLOCK_BYTES;
     const float *k0 = (const float *)(const void *)block;
-    s->block[i].lanes = NAME(frustum_triangles)(&s->f, &s->b, k0, k0, false, &s->corners[i]) &
+    s->block[i].lanes = NAME(frustum_triangles)(&s->f, &s->b, k0, k0, false, s->f.common, &s->corners[i]) &
                         NAME(occupied)((const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES));
   }
 }
@@ -273,7 +273,7 @@ static uint64_t NAME(go_packet)(NAME(sample) *s, const pktrt__view *view, bool o
   if (test == LIMIT_BLOCK)
     for (; tests < s->blocks; tests++) {
       const float *k0 = (const float *)(const void *)(view->blocks + s->block[tests].ref * (size_t)PKTRT__BLOCK_BYTES);
-      sink += NAME(frustum_triangles)(&s->f, &s->b, k0, k0, false, &s->corners[tests]);
+      sink += NAME(frustum_triangles)(&s->f, &s->b, k0, k0, false, s->f.common, &s->corners[tests]);
     }
   (void)sink;
   return tests;

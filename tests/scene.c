@@ -22,12 +22,28 @@ static bool hits_something(const pktrt_scene *s, const pktrt_ray *r) {
   return hit;
 }
 
+/* As many rays as make packets, of vectors that are not full too. */
+static void many_miss(const pktrt_scene *s, const pktrt_ray *r, const char *when) {
+  enum { N = 300 };
+  pktrt_ray rays[N];
+  pktrt_hit hits[N];
+  bool occluded[N];
+  size_t n = 0;
+  for (size_t i = 0; i < N; i++) rays[i] = *r;
+  pktrt_intersect_n(s, rays, hits, N);
+  pktrt_occluded_n(s, rays, occluded, N);
+  for (size_t i = 0; i < N; i++) n += hits[i].mesh != PKTRT_NONE || hits[i].triangle != PKTRT_NONE || occluded[i];
+  CHECK(n == 0, "%s: %zu of many rays hit", when, n);
+}
+
 static void tiny_scenes(void) {
   pktrt_ray down = ray_of(0.1f, 5, 0.1f, 0, -1, 0);
   pktrt_scene *s = empty_scene();
   CHECK(!hits_something(s, &down), "not committed: a miss");
+  many_miss(s, &down, "not committed");
   CHECK(pktrt_commit(s) == PKTRT_OK);
   CHECK(!hits_something(s, &down), "empty: a miss");
+  many_miss(s, &down, "empty");
   pktrt_scene_info info;
   pktrt_get_scene_info(s, &info);
   CHECK(info.triangles == 0 && info.mesh_count == 0 && info.bounds_lo[0] > info.bounds_hi[0]);
@@ -35,6 +51,7 @@ static void tiny_scenes(void) {
   memset(&zero, 0, sizeof zero);
   CHECK(pktrt_add_mesh(s, &zero, NULL) == PKTRT_OK, "a zeroed mesh is an empty one: %s", pktrt_last_error(s));
   CHECK(pktrt_commit(s) == PKTRT_OK && !hits_something(s, &down));
+  many_miss(s, &down, "an empty mesh");
   pktrt_scene_destroy(s);
   for (uint32_t n = 0; n <= 20; n++) { /* 0, 1, 2, 3, 5 triangles, and around a block and a node */
     mesh m = mesh_soup(n, 0.5f, n);

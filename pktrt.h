@@ -1258,15 +1258,21 @@ PKTRT__INLINE void pktrt__triangle_vertices(const pktrt__mesh *m, bool use_pendi
   for (int c = 0; c < 3; c++) v[c][0] = corner[c][0], v[c][1] = corner[c][1], v[c][2] = corner[c][2];
 }
 
+/* The mesh of a global triangle index: the last one that starts at or before it, which is not empty. */
+PKTRT__NOINLINE uint32_t pktrt__search_mesh(const pktrt__mesh *meshes, uint32_t mesh_count, uint32_t id) {
+  uint32_t lo = 0, hi = mesh_count;
+  while (hi - lo > 1) {
+    const uint32_t mid = lo + (hi - lo) / 2;
+    if (meshes[mid].first_id <= id) lo = mid;
+    else hi = mid;
+  }
+  return lo;
+}
+
 /* The mesh of a global triangle index; first indices ascend. `hint` is the mesh of a neighbour. */
 static uint32_t pktrt__mesh_of(const pktrt__mesh *meshes, uint32_t mesh_count, uint32_t id, uint32_t hint) {
   if (id - meshes[hint].first_id < meshes[hint].triangle_count) return hint;
-  uint32_t lo = 0, hi = mesh_count; /* the last mesh whose first index is not above id */
-  while (hi - lo > 1) {
-    uint32_t mid = lo + (hi - lo) / 2;
-    if (meshes[mid].first_id <= id) lo = mid; else hi = mid;
-  }
-  return lo;
+  return pktrt__search_mesh(meshes, mesh_count, id);
 }
 
 /* A box of the build is lo x,y,z,-, -hi x,y,z,-: all of it grows by minima, two vectors. The free elements of a prim
@@ -2762,7 +2768,8 @@ static pktrt_status pktrt__rebuild_worn(pktrt_scene *s) {
    Y) / |D| in all, so that two means of z that use them differ by half of that, R times: 12 eps X Y R / |D|. Evaluating
    the mean takes 4 roundings a weight and 3 for the sum: 7 eps Z, one more to widen it. Two hits must be told apart in
    t, a float, which takes another 2 eps each. Hence bounds of 13 eps X Y R / |D| + 14 eps Z + tiny about the estimate.
-   For |D| below 2^-100, where underflow would count, or beyond FLT_MAX the bounds are infinite.
+   For |D| below 2^-100, where underflow would count, or beyond FLT_MAX the bounds are infinite. (Above 2^126 1 / D is
+   denormal and off by 4 eps, not 1: three more, and still 14.)
 
    With them a hit is dropped when it lies beyond what the ray still looks at, and taken when it is certain and lies
    wholly after tmin and before the nearest hit so far. All else is settled by the canonical test, on both triangles if
@@ -2892,17 +2899,6 @@ static void pktrt__load_rays(pktrt__batch *b, const pktrt_ray *rays, const uint1
   }
 }
 
-/* The mesh of a global triangle index: the last one that starts at or before it and is not empty. */
-PKTRT__NOINLINE uint32_t pktrt__search_mesh(const pktrt_scene *s, uint32_t id) {
-  uint32_t lo = 0, hi = s->committed_meshes;
-  while (hi - lo > 1) {
-    const uint32_t mid = lo + (hi - lo) / 2;
-    if (s->meshes[mid].first_id <= id) lo = mid;
-    else hi = mid;
-  }
-  return lo;
-}
-
 /* The same; tries the last two answers first, as neighbouring rays mostly hit the same mesh, or two that meet. */
 PKTRT__INLINE uint32_t pktrt__mesh_at(const pktrt_scene *s, uint32_t id, uint32_t hint[2]) {
   const pktrt__mesh *m = &s->meshes[hint[0]];
@@ -2910,7 +2906,8 @@ PKTRT__INLINE uint32_t pktrt__mesh_at(const pktrt_scene *s, uint32_t id, uint32_
   const uint32_t other = hint[1];
   m = &s->meshes[other];
   hint[1] = hint[0];
-  return hint[0] = id - m->first_id < m->triangle_count ? other : pktrt__search_mesh(s, id);
+  return hint[0] = id - m->first_id < m->triangle_count ? other
+                                                          : pktrt__search_mesh(s->meshes, s->committed_meshes, id);
 }
 
 /* Mesh and triangle of a global index. */
@@ -2932,6 +2929,10 @@ static void pktrt__store_hits(const pktrt_scene *s, const pktrt__batch *b, pktrt
     pktrt__name_triangle(s, b->id[i], hint, &h->mesh, &h->triangle);
   }
 }
+
+/* WHY: so few rays gain nothing together, least of all where the first hit ends a ray. Eight shuffled shadow rays took
+   1.14 times as long in a stream as in single calls. */
+PKTRT__INLINE bool pktrt__few(size_t n, bool occlusion) { return n < (occlusion ? 32u : 16u); }
 
 /* What a kernel needs to know of a group: one segment of its motion. */
 typedef struct pktrt__view {
@@ -4363,7 +4364,8 @@ typedef struct NAME(shear) {
 
 OP NAME(shear) NAME(shear_of)(const pktrt__batch *b, uint32_t r, const bool moving) {
   NAME(shear) q;
-  const uint32_t k = b->axis[r], axis[3] = {k, 9u >> 2 * k & 3, 18u >> 2 * k & 3}; /* the next two, in a circle */
+  uint32_t axis[3];
+  pktrt__turn_axes(axis, b->axis[r]);
   UNROLL for (int a = 0; a < 3; a++) q.o[a] = vset(b->o[axis[a]][r]), q.at[a] = 8 * axis[a];
   q.slope[0] = vset(b->slope[0][r]), q.slope[1] = vset(b->slope[1][r]);
   q.ta = q.tb = q.o[0];
@@ -4609,6 +4611,17 @@ OP uint32_t NAME(beam_slabs)(const NAME(beam) *q, const pktrt__view *view, const
   return mbits(vle(*entry, vmin(vmin(f[0], f[1]), vmin(f[2], vset(wf)))));
 }
 
+/* Opens a node: its children as above. */
+OP uint32_t NAME(beam_node)(const NAME(beam) *q, const pktrt__view *view, uint32_t ref, float wf,
+                            const uint32_t **child, v8 *entry, const bool moving, const bool stats,
+                            pktrt_counts *counts) {
+  const unsigned char *node = view->nodes + ref * (moving ? view->node_bytes : (size_t)PKTRT__NODE_BYTES);
+  *child = (const uint32_t *)(const void *)(node + PKTRT__NODE_KEY_BYTES);
+  COUNT(node_visits, 1);
+  COUNT(box_tests, 8);
+  return NAME(beam_slabs)(q, view, node, wf, moving, entry);
+}
+
 /* The nearest hit: nearest child first. */
 OP bool NAME(nearest)(const pktrt__view *view, pktrt__lone *ray, uint32_t ref, const bool moving, const bool stats,
                       pktrt_counts *counts) {
@@ -4623,12 +4636,9 @@ OP bool NAME(nearest)(const pktrt__view *view, pktrt__lone *ray, uint32_t ref, c
     if (ref & PKTRT__LEAF) {
       NAME(lone_block)(view, ray, ref & ~PKTRT__LEAF, false, moving, stats, counts);
     } else {
-      const unsigned char *node = view->nodes + ref * (moving ? view->node_bytes : (size_t)PKTRT__NODE_BYTES);
-      const uint32_t *child = (const uint32_t *)(const void *)(node + PKTRT__NODE_KEY_BYTES);
+      const uint32_t *child;
       v8 entry;
-      uint32_t bits = NAME(beam_slabs)(&q, view, node, ray->wf, moving, &entry);
-      COUNT(node_visits, 1);
-      COUNT(box_tests, 8);
+      uint32_t bits = NAME(beam_node)(&q, view, ref, ray->wf, &child, &entry, moving, stats, counts);
       if (bits) {
         uint32_t c = pktrt__lowest(bits);
         ref = child[c];
@@ -4667,12 +4677,9 @@ OP bool NAME(first)(const pktrt__view *view, pktrt__lone *ray, uint32_t ref, con
     if (ref & PKTRT__LEAF) {
       if (NAME(lone_block)(view, ray, ref & ~PKTRT__LEAF, true, moving, stats, counts)) return true;
     } else {
-      const unsigned char *node = view->nodes + ref * (moving ? view->node_bytes : (size_t)PKTRT__NODE_BYTES);
-      const uint32_t *child = (const uint32_t *)(const void *)(node + PKTRT__NODE_KEY_BYTES);
+      const uint32_t *child;
       v8 entry;
-      uint32_t bits = NAME(beam_slabs)(&q, view, node, ray->wf, moving, &entry);
-      COUNT(node_visits, 1);
-      COUNT(box_tests, 8);
+      uint32_t bits = NAME(beam_node)(&q, view, ref, ray->wf, &child, &entry, moving, stats, counts);
       if (bits) {
         ref = child[pktrt__lowest(bits)];
         while (bits &= bits - 1) *top++ = ref, ref = child[pktrt__lowest(bits)];
@@ -5094,6 +5101,29 @@ OP uint32_t NAME(frustum_triangles)(const NAME(frustum_rays) *f, const pktrt__ba
   return lanes;
 }
 
+/* The canonical test of eight lanes, as pktrt__weigh. */
+typedef struct NAME(weights8) {
+  d8 u, v, w, det, depth;
+} NAME(weights8);
+OP NAME(weights8) NAME(canonical8)(const d8 x[3], const d8 y[3], const d8 z[3]) {
+  NAME(weights8) e;
+  e.u = dsub(dmul(x[2], y[1]), dmul(y[2], x[1])), e.v = dsub(dmul(x[0], y[2]), dmul(y[0], x[2]));
+  e.w = dsub(dmul(x[1], y[0]), dmul(y[1], x[0])), e.det = dadd(dadd(e.u, e.v), e.w);
+  e.depth = dadd(dadd(dmul(e.u, z[0]), dmul(e.v, z[1])), dmul(e.w, z[2]));
+  return e;
+}
+
+/* pktrt__take for those of rays r to r+7 in `taken`. */
+OP void NAME(put8)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t taken, v8 lo, v8 hi, uint32_t id,
+                   uint32_t slot) {
+  const m8 m = mfrom(taken);
+  vput(b->sf + r, m, lo);
+  vput(b->wf + r, m, hi);
+  vput_u32(b->id + r, m, id);
+  vput_u32(b->slot + r, m, slot);
+  vput_u32(b->group + r, m, view->group);
+}
+
 /* One triangle against those of rays r to r+7 in bits, given their sheared corners; those that take it. */
 PKTRT__NOINLINE uint32_t NAME(take8)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t bits, const v8 *x,
                                      const v8 *y, const v8 *z, uint32_t id, uint32_t slot, pktrt_counts *counts) {
@@ -5107,12 +5137,7 @@ PKTRT__NOINLINE uint32_t NAME(take8)(const pktrt__view *view, pktrt__batch *b, u
     for (uint32_t m = taken; m; m &= m - 1)
       if (!pktrt__area_at(&view->groups[view->group], slot, b->time[r + pktrt__lowest(m)])) taken &= ~(m & (0u - m));
   if (counts) counts->canonical_tests += pktrt__popcount(bits), counts->settlings += pktrt__popcount(open);
-  const m8 m = mfrom(taken);
-  vput(b->sf + r, m, e.lo);
-  vput(b->wf + r, m, e.hi);
-  vput_u32(b->id + r, m, id);
-  vput_u32(b->slot + r, m, slot);
-  vput_u32(b->group + r, m, view->group);
+  NAME(put8)(view, b, r, taken, e.lo, e.hi, id, slot);
   for (; PKTRT__UNLIKELY(open); open &= open - 1)
     if (pktrt__settle(view, b, r + pktrt__lowest(open), id, slot)) taken |= open & (0u - open);
   return taken;
@@ -5122,7 +5147,8 @@ PKTRT__NOINLINE uint32_t NAME(take8)(const pktrt__view *view, pktrt__batch *b, u
    and what lies at tmax is always left open. */
 PKTRT__NOINLINE uint32_t NAME(settle8)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t open, uint32_t id,
                                        uint32_t slot) {
-  const uint32_t axis = b->axis[r + pktrt__lowest(open)], k[3] = {axis, (axis + 1) % 3, (axis + 2) % 3};
+  uint32_t k[3];
+  pktrt__turn_axes(k, b->axis[r + pktrt__lowest(open)]);
   const unsigned char *block = view->blocks + (size_t)(slot / 8) * view->block_bytes;
   const float *k0 = (const float *)(const void *)(block + view->vertex0) + slot % 8;
   const float *k1 = (const float *)(const void *)(block + view->vertex1) + slot % 8;
@@ -5139,24 +5165,18 @@ PKTRT__NOINLINE uint32_t NAME(settle8)(const pktrt__view *view, pktrt__batch *b,
     y[c] = dfrom(vsub(p[2], vmul(vload(b->slope[1] + r), p[0])));
     z[c] = dfrom(p[0]);
   }
-  const d8 u = dsub(dmul(x[2], y[1]), dmul(y[2], x[1])), v = dsub(dmul(x[0], y[2]), dmul(y[0], x[2]));
-  const d8 w = dsub(dmul(x[1], y[0]), dmul(y[1], x[0])), det = dadd(dadd(u, v), w), zero = dset(0);
-  const uint32_t below = mbits(mor(mor(dlt(u, zero), dlt(v, zero)), dlt(w, zero)));
-  const uint32_t above = mbits(mor(mor(dlt(zero, u), dlt(zero, v)), dlt(zero, w)));
+  const NAME(weights8) e = NAME(canonical8)(x, y, z);
+  const d8 zero = dset(0);
+  const uint32_t below = mbits(mor(mor(dlt(e.u, zero), dlt(e.v, zero)), dlt(e.w, zero)));
+  const uint32_t above = mbits(mor(mor(dlt(zero, e.u), dlt(zero, e.v)), dlt(zero, e.w)));
   const v8 dk = vload(b->dk + r), relative = vset(PKTRT__PAD_DEPTH);
-  const d8 depth = dadd(dadd(dmul(u, z[0]), dmul(v, z[1])), dmul(w, z[2]));
-  const v8 t = dto(dmul(depth, ddiv(dset(1), dmul(det, dfrom(dk)))));
+  const v8 t = dto(dmul(e.depth, ddiv(dset(1), dmul(e.det, dfrom(dk)))));
   const uint32_t within = mbits(mand(vlt(vload(b->tmin + r), t), vlt(t, vload(b->tmax + r))));
   uint32_t taken = open & (below ^ above) & within;
   for (uint32_t i = view->check_area ? taken : 0; i; i &= i - 1)
     if (!pktrt__area_at(&view->groups[view->group], slot, b->time[r + pktrt__lowest(i)])) taken &= ~(i & (0u - i));
   const v8 far_ = vmul(t, vabs(dk)), slack = vadd(vmul(vabs(far_), relative), vload(b->tiny + r));
-  const m8 m = mfrom(taken);
-  vput(b->sf + r, m, vsub(far_, slack));
-  vput(b->wf + r, m, vadd(far_, slack));
-  vput_u32(b->id + r, m, id);
-  vput_u32(b->slot + r, m, slot);
-  vput_u32(b->group + r, m, view->group);
+  NAME(put8)(view, b, r, taken, vsub(far_, slack), vadd(far_, slack), id, slot);
   return taken;
 }
 
@@ -5304,18 +5324,21 @@ OP uint32_t NAME(frustum_push)(const NAME(frustum_rays) *f, const pktrt__view *v
   return n;
 }
 
-/* One group of the scene, from its root. Returns the occluded rays. When few rays are left the stream is faster:
-   measured flat about the numbers here. */
+/* When few rays are left the stream is faster: measured flat about the numbers here. */
+OP bool NAME(frustum_thin)(uint64_t mask, uint32_t ref, const bool occlusion) {
+  return pktrt__popcount(mask) <= (ref & PKTRT__LEAF ? 8u : 16u) << occlusion;
+}
+
+/* One group of the scene, from its root. Returns the occluded rays. */
 OP uint64_t NAME(frustum)(NAME(frustum_rays) *f, const pktrt__view *view, pktrt__batch *b, uint64_t mask,
                           const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
   NAME(frustum_stack) stack[PKTRT__STACK + 8];
   const ptrdiff_t to_key1 = moving ? ((ptrdiff_t)view->plane1 - (ptrdiff_t)view->plane0) / (ptrdiff_t)sizeof(float) : 0;
-  const uint32_t thin_node = occlusion ? 32 : 16, thin_leaf = occlusion ? 16 : 8;
   const uint64_t mask_all = mask;
   uint64_t alive = mask, hit = 0;
   uint32_t sp = 0, ref = 0;
   for (;;) {
-    if (pktrt__popcount(mask) <= (ref & PKTRT__LEAF ? thin_leaf : thin_node)) {
+    if (NAME(frustum_thin)(mask, ref, occlusion)) {
       COUNT(fallbacks, 1);
       hit = NAME(stream_any)(view, b, f->list, mask, ref, occlusion, moving, stats, counts);
     } else if (ref & PKTRT__LEAF) {
@@ -5871,9 +5894,23 @@ OP uint64_t NAME(rays_along)(const pktrt__batch *b, uint32_t base, uint32_t r) {
   return result;
 }
 
+/* Whether the rays in mask, of [base, base + 64), are many and look along one axis, as packets should. A slack of 0.7
+   was measured as good as 0.2. */
+OP bool NAME(look_one_way)(const pktrt__batch *b, uint32_t base, uint64_t mask) {
+  const uint32_t first = base + pktrt__lowest(mask), k = b->axis[first], ku = (k + 1) % 3, kv = (k + 2) % 3;
+  const float sign = b->dk[first] < 0 ? -1.0f : 1.0f;
+  if (pktrt__popcount(mask) <= 16) return false;
+  for (uint32_t i = 0; i < 64; i += 8) {
+    const uint32_t r = base + i, rays = (uint32_t)(mask >> i) & 0xFF;
+    const v8 side = vmul(vmax(vabs(vload(b->d[ku] + r)), vabs(vload(b->d[kv] + r))), vset(0.7f));
+    const m8 agree = vlt(side, vmul(vload(b->d[k] + r), vset(sign))), forward = vle(vset(0), vload(b->tmin + r));
+    if (rays & ~mbits(mand(agree, forward))) return false;
+  }
+  return true;
+}
+
 /* The fast path: packets of 64 neighbours. If all their rays look along one axis, those with the same canonical axis
-   are frustum packets; else all go by octant, over the whole batch, to the stream. A slack of 0.7 was measured as
-   good as 0.2. */
+   and octant are frustum packets; else all go by octant, over the whole batch, to the stream. */
 OP void NAME(drive_fast)(const pktrt_scene *scene, pktrt__batch *b, uint32_t n, const bool occlusion, const bool stats,
                          pktrt_counts *counts) {
   uint64_t left[PKTRT__BATCH / 64]; /* rays that no frustum takes */
@@ -5881,25 +5918,15 @@ OP void NAME(drive_fast)(const pktrt_scene *scene, pktrt__batch *b, uint32_t n, 
   for (uint32_t base = 0; base < n; base += 64) {
     uint64_t rest = b->valid[base / 64];
     if (!rest) continue;
-    const uint32_t first = base + pktrt__lowest(rest), k = b->axis[first], ku = (k + 1) % 3, kv = (k + 2) % 3;
-    const float sign = b->dk[first] < 0 ? -1.0f : 1.0f;
-    uint64_t agree = 0, forward = 0;
-    for (uint32_t i = 0; i < 64 && base + i < n; i += 8) {
-      const uint32_t r = base + i;
-      const v8 side = vmul(vmax(vabs(vload(b->d[ku] + r)), vabs(vload(b->d[kv] + r))), vset(0.7f));
-      agree |= (uint64_t)mbits(vlt(side, vmul(vload(b->d[k] + r), vset(sign)))) << i;
-      forward |= (uint64_t)mbits(vle(vset(0), vload(b->tmin + r))) << i;
-    }
-    if (pktrt__popcount(rest) > 16 && !(rest & ~(agree & forward))) {
-      while (rest) {
-        const uint32_t r = base + pktrt__lowest(rest);
-        const uint64_t same = rest & NAME(rays_along)(b, base, r);
-        NAME(drive_frustum)(scene, b, base, same, occlusion, stats, counts);
-        rest &= ~same;
-      }
+    if (!NAME(look_one_way)(b, base, rest)) {
+      left[base / 64] = rest;
       continue;
     }
-    left[base / 64] = rest;
+    while (rest) {
+      const uint64_t same = rest & NAME(rays_along)(b, base, base + pktrt__lowest(rest));
+      NAME(drive_frustum)(scene, b, base, same, occlusion, stats, counts);
+      rest &= ~same;
+    }
   }
   b->coherent = !(left[0] | left[1] | left[2] | left[3]);
   if (!b->coherent) NAME(drive_octants)(scene, b, left, occlusion, stats, counts);
@@ -5963,18 +5990,17 @@ PKTRT__NOINLINE uint32_t NAME(resolve_hits)(const pktrt_scene *scene, pktrt__bat
     e[0][a] = dsub(dfrom(p[1][a]), p0);
     e[1][a] = dsub(dfrom(p[2][a]), p0);
   }
-  const d8 u = dsub(dmul(x[2], y[1]), dmul(y[2], x[1])), v = dsub(dmul(x[0], y[2]), dmul(y[0], x[2]));
-  const d8 w = dsub(dmul(x[1], y[0]), dmul(y[1], x[0])), det = dadd(dadd(u, v), w);
+  const NAME(weights8) weights = NAME(canonical8)(x, y, z);
   UNROLL for (int a = 0; a < 3; a++) n[a] =
       dsub(dmul(e[0][(a + 1) % 3], e[1][(a + 2) % 3]), dmul(e[0][(a + 2) % 3], e[1][(a + 1) % 3]));
   const d8 largest = dmax(dabs(n[0]), dmax(dabs(n[1]), dabs(n[2])));
-  const d8 depth = dadd(dadd(dmul(u, z[0]), dmul(v, z[1])), dmul(w, z[2])), dk = dfrom(vload(b->dk + i));
-  const d8 one = dset(1), r = ddiv(one, dmul(det, dk)), rdet = dmul(dk, r), unit = ddiv(one, largest);
+  const d8 one = dset(1), dk = dfrom(vload(b->dk + i)), r = ddiv(one, dmul(weights.det, dk)), rdet = dmul(dk, r);
+  const d8 unit = ddiv(one, largest);
   const m8 m = mfrom(hits);
   const v8 zero = vset(0);
-  vput(b->t + i, m, dto(dmul(depth, r)));
-  vstore(b->cn[0] + i, vsel(m, dto(dmul(v, rdet)), zero));
-  vstore(b->cn[1] + i, vsel(m, dto(dmul(w, rdet)), zero));
+  vput(b->t + i, m, dto(dmul(weights.depth, r)));
+  vstore(b->cn[0] + i, vsel(m, dto(dmul(weights.v, rdet)), zero));
+  vstore(b->cn[1] + i, vsel(m, dto(dmul(weights.w, rdet)), zero));
   UNROLL for (int a = 0; a < 3; a++) vstore(b->cf[a] + i, vsel(m, dto(dmul(n[a], unit)), zero));
   return hits & ~mbits(dlt(dset(0), largest));
 }
@@ -6517,12 +6543,9 @@ OP void NAME(trace_as)(const pktrt__call *call, pktrt__batch *b, uint32_t n, con
     if (!occlusion) NAME(resolve)(scene, b, n);
     return;
   }
-  /* WHY: so few rays gain nothing together, least of all where the first hit ends a ray. Eight shuffled shadow rays
-     took 1.14 times as long in a stream as in single calls. */
-  const bool few = n < (occlusion ? 32u : 16u);
   if (call->desc->path == PKTRT_PATH_PAPER) {
     NAME(drive_paper)(call, b, n, occlusion);
-  } else if (call->desc->path == PKTRT_PATH_SINGLE || few) {
+  } else if (call->desc->path == PKTRT_PATH_SINGLE || pktrt__few(n, occlusion)) {
     for (uint32_t i = 0; i < n; i += 64)
       for (uint64_t m = b->valid[i / 64]; m; m &= m - 1) {
         COUNT(packets, 1);
@@ -7170,10 +7193,9 @@ PKTRT__NOINLINE void pktrt__query_many(const pktrt_scene *s, const pktrt_query_d
   }
 }
 
-/* So few rays gain nothing together, as in NAME(trace_as). */
 static void pktrt__query(const pktrt_scene *s, const pktrt_query_desc *desc, bool occlusion, const pktrt__arrays *a,
                          size_t n) {
-  if (!a->rays || n >= (occlusion ? 32 : 16) || (desc && (desc->stats || desc->path == PKTRT_PATH_PAPER)))
+  if (!a->rays || !pktrt__few(n, occlusion) || (desc && (desc->stats || desc->path == PKTRT_PATH_PAPER)))
     pktrt__query_many(s, desc, occlusion, a, n);
   else if (occlusion)
     for (size_t i = 0; i < n; i++) a->occluded[i] = s->kernels->occluded(s, &a->rays[i]);

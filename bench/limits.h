@@ -80,11 +80,10 @@ static uint64_t NAME(walk_block)(NAME(frustum_rays) *f, const pktrt__view *view,
 static void NAME(walk_frustum)(NAME(frustum_rays) *f, const pktrt__view *view, pktrt__batch *b, uint64_t mask,
                                bool occlusion, tally *t, NAME(sample) *s) {
   NAME(frustum_stack) stack[PKTRT__STACK + 8];
-  const uint32_t thin_node = occlusion ? 32 : 16, thin_leaf = occlusion ? 16 : 8;
   uint64_t alive = mask, hit = 0;
   uint32_t sp = 0, ref = 0;
   for (;;) {
-    if (pktrt__popcount(mask) <= (ref & PKTRT__LEAF ? thin_leaf : thin_node)) {
+    if (NAME(frustum_thin)(mask, ref, occlusion)) {
       hit = NAME(stream_any)(view, b, f->list, mask, ref, occlusion, false, true, &t->stream);
     } else if (ref & PKTRT__LEAF) {
       hit = NAME(walk_block)(f, view, b, ref, mask, occlusion, t, s);
@@ -154,19 +153,10 @@ static void NAME(walk_packet)(const pktrt_scene *scene, pktrt__batch *b, uint32_
 }
 
 /* As NAME(drive_fast): those of [base, base + 64) that no packet takes. */
-static uint64_t NAME(walk_64)(const pktrt_scene *scene, pktrt__batch *b, uint32_t n, uint32_t base, bool occlusion,
-                              tally *t, void *samples) {
-  uint64_t rest = b->valid[base / 64], agree = 0, forward = 0;
-  if (!rest) return 0;
-  const uint32_t first = base + pktrt__lowest(rest), k = b->axis[first], ku = (k + 1) % 3, kv = (k + 2) % 3;
-  const float sign = b->dk[first] < 0 ? -1.0f : 1.0f;
-  for (uint32_t i = 0; i < 64 && base + i < n; i += 8) {
-    const uint32_t r = base + i;
-    const v8 side = vmul(vmax(vabs(vload(b->d[ku] + r)), vabs(vload(b->d[kv] + r))), vset(0.7f));
-    agree |= (uint64_t)mbits(vlt(side, vmul(vload(b->d[k] + r), vset(sign)))) << i;
-    forward |= (uint64_t)mbits(vle(vset(0), vload(b->tmin + r))) << i;
-  }
-  if (pktrt__popcount(rest) <= 16 || rest & ~(agree & forward)) return rest;
+static uint64_t NAME(walk_64)(const pktrt_scene *scene, pktrt__batch *b, uint32_t base, bool occlusion, tally *t,
+                              void *samples) {
+  uint64_t rest = b->valid[base / 64];
+  if (!rest || !NAME(look_one_way)(b, base, rest)) return rest;
   while (rest) {
     const uint64_t same = rest & NAME(rays_along)(b, base, base + pktrt__lowest(rest));
     NAME(walk_packet)(scene, b, base, same, occlusion, t, samples);
@@ -184,7 +174,7 @@ static void NAME(walk)(const pktrt_scene *scene, pktrt__batch *b, uint32_t n, bo
   memset(left, 0, sizeof left);
   for (uint32_t i = 0; i < n; i += 8) b->valid[i / 64] |= (uint64_t)NAME(setup)(scene, b, i) << i % 64;
   for (uint32_t base = 0; base < n; base += 64)
-    left[base / 64] = NAME(walk_64)(scene, b, n, base, occlusion, t, samples);
+    left[base / 64] = NAME(walk_64)(scene, b, base, occlusion, t, samples);
   b->coherent = !(left[0] | left[1] | left[2] | left[3]);
   if (b->coherent) return;
   NAME(drive_octants)(scene, b, left, occlusion, true, &t->stream);

@@ -262,18 +262,26 @@ static double our_speed(const report *in, const row *like, const char *what, boo
   return a && b ? fmax(a->median, b->median) : 0;
 }
 
-static void say_speeds(const report *to, const char *style, const char *head) {
-  say(to, "%s\n\n| scene | | kernels |", head);
+/* The head of a table of kinds, and which rows have a line in it: those that open a block with such a ratio. */
+static void say_head(const report *to, const char *text, const char *columns, const char *rules) {
+  say(to, "%s\n\n| scene | %s", text, columns);
   for (int k = 0; k < KINDS; k++) say(to, " %s |", kind_names[k]);
-  say(to, "\n|---|---|---|");
+  say(to, "\n%s", rules);
   for (int k = 0; k < KINDS; k++) say(to, "--:|");
   say(to, "\n");
+}
+static bool has_line(const report *to, size_t i, const char *style) {
+  bool some = false;
+  for (int k = 0; k < KINDS && opens_block(to, i); k++)
+    some = some || find_row(to, &to->rows[i], kind_names[k], "ratio", style);
+  return some;
+}
+
+static void say_speeds(const report *to, const char *style, const char *head) {
+  say_head(to, head, "| kernels |", "|---|---|---|");
   for (size_t i = 0; i < to->count; i++) {
-    if (!opens_block(to, i)) continue;
+    if (!has_line(to, i, style)) continue;
     const row *x = &to->rows[i];
-    bool some = false;
-    for (int k = 0; k < KINDS; k++) some = some || find_row(to, x, kind_names[k], "ratio", style);
-    if (!some) continue;
     say(to, "| %s | %s | %s |", x->scene, x->setting, x->isa);
     for (int k = 0; k < KINDS; k++) {
       const row *r = find_row(to, x, kind_names[k], "ratio", style);
@@ -286,20 +294,13 @@ static void say_speeds(const report *to, const char *style, const char *head) {
 }
 
 static void say_limits(const report *to) {
-  say(to,
-      "Limits, in per cent of the time of pktrt's `_n`: tests, by what they cost in the first cache / settling in "
-      "double, at most / what tests of triangles that lose no ray cost more than Kensler and Shirley's, fused.\n\n"
-      "| scene | kernels |");
-  for (int k = 0; k < KINDS; k++) say(to, " %s |", kind_names[k]);
-  say(to, "\n|---|---|");
-  for (int k = 0; k < KINDS; k++) say(to, "--:|");
-  say(to, "\n");
+  say_head(to,
+           "Limits, in per cent of the time of pktrt's `_n`: tests, by what they cost in the first cache / settling in "
+           "double, at most / what tests of triangles that lose no ray cost more than Kensler and Shirley's, fused.",
+           "kernels |", "|---|---|");
   for (size_t i = 0; i < to->count; i++) {
-    if (!opens_block(to, i)) continue;
+    if (!has_line(to, i, "tests")) continue;
     const row *x = &to->rows[i];
-    bool some = false;
-    for (int k = 0; k < KINDS; k++) some = some || find_row(to, x, kind_names[k], "ratio", "tests");
-    if (!some) continue;
     say(to, "| %s | %s |", x->scene, x->isa);
     for (int k = 0; k < KINDS; k++) {
       const row *tests = find_row(to, x, kind_names[k], "ratio", "tests"),

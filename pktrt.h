@@ -2875,12 +2875,16 @@ PKTRT__INLINE uint64_t pktrt__bytes_of(uint32_t bits) {
 PKTRT__INLINE void pktrt__put_bits(uint8_t *to, uint32_t bit0, uint32_t bit1, uint32_t bit2) {
   const uint64_t all =
       pktrt__bytes_of(bit0 & 0xFF) | pktrt__bytes_of(bit1 & 0xFF) << 1 | pktrt__bytes_of(bit2 & 0xFF) << 2;
+#if defined(__BYTE_ORDER__) && __BYTE_ORDER__ == __ORDER_BIG_ENDIAN__
   for (uint32_t j = 0; j < 8; j++) to[j] = (uint8_t)(all >> 8 * j);
+#else
+  memcpy(to, &all, 8);
+#endif
 }
 
 /* Fills the lanes behind the last ray with rays that hit nothing, up to a whole vector. */
 static void pktrt__pad_batch(pktrt__batch *b, uint32_t n) {
-  const uint32_t padded = (n + 7) / 8 * 8;
+  const uint32_t padded = (n + 15) / 16 * 16;
   for (uint32_t i = n; i < padded; i++) {
     for (int a = 0; a < 3; a++) b->o[a][i] = 0, b->d[a][i] = 0;
     b->tmin[i] = b->tmax[i] = b->time[i] = 0;
@@ -3148,6 +3152,11 @@ PKTRT__INLINE void pktrt__fetch(const pktrt__view *view, uint32_t ref, const boo
   for (size_t i = 320; moving && i < (leaf ? block_bytes : node_bytes); i += 64) PKTRT__PREFETCH(at + i);
 }
 
+/* Asks the caches for the caller's values. */
+PKTRT__INLINE void pktrt__fetch_lines(const void *at, size_t bytes) {
+  for (size_t i = 0; i < bytes; i += 64) PKTRT__PREFETCH((const unsigned char *)at + i);
+}
+
 #define PKTRT__IN_ORDER 076543210u /* as a perm: children as they stand */
 
 /* Pushes the children with a non-empty ray mask in the order of perm, without branches; returns how many. */
@@ -3294,6 +3303,10 @@ typedef struct pktrt__call { /* one query, as the kernels see it */
   const pktrt_query_desc *desc;
   pktrt_counts *counts; /* NULL: do not count */
   bool occlusion;
+  /* What the caches are asked for meanwhile: the rays that come next, the places of these rays' hits. NULL: nothing. WHY
+     meanwhile: asked for in a row, lines wait for one another, and each costs more time than the test of a box. */
+  const pktrt_ray *next;
+  const pktrt_hit *place;
 } pktrt__call;
 
 typedef struct pktrt__kernels {
@@ -4146,6 +4159,9 @@ typedef __mmask16 PKTRT__NAME(pktrt__mf);
 #define ffrom(bits) (mf)(bits)
 #define fhmin(a) _mm512_reduce_min_ps(a)
 #define fhmax(a) _mm512_reduce_max_ps(a)
+#define fsign(a) (uint32_t)_mm512_movepi32_mask(_mm512_castps_si512(a))
+#define fwith_sign(magnitude, sign)                                                                                    \
+  _mm512_or_ps(magnitude, _mm512_and_ps(sign, _mm512_set1_ps(-0.0f)))
 #define fput(p, m, a) _mm512_mask_storeu_ps(p, m, a)
 #define fput_u32(p, m, x) _mm512_mask_storeu_epi32(p, m, _mm512_set1_epi32((int)(x)))
 #else
@@ -4172,6 +4188,8 @@ typedef __mmask16 PKTRT__NAME(pktrt__mf);
 #define ffrom mfrom
 #define fhmin vhmin
 #define fhmax vhmax
+#define fsign vsign
+#define fwith_sign vwith_sign
 #define fput vput
 #define fput_u32 vput_u32
 #endif
@@ -4184,60 +4202,63 @@ typedef __mmask16 PKTRT__NAME(pktrt__mf);
     if (stats) counts->field += (uint64_t)(n);                                                                         \
   } while (0)
 
-/* Derives the fields of eight rays from o, d, tmin, tmax; the bits of those that can hit anything. */
+/* Derives the fields of a vector of rays from o, d, tmin, tmax; the bits of those that can hit anything. */
 PKTRT__NOINLINE uint32_t NAME(setup)(const pktrt_scene *scene, pktrt__batch *b, uint32_t i) {
-  const v8 zero = vset(0), dx = vload(b->d[0] + i), dy = vload(b->d[1] + i), dz = vload(b->d[2] + i);
-  const v8 ax = vabs(dx), ay = vabs(dy), az = vabs(dz);
-  const m8 not_y = mand(vle(ay, ax), vle(az, ax)), y = vle(az, ay); /* x if not_y, else y if y, else z */
-  const v8 dk = vsel(not_y, dx, vsel(y, dy, dz)), adk = vabs(dk);
-  vstore(b->slope[0] + i, vdiv(vsel(not_y, dy, vsel(y, dz, dx)), dk));
-  vstore(b->slope[1] + i, vdiv(vsel(not_y, dz, vsel(y, dx, dy)), dk));
-  vstore(b->dk + i, dk);
-  const uint32_t x_bits = mbits(not_y), y_bits = mbits(y), sx = vsign(dx), sy = vsign(dy), sz = vsign(dz);
-  pktrt__put_bits(b->axis + i, ~x_bits & y_bits, ~x_bits & ~y_bits, 0);
-  pktrt__put_bits(b->octant + i, sx, sy, sz);
+  const vf zero = fset(0), dx = fload(b->d[0] + i), dy = fload(b->d[1] + i), dz = fload(b->d[2] + i);
+  const vf ax = fabs_(dx), ay = fabs_(dy), az = fabs_(dz);
+  const mf not_y = fmand(fle(ay, ax), fle(az, ax)), y = fle(az, ay); /* x if not_y, else y if y, else z */
+  const vf dk = fsel(not_y, dx, fsel(y, dy, dz)), adk = fabs_(dk);
+  fstore(b->slope[0] + i, fdiv(fsel(not_y, dy, fsel(y, dz, dx)), dk));
+  fstore(b->slope[1] + i, fdiv(fsel(not_y, dz, fsel(y, dx, dy)), dk));
+  fstore(b->dk + i, dk);
+  const uint32_t x_bits = fbits(not_y), y_bits = fbits(y), sx = fsign(dx), sy = fsign(dy), sz = fsign(dz);
+  for (uint32_t j = 0; j < FW; j += 8) {
+    pktrt__put_bits(b->axis + i + j, (~x_bits & y_bits) >> j, ~(x_bits | y_bits) >> j, 0);
+    pktrt__put_bits(b->octant + i + j, sx >> j, sy >> j, sz >> j);
+  }
 
   /* M and |o|, then D */
-  v8 m = zero, o_max = zero;
+  vf m = zero, o_max = zero;
   UNROLL for (int a = 0; a < 3; a++) {
-    const v8 o = vload(b->o[a] + i);
-    m = vmax(m, vmax(vabs(vsub(vset(scene->lo[a]), o)), vabs(vsub(vset(scene->hi[a]), o))));
-    o_max = vmax(o_max, vabs(o));
+    const vf o = fload(b->o[a] + i);
+    m = fmax_(m, fmax_(fsub(fset(scene->hi[a]), o), fsub(o, fset(scene->lo[a]))));
+    o_max = fmax_(o_max, fabs_(o));
   }
-  const v8 pad = vadd(vadd(vmul(m, vset(PKTRT__PAD_M)), vmul(o_max, vset(PKTRT__PAD_O))), vset(PKTRT__PAD_MIN));
-  vstore(b->pad + i, pad);
+  const vf pad = fadd(fadd(fmul(m, fset(PKTRT__PAD_M)), fmul(o_max, fset(PKTRT__PAD_O))), fset(PKTRT__PAD_MIN));
+  fstore(b->pad + i, pad);
 
   /* 1/G; directions below 2^-60 are scaled first, where |d_k| 2^-26 would lose bits */
-  const v8 up = vsel(vlt(adk, vset(8.673617379884035e-19f)), vset(18446744073709551616.0f), vset(1));
-  const v8 length = vmul(adk, up), floor_ = vmul(length, vset(1.490116119384765625e-8f));
+  const vf up = fsel(flt(adk, fset(8.673617379884035e-19f)), fset(18446744073709551616.0f), fset(1));
+  const vf length = fmul(adk, up), floor_ = fmul(length, fset(1.490116119384765625e-8f));
   UNROLL for (int a = 0; a < 3; a++) {
-    const v8 d = vmul(vload(b->d[a] + i), up), o = vload(b->o[a] + i);
-    const v8 rd = vdiv(length, vwith_sign(vmax(vabs(d), floor_), d));
-    const v8 c = vmul(o, rd), wide = vmul(pad, vabs(rd));
-    vstore(b->rd[a] + i, rd);
-    vstore(b->cn[a] + i, vadd(c, wide));
-    vstore(b->cf[a] + i, vsub(c, wide));
+    const vf d = fmul(fload(b->d[a] + i), up), o = fload(b->o[a] + i);
+    const vf rd = fdiv(length, fwith_sign(fmax_(fabs_(d), floor_), d));
+    const vf c = fmul(o, rd), wide = fmul(pad, fabs_(rd));
+    fstore(b->rd[a] + i, rd);
+    fstore(b->cn[a] + i, fadd(c, wide));
+    fstore(b->cf[a] + i, fsub(c, wide));
   }
 
-  const v8 tmin = vload(b->tmin + i), tmax = vload(b->tmax + i), relative = vset(PKTRT__PAD_DEPTH);
-  const v8 tiny = vmul(vmax(adk, vset(1)), vset(PKTRT__PAD_TINY));
-  const v8 n = vmul(tmin, adk), f = vmul(tmax, adk), last = vmul(vmin(tmax, vset(FLT_MAX)), adk);
-  const v8 n_slack = vadd(vmul(vabs(n), relative), tiny), f_slack = vadd(vmul(vabs(f), relative), tiny);
-  vstore(b->tiny + i, tiny);
-  vstore(b->wn + i, vsub(n, n_slack));
-  vstore(b->wf + i, vadd(f, f_slack));
-  vstore(b->sn + i, vmax(vadd(n, n_slack), n)); /* an infinite end stays what it is */
-  vstore(b->sf + i, vmin(vsub(last, vadd(vmul(vabs(last), relative), tiny)), last));
-  vstore(b->t + i, tmax);
-  for (uint32_t j = 0; j < 8; j++) b->id[i + j] = 0, b->slot[i + j] = PKTRT_NONE;
+  const vf tmin = fload(b->tmin + i), tmax = fload(b->tmax + i), relative = fset(PKTRT__PAD_DEPTH);
+  const vf tiny = fmul(fmax_(adk, fset(1)), fset(PKTRT__PAD_TINY));
+  const vf n = fmul(tmin, adk), f = fmul(tmax, adk), last = fmul(fmin_(tmax, fset(FLT_MAX)), adk);
+  const vf n_slack = fadd(fmul(fabs_(n), relative), tiny), f_slack = fadd(fmul(fabs_(f), relative), tiny);
+  fstore(b->tiny + i, tiny);
+  fstore(b->wn + i, fsub(n, n_slack));
+  fstore(b->wf + i, fadd(f, f_slack));
+  fstore(b->sn + i, fmax_(fadd(n, n_slack), n)); /* an infinite end stays what it is */
+  fstore(b->sf + i, fmin_(fsub(last, fadd(fmul(fabs_(last), relative), tiny)), last));
+  fstore(b->t + i, tmax);
+  memset(b->id + i, 0, FW * sizeof *b->id);
+  memset(b->slot + i, 0xFF, FW * sizeof *b->slot); /* PKTRT_NONE */
 
-  const v8 huge = vset(FLT_MAX), longest = vmax(ax, vmax(ay, az)); /* a NaN in ax is lost here, hence all three below */
-  m8 ok = mand(mand(vlt(zero, longest), vlt(tmin, tmax)), vle(o_max, vset(PKTRT_MAX_COORD)));
-  ok = mand(ok, mand(vle(ax, huge), mand(vle(ay, huge), vle(az, huge))));
-  UNROLL for (int a = 0; a < 3; a++) ok = mand(ok, vle(vabs(vload(b->o[a] + i)), vset(PKTRT_MAX_COORD)));
+  const vf huge = fset(FLT_MAX), longest = fmax_(ax, fmax_(ay, az)); /* a NaN in ax is lost here, hence all three below */
+  mf ok = fmand(fmand(flt(zero, longest), flt(tmin, tmax)), fle(o_max, fset(PKTRT_MAX_COORD)));
+  ok = fmand(ok, fmand(fle(ax, huge), fmand(fle(ay, huge), fle(az, huge))));
+  UNROLL for (int a = 0; a < 3; a++) ok = fmand(ok, fle(fabs_(fload(b->o[a] + i)), fset(PKTRT_MAX_COORD)));
   /* Nothing can lie beyond the range of floats, where wn or wf would be NaN and spoil a packet's extremes. */
-  ok = mand(ok, mand(vlt(n, vset(INFINITY)), vlt(vset(-INFINITY), f)));
-  return mbits(ok);
+  ok = fmand(ok, fmand(flt(n, fset(INFINITY)), flt(fset(-INFINITY), f)));
+  return fbits(ok);
 }
 
 /* The same for a lone ray, axes side by side; whether it can hit anything. */
@@ -5842,11 +5863,11 @@ PKTRT__NOINLINE bool NAME(drive_alone)(const pktrt_scene *scene, pktrt__lone *ra
   return hit;
 }
 PKTRT__NOINLINE void NAME(drive_single)(const pktrt_scene *scene, pktrt__batch *b, uint32_t r, const bool occlusion,
-                           const bool check, const bool stats, pktrt_counts *counts) {
+                                        const bool stats, pktrt_counts *counts) {
   pktrt_ray ray;
   pktrt__lone q;
   pktrt__lift_ray(b, r, &ray, &q);
-  if (!NAME(drive_alone)(scene, &q, occlusion, check, stats, counts)) return;
+  if (!NAME(drive_alone)(scene, &q, occlusion, false, stats, counts)) return;
   pktrt__drop_ray(b, r, &q);
   if (occlusion) b->slot[r] = 0;
 }
@@ -5874,7 +5895,7 @@ PKTRT__NOINLINE void NAME(drive_octants)(const pktrt_scene *scene, pktrt__batch 
       COUNT(packets, n < 4 ? n : 1);
       if (n >= 4) NAME(drive_stream)(scene, b, list + i, ~(uint64_t)0 >> (64 - n), occlusion, stats, counts);
       else /* too few to share anything: measured slower as a stream */
-        for (uint32_t k = i; k < to; k++) NAME(drive_single)(scene, b, list[k], occlusion, false, stats, counts);
+        for (uint32_t k = i; k < to; k++) NAME(drive_single)(scene, b, list[k], occlusion, stats, counts);
       i = to;
     }
 }
@@ -6005,6 +6026,17 @@ PKTRT__NOINLINE uint32_t NAME(resolve_hits)(const pktrt_scene *scene, pktrt__bat
   return hits & ~mbits(dlt(dset(0), largest));
 }
 
+/* A moving triangle without area just then was hit only through rounding: its ray looks again, with an eye on area. It
+   does so by itself, as u and v may stand where the batch had its set-up. */
+PKTRT__NOINLINE void NAME(look_again)(const pktrt_scene *scene, pktrt__batch *b, uint32_t r) {
+  pktrt_ray ray;
+  pktrt__lone q;
+  pktrt__lift_ray(b, r, &ray, &q);
+  if (!NAME(setup_alone)(scene, &ray, &q)) return; /* never: it has hit something */
+  NAME(drive_alone)(scene, &q, false, true, false, NULL);
+  pktrt__drop_ray(b, r, &q);
+}
+
 /* Rays i to i+7 that hit nothing: zeros, and no triangle. */
 OP void NAME(resolve_misses)(pktrt__batch *b, uint32_t i, uint32_t hits) {
   vput_u32(b->id + i, mfrom(0xFFu & ~hits), PKTRT_NONE);
@@ -6014,19 +6046,13 @@ OP void NAME(resolve_misses)(pktrt__batch *b, uint32_t i, uint32_t hits) {
   UNROLL for (int a = 0; a < 3; a++) vstore(b->cf[a] + i, vset(0));
 }
 
-static void NAME(resolve)(const pktrt_scene *scene, pktrt__batch *b, uint32_t n) {
+static void NAME(resolve)(const pktrt__call *call, pktrt__batch *b, uint32_t n) {
+  const pktrt_scene *scene = call->scene;
   for (uint32_t i = 0; i < n; i += 8) {
+    if (call->place) pktrt__fetch_lines(call->place + i, 8 * sizeof *call->place);
     uint32_t hits = NAME(occupied)(b->slot + i), flat = hits ? NAME(resolve_hits)(scene, b, i, hits) : 0;
     if (PKTRT__UNLIKELY(flat)) {
-      /* A moving triangle without area just then, hit only through rounding: such rays look again, with an eye on
-         area. The setup is done anew because u and v stand where it was. */
-      uint32_t kept[2][8];
-      memcpy(kept[0], b->id + i, sizeof kept[0]), memcpy(kept[1], b->slot + i, sizeof kept[1]);
-      NAME(setup)(scene, b, i);
-      for (uint32_t j = 0; j < 8; j++) {
-        if (flat >> j & 1) NAME(drive_single)(scene, b, i + j, false, true, false, NULL);
-        else b->id[i + j] = kept[0][j], b->slot[i + j] = kept[1][j];
-      }
+      for (; flat; flat &= flat - 1) NAME(look_again)(scene, b, i + pktrt__lowest(flat));
       hits = NAME(occupied)(b->slot + i);
       NAME(resolve_hits)(scene, b, i, hits);
     }
@@ -6534,13 +6560,14 @@ OP void NAME(trace_as)(const pktrt__call *call, pktrt__batch *b, uint32_t n, con
   const pktrt_scene *scene = call->scene;
   pktrt__pad_batch(b, n);
   memset(b->valid, 0, sizeof b->valid);
-  for (uint32_t i = 0; i < n; i += 8) {
+  for (uint32_t i = 0; i < n; i += FW) {
     const uint32_t valid = NAME(setup)(scene, b, i);
+    if (call->next) pktrt__fetch_lines(call->next + i, FW * sizeof *call->next);
     b->valid[i / 64] |= (uint64_t)valid << (i % 64);
     COUNT(rays, pktrt__popcount(valid));
   }
   if (!scene->group_count) {
-    if (!occlusion) NAME(resolve)(scene, b, n);
+    if (!occlusion) NAME(resolve)(call, b, n);
     return;
   }
   if (call->desc->path == PKTRT_PATH_PAPER) {
@@ -6549,14 +6576,14 @@ OP void NAME(trace_as)(const pktrt__call *call, pktrt__batch *b, uint32_t n, con
     for (uint32_t i = 0; i < n; i += 64)
       for (uint64_t m = b->valid[i / 64]; m; m &= m - 1) {
         COUNT(packets, 1);
-        NAME(drive_single)(scene, b, i + pktrt__lowest(m), occlusion, false, stats, counts);
+        NAME(drive_single)(scene, b, i + pktrt__lowest(m), occlusion, stats, counts);
       }
   } else {
     NAME(drive_fast)(scene, b, n, occlusion, stats, counts);
   }
   if (stats)
     for (uint32_t i = 0; i < n; i++) counts->hits += b->slot[i] != PKTRT_NONE;
-  if (!occlusion) NAME(resolve)(scene, b, n);
+  if (!occlusion) NAME(resolve)(call, b, n);
 }
 
 static void NAME(trace)(const pktrt__call *call, pktrt__batch *b, uint32_t n) {
@@ -6586,8 +6613,6 @@ static void NAME(load)(pktrt__batch *b, const pktrt_ray *rays, const uint16_t *o
       r[j] = vload((const float *)(const void *)from);
       b->time[i + j] = from->time;
     }
-    if (!order && i + 8 + PKTRT__BATCH <= left)
-      UNROLL for (uint32_t j = 0; j < 8; j += 2) PKTRT__PREFETCH(&rays[i + j + PKTRT__BATCH]);
     vturn(r);
     UNROLL for (int a = 0; a < 3; a++) vstore(b->o[a] + i, r[a]), vstore(b->d[a] + i, r[a + 4]);
     vstore(b->tmin + i, r[3]), vstore(b->tmax + i, r[7]);
@@ -6614,8 +6639,6 @@ static void NAME(store)(const pktrt_scene *s, const pktrt__batch *b, pktrt_hit *
                vload((const float *)(const void *)triangle)};
     vturn(r);
     UNROLL for (uint32_t j = 0; j < 8; j++) vstore((float *)(void *)&hits[pktrt__place(order, i + j)], r[j]);
-    if (!order && i + 8 + PKTRT__BATCH <= left)
-      UNROLL for (uint32_t j = 0; j < 8; j += 2) PKTRT__PREFETCH(&hits[i + j + PKTRT__BATCH]);
   }
 #endif
   (void)left;
@@ -6682,6 +6705,8 @@ static const pktrt__kernels NAME(kernels) = {NAME(trace), NAME(intersect), NAME(
 #undef fmin_
 #undef fmul
 #undef fsel
+#undef fsign
+#undef fwith_sign
 #undef fset
 #undef fstore
 #undef fsub
@@ -7128,6 +7153,7 @@ static pktrt__call pktrt__call_of(const pktrt_scene *s, const pktrt_query_desc *
   call.desc = d;
   call.counts = d->stats ? &d->stats->by_type[d->type] : NULL;
   call.occlusion = occlusion;
+  call.next = NULL, call.place = NULL;
   return call;
 }
 
@@ -7171,7 +7197,7 @@ static uint32_t pktrt__next(const pktrt_query_desc *d, const pktrt__batch *b, bo
 PKTRT__NOINLINE void pktrt__query_many(const pktrt_scene *s, const pktrt_query_desc *desc, bool occlusion,
                                        const pktrt__arrays *a, size_t n) {
   pktrt_query_desc d;
-  const pktrt__call call = pktrt__call_of(s, desc, &d, occlusion);
+  pktrt__call call = pktrt__call_of(s, desc, &d, occlusion);
   pktrt__batch b;
   uint16_t sorted[PKTRT__SORTED];
   b.coherent = true;
@@ -7184,6 +7210,8 @@ PKTRT__NOINLINE void pktrt__query_many(const pktrt_scene *s, const pktrt_query_d
       m = all - from < PKTRT__BATCH ? all - from : (uint32_t)PKTRT__BATCH;
       if (a->rays) s->kernels->load(&b, a->rays + i, order, m, left);
       else pktrt__load_soa(&b, a->ray_rows, i, m, left);
+      call.next = a->rays && !order && left > 2 * PKTRT__BATCH ? a->rays + i + PKTRT__BATCH : NULL;
+      call.place = a->hits && !order ? a->hits + i : NULL;
       s->kernels->trace(&call, &b, m);
       if (a->hits) s->kernels->store(s, &b, a->hits + i, order, m, left);
       else if (a->hit_rows) pktrt__store_soa(s, &b, a->hit_rows, i, m, left);

@@ -155,14 +155,11 @@ static void NAME(walk_packet)(const pktrt_scene *scene, pktrt__batch *b, uint32_
 /* As NAME(drive_fast): those of [base, base + 64) that no packet takes. */
 static uint64_t NAME(walk_64)(const pktrt_scene *scene, pktrt__batch *b, uint32_t base, bool occlusion, tally *t,
                               void *samples) {
-  uint64_t rest = b->valid[base / 64];
-  if (!rest || !NAME(look_one_way)(b, base, rest)) return rest;
-  while (rest) {
-    const uint64_t same = rest & NAME(rays_along)(b, base, base + pktrt__lowest(rest));
-    NAME(walk_packet)(scene, b, base, same, occlusion, t, samples);
-    rest &= ~same;
-  }
-  return 0;
+  uint64_t rest = b->valid[base / 64], packet;
+  const bool one_way = rest && NAME(look_one_way)(b, base, rest);
+  while ((packet = NAME(next_packet)(b, base, &rest, one_way, occlusion)) != 0)
+    NAME(walk_packet)(scene, b, base, packet, occlusion, t, samples);
+  return rest;
 }
 
 /* In place of NAME(trace). */
@@ -172,11 +169,10 @@ static void NAME(walk)(const pktrt_scene *scene, pktrt__batch *b, uint32_t n, bo
   pktrt__pad_batch(b, n);
   memset(b->valid, 0, sizeof b->valid);
   memset(left, 0, sizeof left);
-  for (uint32_t i = 0; i < n; i += 8) b->valid[i / 64] |= (uint64_t)NAME(setup)(scene, b, i) << i % 64;
+  for (uint32_t i = 0; i < n; i += FW) b->valid[i / 64] |= (uint64_t)NAME(setup)(scene, b, i) << i % 64;
   for (uint32_t base = 0; base < n; base += 64)
     left[base / 64] = NAME(walk_64)(scene, b, base, occlusion, t, samples);
-  b->coherent = !(left[0] | left[1] | left[2] | left[3]);
-  if (b->coherent) return;
+  if (!(left[0] | left[1] | left[2] | left[3])) return;
   NAME(drive_octants)(scene, b, left, occlusion, true, &t->stream);
   for (uint32_t i = 0; i < PKTRT__BATCH / 64; i++) {
     NAME(sample) *s = left[i] ? NAME(next_sample)(t, samples, true, pktrt__popcount(left[i])) : NULL;

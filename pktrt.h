@@ -5936,7 +5936,7 @@ OP uint64_t NAME(rays_alike)(const pktrt__batch *b, uint32_t base, uint32_t r) {
 
 /* Whether the rays in mask, of [base, base + 64), are many and look along one axis, as packets should. A slack of 0.7
    was measured as good as 0.2. */
-OP bool NAME(look_one_way)(const pktrt__batch *b, uint32_t base, uint64_t mask) {
+PKTRT__NOINLINE bool NAME(look_one_way)(const pktrt__batch *b, uint32_t base, uint64_t mask) {
   const uint32_t first = base + pktrt__lowest(mask), k = b->axis[first], ku = (k + 1) % 3, kv = (k + 2) % 3;
   const float sign = b->dk[first] < 0 ? -1.0f : 1.0f;
   if (pktrt__popcount(mask) <= 16) return false;
@@ -5952,8 +5952,8 @@ OP bool NAME(look_one_way)(const pktrt__batch *b, uint32_t base, uint64_t mask) 
 /* The next frustum packet among *rest, of [base, base + 64), which it leaves; none: 0. If all look one way, the packet
    is of those with the same canonical axis and octant. Else it is a bundle that looks alike, as a mirror sends it; any
    hit gains nothing from these. WHY so few tries: where the first rays have no company, others have none either. */
-OP uint64_t NAME(next_packet)(const pktrt__batch *b, uint32_t base, uint64_t *rest, bool one_way,
-                              const bool occlusion) {
+PKTRT__NOINLINE uint64_t NAME(next_packet)(const pktrt__batch *b, uint32_t base, uint64_t *rest, bool one_way,
+                                           bool occlusion) {
   const uint32_t tries = occlusion ? 0 : 3, many = 24; /* 16 to 24 of 64, slopes within 0.15 to 0.6: measured flat */
   uint64_t packet = 0, among = *rest;
   if (one_way) {

@@ -263,8 +263,8 @@ static double our_speed(const report *in, const row *like, const char *what, boo
 }
 
 /* The head of a table of kinds, and which rows have a line in it: those that open a block with such a ratio. */
-static void say_head(const report *to, const char *text, const char *columns, const char *rules) {
-  say(to, "%s\n\n| scene | %s", text, columns);
+static void say_head(const report *to, const char *text, const char *heads, const char *rules) {
+  say(to, "%s\n\n| scene | %s", text, heads);
   for (int k = 0; k < KINDS; k++) say(to, " %s |", kind_names[k]);
   say(to, "\n%s", rules);
   for (int k = 0; k < KINDS; k++) say(to, "--:|");

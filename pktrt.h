@@ -4172,6 +4172,7 @@ typedef __mmask16 PKTRT__NAME(pktrt__mf);
 #define fsel(m, a, b) _mm512_mask_blend_ps(m, b, a)
 #define fle(a, b) _mm512_cmp_ps_mask(a, b, _CMP_LE_OQ)
 #define flt(a, b) _mm512_cmp_ps_mask(a, b, _CMP_LT_OQ)
+#define feq(a, b) _mm512_cmp_ps_mask(a, b, _CMP_EQ_OQ)
 #define fmand(a, b) (mf)((a) & (b))
 #define fbits(m) (uint32_t)(m)
 #define ffrom(bits) (mf)(bits)
@@ -4201,6 +4202,7 @@ typedef __mmask16 PKTRT__NAME(pktrt__mf);
 #define fsel vsel
 #define fle vle
 #define flt vlt
+#define feq veq
 #define fmand mand
 #define fbits mbits
 #define ffrom mfrom
@@ -4893,11 +4895,29 @@ typedef struct NAME(frustum_rays) {
   bool common;                 /* one origin for all */
 } NAME(frustum_rays);
 
+/* Whether the rays in mask have one origin. */
+OP bool NAME(frustum_common)(const NAME(frustum_rays) *f, const pktrt__batch *b, uint64_t mask) {
+  const vf x = fset(b->o[0][f->first]), y = fset(b->o[1][f->first]), z = fset(b->o[2][f->first]);
+  uint64_t same = 0;
+  for (uint32_t i = 0; i < 64; i += FW) {
+    const uint32_t r = f->base + i;
+    const mf xy = fmand(feq(fload(b->o[0] + r), x), feq(fload(b->o[1] + r), y));
+    same |= (uint64_t)fbits(fmand(xy, feq(fload(b->o[2] + r), z))) << i;
+  }
+  return !(mask & ~same);
+}
+
 /* The reference point, rho and the padding, from the box of the origins of the rays in mask. */
 OP void NAME(frustum_origins)(NAME(frustum_rays) *f, const pktrt__batch *b, uint64_t mask) {
   const float *o[3] = {b->o[f->ku] + f->base, b->o[f->kv] + f->base, b->o[f->k] + f->base};
   const vf inf = fset(INFINITY), ninf = fset(-INFINITY);
   vf lo[3] = {inf, inf, inf}, hi[3] = {ninf, ninf, ninf}, pad = fset(0);
+  f->common = NAME(frustum_common)(f, b, mask);
+  if (f->common) {
+    const uint32_t i = f->first - f->base;
+    f->ref[0] = o[0][i], f->ref[1] = o[1][i], f->ref[2] = f->sign * o[2][i], f->pad = b->pad[f->first];
+    return;
+  }
   for (uint32_t i = 0; i < 64; i += FW) {
     const uint32_t bits = (uint32_t)(mask >> i) & ((1u << FW) - 1);
     if (!bits) continue;
@@ -4910,12 +4930,10 @@ OP void NAME(frustum_origins)(NAME(frustum_rays) *f, const pktrt__batch *b, uint
     pad = fmax_(pad, fsel(m, fload(b->pad + f->base + i), pad));
   }
   float rho = 0;
-  f->common = true;
   UNROLL for (int a = 0; a < 3; a++) {
     const float l = fhmin(lo[a]), h = fhmax(hi[a]);
     f->ref[a] = a == 2 || l == h ? l : 0.5f * l + 0.5f * h;
     rho = pktrt__maxf(rho, pktrt__maxf(h - f->ref[a], f->ref[a] - l));
-    if (l != h) f->common = false;
   }
   f->pad = fhmax(pad) + PKTRT__PAD_RHO * rho;
 }
@@ -4944,9 +4962,9 @@ OP void NAME(frustum_planes)(NAME(frustum_rays) *f, const pktrt__batch *b, uint6
       n1[a] = fmin_(n1[a], fsel(m, end, n1[a])), x1[a] = fmax_(x1[a], fsel(m, end, x1[a]));
     }
   }
-  f->wmin = fhmin(wmin), f->wmax = fhmax(wmax), f->depth = fhmax(depth);
-  UNROLL for (int a = 0; a < 2; a++) {
-    const float upper = fhmax(x0[a]), lower = fhmin(n0[a]);
+  f->wmin = fhmin(wmin), f->wmax = fhmax(wmax), f->depth = f->common ? 0 : fhmax(depth);
+  UNROLL for (int a = 0; a < 2; a++) { /* one origin: it is the reference point, and C is 0 */
+    const float upper = f->common ? 0 : fhmax(x0[a]), lower = f->common ? 0 : fhmin(n0[a]);
     f->a[2 * a] = upper, f->b[2 * a] = (fhmax(x1[a]) - upper) / f->far_;
     f->a[2 * a + 1] = lower, f->b[2 * a + 1] = (fhmin(n1[a]) - lower) / f->far_;
   }
@@ -6736,6 +6754,7 @@ static const pktrt__kernels NAME(kernels) = {NAME(trace), NAME(intersect), NAME(
 #undef fle
 #undef fload
 #undef flt
+#undef feq
 #undef fmand
 #undef fmax_
 #undef fmin_

@@ -2991,18 +2991,6 @@ PKTRT__INLINE uint32_t pktrt__segment(float time, uint32_t keys, float *a, float
   return i;
 }
 
-/* The same for the 64 rays of a packet. */
-PKTRT__NOINLINE void pktrt__packet_weights(pktrt__batch *b, uint32_t base, uint32_t keys) {
-  for (uint32_t i = base; i < base + 64; i++) {
-    if (keys > 2) {
-      b->segment[i] = (uint16_t)pktrt__segment(b->time[i], keys, &b->ta[i], &b->tb[i]);
-    } else {
-      b->tb[i] = pktrt__minf(pktrt__maxf(b->time[i], 0), 1);
-      b->ta[i] = 1 - b->tb[i];
-    }
-  }
-}
-
 /* cross(p1 - p0, p2 - p0) in double; false where it is exactly zero. */
 PKTRT__INLINE bool pktrt__normal(float p[3][3], double n[3]) {
   const double ax = (double)p[1][0] - (double)p[0][0], ay = (double)p[1][1] - (double)p[0][1];
@@ -4295,6 +4283,19 @@ OP void NAME(weights)(pktrt__batch *b, uint32_t first, uint32_t n, uint32_t keys
     b->segment[i] = (uint16_t)pktrt__segment(b->time[i], keys, &b->ta[i], &b->tb[i]);
 }
 
+/* The same for the 64 rays of a packet; of two keys there is but one segment. */
+OP void NAME(packet_weights)(pktrt__batch *b, uint32_t base, uint32_t keys) {
+  if (keys > 2) {
+    NAME(weights)(b, base, 64, keys);
+    return;
+  }
+  for (uint32_t r = base; r < base + 64; r += 8) {
+    const v8 tb = vmin(vmax(vload(b->time + r), vset(0)), vset(1));
+    vstore(b->tb + r, tb);
+    vstore(b->ta + r, vsub(vset(1), tb));
+  }
+}
+
 /* >>triangles ------------------------------------------------------------------------------------------------------ */
 
 /* The lanes of a block that hold a triangle. */
@@ -4855,7 +4856,7 @@ typedef struct NAME(frustum_rays) {
   float ref[3];                /* reference point: u, v, depth */
   float sign, pad, far_, wmin, wmax;
   float depth;                 /* of the farthest origin */
-  float ta[2], tb[2];          /* weights of the earliest and latest ray */
+  float tb[2];                 /* weights b of the earliest and latest ray */
   uint32_t k, ku, kv, octant;
   uint32_t base, first;        /* lanes: the packet's first, and its first ray's */
   uint8_t list[64];            /* base + i: the packet as the stream wants it */
@@ -4936,7 +4937,7 @@ PKTRT__NOINLINE void NAME(frustum_setup)(NAME(frustum_rays) *f, const pktrt_scen
   for (uint32_t i = 0; i < 64; i++) f->list[i] = (uint8_t)(base + i);
 }
 
-/* Earliest and latest time of the rays in mask, as weights of the segment's keys. */
+/* Earliest and latest time of the rays in mask, as weights of the segment's second key. */
 PKTRT__NOINLINE void NAME(frustum_times)(NAME(frustum_rays) *f, const pktrt__batch *b, uint64_t mask) {
   vf lo = fset(1), hi = fset(0);
   for (uint32_t i = 0; i < 64; i += FW) {
@@ -4944,9 +4945,7 @@ PKTRT__NOINLINE void NAME(frustum_times)(NAME(frustum_rays) *f, const pktrt__bat
     const vf t = fload(b->tb + f->base + i);
     lo = fmin_(lo, fsel(m, t, lo)), hi = fmax_(hi, fsel(m, t, hi));
   }
-  const float first = fhmin(lo), last = fhmax(hi);
-  f->tb[0] = first, f->ta[0] = 1 - first;
-  f->tb[1] = last, f->ta[1] = 1 - last;
+  f->tb[0] = fhmin(lo), f->tb[1] = fhmax(hi);
 }
 
 /* The farthest depth any ray of mask still looks at. */
@@ -4965,9 +4964,8 @@ OP void NAME(frustum_depth)(NAME(frustum_rays) *f, const pktrt__batch *b, uint64
 OP v8 NAME(swept)(const NAME(frustum_rays) *f, const float *p0, const float *p1, const int which, const bool moving,
                   v8 *other) {
   if (!moving) return *other = vload(p0);
-  const v8 k0 = vload(p0), k1 = vload(p1);
-  const v8 first = vfma(vset(f->ta[0]), k0, vmul(vset(f->tb[0]), k1)),
-           last = vfma(vset(f->ta[1]), k0, vmul(vset(f->tb[1]), k1));
+  const v8 k0 = vload(p0), way = vsub(vload(p1), k0);
+  const v8 first = vfma(vset(f->tb[0]), way, k0), last = vfma(vset(f->tb[1]), way, k0);
   *other = which ? vmin(first, last) : vmax(first, last);
   return which ? vmax(first, last) : vmin(first, last);
 }
@@ -5934,7 +5932,7 @@ PKTRT__NOINLINE void NAME(drive_frustum)(const pktrt_scene *scene, pktrt__batch 
       if (stats) NAME(weights)(b, base, 64, 1), NAME(frustum_times)(&f, b, rest);
       hit = PKTRT__PICK(frustum)(&f, &view, b, rest, counts);
     } else {
-      pktrt__packet_weights(b, base, g->key_count);
+      NAME(packet_weights)(b, base, g->key_count);
       while (rest) {
         const uint32_t segment = g->key_count > 2 ? b->segment[base + pktrt__lowest(rest)] : 0;
         const uint64_t same = g->key_count > 2 ? NAME(rays_of_segment)(b, f.list, rest, segment) : rest;

@@ -2801,6 +2801,13 @@ static pktrt_status pktrt__rebuild_worn(pktrt_scene *s) {
    M from above the planes are moved
    outward by max D + 16 eps rho.
 
+   MOVING TRIANGLES of packets are filtered without their canonical corners: P0 + b fl(P1 - P0), as of planes above, is
+   within 15/2 eps M + 7/2 eps |o| of these, and p within 19/2 eps M + 7/2 eps |o|, since o is subtracted from both. x
+   and y, with twice that and 3 eps M of rounding on either side, are within 3/2 pad of the canonical ones, and so U is
+   within 3 pad (X + Y + 3/2 pad) + 4 eps X Y. A ray is dropped when some e < -B and some e > B, B = 4 pad (X + Y + 2
+   pad) + 8 eps X Y + 2^-126. X here bounds |x| over the packet: where a triangle lies beyond all origins, what its
+   corners are away from the planes and 4 pad more; else 2 M, of which 2 pad / (18 eps) is no less.
+
    AREA of a moving triangle is asked for only where det is small. Without area its sheared corners would be in line if
    exact; rounding moves each by at most 5 eps M <= pad / 3 in x and y, so each e by 2/3 pad (X + Y) + 2/9 pad^2 + 4 eps
    X Y, and det by less than 2 pad (X + Y + 2 pad) + 32 eps X Y: beyond that there is area, in double as well.
@@ -2821,6 +2828,7 @@ static pktrt_status pktrt__rebuild_worn(pktrt_scene *s) {
 #define PKTRT__PAD_SPREAD (PKTRT__SLACK_SCALE * 13 * PKTRT__EPS)
 #define PKTRT__PAD_ESTIMATE (PKTRT__SLACK_SCALE * 14 * PKTRT__EPS)
 #define PKTRT__PAD_AREA (PKTRT__SLACK_SCALE * 32 * PKTRT__EPS)
+#define PKTRT__PAD_EDGE (PKTRT__SLACK_SCALE * 8 * PKTRT__EPS)
 #define PKTRT__PAD_TINY (PKTRT__SLACK_SCALE * 2 * FLT_MIN)
 #define PKTRT__LEAST_DET 7.888609052210118e-31f /* 2^-100 */
 
@@ -2985,18 +2993,6 @@ PKTRT__INLINE uint32_t pktrt__segment(float time, uint32_t keys, float *a, float
   *b = f - (float)i;
   *a = 1 - *b;
   return i;
-}
-
-/* The same for the 64 rays of a packet. */
-PKTRT__NOINLINE void pktrt__packet_weights(pktrt__batch *b, uint32_t base, uint32_t keys) {
-  for (uint32_t i = base; i < base + 64; i++) {
-    if (keys > 2) {
-      b->segment[i] = (uint16_t)pktrt__segment(b->time[i], keys, &b->ta[i], &b->tb[i]);
-    } else {
-      b->tb[i] = pktrt__minf(pktrt__maxf(b->time[i], 0), 1);
-      b->ta[i] = 1 - b->tb[i];
-    }
-  }
 }
 
 /* cross(p1 - p0, p2 - p0) in double; false where it is exactly zero. */
@@ -4328,6 +4324,19 @@ OP void NAME(weights)(pktrt__batch *b, uint32_t first, uint32_t n, uint32_t keys
     b->segment[i] = (uint16_t)pktrt__segment(b->time[i], keys, &b->ta[i], &b->tb[i]);
 }
 
+/* The same for the 64 rays of a packet; of two keys there is but one segment. */
+OP void NAME(packet_weights)(pktrt__batch *b, uint32_t base, uint32_t keys) {
+  if (keys > 2) {
+    NAME(weights)(b, base, 64, keys);
+    return;
+  }
+  for (uint32_t r = base; r < base + 64; r += 8) {
+    const v8 tb = vmin(vmax(vload(b->time + r), vset(0)), vset(1));
+    vstore(b->tb + r, tb);
+    vstore(b->ta + r, vsub(vset(1), tb));
+  }
+}
+
 /* >>triangles ------------------------------------------------------------------------------------------------------ */
 
 /* The lanes of a block that hold a triangle. */
@@ -4499,10 +4508,10 @@ OP bool NAME(ray_block)(const pktrt__view *view, pktrt__batch *b, uint32_t r, ui
   return NAME(any_block)(view, b, r, NULL, index, occlusion, moving, stats, counts);
 }
 
-/* Kernels are templates over three truths known at compile time; these are their instances. Counting is
-   done by the moving form alone, also where nothing moves: weights 1 and 0 of one and the same key give the same
-   bits. Where vectors are at hand, nobody races the scalar kernels: there, what moves is always counted, and packets of
-   the paper have the moving form alone. */
+/* Kernels are templates over three truths known at compile time; these are their instances. Counting is done by the
+   moving form alone, also where nothing moves (but for blocks of packets): weights 1 and 0 of one and the same key give
+   the same bits. Where vectors are at hand, nobody races the scalar kernels: there, what moves is always counted, and
+   packets of the paper have the moving form alone. */
 #if PKTRT__STAMP == PKTRT__STAMP_SCALAR && (defined(PKTRT__HAS_SSE2) || defined(PKTRT__HAS_NEON))
 #define FEW_INSTANCES 1
 #define PKTRT__INSTANCES(INSTANCE)                                                                                     \
@@ -4888,7 +4897,7 @@ typedef struct NAME(frustum_rays) {
   float ref[3];                /* reference point: u, v, depth */
   float sign, pad, far_, wmin, wmax;
   float depth;                 /* of the farthest origin */
-  float ta[2], tb[2];          /* weights of the earliest and latest ray */
+  float tb[2];                 /* weights b of the earliest and latest ray */
   uint32_t k, ku, kv, octant;
   uint32_t base, first;        /* lanes: the packet's first, and its first ray's */
   uint8_t list[64];            /* base + i: the packet as the stream wants it */
@@ -4985,7 +4994,7 @@ PKTRT__NOINLINE void NAME(frustum_setup)(NAME(frustum_rays) *f, const pktrt_scen
   for (uint32_t i = 0; i < 64; i++) f->list[i] = (uint8_t)(base + i);
 }
 
-/* Earliest and latest time of the rays in mask, as weights of the segment's keys. */
+/* Earliest and latest time of the rays in mask, as weights of the segment's second key. */
 PKTRT__NOINLINE void NAME(frustum_times)(NAME(frustum_rays) *f, const pktrt__batch *b, uint64_t mask) {
   vf lo = fset(1), hi = fset(0);
   for (uint32_t i = 0; i < 64; i += FW) {
@@ -4993,9 +5002,7 @@ PKTRT__NOINLINE void NAME(frustum_times)(NAME(frustum_rays) *f, const pktrt__bat
     const vf t = fload(b->tb + f->base + i);
     lo = fmin_(lo, fsel(m, t, lo)), hi = fmax_(hi, fsel(m, t, hi));
   }
-  const float first = fhmin(lo), last = fhmax(hi);
-  f->tb[0] = first, f->ta[0] = 1 - first;
-  f->tb[1] = last, f->ta[1] = 1 - last;
+  f->tb[0] = fhmin(lo), f->tb[1] = fhmax(hi);
 }
 
 /* The farthest depth any ray of mask still looks at. */
@@ -5014,9 +5021,8 @@ OP void NAME(frustum_depth)(NAME(frustum_rays) *f, const pktrt__batch *b, uint64
 OP v8 NAME(swept)(const NAME(frustum_rays) *f, const float *p0, const float *p1, const int which, const bool moving,
                   v8 *other) {
   if (!moving) return *other = vload(p0);
-  const v8 k0 = vload(p0), k1 = vload(p1);
-  const v8 first = vfma(vset(f->ta[0]), k0, vmul(vset(f->tb[0]), k1)),
-           last = vfma(vset(f->ta[1]), k0, vmul(vset(f->tb[1]), k1));
+  const v8 k0 = vload(p0), way = vsub(vload(p1), k0);
+  const v8 first = vfma(vset(f->tb[0]), way, k0), last = vfma(vset(f->tb[1]), way, k0);
   *other = which ? vmin(first, last) : vmax(first, last);
   return which ? vmax(first, last) : vmin(first, last);
 }
@@ -5123,38 +5129,48 @@ PKTRT__NOINLINE uint32_t NAME(frustum_edges)(const NAME(frustum_rays) *f, NAME(f
   return mbits(mand(vlt(vadd(least, error), vset(0)), vlt(error, most)));
 }
 
-/* The triangles of a block that reach into the frustum. */
-OP uint32_t NAME(frustum_triangles)(const NAME(frustum_rays) *f, const pktrt__batch *b, const float *k0,
-                                    const float *k1, const bool moving, const bool common,
-                                    NAME(frustum_corners) *corners) {
-  const v8 s = vset(f->sign), inf = vset(INFINITY), ninf = vset(-INFINITY);
-  const uint32_t axis[3] = {f->ku, f->kv, f->k};
-  v8 wlo = inf, whi = ninf, low[2] = {inf, inf}, high[2] = {ninf, ninf}; /* of u - b W, over corners and times */
-  UNROLL for (int c = 0; c < 3; c++) {
-    for (int end = 0; end < (moving ? 2 : 1); end++) {
-      v8 q[3];
-      UNROLL for (int j = 0; j < 3; j++) {
-        const uint32_t at = 24 * (uint32_t)c + 8 * axis[j];
-        q[j] = NAME(corner)(k0 + at, k1 + at, vset(f->ta[end]), vset(f->tb[end]), moving);
-      }
-      if (common)
-        UNROLL for (int j = 0; j < 3; j++) vstore(corners->p[c][j], vsub(q[j], vset(b->o[axis[j]][f->first])));
-      const v8 w = vfms(q[2], s, vset(f->ref[2]));
-      wlo = vmin(wlo, w), whi = vmax(whi, w);
-      UNROLL for (int a = 0; a < 2; a++) {
-        const v8 u = vsub(q[a], vset(f->ref[a]));
-        low[a] = vmin(low[a], vsub(u, vmul(vset(f->b[2 * a]), w)));
-        high[a] = vmax(high[a], vsub(u, vmul(vset(f->b[2 * a + 1]), w)));
-      }
-    }
+/* How far triangles reach, over corners and times: in depth, and in u - b W and v - b W of the planes. */
+typedef struct NAME(frustum_reach) {
+  v8 wlo, whi, low[2], high[2];
+} NAME(frustum_reach);
+OP NAME(frustum_reach) NAME(reach_nothing)(void) {
+  const v8 inf = vset(INFINITY), ninf = vset(-INFINITY);
+  const NAME(frustum_reach) nothing = {inf, ninf, {inf, inf}, {ninf, ninf}};
+  return nothing;
+}
+OP void NAME(reach_corner)(NAME(frustum_reach) *r, const NAME(frustum_rays) *f, const v8 q[3]) {
+  const v8 w = vfms(q[2], vset(f->sign), vset(f->ref[2]));
+  r->wlo = vmin(r->wlo, w), r->whi = vmax(r->whi, w);
+  UNROLL for (int a = 0; a < 2; a++) {
+    const v8 u = vsub(q[a], vset(f->ref[a]));
+    r->low[a] = vmin(r->low[a], vsub(u, vmul(vset(f->b[2 * a]), w)));
+    r->high[a] = vmax(r->high[a], vsub(u, vmul(vset(f->b[2 * a + 1]), w)));
   }
-  m8 keep = mand(vle(vset(f->wmin - f->pad), whi), vle(wlo, vset(f->wmax + f->pad)));
-  UNROLL for (int a = 0; a < 2; a++) keep =
-      mand(keep, mand(vle(low[a], vset(f->a[2 * a] + f->pad)), vle(vset(f->a[2 * a + 1] - f->pad), high[a])));
-  vstore(corners->range, vadd(vsub(whi, wlo), vset(f->pad)));
-  vstore(corners->far_, vadd(vmax(vabs(wlo), vabs(whi)), vset(f->depth + f->pad)));
-  uint32_t lanes = mbits(keep);
-  if (common && lanes) lanes &= ~NAME(frustum_edges)(f, corners);
+}
+/* Those that reach into the frustum. */
+OP uint32_t NAME(reaches)(const NAME(frustum_reach) *r, const NAME(frustum_rays) *f) {
+  m8 in = mand(vle(vset(f->wmin - f->pad), r->whi), vle(r->wlo, vset(f->wmax + f->pad)));
+  UNROLL for (int a = 0; a < 2; a++) in =
+      mand(in, mand(vle(r->low[a], vset(f->a[2 * a] + f->pad)), vle(vset(f->a[2 * a + 1] - f->pad), r->high[a])));
+  return mbits(in);
+}
+
+/* The triangles of a block at rest that reach into the frustum. */
+OP uint32_t NAME(frustum_triangles)(const NAME(frustum_rays) *f, const pktrt__batch *b, const float *k0,
+                                    NAME(frustum_corners) *corners) {
+  const uint32_t axis[3] = {f->ku, f->kv, f->k};
+  NAME(frustum_reach) reach = NAME(reach_nothing)();
+  UNROLL for (int c = 0; c < 3; c++) {
+    v8 q[3];
+    UNROLL for (int j = 0; j < 3; j++) q[j] = vload(k0 + 24 * (uint32_t)c + 8 * axis[j]);
+    if (f->common)
+      UNROLL for (int j = 0; j < 3; j++) vstore(corners->p[c][j], vsub(q[j], vset(b->o[axis[j]][f->first])));
+    NAME(reach_corner)(&reach, f, q);
+  }
+  vstore(corners->range, vadd(vsub(reach.whi, reach.wlo), vset(f->pad)));
+  vstore(corners->far_, vadd(vmax(vabs(reach.wlo), vabs(reach.whi)), vset(f->depth + f->pad)));
+  uint32_t lanes = NAME(reaches)(&reach, f);
+  if (f->common && lanes) lanes &= ~NAME(frustum_edges)(f, corners);
   return lanes;
 }
 
@@ -5279,71 +5295,183 @@ PKTRT__NOINLINE uint32_t NAME(frustum_take)(const pktrt__view *view, pktrt__batc
   return taken;
 }
 
-/* One triangle (lane of a block) against the rays of mask; those that hit it. */
+/* One triangle against a vector of rays, given its sheared corners; those that hit it. */
+OP uint32_t NAME(frustum_test)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t rays, const vf x[3],
+                               const vf y[3], const vf z[3], float pad, float range, float far_, uint32_t id,
+                               uint32_t slot, pktrt_counts *counts) {
+  vf e[3];
+  e[0] = fsub(fmul(x[2], y[1]), fmul(y[2], x[1])), e[1] = fsub(fmul(x[0], y[2]), fmul(y[0], x[2]));
+  e[2] = fsub(fmul(x[1], y[0]), fmul(y[1], x[0]));
+  const vf least = fmin_(e[0], fmin_(e[1], e[2])), most = fmax_(e[0], fmax_(e[1], e[2])), zero = fset(0);
+  const uint32_t bits = rays & ~fbits(fmand(flt(least, zero), flt(zero, most)));
+  if (!bits) return 0;
+  const vf xs = fmax_(fabs_(x[0]), fmax_(fabs_(x[1]), fabs_(x[2])));
+  const vf ys = fmax_(fabs_(y[0]), fmax_(fabs_(y[1]), fabs_(y[2])));
+  return NAME(frustum_take)(view, b, r, bits, e[0], e[1], e[2], z[0], z[1], z[2], xs, ys, pad, range, far_, id, slot,
+                            counts);
+}
+
+/* One triangle at rest (lane of a block) against the rays of mask; those that hit it. */
 OP uint64_t NAME(frustum_triangle)(const NAME(frustum_rays) *f, const pktrt__view *view, pktrt__batch *b,
-                                   const float *k0, const float *k1, const NAME(frustum_corners) *corners,
-                                   uint32_t lane, uint32_t id, uint32_t slot, uint64_t mask, const bool moving,
-                                   const bool stats, pktrt_counts *counts) {
+                                   const float *k0, const NAME(frustum_corners) *corners, uint32_t lane, uint32_t id,
+                                   uint32_t slot, uint64_t mask, const bool stats, pktrt_counts *counts) {
   const uint32_t axis[3] = {f->ku, f->kv, f->k};
-  const bool common = !moving && f->common; /* moving corners differ by ray */
   uint64_t result = 0;
   for (uint32_t i = 0; i < 64; i += FW) {
     const uint32_t rays = (uint32_t)(mask >> i) & ((1u << FW) - 1);
     if (!rays) continue;
     const uint32_t r = f->base + i;
     COUNT(triangle_tests, pktrt__popcount(rays));
-    vf x[3], y[3], z[3], e[3];
+    vf x[3], y[3], z[3];
     const vf su = fload(b->slope[0] + r), sv = fload(b->slope[1] + r);
     UNROLL for (int c = 0; c < 3; c++) {
       vf q[3];
       UNROLL for (int j = 0; j < 3; j++) {
-        const uint32_t at = 24 * (uint32_t)c + 8 * axis[j] + lane;
-        if (common) {
-          q[j] = fset(corners->p[c][j][lane]);
-        } else {
-          const vf v =
-              moving ? fadd(fmul(fload(b->ta + r), fset(k0[at])), fmul(fload(b->tb + r), fset(k1[at]))) : fset(k0[at]);
-          q[j] = fsub(v, fload(b->o[axis[j]] + r));
-        }
+        if (f->common) q[j] = fset(corners->p[c][j][lane]);
+        else q[j] = fsub(fset(k0[24 * (uint32_t)c + 8 * axis[j] + lane]), fload(b->o[axis[j]] + r));
       }
       z[c] = q[2];
       x[c] = fsub(q[0], fmul(su, q[2]));
       y[c] = fsub(q[1], fmul(sv, q[2]));
     }
-    e[0] = fsub(fmul(x[2], y[1]), fmul(y[2], x[1])), e[1] = fsub(fmul(x[0], y[2]), fmul(y[0], x[2]));
-    e[2] = fsub(fmul(x[1], y[0]), fmul(y[1], x[0]));
-    const vf least = fmin_(e[0], fmin_(e[1], e[2])), most = fmax_(e[0], fmax_(e[1], e[2])), zero = fset(0);
-    const uint32_t bits = rays & ~fbits(fmand(flt(least, zero), flt(zero, most)));
-    if (!bits) continue;
-    const vf xs = fmax_(fabs_(x[0]), fmax_(fabs_(x[1]), fabs_(x[2])));
-    const vf ys = fmax_(fabs_(y[0]), fmax_(fabs_(y[1]), fabs_(y[2])));
-    result |= (uint64_t)NAME(frustum_take)(view, b, r, bits, e[0], e[1], e[2], z[0], z[1], z[2], xs, ys, f->pad,
-                                           corners->range[lane], corners->far_[lane], id, slot,
-                                           stats ? counts : NULL) << i;
+    result |= (uint64_t)NAME(frustum_test)(view, b, r, rays, x, y, z, f->pad, corners->range[lane],
+                                           corners->far_[lane], id, slot, stats ? counts : NULL) << i;
   }
   return result;
 }
 
-/* A leaf block against the rays of mask; those that hit something in it. */
+/* A leaf block at rest against the rays of mask; those that hit something in it. */
 OP uint64_t NAME(frustum_block)(const NAME(frustum_rays) *f, const pktrt__view *view, pktrt__batch *b, uint32_t index,
-                                uint64_t mask, const bool occlusion, const bool moving, const bool stats,
-                                pktrt_counts *counts) {
-  const unsigned char *block = view->blocks + index * (moving ? view->block_bytes : (size_t)PKTRT__BLOCK_BYTES);
-  const float *k0 = (const float *)(const void *)(block + (moving ? view->vertex0 : 0));
-  const float *k1 = (const float *)(const void *)(block + (moving ? view->vertex1 : 0));
+                                uint64_t mask, const bool occlusion, const bool stats, pktrt_counts *counts) {
+  const unsigned char *block = view->blocks + index * (size_t)PKTRT__BLOCK_BYTES;
+  const float *k0 = (const float *)(const void *)block;
   const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
   NAME(frustum_corners) corners;
   const uint32_t all = NAME(occupied)(id);
-  const bool common = f->common && (!moving || (stats && k0 == k1));
-  uint32_t lanes = NAME(frustum_triangles)(f, b, k0, k1, moving, common, &corners) & all;
+  uint32_t lanes = NAME(frustum_triangles)(f, b, k0, &corners) & all;
   COUNT(triangle_culls, pktrt__popcount(all & ~lanes));
   uint64_t hit = 0;
   for (; lanes && mask; lanes &= lanes - 1) {
     const uint32_t lane = pktrt__lowest(lanes);
-    const uint64_t h = NAME(frustum_triangle)(f, view, b, k0, k1, &corners, lane, id[lane], index * 8 + lane, mask,
-                                              moving, stats, counts);
+    const uint64_t h = NAME(frustum_triangle)(f, view, b, k0, &corners, lane, id[lane], index * 8 + lane, mask, stats,
+                                              counts);
     hit |= h;
     if (occlusion) mask &= ~h;
+  }
+  return hit;
+}
+
+/* What all rays of a packet have in common at the triangles of a moving block. */
+typedef struct NAME(frustum_motion) {
+  PKTRT__ALIGN64 float p[3][3][8], way[3][3][8]; /* corners at the first key, as in frustum_corners; from there to the
+                                                    second */
+  float error[8];                                /* B */
+  float range[8], far_[8];                       /* as in frustum_corners */
+} NAME(frustum_motion);
+
+/* The triangles of a moving block that reach into the frustum. */
+OP uint32_t NAME(moving_triangles)(const NAME(frustum_rays) *f, const float *k0, const float *k1,
+                                   NAME(frustum_motion) *motion) {
+  const uint32_t axis[3] = {f->ku, f->kv, f->k};
+  NAME(frustum_reach) reach = NAME(reach_nothing)();
+  UNROLL for (int c = 0; c < 3; c++) {
+    v8 p[3], way[3], q[3];
+    UNROLL for (int j = 0; j < 3; j++) {
+      const uint32_t at = 24 * (uint32_t)c + 8 * axis[j];
+      p[j] = vload(k0 + at), way[j] = vsub(vload(k1 + at), p[j]);
+      vstore(motion->p[c][j], p[j]);
+      vstore(motion->way[c][j], way[j]);
+    }
+    UNROLL for (int end = 0; end < 2; end++) {
+      UNROLL for (int j = 0; j < 3; j++) q[j] = vfma(vset(f->tb[end]), way[j], p[j]);
+      NAME(reach_corner)(&reach, f, q);
+    }
+  }
+  v8 size[2]; /* of |x| and |y| */
+  UNROLL for (int a = 0; a < 2; a++) {
+    const v8 from = vsub(reach.low[a], vset(f->a[2 * a])), to = vsub(reach.high[a], vset(f->a[2 * a + 1]));
+    const v8 beyond = vadd(vmax(vabs(from), vabs(to)), vset(4 * f->pad));
+    size[a] = vsel(vlt(vset(f->pad), reach.wlo), beyond, vset(f->pad * (2 / PKTRT__PAD_M)));
+  }
+  const v8 sum = vadd(vadd(size[0], size[1]), vset(2 * f->pad)), product = vmul(size[0], size[1]);
+  vstore(motion->error, vfma(sum, vset(4 * f->pad), vfma(product, vset(PKTRT__PAD_EDGE), vset(FLT_MIN))));
+  vstore(motion->range, vadd(vsub(reach.whi, reach.wlo), vset(f->pad)));
+  vstore(motion->far_, vadd(vmax(vabs(reach.wlo), vabs(reach.whi)), vset(f->depth + f->pad)));
+  return NAME(reaches)(&reach, f);
+}
+
+/* One moving triangle, its corners at k0 and k1, against a vector of rays, as the canonical test has it; those that hit
+   it. */
+PKTRT__NOINLINE uint32_t NAME(moving_test)(const NAME(frustum_rays) *f, const pktrt__view *view, pktrt__batch *b,
+                                           uint32_t r, uint32_t rays, const float *k0, const float *k1, float range,
+                                           float far_, uint32_t id, uint32_t slot, pktrt_counts *counts) {
+  const uint32_t axis[3] = {f->ku, f->kv, f->k};
+  const vf ta = fload(b->ta + r), tb = fload(b->tb + r), su = fload(b->slope[0] + r), sv = fload(b->slope[1] + r);
+  vf x[3], y[3], z[3];
+  UNROLL for (int c = 0; c < 3; c++, k0 += 24, k1 += 24) {
+    vf q[3];
+    UNROLL for (int j = 0; j < 3; j++) {
+      const vf p = fadd(fmul(ta, fset(k0[8 * axis[j]])), fmul(tb, fset(k1[8 * axis[j]])));
+      q[j] = fsub(p, fload(b->o[axis[j]] + r));
+    }
+    x[c] = fsub(q[0], fmul(su, q[2])), y[c] = fsub(q[1], fmul(sv, q[2])), z[c] = q[2];
+  }
+  return NAME(frustum_test)(view, b, r, rays, x, y, z, f->pad, range, far_, id, slot, counts);
+}
+
+/* The rays of a packet that may hit a moving triangle (lane of a block): the filter of >>exactness. x and y are turned
+   round, which their products do not notice. WHY all vectors, also those without rays: a branch costs more. */
+OP uint64_t NAME(moving_rays_in)(const NAME(frustum_rays) *f, const pktrt__batch *b, const NAME(frustum_motion) *motion,
+                                 uint32_t lane) {
+  const vf wrong = fset(motion->error[lane]), minus = fset(-motion->error[lane]);
+  const uint32_t axis[3] = {f->ku, f->kv, f->k};
+  uint64_t out = 0;
+  for (uint32_t i = 0; i < 64; i += FW) {
+    const uint32_t r = f->base + i;
+    const vf su = fload(b->slope[0] + r), sv = fload(b->slope[1] + r), t = fload(b->tb + r);
+    vf x[3], y[3];
+    UNROLL for (int c = 0; c < 3; c++) {
+      vf q[3];
+      UNROLL for (int j = 0; j < 3; j++) {
+        const vf p = ffma(t, fset(motion->way[c][j][lane]), fset(motion->p[c][j][lane]));
+        q[j] = fsub(p, fload(b->o[axis[j]] + r));
+      }
+      x[c] = ffms(su, q[2], q[0]), y[c] = ffms(sv, q[2], q[1]);
+    }
+    const vf e0 = ffms(x[2], y[1], fmul(y[2], x[1])), e1 = ffms(x[0], y[2], fmul(y[0], x[2]));
+    const vf e2 = ffms(x[1], y[0], fmul(y[1], x[0]));
+    const vf least = fmin_(e0, fmin_(e1, e2)), most = fmax_(e0, fmax_(e1, e2));
+    out |= (uint64_t)fbits(fmand(flt(least, minus), flt(wrong, most))) << i;
+  }
+  return ~out;
+}
+
+/* As frustum_block, of a moving block; `counts` only where there is counting. A function of its own: less code. */
+PKTRT__NOINLINE uint64_t NAME(moving_block)(const NAME(frustum_rays) *f, const pktrt__view *view, pktrt__batch *b,
+                                            uint32_t index, uint64_t mask, bool occlusion, pktrt_counts *counts) {
+  const unsigned char *block = view->blocks + index * view->block_bytes;
+  const float *k0 = (const float *)(const void *)(block + view->vertex0);
+  const float *k1 = (const float *)(const void *)(block + view->vertex1);
+  const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
+  NAME(frustum_motion) motion;
+  const uint32_t all = NAME(occupied)(id), lanes = NAME(moving_triangles)(f, k0, k1, &motion) & all;
+  if (counts) counts->triangle_culls += pktrt__popcount(all & ~lanes);
+  if (counts) counts->triangle_tests += pktrt__popcount(lanes) * pktrt__popcount(mask);
+  uint64_t maybe[8], hit = 0;
+  for (uint32_t m = lanes, n = 0; m; m &= m - 1)
+    maybe[n++] = NAME(moving_rays_in)(f, b, &motion, pktrt__lowest(m));
+  for (uint32_t m = lanes, n = 0; m; m &= m - 1, n++) {
+    const uint32_t lane = pktrt__lowest(m);
+    for (uint64_t rest = maybe[n] & mask; rest;) {
+      const uint32_t i = pktrt__lowest(rest) & ~(FW - 1u);
+      const uint32_t rays = (uint32_t)(rest >> i) & ((1u << FW) - 1);
+      const uint64_t h = (uint64_t)NAME(moving_test)(f, view, b, f->base + i, rays, k0 + lane, k1 + lane,
+                                                     motion.range[lane], motion.far_[lane], id[lane], index * 8 + lane,
+                                                     counts) << i;
+      rest &= ~((uint64_t)rays << i);
+      hit |= h;
+      if (occlusion) mask &= ~h;
+    }
   }
   return hit;
 }
@@ -5382,8 +5510,9 @@ OP uint32_t NAME(frustum_push)(const NAME(frustum_rays) *f, const pktrt__view *v
 }
 
 /* When few rays are left the stream is faster: measured flat about the numbers here. */
-OP bool NAME(frustum_thin)(uint64_t mask, uint32_t ref, const bool occlusion) {
-  return pktrt__popcount(mask) <= (ref & PKTRT__LEAF ? 8u : 16u) << occlusion;
+OP bool NAME(frustum_thin)(uint64_t mask, uint32_t ref, const bool occlusion, const bool moving) {
+  const uint32_t few = ref & PKTRT__LEAF ? 4 : 8;
+  return pktrt__popcount(mask) <= few * (occlusion ? 4 : moving ? 3 : 2);
 }
 
 /* One group of the scene, from its root. Returns the occluded rays. */
@@ -5391,15 +5520,17 @@ OP uint64_t NAME(frustum)(NAME(frustum_rays) *f, const pktrt__view *view, pktrt_
                           const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
   NAME(frustum_stack) stack[PKTRT__STACK + 8];
   const ptrdiff_t to_key1 = moving ? ((ptrdiff_t)view->plane1 - (ptrdiff_t)view->plane0) / (ptrdiff_t)sizeof(float) : 0;
+  const bool still = !moving || (stats && !view->vertex1); /* at rest, counted: see PKTRT__INSTANCES */
   const uint64_t mask_all = mask;
   uint64_t alive = mask, hit = 0;
   uint32_t sp = 0, ref = 0;
   for (;;) {
-    if (NAME(frustum_thin)(mask, ref, occlusion)) {
+    if (NAME(frustum_thin)(mask, ref, occlusion, !still)) {
       COUNT(fallbacks, 1);
       hit = NAME(stream_any)(view, b, f->list, mask, ref, occlusion, moving, stats, counts);
     } else if (ref & PKTRT__LEAF) {
-      hit = NAME(frustum_block)(f, view, b, ref & ~PKTRT__LEAF, mask, occlusion, moving, stats, counts);
+      hit = still ? NAME(frustum_block)(f, view, b, ref & ~PKTRT__LEAF, mask, occlusion, stats, counts)
+                  : NAME(moving_block)(f, view, b, ref & ~PKTRT__LEAF, mask, occlusion, stats ? counts : NULL);
     } else {
       sp += NAME(frustum_push)(f, view, ref, mask, stack + sp, occlusion, moving, stats, counts);
     }
@@ -5858,7 +5989,7 @@ PKTRT__NOINLINE void NAME(drive_frustum)(const pktrt_scene *scene, pktrt__batch 
       if (stats) NAME(weights)(b, base, 64, 1), NAME(frustum_times)(&f, b, rest);
       hit = PKTRT__PICK(frustum)(&f, &view, b, rest, counts);
     } else {
-      pktrt__packet_weights(b, base, g->key_count);
+      NAME(packet_weights)(b, base, g->key_count);
       while (rest) {
         const uint32_t segment = g->key_count > 2 ? b->segment[base + pktrt__lowest(rest)] : 0;
         const uint64_t same = g->key_count > 2 ? NAME(rays_of_segment)(b, f.list, rest, segment) : rest;
@@ -6026,7 +6157,8 @@ PKTRT__NOINLINE void NAME(gather_corners)(const pktrt_scene *scene, const uint32
     if (g->key_count < 2) {
       const float *k0 = (const float *)(const void *)block + slot % 8;
       const m8 m = mfrom(lanes);
-      for (int c = 0; c < 9; c++) p[c / 3][c % 3] = vsel(m, vset(k0[8 * c]), p[c / 3][c % 3]);
+      for (int c = 0; c < 3; c++, k0 += 24)
+        UNROLL for (int a = 0; a < 3; a++) p[c][a] = vsel(m, vset(k0[8 * a]), p[c][a]);
     } else {
       v8 tb = vmin(vmax(vload(time), vset(0)), vset(1)), ta = vsub(vset(1), tb); /* pktrt__segment of two keys */
       uint32_t segment = 0;
@@ -6038,8 +6170,9 @@ PKTRT__NOINLINE void NAME(gather_corners)(const pktrt_scene *scene, const uint32
       const float *k0 = (const float *)(const void *)(block + pktrt__block_key(segment)) + slot % 8;
       const float *k1 = (const float *)(const void *)(block + pktrt__block_key(segment + 1)) + slot % 8;
       const m8 m = mfrom(lanes);
-      for (int c = 0; c < 9; c++)
-        p[c / 3][c % 3] = vsel(m, vadd(vmul(ta, vset(k0[8 * c])), vmul(tb, vset(k1[8 * c]))), p[c / 3][c % 3]);
+      for (int c = 0; c < 3; c++, k0 += 24, k1 += 24)
+        UNROLL for (int a = 0; a < 3; a++)
+          p[c][a] = vsel(m, vadd(vmul(ta, vset(k0[8 * a])), vmul(tb, vset(k1[8 * a]))), p[c][a]);
     }
     rest &= ~lanes;
   }

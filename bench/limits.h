@@ -69,7 +69,7 @@ static uint64_t NAME(walk_block)(NAME(frustum_rays) *f, const pktrt__view *view,
                                  uint64_t mask, bool occlusion, tally *t, NAME(sample) *s) {
   const uint64_t before = t->packet.triangle_tests;
   const uint64_t hit =
-      NAME(frustum_block)(f, view, b, ref & ~PKTRT__LEAF, mask, occlusion, false, true, &t->packet);
+      NAME(frustum_block)(f, view, b, ref & ~PKTRT__LEAF, mask, occlusion, true, &t->packet);
   t->blocks++;
   t->triangles += (t->packet.triangle_tests - before) * NAME(vectors)(mask) / pktrt__popcount(mask);
   if (s) NAME(note_step)(s->block, &s->blocks, ref & ~PKTRT__LEAF, NULL, mask);
@@ -83,7 +83,7 @@ static void NAME(walk_frustum)(NAME(frustum_rays) *f, const pktrt__view *view, p
   uint64_t alive = mask, hit = 0;
   uint32_t sp = 0, ref = 0;
   for (;;) {
-    if (NAME(frustum_thin)(mask, ref, occlusion)) {
+    if (NAME(frustum_thin)(mask, ref, occlusion, false)) {
       hit = NAME(stream_any)(view, b, f->list, mask, ref, occlusion, false, true, &t->stream);
     } else if (ref & PKTRT__LEAF) {
       hit = NAME(walk_block)(f, view, b, ref, mask, occlusion, t, s);
@@ -130,7 +130,7 @@ static void NAME(close_sample)(NAME(sample) *s, const pktrt__view *view, const p
   for (uint32_t i = 0; i < s->blocks; i++) {
     const unsigned char *block = view->blocks + s->block[i].ref * (size_t)PKTRT__BLOCK_BYTES;
     const float *k0 = (const float *)(const void *)block;
-    s->block[i].lanes = NAME(frustum_triangles)(&s->f, &s->b, k0, k0, false, s->f.common, &s->corners[i]) &
+    s->block[i].lanes = NAME(frustum_triangles)(&s->f, &s->b, k0, &s->corners[i]) &
                         NAME(occupied)((const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES));
   }
 }
@@ -230,7 +230,7 @@ static uint64_t NAME(go_triangles)(NAME(sample) *s, const pktrt__view *view, con
       const uint32_t lane = pktrt__lowest(m), slot = at->ref * 8 + lane;
       tests += NAME(vectors)(at->mask);
       if (!plain)
-        NAME(frustum_triangle)(&s->f, view, &s->b, k0, k0, &s->corners[i], lane, id[lane], slot, at->mask, false, false,
+        NAME(frustum_triangle)(&s->f, view, &s->b, k0, &s->corners[i], lane, id[lane], slot, at->mask, false,
                                NULL);
       for (uint32_t r = 0; plain && r < 64; r += FW) {
         const uint32_t bits = (uint32_t)(at->mask >> r) & ((1u << FW) - 1);
@@ -259,7 +259,7 @@ static uint64_t NAME(go_packet)(NAME(sample) *s, const pktrt__view *view, bool o
   if (test == LIMIT_BLOCK)
     for (; tests < s->blocks; tests++) {
       const float *k0 = (const float *)(const void *)(view->blocks + s->block[tests].ref * (size_t)PKTRT__BLOCK_BYTES);
-      sink += NAME(frustum_triangles)(&s->f, &s->b, k0, k0, false, s->f.common, &s->corners[tests]);
+      sink += NAME(frustum_triangles)(&s->f, &s->b, k0, &s->corners[tests]);
     }
   (void)sink;
   return tests;

@@ -3199,12 +3199,14 @@ typedef struct pktrt__surfaces { /* what the rays of a wave met; rays that met n
   float mirror[3][PKTRT__WAVE], refracted[3][PKTRT__WAVE]; /* unit directions, above and below flat */
   float fresnel[PKTRT__WAVE], eta[PKTRT__WAVE]; /* eta: index behind the surface over the one before it */
   float lift[PKTRT__WAVE];          /* how far rays start from the surface, see >>spawn */
+  float start[3][PKTRT__WAVE];      /* of those on the side of `flat` */
   float distance[PKTRT__WAVE];
   float albedo[3][PKTRT__WAVE], reflectance[3][PKTRT__WAVE], emission[3][PKTRT__WAVE];
   float specular[3][PKTRT__WAVE];   /* weight of the reflected ray */
   float passing[3][PKTRT__WAVE];    /* weight of the refracted ray */
   float radiance[3][PKTRT__WAVE];
   uint32_t ray[PKTRT__WAVE];        /* lane in the wave */
+  uint32_t number[PKTRT__WAVE];     /* 0, 1, 2, ...: what lists of some of them are packed from */
   uint32_t material[PKTRT__WAVE], mesh[PKTRT__WAVE], triangle[PKTRT__WAVE];
   /* bit k % 8 of entry k / 8: */
   uint8_t inside[PKTRT__WAVE / 8];  /* the ray came from where corners appear clockwise */
@@ -3236,13 +3238,18 @@ typedef struct pktrt__aim { /* one light, as surfaces see it that look for it */
 } pktrt__aim;
 
 typedef struct pktrt__shadows { /* shadow rays of one light */
-  PKTRT__ALIGN64 float o[3][PKTRT__WAVE_ROW];
-  float d[3][PKTRT__WAVE_ROW], time[PKTRT__WAVE_ROW];
-  float arriving[3][PKTRT__WAVE_ROW];  /* what the light adds if nothing is between */
-  uint32_t surface[PKTRT__WAVE_ROW], material[PKTRT__WAVE_ROW];
-  float tmax;                          /* of all of them */
+  float *o[3], *d[3], *time;        /* in the batch to be traced, or in a list of which packets are made */
+  float *arriving[3];               /* what the light adds if nothing is between */
+  uint32_t *surface, *material;     /* material: NULL if nobody wants to know */
+  float tmax;                       /* of all of them */
   uint32_t count;
 } pktrt__shadows;
+
+typedef struct pktrt__shadow_list {
+  PKTRT__ALIGN64 float o[3][PKTRT__WAVE_ROW];
+  float d[3][PKTRT__WAVE_ROW], time[PKTRT__WAVE_ROW], arriving[3][PKTRT__WAVE_ROW];
+  uint32_t surface[PKTRT__WAVE_ROW], material[PKTRT__WAVE_ROW];
+} pktrt__shadow_list;
 
 /* What surfaces send out: rays of one type. Their key is (key + 1) times `times` plus `plus`, of the ray that came. */
 typedef struct pktrt__sending {
@@ -3308,17 +3315,18 @@ typedef struct pktrt__kernels {
   void (*store)(const pktrt_scene *, const pktrt__batch *, pktrt_hit *, const uint16_t *order, uint32_t n, size_t left);
   /* Rays of a pinhole through eight places of the picture, into lanes i to i + 7 of a wave. */
   void (*primary)(const pktrt__view_plane *, const double *x, const double *y, pktrt__wave *, uint32_t i);
-  /* Packs those of n rays of a wave that met something: returns how many, and where they were. Points, normals and
-     materials of the surfaces that they met; all but normals of the mesh is read if not `smooth`. */
-  uint32_t (*pack)(pktrt__wave *, uint32_t first, uint32_t n, uint32_t *ray);
+  /* Packs those of n rays of a wave that met something, and tells the surfaces how many and where they were. Points,
+     normals and materials of the surfaces that they met; all but normals of the mesh is read if not `smooth`. */
+  void (*pack)(pktrt__wave *, uint32_t first, uint32_t n, pktrt__surfaces *);
   void (*find)(const pktrt_scene *, bool smooth, const pktrt__wave *, pktrt__surfaces *);
   /* Of all surfaces, once their hooks have run: directions of scattering and weights if rays are followed, and the
-     radiance that needs no ray. The shadow rays towards one light; which of eight may meet glass: true of some
-     that do not. What they add: of n shadow rays, `seen` of what arrives at each. Reflected or refracted rays, behind
-     the n of a wave: returns how many it has then. */
+     radiance that needs no ray. The shadow rays towards one light; what n of them see of it, nothing or all, and the
+     lanes of those among the former that may meet glass: returns how many, some too many. What they add: of n shadow
+     rays, `seen` of what arrives at each. Reflected or refracted rays, behind the n of a wave: returns how many it
+     has then. */
   void (*dress)(const pktrt_scene *, bool follow, const float ambient[3], const pktrt__wave *, pktrt__surfaces *);
   void (*aim)(const pktrt_scene *, const pktrt__aim *, const pktrt__wave *, pktrt__surfaces *, pktrt__shadows *);
-  uint32_t (*meets)(const pktrt__glass *, const pktrt__batch *, uint32_t i, uint32_t lanes);
+  uint32_t (*see)(const pktrt__glass *, const pktrt__batch *, float (*seen)[PKTRT__BATCH], uint32_t n, uint32_t *lane);
   void (*gain)(pktrt__surfaces *, const uint32_t *surface, float (*arriving)[PKTRT__BATCH],
                float (*seen)[PKTRT__BATCH], uint32_t n);
   uint32_t (*send)(const pktrt__sending *, const pktrt__wave *, const pktrt__surfaces *, pktrt__wave *to, uint32_t n);
@@ -6093,21 +6101,22 @@ static void NAME(primary)(const pktrt__view_plane *p, const double *x, const dou
 
 OP uint32_t NAME(lanes_of)(uint32_t n) { return n < 8 ? 0xFFu >> (8 - n) : 0xFFu; } /* the first n of eight */
 
-static uint32_t NAME(pack)(pktrt__wave *w, uint32_t first, uint32_t n, uint32_t *ray) {
+static void NAME(pack)(pktrt__wave *w, uint32_t first, uint32_t n, pktrt__surfaces *s) {
   void *const rows[] = {w->d[0], w->d[1], w->d[2], w->n[0], w->n[1],  w->n[2],   w->t,   w->u,    w->v,
                         w->time, w->id,   w->slot, w->group, w->medium, w->importance, w->key, w->root};
   uint32_t k = 0;
   for (uint32_t i = 0; i < n; i += 8) {
     const uint32_t from = first + i, to = first + k, all = NAME(lanes_of)(n - i);
     const uint32_t hits = all & NAME(occupied)(w->slot + from);
-    for (uint32_t rest = hits; rest; rest &= rest - 1) ray[k++] = from + pktrt__lowest(rest);
+    vpack_from(s->ray + k, hits, s->number + from);
+    k += pktrt__popcount8(hits);
     if (from == to && hits == all) continue;
     for (size_t row = 0; row < sizeof rows / sizeof *rows; row++) {
       char *data = PKTRT__CAST(char *, rows[row]);
       vpack_from(data + to * sizeof(float), hits, data + from * sizeof(float));
     }
   }
-  return k;
+  s->first = first, s->count = k;
 }
 
 /* Normals at the corners of the triangles of surfaces i to i + 7; n where the mesh has none. */
@@ -6127,6 +6136,13 @@ PKTRT__NOINLINE void NAME(gather_normals)(const pktrt_scene *scene, const float 
     }
     rest &= ~same;
   }
+}
+
+/* Where rays start that leave surfaces i to i + 7 along their flat normals: 1, or -1 below them. */
+STEP void NAME(leave)(const pktrt__surfaces *s, uint32_t i, double side, v8 o[3]) {
+  const d8 lift = dmul(dfrom(vload(s->lift + i)), dset(side));
+  ROLL_OUT for (int a = 0; a < 3; a++)
+    o[a] = dto(dadd(dload(s->point[a] + i), dmul(lift, dfrom(vload(s->flat[a] + i)))));
 }
 
 /* Points and normals of surfaces i to i + 7, of which those in `lanes` exist. */
@@ -6163,6 +6179,8 @@ PKTRT__NOINLINE void NAME(find8)(const pktrt_scene *scene, bool smooth, const pk
   NAME(store3)(s->d, i, d);
   ROLL_OUT for (int a = 0; a < 3; a++) vstore(s->facing[a] + i, vsel(away, n[a], q[a]));
   s->inside[i / 8] = (uint8_t)mbits(inside);
+  NAME(leave)(s, i, 1, p[0]);
+  NAME(store3)(s->start, i, p[0]);
 }
 
 /* What materials say of surfaces i to i + 7, before their hooks and the angle of view change it. */
@@ -6297,20 +6315,13 @@ STEP d8 NAME(look_for)(const pktrt__aim *l, uint32_t i, d8 p[3], d8 at[3]) {
   return dmul(ddiv(dadd(ddiv(dabs(along), r), dset(l->folded)), r2), dset(l->strength));
 }
 
-/* Where rays start that leave surfaces i to i + 7 along their flat normals: 1, or -1 below them. */
-STEP void NAME(leave)(const pktrt__surfaces *s, uint32_t i, double side, v8 o[3]) {
-  const d8 lift = dmul(dfrom(vload(s->lift + i)), dset(side));
-  ROLL_OUT for (int a = 0; a < 3; a++)
-    o[a] = dto(dadd(dload(s->point[a] + i), dmul(lift, dfrom(vload(s->flat[a] + i)))));
-}
-
 /* Shadow rays of surfaces i to i + 7, behind those in the list. The surface is left along its flat normal by `lift`, on
    the viewer's side, which is the light's. */
 PKTRT__NOINLINE void NAME(aim8)(const pktrt_scene *scene, const pktrt__aim *l, const pktrt__wave *w,
                                 pktrt__surfaces *s, uint32_t i, uint32_t lanes, pktrt__shadows *sh) {
   d8 to[3], p[3], at[3], flat[3], shade[3];
   v8 o[3], d[3], arriving[3], lobe = vset(0), largest = vset(0);
-  NAME(leave)(s, i, 1, o);
+  NAME(load3)(o, s->start, i);
   NAME(dload3)(p, s->point, i);
   NAME(dfrom3)(flat, s->flat, i);
   NAME(dfrom3)(shade, s->shade, i);
@@ -6350,8 +6361,9 @@ PKTRT__NOINLINE void NAME(aim8)(const pktrt_scene *scene, const pktrt__aim *l, c
     vpack(sh->arriving[a] + n, lanes, arriving[a]);
   }
   vpack_from(sh->time + n, lanes, w->time + s->first + i);
-  vpack_from(sh->material + n, lanes, s->material + i);
-  for (; lanes; lanes &= lanes - 1) sh->surface[sh->count++] = i + pktrt__lowest(lanes);
+  vpack_from(sh->surface + n, lanes, s->number + i);
+  if (sh->material) vpack_from(sh->material + n, lanes, s->material + i);
+  sh->count += pktrt__popcount8(lanes);
 }
 
 static void NAME(aim)(const pktrt_scene *scene, const pktrt__aim *l, const pktrt__wave *w, pktrt__surfaces *s,
@@ -6386,6 +6398,19 @@ static uint32_t NAME(meets)(const pktrt__glass *glass, const pktrt__batch *b, ui
   return found;
 }
 
+/* What n rays see of a light whose shadow rays they are, and which of them may go on through glass. */
+static uint32_t NAME(see)(const pktrt__glass *glass, const pktrt__batch *b, float (*seen)[PKTRT__BATCH], uint32_t n,
+                          uint32_t *lane) {
+  uint32_t listed = 0;
+  for (uint32_t i = 0; i < n; i += 8) {
+    const uint32_t stopped = NAME(lanes_of)(n - i) & NAME(occupied)(b->slot + i);
+    uint32_t met = glass->boxes && stopped ? NAME(meets)(glass, b, i, stopped) : 0;
+    for (int a = 0; a < 3; a++) vstore(seen[a] + i, vsel(mfrom(stopped), vset(0), vset(1)));
+    for (; met; met &= met - 1) lane[listed++] = i + pktrt__lowest(met);
+  }
+  return listed;
+}
+
 /* One after the other where they are not those of eight surfaces in a row: several may be of one surface. */
 static void NAME(gain)(pktrt__surfaces *s, const uint32_t *surface, float (*arriving)[PKTRT__BATCH],
                        float (*seen)[PKTRT__BATCH], uint32_t n) {
@@ -6415,12 +6440,13 @@ PKTRT__NOINLINE uint32_t NAME(send8)(const pktrt__sending *g, const pktrt__wave 
   ROLL_OUT for (int a = 0; a < 3; a++) {
     weight[a] = vload((g->refraction ? s->passing[a] : s->specular[a]) + i);
     d[a] = vload((g->refraction ? s->refracted[a] : s->mirror[a]) + i);
+    o[a] = vload(s->start[a] + i);
   }
   const v8 largest = vmax(weight[0], vmax(weight[1], weight[2]));
   const v8 importance = vmul(vload(w->importance + at), largest);
   lanes &= mbits(vlt(vset(0), largest)) & ~mbits(vlt(importance, vset(g->threshold)));
   if (!lanes) return n;
-  NAME(leave)(s, i, g->refraction ? -1 : 1, o);
+  if (g->refraction) NAME(leave)(s, i, -1, o);
   ROLL_OUT for (int a = 0; a < 3; a++) {
     vpack(to->o[a] + n, lanes, o[a]);
     vpack(to->d[a] + n, lanes, d[a]);
@@ -6637,7 +6663,7 @@ static bool NAME(rounds_each_operation)(void) {
 
 static const pktrt__kernels NAME(kernels) = {NAME(trace), NAME(intersect), NAME(occluded), NAME(rounds_each_operation),
                                              NAME(load), NAME(store), NAME(primary), NAME(pack), NAME(find),
-                                             NAME(dress), NAME(aim), NAME(meets), NAME(gain), NAME(send)};
+                                             NAME(dress), NAME(aim), NAME(see), NAME(gain), NAME(send)};
 
 #ifdef PKTRT__ALSO_STAMP /* for benchmarks: a file of theirs on the same vectors; its path from here, in quotes */
 #include PKTRT__ALSO_STAMP
@@ -8295,6 +8321,7 @@ typedef struct pktrt__work {
   pktrt__surfaces surfaces;
   pktrt__targets targets;
   pktrt__shadows shadows;
+  pktrt__shadow_list list;
   const pktrt__job *job;
   pktrt_stats *stats;
   pktrt__wave *reflected[PKTRT_MAX_DEPTH + 1], *refracted[PKTRT_MAX_DEPTH + 1], *spare; /* sent by each generation */
@@ -8381,7 +8408,7 @@ PKTRT__NOINLINE void pktrt__find_surfaces(pktrt__work *work, pktrt__wave *w, uin
   bool missed = false;
   for (uint32_t i = first; i < first + n; i++) missed |= w->slot[i] == PKTRT_NONE;
   if (missed) pktrt__find_misses(work->job, w, first, n);
-  s->first = first, s->count = scene->kernels->pack(w, first, n, s->ray);
+  scene->kernels->pack(w, first, n, s);
   pktrt__name_surfaces(scene, smooth, w, s);
   scene->kernels->find(scene, smooth, w, s);
 }
@@ -8551,25 +8578,6 @@ static pktrt__passage pktrt__pass_glass(pktrt__work *work, uint32_t i, uint32_t 
   return !finite || left > 0 ? PKTRT__GOES_ON : PKTRT__ARRIVED;
 }
 
-/* What of the light of pending shadow rays is seen, but for glass. Those that may meet glass: returns how many. */
-static uint32_t pktrt__look_for_light(pktrt__work *work, uint32_t lane[PKTRT__BATCH]) {
-  pktrt__pending *p = &work->pending;
-  const pktrt__job *job = work->job;
-  uint32_t listed = 0;
-  for (uint32_t k = 0; k < p->n; k += 8) {
-    const uint32_t n = p->n - k < 8 ? p->n - k : 8;
-    uint32_t stopped = 0;
-    for (uint32_t i = 0; i < n; i++) {
-      const uint32_t stops = p->batch.slot[k + i] != PKTRT_NONE;
-      stopped |= stops << i, p->seen[0][k + i] = (float)(int)(1 - stops);
-    }
-    stopped = job->glass.boxes && stopped ? job->scene->kernels->meets(&job->glass, &p->batch, k, stopped) : 0;
-    for (; stopped; stopped &= stopped - 1) lane[listed++] = k + pktrt__lowest(stopped);
-  }
-  for (int a = 1; a < 3; a++) memcpy(p->seen[a], p->seen[0], p->n * sizeof(float));
-  return listed;
-}
-
 /* Gives those of pending shadow rays that something stopped a second chance: was it glass? They are listed. */
 static void pktrt__look_through_glass(pktrt__work *work, pktrt_ray_type type, uint32_t depth, uint32_t *lane,
                                       uint32_t listed) {
@@ -8578,7 +8586,7 @@ static void pktrt__look_through_glass(pktrt__work *work, pktrt_ray_type type, ui
   uint32_t n = 0, hint[2] = {0, 0};
   for (uint32_t i = 0; i < listed; i++) {
     const uint32_t k = lane[i];
-    if (p->wave[k]) continue;
+    if (type == PKTRT_RAY_OTHER && p->wave[k]) continue;
     for (int a = 0; a < 3; a++) b->o[a][n] = p->batch.o[a][k], b->d[a][n] = p->batch.d[a][k], p->seen[a][k] = 1;
     b->tmin[n] = 0, b->tmax[n] = p->batch.tmax[k], b->time[n] = p->batch.time[k];
     lane[n++] = k;
@@ -8639,7 +8647,7 @@ PKTRT__NOINLINE void pktrt__flush(pktrt__work *work, pktrt_ray_type type, uint32
   }
   const pktrt__kernels *kernels = work->job->scene->kernels;
   uint32_t lane[PKTRT__BATCH];
-  const uint32_t listed = pktrt__look_for_light(work, lane);
+  const uint32_t listed = kernels->see(&work->job->glass, b, p->seen, p->n, lane);
   if (listed) pktrt__look_through_glass(work, type, depth, lane, listed);
   if (type == PKTRT_RAY_SHADOW) kernels->gain(s, p->target, p->arriving, p->seen, p->n);
   for (uint32_t i = 0; type == PKTRT_RAY_OTHER && i < p->n; i++) {
@@ -8656,6 +8664,12 @@ PKTRT__NOINLINE void pktrt__flush(pktrt__work *work, pktrt_ray_type type, uint32
   p->n = 0;
 }
 
+/* How far the pending rays [from, to) go; and some behind them, for the sake of short loops of known length. */
+static void pktrt__limit(pktrt__batch *b, uint32_t from, uint32_t to, float tmax) {
+  for (; from < to; from += 16)
+    for (uint32_t i = 0; i < 16; i++) b->tmin[from + i] = 0, b->tmax[from + i] = tmax;
+}
+
 /* Rays [from, to) of the list of shadow rays, in the order given (NULL: as they are), behind what is pending; they
    fit. */
 static void pktrt__push_shadows(pktrt__work *work, const uint32_t *order, uint32_t from, uint32_t to) {
@@ -8670,8 +8684,8 @@ static void pktrt__push_shadows(pktrt__work *work, const uint32_t *order, uint32
       memcpy(p->arriving[a] + n, sh->arriving[a] + from, size);
     }
     memcpy(p->batch.time + n, sh->time + from, size), memcpy(p->target + n, sh->surface + from, size);
-    memset(p->batch.tmin + n, 0, size), memset(p->wave + n, 0, (to - from) * sizeof *p->wave);
-    for (uint32_t i = n; i < p->n; i++) p->batch.tmax[i] = sh->tmax;
+    memset(p->wave + n, 0, (to - from) * sizeof *p->wave);
+    pktrt__limit(&p->batch, n, p->n, sh->tmax);
     return;
   }
   for (int a = 0; a < 3; a++)
@@ -8686,18 +8700,18 @@ static void pktrt__push_shadows(pktrt__work *work, const uint32_t *order, uint32
   }
 }
 
+/* Whose rays they are is only told of each where rays of several kinds may be pending, or somebody asks. */
 static void pktrt__push_wave(pktrt__work *work, pktrt__wave *w, uint32_t from, uint32_t to) {
+  const pktrt_render_desc *d = work->job->desc;
   pktrt__pending *p = &work->pending;
-  const uint32_t n = p->n, m = to - from;
+  const uint32_t n = p->n, m = to - from, told = d->packet || d->assembly == PKTRT_ASSEMBLY_BLIND ? m : 1;
   for (int a = 0; a < 3; a++) {
     memcpy(p->batch.o[a] + n, w->o[a] + from, m * sizeof(float));
     memcpy(p->batch.d[a] + n, w->d[a] + from, m * sizeof(float));
   }
   memcpy(p->batch.time + n, w->time + from, m * sizeof(float));
-  for (uint32_t i = 0; i < m; i++) {
-    p->batch.tmin[n + i] = 0, p->batch.tmax[n + i] = INFINITY;
-    p->target[n + i] = from + i, p->wave[n + i] = w;
-  }
+  pktrt__limit(&p->batch, n, n + m, INFINITY);
+  for (uint32_t i = 0; i < told; i++) p->target[n + i] = from + i, p->wave[n + i] = w;
   p->n += m;
 }
 
@@ -8852,7 +8866,20 @@ static void pktrt__shine(const pktrt_scene *scene, const pktrt__surfaces *s, uin
   }
 }
 
-/* The shadow rays of all surfaces towards one light into the list. */
+/* Shadow rays go into the list, or at once into the batch that is to be traced, which is empty then. */
+static void pktrt__place_shadows(pktrt__work *work, bool at_once) {
+  pktrt__shadows *sh = &work->shadows;
+  pktrt__shadow_list *l = &work->list;
+  pktrt__pending *p = &work->pending;
+  for (int a = 0; a < 3; a++) {
+    sh->o[a] = at_once ? p->batch.o[a] : l->o[a], sh->d[a] = at_once ? p->batch.d[a] : l->d[a];
+    sh->arriving[a] = at_once ? p->arriving[a] : l->arriving[a];
+  }
+  sh->time = at_once ? p->batch.time : l->time, sh->surface = at_once ? p->target : l->surface;
+  sh->material = at_once ? NULL : l->material;
+}
+
+/* The shadow rays of all surfaces towards one light. */
 static void pktrt__aim_at(pktrt__work *work, const pktrt__wave *w, uint32_t light, uint32_t depth) {
   const pktrt_scene *scene = work->job->scene;
   const pktrt_light_kind kind = scene->lights[light].kind;
@@ -8870,15 +8897,23 @@ PKTRT__NOINLINE void pktrt__add_lights(pktrt__work *work, const pktrt__wave *w, 
   const pktrt__job *job = work->job;
   const bool blind = job->desc->assembly == PKTRT_ASSEMBLY_BLIND, runs = job->desc->assembly == PKTRT_ASSEMBLY_RUNS;
   const bool together = blind || job->desc->shadows == PKTRT_SHADOWS_TOGETHER;
+  const bool at_once = job->desc->assembly == PKTRT_ASSEMBLY_RAY_TYPES && !together && !job->desc->packet;
   const pktrt_ray_type type = blind ? PKTRT_RAY_OTHER : PKTRT_RAY_SHADOW;
   uint32_t *sender = work->sender;
+  pktrt__place_shadows(work, at_once);
   if (depth > 1 && job->distribute && job->desc->lights != PKTRT_LIGHTS_ALL) pktrt__choose_lights(work, w);
   for (uint32_t light = 0; light < job->scene->light_count; light++) {
     if (!pktrt__is_asked(work, light, depth)) continue;
     pktrt__aim_at(work, w, light, depth);
     const pktrt__shadows *sh = &work->shadows;
+    if (at_once) {
+      pktrt__limit(&work->pending.batch, 0, sh->count, sh->tmax);
+      work->pending.n = sh->count;
+      pktrt__flush(work, type, depth);
+      continue;
+    }
     for (uint32_t i = 0; runs && i < sh->count; i++) sender[i] = work->surfaces.ray[sh->surface[i]];
-    if (sh->count) pktrt__assemble(work, sh->count, work->shadows.d, sh->material, sender);
+    if (sh->count) pktrt__assemble(work, sh->count, work->list.d, sh->material, sender);
     for (uint32_t i = 0, end; i < sh->count; i = end) {
       end = work->packet[i];
       for (uint32_t from = i, to; from < end; from = to) {
@@ -9034,8 +9069,10 @@ static void pktrt__shade(pktrt__work *work, pktrt__wave *w, uint32_t first, uint
     if (!work->failed) refracted = pktrt__send_rays(work, w, true, t, refracted);
   }
   if (blind) pktrt__push_blindly(work, work->reflected[depth], refracted, depth + 1);
-  for (int a = 0; a < 3; a++)
-    for (uint32_t k = 0; k < s->count; k++) w->radiance[a][s->ray[k]] = s->radiance[a][k];
+  for (int a = 0; a < 3; a++) {
+    if (s->count == n) memcpy(w->radiance[a] + first, s->radiance[a], n * sizeof(float));
+    for (uint32_t k = 0; s->count < n && k < s->count; k++) w->radiance[a][s->ray[k]] = s->radiance[a][k];
+  }
   if (one_wave) {
     const pktrt_ray_type type = blind ? PKTRT_RAY_OTHER : reflected ? PKTRT_RAY_REFLECTION : PKTRT_RAY_REFRACTION;
     pktrt__follow(work, w, &work->reflected[depth], refracted, reflected ? reflected : refracted, depth + 1, type);
@@ -9128,12 +9165,12 @@ static void pktrt__write_notes(const pktrt__work *work, size_t at, uint32_t p) {
 /* Means of finished pixels into the picture and the optional buffers. */
 static void pktrt__write_pixels(const pktrt__work *work, const uint32_t *x, const uint32_t *y, uint32_t pixels) {
   const pktrt_render_desc *d = work->job->desc;
-  const bool notes = pktrt__notes(work->job);
+  const bool notes = pktrt__notes(work->job), alone = work->job->samples == 1; /* divisions take time */
   const double n = work->job->samples;
   for (uint32_t p = 0; p < pixels; p++) {
     float *to = d->pixels + y[p] * work->job->row_stride + (size_t)x[p] * 3;
     const size_t at = (size_t)y[p] * d->width + x[p];
-    for (int a = 0; a < 3; a++) to[a] = pktrt__to_float(work->sum[a][p] / n);
+    for (int a = 0; a < 3; a++) to[a] = pktrt__to_float(alone ? work->sum[a][p] : work->sum[a][p] / n);
     if (notes) pktrt__write_notes(work, at, p);
     if (d->sample_count) d->sample_count[at] = work->job->samples;
   }
@@ -9193,6 +9230,7 @@ static bool pktrt__render_area(const pktrt__job *job, const uint32_t area[4], pk
   memset(work->reflected, 0, sizeof work->reflected);
   memset(work->refracted, 0, sizeof work->refracted);
   work->spare = NULL, work->pending.n = 0, work->failed = false;
+  for (uint32_t i = 0; i < PKTRT__WAVE; i++) work->surfaces.number[i] = i;
   work->job = job, work->stats = stats;
   work->across[0] = work->down[0] = 0;
   for (uint32_t i = 1; i < PKTRT__WAVE; i++) { /* Morton's order: the bits of both by turns */

@@ -6119,9 +6119,10 @@ static void NAME(pack)(pktrt__wave *w, uint32_t first, uint32_t n, pktrt__surfac
   s->first = first, s->count = k;
 }
 
-/* Normals at the corners of the triangles of surfaces i to i + 7; n where the mesh has none. */
-PKTRT__NOINLINE void NAME(gather_normals)(const pktrt_scene *scene, const float *time, const pktrt__surfaces *s,
+/* Normals at the corners of the triangles of surfaces i to i + 7; n where the mesh has none. Whether any has. */
+PKTRT__NOINLINE bool NAME(gather_normals)(const pktrt_scene *scene, const float *time, const pktrt__surfaces *s,
                                           uint32_t i, uint32_t lanes, const v8 n[3], v8 q[3][3]) {
+  bool any = false;
   ROLL_OUT for (int c = 0; c < 9; c++) q[c / 3][c % 3] = n[c % 3];
   for (uint32_t rest = lanes; rest;) {
     const uint32_t r = pktrt__lowest(rest), triangle = s->triangle[i + r];
@@ -6129,6 +6130,7 @@ PKTRT__NOINLINE void NAME(gather_normals)(const pktrt_scene *scene, const float 
     uint32_t same = rest & vsame(s->mesh + i, s->mesh[i + r]);
     if (mesh->normals) {
       float corner[3][3];
+      any = true;
       same = mesh->key_count < 2 ? same & vsame(s->triangle + i, triangle) : rest & (0u - rest);
       const m8 m = mfrom(same);
       for (uint32_t c = 0; c < 3; c++) pktrt__corner(mesh, mesh->normals, triangle, c, time[r], corner[c]);
@@ -6136,6 +6138,7 @@ PKTRT__NOINLINE void NAME(gather_normals)(const pktrt_scene *scene, const float 
     }
     rest &= ~same;
   }
+  return any;
 }
 
 /* Where rays start that leave surfaces i to i + 7 along their flat normals: 1, or -1 below them. */
@@ -6163,14 +6166,19 @@ PKTRT__NOINLINE void NAME(find8)(const pktrt_scene *scene, bool smooth, const pk
     length2 = dadd(length2, dmul(dfrom(d[a]), dfrom(d[a])));
   }
   vstore(s->distance + i, dto(dmul(dfrom(vload(w->t + at)), dsqrt(length2))));
-  NAME(gather_normals)(scene, w->time + at, s, i, smooth ? lanes : 0, n, p);
-  ROLL_OUT for (int a = 0; a < 3; a++)
-    q[a] = vadd(p[0][a], vadd(vmul(u, vsub(p[1][a], p[0][a])), vmul(v, vsub(p[2][a], p[0][a]))));
+  const bool bent = smooth && NAME(gather_normals)(scene, w->time + at, s, i, lanes, n, p);
+  if (bent) {
+    ROLL_OUT for (int a = 0; a < 3; a++)
+      q[a] = vadd(p[0][a], vadd(vmul(u, vsub(p[1][a], p[0][a])), vmul(v, vsub(p[2][a], p[0][a]))));
+  }
   NAME(unit)(n, n);
+  if (!bent) { /* as if it were blended of three: zeros are positive */
+    ROLL_OUT for (int a = 0; a < 3; a++) q[a] = vadd(n[a], zero);
+  }
   NAME(unit)(d, d);
   const m8 inside = vlt(zero, NAME(dot)(n, d));
   ROLL_OUT for (int a = 0; a < 3; a++) n[a] = vsel(inside, vsub(zero, n[a]), n[a]);
-  NAME(unit)(q, n);
+  if (bent) NAME(unit)(q, n);
   const m8 turned = vlt(NAME(dot)(q, n), zero);
   ROLL_OUT for (int a = 0; a < 3; a++) q[a] = vsel(turned, vsub(zero, q[a]), q[a]);
   const m8 away = vle(zero, NAME(dot)(q, d));
@@ -8229,23 +8237,34 @@ static void pktrt__empty_box(pktrt__glass_box *box) {
   for (int a = 0; a < 3; a++) box->lo[a] = INFINITY, box->hi[a] = -INFINITY;
 }
 
-/* Boxes of triangles, or of meshes if not `fine`. */
-static void pktrt__box_glass(const pktrt_scene *s, bool fine, pktrt__glass_box *box) {
+static bool pktrt__touch(const pktrt__glass_box *a, const pktrt__glass_box *b) {
+  bool apart = false;
+  for (int k = 0; k < 3; k++) apart |= a->hi[k] < b->lo[k] || b->hi[k] < a->lo[k];
+  return !apart;
+}
+
+/* Boxes of meshes or, if `fine`, of a few triangles that follow and touch each other. Returns how many. */
+static uint32_t pktrt__box_glass(const pktrt_scene *s, bool fine, pktrt__glass_box *boxes) {
+  uint32_t n = 0, held = 0; /* held: triangles in the last box */
   for (uint32_t i = 0; i < s->committed_meshes; i++) {
     const pktrt__mesh *m = &s->meshes[i];
     for (uint32_t t = 0; t < m->triangle_count && pktrt__is_glass(s, m); t++) {
-      if (fine || !t) pktrt__empty_box(box);
+      pktrt__glass_box box;
+      pktrt__empty_box(&box);
       for (uint32_t key = 0; key < m->key_count; key++) {
         float p[3][3];
         pktrt__triangle_vertices(m, false, t, key, p);
-        for (int c = 0; c < 3; c++) pktrt__widen(box, p[c], p[c]);
+        for (int c = 0; c < 3; c++) pktrt__widen(&box, p[c], p[c]);
       }
-      box += fine || t + 1 == m->triangle_count;
+      if (t && (!fine || (held < 16 && pktrt__touch(&boxes[n - 1], &box)))) pktrt__widen(&boxes[n - 1], box.lo, box.hi);
+      else boxes[n++] = box, held = 0;
+      held++;
     }
   }
+  return n;
 }
 
-/* Boxes around n > 0 of triangles or meshes, which are put in order by halves. Returns how many. */
+/* Boxes around n > 0 of these, which are put in order by halves. Returns how many. */
 static uint32_t pktrt__nest_glass(pktrt__glass_box *in, uint32_t n, uint32_t depth, float slack, pktrt__glass_box *to) {
   uint32_t half = 0;
   int axis = 0;
@@ -8283,8 +8302,8 @@ static bool pktrt__find_glass(pktrt__job *job, uint64_t samples) {
   glass->room = n < (1u << PKTRT__GLASS_DEPTH) ? (uint32_t)n * 2 : 2u << PKTRT__GLASS_DEPTH;
   glass->boxes = PKTRT__CAST(pktrt__glass_box *, pktrt__alloc(&s->desc, glass->room, sizeof *glass->boxes));
   pktrt__glass_box *in = PKTRT__CAST(pktrt__glass_box *, pktrt__alloc(&s->desc, n, sizeof *in));
-  if (in) pktrt__box_glass(s, fine, in);
-  if (in && glass->boxes) (void)pktrt__nest_glass(in, (uint32_t)n, 0, 4e-6f * largest, glass->boxes);
+  if (in && glass->boxes)
+    (void)pktrt__nest_glass(in, pktrt__box_glass(s, fine, in), 0, 4e-6f * largest, glass->boxes);
   pktrt__release(&s->desc, in, n, sizeof *in);
   return in && glass->boxes;
 }
@@ -8302,6 +8321,12 @@ static bool pktrt__prepare(pktrt__job *job, uint64_t pixels) { /* false: out of 
 }
 
 /* >>work ----------------------------------------------------------------------------------------------------------- */
+
+/* n values of a row; and up to seven behind them, for compilers make vectors of loops whose length is known. */
+PKTRT__INLINE void pktrt__set_row(float *row, uint32_t n, float x) {
+  for (uint32_t i = 0; i < n; i += 8)
+    for (uint32_t j = 0; j < 8; j++) row[i + j] = x;
+}
 
 /* Rays on their way into a packet, and what becomes of the answer. */
 typedef struct pktrt__pending {
@@ -8664,10 +8689,9 @@ PKTRT__NOINLINE void pktrt__flush(pktrt__work *work, pktrt_ray_type type, uint32
   p->n = 0;
 }
 
-/* How far the pending rays [from, to) go; and some behind them, for the sake of short loops of known length. */
+/* How far the pending rays [from, to) go. */
 static void pktrt__limit(pktrt__batch *b, uint32_t from, uint32_t to, float tmax) {
-  for (; from < to; from += 16)
-    for (uint32_t i = 0; i < 16; i++) b->tmin[from + i] = 0, b->tmax[from + i] = tmax;
+  pktrt__set_row(b->tmin + from, to - from, 0), pktrt__set_row(b->tmax + from, to - from, tmax);
 }
 
 /* Rays [from, to) of the list of shadow rays, in the order given (NULL: as they are), behind what is pending; they
@@ -9114,7 +9138,9 @@ static void pktrt__camera_rays(pktrt__work *work, uint32_t n) {
   const bool random = job->distribute || job->samples > 1;
   double x[8] = {0, 0, 0, 0, 0, 0, 0, 0}, y[8] = {0, 0, 0, 0, 0, 0, 0, 0};
   const double middle = pktrt__min(1, (double)c->time + 0.5 * (double)c->shutter);
-  for (uint32_t i = 0; i < n; i++) w->time[i] = (float)middle, w->importance[i] = 1, w->parent[i] = w->root[i] = i;
+  pktrt__set_row(w->time, n, (float)middle), pktrt__set_row(w->importance, n, 1);
+  memcpy(w->parent, work->surfaces.number, n * sizeof *w->parent);
+  memcpy(w->root, work->surfaces.number, n * sizeof *w->root);
   memset(w->key, 0, n * sizeof *w->key), memset(w->medium, 0, n * sizeof *w->medium);
   memset(w->material, 0, n * sizeof *w->material), memset(work->deepest, 0, n);
   for (uint32_t i = 0; pinhole && !random && i < n; i++) { /* the middles of pixels */

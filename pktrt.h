@@ -3190,24 +3190,24 @@ typedef struct pktrt__wave {
 } pktrt__wave;
 
 typedef struct pktrt__surfaces { /* what the rays of a wave met; rays that met nothing leave no gap */
-  PKTRT__ALIGN64 double point[3][PKTRT__WAVE];
-  float position[3][PKTRT__WAVE];   /* the same, for hooks */
-  float flat[3][PKTRT__WAVE];       /* unit geometric normal towards the viewer */
-  float shade[3][PKTRT__WAVE];      /* unit shading normal on the same side */
-  float facing[3][PKTRT__WAVE];     /* the normal that scattering uses: shade, or flat where shade looks away */
-  float d[3][PKTRT__WAVE];          /* unit direction of the ray */
-  float mirror[3][PKTRT__WAVE], refracted[3][PKTRT__WAVE]; /* unit directions, above and below flat */
-  float fresnel[PKTRT__WAVE], eta[PKTRT__WAVE]; /* eta: index behind the surface over the one before it */
-  float lift[PKTRT__WAVE];          /* how far rays start from the surface, see >>spawn */
-  float start[3][PKTRT__WAVE];      /* of those on the side of `flat` */
-  float distance[PKTRT__WAVE];
-  float albedo[3][PKTRT__WAVE], reflectance[3][PKTRT__WAVE], emission[3][PKTRT__WAVE];
-  float specular[3][PKTRT__WAVE];   /* weight of the reflected ray */
-  float passing[3][PKTRT__WAVE];    /* weight of the refracted ray */
-  float radiance[3][PKTRT__WAVE];
-  uint32_t ray[PKTRT__WAVE];        /* lane in the wave */
-  uint32_t number[PKTRT__WAVE];     /* 0, 1, 2, ...: what lists of some of them are packed from */
-  uint32_t material[PKTRT__WAVE], mesh[PKTRT__WAVE], triangle[PKTRT__WAVE];
+  PKTRT__ALIGN64 double point[3][PKTRT__ROW];
+  float position[3][PKTRT__ROW];   /* the same, for hooks */
+  float flat[3][PKTRT__ROW];       /* unit geometric normal towards the viewer */
+  float shade[3][PKTRT__ROW];      /* unit shading normal on the same side */
+  float facing[3][PKTRT__ROW];     /* the normal that scattering uses: shade, or flat where shade looks away */
+  float d[3][PKTRT__ROW];          /* unit direction of the ray */
+  float mirror[3][PKTRT__ROW], refracted[3][PKTRT__ROW]; /* unit directions, above and below flat */
+  float fresnel[PKTRT__ROW], eta[PKTRT__ROW]; /* eta: index behind the surface over the one before it */
+  float lift[PKTRT__ROW];          /* how far rays start from the surface, see >>spawn */
+  float start[3][PKTRT__ROW];      /* of those on the side of `flat` */
+  float distance[PKTRT__ROW];
+  float albedo[3][PKTRT__ROW], reflectance[3][PKTRT__ROW], emission[3][PKTRT__ROW];
+  float specular[3][PKTRT__ROW];   /* weight of the reflected ray */
+  float passing[3][PKTRT__ROW];    /* weight of the refracted ray */
+  float radiance[3][PKTRT__ROW];
+  uint32_t ray[PKTRT__ROW];        /* lane in the wave */
+  uint32_t number[PKTRT__ROW];     /* 0, 1, 2, ...: what lists of some of them are packed from */
+  uint32_t material[PKTRT__ROW], mesh[PKTRT__ROW], triangle[PKTRT__ROW];
   /* bit k % 8 of entry k / 8: */
   uint8_t inside[PKTRT__WAVE / 8];  /* the ray came from where corners appear clockwise */
   uint8_t shaded[PKTRT__WAVE / 8];  /* done: a shader hook leaves nothing to do */
@@ -6065,16 +6065,16 @@ STEP d8 NAME(ddot)(const d8 a[3], const d8 b[3]) {
 STEP void NAME(dset3)(d8 a[3], const double *p) {
   ROLL_OUT for (int k = 0; k < 3; k++) a[k] = dset(p[k]);
 }
-STEP void NAME(dload3)(d8 a[3], double (*p)[PKTRT__WAVE], uint32_t i) {
+STEP void NAME(dload3)(d8 a[3], double (*p)[PKTRT__ROW], uint32_t i) {
   ROLL_OUT for (int k = 0; k < 3; k++) a[k] = dload(p[k] + i);
 }
-STEP void NAME(dfrom3)(d8 a[3], float (*p)[PKTRT__WAVE], uint32_t i) {
+STEP void NAME(dfrom3)(d8 a[3], float (*p)[PKTRT__ROW], uint32_t i) {
   ROLL_OUT for (int k = 0; k < 3; k++) a[k] = dfrom(vload(p[k] + i));
 }
-STEP void NAME(load3)(v8 a[3], float (*p)[PKTRT__WAVE], uint32_t i) {
+STEP void NAME(load3)(v8 a[3], float (*p)[PKTRT__ROW], uint32_t i) {
   ROLL_OUT for (int k = 0; k < 3; k++) a[k] = vload(p[k] + i);
 }
-STEP void NAME(store3)(float (*p)[PKTRT__WAVE], uint32_t i, const v8 a[3]) {
+STEP void NAME(store3)(float (*p)[PKTRT__ROW], uint32_t i, const v8 a[3]) {
   ROLL_OUT for (int k = 0; k < 3; k++) vstore(p[k] + i, a[k]);
 }
 

@@ -3189,24 +3189,25 @@ typedef struct pktrt__wave {
   uint32_t end[PKTRT__WAVE_ROW];       /* where the packet ends that begins with a ray */
 } pktrt__wave;
 
-typedef struct pktrt__surfaces { /* what the rays of a wave met; rays that met nothing leave no gap */
+/* What the rays of a wave met; rays that met nothing leave no gap. Rows are apart like those of a batch. */
+typedef struct pktrt__surfaces {
   PKTRT__ALIGN64 double point[3][PKTRT__ROW];
-  float position[3][PKTRT__ROW];   /* the same, for hooks */
-  float flat[3][PKTRT__ROW];       /* unit geometric normal towards the viewer */
-  float shade[3][PKTRT__ROW];      /* unit shading normal on the same side */
-  float facing[3][PKTRT__ROW];     /* the normal that scattering uses: shade, or flat where shade looks away */
-  float d[3][PKTRT__ROW];          /* unit direction of the ray */
+  float position[3][PKTRT__ROW];    /* the same, for hooks */
+  float flat[3][PKTRT__ROW];        /* unit geometric normal towards the viewer */
+  float shade[3][PKTRT__ROW];       /* unit shading normal on the same side */
+  float facing[3][PKTRT__ROW];      /* the normal that scattering uses: shade, or flat where shade looks away */
+  float d[3][PKTRT__ROW];           /* unit direction of the ray */
   float mirror[3][PKTRT__ROW], refracted[3][PKTRT__ROW]; /* unit directions, above and below flat */
   float fresnel[PKTRT__ROW], eta[PKTRT__ROW]; /* eta: index behind the surface over the one before it */
-  float lift[PKTRT__ROW];          /* how far rays start from the surface, see >>spawn */
-  float start[3][PKTRT__ROW];      /* of those on the side of `flat` */
+  float lift[PKTRT__ROW];           /* how far rays start from the surface, see >>spawn */
+  float start[3][PKTRT__ROW];       /* of those on the side of `flat` */
   float distance[PKTRT__ROW];
   float albedo[3][PKTRT__ROW], reflectance[3][PKTRT__ROW], emission[3][PKTRT__ROW];
-  float specular[3][PKTRT__ROW];   /* weight of the reflected ray */
-  float passing[3][PKTRT__ROW];    /* weight of the refracted ray */
+  float specular[3][PKTRT__ROW];    /* weight of the reflected ray */
+  float passing[3][PKTRT__ROW];     /* weight of the refracted ray */
   float radiance[3][PKTRT__ROW];
-  uint32_t ray[PKTRT__ROW];        /* lane in the wave */
-  uint32_t number[PKTRT__ROW];     /* 0, 1, 2, ...: what lists of some of them are packed from */
+  uint32_t ray[PKTRT__ROW];         /* lane in the wave */
+  uint32_t number[PKTRT__ROW];      /* 0, 1, 2, ...: what lists of some of them are packed from */
   uint32_t material[PKTRT__ROW], mesh[PKTRT__ROW], triangle[PKTRT__ROW];
   /* bit k % 8 of entry k / 8: */
   uint8_t inside[PKTRT__WAVE / 8];  /* the ray came from where corners appear clockwise */

@@ -3194,23 +3194,26 @@ typedef struct pktrt__wave {
   uint32_t end[PKTRT__WAVE_ROW];       /* where the packet ends that begins with a ray */
 } pktrt__wave;
 
-typedef struct pktrt__surfaces { /* what the rays of a wave met; rays that met nothing leave no gap */
-  PKTRT__ALIGN64 double point[3][PKTRT__WAVE];
-  float position[3][PKTRT__WAVE];   /* the same, for hooks */
-  float flat[3][PKTRT__WAVE];       /* unit geometric normal towards the viewer */
-  float shade[3][PKTRT__WAVE];      /* unit shading normal on the same side */
-  float facing[3][PKTRT__WAVE];     /* the normal that scattering uses: shade, or flat where shade looks away */
-  float d[3][PKTRT__WAVE];          /* unit direction of the ray */
-  float mirror[3][PKTRT__WAVE], refracted[3][PKTRT__WAVE]; /* unit directions, above and below flat */
-  float fresnel[PKTRT__WAVE], eta[PKTRT__WAVE]; /* eta: index behind the surface over the one before it */
-  float lift[PKTRT__WAVE];          /* how far rays start from the surface, see >>spawn */
-  float distance[PKTRT__WAVE];
-  float albedo[3][PKTRT__WAVE], reflectance[3][PKTRT__WAVE], emission[3][PKTRT__WAVE];
-  float specular[3][PKTRT__WAVE];   /* weight of the reflected ray */
-  float passing[3][PKTRT__WAVE];    /* weight of the refracted ray */
-  float radiance[3][PKTRT__WAVE];
-  uint32_t ray[PKTRT__WAVE];        /* lane in the wave */
-  uint32_t material[PKTRT__WAVE], mesh[PKTRT__WAVE], triangle[PKTRT__WAVE];
+/* What the rays of a wave met; rays that met nothing leave no gap. Rows are apart like those of a batch. */
+typedef struct pktrt__surfaces {
+  PKTRT__ALIGN64 double point[3][PKTRT__ROW];
+  float position[3][PKTRT__ROW];    /* the same, for hooks */
+  float flat[3][PKTRT__ROW];        /* unit geometric normal towards the viewer */
+  float shade[3][PKTRT__ROW];       /* unit shading normal on the same side */
+  float facing[3][PKTRT__ROW];      /* the normal that scattering uses: shade, or flat where shade looks away */
+  float d[3][PKTRT__ROW];           /* unit direction of the ray */
+  float mirror[3][PKTRT__ROW], refracted[3][PKTRT__ROW]; /* unit directions, above and below flat */
+  float fresnel[PKTRT__ROW], eta[PKTRT__ROW]; /* eta: index behind the surface over the one before it */
+  float lift[PKTRT__ROW];           /* how far rays start from the surface, see >>spawn */
+  float start[3][PKTRT__ROW];       /* of those on the side of `flat` */
+  float distance[PKTRT__ROW];
+  float albedo[3][PKTRT__ROW], reflectance[3][PKTRT__ROW], emission[3][PKTRT__ROW];
+  float specular[3][PKTRT__ROW];    /* weight of the reflected ray */
+  float passing[3][PKTRT__ROW];     /* weight of the refracted ray */
+  float radiance[3][PKTRT__ROW];
+  uint32_t ray[PKTRT__ROW];         /* lane in the wave */
+  uint32_t number[PKTRT__ROW];      /* 0, 1, 2, ...: what lists of some of them are packed from */
+  uint32_t material[PKTRT__ROW], mesh[PKTRT__ROW], triangle[PKTRT__ROW];
   /* bit k % 8 of entry k / 8: */
   uint8_t inside[PKTRT__WAVE / 8];  /* the ray came from where corners appear clockwise */
   uint8_t shaded[PKTRT__WAVE / 8];  /* done: a shader hook leaves nothing to do */
@@ -3241,13 +3244,18 @@ typedef struct pktrt__aim { /* one light, as surfaces see it that look for it */
 } pktrt__aim;
 
 typedef struct pktrt__shadows { /* shadow rays of one light */
-  PKTRT__ALIGN64 float o[3][PKTRT__WAVE_ROW];
-  float d[3][PKTRT__WAVE_ROW], time[PKTRT__WAVE_ROW];
-  float arriving[3][PKTRT__WAVE_ROW];  /* what the light adds if nothing is between */
-  uint32_t surface[PKTRT__WAVE_ROW], material[PKTRT__WAVE_ROW];
-  float tmax;                          /* of all of them */
+  float *o[3], *d[3], *time;        /* in the batch to be traced, or in a list of which packets are made */
+  float *arriving[3];               /* what the light adds if nothing is between */
+  uint32_t *surface, *material;     /* material: NULL if nobody wants to know */
+  float tmax;                       /* of all of them */
   uint32_t count;
 } pktrt__shadows;
+
+typedef struct pktrt__shadow_list {
+  PKTRT__ALIGN64 float o[3][PKTRT__WAVE_ROW];
+  float d[3][PKTRT__WAVE_ROW], time[PKTRT__WAVE_ROW], arriving[3][PKTRT__WAVE_ROW];
+  uint32_t surface[PKTRT__WAVE_ROW], material[PKTRT__WAVE_ROW];
+} pktrt__shadow_list;
 
 /* What surfaces send out: rays of one type. Their key is (key + 1) times `times` plus `plus`, of the ray that came. */
 typedef struct pktrt__sending {
@@ -3317,17 +3325,18 @@ typedef struct pktrt__kernels {
   void (*store)(const pktrt_scene *, const pktrt__batch *, pktrt_hit *, const uint16_t *order, uint32_t n, size_t left);
   /* Rays of a pinhole through eight places of the picture, into lanes i to i + 7 of a wave. */
   void (*primary)(const pktrt__view_plane *, const double *x, const double *y, pktrt__wave *, uint32_t i);
-  /* Packs those of n rays of a wave that met something: returns how many, and where they were. Points, normals and
-     materials of the surfaces that they met; all but normals of the mesh is read if not `smooth`. */
-  uint32_t (*pack)(pktrt__wave *, uint32_t first, uint32_t n, uint32_t *ray);
+  /* Packs those of n rays of a wave that met something, and tells the surfaces how many and where they were. Points,
+     normals and materials of the surfaces that they met; all but normals of the mesh is read if not `smooth`. */
+  void (*pack)(pktrt__wave *, uint32_t first, uint32_t n, pktrt__surfaces *);
   void (*find)(const pktrt_scene *, bool smooth, const pktrt__wave *, pktrt__surfaces *);
   /* Of all surfaces, once their hooks have run: directions of scattering and weights if rays are followed, and the
-     radiance that needs no ray. The shadow rays towards one light; which of eight may meet glass: true of some
-     that do not. What they add: of n shadow rays, `seen` of what arrives at each. Reflected or refracted rays, behind
-     the n of a wave: returns how many it has then. */
+     radiance that needs no ray. The shadow rays towards one light; what n of them see of it, nothing or all, and the
+     lanes of those among the former that may meet glass: returns how many, some too many. What they add: of n shadow
+     rays, `seen` of what arrives at each. Reflected or refracted rays, behind the n of a wave: returns how many it
+     has then. */
   void (*dress)(const pktrt_scene *, bool follow, const float ambient[3], const pktrt__wave *, pktrt__surfaces *);
   void (*aim)(const pktrt_scene *, const pktrt__aim *, const pktrt__wave *, pktrt__surfaces *, pktrt__shadows *);
-  uint32_t (*meets)(const pktrt__glass *, const pktrt__batch *, uint32_t i, uint32_t lanes);
+  uint32_t (*see)(const pktrt__glass *, const pktrt__batch *, float (*seen)[PKTRT__BATCH], uint32_t n, uint32_t *lane);
   void (*gain)(pktrt__surfaces *, const uint32_t *surface, float (*arriving)[PKTRT__BATCH],
                float (*seen)[PKTRT__BATCH], uint32_t n);
   uint32_t (*send)(const pktrt__sending *, const pktrt__wave *, const pktrt__surfaces *, pktrt__wave *to, uint32_t n);
@@ -6270,16 +6279,16 @@ STEP d8 NAME(ddot)(const d8 a[3], const d8 b[3]) {
 STEP void NAME(dset3)(d8 a[3], const double *p) {
   ROLL_OUT for (int k = 0; k < 3; k++) a[k] = dset(p[k]);
 }
-STEP void NAME(dload3)(d8 a[3], double (*p)[PKTRT__WAVE], uint32_t i) {
+STEP void NAME(dload3)(d8 a[3], double (*p)[PKTRT__ROW], uint32_t i) {
   ROLL_OUT for (int k = 0; k < 3; k++) a[k] = dload(p[k] + i);
 }
-STEP void NAME(dfrom3)(d8 a[3], float (*p)[PKTRT__WAVE], uint32_t i) {
+STEP void NAME(dfrom3)(d8 a[3], float (*p)[PKTRT__ROW], uint32_t i) {
   ROLL_OUT for (int k = 0; k < 3; k++) a[k] = dfrom(vload(p[k] + i));
 }
-STEP void NAME(load3)(v8 a[3], float (*p)[PKTRT__WAVE], uint32_t i) {
+STEP void NAME(load3)(v8 a[3], float (*p)[PKTRT__ROW], uint32_t i) {
   ROLL_OUT for (int k = 0; k < 3; k++) a[k] = vload(p[k] + i);
 }
-STEP void NAME(store3)(float (*p)[PKTRT__WAVE], uint32_t i, const v8 a[3]) {
+STEP void NAME(store3)(float (*p)[PKTRT__ROW], uint32_t i, const v8 a[3]) {
   ROLL_OUT for (int k = 0; k < 3; k++) vstore(p[k] + i, a[k]);
 }
 
@@ -6306,26 +6315,28 @@ static void NAME(primary)(const pktrt__view_plane *p, const double *x, const dou
 
 OP uint32_t NAME(lanes_of)(uint32_t n) { return n < 8 ? 0xFFu >> (8 - n) : 0xFFu; } /* the first n of eight */
 
-static uint32_t NAME(pack)(pktrt__wave *w, uint32_t first, uint32_t n, uint32_t *ray) {
+static void NAME(pack)(pktrt__wave *w, uint32_t first, uint32_t n, pktrt__surfaces *s) {
   void *const rows[] = {w->d[0], w->d[1], w->d[2], w->n[0], w->n[1],  w->n[2],   w->t,   w->u,    w->v,
                         w->time, w->id,   w->slot, w->group, w->medium, w->importance, w->key, w->root};
   uint32_t k = 0;
   for (uint32_t i = 0; i < n; i += 8) {
     const uint32_t from = first + i, to = first + k, all = NAME(lanes_of)(n - i);
     const uint32_t hits = all & NAME(occupied)(w->slot + from);
-    for (uint32_t rest = hits; rest; rest &= rest - 1) ray[k++] = from + pktrt__lowest(rest);
+    vpack_from(s->ray + k, hits, s->number + from);
+    k += pktrt__popcount8(hits);
     if (from == to && hits == all) continue;
     for (size_t row = 0; row < sizeof rows / sizeof *rows; row++) {
       char *data = PKTRT__CAST(char *, rows[row]);
       vpack_from(data + to * sizeof(float), hits, data + from * sizeof(float));
     }
   }
-  return k;
+  s->first = first, s->count = k;
 }
 
-/* Normals at the corners of the triangles of surfaces i to i + 7; n where the mesh has none. */
-PKTRT__NOINLINE void NAME(gather_normals)(const pktrt_scene *scene, const float *time, const pktrt__surfaces *s,
+/* Normals at the corners of the triangles of surfaces i to i + 7; n where the mesh has none. Whether any has. */
+PKTRT__NOINLINE bool NAME(gather_normals)(const pktrt_scene *scene, const float *time, const pktrt__surfaces *s,
                                           uint32_t i, uint32_t lanes, const v8 n[3], v8 q[3][3]) {
+  bool any = false;
   ROLL_OUT for (int c = 0; c < 9; c++) q[c / 3][c % 3] = n[c % 3];
   for (uint32_t rest = lanes; rest;) {
     const uint32_t r = pktrt__lowest(rest), triangle = s->triangle[i + r];
@@ -6333,6 +6344,7 @@ PKTRT__NOINLINE void NAME(gather_normals)(const pktrt_scene *scene, const float 
     uint32_t same = rest & vsame(s->mesh + i, s->mesh[i + r]);
     if (mesh->normals) {
       float corner[3][3];
+      any = true;
       same = mesh->key_count < 2 ? same & vsame(s->triangle + i, triangle) : rest & (0u - rest);
       const m8 m = mfrom(same);
       for (uint32_t c = 0; c < 3; c++) pktrt__corner(mesh, mesh->normals, triangle, c, time[r], corner[c]);
@@ -6340,6 +6352,14 @@ PKTRT__NOINLINE void NAME(gather_normals)(const pktrt_scene *scene, const float 
     }
     rest &= ~same;
   }
+  return any;
+}
+
+/* Where rays start that leave surfaces i to i + 7 along their flat normals: 1, or -1 below them. */
+STEP void NAME(leave)(const pktrt__surfaces *s, uint32_t i, double side, v8 o[3]) {
+  const d8 lift = dmul(dfrom(vload(s->lift + i)), dset(side));
+  ROLL_OUT for (int a = 0; a < 3; a++)
+    o[a] = dto(dadd(dload(s->point[a] + i), dmul(lift, dfrom(vload(s->flat[a] + i)))));
 }
 
 /* Points and normals of surfaces i to i + 7, of which those in `lanes` exist. */
@@ -6360,14 +6380,19 @@ PKTRT__NOINLINE void NAME(find8)(const pktrt_scene *scene, bool smooth, const pk
     length2 = dadd(length2, dmul(dfrom(d[a]), dfrom(d[a])));
   }
   vstore(s->distance + i, dto(dmul(dfrom(vload(w->t + at)), dsqrt(length2))));
-  NAME(gather_normals)(scene, w->time + at, s, i, smooth ? lanes : 0, n, p);
-  ROLL_OUT for (int a = 0; a < 3; a++)
-    q[a] = vadd(p[0][a], vadd(vmul(u, vsub(p[1][a], p[0][a])), vmul(v, vsub(p[2][a], p[0][a]))));
+  const bool bent = smooth && NAME(gather_normals)(scene, w->time + at, s, i, lanes, n, p);
+  if (bent) {
+    ROLL_OUT for (int a = 0; a < 3; a++)
+      q[a] = vadd(p[0][a], vadd(vmul(u, vsub(p[1][a], p[0][a])), vmul(v, vsub(p[2][a], p[0][a]))));
+  }
   NAME(unit)(n, n);
+  if (!bent) { /* as if it were blended of three: zeros are positive */
+    ROLL_OUT for (int a = 0; a < 3; a++) q[a] = vadd(n[a], zero);
+  }
   NAME(unit)(d, d);
   const m8 inside = vlt(zero, NAME(dot)(n, d));
   ROLL_OUT for (int a = 0; a < 3; a++) n[a] = vsel(inside, vsub(zero, n[a]), n[a]);
-  NAME(unit)(q, n);
+  if (bent) NAME(unit)(q, n);
   const m8 turned = vlt(NAME(dot)(q, n), zero);
   ROLL_OUT for (int a = 0; a < 3; a++) q[a] = vsel(turned, vsub(zero, q[a]), q[a]);
   const m8 away = vle(zero, NAME(dot)(q, d));
@@ -6376,6 +6401,8 @@ PKTRT__NOINLINE void NAME(find8)(const pktrt_scene *scene, bool smooth, const pk
   NAME(store3)(s->d, i, d);
   ROLL_OUT for (int a = 0; a < 3; a++) vstore(s->facing[a] + i, vsel(away, n[a], q[a]));
   s->inside[i / 8] = (uint8_t)mbits(inside);
+  NAME(leave)(s, i, 1, p[0]);
+  NAME(store3)(s->start, i, p[0]);
 }
 
 /* What materials say of surfaces i to i + 7, before their hooks and the angle of view change it. */
@@ -6510,20 +6537,13 @@ STEP d8 NAME(look_for)(const pktrt__aim *l, uint32_t i, d8 p[3], d8 at[3]) {
   return dmul(ddiv(dadd(ddiv(dabs(along), r), dset(l->folded)), r2), dset(l->strength));
 }
 
-/* Where rays start that leave surfaces i to i + 7 along their flat normals: 1, or -1 below them. */
-STEP void NAME(leave)(const pktrt__surfaces *s, uint32_t i, double side, v8 o[3]) {
-  const d8 lift = dmul(dfrom(vload(s->lift + i)), dset(side));
-  ROLL_OUT for (int a = 0; a < 3; a++)
-    o[a] = dto(dadd(dload(s->point[a] + i), dmul(lift, dfrom(vload(s->flat[a] + i)))));
-}
-
 /* Shadow rays of surfaces i to i + 7, behind those in the list. The surface is left along its flat normal by `lift`, on
    the viewer's side, which is the light's. */
 PKTRT__NOINLINE void NAME(aim8)(const pktrt_scene *scene, const pktrt__aim *l, const pktrt__wave *w,
                                 pktrt__surfaces *s, uint32_t i, uint32_t lanes, pktrt__shadows *sh) {
   d8 to[3], p[3], at[3], flat[3], shade[3];
   v8 o[3], d[3], arriving[3], lobe = vset(0), largest = vset(0);
-  NAME(leave)(s, i, 1, o);
+  NAME(load3)(o, s->start, i);
   NAME(dload3)(p, s->point, i);
   NAME(dfrom3)(flat, s->flat, i);
   NAME(dfrom3)(shade, s->shade, i);
@@ -6563,8 +6583,9 @@ PKTRT__NOINLINE void NAME(aim8)(const pktrt_scene *scene, const pktrt__aim *l, c
     vpack(sh->arriving[a] + n, lanes, arriving[a]);
   }
   vpack_from(sh->time + n, lanes, w->time + s->first + i);
-  vpack_from(sh->material + n, lanes, s->material + i);
-  for (; lanes; lanes &= lanes - 1) sh->surface[sh->count++] = i + pktrt__lowest(lanes);
+  vpack_from(sh->surface + n, lanes, s->number + i);
+  if (sh->material) vpack_from(sh->material + n, lanes, s->material + i);
+  sh->count += pktrt__popcount8(lanes);
 }
 
 static void NAME(aim)(const pktrt_scene *scene, const pktrt__aim *l, const pktrt__wave *w, pktrt__surfaces *s,
@@ -6599,6 +6620,19 @@ static uint32_t NAME(meets)(const pktrt__glass *glass, const pktrt__batch *b, ui
   return found;
 }
 
+/* What n rays see of a light whose shadow rays they are, and which of them may go on through glass. */
+static uint32_t NAME(see)(const pktrt__glass *glass, const pktrt__batch *b, float (*seen)[PKTRT__BATCH], uint32_t n,
+                          uint32_t *lane) {
+  uint32_t listed = 0;
+  for (uint32_t i = 0; i < n; i += 8) {
+    const uint32_t stopped = NAME(lanes_of)(n - i) & NAME(occupied)(b->slot + i);
+    uint32_t met = glass->boxes && stopped ? NAME(meets)(glass, b, i, stopped) : 0;
+    for (int a = 0; a < 3; a++) vstore(seen[a] + i, vsel(mfrom(stopped), vset(0), vset(1)));
+    for (; met; met &= met - 1) lane[listed++] = i + pktrt__lowest(met);
+  }
+  return listed;
+}
+
 /* One after the other where they are not those of eight surfaces in a row: several may be of one surface. */
 static void NAME(gain)(pktrt__surfaces *s, const uint32_t *surface, float (*arriving)[PKTRT__BATCH],
                        float (*seen)[PKTRT__BATCH], uint32_t n) {
@@ -6628,12 +6662,13 @@ PKTRT__NOINLINE uint32_t NAME(send8)(const pktrt__sending *g, const pktrt__wave 
   ROLL_OUT for (int a = 0; a < 3; a++) {
     weight[a] = vload((g->refraction ? s->passing[a] : s->specular[a]) + i);
     d[a] = vload((g->refraction ? s->refracted[a] : s->mirror[a]) + i);
+    o[a] = vload(s->start[a] + i);
   }
   const v8 largest = vmax(weight[0], vmax(weight[1], weight[2]));
   const v8 importance = vmul(vload(w->importance + at), largest);
   lanes &= mbits(vlt(vset(0), largest)) & ~mbits(vlt(importance, vset(g->threshold)));
   if (!lanes) return n;
-  NAME(leave)(s, i, g->refraction ? -1 : 1, o);
+  if (g->refraction) NAME(leave)(s, i, -1, o);
   ROLL_OUT for (int a = 0; a < 3; a++) {
     vpack(to->o[a] + n, lanes, o[a]);
     vpack(to->d[a] + n, lanes, d[a]);
@@ -6847,7 +6882,7 @@ static bool NAME(rounds_each_operation)(void) {
 
 static const pktrt__kernels NAME(kernels) = {NAME(trace), NAME(intersect), NAME(occluded), NAME(rounds_each_operation),
                                              NAME(load), NAME(store), NAME(primary), NAME(pack), NAME(find),
-                                             NAME(dress), NAME(aim), NAME(meets), NAME(gain), NAME(send)};
+                                             NAME(dress), NAME(aim), NAME(see), NAME(gain), NAME(send)};
 
 #ifdef PKTRT__ALSO_STAMP /* for benchmarks: a file of theirs on the same vectors; its path from here, in quotes */
 #include PKTRT__ALSO_STAMP
@@ -8420,23 +8455,34 @@ static void pktrt__empty_box(pktrt__glass_box *box) {
   for (int a = 0; a < 3; a++) box->lo[a] = INFINITY, box->hi[a] = -INFINITY;
 }
 
-/* Boxes of triangles, or of meshes if not `fine`. */
-static void pktrt__box_glass(const pktrt_scene *s, bool fine, pktrt__glass_box *box) {
+static bool pktrt__touch(const pktrt__glass_box *a, const pktrt__glass_box *b) {
+  bool apart = false;
+  for (int k = 0; k < 3; k++) apart |= a->hi[k] < b->lo[k] || b->hi[k] < a->lo[k];
+  return !apart;
+}
+
+/* Boxes of meshes or, if `fine`, of a few triangles that follow and touch each other. Returns how many. */
+static uint32_t pktrt__box_glass(const pktrt_scene *s, bool fine, pktrt__glass_box *boxes) {
+  uint32_t n = 0, held = 0; /* held: triangles in the last box */
   for (uint32_t i = 0; i < s->committed_meshes; i++) {
     const pktrt__mesh *m = &s->meshes[i];
     for (uint32_t t = 0; t < m->triangle_count && pktrt__is_glass(s, m); t++) {
-      if (fine || !t) pktrt__empty_box(box);
+      pktrt__glass_box box;
+      pktrt__empty_box(&box);
       for (uint32_t key = 0; key < m->key_count; key++) {
         float p[3][3];
         pktrt__triangle_vertices(m, false, t, key, p);
-        for (int c = 0; c < 3; c++) pktrt__widen(box, p[c], p[c]);
+        for (int c = 0; c < 3; c++) pktrt__widen(&box, p[c], p[c]);
       }
-      box += fine || t + 1 == m->triangle_count;
+      if (t && (!fine || (held < 16 && pktrt__touch(&boxes[n - 1], &box)))) pktrt__widen(&boxes[n - 1], box.lo, box.hi);
+      else boxes[n++] = box, held = 0;
+      held++;
     }
   }
+  return n;
 }
 
-/* Boxes around n > 0 of triangles or meshes, which are put in order by halves. Returns how many. */
+/* Boxes around n > 0 of these, which are put in order by halves. Returns how many. */
 static uint32_t pktrt__nest_glass(pktrt__glass_box *in, uint32_t n, uint32_t depth, float slack, pktrt__glass_box *to) {
   uint32_t half = 0;
   int axis = 0;
@@ -8474,8 +8520,8 @@ static bool pktrt__find_glass(pktrt__job *job, uint64_t samples) {
   glass->room = n < (1u << PKTRT__GLASS_DEPTH) ? (uint32_t)n * 2 : 2u << PKTRT__GLASS_DEPTH;
   glass->boxes = PKTRT__CAST(pktrt__glass_box *, pktrt__alloc(&s->desc, glass->room, sizeof *glass->boxes));
   pktrt__glass_box *in = PKTRT__CAST(pktrt__glass_box *, pktrt__alloc(&s->desc, n, sizeof *in));
-  if (in) pktrt__box_glass(s, fine, in);
-  if (in && glass->boxes) (void)pktrt__nest_glass(in, (uint32_t)n, 0, 4e-6f * largest, glass->boxes);
+  if (in && glass->boxes)
+    (void)pktrt__nest_glass(in, pktrt__box_glass(s, fine, in), 0, 4e-6f * largest, glass->boxes);
   pktrt__release(&s->desc, in, n, sizeof *in);
   return in && glass->boxes;
 }
@@ -8493,6 +8539,12 @@ static bool pktrt__prepare(pktrt__job *job, uint64_t pixels) { /* false: out of 
 }
 
 /* >>work ----------------------------------------------------------------------------------------------------------- */
+
+/* n values of a row; and up to seven behind them, for compilers make vectors of loops whose length is known. */
+PKTRT__INLINE void pktrt__set_row(float *row, uint32_t n, float x) {
+  for (uint32_t i = 0; i < n; i += 8)
+    for (uint32_t j = 0; j < 8; j++) row[i + j] = x;
+}
 
 /* Rays on their way into a packet, and what becomes of the answer. */
 typedef struct pktrt__pending {
@@ -8512,6 +8564,7 @@ typedef struct pktrt__work {
   pktrt__surfaces surfaces;
   pktrt__targets targets;
   pktrt__shadows shadows;
+  pktrt__shadow_list list;
   const pktrt__job *job;
   pktrt_stats *stats;
   pktrt__wave *reflected[PKTRT_MAX_DEPTH + 1], *refracted[PKTRT_MAX_DEPTH + 1], *spare; /* sent by each generation */
@@ -8598,7 +8651,7 @@ PKTRT__NOINLINE void pktrt__find_surfaces(pktrt__work *work, pktrt__wave *w, uin
   bool missed = false;
   for (uint32_t i = first; i < first + n; i++) missed |= w->slot[i] == PKTRT_NONE;
   if (missed) pktrt__find_misses(work->job, w, first, n);
-  s->first = first, s->count = scene->kernels->pack(w, first, n, s->ray);
+  scene->kernels->pack(w, first, n, s);
   pktrt__name_surfaces(scene, smooth, w, s);
   scene->kernels->find(scene, smooth, w, s);
 }
@@ -8768,25 +8821,6 @@ static pktrt__passage pktrt__pass_glass(pktrt__work *work, uint32_t i, uint32_t 
   return !finite || left > 0 ? PKTRT__GOES_ON : PKTRT__ARRIVED;
 }
 
-/* What of the light of pending shadow rays is seen, but for glass. Those that may meet glass: returns how many. */
-static uint32_t pktrt__look_for_light(pktrt__work *work, uint32_t lane[PKTRT__BATCH]) {
-  pktrt__pending *p = &work->pending;
-  const pktrt__job *job = work->job;
-  uint32_t listed = 0;
-  for (uint32_t k = 0; k < p->n; k += 8) {
-    const uint32_t n = p->n - k < 8 ? p->n - k : 8;
-    uint32_t stopped = 0;
-    for (uint32_t i = 0; i < n; i++) {
-      const uint32_t stops = p->batch.slot[k + i] != PKTRT_NONE;
-      stopped |= stops << i, p->seen[0][k + i] = (float)(int)(1 - stops);
-    }
-    stopped = job->glass.boxes && stopped ? job->scene->kernels->meets(&job->glass, &p->batch, k, stopped) : 0;
-    for (; stopped; stopped &= stopped - 1) lane[listed++] = k + pktrt__lowest(stopped);
-  }
-  for (int a = 1; a < 3; a++) memcpy(p->seen[a], p->seen[0], p->n * sizeof(float));
-  return listed;
-}
-
 /* Gives those of pending shadow rays that something stopped a second chance: was it glass? They are listed. */
 static void pktrt__look_through_glass(pktrt__work *work, pktrt_ray_type type, uint32_t depth, uint32_t *lane,
                                       uint32_t listed) {
@@ -8795,7 +8829,7 @@ static void pktrt__look_through_glass(pktrt__work *work, pktrt_ray_type type, ui
   uint32_t n = 0, hint[2] = {0, 0};
   for (uint32_t i = 0; i < listed; i++) {
     const uint32_t k = lane[i];
-    if (p->wave[k]) continue;
+    if (type == PKTRT_RAY_OTHER && p->wave[k]) continue;
     for (int a = 0; a < 3; a++) b->o[a][n] = p->batch.o[a][k], b->d[a][n] = p->batch.d[a][k], p->seen[a][k] = 1;
     b->tmin[n] = 0, b->tmax[n] = p->batch.tmax[k], b->time[n] = p->batch.time[k];
     lane[n++] = k;
@@ -8856,7 +8890,7 @@ PKTRT__NOINLINE void pktrt__flush(pktrt__work *work, pktrt_ray_type type, uint32
   }
   const pktrt__kernels *kernels = work->job->scene->kernels;
   uint32_t lane[PKTRT__BATCH];
-  const uint32_t listed = pktrt__look_for_light(work, lane);
+  const uint32_t listed = kernels->see(&work->job->glass, b, p->seen, p->n, lane);
   if (listed) pktrt__look_through_glass(work, type, depth, lane, listed);
   if (type == PKTRT_RAY_SHADOW) kernels->gain(s, p->target, p->arriving, p->seen, p->n);
   for (uint32_t i = 0; type == PKTRT_RAY_OTHER && i < p->n; i++) {
@@ -8873,6 +8907,11 @@ PKTRT__NOINLINE void pktrt__flush(pktrt__work *work, pktrt_ray_type type, uint32
   p->n = 0;
 }
 
+/* How far the pending rays [from, to) go. */
+static void pktrt__limit(pktrt__batch *b, uint32_t from, uint32_t to, float tmax) {
+  pktrt__set_row(b->tmin + from, to - from, 0), pktrt__set_row(b->tmax + from, to - from, tmax);
+}
+
 /* Rays [from, to) of the list of shadow rays, in the order given (NULL: as they are), behind what is pending; they
    fit. */
 static void pktrt__push_shadows(pktrt__work *work, const uint32_t *order, uint32_t from, uint32_t to) {
@@ -8887,8 +8926,8 @@ static void pktrt__push_shadows(pktrt__work *work, const uint32_t *order, uint32
       memcpy(p->arriving[a] + n, sh->arriving[a] + from, size);
     }
     memcpy(p->batch.time + n, sh->time + from, size), memcpy(p->target + n, sh->surface + from, size);
-    memset(p->batch.tmin + n, 0, size), memset(p->wave + n, 0, (to - from) * sizeof *p->wave);
-    for (uint32_t i = n; i < p->n; i++) p->batch.tmax[i] = sh->tmax;
+    memset(p->wave + n, 0, (to - from) * sizeof *p->wave);
+    pktrt__limit(&p->batch, n, p->n, sh->tmax);
     return;
   }
   for (int a = 0; a < 3; a++)
@@ -8903,18 +8942,18 @@ static void pktrt__push_shadows(pktrt__work *work, const uint32_t *order, uint32
   }
 }
 
+/* Whose rays they are is only told of each where rays of several kinds may be pending, or somebody asks. */
 static void pktrt__push_wave(pktrt__work *work, pktrt__wave *w, uint32_t from, uint32_t to) {
+  const pktrt_render_desc *d = work->job->desc;
   pktrt__pending *p = &work->pending;
-  const uint32_t n = p->n, m = to - from;
+  const uint32_t n = p->n, m = to - from, told = d->packet || d->assembly == PKTRT_ASSEMBLY_BLIND ? m : 1;
   for (int a = 0; a < 3; a++) {
     memcpy(p->batch.o[a] + n, w->o[a] + from, m * sizeof(float));
     memcpy(p->batch.d[a] + n, w->d[a] + from, m * sizeof(float));
   }
   memcpy(p->batch.time + n, w->time + from, m * sizeof(float));
-  for (uint32_t i = 0; i < m; i++) {
-    p->batch.tmin[n + i] = 0, p->batch.tmax[n + i] = INFINITY;
-    p->target[n + i] = from + i, p->wave[n + i] = w;
-  }
+  pktrt__limit(&p->batch, n, n + m, INFINITY);
+  for (uint32_t i = 0; i < told; i++) p->target[n + i] = from + i, p->wave[n + i] = w;
   p->n += m;
 }
 
@@ -9069,7 +9108,20 @@ static void pktrt__shine(const pktrt_scene *scene, const pktrt__surfaces *s, uin
   }
 }
 
-/* The shadow rays of all surfaces towards one light into the list. */
+/* Shadow rays go into the list, or at once into the batch that is to be traced, which is empty then. */
+static void pktrt__place_shadows(pktrt__work *work, bool at_once) {
+  pktrt__shadows *sh = &work->shadows;
+  pktrt__shadow_list *l = &work->list;
+  pktrt__pending *p = &work->pending;
+  for (int a = 0; a < 3; a++) {
+    sh->o[a] = at_once ? p->batch.o[a] : l->o[a], sh->d[a] = at_once ? p->batch.d[a] : l->d[a];
+    sh->arriving[a] = at_once ? p->arriving[a] : l->arriving[a];
+  }
+  sh->time = at_once ? p->batch.time : l->time, sh->surface = at_once ? p->target : l->surface;
+  sh->material = at_once ? NULL : l->material;
+}
+
+/* The shadow rays of all surfaces towards one light. */
 static void pktrt__aim_at(pktrt__work *work, const pktrt__wave *w, uint32_t light, uint32_t depth) {
   const pktrt_scene *scene = work->job->scene;
   const pktrt_light_kind kind = scene->lights[light].kind;
@@ -9087,15 +9139,23 @@ PKTRT__NOINLINE void pktrt__add_lights(pktrt__work *work, const pktrt__wave *w, 
   const pktrt__job *job = work->job;
   const bool blind = job->desc->assembly == PKTRT_ASSEMBLY_BLIND, runs = job->desc->assembly == PKTRT_ASSEMBLY_RUNS;
   const bool together = blind || job->desc->shadows == PKTRT_SHADOWS_TOGETHER;
+  const bool at_once = job->desc->assembly == PKTRT_ASSEMBLY_RAY_TYPES && !together && !job->desc->packet;
   const pktrt_ray_type type = blind ? PKTRT_RAY_OTHER : PKTRT_RAY_SHADOW;
   uint32_t *sender = work->sender;
+  pktrt__place_shadows(work, at_once);
   if (depth > 1 && job->distribute && job->desc->lights != PKTRT_LIGHTS_ALL) pktrt__choose_lights(work, w);
   for (uint32_t light = 0; light < job->scene->light_count; light++) {
     if (!pktrt__is_asked(work, light, depth)) continue;
     pktrt__aim_at(work, w, light, depth);
     const pktrt__shadows *sh = &work->shadows;
+    if (at_once) {
+      pktrt__limit(&work->pending.batch, 0, sh->count, sh->tmax);
+      work->pending.n = sh->count;
+      pktrt__flush(work, type, depth);
+      continue;
+    }
     for (uint32_t i = 0; runs && i < sh->count; i++) sender[i] = work->surfaces.ray[sh->surface[i]];
-    if (sh->count) pktrt__assemble(work, sh->count, work->shadows.d, sh->material, sender);
+    if (sh->count) pktrt__assemble(work, sh->count, work->list.d, sh->material, sender);
     for (uint32_t i = 0, end; i < sh->count; i = end) {
       end = work->packet[i];
       for (uint32_t from = i, to; from < end; from = to) {
@@ -9251,8 +9311,10 @@ static void pktrt__shade(pktrt__work *work, pktrt__wave *w, uint32_t first, uint
     if (!work->failed) refracted = pktrt__send_rays(work, w, true, t, refracted);
   }
   if (blind) pktrt__push_blindly(work, work->reflected[depth], refracted, depth + 1);
-  for (int a = 0; a < 3; a++)
-    for (uint32_t k = 0; k < s->count; k++) w->radiance[a][s->ray[k]] = s->radiance[a][k];
+  for (int a = 0; a < 3; a++) {
+    if (s->count == n) memcpy(w->radiance[a] + first, s->radiance[a], n * sizeof(float));
+    for (uint32_t k = 0; s->count < n && k < s->count; k++) w->radiance[a][s->ray[k]] = s->radiance[a][k];
+  }
   if (one_wave) {
     const pktrt_ray_type type = blind ? PKTRT_RAY_OTHER : reflected ? PKTRT_RAY_REFLECTION : PKTRT_RAY_REFRACTION;
     pktrt__follow(work, w, &work->reflected[depth], refracted, reflected ? reflected : refracted, depth + 1, type);
@@ -9294,7 +9356,9 @@ static void pktrt__camera_rays(pktrt__work *work, uint32_t n) {
   const bool random = job->distribute || job->samples > 1;
   double x[8] = {0, 0, 0, 0, 0, 0, 0, 0}, y[8] = {0, 0, 0, 0, 0, 0, 0, 0};
   const double middle = pktrt__min(1, (double)c->time + 0.5 * (double)c->shutter);
-  for (uint32_t i = 0; i < n; i++) w->time[i] = (float)middle, w->importance[i] = 1, w->parent[i] = w->root[i] = i;
+  pktrt__set_row(w->time, n, (float)middle), pktrt__set_row(w->importance, n, 1);
+  memcpy(w->parent, work->surfaces.number, n * sizeof *w->parent);
+  memcpy(w->root, work->surfaces.number, n * sizeof *w->root);
   memset(w->key, 0, n * sizeof *w->key), memset(w->medium, 0, n * sizeof *w->medium);
   memset(w->material, 0, n * sizeof *w->material), memset(work->deepest, 0, n);
   for (uint32_t i = 0; pinhole && !random && i < n; i++) { /* the middles of pixels */
@@ -9345,12 +9409,12 @@ static void pktrt__write_notes(const pktrt__work *work, size_t at, uint32_t p) {
 /* Means of finished pixels into the picture and the optional buffers. */
 static void pktrt__write_pixels(const pktrt__work *work, const uint32_t *x, const uint32_t *y, uint32_t pixels) {
   const pktrt_render_desc *d = work->job->desc;
-  const bool notes = pktrt__notes(work->job);
+  const bool notes = pktrt__notes(work->job), alone = work->job->samples == 1; /* divisions take time */
   const double n = work->job->samples;
   for (uint32_t p = 0; p < pixels; p++) {
     float *to = d->pixels + y[p] * work->job->row_stride + (size_t)x[p] * 3;
     const size_t at = (size_t)y[p] * d->width + x[p];
-    for (int a = 0; a < 3; a++) to[a] = pktrt__to_float(work->sum[a][p] / n);
+    for (int a = 0; a < 3; a++) to[a] = pktrt__to_float(alone ? work->sum[a][p] : work->sum[a][p] / n);
     if (notes) pktrt__write_notes(work, at, p);
     if (d->sample_count) d->sample_count[at] = work->job->samples;
   }
@@ -9410,6 +9474,7 @@ static bool pktrt__render_area(const pktrt__job *job, const uint32_t area[4], pk
   memset(work->reflected, 0, sizeof work->reflected);
   memset(work->refracted, 0, sizeof work->refracted);
   work->spare = NULL, work->pending.n = 0, work->failed = false;
+  for (uint32_t i = 0; i < PKTRT__WAVE; i++) work->surfaces.number[i] = i;
   work->job = job, work->stats = stats;
   work->across[0] = work->down[0] = 0;
   for (uint32_t i = 1; i < PKTRT__WAVE; i++) { /* Morton's order: the bits of both by turns */

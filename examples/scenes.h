@@ -653,9 +653,9 @@ static double sc_wood(sc_corners near[2], double along, double across, double de
 static void sc_tint(float *const colour[3], uint32_t i, double factor) {
   uint32_t c;
   for (c = 0; c < 3; c++) {
-    double v = sc_floor((double)colour[c][i] * factor * 65536.0 + 0.5137) / 65536.0;
-    v = v < 0.0 ? 0.0 : v;
-    colour[c][i] = (float)(v > 1.0 ? 1.0 : v);
+    double v = (double)colour[c][i] * factor * 65536.0 + 0.5137;
+    v = v > 0.0 ? v : 0.0, v = v < 65536.0 ? v : 65536.0;
+    colour[c][i] = (float)(int32_t)v / 65536.0f;
   }
 }
 

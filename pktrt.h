@@ -3008,15 +3008,19 @@ PKTRT__NOINLINE void pktrt__packet_weights(pktrt__batch *b, uint32_t base, uint3
   }
 }
 
-/* cross(p1 - p0, p2 - p0) in double; false where it is exactly zero. */
-PKTRT__INLINE bool pktrt__normal(float p[3][3], double n[3]) {
-  const double ax = (double)p[1][0] - (double)p[0][0], ay = (double)p[1][1] - (double)p[0][1];
-  const double az = (double)p[1][2] - (double)p[0][2], bx = (double)p[2][0] - (double)p[0][0];
-  const double by = (double)p[2][1] - (double)p[0][1], bz = (double)p[2][2] - (double)p[0][2];
+/* cross(p1 - p0, p2 - p0) in double; false where it is exactly zero. Coordinates lie `step` floats apart. */
+PKTRT__INLINE bool pktrt__normal_of(const float *p0, uint32_t step, double n[3]) {
+  const float *p1 = p0 + 3 * step, *p2 = p1 + 3 * step;
+  const double x = (double)p0[0], y = (double)p0[step], z = (double)p0[2 * step];
+  const double ax = (double)p1[0] - x, ay = (double)p1[step] - y, az = (double)p1[2 * step] - z;
+  const double bx = (double)p2[0] - x, by = (double)p2[step] - y, bz = (double)p2[2 * step] - z;
   n[0] = ay * bz - az * by;
   n[1] = az * bx - ax * bz;
   n[2] = ax * by - ay * bx;
   return n[0] != 0 || n[1] != 0 || n[2] != 0;
+}
+PKTRT__INLINE bool pktrt__normal(float p[3][3], double n[3]) {
+  return pktrt__normal_of((const float *)(const void *)p, 1, n);
 }
 
 /* The corners of a triangle at a ray's time: for what happens once per ray, or seldom. */
@@ -3044,19 +3048,22 @@ static bool pktrt__area_at(const pktrt__group *g, uint32_t slot, float time) {
 typedef struct pktrt__seen {
   double x, y, z;
 } pktrt__seen;
-PKTRT__INLINE pktrt__seen pktrt__see(const pktrt__lone *q, const float p[3]) {
+PKTRT__INLINE pktrt__seen pktrt__see(const pktrt__lone *q, const float *p, uint32_t step) {
   const float *o = q->ray->origin;
   const uint32_t k = q->axis[0], u = q->axis[1], v = q->axis[2];
-  const float z = p[k] - o[k];
+  const float z = p[step * k] - o[k];
   pktrt__seen c;
-  c.x = (double)((p[u] - o[u]) - q->slope[0] * z), c.y = (double)((p[v] - o[v]) - q->slope[1] * z), c.z = (double)z;
+  c.x = (double)((p[step * u] - o[u]) - q->slope[0] * z);
+  c.y = (double)((p[step * v] - o[v]) - q->slope[1] * z);
+  c.z = (double)z;
   return c;
 }
 typedef struct pktrt__weights {
   double u, v, w, det, depth;
 } pktrt__weights;
-PKTRT__INLINE pktrt__weights pktrt__weigh(const pktrt__lone *q, float p[3][3]) {
-  const pktrt__seen a = pktrt__see(q, p[0]), b = pktrt__see(q, p[1]), c = pktrt__see(q, p[2]);
+PKTRT__INLINE pktrt__weights pktrt__weigh(const pktrt__lone *q, const float *p, uint32_t step) {
+  const pktrt__seen a = pktrt__see(q, p, step), b = pktrt__see(q, p + 3 * step, step);
+  const pktrt__seen c = pktrt__see(q, p + 6 * step, step);
   pktrt__weights e;
   e.u = c.x * b.y - c.y * b.x, e.v = a.x * c.y - a.y * c.x, e.w = b.x * a.y - b.y * a.x;
   e.det = (e.u + e.v) + e.w, e.depth = (e.u * a.z + e.v * b.z) + e.w * c.z;
@@ -3067,7 +3074,7 @@ PKTRT__INLINE pktrt__weights pktrt__weigh(const pktrt__lone *q, float p[3][3]) {
 static bool pktrt__canonical(const pktrt__group *g, const pktrt__lone *q, uint32_t slot, float *t) {
   float p[3][3];
   pktrt__corners_at(g, slot, q->ray->time, p);
-  const pktrt__weights e = pktrt__weigh(q, p);
+  const pktrt__weights e = pktrt__weigh(q, (const float *)(const void *)p, 1);
   const bool below = e.u < 0 || e.v < 0 || e.w < 0, above = e.u > 0 || e.v > 0 || e.w > 0;
   if (below == above) return false;
   *t = pktrt__to_float(e.depth * (1 / (e.det * (double)q->dk)));
@@ -3127,17 +3134,27 @@ PKTRT__NOINLINE bool pktrt__settle(const pktrt__view *view, pktrt__batch *b, uin
   return true;
 }
 
-/* t, u, v and normal of what a lone ray hit, as in >>resolve; false where the triangle has no area at its time. */
+/* t, u, v and normal of what a lone ray hit, as in >>resolve; false where the triangle has no area at its time. At rest
+   corners are read where they lie: read again from a copy, just written, they would come late. */
 static bool pktrt__resolve_alone(const pktrt_scene *s, const pktrt__lone *q, pktrt_hit *hit) {
-  float p[3][3];
+  const pktrt__group *g = &s->groups[q->group];
+  float copy[3][3];
   double n[3];
-  pktrt__corners_at(&s->groups[q->group], q->slot, q->ray->time, p);
-  const pktrt__weights e = pktrt__weigh(q, p);
+  pktrt__weights e;
+  bool area;
+  if (g->key_count < 2) {
+    const unsigned char *block = g->blocks + (size_t)(q->slot / 8) * PKTRT__BLOCK_BYTES;
+    const float *p = (const float *)(const void *)block + q->slot % 8;
+    e = pktrt__weigh(q, p, 8), area = pktrt__normal_of(p, 8, n);
+  } else {
+    pktrt__corners_at(g, q->slot, q->ray->time, copy);
+    e = pktrt__weigh(q, (const float *)(const void *)copy, 1), area = pktrt__normal(copy, n);
+  }
   const double dk = (double)q->dk, r = 1 / (e.det * dk), rdet = dk * r;
-  const bool area = pktrt__normal(p, n);
   const double unit = 1 / pktrt__max(fabs(n[0]), pktrt__max(fabs(n[1]), fabs(n[2])));
-  hit->t = pktrt__to_float(e.depth * r), hit->u = pktrt__to_float(e.v * rdet), hit->v = pktrt__to_float(e.w * rdet);
+  hit->t = pktrt__to_float(e.depth * r);
   /* these are at most 1 */
+  hit->u = (float)(e.v * rdet), hit->v = (float)(e.w * rdet);
   hit->normal[0] = (float)(n[0] * unit), hit->normal[1] = (float)(n[1] * unit), hit->normal[2] = (float)(n[2] * unit);
   return area;
 }

@@ -1065,6 +1065,17 @@ typedef struct pktrt__task {
   uint32_t first_node, node_count, first_block, block_count;
 } pktrt__task;
 
+/* What a kernel needs to know of a group: one segment of its motion. */
+typedef struct pktrt__view {
+  const struct pktrt__group *groups;
+  const unsigned char *nodes, *blocks;
+  size_t node_bytes, block_bytes;
+  size_t plane1, vertex0, vertex1; /* byte offsets of the segment's keys (planes of the first one: plane0) */
+  size_t plane0;
+  uint32_t group;
+  bool check_area; /* moving: accept a hit only where the triangle has area at the ray's time */
+} pktrt__view;
+
 /* The tree over all meshes with the same number of keys. Static meshes never pay for moving ones. */
 typedef struct pktrt__group {
   uint32_t key_count, node_count, block_count, task_count;
@@ -1076,6 +1087,7 @@ typedef struct pktrt__group {
   pktrt__task *tasks;               /* disjoint subtrees; the nodes above them come first */
   float lo[3], hi[3];               /* over all keys */
   double sah_at_build, sah_now, area;
+  pktrt__view rest;                 /* its first segment: all there is of what rests; set with the scene's bounds */
 } pktrt__group;
 
 struct pktrt_scene {
@@ -2638,7 +2650,9 @@ static void pktrt__promote(pktrt__mesh *m) {
   m->committed = true;
 }
 
-/* What follows from the groups: their order, the scene's bounds, the advice. */
+static pktrt__view pktrt__view_of(const pktrt__group *groups, uint32_t index, uint32_t segment);
+
+/* What follows from the groups: their order and views, the scene's bounds, the advice. */
 static void pktrt__summarise(pktrt_scene *s) {
   for (uint32_t i = 1; i < s->group_count; i++) /* insertion sort: few groups */
     for (uint32_t j = i; j > 0 && s->groups[j].area < s->groups[j - 1].area; j--) {
@@ -2648,7 +2662,8 @@ static void pktrt__summarise(pktrt_scene *s) {
   s->rebuild_advised = false;
   for (int a = 0; a < 3; a++) s->lo[a] = FLT_MAX, s->hi[a] = -FLT_MAX;
   for (uint32_t i = 0; i < s->group_count; i++) {
-    const pktrt__group *g = &s->groups[i];
+    pktrt__group *g = &s->groups[i];
+    g->rest = pktrt__view_of(s->groups, i, 0);
     for (int a = 0; a < 3; a++) {
       s->lo[a] = pktrt__minf(s->lo[a], g->lo[a]);
       s->hi[a] = pktrt__maxf(s->hi[a], g->hi[a]);
@@ -2771,6 +2786,11 @@ static pktrt_status pktrt__rebuild_worn(pktrt_scene *s) {
    For |D| below 2^-100, where underflow would count, or beyond FLT_MAX the bounds are infinite. (Above 2^126 1 / D is
    denormal and off by 4 eps, not 1: three more, and still 14.)
 
+   Any hit needs no depth, only how it compares: all is multiplied by |D|, weights are not divided, and limits take
+   another 2 roundings each. Bounds of 13 eps X Y R + (14 eps Z + tiny) |D| + 2^-126 still suffice: the last term
+   is for products that underflow. Where this is below 2^100, |D| Z is below 2^121: no sum overflows, and a limit whose
+   product with |D| does lies beyond all sums.
+
    With them a hit is dropped when it lies beyond what the ray still looks at, and taken when it is certain and lies
    wholly after tmin and before the nearest hit so far. All else is settled by the canonical test, on both triangles if
    need be: in the scenes of the examples for one ray in 15 to 2000. A taken hit leaves its bounds, not its t; that is
@@ -2831,6 +2851,7 @@ static pktrt_status pktrt__rebuild_worn(pktrt_scene *s) {
 #define PKTRT__PAD_EDGE (PKTRT__SLACK_SCALE * 8 * PKTRT__EPS)
 #define PKTRT__PAD_TINY (PKTRT__SLACK_SCALE * 2 * FLT_MIN)
 #define PKTRT__LEAST_DET 7.888609052210118e-31f /* 2^-100 */
+#define PKTRT__MOST_ERROR 1.2676506e30f /* 2^100 */
 
 /* >>packet --------------------------------------------------------------------------------------------------------- */
 
@@ -2871,8 +2892,11 @@ typedef struct pktrt__lone {
   const pktrt_ray *ray;
   float slope[2], dk, wn, wf, sn, sf, tiny, ta, tb;
   uint32_t id, slot, group, octant;
-  uint32_t axis[3]; /* k, u, v */
+  const uint32_t *axis; /* k, u, v */
 } pktrt__lone;
+
+/* An axis and the next two, in a circle. */
+static const uint32_t pktrt__axes[3][3] = {{0, 1, 2}, {1, 2, 0}, {2, 0, 1}};
 
 /* Bit j of 0 to 255 becomes byte j, 0 or 1: copied into all bytes, masked, and brought down by a carry. */
 PKTRT__INLINE uint64_t pktrt__bytes_of(uint32_t bits) {
@@ -2946,17 +2970,6 @@ static void pktrt__store_hits(const pktrt_scene *s, const pktrt__batch *b, pktrt
    1.14 times as long in a stream as in single calls. */
 PKTRT__INLINE bool pktrt__few(size_t n, bool occlusion) { return n < (occlusion ? 32u : 16u); }
 
-/* What a kernel needs to know of a group: one segment of its motion. */
-typedef struct pktrt__view {
-  const pktrt__group *groups;
-  const unsigned char *nodes, *blocks;
-  size_t node_bytes, block_bytes;
-  size_t plane1, vertex0, vertex1; /* byte offsets of the segment's keys (planes of the first one: plane0) */
-  size_t plane0;
-  uint32_t group;
-  bool check_area; /* moving: accept a hit only where the triangle has area at the ray's time */
-} pktrt__view;
-
 /* Where a key's planes stand in a node, and its vertices in a block. */
 PKTRT__INLINE size_t pktrt__node_key(uint32_t key) {
   return key ? PKTRT__NODE_BYTES + (size_t)(key - 1) * PKTRT__NODE_KEY_BYTES : 0;
@@ -2995,15 +3008,19 @@ PKTRT__INLINE uint32_t pktrt__segment(float time, uint32_t keys, float *a, float
   return i;
 }
 
-/* cross(p1 - p0, p2 - p0) in double; false where it is exactly zero. */
-PKTRT__INLINE bool pktrt__normal(float p[3][3], double n[3]) {
-  const double ax = (double)p[1][0] - (double)p[0][0], ay = (double)p[1][1] - (double)p[0][1];
-  const double az = (double)p[1][2] - (double)p[0][2], bx = (double)p[2][0] - (double)p[0][0];
-  const double by = (double)p[2][1] - (double)p[0][1], bz = (double)p[2][2] - (double)p[0][2];
+/* cross(p1 - p0, p2 - p0) in double; false where it is exactly zero. Coordinates lie `step` floats apart. */
+PKTRT__INLINE bool pktrt__normal_of(const float *p0, uint32_t step, double n[3]) {
+  const float *p1 = p0 + 3 * step, *p2 = p1 + 3 * step;
+  const double x = (double)p0[0], y = (double)p0[step], z = (double)p0[2 * step];
+  const double ax = (double)p1[0] - x, ay = (double)p1[step] - y, az = (double)p1[2 * step] - z;
+  const double bx = (double)p2[0] - x, by = (double)p2[step] - y, bz = (double)p2[2 * step] - z;
   n[0] = ay * bz - az * by;
   n[1] = az * bx - ax * bz;
   n[2] = ax * by - ay * bx;
   return n[0] != 0 || n[1] != 0 || n[2] != 0;
+}
+PKTRT__INLINE bool pktrt__normal(float p[3][3], double n[3]) {
+  return pktrt__normal_of((const float *)(const void *)p, 1, n);
 }
 
 /* The corners of a triangle at a ray's time: for what happens once per ray, or seldom. */
@@ -3031,19 +3048,22 @@ static bool pktrt__area_at(const pktrt__group *g, uint32_t slot, float time) {
 typedef struct pktrt__seen {
   double x, y, z;
 } pktrt__seen;
-PKTRT__INLINE pktrt__seen pktrt__see(const pktrt__lone *q, const float p[3]) {
+PKTRT__INLINE pktrt__seen pktrt__see(const pktrt__lone *q, const float *p, uint32_t step) {
   const float *o = q->ray->origin;
   const uint32_t k = q->axis[0], u = q->axis[1], v = q->axis[2];
-  const float z = p[k] - o[k];
+  const float z = p[step * k] - o[k];
   pktrt__seen c;
-  c.x = (double)((p[u] - o[u]) - q->slope[0] * z), c.y = (double)((p[v] - o[v]) - q->slope[1] * z), c.z = (double)z;
+  c.x = (double)((p[step * u] - o[u]) - q->slope[0] * z);
+  c.y = (double)((p[step * v] - o[v]) - q->slope[1] * z);
+  c.z = (double)z;
   return c;
 }
 typedef struct pktrt__weights {
   double u, v, w, det, depth;
 } pktrt__weights;
-PKTRT__INLINE pktrt__weights pktrt__weigh(const pktrt__lone *q, float p[3][3]) {
-  const pktrt__seen a = pktrt__see(q, p[0]), b = pktrt__see(q, p[1]), c = pktrt__see(q, p[2]);
+PKTRT__INLINE pktrt__weights pktrt__weigh(const pktrt__lone *q, const float *p, uint32_t step) {
+  const pktrt__seen a = pktrt__see(q, p, step), b = pktrt__see(q, p + 3 * step, step);
+  const pktrt__seen c = pktrt__see(q, p + 6 * step, step);
   pktrt__weights e;
   e.u = c.x * b.y - c.y * b.x, e.v = a.x * c.y - a.y * c.x, e.w = b.x * a.y - b.y * a.x;
   e.det = (e.u + e.v) + e.w, e.depth = (e.u * a.z + e.v * b.z) + e.w * c.z;
@@ -3054,7 +3074,7 @@ PKTRT__INLINE pktrt__weights pktrt__weigh(const pktrt__lone *q, float p[3][3]) {
 static bool pktrt__canonical(const pktrt__group *g, const pktrt__lone *q, uint32_t slot, float *t) {
   float p[3][3];
   pktrt__corners_at(g, slot, q->ray->time, p);
-  const pktrt__weights e = pktrt__weigh(q, p);
+  const pktrt__weights e = pktrt__weigh(q, (const float *)(const void *)p, 1);
   const bool below = e.u < 0 || e.v < 0 || e.w < 0, above = e.u > 0 || e.v > 0 || e.w > 0;
   if (below == above) return false;
   *t = pktrt__to_float(e.depth * (1 / (e.det * (double)q->dk)));
@@ -3087,11 +3107,6 @@ PKTRT__NOINLINE bool pktrt__settle_alone(const pktrt__view *view, pktrt__lone *q
   return true;
 }
 
-/* Axis k and the next two, in a circle. */
-PKTRT__INLINE void pktrt__turn_axes(uint32_t axis[3], uint32_t k) {
-  axis[0] = k, axis[1] = 9u >> 2 * k & 3, axis[2] = 18u >> 2 * k & 3;
-}
-
 /* A ray of a batch by itself, and what became of it. */
 static void pktrt__lift_ray(const pktrt__batch *b, uint32_t r, pktrt_ray *ray, pktrt__lone *q) {
   for (int a = 0; a < 3; a++) {
@@ -3104,7 +3119,7 @@ static void pktrt__lift_ray(const pktrt__batch *b, uint32_t r, pktrt_ray *ray, p
   q->wn = b->wn[r], q->wf = b->wf[r], q->sn = b->sn[r], q->sf = b->sf[r], q->tiny = b->tiny[r];
   q->ta = b->ta[r], q->tb = b->tb[r];
   q->id = b->id[r], q->slot = b->slot[r], q->group = b->group[r], q->octant = b->octant[r];
-  pktrt__turn_axes(q->axis, b->axis[r]);
+  q->axis = pktrt__axes[b->axis[r]];
 }
 PKTRT__INLINE void pktrt__drop_ray(pktrt__batch *b, uint32_t r, const pktrt__lone *q) {
   b->wf[r] = q->wf, b->sf[r] = q->sf, b->id[r] = q->id, b->slot[r] = q->slot, b->group[r] = q->group;
@@ -3119,17 +3134,27 @@ PKTRT__NOINLINE bool pktrt__settle(const pktrt__view *view, pktrt__batch *b, uin
   return true;
 }
 
-/* t, u, v and normal of what a lone ray hit, as in >>resolve; false where the triangle has no area at its time. */
+/* t, u, v and normal of what a lone ray hit, as in >>resolve; false where the triangle has no area at its time. At rest
+   corners are read where they lie: read again from a copy, just written, they would come late. */
 static bool pktrt__resolve_alone(const pktrt_scene *s, const pktrt__lone *q, pktrt_hit *hit) {
-  float p[3][3];
+  const pktrt__group *g = &s->groups[q->group];
+  float copy[3][3];
   double n[3];
-  pktrt__corners_at(&s->groups[q->group], q->slot, q->ray->time, p);
-  const pktrt__weights e = pktrt__weigh(q, p);
+  pktrt__weights e;
+  bool area;
+  if (g->key_count < 2) {
+    const unsigned char *block = g->blocks + (size_t)(q->slot / 8) * PKTRT__BLOCK_BYTES;
+    const float *p = (const float *)(const void *)block + q->slot % 8;
+    e = pktrt__weigh(q, p, 8), area = pktrt__normal_of(p, 8, n);
+  } else {
+    pktrt__corners_at(g, q->slot, q->ray->time, copy);
+    e = pktrt__weigh(q, (const float *)(const void *)copy, 1), area = pktrt__normal(copy, n);
+  }
   const double dk = (double)q->dk, r = 1 / (e.det * dk), rdet = dk * r;
-  const bool area = pktrt__normal(p, n);
   const double unit = 1 / pktrt__max(fabs(n[0]), pktrt__max(fabs(n[1]), fabs(n[2])));
-  hit->t = pktrt__to_float(e.depth * r), hit->u = pktrt__to_float(e.v * rdet), hit->v = pktrt__to_float(e.w * rdet);
+  hit->t = pktrt__to_float(e.depth * r);
   /* these are at most 1 */
+  hit->u = (float)(e.v * rdet), hit->v = (float)(e.w * rdet);
   hit->normal[0] = (float)(n[0] * unit), hit->normal[1] = (float)(n[1] * unit), hit->normal[2] = (float)(n[2] * unit);
   return area;
 }
@@ -3535,6 +3560,9 @@ static const pktrt__fit *pktrt__fit_of(pktrt_isa isa) {
 #define aor PKTRT__NAME(pktrt__aor)
 #define apush PKTRT__NAME(pktrt__apush)
 #define OP PKTRT__INLINE
+/* Registers do not hold the nine vectors that boxes want of a ray, and to fill one from memory costs no more than to
+   load it: it is filled where it is used. Measured worth 5% of a single ray's time. */
+#define FEW_VECTORS (PKTRT__STAMP == PKTRT__STAMP_AVX2)
 /* Before a short loop over axes or corners: gcc -O2 would keep its vectors in memory otherwise. */
 #if PKTRT__STAMP != PKTRT__STAMP_SCALAR && defined(__GNUC__) && !defined(__clang__) && defined(__OPTIMIZE__)
 #define UNROLL _Pragma("GCC unroll 8")
@@ -4298,28 +4326,30 @@ bool NAME(setup_alone)(const pktrt_scene *scene, const pktrt_ray *ray, pktrt__lo
   const float *const o = ray->origin, *const d = ray->direction;
   const v8 od = vload((const float *)(const void *)ray), size = vabs(od);
   const float ax = fabsf(d[0]), ay = fabsf(d[1]), az = fabsf(d[2]), tmin = ray->tmin, tmax = ray->tmax;
-  const uint32_t not_x = !((ay <= ax) & (az <= ax)), k = not_x << (not_x & !(az <= ay));
-  const float dk = d[k], adk = fabsf(dk), n = tmin * adk, f = tmax * adk;
+  const float adk = pktrt__maxf(pktrt__maxf(ax, ay), az), n = tmin * adk, f = tmax * adk;
+  const uint32_t not_x = ax < adk, k = not_x << (not_x & (ay < adk));
   if (~mbits(vle(size, vload(most))) & 0x77) return false;
   if (!(0 < adk && tmin < tmax && n < INFINITY && -INFINITY < f)) return false; /* as in NAME(setup) */
-  pktrt__turn_axes(q->axis, k);
-  q->ray = ray, q->octant = vsign(od) >> 4 & 7;
-  q->slope[0] = d[q->axis[1]] / dk, q->slope[1] = d[q->axis[2]] / dk, q->dk = dk;
+  q->ray = ray, q->octant = vsign(od) >> 4 & 7, q->axis = pktrt__axes[k], q->dk = d[k];
+  q->slope[0] = d[q->axis[1]] / q->dk, q->slope[1] = d[q->axis[2]] / q->dk;
 
   const float *const lo = scene->lo, *const hi = scene->hi;
   const float mx = pktrt__maxf(hi[0] - o[0], o[0] - lo[0]), my = pktrt__maxf(hi[1] - o[1], o[1] - lo[1]);
   const float m = pktrt__maxf(pktrt__maxf(hi[2] - o[2], o[2] - lo[2]), pktrt__maxf(mx, my));
   const float o_max = pktrt__maxf(fabsf(o[0]), pktrt__maxf(fabsf(o[1]), fabsf(o[2])));
   const v8 pad = vset((m * PKTRT__PAD_M + o_max * PKTRT__PAD_O) + PKTRT__PAD_MIN);
-  const float up = adk < 8.673617379884035e-19f ? 18446744073709551616.0f : 1, length = adk * up;
-  const v8 along = vmul(vswap(od), vset(up)), least = vset(length * 1.490116119384765625e-8f);
+  const float up = 18446744073709551616.0f;
+  float length = adk;
+  v8 along = vswap(od);
+  if (PKTRT__UNLIKELY(adk < 8.673617379884035e-19f)) length *= up, along = vmul(along, vset(up));
+  const v8 least = vset(length * 1.490116119384765625e-8f);
   const v8 rd = vdiv(vset(length), vwith_sign(vmax(vabs(along), least), along));
   const v8 c = vmul(od, rd), wide = vmul(pad, vabs(rd));
   vstore(q->rd, rd);
   vstore(q->cn, vadd(c, wide));
   vstore(q->cf, vsub(c, wide));
 
-  const float tiny = pktrt__maxf(adk, 1) * PKTRT__PAD_TINY, last = pktrt__minf(tmax, FLT_MAX) * adk;
+  const float tiny = pktrt__maxf(adk, 1) * PKTRT__PAD_TINY, last = pktrt__minf(f, FLT_MAX * adk);
   const float n_slack = fabsf(n) * PKTRT__PAD_DEPTH + tiny, f_slack = fabsf(f) * PKTRT__PAD_DEPTH + tiny;
   q->tiny = tiny, q->wn = n - n_slack, q->wf = f + f_slack, q->sn = pktrt__maxf(n + n_slack, n);
   q->sf = pktrt__minf(last - (fabsf(last) * PKTRT__PAD_DEPTH + tiny), last);
@@ -4423,8 +4453,7 @@ typedef struct NAME(shear) {
 
 OP NAME(shear) NAME(shear_of)(const pktrt__batch *b, uint32_t r, const bool moving) {
   NAME(shear) q;
-  uint32_t axis[3];
-  pktrt__turn_axes(axis, b->axis[r]);
+  const uint32_t *axis = pktrt__axes[b->axis[r]];
   UNROLL for (int a = 0; a < 3; a++) q.o[a] = vset(b->o[axis[a]][r]), q.at[a] = 8 * axis[a];
   q.slope[0] = vset(b->slope[0][r]), q.slope[1] = vset(b->slope[1][r]);
   q.ta = q.tb = q.o[0];
@@ -4444,19 +4473,25 @@ OP NAME(shear) NAME(shear_alone)(const pktrt__lone *b, const bool moving) {
   return q;
 }
 
-/* What single precision says about the lanes of a block; `early`: do without the estimate where nothing is hit. */
-OP NAME(estimate) NAME(block_estimate)(const NAME(shear) *q, const pktrt__view *view, const unsigned char *block,
-                                       float wf, const bool early, const bool moving) {
+/* The corners of a block's triangles as the ray sees them. */
+OP void NAME(see_block)(const NAME(shear) *q, const pktrt__view *view, const unsigned char *block, v8 x[3], v8 y[3],
+                        v8 z[3], const bool moving) {
   const float *k0 = (const float *)(const void *)(block + (moving ? view->vertex0 : 0));
   const float *k1 = (const float *)(const void *)(block + (moving ? view->vertex1 : 0));
-  const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
   const uint32_t k = q->at[0], u = q->at[1], v = q->at[2];
-  v8 x[3], y[3], z[3];
   UNROLL for (int c = 0; c < 3; c++, k0 += 24, k1 += 24) {
     z[c] = vsub(NAME(corner)(k0 + k, k1 + k, q->ta, q->tb, moving), q->o[0]);
     x[c] = vsub(vsub(NAME(corner)(k0 + u, k1 + u, q->ta, q->tb, moving), q->o[1]), vmul(q->slope[0], z[c]));
     y[c] = vsub(vsub(NAME(corner)(k0 + v, k1 + v, q->ta, q->tb, moving), q->o[2]), vmul(q->slope[1], z[c]));
   }
+}
+
+/* What single precision says about the lanes of a block; `early`: do without the estimate where nothing is hit. */
+OP NAME(estimate) NAME(block_estimate)(const NAME(shear) *q, const pktrt__view *view, const unsigned char *block,
+                                       float wf, const bool early, const bool moving) {
+  const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
+  v8 x[3], y[3], z[3];
+  NAME(see_block)(q, view, block, x, y, z, moving);
   const NAME(edges) edges = NAME(edges_of)(x, y);
   const uint32_t inside = NAME(occupied)(id) & ~NAME(outside)(&edges);
   NAME(estimate) e;
@@ -4497,10 +4532,56 @@ OP bool NAME(record)(const pktrt__view *view, pktrt__batch *b, uint32_t r, pktrt
   return nearer;
 }
 
+/* Whether the ray hits one of those lanes of a block at rest that single precision left open. */
+PKTRT__NOINLINE bool NAME(settle_lanes)(const pktrt__view *view, pktrt__batch *b, uint32_t r, pktrt__lone *lone,
+                                        uint32_t index, uint32_t open) {
+  const unsigned char *block = view->blocks + index * (size_t)PKTRT__BLOCK_BYTES;
+  const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
+  for (; open; open &= open - 1) {
+    const uint32_t lane = pktrt__lowest(open), slot = index * 8 + lane;
+    if (lone ? pktrt__settle_alone(view, lone, id[lane], slot) : pktrt__settle(view, b, r, id[lane], slot)) return true;
+  }
+  return false;
+}
+
+/* Whether a ray, of a batch or alone, hits anything in a block at rest. Depths stay multiplied by the determinant, and
+   limits are multiplied by it instead: no division. WHY fused: a limit is often tiny, and its product by itself would
+   be denormal, which is slow. */
+OP bool NAME(block_hides)(const pktrt__view *view, pktrt__batch *b, uint32_t r, pktrt__lone *lone, uint32_t index) {
+  const unsigned char *block = view->blocks + index * (size_t)PKTRT__BLOCK_BYTES;
+  const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
+  const NAME(shear) q = lone ? NAME(shear_alone)(lone, false) : NAME(shear_of)(b, r, false);
+  v8 x[3], y[3], z[3];
+  NAME(see_block)(&q, view, block, x, y, z, false);
+  const NAME(edges) e = NAME(edges_of)(x, y);
+  const uint32_t inside = NAME(occupied)(id) & ~NAME(outside)(&e);
+  if (!inside) return false;
+  const v8 zero = vset(0), det = vadd(vadd(e.u, e.v), e.w), size = vabs(det);
+  const v8 sum = vmul(vfma(e.u, z[0], vfma(e.v, z[1], vmul(e.w, z[2]))), q.l.sign);
+  const v8 depth = vmul(sum, vwith_sign(vset(1), det));
+  const v8 xs = vmax(vabs(x[0]), vmax(vabs(x[1]), vabs(x[2]))), ys = vmax(vabs(y[0]), vmax(vabs(y[1]), vabs(y[2])));
+  const v8 z_lo = vmin(z[0], vmin(z[1], z[2])), z_hi = vmax(z[0], vmax(z[1], z[2]));
+  const v8 near_ = vfma(vmax(vabs(z_lo), vabs(z_hi)), vset(PKTRT__PAD_ESTIMATE), q.l.tiny);
+  const v8 error = vfma(vmul(vmul(xs, ys), vsub(z_hi, z_lo)), vset(PKTRT__PAD_SPREAD),
+                        vfma(near_, size, vset(FLT_MIN)));
+  const v8 lo = vsub(depth, error), hi = vadd(depth, error);
+  const v8 wf = vset(lone ? lone->wf : b->wf[r]), sf = vset(lone ? lone->sf : b->sf[r]);
+  const uint32_t known =
+      inside & mbits(vlt(vset(PKTRT__LEAST_DET), size)) & mbits(vlt(error, vset(PKTRT__MOST_ERROR)));
+  const uint32_t beyond = mbits(vlt(vfms(wf, size, lo), zero)) | mbits(vlt(zero, vfms(q.l.wn, size, hi)));
+  const uint32_t open = inside & ~(known & beyond);
+  if (!open) return false;
+  const uint32_t within = mbits(vlt(vfms(q.l.sn, size, lo), zero)) & mbits(vlt(zero, vfms(sf, size, hi)));
+  const uint32_t sure = known & within & (mbits(vlt(zero, e.least)) | mbits(vlt(e.most, zero)));
+  if (PKTRT__UNLIKELY(!sure)) return NAME(settle_lanes)(view, b, r, lone, index, open);
+  return true;
+}
+
 /* A ray, of a batch or alone, against a leaf block. For occlusion: whether anything is hit; else whether a nearer hit
    was recorded. */
 OP bool NAME(any_block)(const pktrt__view *view, pktrt__batch *b, uint32_t r, pktrt__lone *lone, uint32_t index,
                         const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
+  if (occlusion && !moving && !stats) return NAME(block_hides)(view, b, r, lone, index);
   const unsigned char *block = view->blocks + index * (moving ? view->block_bytes : (size_t)PKTRT__BLOCK_BYTES);
   const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
   const NAME(shear) q = lone ? NAME(shear_alone)(lone, moving) : NAME(shear_of)(b, r, moving);
@@ -4636,16 +4717,17 @@ PKTRT__NOINLINE uint64_t NAME(box_mask)(const pktrt__batch *b, uint32_t base, ui
 /* What the boxes want of it, once per tree. */
 typedef struct NAME(beam) {
   v8 rd[3], cn[3], cf[3], wn, ta, tb;
-  size_t near_[3]; /* where a node's near planes stand, in bytes; far planes at the other place of eight */
+  const pktrt__lone *ray;
+  size_t near_[3], far_[3]; /* where a node's planes stand, in bytes, behind the first ones of the axis */
 } NAME(beam);
 
 OP NAME(beam) NAME(beam_of)(const pktrt__lone *ray, const bool moving) {
   NAME(beam) q;
   UNROLL for (uint32_t a = 0; a < 3; a++) {
     q.rd[a] = vset(ray->rd[a]), q.cn[a] = vset(ray->cn[a]), q.cf[a] = vset(ray->cf[a]);
-    q.near_[a] = 64 * a + 32 * (ray->octant >> a & 1u);
+    q.near_[a] = (ray->octant & 1u << a) << (5 - a), q.far_[a] = 32 ^ q.near_[a];
   }
-  q.wn = vset(ray->wn);
+  q.wn = vset(ray->wn), q.ray = ray;
   if (moving) q.ta = vset(ray->ta), q.tb = vset(ray->tb);
   return q;
 }
@@ -4663,8 +4745,10 @@ OP uint32_t NAME(beam_slabs)(const NAME(beam) *q, const pktrt__view *view, const
                              const bool moving, v8 *entry) {
   v8 n[3], f[3];
   UNROLL for (int a = 0; a < 3; a++) {
-    n[a] = vfms(NAME(side)(q, view, node, q->near_[a], moving), q->rd[a], q->cn[a]);
-    f[a] = vfms(NAME(side)(q, view, node, q->near_[a] ^ 32, moving), q->rd[a], q->cf[a]);
+    const v8 rd = FEW_VECTORS ? vset(q->ray->rd[a]) : q->rd[a];
+    const v8 cn = FEW_VECTORS ? vset(q->ray->cn[a]) : q->cn[a], cf = FEW_VECTORS ? vset(q->ray->cf[a]) : q->cf[a];
+    n[a] = vfms(NAME(side)(q, view, node + 64 * a, q->near_[a], moving), rd, cn);
+    f[a] = vfms(NAME(side)(q, view, node + 64 * a, q->far_[a], moving), rd, cf);
   }
   *entry = vmax(vmax(n[0], n[1]), vmax(n[2], q->wn));
   return mbits(vle(*entry, vmin(vmin(f[0], f[1]), vmin(f[2], vset(wf)))));
@@ -5229,8 +5313,7 @@ PKTRT__NOINLINE uint32_t NAME(take8)(const pktrt__view *view, pktrt__batch *b, u
    and what lies at tmax is always left open. */
 PKTRT__NOINLINE uint32_t NAME(settle8)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t open, uint32_t id,
                                        uint32_t slot) {
-  uint32_t k[3];
-  pktrt__turn_axes(k, b->axis[r + pktrt__lowest(open)]);
+  const uint32_t *k = pktrt__axes[b->axis[r + pktrt__lowest(open)]];
   const unsigned char *block = view->blocks + (size_t)(slot / 8) * view->block_bytes;
   const float *k0 = (const float *)(const void *)(block + view->vertex0) + slot % 8;
   const float *k1 = (const float *)(const void *)(block + view->vertex1) + slot % 8;
@@ -5960,9 +6043,8 @@ PKTRT__NOINLINE void NAME(drive_stream)(const pktrt_scene *scene, pktrt__batch *
     const pktrt__group *g = &scene->groups[i];
     uint64_t hit = 0;
     if (g->key_count < 2) {
-      const pktrt__view view = pktrt__view_of(scene->groups, i, 0);
       for (uint64_t m = stats ? mask : 0; m; m &= m - 1) NAME(weights)(b, list[pktrt__lowest(m)], 1, 1);
-      hit = NAME(stream_any)(&view, b, list, mask, 0, occlusion, false, stats, counts);
+      hit = NAME(stream_any)(&g->rest, b, list, mask, 0, occlusion, false, stats, counts);
     } else {
       for (uint64_t m = mask; m; m &= m - 1) NAME(weights)(b, list[pktrt__lowest(m)], 1, g->key_count);
       for (uint64_t rest = mask; rest;) {
@@ -6024,10 +6106,9 @@ PKTRT__NOINLINE bool NAME(drive_alone)(const pktrt_scene *scene, pktrt__lone *ra
   for (uint32_t i = 0; i < scene->group_count && !(occlusion && hit); i++) {
     const pktrt__group *g = &scene->groups[i];
     if (g->key_count < 2) {
-      const pktrt__view view = pktrt__view_of(scene->groups, i, 0);
       const bool moving = false;
       if (stats) ray->ta = 1, ray->tb = 0; /* one key: all of it */
-      hit |= NAME(single_any)(&view, ray, 0, occlusion, moving, stats, counts);
+      hit |= NAME(single_any)(&g->rest, ray, 0, occlusion, moving, stats, counts);
     } else {
       const bool moving = true;
       const uint32_t segment = pktrt__segment(ray->ray->time, g->key_count, &ray->ta, &ray->tb);
@@ -6753,6 +6834,16 @@ static const pktrt__fit NAME(fit) = {NAME(lanes_with_area), NAME(fit_nodes)};
 
 /* >>entry ---------------------------------------------------------------------------------------------------------- */
 
+/* A lone ray through all groups, most often the only one, at rest. */
+OP bool NAME(ask_alone)(const pktrt_scene *scene, pktrt__lone *q, const bool occlusion, bool check,
+                        pktrt_counts *unread) {
+  const bool moving = false, stats = false;
+  const pktrt__group *g = scene->groups;
+  if (scene->group_count != 1 || g->key_count > 1)
+    return NAME(drive_alone)(scene, q, occlusion, check, stats, unread);
+  return NAME(single_any)(&g->rest, q, 0, occlusion, moving, stats, unread);
+}
+
 /* One ray by itself. */
 static bool NAME(intersect)(const pktrt_scene *scene, const pktrt_ray *ray, pktrt_hit *hit) {
   pktrt_counts unread; /* see PKTRT__INSTANCES */
@@ -6760,7 +6851,7 @@ static bool NAME(intersect)(const pktrt_scene *scene, const pktrt_ray *ray, pktr
   uint32_t hint[2] = {0, 0};
   if (PKTRT__STAMP == PKTRT__STAMP_SCALAR) memset(&unread, 0, sizeof unread);
   for (bool check = false;; check = true) { /* where a triangle had no area, once more, as in NAME(resolve) */
-    if (!NAME(setup_alone)(scene, ray, &q) || !NAME(drive_alone)(scene, &q, false, check, false, &unread)) {
+    if (!NAME(setup_alone)(scene, ray, &q) || !NAME(ask_alone)(scene, &q, false, check, &unread)) {
       memset(hit, 0, sizeof *hit);
       hit->t = ray->tmax, hit->mesh = hit->triangle = PKTRT_NONE;
       return false;
@@ -6774,7 +6865,7 @@ static bool NAME(occluded)(const pktrt_scene *scene, const pktrt_ray *ray) {
   pktrt_counts unread;
   pktrt__lone q;
   if (PKTRT__STAMP == PKTRT__STAMP_SCALAR) memset(&unread, 0, sizeof unread);
-  return NAME(setup_alone)(scene, ray, &q) && NAME(drive_alone)(scene, &q, true, false, false, &unread);
+  return NAME(setup_alone)(scene, ray, &q) && NAME(ask_alone)(scene, &q, true, false, &unread);
 }
 
 OP void NAME(trace_as)(const pktrt__call *call, pktrt__batch *b, uint32_t n, const bool occlusion, const bool stats,
@@ -6974,6 +7065,7 @@ static const pktrt__kernels NAME(kernels) = {NAME(trace), NAME(intersect), NAME(
 #undef FW
 #undef OP
 #undef UNROLL
+#undef FEW_VECTORS
 #undef STEP
 #undef ROLL_OUT
 #undef NAME

@@ -1110,14 +1110,32 @@ struct pktrt_scene {
 };
 /* >>memory --------------------------------------------------------------------------------------------------------- */
 
+/* Trees are walked at random: with pages of 4 KiB each step may cost a walk through the tables of pages as well. Large
+   ones made builds 1.1 to 1.25 times as fast, and rays up to 1.04 times. */
+#if defined(__linux__)
+#include <sys/mman.h>
+#ifndef MADV_HUGEPAGE /* strict ISO C hides both */
+#define MADV_HUGEPAGE 14
+int madvise(void *address, size_t size, int advice);
+#endif
+#define PKTRT__LARGE_PAGE ((size_t)2 << 20)
+static void pktrt__want_large_pages(void *p, size_t size) { (void)madvise(p, size, MADV_HUGEPAGE); }
+#else
+#define PKTRT__LARGE_PAGE ((size_t)0)
+static void pktrt__want_large_pages(void *p, size_t size) { (void)p, (void)size; }
+#endif
+
 static void *pktrt__malloc_hook(void *user, size_t size, size_t align) {
   (void)user;
   /* malloc, with the distance to the block's true start kept in front of the aligned part */
+  const bool large = PKTRT__LARGE_PAGE && size >= 2 * PKTRT__LARGE_PAGE;
+  if (large) align = PKTRT__LARGE_PAGE;
   if (size > SIZE_MAX - align - sizeof(size_t)) return NULL;
   char *raw = PKTRT__CAST(char *, malloc(size + align + sizeof(size_t)));
   if (!raw) return NULL;
   size_t shift = sizeof(size_t) + (align - ((uintptr_t)(raw + sizeof(size_t)) & (align - 1))) % align;
   memcpy(raw + shift - sizeof(size_t), &shift, sizeof(size_t));
+  if (large) pktrt__want_large_pages(raw + shift, size);
   return raw + shift;
 }
 

@@ -4204,6 +4204,7 @@ PKTRT__NOINLINE void vpack_from(void *p, uint32_t lanes, const void *from) {
 /* The wide vector of frustum packets. */
 #if PKTRT__STAMP == PKTRT__STAMP_AVX512
 #define FW 16
+#define UNROLL_WIDE UNROLL /* over a packet: four vectors */
 typedef __m512 PKTRT__NAME(pktrt__vf);
 typedef __mmask16 PKTRT__NAME(pktrt__mf);
 #define vf PKTRT__NAME(pktrt__vf)
@@ -4236,6 +4237,7 @@ typedef __mmask16 PKTRT__NAME(pktrt__mf);
 #define fput_u32(p, m, x) _mm512_mask_storeu_epi32(p, m, _mm512_set1_epi32((int)(x)))
 #else
 #define FW 8
+#define UNROLL_WIDE
 #define vf v8
 #define mf m8
 #define fload vload
@@ -5183,7 +5185,7 @@ OP uint64_t NAME(frustum_rays_in)(const NAME(frustum_rays) *f, const pktrt__batc
   const uint32_t nx = f->octant << 3 & 8, ny = 16 + (f->octant << 2 & 8), nz = 32 + (f->octant << 1 & 8);
   const uint32_t near_[3] = {nx, ny, nz}, far_[3] = {nx ^ 8, ny ^ 8, nz ^ 8};
   uint64_t result = 0;
-  for (uint32_t i = 0; i < 64; i += FW) {
+  UNROLL_WIDE for (uint32_t i = 0; i < 64; i += FW) {
     const uint32_t bits = (uint32_t)(mask >> i) & ((1u << FW) - 1), r = f->base + i;
     vf n = fload(b->wn + r), x = fload(b->wf + r);
     UNROLL for (int a = 0; a < 3; a++) {
@@ -7083,6 +7085,7 @@ static const pktrt__kernels NAME(kernels) = {NAME(trace), NAME(intersect), NAME(
 #undef FW
 #undef OP
 #undef UNROLL
+#undef UNROLL_WIDE
 #undef FEW_VECTORS
 #undef STEP
 #undef ROLL_OUT

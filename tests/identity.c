@@ -191,20 +191,24 @@ static void identity(world w, ray_kind from, ray_kind to) {
 }
 
 static void static_coherent(void) { identity(world_static(5), RAYS_CAMERA, RAYS_CAMERA); }
+static void static_bundles(void) { identity(world_static(5), RAYS_BUNDLES, RAYS_BUNDLES); }
 static void static_random(void) { identity(world_static(5), RAYS_RANDOM, RAYS_RANDOM); }
 static void static_aimed(void) { identity(world_static(5), RAYS_EDGE, RAYS_AXIS); }
 static void static_others(void) { identity(world_static(5), RAYS_SPAWNED, RAYS_INVALID); }
 static void moving_coherent(void) { identity(world_moving(5), RAYS_CAMERA, RAYS_CAMERA); }
+static void moving_bundles(void) { identity(world_moving(5), RAYS_BUNDLES, RAYS_BUNDLES); }
 static void moving_random(void) { identity(world_moving(5), RAYS_RANDOM, RAYS_RANDOM); }
 static void moving_aimed(void) { identity(world_moving(5), RAYS_EDGE, RAYS_AXIS); }
 static void moving_others(void) { identity(world_moving(5), RAYS_SPAWNED, RAYS_INVALID); }
 
 void suite_identity(void) {
   run("the same bits every way: static scene, coherent rays", static_coherent);
+  run("the same bits every way: static scene, rays in bundles", static_bundles);
   run("the same bits every way: static scene, random rays", static_random);
   run("the same bits every way: static scene, rays at edges, vertices and along axes", static_aimed);
   run("the same bits every way: static scene, spawned rays, invalid rays between", static_others);
   run("the same bits every way: moving scene, coherent rays", moving_coherent);
+  run("the same bits every way: moving scene, rays in bundles", moving_bundles);
   run("the same bits every way: moving scene, random rays", moving_random);
   run("the same bits every way: moving scene, rays at edges, vertices and along axes", moving_aimed);
   run("the same bits every way: moving scene, spawned rays, invalid rays between", moving_others);

@@ -215,7 +215,7 @@ world world_moving(int level) {
 
 /* --- rays --- */
 
-const char *ray_kind_name[RAYS_KINDS] = {"camera", "random", "edge-aimed", "vertex-aimed", "axis-parallel", "spawned",
+const char *ray_kind_name[RAYS_KINDS] = {"camera", "bundles", "random", "edge-aimed", "vertex-aimed", "axis-parallel", "spawned",
                                          "mixed with invalid"};
 
 pktrt_ray ray_towards(const float o[3], const float p[3], float time) {
@@ -285,6 +285,15 @@ void make_rays(const world *w, const pktrt_scene *s, ray_kind kind, uint64_t see
       uint32_t px = (uint32_t)(i % 8 + i / 64 % 8 * 8), py = (uint32_t)(i / 8 % 8 + i / 512 % 8 * 8);
       float eye[3] = {rng_range(&v, -3, 3), rng_range(&v, -1, 3), rng_range(&v, -4, 4)};
       x = ray_of(eye[0], eye[1], eye[2], -eye[0] + ((float)px - 31.5f) / 30, -eye[1] + ((float)py - 31.5f) / 30, -eye[2]);
+      break;
+    }
+    case RAYS_BUNDLES: { /* 64 rays in two bundles, as two mirrors send them, and some strays; some look back a little */
+      rng v = rng_of(seed + i / 64 * 2 + rng_below(&r, 2));
+      for (int k = 0; k < 3; k++) o[k] = rng_range(&v, -2, 2), p[k] = -o[k] + rng_range(&v, -1, 1);
+      x = ray_of(o[0] + rng_range(&r, -0.1f, 0.1f), o[1] + rng_range(&r, -0.1f, 0.1f), o[2] + rng_range(&r, -0.1f, 0.1f),
+                 p[0] + rng_range(&r, -0.1f, 0.1f), p[1] + rng_range(&r, -0.1f, 0.1f), p[2] + rng_range(&r, -0.1f, 0.1f));
+      if (rng_below(&r, 10) == 0) random_point(w, &r, 1.0f, p), x = ray_towards(o, p, time);
+      if (i / 64 % 4 == 0 && rng_below(&r, 8) == 0) x.tmin = -0.5f;
       break;
     }
     case RAYS_RANDOM:

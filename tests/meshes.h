@@ -42,7 +42,7 @@ world world_moving(int level);  /* the same with 2, 1, 5, 3 keys */
 
 /* --- rays --- */
 typedef enum ray_kind {
-  RAYS_CAMERA, RAYS_RANDOM, RAYS_EDGE, RAYS_VERTEX, RAYS_AXIS, RAYS_SPAWNED, RAYS_INVALID, RAYS_KINDS
+  RAYS_CAMERA, RAYS_BUNDLES, RAYS_RANDOM, RAYS_EDGE, RAYS_VERTEX, RAYS_AXIS, RAYS_SPAWNED, RAYS_INVALID, RAYS_KINDS
 } ray_kind;
 extern const char *ray_kind_name[RAYS_KINDS];
 /* Rays number first .. first + n - 1 of a kind. The scene is for RAYS_SPAWNED: they start on its surface. */

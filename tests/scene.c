@@ -589,6 +589,33 @@ static void beyond_range(void) {
   world_free(&w);
 }
 
+/* Where 64 rays are two bundles, they are two packets and some rays beside; rays all over are no packets. */
+static void bundles_in_packets(void) {
+  enum { N = 64 * 200 };
+  world w = world_static(4);
+  pktrt_scene *s = world_scene(&w, PKTRT_ISA_AUTO, 0);
+  pktrt_ray *rays = calloc(N, sizeof *rays);
+  pktrt_hit *h = calloc(N, sizeof *h);
+  if (!rays || !h) abort();
+  static const ray_kind kinds[2] = {RAYS_BUNDLES, RAYS_RANDOM};
+  double culls[2];
+  for (int k = 0; k < 2; k++) {
+    pktrt_query_desc q;
+    pktrt_stats stats;
+    memset(&q, 0, sizeof q);
+    memset(&stats, 0, sizeof stats);
+    q.stats = &stats;
+    make_rays(&w, s, kinds[k], 5, 0, rays, N);
+    pktrt_intersect_ex(s, &q, rays, h, N);
+    culls[k] = (double)stats.by_type[0].frustum_culls / N;
+  }
+  say("boxes that a frustum culled, per ray: %.2f of bundles, %.2f of random rays", culls[0], culls[1]);
+  CHECK(culls[0] > 0.1 && culls[1] < 0.1 * culls[0]);
+  pktrt_scene_destroy(s);
+  free(rays), free(h);
+  world_free(&w);
+}
+
 /* The paper path's vectors of eight: one ray keeps one lane busy, packets more, and coherent ones need fewer vectors. */
 static void vectors_of_eight(void) {
   const uint32_t sizes[3] = {1, 8, 64};
@@ -670,6 +697,7 @@ void suite_scene(void) {
   run("several threads query one scene", concurrent_queries);
   run("a query uses at most 64 KiB of stack", stack_bound);
   run("statistics count what happened", statistics);
+  run("rays in bundles go in packets, rays all over do not", bundles_in_packets);
   run("vectors of eight tests hold what is counted, and coherent packets need fewer", vectors_of_eight);
   run("rays along an axis visit no more boxes than others", axis_visits);
 }

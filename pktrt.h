@@ -7558,9 +7558,18 @@ PKTRT__NOINLINE void pktrt__query_many(const pktrt_scene *s, const pktrt_query_d
   }
 }
 
+/* Whether so few rays are better asked one by one: also some more of them if they look into different octants. */
+static bool pktrt__scattered(const pktrt_ray *rays, size_t n, bool occlusion) {
+  if (pktrt__few(n, occlusion)) return true;
+  for (size_t i = 1; i < n && n < 32; i++)
+    for (int a = 0; a < 3; a++)
+      if (pktrt__sign_bit(rays[i].direction[a]) != pktrt__sign_bit(rays[0].direction[a])) return true;
+  return false;
+}
+
 static void pktrt__query(const pktrt_scene *s, const pktrt_query_desc *desc, bool occlusion, const pktrt__arrays *a,
                          size_t n) {
-  if (!a->rays || !pktrt__few(n, occlusion) || (desc && (desc->stats || desc->path == PKTRT_PATH_PAPER)))
+  if (!a->rays || (desc && (desc->stats || desc->path == PKTRT_PATH_PAPER)) || !pktrt__scattered(a->rays, n, occlusion))
     pktrt__query_many(s, desc, occlusion, a, n);
   else if (occlusion)
     for (size_t i = 0; i < n; i++) a->occluded[i] = s->kernels->occluded(s, &a->rays[i]);

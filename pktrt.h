@@ -495,8 +495,9 @@ PKTRT_DEF const char *pktrt_last_error(const pktrt_scene *);
 /* >>hooks ---------------------------------------------------------------------------------------------------------- */
 
 typedef struct pktrt_scene_desc { /* zeroed: sensible defaults */
-  void *(*allocate)(void *user, size_t size, size_t align); /* NULL: malloc. Must be thread-safe if parallel_for is. */
-  void (*release)(void *user, void *ptr, size_t size);      /* set both or neither */
+  /* NULL: malloc, which on Linux asks for large pages where a piece is large. Must be thread-safe if parallel_for is. */
+  void *(*allocate)(void *user, size_t size, size_t align);
+  void (*release)(void *user, void *ptr, size_t size); /* set both or neither */
   /* Runs body(arg, i) for i in [0,n), in any order, on any threads, and returns when all are done. NULL: serial. */
   void (*parallel_for)(void *user, size_t n, void (*body)(void *arg, size_t i), void *arg);
   void *user;                  /* handed to every hook */

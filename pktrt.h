@@ -495,7 +495,7 @@ PKTRT_DEF const char *pktrt_last_error(const pktrt_scene *);
 /* >>hooks ---------------------------------------------------------------------------------------------------------- */
 
 typedef struct pktrt_scene_desc { /* zeroed: sensible defaults */
-  /* NULL: malloc, which on Linux asks for large pages where a piece is large. Must be thread-safe if parallel_for is. */
+  /* NULL: malloc, on Linux with large pages for what is large. Must be thread-safe if parallel_for is. */
   void *(*allocate)(void *user, size_t size, size_t align);
   void (*release)(void *user, void *ptr, size_t size); /* set both or neither */
   /* Runs body(arg, i) for i in [0,n), in any order, on any threads, and returns when all are done. NULL: serial. */
@@ -2922,15 +2922,19 @@ PKTRT__INLINE uint64_t pktrt__bytes_of(uint32_t bits) {
   const uint64_t each = bits * UINT64_C(0x0101010101010101) & UINT64_C(0x8040201008040201);
   return (each + UINT64_C(0x7F7F7F7F7F7F7F7F)) >> 7 & UINT64_C(0x0101010101010101);
 }
+/* Eight bytes, the lowest first. */
+PKTRT__INLINE void pktrt__put_bytes(void *to, uint64_t bytes) {
+#if defined(__BYTE_ORDER__) && __BYTE_ORDER__ == __ORDER_BIG_ENDIAN__
+  for (uint32_t j = 0; j < 8; j++) PKTRT__CAST(uint8_t *, to)[j] = (uint8_t)(bytes >> 8 * j);
+#else
+  memcpy(to, &bytes, 8);
+#endif
+}
 /* Bits 0, 1, 2 of eight bytes, from bit j of three numbers for byte j. */
 PKTRT__INLINE void pktrt__put_bits(uint8_t *to, uint32_t bit0, uint32_t bit1, uint32_t bit2) {
   const uint64_t all =
       pktrt__bytes_of(bit0 & 0xFF) | pktrt__bytes_of(bit1 & 0xFF) << 1 | pktrt__bytes_of(bit2 & 0xFF) << 2;
-#if defined(__BYTE_ORDER__) && __BYTE_ORDER__ == __ORDER_BIG_ENDIAN__
-  for (uint32_t j = 0; j < 8; j++) to[j] = (uint8_t)(all >> 8 * j);
-#else
-  memcpy(to, &all, 8);
-#endif
+  pktrt__put_bytes(to, all);
 }
 
 /* Fills the lanes behind the last ray with rays that hit nothing, up to a whole vector. */
@@ -3364,9 +3368,10 @@ typedef struct pktrt__kernels {
   bool (*intersect)(const pktrt_scene *, const pktrt_ray *, pktrt_hit *);
   bool (*occluded)(const pktrt_scene *, const pktrt_ray *);
   bool (*rounds_each_operation)(void);
-  /* A batch from n of `left` rays of the caller's, and back; order: which of them, NULL for the first ones. */
-  void (*load)(pktrt__batch *, const pktrt_ray *, const uint16_t *order, uint32_t n, size_t left);
-  void (*store)(const pktrt_scene *, const pktrt__batch *, pktrt_hit *, const uint16_t *order, uint32_t n, size_t left);
+  /* A batch from n rays of the caller's, and back; order: which of them, NULL for the first ones. */
+  void (*load)(pktrt__batch *, const pktrt_ray *, const uint16_t *order, uint32_t n);
+  void (*store)(const pktrt_scene *, const pktrt__batch *, pktrt_hit *, const uint16_t *order, uint32_t n);
+  void (*answer)(const pktrt__batch *, bool *occluded, uint32_t n);
   /* Rays of a pinhole through eight places of the picture, into lanes i to i + 7 of a wave. */
   void (*primary)(const pktrt__view_plane *, const double *x, const double *y, pktrt__wave *, uint32_t i);
   /* Packs those of n rays of a wave that met something, and tells the surfaces how many and where they were. Points,
@@ -6347,7 +6352,7 @@ OP void NAME(resolve_misses)(pktrt__batch *b, uint32_t i, uint32_t hits) {
 static void NAME(resolve)(const pktrt__call *call, pktrt__batch *b, uint32_t n) {
   const pktrt_scene *scene = call->scene;
   for (uint32_t i = 0; i < n; i += 8) {
-    if (call->place) pktrt__fetch_lines(call->place + i, 8 * sizeof *call->place);
+    if (call->place && i + 8 <= n) pktrt__fetch_lines(call->place + i, 8 * sizeof *call->place);
     uint32_t hits = NAME(occupied)(b->slot + i), flat = hits ? NAME(resolve_hits)(scene, b, i, hits) : 0;
     if (PKTRT__UNLIKELY(flat)) {
       for (; flat; flat &= flat - 1) NAME(look_again)(scene, b, i + pktrt__lowest(flat));
@@ -6937,7 +6942,7 @@ static void NAME(trace)(const pktrt__call *call, pktrt__batch *b, uint32_t n) {
 
    Arrays of structures to batches and back: eight rays are eight rows of eight floats and a time; so are eight hits. */
 
-static void NAME(load)(pktrt__batch *b, const pktrt_ray *rays, const uint16_t *order, uint32_t n, size_t left) {
+static void NAME(load)(pktrt__batch *b, const pktrt_ray *rays, const uint16_t *order, uint32_t n) {
   uint32_t i = 0;
 #if PKTRT__STAMP == PKTRT__STAMP_AVX2 || PKTRT__STAMP == PKTRT__STAMP_AVX512
   for (; i + 8 <= n; i += 8) {
@@ -6952,12 +6957,11 @@ static void NAME(load)(pktrt__batch *b, const pktrt_ray *rays, const uint16_t *o
     vstore(b->tmin + i, r[3]), vstore(b->tmax + i, r[7]);
   }
 #endif
-  (void)left;
   pktrt__load_rays(b, rays, order, i, n);
 }
 
-static void NAME(store)(const pktrt_scene *s, const pktrt__batch *b, pktrt_hit *hits, const uint16_t *order, uint32_t n,
-                        size_t left) {
+static void NAME(store)(const pktrt_scene *s, const pktrt__batch *b, pktrt_hit *hits, const uint16_t *order,
+                        uint32_t n) {
   uint32_t i = 0;
 #if PKTRT__STAMP == PKTRT__STAMP_AVX2 || PKTRT__STAMP == PKTRT__STAMP_AVX512
   uint32_t hint[2] = {0, 0};
@@ -6975,8 +6979,15 @@ static void NAME(store)(const pktrt_scene *s, const pktrt__batch *b, pktrt_hit *
     UNROLL for (uint32_t j = 0; j < 8; j++) vstore((float *)(void *)&hits[pktrt__place(order, i + j)], r[j]);
   }
 #endif
-  (void)left;
   pktrt__store_hits(s, b, hits, order, i, n);
+}
+
+/* Which of n rays are occluded. */
+static void NAME(answer)(const pktrt__batch *b, bool *occluded, uint32_t n) {
+  uint32_t i = 0;
+  for (; i + 8 <= n && sizeof(bool) == 1; i += 8)
+    pktrt__put_bytes(occluded + i, pktrt__bytes_of(0xFFu & ~NAME(unhit)(b->slot + i)));
+  for (; i < n; i++) occluded[i] = b->slot[i] != PKTRT_NONE;
 }
 
 /* That the compiler kept products and sums of this instruction set apart: with e = 2^-12, (1 + e)^2 - (1 + 2 e) is
@@ -6992,9 +7003,9 @@ static bool NAME(rounds_each_operation)(void) {
   return mbits(mand(minus, from)) == 0xFF;
 }
 
-static const pktrt__kernels NAME(kernels) = {NAME(trace), NAME(intersect), NAME(occluded), NAME(rounds_each_operation),
-                                             NAME(load), NAME(store), NAME(primary), NAME(pack), NAME(find),
-                                             NAME(dress), NAME(aim), NAME(see), NAME(gain), NAME(send)};
+static const pktrt__kernels NAME(kernels) = {
+    NAME(trace), NAME(intersect), NAME(occluded), NAME(rounds_each_operation), NAME(load), NAME(store), NAME(answer),
+    NAME(primary), NAME(pack), NAME(find), NAME(dress), NAME(aim), NAME(see), NAME(gain), NAME(send)};
 
 #ifdef PKTRT__ALSO_STAMP /* for benchmarks: a file of theirs on the same vectors; its path from here, in quotes */
 #include PKTRT__ALSO_STAMP
@@ -7546,14 +7557,14 @@ PKTRT__NOINLINE void pktrt__query_many(const pktrt_scene *s, const pktrt_query_d
     for (uint32_t from = 0, m; from < all; from += m) {
       const uint16_t *order = all > PKTRT__BATCH ? sorted + from : NULL;
       m = all - from < PKTRT__BATCH ? all - from : (uint32_t)PKTRT__BATCH;
-      if (a->rays) s->kernels->load(&b, a->rays + i, order, m, left);
+      if (a->rays) s->kernels->load(&b, a->rays + i, order, m);
       else pktrt__load_soa(&b, a->ray_rows, i, m, left);
       call.next = a->rays && !order && left > 2 * PKTRT__BATCH ? a->rays + i + PKTRT__BATCH : NULL;
       call.place = a->hits && !order ? a->hits + i : NULL;
       s->kernels->trace(&call, &b, m);
-      if (a->hits) s->kernels->store(s, &b, a->hits + i, order, m, left);
+      if (a->hits) s->kernels->store(s, &b, a->hits + i, order, m);
       else if (a->hit_rows) pktrt__store_soa(s, &b, a->hit_rows, i, m, left);
-      for (uint32_t j = 0; occlusion && j < m; j++) a->occluded[i + j] = b.slot[j] != PKTRT_NONE;
+      if (occlusion) s->kernels->answer(&b, a->occluded + i, m);
     }
     i += all;
   }

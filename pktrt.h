@@ -6119,7 +6119,8 @@ PKTRT__NOINLINE void NAME(drive_frustum)(const pktrt_scene *scene, pktrt__batch 
       }
     }
     if (occlusion) {
-      for (uint64_t m = hit; m; m &= m - 1) b->slot[base + pktrt__lowest(m)] = 0;
+      for (uint32_t r = 0; r < 64; r += FW)
+        fput_u32(b->slot + base + r, ffrom((uint32_t)(hit >> r) & ((1u << FW) - 1)), 0);
       mask &= ~hit;
     }
   }

@@ -4228,6 +4228,8 @@ typedef __mmask16 PKTRT__NAME(pktrt__mf);
 #define fmax_(a, b) _mm512_max_ps(a, b)
 #define fabs_(a) _mm512_abs_ps(a)
 #define fsel(m, a, b) _mm512_mask_blend_ps(m, b, a)
+#define fleast(m, a, b) _mm512_mask_min_ps(a, m, a, b) /* the smaller, where m; else a */
+#define fmost(m, a, b) _mm512_mask_max_ps(a, m, a, b)
 #define fle(a, b) _mm512_cmp_ps_mask(a, b, _CMP_LE_OQ)
 #define flt(a, b) _mm512_cmp_ps_mask(a, b, _CMP_LT_OQ)
 #define feq(a, b) _mm512_cmp_ps_mask(a, b, _CMP_EQ_OQ)
@@ -4259,6 +4261,8 @@ typedef __mmask16 PKTRT__NAME(pktrt__mf);
 #define fmax_ vmax
 #define fabs_ vabs
 #define fsel vsel
+#define fleast(m, a, b) vmin(a, vsel(m, b, a))
+#define fmost(m, a, b) vmax(a, vsel(m, b, a))
 #define fle vle
 #define flt vlt
 #define feq veq
@@ -5052,10 +5056,10 @@ OP void NAME(frustum_origins)(NAME(frustum_rays) *f, const pktrt__batch *b, uint
     const mf m = ffrom(bits);
     UNROLL for (int a = 0; a < 3; a++) {
       const vf x = a == 2 ? fmul(fset(f->sign), fload(o[a] + i)) : fload(o[a] + i);
-      lo[a] = fmin_(lo[a], fsel(m, x, lo[a]));
-      hi[a] = fmax_(hi[a], fsel(m, x, hi[a]));
+      lo[a] = fleast(m, lo[a], x);
+      hi[a] = fmost(m, hi[a], x);
     }
-    pad = fmax_(pad, fsel(m, fload(b->pad + f->base + i), pad));
+    pad = fmost(m, pad, fload(b->pad + f->base + i));
   }
   float rho = 0;
   UNROLL for (int a = 0; a < 3; a++) {
@@ -5079,15 +5083,15 @@ OP void NAME(frustum_planes)(NAME(frustum_rays) *f, const pktrt__batch *b, uint6
     const vf ow = fsub(fmul(s, fload(b->o[f->k] + r)), fset(f->ref[2]));
     const vf wn = fadd(ow, fload(b->wn + r)), wf = fadd(ow, fload(b->wf + r));
     fstore(f->ow + i, ow);
-    depth = fmax_(depth, fsel(m, ow, depth));
-    wmin = fmin_(wmin, fsel(m, wn, wmin));
-    wmax = fmax_(wmax, fsel(m, wf, wmax));
+    depth = fmost(m, depth, ow);
+    wmin = fleast(m, wmin, wn);
+    wmax = fmost(m, wmax, wf);
     UNROLL for (int a = 0; a < 2; a++) {
       const vf g = fmul(s, fload(b->slope[a] + r));
       const vf c = fsub(fsub(fload(b->o[axis[a]] + r), fset(f->ref[a])), fmul(g, ow));
       const vf end = ffma(g, fset(f->far_), c);
-      n0[a] = fmin_(n0[a], fsel(m, c, n0[a])), x0[a] = fmax_(x0[a], fsel(m, c, x0[a]));
-      n1[a] = fmin_(n1[a], fsel(m, end, n1[a])), x1[a] = fmax_(x1[a], fsel(m, end, x1[a]));
+      n0[a] = fleast(m, n0[a], c), x0[a] = fmost(m, x0[a], c);
+      n1[a] = fleast(m, n1[a], end), x1[a] = fmost(m, x1[a], end);
     }
   }
   f->wmin = fhmin(wmin), f->wmax = fhmax(wmax), f->depth = f->common ? 0 : fhmax(depth);
@@ -5119,7 +5123,7 @@ PKTRT__NOINLINE void NAME(frustum_times)(NAME(frustum_rays) *f, const pktrt__bat
   for (uint32_t i = 0; i < 64; i += FW) {
     const mf m = ffrom((uint32_t)(mask >> i) & ((1u << FW) - 1));
     const vf t = fload(b->tb + f->base + i);
-    lo = fmin_(lo, fsel(m, t, lo)), hi = fmax_(hi, fsel(m, t, hi));
+    lo = fleast(m, lo, t), hi = fmost(m, hi, t);
   }
   f->tb[0] = fhmin(lo), f->tb[1] = fhmax(hi);
 }
@@ -5131,7 +5135,7 @@ OP void NAME(frustum_depth)(NAME(frustum_rays) *f, const pktrt__batch *b, uint64
     const uint32_t bits = (uint32_t)(mask >> i) & ((1u << FW) - 1);
     if (!bits) continue;
     const vf wf = fadd(fload(f->ow + i), fload(b->wf + f->base + i));
-    w = fmax_(w, fsel(ffrom(bits), wf, w));
+    w = fmost(ffrom(bits), w, wf);
   }
   f->wmax = fhmax(w);
 }
@@ -7044,6 +7048,8 @@ static const pktrt__kernels NAME(kernels) = {
 #undef fhmax
 #undef fhmin
 #undef fle
+#undef fleast
+#undef fmost
 #undef fload
 #undef flt
 #undef feq

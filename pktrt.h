@@ -3580,6 +3580,8 @@ static const pktrt__fit *pktrt__fit_of(pktrt_isa isa) {
 #define dabs PKTRT__NAME(pktrt__dabs)
 #define dlt PKTRT__NAME(pktrt__dlt)
 #define dto PKTRT__NAME(pktrt__dto)
+#define vsize PKTRT__NAME(pktrt__vsize)
+#define vsize3 PKTRT__NAME(pktrt__vsize3)
 #define azero PKTRT__NAME(pktrt__azero)
 #define aor PKTRT__NAME(pktrt__aor)
 #define apush PKTRT__NAME(pktrt__apush)
@@ -3704,7 +3706,9 @@ OP v8 dto(d8 a) { return _mm512_cvtpd_ps(a); }
 
 typedef __m512i a8; /* eight ray masks, one per child */
 OP a8 azero(void) { return _mm512_setzero_si512(); }
-OP a8 aor(a8 a, m8 m, uint64_t bit) { return _mm512_mask_or_epi64(a, m, a, _mm512_set1_epi64((long long)bit)); }
+OP a8 aor(a8 a, m8 m, uint32_t bit) {
+  return _mm512_mask_or_epi64(a, m, a, _mm512_set1_epi64((long long)((uint64_t)1 << bit)));
+}
 
 /* Pushes the children with a non-empty ray mask, in the order of perm; returns how many. Compression happens in
    registers: compressing stores are slow on some CPUs. */
@@ -3778,29 +3782,6 @@ OP m8 dlt(d8 a, d8 b) {
   return _mm256_castpd_ps(_mm256_permute4x64_pd(mixed, 0xD8));
 }
 OP v8 dto(d8 a) { return _mm256_set_m128(_mm256_cvtpd_ps(a.h), _mm256_cvtpd_ps(a.l)); }
-
-typedef struct a8 { /* eight ray masks, one per child */
-  __m256i l, h;
-} a8;
-OP a8 azero(void) {
-  a8 r;
-  r.l = r.h = _mm256_setzero_si256();
-  return r;
-}
-OP a8 aor(a8 a, m8 m, uint64_t bit) {
-  const __m256i b = _mm256_set1_epi64x((long long)bit), i = _mm256_castps_si256(m);
-  a.l = _mm256_or_si256(a.l, _mm256_and_si256(_mm256_cvtepi32_epi64(_mm256_castsi256_si128(i)), b));
-  a.h = _mm256_or_si256(a.h, _mm256_and_si256(_mm256_cvtepi32_epi64(_mm256_extracti128_si256(i, 1)), b));
-  return a;
-}
-OP uint32_t apush(a8 a, const uint32_t *child, v8 dist, uint32_t perm, uint64_t *masks, uint32_t *refs, float *nears) {
-  PKTRT__ALIGN64 uint64_t mask[8];
-  PKTRT__ALIGN64 float near_w[8];
-  _mm256_store_si256((__m256i *)(void *)mask, a.l);
-  _mm256_store_si256((__m256i *)(void *)(mask + 4), a.h);
-  _mm256_store_ps(near_w, dist);
-  return pktrt__push_children(mask, child, near_w, perm, masks, refs, nears);
-}
 #endif
 
 #elif PKTRT__STAMP == PKTRT__STAMP_SCALAR
@@ -4143,6 +4124,21 @@ OP uint64_t vorder(uint32_t keep, uint32_t perm) {
   return all;
 }
 #endif
+/* The larger size of two, and of three. */
+OP v8 vsize(v8 a, v8 b) {
+#if PKTRT__STAMP == PKTRT__STAMP_AVX512
+  return _mm256_range_ps(a, b, 0xB);
+#else
+  return vmax(vabs(a), vabs(b));
+#endif
+}
+OP v8 vsize3(v8 a, v8 b, v8 c) {
+#if PKTRT__STAMP == PKTRT__STAMP_AVX512
+  return vsize(vsize(a, b), c);
+#else
+  return vmax(vabs(a), vsize(b, c));
+#endif
+}
 /* Which of 64 bytes equal x. */
 OP uint64_t vsame64(const uint8_t *p, uint8_t x) {
 #if PKTRT__STAMP == PKTRT__STAMP_AVX512
@@ -4160,7 +4156,44 @@ OP uint64_t vsame64(const uint8_t *p, uint8_t x) {
   return same;
 #endif
 }
-#if PKTRT__STAMP != PKTRT__STAMP_AVX2 && PKTRT__STAMP != PKTRT__STAMP_AVX512
+#if PKTRT__STAMP == PKTRT__STAMP_AVX2
+typedef struct a8 { /* eight ray masks, one per child: low halves, high halves */
+  __m256i l, h;
+} a8;
+OP a8 azero(void) {
+  a8 r;
+  r.l = r.h = _mm256_setzero_si256();
+  return r;
+}
+/* WHY a table: vectors are filled from memory faster than from a register. The high half of bit i is at i, the low one
+   at i + 32. */
+OP a8 aor(a8 a, m8 m, uint32_t bit) {
+#define BITS4(i) UINT32_C(1) << (i), UINT32_C(2) << (i), UINT32_C(4) << (i), UINT32_C(8) << (i)
+#define BITS16(i) BITS4(i), BITS4(i + 4), BITS4(i + 8), BITS4(i + 12)
+  static const uint32_t halves[96] = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+                                      0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, BITS16(0), BITS16(16)};
+#undef BITS16
+#undef BITS4
+  const __m256i i = _mm256_castps_si256(m);
+  a.l = _mm256_or_si256(a.l, _mm256_and_si256(i, _mm256_set1_epi32((int)halves[bit + 32])));
+  a.h = _mm256_or_si256(a.h, _mm256_and_si256(i, _mm256_set1_epi32((int)halves[bit])));
+  return a;
+}
+OP uint32_t apush(a8 a, const uint32_t *child, v8 dist, uint32_t perm, uint64_t *masks, uint32_t *refs, float *nears) {
+  const __m256i none = _mm256_cmpeq_epi32(_mm256_or_si256(a.l, a.h), _mm256_setzero_si256());
+  const uint32_t some = 0xFFu & ~mbits(_mm256_castsi256_ps(none));
+  const uint64_t bytes = vorder(some, perm);
+  const __m256i order = _mm256_cvtepu8_epi32(_mm_loadl_epi64((const __m128i *)(const void *)&bytes));
+  const __m256i c = _mm256_permutevar8x32_epi32(_mm256_loadu_si256((const __m256i *)(const void *)child), order);
+  const __m256i l = _mm256_permutevar8x32_epi32(a.l, order), h = _mm256_permutevar8x32_epi32(a.h, order);
+  const __m256i m0145 = _mm256_unpacklo_epi32(l, h), m2367 = _mm256_unpackhi_epi32(l, h);
+  _mm256_storeu_si256((__m256i *)(void *)masks, _mm256_permute2x128_si256(m0145, m2367, 0x20));
+  _mm256_storeu_si256((__m256i *)(void *)(masks + 4), _mm256_permute2x128_si256(m0145, m2367, 0x31));
+  _mm256_storeu_si256((__m256i *)(void *)refs, c);
+  _mm256_storeu_ps(nears, _mm256_permutevar8x32_ps(dist, order));
+  return pktrt__popcount(some);
+}
+#elif PKTRT__STAMP != PKTRT__STAMP_AVX512
 typedef struct a8 { /* eight ray masks, one per child */
   uint64_t mask[8];
 } a8;
@@ -4169,9 +4202,9 @@ OP a8 azero(void) {
   memset(&r, 0, sizeof r);
   return r;
 }
-OP a8 aor(a8 a, m8 m, uint64_t bit) {
+OP a8 aor(a8 a, m8 m, uint32_t bit) {
   const uint32_t bits = mbits(m);
-  for (int i = 0; i < 8; i++) a.mask[i] |= ((uint64_t)0 - (bits >> i & 1)) & bit;
+  for (int i = 0; i < 8; i++) a.mask[i] |= (uint64_t)(bits >> i & 1) << bit;
   return a;
 }
 OP uint32_t apush(a8 a, const uint32_t *child, v8 dist, uint32_t perm, uint64_t *masks, uint32_t *refs, float *nears) {
@@ -4446,13 +4479,13 @@ OP uint32_t NAME(outside)(const NAME(edges) *e) {
 OP NAME(estimate) NAME(estimate_in)(const NAME(edges) *q, const v8 x[3], const v8 y[3], const v8 z[3],
                                     const NAME(limits) *l) {
   const v8 zero = vset(0), u = q->u, v = q->v, w = q->w, det = vadd(vadd(u, v), w);
-  const v8 xs = vmax(vabs(x[0]), vmax(vabs(x[1]), vabs(x[2]))), ys = vmax(vabs(y[0]), vmax(vabs(y[1]), vabs(y[2])));
-  const v8 z_lo = vmin(z[0], vmin(z[1], z[2])), z_hi = vmax(z[0], vmax(z[1], z[2])), r = vdiv(vset(1), det);
-  const v8 sum = vfma(vmul(u, r), z[0], vfma(vmul(v, r), z[1], vmul(vmul(w, r), z[2]))), depth = vmul(sum, l->sign);
+  const v8 xs = vsize3(x[0], x[1], x[2]), ys = vsize3(y[0], y[1], y[2]), r = vdiv(l->sign, det);
+  const v8 z_lo = vmin(z[0], vmin(z[1], z[2])), z_hi = vmax(z[0], vmax(z[1], z[2]));
+  const v8 depth = vfma(vmul(u, r), z[0], vfma(vmul(v, r), z[1], vmul(vmul(w, r), z[2])));
   const v8 spread = vmul(vmul(vmul(xs, ys), vabs(r)), vsub(z_hi, z_lo));
   const m8 known = mand(vlt(vset(PKTRT__LEAST_DET), vabs(det)), vle(vabs(det), vset(FLT_MAX)));
   const v8 error = vfma(spread, vset(PKTRT__PAD_SPREAD),
-                        vfma(vmax(vabs(z_lo), vabs(z_hi)), vset(PKTRT__PAD_ESTIMATE), l->tiny));
+                        vfma(vsize(z_lo, z_hi), vset(PKTRT__PAD_ESTIMATE), l->tiny));
   const v8 bound = vsel(known, error, vset(INFINITY));
   NAME(estimate) e;
   e.lo = vsub(depth, bound), e.hi = vadd(depth, bound);
@@ -4589,9 +4622,9 @@ OP bool NAME(block_hides)(const pktrt__view *view, pktrt__batch *b, uint32_t r, 
   const v8 zero = vset(0), det = vadd(vadd(e.u, e.v), e.w), size = vabs(det);
   const v8 sum = vmul(vfma(e.u, z[0], vfma(e.v, z[1], vmul(e.w, z[2]))), q.l.sign);
   const v8 depth = vmul(sum, vwith_sign(vset(1), det));
-  const v8 xs = vmax(vabs(x[0]), vmax(vabs(x[1]), vabs(x[2]))), ys = vmax(vabs(y[0]), vmax(vabs(y[1]), vabs(y[2])));
+  const v8 xs = vsize3(x[0], x[1], x[2]), ys = vsize3(y[0], y[1], y[2]);
   const v8 z_lo = vmin(z[0], vmin(z[1], z[2])), z_hi = vmax(z[0], vmax(z[1], z[2]));
-  const v8 near_ = vfma(vmax(vabs(z_lo), vabs(z_hi)), vset(PKTRT__PAD_ESTIMATE), q.l.tiny);
+  const v8 near_ = vfma(vsize(z_lo, z_hi), vset(PKTRT__PAD_ESTIMATE), q.l.tiny);
   const v8 error = vfma(vmul(vmul(xs, ys), vsub(z_hi, z_lo)), vset(PKTRT__PAD_SPREAD),
                         vfma(near_, size, vset(FLT_MIN)));
   const v8 lo = vsub(depth, error), hi = vadd(depth, error);
@@ -4888,8 +4921,8 @@ OP void NAME(stream_node)(const pktrt__view *view, pktrt__batch *b, const uint8_
     const uint32_t i = pktrt__lowest(m);
     v8 entry;
     const m8 enters = NAME(ray_slabs)(&s, b, list[i], moving, &entry);
-    rays = aor(rays, enters, (uint64_t)1 << i);
-    if (!occlusion) dist = vsel(enters, vmin(entry, dist), dist);
+    rays = aor(rays, enters, i);
+    if (!occlusion) dist = vsel(enters, entry, dist); /* asked of children that one ray alone enters */
   }
   stack->n += apush(rays, child, dist, occlusion ? PKTRT__IN_ORDER : child[8 + octant], stack->masks + sp,
                     stack->refs + sp, stack->dists + sp);
@@ -7020,6 +7053,8 @@ static const pktrt__kernels NAME(kernels) = {
 #undef a8
 #undef aor
 #undef apush
+#undef vsize
+#undef vsize3
 #undef azero
 #undef d8
 #undef dabs

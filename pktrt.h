@@ -3288,6 +3288,7 @@ typedef struct pktrt__aim { /* one light, as surfaces see it that look for it */
 
 typedef struct pktrt__shadows { /* shadow rays of one light */
   float *o[3], *d[3], *time;        /* in the batch to be traced, or in a list of which packets are made */
+  float *limit;                     /* row of tmax; NULL: in a list */
   float *arriving[3];               /* what the light adds if nothing is between */
   uint32_t *surface, *material;     /* material: NULL if nobody wants to know */
   float tmax;                       /* of all of them */
@@ -6446,6 +6447,15 @@ PKTRT__NOINLINE bool NAME(gather_normals)(const pktrt_scene *scene, const float 
       any = true;
       same = mesh->key_count < 2 ? same & vsame(s->triangle + i, triangle) : rest & (0u - rest);
       const m8 m = mfrom(same);
+      if (mesh->key_count < 2 && mesh->indices) {
+        const uint32_t *v = mesh->indices + (size_t)triangle * 3;
+        UNROLL for (int c = 0; c < 3; c++) {
+          const float *k = mesh->normals + (size_t)v[c] * 3;
+          UNROLL for (int a = 0; a < 3; a++) q[c][a] = vsel(m, vset(k[a]), q[c][a]);
+        }
+        rest &= ~same;
+        continue;
+      }
       for (uint32_t c = 0; c < 3; c++) pktrt__corner(mesh, mesh->normals, triangle, c, time[r], corner[c]);
       ROLL_OUT for (int c = 0; c < 9; c++) q[c / 3][c % 3] = vsel(m, vset(corner[c / 3][c % 3]), q[c / 3][c % 3]);
     }
@@ -6684,6 +6694,7 @@ PKTRT__NOINLINE void NAME(aim8)(const pktrt_scene *scene, const pktrt__aim *l, c
   vpack_from(sh->time + n, lanes, w->time + s->first + i);
   vpack_from(sh->surface + n, lanes, s->number + i);
   if (sh->material) vpack_from(sh->material + n, lanes, s->material + i);
+  if (sh->limit) vstore(sh->limit + n, vset(sh->tmax));
   sh->count += pktrt__popcount8(lanes);
 }
 
@@ -6695,24 +6706,24 @@ static void NAME(aim)(const pktrt_scene *scene, const pktrt__aim *l, const pktrt
 }
 
 /* Where lines enter and leave what lies between two planes: at most, and at least, what is there. */
-STEP void NAME(cut)(float lo, float hi, v8 rd, v8 shift, v8 *from, v8 *to) {
-  const v8 t0 = vfms(vset(lo), rd, shift), t1 = vfms(vset(hi), rd, shift);
-  *from = vmax(*from, vmin(t0, t1)), *to = vmin(*to, vmax(t0, t1));
+STEP void NAME(cut)(float lo, float hi, vf rd, vf shift, vf *from, vf *to) {
+  const vf t0 = ffms(fset(lo), rd, shift), t1 = ffms(fset(hi), rd, shift);
+  *from = fmax_(*from, fmin_(t0, t1)), *to = fmin_(*to, fmax_(t0, t1));
 }
 
-/* Of rays i to i + 7, those in `lanes` that meet an innermost box of glass. */
+/* Of rays from i on, a wide vector, those in `lanes` that meet an innermost box of glass. */
 static uint32_t NAME(meets)(const pktrt__glass *glass, const pktrt__batch *b, uint32_t i, uint32_t lanes) {
-  v8 rd[3], shift[3];
+  vf rd[3], shift[3];
   uint32_t found = 0;
   for (int a = 0; a < 3; a++) {
-    const v8 d = vload(b->d[a] + i);
-    rd[a] = vdiv(vset(1), vwith_sign(vmax(vabs(d), vset(glass->least)), d));
-    shift[a] = vmul(vload(b->o[a] + i), rd[a]);
+    const vf d = fload(b->d[a] + i);
+    rd[a] = fdiv(fset(1), fwith_sign(fmax_(fabs_(d), fset(glass->least)), d));
+    shift[a] = fmul(fload(b->o[a] + i), rd[a]);
   }
   for (const pktrt__glass_box *box = glass->boxes, *last = box + box->next; box < last && lanes;) {
-    v8 from = vset(0), to = vload(b->tmax + i);
+    vf from = fset(0), to = fload(b->tmax + i);
     ROLL_OUT for (int a = 0; a < 3; a++) NAME(cut)(box->lo[a], box->hi[a], rd[a], shift[a], &from, &to);
-    const uint32_t met = lanes & ~mbits(vlt(to, from)), next = box->next, ends = next == 1 ? met : 0;
+    const uint32_t met = lanes & ~fbits(flt(to, from)), next = box->next, ends = next == 1 ? met : 0;
     found |= ends, lanes &= ~ends;
     box += met ? 1 : next;
   }
@@ -6723,10 +6734,11 @@ static uint32_t NAME(meets)(const pktrt__glass *glass, const pktrt__batch *b, ui
 static uint32_t NAME(see)(const pktrt__glass *glass, const pktrt__batch *b, float (*seen)[PKTRT__BATCH], uint32_t n,
                           uint32_t *lane) {
   uint32_t listed = 0;
-  for (uint32_t i = 0; i < n; i += 8) {
-    const uint32_t stopped = NAME(lanes_of)(n - i) & NAME(occupied)(b->slot + i);
+  for (uint32_t i = 0; i < n; i += FW) {
+    uint32_t stopped = NAME(lanes_of)(n - i) & NAME(occupied)(b->slot + i);
+    if (n - i > 8 && FW > 8) stopped |= (NAME(lanes_of)(n - i - 8) & NAME(occupied)(b->slot + i + 8)) << 8;
     uint32_t met = glass->boxes && stopped ? NAME(meets)(glass, b, i, stopped) : 0;
-    for (int a = 0; a < 3; a++) vstore(seen[a] + i, vsel(mfrom(stopped), vset(0), vset(1)));
+    for (int a = 0; a < 3; a++) fstore(seen[a] + i, fsel(ffrom(stopped), fset(0), fset(1)));
     for (; met; met &= met - 1) lane[listed++] = i + pktrt__lowest(met);
   }
   return listed;
@@ -9017,9 +9029,9 @@ PKTRT__NOINLINE void pktrt__flush(pktrt__work *work, pktrt_ray_type type, uint32
   p->n = 0;
 }
 
-/* How far the pending rays [from, to) go. */
+/* How far the pending rays [from, to) go; all begin at 0, which is set once. */
 static void pktrt__limit(pktrt__batch *b, uint32_t from, uint32_t to, float tmax) {
-  pktrt__set_row(b->tmin + from, to - from, 0), pktrt__set_row(b->tmax + from, to - from, tmax);
+  pktrt__set_row(b->tmax + from, to - from, tmax);
 }
 
 /* Rays [from, to) of the list of shadow rays, in the order given (NULL: as they are), behind what is pending; they
@@ -9047,7 +9059,7 @@ static void pktrt__push_shadows(pktrt__work *work, const uint32_t *order, uint32
     }
   for (uint32_t i = from; i < to; i++) {
     const uint32_t at = n + i - from, k = order[i];
-    p->batch.tmin[at] = 0, p->batch.tmax[at] = sh->tmax, p->batch.time[at] = sh->time[k];
+    p->batch.tmax[at] = sh->tmax, p->batch.time[at] = sh->time[k];
     p->target[at] = sh->surface[k], p->wave[at] = NULL;
   }
 }
@@ -9228,7 +9240,7 @@ static void pktrt__place_shadows(pktrt__work *work, bool at_once) {
     sh->arriving[a] = at_once ? p->arriving[a] : l->arriving[a];
   }
   sh->time = at_once ? p->batch.time : l->time, sh->surface = at_once ? p->target : l->surface;
-  sh->material = at_once ? NULL : l->material;
+  sh->material = at_once ? NULL : l->material, sh->limit = at_once ? p->batch.tmax : NULL;
 }
 
 /* The shadow rays of all surfaces towards one light. */
@@ -9259,7 +9271,6 @@ PKTRT__NOINLINE void pktrt__add_lights(pktrt__work *work, const pktrt__wave *w, 
     pktrt__aim_at(work, w, light, depth);
     const pktrt__shadows *sh = &work->shadows;
     if (at_once) {
-      pktrt__limit(&work->pending.batch, 0, sh->count, sh->tmax);
       work->pending.n = sh->count;
       pktrt__flush(work, type, depth);
       continue;
@@ -9524,7 +9535,7 @@ static void pktrt__write_pixels(const pktrt__work *work, const uint32_t *x, cons
   for (uint32_t p = 0; p < pixels; p++) {
     float *to = d->pixels + y[p] * work->job->row_stride + (size_t)x[p] * 3;
     const size_t at = (size_t)y[p] * d->width + x[p];
-    for (int a = 0; a < 3; a++) to[a] = pktrt__to_float(alone ? work->sum[a][p] : work->sum[a][p] / n);
+    for (int a = 0; a < 3; a++) to[a] = alone ? (float)work->sum[a][p] : pktrt__to_float(work->sum[a][p] / n);
     if (notes) pktrt__write_notes(work, at, p);
     if (d->sample_count) d->sample_count[at] = work->job->samples;
   }
@@ -9584,6 +9595,7 @@ static bool pktrt__render_area(const pktrt__job *job, const uint32_t area[4], pk
   memset(work->reflected, 0, sizeof work->reflected);
   memset(work->refracted, 0, sizeof work->refracted);
   work->spare = NULL, work->pending.n = 0, work->failed = false;
+  memset(work->pending.batch.tmin, 0, sizeof work->pending.batch.tmin);
   for (uint32_t i = 0; i < PKTRT__WAVE; i++) work->surfaces.number[i] = i;
   work->job = job, work->stats = stats;
   work->across[0] = work->down[0] = 0;

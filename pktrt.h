@@ -3380,9 +3380,9 @@ typedef struct pktrt__kernels {
      has then. */
   void (*dress)(const pktrt_scene *, bool follow, const float ambient[3], const pktrt__wave *, pktrt__surfaces *);
   void (*aim)(const pktrt_scene *, const pktrt__aim *, const pktrt__wave *, pktrt__surfaces *, pktrt__shadows *);
-  uint32_t (*see)(const pktrt__glass *, const pktrt__batch *, float (*seen)[PKTRT__BATCH], uint32_t n, uint32_t *lane);
-  void (*gain)(pktrt__surfaces *, const uint32_t *surface, float (*arriving)[PKTRT__BATCH],
-               float (*seen)[PKTRT__BATCH], uint32_t n);
+  uint32_t (*see)(const pktrt__glass *, const pktrt__batch *, float (*seen)[PKTRT__ROW], uint32_t n, uint32_t *lane);
+  void (*gain)(pktrt__surfaces *, const uint32_t *surface, float (*arriving)[PKTRT__ROW],
+               float (*seen)[PKTRT__ROW], uint32_t n);
   uint32_t (*send)(const pktrt__sending *, const pktrt__wave *, const pktrt__surfaces *, pktrt__wave *to, uint32_t n);
 } pktrt__kernels;
 
@@ -3672,14 +3672,12 @@ OP uint32_t vsame(const uint32_t *p, uint32_t x) { /* which of eight equal x */
   return _mm256_cmpeq_epi32_mask(_mm256_loadu_si256((const __m256i *)(const void *)p), _mm256_set1_epi32((int)x));
 }
 
-/* The chosen lanes to p, next to each other; nothing behind them is written. Of a vector, or of eight floats or
-   integers in memory, which may be those at p. */
-OP void vpack(float *p, uint32_t lanes, v8 a) {
-  _mm256_mask_storeu_ps(p, (m8)_bzhi_u32(0xFF, pktrt__popcount(lanes)), _mm256_maskz_compress_ps((m8)lanes, a));
-}
+/* The chosen lanes to p, next to each other; what follows, up to eight in all, may be overwritten: stores under a mask
+   were slower. Of a vector, or of eight floats or integers in memory, which may be those at p. */
+OP void vpack(float *p, uint32_t lanes, v8 a) { _mm256_storeu_ps(p, _mm256_maskz_compress_ps((m8)lanes, a)); }
 OP void vpack_from(void *p, uint32_t lanes, const void *from) {
   const __m256i a = _mm256_loadu_si256(PKTRT__CAST(const __m256i *, from));
-  _mm256_mask_storeu_epi32(p, (m8)_bzhi_u32(0xFF, pktrt__popcount(lanes)), _mm256_maskz_compress_epi32((m8)lanes, a));
+  _mm256_storeu_si256(PKTRT__CAST(__m256i *, p), _mm256_maskz_compress_epi32((m8)lanes, a));
 }
 
 typedef __m512d d8;
@@ -4179,13 +4177,7 @@ OP uint32_t apush(a8 a, const uint32_t *child, v8 dist, uint32_t perm, uint64_t 
 #if PKTRT__STAMP == PKTRT__STAMP_AVX2 && (defined(__x86_64__) || defined(_M_X64))
 PKTRT__NOINLINE void vpack(float *p, uint32_t lanes, v8 a) {
   const uint64_t bytes = _pdep_u64(lanes, 0x0101010101010101u) * 0xFF, order = _pext_u64(0x0706050403020100u, bytes);
-  const __m256i count = _mm256_set1_epi32((int)pktrt__popcount(lanes)), to = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
-  if (lanes == 0xFF) {
-    vstore(p, a);
-    return;
-  }
-  a = _mm256_permutevar8x32_ps(a, _mm256_cvtepu8_epi32(_mm_cvtsi64_si128((long long)order)));
-  _mm256_maskstore_ps(p, _mm256_cmpgt_epi32(count, to), a);
+  vstore(p, _mm256_permutevar8x32_ps(a, _mm256_cvtepu8_epi32(_mm_cvtsi64_si128((long long)order))));
 }
 PKTRT__NOINLINE void vpack_from(void *p, uint32_t lanes, const void *from) { /* bits pass as they are */
   vpack(PKTRT__CAST(float *, p), lanes, vload(PKTRT__CAST(const float *, from)));
@@ -6426,8 +6418,11 @@ static void NAME(pack)(pktrt__wave *w, uint32_t first, uint32_t n, pktrt__surfac
     k += pktrt__popcount8(hits);
     if (from == to && hits == all) continue;
     for (size_t row = 0; row < sizeof rows / sizeof *rows; row++) {
-      char *data = PKTRT__CAST(char *, rows[row]);
-      vpack_from(data + to * sizeof(float), hits, data + from * sizeof(float));
+      char *data = PKTRT__CAST(char *, rows[row]), *end = data + to * sizeof(float);
+      if (all == 0xFF) vpack_from(end, hits, data + from * sizeof(float));
+      else /* the rays behind are still to come */
+        for (uint32_t m = hits; m; m &= m - 1, end += sizeof(float))
+          memmove(end, data + (from + pktrt__lowest(m)) * sizeof(float), sizeof(float));
     }
   }
   s->first = first, s->count = k;
@@ -6731,7 +6726,7 @@ static uint32_t NAME(meets)(const pktrt__glass *glass, const pktrt__batch *b, ui
 }
 
 /* What n rays see of a light whose shadow rays they are, and which of them may go on through glass. */
-static uint32_t NAME(see)(const pktrt__glass *glass, const pktrt__batch *b, float (*seen)[PKTRT__BATCH], uint32_t n,
+static uint32_t NAME(see)(const pktrt__glass *glass, const pktrt__batch *b, float (*seen)[PKTRT__ROW], uint32_t n,
                           uint32_t *lane) {
   uint32_t listed = 0;
   for (uint32_t i = 0; i < n; i += FW) {
@@ -6745,8 +6740,8 @@ static uint32_t NAME(see)(const pktrt__glass *glass, const pktrt__batch *b, floa
 }
 
 /* One after the other where they are not those of eight surfaces in a row: several may be of one surface. */
-static void NAME(gain)(pktrt__surfaces *s, const uint32_t *surface, float (*arriving)[PKTRT__BATCH],
-                       float (*seen)[PKTRT__BATCH], uint32_t n) {
+static void NAME(gain)(pktrt__surfaces *s, const uint32_t *surface, float (*arriving)[PKTRT__ROW],
+                       float (*seen)[PKTRT__ROW], uint32_t n) {
   for (uint32_t i = 0, next; i < n; i = next) {
     const uint32_t k = surface[i];
     uint32_t apart = 0; /* WHY: all are compared, for compilers do that by vectors */
@@ -8671,9 +8666,9 @@ PKTRT__INLINE void pktrt__set_row(float *row, uint32_t n, float x) {
 /* Rays on their way into a packet, and what becomes of the answer. */
 typedef struct pktrt__pending {
   pktrt__batch batch;
-  float arriving[3][PKTRT__BATCH]; /* shadow rays: what the surface gains */
-  float seen[3][PKTRT__BATCH];     /* shadow rays: the part of it that is not stopped */
-  uint32_t target[PKTRT__BATCH];   /* surface, or lane of a wave */
+  float arriving[3][PKTRT__ROW];   /* shadow rays: what the surface gains */
+  float seen[3][PKTRT__ROW];       /* shadow rays: the part of it that is not stopped */
+  uint32_t target[PKTRT__ROW];     /* surface, or lane of a wave */
   pktrt__wave *wave[PKTRT__BATCH]; /* NULL: a shadow ray */
   uint32_t n;
 } pktrt__pending;

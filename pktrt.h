@@ -3728,9 +3728,10 @@ OP m8 mfrom(uint32_t bits) {
   return _mm256_castsi256_ps(_mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32((int)bits), lane), lane));
 }
 OP v8 vsel(m8 m, v8 a, v8 b) { return _mm256_blendv_ps(b, a, m); }
-OP void vput(float *p, m8 m, v8 a) { _mm256_maskstore_ps(p, _mm256_castps_si256(m), a); }
+OP void vput(float *p, m8 m, v8 a) { vstore(p, vsel(m, a, vload(p))); } /* WHY: masked stores are slow on AMD's */
 OP void vput_u32(uint32_t *p, m8 m, uint32_t x) {
-  _mm256_maskstore_epi32((int *)(void *)p, _mm256_castps_si256(m), _mm256_set1_epi32((int)x));
+  float *to = PKTRT__CAST(float *, PKTRT__CAST(void *, p)); /* bits pass as they are */
+  vput(to, m, _mm256_castsi256_ps(_mm256_set1_epi32((int)x)));
 }
 OP uint32_t vsame(const uint32_t *p, uint32_t x) { /* which of eight equal x */
   const __m256i a = _mm256_loadu_si256((const __m256i *)(const void *)p);

@@ -3293,6 +3293,7 @@ typedef struct pktrt__aim { /* one light, as surfaces see it that look for it */
 
 typedef struct pktrt__shadows { /* shadow rays of one light */
   float *o[3], *d[3], *time;        /* in the batch to be traced, or in a list of which packets are made */
+  float *limit;                     /* row of tmax; NULL: in a list */
   float *arriving[3];               /* what the light adds if nothing is between */
   uint32_t *surface, *material;     /* material: NULL if nobody wants to know */
   float tmax;                       /* of all of them */
@@ -3385,9 +3386,9 @@ typedef struct pktrt__kernels {
      has then. */
   void (*dress)(const pktrt_scene *, bool follow, const float ambient[3], const pktrt__wave *, pktrt__surfaces *);
   void (*aim)(const pktrt_scene *, const pktrt__aim *, const pktrt__wave *, pktrt__surfaces *, pktrt__shadows *);
-  uint32_t (*see)(const pktrt__glass *, const pktrt__batch *, float (*seen)[PKTRT__BATCH], uint32_t n, uint32_t *lane);
-  void (*gain)(pktrt__surfaces *, const uint32_t *surface, float (*arriving)[PKTRT__BATCH],
-               float (*seen)[PKTRT__BATCH], uint32_t n);
+  uint32_t (*see)(const pktrt__glass *, const pktrt__batch *, float (*seen)[PKTRT__ROW], uint32_t n, uint32_t *lane);
+  void (*gain)(pktrt__surfaces *, const uint32_t *surface, float (*arriving)[PKTRT__ROW],
+               float (*seen)[PKTRT__ROW], uint32_t n);
   uint32_t (*send)(const pktrt__sending *, const pktrt__wave *, const pktrt__surfaces *, pktrt__wave *to, uint32_t n);
 } pktrt__kernels;
 
@@ -3679,14 +3680,12 @@ OP uint32_t vsame(const uint32_t *p, uint32_t x) { /* which of eight equal x */
   return _mm256_cmpeq_epi32_mask(_mm256_loadu_si256((const __m256i *)(const void *)p), _mm256_set1_epi32((int)x));
 }
 
-/* The chosen lanes to p, next to each other; nothing behind them is written. Of a vector, or of eight floats or
-   integers in memory, which may be those at p. */
-OP void vpack(float *p, uint32_t lanes, v8 a) {
-  _mm256_mask_storeu_ps(p, (m8)_bzhi_u32(0xFF, pktrt__popcount(lanes)), _mm256_maskz_compress_ps((m8)lanes, a));
-}
+/* The chosen lanes to p, next to each other; what follows, up to eight in all, may be overwritten: stores under a mask
+   were slower. Of a vector, or of eight floats or integers in memory, which may be those at p. */
+OP void vpack(float *p, uint32_t lanes, v8 a) { _mm256_storeu_ps(p, _mm256_maskz_compress_ps((m8)lanes, a)); }
 OP void vpack_from(void *p, uint32_t lanes, const void *from) {
   const __m256i a = _mm256_loadu_si256(PKTRT__CAST(const __m256i *, from));
-  _mm256_mask_storeu_epi32(p, (m8)_bzhi_u32(0xFF, pktrt__popcount(lanes)), _mm256_maskz_compress_epi32((m8)lanes, a));
+  _mm256_storeu_si256(PKTRT__CAST(__m256i *, p), _mm256_maskz_compress_epi32((m8)lanes, a));
 }
 
 typedef __m512d d8;
@@ -3739,9 +3738,10 @@ OP m8 mfrom(uint32_t bits) {
   return _mm256_castsi256_ps(_mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32((int)bits), lane), lane));
 }
 OP v8 vsel(m8 m, v8 a, v8 b) { return _mm256_blendv_ps(b, a, m); }
-OP void vput(float *p, m8 m, v8 a) { _mm256_maskstore_ps(p, _mm256_castps_si256(m), a); }
+OP void vput(float *p, m8 m, v8 a) { vstore(p, vsel(m, a, vload(p))); } /* WHY: masked stores are slow on AMD's */
 OP void vput_u32(uint32_t *p, m8 m, uint32_t x) {
-  _mm256_maskstore_epi32((int *)(void *)p, _mm256_castps_si256(m), _mm256_set1_epi32((int)x));
+  float *to = PKTRT__CAST(float *, PKTRT__CAST(void *, p)); /* bits pass as they are */
+  vput(to, m, _mm256_castsi256_ps(_mm256_set1_epi32((int)x)));
 }
 OP uint32_t vsame(const uint32_t *p, uint32_t x) { /* which of eight equal x */
   const __m256i a = _mm256_loadu_si256((const __m256i *)(const void *)p);
@@ -4217,13 +4217,7 @@ OP uint32_t apush(a8 a, const uint32_t *child, v8 dist, uint32_t perm, uint64_t 
 #if PKTRT__STAMP == PKTRT__STAMP_AVX2 && (defined(__x86_64__) || defined(_M_X64))
 PKTRT__NOINLINE void vpack(float *p, uint32_t lanes, v8 a) {
   const uint64_t bytes = _pdep_u64(lanes, 0x0101010101010101u) * 0xFF, order = _pext_u64(0x0706050403020100u, bytes);
-  const __m256i count = _mm256_set1_epi32((int)pktrt__popcount(lanes)), to = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
-  if (lanes == 0xFF) {
-    vstore(p, a);
-    return;
-  }
-  a = _mm256_permutevar8x32_ps(a, _mm256_cvtepu8_epi32(_mm_cvtsi64_si128((long long)order)));
-  _mm256_maskstore_ps(p, _mm256_cmpgt_epi32(count, to), a);
+  vstore(p, _mm256_permutevar8x32_ps(a, _mm256_cvtepu8_epi32(_mm_cvtsi64_si128((long long)order))));
 }
 PKTRT__NOINLINE void vpack_from(void *p, uint32_t lanes, const void *from) { /* bits pass as they are */
   vpack(PKTRT__CAST(float *, p), lanes, vload(PKTRT__CAST(const float *, from)));
@@ -6471,8 +6465,11 @@ static void NAME(pack)(pktrt__wave *w, uint32_t first, uint32_t n, pktrt__surfac
     k += pktrt__popcount8(hits);
     if (from == to && hits == all) continue;
     for (size_t row = 0; row < sizeof rows / sizeof *rows; row++) {
-      char *data = PKTRT__CAST(char *, rows[row]);
-      vpack_from(data + to * sizeof(float), hits, data + from * sizeof(float));
+      char *data = PKTRT__CAST(char *, rows[row]), *end = data + to * sizeof(float);
+      if (all == 0xFF) vpack_from(end, hits, data + from * sizeof(float));
+      else /* the rays behind are still to come */
+        for (uint32_t m = hits; m; m &= m - 1, end += sizeof(float))
+          memmove(end, data + (from + pktrt__lowest(m)) * sizeof(float), sizeof(float));
     }
   }
   s->first = first, s->count = k;
@@ -6492,6 +6489,15 @@ PKTRT__NOINLINE bool NAME(gather_normals)(const pktrt_scene *scene, const float 
       any = true;
       same = mesh->key_count < 2 ? same & vsame(s->triangle + i, triangle) : rest & (0u - rest);
       const m8 m = mfrom(same);
+      if (mesh->key_count < 2 && mesh->indices) {
+        const uint32_t *v = mesh->indices + (size_t)triangle * 3;
+        UNROLL for (int c = 0; c < 3; c++) {
+          const float *k = mesh->normals + (size_t)v[c] * 3;
+          UNROLL for (int a = 0; a < 3; a++) q[c][a] = vsel(m, vset(k[a]), q[c][a]);
+        }
+        rest &= ~same;
+        continue;
+      }
       for (uint32_t c = 0; c < 3; c++) pktrt__corner(mesh, mesh->normals, triangle, c, time[r], corner[c]);
       ROLL_OUT for (int c = 0; c < 9; c++) q[c / 3][c % 3] = vsel(m, vset(corner[c / 3][c % 3]), q[c / 3][c % 3]);
     }
@@ -6730,6 +6736,7 @@ PKTRT__NOINLINE void NAME(aim8)(const pktrt_scene *scene, const pktrt__aim *l, c
   vpack_from(sh->time + n, lanes, w->time + s->first + i);
   vpack_from(sh->surface + n, lanes, s->number + i);
   if (sh->material) vpack_from(sh->material + n, lanes, s->material + i);
+  if (sh->limit) vstore(sh->limit + n, vset(sh->tmax));
   sh->count += pktrt__popcount8(lanes);
 }
 
@@ -6741,24 +6748,24 @@ static void NAME(aim)(const pktrt_scene *scene, const pktrt__aim *l, const pktrt
 }
 
 /* Where lines enter and leave what lies between two planes: at most, and at least, what is there. */
-STEP void NAME(cut)(float lo, float hi, v8 rd, v8 shift, v8 *from, v8 *to) {
-  const v8 t0 = vfms(vset(lo), rd, shift), t1 = vfms(vset(hi), rd, shift);
-  *from = vmax(*from, vmin(t0, t1)), *to = vmin(*to, vmax(t0, t1));
+STEP void NAME(cut)(float lo, float hi, vf rd, vf shift, vf *from, vf *to) {
+  const vf t0 = ffms(fset(lo), rd, shift), t1 = ffms(fset(hi), rd, shift);
+  *from = fmax_(*from, fmin_(t0, t1)), *to = fmin_(*to, fmax_(t0, t1));
 }
 
-/* Of rays i to i + 7, those in `lanes` that meet an innermost box of glass. */
+/* Of rays from i on, a wide vector, those in `lanes` that meet an innermost box of glass. */
 static uint32_t NAME(meets)(const pktrt__glass *glass, const pktrt__batch *b, uint32_t i, uint32_t lanes) {
-  v8 rd[3], shift[3];
+  vf rd[3], shift[3];
   uint32_t found = 0;
   for (int a = 0; a < 3; a++) {
-    const v8 d = vload(b->d[a] + i);
-    rd[a] = vdiv(vset(1), vwith_sign(vmax(vabs(d), vset(glass->least)), d));
-    shift[a] = vmul(vload(b->o[a] + i), rd[a]);
+    const vf d = fload(b->d[a] + i);
+    rd[a] = fdiv(fset(1), fwith_sign(fmax_(fabs_(d), fset(glass->least)), d));
+    shift[a] = fmul(fload(b->o[a] + i), rd[a]);
   }
   for (const pktrt__glass_box *box = glass->boxes, *last = box + box->next; box < last && lanes;) {
-    v8 from = vset(0), to = vload(b->tmax + i);
+    vf from = fset(0), to = fload(b->tmax + i);
     ROLL_OUT for (int a = 0; a < 3; a++) NAME(cut)(box->lo[a], box->hi[a], rd[a], shift[a], &from, &to);
-    const uint32_t met = lanes & ~mbits(vlt(to, from)), next = box->next, ends = next == 1 ? met : 0;
+    const uint32_t met = lanes & ~fbits(flt(to, from)), next = box->next, ends = next == 1 ? met : 0;
     found |= ends, lanes &= ~ends;
     box += met ? 1 : next;
   }
@@ -6766,21 +6773,22 @@ static uint32_t NAME(meets)(const pktrt__glass *glass, const pktrt__batch *b, ui
 }
 
 /* What n rays see of a light whose shadow rays they are, and which of them may go on through glass. */
-static uint32_t NAME(see)(const pktrt__glass *glass, const pktrt__batch *b, float (*seen)[PKTRT__BATCH], uint32_t n,
+static uint32_t NAME(see)(const pktrt__glass *glass, const pktrt__batch *b, float (*seen)[PKTRT__ROW], uint32_t n,
                           uint32_t *lane) {
   uint32_t listed = 0;
-  for (uint32_t i = 0; i < n; i += 8) {
-    const uint32_t stopped = NAME(lanes_of)(n - i) & NAME(occupied)(b->slot + i);
+  for (uint32_t i = 0; i < n; i += FW) {
+    uint32_t stopped = NAME(lanes_of)(n - i) & NAME(occupied)(b->slot + i);
+    if (n - i > 8 && FW > 8) stopped |= (NAME(lanes_of)(n - i - 8) & NAME(occupied)(b->slot + i + 8)) << 8;
     uint32_t met = glass->boxes && stopped ? NAME(meets)(glass, b, i, stopped) : 0;
-    for (int a = 0; a < 3; a++) vstore(seen[a] + i, vsel(mfrom(stopped), vset(0), vset(1)));
+    for (int a = 0; a < 3; a++) fstore(seen[a] + i, fsel(ffrom(stopped), fset(0), fset(1)));
     for (; met; met &= met - 1) lane[listed++] = i + pktrt__lowest(met);
   }
   return listed;
 }
 
 /* One after the other where they are not those of eight surfaces in a row: several may be of one surface. */
-static void NAME(gain)(pktrt__surfaces *s, const uint32_t *surface, float (*arriving)[PKTRT__BATCH],
-                       float (*seen)[PKTRT__BATCH], uint32_t n) {
+static void NAME(gain)(pktrt__surfaces *s, const uint32_t *surface, float (*arriving)[PKTRT__ROW],
+                       float (*seen)[PKTRT__ROW], uint32_t n) {
   for (uint32_t i = 0, next; i < n; i = next) {
     const uint32_t k = surface[i];
     uint32_t apart = 0; /* WHY: all are compared, for compilers do that by vectors */
@@ -8725,9 +8733,9 @@ PKTRT__INLINE void pktrt__set_row(float *row, uint32_t n, float x) {
 /* Rays on their way into a packet, and what becomes of the answer. */
 typedef struct pktrt__pending {
   pktrt__batch batch;
-  float arriving[3][PKTRT__BATCH]; /* shadow rays: what the surface gains */
-  float seen[3][PKTRT__BATCH];     /* shadow rays: the part of it that is not stopped */
-  uint32_t target[PKTRT__BATCH];   /* surface, or lane of a wave */
+  float arriving[3][PKTRT__ROW];   /* shadow rays: what the surface gains */
+  float seen[3][PKTRT__ROW];       /* shadow rays: the part of it that is not stopped */
+  uint32_t target[PKTRT__ROW];     /* surface, or lane of a wave */
   pktrt__wave *wave[PKTRT__BATCH]; /* NULL: a shadow ray */
   uint32_t n;
 } pktrt__pending;
@@ -9083,9 +9091,9 @@ PKTRT__NOINLINE void pktrt__flush(pktrt__work *work, pktrt_ray_type type, uint32
   p->n = 0;
 }
 
-/* How far the pending rays [from, to) go. */
+/* How far the pending rays [from, to) go; all begin at 0, which is set once. */
 static void pktrt__limit(pktrt__batch *b, uint32_t from, uint32_t to, float tmax) {
-  pktrt__set_row(b->tmin + from, to - from, 0), pktrt__set_row(b->tmax + from, to - from, tmax);
+  pktrt__set_row(b->tmax + from, to - from, tmax);
 }
 
 /* Rays [from, to) of the list of shadow rays, in the order given (NULL: as they are), behind what is pending; they
@@ -9113,7 +9121,7 @@ static void pktrt__push_shadows(pktrt__work *work, const uint32_t *order, uint32
     }
   for (uint32_t i = from; i < to; i++) {
     const uint32_t at = n + i - from, k = order[i];
-    p->batch.tmin[at] = 0, p->batch.tmax[at] = sh->tmax, p->batch.time[at] = sh->time[k];
+    p->batch.tmax[at] = sh->tmax, p->batch.time[at] = sh->time[k];
     p->target[at] = sh->surface[k], p->wave[at] = NULL;
   }
 }
@@ -9294,7 +9302,7 @@ static void pktrt__place_shadows(pktrt__work *work, bool at_once) {
     sh->arriving[a] = at_once ? p->arriving[a] : l->arriving[a];
   }
   sh->time = at_once ? p->batch.time : l->time, sh->surface = at_once ? p->target : l->surface;
-  sh->material = at_once ? NULL : l->material;
+  sh->material = at_once ? NULL : l->material, sh->limit = at_once ? p->batch.tmax : NULL;
 }
 
 /* The shadow rays of all surfaces towards one light. */
@@ -9325,7 +9333,6 @@ PKTRT__NOINLINE void pktrt__add_lights(pktrt__work *work, const pktrt__wave *w, 
     pktrt__aim_at(work, w, light, depth);
     const pktrt__shadows *sh = &work->shadows;
     if (at_once) {
-      pktrt__limit(&work->pending.batch, 0, sh->count, sh->tmax);
       work->pending.n = sh->count;
       pktrt__flush(work, type, depth);
       continue;
@@ -9590,7 +9597,7 @@ static void pktrt__write_pixels(const pktrt__work *work, const uint32_t *x, cons
   for (uint32_t p = 0; p < pixels; p++) {
     float *to = d->pixels + y[p] * work->job->row_stride + (size_t)x[p] * 3;
     const size_t at = (size_t)y[p] * d->width + x[p];
-    for (int a = 0; a < 3; a++) to[a] = pktrt__to_float(alone ? work->sum[a][p] : work->sum[a][p] / n);
+    for (int a = 0; a < 3; a++) to[a] = alone ? (float)work->sum[a][p] : pktrt__to_float(work->sum[a][p] / n);
     if (notes) pktrt__write_notes(work, at, p);
     if (d->sample_count) d->sample_count[at] = work->job->samples;
   }
@@ -9650,6 +9657,7 @@ static bool pktrt__render_area(const pktrt__job *job, const uint32_t area[4], pk
   memset(work->reflected, 0, sizeof work->reflected);
   memset(work->refracted, 0, sizeof work->refracted);
   work->spare = NULL, work->pending.n = 0, work->failed = false;
+  memset(work->pending.batch.tmin, 0, sizeof work->pending.batch.tmin);
   for (uint32_t i = 0; i < PKTRT__WAVE; i++) work->surfaces.number[i] = i;
   work->job = job, work->stats = stats;
   work->across[0] = work->down[0] = 0;

@@ -4168,12 +4168,12 @@ OP a8 azero(void) {
 /* WHY a table: vectors are filled from memory faster than from a register. The high half of bit i is at i, the low one
    at i + 32. */
 OP a8 aor(a8 a, m8 m, uint32_t bit) {
-#define BITS4(i) UINT32_C(1) << (i), UINT32_C(2) << (i), UINT32_C(4) << (i), UINT32_C(8) << (i)
-#define BITS16(i) BITS4(i), BITS4(i + 4), BITS4(i + 8), BITS4(i + 12)
-  static const uint32_t halves[96] = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-                                      0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, BITS16(0), BITS16(16)};
-#undef BITS16
-#undef BITS4
+#define PKTRT__BITS4(i) UINT32_C(1) << (i), UINT32_C(2) << (i), UINT32_C(4) << (i), UINT32_C(8) << (i)
+#define PKTRT__BITS16(i) PKTRT__BITS4(i), PKTRT__BITS4(i + 4), PKTRT__BITS4(i + 8), PKTRT__BITS4(i + 12)
+  static const uint32_t halves[96] = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
+                                      0, 0, 0, 0, 0, 0, 0, 0, PKTRT__BITS16(0), PKTRT__BITS16(16)};
+#undef PKTRT__BITS16
+#undef PKTRT__BITS4
   const __m256i i = _mm256_castps_si256(m);
   a.l = _mm256_or_si256(a.l, _mm256_and_si256(i, _mm256_set1_epi32((int)halves[bit + 32])));
   a.h = _mm256_or_si256(a.h, _mm256_and_si256(i, _mm256_set1_epi32((int)halves[bit])));

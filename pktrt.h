@@ -1112,25 +1112,25 @@ struct pktrt_scene {
 /* >>memory --------------------------------------------------------------------------------------------------------- */
 
 /* Trees are walked at random: with pages of 4 KiB each step may cost a walk through the tables of pages as well. Large
-   ones made builds 1.1 to 1.25 times as fast, and rays up to 1.04 times. */
+   ones made builds 1.1 to 1.25 times as fast, and rays up to 1.04 times. How large is large: */
 #if defined(__linux__)
 #include <sys/mman.h>
 #ifndef MADV_HUGEPAGE /* strict ISO C hides both */
 #define MADV_HUGEPAGE 14
 int madvise(void *address, size_t size, int advice);
 #endif
-#define PKTRT__LARGE_PAGE ((size_t)2 << 20)
+static const size_t pktrt__large_page = (size_t)2 << 20;
 static void pktrt__want_large_pages(void *p, size_t size) { (void)madvise(p, size, MADV_HUGEPAGE); }
 #else
-#define PKTRT__LARGE_PAGE ((size_t)0)
+static const size_t pktrt__large_page = SIZE_MAX / 2;
 static void pktrt__want_large_pages(void *p, size_t size) { (void)p, (void)size; }
 #endif
 
 static void *pktrt__malloc_hook(void *user, size_t size, size_t align) {
   (void)user;
   /* malloc, with the distance to the block's true start kept in front of the aligned part */
-  const bool large = PKTRT__LARGE_PAGE && size >= 2 * PKTRT__LARGE_PAGE;
-  if (large) align = PKTRT__LARGE_PAGE;
+  const bool large = size / 2 >= pktrt__large_page;
+  if (large) align = pktrt__large_page;
   if (size > SIZE_MAX - align - sizeof(size_t)) return NULL;
   char *raw = PKTRT__CAST(char *, malloc(size + align + sizeof(size_t)));
   if (!raw) return NULL;
@@ -3128,6 +3128,14 @@ PKTRT__NOINLINE bool pktrt__settle_alone(const pktrt__view *view, pktrt__lone *q
   const float w = t * fabsf(q->dk), slack = fabsf(w) * PKTRT__PAD_DEPTH + q->tiny;
   pktrt__take_alone(view, q, w - slack, w + slack, id, slot);
   return true;
+}
+
+/* Notes whether frustum packets took most of the last n rays; how many they left. */
+PKTRT__INLINE uint32_t pktrt__note_left(pktrt__batch *b, const uint64_t *left, uint32_t n) {
+  uint32_t count = 0;
+  for (uint32_t i = 0; i < PKTRT__BATCH / 64; i++) count += pktrt__popcount(left[i]);
+  b->coherent = count <= n / 4;
+  return count;
 }
 
 /* A ray of a batch by itself, and what became of it. */
@@ -6272,7 +6280,6 @@ PKTRT__NOINLINE uint64_t NAME(next_packet)(const pktrt__batch *b, uint32_t base,
 OP void NAME(drive_fast)(const pktrt_scene *scene, pktrt__batch *b, uint32_t n, const bool occlusion, const bool stats,
                          pktrt_counts *counts) {
   uint64_t left[PKTRT__BATCH / 64]; /* rays that no frustum takes */
-  uint32_t count = 0;
   memset(left, 0, sizeof left);
   for (uint32_t base = 0; base < n; base += 64) {
     uint64_t rest = b->valid[base / 64], packet;
@@ -6280,10 +6287,8 @@ OP void NAME(drive_fast)(const pktrt_scene *scene, pktrt__batch *b, uint32_t n, 
     while ((packet = NAME(next_packet)(b, base, &rest, one_way, occlusion)) != 0)
       NAME(drive_frustum)(scene, b, base, packet, occlusion, stats, counts);
     left[base / 64] = rest;
-    count += pktrt__popcount(rest);
   }
-  b->coherent = count <= n / 4;
-  if (count) NAME(drive_octants)(scene, b, left, occlusion, stats, counts);
+  if (pktrt__note_left(b, left, n)) NAME(drive_octants)(scene, b, left, occlusion, stats, counts);
 }
 
 /* >>resolve ---------------------------------------------------------------------------------------------------------

@@ -172,7 +172,7 @@ static void NAME(walk)(const pktrt_scene *scene, pktrt__batch *b, uint32_t n, bo
   for (uint32_t i = 0; i < n; i += FW) b->valid[i / 64] |= (uint64_t)NAME(setup)(scene, b, i) << i % 64;
   for (uint32_t base = 0; base < n; base += 64)
     left[base / 64] = NAME(walk_64)(scene, b, base, occlusion, t, samples);
-  if (!(left[0] | left[1] | left[2] | left[3])) return;
+  if (!pktrt__note_left(b, left, n)) return;
   NAME(drive_octants)(scene, b, left, occlusion, true, &t->stream);
   for (uint32_t i = 0; i < PKTRT__BATCH / 64; i++) {
     NAME(sample) *s = left[i] ? NAME(next_sample)(t, samples, true, pktrt__popcount(left[i])) : NULL;

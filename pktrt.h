@@ -4253,6 +4253,7 @@ typedef __mmask16 PKTRT__NAME(pktrt__mf);
 #define fload(p) _mm512_loadu_ps(p)
 #define fstore(p, a) _mm512_storeu_ps(p, a)
 #define fset(x) _mm512_set1_ps(x)
+#define fwide(a) _mm512_castps256_ps512(a) /* of a narrow one; the other lanes say nothing */
 #define fadd(a, b) _mm512_add_ps(a, b)
 #define fsub(a, b) _mm512_sub_ps(a, b)
 #define fmul(a, b) _mm512_mul_ps(a, b)
@@ -4286,6 +4287,7 @@ typedef __mmask16 PKTRT__NAME(pktrt__mf);
 #define fload vload
 #define fstore vstore
 #define fset vset
+#define fwide(a) (a)
 #define fadd vadd
 #define fsub vsub
 #define fmul vmul
@@ -5344,15 +5346,15 @@ OP NAME(weights8) NAME(canonical8)(const d8 x[3], const d8 y[3], const d8 z[3]) 
   return e;
 }
 
-/* pktrt__take for those of rays r to r+7 in `taken`. */
-OP void NAME(put8)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t taken, v8 lo, v8 hi, uint32_t id,
-                   uint32_t slot) {
-  const m8 m = mfrom(taken);
-  vput(b->sf + r, m, lo);
-  vput(b->wf + r, m, hi);
-  vput_u32(b->id + r, m, id);
-  vput_u32(b->slot + r, m, slot);
-  vput_u32(b->group + r, m, view->group);
+/* pktrt__take for those of rays r, r+1, ... in `taken`. */
+OP void NAME(frustum_put)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t taken, vf lo, vf hi,
+                          uint32_t id, uint32_t slot) {
+  const mf m = ffrom(taken);
+  fput(b->sf + r, m, lo);
+  fput(b->wf + r, m, hi);
+  fput_u32(b->id + r, m, id);
+  fput_u32(b->slot + r, m, slot);
+  fput_u32(b->group + r, m, view->group);
 }
 
 /* One triangle against those of rays r to r+7 in bits, given their sheared corners; those that take it. */
@@ -5368,7 +5370,7 @@ PKTRT__NOINLINE uint32_t NAME(take8)(const pktrt__view *view, pktrt__batch *b, u
     for (uint32_t m = taken; m; m &= m - 1)
       if (!pktrt__area_at(&view->groups[view->group], slot, b->time[r + pktrt__lowest(m)])) taken &= ~(m & (0u - m));
   if (counts) counts->canonical_tests += pktrt__popcount(bits), counts->settlings += pktrt__popcount(open);
-  NAME(put8)(view, b, r, taken, e.lo, e.hi, id, slot);
+  NAME(frustum_put)(view, b, r, taken, fwide(e.lo), fwide(e.hi), id, slot);
   for (; PKTRT__UNLIKELY(open); open &= open - 1)
     if (pktrt__settle(view, b, r + pktrt__lowest(open), id, slot)) taken |= open & (0u - open);
   return taken;
@@ -5406,7 +5408,7 @@ PKTRT__NOINLINE uint32_t NAME(settle8)(const pktrt__view *view, pktrt__batch *b,
   for (uint32_t i = view->check_area ? taken : 0; i; i &= i - 1)
     if (!pktrt__area_at(&view->groups[view->group], slot, b->time[r + pktrt__lowest(i)])) taken &= ~(i & (0u - i));
   const v8 far_ = vmul(t, vabs(dk)), slack = vadd(vmul(vabs(far_), relative), vload(b->tiny + r));
-  NAME(put8)(view, b, r, taken, vsub(far_, slack), vadd(far_, slack), id, slot);
+  NAME(frustum_put)(view, b, r, taken, fwide(vsub(far_, slack)), fwide(vadd(far_, slack)), id, slot);
   return taken;
 }
 
@@ -5436,12 +5438,7 @@ PKTRT__NOINLINE uint32_t NAME(frustum_take)(const pktrt__view *view, pktrt__batc
       if (!pktrt__area_at(&view->groups[view->group], slot, b->time[r + pktrt__lowest(m)])) taken &= ~(m & (0u - m));
   }
   if (counts) counts->canonical_tests += pktrt__popcount(bits), counts->settlings += pktrt__popcount(open);
-  const mf m = ffrom(taken);
-  fput(b->sf + r, m, lo);
-  fput(b->wf + r, m, hi);
-  fput_u32(b->id + r, m, id);
-  fput_u32(b->slot + r, m, slot);
-  fput_u32(b->group + r, m, view->group);
+  NAME(frustum_put)(view, b, r, taken, lo, hi, id, slot);
   for (uint32_t i = 0; open && i < FW; i += 8) {
     const uint32_t some = open >> i & NAME(unhit)(b->slot + r + i);
     if (some) taken |= NAME(settle8)(view, b, r + i, some, id, slot) << i;
@@ -7109,6 +7106,7 @@ static const pktrt__kernels NAME(kernels) = {
 #undef fsign
 #undef fwith_sign
 #undef fset
+#undef fwide
 #undef fstore
 #undef fsub
 #undef m8

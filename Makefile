@@ -38,7 +38,7 @@ ifeq ($(MAKELEVEL),0)
 endif
 
 .PHONY: all demo effects deform readme-pictures test sanitize test-neon matrix deps deps-extra format clean help
-.PHONY: bench bench-check bench-plots bench-readme peers
+.PHONY: bench bench-check bench-plots bench-readme peers stability
 .DELETE_ON_ERROR:
 
 all:
@@ -48,6 +48,7 @@ help:
 	@echo "all         examples and the test binary          demo        makes nine pictures: three scenes, three modes"
 	@echo "effects     makes out/effects-*.png               deform      makes the frames out/deform-*.png"
 	@echo "test        runs all tests                        sanitize    runs a smaller set under ASan and UBSan"
+	@echo "stability   the extremes at length, in five minutes; figures go to bench/README.md"
 	@echo "matrix      C99 to C++17, gcc, clang, tcc, mingw  test-neon   runs a smaller set on ARM, emulated"
 	@echo "bench       measures the paper's results, all or NAME=\"table1 figure6\"; BENCH_ARGS=... passes options"
 	@echo "bench-check of these, what must hold, in two minutes, and that its controls fail"
@@ -117,6 +118,13 @@ SANITIZE_CC ?= $(if $(shell command -v clang),clang,$(CC))
 sanitize:
 	$(BUILD) CC=$(SANITIZE_CC) config=sanitize build/sanitize/test
 	build/sanitize/test --small $(ONLY)
+
+# The cases of tests/stability_*.c as long as they get; their figures go to $(RESULTS). Elsewhere: a tenth on ARM, emulated, a
+# hundredth under sanitizers.
+stability: | $(RESULTS)
+	$(BUILD) $(B)/test
+	$(B)/test --thorough 1 --results $(RESULTS) stable
+	@$(MAKE) --no-print-directory bench-readme
 
 ARM_CC = aarch64-linux-gnu-gcc
 test-neon:

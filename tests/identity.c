@@ -117,7 +117,7 @@ static bool plain_float_t(const job *j, const pktrt_ray *r, const pktrt_hit *wan
   const mesh *m = &j->w->m[want->mesh];
   mesh one = mesh_of(3, 1);
   for (uint32_t c = 0; c < 3; c++) ref_vertex(m, m->i[want->triangle * 3 + c], r->time, one.p + 3 * c), one.i[c] = c;
-  world w;
+  world w = world_none();
   w.m[0] = one, w.n = 1;
   pktrt_hit h;
   bool hit = ref_moller_trumbore(&w, r, &h);

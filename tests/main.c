@@ -1,10 +1,12 @@
 /* The test binary: test [--small] [--list] [--seed N] [filter...] runs the tests whose sentence contains one of the filters.
+   --thorough X makes the cases of stability.h longer or shorter (1: as long as they get), --results DIR keeps their figures.
    PKTRT_TEST_ALL=1 in the environment prints every failure, not the first six of a test. */
-#include "test.h"
+#include "stability.h"
 #include <stdarg.h>
 #include <time.h>
 
 bool small_run;
+double thoroughness;
 uint64_t run_seed;
 test_hooks hooks = {PTHREAD_MUTEX_INITIALIZER, 0, 0, 0, 0, 0, false, 0, 0, 0, 0, ""};
 pktrt_isa isas[8];
@@ -20,6 +22,11 @@ static pthread_mutex_t report_lock = PTHREAD_MUTEX_INITIALIZER;
 size_t scaled(size_t count) {
   size_t few = count / 40;
   return !small_run ? count : few ? few : 1;
+}
+
+size_t thorough(size_t count) {
+  const double part = (double)count * thoroughness;
+  return part < 1 ? 1 : (size_t)part;
 }
 
 bool check_at(bool ok, const char *file, int line, const char *what, ...) {
@@ -180,17 +187,21 @@ pktrt_scene_desc scene_desc_of(pktrt_isa isa, int workers) {
 
 int main(int argc, char **argv) {
   filters = calloc((size_t)argc + 1, sizeof *filters);
+  const char *results = NULL;
   if (!filters) return 2;
   small_run = getenv("PKTRT_TEST_SMALL") != NULL;
   for (int i = 1; i < argc; i++) {
     if (strcmp(argv[i], "--small") == 0) small_run = true;
     else if (strcmp(argv[i], "--list") == 0) list_only = true;
     else if (strcmp(argv[i], "--seed") == 0 && i + 1 < argc) run_seed = strtoull(argv[++i], NULL, 10);
+    else if (strcmp(argv[i], "--thorough") == 0 && i + 1 < argc) thoroughness = atof(argv[++i]);
+    else if (strcmp(argv[i], "--results") == 0 && i + 1 < argc) results = argv[++i];
     else if (argv[i][0] == '-') {
-      fprintf(stderr, "usage: test [--small] [--list] [--seed N] [words of a test's sentence ...]\n");
+      fprintf(stderr, "usage: test [--small] [--thorough X] [--results DIR] [--list] [--seed N] [words of a test's sentence ...]\n");
       return 2;
     } else filters[filter_count++] = argv[i];
   }
+  if (!(thoroughness > 0)) thoroughness = small_run ? 0.001 : 0.01;
   for (int i = PKTRT_ISA_SCALAR; i <= PKTRT_ISA_NEON; i++) {
     if (pktrt_isa_available((pktrt_isa)i)) isas[isa_count++] = (pktrt_isa)i;
   }
@@ -215,8 +226,10 @@ int main(int argc, char **argv) {
   suite_assembly();
   suite_pictures();
   suite_identity();
+  suite_stability();
   free(filters);
   if (list_only) return 0;
+  if (results && !keep_figures(results)) failed++;
   printf("%d passed, %d failed\n", passed, failed);
   return failed || passed == 0;
 }

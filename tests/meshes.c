@@ -169,8 +169,22 @@ pktrt_status mesh_add(pktrt_scene *s, const mesh *m, uint32_t *index) {
   return pktrt_add_mesh(s, &d, index);
 }
 
+world world_none(void) {
+  world w;
+  memset(&w, 0, sizeof w);
+  return w;
+}
+
+world world_of(mesh m) {
+  world w = world_none();
+  w.m[0] = m, w.n = 1;
+  return w;
+}
+
 void world_free(world *w) {
   for (uint32_t i = 0; i < w->n; i++) mesh_free(&w->m[i]);
+  free(w->tree);
+  w->tree = NULL;
   w->n = 0;
 }
 
@@ -191,7 +205,7 @@ pktrt_scene *world_scene(const world *w, pktrt_isa isa, int workers) {
 }
 
 static world world_base(int level) {
-  world w;
+  world w = world_none();
   w.n = 4;
   w.m[0] = mesh_sphere(level, 0.04f, 1);
   w.m[1] = mesh_grid(24, 4);

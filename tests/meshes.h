@@ -13,6 +13,7 @@ enum { WORLD_MESHES = 8 };
 typedef struct world {
   mesh m[WORLD_MESHES];
   uint32_t n;
+  struct ref_tree *tree; /* of ref_plant(); NULL: references look at every triangle */
 } world;
 
 mesh mesh_of(uint32_t nv, uint32_t nt);              /* zeroed, one key */
@@ -34,6 +35,8 @@ static inline void mesh_shift(mesh *m, float x, float y, float z) {
 pktrt_mesh_desc mesh_desc(const mesh *);
 pktrt_status mesh_add(pktrt_scene *, const mesh *, uint32_t *index);
 
+world world_none(void);
+world world_of(mesh);  /* of one mesh, which it takes */
 void world_free(world *);
 void world_place(world *, float scale, float x, float y, float z);
 pktrt_scene *world_scene(const world *, pktrt_isa, int workers); /* committed, checked */
@@ -55,6 +58,9 @@ void pick_edge(const world *, rng *, float time, float out[3]);
 void random_point(const world *, rng *, float spread, float out[3]); /* around the world's bounds */
 
 /* --- the truth (reference.c) --- */
+/* Gives the world a tree, so that the functions below need not look at every triangle; to be called again when vertices have
+   changed. It drops what a ray passes at more than rounding could ever move, so answers stay what they are. */
+void ref_plant(world *);
 /* Vertex at a time by the canonical formula. */
 void ref_vertex(const mesh *, uint32_t vertex, float time, float out[3]);
 bool ref_valid(const pktrt_ray *);

@@ -269,7 +269,7 @@ static void orientation(void) {
 
 /* A coarse sphere: smooth normals shade as the true sphere, geometric ones in facets. */
 static void smooth_and_geometric(void) {
-  world w;
+  world w = world_none();
   w.m[0] = mesh_sphere(2, 0, 1), w.n = 1;
   pktrt_scene_desc sd = scene_desc_of(PKTRT_ISA_AUTO, 0);
   pktrt_scene *s = pktrt_scene_create(&sd);
@@ -316,7 +316,7 @@ static void smooth_and_geometric(void) {
 
 /* New shading normals show after a refit, not before. */
 static void normals_change(void) {
-  world w;
+  world w = world_none();
   w.m[0] = mesh_sphere(3, 0, 1), w.n = 1;
   pktrt_scene *s = lit_scene(&w, PKTRT_ISA_AUTO, 0);
   float *before = blank(W * H * 3), *after = blank(W * H * 3);

@@ -55,7 +55,7 @@ static void tiny_scenes(void) {
   pktrt_scene_destroy(s);
   for (uint32_t n = 0; n <= 20; n++) { /* 0, 1, 2, 3, 5 triangles, and around a block and a node */
     mesh m = mesh_soup(n, 0.5f, n);
-    world w;
+    world w = world_none();
     w.m[0] = m, w.n = 1;
     s = world_scene(&w, PKTRT_ISA_AUTO, 0);
     pktrt_get_scene_info(s, &info);
@@ -90,7 +90,7 @@ static void degenerate(void) {
         if (kind == 4 && t % 2) a[3 + k] = a[6 + k] = a[k];                /* every second one */
       }
     }
-    world w;
+    world w = world_none();
     w.m[0] = m, w.n = 1;
     pktrt_scene *s = world_scene(&w, PKTRT_ISA_AUTO, 0);
     pktrt_scene_info info;
@@ -123,7 +123,7 @@ static void coincident(void) {
       memcpy(m.p + 9 * (size_t)t, a, sizeof a);
       for (uint32_t k = 0; k < 3; k++) m.i[t * 3 + k] = t * 3 + k;
     }
-    world w;
+    world w = world_none();
     w.m[0] = m, w.n = 1;
     pktrt_scene *s = world_scene(&w, PKTRT_ISA_AUTO, 2);
     pktrt_ray down = ray_of(1e-9f, 3, 1e-9f, 0, -1, 0), aside = ray_of(1e-9f, 3, 1e-9f, 0, 1, 0);
@@ -143,7 +143,7 @@ static void mixed_sizes(void) {
     float s = powf(10, rng_range(&r, -8, 2));
     for (uint32_t k = 3; k < 9; k++) m.p[9 * t + k] = m.p[9 * t + k % 3] + s * (m.p[9 * t + k] - m.p[9 * t + k % 3]);
   }
-  world w;
+  world w = world_none();
   w.m[0] = m, w.n = 1;
   pktrt_scene *s = world_scene(&w, PKTRT_ISA_AUTO, 0);
   uint32_t hits = 0;
@@ -301,7 +301,7 @@ static void motion(void) {
     a.p[24 + 3 * v] += 10;                                  /* 0, 10 */
     for (uint32_t k = 0; k < 3; k++) b.p[24 * k + 3 * v + 1] += k == 1 ? 30.f : 20.f; /* up and down again */
   }
-  world w;
+  world w = world_none();
   w.m[0] = a, w.m[1] = b, w.n = 2;
   pktrt_scene *s = world_scene(&w, PKTRT_ISA_AUTO, 0);
   struct {

@@ -47,7 +47,7 @@ static void spawned(void) {
         float at[3] = {offsets[b], -0.3f * offsets[b], 0.6f * offsets[b]};
         float size = scales[a];
         if (offsets[b] > size * 1e5f) continue; /* beyond that a float cannot hold the shape */
-        world w;
+        world w = world_none();
         w.n = 1;
         w.m[0] = kind == 0 ? mesh_grid(4, 1) : kind == 1 ? mesh_box() : kind == 2 ? mesh_sphere(2, 0, 1) : mesh_soup(60, 1, 3);
         if (kind == 3) mesh_move(&w.m[0], 3, 0.2f, 0.2f, 2);

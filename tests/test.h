@@ -57,6 +57,8 @@ void run(const char *sentence, void (*test)(void));
 /* --- scale --- */
 extern bool small_run;         /* --small: fewer rays and triangles, for sanitizers and emulators */
 size_t scaled(size_t count);   /* count, or a fortieth of it */
+extern double thoroughness;    /* --thorough X: of the cases of stability.h; 1 in `make stability` */
+size_t thorough(size_t count); /* that part of count */
 
 /* --- random numbers: a pure function of a counter --- */
 static inline uint64_t mix64(uint64_t x) {
@@ -110,6 +112,6 @@ extern int isa_count;
 void suite_identity(void), suite_truth(void), suite_watertight(void), suite_culling(void), suite_render(void),
   suite_refusals(void), suite_scene(void), suite_memory(void), suite_tree(void), suite_spawn(void),
   suite_arithmetic(void), suite_sampler(void),
-  suite_shading(void), suite_lights(void), suite_assembly(void), suite_pictures(void);
+  suite_shading(void), suite_lights(void), suite_assembly(void), suite_pictures(void), suite_stability(void);
 
 #endif

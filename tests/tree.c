@@ -206,7 +206,7 @@ static void one_mesh_only(void) {
 static void rebuild_policies(void) {
   for (int policy = PKTRT_REBUILD_ADVISE; policy <= PKTRT_REBUILD_AUTOMATIC; policy++) {
     mesh m = mesh_sphere(5, 0.02f, 1);
-    world w;
+    world w = world_none();
     w.m[0] = m, w.n = 1;
     pktrt_scene_desc d = scene_desc_of(PKTRT_ISA_AUTO, 0);
     d.rebuild = (pktrt_rebuild)policy;
@@ -265,7 +265,7 @@ static void deep_input_of(int q) {
     memcpy(m.p + 9 * t, a, sizeof a);
     for (uint32_t k = 0; k < 3; k++) m.i[3 * t + k] = 3 * t + k;
   }
-  world w;
+  world w = world_none();
   w.m[0] = m, w.n = 1;
   pktrt_scene_desc d = scene_desc_of(PKTRT_ISA_AUTO, 0);
   d.quality = (pktrt_build_quality)q;

@@ -71,13 +71,6 @@ static size_t against_brute_force(const char *name, const world *w, const pktrt_
   return hits;
 }
 
-static world world_of(mesh m) {
-  world w;
-  memset(&w, 0, sizeof w);
-  w.m[0] = m, w.n = 1;
-  return w;
-}
-
 /* Rays of every kind on a world, with windows of t and all lengths of direction where wild. */
 static void rays_of_all_kinds(const world *w, uint64_t seed, bool wild, pktrt_ray *out, size_t n) {
   pktrt_scene *s = world_scene(w, PKTRT_ISA_AUTO, 0);

@@ -4644,6 +4644,9 @@ OP bool NAME(block_hides)(const pktrt__view *view, pktrt__batch *b, uint32_t r, 
   return true;
 }
 
+#ifdef PKTRT__OTHER_TESTS /* a file of the bench, in parts: what would other tests of triangles cost? */
+#include PKTRT__OTHER_TESTS
+#else
 /* A ray, of a batch or alone, against a leaf block. For occlusion: whether anything is hit; else whether a nearer hit
    was recorded. */
 OP bool NAME(any_block)(const pktrt__view *view, pktrt__batch *b, uint32_t r, pktrt__lone *lone, uint32_t index,
@@ -4660,6 +4663,7 @@ OP bool NAME(any_block)(const pktrt__view *view, pktrt__batch *b, uint32_t r, pk
   vstore(hi, e.hi);
   return NAME(record)(view, b, r, lone, index, id, lo, hi, e.maybe, e.sure, occlusion, moving, stats, counts);
 }
+#endif
 OP bool NAME(ray_block)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t index, const bool occlusion,
                         const bool moving, const bool stats, pktrt_counts *counts) {
   return NAME(any_block)(view, b, r, NULL, index, occlusion, moving, stats, counts);
@@ -4968,7 +4972,7 @@ OP uint64_t NAME(stream_leaf)(const pktrt__view *view, pktrt__batch *b, const ui
                               uint32_t index, const bool occlusion, const bool moving, const bool stats,
                               pktrt_counts *counts) {
   uint64_t hit = 0;
-#if PKTRT__STAMP == PKTRT__STAMP_AVX2 || PKTRT__STAMP == PKTRT__STAMP_AVX512
+#if (PKTRT__STAMP == PKTRT__STAMP_AVX2 || PKTRT__STAMP == PKTRT__STAMP_AVX512) && !defined(PKTRT__OTHER_TESTS)
   if (!occlusion && !stats) return NAME(stream_block)(view, b, list, mask, index, moving);
 #endif
   for (; mask; mask &= mask - 1) {
@@ -5465,6 +5469,9 @@ OP uint32_t NAME(frustum_test)(const pktrt__view *view, pktrt__batch *b, uint32_
                             counts);
 }
 
+#ifdef PKTRT__OTHER_TESTS
+#include PKTRT__OTHER_TESTS
+#else
 /* One triangle at rest (lane of a block) against the rays of mask; those that hit it. */
 OP uint64_t NAME(frustum_triangle)(const NAME(frustum_rays) *f, const pktrt__view *view, pktrt__batch *b,
                                    const float *k0, const NAME(frustum_corners) *corners, uint32_t lane, uint32_t id,
@@ -5493,6 +5500,7 @@ OP uint64_t NAME(frustum_triangle)(const NAME(frustum_rays) *f, const pktrt__vie
   }
   return result;
 }
+#endif
 
 /* A leaf block at rest against the rays of mask; those that hit something in it. */
 OP uint64_t NAME(frustum_block)(const NAME(frustum_rays) *f, const pktrt__view *view, pktrt__batch *b, uint32_t index,
@@ -5600,6 +5608,9 @@ OP uint64_t NAME(moving_rays_in)(const NAME(frustum_rays) *f, const pktrt__batch
   return ~out;
 }
 
+#ifdef PKTRT__OTHER_TESTS
+#include PKTRT__OTHER_TESTS
+#else
 /* As frustum_block, of a moving block; `counts` only where there is counting. A function of its own: less code. */
 PKTRT__NOINLINE uint64_t NAME(moving_block)(const NAME(frustum_rays) *f, const pktrt__view *view, pktrt__batch *b,
                                             uint32_t index, uint64_t mask, bool occlusion, pktrt_counts *counts) {
@@ -5629,6 +5640,7 @@ PKTRT__NOINLINE uint64_t NAME(moving_block)(const NAME(frustum_rays) *f, const p
   }
   return hit;
 }
+#endif
 
 typedef struct NAME(frustum_stack) {
   uint64_t mask;

@@ -38,7 +38,7 @@ ifeq ($(MAKELEVEL),0)
 endif
 
 .PHONY: all demo effects deform readme-pictures test sanitize test-neon matrix deps deps-extra format clean help
-.PHONY: bench bench-check bench-plots bench-readme peers stability
+.PHONY: bench bench-check bench-plots bench-readme peers exactness stability
 .DELETE_ON_ERROR:
 
 all:
@@ -192,6 +192,18 @@ endif
 
 $(B)/peers: bench/peers.c $(wildcard bench/*.h) $(EXAMPLE_HEADERS) pktrt.h | $(B)
 	$(CC) $(CFLAGS) $(STRICT) $(ASSIMP_FLAGS) $< -o $@ $(LDFLAGS) -lembree3 $(ASSIMP_LIBS) $(LDLIBS)
+
+# pktrt beside copies of itself with textbook tests of triangles.
+exactness: | $(RESULTS)
+	$(BUILD) $(B)/exactness
+	$(PIN) $(B)/exactness --results $(RESULTS) $(BENCH_ARGS) $(MESHES)
+	@$(MAKE) --no-print-directory bench-readme
+
+$(B)/plain-%.o: bench/plain.c bench/plain.h bench/plain_tests.h pktrt.h | $(B)
+	$(CC) $(CFLAGS) $(STRICT) $(if $(filter moller,$*),-DPLAIN_MOLLER) -c $< -o $@
+
+$(B)/exactness: bench/exactness.c $(B)/plain-kensler.o $(B)/plain-moller.o $(wildcard bench/*.h) $(EXAMPLE_HEADERS) pktrt.h
+	$(CC) $(CFLAGS) $(STRICT) $(ASSIMP_FLAGS) $(filter-out %.h,$^) -o $@ $(LDFLAGS) $(ASSIMP_LIBS) $(LDLIBS)
 
 # --- what to install, on Debian 12 and its relatives ---
 

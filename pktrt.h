@@ -2909,7 +2909,7 @@ typedef struct pktrt__batch {
 typedef struct pktrt__lone {
   PKTRT__ALIGN64 float rd[8], cn[8], cf[8]; /* by axis; the other lanes say nothing */
   const pktrt_ray *ray;
-  float slope[2], dk, wn, wf, sn, sf, tiny, ta, tb;
+  float slope[2], dk, wn, wf, sn, sf, tiny, pad, ta, tb;
   uint32_t id, slot, group, octant;
   const uint32_t *axis; /* k, u, v */
 } pktrt__lone;
@@ -3148,7 +3148,7 @@ static void pktrt__lift_ray(const pktrt__batch *b, uint32_t r, pktrt_ray *ray, p
   q->ray = ray;
   q->slope[0] = b->slope[0][r], q->slope[1] = b->slope[1][r], q->dk = b->dk[r];
   q->wn = b->wn[r], q->wf = b->wf[r], q->sn = b->sn[r], q->sf = b->sf[r], q->tiny = b->tiny[r];
-  q->ta = b->ta[r], q->tb = b->tb[r];
+  q->pad = b->pad[r], q->ta = b->ta[r], q->tb = b->tb[r];
   q->id = b->id[r], q->slot = b->slot[r], q->group = b->group[r], q->octant = b->octant[r];
   q->axis = pktrt__axes[b->axis[r]];
 }
@@ -4404,14 +4404,14 @@ bool NAME(setup_alone)(const pktrt_scene *scene, const pktrt_ray *ray, pktrt__lo
   const float mx = pktrt__maxf(hi[0] - o[0], o[0] - lo[0]), my = pktrt__maxf(hi[1] - o[1], o[1] - lo[1]);
   const float m = pktrt__maxf(pktrt__maxf(hi[2] - o[2], o[2] - lo[2]), pktrt__maxf(mx, my));
   const float o_max = pktrt__maxf(fabsf(o[0]), pktrt__maxf(fabsf(o[1]), fabsf(o[2])));
-  const v8 pad = vset((m * PKTRT__PAD_M + o_max * PKTRT__PAD_O) + PKTRT__PAD_MIN);
+  q->pad = (m * PKTRT__PAD_M + o_max * PKTRT__PAD_O) + PKTRT__PAD_MIN;
   const float up = 18446744073709551616.0f;
   float length = adk;
   v8 along = vswap(od);
   if (PKTRT__UNLIKELY(adk < 8.673617379884035e-19f)) length *= up, along = vmul(along, vset(up));
   const v8 least = vset(length * 1.490116119384765625e-8f);
   const v8 rd = vdiv(vset(length), vwith_sign(vmax(vabs(along), least), along));
-  const v8 c = vmul(od, rd), wide = vmul(pad, vabs(rd));
+  const v8 c = vmul(od, rd), wide = vmul(vset(q->pad), vabs(rd));
   vstore(q->rd, rd);
   vstore(q->cn, vadd(c, wide));
   vstore(q->cf, vsub(c, wide));
@@ -4599,10 +4599,10 @@ OP bool NAME(record)(const pktrt__view *view, pktrt__batch *b, uint32_t r, pktrt
   return nearer;
 }
 
-/* Whether the ray hits one of those lanes of a block at rest that single precision left open. */
+/* Whether the ray hits one of those lanes of a block that single precision left open. */
 PKTRT__NOINLINE bool NAME(settle_lanes)(const pktrt__view *view, pktrt__batch *b, uint32_t r, pktrt__lone *lone,
                                         uint32_t index, uint32_t open) {
-  const unsigned char *block = view->blocks + index * (size_t)PKTRT__BLOCK_BYTES;
+  const unsigned char *block = view->blocks + index * view->block_bytes;
   const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
   for (; open; open &= open - 1) {
     const uint32_t lane = pktrt__lowest(open), slot = index * 8 + lane;
@@ -4611,15 +4611,16 @@ PKTRT__NOINLINE bool NAME(settle_lanes)(const pktrt__view *view, pktrt__batch *b
   return false;
 }
 
-/* Whether a ray, of a batch or alone, hits anything in a block at rest. Depths stay multiplied by the determinant, and
+/* Whether a ray, of a batch or alone, hits anything in a block. Depths stay multiplied by the determinant, and
    limits are multiplied by it instead: no division. WHY fused: a limit is often tiny, and its product by itself would
    be denormal, which is slow. */
-OP bool NAME(block_hides)(const pktrt__view *view, pktrt__batch *b, uint32_t r, pktrt__lone *lone, uint32_t index) {
-  const unsigned char *block = view->blocks + index * (size_t)PKTRT__BLOCK_BYTES;
+OP bool NAME(block_hides)(const pktrt__view *view, pktrt__batch *b, uint32_t r, pktrt__lone *lone, uint32_t index,
+                          const bool moving) {
+  const unsigned char *block = view->blocks + index * (moving ? view->block_bytes : (size_t)PKTRT__BLOCK_BYTES);
   const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
-  const NAME(shear) q = lone ? NAME(shear_alone)(lone, false) : NAME(shear_of)(b, r, false);
+  const NAME(shear) q = lone ? NAME(shear_alone)(lone, moving) : NAME(shear_of)(b, r, moving);
   v8 x[3], y[3], z[3];
-  NAME(see_block)(&q, view, block, x, y, z, false);
+  NAME(see_block)(&q, view, block, x, y, z, moving);
   const NAME(edges) e = NAME(edges_of)(x, y);
   const uint32_t inside = NAME(occupied)(id) & ~NAME(outside)(&e);
   if (!inside) return false;
@@ -4639,16 +4640,25 @@ OP bool NAME(block_hides)(const pktrt__view *view, pktrt__batch *b, uint32_t r, 
   const uint32_t open = inside & ~(known & beyond);
   if (!open) return false;
   const uint32_t within = mbits(vlt(vfms(q.l.sn, size, lo), zero)) & mbits(vlt(zero, vfms(sf, size, hi)));
-  const uint32_t sure = known & within & (mbits(vlt(zero, e.least)) | mbits(vlt(e.most, zero)));
+  uint32_t sure = known & within & (mbits(vlt(zero, e.least)) | mbits(vlt(e.most, zero)));
+  if (moving && view->check_area) {
+    const v8 p = vset(2 * (lone ? lone->pad : b->pad[r])), xy = vmul(xs, ys);
+    const v8 flat = vfma(vadd(vadd(xs, ys), p), p, vmul(xy, vset(PKTRT__PAD_AREA)));
+    if (sure & mbits(vlt(flat, size))) return true;
+    sure = 0; /* whether these have area is asked where they are settled */
+  }
   if (PKTRT__UNLIKELY(!sure)) return NAME(settle_lanes)(view, b, r, lone, index, open);
   return true;
 }
 
+#ifdef PKTRT__OTHER_TESTS /* a file of the bench, in parts: what would other tests of triangles cost? */
+#include PKTRT__OTHER_TESTS
+#else
 /* A ray, of a batch or alone, against a leaf block. For occlusion: whether anything is hit; else whether a nearer hit
    was recorded. */
 OP bool NAME(any_block)(const pktrt__view *view, pktrt__batch *b, uint32_t r, pktrt__lone *lone, uint32_t index,
                         const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
-  if (occlusion && !moving && !stats) return NAME(block_hides)(view, b, r, lone, index);
+  if (occlusion && !stats) return NAME(block_hides)(view, b, r, lone, index, moving);
   const unsigned char *block = view->blocks + index * (moving ? view->block_bytes : (size_t)PKTRT__BLOCK_BYTES);
   const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
   const NAME(shear) q = lone ? NAME(shear_alone)(lone, moving) : NAME(shear_of)(b, r, moving);
@@ -4660,6 +4670,7 @@ OP bool NAME(any_block)(const pktrt__view *view, pktrt__batch *b, uint32_t r, pk
   vstore(hi, e.hi);
   return NAME(record)(view, b, r, lone, index, id, lo, hi, e.maybe, e.sure, occlusion, moving, stats, counts);
 }
+#endif
 OP bool NAME(ray_block)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t index, const bool occlusion,
                         const bool moving, const bool stats, pktrt_counts *counts) {
   return NAME(any_block)(view, b, r, NULL, index, occlusion, moving, stats, counts);
@@ -4968,7 +4979,7 @@ OP uint64_t NAME(stream_leaf)(const pktrt__view *view, pktrt__batch *b, const ui
                               uint32_t index, const bool occlusion, const bool moving, const bool stats,
                               pktrt_counts *counts) {
   uint64_t hit = 0;
-#if PKTRT__STAMP == PKTRT__STAMP_AVX2 || PKTRT__STAMP == PKTRT__STAMP_AVX512
+#if (PKTRT__STAMP == PKTRT__STAMP_AVX2 || PKTRT__STAMP == PKTRT__STAMP_AVX512) && !defined(PKTRT__OTHER_TESTS)
   if (!occlusion && !stats) return NAME(stream_block)(view, b, list, mask, index, moving);
 #endif
   for (; mask; mask &= mask - 1) {
@@ -5465,6 +5476,9 @@ OP uint32_t NAME(frustum_test)(const pktrt__view *view, pktrt__batch *b, uint32_
                             counts);
 }
 
+#ifdef PKTRT__OTHER_TESTS
+#include PKTRT__OTHER_TESTS
+#else
 /* One triangle at rest (lane of a block) against the rays of mask; those that hit it. */
 OP uint64_t NAME(frustum_triangle)(const NAME(frustum_rays) *f, const pktrt__view *view, pktrt__batch *b,
                                    const float *k0, const NAME(frustum_corners) *corners, uint32_t lane, uint32_t id,
@@ -5493,6 +5507,7 @@ OP uint64_t NAME(frustum_triangle)(const NAME(frustum_rays) *f, const pktrt__vie
   }
   return result;
 }
+#endif
 
 /* A leaf block at rest against the rays of mask; those that hit something in it. */
 OP uint64_t NAME(frustum_block)(const NAME(frustum_rays) *f, const pktrt__view *view, pktrt__batch *b, uint32_t index,
@@ -5600,6 +5615,9 @@ OP uint64_t NAME(moving_rays_in)(const NAME(frustum_rays) *f, const pktrt__batch
   return ~out;
 }
 
+#ifdef PKTRT__OTHER_TESTS
+#include PKTRT__OTHER_TESTS
+#else
 /* As frustum_block, of a moving block; `counts` only where there is counting. A function of its own: less code. */
 PKTRT__NOINLINE uint64_t NAME(moving_block)(const NAME(frustum_rays) *f, const pktrt__view *view, pktrt__batch *b,
                                             uint32_t index, uint64_t mask, bool occlusion, pktrt_counts *counts) {
@@ -5629,6 +5647,7 @@ PKTRT__NOINLINE uint64_t NAME(moving_block)(const NAME(frustum_rays) *f, const p
   }
   return hit;
 }
+#endif
 
 typedef struct NAME(frustum_stack) {
   uint64_t mask;

@@ -1,0 +1,17 @@
+/* plain.h - the calls of a copy of pktrt. */
+#ifndef PLAIN_H
+#define PLAIN_H
+
+typedef struct library {
+  const char *name;
+  pktrt_scene *(*create)(const pktrt_scene_desc *);
+  pktrt_status (*add_mesh)(pktrt_scene *, const pktrt_mesh_desc *, uint32_t *);
+  pktrt_status (*commit)(pktrt_scene *);
+  void (*destroy)(pktrt_scene *);
+  void (*intersect)(const pktrt_scene *, const pktrt_ray *, pktrt_hit *, size_t);
+  void (*occluded)(const pktrt_scene *, const pktrt_ray *, bool *, size_t);
+} library;
+
+extern const library kensler, moller;
+
+#endif /* PLAIN_H */

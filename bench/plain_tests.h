@@ -1,0 +1,200 @@
+/* plain_tests.h - textbook tests of triangles in pktrt's own kernels, in place of its exact ones: what does it cost that
+   no ray leaks? Kensler and Shirley's (2006) as in kensler.h, or with PLAIN_MOLLER Moeller and Trumbore's (1997). No
+   include guard: pktrt.h includes it three times for each instruction set (PKTRT__OTHER_TESTS), where it would define
+   the tests of a ray and a leaf, of a packet and a triangle, of a packet and a moving leaf.
+
+   Both tests are given what makes them fast: sums of products are fused where the machine can, nothing is divided until
+   a lane has passed, and what needs no ray is computed once for a packet. Trees, boxes, orders, culling of triangles by
+   the packet, and resolving are the same. Depths are w = t |d_k|, as pktrt keeps them.
+
+   Moeller and Trumbore: with f = p1 - p0, g = p2 - p0, r = o - p0, p = d x g, q = r x f,
+
+       D = f.p      u = r.p / D      v = d.q / D      t = g.q / D */
+
+#ifndef PLAIN_PART
+#define PLAIN_PART 1
+
+/* --- a ray and a leaf --- */
+
+OP v8 NAME(plain_dot)(const v8 *a, const v8 *b) { return vfma(a[0], b[0], vfma(a[1], b[1], vmul(a[2], b[2]))); }
+OP void NAME(plain_cross)(const v8 *a, const v8 *b, v8 *out) {
+  out[0] = vfms(a[1], b[2], vmul(a[2], b[1]));
+  out[1] = vfms(a[2], b[0], vmul(a[0], b[2]));
+  out[2] = vfms(a[0], b[1], vmul(a[1], b[0]));
+}
+
+/* Three numbers of one sign make a hit, at t = *top / *det. */
+#ifdef PLAIN_MOLLER
+OP uint32_t NAME(plain_signs)(v8 p[3][3], const v8 *o, const v8 *d, v8 *top, v8 *det) {
+  v8 f[3], g[3], r[3], across[3], q[3];
+  UNROLL for (int a = 0; a < 3; a++) f[a] = vsub(p[1][a], p[0][a]), g[a] = vsub(p[2][a], p[0][a]),
+                                     r[a] = vsub(o[a], p[0][a]);
+  NAME(plain_cross)(d, g, across);
+  NAME(plain_cross)(r, f, q);
+  *det = NAME(plain_dot)(f, across);
+  const v8 u = NAME(plain_dot)(r, across), v = NAME(plain_dot)(d, q), w = vsub(vsub(*det, u), v), zero = vset(0);
+  *top = NAME(plain_dot)(g, q);
+  return 0xFFu & ~mbits(mand(vlt(vmin(w, vmin(u, v)), zero), vlt(zero, vmax(w, vmax(u, v)))));
+}
+#else
+OP uint32_t NAME(plain_signs)(v8 p[3][3], const v8 *o, const v8 *d, v8 *top, v8 *det) {
+  v8 f[3], g[3], r[3], n[3], i[3];
+  UNROLL for (int a = 0; a < 3; a++) f[a] = vsub(p[1][a], p[0][a]), g[a] = vsub(p[0][a], p[2][a]),
+                                     r[a] = vsub(p[0][a], o[a]);
+  NAME(plain_cross)(f, g, n);
+  NAME(plain_cross)(r, d, i);
+  *det = NAME(plain_dot)(n, d);
+  const v8 u = NAME(plain_dot)(g, i), v = NAME(plain_dot)(f, i), w = vsub(vsub(*det, u), v), zero = vset(0);
+  *top = NAME(plain_dot)(n, r);
+  return 0xFFu & ~mbits(mand(vlt(vmin(w, vmin(u, v)), zero), vlt(zero, vmax(w, vmax(u, v)))));
+}
+#endif
+
+OP bool NAME(any_block)(const pktrt__view *view, pktrt__batch *b, uint32_t r, pktrt__lone *lone, uint32_t index,
+                        const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
+  const unsigned char *block = view->blocks + index * (moving ? view->block_bytes : (size_t)PKTRT__BLOCK_BYTES);
+  const float *k0 = (const float *)(const void *)(block + (moving ? view->vertex0 : 0));
+  const float *k1 = (const float *)(const void *)(block + (moving ? view->vertex1 : 0));
+  const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
+  const v8 ta = vset(lone ? lone->ta : b->ta[r]), tb = vset(lone ? lone->tb : b->tb[r]);
+  v8 p[3][3], o[3], d[3], top, det;
+  UNROLL for (int a = 0; a < 3; a++) {
+    UNROLL for (int c = 0; c < 3; c++) p[c][a] =
+        NAME(corner)(k0 + 24 * c + 8 * a, k1 + 24 * c + 8 * a, ta, tb, moving);
+    o[a] = vset(lone ? lone->ray->origin[a] : b->o[a][r]), d[a] = vset(lone ? lone->ray->direction[a] : b->d[a][r]);
+  }
+  COUNT(triangle_tests, pktrt__popcount(NAME(occupied)(id)));
+  uint32_t bits = NAME(plain_signs)(p, o, d, &top, &det) & NAME(occupied)(id);
+  if (!bits) return false;
+  const v8 w = vmul(vdiv(top, det), vabs(vset(lone ? lone->dk : b->dk[r])));
+  const v8 wn = vset(lone ? lone->wn : b->wn[r]), wf = vset(lone ? lone->wf : b->wf[r]);
+  bits &= mbits(mand(vlt(wn, w), vlt(w, wf)));
+  if (occlusion || !bits) return bits != 0;
+  PKTRT__ALIGN64 float depth[8];
+  vstore(depth, w);
+  for (; bits; bits &= bits - 1) {
+    const uint32_t lane = pktrt__lowest(bits), slot = index * 8 + lane;
+    if (!(depth[lane] < (lone ? lone->wf : b->wf[r]))) continue;
+    if (lone) pktrt__take_alone(view, lone, depth[lane], depth[lane], id[lane], slot);
+    else pktrt__take(view, b, r, depth[lane], depth[lane], id[lane], slot);
+  }
+  return true;
+}
+
+#elif PLAIN_PART == 1
+#undef PLAIN_PART
+#define PLAIN_PART 2
+
+/* --- a packet and a triangle --- */
+
+OP vf NAME(plain_dot_f)(const vf *a, const vf *b) { return ffma(a[0], b[0], ffma(a[1], b[1], fmul(a[2], b[2]))); }
+OP void NAME(plain_cross_f)(const vf *a, const vf *b, vf *out) {
+  out[0] = ffms(a[1], b[2], fmul(a[2], b[1]));
+  out[1] = ffms(a[2], b[0], fmul(a[0], b[2]));
+  out[2] = ffms(a[0], b[1], fmul(a[1], b[0]));
+}
+
+/* A vector of rays against one triangle: its first corner, its edges f and g (Kensler and Shirley's goes from p2 to p0)
+   and, for them, its normal. */
+OP uint32_t NAME(plain_rays)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t bits, const vf *p0,
+                             const vf *f, const vf *g, const vf *n, uint32_t id, uint32_t slot) {
+  vf s[3], d[3], i[3], u, v, top, det;
+  UNROLL for (int a = 0; a < 3; a++) d[a] = fload(b->d[a] + r);
+#ifdef PLAIN_MOLLER
+  vf q[3];
+  (void)n;
+  UNROLL for (int a = 0; a < 3; a++) s[a] = fsub(fload(b->o[a] + r), p0[a]);
+  NAME(plain_cross_f)(d, g, i);
+  NAME(plain_cross_f)(s, f, q);
+  det = NAME(plain_dot_f)(f, i), u = NAME(plain_dot_f)(s, i), v = NAME(plain_dot_f)(d, q);
+  top = NAME(plain_dot_f)(g, q);
+#else
+  UNROLL for (int a = 0; a < 3; a++) s[a] = fsub(p0[a], fload(b->o[a] + r));
+  NAME(plain_cross_f)(s, d, i);
+  det = NAME(plain_dot_f)(n, d), u = NAME(plain_dot_f)(g, i), v = NAME(plain_dot_f)(f, i);
+  top = NAME(plain_dot_f)(n, s);
+#endif
+  const vf w = fsub(fsub(det, u), v), zero = fset(0);
+  bits &= ~fbits(fmand(flt(fmin_(w, fmin_(u, v)), zero), flt(zero, fmax_(w, fmax_(u, v)))));
+  if (!bits) return 0;
+  const vf depth = fmul(fdiv(top, det), fabs_(fload(b->dk + r)));
+  bits &= fbits(fmand(flt(fload(b->wn + r), depth), flt(depth, fload(b->wf + r))));
+  if (bits) NAME(frustum_put)(view, b, r, bits, depth, depth, id, slot);
+  return bits;
+}
+
+#ifdef PLAIN_MOLLER
+#define PLAIN_EDGE(c0, c2) ((c2) - (c0))
+#else
+#define PLAIN_EDGE(c0, c2) ((c0) - (c2))
+#endif
+OP uint64_t NAME(frustum_triangle)(const NAME(frustum_rays) *f, const pktrt__view *view, pktrt__batch *b,
+                                   const float *k0, const NAME(frustum_corners) *corners, uint32_t lane, uint32_t id,
+                                   uint32_t slot, uint64_t mask, const bool stats, pktrt_counts *counts) {
+  float e[2][3];
+  vf p0[3], e0[3], e1[3], n[3];
+  uint64_t result = 0;
+  (void)corners;
+  for (uint32_t a = 0; a < 3; a++) {
+    const float c0 = k0[8 * a + lane];
+    e[0][a] = k0[24 + 8 * a + lane] - c0, e[1][a] = PLAIN_EDGE(c0, k0[48 + 8 * a + lane]);
+    p0[a] = fset(c0), e0[a] = fset(e[0][a]), e1[a] = fset(e[1][a]);
+  }
+  for (uint32_t a = 0; a < 3; a++) {
+    const uint32_t u = (a + 1) % 3, v = (a + 2) % 3;
+    n[a] = fset(e[0][u] * e[1][v] - e[0][v] * e[1][u]);
+  }
+  for (uint32_t i = 0; i < 64; i += FW) {
+    const uint32_t rays = (uint32_t)(mask >> i) & ((1u << FW) - 1);
+    if (!rays) continue;
+    COUNT(triangle_tests, pktrt__popcount(rays));
+    result |= (uint64_t)NAME(plain_rays)(view, b, f->base + i, rays, p0, e0, e1, n, id, slot) << i;
+  }
+  return result;
+}
+#undef PLAIN_EDGE
+
+#else
+#undef PLAIN_PART
+
+/* --- a packet and a moving leaf --- */
+
+OP uint64_t NAME(plain_moving)(const NAME(frustum_rays) *f, const pktrt__view *view, pktrt__batch *b, const float *k0,
+                               const float *k1, uint32_t id, uint32_t slot, uint64_t mask) {
+  uint64_t result = 0;
+  for (uint32_t i = 0; i < 64; i += FW) {
+    const uint32_t rays = (uint32_t)(mask >> i) & ((1u << FW) - 1), r = f->base + i;
+    if (!rays) continue;
+    const vf ta = fload(b->ta + r), tb = fload(b->tb + r);
+    vf p[3][3], e0[3], e1[3], n[3];
+    UNROLL for (int c = 0; c < 9; c++) p[c / 3][c % 3] = ffma(ta, fset(k0[8 * c]), fmul(tb, fset(k1[8 * c])));
+#ifdef PLAIN_MOLLER
+    UNROLL for (int a = 0; a < 3; a++) e0[a] = fsub(p[1][a], p[0][a]), e1[a] = n[a] = fsub(p[2][a], p[0][a]);
+#else
+    UNROLL for (int a = 0; a < 3; a++) e0[a] = fsub(p[1][a], p[0][a]), e1[a] = fsub(p[0][a], p[2][a]);
+    NAME(plain_cross_f)(e0, e1, n);
+#endif
+    result |= (uint64_t)NAME(plain_rays)(view, b, r, rays, p[0], e0, e1, n, id, slot) << i;
+  }
+  return result;
+}
+
+PKTRT__NOINLINE uint64_t NAME(moving_block)(const NAME(frustum_rays) *f, const pktrt__view *view, pktrt__batch *b,
+                                            uint32_t index, uint64_t mask, bool occlusion, pktrt_counts *counts) {
+  const unsigned char *block = view->blocks + index * view->block_bytes;
+  const float *k0 = (const float *)(const void *)(block + view->vertex0);
+  const float *k1 = (const float *)(const void *)(block + view->vertex1);
+  const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
+  NAME(frustum_motion) motion;
+  uint64_t hit = 0;
+  uint32_t lanes = NAME(moving_triangles)(f, k0, k1, &motion) & NAME(occupied)(id);
+  if (counts) counts->triangle_tests += pktrt__popcount(lanes) * pktrt__popcount(mask);
+  for (; lanes && mask; lanes &= lanes - 1) {
+    const uint32_t lane = pktrt__lowest(lanes);
+    const uint64_t h = NAME(plain_moving)(f, view, b, k0 + lane, k1 + lane, id[lane], index * 8 + lane, mask);
+    hit |= h;
+    if (occlusion) mask &= ~h;
+  }
+  return hit;
+}
+#endif

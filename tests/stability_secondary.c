@@ -8,7 +8,7 @@
    there are wrong, nearer ones are what an offset costs. */
 #include "stability.h"
 
-enum { BATCH = 1024, SCALES = 6, OFFSETS = 4, KINDS = 4, CASES = KINDS * OFFSETS, VARIANTS = 3 };
+enum { BATCH = 1024, SCALES = 6, OFFSETS = 4, KINDS = 4, CASES = KINDS * OFFSETS, VARIANTS = 4 };
 typedef enum kind { CONVEX, LOOSE, GAPS, ROOMS } kind;
 enum { LEFT, BODY, LEAKS, SHADOWS, WHATS };
 
@@ -50,8 +50,18 @@ static mesh moving_box(void) {
   return m;
 }
 
+/* A flat tetrahedron, whose angles are sharp: who moves off one face comes through another. */
+static mesh flat_tetrahedron(void) {
+  static const float p[12] = {-1, 0, -1, 1, 0, -1, 0.125f, 0, 1, 0, 0.25f, -0.25f};
+  static const uint32_t i[12] = {0, 1, 2, 0, 3, 1, 1, 3, 2, 2, 3, 0};
+  mesh m = mesh_of(4, 4);
+  memcpy(m.p, p, sizeof p);
+  memcpy(m.i, i, sizeof i);
+  return m;
+}
+
 static world convex_world(int variant) {
-  mesh m = variant == 0 ? mesh_box() : variant == 1 ? mesh_sphere(2, 0, 1) : moving_box();
+  mesh m = variant == 0 ? mesh_box() : variant == 1 ? mesh_sphere(1, 0, 1) : variant == 2 ? moving_box() : flat_tetrahedron();
   to_lattice(&m);
   return world_of(m);
 }
@@ -73,8 +83,8 @@ static bool is_convex(const mesh *m) {
 }
 
 static world loose_world(void) {
-  world w = world_of(mesh_sphere(2, 0.1f, 1));
-  w.m[1] = mesh_soup(60, 0.5f, 3), w.m[2] = mesh_thin(60, 4), w.n = 3;
+  world w = world_of(mesh_sphere(1, 0.1f, 1));
+  w.m[1] = mesh_soup(40, 0.5f, 3), w.m[2] = mesh_thin(40, 4), w.n = 3;
   mesh_move(&w.m[1], 3, 0.2f, 0.2f, 2);
   return w;
 }
@@ -153,6 +163,14 @@ static double to_triangle(const double x[3], double p[3][3]) {
   return fmin(to_segment(x, p[0], p[1]), fmin(to_segment(x, p[1], p[2]), to_segment(x, p[2], p[0])));
 }
 
+/* Of a triangle's plane: no farther than the triangle. */
+static double to_plane(const double x[3], double p[3][3]) {
+  double n[3], d[3];
+  normal_of(p, n);
+  for (int k = 0; k < 3; k++) d[k] = x[k] - p[0][k];
+  return dot(n, n) > 0 ? fabs(dot(d, n)) / sqrt(dot(n, n)) : 0;
+}
+
 /* On lattices this is exact. */
 static bool same_plane(double p[3][3], double q[3][3]) {
   double n[3], d[3];
@@ -179,7 +197,7 @@ typedef struct leaving {
   pktrt_hit got[BATCH];
   bool inward[BATCH];           /* into a convex mesh */
   double away[BATCH];           /* from another surface; negative: not asked yet */
-  size_t n;
+  size_t tries, n;              /* rays in, rays that leave */
 } leaving;
 
 typedef struct place {
@@ -218,17 +236,14 @@ static void locate(const place *g, point *x) {
 
 /* Points where rays came in, of all times or one by one of the same as others. */
 static void arrive(const place *g, rng *r, const point *same_time, point *out, size_t n) {
-  pktrt_ray *rays = malloc(n * sizeof *rays);
-  pktrt_hit *hits = malloc(n * sizeof *hits);
-  if (!rays || !hits) abort();
+  pktrt_ray *rays = g->b->ray;
+  pktrt_hit *hits = g->b->got;
   for (size_t j = 0; j < n; j++) rays[j] = incoming(g, r, same_time ? same_time[j].ray.time : rng_unit(r));
   pktrt_intersect_n(g->below ? g->below : g->scene[isa_count - 1], rays, hits, n);
   for (size_t j = 0; j < n; j++) {
     out[j].ray = rays[j], out[j].hit = hits[j];
     if (hits[j].mesh != PKTRT_NONE) locate(g, &out[j]);
   }
-  free(rays);
-  free(hits);
 }
 
 /* At random, along the surface, along an edge of it, or reflected. */
@@ -271,8 +286,8 @@ static void leave(const place *g, const point *x, const float d[3], size_t i) {
 
 static void leave_body(const place *g, rng *r) {
   leaving *b = g->b;
-  arrive(g, r, NULL, b->from, BATCH);
-  for (size_t j = 0; j < BATCH; j++) {
+  arrive(g, r, NULL, b->from, b->tries);
+  for (size_t j = 0; j < b->tries; j++) {
     if (b->from[j].hit.mesh == PKTRT_NONE) continue;
     const size_t i = b->n++;
     point *x = &b->from[i];
@@ -290,8 +305,8 @@ static void leave_body(const place *g, rng *r) {
 /* From the lower triangle of a pair to about the middle of the upper one. */
 static void leave_gap(const place *g, rng *r) {
   leaving *b = g->b;
-  arrive(g, r, NULL, b->from, BATCH);
-  for (size_t j = 0; j < BATCH; j++) {
+  arrive(g, r, NULL, b->from, b->tries);
+  for (size_t j = 0; j < b->tries; j++) {
     if (b->from[j].hit.mesh == PKTRT_NONE) continue;
     point *x = &b->from[b->n];
     double p[3][3], q[3];
@@ -316,9 +331,9 @@ static pktrt_ray shadow_ray(const pktrt_ray *from, const pktrt_ray *to) {
 /* From wall to wall, both ends moved off. */
 static void leave_wall(const place *g, rng *r) {
   leaving *b = g->b;
-  arrive(g, r, NULL, b->from, BATCH);
-  arrive(g, r, b->from, b->to, BATCH);
-  for (size_t j = 0; j < BATCH; j++) {
+  arrive(g, r, NULL, b->from, b->tries);
+  arrive(g, r, b->from, b->to, b->tries);
+  for (size_t j = 0; j < b->tries; j++) {
     if (b->from[j].hit.mesh == PKTRT_NONE || b->to[j].hit.mesh == PKTRT_NONE) continue;
     if (same_plane(b->from[j].corner, b->to[j].corner)) continue;
     const size_t i = b->n++;
@@ -334,13 +349,14 @@ static void leave_wall(const place *g, rng *r) {
 
 /* --- what rays must not do --- */
 
-static double from_others(const place *g, const point *x) {
+static double from_others(const place *g, point *x) {
   double away = INFINITY, p[3][3];
   for (uint32_t m = g->what == GAPS; m < g->w.n; m++)
     for (uint32_t t = 0; t < g->w.m[m].nt; t++) {
       if (g->what == GAPS && t != x->hit.triangle) continue;
       corners_of(&g->w, m, t, x->ray.time, p);
-      if (g->what == GAPS || !same_plane((double (*)[3])x->corner, p)) away = fmin(away, to_triangle(x->at, p));
+      if (to_plane(x->at, p) >= away) continue;
+      if (g->what == GAPS || !same_plane(x->corner, p)) away = fmin(away, to_triangle(x->at, p));
     }
   return away;
 }
@@ -450,11 +466,11 @@ static void secondary_job(void *arg, size_t job) {
     set_up(&g, which, scale, variant);
     for (size_t done = 0, batch = 0; done < rays; done += g.b->n, batch++) {
       rng r = rng_of(((uint64_t)job * VARIANTS + (uint64_t)variant) << 32 | batch);
-      g.b->n = 0;
+      g.b->n = 0, g.b->tries = rays - done < BATCH / 2 ? 2 * (rays - done) : BATCH;
       if (what == GAPS) leave_gap(&g, &r);
       else if (what == ROOMS) leave_wall(&g, &r);
       else leave_body(&g, &r);
-      if (!CHECK(g.b->n > BATCH / 16, "%s: rays reach surfaces", kind_names[what])) break;
+      if (!CHECK(g.b->n > 0 || g.b->tries < 64, "%s: rays reach surfaces", kind_names[what])) break;
       try_batch(&g, of, &control, &near_leaks, &farthest);
     }
     tear_down(&g);

@@ -1,6 +1,5 @@
-/* The control of the culling test: the whole library once more, its error bounds scaled down to a millionth. (Not to zero:
-   zero times the infinite depth of tmax is NaN, and everything would be lost.) Its scenes are its own: the library's
-   functions must not see them. */
+/* The control of the culling test: the whole library once more, its error bounds scaled down to a millionth. (Not to
+   zero: zero times the infinite depth of tmax is NaN, and everything would be lost.) */
 #if defined(__GNUC__)
 #pragma GCC diagnostic ignored "-Wunused-function"
 #endif
@@ -25,10 +24,12 @@ pktrt_scene *noslack_scene(const world *w, pktrt_isa isa) {
 
 void noslack_destroy(pktrt_scene *s) { pktrt_scene_destroy(s); }
 
-void noslack_intersect(const pktrt_scene *s, const pktrt_query_desc *q, const pktrt_ray *rays, pktrt_hit *hits, size_t n) {
+void noslack_intersect(const pktrt_scene *s, const pktrt_query_desc *q, const pktrt_ray *rays, pktrt_hit *hits,
+                       size_t n) {
   pktrt_intersect_ex(s, q, rays, hits, n);
 }
 
-void noslack_occluded(const pktrt_scene *s, const pktrt_query_desc *q, const pktrt_ray *rays, bool *occluded, size_t n) {
+void noslack_occluded(const pktrt_scene *s, const pktrt_query_desc *q, const pktrt_ray *rays, bool *occluded,
+                      size_t n) {
   pktrt_occluded_ex(s, q, rays, occluded, n);
 }

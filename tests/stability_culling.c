@@ -1,4 +1,5 @@
-/* Culling is conservative: what packets answer is what each of their rays is answered alone. */
+/* Culling is conservative: what packets answer is what each of their rays is answered alone. Every case sees all
+   places, sizes of packets, holes in them and intervals, at random. */
 #include "noslack.h"
 #include "stability.h"
 
@@ -19,7 +20,11 @@ static void raise_stage(stage *g, bool moves, int place) {
   g->w = world_of(mesh_sphere(3, 0.1f, 3));
   g->w.m[1] = mesh_soup(60, 0.3f, 4), g->w.m[2] = mesh_box(), g->w.m[3] = mesh_thin(40, 5), g->w.n = 4;
   mesh_place(&g->w.m[2], (float[3]){0.4f, 0.7f, 0.5f}, (float[3]){1.5f, -0.5f, 0.3f});
-  if (moves) mesh_move(&g->w.m[0], 2, 0.1f, 0.02f, 6), mesh_move(&g->w.m[1], 3, 0.2f, 0.1f, 7), mesh_move(&g->w.m[2], 2, 0.3f, 0, 8);
+  if (moves) {
+    mesh_move(&g->w.m[0], 2, 0.1f, 0.02f, 6);
+    mesh_move(&g->w.m[1], 3, 0.2f, 0.1f, 7);
+    mesh_move(&g->w.m[2], 2, 0.3f, 0, 8);
+  }
   const float offset = places[place][1];
   g->scale = places[place][0];
   g->centre[0] = offset, g->centre[1] = 0.3f * offset, g->centre[2] = -offset;
@@ -80,7 +85,8 @@ static view view_of(rng *r) {
 /* Of n rays the j-th goes through a pixel of 8 x 8 or, of more, 16 x 16. */
 static void pixel(const view *v, size_t j, size_t n, float d[3]) {
   const size_t side = n > 64 ? 16 : 8;
-  const float x = v->spread * ((float)(j % side) / (float)side - 0.47f), y = v->spread * ((float)(j / side) / (float)side - 0.47f);
+  const float x = v->spread * ((float)(j % side) / (float)side - 0.47f);
+  const float y = v->spread * ((float)(j / side) / (float)side - 0.47f);
   for (int k = 0; k < 3; k++) d[k] = v->forward[k] + x * v->right[k] + y * v->up[k];
 }
 
@@ -131,7 +137,10 @@ static void mirror(const stage *g, rng *r, const float *times, pktrt_ray *out, s
     float d[3], o[3], m[3];
     pixel(&v, j, n, d);
     const float depth = away * dot3(v.forward, normal) / dot3(d, normal);
-    for (int k = 0; k < 3; k++) o[k] = v.eye[k] + depth * d[k], m[k] = normal[k] + curve * (o[k] - v.eye[k] - away * v.forward[k]);
+    for (int k = 0; k < 3; k++) {
+      o[k] = v.eye[k] + depth * d[k];
+      m[k] = normal[k] + curve * (o[k] - v.eye[k] - away * v.forward[k]);
+    }
     normalise(m);
     const float along = 2 * dot3(d, m);
     for (int k = 0; k < 3; k++) d[k] -= along * m[k];
@@ -315,7 +324,8 @@ static void answers(const pktrt_scene *s, bool tight, buffers *b) {
   if (!tight) return;
   for (size_t j = 0; j < b->n; j++) {
     const pktrt_hit *h = &b->want[j];
-    if (h->mesh != PKTRT_NONE) b->ray[j].tmin = nextafterf(h->t, -INFINITY), b->ray[j].tmax = nextafterf(h->t, INFINITY);
+    if (h->mesh == PKTRT_NONE) continue;
+    b->ray[j].tmin = nextafterf(h->t, -INFINITY), b->ray[j].tmax = nextafterf(h->t, INFINITY);
   }
   pktrt_intersect_ex(s, &q, b->ray, b->want, b->n);
 }
@@ -340,13 +350,16 @@ typedef void ask_occlusion(const pktrt_scene *, const pktrt_query_desc *, const 
 /* All packets in one call, or each in one of its own. */
 static size_t hits_lost(ask_hits *ask, const pktrt_scene *s, const pktrt_query_desc *q, bool apart, buffers *b) {
   memset(b->got, 0x77, b->n * sizeof b->got[0]);
-  for (size_t i = 0, at = 0; i < b->packets && apart; at = b->end[i++]) ask(s, q, b->ray + at, b->got + at, b->end[i] - at);
+  for (size_t i = 0, at = 0; i < b->packets && apart; at = b->end[i++])
+    ask(s, q, b->ray + at, b->got + at, b->end[i] - at);
   if (!apart) ask(s, q, b->ray, b->got, b->n);
   return hits_unlike(b);
 }
 
-static size_t occlusion_lost(ask_occlusion *ask, const pktrt_scene *s, const pktrt_query_desc *q, bool apart, buffers *b) {
-  for (size_t i = 0, at = 0; i < b->packets && apart; at = b->end[i++]) ask(s, q, b->ray + at, b->occluded + at, b->end[i] - at);
+static size_t occlusion_lost(ask_occlusion *ask, const pktrt_scene *s, const pktrt_query_desc *q, bool apart,
+                             buffers *b) {
+  for (size_t i = 0, at = 0; i < b->packets && apart; at = b->end[i++])
+    ask(s, q, b->ray + at, b->occluded + at, b->end[i] - at);
   if (!apart) ask(s, q, b->ray, b->occluded, b->n);
   return occlusion_unlike(b);
 }
@@ -355,12 +368,16 @@ static void count(tally *t, int what, const buffers *b, size_t lost) {
   const pktrt_ray *x = &b->ray[b->last];
   const float *o = x->origin, *d = x->direction;
   t->rays[what] += b->n, t->lost[what] += lost;
-  if (CHECK(!lost, "%zu %s, the last of them ray %zu of %zu in %zu packets:", lost, whats[what], b->last, b->n, b->packets)) return;
-  CHECK(false, "  o %a %a %a  d %a %a %a", (double)o[0], (double)o[1], (double)o[2], (double)d[0], (double)d[1], (double)d[2]);
+  if (!lost) return;
+  CHECK(false, "%zu %s, the last of them ray %zu of %zu in %zu packets:", lost, whats[what], b->last, b->n, b->packets);
+  CHECK(false, "  o %a %a %a  d %a %a %a", (double)o[0], (double)o[1], (double)o[2], (double)d[0], (double)d[1],
+        (double)d[2]);
   CHECK(false, "  [%a, %a]  time %a", (double)x->tmin, (double)x->tmax, (double)x->time);
 }
 
-static void count_control(tally *t, int what, size_t rays, size_t lost) { t->control_rays[what] += rays, t->control[what] += lost; }
+static void count_control(tally *t, int what, const buffers *b, size_t lost) {
+  t->control_rays[what] += b->n, t->control[what] += lost;
+}
 
 static void against_reference(const stage *g, buffers *b, tally *t) {
   pktrt_query_desc q;
@@ -368,17 +385,17 @@ static void against_reference(const stage *g, buffers *b, tally *t) {
   q.path = PKTRT_PATH_SINGLE;
   for (size_t j = 0; j < b->n; j++) ref_intersect(&g->w, &b->ray[j], &b->got[j]);
   count(t, REFERENCE, b, hits_unlike(b));
-  count_control(t, REFERENCE, b->n, hits_lost(noslack_intersect, g->noslack, &q, false, b));
+  count_control(t, REFERENCE, b, hits_lost(noslack_intersect, g->noslack, &q, false, b));
 }
 
 /* A call of one path: hits, or occlusion. */
-static void by_path(const stage *g, const pktrt_scene *s, const pktrt_query_desc *q, bool occlusion, bool control, bool apart,
-                    buffers *b, tally *t) {
+static void by_path(const stage *g, const pktrt_scene *s, const pktrt_query_desc *q, bool occlusion, bool control,
+                    bool apart, buffers *b, tally *t) {
   const int what = (q->path == PKTRT_PATH_PAPER ? PAPER : FAST) + (occlusion ? FAST_OCCLUSION : 0);
   if (occlusion) count(t, what, b, occlusion_lost(pktrt_occluded_ex, s, q, apart, b));
   else count(t, what, b, hits_lost(pktrt_intersect_ex, s, q, apart, b));
-  if (control && occlusion) count_control(t, what, b->n, occlusion_lost(noslack_occluded, g->noslack, q, apart, b));
-  if (control && !occlusion) count_control(t, what, b->n, hits_lost(noslack_intersect, g->noslack, q, apart, b));
+  if (control && occlusion) count_control(t, what, b, occlusion_lost(noslack_occluded, g->noslack, q, apart, b));
+  if (control && !occlusion) count_control(t, what, b, hits_lost(noslack_intersect, g->noslack, q, apart, b));
 }
 
 static void one_call(const stage *g, int isa, const struct style *style, uint64_t turn, rng *r, buffers *b, tally *t) {
@@ -388,7 +405,10 @@ static void one_call(const stage *g, int isa, const struct style *style, uint64_
   const unsigned spared = isas[isa] == PKTRT_ISA_SCALAR ? 4 : 1; /* it is fifteen times as slow as others */
   q.packet_size = 1 + rng_below(r, 256);
   if (rng_below(r, 2)) q.packet_size = 0;
-  for (b->n = b->packets = 0; b->n < CALL;) b->n += make_packet(g, style, r, b->ray + b->n, CALL - b->n), b->end[b->packets++] = b->n;
+  for (b->n = b->packets = 0; b->n < CALL;) {
+    b->n += make_packet(g, style, r, b->ray + b->n, CALL - b->n);
+    b->end[b->packets++] = b->n;
+  }
   answers(g->scene[turn % 8 ? isa_count - 1 : isa], tight, b); /* the same of all sets, says the test of identity */
   by_path(g, g->scene[isa], &q, false, turn % 16 == 0, apart, b, t);
   if (turn % (4 * spared) == 0) by_path(g, g->scene[isa], &q, true, turn % 16 == 0, apart, b, t);
@@ -414,7 +434,8 @@ static void culling_job(void *arg, size_t i) {
   culling_run *run_ = arg;
   int isa = 0;
   for (; i >= CASES * jobs_of(isa); isa++) i -= CASES * jobs_of(isa);
-  const size_t which = i % CASES, first = i / CASES * CALLS, end = calls_of(isa) < first + CALLS ? calls_of(isa) : first + CALLS;
+  const size_t which = i % CASES, first = i / CASES * CALLS, all = calls_of(isa);
+  const size_t end = all < first + CALLS ? all : first + CALLS;
   buffers *b = malloc(sizeof *b);
   tally t;
   if (!b) abort();
@@ -437,8 +458,12 @@ static void culling_job(void *arg, size_t i) {
 static void control_is_fair(const culling_run *run_) {
   uint64_t rays = 0, lost = 0;
   for (int c = 0; c < 2; c++)
-    for (int i = 0; i < isa_count; i++) rays += run_->tallies[c][i].control_rays[FAST], lost += run_->tallies[c][i].control[FAST];
-  CHECK(lost < rays / 10, "without slack %llu of %llu rays of pinholes are lost", (unsigned long long)lost, (unsigned long long)rays);
+    for (int i = 0; i < isa_count; i++) {
+      rays += run_->tallies[c][i].control_rays[FAST];
+      lost += run_->tallies[c][i].control[FAST];
+    }
+  CHECK(lost < rays / 10, "without slack %llu of %llu rays of pinholes are lost", (unsigned long long)lost,
+        (unsigned long long)rays);
 }
 
 static void culling_figures(const culling_run *run_) {
@@ -461,13 +486,13 @@ static void culling(void) {
   culling_run *run_ = calloc(1, sizeof *run_);
   if (!run_ || !(run_->tallies = calloc(CASES, sizeof *run_->tallies))) abort();
   pthread_mutex_init(&run_->lock, NULL);
-  for (int p = 0; p < PLACES; p++) raise_stage(&run_->stages[0][p], false, p), raise_stage(&run_->stages[1][p], true, p);
+  for (int p = 0; p < 2 * PLACES; p++) raise_stage(&run_->stages[p / PLACES][p % PLACES], p / PLACES, p % PLACES);
   size_t jobs = 0;
   for (int i = 0; i < isa_count; i++) jobs += CASES * jobs_of(i);
   jobs_for(jobs, culling_job, run_);
   culling_figures(run_);
   control_is_fair(run_);
-  for (int p = 0; p < PLACES; p++) strike_stage(&run_->stages[0][p]), strike_stage(&run_->stages[1][p]);
+  for (int p = 0; p < 2 * PLACES; p++) strike_stage(&run_->stages[p / PLACES][p % PLACES]);
   pthread_mutex_destroy(&run_->lock);
   free(run_->tallies);
   free(run_);

@@ -1,11 +1,11 @@
 /* Rays that leave surfaces: they do not meet what they left, and pass no wall that is farther away than they are moved.
 
-   How far that is, with e = 2^-24, m the largest coordinate of the mesh left and M the extent of the scene (what any vertex
-   can be away from a ray's origin along an axis): pktrt_spawn moves a point by 24 e m, rounding the new origin moves it by
-   another sqrt(3) e m at most. A ray hits what it ideally passes at less than 9 e M, perhaps: so much is the canonical test
-   off (see >>exactness in pktrt.h). The same goes for the far end of a shadow ray, which rounding of its direction moves by
-   sqrt(3) e M more. So a surface that is more than 26 e m + 11 e M from the point left cannot be passed by error: leaks
-   there are wrong, nearer ones are what an offset costs. */
+   How far that is, with e = 2^-24, m the largest coordinate of the mesh left and M the extent of the scene (what any
+   vertex can be away from a ray's origin along an axis): pktrt_spawn moves a point by 24 e m, rounding the new origin
+   moves it by another sqrt(3) e m at most. A ray hits what it ideally passes at less than 9 e M, perhaps: so much is
+   the canonical test off (see >>exactness in pktrt.h). The same goes for the far end of a shadow ray, which rounding of
+   its direction moves by sqrt(3) e M more. So a surface that is more than 26 e m + 11 e M from the point left cannot be
+   passed by error: leaks there are wrong, nearer ones are what an offset costs. */
 #include "stability.h"
 
 enum { BATCH = 1024, SCALES = 6, OFFSETS = 4, KINDS = 4, CASES = KINDS * OFFSETS, VARIANTS = 4 };
@@ -14,7 +14,8 @@ enum { LEFT, BODY, LEAKS, SHADOWS, WHATS };
 
 static const char *const kind_names[KINDS] = {"convex", "loose triangles", "gaps and creases", "shadows in rooms"};
 static const char *const whats[WHATS] = {"hits of the triangle left", "hits of the convex mesh left",
-                                         "leaks beyond the offset of another surface", "false shadows beyond the offset"};
+                                         "leaks beyond the offset of another surface",
+                                         "false shadows beyond the offset"};
 static const char *const controls[WHATS] = {"no offset", "no offset", "moved by 1e-3", "no offset"};
 static const float offsets[OFFSETS] = {0, 1, 1e3f, 1e5f}; /* in sizes */
 /* Powers of two keep multiples of 1/64 exact, up to 10^5 sizes away. */
@@ -31,91 +32,6 @@ typedef struct secondary_run {
   double farthest[CASES];   /* of leaks, in offsets from another surface */
   pthread_mutex_t lock;
 } secondary_run;
-
-/* --- scenes --- */
-
-static void to_lattice(mesh *m) {
-  for (size_t k = 0; k < (size_t)m->keys * m->nv * 3; k++) m->p[k] = rintf(64 * m->p[k]) / 64;
-}
-
-/* Faces of a box stay plane and parallel while it moves: their vertices have a coordinate in common, at all times. */
-static mesh moving_box(void) {
-  mesh m = mesh_box();
-  mesh_move(&m, 3, 0, 0, 0);
-  for (uint32_t key = 1; key < 3; key++)
-    for (uint32_t v = 0; v < m.nv; v++) {
-      float *p = m.p + 3 * (key * m.nv + v);
-      for (uint32_t k = 0; k < 3; k++) p[k] = p[k] * (float)(1 + (key + k) % 3) / 4 + (float)key * (float)(k + 1) / 16;
-    }
-  return m;
-}
-
-/* A flat tetrahedron, whose angles are sharp: who moves off one face comes through another. */
-static mesh flat_tetrahedron(void) {
-  static const float p[12] = {-1, 0, -1, 1, 0, -1, 0.125f, 0, 1, 0, 0.25f, -0.25f};
-  static const uint32_t i[12] = {0, 1, 2, 0, 3, 1, 1, 3, 2, 2, 3, 0};
-  mesh m = mesh_of(4, 4);
-  memcpy(m.p, p, sizeof p);
-  memcpy(m.i, i, sizeof i);
-  return m;
-}
-
-static world convex_world(int variant) {
-  mesh m = variant == 0 ? mesh_box() : variant == 1 ? mesh_sphere(1, 0, 1) : variant == 2 ? moving_box() : flat_tetrahedron();
-  to_lattice(&m);
-  return world_of(m);
-}
-
-/* No vertex lies before the plane of a triangle. Differences and products of small multiples of 1/64 are exact. */
-static bool is_convex(const mesh *m) {
-  bool behind = true;
-  for (uint32_t t = 0; t < m->nt; t++) {
-    float a[3], b[3], n[3];
-    for (uint32_t v = 0; v < m->nv; v++) {
-      const float *p = m->p + 3 * m->i[3 * t], *q = m->p + 3 * m->i[3 * t + 1], *s = m->p + 3 * m->i[3 * t + 2];
-      for (int k = 0; k < 3; k++) a[k] = q[k] - p[k], b[k] = s[k] - p[k];
-      for (int k = 0; k < 3; k++) n[k] = a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
-      for (int k = 0; k < 3; k++) a[k] = m->p[3 * v + (uint32_t)k] - p[k];
-      behind &= dot3(a, n) <= 0;
-    }
-  }
-  return behind;
-}
-
-static world loose_world(void) {
-  world w = world_of(mesh_sphere(1, 0.1f, 1));
-  w.m[1] = mesh_soup(40, 0.5f, 3), w.m[2] = mesh_thin(40, 4), w.n = 3;
-  mesh_move(&w.m[1], 3, 0.2f, 0.2f, 2);
-  return w;
-}
-
-/* Triangles of mesh 0 under those of mesh 1: apart by gaps of all widths, or folded along an edge. */
-static world gaps_world(void) {
-  const uint32_t pairs = 32;
-  world w = world_of(mesh_soup(pairs, 0, 1));
-  w.m[1] = mesh_soup(pairs, 0, 1), w.n = 2;
-  rng r = rng_of(5);
-  for (uint32_t t = 0; t < pairs; t++) {
-    const float gap = powf(10, rng_range(&r, -8, -2)), y = 2 * (float)t / (float)pairs - 1;
-    for (uint32_t c = 0; c < 3; c++) {
-      static const float corner[3][2] = {{-0.9f, -0.8f}, {0.9f, -0.7f}, {0.1f, 0.9f}};
-      float *p = w.m[0].p + 9 * t + 3 * c, *q = w.m[1].p + 9 * t + 3 * c;
-      p[0] = q[0] = corner[c][0] + 0.1f * rng_sign(&r), p[2] = q[2] = corner[c][1] + 0.1f * rng_sign(&r);
-      p[1] = y + 0.01f * rng_sign(&r);
-      q[1] = p[1] + (t % 2 && c < 2 ? 0 : gap * rng_range(&r, 0.5f, 1.5f));
-    }
-  }
-  return w;
-}
-
-static world world_for(kind k, int scale, int offset, int variant) {
-  const bool exact = k == CONVEX || k == ROOMS;
-  world w = exact ? convex_world(variant) : k == LOOSE ? loose_world() : gaps_world();
-  CHECK(!exact || w.m[0].keys > 1 || is_convex(&w.m[0]), "mesh %d is convex", variant);
-  const float s = exact ? exact_scales[scale] : scales[scale], at = offsets[offset] * s;
-  world_place(&w, s, at, -0.5f * at, 0.25f * at);
-  return w;
-}
 
 /* --- geometry in double --- */
 
@@ -171,7 +87,7 @@ static double to_plane(const double x[3], double p[3][3]) {
   return dot(n, n) > 0 ? fabs(dot(d, n)) / sqrt(dot(n, n)) : 0;
 }
 
-/* On lattices this is exact. */
+/* Exact for the multiples of 1/64 below: their differences have 8 bits, so products and sums fit into doubles. */
 static bool same_plane(double p[3][3], double q[3][3]) {
   double n[3], d[3];
   bool same = true;
@@ -181,6 +97,93 @@ static bool same_plane(double p[3][3], double q[3][3]) {
     same &= dot(n, d) == 0;
   }
   return same;
+}
+
+/* --- scenes --- */
+
+static void to_lattice(mesh *m) {
+  for (size_t k = 0; k < (size_t)m->keys * m->nv * 3; k++) m->p[k] = rintf(64 * m->p[k]) / 64;
+}
+
+/* Faces of a box stay plane and parallel while it moves: their vertices have a coordinate in common, at all times. */
+static mesh moving_box(void) {
+  mesh m = mesh_box();
+  mesh_move(&m, 3, 0, 0, 0);
+  for (uint32_t key = 1; key < 3; key++)
+    for (uint32_t v = 0; v < m.nv; v++) {
+      float *p = m.p + 3 * (key * m.nv + v);
+      for (uint32_t k = 0; k < 3; k++) p[k] = p[k] * (float)(1 + (key + k) % 3) / 4 + (float)key * (float)(k + 1) / 16;
+    }
+  return m;
+}
+
+/* A flat tetrahedron, whose angles are sharp: who moves off one face comes through another. */
+static mesh flat_tetrahedron(void) {
+  static const float p[12] = {-1, 0, -1, 1, 0, -1, 0.125f, 0, 1, 0, 0.25f, -0.25f};
+  static const uint32_t i[12] = {0, 1, 2, 0, 3, 1, 1, 3, 2, 2, 3, 0};
+  mesh m = mesh_of(4, 4);
+  memcpy(m.p, p, sizeof p);
+  memcpy(m.i, i, sizeof i);
+  return m;
+}
+
+static mesh ball(void) { return mesh_sphere(1, 0, 1); }
+
+static world convex_world(int variant) {
+  static mesh (*const make[VARIANTS])(void) = {mesh_box, moving_box, flat_tetrahedron, ball};
+  mesh m = make[variant]();
+  to_lattice(&m);
+  return world_of(m);
+}
+
+/* No vertex lies before the plane of a triangle. */
+static bool is_convex(const world *w) {
+  bool behind = true;
+  for (uint32_t t = 0; t < w->m[0].nt; t++) {
+    double p[3][3], n[3], d[3];
+    corners_of(w, 0, t, 0, p);
+    normal_of(p, n);
+    for (uint32_t v = 0; v < w->m[0].nv; v++) {
+      for (uint32_t k = 0; k < 3; k++) d[k] = (double)w->m[0].p[3 * v + k] - p[0][k];
+      behind &= dot(n, d) <= 0;
+    }
+  }
+  return behind;
+}
+
+static world loose_world(void) {
+  world w = world_of(mesh_sphere(1, 0.1f, 1));
+  w.m[1] = mesh_soup(40, 0.5f, 3), w.m[2] = mesh_thin(40, 4), w.n = 3;
+  mesh_move(&w.m[1], 3, 0.2f, 0.2f, 2);
+  return w;
+}
+
+/* Triangles of mesh 0 under those of mesh 1: apart by gaps of all widths, or folded along an edge. */
+static world gaps_world(void) {
+  const uint32_t pairs = 32;
+  world w = world_of(mesh_soup(pairs, 0, 1));
+  w.m[1] = mesh_soup(pairs, 0, 1), w.n = 2;
+  rng r = rng_of(5);
+  for (uint32_t t = 0; t < pairs; t++) {
+    const float gap = powf(10, rng_range(&r, -8, -2)), y = 2 * (float)t / (float)pairs - 1;
+    for (uint32_t c = 0; c < 3; c++) {
+      static const float corner[3][2] = {{-0.9f, -0.8f}, {0.9f, -0.7f}, {0.1f, 0.9f}};
+      float *p = w.m[0].p + 9 * t + 3 * c, *q = w.m[1].p + 9 * t + 3 * c;
+      p[0] = q[0] = corner[c][0] + 0.1f * rng_sign(&r), p[2] = q[2] = corner[c][1] + 0.1f * rng_sign(&r);
+      p[1] = y + 0.01f * rng_sign(&r);
+      q[1] = p[1] + (t % 2 && c < 2 ? 0 : gap * rng_range(&r, 0.5f, 1.5f));
+    }
+  }
+  return w;
+}
+
+static world world_for(kind k, int scale, int offset, int variant) {
+  const bool exact = k == CONVEX || k == ROOMS;
+  world w = exact ? convex_world(variant) : k == LOOSE ? loose_world() : gaps_world();
+    const float s = exact ? exact_scales[scale] : scales[scale], at = offsets[offset] * s;
+  world_place(&w, s, at, -0.5f * at, 0.25f * at);
+  CHECK(!exact || is_convex(&w), "mesh %d is convex", variant);
+  return w;
 }
 
 /* --- a batch of rays that leave surfaces --- */
@@ -372,16 +375,18 @@ static bool leaks(const place *g, size_t i, const pktrt_hit *h) {
   return h->mesh == PKTRT_NONE && (g->what == GAPS || (g->what == CONVEX && g->b->inward[i]));
 }
 
+static void tell(tally *t, int what, bool found) { t->rays[what]++, t->found[what] += found; }
+
 static void judge(const place *g, tally *t) {
   const leaving *b = g->b;
   for (size_t i = 0; i < b->n; i++) {
     const pktrt_hit *h = &b->got[i], *left = &b->from[i].hit;
     const bool hit = h->mesh != PKTRT_NONE;
-    if (g->what == CONVEX || g->what == LOOSE) t->rays[LEFT]++, t->found[LEFT] += h->mesh == left->mesh && h->triangle == left->triangle;
-    if (g->what == CONVEX && !b->inward[i]) t->rays[BODY]++, t->found[BODY] += hit;
-    if (g->what == GAPS || (g->what == CONVEX && b->inward[i]))
-      t->rays[LEAKS]++, t->found[LEAKS] += leaks(g, i, h) && far_from_others(g, i);
-    if (g->what == ROOMS) t->rays[SHADOWS]++, t->found[SHADOWS] += hit && far_from_others(g, i);
+    const bool body = g->what == CONVEX, self = h->mesh == left->mesh && h->triangle == left->triangle;
+    if (body || g->what == LOOSE) tell(t, LEFT, self);
+    if (body && !b->inward[i]) tell(t, BODY, hit);
+    if (g->what == GAPS || (body && b->inward[i])) tell(t, LEAKS, leaks(g, i, h) && far_from_others(g, i));
+    if (g->what == ROOMS) tell(t, SHADOWS, hit && far_from_others(g, i));
   }
 }
 
@@ -393,7 +398,9 @@ static void trace(const place *g, int isa, const pktrt_ray *rays) {
   for (size_t i = 0; i < b->n && g->what == ROOMS; i++) b->got[i].mesh = occluded[i] ? 0 : PKTRT_NONE;
 }
 
-static void add(tally *sum, const tally *t, int what) { sum->rays[what] += t->rays[what], sum->found[what] += t->found[what]; }
+static void add(tally *sum, const tally *t, int what) {
+  sum->rays[what] += t->rays[what], sum->found[what] += t->found[what];
+}
 
 /* All rays on all instruction sets, and their controls on one. */
 static void try_batch(const place *g, tally *of, tally *control, uint64_t *near_leaks, double *farthest) {
@@ -498,7 +505,8 @@ static void secondary_figures(const secondary_run *run_) {
     }
     const uint64_t tried = run_->of[c][isa_count - 1].rays[LEAKS];
     if (!tried) continue;
-    value_figure("secondary", name, PKTRT_ISA_AUTO, tried, "share of leaks within it", (double)run_->leaks[c] / (double)tried, 1);
+    const double share = (double)run_->leaks[c] / (double)tried;
+    value_figure("secondary", name, PKTRT_ISA_AUTO, tried, "share of leaks nearer", share, 1);
     value_figure("secondary", name, PKTRT_ISA_AUTO, tried, "farthest leak in offsets", run_->farthest[c], INFINITY);
   }
 }

@@ -180,7 +180,7 @@ static world gaps_world(void) {
 static world world_for(kind k, int scale, int offset, int variant) {
   const bool exact = k == CONVEX || k == ROOMS;
   world w = exact ? convex_world(variant) : k == LOOSE ? loose_world() : gaps_world();
-    const float s = exact ? exact_scales[scale] : scales[scale], at = offsets[offset] * s;
+  const float s = exact ? exact_scales[scale] : scales[scale], at = offsets[offset] * s;
   world_place(&w, s, at, -0.5f * at, 0.25f * at);
   CHECK(!exact || is_convex(&w), "mesh %d is convex", variant);
   return w;

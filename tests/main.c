@@ -217,7 +217,6 @@ int main(int argc, char **argv) {
   suite_tree();
   suite_truth();
   suite_watertight();
-  suite_culling();
   suite_spawn();
   suite_sampler();
   suite_render();

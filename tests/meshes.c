@@ -269,7 +269,7 @@ static float some_time(rng *r) {
   return k < 8 ? special[k] : rng_unit(r);
 }
 
-static pktrt_ray invalid_ray(rng *r, pktrt_ray x) {
+pktrt_ray invalid_ray(rng *r, pktrt_ray x) {
   static const float odd[5] = {NAN, INFINITY, -INFINITY, 2e30f, -3e38f};
   switch (rng_below(r, 12)) {
   case 0: x.origin[rng_below(r, 3)] = odd[rng_below(r, 5)]; break;

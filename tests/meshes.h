@@ -50,6 +50,8 @@ typedef enum ray_kind {
 extern const char *ray_kind_name[RAYS_KINDS];
 /* Rays number first .. first + n - 1 of a kind. The scene is for RAYS_SPAWNED: they start on its surface. */
 void make_rays(const world *, const pktrt_scene *, ray_kind, uint64_t seed, size_t first, pktrt_ray *, size_t n);
+/* The ray, or another one, with something that makes it invalid. */
+pktrt_ray invalid_ray(rng *, pktrt_ray);
 /* A ray from a point to a point: direction = target - origin, in float. */
 pktrt_ray ray_towards(const float origin[3], const float target[3], float time);
 /* A target on the world's surface at a time: a random vertex, or a random point of a random edge. */

@@ -1,4 +1,4 @@
-/* The library against brute force, bit for bit, and against an ideal oracle in double; watertightness; conservative culling. */
+/* The library against brute force, bit for bit, and against an ideal oracle in double; watertightness. */
 #include "meshes.h"
 
 /* Everything a ray can be answered by, one call after the other: -1 if all agree with *want, else the number of the way. */
@@ -402,78 +402,3 @@ void suite_watertight(void) {
   run("closed moving meshes have no pinholes at vertices and edges", watertight_moving);
   run("fans have no pinhole at the hub", watertight_fans);
 }
-
-/* --- culling --- */
-
-bool noslack_trace(const world *, pktrt_isa, pktrt_path, const pktrt_ray *, pktrt_hit *, size_t n);
-
-/* Rays in the planes of boxes and at silhouettes: what boxes without slack lose. */
-static void grazing_rays(const world *w, uint64_t seed, pktrt_ray *out, size_t n) {
-  for (size_t j = 0; j < n; j++) {
-    rng r = rng_of(seed + j);
-    float o[3], p[3];
-    pick_vertex(w, &r, 0.5f, p);
-    random_point(w, &r, 2, o);
-    uint32_t a = rng_below(&r, 3);
-    if (j % 4 == 0) o[a] = p[a];                            /* in an axis-parallel plane through a vertex */
-    if (j % 4 == 1) o[a] = p[a], o[(a + 1) % 3] = p[(a + 1) % 3]; /* axis-parallel through a vertex */
-    if (j % 4 == 3) {                                       /* into the middle of a triangle: these hardly need slack */
-      const mesh *m = &w->m[rng_below(&r, w->n)];
-      uint32_t t = rng_below(&r, m->nt);
-      float v[3][3];
-      for (uint32_t c = 0; c < 3; c++) ref_vertex(m, m->i[3 * t + c], 0.5f, v[c]);
-      for (int k = 0; k < 3; k++) p[k] = (v[0][k] + v[1][k] + v[2][k]) / 3;
-    }
-    out[j] = ray_towards(o, p, 0.5f);
-    if (j % 8 == 7) out[j].tmax = nextafterf(1, 2), out[j].tmin = nextafterf(1, 0);
-  }
-}
-
-static void culling(void) {
-  static const float offsets[4] = {0, 3, 100, 1e4f};
-  size_t n = scaled(10000), lost = 0, lost_without = 0, rays_all = 0, hits = 0, middle = 0, lost_middle = 0;
-  pktrt_ray *rays = calloc(n, sizeof *rays);
-  pktrt_hit *want = calloc(n, sizeof *want), *got = calloc(n, sizeof *got);
-  if (!rays || !want || !got) abort();
-  for (int i = 0; i < 4; i++) {
-    for (int moves = 0; moves < 2; moves++) {
-      world w = world_of(mesh_sphere(3, 0.1f, 3));
-      w.m[w.n++] = mesh_soup(50, 0.3f, 4);
-      if (moves) mesh_move(&w.m[0], 2, 0.1f, 0.02f, 5);
-      world_place(&w, 1, offsets[i], 0.3f * offsets[i], -offsets[i]);
-      grazing_rays(&w, 7, rays, n);
-      for (size_t j = 0; j < n; j++) hits += ref_intersect(&w, &rays[j], &want[j]);
-      rays_all += n;
-      for (int path = PKTRT_PATH_FAST; path <= PKTRT_PATH_SINGLE; path++) {
-        for (int k = 0; k < isa_count; k++) {
-          pktrt_query_desc q;
-          memset(&q, 0, sizeof q);
-          q.path = (pktrt_path)path;
-          pktrt_scene *s = world_scene(&w, isas[k], 0);
-          size_t m = path == PKTRT_PATH_PAPER ? n / 4 : n;
-          pktrt_intersect_ex(s, &q, rays, got, m);
-          for (size_t j = 0; j < m; j++) lost += !same_bits(&got[j], &want[j], sizeof *got);
-          pktrt_scene_destroy(s);
-          if (k) continue; /* the control: one instruction set is enough */
-          CHECK(noslack_trace(&w, isas[k], q.path, rays, got, m));
-          for (size_t j = 0; j < m; j++) {
-            bool gone = want[j].mesh != PKTRT_NONE && !same_bits(&got[j], &want[j], sizeof *got);
-            lost_without += gone;
-            middle += j % 4 == 3, lost_middle += j % 4 == 3 && gone;
-          }
-        }
-      }
-      world_free(&w);
-    }
-  }
-  say("%zu rays, %zu hits; lost by culling %zu; with the slack removed %zu, of rays into the middle of triangles %zu of %zu", rays_all, hits, lost,
-      lost_without, lost_middle, middle);
-  CHECK(lost == 0, "%zu answers lost", lost);
-  CHECK(lost_without > 0, "without slack something is lost, else this test shows nothing");
-  CHECK(lost_middle < middle / 10, "what is lost without slack is what grazes");
-  free(rays);
-  free(want);
-  free(got);
-}
-
-void suite_culling(void) { run("culling loses no hit of grazing rays, and loses some when its slack is removed", culling); }

@@ -250,7 +250,7 @@ static void cross(const float a[3], const float b[3], float out[3]) {
   for (int k = 0; k < 3; k++) out[k] = a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
 }
 
-static bool moller_trumbore(const pktrt_ray *r, float v[3][3], float *t, float *u, float *w) {
+bool plain_moller_trumbore(const pktrt_ray *r, float v[3][3], float *t, float *u, float *w) {
   float e1[3], e2[3], p[3], q[3], s[3];
   sub(v[1], v[0], e1), sub(v[2], v[0], e2), sub(r->origin, v[0], s);
   cross(r->direction, e2, p);
@@ -264,7 +264,7 @@ static bool moller_trumbore(const pktrt_ray *r, float v[3][3], float *t, float *
   return *u >= 0 && *w >= 0 && *u + *w <= 1;
 }
 
-static bool kensler_shirley(const pktrt_ray *r, float v[3][3], float *t, float *u, float *w) {
+bool plain_kensler_shirley(const pktrt_ray *r, float v[3][3], float *t, float *u, float *w) {
   float e0[3], e1[3], n[3], c[3], i[3];
   sub(v[1], v[0], e0), sub(v[0], v[2], e1), sub(v[0], r->origin, c);
   cross(e1, e0, n);
@@ -290,8 +290,8 @@ static bool plain(const world *w, const pktrt_ray *r, pktrt_hit *h, plain_test *
   return h->mesh != PKTRT_NONE;
 }
 
-bool ref_moller_trumbore(const world *w, const pktrt_ray *r, pktrt_hit *h) { return plain(w, r, h, moller_trumbore); }
-bool ref_kensler_shirley(const world *w, const pktrt_ray *r, pktrt_hit *h) { return plain(w, r, h, kensler_shirley); }
+bool ref_moller_trumbore(const world *w, const pktrt_ray *r, pktrt_hit *h) { return plain(w, r, h, plain_moller_trumbore); }
+bool ref_kensler_shirley(const world *w, const pktrt_ray *r, pktrt_hit *h) { return plain(w, r, h, plain_kensler_shirley); }
 
 /* --- oracle ---
    In the ray's sheared frame (origin 0, direction along z) the ideal vertices are X = p_u - S_u p_k, Y likewise, Z = p_k with

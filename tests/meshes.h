@@ -71,6 +71,9 @@ bool ref_intersect(const world *, const pktrt_ray *, pktrt_hit *);
 /* Plain float tests, for controls: Moeller and Trumbore 1997; Kensler and Shirley 2006. */
 bool ref_moller_trumbore(const world *, const pktrt_ray *, pktrt_hit *);
 bool ref_kensler_shirley(const world *, const pktrt_ray *, pktrt_hit *);
+/* Of one triangle: t, u, v, written even where it is refused for u or v, and whether it is taken. */
+bool plain_moller_trumbore(const pktrt_ray *, float corner[3][3], float *t, float *u, float *v);
+bool plain_kensler_shirley(const pktrt_ray *, float corner[3][3], float *t, float *u, float *v);
 
 /* The ideal answer in double, with intervals for what float rounding may change. */
 typedef enum verdict {

@@ -117,27 +117,38 @@ typedef struct ref_walk {
   const world *w;
   const pktrt_ray *r;
   uint32_t mesh, triangle, next, end, sp, stack[64];
+  double o[3], inverse[3], pad; /* pad: as far as it is known before the node is */
 } ref_walk;
 
+static double most_of(double a, double b) { return a > b ? a : b; }
+static double least_of(double a, double b) { return a < b ? a : b; }
+
 static ref_walk walk_of(const world *w, const pktrt_ray *r) {
-  ref_walk k = {w, r, 0, UINT32_MAX, 0, 0, 1, {0}};
+  ref_walk k;
+  double O = 0;
+  k.w = w, k.r = r, k.mesh = 0, k.triangle = UINT32_MAX, k.next = k.end = 0, k.sp = 1, k.stack[0] = 0;
+  for (int a = 0; a < 3; a++)
+    k.o[a] = (double)r->origin[a], k.inverse[a] = 1 / (double)r->direction[a], O = most_of(O, fabs(k.o[a]));
+  k.pad = (w->tree && w->tree->moves ? 0x1p-21 * O : 0) + 0x1p-140;
   return k;
 }
 
 /* The line of the ray, and a box made wider. */
-static bool line_meets(const ref_node *n, const pktrt_ray *r, bool moves) {
-  double M = 0, O = 0, from = -INFINITY, to = INFINITY;
-  for (int k = 0; k < 3; k++) {
-    const double o = (double)r->origin[k];
-    M = fmax(M, fmax(fabs((double)n->lo[k] - o), fabs((double)n->hi[k] - o))), O = fmax(O, fabs(o));
+static bool line_meets(const ref_node *n, const ref_walk *k) {
+  double lo[3], hi[3], M = 0, from = -INFINITY, to = INFINITY;
+  for (int a = 0; a < 3; a++) {
+    lo[a] = (double)n->lo[a] - k->o[a], hi[a] = (double)n->hi[a] - k->o[a];
+    M = most_of(M, most_of(fabs(lo[a]), fabs(hi[a])));
   }
-  const double pad = 0x1p-20 * M + (moves ? 0x1p-21 * O : 0) + 0x1p-140;
-  for (int k = 0; k < 3; k++) {
-    const double o = (double)r->origin[k], d = (double)r->direction[k];
-    const double lo = (double)n->lo[k] - pad - o, hi = (double)n->hi[k] + pad - o;
-    if (d == 0 && (lo > 0 || hi < 0)) return false;
-    if (d == 0) continue;
-    from = fmax(from, fmin(lo / d, hi / d)), to = fmin(to, fmax(lo / d, hi / d));
+  const double pad = 0x1p-20 * M + k->pad;
+  for (int a = 0; a < 3; a++) {
+    const double l = lo[a] - pad, h = hi[a] + pad;
+    if (k->r->direction[a] == 0) {
+      if (l > 0 || h < 0) return false;
+      continue;
+    }
+    const double x = l * k->inverse[a], y = h * k->inverse[a];
+    from = most_of(from, least_of(x, y)), to = least_of(to, most_of(x, y));
   }
   return from <= to;
 }
@@ -152,7 +163,7 @@ static bool walk_next(ref_walk *k) {
   while (k->next == k->end) {
     if (!k->sp) return false;
     const ref_node *n = &tree->node[k->stack[--k->sp]];
-    if (!line_meets(n, k->r, tree->moves)) continue;
+    if (!line_meets(n, k)) continue;
     if (n->count) k->next = n->first, k->end = n->first + n->count;
     else k->stack[k->sp++] = n->left + 1, k->stack[k->sp++] = n->left;
   }
@@ -250,7 +261,7 @@ static void cross(const float a[3], const float b[3], float out[3]) {
   for (int k = 0; k < 3; k++) out[k] = a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
 }
 
-static bool moller_trumbore(const pktrt_ray *r, float v[3][3], float *t, float *u, float *w) {
+bool plain_moller_trumbore(const pktrt_ray *r, float v[3][3], float *t, float *u, float *w) {
   float e1[3], e2[3], p[3], q[3], s[3];
   sub(v[1], v[0], e1), sub(v[2], v[0], e2), sub(r->origin, v[0], s);
   cross(r->direction, e2, p);
@@ -264,7 +275,7 @@ static bool moller_trumbore(const pktrt_ray *r, float v[3][3], float *t, float *
   return *u >= 0 && *w >= 0 && *u + *w <= 1;
 }
 
-static bool kensler_shirley(const pktrt_ray *r, float v[3][3], float *t, float *u, float *w) {
+bool plain_kensler_shirley(const pktrt_ray *r, float v[3][3], float *t, float *u, float *w) {
   float e0[3], e1[3], n[3], c[3], i[3];
   sub(v[1], v[0], e0), sub(v[0], v[2], e1), sub(v[0], r->origin, c);
   cross(e1, e0, n);
@@ -290,8 +301,8 @@ static bool plain(const world *w, const pktrt_ray *r, pktrt_hit *h, plain_test *
   return h->mesh != PKTRT_NONE;
 }
 
-bool ref_moller_trumbore(const world *w, const pktrt_ray *r, pktrt_hit *h) { return plain(w, r, h, moller_trumbore); }
-bool ref_kensler_shirley(const world *w, const pktrt_ray *r, pktrt_hit *h) { return plain(w, r, h, kensler_shirley); }
+bool ref_moller_trumbore(const world *w, const pktrt_ray *r, pktrt_hit *h) { return plain(w, r, h, plain_moller_trumbore); }
+bool ref_kensler_shirley(const world *w, const pktrt_ray *r, pktrt_hit *h) { return plain(w, r, h, plain_kensler_shirley); }
 
 /* --- oracle ---
    In the ray's sheared frame (origin 0, direction along z) the ideal vertices are X = p_u - S_u p_k, Y likewise, Z = p_k with

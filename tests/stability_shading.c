@@ -111,7 +111,7 @@ static double furnace_albedo(const furnace *f, double cosine, double share, int 
   const pktrt_material *m = &f->look;
   const double base = (double)m->albedo[channel], tint = (double)m->reflectance[channel];
   const double r = fresnel_exact(cosine, f->inside ? 1 / ior_of(m) : ior_of(m)), factor = tint > 0 ? tint : 1;
-  *chance = fmin(share, 1 - share);
+  *chance = fabs(2 * share - floor(2 * share + 0.5)) / 2; /* also of what is not even: samples are stratified */
   switch (m->specular) {
   case PKTRT_SPECULAR_NONE: return base;
   case PKTRT_SPECULAR_MIRROR: return base + tint * share;
@@ -365,7 +365,7 @@ static void spheres(void) { jobs_for(COUNT(balls), ball_job, (void *)(uintptr_t)
    is off by 17 u c^2 / eta^2 from c, by 5 u (1 - c^2) / eta^2 from two operations, the division and the rounding of eta = 1 /
    ior, and by u from the last one, half of an ulp of 1 and more than its own rounding, for k < 1. Amplitudes (c - eta c') /
    (c + eta c') are off by 8 u if c' and c are given, hence F by 16 u, and 8 u are left for the sum and the weights. So F must
-   lie within 24 u of the values for c (1 +- 8 u) and k +- that error: near the critical angle a small error of k is a large
+   lie within 24 u of the values for c (1 +- 8 u) and k +- that error, and between: near the critical angle a small error of k is a large
    one of F, as in nature.
 
    Where eta is 1, nothing changes, and nothing may be seen. */
@@ -396,8 +396,10 @@ static window fresnel_window(double c, double eta) {
   const double k = 1 - (1 - c * c) / (eta * eta);
   const double e = ulp * ((17 * c * c + 5 * (1 - c * c)) / (eta * eta) + 1);
   window w = {fresnel_of(c, k, eta), 0, k + e < 0, k - e > 0};
-  for (int i = 0; i < 4; i++) {
-    const double near = fresnel_of(fmin(c * (i & 1 ? 1 + 8 * ulp : 1 - 8 * ulp), 1), i & 2 ? k + e : k - e, eta);
+  for (int i = 0; i < 8; i++) { /* between the ends, amplitudes may be zero */
+    const double turn = i < 6 ? eta * eta * c * c : c * c / (eta * eta), at = i < 2 ? k - e : i < 4 ? k + e : turn;
+    if (fabs(at - k) > e * 1.000001) continue;
+    const double near = fresnel_of(fmin(c * (i & 1 ? 1 + 8 * ulp : 1 - 8 * ulp), 1), at, eta);
     w.slack = fmax(w.slack, fabs(near - w.want));
   }
   w.slack += 24 * ulp;

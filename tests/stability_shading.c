@@ -759,9 +759,10 @@ static void dark_job(void *arg, size_t i) {
     compare_aside(first, other, n, &t);
     stages_close(&s), stages_close(&lit);
   }
+  const uint64_t pixels = (uint64_t)w * w * 3 * kinds;
   report(name, &t, "a light with size");
-  count_figure(part, name, PKTRT_ISA_AUTO, t.rays, "pixels lit by lights without size", bright);
-  control_figure(part, name, "pixels lit by lights without size", "size and height", t.rays, control);
+  count_figure(part, name, PKTRT_ISA_AUTO, pixels, "pixels lit by lights without size", bright);
+  control_figure(part, name, "pixels lit by lights without size", "size and height", pixels, control);
   free(first), free(other);
 }
 
@@ -821,9 +822,10 @@ static void tiny_job(void *arg, size_t i) {
     check_tiny(&d, &light, &beyond, &control);
     stages_close(&s);
   }
+  const uint64_t pixels = (uint64_t)w * w * 3 * COUNT(sizes);
   report(name, &t, "");
-  count_figure(part, name, PKTRT_ISA_AUTO, t.rays, "pixels off the limit of small lights", beyond);
-  control_figure(part, name, "pixels off the limit of small lights", "light more by 1%", t.rays, control);
+  count_figure(part, name, PKTRT_ISA_AUTO, pixels, "pixels off the limit of small lights", beyond);
+  control_figure(part, name, "pixels off the limit of small lights", "light more by 1%", pixels, control);
   free(first), free(other);
 }
 

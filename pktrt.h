@@ -6622,8 +6622,10 @@ static void NAME(find)(const pktrt_scene *scene, bool smooth, const pktrt__wave 
 
 /* Mirror and refracted directions and the Fresnel reflectance of surfaces i to i + 7, whose eta is set. With c the
    cosine before the surface and c' = sqrt(1 - (1 - c^2) / eta^2) behind it, R is the mean of
-   ((c - eta c') / (c + eta c'))^2 and ((eta c - c') / (eta c + c'))^2; no real c' is total reflection. What bends to
-   the wrong side of the triangle, which smooth normals can bring about, is taken about the triangle's own normal. */
+   ((c - eta c') / (c + eta c'))^2 and ((eta c - c') / (eta c + c'))^2; no real c' is total reflection. Where eta is 1,
+   c' is c: from 1 - (1 - c^2) it would not come back at grazing angles, and nothing would be seen as a mirror. What
+   bends to the wrong side of the triangle, which smooth normals can bring about, is taken about the triangle's own
+   normal. */
 STEP void NAME(scatter)(pktrt__surfaces *s, uint32_t i) {
   v8 d[3], n[3], f[3], r[3], t[3];
   NAME(load3)(d, s->d, i);
@@ -6636,8 +6638,10 @@ STEP void NAME(scatter)(pktrt__surfaces *s, uint32_t i) {
   ROLL_OUT for (int a = 0; a < 3; a++) r[a] = vsel(below, vadd(d[a], vmul(vadd(cf, cf), f[a])), r[a]);
   NAME(unit)(r, f);
   NAME(store3)(s->mirror, i, r);
-  const v8 k = vsub(one, vdiv(vsub(one, vmul(c, c)), vmul(eta, eta))), c2 = vsqrt(vmax(k, zero));
-  const v8 kf = vsub(one, vdiv(vsub(one, vmul(cf, cf)), vmul(eta, eta))), cf2 = vsqrt(vmax(kf, zero));
+  const m8 same = veq(eta, one);
+  const v8 cc = vmul(c, c), ccf = vmul(cf, cf), ee = vmul(eta, eta);
+  const v8 k = vsel(same, cc, vsub(one, vdiv(vsub(one, cc), ee))), c2 = vsqrt(vmax(k, zero));
+  const v8 kf = vsel(same, ccf, vsub(one, vdiv(vsub(one, ccf), ee))), cf2 = vsqrt(vmax(kf, zero));
   const v8 ec = vmul(eta, c), ec2 = vmul(eta, c2);
   const v8 rs = vdiv(vsub(c, ec2), vadd(c, ec2)), rp = vdiv(vsub(ec, c2), vadd(ec, c2));
   vstore(s->fresnel + i, vsel(vlt(zero, k), vmul(vset(0.5f), vadd(vmul(rs, rs), vmul(rp, rp))), one));
@@ -9303,14 +9307,19 @@ static void pktrt__find_targets(pktrt__work *work, const pktrt__wave *w, uint32_
   }
 }
 
-/* What Phong lobes of surfaces i to i + 7 reflect of a light that stands in direction `to`, per irradiance. */
+/* What Phong lobes of surfaces i to i + 7 reflect of a light that stands in direction `to`, per irradiance. WHY the
+   division: unit vectors of float are not quite, and lobes of exponent 10^6 became brighter or darker by a tenth. */
 static void pktrt__shine(const pktrt_scene *scene, const pktrt__surfaces *s, uint32_t i, uint32_t lanes, float (*to)[8],
                          float lobe[8]) {
   for (; lanes; lanes &= lanes - 1) {
     const uint32_t j = pktrt__lowest(lanes);
     const double n = (double)pktrt__look(scene, s->material[i + j])->exponent;
-    double cosine = 0;
-    for (int a = 0; a < 3; a++) cosine += (double)to[a][j] * (double)s->mirror[a][i + j];
+    double cosine = 0, to2 = 0, mirror2 = 0;
+    for (int a = 0; a < 3; a++) {
+      const double t = (double)to[a][j], m = (double)s->mirror[a][i + j];
+      cosine += t * m, to2 += t * t, mirror2 += m * m;
+    }
+    cosine /= sqrt(to2 * mirror2);
     /* cos^n <= exp(-n (1 - cos)): far from narrow lobes nothing is left of a float */
     if (!(cosine > 0) || (n < 65536 && n * (1 - cosine) > 128)) continue;
     lobe[j] = (float)((n + 1) * 0.15915494309189533577 * pktrt__pow(pktrt__min(cosine, 1), n));

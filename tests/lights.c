@@ -661,28 +661,6 @@ static void unseen(void) {
   }
 }
 
-/* Lights without area give no light, and no NaN. */
-static void no_area(void) {
-  quad line = {{0, 1, 0}, {{1, 0, 0}, {2, 0, 0}}}, point = {{0, 1, 0}, {{0, 0, 0}, {0, 0, 0}}},
-       lamp = quad_of(vec_of(0, 1, 0), vec_of(1, 0, 0), vec_of(0, 0, 1));
-  for (int i = 0; i < 6; i++) {
-    pktrt_scene *s = i % 2 ? glossy_open(exponent) : patch_open(NULL);
-    pktrt_light l = i < 2   ? quad_light(&line, 1e6)
-                    : i < 4 ? quad_light(&point, 1e6)
-                            : sphere_light(vec_of(0, 1, 0), 0, 1e6);
-    stage_light(s, &l);
-    stage_commit(s);
-    for (int mode = PKTRT_MODE_RCS; mode <= PKTRT_MODE_DRT; mode++) {
-      double got = patch_value(s, (pktrt_mode)mode);
-      CHECK(got == 0, "case %d, mode %d: %g", i, mode, got);
-    }
-    l = quad_light(&lamp, 1);
-    stage_light(s, &l);
-    CHECK(patch_value(s, PKTRT_MODE_WRT) > 0.1, "the control: with area it does");
-    pktrt_scene_destroy(s);
-  }
-}
-
 void suite_lights(void) {
   run("a quad light gives its form factor, by every sampler", quad_lights);
   run("a sphere light gives pi L (R / d)^2 cos", sphere_lights);
@@ -704,5 +682,4 @@ void suite_lights(void) {
   run("the environment is counted once", environment_once);
   run("lights show in Phong lobes by the value of the lobe", highlights);
   run("the camera and ideal mirrors see emitting meshes, not lights", unseen);
-  run("lights without area give no light", no_area);
 }

@@ -472,74 +472,7 @@ static void lobes(void) {
   }
 }
 
-/* Metal and coat weigh the lobe by Fresnel at the angle of view. */
-static void lobes_of_metal_and_coat(void) {
-  quad floor = quad_of(vec_of(0, 0, 0), vec_of(0, 0, 10), vec_of(10, 0, 0));
-  double angle = 60 * PI / 180, share = lobe_moment(20, angle, 0);
-  for (int kind = 0; kind < 2; kind++) {
-    pktrt_scene *scene = stage_open();
-    pktrt_material m = surface_material(kind ? METAL : COAT);
-    m.lobe = PKTRT_LOBE_PHONG, m.exponent = 20;
-    stage_quad(scene, &floor, stage_material(scene, &m));
-    stage_commit(scene);
-    pktrt_render_desc d = stage_spot(vec_of(-2 * sin(angle), 2 * cos(angle), 0), vec_of(0, 0, 0));
-    d.background[0] = 1, d.ambient[0] = 0.5f;
-    estimate e = stage_estimate(scene, &d, 16);
-    double f = kind ? conductor_exact(0.5, (double)gold_n[0], (double)gold_k[0]) : fresnel_exact(0.5, 1.5);
-    double base = kind ? 0 : (1 - f) * 0.4 * 0.5;
-    check_estimate(kind ? "metal" : "coat", &e, f * share + base, f * share * 0.97 + base, 0.01);
-    pktrt_scene_destroy(scene);
-  }
-}
-
-/* --- energy --- */
-
-/* Spheres that fill the picture, in a world that shines with radiance 1 from everywhere. Facets of glass can trap a ray
-   until the depth limit cuts it off. That is all that may be missing; in DRT it is counted: a sample for each ray. */
-static void furnace_of(const mesh *ball, int kind, pktrt_mode mode, uint32_t max_depth) {
-  enum { N = 32 };
-  static const char *const name[4] = {"diffuse", "mirror", "coat over white", "glass"};
-  float *got = stage_pixels(N * N * 3);
-  pktrt_scene *scene = stage_open();
-  pktrt_material m = material_of(0.7, PKTRT_SPECULAR_NONE, 0);
-  pktrt_light l = light_of(PKTRT_LIGHT_ENVIRONMENT, 1);
-  pktrt_stats stats;
-  memset(&stats, 0, sizeof stats);
-  if (kind == 1) m = material_of(0, PKTRT_SPECULAR_MIRROR, 1);
-  if (kind == 2) m = material_of(1, PKTRT_SPECULAR_COAT, 0);
-  if (kind == 3) m = material_of(0, PKTRT_SPECULAR_DIELECTRIC, 0);
-  stage_mesh(scene, ball, stage_material(scene, &m));
-  stage_light(scene, &l);
-  stage_commit(scene);
-  pktrt_render_desc d = stage_view(mode, N, N, got, vec_of(0.1, 0.7, 3), vec_of(0, 0, 0));
-  d.background[0] = d.background[1] = d.background[2] = 1, d.camera.fov_y = 22, d.max_depth = max_depth;
-  d.samples = mode == PKTRT_MODE_DRT ? 4 : 1, d.stats = &stats;
-  stage_render(scene, &d);
-  double want = kind == 0 ? (double)0.7f : 1, least = 9, most = -9, lost = 0;
-  double cut = kind == 3 ? (double)stats.by_depth[max_depth].hits : 0;
-  for (int i = 0; i < N * N; i++) {
-    double v = (double)got[3 * i];
-    least = fmin(least, v), most = fmax(most, v), lost += (want - v) * d.samples;
-  }
-  say("%s, %s, depth %u: %.7f to %.7f; %.4f samples lost, %g cut off", name[kind],
-      mode == PKTRT_MODE_WRT ? "WRT" : "DRT", max_depth, least, most, lost, cut);
-  CHECK(most <= want + 1e-5, "%s: energy gained: %.7f", name[kind], most);
-  CHECK(kind == 3 || least >= want - 1e-5, "%s: energy lost: %.7f", name[kind], least);
-  CHECK(mode == PKTRT_MODE_WRT || fabs(lost - cut) < 0.01, "%s: %.4f lost, %g cut off", name[kind], lost, cut);
-  CHECK(max_depth < 50 || lost < 0.002 * N * N * d.samples, "%s: %.4f samples lost", name[kind], lost);
-  CHECK(max_depth == 50 || lost > 1, "the control: at depth 3 some are: %.4f", lost);
-  pktrt_scene_destroy(scene);
-  free(got);
-}
-
-static void furnace(void) {
-  mesh ball = mesh_sphere(4, 0, 1);
-  for (int kind = 0; kind < 4; kind++) furnace_of(&ball, kind, PKTRT_MODE_DRT, 50);
-  furnace_of(&ball, 1, PKTRT_MODE_WRT, 50);
-  furnace_of(&ball, 3, PKTRT_MODE_WRT, 50);
-  for (int mode = PKTRT_MODE_WRT; mode <= PKTRT_MODE_DRT; mode++) furnace_of(&ball, 3, (pktrt_mode)mode, 3);
-  mesh_free(&ball);
-}
+/* --- energy; furnaces are in stability_shading.c --- */
 
 /* A slab in the furnace: what max_depth D leaves out is (1 - F) F^(D-1). */
 static void residual(void) {
@@ -732,8 +665,6 @@ void suite_shading(void) {
   run("what lies within glass is dimmed on both ways", within_glass);
   run("a prism reflects totally beyond the critical angle only", prisms);
   run("the Phong lobe has the mean and the norm of its closed form", lobes);
-  run("metal and coat weigh their lobe by Fresnel", lobes_of_metal_and_coat);
-  run("in a furnace nothing is brighter or darker than it should be", furnace);
   run("what the depth limit leaves out of a slab is a geometric series", residual);
   run("a texture changes albedo, reflectance and emission by position", textures);
   run("a shader replaces everything else", shaders);

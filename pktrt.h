@@ -6621,11 +6621,10 @@ static void NAME(find)(const pktrt_scene *scene, bool smooth, const pktrt__wave 
 }
 
 /* Mirror and refracted directions and the Fresnel reflectance of surfaces i to i + 7, whose eta is set. With c the
-   cosine before the surface and c' = sqrt(1 - (1 - c^2) / eta^2) behind it, R is the mean of
-   ((c - eta c') / (c + eta c'))^2 and ((eta c - c') / (eta c + c'))^2; no real c' is total reflection. Where eta is 1,
-   c' is c: from 1 - (1 - c^2) it would not come back at grazing angles, and nothing would be seen as a mirror. What
-   bends to the wrong side of the triangle, which smooth normals can bring about, is taken about the triangle's own
-   normal. */
+   cosine before the surface and c' = sqrt(c^2 + (eta^2 - 1)) / eta behind it, R is the mean of ((c - eta c') / (c +
+   eta c'))^2 and ((eta c - c') / (eta c + c'))^2; no real c' is total reflection. eta^2 - 1 as a product: where eta is
+   1, c' is c, and next to it c' is right at grazing angles, where 1 - (1 - c^2) / eta^2 would not be. What bends to the
+   wrong side of the triangle, which smooth normals can bring about, is taken about the triangle's own normal. */
 STEP void NAME(scatter)(pktrt__surfaces *s, uint32_t i) {
   v8 d[3], n[3], f[3], r[3], t[3];
   NAME(load3)(d, s->d, i);
@@ -6638,10 +6637,9 @@ STEP void NAME(scatter)(pktrt__surfaces *s, uint32_t i) {
   ROLL_OUT for (int a = 0; a < 3; a++) r[a] = vsel(below, vadd(d[a], vmul(vadd(cf, cf), f[a])), r[a]);
   NAME(unit)(r, f);
   NAME(store3)(s->mirror, i, r);
-  const m8 same = veq(eta, one);
-  const v8 cc = vmul(c, c), ccf = vmul(cf, cf), ee = vmul(eta, eta);
-  const v8 k = vsel(same, cc, vsub(one, vdiv(vsub(one, cc), ee))), c2 = vsqrt(vmax(k, zero));
-  const v8 kf = vsel(same, ccf, vsub(one, vdiv(vsub(one, ccf), ee))), cf2 = vsqrt(vmax(kf, zero));
+  const v8 more = vmul(vsub(eta, one), vadd(eta, one));
+  const v8 k = vadd(vmul(c, c), more), c2 = vdiv(vsqrt(vmax(k, zero)), eta);
+  const v8 kf = vadd(vmul(cf, cf), more), cf2 = vdiv(vsqrt(vmax(kf, zero)), eta);
   const v8 ec = vmul(eta, c), ec2 = vmul(eta, c2);
   const v8 rs = vdiv(vsub(c, ec2), vadd(c, ec2)), rp = vdiv(vsub(ec, c2), vadd(ec, c2));
   vstore(s->fresnel + i, vsel(vlt(zero, k), vmul(vset(0.5f), vadd(vmul(rs, rs), vmul(rp, rp))), one));
@@ -8226,9 +8224,9 @@ PKTRT_DEF void pktrt_map_phong_naive(const float u[2], const float axis[3], floa
 
 /* Exact Fresnel equations, unpolarised (Born and Wolf, Principles of Optics). */
 PKTRT_DEF float pktrt_fresnel_dielectric(float cosine, float eta) {
-  const double c = pktrt__min(pktrt__max((double)cosine, 0), 1), e = (double)eta, k = 1 - (1 - c * c) / (e * e);
+  const double c = pktrt__min(pktrt__max((double)cosine, 0), 1), e = (double)eta, k = c * c + (e - 1) * (e + 1);
   if (!(k > 0)) return 1;
-  const double b = sqrt(k), s = (c - e * b) / (c + e * b), p = (e * c - b) / (e * c + b);
+  const double b = sqrt(k) / e, s = (c - e * b) / (c + e * b), p = (e * c - b) / (e * c + b);
   return (float)(0.5 * (s * s + p * p));
 }
 

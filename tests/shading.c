@@ -131,7 +131,7 @@ static void fresnel_conductors(void) {
 }
 
 /* The same equations as they stand in books, which divide 0 by 0 at some limits. */
-static double conductor_plain(double c, double eta, double k) {
+DIVIDES_BY_ZERO static double conductor_plain(double c, double eta, double k) {
   double c2 = c * c, s2 = 1 - c2, m = eta * eta - k * k - s2, ab = sqrt(m * m + 4 * eta * eta * k * k);
   double a = sqrt(fmax(0, (ab + m) / 2)), s = (ab + c2 - 2 * a * c) / (ab + c2 + 2 * a * c);
   return s * (1 + (c2 * ab + s2 * s2 - 2 * a * c * s2) / (c2 * ab + s2 * s2 + 2 * a * c * s2)) / 2;

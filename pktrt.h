@@ -8210,7 +8210,7 @@ PKTRT_DEF void pktrt_map_phong_naive(const float u[2], const float axis[3], floa
 PKTRT_DEF float pktrt_fresnel_dielectric(float cosine, float eta) {
   const double c = pktrt__min(pktrt__max((double)cosine, 0), 1), e = (double)eta;
   const double k = e * e > 0 ? 1 - (1 - c * c) / (e * e) : 0;
-  if (!(k > 0)) return 1;
+  if (!(k > 0) || e > FLT_MAX) return 1; /* infinite: the limit */
   const double b = sqrt(k), s = (c - e * b) / (c + e * b), p = (e * c - b) / (e * c + b);
   return (float)(0.5 * (s * s + p * p));
 }

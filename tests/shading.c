@@ -145,6 +145,7 @@ static void fresnel_limits(void) {
     float got = pktrt_fresnel_conductor(c, eta, k);
     CHECK(got >= 0 && got <= 1, "cosine %g, %g + %gi: %.9g", (double)c, (double)eta, (double)k, (double)got);
     CHECK(c > 0 || got == 1, "cosine 0, %g + %gi: all is reflected, not %.9g", (double)eta, (double)k, (double)got);
+    CHECK(pktrt_fresnel_dielectric(c, INFINITY) == 1 && pktrt_fresnel_dielectric(c, 0) == 1, "cosine %g, glass", (double)c);
     double plain = conductor_plain((double)c, (double)eta, (double)k);
     off += !(plain >= 0 && plain <= 1);
   }

@@ -105,8 +105,8 @@ static const char *compare_paths(const pktrt_scene *s, feed odd, const pktrt_ray
   pktrt_hit hit[RAYS];
   bool occluded[RAYS];
   pktrt_stats stats;
-  uint64_t valid = 0;
-  for (uint32_t i = 0; i < n; i++) valid += ref_valid(&rays[i]);
+  uint64_t valid = 0, hits = 0;
+  for (uint32_t i = 0; i < n; i++) valid += ref_valid(&rays[i]), hits += want[i].mesh != PKTRT_NONE;
   pktrt_intersect_n(s, rays, hit, n);
   if (broken && n) hit[n / 2].t += 1, hit[n / 2].u = 2; /* the control */
   if (!same_hits(hit, want, n)) return "pktrt_intersect_n and single calls differ.";
@@ -122,7 +122,7 @@ static const char *compare_paths(const pktrt_scene *s, feed odd, const pktrt_ray
     if (d.stats) {
       uint64_t counted = 0;
       for (int type = 0; type < PKTRT_RAY_TYPE_COUNT; type++) counted += stats.by_type[type].rays;
-      if (counted != valid) return "Not every valid ray is counted.";
+      if (counted < hits || counted > valid) return "Rays that hit are not counted, or rays that are not valid are.";
     }
     pktrt_occluded_ex(s, &d, rays, occluded, n);
     for (uint32_t i = 0; i < n; i++)

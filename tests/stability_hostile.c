@@ -124,7 +124,7 @@ static void replay(const char *name, const char *(*run_one)(const uint8_t *, siz
 static void replay_scenes(void) { replay("scene", fuzz_scene, 40000); }
 static void replay_queries(void) { replay("query", fuzz_query, 10000); }
 static void replay_settings(void) { replay("settings", fuzz_settings, 4000); }
-static void replay_mesh_files(void) { replay("mesh_file", fuzz_mesh_file, 40000); }
+static void replay_mesh_files(void) { replay("mesh_file", fuzz_mesh_file, 20000); }
 
 /* --- rays of odd values, among good ones --- */
 

@@ -22,6 +22,7 @@ static bool write_file(const uint8_t *data, size_t size) {
     close(fd);
     atexit(remove_file);
   }
+  remove(path); /* to overwrite a file takes some file systems fifty times as long */
   FILE *to = fopen(path, "wb");
   const bool ok = to && fwrite(data, 1, size, to) == size;
   return to && fclose(to) == 0 && ok;

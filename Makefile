@@ -8,11 +8,14 @@ WARNINGS = -Wall -Wextra -Wpedantic -Wshadow -Wconversion
 CFLAGS ?= $(FLAGS_$(config))
 FLAGS_release = -O2
 FLAGS_debug = -O0 -g
-# Float division by zero is defined by IEEE 754 and meant: the reciprocal of a zero direction component is an infinity.
-FLAGS_sanitize = -O1 -g1 -fsanitize=address,undefined -fno-sanitize=float-divide-by-zero -fno-sanitize-recover=all \
+# Float division by zero and overflow of casts are not in `undefined`. Functions that mean it say so.
+SANITIZERS = -fsanitize=address,undefined,float-divide-by-zero,float-cast-overflow -fno-sanitize-recover=all \
   -fno-omit-frame-pointer
+FLAGS_sanitize = -O1 -g1 $(SANITIZERS)
+# Workers run the same code whatever the width of its vectors.
+FLAGS_threads = -O1 -g1 -fsanitize=thread -DPKTRT_NO_AVX512
 ifeq ($(FLAGS_$(config)),)
-$(error config=$(config) is none of: debug, release, sanitize)
+$(error config=$(config) is none of: debug, release, sanitize, threads)
 endif
 STRICT = -std=c99 -ffp-contract=off $(WARNINGS)
 LDLIBS = -lm -lpthread
@@ -27,7 +30,7 @@ EMBREE := $(wildcard /usr/include/embree3/rtcore.h /usr/local/include/embree3/rt
 
 EXAMPLES = $(B)/hello $(B)/query $(B)/packets $(B)/effects $(B)/deform $(B)/render
 EXAMPLE_HEADERS = $(wildcard examples/*.h)
-TEST_SOURCES = $(sort $(wildcard tests/*.c))
+TEST_SOURCES = $(sort $(filter-out tests/fuzz/main.c,$(wildcard tests/*.c tests/fuzz/*.c)))
 TEST_OBJECTS = $(TEST_SOURCES:tests/%.c=$(B)/tests/%.o)
 
 # Goals in a row, as in `make deps demo`, are made one after the other; what a goal is built from, side by side.
@@ -38,7 +41,8 @@ ifeq ($(MAKELEVEL),0)
 endif
 
 .PHONY: all demo effects deform readme-pictures test sanitize test-neon matrix deps deps-extra format clean help
-.PHONY: bench bench-check bench-plots bench-readme peers exactness stability
+.PHONY: bench bench-check bench-plots bench-readme peers exactness
+.PHONY: stability stability-neon stability-sanitize sanitize-threads fuzz
 .DELETE_ON_ERROR:
 
 all:
@@ -49,6 +53,9 @@ help:
 	@echo "effects     makes out/effects-*.png               deform      makes the frames out/deform-*.png"
 	@echo "test        runs all tests                        sanitize    runs a smaller set under ASan and UBSan"
 	@echo "stability   the extremes at length, in five minutes; figures go to bench/README.md"
+	@echo "stability-neon  a tenth of it on ARM, emulated        stability-sanitize  a hundredth under ASan and UBSan"
+	@echo "fuzz        libFuzzer for TIME=600 seconds each: TARGETS=\"scene query settings mesh_file\""
+	@echo "sanitize-threads  what several threads do at once, under TSan"
 	@echo "matrix      C99 to C++17, gcc, clang, tcc, mingw  test-neon   runs a smaller set on ARM, emulated"
 	@echo "bench       measures the paper's results, all or NAME=\"table1 figure6\"; BENCH_ARGS=... passes options"
 	@echo "bench-check of these, what must hold, in two minutes, and that its controls fail"
@@ -56,7 +63,7 @@ help:
 	@echo "peers       races Embree in ten minutes; MESHES=\"FILE DIR\" of these too, FULL=1 everything, BENCH_ARGS=... options"
 	@echo "format      rewrites examples by clang-format"
 	@echo "deps        installs what demo and test need      deps-extra  installs what the other targets need"
-	@echo "clean       removes build/ and out/               config=     debug, release (default) or sanitize"
+	@echo "clean       removes build/ and out/               config=     debug, release (default), sanitize, threads"
 	@echo "readme-pictures  makes the small pictures of the README anew"
 
 # --- examples ---
@@ -70,7 +77,7 @@ $(B)/effects $(B)/deform: $(EXAMPLE_HEADERS)
 $(B)/%: examples/%.c pktrt.h | $(B)
 	$(CC) $(CFLAGS) $(STRICT) $< -o $@ $(LDFLAGS) $(LDLIBS)
 
-$(B) $(B)/tests out:
+$(B) $(B)/tests/fuzz out:
 	mkdir -p $@
 
 SCENES = poolhall conference rtrt
@@ -102,7 +109,7 @@ readme-pictures: effects
 
 # --- tests ---
 
-$(B)/tests/%.o: tests/%.c $(wildcard tests/*.h) $(EXAMPLE_HEADERS) pktrt.h | $(B)/tests
+$(B)/tests/%.o: tests/%.c $(wildcard tests/*.h tests/fuzz/*.h) $(EXAMPLE_HEADERS) pktrt.h | $(B)/tests/fuzz
 	$(CC) $(CFLAGS) $(STRICT) -c $< -o $@
 
 $(B)/test: $(TEST_OBJECTS)
@@ -119,6 +126,11 @@ sanitize:
 	$(BUILD) CC=$(SANITIZE_CC) config=sanitize build/sanitize/test
 	build/sanitize/test --small $(ONLY)
 
+# What several threads do at once, under TSan.
+sanitize-threads:
+	$(BUILD) CC=$(SANITIZE_CC) config=threads build/threads/test
+	build/threads/test --small $(or $(ONLY),workers threads "a moving scene's picture" "DRT picture has the same" "no after the last")
+
 # The cases of tests/stability_*.c as long as they get; their figures go to $(RESULTS). Elsewhere: a tenth on ARM, emulated, a
 # hundredth under sanitizers.
 stability: | $(RESULTS)
@@ -127,11 +139,49 @@ stability: | $(RESULTS)
 	@$(MAKE) --no-print-directory bench-readme
 
 ARM_CC = aarch64-linux-gnu-gcc
-test-neon:
-	@command -v $(ARM_CC) >/dev/null || { echo "test-neon: $(ARM_CC) is not installed (make deps-extra)"; exit 1; }
-	@command -v qemu-aarch64 >/dev/null || { echo "test-neon: qemu-aarch64 is not installed (make deps-extra)"; exit 1; }
+test-neon stability-neon:
+	@command -v $(ARM_CC) >/dev/null || { echo "$@: $(ARM_CC) is not installed (make deps-extra)"; exit 1; }
+	@command -v qemu-aarch64 >/dev/null || { echo "$@: qemu-aarch64 is not installed (make deps-extra)"; exit 1; }
 	$(BUILD) CC=$(ARM_CC) CFLAGS=-O2 LDFLAGS=-static config=release B=build/neon build/neon/test
-	qemu-aarch64 build/neon/test --small $(ONLY)
+	qemu-aarch64 build/neon/test --small $(if $(filter stability-neon,$@),--thorough 0.1 --results build/neon stable,$(ONLY))
+
+stability-sanitize:
+	$(BUILD) CC=$(SANITIZE_CC) config=sanitize build/sanitize/test
+	build/sanitize/test --small --thorough 0.01 --results build/sanitize stable
+
+# --- fuzzing: libFuzzer comes with clang ---
+
+# Each target for TIME seconds, from the inputs kept in tests/fuzz/corpus; what it finds interesting goes to build/fuzz, and so
+# does an input that crashes. TARGETS="scene" picks some. `make test` replays the kept ones.
+TIME = 600
+TARGETS = scene query settings mesh_file
+FUZZ_FLAGS = -O1 -g1 -fsanitize=fuzzer-no-link $(SANITIZERS)
+FUZZ_OBJECTS = $(addprefix build/fuzz/,fuzz.o reference.o pktrt.o)
+fuzz:
+	@command -v clang >/dev/null || { echo "fuzz: clang is not installed (make deps-extra)"; exit 1; }
+	$(BUILD) $(TARGETS:%=build/fuzz/%)
+	@set -e; for target in $(TARGETS); do \
+	  echo "$$target, $(TIME) s"; mkdir -p build/fuzz/found/$$target; \
+	  build/fuzz/$$target -max_total_time=$(TIME) -max_len=1024 -timeout=10 -rss_limit_mb=1024 -print_final_stats=1 \
+	    -artifact_prefix=build/fuzz/$$target- build/fuzz/found/$$target tests/fuzz/corpus/$$target >build/fuzz/$$target.txt 2>&1 || \
+	    { tail -40 build/fuzz/$$target.txt; exit 1; }; \
+	  grep -E 'cov:|number_of_executed' build/fuzz/$$target.txt | tail -2; \
+	done
+
+$(TARGETS:%=build/fuzz/%): build/fuzz/%: tests/fuzz/main.c build/fuzz/%.o $(FUZZ_OBJECTS)
+	clang $(FUZZ_FLAGS) -fsanitize=fuzzer $(STRICT) -DTARGET=fuzz_$* $^ -o $@ $(LDLIBS)
+
+build/fuzz/%.o: tests/fuzz/%.c tests/test.h tests/meshes.h tests/fuzz/fuzz.h $(EXAMPLE_HEADERS) pktrt.h | build/fuzz
+	clang $(FUZZ_FLAGS) $(STRICT) -c $< -o $@
+
+build/fuzz/reference.o: tests/reference.c tests/test.h tests/meshes.h pktrt.h | build/fuzz
+	clang $(FUZZ_FLAGS) $(STRICT) -c $< -o $@
+
+build/fuzz/pktrt.o: pktrt.h | build/fuzz
+	clang $(FUZZ_FLAGS) $(STRICT) -Wno-unused-function -DPKTRT_IMPLEMENTATION -x c -c $< -o $@
+
+build/fuzz:
+	mkdir -p $@
 
 matrix:
 	.ci/matrix

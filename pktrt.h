@@ -973,6 +973,14 @@ PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *, const pktrt_render
 #define PKTRT__PREFETCH(p) (void)(p)
 #endif
 
+/* IEEE 754 defines x / 0, and vectors are divided so on purpose: the reciprocal of a zero component of a direction is
+   an infinity, and lanes that nobody asks about hold anything. For UBSan, which checks scalar divisions, if told to. */
+#if defined(__clang__) || (defined(__GNUC__) && __GNUC__ >= 8)
+#define PKTRT__DIVIDES_BY_ZERO __attribute__((no_sanitize("float-divide-by-zero")))
+#else
+#define PKTRT__DIVIDES_BY_ZERO
+#endif
+
 /* Which instruction sets this build carries. Wide passes need per-function targets; MinGW may misalign wide spills
    (GCC bug 54412), so there the 16-byte set is the widest. */
 #if defined(PKTRT_NO_SIMD) || defined(__TINYC__)
@@ -3814,7 +3822,7 @@ OP v8 vset(float x) { PKTRT__EACH(v8, r.f[i] = x); }
 OP v8 vadd(v8 a, v8 b) { PKTRT__EACH(v8, r.f[i] = a.f[i] + b.f[i]); }
 OP v8 vsub(v8 a, v8 b) { PKTRT__EACH(v8, r.f[i] = a.f[i] - b.f[i]); }
 OP v8 vmul(v8 a, v8 b) { PKTRT__EACH(v8, r.f[i] = a.f[i] * b.f[i]); }
-OP v8 vdiv(v8 a, v8 b) { PKTRT__EACH(v8, r.f[i] = a.f[i] / b.f[i]); }
+PKTRT__DIVIDES_BY_ZERO OP v8 vdiv(v8 a, v8 b) { PKTRT__EACH(v8, r.f[i] = a.f[i] / b.f[i]); }
 OP v8 vsqrt(v8 a) { PKTRT__EACH(v8, r.f[i] = sqrtf(a.f[i])); }
 OP v8 vfma(v8 a, v8 b, v8 c) { PKTRT__EACH(v8, r.f[i] = a.f[i] * b.f[i] + c.f[i]); }
 OP v8 vfms(v8 a, v8 b, v8 c) { PKTRT__EACH(v8, r.f[i] = a.f[i] * b.f[i] - c.f[i]); }
@@ -3869,7 +3877,7 @@ OP d8 dset(double x) { PKTRT__EACH(d8, r.d[i] = x); }
 OP d8 dadd(d8 a, d8 b) { PKTRT__EACH(d8, r.d[i] = a.d[i] + b.d[i]); }
 OP d8 dsub(d8 a, d8 b) { PKTRT__EACH(d8, r.d[i] = a.d[i] - b.d[i]); }
 OP d8 dmul(d8 a, d8 b) { PKTRT__EACH(d8, r.d[i] = a.d[i] * b.d[i]); }
-OP d8 ddiv(d8 a, d8 b) { PKTRT__EACH(d8, r.d[i] = a.d[i] / b.d[i]); }
+PKTRT__DIVIDES_BY_ZERO OP d8 ddiv(d8 a, d8 b) { PKTRT__EACH(d8, r.d[i] = a.d[i] / b.d[i]); }
 OP d8 dmax(d8 a, d8 b) { PKTRT__EACH(d8, r.d[i] = a.d[i] > b.d[i] ? a.d[i] : b.d[i]); }
 OP d8 dabs(d8 a) { PKTRT__EACH(d8, r.d[i] = fabs(a.d[i])); }
 OP m8 dlt(d8 a, d8 b) { PKTRT__COMPARE(a.d[i] < b.d[i]); }
@@ -8225,7 +8233,7 @@ PKTRT_DEF void pktrt_map_phong_naive(const float u[2], const float axis[3], floa
 /* Exact Fresnel equations, unpolarised (Born and Wolf, Principles of Optics). */
 PKTRT_DEF float pktrt_fresnel_dielectric(float cosine, float eta) {
   const double c = pktrt__min(pktrt__max((double)cosine, 0), 1), e = (double)eta, k = c * c + (e - 1) * (e + 1);
-  if (!(k > 0)) return 1;
+  if (!(k > 0) || e > FLT_MAX) return 1; /* infinite: the limit */
   const double b = sqrt(k) / e, s = (c - e * b) / (c + e * b), p = (e * c - b) / (e * c + b);
   return (float)(0.5 * (s * s + p * p));
 }
@@ -8234,11 +8242,12 @@ PKTRT_DEF float pktrt_fresnel_dielectric(float cosine, float eta) {
    a^2 = (a^2 + b^2 + eta^2 - k^2 - s2) / 2. */
 PKTRT_DEF float pktrt_fresnel_conductor(float cosine, float eta, float k) {
   const double c = pktrt__min(pktrt__max((double)cosine, 0), 1), c2 = c * c, s2 = 1 - c2;
+  if (!(c > 0)) return 1;
   const double e2 = (double)eta * (double)eta, k2 = (double)k * (double)k, m = e2 - k2 - s2;
   const double ab = sqrt(m * m + 4 * e2 * k2), a = sqrt(pktrt__max(0, 0.5 * (ab + m)));
   const double s = (ab + c2 - 2 * a * c) / (ab + c2 + 2 * a * c);
   const double sum = c2 * ab + s2 * s2, p = sum > 0 ? (sum - 2 * a * c * s2) / (sum + 2 * a * c * s2) : 1;
-  return c > 0 ? (float)(0.5 * s * (1 + p)) : 1;
+  return (float)(0.5 * s * (1 + p));
 }
 
 /* A sentence about what is wrong with a render, for whoever wants it. */

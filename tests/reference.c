@@ -275,7 +275,7 @@ bool plain_moller_trumbore(const pktrt_ray *r, float v[3][3], float *t, float *u
   return *u >= 0 && *w >= 0 && *u + *w <= 1;
 }
 
-bool plain_kensler_shirley(const pktrt_ray *r, float v[3][3], float *t, float *u, float *w) {
+DIVIDES_BY_ZERO bool plain_kensler_shirley(const pktrt_ray *r, float v[3][3], float *t, float *u, float *w) {
   float e0[3], e1[3], n[3], c[3], i[3];
   sub(v[1], v[0], e0), sub(v[0], v[2], e1), sub(v[0], r->origin, c);
   cross(e1, e0, n);
@@ -328,7 +328,7 @@ static double segment_distance(const double a[2], const double b[2]) {
   return hypot(a[0] + f * d[0], a[1] + f * d[1]);
 }
 
-static bool ideal(const shear *s, const pktrt_ray *r, float v[3][3], interval *out) {
+DIVIDES_BY_ZERO static bool ideal(const shear *s, const pktrt_ray *r, float v[3][3], interval *out) {
   double x[3][2], z[3], M = 0, n[3], dk = (double)r->direction[s->k];
   double su = (double)r->direction[s->u] / dk, sv = (double)r->direction[s->v] / dk;
   for (int i = 0; i < 3; i++) {

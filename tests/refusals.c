@@ -84,12 +84,15 @@ static void vertex_inf(pktrt_mesh_desc *m) { (void)m, soup[3 * 8] = INFINITY; }
 static void vertex_minus_inf(pktrt_mesh_desc *m) { (void)m, soup[3 * 11 + 2] = -INFINITY; }
 static void vertex_nan_key(pktrt_mesh_desc *m) { soup[36 + 3 * 5] = NAN, m->key_count = 2; }
 static void vertex_huge(pktrt_mesh_desc *m) { (void)m, soup[3 * 6 + 2] = -1.5e30f; }
+static void vertex_beyond(pktrt_mesh_desc *m) { (void)m, soup[3 * 6] = nextafterf(PKTRT_MAX_COORD, INFINITY); }
+static void vertex_nan_apart(pktrt_mesh_desc *m) { m->position_stride = 16, soup[4 * 9 + 1] = NAN; }
 static void stride_small(pktrt_mesh_desc *m) { m->position_stride = 8; }
 static void stride_odd(pktrt_mesh_desc *m) { m->position_stride = 13; }
 static void stride_even(pktrt_mesh_desc *m) { m->position_stride = 14; }
 static void keys_many(pktrt_mesh_desc *m) { m->key_count = 1025; }
 static void keys_most(pktrt_mesh_desc *m) { m->key_count = 0xFFFFFFFFu; }
 static void triangles_most(pktrt_mesh_desc *m) { m->triangle_count = 0xFFFFFFFFu, m->indices = indices; }
+static void triangles_more(pktrt_mesh_desc *m) { m->triangle_count = PKTRT_MAX_TRIANGLES - 160 + 1; }
 static void triangles_wrap(pktrt_mesh_desc *m) { m->triangle_count = 0x55555556u; } /* times 3 is 2 in 32 bits */
 static void bytes_wrap(pktrt_mesh_desc *m) {
   m->vertex_count = 0xFFFFFFFFu, m->position_stride = 0xFFFFFFFCu, m->key_count = 1024;
@@ -110,12 +113,15 @@ static const refusal add_refusals[] = {
   {"a minus infinite vertex", "11|infinite", PKTRT_INVALID_ARGUMENT, vertex_minus_inf},
   {"a NaN vertex in key 1", "5|1|NaN", PKTRT_INVALID_ARGUMENT, vertex_nan_key},
   {"a vertex beyond the largest coordinate", "6|1.5e+30", PKTRT_LIMIT, vertex_huge},
+  {"a vertex just beyond it", "6|1.26765e+30", PKTRT_LIMIT, vertex_beyond},
+  {"a NaN vertex among others of stride 16", "9|NaN", PKTRT_INVALID_ARGUMENT, vertex_nan_apart},
   {"a stride below 12", "8", PKTRT_INVALID_ARGUMENT, stride_small},
   {"a stride that is no multiple of 4", "13", PKTRT_INVALID_ARGUMENT, stride_odd},
   {"a stride of 14", "14", PKTRT_INVALID_ARGUMENT, stride_even},
   {"too many keys", "1025|1024", PKTRT_LIMIT, keys_many},
   {"4294967295 keys", "4294967295|1024", PKTRT_LIMIT, keys_most},
   {"4294967295 triangles", "4294967295", PKTRT_LIMIT, triangles_most},
+  {"one triangle more than the scene may have", "160|2147483488|2147483647", PKTRT_LIMIT, triangles_more},
   {"a triangle count whose indices overflow", "1431655766", PKTRT_INVALID_ARGUMENT, triangles_wrap},
   {"sizes that overflow", "4294967295", PKTRT_LIMIT, bytes_wrap},
   {"a NaN normal", "4", PKTRT_INVALID_ARGUMENT, normal_nan},
@@ -147,6 +153,7 @@ static void refuse_meshes(void) {
     CHECK(status == x->status, "%s: status %d, not %d: %s", x->what, (int)status, (int)x->status, pktrt_last_error(s));
     CHECK(index == 4242, "%s: index written", x->what);
     names(x->what, pktrt_last_error(s), x->words);
+    names(x->what, pktrt_last_error(s), "mesh 3");
     take(s, &after);
     CHECK(same_snapshot(&before, &after), "%s: the scene changed", x->what);
   }
@@ -163,6 +170,54 @@ static void refuse_meshes(void) {
   CHECK(pktrt_commit(s) == PKTRT_OK);
   take(s, &after);
   CHECK(!same_snapshot(&before, &after), "a good mesh does change the scene");
+  pktrt_scene_destroy(s);
+}
+
+/* What is just within the limits is accepted. */
+static void accept_extremes(void) {
+  static float many[PKTRT_MAX_KEYS * 9];
+  pktrt_scene *s = some_scene();
+  pktrt_mesh_desc m = good_mesh();
+  soup[3 * 6] = PKTRT_MAX_COORD, soup[3 * 7 + 1] = -PKTRT_MAX_COORD, soup[3 * 8] = 0x1p-149f;
+  CHECK(pktrt_add_mesh(s, &m, NULL) == PKTRT_OK, "%s", pktrt_last_error(s));
+  m.positions = many, m.vertex_count = 3, m.triangle_count = 1, m.key_count = PKTRT_MAX_KEYS;
+  CHECK(pktrt_add_mesh(s, &m, NULL) == PKTRT_OK, "%s", pktrt_last_error(s));
+  memset(&m, 0, sizeof m);
+  CHECK(pktrt_add_mesh(s, &m, NULL) == PKTRT_OK, "nothing at all: %s", pktrt_last_error(s));
+  CHECK(pktrt_commit(s) == PKTRT_OK, "%s", pktrt_last_error(s));
+  pktrt_scene_destroy(s);
+}
+
+/* Without a scene there is nobody to keep a sentence. */
+static void refuse_no_scene(void) {
+  pktrt_mesh_desc m = good_mesh();
+  pktrt_light l;
+  pktrt_material material;
+  pktrt_render_desc d;
+  float pixels[3] = {0, 0, 0};
+  memset(&l, 0, sizeof l), memset(&material, 0, sizeof material), memset(&d, 0, sizeof d);
+  d.width = d.height = 1, d.pixels = pixels, d.camera.eye[2] = 1;
+  const pktrt_status status[] = {pktrt_add_mesh(NULL, &m, NULL), pktrt_commit(NULL), pktrt_set_positions(NULL, 0, 0, soup),
+                                 pktrt_set_normals(NULL, 0, 0, soup), pktrt_refit(NULL), pktrt_mark_changed(NULL),
+                                 pktrt_add_light(NULL, &l, NULL), pktrt_add_material(NULL, &material, NULL),
+                                 pktrt_render(NULL, &d), pktrt_render_tile(NULL, &d, 0, 0, 1, 1)};
+  for (uint32_t i = 0; i < COUNT(status); i++) CHECK(status[i] == PKTRT_INVALID_ARGUMENT, "call %u: %d", i, (int)status[i]);
+  pktrt_scene_info info;
+  pktrt_get_scene_info(NULL, &info);
+  CHECK(info.triangles == 0 && info.mesh_count == 0);
+}
+
+static void refuse_refit(void) {
+  snapshot before, after;
+  pktrt_scene *s = some_scene();
+  take(s, &before);
+  pktrt_mesh_desc m = good_mesh();
+  CHECK(pktrt_add_mesh(s, &m, NULL) == PKTRT_OK && pktrt_add_mesh(s, &m, NULL) == PKTRT_OK);
+  CHECK(pktrt_refit(s) == PKTRT_NOT_COMMITTED);
+  names("a refit before the commit", pktrt_last_error(s), "mesh 3|commit");
+  take(s, &after);
+  CHECK(same_bits(before.hit, after.hit, sizeof before.hit) && before.info.mesh_count == after.info.mesh_count, "the scene changed");
+  CHECK(pktrt_commit(s) == PKTRT_OK && pktrt_refit(s) == PKTRT_OK, "the control");
   pktrt_scene_destroy(s);
 }
 
@@ -235,6 +290,10 @@ static const spoilt_light spoilt_lights[] = {
   {"position|nan", PKTRT_LIGHT_SPHERE, offsetof(pktrt_light, position[2]), NAN},
   {"radius|-0.5", PKTRT_LIGHT_SPHERE, offsetof(pktrt_light, radius), -0.5f},
   {"radius|nan", PKTRT_LIGHT_SPHERE, offsetof(pktrt_light, radius), NAN},
+  {"position|1.5e+30", PKTRT_LIGHT_SPHERE, offsetof(pktrt_light, position[0]), 1.5e30f},
+  {"direction|1.5e+30", PKTRT_LIGHT_DIRECTIONAL, offsetof(pktrt_light, direction[0]), 1.5e30f},
+  {"edge[0]|-1.5e+30", PKTRT_LIGHT_QUAD, offsetof(pktrt_light, edge[0][2]), -1.5e30f},
+  {"radius|1.5e+30", PKTRT_LIGHT_SPHERE, offsetof(pktrt_light, radius), 1.5e30f},
   {"radius|inf", PKTRT_LIGHT_SPHERE, offsetof(pktrt_light, radius), INFINITY},
   {"intensity|nan", PKTRT_LIGHT_MESH, offsetof(pktrt_light, intensity[1]), NAN},
   {"intensity|-1", PKTRT_LIGHT_ENVIRONMENT, offsetof(pktrt_light, intensity[2]), -1},
@@ -256,6 +315,7 @@ static void refuse_lights(void) {
     memcpy((char *)&l + spoilt_lights[i].at, &spoilt_lights[i].value, sizeof(float));
     CHECK(pktrt_add_light(s, &l, &index) == PKTRT_INVALID_ARGUMENT, "light %zu: %s", i, spoilt_lights[i].words);
     names("light", pktrt_last_error(s), spoilt_lights[i].words);
+    names("light", pktrt_last_error(s), "light 0");
   }
   for (int kind = -1; kind <= 6; kind += 7) {
     pktrt_light l = good_light((pktrt_light_kind)kind);
@@ -299,6 +359,9 @@ static const spoilt_material spoilt_materials[] = {
   {"exponent|-1", PKTRT_SPECULAR_MIRROR, offsetof(pktrt_material, exponent), -1},
   {"exponent|nan", PKTRT_SPECULAR_MIRROR, offsetof(pktrt_material, exponent), NAN},
   {"exponent|inf", PKTRT_SPECULAR_MIRROR, offsetof(pktrt_material, exponent), INFINITY},
+  {"ior|2e+06", PKTRT_SPECULAR_DIELECTRIC, offsetof(pktrt_material, ior[0]), 2e6f},
+  {"extinction|2e+06", PKTRT_SPECULAR_CONDUCTOR, offsetof(pktrt_material, extinction[2]), 2e6f},
+  {"exponent|2e+09", PKTRT_SPECULAR_MIRROR, offsetof(pktrt_material, exponent), 2e9f},
   {"emission|-4", PKTRT_SPECULAR_NONE, offsetof(pktrt_material, emission[1]), -4},
   {"emission|nan", PKTRT_SPECULAR_NONE, offsetof(pktrt_material, emission[0]), NAN},
   {"emission|inf", PKTRT_SPECULAR_NONE, offsetof(pktrt_material, emission[2]), INFINITY},
@@ -320,6 +383,7 @@ static void refuse_materials(void) {
     memcpy((char *)&m + spoilt_materials[i].at, &spoilt_materials[i].value, sizeof(float));
     CHECK(pktrt_add_material(s, &m, &index) == PKTRT_INVALID_ARGUMENT, "material %zu: %s", i, spoilt_materials[i].words);
     names("material", pktrt_last_error(s), spoilt_materials[i].words);
+    names("material", pktrt_last_error(s), "material 1");
   }
   for (int i = 0; i < 4; i++) {
     pktrt_material m = good_material(PKTRT_SPECULAR_NONE);
@@ -360,6 +424,97 @@ static void refuse_mesh_lights(void) {
   pktrt_scene_destroy(s);
 }
 
+/* --- render --- */
+
+/* Every enumerator of a render below its first and above its last value; render.c has what else may be wrong with it. */
+static void refuse_words(void) {
+  static const struct {
+    size_t at;
+    int count;
+    const char *name;
+  } words[] = {
+    {offsetof(pktrt_render_desc, mode), 3, "pktrt_mode"}, {offsetof(pktrt_render_desc, path), 3, "pktrt_path"},
+    {offsetof(pktrt_render_desc, normals), 2, "pktrt_normals"}, {offsetof(pktrt_render_desc, shadows), 2, "pktrt_shadow_packets"},
+    {offsetof(pktrt_render_desc, sampler), PKTRT_SAMPLER_COUNT, "pktrt_sampler"},
+    {offsetof(pktrt_render_desc, assembly), 6, "pktrt_assembly"}, {offsetof(pktrt_render_desc, branching), 3, "pktrt_branching"},
+    {offsetof(pktrt_render_desc, lights), 2, "pktrt_light_choice"},
+    {offsetof(pktrt_render_desc, glass_shadows), 2, "pktrt_glass_shadows"},
+    {offsetof(pktrt_render_desc, phong_mapping), 2, "pktrt_phong_mapping"},
+  };
+  pktrt_scene *s = some_scene();
+  float pixels[3] = {-7, -7, -7};
+  for (uint32_t i = 0; i < COUNT(words); i++) {
+    for (int value = -1; value <= words[i].count; value++) {
+      pktrt_render_desc d;
+      char number[16];
+      memset(&d, 0, sizeof d);
+      d.width = d.height = 1, d.pixels = pixels, d.camera.eye[2] = 5;
+      memcpy((char *)&d + words[i].at, &value, sizeof value); /* enumerations are as large as int here */
+      const bool good = value >= 0 && value < words[i].count;
+      snprintf(number, sizeof number, "%d", value);
+      if (!good) pixels[0] = -7;
+      CHECK(pktrt_render(s, &d) == (good ? PKTRT_OK : PKTRT_INVALID_ARGUMENT), "%s %d", words[i].name, value);
+      if (good) continue;
+      CHECK(pixels[0] == -7, "%s %d paints", words[i].name, value);
+      names(words[i].name, pktrt_last_error(s), words[i].name);
+      names(words[i].name, pktrt_last_error(s), number);
+    }
+  }
+  pktrt_scene_destroy(s);
+}
+
+static bool at_once(void *user, float done) {
+  (void)user, (void)done;
+  return false;
+}
+
+/* What a render's sentence says where render.c asks for the status alone. */
+static void refuse_renders(void) {
+  pktrt_scene *s = some_scene();
+  float pixels[12];
+  static const struct {
+    const char *words;
+    pktrt_status status;
+  } want[] = {
+    {"description|NULL", PKTRT_INVALID_ARGUMENT}, {"eye|target|same point", PKTRT_INVALID_ARGUMENT},
+    {"up|parallel|time 0", PKTRT_INVALID_ARGUMENT}, {"camera|y of eye|nan", PKTRT_INVALID_ARGUMENT},
+    {"camera|z of target|inf", PKTRT_INVALID_ARGUMENT}, {"camera|x of up|1.5e+30", PKTRT_INVALID_ARGUMENT},
+    {"camera|fov_y|nan", PKTRT_INVALID_ARGUMENT}, {"camera|time|nan", PKTRT_INVALID_ARGUMENT},
+    {"component 1 of background|nan", PKTRT_INVALID_ARGUMENT}, {"component 2|ambient|inf", PKTRT_INVALID_ARGUMENT},
+    {"aperture|1.5e+30", PKTRT_INVALID_ARGUMENT}, {"focus|1.5e+30", PKTRT_INVALID_ARGUMENT},
+    {"row_stride|5", PKTRT_INVALID_ARGUMENT}, {"packet_size|1", PKTRT_INVALID_ARGUMENT},
+    {"tiles|4294967296", PKTRT_LIMIT}, {"progress|stop", PKTRT_CANCELLED}, {"up|parallel|time 1", PKTRT_INVALID_ARGUMENT},
+  };
+  for (uint32_t i = 0; i < COUNT(want); i++) {
+    pktrt_render_desc d;
+    memset(&d, 0, sizeof d);
+    d.width = d.height = 2, d.pixels = pixels, d.camera.eye[2] = 5, d.tile_size = 1;
+    switch (i) {
+    case 1: d.camera.target[2] = 5; break;
+    case 2: d.camera.up[2] = 3; break;
+    case 3: d.camera.eye[1] = NAN; break;
+    case 4: d.camera.target[2] = INFINITY; break;
+    case 5: d.camera.up[0] = 1.5e30f; break;
+    case 6: d.camera.fov_y = NAN; break;
+    case 7: d.camera.time = NAN; break;
+    case 8: d.background[1] = NAN; break;
+    case 9: d.ambient[2] = INFINITY; break;
+    case 10: d.camera.aperture = 1.5e30f; break;
+    case 11: d.camera.focus = 1.5e30f; break;
+    case 12: d.row_stride = 5; break;
+    case 13: d.packet_size = 1; break;
+    case 14: d.width = d.height = 65536; break;
+    case 15: d.progress = at_once; break;
+    case 16: d.camera.moving = true, d.camera.eye_end[0] = 1, d.camera.up_end[0] = -1; break;
+    default: break;
+    }
+    const pktrt_status status = pktrt_render(s, i ? &d : NULL);
+    CHECK(status == want[i].status, "%s: status %d", want[i].words, (int)status);
+    names("render", pktrt_last_error(s), want[i].words);
+  }
+  pktrt_scene_destroy(s);
+}
+
 /* Without mutable globals there is one sentence for all: it lists the reasons. */
 static void refuse_create(void) {
   pktrt_scene_desc good = scene_desc_of(PKTRT_ISA_AUTO, 0), d;
@@ -388,12 +543,14 @@ static void refuse_create(void) {
   d = good, d.isa = (pktrt_isa)99;
   CHECK(pktrt_scene_create(&d) == NULL);
   names("isa 99", pktrt_last_error(NULL), "range");
-  d = good, d.quality = (pktrt_build_quality)17;
-  CHECK(pktrt_scene_create(&d) == NULL);
-  names("quality 17", pktrt_last_error(NULL), "range");
-  d = good, d.rebuild = (pktrt_rebuild)18;
-  CHECK(pktrt_scene_create(&d) == NULL);
-  names("rebuild 18", pktrt_last_error(NULL), "range");
+  for (int i = 0; i < 5; i++) {
+    d = good;
+    if (i < 2) d.quality = (pktrt_build_quality)(i ? -1 : PKTRT_BUILD_HIGH + 1);
+    else if (i < 4) d.rebuild = (pktrt_rebuild)(i == 3 ? -1 : PKTRT_REBUILD_AUTOMATIC + 1);
+    else d.isa = (pktrt_isa)-1;
+    CHECK(pktrt_scene_create(&d) == NULL, "case %d", i);
+    names("an enumerator", pktrt_last_error(NULL), "range");
+  }
   hooks.fail_at = 1;
   CHECK(pktrt_scene_create(&good) == NULL);
   names("create without memory", pktrt_last_error(NULL), "memory");
@@ -442,9 +599,14 @@ static void detail_lives(void) {
 void suite_refusals(void) {
   run("bad meshes are refused by name and leave the scene as it was", refuse_meshes);
   run("bad positions and normals are refused by name and leave the scene as it was", refuse_updates);
+  run("what is just within the limits is accepted", accept_extremes);
+  run("calls without a scene are refused", refuse_no_scene);
+  run("a refit that needs a commit is refused by name", refuse_refit);
   run("bad lights are refused by name", refuse_lights);
   run("bad materials are refused by name", refuse_materials);
   run("a light that is a mesh which does not exist is refused when rendering", refuse_mesh_lights);
+  run("every enumerator of a render is refused by name on both its ends", refuse_words);
+  run("what a render refuses is said", refuse_renders);
   run("a create that fails says why", refuse_create);
   run("every status and instruction set has its string", strings);
   run("the last error stays until the next change", detail_lives);

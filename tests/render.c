@@ -147,7 +147,7 @@ typedef struct closed_form { /* a floor y = 0 in [-4,4]^2, a box of half size b 
   double albedo, ambient, b;
 } closed_form;
 
-static bool box_shades(const closed_form *f, vec o, vec d, double tmax) {
+DIVIDES_BY_ZERO static bool box_shades(const closed_form *f, vec o, vec d, double tmax) {
   double t0 = 1e-6, t1 = tmax, lo[3] = {-f->b, 0, -f->b}, hi[3] = {f->b, 2 * f->b, f->b}, oo[3] = {o.x, o.y, o.z}, dd[3] = {d.x, d.y, d.z};
   for (int k = 0; k < 3; k++) {
     double a = (lo[k] - oo[k]) / dd[k], b = (hi[k] - oo[k]) / dd[k];

@@ -131,7 +131,7 @@ static void fresnel_conductors(void) {
 }
 
 /* The same equations as they stand in books, which divide 0 by 0 at some limits. */
-static double conductor_plain(double c, double eta, double k) {
+DIVIDES_BY_ZERO static double conductor_plain(double c, double eta, double k) {
   double c2 = c * c, s2 = 1 - c2, m = eta * eta - k * k - s2, ab = sqrt(m * m + 4 * eta * eta * k * k);
   double a = sqrt(fmax(0, (ab + m) / 2)), s = (ab + c2 - 2 * a * c) / (ab + c2 + 2 * a * c);
   return s * (1 + (c2 * ab + s2 * s2 - 2 * a * c * s2) / (c2 * ab + s2 * s2 + 2 * a * c * s2)) / 2;
@@ -145,6 +145,7 @@ static void fresnel_limits(void) {
     float got = pktrt_fresnel_conductor(c, eta, k);
     CHECK(got >= 0 && got <= 1, "cosine %g, %g + %gi: %.9g", (double)c, (double)eta, (double)k, (double)got);
     CHECK(c > 0 || got == 1, "cosine 0, %g + %gi: all is reflected, not %.9g", (double)eta, (double)k, (double)got);
+    CHECK(pktrt_fresnel_dielectric(c, INFINITY) == 1 && pktrt_fresnel_dielectric(c, 0) == 1, "cosine %g, glass", (double)c);
     double plain = conductor_plain((double)c, (double)eta, (double)k);
     off += !(plain >= 0 && plain <= 1);
   }

@@ -33,6 +33,13 @@
 #define SANITIZED 0
 #endif
 
+/* Of a function that divides by zero and means it: IEEE 754 says what comes out. */
+#if defined(__clang__) || (defined(__GNUC__) && __GNUC__ >= 8)
+#define DIVIDES_BY_ZERO __attribute__((no_sanitize("float-divide-by-zero")))
+#else
+#define DIVIDES_BY_ZERO
+#endif
+
 #define COUNT(array) (sizeof(array) / sizeof((array)[0]))
 
 /* --- checks --- */

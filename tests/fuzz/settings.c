@@ -1,0 +1,292 @@
+/* Materials, lights and all settings of a render, good and bad: refused where the header says so, and nothing is painted; else
+   every pixel is painted, is finite if what shines is, and has the bits of the scalar single-ray picture. */
+#include "fuzz.h"
+
+enum { W = 8, H = 8, SAMPLES = 3, DEPTH = 4, PAINTED = 64 }; /* PAINTED: samples at most */
+
+typedef struct picture {
+  float pixels[H * (W * 3 + 5)], depth[W * H], normal[W * H * 3], albedo[W * H * 3];
+  uint32_t count[W * H];
+} picture;
+
+typedef struct setting { /* all that is taken from the feed */
+  pktrt_material material[3];
+  pktrt_light light[3];
+  pktrt_render_desc d;
+  uint32_t materials, lights, mesh_material[3], fail_at;
+  bool tame;   /* nothing shines so brightly that sums could overflow */
+  bool cancel, buffers, parallel;
+  float vertex[2][8 * 3];
+} setting;
+
+/* --- the scene: a floor, a box and a triangle that moves --- */
+
+static pktrt_status add_meshes(pktrt_scene *s, const setting *x) {
+  static const float square[12] = {-4, 0, -4, -4, 0, 4, 4, 0, 4, 4, 0, -4};
+  static const uint32_t two[6] = {0, 1, 2, 0, 2, 3};
+  static const uint32_t box[36] = {0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4, 2, 6, 7, 2, 7, 3, 0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5};
+  pktrt_mesh_desc m[3];
+  memset(m, 0, sizeof m);
+  m[0].positions = square, m[0].vertex_count = 4, m[0].indices = two, m[0].triangle_count = 2;
+  m[1].positions = m[1].normals = x->vertex[0], m[1].vertex_count = 8, m[1].indices = box, m[1].triangle_count = 12;
+  m[2].positions = x->vertex[1], m[2].vertex_count = 3, m[2].triangle_count = 1, m[2].key_count = 2;
+  pktrt_status st = PKTRT_OK;
+  for (int i = 0; i < 3 && !st; i++) {
+    m[i].material = x->mesh_material[i];
+    st = pktrt_add_mesh(s, &m[i], NULL);
+  }
+  return st;
+}
+
+static pktrt_scene *build(const setting *x, fuzz_memory *memory, pktrt_isa isa) {
+  const pktrt_scene_desc d = fuzz_scene_desc(memory, isa, x->parallel);
+  pktrt_scene *s = pktrt_scene_create(&d);
+  if (!s || add_meshes(s, x)) return NULL;
+  for (uint32_t i = 0; i < x->materials; i++)
+    if (pktrt_add_material(s, &x->material[i], NULL)) return NULL;
+  for (uint32_t i = 0; i < x->lights; i++)
+    if (pktrt_add_light(s, &x->light[i], NULL)) return NULL;
+  return pktrt_commit(s) == PKTRT_OK ? s : NULL;
+}
+
+static bool moderate(const float *x, int n) { /* also: not NaN */
+  for (int i = 0; i < n; i++)
+    if (!(fabsf(x[i]) <= 1e6f)) return false;
+  return true;
+}
+
+static void take_scene(feed *b, setting *x) {
+  bool good;
+  x->tame = true;
+  for (int i = 0; i < 8 * 3; i++) x->vertex[0][i] = (float)(i / 3 >> (2 - i % 3) & 1) * 2 - 1 + take_tame(b) / 16;
+  for (int i = 1; i < 8 * 3; i += 3) x->vertex[0][i] += 1.5f;
+  take_tames(b, x->vertex[1], 18);
+  for (uint32_t i = 0, n = take_below(b, 4); i < n; i++) {
+    x->material[x->materials] = fuzz_material(b, &good);
+    if (good) x->tame &= moderate(x->material[x->materials++].emission, 3);
+  }
+  for (uint32_t i = 0, n = take_below(b, 4); i < n; i++) {
+    x->light[x->lights] = fuzz_light(b, &good);
+    const pktrt_light *l = &x->light[x->lights];
+    if (good) x->tame &= moderate(l->intensity, 3), x->lights++;
+  }
+  for (int i = 0; i < 3; i++) x->mesh_material[i] = take_below(b, 16) ? take_u8(b) % (x->materials + 1) : take_u8(b);
+}
+
+/* --- settings --- */
+
+static int take_word(feed *b, int count) { /* an enumerator, seldom none */
+  const int x = (int)take_u8(b);
+  return x == 255 ? -1 : x == 254 ? count : x == 253 ? INT32_MAX : x % count;
+}
+static uint32_t take_number(feed *b, uint32_t usual, uint32_t limit) {
+  const uint32_t x = take_u8(b);
+  return x < 240 ? x % usual : x < 245 ? limit : x < 250 ? limit + 1 : take_u32(b);
+}
+static float take_or(feed *b, float usual) { return take_below(b, 8) ? usual : take_float(b); }
+
+static void take_camera(feed *b, pktrt_camera *c) {
+  take_tames(b, c->eye, 3), take_tames(b, c->target, 3), take_tames(b, c->up, 3);
+  c->moving = take_below(b, 3) == 0;
+  if (c->moving) take_tames(b, c->eye_end, 3), take_tames(b, c->target_end, 3), take_tames(b, c->up_end, 3);
+  c->fov_y = take_or(b, (float)take_below(b, 180));
+  c->time = take_or(b, (float)take_below(b, 17) / 16);
+  c->shutter = take_or(b, (1 - c->time) * (float)take_below(b, 2));
+  c->aperture = take_or(b, (float)take_below(b, 4) / 8), c->focus = take_or(b, (float)take_below(b, 16));
+  float *const fields[] = {c->eye, c->target, c->up, c->eye_end, c->target_end, c->up_end};
+  const uint32_t odd = take_u8(b);
+  if (odd > 200) fields[odd % 6][odd / 6 % 3] = take_float(b);
+}
+
+static void take_render(feed *b, setting *x) {
+  pktrt_render_desc *d = &x->d;
+  const uint32_t flags = take_u8(b), sizes = take_u8(b);
+  take_camera(b, &d->camera);
+  d->width = sizes > 240 ? take_number(b, 9, 65536) : 1 + sizes % W, d->height = sizes > 240 ? take_number(b, 9, 65536) : 1 + sizes / W % H;
+  d->row_stride = flags & 1 ? 0 : (size_t)d->width * 3 + take_below(b, 7) - 1;
+  d->mode = (pktrt_mode)take_word(b, 3), d->path = (pktrt_path)take_word(b, 3), d->normals = (pktrt_normals)take_word(b, 2);
+  d->shadows = (pktrt_shadow_packets)take_word(b, 2), d->sampler = (pktrt_sampler)take_word(b, PKTRT_SAMPLER_COUNT);
+  d->assembly = (pktrt_assembly)take_word(b, 6), d->branching = (pktrt_branching)take_word(b, 3);
+  d->lights = (pktrt_light_choice)take_word(b, 2), d->glass_shadows = (pktrt_glass_shadows)take_word(b, 2);
+  d->phong_mapping = (pktrt_phong_mapping)take_word(b, 2);
+  d->packet_size = take_below(b, 16) ? (uint32_t)"\0\2\4\10\20"[take_below(b, 5)] : take_u8(b);
+  d->tile_size = take_number(b, 9, 1024), d->samples = take_number(b, 4, 65536), d->max_depth = take_number(b, 6, 50);
+  d->seed = take_u32(b), d->attenuation = take_or(b, (float)take_below(b, 5) / 4 - 0.25f);
+  for (int a = 0; a < 3; a++) d->background[a] = take_or(b, 0.5f), d->ambient[a] = take_or(b, 0.1f);
+  x->tame &= moderate(d->background, 3) && moderate(d->ambient, 3);
+  x->cancel = (flags & 6) == 6, x->buffers = flags >> 3 & 1, x->parallel = flags >> 4 & 1;
+  x->fail_at = flags >> 5 == 7 ? 1 + take_below(b, 12) : 0;
+}
+
+/* --- which settings are good: what the header's comments say --- */
+
+static bool in(float x, float lo, float hi) { return x >= lo && x <= hi; } /* false for NaN */
+static bool word(int x, int count) { return x >= 0 && x < count; }
+
+/* 1: there is a view; 0: there is none; -1: up is so nearly parallel to it that either will do. */
+static int view(const float eye[3], const float target[3], const float up[3]) {
+  double f[3], u[3], lf = 0, lu = 0, r2 = 0;
+  const bool plain = up[0] == 0 && up[1] == 0 && up[2] == 0;
+  for (int a = 0; a < 3; a++) {
+    f[a] = (double)target[a] - (double)eye[a], u[a] = plain ? a == 1 : (double)up[a];
+    lf = fmax(lf, fabs(f[a])), lu = fmax(lu, fabs(u[a]));
+  }
+  if (lf == 0) return 0;
+  for (int a = 0; a < 3; a++) f[a] /= lf, u[a] /= lu;
+  const double n = (f[0] * f[0] + f[1] * f[1] + f[2] * f[2]) * (u[0] * u[0] + u[1] * u[1] + u[2] * u[2]);
+  for (int a = 0; a < 3; a++) {
+    const int p = (a + 1) % 3, q = (a + 2) % 3;
+    const double c = f[p] * u[q] - f[q] * u[p];
+    r2 += c * c / n;
+  }
+  return r2 > 2e-12 ? 1 : r2 < 0.5e-12 ? 0 : -1;
+}
+
+static int good_camera(const pktrt_camera *c) {
+  const float *const vectors[] = {c->eye, c->target, c->up, c->eye_end, c->target_end, c->up_end};
+  for (int i = 0; i < (c->moving ? 18 : 9); i++)
+    if (!in(vectors[i / 3][i % 3], -PKTRT_MAX_COORD, PKTRT_MAX_COORD)) return 0;
+  if (!(c->fov_y >= 0 && c->fov_y < 180) || !in(c->time, 0, 1) || !(c->shutter >= 0 && c->shutter <= 1)) return 0;
+  if (!in(c->aperture, 0, PKTRT_MAX_COORD) || !in(c->focus, 0, PKTRT_MAX_COORD)) return 0;
+  const double end = (double)c->time + (double)c->shutter;
+  if (end > 1 + 2e-6) return 0;
+  const bool same = c->up_end[0] == 0 && c->up_end[1] == 0 && c->up_end[2] == 0;
+  const int first = view(c->eye, c->target, c->up);
+  const int last = c->moving ? view(c->eye_end, c->target_end, same ? c->up : c->up_end) : 1;
+  return first == 0 || last == 0 ? 0 : first < 0 || last < 0 || end > 1 ? -1 : 1;
+}
+
+static int good_settings(const setting *x) {
+  const pktrt_render_desc *d = &x->d;
+  const uint32_t p = d->packet_size;
+  bool ok = d->width >= 1 && d->width <= 65536 && d->height >= 1 && d->height <= 65536 && d->pixels != NULL;
+  ok &= d->row_stride == 0 || d->row_stride >= (size_t)d->width * 3;
+  ok &= p == 0 || p == 2 || p == 4 || p == 8 || p == 16;
+  ok &= d->tile_size <= 1024 && d->samples <= 65536 && d->max_depth <= PKTRT_MAX_DEPTH && d->attenuation <= 1;
+  ok &= word((int)d->mode, 3) && word((int)d->path, 3) && word((int)d->normals, 2) && word((int)d->shadows, 2) &&
+        word((int)d->sampler, PKTRT_SAMPLER_COUNT) && word((int)d->assembly, 6) && word((int)d->branching, 3) &&
+        word((int)d->lights, 2) && word((int)d->glass_shadows, 2) && word((int)d->phong_mapping, 2);
+  ok &= fuzz_all_finite(d->background, 3) && fuzz_all_finite(d->ambient, 3);
+  for (int i = 0; i < 3; i++) ok &= x->mesh_material[i] <= x->materials;
+  for (uint32_t i = 0; i < x->lights; i++) ok &= x->light[i].kind != PKTRT_LIGHT_MESH || x->light[i].mesh < 3;
+  return ok ? good_camera(&d->camera) : 0;
+}
+
+/* --- pictures --- */
+
+static void blank(picture *p) {
+  float *const f = p->pixels;
+  for (size_t i = 0; i < COUNT(p->pixels); i++) f[i] = -7;
+  for (size_t i = 0; i < COUNT(p->depth); i++) p->depth[i] = -7, p->count[i] = 7;
+  for (size_t i = 0; i < COUNT(p->normal); i++) p->normal[i] = p->albedo[i] = -7;
+}
+
+static void point_at(pktrt_render_desc *d, picture *p, bool buffers) {
+  blank(p);
+  d->pixels = p->pixels;
+  if (buffers) d->depth = p->depth, d->normal = p->normal, d->albedo = p->albedo, d->sample_count = p->count;
+}
+
+static const char *bad_pixels(const pktrt_render_desc *d, const picture *p, bool tame) {
+  const size_t w = (size_t)d->width * 3, stride = d->row_stride ? d->row_stride : w;
+  for (size_t i = 0; i < COUNT(p->pixels); i++) {
+    const bool inside = i / stride < d->height && i % stride < w;
+    const bool unpainted = p->pixels[i] == -7 && d->background[i % stride % 3] >= 0 && d->ambient[i % stride % 3] >= 0;
+    if (!inside && p->pixels[i] != -7) return "A float outside the picture is painted.";
+    if (inside && unpainted) return "A pixel is not painted.";
+    if (inside && tame && !isfinite(p->pixels[i])) return "A pixel is not finite.";
+  }
+  return NULL;
+}
+
+static bool say_no(void *user, float done) {
+  (void)user;
+  return done > 2; /* never */
+}
+
+/* Bad settings: refused by both calls, and nothing is painted. */
+static const char *refuse(pktrt_scene *s, const pktrt_render_desc *d, const picture *p, bool broken) {
+  pktrt_status st = pktrt_render(s, d);
+  if (broken) st = PKTRT_OK; /* the control */
+  const bool limit = st == PKTRT_LIMIT && d->tile_size && d->width / d->tile_size > 30000;
+  if (st != PKTRT_INVALID_ARGUMENT && !limit) return "Bad settings are not refused.";
+  for (size_t i = 0; i < COUNT(p->pixels); i++)
+    if (p->pixels[i] != -7) return "A render that is refused paints.";
+  if (pktrt_render_tile(s, d, 0, 0, 1, 1) != st) return "A tile of bad settings is not refused.";
+  return fuzz_no_sentence(s);
+}
+
+/* A picture's settings, of a size that takes no time. */
+static void shrink(pktrt_render_desc *d) {
+  const size_t gap = d->row_stride ? d->row_stride - (size_t)d->width * 3 : 0;
+  d->width = d->width < W ? d->width : W, d->height = d->height < H ? d->height : H;
+  if (d->row_stride) d->row_stride = (size_t)d->width * 3 + (gap < 5 ? gap : 5);
+  if (d->samples > SAMPLES) d->samples = SAMPLES;
+  while (d->width * d->height * (d->samples ? d->samples : 1) > PAINTED) d->height--;
+  if (!d->max_depth || d->max_depth > DEPTH) d->max_depth = DEPTH;
+}
+
+static const char *paint(pktrt_scene *s, fuzz_memory *memory, setting *x, const picture *want, bool broken) {
+  picture got;
+  pktrt_render_desc d = x->d;
+  pktrt_stats stats;
+  memset(&stats, 0, sizeof stats);
+  point_at(&d, &got, x->buffers);
+  d.stats = &stats;
+  if (x->cancel) d.progress = say_no;
+  memory->fail_at = x->fail_at;
+  const pktrt_status st = pktrt_render(s, &d);
+  memory->fail_at = 0;
+  if (st == PKTRT_OUT_OF_MEMORY && memory->failed) return fuzz_no_sentence(s);
+  if (st == PKTRT_CANCELLED && x->cancel) return fuzz_no_sentence(s);
+  if (st != PKTRT_OK) return "Good settings are refused.";
+  if (broken) got.pixels[0] += 1, got.count[0] = 1000; /* the control */
+  if (stats.samples != (uint64_t)d.width * d.height * (d.samples ? d.samples : 1)) return "Samples are counted wrongly.";
+  return same_bits(&got, want, sizeof got) ? NULL : "The picture has other bits than that of scalar single rays.";
+}
+
+static const char *paint_alike(setting *x, bool broken) {
+  picture want;
+  const char *wrong = NULL;
+  pktrt_render_desc single = x->d;
+  memset(&want, 0, sizeof want);
+  for (int isa = PKTRT_ISA_SCALAR; isa <= PKTRT_ISA_NEON && !wrong; isa++) {
+    fuzz_memory memory;
+    if (!pktrt_isa_available((pktrt_isa)isa)) continue;
+    pktrt_scene *s = build(x, &memory, (pktrt_isa)isa);
+    if (!s) return "A good scene is refused.";
+    if (isa == PKTRT_ISA_SCALAR) {
+      point_at(&single, &want, x->buffers);
+      single.path = PKTRT_PATH_SINGLE, single.tile_size = 0, single.packet_size = 0;
+      if (pktrt_render(s, &single) != PKTRT_OK) wrong = "Good settings are refused.";
+      else wrong = bad_pixels(&single, &want, x->tame);
+    }
+    if (!wrong) wrong = paint(s, &memory, x, &want, broken);
+    pktrt_scene_destroy(s);
+    if (!wrong && memory.blocks) wrong = "Memory is kept after destroy.";
+  }
+  return wrong;
+}
+
+const char *fuzz_settings(const uint8_t *data, size_t size, bool broken) {
+  feed b = {data, size};
+  setting x;
+  picture painted;
+  memset(&x, 0, sizeof x);
+  take_render(&b, &x); /* first: bytes that are missing are zeros */
+  take_scene(&b, &x);
+  point_at(&x.d, &painted, false);
+  if (take_below(&b, 64) == 63) x.d.pixels = NULL;
+  const int good = good_settings(&x);
+  if (good < 0) return NULL;
+  if (good) {
+    shrink(&x.d);
+    return paint_alike(&x, broken);
+  }
+  fuzz_memory memory;
+  pktrt_scene *s = build(&x, &memory, PKTRT_ISA_AUTO);
+  if (!s) return "A good scene is refused.";
+  const char *wrong = refuse(s, &x.d, &painted, broken);
+  pktrt_scene_destroy(s);
+  return wrong;
+}

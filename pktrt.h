@@ -6367,10 +6367,13 @@ PKTRT__NOINLINE uint32_t NAME(resolve_hits)(const pktrt_scene *scene, pktrt__bat
    does so by itself, as u and v may stand where the batch had its set-up. */
 PKTRT__NOINLINE void NAME(look_again)(const pktrt_scene *scene, pktrt__batch *b, uint32_t r) {
   pktrt_ray ray;
+  pktrt_counts unread; /* see PKTRT__INSTANCES */
   pktrt__lone q;
+  if (PKTRT__STAMP == PKTRT__STAMP_SCALAR) memset(&unread, 0, sizeof unread);
   pktrt__lift_ray(b, r, &ray, &q);
   if (!NAME(setup_alone)(scene, &ray, &q)) return; /* never: it has hit something */
-  NAME(drive_alone)(scene, &q, false, true, false, NULL);
+  b->t[r] = b->tmax[r]; /* as of a miss, should it be one */
+  NAME(drive_alone)(scene, &q, false, true, false, &unread);
   pktrt__drop_ray(b, r, &q);
 }
 

@@ -20,7 +20,7 @@ typedef struct fixture {
   answers before;
   pktrt_scene *s;
   uint64_t failed, wrong;     /* allocations made to fail, and what was not as it should be then */
-  uint64_t passed, changed;   /* the control: operations that passed, and those of them after which answers were others */
+  uint64_t passed, changed;   /* the control: operations that passed, and those after which answers were others */
 } fixture;
 
 /* The largest tree has several tasks, and with `scrambled` the old tree is bad for the new positions. */
@@ -131,7 +131,7 @@ static void fail_to_create(int workers) {
 
 /* Ends a fixture: the figures of its failures, and of what is left when the scene is gone. */
 static void report(fixture *f, const char *name) {
-  const char *const wrong = "failed allocations that change or hide", *const leaks = "blocks left after failed allocations";
+  static const char wrong[] = "failed allocations that change or hide", leaks[] = "blocks left after failed allocations";
   const size_t blocks = hooks.live_blocks;
   tear_down(f);
   count_figure("tree", name, PKTRT_ISA_AUTO, f->failed, wrong, f->wrong);
@@ -151,8 +151,8 @@ static void each_allocation(int workers) {
     size_t refit = fail_each(&f, "refit", op_refit, true);
     CHECK(pktrt_mark_changed(f.s) == PKTRT_OK);
     size_t again = fail_each(&f, "commit again", op_commit, false), render = fail_each(&f, "render", op_render, false);
-    say("failed in turn: add %zu, commit %zu, light %zu, material %zu, positions %zu, normals %zu, refit %zu, commit %zu, "
-        "render %zu", add, commit, light, material, set, normals, refit, again, render);
+    say("failed in turn: add %zu, commit %zu, light %zu, material %zu, positions %zu, normals %zu, refit %zu, "
+        "commit %zu, render %zu", add, commit, light, material, set, normals, refit, again, render);
     CHECK(add > 0 && commit > 0 && light > 0 && material > 0 && set > 0 && normals > 0 && again > 0 && render > 0,
           "the control: they do allocate");
     CHECK(refit == 0, "a refit without rebuild allocates nothing");
@@ -160,8 +160,8 @@ static void each_allocation(int workers) {
   }
 }
 
-/* A refit that rebuilds by itself and has no memory for it says so, passes, and keeps the refitted tree: answers are those of the
-   new positions all the same. */
+/* A refit that rebuilds by itself and has no memory for it says so, passes, and keeps the refitted tree: answers are
+   those of the new positions all the same. */
 static void failing_rebuild(void) {
   for (int workers = 0; workers <= 3; workers += 3) {
     fixture f;

@@ -1,5 +1,5 @@
-/* The tree at the extremes: ten million triangles in the memory that the README states, sizes over twelve orders of magnitude,
-   triangles without area, a million of them in one place, refits over a thousand frames, and rays along axes.
+/* The tree at the extremes: ten million triangles in the memory that the README states, sizes over twelve orders of
+   magnitude, triangles without area, a million of them in one place, refits over a thousand frames, rays along axes.
    (Failing allocations are in memory.c and pictures.c, and report to this part.) */
 #include "stability.h"
 #include "tree.h"
@@ -65,7 +65,7 @@ static uint64_t wrong_answers(const pktrt_scene *s, const pktrt_ray *rays, const
   return wrong;
 }
 
-/* To vertices and points of edges, from about as far away as they are from the origin: worlds of this file are around it. */
+/* To vertices and points of edges, from about as far away as they are from the origin, which is amid the world. */
 static void rays_nearby(const world *w, size_t first, pktrt_ray *rays) {
   for (size_t j = 0; j < CHUNK; j++) {
     rng r = rng_of(first + j);
@@ -162,9 +162,9 @@ static void sizes(void) {
 
 /* --- where there is nothing to split by --- */
 
-/* Processor time of a build, and the tree. Each level of the tree costs one pass over the triangles. Loose triangles have
-   log2(n / 8) levels of halving at least, 17 of a million, and nothing has more than 40; a bad input may cost 40 / 17 times as much.
-   Clocks and caches get the rest. */
+/* Processor time of a build, and the tree. Each level of the tree costs one pass over the triangles. Loose triangles
+   have log2(n / 8) levels of halving at least, 17 of a million, and nothing has more than 40: a bad input may cost
+   40 / 17 times as much. Clocks and caches get the rest. */
 static pktrt_scene *built(const char *name, const world *w) {
   const double start = processor_seconds();
   pktrt_scene *s = scene_of(w, PKTRT_ISA_AUTO, PKTRT_BUILD_DEFAULT, 0);
@@ -185,8 +185,10 @@ static mesh on_a_line(uint32_t nt) {
   mesh m = mesh_of(3 * nt, nt);
   for (uint32_t t = 0; t < nt; t++) {
     rng r = rng_of(t);
-    const uint32_t first = rng_below(&r, 1 << 18), at[3] = {first, first + rng_below(&r, 64), first + rng_below(&r, 64)};
-    for (uint32_t i = 0; i < 9; i++) m.p[9 * (size_t)t + i] = ((float)at[i / 3] * 0x1p-17f - 1) * (float)(3 + 2 * (i % 3));
+    uint32_t at[3];
+    for (int c = 0; c < 3; c++) at[c] = c ? at[0] + rng_below(&r, 64) : rng_below(&r, 1 << 18);
+    for (uint32_t i = 0; i < 9; i++)
+      m.p[9 * (size_t)t + i] = ((float)at[i / 3] * 0x1p-17f - 1) * (float)(3 + 2 * (i % 3));
     three_corners(&m, t);
   }
   return m;
@@ -308,7 +310,8 @@ static void rays_in_one_place(const char *name, const world *w, int how, size_t 
 }
 
 static void coincident(void) {
-  static const char *const names[3] = {"a million times one triangle", "of one centre", "of one centre, from 1e-6 to 1e6"};
+  static const char *const names[3] = {"one triangle a million times", "of one centre",
+                                       "of one centre, from 1e-6 to 1e6"};
   for (int how = ALIKE; how <= CENTRED_WIDELY; how++) {
     world w = world_of(in_one_place((uint32_t)(how == ALIKE ? scaled(1000000) : thorough(100000)), how));
     rays_in_one_place(names[how], &w, how, how == ALIKE ? 6 + thorough(24) : 30 + thorough(200));
@@ -334,9 +337,11 @@ static memory_stated readme_memory(void) {
   text[fread(text, 1, sizeof text - 1, f)] = 0;
   fclose(f);
   const char *at = strstr(text, "An indexed mesh takes");
-  const int found = !at ? 0 : sscanf(at, "An indexed mesh takes up to %lf bytes per triangle , tree and copy together , "
-                                         "%lf while its tree is first built , and %lf more for each further motion key",
-                                     &m.scene, &m.built, &m.key);
+  const int found = !at ? 0
+                        : sscanf(at,
+                                 "An indexed mesh takes up to %lf bytes per triangle , tree and copy together , "
+                                 "%lf while its tree is first built , and %lf more for each further motion key",
+                                 &m.scene, &m.built, &m.key);
   CHECK(found == 3, "the README states the memory in other words than those looked for here");
   return m;
 }
@@ -355,14 +360,13 @@ static mesh terrain(uint32_t n) {
 
 /* The scene, when its memory was seen to. */
 static pktrt_scene *measured(const char *name, const world *w, pktrt_build_quality quality, const memory_stated *most) {
-  const double triangles = w->m[0].nt, keys = w->m[0].keys - 1;
-  hooks.peak_bytes = hooks.live_bytes;
-  const size_t before = hooks.live_bytes;
+  const uint32_t nt = w->m[0].nt;
+  const double keys = w->m[0].keys - 1;
+  const size_t before = hooks.peak_bytes = hooks.live_bytes;
   pktrt_scene *s = scene_of(w, PKTRT_ISA_AUTO, quality, 2);
-  value_figure(part, name, PKTRT_ISA_AUTO, w->m[0].nt, "bytes per triangle", (double)(hooks.live_bytes - before) / triangles,
-               most->scene + keys * most->key);
-  value_figure(part, name, PKTRT_ISA_AUTO, w->m[0].nt, "bytes while built", (double)(hooks.peak_bytes - before) / triangles,
-               most->built + keys * most->key);
+  const double bytes = (double)(hooks.live_bytes - before) / nt, peak = (double)(hooks.peak_bytes - before) / nt;
+  value_figure(part, name, PKTRT_ISA_AUTO, nt, "bytes per triangle", bytes, most->scene + keys * most->key);
+  value_figure(part, name, PKTRT_ISA_AUTO, nt, "bytes while built", peak, most->built + keys * most->key);
   check_tree(name, PKTRT_ISA_AUTO, s);
   return s;
 }
@@ -383,13 +387,12 @@ static void memory(void) {
   }
 }
 
-/* A part of the terrain: cells [x0, x1) x [z0, z1). A ray that stays above its inner cells hits only them, so that the reference
-   need not know the rest. */
-enum { PARTS = 48, MARGIN = 3 };
+/* A part of the terrain: cells [x0, x1) x [z0, z1). A ray that stays above its inner cells hits only them, so that the
+   reference need not know the rest. */
+enum { PARTS = 24, MARGIN = 3 };
 typedef struct piece {
   uint32_t n, x0, x1, z0, z1;
   world w;
-  uint64_t plain, hits;
 } piece;
 
 typedef struct terrain_trial {
@@ -405,9 +408,9 @@ typedef struct terrain_trial {
 /* Squares of 64 cells, and strips of 14 across all of it, along x and along z. */
 static piece piece_of(uint32_t n, size_t i) {
   rng r = rng_of(i);
-  const uint32_t wide = n < 64 ? n : 64, size[2] = {i % 3 == 1 ? n : i % 3 ? 14 : wide, i % 3 == 2 ? n : i % 3 ? 14 : wide};
-  const uint32_t x0 = rng_below(&r, n - size[0] + 1), z0 = rng_below(&r, n - size[1] + 1);
-  piece p = {n, x0, x0 + size[0], z0, z0 + size[1], {{{NULL, NULL, 0, 0, 0}}, 0, NULL}, 0, 0};
+  const uint32_t size[3][2] = {{n < 64 ? n : 64, n < 64 ? n : 64}, {n, 14}, {14, n}}, *cells = size[i % 3];
+  const uint32_t x0 = rng_below(&r, n - cells[0] + 1), z0 = rng_below(&r, n - cells[1] + 1);
+  piece p = {n, x0, x0 + cells[0], z0, z0 + cells[1], {{{NULL, NULL, 0, 0, 0}}, 0, NULL}};
   return p;
 }
 
@@ -431,8 +434,8 @@ static void point_over(const piece *p, rng *r, float y, float out[3]) {
   out[2] = cell * rng_range(r, (float)(p->z0 + MARGIN), (float)(p->z1 - MARGIN)) - 1;
 }
 
-/* Through an inner vertex, or a point of an inner edge; it ends 1/2000 of its length behind: at most 1/1000 of the whole
-   width, less than the margin. */
+/* Through an inner vertex, or a point of an inner edge; it ends 1/2000 of its length behind: at most 1/1000 of the
+   whole width, less than the margin. */
 static pktrt_ray ray_over(const piece *p, rng *r) {
   const uint32_t wide = p->x1 - p->x0, high = p->z1 - p->z0;
   const uint32_t x = MARGIN + rng_below(r, wide - 2 * MARGIN), z = MARGIN + rng_below(r, high - 2 * MARGIN);
@@ -561,7 +564,8 @@ static uint64_t differing(const pktrt_hit *a, const pktrt_hit *b, size_t n) {
 }
 
 /* The refitted scene against one that is built anew: answers, and what is known of the scene. */
-static void ask_fresh(film *f, const pktrt_scene *s, const world *w, const pktrt_ray *rays, const pktrt_hit *stale, size_t n) {
+static void ask_fresh(film *f, const pktrt_scene *s, const world *w, const pktrt_ray *rays, const pktrt_hit *stale,
+                      size_t n) {
   pktrt_scene *fresh = scene_of(w, PKTRT_ISA_AUTO, PKTRT_BUILD_FAST, 0);
   pktrt_hit *want = room(n, sizeof *want), *got = room(n, sizeof *got);
   pktrt_scene_info a, b;
@@ -620,11 +624,11 @@ static void thousand_frames(void) {
 }
 
 /* --- rays along axes ---
-   A box that such a ray touches has, from the ray on, some extent to one side at least along each of the other two axes. So one of
-   the four rays that lean to these sides, from the same origin, enters it, if it leans little enough: it visits at most what
-   those four visit together, four times their mean. (A box without extent is met by all of them: the worlds below are 9 wide, where
-   a slope of 2^-22 takes a ray less far from it than the slabs are padded.) Where zeros in a direction opened doors, all of the
-   tree would be visited. */
+   A box that such a ray touches has, from the ray on, some extent to one side at least along each of the other two
+   axes. So one of the four rays that lean to these sides, from the same origin, enters it, if it leans little enough:
+   it visits at most what those four visit together, four times their mean. (A box without extent is met by all of
+   them: the worlds below are 9 wide, where a slope of 2^-22 takes a ray less far from it than the slabs are padded.)
+   Where zeros in a direction opened doors, all of the tree would be visited. */
 
 enum { BUNDLE = 64, AXIS_JOBS = 32 };
 
@@ -700,14 +704,14 @@ static void axis_job(void *arg, size_t job) {
 
 static void along_axes_of(const char *name, world w, bool on_vertices) {
   axis_trial t = {&w, scene_of(&w, PKTRT_ISA_AUTO, PKTRT_BUILD_DEFAULT, 0), on_vertices, 0, {0}, {0}};
-  t.bundles = (thorough(1000000) / 5 + BUNDLE - 1) / BUNDLE + AXIS_JOBS; /* each ray and four beside it */
+  t.bundles = (thorough(1000000) / 15 + BUNDLE - 1) / BUNDLE + AXIS_JOBS; /* each ray and four beside it; three cases */
   for (int k = 0; k < isa_count; k++) {
     uint64_t visits = 0, beside = 0;
     tree_asked_by(t.s, isas[k]);
     jobs_for(AXIS_JOBS, axis_job, &t);
     for (int i = 0; i < AXIS_JOBS; i++) visits += t.visits[i], beside += t.beside[i];
-    value_figure(part, name, isas[k], 5 * t.bundles * BUNDLE, "visits against rays beside", 4 * (double)visits / (double)beside,
-                 4);
+    const double ratio = 4 * (double)visits / (double)beside;
+    value_figure(part, name, isas[k], 5 * t.bundles * BUNDLE, "visits against rays beside", ratio, 4);
   }
   pktrt_scene_destroy(t.s);
   world_free(&w);

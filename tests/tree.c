@@ -5,7 +5,8 @@
 
 const char *tree_fault(const pktrt_scene *s) {
   const char *wrong = NULL;
-  for (uint32_t g = 0; g < s->group_count && !wrong; g++) wrong = pktrt__check_group(&s->groups[g], s->meshes, s->mesh_count);
+  for (uint32_t g = 0; g < s->group_count && !wrong; g++)
+    wrong = pktrt__check_group(&s->groups[g], s->meshes, s->mesh_count);
   return wrong;
 }
 

@@ -186,7 +186,7 @@ static mesh on_a_line(uint32_t nt) {
   for (uint32_t t = 0; t < nt; t++) {
     rng r = rng_of(t);
     uint32_t at[3];
-    for (int c = 0; c < 3; c++) at[c] = c ? at[0] + rng_below(&r, 64) : rng_below(&r, 1 << 18);
+    for (int c = 0; c < 3; c++) at[c] = c ? at[0] + rng_below(&r, 8) : rng_below(&r, 1 << 18);
     for (uint32_t i = 0; i < 9; i++)
       m.p[9 * (size_t)t + i] = ((float)at[i / 3] * 0x1p-17f - 1) * (float)(3 + 2 * (i % 3));
     three_corners(&m, t);
@@ -304,7 +304,7 @@ static void rays_in_one_place(const char *name, const world *w, int how, size_t 
     jobs_for(16, try_place, &t);
     for (int i = 0; i < 16; i++) wrong += t.wrong[i], hits += t.hits[i];
     count_figure(part, name, isas[k], rays, "wrong answers", wrong);
-    CHECK(hits > rays / 8 && hits < rays, "%s: %llu hits", name, (unsigned long long)hits);
+    CHECK(hits > rays / 8, "%s: %llu hits", name, (unsigned long long)hits);
   }
   pktrt_scene_destroy(t.s);
 }

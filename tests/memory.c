@@ -87,9 +87,10 @@ typedef pktrt_status operation(fixture *);
 
 /* What an operation that ran out of memory must leave: a status, a sentence, the answers that were. */
 static bool left_as_it_was(fixture *f, const char *name, size_t n, pktrt_status s, const answers *now) {
-  return CHECK(s == PKTRT_OUT_OF_MEMORY, "%s: status %d at allocation %zu", name, (int)s, n) &
-         CHECK(strstr(pktrt_last_error(f->s), "memory") != NULL, "%s: \"%s\"", name, pktrt_last_error(f->s)) &
-         CHECK(same_bits(now, &f->before, sizeof *now), "%s: answers changed at failing allocation %zu", name, n);
+  const bool status = CHECK(s == PKTRT_OUT_OF_MEMORY, "%s: status %d at allocation %zu", name, (int)s, n);
+  const bool said = CHECK(strstr(pktrt_last_error(f->s), "memory") != NULL, "%s: \"%s\"", name, pktrt_last_error(f->s));
+  const bool same = same_bits(now, &f->before, sizeof *now);
+  return CHECK(same, "%s: answers changed at failing allocation %zu", name, n) && status && said;
 }
 
 /* Fails allocation 1, 2, 3, ... of op until it passes; `changes`: whether answers change once it passes. */

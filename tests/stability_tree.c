@@ -291,7 +291,7 @@ static void try_place(void *arg, size_t job) {
   }
 }
 
-/* Every ray that hits looks at all of them: the million rays are those of "16 times". */
+/* Every ray that hits looks at all of them: the million rays are those of "8 times". */
 static void rays_in_one_place(const char *name, const world *w, int how, size_t rays) {
   place_trial t = {{{{NULL, NULL, 0, 0, 0}}, 0, NULL}, NULL, rays, {0}, {0}};
   t.answer = *w;
@@ -314,11 +314,11 @@ static void coincident(void) {
                                        "of one centre, from 1e-6 to 1e6"};
   for (int how = ALIKE; how <= CENTRED_WIDELY; how++) {
     world w = world_of(in_one_place((uint32_t)(how == ALIKE ? scaled(1000000) : thorough(100000)), how));
-    rays_in_one_place(names[how], &w, how, how == ALIKE ? 6 + thorough(24) : 30 + thorough(200));
+    rays_in_one_place(names[how], &w, how, how == ALIKE ? 6 + thorough(10) : 30 + thorough(50));
     world_free(&w);
   }
   mesh sphere = mesh_sphere(3, 0.1f, 1);
-  try_world("each triangle 16 times", world_of(mesh_copies(&sphere, 16)));
+  try_world("each triangle 8 times", world_of(mesh_copies(&sphere, 8)));
   mesh_free(&sphere);
 }
 

@@ -8,7 +8,7 @@
 bool small_run;
 double thoroughness;
 uint64_t run_seed;
-test_hooks hooks = {PTHREAD_MUTEX_INITIALIZER, 0, 0, 0, 0, 0, false, 0, 0, 0, 0, ""};
+test_hooks hooks = {PTHREAD_MUTEX_INITIALIZER, 0, 0, 0, 0, 0, false, 0, 0, 0, 0, "", 0};
 pktrt_isa isas[8];
 int isa_count;
 
@@ -109,6 +109,7 @@ static void *count_allocate(void *user, size_t size, size_t align) {
   pthread_mutex_lock(&h->lock);
   h->live_blocks++;
   h->live_bytes += size;
+  if (h->live_bytes > h->peak_bytes) h->peak_bytes = h->live_bytes;
   pthread_mutex_unlock(&h->lock);
   return raw + GUARD;
 }

@@ -1,5 +1,5 @@
 /* Each allocation failing in turn: a status, a scene that still answers as before, and nothing leaked. */
-#include "meshes.h"
+#include "stability.h"
 
 enum { RAYS = 300 };
 typedef struct answers {
@@ -19,14 +19,27 @@ typedef struct fixture {
   world first, second, moved; /* second: what is added; moved: first, deformed */
   answers before;
   pktrt_scene *s;
+  uint64_t failed, wrong;     /* allocations made to fail, and what was not as it should be then */
+  uint64_t passed, changed;   /* the control: operations that passed, and those after which answers were others */
 } fixture;
 
-static void set_up(fixture *f, int workers) {
-  f->first = world_moving(4);
-  f->second = world_static(3);
-  f->moved = world_moving(4);
+/* The largest tree has several tasks, and with `scrambled` the old tree is bad for the new positions. */
+static void set_up(fixture *f, int workers, pktrt_build_quality quality, pktrt_rebuild rebuild, bool scrambled) {
+  pktrt_scene_desc d = scene_desc_of(PKTRT_ISA_AUTO, workers);
+  memset(f, 0, sizeof *f);
+  d.quality = quality, d.rebuild = rebuild;
+  f->first = world_moving(5), f->second = world_static(3), f->moved = world_moving(5);
   for (uint32_t i = 0; i < 4; i++) mesh_place(&f->moved.m[i], (float[3]){1, 0.5f, 1}, (float[3]){0.1f, 0, 0});
-  f->s = world_scene(&f->first, PKTRT_ISA_AUTO, workers);
+  rng r = rng_of(7);
+  for (size_t i = 0; i < (size_t)f->moved.m[0].nv * 6 && scrambled; i++) f->moved.m[0].p[i] = rng_sign(&r);
+  f->s = pktrt_scene_create(&d);
+  if (!CHECK(f->s != NULL)) abort();
+  for (uint32_t i = 0; i < 4; i++) {
+    pktrt_mesh_desc m = mesh_desc(&f->first.m[i]);
+    m.normals = i == 1 ? m.positions : NULL; /* as good as any */
+    CHECK(pktrt_add_mesh(f->s, &m, NULL) == PKTRT_OK);
+  }
+  CHECK(pktrt_commit(f->s) == PKTRT_OK);
   ask_all(f->s, &f->before);
 }
 
@@ -46,6 +59,7 @@ static pktrt_status op_positions(fixture *f) {
   }
   return s;
 }
+static pktrt_status op_normals(fixture *f) { return pktrt_set_normals(f->s, 1, 0, f->moved.m[1].p); }
 static float picture[32 * 32 * 3];
 static pktrt_status op_render(fixture *f) {
   pktrt_render_desc d;
@@ -71,10 +85,17 @@ static pktrt_status op_material(fixture *f) {
 
 typedef pktrt_status operation(fixture *);
 
+/* What an operation that ran out of memory must leave: a status, a sentence, the answers that were. */
+static bool left_as_it_was(fixture *f, const char *name, size_t n, pktrt_status s, const answers *now) {
+  const bool status = CHECK(s == PKTRT_OUT_OF_MEMORY, "%s: status %d at allocation %zu", name, (int)s, n);
+  const bool said = CHECK(strstr(pktrt_last_error(f->s), "memory") != NULL, "%s: \"%s\"", name, pktrt_last_error(f->s));
+  const bool same = same_bits(now, &f->before, sizeof *now);
+  return CHECK(same, "%s: answers changed at failing allocation %zu", name, n) && status && said;
+}
+
 /* Fails allocation 1, 2, 3, ... of op until it passes; `changes`: whether answers change once it passes. */
 static size_t fail_each(fixture *f, const char *name, operation *op, bool changes) {
-  size_t n = 1;
-  for (;; n++) {
+  for (size_t n = 1; n < 100000; n++) {
     answers now;
     hooks.fail_at = n, hooks.failed = 0;
     hooks.fail_after = n % 2 == 0; /* one failure, or all from there on */
@@ -82,22 +103,22 @@ static size_t fail_each(fixture *f, const char *name, operation *op, bool change
     hooks.fail_at = 0, hooks.fail_after = false;
     ask_all(f->s, &now);
     if (s == PKTRT_OK) {
-      CHECK(hooks.failed == 0, "%s: allocation %zu failed and nobody noticed", name, n);
-      CHECK(changes == !same_bits(&now, &f->before, sizeof now), "%s: what it should change it changes", name);
+      const bool other = !same_bits(&now, &f->before, sizeof now);
+      f->wrong += !CHECK(hooks.failed == 0, "%s: allocation %zu failed and nobody noticed", name, n);
+      CHECK(changes == other, "%s: what it should change it changes", name);
+      f->passed++, f->changed += other;
+      f->before = now;
       return n - 1;
     }
-    CHECK(s == PKTRT_OUT_OF_MEMORY, "%s: status %d at allocation %zu", name, (int)s, n);
-    CHECK(strstr(pktrt_last_error(f->s), "memory") != NULL, "%s: \"%s\"", name, pktrt_last_error(f->s));
-    CHECK(same_bits(&now, &f->before, sizeof now), "%s: answers changed at failing allocation %zu", name, n);
-    if (n > 100000) {
-      CHECK(false, "%s never passes", name);
-      return n;
-    }
+    f->failed++;
+    f->wrong += !left_as_it_was(f, name, n, s, &now);
   }
+  CHECK(false, "%s never passes", name);
+  return 0;
 }
 
-static void each_allocation(int workers) {
-  for (size_t n = 1;; n++) { /* create */
+static void fail_to_create(int workers) {
+  for (size_t n = 1;; n++) {
     hooks.fail_at = n;
     pktrt_scene_desc d = scene_desc_of(PKTRT_ISA_AUTO, workers);
     pktrt_scene *s = pktrt_scene_create(&d);
@@ -107,20 +128,65 @@ static void each_allocation(int workers) {
     CHECK(hooks.live_blocks == 0, "create leaks");
     if (made) break;
   }
+}
+
+/* Ends a fixture: the figures of its failures, and of what is left when the scene is gone. */
+static void report(fixture *f, const char *name) {
+  static const char wrong[] = "failed allocations that change or hide", leaks[] = "blocks left after failed allocations";
+  const size_t blocks = hooks.live_blocks;
+  tear_down(f);
+  count_figure("tree", name, PKTRT_ISA_AUTO, f->failed, wrong, f->wrong);
+  control_figure("tree", name, wrong, "changes seen once it passed", f->passed, f->changed);
+  count_figure("tree", name, PKTRT_ISA_AUTO, f->failed, leaks, hooks.live_blocks);
+  control_figure("tree", name, leaks, "before the scene is destroyed", blocks, blocks);
+}
+
+static void each_allocation(int workers) {
   fixture f;
-  set_up(&f, workers);
-  size_t add = fail_each(&f, "add", op_add, false), commit = fail_each(&f, "commit", op_commit, true);
-  ask_all(f.s, &f.before);
-  size_t light = fail_each(&f, "light", op_light, false), material = fail_each(&f, "material", op_material, false);
-  size_t set = fail_each(&f, "positions", op_positions, false), refit = fail_each(&f, "refit", op_refit, true);
-  ask_all(f.s, &f.before);
-  CHECK(pktrt_mark_changed(f.s) == PKTRT_OK);
-  size_t again = fail_each(&f, "commit again", op_commit, false);
-  size_t render = fail_each(&f, "render", op_render, false);
-  say("failed in turn: add %zu, commit %zu, light %zu, material %zu, positions %zu, refit %zu, commit %zu, render %zu", add,
-      commit, light, material, set, refit, again, render);
-  CHECK(add > 0 && commit > 0 && light > 0 && material > 0 && set > 0, "the control: they do allocate");
-  tear_down(&f);
+  fail_to_create(workers);
+  for (int q = PKTRT_BUILD_DEFAULT; q <= PKTRT_BUILD_HIGH; q++) {
+    set_up(&f, workers, (pktrt_build_quality)q, PKTRT_REBUILD_NEVER, false);
+    size_t add = fail_each(&f, "add", op_add, false), commit = fail_each(&f, "commit", op_commit, true);
+    size_t light = fail_each(&f, "light", op_light, false), material = fail_each(&f, "material", op_material, false);
+    size_t set = fail_each(&f, "positions", op_positions, false), normals = fail_each(&f, "normals", op_normals, false);
+    size_t refit = fail_each(&f, "refit", op_refit, true);
+    CHECK(pktrt_mark_changed(f.s) == PKTRT_OK);
+    size_t again = fail_each(&f, "commit again", op_commit, false), render = fail_each(&f, "render", op_render, false);
+    say("failed in turn: add %zu, commit %zu, light %zu, material %zu, positions %zu, normals %zu, refit %zu, "
+        "commit %zu, render %zu", add, commit, light, material, set, normals, refit, again, render);
+    CHECK(add > 0 && commit > 0 && light > 0 && material > 0 && set > 0 && normals > 0 && again > 0 && render > 0,
+          "the control: they do allocate");
+    CHECK(refit == 0, "a refit without rebuild allocates nothing");
+    report(&f, workers ? "allocation failures, 3 workers" : "allocation failures, no workers");
+  }
+}
+
+/* A refit that rebuilds by itself and has no memory for it says so, passes, and keeps the refitted tree: answers are
+   those of the new positions all the same. */
+static void failing_rebuild(void) {
+  for (int workers = 0; workers <= 3; workers += 3) {
+    fixture f;
+    answers want, now;
+    uint64_t rebuilt = 0, n = 1;
+    for (; !rebuilt && n < 1000; n++) {
+      set_up(&f, workers, PKTRT_BUILD_DEFAULT, PKTRT_REBUILD_AUTOMATIC, true);
+      CHECK(op_positions(&f) == PKTRT_OK);
+      hooks.fail_at = n, hooks.fail_after = n % 2 == 0, hooks.failed = 0, hooks.warnings = hooks.notes = 0;
+      CHECK(pktrt_refit(f.s) == PKTRT_OK, "allocation %llu: %s", (unsigned long long)n, pktrt_last_error(f.s));
+      hooks.fail_at = 0, hooks.fail_after = false;
+      rebuilt = hooks.failed == 0;
+      CHECK(rebuilt ? hooks.notes > 0 : strstr(hooks.last_log, "memory") != NULL, "it says: %s", hooks.last_log);
+      ask_all(f.s, &now);
+      pktrt_scene *fresh = world_scene(&f.moved, PKTRT_ISA_AUTO, 0);
+      ask_all(fresh, &want);
+      pktrt_scene_destroy(fresh);
+      f.failed = !rebuilt, f.wrong = !rebuilt && !same_bits(&now, &want, sizeof now);
+      f.passed = 1, f.changed = !same_bits(&now, &f.before, sizeof now);
+      report(&f, "rebuilds without memory");
+    }
+    CHECK(n > 8, "the control: a rebuild allocates");
+    say("%d workers: %llu allocations failed in turn", workers, (unsigned long long)n - 2);
+  }
 }
 
 static void each_allocation_serial(void) { each_allocation(0); }
@@ -130,7 +196,7 @@ static void each_allocation_parallel(void) { each_allocation(3); }
 static void usable_after_failure(void) {
   fixture f;
   answers a, b;
-  set_up(&f, 0);
+  set_up(&f, 0, PKTRT_BUILD_DEFAULT, PKTRT_REBUILD_ADVISE, false);
   hooks.fail_at = 2;
   CHECK(op_add(&f) == PKTRT_OUT_OF_MEMORY || hooks.fail_at);
   hooks.fail_at = 0;
@@ -174,8 +240,9 @@ static void too_large(void) {
 }
 
 void suite_memory(void) {
-  run("each allocation failing in turn leaves the scene usable and leaks nothing", each_allocation_serial);
-  run("each allocation failing in turn while several threads build", each_allocation_parallel);
+  run("stable: each allocation failing in turn leaves the scene usable and leaks nothing", each_allocation_serial);
+  run("stable: each allocation failing in turn while several threads build", each_allocation_parallel);
+  run("stable: a rebuild that has no memory leaves the refitted tree", failing_rebuild);
   run("a scene goes on after failures as a fresh one would", usable_after_failure);
   run("more than the allocator gives is refused", too_large);
 }

@@ -1,5 +1,6 @@
 /* Pictures: lens, shutter, structure of the ray tree, hooks, buffers; the same bits whatever the settings; memory. */
 #include "pictures.h"
+#include "stability.h"
 
 /* --- stages --- */
 
@@ -958,7 +959,12 @@ static void failing_renders(void) {
     }
     say("%d workers: %zu allocations failed in turn", workers, failed);
     CHECK(failed > 0, "the control: renders do allocate");
+    const size_t blocks = hooks.live_blocks;
+    const char *const name = workers ? "rich renders, 3 workers" : "rich renders, no workers";
+    const char *const leaks = "blocks left after failed allocations";
     pktrt_scene_destroy(s);
+    count_figure("tree", name, PKTRT_ISA_AUTO, failed, leaks, hooks.live_blocks);
+    control_figure("tree", name, leaks, "before the scene is destroyed", blocks, blocks);
   }
   free(want), free(got), free(stats);
 }
@@ -978,6 +984,6 @@ void suite_pictures(void) {
   run("a WRT picture has the same bits for all settings", same_wrt);
   run("a DRT picture has the same bits for all settings", same_drt);
   run("a branching DRT picture has the same bits for all settings", same_drt_branching);
-  run("each allocation of a render failing in turn is reported and leaks nothing", failing_renders);
+  run("stable: each allocation of a render failing in turn is reported and leaks nothing", failing_renders);
   run("rays of depth 50 fit into 128 KiB of stack, between mirrors and in glass", deep_stack);
 }

@@ -112,56 +112,6 @@ static void degenerate(void) {
   }
 }
 
-static void coincident(void) {
-  for (int kind = 0; kind < 3; kind++) {
-    uint32_t n = (uint32_t)scaled(1000000);
-    mesh m = mesh_of(n * 3, n);
-    for (uint32_t t = 0; t < n; t++) {
-      rng r = rng_of(t);
-      float s = kind == 0 ? 1 : kind == 1 ? rng_unit(&r) : powf(10, rng_range(&r, -6, 6)); /* alike, or centred alike */
-      float a[9] = {-s, 0, -s, s, 0, -s, 0, 0, 2 * s};
-      memcpy(m.p + 9 * (size_t)t, a, sizeof a);
-      for (uint32_t k = 0; k < 3; k++) m.i[t * 3 + k] = t * 3 + k;
-    }
-    world w = world_none();
-    w.m[0] = m, w.n = 1;
-    pktrt_scene *s = world_scene(&w, PKTRT_ISA_AUTO, 2);
-    pktrt_ray down = ray_of(1e-9f, 3, 1e-9f, 0, -1, 0), aside = ray_of(1e-9f, 3, 1e-9f, 0, 1, 0);
-    pktrt_hit h, want;
-    CHECK(pktrt_intersect(s, &down, &h) && ref_intersect(&w, &down, &want) && same_bits(&h, &want, sizeof h),
-          "kind %d: triangle %u", kind, h.triangle);
-    CHECK(!hits_something(s, &aside));
-    pktrt_scene_destroy(s);
-    mesh_free(&m);
-  }
-}
-
-static void mixed_sizes(void) {
-  mesh m = mesh_soup(3000, 1, 5);
-  for (uint32_t t = 0; t < m.nt; t++) {
-    rng r = rng_of(t);
-    float s = powf(10, rng_range(&r, -8, 2));
-    for (uint32_t k = 3; k < 9; k++) m.p[9 * t + k] = m.p[9 * t + k % 3] + s * (m.p[9 * t + k] - m.p[9 * t + k % 3]);
-  }
-  world w = world_none();
-  w.m[0] = m, w.n = 1;
-  pktrt_scene *s = world_scene(&w, PKTRT_ISA_AUTO, 0);
-  uint32_t hits = 0;
-  for (uint32_t i = 0; i < scaled(2000); i++) {
-    rng r = rng_of(i);
-    float o[3] = {3 * rng_sign(&r), 3 * rng_sign(&r), 3 * rng_sign(&r)}, p[3];
-    pick_edge(&w, &r, 0, p);
-    pktrt_ray x = ray_towards(o, p, 0);
-    pktrt_hit want, got;
-    hits += ref_intersect(&w, &x, &want);
-    pktrt_intersect(s, &x, &got);
-    CHECK(same_bits(&want, &got, sizeof got));
-  }
-  CHECK(hits > 10);
-  pktrt_scene_destroy(s);
-  mesh_free(&m);
-}
-
 /* The same triangles through strides, odd addresses and soups: the same hits, and normals do not matter to them. */
 static void layouts(void) {
   mesh m = mesh_sphere(2, 0.1f, 1);
@@ -654,40 +604,9 @@ static void vectors_of_eight(void) {
   }
 }
 
-/* Rays along an axis visit no more than rays beside it: zeros of the direction open no doors. */
-static void axis_visits(void) {
-  world w = world_static(4);
-  pktrt_scene *s = world_scene(&w, PKTRT_ISA_AUTO, 0);
-  for (int path = 0; path < 3; path++) {
-    uint64_t visits[2] = {0, 0};
-    for (int tilted = 0; tilted < 2; tilted++) {
-      pktrt_query_desc q;
-      pktrt_stats stats;
-      memset(&q, 0, sizeof q);
-      memset(&stats, 0, sizeof stats);
-      q.path = (pktrt_path)path, q.stats = &stats;
-      for (uint32_t i = 0; i < 3000; i++) {
-        rng r = rng_of(i);
-        pktrt_ray x = ray_of(4 * rng_sign(&r), 4 * rng_sign(&r), 4 * rng_sign(&r), 0, 0, 0);
-        pktrt_hit h;
-        for (uint32_t k = 0; k < 3; k++) x.direction[k] = k == i % 3 ? (i & 8 ? 1.f : -1.f) : i & 16 ? 0.f : -0.f;
-        for (uint32_t k = 0; k < 3 && tilted; k++) x.direction[k] += 1e-3f * rng_sign(&r);
-        pktrt_intersect_ex(s, &q, &x, &h, 1);
-      }
-      visits[tilted] = stats.by_type[0].box_tests;
-    }
-    CHECK(visits[0] < visits[1] + visits[1] / 4 + 3000, "path %d: %llu box tests along axes, %llu beside", path,
-          (unsigned long long)visits[0], (unsigned long long)visits[1]);
-  }
-  pktrt_scene_destroy(s);
-  world_free(&w);
-}
-
 void suite_scene(void) {
   run("0 to 20 triangles answer as brute force", tiny_scenes);
   run("degenerate triangles are accepted, counted and never hit", degenerate);
-  run("a million coincident centroids build and answer", coincident);
-  run("triangles of wildly mixed sizes answer as brute force", mixed_sizes);
   run("strides, odd addresses and soups give the same hits", layouts);
   run("odd queries: none, NULL, zeroed, NaN, infinite, out of range", odd_queries);
   run("hits lie strictly between tmin and tmax", intervals);
@@ -699,5 +618,4 @@ void suite_scene(void) {
   run("statistics count what happened", statistics);
   run("rays in bundles go in packets, rays all over do not", bundles_in_packets);
   run("vectors of eight tests hold what is counted, and coherent packets need fewer", vectors_of_eight);
-  run("rays along an axis visit no more boxes than others", axis_visits);
 }

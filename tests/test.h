@@ -106,6 +106,7 @@ typedef struct test_hooks { /* the user pointer of scene_desc_of() */
   int workers;              /* of parallel_for */
   int warnings, notes;      /* log sentences of level 0, 1 */
   char last_log[256];
+  size_t peak_bytes;        /* the most that live_bytes has been; to be set by who asks */
 } test_hooks;
 extern test_hooks hooks;    /* the one that all tests share */
 pktrt_scene_desc scene_desc_of(pktrt_isa isa, int workers); /* workers 0: no parallel_for */

@@ -1,0 +1,17 @@
+/* What only tree.c can see, for it holds the implementation. */
+#ifndef PKTRT_TEST_TREE_H
+#define PKTRT_TEST_TREE_H
+#include "meshes.h"
+
+/* NULL, or what is wrong with a tree of the scene: a bound that is not exact, a triangle that is not there once, ... */
+const char *tree_fault(const pktrt_scene *);
+/* How many bounds, of all children and keys and of the scene, are not those of the vertices that the world has now. The
+   trees must be without fault, or have been so before the world's vertices changed. Adds to *compared what was looked
+   at. */
+uint64_t tree_bounds_off(const pktrt_scene *, const world *, uint64_t *compared);
+/* The deepest leaf; the root's children have depth 1. */
+uint32_t tree_depth(const pktrt_scene *);
+/* The same trees, asked by the kernels of another instruction set: large ones need not be built for each. */
+void tree_asked_by(pktrt_scene *, pktrt_isa);
+
+#endif

@@ -245,22 +245,24 @@ typedef struct shape {
   float turn, way; /* between keys: an angle, and how far it moves at most, in sizes; both: vertices move by themselves */
 } shape;
 
+/* Of few triangles all, of many the last eight. */
 static const shape shapes[] = {
   {"scale 1", 1, {1, 1, 1}, 0, 1, 0, 0},
-  {"scale 1e-4", 1e-4f, {1, 1, 1}, 0, 1, 0, 0},
-  {"scale 1e6", 1e6f, {1, 1, 1}, 0, 1, 0, 0},
   {"scale 1e-2, offset 10", 1e-2f, {1, 1, 1}, 10, 1, 0, 0},
   {"scale 1e3, offset 1e3", 1e3f, {1, 1, 1}, 1e3f, 1, 0, 0},
-  {"offset 1e5", 1, {1, 1, 1}, 1e5f, 1, 0, 0},
-  {"flat 1:10000, offset 1", 1, {1, 1e-4f, 1}, 1, 1, 0, 0},
-  {"needle 1:10000", 1, {1e-4f, 1, 1e-4f}, 0, 1, 0, 0},
-  {"2 keys, turning", 1, {1, 1, 1}, 0, 2, 2.8f, 0},
+  {"2 keys, far", 1, {1, 1, 1}, 0, 2, 0, 50},
   {"3 keys, turning, flat 1:10000", 1, {1, 1e-4f, 1}, 0, 3, 2.5f, 0},
   {"5 keys, turning, offset 1e3", 1, {1, 1, 1}, 1e3f, 5, 2.5f, 0},
-  {"2 keys, far", 1, {1, 1, 1}, 0, 2, 0, 50},
-  {"3 keys, far, scale 1e-4", 1e-4f, {1, 1, 1}, 0, 3, 0.5f, 10},
+  {"scale 1e-4", 1e-4f, {1, 1, 1}, 0, 1, 0, 0},
+  {"scale 1e6, offset 10", 1e6f, {1, 1, 1}, 10, 1, 0, 0},
+  {"offset 1e5", 1, {1, 1, 1}, 1e5f, 1, 0, 0},
+  {"needle 1:10000", 1, {1e-4f, 1, 1e-4f}, 0, 1, 0, 0},
+  {"flat 1:10000, offset 1", 1, {1, 1e-4f, 1}, 1, 1, 0, 0},
+  {"2 keys, turning", 1, {1, 1, 1}, 0, 2, 2, 0},
+  {"3 keys, turning, far, scale 1e-4", 1e-4f, {1, 1, 1}, 0, 3, 1.5f, 10},
   {"5 keys, far, scale 1e6", 1e6f, {1, 1, 1}, 0, 5, 0.1f, 1e3f},
 };
+enum { LARGE = 8 };
 
 /* Where rays start: inside the mesh at that time. Of a moving mesh four after one another have one place within it. */
 typedef struct spot {
@@ -410,7 +412,7 @@ static const char *const plain_names[2] = {"Kensler-Shirley", "Moeller-Trumbore"
 /* Controls look at rays of one time, at the mesh as it is then: a tree over all places that it comes to would be of no use. */
 static void control_leaks(const closed *c) {
   const float time = c->spots[c->spot_count - 1].time;
-  const size_t most = thorough(30000);
+  const size_t most = c->w.m[0].nt > 512 ? 10 + thorough(1000) : thorough(30000);
   uint64_t rays = 0, leaks[2] = {0, 0};
   const still s = still_at(&c->w.m[0], time);
   world w = world_of(mesh_of(s.m->nv, s.m->nt));
@@ -431,10 +433,10 @@ typedef struct closed_sum {
   uint64_t drawn, outside, culls;
 } closed_sum;
 
-/* Job i: a shape, of many triangles first, since these take longer. */
+/* Job i: a shape, the last first, since they take longer. */
 static void closed_case(void *arg, size_t i) {
-  const shape *f = &shapes[i % COUNT(shapes)];
-  const int level = i >= COUNT(shapes) ? 3 : thoroughness >= 0.1 ? 7 : 5;
+  const shape *f = &shapes[COUNT(shapes) - 1 - (i < LARGE ? i : i - LARGE)];
+  const int level = i >= LARGE ? 3 : thoroughness >= 0.1 ? 7 : 5;
   closed_sum *sum = (closed_sum *)arg + i;
   pktrt_stats *stats = calloc(1, sizeof *stats);
   closed c;
@@ -456,7 +458,7 @@ static void closed_case(void *arg, size_t i) {
 }
 
 static void closed_meshes(void) {
-  closed_sum each[2 * COUNT(shapes)], all = {0, 0, 0};
+  closed_sum each[LARGE + COUNT(shapes)], all = {0, 0, 0};
   memset(each, 0, sizeof each);
   jobs_for(COUNT(each), closed_case, each);
   for (size_t i = 0; i < COUNT(each); i++)
@@ -465,7 +467,249 @@ static void closed_meshes(void) {
   CHECK(thoroughness < 0.01 || all.culls > 0, "packets are culled by four planes");
 }
 
+/* --- convex meshes ---
+
+   Exactly convex: no vertex lies outside the plane of a triangle, of the vertices as they are rounded at each time that rays
+   have. Scales and offsets are powers of two, and offsets there are only where coordinates have few bits.
+
+   Rays are of three kinds. Lines without ends, from anywhere to anywhere: they cross 0 or 2 times. Rays from outside through an
+   inner point (a fifth of the way or more from the surface) and a vertex or an edge, where they enter or leave: they may meet
+   several triangles there, at one t or at neighbouring ones, but cross at least once in and then at least once out. And
+   such rays by an edge, at 2^-24 to 2^-12 of its triangle's height: they cross exactly twice. A ray that meets an edge, as
+   things are rounded, hits both its triangles: that is one crossing. */
+
+typedef struct convex {
+  const char *name;
+  int level; /* of mesh_sphere; -1: a box */
+  float scale, flat, offset;
+  uint32_t keys;
+} convex;
+
+static const convex convexes[] = {
+  {"convex 8192", 5, 1, 1, 0, 1},
+  {"convex 512, 3 keys", 3, 1, 1, 0, 3},
+  {"convex 512, scale 2^20", 3, 0x1p20f, 1, 0, 1},
+  {"convex 512, flat 2^-13", 3, 1, 0x1p-13f, 0, 1},
+  {"octahedron, offset 2^17", 0, 1, 1, 0x1p17f, 1},
+  {"box, scale 2^-13", -1, 0x1p-13f, 1, 0, 1},
+};
+
+typedef enum course { LINE, BY_EDGE, AT_EDGE } course;
+
+enum { TIMES = 16 };
+typedef struct hull {
+  const convex *f;
+  uint64_t seed;
+  world w;
+  float times[TIMES];
+  still at[TIMES];
+  size_t ray_count;
+} hull;
+
+static bool is_convex(const still *s) {
+  for (uint32_t t = 0; t < s->m->nt; t++)
+    for (uint32_t i = 0; i < s->m->nv; i++)
+      if (volume_sign(corner_of(s, t, 0), corner_of(s, t, 1), corner_of(s, t, 2), s->p + 3 * (size_t)i) < 0) return false;
+  return true;
+}
+
+static mesh convex_mesh(const convex *f) {
+  mesh m = f->level < 0 ? mesh_box() : mesh_sphere(f->level, 0, 0);
+  const float s = f->level < 0 ? f->scale / 2 : f->scale;
+  if (f->keys > 1) mesh_move(&m, f->keys, 0.7f, 0, 0);
+  mesh_place(&m, (float[3]){s, s * f->flat, s}, (float[3]){f->offset, f->offset, -f->offset});
+  return m;
+}
+
+/* A point of a triangle: a vertex or an edge's; or inside, near the middle of an edge. */
+static void near_edge(const still *s, bool inside, rng *r, float out[3]) {
+  const uint32_t t = rng_below(r, s->m->nt), c = rng_below(r, 3);
+  const float *a = corner_of(s, t, c), *b = corner_of(s, t, (c + 1) % 3), *opposite = corner_of(s, t, (c + 2) % 3);
+  const float f = inside ? rng_range(r, 0.25f, 0.75f) : rng_below(r, 2) ? 0 : rng_unit(r);
+  const float off = inside ? exp2f(rng_range(r, -24, -12)) : 0;
+  for (int k = 0; k < 3; k++) {
+    const float p = a[k] + f * (b[k] - a[k]);
+    out[k] = p + off * (opposite[k] - p);
+  }
+}
+
+static pktrt_ray line(const hull *h, rng *r) {
+  float o[3], p[3];
+  for (int k = 0; k < 3; k++) o[k] = 2 * h->f->scale * rng_sign(r), p[k] = h->f->scale * rng_sign(r);
+  pktrt_ray x = ray_towards(o, p, 0);
+  x.tmin = -INFINITY;
+  return x;
+}
+
+/* Through an inner point and an edge: from half a size or more before the edge, or from two sizes before the inner point. */
+static pktrt_ray through(const hull *h, const still *s, bool by_edge, rng *r) {
+  const float *v = s->p + 3 * (size_t)rng_below(r, s->m->nv), f = 0.8f * rng_unit(r);
+  const float c[3] = {h->f->offset, h->f->offset, -h->f->offset};
+  const bool enters = rng_below(r, 2);
+  float p[3], o[3];
+  double q[3], d[3], l = 0;
+  near_edge(s, by_edge, r, p);
+  for (int k = 0; k < 3; k++) q[k] = (double)c[k] + (double)f * ((double)v[k] - (double)c[k]), d[k] = (double)p[k] - q[k], l += d[k] * d[k];
+  const double far = (double)h->f->scale * (enters ? 0.5 + (double)rng_unit(r) : -2 - 0.2 * (double)rng_unit(r)) / sqrt(l);
+  for (int k = 0; k < 3; k++) o[k] = (float)((enters ? (double)p[k] : q[k]) + far * d[k]);
+  return ray_towards(o, p, 0);
+}
+
+/* On flat meshes both sides may be at one t, and far away ends of lines lie on a grid, as the edges do. */
+static course course_of(const hull *h, uint64_t ray) {
+  return ray % 2 || h->f->flat < 1 || h->f->offset > 0 ? AT_EDGE : ray % 4 ? BY_EDGE : LINE;
+}
+
+static uint32_t time_of(const hull *h, uint64_t ray) { return h->f->keys > 1 ? (uint32_t)(mix64(ray ^ h->seed) % TIMES) : 0; }
+
+static pktrt_ray crossing_ray(const hull *h, uint64_t ray) {
+  rng r = rng_of(h->seed << 40 ^ ray);
+  const course kind = course_of(h, ray);
+  const uint32_t at = time_of(h, ray);
+  pktrt_ray x = kind == LINE ? line(h, &r) : through(h, &h->at[at], kind == BY_EDGE, &r);
+  x.time = h->times[at];
+  return x;
+}
+
+/* What a ray meets, one after the other: each hit is where the next one is looked for from. */
+typedef struct crossings {
+  int in, out;
+  bool astray; /* in after out, or without end */
+  uint32_t triangle;
+  float t;
+} crossings;
+
+static double facing(const still *s, uint32_t triangle, const float d[3]) {
+  double e[2][3], n = 0;
+  for (uint32_t j = 0; j < 2; j++)
+    for (int a = 0; a < 3; a++) e[j][a] = (double)corner_of(s, triangle, j + 1)[a] - (double)corner_of(s, triangle, 0)[a];
+  for (int k = 0; k < 3; k++) {
+    const int u = (k + 1) % 3, v = (k + 2) % 3;
+    n += (e[0][u] * e[1][v] - e[0][v] * e[1][u]) * (double)d[k];
+  }
+  return n;
+}
+
+static bool share_edge(const mesh *m, uint32_t s, uint32_t t) {
+  int common = 0;
+  for (int i = 0; i < 9; i++) common += m->i[3 * (size_t)s + (size_t)i / 3] == m->i[3 * (size_t)t + (size_t)i % 3];
+  return common == 2;
+}
+
+static void cross(const hull *h, uint64_t ray, const pktrt_ray *x, const pktrt_hit *hit, crossings *c) {
+  const still *s = &h->at[time_of(h, ray)];
+  const bool in = facing(s, hit->triangle, x->direction) < 0;
+  const bool first = c->in + c->out == 0, same = !first && in == (facing(s, c->triangle, x->direction) < 0);
+  if (!(same && share_edge(s->m, c->triangle, hit->triangle) && hit->t - c->t <= 0x1p-20f * fabsf(hit->t))) {
+    c->in += in, c->out += !in;
+    c->astray |= (in && c->out > 0) || c->in + c->out > 24;
+  }
+  c->triangle = hit->triangle, c->t = hit->t;
+}
+
+static bool wrong(course kind, const crossings *c) {
+  if (c->astray) return true;
+  if (kind == AT_EDGE) return c->in < 1 || c->out < 1;
+  return !(c->in == 1 && c->out == 1) && (kind == BY_EDGE || c->in + c->out > 0);
+}
+
+static uint64_t wrong_of_chunk(const hull *h, const pktrt_scene *s, uint64_t chunk, size_t n, uint64_t *lines) {
+  pktrt_query_desc q;
+  pktrt_ray rays[CHUNK];
+  pktrt_hit hits[CHUNK];
+  crossings c[CHUNK];
+  uint64_t at[CHUNK], sum = 0;
+  memset(&q, 0, sizeof q), memset(c, 0, sizeof c);
+  q.path = mix64(chunk) % 16 == 0 ? PKTRT_PATH_PAPER : mix64(chunk) % 16 < 4 ? PKTRT_PATH_SINGLE : PKTRT_PATH_FAST;
+  for (size_t j = 0; j < n; j++) at[j] = j, rays[j] = crossing_ray(h, chunk * CHUNK + j);
+  for (size_t left = n, next; left; left = next) {
+    pktrt_intersect_ex(s, &q, rays, hits, left);
+    next = 0;
+    for (size_t j = 0; j < left; j++) {
+      if (hits[j].mesh == PKTRT_NONE) continue;
+      cross(h, chunk * CHUNK + at[j], &rays[j], &hits[j], &c[at[j]]);
+      if (c[at[j]].astray) continue;
+      rays[j].tmin = hits[j].t;
+      at[next] = at[j], rays[next++] = rays[j];
+    }
+  }
+  for (size_t j = 0; j < n; j++) {
+    const course kind = course_of(h, chunk * CHUNK + j);
+    if (!wrong(kind, &c[j])) continue;
+    if (kind == AT_EDGE) sum++;
+    else ++*lines;
+    CHECK(false, "%s, ray %llu, kind %d: %d in, %d out", h->f->name, (unsigned long long)(chunk * CHUNK + j), (int)kind, c[j].in,
+          c[j].out);
+  }
+  return sum;
+}
+
+/* How many of rays 0 to n - 1 are lines or pass by an edge. */
+static uint64_t lines_among(const hull *h, uint64_t n) {
+  uint64_t sum = 0;
+  for (uint64_t i = 0; i < n; i++) sum += course_of(h, i) != AT_EDGE;
+  return sum;
+}
+
+static const char *const line_wrong = "lines that cross neither 0 nor 2 times", *const edge_wrong = "edges without entry or exit";
+
+static void control_crossings(const hull *h, int test) {
+  const uint64_t n = h->ray_count < thorough(50000) ? h->ray_count : thorough(50000);
+  uint64_t edges = 0, lines = 0;
+  for (uint64_t i = 0; i < n; i++) {
+    pktrt_ray x = crossing_ray(h, i);
+    pktrt_hit hit;
+    crossings c = {0, 0, false, 0, 0};
+    while (!c.astray && plain_tests[test](&h->w, &x, &hit)) cross(h, i, &x, &hit, &c), x.tmin = hit.t;
+    const course kind = course_of(h, i);
+    if (kind == AT_EDGE) edges += wrong(kind, &c);
+    else lines += wrong(kind, &c);
+  }
+  const uint64_t of = lines_among(h, n);
+  if (of) control_figure("watertight", h->f->name, line_wrong, plain_names[test], of, lines);
+  control_figure("watertight", h->f->name, edge_wrong, plain_names[test], n - of, edges);
+}
+
+static void count_crossings(const hull *h, pktrt_isa isa) {
+  uint64_t edges = 0, lines = 0;
+  pktrt_scene *s = world_scene(&h->w, isa, 0);
+  for (size_t first = 0; s && first < h->ray_count; first += CHUNK)
+    edges += wrong_of_chunk(h, s, first / CHUNK, h->ray_count - first < CHUNK ? h->ray_count - first : CHUNK, &lines);
+  pktrt_scene_destroy(s);
+  const uint64_t of = lines_among(h, h->ray_count);
+  if (of) count_figure("watertight", h->f->name, isa, of, line_wrong, lines);
+  count_figure("watertight", h->f->name, isa, h->ray_count - of, edge_wrong, edges);
+}
+
+static void convex_case(void *arg, size_t i) {
+  hull h;
+  (void)arg;
+  memset(&h, 0, sizeof h);
+  h.f = &convexes[i], h.seed = 100 + i, h.ray_count = thorough(1000000);
+  h.w = world_of(convex_mesh(h.f));
+  const uint32_t times = h.f->keys > 1 ? TIMES : 1;
+  rng r = rng_of(h.seed);
+  for (uint32_t k = 0; k < times; k++) {
+    h.times[k] = rng_unit(&r), h.at[k] = still_at(&h.w.m[0], h.times[k]);
+    CHECK(is_convex(&h.at[k]), "%s is convex", h.f->name);
+  }
+  for (int k = 0; k < isa_count; k++) count_crossings(&h, isas[k]);
+  ref_plant(&h.w);
+  for (int k = 0; k < 2; k++) control_crossings(&h, k);
+  for (uint32_t k = 0; k < times; k++) free(h.at[k].p);
+  world_free(&h.w);
+}
+
+static void convex_meshes(void) {
+  mesh bumpy = mesh_sphere(3, 0.03f, 1);
+  const still s = still_at(&bumpy, 0);
+  CHECK(!is_convex(&s), "a bumpy mesh is not convex");
+  free(s.p), mesh_free(&bumpy);
+  jobs_for(COUNT(convexes), convex_case, NULL);
+}
+
 void suite_stability_watertight(void) {
   run("stable: winding numbers are the same along all axes", winding_numbers);
   run("stable: closed meshes do not leak at vertices and edges", closed_meshes);
+  run("stable: convex meshes are crossed twice or not at all", convex_meshes);
 }

@@ -294,86 +294,7 @@ void suite_truth(void) {
   run("answers are those of an ideal double oracle outside a derived band", oracle_all);
 }
 
-/* --- watertightness --- */
-
-/* From a point inside of closed mesh 0 exactly at its vertices and edge points: every ray must hit. */
-typedef struct leaks {
-  size_t rays, library, mt, ks;
-} leaks;
-
-static void inside_out(const world *w, const float centre[3], const float spread[3], uint64_t seed, size_t n, leaks *out) {
-  pktrt_ray *rays = calloc(n, sizeof *rays);
-  pktrt_hit *hits = calloc(n, sizeof *hits);
-  bool *occluded = calloc(n, sizeof *occluded);
-  pktrt_scene *s = world_scene(w, isas[seed % (uint64_t)isa_count], 0);
-  if (!rays || !hits || !occluded || !s) abort();
-  rng r = rng_of(seed);
-  for (size_t j = 0; j < n; j++) {
-    float o[3], p[3], time = rng_unit(&r);
-    for (int k = 0; k < 3; k++) o[k] = j / 64 % 2 ? centre[k] : centre[k] + spread[k] * rng_sign(&r);
-    if (j % 2) pick_vertex(w, &r, time, p);
-    else pick_edge(w, &r, time, p);
-    rays[j] = ray_towards(o, p, time);
-  }
-  pktrt_query_desc q;
-  memset(&q, 0, sizeof q);
-  for (int path = PKTRT_PATH_FAST; path <= PKTRT_PATH_SINGLE; path++) {
-    q.path = (pktrt_path)path;
-    size_t m = path == PKTRT_PATH_PAPER ? n / 8 : n; /* it is slow */
-    pktrt_intersect_ex(s, &q, rays, hits, m);
-    pktrt_occluded_ex(s, &q, rays, occluded, m);
-    for (size_t j = 0; j < m; j++) {
-      out->rays++;
-      bool leak = hits[j].mesh == PKTRT_NONE || !occluded[j];
-      out->library += leak;
-      if (leak && out->library < 3) {
-        const float *o = rays[j].origin, *d = rays[j].direction;
-        CHECK(false, "leak, path %d: o %a %a %a  time %a (seed %u)", path, (double)o[0], (double)o[1], (double)o[2],
-              (double)rays[j].time, (unsigned)seed);
-        CHECK(false, "  d %a %a %a", (double)d[0], (double)d[1], (double)d[2]);
-      }
-    }
-  }
-  for (size_t j = 0; j < n && w->m[0].nt <= 512; j += small_run ? 1 : 4) { /* controls */
-    pktrt_hit h;
-    out->mt += !ref_moller_trumbore(w, &rays[j], &h);
-    out->ks += !ref_kensler_shirley(w, &rays[j], &h);
-  }
-  pktrt_scene_destroy(s);
-  free(rays);
-  free(hits);
-  free(occluded);
-}
-
-static void closed_mesh(int level, uint32_t keys, float offset, float flat, uint64_t seed, size_t n, leaks *out) {
-  world w = world_of(mesh_sphere(level, 0.03f, seed));
-  if (keys > 1) mesh_move(&w.m[0], keys, 0.3f, 0.3f / (float)(1 << level) / 8, seed);
-  mesh_place(&w.m[0], (float[3]){1, flat, 1}, (float[3]){offset, -0.5f * offset, 0.25f * offset});
-  float centre[3] = {offset, -0.5f * offset, 0.25f * offset}, spread[3] = {0.2f, 0.2f * flat, 0.2f};
-  inside_out(&w, centre, spread, seed, n, out);
-  world_free(&w);
-}
-
-static void watertight(uint32_t most_keys, uint32_t least_keys) {
-  static const float offsets[4] = {0, 10, 1e3f, 1e5f};
-  leaks l;
-  memset(&l, 0, sizeof l);
-  for (uint32_t keys = least_keys; keys <= most_keys; keys++) {
-    for (int i = 0; i < 4; i++) {
-      closed_mesh(3, keys, offsets[i], 1, 1 + (uint64_t)i, scaled(12000), &l);
-      if (offsets[i] < 1e4f) closed_mesh(6, keys, offsets[i], 1, 5 + (uint64_t)i, scaled(keys > 1 ? 15000 : 30000), &l);
-    }
-    closed_mesh(3, keys, 0, 1e-4f, 11, scaled(12000), &l);
-    closed_mesh(6, keys, 0, 1e-4f, 12, scaled(keys > 1 ? 15000 : 30000), &l);
-    closed_mesh(3, keys, 0, 1e4f, 13, scaled(12000), &l);
-  }
-  say("%zu rays, %zu leaks; in float on a part of them: Moeller-Trumbore %zu, Kensler-Shirley %zu", l.rays, l.library, l.mt, l.ks);
-  CHECK(l.library == 0, "%zu of %zu rays leak", l.library, l.rays);
-  CHECK(small_run || (l.mt > 0 && l.ks > 0), "the controls leak");
-}
-
-static void watertight_static(void) { watertight(1, 1); }
-static void watertight_moving(void) { watertight(3, 2); }
+/* --- watertightness: more of it in stability_watertight.c --- */
 
 /* A ray at the hub of a fan of triangles: whatever rounding does, one of the blades is hit, and hit alike. */
 static void watertight_fans(void) {
@@ -398,7 +319,5 @@ static void watertight_fans(void) {
 }
 
 void suite_watertight(void) {
-  run("closed meshes have no pinholes at vertices and edges", watertight_static);
-  run("closed moving meshes have no pinholes at vertices and edges", watertight_moving);
   run("fans have no pinhole at the hub", watertight_fans);
 }

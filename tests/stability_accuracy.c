@@ -189,7 +189,7 @@ static void trace(const pktrt_scene *scene, uint64_t chunk, const pktrt_ray *ray
 static void against_reference(const stage *s, uint64_t chunk, int isa, const pktrt_ray *rays, const pktrt_hit *want,
                               const pktrt_hit *got, size_t n, tally *out) {
   bool occluded[CHUNK];
-  const bool ask = chunk % 4 == 0;
+  const bool ask = chunk % 16 == 0;
   if (ask) pktrt_occluded_n(s->scene[isa], rays, occluded, n);
   for (size_t j = 0; j < n; j++)
     out->count[isa][UNLIKE] += !same_hit(&got[j], &want[j]) || (ask && occluded[j] != (want[j].mesh != PKTRT_NONE));

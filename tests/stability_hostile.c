@@ -155,22 +155,25 @@ static uint64_t unlike(const pktrt_hit *a, const pktrt_hit *b, size_t n) {
   return differ;
 }
 
-/* Answers of one instruction set: alone, together, on the paper path, in structures of arrays; and of occlusion. */
-static void ask(const pktrt_scene *s, const pktrt_ray *rays, const pktrt_hit *want, size_t n, uint64_t *hit, uint64_t *differ) {
+/* Answers of one instruction set: alone or together, some on the paper path; or only whether there is one. */
+static void ask(const pktrt_scene *s, size_t way, const pktrt_ray *rays, const pktrt_hit *want, size_t n, uint64_t *hit,
+                uint64_t *differ) {
   static const uint32_t sizes[4] = {0, 1, 17, 256};
   pktrt_hit got[BATCH];
   bool occluded[BATCH];
-  for (size_t i = 0; i < n; i++) *hit += pktrt_intersect(s, &rays[i], &got[i]) && !ref_valid(&rays[i]);
-  *differ += unlike(got, want, n);
-  pktrt_intersect_n(s, rays, got, n);
-  *differ += unlike(got, want, n);
   pktrt_query_desc d;
   memset(&d, 0, sizeof d);
-  d.path = PKTRT_PATH_PAPER, d.packet_size = sizes[n % 4];
-  pktrt_intersect_ex(s, &d, rays, got, n);
+  d.packet_size = sizes[way / 8 % 4];
+  if (way % 8 == 1) d.path = PKTRT_PATH_PAPER;
+  if (way % 8 < 4) pktrt_intersect_ex(s, &d, rays, got, n);
+  for (size_t i = 0; i < n && way % 8 >= 4; i++) *hit += pktrt_intersect(s, &rays[i], &got[i]) && !ref_valid(&rays[i]);
   *differ += unlike(got, want, n);
+  if (way % 4) return;
   pktrt_occluded_n(s, rays, occluded, n);
-  for (size_t i = 0; i < n; i++) *hit += occluded[i] && !ref_valid(&rays[i]), *differ += occluded[i] != (want[i].mesh != PKTRT_NONE);
+  for (size_t i = 0; i < n; i++) {
+    *hit += occluded[i] && !ref_valid(&rays[i]);
+    *differ += occluded[i] != (want[i].mesh != PKTRT_NONE);
+  }
 }
 
 static void odd_batch(void *arg, size_t batch) {
@@ -188,7 +191,7 @@ static void odd_batch(void *arg, size_t batch) {
     ref_intersect(c->w, &rays[i], &want[i]);
   }
   shifted = n > 1 ? unlike(want, want + 1, n - 1) : 0;
-  for (int k = 0; k < isa_count; k++) ask(c->scene[k], rays, want, n, &hit[k], &differ[k]);
+  for (int k = 0; k < isa_count; k++) ask(c->scene[k], batch / 4, rays, want, n, &hit[k], &differ[k]);
   pthread_mutex_lock(&c->lock);
   c->invalid += invalid, c->hit_before += hit_before, c->shifted += shifted;
   for (int k = 0; k < isa_count; k++) c->hit[k] += hit[k], c->unlike[k] += differ[k];

@@ -608,7 +608,7 @@ static void thousand_frames(void) {
   film films[2 * MOST_ISAS];
   memset(films, 0, sizeof films);
   for (int i = 0; i < 2 * isa_count; i++) { /* the widest, which is the default, at full length */
-    const size_t frames = thorough(i / 2 == isa_count - 1 ? 1000 : 250);
+    const size_t frames = thorough(i / 2 == isa_count - 1 ? 1000 : 100);
     films[i].moves = i % 2, films[i].isa = isas[i / 2], films[i].frames = frames < 10 ? 10 : frames;
   }
   jobs_for((size_t)(2 * isa_count), show_film, films);

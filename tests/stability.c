@@ -11,6 +11,7 @@ typedef struct figure {
   pktrt_isa isa;
   uint64_t rays;
   double value, limit;
+  size_t number; /* in the order of arrival */
 } figure;
 
 static pthread_mutex_t figures_lock = PTHREAD_MUTEX_INITIALIZER;
@@ -27,7 +28,7 @@ static void keep(figure_kind kind, const char *part, const char *name, pktrt_isa
   }
   figure *f = &figures[figure_count++];
   memset(f, 0, sizeof *f);
-  f->kind = kind, f->isa = isa, f->rays = rays, f->value = value, f->limit = limit;
+  f->kind = kind, f->isa = isa, f->rays = rays, f->value = value, f->limit = limit, f->number = figure_count;
   snprintf(f->part, sizeof f->part, "%s", part);
   snprintf(f->name, sizeof f->name, "%s", name);
   snprintf(f->what, sizeof f->what, "%s", what);
@@ -48,7 +49,8 @@ void control_figure(const char *part, const char *name, const char *what, const 
 
 void value_figure(const char *part, const char *name, pktrt_isa isa, uint64_t rays, const char *what, double value,
                   double limit) {
-  CHECK(value <= limit, "%s, %s, %s: %s is %g, at most %g is wanted", part, name, pktrt_isa_string(isa), what, value, limit);
+  CHECK(value <= limit, "%s, %s, %s: %s is %g, at most %g is wanted", part, name, pktrt_isa_string(isa), what, value,
+        limit);
   keep(FIGURE_VALUE, part, name, isa, rays, what, "", value, limit);
 }
 
@@ -92,7 +94,8 @@ static sum sum_of(const figure *f) {
 }
 
 static void write_counts(FILE *to) {
-  fprintf(to, "| part | what must not be | cases | tried | found | controls: found, of tried |\n|---|---|--:|--:|--:|---|\n");
+  fprintf(to, "| part | what must not be | cases | tried | found | controls: found, of tried |\n"
+              "|---|---|--:|--:|--:|---|\n");
   for (size_t i = 0; i < figure_count; i++) {
     if (figures[i].kind != FIGURE_COUNT || !first_of(i, true, false, false)) continue;
     const sum s = sum_of(&figures[i]);
@@ -111,35 +114,47 @@ static void write_counts(FILE *to) {
   }
 }
 
+static bool value_of(size_t i, const char *part) { return figures[i].kind == FIGURE_VALUE && alike(figures[i].part, part); }
+
+/* The largest value of a case and column, or nothing. */
+static void write_cell(FILE *to, const figure *row, const figure *column) {
+  double most = -INFINITY;
+  for (size_t i = 0; i < figure_count; i++)
+    if (value_of(i, row->part) && alike(figures[i].name, row->name) && alike(figures[i].what, column->what))
+      most = fmax(most, figures[i].value);
+  if (most == -INFINITY) fprintf(to, " |");
+  else fprintf(to, " %.3g |", most);
+}
+
 /* A table for each part that has values: a row for each case, a column for each value. */
 static void write_values(FILE *to) {
   for (size_t i = 0; i < figure_count; i++) {
     const char *part = figures[i].part;
     if (figures[i].kind != FIGURE_VALUE || !first_of(i, false, false, false)) continue;
     fprintf(to, "\n| %s |", part);
-    size_t columns = 0;
     for (size_t j = i; j < figure_count; j++)
-      if (figures[j].kind == FIGURE_VALUE && alike(figures[j].part, part) && first_of(j, true, false, false))
-        fprintf(to, " %s |", figures[j].what), columns++;
+      if (value_of(j, part) && first_of(j, true, false, false)) fprintf(to, " %s |", figures[j].what);
     fprintf(to, "\n|---|");
-    while (columns--) fprintf(to, "--:|");
+    for (size_t j = i; j < figure_count; j++)
+      if (value_of(j, part) && first_of(j, true, false, false)) fprintf(to, "--:|");
     fprintf(to, "\n");
     for (size_t j = i; j < figure_count; j++) {
-      if (figures[j].kind != FIGURE_VALUE || !alike(figures[j].part, part) || !first_of(j, false, true, false)) continue;
+      if (!value_of(j, part) || !first_of(j, false, true, false)) continue;
       fprintf(to, "| %s |", figures[j].name);
-      for (size_t k = i; k < figure_count; k++) {
-        if (figures[k].kind != FIGURE_VALUE || !alike(figures[k].part, part) || !first_of(k, true, false, false)) continue;
-        double most = -INFINITY;
-        for (size_t l = i; l < figure_count; l++)
-          if (figures[l].kind == FIGURE_VALUE && alike(figures[l].part, part) && alike(figures[l].name, figures[j].name) &&
-              alike(figures[l].what, figures[k].what))
-            most = fmax(most, figures[l].value);
-        if (most == -INFINITY) fprintf(to, " |");
-        else fprintf(to, " %.3g |", most);
-      }
+      for (size_t k = i; k < figure_count; k++)
+        if (value_of(k, part) && first_of(k, true, false, false)) write_cell(to, &figures[j], &figures[k]);
       fprintf(to, "\n");
     }
   }
+}
+
+/* Cases of a part arrive in any order; what one of them says, in its own. */
+static int by_case(const void *x, const void *y) {
+  const figure *a = x, *b = y;
+  const int part = strcmp(a->part, b->part), name = strcmp(a->name, b->name);
+  if (part || name) return part ? part : name;
+  if (a->isa != b->isa) return a->isa < b->isa ? -1 : 1;
+  return a->number < b->number ? -1 : a->number > b->number;
 }
 
 static FILE *create(const char *directory, const char *name) {
@@ -152,12 +167,13 @@ static FILE *create(const char *directory, const char *name) {
 
 bool keep_figures(const char *directory) {
   FILE *csv = create(directory, "stability.csv"), *md = csv ? create(directory, "stability.md") : NULL;
+  if (figure_count) qsort(figures, figure_count, sizeof *figures, by_case);
   if (md) {
     fprintf(csv, "kind,part,case,isa,what,control,rays,value,limit\n");
     for (size_t i = 0; i < figure_count; i++) {
       const figure *f = &figures[i];
-      fprintf(csv, "%s,%s,\"%s\",%s,%s,%s,%llu,%.9g,%.9g\n", kind_names[f->kind], f->part, f->name, pktrt_isa_string(f->isa),
-              f->what, f->control, (unsigned long long)f->rays, f->value, f->limit);
+      fprintf(csv, "%s,%s,\"%s\",%s,%s,%s,%llu,%.9g,%.9g\n", kind_names[f->kind], f->part, f->name,
+              pktrt_isa_string(f->isa), f->what, f->control, (unsigned long long)f->rays, f->value, f->limit);
     }
     write_counts(md);
     write_values(md);
@@ -182,7 +198,8 @@ static void zeros_have_controls(void) {
       const figure *c = &figures[j];
       if (c->kind != FIGURE_CONTROL || !alike(c->part, figures[i].part) || !alike(c->what, figures[i].what)) continue;
       controls++;
-      CHECK(thoroughness < 0.01 || sum_of(c).found > 0, "%s, %s: the control \"%s\" is zero as well", c->part, c->what, c->control);
+      CHECK(thoroughness < 0.01 || sum_of(c).found > 0, "%s, %s: the control \"%s\" is zero as well", c->part, c->what,
+            c->control);
     }
     CHECK(controls > 0, "%s, %s: no control", figures[i].part, figures[i].what);
   }

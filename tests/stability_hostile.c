@@ -1,5 +1,5 @@
-/* Hostile input: what the fuzz targets found worth keeping and what comes of it by mutation, rays of odd values, threads that query
-   and render one scene. (Refusals by name are in refusals.c and render.c, failing allocations in memory.c.) */
+/* Hostile input: what the fuzz targets found worth keeping and what comes of it by mutation, rays of odd values, threads
+   that query and render one scene. (Refusals by name are in refusals.c and render.c, failing allocations in memory.c.) */
 #include "stability.h"
 #include "fuzz/fuzz.h"
 #include <dirent.h>
@@ -140,8 +140,8 @@ typedef struct odd_case {
 
 /* One to three fields of a good ray become what nobody expects. */
 static void spoil_ray(rng *r, pktrt_ray *x) {
-  static const float odd[] = {NAN, INFINITY, -INFINITY, FLT_MAX, -FLT_MAX, 0, -0.0f, 0x1p-149f, -0x1p-149f, FLT_MIN, 1.3e30f,
-                              -1.3e30f, PKTRT_MAX_COORD, 1e-30f, 1e20f};
+  static const float odd[] = {NAN, INFINITY, -INFINITY, FLT_MAX, -FLT_MAX, 0, -0.0f, 0x1p-149f, -0x1p-149f, FLT_MIN,
+                              1.3e30f, -1.3e30f, PKTRT_MAX_COORD, 1e-30f, 1e20f};
   float f[9];
   memcpy(f, x, sizeof f);
   for (uint32_t i = 1 + rng_below(r, 3); i > 0; i--) f[rng_below(r, 9)] = odd[rng_below(r, COUNT(odd))];
@@ -272,8 +272,10 @@ static void crowded(void) {
   c.d.pixels = got;
   threads_for(4, 2 * PARTS, crowd_body, &c);
   uint64_t control = 0;
-  for (size_t i = 0; i < COUNT(want); i++) c.wrong += !same_bits(&want[i], &got[i], 4), control += !same_bits(&want[i], &other[i], 4);
-  count_figure("hostile", "threads", PKTRT_ISA_AUTO, COUNT(want) + PARTS * BATCH, "values that differ among threads", c.wrong);
+  for (size_t i = 0; i < COUNT(want); i++)
+    c.wrong += !same_bits(&want[i], &got[i], 4), control += !same_bits(&want[i], &other[i], 4);
+  count_figure("hostile", "threads", PKTRT_ISA_AUTO, COUNT(want) + PARTS * BATCH, "values that differ among threads",
+               c.wrong);
   control_figure("hostile", "threads", "values that differ among threads", "another seed", COUNT(want), control);
   pktrt_scene_destroy(s);
   world_free(&w);

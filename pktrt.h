@@ -4957,6 +4957,7 @@ OP void NAME(stream_node)(const pktrt__view *view, pktrt__batch *b, const uint8_
   for (uint32_t i = sp; i < stack->n; i++) pktrt__fetch(view, stack->refs[i], moving);
 }
 
+#ifndef PKTRT__OTHER_TESTS
 /* The nearest hits of the rays of mask in a block. WHY: what single precision says is noted of all of them before the
    first is looked at: without a branch between them, the work on one ray overlaps that on the next. */
 OP uint64_t NAME(stream_block)(const pktrt__view *view, pktrt__batch *b, const uint8_t *list, uint64_t mask,
@@ -4986,13 +4987,14 @@ OP uint64_t NAME(stream_block)(const pktrt__view *view, pktrt__batch *b, const u
   }
   return hit;
 }
+#endif
 
 /* A block against the rays of mask: together where that is faster, else one by one. */
 OP uint64_t NAME(stream_leaf)(const pktrt__view *view, pktrt__batch *b, const uint8_t *list, uint64_t mask,
                               uint32_t index, const bool occlusion, const bool moving, const bool stats,
                               pktrt_counts *counts) {
   uint64_t hit = 0;
-#if (PKTRT__STAMP == PKTRT__STAMP_AVX2 || PKTRT__STAMP == PKTRT__STAMP_AVX512) && !defined(PKTRT__OTHER_TESTS)
+#if PKTRT__STAMP == PKTRT__STAMP_AVX2 || PKTRT__STAMP == PKTRT__STAMP_AVX512
   if (!occlusion && !stats) return NAME(stream_block)(view, b, list, mask, index, moving);
 #endif
   for (; mask; mask &= mask - 1) {
@@ -6634,10 +6636,15 @@ static void NAME(find)(const pktrt_scene *scene, bool smooth, const pktrt__wave 
 }
 
 /* Mirror and refracted directions and the Fresnel reflectance of surfaces i to i + 7, whose eta is set. With c the
-   cosine before the surface and c' = sqrt(c^2 + (eta^2 - 1)) / eta behind it, R is the mean of ((c - eta c') / (c +
-   eta c'))^2 and ((eta c - c') / (eta c + c'))^2; no real c' is total reflection. eta^2 - 1 as a product: where eta is
-   1, c' is c, and next to it c' is right at grazing angles, where 1 - (1 - c^2) / eta^2 would not be. What bends to the
-   wrong side of the triangle, which smooth normals can bring about, is taken about the triangle's own normal. */
+   cosine before the surface and c' = sqrt(k) / eta behind it, k = eta^2 - (1 - c^2), R is the mean of ((c - eta c') /
+   (c + eta c'))^2 and ((eta c - c') / (eta c + c'))^2; no real c' is total reflection. Next to eta = 1 k is c^2 + (eta^2
+   - 1), which is right at grazing angles, in dense glass eta^2 - (1 - c) (1 + c), which is right head on; the squares'
+   differences are products. What bends to the wrong side of the triangle, which smooth normals can bring about, is taken
+   about the triangle's own normal. */
+OP v8 NAME(behind)(v8 c, v8 eta) { /* k */
+  const v8 one = vset(1), more = vmul(vsub(eta, one), vadd(eta, one)), less = vmul(vsub(one, c), vadd(one, c));
+  return vsel(vlt(eta, vset(0.5f)), vsub(vmul(eta, eta), less), vadd(vmul(c, c), more));
+}
 STEP void NAME(scatter)(pktrt__surfaces *s, uint32_t i) {
   v8 d[3], n[3], f[3], r[3], t[3];
   NAME(load3)(d, s->d, i);
@@ -6650,9 +6657,8 @@ STEP void NAME(scatter)(pktrt__surfaces *s, uint32_t i) {
   ROLL_OUT for (int a = 0; a < 3; a++) r[a] = vsel(below, vadd(d[a], vmul(vadd(cf, cf), f[a])), r[a]);
   NAME(unit)(r, f);
   NAME(store3)(s->mirror, i, r);
-  const v8 more = vmul(vsub(eta, one), vadd(eta, one));
-  const v8 k = vadd(vmul(c, c), more), c2 = vdiv(vsqrt(vmax(k, zero)), eta);
-  const v8 kf = vadd(vmul(cf, cf), more), cf2 = vdiv(vsqrt(vmax(kf, zero)), eta);
+  const v8 k = NAME(behind)(c, eta), c2 = vdiv(vsqrt(vmax(k, zero)), eta);
+  const v8 kf = NAME(behind)(cf, eta), cf2 = vdiv(vsqrt(vmax(kf, zero)), eta);
   const v8 ec = vmul(eta, c), ec2 = vmul(eta, c2);
   const v8 rs = vdiv(vsub(c, ec2), vadd(c, ec2)), rp = vdiv(vsub(ec, c2), vadd(ec, c2));
   vstore(s->fresnel + i, vsel(vlt(zero, k), vmul(vset(0.5f), vadd(vmul(rs, rs), vmul(rp, rp))), one));
@@ -8237,7 +8243,8 @@ PKTRT_DEF void pktrt_map_phong_naive(const float u[2], const float axis[3], floa
 
 /* Exact Fresnel equations, unpolarised (Born and Wolf, Principles of Optics). */
 PKTRT_DEF float pktrt_fresnel_dielectric(float cosine, float eta) {
-  const double c = pktrt__min(pktrt__max((double)cosine, 0), 1), e = (double)eta, k = c * c + (e - 1) * (e + 1);
+  const double c = pktrt__min(pktrt__max((double)cosine, 0), 1), e = (double)eta;
+  const double k = e < 0.5 ? e * e - (1 - c) * (1 + c) : c * c + (e - 1) * (e + 1); /* see NAME(scatter) */
   if (!(k > 0) || e > FLT_MAX) return 1; /* infinite: the limit */
   const double b = sqrt(k) / e, s = (c - e * b) / (c + e * b), p = (e * c - b) / (e * c + b);
   return (float)(0.5 * (s * s + p * p));

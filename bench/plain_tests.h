@@ -1,6 +1,6 @@
-/* plain_tests.h - textbook tests of triangles in pktrt's own kernels, in place of its exact ones: what does it cost that
-   no ray leaks? Kensler and Shirley's (2006) as in kensler.h, or with PLAIN_MOLLER Moeller and Trumbore's (1997). No
-   include guard: pktrt.h includes it three times for each instruction set (PKTRT__OTHER_TESTS), where it would define
+/* plain_tests.h - textbook tests of triangles in pktrt's own kernels, in place of its exact ones: what does it cost
+   that no ray leaks? Kensler and Shirley's (2006) as in kensler.h, or with PLAIN_MOLLER Moeller and Trumbore's (1997).
+   No include guard: pktrt.h includes it three times for each instruction set (PKTRT__OTHER_TESTS), where it would define
    the tests of a ray and a leaf, of a packet and a triangle, of a packet and a moving leaf.
 
    Both tests are given what makes them fast: sums of products are fused where the machine can, nothing is divided until
@@ -50,9 +50,9 @@ OP uint32_t NAME(plain_signs)(v8 p[3][3], const v8 *o, const v8 *d, v8 *top, v8 
 }
 #endif
 
-OP bool NAME(any_block)(const pktrt__view *view, pktrt__batch *b, uint32_t r, pktrt__lone *lone, uint32_t index,
-                        const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
-  const unsigned char *block = view->blocks + index * (moving ? view->block_bytes : (size_t)PKTRT__BLOCK_BYTES);
+/* The triangles of a block that a ray hits before what it has hit so far, and their depths. */
+OP uint32_t NAME(plain_block)(const pktrt__view *view, const pktrt__batch *b, uint32_t r, const pktrt__lone *lone,
+                              const unsigned char *block, const bool moving, v8 *w) {
   const float *k0 = (const float *)(const void *)(block + (moving ? view->vertex0 : 0));
   const float *k1 = (const float *)(const void *)(block + (moving ? view->vertex1 : 0));
   const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
@@ -63,22 +63,63 @@ OP bool NAME(any_block)(const pktrt__view *view, pktrt__batch *b, uint32_t r, pk
         NAME(corner)(k0 + 24 * c + 8 * a, k1 + 24 * c + 8 * a, ta, tb, moving);
     o[a] = vset(lone ? lone->ray->origin[a] : b->o[a][r]), d[a] = vset(lone ? lone->ray->direction[a] : b->d[a][r]);
   }
-  COUNT(triangle_tests, pktrt__popcount(NAME(occupied)(id)));
-  uint32_t bits = NAME(plain_signs)(p, o, d, &top, &det) & NAME(occupied)(id);
-  if (!bits) return false;
-  const v8 w = vmul(vdiv(top, det), vabs(vset(lone ? lone->dk : b->dk[r])));
+  const uint32_t bits = NAME(plain_signs)(p, o, d, &top, &det) & NAME(occupied)(id);
+  *w = vset(0);
+  if (lone && !bits) return 0; /* streams do better without the branch */
+  *w = vmul(vdiv(top, det), vabs(vset(lone ? lone->dk : b->dk[r])));
   const v8 wn = vset(lone ? lone->wn : b->wn[r]), wf = vset(lone ? lone->wf : b->wf[r]);
-  bits &= mbits(mand(vlt(wn, w), vlt(w, wf)));
-  if (occlusion || !bits) return bits != 0;
-  PKTRT__ALIGN64 float depth[8];
-  vstore(depth, w);
+  return bits & mbits(mand(vlt(wn, *w), vlt(*w, wf)));
+}
+
+OP void NAME(plain_take)(const pktrt__view *view, pktrt__batch *b, uint32_t r, pktrt__lone *lone, const uint32_t *id,
+                         uint32_t index, const float *depth, uint32_t bits) {
   for (; bits; bits &= bits - 1) {
     const uint32_t lane = pktrt__lowest(bits), slot = index * 8 + lane;
     if (!(depth[lane] < (lone ? lone->wf : b->wf[r]))) continue;
     if (lone) pktrt__take_alone(view, lone, depth[lane], depth[lane], id[lane], slot);
     else pktrt__take(view, b, r, depth[lane], depth[lane], id[lane], slot);
   }
+}
+
+OP bool NAME(any_block)(const pktrt__view *view, pktrt__batch *b, uint32_t r, pktrt__lone *lone, uint32_t index,
+                        const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
+  const unsigned char *block = view->blocks + index * (moving ? view->block_bytes : (size_t)PKTRT__BLOCK_BYTES);
+  const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
+  PKTRT__ALIGN64 float depth[8];
+  v8 w;
+  COUNT(triangle_tests, pktrt__popcount(NAME(occupied)(id)));
+  const uint32_t bits = NAME(plain_block)(view, b, r, lone, block, moving, &w);
+  if (occlusion || !bits) return bits != 0;
+  vstore(depth, w);
+  NAME(plain_take)(view, b, r, lone, id, index, depth, bits);
   return true;
+}
+
+/* As pktrt's: noted of all rays before the first is looked at. */
+OP uint64_t NAME(stream_block)(const pktrt__view *view, pktrt__batch *b, const uint8_t *list, uint64_t mask,
+                               uint32_t index, const bool moving) {
+  const unsigned char *block = view->blocks + index * (moving ? view->block_bytes : (size_t)PKTRT__BLOCK_BYTES);
+  const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
+  enum { NOTES = 24 };
+  PKTRT__ALIGN64 float depth[NOTES][8];
+  uint8_t bits[NOTES], ray[NOTES];
+  uint64_t hit = 0;
+  while (mask) {
+    uint32_t n = 0;
+    for (; mask && n < NOTES; mask &= mask - 1) {
+      const uint32_t i = pktrt__lowest(mask);
+      v8 w;
+      bits[n] = (uint8_t)NAME(plain_block)(view, b, list[i], NULL, block, moving, &w);
+      vstore(depth[n], w);
+      ray[n] = (uint8_t)i;
+      n += bits[n] != 0;
+    }
+    for (uint32_t j = 0; j < n; j++) {
+      NAME(plain_take)(view, b, list[ray[j]], NULL, id, index, depth[j], bits[j]);
+      hit |= (uint64_t)1 << ray[j];
+    }
+  }
+  return hit;
 }
 
 #elif PLAIN_PART == 1
@@ -94,30 +135,40 @@ OP void NAME(plain_cross_f)(const vf *a, const vf *b, vf *out) {
   out[2] = ffms(a[0], b[1], fmul(a[1], b[0]));
 }
 
-/* A vector of rays against one triangle: its first corner, its edges f and g (Kensler and Shirley's goes from p2 to p0)
-   and, for them, its normal. */
-OP uint32_t NAME(plain_rays)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t bits, const vf *p0,
-                             const vf *f, const vf *g, const vf *n, uint32_t id, uint32_t slot) {
-  vf s[3], d[3], i[3], u, v, top, det;
+/* What a triangle needs for a packet: its first corner, edges f and g (Kensler and Shirley's goes from p2 to p0) and,
+   for them, its normal. With one origin for all rays: s = p0 - o (Moeller and Trumbore: o - p0), q = s x f for them, and
+   the numerator of t. */
+typedef struct NAME(plain_triangle) {
+  vf p0[3], f[3], g[3], n[3], s[3], q[3], top;
+} NAME(plain_triangle);
+
+OP void NAME(plain_origin)(NAME(plain_triangle) *x, const vf *o) {
+#ifdef PLAIN_MOLLER
+  UNROLL for (int a = 0; a < 3; a++) x->s[a] = fsub(o[a], x->p0[a]);
+  NAME(plain_cross_f)(x->s, x->f, x->q);
+  x->top = NAME(plain_dot_f)(x->g, x->q);
+#else
+  UNROLL for (int a = 0; a < 3; a++) x->s[a] = fsub(x->p0[a], o[a]);
+  x->top = NAME(plain_dot_f)(x->n, x->s);
+#endif
+}
+
+/* A vector of rays against one triangle. */
+OP uint32_t NAME(plain_rays)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t bits,
+                             const NAME(plain_triangle) *x, uint32_t id, uint32_t slot) {
+  vf d[3], i[3], u, v, det;
   UNROLL for (int a = 0; a < 3; a++) d[a] = fload(b->d[a] + r);
 #ifdef PLAIN_MOLLER
-  vf q[3];
-  (void)n;
-  UNROLL for (int a = 0; a < 3; a++) s[a] = fsub(fload(b->o[a] + r), p0[a]);
-  NAME(plain_cross_f)(d, g, i);
-  NAME(plain_cross_f)(s, f, q);
-  det = NAME(plain_dot_f)(f, i), u = NAME(plain_dot_f)(s, i), v = NAME(plain_dot_f)(d, q);
-  top = NAME(plain_dot_f)(g, q);
+  NAME(plain_cross_f)(d, x->g, i);
+  det = NAME(plain_dot_f)(x->f, i), u = NAME(plain_dot_f)(x->s, i), v = NAME(plain_dot_f)(d, x->q);
 #else
-  UNROLL for (int a = 0; a < 3; a++) s[a] = fsub(p0[a], fload(b->o[a] + r));
-  NAME(plain_cross_f)(s, d, i);
-  det = NAME(plain_dot_f)(n, d), u = NAME(plain_dot_f)(g, i), v = NAME(plain_dot_f)(f, i);
-  top = NAME(plain_dot_f)(n, s);
+  NAME(plain_cross_f)(x->s, d, i);
+  det = NAME(plain_dot_f)(x->n, d), u = NAME(plain_dot_f)(x->g, i), v = NAME(plain_dot_f)(x->f, i);
 #endif
   const vf w = fsub(fsub(det, u), v), zero = fset(0);
   bits &= ~fbits(fmand(flt(fmin_(w, fmin_(u, v)), zero), flt(zero, fmax_(w, fmax_(u, v)))));
   if (!bits) return 0;
-  const vf depth = fmul(fdiv(top, det), fabs_(fload(b->dk + r)));
+  const vf depth = fmul(fdiv(x->top, det), fabs_(fload(b->dk + r)));
   bits &= fbits(fmand(flt(fload(b->wn + r), depth), flt(depth, fload(b->wf + r))));
   if (bits) NAME(frustum_put)(view, b, r, bits, depth, depth, id, slot);
   return bits;
@@ -131,24 +182,28 @@ OP uint32_t NAME(plain_rays)(const pktrt__view *view, pktrt__batch *b, uint32_t 
 OP uint64_t NAME(frustum_triangle)(const NAME(frustum_rays) *f, const pktrt__view *view, pktrt__batch *b,
                                    const float *k0, const NAME(frustum_corners) *corners, uint32_t lane, uint32_t id,
                                    uint32_t slot, uint64_t mask, const bool stats, pktrt_counts *counts) {
+  NAME(plain_triangle) x;
   float e[2][3];
-  vf p0[3], e0[3], e1[3], n[3];
+  vf o[3];
   uint64_t result = 0;
   (void)corners;
   for (uint32_t a = 0; a < 3; a++) {
     const float c0 = k0[8 * a + lane];
     e[0][a] = k0[24 + 8 * a + lane] - c0, e[1][a] = PLAIN_EDGE(c0, k0[48 + 8 * a + lane]);
-    p0[a] = fset(c0), e0[a] = fset(e[0][a]), e1[a] = fset(e[1][a]);
+    x.p0[a] = fset(c0), x.f[a] = fset(e[0][a]), x.g[a] = fset(e[1][a]), o[a] = fset(b->o[a][f->first]);
   }
   for (uint32_t a = 0; a < 3; a++) {
     const uint32_t u = (a + 1) % 3, v = (a + 2) % 3;
-    n[a] = fset(e[0][u] * e[1][v] - e[0][v] * e[1][u]);
+    x.n[a] = fset(e[0][u] * e[1][v] - e[0][v] * e[1][u]);
   }
+  NAME(plain_origin)(&x, o); /* if all have it, once for all */
   for (uint32_t i = 0; i < 64; i += FW) {
-    const uint32_t rays = (uint32_t)(mask >> i) & ((1u << FW) - 1);
+    const uint32_t rays = (uint32_t)(mask >> i) & ((1u << FW) - 1), r = f->base + i;
     if (!rays) continue;
     COUNT(triangle_tests, pktrt__popcount(rays));
-    result |= (uint64_t)NAME(plain_rays)(view, b, f->base + i, rays, p0, e0, e1, n, id, slot) << i;
+    UNROLL for (int a = 0; a < 3; a++) o[a] = fload(b->o[a] + r);
+    if (!f->common) NAME(plain_origin)(&x, o);
+    result |= (uint64_t)NAME(plain_rays)(view, b, r, rays, &x, id, slot) << i;
   }
   return result;
 }
@@ -166,15 +221,20 @@ OP uint64_t NAME(plain_moving)(const NAME(frustum_rays) *f, const pktrt__view *v
     const uint32_t rays = (uint32_t)(mask >> i) & ((1u << FW) - 1), r = f->base + i;
     if (!rays) continue;
     const vf ta = fload(b->ta + r), tb = fload(b->tb + r);
-    vf p[3][3], e0[3], e1[3], n[3];
+    NAME(plain_triangle) x;
+    vf p[3][3], o[3];
     UNROLL for (int c = 0; c < 9; c++) p[c / 3][c % 3] = ffma(ta, fset(k0[8 * c]), fmul(tb, fset(k1[8 * c])));
+    UNROLL for (int a = 0; a < 3; a++) {
+      x.p0[a] = p[0][a], x.f[a] = fsub(p[1][a], p[0][a]), o[a] = fload(b->o[a] + r);
 #ifdef PLAIN_MOLLER
-    UNROLL for (int a = 0; a < 3; a++) e0[a] = fsub(p[1][a], p[0][a]), e1[a] = n[a] = fsub(p[2][a], p[0][a]);
+      x.g[a] = fsub(p[2][a], p[0][a]);
 #else
-    UNROLL for (int a = 0; a < 3; a++) e0[a] = fsub(p[1][a], p[0][a]), e1[a] = fsub(p[0][a], p[2][a]);
-    NAME(plain_cross_f)(e0, e1, n);
+      x.g[a] = fsub(p[0][a], p[2][a]);
 #endif
-    result |= (uint64_t)NAME(plain_rays)(view, b, r, rays, p[0], e0, e1, n, id, slot) << i;
+    }
+    NAME(plain_cross_f)(x.f, x.g, x.n);
+    NAME(plain_origin)(&x, o);
+    result |= (uint64_t)NAME(plain_rays)(view, b, r, rays, &x, id, slot) << i;
   }
   return result;
 }

@@ -127,8 +127,10 @@ static ref_walk walk_of(const world *w, const pktrt_ray *r) {
   ref_walk k;
   double O = 0;
   k.w = w, k.r = r, k.mesh = 0, k.triangle = UINT32_MAX, k.next = k.end = 0, k.sp = 1, k.stack[0] = 0;
-  for (int a = 0; a < 3; a++)
-    k.o[a] = (double)r->origin[a], k.inverse[a] = 1 / (double)r->direction[a], O = most_of(O, fabs(k.o[a]));
+  for (int a = 0; a < 3; a++) {
+    const double d = (double)r->direction[a];
+    k.o[a] = (double)r->origin[a], k.inverse[a] = d != 0 ? 1 / d : 0, O = most_of(O, fabs(k.o[a]));
+  }
   k.pad = (w->tree && w->tree->moves ? 0x1p-21 * O : 0) + 0x1p-140;
   return k;
 }

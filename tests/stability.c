@@ -94,7 +94,7 @@ static sum sum_of(const figure *f) {
 }
 
 static void write_counts(FILE *to) {
-  fprintf(to, "| part | what must not be | cases | tried | found | controls: found, of tried |\n"
+  fprintf(to, "| part | what must not be | cases | rays or tries | found | controls: found, of tries |\n"
               "|---|---|--:|--:|--:|---|\n");
   for (size_t i = 0; i < figure_count; i++) {
     if (figures[i].kind != FIGURE_COUNT || !first_of(i, true, false, false)) continue;
@@ -191,7 +191,7 @@ static void zeros_have_controls(void) {
   double all = 0;
   for (size_t i = 0; i < figure_count; i++) {
     if (figures[i].kind != FIGURE_COUNT) continue;
-    all += figures[i].value >= 0 ? (double)figures[i].rays : 0;
+    all += (double)figures[i].rays;
     if (!first_of(i, true, false, false)) continue;
     size_t controls = 0;
     for (size_t j = 0; j < figure_count; j++) {

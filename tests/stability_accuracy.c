@@ -196,9 +196,9 @@ static void against_reference(const stage *s, uint64_t chunk, int isa, const pkt
   out->tries[isa][UNLIKE] += n;
 }
 
-/* Boxes met as by Smits (Efficiency Issues for Ray Tracing, 1998): -0 counts as positive; rounding is not allowed
-   for. */
-static bool smits_slabs(const pktrt_ray *r, float p[3][3]) {
+/* Boxes met as by Smits (Efficiency Issues for Ray Tracing, 1998), who divides by zero: -0 counts as positive; rounding
+   is not allowed for. */
+DIVIDES_BY_ZERO static bool smits_slabs(const pktrt_ray *r, float p[3][3]) {
   float from = r->tmin, to = r->tmax;
   for (int k = 0; k < 3; k++) {
     const float lo = fminf(p[0][k], fminf(p[1][k], p[2][k])), hi = fmaxf(p[0][k], fmaxf(p[1][k], p[2][k]));

@@ -48,10 +48,7 @@ static bool read_corpus(target *t) {
   const int folder = (int)(strrchr(__FILE__, '/') ? strrchr(__FILE__, '/') - __FILE__ : 0);
   snprintf(path, sizeof path, "%.*s/fuzz/corpus/%s", folder, folder ? __FILE__ : ".", t->name);
   DIR *d = opendir(path);
-  if (!d) {
-    say("%s is not there: nothing is replayed, run the test binary where it was made", path);
-    return false;
-  }
+  if (!d) return CHECK(false, "%s is not there: run the test binary where it was made", path);
   for (const struct dirent *e; (e = readdir(d)) != NULL;) {
     char file[2048];
     snprintf(file, sizeof file, "%s/%s", path, e->d_name);

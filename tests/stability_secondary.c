@@ -16,7 +16,7 @@ static const char *const kind_names[KINDS] = {"convex", "loose triangles", "gaps
 static const char *const whats[WHATS] = {"hits of the triangle left", "hits of the convex mesh left",
                                          "leaks beyond the offset of another surface",
                                          "false shadows beyond the offset"};
-static const char *const controls[WHATS] = {"no offset", "no offset", "moved by 1e-3", "no offset"};
+static const char *const controls[WHATS] = {"no offset", "no offset", "moved too far", "no offset"};
 static const float offsets[OFFSETS] = {0, 1, 1e3f, 1e5f}; /* in sizes */
 /* Powers of two keep multiples of 1/64 exact, up to 10^5 sizes away. */
 static const float exact_scales[SCALES] = {0x1p-14f, 0x1p-7f, 1, 0x1p7f, 0x1p14f, 0x1p20f};
@@ -159,13 +159,14 @@ static world loose_world(void) {
 }
 
 /* Triangles of mesh 0 under those of mesh 1: apart by gaps of all widths, or folded along an edge. */
-static world gaps_world(void) {
+static world gaps_world(float offset) {
   const uint32_t pairs = 32;
+  const float lift = 24 * 0x1p-24f * (1 + offset);
   world w = world_of(mesh_soup(pairs, 0, 1));
   w.m[1] = mesh_soup(pairs, 0, 1), w.n = 2;
   rng r = rng_of(5);
   for (uint32_t t = 0; t < pairs; t++) {
-    const float gap = powf(10, rng_range(&r, -8, -2)), y = 2 * (float)t / (float)pairs - 1;
+    const float gap = fminf(0.03f, lift * powf(10, rng_range(&r, -2, 4))), y = 2 * (float)t / (float)pairs - 1;
     for (uint32_t c = 0; c < 3; c++) {
       static const float corner[3][2] = {{-0.9f, -0.8f}, {0.9f, -0.7f}, {0.1f, 0.9f}};
       float *p = w.m[0].p + 9 * t + 3 * c, *q = w.m[1].p + 9 * t + 3 * c;
@@ -179,7 +180,7 @@ static world gaps_world(void) {
 
 static world world_for(kind k, int scale, int offset, int variant) {
   const bool exact = k == CONVEX || k == ROOMS;
-  world w = exact ? convex_world(variant) : k == LOOSE ? loose_world() : gaps_world();
+  world w = exact ? convex_world(variant) : k == LOOSE ? loose_world() : gaps_world(offsets[offset]);
   const float s = exact ? exact_scales[scale] : scales[scale], at = offsets[offset] * s;
   world_place(&w, s, at, -0.5f * at, 0.25f * at);
   CHECK(!exact || is_convex(&w), "mesh %d is convex", variant);
@@ -279,7 +280,8 @@ static void leave(const place *g, const point *x, const float d[3], size_t i) {
         same_bits(b->ray[i].direction, d, sizeof b->ray[i].direction));
   b->plain[i] = b->moved[i] = b->ray[i];
   const double n[3] = {(double)h->normal[0], (double)h->normal[1], (double)h->normal[2]};
-  const double by = (along_normal(x, d) < 0 ? -1e-3 : 1e-3) * (double)g->size / sqrt(dot(n, n));
+  const double far = fmax(1e-3 * (double)g->size, 30 * g->lift) / sqrt(dot(n, n));
+  const double by = along_normal(x, d) < 0 ? -far : far;
   for (int k = 0; k < 3; k++) {
     b->plain[i].origin[k] = (float)x->at[k], b->moved[i].origin[k] = (float)(x->at[k] + by * n[k]);
     CHECK(fabs((double)b->ray[i].origin[k] - x->at[k]) <= 26. / 24 * g->lift, "moved by more than the offset");
@@ -385,8 +387,8 @@ static void judge(const place *g, tally *t) {
     const bool body = g->what == CONVEX, self = h->mesh == left->mesh && h->triangle == left->triangle;
     if (body || g->what == LOOSE) tell(t, LEFT, self);
     if (body && !b->inward[i]) tell(t, BODY, hit);
-    if (g->what == GAPS || (body && b->inward[i])) tell(t, LEAKS, leaks(g, i, h) && far_from_others(g, i));
-    if (g->what == ROOMS) tell(t, SHADOWS, hit && far_from_others(g, i));
+    if ((g->what == GAPS || (body && b->inward[i])) && far_from_others(g, i)) tell(t, LEAKS, leaks(g, i, h));
+    if (g->what == ROOMS && far_from_others(g, i)) tell(t, SHADOWS, hit);
   }
 }
 
@@ -504,9 +506,9 @@ static void secondary_figures(const secondary_run *run_) {
       if (t->rays[w]) control_figure("secondary", name, whats[w], controls[w], t->rays[w], t->found[w]);
     }
     const uint64_t tried = run_->of[c][isa_count - 1].rays[LEAKS];
-    if (!tried) continue;
-    const double share = (double)run_->leaks[c] / (double)tried;
-    value_figure("secondary", name, PKTRT_ISA_AUTO, tried, "share of leaks nearer", share, 1);
+    if (!tried && !run_->leaks[c]) continue;
+    value_figure("secondary", name, PKTRT_ISA_AUTO, tried, "rays farther from another surface", (double)tried, INFINITY);
+    value_figure("secondary", name, PKTRT_ISA_AUTO, tried, "leaks nearer than that", (double)run_->leaks[c], INFINITY);
     value_figure("secondary", name, PKTRT_ISA_AUTO, tried, "farthest leak in offsets", run_->farthest[c], INFINITY);
   }
 }

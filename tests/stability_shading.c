@@ -370,11 +370,12 @@ static void spheres(void) { jobs_for(COUNT(balls), ball_job, (void *)(uintptr_t)
    What rounding may change, in units of u = 2^-24. Directions are rounded (1), divided by their largest component
    (1), their length comes from squares that are as far off (2, and 1.5 for sums, and 1 for the root), they are
    divided by it (1): each component is off by less than 8 u of itself, and so is the cosine c, for the normal is an
-   axis. k = 1 - (1 - c^2) / eta^2 is off by 17 u c^2 / eta^2 from c, by 5 u (1 - c^2) / eta^2 from two operations,
-   the division and the rounding of eta = 1 / ior, and by u from the last one, half of an ulp of 1 and more than its
-   own rounding, for k < 1. Amplitudes (c - eta c') / (c + eta c') are off by 8 u if c' and c are given, hence F by 16
-   u, and 8 u are left for the sum and the weights. So F must lie within 24 u of the values for c (1 +- 8 u) and k +-
-   that error, and between: near the critical angle a small error of k is a large one of F, as in nature.
+   axis. k = eta^2 c'^2 = eta^2 - (1 - c^2) takes 16 u c^2 from c. For eta >= 1/2 it is c^2 + (eta - 1) (eta + 1): u c^2
+   for the square, 3 u |eta^2 - 1| for the product, u |k| for the sum, and from below, where eta = 1 / ior is rounded, 2 u
+   eta^2. For eta < 1/2 it is eta^2 - (1 - c) (1 + c): 3 u eta^2, 3 u (1 - c^2), u |k|. Amplitudes (c - eta c') / (c + eta
+   c') are off by 8 u if c' and c are given and by half of what c' is, of itself, 4 u with the root, eta and the division:
+   hence F by 20 u, and 8 u are left for the sum and the weights. So F must lie within 28 u of the values for c (1 +- 8 u)
+   and k +- that error, and between: near the critical angle a small error of k is a large one of F, as in nature.
 
    Where eta is 1, nothing changes, and nothing may be seen. */
 enum { FRESNEL_PLACES = 5 };
@@ -391,7 +392,7 @@ static void sky_of_channels(void *user, uint32_t n, const float *const direction
 
 static double fresnel_of(double c, double k, double eta) {
   if (!(k > 0)) return 1;
-  const double t = sqrt(k), s = (c - eta * t) / (c + eta * t), p = (eta * c - t) / (eta * c + t);
+  const double t = sqrt(k) / eta, s = (c - eta * t) / (c + eta * t), p = (eta * c - t) / (eta * c + t);
   return (s * s + p * p) / 2;
 }
 
@@ -400,17 +401,18 @@ typedef struct window { /* a value, and how far rounding may take it */
   bool total, not_total; /* certainly */
 } window;
 
-static window fresnel_window(double c, double eta) {
-  const double k = 1 - (1 - c * c) / (eta * eta);
-  const double e = ulp * ((17 * c * c + 5 * (1 - c * c)) / (eta * eta) + 1);
+static window fresnel_window(double c, double eta, bool from_below) {
+  const double c2 = c * c, e2 = eta * eta, s2 = (1 - c) * (1 + c), k = eta < 0.5 ? e2 - s2 : c2 + (eta - 1) * (eta + 1);
+  const double e = ulp * (16 * c2 + fabs(k) + (eta < 0.5 ? 3 * e2 + 3 * s2
+                                                         : c2 + 3 * fabs(e2 - 1) + (from_below ? 2 * e2 : 0)));
   window w = {fresnel_of(c, k, eta), 0, k + e < 0, k - e > 0};
   for (int i = 0; i < 8; i++) { /* between the ends, amplitudes may be zero */
-    const double turn = i < 6 ? eta * eta * c * c : c * c / (eta * eta), at = i < 2 ? k - e : i < 4 ? k + e : turn;
+    const double turn = i < 6 ? e2 * e2 * c2 : c2, at = i < 2 ? k - e : i < 4 ? k + e : turn;
     if (fabs(at - k) > e * 1.000001) continue;
     const double near = fresnel_of(fmin(c * (i & 1 ? 1 + 8 * ulp : 1 - 8 * ulp), 1), at, eta);
     w.slack = fmax(w.slack, fabs(near - w.want));
   }
-  w.slack += 24 * ulp;
+  w.slack += 28 * ulp;
   return w;
 }
 
@@ -425,7 +427,7 @@ static void check_reflectances(const pktrt_render_desc *d, double side, double i
     const vec v = stage_through(&d->camera, i % d->width + 0.5, i / d->width + 0.5, d->width, d->height);
     const double c = -v.y * side;
     if (c < least_cosine) continue;
-    const window w = fresnel_window(c, eta), other = fresnel_window(c, eta * 1.01);
+    const window w = fresnel_window(c, eta, side < 0), other = fresnel_window(c, eta * 1.01, side < 0);
     const double f = (double)d->pixels[3 * i + (side > 0 ? 0 : 1)], t = (double)d->pixels[3 * i + (side > 0 ? 1 : 0)];
     const double off = fmax(fabs(f - w.want), fabs(t - (1 - w.want)));
     sums->checked++;
@@ -479,7 +481,7 @@ static void fresnel_side(const stages *s, const stages *aside, float ior, double
   free(first), free(other);
 }
 
-static const float fresnel_iors[] = {1, 1.000001f, 1.0003f, 1.33f, 1.5f, 2.4f, 1000};
+static const float fresnel_iors[] = {1, 1.000001f, 1.0003f, 1.33f, 1.5f, 2.4f, 1000, 9.9e5f};
 
 static void fresnel_job(void *arg, size_t i) {
   const float ior = ((const float *)arg)[i], more = ior * 1.01f;

@@ -253,7 +253,7 @@ typedef struct shape {
   float turn, way; /* between keys: an angle; how far it moves at most, in sizes */
 } shape;
 
-/* Of few triangles all, of many the last eight. */
+/* Of few triangles all, of many the last seven. */
 static const shape shapes[] = {
   {"scale 1", 1, {1, 1, 1}, 0, 1, 0, 0},
   {"flat 1:10000, offset 1", 1, {1, 1e-4f, 1}, 1, 1, 0, 0},
@@ -401,7 +401,7 @@ static void tell_leak(const closed *c, pktrt_isa isa, uint64_t chunk, const pktr
 static uint64_t leaks_of(const closed *c, pktrt_isa isa, pktrt_stats *stats) {
   uint64_t leaks = 0;
   pktrt_scene *s = world_scene(&c->w, isa, 0);
-  if (!s) return 0;
+  if (!s) abort();
   for (size_t first = 0; first < c->ray_count; first += CHUNK) {
     const size_t n = c->ray_count - first < CHUNK ? c->ray_count - first : CHUNK;
     bool hit[CHUNK];

@@ -61,6 +61,7 @@ help:
 	@echo "bench-check of these, what must hold, in two minutes, and that its controls fail"
 	@echo "bench-plots, bench-readme  plots, and the tables of bench/README.md, of what has been measured"
 	@echo "peers       races Embree in ten minutes; MESHES=\"FILE DIR\" of these too, FULL=1 everything, BENCH_ARGS=... options"
+	@echo "exactness   pktrt beside copies of itself with textbook tests of triangles, in three minutes"
 	@echo "format      rewrites examples by clang-format"
 	@echo "deps        installs what demo and test need      deps-extra  installs what the other targets need"
 	@echo "clean       removes build/ and out/               config=     debug, release (default), sanitize, threads"

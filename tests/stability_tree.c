@@ -380,7 +380,7 @@ static void memory(void) {
   } cases[4] = {{"terrain, fast build", PKTRT_BUILD_FAST, 1}, {"terrain, high quality", PKTRT_BUILD_HIGH, 1},
                 {"terrain, 2 keys", PKTRT_BUILD_DEFAULT, 2}, {"terrain, 5 keys", PKTRT_BUILD_DEFAULT, 5}};
   for (int i = 0; i < 4; i++) {
-    world w = world_of(terrain(1 + (uint32_t)sqrt((double)thorough(300000) / 2)));
+    world w = world_of(terrain(1 + (uint32_t)sqrt((double)(10000 + thorough(290000)) / 2)));
     if (cases[i].keys > 1) mesh_move(&w.m[0], cases[i].keys, 0.01f, 0.0001f, 1);
     pktrt_scene_destroy(measured(cases[i].name, &w, cases[i].quality, &most));
     world_free(&w);

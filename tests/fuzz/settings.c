@@ -146,10 +146,10 @@ static int good_camera(const pktrt_camera *c) {
   const float *const vectors[] = {c->eye, c->target, c->up, c->eye_end, c->target_end, c->up_end};
   for (int i = 0; i < (c->moving ? 18 : 9); i++)
     if (!in(vectors[i / 3][i % 3], -PKTRT_MAX_COORD, PKTRT_MAX_COORD)) return 0;
-  if (!(c->fov_y >= 0 && c->fov_y < 180) || !in(c->time, 0, 1) || !(c->shutter >= 0 && c->shutter <= 1)) return 0;
+  if (!(c->fov_y >= 0 && c->fov_y < 180) || !in(c->time, 0, 1) || !(c->shutter >= 0)) return 0;
   if (!in(c->aperture, 0, PKTRT_MAX_COORD) || !in(c->focus, 0, PKTRT_MAX_COORD)) return 0;
-  const double end = (double)c->time + (double)c->shutter;
-  if (end > 1 + 2e-6) return 0;
+  const double end = (double)c->time + (double)c->shutter; /* may be beyond 1 by rounding */
+  if (!(end <= 1 + 2e-6)) return 0;
   const bool same = c->up_end[0] == 0 && c->up_end[1] == 0 && c->up_end[2] == 0;
   const int first = view(c->eye, c->target, c->up);
   const int last = c->moving ? view(c->eye_end, c->target_end, same ? c->up : c->up_end) : 1;

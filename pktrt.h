@@ -5584,6 +5584,9 @@ OP uint32_t NAME(moving_triangles)(const NAME(frustum_rays) *f, const float *k0,
   return NAME(reaches)(&reach, f);
 }
 
+#ifdef PKTRT__OTHER_TESTS
+#include PKTRT__OTHER_TESTS
+#else
 /* One moving triangle, its corners at k0 and k1, against a vector of rays, as the canonical test has it; those that hit
    it. */
 PKTRT__NOINLINE uint32_t NAME(moving_test)(const NAME(frustum_rays) *f, const pktrt__view *view, pktrt__batch *b,
@@ -5629,10 +5632,8 @@ OP uint64_t NAME(moving_rays_in)(const NAME(frustum_rays) *f, const pktrt__batch
   }
   return ~out;
 }
+#endif
 
-#ifdef PKTRT__OTHER_TESTS
-#include PKTRT__OTHER_TESTS
-#else
 /* As frustum_block, of a moving block; `counts` only where there is counting. A function of its own: less code. */
 PKTRT__NOINLINE uint64_t NAME(moving_block)(const NAME(frustum_rays) *f, const pktrt__view *view, pktrt__batch *b,
                                             uint32_t index, uint64_t mask, bool occlusion, pktrt_counts *counts) {
@@ -5662,7 +5663,6 @@ PKTRT__NOINLINE uint64_t NAME(moving_block)(const NAME(frustum_rays) *f, const p
   }
   return hit;
 }
-#endif
 
 typedef struct NAME(frustum_stack) {
   uint64_t mask;
@@ -6635,16 +6635,18 @@ static void NAME(find)(const pktrt_scene *scene, bool smooth, const pktrt__wave 
   }
 }
 
-/* Mirror and refracted directions and the Fresnel reflectance of surfaces i to i + 7, whose eta is set. With c the
-   cosine before the surface and c' = sqrt(k) / eta behind it, k = eta^2 - (1 - c^2), R is the mean of ((c - eta c') /
-   (c + eta c'))^2 and ((eta c - c') / (eta c + c'))^2; no real c' is total reflection. Next to eta = 1 k is c^2 + (eta^2
-   - 1), which is right at grazing angles, in dense glass eta^2 - (1 - c) (1 + c), which is right head on; the squares'
-   differences are products. What bends to the wrong side of the triangle, which smooth normals can bring about, is taken
-   about the triangle's own normal. */
-OP v8 NAME(behind)(v8 c, v8 eta) { /* k */
+/* With c the cosine before a surface, k = eta^2 - (1 - c^2): the cosine behind it is sqrt(k) / eta. Next to eta = 1 as
+   c^2 + (eta^2 - 1), which is right at grazing angles, in dense glass as eta^2 - (1 - c) (1 + c), which is right head on;
+   the squares' differences are products. */
+OP v8 NAME(behind)(v8 c, v8 eta) {
   const v8 one = vset(1), more = vmul(vsub(eta, one), vadd(eta, one)), less = vmul(vsub(one, c), vadd(one, c));
   return vsel(vlt(eta, vset(0.5f)), vsub(vmul(eta, eta), less), vadd(vmul(c, c), more));
 }
+
+/* Mirror and refracted directions and the Fresnel reflectance of surfaces i to i + 7, whose eta is set. With c the
+   cosine before the surface and c' the one behind it, R is the mean of ((c - eta c') / (c + eta c'))^2 and
+   ((eta c - c') / (eta c + c'))^2; no real c' is total reflection. What bends to the wrong side of the triangle, which
+   smooth normals can bring about, is taken about the triangle's own normal. */
 STEP void NAME(scatter)(pktrt__surfaces *s, uint32_t i) {
   v8 d[3], n[3], f[3], r[3], t[3];
   NAME(load3)(d, s->d, i);
@@ -8244,7 +8246,7 @@ PKTRT_DEF void pktrt_map_phong_naive(const float u[2], const float axis[3], floa
 /* Exact Fresnel equations, unpolarised (Born and Wolf, Principles of Optics). */
 PKTRT_DEF float pktrt_fresnel_dielectric(float cosine, float eta) {
   const double c = pktrt__min(pktrt__max((double)cosine, 0), 1), e = (double)eta;
-  const double k = e < 0.5 ? e * e - (1 - c) * (1 + c) : c * c + (e - 1) * (e + 1); /* see NAME(scatter) */
+  const double k = e < 0.5 ? e * e - (1 - c) * (1 + c) : c * c + (e - 1) * (e + 1); /* see NAME(behind) */
   if (!(k > 0) || e > FLT_MAX) return 1; /* infinite: the limit */
   const double b = sqrt(k) / e, s = (c - e * b) / (c + e * b), p = (e * c - b) / (e * c + b);
   return (float)(0.5 * (s * s + p * p));

@@ -1,7 +1,7 @@
 /* plain_tests.h - textbook tests of triangles in pktrt's own kernels, in place of its exact ones: what does it cost
    that no ray leaks? Kensler and Shirley's (2006) as in kensler.h, or with PLAIN_MOLLER Moeller and Trumbore's (1997).
    No include guard: pktrt.h includes it three times for each instruction set (PKTRT__OTHER_TESTS), where it would define
-   the tests of a ray and a leaf, of a packet and a triangle, of a packet and a moving leaf.
+   the tests of a ray and a leaf, of a packet and a triangle, of a packet and a moving triangle.
 
    Both tests are given what makes them fast: sums of products are fused where the machine can, nothing is divided until
    a lane has passed, and what needs no ray is computed once for a packet. Trees, boxes, orders, culling of triangles by
@@ -13,6 +13,13 @@
 
 #ifndef PLAIN_PART
 #define PLAIN_PART 1
+#ifndef PLAIN_TO /* where edge g goes: to p2, or from there to p0 */
+#ifdef PLAIN_MOLLER
+#define PLAIN_TO 2
+#else
+#define PLAIN_TO 0
+#endif
+#endif
 
 /* --- a ray and a leaf --- */
 
@@ -174,11 +181,6 @@ OP uint32_t NAME(plain_rays)(const pktrt__view *view, pktrt__batch *b, uint32_t 
   return bits;
 }
 
-#ifdef PLAIN_MOLLER
-#define PLAIN_EDGE(c0, c2) ((c2) - (c0))
-#else
-#define PLAIN_EDGE(c0, c2) ((c0) - (c2))
-#endif
 OP uint64_t NAME(frustum_triangle)(const NAME(frustum_rays) *f, const pktrt__view *view, pktrt__batch *b,
                                    const float *k0, const NAME(frustum_corners) *corners, uint32_t lane, uint32_t id,
                                    uint32_t slot, uint64_t mask, const bool stats, pktrt_counts *counts) {
@@ -189,7 +191,7 @@ OP uint64_t NAME(frustum_triangle)(const NAME(frustum_rays) *f, const pktrt__vie
   (void)corners;
   for (uint32_t a = 0; a < 3; a++) {
     const float c0 = k0[8 * a + lane];
-    e[0][a] = k0[24 + 8 * a + lane] - c0, e[1][a] = PLAIN_EDGE(c0, k0[48 + 8 * a + lane]);
+    e[0][a] = k0[24 + 8 * a + lane] - c0, e[1][a] = k0[24 * PLAIN_TO + 8 * a + lane] - k0[48 - 24 * PLAIN_TO + 8 * a + lane];
     x.p0[a] = fset(c0), x.f[a] = fset(e[0][a]), x.g[a] = fset(e[1][a]), o[a] = fset(b->o[a][f->first]);
   }
   for (uint32_t a = 0; a < 3; a++) {
@@ -207,54 +209,33 @@ OP uint64_t NAME(frustum_triangle)(const NAME(frustum_rays) *f, const pktrt__vie
   }
   return result;
 }
-#undef PLAIN_EDGE
 
 #else
 #undef PLAIN_PART
 
-/* --- a packet and a moving leaf --- */
+/* --- a packet and a moving triangle --- */
 
-OP uint64_t NAME(plain_moving)(const NAME(frustum_rays) *f, const pktrt__view *view, pktrt__batch *b, const float *k0,
-                               const float *k1, uint32_t id, uint32_t slot, uint64_t mask) {
-  uint64_t result = 0;
-  for (uint32_t i = 0; i < 64; i += FW) {
-    const uint32_t rays = (uint32_t)(mask >> i) & ((1u << FW) - 1), r = f->base + i;
-    if (!rays) continue;
-    const vf ta = fload(b->ta + r), tb = fload(b->tb + r);
-    NAME(plain_triangle) x;
-    vf p[3][3], o[3];
-    UNROLL for (int c = 0; c < 9; c++) p[c / 3][c % 3] = ffma(ta, fset(k0[8 * c]), fmul(tb, fset(k1[8 * c])));
-    UNROLL for (int a = 0; a < 3; a++) {
-      x.p0[a] = p[0][a], x.f[a] = fsub(p[1][a], p[0][a]), o[a] = fload(b->o[a] + r);
-#ifdef PLAIN_MOLLER
-      x.g[a] = fsub(p[2][a], p[0][a]);
-#else
-      x.g[a] = fsub(p[0][a], p[2][a]);
-#endif
-    }
-    NAME(plain_cross_f)(x.f, x.g, x.n);
-    NAME(plain_origin)(&x, o);
-    result |= (uint64_t)NAME(plain_rays)(view, b, r, rays, &x, id, slot) << i;
+OP uint32_t NAME(moving_test)(const NAME(frustum_rays) *f, const pktrt__view *view, pktrt__batch *b, uint32_t r,
+                              uint32_t rays, const float *k0, const float *k1, float range, float far_, uint32_t id,
+                              uint32_t slot, pktrt_counts *counts) {
+  const vf ta = fload(b->ta + r), tb = fload(b->tb + r);
+  NAME(plain_triangle) x;
+  vf p[3][3], o[3];
+  (void)f, (void)range, (void)far_, (void)counts;
+  UNROLL for (int c = 0; c < 9; c++) p[c / 3][c % 3] = ffma(ta, fset(k0[8 * c]), fmul(tb, fset(k1[8 * c])));
+  UNROLL for (int a = 0; a < 3; a++) {
+    x.p0[a] = p[0][a], x.f[a] = fsub(p[1][a], p[0][a]), o[a] = fload(b->o[a] + r);
+    x.g[a] = fsub(p[PLAIN_TO][a], p[2 - PLAIN_TO][a]);
   }
-  return result;
+  NAME(plain_cross_f)(x.f, x.g, x.n);
+  NAME(plain_origin)(&x, o);
+  return NAME(plain_rays)(view, b, r, rays, &x, id, slot);
 }
 
-PKTRT__NOINLINE uint64_t NAME(moving_block)(const NAME(frustum_rays) *f, const pktrt__view *view, pktrt__batch *b,
-                                            uint32_t index, uint64_t mask, bool occlusion, pktrt_counts *counts) {
-  const unsigned char *block = view->blocks + index * view->block_bytes;
-  const float *k0 = (const float *)(const void *)(block + view->vertex0);
-  const float *k1 = (const float *)(const void *)(block + view->vertex1);
-  const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
-  NAME(frustum_motion) motion;
-  uint64_t hit = 0;
-  uint32_t lanes = NAME(moving_triangles)(f, k0, k1, &motion) & NAME(occupied)(id);
-  if (counts) counts->triangle_tests += pktrt__popcount(lanes) * pktrt__popcount(mask);
-  for (; lanes && mask; lanes &= lanes - 1) {
-    const uint32_t lane = pktrt__lowest(lanes);
-    const uint64_t h = NAME(plain_moving)(f, view, b, k0 + lane, k1 + lane, id[lane], index * 8 + lane, mask);
-    hit |= h;
-    if (occlusion) mask &= ~h;
-  }
-  return hit;
+/* No filter comes before it: it costs hardly more than that would. */
+OP uint64_t NAME(moving_rays_in)(const NAME(frustum_rays) *f, const pktrt__batch *b, const NAME(frustum_motion) *motion,
+                                 uint32_t lane) {
+  (void)f, (void)b, (void)motion, (void)lane;
+  return ~(uint64_t)0;
 }
 #endif

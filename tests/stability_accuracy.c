@@ -549,17 +549,22 @@ static void rays_from_planes(const stage *s, uint64_t first, pktrt_ray *out, siz
   }
 }
 
+/* Into some triangle, at rest. */
+static pktrt_ray ray_into_some(const stage *s, rng *r) {
+  float p[3][3], o[3], to[3];
+  some_corners(&s->w, r, 0, p);
+  inside(p, r, to);
+  some_origin(r, o);
+  return ray_towards(o, to, 0);
+}
+
 /* --- lengths of directions --- */
 
 /* Lengths from 1e-15 to 1e15; every second ray has the direction of the one before, times a power of two. */
 static void rays_of_lengths(const stage *s, uint64_t first, pktrt_ray *out, size_t n) {
   for (size_t j = 0; j < n; j++) {
     rng r = rng_at(s, (first + j) / 2);
-    float p[3][3], o[3], to[3];
-    some_corners(&s->w, &r, 0, p);
-    inside(p, &r, to);
-    some_origin(&r, o);
-    out[j] = ray_towards(o, to, 0);
+    out[j] = ray_into_some(s, &r);
     const float length = powf(10, rng_range(&r, -7.5f, 7.5f));
     const int power = (int)rng_below(&r, 51) - 25;
     for (int k = 0; k < 3; k++) {
@@ -607,12 +612,8 @@ static void rays_of_intervals(const stage *s, uint64_t first, pktrt_ray *out, si
   float t = 1;
   for (size_t j = 0; j < n; j++) {
     rng r = rng_at(s, (first + j) / 8);
-    float p[3][3], o[3], to[3];
-    some_corners(&s->w, &r, 0, p);
-    inside(p, &r, to);
-    some_origin(&r, o);
     pktrt_ray *x = &out[j];
-    *x = ray_towards(o, to, 0);
+    *x = ray_into_some(s, &r);
     if (j % 8 == 0) {
       pktrt_hit h;
       t = ref_intersect(&s->w, x, &h) ? h.t : 1;

@@ -253,11 +253,9 @@ typedef struct shape {
   float turn, way; /* between keys: an angle; how far it moves at most, in sizes */
 } shape;
 
-/* Of few triangles all, of many the last seven. */
+/* Of few triangles all, of many the last eight. */
 static const shape shapes[] = {
   {"scale 1", 1, {1, 1, 1}, 0, 1, 0, 0},
-  {"flat 1:10000, offset 1", 1, {1, 1e-4f, 1}, 1, 1, 0, 0},
-  {"scale 1e-2, offset 10", 1e-2f, {1, 1, 1}, 10, 1, 0, 0},
   {"scale 1e3, offset 1e3", 1e3f, {1, 1, 1}, 1e3f, 1, 0, 0},
   {"2 keys, far", 1, {1, 1, 1}, 0, 2, 0, 50},
   {"3 keys, turning, flat 1:10000", 1, {1, 1e-4f, 1}, 0, 3, 2.5f, 0},
@@ -265,12 +263,13 @@ static const shape shapes[] = {
   {"scale 1e-4", 1e-4f, {1, 1, 1}, 0, 1, 0, 0},
   {"scale 1e6, offset 10", 1e6f, {1, 1, 1}, 10, 1, 0, 0},
   {"offset 1e5", 1, {1, 1, 1}, 1e5f, 1, 0, 0},
+  {"flat 1:10000, offset 1", 1, {1, 1e-4f, 1}, 1, 1, 0, 0},
   {"needle 1:10000", 1, {1e-4f, 1, 1e-4f}, 0, 1, 0, 0},
   {"2 keys, turning", 1, {1, 1, 1}, 0, 2, 2, 0},
   {"3 keys, turning, far, scale 1e-4", 1e-4f, {1, 1, 1}, 0, 3, 1.5f, 10},
   {"5 keys, far, scale 1e6", 1e6f, {1, 1, 1}, 0, 5, 0.1f, 1e3f},
 };
-enum { LARGE = 7 };
+enum { LARGE = 8 };
 
 /* Where rays start: inside the mesh at that time. Of a moving mesh four after one another have one place within it. */
 typedef struct spot {

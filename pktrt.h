@@ -137,7 +137,8 @@
        >>scattering   the rays of the next generation
        >>generations  the recursion, packet by packet
        >>tiles        samples, pixels, blocks
-       >>render       tiles through parallel_for
+       >>passes       what several passes know of their error, and who gets the next one
+       >>render       tiles through parallel_for, round by round
        >>licence      MIT or public domain
 
 
@@ -872,6 +873,37 @@ typedef enum pktrt_phong_mapping {
   PKTRT_PHONG_NAIVE             /* for comparison, see pktrt_map_phong_naive */
 } pktrt_phong_mapping;
 
+/* How wrong a picture is by chance. Its passes are complete sets of samples, scrambled independently of each other, so
+   the scatter of their means is that of independent replicates; within one set it would mean nothing, since samples of
+   a set are spread on purpose. Of a pixel with means x_1 ... x_n (colours) and x their mean, the squared error of x is
+   estimated by V = sum |x_i - x|^2 / (n (n - 1)): without bias, coarse for a pixel while n is small (with two passes it
+   is off by half of itself or more as often as not), good for a block and a picture, where many pixels are summed.
+   What is not counted: what every pass does alike, that is, rays not followed (attenuation, max_depth). */
+typedef enum pktrt_error_measure {
+  PKTRT_ERROR_RMSE = 0,        /* sqrt(mean of V / 3): of a channel, in units of radiance */
+  PKTRT_ERROR_RELATIVE         /* relative MSE: mean over pixels of V / (|x|^2 + |m|^2 / 100), m: mean of the picture */
+} pktrt_error_measure;
+#define PKTRT_ERROR_BLOCK 16   /* pixels along the edge of the blocks that errors are summed over */
+
+typedef enum pktrt_stop {      /* why a render ended; where two rules agree, the first of these */
+  PKTRT_STOP_NOT_YET = 0,
+  PKTRT_STOP_ERROR,            /* the estimate has reached target_error */
+  PKTRT_STOP_PASSES,           /* all passes are done */
+  PKTRT_STOP_TIME,             /* another pass would exceed time_budget */
+  PKTRT_STOP_ASKED,            /* the hook `pass` said so */
+  PKTRT_STOP_CANCELLED         /* the hook `progress` said so, or a tile ran out of memory */
+} pktrt_stop;
+
+typedef struct pktrt_report {  /* after whole rounds of passes: one over the picture, or if adaptive over parts of it */
+  uint32_t rounds;
+  uint32_t samples_min, samples_max; /* of a pixel */
+  double samples_mean;
+  double rmse, relative_mse;   /* estimated, see pktrt_error_measure; INFINITY while a pixel has had one pass only */
+  uint64_t unknown;            /* pixels whose estimate is not finite, left out of both */
+  double seconds;              /* since the call */
+  pktrt_stop stop;
+} pktrt_report;
+
 typedef struct pktrt_render_desc {
   uint32_t width, height;      /* of the whole picture, pixels; up to 65536 each */
   float *pixels;               /* linear RGB, row 0 at the top */
@@ -893,7 +925,8 @@ typedef struct pktrt_render_desc {
   bool (*progress)(void *user, float done);
   void *user;
 
-  uint32_t samples;            /* per pixel, 1 to 65536; 0: 1. One lies in the middle of the pixel, save in DRT */
+  uint32_t samples;            /* per pixel and pass, 1 to 65536; 0: 1. If it is the only one of its pixel, it lies in
+                                  the middle, save in DRT */
   pktrt_sampler sampler;
   uint32_t seed;
   uint32_t max_depth;          /* generations of secondary rays, up to 50 (PKTRT_MAX_DEPTH); 0: 50 */
@@ -909,25 +942,46 @@ typedef struct pktrt_render_desc {
   /* Radiance from directions where rays meet nothing, n at a time, in place of background; direction is of unit
      length. Called from any thread, and must depend on the direction alone. NULL: background. */
   void (*environment)(void *user, uint32_t n, const float *const direction[3], float *const radiance[3]);
-  /* Optional buffers, tight, row 0 at the top; NULL: not wanted, not computed. Means over a pixel's samples of what
-     primary rays meet. */
+  /* Optional buffers, tight, row 0 at the top; NULL: not wanted, not computed. Means over a pixel's samples, of all its
+     passes, of what primary rays meet. */
   float *depth;                /* distance from the lens, of the samples that met something; INFINITY where none did */
   float *normal;               /* three floats, unit shading normals towards the viewer, averaged; 0 for nothing */
   float *albedo;               /* three floats, diffuse reflectance; 0 for glass and metal, unless in RCS */
-  uint32_t *sample_count;
+  uint32_t *sample_count;      /* samples that a pixel has had */
   /* For teaching: called for each packet (fast path: batch) before it is traced, from any thread, with the rays'
      numbers in the packet that sent them out (primary rays: in their own packet; blindly, a packet is halved above 128
      rays). Depth 0 is primary. Shadow rays on their way behind glass are not told of. Where the fast path has reflected
      and refracted rays in one wave, they are told apart, but numbered on when they send out rays. NULL: none. */
   void (*packet)(void *user, pktrt_ray_type, uint32_t depth, const uint32_t *rays, uint32_t n);
+
+  /* Passes, each with `samples` samples per pixel, until the first of these rules says stop. They cost 32 bytes per
+     pixel; estimates are made if something below asks for them, and need two passes. The picture (and each other
+     buffer) is whole after every pass. */
+  uint32_t passes;             /* at most, up to 65536; 0: 1, or if there is another rule, 65536 */
+  float target_error;          /* stop when the estimate is not above it; 0: no such rule */
+  pktrt_error_measure measure; /* what target_error is compared with, and adaptive passes lower */
+  double time_budget;          /* seconds; the first pass (adaptive: two) is always done, others if they should fit, as
+                                  those before took. What is done by then depends on the machine. 0: no such rule */
+  /* Gives passes to blocks by their estimated error: two to all of them, then in rounds where they lower the picture's
+     error most. `passes` is a mean over pixels then. */
+  bool adaptive;
+  /* Called after each round, from the calling thread; false: stop, which is no failure. NULL: none. */
+  bool (*pass)(void *user, const pktrt_report *);
+  pktrt_report *report;        /* NULL: not wanted */
+  float *pixel_error;          /* sqrt(V / 3) of each pixel, tight, row 0 at the top; INFINITY for one pass */
+  float *block_error;          /* sqrt(mean of V / 3) over each PKTRT_ERROR_BLOCK^2 pixels, from the top left corner on;
+                                  those at the right and lower edge may be cut off */
+  double (*seconds)(void *user); /* a clock, for time_budget and report; NULL: the system's */
 } pktrt_render_desc;
 
 /* Renders the whole picture, tile by tile through parallel_for. Same bits for any number of workers, tile size,
-   packet size, path and instruction set. PKTRT_CANCELLED: progress said so, tiles may be missing. */
+   packet size, path and instruction set (time_budget: for the passes that were done). PKTRT_CANCELLED: progress said
+   so; tiles of the first pass may be missing, later ones may lack a pass. */
 PKTRT_DEF pktrt_status pktrt_render(pktrt_scene *, const pktrt_render_desc *);
 
 /* Renders the pixels [x, x+w) x [y, y+h) of the picture that desc describes, into their place in desc->pixels.
-   Thread-safe on a committed scene as long as tiles do not overlap and desc->stats is not shared. Does not call
+   Thread-safe on a committed scene as long as tiles do not overlap and desc->stats is not shared. Makes as many passes
+   as desc->passes says; a tile knows no picture's error, so all else that passes bring is refused. Does not call
    progress and leaves no detail; pktrt_render gives one. Lights that are meshes, and glass, are looked through anew for
    each call: let tiles be large where these are. */
 PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *, const pktrt_render_desc *, uint32_t x, uint32_t y,
@@ -8368,13 +8422,39 @@ typedef struct pktrt__lamp {
   uint32_t facet_count;
 } pktrt__lamp;
 
+/* What pixels have had so far, where there are several passes. */
+typedef struct pktrt__pixel_sums {
+  double mean[3], squares; /* of the means of passes: their sum, and that of their squares over all channels */
+} pktrt__pixel_sums;
+typedef struct pktrt__note_sums { /* of all samples */
+  double depth, normal[3], albedo[3], met;
+} pktrt__note_sums;
+typedef struct pktrt__error_block {
+  double error[2];         /* sums over its pixels: V, and V weighted as in the relative MSE */
+  double mean[3];          /* of its pixels, their sum */
+  double want;             /* passes it should have had, see pktrt__share_out */
+  uint32_t unknown;        /* pixels left out */
+  uint32_t pixels, done, more; /* passes it has had, and gets in this round */
+} pktrt__error_block;
+typedef struct pktrt__passes {
+  pktrt__pixel_sums *sums;         /* of the pixels of an area */
+  pktrt__note_sums *notes;   /* NULL: not wanted */
+  pktrt__error_block *blocks;
+  uint32_t x, y, w, h;       /* the area */
+  uint32_t columns, rows;    /* of blocks */
+  double m2;                 /* |mean of the picture|^2 */
+} pktrt__passes;
+
 typedef struct pktrt__job {
   const pktrt_scene *scene;
   const pktrt_render_desc *desc;
   pktrt__view_plane plane;   /* of a camera that does not move */
   pktrt__lamp *lamps;        /* one for each light */
-  pktrt_sampling sampling;
+  pktrt_sampling sampling;   /* of the first pass */
+  pktrt__passes *passes;     /* NULL: there is one */
   uint32_t packet_size, tile_size, samples, max_depth;
+  uint32_t most_passes;      /* uniformly; of a block, if adaptive: what a 32-bit count of samples can hold */
+  bool random;               /* the place in the pixel */
   uint32_t event_dimensions; /* sample dimensions of one scattering event: 4, and 2 for each light */
   float threshold;           /* of importance */
   size_t row_stride;
@@ -8394,6 +8474,9 @@ static bool pktrt__check_sizes(const pktrt_render_desc *d, pktrt__why *why) {
     return pktrt__refuse(why, "packet_size %u is not 2, 4, 8 or 16", (unsigned)p);
   if (d->tile_size > 1024) return pktrt__refuse(why, "tile_size %u is above 1024", (unsigned)d->tile_size);
   if (d->samples > 65536) return pktrt__refuse(why, "%u samples are above 65536", (unsigned)d->samples);
+  if (d->passes > 65536) return pktrt__refuse(why, "%u passes are above 65536", (unsigned)d->passes);
+  if ((uint64_t)d->passes * d->samples > UINT32_MAX)
+    return pktrt__refuse(why, "%u passes of %u samples are 2^32 or more", (unsigned)d->passes, (unsigned)d->samples);
   if (d->max_depth > PKTRT_MAX_DEPTH)
     return pktrt__refuse(why, "max_depth %u is above %u", (unsigned)d->max_depth, (unsigned)PKTRT_MAX_DEPTH);
   if (!(d->attenuation <= 1)) return pktrt__refuse(why, "attenuation is %g, above 1", (double)d->attenuation);
@@ -8413,7 +8496,8 @@ static bool pktrt__check_words(const pktrt_render_desc *d, pktrt__why *why) {
                {(int)d->branching, PKTRT_BRANCHING_CHOOSE, "pktrt_branching"},
                {(int)d->lights, PKTRT_LIGHTS_ONE_DEEPER, "pktrt_light_choice"},
                {(int)d->glass_shadows, PKTRT_GLASS_SHADOWS_BLOCK, "pktrt_glass_shadows"},
-               {(int)d->phong_mapping, PKTRT_PHONG_NAIVE, "pktrt_phong_mapping"}};
+               {(int)d->phong_mapping, PKTRT_PHONG_NAIVE, "pktrt_phong_mapping"},
+               {(int)d->measure, PKTRT_ERROR_RELATIVE, "pktrt_error_measure"}};
   for (size_t i = 0; i < sizeof words / sizeof *words; i++)
     if (words[i].value < 0 || words[i].value > words[i].last)
       return pktrt__refuse(why, "%d is no %s", words[i].value, words[i].name);
@@ -8421,6 +8505,16 @@ static bool pktrt__check_words(const pktrt_render_desc *d, pktrt__why *why) {
     if (!pktrt__finite(d->background[a]) || !pktrt__finite(d->ambient[a]))
       return pktrt__refuse(why, "component %d of background and ambient is %g and %g", a, (double)d->background[a],
                            (double)d->ambient[a]);
+  return true;
+}
+
+static bool pktrt__check_rules(const pktrt_render_desc *d, pktrt__why *why) {
+  if (!(d->target_error >= 0)) return pktrt__refuse(why, "target_error is %g", (double)d->target_error);
+  if (!(d->time_budget >= 0)) return pktrt__refuse(why, "time_budget is %g", d->time_budget);
+  if (d->passes == 1 && d->target_error > 0)
+    return pktrt__refuse(why, "target_error with one pass: errors are estimated from two passes on");
+  if (d->adaptive && (d->passes == 1 || (!d->passes && !(d->target_error > 0) && !(d->time_budget > 0) && !d->pass)))
+    return pktrt__refuse(why, "adaptive passes need a rule when to stop, and two passes before it");
   return true;
 }
 
@@ -8439,7 +8533,9 @@ static bool pktrt__check_scene(const pktrt_scene *s, pktrt__why *why) {
 static bool pktrt__check_render(const pktrt_scene *s, const pktrt_render_desc *d, pktrt__job *job, pktrt__why *why) {
   memset(job, 0, sizeof *job);
   if (!d) return pktrt__refuse(why, "the description is NULL");
-  if (!pktrt__check_sizes(d, why) || !pktrt__check_words(d, why) || !pktrt__check_scene(s, why)) return false;
+  if (!pktrt__check_sizes(d, why) || !pktrt__check_words(d, why) || !pktrt__check_rules(d, why) ||
+      !pktrt__check_scene(s, why))
+    return false;
   job->scene = s, job->desc = d;
   job->packet_size = d->packet_size ? d->packet_size : 8;
   job->tile_size = d->tile_size ? d->tile_size : 64;
@@ -8451,6 +8547,10 @@ static bool pktrt__check_render(const pktrt_scene *s, const pktrt_render_desc *d
   job->choose = d->branching == PKTRT_BRANCHING_CHOOSE ||
                 (job->distribute && d->branching == PKTRT_BRANCHING_BY_MODE);
   job->sampling.sampler = d->sampler, job->sampling.samples = job->samples, job->sampling.seed = d->seed;
+  job->most_passes = d->passes;
+  if (!d->passes) job->most_passes = d->target_error > 0 || d->time_budget > 0 || d->pass ? 65536 : 1;
+  if (job->most_passes > UINT32_MAX / job->samples) job->most_passes = UINT32_MAX / job->samples;
+  job->random = job->distribute || job->samples > 1 || job->most_passes > 1;
   job->event_dimensions = 4 + (2 * s->light_count + 3) / 4 * 4;
   return pktrt__check_camera(&d->camera, d->width, d->height, &job->plane, why);
 }
@@ -8800,6 +8900,8 @@ typedef struct pktrt__work {
   pktrt__shadows shadows;
   pktrt__shadow_list list;
   const pktrt__job *job;
+  pktrt_sampling sampling;          /* of this pass */
+  uint32_t pass;                    /* passes that the pixels at hand have had before */
   pktrt_stats *stats;
   pktrt__wave *reflected[PKTRT_MAX_DEPTH + 1], *refracted[PKTRT_MAX_DEPTH + 1], *spare; /* sent by each generation */
   uint32_t order[PKTRT__WAVE], packet[PKTRT__WAVE], sender[PKTRT__WAVE]; /* see pktrt__assemble */
@@ -9252,7 +9354,7 @@ static void pktrt__assemble_wave(pktrt__work *work, pktrt__wave **wave, uint32_t
 static void pktrt__draw(const pktrt__work *work, const pktrt__wave *w, uint32_t k, uint32_t dimension, uint32_t n,
                         float *out) {
   const uint32_t ray = work->surfaces.first + k, root = w->root[ray];
-  pktrt__sample(&work->job->sampling, work->x[root], work->y[root], work->sample[root],
+  pktrt__sample(&work->sampling, work->x[root], work->y[root], work->sample[root],
                 8 + w->key[ray] * work->job->event_dimensions + dimension, n, out);
 }
 
@@ -9591,7 +9693,6 @@ static void pktrt__camera_rays(pktrt__work *work, uint32_t n) {
   const pktrt_camera *c = &job->desc->camera;
   pktrt__wave *w = &work->primary;
   const bool lens = job->distribute && c->aperture > 0, pinhole = !lens && !c->moving;
-  const bool random = job->distribute || job->samples > 1;
   double x[8] = {0, 0, 0, 0, 0, 0, 0, 0}, y[8] = {0, 0, 0, 0, 0, 0, 0, 0};
   const double middle = pktrt__min(1, (double)c->time + 0.5 * (double)c->shutter);
   pktrt__set_row(w->time, n, (float)middle), pktrt__set_row(w->importance, n, 1);
@@ -9599,15 +9700,15 @@ static void pktrt__camera_rays(pktrt__work *work, uint32_t n) {
   memcpy(w->root, work->surfaces.number, n * sizeof *w->root);
   memset(w->key, 0, n * sizeof *w->key), memset(w->medium, 0, n * sizeof *w->medium);
   memset(w->material, 0, n * sizeof *w->material), memset(work->deepest, 0, n);
-  for (uint32_t i = 0; pinhole && !random && i < n; i++) { /* the middles of pixels */
+  for (uint32_t i = 0; pinhole && !job->random && i < n; i++) { /* the middles of pixels */
     x[i % 8] = (double)work->x[i] + 0.5, y[i % 8] = (double)work->y[i] + 0.5;
     if (i % 8 == 7 || i + 1 == n) job->scene->kernels->primary(&job->plane, x, y, w, i & ~7u);
   }
-  for (uint32_t i = 0; !(pinhole && !random) && i < n; i++) {
+  for (uint32_t i = 0; !(pinhole && !job->random) && i < n; i++) {
     const uint32_t px = work->x[i], py = work->y[i], sample = work->sample[i];
     float u[5] = {0.5f, 0.5f, 0.5f, 0.5f, 0.5f}, disk[2] = {0, 0};
-    if (random) pktrt__sample(&job->sampling, px, py, sample, 0, lens ? 4 : 2, u);
-    if (job->distribute && c->shutter > 0) pktrt__sample(&job->sampling, px, py, sample, 4, 1, u + 4);
+    if (job->random) pktrt__sample(&work->sampling, px, py, sample, 0, lens ? 4 : 2, u);
+    if (job->distribute && c->shutter > 0) pktrt__sample(&work->sampling, px, py, sample, 4, 1, u + 4);
     if (lens) pktrt_map_disk(u + 2, disk);
     const double time = pktrt__min(1, (double)c->time + (double)u[4] * (double)c->shutter);
     x[i % 8] = (double)px + (double)u[0], y[i % 8] = (double)py + (double)u[1];
@@ -9633,28 +9734,49 @@ static void pktrt__run_wave(pktrt__work *work, uint32_t n) {
   for (uint32_t i = 0; i < n; i++) work->stats->tree_depth += work->deepest[i];
 }
 
-/* Means of a finished pixel into the optional buffers. */
-static void pktrt__write_notes(const pktrt__work *work, size_t at, uint32_t p) {
-  const pktrt_render_desc *d = work->job->desc;
-  const double n = work->job->samples;
+/* What a finished pixel has had, n samples, into the optional buffers. */
+static void pktrt__write_notes(const pktrt_render_desc *d, const pktrt__note_sums *sums, double n, size_t at) {
   for (size_t a = 0; a < 3; a++) {
-    if (d->normal) d->normal[at * 3 + a] = (float)(work->normal[a][p] / n);
-    if (d->albedo) d->albedo[at * 3 + a] = (float)(work->albedo[a][p] / n);
+    if (d->normal) d->normal[at * 3 + a] = (float)(sums->normal[a] / n);
+    if (d->albedo) d->albedo[at * 3 + a] = (float)(sums->albedo[a] / n);
   }
-  if (d->depth) d->depth[at] = work->met[p] ? (float)(work->depth[p] / work->met[p]) : INFINITY;
+  if (d->depth) d->depth[at] = sums->met > 0 ? (float)(sums->depth / sums->met) : INFINITY;
+}
+
+/* Notes of pixel p, a number of a block, together with those of passes before. */
+static void pktrt__add_notes(const pktrt__work *work, pktrt__note_sums *before, uint32_t p, size_t at) {
+  pktrt__note_sums one, *to = before ? before : &one;
+  if (!before) memset(&one, 0, sizeof one);
+  to->depth += work->depth[p], to->met += work->met[p];
+  for (int a = 0; a < 3; a++) to->normal[a] += work->normal[a][p], to->albedo[a] += work->albedo[a][p];
+  pktrt__write_notes(work->job->desc, to, (double)(work->pass + 1) * work->job->samples, at);
+}
+
+/* The mean of a pass joins those of passes before, and the pixel is the mean of all. */
+static void pktrt__add_pass(pktrt__pixel_sums *s, const double mean[3], double passes, float *pixel) {
+  for (int a = 0; a < 3; a++) {
+    s->mean[a] += mean[a], s->squares += mean[a] * mean[a];
+    pixel[a] = pktrt__to_float(s->mean[a] / passes);
+  }
 }
 
 /* Means of finished pixels into the picture and the optional buffers. */
 static void pktrt__write_pixels(const pktrt__work *work, const uint32_t *x, const uint32_t *y, uint32_t pixels) {
   const pktrt_render_desc *d = work->job->desc;
+  const pktrt__passes *passes = work->job->passes;
   const bool notes = pktrt__notes(work->job), alone = work->job->samples == 1; /* divisions take time */
   const double n = work->job->samples;
   for (uint32_t p = 0; p < pixels; p++) {
     float *to = d->pixels + y[p] * work->job->row_stride + (size_t)x[p] * 3;
     const size_t at = (size_t)y[p] * d->width + x[p];
-    for (int a = 0; a < 3; a++) to[a] = alone ? (float)work->sum[a][p] : pktrt__to_float(work->sum[a][p] / n);
-    if (notes) pktrt__write_notes(work, at, p);
-    if (d->sample_count) d->sample_count[at] = work->job->samples;
+    const size_t own = passes ? (size_t)(y[p] - passes->y) * passes->w + (x[p] - passes->x) : 0;
+    double mean[3];
+    for (int a = 0; a < 3; a++) mean[a] = alone ? work->sum[a][p] : work->sum[a][p] / n;
+    if (passes) pktrt__add_pass(&passes->sums[own], mean, work->pass + 1, to);
+    else
+      for (int a = 0; a < 3; a++) to[a] = pktrt__to_float(mean[a]);
+    if (notes) pktrt__add_notes(work, passes ? &passes->notes[own] : NULL, p, at);
+    if (d->sample_count) d->sample_count[at] = (work->pass + 1) * work->job->samples;
   }
 }
 
@@ -9705,10 +9827,9 @@ static void pktrt__free_work(pktrt__work *work) {
   pktrt__release(d, work, 1, sizeof *work);
 }
 
-/* Pixels [area[0], area[2]) x [area[1], area[3]). False: out of memory. */
-static bool pktrt__render_area(const pktrt__job *job, const uint32_t area[4], pktrt_stats *stats) {
+static pktrt__work *pktrt__make_work(const pktrt__job *job, pktrt_stats *stats) { /* NULL: out of memory */
   pktrt__work *work = PKTRT__CAST(pktrt__work *, pktrt__alloc(&job->scene->desc, 1, sizeof *work));
-  if (!work) return false;
+  if (!work) return NULL;
   memset(work->reflected, 0, sizeof work->reflected);
   memset(work->refracted, 0, sizeof work->refracted);
   work->spare = NULL, work->pending.n = 0, work->failed = false;
@@ -9720,42 +9841,210 @@ static bool pktrt__render_area(const pktrt__job *job, const uint32_t area[4], pk
     work->across[i] = (uint8_t)(work->across[i / 4] * 2 + i % 2);
     work->down[i] = (uint8_t)(work->down[i / 4] * 2 + i / 2 % 2);
   }
-  const uint32_t packet = job->packet_size * job->packet_size;
   /* The fast path takes many packets at once, and keeps secondary packets full so. Where it is told how to assemble
      packets, and on the paper path, a packet sends out its rays alone, as in the paper. */
-  const bool wide = job->desc->path != PKTRT_PATH_PAPER && job->desc->assembly == PKTRT_ASSEMBLY_RAY_TYPES;
-  const uint32_t room = wide ? (uint32_t)PKTRT__WAVE : packet;
-  work->wide = wide;
+  work->wide = job->desc->path != PKTRT_PATH_PAPER && job->desc->assembly == PKTRT_ASSEMBLY_RAY_TYPES;
+  return work;
+}
+
+/* A pass over pixels [area[0], area[2]) x [area[1], area[3]). Seeds of passes: multiples of 2^32 over the golden ratio
+   lie as far apart as can be, so that up to 65536 passes of a seed meet none of another within 29,000 of it. */
+static void pktrt__render_area(pktrt__work *work, const uint32_t area[4], uint32_t pass) {
+  const pktrt__job *job = work->job;
+  const uint32_t packet = job->packet_size * job->packet_size, room = work->wide ? (uint32_t)PKTRT__WAVE : packet;
   const uint32_t edge = pktrt__pixel_edge(room, job->samples), cell = pktrt__pixel_edge(packet, job->samples);
+  work->pass = pass, work->sampling = job->sampling;
+  work->sampling.seed += pass * 0x9E3779B9u;
   for (uint32_t y = area[1]; y < area[3] && !work->failed; y += edge)
     for (uint32_t x = area[0]; x < area[2] && !work->failed; x += edge)
       pktrt__render_block(work, area, x, y, edge, cell, room);
-  const bool ok = !work->failed;
-  pktrt__free_work(work);
-  return ok;
 }
 
-PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *s, const pktrt_render_desc *d, uint32_t x, uint32_t y,
-                                         uint32_t w, uint32_t h) {
-  pktrt__job job;
-  pktrt__why why;
-  if (!s || !pktrt__check_render(s, d, &job, &why)) return PKTRT_INVALID_ARGUMENT;
-  if (x > d->width || y > d->height || w > d->width - x || h > d->height - y) return PKTRT_INVALID_ARGUMENT;
-  if (!pktrt__prepare(&job, (uint64_t)w * h)) return PKTRT_OUT_OF_MEMORY;
-  const uint32_t area[4] = {x, y, x + w, y + h};
-  const bool ok = pktrt__render_area(&job, area, d->stats);
-  pktrt__unprepare(&job);
-  return ok ? PKTRT_OK : PKTRT_OUT_OF_MEMORY;
+/* >>passes: what several passes know of their error, and who gets the next one -------------------------------------- */
+
+static void pktrt__free_passes(const pktrt_scene_desc *desc, pktrt__passes *p) {
+  const uint64_t pixels = (uint64_t)p->w * p->h;
+  pktrt__release(desc, p->sums, pixels, sizeof *p->sums);
+  pktrt__release(desc, p->notes, pixels, sizeof *p->notes);
+  pktrt__release(desc, p->blocks, (uint64_t)p->columns * p->rows, sizeof *p->blocks);
 }
 
-/* >>render --------------------------------------------------------------------------------------------------------- */
+/* Sums for pixels [area[0], area[2]) x [area[1], area[3]), if there may be several passes. */
+static bool pktrt__make_passes(pktrt__job *job, const uint32_t area[4], pktrt__passes *p) { /* false: out of memory */
+  const pktrt_scene_desc *desc = &job->scene->desc;
+  memset(p, 0, sizeof *p);
+  if (job->most_passes == 1) return true;
+  p->x = area[0], p->y = area[1], p->w = area[2] - area[0], p->h = area[3] - area[1];
+  p->columns = (p->w + PKTRT_ERROR_BLOCK - 1) / PKTRT_ERROR_BLOCK;
+  p->rows = (p->h + PKTRT_ERROR_BLOCK - 1) / PKTRT_ERROR_BLOCK;
+  const uint64_t pixels = (uint64_t)p->w * p->h, blocks = (uint64_t)p->columns * p->rows;
+  const bool notes = pktrt__notes(job);
+  p->sums = PKTRT__CAST(pktrt__pixel_sums *, pktrt__alloc(desc, pixels, sizeof *p->sums));
+  p->blocks = PKTRT__CAST(pktrt__error_block *, pktrt__alloc(desc, blocks, sizeof *p->blocks));
+  if (notes) p->notes = PKTRT__CAST(pktrt__note_sums *, pktrt__alloc(desc, pixels, sizeof *p->notes));
+  if (!p->sums || !p->blocks || (notes && !p->notes)) {
+    pktrt__free_passes(desc, p);
+    return false;
+  }
+  memset(p->sums, 0, (size_t)pixels * sizeof *p->sums);
+  memset(p->blocks, 0, (size_t)blocks * sizeof *p->blocks);
+  if (notes) memset(p->notes, 0, (size_t)pixels * sizeof *p->notes);
+  job->passes = p;
+  return true;
+}
 
-typedef struct pktrt__tiles {
-  const pktrt__job *job;
-  pktrt_stats *stats; /* one for each tile, or NULL */
-  uint32_t columns, count;
-  uint32_t done, cancelled, failed; /* shared by the workers */
-} pktrt__tiles;
+/* V of a pixel after n passes, see pktrt_error_measure. What rounding leaves of equal means counts as nothing: sums
+   of n squares are off by n 2^-53 of themselves at most, each of two. */
+static double pktrt__squared_error(const pktrt__pixel_sums *s, double n) {
+  const double spread = s->squares - pktrt__dot(s->mean, s->mean) / n;
+  if (n < 2) return INFINITY;
+  return spread <= n * 4.5e-16 * s->squares ? 0 : spread / (n * (n - 1));
+}
+
+static void pktrt__block_area(const pktrt__passes *p, uint32_t column, uint32_t row, uint32_t area[4]) {
+  const uint32_t b = PKTRT_ERROR_BLOCK, x = column * b, y = row * b;
+  area[0] = x, area[1] = y, area[2] = p->w - x < b ? p->w : x + b, area[3] = p->h - y < b ? p->h : y + b;
+}
+
+/* Sums over the pixels of a row of blocks: of V and of the means; or, once all of these are known, of V relative to
+   the mean of pixel and picture. */
+static void pktrt__sum_absolute(void *arg, size_t row) {
+  pktrt__passes *p = PKTRT__CAST(pktrt__passes *, arg);
+  for (uint32_t column = 0; column < p->columns; column++) {
+    pktrt__error_block *b = &p->blocks[row * p->columns + column];
+    uint32_t area[4];
+    const double n = b->done;
+    pktrt__block_area(p, column, (uint32_t)row, area);
+    b->error[0] = b->mean[0] = b->mean[1] = b->mean[2] = 0, b->unknown = 0;
+    b->pixels = (area[2] - area[0]) * (area[3] - area[1]);
+    for (uint32_t y = area[1]; y < area[3]; y++)
+      for (uint32_t x = area[0]; x < area[2]; x++) {
+        const pktrt__pixel_sums *s = &p->sums[(size_t)y * p->w + x];
+        const double v = pktrt__squared_error(s, n);
+        if (!(v < INFINITY)) {
+          b->unknown++;
+          continue;
+        }
+        b->error[0] += v;
+        for (int a = 0; a < 3; a++) b->mean[a] += s->mean[a] / n;
+      }
+  }
+}
+
+static void pktrt__sum_relative(void *arg, size_t row) {
+  pktrt__passes *p = PKTRT__CAST(pktrt__passes *, arg);
+  for (uint32_t column = 0; column < p->columns; column++) {
+    pktrt__error_block *b = &p->blocks[row * p->columns + column];
+    uint32_t area[4];
+    const double n = b->done;
+    pktrt__block_area(p, column, (uint32_t)row, area);
+    b->error[1] = 0;
+    for (uint32_t y = area[1]; y < area[3]; y++)
+      for (uint32_t x = area[0]; x < area[2]; x++) {
+        const pktrt__pixel_sums *s = &p->sums[(size_t)y * p->w + x];
+        const double v = pktrt__squared_error(s, n);
+        if (v > 0 && v < INFINITY) b->error[1] += v / (pktrt__dot(s->mean, s->mean) / (n * n) + 0.01 * p->m2);
+      }
+  }
+}
+
+/* The error of the whole picture, as far as known, into the report. */
+static void pktrt__estimate(const pktrt__job *job, pktrt_report *r) {
+  pktrt__passes *p = job->passes;
+  const pktrt_scene_desc *desc = &job->scene->desc;
+  const uint64_t blocks = (uint64_t)p->columns * p->rows;
+  double error[2] = {0, 0}, mean[3] = {0, 0, 0}, known = 0;
+  r->unknown = 0;
+  pktrt__parallel(desc, p->rows, pktrt__sum_absolute, p);
+  for (uint64_t i = 0; i < blocks; i++) {
+    const pktrt__error_block *b = &p->blocks[i];
+    known += b->pixels - b->unknown, r->unknown += b->unknown;
+    for (int a = 0; a < 3; a++) mean[a] += b->mean[a];
+  }
+  p->m2 = known > 0 ? pktrt__dot(mean, mean) / (known * known) : 0;
+  pktrt__parallel(desc, p->rows, pktrt__sum_relative, p);
+  for (uint64_t i = 0; i < blocks; i++)
+    for (int k = 0; k < 2; k++) error[k] += p->blocks[i].error[k];
+  r->rmse = known > 0 ? sqrt(error[0] / (3 * known)) : INFINITY;
+  r->relative_mse = known > 0 ? error[1] / known : INFINITY;
+}
+
+/* --- adaptive passes ---
+
+   A block of c pixels whose passes have variance s each (V n, summed over its pixels) contributes s / R after R passes,
+   which cost c R. The sum of errors is least for a given cost where R is in proportion to q = sqrt(s / c): R = max(done,
+   scale q), for what is done is done. The scale that spends a budget, or that reaches an error, follows from the blocks
+   above their `done`; which ones these are is found by leaving out those below until none is. */
+
+enum { PKTRT__PILOT = 2 }; /* passes for all blocks */
+
+/* s of a block: of itself and of its neighbours, whichever is more likely to be too small being helped by the other.
+   WHY: two passes may miss what is rare. */
+static double pktrt__block_variance(const pktrt__passes *p, uint32_t column, uint32_t row, int measure) {
+  double sum = 0, pixels = 0;
+  for (uint32_t y = row ? row - 1 : 0; y <= row + 1 && y < p->rows; y++)
+    for (uint32_t x = column ? column - 1 : 0; x <= column + 1 && x < p->columns; x++) {
+      const pktrt__error_block *b = &p->blocks[(size_t)y * p->columns + x];
+      sum += b->error[measure] * b->done, pixels += b->pixels;
+    }
+  const pktrt__error_block *b = &p->blocks[(size_t)row * p->columns + column];
+  const double own = b->error[measure] * b->done, around = sum / pixels * b->pixels;
+  return 0.75 * own + 0.25 * around;
+}
+
+/* The scale that spends `budget` pixel passes in all, or (budget 0) that leaves an error; 0: it is there already. */
+static double pktrt__scale(const pktrt__passes *p, double budget, double error) {
+  const uint64_t blocks = (uint64_t)p->columns * p->rows;
+  double scale = INFINITY;
+  for (;;) {
+    double spent = 0, left = 0, open = 0;
+    uint64_t below = 0;
+    for (uint64_t i = 0; i < blocks; i++) {
+      const pktrt__error_block *b = &p->blocks[i];
+      const bool closed = scale * b->want <= b->done || b->want <= 0; /* `want` holds q */
+      below += closed;
+      if (closed) spent += (double)b->pixels * b->done, left += b->want * b->want * b->pixels / b->done;
+      else open += b->want * b->pixels;
+    }
+    const double next = open <= 0 ? 0 : budget > 0 ? (budget - spent) / open : error > left ? open / (error - left) : INFINITY;
+    if (!(next < scale)) return next < INFINITY ? next : scale;
+    scale = next;
+  }
+}
+
+/* How much blocks want: q, and a part of the mean of all where little error has been seen, for it may yet come. */
+static void pktrt__ask_blocks(pktrt__passes *p, int measure) {
+  double sum = 0;
+  for (uint32_t row = 0; row < p->rows; row++)
+    for (uint32_t column = 0; column < p->columns; column++) {
+      pktrt__error_block *b = &p->blocks[(size_t)row * p->columns + column];
+      b->want = sqrt(pktrt__block_variance(p, column, row, measure) / b->pixels);
+      sum += b->want;
+    }
+  const uint64_t blocks = (uint64_t)p->columns * p->rows;
+  const double least = sum > 0 ? sum / (16 * (double)blocks) : 1;
+  for (uint64_t i = 0; i < blocks; i++) p->blocks[i].want = pktrt__max(p->blocks[i].want, least);
+}
+
+/* Passes of the next round: up to `budget` pixel passes with those before, fewer if that reaches the target. Blocks
+   want fractions of passes; what one lacks to a whole one goes to the next. */
+static void pktrt__share_out(const pktrt__job *job, double budget, double target) {
+  pktrt__passes *p = job->passes;
+  const uint32_t most = UINT32_MAX / job->samples;
+  double carry = 0.5;
+  pktrt__ask_blocks(p, job->desc->measure == PKTRT_ERROR_RELATIVE);
+  double scale = pktrt__scale(p, budget, 0);
+  if (target > 0) scale = pktrt__min(scale, pktrt__scale(p, 0, target));
+  for (uint64_t i = 0; i < (uint64_t)p->columns * p->rows; i++) {
+    pktrt__error_block *b = &p->blocks[i];
+    const double more = scale * b->want - b->done, room = most - b->done;
+    carry += pktrt__max(0, pktrt__min(more, room));
+    b->more = (uint32_t)pktrt__min(carry, room);
+    carry -= b->more;
+  }
+}
+
+/* --- rounds --- */
 
 #if defined(__GNUC__) && !defined(__TINYC__)
 PKTRT__INLINE uint32_t pktrt__count_up(uint32_t *x) { return __atomic_add_fetch(x, 1, __ATOMIC_RELAXED); }
@@ -9765,48 +10054,274 @@ PKTRT__INLINE uint32_t pktrt__count_up(uint32_t *x) { return ++*x; }
 PKTRT__INLINE uint32_t pktrt__peek(uint32_t *x) { return *x; }
 #endif
 
+typedef struct pktrt__rounds {
+  const pktrt__job *job;
+  pktrt_stats *stats;               /* one for each tile, or NULL */
+  uint32_t columns, count;          /* of tiles */
+  uint32_t done, cancelled, failed; /* shared by the workers */
+  float from, to;                   /* progress before and after this round, as far as it can be told */
+  double started, spent;            /* spent: passes, a mean over pixels */
+  uint32_t alike;                   /* passes of this round, if all blocks get the same; 0: they do not */
+  bool timed, watched;              /* somebody asks for the time, for estimates after every round */
+  pktrt_report report;
+} pktrt__rounds;
+
+#if defined(__unix__) || defined(__APPLE__)
+#include <sys/time.h>
+static double pktrt__clock(void) { /* the one of POSIX that strict ISO C does not hide */
+  struct timeval now;
+  gettimeofday(&now, NULL);
+  return (double)now.tv_sec + 1e-6 * (double)now.tv_usec;
+}
+#else
+#include <time.h>
+static double pktrt__clock(void) { return (double)clock() / CLOCKS_PER_SEC; } /* Windows: since the start */
+#endif
+
+static double pktrt__now(const pktrt_render_desc *d) { return d->seconds ? d->seconds(d->user) : pktrt__clock(); }
+
+/* Passes of the next round, a mean over pixels: one, or if adaptive, two and then half of what has been done; no more
+   than are left, or fit into the time if they take as long as those before. 0: time is up. */
+static double pktrt__next_round(const pktrt__rounds *t) {
+  const pktrt_render_desc *d = t->job->desc;
+  const double spent = t->spent, left = t->job->most_passes - spent;
+  double next = !d->adaptive ? 1 : spent > 0 ? pktrt__max(1, 0.5 * spent) : PKTRT__PILOT;
+  if (d->time_budget > 0 && spent > 0 && t->report.seconds > 0) {
+    const double fit = (d->time_budget - t->report.seconds) / t->report.seconds * spent;
+    if (!(fit >= (d->adaptive ? 0.1 * spent : 1))) return 0;
+    next = pktrt__min(next, fit);
+  }
+  return pktrt__min(next, left);
+}
+
+/* Who gets how many passes: all blocks the same while nothing is known. */
+static void pktrt__plan_round(pktrt__rounds *t, double next) {
+  const pktrt_render_desc *d = t->job->desc;
+  const pktrt__passes *p = t->job->passes;
+  const double pixels = (double)d->width * d->height, target = (double)d->target_error;
+  t->alike = d->adaptive && t->spent > 0 ? 0 : (uint32_t)next;
+  for (uint64_t i = 0; p && i < (uint64_t)p->columns * p->rows; i++) p->blocks[i].more = t->alike;
+  if (t->alike) return;
+  const double error = d->measure == PKTRT_ERROR_RELATIVE ? target : 3 * target * target;
+  pktrt__share_out(t->job, (t->spent + next) * pixels, 0.98 * error * pixels);
+}
+
+/* The passes that this round gives to the blocks of an area. */
+static bool pktrt__render_blocks(const pktrt__job *job, const uint32_t area[4], pktrt_stats *stats) {
+  const pktrt__passes *p = job->passes;
+  const uint32_t b = PKTRT_ERROR_BLOCK;
+  pktrt__work *work = NULL;
+  bool ok = true;
+  for (uint32_t row = area[1] / b; ok && row <= (area[3] - 1) / b; row++)
+    for (uint32_t column = area[0] / b; ok && column <= (area[2] - 1) / b; column++) {
+      const pktrt__error_block *block = &p->blocks[(size_t)row * p->columns + column];
+      uint32_t part[4];
+      if (!block->more) continue;
+      if (!work) work = pktrt__make_work(job, stats);
+      if (!work) return false;
+      pktrt__block_area(p, column, row, part);
+      for (int a = 0; a < 2; a++) {
+        if (part[a] < area[a]) part[a] = area[a];
+        if (part[2 + a] > area[2 + a]) part[2 + a] = area[2 + a];
+      }
+      for (uint32_t k = 0; k < block->more; k++) pktrt__render_area(work, part, block->done + k);
+      ok = !work->failed;
+    }
+  if (work) pktrt__free_work(work);
+  return ok;
+}
+
+/* `passes` passes over an area, after those before; where all blocks get the same, they need not be told apart. */
+static bool pktrt__render_alike(const pktrt__job *job, const uint32_t area[4], pktrt_stats *stats, uint32_t before,
+                                uint32_t passes) {
+  pktrt__work *work = pktrt__make_work(job, stats);
+  if (!work) return false;
+  for (uint32_t k = 0; k < passes; k++) pktrt__render_area(work, area, before + k);
+  const bool ok = !work->failed;
+  pktrt__free_work(work);
+  return ok;
+}
+
 static void pktrt__run_tile(void *arg, size_t i) {
-  pktrt__tiles *t = PKTRT__CAST(pktrt__tiles *, arg);
+  pktrt__rounds *t = PKTRT__CAST(pktrt__rounds *, arg);
   const pktrt_render_desc *d = t->job->desc;
   if (pktrt__peek(&t->cancelled) || pktrt__peek(&t->failed)) return;
   const uint32_t size = t->job->tile_size, x = (uint32_t)i % t->columns * size, y = (uint32_t)i / t->columns * size;
   const uint32_t x1 = d->width - x < size ? d->width : x + size, y1 = d->height - y < size ? d->height : y + size;
   const uint32_t area[4] = {x, y, x1, y1};
-  if (!pktrt__render_area(t->job, area, t->stats ? &t->stats[i] : NULL)) (void)pktrt__count_up(&t->failed);
+  pktrt_stats *stats = t->stats ? &t->stats[i] : NULL;
+  const bool ok = t->alike ? pktrt__render_alike(t->job, area, stats, (uint32_t)t->spent, t->alike)
+                           : pktrt__render_blocks(t->job, area, stats);
+  if (!ok) (void)pktrt__count_up(&t->failed);
   const uint32_t done = pktrt__count_up(&t->done);
-  if (d->progress && !d->progress(d->user, (float)done / (float)t->count) && done < t->count)
+  const float part = (float)done / (float)t->count, all = t->from + (t->to - t->from) * part;
+  if (d->progress && !d->progress(d->user, part < 1 ? all : t->to) && (done < t->count || t->to < 1))
     (void)pktrt__count_up(&t->cancelled);
+}
+
+/* Blocks and the report after a round. */
+static void pktrt__end_round(pktrt__rounds *t) {
+  const pktrt__job *job = t->job;
+  const pktrt_render_desc *d = job->desc;
+  pktrt__passes *p = job->passes;
+  pktrt_report *r = &t->report;
+  uint32_t least = UINT32_MAX, most = 0;
+  double sum = 0;
+  for (uint64_t i = 0; p && i < (uint64_t)p->columns * p->rows; i++) {
+    pktrt__error_block *b = &p->blocks[i];
+    uint32_t area[4];
+    pktrt__block_area(p, (uint32_t)(i % p->columns), (uint32_t)(i / p->columns), area);
+    b->done += b->more, b->pixels = (area[2] - area[0]) * (area[3] - area[1]);
+    least = b->done < least ? b->done : least, most = b->done > most ? b->done : most;
+    sum += (double)b->done * b->pixels;
+  }
+  t->spent = p ? sum / ((double)d->width * d->height) : 1;
+  r->rounds++;
+  r->samples_min = (p ? least : 1) * job->samples, r->samples_max = (p ? most : 1) * job->samples;
+  r->samples_mean = t->spent * job->samples;
+  if (t->timed) r->seconds = pktrt__now(d) - t->started;
+}
+
+/* The rules, after a round. */
+static pktrt_stop pktrt__judge(const pktrt__rounds *t) {
+  const pktrt_render_desc *d = t->job->desc;
+  const pktrt_report *r = &t->report;
+  const double error = d->measure == PKTRT_ERROR_RELATIVE ? r->relative_mse : r->rmse;
+  if (d->target_error > 0 && error <= (double)d->target_error) return PKTRT_STOP_ERROR;
+  if (t->spent > t->job->most_passes - (d->adaptive ? 0.1 : 0.5)) return PKTRT_STOP_PASSES;
+  return d->time_budget > 0 && pktrt__next_round(t) <= 0 ? PKTRT_STOP_TIME : PKTRT_STOP_NOT_YET;
+}
+
+/* How much of the work will be done after `next` more passes, by the rule that seems nearest. */
+static float pktrt__progress(const pktrt__rounds *t, double next) {
+  const pktrt_render_desc *d = t->job->desc;
+  const pktrt_report *r = &t->report;
+  double part = (t->spent + next) / t->job->most_passes;
+  if (t->spent > 0 && d->time_budget > 0)
+    part = pktrt__max(part, r->seconds / d->time_budget * (t->spent + next) / t->spent);
+  if (t->spent > 0 && d->target_error > 0 && r->rmse < INFINITY) {
+    const double over = d->measure == PKTRT_ERROR_RELATIVE ? (double)d->target_error / r->relative_mse
+                                                           : (double)(d->target_error * d->target_error) / (r->rmse * r->rmse);
+    part = pktrt__max(part, over * (t->spent + next) / t->spent);
+  }
+  return part < 1 ? (float)part : 1.0f;
+}
+
+static void pktrt__run_rounds(pktrt__rounds *t) {
+  const pktrt_render_desc *d = t->job->desc;
+  pktrt_report *r = &t->report;
+  while (!r->stop) {
+    const double next = pktrt__next_round(t);
+    pktrt__plan_round(t, next);
+    t->done = 0, t->from = t->to, t->to = pktrt__maxf(t->from, pktrt__progress(t, next));
+    pktrt__parallel(&t->job->scene->desc, t->count, pktrt__run_tile, t);
+    if (t->cancelled || t->failed) {
+      r->stop = PKTRT_STOP_CANCELLED;
+      return;
+    }
+    pktrt__end_round(t);
+    if (t->watched && t->job->passes) pktrt__estimate(t->job, r);
+    r->stop = pktrt__judge(t);
+    if (d->pass && !d->pass(d->user, r) && !r->stop) r->stop = PKTRT_STOP_ASKED;
+  }
+}
+
+/* The buffers of errors, once all is done. */
+static void pktrt__write_errors(const pktrt__job *job) {
+  const pktrt_render_desc *d = job->desc;
+  const pktrt__passes *p = job->passes;
+  const uint32_t b = PKTRT_ERROR_BLOCK, columns = (d->width + b - 1) / b;
+  for (uint32_t y = 0; y < d->height; y++)
+    for (uint32_t x = 0; x < d->width; x++) {
+      const size_t at = (size_t)y * d->width + x, block = (size_t)(y / b) * columns + x / b;
+      if (d->pixel_error)
+        d->pixel_error[at] = p ? pktrt__to_float(sqrt(pktrt__squared_error(&p->sums[at], p->blocks[block].done) / 3))
+                               : INFINITY;
+      if (d->block_error && x % b == 0 && y % b == 0)
+        d->block_error[block] = p ? pktrt__to_float(sqrt(p->blocks[block].error[0] / (3.0 * p->blocks[block].pixels)))
+                                  : INFINITY;
+    }
+}
+
+PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *s, const pktrt_render_desc *d, uint32_t x, uint32_t y,
+                                         uint32_t w, uint32_t h) {
+  pktrt__job job;
+  pktrt__passes passes;
+  pktrt__why why;
+  if (!s || !pktrt__check_render(s, d, &job, &why)) return PKTRT_INVALID_ARGUMENT;
+  if (x > d->width || y > d->height || w > d->width - x || h > d->height - y) return PKTRT_INVALID_ARGUMENT;
+  if (job.most_passes > 1 && !d->passes) return PKTRT_INVALID_ARGUMENT;
+  if (d->adaptive || d->pass || d->report || d->pixel_error || d->block_error || d->target_error > 0 ||
+      d->time_budget > 0)
+    return PKTRT_INVALID_ARGUMENT;
+  if (!w || !h) return PKTRT_OK;
+  const uint32_t area[4] = {x, y, x + w, y + h};
+  if (!pktrt__prepare(&job, (uint64_t)w * h)) return PKTRT_OUT_OF_MEMORY;
+  const bool ok = pktrt__make_passes(&job, area, &passes) &&
+                  pktrt__render_alike(&job, area, d->stats, 0, job.most_passes);
+  if (job.passes) pktrt__free_passes(&s->desc, &passes);
+  pktrt__unprepare(&job);
+  return ok ? PKTRT_OK : PKTRT_OUT_OF_MEMORY;
+}
+
+/* >>render --------------------------------------------------------------------------------------------------------- */
+
+/* Everything that has to be there before the first round. */
+static pktrt_status pktrt__begin_rounds(pktrt_scene *s, pktrt__job *job, pktrt__passes *passes, pktrt__rounds *t) {
+  const pktrt_render_desc *d = job->desc;
+  const uint32_t area[4] = {0, 0, d->width, d->height};
+  memset(t, 0, sizeof *t);
+  t->job = job, t->columns = (d->width + job->tile_size - 1) / job->tile_size;
+  const uint64_t count = (uint64_t)t->columns * ((d->height + job->tile_size - 1) / job->tile_size);
+  if (count > INT32_MAX)
+    return pktrt__fail(s, PKTRT_LIMIT, "render: %llu tiles are too many", (unsigned long long)count);
+  t->count = (uint32_t)count;
+  t->timed = d->time_budget > 0 || d->report || d->pass;
+  t->watched = d->target_error > 0 || d->adaptive || d->pass;
+  t->started = t->timed ? pktrt__now(d) : 0;
+  t->report.rmse = t->report.relative_mse = INFINITY;
+  if (d->stats) {
+    t->stats = PKTRT__CAST(pktrt_stats *, pktrt__alloc(&s->desc, count, sizeof *t->stats));
+    if (!t->stats)
+      return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "render: no memory for the statistics of %u tiles", (unsigned)t->count);
+    memset(t->stats, 0, (size_t)count * sizeof *t->stats);
+  }
+  if (!pktrt__make_passes(job, area, passes))
+    return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "render: no memory for the sums of %u x %u pixels", (unsigned)d->width,
+                       (unsigned)d->height);
+  if (!pktrt__prepare(job, (uint64_t)d->width * d->height))
+    return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "render: no memory for lights and glass");
+  return PKTRT_OK;
+}
+
+static pktrt_status pktrt__end_rounds(pktrt_scene *s, pktrt__job *job, pktrt__rounds *t) {
+  const pktrt_render_desc *d = job->desc;
+  for (uint32_t i = 0; d->stats && i < t->count; i++) pktrt__add_stats(d->stats, &t->stats[i]);
+  if (t->failed) return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "render: no memory for the rays of a tile");
+  if (t->cancelled) return pktrt__fail(s, PKTRT_CANCELLED, "render: the progress hook asked to stop");
+  if (job->passes && !t->watched && (d->report || d->pixel_error || d->block_error)) pktrt__estimate(job, &t->report);
+  if (d->pixel_error || d->block_error) pktrt__write_errors(job);
+  return PKTRT_OK;
 }
 
 PKTRT_DEF pktrt_status pktrt_render(pktrt_scene *s, const pktrt_render_desc *d) {
   if (!s) return PKTRT_INVALID_ARGUMENT;
   s->error[0] = 0;
   pktrt__job job;
+  pktrt__passes passes;
+  pktrt__rounds t;
   pktrt__why why;
   if (!pktrt__check_render(s, d, &job, &why)) return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "render: %s", why.text);
-  pktrt__tiles t;
-  memset(&t, 0, sizeof t);
-  t.job = &job;
-  t.columns = (d->width + job.tile_size - 1) / job.tile_size;
-  const uint64_t count = (uint64_t)t.columns * ((d->height + job.tile_size - 1) / job.tile_size);
-  if (count > INT32_MAX)
-    return pktrt__fail(s, PKTRT_LIMIT, "render: %llu tiles are too many", (unsigned long long)count);
-  t.count = (uint32_t)count;
-  if (d->stats) {
-    t.stats = PKTRT__CAST(pktrt_stats *, pktrt__alloc(&s->desc, count, sizeof *t.stats));
-    if (!t.stats)
-      return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "render: no memory for the statistics of %u tiles", (unsigned)t.count);
-    memset(t.stats, 0, (size_t)count * sizeof *t.stats);
+  pktrt_status status = pktrt__begin_rounds(s, &job, &passes, &t);
+  if (status == PKTRT_OK) {
+    pktrt__run_rounds(&t);
+    status = pktrt__end_rounds(s, &job, &t);
+    pktrt__unprepare(&job);
   }
-  const bool lit = pktrt__prepare(&job, (uint64_t)d->width * d->height);
-  if (lit) pktrt__parallel(&s->desc, t.count, pktrt__run_tile, &t);
-  for (uint32_t i = 0; d->stats && i < t.count; i++) pktrt__add_stats(d->stats, &t.stats[i]);
-  pktrt__release(&s->desc, t.stats, count, sizeof *t.stats);
-  if (lit) pktrt__unprepare(&job);
-  if (!lit || t.failed)
-    return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "render: no memory for %s",
-                       lit ? "the rays of a tile" : "lights and glass");
-  return t.cancelled ? pktrt__fail(s, PKTRT_CANCELLED, "render: the progress hook asked to stop") : PKTRT_OK;
+  if (d->report) *d->report = t.report;
+  if (job.passes) pktrt__free_passes(&s->desc, &passes);
+  pktrt__release(&s->desc, t.stats, t.count, sizeof *t.stats);
+  return status;
 }
 
 #if defined(PKTRT__HAS_SSE2) && defined(__GNUC__) && !defined(__clang__) && defined(__cplusplus)

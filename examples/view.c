@@ -174,7 +174,7 @@ typedef struct viewer {
   unsigned shown_width, shown_height;
 
   double preview_pixels;             /* how many a preview may have */
-  bool refining, done;               /* what is shown is made of passes; there are no more to come */
+  bool refining, done;               /* what is shown is made of passes; and no more will come */
   pktrt_report report;               /* of them */
   double shown_at, frame_seconds;    /* when a picture was shown last, and the mean time from one to the next */
   double titled_at;
@@ -280,7 +280,8 @@ static void show_title(viewer *v) {
   char text[256], error[32] = "-";
   if (v->refining && v->report.rmse < INFINITY) snprintf(error, sizeof error, "%.5f", v->report.rmse);
   snprintf(text, sizeof text,
-           "%s %s, %.1f frames/s, error %s, %.4g samples%s%s - packets %u %s, %s, aperture %.3g, shutter %.3g, time %.2f",
+           "%s %s, %.1f frames/s, error %s, %.4g spp%s%s - packets %u %s, %s, aperture %.3g, shutter %.3g, "
+           "time %.2f",
            v->given.scene, mode_names[s->mode], v->frame_seconds > 0 ? 1 / v->frame_seconds : 0.0, error,
            v->refining ? v->report.samples_mean : 1.0, s->adaptive ? " adaptive" : "",
            v->done ? ", done" : v->animating ? ", moving" : "", s->packet, path_names[s->path],
@@ -315,7 +316,9 @@ static void save_picture(const viewer *v) {
   }
 }
 
-/* >>events: they change settings and say so; the scene, which may be being rendered, is left to the main loop -------- */
+/* >>events --------------------------------------------------------------------------------------------------------- */
+
+/* They change settings and say so. The scene is left to the main loop: it may just be being rendered. */
 
 /* Larger or smaller by a quarter; below the least there is nothing. */
 static double step(double value, double least, double most, bool up) {
@@ -468,8 +471,11 @@ static bool preview(viewer *v) {
   describe(v, &d);
   d.width = (uint32_t)fmax(1, ceil(scale * v->width)), d.height = (uint32_t)fmax(1, ceil(scale * v->height));
   v->changed = false;
-  if (v->refining || v->done) v->frame_seconds = 0, v->shown_at = start;
-  v->refining = v->done = false;
+  if (v->refining) { /* what the title says is no longer true, and the mean was of something else */
+    v->frame_seconds = 0, v->shown_at = start;
+    v->refining = v->done = false;
+    show_title(v);
+  }
   if (pktrt_render(v->world, &d) != PKTRT_OK) return ex_fail("%s", pktrt_last_error(v->world));
   if (!show_picture(v, d.width, d.height)) return false;
   const double factor = 1 / (PER_SECOND * (ex_seconds() - start));
@@ -492,7 +498,7 @@ static bool go_on(void *user, float done) {
 
 static bool show_pass(void *user, const pktrt_report *report) {
   viewer *v = (viewer *)user;
-  if (!v->refining) v->frame_seconds = 0; /* of previews */
+  if (!v->refining) v->frame_seconds = 0; /* that of previews */
   v->refining = true;
   v->report = *report;
   v->done = report->stop != PKTRT_STOP_NOT_YET;

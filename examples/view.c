@@ -454,15 +454,15 @@ static void describe(viewer *v, pktrt_render_desc *d) {
   d->tile_size = 32; /* the time of a tile is how long the user may have to wait */
 }
 
+static const double loop_seconds = 10, preview_seconds = 1.0 / 15;
+
 /* One pass over fewer pixels, of the window's shape: as many as the last preview's speed allows. */
 static bool preview(viewer *v) {
-  enum { PER_SECOND = 15 };
   const double start = ex_seconds();
   pktrt_render_desc d;
   bool built;
   if (v->animating) {
-    enum { LOOP_SECONDS = 10 };
-    v->now.time += (start - v->ticked) / LOOP_SECONDS;
+    v->now.time += (start - v->ticked) / loop_seconds;
     v->now.time -= floor(v->now.time);
     v->ticked = start;
   }
@@ -478,7 +478,7 @@ static bool preview(viewer *v) {
   }
   if (pktrt_render(v->world, &d) != PKTRT_OK) return ex_fail("%s", pktrt_last_error(v->world));
   if (!show_picture(v, d.width, d.height)) return false;
-  const double factor = 1 / (PER_SECOND * (ex_seconds() - start));
+  const double factor = preview_seconds / (ex_seconds() - start);
   if (!built && (factor < 0.8 || factor > 1.2)) /* else the size would never be at rest */
     v->preview_pixels = fmax(256, fmin(all, v->preview_pixels * fmax(0.25, fmin(2, factor))));
   if (v->shown_at - v->titled_at > 0.2) show_title(v);

@@ -22,13 +22,17 @@ LDLIBS = -lm -lpthread
 
 B = $(if $(filter release,$(config)),build,build/$(config))
 
-# Optional: mesh files other than .tri by assimp, and Embree to compare with. (Embree 3 brings no pkg-config file.)
+# Optional: mesh files other than .tri by assimp, a window by SDL2, and Embree to compare with. (Embree 3 brings no pkg-config file.)
 ASSIMP := $(shell pkg-config --exists assimp 2>/dev/null && echo yes)
 ASSIMP_FLAGS := $(if $(ASSIMP),-DHAVE_ASSIMP $(shell pkg-config --cflags assimp))
 ASSIMP_LIBS := $(if $(ASSIMP),$(shell pkg-config --libs assimp))
+# The viewer is built where SDL2 is. Its headers are nothing to warn about.
+SDL := $(shell pkg-config --exists sdl2 2>/dev/null && echo yes)
+SDL_FLAGS := $(if $(SDL),$(patsubst -I%,-isystem %,$(shell pkg-config --cflags sdl2)))
+SDL_LIBS := $(if $(SDL),$(shell pkg-config --libs sdl2))
 EMBREE := $(wildcard /usr/include/embree3/rtcore.h /usr/local/include/embree3/rtcore.h)
 
-EXAMPLES = $(B)/hello $(B)/query $(B)/packets $(B)/effects $(B)/deform $(B)/render
+EXAMPLES = $(B)/hello $(B)/query $(B)/packets $(B)/effects $(B)/deform $(B)/render $(if $(SDL),$(B)/view)
 EXAMPLE_HEADERS = $(wildcard examples/*.h)
 TEST_SOURCES = $(sort $(filter-out tests/fuzz/main.c,$(wildcard tests/*.c tests/fuzz/*.c)))
 TEST_OBJECTS = $(TEST_SOURCES:tests/%.c=$(B)/tests/%.o)
@@ -40,17 +44,20 @@ ifeq ($(MAKELEVEL),0)
 .NOTPARALLEL:
 endif
 
-.PHONY: all demo effects deform readme-pictures test sanitize test-neon matrix deps deps-extra format clean help
+.PHONY: all demo effects deform view test-view readme-pictures test sanitize test-neon matrix deps deps-extra format clean help
 .PHONY: bench bench-check bench-plots bench-readme peers exactness
 .PHONY: stability stability-neon stability-sanitize sanitize-threads fuzz
 .DELETE_ON_ERROR:
 
 all:
 	$(BUILD) $(EXAMPLES) $(B)/test
+	@$(if $(SDL),:,echo "all: without SDL2 the viewer is not built (make deps-extra installs it)")
 
 help:
 	@echo "all         examples and the test binary          demo        makes nine pictures: three scenes, three modes"
 	@echo "effects     makes out/effects-*.png               deform      makes the frames out/deform-*.png"
+	@echo "view        looks around in a scene; ARGS=\"--scene conference\", ARGS=--help for keys"
+	@echo "test-view   drives it under Xvfb and looks at the screen"
 	@echo "test        runs all tests                        sanitize    runs a smaller set under ASan and UBSan"
 	@echo "stability   the extremes at length, in five minutes; figures go to bench/README.md"
 	@echo "stability-neon  a tenth of it on ARM, emulated        stability-sanitize  a hundredth under ASan and UBSan"
@@ -72,6 +79,9 @@ help:
 $(B)/render: examples/render.c $(EXAMPLE_HEADERS) pktrt.h | $(B)
 	$(CC) $(CFLAGS) $(STRICT) $(ASSIMP_FLAGS) $< -o $@ $(LDFLAGS) $(ASSIMP_LIBS) $(LDLIBS)
 	@$(if $(ASSIMP),:,echo "render: built without assimp; it reads .tri meshes only (make deps-extra installs assimp)")
+
+$(B)/view: examples/view.c $(EXAMPLE_HEADERS) pktrt.h | $(B)
+	$(CC) $(CFLAGS) $(STRICT) $(SDL_FLAGS) $< -o $@ $(LDFLAGS) $(SDL_LIBS) $(LDLIBS)
 
 $(B)/effects $(B)/deform: $(EXAMPLE_HEADERS)
 
@@ -99,6 +109,14 @@ deform: | out
 	$(BUILD) $(B)/deform
 	$(B)/deform $(ARGS)
 
+view:
+ifeq ($(SDL),)
+	@echo "view: SDL2 is not installed (make deps-extra installs libsdl2-dev), there is no window"; exit 1
+else
+	$(BUILD) $(B)/view
+	$(B)/view $(ARGS)
+endif
+
 # Small, hence with more samples per pixel. The README shows them; they are kept under version control.
 readme-pictures: effects
 	$(BUILD) $(B)/render
@@ -119,6 +137,18 @@ $(B)/test: $(TEST_OBJECTS)
 test:
 	$(BUILD) $(B)/test
 	$(B)/test $(ONLY)
+
+# The viewer, as someone would use it.
+test-view:
+ifeq ($(SDL),)
+	@echo "test-view: SDL2 is not installed (make deps-extra installs libsdl2-dev), there is no viewer"; exit 1
+else
+	$(BUILD) $(B)/view $(B)/render $(B)/screenshot
+	tests/view.sh $(B)
+endif
+
+$(B)/screenshot: tests/view/screenshot.c examples/common.h | $(B)
+	$(CC) $(CFLAGS) $(STRICT) $< -o $@ $(LDFLAGS) $(LDLIBS)
 
 # The smaller set: the same tests with fewer rays. ONLY="words" picks tests by their sentences. clang, where there is one, sees
 # more kinds of undefined behaviour than gcc.
@@ -260,7 +290,7 @@ $(B)/exactness: bench/exactness.c $(B)/plain-kensler.o $(B)/plain-moller.o $(wil
 
 DEPS = gcc g++ libc6-dev libstb-dev
 DEPS_EXTRA = pkg-config libassimp-dev libembree-dev clang libclang-rt-14-dev tcc gcc-mingw-w64-x86-64 \
-  gcc-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user gnuplot valgrind
+  gcc-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user gnuplot valgrind libsdl2-dev xvfb xdotool
 INSTALL = $(if $(filter 0,$(shell id -u)),,sudo) env DEBIAN_FRONTEND=noninteractive apt-get
 
 deps:

@@ -10124,11 +10124,9 @@ static double pktrt__scale(const pktrt__passes *p, double budget, double error) 
   double scale = INFINITY;
   for (;;) {
     double spent = 0, left = 0, open = 0;
-    uint64_t below = 0;
     for (uint64_t i = 0; i < blocks; i++) {
       const pktrt__error_block *b = &p->blocks[i];
       const bool closed = scale * b->want <= b->done || b->want <= 0; /* `want` holds q */
-      below += closed;
       if (closed) spent += (double)b->pixels * b->done, left += b->want * b->want * b->pixels / b->done;
       else open += b->want * b->pixels;
     }
@@ -10211,7 +10209,7 @@ static double pktrt__now(const pktrt_render_desc *d) { return d->seconds ? d->se
 static double pktrt__next_round(const pktrt__rounds *t) {
   const pktrt_render_desc *d = t->job->desc;
   const double spent = t->spent, left = t->job->most_passes - spent;
-  double next = !d->adaptive ? 1 : spent > 0 ? pktrt__max(1, 0.5 * spent) : PKTRT__PILOT;
+  double next = !d->adaptive ? 1 : spent > 0 ? pktrt__max(1, 0.5 * spent) : (double)PKTRT__PILOT;
   if (d->time_budget > 0 && spent > 0 && t->report.seconds > 0) {
     const double fit = (d->time_budget - t->report.seconds) / t->report.seconds * spent;
     if (!(fit >= (d->adaptive ? 0.1 * spent : 1))) return 0;

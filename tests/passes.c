@@ -581,6 +581,41 @@ static void passes_go_where_noise_is(void) {
   pktrt_scene_destroy(s);
 }
 
+/* Blocks get whole passes, of which a small picture may want a part only: rounds end nevertheless. */
+static void every_size_ends(void) {
+  static film f;
+  static watch guard;
+  pktrt_scene *s = stage_open();
+  stage_commit(s);
+  size_t renders = 0, longest = 0;
+  for (uint32_t w = 1; w <= W; w += small_run ? 13 : 4) {
+    for (uint32_t h = 1; h <= H; h += 5) {
+      for (int i = 0; i < 5; i++) {
+        pktrt_render_desc d = corner_view(&f);
+        memset(&guard, 0, sizeof guard);
+        guard.stop_after = ROUNDS; /* or it would not end */
+        d.width = w, d.height = h, d.adaptive = true, d.pass = watch_pass, d.user = &guard;
+        if (i < 3) d.passes = 2 + 3 * (uint32_t)i;
+        else d.target_error = 0.02f * (float)(i - 2), d.measure = (pktrt_error_measure)(i - 3);
+        stage_render(s, &d);
+        renders++, longest = f.report.rounds > longest ? f.report.rounds : longest;
+        CHECK(f.report.stop == (i < 3 ? PKTRT_STOP_PASSES : PKTRT_STOP_ERROR), "%u x %u, case %d: %u rounds, mean %g", w, h, i,
+              f.report.rounds, f.report.samples_mean / 2);
+        const double off = fabs(f.report.samples_mean / 2 - d.passes) * w * h;
+        CHECK(i >= 3 || off <= fmax(0.1 * w * h, EDGE * EDGE), "%u x %u, case %d: %g of %u", w, h, i,
+              f.report.samples_mean / 2, d.passes);
+      }
+    }
+  }
+  pktrt_render_desc d = corner_view(&f);
+  memset(&guard, 0, sizeof guard);
+  guard.stop_after = 5, d.pass = watch_pass, d.user = &guard, d.adaptive = true, d.target_error = 1e-30f;
+  stage_render(s, &d);
+  CHECK(f.report.stop == PKTRT_STOP_ASKED && f.report.rounds == 5, "the control: a target out of reach, and the guard");
+  say("%zu renders of up to %d x %d, at most %zu rounds", renders, W, H, longest);
+  pktrt_scene_destroy(s);
+}
+
 /* No error anywhere: every rule still ends, and the estimate is 0, not what rounding leaves. */
 static void still_pictures(void) {
   static film f;
@@ -632,7 +667,7 @@ static void unknown_pixels(void) {
     memset(&w, 0, sizeof w);
     pktrt_render_desc d = corner_view(&f);
     d.environment = broken_light, d.samples = 1, d.seconds = watch_clock, d.user = &w, w.step = 1;
-    d.adaptive = i % 2 != 0;
+    d.adaptive = i % 2 != 0, d.pass = watch_pass, w.stop_after = ROUNDS;
     if (i < 2) d.passes = i == 0 ? N : 12;
     if (i == 2 || i == 3) d.target_error = 0.05f;
     if (i == 4) d.time_budget = 5;
@@ -812,6 +847,7 @@ void suite_passes(void) {
   run("a picture cancelled in a later pass is whole", cancelled_later);
   run("progress grows over passes", progress_grows);
   run("adaptive passes go where the noise is, and lower the error", passes_go_where_noise_is);
+  run("adaptive rounds end for every size of picture", every_size_ends);
   run("where there is no error all rules end", still_pictures);
   run("pixels that are not finite are counted and left out of the error", unknown_pixels);
   run("contradictory rules are refused by name", refused_rules);

@@ -76,16 +76,15 @@ static void print_help_error(void) {
          "  --passes N       2 to 65536 passes, independent of each other: the error is estimated from their scatter\n"
          "  --target-error E stop when the estimate is not above E\n"
          "  --measure WHAT   what E means and --adaptive lowers; rmse: of a channel, in units of radiance (default),\n"
-         "                   or relative: relative MSE, 0.0025 for an error of 5%% of what a pixel has\n"
+         "                   or relative: relative MSE, 0.0025 for 5%% of what a pixel has\n"
          "  --time SECONDS   stop when another pass would take longer than this in all, building not counted\n"
          "                   (one is always made, adaptively two)\n"
          "  --adaptive       give passes to blocks of %d x %d pixels by their error; --passes is a mean then\n"
-         "  --error-map FILE the error of each pixel; .pfm: as a number, .png: as a colour, from black (1/16 of\n"
-         "                   the picture's RMSE, or less) over red (as large) to white (16 times, or more), green\n"
-         "                   where it is unknown\n"
-         "                   With --passes, --target-error or --time, --spp is that of each pass (default %d), and\n"
-         "                   the first of them to say so stops. With --error-map alone, half of the samples each\n"
-         "                   are made in two passes.\n",
+         "  --error-map FILE the error of each pixel; .pfm: in units of radiance; .png: as a part of the pixel's\n"
+         "                   value, from black (0.1%% or less) over red (3%%) to white (100%% or more), green where\n"
+         "                   it is unknown (a tenth of the mean is added to all values, for the sake of dark ones)\n"
+         "With --passes, --target-error or --time, --spp is that of each pass (default %d), and the first of these\n"
+         "rules stops. With --error-map alone, half of the samples each are made in two passes.\n",
          PKTRT_ERROR_BLOCK, PKTRT_ERROR_BLOCK, PASS_SAMPLES);
 }
 
@@ -528,8 +527,8 @@ static uint64_t checksum(const float *pixels, size_t n) {
   return sum;
 }
 
-/* Colour of an error, linear: from black over red to white as its logarithm grows from 1/16 of the mean to 16 times. */
-static void error_colour(double error, double mean, float rgb[3]) {
+/* Colour of a relative error, linear: from black over red to white as its logarithm grows from 0.1% to 100%. */
+static void error_colour(double error, float rgb[3]) {
   enum { STEPS = 6 };
   static const unsigned char stops[STEPS + 1][3] = {{0, 0, 0},     {35, 15, 95},   {110, 25, 120}, {205, 50, 70},
                                                     {245, 125, 25}, {250, 205, 70}, {255, 255, 255}};
@@ -538,7 +537,7 @@ static void error_colour(double error, double mean, float rgb[3]) {
     memcpy(rgb, none, sizeof none);
     return;
   }
-  double at = error > 0 && mean > 0 ? (log2(error / mean) + 4) * STEPS / 8 : 0;
+  double at = error > 0 ? (log10(error) + 3) * STEPS / 3 : 0;
   at = at < 0 ? 0 : at > STEPS ? STEPS : at;
   const int below = at < STEPS ? (int)at : STEPS - 1;
   for (int c = 0; c < 3; c++) {
@@ -547,13 +546,32 @@ static void error_colour(double error, double mean, float rgb[3]) {
   }
 }
 
+static double length2(const double v[3]) { return v[0] * v[0] + v[1] * v[1] + v[2] * v[2]; }
+
+/* Relative as in the relative MSE: V / (|x|^2 + |m|^2 / 100), of which pixel_error has sqrt(V / 3). */
+static void colour_errors(const job *j, size_t n, float *colours) {
+  double mean[3] = {0, 0, 0}, known = 0;
+  for (size_t i = 0; i < n; i++) {
+    if (!(j->error[i] < INFINITY)) continue;
+    for (size_t c = 0; c < 3; c++) mean[c] += (double)j->view.pixels[3 * i + c];
+    known++;
+  }
+  for (size_t i = 0; i < n; i++) {
+    const float *x = j->view.pixels + 3 * i;
+    const double value[3] = {(double)x[0], (double)x[1], (double)x[2]}, error = (double)j->error[i];
+    const double scale = length2(value) + length2(mean) / (100 * known * known);
+    error_colour(error > 0 ? sqrt(3 * error * error / scale) : error, colours + 3 * i);
+  }
+}
+
+/* To be called while the picture is as it was rendered. */
 static bool write_error_map(const job *j) {
   const options *o = &j->given;
   const size_t n = (size_t)o->width * o->height;
   if (ex_has_suffix(o->error_map, ".pfm")) return ex_write_channels(o->error_map, j->error, o->width, o->height, 1);
   float *colours = (float *)malloc(n * 3 * sizeof *colours);
   if (!colours) return ex_fail("%s: not enough memory", o->error_map);
-  for (size_t i = 0; i < n; i++) error_colour((double)j->error[i], j->report.rmse, colours + 3 * i);
+  colour_errors(j, n, colours);
   const bool ok = ex_write_picture(o->error_map, colours, o->width, o->height);
   free(colours);
   return ok;
@@ -564,12 +582,13 @@ static bool write_pictures(job *j) {
   const size_t n = (size_t)o->width * o->height * 3;
   char path[MAX_PATH_LENGTH];
   j->checksum = checksum(j->view.pixels, n); /* of what was rendered: exposure is a matter of looking at it */
+  if (o->error_map && !write_error_map(j)) return false;
   for (size_t i = 0; i < n; i++) j->view.pixels[i] *= (float)o->exposure;
   bool ok = !o->output || ex_write_picture(o->output, j->view.pixels, o->width, o->height);
   for (int b = 0; ok && o->buffers && b < BUFFERS; b++)
     ok = buffer_path(o, b, path) &&
          ex_write_channels(path, j->buffers[b], o->width, o->height, buffer_kinds[b].channels);
-  return ok && (!o->error_map || write_error_map(j));
+  return ok;
 }
 
 static void describe(job *j) {

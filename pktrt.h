@@ -964,14 +964,14 @@ typedef struct pktrt_render_desc {
   double time_budget;          /* seconds; the first pass (adaptive: two) is always done, others if they should fit, as
                                   those before took. What is done by then depends on the machine. 0: no such rule */
   /* Gives passes to blocks by their estimated error: two to all of them, then in rounds where they lower the picture's
-     error most. `passes` is a mean over pixels then. */
+     error most. `passes` is a mean over pixels then, to within 0.1 or a pass of one block, whichever is more. */
   bool adaptive;
   /* Called after each round, from the calling thread; false: stop, which is no failure. NULL: none. */
   bool (*pass)(void *user, const pktrt_report *);
   pktrt_report *report;        /* NULL: not wanted */
   float *pixel_error;          /* sqrt(V / 3) of each pixel, tight, row 0 at the top; INFINITY for one pass */
-  float *block_error;          /* sqrt(mean of V / 3) over each PKTRT_ERROR_BLOCK^2 pixels, from the top left corner on;
-                                  those at the right and lower edge may be cut off */
+  float *block_error;          /* sqrt(mean of V / 3) over each PKTRT_ERROR_BLOCK^2 pixels, from the top left corner on,
+                                  INFINITY if none is known; those at the right and lower edge may be cut off */
   double (*seconds)(void *user); /* a clock, for time_budget and report; NULL: the system's */
 } pktrt_render_desc;
 
@@ -10150,22 +10150,29 @@ static void pktrt__ask_blocks(pktrt__passes *p, int measure) {
   for (uint64_t i = 0; i < blocks; i++) p->blocks[i].want = pktrt__max(p->blocks[i].want, least);
 }
 
-/* Passes of the next round: up to `budget` pixel passes with those before, fewer if that reaches the target. Blocks
-   want fractions of passes; what one lacks to a whole one goes to the next. */
-static void pktrt__share_out(const pktrt__job *job, double budget, double target) {
+/* Passes of the next round: up to `budget` pixel passes with the `spent` before, fewer if that reaches the target, but
+   some, since wants are no exact forecast. Blocks want fractions of passes; what one lacks to a whole one goes to the
+   next. If that is none at all, the one that wants it most gets a pass: every round does something, so rounds end. */
+static void pktrt__share_out(const pktrt__job *job, double spent, double budget, double target) {
   pktrt__passes *p = job->passes;
+  pktrt__error_block *first = NULL;
   const uint32_t most = UINT32_MAX / job->samples;
-  double carry = 0.5;
+  double carry = 0.5, given = 0;
   pktrt__ask_blocks(p, job->desc->measure == PKTRT_ERROR_RELATIVE);
   double scale = pktrt__scale(p, budget, 0);
-  if (target > 0) scale = pktrt__min(scale, pktrt__scale(p, 0, target));
+  if (target > 0) {
+    const double least = pktrt__scale(p, pktrt__min(budget, 1.03 * spent), 0);
+    scale = pktrt__min(scale, pktrt__max(least, pktrt__scale(p, 0, target)));
+  }
   for (uint64_t i = 0; i < (uint64_t)p->columns * p->rows; i++) {
     pktrt__error_block *b = &p->blocks[i];
     const double more = scale * b->want - b->done, room = most - b->done;
     carry += pktrt__max(0, pktrt__min(more, room));
     b->more = (uint32_t)pktrt__min(carry, room);
-    carry -= b->more;
+    carry -= b->more, given += b->more;
+    if (room > 0 && (!first || b->want * first->done > first->want * b->done)) first = b;
   }
+  if (given <= 0 && first) first->more = 1;
 }
 
 /* --- rounds --- */
@@ -10222,12 +10229,13 @@ static double pktrt__next_round(const pktrt__rounds *t) {
 static void pktrt__plan_round(pktrt__rounds *t, double next) {
   const pktrt_render_desc *d = t->job->desc;
   const pktrt__passes *p = t->job->passes;
-  const double pixels = (double)d->width * d->height, target = (double)d->target_error;
+  const double pixels = (double)d->width * d->height, known = pixels - (double)t->report.unknown;
+  const double target = (double)d->target_error;
   t->alike = d->adaptive && t->spent > 0 ? 0 : (uint32_t)next;
   for (uint64_t i = 0; p && i < (uint64_t)p->columns * p->rows; i++) p->blocks[i].more = t->alike;
   if (t->alike) return;
   const double error = d->measure == PKTRT_ERROR_RELATIVE ? target : 3 * target * target;
-  pktrt__share_out(t->job, (t->spent + next) * pixels, 0.98 * error * pixels);
+  pktrt__share_out(t->job, t->spent * pixels, (t->spent + next) * pixels, 0.98 * error * known);
 }
 
 /* The passes that this round gives to the blocks of an area. */
@@ -10311,8 +10319,10 @@ static pktrt_stop pktrt__judge(const pktrt__rounds *t) {
   const pktrt_render_desc *d = t->job->desc;
   const pktrt_report *r = &t->report;
   const double error = d->measure == PKTRT_ERROR_RELATIVE ? r->relative_mse : r->rmse;
+  const double block = PKTRT_ERROR_BLOCK * PKTRT_ERROR_BLOCK / ((double)d->width * d->height);
+  const double rest = d->adaptive ? pktrt__max(0.1, 0.5 * block) : 0.5; /* blocks get whole passes */
   if (d->target_error > 0 && error <= (double)d->target_error) return PKTRT_STOP_ERROR;
-  if (t->spent > t->job->most_passes - (d->adaptive ? 0.1 : 0.5)) return PKTRT_STOP_PASSES;
+  if (t->spent > t->job->most_passes - pktrt__min(rest, 0.5)) return PKTRT_STOP_PASSES;
   return d->time_budget > 0 && pktrt__next_round(t) <= 0 ? PKTRT_STOP_TIME : PKTRT_STOP_NOT_YET;
 }
 
@@ -10358,12 +10368,12 @@ static void pktrt__write_errors(const pktrt__job *job) {
   for (uint32_t y = 0; y < d->height; y++)
     for (uint32_t x = 0; x < d->width; x++) {
       const size_t at = (size_t)y * d->width + x, block = (size_t)(y / b) * columns + x / b;
+      const double known = p ? p->blocks[block].pixels - p->blocks[block].unknown : 0;
       if (d->pixel_error)
         d->pixel_error[at] = p ? pktrt__to_float(sqrt(pktrt__squared_error(&p->sums[at], p->blocks[block].done) / 3))
                                : INFINITY;
       if (d->block_error && x % b == 0 && y % b == 0)
-        d->block_error[block] = p ? pktrt__to_float(sqrt(p->blocks[block].error[0] / (3.0 * p->blocks[block].pixels)))
-                                  : INFINITY;
+        d->block_error[block] = known > 0 ? pktrt__to_float(sqrt(p->blocks[block].error[0] / (3 * known))) : INFINITY;
     }
 }
 

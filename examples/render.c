@@ -12,17 +12,20 @@
 
 /* >>options -------------------------------------------------------------------------------------------------------- */
 
-enum { MAX_FRAMES = 1000000, DRT_SAMPLES = 64 };
+enum { MAX_FRAMES = 1000000, DRT_SAMPLES = 64, PASS_SAMPLES = 8 };
 
 typedef struct options {
-  const char *scene, *mesh, *output, *buffers;
+  const char *scene, *mesh, *output, *buffers, *error_map;
   unsigned width, height, packet, tile, threads, samples, seed, depth, frame, frames;
+  unsigned passes;                                                     /* 0: as many as it takes */
   int mode, path, sampler, assembly, branching, lights, glass_shadows; /* values of the library's enumerations */
+  int measure;                                                         /* such a value; -1: not given */
   pktrt_isa isa;
-  bool up_z, has_camera, has_frame, progress, count;
+  bool up_z, has_camera, has_frame, progress, count, adaptive;
   float camera[6];                             /* eye, target */
   double aperture, focus, shutter, light_size; /* negative: not given */
   double attenuation, exposure;                /* attenuation negative: off; 0: the library's own */
+  double target_error, time;                   /* 0: not given */
 } options;
 
 static const char *const mode_names[] = {"rcs", "wrt", "drt", NULL};
@@ -32,6 +35,7 @@ static const char *const branching_names[] = {"mode", "both", "choose", NULL};
 static const char *const light_names[] = {"all", "one", NULL};
 static const char *const glass_names[] = {"pass", "block", NULL};
 static const char *const up_names[] = {"y", "z", NULL};
+static const char *const measure_names[] = {"rmse", "relative", NULL};
 static const char *sampler_names[PKTRT_SAMPLER_COUNT + 1]; /* filled by name_samplers, ends with NULL */
 
 static void name_samplers(void) {
@@ -65,6 +69,23 @@ static void print_help_picture(void) {
          "  --exposure E     factor on the picture as it is written (default 1)\n"
          "  -o FILE          .png (8 bit sRGB) or .pfm (linear floats); without it no picture is written\n"
          "  --buffers PREFIX also write PREFIX-depth.pfm, PREFIX-normal.pfm and PREFIX-albedo.pfm\n");
+}
+
+static void print_help_error(void) {
+  printf("\nhow wrong it may be by chance:\n"
+         "  --passes N       2 to 65536 passes, independent of each other: the error is estimated from their scatter\n"
+         "  --target-error E stop when the estimate is not above E\n"
+         "  --measure WHAT   what E means and --adaptive lowers; rmse: of a channel, in units of radiance (default),\n"
+         "                   or relative: relative MSE, 0.0025 for 5%% of what a pixel has\n"
+         "  --time SECONDS   stop when another pass would take longer than this in all, building not counted\n"
+         "                   (one is always made, adaptively two)\n"
+         "  --adaptive       give passes to blocks of %d x %d pixels by their error; --passes is a mean then\n"
+         "  --error-map FILE the error of each pixel; .pfm: in units of radiance; .png: as a part of the pixel's\n"
+         "                   value, from black (0.1%% or less) over red (3%%) to white (100%% or more), green where\n"
+         "                   it is unknown (a tenth of the mean is added to all values, for the sake of dark ones)\n"
+         "With --passes, --target-error or --time, --spp is that of each pass (default %d), and the first of these\n"
+         "rules stops. With --error-map alone, half of the samples each are made in two passes.\n",
+         PKTRT_ERROR_BLOCK, PKTRT_ERROR_BLOCK, PASS_SAMPLES);
 }
 
 static void print_help_work(void) {
@@ -102,6 +123,7 @@ static void print_help(void) {
 #endif
   );
   print_help_picture();
+  print_help_error();
   print_help_work();
 }
 
@@ -134,10 +156,10 @@ static bool parse_packet(const char *text, unsigned *packet) {
           ex_fail("--packet: %s is none of: 2, 4, 8, 16", text));
 }
 
-static bool parse_output(const char *text, const char **output) {
+static bool parse_output(const char *option, const char *text, const char **output) {
   *output = text;
   return ex_has_suffix(text, ".png") || ex_has_suffix(text, ".pfm") ||
-         ex_fail("-o: \"%s\" ends neither in .png nor in .pfm", text);
+         ex_fail("%s: \"%s\" ends neither in .png nor in .pfm", option, text);
 }
 
 static bool parse_scene(const char *text, const char **name) {
@@ -165,8 +187,9 @@ static bool parse_attenuation(const char *text, double *attenuation) {
 enum option_name {
   OPT_SCENE = 256, OPT_MESH, OPT_CAMERA, OPT_UP, OPT_FRAME, OPT_FRAMES, OPT_SHUTTER, OPT_LIGHT_SIZE, OPT_APERTURE,
   OPT_FOCUS, OPT_MODE, OPT_SIZE, OPT_SPP, OPT_SAMPLER, OPT_SEED, OPT_DEPTH, OPT_ATTENUATION, OPT_BRANCHING,
-  OPT_LIGHTS, OPT_GLASS_SHADOWS, OPT_EXPOSURE, OPT_BUFFERS, OPT_PATH, OPT_PACKET, OPT_ASSEMBLY, OPT_ISA, OPT_THREADS,
-  OPT_TILE, OPT_NO_COUNT, OPT_NO_PROGRESS
+  OPT_LIGHTS, OPT_GLASS_SHADOWS, OPT_EXPOSURE, OPT_BUFFERS, OPT_PASSES, OPT_TARGET_ERROR, OPT_MEASURE, OPT_TIME,
+  OPT_ADAPTIVE, OPT_ERROR_MAP, OPT_PATH, OPT_PACKET, OPT_ASSEMBLY, OPT_ISA, OPT_THREADS, OPT_TILE, OPT_NO_COUNT,
+  OPT_NO_PROGRESS
 };
 
 static const struct option option_list[] = {{"scene", required_argument, NULL, OPT_SCENE},
@@ -191,6 +214,12 @@ static const struct option option_list[] = {{"scene", required_argument, NULL, O
                                             {"glass-shadows", required_argument, NULL, OPT_GLASS_SHADOWS},
                                             {"exposure", required_argument, NULL, OPT_EXPOSURE},
                                             {"buffers", required_argument, NULL, OPT_BUFFERS},
+                                            {"passes", required_argument, NULL, OPT_PASSES},
+                                            {"target-error", required_argument, NULL, OPT_TARGET_ERROR},
+                                            {"measure", required_argument, NULL, OPT_MEASURE},
+                                            {"time", required_argument, NULL, OPT_TIME},
+                                            {"adaptive", no_argument, NULL, OPT_ADAPTIVE},
+                                            {"error-map", required_argument, NULL, OPT_ERROR_MAP},
                                             {"path", required_argument, NULL, OPT_PATH},
                                             {"packet", required_argument, NULL, OPT_PACKET},
                                             {"assembly", required_argument, NULL, OPT_ASSEMBLY},
@@ -226,6 +255,12 @@ static bool parse_option(options *o, int option, const char *text) {
   case OPT_GLASS_SHADOWS: return ex_parse_word("glass-shadows", text, glass_names, &o->glass_shadows);
   case OPT_EXPOSURE: return ex_parse_real("exposure", text, 1e-6, 1e6, &o->exposure);
   case OPT_BUFFERS: o->buffers = text; return true;
+  case OPT_PASSES: return ex_parse_uint("passes", text, 2, 65536, &o->passes);
+  case OPT_TARGET_ERROR: return ex_parse_real("target-error", text, 1e-9, 1e9, &o->target_error);
+  case OPT_MEASURE: return ex_parse_word("measure", text, measure_names, &o->measure);
+  case OPT_TIME: return ex_parse_real("time", text, 1e-3, 1e9, &o->time);
+  case OPT_ADAPTIVE: o->adaptive = true; return true;
+  case OPT_ERROR_MAP: return parse_output("--error-map", text, &o->error_map);
   case OPT_PATH: return ex_parse_word("path", text, path_names, &o->path);
   case OPT_PACKET: return parse_packet(text, &o->packet);
   case OPT_ASSEMBLY: return ex_parse_word("assembly", text, assembly_names, &o->assembly);
@@ -234,10 +269,27 @@ static bool parse_option(options *o, int option, const char *text) {
   case OPT_TILE: return ex_parse_uint("tile", text, 1, 1024, &o->tile);
   case OPT_NO_COUNT: o->count = false; return true;
   case OPT_NO_PROGRESS: o->progress = false; return true;
-  case 'o': return parse_output(text, &o->output);
+  case 'o': return parse_output("-o", text, &o->output);
   case 'h': print_help(); exit(0);
   }
   return false;
+}
+
+/* One unsplit set of samples, or passes: by the options, or as two halves if nothing but their error is wanted. */
+static bool complete_passes(options *o) {
+  const bool rules = o->passes > 0 || o->target_error > 0 || o->time > 0;
+  if (o->adaptive && !rules) return ex_fail("--adaptive: until when? See --passes, --target-error and --time");
+  if (o->measure >= 0 && !o->adaptive && !(o->target_error > 0))
+    return ex_fail("--measure: says how --target-error or --adaptive measure, and there is neither");
+  if (o->measure < 0) o->measure = PKTRT_ERROR_RMSE;
+  if (o->samples == 0) o->samples = rules ? PASS_SAMPLES : o->mode == PKTRT_MODE_DRT ? DRT_SAMPLES : 1;
+  if ((uint64_t)o->passes * o->samples > UINT32_MAX)
+    return ex_fail("--passes, --spp: %u passes of %u samples are too many, 2^32 or more", o->passes, o->samples);
+  if (rules) return true;
+  o->passes = o->error_map ? 2 : 1;
+  if (o->error_map && o->samples < 2) return ex_fail("--error-map: one sample has no known error; see --spp, --passes");
+  if (o->error_map) o->samples = (o->samples + 1) / 2;
+  return true;
 }
 
 /* What only several options together can be wrong about, and the defaults that depend on other options. */
@@ -247,9 +299,8 @@ static bool complete_options(options *o) {
   if (o->mesh && o->light_size > 0) return ex_fail("--light-size: the lights of a mesh file have no size");
   if (o->frame >= o->frames) return ex_fail("--frame: %u is beyond the last of %u frames", o->frame, o->frames);
   if (!o->scene && !o->mesh) o->scene = scene_names()[0];
-  if (o->samples == 0) o->samples = o->mode == PKTRT_MODE_DRT ? DRT_SAMPLES : 1;
   if (o->shutter < 0) o->shutter = o->mode == PKTRT_MODE_DRT && !o->mesh ? 1.0 / o->frames : 0;
-  return true;
+  return complete_passes(o);
 }
 
 static bool parse_options(options *o, int argc, char **argv) {
@@ -263,6 +314,7 @@ static bool parse_options(options *o, int argc, char **argv) {
   o->progress = o->count = true;
   o->aperture = o->focus = o->shutter = o->light_size = -1;
   o->exposure = 1;
+  o->measure = -1;
   name_samplers();
   opterr = 0; /* our own line instead */
   for (;;) {
@@ -344,6 +396,8 @@ typedef struct job {
   scene built_in; /* zeroed for --mesh */
   pktrt_render_desc view;
   float *buffers[BUFFERS];
+  float *error; /* of each pixel, for the map; NULL: not wanted */
+  pktrt_report report;
   pktrt_stats stats;
   double load_seconds, build_seconds, render_seconds;
   uint64_t checksum;
@@ -440,7 +494,7 @@ static bool probe_file(const char *path) {
 /* Finds out before the work, not after it, whether the pictures can be written. */
 static bool probe_outputs(const options *o) {
   char path[MAX_PATH_LENGTH];
-  bool ok = !o->output || probe_file(o->output);
+  bool ok = (!o->output || probe_file(o->output)) && (!o->error_map || probe_file(o->error_map));
   for (int b = 0; ok && o->buffers && b < BUFFERS; b++) ok = buffer_path(o, b, path) && probe_file(path);
   return ok;
 }
@@ -453,6 +507,10 @@ static bool allocate(job *j) {
   for (int b = 0; ok && o->buffers && b < BUFFERS; b++) {
     j->buffers[b] = (float *)calloc(pixels * buffer_kinds[b].channels, sizeof(float));
     ok = j->buffers[b] != NULL;
+  }
+  if (ok && o->error_map) {
+    j->error = (float *)calloc(pixels, sizeof(float));
+    ok = j->error != NULL;
   }
   j->view.depth = j->buffers[0], j->view.normal = j->buffers[1], j->view.albedo = j->buffers[2];
   return ok || ex_fail("not enough memory for a picture of %u x %u", o->width, o->height);
@@ -469,11 +527,62 @@ static uint64_t checksum(const float *pixels, size_t n) {
   return sum;
 }
 
+/* Colour of a relative error, linear: from black over red to white as its logarithm grows from 0.1% to 100%. */
+static void error_colour(double error, float rgb[3]) {
+  enum { STEPS = 6 };
+  static const unsigned char stops[STEPS + 1][3] = {{0, 0, 0},     {35, 15, 95},   {110, 25, 120}, {205, 50, 70},
+                                                    {245, 125, 25}, {250, 205, 70}, {255, 255, 255}};
+  static const float none[3] = {0, 1, 0};
+  if (!(error < INFINITY)) {
+    memcpy(rgb, none, sizeof none);
+    return;
+  }
+  double at = error > 0 ? (log10(error) + 3) * STEPS / 3 : 0;
+  at = at < 0 ? 0 : at > STEPS ? STEPS : at;
+  const int below = at < STEPS ? (int)at : STEPS - 1;
+  for (int c = 0; c < 3; c++) {
+    const double code = stops[below][c] + (at - below) * (stops[below + 1][c] - stops[below][c]);
+    rgb[c] = (float)ex_srgb_decode(code / 255);
+  }
+}
+
+static double length2(const double v[3]) { return v[0] * v[0] + v[1] * v[1] + v[2] * v[2]; }
+
+/* Relative as in the relative MSE: V / (|x|^2 + |m|^2 / 100), of which pixel_error has sqrt(V / 3). */
+static void colour_errors(const job *j, size_t n, float *colours) {
+  double mean[3] = {0, 0, 0}, known = 0;
+  for (size_t i = 0; i < n; i++) {
+    if (!(j->error[i] < INFINITY)) continue;
+    for (size_t c = 0; c < 3; c++) mean[c] += (double)j->view.pixels[3 * i + c];
+    known++;
+  }
+  for (size_t i = 0; i < n; i++) {
+    const float *x = j->view.pixels + 3 * i;
+    const double value[3] = {(double)x[0], (double)x[1], (double)x[2]}, error = (double)j->error[i];
+    const double scale = length2(value) + length2(mean) / (100 * known * known);
+    error_colour(error > 0 ? sqrt(3 * error * error / scale) : error, colours + 3 * i);
+  }
+}
+
+/* To be called while the picture is as it was rendered. */
+static bool write_error_map(const job *j) {
+  const options *o = &j->given;
+  const size_t n = (size_t)o->width * o->height;
+  if (ex_has_suffix(o->error_map, ".pfm")) return ex_write_channels(o->error_map, j->error, o->width, o->height, 1);
+  float *colours = (float *)malloc(n * 3 * sizeof *colours);
+  if (!colours) return ex_fail("%s: not enough memory", o->error_map);
+  colour_errors(j, n, colours);
+  const bool ok = ex_write_picture(o->error_map, colours, o->width, o->height);
+  free(colours);
+  return ok;
+}
+
 static bool write_pictures(job *j) {
   const options *o = &j->given;
   const size_t n = (size_t)o->width * o->height * 3;
   char path[MAX_PATH_LENGTH];
   j->checksum = checksum(j->view.pixels, n); /* of what was rendered: exposure is a matter of looking at it */
+  if (o->error_map && !write_error_map(j)) return false;
   for (size_t i = 0; i < n; i++) j->view.pixels[i] *= (float)o->exposure;
   bool ok = !o->output || ex_write_picture(o->output, j->view.pixels, o->width, o->height);
   for (int b = 0; ok && o->buffers && b < BUFFERS; b++)
@@ -501,6 +610,13 @@ static void describe(job *j) {
   view->assembly = (pktrt_assembly)o->assembly;
   view->tile_size = o->tile;
   view->stats = o->count ? &j->stats : NULL;
+  view->passes = o->passes;
+  view->target_error = (float)o->target_error;
+  view->measure = (pktrt_error_measure)o->measure;
+  view->time_budget = o->time;
+  view->adaptive = o->adaptive;
+  view->report = &j->report;
+  view->pixel_error = j->error;
 }
 
 static bool render(job *j) {
@@ -563,13 +679,34 @@ static void print_rays(const job *j) {
 static void print_settings(const job *j) {
   const options *o = &j->given;
   const pktrt_camera *camera = &j->view.camera;
-  printf("samples  %u per pixel, %s, seed %u, depth %u, attenuation ", o->samples, sampler_names[o->sampler], o->seed,
-         o->depth);
+  printf("samples  %u per pixel%s, %s, seed %u, depth %u, attenuation ", o->samples, o->passes == 1 ? "" : " and pass",
+         sampler_names[o->sampler], o->seed, o->depth);
   if (o->attenuation < 0) printf("off\n");
   else printf("%g\n", o->attenuation > 0 ? o->attenuation : 1.0 / 256);
   if (o->mode == PKTRT_MODE_DRT)
     printf("camera   aperture %g, focus %g, shutter %g of the loop\n", (double)camera->aperture, (double)camera->focus,
            o->shutter);
+}
+
+/* How wrong the picture is by chance, what that took, and why no more was done. */
+static void print_error(const job *j) {
+  const pktrt_report *r = &j->report;
+  const double seconds = j->render_seconds;
+  if (!(r->rmse < INFINITY)) {
+    printf("error    not estimated: %s\n",
+           r->samples_max > j->given.samples ? "no pixel is finite"
+           : j->given.passes == 1            ? "--error-map, --passes and others ask for it, see --help"
+                                             : "the time was up after one pass");
+    return;
+  }
+  printf("error    RMSE %.4g, relative MSE %.4g, estimated; RMSE x sqrt(seconds) %.4g\n", r->rmse, r->relative_mse,
+         r->rmse * sqrt(seconds));
+  if (r->unknown > 0) printf("         %llu pixels are not finite and left out\n", (unsigned long long)r->unknown);
+  printf("used     %u to %u samples per pixel, mean %.2f, in %u rounds; stopped: %s\n", (unsigned)r->samples_min,
+         (unsigned)r->samples_max, r->samples_mean, (unsigned)r->rounds,
+         r->stop == PKTRT_STOP_ERROR  ? "the target is reached"
+         : r->stop == PKTRT_STOP_TIME ? "the time is up"
+                                      : "all passes are done");
 }
 
 static void print_table(const job *j) {
@@ -587,6 +724,7 @@ static void print_table(const job *j) {
   printf("seconds  scene %.3f, build %.3f, render %.3f%s\n", j->load_seconds, j->build_seconds, j->render_seconds,
          o->count ? " (with counting; --no-count is a little faster)" : "");
   printf("pixels   checksum %016llx\n", (unsigned long long)j->checksum);
+  print_error(j);
   if (o->count) print_rays(j);
 }
 
@@ -605,6 +743,7 @@ int main(int argc, char **argv) {
                     : ex_fail("%s", pktrt_last_error(NULL));
   if (ok) print_table(&j);
   free(j.view.pixels);
+  free(j.error);
   for (int b = 0; b < BUFFERS; b++) free(j.buffers[b]);
   scene_free(&j.built_in);
   pktrt_scene_destroy(j.world);

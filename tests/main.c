@@ -225,6 +225,7 @@ int main(int argc, char **argv) {
   suite_lights();
   suite_assembly();
   suite_pictures();
+  suite_passes();
   suite_identity();
   suite_stability();
   free(filters);

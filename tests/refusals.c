@@ -440,6 +440,7 @@ static void refuse_words(void) {
     {offsetof(pktrt_render_desc, lights), 2, "pktrt_light_choice"},
     {offsetof(pktrt_render_desc, glass_shadows), 2, "pktrt_glass_shadows"},
     {offsetof(pktrt_render_desc, phong_mapping), 2, "pktrt_phong_mapping"},
+    {offsetof(pktrt_render_desc, measure), 2, "pktrt_error_measure"},
   };
   pktrt_scene *s = some_scene();
   float pixels[3] = {-7, -7, -7};

@@ -2,11 +2,12 @@
    every pixel is painted, is finite if what shines is, and has the bits of the scalar single-ray picture. */
 #include "fuzz.h"
 
-enum { W = 8, H = 8, SAMPLES = 3, DEPTH = 4, PAINTED = 64 }; /* PAINTED: samples at most */
+enum { W = 8, H = 8, SAMPLES = 3, DEPTH = 4, PAINTED = 64, PASSES = 4, ROUNDS = 5 }; /* PAINTED: samples of a pass */
 
 typedef struct picture {
   float pixels[H * (W * 3 + 5)], depth[W * H], normal[W * H * 3], albedo[W * H * 3];
   uint32_t count[W * H];
+  float pixel_error[W * H], block_error; /* of one block */
 } picture;
 
 typedef struct setting { /* all that is taken from the feed */
@@ -15,7 +16,7 @@ typedef struct setting { /* all that is taken from the feed */
   pktrt_render_desc d;
   uint32_t materials, lights, mesh_material[3], fail_at;
   bool tame;   /* nothing shines so brightly that sums could overflow */
-  bool cancel, buffers, parallel;
+  bool cancel, buffers, parallel, hook, errors; /* hook: the hook `pass`; errors: they are wanted */
   float vertex[2][8 * 3];
 } setting;
 
@@ -118,6 +119,18 @@ static void take_render(feed *b, setting *x) {
   x->fail_at = flags >> 5 == 7 ? 1 + take_below(b, 12) : 0;
 }
 
+/* After all else: inputs from before there were passes mean what they meant. */
+static void take_rules(feed *b, setting *x) {
+  pktrt_render_desc *d = &x->d;
+  const uint32_t flags = take_u8(b), odd = take_u8(b);
+  d->passes = take_number(b, PASSES + 1, 65536);
+  if (flags & 1) d->target_error = take_or(b, (float)take_below(b, 16) / 64);
+  if (flags & 2) d->time_budget = (double)take_or(b, (float)take_below(b, 8) + 0.5f);
+  d->adaptive = (flags & 12) == 12;
+  if (odd > 128) d->measure = (pktrt_error_measure)take_word(b, 2);
+  x->hook = (flags & 48) == 48, x->errors = flags >> 6 & 1;
+}
+
 /* --- which settings are good: what the header's comments say --- */
 
 static bool in(float x, float lo, float hi) { return x >= lo && x <= hi; } /* false for NaN */
@@ -156,6 +169,15 @@ static int good_camera(const pktrt_camera *c) {
   return first == 0 || last == 0 ? 0 : first < 0 || last < 0 || end > 1 ? -1 : 1;
 }
 
+static bool good_rules(const setting *x) {
+  const pktrt_render_desc *d = &x->d;
+  const bool target = d->target_error > 0, time = d->time_budget > 0;
+  if (!(d->target_error >= 0 && d->time_budget >= 0) || !word((int)d->measure, 2)) return false;
+  if (d->passes > 65536 || (uint64_t)d->passes * d->samples > UINT32_MAX) return false;
+  if (d->passes == 1 && (target || d->adaptive)) return false;
+  return !d->adaptive || d->passes || target || time || x->hook;
+}
+
 static int good_settings(const setting *x) {
   const pktrt_render_desc *d = &x->d;
   const uint32_t p = d->packet_size;
@@ -167,6 +189,7 @@ static int good_settings(const setting *x) {
         word((int)d->sampler, PKTRT_SAMPLER_COUNT) && word((int)d->assembly, 6) && word((int)d->branching, 3) &&
         word((int)d->lights, 2) && word((int)d->glass_shadows, 2) && word((int)d->phong_mapping, 2);
   ok &= fuzz_all_finite(d->background, 3) && fuzz_all_finite(d->ambient, 3);
+  ok &= good_rules(x);
   for (int i = 0; i < 3; i++) ok &= x->mesh_material[i] <= x->materials;
   for (uint32_t i = 0; i < x->lights; i++) ok &= x->light[i].kind != PKTRT_LIGHT_MESH || x->light[i].mesh < 3;
   return ok ? good_camera(&d->camera) : 0;
@@ -179,6 +202,27 @@ static void blank(picture *p) {
   for (size_t i = 0; i < COUNT(p->pixels); i++) f[i] = -7;
   for (size_t i = 0; i < COUNT(p->depth); i++) p->depth[i] = -7, p->count[i] = 7;
   for (size_t i = 0; i < COUNT(p->normal); i++) p->normal[i] = p->albedo[i] = -7;
+  for (size_t i = 0; i < COUNT(p->pixel_error); i++) p->pixel_error[i] = -7;
+  p->block_error = -7;
+}
+
+/* The user of all hooks: a clock of whole seconds, and an end to what may go on for long. */
+typedef struct pacer {
+  double now;
+  uint32_t rounds;
+} pacer;
+static double pace(void *user) { return ((pacer *)user)->now++; }
+static bool few_rounds(void *user, const pktrt_report *r) {
+  ((pacer *)user)->rounds = r->rounds;
+  return r->rounds < ROUNDS;
+}
+
+/* Rules as they were asked for. Where they may go on for long the hook ends it, which is a rule of its own. */
+static void rule(const setting *x, pktrt_render_desc *d, pacer *p, pktrt_report *report, picture *to) {
+  memset(p, 0, sizeof *p);
+  d->seconds = pace, d->user = p, d->report = report;
+  if (x->hook || d->passes > PASSES || d->target_error > 0 || d->time_budget > 0) d->pass = few_rounds;
+  if (x->errors) d->pixel_error = to->pixel_error, d->block_error = &to->block_error;
 }
 
 static void point_at(pktrt_render_desc *d, picture *p, bool buffers) {
@@ -222,16 +266,32 @@ static void shrink(pktrt_render_desc *d) {
   d->width = d->width < W ? d->width : W, d->height = d->height < H ? d->height : H;
   if (d->row_stride) d->row_stride = (size_t)d->width * 3 + (gap < 5 ? gap : 5);
   if (d->samples > SAMPLES) d->samples = SAMPLES;
+  if (d->adaptive && d->passes > PASSES) d->passes = PASSES; /* rounds grow */
   while (d->width * d->height * (d->samples ? d->samples : 1) > PAINTED) d->height--;
   if (!d->max_depth || d->max_depth > DEPTH) d->max_depth = DEPTH;
+}
+
+static const char *bad_report(const pktrt_render_desc *d, const pktrt_report *r, uint64_t samples) {
+  const double pixels = (double)d->width * d->height, each = d->samples ? d->samples : 1;
+  if (fabs((double)samples - r->samples_mean * pixels) > 0.25) return "Samples are counted wrongly.";
+  if (r->samples_min > r->samples_mean || r->samples_mean > r->samples_max || r->samples_min < each)
+    return "The samples of the report are none.";
+  if (!r->rounds || r->stop == PKTRT_STOP_NOT_YET || r->stop > PKTRT_STOP_ASKED) return "A render ends without a reason.";
+  const double known = pixels - (double)r->unknown;
+  if (known < 0 || !(r->rmse >= 0) || !(r->relative_mse >= 0)) return "The error of a picture is none.";
+  if ((r->rmse < INFINITY) != (r->samples_min > each && known > 0)) return "What is known of the error is not so.";
+  return NULL;
 }
 
 static const char *paint(pktrt_scene *s, fuzz_memory *memory, setting *x, const picture *want, bool broken) {
   picture got;
   pktrt_render_desc d = x->d;
   pktrt_stats stats;
-  memset(&stats, 0, sizeof stats);
+  pktrt_report report;
+  pacer p;
+  memset(&stats, 0, sizeof stats), memset(&got, 0, sizeof got), memset(&report, 0, sizeof report);
   point_at(&d, &got, x->buffers);
+  rule(x, &d, &p, &report, &got);
   d.stats = &stats;
   if (x->cancel) d.progress = say_no;
   memory->fail_at = x->fail_at;
@@ -241,7 +301,8 @@ static const char *paint(pktrt_scene *s, fuzz_memory *memory, setting *x, const 
   if (st == PKTRT_CANCELLED && x->cancel) return fuzz_no_sentence(s);
   if (st != PKTRT_OK) return "Good settings are refused.";
   if (broken) got.pixels[0] += 1, got.count[0] = 1000; /* the control */
-  if (stats.samples != (uint64_t)d.width * d.height * (d.samples ? d.samples : 1)) return "Samples are counted wrongly.";
+  const char *wrong = bad_report(&d, &report, stats.samples);
+  if (wrong) return wrong;
   return same_bits(&got, want, sizeof got) ? NULL : "The picture has other bits than that of scalar single rays.";
 }
 
@@ -256,7 +317,10 @@ static const char *paint_alike(setting *x, bool broken) {
     pktrt_scene *s = build(x, &memory, (pktrt_isa)isa);
     if (!s) return "A good scene is refused.";
     if (isa == PKTRT_ISA_SCALAR) {
+      pktrt_report report;
+      pacer p;
       point_at(&single, &want, x->buffers);
+      rule(x, &single, &p, &report, &want);
       single.path = PKTRT_PATH_SINGLE, single.tile_size = 0, single.packet_size = 0;
       if (pktrt_render(s, &single) != PKTRT_OK) wrong = "Good settings are refused.";
       else wrong = bad_pixels(&single, &want, x->tame);
@@ -277,6 +341,7 @@ const char *fuzz_settings(const uint8_t *data, size_t size, bool broken) {
   take_scene(&b, &x);
   point_at(&x.d, &painted, false);
   if (take_below(&b, 64) == 63) x.d.pixels = NULL;
+  take_rules(&b, &x);
   const int good = good_settings(&x);
   if (good < 0) return NULL;
   if (good) {

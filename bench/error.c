@@ -37,8 +37,7 @@ static void print_help(void) {
          "  --results DIR      error_PART.csv and .md of each part\n"
          "  --references DIR   where references are kept, and found again\n"
          "  --threads N        for what is not timed, 1 to %d (as many as there are cores)\n"
-         "  --check            instead of parts: what must hold, exit status 1 if anything does not\n"
-         "  --check-controls   of these, whether controls fail\n"
+         "  --check            instead of parts: what must hold, and that controls fail; exit status 1 if not\n"
          "  --help             this text\nPART, without one all:\n",
          (int)EX_MAX_THREADS);
   for (int i = 0; i < PARTS; i++) printf("  %-13s %s\n", parts[i].name, parts[i].sentence);
@@ -50,7 +49,6 @@ static bool parse_option(options *o, int key) {
   case 'r': o->references = optarg; return true;
   case 't': return ex_parse_uint("threads", optarg, 1, EX_MAX_THREADS, &o->threads);
   case 'k': return o->check = true;
-  case 'x': return o->check = o->controls = true;
   case 'h': print_help(); exit(0);
   default: return false; /* getopt has said what */
   }
@@ -61,7 +59,6 @@ static bool parse_options(int argc, char **argv, options *o) {
                                        {"references", required_argument, NULL, 'r'},
                                        {"threads", required_argument, NULL, 't'},
                                        {"check", no_argument, NULL, 'k'},
-                                       {"check-controls", no_argument, NULL, 'x'},
                                        {"help", no_argument, NULL, 'h'},
                                        {NULL, 0, NULL, 0}};
   memset(o, 0, sizeof *o);

@@ -7,6 +7,7 @@
    Method, formulas and results stand in bench/README.md; error.h says how to add parts and checks. */
 #include "error.h"
 #include "error_slopes.h"
+#include "error_curves.h"
 
 /* >>checks --------------------------------------------------------------------------------------------------------- */
 
@@ -17,6 +18,12 @@ static const claim claims[] = {
     {"slope on steps in 1 dimension", -0.9, true, check_slope, "step", 1},
     {"slope on steps in 2 dimensions", -0.70, true, check_slope, "step", 2},
     {"slope on steps in 4 dimensions", -0.56, true, check_slope, "step", 4},
+    {"slope on the closed-form scenes", -0.45, true, check_scene_slope, NULL, 0},
+    {"slope on the DRT scenes", -0.45, true, check_scene_slope, NULL, 1},
+    {"RMSE at equal time over random, 16 samples, closed-form scenes", 0.6, true, check_equal_time, "closed", 16},
+    {"RMSE at equal time over random, 64 samples, closed-form scenes", 0.6, true, check_equal_time, "closed", 64},
+    {"RMSE at equal time over random, 16 samples, DRT scenes", 0.75, true, check_equal_time, "DRT", 16},
+    {"RMSE at equal time over random, 64 samples, DRT scenes", 0.65, true, check_equal_time, "DRT", 64},
 };
 enum { CLAIMS = sizeof claims / sizeof *claims };
 
@@ -27,6 +34,8 @@ static const struct part {
   void (*run)(bench *);
 } parts[] = {
     {"slopes", "slope of the error over samples on smooth integrands and steps, by sampler", part_slopes},
+    {"closed", "error against run time of scenes with a closed form, by sampler", part_closed},
+    {"scenes", "error against run time of the built-in scenes, WRT and DRT, by sampler", part_scenes},
 };
 enum { PARTS = sizeof parts / sizeof *parts };
 

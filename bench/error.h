@@ -26,7 +26,7 @@
 #include <sched.h>
 #include <sys/stat.h>
 
-enum { MAX_NAMES = 32, MAX_SEEDS = 64, DETAILS = 256, REFERENCE_SAMPLES = 4096, REFERENCE_PASS = 256 };
+enum { MAX_NAMES = 32, MAX_SEEDS = 64, DETAILS = 512, REFERENCE_SAMPLES = 4096, REFERENCE_PASS = 256 };
 #define GOLDEN 0x9E3779B9u
 enum { REFERENCE_SEED = 0x51ED0000, FIRST_SEED = 1 }; /* runs have seeds from FIRST_SEED on: see seeds_disjoint */
 

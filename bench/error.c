@@ -8,6 +8,7 @@
 #include "error.h"
 #include "error_slopes.h"
 #include "error_curves.h"
+#include "error_estimates.h"
 
 /* >>checks --------------------------------------------------------------------------------------------------------- */
 
@@ -24,6 +25,11 @@ static const claim claims[] = {
     {"RMSE at equal time over random, 64 samples, closed-form scenes", 0.6, true, check_equal_time, "closed", 64},
     {"RMSE at equal time over random, 16 samples, DRT scenes", 0.75, true, check_equal_time, "DRT", 16},
     {"RMSE at equal time over random, 64 samples, DRT scenes", 0.65, true, check_equal_time, "DRT", 64},
+    {"runs whose estimate is within 25% of the truth", 0.95, false, check_estimates, NULL, 0},
+    {"runs that met their target, uniform", 0.95, false, check_targets, NULL, 0},
+    {"runs that met their target, adaptive", 0.95, false, check_targets, NULL, 1},
+    {"time of adaptive over uniform passes for equal error, pool hall", 0.75, true, check_adaptive, NULL, 1},
+    {"the same, largest of all scenes", 1.0, true, check_adaptive, NULL, 0},
 };
 enum { CLAIMS = sizeof claims / sizeof *claims };
 
@@ -36,6 +42,9 @@ static const struct part {
     {"slopes", "slope of the error over samples on smooth integrands and steps, by sampler", part_slopes},
     {"closed", "error against run time of scenes with a closed form, by sampler", part_closed},
     {"scenes", "error against run time of the built-in scenes, WRT and DRT, by sampler", part_scenes},
+    {"estimates", "estimated error against the truth", part_estimates},
+    {"targets", "true error where a render has stopped at a target", part_targets},
+    {"adaptive", "time of adaptive passes for equal error", part_adaptive},
 };
 enum { PARTS = sizeof parts / sizeof *parts };
 
@@ -46,7 +55,8 @@ static void print_help(void) {
          "  --results DIR      error_PART.csv and .md of each part\n"
          "  --references DIR   where references are kept, and found again\n"
          "  --threads N        for what is not timed, 1 to %d (as many as there are cores)\n"
-         "  --check            instead of parts: what must hold, and that controls fail; exit status 1 if not\n"
+         "  --check            instead of parts: what must hold, and that controls fail; exit status 1 if not;\n"
+         "                     of these, PART picks by words of their sentences\n"
          "  --help             this text\nPART, without one all:\n",
          (int)EX_MAX_THREADS);
   for (int i = 0; i < PARTS; i++) printf("  %-13s %s\n", parts[i].name, parts[i].sentence);
@@ -82,18 +92,12 @@ static bool parse_options(int argc, char **argv, options *o) {
 }
 
 static bool names_known(const options *o) {
-  for (unsigned n = 0; n < o->name_count; n++) {
+  for (unsigned n = 0; n < o->name_count && !o->check; n++) {
     bool known = false;
     for (int i = 0; i < PARTS; i++) known = known || !strcmp(o->names[n], parts[i].name);
     if (!known) return ex_fail("%s: no such part; see --help", o->names[n]);
   }
   return true;
-}
-
-static bool wanted(const options *o, const char *name) {
-  bool found = o->name_count == 0;
-  for (unsigned n = 0; n < o->name_count; n++) found = found || !strcmp(o->names[n], name);
-  return found;
 }
 
 static void run_part(bench *b, const struct part *p) {

@@ -87,7 +87,7 @@ static interval equal_time(const curve *a, const curve *b, double n) {
 /* >>stages --------------------------------------------------------------------------------------------------------- */
 
 enum { CLOSED_WIDTH = 16, CLOSED_HEIGHT = 12 };
-enum { LARGE_WIDTH = 512, LARGE_HEIGHT = 384, BLOCK_COLUMNS = 3, BLOCK_ROWS = 2, BLOCK_WIDTH = 12, BLOCK_HEIGHT = 8 };
+enum { LARGE_WIDTH = 512, LARGE_HEIGHT = 384, BLOCK_COLUMNS = 3, BLOCK_ROWS = 2, BLOCK_WIDTH = 8, BLOCK_HEIGHT = 8 };
 static const char *const built_in[3] = {"poolhall", "conference", "rtrt"};
 
 /* Blocks of a large picture of a built-in scene, and their reference. */
@@ -224,7 +224,7 @@ static const curve *time_curve(const bench *b, unsigned k, pktrt_sampler sampler
   static stage g;
   curve *two = curves[k];
   if (!two->points) {
-    if (k < CLOSED_SCENES) closed_open(&g, k, 4 * CLOSED_WIDTH, 4 * CLOSED_HEIGHT);
+    if (k < CLOSED_SCENES) closed_open(&g, k, 2 * CLOSED_WIDTH, 2 * CLOSED_HEIGHT);
     else open_blocks(b, &g, checked_name(k), PKTRT_MODE_DRT, BLOCK_WIDTH, BLOCK_HEIGHT);
     measure_curve(&g, PKTRT_SAMPLER_SOBOL, true, 8, 128, 6, &two[0]);
     measure_curve(&g, PKTRT_SAMPLER_RANDOM, true, 8, 128, 6, &two[1]);

@@ -5,8 +5,8 @@
 results = exists("results") ? results : "bench/results"
 csv = sprintf("%s/error_%s.csv", results, name)
 rows = name eq "slopes" ? 2 : name eq "scenes" ? 2 : 3
-wide = 1150
-high = 380 * rows
+wide = 1500
+high = 320 * rows
 if (exists("png")) {
   set terminal pngcairo size wide, high font "sans,11" background "white"
 } else {
@@ -17,10 +17,9 @@ set datafile separator ","
 set border 3 lc rgb "#404040"
 set tics nomirror
 set grid lc rgb "#e0e0e0" lw 1
-set key bottom left Left reverse samplen 1.5 spacing 1
+set key outside right top Left reverse samplen 1.2 spacing 1
 set logscale xy
 set format y "10^{%L}"
-set offsets graph 0.05, graph 0.05, 0, 0
 
 samplers = "sobol random jittered interleaved halton hammersley blue-noise"
 array ink[7] = ["#1f5fa8", "#303030", "#b8860b", "#3b8c3b", "#c8501e", "#7a4a9e", "#40a0a0"]

@@ -13,9 +13,9 @@ enum { MAX_POINTS = 9, FIRST_SLOPE = 4, LAST_SLOPE = 256 };
 
 typedef struct curve { /* of one sampler */
   pktrt_sampler sampler;
-  bool split;          /* N samples are two passes of N / 2, so that the error can be estimated; else one of N */
+  bool split; /* N samples are two passes of N / 2, so that the error can be estimated; else one of N */
   unsigned points, seeds;
-  double n[MAX_POINTS], seconds[MAX_POINTS];               /* seconds: median over seeds */
+  double n[MAX_POINTS], seconds[MAX_POINTS];                            /* seconds: median over seeds */
   double mse[MAX_SEEDS * MAX_POINTS], relative[MAX_SEEDS * MAX_POINTS]; /* [seed * points + point] */
 } curve;
 
@@ -154,9 +154,10 @@ static void part_closed(bench *b) {
   static stage g;
   double worst = 0;
   curve_header(b);
-  say(b, "Slopes of log RMSE over log N (N = 4 to 256, 32 seeds, one set); below, RMSE with 16 and 64 samples over that "
-         "of random samples in the same time: as one set, and as two sets, whose scatter estimates the error. In "
-         "brackets half of the 95%% interval.\n\n");
+  say(b,
+      "Slopes of log RMSE over log N (N = 4 to 256, 32 seeds, one set); below, RMSE with 16 and 64 samples over that "
+      "of random samples in the same time: as one set, and as two sets, whose scatter estimates the error. In "
+      "brackets half of the 95%% interval.\n\n");
   curve_table_head(b);
   for (unsigned k = 0; k < CLOSED_SCENES; k++) {
     worst = fmax(worst, closed_open(&g, k, CLOSED_WIDTH, CLOSED_HEIGHT));
@@ -169,8 +170,10 @@ static void part_closed(bench *b) {
 static void part_scenes(bench *b) {
   static stage g;
   curve_header(b);
-  say(b, "%d blocks of %d x %d pixels in the middles of %d x %d parts of a picture of %d x %d. Sobol' points: 32 seeds; the "
-         "others: 4. Lines as above.\n\n",
+  say(b,
+      "%d blocks of %d x %d pixels in the middles of %d x %d parts of a picture of %d x %d. Sobol' points: 32 seeds; "
+      "the "
+      "others: 4. Lines as above.\n\n",
       BLOCK_COLUMNS * BLOCK_ROWS, BLOCK_WIDTH, BLOCK_HEIGHT, BLOCK_COLUMNS, BLOCK_ROWS, LARGE_WIDTH, LARGE_HEIGHT);
   curve_table_head(b);
   for (int mode = PKTRT_MODE_DRT; mode >= PKTRT_MODE_WRT; mode--)

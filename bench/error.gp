@@ -19,7 +19,7 @@ set tics nomirror
 set grid lc rgb "#e0e0e0" lw 1
 set key outside right top Left reverse samplen 1.2 spacing 1
 set logscale xy
-set format y "10^{%L}"
+set format xy "10^{%L}"
 
 samplers = "sobol random jittered interleaved halton hammersley blue-noise"
 array ink[7] = ["#1f5fa8", "#303030", "#b8860b", "#3b8c3b", "#c8501e", "#7a4a9e", "#40a0a0"]

@@ -45,7 +45,7 @@ ifeq ($(MAKELEVEL),0)
 endif
 
 .PHONY: all demo effects deform view test-view readme-pictures test sanitize test-neon matrix deps deps-extra format clean help
-.PHONY: bench bench-check bench-plots bench-readme peers exactness
+.PHONY: bench bench-check bench-plots bench-readme peers exactness error error-check
 .PHONY: stability stability-neon stability-sanitize sanitize-threads fuzz
 .DELETE_ON_ERROR:
 
@@ -69,6 +69,7 @@ help:
 	@echo "bench-plots, bench-readme  plots, and the tables of bench/README.md, of what has been measured"
 	@echo "peers       races Embree in ten minutes; MESHES=\"FILE DIR\" of these too, FULL=1 everything, BENCH_ARGS=... options"
 	@echo "exactness   pktrt beside copies of itself with textbook tests of triangles, in three minutes"
+	@echo "error       error against run time in ten minutes; NAME=\"slopes curves\" of these; error-check what must hold, in two"
 	@echo "format      rewrites examples by clang-format"
 	@echo "deps        installs what demo and test need      deps-extra  installs what the other targets need"
 	@echo "clean       removes build/ and out/               config=     debug, release (default), sanitize, threads"
@@ -240,6 +241,8 @@ ifeq ($(shell command -v gnuplot),)
 	@echo "bench-plots: gnuplot is not installed (make deps-extra), no plots are made"
 else
 	@set -e; for name in $(PLOTS); do [ ! -s $(RESULTS)/$$name.csv ] || gnuplot -e "name='$$name'" bench/plots.gp; done
+	@set -e; for name in slopes closed scenes adaptive; do [ ! -s $(RESULTS)/error_$$name.csv ] || \
+	  gnuplot -e "name='$$name'; results='$(RESULTS)'" bench/error.gp; done
 	@[ ! -s $(RESULTS)/peers.csv ] || gnuplot -e "results='$(RESULTS)'" bench/peers.gp
 endif
 
@@ -285,6 +288,29 @@ $(B)/plain-%.o: bench/plain.c bench/plain.h bench/plain_tests.h pktrt.h | $(B)
 
 $(B)/exactness: bench/exactness.c $(B)/plain-kensler.o $(B)/plain-moller.o $(wildcard bench/*.h) $(EXAMPLE_HEADERS) pktrt.h
 	$(CC) $(CFLAGS) $(STRICT) $(ASSIMP_FLAGS) $(filter-out %.h,$^) -o $@ $(LDFLAGS) $(ASSIMP_LIBS) $(LDLIBS)
+
+# Error against run time. References are kept while header and scenes stay the same. It pins itself, but for them.
+REFERENCES = $(B)/references
+ERROR = $(B)/error --references $(REFERENCES)
+error: | $(RESULTS)
+	$(BUILD) $(B)/error $(REFERENCES)/made
+	$(ERROR) --results $(RESULTS) $(BENCH_ARGS) $(NAME)
+	@$(MAKE) --no-print-directory bench-plots bench-readme
+
+error-check:
+	$(BUILD) $(B)/error $(REFERENCES)/made
+	$(ERROR) --check $(BENCH_ARGS)
+
+$(REFERENCES)/made: pktrt.h $(EXAMPLE_HEADERS)
+	rm -rf $(REFERENCES)
+	mkdir -p $(REFERENCES)
+	touch $@
+
+$(B)/pktrt.o: pktrt.h | $(B)
+	$(CC) $(CFLAGS) $(STRICT) -DPKTRT_IMPLEMENTATION -x c -c $< -o $@
+
+$(B)/error: bench/error.c $(wildcard bench/error*.h) bench/bench.h $(EXAMPLE_HEADERS) pktrt.h $(B)/pktrt.o
+	$(CC) $(CFLAGS) $(STRICT) $< $(B)/pktrt.o -o $@ $(LDFLAGS) $(LDLIBS)
 
 # --- what to install, on Debian 12 and its relatives ---
 

@@ -1,0 +1,131 @@
+/* Error against run time:
+
+     make error                                everything, in ten minutes; results go to bench/results
+     make error-check                          what must hold, in small, in two minutes
+     build/error [options] [PART...]           see --help
+
+   Method, formulas and results stand in bench/README.md; error.h says how to add parts and checks. */
+#include "error.h"
+#include "error_slopes.h"
+#include "error_curves.h"
+#include "error_estimates.h"
+
+/* >>checks --------------------------------------------------------------------------------------------------------- */
+
+static const claim claims[] = {
+    {"slope on smooth integrands in 1 dimension, Sobol', N = 4 to 256", -1.2, true, check_slope, "smooth", 1},
+    {"slope on smooth integrands in 2 dimensions", -1.2, true, check_slope, "smooth", 2},
+    {"slope on smooth integrands in 4 dimensions", -1.2, true, check_slope, "smooth", 4},
+    {"slope on steps in 1 dimension", -0.9, true, check_slope, "step", 1},
+    {"slope on steps in 2 dimensions", -0.70, true, check_slope, "step", 2},
+    {"slope on steps in 4 dimensions", -0.56, true, check_slope, "step", 4},
+    {"slope on the closed-form scenes", -0.45, true, check_scene_slope, NULL, 0},
+    {"slope on the DRT scenes", -0.45, true, check_scene_slope, NULL, 1},
+    {"RMSE at equal time over random, 16 samples, closed-form scenes", 0.6, true, check_equal_time, "closed", 16},
+    {"RMSE at equal time over random, 64 samples, closed-form scenes", 0.6, true, check_equal_time, "closed", 64},
+    {"RMSE at equal time over random, 16 samples, DRT scenes", 0.75, true, check_equal_time, "DRT", 16},
+    {"RMSE at equal time over random, 64 samples, DRT scenes", 0.65, true, check_equal_time, "DRT", 64},
+    {"runs whose estimate is within 25% of the truth, closed-form scenes", 0.95, false, check_estimates, "closed", 0},
+    {"runs whose estimate is within 25% of the truth, DRT scenes", 0.95, false, check_estimates, "DRT", 0},
+    {"runs that met their target, uniform, closed-form scenes", 0.95, false, check_targets, "closed", 0},
+    {"runs that met their target, adaptive, closed-form scenes", 0.95, false, check_targets, "closed", 1},
+    {"runs that met their target, uniform, DRT scenes", 0.95, false, check_targets, "DRT", 0},
+    {"runs that met their target, adaptive, DRT scenes", 0.95, false, check_targets, "DRT", 1},
+    {"time of adaptive over uniform passes for equal error, pool hall", 0.75, true, check_adaptive, NULL, 1},
+    {"the same, largest of all scenes", 1.0, true, check_adaptive, NULL, 0},
+};
+enum { CLAIMS = sizeof claims / sizeof *claims };
+
+/* >>parts ---------------------------------------------------------------------------------------------------------- */
+
+static const struct part {
+  const char *name, *sentence; /* a part NAME keeps error_NAME.csv and .md */
+  void (*run)(bench *);
+} parts[] = {
+    {"slopes", "slope of the error over samples on smooth integrands and steps, by sampler", part_slopes},
+    {"closed", "error against run time of scenes with a closed form, by sampler", part_closed},
+    {"scenes", "error against run time of the built-in scenes, WRT and DRT, by sampler", part_scenes},
+    {"estimates", "estimated error against the truth", part_estimates},
+    {"targets", "true error where a render has stopped at a target", part_targets},
+    {"adaptive", "time of adaptive passes for equal error", part_adaptive},
+};
+enum { PARTS = sizeof parts / sizeof *parts };
+
+/* >>main ----------------------------------------------------------------------------------------------------------- */
+
+static void print_help(void) {
+  printf("usage: error [options] [PART...]   error against run time; on one core, but for references\n"
+         "  --results DIR      error_PART.csv and .md of each part\n"
+         "  --references DIR   where references are kept, and found again\n"
+         "  --threads N        for what is not timed, 1 to %d (as many as there are cores)\n"
+         "  --check            instead of parts: what must hold, and that controls fail; exit status 1 if not;\n"
+         "                     of these, PART picks by words of their sentences\n"
+         "  --help             this text\nPART, without one all:\n",
+         (int)EX_MAX_THREADS);
+  for (int i = 0; i < PARTS; i++) printf("  %-13s %s\n", parts[i].name, parts[i].sentence);
+}
+
+static bool parse_option(options *o, int key) {
+  switch (key) {
+  case 'o': o->results = optarg; return true;
+  case 'r': o->references = optarg; return true;
+  case 't': return ex_parse_uint("threads", optarg, 1, EX_MAX_THREADS, &o->threads);
+  case 'k': return o->check = true;
+  case 'h': print_help(); exit(0);
+  default: return false; /* getopt has said what */
+  }
+}
+
+static bool parse_options(int argc, char **argv, options *o) {
+  static const struct option list[] = {
+      {"results", required_argument, NULL, 'o'}, {"references", required_argument, NULL, 'r'},
+      {"threads", required_argument, NULL, 't'}, {"check", no_argument, NULL, 'k'},
+      {"help", no_argument, NULL, 'h'},          {NULL, 0, NULL, 0}};
+  memset(o, 0, sizeof *o);
+  o->threads = ex_processors();
+  for (int key; (key = getopt_long(argc, argv, "h", list, NULL)) != -1;)
+    if (!parse_option(o, key)) return false;
+  for (; optind < argc; optind++) {
+    if (o->name_count == MAX_NAMES) return ex_fail("%s: one name too many", argv[optind]);
+    o->names[o->name_count++] = argv[optind];
+  }
+  return true;
+}
+
+static bool names_known(const options *o) {
+  for (unsigned n = 0; n < o->name_count && !o->check; n++) {
+    bool known = false;
+    for (int i = 0; i < PARTS; i++) known = known || !strcmp(o->names[n], parts[i].name);
+    if (!known) return ex_fail("%s: no such part; see --help", o->names[n]);
+  }
+  return true;
+}
+
+static void run_part(bench *b, const struct part *p) {
+  char name[64];
+  snprintf(name, sizeof name, "error_%s", p->name);
+  b->part = name;
+  b->csv = open_result(b, "csv"), b->md = open_result(b, "md");
+  const double start = ex_seconds(), cpu = cpu_seconds();
+  printf("### %s: %s\n\n", p->name, p->sentence);
+  p->run(b);
+  close_result(b->csv), close_result(b->md);
+  fprintf(stderr, "%s: %.0f s, %.0f s of processors\n", name, ex_seconds() - start, cpu_seconds() - cpu);
+  fflush(stdout);
+}
+
+int main(int argc, char **argv) {
+  static bench b; /* static: zeroed */
+  bool failed = false;
+  if (!parse_options(argc, argv, &b.given) || !names_known(&b.given)) return 2;
+  if (!seeds_disjoint()) fatal("seeds of references are among those of runs");
+  if (b.given.references && mkdir(b.given.references, 0777) != 0 && errno != EEXIST)
+    return ex_fail("%s: cannot be made: %s", b.given.references, strerror(errno)), 1;
+  find_cores();
+  pin(true);
+  if (b.given.check) failed = !check_claims(&b, claims, CLAIMS);
+  for (int i = 0; i < PARTS && !b.given.check; i++)
+    if (wanted(&b.given, parts[i].name)) run_part(&b, &parts[i]);
+  if (fflush(stdout) != 0) return ex_fail("the tables could not be written: %s", strerror(errno)), 1;
+  return failed;
+}

@@ -50,11 +50,13 @@ static cpu_set_t all_cores, own_core;
 
 EX_UNUSED static void find_cores(void) {
   if (sched_getaffinity(0, sizeof all_cores, &all_cores)) fatal("the cores of this process are unknown");
-  CPU_ZERO(&own_core);
+  size_t last = 0;
   for (size_t i = 0; i < CPU_SETSIZE; i++)
-    if (CPU_ISSET(i, &all_cores)) CPU_ZERO(&own_core), CPU_SET(i, &own_core);
+    if (CPU_ISSET(i, &all_cores)) last = i;
+  CPU_ZERO(&own_core);
+  CPU_SET(last, &own_core);
 }
-static void pin(bool on) { (void)sched_setaffinity(0, sizeof all_cores, on ? &own_core : &all_cores); }
+EX_UNUSED static void pin(bool on) { (void)sched_setaffinity(0, sizeof all_cores, on ? &own_core : &all_cores); }
 
 /* >>stages: scenes to be rendered, and the truth about them -------------------------------------------------------- */
 

@@ -7,6 +7,7 @@
    Method, formulas and results stand in bench/README.md; error.h says how to add parts and checks. */
 #include "error.h"
 #include "error_slopes.h"
+#include "error_curves.h"
 #include "error_flicker.h"
 #include "error_blue.h"
 #include "error_bias.h"
@@ -16,7 +17,18 @@
 /* >>checks --------------------------------------------------------------------------------------------------------- */
 
 static const claim claims[] = {
-    {"slopes on smooth integrands, Owen-scrambled Sobol'", -1.2, true, check_smooth_slope, NULL, 0},
+    {"slope on smooth integrands in 1 dimension, Sobol', N = 4 to 256", -1.2, true, check_slope, "smooth", 1},
+    {"slope on smooth integrands in 2 dimensions", -1.2, true, check_slope, "smooth", 2},
+    {"slope on smooth integrands in 4 dimensions", -1.2, true, check_slope, "smooth", 4},
+    {"slope on steps in 1 dimension", -0.9, true, check_slope, "step", 1},
+    {"slope on steps in 2 dimensions", -0.70, true, check_slope, "step", 2},
+    {"slope on steps in 4 dimensions", -0.56, true, check_slope, "step", 4},
+    {"slope on the closed-form scenes", -0.45, true, check_scene_slope, NULL, 0},
+    {"slope on the DRT scenes", -0.45, true, check_scene_slope, NULL, 1},
+    {"RMSE at equal time over random, 16 samples, closed-form scenes", 0.6, true, check_equal_time, "closed", 16},
+    {"RMSE at equal time over random, 64 samples, closed-form scenes", 0.6, true, check_equal_time, "closed", 64},
+    {"RMSE at equal time over random, 16 samples, DRT scenes", 0.75, true, check_equal_time, "DRT", 16},
+    {"RMSE at equal time over random, 64 samples, DRT scenes", 0.65, true, check_equal_time, "DRT", 64},
     {"flicker of still pixels with static sets, pool hall", 0, true, check_flicker, "poolhall", 0},
     {"flicker of still pixels with static sets, conference", 0, true, check_flicker, "conference", 0},
     {"flicker of still pixels with static sets, rtrt", 0, true, check_flicker, "rtrt", 0},
@@ -31,6 +43,8 @@ static const struct part {
   void (*run)(bench *);
 } parts[] = {
     {"slopes", "slope of the error over samples on smooth integrands and steps, by sampler", part_slopes},
+    {"closed", "error against run time of scenes with a closed form, by sampler", part_closed},
+    {"scenes", "error against run time of the built-in scenes, WRT and DRT, by sampler", part_scenes},
     {"flicker", "static sets against fresh ones in an animation", part_flicker},
     {"blue", "what is left of the error after a small blur, by sampler", part_blue},
     {"bias", "what ray-tree attenuation takes from pictures, and the time it saves", part_bias},
@@ -48,8 +62,7 @@ static void print_help(void) {
          "  --results DIR      error_PART.csv and .md of each part\n"
          "  --references DIR   where references are kept, and found again\n"
          "  --threads N        for what is not timed, 1 to %d (as many as there are cores)\n"
-         "  --check            instead of parts: what must hold, exit status 1 if anything does not\n"
-         "  --check-controls   of these, whether controls fail\n"
+         "  --check            instead of parts: what must hold, and that controls fail; exit status 1 if not\n"
          "  --help             this text\nPART, without one all:\n",
          (int)EX_MAX_THREADS);
   for (int i = 0; i < PARTS; i++)
@@ -62,7 +75,6 @@ static bool parse_option(options *o, int key) {
   case 'r': o->references = optarg; return true;
   case 't': return ex_parse_uint("threads", optarg, 1, EX_MAX_THREADS, &o->threads);
   case 'k': return o->check = true;
-  case 'x': return o->check = o->controls = true;
   case 'h': print_help(); exit(0);
   default: return false; /* getopt has said what */
   }
@@ -73,7 +85,6 @@ static bool parse_options(int argc, char **argv, options *o) {
                                        {"references", required_argument, NULL, 'r'},
                                        {"threads", required_argument, NULL, 't'},
                                        {"check", no_argument, NULL, 'k'},
-                                       {"check-controls", no_argument, NULL, 'x'},
                                        {"help", no_argument, NULL, 'h'},
                                        {NULL, 0, NULL, 0}};
   memset(o, 0, sizeof *o);
@@ -96,9 +107,9 @@ static bool names_known(const options *o) {
   return true;
 }
 
-static bool wanted(const options *o, const struct part *p) {
-  bool found = o->name_count == 0 && p->sentence;
-  for (unsigned n = 0; n < o->name_count; n++) found = found || !strcmp(o->names[n], p->name);
+static bool wanted(const options *o, const char *name) {
+  bool found = o->name_count == 0;
+  for (unsigned n = 0; n < o->name_count; n++) found = found || !strcmp(o->names[n], name);
   return found;
 }
 
@@ -126,7 +137,7 @@ int main(int argc, char **argv) {
   pin(true);
   if (b.given.check) failed = !check_claims(&b, claims, CLAIMS);
   for (int i = 0; i < PARTS && !b.given.check; i++)
-    if (wanted(&b.given, &parts[i])) run_part(&b, &parts[i]);
+    if ((parts[i].sentence || b.given.name_count) && wanted(&b.given, parts[i].name)) run_part(&b, &parts[i]);
   if (fflush(stdout) != 0) return ex_fail("the tables could not be written: %s", strerror(errno)), 1;
   return failed;
 }

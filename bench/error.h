@@ -26,7 +26,8 @@
 #include <sched.h>
 #include <sys/stat.h>
 
-enum { MAX_NAMES = 32, MAX_SEEDS = 64, DETAILS = 256, REFERENCE_SAMPLES = 4096, REFERENCE_PASS = 256 };
+enum { MAX_NAMES = 32, MAX_SEEDS = 64, DETAILS = 512, REFERENCE_SAMPLES = 4096, REFERENCE_PASS = 256 };
+#define GOLDEN 0x9E3779B9u
 enum { REFERENCE_SEED = 0x51ED0000, FIRST_SEED = 1 }; /* runs have seeds from FIRST_SEED on: see seeds_disjoint */
 
 /* >>options -------------------------------------------------------------------------------------------------------- */
@@ -35,7 +36,7 @@ typedef struct options {
   const char *results, *references; /* directories; NULL: nothing is kept */
   const char *names[MAX_NAMES];
   unsigned name_count, threads;     /* threads: for what is not timed */
-  bool check, controls;
+  bool check;
 } options;
 
 typedef struct bench {
@@ -68,12 +69,25 @@ typedef struct stage {
   bool built_in;
   double *truth;          /* width * height * 3 */
   double *doubt;          /* squared error of the truth, summed over channels, one for each pixel; NULL: exact */
+  /* Of a large picture one may take a part for the whole: columns x rows blocks of w x h pixels, in the middles of as
+     many equal parts. 0: all of it. */
+  uint32_t columns, rows, block_w, block_h;
   ex_threads threads;     /* 1 unless changed: what is timed has one */
   float *pixels;          /* of the last shot */
   void *own;              /* freed with it */
 } stage;
 
 static size_t stage_pixels(const stage *g) { return (size_t)g->view.width * g->view.height; }
+
+/* Block i, or with i = 0 the whole picture: x, y, width, height. */
+static uint32_t stage_blocks(const stage *g) { return g->columns ? g->columns * g->rows : 1; }
+static void stage_block(const stage *g, uint32_t i, uint32_t area[4]) {
+  area[0] = area[1] = 0, area[2] = g->view.width, area[3] = g->view.height;
+  if (!g->columns) return;
+  area[0] = ((2 * (i % g->columns) + 1) * g->view.width / g->columns - g->block_w) / 2;
+  area[1] = ((2 * (i / g->columns) + 1) * g->view.height / g->rows - g->block_h) / 2;
+  area[2] = g->block_w, area[3] = g->block_h;
+}
 
 static void stage_world(stage *g) { /* empty, with threads as the stage says */
   pktrt_scene_desc desc;
@@ -142,21 +156,42 @@ EX_UNUSED static shot shot_estimated(pktrt_sampler sampler, uint32_t samples, ui
 
 static double square(double x) { return x * x; }
 
-/* Of the picture at `pixels`: the means over pixels of |x - truth|^2 / 3, and of |x - truth|^2 over |truth|^2 and a
-   hundredth of the squared mean of the picture. */
-static void true_errors(const stage *g, const float *pixels, double *mse, double *relative) {
-  const size_t n = stage_pixels(g);
-  double mean[3] = {0, 0, 0}, absolute = 0, weighed = 0;
-  for (size_t i = 0; i < n * 3; i++) mean[i % 3] += g->truth[i] / (double)n;
-  const double least = 0.01 * (square(mean[0]) + square(mean[1]) + square(mean[2]));
-  for (size_t i = 0; i < n; i++) {
-    double off = g->doubt ? -g->doubt[i] : 0, bright = least;
-    for (size_t c = 0; c < 3; c++)
-      off += square((double)pixels[i * 3 + c] - g->truth[i * 3 + c]), bright += square(g->truth[i * 3 + c]);
-    absolute += off;
-    if (bright > 0) weighed += off / bright;
+/* Adds up |x - truth|^2 less what the truth is off by, and the same over |truth|^2 + least. */
+static void sum_errors(const stage *g, const uint32_t area[4], double least, double *absolute, double *relative) {
+  for (uint32_t i = 0; i < area[2] * area[3]; i++) {
+    const size_t at = (size_t)(area[1] + i / area[2]) * g->view.width + area[0] + i % area[2];
+    double off = g->doubt ? -g->doubt[at] : 0, bright = least;
+    for (size_t c = 3 * at; c < 3 * at + 3; c++)
+      off += square((double)g->pixels[c] - g->truth[c]), bright += square(g->truth[c]);
+    *absolute += off;
+    if (bright > 0) *relative += off / bright;
   }
-  *mse = absolute / (3 * (double)n), *relative = weighed / (double)n;
+}
+
+/* The means over pixels of |x - truth|^2 / 3, and of |x - truth|^2 over |truth|^2 and a hundredth of the squared mean of
+   the picture. */
+static void true_errors(const stage *g, double *mse, double *relative) {
+  double mean[3] = {0, 0, 0}, n = 0, sums[2] = {0, 0};
+  uint32_t area[4];
+  for (uint32_t k = 0; k < stage_blocks(g); k++) {
+    stage_block(g, k, area);
+    n += (double)area[2] * area[3];
+    for (uint32_t i = 0; i < area[2] * area[3]; i++)
+      for (size_t c = 0; c < 3; c++)
+        mean[c] += g->truth[3 * ((size_t)(area[1] + i / area[2]) * g->view.width + area[0] + i % area[2]) + c];
+  }
+  const double least = 0.01 * (square(mean[0]) + square(mean[1]) + square(mean[2])) / (n * n);
+  for (uint32_t k = 0; k < stage_blocks(g); k++) {
+    stage_block(g, k, area);
+    sum_errors(g, area, least, &sums[0], &sums[1]);
+  }
+  *mse = sums[0] / (3 * n), *relative = sums[1] / n;
+}
+
+static void render_block(const stage *g, const pktrt_render_desc *d, uint32_t i) {
+  uint32_t area[4];
+  stage_block(g, i, area);
+  if (pktrt_render_tile(g->world, d, area[0], area[1], area[2], area[3]) != PKTRT_OK) fatal("a block is refused");
 }
 
 EX_UNUSED static void take_shot(stage *g, const shot *s, outcome *o) {
@@ -165,21 +200,22 @@ EX_UNUSED static void take_shot(stage *g, const shot *s, outcome *o) {
   d.pixels = g->pixels;
   d.sampler = s->sampler, d.samples = s->samples, d.passes = s->passes, d.seed = s->seed;
   d.adaptive = s->adaptive, d.target_error = (float)s->target, d.measure = s->measure;
-  if (s->estimate || s->adaptive || s->target > 0) d.report = &o->report;
+  if ((s->estimate && !g->columns) || s->adaptive || s->target > 0) d.report = &o->report; /* no estimate of blocks */
   const double start = cpu_seconds();
-  if (pktrt_render(g->world, &d) != PKTRT_OK) fatal(pktrt_last_error(g->world));
+  if (!g->columns && pktrt_render(g->world, &d) != PKTRT_OK) fatal(pktrt_last_error(g->world));
+  for (uint32_t i = 0; g->columns && i < stage_blocks(g); i++) render_block(g, &d, i);
   o->seconds = cpu_seconds() - start;
-  true_errors(g, g->pixels, &o->mse, &o->relative);
+  true_errors(g, &o->mse, &o->relative);
 }
 
 /* >>references ----------------------------------------------------------------------------------------------------- */
 
-/* Passes of a seed have seeds seed + k * golden. Whether none of those of the references is among those of runs. */
+/* Passes of a seed have seeds seed + k * GOLDEN (see pktrt.h). Whether none of those of the references is among those of runs. */
 EX_UNUSED static bool seeds_disjoint(void) {
-  const uint32_t golden = 0x9E3779B9u, first = (uint32_t)REFERENCE_SEED;
+  const uint32_t first = (uint32_t)REFERENCE_SEED;
   for (uint32_t k = 0; k < 1024; k++)
     for (uint32_t j = 0; j < 1024; j++)
-      if (first + k * golden - j * golden - FIRST_SEED < 65536) return false;
+      if (first + k * GOLDEN - j * GOLDEN - FIRST_SEED < 65536) return false;
   return true;
 }
 
@@ -189,9 +225,10 @@ static void reference_settings(const stage *g, uint32_t samples, char *text, siz
   const pktrt_render_desc *v = &g->view;
   const pktrt_camera *c = &v->camera;
   const int n =
-      snprintf(text, room, "1 %s %ux%u mode %d samples %u depth %u attenuation %.9g lights %d branching %d glass %d mapping %d "
+      snprintf(text, room, "1 %s %ux%u of %ux%u blocks %ux%u mode %d samples %u depth %u attenuation %.9g lights %d branching %d glass %d mapping %d "
                "eye %.9g %.9g %.9g target %.9g %.9g %.9g fov %.9g time %.9g shutter %.9g aperture %.9g focus %.9g",
-               g->name, (unsigned)v->width, (unsigned)v->height, (int)v->mode, (unsigned)samples, (unsigned)v->max_depth,
+               g->name, (unsigned)v->width, (unsigned)v->height, (unsigned)g->columns,
+               (unsigned)g->rows, (unsigned)g->block_w, (unsigned)g->block_h, (int)v->mode, (unsigned)samples, (unsigned)v->max_depth,
                (double)v->attenuation, (int)v->lights, (int)v->branching, (int)v->glass_shadows, (int)v->phong_mapping,
                (double)c->eye[0], (double)c->eye[1], (double)c->eye[2], (double)c->target[0], (double)c->target[1],
                (double)c->target[2], (double)c->fov_y, (double)c->time, (double)c->shutter, (double)c->aperture,
@@ -232,24 +269,34 @@ static void write_reference(const stage *g, const char *path, const char *settin
   if (fclose(file) || !ok || rename(unfinished, path)) fatal("a reference cannot be kept");
 }
 
-/* In passes of REFERENCE_PASS samples each, whose scatter tells its own error; by all threads. */
+typedef struct reference_job {
+  const stage *g;
+  const pktrt_render_desc *view;
+} reference_job;
+static void reference_block(void *arg, size_t i) {
+  const reference_job *job = (const reference_job *)arg;
+  render_block(job->g, job->view, (uint32_t)i);
+}
+
+/* In sets of REFERENCE_PASS samples, scrambled independently, whose scatter tells its own error; by all threads. */
 static void make_reference(const bench *b, stage *g, uint32_t samples) {
-  const size_t n = stage_pixels(g);
+  const size_t n = stage_pixels(g), sets = samples / REFERENCE_PASS;
   pktrt_render_desc d = g->view;
-  float *error = (float *)calloc(n, sizeof(float));
-  pktrt_report report;
-  if (!error) fatal("not enough memory");
-  d.pixels = g->pixels, d.pixel_error = error, d.report = &report;
-  d.sampler = PKTRT_SAMPLER_SOBOL, d.samples = REFERENCE_PASS, d.passes = samples / REFERENCE_PASS;
-  d.seed = (uint32_t)REFERENCE_SEED, d.tile_size = 16;
+  reference_job job;
+  job.g = g, job.view = &d;
+  d.pixels = g->pixels, d.samples = REFERENCE_PASS, d.tile_size = 16;
   g->threads.count = b->given.threads;
   pin(false);
-  if (pktrt_render(g->world, &d) != PKTRT_OK) fatal(pktrt_last_error(g->world));
+  for (uint32_t k = 0; k < sets; k++) {
+    d.seed = (uint32_t)REFERENCE_SEED + k * GOLDEN;
+    if (g->columns) ex_parallel_for(&g->threads, stage_blocks(g), reference_block, &job);
+    else if (pktrt_render(g->world, &d) != PKTRT_OK) fatal(pktrt_last_error(g->world));
+    for (size_t i = 0; i < n * 3; i++) g->truth[i] += (double)g->pixels[i], g->doubt[i / 3] += square((double)g->pixels[i]);
+  }
   pin(true);
   g->threads.count = 1;
-  for (size_t i = 0; i < n * 3; i++) g->truth[i] = (double)g->pixels[i];
-  for (size_t i = 0; i < n; i++) g->doubt[i] = 3 * square((double)error[i]);
-  free(error);
+  for (size_t i = 0; i < n * 3; i++) g->truth[i] /= (double)sets, g->doubt[i / 3] -= (double)sets * square(g->truth[i]);
+  for (size_t i = 0; i < n; i++) g->doubt[i] = fmax(0, g->doubt[i]) / ((double)sets * ((double)sets - 1));
 }
 
 /* The truth of a stage whose answer has no closed form: `samples` by sobol, a multiple of REFERENCE_PASS. */
@@ -393,14 +440,17 @@ static bool check_claim(bench *b, const claim *c, bool control) {
   return !isnan(figure) && held != control;
 }
 
+/* Whether all claims hold and then all controls fail. */
 EX_UNUSED static bool check_claims(bench *b, const claim *claims, unsigned n) {
-  unsigned good = 0;
-  b->part = b->given.controls ? "controls" : "checks";
-  if (b->given.controls) printf("Controls: each is expected to say FAILED.\n\n");
-  for (unsigned i = 0; i < n; i++) good += check_claim(b, &claims[i], b->given.controls);
-  if (b->given.controls) printf("%u controls failed as they must, %u did not\n", good, n - good);
-  else printf("%u passed, %u failed\n", good, n - good);
-  return good == n;
+  unsigned good[2] = {0, 0};
+  for (int control = 0; control < 2; control++) {
+    b->part = control ? "controls" : "checks";
+    if (control) printf("Controls: each is expected to say FAILED.\n\n");
+    for (unsigned i = 0; i < n; i++) good[control] += check_claim(b, &claims[i], control != 0);
+    if (control) printf("%u controls failed as they must, %u did not\n", good[1], n - good[1]);
+    else printf("%u passed, %u failed\n\n", good[0], n - good[0]);
+  }
+  return good[0] == n && good[1] == n;
 }
 
 #endif /* ERROR_H */

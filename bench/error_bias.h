@@ -85,8 +85,8 @@ static void say_bias(const bench *b, const char *name, bool drt, const bias r[BI
   for (int l = 0; l < BIAS_LEVELS; l++) {
     const bias *x = &r[l];
     const double percent = 100 / x->bright;
-    csv(b, "%s,%s,%s,%d,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g\n", name, drt ? "drt" : "wrt", bias_names[drt][l],
-        (int)BIAS_SAMPLES, x->mean.value, x->mean.low, x->mean.high, x->rms.value, x->rms.low, x->rms.high, x->noise,
+    csv(b, "%s,%s,%s,%d,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g\n", name, drt ? "drt" : "wrt",
+        bias_names[drt][l], (int)BIAS_SAMPLES, x->mean.value, x->mean.low, x->mean.high, x->rms.value, x->rms.low, x->rms.high, x->noise,
         x->bright, x->rays, x->seconds);
     if (!l) continue;
     say(b, "| %s, %s | %s | %.3f (%.3f to %.3f) | %.3f (%.3f to %.3f) | %.1f | %.2f | %.0f%% | %.0f%% |\n", name,
@@ -99,8 +99,8 @@ static void say_bias(const bench *b, const char *name, bool drt, const bias r[BI
 static void part_bias(bench *b) {
   static stage g;
   csv(b, "scene,mode,attenuation,samples,mean,low,high,rms,low,high,noise,mean_radiance,rays_of_sample,seconds\n");
-  say(b, "Difference from no attenuation (WRT: from 1/65536) in percent of the mean radiance, with intervals (95%%, %d seeds):\n\n",
-      (int)BIAS_SEEDS);
+  say(b, "Difference from no attenuation (WRT: from 1/65536) in percent of the mean radiance, with intervals (95%%, "
+         "%d seeds):\n\n", (int)BIAS_SEEDS);
   say(b, "| scene | attenuation | mean | RMS | noise of %d samples | rays of a sample | rays saved | time saved |\n"
          "|---|---|--:|--:|--:|--:|--:|--:|\n", (int)BIAS_SAMPLES);
   for (int k = 0; k < 6; k++) {

@@ -1,8 +1,8 @@
-/* error_blue.h - how much of the error is left after a small blur, as by an eye at a distance: where neighbouring pixels
-   err in opposite ways (blue noise), less than of errors that know nothing of each other.
+/* error_blue.h - how much of the error is left after a small blur, as by an eye at a distance: where neighbouring
+   pixels err in opposite ways (blue noise), less than of errors that know nothing of each other.
 
    The error picture, picture minus truth, is blurred by a Gaussian, cut off at three sigmas; its root mean square is
-   taken over the pixels whose blur lies within the picture, for all sigmas the same. Where there is no truth the mean of
+   taken over the pixels whose blur lies within the picture, the same for all sigmas. Where there is no truth the mean of
    all n seeds' pictures stands for it, and squares are multiplied by n / (n - 1): samplers have no bias, so the scatter
    of seeds is the error. Ratios are of seeds in pairs. */
 #ifndef ERROR_BLUE_H
@@ -129,8 +129,8 @@ static void csv_blue(const bench *b, const char *name, int how, const blue *r) {
         const interval random = root_ratio(mse, r->mse[way][PKTRT_SAMPLER_RANDOM][k], BLUE_SEEDS);
         const interval sobol = root_ratio(mse, r->mse[way][PKTRT_SAMPLER_SOBOL][k], BLUE_SEEDS);
         csv(b, "%s,%s,%s,%u,%u,%d,%.6g,%.6g,%.6g,%.4f,%.4f,%.4f,%.4f,%.4f,%.4f\n", name,
-            how == SCREEN ? "screen" : "radiance", pktrt_sampler_string((pktrt_sampler)s), (unsigned)blue_ways[way].samples, (unsigned)blue_ways[way].passes, k,
-            root.value, root.low, root.high, random.value, random.low, random.high, sobol.value, sobol.low, sobol.high);
+            how == SCREEN ? "screen" : "radiance", pktrt_sampler_string((pktrt_sampler)s),
+            (unsigned)blue_ways[way].samples, (unsigned)blue_ways[way].passes, k, root.value, root.low, root.high, random.value, random.low, random.high, sobol.value, sobol.low, sobol.high);
       }
 }
 
@@ -152,9 +152,11 @@ static void say_blue(const bench *b, const char *name, const blue *r) {
       }
     say(b, "\n");
   }
-  say(b, "\nNo interval (95%%, %d seeds) is wider than +- %.2f. Blue noise over sobol, at sigma 2:", (int)BLUE_SEEDS, widest);
+  say(b, "\nNo interval (95%%, %d seeds) is wider than +- %.2f. Blue noise over sobol, at sigma 2:", (int)BLUE_SEEDS,
+      widest);
   for (int way = 0; way < BLUE_WAYS; way++) {
-    const interval x = root_ratio(r->mse[way][PKTRT_SAMPLER_BLUE_NOISE][2], r->mse[way][PKTRT_SAMPLER_SOBOL][2], BLUE_SEEDS);
+    const double *blue_mse = r->mse[way][PKTRT_SAMPLER_BLUE_NOISE][2], *sobol_mse = r->mse[way][PKTRT_SAMPLER_SOBOL][2];
+    const interval x = root_ratio(blue_mse, sobol_mse, BLUE_SEEDS);
     const unsigned passes = blue_ways[way].passes;
     say(b, "%s %.2f (%.2f to %.2f) with %u", way ? "," : "", x.value, x.low, x.high, blue_ways[way].samples * passes);
     if (passes > 1) say(b, " in %u passes", passes);
@@ -177,7 +179,8 @@ static void part_blue(bench *b) {
   measure_blue(&g, false, r);
   for (int how = 0; how < SHOWN; how++) {
     csv_blue(b, g.name, how, &r[how]);
-    say_blue(b, how == SCREEN ? "The same on a screen, where what is brighter than 1 is white" : "Scene rtrt, DRT", &r[how]);
+    say_blue(b, how == SCREEN ? "The same on a screen, where what is brighter than 1 is white" : "Scene rtrt, DRT",
+             &r[how]);
   }
   stage_close(&g);
 }

@@ -111,8 +111,8 @@ static void part_cost(bench *b) {
   }
   csv(b, "case,renders_of_one_pass,passes,estimates_at_the_end,estimates_after_each,twice_the_passes\n");
   say(b, "%d passes, AVX2 kernels:\n\n", (int)COST_PASS_COUNT);
-  say(b, "| | instructions of a pixel and pass | estimates at the end | after each pass | passes with estimates after each, "
-         "against renders of one pass |\n|---|--:|--:|--:|--:|\n");
+  say(b, "| | instructions of a pixel and pass | estimates at the end | after each pass | passes with estimates after "
+         "each, against renders of one pass |\n|---|--:|--:|--:|--:|\n");
   for (int i = 0; i < COST_CASES; i++) {
     const double *n = counts[i], pixels = (i ? COST_WIDTH : COST_HEIGHT) * (double)COST_HEIGHT * COST_PASS_COUNT;
     csv(b, "\"%s\",%.0f,%.0f,%.0f,%.0f,%.0f\n", cost_cases[i].name, n[COST_APART], n[COST_PASSES], n[COST_REPORT],

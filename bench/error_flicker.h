@@ -109,7 +109,9 @@ static flicker measure_flicker(film *f, pktrt_sampler sampler) {
   flicker r;
   if (!moving) fatal("not enough memory");
   memset(&r, 0, sizeof r);
+  pin(false);
   for (int fresh = 0; fresh < 2; fresh++) shoot_film(f, sampler, fresh != 0, &sets[fresh], moving);
+  pin(true);
   r.pixels = n;
   for (size_t i = 0; i < n; i++) r.still_pixels += !moving[i];
   const double still = (double)r.still_pixels, others = (double)(n - r.still_pixels);
@@ -168,7 +170,6 @@ static void part_flicker(bench *b) {
                                         "conference, DRT", "rtrt, WRT",      "rtrt, DRT"};
   static film f;
   flicker r[6][PKTRT_SAMPLER_COUNT];
-  pin(false);
   csv(b, "scene,mode,sampler,samples,frames,pixels,still_pixels,shown,static_still,fresh_still,static_moving,"
          "fresh_moving\n");
   for (int k = 0; k < 6; k++) {
@@ -185,7 +186,6 @@ static void part_flicker(bench *b) {
     }
     close_film(&f);
   }
-  pin(true);
   say_still(b, r, labels);
   say_moving(b, r, labels);
 }

@@ -86,8 +86,8 @@ static void say_bias(const bench *b, const char *name, bool drt, const bias r[BI
     const bias *x = &r[l];
     const double percent = 100 / x->bright;
     csv(b, "%s,%s,%s,%d,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g\n", name, drt ? "drt" : "wrt",
-        bias_names[drt][l], (int)BIAS_SAMPLES, x->mean.value, x->mean.low, x->mean.high, x->rms.value, x->rms.low, x->rms.high, x->noise,
-        x->bright, x->rays, x->seconds);
+        bias_names[drt][l], (int)BIAS_SAMPLES, x->mean.value, x->mean.low, x->mean.high, x->rms.value, x->rms.low,
+        x->rms.high, x->noise, x->bright, x->rays, x->seconds);
     if (!l) continue;
     say(b, "| %s, %s | %s | %.3f (%.3f to %.3f) | %.3f (%.3f to %.3f) | %.1f | %.2f | %.0f%% | %.0f%% |\n", name,
         drt ? "DRT" : "WRT", bias_names[drt][l], percent * x->mean.value, percent * x->mean.low, percent * x->mean.high,

@@ -2,9 +2,9 @@
    pixels err in opposite ways (blue noise), less than of errors that know nothing of each other.
 
    The error picture, picture minus truth, is blurred by a Gaussian, cut off at three sigmas; its root mean square is
-   taken over the pixels whose blur lies within the picture, the same for all sigmas. Where there is no truth the mean of
-   all n seeds' pictures stands for it, and squares are multiplied by n / (n - 1): samplers have no bias, so the scatter
-   of seeds is the error. Ratios are of seeds in pairs. */
+   taken over the pixels whose blur lies within the picture, the same for all sigmas. Where there is no truth the mean
+   of all n seeds' pictures stands for it, and squares are multiplied by n / (n - 1): samplers have no bias, so the
+   scatter of seeds is the error. Ratios are of seeds in pairs. */
 #ifndef ERROR_BLUE_H
 #define ERROR_BLUE_H
 
@@ -130,7 +130,8 @@ static void csv_blue(const bench *b, const char *name, int how, const blue *r) {
         const interval sobol = root_ratio(mse, r->mse[way][PKTRT_SAMPLER_SOBOL][k], BLUE_SEEDS);
         csv(b, "%s,%s,%s,%u,%u,%d,%.6g,%.6g,%.6g,%.4f,%.4f,%.4f,%.4f,%.4f,%.4f\n", name,
             how == SCREEN ? "screen" : "radiance", pktrt_sampler_string((pktrt_sampler)s),
-            (unsigned)blue_ways[way].samples, (unsigned)blue_ways[way].passes, k, root.value, root.low, root.high, random.value, random.low, random.high, sobol.value, sobol.low, sobol.high);
+            (unsigned)blue_ways[way].samples, (unsigned)blue_ways[way].passes, k, root.value,
+            root.low, root.high, random.value, random.low, random.high, sobol.value, sobol.low, sobol.high);
       }
 }
 

@@ -211,6 +211,8 @@ ifeq ($(shell command -v gnuplot),)
 	@echo "bench-plots: gnuplot is not installed (make deps-extra), no plots are made"
 else
 	@set -e; for name in $(PLOTS); do [ ! -s $(RESULTS)/$$name.csv ] || gnuplot -e "name='$$name'" bench/plots.gp; done
+	@set -e; for name in slopes closed scenes adaptive; do [ ! -s $(RESULTS)/error_$$name.csv ] || \
+	  gnuplot -e "name='$$name'; results='$(RESULTS)'" bench/error.gp; done
 	@[ ! -s $(RESULTS)/peers.csv ] || gnuplot -e "results='$(RESULTS)'" bench/peers.gp
 endif
 

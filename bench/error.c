@@ -8,6 +8,7 @@
 #include "error.h"
 #include "error_slopes.h"
 #include "error_curves.h"
+#include "error_estimates.h"
 #include "error_flicker.h"
 #include "error_blue.h"
 #include "error_bias.h"
@@ -29,6 +30,14 @@ static const claim claims[] = {
     {"RMSE at equal time over random, 64 samples, closed-form scenes", 0.6, true, check_equal_time, "closed", 64},
     {"RMSE at equal time over random, 16 samples, DRT scenes", 0.75, true, check_equal_time, "DRT", 16},
     {"RMSE at equal time over random, 64 samples, DRT scenes", 0.65, true, check_equal_time, "DRT", 64},
+    {"runs whose estimate is within 25% of the truth, closed-form scenes", 0.95, false, check_estimates, "closed", 0},
+    {"runs whose estimate is within 25% of the truth, DRT scenes", 0.95, false, check_estimates, "DRT", 0},
+    {"runs that met their target, uniform, closed-form scenes", 0.95, false, check_targets, "closed", 0},
+    {"runs that met their target, adaptive, closed-form scenes", 0.95, false, check_targets, "closed", 1},
+    {"runs that met their target, uniform, DRT scenes", 0.95, false, check_targets, "DRT", 0},
+    {"runs that met their target, adaptive, DRT scenes", 0.95, false, check_targets, "DRT", 1},
+    {"time of adaptive over uniform passes for equal error, pool hall", 0.75, true, check_adaptive, NULL, 1},
+    {"the same, largest of all scenes", 1.0, true, check_adaptive, NULL, 0},
     {"flicker of still pixels with static sets, pool hall", 0, true, check_flicker, "poolhall", 0},
     {"flicker of still pixels with static sets, conference", 0, true, check_flicker, "conference", 0},
     {"flicker of still pixels with static sets, rtrt", 0, true, check_flicker, "rtrt", 0},
@@ -45,6 +54,9 @@ static const struct part {
     {"slopes", "slope of the error over samples on smooth integrands and steps, by sampler", part_slopes},
     {"closed", "error against run time of scenes with a closed form, by sampler", part_closed},
     {"scenes", "error against run time of the built-in scenes, WRT and DRT, by sampler", part_scenes},
+    {"estimates", "estimated error against the truth", part_estimates},
+    {"targets", "true error where a render has stopped at a target", part_targets},
+    {"adaptive", "time of adaptive passes for equal error", part_adaptive},
     {"flicker", "static sets against fresh ones in an animation", part_flicker},
     {"blue", "what is left of the error after a small blur, by sampler", part_blue},
     {"bias", "what ray-tree attenuation takes from pictures, and the time it saves", part_bias},
@@ -62,7 +74,8 @@ static void print_help(void) {
          "  --results DIR      error_PART.csv and .md of each part\n"
          "  --references DIR   where references are kept, and found again\n"
          "  --threads N        for what is not timed, 1 to %d (as many as there are cores)\n"
-         "  --check            instead of parts: what must hold, and that controls fail; exit status 1 if not\n"
+         "  --check            instead of parts: what must hold, and that controls fail; exit status 1 if not;\n"
+         "                     of these, PART picks by words of their sentences\n"
          "  --help             this text\nPART, without one all:\n",
          (int)EX_MAX_THREADS);
   for (int i = 0; i < PARTS; i++)
@@ -81,12 +94,10 @@ static bool parse_option(options *o, int key) {
 }
 
 static bool parse_options(int argc, char **argv, options *o) {
-  static const struct option list[] = {{"results", required_argument, NULL, 'o'},
-                                       {"references", required_argument, NULL, 'r'},
-                                       {"threads", required_argument, NULL, 't'},
-                                       {"check", no_argument, NULL, 'k'},
-                                       {"help", no_argument, NULL, 'h'},
-                                       {NULL, 0, NULL, 0}};
+  static const struct option list[] = {
+      {"results", required_argument, NULL, 'o'}, {"references", required_argument, NULL, 'r'},
+      {"threads", required_argument, NULL, 't'}, {"check", no_argument, NULL, 'k'},
+      {"help", no_argument, NULL, 'h'},          {NULL, 0, NULL, 0}};
   memset(o, 0, sizeof *o);
   o->threads = ex_processors();
   for (int key; (key = getopt_long(argc, argv, "h", list, NULL)) != -1;)
@@ -99,18 +110,12 @@ static bool parse_options(int argc, char **argv, options *o) {
 }
 
 static bool names_known(const options *o) {
-  for (unsigned n = 0; n < o->name_count; n++) {
+  for (unsigned n = 0; n < o->name_count && !o->check; n++) {
     bool known = false;
     for (int i = 0; i < PARTS; i++) known = known || !strcmp(o->names[n], parts[i].name);
     if (!known) return ex_fail("%s: no such part; see --help", o->names[n]);
   }
   return true;
-}
-
-static bool wanted(const options *o, const char *name) {
-  bool found = o->name_count == 0;
-  for (unsigned n = 0; n < o->name_count; n++) found = found || !strcmp(o->names[n], name);
-  return found;
 }
 
 static void run_part(bench *b, const struct part *p) {

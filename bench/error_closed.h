@@ -65,15 +65,16 @@ static const double gauss_weight[3] = {5.0 / 18, 8.0 / 18, 5.0 / 18}; /* of the 
 
 typedef struct closed { /* `own` of a stage */
   const char *name;
-  double (*at)(const stage *, double x, double y); /* radiance at a place of the picture, pixels; or the pixel itself: */
+  double (*at)(const stage *, double x,
+               double y); /* radiance at a place of the picture, pixels; or the pixel itself: */
   double (*pixel)(const stage *, double x, double y);
   unsigned panels;
   double edge;            /* of a pixel, at distance 1 */
   polygon shape[SECTORS]; /* in pixels; or the light, in space */
   unsigned shapes;
-  double shift[2];        /* motion, pixels */
+  double shift[2];                  /* motion, pixels */
   double normal[3], offset, radius; /* line or sky; radius of confusion, sphere */
-  float direction[3];     /* of the bright half of the sky, as the hook has it */
+  float direction[3];               /* of the bright half of the sky, as the hook has it */
 } closed;
 
 static const closed *closed_of(const stage *g) { return (const closed *)g->own; }
@@ -144,9 +145,7 @@ static void from_plane(const stage *g, const float *p, double *to) {
   to[0] = (double)p[0] / k + 0.5 * g->view.width, to[1] = 0.5 * g->view.height - (double)p[1] / k, to[2] = 0;
 }
 
-static void look_ahead(stage *g) {
-  g->view.camera.target[2] = -1, g->view.camera.fov_y = 60;
-}
+static void look_ahead(stage *g) { g->view.camera.target[2] = -1, g->view.camera.fov_y = 60; }
 
 static double pixel_of_edge(const stage *g, double x, double y) {
   double sum = 0;
@@ -184,8 +183,8 @@ static void add_moment(const double from[2], const double shift[2], const double
   if (t > 0 && t < 1) moments[(*n)++] = t;
 }
 
-/* Between the moments when a corner of one crosses an edge of the other, the area is a polynomial of degree 2 in time, of
-   which three Gauss points leave nothing. */
+/* Between the moments when a corner of one crosses an edge of the other, the area is a polynomial of degree 2 in time,
+   of which three Gauss points leave nothing. */
 static double pixel_of_motion(const stage *g, double x, double y) {
   const closed *c = closed_of(g);
   const double square_at[4][2] = {{x, y}, {x + 1, y}, {x + 1, y + 1}, {x, y + 1}};
@@ -331,8 +330,8 @@ static void make_quad(stage *g, closed *c) {
   if (pktrt_add_light(g->world, &l, NULL)) fatal(pktrt_last_error(g->world));
   for (unsigned i = 0; i < 4; i++)
     for (int a = 0; a < 3; a++)
-      c->shape[0].p[i][a] = (double)l.position[a] + (i == 1 || i == 2 ? (double)l.edge[0][a] : 0) +
-                            (i >= 2 ? (double)l.edge[1][a] : 0);
+      c->shape[0].p[i][a] =
+          (double)l.position[a] + (i == 1 || i == 2 ? (double)l.edge[0][a] : 0) + (i >= 2 ? (double)l.edge[1][a] : 0);
   c->shape[0].n = 4, c->shapes = 1, c->at = quad_at, c->panels = 2;
   if ((double)l.edge[0][2] * (double)l.edge[1][0] - (double)l.edge[0][0] * (double)l.edge[1][2] > 0)
     fatal("the light shines up");
@@ -376,8 +375,8 @@ static void make_sphere(stage *g, closed *c) {
 static void half_sky(void *user, uint32_t n, const float *const direction[3], float *const radiance[3]) {
   const closed *c = (const closed *)user;
   for (uint32_t i = 0; i < n; i++) {
-    const float side = direction[0][i] * c->direction[0] + direction[1][i] * c->direction[1] +
-                       direction[2][i] * c->direction[2];
+    const float side =
+        direction[0][i] * c->direction[0] + direction[1][i] * c->direction[1] + direction[2][i] * c->direction[2];
     for (int a = 0; a < 3; a++) radiance[a][i] = side > 0 ? 1.0f : 0.0f;
   }
 }

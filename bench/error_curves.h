@@ -13,9 +13,9 @@ enum { MAX_POINTS = 9, FIRST_SLOPE = 4, LAST_SLOPE = 256 };
 
 typedef struct curve { /* of one sampler */
   pktrt_sampler sampler;
-  bool split;          /* N samples are two passes of N / 2, so that the error can be estimated; else one of N */
+  bool split; /* N samples are two passes of N / 2, so that the error can be estimated; else one of N */
   unsigned points, seeds;
-  double n[MAX_POINTS], seconds[MAX_POINTS];               /* seconds: median over seeds */
+  double n[MAX_POINTS], seconds[MAX_POINTS];                            /* seconds: median over seeds */
   double mse[MAX_SEEDS * MAX_POINTS], relative[MAX_SEEDS * MAX_POINTS]; /* [seed * points + point] */
 } curve;
 
@@ -87,7 +87,7 @@ static interval equal_time(const curve *a, const curve *b, double n) {
 /* >>stages --------------------------------------------------------------------------------------------------------- */
 
 enum { CLOSED_WIDTH = 16, CLOSED_HEIGHT = 12 };
-enum { LARGE_WIDTH = 512, LARGE_HEIGHT = 384, BLOCK_COLUMNS = 3, BLOCK_ROWS = 2, BLOCK_WIDTH = 12, BLOCK_HEIGHT = 8 };
+enum { LARGE_WIDTH = 512, LARGE_HEIGHT = 384, BLOCK_COLUMNS = 3, BLOCK_ROWS = 2, BLOCK_WIDTH = 8, BLOCK_HEIGHT = 8 };
 static const char *const built_in[3] = {"poolhall", "conference", "rtrt"};
 
 /* Blocks of a large picture of a built-in scene, and their reference. */
@@ -154,9 +154,10 @@ static void part_closed(bench *b) {
   static stage g;
   double worst = 0;
   curve_header(b);
-  say(b, "Slopes of log RMSE over log N (N = 4 to 256, 32 seeds, one set); below, RMSE with 16 and 64 samples over that "
-         "of random samples in the same time: as one set, and as two sets, whose scatter estimates the error. In "
-         "brackets half of the 95%% interval.\n\n");
+  say(b,
+      "Slopes of log RMSE over log N (N = 4 to 256, 32 seeds, one set); below, RMSE with 16 and 64 samples over that "
+      "of random samples in the same time: as one set, and as two sets, whose scatter estimates the error. In "
+      "brackets half of the 95%% interval.\n\n");
   curve_table_head(b);
   for (unsigned k = 0; k < CLOSED_SCENES; k++) {
     worst = fmax(worst, closed_open(&g, k, CLOSED_WIDTH, CLOSED_HEIGHT));
@@ -169,8 +170,10 @@ static void part_closed(bench *b) {
 static void part_scenes(bench *b) {
   static stage g;
   curve_header(b);
-  say(b, "%d blocks of %d x %d pixels in the middles of %d x %d parts of a picture of %d x %d. Sobol' points: 32 seeds; the "
-         "others: 4. Lines as above.\n\n",
+  say(b,
+      "%d blocks of %d x %d pixels in the middles of %d x %d parts of a picture of %d x %d. Sobol' points: 32 seeds; "
+      "the "
+      "others: 4. Lines as above.\n\n",
       BLOCK_COLUMNS * BLOCK_ROWS, BLOCK_WIDTH, BLOCK_HEIGHT, BLOCK_COLUMNS, BLOCK_ROWS, LARGE_WIDTH, LARGE_HEIGHT);
   curve_table_head(b);
   for (int mode = PKTRT_MODE_DRT; mode >= PKTRT_MODE_WRT; mode--)
@@ -224,7 +227,7 @@ static const curve *time_curve(const bench *b, unsigned k, pktrt_sampler sampler
   static stage g;
   curve *two = curves[k];
   if (!two->points) {
-    if (k < CLOSED_SCENES) closed_open(&g, k, 4 * CLOSED_WIDTH, 4 * CLOSED_HEIGHT);
+    if (k < CLOSED_SCENES) closed_open(&g, k, 2 * CLOSED_WIDTH, 2 * CLOSED_HEIGHT);
     else open_blocks(b, &g, checked_name(k), PKTRT_MODE_DRT, BLOCK_WIDTH, BLOCK_HEIGHT);
     measure_curve(&g, PKTRT_SAMPLER_SOBOL, true, 8, 128, 6, &two[0]);
     measure_curve(&g, PKTRT_SAMPLER_RANDOM, true, 8, 128, 6, &two[1]);

@@ -219,8 +219,10 @@ static double family_rmse(const slopes *s, int k, unsigned i) {
 static void part_slopes(bench *b) {
   static slopes measured[PKTRT_SAMPLER_COUNT];
   csv(b, "sampler,integrand,kind,dimensions,samples,rmse,slope,low,high\n");
-  say(b, "Slopes of log RMSE over log N, N = 4 to 256, %d seeds of %d pixels; in brackets how far the ends of the "
-         "95%% interval are off.\n\n| integrand | dimensions |", (int)SLOPE_SEEDS, (int)(SLOPE_EDGE * SLOPE_EDGE));
+  say(b,
+      "Slopes of log RMSE over log N, N = 4 to 256, %d seeds of %d pixels; in brackets how far the ends of the "
+      "95%% interval are off.\n\n| integrand | dimensions |",
+      (int)SLOPE_SEEDS, (int)(SLOPE_EDGE * SLOPE_EDGE));
   for (int s = 0; s < PKTRT_SAMPLER_COUNT; s++) {
     measure_slopes((pktrt_sampler)s, &measured[s]);
     say(b, " %s |", pktrt_sampler_string((pktrt_sampler)s));

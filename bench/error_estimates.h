@@ -1,0 +1,292 @@
+/* error_estimates.h - whether estimates are the truth, whether targets are met, and what adaptive passes save.
+
+   Whole pictures: of the scenes with a closed form, and of the built-in scenes by DRT, against references.
+
+   Contents: stages, estimates, targets, adaptive passes, report, checks. */
+#ifndef ERROR_ESTIMATES_H
+#define ERROR_ESTIMATES_H
+
+#include "error_curves.h"
+
+/* >>stages --------------------------------------------------------------------------------------------------------- */
+
+enum { SMALL_WIDTH = 32, SMALL_HEIGHT = 32, WHOLE_WIDTH = 64, WHOLE_HEIGHT = 48, MAX_RUNS = 4096 };
+
+static void open_whole(const bench *b, stage *g, unsigned k, uint32_t width, uint32_t height) {
+  if (k < CLOSED_SCENES) {
+    closed_open(g, k, width, height);
+    return;
+  }
+  stage_open(g, checked_name(k), PKTRT_MODE_DRT, width, height);
+  stage_reference(b, g, REFERENCE_SAMPLES);
+}
+
+/* >>estimates ------------------------------------------------------------------------------------------------------ */
+
+static const struct plan { uint32_t samples, passes; } plans[] = {{4, 2}, {8, 2}, {32, 2}, {8, 4}, {8, 8}};
+enum { PLANS = sizeof plans / sizeof *plans };
+
+typedef struct ratios { /* of what was estimated, or aimed at, and what was true */
+  unsigned n;
+  double value[MAX_RUNS];
+} ratios;
+
+static void add_ratio(ratios *to, double value) {
+  if (to->n == MAX_RUNS) fatal("too many runs");
+  to->value[to->n++] = value;
+}
+
+static double share_within(const ratios *r, double low, double high) {
+  unsigned within = 0;
+  for (unsigned i = 0; i < r->n; i++) within += r->value[i] >= low && r->value[i] <= high;
+  return r->n ? (double)within / r->n : NAN;
+}
+
+static double part_of(ratios *r, double share) { /* a quantile; sorts */
+  qsort(r->value, r->n, sizeof *r->value, compare_doubles);
+  return r->n ? r->value[(unsigned)(share * (r->n - 1) + 0.5)] : NAN;
+}
+
+/* Estimated over true RMSE, and relative MSE. `naive`: what the variance within a set would say instead, if its samples
+   were taken as independent: the estimate that as many independent samples have. */
+static void run_estimates(stage *g, unsigned p, unsigned seeds, bool naive, ratios *rmse, ratios *relative) {
+  for (unsigned k = 0; k < seeds; k++) {
+    const shot s = shot_of(PKTRT_SAMPLER_SOBOL, plans[p].samples, plans[p].passes, FIRST_SEED + k);
+    shot other = s;
+    outcome o, said;
+    other.sampler = PKTRT_SAMPLER_RANDOM;
+    take_shot(g, &s, &o);
+    said = o;
+    if (naive) take_shot(g, &other, &said);
+    add_ratio(rmse, said.report.rmse / sqrt(fmax(o.mse, 1e-30)));
+    add_ratio(relative, said.report.relative_mse / fmax(o.relative, 1e-30));
+  }
+}
+
+/* >>targets -------------------------------------------------------------------------------------------------------- */
+
+enum { TARGET_SAMPLES = 8, TARGET_PASSES = 256 };
+static const double target_parts[] = {0.75, 0.5, 0.3}; /* of the error of two passes; squared for the relative MSE */
+enum { TARGETS = sizeof target_parts / sizeof *target_parts };
+
+typedef struct aims { /* true error over target; times and samples */
+  ratios met;
+  double samples, unmet; /* mean over runs; runs that ended by another rule */
+} aims;
+
+/* `lax`: the renderer is told twice the target. */
+static void run_targets(stage *g, bool adaptive, pktrt_error_measure measure, unsigned seeds, bool lax, aims *to) {
+  const shot two = shot_of(PKTRT_SAMPLER_SOBOL, TARGET_SAMPLES, 2, FIRST_SEED + 1000);
+  const bool relative = measure == PKTRT_ERROR_RELATIVE;
+  outcome first, o;
+  take_shot(g, &two, &first);
+  for (unsigned t = 0; t < TARGETS; t++)
+    for (unsigned k = 0; k < seeds; k++) {
+      shot s = shot_of(PKTRT_SAMPLER_SOBOL, TARGET_SAMPLES, TARGET_PASSES, FIRST_SEED + k);
+      const double target =
+          relative ? first.report.relative_mse * square(target_parts[t]) : first.report.rmse * target_parts[t];
+      s.adaptive = adaptive, s.measure = measure, s.target = target * (lax ? 2 : 1);
+      take_shot(g, &s, &o);
+      to->samples += o.report.samples_mean, to->unmet += o.report.stop != PKTRT_STOP_ERROR;
+      add_ratio(&to->met, (relative ? o.relative : sqrt(fmax(o.mse, 0))) / target);
+    }
+}
+
+/* >>adaptive passes ------------------------------------------------------------------------------------------------ */
+
+enum { ADAPTIVE_SAMPLES = 8, ADAPTIVE_POINTS = 4 }; /* passes: 2, 4, 8, 16 */
+
+typedef struct effort { /* by passes; errors: roots of the mean over seeds, of MSE and relative MSE */
+  double seconds[ADAPTIVE_POINTS], error[2][ADAPTIVE_POINTS];
+} effort;
+
+static void measure_effort(stage *g, bool adaptive, pktrt_error_measure measure, unsigned seeds, effort *to) {
+  double seconds[MAX_SEEDS];
+  for (unsigned i = 0; i < ADAPTIVE_POINTS; i++) {
+    double sum[2] = {0, 0};
+    for (unsigned k = 0; k < seeds; k++) {
+      shot s = shot_of(PKTRT_SAMPLER_SOBOL, ADAPTIVE_SAMPLES, 2u << i, FIRST_SEED + k);
+      outcome o;
+      s.adaptive = adaptive, s.measure = measure;
+      take_shot(g, &s, &o);
+      sum[PKTRT_ERROR_RMSE] += o.mse, sum[PKTRT_ERROR_RELATIVE] += o.relative, seconds[k] = o.seconds;
+    }
+    for (int m = 0; m < 2; m++) to->error[m][i] = sqrt(fmax(sum[m] / seeds, 1e-30));
+    to->seconds[i] = median_of(seconds, seeds);
+  }
+}
+
+/* Time of `a` over that of `b` at the error that a has at point i. */
+static double time_ratio(const effort *a, const effort *b, pktrt_error_measure m, unsigned i) {
+  enum { N = ADAPTIVE_POINTS };
+  double error[N], seconds[N];
+  for (unsigned k = 0; k < N; k++) error[k] = b->error[m][N - 1 - k], seconds[k] = b->seconds[N - 1 - k];
+  return a->seconds[i] / log_between(error, seconds, N, a->error[m][i]);
+}
+
+/* At 8 and 16 passes, by when pilot passes have been paid for: their geometric mean. */
+static double adaptive_ratio(const effort *adaptive, const effort *uniform) {
+  return sqrt(time_ratio(adaptive, uniform, PKTRT_ERROR_RMSE, 2) * time_ratio(adaptive, uniform, PKTRT_ERROR_RMSE, 3));
+}
+
+/* >>report --------------------------------------------------------------------------------------------------------- */
+
+enum { CLOSED_SEEDS = 16, DRT_SEEDS = 6 };
+
+static void part_estimates(bench *b) {
+  static ratios rmse, relative, all;
+  static stage g;
+  csv(b, "scene,samples,passes,runs,rmse_median,rmse_low,rmse_high,rmse_within,relative_median,relative_within\n");
+  say(b,
+      "Estimated over true error: median over runs (in brackets the middle nine tenths of RMSE), and the part of runs "
+      "within 25%%. Sobol' points, passes x samples; %d seeds, DRT scenes %d.\n\n"
+      "| scene | passes | RMSE | within 25%% | relative MSE | within 25%% |\n|---|--:|--:|--:|--:|--:|\n",
+      CLOSED_SEEDS, DRT_SEEDS);
+  all.n = 0;
+  for (unsigned k = 0; k < CHECKED_STAGES; k++) {
+    open_whole(b, &g, k, WHOLE_WIDTH, WHOLE_HEIGHT);
+    for (unsigned p = 0; p < PLANS; p++) {
+      rmse.n = relative.n = 0;
+      run_estimates(&g, p, k < CLOSED_SCENES ? CLOSED_SEEDS : DRT_SEEDS, false, &rmse, &relative);
+      for (unsigned i = 0; i < rmse.n; i++) add_ratio(&all, rmse.value[i]);
+      const double within[2] = {share_within(&rmse, 0.75, 1.25), share_within(&relative, 0.75, 1.25)};
+      say(b, "| %s | %u x %u | %.2f (%.2f, %.2f) | %.0f%% | %.2f | %.0f%% |\n", g.name, (unsigned)plans[p].passes,
+          (unsigned)plans[p].samples, part_of(&rmse, 0.5), part_of(&rmse, 0.05), part_of(&rmse, 0.95), 100 * within[0],
+          part_of(&relative, 0.5), 100 * within[1]);
+      csv(b, "%s,%u,%u,%u,%.4f,%.4f,%.4f,%.4f,%.4f,%.4f\n", g.name, (unsigned)plans[p].samples,
+          (unsigned)plans[p].passes, rmse.n, part_of(&rmse, 0.5), part_of(&rmse, 0.05), part_of(&rmse, 0.95), within[0],
+          part_of(&relative, 0.5), within[1]);
+    }
+    stage_close(&g);
+  }
+  say(b, "\nOf all %u runs %.1f%% are within 25%% of the true RMSE.\n\n", all.n, 100 * share_within(&all, 0.75, 1.25));
+}
+
+static void part_targets(bench *b) {
+  static aims a;
+  static stage g;
+  csv(b, "scene,adaptive,measure,runs,met,true_over_target_median,high,samples_mean,ended_otherwise\n");
+  say(b,
+      "Targets of %.2f, %.2f and %.2f times the error of the first two passes (squared for the relative MSE): the part "
+      "of "
+      "runs whose true error is at most 1.15 times the target, the median of true error over target, samples used.\n\n"
+      "| scene | measure | passes | met | median | samples |\n|---|---|---|--:|--:|--:|\n",
+      target_parts[0], target_parts[1], target_parts[2]);
+  for (unsigned k = 0; k < CHECKED_STAGES; k++) {
+    open_whole(b, &g, k, WHOLE_WIDTH, WHOLE_HEIGHT);
+    for (int i = 0; i < 4; i++) {
+      const bool adaptive = i % 2 != 0, relative = i / 2 != 0;
+      memset(&a, 0, sizeof a);
+      run_targets(&g, adaptive, relative ? PKTRT_ERROR_RELATIVE : PKTRT_ERROR_RMSE, k < CLOSED_SCENES ? 8 : 2, false,
+                  &a);
+      const double met = share_within(&a.met, 0, 1.15);
+      const char *const words[2] = {relative ? "relative MSE" : "RMSE", adaptive ? "adaptive" : "uniform"};
+      say(b, "| %s | %s | %s | %.0f%% | %.2f | %.0f |\n", g.name, words[0], words[1], 100 * met, part_of(&a.met, 0.5),
+          a.samples / a.met.n);
+      csv(b, "%s,%d,%s,%u,%.4f,%.4f,%.4f,%.2f,%.0f\n", g.name, adaptive, words[0], a.met.n, met, part_of(&a.met, 0.5),
+          part_of(&a.met, 0.95), a.samples / a.met.n, a.unmet);
+    }
+    stage_close(&g);
+  }
+  say(b, "\n");
+}
+
+static void effort_csv(const bench *b, const stage *g, const char *way, const effort *e) {
+  for (unsigned i = 0; i < ADAPTIVE_POINTS; i++)
+    csv(b, "%s,%s,%u,%.6f,%.6g,%.6g\n", g->name, way, (unsigned)(ADAPTIVE_SAMPLES * (2u << i)), e->seconds[i],
+        e->error[PKTRT_ERROR_RMSE][i], e->error[PKTRT_ERROR_RELATIVE][i]);
+}
+
+static void part_adaptive(bench *b) {
+  static stage g;
+  csv(b, "scene,way,samples,seconds,rmse,root_relative_mse\n");
+  say(b,
+      "Time of adaptive over that of uniform passes for the same true error, pilot passes and estimates included, at "
+      "budgets of 8 and 16 passes of %d samples; pictures of %d x %d. Adaptive passes lower the measure that is "
+      "compared.\n\n| scene | RMSE: 8 | 16 | relative MSE: 8 | 16 |\n|---|--:|--:|--:|--:|\n",
+      ADAPTIVE_SAMPLES, WHOLE_WIDTH, WHOLE_HEIGHT);
+  for (unsigned k = 0; k < CHECKED_STAGES; k++) {
+    const unsigned seeds = k < CLOSED_SCENES ? 8 : 3;
+    effort uniform, adaptive[2];
+    open_whole(b, &g, k, WHOLE_WIDTH, WHOLE_HEIGHT);
+    measure_effort(&g, false, PKTRT_ERROR_RMSE, seeds, &uniform);
+    measure_effort(&g, true, PKTRT_ERROR_RMSE, seeds, &adaptive[PKTRT_ERROR_RMSE]);
+    measure_effort(&g, true, PKTRT_ERROR_RELATIVE, seeds, &adaptive[PKTRT_ERROR_RELATIVE]);
+    effort_csv(b, &g, "uniform", &uniform), effort_csv(b, &g, "adaptive rmse", &adaptive[PKTRT_ERROR_RMSE]);
+    effort_csv(b, &g, "adaptive relative", &adaptive[PKTRT_ERROR_RELATIVE]);
+    say(b, "| %s |", g.name);
+    for (int m = 0; m < 2; m++)
+      for (unsigned i = 2; i < 4; i++) say(b, " %.2f |", time_ratio(&adaptive[m], &uniform, (pktrt_error_measure)m, i));
+    say(b, "\n");
+    stage_close(&g);
+  }
+  say(b, "\n");
+}
+
+/* >>checks --------------------------------------------------------------------------------------------------------- */
+
+/* Of those that c->on names: scenes with a closed form, or DRT. */
+static unsigned first_stage(const claim *c) { return strcmp(c->on, "closed") ? CLOSED_SCENES : 0; }
+static unsigned end_stage(const claim *c) { return strcmp(c->on, "closed") ? CHECKED_STAGES : CLOSED_SCENES; }
+
+/* The part of runs whose estimated RMSE is within 25% of the true one, in small pictures. */
+static double check_estimates(bench *b, const claim *c, bool control, char details[DETAILS]) {
+  static ratios rmse, relative;
+  static stage g;
+  rmse.n = relative.n = 0;
+  for (unsigned k = first_stage(c); k < end_stage(c); k++) {
+    const unsigned from = rmse.n;
+    open_whole(b, &g, k, SMALL_WIDTH, SMALL_HEIGHT);
+    for (unsigned p = 0; p < (control ? 2 : PLANS); p++)
+      run_estimates(&g, p, k < CLOSED_SCENES ? 8 : 4, control, &rmse, &relative);
+    stage_close(&g);
+    unsigned within = 0;
+    for (unsigned i = from; i < rmse.n; i++) within += rmse.value[i] >= 0.75 && rmse.value[i] <= 1.25;
+    const size_t at = strlen(details);
+    snprintf(details + at, DETAILS - at, "%s%s %.2f", at ? ", " : "", checked_name(k),
+             (double)within / (rmse.n - from));
+  }
+  return share_within(&rmse, 0.75, 1.25);
+}
+
+/* The part of runs that met their target: true RMSE at most 1.15 of it. c->number: adaptive passes. */
+static double check_targets(bench *b, const claim *c, bool control, char details[DETAILS]) {
+  static aims a;
+  static stage g;
+  memset(&a, 0, sizeof a);
+  for (unsigned k = first_stage(c); k < end_stage(c); k++) {
+    const unsigned from = a.met.n;
+    open_whole(b, &g, k, SMALL_WIDTH, SMALL_HEIGHT);
+    run_targets(&g, c->number != 0, PKTRT_ERROR_RMSE, k < CLOSED_SCENES ? 4 : 3, control, &a);
+    stage_close(&g);
+    unsigned met = 0;
+    for (unsigned i = from; i < a.met.n; i++) met += a.met.value[i] <= 1.15;
+    const size_t at = strlen(details);
+    snprintf(details + at, DETAILS - at, "%s%s %.2f", at ? ", " : "", checked_name(k), (double)met / (a.met.n - from));
+  }
+  return share_within(&a.met, 0, 1.15);
+}
+
+/* Time for equal error, adaptive over uniform: of the pool hall (c->number 1), or the largest of all. The control:
+   uniform over adaptive. */
+static double check_adaptive(bench *b, const claim *c, bool control, char details[DETAILS]) {
+  static effort efforts[CHECKED_STAGES][2];
+  static stage g;
+  double worst = 0;
+  for (unsigned k = c->number ? CLOSED_SCENES : 0; k < (c->number ? CLOSED_SCENES + 1 : CHECKED_STAGES); k++) {
+    effort *e = efforts[k];
+    const bool large = k <= CLOSED_SCENES;
+    if (!(e[0].seconds[0] > 0)) {
+      open_whole(b, &g, k, large ? WHOLE_WIDTH : SMALL_WIDTH, large ? WHOLE_HEIGHT : SMALL_HEIGHT);
+      for (int i = 0; i < 2; i++) measure_effort(&g, i != 0, PKTRT_ERROR_RMSE, 3, &e[i]);
+      stage_close(&g);
+    }
+    const double ratio = adaptive_ratio(&e[control ? 0 : 1], &e[control ? 1 : 0]);
+    const size_t at = strlen(details);
+    snprintf(details + at, DETAILS - at, "%s%s %.2f", at ? ", " : "", checked_name(k), ratio);
+    worst = fmax(worst, ratio);
+  }
+  return worst;
+}
+
+#endif /* ERROR_ESTIMATES_H */

@@ -20,21 +20,29 @@ typedef struct curve { /* of one sampler */
 } curve;
 
 /* N from `first` to `last`, powers of two. */
-static void measure_curve(stage *g, pktrt_sampler sampler, bool split, unsigned first, unsigned last, unsigned seeds,
-                          curve *c) {
-  double seconds[MAX_SEEDS];
+static void start_curve(pktrt_sampler sampler, bool split, unsigned first, unsigned last, unsigned seeds, curve *c) {
   memset(c, 0, sizeof *c);
   c->sampler = sampler, c->split = split, c->seeds = seeds;
   for (unsigned n = first; n <= last; n *= 2) c->n[c->points++] = n;
-  for (unsigned i = 0; i < c->points; i++) {
-    for (unsigned k = 0; k < seeds; k++) {
-      const uint32_t n = (uint32_t)c->n[i], seed = FIRST_SEED + k;
-      const shot s = split ? shot_estimated(sampler, n, seed) : shot_of(sampler, n, 1, seed);
-      outcome o;
-      take_shot(g, &s, &o);
-      seconds[k] = o.seconds, c->mse[k * c->points + i] = o.mse, c->relative[k * c->points + i] = o.relative;
-    }
-    c->seconds[i] = median_of(seconds, seeds);
+}
+
+static void measure_point(stage *g, curve *c, unsigned i, unsigned seed, double *seconds) {
+  const uint32_t n = (uint32_t)c->n[i];
+  const shot s =
+      c->split ? shot_estimated(c->sampler, n, FIRST_SEED + seed) : shot_of(c->sampler, n, 1, FIRST_SEED + seed);
+  outcome o;
+  take_shot(g, &s, &o);
+  *seconds = o.seconds, c->mse[seed * c->points + i] = o.mse, c->relative[seed * c->points + i] = o.relative;
+}
+
+/* Curves that have been started, with the same N. They take turns, so that what slows the machine slows all. */
+static void measure_curves(stage *g, curve *curves, unsigned count) {
+  double seconds[PKTRT_SAMPLER_COUNT][MAX_SEEDS];
+  for (unsigned i = 0; i < curves[0].points; i++) {
+    for (unsigned k = 0; k < MAX_SEEDS; k++)
+      for (unsigned c = 0; c < count; c++)
+        if (k < curves[c].seeds) measure_point(g, &curves[c], i, k, &seconds[c][k]);
+    for (unsigned c = 0; c < count; c++) curves[c].seconds[i] = median_of(seconds[c], curves[c].seeds);
   }
 }
 
@@ -142,11 +150,11 @@ static void curve_table_head(const bench *b) {
 static void stage_curves(const bench *b, stage *g, unsigned seeds, unsigned sobol_seeds) {
   static curve whole[PKTRT_SAMPLER_COUNT], split[PKTRT_SAMPLER_COUNT];
   for (int s = 0; s < PKTRT_SAMPLER_COUNT; s++) {
-    const unsigned n = s == PKTRT_SAMPLER_SOBOL ? sobol_seeds : seeds;
-    measure_curve(g, (pktrt_sampler)s, false, 1, 256, n, &whole[s]);
-    measure_curve(g, (pktrt_sampler)s, true, 8, 128, seeds < 8 ? seeds : 8, &split[s]);
-    curve_csv(b, g, &whole[s]), curve_csv(b, g, &split[s]);
+    start_curve((pktrt_sampler)s, false, 1, 256, s == PKTRT_SAMPLER_SOBOL ? sobol_seeds : seeds, &whole[s]);
+    start_curve((pktrt_sampler)s, true, 8, 128, seeds < 8 ? seeds : 8, &split[s]);
   }
+  measure_curves(g, whole, PKTRT_SAMPLER_COUNT), measure_curves(g, split, PKTRT_SAMPLER_COUNT);
+  for (int s = 0; s < PKTRT_SAMPLER_COUNT; s++) curve_csv(b, g, &whole[s]), curve_csv(b, g, &split[s]);
   curve_lines(b, g, whole, split);
 }
 
@@ -203,7 +211,8 @@ static const curve *slope_curve(const bench *b, unsigned k) {
   if (curves[k].points) return &curves[k];
   if (k < CLOSED_SCENES) closed_open(&g, k, CLOSED_WIDTH, CLOSED_HEIGHT);
   else open_blocks(b, &g, checked_name(k), PKTRT_MODE_DRT, 4, 4);
-  measure_curve(&g, PKTRT_SAMPLER_SOBOL, false, FIRST_SLOPE, LAST_SLOPE, 32, &curves[k]);
+  start_curve(PKTRT_SAMPLER_SOBOL, false, FIRST_SLOPE, LAST_SLOPE, 32, &curves[k]);
+  measure_curves(&g, &curves[k], 1);
   stage_close(&g);
   return &curves[k];
 }
@@ -229,8 +238,9 @@ static const curve *time_curve(const bench *b, unsigned k, pktrt_sampler sampler
   if (!two->points) {
     if (k < CLOSED_SCENES) closed_open(&g, k, 2 * CLOSED_WIDTH, 2 * CLOSED_HEIGHT);
     else open_blocks(b, &g, checked_name(k), PKTRT_MODE_DRT, BLOCK_WIDTH, BLOCK_HEIGHT);
-    measure_curve(&g, PKTRT_SAMPLER_SOBOL, true, 8, 128, 6, &two[0]);
-    measure_curve(&g, PKTRT_SAMPLER_RANDOM, true, 8, 128, 6, &two[1]);
+    start_curve(PKTRT_SAMPLER_SOBOL, true, 8, 128, 6, &two[0]);
+    start_curve(PKTRT_SAMPLER_RANDOM, true, 8, 128, 6, &two[1]);
+    measure_curves(&g, two, 2);
     stage_close(&g);
   }
   return &two[sampler == PKTRT_SAMPLER_SOBOL ? 0 : 1];

@@ -49,9 +49,10 @@ static double part_of(ratios *r, double share) { /* a quantile; sorts */
 
 /* Estimated over true RMSE, and relative MSE. `naive`: what the variance within a set would say instead, if its samples
    were taken as independent: the estimate that as many independent samples have. */
-static void run_estimates(stage *g, unsigned p, unsigned seeds, bool naive, ratios *rmse, ratios *relative) {
+static void run_estimates(stage *g, pktrt_sampler sampler, unsigned p, unsigned seeds, bool naive, ratios *rmse,
+                          ratios *relative) {
   for (unsigned k = 0; k < seeds; k++) {
-    const shot s = shot_of(PKTRT_SAMPLER_SOBOL, plans[p].samples, plans[p].passes, FIRST_SEED + k);
+    const shot s = shot_of(sampler, plans[p].samples, plans[p].passes, FIRST_SEED + k);
     shot other = s;
     outcome o, said;
     other.sampler = PKTRT_SAMPLER_RANDOM;
@@ -100,19 +101,31 @@ typedef struct effort { /* by passes; errors: roots of the mean over seeds, of M
   double seconds[ADAPTIVE_POINTS], error[2][ADAPTIVE_POINTS];
 } effort;
 
-static void measure_effort(stage *g, bool adaptive, pktrt_error_measure measure, unsigned seeds, effort *to) {
-  double seconds[MAX_SEEDS];
+/* Efforts of some shots that differ in how passes are given: they take turns. */
+static void measure_efforts(stage *g, const shot *ways, unsigned count, unsigned seeds, effort *to) {
+  double seconds[3][MAX_SEEDS];
   for (unsigned i = 0; i < ADAPTIVE_POINTS; i++) {
-    double sum[2] = {0, 0};
-    for (unsigned k = 0; k < seeds; k++) {
-      shot s = shot_of(PKTRT_SAMPLER_SOBOL, ADAPTIVE_SAMPLES, 2u << i, FIRST_SEED + k);
-      outcome o;
-      s.adaptive = adaptive, s.measure = measure;
-      take_shot(g, &s, &o);
-      sum[PKTRT_ERROR_RMSE] += o.mse, sum[PKTRT_ERROR_RELATIVE] += o.relative, seconds[k] = o.seconds;
+    double sum[3][2] = {{0, 0}, {0, 0}, {0, 0}};
+    for (unsigned k = 0; k < seeds; k++)
+      for (unsigned w = 0; w < count; w++) {
+        shot s = ways[w];
+        outcome o;
+        s.passes = 2u << i, s.seed = FIRST_SEED + k;
+        take_shot(g, &s, &o);
+        sum[w][PKTRT_ERROR_RMSE] += o.mse, sum[w][PKTRT_ERROR_RELATIVE] += o.relative, seconds[w][k] = o.seconds;
+      }
+    for (unsigned w = 0; w < count; w++) {
+      for (int m = 0; m < 2; m++) to[w].error[m][i] = sqrt(fmax(sum[w][m] / seeds, 1e-30));
+      to[w].seconds[i] = median_of(seconds[w], seeds);
     }
-    for (int m = 0; m < 2; m++) to->error[m][i] = sqrt(fmax(sum[m] / seeds, 1e-30));
-    to->seconds[i] = median_of(seconds, seeds);
+  }
+}
+
+/* Uniform; adaptive, lowering the RMSE; adaptive, lowering the relative MSE. */
+static void three_ways(shot ways[3]) {
+  for (int w = 0; w < 3; w++) {
+    ways[w] = shot_of(PKTRT_SAMPLER_SOBOL, ADAPTIVE_SAMPLES, 2, FIRST_SEED);
+    ways[w].adaptive = w > 0, ways[w].measure = w == 2 ? PKTRT_ERROR_RELATIVE : PKTRT_ERROR_RMSE;
   }
 }
 
@@ -133,6 +146,28 @@ static double adaptive_ratio(const effort *adaptive, const effort *uniform) {
 
 enum { CLOSED_SEEDS = 16, DRT_SEEDS = 6 };
 
+/* Two passes of 8 samples of the scenes with a closed form: a line for each sampler. */
+static void estimates_by_sampler(const bench *b) {
+  enum { PLAN = 1 };
+  static ratios rmse[PKTRT_SAMPLER_COUNT], relative[PKTRT_SAMPLER_COUNT];
+  static stage g;
+  for (int s = 0; s < PKTRT_SAMPLER_COUNT; s++) rmse[s].n = relative[s].n = 0;
+  for (unsigned k = 0; k < CLOSED_SCENES; k++) {
+    closed_open(&g, k, WHOLE_WIDTH, WHOLE_HEIGHT);
+    for (int s = 0; s < PKTRT_SAMPLER_COUNT; s++)
+      run_estimates(&g, (pktrt_sampler)s, PLAN, CLOSED_SEEDS, false, &rmse[s], &relative[s]);
+    stage_close(&g);
+  }
+  say(b, "By sampler, all scenes with a closed form, two passes of 8 samples:\n\n| sampler | RMSE | within 25%% | "
+         "relative MSE | within 25%% |\n|---|--:|--:|--:|--:|\n");
+  for (int s = 0; s < PKTRT_SAMPLER_COUNT; s++) {
+    say(b, "| %s | %.2f (%.2f, %.2f) | %.0f%% |", pktrt_sampler_string((pktrt_sampler)s), part_of(&rmse[s], 0.5),
+        part_of(&rmse[s], 0.05), part_of(&rmse[s], 0.95), 100 * share_within(&rmse[s], 0.75, 1.25));
+    say(b, " %.2f | %.0f%% |\n", part_of(&relative[s], 0.5), 100 * share_within(&relative[s], 0.75, 1.25));
+  }
+  say(b, "\n");
+}
+
 static void part_estimates(bench *b) {
   static ratios rmse, relative, all;
   static stage g;
@@ -147,7 +182,7 @@ static void part_estimates(bench *b) {
     open_whole(b, &g, k, WHOLE_WIDTH, WHOLE_HEIGHT);
     for (unsigned p = 0; p < PLANS; p++) {
       rmse.n = relative.n = 0;
-      run_estimates(&g, p, k < CLOSED_SCENES ? CLOSED_SEEDS : DRT_SEEDS, false, &rmse, &relative);
+      run_estimates(&g, PKTRT_SAMPLER_SOBOL, p, k < CLOSED_SCENES ? CLOSED_SEEDS : DRT_SEEDS, false, &rmse, &relative);
       for (unsigned i = 0; i < rmse.n; i++) add_ratio(&all, rmse.value[i]);
       const double within[2] = {share_within(&rmse, 0.75, 1.25), share_within(&relative, 0.75, 1.25)};
       say(b, "| %s | %u x %u | %.2f (%.2f, %.2f) | %.0f%% | %.2f | %.0f%% |\n", g.name, (unsigned)plans[p].passes,
@@ -160,6 +195,7 @@ static void part_estimates(bench *b) {
     stage_close(&g);
   }
   say(b, "\nOf all %u runs %.1f%% are within 25%% of the true RMSE.\n\n", all.n, 100 * share_within(&all, 0.75, 1.25));
+  estimates_by_sampler(b);
 }
 
 static void part_targets(bench *b) {
@@ -207,16 +243,16 @@ static void part_adaptive(bench *b) {
       ADAPTIVE_SAMPLES, WHOLE_WIDTH, WHOLE_HEIGHT);
   for (unsigned k = 0; k < CHECKED_STAGES; k++) {
     const unsigned seeds = k < CLOSED_SCENES ? 8 : 3;
-    effort uniform, adaptive[2];
+    effort e[3];
+    shot ways[3];
     open_whole(b, &g, k, WHOLE_WIDTH, WHOLE_HEIGHT);
-    measure_effort(&g, false, PKTRT_ERROR_RMSE, seeds, &uniform);
-    measure_effort(&g, true, PKTRT_ERROR_RMSE, seeds, &adaptive[PKTRT_ERROR_RMSE]);
-    measure_effort(&g, true, PKTRT_ERROR_RELATIVE, seeds, &adaptive[PKTRT_ERROR_RELATIVE]);
-    effort_csv(b, &g, "uniform", &uniform), effort_csv(b, &g, "adaptive rmse", &adaptive[PKTRT_ERROR_RMSE]);
-    effort_csv(b, &g, "adaptive relative", &adaptive[PKTRT_ERROR_RELATIVE]);
+    three_ways(ways);
+    measure_efforts(&g, ways, 3, seeds, e);
+    effort_csv(b, &g, "uniform", &e[0]), effort_csv(b, &g, "adaptive rmse", &e[1]);
+    effort_csv(b, &g, "adaptive relative", &e[2]);
     say(b, "| %s |", g.name);
     for (int m = 0; m < 2; m++)
-      for (unsigned i = 2; i < 4; i++) say(b, " %.2f |", time_ratio(&adaptive[m], &uniform, (pktrt_error_measure)m, i));
+      for (unsigned i = 2; i < 4; i++) say(b, " %.2f |", time_ratio(&e[1 + m], &e[0], (pktrt_error_measure)m, i));
     say(b, "\n");
     stage_close(&g);
   }
@@ -238,7 +274,7 @@ static double check_estimates(bench *b, const claim *c, bool control, char detai
     const unsigned from = rmse.n;
     open_whole(b, &g, k, SMALL_WIDTH, SMALL_HEIGHT);
     for (unsigned p = 0; p < (control ? 2 : PLANS); p++)
-      run_estimates(&g, p, k < CLOSED_SCENES ? 8 : 4, control, &rmse, &relative);
+      run_estimates(&g, PKTRT_SAMPLER_SOBOL, p, k < CLOSED_SCENES ? 8 : 4, control, &rmse, &relative);
     stage_close(&g);
     unsigned within = 0;
     for (unsigned i = from; i < rmse.n; i++) within += rmse.value[i] >= 0.75 && rmse.value[i] <= 1.25;
@@ -278,7 +314,9 @@ static double check_adaptive(bench *b, const claim *c, bool control, char detail
     const bool large = k <= CLOSED_SCENES;
     if (!(e[0].seconds[0] > 0)) {
       open_whole(b, &g, k, large ? WHOLE_WIDTH : SMALL_WIDTH, large ? WHOLE_HEIGHT : SMALL_HEIGHT);
-      for (int i = 0; i < 2; i++) measure_effort(&g, i != 0, PKTRT_ERROR_RMSE, 3, &e[i]);
+      shot ways[3];
+      three_ways(ways);
+      measure_efforts(&g, ways, 2, 3, e);
       stage_close(&g);
     }
     const double ratio = adaptive_ratio(&e[control ? 0 : 1], &e[control ? 1 : 0]);

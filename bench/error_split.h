@@ -1,6 +1,7 @@
 /* error_split.h - what splitting costs: N samples in R passes of N / R, which is what estimates need, against one set
    of N. Errors are the scatter of seeds (samplers have no bias), ratios have a jackknife's interval over seeds.
-   Pictures of scenes are taken as a screen shows them, clipped at 1: else a few glints decide, and intervals say nothing. */
+   Pictures of scenes are taken as a screen shows them, clipped at 1: else a few glints decide, and intervals say
+   nothing. */
 #ifndef ERROR_SPLIT_H
 #define ERROR_SPLIT_H
 

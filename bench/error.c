@@ -9,6 +9,11 @@
 #include "error_slopes.h"
 #include "error_curves.h"
 #include "error_estimates.h"
+#include "error_flicker.h"
+#include "error_blue.h"
+#include "error_bias.h"
+#include "error_split.h"
+#include "error_cost.h"
 
 /* >>checks --------------------------------------------------------------------------------------------------------- */
 
@@ -33,13 +38,17 @@ static const claim claims[] = {
     {"runs that met their target, adaptive, DRT scenes", 0.95, false, check_targets, "DRT", 1},
     {"time of adaptive over uniform passes for equal error, pool hall", 0.75, true, check_adaptive, NULL, 1},
     {"the same, largest of all scenes", 1.0, true, check_adaptive, NULL, 0},
+    {"flicker of still pixels with static sets, pool hall", 0, true, check_flicker, "poolhall", 0},
+    {"flicker of still pixels with static sets, conference", 0, true, check_flicker, "conference", 0},
+    {"flicker of still pixels with static sets, rtrt", 0, true, check_flicker, "rtrt", 0},
+    {"percent of instructions that estimates after each pass add", 2, true, check_cost, NULL, 0},
 };
 enum { CLAIMS = sizeof claims / sizeof *claims };
 
 /* >>parts ---------------------------------------------------------------------------------------------------------- */
 
 static const struct part {
-  const char *name, *sentence; /* a part NAME keeps error_NAME.csv and .md */
+  const char *name, *sentence; /* a part NAME keeps error_NAME.csv and .md; without a sentence it runs if named only */
   void (*run)(bench *);
 } parts[] = {
     {"slopes", "slope of the error over samples on smooth integrands and steps, by sampler", part_slopes},
@@ -48,6 +57,13 @@ static const struct part {
     {"estimates", "estimated error against the truth", part_estimates},
     {"targets", "true error where a render has stopped at a target", part_targets},
     {"adaptive", "time of adaptive passes for equal error", part_adaptive},
+    {"flicker", "static sets against fresh ones in an animation", part_flicker},
+    {"blue", "what is left of the error after a small blur, by sampler", part_blue},
+    {"bias", "what ray-tree attenuation takes from pictures, and the time it saves", part_bias},
+    {"split", "what N samples in several passes lose against one set", part_split},
+    {"cost", "what passes and estimates cost in instructions", part_cost},
+    {"cost-run", NULL, part_cost_run}, /* of the part cost, under callgrind */
+    {"cost-floor", NULL, part_cost_floor},
 };
 enum { PARTS = sizeof parts / sizeof *parts };
 
@@ -62,7 +78,8 @@ static void print_help(void) {
          "                     of these, PART picks by words of their sentences\n"
          "  --help             this text\nPART, without one all:\n",
          (int)EX_MAX_THREADS);
-  for (int i = 0; i < PARTS; i++) printf("  %-13s %s\n", parts[i].name, parts[i].sentence);
+  for (int i = 0; i < PARTS; i++)
+    if (parts[i].sentence) printf("  %-13s %s\n", parts[i].name, parts[i].sentence);
 }
 
 static bool parse_option(options *o, int key) {
@@ -107,7 +124,7 @@ static void run_part(bench *b, const struct part *p) {
   b->part = name;
   b->csv = open_result(b, "csv"), b->md = open_result(b, "md");
   const double start = ex_seconds(), cpu = cpu_seconds();
-  printf("### %s: %s\n\n", p->name, p->sentence);
+  if (p->sentence) printf("### %s: %s\n\n", p->name, p->sentence);
   p->run(b);
   close_result(b->csv), close_result(b->md);
   fprintf(stderr, "%s: %.0f s, %.0f s of processors\n", name, ex_seconds() - start, cpu_seconds() - cpu);
@@ -125,7 +142,7 @@ int main(int argc, char **argv) {
   pin(true);
   if (b.given.check) failed = !check_claims(&b, claims, CLAIMS);
   for (int i = 0; i < PARTS && !b.given.check; i++)
-    if (wanted(&b.given, parts[i].name)) run_part(&b, &parts[i]);
+    if ((parts[i].sentence || b.given.name_count) && wanted(&b.given, parts[i].name)) run_part(&b, &parts[i]);
   if (fflush(stdout) != 0) return ex_fail("the tables could not be written: %s", strerror(errno)), 1;
   return failed;
 }

@@ -10019,12 +10019,15 @@ static bool pktrt__make_passes(pktrt__job *job, const uint32_t area[4], pktrt__p
   return true;
 }
 
-/* V of a pixel after n passes, see pktrt_error_measure. What rounding leaves of equal means counts as nothing: sums
-   of n squares are off by n 2^-53 of themselves at most, each of two. */
-static double pktrt__squared_error(const pktrt__pixel_sums *s, double n) {
-  const double spread = s->squares - pktrt__dot(s->mean, s->mean) / n;
-  if (n < 2) return INFINITY;
-  return spread <= n * 4.5e-16 * s->squares ? 0 : spread / (n * (n - 1));
+/* sum |x_i - x|^2 of a pixel after n passes, see pktrt_error_measure; each: 1 / n. What rounding leaves of equal means
+   counts as nothing: sums of n squares are off by n 2^-53 of themselves at most, each of two. */
+PKTRT__INLINE double pktrt__spread_of(const pktrt__pixel_sums *s, double n, double each) {
+  const double spread = s->squares - pktrt__dot(s->mean, s->mean) * each;
+  return spread <= n * 4.5e-16 * s->squares ? 0 : spread;
+}
+
+static double pktrt__squared_error(const pktrt__pixel_sums *s, double n) { /* V */
+  return n < 2 ? INFINITY : pktrt__spread_of(s, n, 1 / n) / (n * (n - 1));
 }
 
 static void pktrt__block_area(const pktrt__passes *p, uint32_t column, uint32_t row, uint32_t area[4]) {
@@ -10032,50 +10035,58 @@ static void pktrt__block_area(const pktrt__passes *p, uint32_t column, uint32_t 
   area[0] = x, area[1] = y, area[2] = p->w - x < b ? p->w : x + b, area[3] = p->h - y < b ? p->h : y + b;
 }
 
-/* Sums over the pixels of a row of blocks: of V and of the means; or, once all of these are known, of V relative to
-   the mean of pixel and picture. */
-static void pktrt__sum_absolute(void *arg, size_t row) {
+/* The error of a block, and the sum of its pixels. Those that are no number are left out, once there are some. */
+static void pktrt__sum_block(const pktrt__passes *p, const uint32_t area[4], pktrt__error_block *b, bool all_known) {
+  const double n = b->done, each = 1 / n;
+  double spread = 0, r = 0, g = 0, blue = 0;
+  b->unknown = 0;
+  for (uint32_t y = area[1]; y < area[3]; y++)
+    for (const pktrt__pixel_sums *s = &p->sums[(size_t)y * p->w + area[0]], *end = s + (area[2] - area[0]); s < end; s++) {
+      const double one = pktrt__spread_of(s, n, each);
+      if (!all_known && !(one < INFINITY)) {
+        b->unknown++;
+        continue;
+      }
+      spread += one, r += s->mean[0], g += s->mean[1], blue += s->mean[2];
+    }
+  b->error[0] = n < 2 ? INFINITY : spread / (n * (n - 1));
+  b->mean[0] = r * each, b->mean[1] = g * each, b->mean[2] = blue * each;
+}
+
+static void pktrt__sum_absolute(void *arg, size_t row) { /* of a row of blocks */
   pktrt__passes *p = PKTRT__CAST(pktrt__passes *, arg);
   for (uint32_t column = 0; column < p->columns; column++) {
     pktrt__error_block *b = &p->blocks[row * p->columns + column];
     uint32_t area[4];
-    const double n = b->done;
     pktrt__block_area(p, column, (uint32_t)row, area);
-    b->error[0] = b->mean[0] = b->mean[1] = b->mean[2] = 0, b->unknown = 0;
     b->pixels = (area[2] - area[0]) * (area[3] - area[1]);
-    for (uint32_t y = area[1]; y < area[3]; y++)
-      for (uint32_t x = area[0]; x < area[2]; x++) {
-        const pktrt__pixel_sums *s = &p->sums[(size_t)y * p->w + x];
-        const double v = pktrt__squared_error(s, n);
-        if (!(v < INFINITY)) {
-          b->unknown++;
-          continue;
-        }
-        b->error[0] += v;
-        for (int a = 0; a < 3; a++) b->mean[a] += s->mean[a] / n;
-      }
+    pktrt__sum_block(p, area, b, true);
+    if (!(b->error[0] < INFINITY)) pktrt__sum_block(p, area, b, false);
+    if (b->done < 2) b->unknown = b->pixels, b->error[0] = 0;
   }
 }
 
+/* The same relative to the means of pixels and picture, times n / (n - 1) for both have a factor of n^2. */
 static void pktrt__sum_relative(void *arg, size_t row) {
   pktrt__passes *p = PKTRT__CAST(pktrt__passes *, arg);
   for (uint32_t column = 0; column < p->columns; column++) {
     pktrt__error_block *b = &p->blocks[row * p->columns + column];
     uint32_t area[4];
-    const double n = b->done;
+    const double n = b->done, each = 1 / n, least = 0.01 * p->m2 * n * n;
+    double sum = 0;
     pktrt__block_area(p, column, (uint32_t)row, area);
-    b->error[1] = 0;
-    for (uint32_t y = area[1]; y < area[3]; y++)
-      for (uint32_t x = area[0]; x < area[2]; x++) {
-        const pktrt__pixel_sums *s = &p->sums[(size_t)y * p->w + x];
-        const double v = pktrt__squared_error(s, n);
-        if (v > 0 && v < INFINITY) b->error[1] += v / (pktrt__dot(s->mean, s->mean) / (n * n) + 0.01 * p->m2);
+    for (uint32_t y = area[1]; n > 1 && y < area[3]; y++)
+      for (const pktrt__pixel_sums *s = &p->sums[(size_t)y * p->w + area[0]], *end = s + (area[2] - area[0]); s < end;
+           s++) {
+        const double one = pktrt__spread_of(s, n, each);
+        if (one > 0 && one < INFINITY) sum += one / (pktrt__dot(s->mean, s->mean) + least);
       }
+    b->error[1] = n > 1 ? sum * n / (n - 1) : 0;
   }
 }
 
 /* The error of the whole picture, as far as known, into the report. */
-static void pktrt__estimate(const pktrt__job *job, pktrt_report *r) {
+static void pktrt__estimate(const pktrt__job *job, bool relative, pktrt_report *r) {
   pktrt__passes *p = job->passes;
   const pktrt_scene_desc *desc = &job->scene->desc;
   const uint64_t blocks = (uint64_t)p->columns * p->rows;
@@ -10088,11 +10099,11 @@ static void pktrt__estimate(const pktrt__job *job, pktrt_report *r) {
     for (int a = 0; a < 3; a++) mean[a] += b->mean[a];
   }
   p->m2 = known > 0 ? pktrt__dot(mean, mean) / (known * known) : 0;
-  pktrt__parallel(desc, p->rows, pktrt__sum_relative, p);
+  if (relative) pktrt__parallel(desc, p->rows, pktrt__sum_relative, p);
   for (uint64_t i = 0; i < blocks; i++)
     for (int k = 0; k < 2; k++) error[k] += p->blocks[i].error[k];
   r->rmse = known > 0 ? sqrt(error[0] / (3 * known)) : INFINITY;
-  r->relative_mse = known > 0 ? error[1] / known : INFINITY;
+  if (relative) r->relative_mse = known > 0 ? error[1] / known : INFINITY;
 }
 
 /* --- adaptive passes ---
@@ -10354,7 +10365,7 @@ static void pktrt__run_rounds(pktrt__rounds *t) {
       return;
     }
     pktrt__end_round(t);
-    if (t->watched && t->job->passes) pktrt__estimate(t->job, r);
+    if (t->watched && t->job->passes) pktrt__estimate(t->job, d->pass || d->measure == PKTRT_ERROR_RELATIVE, r);
     r->stop = pktrt__judge(t);
     if (d->pass && !d->pass(d->user, r) && !r->stop) r->stop = PKTRT_STOP_ASKED;
   }
@@ -10433,7 +10444,8 @@ static pktrt_status pktrt__end_rounds(pktrt_scene *s, pktrt__job *job, pktrt__ro
   for (uint32_t i = 0; d->stats && i < t->count; i++) pktrt__add_stats(d->stats, &t->stats[i]);
   if (t->failed) return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "render: no memory for the rays of a tile");
   if (t->cancelled) return pktrt__fail(s, PKTRT_CANCELLED, "render: the progress hook asked to stop");
-  if (job->passes && !t->watched && (d->report || d->pixel_error || d->block_error)) pktrt__estimate(job, &t->report);
+  if (job->passes && !d->pass && (d->report || d->pixel_error || d->block_error))
+    pktrt__estimate(job, d->report != NULL, &t->report);
   if (d->pixel_error || d->block_error) pktrt__write_errors(job);
   return PKTRT_OK;
 }

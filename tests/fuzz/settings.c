@@ -58,7 +58,6 @@ static bool moderate(const float *x, int n) { /* also: not NaN */
 
 static void take_scene(feed *b, setting *x) {
   bool good;
-  x->tame = true;
   for (int i = 0; i < 8 * 3; i++) x->vertex[0][i] = (float)(i / 3 >> (2 - i % 3) & 1) * 2 - 1 + take_tame(b) / 16;
   for (int i = 1; i < 8 * 3; i += 3) x->vertex[0][i] += 1.5f;
   take_tames(b, x->vertex[1], 18);
@@ -337,6 +336,7 @@ const char *fuzz_settings(const uint8_t *data, size_t size, bool broken) {
   setting x;
   picture painted;
   memset(&x, 0, sizeof x);
+  x.tame = true;
   take_render(&b, &x); /* first: bytes that are missing are zeros */
   take_scene(&b, &x);
   point_at(&x.d, &painted, false);

@@ -97,6 +97,7 @@
        >>commit       all or nothing
        >>exactness    THE definition of a hit, and the bound of every culling test: read this one
        >>packet       rays as the kernels see them
+       >>numbers      what samples are made of: hashes, permutations, Sobol's points
        >>waves        rays and surfaces as the renderer sees them
        >>dispatch     the stamping of the kernels, and the choice at run time
 
@@ -807,8 +808,8 @@ typedef struct pktrt_sampling {
   uint32_t seed;
 } pktrt_sampling;
 /* Fills out[i] with coordinate `dimension` + i, i < n, of a sample of a pixel: in [0,1). A render uses 0 and 1 for the
-   place in the pixel, 2 and 3 for the lens, 4 for the time; those of the scattering events follow. Dimensions 4k to
-   4k + 3 belong together, pairs 2k and 2k + 1 most of all. */
+   place in the pixel, 2 and 3 for the lens, 4 for the time (without a lens: 2); those of the scattering events follow.
+   Dimensions 4k to 4k + 3 belong together, pairs 2k and 2k + 1 most of all. */
 PKTRT_DEF void pktrt_sample(const pktrt_sampling *, uint32_t x, uint32_t y, uint32_t sample, uint32_t dimension,
                             uint32_t n, float *out);
 
@@ -3286,6 +3287,140 @@ PKTRT__INLINE uint32_t pktrt__push_children(const uint64_t *mask, const uint32_t
   return n;
 }
 
+/* >>numbers: what samples are made of ------------------------------------------------------------------------------- */
+
+/* Everything random comes from here. A key stands for a seed, a pixel (or tile of pixels) and a group of dimensions;
+   pktrt__mix of the key plus a small number gives 64 bits for each use of it. Seed and group are mixed before the
+   pixel joins, so that no seed gives the shifted picture of another. */
+PKTRT__INLINE uint64_t pktrt__key(uint32_t seed, uint32_t group, uint32_t x, uint32_t y) {
+  const uint64_t pixel = ((uint64_t)y << 32 | x) * UINT64_C(0xD1342543DE82EF95);
+  return pktrt__mix(pixel + pktrt__mix((uint64_t)seed << 32 | group));
+}
+
+/* The upper 24 of 32 bits as a number in [0,1): all that a float holds, and no rounding up to 1. */
+PKTRT__INLINE float pktrt__unit(uint32_t bits) { return (float)(int32_t)(bits >> 8) * (1.0f / 16777216); }
+PKTRT__INLINE float pktrt__unit_of(double x) { return (float)(int32_t)(x * 16777216) * (1.0f / 16777216); } /* [0,1) */
+PKTRT__INLINE uint32_t pktrt__below(uint32_t bits, uint32_t n) { return (uint32_t)((uint64_t)bits * n >> 32); }
+
+/* The bits of two numbers in reverse order; the numbers change places. */
+PKTRT__INLINE uint64_t pktrt__reverse_pair(uint64_t x) {
+  x = (x >> 1 & UINT64_C(0x5555555555555555)) | (x & UINT64_C(0x5555555555555555)) << 1;
+  x = (x >> 2 & UINT64_C(0x3333333333333333)) | (x & UINT64_C(0x3333333333333333)) << 2;
+  x = (x >> 4 & UINT64_C(0x0F0F0F0F0F0F0F0F)) | (x & UINT64_C(0x0F0F0F0F0F0F0F0F)) << 4;
+  x = (x >> 8 & UINT64_C(0x00FF00FF00FF00FF)) | (x & UINT64_C(0x00FF00FF00FF00FF)) << 8;
+  x = (x >> 16 & UINT64_C(0x0000FFFF0000FFFF)) | (x & UINT64_C(0x0000FFFF0000FFFF)) << 16;
+  return x >> 32 | x << 32;
+}
+
+/* Owen scrambling (1995) of a number whose bits are in reverse order, by arithmetic (Laine and Karras 2011, Burley
+   2020; constants by Vegdahl 2021): nothing carries towards lower bits, so that each bit is flipped by a hash of those
+   below it and of the key. The sum makes the result uniform over keys. */
+PKTRT__INLINE uint32_t pktrt__owen(uint32_t x, uint32_t key) {
+  x ^= x * 0x3D20ADEAu;
+  x += key;
+  x *= key >> 16 | 1;
+  x ^= x * 0x05526C56u;
+  return x ^ x * 0x53A22864u;
+}
+
+#if defined(__GNUC__) || defined(__clang__)
+PKTRT__INLINE uint32_t pktrt__width(uint32_t x) { return x ? 32 - (uint32_t)__builtin_clz(x) : 0; } /* in bits */
+#else
+PKTRT__INLINE uint32_t pktrt__width(uint32_t x) {
+  uint32_t n = 0;
+  for (; x; x >>= 1) n++;
+  return n;
+}
+#endif
+
+/* Number i < n of a random permutation of n numbers, n <= 2^31, for a key that is mixed already. Each round is a
+   bijection of the next power of two: odd factors carry randomness up, shifts down. They are walked until the number
+   is below n again (Kensler 2013); a rotation makes every place equally likely. */
+PKTRT__INLINE uint32_t pktrt__stir(uint32_t i, uint32_t ones, uint32_t shift, uint32_t key) {
+  i = (i * (key | 1) + (key >> 16)) & ones;
+  i ^= i >> shift;
+  i = (i ^ i * (key >> 8 & ~1u)) & ones;
+  return i ^ i >> 1;
+}
+
+PKTRT__INLINE uint32_t pktrt__stir_thrice(uint32_t i, uint32_t ones, uint32_t shift, uint64_t key) {
+  i = pktrt__stir(i, ones, shift, (uint32_t)key);
+  i = pktrt__stir(i, ones, shift, (uint32_t)(key >> 32));
+  return pktrt__stir(i, ones, shift, (uint32_t)(key >> 16));
+}
+
+PKTRT__INLINE uint32_t pktrt__turn(uint32_t i, uint32_t n, uint64_t key) {
+  i += pktrt__below((uint32_t)(key * UINT64_C(0xD1342543DE82EF95) >> 32), n);
+  return i < n ? i : i - n;
+}
+
+PKTRT__INLINE uint32_t pktrt__permute(uint32_t i, uint32_t n, uint64_t key) {
+  const uint32_t width = pktrt__width(n - 1), ones = (1u << width) - 1, shift = (width + 1) / 2;
+  do i = pktrt__stir_thrice(i, ones, shift, key);
+  while (i >= n);
+  return pktrt__turn(i, n, key);
+}
+
+/* Bit k of the result is the sum modulo 2 of the bits j of x for which the binomial (j over k) is odd, that is, k is a
+   subset of j in binary: Pascal's matrix, the second of Sobol's dimensions. */
+PKTRT__INLINE uint32_t pktrt__pascal(uint32_t x) {
+  x ^= x >> 1 & 0x55555555u;
+  x ^= x >> 2 & 0x33333333u;
+  x ^= x >> 4 & 0x0F0F0F0Fu;
+  x ^= x >> 8 & 0x00FF00FFu;
+  return x ^ x >> 16;
+}
+
+/* Sobol's first two dimensions are a (0,2)-sequence: every 2^m points from a multiple of 2^m on have one in each
+   elementary interval of area 2^-m. So are the third and the fourth here: the first two once more, of the index times
+   a matrix (upper triangular with ones on its diagonal: such 2^m indices stay together). Found by search over these
+   matrices, for the exact variance of a smooth model integrand; all four dimensions have t = 1 for 4 and 16 points, 2
+   for up to 512, and then up to 4. Sobol's own four (numbers by Joe and Kuo 2008) err as much, but his third and
+   fourth alone are no (0,2)-sequence. Four columns at a time. */
+PKTRT__INLINE uint32_t pktrt__second_pair(uint32_t index) {
+  static const uint32_t sums[8][16] = {
+    {0x00000000, 0x00000001, 0x00000003, 0x00000002, 0x00000007, 0x00000006, 0x00000004, 0x00000005,
+     0x0000000E, 0x0000000F, 0x0000000D, 0x0000000C, 0x00000009, 0x00000008, 0x0000000A, 0x0000000B},
+    {0x00000000, 0x00000012, 0x00000031, 0x00000023, 0x00000062, 0x00000070, 0x00000053, 0x00000041,
+     0x000000E7, 0x000000F5, 0x000000D6, 0x000000C4, 0x00000085, 0x00000097, 0x000000B4, 0x000000A6},
+    {0x00000000, 0x00000103, 0x0000021D, 0x0000031E, 0x0000076C, 0x0000066F, 0x00000571, 0x00000472,
+     0x00000966, 0x00000865, 0x00000B7B, 0x00000A78, 0x00000E0A, 0x00000F09, 0x00000C17, 0x00000D14},
+    {0x00000000, 0x0000112B, 0x00002336, 0x0000321D, 0x00007BB5, 0x00006A9E, 0x00005883, 0x000049A8,
+     0x0000C12E, 0x0000D005, 0x0000E218, 0x0000F333, 0x0000BA9B, 0x0000ABB0, 0x000099AD, 0x00008886},
+    {0x00000000, 0x0001B937, 0x0003925D, 0x00022B6A, 0x0006BEB7, 0x00070780, 0x00052CEA, 0x000495DD,
+     0x00095FA5, 0x0008E692, 0x000ACDF8, 0x000B74CF, 0x000FE112, 0x000E5825, 0x000C734F, 0x000DCA78},
+    {0x00000000, 0x0015C4E6, 0x003449E0, 0x00218D06, 0x005C1244, 0x0049D6A2, 0x00685BA4, 0x007D9F42,
+     0x00E46750, 0x00F1A3B6, 0x00D02EB0, 0x00C5EA56, 0x00B87514, 0x00ADB1F2, 0x008C3CF4, 0x0099F812},
+    {0x00000000, 0x01727BC7, 0x03C1633D, 0x02B318FA, 0x06171B22, 0x076560E5, 0x05D6781F, 0x04A403D8,
+     0x0CAC3369, 0x0DDE48AE, 0x0F6D5054, 0x0E1F2B93, 0x0ABB284B, 0x0BC9538C, 0x097A4B76, 0x080830B1},
+    {0x00000000, 0x170C1663, 0x3FAB3E5C, 0x28A7283F, 0x6E869CD2, 0x798A8AB1, 0x512DA28E, 0x4621B4ED,
+     0xAB80B177, 0xBC8CA714, 0x942B8F2B, 0x83279948, 0xC5062DA5, 0xD20A3BC6, 0xFAAD13F9, 0xEDA1059A}};
+  uint32_t x = sums[0][index & 15] ^ sums[1][index >> 4 & 15] ^ sums[2][index >> 8 & 15] ^ sums[3][index >> 12 & 15];
+  if (index >> 16)
+    x ^= sums[4][index >> 16 & 15] ^ sums[5][index >> 20 & 15] ^ sums[6][index >> 24 & 15] ^ sums[7][index >> 28];
+  return x;
+}
+
+/* Coordinates first to first + n - 1, of four, of point number `index`, scrambled. */
+PKTRT__INLINE void pktrt__sobol(uint32_t index, uint64_t key, uint32_t first, uint32_t n, float *out) {
+  for (uint32_t pair = first & 2; pair < first + n; pair += 2) {
+    const uint32_t x = pair ? pktrt__second_pair(index) : index;
+    const uint64_t keys = pktrt__mix(key + pair);
+    const uint64_t a = pktrt__owen(x, (uint32_t)(keys >> 32)), b = pktrt__owen(pktrt__pascal(x), (uint32_t)keys);
+    const uint64_t both = pktrt__reverse_pair(a << 32 | b);
+    if (pair >= first) out[pair - first] = pktrt__unit((uint32_t)both);
+    if (pair + 1 < first + n) out[pair + 1 - first] = pktrt__unit((uint32_t)(both >> 32));
+  }
+}
+
+/* Point `sample` of a run of the sequence, from a multiple of a power of two on, which is the next above the number of
+   samples. A run is a net by itself, and with its neighbours a larger one. Samples come in random order, so that groups
+   of dimensions meet at random. (Shuffled in Owen's way, each beginning of a run would be spread as well as the whole,
+   but two groups together would err up to sqrt(2) times as much.) */
+PKTRT__INLINE uint32_t pktrt__in_run(uint32_t run, uint32_t sample, uint32_t samples, uint64_t order) {
+  return (run << pktrt__width(samples - 1)) + pktrt__permute(sample, samples, order);
+}
+
 /* >>waves ---------------------------------------------------------------------------------------------------------- */
 
 /* A render works on waves: rays of one generation, structure of arrays. What they meet becomes a dense list of
@@ -3343,6 +3478,14 @@ typedef struct pktrt__surfaces {
   uint32_t first;                   /* their rays lie in the wave from here on, packed: see pktrt__find_surfaces */
   uint32_t count;
 } pktrt__surfaces;
+
+typedef struct pktrt__draws { /* which numbers of which samples are asked for, see pktrt_sample */
+  PKTRT__ALIGN64 uint32_t x[PKTRT__ROW];
+  uint32_t y[PKTRT__ROW], sample[PKTRT__ROW];
+  uint32_t group[PKTRT__ROW];       /* of four dimensions, the first of their event; more can be added to all */
+  uint32_t count;                   /* rounded up to eight by zeros */
+  float u[4][PKTRT__ROW];
+} pktrt__draws;
 
 typedef struct pktrt__targets { /* where shadow rays towards one light go, for each surface */
   PKTRT__ALIGN64 double at[3][PKTRT__WAVE]; /* a point; a direction if the light is infinitely far */
@@ -3461,6 +3604,8 @@ typedef struct pktrt__kernels {
   void (*gain)(pktrt__surfaces *, const uint32_t *surface, float (*arriving)[PKTRT__ROW],
                float (*seen)[PKTRT__ROW], uint32_t n);
   uint32_t (*send)(const pktrt__sending *, const pktrt__wave *, const pktrt__surfaces *, pktrt__wave *to, uint32_t n);
+  /* Coordinates first to first + n - 1 of a group, of draws i to i + 7, for the samplers Sobol' and random. */
+  void (*draw)(const pktrt_sampling *, pktrt__draws *, uint32_t i, uint32_t group, uint32_t first, uint32_t n);
 } pktrt__kernels;
 
 #define PKTRT__STAMP_SCALAR 1
@@ -6545,6 +6690,41 @@ STEP void NAME(unit)(v8 a[3], const v8 instead[3]) {
   ROLL_OUT for (int k = 0; k < 3; k++) a[k] = vsel(good, vdiv(s[k], length), instead[k]);
 }
 
+/* Sobol' points, eight at once: pktrt__sobol in loops of known length, of which compilers make vectors. Samples other
+   than 2^k are permuted one by one. */
+static void NAME(draw_sobol)(const pktrt_sampling *s, pktrt__draws *w, uint32_t i, const uint64_t *key, uint32_t pair) {
+  const uint32_t n = s->samples, width = pktrt__width(n - 1), ones = (1u << width) - 1, shift = (width + 1) / 2;
+  uint32_t at[8], across[8];
+  uint64_t both[8];
+  for (int j = 0; j < 8; j++) at[j] = pktrt__stir_thrice(w->sample[i + (uint32_t)j], ones, shift, key[j]);
+  for (int j = 0; j < 8; j++) at[j] = pktrt__turn(at[j], n, key[j]);
+  for (uint32_t j = 0; (n & (n - 1)) && j < 8; j++) at[j] = pktrt__permute(w->sample[i + j], n, key[j]);
+  for (int j = 0; pair && j < 8; j++) at[j] = pktrt__second_pair(at[j]);
+  for (int j = 0; j < 8; j++) across[j] = pktrt__pascal(at[j]), both[j] = pktrt__mix(key[j] + pair);
+  for (int j = 0; j < 8; j++) at[j] = pktrt__owen(at[j], (uint32_t)(both[j] >> 32));
+  for (int j = 0; j < 8; j++) across[j] = pktrt__owen(across[j], (uint32_t)both[j]);
+  for (int j = 0; j < 8; j++) both[j] = pktrt__reverse_pair((uint64_t)at[j] << 32 | across[j]);
+  for (uint32_t j = 0; j < 8; j++) w->u[pair][i + j] = pktrt__unit((uint32_t)both[j]);
+  for (uint32_t j = 0; j < 8; j++) w->u[pair + 1][i + j] = pktrt__unit((uint32_t)(both[j] >> 32));
+}
+
+static void NAME(draw)(const pktrt_sampling *s, pktrt__draws *w, uint32_t i, uint32_t group, uint32_t first,
+                       uint32_t n) {
+  uint64_t key[8], bits[8];
+  for (uint32_t j = 0; j < 8; j++) {
+    key[j] = pktrt__key(s->seed, (w->group[i + j] + group) & (UINT32_MAX >> 2), w->x[i + j], w->y[i + j]);
+  }
+  for (uint32_t pair = first & 2; pair < first + n; pair += 2) {
+    if (s->sampler == PKTRT_SAMPLER_SOBOL) {
+      NAME(draw_sobol)(s, w, i, key, pair);
+      continue;
+    }
+    for (uint32_t j = 0; j < 8; j++) bits[j] = pktrt__mix(key[j] + 2 * (uint64_t)w->sample[i + j] + pair / 2);
+    for (uint32_t j = 0; j < 8; j++) w->u[pair][i + j] = pktrt__unit((uint32_t)bits[j]);
+    for (uint32_t j = 0; j < 8; j++) w->u[pair + 1][i + j] = pktrt__unit((uint32_t)(bits[j] >> 32));
+  }
+}
+
 /* Rays of a pinhole through eight places of the picture. */
 static void NAME(primary)(const pktrt__view_plane *p, const double *x, const double *y, pktrt__wave *w, uint32_t i) {
   const d8 px = dload(x), py = dload(y);
@@ -7162,7 +7342,7 @@ static bool NAME(rounds_each_operation)(void) {
 
 static const pktrt__kernels NAME(kernels) = {
     NAME(trace), NAME(intersect), NAME(occluded), NAME(rounds_each_operation), NAME(load), NAME(store), NAME(answer),
-    NAME(primary), NAME(pack), NAME(find), NAME(dress), NAME(aim), NAME(see), NAME(gain), NAME(send)};
+    NAME(primary), NAME(pack), NAME(find), NAME(dress), NAME(aim), NAME(see), NAME(gain), NAME(send), NAME(draw)};
 
 #ifdef PKTRT__ALSO_STAMP /* for benchmarks: a file of theirs on the same vectors; its path from here, in quotes */
 #include PKTRT__ALSO_STAMP
@@ -7877,132 +8057,7 @@ PKTRT_DEF const char *pktrt_sampler_string(pktrt_sampler sampler) {
   return (int)sampler >= 0 && sampler < PKTRT_SAMPLER_COUNT ? names[sampler] : "no sampler";
 }
 
-/* Everything random comes from here. A key stands for a seed, a pixel (or tile of pixels) and a group of dimensions;
-   pktrt__mix of the key plus a small number gives 64 bits for each use of it. Seed and group are mixed before the
-   pixel joins, so that no seed gives the shifted picture of another. */
-PKTRT__INLINE uint64_t pktrt__key(uint32_t seed, uint32_t group, uint32_t x, uint32_t y) {
-  const uint64_t pixel = ((uint64_t)y << 32 | x) * UINT64_C(0xD1342543DE82EF95);
-  return pktrt__mix(pixel + pktrt__mix((uint64_t)seed << 32 | group));
-}
-
-/* The upper 24 of 32 bits as a number in [0,1): all that a float holds, and no rounding up to 1. */
-PKTRT__INLINE float pktrt__unit(uint32_t bits) { return (float)(int32_t)(bits >> 8) * (1.0f / 16777216); }
-PKTRT__INLINE float pktrt__unit_of(double x) { return (float)(int32_t)(x * 16777216) * (1.0f / 16777216); } /* [0,1) */
-PKTRT__INLINE uint32_t pktrt__below(uint32_t bits, uint32_t n) { return (uint32_t)((uint64_t)bits * n >> 32); }
-
-/* The bits of two numbers in reverse order; the numbers change places. */
-PKTRT__INLINE uint64_t pktrt__reverse_pair(uint64_t x) {
-  x = (x >> 1 & UINT64_C(0x5555555555555555)) | (x & UINT64_C(0x5555555555555555)) << 1;
-  x = (x >> 2 & UINT64_C(0x3333333333333333)) | (x & UINT64_C(0x3333333333333333)) << 2;
-  x = (x >> 4 & UINT64_C(0x0F0F0F0F0F0F0F0F)) | (x & UINT64_C(0x0F0F0F0F0F0F0F0F)) << 4;
-  x = (x >> 8 & UINT64_C(0x00FF00FF00FF00FF)) | (x & UINT64_C(0x00FF00FF00FF00FF)) << 8;
-  x = (x >> 16 & UINT64_C(0x0000FFFF0000FFFF)) | (x & UINT64_C(0x0000FFFF0000FFFF)) << 16;
-  return x >> 32 | x << 32;
-}
-
-/* Owen scrambling (1995) of a number whose bits are in reverse order, by arithmetic (Laine and Karras 2011, Burley
-   2020; constants by Vegdahl 2021): nothing carries towards lower bits, so that each bit is flipped by a hash of those
-   below it and of the key. The sum makes the result uniform over keys. */
-PKTRT__INLINE uint32_t pktrt__owen(uint32_t x, uint32_t key) {
-  x ^= x * 0x3D20ADEAu;
-  x += key;
-  x *= key >> 16 | 1;
-  x ^= x * 0x05526C56u;
-  return x ^ x * 0x53A22864u;
-}
-
-#if defined(__GNUC__) || defined(__clang__)
-PKTRT__INLINE uint32_t pktrt__width(uint32_t x) { return x ? 32 - (uint32_t)__builtin_clz(x) : 0; } /* in bits */
-#else
-PKTRT__INLINE uint32_t pktrt__width(uint32_t x) {
-  uint32_t n = 0;
-  for (; x; x >>= 1) n++;
-  return n;
-}
-#endif
-
-/* Number i < n of a random permutation of n numbers, n <= 2^31, for a key that is mixed already. Each round is a
-   bijection of the next power of two: odd factors carry randomness up, shifts down. They are walked until the number
-   is below n again (Kensler 2013); a rotation makes every place equally likely. */
-PKTRT__INLINE uint32_t pktrt__stir(uint32_t i, uint32_t ones, uint32_t shift, uint32_t key) {
-  i = (i * (key | 1) + (key >> 16)) & ones;
-  i ^= i >> shift;
-  i = (i ^ i * (key >> 8 & ~1u)) & ones;
-  return i ^ i >> 1;
-}
-
-PKTRT__INLINE uint32_t pktrt__permute(uint32_t i, uint32_t n, uint64_t key) {
-  const uint32_t width = pktrt__width(n - 1), ones = (1u << width) - 1, shift = (width + 1) / 2;
-  do {
-    i = pktrt__stir(i, ones, shift, (uint32_t)key);
-    i = pktrt__stir(i, ones, shift, (uint32_t)(key >> 32));
-    i = pktrt__stir(i, ones, shift, (uint32_t)(key >> 16));
-  } while (i >= n);
-  i += pktrt__below((uint32_t)(key * UINT64_C(0xD1342543DE82EF95) >> 32), n);
-  return i < n ? i : i - n;
-}
-
-/* --- Sobol' points, and the three ways they are dealt out --- */
-
-/* Bit k of the result is the sum modulo 2 of the bits j of x for which the binomial (j over k) is odd, that is, k is a
-   subset of j in binary: Pascal's matrix, the second of Sobol's dimensions. */
-PKTRT__INLINE uint32_t pktrt__pascal(uint32_t x) {
-  x ^= x >> 1 & 0x55555555u;
-  x ^= x >> 2 & 0x33333333u;
-  x ^= x >> 4 & 0x0F0F0F0Fu;
-  x ^= x >> 8 & 0x00FF00FFu;
-  return x ^ x >> 16;
-}
-
-/* Sobol's first two dimensions are a (0,2)-sequence: every 2^m points from a multiple of 2^m on have one in each
-   elementary interval of area 2^-m. So are the third and the fourth here: the first two once more, of the index times
-   a matrix (upper triangular with ones on its diagonal: such 2^m indices stay together). Found by search over these
-   matrices, for the exact variance of a smooth model integrand; all four dimensions have t = 1 for 4 and 16 points, 2
-   for up to 512, and then up to 4. Sobol's own four (numbers by Joe and Kuo 2008) err as much, but his third and
-   fourth alone are no (0,2)-sequence. Four columns at a time. */
-PKTRT__INLINE uint32_t pktrt__second_pair(uint32_t index) {
-  static const uint32_t sums[8][16] = {
-    {0x00000000, 0x00000001, 0x00000003, 0x00000002, 0x00000007, 0x00000006, 0x00000004, 0x00000005,
-     0x0000000E, 0x0000000F, 0x0000000D, 0x0000000C, 0x00000009, 0x00000008, 0x0000000A, 0x0000000B},
-    {0x00000000, 0x00000012, 0x00000031, 0x00000023, 0x00000062, 0x00000070, 0x00000053, 0x00000041,
-     0x000000E7, 0x000000F5, 0x000000D6, 0x000000C4, 0x00000085, 0x00000097, 0x000000B4, 0x000000A6},
-    {0x00000000, 0x00000103, 0x0000021D, 0x0000031E, 0x0000076C, 0x0000066F, 0x00000571, 0x00000472,
-     0x00000966, 0x00000865, 0x00000B7B, 0x00000A78, 0x00000E0A, 0x00000F09, 0x00000C17, 0x00000D14},
-    {0x00000000, 0x0000112B, 0x00002336, 0x0000321D, 0x00007BB5, 0x00006A9E, 0x00005883, 0x000049A8,
-     0x0000C12E, 0x0000D005, 0x0000E218, 0x0000F333, 0x0000BA9B, 0x0000ABB0, 0x000099AD, 0x00008886},
-    {0x00000000, 0x0001B937, 0x0003925D, 0x00022B6A, 0x0006BEB7, 0x00070780, 0x00052CEA, 0x000495DD,
-     0x00095FA5, 0x0008E692, 0x000ACDF8, 0x000B74CF, 0x000FE112, 0x000E5825, 0x000C734F, 0x000DCA78},
-    {0x00000000, 0x0015C4E6, 0x003449E0, 0x00218D06, 0x005C1244, 0x0049D6A2, 0x00685BA4, 0x007D9F42,
-     0x00E46750, 0x00F1A3B6, 0x00D02EB0, 0x00C5EA56, 0x00B87514, 0x00ADB1F2, 0x008C3CF4, 0x0099F812},
-    {0x00000000, 0x01727BC7, 0x03C1633D, 0x02B318FA, 0x06171B22, 0x076560E5, 0x05D6781F, 0x04A403D8,
-     0x0CAC3369, 0x0DDE48AE, 0x0F6D5054, 0x0E1F2B93, 0x0ABB284B, 0x0BC9538C, 0x097A4B76, 0x080830B1},
-    {0x00000000, 0x170C1663, 0x3FAB3E5C, 0x28A7283F, 0x6E869CD2, 0x798A8AB1, 0x512DA28E, 0x4621B4ED,
-     0xAB80B177, 0xBC8CA714, 0x942B8F2B, 0x83279948, 0xC5062DA5, 0xD20A3BC6, 0xFAAD13F9, 0xEDA1059A}};
-  uint32_t x = sums[0][index & 15] ^ sums[1][index >> 4 & 15] ^ sums[2][index >> 8 & 15] ^ sums[3][index >> 12 & 15];
-  if (index >> 16)
-    x ^= sums[4][index >> 16 & 15] ^ sums[5][index >> 20 & 15] ^ sums[6][index >> 24 & 15] ^ sums[7][index >> 28];
-  return x;
-}
-
-/* Coordinates first to first + n - 1, of four, of point number `index`, scrambled. */
-PKTRT__INLINE void pktrt__sobol(uint32_t index, uint64_t key, uint32_t first, uint32_t n, float *out) {
-  for (uint32_t pair = first & 2; pair < first + n; pair += 2) {
-    const uint32_t x = pair ? pktrt__second_pair(index) : index;
-    const uint64_t keys = pktrt__mix(key + pair);
-    const uint64_t a = pktrt__owen(x, (uint32_t)(keys >> 32)), b = pktrt__owen(pktrt__pascal(x), (uint32_t)keys);
-    const uint64_t both = pktrt__reverse_pair(a << 32 | b);
-    if (pair >= first) out[pair - first] = pktrt__unit((uint32_t)both);
-    if (pair + 1 < first + n) out[pair + 1 - first] = pktrt__unit((uint32_t)(both >> 32));
-  }
-}
-
-/* Point `sample` of a run of the sequence, from a multiple of a power of two on, which is the next above the number of
-   samples. A run is a net by itself, and with its neighbours a larger one. Samples come in random order, so that groups
-   of dimensions meet at random. (Shuffled in Owen's way, each beginning of a run would be spread as well as the whole,
-   but two groups together would err up to sqrt(2) times as much.) */
-PKTRT__INLINE uint32_t pktrt__in_run(uint32_t run, uint32_t sample, uint32_t samples, uint64_t order) {
-  return (run << pktrt__width(samples - 1)) + pktrt__permute(sample, samples, order);
-}
+/* --- the ways in which Sobol's points are dealt out, see >>numbers --- */
 
 /* Every other bit, from the 0th on, close together: the opposite way. */
 PKTRT__INLINE uint32_t pktrt__spread(uint32_t x) { /* x < 256 */
@@ -9023,6 +9078,7 @@ typedef struct pktrt__work {
   pktrt__wave primary;
   pktrt__surfaces surfaces;
   pktrt__targets targets;
+  pktrt__draws draws;
   pktrt__shadows shadows;
   pktrt__shadow_list list;
   const pktrt__job *job;
@@ -9044,6 +9100,26 @@ typedef struct pktrt__work {
   uint32_t met[PKTRT__WAVE];
   bool failed;                      /* out of memory */
 } pktrt__work;
+
+static void pktrt__end_draws(pktrt__draws *g, uint32_t n) {
+  for (g->count = n; n % 8; n++) g->x[n] = g->y[n] = g->sample[n] = g->group[n] = 0;
+}
+
+/* Values of samples k to k + 7: n dimensions from a given one on, all of one group. */
+static void pktrt__draw(pktrt__work *work, uint32_t k, uint32_t dimension, uint32_t n) {
+  pktrt__draws *g = &work->draws;
+  const pktrt_sampling *s = &work->sampling;
+  const uint32_t first = dimension % 4;
+  if (s->sampler <= PKTRT_SAMPLER_RANDOM) {
+    work->job->scene->kernels->draw(s, g, k, dimension / 4, first, n);
+    return;
+  }
+  for (uint32_t i = k; i < k + 8 && i < g->count; i++) {
+    float u[4];
+    pktrt__sample(s, g->x[i], g->y[i], g->sample[i], 4 * g->group[i] + dimension, n, u);
+    for (uint32_t a = 0; a < n; a++) g->u[first + a][i] = u[a];
+  }
+}
 
 /* >>surface: what the rays of a wave found ------------------------------------------------------------------------- */
 
@@ -9476,12 +9552,16 @@ static void pktrt__assemble_wave(pktrt__work *work, pktrt__wave **wave, uint32_t
 
 /* >>lights --------------------------------------------------------------------------------------------------------- */
 
-/* Values of the sample that the ray to surface k belongs to. */
-static void pktrt__draw(const pktrt__work *work, const pktrt__wave *w, uint32_t k, uint32_t dimension, uint32_t n,
-                        float *out) {
-  const uint32_t ray = work->surfaces.first + k, root = w->root[ray];
-  pktrt__sample(&work->sampling, work->x[root], work->y[root], work->sample[root],
-                8 + w->key[ray] * work->job->event_dimensions + dimension, n, out);
+/* The samples that the rays to all surfaces belong to, and where the dimensions of their scattering events begin. */
+static void pktrt__name_draws(pktrt__work *work, const pktrt__wave *w) {
+  pktrt__draws *g = &work->draws;
+  const uint32_t groups = work->job->event_dimensions / 4;
+  for (uint32_t k = 0; k < work->surfaces.count; k++) {
+    const uint32_t ray = work->surfaces.first + k, root = w->root[ray];
+    g->x[k] = work->x[root], g->y[k] = work->y[root], g->sample[k] = work->sample[root];
+    g->group[k] = 2 + w->key[ray] * groups;
+  }
+  pktrt__end_draws(g, work->surfaces.count);
 }
 
 /* Whether surface k asks this light, and how much more it counts for those that it does not ask. */
@@ -9496,18 +9576,17 @@ static bool pktrt__is_asked(const pktrt__work *work, uint32_t light, uint32_t de
   return false;
 }
 
-static void pktrt__choose_lights(pktrt__work *work, const pktrt__wave *w) {
+static void pktrt__choose_lights(pktrt__work *work) {
   const uint32_t lights = work->job->scene->light_count;
   for (uint32_t k = 0; k < work->surfaces.count; k++) {
-    float u;
-    pktrt__draw(work, w, k, 3, 1, &u);
-    const uint32_t at = (uint32_t)(u * (float)lights);
+    if (k % 8 == 0) pktrt__draw(work, k, 3, 1);
+    const uint32_t at = (uint32_t)(work->draws.u[3][k] * (float)lights);
     work->chosen[k] = at < lights ? at : lights - 1;
   }
 }
 
 /* Directions over the hemisphere, by their cosine, and what comes from there. */
-static void pktrt__aim_at_surroundings(pktrt__work *work, const pktrt__wave *w, uint32_t light, uint32_t depth) {
+static void pktrt__aim_at_surroundings(pktrt__work *work, uint32_t light, uint32_t depth) {
   const pktrt__surfaces *s = &work->surfaces;
   pktrt__targets *g = &work->targets;
   const pktrt__lamp *lamp = &work->job->lamps[light];
@@ -9515,7 +9594,8 @@ static void pktrt__aim_at_surroundings(pktrt__work *work, const pktrt__wave *w, 
   for (uint32_t k = 0; k < s->count; k++) {
     const float normal[3] = {s->shade[0][k], s->shade[1][k], s->shade[2][k]};
     float u[2] = {0, 0}, to[3]; /* the normal itself, where nothing is random */
-    if (work->job->distribute) pktrt__draw(work, w, k, 4 + 2 * light, 2, u);
+    if (work->job->distribute && k % 8 == 0) pktrt__draw(work, k, 4 + 2 * light, 2);
+    for (uint32_t a = 0; work->job->distribute && a < 2; a++) u[a] = work->draws.u[2 * (light % 2) + a][k];
     pktrt_map_cosine(u, normal, to);
     float cosine = 0;
     for (int a = 0; a < 3; a++) d[a][k % 64] = to[a], g->at[a][k] = (double)to[a], cosine += to[a] * normal[a];
@@ -9543,8 +9623,9 @@ static void pktrt__find_targets(pktrt__work *work, const pktrt__wave *w, uint32_
     float u[2] = {0.5f, 0.5f};
     double at[3] = {0, 0, 0}, factor = 1;
     g->factor[k] = 0;
+    if (random && k % 8 == 0) pktrt__draw(work, k, 4 + 2 * light, 2);
     if (share == 0) continue;
-    if (random) pktrt__draw(work, w, k, 4 + 2 * light, 2, u);
+    for (uint32_t a = 0; random && a < 2; a++) u[a] = work->draws.u[2 * (light % 2) + a][k];
     for (int a = 0; a < 3; a++)
       at[a] = l->kind == PKTRT_LIGHT_DIRECTIONAL ? lamp->facing[a] : (double)l->position[a];
     if (l->kind == PKTRT_LIGHT_QUAD) factor = pktrt__aim_at_quad(l, lamp, u, from, at);
@@ -9594,7 +9675,7 @@ static void pktrt__aim_at(pktrt__work *work, const pktrt__wave *w, uint32_t ligh
   const pktrt_light_kind kind = scene->lights[light].kind;
   pktrt__aim aim = work->job->lamps[light].aim;
   if (work->job->distribute || kind == PKTRT_LIGHT_SPHERE || kind == PKTRT_LIGHT_ENVIRONMENT) {
-    if (kind == PKTRT_LIGHT_ENVIRONMENT) pktrt__aim_at_surroundings(work, w, light, depth);
+    if (kind == PKTRT_LIGHT_ENVIRONMENT) pktrt__aim_at_surroundings(work, light, depth);
     else pktrt__find_targets(work, w, light, depth);
     aim.listed = &work->targets;
   }
@@ -9610,7 +9691,7 @@ PKTRT__NOINLINE void pktrt__add_lights(pktrt__work *work, const pktrt__wave *w, 
   const pktrt_ray_type type = blind ? PKTRT_RAY_OTHER : PKTRT_RAY_SHADOW;
   uint32_t *sender = work->sender;
   pktrt__place_shadows(work, at_once);
-  if (depth > 1 && job->distribute && job->desc->lights != PKTRT_LIGHTS_ALL) pktrt__choose_lights(work, w);
+  if (depth > 1 && job->distribute && job->desc->lights != PKTRT_LIGHTS_ALL) pktrt__choose_lights(work);
   for (uint32_t light = 0; light < job->scene->light_count; light++) {
     if (!pktrt__is_asked(work, light, depth)) continue;
     pktrt__aim_at(work, w, light, depth);
@@ -9656,22 +9737,28 @@ static void pktrt__inherit(const pktrt__sending *g, const pktrt__wave *w, const 
   for (; into; into &= into - 1) medium[pktrt__lowest(into)] = s->material[i + pktrt__lowest(into)];
 }
 
-/* Where something is random: directions within lobes, lost below the surface; at glass, one ray of two. */
-static void pktrt__scatter_at_random(const pktrt__work *work, const pktrt__wave *w, pktrt__surfaces *s) {
-  for (uint32_t k = 0; k < s->count; k++) {
-    const pktrt_material *look = pktrt__look(work->job->scene, s->material[k]);
-    if (work->job->distribute && pktrt__bit(s->lobed, k)) {
-      const float axis[3] = {s->mirror[0][k], s->mirror[1][k], s->mirror[2][k]};
-      float u[2], out[3], side = 0;
-      pktrt__draw(work, w, k, 0, 2, u);
-      if (work->job->desc->phong_mapping == PKTRT_PHONG_NAIVE) pktrt_map_phong_naive(u, axis, look->exponent, out);
-      else pktrt_map_phong(u, axis, look->exponent, out);
-      for (int a = 0; a < 3; a++) side += out[a] * s->flat[a][k], s->mirror[a][k] = out[a];
-      for (int a = 0; a < 3; a++) s->specular[a][k] = side > 0 ? s->specular[a][k] : 0;
-    } else if (work->job->choose && pktrt__bit(s->kind[PKTRT_SPECULAR_DIELECTRIC], k)) {
-      float u;
-      pktrt__draw(work, w, k, 2, 1, &u);
-      const bool refraction = u >= s->fresnel[k];
+/* A direction within the lobe of surface k; lost below the surface. */
+static void pktrt__scatter_in_lobe(const pktrt__work *work, pktrt__surfaces *s, uint32_t k) {
+  const pktrt_material *look = pktrt__look(work->job->scene, s->material[k]);
+  const float axis[3] = {s->mirror[0][k], s->mirror[1][k], s->mirror[2][k]};
+  const float u[2] = {work->draws.u[0][k], work->draws.u[1][k]};
+  float out[3], side = 0;
+  if (work->job->desc->phong_mapping == PKTRT_PHONG_NAIVE) pktrt_map_phong_naive(u, axis, look->exponent, out);
+  else pktrt_map_phong(u, axis, look->exponent, out);
+  for (int a = 0; a < 3; a++) side += out[a] * s->flat[a][k], s->mirror[a][k] = out[a];
+  for (int a = 0; a < 3; a++) s->specular[a][k] = side > 0 ? s->specular[a][k] : 0;
+}
+
+/* Where something is random: directions within lobes; at glass, one ray of two. */
+static void pktrt__scatter_at_random(pktrt__work *work, pktrt__surfaces *s) {
+  for (uint32_t i = 0; i < s->count; i += 8) {
+    uint32_t lobes = work->job->distribute ? s->lobed[i / 8] : 0;
+    uint32_t glass = work->job->choose ? s->kind[PKTRT_SPECULAR_DIELECTRIC][i / 8] & ~lobes : 0;
+    if (lobes | glass) pktrt__draw(work, i, 0, glass ? 3 : 2);
+    for (; lobes; lobes &= lobes - 1) pktrt__scatter_in_lobe(work, s, i + pktrt__lowest(lobes));
+    for (; glass; glass &= glass - 1) {
+      const uint32_t k = i + pktrt__lowest(glass);
+      const bool refraction = work->draws.u[2][k] >= s->fresnel[k];
       for (int a = 0; a < 3; a++) {
         s->specular[a][k] = refraction ? 0 : s->specular[a][k] / s->fresnel[k];
         s->passing[a][k] = refraction ? s->passing[a][k] / (1 - s->fresnel[k]) : 0;
@@ -9764,11 +9851,12 @@ static void pktrt__shade(pktrt__work *work, pktrt__wave *w, uint32_t first, uint
   pktrt__find_surfaces(work, w, first, n);
   if (!s->count) return;
   pktrt__dress(work, w, depth);
+  if (job->distribute || job->choose) pktrt__name_draws(work, w);
   work->first = first, work->alone = job->desc->assembly == PKTRT_ASSEMBLY_NONE;
   pktrt__add_lights(work, w, depth + 1);
   if (job->follow && depth < job->max_depth && !work->failed) {
     pktrt__wave *r = pktrt__need_wave(work, &work->reflected[depth]), *t = r;
-    if (job->distribute || job->choose) pktrt__scatter_at_random(work, w, s);
+    if (job->distribute || job->choose) pktrt__scatter_at_random(work, s);
     if (!work->failed && pktrt__need_wave(work, &work->spare)) reflected = pktrt__send_rays(work, w, false, r, 0);
     const uint32_t most = job->choose ? s->count : reflected + pktrt__count_glass(s);
     one_wave = one_wave || (work->wide && most <= PKTRT__WAVE);
@@ -9813,34 +9901,50 @@ static void pktrt__lens_ray(pktrt__work *work, double x, double y, const float d
   }
 }
 
+/* Where samples i to i + 7 lie: in the pixel and on the lens, from the first four dimensions, and in the time that the
+   shutter is open. Without a lens one of its dimensions is the time's, for these four are spread together. */
+static void pktrt__draw_camera(pktrt__work *work, uint32_t i, bool lens, bool shutter, float when[8]) {
+  const float *const u = work->draws.u[lens ? 0 : 2];
+  if (lens && shutter) pktrt__draw(work, i, 4, 1);
+  for (uint32_t k = 0; lens && shutter && k < 8; k++) when[k] = u[i + k];
+  pktrt__draw(work, i, 0, lens ? 4 : shutter ? 3 : 2);
+  for (uint32_t k = 0; !lens && shutter && k < 8; k++) when[k] = u[i + k];
+}
+
 /* The rays of the n samples of a wave, whose pixels are known. */
 static void pktrt__camera_rays(pktrt__work *work, uint32_t n) {
   const pktrt__job *job = work->job;
   const pktrt_camera *c = &job->desc->camera;
   pktrt__wave *w = &work->primary;
+  pktrt__draws *g = &work->draws;
   const bool lens = job->distribute && c->aperture > 0, pinhole = !lens && !c->moving;
+  const bool shutter = job->distribute && c->shutter > 0;
   double x[8] = {0, 0, 0, 0, 0, 0, 0, 0}, y[8] = {0, 0, 0, 0, 0, 0, 0, 0};
-  const double middle = pktrt__min(1, (double)c->time + 0.5 * (double)c->shutter);
-  pktrt__set_row(w->time, n, (float)middle), pktrt__set_row(w->importance, n, 1);
+  float when[8] = {0.5f, 0.5f, 0.5f, 0.5f, 0.5f, 0.5f, 0.5f, 0.5f};
+  pktrt__set_row(w->importance, n, 1);
   memcpy(w->parent, work->surfaces.number, n * sizeof *w->parent);
   memcpy(w->root, work->surfaces.number, n * sizeof *w->root);
   memset(w->key, 0, n * sizeof *w->key), memset(w->medium, 0, n * sizeof *w->medium);
   memset(w->material, 0, n * sizeof *w->material), memset(work->deepest, 0, n);
-  for (uint32_t i = 0; pinhole && !job->random && i < n; i++) { /* the middles of pixels */
-    x[i % 8] = (double)work->x[i] + 0.5, y[i % 8] = (double)work->y[i] + 0.5;
-    if (i % 8 == 7 || i + 1 == n) job->scene->kernels->primary(&job->plane, x, y, w, i & ~7u);
+  if (job->random) {
+    memcpy(g->x, work->x, n * sizeof *g->x), memcpy(g->y, work->y, n * sizeof *g->y);
+    memcpy(g->sample, work->sample, n * sizeof *g->sample), memset(g->group, 0, n * sizeof *g->group);
+    pktrt__end_draws(g, n);
   }
-  for (uint32_t i = 0; !(pinhole && !job->random) && i < n; i++) {
-    const uint32_t px = work->x[i], py = work->y[i], sample = work->sample[i];
-    float u[5] = {0.5f, 0.5f, 0.5f, 0.5f, 0.5f}, disk[2] = {0, 0};
-    if (job->random) pktrt__sample(&work->sampling, px, py, sample, 0, lens ? 4 : 2, u);
-    if (job->distribute && c->shutter > 0) pktrt__sample(&work->sampling, px, py, sample, 4, 1, u + 4);
-    if (lens) pktrt_map_disk(u + 2, disk);
-    const double time = pktrt__min(1, (double)c->time + (double)u[4] * (double)c->shutter);
-    x[i % 8] = (double)px + (double)u[0], y[i % 8] = (double)py + (double)u[1];
-    if (!pinhole) pktrt__lens_ray(work, x[i % 8], y[i % 8], disk, time, i);
-    else if (i % 8 == 7 || i + 1 == n) job->scene->kernels->primary(&job->plane, x, y, w, i & ~7u);
+  for (uint32_t i = 0; i < n; i++) {
+    if (job->random && i % 8 == 0) pktrt__draw_camera(work, i, lens, shutter, when);
+    const double time = pktrt__min(1, (double)c->time + (double)when[i % 8] * (double)c->shutter);
     w->time[i] = (float)time;
+    x[i % 8] = (double)work->x[i] + (job->random ? (double)g->u[0][i] : 0.5);
+    y[i % 8] = (double)work->y[i] + (job->random ? (double)g->u[1][i] : 0.5);
+    if (pinhole) {
+      if (i % 8 == 7 || i + 1 == n) job->scene->kernels->primary(&job->plane, x, y, w, i & ~7u);
+      continue;
+    }
+    float disk[2] = {0, 0};
+    const float u[2] = {lens ? g->u[2][i] : 0.5f, lens ? g->u[3][i] : 0.5f};
+    if (lens) pktrt_map_disk(u, disk);
+    pktrt__lens_ray(work, x[i % 8], y[i % 8], disk, time, i);
   }
 }
 

@@ -291,15 +291,27 @@ $(B)/exactness: bench/exactness.c $(B)/plain-kensler.o $(B)/plain-moller.o $(wil
 
 # Error against run time. References are kept while header and scenes stay the same. It pins itself, but for them.
 REFERENCES = $(B)/references
+comma := ,
 ERROR = $(B)/error --references $(REFERENCES)
+# In two processes; each stays on the last of its cores.
+CORES = $(shell taskset -cp $$$$ 2>/dev/null | sed 's/.*: *//')
+SECOND = $(if $(findstring -,$(CORES))$(findstring $(comma),$(CORES)),$(shell echo '$(CORES)' | grep -o '^[0-9]*'))
 error: | $(RESULTS)
 	$(BUILD) $(B)/error $(REFERENCES)/made
+ifeq ($(NAME),)
+	@$(ERROR) --results $(RESULTS) $(BENCH_ARGS) estimates targets adaptive flicker blue & pictures=$$!; \
+	  $(if $(SECOND),taskset -c $(SECOND)) $(ERROR) --results $(RESULTS) $(BENCH_ARGS) slopes closed scenes bias split cost && \
+	  wait $$pictures
+else
 	$(ERROR) --results $(RESULTS) $(BENCH_ARGS) $(NAME)
+endif
 	@$(MAKE) --no-print-directory bench-plots bench-readme
 
 error-check:
 	$(BUILD) $(B)/error $(REFERENCES)/made
-	$(ERROR) --check $(BENCH_ARGS)
+	@$(ERROR) --check $(BENCH_ARGS) estimate target adaptive "the same" flicker >build/error-check.txt 2>&1 & pictures=$$!; \
+	  $(if $(SECOND),taskset -c $(SECOND)) $(ERROR) --check $(BENCH_ARGS) slope "equal time" instructions; curves=$$?; \
+	  wait $$pictures; held=$$?; cat build/error-check.txt; [ $$curves = 0 ] && [ $$held = 0 ]
 
 $(REFERENCES)/made: pktrt.h $(EXAMPLE_HEADERS)
 	rm -rf $(REFERENCES)

@@ -10261,7 +10261,7 @@ static void pktrt__ask_blocks(pktrt__passes *p, int measure) {
       sum += b->want;
     }
   const uint64_t blocks = (uint64_t)p->columns * p->rows;
-  const double least = sum > 0 ? sum / (16 * (double)blocks) : 1;
+  const double least = sum > 0 ? sum / (4 * (double)blocks) : 1;
   for (uint64_t i = 0; i < blocks; i++) p->blocks[i].want = pktrt__max(p->blocks[i].want, least);
 }
 

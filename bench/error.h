@@ -59,6 +59,9 @@ EX_UNUSED static void find_cores(void) {
 }
 EX_UNUSED static void pin(bool on) { (void)sched_setaffinity(0, sizeof all_cores, on ? &own_core : &all_cores); }
 
+/* Checks have a minute: references of fewer samples do, since their noise is subtracted. */
+EX_UNUSED static uint32_t reference_samples(const bench *b) { return b->given.check ? 1024 : REFERENCE_SAMPLES; }
+
 /* >>stages: scenes to be rendered, and the truth about them -------------------------------------------------------- */
 
 typedef struct stage {
@@ -422,7 +425,8 @@ static void close_result(FILE *file) {
 
 /* >>checks --------------------------------------------------------------------------------------------------------- */
 
-/* A figure and its bar. As a control the same function measures something that must fail it. */
+/* A figure and its bar. As a control the same function measures something that must fail it. Where the bar has not been
+   reached yet, or noise of the machine and rare samples may hide that it has, `guard` is what must hold meanwhile. */
 typedef struct claim claim;
 struct claim {
   const char *sentence;
@@ -431,15 +435,19 @@ struct claim {
   double (*figure)(bench *, const claim *, bool control, char details[DETAILS]);
   const char *on; /* what the function is to look at, if it serves several claims */
   unsigned number;
+  double guard; /* 0: the bar */
 };
 
 /* Written this way round, what is not a number holds nothing; as a control, it does not count as failing. */
 static bool check_claim(bench *b, const claim *c, bool control) {
   char details[DETAILS] = "";
   const double start = cpu_seconds(), figure = c->figure(b, c, control, details);
-  const bool held = c->most ? figure <= c->bar : figure >= c->bar;
-  printf("%s%s  %s: %.3f, wanted at %s %g (%s; %.1f s)\n", control ? "control " : "", held ? "ok" : "FAILED",
-         c->sentence, figure, c->most ? "most" : "least", c->bar, details, cpu_seconds() - start);
+  const double guard = c->guard != 0 ? c->guard : c->bar;
+  const bool reached = c->most ? figure <= c->bar : figure >= c->bar;
+  const bool held = c->most ? figure <= guard : figure >= guard;
+  printf("%s%s  %s: %.3f, wanted at %s %g (%s; %.1f s)\n", control ? "control " : "",
+         reached ? "ok" : held ? "NOT REACHED" : "FAILED", c->sentence, figure, c->most ? "most" : "least", c->bar,
+         details, cpu_seconds() - start);
   fflush(stdout);
   return !isnan(figure) && held != control;
 }

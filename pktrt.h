@@ -889,6 +889,7 @@ typedef enum pktrt_phong_mapping {
    a set are spread on purpose. Of a pixel with means x_1 ... x_n (colours) and x their mean, the squared error of x is
    estimated by V = sum |x_i - x|^2 / (n (n - 1)): without bias, coarse for a pixel while n is small (with two passes it
    is off by half of itself or more as often as not), good for a block and a picture, where many pixels are summed.
+   (Rules that look at it stop a little early rather than late, for they stop where it is low by chance.)
    What is not counted: what every pass does alike, that is, rays not followed (attenuation, max_depth). */
 typedef enum pktrt_error_measure {
   PKTRT_ERROR_RMSE = 0,        /* sqrt(mean of V / 3): of a channel, in units of radiance */
@@ -979,7 +980,8 @@ typedef struct pktrt_render_desc {
   /* Called after each round, from the calling thread; false: stop, which is no failure. NULL: none. */
   bool (*pass)(void *user, const pktrt_report *);
   pktrt_report *report;        /* NULL: not wanted */
-  float *pixel_error;          /* sqrt(V / 3) of each pixel, tight, row 0 at the top; INFINITY for one pass */
+  float *pixel_error;          /* sqrt(V / 3) of each pixel, tight, row 0 at the top; INFINITY for one pass. Both are
+                                  left alone if the render fails or is cancelled */
   float *block_error;          /* sqrt(mean of V / 3) over each PKTRT_ERROR_BLOCK^2 pixels, from the top left corner on,
                                   INFINITY if none is known; those at the right and lower edge may be cut off */
   double (*seconds)(void *user); /* a clock, for time_budget and report; NULL: the system's */
@@ -1080,6 +1082,9 @@ PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *, const pktrt_render
 #elif defined(__GNUC__) && !defined(__TINYC__)
 #pragma GCC push_options
 #pragma GCC optimize("fp-contract=off")
+#ifdef __OPTIMIZE_SIZE__ /* gcc 12 -Os: scalar kernels lost values across calls, and with them hits; seen by the tests */
+#pragma GCC optimize("no-ipa-ra")
+#endif
 #endif
 
 #ifdef __cplusplus
@@ -8580,7 +8585,7 @@ static bool pktrt__check_words(const pktrt_render_desc *d, pktrt__why *why) {
 }
 
 static bool pktrt__check_rules(const pktrt_render_desc *d, pktrt__why *why) {
-  if (!(d->target_error >= 0)) return pktrt__refuse(why, "target_error is %g", (double)d->target_error);
+  if (!(d->target_error >= 0 && d->target_error < INFINITY)) return pktrt__refuse(why, "target_error is %g", (double)d->target_error);
   if (!(d->time_budget >= 0)) return pktrt__refuse(why, "time_budget is %g", d->time_budget);
   if (d->passes == 1 && d->target_error > 0)
     return pktrt__refuse(why, "target_error with one pass: errors are estimated from two passes on");
@@ -8686,7 +8691,8 @@ static uint64_t pktrt__facet_key(const pktrt__mesh *m, uint32_t triangle, const 
   pktrt__triangle_vertices(m, false, triangle, 0, p);
   for (uint32_t a = 0; a < 3; a++) {
     const double middle = ((double)p[0][a] + (double)p[1][a] + (double)p[2][a]) / 3;
-    const uint32_t cell = (uint32_t)(pktrt__min(pktrt__max((middle - lo[a]) / size, 0), 1) * 1023);
+    const double part = size > 0 ? (middle - lo[a]) / size : 0;
+    const uint32_t cell = (uint32_t)(pktrt__min(pktrt__max(part, 0), 1) * 1023);
     for (uint32_t bit = 0; bit < 10; bit++) key |= (uint64_t)(cell >> bit & 1) << (32 + 3 * bit + a);
   }
   return key | triangle;
@@ -8707,7 +8713,7 @@ static void pktrt__set_clusters(pktrt__lamp *lamp) {
       c->area += f->area;
       for (int a = 0; a < 3; a++) c->middle[a] += (f->corner[a] + (f->edge[0][a] + f->edge[1][a]) / 3) / n;
     }
-    for (uint32_t i = 0; i < 3 * n; i++) {
+    for (uint64_t i = 0; i < 3 * (uint64_t)n; i++) {
       const pktrt__facet *f = &lamp->facets[first + i / 3];
       double d[3];
       for (int a = 0; a < 3; a++) d[a] = f->corner[a] + (i % 3 ? f->edge[i % 3 - 1][a] : 0) - c->middle[a];
@@ -8748,7 +8754,7 @@ static bool pktrt__set_facets(const pktrt_scene_desc *desc, const pktrt__mesh *m
 
 /* A mesh as a light: by its facets for DRT, as a point for the other modes. */
 static bool pktrt__mesh_lamp(const pktrt__job *job, const pktrt__mesh *m, pktrt__lamp *lamp) {
-  double lo[3] = {INFINITY, INFINITY, INFINITY}, size = 0, normal[3];
+  double lo[3] = {INFINITY, INFINITY, INFINITY}, hi[3] = {-INFINITY, -INFINITY, -INFINITY}, size = 0, normal[3];
   for (uint32_t i = 0; i < m->triangle_count; i++) {
     pktrt__facet f;
     (void)pktrt__set_facet(m, i, &f, normal);
@@ -8765,10 +8771,11 @@ static bool pktrt__mesh_lamp(const pktrt__job *job, const pktrt__mesh *m, pktrt_
     for (uint32_t a = 0; a < 3; a++) {
       const double x = (double)m->positions[i + a], d = x - lamp->middle[a];
       r2 += d * d;
-      lo[a] = pktrt__min(lo[a], x), size = pktrt__max(size, x - lo[a]);
+      lo[a] = pktrt__min(lo[a], x), hi[a] = pktrt__max(hi[a], x);
     }
     if (r2 > lamp->radius * lamp->radius) lamp->radius = sqrt(r2);
   }
+  for (int a = 0; a < 3; a++) size = pktrt__max(size, hi[a] - lo[a]);
   return !job->distribute || pktrt__set_facets(&job->scene->desc, m, lamp, lo, size);
 }
 
@@ -8889,13 +8896,14 @@ static double pktrt__distance2(const double a[3], const double b[3]) {
   return pktrt__dot(d, d);
 }
 
-/* The facet that u in [0,1) falls to, as seen from a point; odds: 1 / its chance; u becomes uniform again. From afar,
-   by area. Within two radii of the middle, cluster by cluster, each by its area over the squared distance of its
+/* The facet that u in [0,1) falls to, as seen from a point; odds: 1 / its chance; u becomes uniform again. From afar, and
+   if they move, by area. Within two radii of the middle, cluster by cluster, each by its area over the squared distance of its
    middle, which is taken for no less than its radius: light of facets next to the point, which rises with that, does
    not come in rare large pieces. (Pool hall, 16 samples: half the error of choosing by area everywhere.) */
-static uint32_t pktrt__choose_facet(const pktrt__lamp *lamp, const double from[3], double *u, double *odds) {
+static uint32_t pktrt__choose_facet(const pktrt__lamp *lamp, bool moving, const double from[3], double *u,
+                                    double *odds) {
   const double total = lamp->shares[lamp->facet_count - 1].sum;
-  if (pktrt__distance2(from, lamp->middle) > 4 * lamp->radius * lamp->radius) {
+  if (moving || pktrt__distance2(from, lamp->middle) > 4 * lamp->radius * lamp->radius) {
     const double want = *u * total;
     const uint32_t i = pktrt__find_facet(lamp, want);
     const double area = lamp->facets[i].area;
@@ -8929,7 +8937,7 @@ static double pktrt__aim_at_mesh(const pktrt__mesh *m, const pktrt__lamp *lamp, 
                                  const double from[3], double at[3]) {
   if (!(lamp->facet_count && lamp->clusters->area > 0)) return 0;
   double rest = (double)u[0], odds;
-  const pktrt__facet *f = &lamp->facets[pktrt__choose_facet(lamp, from, &rest, &odds)];
+  const pktrt__facet *f = &lamp->facets[pktrt__choose_facet(lamp, m->key_count > 1, from, &rest, &odds)];
   pktrt__facet moved;
   if (m->key_count > 1) {
     float p[3][3];
@@ -10037,7 +10045,7 @@ static void pktrt__render_block(pktrt__work *work, const uint32_t area[4], uint3
         n = 0;
       }
     }
-  pktrt__write_pixels(work, x, y, pixels);
+  if (!work->failed) pktrt__write_pixels(work, x, y, pixels);
 }
 
 /* The largest power of two whose square, times the samples of a pixel, does not exceed a number of rays. */
@@ -10183,8 +10191,8 @@ static void pktrt__sum_relative(void *arg, size_t row) {
     for (uint32_t y = area[1]; n > 1 && y < area[3]; y++)
       for (const pktrt__pixel_sums *s = &p->sums[(size_t)y * p->w + area[0]], *end = s + (area[2] - area[0]); s < end;
            s++) {
-        const double one = pktrt__spread_of(s, n, each);
-        if (one > 0 && one < INFINITY) sum += one / (pktrt__dot(s->mean, s->mean) + least);
+        const double one = pktrt__spread_of(s, n, each), against = pktrt__dot(s->mean, s->mean) + least;
+        if (one > 0 && one < INFINITY && against > 0) sum += one / against; /* negative radiance may make that 0 */
       }
     b->error[1] = n > 1 ? sum * n / (n - 1) : 0;
   }
@@ -10264,7 +10272,8 @@ static void pktrt__ask_blocks(pktrt__passes *p, int measure) {
     }
   const uint64_t blocks = (uint64_t)p->columns * p->rows;
   const double least = sum > 0 ? sum / (4 * (double)blocks) : 1;
-  for (uint64_t i = 0; i < blocks; i++) p->blocks[i].want = pktrt__max(p->blocks[i].want, least);
+  for (uint64_t i = 0; i < blocks; i++)
+    if (!(p->blocks[i].want > least && p->blocks[i].want < INFINITY)) p->blocks[i].want = least;
 }
 
 /* Passes of the next round: up to `budget` pixel passes with the `spent` before, fewer if that reaches the target, but
@@ -10284,7 +10293,7 @@ static void pktrt__share_out(const pktrt__job *job, double spent, double budget,
   for (uint64_t i = 0; i < (uint64_t)p->columns * p->rows; i++) {
     pktrt__error_block *b = &p->blocks[i];
     const double more = scale * b->want - b->done, room = most - b->done;
-    carry += pktrt__max(0, pktrt__min(more, room));
+    carry += more > 0 ? pktrt__min(more, room) : 0;
     b->more = (uint32_t)pktrt__min(carry, room);
     carry -= b->more, given += b->more;
     if (room > 0 && (!first || b->want * first->done > first->want * b->done)) first = b;
@@ -10307,8 +10316,9 @@ typedef struct pktrt__rounds {
   pktrt_stats *stats;               /* one for each tile, or NULL */
   uint32_t columns, count;          /* of tiles */
   uint32_t done, cancelled, failed; /* shared by the workers */
+  uint32_t late;                    /* cancelled when the last tile was done: counts if there is another round */
   float from, to;                   /* progress before and after this round, as far as it can be told */
-  double started, spent;            /* spent: passes, a mean over pixels */
+  double clock, spent;              /* when the last round ended; passes so far, a mean over pixels */
   uint32_t alike;                   /* passes of this round, if all blocks get the same; 0: they do not */
   bool timed, watched;              /* somebody asks for the time, for estimates after every round */
   pktrt_report report;
@@ -10356,7 +10366,8 @@ static void pktrt__plan_round(pktrt__rounds *t, double next) {
 }
 
 /* The passes that this round gives to the blocks of an area. */
-static bool pktrt__render_blocks(const pktrt__job *job, const uint32_t area[4], pktrt_stats *stats) {
+static bool pktrt__render_blocks(const pktrt__job *job, const uint32_t area[4], pktrt_stats *stats,
+                                 uint32_t *cancelled) {
   const pktrt__passes *p = job->passes;
   const uint32_t b = PKTRT_ERROR_BLOCK;
   pktrt__work *work = NULL;
@@ -10373,7 +10384,8 @@ static bool pktrt__render_blocks(const pktrt__job *job, const uint32_t area[4], 
         if (part[a] < area[a]) part[a] = area[a];
         if (part[2 + a] > area[2 + a]) part[2 + a] = area[2 + a];
       }
-      for (uint32_t k = 0; k < block->more; k++) pktrt__render_area(work, part, block->done + k);
+      for (uint32_t k = 0; k < block->more && !pktrt__peek(cancelled); k++)
+        pktrt__render_area(work, part, block->done + k);
       ok = !work->failed;
     }
   if (work) pktrt__free_work(work);
@@ -10400,12 +10412,13 @@ static void pktrt__run_tile(void *arg, size_t i) {
   const uint32_t area[4] = {x, y, x1, y1};
   pktrt_stats *stats = t->stats ? &t->stats[i] : NULL;
   const bool ok = t->alike ? pktrt__render_alike(t->job, area, stats, (uint32_t)t->spent, t->alike)
-                           : pktrt__render_blocks(t->job, area, stats);
+                           : pktrt__render_blocks(t->job, area, stats, &t->cancelled);
   if (!ok) (void)pktrt__count_up(&t->failed);
+  if (!t->alike && pktrt__peek(&t->cancelled)) return; /* it may lack passes */
   const uint32_t done = pktrt__count_up(&t->done);
   const float part = (float)done / (float)t->count, all = t->from + (t->to - t->from) * part;
-  if (d->progress && !d->progress(d->user, part < 1 ? all : t->to) && (done < t->count || t->to < 1))
-    (void)pktrt__count_up(&t->cancelled);
+  if (d->progress && !d->progress(d->user, part < 1 ? all : t->to))
+    (void)pktrt__count_up(done < t->count ? &t->cancelled : &t->late);
 }
 
 /* Blocks and the report after a round. */
@@ -10428,7 +10441,10 @@ static void pktrt__end_round(pktrt__rounds *t) {
   r->rounds++;
   r->samples_min = (p ? least : 1) * job->samples, r->samples_max = (p ? most : 1) * job->samples;
   r->samples_mean = t->spent * job->samples;
-  if (t->timed) r->seconds = pktrt__now(d) - t->started;
+  if (!t->timed) return;
+  const double now = pktrt__now(d); /* a clock that is set back does not count */
+  if (now > t->clock) r->seconds += now - t->clock;
+  t->clock = now;
 }
 
 /* The rules, after a round. */
@@ -10439,6 +10455,7 @@ static pktrt_stop pktrt__judge(const pktrt__rounds *t) {
   const double block = PKTRT_ERROR_BLOCK * PKTRT_ERROR_BLOCK / ((double)d->width * d->height);
   const double rest = d->adaptive ? pktrt__max(0.1, 0.5 * block) : 0.5; /* blocks get whole passes */
   if (d->target_error > 0 && error <= (double)d->target_error) return PKTRT_STOP_ERROR;
+  if (d->target_error > 0 && t->spent >= 2 && r->rmse == INFINITY) return PKTRT_STOP_PASSES; /* none will ever be known */
   if (t->spent > t->job->most_passes - pktrt__min(rest, 0.5)) return PKTRT_STOP_PASSES;
   return d->time_budget > 0 && pktrt__next_round(t) <= 0 ? PKTRT_STOP_TIME : PKTRT_STOP_NOT_YET;
 }
@@ -10473,6 +10490,7 @@ static void pktrt__run_rounds(pktrt__rounds *t) {
     pktrt__end_round(t);
     if (t->watched && t->job->passes) pktrt__estimate(t->job, d->pass || d->measure == PKTRT_ERROR_RELATIVE, r);
     r->stop = pktrt__judge(t);
+    if (t->late && !r->stop) t->cancelled = 1, r->stop = PKTRT_STOP_CANCELLED;
     if (d->pass && !d->pass(d->user, r) && !r->stop) r->stop = PKTRT_STOP_ASKED;
   }
 }
@@ -10522,6 +10540,7 @@ static pktrt_status pktrt__begin_rounds(pktrt_scene *s, pktrt__job *job, pktrt__
   const pktrt_render_desc *d = job->desc;
   const uint32_t area[4] = {0, 0, d->width, d->height};
   memset(t, 0, sizeof *t);
+  t->report.rmse = t->report.relative_mse = INFINITY;
   t->job = job, t->columns = (d->width + job->tile_size - 1) / job->tile_size;
   const uint64_t count = (uint64_t)t->columns * ((d->height + job->tile_size - 1) / job->tile_size);
   if (count > INT32_MAX)
@@ -10529,8 +10548,7 @@ static pktrt_status pktrt__begin_rounds(pktrt_scene *s, pktrt__job *job, pktrt__
   t->count = (uint32_t)count;
   t->timed = d->time_budget > 0 || d->report || d->pass;
   t->watched = d->target_error > 0 || d->adaptive || d->pass;
-  t->started = t->timed ? pktrt__now(d) : 0;
-  t->report.rmse = t->report.relative_mse = INFINITY;
+  t->clock = t->timed ? pktrt__now(d) : 0;
   if (d->stats) {
     t->stats = PKTRT__CAST(pktrt_stats *, pktrt__alloc(&s->desc, count, sizeof *t->stats));
     if (!t->stats)

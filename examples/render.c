@@ -559,8 +559,8 @@ static void colour_errors(const job *j, size_t n, float *colours) {
   for (size_t i = 0; i < n; i++) {
     const float *x = j->view.pixels + 3 * i;
     const double value[3] = {(double)x[0], (double)x[1], (double)x[2]}, error = (double)j->error[i];
-    const double scale = length2(value) + length2(mean) / (100 * known * known);
-    error_colour(error > 0 ? sqrt(3 * error * error / scale) : error, colours + 3 * i);
+    const double scale = length2(value) + (known > 0 ? length2(mean) / (100 * known * known) : 0);
+    error_colour(error > 0 && scale > 0 ? sqrt(3 * error * error / scale) : error, colours + 3 * i);
   }
 }
 

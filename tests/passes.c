@@ -701,6 +701,76 @@ static pktrt_render_desc plain_view(film *f) { /* what a tile takes, too */
   return d;
 }
 
+/* Radiance 1 or -1: one-sample passes of a pixel may have a mean of 0, and so may the picture. */
+static void signed_light(void *user, uint32_t n, const float *const direction[3], float *const radiance[3]) {
+  (void)user;
+  for (uint32_t i = 0; i < n; i++)
+    for (int a = 0; a < 3; a++) radiance[a][i] = direction[0][i] > 0 ? 1.0f : -1.0f;
+}
+static void no_number(void *user, uint32_t n, const float *const direction[3], float *const radiance[3]) {
+  (void)user, (void)direction;
+  for (uint32_t i = 0; i < n; i++)
+    for (int a = 0; a < 3; a++) radiance[a][i] = NAN;
+}
+
+static void odd_pictures(void) {
+  float pixels[3];
+  unsigned balanced = 0;
+  pktrt_report report;
+  pktrt_scene *s = stage_open();
+  stage_commit(s);
+  pktrt_render_desc d;
+  memset(&d, 0, sizeof d);
+  d.width = d.height = 1, d.pixels = pixels, d.mode = PKTRT_MODE_DRT, d.camera.target[2] = -1, d.report = &report;
+  d.environment = signed_light, d.measure = PKTRT_ERROR_RELATIVE, d.passes = 4;
+  for (d.seed = 0; d.seed < 40; d.seed++) {
+    d.adaptive = d.seed % 2 != 0;
+    stage_render(s, &d);
+    CHECK(report.samples_max <= 5 && report.relative_mse < INFINITY, "seed %u: %g", d.seed, report.relative_mse);
+    balanced += pixels[0] == 0;
+  }
+  CHECK(balanced > 2, "means of zero do occur: %u", balanced);
+  d.environment = no_number, d.adaptive = false, d.passes = 0, d.target_error = 0.1f;
+  stage_render(s, &d);
+  CHECK(report.unknown == 1 && report.samples_max == 2 && report.stop == PKTRT_STOP_PASSES, "nothing can be known");
+  pktrt_scene_destroy(s);
+  static const float triangles[2][9] = {{1, 1, -3, 0, 0.5f, -3, 0, 0, -3}, {0, 0, -3, 0, 0, -3, 0, 0, -3}};
+  for (int i = 0; i < 2; i++) { /* from high to low; without area */
+    pktrt_material lamp = lamp_of(1);
+    pktrt_mesh_desc m;
+    pktrt_light l = light_of(PKTRT_LIGHT_MESH, 1);
+    memset(&m, 0, sizeof m);
+    s = stage_open();
+    m.positions = triangles[i], m.vertex_count = 3, m.triangle_count = 1;
+    CHECK(pktrt_add_material(s, &lamp, &m.material) == PKTRT_OK && pktrt_add_mesh(s, &m, &l.mesh) == PKTRT_OK);
+    stage_light(s, &l);
+    stage_commit(s);
+    d.environment = NULL, d.target_error = 0, d.passes = 1;
+    stage_render(s, &d);
+    pktrt_scene_destroy(s);
+  }
+}
+
+/* Progress may reach 1 before the last round: it is a guess. */
+static bool refuse_at(void *user, float done) {
+  return done < *(const float *)user;
+}
+static void late_no(void) {
+  static film f;
+  pktrt_scene *s = stage_open();
+  stage_commit(s);
+  for (int last = 0; last < 2; last++) {
+    float from = last ? 1.0f : 0.2f;
+    pktrt_render_desc d = corner_view(&f);
+    d.passes = 4, d.samples = 1, d.tile_size = 1024, d.progress = refuse_at, d.user = &from;
+    const pktrt_status status = pktrt_render(s, &d);
+    CHECK(status == (last ? PKTRT_OK : PKTRT_CANCELLED), "no from %g on: %d", (double)from, (int)status);
+    CHECK(f.report.stop == (last ? PKTRT_STOP_PASSES : PKTRT_STOP_CANCELLED) && f.report.rounds == (last ? 4 : 1),
+          "%u rounds", (unsigned)f.report.rounds);
+  }
+  pktrt_scene_destroy(s);
+}
+
 static void refused_rules(void) {
   static film f, clean;
   static const struct {
@@ -850,6 +920,8 @@ void suite_passes(void) {
   run("adaptive rounds end for every size of picture", every_size_ends);
   run("where there is no error all rules end", still_pictures);
   run("pixels that are not finite are counted and left out of the error", unknown_pixels);
+  run("means of zero, pictures without any number and lights of one triangle end like others", odd_pictures);
+  run("a no after the last tile cancels what another round would follow", late_no);
   run("contradictory rules are refused by name", refused_rules);
   run("tiles refuse what needs the whole picture", refused_tiles);
   run("tiles make the passes of the picture", tiles_by_hand);

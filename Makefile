@@ -299,8 +299,8 @@ SECOND = $(if $(findstring -,$(CORES))$(findstring $(comma),$(CORES)),$(shell ec
 error: | $(RESULTS)
 	$(BUILD) $(B)/error $(REFERENCES)/made
 ifeq ($(NAME),)
-	@$(ERROR) --results $(RESULTS) $(BENCH_ARGS) estimates targets adaptive flicker blue bias split cost & pictures=$$!; \
-	  $(if $(SECOND),taskset -c $(SECOND)) $(ERROR) --results $(RESULTS) $(BENCH_ARGS) slopes closed scenes && \
+	@$(ERROR) --results $(RESULTS) $(BENCH_ARGS) estimates targets adaptive bias split cost & pictures=$$!; \
+	  $(if $(SECOND),taskset -c $(SECOND)) $(ERROR) --results $(RESULTS) $(BENCH_ARGS) slopes closed scenes flicker blue && \
 	  wait $$pictures
 else
 	$(ERROR) --results $(RESULTS) $(BENCH_ARGS) $(NAME)

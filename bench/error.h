@@ -218,8 +218,9 @@ EX_UNUSED static void take_shot(stage *g, const shot *s, outcome *o) {
    of runs. */
 EX_UNUSED static bool seeds_disjoint(void) {
   const uint32_t first = (uint32_t)REFERENCE_SEED;
+  enum { SEEDS = 16384 };
   for (uint32_t k = 0; k < 65536; k++) /* passes between the two */
-    if (first + k * GOLDEN - FIRST_SEED < 65536 || first - k * GOLDEN - FIRST_SEED < 65536) return false;
+    if (first + k * GOLDEN - FIRST_SEED < SEEDS || first - k * GOLDEN - FIRST_SEED < SEEDS) return false;
   return true;
 }
 

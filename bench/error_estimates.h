@@ -213,8 +213,8 @@ static void part_targets(bench *b) {
     for (int i = 0; i < 4; i++) {
       const bool adaptive = i % 2 != 0, relative = i / 2 != 0;
       memset(&a, 0, sizeof a);
-      run_targets(&g, adaptive, relative ? PKTRT_ERROR_RELATIVE : PKTRT_ERROR_RMSE, k < CLOSED_SCENES ? 8 : 2, false,
-                  &a);
+      const pktrt_error_measure measure = relative ? PKTRT_ERROR_RELATIVE : PKTRT_ERROR_RMSE;
+      run_targets(&g, adaptive, measure, k < CLOSED_SCENES ? 8 : relative ? 1 : 3, false, &a);
       const double met = share_within(&a.met, 0, 1.15);
       const char *const words[2] = {relative ? "relative MSE" : "RMSE", adaptive ? "adaptive" : "uniform"};
       say(b, "| %s | %s | %s | %.0f%% | %.2f | %.0f |\n", g.name, words[0], words[1], 100 * met, part_of(&a.met, 0.5),
@@ -242,7 +242,7 @@ static void part_adaptive(bench *b) {
       "compared.\n\n| scene | RMSE: 8 | 16 | relative MSE: 8 | 16 |\n|---|--:|--:|--:|--:|\n",
       ADAPTIVE_SAMPLES, WHOLE_WIDTH, WHOLE_HEIGHT);
   for (unsigned k = 0; k < CHECKED_STAGES; k++) {
-    const unsigned seeds = k < CLOSED_SCENES ? 8 : 3;
+    const unsigned seeds = 8;
     effort e[3];
     shot ways[3];
     open_whole(b, &g, k, WHOLE_WIDTH, WHOLE_HEIGHT);

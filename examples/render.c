@@ -537,9 +537,10 @@ static void error_colour(double error, float rgb[3]) {
     memcpy(rgb, none, sizeof none);
     return;
   }
-  double at = error > 0 ? (log10(error) + 3) * STEPS / 3 : 0;
-  at = at < 0 ? 0 : at > STEPS ? STEPS : at;
-  const int below = at < STEPS ? (int)at : STEPS - 1;
+  const double last = (double)STEPS;
+  double at = error > 0 ? (log10(error) + 3) * last / 3 : 0;
+  at = at < 0 ? 0 : at > last ? last : at;
+  const int below = at < last ? (int)at : STEPS - 1;
   for (int c = 0; c < 3; c++) {
     const double code = stops[below][c] + (at - below) * (stops[below + 1][c] - stops[below][c]);
     rgb[c] = (float)ex_srgb_decode(code / 255);

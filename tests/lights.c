@@ -160,7 +160,7 @@ static void mesh_lights(void) {
       pktrt_render_desc d = patch_spot();
       for (int sampler = 0; sampler < PKTRT_SAMPLER_COUNT; sampler += turned ? PKTRT_SAMPLER_COUNT : 1) {
         d.sampler = (pktrt_sampler)sampler;
-        estimate e = stage_estimate(s, &d, 64);
+        estimate e = stage_estimate(s, &d, small_run ? 16 : 64);
         check_estimate(c[i].name, &e, want, want * c[i].control, 0.01);
       }
       d.camera = stage_view(PKTRT_MODE_DRT, 1, 1, NULL, vec_of(0, 0.01, 0), quad_at(&c[i].q, 0.3, 0.45)).camera;

@@ -61,10 +61,18 @@ static double seconds(void) {
   return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
+/* Words pick tests; words after a + leave out some of these. */
+static bool wanted(const char *sentence) {
+  bool in = filter_count == 0 || filters[0][0] == '+', out = false;
+  for (int i = 0; i < filter_count; i++) {
+    const bool leaves_out = filters[i][0] == '+';
+    if (strstr(sentence, filters[i] + leaves_out)) *(leaves_out ? &out : &in) = true;
+  }
+  return in && !out;
+}
+
 void run(const char *sentence, void (*test)(void)) {
-  bool wanted = filter_count == 0;
-  for (int i = 0; i < filter_count; i++) wanted |= strstr(sentence, filters[i]) != NULL;
-  if (!wanted) return;
+  if (!wanted(sentence)) return;
   if (list_only) {
     printf("%s\n", sentence);
     return;
@@ -198,7 +206,8 @@ int main(int argc, char **argv) {
     else if (strcmp(argv[i], "--thorough") == 0 && i + 1 < argc) thoroughness = atof(argv[++i]);
     else if (strcmp(argv[i], "--results") == 0 && i + 1 < argc) results = argv[++i];
     else if (argv[i][0] == '-') {
-      fprintf(stderr, "usage: test [--small] [--thorough X] [--results DIR] [--list] [--seed N] [words of a test's sentence ...]\n");
+      fprintf(stderr, "usage: test [--small] [--thorough X] [--results DIR] [--list] [--seed N] "
+                      "[words of a test's sentence, or +words not of it ...]\n");
       return 2;
     } else filters[filter_count++] = argv[i];
   }

@@ -801,10 +801,11 @@ static void refused_rules(void) {
     CHECK(pktrt_render(s, &d) == PKTRT_INVALID_ARGUMENT, "%s", bad[i].words);
     char words[64];
     snprintf(words, sizeof words, "%s", bad[i].words);
-    for (char *at = words, *end = at; end; at = end + 1) {
-      end = strchr(at, '|');
+    for (char *at = words; at;) {
+      char *const end = strchr(at, '|');
       if (end) *end = 0;
       CHECK(strstr(pktrt_last_error(s), at) != NULL, "\"%s\" names no %s", pktrt_last_error(s), at);
+      at = end ? end + 1 : NULL;
     }
   }
   for (int value = -1; value <= 2; value += 3) {

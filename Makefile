@@ -299,8 +299,8 @@ SECOND = $(if $(findstring -,$(CORES))$(findstring $(comma),$(CORES)),$(shell ec
 error: | $(RESULTS)
 	$(BUILD) $(B)/error $(REFERENCES)/made
 ifeq ($(NAME),)
-	@$(ERROR) --results $(RESULTS) $(BENCH_ARGS) estimates targets adaptive bias split cost & pictures=$$!; \
-	  $(if $(SECOND),taskset -c $(SECOND)) $(ERROR) --results $(RESULTS) $(BENCH_ARGS) slopes closed scenes flicker blue && \
+	@$(ERROR) --results $(RESULTS) $(BENCH_ARGS) estimates targets flicker blue bias split cost & pictures=$$!; \
+	  $(if $(SECOND),taskset -c $(SECOND)) $(ERROR) --results $(RESULTS) $(BENCH_ARGS) slopes closed scenes adaptive && \
 	  wait $$pictures
 else
 	$(ERROR) --results $(RESULTS) $(BENCH_ARGS) $(NAME)
@@ -310,8 +310,9 @@ endif
 error-check:
 	$(BUILD) $(B)/error $(REFERENCES)/made
 ifeq ($(NAME),)
-	@$(ERROR) --check $(BENCH_ARGS) estimate target adaptive "the same" flicker >build/error-check.txt 2>&1 & pictures=$$!; \
-	  $(if $(SECOND),taskset -c $(SECOND)) $(ERROR) --check $(BENCH_ARGS) slope "equal time" instructions; curves=$$?; \
+	@$(ERROR) --check $(BENCH_ARGS) estimate target >build/error-check.txt 2>&1 & pictures=$$!; \
+	  $(if $(SECOND),taskset -c $(SECOND)) $(ERROR) --check $(BENCH_ARGS) slope "equal time" "time of" "the same" flicker \
+	    instructions; curves=$$?; \
 	  wait $$pictures; held=$$?; cat build/error-check.txt; [ $$curves = 0 ] && [ $$held = 0 ]
 else
 	$(ERROR) --check $(BENCH_ARGS) $(NAME)

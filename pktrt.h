@@ -892,8 +892,10 @@ typedef enum pktrt_phong_mapping {
    (Rules that look at it stop a little early rather than late, for they stop where it is low by chance.)
    What is not counted: what every pass does alike, that is, rays not followed (attenuation, max_depth). */
 typedef enum pktrt_error_measure {
-  PKTRT_ERROR_RMSE = 0,        /* sqrt(mean of V / 3): of a channel, in units of radiance */
-  PKTRT_ERROR_RELATIVE         /* relative MSE: mean over pixels of V / (|x|^2 + |m|^2 / 100), m: mean of the picture */
+  PKTRT_ERROR_RMSE = 0, /* sqrt(mean of V / 3): of a channel, in units of radiance */
+  /* Relative MSE: mean over pixels of V / (|b|^2 + |m|^2 / 100), b: mean colour of the pixel's block, m: of the picture.
+     (A pixel's own mean in place of b is not known while V is large: one too bright by chance would hide its error.) */
+  PKTRT_ERROR_RELATIVE
 } pktrt_error_measure;
 #define PKTRT_ERROR_BLOCK 16   /* pixels along the edge of the blocks that errors are summed over */
 
@@ -8506,19 +8508,18 @@ typedef struct pktrt__note_sums { /* of all samples */
   double depth, normal[3], albedo[3], met;
 } pktrt__note_sums;
 typedef struct pktrt__error_block {
-  double error[2];         /* sums over its pixels: V, and V weighted as in the relative MSE */
+  double error[2];         /* sums over its pixels: V, and V as in the relative MSE */
   double mean[3];          /* of its pixels, their sum */
   double want;             /* passes it should have had, see pktrt__share_out */
   uint32_t unknown;        /* pixels left out */
   uint32_t pixels, done, more; /* passes it has had, and gets in this round */
 } pktrt__error_block;
 typedef struct pktrt__passes {
-  pktrt__pixel_sums *sums;         /* of the pixels of an area */
+  pktrt__pixel_sums *sums;   /* of the pixels of an area */
   pktrt__note_sums *notes;   /* NULL: not wanted */
   pktrt__error_block *blocks;
   uint32_t x, y, w, h;       /* the area */
   uint32_t columns, rows;    /* of blocks */
-  double m2;                 /* |mean of the picture|^2 */
 } pktrt__passes;
 
 typedef struct pktrt__job {
@@ -10166,7 +10167,7 @@ static void pktrt__sum_block(const pktrt__passes *p, const uint32_t area[4], pkt
   b->mean[0] = r * each, b->mean[1] = g * each, b->mean[2] = blue * each;
 }
 
-static void pktrt__sum_absolute(void *arg, size_t row) { /* of a row of blocks */
+static void pktrt__sum_errors(void *arg, size_t row) { /* of a row of blocks */
   pktrt__passes *p = PKTRT__CAST(pktrt__passes *, arg);
   for (uint32_t column = 0; column < p->columns; column++) {
     pktrt__error_block *b = &p->blocks[row * p->columns + column];
@@ -10179,44 +10180,28 @@ static void pktrt__sum_absolute(void *arg, size_t row) { /* of a row of blocks *
   }
 }
 
-/* The same relative to the means of pixels and picture, times n / (n - 1) for both have a factor of n^2. */
-static void pktrt__sum_relative(void *arg, size_t row) {
-  pktrt__passes *p = PKTRT__CAST(pktrt__passes *, arg);
-  for (uint32_t column = 0; column < p->columns; column++) {
-    pktrt__error_block *b = &p->blocks[row * p->columns + column];
-    uint32_t area[4];
-    const double n = b->done, each = 1 / n, least = 0.01 * p->m2 * n * n;
-    double sum = 0;
-    pktrt__block_area(p, column, (uint32_t)row, area);
-    for (uint32_t y = area[1]; n > 1 && y < area[3]; y++)
-      for (const pktrt__pixel_sums *s = &p->sums[(size_t)y * p->w + area[0]], *end = s + (area[2] - area[0]); s < end;
-           s++) {
-        const double one = pktrt__spread_of(s, n, each), against = pktrt__dot(s->mean, s->mean) + least;
-        if (one > 0 && one < INFINITY && against > 0) sum += one / against; /* negative radiance may make that 0 */
-      }
-    b->error[1] = n > 1 ? sum * n / (n - 1) : 0;
-  }
-}
-
 /* The error of the whole picture, as far as known, into the report. */
-static void pktrt__estimate(const pktrt__job *job, bool relative, pktrt_report *r) {
+static void pktrt__estimate(const pktrt__job *job, pktrt_report *r) {
   pktrt__passes *p = job->passes;
-  const pktrt_scene_desc *desc = &job->scene->desc;
   const uint64_t blocks = (uint64_t)p->columns * p->rows;
   double error[2] = {0, 0}, mean[3] = {0, 0, 0}, known = 0;
   r->unknown = 0;
-  pktrt__parallel(desc, p->rows, pktrt__sum_absolute, p);
+  pktrt__parallel(&job->scene->desc, p->rows, pktrt__sum_errors, p);
   for (uint64_t i = 0; i < blocks; i++) {
     const pktrt__error_block *b = &p->blocks[i];
     known += b->pixels - b->unknown, r->unknown += b->unknown;
     for (int a = 0; a < 3; a++) mean[a] += b->mean[a];
   }
-  p->m2 = known > 0 ? pktrt__dot(mean, mean) / (known * known) : 0;
-  if (relative) pktrt__parallel(desc, p->rows, pktrt__sum_relative, p);
-  for (uint64_t i = 0; i < blocks; i++)
-    for (int k = 0; k < 2; k++) error[k] += p->blocks[i].error[k];
+  const double n = pktrt__max(1, known), least = 0.01 * pktrt__dot(mean, mean) / (n * n);
+  for (uint64_t i = 0; i < blocks; i++) {
+    pktrt__error_block *b = &p->blocks[i];
+    const double pixels = pktrt__max(1, b->pixels - b->unknown);
+    const double against = pktrt__dot(b->mean, b->mean) / (pixels * pixels) + least;
+    b->error[1] = against > 0 ? b->error[0] / against : 0; /* negative radiance may make that 0 */
+    for (int k = 0; k < 2; k++) error[k] += b->error[k];
+  }
   r->rmse = known > 0 ? sqrt(error[0] / (3 * known)) : INFINITY;
-  if (relative) r->relative_mse = known > 0 ? error[1] / known : INFINITY;
+  r->relative_mse = known > 0 ? error[1] / known : INFINITY;
 }
 
 /* --- adaptive passes ---
@@ -10488,7 +10473,7 @@ static void pktrt__run_rounds(pktrt__rounds *t) {
       return;
     }
     pktrt__end_round(t);
-    if (t->watched && t->job->passes) pktrt__estimate(t->job, d->pass || d->measure == PKTRT_ERROR_RELATIVE, r);
+    if (t->watched && t->job->passes) pktrt__estimate(t->job, r);
     r->stop = pktrt__judge(t);
     if (t->late && !r->stop) t->cancelled = 1, r->stop = PKTRT_STOP_CANCELLED;
     if (d->pass && !d->pass(d->user, r) && !r->stop) r->stop = PKTRT_STOP_ASKED;
@@ -10569,8 +10554,7 @@ static pktrt_status pktrt__end_rounds(pktrt_scene *s, pktrt__job *job, pktrt__ro
   for (uint32_t i = 0; d->stats && i < t->count; i++) pktrt__add_stats(d->stats, &t->stats[i]);
   if (t->failed) return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "render: no memory for the rays of a tile");
   if (t->cancelled) return pktrt__fail(s, PKTRT_CANCELLED, "render: the progress hook asked to stop");
-  if (job->passes && !d->pass && (d->report || d->pixel_error || d->block_error))
-    pktrt__estimate(job, d->report != NULL, &t->report);
+  if (job->passes && !d->pass && (d->report || d->pixel_error || d->block_error)) pktrt__estimate(job, &t->report);
   if (d->pixel_error || d->block_error) pktrt__write_errors(job);
   return PKTRT_OK;
 }

@@ -1,4 +1,5 @@
-/* bench.h - what the benchmarks share: how they give up, memory, what time they measure, how they sum it up. */
+/* bench.h - what the benchmarks share: how they give up, memory, what time they measure, how they sum it up and where
+   they write it. */
 #ifndef BENCH_H
 #define BENCH_H
 
@@ -39,5 +40,52 @@ EX_UNUSED static double median_of(double *v, unsigned n) {
   qsort(v, n, sizeof *v, compare_doubles);
   return 0.5 * (v[n / 2] + v[(n - 1) / 2]);
 }
+
+/* Where figures go: what the README shows to the terminal and to DIRECTORY/NAME.md, all of them to NAME.csv. */
+typedef struct results {
+  const char *directory, *name; /* directory NULL: to the terminal only */
+  FILE *csv, *md;
+} results;
+
+EX_UNUSED EX_PRINTF(2, 3) static void say(const results *to, const char *format, ...) {
+  va_list values;
+  va_start(values, format);
+  vprintf(format, values);
+  va_end(values);
+  va_start(values, format);
+  if (to->md) vfprintf(to->md, format, values);
+  va_end(values);
+}
+
+EX_UNUSED EX_PRINTF(2, 3) static void csv(const results *to, const char *format, ...) {
+  va_list values;
+  va_start(values, format);
+  if (to->csv) vfprintf(to->csv, format, values);
+  va_end(values);
+}
+
+static FILE *open_result(const results *to, const char *suffix) {
+  char path[4096];
+  if (!to->directory) return NULL;
+  const int n = snprintf(path, sizeof path, "%s/%s.%s", to->directory, to->name, suffix);
+  FILE *file = n > 0 && n < (int)sizeof path ? fopen(path, "w") : NULL;
+  if (!file) {
+    ex_fail("%s/%s.%s: cannot be written: %s", to->directory, to->name, suffix, strerror(errno));
+    exit(1);
+  }
+  return file;
+}
+
+static void close_result(FILE **file) {
+  if (*file && (ferror(*file) | fclose(*file))) fatal("results could not be written");
+  *file = NULL;
+}
+
+EX_UNUSED static void results_open(results *to, const char *directory, const char *name) {
+  to->directory = directory, to->name = name;
+  to->csv = open_result(to, "csv"), to->md = open_result(to, "md");
+}
+
+EX_UNUSED static void results_close(results *to) { close_result(&to->csv), close_result(&to->md); }
 
 #endif /* BENCH_H */

@@ -30,12 +30,13 @@ static const claim claims[] = {
     {"RMSE at equal time over random, 64 samples, closed-form scenes", 0.6, true, check_equal_time, "closed", 64, 0},
     {"RMSE at equal time over random, 16 samples, DRT scenes", 0.75, true, check_equal_time, "DRT", 16, 0.95},
     {"RMSE at equal time over random, 64 samples, DRT scenes", 0.65, true, check_equal_time, "DRT", 64, 0.85},
-    {"runs whose estimate is within 25% of the truth, closed-form scenes", 0.95, false, check_estimates, "closed", 0, 0},
-    {"runs whose estimate is within 25% of the truth, DRT scenes", 0.95, false, check_estimates, "DRT", 0, 0.75},
+    {"runs whose estimate is within 25% of the truth, closed-form scenes", 0.95, false, check_estimates, "closed", 0,
+     0},
+    {"runs whose estimate is within 25% of the truth, DRT scenes", 0.95, false, check_estimates, "DRT", 0, 0},
     {"runs that met their target, uniform, closed-form scenes", 0.95, false, check_targets, "closed", 0, 0},
     {"runs that met their target, adaptive, closed-form scenes", 0.95, false, check_targets, "closed", 1, 0},
     {"runs that met their target, uniform, DRT scenes", 0.95, false, check_targets, "DRT", 0, 0.8},
-    {"runs that met their target, adaptive, DRT scenes", 0.95, false, check_targets, "DRT", 1, 0.8},
+    {"runs that met their target, adaptive, DRT scenes", 0.95, false, check_targets, "DRT", 1, 0},
     {"time of adaptive over uniform passes for equal error, pool hall", 0.75, true, check_adaptive, NULL, 1, 0},
     {"the same, largest of all scenes", 1.0, true, check_adaptive, NULL, 0, 1.1},
     {"flicker of still pixels with static sets, pool hall", 0, true, check_flicker, "poolhall", 0, 0},
@@ -121,12 +122,11 @@ static bool names_known(const options *o) {
 static void run_part(bench *b, const struct part *p) {
   char name[64];
   snprintf(name, sizeof name, "error_%s", p->name);
-  b->part = name;
-  b->csv = open_result(b, "csv"), b->md = open_result(b, "md");
+  results_open(&b->out, b->given.results, name);
   const double start = ex_seconds(), cpu = cpu_seconds();
   if (p->sentence) printf("### %s: %s\n\n", p->name, p->sentence);
   p->run(b);
-  close_result(b->csv), close_result(b->md);
+  results_close(&b->out);
   fprintf(stderr, "%s: %.0f s, %.0f s of processors\n", name, ex_seconds() - start, cpu_seconds() - cpu);
   fflush(stdout);
 }

@@ -15,7 +15,7 @@
    Errors here are those of a channel: MSE = mean over pixels of |x - truth|^2 / 3, the RMSE its root; relative MSE as
    in pktrt_error_measure, with the truth in the denominator.
 
-   Contents: options, stages, references, shots, statistics, report, checks. */
+   Contents: options, stages, references, shots, statistics, checks. */
 #ifndef ERROR_H
 #define ERROR_H
 
@@ -41,8 +41,7 @@ typedef struct options {
 
 typedef struct bench {
   options given;
-  const char *part;
-  FILE *csv, *md; /* of this part; NULL: not wanted */
+  results out; /* of this part */
 } bench;
 
 /* Processor time is compared, and caches count: what is timed stays on the last of the cores that this process may use,
@@ -59,7 +58,7 @@ EX_UNUSED static void find_cores(void) {
 }
 EX_UNUSED static void pin(bool on) { (void)sched_setaffinity(0, sizeof all_cores, on ? &own_core : &all_cores); }
 
-/* Checks have a minute: references of fewer samples do, since their noise is subtracted. */
+/* Checks have two minutes: references of fewer samples do, since their noise is subtracted. */
 EX_UNUSED static uint32_t reference_samples(const bench *b) { return b->given.check ? 1024 : REFERENCE_SAMPLES; }
 
 /* >>stages: scenes to be rendered, and the truth about them -------------------------------------------------------- */
@@ -160,36 +159,43 @@ EX_UNUSED static shot shot_estimated(pktrt_sampler sampler, uint32_t samples, ui
 
 static double square(double x) { return x * x; }
 
-/* Adds up |x - truth|^2 less what the truth is off by, and the same over |truth|^2 + least. */
-static void sum_errors(const stage *g, const uint32_t area[4], double least, double *absolute, double *relative) {
-  for (uint32_t i = 0; i < area[2] * area[3]; i++) {
+/* Of the pixels of an area: adds up |x - truth|^2 less what the truth is off by, and the truth; returns how many. */
+static double sum_area(const stage *g, const uint32_t area[4], double *error, double mean[3]) {
+  const uint32_t n = area[2] * area[3];
+  for (uint32_t i = 0; i < n; i++) {
     const size_t at = (size_t)(area[1] + i / area[2]) * g->view.width + area[0] + i % area[2];
-    double off = g->doubt ? -g->doubt[at] : 0, bright = least;
-    for (size_t c = 3 * at; c < 3 * at + 3; c++)
-      off += square((double)g->pixels[c] - g->truth[c]), bright += square(g->truth[c]);
-    *absolute += off;
-    if (bright > 0) *relative += off / bright;
+    if (g->doubt) *error -= g->doubt[at];
+    for (size_t c = 0; c < 3; c++)
+      *error += square((double)g->pixels[3 * at + c] - g->truth[3 * at + c]), mean[c] += g->truth[3 * at + c];
   }
+  return n;
 }
 
-/* The means over pixels of |x - truth|^2 / 3, and of |x - truth|^2 over |truth|^2 and a hundredth of the squared mean
-   of the picture. */
+static double squared_length(const double v[3]) { return square(v[0]) + square(v[1]) + square(v[2]); }
+
+/* The means over pixels of |x - truth|^2 / 3, and of |x - truth|^2 over the squared mean of the truth in their block of
+   PKTRT_ERROR_BLOCK^2 and a hundredth of that of the picture. */
 static void true_errors(const stage *g, double *mse, double *relative) {
-  double mean[3] = {0, 0, 0}, n = 0, sums[2] = {0, 0};
+  const uint32_t edge = PKTRT_ERROR_BLOCK;
+  double mean[3] = {0, 0, 0}, n = 0, error = 0, weighted = 0;
   uint32_t area[4];
   for (uint32_t k = 0; k < stage_blocks(g); k++) {
     stage_block(g, k, area);
-    n += (double)area[2] * area[3];
-    for (uint32_t i = 0; i < area[2] * area[3]; i++)
-      for (size_t c = 0; c < 3; c++)
-        mean[c] += g->truth[3 * ((size_t)(area[1] + i / area[2]) * g->view.width + area[0] + i % area[2]) + c];
+    n += sum_area(g, area, &error, mean);
   }
-  const double least = 0.01 * (square(mean[0]) + square(mean[1]) + square(mean[2])) / (n * n);
+  const double least = 0.01 * squared_length(mean) / square(n);
   for (uint32_t k = 0; k < stage_blocks(g); k++) {
     stage_block(g, k, area);
-    sum_errors(g, area, least, &sums[0], &sums[1]);
+    for (uint32_t y = area[1]; y < area[1] + area[3]; y += edge)
+      for (uint32_t x = area[0]; x < area[0] + area[2]; x += edge) {
+        const uint32_t w = area[0] + area[2] - x, h = area[1] + area[3] - y;
+        const uint32_t part[4] = {x, y, w < edge ? w : edge, h < edge ? h : edge};
+        double own[3] = {0, 0, 0}, off = 0;
+        const double pixels = sum_area(g, part, &off, own), bright = squared_length(own) / square(pixels) + least;
+        if (bright > 0) weighted += off / bright;
+      }
   }
-  *mse = sums[0] / (3 * n), *relative = sums[1] / n;
+  *mse = error / (3 * n), *relative = weighted / n;
 }
 
 static void render_block(const stage *g, const pktrt_render_desc *d, uint32_t i) {
@@ -391,38 +397,6 @@ EX_UNUSED static double log_between(const double *xs, const double *ys, unsigned
   return exp((1 - t) * log(ys[i]) + t * log(ys[i + 1]));
 }
 
-/* >>report --------------------------------------------------------------------------------------------------------- */
-
-EX_UNUSED EX_PRINTF(2, 3) static void say(const bench *b, const char *format, ...) {
-  va_list values;
-  va_start(values, format);
-  vprintf(format, values);
-  va_end(values);
-  va_start(values, format);
-  if (b->md) vfprintf(b->md, format, values);
-  va_end(values);
-}
-
-EX_UNUSED EX_PRINTF(2, 3) static void csv(const bench *b, const char *format, ...) {
-  va_list values;
-  va_start(values, format);
-  if (b->csv) vfprintf(b->csv, format, values);
-  va_end(values);
-}
-
-static FILE *open_result(const bench *b, const char *suffix) {
-  char path[4096];
-  if (!b->given.results) return NULL;
-  const int n = snprintf(path, sizeof path, "%s/%s.%s", b->given.results, b->part, suffix);
-  FILE *file = n > 0 && n < (int)sizeof path ? fopen(path, "w") : NULL;
-  if (!file) fatal("results cannot be written");
-  return file;
-}
-
-static void close_result(FILE *file) {
-  if (file && (ferror(file) | fclose(file))) fatal("results could not be written");
-}
-
 /* >>checks --------------------------------------------------------------------------------------------------------- */
 
 /* A figure and its bar. As a control the same function measures something that must fail it. Where the bar has not been
@@ -464,7 +438,6 @@ EX_UNUSED static bool wanted(const options *o, const char *text) {
 EX_UNUSED static bool check_claims(bench *b, const claim *claims, unsigned n) {
   unsigned good[2] = {0, 0}, count[2] = {0, 0};
   for (int control = 0; control < 2; control++) {
-    b->part = control ? "controls" : "checks";
     if (control) printf("Controls: each is expected to say FAILED.\n\n");
     for (unsigned i = 0; i < n; i++) {
       if (!wanted(&b->given, claims[i].sentence)) continue;

@@ -85,11 +85,11 @@ static void say_bias(const bench *b, const char *name, bool drt, const bias r[BI
   for (int l = 0; l < BIAS_LEVELS; l++) {
     const bias *x = &r[l];
     const double percent = 100 / x->bright;
-    csv(b, "%s,%s,%s,%d,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g\n", name, drt ? "drt" : "wrt",
+    csv(&b->out, "%s,%s,%s,%d,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g\n", name, drt ? "drt" : "wrt",
         bias_names[drt][l], (int)BIAS_SAMPLES, x->mean.value, x->mean.low, x->mean.high, x->rms.value, x->rms.low,
         x->rms.high, x->noise, x->bright, x->rays, x->seconds);
     if (!l) continue;
-    say(b, "| %s, %s | %s | %.3f (%.3f to %.3f) | %.3f (%.3f to %.3f) | %.1f | %.2f | %.0f%% | %.0f%% |\n", name,
+    say(&b->out, "| %s, %s | %s | %.3f (%.3f to %.3f) | %.3f (%.3f to %.3f) | %.1f | %.2f | %.0f%% | %.0f%% |\n", name,
         drt ? "DRT" : "WRT", bias_names[drt][l], percent * x->mean.value, percent * x->mean.low, percent * x->mean.high,
         percent * x->rms.value, percent * x->rms.low, percent * x->rms.high, percent * x->noise, x->rays,
         100 * (1 - x->rays / r[0].rays), 100 * (1 - x->seconds / r[0].seconds));
@@ -98,11 +98,16 @@ static void say_bias(const bench *b, const char *name, bool drt, const bias r[BI
 
 static void part_bias(bench *b) {
   static stage g;
-  csv(b, "scene,mode,attenuation,samples,mean,low,high,rms,low,high,noise,mean_radiance,rays_of_sample,seconds\n");
-  say(b, "Difference from no attenuation (WRT: from 1/65536) in percent of the mean radiance, with intervals (95%%, "
-         "%d seeds):\n\n", (int)BIAS_SEEDS);
-  say(b, "| scene | attenuation | mean | RMS | noise of %d samples | rays of a sample | rays saved | time saved |\n"
-         "|---|---|--:|--:|--:|--:|--:|--:|\n", (int)BIAS_SAMPLES);
+  csv(&b->out,
+      "scene,mode,attenuation,samples,mean,low,high,rms,low,high,noise,mean_radiance,rays_of_sample,seconds\n");
+  say(&b->out,
+      "Difference from no attenuation (WRT: from 1/65536) in percent of the mean radiance, with intervals (95%%, "
+      "%d seeds):\n\n",
+      (int)BIAS_SEEDS);
+  say(&b->out,
+      "| scene | attenuation | mean | RMS | noise of %d samples | rays of a sample | rays saved | time saved |\n"
+      "|---|---|--:|--:|--:|--:|--:|--:|\n",
+      (int)BIAS_SAMPLES);
   for (int k = 0; k < 6; k++) {
     bias r[BIAS_LEVELS];
     const char *name = scene_names()[k / 2];
@@ -111,7 +116,7 @@ static void part_bias(bench *b) {
     say_bias(b, name, k % 2 != 0, r);
     stage_close(&g);
   }
-  say(b, "\n");
+  say(&b->out, "\n");
 }
 
 #endif /* ERROR_BIAS_H */

@@ -128,48 +128,51 @@ static void csv_blue(const bench *b, const char *name, int how, const blue *r) {
         const interval root = rmse_of(mse, BLUE_SEEDS);
         const interval random = root_ratio(mse, r->mse[way][PKTRT_SAMPLER_RANDOM][k], BLUE_SEEDS);
         const interval sobol = root_ratio(mse, r->mse[way][PKTRT_SAMPLER_SOBOL][k], BLUE_SEEDS);
-        csv(b, "%s,%s,%s,%u,%u,%d,%.6g,%.6g,%.6g,%.4f,%.4f,%.4f,%.4f,%.4f,%.4f\n", name,
+        csv(&b->out, "%s,%s,%s,%u,%u,%d,%.6g,%.6g,%.6g,%.4f,%.4f,%.4f,%.4f,%.4f,%.4f\n", name,
             how == SCREEN ? "screen" : "radiance", pktrt_sampler_string((pktrt_sampler)s),
-            (unsigned)blue_ways[way].samples, (unsigned)blue_ways[way].passes, k, root.value,
-            root.low, root.high, random.value, random.low, random.high, sobol.value, sobol.low, sobol.high);
+            (unsigned)blue_ways[way].samples, (unsigned)blue_ways[way].passes, k, root.value, root.low, root.high,
+            random.value, random.low, random.high, sobol.value, sobol.low, sobol.high);
       }
 }
 
 /* Lines of one stage: RMSE over that of random at sigmas 0, 1 and 2. */
 static void say_blue(const bench *b, const char *name, const blue *r) {
   double widest = 0;
-  say(b, "%s:\n\n", name);
+  say(&b->out, "%s:\n\n", name);
   say_samplers(b, "| samples |");
-  say(b, "|---|--:|--:|--:|--:|--:|--:|--:|\n");
+  say(&b->out, "|---|--:|--:|--:|--:|--:|--:|--:|\n");
   for (int way = 0; way < BLUE_WAYS; way++) {
     const unsigned n = blue_ways[way].samples, passes = blue_ways[way].passes;
-    if (passes > 1) say(b, "| %u in %u passes |", n * passes, passes);
-    else say(b, "| %u |", n);
+    if (passes > 1) say(&b->out, "| %u in %u passes |", n * passes, passes);
+    else say(&b->out, "| %u |", n);
     for (int s = 0; s < PKTRT_SAMPLER_COUNT; s++)
       for (int k = 0; k < BLUE_SIGMAS; k++) {
         const interval x = root_ratio(r->mse[way][s][k], r->mse[way][PKTRT_SAMPLER_RANDOM][k], BLUE_SEEDS);
         widest = fmax(widest, x.high - x.value);
-        say(b, "%s%.2f%s", k ? ", " : " ", x.value, k + 1 < BLUE_SIGMAS ? "" : " |");
+        say(&b->out, "%s%.2f%s", k ? ", " : " ", x.value, k + 1 < BLUE_SIGMAS ? "" : " |");
       }
-    say(b, "\n");
+    say(&b->out, "\n");
   }
-  say(b, "\nNo interval (95%%, %d seeds) is wider than +- %.2f. Blue noise over sobol, at sigma 2:", (int)BLUE_SEEDS,
+  say(&b->out,
+      "\nNo interval (95%%, %d seeds) is wider than +- %.2f. Blue noise over sobol, at sigma 2:", (int)BLUE_SEEDS,
       widest);
   for (int way = 0; way < BLUE_WAYS; way++) {
     const double *blue_mse = r->mse[way][PKTRT_SAMPLER_BLUE_NOISE][2], *sobol_mse = r->mse[way][PKTRT_SAMPLER_SOBOL][2];
     const interval x = root_ratio(blue_mse, sobol_mse, BLUE_SEEDS);
     const unsigned passes = blue_ways[way].passes;
-    say(b, "%s %.2f (%.2f to %.2f) with %u", way ? "," : "", x.value, x.low, x.high, blue_ways[way].samples * passes);
-    if (passes > 1) say(b, " in %u passes", passes);
+    say(&b->out, "%s %.2f (%.2f to %.2f) with %u", way ? "," : "", x.value, x.low, x.high,
+        blue_ways[way].samples * passes);
+    if (passes > 1) say(&b->out, " in %u passes", passes);
   }
-  say(b, ".\n\n");
+  say(&b->out, ".\n\n");
 }
 
 static void part_blue(bench *b) {
   static blue r[SHOWN];
   static stage g;
-  say(b, "RMSE over that of independent random samples, unblurred, and after blurs of sigma 1 and 2 pixels. ");
-  csv(b, "scene,shown,sampler,samples_of_pass,passes,sigma,rmse,low,high,over_random,low,high,over_sobol,low,high\n");
+  say(&b->out, "RMSE over that of independent random samples, unblurred, and after blurs of sigma 1 and 2 pixels. ");
+  csv(&b->out,
+      "scene,shown,sampler,samples_of_pass,passes,sigma,rmse,low,high,over_random,low,high,over_sobol,low,high\n");
   open_soft_shadow(&g, BLUE_SIZE);
   measure_blue(&g, true, r);
   csv_blue(b, g.name, RADIANCE, &r[RADIANCE]), say_blue(b, "Soft shadow (the truth in closed form)", &r[RADIANCE]);

@@ -107,24 +107,25 @@ static bool count_costs(const char *part, int cases, double counts[][COST_WAYS])
 static void part_cost(bench *b) {
   double counts[COST_CASES][COST_WAYS];
   if (!count_costs("cost-run", COST_CASES, counts)) {
-    say(b, "valgrind is not installed (make deps-extra), or failed: instructions are not counted.\n");
+    say(&b->out, "valgrind is not installed (make deps-extra), or failed: instructions are not counted.\n");
     return;
   }
-  csv(b, "case,renders_of_one_pass,passes,estimates_at_the_end,estimates_after_each,twice_the_passes\n");
-  say(b, "%d passes, AVX2 kernels:\n\n", (int)COST_PASS_COUNT);
-  say(b, "| | instructions of a pixel and pass | estimates at the end | after each pass | passes with estimates after "
-         "each, against renders of one pass |\n|---|--:|--:|--:|--:|\n");
+  csv(&b->out, "case,renders_of_one_pass,passes,estimates_at_the_end,estimates_after_each,twice_the_passes\n");
+  say(&b->out, "%d passes, AVX2 kernels:\n\n", (int)COST_PASS_COUNT);
+  say(&b->out,
+      "| | instructions of a pixel and pass | estimates at the end | after each pass | passes with estimates after "
+      "each, against renders of one pass |\n|---|--:|--:|--:|--:|\n");
   for (int i = 0; i < COST_CASES; i++) {
     const double *n = counts[i], width = cost_cases[i].on ? COST_WIDTH : COST_HEIGHT;
     const double pixels = width * (double)COST_HEIGHT * COST_PASS_COUNT;
-    csv(b, "\"%s\",%.0f,%.0f,%.0f,%.0f,%.0f\n", cost_cases[i].name, n[COST_APART], n[COST_PASSES], n[COST_REPORT],
+    csv(&b->out, "\"%s\",%.0f,%.0f,%.0f,%.0f,%.0f\n", cost_cases[i].name, n[COST_APART], n[COST_PASSES], n[COST_REPORT],
         n[COST_WATCHED], n[COST_TWICE]);
-    say(b, "| %s | %.0f | %+.2f%% | %+.2f%% |", cost_cases[i].name, n[COST_PASSES] / pixels,
+    say(&b->out, "| %s | %.0f | %+.2f%% | %+.2f%% |", cost_cases[i].name, n[COST_PASSES] / pixels,
         100 * (n[COST_REPORT] / n[COST_PASSES] - 1), 100 * (n[COST_WATCHED] / n[COST_PASSES] - 1));
-    if (cost_cases[i].samples > 1) say(b, " %+.2f%% |\n", 100 * (n[COST_WATCHED] / n[COST_APART] - 1));
-    else say(b, " |\n");
+    if (cost_cases[i].samples > 1) say(&b->out, " %+.2f%% |\n", 100 * (n[COST_WATCHED] / n[COST_APART] - 1));
+    else say(&b->out, " |\n");
   }
-  say(b, "\n");
+  say(&b->out, "\n");
 }
 
 /* Percent that estimates add where there are next to no triangles: at the end of passes of a primary ray and a shadow

@@ -115,36 +115,37 @@ static void curve_csv(const bench *b, const stage *g, const curve *c) {
     const interval r = curve_rmse(c, i);
     double relative = 0;
     for (unsigned k = 0; k < c->seeds; k++) relative += c->relative[k * c->points + i] / c->seeds;
-    csv(b, "%s,%s,%s,%d,%.0f,%u,%.6f,%.6g,%.6g,%.6g,%.6g,%.4f,%.4f,%.4f\n", g->name, mode_names[g->view.mode],
+    csv(&b->out, "%s,%s,%s,%d,%.0f,%u,%.6f,%.6g,%.6g,%.6g,%.6g,%.4f,%.4f,%.4f\n", g->name, mode_names[g->view.mode],
         pktrt_sampler_string(c->sampler), c->split ? 2 : 1, c->n[i], c->seeds, c->seconds[i], r.value, r.low, r.high,
         relative, slope.value, slope.low, slope.high);
   }
 }
 
 static void curve_header(const bench *b) {
-  csv(b, "scene,mode,sampler,passes,samples,seeds,seconds,rmse,low,high,relative_mse,slope,slope_low,slope_high\n");
+  csv(&b->out,
+      "scene,mode,sampler,passes,samples,seeds,seconds,rmse,low,high,relative_mse,slope,slope_low,slope_high\n");
 }
 
 /* Three lines of a table, a column for each sampler: slopes, errors at equal time unsplit, and with the estimator. */
 static void curve_lines(const bench *b, const stage *g, const curve *whole, const curve *split) {
   for (int line = 0; line < 5; line++) {
     static const char *const names[5] = {"slope", "16, one set", "64, one set", "16, two sets", "64, two sets"};
-    say(b, "| %s, %s | %s |", g->name, mode_names[g->view.mode], names[line]);
+    say(&b->out, "| %s, %s | %s |", g->name, mode_names[g->view.mode], names[line]);
     for (int s = 0; s < PKTRT_SAMPLER_COUNT; s++) {
       const curve *c = line > 2 ? split : whole;
       const interval r = line ? equal_time(&c[s], &c[PKTRT_SAMPLER_RANDOM], line % 2 ? 16 : 64) : curve_slope(&c[s]);
-      say(b, " %.2f (%.2f) |", r.value, 0.5 * (r.high - r.low));
+      say(&b->out, " %.2f (%.2f) |", r.value, 0.5 * (r.high - r.low));
     }
-    say(b, "\n");
+    say(&b->out, "\n");
   }
 }
 
 static void curve_table_head(const bench *b) {
-  say(b, "| scene | |");
-  for (int s = 0; s < PKTRT_SAMPLER_COUNT; s++) say(b, " %s |", pktrt_sampler_string((pktrt_sampler)s));
-  say(b, "\n|---|---|");
-  for (int s = 0; s < PKTRT_SAMPLER_COUNT; s++) say(b, "--:|");
-  say(b, "\n");
+  say(&b->out, "| scene | |");
+  for (int s = 0; s < PKTRT_SAMPLER_COUNT; s++) say(&b->out, " %s |", pktrt_sampler_string((pktrt_sampler)s));
+  say(&b->out, "\n|---|---|");
+  for (int s = 0; s < PKTRT_SAMPLER_COUNT; s++) say(&b->out, "--:|");
+  say(&b->out, "\n");
 }
 
 static void stage_curves(const bench *b, stage *g, unsigned seeds, unsigned sobol_seeds) {
@@ -162,7 +163,7 @@ static void part_closed(bench *b) {
   static stage g;
   double worst = 0;
   curve_header(b);
-  say(b,
+  say(&b->out,
       "Slopes of log RMSE over log N (N = 4 to 256, 32 seeds, one set); below, RMSE with 16 and 64 samples over that "
       "of random samples in the same time: as one set, and as two sets, whose scatter estimates the error. In "
       "brackets half of the 95%% interval.\n\n");
@@ -172,13 +173,13 @@ static void part_closed(bench *b) {
     stage_curves(b, &g, 32, 32);
     stage_close(&g);
   }
-  say(b, "\nThe quadratures behind the exact pixels change by %.1e at most if refined.\n\n", worst);
+  say(&b->out, "\nThe quadratures behind the exact pixels change by %.1e at most if refined.\n\n", worst);
 }
 
 static void part_scenes(bench *b) {
   static stage g;
   curve_header(b);
-  say(b,
+  say(&b->out,
       "%d blocks of %d x %d pixels in the middles of %d x %d parts of a picture of %d x %d. Sobol' points: 32 seeds "
       "(WRT: 8); the others: 3. Lines as above.\n\n",
       BLOCK_COLUMNS * BLOCK_ROWS, BLOCK_WIDTH, BLOCK_HEIGHT, BLOCK_COLUMNS, BLOCK_ROWS, LARGE_WIDTH, LARGE_HEIGHT);
@@ -189,7 +190,7 @@ static void part_scenes(bench *b) {
       stage_curves(b, &g, 3, mode == PKTRT_MODE_DRT ? 32 : 8);
       stage_close(&g);
     }
-  say(b, "\n");
+  say(&b->out, "\n");
 }
 
 /* >>checks --------------------------------------------------------------------------------------------------------- */

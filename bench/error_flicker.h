@@ -130,39 +130,39 @@ static flicker measure_flicker(film *f, pktrt_sampler sampler) {
 /* >>report --------------------------------------------------------------------------------------------------------- */
 
 static void say_samplers(const bench *b, const char *first) {
-  say(b, "%s", first);
-  for (int s = 0; s < PKTRT_SAMPLER_COUNT; s++) say(b, " %s |", pktrt_sampler_string((pktrt_sampler)s));
-  say(b, "\n");
+  say(&b->out, "%s", first);
+  for (int s = 0; s < PKTRT_SAMPLER_COUNT; s++) say(&b->out, " %s |", pktrt_sampler_string((pktrt_sampler)s));
+  say(&b->out, "\n");
 }
 
 static void say_still(const bench *b, flicker (*r)[PKTRT_SAMPLER_COUNT], const char *const *labels) {
-  say(b, "Flicker of still pixels on a screen, in percent of its white, %d samples, %d frames:\n\n",
+  say(&b->out, "Flicker of still pixels on a screen, in percent of its white, %d samples, %d frames:\n\n",
       (int)FLICKER_SAMPLES, (int)FLICKER_FRAMES);
   say_samplers(b, "| | still pixels | static sets, all samplers | fresh sets:");
-  say(b, "|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n");
+  say(&b->out, "|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n");
   for (int k = 0; k < 6; k++) {
     double most = 0, least = 1;
     for (int s = 0; s < PKTRT_SAMPLER_COUNT; s++) {
       most = fmax(most, 100 * r[k][s].still[0][RADIANCE]);
       least = fmin(least, (double)r[k][s].still_pixels / (double)r[k][s].pixels);
     }
-    say(b, "| %s | %.0f%% | %g |", labels[k], 100 * least, most);
-    for (int s = 0; s < PKTRT_SAMPLER_COUNT; s++) say(b, " %.2f |", 100 * r[k][s].still[1][SCREEN]);
-    say(b, "\n");
+    say(&b->out, "| %s | %.0f%% | %g |", labels[k], 100 * least, most);
+    for (int s = 0; s < PKTRT_SAMPLER_COUNT; s++) say(&b->out, " %.2f |", 100 * r[k][s].still[1][SCREEN]);
+    say(&b->out, "\n");
   }
 }
 
 static void say_moving(const bench *b, flicker (*r)[PKTRT_SAMPLER_COUNT], const char *const *labels) {
-  say(b, "\nThe other pixels, static / fresh sets; what moves is in both:\n\n");
+  say(&b->out, "\nThe other pixels, static / fresh sets; what moves is in both:\n\n");
   say_samplers(b, "| |");
-  say(b, "|---|--:|--:|--:|--:|--:|--:|--:|\n");
+  say(&b->out, "|---|--:|--:|--:|--:|--:|--:|--:|\n");
   for (int k = 0; k < 6; k++) {
-    say(b, "| %s |", labels[k]);
+    say(&b->out, "| %s |", labels[k]);
     for (int s = 0; s < PKTRT_SAMPLER_COUNT; s++)
-      say(b, " %.1f / %.1f |", 100 * r[k][s].moving[0][SCREEN], 100 * r[k][s].moving[1][SCREEN]);
-    say(b, "\n");
+      say(&b->out, " %.1f / %.1f |", 100 * r[k][s].moving[0][SCREEN], 100 * r[k][s].moving[1][SCREEN]);
+    say(&b->out, "\n");
   }
-  say(b, "\n");
+  say(&b->out, "\n");
 }
 
 static void part_flicker(bench *b) {
@@ -170,8 +170,8 @@ static void part_flicker(bench *b) {
                                         "conference, DRT", "rtrt, WRT",      "rtrt, DRT"};
   static film f;
   flicker r[6][PKTRT_SAMPLER_COUNT];
-  csv(b, "scene,mode,sampler,samples,frames,pixels,still_pixels,shown,static_still,fresh_still,static_moving,"
-         "fresh_moving\n");
+  csv(&b->out, "scene,mode,sampler,samples,frames,pixels,still_pixels,shown,static_still,fresh_still,static_moving,"
+               "fresh_moving\n");
   for (int k = 0; k < 6; k++) {
     const char *name = scene_names()[k / 2];
     open_film(&f, name, k % 2 ? PKTRT_MODE_DRT : PKTRT_MODE_WRT, b->given.threads);
@@ -179,7 +179,7 @@ static void part_flicker(bench *b) {
       const flicker *x = &r[k][s];
       r[k][s] = measure_flicker(&f, (pktrt_sampler)s);
       for (int how = 0; how < SHOWN; how++)
-        csv(b, "%s,%s,%s,%d,%d,%zu,%zu,%s,%.6g,%.6g,%.6g,%.6g\n", name, k % 2 ? "drt" : "wrt",
+        csv(&b->out, "%s,%s,%s,%d,%d,%zu,%zu,%s,%.6g,%.6g,%.6g,%.6g\n", name, k % 2 ? "drt" : "wrt",
             pktrt_sampler_string((pktrt_sampler)s), (int)FLICKER_SAMPLES, (int)FLICKER_FRAMES, x->pixels,
             x->still_pixels, how == SCREEN ? "screen" : "radiance", x->still[0][how], x->still[1][how],
             x->moving[0][how], x->moving[1][how]);

@@ -218,31 +218,31 @@ static double family_rmse(const slopes *s, int k, unsigned i) {
 
 static void part_slopes(bench *b) {
   static slopes measured[PKTRT_SAMPLER_COUNT];
-  csv(b, "sampler,integrand,kind,dimensions,samples,rmse,slope,low,high\n");
-  say(b,
+  csv(&b->out, "sampler,integrand,kind,dimensions,samples,rmse,slope,low,high\n");
+  say(&b->out,
       "Slopes of log RMSE over log N, N = 4 to 256, %d seeds of %d pixels; in brackets how far the ends of the "
       "95%% interval are off.\n\n| integrand | dimensions |",
       (int)SLOPE_SEEDS, (int)(SLOPE_EDGE * SLOPE_EDGE));
   for (int s = 0; s < PKTRT_SAMPLER_COUNT; s++) {
     measure_slopes((pktrt_sampler)s, &measured[s]);
-    say(b, " %s |", pktrt_sampler_string((pktrt_sampler)s));
+    say(&b->out, " %s |", pktrt_sampler_string((pktrt_sampler)s));
   }
-  say(b, "\n|---|--:|");
-  for (int s = 0; s < PKTRT_SAMPLER_COUNT; s++) say(b, "--:|");
-  say(b, "\n");
+  say(&b->out, "\n|---|--:|");
+  for (int s = 0; s < PKTRT_SAMPLER_COUNT; s++) say(&b->out, "--:|");
+  say(&b->out, "\n");
   for (int k = 0; k < FAMILIES; k++) {
-    say(b, "| %s, %s | %u |", kind_names[families[k].kind], families[k].name, families[k].dimensions);
+    say(&b->out, "| %s, %s | %u |", kind_names[families[k].kind], families[k].name, families[k].dimensions);
     for (int s = 0; s < PKTRT_SAMPLER_COUNT; s++) {
       const interval r = family_slope(&measured[s], k);
-      say(b, " %.2f (%.2f) |", r.value, 0.5 * (r.high - r.low));
+      say(&b->out, " %.2f (%.2f) |", r.value, 0.5 * (r.high - r.low));
       for (unsigned i = 0; i < SLOPE_POINTS; i++)
-        csv(b, "%s,%s,%s,%u,%.0f,%.6g,%.4f,%.4f,%.4f\n", pktrt_sampler_string((pktrt_sampler)s), families[k].name,
+        csv(&b->out, "%s,%s,%s,%u,%.0f,%.6g,%.4f,%.4f,%.4f\n", pktrt_sampler_string((pktrt_sampler)s), families[k].name,
             kind_names[families[k].kind], families[k].dimensions, measured[s].n[i], family_rmse(&measured[s], k, i),
             r.value, r.low, r.high);
     }
-    say(b, "\n");
+    say(&b->out, "\n");
   }
-  say(b, "\n");
+  say(&b->out, "\n");
 }
 
 /* >>checks --------------------------------------------------------------------------------------------------------- */

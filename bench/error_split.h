@@ -42,9 +42,9 @@ static double say_split(const bench *b, const stage *g, pktrt_sampler sampler, u
   measure_split(g, sampler, n, &r);
   for (int k = 1; k < SPLIT_RS; k++) {
     const interval *x = &r.ratio[k];
-    csv(b, "%s,%s,%u,%u,%.6g,%.4f,%.4f,%.4f\n", g->name, pktrt_sampler_string(sampler), (unsigned)n,
+    csv(&b->out, "%s,%s,%u,%u,%.6g,%.4f,%.4f,%.4f\n", g->name, pktrt_sampler_string(sampler), (unsigned)n,
         (unsigned)split_r[k], r.rmse, x->value, x->low, x->high);
-    say(b, "%s%.2f%s", k > 1 ? ", " : " ", x->value, k + 1 < SPLIT_RS ? "" : " |");
+    say(&b->out, "%s%.2f%s", k > 1 ? ", " : " ", x->value, k + 1 < SPLIT_RS ? "" : " |");
     widest = fmax(widest, x->high - x->value);
   }
   return widest;
@@ -54,22 +54,25 @@ static double say_split(const bench *b, const stage *g, pktrt_sampler sampler, u
 static void say_splits(const bench *b, const stage *g) {
   for (int n = 0; n < SPLIT_NS && !(g->built_in && split_n[n] > 64); n++) {
     double widest = 0;
-    say(b, "| %s | %u |", g->name, (unsigned)split_n[n]);
+    say(&b->out, "| %s | %u |", g->name, (unsigned)split_n[n]);
     for (int s = 0; s < PKTRT_SAMPLER_COUNT; s++)
-      if (g->built_in && split_n[n] > 16 && s > PKTRT_SAMPLER_RANDOM && s != PKTRT_SAMPLER_BLUE_NOISE) say(b, " |");
+      if (g->built_in && split_n[n] > 16 && s > PKTRT_SAMPLER_RANDOM && s != PKTRT_SAMPLER_BLUE_NOISE)
+        say(&b->out, " |");
       else widest = fmax(widest, say_split(b, g, (pktrt_sampler)s, split_n[n]));
-    say(b, " %.2f |\n", widest);
+    say(&b->out, " %.2f |\n", widest);
   }
 }
 
 static void part_split(bench *b) {
   static stage g;
-  csv(b, "scene,sampler,samples,passes,rmse_of_one_set,ratio,low,high\n");
-  say(b, "RMSE of N samples in 2, 4 and 8 passes over that of one set; the last column: half of the widest interval of "
-         "a line (95%%, %d seeds):\n\n", (int)SPLIT_SEEDS);
-  say(b, "| | N |");
-  for (int s = 0; s < PKTRT_SAMPLER_COUNT; s++) say(b, " %s |", pktrt_sampler_string((pktrt_sampler)s));
-  say(b, " +- |\n|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n");
+  csv(&b->out, "scene,sampler,samples,passes,rmse_of_one_set,ratio,low,high\n");
+  say(&b->out,
+      "RMSE of N samples in 2, 4 and 8 passes over that of one set; the last column: half of the widest interval of "
+      "a line (95%%, %d seeds):\n\n",
+      (int)SPLIT_SEEDS);
+  say(&b->out, "| | N |");
+  for (int s = 0; s < PKTRT_SAMPLER_COUNT; s++) say(&b->out, " %s |", pktrt_sampler_string((pktrt_sampler)s));
+  say(&b->out, " +- |\n|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n");
   open_soft_shadow(&g, SPLIT_SIZE);
   say_splits(b, &g);
   stage_close(&g);
@@ -78,7 +81,7 @@ static void part_split(bench *b) {
     say_splits(b, &g);
     stage_close(&g);
   }
-  say(b, "\n");
+  say(&b->out, "\n");
 }
 
 #endif /* ERROR_SPLIT_H */

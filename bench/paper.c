@@ -24,14 +24,16 @@
 
 /* Single rays and packets: Mrays/s of both, and how many times as fast. */
 static void say_pair(const bench *b, const row *r) {
-  say(b, " %.2f to %.2f: %.2fx |", mrays(&r[0]), mrays(&r[1]), r[1].speedup);
+  say(&b->out, " %.2f to %.2f: %.2fx |", mrays(&r[0]), mrays(&r[1]), r[1].speedup);
 }
 
 /* The fast path's packets against the same waves of rays, made, set up and shaded together, of which each is traced by
    itself: what packets give to tracing alone. */
 static void say_traversal(bench *b) {
-  say(b, "\nFast path, %s, 8x8, against waves whose rays, primary ones too, are traced one by one but set up and shaded "
-         "together:", pktrt_isa_string(widest()));
+  say(&b->out,
+      "\nFast path, %s, 8x8, against waves whose rays, primary ones too, are traced one by one but set up and shaded "
+      "together:",
+      pktrt_isa_string(widest()));
   for (int k = 0; k < 3; k++) {
     setup ways[2];
     ways[0] = whitted(b, scenes[k]);
@@ -39,10 +41,10 @@ static void say_traversal(bench *b) {
     ways[1] = ways[0];
     ways[0].path = PKTRT_PATH_SINGLE;
     const row *r = measure(b, ways, 2);
-    say(b, "%s %s %.2f to %.2f Mrays/s: %.2fx", k ? ";" : "", scenes[k], mrays(&r[0]), mrays(&r[1]),
+    say(&b->out, "%s %s %.2f to %.2f Mrays/s: %.2fx", k ? ";" : "", scenes[k], mrays(&r[0]), mrays(&r[1]),
         times_as_fast(b, &r[1], &r[0]));
   }
-  say(b, ".\n\n");
+  say(&b->out, ".\n\n");
 }
 
 static void table1(bench *b) {
@@ -68,17 +70,17 @@ static void table1(bench *b) {
   const row *s = measure_pair(b, &smooth, 0, 0, 0);
   print_speeds(b);
   print_tests(b);
-  say(b, "Mrays/s, single rays to packets by ray type:\n\n| scene | packets | the paper |");
+  say(&b->out, "Mrays/s, single rays to packets by ray type:\n\n| scene | packets | the paper |");
   say_columns(b, "|---|---|--:|");
   for (int k = 0; k < 3; k++)
     for (int e = 0; e < 4; e++) {
-      say(b, "| %s | %ux%u | %.2f to %.2f: %.2fx |", paper[k].scene, edges[e], edges[e], paper[k].single[e],
+      say(&b->out, "| %s | %ux%u | %.2f to %.2f: %.2fx |", paper[k].scene, edges[e], edges[e], paper[k].single[e],
           paper[k].types[e], paper[k].speedup[e]);
       for (int c = 0; c < columns(); c++) say_pair(b, r[k][c][e]);
-      say(b, "\n");
+      say(&b->out, "\n");
     }
-  say(b, "\nConference reflects as its triangles lie. With interpolated normals, paper path, 8x8: ");
-  say(b, "%.2f to %.2f Mrays/s: %.2fx.\n", mrays(&s[0]), mrays(&s[1]), s[1].speedup);
+  say(&b->out, "\nConference reflects as its triangles lie. With interpolated normals, paper path, 8x8: ");
+  say(&b->out, "%.2f to %.2f Mrays/s: %.2fx.\n", mrays(&s[0]), mrays(&s[1]), s[1].speedup);
   say_traversal(b);
 }
 
@@ -100,15 +102,15 @@ static void table2(bench *b) {
       }
   print_speeds(b);
   print_tests(b);
-  say(b, "Mrays/s:\n\n| scene | mode | the paper |");
+  say(&b->out, "Mrays/s:\n\n| scene | mode | the paper |");
   say_columns(b, "|---|---|--:|");
   for (int k = 0; k < 3; k++)
     for (int m = 0; m < 3; m++) {
-      say(b, "| %s | %s | %.2f |", paper[k].scene, mode_names[m], paper[k].speed[m]);
-      for (int c = 0; c < columns(); c++) say(b, " %.2f |", mrays(r[k][c][m]));
-      say(b, "\n");
+      say(&b->out, "| %s | %s | %.2f |", paper[k].scene, mode_names[m], paper[k].speed[m]);
+      for (int c = 0; c < columns(); c++) say(&b->out, " %.2f |", mrays(r[k][c][m]));
+      say(&b->out, "\n");
     }
-  say(b, "\n");
+  say(&b->out, "\n");
 }
 
 static void table3(bench *b) {
@@ -123,14 +125,14 @@ static void table3(bench *b) {
     }
   print_speeds(b);
   print_tests(b);
-  say(b, "Mrays/s, single rays to packets by ray type:\n\n| samples | the paper |");
+  say(&b->out, "Mrays/s, single rays to packets by ray type:\n\n| samples | the paper |");
   say_columns(b, "|--:|--:|");
   for (int e = 0; e < 3; e++) {
-    say(b, "| %u | %.2f to %.2f: %.2fx |", edges[e] * edges[e], single[e], types[e], speedup[e]);
+    say(&b->out, "| %u | %.2f to %.2f: %.2fx |", edges[e] * edges[e], single[e], types[e], speedup[e]);
     for (int c = 0; c < columns(); c++) say_pair(b, r[c][e]);
-    say(b, "\n");
+    say(&b->out, "\n");
   }
-  say(b, "\n");
+  say(&b->out, "\n");
 }
 
 /* Both paths, the fast one on all lanes there are. */
@@ -140,12 +142,12 @@ static void say_paths(const bench *b, const char *what) {
   for (int p = 0; p < 2; p++) {
     setup s = as_the_scene_is("conference");
     path(p, &s);
-    say(b, " %s path, %s: %s |", path_names[s.path], pktrt_isa_string(s.isa), what);
+    say(&b->out, " %s path, %s: %s |", path_names[s.path], pktrt_isa_string(s.isa), what);
   }
 }
 
 static void say_work(const bench *b, const row *r) {
-  say(b, " %.1f / %.2f | %.2f |", per_ray(r->all.box_tests, &r->all), per_ray(r->all.triangle_tests, &r->all),
+  say(&b->out, " %.1f / %.2f | %.2f |", per_ray(r->all.box_tests, &r->all), per_ray(r->all.triangle_tests, &r->all),
       mrays(r));
 }
 
@@ -162,15 +164,15 @@ static void figure6(bench *b) {
   }
   print_speeds(b);
   print_tests(b);
-  say(b, "Tests per ray:\n\n| packets |");
+  say(&b->out, "Tests per ray:\n\n| packets |");
   say_paths(b, "boxes / triangles | Mrays/s");
-  say(b, "\n|---|--:|--:|--:|--:|\n");
+  say(&b->out, "\n|---|--:|--:|--:|--:|\n");
   for (int e = 0; e < 4; e++) {
-    say(b, "| %ux%u |", edges[e], edges[e]);
+    say(&b->out, "| %ux%u |", edges[e], edges[e]);
     for (int p = 0; p < 2; p++) say_work(b, &r[p][e]);
-    say(b, "\n");
+    say(&b->out, "\n");
   }
-  say(b, "\n");
+  say(&b->out, "\n");
 }
 
 /* What figure 7 varies. The paper names the aperture's steps only, by their ends: nothing, and twice what is
@@ -201,24 +203,24 @@ static setup featuring(const bench *b, const char *name, feature f, double value
 
 static void say_steps(const bench *b, const char *name, int f, const row *r[2][STEPS]) {
   const bool both = f == OPEN_SHUTTER;
-  say(b, "%s, %s, %s; tests per ray, %s:\n\n| %s |", features[f].name, features[f].unit, name,
+  say(&b->out, "%s, %s, %s; tests per ray, %s:\n\n| %s |", features[f].name, features[f].unit, name,
       both ? "boxes that move / boxes united over time" : "boxes / triangles", features[f].name);
   say_paths(b, both ? "boxes | triangles | Mrays/s" : "boxes / triangles | Mrays/s");
-  say(b, "\n|--:|--:|--:|--:|--:|%s\n", both ? "--:|--:|" : "");
+  say(&b->out, "\n|--:|--:|--:|--:|--:|%s\n", both ? "--:|--:|" : "");
   for (int i = 0; i < features[f].n; i++) {
-    if (both && i) say(b, "| 1/%.0f |", 1 / features[f].steps[i]);
-    else say(b, "| %g |", features[f].steps[i]);
+    if (both && i) say(&b->out, "| 1/%.0f |", 1 / features[f].steps[i]);
+    else say(&b->out, "| %g |", features[f].steps[i]);
     for (int p = 0; p < 2; p++) {
       const row *x = r[p][i], *y = x + 1;
       if (!both) say_work(b, x);
       else
-        say(b, " %.1f / %.1f | %.2f / %.2f | %.2f / %.2f |", per_ray(x->all.box_tests, &x->all),
+        say(&b->out, " %.1f / %.1f | %.2f / %.2f | %.2f / %.2f |", per_ray(x->all.box_tests, &x->all),
             per_ray(y->all.box_tests, &y->all), per_ray(x->all.triangle_tests, &x->all),
             per_ray(y->all.triangle_tests, &y->all), mrays(x), mrays(y));
     }
-    say(b, "\n");
+    say(&b->out, "\n");
   }
-  say(b, "\n");
+  say(&b->out, "\n");
 }
 
 /* One scene, one feature, both paths; the shutter with boxes that move and with such as do not. */
@@ -248,10 +250,9 @@ static void figure7(bench *b) {
 
 static void say_depth(const bench *b, const char *label, const pktrt_counts *p, const pktrt_counts *q) {
   if (p->rays)
-    say(b, "| %s | %llu | %.1f / %.1f | %.1f / %.1f | %.2f / %.2f |\n", label, (unsigned long long)p->rays,
+    say(&b->out, "| %s | %llu | %.1f / %.1f | %.1f / %.1f | %.2f / %.2f |\n", label, (unsigned long long)p->rays,
         per_ray(p->vector_box_tests, p), per_ray(q->vector_box_tests, q), per_ray(p->box_tests, p),
-        per_ray(q->box_tests, q),
-        per_ray(p->triangle_tests, p), per_ray(q->triangle_tests, q));
+        per_ray(q->box_tests, q), per_ray(p->triangle_tests, p), per_ray(q->triangle_tests, q));
 }
 
 /* Two assemblies, bounce by bounce; shadow rays count as one deeper than the surface that they leave. */
@@ -259,7 +260,7 @@ static void say_depths(const bench *b, const row *x, const row *y) {
   enum { SHOWN = 10 };
   pktrt_counts deeper[2];
   memset(deeper, 0, sizeof deeper);
-  say(b,
+  say(&b->out,
       "Paper path, %s, by bounces from the camera; %s / %s:\n\n"
       "| bounces | rays | vectors of box tests per ray | box tests per ray | triangle tests per ray |\n"
       "|--:|--:|--:|--:|--:|\n",
@@ -272,7 +273,7 @@ static void say_depths(const bench *b, const row *x, const row *y) {
   }
   say_depth(b, "deeper", &deeper[0], &deeper[1]);
   say_depth(b, "all", &x->all, &y->all);
-  say(b, "\n");
+  say(&b->out, "\n");
 }
 
 static void figure8(bench *b) {
@@ -292,31 +293,31 @@ static void figure8(bench *b) {
     }
   print_speeds(b);
   print_tests(b);
-  say(b, "Tests per ray; speed, and that of ray types in times of it:\n\n| scene | assembly |");
+  say(&b->out, "Tests per ray; speed, and that of ray types in times of it:\n\n| scene | assembly |");
   say_paths(b, "boxes / triangles | Mrays/s | ray types");
-  say(b, "\n|---|---|--:|--:|--:|--:|--:|--:|\n");
+  say(&b->out, "\n|---|---|--:|--:|--:|--:|--:|--:|\n");
   for (int k = 0; k < 3; k++)
     for (int a = 0; a < 6; a++) {
-      say(b, "| %s | %s |", names[k], assembly_names[order[a]]);
+      say(&b->out, "| %s | %s |", names[k], assembly_names[order[a]]);
       for (int p = 0; p < 2; p++) {
         say_work(b, &r[k][p][a]);
-        say(b, " %.2fx |", times_as_fast(b, &r[k][p][0], &r[k][p][a]));
+        say(&b->out, " %.2fx |", times_as_fast(b, &r[k][p][0], &r[k][p][a]));
       }
-      say(b, "\n");
+      say(&b->out, "\n");
     }
-  say(b, "\n");
+  say(&b->out, "\n");
   say_depths(b, &r[0][0][0], &r[0][0][1]);
 }
 
 /* Section 4 compares ways that make different pictures; each is told by a word, and compared with the first. */
 static void say_ways(const bench *b, const char *what, const row *r, int n, const char *const *words) {
-  say(b, "| %s, %s path, %s %s | rays | boxes / triangles | Mrays/s | time |\n|---|--:|--:|--:|--:|\n", what,
+  say(&b->out, "| %s, %s path, %s %s | rays | boxes / triangles | Mrays/s | time |\n|---|--:|--:|--:|--:|\n", what,
       path_names[r->s.path], r->s.scene, mode_names[r->s.mode]);
   for (int i = 0; i < n; i++)
-    say(b, "| %s | %llu | %.1f / %.2f | %.2f | %.2fx |\n", words[i], (unsigned long long)r[i].all.rays,
+    say(&b->out, "| %s | %llu | %.1f / %.2f | %.2f | %.2fx |\n", words[i], (unsigned long long)r[i].all.rays,
         per_ray(r[i].all.box_tests, &r[i].all), per_ray(r[i].all.triangle_tests, &r[i].all), mrays(&r[i]),
         times_as_long(b, &r[i], r));
-  say(b, "\n");
+  say(&b->out, "\n");
 }
 
 /* "Instead of tracing N reflection and N refraction rays, we would trace only N rays total." */
@@ -435,7 +436,7 @@ static void reflect_set(const pktrt_scene *tree, watch *w, const pktrt_ray *ray,
 
 static void say_lobes(const bench *b, lobe_count counts[2][2]) {
   static const char *const names[2][2] = {{"careful, others", "careful, origin"}, {"naive, others", "naive, origin"}};
-  say(b,
+  say(&b->out,
       "Single rays off what a view of conference shows, into lobes of exponent %g around its normals, 16 each:\n\n"
       "| mapping, points | rays | boxes entered per ray | of them false |\n"
       "|---|--:|--:|--:|\n",
@@ -444,10 +445,10 @@ static void say_lobes(const bench *b, lobe_count counts[2][2]) {
     for (int o = 0; o < 2; o++) {
       const lobe_count *c = &counts[n][o];
       const double rays = c->rays ? (double)c->rays : 1;
-      say(b, "| %s | %llu | %.1f | %.1f |\n", names[n][o], (unsigned long long)c->rays, (double)c->entered / rays,
+      say(&b->out, "| %s | %llu | %.1f | %.1f |\n", names[n][o], (unsigned long long)c->rays, (double)c->entered / rays,
           (double)c->false_hits / rays);
     }
-  say(b, "\n");
+  say(&b->out, "\n");
 }
 
 static void count_false_hits(bench *b) {
@@ -488,8 +489,8 @@ static void section4(bench *b) {
    the same pixels with more samples, a pixel to a packet, and in packets of 8 x 8 whatever the samples. */
 static void section5(bench *b) {
   static const char *const names[3] = {"conference", "rtrt", "poolhall"};
-  say(b, "| scene | path | packets | 4 samples, s | 16 | 64 | 16 over 4 | 64 over 16 |\n"
-         "|---|---|---|--:|--:|--:|--:|--:|\n");
+  say(&b->out, "| scene | path | packets | 4 samples, s | 16 | 64 | 16 over 4 | 64 over 16 |\n"
+               "|---|---|---|--:|--:|--:|--:|--:|\n");
   for (int k = 0; k < 3; k++)
     for (int i = 0; i < 4; i++) {
       setup ways[3];
@@ -501,11 +502,11 @@ static void section5(bench *b) {
         ways[e].differs = true;
       }
       const row *r = measure(b, ways, 3);
-      say(b, "| %s | %s | %s | %.3f | %.3f | %.3f | %.2fx | %.2fx |\n", names[k], path_names[r->s.path],
+      say(&b->out, "| %s | %s | %s | %.3f | %.3f | %.3f | %.2fx | %.2fx |\n", names[k], path_names[r->s.path],
           i % 2 ? "8x8" : "a pixel", r[0].seconds, r[1].seconds, r[2].seconds, times_as_long(b, &r[1], &r[0]),
           times_as_long(b, &r[2], &r[1]));
     }
-  say(b, "\n");
+  say(&b->out, "\n");
   print_speeds(b);
 }
 
@@ -574,14 +575,14 @@ int main(int argc, char **argv) {
   if (b.given.check) failed = !check_all(&b);
   for (int i = 0; i < PARTS && !b.given.check; i++) {
     if (!wanted(&b.given, parts[i].name)) continue;
-    b.part = parts[i].name, b.row_count = 0;
-    b.csv = open_result(&b, "csv"), b.md = open_result(&b, "md");
+    results_open(&b.out, b.given.results, parts[i].name);
+    b.row_count = 0;
     const double start = ex_seconds();
     printf("### %s: %s\n\n", parts[i].name, parts[i].sentence);
     parts[i].run(&b);
     if (b.row_count) csv_rows(&b);
-    close_result(b.csv), close_result(b.md);
-    fprintf(stderr, "%s: %.0f s\n", b.part, ex_seconds() - start);
+    results_close(&b.out);
+    fprintf(stderr, "%s: %.0f s\n", b.out.name, ex_seconds() - start);
     fflush(stdout);
   }
   close_world(&b.now);

@@ -228,10 +228,9 @@ typedef struct row {
 
 typedef struct bench {
   options given;
-  FILE *csv, *md; /* of this part; NULL: not wanted */
+  results out; /* of this part */
   world now;
   float *pixels;
-  const char *part;
   row rows[MAX_ROWS];
   size_t row_count;
 } bench;
@@ -337,7 +336,7 @@ static row *measure(bench *b, const setup *ways, size_t n) {
     r[i].seconds = b->given.rounds ? median_of(seconds, b->given.rounds) : 0;
   }
   if (!b->given.check)
-    fprintf(stderr, "%s: %s %s, %s path, %s, packets of %u x %u%s: done\n", b->part, ways[0].scene,
+    fprintf(stderr, "%s: %s %s, %s path, %s, packets of %u x %u%s: done\n", b->out.name, ways[0].scene,
             mode_names[ways[0].mode], path_names[ways[0].path], pktrt_isa_string(ways[0].isa), ways[0].packet,
             ways[0].packet, ways[0].packet != ways[n - 1].packet ? " and more" : "");
   return r;
@@ -431,64 +430,28 @@ static void print_tests(const bench *b) {
   printf("\n");
 }
 
-/* A table for the README: to the terminal, and to the part's own file. */
-EX_UNUSED EX_PRINTF(2, 3) static void say(const bench *b, const char *format, ...) {
-  va_list values;
-  va_start(values, format);
-  vprintf(format, values);
-  va_end(values);
-  va_start(values, format);
-  if (b->md) vfprintf(b->md, format, values);
-  va_end(values);
-}
-
-/* What is kept in full. */
-EX_PRINTF(2, 3) static void csv(const bench *b, const char *format, ...) {
-  va_list values;
-  va_start(values, format);
-  if (b->csv) vfprintf(b->csv, format, values);
-  va_end(values);
-}
-
-static FILE *open_result(const bench *b, const char *suffix) {
-  enum { LONGEST = 4096 };
-  char path[LONGEST];
-  if (!b->given.results) return NULL;
-  const int n = snprintf(path, sizeof path, "%s/%s.%s", b->given.results, b->part, suffix);
-  FILE *file = n > 0 && n < LONGEST ? fopen(path, "w") : NULL;
-  if (!file) {
-    ex_fail("%s/%s.%s: cannot be written: %s", b->given.results, b->part, suffix, strerror(errno));
-    exit(1);
-  }
-  return file;
-}
-
-static void close_result(FILE *file) {
-  if (file && (ferror(file) | fclose(file))) fatal("results could not be written");
-}
-
 /* Rays of one sort. Sorts take turns, packet by packet, so only all together have a speed. */
 static void csv_line(const bench *b, const row *r, const char *of, const pktrt_counts *c) {
   char t[3][32];
   if (!c->rays) return;
-  if (r->s.varied) csv(b, "%s,%g,", r->s.varied, r->s.value);
-  else csv(b, ",,");
-  csv(b, "%s,%s,%u,%s,%s,%u,%s,%u,%u,%s,%llu,%.4f,%.4f,%.4f,", r->s.scene, mode_names[r->s.mode], r->s.samples,
+  if (r->s.varied) csv(&b->out, "%s,%g,", r->s.varied, r->s.value);
+  else csv(&b->out, ",,");
+  csv(&b->out, "%s,%s,%u,%s,%s,%u,%s,%u,%u,%s,%llu,%.4f,%.4f,%.4f,", r->s.scene, mode_names[r->s.mode], r->s.samples,
       path_names[r->s.path], pktrt_isa_string(r->s.isa), r->s.packet, assembly_names[r->s.assembly], b->given.size,
       r->s.frames, of, (unsigned long long)c->rays, per_ray(c->box_tests, c), per_ray(c->triangle_tests, c),
       per_ray(c->vector_box_tests, c));
   if (c == &r->all)
-    csv(b, "%.4f,%.6f,%s,%s,%s", mrays(r), r->seconds, figure_text(t[0], r->paper, 2, "", ""),
+    csv(&b->out, "%.4f,%.6f,%s,%s,%s", mrays(r), r->seconds, figure_text(t[0], r->paper, 2, "", ""),
         figure_text(t[1], r->speedup, 4, "", ""), figure_text(t[2], r->paper_speedup, 2, "", ""));
-  else csv(b, ",,,,");
-  csv(b, ",%.4f\n", per_ray(c->vector_triangle_tests, c));
+  else csv(&b->out, ",,,,");
+  csv(&b->out, ",%.4f\n", per_ray(c->vector_triangle_tests, c));
 }
 
 /* All pictures of a part: all their rays, by type, and by bounces. */
 static void csv_rows(const bench *b) {
-  csv(b, "varied,value,scene,mode,samples,path,isa,packet,assembly,size,frames,of,rays,box_tests_per_ray,"
-         "triangle_tests_per_ray,vector_box_tests_per_ray,mrays,seconds,paper_mrays,speedup,paper_speedup,"
-         "vector_triangle_tests_per_ray\n");
+  csv(&b->out, "varied,value,scene,mode,samples,path,isa,packet,assembly,size,frames,of,rays,box_tests_per_ray,"
+               "triangle_tests_per_ray,vector_box_tests_per_ray,mrays,seconds,paper_mrays,speedup,paper_speedup,"
+               "vector_triangle_tests_per_ray\n");
   for (size_t i = 0; i < b->row_count; i++) {
     const row *r = &b->rows[i];
     csv_line(b, r, "all", &r->all);
@@ -530,10 +493,10 @@ static bool column(int i, setup *s) { /* false: there is no such one */
 /* The columns' names, and the line below the head of a table that begins with `rule`. */
 static void say_columns(const bench *b, const char *rule) {
   for (int c = 0; c < columns(); c++)
-    say(b, " %s, %s |", c ? "fast path" : "paper path", pktrt_isa_string(c == 2 ? widest() : four_lanes()));
-  say(b, "\n%s", rule);
-  for (int c = 0; c < columns(); c++) say(b, "--:|");
-  say(b, "\n");
+    say(&b->out, " %s, %s |", c ? "fast path" : "paper path", pktrt_isa_string(c == 2 ? widest() : four_lanes()));
+  say(&b->out, "\n%s", rule);
+  for (int c = 0; c < columns(); c++) say(&b->out, "--:|");
+  say(&b->out, "\n");
 }
 
 static const unsigned edges[4] = {2, 4, 8, 16};

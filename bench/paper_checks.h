@@ -174,7 +174,7 @@ static verdict check(bench *b, const claim *c, bool control) {
 static bool check_all(bench *b) {
   const options *o = &b->given;
   int count[VERDICTS] = {0, 0, 0};
-  b->part = o->controls ? "controls" : "checks";
+  b->out.name = o->controls ? "controls" : "checks";
   if (o->controls) printf("Controls: each is expected to say FAILED.\n\n");
   for (int i = 0; i < CLAIMS; i++)
     if (!o->counts || claims[i].counted) count[check(b, &claims[i], o->controls)]++;

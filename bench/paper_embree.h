@@ -15,8 +15,8 @@
 #ifndef HAVE_EMBREE
 
 static void embree_rcs(bench *b) {
-  csv(b, "scene,library,mode,of,rays,mrays,seconds,differ\n");
-  say(b, "Built without Embree 3 (make deps-extra installs it): nothing to compare with.\n\n");
+  csv(&b->out, "scene,library,mode,of,rays,mrays,seconds,differ\n");
+  say(&b->out, "Built without Embree 3 (make deps-extra installs it): nothing to compare with.\n\n");
 }
 
 /* Less than 0: it cannot be told. */
@@ -229,18 +229,18 @@ static setup ray_casting(const bench *b, const char *name) {
 static void csv_duel(const bench *b, const setup *s, const embassy *e, const duel *f) {
   static const char *const of[2] = {"primary", "shadow"};
   const size_t all = f->rays[0] + f->rays[1];
-  csv(b, "%s,pktrt,%s %s,all and shading,%zu,%.4f,%.6f,\n", s->scene, path_names[s->path], pktrt_isa_string(s->isa),
-      all, 1e-6 * (double)all / f->seconds, f->seconds);
+  csv(&b->out, "%s,pktrt,%s %s,all and shading,%zu,%.4f,%.6f,\n", s->scene, path_names[s->path],
+      pktrt_isa_string(s->isa), all, 1e-6 * (double)all / f->seconds, f->seconds);
   for (size_t i = 0; i < e->count; i++)
     for (int k = 0; k < 2; k++)
-      csv(b, "%s,Embree %s,%s %s,%s,%zu,%.4f,%.6f,%zu\n", s->scene, RTC_VERSION_STRING,
+      csv(&b->out, "%s,Embree %s,%s %s,%s,%zu,%.4f,%.6f,%zu\n", s->scene, RTC_VERSION_STRING,
           ways_of_embree[e->rival[i].way].name, e->rival[i].isa, of[k], f->rays[k],
           1e-6 * (double)f->rays[k] / e->rival[i].seconds[k], e->rival[i].seconds[k], e->rival[i].differ[k]);
 }
 
 static void embree_rcs(bench *b) {
-  csv(b, "scene,library,mode,of,rays,mrays,seconds,differ\n");
-  say(b,
+  csv(&b->out, "scene,library,mode,of,rays,mrays,seconds,differ\n");
+  say(&b->out,
       "Ray casting of %u x %u pixels with all shading, fast path, %s, one thread, against Embree %s tracing the same "
       "rays without any; Mrays/s, of Embree's coherent ways and single calls the fastest. Wanted: a ratio of 0.5.\n\n"
       "| scene | rays | pktrt, shaded | Embree: primary | shadow | all | ratio | differ |\n"
@@ -251,17 +251,17 @@ static void embree_rcs(bench *b) {
     embassy e;
     const duel f = fight(b, &s, &e);
     const double mega = 1e-6 * (double)(f.rays[0] + f.rays[1]);
-    say(b, "| %s | %zu | %.2f |", s.scene, f.rays[0] + f.rays[1], mega / f.seconds);
+    say(&b->out, "| %s | %zu | %.2f |", s.scene, f.rays[0] + f.rays[1], mega / f.seconds);
     for (int k = 0; k < 2; k++)
-      say(b, " %.2f (%s, %s) |", 1e-6 * (double)f.rays[k] / f.best[k]->seconds[k], ways_of_embree[f.best[k]->way].name,
-          f.best[k]->isa);
-    say(b, " %.2f | %.2f | %zu |\n", mega / (f.seconds * f.ratio), f.ratio,
+      say(&b->out, " %.2f (%s, %s) |", 1e-6 * (double)f.rays[k] / f.best[k]->seconds[k],
+          ways_of_embree[f.best[k]->way].name, f.best[k]->isa);
+    say(&b->out, " %.2f | %.2f | %zu |\n", mega / (f.seconds * f.ratio), f.ratio,
         f.best[0]->differ[0] + f.best[1]->differ[1]);
     csv_duel(b, &s, &e, &f);
     close_embassy(&e);
-    fprintf(stderr, "%s: %s: done\n", b->part, s.scene);
+    fprintf(stderr, "%s: %s: done\n", b->out.name, s.scene);
   }
-  say(b, "\n");
+  say(&b->out, "\n");
 }
 
 /* >>check ---------------------------------------------------------------------------------------------------------- */

@@ -209,11 +209,11 @@ static void report_race(const bench *b, course *c, const char *rays) {
     const pktrt_isa isa = i ? widest() : four_lanes();
     if (i && widest() == four_lanes()) break;
     const outcome o = race_tests(b, c, isa);
-    say(b, "| %s | %s | %s | %.0f | %.2f | %.2f | %.2fx | %.2f | %.2f | %.2fx | %zu of %zu |\n", rays,
+    say(&b->out, "| %s | %s | %s | %.0f | %.2f | %.2f | %.2fx | %.2f | %.2f | %.2fx | %zu of %zu |\n", rays,
         c->moving ? "two keys" : "still", pktrt_isa_string(isa), (double)c->tests / (double)c->rays, o.ns[0][1],
         o.ns[0][0], o.ns[0][0] / o.ns[0][1], o.ns[1][1], o.ns[1][0], o.ns[1][0] / o.ns[1][1],
         o.lost + o.found + o.other, c->rays);
-    csv(b, "%s,%d,%s,%zu,%llu,%.4f,%.4f,%.4f,%.4f,%.4f,%zu,%zu,%zu,%zu\n", rays, c->moving, pktrt_isa_string(isa),
+    csv(&b->out, "%s,%d,%s,%zu,%llu,%.4f,%.4f,%.4f,%.4f,%.4f,%zu,%zu,%zu,%zu\n", rays, c->moving, pktrt_isa_string(isa),
         c->rays, (unsigned long long)c->tests, (double)c->count[0] / (double)c->count[1], o.ns[0][1], o.ns[0][0],
         o.ns[1][1], o.ns[1][0], o.hits, o.lost, o.found, o.other);
   }
@@ -351,9 +351,9 @@ static void race_edges(const bench *b, size_t rays, bool moving) {
     if (i && widest() == four_lanes()) break;
     const outcome o = race_tests(b, &c, isa);
     if (o.hits != rays) fatal("a ray leaked through a closed surface");
-    say(b, "| %s | %s | %zu | %zu | %zu |\n", moving ? "two keys" : "still", pktrt_isa_string(isa), rays, o.lost,
+    say(&b->out, "| %s | %s | %zu | %zu | %zu |\n", moving ? "two keys" : "still", pktrt_isa_string(isa), rays, o.lost,
         rays - o.hits);
-    csv(b, "edges,%d,%s,%zu,%llu,,,,,,%zu,%zu,%zu,%zu\n", moving, pktrt_isa_string(isa), rays,
+    csv(&b->out, "edges,%d,%s,%zu,%llu,,,,,,%zu,%zu,%zu,%zu\n", moving, pktrt_isa_string(isa), rays,
         (unsigned long long)c.tests, o.hits, o.lost, o.found, o.other);
   }
   free_course(&c);
@@ -369,13 +369,15 @@ static void kensler(bench *b) {
   const setup s = pool_hall(b);
   pktrt_ray *ray[2];
   for (int i = 0; i < 2; i++) ray[i] = (pktrt_ray *)take(rays, sizeof(pktrt_ray));
-  csv(b, "rays,moving,isa,count,tests,rays_per_group_visit,one_ray_kensler_ns,one_ray_pktrt_ns,eight_rays_kensler_ns,"
-         "eight_rays_pktrt_ns,hits,kensler_misses,kensler_hits_alone,kensler_hits_another\n");
-  say(b, "Nanoseconds for a ray and a triangle of the pool hall, in the leaves that each ray meets when traced alone: "
-         "one ray against a block of eight triangles, eight rays (those that meet the leaf) against one triangle. K-S: "
-         "Kensler and Shirley; time: pktrt's over theirs; differ: rays whose nearest triangle is another.\n\n"
-         "| rays | triangles | isa | tests/ray | 1 x 8: K-S | pktrt | time | 8 x 1: K-S | pktrt | time | differ |\n"
-         "|---|---|---|--:|--:|--:|--:|--:|--:|--:|--:|\n");
+  csv(&b->out,
+      "rays,moving,isa,count,tests,rays_per_group_visit,one_ray_kensler_ns,one_ray_pktrt_ns,eight_rays_kensler_ns,"
+      "eight_rays_pktrt_ns,hits,kensler_misses,kensler_hits_alone,kensler_hits_another\n");
+  say(&b->out,
+      "Nanoseconds for a ray and a triangle of the pool hall, in the leaves that each ray meets when traced alone: "
+      "one ray against a block of eight triangles, eight rays (those that meet the leaf) against one triangle. K-S: "
+      "Kensler and Shirley; time: pktrt's over theirs; differ: rays whose nearest triangle is another.\n\n"
+      "| rays | triangles | isa | tests/ray | 1 x 8: K-S | pktrt | time | 8 x 1: K-S | pktrt | time | differ |\n"
+      "|---|---|---|--:|--:|--:|--:|--:|--:|--:|--:|\n");
   open_setup(&b->now, &s);
   for (int moving = 0; moving < 2; moving++) {
     pktrt_scene *tree = moving ? turned(&b->now.made, widest()) : b->now.tree;
@@ -388,10 +390,10 @@ static void kensler(bench *b) {
     }
     if (moving) pktrt_scene_destroy(tree);
   }
-  say(b, "\nRays from inside a closed surface to its vertices and edges, and how many leak:\n\n"
-         "| triangles | isa | rays | K-S | pktrt |\n|---|---|--:|--:|--:|\n");
+  say(&b->out, "\nRays from inside a closed surface to its vertices and edges, and how many leak:\n\n"
+               "| triangles | isa | rays | K-S | pktrt |\n|---|---|--:|--:|--:|\n");
   for (int moving = 0; moving < 2; moving++) race_edges(b, rays, moving);
-  say(b, "\n");
+  say(&b->out, "\n");
   for (int i = 0; i < 2; i++) free(ray[i]);
 }
 

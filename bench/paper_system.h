@@ -121,17 +121,18 @@ static void report_use(bench *b, const row *r) {
     const use u = use_of(&all, &alone);
     char packets[16];
     snprintf(packets, sizeof packets, "%ux%u", r[k].s.packet, r[k].s.packet);
-    say(b, "| %s | %s | %.2f | %.2fx | %.2fx | %.1f | %.2fx | %.2f | %.2fx |\n", r->s.scene, k ? packets : "alone",
-        mrays(&r[k]), times_as_fast(b, &r[k], r), times_as_fast(b, &r[k], &r[1]), u.vectors, u.lanes * u.fewer, u.lanes,
-        u.fewer);
+    say(&b->out, "| %s | %s | %.2f | %.2fx | %.2fx | %.1f | %.2fx | %.2f | %.2fx |\n", r->s.scene,
+        k ? packets : "alone", mrays(&r[k]), times_as_fast(b, &r[k], r), times_as_fast(b, &r[k], &r[1]), u.vectors,
+        u.lanes * u.fewer, u.lanes, u.fewer);
     for (int t = -1; t < TYPES; t++) {
       const pktrt_counts *c = t < 0 ? &all : &r[k].stats.by_type[t], *one = t < 0 ? &alone : &r->stats.by_type[t];
       const use v = use_of(c, one);
       if (!c->rays) continue;
-      csv(b, "%s,%s,%s,%llu,%.4f,%.4f,%.4f,%.4f,%.4f", r->s.scene, k ? packets : "alone", t < 0 ? "all" : type_names[t],
-          (unsigned long long)c->rays, v.vectors, tests_of(c) / (double)c->rays, v.lanes, v.fewer, v.lanes * v.fewer);
-      if (t < 0) csv(b, ",%.4f,%.6f\n", mrays(&r[k]), r[k].seconds);
-      else csv(b, ",,\n");
+      csv(&b->out, "%s,%s,%s,%llu,%.4f,%.4f,%.4f,%.4f,%.4f", r->s.scene, k ? packets : "alone",
+          t < 0 ? "all" : type_names[t], (unsigned long long)c->rays, v.vectors, tests_of(c) / (double)c->rays, v.lanes,
+          v.fewer, v.lanes * v.fewer);
+      if (t < 0) csv(&b->out, ",%.4f,%.6f\n", mrays(&r[k]), r[k].seconds);
+      else csv(&b->out, ",,\n");
     }
   }
 }
@@ -141,20 +142,21 @@ static void report_use(bench *b, const row *r) {
    leave lanes empty. */
 static void report_quads(bench *b, const row *r) {
   const pktrt_counts alone = sum_of(r), quads = sum_of(&r[1]);
-  say(b, "| %s | %.0f %% |", r->s.scene, 100 * tests_of(&alone) / (4 * (double)vector_tests(&quads)));
+  say(&b->out, "| %s | %.0f %% |", r->s.scene, 100 * tests_of(&alone) / (4 * (double)vector_tests(&quads)));
   for (int t = 0; t < PKTRT_RAY_OTHER; t++) {
     const pktrt_counts *c = &r[1].stats.by_type[t];
-    if (c->rays) say(b, " %.0f %% |", 100 * tests_of(&r->stats.by_type[t]) / (4 * (double)vector_tests(c)));
-    else say(b, " - |");
+    if (c->rays) say(&b->out, " %.0f %% |", 100 * tests_of(&r->stats.by_type[t]) / (4 * (double)vector_tests(c)));
+    else say(&b->out, " - |");
   }
-  say(b, "\n");
+  say(&b->out, "\n");
 }
 
 static void section31(bench *b) {
   const row *r[3];
-  csv(b, "scene,packets,of,rays,vector_tests_per_ray,tests_per_ray,lanes_in_use,fewer_tests,fewer_vector_tests,mrays,"
-         "seconds\n");
-  say(b,
+  csv(&b->out,
+      "scene,packets,of,rays,vector_tests_per_ray,tests_per_ray,lanes_in_use,fewer_tests,fewer_vector_tests,mrays,"
+      "seconds\n");
+  say(&b->out,
       "Paper path, %s, vectors of eight lanes. Alone: every ray, primary ones too. The paper: 1.8x to 2.0x through "
       "SIMD alone (2x2), a further ~1.5x through algorithmic amortisation (here: over 2x2). Vector tests become fewer "
       "by lanes in use times fewer tests.\n\n"
@@ -176,13 +178,13 @@ static void section31(bench *b) {
     tap_close(b->now.tree);
     report_use(b, r[k]);
   }
-  say(b,
+  say(&b->out,
       "\nLanes of 2x2 packets whose rays would have made the test alone (the paper: 25 %% to 100 %%), by type of ray:"
       "\n\n| scene | all |");
-  for (int t = 0; t < PKTRT_RAY_OTHER; t++) say(b, " %s |", type_names[t]);
-  say(b, "\n|---|--:|--:|--:|--:|--:|\n");
+  for (int t = 0; t < PKTRT_RAY_OTHER; t++) say(&b->out, " %s |", type_names[t]);
+  say(&b->out, "\n|---|--:|--:|--:|--:|--:|\n");
   for (int k = 0; k < 3; k++) report_quads(b, r[k]);
-  say(b, "\n");
+  say(&b->out, "\n");
   b->row_count = 0; /* written already */
 }
 
@@ -224,8 +226,9 @@ static share measure_share(bench *b, const setup *s) {
 }
 
 static void report_shading(bench *b) {
-  say(b, "Shading in per cent of a frame's time: all that is not tracing rays. The paper: \"shading is now 1/3 of the "
-         "total\".\n\n| scene | path | isa | RCS | WRT | DRT 16 |\n|---|---|---|--:|--:|--:|\n");
+  say(&b->out,
+      "Shading in per cent of a frame's time: all that is not tracing rays. The paper: \"shading is now 1/3 of the "
+      "total\".\n\n| scene | path | isa | RCS | WRT | DRT 16 |\n|---|---|---|--:|--:|--:|\n");
   for (int k = 0; k < 3; k++)
     for (int fast = 0; fast < 2; fast++) { /* the paper path as in the paper, the fast one as it is used */
       setup s;
@@ -233,17 +236,17 @@ static void report_shading(bench *b) {
         s = one_frame(b, scenes[k], (pktrt_mode)m, m == PKTRT_MODE_DRT ? 4 : 1);
         column(fast ? columns() - 1 : 0, &s);
         const share part = measure_share(b, &s);
-        if (!m) say(b, "| %s | %s | %s |", scenes[k], path_names[s.path], pktrt_isa_string(s.isa));
-        say(b, " %.0f %% |", 100 * part.shading);
-        csv(b, "shading,%s,%s,%s,%s,%u,share_of_time,%.4f\n", scenes[k], mode_names[m], path_names[s.path],
+        if (!m) say(&b->out, "| %s | %s | %s |", scenes[k], path_names[s.path], pktrt_isa_string(s.isa));
+        say(&b->out, " %.0f %% |", 100 * part.shading);
+        csv(&b->out, "shading,%s,%s,%s,%s,%u,share_of_time,%.4f\n", scenes[k], mode_names[m], path_names[s.path],
             pktrt_isa_string(s.isa), s.samples, part.shading);
-        csv(b, "shading,%s,%s,%s,%s,%u,clock_share_of_time,%.4f\n", scenes[k], mode_names[m], path_names[s.path],
+        csv(&b->out, "shading,%s,%s,%s,%s,%u,clock_share_of_time,%.4f\n", scenes[k], mode_names[m], path_names[s.path],
             pktrt_isa_string(s.isa), s.samples, part.clock);
       }
-      say(b, "\n");
-      fprintf(stderr, "%s: %s, %s path: shading done\n", b->part, scenes[k], path_names[s.path]);
+      say(&b->out, "\n");
+      fprintf(stderr, "%s: %s, %s path: shading done\n", b->out.name, scenes[k], path_names[s.path]);
     }
-  say(b, "\n");
+  say(&b->out, "\n");
 }
 
 /* >>cores ---------------------------------------------------------------------------------------------------------- */
@@ -295,29 +298,29 @@ static void report_cores(bench *b) {
   const unsigned cores = untie(&tied);
   unsigned count[MOST] = {1}, n = 1;
   while (n < MOST && count[n - 1] < cores) count[n] = 2 * count[n - 1] < cores ? 2 * count[n - 1] : cores, n++;
-  say(b,
+  say(&b->out,
       "Whole frames of %u x %u pixels, fast path, %s: milliseconds on one thread (wall-clock), and speed-up on "
       "more%s.\n\n| scene | mode | 1 thread |",
       b->given.size, b->given.size, pktrt_isa_string(widest()), cores < 2 ? "; there is one core only" : "");
-  for (unsigned i = 1; i < n; i++) say(b, " %u threads |", count[i]);
-  say(b, "\n|---|---|--:|");
-  for (unsigned i = 1; i < n; i++) say(b, "--:|");
-  say(b, "\n");
+  for (unsigned i = 1; i < n; i++) say(&b->out, " %u threads |", count[i]);
+  say(&b->out, "\n|---|---|--:|");
+  for (unsigned i = 1; i < n; i++) say(&b->out, "--:|");
+  say(&b->out, "\n");
   for (int k = 0; k < 3; k++)
     for (int m = 0; m < 3; m++) {
       double seconds[MOST];
       setup s = one_frame(b, scenes[k], (pktrt_mode)m, 1);
       s.path = PKTRT_PATH_FAST, s.isa = widest();
       measure_threads(b, &s, count, n, seconds);
-      say(b, "| %s | %s | %.1f ms |", scenes[k], mode_names[m], 1e3 * seconds[0]);
+      say(&b->out, "| %s | %s | %.1f ms |", scenes[k], mode_names[m], 1e3 * seconds[0]);
       for (unsigned i = 0; i < n; i++) {
-        if (i) say(b, " %.2fx |", seconds[0] / seconds[i]);
-        csv(b, "cores,%s,%s,fast,%s,1,seconds_on_%u_threads,%.6f\n", scenes[k], mode_names[m], pktrt_isa_string(s.isa),
-            count[i], seconds[i]);
+        if (i) say(&b->out, " %.2fx |", seconds[0] / seconds[i]);
+        csv(&b->out, "cores,%s,%s,fast,%s,1,seconds_on_%u_threads,%.6f\n", scenes[k], mode_names[m],
+            pktrt_isa_string(s.isa), count[i], seconds[i]);
       }
-      say(b, "\n");
+      say(&b->out, "\n");
     }
-  say(b, "\n");
+  say(&b->out, "\n");
   tie(&tied);
 }
 
@@ -361,12 +364,12 @@ static void report_upkeep(bench *b, const char *name, const pktrt_scene *tree, c
     v[0][i] = u[i].refit, v[1][i] = u[i].rebuild, v[2][i] = u[i].refitted_frame, v[3][i] = u[i].rebuilt_frame,
     v[4][i] = u[i].wear;
   for (int i = 0; i < 5; i++) m[i] = median_of(v[i], POSES);
-  say(b, "| %s | %llu | %.2f | %.1f | %.1f | %.1f | %.2f |\n", name, (unsigned long long)info.triangles, 1e3 * m[0],
-      1e3 * m[1], 1e3 * m[2], 1e3 * m[3], m[4]);
+  say(&b->out, "| %s | %llu | %.2f | %.1f | %.1f | %.1f | %.2f |\n", name, (unsigned long long)info.triangles,
+      1e3 * m[0], 1e3 * m[1], 1e3 * m[2], 1e3 * m[3], m[4]);
   static const char *const names[5] = {"refit_seconds", "rebuild_seconds", "refitted_frame_seconds",
                                        "rebuilt_frame_seconds", "sah_over_sah_at_build"};
   for (int i = 0; i < 5; i++)
-    csv(b, "deformation,%s of %llu,WRT,fast,%s,1,%s,%.6f\n", name, (unsigned long long)info.triangles,
+    csv(&b->out, "deformation,%s of %llu,WRT,fast,%s,1,%s,%.6f\n", name, (unsigned long long)info.triangles,
         pktrt_isa_string(info.isa), names[i], m[i]);
 }
 
@@ -452,7 +455,7 @@ static void deform_sheet(bench *b, uint32_t edge) {
 
 static void report_deformation(bench *b) {
   static const uint32_t sheets[] = {32, 64, 128, 256, 512};
-  say(b,
+  say(&b->out,
       "Deforming meshes, median of %d poses, one thread, fast path, Whitted's mode, %u x %u pixels; milliseconds. "
       "SAH: the cost of the refitted tree over that of the tree as it was built, at rest.\n\n"
       "| scene | triangles | refit | rebuild | frame, refitted | frame, rebuilt | SAH |\n"
@@ -460,13 +463,13 @@ static void report_deformation(bench *b) {
       POSES, b->given.size, b->given.size);
   deform_scene(b, "rtrt");
   for (size_t i = 0; i < sizeof sheets / sizeof *sheets; i++) deform_sheet(b, sheets[i]);
-  say(b, "\n");
+  say(&b->out, "\n");
 }
 
 /* >>section 6 ------------------------------------------------------------------------------------------------------ */
 
 static void section6(bench *b) {
-  csv(b, "what,scene,mode,path,isa,samples,quantity,value\n");
+  csv(&b->out, "what,scene,mode,path,isa,samples,quantity,value\n");
   report_shading(b);
   report_cores(b);
   report_deformation(b);
@@ -520,7 +523,7 @@ static void report_frames(bench *b, float *pixels, unsigned size, unsigned cores
   const int n = cores > 1 ? 2 : 1;
   for (int k = 0; k < 3; k++)
     for (int m = 0; m < 3; m++) {
-      say(b, "| %ux%u | %s | %s |", size, size, scenes[k], mode_names[m]);
+      say(&b->out, "| %ux%u | %s | %s |", size, size, scenes[k], mode_names[m]);
       for (int i = 0; i < n; i++)
         for (int r = 0; r < 3; r++) {
           setup s = one_frame(b, scenes[k], (pktrt_mode)m, roots[r]);
@@ -529,12 +532,12 @@ static void report_frames(bench *b, float *pixels, unsigned size, unsigned cores
           open_setup(&b->now, &s);
           const double seconds = frame_seconds(b, &s, pixels, size, &threads);
           const bool fast = seconds * INTERACTIVE <= 1;
-          say(b, fast ? " **%.1f** |" : " %.2f |", 1 / seconds);
-          csv(b, "%s,%s,%u,%u,%u,%s,%.6f,%.4f,%d\n", scenes[k], mode_names[m], size, s.samples, counts[i],
+          say(&b->out, fast ? " **%.1f** |" : " %.2f |", 1 / seconds);
+          csv(&b->out, "%s,%s,%u,%u,%u,%s,%.6f,%.4f,%d\n", scenes[k], mode_names[m], size, s.samples, counts[i],
               pktrt_isa_string(s.isa), seconds, 1 / seconds, fast);
         }
-      say(b, "\n");
-      fprintf(stderr, "%s: %u x %u, %s %s: done\n", b->part, size, size, scenes[k], mode_names[m]);
+      say(&b->out, "\n");
+      fprintf(stderr, "%s: %u x %u, %s %s: done\n", b->out.name, size, size, scenes[k], mode_names[m]);
     }
 }
 
@@ -542,19 +545,20 @@ static void frames(bench *b) {
   cpu_set_t tied;
   const unsigned cores = untie(&tied), size = b->given.size;
   float *pixels = (float *)take((size_t)size * size * 12, sizeof(float));
-  csv(b, "scene,mode,size,samples,threads,isa,seconds,frames_per_second,interactive\n");
-  say(b,
+  csv(&b->out, "scene,mode,size,samples,threads,isa,seconds,frames_per_second,interactive\n");
+  say(&b->out,
       "Frames per second, fast path, %s, by samples per pixel; bold: interactive, %g or more.\n\n| pixels | scene | "
       "mode |",
       pktrt_isa_string(widest()), INTERACTIVE);
   for (unsigned i = 0; i < (cores > 1 ? 2u : 1u); i++)
-    for (unsigned k = 1; k <= 16; k *= 4) say(b, " %u thread%s: %u |", i ? 1 : cores, i || cores < 2 ? "" : "s", k);
-  say(b, "\n|---|---|---|--:|--:|--:|");
-  if (cores > 1) say(b, "--:|--:|--:|");
-  say(b, "\n");
+    for (unsigned k = 1; k <= 16; k *= 4)
+      say(&b->out, " %u thread%s: %u |", i ? 1 : cores, i || cores < 2 ? "" : "s", k);
+  say(&b->out, "\n|---|---|---|--:|--:|--:|");
+  if (cores > 1) say(&b->out, "--:|--:|--:|");
+  say(&b->out, "\n");
   report_frames(b, pixels, size, cores);
   report_frames(b, pixels, 2 * size, cores);
-  say(b, "\n");
+  say(&b->out, "\n");
   tie(&tied);
   free(pixels);
 }

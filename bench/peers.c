@@ -233,9 +233,9 @@ static size_t run_all(report *to, const programme *p, pair *pairs, unsigned coun
 /* >>main ----------------------------------------------------------------------------------------------------------- */
 
 static void print_tables(report *to, const options *o) {
-  to->md = open_result(to, "md");
+  results_open(&to->out, o->results, "peers");
   printf("\n");
-  say(to, "Embree %s, one core, %u x %u primary rays (%u x %u where things move), medians of %u rounds.\n\n",
+  say(&to->out, "Embree %s, one core, %u x %u primary rays (%u x %u where things move), medians of %u rounds.\n\n",
       RTC_VERSION_STRING, o->size, o->size, o->moving_size, o->moving_size, o->rounds);
   say_lines(to);
   say_speeds(to, "many",
@@ -244,8 +244,8 @@ static void print_tables(report *to, const options *o) {
   say_limits(to);
   say_upkeep(to);
   say_hits(to);
-  close_result(to->md);
-  to->md = NULL;
+  write_csv(to);
+  results_close(&to->out);
 }
 
 int main(int argc, char **argv) {
@@ -254,7 +254,6 @@ int main(int argc, char **argv) {
   pair pairs[MAX_PAIRS];
   double load = 0;
   if (!parse_options(argc, argv, &p)) return 2;
-  to.results = p.o.results;
   const unsigned count = open_pairs(p.o.full, p.isas, pairs);
   if (count == 0) return ex_fail("--isa: this machine has none of these"), 1;
   if (getloadavg(&load, 1) == 1 && load > 0.5)
@@ -262,7 +261,6 @@ int main(int argc, char **argv) {
   pin();
   const size_t wrong = run_all(&to, &p, pairs, count);
   print_tables(&to, &p.o);
-  write_csv(&to);
   for (unsigned i = 0; i < count; i++)
     if (pairs[i].device) rtcReleaseDevice(pairs[i].device);
   for (unsigned i = 0; i < p.stage_count; i++) free(p.stages[i]);

@@ -39,8 +39,7 @@ typedef struct row {
 typedef struct report {
   row *rows;
   size_t count, room;
-  const char *results; /* a directory, NULL: none */
-  FILE *md;
+  results out;
 } report;
 
 static row *add_row(report *to, const stage *g, const char *set, const char *isa, const char *what, const char *library,
@@ -175,36 +174,25 @@ static verdict judge_line(const report *of, const line *l, const char *isa, int 
 
 /* >>tables --------------------------------------------------------------------------------------------------------- */
 
-EX_PRINTF(2, 3) static void say(const report *to, const char *format, ...) {
-  va_list args;
-  va_start(args, format);
-  vprintf(format, args);
-  va_end(args);
-  if (!to->md) return;
-  va_start(args, format);
-  vfprintf(to->md, format, args);
-  va_end(args);
-}
-
 static const char *const columns[2] = {"avx512", "avx2"};
 
 static void say_number(const report *to, const line *l, double value) {
-  if (l->how == SHARE) say(to, "%.1e", value);
-  else if (l->how == FAULTS) say(to, "%.0f", value);
-  else say(to, "%.2f", value);
+  if (l->how == SHARE) say(&to->out, "%.1e", value);
+  else if (l->how == FAULTS) say(&to->out, "%.0f", value);
+  else say(&to->out, "%.2f", value);
 }
 
 static void say_line(report *to, const line *l, group scenes, unsigned counts[OUTCOMES]) {
-  say(to, "| %s | %s |", l->name, group_names[scenes]);
+  say(&to->out, "| %s | %s |", l->name, group_names[scenes]);
   for (int c = 0; c < 2; c++) {
     const verdict v = judge_line(to, l, columns[c], c, scenes);
-    say(to, " ");
+    say(&to->out, " ");
     if (!geometric(l) || l->required[c] > 0) say_number(to, l, l->required[c]);
-    if (l->aim[c] > 0) say(to, " / "), say_number(to, l, l->aim[c]);
-    say(to, " | ");
+    if (l->aim[c] > 0) say(&to->out, " / "), say_number(to, l, l->aim[c]);
+    say(&to->out, " | ");
     if (v.is != UNMEASURED) say_number(to, l, v.value);
-    if (v.is != UNMEASURED && geometric(l)) say(to, " (%.2f)", v.worst);
-    say(to, " | %s |", outcome_names[v.is]);
+    if (v.is != UNMEASURED && geometric(l)) say(&to->out, " (%.2f)", v.worst);
+    say(&to->out, " | %s |", outcome_names[v.is]);
     counts[v.is]++;
     if (v.is == UNMEASURED || l->kinds == 0 || l->how != MEAN) continue;
     const char *what = l->kinds == CLOSEST ? "closest" : l->kinds == OCCLUSION ? "occlusion" : NULL;
@@ -213,7 +201,7 @@ static void say_line(report *to, const line *l, group scenes, unsigned counts[OU
     row *r = add_row(to, NULL, l->setting, columns[c], what, "ratio", l->mode, "");
     r->of = scenes, r->median = r->best = v.value, r->required = l->required[c], r->aim = l->aim[c];
   }
-  say(to, "\n");
+  say(&to->out, "\n");
 }
 
 static bool group_measured(const report *of, group scenes) {
@@ -224,7 +212,7 @@ static bool group_measured(const report *of, group scenes) {
 
 static void say_lines(report *to) {
   unsigned counts[OUTCOMES] = {0, 0, 0, 0, 0};
-  say(to,
+  say(&to->out,
       "Ratios to Embree's fastest mode that is not robust: geometric means over the scenes, and the worst of these.\n\n"
       "| what | scenes | AVX-512: required / aim | measured | | AVX2: required / aim | measured | |\n"
       "|---|---|--:|--:|---|--:|--:|---|\n");
@@ -232,8 +220,8 @@ static void say_lines(report *to) {
     for (int i = 0; i < LINES && g != GENERATED && group_measured(to, (group)g); i++)
       say_line(to, &lines[i], (group)g, counts);
   const unsigned reached = counts[REACHED] + counts[AIMED], all = reached + counts[MISSED];
-  say(to, "\n%u of %u reached, %u of these at the aim; %u not reached; %u not measured in this run.\n\n", reached, all,
-      counts[AIMED], counts[MISSED], counts[UNMEASURED]);
+  say(&to->out, "\n%u of %u reached, %u of these at the aim; %u not reached; %u not measured in this run.\n\n", reached,
+      all, counts[AIMED], counts[MISSED], counts[UNMEASURED]);
 }
 
 static const row *find_row(const report *in, const row *like, const char *what, const char *library, const char *mode) {
@@ -264,11 +252,11 @@ static double our_speed(const report *in, const row *like, const char *what, boo
 
 /* The head of a table of kinds, and which rows have a line in it: those that open a block with such a ratio. */
 static void say_head(const report *to, const char *text, const char *heads, const char *rules) {
-  say(to, "%s\n\n| scene | %s", text, heads);
-  for (int k = 0; k < KINDS; k++) say(to, " %s |", kind_names[k]);
-  say(to, "\n%s", rules);
-  for (int k = 0; k < KINDS; k++) say(to, "--:|");
-  say(to, "\n");
+  say(&to->out, "%s\n\n| scene | %s", text, heads);
+  for (int k = 0; k < KINDS; k++) say(&to->out, " %s |", kind_names[k]);
+  say(&to->out, "\n%s", rules);
+  for (int k = 0; k < KINDS; k++) say(&to->out, "--:|");
+  say(&to->out, "\n");
 }
 static bool has_line(const report *to, size_t i, const char *style) {
   bool some = false;
@@ -282,15 +270,15 @@ static void say_speeds(const report *to, const char *style, const char *head) {
   for (size_t i = 0; i < to->count; i++) {
     if (!has_line(to, i, style)) continue;
     const row *x = &to->rows[i];
-    say(to, "| %s | %s | %s |", x->scene, x->setting, x->isa);
+    say(&to->out, "| %s | %s | %s |", x->scene, x->setting, x->isa);
     for (int k = 0; k < KINDS; k++) {
       const row *r = find_row(to, x, kind_names[k], "ratio", style);
-      if (r) say(to, " %.1f: **%.2f** |", our_speed(to, x, kind_names[k], !strcmp(style, "many")), r->median);
-      else say(to, " |");
+      if (r) say(&to->out, " %.1f: **%.2f** |", our_speed(to, x, kind_names[k], !strcmp(style, "many")), r->median);
+      else say(&to->out, " |");
     }
-    say(to, "\n");
+    say(&to->out, "\n");
   }
-  say(to, "\n");
+  say(&to->out, "\n");
 }
 
 static void say_limits(const report *to) {
@@ -301,31 +289,31 @@ static void say_limits(const report *to) {
   for (size_t i = 0; i < to->count; i++) {
     if (!has_line(to, i, "tests")) continue;
     const row *x = &to->rows[i];
-    say(to, "| %s | %s |", x->scene, x->isa);
+    say(&to->out, "| %s | %s |", x->scene, x->isa);
     for (int k = 0; k < KINDS; k++) {
       const row *tests = find_row(to, x, kind_names[k], "ratio", "tests"),
                 *settling = find_row(to, x, kind_names[k], "ratio", "settling"),
                 *watertight = find_row(to, x, kind_names[k], "ratio", "watertight");
       if (tests && settling && watertight)
-        say(to, " %.0f / %.1f / %.0f |", 1e2 * tests->median, 1e2 * settling->median, 1e2 * watertight->median);
-      else say(to, " |");
+        say(&to->out, " %.0f / %.1f / %.0f |", 1e2 * tests->median, 1e2 * settling->median, 1e2 * watertight->median);
+      else say(&to->out, " |");
     }
-    say(to, "\n");
+    say(&to->out, "\n");
   }
-  say(to, "\n");
+  say(&to->out, "\n");
 }
 
 static void say_cell(const report *to, const row *like, const char *what, const char *library, const char *mode,
                      const char *format) {
   const row *r = find_row(to, like, what, library, mode);
-  say(to, " ");
-  if (r && !strcmp(format, "%.2f")) say(to, "%.2f", r->median);
-  else if (r) say(to, "%.1f", r->median);
-  say(to, " |");
+  say(&to->out, " ");
+  if (r && !strcmp(format, "%.2f")) say(&to->out, "%.2f", r->median);
+  else if (r) say(&to->out, "%.1f", r->median);
+  say(&to->out, " |");
 }
 
 static void say_upkeep(const report *to) {
-  say(to,
+  say(&to->out,
       "Milliseconds and bytes per triangle (pktrt's tree holds the triangles, with its meshes retained beside it).\n\n"
       "| scene | | kernels | build: pktrt | Embree | ratio | refit: pktrt | Embree | ratio | with copying: ratio "
       "| tree: pktrt | Embree | retained |\n|---|---|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n");
@@ -333,7 +321,7 @@ static void say_upkeep(const report *to) {
     const row *x = &to->rows[i];
     if (!opens_block(to, i)) continue;
     if (!find_row(to, x, "build", "ratio", "time") && !find_row(to, x, "refit", "ratio", "time")) continue;
-    say(to, "| %s | %s | %s |", x->scene, x->setting, x->isa);
+    say(&to->out, "| %s | %s | %s |", x->scene, x->setting, x->isa);
     for (int k = 0; k < 2; k++) {
       const char *what = k ? "refit" : "build";
       say_cell(to, x, what, "pktrt", "time", "%.1f"), say_cell(to, x, what, "Embree", "time", "%.1f");
@@ -342,9 +330,9 @@ static void say_upkeep(const report *to) {
     say_cell(to, x, "copy and refit", "ratio", "time", "%.2f");
     say_cell(to, x, "tree", "pktrt", "bytes", "%.1f"), say_cell(to, x, "tree", "Embree", "bytes", "%.1f");
     say_cell(to, x, "meshes", "pktrt", "bytes", "%.1f");
-    say(to, "\n");
+    say(&to->out, "\n");
   }
-  say(to, "\n");
+  say(&to->out, "\n");
 }
 
 static void say_hits(const report *to) {
@@ -357,47 +345,30 @@ static void say_hits(const report *to) {
     s->rays += r->rays, s->disagree += r->disagree, s->theirs_wrong += r->theirs_wrong, s->ours_wrong += r->ours_wrong;
     s->band += r->band, s->judged += r->judged, s->caught += r->caught;
   }
-  say(to,
+  say(&to->out,
       "Hits, against Embree's fastest mode of each kind of rays. Every ray that is disagreed on, and some others of "
       "each kind, are judged by an ideal test in double over all triangles; so is a false answer for each, as a "
       "control.\n\n"
       "| scenes | rays | disagree | of these both possible | judged | Embree wrong | pktrt wrong | control wrong |\n"
       "|---|--:|--:|--:|--:|--:|--:|--:|\n");
   for (int k = 0; k < 2; k++)
-    say(to, "| %s | %zu | %zu | %zu | %zu | %zu | %zu | %zu |\n", k ? "moving" : "at rest, refitted", sum[k].rays,
+    say(&to->out, "| %s | %zu | %zu | %zu | %zu | %zu | %zu | %zu |\n", k ? "moving" : "at rest, refitted", sum[k].rays,
         sum[k].disagree, sum[k].band, sum[k].judged, sum[k].theirs_wrong, sum[k].ours_wrong, sum[k].caught);
-  say(to, "\n");
+  say(&to->out, "\n");
 }
 
 /* >>files ---------------------------------------------------------------------------------------------------------- */
 
-static FILE *open_result(const report *of, const char *suffix) {
-  char path[4096];
-  if (!of->results) return NULL;
-  snprintf(path, sizeof path, "%s/peers.%s", of->results, suffix);
-  FILE *file = fopen(path, "w");
-  if (!file) ex_fail("%s: cannot be written: %s", path, strerror(errno)), exit(1);
-  return file;
-}
-
-static void close_result(FILE *file) {
-  if (file && (ferror(file) | fclose(file))) fatal("a file of results could not be written");
-}
-
 static void write_csv(const report *of) {
-  FILE *file = open_result(of, "csv");
-  if (!file) return;
-  fputs("scene,scenes,triangles,setting,isa,what,rays,library,mode,unit,median,best,rounds,disagree,both_possible,"
-        "theirs_wrong,ours_wrong,judged,control_wrong,required,aim\n",
-        file);
+  csv(&of->out, "scene,scenes,triangles,setting,isa,what,rays,library,mode,unit,median,best,rounds,disagree,"
+                "both_possible,theirs_wrong,ours_wrong,judged,control_wrong,required,aim\n");
   for (size_t i = 0; i < of->count; i++) {
     const row *r = &of->rows[i];
-    fprintf(file, "%s,%s,%llu,%s,%s,%s,%zu,%s,%s,%s,%.6g,%.6g,%u,%zu,%zu,%zu,%zu,%zu,%zu,%g,%g\n", r->scene,
-            group_names[r->of], r->triangles, r->setting, r->isa, r->what, r->rays, r->library, r->mode, r->unit,
-            r->median, r->best, r->rounds, r->disagree, r->band, r->theirs_wrong, r->ours_wrong, r->judged, r->caught,
-            r->required, r->aim);
+    csv(&of->out, "%s,%s,%llu,%s,%s,%s,%zu,%s,%s,%s,%.6g,%.6g,%u,%zu,%zu,%zu,%zu,%zu,%zu,%g,%g\n", r->scene,
+        group_names[r->of], r->triangles, r->setting, r->isa, r->what, r->rays, r->library, r->mode, r->unit, r->median,
+        r->best, r->rounds, r->disagree, r->band, r->theirs_wrong, r->ours_wrong, r->judged, r->caught, r->required,
+        r->aim);
   }
-  close_result(file);
 }
 
 #endif /* PEERS_REPORT_H */

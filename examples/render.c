@@ -7,6 +7,7 @@
 
 #include "mesh_file.h"
 #include "scenes.h"
+#include "words.h"
 #include <getopt.h>
 #include <limits.h>
 
@@ -28,25 +29,12 @@ typedef struct options {
   double target_error, time;                   /* 0: not given */
 } options;
 
-static const char *const mode_names[] = {"rcs", "wrt", "drt", NULL};
-static const char *const path_names[] = {"fast", "paper", "single", NULL};
 static const char *const assembly_names[] = {"types", "runs", "materials", "octants", "blind", "none", NULL};
 static const char *const branching_names[] = {"mode", "both", "choose", NULL};
 static const char *const light_names[] = {"all", "one", NULL};
 static const char *const glass_names[] = {"pass", "block", NULL};
 static const char *const up_names[] = {"y", "z", NULL};
 static const char *const measure_names[] = {"rmse", "relative", NULL};
-static const char *sampler_names[PKTRT_SAMPLER_COUNT + 1]; /* filled by name_samplers, ends with NULL */
-
-static void name_samplers(void) {
-  for (int i = 0; i < PKTRT_SAMPLER_COUNT; i++) sampler_names[i] = pktrt_sampler_string((pktrt_sampler)i);
-}
-
-static void print_words(const char *before, const char *const *words) {
-  printf("%s", before);
-  for (int i = 0; words[i]; i++) printf(" %s", words[i]);
-  printf("\n");
-}
 
 static void print_help_picture(void) {
   printf("\nthe picture:\n"
@@ -56,7 +44,7 @@ static void print_help_picture(void) {
          "  --size WxH       in pixels (default 1024x1024)\n"
          "  --spp N          samples per pixel, 1 to 65536 (default: drt %d, else 1)\n",
          DRT_SAMPLES);
-  print_words("  --sampler NAME   where the samples lie:", sampler_names);
+  print_words("  --sampler NAME   where the samples lie:", sampler_words());
   printf("  --seed N         of the sampler (default 0)\n"
          "  --depth N        generations of secondary rays, 1 to %d (default %d)\n"
          "  --attenuation A  do not follow rays that could add less than this to a sample, or off (default 1/256)\n"
@@ -76,7 +64,7 @@ static void print_help_error(void) {
          "  --passes N       2 to 65536 passes, independent of each other: the error is estimated from their scatter\n"
          "  --target-error E stop when the estimate is not above E\n"
          "  --measure WHAT   what E means and --adaptive lowers; rmse: of a channel, in units of radiance (default),\n"
-         "                   or relative: relative MSE, 0.0025 for 5%% of what a pixel has\n"
+         "                   or relative: relative MSE, 0.0025 for 5%% of the radiance around\n"
          "  --time SECONDS   stop when another pass would take longer than this in all, building not counted\n"
          "                   (one is always made, adaptively two)\n"
          "  --adaptive       give passes to blocks of %d x %d pixels by their error; --passes is a mean then\n"
@@ -243,10 +231,10 @@ static bool parse_option(options *o, int option, const char *text) {
   case OPT_LIGHT_SIZE: return ex_parse_real("light-size", text, 0.001, 1000, &o->light_size);
   case OPT_APERTURE: return ex_parse_real("aperture", text, 0, 1e6, &o->aperture);
   case OPT_FOCUS: return ex_parse_real("focus", text, 1e-6, 1e6, &o->focus);
-  case OPT_MODE: return ex_parse_word("mode", text, mode_names, &o->mode);
+  case OPT_MODE: return ex_parse_word("mode", text, mode_words, &o->mode);
   case OPT_SIZE: return ex_parse_size(text, &o->width, &o->height);
   case OPT_SPP: return ex_parse_uint("spp", text, 1, 65536, &o->samples);
-  case OPT_SAMPLER: return ex_parse_word("sampler", text, sampler_names, &o->sampler);
+  case OPT_SAMPLER: return ex_parse_word("sampler", text, sampler_words(), &o->sampler);
   case OPT_SEED: return ex_parse_uint("seed", text, 0, UINT32_MAX, &o->seed);
   case OPT_DEPTH: return ex_parse_uint("depth", text, 1, PKTRT_MAX_DEPTH, &o->depth);
   case OPT_ATTENUATION: return parse_attenuation(text, &o->attenuation);
@@ -261,7 +249,7 @@ static bool parse_option(options *o, int option, const char *text) {
   case OPT_TIME: return ex_parse_real("time", text, 1e-3, 1e9, &o->time);
   case OPT_ADAPTIVE: o->adaptive = true; return true;
   case OPT_ERROR_MAP: return parse_output("--error-map", text, &o->error_map);
-  case OPT_PATH: return ex_parse_word("path", text, path_names, &o->path);
+  case OPT_PATH: return ex_parse_word("path", text, path_words, &o->path);
   case OPT_PACKET: return parse_packet(text, &o->packet);
   case OPT_ASSEMBLY: return ex_parse_word("assembly", text, assembly_names, &o->assembly);
   case OPT_ISA: return parse_isa(text, &o->isa);
@@ -315,7 +303,6 @@ static bool parse_options(options *o, int argc, char **argv) {
   o->aperture = o->focus = o->shutter = o->light_size = -1;
   o->exposure = 1;
   o->measure = -1;
-  name_samplers();
   opterr = 0; /* our own line instead */
   for (;;) {
     int at = optind, option = getopt_long(argc, argv, "o:h", option_list, NULL);
@@ -547,22 +534,32 @@ static void error_colour(double error, float rgb[3]) {
   }
 }
 
-static double length2(const double v[3]) { return v[0] * v[0] + v[1] * v[1] + v[2] * v[2]; }
-
-/* Relative as in the relative MSE: V / (|x|^2 + |m|^2 / 100), of which pixel_error has sqrt(V / 3). */
-static void colour_errors(const job *j, size_t n, float *colours) {
-  double mean[3] = {0, 0, 0}, known = 0;
-  for (size_t i = 0; i < n; i++) {
+/* The squared mean of the pixels in [x, x+w) x [y, y+h) whose error is known. */
+static double squared_mean(const job *j, size_t x, size_t y, size_t w, size_t h) {
+  double sum[3] = {0, 0, 0}, known = 0;
+  for (size_t k = 0; k < w * h; k++) {
+    const size_t i = (y + k / w) * j->given.width + x + k % w;
     if (!(j->error[i] < INFINITY)) continue;
-    for (size_t c = 0; c < 3; c++) mean[c] += (double)j->view.pixels[3 * i + c];
+    for (size_t c = 0; c < 3; c++) sum[c] += (double)j->view.pixels[3 * i + c];
     known++;
   }
-  for (size_t i = 0; i < n; i++) {
-    const float *x = j->view.pixels + 3 * i;
-    const double value[3] = {(double)x[0], (double)x[1], (double)x[2]}, error = (double)j->error[i];
-    const double scale = length2(value) + (known > 0 ? length2(mean) / (100 * known * known) : 0);
-    error_colour(error > 0 && scale > 0 ? sqrt(3 * error * error / scale) : error, colours + 3 * i);
-  }
+  return known > 0 ? (sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2]) / (known * known) : 0;
+}
+
+/* Relative as in the relative MSE, see pktrt_error_measure: block by block. pixel_error has sqrt(V / 3). */
+static void colour_errors(const job *j, float *colours) {
+  const size_t width = j->given.width, height = j->given.height, edge = PKTRT_ERROR_BLOCK;
+  const double least = squared_mean(j, 0, 0, width, height) / 100;
+  for (size_t y = 0; y < height; y += edge)
+    for (size_t x = 0; x < width; x += edge) {
+      const size_t w = width - x < edge ? width - x : edge, h = height - y < edge ? height - y : edge;
+      const double scale = squared_mean(j, x, y, w, h) + least;
+      for (size_t k = 0; k < w * h; k++) {
+        const size_t i = (y + k / w) * width + x + k % w;
+        const double error = (double)j->error[i];
+        error_colour(error > 0 && scale > 0 ? sqrt(3 * error * error / scale) : error, colours + 3 * i);
+      }
+    }
 }
 
 /* To be called while the picture is as it was rendered. */
@@ -572,7 +569,7 @@ static bool write_error_map(const job *j) {
   if (ex_has_suffix(o->error_map, ".pfm")) return ex_write_channels(o->error_map, j->error, o->width, o->height, 1);
   float *colours = (float *)malloc(n * 3 * sizeof *colours);
   if (!colours) return ex_fail("%s: not enough memory", o->error_map);
-  colour_errors(j, n, colours);
+  colour_errors(j, colours);
   const bool ok = ex_write_picture(o->error_map, colours, o->width, o->height);
   free(colours);
   return ok;
@@ -681,7 +678,7 @@ static void print_settings(const job *j) {
   const options *o = &j->given;
   const pktrt_camera *camera = &j->view.camera;
   printf("samples  %u per pixel%s, %s, seed %u, depth %u, attenuation ", o->samples, o->passes == 1 ? "" : " and pass",
-         sampler_names[o->sampler], o->seed, o->depth);
+         sampler_words()[o->sampler], o->seed, o->depth);
   if (o->attenuation < 0) printf("off\n");
   else printf("%g\n", o->attenuation > 0 ? o->attenuation : 1.0 / 256);
   if (o->mode == PKTRT_MODE_DRT)
@@ -717,7 +714,7 @@ static void print_table(const job *j) {
   printf("scene    %s: %llu triangles in %lu meshes, %lu of them moving\n", o->mesh ? o->mesh : o->scene,
          (unsigned long long)info.triangles, (unsigned long)info.mesh_count, (unsigned long)info.moving_meshes);
   printf("picture  %u x %u, %s, %s path, %s, packets %u x %u by %s, tiles %u, threads %u\n", o->width, o->height,
-         mode_names[o->mode], path_names[o->path], pktrt_isa_string(info.isa), o->packet, o->packet,
+         mode_words[o->mode], path_words[o->path], pktrt_isa_string(info.isa), o->packet, o->packet,
          assembly_names[o->assembly], o->tile, o->threads);
   print_settings(j);
   printf("tree     %llu bytes, %llu nodes, %llu leaf blocks; meshes %llu bytes\n", (unsigned long long)info.tree_bytes,

@@ -13,6 +13,7 @@
 #include "../pktrt.h"
 
 #include "scenes.h"
+#include "words.h"
 #include <SDL.h>
 #include <getopt.h>
 
@@ -34,20 +35,7 @@ typedef struct options {
   settings first; /* but for its camera */
 } options;
 
-static const char *const mode_names[] = {"rcs", "wrt", "drt", NULL};
-static const char *const path_names[] = {"fast", "paper", "single", NULL};
 static const char *const packet_names[] = {"2", "4", "8", "16", NULL};
-static const char *sampler_names[PKTRT_SAMPLER_COUNT + 1]; /* filled by name_samplers, ends with NULL */
-
-static void name_samplers(void) {
-  for (int i = 0; i < PKTRT_SAMPLER_COUNT; i++) sampler_names[i] = pktrt_sampler_string((pktrt_sampler)i);
-}
-
-static void print_words(const char *before, const char *const *words) {
-  printf("%s", before);
-  for (int i = 0; words[i]; i++) printf(" %s", words[i]);
-  printf("\n");
-}
 
 static void print_keys(void) {
   printf("mouse:  drag to orbit, with the right button to move sideways; the wheel goes nearer and farther\n"
@@ -64,14 +52,14 @@ static void print_keys(void) {
 static void print_help(void) {
   printf("usage: view [options]\n\n");
   print_words("  --scene NAME     a built-in scene (default rtrt):", scene_names());
-  print_words("  --mode MODE      ray casting, Whitted's (default), distribution ray tracing:", mode_names);
+  print_words("  --mode MODE      ray casting, Whitted's (default), distribution ray tracing:", mode_words);
   printf("  --size WxH       of the window, in pixels (default 640x480)\n"
          "  --spp N          samples per pixel and pass, 1 to 64 (default 2)\n"
          "  --passes N       at most, 1 to 65536 (default 128)\n"
          "  --target-error E passes also end when the estimated error (RMSE) is not above this\n"
          "  --adaptive       passes go where the error is\n");
-  print_words("  --sampler NAME   where the samples lie:", sampler_names);
-  print_words("  --path PATH      how packets are traced:", path_names);
+  print_words("  --sampler NAME   where the samples lie:", sampler_words());
+  print_words("  --path PATH      how packets are traced:", path_words);
   print_words("  --packet N       rays along a packet's edge (default 8):", packet_names);
   printf("  --threads N      (default: one per processor)\n"
          "  -o FILE          the .png that S saves (default view.png)\n"
@@ -106,14 +94,14 @@ enum option_name {
 static bool parse_option(options *o, int option, const char *text) {
   switch (option) {
   case OPT_SCENE: return parse_scene(text, &o->scene);
-  case OPT_MODE: return ex_parse_word("mode", text, mode_names, &o->first.mode);
+  case OPT_MODE: return ex_parse_word("mode", text, mode_words, &o->first.mode);
   case OPT_SIZE: return ex_parse_size(text, &o->width, &o->height);
   case OPT_SPP: return ex_parse_uint("spp", text, 1, 64, &o->samples);
   case OPT_PASSES: return ex_parse_uint("passes", text, 1, 65536, &o->passes);
   case OPT_TARGET_ERROR: return ex_parse_real("target-error", text, 1e-6, 1e6, &o->target_error);
   case OPT_ADAPTIVE: o->first.adaptive = true; return true;
-  case OPT_SAMPLER: return ex_parse_word("sampler", text, sampler_names, &o->first.sampler);
-  case OPT_PATH: return ex_parse_word("path", text, path_names, &o->first.path);
+  case OPT_SAMPLER: return ex_parse_word("sampler", text, sampler_words(), &o->first.sampler);
+  case OPT_PATH: return ex_parse_word("path", text, path_words, &o->first.path);
   case OPT_PACKET: return parse_packet(text, &o->first.packet);
   case OPT_THREADS: return ex_parse_uint("threads", text, 1, EX_MAX_THREADS, &o->threads);
   case 'o': return parse_output(text, &o->output);
@@ -136,7 +124,6 @@ static bool parse_options(options *o, int argc, char **argv) {
   o->width = 640, o->height = 480, o->samples = 2, o->passes = 128;
   o->threads = ex_processors();
   o->first.mode = PKTRT_MODE_WRT, o->first.packet = 8, o->first.shutter = 1.0 / 240;
-  name_samplers();
   opterr = 0; /* our own line instead */
   for (;;) {
     int at = optind, option = getopt_long(argc, argv, "o:h", list, NULL);
@@ -282,10 +269,13 @@ static void show_title(viewer *v) {
   snprintf(text, sizeof text,
            "%s %s, %.1f frames/s, error %s, %.4g spp%s%s - packets %u %s, %s, aperture %.3g, shutter %.3g, "
            "time %.2f",
-           v->given.scene, mode_names[s->mode], v->frame_seconds > 0 ? 1 / v->frame_seconds : 0.0, error,
+           v->given.scene, mode_words[s->mode], v->frame_seconds > 0 ? 1 / v->frame_seconds : 0.0, error,
            v->refining ? v->report.samples_mean : 1.0, s->adaptive ? " adaptive" : "",
-           v->done ? ", done" : v->animating ? ", moving" : "", s->packet, path_names[s->path],
-           sampler_names[s->sampler], (double)s->camera.aperture, s->shutter, s->time);
+           v->done        ? ", done"
+           : v->animating ? ", moving"
+                          : "",
+           s->packet, path_words[s->path], sampler_words()[s->sampler], (double)s->camera.aperture, s->shutter,
+           s->time);
   SDL_SetWindowTitle(v->window, text);
   v->titled_at = ex_seconds();
 }

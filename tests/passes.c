@@ -239,8 +239,9 @@ static double squared_error(const film *single, uint32_t n, size_t at, double x[
 }
 
 static void expect(const film *single, uint32_t n, formula *f) {
-  double sum = 0, weighted = 0, known = 0, m[3] = {0, 0, 0}, x[3], block[BLOCKS], pixels[BLOCKS];
+  double sum = 0, weighted = 0, known = 0, m[4] = {0, 0, 0, 0}, x[3], block[BLOCKS], pixels[BLOCKS], mean[BLOCKS][3];
   memset(f, 0, sizeof *f), memset(block, 0, sizeof block), memset(pixels, 0, sizeof pixels);
+  memset(mean, 0, sizeof mean);
   for (size_t i = 0; i < PIXELS; i++) {
     const double v = squared_error(single, n, i, x);
     const size_t b = i / W / EDGE * COLUMNS + i % W / EDGE;
@@ -250,14 +251,14 @@ static void expect(const film *single, uint32_t n, formula *f) {
       continue;
     }
     sum += v, known++, block[b] += v, pixels[b]++;
-    for (int a = 0; a < 3; a++) m[a] += x[a];
+    for (int a = 0; a < 3; a++) m[a] += x[a], mean[b][a] += x[a];
   }
-  for (size_t b = 0; b < BLOCKS; b++) f->block[b] = pixels[b] > 0 ? sqrt(block[b] / pixels[b] / 3) : INFINITY;
-  for (int a = 0; a < 3; a++) m[a] /= known;
-  for (size_t i = 0; i < PIXELS; i++) {
-    const double v = squared_error(single, n, i, x);
-    const double scale = x[0] * x[0] + x[1] * x[1] + x[2] * x[2] + (m[0] * m[0] + m[1] * m[1] + m[2] * m[2]) / 100;
-    if (finite_pixel(single, n, i)) weighted += v / scale;
+  for (int a = 0; a < 3; a++) m[a] /= known, m[3] += m[a] * m[a];
+  for (size_t b = 0; b < BLOCKS; b++) {
+    double b2 = 0;
+    f->block[b] = pixels[b] > 0 ? sqrt(block[b] / pixels[b] / 3) : INFINITY;
+    for (int a = 0; a < 3; a++) b2 += mean[b][a] * mean[b][a] / (pixels[b] * pixels[b]);
+    if (pixels[b] > 0) weighted += block[b] / (b2 + m[3] / 100);
   }
   f->rmse = sqrt(sum / known / 3), f->relative = weighted / known;
 }

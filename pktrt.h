@@ -547,7 +547,9 @@ PKTRT_DEF pktrt_status pktrt_commit(pktrt_scene *);
 
 /* Deformation with fixed connectivity: replace one key's positions (and normals), then refit. Stride as at add_mesh. */
 PKTRT_DEF pktrt_status pktrt_set_positions(pktrt_scene *, uint32_t mesh, uint32_t key, const float *positions);
+#ifndef PKTRT_NO_NORMALS
 PKTRT_DEF pktrt_status pktrt_set_normals(pktrt_scene *, uint32_t mesh, uint32_t key, const float *normals);
+#endif
 
 /* Fits the boxes above changed meshes, exactly as if computed anew. Meshes added since the last commit:
    PKTRT_NOT_COMMITTED, nothing changes. */
@@ -692,6 +694,50 @@ PKTRT_DEF void pktrt_intersect_soa_ex(const pktrt_scene *, const pktrt_query_des
 PKTRT_DEF void pktrt_occluded_soa_ex(const pktrt_scene *, const pktrt_query_desc *, const pktrt_rays *, bool *,
                                      size_t n);
 
+/* >>report --------------------------------------------------------------------------------------------------------- */
+
+/* What costs something where it is there. What a scene has is found at commit, what a picture asks for when it is
+   rendered; code and memory for the rest stay unused. The bits of PKTRT_NO_... switches are those left out of a build. */
+typedef enum pktrt_feature {
+  PKTRT_FEATURE_MOTION = 1,         /* meshes with two or more keys, cameras between two poses */
+  PKTRT_FEATURE_STATS = 2,          /* counts of work, events */
+  PKTRT_FEATURE_PAPER = 4,          /* the paper's path */
+  PKTRT_FEATURE_RENDER = 8,         /* pictures, and all that follows */
+  PKTRT_FEATURE_MIRROR = 16,        /* mirrors and varnish */
+  PKTRT_FEATURE_DIELECTRIC = 32,    /* glass */
+  PKTRT_FEATURE_CONDUCTOR = 64,     /* metal */
+  PKTRT_FEATURE_GLOSS = 128,        /* Phong lobes */
+  PKTRT_FEATURE_NORMALS = 256,      /* shading normals */
+  PKTRT_FEATURE_TEXTURES = 512,     /* textures and shaders of materials */
+  PKTRT_FEATURE_AREA_LIGHTS = 1024, /* lights that are quads, spheres, meshes or the environment */
+  PKTRT_FEATURE_LENS = 2048,
+  PKTRT_FEATURE_SHUTTER = 4096
+} pktrt_feature;
+PKTRT_DEF const char *pktrt_feature_string(pktrt_feature); /* "motion", "stats", ...; of one bit; never NULL */
+
+struct pktrt_render_desc;
+typedef struct pktrt_scene_report {
+  pktrt_isa isa;
+  uint32_t built;            /* bits: features of this build */
+  uint32_t found;            /* of these, what the committed scene has, and the description asks for */
+  uint32_t used;             /* of these, what runs: the mode takes no notice of the others, or nothing asks for them */
+  uint32_t meshes, moving_meshes;
+  uint64_t triangles;
+  uint64_t bytes;            /* of all below but `worker` and `passes` */
+  uint64_t nodes, blocks;    /* bytes of the trees, at their first keys */
+  uint64_t motion;           /* of trees and meshes: what further keys take */
+  uint64_t positions, normals, indices; /* bytes of what was copied in; positions: with those that wait for a commit */
+  uint64_t names;            /* which triangles a block holds, for refits */
+  uint64_t looks;            /* bytes of materials and lights */
+  uint64_t worker;           /* bytes that a worker has while it renders a tile, and one generation of secondary rays more */
+  uint64_t passes;           /* bytes that a render keeps for its pixels, if it makes several passes */
+} pktrt_scene_report;
+/* For a render with this description (whose pixels may be NULL), or if it is NULL, for queries. */
+PKTRT_DEF void pktrt_get_scene_report(const pktrt_scene *, const struct pktrt_render_desc *, pktrt_scene_report *);
+/* The same in lines of text, as snprintf does it: returns its length, which may exceed the room there is. */
+PKTRT_DEF size_t pktrt_report_text(const pktrt_scene_report *, char *text, size_t room);
+
+#ifndef PKTRT_NO_RENDER
 /* >>camera --------------------------------------------------------------------------------------------------------- */
 
 typedef struct pktrt_camera { /* right-handed: looking along target - eye, x to the right, y up */
@@ -1002,6 +1048,8 @@ PKTRT_DEF pktrt_status pktrt_render(pktrt_scene *, const pktrt_render_desc *);
 PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *, const pktrt_render_desc *, uint32_t x, uint32_t y,
                                          uint32_t w, uint32_t h);
 
+#endif /* PKTRT_NO_RENDER */
+
 /* stop here if you only want the API */
 #endif /* PKTRT_H */
 /* ---------------------------------------------------------------------------------------------------------------------
@@ -1029,8 +1077,9 @@ PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *, const pktrt_render
 #endif
 
 #if defined(__GNUC__) || defined(__clang__)
-#define PKTRT__INLINE static inline __attribute__((always_inline))
-#define PKTRT__NOINLINE static __attribute__((noinline))
+/* `unused`: where parts are left out, not all helpers have somebody to help. */
+#define PKTRT__INLINE static inline __attribute__((always_inline, unused))
+#define PKTRT__NOINLINE static __attribute__((noinline, unused))
 #define PKTRT__ALIGN64 __attribute__((aligned(64)))
 #define PKTRT__UNLIKELY(x) __builtin_expect(!!(x), 0)
 #define PKTRT__PREFETCH(p) __builtin_prefetch(p)
@@ -1075,6 +1124,74 @@ PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *, const pktrt_render
 #define PKTRT__HAS_NEON 1
 #include <arm_neon.h>
 #endif
+
+/* What this build can do, as constants, so that compilers drop what is left out: see CONFIGURATION. What asks for
+   nothing but pictures goes with them. */
+#ifdef PKTRT_NO_MOTION
+#define PKTRT__MOTION 0
+#else
+#define PKTRT__MOTION 1
+#endif
+#ifdef PKTRT_NO_STATS
+#define PKTRT__STATS 0
+#else
+#define PKTRT__STATS 2
+#endif
+#ifdef PKTRT_NO_PAPER
+#define PKTRT__PAPER 0
+#else
+#define PKTRT__PAPER 4
+#endif
+#ifdef PKTRT_NO_RENDER
+#define PKTRT__RENDER 0
+#else
+#define PKTRT__RENDER 8
+#endif
+#if defined(PKTRT_NO_LENS) || defined(PKTRT_NO_RENDER)
+#define PKTRT__LENS 0
+#else
+#define PKTRT__LENS 2048
+#endif
+#if defined(PKTRT_NO_SHUTTER) || defined(PKTRT_NO_RENDER)
+#define PKTRT__SHUTTER 0
+#else
+#define PKTRT__SHUTTER 4096
+#endif
+#if defined(PKTRT_NO_AREA_LIGHTS) || defined(PKTRT_NO_RENDER)
+#define PKTRT__AREA_LIGHTS 0
+#else
+#define PKTRT__AREA_LIGHTS 1024
+#endif
+#if defined(PKTRT_NO_GLOSS) || defined(PKTRT_NO_RENDER)
+#define PKTRT__GLOSS 0
+#else
+#define PKTRT__GLOSS 128
+#endif
+#if defined(PKTRT_NO_DIELECTRIC) || defined(PKTRT_NO_RENDER)
+#define PKTRT__DIELECTRIC 0
+#else
+#define PKTRT__DIELECTRIC 32
+#endif
+#if defined(PKTRT_NO_CONDUCTOR) || defined(PKTRT_NO_RENDER)
+#define PKTRT__CONDUCTOR 0
+#else
+#define PKTRT__CONDUCTOR 64
+#endif
+#if defined(PKTRT_NO_NORMALS) || defined(PKTRT_NO_RENDER)
+#define PKTRT__NORMALS 0
+#else
+#define PKTRT__NORMALS 256
+#endif
+#if defined(PKTRT_NO_TEXTURES) || defined(PKTRT_NO_RENDER)
+#define PKTRT__TEXTURES 0
+#else
+#define PKTRT__TEXTURES 512
+#endif
+#define PKTRT__MIRROR 16
+#define PKTRT__SPECULAR (PKTRT__MIRROR | PKTRT__DIELECTRIC | PKTRT__CONDUCTOR)
+#define PKTRT__BUILT                                                                                                   \
+  (PKTRT__MOTION | PKTRT__STATS | PKTRT__PAPER | PKTRT__RENDER | PKTRT__LENS | PKTRT__SHUTTER | PKTRT__AREA_LIGHTS |   \
+   PKTRT__GLOSS | (PKTRT__RENDER ? PKTRT__SPECULAR : 0) | PKTRT__NORMALS | PKTRT__TEXTURES)
 
 /* The product-sums that decide hits must not be fused: the same bits on every instruction set depend on it. One
    guard for the whole implementation, opened here and closed at its end; the self test at scene creation sees what
@@ -1179,11 +1296,13 @@ struct pktrt_scene {
   uint32_t mesh_count, mesh_capacity, committed_meshes;
   pktrt__group *groups;             /* in ascending order of their boxes' area: small ones shorten rays for the large */
   uint32_t group_count;
+#ifndef PKTRT_NO_RENDER
   pktrt_material plain;             /* of meshes that name none */
   pktrt_material *materials;
   uint32_t material_count, material_capacity;
   pktrt_light *lights;
   uint32_t light_count, light_capacity;
+#endif
   uint32_t total_triangles;         /* of all meshes, committed or not */
   float lo[3], hi[3];
   bool rebuild_advised;
@@ -1277,6 +1396,8 @@ PKTRT__INLINE uint32_t pktrt__popcount8(uint32_t x) {
   x = (x & 0x33) + (x >> 2 & 0x33);
   return (x + (x >> 4)) & 0xF;
 }
+
+PKTRT__INLINE bool pktrt__moves(uint32_t key_count) { return PKTRT__MOTION && key_count > 1; }
 
 /* Conversion as the vector units do it: beyond the range of float lies infinity (in C it would be undefined). */
 PKTRT__INLINE float pktrt__to_float(double x) {
@@ -2675,6 +2796,9 @@ static bool pktrt__grow(const pktrt_scene_desc *d, void **array, uint32_t count,
 static pktrt_status pktrt__check_mesh_desc(pktrt_scene *s, const pktrt_mesh_desc *d, uint32_t mesh) {
   const unsigned m = (unsigned)mesh;
   if (!d) return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "mesh %u: the description is NULL", m);
+  if (!PKTRT__MOTION && d->key_count > 1)
+    return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "mesh %u: %u motion keys, but this build has PKTRT_NO_MOTION", m,
+                       (unsigned)d->key_count);
   if (d->key_count > PKTRT_MAX_KEYS)
     return pktrt__fail(s, PKTRT_LIMIT, "mesh %u: key_count %u is above %u", m, (unsigned)d->key_count, PKTRT_MAX_KEYS);
   if (d->position_stride && (d->position_stride < 12 || d->position_stride % 4))
@@ -2704,10 +2828,11 @@ static pktrt_status pktrt__check_mesh_desc(pktrt_scene *s, const pktrt_mesh_desc
 static pktrt_status pktrt__copy_mesh(pktrt_scene *s, const pktrt_mesh_desc *d, pktrt__mesh *m, uint32_t mesh) {
   const uint64_t floats = pktrt__mesh_floats(m);
   m->positions = PKTRT__CAST(float *, pktrt__alloc(&s->desc, floats, sizeof(float)));
-  if (d->normals) m->normals = PKTRT__CAST(float *, pktrt__alloc(&s->desc, floats, sizeof(float)));
+  const bool normals = PKTRT__NORMALS && d->normals;
+  if (normals) m->normals = PKTRT__CAST(float *, pktrt__alloc(&s->desc, floats, sizeof(float)));
   if (d->indices)
     m->indices = PKTRT__CAST(uint32_t *, pktrt__alloc(&s->desc, (uint64_t)d->triangle_count * 3, sizeof(uint32_t)));
-  if (!m->positions || (d->normals && !m->normals) || (d->indices && !m->indices))
+  if (!m->positions || (normals && !m->normals) || (d->indices && !m->indices))
     return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "mesh %u: no memory for %u vertices at %u keys and %u triangles",
                        (unsigned)mesh, (unsigned)m->vertex_count, (unsigned)m->key_count, (unsigned)m->triangle_count);
   for (uint64_t i = 0; d->indices && i < (uint64_t)d->triangle_count * 3; i++) {
@@ -2723,7 +2848,7 @@ static pktrt_status pktrt__copy_mesh(pktrt_scene *s, const pktrt_mesh_desc *d, p
         (const float *)(const void *)((const unsigned char *)(const void *)d->positions + (size_t)(k * key_bytes));
     pktrt_status st = pktrt__copy_vectors(s, m->positions + at, from, m->vertex_count, m->stride, PKTRT_MAX_COORD, mesh,
                                           k, "vertex");
-    if (st == PKTRT_OK && d->normals)
+    if (st == PKTRT_OK && normals)
       st = pktrt__copy_vectors(s, m->normals + at, d->normals + at, m->vertex_count, 12, FLT_MAX, mesh, k, "normal");
     if (st != PKTRT_OK) return st;
   }
@@ -3087,7 +3212,7 @@ static pktrt__view pktrt__view_of(const pktrt__group *groups, uint32_t index, ui
   v.groups = groups;
   v.nodes = g->nodes, v.blocks = g->blocks;
   v.node_bytes = g->node_bytes, v.block_bytes = g->block_bytes;
-  const uint32_t next = g->key_count < 2 ? 0 : segment + 1;
+  const uint32_t next = pktrt__moves(g->key_count) ? segment + 1 : 0;
   v.plane0 = pktrt__node_key(segment), v.plane1 = pktrt__node_key(next);
   v.vertex0 = pktrt__block_key(segment), v.vertex1 = pktrt__block_key(next);
   v.group = index;
@@ -3131,10 +3256,10 @@ static void pktrt__corners_at(const pktrt__group *g, uint32_t slot, float time, 
   const unsigned char *block = g->blocks + (size_t)(slot / 8) * g->block_bytes;
   float a, b;
   const uint32_t segment = pktrt__segment(time, g->key_count, &a, &b);
-  const uint32_t next = g->key_count < 2 ? 0 : segment + 1;
+  const uint32_t next = pktrt__moves(g->key_count) ? segment + 1 : 0;
   const float *k0 = (const float *)(const void *)(block + pktrt__block_key(segment)) + slot % 8;
   const float *k1 = (const float *)(const void *)(block + pktrt__block_key(next)) + slot % 8;
-  if (g->key_count < 2)
+  if (!pktrt__moves(g->key_count))
     for (int c = 0; c < 3; c++, k0 += 24) p[c][0] = k0[0], p[c][1] = k0[8], p[c][2] = k0[16];
   else
     for (int i = 0; i < 9; i++) p[i / 3][i % 3] = a * k0[8 * i] + b * k1[8 * i];
@@ -3253,7 +3378,7 @@ static bool pktrt__resolve_alone(const pktrt_scene *s, const pktrt__lone *q, pkt
   double n[3];
   pktrt__weights e;
   bool area;
-  if (g->key_count < 2) {
+  if (!pktrt__moves(g->key_count)) {
     const unsigned char *block = g->blocks + (size_t)(q->slot / 8) * PKTRT__BLOCK_BYTES;
     const float *p = (const float *)(const void *)block + q->slot % 8;
     e = pktrt__weigh(q, p, 8), area = pktrt__normal_of(p, 8, n);
@@ -3303,6 +3428,7 @@ PKTRT__INLINE uint32_t pktrt__push_children(const uint64_t *mask, const uint32_t
   return n;
 }
 
+#ifndef PKTRT_NO_RENDER
 /* >>numbers: what samples are made of ------------------------------------------------------------------------------- */
 
 /* Everything random comes from here. A key stands for a seed, a pixel (or tile of pixels) and a group of dimensions;
@@ -3581,6 +3707,8 @@ static void pktrt__shine(const pktrt_scene *, const pktrt__surfaces *, uint32_t 
 static void pktrt__inherit(const pktrt__sending *, const pktrt__wave *, const pktrt__surfaces *, uint32_t i,
                            uint32_t medium[8], uint32_t key[8]);
 
+#endif /* PKTRT_NO_RENDER */
+
 typedef struct pktrt__call { /* one query, as the kernels see it */
   const pktrt_scene *scene;
   const pktrt_query_desc *desc;
@@ -3603,6 +3731,7 @@ typedef struct pktrt__kernels {
   void (*load)(pktrt__batch *, const pktrt_ray *, const uint16_t *order, uint32_t n);
   void (*store)(const pktrt_scene *, const pktrt__batch *, pktrt_hit *, const uint16_t *order, uint32_t n);
   void (*answer)(const pktrt__batch *, bool *occluded, uint32_t n);
+#ifndef PKTRT_NO_RENDER
   /* Rays of a pinhole through eight places of the picture, into lanes i to i + 7 of a wave. */
   void (*primary)(const pktrt__view_plane *, const double *x, const double *y, pktrt__wave *, uint32_t i);
   /* Packs those of n rays of a wave that met something, and tells the surfaces how many and where they were. Points,
@@ -3622,6 +3751,7 @@ typedef struct pktrt__kernels {
   uint32_t (*send)(const pktrt__sending *, const pktrt__wave *, const pktrt__surfaces *, pktrt__wave *to, uint32_t n);
   /* Coordinates first to first + n - 1 of a group, of draws i to i + 7, for the samplers Sobol' and random. */
   void (*draw)(const pktrt_sampling *, pktrt__draws *, uint32_t i, uint32_t group, uint32_t first, uint32_t n);
+#endif
 } pktrt__kernels;
 
 #define PKTRT__STAMP_SCALAR 1
@@ -4548,7 +4678,7 @@ typedef __mmask16 PKTRT__NAME(pktrt__mf);
 #define NAME(x) PKTRT__NAME(pktrt__##x)
 #define COUNT(field, n)                                                                                                \
   do {                                                                                                                 \
-    if (stats) counts->field += (uint64_t)(n);                                                                         \
+    if (PKTRT__STATS && (stats)) counts->field += (uint64_t)(n);                                                                         \
   } while (0)
 
 /* Derives the fields of a vector of rays from o, d, tmin, tmax; the bits of those that can hit anything. */
@@ -4911,26 +5041,30 @@ OP bool NAME(ray_block)(const pktrt__view *view, pktrt__batch *b, uint32_t r, ui
    packets of the paper have the moving form alone. */
 #if PKTRT__STAMP == PKTRT__STAMP_SCALAR && (defined(PKTRT__HAS_SSE2) || defined(PKTRT__HAS_NEON))
 #define FEW_INSTANCES 1
-#define PKTRT__INSTANCES(INSTANCE)                                                                                     \
-  INSTANCE(00, false, false, false)                                                                                    \
-  INSTANCE(10, true, false, false) INSTANCE(0s, false, true, true) INSTANCE(1s, true, true, true)
-#define PKTRT__PICK(name)                                                                                              \
-  (occlusion ? (stats || moving ? NAME(name##_1s) : NAME(name##_10))                                                   \
-             : (stats || moving ? NAME(name##_0s) : NAME(name##_00)))
 #else
 #define FEW_INSTANCES 0
+#endif
+#if PKTRT__STATS || (FEW_INSTANCES && PKTRT__MOTION)
+#define IF_COUNTED(x) x
+#else
+#define IF_COUNTED(x)
+#endif
+#if PKTRT__MOTION && !FEW_INSTANCES
+#define IF_MOVING(x) x
+#else
+#define IF_MOVING(x)
+#endif
 #define PKTRT__INSTANCES(INSTANCE)                                                                                     \
   INSTANCE(00, false, false, false)                                                                                    \
-  INSTANCE(01, false, true, false) INSTANCE(0s, false, true, true) INSTANCE(10, true, false, false)                    \
-      INSTANCE(11, true, true, false) INSTANCE(1s, true, true, true)
+  INSTANCE(10, true, false, false)                                                                                     \
+  IF_MOVING(INSTANCE(01, false, true, false) INSTANCE(11, true, true, false))                                          \
+  IF_COUNTED(INSTANCE(0s, false, PKTRT__MOTION != 0, PKTRT__STATS != 0)                                                \
+             INSTANCE(1s, true, PKTRT__MOTION != 0, PKTRT__STATS != 0))
 #define PKTRT__PICK(name)                                                                                              \
-  (occlusion ? (stats    ? NAME(name##_1s)                                                                             \
-                : moving ? NAME(name##_11)                                                                             \
-                         : NAME(name##_10))                                                                            \
-             : (stats    ? NAME(name##_0s)                                                                             \
-                : moving ? NAME(name##_01)                                                                             \
-                         : NAME(name##_00)))
-#endif
+  ((void)stats, (void)moving, occlusion ? IF_COUNTED(stats || (FEW_INSTANCES && moving) ? NAME(name##_1s) :)           \
+                                                  IF_MOVING(moving ? NAME(name##_11) :) NAME(name##_10)                \
+                                        : IF_COUNTED(stats || (FEW_INSTANCES && moving) ? NAME(name##_0s) :)           \
+                                                  IF_MOVING(moving ? NAME(name##_01) :) NAME(name##_00))
 
 #if PKTRT__STAMP != PKTRT__STAMP_AVX2 && PKTRT__STAMP != PKTRT__STAMP_AVX512
 /* Functions of their own: inlined they would make the code a third longer, and no faster. */
@@ -5956,6 +6090,7 @@ OP uint64_t NAME(frustum)(NAME(frustum_rays) *f, const pktrt__view *view, pktrt_
   }
 }
 
+#if PKTRT__PAPER
 /* >>paper ------------------------------------------------------------------------------------------------------------
    The packet traversal of the paper (sections 3.1 and 3.3, after Wald et al. 2007 and Boulos et al. 2006), on the same
    tree: packets of 1 to 256 rays without a common origin. A packet enters a child as soon as one of its rays does;
@@ -6279,26 +6414,28 @@ OP void NAME(paper_packet)(NAME(paper) *p, const bool occlusion, const bool movi
 }
 
 /* Always counting: this path is for reading and comparing. */
+#if PKTRT__MOTION
 PKTRT__NOINLINE void NAME(paper_moving)(NAME(paper) *p, bool occlusion, pktrt_counts *counts) {
-  NAME(paper_packet)(p, occlusion, true, true, counts);
+  NAME(paper_packet)(p, occlusion, true, PKTRT__STATS != 0, counts);
 }
-#if !FEW_INSTANCES
+#endif
+#if !(PKTRT__MOTION && FEW_INSTANCES)
 PKTRT__NOINLINE void NAME(paper_static)(NAME(paper) *p, bool occlusion, pktrt_counts *counts) {
-  NAME(paper_packet)(p, occlusion, false, true, counts);
+  NAME(paper_packet)(p, occlusion, false, PKTRT__STATS != 0, counts);
 }
 #endif
 
 /* The batch in packets of desc->packet_size rays, each through all groups and, where they move, all segments. */
 PKTRT__NOINLINE void NAME(drive_paper)(const pktrt__call *call, pktrt__batch *b, uint32_t n, const bool occlusion) {
   const pktrt_scene *scene = call->scene;
-  const bool stats = true;
+  const bool stats = PKTRT__STATS != 0;
   pktrt_counts unwanted, *counts = call->counts ? call->counts : &unwanted;
   memset(&unwanted, 0, sizeof unwanted);
   NAME(paper) p;
   p.call = call, p.b = b;
   for (uint32_t i = 0; i < scene->group_count; i++) {
     const pktrt__group *g = &scene->groups[i];
-    const bool moving = g->key_count > 1;
+    const bool moving = pktrt__moves(g->key_count);
     NAME(weights)(b, 0, n, g->key_count);
     for (p.base = 0; p.base < n; p.base = p.end) {
       p.end = n - p.base < call->desc->packet_size ? n : p.base + call->desc->packet_size;
@@ -6306,7 +6443,7 @@ PKTRT__NOINLINE void NAME(drive_paper)(const pktrt__call *call, pktrt__batch *b,
       for (uint32_t segment = 0; segment + 1 < g->key_count || !segment; segment++) {
         memset(p.active, 0, sizeof p.active);
         for (uint32_t r = p.base; r < p.end; r++)
-          if ((b->valid[r / 64] >> r % 64 & 1) && (g->key_count < 3 || b->segment[r] == segment) &&
+          if ((b->valid[r / 64] >> r % 64 & 1) && (!PKTRT__MOTION || g->key_count < 3 || b->segment[r] == segment) &&
               (!occlusion || b->slot[r]))
             p.active[r / 64] |= (uint64_t)1 << r % 64;
         uint64_t before[PKTRT__BATCH / 64];
@@ -6314,7 +6451,9 @@ PKTRT__NOINLINE void NAME(drive_paper)(const pktrt__call *call, pktrt__batch *b,
         pktrt__view view = pktrt__view_of(scene->groups, i, moving ? segment : 0);
         view.check_area = moving && occlusion;
         p.view = &view;
-#if FEW_INSTANCES
+#if !PKTRT__MOTION
+        NAME(paper_static)(&p, occlusion, counts);
+#elif FEW_INSTANCES
         NAME(paper_moving)(&p, occlusion, counts);
 #else
         (moving ? NAME(paper_moving) : NAME(paper_static))(&p, occlusion, counts);
@@ -6325,6 +6464,8 @@ PKTRT__NOINLINE void NAME(drive_paper)(const pktrt__call *call, pktrt__batch *b,
     }
   }
 }
+
+#endif /* PKTRT__PAPER */
 
 #define INSTANCE(tag, o, m, s)                                                                                         \
   PKTRT__NOINLINE uint64_t NAME(frustum_##tag)(NAME(frustum_rays) *f, const pktrt__view *view, pktrt__batch *b,       \
@@ -6354,7 +6495,7 @@ PKTRT__NOINLINE void NAME(drive_stream)(const pktrt_scene *scene, pktrt__batch *
   for (uint32_t i = 0; i < scene->group_count && mask; i++) {
     const pktrt__group *g = &scene->groups[i];
     uint64_t hit = 0;
-    if (g->key_count < 2) {
+    if (!pktrt__moves(g->key_count)) {
       for (uint64_t m = stats ? mask : 0; m; m &= m - 1) NAME(weights)(b, list[pktrt__lowest(m)], 1, 1);
       hit = NAME(stream_any)(&g->rest, b, list, mask, 0, occlusion, false, stats, counts);
     } else {
@@ -6383,7 +6524,7 @@ PKTRT__NOINLINE void NAME(drive_frustum)(const pktrt_scene *scene, pktrt__batch 
   COUNT(packets, 1);
   for (uint32_t i = 0; i < scene->group_count && mask; i++) {
     const pktrt__group *g = &scene->groups[i];
-    const bool moving = g->key_count > 1;
+    const bool moving = pktrt__moves(g->key_count);
     uint64_t hit = 0, rest = scene->group_count > 1 ? NAME(box_mask)(b, base, mask, g->lo, g->hi) : mask;
     if (!rest) continue;
     if (i > 0) NAME(frustum_depth)(&f, b, rest);
@@ -6418,7 +6559,7 @@ PKTRT__NOINLINE bool NAME(drive_alone)(const pktrt_scene *scene, pktrt__lone *ra
   bool hit = false;
   for (uint32_t i = 0; i < scene->group_count && !(occlusion && hit); i++) {
     const pktrt__group *g = &scene->groups[i];
-    if (g->key_count < 2) {
+    if (!pktrt__moves(g->key_count)) {
       const bool moving = false;
       if (stats) ray->ta = 1, ray->tb = 0; /* one key: all of it */
       hit |= NAME(single_any)(&g->rest, ray, 0, occlusion, moving, stats, counts);
@@ -6554,7 +6695,7 @@ PKTRT__NOINLINE void NAME(gather_corners)(const pktrt_scene *scene, const uint32
     const pktrt__group *g = &scene->groups[groups[r]];
     const unsigned char *block = g->blocks + (size_t)(slot / 8) * g->block_bytes;
     uint32_t lanes = rest & vsame(slots, slot) & vsame(groups, groups[r]);
-    if (g->key_count < 2) {
+    if (!pktrt__moves(g->key_count)) {
       const float *k0 = (const float *)(const void *)block + slot % 8;
       const m8 m = mfrom(lanes);
       for (int c = 0; c < 3; c++, k0 += 24)
@@ -6650,6 +6791,7 @@ static void NAME(resolve)(const pktrt__call *call, pktrt__batch *b, uint32_t n) 
   }
 }
 
+#ifndef PKTRT_NO_RENDER
 /* >>shade ---------------------------------------------------------------------------------------------------------- */
 
 /* On narrow vectors, whose registers are too few anyway, loops stay loops and the larger steps functions: that halves
@@ -6777,9 +6919,9 @@ PKTRT__NOINLINE bool NAME(gather_normals)(const pktrt_scene *scene, const float 
     if (mesh->normals) {
       float corner[3][3];
       any = true;
-      same = mesh->key_count < 2 ? same & vsame(s->triangle + i, triangle) : rest & (0u - rest);
+      same = !pktrt__moves(mesh->key_count) ? same & vsame(s->triangle + i, triangle) : rest & (0u - rest);
       const m8 m = mfrom(same);
-      if (mesh->key_count < 2 && mesh->indices) {
+      if (!pktrt__moves(mesh->key_count) && mesh->indices) {
         const uint32_t *v = mesh->indices + (size_t)triangle * 3;
         UNROLL for (int c = 0; c < 3; c++) {
           const float *k = mesh->normals + (size_t)v[c] * 3;
@@ -6952,9 +7094,9 @@ static void NAME(dress)(const pktrt_scene *scene, bool follow, const float ambie
   for (uint32_t i = 0; i < s->count; i += 8) {
     const uint32_t lanes = NAME(lanes_of)(s->count - i), lit = ~(uint32_t)s->shaded[i / 8];
     if (follow) {
-      const uint32_t metal = s->kind[PKTRT_SPECULAR_CONDUCTOR][i / 8] & lit;
+      const uint32_t metal = PKTRT__CONDUCTOR ? s->kind[PKTRT_SPECULAR_CONDUCTOR][i / 8] & lit : 0;
       const uint32_t inside = s->kind[PKTRT_SPECULAR_DIELECTRIC][i / 8] & s->inside[i / 8];
-      const uint32_t glass = lanes & (inside | ~vsame(w->medium + s->first + i, 0));
+      const uint32_t glass = PKTRT__DIELECTRIC ? lanes & (inside | ~vsame(w->medium + s->first + i, 0)) : 0;
       NAME(weigh8)(s, i);
       if (metal | glass) pktrt__weigh_alone(scene, w, s, i, metal, glass);
     }
@@ -6977,7 +7119,7 @@ STEP d8 NAME(look_for)(const pktrt__aim *l, uint32_t i, d8 p[3], d8 at[3]) {
     return dload(l->listed->factor + i);
   }
   NAME(dset3)(at, l->at);
-  if (l->kind != PKTRT_LIGHT_MESH) return dset(l->strength);
+  if (!PKTRT__AREA_LIGHTS || l->kind != PKTRT_LIGHT_MESH) return dset(l->strength);
   ROLL_OUT for (int a = 0; a < 3; a++) to[a] = dsub(at[a], p[a]);
   NAME(dset3)(facing, l->facing);
   const d8 r2 = NAME(ddot)(to, to), r = dsqrt(r2), along = NAME(ddot)(to, facing);
@@ -7005,14 +7147,14 @@ PKTRT__NOINLINE void NAME(aim8)(const pktrt_scene *scene, const pktrt__aim *l, c
   lanes &= mbits(dlt(dset(0), NAME(ddot)(to, flat)));
   if (!lanes) return; /* all look away from it */
   const d8 r2 = NAME(ddot)(to, to), r = dsqrt(r2);
-  if (l->kind == PKTRT_LIGHT_QUAD && !l->listed) { /* negative behind it */
+  if (PKTRT__AREA_LIGHTS && l->kind == PKTRT_LIGHT_QUAD && !l->listed) { /* negative behind it */
     NAME(dset3)(at, l->facing);
     factor = dmul(ddiv(dmul(dset(-l->area), NAME(ddot)(to, at)), r), factor);
   }
   const d8 irradiance = l->by_square ? ddiv(factor, r2) : factor, cosine = ddiv(NAME(ddot)(to, shade), r);
   const v8 diffuse = dto(dmul(dmul(dmax(dset(0), cosine), irradiance), dset(0.31830988618379067154)));
   lanes &= mbits(dlt(dset(0), irradiance));
-  if (l->lobes && (lanes & s->lobed[i / 8])) {
+  if (PKTRT__GLOSS && l->lobes && (lanes & s->lobed[i / 8])) {
     float axis[3][8], part[8] = {0, 0, 0, 0, 0, 0, 0, 0};
     ROLL_OUT for (int a = 0; a < 3; a++) vstore(axis[a], dto(ddiv(to[a], r)));
     pktrt__shine(scene, s, i, lanes & s->lobed[i / 8], axis, part);
@@ -7021,7 +7163,7 @@ PKTRT__NOINLINE void NAME(aim8)(const pktrt_scene *scene, const pktrt__aim *l, c
   ROLL_OUT for (int a = 0; a < 3; a++) {
     const v8 light = l->listed ? vload(l->listed->arriving[a] + i) : vset(l->arriving[a]);
     const v8 specular = vload(s->specular[a] + i), albedo = vload(s->albedo[a] + i);
-    arriving[a] = vmul(vadd(vmul(albedo, diffuse), l->lobes ? vmul(specular, lobe) : vset(0)), light);
+    arriving[a] = vmul(vadd(vmul(albedo, diffuse), PKTRT__GLOSS && l->lobes ? vmul(specular, lobe) : vset(0)), light);
     largest = vmax(largest, arriving[a]);
   }
   lanes &= mbits(vlt(vset(0), largest));
@@ -7146,6 +7288,8 @@ static uint32_t NAME(send)(const pktrt__sending *g, const pktrt__wave *w, const 
   return n;
 }
 
+#endif /* PKTRT_NO_RENDER */
+
 /* >>fit ------------------------------------------------------------------------------------------------------------ */
 
 /* WHY not for all instruction sets: 512 bits would gain nothing here, and what every x86 or ARM has serves scalar
@@ -7209,7 +7353,7 @@ OP bool NAME(ask_alone)(const pktrt_scene *scene, pktrt__lone *q, const bool occ
                         pktrt_counts *unread) {
   const bool moving = false, stats = false;
   const pktrt__group *g = scene->groups;
-  if (scene->group_count != 1 || g->key_count > 1)
+  if (scene->group_count != 1 || pktrt__moves(g->key_count))
     return NAME(drive_alone)(scene, q, occlusion, check, stats, unread);
   return NAME(single_any)(&g->rest, q, 0, occlusion, moving, stats, unread);
 }
@@ -7253,9 +7397,12 @@ OP void NAME(trace_as)(const pktrt__call *call, pktrt__batch *b, uint32_t n, con
     if (!occlusion) NAME(resolve)(call, b, n);
     return;
   }
+#if PKTRT__PAPER
   if (call->desc->path == PKTRT_PATH_PAPER) {
     NAME(drive_paper)(call, b, n, occlusion);
-  } else if (call->desc->path == PKTRT_PATH_SINGLE || pktrt__few(n, occlusion)) {
+  } else
+#endif
+  if (call->desc->path == PKTRT_PATH_SINGLE || pktrt__few(n, occlusion)) {
     for (uint32_t i = 0; i < n; i += 64)
       for (uint64_t m = b->valid[i / 64]; m; m &= m - 1) {
         COUNT(packets, 1);
@@ -7271,13 +7418,14 @@ OP void NAME(trace_as)(const pktrt__call *call, pktrt__batch *b, uint32_t n, con
 
 static void NAME(trace)(const pktrt__call *call, pktrt__batch *b, uint32_t n) {
   pktrt_counts *counts = call->counts, unread;
+  const bool stats = PKTRT__STATS && counts;
   if (PKTRT__STAMP == PKTRT__STAMP_SCALAR && !counts) /* see PKTRT__INSTANCES */
     memset(&unread, 0, sizeof unread), counts = &unread;
   if (call->occlusion) {
-    if (call->counts) NAME(trace_as)(call, b, n, true, true, counts);
+    if (stats) NAME(trace_as)(call, b, n, true, true, counts);
     else NAME(trace_as)(call, b, n, true, false, counts);
   } else {
-    if (call->counts) NAME(trace_as)(call, b, n, false, true, counts);
+    if (stats) NAME(trace_as)(call, b, n, false, true, counts);
     else NAME(trace_as)(call, b, n, false, false, counts);
   }
 }
@@ -7349,7 +7497,10 @@ static bool NAME(rounds_each_operation)(void) {
 
 static const pktrt__kernels NAME(kernels) = {
     NAME(trace), NAME(intersect), NAME(occluded), NAME(rounds_each_operation), NAME(load), NAME(store), NAME(answer),
-    NAME(primary), NAME(pack), NAME(find), NAME(dress), NAME(aim), NAME(see), NAME(gain), NAME(send), NAME(draw)};
+#ifndef PKTRT_NO_RENDER
+    NAME(primary), NAME(pack), NAME(find), NAME(dress), NAME(aim), NAME(see), NAME(gain), NAME(send), NAME(draw)
+#endif
+};
 
 #ifdef PKTRT__ALSO_STAMP /* for benchmarks: a file of theirs on the same vectors; its path from here, in quotes */
 #include PKTRT__ALSO_STAMP
@@ -7454,6 +7605,8 @@ static const pktrt__kernels NAME(kernels) = {
 #undef COUNT
 #undef PKTRT__PICK
 #undef FEW_INSTANCES
+#undef IF_COUNTED
+#undef IF_MOVING
 #undef PKTRT__INSTANCES
 
 #endif /* PKTRT__STAMP */
@@ -7530,7 +7683,9 @@ PKTRT_DEF pktrt_scene *pktrt_scene_create(const pktrt_scene_desc *desc) {
   s->desc = d;
   s->isa = d.isa;
   s->kernels = kernels;
+#ifndef PKTRT_NO_RENDER
   for (int a = 0; a < 3; a++) s->plain.albedo[a] = 0.8f;
+#endif
   pktrt__summarise(s);
   return s;
 }
@@ -7542,8 +7697,10 @@ PKTRT_DEF void pktrt_scene_destroy(pktrt_scene *s) {
   for (uint32_t i = 0; i < s->group_count; i++) pktrt__free_group(&d, &s->groups[i]);
   pktrt__release(&d, s->meshes, s->mesh_capacity, sizeof *s->meshes);
   pktrt__release(&d, s->groups, s->group_count, sizeof *s->groups);
+#ifndef PKTRT_NO_RENDER
   pktrt__release(&d, s->materials, s->material_capacity, sizeof *s->materials);
   pktrt__release(&d, s->lights, s->light_capacity, sizeof *s->lights);
+#endif
   pktrt__release(&d, s, 1, sizeof *s);
 }
 
@@ -7642,16 +7799,19 @@ PKTRT_DEF pktrt_status pktrt_set_positions(pktrt_scene *s, uint32_t mesh, uint32
                             PKTRT_MAX_COORD, "vertex");
 }
 
+#ifndef PKTRT_NO_NORMALS
 PKTRT_DEF pktrt_status pktrt_set_normals(pktrt_scene *s, uint32_t mesh, uint32_t key, const float *normals) {
   if (!s) return PKTRT_INVALID_ARGUMENT;
   s->error[0] = 0;
   pktrt__mesh *m = pktrt__deformed(s, mesh, key, normals, "set_normals");
   if (!m) return PKTRT_INVALID_ARGUMENT;
+  if (!PKTRT__NORMALS) return PKTRT_OK; /* queries only: nobody reads them */
   if (!m->normals)
     return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "set_normals: mesh %u was added without normals", (unsigned)mesh);
   return pktrt__set_vectors(s, m, m->normals, &m->pending_normals, &m->dirty_normals, mesh, key, normals, 12, FLT_MAX,
                             "normal");
 }
+#endif
 
 PKTRT_DEF pktrt_status pktrt_refit(pktrt_scene *s) {
   if (!s) return PKTRT_INVALID_ARGUMENT;
@@ -7710,6 +7870,7 @@ PKTRT_DEF void pktrt_get_scene_info(const pktrt_scene *s, pktrt_scene_info *info
   if (area > 0) info->sah_at_build /= area, info->sah_now /= area;
 }
 
+#ifndef PKTRT_NO_RENDER
 /* Refuses components of a vector that are not finite, or outside [lo, hi]. */
 static pktrt_status pktrt__check_range(pktrt_scene *s, const char *whose, unsigned index, const char *what,
                                        const float *v, int n, float lo, float hi) {
@@ -7725,6 +7886,8 @@ static pktrt_status pktrt__check_light(pktrt_scene *s, const pktrt_light *l, uns
   if (!l) return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "light %u: the description is NULL", index);
   if ((int)l->kind < 0 || l->kind > PKTRT_LIGHT_ENVIRONMENT)
     return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "light %u: %d is no kind of light", index, (int)l->kind);
+  if (!PKTRT__AREA_LIGHTS && l->kind >= PKTRT_LIGHT_QUAD)
+    return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "light %u: it has an area, but this build has PKTRT_NO_AREA_LIGHTS", index);
   pktrt_status st = pktrt__check_range(s, "light", index, "intensity", l->intensity, 3, 0, FLT_MAX);
   const bool placed =
       l->kind == PKTRT_LIGHT_POINT || l->kind == PKTRT_LIGHT_QUAD || l->kind == PKTRT_LIGHT_SPHERE;
@@ -7761,6 +7924,13 @@ static pktrt_status pktrt__check_material(pktrt_scene *s, const pktrt_material *
     return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "material %u: %d is no pktrt_specular", index, (int)m->specular);
   if ((int)m->lobe < 0 || m->lobe > PKTRT_LOBE_PHONG)
     return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "material %u: %d is no pktrt_lobe", index, (int)m->lobe);
+  const char *missing = !PKTRT__DIELECTRIC && m->specular == PKTRT_SPECULAR_DIELECTRIC ? "DIELECTRIC"
+                        : !PKTRT__CONDUCTOR && m->specular == PKTRT_SPECULAR_CONDUCTOR ? "CONDUCTOR"
+                        : !PKTRT__GLOSS && pktrt__has_lobe(m)                          ? "GLOSS"
+                        : !PKTRT__TEXTURES && (m->texture || m->shader)                ? "TEXTURES"
+                                                                                       : NULL;
+  if (missing)
+    return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "material %u asks for what this build leaves out by PKTRT_NO_%s", index, missing);
   pktrt_status st = pktrt__check_range(s, whose, index, "albedo", m->albedo, 3, 0, 1);
   if (!st) st = pktrt__check_range(s, whose, index, "reflectance", m->reflectance, 3, 0, 1);
   if (!st) st = pktrt__check_range(s, whose, index, "ior", m->ior, 3, 0, 1e6f);
@@ -7790,6 +7960,8 @@ PKTRT_DEF pktrt_status pktrt_add_material(pktrt_scene *s, const pktrt_material *
   if (material) *material = s->material_count;
   return PKTRT_OK;
 }
+
+#endif /* PKTRT_NO_RENDER */
 
 /* >>queries -------------------------------------------------------------------------------------------------------- */
 
@@ -7843,13 +8015,14 @@ static pktrt__call pktrt__call_of(const pktrt_scene *s, const pktrt_query_desc *
   memset(d, 0, sizeof *d);
   if (from) *d = *from;
   if ((int)d->path < 0 || d->path > PKTRT_PATH_SINGLE) d->path = PKTRT_PATH_FAST;
+  if (!PKTRT__PAPER && d->path == PKTRT_PATH_PAPER) d->path = PKTRT_PATH_FAST;
   if ((int)d->type < 0 || d->type >= PKTRT_RAY_TYPE_COUNT) d->type = PKTRT_RAY_PRIMARY;
   if (!d->packet_size || d->packet_size > PKTRT__BATCH) d->packet_size = 64;
   if (d->path != PKTRT_PATH_PAPER) d->trace = NULL;
   pktrt__call call;
   call.scene = s;
   call.desc = d;
-  call.counts = d->stats ? &d->stats->by_type[d->type] : NULL;
+  call.counts = PKTRT__STATS && d->stats ? &d->stats->by_type[d->type] : NULL;
   call.occlusion = occlusion;
   call.next = NULL, call.place = NULL;
   return call;
@@ -7990,7 +8163,7 @@ PKTRT_DEF void pktrt_occluded_soa(const pktrt_scene *s, const pktrt_rays *rays, 
 static void pktrt__corner(const pktrt__mesh *m, const float *data, uint32_t triangle, uint32_t c, float time,
                           float out[3]) {
   const uint64_t v = m->indices ? m->indices[(size_t)triangle * 3 + c] : (uint64_t)triangle * 3 + c;
-  if (m->key_count < 2) {
+  if (!pktrt__moves(m->key_count)) {
     memcpy(out, data + v * 3, 3 * sizeof *out);
     return;
   }
@@ -8036,6 +8209,7 @@ PKTRT_DEF void pktrt_spawn(const pktrt_scene *s, const pktrt_ray *ray, const pkt
   out->tmax = INFINITY;
 }
 
+#ifndef PKTRT_NO_RENDER
 /* >>vectors -------------------------------------------------------------------------------------------------------- */
 
 static double pktrt__dot(const double a[3], const double b[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
@@ -8535,7 +8709,9 @@ typedef struct pktrt__job {
   uint32_t event_dimensions; /* sample dimensions of one scattering event: 4, and 2 for each light */
   float threshold;           /* of importance */
   size_t row_stride;
+  uint32_t features;         /* of pktrt_feature: those that run; ask by pktrt__uses */
   bool follow, distribute, choose; /* secondary rays; random lens, lights and lobes; one ray at a dielectric */
+  bool draws;                /* scattering events or lights take samples */
   pktrt__glass glass;
 } pktrt__job;
 
@@ -8607,22 +8783,86 @@ static bool pktrt__check_scene(const pktrt_scene *s, pktrt__why *why) {
   return true;
 }
 
+/* What the surfaces of a scene are and have. */
+static uint32_t pktrt__features_of_scene(const pktrt_scene *s) {
+  uint32_t found = 0;
+  for (uint32_t i = 0; i < s->committed_meshes; i++) {
+    const pktrt__mesh *m = &s->meshes[i];
+    if (!m->triangle_count) continue;
+    if (m->key_count > 1) found |= PKTRT_FEATURE_MOTION;
+    if (m->normals) found |= PKTRT_FEATURE_NORMALS;
+    if (m->material > s->material_count) continue; /* refused by renders */
+    const pktrt_material *look = pktrt__look(s, m->material);
+    if (look->texture || look->shader) found |= PKTRT_FEATURE_TEXTURES;
+    if (pktrt__has_lobe(look)) found |= PKTRT_FEATURE_GLOSS;
+    switch (look->specular) {
+    case PKTRT_SPECULAR_NONE: break;
+    case PKTRT_SPECULAR_MIRROR:
+    case PKTRT_SPECULAR_COAT: found |= PKTRT_FEATURE_MIRROR; break;
+    case PKTRT_SPECULAR_DIELECTRIC: found |= PKTRT_FEATURE_DIELECTRIC; break;
+    case PKTRT_SPECULAR_CONDUCTOR: found |= PKTRT_FEATURE_CONDUCTOR; break;
+    }
+  }
+  for (uint32_t i = 0; i < s->light_count; i++)
+    if (s->lights[i].kind >= PKTRT_LIGHT_QUAD) found |= PKTRT_FEATURE_AREA_LIGHTS;
+  return found;
+}
+
+static uint32_t pktrt__features_of_render(const pktrt_scene *s, const pktrt_render_desc *d) {
+  uint32_t found = pktrt__features_of_scene(s) | PKTRT_FEATURE_RENDER;
+  if (d->camera.moving) found |= PKTRT_FEATURE_MOTION;
+  if (d->camera.aperture > 0) found |= PKTRT_FEATURE_LENS;
+  if (d->camera.shutter > 0) found |= PKTRT_FEATURE_SHUTTER;
+  if (d->path == PKTRT_PATH_PAPER) found |= PKTRT_FEATURE_PAPER;
+  if (d->stats) found |= PKTRT_FEATURE_STATS;
+  return found & PKTRT__BUILT;
+}
+
+/* Of what was found, what a picture shows. */
+static uint32_t pktrt__features_used(const pktrt_render_desc *d, uint32_t found) {
+  if (d->mode == PKTRT_MODE_RCS) found &= ~(uint32_t)(PKTRT__SPECULAR | PKTRT_FEATURE_GLOSS);
+  if (d->mode != PKTRT_MODE_DRT) found &= ~(uint32_t)(PKTRT_FEATURE_LENS | PKTRT_FEATURE_SHUTTER);
+  if (d->normals != PKTRT_NORMALS_SMOOTH) found &= ~(uint32_t)PKTRT_FEATURE_NORMALS;
+  /* nobody sees when, save hooks */
+  if (!(found & (PKTRT_FEATURE_MOTION | PKTRT_FEATURE_TEXTURES))) found &= ~(uint32_t)PKTRT_FEATURE_SHUTTER;
+  return found;
+}
+
+/* Whether a job needs any of these. Constantly not, if they were left out. */
+PKTRT__INLINE bool pktrt__uses(const pktrt__job *job, uint32_t features) {
+  return (PKTRT__BUILT & features) && (job->features & features);
+}
+
+/* The first thing that a description asks for and that was left out; NULL: there is none. */
+static const char *pktrt__left_out(const pktrt_render_desc *d) {
+  if (!PKTRT__MOTION && d->camera.moving) return "camera: it moves, but this build has PKTRT_NO_MOTION";
+  if (!PKTRT__LENS && d->camera.aperture > 0) return "camera: it has an aperture, but this build has PKTRT_NO_LENS";
+  if (!PKTRT__SHUTTER && d->camera.shutter > 0) return "camera: it has a shutter, but this build has PKTRT_NO_SHUTTER";
+  if (!PKTRT__PAPER && d->path == PKTRT_PATH_PAPER) return "path is the paper's, but this build has PKTRT_NO_PAPER";
+  if (!PKTRT__STATS && d->stats) return "stats are asked for, but this build has PKTRT_NO_STATS";
+  return NULL;
+}
+
 static bool pktrt__check_render(const pktrt_scene *s, const pktrt_render_desc *d, pktrt__job *job, pktrt__why *why) {
   memset(job, 0, sizeof *job);
   if (!d) return pktrt__refuse(why, "the description is NULL");
   if (!pktrt__check_sizes(d, why) || !pktrt__check_words(d, why) || !pktrt__check_rules(d, why) ||
       !pktrt__check_scene(s, why))
     return false;
+  if (pktrt__left_out(d)) return pktrt__refuse(why, "%s", pktrt__left_out(d));
   job->scene = s, job->desc = d;
+  job->features = pktrt__features_used(d, pktrt__features_of_render(s, d));
   job->packet_size = d->packet_size ? d->packet_size : 8;
   job->tile_size = d->tile_size ? d->tile_size : 64;
   job->samples = d->samples ? d->samples : 1;
   job->max_depth = d->max_depth ? d->max_depth : PKTRT_MAX_DEPTH;
   job->threshold = d->attenuation == 0 ? 1.0f / 256 : d->attenuation;
   job->row_stride = d->row_stride ? d->row_stride : (size_t)d->width * 3;
-  job->follow = d->mode != PKTRT_MODE_RCS, job->distribute = d->mode == PKTRT_MODE_DRT;
+  job->follow = pktrt__uses(job, PKTRT__SPECULAR), job->distribute = d->mode == PKTRT_MODE_DRT;
   job->choose = d->branching == PKTRT_BRANCHING_CHOOSE ||
                 (job->distribute && d->branching == PKTRT_BRANCHING_BY_MODE);
+  job->draws = (job->distribute && (pktrt__uses(job, PKTRT__AREA_LIGHTS | PKTRT__GLOSS) || d->lights != PKTRT_LIGHTS_ALL)) ||
+               (job->choose && pktrt__uses(job, PKTRT__DIELECTRIC));
   job->sampling.sampler = d->sampler, job->sampling.samples = job->samples, job->sampling.seed = d->seed;
   job->most_passes = d->passes;
   if (!d->passes) job->most_passes = d->target_error > 0 || d->time_budget > 0 || d->pass ? 65536 : 1;
@@ -8816,7 +9056,7 @@ static void pktrt__describe(const pktrt__job *job, uint32_t light, pktrt__lamp *
   aim->infinite = l->kind == PKTRT_LIGHT_DIRECTIONAL || l->kind == PKTRT_LIGHT_ENVIRONMENT;
   aim->by_square = l->kind == PKTRT_LIGHT_POINT || l->kind == PKTRT_LIGHT_QUAD ||
                    (l->kind == PKTRT_LIGHT_MESH && job->distribute);
-  aim->lobes = job->follow && pktrt__unseen(l);
+  aim->lobes = pktrt__uses(job, PKTRT__GLOSS) && pktrt__unseen(l);
 }
 
 static bool pktrt__make_lamps(pktrt__job *job) { /* false: out of memory, and none are left */
@@ -8827,7 +9067,7 @@ static bool pktrt__make_lamps(pktrt__job *job) { /* false: out of memory, and no
   for (uint32_t i = 0; i < s->light_count; i++) {
     const pktrt_light *l = &s->lights[i];
     pktrt__lamp *lamp = &job->lamps[i];
-    const pktrt__mesh *m = l->kind == PKTRT_LIGHT_MESH ? &s->meshes[l->mesh] : NULL;
+    const pktrt__mesh *m = PKTRT__AREA_LIGHTS && l->kind == PKTRT_LIGHT_MESH ? &s->meshes[l->mesh] : NULL;
     double light[3];
     for (int a = 0; a < 3; a++) {
       light[a] = (double)l->intensity[a] * (m ? (double)pktrt__look(s, m->material)->emission[a] : 1);
@@ -8938,9 +9178,9 @@ static double pktrt__aim_at_mesh(const pktrt__mesh *m, const pktrt__lamp *lamp, 
                                  const double from[3], double at[3]) {
   if (!(lamp->facet_count && lamp->clusters->area > 0)) return 0;
   double rest = (double)u[0], odds;
-  const pktrt__facet *f = &lamp->facets[pktrt__choose_facet(lamp, m->key_count > 1, from, &rest, &odds)];
+  const pktrt__facet *f = &lamp->facets[pktrt__choose_facet(lamp, pktrt__moves(m->key_count), from, &rest, &odds)];
   pktrt__facet moved;
-  if (m->key_count > 1) {
+  if (pktrt__moves(m->key_count)) {
     float p[3][3];
     for (uint32_t c = 0; c < 3; c++) pktrt__corner(m, m->positions, f->triangle, c, time, p[c]);
     pktrt__place_facet(p, &moved);
@@ -9031,7 +9271,7 @@ static bool pktrt__find_glass(pktrt__job *job, uint64_t samples) {
   pktrt__glass *glass = &job->glass;
   uint64_t n = 0, meshes = 0;
   float largest = 0;
-  if (!job->follow || job->desc->glass_shadows != PKTRT_GLASS_SHADOWS_PASS) return true;
+  if (!pktrt__uses(job, PKTRT__DIELECTRIC) || job->desc->glass_shadows != PKTRT_GLASS_SHADOWS_PASS) return true;
   for (uint32_t i = 0; i < s->committed_meshes; i++) {
     const pktrt__mesh *m = &s->meshes[i];
     largest = pktrt__maxf(largest, m->max_coord);
@@ -9152,7 +9392,7 @@ static void pktrt__name_surfaces(const pktrt_scene *scene, bool smooth, const pk
   for (uint32_t k = 0; smooth && k < s->count; k++) {
     if (k && s->triangle[k] == s->triangle[k - 1]) continue;
     m = &scene->meshes[s->mesh[k]];
-    if (!m->normals || !m->indices || m->key_count > 1) continue;
+    if (!m->normals || !m->indices || pktrt__moves(m->key_count)) continue;
     for (uint32_t c = 0; c < 3; c++)
       PKTRT__PREFETCH(m->normals + (size_t)m->indices[(size_t)s->triangle[k] * 3 + c] * 3);
   }
@@ -9193,7 +9433,7 @@ static void pktrt__find_misses(const pktrt__job *job, pktrt__wave *w, uint32_t f
    _add_lights: their arrays must not lie in every frame of the recursion. */
 PKTRT__NOINLINE void pktrt__find_surfaces(pktrt__work *work, pktrt__wave *w, uint32_t first, uint32_t n) {
   const pktrt_scene *scene = work->job->scene;
-  const bool smooth = work->job->desc->normals == PKTRT_NORMALS_SMOOTH;
+  const bool smooth = pktrt__uses(work->job, PKTRT__NORMALS);
   pktrt__surfaces *s = &work->surfaces;
   bool missed = false;
   for (uint32_t i = first; i < first + n; i++) missed |= w->slot[i] == PKTRT_NONE;
@@ -9293,7 +9533,7 @@ PKTRT__NOINLINE void pktrt__dress(pktrt__work *work, const pktrt__wave *w, uint3
   const pktrt__job *job = work->job;
   const pktrt_render_desc *d = job->desc;
   bool hooks = false;
-  for (uint32_t k = 0; k < s->count; k += 8) hooks |= s->hooked[k / 8] != 0;
+  for (uint32_t k = 0; pktrt__uses(job, PKTRT__TEXTURES) && k < s->count; k += 8) hooks |= s->hooked[k / 8] != 0;
   if (hooks) pktrt__run_hooks(job->scene, w, s);
   if (!depth && pktrt__notes(job)) pktrt__note_first_hits(work);
   job->scene->kernels->dress(job->scene, job->follow, d->ambient, w, s);
@@ -9322,9 +9562,9 @@ static void pktrt__trace_batch(pktrt__work *work, pktrt__batch *b, uint32_t n, p
   pktrt__call call = pktrt__call_of(job->scene, NULL, &d, occlusion);
   d.path = alone && job->desc->path == PKTRT_PATH_FAST ? PKTRT_PATH_SINGLE : job->desc->path;
   d.packet_size = alone ? 1 : n;
-  if (work->stats) memset(&counts, 0, sizeof counts), call.counts = &counts;
+  if (PKTRT__STATS && work->stats) memset(&counts, 0, sizeof counts), call.counts = &counts;
   job->scene->kernels->trace(&call, b, n);
-  if (!work->stats) return;
+  if (!PKTRT__STATS || !work->stats) return;
   pktrt__add_counts(&work->stats->by_type[type], &counts);
   pktrt__add_counts(&work->stats->by_depth[depth], &counts);
 }
@@ -9438,7 +9678,7 @@ PKTRT__NOINLINE void pktrt__flush(pktrt__work *work, pktrt_ray_type type, uint32
   const pktrt__kernels *kernels = work->job->scene->kernels;
   uint32_t lane[PKTRT__BATCH];
   const uint32_t listed = kernels->see(&work->job->glass, b, p->seen, p->n, lane);
-  if (listed) pktrt__look_through_glass(work, type, depth, lane, listed);
+  if (PKTRT__DIELECTRIC && listed) pktrt__look_through_glass(work, type, depth, lane, listed);
   if (type == PKTRT_RAY_SHADOW) kernels->gain(s, p->target, p->arriving, p->seen, p->n);
   for (uint32_t i = 0; type == PKTRT_RAY_OTHER && i < p->n; i++) {
     const uint32_t k = p->target[i];
@@ -9637,9 +9877,9 @@ static void pktrt__find_targets(pktrt__work *work, const pktrt__wave *w, uint32_
     for (uint32_t a = 0; random && a < 2; a++) u[a] = work->draws.u[2 * (light % 2) + a][k];
     for (int a = 0; a < 3; a++)
       at[a] = l->kind == PKTRT_LIGHT_DIRECTIONAL ? lamp->facing[a] : (double)l->position[a];
-    if (l->kind == PKTRT_LIGHT_QUAD) factor = pktrt__aim_at_quad(l, lamp, u, from, at);
-    if (l->kind == PKTRT_LIGHT_SPHERE) factor = pktrt__aim_at_sphere(l, random ? u : NULL, from, at);
-    if (l->kind == PKTRT_LIGHT_MESH)
+    if (PKTRT__AREA_LIGHTS && l->kind == PKTRT_LIGHT_QUAD) factor = pktrt__aim_at_quad(l, lamp, u, from, at);
+    if (PKTRT__AREA_LIGHTS && l->kind == PKTRT_LIGHT_SPHERE) factor = pktrt__aim_at_sphere(l, random ? u : NULL, from, at);
+    if (PKTRT__AREA_LIGHTS && l->kind == PKTRT_LIGHT_MESH)
       factor = pktrt__aim_at_mesh(&job->scene->meshes[l->mesh], lamp, u, w->time[s->first + k], from, at);
     for (int a = 0; a < 3; a++) g->at[a][k] = at[a], g->arriving[a][k] = lamp->light[a];
     g->factor[k] = factor * (double)share * lamp->strength;
@@ -9683,8 +9923,10 @@ static void pktrt__aim_at(pktrt__work *work, const pktrt__wave *w, uint32_t ligh
   const pktrt_scene *scene = work->job->scene;
   const pktrt_light_kind kind = scene->lights[light].kind;
   pktrt__aim aim = work->job->lamps[light].aim;
-  if (work->job->distribute || kind == PKTRT_LIGHT_SPHERE || kind == PKTRT_LIGHT_ENVIRONMENT) {
-    if (kind == PKTRT_LIGHT_ENVIRONMENT) pktrt__aim_at_surroundings(work, light, depth);
+  const bool apart = depth > 1 && work->job->distribute && work->job->desc->lights != PKTRT_LIGHTS_ALL;
+  const bool sampled = PKTRT__AREA_LIGHTS && work->job->distribute && kind >= PKTRT_LIGHT_QUAD;
+  if (apart || sampled || (PKTRT__AREA_LIGHTS && (kind == PKTRT_LIGHT_SPHERE || kind == PKTRT_LIGHT_ENVIRONMENT))) {
+    if (PKTRT__AREA_LIGHTS && kind == PKTRT_LIGHT_ENVIRONMENT) pktrt__aim_at_surroundings(work, light, depth);
     else pktrt__find_targets(work, w, light, depth);
     aim.listed = &work->targets;
   }
@@ -9761,8 +10003,8 @@ static void pktrt__scatter_in_lobe(const pktrt__work *work, pktrt__surfaces *s, 
 /* Where something is random: directions within lobes; at glass, one ray of two. */
 static void pktrt__scatter_at_random(pktrt__work *work, pktrt__surfaces *s) {
   for (uint32_t i = 0; i < s->count; i += 8) {
-    uint32_t lobes = work->job->distribute ? s->lobed[i / 8] : 0;
-    uint32_t glass = work->job->choose ? s->kind[PKTRT_SPECULAR_DIELECTRIC][i / 8] & ~lobes : 0;
+    uint32_t lobes = PKTRT__GLOSS && work->job->distribute ? s->lobed[i / 8] : 0;
+    uint32_t glass = PKTRT__DIELECTRIC && work->job->choose ? s->kind[PKTRT_SPECULAR_DIELECTRIC][i / 8] & ~lobes : 0;
     if (lobes | glass) pktrt__draw(work, i, 0, glass ? 3 : 2);
     for (; lobes; lobes &= lobes - 1) pktrt__scatter_in_lobe(work, s, i + pktrt__lowest(lobes));
     for (; glass; glass &= glass - 1) {
@@ -9808,7 +10050,7 @@ static void pktrt__trace_wave(pktrt__work *work, pktrt__wave *w, uint32_t first,
 static void pktrt__follow(pktrt__work *work, pktrt__wave *parent, pktrt__wave **wave, uint32_t n, uint32_t split,
                           uint32_t depth, pktrt_ray_type type) {
   if (!n) return;
-  if (!work->stats && !work->job->desc->packet) split = n;
+  if (!(PKTRT__STATS && work->stats) && !work->job->desc->packet) split = n;
   const uint32_t first = work->first;
   const bool traced = type == PKTRT_RAY_OTHER;
   if (!traced) pktrt__assemble_wave(work, wave, n);
@@ -9816,7 +10058,7 @@ static void pktrt__follow(pktrt__work *work, pktrt__wave *parent, pktrt__wave **
   if (traced)
     for (uint32_t i = 0; i < n; i += PKTRT__WAVE / 2) w->end[i] = n - i < PKTRT__WAVE / 2 ? n : i + PKTRT__WAVE / 2;
   else memcpy(w->end, work->packet, n * sizeof *w->end);
-  for (uint32_t i = 0; work->stats && i < n; i++)
+  for (uint32_t i = 0; PKTRT__STATS && work->stats && i < n; i++)
     if (work->deepest[w->root[i]] < depth) work->deepest[w->root[i]] = (uint8_t)depth;
   for (uint32_t i = 0; i < n; i = w->end[i]) {
     work->first = first, work->alone = work->job->desc->assembly == PKTRT_ASSEMBLY_NONE;
@@ -9860,18 +10102,19 @@ static void pktrt__shade(pktrt__work *work, pktrt__wave *w, uint32_t first, uint
   pktrt__find_surfaces(work, w, first, n);
   if (!s->count) return;
   pktrt__dress(work, w, depth);
-  if (job->distribute || job->choose) pktrt__name_draws(work, w);
+  if (job->draws) pktrt__name_draws(work, w);
   work->first = first, work->alone = job->desc->assembly == PKTRT_ASSEMBLY_NONE;
   pktrt__add_lights(work, w, depth + 1);
   if (job->follow && depth < job->max_depth && !work->failed) {
     pktrt__wave *r = pktrt__need_wave(work, &work->reflected[depth]), *t = r;
-    if (job->distribute || job->choose) pktrt__scatter_at_random(work, s);
+    if (job->draws) pktrt__scatter_at_random(work, s);
     if (!work->failed && pktrt__need_wave(work, &work->spare)) reflected = pktrt__send_rays(work, w, false, r, 0);
     const uint32_t most = job->choose ? s->count : reflected + pktrt__count_glass(s);
     one_wave = one_wave || (work->wide && most <= PKTRT__WAVE);
-    if (!one_wave) t = pktrt__need_wave(work, &work->refracted[depth]);
+    const bool glass = pktrt__uses(job, PKTRT__DIELECTRIC);
+    if (glass && !one_wave) t = pktrt__need_wave(work, &work->refracted[depth]);
     if (one_wave) refracted = reflected;
-    if (!work->failed) refracted = pktrt__send_rays(work, w, true, t, refracted);
+    if (glass && !work->failed) refracted = pktrt__send_rays(work, w, true, t, refracted);
   }
   if (blind) pktrt__push_blindly(work, work->reflected[depth], refracted, depth + 1);
   for (int a = 0; a < 3; a++) {
@@ -9899,7 +10142,7 @@ static void pktrt__lens_ray(pktrt__work *work, double x, double y, const float d
   pktrt__view_plane moved;
   const pktrt__view_plane *p = &job->plane;
   bool sees = true;
-  if (c->moving) {
+  if (PKTRT__MOTION && c->moving) {
     memset(&moved, 0, sizeof moved);
     sees = pktrt__view_at(c, job->desc->width, job->desc->height, time, &moved), p = &moved;
   }
@@ -9926,8 +10169,8 @@ static void pktrt__camera_rays(pktrt__work *work, uint32_t n) {
   const pktrt_camera *c = &job->desc->camera;
   pktrt__wave *w = &work->primary;
   pktrt__draws *g = &work->draws;
-  const bool lens = job->distribute && c->aperture > 0, pinhole = !lens && !c->moving;
-  const bool shutter = job->distribute && c->shutter > 0;
+  const bool lens = pktrt__uses(job, PKTRT__LENS), shutter = pktrt__uses(job, PKTRT__SHUTTER);
+  const bool pinhole = !lens && !(PKTRT__MOTION && c->moving);
   double x[8] = {0, 0, 0, 0, 0, 0, 0, 0}, y[8] = {0, 0, 0, 0, 0, 0, 0, 0};
   float when[8] = {0.5f, 0.5f, 0.5f, 0.5f, 0.5f, 0.5f, 0.5f, 0.5f};
   pktrt__set_row(w->importance, n, 1);
@@ -9968,7 +10211,7 @@ static void pktrt__run_wave(pktrt__work *work, uint32_t n) {
   for (uint32_t i = 0; i < n; i += step) pktrt__shade(work, w, i, n - i < step ? n - i : step, 0);
   for (uint32_t i = 0; i < n; i++)
     for (int a = 0; a < 3; a++) work->sum[a][work->pixel[i]] += (double)w->radiance[a][i];
-  if (!work->stats) return;
+  if (!PKTRT__STATS || !work->stats) return;
   work->stats->samples += n;
   for (uint32_t i = 0; i < n; i++) work->stats->tree_depth += work->deepest[i];
 }
@@ -10577,6 +10820,121 @@ PKTRT_DEF pktrt_status pktrt_render(pktrt_scene *s, const pktrt_render_desc *d) 
   if (job.passes) pktrt__free_passes(&s->desc, &passes);
   pktrt__release(&s->desc, t.stats, t.count, sizeof *t.stats);
   return status;
+}
+#endif /* PKTRT_NO_RENDER */
+
+/* >>report --------------------------------------------------------------------------------------------------------- */
+
+static const struct pktrt__feature_name {
+  uint32_t bit;
+  const char *name;
+} pktrt__feature_names[] = {
+    {PKTRT_FEATURE_MOTION, "motion"},         {PKTRT_FEATURE_STATS, "stats"},
+    {PKTRT_FEATURE_PAPER, "paper path"},      {PKTRT_FEATURE_RENDER, "render"},
+    {PKTRT_FEATURE_MIRROR, "mirror"},         {PKTRT_FEATURE_DIELECTRIC, "dielectric"},
+    {PKTRT_FEATURE_CONDUCTOR, "conductor"},   {PKTRT_FEATURE_GLOSS, "gloss"},
+    {PKTRT_FEATURE_NORMALS, "normals"},       {PKTRT_FEATURE_TEXTURES, "textures"},
+    {PKTRT_FEATURE_AREA_LIGHTS, "area lights"}, {PKTRT_FEATURE_LENS, "lens"},
+    {PKTRT_FEATURE_SHUTTER, "shutter"},
+};
+enum { PKTRT__FEATURES = sizeof pktrt__feature_names / sizeof *pktrt__feature_names };
+
+PKTRT_DEF const char *pktrt_feature_string(pktrt_feature feature) {
+  for (int i = 0; i < PKTRT__FEATURES; i++)
+    if (pktrt__feature_names[i].bit == (uint32_t)feature) return pktrt__feature_names[i].name;
+  return "unknown";
+}
+
+static void pktrt__report_meshes(const pktrt_scene *s, pktrt_scene_report *r) {
+  for (uint32_t i = 0; i < s->mesh_count; i++) {
+    const pktrt__mesh *m = &s->meshes[i];
+    const uint64_t all = pktrt__mesh_floats(m) * sizeof(float), key = all / m->key_count, further = all - key;
+    const uint64_t places = 1u + (m->pending != NULL), bends = 0u + (m->normals != NULL) + (m->pending_normals != NULL);
+    r->positions += places * key, r->normals += bends * key, r->motion += (places + bends) * further;
+    if (m->indices) r->indices += (uint64_t)m->triangle_count * 3 * sizeof(uint32_t);
+    if (!m->committed) continue;
+    r->meshes++, r->triangles += m->triangle_count;
+    if (m->key_count > 1) r->moving_meshes++;
+  }
+}
+
+static void pktrt__report_trees(const pktrt_scene *s, pktrt_scene_report *r) {
+  for (uint32_t i = 0; i < s->group_count; i++) {
+    const pktrt__group *g = &s->groups[i];
+    r->nodes += (uint64_t)g->node_count * PKTRT__NODE_BYTES, r->blocks += (uint64_t)g->block_count * PKTRT__BLOCK_BYTES;
+    r->motion += (uint64_t)g->node_count * (g->node_bytes - PKTRT__NODE_BYTES);
+    r->motion += (uint64_t)g->block_count * (g->block_bytes - PKTRT__BLOCK_BYTES);
+    r->names += (uint64_t)g->block_count * 8 * sizeof(uint32_t);
+  }
+}
+
+PKTRT_DEF void pktrt_get_scene_report(const pktrt_scene *s, const struct pktrt_render_desc *d, pktrt_scene_report *r) {
+  memset(r, 0, sizeof *r);
+  r->built = PKTRT__BUILT;
+  if (!s) return;
+  r->isa = s->isa;
+  pktrt__report_meshes(s, r);
+  pktrt__report_trees(s, r);
+#ifdef PKTRT_NO_RENDER
+  (void)d;
+  r->found = r->used = r->moving_meshes ? PKTRT_FEATURE_MOTION : 0;
+#else
+  r->looks = s->material_count * sizeof *s->materials + s->light_count * sizeof *s->lights;
+  r->found = pktrt__features_of_scene(s) & PKTRT__BUILT, r->used = r->found & PKTRT_FEATURE_MOTION;
+  if (d) {
+    r->found = pktrt__features_of_render(s, d), r->used = pktrt__features_used(d, r->found);
+    r->worker = sizeof(pktrt__work) + (r->used & PKTRT__SPECULAR ? 2 + (r->used / PKTRT_FEATURE_DIELECTRIC & 1) : 0) * sizeof(pktrt__wave);
+    const bool passes = d->passes > 1 || d->target_error > 0 || d->time_budget > 0 || (d->pass && !d->passes);
+    if (passes) r->passes = (uint64_t)d->width * d->height * sizeof(pktrt__pixel_sums);
+  }
+#endif
+  r->bytes = r->nodes + r->blocks + r->motion + r->positions + r->normals + r->indices + r->names + r->looks;
+}
+
+/* Adds to a text of `used` characters, of which `room` are kept. */
+static size_t pktrt__print(char *text, size_t room, size_t used, const char *format, ...) {
+  va_list args;
+  va_start(args, format);
+  const int n = vsnprintf(used < room ? text + used : NULL, used < room ? room - used : 0, format, args);
+  va_end(args);
+  return used + (n > 0 ? (size_t)n : 0);
+}
+
+static size_t pktrt__print_features(char *text, size_t room, size_t used, const char *what, uint32_t bits) {
+  const char *before = " ";
+  used = pktrt__print(text, room, used, "%-10s", what);
+  for (int i = 0; i < PKTRT__FEATURES; i++) {
+    if (!(bits & pktrt__feature_names[i].bit)) continue;
+    used = pktrt__print(text, room, used, "%s%s", before, pktrt__feature_names[i].name);
+    before = ", ";
+  }
+  return pktrt__print(text, room, used, "%s\n", bits ? "" : " nothing");
+}
+
+PKTRT_DEF size_t pktrt_report_text(const pktrt_scene_report *r, char *text, size_t room) {
+  const struct {
+    const char *what;
+    uint64_t bytes;
+  } parts[] = {{"nodes", r->nodes},         {"blocks", r->blocks}, {"positions", r->positions}, {"indices", r->indices},
+               {"further keys", r->motion}, {"normals", r->normals}, {"names", r->names},
+               {"materials, lights", r->looks}};
+  uint32_t all = 0;
+  for (int i = 0; i < PKTRT__FEATURES; i++) all |= pktrt__feature_names[i].bit;
+  size_t n = pktrt__print(text, room, 0, "kernels    %s\n", pktrt_isa_string(r->isa));
+  n = pktrt__print(text, room, n, "meshes     %u, of these %u moving; %llu triangles\n", (unsigned)r->meshes,
+                   (unsigned)r->moving_meshes, (unsigned long long)r->triangles);
+  n = pktrt__print_features(text, room, n, "found", r->found);
+  n = pktrt__print_features(text, room, n, "runs", r->used);
+  n = pktrt__print_features(text, room, n, "idle", r->built & ~r->used);
+  n = pktrt__print_features(text, room, n, "not built", all & ~r->built);
+  n = pktrt__print(text, room, n, "bytes      %llu", (unsigned long long)r->bytes);
+  if (r->triangles) n = pktrt__print(text, room, n, ", %.1f for each triangle", (double)r->bytes / (double)r->triangles);
+  for (size_t i = 0; i < sizeof parts / sizeof *parts; i++)
+    if (parts[i].bytes) n = pktrt__print(text, room, n, "%s%s %llu", i ? ", " : ": ", parts[i].what, (unsigned long long)parts[i].bytes);
+  n = pktrt__print(text, room, n, "\n");
+  if (r->worker) n = pktrt__print(text, room, n, "a worker   %llu bytes\n", (unsigned long long)r->worker);
+  if (r->passes) n = pktrt__print(text, room, n, "passes     %llu bytes\n", (unsigned long long)r->passes);
+  return n;
 }
 
 #if defined(PKTRT__HAS_SSE2) && defined(__GNUC__) && !defined(__clang__) && defined(__cplusplus)

@@ -256,9 +256,10 @@ static void expect(const film *single, uint32_t n, formula *f) {
   for (int a = 0; a < 3; a++) m[a] /= known, m[3] += m[a] * m[a];
   for (size_t b = 0; b < BLOCKS; b++) {
     double b2 = 0;
-    f->block[b] = pixels[b] > 0 ? sqrt(block[b] / pixels[b] / 3) : INFINITY;
+    f->block[b] = INFINITY;
+    if (pixels[b] == 0) continue;
     for (int a = 0; a < 3; a++) b2 += mean[b][a] * mean[b][a] / (pixels[b] * pixels[b]);
-    if (pixels[b] > 0) weighted += block[b] / (b2 + m[3] / 100);
+    f->block[b] = sqrt(block[b] / pixels[b] / 3), weighted += block[b] / (b2 + m[3] / 100);
   }
   f->rmse = sqrt(sum / known / 3), f->relative = weighted / known;
 }

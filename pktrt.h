@@ -5037,8 +5037,9 @@ OP bool NAME(ray_block)(const pktrt__view *view, pktrt__batch *b, uint32_t r, ui
 
 /* Kernels are templates over three truths known at compile time; these are their instances. Counting is done by the
    moving form alone, also where nothing moves (but for blocks of packets): weights 1 and 0 of one and the same key give
-   the same bits. Where vectors are at hand, nobody races the scalar kernels: there, what moves is always counted, and
-   packets of the paper have the moving form alone. */
+   the same bits. Where vectors are at hand, nobody races the scalar kernels: there, what moves is always counted,
+   packets of the paper have the moving form alone, and the fast path has streams, but no frusta, which would be a third
+   of their code. */
 #if PKTRT__STAMP == PKTRT__STAMP_SCALAR && (defined(PKTRT__HAS_SSE2) || defined(PKTRT__HAS_NEON))
 #define FEW_INSTANCES 1
 #else
@@ -6467,6 +6468,7 @@ PKTRT__NOINLINE void NAME(drive_paper)(const pktrt__call *call, pktrt__batch *b,
 
 #endif /* PKTRT__PAPER */
 
+#if !FEW_INSTANCES
 #define INSTANCE(tag, o, m, s)                                                                                         \
   PKTRT__NOINLINE uint64_t NAME(frustum_##tag)(NAME(frustum_rays) *f, const pktrt__view *view, pktrt__batch *b,       \
                                                uint64_t mask, pktrt_counts *counts) {                                  \
@@ -6474,6 +6476,7 @@ PKTRT__NOINLINE void NAME(drive_paper)(const pktrt__call *call, pktrt__batch *b,
   }
 PKTRT__INSTANCES(INSTANCE)
 #undef INSTANCE
+#endif
 
 /* >>drive -----------------------------------------------------------------------------------------------------------
 
@@ -6516,6 +6519,7 @@ PKTRT__NOINLINE void NAME(drive_stream)(const pktrt_scene *scene, pktrt__batch *
   }
 }
 
+#if !FEW_INSTANCES
 /* A packet of one axis and octant through all groups. */
 PKTRT__NOINLINE void NAME(drive_frustum)(const pktrt_scene *scene, pktrt__batch *b, uint32_t base, uint64_t mask,
                                          const bool occlusion, const bool stats, pktrt_counts *counts) {
@@ -6552,6 +6556,7 @@ PKTRT__NOINLINE void NAME(drive_frustum)(const pktrt_scene *scene, pktrt__batch 
     }
   }
 }
+#endif
 
 /* One ray through all groups; whether it hits anything. `check`: insist on area at the ray's time. */
 PKTRT__NOINLINE bool NAME(drive_alone)(const pktrt_scene *scene, pktrt__lone *ray, bool occlusion, bool check,
@@ -6670,10 +6675,12 @@ OP void NAME(drive_fast)(const pktrt_scene *scene, pktrt__batch *b, uint32_t n, 
   uint64_t left[PKTRT__BATCH / 64]; /* rays that no frustum takes */
   memset(left, 0, sizeof left);
   for (uint32_t base = 0; base < n; base += 64) {
-    uint64_t rest = b->valid[base / 64], packet;
+    uint64_t rest = b->valid[base / 64];
+#if !FEW_INSTANCES
     const bool one_way = rest && NAME(look_one_way)(b, base, rest);
-    while ((packet = NAME(next_packet)(b, base, &rest, one_way, occlusion)) != 0)
+    for (uint64_t packet; (packet = NAME(next_packet)(b, base, &rest, one_way, occlusion)) != 0;)
       NAME(drive_frustum)(scene, b, base, packet, occlusion, stats, counts);
+#endif
     left[base / 64] = rest;
   }
   if (pktrt__note_left(b, left, n)) NAME(drive_octants)(scene, b, left, occlusion, stats, counts);

@@ -1,4 +1,4 @@
-/* pktrt.h - v0.3.0 - packet ray tracing in one C header: queries, for one ray or for millions, and pictures
+/* pktrt.h - v0.4.0 - packet ray tracing in one C header: queries, for one ray or for millions, and pictures
 
    After Boulos, Edwards, Lacewell, Kniss, Kautz, Shirley and Wald, "Packet-based Whitted and Distribution Ray Tracing",
    Graphics Interface 2007. MIT or public domain, at your choice (>>licence, at the end of the file).
@@ -79,6 +79,7 @@
        >>mesh         adding, committing, deforming and refitting meshes; what a scene is made of
        >>query        rays, hits, one or many, arrays of structures or structures of arrays; leaving a surface
        >>stats        counts of work, events for teaching, queries with everything spelled out
+       >>report       what a scene has, what a render runs, and what was left out
        >>camera       a pinhole or a thin lens, a shutter, between two poses
        >>light        point, directional, quad, sphere, mesh, environment; which light is counted where
        >>material     diffuse, mirror, coat, glass, metal; Phong lobes; hooks for textures and shaders
@@ -140,6 +141,7 @@
        >>tiles        samples, pixels, blocks
        >>passes       what several passes know of their error, and who gets the next one
        >>render       tiles through parallel_for, round by round
+       >>report       the scene report and its text
        >>licence      MIT or public domain
 
 
@@ -159,10 +161,27 @@
                               Default: extern (extern "C" in C++).
      PKTRT_HEADER_FILENAME    How the file names itself, for the implementation includes itself once per instruction
                               set. Default: "pktrt.h". Define it, quotes and all, if you rename the file.
+     Instruction sets. Each one that is left out makes the object smaller and its compilation faster.
      PKTRT_NO_SIMD            Scalar kernels only.
-     PKTRT_NO_AVX2            No AVX2 kernels; AVX-512 stays, unless you define the next one too.
-     PKTRT_NO_AVX512          No AVX-512 kernels. Each set left out makes the object smaller and its compilation faster.
-                              No setting changes a result.
+     PKTRT_NO_SCALAR, _SSE2, _AVX2, _AVX512
+                              None of that set. What remains must suit the machine, or no scene can be created.
+
+     Parts. What is left out takes no code; pictures and hits of what stays are the same bits. Whatever asks for such a
+     part is refused, in a sentence that names its switch. A scene that has not got a part does not run its code anyway:
+     these are for programs that never will. pktrt_get_scene_report tells what a scene has.
+     PKTRT_NO_RENDER          Queries only: no pictures, lights, materials, samplers; normals are not kept. Nothing of
+                              it is declared. As the next one, define it before the file's first #include.
+     PKTRT_NO_NORMALS         Shading normals are not kept; pktrt_set_normals is not declared.
+     PKTRT_NO_MOTION          Meshes have one key, cameras stand still.
+     PKTRT_NO_STATS           No counts of work, no events.
+     PKTRT_NO_PAPER           Not the paper's path.
+     PKTRT_NO_FRUSTA          The fast path traces streams, not frustum packets: less code, and coherent rays take longer.
+     PKTRT_NO_LENS, PKTRT_NO_SHUTTER
+     PKTRT_NO_AREA_LIGHTS     No quads, spheres, meshes or environment as lights.
+     PKTRT_NO_GLOSS           No Phong lobes.
+     PKTRT_NO_DIELECTRIC, PKTRT_NO_CONDUCTOR
+                              No glass, no metal.
+     PKTRT_NO_TEXTURES        No texture or shader hooks of materials.
 
 
    CONCEPTS
@@ -411,6 +430,8 @@
 
    CHANGES
 
+     0.4.0    What a scene has not got costs it nothing: features are found, told by a scene report, and can be left
+              out of a build by PKTRT_NO_ switches.
      0.3.0    Rendering in passes that know their error: estimates, rules when to stop, adaptive passes. Mesh lights
               near by, with half the error. Without a lens, time has another sample dimension.
      0.2.0    Pictures by Whitted and by distribution ray tracing: samplers, lens and shutter, materials, area lights,
@@ -427,6 +448,13 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#ifdef PKTRT_NO_RENDER
+#define PKTRT__DECLARED_NO_RENDER
+#endif
+#ifdef PKTRT_NO_NORMALS
+#define PKTRT__DECLARED_NO_NORMALS
+#endif
+
 #if defined(PKTRT_STATIC) && (defined(__GNUC__) || defined(__clang__))
 #define PKTRT_DEF static __attribute__((unused)) /* a file need not call everything it has a copy of */
 #elif defined(PKTRT_STATIC)
@@ -437,7 +465,7 @@
 #define PKTRT_DEF extern
 #endif
 
-#define PKTRT_VERSION 300      /* major * 10000 + minor * 100 + patch */
+#define PKTRT_VERSION 400      /* major * 10000 + minor * 100 + patch */
 #define PKTRT_NONE 0xFFFFFFFFu /* "no mesh", "no triangle" */
 #define PKTRT_MAX_TRIANGLES 2147483647u /* of a scene; more: PKTRT_LIMIT */
 #define PKTRT_MAX_KEYS 1024u   /* motion keys of one mesh; more: PKTRT_LIMIT */
@@ -1069,6 +1097,11 @@ PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *, const pktrt_render
 
 /* >>platform ------------------------------------------------------------------------------------------------------- */
 
+#if defined(PKTRT_NO_RENDER) != defined(PKTRT__DECLARED_NO_RENDER)
+#error "PKTRT_NO_RENDER: define it before the first time that a file includes pktrt.h, or not at all"
+#elif defined(PKTRT_NO_NORMALS) != defined(PKTRT__DECLARED_NO_NORMALS)
+#error "PKTRT_NO_NORMALS: define it before the first time that a file includes pktrt.h, or not at all"
+#endif
 #if defined(__FAST_MATH__) || defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__
 #error "pktrt.h needs IEEE arithmetic: compile the implementation without -ffast-math and -ffinite-math-only"
 #endif
@@ -1101,9 +1134,15 @@ PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *, const pktrt_render
 
 /* Which instruction sets this build carries. Wide passes need per-function targets; MinGW may misalign wide spills
    (GCC bug 54412), so there the 16-byte set is the widest. */
+#ifndef PKTRT_NO_SCALAR
+#define PKTRT__HAS_SCALAR 1
+#endif
 #if defined(PKTRT_NO_SIMD) || defined(__TINYC__)
 #elif (defined(__x86_64__) || defined(__i386__)) && defined(__SSE2__)
+#define PKTRT__X86 1
+#ifndef PKTRT_NO_SSE2
 #define PKTRT__HAS_SSE2 1
+#endif
 #if !defined(__MINGW32__) || defined(__clang__)
 #ifndef PKTRT_NO_AVX2
 #define PKTRT__HAS_AVX2 1
@@ -1123,6 +1162,12 @@ PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *, const pktrt_render
 #elif defined(__aarch64__) && defined(__ARM_NEON)
 #define PKTRT__HAS_NEON 1
 #include <arm_neon.h>
+#endif
+#if defined(PKTRT_NO_SCALAR) && defined(PKTRT_NO_SIMD)
+#error "PKTRT_NO_SCALAR and PKTRT_NO_SIMD leave no kernels: define only one of them"
+#elif !defined(PKTRT__HAS_SCALAR) && !defined(PKTRT__HAS_SSE2) && !defined(PKTRT__HAS_AVX2) &&                          \
+    !defined(PKTRT__HAS_AVX512) && !defined(PKTRT__HAS_NEON)
+#error "PKTRT_NO_SCALAR: no other kernels are left for this machine; define it only where vectors stay"
 #endif
 
 /* What this build can do, as constants, so that compilers drop what is left out: see CONFIGURATION. What asks for
@@ -3769,11 +3814,13 @@ typedef struct pktrt__kernels {
 #define PKTRT__PASTE(a, b) PKTRT__PASTE2(a, b)
 #define PKTRT__NAME(x) PKTRT__PASTE(x, PKTRT__SUFFIX)
 
+#ifdef PKTRT__HAS_SCALAR
 #define PKTRT__STAMP PKTRT__STAMP_SCALAR
 #define PKTRT__SUFFIX scalar
 #include PKTRT_HEADER_FILENAME
 #undef PKTRT__STAMP
 #undef PKTRT__SUFFIX
+#endif
 
 #ifdef PKTRT__HAS_SSE2
 #define PKTRT__STAMP PKTRT__STAMP_SSE2
@@ -3845,7 +3892,9 @@ static bool pktrt__cpu_has(pktrt_isa isa) {
 
 static const pktrt__kernels *pktrt__kernels_of(pktrt_isa isa) {
   switch (isa) {
+#ifdef PKTRT__HAS_SCALAR
     case PKTRT_ISA_SCALAR: return &pktrt__kernels_scalar;
+#endif
 #ifdef PKTRT__HAS_SSE2
     case PKTRT_ISA_SSE2: return &pktrt__kernels_sse2;
 #endif
@@ -3871,8 +3920,12 @@ static const pktrt__fit *pktrt__fit_of(pktrt_isa isa) {
   return &pktrt__fit_sse2;
 #elif defined(PKTRT__HAS_NEON)
   return &pktrt__fit_neon;
-#else
+#elif defined(PKTRT__HAS_SCALAR)
   return &pktrt__fit_scalar;
+#elif defined(PKTRT__HAS_AVX2)
+  return &pktrt__fit_avx2;
+#else
+  return &pktrt__fit_avx512;
 #endif
 }
 
@@ -5044,6 +5097,11 @@ OP bool NAME(ray_block)(const pktrt__view *view, pktrt__batch *b, uint32_t r, ui
 #define FEW_INSTANCES 1
 #else
 #define FEW_INSTANCES 0
+#endif
+#if defined(PKTRT_NO_FRUSTA) || FEW_INSTANCES
+#define FRUSTA 0
+#else
+#define FRUSTA 1
 #endif
 #if PKTRT__STATS || (FEW_INSTANCES && PKTRT__MOTION)
 #define IF_COUNTED(x) x
@@ -6468,7 +6526,7 @@ PKTRT__NOINLINE void NAME(drive_paper)(const pktrt__call *call, pktrt__batch *b,
 
 #endif /* PKTRT__PAPER */
 
-#if !FEW_INSTANCES
+#if FRUSTA
 #define INSTANCE(tag, o, m, s)                                                                                         \
   PKTRT__NOINLINE uint64_t NAME(frustum_##tag)(NAME(frustum_rays) *f, const pktrt__view *view, pktrt__batch *b,       \
                                                uint64_t mask, pktrt_counts *counts) {                                  \
@@ -6519,7 +6577,7 @@ PKTRT__NOINLINE void NAME(drive_stream)(const pktrt_scene *scene, pktrt__batch *
   }
 }
 
-#if !FEW_INSTANCES
+#if FRUSTA
 /* A packet of one axis and octant through all groups. */
 PKTRT__NOINLINE void NAME(drive_frustum)(const pktrt_scene *scene, pktrt__batch *b, uint32_t base, uint64_t mask,
                                          const bool occlusion, const bool stats, pktrt_counts *counts) {
@@ -6676,7 +6734,7 @@ OP void NAME(drive_fast)(const pktrt_scene *scene, pktrt__batch *b, uint32_t n, 
   memset(left, 0, sizeof left);
   for (uint32_t base = 0; base < n; base += 64) {
     uint64_t rest = b->valid[base / 64];
-#if !FEW_INSTANCES
+#if FRUSTA
     const bool one_way = rest && NAME(look_one_way)(b, base, rest);
     for (uint64_t packet; (packet = NAME(next_packet)(b, base, &rest, one_way, occlusion)) != 0;)
       NAME(drive_frustum)(scene, b, base, packet, occlusion, stats, counts);
@@ -7301,8 +7359,9 @@ static uint32_t NAME(send)(const pktrt__sending *g, const pktrt__wave *w, const 
 
 /* WHY not for all instruction sets: 512 bits would gain nothing here, and what every x86 or ARM has serves scalar
    scenes as well; it is the same bits, and less code. */
-#if PKTRT__STAMP == PKTRT__STAMP_AVX2 || PKTRT__STAMP == PKTRT__STAMP_SSE2 || PKTRT__STAMP == PKTRT__STAMP_NEON || \
-    !(defined(PKTRT__HAS_SSE2) || defined(PKTRT__HAS_NEON))
+#if PKTRT__STAMP == PKTRT__STAMP_AVX2 || PKTRT__STAMP == PKTRT__STAMP_SSE2 || PKTRT__STAMP == PKTRT__STAMP_NEON ||      \
+    (PKTRT__STAMP == PKTRT__STAMP_SCALAR && !defined(PKTRT__HAS_SSE2) && !defined(PKTRT__HAS_NEON)) ||                  \
+    !(defined(PKTRT__HAS_SCALAR) || defined(PKTRT__HAS_SSE2) || defined(PKTRT__HAS_AVX2))
 
 static uint32_t NAME(lanes_with_area)(const float *v) {
   d8 a[3], b[3];
@@ -7612,6 +7671,7 @@ static const pktrt__kernels NAME(kernels) = {
 #undef COUNT
 #undef PKTRT__PICK
 #undef FEW_INSTANCES
+#undef FRUSTA
 #undef IF_COUNTED
 #undef IF_MOVING
 #undef PKTRT__INSTANCES
@@ -10944,7 +11004,7 @@ PKTRT_DEF size_t pktrt_report_text(const pktrt_scene_report *r, char *text, size
   return n;
 }
 
-#if defined(PKTRT__HAS_SSE2) && defined(__GNUC__) && !defined(__clang__) && defined(__cplusplus)
+#if defined(PKTRT__X86) && defined(__GNUC__) && !defined(__clang__) && defined(__cplusplus)
 #pragma GCC diagnostic pop
 #endif
 #if defined(__clang__)

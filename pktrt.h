@@ -6550,6 +6550,28 @@ OP uint64_t NAME(rays_of_segment)(const pktrt__batch *b, const uint8_t *list, ui
   return same;
 }
 
+/* Whether a ray may meet a group at any time. Asked of those that move, before anything is done for the ray's own time:
+   most rays miss what moves. `step`: from axis to axis. */
+OP bool NAME(may_meet)(const pktrt__group *g, const float *rd, const float *cn, const float *cf, size_t step, float wn,
+                       float wf) {
+  float n = wn, f = wf;
+  UNROLL for (int a = 0; a < 3; a++, rd += step, cn += step, cf += step) {
+    const float l = g->lo[a] * *rd, h = g->hi[a] * *rd;
+    n = pktrt__maxf(pktrt__minf(l, h) - *cn, n), f = pktrt__minf(pktrt__maxf(l, h) - *cf, f);
+  }
+  return n <= f;
+}
+
+OP uint64_t NAME(rays_near)(const pktrt__group *g, const pktrt__batch *b, const uint8_t *list, uint64_t mask) {
+  uint64_t near_ = 0;
+  for (; mask; mask &= mask - 1) {
+    const uint32_t i = pktrt__lowest(mask), r = list[i];
+    const bool may = NAME(may_meet)(g, &b->rd[0][r], &b->cn[0][r], &b->cf[0][r], PKTRT__ROW, b->wn[r], b->wf[r]);
+    near_ |= (uint64_t)may << i;
+  }
+  return near_;
+}
+
 /* Rays of one octant through all groups. */
 PKTRT__NOINLINE void NAME(drive_stream)(const pktrt_scene *scene, pktrt__batch *b, const uint8_t *list, uint64_t mask,
                                         const bool occlusion, const bool stats, pktrt_counts *counts) {
@@ -6560,8 +6582,9 @@ PKTRT__NOINLINE void NAME(drive_stream)(const pktrt_scene *scene, pktrt__batch *
       for (uint64_t m = stats ? mask : 0; m; m &= m - 1) NAME(weights)(b, list[pktrt__lowest(m)], 1, 1);
       hit = NAME(stream_any)(&g->rest, b, list, mask, 0, occlusion, false, stats, counts);
     } else {
-      for (uint64_t m = mask; m; m &= m - 1) NAME(weights)(b, list[pktrt__lowest(m)], 1, g->key_count);
-      for (uint64_t rest = mask; rest;) {
+      const uint64_t near_ = NAME(rays_near)(g, b, list, mask);
+      for (uint64_t m = near_; m; m &= m - 1) NAME(weights)(b, list[pktrt__lowest(m)], 1, g->key_count);
+      for (uint64_t rest = near_; rest;) {
         const uint32_t segment = b->segment[list[pktrt__lowest(rest)]];
         const uint64_t same = g->key_count > 2 ? NAME(rays_of_segment)(b, list, rest, segment) : rest;
         pktrt__view view = pktrt__view_of(scene->groups, i, segment);
@@ -6626,7 +6649,7 @@ PKTRT__NOINLINE bool NAME(drive_alone)(const pktrt_scene *scene, pktrt__lone *ra
       const bool moving = false;
       if (stats) ray->ta = 1, ray->tb = 0; /* one key: all of it */
       hit |= NAME(single_any)(&g->rest, ray, 0, occlusion, moving, stats, counts);
-    } else {
+    } else if (NAME(may_meet)(g, ray->rd, ray->cn, ray->cf, 1, ray->wn, ray->wf)) {
       const bool moving = true;
       const uint32_t segment = pktrt__segment(ray->ray->time, g->key_count, &ray->ta, &ray->tb);
       pktrt__view view = pktrt__view_of(scene->groups, i, segment);

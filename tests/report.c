@@ -73,7 +73,7 @@ static void white(void *user, const pktrt_points *p, float *radiance[3]) {
   for (uint32_t i = 0; i < p->n; i++) radiance[0][i] = radiance[1][i] = radiance[2][i] = 1;
 }
 
-static void add_motion(request *r) { r->keys = 3; }
+static void add_motion(request *r) { r->keys = 3, r->view.camera.time = 0.5f; }
 static void add_camera_motion(request *r) {
   r->view.camera.moving = true, r->view.camera.time = 0.5f;
   memcpy(r->view.camera.eye_end, r->view.camera.eye, sizeof r->view.camera.eye);
@@ -98,8 +98,9 @@ static void add_quad(request *r) {
 }
 static void add_sphere(request *r) { r->light.kind = PKTRT_LIGHT_SPHERE, r->light.radius = 0.5f; }
 static void add_lens(request *r) { r->view.camera.aperture = 0.3f, r->view.camera.focus = 2; }
-static void add_shutter(request *r) { r->view.camera.shutter = 1; }
-static void add_texture_in_time(request *r) { r->look.texture = time_colour; }
+/* About the time that pictures are of without it: where it does not run, its middle is taken. */
+static void add_shutter(request *r) { r->view.camera.time = 0, r->view.camera.shutter = 1; }
+static void add_texture_in_time(request *r) { r->look.texture = time_colour, r->view.camera.time = 0.5f; }
 static void open_shutter_on_texture(request *r) { add_texture_in_time(r), add_shutter(r); }
 static void open_shutter_on_motion(request *r) { add_motion(r), add_shutter(r); }
 static void add_paper(request *r) { r->view.path = PKTRT_PATH_PAPER; }
@@ -250,31 +251,34 @@ static size_t peak_of(pktrt_scene *s, const pktrt_render_desc *d) {
   return hooks.peak_bytes - before;
 }
 
+/* A ball of that look: what a worker has in a mode. */
+static uint64_t worker_of(pktrt_scene *s, pktrt_render_desc *view, pktrt_mode mode) {
+  pktrt_scene_report x;
+  view->mode = mode;
+  pktrt_get_scene_report(s, view, &x);
+  return x.worker;
+}
+
 static void workers(void) {
   static request r;
   static void (*const looks[3])(request *) = {NULL, add_mirror, add_glass};
-  pktrt_scene_report x[3];
+  uint64_t cast[3], followed[3];
   for (int i = 0; i < 3; i++) {
     defaults(&r, PKTRT_MODE_WRT);
     r.view.max_depth = 1;
     if (looks[i]) looks[i](&r);
     pktrt_scene *s = make(&r);
-    pktrt_get_scene_report(s, &r.view, &x[i]);
+    cast[i] = worker_of(s, &r.view, PKTRT_MODE_RCS), followed[i] = worker_of(s, &r.view, PKTRT_MODE_WRT);
     const size_t peak = peak_of(s, &r.view);
-    CHECK(x[i].worker > 0 && peak >= x[i].worker / 2 && peak < x[i].worker + x[i].worker / 4,
-          "%d: a worker of %llu bytes, %zu handed out", i, (unsigned long long)x[i].worker, peak);
+    /* Reflected and refracted rays may share their memory. */
+    CHECK(followed[i] > 0 && peak >= followed[i] - followed[i] / 8 && peak < followed[i] + followed[i] / 8,
+          "%d: a worker of %llu bytes, %zu handed out", i, (unsigned long long)followed[i], peak);
     say("a worker has %llu bytes, one generation deep; %zu are handed out for the picture",
-        (unsigned long long)x[i].worker, peak);
-    r.view.mode = PKTRT_MODE_RCS;
-    pktrt_get_scene_report(s, &r.view, &x[i]);
-    CHECK(x[i].worker == x[0].worker || i > 0, "ray casting has no such rays");
-    pktrt_get_scene_report(s, NULL, &x[i]);
-    CHECK(x[i].worker == 0, "queries have no workers");
-    r.view.mode = PKTRT_MODE_WRT;
-    pktrt_get_scene_report(s, &r.view, &x[i]);
+        (unsigned long long)followed[i], peak);
     pktrt_scene_destroy(s);
   }
-  CHECK(x[0].worker < x[1].worker && x[1].worker < x[2].worker, "specular surfaces take memory");
+  CHECK(cast[0] == followed[0] && cast[1] == cast[0] && cast[2] == cast[0], "ray casting has no secondary rays");
+  CHECK(followed[0] < followed[1] && followed[1] < followed[2], "specular surfaces take memory");
 }
 
 static void passes(void) {

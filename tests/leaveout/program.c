@@ -1,5 +1,5 @@
-/* For tests/leaveout.sh: compiled once with each switch, with all that a scene can have tried in turn. Prints a line for
-   each case: the switch that leaves it out (-: none does), the case's name, and what became of it, separated by tabs:
+/* For tests/leaveout.sh, which compiles it once with each switch: tries all that a scene can have. Prints a line for each
+   case: the switch that leaves it out (-: none does), the case's name, and what became of it, separated by tabs:
    checksums of hits and of pictures, the sentence that refused it, or "left out". */
 #define PKTRT_IMPLEMENTATION
 #include "../../pktrt.h"

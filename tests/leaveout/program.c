@@ -304,7 +304,7 @@ static void try_query(void) {
   q.path = PKTRT_PATH_PAPER, q.stats = NULL, q.trace = count_event, q.user = &events;
   pktrt_intersect_ex(s, &q, &ray, &hit, 1);
   printf("PKTRT_NO_STATS\trays of queries\t%s\n", counts.by_type[0].rays ? "counted" : "left out");
-  printf("PKTRT_NO_PAPER\tevents of the paper path\t%s\n", events ? "told" : "left out");
+  printf("PKTRT_NO_STATS PKTRT_NO_PAPER\tevents of the paper path\t%s\n", events ? "told" : "left out");
   pktrt_scene_destroy(s);
 }
 

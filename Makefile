@@ -44,7 +44,7 @@ ifeq ($(MAKELEVEL),0)
 .NOTPARALLEL:
 endif
 
-.PHONY: all demo effects deform view test-view readme-pictures test sanitize test-neon matrix deps deps-extra format clean help
+.PHONY: all demo effects deform view test-view readme-pictures test test-leaveout sanitize test-neon matrix deps deps-extra format clean help
 .PHONY: bench bench-check bench-plots bench-readme peers exactness error error-check
 .PHONY: stability stability-neon stability-sanitize sanitize-threads fuzz
 .DELETE_ON_ERROR:
@@ -59,6 +59,7 @@ help:
 	@echo "view        looks around in a scene; ARGS=\"--scene conference\", ARGS=--help for keys"
 	@echo "test-view   drives it under Xvfb and looks at the screen"
 	@echo "test        runs all tests                        sanitize    runs a smaller set under ASan and UBSan"
+	@echo "test-leaveout  the PKTRT_NO_... switches, each alone and all together"
 	@echo "stability   the extremes at length, in five minutes; figures go to bench/README.md"
 	@echo "stability-neon  a tenth of it on ARM, emulated        stability-sanitize  a hundredth under ASan and UBSan"
 	@echo "fuzz        libFuzzer for TIME=600 seconds each: TARGETS=\"scene query settings mesh_file\""
@@ -138,6 +139,10 @@ $(B)/test: $(TEST_OBJECTS)
 test:
 	$(BUILD) $(B)/test
 	$(B)/test $(ONLY)
+
+# What is left out by a switch is refused by name or does not compile; what is not keeps its bits.
+test-leaveout:
+	tests/leaveout.sh
 
 # The viewer, as someone would use it.
 test-view:

@@ -11019,8 +11019,12 @@ PKTRT_DEF size_t pktrt_report_text(const pktrt_scene_report *r, char *text, size
   n = pktrt__print_features(text, room, n, "not built", all & ~r->built);
   n = pktrt__print(text, room, n, "bytes      %llu", (unsigned long long)r->bytes);
   if (r->triangles) n = pktrt__print(text, room, n, ", %.1f for each triangle", (double)r->bytes / (double)r->triangles);
-  for (size_t i = 0; i < sizeof parts / sizeof *parts; i++)
-    if (parts[i].bytes) n = pktrt__print(text, room, n, "%s%s %llu", i ? ", " : ": ", parts[i].what, (unsigned long long)parts[i].bytes);
+  const char *before = ": ";
+  for (size_t i = 0; i < sizeof parts / sizeof *parts; i++) {
+    if (!parts[i].bytes) continue;
+    n = pktrt__print(text, room, n, "%s%s %llu", before, parts[i].what, (unsigned long long)parts[i].bytes);
+    before = ", ";
+  }
   n = pktrt__print(text, room, n, "\n");
   if (r->worker) n = pktrt__print(text, room, n, "a worker   %llu bytes\n", (unsigned long long)r->worker);
   if (r->passes) n = pktrt__print(text, room, n, "passes     %llu bytes\n", (unsigned long long)r->passes);

@@ -22,7 +22,7 @@ typedef struct options {
   int mode, path, sampler, assembly, branching, lights, glass_shadows; /* values of the library's enumerations */
   int measure;                                                         /* such a value; -1: not given */
   pktrt_isa isa;
-  bool up_z, has_camera, has_frame, progress, count, adaptive;
+  bool up_z, has_camera, has_frame, progress, count, adaptive, explain;
   float camera[6];                             /* eye, target */
   double aperture, focus, shutter, light_size; /* negative: not given */
   double attenuation, exposure;                /* attenuation negative: off; 0: the library's own */
@@ -86,6 +86,7 @@ static void print_help_work(void) {
          "  --isa ISA        scalar, sse2, avx2, avx512 or neon (default: the widest here)\n"
          "  --threads N      threads for build and picture (default: one per processor)\n"
          "  --tile N         pixels along a tile's edge, 1 to 1024 (default 64)\n"
+         "  --explain        say first what the scene has, what of it runs, and where its bytes are\n"
          "  --no-count       do not count rays and tests, which costs a little time\n"
          "  --no-progress    no progress bar; without a terminal there is none anyway\n"
          "  --help           this text\n");
@@ -176,8 +177,8 @@ enum option_name {
   OPT_SCENE = 256, OPT_MESH, OPT_CAMERA, OPT_UP, OPT_FRAME, OPT_FRAMES, OPT_SHUTTER, OPT_LIGHT_SIZE, OPT_APERTURE,
   OPT_FOCUS, OPT_MODE, OPT_SIZE, OPT_SPP, OPT_SAMPLER, OPT_SEED, OPT_DEPTH, OPT_ATTENUATION, OPT_BRANCHING,
   OPT_LIGHTS, OPT_GLASS_SHADOWS, OPT_EXPOSURE, OPT_BUFFERS, OPT_PASSES, OPT_TARGET_ERROR, OPT_MEASURE, OPT_TIME,
-  OPT_ADAPTIVE, OPT_ERROR_MAP, OPT_PATH, OPT_PACKET, OPT_ASSEMBLY, OPT_ISA, OPT_THREADS, OPT_TILE, OPT_NO_COUNT,
-  OPT_NO_PROGRESS
+  OPT_ADAPTIVE, OPT_ERROR_MAP, OPT_PATH, OPT_PACKET, OPT_ASSEMBLY, OPT_ISA, OPT_THREADS, OPT_TILE, OPT_EXPLAIN,
+  OPT_NO_COUNT, OPT_NO_PROGRESS
 };
 
 static const struct option option_list[] = {{"scene", required_argument, NULL, OPT_SCENE},
@@ -214,6 +215,7 @@ static const struct option option_list[] = {{"scene", required_argument, NULL, O
                                             {"isa", required_argument, NULL, OPT_ISA},
                                             {"threads", required_argument, NULL, OPT_THREADS},
                                             {"tile", required_argument, NULL, OPT_TILE},
+                                            {"explain", no_argument, NULL, OPT_EXPLAIN},
                                             {"no-count", no_argument, NULL, OPT_NO_COUNT},
                                             {"no-progress", no_argument, NULL, OPT_NO_PROGRESS},
                                             {"help", no_argument, NULL, 'h'},
@@ -255,6 +257,7 @@ static bool parse_option(options *o, int option, const char *text) {
   case OPT_ISA: return parse_isa(text, &o->isa);
   case OPT_THREADS: return ex_parse_uint("threads", text, 1, EX_MAX_THREADS, &o->threads);
   case OPT_TILE: return ex_parse_uint("tile", text, 1, 1024, &o->tile);
+  case OPT_EXPLAIN: o->explain = true; return true;
   case OPT_NO_COUNT: o->count = false; return true;
   case OPT_NO_PROGRESS: o->progress = false; return true;
   case 'o': return parse_output("-o", text, &o->output);
@@ -617,10 +620,22 @@ static void describe(job *j) {
   view->pixel_error = j->error;
 }
 
+/* Before the picture, which may take long. */
+static void explain(const job *j) {
+  enum { ROOM = 4096 };
+  char text[ROOM];
+  pktrt_scene_report report;
+  pktrt_get_scene_report(j->world, &j->view, &report);
+  pktrt_report_text(&report, text, sizeof text);
+  printf("%s\n", text);
+  fflush(stdout);
+}
+
 static bool render(job *j) {
   ex_progress progress;
   if (!allocate(j)) return false;
   describe(j);
+  if (j->given.explain) explain(j);
   j->view.progress = ex_progress_show;
   j->view.user = &progress;
   ex_progress_start(&progress, j->given.progress);

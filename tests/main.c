@@ -235,6 +235,7 @@ int main(int argc, char **argv) {
   suite_assembly();
   suite_pictures();
   suite_passes();
+  suite_report();
   suite_identity();
   suite_stability();
   free(filters);

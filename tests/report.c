@@ -1,0 +1,418 @@
+/* The report of a scene: what is found, what of it runs, where the bytes are, and the same as text. */
+#include "pictures.h"
+
+enum { W = 40, H = 30, NAMES = 13 };
+
+/* --- a scene with one thing in it --- */
+
+typedef struct request {
+  uint32_t keys; /* of the ball */
+  bool normals, lit;
+  pktrt_material look;
+  pktrt_light light;
+  pktrt_render_desc view;
+  pktrt_stats stats;
+  float pixels[W * H * 3];
+} request;
+
+static void defaults(request *r, pktrt_mode mode) {
+  memset(r, 0, sizeof *r);
+  r->keys = 1, r->lit = true;
+  r->look = material_of(0.5, PKTRT_SPECULAR_NONE, 0);
+  r->light = light_of(PKTRT_LIGHT_POINT, 60);
+  r->light.position[0] = 2, r->light.position[1] = 4, r->light.position[2] = 2;
+  r->view = stage_view(mode, W, H, r->pixels, vec_of(1, 1.5, 4), vec_of(0, 0, 0));
+  r->view.samples = 2;
+  r->view.camera.time = r->view.camera.shutter = 0;
+}
+
+/* A floor, and a ball to which all that happens happens. */
+static pktrt_scene *make(const request *r) {
+  pktrt_scene *s = stage_open();
+  mesh floor = mesh_grid(8, 4), ball = mesh_sphere(3, 0.05f, 1);
+  mesh_shift(&floor, 0, -1.2f, 0);
+  if (r->keys > 1) mesh_move(&ball, r->keys, 0.4f, 0.05f, 2);
+  pktrt_mesh_desc d = mesh_desc(&ball);
+  d.material = stage_material(s, &r->look);
+  if (r->normals) d.normals = ball.p;
+  stage_mesh(s, &floor, 0);
+  CHECK(pktrt_add_mesh(s, &d, NULL) == PKTRT_OK, "%s", pktrt_last_error(s));
+  if (r->lit) stage_light(s, &r->light);
+  stage_commit(s);
+  mesh_free(&floor), mesh_free(&ball);
+  return s;
+}
+
+/* The report of it; its picture, too, in its pixels. */
+static pktrt_scene_report report_of(request *r) {
+  pktrt_scene *s = make(r);
+  pktrt_scene_report x;
+  r->view.pixels = NULL;
+  pktrt_get_scene_report(s, &r->view, &x);
+  r->view.pixels = r->pixels;
+  stage_render(s, &r->view);
+  pktrt_scene_destroy(s);
+  return x;
+}
+
+static const pktrt_mode modes[3] = {PKTRT_MODE_RCS, PKTRT_MODE_WRT, PKTRT_MODE_DRT};
+static const char *const mode_names[3] = {"RCS", "WRT", "DRT"};
+
+/* --- features --- */
+
+static void flat_colour(void *user, const pktrt_points *p) {
+  (void)user;
+  for (uint32_t i = 0; i < p->n; i++) p->albedo[0][i] = 0;
+}
+static void time_colour(void *user, const pktrt_points *p) {
+  (void)user;
+  for (uint32_t i = 0; i < p->n; i++) p->albedo[0][i] = 0.5f + 0.5f * p->time[i];
+}
+static void white(void *user, const pktrt_points *p, float *radiance[3]) {
+  (void)user;
+  for (uint32_t i = 0; i < p->n; i++) radiance[0][i] = radiance[1][i] = radiance[2][i] = 1;
+}
+
+static void add_motion(request *r) { r->keys = 3, r->view.camera.time = 0.5f; }
+static void add_camera_motion(request *r) {
+  r->view.camera.moving = true, r->view.camera.time = 0.5f;
+  memcpy(r->view.camera.eye_end, r->view.camera.eye, sizeof r->view.camera.eye);
+  memcpy(r->view.camera.target_end, r->view.camera.target, sizeof r->view.camera.target);
+  r->view.camera.eye_end[0] += 1;
+}
+static void add_normals(request *r) { r->normals = true; }
+static void add_unseen_normals(request *r) { r->normals = true, r->view.normals = PKTRT_NORMALS_GEOMETRIC; }
+static void add_mirror(request *r) { r->look = material_of(0.5, PKTRT_SPECULAR_MIRROR, 0.5); }
+static void add_coat(request *r) { r->look = material_of(0.5, PKTRT_SPECULAR_COAT, 0); }
+static void add_glass(request *r) { r->look = material_of(0.5, PKTRT_SPECULAR_DIELECTRIC, 0); }
+static void add_metal(request *r) {
+  r->look = material_of(0.5, PKTRT_SPECULAR_CONDUCTOR, 0);
+  for (int a = 0; a < 3; a++) r->look.ior[a] = 0.3f, r->look.extinction[a] = 3;
+}
+static void add_gloss(request *r) { add_mirror(r), r->look.lobe = PKTRT_LOBE_PHONG, r->look.exponent = 20; }
+static void add_texture(request *r) { r->look.texture = flat_colour; }
+static void add_shader(request *r) { r->look.shader = white; }
+static void add_quad(request *r) {
+  r->light.kind = PKTRT_LIGHT_QUAD; /* that faces down */
+  r->light.edge[0][0] = r->light.edge[1][2] = 1, r->light.edge[1][1] = 0.25f;
+}
+static void add_sphere(request *r) { r->light.kind = PKTRT_LIGHT_SPHERE, r->light.radius = 0.5f; }
+static void add_lens(request *r) { r->view.camera.aperture = 0.3f, r->view.camera.focus = 2; }
+/* About the time that pictures are of without it: where it does not run, its middle is taken. */
+static void add_shutter(request *r) { r->view.camera.time = 0, r->view.camera.shutter = 1; }
+static void add_texture_in_time(request *r) { r->look.texture = time_colour, r->view.camera.time = 0.5f; }
+static void open_shutter_on_texture(request *r) { add_texture_in_time(r), add_shutter(r); }
+static void open_shutter_on_motion(request *r) { add_motion(r), add_shutter(r); }
+static void add_paper(request *r) { r->view.path = PKTRT_PATH_PAPER; }
+static void add_stats(request *r) { r->view.stats = &r->stats; }
+
+enum { RCS = 1, WRT = 2, DRT = 4, ALL = 7, NONE = 0 };
+enum { MOTION = PKTRT_FEATURE_MOTION, TEXTURES = PKTRT_FEATURE_TEXTURES, MIRROR = PKTRT_FEATURE_MIRROR };
+static const struct feature_case {
+  const char *name;
+  void (*before)(request *); /* what it is compared with; NULL: the plain scene */
+  void (*add)(request *);
+  uint32_t bit, also; /* what is added, and what is there beside it */
+  int runs, shows;    /* the modes in which it runs, and whose pictures become other ones */
+} cases[] = {
+    {"a moving mesh", NULL, add_motion, MOTION, 0, ALL, ALL},
+    {"a moving camera", NULL, add_camera_motion, MOTION, 0, ALL, ALL},
+    {"normals", NULL, add_normals, PKTRT_FEATURE_NORMALS, 0, ALL, ALL},
+    {"normals, not looked at", NULL, add_unseen_normals, PKTRT_FEATURE_NORMALS, 0, NONE, NONE},
+    {"a mirror", NULL, add_mirror, MIRROR, 0, WRT | DRT, WRT | DRT},
+    {"varnish", NULL, add_coat, MIRROR, 0, WRT | DRT, WRT | DRT},
+    {"glass", NULL, add_glass, PKTRT_FEATURE_DIELECTRIC, 0, WRT | DRT, WRT | DRT},
+    {"metal", NULL, add_metal, PKTRT_FEATURE_CONDUCTOR, 0, WRT | DRT, WRT | DRT},
+    {"gloss", add_mirror, add_gloss, PKTRT_FEATURE_GLOSS, MIRROR, WRT | DRT, WRT | DRT},
+    {"a texture", NULL, add_texture, TEXTURES, 0, ALL, ALL},
+    {"a shader", NULL, add_shader, TEXTURES, 0, ALL, ALL},
+    {"a quad light", NULL, add_quad, PKTRT_FEATURE_AREA_LIGHTS, 0, ALL, ALL},
+    {"a sphere light", NULL, add_sphere, PKTRT_FEATURE_AREA_LIGHTS, 0, ALL, ALL},
+    {"a lens", NULL, add_lens, PKTRT_FEATURE_LENS, 0, DRT, DRT},
+    {"a shutter where nothing moves", NULL, add_shutter, PKTRT_FEATURE_SHUTTER, 0, NONE, NONE},
+    {"a shutter where a texture looks at times", add_texture_in_time, open_shutter_on_texture, PKTRT_FEATURE_SHUTTER,
+     TEXTURES, DRT, DRT},
+    {"a shutter where a mesh moves", add_motion, open_shutter_on_motion, PKTRT_FEATURE_SHUTTER, MOTION, DRT, DRT},
+    {"the paper's path", NULL, add_paper, PKTRT_FEATURE_PAPER, 0, ALL, NONE},
+    {"counting", NULL, add_stats, PKTRT_FEATURE_STATS, 0, ALL, NONE},
+};
+
+static void plain_scenes(void) {
+  for (int m = 0; m < 3; m++) {
+    request r;
+    defaults(&r, modes[m]);
+    const pktrt_scene_report x = report_of(&r);
+    CHECK(x.built == (1u << NAMES) - 1, "%x is built", (unsigned)x.built);
+    CHECK(x.found == PKTRT_FEATURE_RENDER && x.used == PKTRT_FEATURE_RENDER, "%s: found %x, used %x", mode_names[m],
+          (unsigned)x.found, (unsigned)x.used);
+    CHECK(x.motion == 0 && x.normals == 0 && x.passes == 0 && x.moving_meshes == 0);
+    CHECK(x.meshes == 2 && x.triangles == 128 + 512, "%llu triangles", (unsigned long long)x.triangles);
+  }
+  request r; /* the control: a feature among them is told */
+  defaults(&r, PKTRT_MODE_RCS);
+  add_motion(&r);
+  const pktrt_scene_report x = report_of(&r);
+  CHECK(x.found != PKTRT_FEATURE_RENDER && x.motion > 0 && x.moving_meshes == 1);
+}
+
+/* One case in one mode; true if the picture is another one than without it. */
+static bool try_case(const struct feature_case *c, int m) {
+  static request without, with;
+  defaults(&without, modes[m]), defaults(&with, modes[m]);
+  if (c->before) c->before(&without);
+  c->add(&with);
+  const pktrt_scene_report a = report_of(&without), b = report_of(&with);
+  const bool runs = c->runs >> m & 1, differs = !same_bits(without.pixels, with.pixels, sizeof with.pixels);
+  const uint32_t base = PKTRT_FEATURE_RENDER | c->also;
+  CHECK(a.found == base && b.found == (base | c->bit), "%s, %s: found %x, without %x", c->name, mode_names[m],
+        (unsigned)b.found, (unsigned)a.found);
+  CHECK((b.used & c->bit) == (runs ? c->bit : 0), "%s, %s: %x is used", c->name, mode_names[m], (unsigned)b.used);
+  CHECK(!(b.used & ~b.found) && !(a.used & ~a.found), "%s, %s: more is used than found", c->name, mode_names[m]);
+  CHECK(differs == (c->shows >> m & 1), "%s, %s: the picture is %s", c->name, mode_names[m],
+        differs ? "another one" : "the same");
+  CHECK(runs || !differs, "%s, %s: idle, and yet one sees it", c->name, mode_names[m]);
+  return differs;
+}
+
+static void features(void) {
+  uint32_t tried = 0;
+  int seen = 0;
+  for (size_t i = 0; i < COUNT(cases); i++)
+    for (int m = 0; m < 3; m++) seen += try_case(&cases[i], m), tried |= cases[i].bit;
+  CHECK((tried | PKTRT_FEATURE_RENDER) == (1u << NAMES) - 1, "%x is tried", (unsigned)tried);
+  say("%zu cases in three modes; %d pictures are other ones than without", COUNT(cases), seen);
+}
+
+static void queries_only(void) {
+  pktrt_scene_report x;
+  request r;
+  defaults(&r, PKTRT_MODE_DRT);
+  add_motion(&r), add_gloss(&r), add_lens(&r);
+  pktrt_scene *s = make(&r);
+  pktrt_get_scene_report(s, NULL, &x);
+  CHECK(x.found == (MOTION | MIRROR | PKTRT_FEATURE_GLOSS), "found %x", (unsigned)x.found);
+  CHECK(x.used == MOTION && x.worker == 0 && x.passes == 0, "used %x", (unsigned)x.used);
+  pktrt_scene_destroy(s);
+}
+
+/* --- bytes --- */
+
+static uint64_t sum_of(const pktrt_scene_report *x) {
+  return x->nodes + x->blocks + x->motion + x->positions + x->normals + x->indices + x->names + x->looks;
+}
+
+/* Beside the scene's info, and what the hook has handed out: a little more, for the scene itself and room to grow. */
+static void agree_with_scene(const char *when, const pktrt_scene *s, pktrt_scene_report *x) {
+  enum { OTHER = 16384 };
+  pktrt_scene_info info;
+  pktrt_get_scene_info(s, &info);
+  pktrt_get_scene_report(s, NULL, x);
+  CHECK(x->bytes == sum_of(x), "%s: %llu bytes in all", when, (unsigned long long)x->bytes);
+  CHECK(x->bytes - x->names - x->looks == info.tree_bytes + info.mesh_bytes, "%s: %llu and %llu bytes of info", when,
+        (unsigned long long)info.tree_bytes, (unsigned long long)info.mesh_bytes);
+  CHECK(x->triangles == info.triangles && x->meshes == info.mesh_count && x->moving_meshes == info.moving_meshes);
+  CHECK(x->isa == info.isa);
+  CHECK(x->bytes <= hooks.live_bytes && hooks.live_bytes < x->bytes + x->bytes / 8 + OTHER,
+        "%s: %llu bytes, %zu handed out", when, (unsigned long long)x->bytes, hooks.live_bytes);
+}
+
+static void bytes(void) {
+  const char *const whens[4] = {"static", "moving", "with normals", "waiting for a refit"};
+  pktrt_scene_report x[4];
+  for (int i = 0; i < 4; i++) {
+    mesh ball = mesh_sphere(small_run ? 4 : 6, 0.05f, 1);
+    if (i > 0) mesh_move(&ball, 3, 0.4f, 0.05f, 2);
+    const uint64_t positions = (uint64_t)ball.nv * 12;
+    pktrt_scene *s = stage_open();
+    pktrt_mesh_desc d = mesh_desc(&ball);
+    if (i > 1) d.normals = ball.p;
+    CHECK(pktrt_add_mesh(s, &d, NULL) == PKTRT_OK);
+    stage_commit(s);
+    if (i > 2) CHECK(pktrt_set_positions(s, 0, 1, ball.p) == PKTRT_OK);
+    agree_with_scene(whens[i], s, &x[i]);
+    CHECK(x[i].positions == positions * (i > 2 ? 2 : 1) && x[i].normals == (i > 1 ? positions : 0), "%s", whens[i]);
+    CHECK(x[i].indices == (uint64_t)ball.nt * 12, "%s", whens[i]);
+    say("%-20s %5.1f bytes per triangle, %4.1f of them for further keys", whens[i],
+        (double)x[i].bytes / (double)x[i].triangles, (double)x[i].motion / (double)x[i].triangles);
+    pktrt_scene_destroy(s);
+    mesh_free(&ball);
+  }
+  CHECK(x[0].motion == 0 && x[1].motion > x[1].positions, "further keys take bytes");
+  CHECK(x[1].positions == x[0].positions && x[1].indices == x[0].indices, "of first keys only");
+  CHECK(x[3].motion - x[2].motion == 2 * x[2].positions, "what waits has further keys, too");
+}
+
+/* What a render allocates while it runs, and no more than that. */
+static size_t peak_of(pktrt_scene *s, const pktrt_render_desc *d) {
+  const size_t before = hooks.live_bytes;
+  hooks.peak_bytes = before;
+  stage_render(s, d);
+  CHECK(hooks.live_bytes == before, "a render keeps memory");
+  return hooks.peak_bytes - before;
+}
+
+/* A ball of that look: what a worker has in a mode. */
+static uint64_t worker_of(pktrt_scene *s, pktrt_render_desc *view, pktrt_mode mode) {
+  pktrt_scene_report x;
+  view->mode = mode;
+  pktrt_get_scene_report(s, view, &x);
+  return x.worker;
+}
+
+static void workers(void) {
+  static request r;
+  static void (*const looks[3])(request *) = {NULL, add_mirror, add_glass};
+  uint64_t cast[3], followed[3];
+  for (int i = 0; i < 3; i++) {
+    defaults(&r, PKTRT_MODE_WRT);
+    r.view.max_depth = 1;
+    if (looks[i]) looks[i](&r);
+    pktrt_scene *s = make(&r);
+    cast[i] = worker_of(s, &r.view, PKTRT_MODE_RCS), followed[i] = worker_of(s, &r.view, PKTRT_MODE_WRT);
+    const size_t peak = peak_of(s, &r.view);
+    /* Reflected and refracted rays may share their memory. */
+    CHECK(followed[i] > 0 && peak >= followed[i] - followed[i] / 8 && peak < followed[i] + followed[i] / 8,
+          "%d: a worker of %llu bytes, %zu handed out", i, (unsigned long long)followed[i], peak);
+    say("a worker has %llu bytes, one generation deep; %zu are handed out for the picture",
+        (unsigned long long)followed[i], peak);
+    pktrt_scene_destroy(s);
+  }
+  CHECK(cast[0] == followed[0] && cast[1] == cast[0] && cast[2] == cast[0], "ray casting has no secondary rays");
+  CHECK(followed[0] < followed[1] && followed[1] < followed[2], "specular surfaces take memory");
+}
+
+static void passes(void) {
+  static request r;
+  pktrt_scene_report one, four;
+  defaults(&r, PKTRT_MODE_RCS);
+  pktrt_scene *s = make(&r);
+  const size_t alone = peak_of(s, &r.view);
+  pktrt_get_scene_report(s, &r.view, &one);
+  r.view.passes = 4;
+  const size_t several = peak_of(s, &r.view);
+  pktrt_get_scene_report(s, &r.view, &four);
+  CHECK(one.passes == 0 && four.passes >= 32ull * W * H, "%llu bytes of passes", (unsigned long long)four.passes);
+  CHECK(several - alone >= four.passes && several - alone < four.passes + four.passes / 4, "%zu more are handed out",
+        several - alone);
+  CHECK(four.bytes == one.bytes && four.worker == one.worker);
+  pktrt_scene_destroy(s);
+}
+
+/* --- text --- */
+
+/* Whether a line of the text begins with `label` and names `what`. */
+static bool line_names(const char *text, const char *label, const char *what) {
+  const char *line = text, *at;
+  while (strncmp(line, label, strlen(label)) != 0)
+    if (!(line = strchr(line, '\n')) || !*++line) return false;
+  at = strstr(line, what);
+  return at && at < strchr(line, '\n');
+}
+
+static void check_names(const char *text, const pktrt_scene_report *x) {
+  for (int i = 0; i < NAMES; i++) {
+    const uint32_t bit = 1u << i;
+    const char *name = pktrt_feature_string((pktrt_feature)bit);
+    CHECK(strlen(name) > 3 && strcmp(name, "unknown") != 0);
+    CHECK(line_names(text, "found ", name) == !!(x->found & bit), "found: %s", name);
+    CHECK(line_names(text, "runs ", name) == !!(x->used & bit), "runs: %s", name);
+    CHECK(line_names(text, "idle ", name) == !!(x->built & ~x->used & bit), "idle: %s", name);
+    CHECK(line_names(text, "not built ", name) == !(x->built & bit), "not built: %s", name);
+  }
+  CHECK(strstr(text, pktrt_isa_string(x->isa)) != NULL);
+}
+
+/* At any room: what fits of it, a zero, and nothing beyond; the length is that of all. */
+static void cut_off(const pktrt_scene_report *x, const char *whole, size_t length) {
+  static char part[4096];
+  CHECK(pktrt_report_text(x, NULL, 0) == length, "without room");
+  for (size_t room = 0; room <= length + 2; room++) {
+    const size_t kept = room > length ? length : room ? room - 1 : 0;
+    memset(part, 'x', sizeof part);
+    const size_t n = pktrt_report_text(x, part, room);
+    CHECK(n == length && (!room || (memcmp(part, whole, kept) == 0 && !part[kept])), "room for %zu", room);
+    const size_t written = room ? kept + 1 : 0;
+    bool intact = true;
+    for (size_t i = written; i < length + 16; i++) intact &= part[i] == 'x';
+    CHECK(intact, "room for %zu: written beyond", room);
+  }
+}
+
+static void texts(void) {
+  static char text[4096];
+  for (size_t i = 0; i < COUNT(cases); i++) {
+    static request r;
+    defaults(&r, PKTRT_MODE_WRT);
+    cases[i].add(&r);
+    const pktrt_scene_report x = report_of(&r);
+    const size_t n = pktrt_report_text(&x, text, sizeof text);
+    CHECK(n > 100 && n < 1024 && n == strlen(text) && text[n - 1] == '\n', "%s: %zu characters", cases[i].name, n);
+    check_names(text, &x);
+    if (i == 0) cut_off(&x, text, n);
+  }
+  pktrt_scene_report x; /* of a build without most, and without a scene */
+  pktrt_get_scene_report(NULL, NULL, &x);
+  x.built = PKTRT_FEATURE_MOTION;
+  pktrt_report_text(&x, text, sizeof text);
+  check_names(text, &x);
+  CHECK(line_names(text, "not built ", "lens") && !line_names(text, "not built ", "motion"), "the control");
+  CHECK(strcmp(pktrt_feature_string((pktrt_feature)3), "unknown") == 0, "two bits are no feature");
+}
+
+/* Each number of the text's line of bytes, added up. */
+static void text_adds_up(void) {
+  static char text[4096];
+  static request r;
+  defaults(&r, PKTRT_MODE_RCS);
+  add_motion(&r), add_normals(&r);
+  const pktrt_scene_report x = report_of(&r);
+  pktrt_report_text(&x, text, sizeof text);
+  const char *at = strstr(text, "\nbytes ");
+  if (!CHECK(at != NULL)) return;
+  uint64_t sum = 0, parts = 0;
+  const char *end = strchr(at + 1, '\n'), *colon = strchr(at, ':');
+  if (!CHECK(colon && colon < end, "parts follow a colon: %s", at)) return;
+  for (const char *p = colon; p < end; p++)
+    if (*p >= '0' && *p <= '9') {
+      char *after;
+      sum += strtoull(p, &after, 10), parts++, p = after;
+    }
+  CHECK(strtoull(at + 7, NULL, 10) == x.bytes && sum == x.bytes && parts == 8, "%llu parts, %llu bytes: %s",
+        (unsigned long long)parts, (unsigned long long)sum, at);
+}
+
+static void odd_scenes(void) {
+  static char text[4096];
+  pktrt_scene_report x;
+  memset(&x, 0xA5, sizeof x);
+  pktrt_get_scene_report(NULL, NULL, &x);
+  CHECK(x.built == (1u << NAMES) - 1 && !x.found && !x.used && !x.meshes && !x.triangles && !x.bytes && !x.worker);
+  CHECK(pktrt_report_text(&x, text, sizeof text) == strlen(text));
+  pktrt_scene *s = stage_open();
+  pktrt_get_scene_report(s, NULL, &x);
+  CHECK(x.isa != PKTRT_ISA_AUTO && !x.found && !x.bytes && !x.triangles);
+  mesh ball = mesh_sphere(2, 0, 1);
+  mesh_move(&ball, 2, 0.4f, 0, 2);
+  CHECK(mesh_add(s, &ball, NULL) == PKTRT_OK);
+  pktrt_get_scene_report(s, NULL, &x); /* its bytes are there, the rest waits for the commit */
+  CHECK(!x.found && !x.meshes && !x.triangles && !x.nodes && x.positions == (uint64_t)ball.nv * 12 && x.bytes > 0);
+  pktrt_report_text(&x, text, sizeof text);
+  CHECK(strstr(text, ": positions") != NULL, "%s", text);
+  stage_commit(s);
+  pktrt_get_scene_report(s, NULL, &x);
+  CHECK(x.found == MOTION && x.meshes == 1 && x.triangles == ball.nt && x.nodes + x.blocks > 0);
+  mesh_free(&ball);
+  pktrt_scene_destroy(s);
+}
+
+void suite_report(void) {
+  run("the report of a static diffuse scene under a point light finds nothing", plain_scenes);
+  run("each feature is reported where it is, and runs in the modes that show it", features);
+  run("for queries, what only pictures show does not run", queries_only);
+  run("the report's bytes add up, and are those of the scene's info and of the hooks", bytes);
+  run("a worker's bytes are what a picture takes, more where rays go on", workers);
+  run("the bytes of passes are those that they take", passes);
+  run("the report's text names what there is, and is cut off at any room", texts);
+  run("the bytes in the report's text add up", text_adds_up);
+  run("reports of no scene, of an empty one, and of one that was not committed", odd_scenes);
+}

@@ -54,8 +54,8 @@ static void set_vertex(shape *s, uint32_t i, const double p[3], const double n[3
 static shape sphere(const double middle[3], double radius, const double by[3]) {
   shape s = grid(SPHERE_U, SPHERE_V);
   for (uint32_t i = 0; i < s.vertices; i++) {
-    const double pi = 3.14159265358979323846, u = 2 * pi * (i % (SPHERE_U + 1)) / SPHERE_U;
-    const double v = pi * (i / (SPHERE_U + 1)) / SPHERE_V; /* from the north pole */
+    const double pi = 3.14159265358979323846, u = 2 * pi / (int)SPHERE_U * (i % (SPHERE_U + 1));
+    const double v = pi / (int)SPHERE_V * (i / (SPHERE_U + 1)); /* from the north pole */
     const double n[3] = {sin(v) * sin(u), cos(v), sin(v) * cos(u)};
     const double p[3] = {middle[0] + radius * n[0], middle[1] + radius * n[1], middle[2] + radius * n[2]};
     set_vertex(&s, i, p, n, by);
@@ -67,7 +67,8 @@ static shape hills(void) {
   static const double still[3] = {0, 0, 0};
   shape s = grid(FLOOR_EDGE, FLOOR_EDGE);
   for (uint32_t i = 0; i < s.vertices; i++) {
-    const double x = 12.0 * (i % (FLOOR_EDGE + 1)) / FLOOR_EDGE - 6, z = 6 - 12.0 * (i / (FLOOR_EDGE + 1)) / FLOOR_EDGE;
+    const double step = 12.0 / (int)FLOOR_EDGE, x = step * (i % (FLOOR_EDGE + 1)) - 6;
+    const double z = 6 - step * (i / (FLOOR_EDGE + 1));
     const double p[3] = {x, 0.2 * sin(2 * x) * sin(2 * z), z};
     const double n[3] = {-0.4 * cos(2 * x) * sin(2 * z), 1, -0.4 * sin(2 * x) * cos(2 * z)};
     const double length = sqrt(n[0] * n[0] + 1 + n[2] * n[2]), unit[3] = {n[0] / length, 1 / length, n[2] / length};
@@ -173,7 +174,7 @@ enum { PLANS = sizeof plans / sizeof *plans };
 
 typedef struct work {
   pktrt_scene *world;
-  call call;
+  call which;
   pktrt_render_desc view;
   pktrt_query_desc query;
   pktrt_ray *rays;
@@ -190,9 +191,9 @@ typedef struct work {
 #endif
 NAMED static pktrt_status measured(const work *w) {
   const bool plain = !w->query.stats && w->query.path == PKTRT_PATH_FAST;
-  if (w->call == RENDER) return pktrt_render(w->world, &w->view);
-  if (w->call == INTERSECT && plain) pktrt_intersect_n(w->world, w->rays, w->hits, w->count);
-  else if (w->call == INTERSECT) pktrt_intersect_ex(w->world, &w->query, w->rays, w->hits, w->count);
+  if (w->which == RENDER) return pktrt_render(w->world, &w->view);
+  if (w->which == INTERSECT && plain) pktrt_intersect_n(w->world, w->rays, w->hits, w->count);
+  else if (w->which == INTERSECT) pktrt_intersect_ex(w->world, &w->query, w->rays, w->hits, w->count);
   else if (plain) pktrt_occluded_n(w->world, w->rays, w->occluded, w->count);
   else pktrt_occluded_ex(w->world, &w->query, w->rays, w->occluded, w->count);
   return PKTRT_OK;
@@ -245,7 +246,7 @@ static const plan *plan_of(const char *name) {
 
 /* Else what is counted would not be what the table says. */
 static void must_be_used(const plan *p, const work *w, bool with, const pktrt_scene_report *r) {
-  const uint32_t looked_at = p->feature & (w->call == RENDER ? ~0u : (uint32_t)PKTRT_FEATURE_MOTION);
+  const uint32_t looked_at = p->feature & (w->which == RENDER ? ~0u : (uint32_t)PKTRT_FEATURE_MOTION);
   if ((r->used & looked_at) != (with ? looked_at : 0)) fatal("the report does not say what this call uses");
 }
 
@@ -271,11 +272,11 @@ static int run_call(const char *name, bool with, const char *word, const char *b
   pktrt_scene_report report;
   int which = 0;
   if (!ex_parse_word("call", word, call_words, &which)) return 1;
-  w.call = (call)which, w.world = make_scene(features);
+  w.which = (call)which, w.world = make_scene(features);
   describe(&w, features, p->mode, &stats);
   open_rays(&w, RAYS);
   camera_rays(w.rays, SIZE, eye, target);
-  pktrt_get_scene_report(w.world, w.call == RENDER ? &w.view : NULL, &report);
+  pktrt_get_scene_report(w.world, w.which == RENDER ? &w.view : NULL, &report);
   must_be_used(p, &w, with, &report);
   must(w.world, measured(&w));
   print_report(&report);
@@ -291,7 +292,7 @@ enum { RACE_SIZE = 256, RACE_RAYS = RACE_SIZE * RACE_SIZE, MAX_ROUNDS = 1001 };
 /* Static hills and spheres, and one more sphere: aside, or across the rays' way. It moves, or stands where it was. */
 static pktrt_scene *race_scene(bool aside, bool moves, float lo[3], float hi[3]) {
   static const double by[3] = {0, 0, 1.5};
-  const double middle[3] = {aside ? 20 : 2, 1, -1};
+  const double middle[3] = {aside ? 20.0 : 2.0, 1, -1};
   pktrt_scene *world = make_scene(0);
   shape s = sphere(middle, 2, by);
   add_shape(world, &s, 0, moves, 0);
@@ -332,7 +333,7 @@ static bool meets(const pktrt_ray *r, const float lo[3], const float hi[3]) {
 
 static double race_seconds(work *w, pktrt_scene *world, call which) {
   const double start = cpu_seconds();
-  w->world = world, w->call = which;
+  w->world = world, w->which = which;
   measured(w);
   return cpu_seconds() - start;
 }
@@ -357,7 +358,7 @@ static double race_rays(work *w, bool incoherent, bool aside, const float lo[3],
   else camera_rays(w->rays, RACE_SIZE, from, to);
   for (uint32_t i = 0; i < RACE_RAYS; i++) met += meets(&w->rays[i], lo, hi);
   if (aside && met) fatal("rays meet the bounds that they should miss");
-  return (double)met / RACE_RAYS;
+  return (double)met / (int)RACE_RAYS;
 }
 
 static int run_races(bool aside, unsigned rounds) {
@@ -383,7 +384,7 @@ static int run_past(bool aside, bool moves, bool incoherent, const char *word) {
   int which = 0;
   pktrt_scene_report report;
   if (!ex_parse_word("call", word, call_words, &which)) return 1;
-  w.world = race_scene(aside, moves, lo, hi), w.call = which == OCCLUDED ? OCCLUDED : INTERSECT;
+  w.world = race_scene(aside, moves, lo, hi), w.which = which == OCCLUDED ? OCCLUDED : INTERSECT;
   open_rays(&w, RACE_RAYS);
   race_rays(&w, incoherent, aside, lo, hi);
   measured(&w);

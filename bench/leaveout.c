@@ -83,12 +83,13 @@ static void must(pktrt_scene *world, pktrt_status status) {
   if (status != PKTRT_OK) fatal(pktrt_last_error(world));
 }
 
-static void add_shape(pktrt_scene *world, const shape *s, uint32_t features, bool moves, uint32_t material) {
+static void add_shape(pktrt_scene *world, const shape *s, uint32_t features, bool moves, const pktrt_material *m) {
   pktrt_mesh_desc d;
   memset(&d, 0, sizeof d);
   d.positions = s->positions, d.vertex_count = s->vertices, d.indices = s->indices, d.triangle_count = s->triangles;
   d.normals = features & PKTRT_FEATURE_NORMALS ? s->normals : NULL;
-  d.key_count = moves ? KEYS : 1, d.material = material;
+  d.key_count = moves ? KEYS : 1;
+  must(world, pktrt_add_material(world, m, &d.material));
   must(world, pktrt_add_mesh(world, &d, NULL));
 }
 
@@ -98,21 +99,22 @@ static void checker(void *user, const pktrt_points *p) {
     for (int a = 0; a < 3; a++) p->albedo[a][i] *= (p->triangle[i] & 2) ? 1.0f : 0.5f;
 }
 
-/* The first sphere is glass or a mirror, the second metal, the third has a texture: as far as the scene has them. */
-static pktrt_material look(uint32_t sphere_index, uint32_t features) {
+/* The first sphere is glass or a mirror, the second metal; what is behind them, the floor, too, has a texture: as far as
+   the scene has them. */
+static pktrt_material look(uint32_t i, uint32_t features) {
   pktrt_material m;
   memset(&m, 0, sizeof m);
   const bool gloss = features & PKTRT_FEATURE_GLOSS, glass = features & PKTRT_FEATURE_DIELECTRIC;
   for (int a = 0; a < 3; a++) m.albedo[a] = 0.4f, m.reflectance[a] = 0.6f, m.ior[a] = 1.5f;
-  if (sphere_index == 0 && glass) m.specular = PKTRT_SPECULAR_DIELECTRIC;
-  else if (sphere_index == 0 && (features & PKTRT_FEATURE_MIRROR)) m.specular = PKTRT_SPECULAR_MIRROR;
-  if (sphere_index == 1 && (features & PKTRT_FEATURE_CONDUCTOR)) {
+  if (i == 0 && glass) m.specular = PKTRT_SPECULAR_DIELECTRIC;
+  else if (i == 0 && (features & PKTRT_FEATURE_MIRROR)) m.specular = PKTRT_SPECULAR_MIRROR;
+  if (i == 1 && (features & PKTRT_FEATURE_CONDUCTOR)) {
     m.specular = PKTRT_SPECULAR_CONDUCTOR;
     for (int a = 0; a < 3; a++) m.extinction[a] = 3;
   }
   const bool reflects = m.specular == PKTRT_SPECULAR_MIRROR || m.specular == PKTRT_SPECULAR_CONDUCTOR;
   if (gloss && reflects) m.lobe = PKTRT_LOBE_PHONG, m.exponent = 50;
-  if (sphere_index == 2 && (features & PKTRT_FEATURE_TEXTURES)) m.texture = checker;
+  if (i >= 2 && (features & PKTRT_FEATURE_TEXTURES)) m.texture = checker;
   return m;
 }
 
@@ -130,16 +132,14 @@ static pktrt_scene *make_scene(uint32_t features) {
   static const double by[3] = {0, 0.5, 0};
   pktrt_scene *world = pktrt_scene_create(NULL);
   if (!world) fatal(pktrt_last_error(NULL));
+  pktrt_material m = look(SPHERES, features);
   shape s = hills();
-  add_shape(world, &s, features, false, 0);
+  add_shape(world, &s, features, false, &m);
   free_shape(&s);
   for (uint32_t i = 0; i < SPHERES; i++) {
     const double middle[3] = {2.4 * i - 2.4, 1.2, 0};
-    const pktrt_material m = look(i, features);
-    uint32_t material;
-    must(world, pktrt_add_material(world, &m, &material));
-    s = sphere(middle, 1.1, by);
-    add_shape(world, &s, features, i == 2 && (features & PKTRT_FEATURE_MOTION), material);
+    m = look(i, features), s = sphere(middle, 1.1, by);
+    add_shape(world, &s, features, i == 2 && (features & PKTRT_FEATURE_MOTION), &m);
     free_shape(&s);
   }
   add_lamp(world, features & PKTRT_FEATURE_AREA_LIGHTS);
@@ -294,8 +294,9 @@ static pktrt_scene *race_scene(bool aside, bool moves, float lo[3], float hi[3])
   static const double by[3] = {0, 0, 1.5};
   const double middle[3] = {aside ? 20.0 : 2.0, 1, -1};
   pktrt_scene *world = make_scene(0);
+  const pktrt_material m = look(SPHERES, 0);
   shape s = sphere(middle, 2, by);
-  add_shape(world, &s, 0, moves, 0);
+  add_shape(world, &s, 0, moves, &m);
   must(world, pktrt_commit(world));
   for (int a = 0; a < 3; a++) lo[a] = INFINITY, hi[a] = -INFINITY;
   for (uint32_t i = 0; i < 3 * KEYS * s.vertices; i++) {

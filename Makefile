@@ -45,7 +45,7 @@ ifeq ($(MAKELEVEL),0)
 endif
 
 .PHONY: all demo effects deform view test-view readme-pictures test test-leaveout sanitize test-neon matrix deps deps-extra format clean help
-.PHONY: bench bench-check bench-plots bench-readme peers exactness error error-check
+.PHONY: bench bench-check bench-plots bench-readme peers exactness error error-check leaveout leaveout-check
 .PHONY: stability stability-neon stability-sanitize sanitize-threads fuzz
 .DELETE_ON_ERROR:
 
@@ -71,6 +71,7 @@ help:
 	@echo "peers       races Embree in ten minutes; MESHES=\"FILE DIR\" of these too, FULL=1 everything, BENCH_ARGS=... options"
 	@echo "exactness   pktrt beside copies of itself with textbook tests of triangles, in three minutes"
 	@echo "error       error against run time in ten minutes; NAME=\"slopes curves\" of these; error-check what must hold, in two"
+	@echo "leaveout    what features cost where a scene has them not, in ten minutes; leaveout-check what must hold"
 	@echo "format      rewrites examples by clang-format"
 	@echo "deps        installs what demo and test need      deps-extra  installs what the other targets need"
 	@echo "clean       removes build/ and out/               config=     debug, release (default), sanitize, threads"
@@ -333,6 +334,43 @@ $(B)/pktrt.o: pktrt.h | $(B)
 
 $(B)/error: bench/error.c $(wildcard bench/error*.h) bench/bench.h $(EXAMPLE_HEADERS) pktrt.h $(B)/pktrt.o
 	$(CC) $(CFLAGS) $(STRICT) $< $(B)/pktrt.o -o $@ $(LDFLAGS) $(LDLIBS)
+
+# What features cost where they are not. Objects and programs are named by the switches that they are built with, as in
+# NO_RENDER+NO_SIMD; `full` has none.
+LEAVEOUT = $(B)/leaveout
+LEAVEOUT_SWITCHES = NO_MOTION NO_STATS NO_PAPER NO_LENS NO_SHUTTER NO_AREA_LIGHTS NO_GLOSS NO_DIELECTRIC NO_CONDUCTOR \
+  NO_NORMALS NO_TEXTURES
+empty :=
+LEAVEOUT_ALL = $(subst $(empty) ,+,$(strip $(LEAVEOUT_SWITCHES)))
+# Queries only: the first with one instruction set and at rest, then what that leaves out comes back.
+ONE_SET = NO_RENDER+NO_SCALAR+NO_SSE2+NO_AVX512
+LEAVEOUT_QUERIES = $(ONE_SET)+NO_STATS+NO_PAPER+NO_MOTION $(ONE_SET)+NO_STATS+NO_PAPER+NO_MOTION+NO_FRUSTA \
+  $(ONE_SET)+NO_STATS+NO_PAPER+NO_FRUSTA $(ONE_SET)+NO_STATS+NO_PAPER $(ONE_SET) \
+  NO_RENDER+NO_SIMD+NO_STATS+NO_PAPER+NO_MOTION+NO_FRUSTA NO_RENDER+NO_SIMD NO_RENDER
+LEAVEOUT_DEFINES = $(patsubst %,-DPKTRT_%,$(filter-out full,$(subst +, ,$*)))
+LEAVEOUT_BUILT = $(addprefix $(LEAVEOUT)/,full $(LEAVEOUT_SWITCHES) $(LEAVEOUT_ALL) $(LEAVEOUT_QUERIES:%=%.o) full-O0.o)
+leaveout: | $(RESULTS)
+	$(BUILD) $(LEAVEOUT_BUILT)
+	CC="$(CC)" ALL=$(LEAVEOUT_ALL) QUERIES="$(LEAVEOUT_QUERIES)" $(PIN) bench/leaveout.sh $(LEAVEOUT) $(RESULTS)
+	@$(MAKE) --no-print-directory bench-readme
+
+leaveout-check:
+	$(BUILD) $(LEAVEOUT_BUILT)
+	CC="$(CC)" ALL=$(LEAVEOUT_ALL) QUERIES="$(LEAVEOUT_QUERIES)" $(PIN) bench/leaveout.sh --check $(LEAVEOUT)
+
+LEAVEOUT_CC = $(CC) -O2 $(STRICT) $(LEAVEOUT_DEFINES)
+$(LEAVEOUT)/full-O0.o: pktrt.h | $(LEAVEOUT)
+	$(CC) -O0 $(STRICT) -DPKTRT_IMPLEMENTATION -x c -c $< -o $@
+
+$(LEAVEOUT)/%.o: pktrt.h | $(LEAVEOUT)
+	$(LEAVEOUT_CC) -DPKTRT_IMPLEMENTATION -x c -c $< -o $@
+
+.PRECIOUS: $(LEAVEOUT)/%.o
+$(LEAVEOUT)/%: bench/leaveout.c bench/bench.h examples/common.h $(LEAVEOUT)/%.o
+	$(LEAVEOUT_CC) $< $(LEAVEOUT)/$*.o -o $@ $(LDFLAGS) $(LDLIBS)
+
+$(LEAVEOUT):
+	mkdir -p $@
 
 # --- what to install, on Debian 12 and its relatives ---
 

@@ -3,7 +3,7 @@
 # names its switch, or does not compile; what is not left out keeps its bits. From the project's directory; JOBS=1 for one core.
 set -u
 cd "$(dirname "$0")/.." || exit 1
-work=build/leaveout
+work=build/switches
 program=tests/leaveout/program.c
 flags="-Wall -Wextra -Wpedantic -Wshadow -Wconversion -Werror -ffp-contract=off"
 # Two sets of instructions are enough where it is features that are left out, and take half the time; all four are compiled.
@@ -18,7 +18,7 @@ builds() {
   for one in PKTRT_NO_RENDER $features; do echo "$one $narrow"; done
   echo "$features"
   echo "PKTRT_NO_RENDER $features"
-  printf '%s\n' PKTRT_NO_AVX2 PKTRT_NO_AVX512 PKTRT_NO_SIMD
+  printf '%s\n' PKTRT_NO_AVX2 PKTRT_NO_AVX512 PKTRT_NO_SIMD PKTRT_NO_FRUSTA "PKTRT_NO_SCALAR PKTRT_NO_SSE2"
 }
 folder_of() { echo "$work/$(printf '%s' "full $1" | tr -s ' ' '\n' | sed 's/^PKTRT_NO_//' | paste -sd - | cut -c 1-200)"; }
 options_of() { for one in $1; do printf ' -D%s' "$one"; done; }

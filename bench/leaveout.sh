@@ -135,7 +135,8 @@ table() {
       print "library and by one built without it, and with the feature by the full library; AVX2 kernels. Bytes of a"
       print "worker: while it renders a tile. Code: what the switch takes off the full object, KiB.\n"
       print "| feature | call | full library | built without | full library pays | feature present" \
-        " | bytes: full, without, present | a worker: full, without, present | code |\n|---|---|--:|--:|--:|--:|--:|--:|--:|"
+        " | bytes: full, without, present | a worker: full, without, present | code |"
+      print "|---|---|--:|--:|--:|--:|--:|--:|--:|"
       for (i = 1; i <= n["cost"]; i++) {
         if (is_past(i)) continue
         full = cost(i, "full", "instructions"); left_out = cost(i, "left_out", "instructions")
@@ -150,7 +151,7 @@ table() {
         printf " | %.1f |\n", kib("full") - kib(object(names["cost", i]))
       }
       print "\nRays past a moving mesh, against the same mesh at rest; and where it is in their way, with the part of"
-      print "them that meets its swept bounds. Time: on the widest vectors of the machine; instructions: AVX2 kernels.\n"
+      print "them that meets its swept bounds. Time is that of the widest vectors; instructions are of AVX2 kernels.\n"
       print "| rays | time | instructions | in their way: time | instructions | meet its bounds |"
       print "|---|--:|--:|--:|--:|--:|"
       for (i = 1; i <= n["race"]; i++) {
@@ -181,7 +182,8 @@ claims() {
     }
     function instructions(control, i) {
       judge(control, names["cost", i] ": percent of instructions " \
-        (control ? "that the feature costs" : "for what is not there"), more(cost(i, control ? "present" : "full", "instructions"), cost(i, "left_out", "instructions")), "%.2f", 1)
+        (control ? "that the feature costs" : "for what is not there"),
+        more(cost(i, control ? "present" : "full", "instructions"), cost(i, "left_out", "instructions")), "%.2f", 1)
     }
     function bytes(control, i, figure,   what) {
       what = figure == "worker" ? "bytes of a worker" : plain(figure)

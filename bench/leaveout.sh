@@ -212,7 +212,7 @@ claims() {
           control ? "full" : q[1], 100, 60)
         size(control, "KiB of code, full" (control ? " (but at -O0)" : ""), control ? "full-O0" : "full", 700, 400)
         judge(control, "time to compile, over that of " (control ? "three headers of the C library" : "stb_image.h"),
-          get("compile", "pktrt", "-", "seconds") /
+          get("compile", "pktrt", "-", "seconds") / \
           (get("compile", control ? "nothing" : "stb_image", "-", "seconds") + 1e-3), "%.1f", 10)
       }
       for (i = 1; i <= n["race"]; i++) race(0, "aside", names["race", i])

@@ -99,8 +99,8 @@ static void checker(void *user, const pktrt_points *p) {
     for (int a = 0; a < 3; a++) p->albedo[a][i] *= (p->triangle[i] & 2) ? 1.0f : 0.5f;
 }
 
-/* The first sphere is glass or a mirror, the second metal; what is behind them, the floor, too, has a texture: as far as
-   the scene has them. */
+/* As far as the scene has them: the first sphere is glass or a mirror, the second metal, the third and the floor have a
+   texture. */
 static pktrt_material look(uint32_t i, uint32_t features) {
   pktrt_material m;
   memset(&m, 0, sizeof m);

@@ -2,8 +2,8 @@
 # Puts together what bench/leaveout.c counts and measures, object sizes and times of compilation; see its head.
 #   leaveout.sh BUILD RESULTS     writes RESULTS/leaveout.csv and .md
 #   leaveout.sh --check BUILD     says what must hold, and that controls fail; exit status 1 if not
-# BUILD holds programs and objects, named by the switches they were built with. From the Makefile: CC, ALL (the name with
-# all switches of features), QUERIES (names of objects without renders; the first has one instruction set).
+# BUILD holds programs and objects, named by the switches they were built with. From the Makefile: CC, ALL (the name
+# with all switches of features), QUERIES (names of objects without renders; the first has one instruction set).
 set -euo pipefail
 cd "$(dirname "$0")/.."
 check=''
@@ -27,7 +27,8 @@ run() { # name, variant, program, arguments...: under callgrind; it prints what 
   rm -f "$out"
   # WHY not by a pipe: valgrind writes its file after the program has said everything.
   said=$(valgrind --tool=callgrind --collect-atstart=no --toggle-collect=measured --dump-instr=no \
-    --callgrind-out-file="$out" "$build/$program" "$@" 2>"$build/callgrind.log") || { cat "$build/callgrind.log"; exit 1; }
+    --callgrind-out-file="$out" "$build/$program" "$@" 2>"$build/callgrind.log") ||
+    { cat "$build/callgrind.log"; exit 1; }
   read -r bytes each worker isa <<<"$said"
   count=$(awk '/^(totals|summary):/ { print $2; exit }' "$out")
   [ "${count:-0}" -gt 0 ] || { echo "leaveout: $name, $variant: no instructions were counted"; exit 1; }
@@ -105,14 +106,15 @@ READ='
     if (!(($1, $2) in seen)) { seen[$1, $2] = 1; n[$1]++; names[$1, n[$1]] = $2 }
   }
   function get(part, name, variant, figure) { # a figure that is not there must not pass for 0
-    if (!((part, name, variant, figure) in v)) { print "leaveout: no figure for " part " " name " " variant " " figure; exit 1 }
+    if (!((part, name, variant, figure) in v)) { print "leaveout: no figure for", part, name, variant, figure; exit 1 }
     return v[part, name, variant, figure]
   }
   function cost(i, variant, figure) { return get("cost", names["cost", i], variant, figure) }
   function is_past(i) { return names["cost", i] ~ /^past / }
   function more(a, b) { return 100 * (a / b - 1) }
-  function past(way, name) {
-    return more(get("cost", "past " name, way "_moving", "instructions"), get("cost", "past " name, way "_static", "instructions"))
+  function past(way, name, at) {
+    at = "past " name
+    return more(get("cost", at, way "_moving", "instructions"), get("cost", at, way "_static", "instructions"))
   }
   function plain(name) { name = tolower(name); gsub(/_/, " ", name); return name }
 '
@@ -129,29 +131,34 @@ table() {
     function switches(name) { gsub(/\+/, "`, `", name); return name == "full" ? "none" : "`" name "`" }
     function size_line(name) { printf "| %s | %.0f |\n", switches(name), kib(name) }
     END {
-      print "Instructions in one call and bytes for each triangle, of a scene without the feature by the full library and by"
-      print "one built without it, and with the feature by the full library; AVX2 kernels. Bytes of a worker: while it"
-      print "renders a tile. Code: what the switch takes off the full object, KiB.\n"
-      print "| feature | call | full library | built without | full library pays | feature present | bytes: full, without, present" \
-        " | a worker: full, without, present | code |\n|---|---|--:|--:|--:|--:|--:|--:|--:|"
+      print "Instructions in one call and bytes for each triangle, of a scene without the feature by the full"
+      print "library and by one built without it, and with the feature by the full library; AVX2 kernels. Bytes of a"
+      print "worker: while it renders a tile. Code: what the switch takes off the full object, KiB.\n"
+      print "| feature | call | full library | built without | full library pays | feature present" \
+        " | bytes: full, without, present | a worker: full, without, present | code |"
+      print "|---|---|--:|--:|--:|--:|--:|--:|--:|"
       for (i = 1; i <= n["cost"]; i++) {
         if (is_past(i)) continue
-        printf "| %s | %d | %d | %+.2f%% | %+.1f%% | %.2f, %.2f, %.2f", words(names["cost", i]), cost(i, "full", "instructions"),
-          cost(i, "left_out", "instructions"), more(cost(i, "full", "instructions"), cost(i, "left_out", "instructions")),
-          more(cost(i, "present", "instructions"), cost(i, "full", "instructions")), cost(i, "full", "bytes_per_triangle"),
+        full = cost(i, "full", "instructions"); left_out = cost(i, "left_out", "instructions")
+        present = cost(i, "present", "instructions")
+        printf "| %s | %d | %d | %+.2f%% | %+.1f%%", words(names["cost", i]), full, left_out, more(full, left_out),
+          more(present, full)
+        printf " | %.2f, %.2f, %.2f", cost(i, "full", "bytes_per_triangle"),
           cost(i, "left_out", "bytes_per_triangle"), cost(i, "present", "bytes_per_triangle")
         if (cost(i, "full", "worker")) printf " | %d, %d, %d", cost(i, "full", "worker"), cost(i, "left_out", "worker"),
           cost(i, "present", "worker")
         else printf " | "
-        printf " | %.0f |\n", kib("full") - kib(object(names["cost", i]))
+        printf " | %.1f |\n", kib("full") - kib(object(names["cost", i]))
       }
-      print "\nRays past a moving mesh, against the same mesh at rest; and where it is in their way, with the part of them that"
-      print "meets its swept bounds:\n"
-      print "| rays | time | instructions | in their way: time | instructions | meet its bounds |\n|---|--:|--:|--:|--:|--:|"
+      print "\nRays past a moving mesh, against the same mesh at rest; and where it is in their way, with the part of"
+      print "them that meets its swept bounds. Time is that of the widest vectors; instructions are of AVX2 kernels.\n"
+      print "| rays | time | instructions | in their way: time | instructions | meet its bounds |"
+      print "|---|--:|--:|--:|--:|--:|"
       for (i = 1; i <= n["race"]; i++) {
         name = names["race", i]
-        printf "| %s | %.2fx | %+.1f%% | %.2fx | %+.1f%% | %.0f%% |\n", plain(name), get("race", name, "aside", "ratio"),
-          past("aside", name), get("race", name, "across", "ratio"), past("across", name), 100 * get("race", name, "across", "met")
+        printf "| %s | %.2fx | %+.1f%%", plain(name), get("race", name, "aside", "ratio"), past("aside", name)
+        printf " | %.2fx | %+.1f%%", get("race", name, "across", "ratio"), past("across", name)
+        printf " | %.0f%% |\n", 100 * get("race", name, "across", "met")
       }
       print "\nCode of the implementation, -O2:\n"
       print "| switches | KiB |\n|---|--:|"
@@ -160,7 +167,8 @@ table() {
       count = split(queries, q, " ")
       for (i = 1; i <= count; i++) size_line(q[i])
       pktrt = get("compile", "pktrt", "-", "seconds"); stb = get("compile", "stb_image", "-", "seconds")
-      printf "\nCompiling the implementation at -O2 takes %.1f s, stb_image.h %.1f s: %.1fx.\n\n", pktrt, stb, pktrt / stb
+      printf "\nCompiling the implementation at -O2 takes %.1f s, stb_image.h %.1f s: %.1fx.\n\n", pktrt, stb,
+        pktrt / stb
     }' "$figures"
 }
 
@@ -173,15 +181,17 @@ claims() {
         held ? "ok" : "FAILED", sentence, figure, bar, aim ? " (aim: " aim ")" : "", details ? " (" details ")" : ""
     }
     function instructions(control, i) {
-      judge(control, names["cost", i] ": percent of instructions " (control ? "that the feature costs" : "for what is not there"),
+      judge(control, names["cost", i] ": percent of instructions " \
+        (control ? "that the feature costs" : "for what is not there"),
         more(cost(i, control ? "present" : "full", "instructions"), cost(i, "left_out", "instructions")), "%.2f", 1)
     }
-    function bytes(control, i, figure) {
-      judge(control, names["cost", i] ": " plain(figure) (control ? ", with the feature" : ", without it"),
-        cost(i, control ? "present" : "full", figure), "%.2f", cost(i, "left_out", figure))
+    function bytes(control, i, figure,   what) {
+      what = figure == "worker" ? "bytes of a worker" : plain(figure)
+      judge(control, names["cost", i] ": " what (control ? ", with the feature" : ", without it"),
+        cost(i, control ? "present" : "full", figure), figure == "worker" ? "%d" : "%.2f", cost(i, "left_out", figure))
     }
     function race(control, way, name) {
-      judge(control, "time of " plain(name) (control ? " rays through" : " rays past") " a moving mesh, over that at rest",
+      judge(control, "time of " plain(name) " rays " (control ? "through" : "past") " a moving mesh, over that at rest",
         get("race", name, way, "ratio"), "%.3f", 1.05, "", sprintf("%+.2f%% of instructions", past(way, name)))
     }
     function size(control, sentence, name, bar, aim) {
@@ -192,15 +202,18 @@ claims() {
       for (control = 0; control < 2; control++) {
         for (i = 1; i <= n["cost"]; i++) if (!is_past(i)) instructions(control, i)
         for (i = 1; i <= n["cost"]; i++)
-          if (names["cost", i] ~ (control ? "^(MOTION|NORMALS|EVERYTHING) render$" : " render")) bytes(control, i, "bytes_per_triangle")
+          if (names["cost", i] ~ (control ? "^(MOTION|NORMALS|EVERYTHING) render$" : " render"))
+            bytes(control, i, "bytes_per_triangle")
         for (i = 1; i <= n["cost"]; i++)
-          if (names["cost", i] ~ (control ? "^(DIELECTRIC|CONDUCTOR|GLOSS) render$" : " render")) bytes(control, i, "worker")
+          if (names["cost", i] ~ (control ? "^(DIELECTRIC|CONDUCTOR|GLOSS) render$" : " render"))
+            bytes(control, i, "worker")
         split(queries, q, " ")
         size(control, "KiB of code, queries only, one instruction set" (control ? " (but pictures, too)" : ""),
           control ? "full" : q[1], 100, 60)
         size(control, "KiB of code, full" (control ? " (but at -O0)" : ""), control ? "full-O0" : "full", 700, 400)
         judge(control, "time to compile, over that of " (control ? "three headers of the C library" : "stb_image.h"),
-          get("compile", "pktrt", "-", "seconds") / (get("compile", control ? "nothing" : "stb_image", "-", "seconds") + 1e-3), "%.1f", 10)
+          get("compile", "pktrt", "-", "seconds") / \
+          (get("compile", control ? "nothing" : "stb_image", "-", "seconds") + 1e-3), "%.1f", 10)
       }
       for (i = 1; i <= n["race"]; i++) race(0, "aside", names["race", i])
       race(1, "across", "coherent_intersect"); race(1, "across", "coherent_occluded")

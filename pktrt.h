@@ -8976,7 +8976,7 @@ static void pktrt__place_facet(float p[3][3], pktrt__facet *f) {
 /* A triangle at key 0, which the other modes take for all, and its normal as long as two areas; returns the largest
    area over its keys. */
 static double pktrt__set_facet(const pktrt__mesh *m, uint32_t triangle, pktrt__facet *f, double n[3]) {
-  float p[3][3];
+  float p[3][3] = {{0, 0, 0}, {0, 0, 0}, {0, 0, 0}}; /* there is a key, but gcc does not know */
   double largest = 0;
   for (uint32_t key = m->key_count; key-- > 0;) {
     pktrt__triangle_vertices(m, false, triangle, key, p);
@@ -10253,6 +10253,10 @@ static void pktrt__draw_camera(pktrt__work *work, uint32_t i, bool lens, bool sh
   for (uint32_t k = 0; !lens && shutter && k < 8; k++) when[k] = u[i + k];
 }
 
+PKTRT__INLINE double pktrt__shutter_time(const pktrt_camera *c, float part) {
+  return pktrt__min(1, (double)c->time + (double)part * (double)c->shutter);
+}
+
 /* The rays of the n samples of a wave, whose pixels are known. */
 static void pktrt__camera_rays(pktrt__work *work, uint32_t n) {
   const pktrt__job *job = work->job;
@@ -10262,7 +10266,9 @@ static void pktrt__camera_rays(pktrt__work *work, uint32_t n) {
   const bool lens = pktrt__uses(job, PKTRT__LENS), shutter = pktrt__uses(job, PKTRT__SHUTTER);
   const bool pinhole = !lens && !(PKTRT__MOTION && c->moving);
   double x[8] = {0, 0, 0, 0, 0, 0, 0, 0}, y[8] = {0, 0, 0, 0, 0, 0, 0, 0};
-  float when[8] = {0.5f, 0.5f, 0.5f, 0.5f, 0.5f, 0.5f, 0.5f, 0.5f};
+  double time[8];
+  float when[8];
+  for (int k = 0; k < 8; k++) time[k] = pktrt__shutter_time(c, 0.5f);
   pktrt__set_row(w->importance, n, 1);
   memcpy(w->parent, work->surfaces.number, n * sizeof *w->parent);
   memcpy(w->root, work->surfaces.number, n * sizeof *w->root);
@@ -10273,20 +10279,22 @@ static void pktrt__camera_rays(pktrt__work *work, uint32_t n) {
     memcpy(g->sample, work->sample, n * sizeof *g->sample), memset(g->group, 0, n * sizeof *g->group);
     pktrt__end_draws(g, n);
   }
-  for (uint32_t i = 0; i < n; i++) {
-    if (job->random && i % 8 == 0) pktrt__draw_camera(work, i, lens, shutter, when);
-    const double time = pktrt__min(1, (double)c->time + (double)when[i % 8] * (double)c->shutter);
-    w->time[i] = (float)time;
-    x[i % 8] = (double)work->x[i] + (job->random ? (double)g->u[0][i] : 0.5);
-    y[i % 8] = (double)work->y[i] + (job->random ? (double)g->u[1][i] : 0.5);
-    if (pinhole) {
-      if (i % 8 == 7 || i + 1 == n) job->scene->kernels->primary(&job->plane, x, y, w, i & ~7u);
-      continue;
+  for (uint32_t i = 0; i < n; i += 8) {
+    const uint32_t m = n - i < 8 ? n - i : 8;
+    if (job->random) pktrt__draw_camera(work, i, lens, shutter, when);
+    for (uint32_t k = 0; shutter && k < m; k++) time[k] = pktrt__shutter_time(c, when[k]);
+    for (uint32_t k = 0; k < m; k++) {
+      w->time[i + k] = (float)time[k];
+      x[k] = (double)work->x[i + k] + (job->random ? (double)g->u[0][i + k] : 0.5);
+      y[k] = (double)work->y[i + k] + (job->random ? (double)g->u[1][i + k] : 0.5);
     }
-    float disk[2] = {0, 0};
-    const float u[2] = {lens ? g->u[2][i] : 0.5f, lens ? g->u[3][i] : 0.5f};
-    if (lens) pktrt_map_disk(u, disk);
-    pktrt__lens_ray(work, x[i % 8], y[i % 8], disk, time, i);
+    if (pinhole) job->scene->kernels->primary(&job->plane, x, y, w, i);
+    for (uint32_t k = 0; !pinhole && k < m; k++) {
+      const float u[2] = {lens ? g->u[2][i + k] : 0.5f, lens ? g->u[3][i + k] : 0.5f};
+      float disk[2] = {0, 0};
+      if (lens) pktrt_map_disk(u, disk);
+      pktrt__lens_ray(work, x[k], y[k], disk, time[k], i + k);
+    }
   }
 }
 

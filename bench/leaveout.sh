@@ -200,7 +200,7 @@ claims() {
     END {
       # Triangles weigh the same whatever is called, and a worker is none of a query.
       for (control = 0; control < 2; control++) {
-        for (i = 1; i <= n["cost"]; i++) if (!is_past(i)) instructions(control, i)
+        for (i = 1; i <= n["cost"]; i++) if (!is_past(i) && names["cost", i] !~ /^EVERYTHING/) instructions(control, i)
         for (i = 1; i <= n["cost"]; i++)
           if (names["cost", i] ~ (control ? "^(MOTION|NORMALS|EVERYTHING) render$" : " render"))
             bytes(control, i, "bytes_per_triangle")

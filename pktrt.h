@@ -173,9 +173,9 @@
                               it is declared. As the next one, define it before the file's first #include.
      PKTRT_NO_NORMALS         Shading normals are not kept; pktrt_set_normals is not declared.
      PKTRT_NO_MOTION          Meshes have one key, cameras stand still.
-     PKTRT_NO_STATS           No counts of work, no events.
+     PKTRT_NO_STATS           No counts of work, no events of the paper's path.
      PKTRT_NO_PAPER           Not the paper's path.
-     PKTRT_NO_FRUSTA          The fast path traces streams, not frustum packets: less code, and coherent rays take longer.
+     PKTRT_NO_FRUSTA          The fast path has streams, but no frustum packets: coherent rays take longer.
      PKTRT_NO_LENS, PKTRT_NO_SHUTTER
      PKTRT_NO_AREA_LIGHTS     No quads, spheres, meshes or environment as lights.
      PKTRT_NO_GLOSS           No Phong lobes.
@@ -724,8 +724,8 @@ PKTRT_DEF void pktrt_occluded_soa_ex(const pktrt_scene *, const pktrt_query_desc
 
 /* >>report --------------------------------------------------------------------------------------------------------- */
 
-/* What costs something where it is there. What a scene has is found at commit, what a picture asks for when it is
-   rendered; code and memory for the rest stay unused. The bits of PKTRT_NO_... switches are those left out of a build. */
+/* What costs something where it is there. What a scene has and a picture asks for is found before the first ray; code
+   and memory for the rest stay unused. PKTRT_NO_... switches leave features out of a build. */
 typedef enum pktrt_feature {
   PKTRT_FEATURE_MOTION = 1,         /* meshes with two or more keys, cameras between two poses */
   PKTRT_FEATURE_STATS = 2,          /* counts of work, events */
@@ -757,7 +757,7 @@ typedef struct pktrt_scene_report {
   uint64_t positions, normals, indices; /* bytes of what was copied in; positions: with those that wait for a commit */
   uint64_t names;            /* which triangles a block holds, for refits */
   uint64_t looks;            /* bytes of materials and lights */
-  uint64_t worker;           /* bytes that a worker has while it renders a tile, and one generation of secondary rays more */
+  uint64_t worker;           /* bytes that a worker has while it renders a tile, for a generation of secondary rays */
   uint64_t passes;           /* bytes that a render keeps for its pixels, if it makes several passes */
 } pktrt_scene_report;
 /* For a render with this description (whose pixels may be NULL), or if it is NULL, for queries. */
@@ -1165,7 +1165,7 @@ PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *, const pktrt_render
 #endif
 #if defined(PKTRT_NO_SCALAR) && defined(PKTRT_NO_SIMD)
 #error "PKTRT_NO_SCALAR and PKTRT_NO_SIMD leave no kernels: define only one of them"
-#elif !defined(PKTRT__HAS_SCALAR) && !defined(PKTRT__HAS_SSE2) && !defined(PKTRT__HAS_AVX2) &&                          \
+#elif !defined(PKTRT__HAS_SCALAR) && !defined(PKTRT__HAS_SSE2) && !defined(PKTRT__HAS_AVX2) && \
     !defined(PKTRT__HAS_AVX512) && !defined(PKTRT__HAS_NEON)
 #error "PKTRT_NO_SCALAR: no other kernels are left for this machine; define it only where vectors stay"
 #endif
@@ -4731,7 +4731,7 @@ typedef __mmask16 PKTRT__NAME(pktrt__mf);
 #define NAME(x) PKTRT__NAME(pktrt__##x)
 #define COUNT(field, n)                                                                                                \
   do {                                                                                                                 \
-    if (PKTRT__STATS && (stats)) counts->field += (uint64_t)(n);                                                                         \
+    if (PKTRT__STATS && (stats)) counts->field += (uint64_t)(n);                                                       \
   } while (0)
 
 /* Derives the fields of a vector of rays from o, d, tmin, tmax; the bits of those that can hit anything. */
@@ -7382,8 +7382,8 @@ static uint32_t NAME(send)(const pktrt__sending *g, const pktrt__wave *w, const 
 
 /* WHY not for all instruction sets: 512 bits would gain nothing here, and what every x86 or ARM has serves scalar
    scenes as well; it is the same bits, and less code. */
-#if PKTRT__STAMP == PKTRT__STAMP_AVX2 || PKTRT__STAMP == PKTRT__STAMP_SSE2 || PKTRT__STAMP == PKTRT__STAMP_NEON ||      \
-    (PKTRT__STAMP == PKTRT__STAMP_SCALAR && !defined(PKTRT__HAS_SSE2) && !defined(PKTRT__HAS_NEON)) ||                  \
+#if PKTRT__STAMP == PKTRT__STAMP_AVX2 || PKTRT__STAMP == PKTRT__STAMP_SSE2 || PKTRT__STAMP == PKTRT__STAMP_NEON || \
+    (PKTRT__STAMP == PKTRT__STAMP_SCALAR && !defined(PKTRT__HAS_SSE2) && !defined(PKTRT__HAS_NEON)) || \
     !(defined(PKTRT__HAS_SCALAR) || defined(PKTRT__HAS_SSE2) || defined(PKTRT__HAS_AVX2))
 
 static uint32_t NAME(lanes_with_area)(const float *v) {
@@ -7977,7 +7977,8 @@ static pktrt_status pktrt__check_light(pktrt_scene *s, const pktrt_light *l, uns
   if ((int)l->kind < 0 || l->kind > PKTRT_LIGHT_ENVIRONMENT)
     return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "light %u: %d is no kind of light", index, (int)l->kind);
   if (!PKTRT__AREA_LIGHTS && l->kind >= PKTRT_LIGHT_QUAD)
-    return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "light %u: it has an area, but this build has PKTRT_NO_AREA_LIGHTS", index);
+    return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "light %u: it has an area, but this build has PKTRT_NO_AREA_LIGHTS",
+                       index);
   pktrt_status st = pktrt__check_range(s, "light", index, "intensity", l->intensity, 3, 0, FLT_MAX);
   const bool placed =
       l->kind == PKTRT_LIGHT_POINT || l->kind == PKTRT_LIGHT_QUAD || l->kind == PKTRT_LIGHT_SPHERE;
@@ -8020,7 +8021,8 @@ static pktrt_status pktrt__check_material(pktrt_scene *s, const pktrt_material *
                         : !PKTRT__TEXTURES && (m->texture || m->shader)                ? "TEXTURES"
                                                                                        : NULL;
   if (missing)
-    return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "material %u asks for what this build leaves out by PKTRT_NO_%s", index, missing);
+    return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "material %u asks for what this build leaves out by PKTRT_NO_%s",
+                       index, missing);
   pktrt_status st = pktrt__check_range(s, whose, index, "albedo", m->albedo, 3, 0, 1);
   if (!st) st = pktrt__check_range(s, whose, index, "reflectance", m->reflectance, 3, 0, 1);
   if (!st) st = pktrt__check_range(s, whose, index, "ior", m->ior, 3, 0, 1e6f);
@@ -8951,7 +8953,8 @@ static bool pktrt__check_render(const pktrt_scene *s, const pktrt_render_desc *d
   job->follow = pktrt__uses(job, PKTRT__SPECULAR), job->distribute = d->mode == PKTRT_MODE_DRT;
   job->choose = d->branching == PKTRT_BRANCHING_CHOOSE ||
                 (job->distribute && d->branching == PKTRT_BRANCHING_BY_MODE);
-  job->draws = (job->distribute && (pktrt__uses(job, PKTRT__AREA_LIGHTS | PKTRT__GLOSS) || d->lights != PKTRT_LIGHTS_ALL)) ||
+  const bool random_lights = pktrt__uses(job, PKTRT__AREA_LIGHTS) || d->lights != PKTRT_LIGHTS_ALL;
+  job->draws = (job->distribute && (random_lights || pktrt__uses(job, PKTRT__GLOSS))) ||
                (job->choose && pktrt__uses(job, PKTRT__DIELECTRIC));
   job->sampling.sampler = d->sampler, job->sampling.samples = job->samples, job->sampling.seed = d->seed;
   job->most_passes = d->passes;
@@ -9968,7 +9971,8 @@ static void pktrt__find_targets(pktrt__work *work, const pktrt__wave *w, uint32_
     for (int a = 0; a < 3; a++)
       at[a] = l->kind == PKTRT_LIGHT_DIRECTIONAL ? lamp->facing[a] : (double)l->position[a];
     if (PKTRT__AREA_LIGHTS && l->kind == PKTRT_LIGHT_QUAD) factor = pktrt__aim_at_quad(l, lamp, u, from, at);
-    if (PKTRT__AREA_LIGHTS && l->kind == PKTRT_LIGHT_SPHERE) factor = pktrt__aim_at_sphere(l, random ? u : NULL, from, at);
+    if (PKTRT__AREA_LIGHTS && l->kind == PKTRT_LIGHT_SPHERE)
+      factor = pktrt__aim_at_sphere(l, random ? u : NULL, from, at);
     if (PKTRT__AREA_LIGHTS && l->kind == PKTRT_LIGHT_MESH)
       factor = pktrt__aim_at_mesh(&job->scene->meshes[l->mesh], lamp, u, w->time[s->first + k], from, at);
     for (int a = 0; a < 3; a++) g->at[a][k] = at[a], g->arriving[a][k] = lamp->light[a];
@@ -10981,7 +10985,8 @@ PKTRT_DEF void pktrt_get_scene_report(const pktrt_scene *s, const struct pktrt_r
   r->found = pktrt__features_of_scene(s) & PKTRT__BUILT, r->used = r->found & PKTRT_FEATURE_MOTION;
   if (d) {
     r->found = pktrt__features_of_render(s, d), r->used = pktrt__features_used(d, r->found);
-    r->worker = sizeof(pktrt__work) + (r->used & PKTRT__SPECULAR ? 2 + (r->used / PKTRT_FEATURE_DIELECTRIC & 1) : 0) * sizeof(pktrt__wave);
+    const uint32_t waves = !(r->used & PKTRT__SPECULAR) ? 0 : r->used & PKTRT_FEATURE_DIELECTRIC ? 3 : 2;
+    r->worker = sizeof(pktrt__work) + waves * sizeof(pktrt__wave);
     const bool passes = d->passes > 1 || d->target_error > 0 || d->time_budget > 0 || (d->pass && !d->passes);
     if (passes) r->passes = (uint64_t)d->width * d->height * sizeof(pktrt__pixel_sums);
   }
@@ -11026,7 +11031,8 @@ PKTRT_DEF size_t pktrt_report_text(const pktrt_scene_report *r, char *text, size
   n = pktrt__print_features(text, room, n, "idle", r->built & ~r->used);
   n = pktrt__print_features(text, room, n, "not built", all & ~r->built);
   n = pktrt__print(text, room, n, "bytes      %llu", (unsigned long long)r->bytes);
-  if (r->triangles) n = pktrt__print(text, room, n, ", %.1f for each triangle", (double)r->bytes / (double)r->triangles);
+  const double each = r->triangles ? (double)r->bytes / (double)r->triangles : 0;
+  if (r->triangles) n = pktrt__print(text, room, n, ", %.1f for each triangle", each);
   const char *before = ": ";
   for (size_t i = 0; i < sizeof parts / sizeof *parts; i++) {
     if (!parts[i].bytes) continue;

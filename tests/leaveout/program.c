@@ -311,7 +311,9 @@ static void try_query(void) {
 static const char *set_switch(pktrt_isa isa) {
   return isa == PKTRT_ISA_AVX512 ? "PKTRT_NO_SIMD PKTRT_NO_AVX512"
          : isa == PKTRT_ISA_AVX2 ? "PKTRT_NO_SIMD PKTRT_NO_AVX2"
-                                 : "PKTRT_NO_SIMD";
+         : isa == PKTRT_ISA_SSE2 ? "PKTRT_NO_SIMD PKTRT_NO_SSE2"
+         : isa == PKTRT_ISA_NEON ? "PKTRT_NO_SIMD"
+                                 : "PKTRT_NO_SCALAR";
 }
 
 static void try_sets(void) {
@@ -320,7 +322,7 @@ static void try_sets(void) {
     pktrt_scene *s = make_scene(isa);
     request r;
     defaults(&r);
-    printf("%s\t%s\t", isa == PKTRT_ISA_SCALAR ? "-" : set_switch(isa), pktrt_isa_string(isa));
+    printf("%s\t%s\t", set_switch(isa), pktrt_isa_string(isa));
     if (s && fill(s, &r) == PKTRT_OK) printf("%016llx\n", (unsigned long long)checksum_of_hits(s));
     else printf("left out%s\n", pktrt_isa_available(isa) ? ", and yet available" : "");
     pktrt_scene_destroy(s);

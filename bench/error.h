@@ -1,6 +1,6 @@
 /* error.h - error against run time: what the parts of `make error` and the checks of `make error-check` share.
 
-   To add a part: a function void part(bench *), which prints by say() (also into NAME.md) and keeps numbers by csv()
+   To add a part: a function void part(bench *), which prints by say(&b->out, ...) (also into NAME.md) and keeps numbers by csv()
    (into NAME.csv); one line in parts[] of error.c. To add a check: a function that returns the figure and, for its
    control, the figure of something that must fail; one line in claims[] of error.c. Then:
 

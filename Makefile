@@ -306,7 +306,7 @@ error: | $(RESULTS)
 	$(BUILD) $(B)/error $(REFERENCES)/made
 ifeq ($(NAME),)
 	@$(ERROR) --results $(RESULTS) $(BENCH_ARGS) estimates targets flicker blue bias split cost & pictures=$$!; \
-	  $(if $(SECOND),taskset -c $(SECOND)) $(ERROR) --results $(RESULTS) $(BENCH_ARGS) slopes closed scenes adaptive && \
+	  $(if $(SECOND),taskset -c $(SECOND)) $(ERROR) --results $(RESULTS) $(BENCH_ARGS) slopes bounds closed scenes adaptive && \
 	  wait $$pictures
 else
 	$(ERROR) --results $(RESULTS) $(BENCH_ARGS) $(NAME)
@@ -375,7 +375,7 @@ $(LEAVEOUT):
 # --- what to install, on Debian 12 and its relatives ---
 
 DEPS = gcc g++ libc6-dev libstb-dev
-DEPS_EXTRA = pkg-config libassimp-dev libembree-dev clang libclang-rt-14-dev tcc gcc-mingw-w64-x86-64 \
+DEPS_EXTRA = pkg-config glpk-utils libassimp-dev libembree-dev clang libclang-rt-14-dev tcc gcc-mingw-w64-x86-64 \
   gcc-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user gnuplot valgrind libsdl2-dev xvfb xdotool
 INSTALL = $(if $(filter 0,$(shell id -u)),,sudo) env DEBIAN_FRONTEND=noninteractive apt-get
 

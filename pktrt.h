@@ -873,7 +873,8 @@ PKTRT_DEF float pktrt_fresnel_conductor(float cosine, float eta, float k);
 /* Counter-based: a value depends on the settings, the pixel, the sample and the dimension alone, in any order and from
    any thread. Nothing depends on the frame: noise stands still unless you change the seed. */
 typedef enum pktrt_sampler {
-  PKTRT_SAMPLER_SOBOL = 0,   /* Sobol' points, Owen-scrambled, other ones for each pixel; jointly in 4 dimensions */
+  PKTRT_SAMPLER_SOBOL = 0,   /* Sobol' points, Owen-scrambled, other ones for each pixel; jointly in 4 dimensions, of
+                                which i / n is one; best if `samples` is a power of two */
   PKTRT_SAMPLER_RANDOM,      /* independent */
   PKTRT_SAMPLER_JITTERED,    /* one in each cell of a grid, for each pair of dimensions */
   PKTRT_SAMPLER_INTERLEAVED, /* one set for 4 x 4 pixels, each with its own part, repeated (Keller and Heidrich 2001) */
@@ -3489,14 +3490,17 @@ PKTRT__INLINE float pktrt__unit(uint32_t bits) { return (float)(int32_t)(bits >>
 PKTRT__INLINE float pktrt__unit_of(double x) { return (float)(int32_t)(x * 16777216) * (1.0f / 16777216); } /* [0,1) */
 PKTRT__INLINE uint32_t pktrt__below(uint32_t bits, uint32_t n) { return (uint32_t)((uint64_t)bits * n >> 32); }
 
-/* The bits of two numbers in reverse order; the numbers change places. */
-PKTRT__INLINE uint64_t pktrt__reverse_pair(uint64_t x) {
-  x = (x >> 1 & UINT64_C(0x5555555555555555)) | (x & UINT64_C(0x5555555555555555)) << 1;
-  x = (x >> 2 & UINT64_C(0x3333333333333333)) | (x & UINT64_C(0x3333333333333333)) << 2;
-  x = (x >> 4 & UINT64_C(0x0F0F0F0F0F0F0F0F)) | (x & UINT64_C(0x0F0F0F0F0F0F0F0F)) << 4;
-  x = (x >> 8 & UINT64_C(0x00FF00FF00FF00FF)) | (x & UINT64_C(0x00FF00FF00FF00FF)) << 8;
-  x = (x >> 16 & UINT64_C(0x0000FFFF0000FFFF)) | (x & UINT64_C(0x0000FFFF0000FFFF)) << 16;
-  return x >> 32 | x << 32;
+/* Bits in reverse order. */
+PKTRT__INLINE uint32_t pktrt__reverse(uint32_t x) {
+  x = (x >> 1 & 0x55555555u) | (x & 0x55555555u) << 1;
+  x = (x >> 2 & 0x33333333u) | (x & 0x33333333u) << 2;
+  x = (x >> 4 & 0x0F0F0F0Fu) | (x & 0x0F0F0F0Fu) << 4;
+#if defined(__GNUC__) || defined(__clang__)
+  return __builtin_bswap32(x);
+#else
+  x = (x >> 8 & 0x00FF00FFu) | (x & 0x00FF00FFu) << 8;
+  return x >> 16 | x << 16;
+#endif
 }
 
 /* Owen scrambling (1995) of a number whose bits are in reverse order, by arithmetic (Laine and Karras 2011, Burley
@@ -3537,7 +3541,7 @@ PKTRT__INLINE uint32_t pktrt__stir_thrice(uint32_t i, uint32_t ones, uint32_t sh
 }
 
 PKTRT__INLINE uint32_t pktrt__turn(uint32_t i, uint32_t n, uint64_t key) {
-  i += pktrt__below((uint32_t)(key * UINT64_C(0xD1342543DE82EF95) >> 32), n);
+  i += pktrt__below((uint32_t)key * 0x9E3779B9u + (uint32_t)(key >> 32), n);
   return i < n ? i : i - n;
 }
 
@@ -3558,12 +3562,34 @@ PKTRT__INLINE uint32_t pktrt__pascal(uint32_t x) {
   return x ^ x >> 16;
 }
 
-/* Sobol's first two dimensions are a (0,2)-sequence: every 2^m points from a multiple of 2^m on have one in each
-   elementary interval of area 2^-m. So are the third and the fourth here: the first two once more, of the index times
-   a matrix (upper triangular with ones on its diagonal: such 2^m indices stay together). Found by search over these
-   matrices, for the exact variance of a smooth model integrand; all four dimensions have t = 1 for 4 and 16 points, 2
-   for up to 512, and then up to 4. Sobol's own four (numbers by Joe and Kuo 2008) err as much, but his third and
-   fourth alone are no (0,2)-sequence. Four columns at a time. */
+/* Sobol's points (1967): the radical inverse, Pascal's matrix, and his third dimension, by direction numbers 1, 3, whose
+   bits stand here lowest digit first. Any 2^k points from a multiple of 2^k on are spread evenly: t = 0 for the first two
+   dimensions, 1 for three. */
+static const uint16_t pktrt__third[16] = {0x1,   0x3,   0x6,   0x9,   0x17,   0x3A,   0x71,   0xA3,
+                                          0x116, 0x339, 0x677, 0x9AA, 0x1601, 0x3903, 0x7706, 0xAA09};
+
+/* The digits, lowest bit first, of i / n. */
+PKTRT__INLINE uint32_t pktrt__digits_of(uint32_t i, uint32_t n) {
+  return pktrt__reverse((uint32_t)(((uint64_t)i << 32) / n));
+}
+
+/* The digits, lowest bit first, of the four coordinates of point i of n. Where the number of points is known, i / n
+   comes for nothing as one more dimension; it is the third here. Of 2^k points t is 0 in dimensions 0 to 2, in pairs 0, 1
+   and 2, 3, and in most others, and 1 in all four. No set that is scrambled in Owen's way does better: of 4 to 256 points
+   the variance of exp(a.x), and of boxes, is within 1% of the least that any such set of points can have (Delsarte's
+   bound by linear programming, see bench/README.md). */
+PKTRT__INLINE void pktrt__net(uint32_t i, uint32_t n, uint32_t x[4]) {
+  x[0] = i, x[1] = pktrt__pascal(i), x[2] = pktrt__digits_of(i, n), x[3] = 0;
+  for (uint32_t k = 0; k < 16; k++) x[3] ^= i >> k & 1 ? pktrt__third[k] : 0;
+}
+
+/* The same of point number `index` of a sequence, for sets that continue each other. Sobol's first two dimensions are a
+   (0,2)-sequence: every 2^m points from a multiple of 2^m on have one in each elementary interval of area 2^-m. So are
+   the third and the fourth here: the first two once more, of the index times a matrix (upper triangular with ones on
+   its diagonal: such 2^m indices stay together). Found by search over these matrices, for the exact variance of a smooth
+   model integrand; all four dimensions have t = 1 for 4 and 16 points, 2 for up to 512, and then up to 4. Sobol's own
+   four (numbers by Joe and Kuo 2008) err as much, but his third and fourth alone are no (0,2)-sequence. Four columns at
+   a time. */
 PKTRT__INLINE uint32_t pktrt__second_pair(uint32_t index) {
   static const uint32_t sums[8][16] = {
     {0x00000000, 0x00000001, 0x00000003, 0x00000002, 0x00000007, 0x00000006, 0x00000004, 0x00000005,
@@ -3588,15 +3614,17 @@ PKTRT__INLINE uint32_t pktrt__second_pair(uint32_t index) {
   return x;
 }
 
-/* Coordinates first to first + n - 1, of four, of point number `index`, scrambled. */
-PKTRT__INLINE void pktrt__sobol(uint32_t index, uint64_t key, uint32_t first, uint32_t n, float *out) {
-  for (uint32_t pair = first & 2; pair < first + n; pair += 2) {
-    const uint32_t x = pair ? pktrt__second_pair(index) : index;
-    const uint64_t keys = pktrt__mix(key + pair);
-    const uint64_t a = pktrt__owen(x, (uint32_t)(keys >> 32)), b = pktrt__owen(pktrt__pascal(x), (uint32_t)keys);
-    const uint64_t both = pktrt__reverse_pair(a << 32 | b);
-    if (pair >= first) out[pair - first] = pktrt__unit((uint32_t)both);
-    if (pair + 1 < first + n) out[pair + 1 - first] = pktrt__unit((uint32_t)(both >> 32));
+PKTRT__INLINE void pktrt__sequence(uint32_t index, uint32_t x[4]) {
+  x[0] = index, x[2] = pktrt__second_pair(index);
+  x[1] = pktrt__pascal(x[0]), x[3] = pktrt__pascal(x[2]);
+}
+
+/* Coordinates first to first + n - 1, of four, of a point whose digits are x, scrambled. */
+PKTRT__INLINE void pktrt__scramble(const uint32_t x[4], uint64_t key, uint32_t first, uint32_t n, float *out) {
+  for (uint32_t i = 0; i < n; i++) {
+    const uint32_t d = first + i;
+    const uint64_t keys = pktrt__mix(key + (d & 2));
+    out[i] = pktrt__unit(pktrt__reverse(pktrt__owen(x[d], (uint32_t)(d & 1 ? keys : keys >> 32))));
   }
 }
 
@@ -3666,11 +3694,12 @@ typedef struct pktrt__surfaces {
   uint32_t count;
 } pktrt__surfaces;
 
+enum { PKTRT__DRAWN = 16 }; /* so many at once. WHY: eight waited for each other's products twice as long */
 typedef struct pktrt__draws { /* which numbers of which samples are asked for, see pktrt_sample */
   PKTRT__ALIGN64 uint32_t x[PKTRT__ROW];
   uint32_t y[PKTRT__ROW], sample[PKTRT__ROW];
   uint32_t group[PKTRT__ROW];       /* of four dimensions, the first of their event; more can be added to all */
-  uint32_t count;                   /* rounded up to eight by zeros */
+  uint32_t count;                   /* rounded up to PKTRT__DRAWN by zeros */
   float u[4][PKTRT__ROW];
 } pktrt__draws;
 
@@ -3794,7 +3823,8 @@ typedef struct pktrt__kernels {
   void (*gain)(pktrt__surfaces *, const uint32_t *surface, float (*arriving)[PKTRT__ROW],
                float (*seen)[PKTRT__ROW], uint32_t n);
   uint32_t (*send)(const pktrt__sending *, const pktrt__wave *, const pktrt__surfaces *, pktrt__wave *to, uint32_t n);
-  /* Coordinates first to first + n - 1 of a group, of draws i to i + 7, for the samplers Sobol' and random. */
+  /* Coordinates first to first + n - 1 of a group, of PKTRT__DRAWN draws from the i-th on, for the samplers Sobol' and
+     random. */
   void (*draw)(const pktrt_sampling *, pktrt__draws *, uint32_t i, uint32_t group, uint32_t first, uint32_t n);
 #endif
 } pktrt__kernels;
@@ -6927,38 +6957,63 @@ STEP void NAME(unit)(v8 a[3], const v8 instead[3]) {
   ROLL_OUT for (int k = 0; k < 3; k++) a[k] = vsel(good, vdiv(s[k], length), instead[k]);
 }
 
-/* Sobol' points, eight at once: pktrt__sobol in loops of known length, of which compilers make vectors. Samples other
-   than 2^k are permuted one by one. */
-static void NAME(draw_sobol)(const pktrt_sampling *s, pktrt__draws *w, uint32_t i, const uint64_t *key, uint32_t pair) {
-  const uint32_t n = s->samples, width = pktrt__width(n - 1), ones = (1u << width) - 1, shift = (width + 1) / 2;
-  uint32_t at[8], across[8];
-  uint64_t both[8];
-  for (int j = 0; j < 8; j++) at[j] = pktrt__stir_thrice(w->sample[i + (uint32_t)j], ones, shift, key[j]);
-  for (int j = 0; j < 8; j++) at[j] = pktrt__turn(at[j], n, key[j]);
-  for (uint32_t j = 0; (n & (n - 1)) && j < 8; j++) at[j] = pktrt__permute(w->sample[i + j], n, key[j]);
-  for (int j = 0; pair && j < 8; j++) at[j] = pktrt__second_pair(at[j]);
-  for (int j = 0; j < 8; j++) across[j] = pktrt__pascal(at[j]), both[j] = pktrt__mix(key[j] + pair);
-  for (int j = 0; j < 8; j++) at[j] = pktrt__owen(at[j], (uint32_t)(both[j] >> 32));
-  for (int j = 0; j < 8; j++) across[j] = pktrt__owen(across[j], (uint32_t)both[j]);
-  for (int j = 0; j < 8; j++) both[j] = pktrt__reverse_pair((uint64_t)at[j] << 32 | across[j]);
-  for (uint32_t j = 0; j < 8; j++) w->u[pair][i + j] = pktrt__unit((uint32_t)both[j]);
-  for (uint32_t j = 0; j < 8; j++) w->u[pair + 1][i + j] = pktrt__unit((uint32_t)(both[j] >> 32));
+/* Samples, PKTRT__DRAWN at once, in loops of known length, of which compilers make vectors. */
+
+/* The points of Sobol's net that samples are. All but 2^k are permuted one by one. */
+OP void NAME(shuffle)(uint32_t n, const uint32_t *sample, const uint64_t *key, uint32_t *at) {
+  const uint32_t ones = (1u << pktrt__width(n - 1)) - 1, shift = (pktrt__width(n - 1) + 1) / 2;
+  if (n & (n - 1)) {
+    for (int j = 0; j < PKTRT__DRAWN; j++) at[j] = pktrt__permute(sample[j], n, key[j]);
+    return;
+  }
+  for (int j = 0; j < PKTRT__DRAWN; j++) at[j] = pktrt__stir_thrice(sample[j], ones, shift, key[j]);
+  for (int j = 0; j < PKTRT__DRAWN; j++) at[j] = pktrt__turn(at[j], n, key[j]);
+}
+
+/* Digits of their third and fourth coordinates, as in pktrt__net. */
+OP void NAME(second_pair)(uint32_t n, const uint32_t *at, uint32_t *x, uint32_t *y) {
+  for (int j = 0; j < PKTRT__DRAWN; j++) x[j] = y[j] = 0;
+  for (uint32_t k = 0; (n - 1) >> k; k++) {
+    const uint32_t third = pktrt__third[k];
+    for (int j = 0; j < PKTRT__DRAWN; j++) {
+      const uint32_t bit = at[j] >> k & 1;
+      x[j] += x[j] + bit, y[j] ^= (0u - bit) & third;
+    }
+  }
+  for (int j = 0; (n & (n - 1)) && j < PKTRT__DRAWN; j++) x[j] = pktrt__digits_of(at[j], n);
+}
+
+OP void NAME(scramble)(const uint32_t *x, const uint32_t *key, float *out) {
+  uint32_t bits[PKTRT__DRAWN];
+  for (int j = 0; j < PKTRT__DRAWN; j++) bits[j] = pktrt__reverse(pktrt__owen(x[j], key[j]));
+  for (int j = 0; j < PKTRT__DRAWN; j++) out[j] = pktrt__unit(bits[j]);
+}
+
+OP void NAME(halves)(const uint64_t *both, uint32_t *low, uint32_t *high) {
+  for (int j = 0; j < PKTRT__DRAWN; j++) low[j] = (uint32_t)both[j], high[j] = (uint32_t)(both[j] >> 32);
 }
 
 static void NAME(draw)(const pktrt_sampling *s, pktrt__draws *w, uint32_t i, uint32_t group, uint32_t first,
                        uint32_t n) {
-  uint64_t key[8], bits[8];
-  for (uint32_t j = 0; j < 8; j++) {
-    key[j] = pktrt__key(s->seed, (w->group[i + j] + group) & (UINT32_MAX >> 2), w->x[i + j], w->y[i + j]);
-  }
+  const bool sobol = s->sampler == PKTRT_SAMPLER_SOBOL;
+  const uint32_t *const sample = w->sample + i, *const x = w->x + i, *const y = w->y + i, *const of = w->group + i;
+  uint32_t at[PKTRT__DRAWN], low[PKTRT__DRAWN], high[PKTRT__DRAWN], digits[2][PKTRT__DRAWN];
+  uint64_t key[PKTRT__DRAWN], keys[PKTRT__DRAWN];
+  for (int j = 0; j < PKTRT__DRAWN; j++) key[j] = pktrt__key(s->seed, (of[j] + group) & (UINT32_MAX >> 2), x[j], y[j]);
+  if (sobol) NAME(shuffle)(s->samples, sample, key, at);
   for (uint32_t pair = first & 2; pair < first + n; pair += 2) {
-    if (s->sampler == PKTRT_SAMPLER_SOBOL) {
-      NAME(draw_sobol)(s, w, i, key, pair);
-      continue;
+    float *const u = w->u[pair] + i, *const v = w->u[pair + 1] + i;
+    if (sobol) {
+      for (int j = 0; j < PKTRT__DRAWN; j++) digits[0][j] = at[j], digits[1][j] = pktrt__pascal(at[j]);
+      if (pair) NAME(second_pair)(s->samples, at, digits[0], digits[1]);
+      for (int j = 0; j < PKTRT__DRAWN; j++) keys[j] = pktrt__mix(key[j] + pair);
+      NAME(halves)(keys, low, high);
+      NAME(scramble)(digits[0], high, u), NAME(scramble)(digits[1], low, v);
+    } else {
+      for (int j = 0; j < PKTRT__DRAWN; j++) keys[j] = pktrt__mix(key[j] + 2 * (uint64_t)sample[j] + pair / 2);
+      NAME(halves)(keys, low, high);
+      for (int j = 0; j < PKTRT__DRAWN; j++) u[j] = pktrt__unit(low[j]), v[j] = pktrt__unit(high[j]);
     }
-    for (uint32_t j = 0; j < 8; j++) bits[j] = pktrt__mix(key[j] + 2 * (uint64_t)w->sample[i + j] + pair / 2);
-    for (uint32_t j = 0; j < 8; j++) w->u[pair][i + j] = pktrt__unit((uint32_t)bits[j]);
-    for (uint32_t j = 0; j < 8; j++) w->u[pair + 1][i + j] = pktrt__unit((uint32_t)(bits[j] >> 32));
   }
 }
 
@@ -8412,6 +8467,7 @@ static void pktrt__sample(const pktrt_sampling *s, uint32_t x, uint32_t y, uint3
                           uint32_t n, float *out) {
   const uint32_t samples = s->samples > 65536 ? 65536 : s->samples ? s->samples : 1;
   const uint32_t group = dimension / 4, first = dimension % 4;
+  uint32_t digits[4];
   if (sample >= samples) sample %= samples;
   switch (s->sampler) {
     case PKTRT_SAMPLER_RANDOM: {
@@ -8435,19 +8491,22 @@ static void pktrt__sample(const pktrt_sampling *s, uint32_t x, uint32_t y, uint3
     case PKTRT_SAMPLER_INTERLEAVED: { /* runs in Morton order: any 2 x 2 pixels hold one run of each class modulo 4 */
       const uint64_t key = pktrt__key(s->seed, group, 0, 0);
       const uint32_t run = (pktrt__spread(x & 3) | pktrt__spread(y & 3) << 1) ^ (uint32_t)key >> 28;
-      pktrt__sobol(pktrt__in_run(run, sample, samples, pktrt__mix(key + 4 + run)), key, first, n, out);
+      pktrt__sequence(pktrt__in_run(run, sample, samples, pktrt__mix(key + 4 + run)), digits);
+      pktrt__scramble(digits, key, first, n, out);
       break;
     }
     case PKTRT_SAMPLER_BLUE_NOISE: {
       const uint64_t key = pktrt__key(s->seed, group, x >> 8, y >> 8);
       const uint32_t run = pktrt__shuffled_morton(x, y, key);
-      pktrt__sobol(pktrt__in_run(run, sample, samples, pktrt__mix(key + 4 + run)), key, first, n, out);
+      pktrt__sequence(pktrt__in_run(run, sample, samples, pktrt__mix(key + 4 + run)), digits);
+      pktrt__scramble(digits, key, first, n, out);
       break;
     }
     case PKTRT_SAMPLER_SOBOL:
     default: {
       const uint64_t key = pktrt__key(s->seed, group, x, y);
-      pktrt__sobol(pktrt__in_run(0, sample, samples, key), key, first, n, out);
+      pktrt__net(pktrt__permute(sample, samples, key), samples, digits);
+      pktrt__scramble(digits, key, first, n, out);
       break;
     }
   }
@@ -9444,10 +9503,10 @@ typedef struct pktrt__work {
 } pktrt__work;
 
 static void pktrt__end_draws(pktrt__draws *g, uint32_t n) {
-  for (g->count = n; n % 8; n++) g->x[n] = g->y[n] = g->sample[n] = g->group[n] = 0;
+  for (g->count = n; n % PKTRT__DRAWN; n++) g->x[n] = g->y[n] = g->sample[n] = g->group[n] = 0;
 }
 
-/* Values of samples k to k + 7: n dimensions from a given one on, all of one group. */
+/* Values of PKTRT__DRAWN samples from k on: n dimensions from a given one on, all of one group. */
 static void pktrt__draw(pktrt__work *work, uint32_t k, uint32_t dimension, uint32_t n) {
   pktrt__draws *g = &work->draws;
   const pktrt_sampling *s = &work->sampling;
@@ -9456,11 +9515,15 @@ static void pktrt__draw(pktrt__work *work, uint32_t k, uint32_t dimension, uint3
     work->job->scene->kernels->draw(s, g, k, dimension / 4, first, n);
     return;
   }
-  for (uint32_t i = k; i < k + 8 && i < g->count; i++) {
+  for (uint32_t i = k; i < k + PKTRT__DRAWN && i < g->count; i++) {
     float u[4];
     pktrt__sample(s, g->x[i], g->y[i], g->sample[i], 4 * g->group[i] + dimension, n, u);
     for (uint32_t a = 0; a < n; a++) g->u[first + a][i] = u[a];
   }
+}
+
+static void pktrt__draw_all(pktrt__work *work, uint32_t dimension, uint32_t n) {
+  for (uint32_t k = 0; k < work->draws.count; k += PKTRT__DRAWN) pktrt__draw(work, k, dimension, n);
 }
 
 /* >>surface: what the rays of a wave found ------------------------------------------------------------------------- */
@@ -9920,8 +9983,8 @@ static bool pktrt__is_asked(const pktrt__work *work, uint32_t light, uint32_t de
 
 static void pktrt__choose_lights(pktrt__work *work) {
   const uint32_t lights = work->job->scene->light_count;
+  pktrt__draw_all(work, 3, 1);
   for (uint32_t k = 0; k < work->surfaces.count; k++) {
-    if (k % 8 == 0) pktrt__draw(work, k, 3, 1);
     const uint32_t at = (uint32_t)(work->draws.u[3][k] * (float)lights);
     work->chosen[k] = at < lights ? at : lights - 1;
   }
@@ -9933,10 +9996,10 @@ static void pktrt__aim_at_surroundings(pktrt__work *work, uint32_t light, uint32
   pktrt__targets *g = &work->targets;
   const pktrt__lamp *lamp = &work->job->lamps[light];
   float d[3][64], radiance[3][64];
+  if (work->job->distribute) pktrt__draw_all(work, 4 + 2 * light, 2);
   for (uint32_t k = 0; k < s->count; k++) {
     const float normal[3] = {s->shade[0][k], s->shade[1][k], s->shade[2][k]};
     float u[2] = {0, 0}, to[3]; /* the normal itself, where nothing is random */
-    if (work->job->distribute && k % 8 == 0) pktrt__draw(work, k, 4 + 2 * light, 2);
     for (uint32_t a = 0; work->job->distribute && a < 2; a++) u[a] = work->draws.u[2 * (light % 2) + a][k];
     pktrt_map_cosine(u, normal, to);
     float cosine = 0;
@@ -9959,13 +10022,13 @@ static void pktrt__find_targets(pktrt__work *work, const pktrt__wave *w, uint32_
   pktrt__targets *g = &work->targets;
   const bool random = job->distribute && (l->kind == PKTRT_LIGHT_QUAD || l->kind == PKTRT_LIGHT_SPHERE ||
                                           l->kind == PKTRT_LIGHT_MESH);
+  if (random) pktrt__draw_all(work, 4 + 2 * light, 2);
   for (uint32_t k = 0; k < s->count; k++) {
     const double from[3] = {s->point[0][k], s->point[1][k], s->point[2][k]};
     const float share = pktrt__light_share(work, k, light, depth);
     float u[2] = {0.5f, 0.5f};
     double at[3] = {0, 0, 0}, factor = 1;
     g->factor[k] = 0;
-    if (random && k % 8 == 0) pktrt__draw(work, k, 4 + 2 * light, 2);
     if (share == 0) continue;
     for (uint32_t a = 0; random && a < 2; a++) u[a] = work->draws.u[2 * (light % 2) + a][k];
     for (int a = 0; a < 3; a++)
@@ -10096,14 +10159,18 @@ static void pktrt__scatter_in_lobe(const pktrt__work *work, pktrt__surfaces *s, 
 
 /* Where something is random: directions within lobes; at glass, one ray of two. */
 static void pktrt__scatter_at_random(pktrt__work *work, pktrt__surfaces *s) {
+  uint32_t drawn = 0;
   for (uint32_t i = 0; i < s->count; i += 8) {
     uint32_t lobes = PKTRT__GLOSS && work->job->distribute ? s->lobed[i / 8] : 0;
     uint32_t glass = PKTRT__DIELECTRIC && work->job->choose ? s->kind[PKTRT_SPECULAR_DIELECTRIC][i / 8] & ~lobes : 0;
-    if (lobes | glass) pktrt__draw(work, i, 0, glass ? 3 : 2);
+    if ((lobes | glass) && i >= drawn) {
+      drawn = i - i % PKTRT__DRAWN;
+      pktrt__draw(work, drawn, 0, 2), drawn += PKTRT__DRAWN;
+    }
     for (; lobes; lobes &= lobes - 1) pktrt__scatter_in_lobe(work, s, i + pktrt__lowest(lobes));
     for (; glass; glass &= glass - 1) {
       const uint32_t k = i + pktrt__lowest(glass);
-      const bool refraction = work->draws.u[2][k] >= s->fresnel[k];
+      const bool refraction = work->draws.u[0][k] >= s->fresnel[k];
       for (int a = 0; a < 3; a++) {
         s->specular[a][k] = refraction ? 0 : s->specular[a][k] / s->fresnel[k];
         s->passing[a][k] = refraction ? s->passing[a][k] / (1 - s->fresnel[k]) : 0;
@@ -10247,14 +10314,17 @@ static void pktrt__lens_ray(pktrt__work *work, double x, double y, const float d
   }
 }
 
-/* Where samples i to i + 7 lie: in the pixel and on the lens, from the first four dimensions, and in the time that the
-   shutter is open. Without a lens one of its dimensions is the time's, for these four are spread together. */
-static void pktrt__draw_camera(pktrt__work *work, uint32_t i, bool lens, bool shutter, float when[8]) {
-  const float *const u = work->draws.u[lens ? 0 : 2];
-  if (lens && shutter) pktrt__draw(work, i, 4, 1);
-  for (uint32_t k = 0; lens && shutter && k < 8; k++) when[k] = u[i + k];
-  pktrt__draw(work, i, 0, lens ? 4 : shutter ? 3 : 2);
-  for (uint32_t k = 0; !lens && shutter && k < 8; k++) when[k] = u[i + k];
+/* Where the n samples of the primary wave lie: in the pixel and on the lens, from the first four dimensions, and in the
+   time that the shutter is open, which its rays get. Without a lens one of its dimensions is the time's, for these four
+   are spread together. */
+static void pktrt__draw_camera(pktrt__work *work, uint32_t n, bool lens, bool shutter) {
+  pktrt__draws *g = &work->draws;
+  memcpy(g->x, work->x, n * sizeof *g->x), memcpy(g->y, work->y, n * sizeof *g->y);
+  memcpy(g->sample, work->sample, n * sizeof *g->sample), memset(g->group, 0, n * sizeof *g->group);
+  pktrt__end_draws(g, n);
+  if (lens && shutter) pktrt__draw_all(work, 4, 1), memcpy(work->primary.time, g->u[0], n * sizeof(float));
+  pktrt__draw_all(work, 0, lens ? 4 : shutter ? 3 : 2);
+  if (!lens && shutter) memcpy(work->primary.time, g->u[2], n * sizeof(float));
 }
 
 PKTRT__INLINE double pktrt__shutter_time(const pktrt_camera *c, float part) {
@@ -10266,27 +10336,21 @@ static void pktrt__camera_rays(pktrt__work *work, uint32_t n) {
   const pktrt__job *job = work->job;
   const pktrt_camera *c = &job->desc->camera;
   pktrt__wave *w = &work->primary;
-  pktrt__draws *g = &work->draws;
+  const pktrt__draws *g = &work->draws;
   const bool lens = pktrt__uses(job, PKTRT__LENS), shutter = pktrt__uses(job, PKTRT__SHUTTER);
   const bool pinhole = !lens && !(PKTRT__MOTION && c->moving);
   double x[8] = {0, 0, 0, 0, 0, 0, 0, 0}, y[8] = {0, 0, 0, 0, 0, 0, 0, 0};
   double time[8];
-  float when[8];
   for (int k = 0; k < 8; k++) time[k] = pktrt__shutter_time(c, 0.5f);
   pktrt__set_row(w->importance, n, 1);
   memcpy(w->parent, work->surfaces.number, n * sizeof *w->parent);
   memcpy(w->root, work->surfaces.number, n * sizeof *w->root);
   memset(w->key, 0, n * sizeof *w->key), memset(w->medium, 0, n * sizeof *w->medium);
   memset(w->material, 0, n * sizeof *w->material), memset(work->deepest, 0, n);
-  if (job->random) {
-    memcpy(g->x, work->x, n * sizeof *g->x), memcpy(g->y, work->y, n * sizeof *g->y);
-    memcpy(g->sample, work->sample, n * sizeof *g->sample), memset(g->group, 0, n * sizeof *g->group);
-    pktrt__end_draws(g, n);
-  }
+  if (job->random) pktrt__draw_camera(work, n, lens, shutter);
   for (uint32_t i = 0; i < n; i += 8) {
     const uint32_t m = n - i < 8 ? n - i : 8;
-    if (job->random) pktrt__draw_camera(work, i, lens, shutter, when);
-    for (uint32_t k = 0; shutter && k < m; k++) time[k] = pktrt__shutter_time(c, when[k]);
+    for (uint32_t k = 0; shutter && k < m; k++) time[k] = pktrt__shutter_time(c, w->time[i + k]);
     for (uint32_t k = 0; k < m; k++) {
       w->time[i + k] = (float)time[k];
       x[k] = (double)work->x[i + k] + (job->random ? (double)g->u[0][i + k] : 0.5);

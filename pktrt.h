@@ -1247,9 +1247,9 @@ PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *, const pktrt_render
 #elif defined(__GNUC__) && !defined(__TINYC__)
 #pragma GCC push_options
 #pragma GCC optimize("fp-contract=off")
-#ifdef __OPTIMIZE_SIZE__ /* gcc 12 -Os: scalar kernels lost values across calls, and with them hits; seen by the tests */
+/* WHY no-ipa-ra: where gcc 12 knows a callee's registers it leaves out the vzeroupper before the call, and what is compiled
+   for SSE waits for 170 ns after 512-bit vectors; and at -Os scalar kernels lost values across calls, and with them hits. */
 #pragma GCC optimize("no-ipa-ra")
-#endif
 #endif
 
 #ifdef __cplusplus
@@ -3153,6 +3153,7 @@ typedef struct pktrt__batch {
   uint8_t axis[PKTRT__ROW], octant[PKTRT__ROW];
   uint16_t segment[PKTRT__ROW];
   uint64_t valid[PKTRT__BATCH / 64];
+  uint64_t moving[PKTRT__BATCH / 64]; /* of those that streams take: which may meet what moves, at any time */
   bool coherent; /* frustum packets took most of the last rays */
 } pktrt__batch;
 
@@ -6594,8 +6595,11 @@ OP bool NAME(may_meet)(const pktrt__group *g, const float *rd, const float *cn, 
 
 OP uint64_t NAME(rays_near)(const pktrt__group *g, const pktrt__batch *b, const uint8_t *list, uint64_t mask) {
   uint64_t near_ = 0;
-  for (; mask; mask &= mask - 1) {
+  uint64_t any = 0;
+  for (uint32_t w = 0; w < PKTRT__BATCH / 64; w++) any |= b->moving[w];
+  for (mask = any ? mask : 0; mask; mask &= mask - 1) {
     const uint32_t i = pktrt__lowest(mask), r = list[i];
+    if (!(b->moving[r / 64] >> r % 64 & 1)) continue;
     const bool may = NAME(may_meet)(g, &b->rd[0][r], &b->cn[0][r], &b->cf[0][r], PKTRT__ROW, b->wn[r], b->wf[r]);
     near_ |= (uint64_t)may << i;
   }
@@ -6637,16 +6641,16 @@ PKTRT__NOINLINE void NAME(drive_frustum)(const pktrt_scene *scene, pktrt__batch 
   NAME(frustum_rays) f;
   NAME(frustum_setup)(&f, scene, b, base, mask);
   COUNT(packets, 1);
+  uint64_t asked = mask; /* whose depth the frustum has */
   for (uint32_t i = 0; i < scene->group_count && mask; i++) {
     const pktrt__group *g = &scene->groups[i];
     const bool moving = pktrt__moves(g->key_count);
-    uint64_t hit = 0, rest = scene->group_count > 1 ? NAME(box_mask)(b, base, mask, g->lo, g->hi) : mask;
+    uint64_t hit = 0, rest = moving ? NAME(box_mask)(b, base, mask, g->lo, g->hi) : mask;
     if (!rest) continue;
-    if (i > 0) NAME(frustum_depth)(&f, b, rest);
+    if (rest != asked || (i > 0 && !occlusion)) NAME(frustum_depth)(&f, b, asked = rest);
     if (!moving) {
-      const pktrt__view view = pktrt__view_of(scene->groups, i, 0);
       if (stats) NAME(weights)(b, base, 64, 1), NAME(frustum_times)(&f, b, rest);
-      hit = PKTRT__PICK(frustum)(&f, &view, b, rest, counts);
+      hit = PKTRT__PICK(frustum)(&f, &g->rest, b, rest, counts);
     } else {
       NAME(packet_weights)(b, base, g->key_count);
       while (rest) {
@@ -6655,7 +6659,7 @@ PKTRT__NOINLINE void NAME(drive_frustum)(const pktrt_scene *scene, pktrt__batch 
         pktrt__view view = pktrt__view_of(scene->groups, i, segment);
         view.check_area = occlusion;
         NAME(frustum_times)(&f, b, same);
-        NAME(frustum_depth)(&f, b, same);
+        NAME(frustum_depth)(&f, b, asked = same);
         hit |= PKTRT__PICK(frustum)(&f, &view, b, same, counts);
         rest &= ~same;
       }
@@ -6699,12 +6703,23 @@ PKTRT__NOINLINE void NAME(drive_single)(const pktrt_scene *scene, pktrt__batch *
   if (occlusion) b->slot[r] = 0;
 }
 
+/* Which of the rays may meet any group that moves. */
+OP void NAME(find_moving)(const pktrt_scene *scene, pktrt__batch *b, const uint64_t *rays) {
+  memset(b->moving, 0, sizeof b->moving);
+  for (uint32_t i = 0; i < scene->group_count; i++) {
+    const pktrt__group *g = &scene->groups[i];
+    for (uint32_t w = 0; w < PKTRT__BATCH / 64 && pktrt__moves(g->key_count); w++)
+      if (rays[w]) b->moving[w] |= NAME(box_mask)(b, 64 * w, rays[w], g->lo, g->hi);
+  }
+}
+
 /* Rays of a batch by octant, in streams of at most 64. */
 PKTRT__NOINLINE void NAME(drive_octants)(const pktrt_scene *scene, pktrt__batch *b, const uint64_t *rays,
                                          const bool occlusion, const bool stats, pktrt_counts *counts) {
   uint8_t list[PKTRT__BATCH];
   uint32_t end[8], sum = 0;
   memset(end, 0, sizeof end);
+  NAME(find_moving)(scene, b, rays);
   for (uint32_t w = 0; w < PKTRT__BATCH / 64; w++)
     for (uint64_t m = rays[w]; m; m &= m - 1) end[b->octant[64 * w + pktrt__lowest(m)]]++;
   for (uint32_t o = 0; o < 8; o++) {

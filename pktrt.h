@@ -1,4 +1,4 @@
-/* pktrt.h - v0.4.0 - packet ray tracing in one C header: queries, for one ray or for millions, and pictures
+/* pktrt.h - v0.5.0 - packet ray tracing in one C header: queries, for one ray or for millions, and pictures
 
    After Boulos, Edwards, Lacewell, Kniss, Kautz, Shirley and Wald, "Packet-based Whitted and Distribution Ray Tracing",
    Graphics Interface 2007. MIT or public domain, at your choice (>>licence, at the end of the file).
@@ -430,6 +430,8 @@
 
    CHANGES
 
+     0.5.0    Sobol' points err as little as points can: sets of a known number, i / n being one dimension. Samples are
+              drawn by sixteens (DRT up to 1.4 times as fast). What moves costs rays that pass it next to nothing.
      0.4.0    What a scene has not got costs it nothing: features are found, told by a scene report, and can be left
               out of a build by PKTRT_NO_ switches.
      0.3.0    Rendering in passes that know their error: estimates, rules when to stop, adaptive passes. Mesh lights

@@ -431,7 +431,7 @@
    CHANGES
 
      0.5.0    Sobol' points err as little as points can: sets of a known number, i / n being one dimension. Samples are
-              drawn by sixteens (DRT up to 1.4 times as fast). What moves costs rays that pass it next to nothing.
+              drawn by sixteens (DRT 1.1 to 1.3 times as fast). What moves costs rays that pass it next to nothing.
      0.4.0    What a scene has not got costs it nothing: features are found, told by a scene report, and can be left
               out of a build by PKTRT_NO_ switches.
      0.3.0    Rendering in passes that know their error: estimates, rules when to stop, adaptive passes. Mesh lights

@@ -3578,9 +3578,9 @@ PKTRT__INLINE uint32_t pktrt__digits_of(uint32_t i, uint32_t n) {
 
 /* The digits, lowest bit first, of the four coordinates of point i of n. Where the number of points is known, i / n
    comes for nothing as one more dimension; it is the third here. Of 2^k points t is 0 in dimensions 0 to 2, in pairs 0, 1
-   and 2, 3, and in most others, and 1 in all four. No set that is scrambled in Owen's way does better: of 4 to 256 points
-   the variance of exp(a.x), and of boxes, is within 1% of the least that any such set of points can have (Delsarte's
-   bound by linear programming, see bench/README.md). */
+   and 2, 3, and in most others, and 1 in all four. Hardly any set that is scrambled in Owen's way does better: 4 to 256
+   points err within 1.5% of the least that any such set can, on products of exp(a x) and on boxes (a bound by linear
+   programming, see bench/README.md). */
 PKTRT__INLINE void pktrt__net(uint32_t i, uint32_t n, uint32_t x[4]) {
   x[0] = i, x[1] = pktrt__pascal(i), x[2] = pktrt__digits_of(i, n), x[3] = 0;
   for (uint32_t k = 0; k < 16; k++) x[3] ^= i >> k & 1 ? pktrt__third[k] : 0;
@@ -3591,8 +3591,8 @@ PKTRT__INLINE void pktrt__net(uint32_t i, uint32_t n, uint32_t x[4]) {
    the third and the fourth here: the first two once more, of the index times a matrix (upper triangular with ones on
    its diagonal: such 2^m indices stay together). Found by search over these matrices, for the exact variance of a smooth
    model integrand; all four dimensions have t = 1 for 4 and 16 points, 2 for up to 512, and then up to 4. Sobol's own
-   four (numbers by Joe and Kuo 2008) err as much, but his third and fourth alone are no (0,2)-sequence. Four columns at
-   a time. */
+   four (numbers by Joe and Kuo 2008) err as much, but his third and fourth alone are no (0,2)-sequence. Tables for four
+   columns at a time. */
 PKTRT__INLINE uint32_t pktrt__second_pair(uint32_t index) {
   static const uint32_t sums[8][16] = {
     {0x00000000, 0x00000001, 0x00000003, 0x00000002, 0x00000007, 0x00000006, 0x00000004, 0x00000005,
@@ -6596,8 +6596,7 @@ OP bool NAME(may_meet)(const pktrt__group *g, const float *rd, const float *cn, 
 }
 
 OP uint64_t NAME(rays_near)(const pktrt__group *g, const pktrt__batch *b, const uint8_t *list, uint64_t mask) {
-  uint64_t near_ = 0;
-  uint64_t any = 0;
+  uint64_t near_ = 0, any = 0;
   for (uint32_t w = 0; w < PKTRT__BATCH / 64; w++) any |= b->moving[w];
   for (mask = any ? mask : 0; mask; mask &= mask - 1) {
     const uint32_t i = pktrt__lowest(mask), r = list[i];
@@ -6649,8 +6648,8 @@ PKTRT__NOINLINE void NAME(drive_frustum)(const pktrt_scene *scene, pktrt__batch 
     const bool moving = pktrt__moves(g->key_count);
     uint64_t hit = 0, rest = moving ? NAME(box_mask)(b, base, mask, g->lo, g->hi) : mask;
     if (!rest) continue;
-    if (rest != asked || (i > 0 && !occlusion)) NAME(frustum_depth)(&f, b, asked = rest);
     if (!moving) {
+      if (rest != asked || (i > 0 && !occlusion)) NAME(frustum_depth)(&f, b, asked = rest);
       if (stats) NAME(weights)(b, base, 64, 1), NAME(frustum_times)(&f, b, rest);
       hit = PKTRT__PICK(frustum)(&f, &g->rest, b, rest, counts);
     } else {

@@ -122,6 +122,48 @@ static void unrelated(void) {
   }
 }
 
+/* The sky shows where rays go. */
+static void show_direction(void *user, uint32_t n, const float *const direction[3], float *const radiance[3]) {
+  (void)user;
+  for (int a = 0; a < 3; a++) memcpy(radiance[a], direction[a], n * sizeof(float));
+}
+
+/* Pixels of a camera that looks along -z with half a picture at slope 1, as pktrt_sample says. */
+static void in_renders(void) {
+  enum { EDGE = 16 };
+  static const uint32_t counts[7] = {2, 4, 7, 16, 17, 64, 1000};
+  static float pixels[EDGE * EDGE * 3];
+  pktrt_scene *world = pktrt_scene_create(NULL);
+  double largest = 0, aside = 0;
+  if (!CHECK(world && pktrt_commit(world) == PKTRT_OK)) return;
+  for (uint32_t k = 0; k < PKTRT_SAMPLER_COUNT * 7; k++) {
+    pktrt_render_desc d;
+    const pktrt_sampling s = sampling((int)(k / 7), counts[k % 7], (uint32_t)run_seed + k), other = sampling(0, 4, 1);
+    memset(&d, 0, sizeof d);
+    d.width = d.height = EDGE, d.pixels = pixels, d.mode = PKTRT_MODE_DRT;
+    d.samples = s.samples, d.sampler = s.sampler, d.seed = s.seed;
+    d.camera.target[2] = -1, d.camera.fov_y = 90, d.environment = show_direction;
+    if (!CHECK(pktrt_render(world, &d) == PKTRT_OK, "%s", pktrt_last_error(world))) break;
+    for (uint32_t pixel = 0; pixel < EDGE * EDGE; pixel += small_run ? 37 : 1) {
+      double sum = 0, off = 0;
+      for (uint32_t i = 0; i < s.samples; i++)
+        for (int wrong = 0; wrong < 2; wrong++) {
+          float u[2];
+          pktrt_sample(wrong ? &other : &s, pixel % EDGE, pixel / EDGE, i, 0, 2, u);
+          const double x = 2 * ((double)(pixel % EDGE) + (double)u[0]) / EDGE - 1;
+          const double y = 1 - 2 * ((double)(pixel / EDGE) + (double)u[1]) / EDGE;
+          *(wrong ? &off : &sum) += x / sqrt(x * x + y * y + 1) / s.samples;
+        }
+      largest = fmax(largest, fabs(sum - (double)pixels[3 * pixel]));
+      aside = fmax(aside, fabs(off - (double)pixels[3 * pixel]));
+    }
+  }
+  CHECK(largest < 1e-6, "%g", largest);
+  CHECK(aside > 1e-2, "the control: other samples, %g", aside);
+  say("largest difference of a pixel %.2g; of other samples %.2g", largest, aside);
+  pktrt_scene_destroy(world);
+}
+
 static void out_of_range(void) {
   for (int sampler = -1; sampler <= PKTRT_SAMPLER_COUNT; sampler++) {
     static const uint32_t odd[6] = {0, 1, 5, 65536, 65537, 0xFFFFFFFFu};
@@ -812,6 +854,7 @@ void suite_sampler(void) {
   run("other seeds, pixels and dimensions give samples that are not related", unrelated);
   run("odd sampler settings give samples in range", out_of_range);
   run("Sobol' samples are nets in each pair of dimensions: one in every elementary interval", nets);
+  run("a render takes the samples that pktrt_sample tells", in_renders);
   run("Sobol' points are nets in three dimensions, and in four with two points in a box", nets_of_four);
   run("samples of 4, 16, 64 pixels are one net, interleaved and as blue noise", nets_of_pixels);
   run("jittered samples have cells of their own", cells);

@@ -70,7 +70,7 @@ help:
 	@echo "bench-plots, bench-readme  plots, and the tables of bench/README.md, of what has been measured"
 	@echo "peers       races Embree in ten minutes; MESHES=\"FILE DIR\" of these too, FULL=1 everything, BENCH_ARGS=... options"
 	@echo "exactness   pktrt beside copies of itself with textbook tests of triangles, in three minutes"
-	@echo "error       error against run time in ten minutes; NAME=\"slopes curves\" of these; error-check what must hold, in two"
+	@echo "error       error against run time in ten minutes; NAME=\"slopes closed\" of these; error-check what must hold, in two"
 	@echo "leaveout    what features cost where a scene has them not, in ten minutes; leaveout-check what must hold"
 	@echo "format      rewrites examples by clang-format"
 	@echo "deps        installs what demo and test need      deps-extra  installs what the other targets need"

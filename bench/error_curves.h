@@ -238,8 +238,8 @@ static const curve *time_curve(const bench *b, unsigned k, pktrt_sampler sampler
   if (!two->points) {
     if (k < CLOSED_SCENES) closed_open(&g, k, 2 * CLOSED_WIDTH, 2 * CLOSED_HEIGHT);
     else open_blocks(b, &g, checked_name(k), PKTRT_MODE_DRT, BLOCK_WIDTH, BLOCK_HEIGHT);
-    start_curve(PKTRT_SAMPLER_SOBOL, true, 8, 128, k < CLOSED_SCENES ? 6 : 3, &two[0]);
-    start_curve(PKTRT_SAMPLER_RANDOM, true, 8, 128, k < CLOSED_SCENES ? 6 : 3, &two[1]);
+    start_curve(PKTRT_SAMPLER_SOBOL, true, 8, 128, k < CLOSED_SCENES ? 12 : 3, &two[0]);
+    start_curve(PKTRT_SAMPLER_RANDOM, true, 8, 128, k < CLOSED_SCENES ? 12 : 3, &two[1]);
     measure_curves(&g, two, 2);
     stage_close(&g);
   }

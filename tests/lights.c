@@ -257,6 +257,43 @@ static void moving_lamp(void) {
   pktrt_scene_destroy(s);
 }
 
+/* A globe of triangles, wound outwards, inwards, or some of them so and some so. From outside it hides its far half
+   itself: shadow rays that go there are noise. By area, samples would have a standard deviation of sqrt(5 / 3) times
+   their mean: that of max(0, cos) over a sphere. */
+static void globes(void) {
+  static const char *const winding[3] = {"outwards", "inwards", "mixed"};
+  for (int i = 0; i < 6; i++) {
+    bool inside = i >= 3, mixed = i % 3 == 2;
+    double radius = inside ? 6 : 0.5, distance = inside ? 0 : 3;
+    mesh globe = mesh_sphere(4, 0, 1);
+    for (uint32_t t = 0; t < globe.nt; t++) {
+      uint32_t *v = globe.i + 3 * t, keep = v[1];
+      if (i % 3 == 1 || (mixed && t % 2)) v[1] = v[2], v[2] = keep;
+    }
+    mesh_scale(&globe, (float)radius), mesh_shift(&globe, 0, (float)distance, 0);
+    pktrt_scene *s = patch_open(NULL);
+    pktrt_material lamp = lamp_of(2);
+    pktrt_light l = light_of(PKTRT_LIGHT_MESH, 1);
+    l.mesh = stage_mesh(s, &globe, stage_material(s, &lamp));
+    stage_light(s, &l);
+    stage_commit(s);
+    pktrt_render_desc d = patch_spot();
+    d.sampler = PKTRT_SAMPLER_RANDOM;
+    int seeds = 64;
+    estimate e = stage_estimate(s, &d, seeds);
+    double want = albedo * 2 * (inside ? 1 : radius * radius / (distance * distance));
+    double samples = (double)(d.width * d.height * (small_run ? (d.samples + 7) / 8 : d.samples)) * seeds;
+    double noise = e.error[0] * sqrt(samples) / e.mean[0];
+    say("%s, seen from %s: %.4f of the closed form, noise of a sample %.2f", winding[i % 3],
+        inside ? "inside" : "outside", e.mean[0] / want, noise);
+    CHECK(fabs(e.mean[0] / want - 1) < 4 * e.error[0] / want + 0.005, "%s: %g, not %g", winding[i % 3], e.mean[0],
+          want);
+    if (!inside) CHECK((noise < 0.95) == !mixed && (noise > 1.2) == mixed, "%s: noise %g", winding[i % 3], noise);
+    pktrt_scene_destroy(s);
+    mesh_free(&globe);
+  }
+}
+
 /* --- environment --- */
 
 static void environments(void) {
@@ -669,6 +706,7 @@ void suite_lights(void) {
   run("RCS and WRT get light from a mesh", far_mesh_light);
   run("a tilted mesh light does not shadow itself at any distance", lamps_at_distances);
   run("a lamp that moves while the shutter is open gives the mean of its form factors", moving_lamp);
+  run("a globe of triangles hides half of itself, and few shadow rays go there", globes);
   run("an environment lights what it sees, without noise where nothing is in the way", environments);
   run("an environment callback lights by direction", environment_callbacks);
   run("lights add up", light_sums);

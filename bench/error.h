@@ -345,48 +345,62 @@ static double slope_of(const double *x, const double *y, unsigned n) {
   return xy / xx;
 }
 
-/* Slope of log RMSE over log x. mse[seed * points + i]: a seed's mean squared error at x[i]. The interval: bootstrap
-   over seeds, percentiles of slopes of 1000 draws with replacement. */
-EX_UNUSED static interval log_slope(const double *x, const double *mse, unsigned points, unsigned seeds) {
-  enum { DRAWS = 1000, MOST = 16 };
-  double log_x[MOST], log_y[MOST], slopes[DRAWS];
-  uint32_t state = 0x2545F491u;
-  interval r;
-  for (unsigned i = 0; i < points; i++) log_x[i] = log(x[i]);
-  r.value = 0;
-  for (unsigned draw = 0; draw <= DRAWS; draw++) { /* the first is of all seeds */
-    double sum[MOST] = {0};
-    for (unsigned k = 0; k < seeds; k++) {
-      const unsigned seed = draw ? next_random(&state) % seeds : k;
-      for (unsigned i = 0; i < points; i++) sum[i] += mse[seed * points + i];
-    }
-    for (unsigned i = 0; i < points; i++) log_y[i] = 0.5 * log(sum[i] / seeds);
-    const double slope = slope_of(log_x, log_y, points);
-    if (draw) slopes[draw - 1] = slope;
-    else r.value = slope;
-  }
-  qsort(slopes, DRAWS, sizeof *slopes, compare_doubles);
-  r.low = slopes[DRAWS / 40], r.high = slopes[DRAWS - 1 - DRAWS / 40];
-  return r;
+/* A figure of runs with many seeds, and its interval: bootstrap over seeds, percentiles of the figure of 1000 draws of as
+   many seeds with replacement. `figure` takes seed `pick(r, k, seeds)` where it means seed k of `seeds`. */
+typedef struct resample {
+  uint32_t state;
+  bool whole; /* all seeds as they are: the figure itself */
+} resample;
+
+static unsigned pick(resample *r, unsigned k, unsigned seeds) { return r->whole ? k : next_random(&r->state) % seeds; }
+
+EX_UNUSED static interval bootstrap(double (*figure)(const void *of, resample *), const void *of) {
+  enum { DRAWS = 1000 };
+  double drawn[DRAWS];
+  resample r = {0x2545F491u, true};
+  interval result;
+  result.value = figure(of, &r);
+  r.whole = false;
+  for (unsigned draw = 0; draw < DRAWS; draw++) drawn[draw] = figure(of, &r);
+  qsort(drawn, DRAWS, sizeof *drawn, compare_doubles);
+  result.low = drawn[DRAWS / 40], result.high = drawn[DRAWS - 1 - DRAWS / 40];
+  return result;
 }
 
-/* The root of the mean of values that are each a mean squared error, by seeds; its interval likewise. */
-EX_UNUSED static interval rmse_of(const double *mse, unsigned seeds) {
-  enum { DRAWS = 1000 };
-  double roots[DRAWS];
-  uint32_t state = 0x2545F491u;
-  interval r;
-  r.value = 0;
-  for (unsigned draw = 0; draw <= DRAWS; draw++) {
-    double sum = 0;
-    for (unsigned k = 0; k < seeds; k++) sum += mse[draw ? next_random(&state) % seeds : k];
-    const double root = sqrt(sum > 0 ? sum / seeds : 0);
-    if (draw) roots[draw - 1] = root;
-    else r.value = root;
+typedef struct errors { /* mse[seed * points + i]: a seed's mean squared error at x[i] */
+  const double *x, *mse;
+  unsigned points, seeds;
+} errors;
+
+static double figure_slope(const void *of, resample *r) {
+  enum { MOST = 16 };
+  const errors *e = (const errors *)of;
+  double log_x[MOST], log_y[MOST], sum[MOST] = {0};
+  for (unsigned k = 0; k < e->seeds; k++) {
+    const unsigned seed = pick(r, k, e->seeds);
+    for (unsigned i = 0; i < e->points; i++) sum[i] += e->mse[seed * e->points + i];
   }
-  qsort(roots, DRAWS, sizeof *roots, compare_doubles);
-  r.low = roots[DRAWS / 40], r.high = roots[DRAWS - 1 - DRAWS / 40];
-  return r;
+  for (unsigned i = 0; i < e->points; i++) log_x[i] = log(e->x[i]), log_y[i] = 0.5 * log(sum[i] / e->seeds);
+  return slope_of(log_x, log_y, e->points);
+}
+
+/* Slope of log RMSE over log x. */
+EX_UNUSED static interval log_slope(const double *x, const double *mse, unsigned points, unsigned seeds) {
+  const errors e = {x, mse, points, seeds};
+  return bootstrap(figure_slope, &e);
+}
+
+static double figure_rmse(const void *of, resample *r) {
+  const errors *e = (const errors *)of;
+  double sum = 0;
+  for (unsigned k = 0; k < e->seeds; k++) sum += e->mse[pick(r, k, e->seeds)];
+  return sqrt(sum > 0 ? sum / e->seeds : 0);
+}
+
+/* The root of the mean of values that are each a mean squared error, by seeds. */
+EX_UNUSED static interval rmse_of(const double *mse, unsigned seeds) {
+  const errors e = {NULL, mse, 1, seeds};
+  return bootstrap(figure_rmse, &e);
 }
 
 /* y at x on the curve through n points (x ascending), straight between them and beyond in logarithms. */
@@ -420,8 +434,10 @@ static bool check_claim(bench *b, const claim *c, bool control) {
   const bool reached = c->most ? figure <= c->bar : figure >= c->bar;
   const bool held = c->most ? figure <= guard : figure >= guard;
   printf("%s%s  %s: %.3f, wanted at %s %g (%s; %.1f s)\n", control ? "control " : "",
-         reached ? "ok" : held ? "NOT REACHED" : "FAILED", c->sentence, figure, c->most ? "most" : "least", c->bar,
-         details, cpu_seconds() - start);
+         reached ? "ok"
+         : held  ? "NOT REACHED"
+                 : "FAILED",
+         c->sentence, figure, c->most ? "most" : "least", c->bar, details, cpu_seconds() - start);
   fflush(stdout);
   return !isnan(figure) && held != control;
 }

@@ -67,29 +67,29 @@ static interval curve_slope(const curve *c) {
   return log_slope(c->n + from, mse, points, c->seeds);
 }
 
-/* RMSE of `a` with its N samples over that of `b` in the same time. The interval: bootstrap over seeds. */
-static interval equal_time(const curve *a, const curve *b, double n) {
-  enum { DRAWS = 1000 };
-  double ratios[DRAWS];
-  const unsigned at = point_of(a, n);
-  uint32_t state = 0x2545F491u;
-  interval r;
-  r.value = 0;
-  for (unsigned draw = 0; draw <= DRAWS; draw++) {
-    double rmse[MAX_POINTS] = {0}, own = 0;
-    for (unsigned k = 0; k < a->seeds; k++) own += a->mse[(draw ? next_random(&state) % a->seeds : k) * a->points + at];
-    for (unsigned k = 0; k < b->seeds; k++) {
-      const unsigned seed = draw ? next_random(&state) % b->seeds : k;
-      for (unsigned i = 0; i < b->points; i++) rmse[i] += b->mse[seed * b->points + i];
-    }
-    for (unsigned i = 0; i < b->points; i++) rmse[i] = sqrt(rmse[i] / b->seeds);
-    const double ratio = sqrt(own / a->seeds) / log_between(b->seconds, rmse, b->points, a->seconds[at]);
-    if (draw) ratios[draw - 1] = ratio;
-    else r.value = ratio;
+typedef struct pair_at { /* curves to be compared at N samples of the first */
+  const curve *a, *b;
+  double n;
+} pair_at;
+
+static double figure_equal_time(const void *of, resample *r) {
+  const pair_at *p = (const pair_at *)of;
+  const curve *a = p->a, *b = p->b;
+  const unsigned at = point_of(a, p->n);
+  double rmse[MAX_POINTS] = {0}, own = 0;
+  for (unsigned k = 0; k < a->seeds; k++) own += a->mse[pick(r, k, a->seeds) * a->points + at];
+  for (unsigned k = 0; k < b->seeds; k++) {
+    const unsigned seed = pick(r, k, b->seeds);
+    for (unsigned i = 0; i < b->points; i++) rmse[i] += b->mse[seed * b->points + i];
   }
-  qsort(ratios, DRAWS, sizeof *ratios, compare_doubles);
-  r.low = ratios[DRAWS / 40], r.high = ratios[DRAWS - 1 - DRAWS / 40];
-  return r;
+  for (unsigned i = 0; i < b->points; i++) rmse[i] = sqrt(rmse[i] / b->seeds);
+  return sqrt(own / a->seeds) / log_between(b->seconds, rmse, b->points, a->seconds[at]);
+}
+
+/* RMSE of `a` with its N samples over that of `b` in the same time. */
+static interval equal_time(const curve *a, const curve *b, double n) {
+  const pair_at p = {a, b, n};
+  return bootstrap(figure_equal_time, &p);
 }
 
 /* >>stages --------------------------------------------------------------------------------------------------------- */

@@ -102,14 +102,17 @@ static void run_targets(stage *g, bool adaptive, pktrt_error_measure measure, un
 enum { ADAPTIVE_SAMPLES = 8, ADAPTIVE_POINTS = 4, PAID = 2 }; /* passes: 2, 4, 8, 16; by 8, pilot passes are paid for */
 static uint32_t passes_at(unsigned point) { return 2u << point; }
 
-typedef struct effort { /* by passes; errors: means over seeds, of MSE and relative MSE */
-  double seconds[ADAPTIVE_POINTS], error[2][ADAPTIVE_POINTS];
+typedef struct effort { /* by passes; errors: means over seeds, of MSE and relative MSE; mse: each seed's */
+  double seconds[ADAPTIVE_POINTS], error[2][ADAPTIVE_POINTS], mse[ADAPTIVE_POINTS][MAX_SEEDS];
+  unsigned seeds;
 } effort;
 
-/* Efforts of some shots that differ in how passes are given, from point `first` on: they take turns. */
-static void measure_efforts(stage *g, const shot *ways, unsigned count, unsigned first, unsigned seeds, effort *to) {
+/* Efforts of some shots that differ in how passes are given, at points `first` to `last`: they take turns. */
+static void measure_efforts(stage *g, const shot *ways, unsigned count, unsigned first, unsigned last, unsigned seeds,
+                            effort *to) {
   double seconds[3][MAX_SEEDS];
-  for (unsigned i = first; i < ADAPTIVE_POINTS; i++) {
+  for (unsigned w = 0; w < count; w++) to[w].seeds = seeds;
+  for (unsigned i = first; i <= last; i++) {
     for (unsigned k = 0; k < seeds; k++)
       for (unsigned w = 0; w < count; w++) {
         shot s = ways[w];
@@ -117,7 +120,7 @@ static void measure_efforts(stage *g, const shot *ways, unsigned count, unsigned
         s.passes = passes_at(i), s.seed = FIRST_SEED + k;
         take_shot(g, &s, &o);
         to[w].error[PKTRT_ERROR_RMSE][i] += o.mse / seeds, to[w].error[PKTRT_ERROR_RELATIVE][i] += o.relative / seeds;
-        seconds[w][k] = o.seconds;
+        to[w].mse[i][k] = o.mse, seconds[w][k] = o.seconds;
       }
     for (unsigned w = 0; w < count; w++) to[w].seconds[i] = median_of(seconds[w], seeds);
   }
@@ -259,7 +262,7 @@ static void part_adaptive(bench *b) {
     memset(e, 0, sizeof e);
     open_whole(b, &g, k, k < CLOSED_SCENES ? MIDDLE : LARGE);
     three_ways(ways);
-    measure_efforts(&g, ways, 3, 0, seeds, e);
+    measure_efforts(&g, ways, 3, 0, ADAPTIVE_POINTS - 1, seeds, e);
     effort_csv(b, &g, "uniform", &e[0]), effort_csv(b, &g, "adaptive rmse", &e[1]);
     effort_csv(b, &g, "adaptive relative", &e[2]);
     say(&b->out, "| %s |", g.name);
@@ -321,59 +324,31 @@ static double check_targets(bench *b, const claim *c, bool control, char details
   return share_within(&a.met, 0, 1.15);
 }
 
-typedef struct contest { /* uniform against adaptive passes, 8 each: the pilot passes are paid for by then */
-  unsigned seeds;
-  double mse[2][MAX_SEEDS], seconds[2];
-} contest;
-
-static void hold_contest(stage *g, unsigned seeds, contest *to) {
-  double seconds[2][MAX_SEEDS];
-  shot ways[3];
-  three_ways(ways);
-  to->seeds = seeds;
-  for (unsigned k = 0; k < seeds; k++)
-    for (unsigned w = 0; w < 2; w++) {
-      shot s = ways[w];
-      outcome o;
-      s.passes = passes_at(PAID), s.seed = FIRST_SEED + k;
-      take_shot(g, &s, &o);
-      to->mse[w][k] = o.mse, seconds[w][k] = o.seconds;
-    }
-  for (unsigned w = 0; w < 2; w++) to->seconds[w] = median_of(seconds[w], seeds);
-}
-
-/* Time for equal error of way `a` over the other: squared errors fall as time grows. The interval: bootstrap over
-   seeds. */
-static interval contest_ratio(const contest *e, unsigned a) {
-  enum { DRAWS = 1000 };
-  double drawn[DRAWS];
-  uint32_t state = 0x2545F491u;
-  interval r;
-  r.value = 0;
-  for (unsigned draw = 0; draw <= DRAWS; draw++) {
-    double sum[2] = {0, 0};
-    for (unsigned w = 0; w < 2; w++)
-      for (unsigned k = 0; k < e->seeds; k++) sum[w] += e->mse[w][draw ? next_random(&state) % e->seeds : k];
-    const double ratio = sum[a] / sum[1 - a] * e->seconds[a] / e->seconds[1 - a];
-    if (draw) drawn[draw - 1] = ratio;
-    else r.value = ratio;
-  }
-  qsort(drawn, DRAWS, sizeof *drawn, compare_doubles);
-  r.low = drawn[DRAWS / 40], r.high = drawn[DRAWS - 1 - DRAWS / 40];
-  return r;
+/* Time of the second of two efforts for equal error over that of the first, at point PAID: squared errors fall as time
+   grows. */
+static double figure_contest(const void *of, resample *r) {
+  const effort *e = (const effort *)of;
+  double sum[2] = {0, 0};
+  for (unsigned w = 0; w < 2; w++)
+    for (unsigned k = 0; k < e->seeds; k++) sum[w] += e[w].mse[PAID][pick(r, k, e->seeds)];
+  return sum[1] / sum[0] * e[1].seconds[PAID] / e[0].seconds[PAID];
 }
 
 /* Time for equal error, adaptive over uniform: of the pool hall (c->number 1), or the largest of all. The control:
    uniform over adaptive. */
 static double check_adaptive(bench *b, const claim *c, bool control, char details[DETAILS]) {
-  static contest contests[CHECKED_STAGES];
+  static effort efforts[CHECKED_STAGES][2]; /* uniform, adaptive */
   double worst = 0;
   for (unsigned k = c->number ? CLOSED_SCENES : 0; k < (c->number ? CLOSED_SCENES + 1 : CHECKED_STAGES); k++) {
-    contest *e = &contests[k];
-    if (!e->seeds) hold_contest(checked_stage(b, k, MIDDLE), k < CLOSED_SCENES ? 8 : 16, e);
-    const interval r = contest_ratio(e, control ? 0 : 1);
-    note(details, checked_name(k), r);
-    worst = fmax(worst, r.value);
+    effort *e = efforts[k];
+    if (!e->seeds) {
+      shot ways[3];
+      three_ways(ways);
+      measure_efforts(checked_stage(b, k, MIDDLE), ways, 2, PAID, PAID, k < CLOSED_SCENES ? 8 : 16, e);
+    }
+    const interval r = bootstrap(figure_contest, e), over = {1 / r.value, 1 / r.high, 1 / r.low};
+    note(details, checked_name(k), control ? over : r);
+    worst = fmax(worst, control ? over.value : r.value);
   }
   return worst;
 }

@@ -476,6 +476,9 @@
 #define PKTRT_MAX_DEPTH 50     /* generations of secondary rays in a render */
 #define PKTRT_MAX_COORD 1.2676506e30f /* 2^100; a vertex beyond it: PKTRT_LIMIT, a ray origin beyond it: a miss */
 
+/* The PKTRT_VERSION that the implementation was compiled with. */
+PKTRT_DEF uint32_t pktrt_version(void);
+
 /* >>types ---------------------------------------------------------------------------------------------------------- */
 
 typedef struct pktrt_scene pktrt_scene; /* opaque: meshes, materials, lights and the tree over them */
@@ -605,7 +608,8 @@ typedef struct pktrt_scene_info {
 } pktrt_scene_info;
 PKTRT_DEF void pktrt_get_scene_info(const pktrt_scene *, pktrt_scene_info *);
 
-/* Marks everything changed, so that the next commit builds all trees anew (after an advised rebuild). */
+/* Marks everything changed, so that the next commit builds all trees anew (where a rebuild is advised). A refit before
+   that commit leaves the mark. */
 PKTRT_DEF pktrt_status pktrt_mark_changed(pktrt_scene *);
 
 /* "scalar", "sse2", "avx2", "avx512", "neon", "auto"; never NULL */
@@ -622,6 +626,9 @@ typedef struct pktrt_ray {
   float tmax;         /* hits are reported for tmin < t < tmax; tmax may be INFINITY */
   float time;         /* clamped to [0,1] (NaN: 0); looked at only if the scene moves */
 } pktrt_ray;          /* a zeroed ray has tmax 0 and hits nothing */
+
+/* The ray from an origin in a direction, with tmin 0, tmax INFINITY and time 0. */
+PKTRT_DEF pktrt_ray pktrt_make_ray(const float origin[3], const float direction[3]);
 
 typedef struct pktrt_hit {
   float t;            /* on a miss: the ray's tmax */
@@ -640,6 +647,7 @@ PKTRT_DEF bool pktrt_occluded(const pktrt_scene *, const pktrt_ray *);
    overlap; n = 0 with NULL is fine. */
 PKTRT_DEF void pktrt_intersect_n(const pktrt_scene *, const pktrt_ray *, pktrt_hit *, size_t n);
 PKTRT_DEF void pktrt_occluded_n(const pktrt_scene *, const pktrt_ray *, bool *, size_t n);
+/* (In C++ a std::vector<bool> is no array of bool: use std::unique_ptr<bool[]>, or vectors of char and a cast.) */
 
 /* The structure-of-arrays twin: each pointer an array of n values, no alignment asked. */
 typedef struct pktrt_rays {
@@ -649,7 +657,7 @@ typedef struct pktrt_rays {
   const float *tmax; /* NULL: INFINITY for all */
   const float *time; /* NULL: 0 for all */
 } pktrt_rays;
-typedef struct pktrt_hits { /* NULL: not wanted, not computed */
+typedef struct pktrt_hits { /* NULL: not wanted, not stored */
   float *t, *u, *v;
   float *normal[3];         /* all three or none */
   uint32_t *mesh, *triangle;
@@ -658,7 +666,8 @@ PKTRT_DEF void pktrt_intersect_soa(const pktrt_scene *, const pktrt_rays *, cons
 PKTRT_DEF void pktrt_occluded_soa(const pktrt_scene *, const pktrt_rays *, bool *, size_t n);
 
 /* The ray that leaves a hit in the given direction without meeting the surface it left: offset in ulps, same time,
-   tmin 0, tmax INFINITY. On a miss *out is a ray that hits nothing. */
+   tmin 0, tmax INFINITY. Reads time of the ray and mesh, triangle, u, v and normal of the hit (not t). On a miss *out is a
+   ray that hits nothing. */
 PKTRT_DEF void pktrt_spawn(const pktrt_scene *, const pktrt_ray *, const pktrt_hit *, const float direction[3],
                            pktrt_ray *out);
 
@@ -785,6 +794,13 @@ typedef struct pktrt_camera { /* right-handed: looking along target - eye, x to 
   float up_end[3];            /* zero: as up */
 } pktrt_camera;
 
+/* The renderer's own ray, bit for bit, through the place (x, y) of a picture, in pixels from its upper left corner: the
+   middle of pixel (i, j) is (i + 0.5, j + 0.5). lens: a point of [0,1)^2 that pktrt_map_disk takes to the lens; NULL: its
+   middle, as in RCS and WRT. time: when the ray starts, in [0,1]; what a camera that does not move does not look at. The
+   direction is not of unit length. False, and a ray that hits nothing, where pktrt_render would refuse the camera. */
+PKTRT_DEF bool pktrt_camera_ray(const pktrt_camera *, uint32_t width, uint32_t height, double x, double y,
+                                const float lens[2], float time, pktrt_ray *ray);
+
 /* >>light ---------------------------------------------------------------------------------------------------------- */
 
 /* How light is counted, each path of it once:
@@ -822,6 +838,18 @@ PKTRT_DEF pktrt_status pktrt_add_light(pktrt_scene *, const pktrt_light *, uint3
 
 /* >>material ------------------------------------------------------------------------------------------------------- */
 
+/* Glass in glass. Every ray knows which glasses it is in, from the camera on, and the one that it entered last dims it
+   (Beer's law), on its way to a surface as on a shadow ray's way to a light. A mesh of glass should be closed.
+   - Nested: glass within glass is simply put there; ior is relative to what surrounds it, so of water (1.33) in a bottle
+     (1.5) it is 1.33 / 1.5. Rays remember the last four glasses (two in scenes of more than 255 materials, one beyond
+     65,535); one that was forgotten is known again where a ray meets its inside.
+   - Touching: of faces that coincide a ray meets one, that of the lower mesh, and refracts by its ior alone; both glasses
+     are entered or left there.
+   - Overlapping: where none contains the other, the one entered last dims, until it is left.
+   - Around the camera are those meshes that a line through the eye leaves on both sides, and so is each lens point; the
+     smaller one is the inner one.
+   - Open: what a ray meets from the inside is taken to be around it if it knows of no other glass; so a sheet dims what is
+     seen through its back. Light that comes from infinitely far, with nothing in between, is not dimmed. */
 typedef enum pktrt_specular { /* what a surface does besides being diffuse */
   PKTRT_SPECULAR_NONE = 0,
   PKTRT_SPECULAR_MIRROR,      /* reflects `reflectance`, whatever the angle; albedo + reflectance <= 1 */
@@ -859,7 +887,9 @@ typedef struct pktrt_material { /* a zeroed one is black */
   pktrt_lobe lobe;
   float exponent;               /* Phong lobe: >= 0 */
   float emission[3];            /* radiance of both sides, >= 0 */
-  void (*texture)(void *user, const pktrt_points *); /* changes albedo, reflectance, emission; NULL: none */
+  /* Changes albedo, reflectance, emission; NULL: none. What it writes is not checked: NaN or infinity, here as from a
+     shader or an environment, reaches every pixel whose rays come by, and that pixel stays so. */
+  void (*texture)(void *user, const pktrt_points *);
   /* Replaces everything else that happens at these points: the radiance towards the viewer, by channel. NULL: none */
   void (*shader)(void *user, const pktrt_points *, float *radiance[3]);
   void *user;                   /* handed to both, from any thread */
@@ -954,7 +984,7 @@ typedef enum pktrt_light_choice { /* DRT: which lights a surface asks */
 
 typedef enum pktrt_glass_shadows {
   PKTRT_GLASS_SHADOWS_PASS = 0, /* shadow rays go straight on through glass and lose what Fresnel reflection and Beer
-                                   attenuation take; not bent, so no caustics */
+                                   attenuation take; not bent, so no caustics. The 102nd surface of glass stops them */
   PKTRT_GLASS_SHADOWS_BLOCK     /* glass is as opaque as anything (RCS: always) */
 } pktrt_glass_shadows;
 
@@ -981,7 +1011,7 @@ typedef enum pktrt_error_measure {
 typedef enum pktrt_stop {      /* why a render ended; where two rules agree, the first of these */
   PKTRT_STOP_NOT_YET = 0,
   PKTRT_STOP_ERROR,            /* the estimate has reached target_error */
-  PKTRT_STOP_PASSES,           /* all passes are done */
+  PKTRT_STOP_PASSES,           /* all passes are done, or more would not help: pixels are not finite */
   PKTRT_STOP_TIME,             /* another pass would exceed time_budget */
   PKTRT_STOP_ASKED,            /* the hook `pass` said so */
   PKTRT_STOP_CANCELLED         /* the hook `progress` said so, or a tile ran out of memory */
@@ -1006,15 +1036,16 @@ typedef struct pktrt_render_desc {
   float background[3];         /* radiance where a ray meets nothing */
   float ambient[3];            /* radiance added to every surface point as albedo * ambient */
   pktrt_normals normals;
-  uint32_t packet_size;        /* rays along a packet's edge: 2, 4, 8 or 16; 0: 8 */
+  uint32_t packet_size;        /* rays along a packet's edge: 2, 4, 8 or 16; 0: 8. The fast path forms packets of its own;
+                                  there it only says in which order pixels are taken */
   uint32_t tile_size;          /* pixels along a tile's edge, 1 to 1024; 0: 64 */
   pktrt_path path;
   pktrt_shadow_packets shadows;
   /* NULL: count nothing, at no cost (the paper path always counts). Who counts, or has `packet` called, gets reflected
      and refracted rays traced apart, which the fast path else traces together. */
   pktrt_stats *stats;
-  /* Called after tiles, from the thread that finished one, so perhaps from several at once; done in (0,1], not always
-     in order. false cancels. NULL: none. */
+  /* Called after tiles and, within those that take long, every 256 packets of rays, from the thread at work, so perhaps
+     from several at once; done in [0,1], not always in order. false cancels. NULL: none. */
   bool (*progress)(void *user, float done);
   void *user;
 
@@ -1025,7 +1056,7 @@ typedef struct pktrt_render_desc {
   uint32_t max_depth;          /* generations of secondary rays, up to 50 (PKTRT_MAX_DEPTH); 0: 50 */
   /* Ray tree attenuation: a ray that could add less than this fraction to its sample is not followed, and nothing is
      put in its place: pictures get darker, by less than this times the radiance of what is not seen, for every ray cut
-     off. [0,1]; 0: 1/256. Negative: off. */
+     off. [0,1]; 0: 1/256. Negative: off; where glass branches, a sample then costs up to 2^max_depth rays. */
   float attenuation;
   pktrt_assembly assembly;
   pktrt_branching branching;
@@ -1051,7 +1082,9 @@ typedef struct pktrt_render_desc {
      pixel; estimates are made if something below asks for them, and need two passes. The picture (and each other
      buffer) is whole after every pass. */
   uint32_t passes;             /* at most, up to 65536; 0: 1, or if there is another rule, 65536 */
-  float target_error;          /* stop when the estimate is not above it; 0: no such rule */
+  /* Stops when the estimate is not above it; 0: no such rule. It is not met while pixels are not finite (by a hook's NaN,
+     say): when all others meet it, such a render ends as if its passes were done. */
+  float target_error;
   pktrt_error_measure measure; /* what target_error is compared with, and adaptive passes lower */
   double time_budget;          /* seconds; the first pass (adaptive: two) is always done, others if they should fit, as
                                   those before took. What is done by then depends on the machine. 0: no such rule */
@@ -1068,9 +1101,11 @@ typedef struct pktrt_render_desc {
   double (*seconds)(void *user); /* a clock, for time_budget and report; NULL: the system's */
 } pktrt_render_desc;
 
-/* Renders the whole picture, tile by tile through parallel_for. Same bits for any number of workers, tile size,
+/* Renders the whole picture, tile by tile through parallel_for. Meshes, but none committed: PKTRT_NOT_COMMITTED. What is
+   likely to be a mistake, it says once through `log`: that there is no light and no ambient, that the mode takes no notice
+   of what the scene or the camera has, that a mesh has changed since the last commit or refit. Same bits for any number of workers, tile size,
    packet size, path and instruction set (time_budget: for the passes that were done). PKTRT_CANCELLED: progress said
-   so; tiles of the first pass may be missing, later ones may lack a pass. */
+   so; parts of the first pass may be missing, later ones may lack a pass. */
 PKTRT_DEF pktrt_status pktrt_render(pktrt_scene *, const pktrt_render_desc *);
 
 /* Renders the pixels [x, x+w) x [y, y+h) of the picture that desc describes, into their place in desc->pixels.
@@ -1304,8 +1339,10 @@ typedef struct pktrt__mesh {
   uint32_t *indices;  /* triangle_count * 3, or NULL for a soup */
   uint32_t vertex_count, triangle_count, key_count, stride, material;
   uint32_t first_id;  /* global index of triangle 0 */
-  float max_coord;    /* largest |coordinate| over all keys */
+  float max_coord;    /* largest |coordinate| of its triangles over all keys */
+  bool stray;         /* has vertices that no triangle uses */
   bool committed, dirty, dirty_normals;
+  bool marked;        /* the next commit builds its group anew */
 } pktrt__mesh;
 
 /* A run of nodes and blocks built by one task: refit runs over the same tasks. */
@@ -2822,6 +2859,34 @@ static pktrt_status pktrt__copy_vectors(pktrt_scene *s, float *to, const float *
 
 static uint64_t pktrt__mesh_floats(const pktrt__mesh *m) { return (uint64_t)m->vertex_count * m->key_count * 3; }
 
+/* Finds out whether a mesh has vertices that no triangle uses. False: out of memory. */
+static bool pktrt__find_strays(const pktrt_scene_desc *d, pktrt__mesh *m) {
+  uint64_t used = m->indices ? 0 : (uint64_t)m->triangle_count * 3;
+  if (m->indices) {
+    uint8_t *seen = PKTRT__CAST(uint8_t *, pktrt__alloc(d, m->vertex_count, 1));
+    if (!seen) return false;
+    memset(seen, 0, m->vertex_count);
+    for (uint64_t i = 0; i < (uint64_t)m->triangle_count * 3; i++) used += !seen[m->indices[i]], seen[m->indices[i]] = 1;
+    pktrt__release(d, seen, m->vertex_count, 1);
+  }
+  m->stray = used < m->vertex_count;
+  return true;
+}
+
+/* The largest absolute coordinate of a mesh's triangles over all keys. */
+static float pktrt__mesh_max_coord(const pktrt__mesh *m) {
+  if (!m->stray) return pktrt__max_coord(m->positions, pktrt__mesh_floats(m));
+  float largest = 0;
+  for (uint32_t key = 0; key < m->key_count; key++) {
+    const float *at = m->positions + (uint64_t)key * m->vertex_count * 3;
+    for (uint64_t i = 0; i < (uint64_t)m->triangle_count * 3; i++) {
+      const float *p = at + 3 * (m->indices ? m->indices[i] : i);
+      largest = pktrt__maxf(largest, pktrt__maxf(fabsf(p[0]), pktrt__maxf(fabsf(p[1]), fabsf(p[2]))));
+    }
+  }
+  return largest;
+}
+
 static void pktrt__free_mesh(const pktrt_scene_desc *d, pktrt__mesh *m) {
   pktrt__release(d, m->positions, pktrt__mesh_floats(m), sizeof(float));
   pktrt__release(d, m->normals, pktrt__mesh_floats(m), sizeof(float));
@@ -2902,7 +2967,10 @@ static pktrt_status pktrt__copy_mesh(pktrt_scene *s, const pktrt_mesh_desc *d, p
       st = pktrt__copy_vectors(s, m->normals + at, d->normals + at, m->vertex_count, 12, FLT_MAX, mesh, k, "normal");
     if (st != PKTRT_OK) return st;
   }
-  m->max_coord = pktrt__max_coord(m->positions, floats);
+  if (!pktrt__find_strays(&s->desc, m))
+    return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "mesh %u: no memory for a look at its %u vertices", (unsigned)mesh,
+                       (unsigned)m->vertex_count);
+  m->max_coord = pktrt__mesh_max_coord(m);
   return PKTRT_OK;
 }
 
@@ -2917,7 +2985,7 @@ static void pktrt__swap_arrays(float **a, float **b) {
 static void pktrt__promote(pktrt__mesh *m) {
   if (m->dirty && m->pending) {
     pktrt__swap_arrays(&m->positions, &m->pending);
-    m->max_coord = pktrt__max_coord(m->positions, pktrt__mesh_floats(m));
+    m->max_coord = pktrt__mesh_max_coord(m);
   }
   if (m->dirty_normals) pktrt__swap_arrays(&m->normals, &m->pending_normals);
   m->dirty = m->dirty_normals = false;
@@ -2946,11 +3014,19 @@ static void pktrt__summarise(pktrt_scene *s) {
   }
 }
 
-static bool pktrt__group_has(const pktrt_scene *s, uint32_t keys, bool changed_only) {
+/* Whether a commit has to build the group of meshes with so many keys. */
+static bool pktrt__group_changed(const pktrt_scene *s, uint32_t keys) {
   for (uint32_t i = 0; i < s->mesh_count; i++) {
     const pktrt__mesh *m = &s->meshes[i];
-    if (m->key_count == keys && m->triangle_count && (!changed_only || m->dirty || !m->committed)) return true;
+    if (m->key_count == keys && m->triangle_count && (m->dirty || m->marked || !m->committed)) return true;
   }
+  return false;
+}
+
+/* Whether a refit has to fit it: vertices have moved. */
+static bool pktrt__group_moved(const pktrt_scene *s, uint32_t keys) {
+  for (uint32_t i = 0; i < s->mesh_count; i++)
+    if (s->meshes[i].key_count == keys && s->meshes[i].triangle_count && s->meshes[i].dirty) return true;
   return false;
 }
 
@@ -2972,7 +3048,7 @@ static pktrt_status pktrt__build_changed(pktrt_scene *s) {
   for (uint32_t k = 1; k <= PKTRT_MAX_KEYS; k++) {
     if (!seen[k]) continue;
     const pktrt__group *old = pktrt__find_group(s, k);
-    if (old && !pktrt__group_has(s, k, true)) {
+    if (old && !pktrt__group_changed(s, k)) {
       groups[n++] = *old;
     } else if (pktrt__build_group(&s->desc, s->meshes, s->mesh_count, k, true, &groups[n])) {
       n++;
@@ -2987,7 +3063,7 @@ static pktrt_status pktrt__build_changed(pktrt_scene *s) {
     }
   }
   for (uint32_t i = 0; i < s->group_count; i++)
-    if (pktrt__group_has(s, s->groups[i].key_count, true)) pktrt__free_group(&s->desc, &s->groups[i]);
+    if (pktrt__group_changed(s, s->groups[i].key_count)) pktrt__free_group(&s->desc, &s->groups[i]);
   pktrt__release(&s->desc, s->groups, s->group_count, sizeof *groups);
   s->groups = groups, s->group_count = n;
   return PKTRT_OK;
@@ -3667,7 +3743,7 @@ typedef struct pktrt__wave {
   float weight[3][PKTRT__WAVE_ROW];    /* of that at the surface that sent the ray */
   float importance[PKTRT__WAVE_ROW];   /* of that in the sample: product of the largest weights on the way */
   uint32_t parent[PKTRT__WAVE_ROW];    /* lane of the wave that sent the ray */
-  uint32_t medium[PKTRT__WAVE_ROW];    /* material of the glass that the ray is known to be in; 0: none */
+  uint32_t medium[PKTRT__WAVE_ROW];    /* the glasses that the ray is in, see >>media; 0: none */
   uint32_t key[PKTRT__WAVE_ROW];       /* which sample dimensions its scattering events use */
   uint32_t material[PKTRT__WAVE_ROW];  /* that sent it: groups and runs */
   uint32_t root[PKTRT__WAVE_ROW];      /* the primary ray it descends from */
@@ -3749,6 +3825,8 @@ typedef struct pktrt__shadow_list {
 
 /* What surfaces send out: rays of one type. Their key is (key + 1) times `times` plus `plus`, of the ray that came. */
 typedef struct pktrt__sending {
+  const pktrt_scene *scene;
+  const struct pktrt__glass_mesh *glass; /* see pktrt__job */
   bool refraction;
   float threshold;                  /* of importance */
   uint32_t times, plus;
@@ -3761,6 +3839,10 @@ typedef struct pktrt__glass_box {
   float lo[3], hi[3];
   uint32_t next;
 } pktrt__glass_box;
+typedef struct pktrt__glass_mesh { /* of one mesh, over all its keys; lo > hi if it is not of glass */
+  float lo[3], hi[3];
+  bool touches;            /* another one's box */
+} pktrt__glass_mesh;
 typedef struct pktrt__glass {
   pktrt__glass_box *boxes; /* NULL: shadow rays pass nothing */
   uint32_t room;           /* for boxes */
@@ -3790,7 +3872,7 @@ static void pktrt__weigh_alone(const pktrt_scene *, const pktrt__wave *, pktrt__
 static void pktrt__shine(const pktrt_scene *, const pktrt__surfaces *, uint32_t i, uint32_t lanes, float (*to)[8],
                          float lobe[8]);
 static void pktrt__inherit(const pktrt__sending *, const pktrt__wave *, const pktrt__surfaces *, uint32_t i,
-                           uint32_t medium[8], uint32_t key[8]);
+                           uint32_t lanes, uint32_t medium[8], uint32_t key[8]);
 
 #endif /* PKTRT_NO_RENDER */
 
@@ -7441,7 +7523,7 @@ PKTRT__NOINLINE uint32_t NAME(send8)(const pktrt__sending *g, const pktrt__wave 
     vpack(to->d[a] + n, lanes, d[a]);
     vpack(to->weight[a] + n, lanes, weight[a]);
   }
-  pktrt__inherit(g, w, s, i, medium, key);
+  pktrt__inherit(g, w, s, i, lanes, medium, key);
   vpack_from(to->time + n, lanes, w->time + at);
   vpack(to->importance + n, lanes, importance);
   vpack_from(to->medium + n, lanes, medium);
@@ -7807,6 +7889,8 @@ PKTRT_DEF const char *pktrt_status_string(pktrt_status status) {
   }
 }
 
+PKTRT_DEF uint32_t pktrt_version(void) { return PKTRT_VERSION; }
+
 PKTRT_DEF const char *pktrt_last_error(const pktrt_scene *s) {
   if (s) return s->error;
   return "A scene could not be created: out of memory, an instruction set that pktrt_isa_available denies, only one of "
@@ -7914,7 +7998,7 @@ PKTRT_DEF pktrt_status pktrt_commit(pktrt_scene *s) {
   s->error[0] = 0;
   const pktrt_status st = pktrt__build_changed(s);
   if (st != PKTRT_OK) return st;
-  for (uint32_t i = 0; i < s->mesh_count; i++) pktrt__promote(&s->meshes[i]);
+  for (uint32_t i = 0; i < s->mesh_count; i++) pktrt__promote(&s->meshes[i]), s->meshes[i].marked = false;
   s->committed_meshes = s->mesh_count;
   pktrt__summarise(s);
   return PKTRT_OK;
@@ -7995,7 +8079,7 @@ PKTRT_DEF pktrt_status pktrt_refit(pktrt_scene *s) {
   for (uint32_t i = s->committed_meshes; i < s->mesh_count; i++)
     return pktrt__fail(s, PKTRT_NOT_COMMITTED, "refit: mesh %u was added since the last commit", (unsigned)i);
   for (uint32_t i = 0; i < s->group_count; i++)
-    if (pktrt__group_has(s, s->groups[i].key_count, true))
+    if (pktrt__group_moved(s, s->groups[i].key_count))
       pktrt__refit_group(&s->desc, &s->groups[i], s->meshes, s->mesh_count);
   for (uint32_t i = 0; i < s->mesh_count; i++) pktrt__promote(&s->meshes[i]);
   pktrt__summarise(s);
@@ -8005,13 +8089,7 @@ PKTRT_DEF pktrt_status pktrt_refit(pktrt_scene *s) {
 PKTRT_DEF pktrt_status pktrt_mark_changed(pktrt_scene *s) {
   if (!s) return PKTRT_INVALID_ARGUMENT;
   s->error[0] = 0;
-  for (uint32_t i = 0; i < s->mesh_count; i++)
-    if (!s->meshes[i].pending)
-      s->meshes[i].dirty = true; /* without waiting positions: the builder reads the committed ones */
-    else if (!s->meshes[i].dirty) {
-      memcpy(s->meshes[i].pending, s->meshes[i].positions, (size_t)(pktrt__mesh_floats(&s->meshes[i]) * sizeof(float)));
-      s->meshes[i].dirty = true;
-    }
+  for (uint32_t i = 0; i < s->mesh_count; i++) s->meshes[i].marked = true;
   return PKTRT_OK;
 }
 
@@ -8308,6 +8386,13 @@ PKTRT_DEF void pktrt_occluded_soa_ex(const pktrt_scene *s, const pktrt_query_des
                                      bool *out, size_t n) {
   const pktrt__arrays a = {NULL, rays, NULL, NULL, out};
   pktrt__query(s, desc, true, &a, n);
+}
+
+PKTRT_DEF pktrt_ray pktrt_make_ray(const float origin[3], const float direction[3]) {
+  pktrt_ray ray;
+  for (int a = 0; a < 3; a++) ray.origin[a] = origin[a], ray.direction[a] = direction[a];
+  ray.tmin = 0, ray.tmax = INFINITY, ray.time = 0;
+  return ray;
 }
 
 /* One ray, past all that many share. */
@@ -8824,13 +8909,47 @@ static bool pktrt__check_camera(const pktrt_camera *c, uint32_t width, uint32_t 
   return true;
 }
 
+/* The ray through a place (x, y) of the picture, in pixels, from a point of the lens, given on the unit disk. All zeros
+   where a moving camera stands in its target. */
+static void pktrt__ray_at(const pktrt_camera *c, uint32_t width, uint32_t height, const pktrt__view_plane *at_rest, double x,
+                          double y, const float disk[2], double time, float o[3], float direction[3]) {
+  const double half = 0.5 * (double)c->aperture, lens[2] = {half * (double)disk[0], half * (double)disk[1]};
+  pktrt__view_plane moved;
+  const pktrt__view_plane *p = at_rest;
+  bool sees = true;
+  if (PKTRT__MOTION && c->moving) {
+    memset(&moved, 0, sizeof moved);
+    sees = pktrt__view_at(c, width, height, time, &moved), p = &moved;
+  }
+  for (int a = 0; a < 3; a++) {
+    const double d = p->corner[a] + x * p->dx[a] + y * p->dy[a], off = lens[0] * p->right[a] + lens[1] * p->up[a];
+    o[a] = pktrt__to_float(p->eye[a] + off);
+    direction[a] = sees ? pktrt__to_float(d - off / p->focus) : 0;
+  }
+}
+
+PKTRT_DEF bool pktrt_camera_ray(const pktrt_camera *c, uint32_t width, uint32_t height, double x, double y,
+                                const float lens[2], float time, pktrt_ray *ray) {
+  const float none[3] = {0, 0, 0};
+  float disk[2] = {0, 0}, o[3], d[3];
+  pktrt__view_plane plane;
+  pktrt__why why;
+  *ray = pktrt_make_ray(none, none), ray->tmax = 0;
+  if (!c || !width || !height || !pktrt__check_camera(c, width, height, &plane, &why)) return false;
+  if ((!PKTRT__MOTION && c->moving) || (!PKTRT__LENS && c->aperture > 0)) return false;
+  if (lens && c->aperture > 0) pktrt_map_disk(lens, disk);
+  pktrt__ray_at(c, width, height, &plane, x, y, disk, (double)time, o, d);
+  *ray = pktrt_make_ray(o, d), ray->time = time;
+  return true;
+}
+
 /* >>job: a render, checked and complete ---------------------------------------------------------------------------- */
 
 /* A triangle of a mesh that is a light. */
 typedef struct pktrt__facet { /* where it is, if its mesh has one key */
   double corner[3], edge[2][3];
   double normal[3], length;  /* cross product of the edges, and its length */
-  double area;               /* at rest, or the largest over its mesh's keys */
+  double area;               /* at rest, or the largest over its mesh's keys and half-way between them */
   uint32_t triangle;         /* of its mesh */
 } pktrt__facet;
 typedef struct pktrt__cluster { /* facets that lie together: half of those of the cluster above */
@@ -8897,6 +9016,8 @@ typedef struct pktrt__job {
   bool follow, distribute, choose; /* secondary rays; random lens, lights and lobes; one ray at a dielectric */
   bool draws;                /* scattering events or lights take samples */
   pktrt__glass glass;
+  pktrt__glass_mesh *glass_meshes; /* for each committed mesh; NULL: no glass is seen */
+  bool starts_in_glass;      /* perhaps: the camera stands in the box of a mesh of glass */
 } pktrt__job;
 
 static bool pktrt__check_sizes(const pktrt_render_desc *d, pktrt__why *why) {
@@ -8954,6 +9075,9 @@ static bool pktrt__check_rules(const pktrt_render_desc *d, pktrt__why *why) {
     return pktrt__refuse(why, "adaptive passes need a rule when to stop, and two passes before it");
   return true;
 }
+
+/* Whether meshes were added, but never committed: a picture would be empty. */
+static bool pktrt__uncommitted(const pktrt_scene *s) { return s->mesh_count && !s->committed_meshes; }
 
 static bool pktrt__check_scene(const pktrt_scene *s, pktrt__why *why) {
   for (uint32_t i = 0; i < s->committed_meshes; i++)
@@ -9069,15 +9193,21 @@ static void pktrt__place_facet(float p[3][3], pktrt__facet *f) {
 }
 
 /* A triangle at key 0, which the other modes take for all, and its normal as long as two areas; returns the largest
-   area over its keys. */
+   area over its keys and half-way between them. Between two keys the normal is a quadratic in time: if it is zero at
+   both, it is zero half-way only if it is zero throughout. */
 static double pktrt__set_facet(const pktrt__mesh *m, uint32_t triangle, pktrt__facet *f, double n[3]) {
-  float p[3][3] = {{0, 0, 0}, {0, 0, 0}, {0, 0, 0}}; /* there is a key, but gcc does not know */
+  float p[3][3] = {{0, 0, 0}, {0, 0, 0}, {0, 0, 0}}, next[3][3], half[3][3]; /* there is a key, but gcc does not know */
   double largest = 0;
   for (uint32_t key = m->key_count; key-- > 0;) {
+    memcpy(next, p, sizeof next);
     pktrt__triangle_vertices(m, false, triangle, key, p);
+    for (int i = 0; key + 1 < m->key_count && i < 9; i++)
+      half[i / 3][i % 3] = 0.5f * p[i / 3][i % 3] + 0.5f * next[i / 3][i % 3];
+    if (key + 1 < m->key_count) (void)pktrt__normal(half, n), largest = pktrt__max(largest, pktrt__dot(n, n));
     (void)pktrt__normal(p, n);
-    largest = pktrt__max(largest, 0.5 * sqrt(pktrt__dot(n, n)));
+    largest = pktrt__max(largest, pktrt__dot(n, n));
   }
+  largest = 0.5 * sqrt(largest);
   pktrt__place_facet(p, f);
   return largest;
 }
@@ -9090,9 +9220,8 @@ static uint32_t pktrt__find_facet(const pktrt__lamp *lamp, double want) {
   return i;
 }
 
-/* Sorted by key, then number: the sample's first coordinate runs through all facets, and where it is stratified, so is
-   the light's surface if neighbours in the order are neighbours in space. Heapsort: no allocation, no bad case. */
-static void pktrt__sort_facets(uint64_t *key, uint32_t n) {
+/* Sorts keys in ascending order by heapsort: no allocation, no bad case. */
+static void pktrt__sort_keys(uint64_t *key, uint32_t n) {
   for (uint32_t built = n / 2, end = n; end > 1;) {
     uint32_t at = 0;
     if (built) {
@@ -9172,7 +9301,9 @@ static void pktrt__set_back(pktrt__lamp *lamp) {
     for (int a = 0; a < 3; a++) lamp->clusters[i].facing[a] = -lamp->clusters[i].facing[a];
 }
 
-/* The facets of a mesh that is a light, in their order, and all that is found by them. */
+/* The facets of a mesh that is a light, in their order, and all that is found by them. They are sorted by key, then
+   number: the sample's first coordinate runs through all of them, and where it is stratified, so is the light's surface if
+   neighbours in the order are neighbours in space. */
 static bool pktrt__set_facets(const pktrt_scene_desc *desc, const pktrt__mesh *m, pktrt__lamp *lamp, const double lo[3],
                               double size) {
   const uint32_t n = lamp->facet_count = m->triangle_count;
@@ -9183,7 +9314,7 @@ static bool pktrt__set_facets(const pktrt_scene_desc *desc, const pktrt__mesh *m
   lamp->clusters = PKTRT__CAST(pktrt__cluster *, pktrt__alloc(desc, 2 * (uint64_t)n, sizeof *lamp->clusters));
   const bool ok = key && lamp->facets && lamp->shares && lamp->clusters;
   for (uint32_t i = 0; ok && i < n; i++) key[i] = pktrt__facet_key(m, i, lo, size);
-  if (ok) pktrt__sort_facets(key, n);
+  if (ok) pktrt__sort_keys(key, n);
   for (uint32_t i = 0; ok && i < n; i++) {
     pktrt__facet *f = &lamp->facets[i];
     f->triangle = (uint32_t)key[i];
@@ -9214,14 +9345,18 @@ static bool pktrt__mesh_lamp(const pktrt__job *job, const pktrt__mesh *m, pktrt_
     }
   }
   for (int a = 0; a < 3 && lamp->area > 0; a++) lamp->middle[a] /= lamp->area;
-  for (uint64_t i = 0, floats = pktrt__mesh_floats(m); i < floats; i += 3) {
-    double r2 = 0;
-    for (uint32_t a = 0; a < 3; a++) {
-      const double x = (double)m->positions[i + a], d = x - lamp->middle[a];
-      r2 += d * d;
-      lo[a] = pktrt__min(lo[a], x), hi[a] = pktrt__max(hi[a], x);
+  for (uint64_t i = 0; i < (uint64_t)m->triangle_count * m->key_count; i++) {
+    float p[3][3];
+    pktrt__triangle_vertices(m, false, (uint32_t)(i % m->triangle_count), (uint32_t)(i / m->triangle_count), p);
+    for (int c = 0; c < 3; c++) {
+      double r2 = 0;
+      for (int a = 0; a < 3; a++) {
+        const double x = (double)p[c][a], d = x - lamp->middle[a];
+        r2 += d * d;
+        lo[a] = pktrt__min(lo[a], x), hi[a] = pktrt__max(hi[a], x);
+      }
+      if (r2 > lamp->radius * lamp->radius) lamp->radius = sqrt(r2);
     }
-    if (r2 > lamp->radius * lamp->radius) lamp->radius = sqrt(r2);
   }
   for (int a = 0; a < 3; a++) size = pktrt__max(size, hi[a] - lo[a]);
   return !job->distribute || pktrt__set_facets(&job->scene->desc, m, lamp, lo, size);
@@ -9441,6 +9576,23 @@ static void pktrt__widen(pktrt__glass_box *box, const float lo[3], const float h
   for (int a = 0; a < 3; a++) box->lo[a] = pktrt__minf(box->lo[a], lo[a]), box->hi[a] = pktrt__maxf(box->hi[a], hi[a]);
 }
 
+/* Whether rays of the camera may start in the box of a mesh of glass. */
+static bool pktrt__camera_meets(const pktrt_camera *c, const pktrt__glass_mesh *g) {
+  bool apart = false;
+  for (int a = 0; a < 3; a++) {
+    const float end = c->moving ? c->eye_end[a] : c->eye[a], lens = 0.5f * c->aperture;
+    apart |= pktrt__maxf(c->eye[a], end) + lens < g->lo[a] || pktrt__minf(c->eye[a], end) - lens > g->hi[a];
+  }
+  return !apart;
+}
+
+/* A float's bits as a number that is ordered as floats are. */
+static uint32_t pktrt__ordered_bits(float x) {
+  uint32_t bits;
+  memcpy(&bits, &x, sizeof bits);
+  return bits >> 31 ? ~bits : bits | 0x80000000u;
+}
+
 static void pktrt__empty_box(pktrt__glass_box *box) {
   for (int a = 0; a < 3; a++) box->lo[a] = INFINITY, box->hi[a] = -INFINITY;
 }
@@ -9451,6 +9603,15 @@ static bool pktrt__touch(const pktrt__glass_box *a, const pktrt__glass_box *b) {
   return !apart;
 }
 
+/* A triangle's box over all keys, added to another. */
+static void pktrt__widen_by(const pktrt__mesh *m, uint32_t triangle, pktrt__glass_box *box) {
+  for (uint32_t key = 0; key < m->key_count; key++) {
+    float p[3][3];
+    pktrt__triangle_vertices(m, false, triangle, key, p);
+    for (int c = 0; c < 3; c++) pktrt__widen(box, p[c], p[c]);
+  }
+}
+
 /* Boxes of meshes or, if `fine`, of a few triangles that follow and touch each other. Returns how many. */
 static uint32_t pktrt__box_glass(const pktrt_scene *s, bool fine, pktrt__glass_box *boxes) {
   uint32_t n = 0, held = 0; /* held: triangles in the last box */
@@ -9459,11 +9620,7 @@ static uint32_t pktrt__box_glass(const pktrt_scene *s, bool fine, pktrt__glass_b
     for (uint32_t t = 0; t < m->triangle_count && pktrt__is_glass(s, m); t++) {
       pktrt__glass_box box;
       pktrt__empty_box(&box);
-      for (uint32_t key = 0; key < m->key_count; key++) {
-        float p[3][3];
-        pktrt__triangle_vertices(m, false, t, key, p);
-        for (int c = 0; c < 3; c++) pktrt__widen(&box, p[c], p[c]);
-      }
+      pktrt__widen_by(m, t, &box);
       if (t && (!fine || (held < 16 && pktrt__touch(&boxes[n - 1], &box)))) pktrt__widen(&boxes[n - 1], box.lo, box.hi);
       else boxes[n++] = box, held = 0;
       held++;
@@ -9491,19 +9648,58 @@ static uint32_t pktrt__nest_glass(pktrt__glass_box *in, uint32_t n, uint32_t dep
   return to->next += pktrt__nest_glass(in + half, n - half, depth + 1, slack, to + to->next);
 }
 
+/* Finds out which meshes of glass have boxes that touch, in the order of where these begin: n of them. */
+static void pktrt__find_touching(pktrt__glass_mesh *g, uint64_t *order, uint32_t n) {
+  pktrt__sort_keys(order, n);
+  for (uint32_t i = 0; i < n; i++) {
+    pktrt__glass_mesh *a = &g[(uint32_t)order[i]];
+    for (uint32_t j = i + 1; j < n && g[(uint32_t)order[j]].lo[0] <= a->hi[0]; j++) {
+      pktrt__glass_mesh *b = &g[(uint32_t)order[j]];
+      if (a->hi[1] < b->lo[1] || b->hi[1] < a->lo[1] || a->hi[2] < b->lo[2] || b->hi[2] < a->lo[2]) continue;
+      a->touches = b->touches = true;
+    }
+  }
+}
+
+/* Boxes of the meshes of glass; whether the camera may stand in one of them. False: out of memory. */
+static bool pktrt__find_glass_meshes(pktrt__job *job, float slack) {
+  const pktrt_scene *s = job->scene;
+  const uint32_t meshes = s->committed_meshes;
+  uint32_t n = 0;
+  pktrt__glass_mesh *g = PKTRT__CAST(pktrt__glass_mesh *, pktrt__alloc(&s->desc, meshes, sizeof *g));
+  uint64_t *order = PKTRT__CAST(uint64_t *, pktrt__alloc(&s->desc, meshes, sizeof *order));
+  job->glass_meshes = g;
+  for (uint32_t i = 0; g && order && i < meshes; i++) {
+    const pktrt__mesh *m = &s->meshes[i];
+    pktrt__glass_box box;
+    pktrt__empty_box(&box);
+    for (uint32_t t = 0; t < m->triangle_count && pktrt__is_glass(s, m); t++) pktrt__widen_by(m, t, &box);
+    for (int a = 0; a < 3; a++) g[i].lo[a] = box.lo[a] - slack, g[i].hi[a] = box.hi[a] + slack;
+    g[i].touches = false;
+    if (!(box.lo[0] <= box.hi[0])) continue;
+    order[n++] = (uint64_t)pktrt__ordered_bits(g[i].lo[0]) << 32 | i;
+    job->starts_in_glass = job->starts_in_glass || pktrt__camera_meets(&job->desc->camera, &g[i]);
+  }
+  if (order && g) pktrt__find_touching(g, order, n);
+  pktrt__release(&s->desc, order, meshes, sizeof *order);
+  return g && order;
+}
+
 /* For so many samples. Few are not worth a look at each triangle. False: out of memory. */
 static bool pktrt__find_glass(pktrt__job *job, uint64_t samples) {
   const pktrt_scene *s = job->scene;
   pktrt__glass *glass = &job->glass;
   uint64_t n = 0, meshes = 0;
   float largest = 0;
-  if (!pktrt__uses(job, PKTRT__DIELECTRIC) || job->desc->glass_shadows != PKTRT_GLASS_SHADOWS_PASS) return true;
+  if (!pktrt__uses(job, PKTRT__DIELECTRIC)) return true;
   for (uint32_t i = 0; i < s->committed_meshes; i++) {
     const pktrt__mesh *m = &s->meshes[i];
     largest = pktrt__maxf(largest, m->max_coord);
     if (pktrt__is_glass(s, m)) n += m->triangle_count, meshes += m->triangle_count > 0;
   }
   if (!n) return true;
+  if (!pktrt__find_glass_meshes(job, 4e-6f * largest)) return false;
+  if (job->desc->glass_shadows != PKTRT_GLASS_SHADOWS_PASS) return true;
   const bool fine = n / 4 < samples;
   n = fine ? n : meshes;
   glass->least = 1e-7f * pktrt__minf(1, largest);
@@ -9518,7 +9714,9 @@ static bool pktrt__find_glass(pktrt__job *job, uint64_t samples) {
 
 /* What is made once for a render. */
 static void pktrt__unprepare(pktrt__job *job) {
-  pktrt__release(&job->scene->desc, job->glass.boxes, job->glass.room, sizeof *job->glass.boxes);
+  const pktrt_scene *s = job->scene;
+  pktrt__release(&s->desc, job->glass.boxes, job->glass.room, sizeof *job->glass.boxes);
+  pktrt__release(&s->desc, job->glass_meshes, s->committed_meshes, sizeof *job->glass_meshes);
   pktrt__free_lamps(job);
 }
 static bool pktrt__prepare(pktrt__job *job, uint64_t pixels) { /* false: out of memory, and nothing is left */
@@ -9526,6 +9724,194 @@ static bool pktrt__prepare(pktrt__job *job, uint64_t pixels) { /* false: out of 
   if (pktrt__find_glass(job, pixels * job->samples)) return true;
   pktrt__unprepare(job);
   return false;
+}
+
+/* >>media: which glasses a ray is in -------------------------------------------------------------------------------
+
+   A ray carries a stack of the glasses it has entered and not left, the last one on top, which absorbs: materials, packed
+   into one number of 32 bits. Four of them fit; two where there are more than 255 materials, one beyond 65,535. What is
+   pushed out at the bottom is forgotten, which does no harm to spheres in spheres: a ray that is in no glass it knows of
+   and meets the inside of one is taken to have been in that one.
+
+   Faces that coincide hide each other: of two glasses that touch, a ray meets the face of one mesh, and starts behind
+   both. So where a mesh's box touches another's, faces are looked for in the layer that the refracted ray leaps over. For
+   this, and for the glasses around the camera, crossings are counted along a line, in plain C. Of glasses that are
+   entered at once, or found around the camera, the one with the smaller box is the inner one. */
+
+/* How many bits of a stack a material takes. */
+static uint32_t pktrt__medium_bits(const pktrt_scene *s) {
+  return s->material_count < 256 ? 8 : s->material_count < 65536 ? 16 : 32;
+}
+static uint32_t pktrt__top_medium(const pktrt_scene *s, uint32_t stack) {
+  return stack & (UINT32_MAX >> (32 - pktrt__medium_bits(s)));
+}
+static uint32_t pktrt__enter_medium(const pktrt_scene *s, uint32_t stack, uint32_t material) {
+  return (uint32_t)((uint64_t)stack << pktrt__medium_bits(s)) | material;
+}
+/* Takes out a material where it was entered last, if it is there. */
+static uint32_t pktrt__leave_medium(const pktrt_scene *s, uint32_t stack, uint32_t material) {
+  const uint32_t bits = pktrt__medium_bits(s);
+  for (uint32_t at = 0; at < 32; at += bits) {
+    if (pktrt__top_medium(s, stack >> at) != material) continue;
+    const uint64_t above = (uint64_t)stack >> (at + bits), below = stack & ((UINT64_C(1) << at) - 1);
+    return (uint32_t)(above << at | below);
+  }
+  return stack;
+}
+
+/* What is left of light in one channel behind so much of a material; nothing absorbs where there is none. */
+static float pktrt__kept(const pktrt_scene *s, uint32_t material, int a, double distance) {
+  const float absorption = material ? pktrt__look(s, material)->absorption[a] : 0;
+  return absorption > 0 ? (float)pktrt__exp(-(double)absorption * distance) : 1;
+}
+
+/* Crossings of a line with meshes of glass whose boxes contain its origin. */
+enum { PKTRT__CROSSED = 8 }; /* so many meshes at most; others are overlooked */
+typedef struct pktrt__crossings {
+  const pktrt_scene *scene;
+  const pktrt__glass_mesh *glass;
+  uint32_t skip; /* a mesh that does not count */
+  pktrt__lone q;
+  double pad;    /* boxes are so much wider, see >>exactness */
+  uint32_t mesh[PKTRT__CROSSED], count, hint[2];
+  int exits[PKTRT__CROSSED]; /* less entries */
+} pktrt__crossings;
+
+static void pktrt__count_crossing(pktrt__crossings *c, uint32_t mesh, int exits) {
+  uint32_t i = 0;
+  while (i < c->count && c->mesh[i] != mesh) i++;
+  if (i == PKTRT__CROSSED) return;
+  if (i == c->count) c->mesh[i] = mesh, c->exits[i] = 0, c->count++;
+  c->exits[i] += exits;
+}
+
+static void pktrt__cross_block(pktrt__crossings *c, const pktrt__group *g, uint32_t block) {
+  const uint32_t *id = pktrt__block_ids(g->blocks + (size_t)block * g->block_bytes);
+  for (uint32_t lane = 0; lane < PKTRT__W; lane++) {
+    if (id[lane] == PKTRT_NONE) continue;
+    const uint32_t mesh = pktrt__mesh_at(c->scene, id[lane], c->hint), slot = block * 8 + lane;
+    const pktrt_ray *ray = c->q.ray;
+    float t, p[3][3];
+    double n[3], along = 0;
+    bool outside = mesh == c->skip;
+    for (int a = 0; a < 3; a++)
+      outside |= !(c->glass[mesh].lo[a] <= ray->origin[a] && ray->origin[a] <= c->glass[mesh].hi[a]);
+    if (outside || !pktrt__canonical(g, &c->q, slot, &t) || !(ray->tmin < t && t < ray->tmax)) continue;
+    pktrt__corners_at(g, slot, ray->time, p);
+    if (!pktrt__normal(p, n)) continue;
+    for (int a = 0; a < 3; a++) along += n[a] * (double)ray->direction[a];
+    pktrt__count_crossing(c, mesh, along > 0 ? 1 : -1);
+  }
+}
+
+/* Whether a line may meet child i of a node, whose planes at two keys have the weights ta and tb. */
+static bool pktrt__may_cross(const pktrt__crossings *c, const float *k0, const float *k1, float ta, float tb, int i) {
+  double from = 0, to = (double)c->q.ray->tmax;
+  for (int a = 0; a < 3; a++) {
+    const double o = (double)c->q.ray->origin[a], d = (double)c->q.ray->direction[a];
+    const float *lo0 = k0 + 16 * a + i, *lo1 = k1 + 16 * a + i;
+    const double lo = (double)ta * (double)lo0[0] + (double)tb * (double)lo1[0] - c->pad - o;
+    const double hi = (double)ta * (double)lo0[8] + (double)tb * (double)lo1[8] + c->pad - o;
+    if (d == 0 && (lo > 0 || hi < 0)) return false;
+    if (d == 0) continue;
+    from = pktrt__max(from, (d > 0 ? lo : hi) / d), to = pktrt__min(to, (d > 0 ? hi : lo) / d);
+  }
+  return from <= to;
+}
+
+static void pktrt__cross_group(pktrt__crossings *c, const pktrt__group *g) {
+  uint32_t stack[PKTRT__STACK], top = 0;
+  float ta, tb;
+  const uint32_t key = pktrt__segment(c->q.ray->time, g->key_count, &ta, &tb), next = pktrt__moves(g->key_count) ? key + 1 : key;
+  for (stack[top++] = 0; top;) {
+    const uint32_t ref = stack[--top];
+    if (ref & PKTRT__LEAF) {
+      pktrt__cross_block(c, g, ref & ~PKTRT__LEAF);
+      continue;
+    }
+    unsigned char *node = g->nodes + (size_t)ref * g->node_bytes;
+    const uint32_t *child = pktrt__node_children(node);
+    const float *k0 = pktrt__node_planes(node, key), *k1 = pktrt__node_planes(node, next);
+    for (int i = 0; i < PKTRT__W; i++)
+      if (child[i] != PKTRT__EMPTY && pktrt__may_cross(c, k0, k1, ta, tb, i)) stack[top++] = child[i];
+  }
+}
+
+/* Counts crossings between o and o + tmax d. */
+static void pktrt__count_crossings(pktrt__crossings *c, const float o[3], const float d[3], float tmax, float time) {
+  pktrt_ray ray;
+  double most = 0, far = 0;
+  memset(&ray, 0, sizeof ray);
+  c->count = c->hint[0] = c->hint[1] = 0;
+  uint32_t k = 0;
+  for (uint32_t a = 0; a < 3; a++) {
+    const double lo = fabs((double)c->scene->lo[a] - (double)o[a]), hi = fabs((double)c->scene->hi[a] - (double)o[a]);
+    ray.origin[a] = o[a], ray.direction[a] = d[a];
+    most = pktrt__max(most, pktrt__max(lo, hi)), far = pktrt__max(far, fabs((double)o[a]));
+    if (fabsf(d[a]) > fabsf(d[k])) k = a;
+  }
+  if (d[k] == 0) return;
+  ray.tmax = tmax, ray.time = time;
+  memset(&c->q, 0, sizeof c->q);
+  c->q.ray = &ray, c->q.axis = pktrt__axes[k], c->q.dk = d[k];
+  for (int a = 0; a < 2; a++) c->q.slope[a] = d[c->q.axis[1 + a]] / d[k];
+  c->pad = (double)PKTRT__EPS * (18 * most + 8 * far) + (double)FLT_MIN;
+  for (uint32_t g = 0; g < c->scene->group_count; g++) pktrt__cross_group(c, &c->scene->groups[g]);
+}
+
+static float pktrt__glass_size(const pktrt__glass_mesh *g) {
+  return (g->hi[0] - g->lo[0]) + (g->hi[1] - g->lo[1]) + (g->hi[2] - g->lo[2]);
+}
+
+/* Enters n meshes of glass at once, the largest first; changes their order. */
+static uint32_t pktrt__enter_meshes(const pktrt_scene *s, const pktrt__glass_mesh *glass, uint32_t stack, uint32_t *mesh,
+                                    uint32_t n) {
+  for (; n; n--) {
+    uint32_t largest = 0;
+    for (uint32_t i = 1; i < n; i++) {
+      const float size = pktrt__glass_size(&glass[mesh[i]]), most = pktrt__glass_size(&glass[mesh[largest]]);
+      if (size > most || (size == most && mesh[i] < mesh[largest])) largest = i;
+    }
+    stack = pktrt__enter_medium(s, stack, s->meshes[mesh[largest]].material);
+    mesh[largest] = mesh[n - 1];
+  }
+  return stack;
+}
+
+/* The glasses around a point at a time: those that a line through it leaves on both sides. */
+static uint32_t pktrt__media_at(const pktrt_scene *s, const pktrt__glass_mesh *glass, const float point[3], float time) {
+  static const float ahead[3] = {0.259f, 0.933f, 0.2495f}, back[3] = {-0.259f, -0.933f, -0.2495f};
+  uint32_t mesh[PKTRT__CROSSED], n = 0;
+  pktrt__crossings a, b;
+  b.count = 0;
+  a.scene = b.scene = s, a.glass = b.glass = glass, a.skip = b.skip = PKTRT_NONE;
+  pktrt__count_crossings(&a, point, ahead, INFINITY, time);
+  if (a.count) pktrt__count_crossings(&b, point, back, INFINITY, time);
+  for (uint32_t i = 0; i < a.count; i++)
+    for (uint32_t j = 0; j < b.count; j++)
+      if (a.mesh[i] == b.mesh[j] && a.exits[i] > 0 && b.exits[j] > 0) mesh[n++] = a.mesh[i];
+  return pktrt__enter_meshes(s, glass, 0, mesh, n);
+}
+
+/* The glasses that a ray is in behind a surface of one of them, `mesh`, which it leaves or enters: it starts again at
+   `behind`, and `before` is as far on this side. */
+static uint32_t pktrt__pass_surface(const pktrt_scene *s, const pktrt__glass_mesh *glass, uint32_t stack, uint32_t mesh,
+                                    bool leaves, const float before[3], const float behind[3], float time) {
+  uint32_t entered[PKTRT__CROSSED + 1], n = 0;
+  pktrt__crossings c;
+  c.count = 0;
+  if (glass[mesh].touches) {
+    const float d[3] = {behind[0] - before[0], behind[1] - before[1], behind[2] - before[2]};
+    c.scene = s, c.glass = glass, c.skip = mesh;
+    pktrt__count_crossings(&c, before, d, 1, time);
+  }
+  if (leaves) stack = pktrt__leave_medium(s, stack, s->meshes[mesh].material);
+  else entered[n++] = mesh;
+  for (uint32_t i = 0; i < c.count; i++) {
+    if (c.exits[i] > 0) stack = pktrt__leave_medium(s, stack, s->meshes[c.mesh[i]].material);
+    if (c.exits[i] < 0) entered[n++] = c.mesh[i];
+  }
+  return pktrt__enter_meshes(s, glass, stack, entered, n);
 }
 
 /* >>work ----------------------------------------------------------------------------------------------------------- */
@@ -9564,6 +9950,8 @@ typedef struct pktrt__work {
   uint32_t order[PKTRT__WAVE], packet[PKTRT__WAVE], sender[PKTRT__WAVE]; /* see pktrt__assemble */
   uint32_t chosen[PKTRT__WAVE];     /* the light that a surface asks, if it asks one */
   uint32_t first;                   /* of the rays whose surfaces are at hand, in their wave */
+  const pktrt__wave *shaded;        /* that wave */
+  bool immersed;                    /* some of these surfaces lie in glass */
   bool alone;                       /* no packets: every ray by itself */
   bool wide;                        /* waves of many packets: reflected and refracted rays share one if they fit */
   uint32_t x[PKTRT__WAVE], y[PKTRT__WAVE], sample[PKTRT__WAVE]; /* of the primary rays */
@@ -9573,8 +9961,21 @@ typedef struct pktrt__work {
   double sum[3][PKTRT__WAVE];       /* of the pixels of the block */
   double depth[PKTRT__WAVE], normal[3][PKTRT__WAVE], albedo[3][PKTRT__WAVE];
   uint32_t met[PKTRT__WAVE];
-  bool failed;                      /* out of memory */
+  bool failed;                      /* out of memory, or stopped: nothing more is traced or written */
+  bool stopped;
+  struct pktrt__rounds *rounds;     /* who may stop it; NULL: nobody */
+  uint32_t shaded_packets;
 } pktrt__work;
+
+static bool pktrt__goes_on(struct pktrt__rounds *rounds);
+
+/* Asks now and then whether a render goes on. WHY within tiles: where glass branches and nothing is attenuated, the rays
+   of one pixel may take hours. So many packets take some milliseconds. */
+static bool pktrt__is_stopped(pktrt__work *work) {
+  if (work->rounds && ++work->shaded_packets % 256 == 0 && !pktrt__goes_on(work->rounds))
+    work->failed = work->stopped = true;
+  return work->failed;
+}
 
 static void pktrt__end_draws(pktrt__draws *g, uint32_t n) {
   for (g->count = n; n % PKTRT__DRAWN; n++) g->x[n] = g->y[n] = g->sample[n] = g->group[n] = 0;
@@ -9708,14 +10109,18 @@ static void pktrt__run_hooks(const pktrt_scene *scene, const pktrt__wave *w, pkt
   }
 }
 
-/* Beer attenuation on the way to surface k: of the glass whose inside it shows, or that the ray was refracted into. */
-static void pktrt__absorb(const pktrt_scene *scene, pktrt__surfaces *s, uint32_t k, uint32_t medium) {
-  const bool inside = pktrt__bit(s->kind[PKTRT_SPECULAR_DIELECTRIC], k) && pktrt__bit(s->inside, k);
-  if (inside) medium = s->material[k];
-  const pktrt_material *glass = inside || medium ? pktrt__look(scene, medium) : NULL;
-  for (int a = 0; glass && a < 3; a++) {
-    if (!(glass->absorption[a] > 0)) continue;
-    const float kept = (float)pktrt__exp(-(double)glass->absorption[a] * (double)s->distance[k]);
+/* The glasses that ray `lane`, which met surface k, was in: those it knows of, or else the one whose inside it met. */
+static uint32_t pktrt__media_before(const pktrt__wave *w, const pktrt__surfaces *s, uint32_t k) {
+  const uint32_t known = w->medium[s->first + k];
+  if (known) return known;
+  return pktrt__bit(s->kind[PKTRT_SPECULAR_DIELECTRIC], k) && pktrt__bit(s->inside, k) ? s->material[k] : 0;
+}
+
+/* Beer attenuation on the way to surface k. */
+static void pktrt__absorb(const pktrt_scene *scene, const pktrt__wave *w, pktrt__surfaces *s, uint32_t k) {
+  const uint32_t medium = pktrt__top_medium(scene, pktrt__media_before(w, s, k));
+  for (int a = 0; a < 3; a++) {
+    const float kept = pktrt__kept(scene, medium, a, (double)s->distance[k]);
     s->albedo[a][k] *= kept, s->emission[a][k] *= kept, s->specular[a][k] *= kept, s->passing[a][k] *= kept;
   }
 }
@@ -9733,10 +10138,7 @@ static void pktrt__weigh_metal(const pktrt_scene *scene, pktrt__surfaces *s, uin
 static void pktrt__weigh_alone(const pktrt_scene *scene, const pktrt__wave *w, pktrt__surfaces *s, uint32_t i,
                                uint32_t metal, uint32_t glass) {
   for (; metal; metal &= metal - 1) pktrt__weigh_metal(scene, s, i + pktrt__lowest(metal));
-  for (; glass; glass &= glass - 1) {
-    const uint32_t k = i + pktrt__lowest(glass);
-    pktrt__absorb(scene, s, k, w->medium[s->first + k]);
-  }
+  for (; glass; glass &= glass - 1) pktrt__absorb(scene, w, s, i + pktrt__lowest(glass));
 }
 
 static bool pktrt__notes(const pktrt__job *job) { return job->desc->depth || job->desc->normal || job->desc->albedo; }
@@ -9802,30 +10204,32 @@ static void pktrt__trace_batch(pktrt__work *work, pktrt__batch *b, uint32_t n, p
 /* A shadow ray that met glass goes on behind it, along the same line, and loses what the surface reflects and the
    glass absorbs. Ray i of `through`; its way on goes to lane j. */
 typedef enum pktrt__passage { PKTRT__STOPPED, PKTRT__GOES_ON, PKTRT__ARRIVED } pktrt__passage;
-static pktrt__passage pktrt__pass_glass(pktrt__work *work, uint32_t i, uint32_t j, uint32_t hint[2], float seen[3]) {
+static pktrt__passage pktrt__pass_glass(pktrt__work *work, uint32_t i, uint32_t j, uint32_t hint[2], uint32_t *media,
+                                        float seen[3]) {
   const pktrt_scene *scene = work->job->scene;
   pktrt__batch *b = &work->through;
   const uint32_t mesh = pktrt__mesh_at(scene, b->id[i], hint), triangle = b->id[i] - scene->meshes[mesh].first_id;
   const pktrt__mesh *m = &scene->meshes[mesh];
   const pktrt_material *look = pktrt__look(scene, m->material);
   if (look->specular != PKTRT_SPECULAR_DIELECTRIC || look->shader) return PKTRT__STOPPED;
-  float p[3][3], normal[3], d[3], origin[3];
+  float p[3][3], normal[3], d[3], back[3], origin[3], before[3];
   double point[3], along = 0, d2 = 0, n2 = 0;
   for (uint32_t c = 0; c < 3; c++) pktrt__corner(m, m->positions, triangle, c, b->time[i], p[c]);
   pktrt__blend(p, b->cn[0][i], b->cn[1][i], point);
   for (int a = 0; a < 3; a++) {
-    normal[a] = b->cf[a][i], d[a] = b->d[a][i];
+    normal[a] = b->cf[a][i], d[a] = b->d[a][i], back[a] = -d[a];
     along += (double)normal[a] * (double)d[a];
     d2 += (double)d[a] * (double)d[a], n2 += (double)normal[a] * (double)normal[a];
   }
   const float cosine = (float)(fabs(along) / sqrt(d2 * n2));
   const float clear = 1 - pktrt_fresnel_dielectric(cosine, pktrt__index(look, 0));
+  const uint32_t medium = pktrt__top_medium(scene, *media ? *media : along > 0 ? m->material : 0);
   for (int a = 0; a < 3; a++) {
     seen[a] *= clear;
-    if (along > 0 && look->absorption[a] > 0)
-      seen[a] *= (float)pktrt__exp(-(double)look->absorption[a] * (double)b->t[i] * sqrt(d2));
+    seen[a] *= pktrt__kept(scene, medium, a, (double)b->t[i] * sqrt(d2));
   }
-  pktrt__leave(m, point, normal, d, origin);
+  pktrt__leave(m, point, normal, d, origin), pktrt__leave(m, point, normal, back, before);
+  *media = pktrt__pass_surface(scene, work->job->glass_meshes, *media, mesh, along > 0, before, origin, b->time[i]);
   const bool finite = b->tmax[i] < INFINITY;
   double left = 0;
   for (int a = 0; a < 3 && finite; a++)
@@ -9838,15 +10242,40 @@ static pktrt__passage pktrt__pass_glass(pktrt__work *work, uint32_t i, uint32_t 
   return !finite || left > 0 ? PKTRT__GOES_ON : PKTRT__ARRIVED;
 }
 
+/* The glasses that pending shadow ray k starts in: those around the surface that it leaves. */
+static uint32_t pktrt__media_of_sender(const pktrt__work *work, uint32_t k) {
+  return work->shaded->medium[work->surfaces.first + work->pending.target[k]];
+}
+
+/* Dims pending shadow ray k by the glass that ray i of a batch, its last piece, lies in; not if the light is infinitely
+   far, for there glass ends somewhere. */
+static void pktrt__dim(const pktrt_scene *scene, const pktrt__batch *b, uint32_t i, uint32_t media, uint32_t k,
+                       pktrt__pending *p) {
+  if (!media || !(b->tmax[i] < INFINITY)) return;
+  double d2 = 0;
+  for (int a = 0; a < 3; a++) d2 += (double)b->d[a][i] * (double)b->d[a][i];
+  for (int a = 0; a < 3; a++) p->seen[a][k] *= pktrt__kept(scene, pktrt__top_medium(scene, media), a, sqrt(d2));
+}
+
+/* Dims the pending shadow rays that start in glass and meet nothing. */
+static void pktrt__dim_free(pktrt__work *work, pktrt_ray_type type) {
+  pktrt__pending *p = &work->pending;
+  for (uint32_t k = 0; k < p->n; k++) {
+    if (p->batch.slot[k] != PKTRT_NONE || (type == PKTRT_RAY_OTHER && p->wave[k])) continue;
+    pktrt__dim(work->job->scene, &p->batch, k, pktrt__media_of_sender(work, k), k, p);
+  }
+}
+
 /* Gives those of pending shadow rays that something stopped a second chance: was it glass? They are listed. */
 static void pktrt__look_through_glass(pktrt__work *work, pktrt_ray_type type, uint32_t depth, uint32_t *lane,
                                       uint32_t listed) {
   pktrt__pending *p = &work->pending;
   pktrt__batch *b = &work->through;
-  uint32_t n = 0, hint[2] = {0, 0};
+  uint32_t n = 0, hint[2] = {0, 0}, media[PKTRT__BATCH];
   for (uint32_t i = 0; i < listed; i++) {
     const uint32_t k = lane[i];
     if (type == PKTRT_RAY_OTHER && p->wave[k]) continue;
+    media[n] = pktrt__media_of_sender(work, k);
     for (int a = 0; a < 3; a++) b->o[a][n] = p->batch.o[a][k], b->d[a][n] = p->batch.d[a][k], p->seen[a][k] = 1;
     b->tmin[n] = 0, b->tmax[n] = p->batch.tmax[k], b->time[n] = p->batch.time[k];
     lane[n++] = k;
@@ -9857,10 +10286,13 @@ static void pktrt__look_through_glass(pktrt__work *work, pktrt_ray_type type, ui
     for (uint32_t i = 0; i < n; i++) {
       const uint32_t k = lane[i];
       float seen[3] = {p->seen[0][k], p->seen[1][k], p->seen[2][k]};
-      if (b->slot[i] == PKTRT_NONE) continue; /* free from here on */
-      const pktrt__passage passage = pktrt__pass_glass(work, i, left, hint, seen);
+      if (b->slot[i] == PKTRT_NONE) { /* free from here on */
+        pktrt__dim(work->job->scene, b, i, media[i], k, p);
+        continue;
+      }
+      const pktrt__passage passage = pktrt__pass_glass(work, i, left, hint, &media[i], seen);
       for (int a = 0; a < 3; a++) p->seen[a][k] = passage == PKTRT__STOPPED ? 0 : seen[a];
-      if (passage == PKTRT__GOES_ON) lane[left++] = k;
+      if (passage == PKTRT__GOES_ON) media[left] = media[i], lane[left++] = k;
     }
     n = left;
   }
@@ -9908,6 +10340,7 @@ PKTRT__NOINLINE void pktrt__flush(pktrt__work *work, pktrt_ray_type type, uint32
   const pktrt__kernels *kernels = work->job->scene->kernels;
   uint32_t lane[PKTRT__BATCH];
   const uint32_t listed = kernels->see(&work->job->glass, b, p->seen, p->n, lane);
+  if (PKTRT__DIELECTRIC && work->immersed) pktrt__dim_free(work, type);
   if (PKTRT__DIELECTRIC && listed) pktrt__look_through_glass(work, type, depth, lane, listed);
   if (type == PKTRT_RAY_SHADOW) kernels->gain(s, p->target, p->arriving, p->seen, p->n);
   for (uint32_t i = 0; type == PKTRT_RAY_OTHER && i < p->n; i++) {
@@ -10207,16 +10640,29 @@ static pktrt__wave *pktrt__need_wave(pktrt__work *work, pktrt__wave **wave) {
   return *wave;
 }
 
-/* The media that rays from surfaces i to i + 7 go into, and their keys. Reflected ones stay where they were. */
+/* The glasses that the refracted ray of surface k is in. */
+static uint32_t pktrt__media_behind(const pktrt__sending *g, const pktrt__wave *w, const pktrt__surfaces *s, uint32_t k) {
+  float before[3], behind[3];
+  for (int a = 0; a < 3; a++) {
+    const double off = (double)s->lift[k] * (double)s->flat[a][k];
+    before[a] = (float)(s->point[a][k] + off), behind[a] = (float)(s->point[a][k] - off);
+  }
+  return pktrt__pass_surface(g->scene, g->glass, w->medium[s->first + k], s->mesh[k], pktrt__bit(s->inside, k), before,
+                             behind, w->time[s->first + k]);
+}
+
+/* The glasses that rays from surfaces i to i + 7 are in, and their keys. Reflected ones stay where they were. */
 static void pktrt__inherit(const pktrt__sending *g, const pktrt__wave *w, const pktrt__surfaces *s, uint32_t i,
-                           uint32_t medium[8], uint32_t key[8]) {
-  const uint32_t inside = s->inside[i / 8], lane = s->first + i;
-  uint32_t into = s->kind[PKTRT_SPECULAR_DIELECTRIC][i / 8] & (g->refraction ? ~inside : inside);
+                           uint32_t lanes, uint32_t medium[8], uint32_t key[8]) {
+  const uint32_t lane = s->first + i;
   for (uint32_t j = 0; j < 8; j++) {
-    medium[j] = g->refraction ? 0 : w->medium[lane + j];
+    medium[j] = w->medium[lane + j];
     key[j] = (w->key[lane + j] + 1) * g->times + g->plus;
   }
-  for (; into; into &= into - 1) medium[pktrt__lowest(into)] = s->material[i + pktrt__lowest(into)];
+  for (lanes &= s->kind[PKTRT_SPECULAR_DIELECTRIC][i / 8]; lanes; lanes &= lanes - 1) {
+    const uint32_t j = pktrt__lowest(lanes);
+    medium[j] = g->refraction ? pktrt__media_behind(g, w, s, i + j) : pktrt__media_before(w, s, i + j);
+  }
 }
 
 /* A direction within the lobe of surface k; lost below the surface. */
@@ -10260,6 +10706,7 @@ static uint32_t pktrt__send_rays(const pktrt__work *work, const pktrt__wave *w, 
   const pktrt__job *job = work->job;
   const bool apart = refraction && !job->choose;
   pktrt__sending g;
+  g.scene = job->scene, g.glass = job->glass_meshes;
   g.refraction = refraction, g.threshold = job->threshold;
   g.times = apart ? 0x9E3779B1u : 1, g.plus = apart ? 0x85EBCA6Bu : 0;
   return job->scene->kernels->send(&g, w, &work->surfaces, to, n);
@@ -10320,6 +10767,12 @@ static void pktrt__push_blindly(pktrt__work *work, pktrt__wave *w, uint32_t n, u
   pktrt__flush(work, PKTRT_RAY_OTHER, depth);
 }
 
+static bool pktrt__any_in_glass(const pktrt__wave *w, const pktrt__surfaces *s) {
+  uint32_t any = 0;
+  for (uint32_t k = 0; k < s->count; k++) any |= w->medium[s->first + k];
+  return any != 0;
+}
+
 static uint32_t pktrt__count_glass(const pktrt__surfaces *s) {
   uint32_t n = 0;
   for (uint32_t i = 0; i < s->count; i += 8) n += pktrt__popcount8(s->kind[PKTRT_SPECULAR_DIELECTRIC][i / 8]);
@@ -10334,11 +10787,13 @@ static void pktrt__shade(pktrt__work *work, pktrt__wave *w, uint32_t first, uint
   const bool blind = job->desc->assembly == PKTRT_ASSEMBLY_BLIND;
   uint32_t reflected = 0, refracted = 0;
   bool one_wave = blind;
+  if (pktrt__is_stopped(work)) return;
   pktrt__find_surfaces(work, w, first, n);
   if (!s->count) return;
   pktrt__dress(work, w, depth);
   if (job->draws) pktrt__name_draws(work, w);
   work->first = first, work->alone = job->desc->assembly == PKTRT_ASSEMBLY_NONE;
+  work->shaded = w, work->immersed = pktrt__uses(job, PKTRT__DIELECTRIC) && pktrt__any_in_glass(w, s);
   pktrt__add_lights(work, w, depth + 1);
   if (job->follow && depth < job->max_depth && !work->failed) {
     pktrt__wave *r = pktrt__need_wave(work, &work->reflected[depth]), *t = r;
@@ -10368,26 +10823,6 @@ static void pktrt__shade(pktrt__work *work, pktrt__wave *w, uint32_t first, uint
 
 /* >>tiles ---------------------------------------------------------------------------------------------------------- */
 
-/* The ray of a sample through a lens, or from a camera that moves, into lane n of the primary wave. */
-static void pktrt__lens_ray(pktrt__work *work, double x, double y, const float disk[2], double time, uint32_t n) {
-  const pktrt__job *job = work->job;
-  const pktrt_camera *c = &job->desc->camera;
-  pktrt__wave *w = &work->primary;
-  const double half = 0.5 * (double)c->aperture, lens[2] = {half * (double)disk[0], half * (double)disk[1]};
-  pktrt__view_plane moved;
-  const pktrt__view_plane *p = &job->plane;
-  bool sees = true;
-  if (PKTRT__MOTION && c->moving) {
-    memset(&moved, 0, sizeof moved);
-    sees = pktrt__view_at(c, job->desc->width, job->desc->height, time, &moved), p = &moved;
-  }
-  for (int a = 0; a < 3; a++) {
-    const double d = p->corner[a] + x * p->dx[a] + y * p->dy[a], off = lens[0] * p->right[a] + lens[1] * p->up[a];
-    w->o[a][n] = pktrt__to_float(p->eye[a] + off);
-    w->d[a][n] = sees ? pktrt__to_float(d - off / p->focus) : 0;
-  }
-}
-
 /* Where the n samples of the primary wave lie: in the pixel and on the lens, from the first four dimensions, and in the
    time that the shutter is open, which its rays get. Without a lens one of its dimensions is the time's, for these four
    are spread together. */
@@ -10414,8 +10849,7 @@ static void pktrt__camera_rays(pktrt__work *work, uint32_t n) {
   const bool lens = pktrt__uses(job, PKTRT__LENS), shutter = pktrt__uses(job, PKTRT__SHUTTER);
   const bool pinhole = !lens && !(PKTRT__MOTION && c->moving);
   double x[8] = {0, 0, 0, 0, 0, 0, 0, 0}, y[8] = {0, 0, 0, 0, 0, 0, 0, 0};
-  double time[8];
-  for (int k = 0; k < 8; k++) time[k] = pktrt__shutter_time(c, 0.5f);
+  const float middle = (float)pktrt__shutter_time(c, 0.5f);
   pktrt__set_row(w->importance, n, 1);
   memcpy(w->parent, work->surfaces.number, n * sizeof *w->parent);
   memcpy(w->root, work->surfaces.number, n * sizeof *w->root);
@@ -10424,19 +10858,31 @@ static void pktrt__camera_rays(pktrt__work *work, uint32_t n) {
   if (job->random) pktrt__draw_camera(work, n, lens, shutter);
   for (uint32_t i = 0; i < n; i += 8) {
     const uint32_t m = n - i < 8 ? n - i : 8;
-    for (uint32_t k = 0; shutter && k < m; k++) time[k] = pktrt__shutter_time(c, w->time[i + k]);
     for (uint32_t k = 0; k < m; k++) {
-      w->time[i + k] = (float)time[k];
+      w->time[i + k] = shutter ? (float)pktrt__shutter_time(c, w->time[i + k]) : middle;
       x[k] = (double)work->x[i + k] + (job->random ? (double)g->u[0][i + k] : 0.5);
       y[k] = (double)work->y[i + k] + (job->random ? (double)g->u[1][i + k] : 0.5);
     }
     if (pinhole) job->scene->kernels->primary(&job->plane, x, y, w, i);
     for (uint32_t k = 0; !pinhole && k < m; k++) {
       const float u[2] = {lens ? g->u[2][i + k] : 0.5f, lens ? g->u[3][i + k] : 0.5f};
-      float disk[2] = {0, 0};
+      float disk[2] = {0, 0}, o[3], d[3];
       if (lens) pktrt_map_disk(u, disk);
-      pktrt__lens_ray(work, x[k], y[k], disk, time[k], i + k);
+      pktrt__ray_at(c, job->desc->width, job->desc->height, &job->plane, x[k], y[k], disk, (double)w->time[i + k],
+                     o, d);
+      for (int a = 0; a < 3; a++) w->o[a][i + k] = o[a], w->d[a][i + k] = d[a];
     }
+  }
+}
+
+/* Finds the glasses that the n rays of the primary wave start in; rays of one origin and time share what was found. */
+static void pktrt__start_in_glass(pktrt__work *work, uint32_t n) {
+  pktrt__wave *w = &work->primary;
+  for (uint32_t i = 0; i < n; i++) {
+    const float o[3] = {w->o[0][i], w->o[1][i], w->o[2][i]};
+    bool same = i > 0 && w->time[i] == w->time[i - 1];
+    for (int a = 0; same && a < 3; a++) same = o[a] == w->o[a][i - 1];
+    w->medium[i] = same ? w->medium[i - 1] : pktrt__media_at(work->job->scene, work->job->glass_meshes, o, w->time[i]);
   }
 }
 
@@ -10445,6 +10891,7 @@ static void pktrt__run_wave(pktrt__work *work, uint32_t n) {
   pktrt__wave *w = &work->primary;
   work->alone = false, work->first = 0;
   pktrt__camera_rays(work, n);
+  if (PKTRT__DIELECTRIC && work->job->starts_in_glass) pktrt__start_in_glass(work, n);
   pktrt__trace_wave(work, w, 0, n, 0, PKTRT_RAY_PRIMARY);
   const bool blind = work->job->desc->assembly == PKTRT_ASSEMBLY_BLIND; /* reflected and refracted rays share a wave */
   const uint32_t step = blind ? PKTRT__WAVE / 2 : PKTRT__WAVE;
@@ -10549,12 +10996,14 @@ static void pktrt__free_work(pktrt__work *work) {
   pktrt__release(d, work, 1, sizeof *work);
 }
 
-static pktrt__work *pktrt__make_work(const pktrt__job *job, pktrt_stats *stats) { /* NULL: out of memory */
+static pktrt__work *pktrt__make_work(const pktrt__job *job, struct pktrt__rounds *rounds,
+                                     pktrt_stats *stats) { /* NULL: out of memory */
   pktrt__work *work = PKTRT__CAST(pktrt__work *, pktrt__alloc(&job->scene->desc, 1, sizeof *work));
   if (!work) return NULL;
   memset(work->reflected, 0, sizeof work->reflected);
   memset(work->refracted, 0, sizeof work->refracted);
-  work->spare = NULL, work->pending.n = 0, work->failed = false;
+  work->spare = NULL, work->pending.n = 0, work->failed = work->stopped = false;
+  work->rounds = rounds, work->shaded_packets = 0;
   memset(work->pending.batch.tmin, 0, sizeof work->pending.batch.tmin);
   for (uint32_t i = 0; i < PKTRT__WAVE; i++) work->surfaces.number[i] = i;
   work->job = job, work->stats = stats;
@@ -10833,9 +11282,9 @@ static void pktrt__plan_round(pktrt__rounds *t, double next) {
   pktrt__share_out(t->job, t->spent * pixels, (t->spent + next) * pixels, 0.98 * error * known);
 }
 
-/* The passes that this round gives to the blocks of an area. */
-static bool pktrt__render_blocks(const pktrt__job *job, const uint32_t area[4], pktrt_stats *stats,
-                                 uint32_t *cancelled) {
+/* The passes that this round gives to the blocks of an area. False: out of memory. */
+static bool pktrt__render_blocks(pktrt__rounds *t, const uint32_t area[4], pktrt_stats *stats) {
+  const pktrt__job *job = t->job;
   const pktrt__passes *p = job->passes;
   const uint32_t b = PKTRT_ERROR_BLOCK;
   pktrt__work *work = NULL;
@@ -10845,30 +11294,44 @@ static bool pktrt__render_blocks(const pktrt__job *job, const uint32_t area[4], 
       const pktrt__error_block *block = &p->blocks[(size_t)row * p->columns + column];
       uint32_t part[4];
       if (!block->more) continue;
-      if (!work) work = pktrt__make_work(job, stats);
+      if (!work) work = pktrt__make_work(job, t, stats);
       if (!work) return false;
       pktrt__block_area(p, column, row, part);
       for (int a = 0; a < 2; a++) {
         if (part[a] < area[a]) part[a] = area[a];
         if (part[2 + a] > area[2 + a]) part[2 + a] = area[2 + a];
       }
-      for (uint32_t k = 0; k < block->more && !pktrt__peek(cancelled); k++)
+      for (uint32_t k = 0; k < block->more && !pktrt__peek(&t->cancelled); k++)
         pktrt__render_area(work, part, block->done + k);
-      ok = !work->failed;
+      ok = !work->failed || work->stopped;
     }
   if (work) pktrt__free_work(work);
   return ok;
 }
 
 /* `passes` passes over an area, after those before; where all blocks get the same, they need not be told apart. */
-static bool pktrt__render_alike(const pktrt__job *job, const uint32_t area[4], pktrt_stats *stats, uint32_t before,
-                                uint32_t passes) {
-  pktrt__work *work = pktrt__make_work(job, stats);
+static bool pktrt__render_alike(const pktrt__job *job, pktrt__rounds *t, const uint32_t area[4], pktrt_stats *stats,
+                                uint32_t before, uint32_t passes) {
+  pktrt__work *work = pktrt__make_work(job, t, stats);
   if (!work) return false;
   for (uint32_t k = 0; k < passes; k++) pktrt__render_area(work, area, before + k);
-  const bool ok = !work->failed;
+  const bool ok = !work->failed || work->stopped;
   pktrt__free_work(work);
   return ok;
+}
+
+/* Tells the hook that so many tiles of the round are done; what it says. */
+static bool pktrt__tell_progress(const pktrt__rounds *t, uint32_t done) {
+  const pktrt_render_desc *d = t->job->desc;
+  const float part = (float)done / (float)t->count, all = t->from + (t->to - t->from) * part;
+  return !d->progress || d->progress(d->user, part < 1 ? all : t->to);
+}
+
+static bool pktrt__goes_on(pktrt__rounds *t) {
+  if (pktrt__peek(&t->cancelled)) return false;
+  const bool on = pktrt__tell_progress(t, pktrt__peek(&t->done));
+  if (!on) (void)pktrt__count_up(&t->cancelled);
+  return on;
 }
 
 static void pktrt__run_tile(void *arg, size_t i) {
@@ -10879,14 +11342,12 @@ static void pktrt__run_tile(void *arg, size_t i) {
   const uint32_t x1 = d->width - x < size ? d->width : x + size, y1 = d->height - y < size ? d->height : y + size;
   const uint32_t area[4] = {x, y, x1, y1};
   pktrt_stats *stats = t->stats ? &t->stats[i] : NULL;
-  const bool ok = t->alike ? pktrt__render_alike(t->job, area, stats, (uint32_t)t->spent, t->alike)
-                           : pktrt__render_blocks(t->job, area, stats, &t->cancelled);
+  const bool ok = t->alike ? pktrt__render_alike(t->job, t, area, stats, (uint32_t)t->spent, t->alike)
+                           : pktrt__render_blocks(t, area, stats);
   if (!ok) (void)pktrt__count_up(&t->failed);
-  if (!t->alike && pktrt__peek(&t->cancelled)) return; /* it may lack passes */
+  if (pktrt__peek(&t->cancelled)) return; /* it may lack pixels or passes */
   const uint32_t done = pktrt__count_up(&t->done);
-  const float part = (float)done / (float)t->count, all = t->from + (t->to - t->from) * part;
-  if (d->progress && !d->progress(d->user, part < 1 ? all : t->to))
-    (void)pktrt__count_up(done < t->count ? &t->cancelled : &t->late);
+  if (!pktrt__tell_progress(t, done)) (void)pktrt__count_up(done < t->count ? &t->cancelled : &t->late);
 }
 
 /* Blocks and the report after a round. */
@@ -10922,7 +11383,7 @@ static pktrt_stop pktrt__judge(const pktrt__rounds *t) {
   const double error = d->measure == PKTRT_ERROR_RELATIVE ? r->relative_mse : r->rmse;
   const double block = PKTRT_ERROR_BLOCK * PKTRT_ERROR_BLOCK / ((double)d->width * d->height);
   const double rest = d->adaptive ? pktrt__max(0.1, 0.5 * block) : 0.5; /* blocks get whole passes */
-  if (d->target_error > 0 && error <= (double)d->target_error) return PKTRT_STOP_ERROR;
+  if (d->target_error > 0 && error <= (double)d->target_error) return r->unknown ? PKTRT_STOP_PASSES : PKTRT_STOP_ERROR;
   if (d->target_error > 0 && t->spent >= 2 && r->rmse == INFINITY) return PKTRT_STOP_PASSES; /* none will ever be known */
   if (t->spent > t->job->most_passes - pktrt__min(rest, 0.5)) return PKTRT_STOP_PASSES;
   return d->time_budget > 0 && pktrt__next_round(t) <= 0 ? PKTRT_STOP_TIME : PKTRT_STOP_NOT_YET;
@@ -10991,17 +11452,79 @@ PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *s, const pktrt_rende
   if (d->adaptive || d->pass || d->report || d->pixel_error || d->block_error || d->target_error > 0 ||
       d->time_budget > 0)
     return PKTRT_INVALID_ARGUMENT;
+  if (pktrt__uncommitted(s)) return PKTRT_NOT_COMMITTED;
   if (!w || !h) return PKTRT_OK;
   const uint32_t area[4] = {x, y, x + w, y + h};
   if (!pktrt__prepare(&job, (uint64_t)w * h)) return PKTRT_OUT_OF_MEMORY;
   const bool ok = pktrt__make_passes(&job, area, &passes) &&
-                  pktrt__render_alike(&job, area, d->stats, 0, job.most_passes);
+                  pktrt__render_alike(&job, NULL, area, d->stats, 0, job.most_passes);
   if (job.passes) pktrt__free_passes(&s->desc, &passes);
   pktrt__unprepare(&job);
   return ok ? PKTRT_OK : PKTRT_OUT_OF_MEMORY;
 }
 
 /* >>render --------------------------------------------------------------------------------------------------------- */
+
+/* --- warnings: of what is likely to be a mistake, and shows in the picture only --- */
+
+static bool pktrt__any_positive(const float v[3]) { return v[0] > 0 || v[1] > 0 || v[2] > 0; }
+
+static bool pktrt__gives_light(const pktrt_render_desc *d, const pktrt__lamp *lamp, const pktrt_light *l) {
+  if (l->kind == PKTRT_LIGHT_ENVIRONMENT && !d->environment && !pktrt__any_positive(d->background)) return false;
+  return lamp->strength > 0;
+}
+
+/* Whether some mesh waits for light in vain: none is there, and it does not shine, nor is it coloured by a shader, nor does it
+   only show what is around. */
+static bool pktrt__is_dark(const pktrt__job *job) {
+  const pktrt_scene *s = job->scene;
+  bool dark = false, lit = pktrt__any_positive(job->desc->ambient);
+  for (uint32_t i = 0; i < s->light_count; i++) lit = lit || pktrt__gives_light(job->desc, &job->lamps[i], &s->lights[i]);
+  for (uint32_t i = 0; !lit && i < s->committed_meshes; i++) {
+    const pktrt_material *look = pktrt__look(s, s->meshes[i].material);
+    const bool shows = job->follow && look->specular != PKTRT_SPECULAR_NONE && !pktrt__any_positive(look->albedo);
+    if (!s->meshes[i].triangle_count || look->shader || pktrt__any_positive(look->emission) || shows) continue;
+    dark = dark || look->texture || pktrt__any_positive(look->albedo);
+  }
+  return dark;
+}
+
+static void pktrt__warn_of_mode(const pktrt_scene *s, const pktrt__job *job) {
+  static const char *const modes[] = {"PKTRT_MODE_RCS", "PKTRT_MODE_WRT", "PKTRT_MODE_DRT"};
+  const pktrt_render_desc *d = job->desc;
+  const uint32_t lens = PKTRT_FEATURE_LENS | PKTRT_FEATURE_SHUTTER;
+  const uint32_t shown = d->mode == PKTRT_MODE_DRT ? ~0u : d->mode == PKTRT_MODE_WRT ? ~lens
+                                                        : ~(lens | PKTRT__SPECULAR | PKTRT_FEATURE_GLOSS);
+  const uint32_t ignored = pktrt__features_of_render(s, d) & ~shown;
+  char text[256];
+  int n = snprintf(text, sizeof text, "render: %s takes no notice of", modes[d->mode]);
+  const char *between = " ";
+  for (uint32_t bit = 1; ignored && bit <= PKTRT_FEATURE_SHUTTER; bit *= 2) {
+    if (!(ignored & bit)) continue;
+    n += snprintf(text + n, sizeof text - (size_t)n, "%s%s", between, pktrt_feature_string((pktrt_feature)bit));
+    between = ", ";
+  }
+  if (ignored) pktrt__say(s, 0, text);
+}
+
+static void pktrt__warn_of_changes(const pktrt_scene *s) {
+  char text[160];
+  for (uint32_t i = 0; i < s->mesh_count; i++) {
+    const pktrt__mesh *m = &s->meshes[i];
+    if (m->committed && !m->dirty && !m->dirty_normals) continue;
+    (void)snprintf(text, sizeof text, "render: mesh %u %s since the last commit, which the picture does not show", (unsigned)i,
+                   m->committed ? "was changed" : "was added");
+    pktrt__say(s, 0, text);
+    return;
+  }
+}
+
+/* Needs the job's lamps. */
+static void pktrt__warn(const pktrt_scene *s, const pktrt__job *job) {
+  if (!s->desc.log) return;
+  pktrt__warn_of_mode(s, job), pktrt__warn_of_changes(s);
+  if (pktrt__is_dark(job)) pktrt__say(s, 0, "render: there is no light and no ambient: what does not shine by itself is black");
+}
 
 /* Everything that has to be there before the first round. */
 static pktrt_status pktrt__begin_rounds(pktrt_scene *s, pktrt__job *job, pktrt__passes *passes, pktrt__rounds *t) {
@@ -11050,8 +11573,12 @@ PKTRT_DEF pktrt_status pktrt_render(pktrt_scene *s, const pktrt_render_desc *d) 
   pktrt__rounds t;
   pktrt__why why;
   if (!pktrt__check_render(s, d, &job, &why)) return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "render: %s", why.text);
+  if (pktrt__uncommitted(s))
+    return pktrt__fail(s, PKTRT_NOT_COMMITTED, "render: %u meshes were added, none was committed",
+                       (unsigned)s->mesh_count);
   pktrt_status status = pktrt__begin_rounds(s, &job, &passes, &t);
   if (status == PKTRT_OK) {
+    pktrt__warn(s, &job);
     pktrt__run_rounds(&t);
     status = pktrt__end_rounds(s, &job, &t);
     pktrt__unprepare(&job);

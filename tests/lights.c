@@ -698,11 +698,68 @@ static void unseen(void) {
   }
 }
 
+/* A triangle that is flat at both keys, with area between: the same motion with a third key half-way gives the same light. */
+static void lamps_between_keys(void) {
+  static const float keys[3][9] = {{0, 2, 0, 0, 2, 0, 0, 2, 2}, {0, 2, 0, 1, 2, 0, 0, 2, 1}, {0, 2, 0, 2, 2, 0, 0, 2, 0}};
+  estimate e[3];
+  for (int k = 0; k < 3; k++) { /* 2: the control, flat throughout */
+    float p[27];
+    memcpy(p, keys, sizeof p);
+    if (k != 1) memcpy(p + 9, keys[k ? 0 : 2], sizeof keys[0]);
+    pktrt_scene *s = patch_open(NULL);
+    pktrt_material lamp = lamp_of(20);
+    pktrt_mesh_desc d;
+    pktrt_light l = light_of(PKTRT_LIGHT_MESH, 1);
+    memset(&d, 0, sizeof d);
+    d.positions = p, d.vertex_count = 3, d.triangle_count = 1, d.key_count = k == 1 ? 3 : 2, d.material = stage_material(s, &lamp);
+    CHECK(pktrt_add_mesh(s, &d, &l.mesh) == PKTRT_OK, "%s", pktrt_last_error(s));
+    stage_light(s, &l);
+    stage_commit(s);
+    pktrt_render_desc view = patch_spot();
+    view.camera.shutter = 1;
+    e[k] = stage_estimate(s, &view, 16);
+    pktrt_scene_destroy(s);
+  }
+  say("%.4f with two keys, %.4f with three, %.4f of nothing", e[0].mean[0], e[1].mean[0], e[2].mean[0]);
+  CHECK(fabs(e[0].mean[0] - e[1].mean[0]) < 4 * (e[0].error[0] + e[1].error[0]), "%g, not %g", e[0].mean[0], e[1].mean[0]);
+  CHECK(e[0].mean[0] > 0.05 && e[2].mean[0] <= 0, "the controls");
+}
+
+/* In RCS and WRT a mesh light reaches as far as a sphere around it; in DRT its triangles are sorted in a box around it. */
+static void lamps_with_strays(void) {
+  for (int mode = PKTRT_MODE_RCS; mode <= PKTRT_MODE_DRT; mode++) {
+    double value[2];
+    for (int with = 0; with < 2; with++) {
+      const float p[15] = {0, 2, 0, 1, 2, 0, 1, 2, 1, 0, 2, 1, 900, 800, 100};
+      const uint32_t corners[6] = {0, 1, 2, 0, 2, 3};
+      pktrt_scene *s = patch_open(NULL);
+      pktrt_material lamp = lamp_of(5);
+      pktrt_light l = light_of(PKTRT_LIGHT_MESH, 1);
+      pktrt_mesh_desc d;
+      quad roof = quad_of(vec_of(0, 1, 0), vec_of(0, 0, 1), vec_of(1, 0, 0)); /* between: all is in its shadow */
+      memset(&d, 0, sizeof d);
+      d.positions = p, d.vertex_count = 4 + (uint32_t)with, d.indices = corners, d.triangle_count = 2;
+      d.material = stage_material(s, &lamp);
+      CHECK(pktrt_add_mesh(s, &d, &l.mesh) == PKTRT_OK, "%s", pktrt_last_error(s));
+      stage_quad(s, &roof, 0), stage_light(s, &l);
+      stage_commit(s);
+      float got[3];
+      pktrt_render_desc view = stage_view((pktrt_mode)mode, 1, 1, got, vec_of(-0.5, 0.4, 0), vec_of(0, 0, 0));
+      stage_render(s, &view);
+      value[with] = (double)got[0];
+      pktrt_scene_destroy(s);
+    }
+    CHECK(value[0] <= 0 && value[1] <= 0, "mode %d: light through a roof: %g, with a stray vertex %g", mode, value[0], value[1]);
+  }
+}
+
 void suite_lights(void) {
   run("a quad light gives its form factor, by every sampler", quad_lights);
   run("a sphere light gives pi L (R / d)^2 cos", sphere_lights);
   run("RCS and WRT take a quad light in its middle", middles);
   run("an emissive mesh is a light like the quad of the same shape, and is seen", mesh_lights);
+  run("a moving mesh shines that has area between its keys only", lamps_between_keys);
+  run("a vertex that no triangle uses changes nothing of a mesh light", lamps_with_strays);
   run("RCS and WRT get light from a mesh", far_mesh_light);
   run("a tilted mesh light does not shadow itself at any distance", lamps_at_distances);
   run("a lamp that moves while the shutter is open gives the mean of its form factors", moving_lamp);

@@ -232,9 +232,11 @@ int main(int argc, char **argv) {
   suite_render();
   suite_shading();
   suite_lights();
+  suite_media();
   suite_assembly();
   suite_pictures();
   suite_passes();
+  suite_mistakes();
   suite_report();
   suite_identity();
   suite_stability();

@@ -276,6 +276,32 @@ static void motion(void) {
 }
 
 /* Changes take effect at commit or refit, not before. */
+/* A soup whose triangles have been shuffled: a refit leaves a bad tree, which is built anew only where it was marked. */
+static void marked_scenes(void) {
+  for (int k = 0; k < 8; k++) {
+    const bool marked = k & 1, refitted = k & 2, moved = k & 4;
+    mesh m = mesh_soup(1000, 0.02f, 5), other = mesh_soup(1000, 0.02f, 6);
+    pktrt_scene *s = empty_scene();
+    pktrt_scene_info built, info;
+    CHECK(mesh_add(s, &m, NULL) == PKTRT_OK && pktrt_commit(s) == PKTRT_OK, "%s", pktrt_last_error(s));
+    pktrt_get_scene_info(s, &built);
+    CHECK(pktrt_set_positions(s, 0, 0, other.p) == PKTRT_OK && pktrt_refit(s) == PKTRT_OK, "%s", pktrt_last_error(s));
+    pktrt_get_scene_info(s, &info);
+    CHECK(info.rebuild_advised && info.sah_now > 5 * built.sah_now, "the control: a bad tree, %g", info.sah_now);
+    if (marked) CHECK(pktrt_mark_changed(s) == PKTRT_OK);
+    if (moved) CHECK(pktrt_set_positions(s, 0, 0, other.p) == PKTRT_OK);
+    if (refitted) CHECK(pktrt_refit(s) == PKTRT_OK);
+    CHECK(pktrt_commit(s) == PKTRT_OK);
+    pktrt_get_scene_info(s, &info);
+    const bool anew = marked || (moved && !refitted);
+    CHECK(info.rebuild_advised == !anew && (info.sah_now < 1.2 * built.sah_now) == anew,
+          "marked %d, moved %d, refitted %d: SAH %g, built %g", marked, moved, refitted, info.sah_now, built.sah_now);
+    CHECK(pktrt_commit(s) == PKTRT_OK);
+    pktrt_scene_destroy(s);
+    mesh_free(&m), mesh_free(&other);
+  }
+}
+
 static void when_changes_show(void) {
   mesh m = mesh_box();
   pktrt_scene *s = empty_scene();
@@ -613,6 +639,7 @@ void suite_scene(void) {
   run("rays beyond the range of floats hit nothing and cost their neighbours nothing", beyond_range);
   run("meshes move linearly between their keys, time is clamped", motion);
   run("changes show at commit or refit, not before", when_changes_show);
+  run("what is marked as changed is built anew at the next commit, refits in between or not", marked_scenes);
   run("several threads query one scene", concurrent_queries);
   run("a query uses at most 64 KiB of stack", stack_bound);
   run("statistics count what happened", statistics);

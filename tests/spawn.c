@@ -15,7 +15,46 @@ static void spawn_of_a_miss(void) {
   world_free(&w);
 }
 
+/* A vertex far away that no triangle uses changes nothing: not rays that leave the surface, at rest or deformed, nor what a
+   light that is this mesh gives. */
+static void stray_vertices(void) {
+  static const float floor_xyz[] = {-1, 0, -1, -1, 0, 1, 1, 0, 1, 1, 0, -1}, far_off[3] = {9e5f, -3e6f, 2e7f};
+  static const uint32_t corners[] = {0, 1, 2, 0, 2, 3};
+  for (int k = 0; k < 8; k++) {
+    const bool soup = k & 1, deformed = k & 2, moving = k & 4;
+    pktrt_ray left[3];
+    for (int with = 0; with < 3; with++) { /* 2: the control, a triangle that uses it */
+      float p[2 * 10 * 3];
+      uint32_t used[9] = {0, 1, 2, 0, 2, 3, 4, 4, 4}, n = soup ? 6 : 4, nv = soup ? with == 2 ? 9 : n + (with > 0) : n + (with > 0);
+      for (uint32_t v = 0; v < n; v++) memcpy(p + 3 * v, floor_xyz + 3 * (soup ? corners[v] : v), 12);
+      for (uint32_t v = n; v < nv; v++) memcpy(p + 3 * v, far_off, 12);
+      memcpy(p + 3 * nv, p, 12 * nv);
+      pktrt_mesh_desc d;
+      memset(&d, 0, sizeof d);
+      d.positions = p, d.vertex_count = nv, d.key_count = moving ? 2 : 1;
+      d.triangle_count = with == 2 ? 3 : 2, d.indices = soup ? NULL : used;
+      pktrt_scene_desc sd = scene_desc_of(PKTRT_ISA_AUTO, 0);
+      pktrt_scene *s = pktrt_scene_create(&sd);
+      CHECK(s && pktrt_add_mesh(s, &d, NULL) == PKTRT_OK && pktrt_commit(s) == PKTRT_OK, "%s", pktrt_last_error(s));
+      if (deformed) {
+        for (uint32_t v = 0; v < n; v++) p[3 * v + 1] += 0.25f;
+        CHECK(pktrt_set_positions(s, 0, 0, p) == PKTRT_OK && pktrt_refit(s) == PKTRT_OK, "%s", pktrt_last_error(s));
+      }
+      pktrt_ray down = ray_of(0.3f, 2, 0.1f, 0, -1, 0);
+      const float up[3] = {0, 1, 0};
+      pktrt_hit h;
+      CHECK(pktrt_intersect(s, &down, &h) && h.triangle < 2);
+      pktrt_spawn(s, &down, &h, up, &left[with]);
+      pktrt_scene_destroy(s);
+    }
+    CHECK(same_bits(&left[0], &left[1], sizeof left[0]), "case %d: starts at %g, with a stray vertex at %g", k,
+          (double)left[0].origin[1], (double)left[1].origin[1]);
+    CHECK(!same_bits(&left[0], &left[2], sizeof left[0]), "the control: of a triangle it counts");
+  }
+}
+
 void suite_spawn(void) {
+  run("a vertex that no triangle uses changes no ray that leaves the mesh", stray_vertices);
   run("what a miss spawns hits nothing", spawn_of_a_miss);
 }
 

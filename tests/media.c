@@ -1,0 +1,273 @@
+/* Glass in glass: which one absorbs where boxes are nested, touch or overlap, for what the camera sees and for what lights
+   it. Indices of 1 leave rays straight, so that what is left of light is exp(-sum of absorption times length). */
+#include "pictures.h"
+
+enum { BOXES = 6 };
+
+typedef struct slab { /* a box from z = lo to z = hi, wider than what is looked at; hi = lo: none */
+  double lo, hi, absorption;
+} slab;
+
+typedef struct stack_case {
+  const char *name;
+  slab box[BOXES];
+  double eye, plate; /* z of the camera and of what it sees */
+  double depth;      /* absorption times length along the way */
+} stack_case;
+
+static const stack_case cases[] = {
+    {"one box", {{-3, 3, 0.5}}, 6, -6, 3},
+    {"the camera in one box", {{-3, 3, 0.5}}, 1, -6, 2},
+    {"the camera and what it sees in one box", {{-3, 3, 0.5}}, 1, -2, 1.5},
+    {"a clear box in one that absorbs", {{-3, 3, 0.5}, {-1, 1, 0}}, 6, -6, 2},
+    {"a box in a box", {{-3, 3, 0.5}, {-1, 1, 0.25}}, 6, -6, 2.5},
+    {"the camera in the inner box", {{-3, 3, 0.5}, {-1, 1, 0.25}}, 0.5, -6, 1.375},
+    {"the camera in the outer box", {{-3, 3, 0.5}, {-1, 1, 0.25}}, 2, -6, 2},
+    {"something in the inner box", {{-3, 3, 0.5}, {-1, 1, 0.25}}, 6, -0.5, 1.375},
+    {"two boxes in a box", {{-4, 4, 0.25}, {1, 3, 0.5}, {-3, -1, 0}}, 6, -6, 2},
+    {"six boxes in each other",
+     {{-6, 6, 0.1}, {-5, 5, 0.2}, {-4, 4, 0.3}, {-3, 3, 0.05}, {-2, 2, 0.15}, {-1, 1, 0.25}},
+     8, -8, 2.1},
+    {"boxes that touch", {{0, 3, 0.5}, {-3, 0, 0.25}}, 6, -6, 2.25},
+    {"the camera in the first of two that touch", {{0, 3, 0.5}, {-3, 0, 0.25}}, 1, -6, 1.25},
+    {"the camera in the second of two that touch", {{0, 3, 0.5}, {-3, 0, 0.25}}, -1, -6, 0.5},
+    {"something in the second of two that touch", {{0, 3, 0.5}, {-3, 0, 0.25}}, 6, -1, 1.75},
+    {"three of one glass that touch", {{1, 3, 0.25}, {-1, 1, 0.25}, {-3, -1, 0.25}}, 6, -6, 1.5},
+    {"a box in a box, with one face", {{-3, 3, 0.5}, {-3, 0, 0.25}}, 6, -6, 2.25},
+    {"the same from the other side", {{-3, 3, 0.5}, {0, 3, 0.25}}, 6, -6, 2.25},
+    {"boxes that overlap: the one entered last absorbs", {{-1, 3, 0.5}, {-3, 1, 0.25}}, 6, -6, 2},
+    {"the same from the other side", {{-3, 1, 0.5}, {-1, 3, 0.25}}, 6, -6, 2.5},
+};
+
+/* From the scene's own place to one of three in space, which are turned, so that nothing lies along an axis. */
+static vec turned(int place, double x, double y, double z) {
+  static const double angle[3][2] = {{0, 0}, {0.7, 0.4}, {2.9, -1.2}};
+  double a = angle[place][0], b = angle[place][1], x1 = cos(a) * x + sin(a) * z, z1 = cos(a) * z - sin(a) * x;
+  return vec_of(x1 + 3 * place, cos(b) * y - sin(b) * z1, sin(b) * y + cos(b) * z1 - place);
+}
+
+static mesh slab_mesh(const slab *b, int place) {
+  mesh m = mesh_box();
+  for (uint32_t v = 0; v < m.nv; v++) {
+    float *p = m.p + 3 * v;
+    vec_put(turned(place, 8 * (double)p[0], 8 * (double)p[1], p[2] > 0 ? b->hi : b->lo), p);
+  }
+  return m;
+}
+
+typedef struct set_up {
+  int place;
+  bool backwards, one_glass, moves; /* the boxes are added in reverse; of one material where they absorb alike; move */
+} set_up;
+
+static uint32_t slab_material(pktrt_scene *s, double absorption) {
+  pktrt_material glass = material_of(0, PKTRT_SPECULAR_DIELECTRIC, 0);
+  glass.ior[0] = 1;
+  for (int k = 0; k < 3; k++) glass.absorption[k] = (float)absorption * (float)(k + 1) / 2;
+  return stage_material(s, &glass);
+}
+
+static void add_slabs(pktrt_scene *s, const stack_case *c, const set_up *u) {
+  uint32_t material[BOXES];
+  for (int i = 0; i < BOXES; i++) {
+    if (c->box[i].hi <= c->box[i].lo) continue;
+    const bool same = u->one_glass && i && fabs(c->box[i].absorption - c->box[i - 1].absorption) <= 0;
+    material[i] = same ? material[i - 1] : slab_material(s, c->box[i].absorption);
+  }
+  for (int k = 0; k < BOXES; k++) {
+    int i = u->backwards ? BOXES - 1 - k : k;
+    if (c->box[i].hi <= c->box[i].lo) continue;
+    mesh m = slab_mesh(&c->box[i], u->place);
+    pktrt_mesh_desc d = mesh_desc(&m);
+    float keys[2 * 8 * 3];
+    d.material = material[i];
+    for (int n = 0; n < 8 * 3; n++) keys[n] = m.p[n] - 0.5f, keys[24 + n] = m.p[n] + 0.5f; /* in place half-way */
+    if (u->moves) d.positions = keys, d.key_count = 2;
+    CHECK(m.nv == 8 && pktrt_add_mesh(s, &d, NULL) == PKTRT_OK, "%s", pktrt_last_error(s));
+    mesh_free(&m);
+  }
+}
+
+static void add_plate(pktrt_scene *s, const set_up *u, double z, bool shines) {
+  pktrt_material m = shines ? lamp_of(1) : material_of(1, PKTRT_SPECULAR_NONE, 0);
+  vec o = turned(u->place, 0, 0, z);
+  quad q = quad_of(o, vec_sub(turned(u->place, 7, 0, z), o), vec_sub(turned(u->place, 0, 7, z), o));
+  stage_quad(s, &q, stage_material(s, &m));
+}
+
+static pktrt_render_desc straight(const set_up *u, pktrt_mode mode, float *pixel, double from, double to) {
+  pktrt_render_desc d =
+      stage_view(mode, 1, 1, pixel, turned(u->place, 0.13, 0.31, from), turned(u->place, 0.13, 0.31, to));
+  d.camera.fov_y = 0.01f, d.camera.time = 0.5f;
+  return d;
+}
+
+static int set_ups(set_up u[12]) {
+  for (int i = 0; i < 12; i++) u[i] = (set_up){i % 3, i / 3 % 2 == 1, i / 6 == 1, i == 4 || i == 8};
+  return 12;
+}
+
+/* What a light at the camera's place brings to a diffuse plate is dimmed on the way there and back; with `near`, the camera is
+   at the plate, and only the light's way counts. */
+static void glass_in_glass(void) {
+  set_up u[12];
+  double worst = 0, control = 0;
+  for (size_t k = 0; k < COUNT(cases); k++) {
+    const stack_case *c = &cases[k];
+    for (int i = 0, n = set_ups(u); i < n; i++) {
+      for (int mode = PKTRT_MODE_WRT; mode <= PKTRT_MODE_DRT; mode++) {
+        float got[3];
+        pktrt_scene *s = stage_open();
+        add_slabs(s, c, &u[i]), add_plate(s, &u[i], c->plate, true);
+        stage_commit(s);
+        pktrt_render_desc d = straight(&u[i], (pktrt_mode)mode, got, c->eye, c->plate);
+        stage_render(s, &d);
+        for (int a = 0; a < 3; a++) {
+          double want = exp(-c->depth * (a + 1) / 2), off = fabs((double)got[a] / want - 1);
+          CHECK(off < 2e-4, "%s, set-up %d, channel %d: %g, not %g", c->name, i, a, (double)got[a], want);
+          worst = fmax(worst, off), control = fmax(control, 1 - want);
+        }
+        pktrt_scene_destroy(s);
+      }
+    }
+  }
+  say("light through %zu stacks of glass off by at most %.2g; without absorption by %.2g", COUNT(cases), worst, control);
+  CHECK(control > 0.9);
+}
+
+static void shadows_in_glass(void) {
+  set_up u[12];
+  double worst = 0;
+  for (size_t k = 0; k < COUNT(cases); k++) {
+    const stack_case *c = &cases[k];
+    for (int i = 0, n = set_ups(u); i < n; i++) {
+      for (int settings = 0; settings < 4; settings++) {
+        float got[2][3], at = 1.0f / 64;
+        for (int with = 0; with < 2; with++) {
+          pktrt_scene *s = stage_open();
+          pktrt_light l = light_of(PKTRT_LIGHT_POINT, 10);
+          vec_put(turned(u[i].place, 0.13, 0.31, c->eye), l.position);
+          if (with) add_slabs(s, c, &u[i]);
+          add_plate(s, &u[i], c->plate, false), stage_light(s, &l);
+          stage_commit(s);
+          pktrt_render_desc d = straight(&u[i], PKTRT_MODE_WRT, got[with], c->plate + (double)at, c->plate);
+          d.assembly = settings == 1 ? PKTRT_ASSEMBLY_BLIND : settings == 2 ? PKTRT_ASSEMBLY_NONE : PKTRT_ASSEMBLY_RAY_TYPES;
+          d.path = settings == 3 ? PKTRT_PATH_PAPER : PKTRT_PATH_FAST;
+          stage_render(s, &d);
+          pktrt_scene_destroy(s);
+        }
+        double near = 0; /* absorption around the plate, that is, at the end of the way */
+        for (int b = 0; b < BOXES; b++)
+          if (c->box[b].lo < c->plate && c->plate < c->box[b].hi) near = c->box[b].absorption;
+        for (int a = 0; a < 3; a++) {
+          /* From there glasses that overlap are entered the other way round. */
+          double depth = (strstr(c->name, "overlap") ? 2.5 : k && strstr(cases[k - 1].name, "overlap") ? 2 : c->depth);
+          double want = exp(-(depth + near * (double)at) * (a + 1) / 2), is = (double)got[1][a] / (double)got[0][a];
+          CHECK(got[0][a] > 0 && fabs(is / want - 1) < 2e-4, "%s, set-up %d, settings %d, channel %d: %g, not %g", c->name,
+                i, settings, a, is, want);
+          worst = fmax(worst, fabs(is / want - 1));
+        }
+      }
+    }
+  }
+  say("shadow rays through the same stacks off by at most %.2g", worst);
+}
+
+/* A mirror in glass sends back what stays in glass; light in glass that meets nothing on its way is dimmed, too. */
+static void mirror_in_glass(void) {
+  stack_case c = {"", {{-3, 3, 0.5}, {-2, 2, 0.25}}, 6, -1, 0};
+  set_up u = {1, false, false, false};
+  float got[3];
+  pktrt_scene *s = stage_open();
+  pktrt_material mirror = material_of(0, PKTRT_SPECULAR_MIRROR, 1);
+  vec o = turned(u.place, 0, 0, -1);
+  quad q = quad_of(o, vec_sub(turned(u.place, 7, 0, -1), o), vec_sub(turned(u.place, 0, 7, -1), o));
+  add_slabs(s, &c, &u), stage_quad(s, &q, stage_material(s, &mirror));
+  stage_commit(s);
+  pktrt_render_desc d = straight(&u, PKTRT_MODE_WRT, got, 6, -1);
+  d.background[0] = d.background[1] = d.background[2] = 1;
+  stage_render(s, &d);
+  for (int a = 0; a < 3; a++) {
+    double want = exp(-2 * (0.5 * 1 + 0.25 * 3) * (a + 1) / 2);
+    CHECK(fabs((double)got[a] / want - 1) < 2e-4, "there and back, channel %d: %g, not %g", a, (double)got[a], want);
+  }
+  pktrt_scene_destroy(s);
+}
+
+/* An open sheet is no glass that a camera stands in, on either side. What its inside shows is taken to lie in it. */
+static void open_sheets(void) {
+  for (int behind = 0; behind < 2; behind++) {
+    float got[3];
+    pktrt_scene *s = stage_open();
+    quad q = quad_of(vec_of(0, 0, 0), vec_of(7, 0, 0), vec_of(0, 7, 0));
+    pktrt_material lamp = lamp_of(1);
+    quad plate = quad_of(vec_of(0, 0, behind ? 1 : -4), vec_of(7, 0, 0), vec_of(0, 7, 0));
+    stage_quad(s, &q, slab_material(s, 0.5)), stage_quad(s, &plate, stage_material(s, &lamp));
+    stage_commit(s);
+    set_up u = {0, false, false, false};
+    pktrt_render_desc d = straight(&u, PKTRT_MODE_WRT, got, behind ? -2 : 2, 0);
+    stage_render(s, &d);
+    double want = exp(-0.25 * (behind ? 2 : 4)); /* on this side of its inside; or behind it */
+    CHECK(fabs((double)got[0] / want - 1) < 2e-5, "behind %d: %g, not %g", behind, (double)got[0], want);
+    pktrt_scene_destroy(s);
+  }
+}
+
+/* Stacks are narrower where there are many materials. */
+static void many_materials(void) {
+  static const uint32_t counts[] = {250, 300, 66000};
+  for (size_t k = 0; k < COUNT(counts); k++) {
+    float got[3];
+    set_up u = {1, false, false, false};
+    pktrt_scene *s = stage_open();
+    pktrt_material plain = material_of(0.5, PKTRT_SPECULAR_NONE, 0);
+    for (uint32_t i = 0; i < counts[k]; i++) stage_material(s, &plain);
+    const stack_case *c = &cases[4]; /* a box in a box */
+    add_slabs(s, c, &u), add_plate(s, &u, c->plate, true);
+    stage_commit(s);
+    pktrt_render_desc d = straight(&u, PKTRT_MODE_WRT, got, c->eye, c->plate);
+    stage_render(s, &d);
+    CHECK(fabs((double)got[1] / exp(-c->depth) - 1) < 2e-5, "%u materials: %g", (unsigned)counts[k], (double)got[1]);
+    pktrt_scene_destroy(s);
+  }
+}
+
+/* The same bits however a picture of it is made: by a pinhole, and by a lens that lies partly in the inner glass. */
+static void settings_in_glass(void) {
+  enum { SIDE = 24, SETTINGS = 6 };
+  static float want[SIDE * SIDE * 3], got[SIDE * SIDE * 3];
+  set_up u = {2, false, false, false};
+  size_t pictures = 0;
+  for (int mode = PKTRT_MODE_WRT; mode <= PKTRT_MODE_DRT; mode++) {
+    for (int i = 0; i < isa_count * SETTINGS; i++) {
+      const int k = i % SETTINGS;
+      pktrt_scene_desc desc = scene_desc_of(isas[i / SETTINGS], 0);
+      pktrt_scene *s = pktrt_scene_create(&desc);
+      pktrt_light l = light_of(PKTRT_LIGHT_POINT, 30);
+      vec_put(turned(u.place, 1, 2, 2.5), l.position);
+      add_slabs(s, &cases[8], &u), add_plate(s, &u, -2, false), add_plate(s, &u, -7, true), stage_light(s, &l);
+      stage_commit(s);
+      pktrt_render_desc d = straight(&u, (pktrt_mode)mode, i ? got : want, 3.05, -6);
+      d.width = d.height = SIDE, d.camera.fov_y = 90, d.camera.target[0] += 2;
+      d.path = (pktrt_path)(k % 3), d.packet_size = k % 2 ? 4 : 8, d.assembly = (pktrt_assembly)k;
+      if (mode == PKTRT_MODE_DRT) d.camera.aperture = 1.5f, d.samples = 4;
+      stage_render(s, &d);
+      CHECK(!i || same_bits(want, got, sizeof want), "mode %d, %s, setting %d", mode, pktrt_isa_string(desc.isa), k);
+      pictures++;
+      pktrt_scene_destroy(s);
+    }
+    float least = want[0], most = want[0];
+    for (int i = 0; i < SIDE * SIDE; i++) least = fminf(least, want[3 * i]), most = fmaxf(most, want[3 * i]);
+    CHECK(most > 1.5f * least && least > 0, "there is something to see: %g to %g", (double)least, (double)most);
+  }
+  say("%zu pictures", pictures);
+}
+
+void suite_media(void) {
+  run("in glass within glass, beside glass and across glass, the one entered last absorbs", glass_in_glass);
+  run("shadow rays lose the same there", shadows_in_glass);
+  run("a mirror in glass in glass sends back what both absorb", mirror_in_glass);
+  run("a sheet of glass is not taken for a body around the camera", open_sheets);
+  run("glass in glass is found among 66,000 materials", many_materials);
+  run("pictures of glass in glass are the same bits on all paths", settings_in_glass);
+}

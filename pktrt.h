@@ -1,4 +1,4 @@
-/* pktrt.h - v0.5.1 - packet ray tracing in one C header: queries, for one ray or for millions, and pictures
+/* pktrt.h - v0.6.0 - packet ray tracing in one C header: queries, for one ray or for millions, and pictures
 
    After Boulos, Edwards, Lacewell, Kniss, Kautz, Shirley and Wald, "Packet-based Whitted and Distribution Ray Tracing",
    Graphics Interface 2007. MIT or public domain, at your choice (>>licence, at the end of the file).
@@ -131,6 +131,7 @@
        >>job          checks of a render
        >>lamps        where shadow rays go
        >>glass        where it is, for shadow rays
+       >>media        which glasses a ray is in
        >>work         what a tile needs
        >>surface      what the rays of a wave met
        >>materials    textures, shaders, weights of what is reflected and refracted
@@ -156,7 +157,9 @@
 
    CONFIGURATION: define before including the header
 
-     PKTRT_IMPLEMENTATION     This file holds the implementation. The macros below matter in that file alone.
+     PKTRT_IMPLEMENTATION     This file holds the implementation. Let it hold nothing else: compiling it takes ten seconds
+                              with optimisation, which an edit of your own code need not cost. The macros below matter in
+                              that file alone.
      PKTRT_STATIC             Beside PKTRT_IMPLEMENTATION: all functions are static, a private copy for this file.
                               Default: extern (extern "C" in C++).
      PKTRT_HEADER_FILENAME    How the file names itself, for the implementation includes itself once per instruction
@@ -316,8 +319,8 @@
      - Meshes are retained: 12 bytes per vertex and key, as much again with normals, 12 per triangle with indices. The
        first pktrt_set_positions of a mesh makes room for a second set, which stays; pktrt_set_normals likewise.
      - Rendering: about 220 KiB for each tile at work, and up to 60 KiB for each generation of rays; 230 bytes for each
-       triangle of a mesh that is a light (DRT); if it counts, 7 KiB for each tile of the picture; with several passes,
-       32 bytes for each pixel, 64 more with optional buffers.
+       triangle of a mesh that is a light (DRT); 28 bytes for each mesh if one is of glass; if it counts, 7 KiB for each
+       tile of the picture; with several passes, 32 bytes for each pixel, 64 more with optional buffers.
      - Stack: at most 64 KiB in a query, about 64 KiB in a render, 17 KiB in a build, if compiled with optimisation (up
        to twice that without). Mind this when your threads have small stacks.
    pktrt_get_scene_info tells tree and mesh bytes.
@@ -430,6 +433,10 @@
 
    CHANGES
 
+     0.6.0    Rays know the glasses that they are in, nested, touching, overlapping, and around the camera. Marks outlive
+              refits; mesh lights with area between keys only shine; stray vertices do not count. What is likely to be a
+              mistake is said in the log; pictures of meshes that were never committed are refused, and can be cancelled
+              within a tile. pktrt_make_ray, pktrt_camera_ray, pktrt_version.
      0.5.1    Mesh lights are sampled by what of them a point sees, from afar too: pool hall with a fifth less error, globes
               without shadow rays to their far half. Samples are drawn by 64; other noise where pixels have several.
      0.5.0    Sobol' points err as little as points can: sets of a known number, i / n being one dimension. Samples are
@@ -469,7 +476,7 @@
 #define PKTRT_DEF extern
 #endif
 
-#define PKTRT_VERSION 501      /* major * 10000 + minor * 100 + patch */
+#define PKTRT_VERSION 600      /* major * 10000 + minor * 100 + patch */
 #define PKTRT_NONE 0xFFFFFFFFu /* "no mesh", "no triangle" */
 #define PKTRT_MAX_TRIANGLES 2147483647u /* of a scene; more: PKTRT_LIMIT */
 #define PKTRT_MAX_KEYS 1024u   /* motion keys of one mesh; more: PKTRT_LIMIT */
@@ -839,17 +846,19 @@ PKTRT_DEF pktrt_status pktrt_add_light(pktrt_scene *, const pktrt_light *, uint3
 /* >>material ------------------------------------------------------------------------------------------------------- */
 
 /* Glass in glass. Every ray knows which glasses it is in, from the camera on, and the one that it entered last dims it
-   (Beer's law), on its way to a surface as on a shadow ray's way to a light. A mesh of glass should be closed.
+   (Beer's law), on its way to a surface as on a shadow ray's way to a light. A mesh of glass is best closed: each edge with a
+   triangle to either side.
    - Nested: glass within glass is simply put there; ior is relative to what surrounds it, so of water (1.33) in a bottle
-     (1.5) it is 1.33 / 1.5. Rays remember the last four glasses (two in scenes of more than 255 materials, one beyond
-     65,535); one that was forgotten is known again where a ray meets its inside.
+     (1.5) it is 1.33 / 1.5. Rays remember the last four glasses (two in scenes of more than 127 materials, one beyond
+     32,767); one that was forgotten is known again where a ray meets its inside.
    - Touching: of faces that coincide a ray meets one, that of the lower mesh, and refracts by its ior alone; both glasses
      are entered or left there.
    - Overlapping: where none contains the other, the one entered last dims, until it is left.
-   - Around the camera are those meshes that a line through the eye leaves on both sides, and so is each lens point; the
-     smaller one is the inner one.
-   - Open: what a ray meets from the inside is taken to be around it if it knows of no other glass; so a sheet dims what is
-     seen through its back. Light that comes from infinitely far, with nothing in between, is not dimmed. */
+   - Around the camera (and each point of its lens) are closed meshes that it stands in; the smaller one is the inner one.
+   - Open: sheets, and bodies whose surface is shared out among meshes, as a tumbler's glass, what holds water, and the
+     water's own surface (each with the ior of what it parts). A ray leaves one where it enters the next, and what it meets
+     from the inside and does not know of was around it: so a sheet dims what is seen through its back. A camera is in
+     none. Light that comes from infinitely far, with nothing in between, is not dimmed. */
 typedef enum pktrt_specular { /* what a surface does besides being diffuse */
   PKTRT_SPECULAR_NONE = 0,
   PKTRT_SPECULAR_MIRROR,      /* reflects `reflectance`, whatever the angle; albedo + reflectance <= 1 */
@@ -3839,9 +3848,10 @@ typedef struct pktrt__glass_box {
   float lo[3], hi[3];
   uint32_t next;
 } pktrt__glass_box;
-typedef struct pktrt__glass_mesh { /* of one mesh, over all its keys; lo > hi if it is not of glass */
+typedef struct pktrt__glass_mesh { /* of one mesh, over all its keys */
   float lo[3], hi[3];
-  bool touches;            /* another one's box */
+  bool closed;             /* and of glass: the box is there for this alone */
+  bool touches;            /* the box of another closed one */
 } pktrt__glass_mesh;
 typedef struct pktrt__glass {
   pktrt__glass_box *boxes; /* NULL: shadow rays pass nothing */
@@ -3867,8 +3877,8 @@ static bool pktrt__has_lobe(const pktrt_material *look) {
 }
 static void pktrt__corner(const pktrt__mesh *, const float *data, uint32_t triangle, uint32_t c, float time,
                           float out[3]);
-static void pktrt__weigh_alone(const pktrt_scene *, const pktrt__wave *, pktrt__surfaces *, uint32_t i, uint32_t metal,
-                               uint32_t glass);
+static void pktrt__weigh_alone(const pktrt_scene *, const pktrt__glass_mesh *, const pktrt__wave *, pktrt__surfaces *,
+                               uint32_t i, uint32_t metal, uint32_t glass);
 static void pktrt__shine(const pktrt_scene *, const pktrt__surfaces *, uint32_t i, uint32_t lanes, float (*to)[8],
                          float lobe[8]);
 static void pktrt__inherit(const pktrt__sending *, const pktrt__wave *, const pktrt__surfaces *, uint32_t i,
@@ -3910,7 +3920,8 @@ typedef struct pktrt__kernels {
      lanes of those among the former that may meet glass: returns how many, some too many. What they add: of n shadow
      rays, `seen` of what arrives at each. Reflected or refracted rays, behind the n of a wave: returns how many it
      has then. */
-  void (*dress)(const pktrt_scene *, bool follow, const float ambient[3], const pktrt__wave *, pktrt__surfaces *);
+  void (*dress)(const pktrt_scene *, const pktrt__glass_mesh *, bool follow, const float ambient[3],
+                const pktrt__wave *, pktrt__surfaces *);
   void (*aim)(const pktrt_scene *, const pktrt__aim *, const pktrt__wave *, pktrt__surfaces *, pktrt__shadows *);
   uint32_t (*see)(const pktrt__glass *, const pktrt__batch *, float (*seen)[PKTRT__ROW], uint32_t n, uint32_t *lane);
   void (*gain)(pktrt__surfaces *, const uint32_t *surface, float (*arriving)[PKTRT__ROW],
@@ -7345,8 +7356,8 @@ PKTRT__NOINLINE void NAME(weigh8)(pktrt__surfaces *s, uint32_t i) {
   }
 }
 
-static void NAME(dress)(const pktrt_scene *scene, bool follow, const float ambient[3], const pktrt__wave *w,
-                        pktrt__surfaces *s) {
+static void NAME(dress)(const pktrt_scene *scene, const pktrt__glass_mesh *meshes, bool follow,
+                        const float ambient[3], const pktrt__wave *w, pktrt__surfaces *s) {
   for (uint32_t i = 0; i < s->count; i += 8) {
     const uint32_t lanes = NAME(lanes_of)(s->count - i), lit = ~(uint32_t)s->shaded[i / 8];
     if (follow) {
@@ -7354,7 +7365,7 @@ static void NAME(dress)(const pktrt_scene *scene, bool follow, const float ambie
       const uint32_t inside = s->kind[PKTRT_SPECULAR_DIELECTRIC][i / 8] & s->inside[i / 8];
       const uint32_t glass = PKTRT__DIELECTRIC ? lanes & (inside | ~vsame(w->medium + s->first + i, 0)) : 0;
       NAME(weigh8)(s, i);
-      if (metal | glass) pktrt__weigh_alone(scene, w, s, i, metal, glass);
+      if (metal | glass) pktrt__weigh_alone(scene, meshes, w, s, i, metal, glass);
     }
     for (int a = 0; a < 3; a++) {
       const v8 around = vsel(mfrom(lit & 0xFF), vmul(vload(s->albedo[a] + i), vset(ambient[a])), vset(0));
@@ -9661,7 +9672,36 @@ static void pktrt__find_touching(pktrt__glass_mesh *g, uint64_t *order, uint32_t
   }
 }
 
-/* Boxes of the meshes of glass; whether the camera may stand in one of them. False: out of memory. */
+/* Numbers of a vertex, by where it is at all keys; of an edge, opposite from its two ends. */
+static uint64_t pktrt__vertex_number(const pktrt__mesh *m, uint64_t vertex) {
+  uint64_t number = 0;
+  for (uint32_t key = 0; key < m->key_count; key++) {
+    const float *p = m->positions + ((uint64_t)key * m->vertex_count + vertex) * 3;
+    for (int a = 0; a < 3; a++) {
+      const float x = p[a] + 0.0f; /* -0 is 0 */
+      uint32_t bits;
+      memcpy(&bits, &x, sizeof bits);
+      number = pktrt__mix(number + bits);
+    }
+  }
+  return number;
+}
+static uint64_t pktrt__edge_number(uint64_t a, uint64_t b) { return pktrt__mix(a + 3 * b) - pktrt__mix(b + 3 * a); }
+
+/* Whether each edge of a mesh has as many triangles to one side as to the other, by place: then what it bounds has an
+   inside. Numbers of edges sum up to 0 then, and else but by a chance of 2^-64. */
+static bool pktrt__is_closed(const pktrt__mesh *m) {
+  uint64_t sum = 0;
+  for (uint64_t i = 0; i < (uint64_t)m->triangle_count * 3; i += 3) {
+    uint64_t v[3];
+    for (uint32_t c = 0; c < 3; c++) v[c] = pktrt__vertex_number(m, m->indices ? m->indices[i + c] : i + c);
+    sum += pktrt__edge_number(v[0], v[1]) + pktrt__edge_number(v[1], v[2]) + pktrt__edge_number(v[2], v[0]);
+  }
+  return sum == 0;
+}
+
+/* Which meshes are closed and of glass, and their boxes; whether the camera may stand in one of them. False: out of
+   memory. */
 static bool pktrt__find_glass_meshes(pktrt__job *job, float slack) {
   const pktrt_scene *s = job->scene;
   const uint32_t meshes = s->committed_meshes;
@@ -9673,10 +9713,10 @@ static bool pktrt__find_glass_meshes(pktrt__job *job, float slack) {
     const pktrt__mesh *m = &s->meshes[i];
     pktrt__glass_box box;
     pktrt__empty_box(&box);
-    for (uint32_t t = 0; t < m->triangle_count && pktrt__is_glass(s, m); t++) pktrt__widen_by(m, t, &box);
+    g[i].closed = m->triangle_count && pktrt__is_glass(s, m) && pktrt__is_closed(m), g[i].touches = false;
+    for (uint32_t t = 0; t < m->triangle_count && g[i].closed; t++) pktrt__widen_by(m, t, &box);
     for (int a = 0; a < 3; a++) g[i].lo[a] = box.lo[a] - slack, g[i].hi[a] = box.hi[a] + slack;
-    g[i].touches = false;
-    if (!(box.lo[0] <= box.hi[0])) continue;
+    if (!g[i].closed) continue;
     order[n++] = (uint64_t)pktrt__ordered_bits(g[i].lo[0]) << 32 | i;
     job->starts_in_glass = job->starts_in_glass || pktrt__camera_meets(&job->desc->camera, &g[i]);
   }
@@ -9728,44 +9768,64 @@ static bool pktrt__prepare(pktrt__job *job, uint64_t pixels) { /* false: out of 
 
 /* >>media: which glasses a ray is in -------------------------------------------------------------------------------
 
-   A ray carries a stack of the glasses it has entered and not left, the last one on top, which absorbs: materials, packed
-   into one number of 32 bits. Four of them fit; two where there are more than 255 materials, one beyond 65,535. What is
-   pushed out at the bottom is forgotten, which does no harm to spheres in spheres: a ray that is in no glass it knows of
-   and meets the inside of one is taken to have been in that one.
+   A ray carries a stack of the glasses it has entered and not left, the last one on top, which absorbs. An entry is twice
+   the material, plus 1 if the mesh is open, and 8 bits wide, so that a number of 32 bits holds four; 16 where there are
+   more than 127 materials, 32 beyond 32,767. What is pushed out at the bottom is forgotten.
+
+   A closed mesh has an inside, wherever others are: it is pushed, and taken out wherever it stands. Open meshes are sheets,
+   or share what they bound, as glass, water and what lies between them in a tumbler that is modelled by interfaces: a ray
+   leaves one such body where it enters the next, so of entries that follow each other one at most is open. What a ray
+   meets from the inside and does not know of, it was in: it came through another mesh, or was forgotten.
 
    Faces that coincide hide each other: of two glasses that touch, a ray meets the face of one mesh, and starts behind
-   both. So where a mesh's box touches another's, faces are looked for in the layer that the refracted ray leaps over. For
-   this, and for the glasses around the camera, crossings are counted along a line, in plain C. Of glasses that are
-   entered at once, or found around the camera, the one with the smaller box is the inner one. */
+   both. So where the box of a closed mesh touches another's, faces are looked for in the layer that the refracted ray
+   leaps over. For this, and for the glasses around the camera, crossings are counted along a line, in plain C. Of glasses
+   that are entered at once, or found around the camera, the one with the smaller box is the inner one. */
 
-/* How many bits of a stack a material takes. */
+/* The entry of a mesh, and how many bits of a stack it takes. */
+static uint32_t pktrt__medium_of(const pktrt_scene *s, const pktrt__glass_mesh *glass, uint32_t mesh) {
+  return s->meshes[mesh].material << 1 | !glass[mesh].closed;
+}
 static uint32_t pktrt__medium_bits(const pktrt_scene *s) {
-  return s->material_count < 256 ? 8 : s->material_count < 65536 ? 16 : 32;
+  return s->material_count < 128 ? 8 : s->material_count < 32768 ? 16 : 32;
 }
 static uint32_t pktrt__top_medium(const pktrt_scene *s, uint32_t stack) {
   return stack & (UINT32_MAX >> (32 - pktrt__medium_bits(s)));
 }
-static uint32_t pktrt__enter_medium(const pktrt_scene *s, uint32_t stack, uint32_t material) {
-  return (uint32_t)((uint64_t)stack << pktrt__medium_bits(s)) | material;
+/* The `at` lowest bits of a stack, and what lies above `at` bits. */
+static uint32_t pktrt__bits_below(uint32_t stack, uint32_t at) { return (uint32_t)(stack & ((UINT64_C(1) << at) - 1)); }
+static uint32_t pktrt__bits_above(uint32_t stack, uint32_t at) { return (uint32_t)((uint64_t)stack >> at); }
+
+/* How many bits lie below where an entry stands last; 32 or more: nowhere. */
+static uint32_t pktrt__find_medium(const pktrt_scene *s, uint32_t stack, uint32_t medium) {
+  uint32_t at = 0;
+  while (at < 32 && pktrt__top_medium(s, pktrt__bits_above(stack, at)) != medium) at += pktrt__medium_bits(s);
+  return at;
 }
-/* Takes out a material where it was entered last, if it is there. */
-static uint32_t pktrt__leave_medium(const pktrt_scene *s, uint32_t stack, uint32_t material) {
+static uint32_t pktrt__enter_medium(const pktrt_scene *s, uint32_t stack, uint32_t medium) {
   const uint32_t bits = pktrt__medium_bits(s);
-  for (uint32_t at = 0; at < 32; at += bits) {
-    if (pktrt__top_medium(s, stack >> at) != material) continue;
-    const uint64_t above = (uint64_t)stack >> (at + bits), below = stack & ((UINT64_C(1) << at) - 1);
-    return (uint32_t)(above << at | below);
-  }
-  return stack;
+  if (medium & stack & 1) stack = pktrt__bits_above(stack, bits);
+  return (uint32_t)((uint64_t)stack << bits) | medium;
+}
+static uint32_t pktrt__leave_medium(const pktrt_scene *s, uint32_t stack, uint32_t medium) {
+  uint32_t at = pktrt__find_medium(s, stack, medium);
+  if (at >= 32 && (medium & stack & 1)) at = 0;
+  if (at >= 32) return stack;
+  return pktrt__bits_above(stack, at + pktrt__medium_bits(s)) << at | pktrt__bits_below(stack, at);
+}
+/* A stack as it was before a glass was met from the inside. */
+static uint32_t pktrt__know_medium(const pktrt_scene *s, uint32_t stack, uint32_t medium) {
+  return pktrt__find_medium(s, stack, medium) < 32 ? stack : pktrt__enter_medium(s, stack, medium);
 }
 
-/* What is left of light in one channel behind so much of a material; nothing absorbs where there is none. */
-static float pktrt__kept(const pktrt_scene *s, uint32_t material, int a, double distance) {
+/* What is left of light in one channel behind so much of what is on top of a stack. */
+static float pktrt__kept(const pktrt_scene *s, uint32_t stack, int a, double distance) {
+  const uint32_t material = pktrt__top_medium(s, stack) >> 1;
   const float absorption = material ? pktrt__look(s, material)->absorption[a] : 0;
   return absorption > 0 ? (float)pktrt__exp(-(double)absorption * distance) : 1;
 }
 
-/* Crossings of a line with meshes of glass whose boxes contain its origin. */
+/* Crossings of a line with closed meshes of glass whose boxes contain its origin. */
 enum { PKTRT__CROSSED = 8 }; /* so many meshes at most; others are overlooked */
 typedef struct pktrt__crossings {
   const pktrt_scene *scene;
@@ -9773,6 +9833,7 @@ typedef struct pktrt__crossings {
   uint32_t skip; /* a mesh that does not count */
   pktrt__lone q;
   double pad;    /* boxes are so much wider, see >>exactness */
+  double lo[3], hi[3]; /* the line's own box */
   uint32_t mesh[PKTRT__CROSSED], count, hint[2];
   int exits[PKTRT__CROSSED]; /* less entries */
 } pktrt__crossings;
@@ -9793,7 +9854,7 @@ static void pktrt__cross_block(pktrt__crossings *c, const pktrt__group *g, uint3
     const pktrt_ray *ray = c->q.ray;
     float t, p[3][3];
     double n[3], along = 0;
-    bool outside = mesh == c->skip;
+    bool outside = mesh == c->skip || !c->glass[mesh].closed;
     for (int a = 0; a < 3; a++)
       outside |= !(c->glass[mesh].lo[a] <= ray->origin[a] && ray->origin[a] <= c->glass[mesh].hi[a]);
     if (outside || !pktrt__canonical(g, &c->q, slot, &t) || !(ray->tmin < t && t < ray->tmax)) continue;
@@ -9812,7 +9873,7 @@ static bool pktrt__may_cross(const pktrt__crossings *c, const float *k0, const f
     const float *lo0 = k0 + 16 * a + i, *lo1 = k1 + 16 * a + i;
     const double lo = (double)ta * (double)lo0[0] + (double)tb * (double)lo1[0] - c->pad - o;
     const double hi = (double)ta * (double)lo0[8] + (double)tb * (double)lo1[8] + c->pad - o;
-    if (d == 0 && (lo > 0 || hi < 0)) return false;
+    if (lo > c->hi[a] || hi < c->lo[a]) return false;
     if (d == 0) continue;
     from = pktrt__max(from, (d > 0 ? lo : hi) / d), to = pktrt__min(to, (d > 0 ? hi : lo) / d);
   }
@@ -9846,7 +9907,9 @@ static void pktrt__count_crossings(pktrt__crossings *c, const float o[3], const 
   uint32_t k = 0;
   for (uint32_t a = 0; a < 3; a++) {
     const double lo = fabs((double)c->scene->lo[a] - (double)o[a]), hi = fabs((double)c->scene->hi[a] - (double)o[a]);
+    const double end = d[a] != 0 ? (double)d[a] * (double)tmax : 0;
     ray.origin[a] = o[a], ray.direction[a] = d[a];
+    c->lo[a] = pktrt__min(end, 0), c->hi[a] = pktrt__max(end, 0);
     most = pktrt__max(most, pktrt__max(lo, hi)), far = pktrt__max(far, fabs((double)o[a]));
     if (fabsf(d[a]) > fabsf(d[k])) k = a;
   }
@@ -9872,24 +9935,21 @@ static uint32_t pktrt__enter_meshes(const pktrt_scene *s, const pktrt__glass_mes
       const float size = pktrt__glass_size(&glass[mesh[i]]), most = pktrt__glass_size(&glass[mesh[largest]]);
       if (size > most || (size == most && mesh[i] < mesh[largest])) largest = i;
     }
-    stack = pktrt__enter_medium(s, stack, s->meshes[mesh[largest]].material);
+    stack = pktrt__enter_medium(s, stack, pktrt__medium_of(s, glass, mesh[largest]));
     mesh[largest] = mesh[n - 1];
   }
   return stack;
 }
 
-/* The glasses around a point at a time: those that a line through it leaves on both sides. */
+/* The glasses around a point at a time: those that a line from it leaves more often than it enters them. */
 static uint32_t pktrt__media_at(const pktrt_scene *s, const pktrt__glass_mesh *glass, const float point[3], float time) {
-  static const float ahead[3] = {0.259f, 0.933f, 0.2495f}, back[3] = {-0.259f, -0.933f, -0.2495f};
+  static const float ahead[3] = {0.259f, 0.933f, 0.2495f}; /* along no axis, where edges would be met exactly */
   uint32_t mesh[PKTRT__CROSSED], n = 0;
-  pktrt__crossings a, b;
-  b.count = 0;
-  a.scene = b.scene = s, a.glass = b.glass = glass, a.skip = b.skip = PKTRT_NONE;
-  pktrt__count_crossings(&a, point, ahead, INFINITY, time);
-  if (a.count) pktrt__count_crossings(&b, point, back, INFINITY, time);
-  for (uint32_t i = 0; i < a.count; i++)
-    for (uint32_t j = 0; j < b.count; j++)
-      if (a.mesh[i] == b.mesh[j] && a.exits[i] > 0 && b.exits[j] > 0) mesh[n++] = a.mesh[i];
+  pktrt__crossings c;
+  c.scene = s, c.glass = glass, c.skip = PKTRT_NONE;
+  pktrt__count_crossings(&c, point, ahead, INFINITY, time);
+  for (uint32_t i = 0; i < c.count; i++)
+    if (c.exits[i] > 0) mesh[n++] = c.mesh[i];
   return pktrt__enter_meshes(s, glass, 0, mesh, n);
 }
 
@@ -9905,10 +9965,10 @@ static uint32_t pktrt__pass_surface(const pktrt_scene *s, const pktrt__glass_mes
     c.scene = s, c.glass = glass, c.skip = mesh;
     pktrt__count_crossings(&c, before, d, 1, time);
   }
-  if (leaves) stack = pktrt__leave_medium(s, stack, s->meshes[mesh].material);
+  if (leaves) stack = pktrt__leave_medium(s, stack, pktrt__medium_of(s, glass, mesh));
   else entered[n++] = mesh;
   for (uint32_t i = 0; i < c.count; i++) {
-    if (c.exits[i] > 0) stack = pktrt__leave_medium(s, stack, s->meshes[c.mesh[i]].material);
+    if (c.exits[i] > 0) stack = pktrt__leave_medium(s, stack, pktrt__medium_of(s, glass, c.mesh[i]));
     if (c.exits[i] < 0) entered[n++] = c.mesh[i];
   }
   return pktrt__enter_meshes(s, glass, stack, entered, n);
@@ -10109,18 +10169,20 @@ static void pktrt__run_hooks(const pktrt_scene *scene, const pktrt__wave *w, pkt
   }
 }
 
-/* The glasses that ray `lane`, which met surface k, was in: those it knows of, or else the one whose inside it met. */
-static uint32_t pktrt__media_before(const pktrt__wave *w, const pktrt__surfaces *s, uint32_t k) {
+/* The glasses that a ray was in when it met surface k. */
+static uint32_t pktrt__media_before(const pktrt_scene *scene, const pktrt__glass_mesh *glass, const pktrt__wave *w,
+                                    const pktrt__surfaces *s, uint32_t k) {
   const uint32_t known = w->medium[s->first + k];
-  if (known) return known;
-  return pktrt__bit(s->kind[PKTRT_SPECULAR_DIELECTRIC], k) && pktrt__bit(s->inside, k) ? s->material[k] : 0;
+  const bool inside = pktrt__bit(s->kind[PKTRT_SPECULAR_DIELECTRIC], k) && pktrt__bit(s->inside, k);
+  return inside ? pktrt__know_medium(scene, known, pktrt__medium_of(scene, glass, s->mesh[k])) : known;
 }
 
 /* Beer attenuation on the way to surface k. */
-static void pktrt__absorb(const pktrt_scene *scene, const pktrt__wave *w, pktrt__surfaces *s, uint32_t k) {
-  const uint32_t medium = pktrt__top_medium(scene, pktrt__media_before(w, s, k));
+static void pktrt__absorb(const pktrt_scene *scene, const pktrt__glass_mesh *glass, const pktrt__wave *w,
+                          pktrt__surfaces *s, uint32_t k) {
+  const uint32_t media = pktrt__media_before(scene, glass, w, s, k);
   for (int a = 0; a < 3; a++) {
-    const float kept = pktrt__kept(scene, medium, a, (double)s->distance[k]);
+    const float kept = pktrt__kept(scene, media, a, (double)s->distance[k]);
     s->albedo[a][k] *= kept, s->emission[a][k] *= kept, s->specular[a][k] *= kept, s->passing[a][k] *= kept;
   }
 }
@@ -10135,10 +10197,10 @@ static void pktrt__weigh_metal(const pktrt_scene *scene, pktrt__surfaces *s, uin
 }
 
 /* Of surfaces i to i + 7, what is not done by eights: reflection of metals, and what glass absorbs on the way. */
-static void pktrt__weigh_alone(const pktrt_scene *scene, const pktrt__wave *w, pktrt__surfaces *s, uint32_t i,
-                               uint32_t metal, uint32_t glass) {
+static void pktrt__weigh_alone(const pktrt_scene *scene, const pktrt__glass_mesh *meshes, const pktrt__wave *w,
+                               pktrt__surfaces *s, uint32_t i, uint32_t metal, uint32_t glass) {
   for (; metal; metal &= metal - 1) pktrt__weigh_metal(scene, s, i + pktrt__lowest(metal));
-  for (; glass; glass &= glass - 1) pktrt__absorb(scene, w, s, i + pktrt__lowest(glass));
+  for (; glass; glass &= glass - 1) pktrt__absorb(scene, meshes, w, s, i + pktrt__lowest(glass));
 }
 
 static bool pktrt__notes(const pktrt__job *job) { return job->desc->depth || job->desc->normal || job->desc->albedo; }
@@ -10168,7 +10230,7 @@ PKTRT__NOINLINE void pktrt__dress(pktrt__work *work, const pktrt__wave *w, uint3
   for (uint32_t k = 0; pktrt__uses(job, PKTRT__TEXTURES) && k < s->count; k += 8) hooks |= s->hooked[k / 8] != 0;
   if (hooks) pktrt__run_hooks(job->scene, w, s);
   if (!depth && pktrt__notes(job)) pktrt__note_first_hits(work);
-  job->scene->kernels->dress(job->scene, job->follow, d->ambient, w, s);
+  job->scene->kernels->dress(job->scene, job->glass_meshes, job->follow, d->ambient, w, s);
 }
 
 static void pktrt__add_words(void *to, const void *from, size_t size) { /* nothing but uint64_t in there */
@@ -10223,13 +10285,14 @@ static pktrt__passage pktrt__pass_glass(pktrt__work *work, uint32_t i, uint32_t 
   }
   const float cosine = (float)(fabs(along) / sqrt(d2 * n2));
   const float clear = 1 - pktrt_fresnel_dielectric(cosine, pktrt__index(look, 0));
-  const uint32_t medium = pktrt__top_medium(scene, *media ? *media : along > 0 ? m->material : 0);
+  const pktrt__glass_mesh *glass = work->job->glass_meshes;
+  if (along > 0) *media = pktrt__know_medium(scene, *media, pktrt__medium_of(scene, glass, mesh));
   for (int a = 0; a < 3; a++) {
     seen[a] *= clear;
-    seen[a] *= pktrt__kept(scene, medium, a, (double)b->t[i] * sqrt(d2));
+    seen[a] *= pktrt__kept(scene, *media, a, (double)b->t[i] * sqrt(d2));
   }
   pktrt__leave(m, point, normal, d, origin), pktrt__leave(m, point, normal, back, before);
-  *media = pktrt__pass_surface(scene, work->job->glass_meshes, *media, mesh, along > 0, before, origin, b->time[i]);
+  *media = pktrt__pass_surface(scene, glass, *media, mesh, along > 0, before, origin, b->time[i]);
   const bool finite = b->tmax[i] < INFINITY;
   double left = 0;
   for (int a = 0; a < 3 && finite; a++)
@@ -10254,7 +10317,7 @@ static void pktrt__dim(const pktrt_scene *scene, const pktrt__batch *b, uint32_t
   if (!media || !(b->tmax[i] < INFINITY)) return;
   double d2 = 0;
   for (int a = 0; a < 3; a++) d2 += (double)b->d[a][i] * (double)b->d[a][i];
-  for (int a = 0; a < 3; a++) p->seen[a][k] *= pktrt__kept(scene, pktrt__top_medium(scene, media), a, sqrt(d2));
+  for (int a = 0; a < 3; a++) p->seen[a][k] *= pktrt__kept(scene, media, a, sqrt(d2));
 }
 
 /* Dims the pending shadow rays that start in glass and meet nothing. */
@@ -10647,8 +10710,9 @@ static uint32_t pktrt__media_behind(const pktrt__sending *g, const pktrt__wave *
     const double off = (double)s->lift[k] * (double)s->flat[a][k];
     before[a] = (float)(s->point[a][k] + off), behind[a] = (float)(s->point[a][k] - off);
   }
-  return pktrt__pass_surface(g->scene, g->glass, w->medium[s->first + k], s->mesh[k], pktrt__bit(s->inside, k), before,
-                             behind, w->time[s->first + k]);
+  const uint32_t media = pktrt__media_before(g->scene, g->glass, w, s, k);
+  return pktrt__pass_surface(g->scene, g->glass, media, s->mesh[k], pktrt__bit(s->inside, k), before, behind,
+                             w->time[s->first + k]);
 }
 
 /* The glasses that rays from surfaces i to i + 7 are in, and their keys. Reflected ones stay where they were. */
@@ -10661,7 +10725,8 @@ static void pktrt__inherit(const pktrt__sending *g, const pktrt__wave *w, const 
   }
   for (lanes &= s->kind[PKTRT_SPECULAR_DIELECTRIC][i / 8]; lanes; lanes &= lanes - 1) {
     const uint32_t j = pktrt__lowest(lanes);
-    medium[j] = g->refraction ? pktrt__media_behind(g, w, s, i + j) : pktrt__media_before(w, s, i + j);
+    medium[j] = g->refraction ? pktrt__media_behind(g, w, s, i + j)
+                              : pktrt__media_before(g->scene, g->glass, w, s, i + j);
   }
 }
 

@@ -213,6 +213,36 @@ static void open_sheets(void) {
   }
 }
 
+/* Glass above a liquid, by what parts them from each other and from the air: three sheets, through which a ray goes from both
+   sides. In a box of another glass, whose last piece is dimmed by that one again. */
+static void interfaces(void) {
+  static const struct {
+    double z, absorption;
+    bool down;
+  } sheet[] = {{3, 0.5, false}, {1, 0.25, false}, {-3, 0.25, true}};
+  for (int k = 0; k < 4; k++) {
+    const bool below = k & 1, boxed = k & 2;
+    float got[3];
+    set_up u = {1, false, false, false};
+    stack_case around = {"", {{-4, 4, 0.125}}, 0, 0, 0};
+    pktrt_scene *s = stage_open();
+    for (size_t i = 0; i < COUNT(sheet); i++) {
+      vec o = turned(u.place, 0, 0, sheet[i].z), x = vec_sub(turned(u.place, 7, 0, sheet[i].z), o);
+      quad q = quad_of(o, x, vec_sub(turned(u.place, 0, 7, sheet[i].z), o));
+      if (sheet[i].down) q = quad_flipped(q);
+      stage_quad(s, &q, slab_material(s, sheet[i].absorption));
+    }
+    if (boxed) add_slabs(s, &around, &u);
+    add_plate(s, &u, below ? 6 : -6, true);
+    stage_commit(s);
+    pktrt_render_desc d = straight(&u, PKTRT_MODE_WRT, got, below ? -6 : 6, 0);
+    stage_render(s, &d);
+    double want = exp(-(2 * 0.5 + 4 * 0.25 + (boxed ? 2 * 0.125 : 0)));
+    CHECK(fabs((double)got[1] / want - 1) < 2e-4, "below %d, boxed %d: %g, not %g", below, boxed, (double)got[1], want);
+    pktrt_scene_destroy(s);
+  }
+}
+
 /* Stacks are narrower where there are many materials. */
 static void many_materials(void) {
   static const uint32_t counts[] = {250, 300, 66000};
@@ -234,7 +264,7 @@ static void many_materials(void) {
 
 /* The same bits however a picture of it is made: by a pinhole, and by a lens that lies partly in the inner glass. */
 static void settings_in_glass(void) {
-  enum { SIDE = 24, SETTINGS = 6 };
+  enum { SIDE = 16, SETTINGS = 6 };
   static float want[SIDE * SIDE * 3], got[SIDE * SIDE * 3];
   set_up u = {2, false, false, false};
   size_t pictures = 0;
@@ -258,7 +288,7 @@ static void settings_in_glass(void) {
     }
     float least = want[0], most = want[0];
     for (int i = 0; i < SIDE * SIDE; i++) least = fminf(least, want[3 * i]), most = fmaxf(most, want[3 * i]);
-    CHECK(most > 1.5f * least && least > 0, "there is something to see: %g to %g", (double)least, (double)most);
+    CHECK(most > 1.5f * least + 0.01f, "there is something to see: %g to %g", (double)least, (double)most);
   }
   say("%zu pictures", pictures);
 }
@@ -268,6 +298,7 @@ void suite_media(void) {
   run("shadow rays lose the same there", shadows_in_glass);
   run("a mirror in glass in glass sends back what both absorb", mirror_in_glass);
   run("a sheet of glass is not taken for a body around the camera", open_sheets);
+  run("bodies that share sheets as surfaces dim each on its own way", interfaces);
   run("glass in glass is found among 66,000 materials", many_materials);
   run("pictures of glass in glass are the same bits on all paths", settings_in_glass);
 }

@@ -351,25 +351,40 @@
    -ffast-math and -ffinite-math-only are refused at compile time; so is x87 arithmetic.
 
 
-   THE PAPER, SECTION BY SECTION (it numbers no equations)
+   THE PAPER, SECTION BY SECTION (it numbers no equations; `make map` checks that what is named here is there)
 
-     1, figure 1 (RCS, WRT, DRT)     >>render, pktrt_mode.
-     2, shadow rays                  >>surface: from surface to light, where the paper mentions light to surface.
-                                     Packets need no common origin here, and the ray leaves the surface it must not hit.
-     3.1, figure 2: general packets  >>paper, steps 1 to 4; 1 to 256 rays. SIMD is 8 rays wide, not 4: step 1 tests the
-                                     whole group of the first active ray.
-     3.1, amortisation               >>paper: first active ray (1), interval arithmetic (2), frustum (3, where origin
-                                     and main axis are common), the other rays (4). A child is tested when its turn
-                                     comes rather than when its parent is opened: hits found meanwhile have shortened
-                                     the rays. >>frustum and >>stream are this library's own answer to the same
-                                     question. They test every ray against every box that the planes keep: the paper's
-                                     packets test fewer boxes of camera rays and more of others. (Ours also know where
-                                     the active range ends, and test leaves' boxes by groups: the paper's tested more
-                                     triangles.)
-     3.2, figure 3: assembly         >>assembly, all of them. Shadow rays make one packet for each light by default, and
-                                     one for all lights as in the paper if asked for. On the fast path, ray types take
-                                     the surfaces of several packets at once, which keeps packets full as rays thin out,
-                                     and reflected and refracted rays share a wave where they fit.
+     1, figure 1 (RCS, WRT, DRT)     >>render, pktrt_mode; `make demo` has each scene in all three.
+     2, shadow rays                  >>lights, pktrt__add_lights(), chooses lights and makes packets; >>shade, aim8(),
+                                     makes the rays: from surface to light, where the paper mentions light to surface.
+                                     Packets need no common origin here, and the ray leaves the surface it must not
+                                     hit.
+     3.1, figure 2: general packets  >>paper, 1 to 256 rays; paper_first() has steps 1 to 4. SIMD is 8 rays wide, not
+                                     4: step 1 tests the whole group of the first active ray.
+     3.1, amortisation               >>paper: first active ray (1), interval arithmetic (2, paper_interval_misses()),
+                                     the other rays (4). Planes around the rays (3, paper_frustum_misses(), where
+                                     origin and main axis are common) are not the paper's: it speaks of a frustum only
+                                     with the grid (3.3). Planes around general packets, as >>frustum has them, are
+                                     from the report to which it refers for intervals, UUCS-06-010. A child is tested
+                                     when its turn comes rather than when its parent is opened: hits found meanwhile
+                                     have shortened the rays. Nothing starts below the root, as MLRT does. >>frustum
+                                     and >>stream are this library's own answer to the same question. They test every
+                                     ray against every box that the planes keep: the paper's packets test fewer boxes
+                                     of camera rays and more of others. (Ours also know where the active range ends,
+                                     paper_trim(), after Overbeck et al., and test leaves' boxes by groups,
+                                     paper_leaf(): the paper's tested more triangles.)
+     3.2, figure 3: assembly         >>assembly, pktrt__assemble(); pktrt_assembly has all of them, and
+                                     tests/assembly.c figure 3 with the packets of 3.2.1. Shadow rays make one packet
+                                     for each light by default, and one for all lights as in the paper if asked for
+                                     (PKTRT_SHADOWS_TOGETHER). On the fast path, ray types take the surfaces of several
+                                     packets at once, which keeps packets full as rays thin out, and reflected and
+                                     refracted rays share a wave where they fit.
+     3.2, NO PACKETS                 PKTRT_ASSEMBLY_NONE: of secondary rays, as in the paper. Primary rays keep their
+                                     packets, as under "Single Ray" in table 1; PKTRT_PATH_SINGLE traces these alone,
+                                     too.
+     3.2, BLIND                      >>generations, pktrt__push_blindly(); halved above 128 rays.
+     3.2.2, octants                  PKTRT_ASSEMBLY_OCTANTS: of each type, that is, up to 8 groups each of reflected
+                                     rays, of refracted rays, and of shadow rays to each light. In the paper there are
+                                     at most 16, 8 of shadow rays and 8 of all others.
      3.3: a BVH                      >>build. Eight children, not two: one load and one vector test serve all of them,
                                      for one ray or a frustum, and all paths share one tree. Built by binned SAH with
                                      exact sweeps near the leaves. Box tests per ray are therefore not comparable with
@@ -377,23 +392,39 @@
      3.3, deformation                >>refit: fixed connectivity, bounds refitted; SAH cost against the cost at build
                                      tells when to rebuild.
      4, figure 4: DRT                >>lens, >>lights, >>scattering. Shadow rays go to a point of each light, reflected
-                                     rays into a Phong lobe; at glass one ray goes on, or both if asked for.
+                                     rays into a Phong lobe; at glass one ray goes on, or both if asked for
+                                     (pktrt_branching). examples/effects.c shows the effects one by one.
      4, triangle test                >>exactness, >>triangles: barycentric in place like Kensler and Shirley's, for the
                                      reason the paper gives (nothing precomputed, so triangles can move), but in the
                                      sheared frame of Woop et al., with edge signs that are exact, so that edges do not
                                      leak and all kernels agree.
      4, motion blur                  Times belong to rays, as in the paper. Boxes are interpolated to the ray's time,
-                                     for packets to the interval of their times; in the paper boxes grow with the
-                                     shutter (5.3.1).
+                                     for packets to the interval of their times (>>paper, paper_box()); in the paper
+                                     boxes grow with the shutter (5.3.1).
      4, sampling                     >>sampler: interleaved sampling among them, and its modern answer, samples whose
                                      error is blue noise. All are static: the same for each frame. >>mappings: the
-                                     lobe's mapping with the paper's care, and the naive one.
-     5.1, tests per ray              >>stats: tests are counted in lanes, one ray against one box or triangle; a test of
-                                     a whole packet counts as a cull, by its kind.
-     5.2 to 5.4, figures 5 to 8      bench/paper.c measures them again, and what the other sections claim; see
-                                     bench/README.md.
-     5.1: shading, attenuation       Exact Fresnel terms; depth to 50; attenuation cuts off rays by their weight.
-     6, shading in bulk              >>shade: by eights. Materials' hooks see many points at once.
+                                     lobe's mapping with the paper's care, pktrt_map_phong(), and the naive one,
+                                     pktrt_map_phong_naive(). What they cost: section4 of bench/paper.c.
+     5.1, figure 5: the scenes       examples/scenes.h: pool hall, conference and rtrt, made by code, about as many
+                                     triangles each.
+     5.1, tests per ray              >>stats: tests are counted in lanes, one ray against one box or triangle; a test
+                                     of a whole packet counts as a cull, by its kind.
+     5.1, shading, attenuation       >>fresnel: exact terms. Depth to 50 (PKTRT_MAX_DEPTH); `attenuation` of
+                                     pktrt_render_desc cuts off rays by their weight.
+     5.2, table 1, figure 6          table1 and figure6 of bench/paper.c (`make bench`, bench/README.md), which
+                                     measures all results again, and what other sections claim; section31: what SIMD
+                                     and amortisation give.
+     5.3, table 2, table 3           table2, rays per second of the three modes; table3, of DRT, a pixel to a packet;
+                                     section5: time of more samples.
+     5.3.1, figure 7                 figure7: lens, lights, gloss and shutter; boxes that move beside such as grow with
+                                     the shutter.
+     5.4, figure 8                   figure8. To compare with the figure read vector_box_tests and
+                                     vector_triangle_tests of by_depth in pktrt_stats, tests of eight lanes of which
+                                     some may be idle: ray types need fewer of both, as in the paper. Read from
+                                     box_tests it comes out reversed, since packets of few rays, as runs leave them,
+                                     test few rays in mostly idle lanes.
+     6, shading in bulk              >>shade: by eights. Materials' hooks see many points at once. section6: the share
+                                     of shading.
 
    The paper path keeps count even if you do not ask for it: it is for reading and comparing tests, not for racing.
 
@@ -403,9 +434,11 @@
      Boulos, Edwards, Lacewell, Kniss, Kautz, Shirley, Wald: Packet-based Whitted and Distribution Ray Tracing. Graphics
        Interface 2007.
      Boulos, Wald, Shirley: Geometric and Arithmetic Culling Methods for Entire Ray Packets. University of Utah,
-       technical report UUCS-06-010, 2006. (Intervals and frusta.)
+       technical report UUCS-06-010, 2006. (Intervals, and planes around any packet.)
      Wald, Boulos, Shirley: Ray Tracing Deformable Scenes using Dynamic Bounding Volume Hierarchies. ACM Transactions on
        Graphics 26(1), 2007. (First active ray, refit.)
+     Overbeck, Ramamoorthi, Mark: Large Ray Packets for Real-time Whitted Ray Tracing. IEEE Symposium on Interactive Ray
+       Tracing 2008. (Ranges that also know their last active ray.)
      Wald: On fast Construction of SAH-based Bounding Volume Hierarchies. IEEE Symposium on Interactive Ray Tracing
        2007.
      Dammertz, Hanika, Keller: Shallow Bounding Volume Hierarchies for Fast SIMD Ray Tracing of Incoherent Rays.

@@ -45,7 +45,7 @@ ifeq ($(MAKELEVEL),0)
 endif
 
 .PHONY: all demo effects deform view test-view readme-pictures test test-leaveout sanitize test-neon matrix deps deps-extra format clean help
-.PHONY: bench bench-check bench-plots bench-readme peers exactness error error-check leaveout leaveout-check
+.PHONY: map bench bench-check bench-plots bench-readme peers exactness error error-check leaveout leaveout-check
 .PHONY: stability stability-neon stability-sanitize sanitize-threads fuzz
 .DELETE_ON_ERROR:
 
@@ -60,6 +60,7 @@ help:
 	@echo "test-view   drives it under Xvfb and looks at the screen"
 	@echo "test        runs all tests                        sanitize    runs a smaller set under ASan and UBSan"
 	@echo "test-leaveout  the PKTRT_NO_... switches, each alone and all together"
+	@echo "map         whether what the header's map from the paper to the code names is there"
 	@echo "stability   the extremes at length, in five minutes; figures go to bench/README.md"
 	@echo "stability-neon  a tenth of it on ARM, emulated        stability-sanitize  a hundredth under ASan and UBSan"
 	@echo "fuzz        libFuzzer for TIME=600 seconds each: TARGETS=\"scene query settings mesh_file\""
@@ -220,6 +221,10 @@ build/fuzz/pktrt.o: pktrt.h | build/fuzz
 
 build/fuzz:
 	mkdir -p $@
+
+# What the opening comment's map from the paper to the code names is there, and where it says.
+map:
+	.ci/map
 
 matrix:
 	.ci/matrix

@@ -319,7 +319,7 @@
      - Meshes are retained: 12 bytes per vertex and key, as much again with normals, 12 per triangle with indices. The
        first pktrt_set_positions of a mesh makes room for a second set, which stays; pktrt_set_normals likewise.
      - Rendering: about 220 KiB for each tile at work, and up to 60 KiB for each generation of rays; 230 bytes for each
-       triangle of a mesh that is a light (DRT); 28 bytes for each mesh if one is of glass; if it counts, 7 KiB for each
+       triangle of a mesh that is a light (DRT); 28 bytes for each mesh if one is of glass; if it counts, 8 KiB for each
        tile of the picture; with several passes, 32 bytes for each pixel, 64 more with optional buffers.
      - Stack: at most 64 KiB in a query, about 64 KiB in a render, 17 KiB in a build, if compiled with optimisation (up
        to twice that without). Mind this when your threads have small stacks.
@@ -354,25 +354,40 @@
    -ffast-math and -ffinite-math-only are refused at compile time; so is x87 arithmetic.
 
 
-   THE PAPER, SECTION BY SECTION (it numbers no equations)
+   THE PAPER, SECTION BY SECTION (it numbers no equations; `make map` checks that what is named here is there)
 
-     1, figure 1 (RCS, WRT, DRT)     >>render, pktrt_mode.
-     2, shadow rays                  >>surface: from surface to light, where the paper mentions light to surface.
-                                     Packets need no common origin here, and the ray leaves the surface it must not hit.
-     3.1, figure 2: general packets  >>paper, steps 1 to 4; 1 to 256 rays. SIMD is 8 rays wide, not 4: step 1 tests the
-                                     whole group of the first active ray.
-     3.1, amortisation               >>paper: first active ray (1), interval arithmetic (2), frustum (3, where origin
-                                     and main axis are common), the other rays (4). A child is tested when its turn
-                                     comes rather than when its parent is opened: hits found meanwhile have shortened
-                                     the rays. >>frustum and >>stream are this library's own answer to the same
-                                     question. They test every ray against every box that the planes keep: the paper's
-                                     packets test fewer boxes of camera rays and more of others. (Ours also know where
-                                     the active range ends, and test leaves' boxes by groups: the paper's tested more
-                                     triangles.)
-     3.2, figure 3: assembly         >>assembly, all of them. Shadow rays make one packet for each light by default, and
-                                     one for all lights as in the paper if asked for. On the fast path, ray types take
-                                     the surfaces of several packets at once, which keeps packets full as rays thin out,
-                                     and reflected and refracted rays share a wave where they fit.
+     1, figure 1 (RCS, WRT, DRT)     >>render, pktrt_mode; `make demo` has each scene in all three.
+     2, shadow rays                  >>lights, pktrt__add_lights(), chooses lights and makes packets; >>shade, aim8(),
+                                     makes the rays: from surface to light, where the paper mentions light to surface.
+                                     Packets need no common origin here, and the ray leaves the surface it must not
+                                     hit.
+     3.1, figure 2: general packets  >>paper, 1 to 256 rays; paper_first() has steps 1 to 4. SIMD is 8 rays wide, not
+                                     4: step 1 tests the whole group of the first active ray.
+     3.1, amortisation               >>paper: first active ray (1), interval arithmetic (2, paper_interval_misses()),
+                                     the other rays (4). Planes around the rays (3, paper_frustum_misses(), where
+                                     origin and main axis are common) are not the paper's: it speaks of a frustum only
+                                     with the grid (3.3). Planes around general packets, as >>frustum has them, are
+                                     from the report to which it refers for intervals, UUCS-06-010. A child is tested
+                                     when its turn comes rather than when its parent is opened: hits found meanwhile
+                                     have shortened the rays. Nothing starts below the root, as MLRT does. >>frustum
+                                     and >>stream are this library's own answer to the same question. They test every
+                                     ray against every box that the planes keep: the paper's packets test fewer boxes
+                                     of camera rays and more of others. (Ours also know where the active range ends,
+                                     paper_trim(), after Overbeck et al., and test leaves' boxes by groups,
+                                     paper_leaf(): the paper's tested more triangles.)
+     3.2, figure 3: assembly         >>assembly, pktrt__assemble(); pktrt_assembly has all of them, and
+                                     tests/assembly.c figure 3 with the packets of 3.2.1. Shadow rays make one packet
+                                     for each light by default, and one for all lights as in the paper if asked for
+                                     (PKTRT_SHADOWS_TOGETHER). On the fast path, ray types take the surfaces of several
+                                     packets at once, which keeps packets full as rays thin out, and reflected and
+                                     refracted rays share a wave where they fit.
+     3.2, NO PACKETS                 PKTRT_ASSEMBLY_NONE: of secondary rays, as in the paper. Primary rays keep their
+                                     packets, as under "Single Ray" in table 1; PKTRT_PATH_SINGLE traces these alone,
+                                     too.
+     3.2, BLIND                      >>generations, pktrt__push_blindly(); halved above 128 rays.
+     3.2.2, octants                  PKTRT_ASSEMBLY_OCTANTS: of each type, that is, up to 8 groups each of reflected
+                                     rays, of refracted rays, and of shadow rays to each light. In the paper there are
+                                     at most 16, 8 of shadow rays and 8 of all others.
      3.3: a BVH                      >>build. Eight children, not two: one load and one vector test serve all of them,
                                      for one ray or a frustum, and all paths share one tree. Built by binned SAH with
                                      exact sweeps near the leaves. Box tests per ray are therefore not comparable with
@@ -380,23 +395,39 @@
      3.3, deformation                >>refit: fixed connectivity, bounds refitted; SAH cost against the cost at build
                                      tells when to rebuild.
      4, figure 4: DRT                >>lens, >>lights, >>scattering. Shadow rays go to a point of each light, reflected
-                                     rays into a Phong lobe; at glass one ray goes on, or both if asked for.
+                                     rays into a Phong lobe; at glass one ray goes on, or both if asked for
+                                     (pktrt_branching). examples/effects.c shows the effects one by one.
      4, triangle test                >>exactness, >>triangles: barycentric in place like Kensler and Shirley's, for the
                                      reason the paper gives (nothing precomputed, so triangles can move), but in the
                                      sheared frame of Woop et al., with edge signs that are exact, so that edges do not
                                      leak and all kernels agree.
      4, motion blur                  Times belong to rays, as in the paper. Boxes are interpolated to the ray's time,
-                                     for packets to the interval of their times; in the paper boxes grow with the
-                                     shutter (5.3.1).
+                                     for packets to the interval of their times (>>paper, paper_box()); in the paper
+                                     boxes grow with the shutter (5.3.1).
      4, sampling                     >>sampler: interleaved sampling among them, and its modern answer, samples whose
                                      error is blue noise. All are static: the same for each frame. >>mappings: the
-                                     lobe's mapping with the paper's care, and the naive one.
-     5.1, tests per ray              >>stats: tests are counted in lanes, one ray against one box or triangle; a test of
-                                     a whole packet counts as a cull, by its kind.
-     5.2 to 5.4, figures 5 to 8      bench/paper.c measures them again, and what the other sections claim; see
-                                     bench/README.md.
-     5.1: shading, attenuation       Exact Fresnel terms; depth to 50; attenuation cuts off rays by their weight.
-     6, shading in bulk              >>shade: by eights. Materials' hooks see many points at once.
+                                     lobe's mapping with the paper's care, pktrt_map_phong(), and the naive one,
+                                     pktrt_map_phong_naive(). What they cost: section4 of bench/paper.c.
+     5.1, figure 5: the scenes       examples/scenes.h: pool hall, conference and rtrt, made by code, about as many
+                                     triangles each.
+     5.1, tests per ray              >>stats: tests are counted in lanes, one ray against one box or triangle; a test
+                                     of a whole packet counts as a cull, by its kind.
+     5.1, shading, attenuation       >>fresnel: exact terms. Depth to 50 (PKTRT_MAX_DEPTH); `attenuation` of
+                                     pktrt_render_desc cuts off rays by their weight.
+     5.2, table 1, figure 6          table1 and figure6 of bench/paper.c (`make bench`, bench/README.md), which
+                                     measures all results again, and what other sections claim; section31: what SIMD
+                                     and amortisation give.
+     5.3, table 2, table 3           table2, rays per second of the three modes; table3, of DRT, a pixel to a packet;
+                                     section5: time of more samples.
+     5.3.1, figure 7                 figure7: lens, lights, gloss and shutter; boxes that move beside such as grow with
+                                     the shutter.
+     5.4, figure 8                   figure8. To compare with the figure read vector_box_tests and
+                                     vector_triangle_tests of by_depth in pktrt_stats, tests of eight lanes of which
+                                     some may be idle: ray types need fewer of both, as in the paper. Read from
+                                     box_tests it comes out reversed, since packets of few rays, as runs leave them,
+                                     test few rays in mostly idle lanes.
+     6, shading in bulk              >>shade: by eights. Materials' hooks see many points at once. section6: the share
+                                     of shading.
 
    The paper path keeps count even if you do not ask for it: it is for reading and comparing tests, not for racing.
 
@@ -406,9 +437,11 @@
      Boulos, Edwards, Lacewell, Kniss, Kautz, Shirley, Wald: Packet-based Whitted and Distribution Ray Tracing. Graphics
        Interface 2007.
      Boulos, Wald, Shirley: Geometric and Arithmetic Culling Methods for Entire Ray Packets. University of Utah,
-       technical report UUCS-06-010, 2006. (Intervals and frusta.)
+       technical report UUCS-06-010, 2006. (Intervals, and planes around any packet.)
      Wald, Boulos, Shirley: Ray Tracing Deformable Scenes using Dynamic Bounding Volume Hierarchies. ACM Transactions on
        Graphics 26(1), 2007. (First active ray, refit.)
+     Overbeck, Ramamoorthi, Mark: Large Ray Packets for Real-time Whitted Ray Tracing. IEEE Symposium on Interactive Ray
+       Tracing 2008. (Ranges that also know their last active ray.)
      Wald: On fast Construction of SAH-based Bounding Volume Hierarchies. IEEE Symposium on Interactive Ray Tracing
        2007.
      Dammertz, Hanika, Keller: Shallow Bounding Volume Hierarchies for Fast SIMD Ray Tracing of Incoherent Rays.
@@ -698,6 +731,9 @@ typedef struct pktrt_counts {
   uint64_t fallbacks;       /* packets that turned into streams on their way down */
   uint64_t vector_box_tests;      /* paper path: tests of eight lanes at once, whether or not all of them are busy */
   uint64_t vector_triangle_tests;
+  uint64_t later_hits;      /* paper path: child entered because a ray behind the first active one hit it. On that path
+                               the children of opened nodes are first_hits + later_hits + interval_culls +
+                               frustum_culls + ray_culls and, for any hit, those told by PKTRT_EVENT_NONE_LEFT */
 } pktrt_counts;
 typedef struct pktrt_stats {
   pktrt_counts by_type[PKTRT_RAY_TYPE_COUNT];
@@ -707,7 +743,10 @@ typedef struct pktrt_stats {
   uint64_t tree_depth;      /* summed over samples: bounces of the deepest ray, shadow rays apart */
 } pktrt_stats;
 
-/* Paper path only, for teaching: one call per decision about a packet. */
+/* Paper path only, for teaching: one call per decision about a packet. A node that is opened has up to eight children.
+   Each of them gets one verdict when its turn comes, FIRST_HIT to ALL_MISS or, for any hit, NONE_LEFT; of empty slots
+   nothing is told. A packet goes through the trees of the scene one by one, and where keys are several, once for each
+   interval of time that its rays lie in: each time from node 0 on. Indices are those of the tree at hand. */
 typedef enum pktrt_event_kind {
   PKTRT_EVENT_NODE = 0,     /* the packet opens node `index`; first active ray in `ray` */
   PKTRT_EVENT_FIRST_HIT,    /* child `child` of node `index` is entered: the first active ray hit it */
@@ -715,13 +754,15 @@ typedef enum pktrt_event_kind {
   PKTRT_EVENT_FRUSTUM_CULL, /* child dropped: it lies outside one of the four planes */
   PKTRT_EVENT_LATER_HIT,    /* child entered: a later ray, now the first active one, hit it */
   PKTRT_EVENT_ALL_MISS,     /* child dropped: every active ray was tested and missed */
-  PKTRT_EVENT_LEAF,         /* the packet tests the triangles of block `index` */
-  PKTRT_EVENT_HIT           /* ray `ray` found a nearer hit, in lane `child` of block `index` */
+  PKTRT_EVENT_LEAF,         /* the packet enters block `index`: rays of its range that hit the box meet the triangles */
+  PKTRT_EVENT_HIT,          /* ray `ray` found a nearer hit (any hit: its hit), in lane `child` of block `index`; each
+                               is told once, and the last one of a ray is its answer */
+  PKTRT_EVENT_NONE_LEFT     /* any hit: child dropped, since no ray of its range, which began at `ray`, is left */
 } pktrt_event_kind;
 typedef struct pktrt_event {
   pktrt_event_kind kind;
   uint32_t index, child, ray; /* `ray`: index within the packet */
-  uint32_t active;            /* rays in the active range */
+  uint32_t active;            /* rays from `ray` to the end of the active range; not all of them need be tested */
 } pktrt_event;
 
 /* Queries with everything spelled out. A zeroed desc is pktrt_intersect_n. */
@@ -977,7 +1018,8 @@ typedef enum pktrt_assembly {
   PKTRT_ASSEMBLY_MATERIALS,     /* groups: of these, those that met the same material */
   PKTRT_ASSEMBLY_OCTANTS,       /* groups: of these, those with the same octant of directions */
   PKTRT_ASSEMBLY_BLIND,         /* one packet of all, shadow rays traced like the others */
-  PKTRT_ASSEMBLY_NONE           /* every ray alone: made, traced and shaded one by one */
+  PKTRT_ASSEMBLY_NONE           /* every secondary ray alone: traced, and what it meets shaded, one by one. Primary rays
+                                   stay in packets, as in the paper's table 1 */
 } pktrt_assembly;
 
 typedef enum pktrt_branching { /* at a dielectric */
@@ -5119,12 +5161,12 @@ OP NAME(estimate) NAME(block_estimate)(const NAME(shear) *q, const pktrt__view *
   return e;
 }
 
-/* The lanes of a block that may be hits, one by one, of a ray of a batch or, where there is one, of a lone ray. For
-   occlusion: whether one is; else whether a nearer hit was recorded. */
-OP bool NAME(record)(const pktrt__view *view, pktrt__batch *b, uint32_t r, pktrt__lone *lone, uint32_t index,
-                     const uint32_t *id, const float *lo, const float *hi, uint32_t maybe, uint32_t sure,
-                     const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
-  bool nearer = false;
+/* The lanes of a block that may be hits, one by one, of a ray of a batch or, where there is one, of a lone ray; those
+   that are, each nearer than what was hit before it, which is recorded. For occlusion the first that is ends it. */
+OP uint32_t NAME(record)(const pktrt__view *view, pktrt__batch *b, uint32_t r, pktrt__lone *lone, uint32_t index,
+                         const uint32_t *id, const float *lo, const float *hi, uint32_t maybe, uint32_t sure,
+                         const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
+  uint32_t nearer = 0;
   COUNT(canonical_tests, pktrt__popcount(maybe));
   for (; maybe; maybe &= maybe - 1) {
     const uint32_t lane = pktrt__lowest(maybe), slot = index * 8 + lane;
@@ -5135,12 +5177,13 @@ OP bool NAME(record)(const pktrt__view *view, pktrt__batch *b, uint32_t r, pktrt
         continue;
       if (!occlusion && lone) pktrt__take_alone(view, lone, lo[lane], hi[lane], id[lane], slot);
       else if (!occlusion) pktrt__take(view, b, r, lo[lane], hi[lane], id[lane], slot);
-      nearer = true;
+      nearer |= 1u << lane;
     } else {
       COUNT(settlings, 1);
-      nearer |= lone ? pktrt__settle_alone(view, lone, id[lane], slot) : pktrt__settle(view, b, r, id[lane], slot);
+      if (lone ? pktrt__settle_alone(view, lone, id[lane], slot) : pktrt__settle(view, b, r, id[lane], slot))
+        nearer |= 1u << lane;
     }
-    if (occlusion && nearer) return true;
+    if (occlusion && nearer) return nearer;
   }
   return nearer;
 }
@@ -5200,25 +5243,25 @@ OP bool NAME(block_hides)(const pktrt__view *view, pktrt__batch *b, uint32_t r, 
 #ifdef PKTRT__OTHER_TESTS /* a file of the bench, in parts: what would other tests of triangles cost? */
 #include PKTRT__OTHER_TESTS
 #else
-/* A ray, of a batch or alone, against a leaf block. For occlusion: whether anything is hit; else whether a nearer hit
-   was recorded. */
-OP bool NAME(any_block)(const pktrt__view *view, pktrt__batch *b, uint32_t r, pktrt__lone *lone, uint32_t index,
-                        const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
+/* A ray, of a batch or alone, against a leaf block: the lanes that NAME(record) tells of. Occlusion without counts: 1
+   if anything is hit, and no lanes. */
+OP uint32_t NAME(any_block)(const pktrt__view *view, pktrt__batch *b, uint32_t r, pktrt__lone *lone, uint32_t index,
+                            const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
   if (occlusion && !stats) return NAME(block_hides)(view, b, r, lone, index, moving);
   const unsigned char *block = view->blocks + index * (moving ? view->block_bytes : (size_t)PKTRT__BLOCK_BYTES);
   const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
   const NAME(shear) q = lone ? NAME(shear_alone)(lone, moving) : NAME(shear_of)(b, r, moving);
   const NAME(estimate) e = NAME(block_estimate)(&q, view, block, lone ? lone->wf : b->wf[r], true, moving);
   COUNT(triangle_tests, pktrt__popcount(NAME(occupied)(id)));
-  if (!e.maybe) return false;
+  if (!e.maybe) return 0;
   PKTRT__ALIGN64 float lo[8], hi[8];
   vstore(lo, e.lo);
   vstore(hi, e.hi);
   return NAME(record)(view, b, r, lone, index, id, lo, hi, e.maybe, e.sure, occlusion, moving, stats, counts);
 }
 #endif
-OP bool NAME(ray_block)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t index, const bool occlusion,
-                        const bool moving, const bool stats, pktrt_counts *counts) {
+OP uint32_t NAME(ray_block)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t index,
+                            const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
   return NAME(any_block)(view, b, r, NULL, index, occlusion, moving, stats, counts);
 }
 
@@ -5262,15 +5305,15 @@ OP bool NAME(ray_block)(const pktrt__view *view, pktrt__batch *b, uint32_t r, ui
 #if PKTRT__STAMP != PKTRT__STAMP_AVX2 && PKTRT__STAMP != PKTRT__STAMP_AVX512
 /* Functions of their own: inlined they would make the code a third longer, and no faster. */
 #define INSTANCE(tag, o, m, s)                                                                                         \
-  PKTRT__NOINLINE bool NAME(any_block_##tag)(const pktrt__view *view, pktrt__batch *b, uint32_t r, pktrt__lone *lone,  \
-                                             uint32_t index, pktrt_counts *counts) {                                   \
+  PKTRT__NOINLINE uint32_t NAME(any_block_##tag)(const pktrt__view *view, pktrt__batch *b, uint32_t r,                 \
+                                                 pktrt__lone *lone, uint32_t index, pktrt_counts *counts) {            \
     return NAME(any_block)(view, b, r, lone, index, o, m, s, counts);                                                  \
   }
 PKTRT__INSTANCES(INSTANCE)
 #undef INSTANCE
 #endif
-OP bool NAME(ray_block_any)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t index, const bool occlusion,
-                            const bool moving, const bool stats, pktrt_counts *counts) {
+OP uint32_t NAME(ray_block_any)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t index,
+                                const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
 #if PKTRT__STAMP != PKTRT__STAMP_AVX2 && PKTRT__STAMP != PKTRT__STAMP_AVX512
   return PKTRT__PICK(any_block)(view, b, r, NULL, index, counts);
 #else
@@ -5280,9 +5323,9 @@ OP bool NAME(ray_block_any)(const pktrt__view *view, pktrt__batch *b, uint32_t r
 OP bool NAME(lone_block)(const pktrt__view *view, pktrt__lone *lone, uint32_t index, const bool occlusion,
                          const bool moving, const bool stats, pktrt_counts *counts) {
 #if PKTRT__STAMP != PKTRT__STAMP_AVX2 && PKTRT__STAMP != PKTRT__STAMP_AVX512
-  return PKTRT__PICK(any_block)(view, NULL, 0, lone, index, counts);
+  return PKTRT__PICK(any_block)(view, NULL, 0, lone, index, counts) != 0;
 #else
-  return NAME(any_block)(view, NULL, 0, lone, index, occlusion, moving, stats, counts);
+  return NAME(any_block)(view, NULL, 0, lone, index, occlusion, moving, stats, counts) != 0;
 #endif
 }
 /* >>boxes ---------------------------------------------------------------------------------------------------------- */
@@ -6295,7 +6338,7 @@ OP uint64_t NAME(frustum)(NAME(frustum_rays) *f, const pktrt__view *view, pktrt_
         active depth are intervals over the packet, and so are the distances to the child's planes.
      3. FRUSTUM. Where all rays share origin and main axis, four planes through that origin do the same, more tightly.
      4. THE OTHER RAYS, group by group, until one hits: it becomes the first active ray below the child. Then from the
-        other end, to find where the active range ends (which is ours: the paper has its beginning only).
+        other end, to find where the active range ends (as Overbeck et al. 2008; the paper has its beginning only).
 
    At a leaf the groups of the active range are tested against its box first, then those left against its triangles:
    where surfaces scatter the rays of a packet this saves nine of ten triangle tests. Moving packets: boxes are taken at
@@ -6458,6 +6501,7 @@ OP uint32_t NAME(paper_first)(NAME(paper) *p, const NAME(paper_child) *c, uint32
   if (p->entering) {
     const uint32_t ray = r + pktrt__lowest(p->entering);
     COUNT(first_hits, ray == first);
+    COUNT(later_hits, ray != first);
     NAME(paper_tell)(p, ray == first ? PKTRT_EVENT_FIRST_HIT : PKTRT_EVENT_LATER_HIT, c->node, c->index, ray, stats);
     return ray;
   }
@@ -6479,6 +6523,7 @@ OP uint32_t NAME(paper_first)(NAME(paper) *p, const NAME(paper_child) *c, uint32
     if (!p->entering) continue;
     NAME(paper_trim)(p, c, r, moving, stats, counts);
     const uint32_t ray = r + pktrt__lowest(p->entering);
+    COUNT(later_hits, 1);
     NAME(paper_tell)(p, PKTRT_EVENT_LATER_HIT, c->node, c->index, ray, stats);
     return ray;
   }
@@ -6542,7 +6587,10 @@ OP bool NAME(paper_leaf)(NAME(paper) *p, const NAME(paper_child) *c, uint32_t in
     for (uint32_t m = same ? 0 : bits; m; m &= m - 1) {
       const uint32_t ray = r + pktrt__lowest(m);
       COUNT(vector_triangle_tests, 1);
-      if (NAME(ray_block_any)(p->view, p->b, ray, index, occlusion, moving, stats, counts)) hits |= 1u << (ray - r);
+      const uint32_t lanes = NAME(ray_block_any)(p->view, p->b, ray, index, occlusion, moving, stats, counts);
+      for (uint32_t l = lanes; l; l &= l - 1)
+        NAME(paper_tell)(p, PKTRT_EVENT_HIT, index, pktrt__lowest(l), ray, stats);
+      if (lanes) hits |= 1u << (ray - r);
     }
     any |= hits != 0;
     if (occlusion) p->active[r / 64] &= ~((uint64_t)hits << r % 64);
@@ -6595,6 +6643,7 @@ OP void NAME(paper_packet)(NAME(paper) *p, const bool occlusion, const bool movi
       first = stack[--sp].first, p->last = stack[sp].last;
       while (first < p->last && !(p->active[first / 64] >> first % 64 & 1)) first++; /* occluded by now */
       if (first >= p->last) {
+        NAME(paper_tell)(p, PKTRT_EVENT_NONE_LEFT, stack[sp].node, stack[sp].child, stack[sp].first, stats);
         first = p->end;
       } else {
         const float *plane = stack[sp].plane;

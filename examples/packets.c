@@ -11,6 +11,9 @@
      4. Otherwise the other rays are tested, group by group, until one hits. The rays before it cannot hit anything below, so it
         becomes the first active ray of that child: the active range shrinks on the way down. If none hits: drop the child.
 
+   So a child is entered with a range of rays, from the first active one to the last group not known to miss. Some of them may
+   miss: at a leaf they are tested against its box, and those that hit it against its triangles.
+
    The output is this conversation, indented by depth.    cc -O2 examples/packets.c -o packets -lm && ./packets */
 #define PKTRT_IMPLEMENTATION
 #include "../pktrt.h"
@@ -49,7 +52,13 @@ typedef struct walk {
   int depth_of[256]; /* of each node that was opened */
   int depth;         /* of the child at hand */
   int hits;          /* in the leaf at hand; -1: not in a leaf */
+  int children;      /* that something was said about */
 } walk;
+
+static void end_leaf(walk *w) {
+  if (w->hits >= 0) printf(": %d nearer hit%s\n", w->hits, w->hits == 1 ? "" : "s");
+  w->hits = -1;
+}
 
 static void tell(void *user, const pktrt_event *e) {
   static const char *const verdict[] = {"",
@@ -59,39 +68,40 @@ static void tell(void *user, const pktrt_event *e) {
                                         "entered: ray %u hits it and becomes the first active one",
                                         "dropped: every active ray was tested and misses"};
   walk *w = (walk *)user;
-  const unsigned index = (unsigned)e->index, ray = (unsigned)e->ray, active = (unsigned)e->active;
+  const unsigned index = (unsigned)e->index, ray = (unsigned)e->ray, last = ray + (unsigned)e->active - 1;
   if (e->kind == PKTRT_EVENT_HIT) {
     w->hits++;
     return;
   }
-  if (w->hits >= 0) printf(": %d nearer hits\n", w->hits);
-  w->hits = -1;
+  end_leaf(w);
   switch (e->kind) {
   case PKTRT_EVENT_NODE: /* the child just entered, or the root */
     if (index < 256) w->depth_of[index] = w->depth;
-    printf("%*snode %u opened by %u rays, from ray %u on\n", 2 * w->depth, "", index, active, ray);
+    printf("%*snode %u is opened for rays %u to %u\n", 2 * w->depth, "", index, ray, last);
     break;
   case PKTRT_EVENT_LEAF:
-    printf("%*sleaf %u tested by %u rays, from ray %u on", 2 * w->depth, "", index, active, ray);
+    printf("%*sleaf %u is met by those of rays %u to %u that hit its box", 2 * w->depth, "", index, ray, last);
     w->hits = 0;
     break;
   default: /* about a child of the node `index` */
     w->depth = (index < 256 ? w->depth_of[index] : 0) + 1;
+    w->children++;
     printf("%*schild %u of node %u ", 2 * w->depth, "", (unsigned)e->child, index);
     printf(verdict[e->kind], ray);
     printf("\n");
   }
 }
 
-/* What the walk cost. */
-static void sum_up(const pktrt_counts *c) {
+/* What became of the children, and what the walk cost. Slots of nodes that are empty are no children. */
+static void sum_up(const pktrt_counts *c, int children) {
   const double rays = (double)c->rays;
-  printf("\n%u rays in %u packet, %u of them with a hit. Of the children of %u opened nodes\n", (unsigned)c->rays,
-         (unsigned)c->packets, (unsigned)c->hits, (unsigned)c->node_visits);
-  printf("  %3u were entered on the word of the first group,\n", (unsigned)c->first_hits);
-  printf("  %3u were dropped by interval arithmetic and %u by a plane, after that one test,\n",
-         (unsigned)c->interval_culls, (unsigned)c->frustum_culls);
-  printf("  %3u were dropped after testing all rays.\n", (unsigned)c->ray_culls);
+  printf("\n%u rays in %u packet, %u of them with a hit. %u nodes were opened; of their %d children\n",
+         (unsigned)c->rays, (unsigned)c->packets, (unsigned)c->hits, (unsigned)c->node_visits, children);
+  printf("  %3u were entered: the first active ray hits them,\n", (unsigned)c->first_hits);
+  printf("  %3u were entered: a later ray hits them,\n", (unsigned)c->later_hits);
+  printf("  %3u were dropped by interval arithmetic,\n", (unsigned)c->interval_culls);
+  printf("  %3u were dropped: outside a plane,\n", (unsigned)c->frustum_culls);
+  printf("  %3u were dropped: every active ray was tested and misses.\n", (unsigned)c->ray_culls);
   printf("That took %.1f box tests and %.1f triangle tests per ray.\n", (double)c->box_tests / rays,
          (double)c->triangle_tests / rays);
 }
@@ -123,8 +133,8 @@ int main(void) {
   query.trace = tell;
   query.user = &w;
   pktrt_intersect_ex(scene, &query, rays, hits, SIDE * SIDE);
-  if (w.hits >= 0) printf(": %d nearer hits\n", w.hits);
-  sum_up(&stats.by_type[PKTRT_RAY_PRIMARY]);
+  end_leaf(&w);
+  sum_up(&stats.by_type[PKTRT_RAY_PRIMARY], w.children);
   pktrt_scene_destroy(scene);
   return 0;
 }

@@ -223,6 +223,7 @@ int main(int argc, char **argv) {
   suite_arithmetic();
   suite_refusals();
   suite_scene();
+  suite_events();
   suite_memory();
   suite_tree();
   suite_truth();

@@ -96,6 +96,29 @@ uint32_t tree_depth(const pktrt_scene *s) {
   return most;
 }
 
+bool tree_lane(const pktrt_scene *s, uint32_t group, uint32_t block, uint32_t lane, uint32_t *of, uint32_t *triangle) {
+  const pktrt__group *g = &s->groups[group];
+  if (block >= g->block_count || lane >= 8) return false;
+  const uint32_t id = g->block_triangles[(size_t)block * 8 + lane];
+  for (uint32_t m = 0; id != PKTRT_NONE && m < s->mesh_count; m++) {
+    *of = m, *triangle = id - s->meshes[m].first_id;
+    if (id >= s->meshes[m].first_id && *triangle < s->meshes[m].triangle_count) return true;
+  }
+  return false;
+}
+
+uint32_t tree_groups(const pktrt_scene *s) { return s->group_count; }
+
+uint32_t tree_children(const pktrt_scene *s, uint32_t group, uint32_t node) {
+  const pktrt__group *g = &s->groups[group];
+  uint32_t there = 0;
+  if (node >= g->node_count) return 0;
+  const uint32_t *child = pktrt__node_children(g->nodes + (size_t)node * g->node_bytes);
+  for (uint32_t c = 0; c < 8; c++)
+    if (child[c] != PKTRT__EMPTY) there |= 1u << c;
+  return there;
+}
+
 void tree_asked_by(pktrt_scene *s, pktrt_isa isa) { s->kernels = pktrt__kernels_of(isa); }
 
 static bool same_trees(const pktrt_scene *a, const pktrt_scene *b) {

@@ -11,6 +11,11 @@ const char *tree_fault(const pktrt_scene *);
 uint64_t tree_bounds_off(const pktrt_scene *, const world *, uint64_t *compared);
 /* The deepest leaf; the root's children have depth 1. */
 uint32_t tree_depth(const pktrt_scene *);
+/* Whether a lane of a leaf block of a group holds a triangle, and which, of which mesh. */
+bool tree_lane(const pktrt_scene *, uint32_t group, uint32_t block, uint32_t lane, uint32_t *of, uint32_t *triangle);
+uint32_t tree_groups(const pktrt_scene *);
+/* Which of the eight slots of a node hold a child, as bits; 0: there is no such node. */
+uint32_t tree_children(const pktrt_scene *, uint32_t group, uint32_t node);
 /* The same trees, asked by the kernels of another instruction set: large ones need not be built for each. */
 void tree_asked_by(pktrt_scene *, pktrt_isa);
 

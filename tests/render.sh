@@ -175,9 +175,9 @@ check "the naive mapping" quiet "${small[@]}" --mode drt --spp 1 --phong naive
 check "changes the picture" differs "$(sum)" "$plain"
 check "the careful one" quiet "${small[@]}" --mode drt --spp 1 --phong careful
 check "is what it had" test "$(sum)" = "$plain"
-check "other words are refused: normals" refused normals --normals bumpy
-check "shadows" refused shadows --shadows apart
-check "phong" refused phong --phong clever
+check "other words are refused: normals" refused 'none of: smooth, geometric' --normals bumpy
+check "shadows" refused 'none of: per-light, together' --shadows apart
+check "phong" refused 'none of: careful, naive' --phong clever
 
 [ $failed = 0 ] && echo "render: $checks checks passed" && exit
 echo "render: $failed of $checks checks failed"

@@ -139,8 +139,9 @@ $(B)/test: $(TEST_OBJECTS)
 	$(CC) $(CFLAGS) $^ -o $@ $(LDFLAGS) $(LDLIBS)
 
 test:
-	$(BUILD) $(B)/test
+	$(BUILD) $(B)/test $(B)/render
 	$(B)/test $(ONLY)
+	$(if $(ONLY),,tests/render.sh $(B)/render)
 
 # What is left out by a switch is refused by name or does not compile; what is not keeps its bits.
 test-leaveout:
@@ -397,7 +398,7 @@ deps-extra:
 # --- upkeep ---
 
 format:
-	clang-format -i examples/*.c examples/common.h examples/mesh_file.h
+	clang-format -i examples/*.c examples/common.h examples/mesh_file.h examples/output.h
 
 clean:
 	rm -rf build out

@@ -9730,7 +9730,7 @@ static uint64_t pktrt__vertex_number(const pktrt__mesh *m, uint64_t vertex) {
       const float x = p[a] + 0.0f; /* -0 is 0 */
       uint32_t bits;
       memcpy(&bits, &x, sizeof bits);
-      number = pktrt__mix(number + bits);
+      number = (number + bits) * UINT64_C(0xD1342543DE82EF95);
     }
   }
   return number;

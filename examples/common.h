@@ -37,18 +37,37 @@
 
 /* >>errors --------------------------------------------------------------------------------------------------------- */
 
-/* One line that says what is wrong; control characters, which file names and texts of libraries may hold, become
-   blanks. Returns false, so that a failing function can end with `return ex_fail(...)`. */
+/* One line on standard error; control characters, which file names and texts of libraries may hold, become blanks. */
+static void ex_say(const char *kind, char *line) {
+  for (char *c = line; *c; c++)
+    if ((unsigned char)*c < 32 || *c == 127) *c = ' ';
+  fprintf(stderr, "%s: %s\n", kind, line);
+}
+
+/* Says what is wrong. Returns false, so that a failing function can end with `return ex_fail(...)`. */
 EX_UNUSED EX_PRINTF(1, 2) static bool ex_fail(const char *format, ...) {
   char line[1024];
   va_list args;
   va_start(args, format);
   vsnprintf(line, sizeof line, format, args);
   va_end(args);
-  for (char *c = line; *c; c++)
-    if ((unsigned char)*c < 32 || *c == 127) *c = ' ';
-  fprintf(stderr, "error: %s\n", line);
+  ex_say("error", line);
   return false;
+}
+
+/* A `log` for pktrt_scene_desc: prints warnings, each once, for an animation would repeat those of its first frame. */
+EX_UNUSED static void ex_log(void *user, int level, const char *sentence) {
+  enum { KEPT = 16, LENGTH = 512 };
+  static char told[KEPT][LENGTH];
+  static unsigned count;
+  char line[LENGTH];
+  (void)user;
+  if (level != 0) return;
+  snprintf(line, sizeof line, "%s", sentence);
+  for (unsigned i = 0; i < count && i < KEPT; i++)
+    if (!strcmp(told[i], line)) return;
+  memcpy(told[count++ % KEPT], line, sizeof line);
+  ex_say("warning", line);
 }
 
 /* >>arguments ------------------------------------------------------------------------------------------------------ */
@@ -256,14 +275,12 @@ EX_UNUSED static bool ex_has_suffix(const char *name, const char *suffix) {
   return true;
 }
 
-/* Writes linear values, row 0 at the top: three channels as .png (sRGB, 8 bit) or .pfm (linear floats), one as .pfm.
-   Says what went wrong. */
-EX_UNUSED static bool ex_write_channels(const char *path, const float *pixels, unsigned width, unsigned height,
-                                        unsigned channels) {
-  FILE *file = fopen(path, "wb");
-  if (!file) return ex_fail("%s: cannot be written: %s", path, strerror(errno));
+/* Writes linear values, row 0 at the top, and closes the file: three channels as .png (sRGB, 8 bit) or .pfm (linear
+   floats), one as .pfm, by the name that it is called by. Says what went wrong. */
+EX_UNUSED static bool ex_write_stream(FILE *file, const char *name, const float *pixels, unsigned width,
+                                      unsigned height, unsigned channels) {
   errno = 0;
-  bool ok = ex_has_suffix(path, ".pfm") ? ex_write_pfm(file, pixels, width, height, channels)
+  bool ok = ex_has_suffix(name, ".pfm") ? ex_write_pfm(file, pixels, width, height, channels)
                                         : ex_write_png(file, pixels, width, height);
   ok = !ferror(file) && ok;
   int error = errno; /* fclose would overwrite it */
@@ -271,7 +288,14 @@ EX_UNUSED static bool ex_write_channels(const char *path, const float *pixels, u
     if (ok) error = errno;
     ok = false;
   }
-  return ok || ex_fail("%s: could not be written: %s", path, error ? strerror(error) : "out of memory");
+  return ok || ex_fail("%s: could not be written: %s", name, error ? strerror(error) : "out of memory");
+}
+
+EX_UNUSED static bool ex_write_channels(const char *path, const float *pixels, unsigned width, unsigned height,
+                                        unsigned channels) {
+  FILE *file = fopen(path, "wb");
+  if (!file) return ex_fail("%s: cannot be written: %s", path, strerror(errno));
+  return ex_write_stream(file, path, pixels, width, height, channels);
 }
 
 EX_UNUSED static bool ex_write_picture(const char *path, const float *pixels, unsigned width, unsigned height) {

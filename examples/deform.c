@@ -69,7 +69,7 @@ static bool animate(pktrt_scene *world, const scene *s, const options *o, unsign
   if (pktrt_refit(world) != PKTRT_OK) return ex_fail("%s", pktrt_last_error(world));
   const double fitted = ex_seconds();
   scene_camera(s, time, &view->camera);
-  view->camera.time = view->camera.shutter = 0;
+  view->camera.time = view->camera.shutter = view->camera.aperture = 0; /* an instant and a pinhole, all that WRT has */
   if (pktrt_render(world, view) != PKTRT_OK) return ex_fail("%s", pktrt_last_error(world));
   const double rendered = ex_seconds();
   pktrt_get_scene_info(world, &after);
@@ -112,6 +112,7 @@ int main(int argc, char **argv) {
   if (!scene_make(o.scene, &s)) return ex_fail("%s: not enough memory for the scene", o.scene), 1;
   desc.parallel_for = ex_parallel_for;
   desc.user = &threads;
+  desc.log = ex_log;
   desc.rebuild = (pktrt_rebuild)o.rebuild;
   pktrt_scene *world = pktrt_scene_create(&desc);
   bool ok = world ? animation(world, &s, &o) : ex_fail("%s", pktrt_last_error(NULL));

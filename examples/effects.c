@@ -111,7 +111,7 @@ static bool picture(effect last, float *pixels, ex_threads *threads) {
   pktrt_render_desc view;
   pktrt_stats stats;
   memset(&desc, 0, sizeof desc), memset(&view, 0, sizeof view), memset(&stats, 0, sizeof stats);
-  desc.parallel_for = ex_parallel_for, desc.user = threads;
+  desc.parallel_for = ex_parallel_for, desc.user = threads, desc.log = ex_log;
   view.width = WIDTH, view.height = HEIGHT, view.pixels = pixels;
   view.mode = PKTRT_MODE_DRT, view.samples = SAMPLES;
   view.camera.eye[1] = 2.5f, view.camera.eye[2] = 8.3f, view.camera.target[1] = 0.6f, view.camera.fov_y = 32;

@@ -8,6 +8,12 @@ enum { WIDTH = 640, HEIGHT = 480 };
 static float pixels[HEIGHT][WIDTH][3];      /* linear RGB, as rendered */
 static unsigned char png[HEIGHT][WIDTH][3]; /* the same, as a screen wants it */
 
+/* What the library wonders about, such as a scene without light. */
+static void warn(void *user, int level, const char *sentence) {
+  (void)user;
+  if (level == 0) fprintf(stderr, "warning: %s\n", sentence);
+}
+
 int main(int argc, char **argv) {
   static const float floor_xyz[] = {-9, 0, -9, -9, 0, 9, 9, 0, 9, 9, 0, -9};
   static const uint32_t floor_triangles[] = {0, 1, 2, 0, 2, 3};
@@ -15,6 +21,7 @@ int main(int argc, char **argv) {
   static const uint32_t pyramid_triangles[] = {0, 1, 4, 1, 2, 4, 2, 3, 4, 3, 0, 4};
   const pktrt_mesh_desc ground = {floor_xyz, 4, 0, floor_triangles, 2, 0, NULL, 0};
   const pktrt_mesh_desc pyramid = {pyramid_xyz, 5, 0, pyramid_triangles, 4, 0, NULL, 1};
+  static pktrt_scene_desc setup;
   static pktrt_material red; /* static, hence zeroed, hence full of sensible defaults */
   static pktrt_light sun;
   static pktrt_render_desc view;
@@ -27,7 +34,8 @@ int main(int argc, char **argv) {
   view.background[0] = 0.25f, view.background[1] = 0.4f, view.background[2] = 0.7f;
   view.ambient[0] = view.ambient[1] = view.ambient[2] = 0.15f; /* so that shadows are not black */
 
-  pktrt_scene *scene = pktrt_scene_create(NULL);
+  setup.log = warn;
+  pktrt_scene *scene = pktrt_scene_create(&setup);
   if (pktrt_add_material(scene, &red, NULL) || pktrt_add_mesh(scene, &ground, NULL) ||
       pktrt_add_mesh(scene, &pyramid, NULL) || pktrt_add_light(scene, &sun, NULL) || pktrt_commit(scene) ||
       pktrt_render(scene, &view))

@@ -6,10 +6,10 @@
 #include "../pktrt.h"
 
 #include "mesh_file.h"
+#include "output.h"
 #include "scenes.h"
 #include "words.h"
 #include <getopt.h>
-#include <limits.h>
 
 /* >>options -------------------------------------------------------------------------------------------------------- */
 
@@ -20,6 +20,7 @@ typedef struct options {
   unsigned width, height, packet, tile, threads, samples, seed, depth, frame, frames;
   unsigned passes;                                                     /* 0: as many as it takes */
   int mode, path, sampler, assembly, branching, lights, glass_shadows; /* values of the library's enumerations */
+  int normals, shadows, phong;                                         /* the same */
   int measure;                                                         /* such a value; -1: not given */
   pktrt_isa isa;
   bool up_z, has_camera, has_frame, progress, count, adaptive, explain;
@@ -33,6 +34,9 @@ static const char *const assembly_names[] = {"types", "runs", "materials", "octa
 static const char *const branching_names[] = {"mode", "both", "choose", NULL};
 static const char *const light_names[] = {"all", "one", NULL};
 static const char *const glass_names[] = {"pass", "block", NULL};
+static const char *const normal_names[] = {"smooth", "geometric", NULL};
+static const char *const shadow_names[] = {"per-light", "together", NULL};
+static const char *const phong_names[] = {"careful", "naive", NULL};
 static const char *const up_names[] = {"y", "z", NULL};
 static const char *const measure_names[] = {"rmse", "relative", NULL};
 
@@ -54,8 +58,13 @@ static void print_help_picture(void) {
   printf("  --lights all|one drt: deeper than where a primary ray ends, ask all lights or one at random (default all)\n"
          "  --glass-shadows pass|block\n"
          "                   whether light passes glass (default pass; rcs: block)\n"
+         "  --normals smooth|geometric\n"
+         "                   interpolated where the mesh has normals (default), or of the triangle everywhere\n"
+         "  --phong careful|naive\n"
+         "                   drt: how directions of glossy reflections are drawn (default careful; naive to compare)\n"
          "  --exposure E     factor on the picture as it is written (default 1)\n"
-         "  -o FILE          .png (8 bit sRGB) or .pfm (linear floats); without it no picture is written\n"
+         "  -o FILE          .png (8 bit sRGB) or .pfm (linear floats); without it no picture is written. A device or\n"
+         "                   a pipe of any other name gets a .png\n"
          "  --buffers PREFIX also write PREFIX-depth.pfm, PREFIX-normal.pfm and PREFIX-albedo.pfm\n");
 }
 
@@ -83,13 +92,18 @@ static void print_help_work(void) {
          "  --assembly HOW   how secondary rays become packets:");
   print_words("", assembly_names);
   printf("                   (default types; materials, octants and blind are ways of the paper)\n"
+         "  --shadows per-light|together\n"
+         "                   packets of shadow rays: one for each light (default), or one for all lights\n"
          "  --isa ISA        scalar, sse2, avx2, avx512 or neon (default: the widest here)\n"
          "  --threads N      threads for build and picture (default: one per processor)\n"
          "  --tile N         pixels along a tile's edge, 1 to 1024 (default 64)\n"
          "  --explain        say first what the scene has, what of it runs, and where its bytes are\n"
          "  --no-count       do not count rays and tests, which costs a little time\n"
          "  --no-progress    no progress bar; without a terminal there is none anyway\n"
-         "  --help           this text\n");
+         "  --help           this text\n"
+         "\nFiles get their names when all are written: a run that fails, or is ended by SIGINT, SIGTERM or\n"
+         "SIGHUP, leaves none, and those of before as they were. Warnings and errors are lines on standard error.\n"
+         "Exit status: 0, 1 after an error, 128 and the number of the signal (Ctrl-C: 130).\n");
 }
 
 static void print_help(void) {
@@ -130,8 +144,8 @@ static bool parse_camera(const char *text, float camera[6]) {
   for (int i = 0; i < 6; i++) {
     char *end = NULL;
     camera[i] = strtof(at, &end);
-    if (end == at || !(fabsf(camera[i]) <= 1e18f) || *end != (i < 5 ? ',' : '\0'))
-      return ex_fail("--camera: \"%s\" is not six numbers with commas between, each up to 1e18", text);
+    if (end == at || !(fabsf(camera[i]) <= PKTRT_MAX_COORD) || *end != (i < 5 ? ',' : '\0'))
+      return ex_fail("--camera: \"%s\" is not six numbers with commas between, each up to 2^100", text);
     at = end + 1;
   }
   for (int i = 0; i < 3; i++)
@@ -146,8 +160,9 @@ static bool parse_packet(const char *text, unsigned *packet) {
 }
 
 static bool parse_output(const char *option, const char *text, const char **output) {
+  bool is_stdout;
   *output = text;
-  return ex_has_suffix(text, ".png") || ex_has_suffix(text, ".pfm") ||
+  return ex_has_suffix(text, ".png") || ex_has_suffix(text, ".pfm") || output_is_direct(text, &is_stdout) ||
          ex_fail("%s: \"%s\" ends neither in .png nor in .pfm", option, text);
 }
 
@@ -176,9 +191,9 @@ static bool parse_attenuation(const char *text, double *attenuation) {
 enum option_name {
   OPT_SCENE = 256, OPT_MESH, OPT_CAMERA, OPT_UP, OPT_FRAME, OPT_FRAMES, OPT_SHUTTER, OPT_LIGHT_SIZE, OPT_APERTURE,
   OPT_FOCUS, OPT_MODE, OPT_SIZE, OPT_SPP, OPT_SAMPLER, OPT_SEED, OPT_DEPTH, OPT_ATTENUATION, OPT_BRANCHING,
-  OPT_LIGHTS, OPT_GLASS_SHADOWS, OPT_EXPOSURE, OPT_BUFFERS, OPT_PASSES, OPT_TARGET_ERROR, OPT_MEASURE, OPT_TIME,
-  OPT_ADAPTIVE, OPT_ERROR_MAP, OPT_PATH, OPT_PACKET, OPT_ASSEMBLY, OPT_ISA, OPT_THREADS, OPT_TILE, OPT_EXPLAIN,
-  OPT_NO_COUNT, OPT_NO_PROGRESS
+  OPT_LIGHTS, OPT_GLASS_SHADOWS, OPT_NORMALS, OPT_SHADOWS, OPT_PHONG, OPT_EXPOSURE, OPT_BUFFERS, OPT_PASSES,
+  OPT_TARGET_ERROR, OPT_MEASURE, OPT_TIME, OPT_ADAPTIVE, OPT_ERROR_MAP, OPT_PATH, OPT_PACKET, OPT_ASSEMBLY,
+  OPT_ISA, OPT_THREADS, OPT_TILE, OPT_EXPLAIN, OPT_NO_COUNT, OPT_NO_PROGRESS
 };
 
 static const struct option option_list[] = {{"scene", required_argument, NULL, OPT_SCENE},
@@ -201,6 +216,9 @@ static const struct option option_list[] = {{"scene", required_argument, NULL, O
                                             {"branching", required_argument, NULL, OPT_BRANCHING},
                                             {"lights", required_argument, NULL, OPT_LIGHTS},
                                             {"glass-shadows", required_argument, NULL, OPT_GLASS_SHADOWS},
+                                            {"normals", required_argument, NULL, OPT_NORMALS},
+                                            {"shadows", required_argument, NULL, OPT_SHADOWS},
+                                            {"phong", required_argument, NULL, OPT_PHONG},
                                             {"exposure", required_argument, NULL, OPT_EXPOSURE},
                                             {"buffers", required_argument, NULL, OPT_BUFFERS},
                                             {"passes", required_argument, NULL, OPT_PASSES},
@@ -243,6 +261,9 @@ static bool parse_option(options *o, int option, const char *text) {
   case OPT_BRANCHING: return ex_parse_word("branching", text, branching_names, &o->branching);
   case OPT_LIGHTS: return ex_parse_word("lights", text, light_names, &o->lights);
   case OPT_GLASS_SHADOWS: return ex_parse_word("glass-shadows", text, glass_names, &o->glass_shadows);
+  case OPT_NORMALS: return ex_parse_word("normals", text, normal_names, &o->normals);
+  case OPT_SHADOWS: return ex_parse_word("shadows", text, shadow_names, &o->shadows);
+  case OPT_PHONG: return ex_parse_word("phong", text, phong_names, &o->phong);
   case OPT_EXPOSURE: return ex_parse_real("exposure", text, 1e-6, 1e6, &o->exposure);
   case OPT_BUFFERS: o->buffers = text; return true;
   case OPT_PASSES: return ex_parse_uint("passes", text, 2, 65536, &o->passes);
@@ -320,24 +341,60 @@ static bool parse_options(options *o, int argc, char **argv) {
 
 /* >>views ---------------------------------------------------------------------------------------------------------- */
 
-/* A camera that sees the whole bounding sphere, from the front, a little right and above. In double, whose range
-   holds squares of any coordinate that the library takes. */
-static void frame_bounds(const pktrt_scene_info *info, const options *o, pktrt_camera *camera) {
+/* How far floats about x are apart. */
+static double spacing(double x) {
+  int exponent = 0;
+  frexp(x, &exponent);
+  return ldexp(1, (x > 0 && exponent > -125 ? exponent : -125) - 24);
+}
+
+/* From the front, a little right and above; from the other side where the eye would lie beyond the largest coordinate.
+   False: there, too. */
+static bool place_eye(const double center[3], double distance, bool up_z, pktrt_camera *camera) {
   static const double from[2][3] = {{0.45, 0.35, 0.82}, {0.45, -0.82, 0.35}}; /* y up, z up */
-  double center[3], radius = 0, aspect = (double)o->width / o->height;
+  const double most = (double)PKTRT_MAX_COORD;
+  for (int a = 0; a < 3; a++) {
+    double eye = center[a] + distance * from[up_z][a];
+    if (fabs(eye) > most) eye = center[a] - distance * from[up_z][a];
+    if (fabs(eye) > most) return false;
+    camera->eye[a] = (float)eye;
+    camera->target[a] = (float)center[a];
+  }
+  return true;
+}
+
+/* The tangent of half the angle in which a sphere is seen from the eye, the target in the middle. */
+static double tangent_of_sphere(const pktrt_camera *camera, const double center[3], double radius) {
+  double distance2 = 0, aside2 = 0;
+  for (int a = 0; a < 3; a++) {
+    const double to = (double)camera->target[a] - (double)camera->eye[a], aside = center[a] - (double)camera->target[a];
+    distance2 += to * to;
+    aside2 += aside * aside;
+  }
+  radius += sqrt(aside2);
+  return radius / sqrt(distance2 - radius * radius);
+}
+
+/* A camera that sees the whole bounding sphere. In double, whose range holds squares of any coordinate that the library
+   takes. Where floats are too coarse to place an eye near the mesh, it is farther away and its angle smaller. */
+static bool frame_bounds(const pktrt_scene_info *info, const options *o, pktrt_camera *camera) {
+  const double degrees = 57.29577951308232, aspect = (double)o->width / o->height, narrow = aspect < 1 ? aspect : 1;
+  double center[3], radius = 0, largest = 0;
   for (int a = 0; a < 3; a++) {
     double lo = (double)info->bounds_lo[a], hi = (double)info->bounds_hi[a];
     center[a] = 0.5 * (lo + hi);
     radius += 0.25 * (hi - lo) * (hi - lo);
+    largest = fmax(largest, fmax(fabs(lo), fabs(hi)));
   }
-  radius = radius > 0 ? sqrt(radius) : 1;
-  camera->fov_y = 40;
+  radius = sqrt(radius);
   /* sin(20 degrees) = 0.342; a picture higher than wide sees less across: there tan shrinks with the aspect */
-  double tangent = 0.364 * (aspect < 1 ? aspect : 1), distance = radius * sqrt(1 + tangent * tangent) / tangent;
-  for (int a = 0; a < 3; a++) {
-    camera->target[a] = (float)center[a];
-    camera->eye[a] = (float)(center[a] + distance * from[o->up_z][a]);
-  }
+  const double tangent = 0.364 * narrow, least = 64 * spacing(largest);
+  const double distance = radius * sqrt(1 + tangent * tangent) / tangent;
+  if (!place_eye(center, fmax(distance, least), o->up_z, camera))
+    return ex_fail("%s: a camera that sees all of it would lie beyond 2^100, the largest coordinate; see --camera",
+                   o->mesh);
+  if (distance < least) camera->fov_y = (float)(2 * degrees * atan(tangent_of_sphere(camera, center, radius) / narrow));
+  return true;
 }
 
 static bool add_light(pktrt_scene *world, const pktrt_light *light) {
@@ -345,7 +402,8 @@ static bool add_light(pktrt_scene *world, const pktrt_light *light) {
 }
 
 /* Light for a mesh that brings none: a key light like a sun from above, behind the camera's left shoulder, and a
-   weaker point light beside the camera, which also lights interiors. */
+   weaker point light beside the camera, which also lights interiors. Where no float can hold its intensity, because the
+   mesh is tiny or huge, another sun takes its place. */
 static bool light_mesh(pktrt_scene *world, const options *o, const pktrt_camera *camera) {
   double to[3], length = 0, side[3];
   for (int a = 0; a < 3; a++) {
@@ -361,13 +419,17 @@ static bool light_mesh(pktrt_scene *world, const options *o, const pktrt_camera 
   memset(&key, 0, sizeof key);
   memset(&fill, 0, sizeof fill);
   key.kind = PKTRT_LIGHT_DIRECTIONAL;
-  fill.kind = PKTRT_LIGHT_POINT;
+  const double strength = 0.6 * length * length;
+  const bool near = strength >= 1e-36 && strength <= 1e36;
+  fill.kind = near ? PKTRT_LIGHT_POINT : PKTRT_LIGHT_DIRECTIONAL;
   for (int a = 0; a < 3; a++) {
     const double above = a == up ? 1 : 0;
     key.direction[a] = (float)(to[a] / length + 0.7 * side[a] - 1.1 * above);
     key.intensity[a] = 2.0f;
-    fill.position[a] = (float)((double)camera->eye[a] + length * (0.25 * side[a] + 0.02 * above));
-    fill.intensity[a] = (float)fmin(0.6 * length * length, 1e36);
+    const double beside = 0.25 * side[a] + 0.02 * above;
+    if (near) fill.position[a] = (float)((double)camera->eye[a] + length * beside);
+    else fill.direction[a] = (float)(to[a] / length - beside);
+    fill.intensity[a] = (float)(near ? strength : 0.6);
   }
   return add_light(world, &key) && add_light(world, &fill);
 }
@@ -380,8 +442,11 @@ static const struct {
   unsigned channels;
 } buffer_kinds[BUFFERS] = {{"depth", 1}, {"normal", 3}, {"albedo", 3}};
 
+enum { OUTPUT_PICTURE, OUTPUT_ERROR_MAP, OUTPUT_BUFFERS, OUTPUTS = OUTPUT_BUFFERS + BUFFERS };
+
 typedef struct job {
   options given;
+  output_file outputs[OUTPUTS];
   pktrt_scene *world;
   scene built_in; /* zeroed for --mesh */
   pktrt_render_desc view;
@@ -457,7 +522,11 @@ static bool load_mesh(job *j) {
   j->load_seconds = ex_seconds() - start;
   if (!commit(j)) return false;
   pktrt_get_scene_info(j->world, &info);
-  frame_bounds(&info, o, &j->view.camera);
+  if (info.degenerate == info.triangles)
+    return ex_fail("%s: there is nothing to see: as floats, none of its %llu triangles has an area", o->mesh,
+                   (unsigned long long)info.triangles);
+  j->view.camera.fov_y = 40;
+  if (!o->has_camera && !frame_bounds(&info, o, &j->view.camera)) return false;
   override_camera(j);
   j->view.camera.up[o->up_z ? 2 : 1] = 1;
   for (int c = 0; c < 3; c++) j->view.ambient[c] = 0.05f, j->view.background[c] = 0.08f + 0.03f * (float)c;
@@ -466,26 +535,20 @@ static bool load_mesh(job *j) {
 
 /* >>picture -------------------------------------------------------------------------------------------------------- */
 
-enum { MAX_PATH_LENGTH = 4096 };
-
-static bool buffer_path(const options *o, int b, char path[MAX_PATH_LENGTH]) {
-  int n = snprintf(path, MAX_PATH_LENGTH, "%s-%s.pfm", o->buffers, buffer_kinds[b].name);
-  return (n > 0 && n < MAX_PATH_LENGTH) || ex_fail("--buffers: the name is too long");
-}
-
-/* Opened for appending: nothing is lost yet. */
-static bool probe_file(const char *path) {
-  FILE *file = fopen(path, "ab");
-  if (!file) return ex_fail("%s: cannot be written: %s", path, strerror(errno));
-  fclose(file);
-  return true;
+static bool name_output(output_file *file, const char *format, const char *option, const char *buffer) {
+  const int n = snprintf(file->name, sizeof file->name, format, option, buffer);
+  return (n > 0 && (size_t)n < sizeof file->name) || ex_fail("%.40s...: the name is too long", option);
 }
 
 /* Finds out before the work, not after it, whether the pictures can be written. */
-static bool probe_outputs(const options *o) {
-  char path[MAX_PATH_LENGTH];
-  bool ok = (!o->output || probe_file(o->output)) && (!o->error_map || probe_file(o->error_map));
-  for (int b = 0; ok && o->buffers && b < BUFFERS; b++) ok = buffer_path(o, b, path) && probe_file(path);
+static bool check_outputs(job *j) {
+  const options *o = &j->given;
+  output_file *files = j->outputs;
+  bool ok = (!o->output || name_output(&files[OUTPUT_PICTURE], "%s", o->output, "")) &&
+            (!o->error_map || name_output(&files[OUTPUT_ERROR_MAP], "%s", o->error_map, ""));
+  for (int b = 0; ok && o->buffers && b < BUFFERS; b++)
+    ok = name_output(&files[OUTPUT_BUFFERS + b], "%s-%s.pfm", o->buffers, buffer_kinds[b].name);
+  for (int i = 0; ok && i < OUTPUTS; i++) ok = !files[i].name[0] || output_check(&files[i]);
   return ok;
 }
 
@@ -566,14 +629,15 @@ static void colour_errors(const job *j, float *colours) {
 }
 
 /* To be called while the picture is as it was rendered. */
-static bool write_error_map(const job *j) {
+static bool write_error_map(job *j) {
   const options *o = &j->given;
+  output_file *file = &j->outputs[OUTPUT_ERROR_MAP];
   const size_t n = (size_t)o->width * o->height;
-  if (ex_has_suffix(o->error_map, ".pfm")) return ex_write_channels(o->error_map, j->error, o->width, o->height, 1);
+  if (ex_has_suffix(o->error_map, ".pfm")) return output_write(file, j->error, o->width, o->height, 1);
   float *colours = (float *)malloc(n * 3 * sizeof *colours);
   if (!colours) return ex_fail("%s: not enough memory", o->error_map);
   colour_errors(j, colours);
-  const bool ok = ex_write_picture(o->error_map, colours, o->width, o->height);
+  const bool ok = output_write(file, colours, o->width, o->height, 3);
   free(colours);
   return ok;
 }
@@ -581,14 +645,26 @@ static bool write_error_map(const job *j) {
 static bool write_pictures(job *j) {
   const options *o = &j->given;
   const size_t n = (size_t)o->width * o->height * 3;
-  char path[MAX_PATH_LENGTH];
   j->checksum = checksum(j->view.pixels, n); /* of what was rendered: exposure is a matter of looking at it */
   if (o->error_map && !write_error_map(j)) return false;
   for (size_t i = 0; i < n; i++) j->view.pixels[i] *= (float)o->exposure;
-  bool ok = !o->output || ex_write_picture(o->output, j->view.pixels, o->width, o->height);
+  bool ok = !o->output || output_write(&j->outputs[OUTPUT_PICTURE], j->view.pixels, o->width, o->height, 3);
   for (int b = 0; ok && o->buffers && b < BUFFERS; b++)
-    ok = buffer_path(o, b, path) &&
-         ex_write_channels(path, j->buffers[b], o->width, o->height, buffer_kinds[b].channels);
+    ok = output_write(&j->outputs[OUTPUT_BUFFERS + b], j->buffers[b], o->width, o->height, buffer_kinds[b].channels);
+  return ok;
+}
+
+/* All of them or none. A pipe that nobody reads any more is an error, not the end at once. */
+static bool put_pictures(job *j) {
+  void (*const before)(int) = signal(SIGPIPE, SIG_IGN);
+  interrupt_does = INTERRUPT_WAITS;
+  bool ok = !interrupt_number && write_pictures(j);
+  interrupt_does = INTERRUPT_TOO_LATE;
+  ok = ok && !interrupt_number;
+  for (int i = 0; ok && i < OUTPUTS; i++) ok = output_publish(&j->outputs[i]);
+  for (int i = 0; i < OUTPUTS; i++) output_discard(&j->outputs[i]);
+  interrupt_does = INTERRUPT_ENDS;
+  signal(SIGPIPE, before);
   return ok;
 }
 
@@ -606,6 +682,9 @@ static void describe(job *j) {
   view->branching = (pktrt_branching)o->branching;
   view->lights = (pktrt_light_choice)o->lights;
   view->glass_shadows = (pktrt_glass_shadows)o->glass_shadows;
+  view->normals = (pktrt_normals)o->normals;
+  view->shadows = (pktrt_shadow_packets)o->shadows;
+  view->phong_mapping = (pktrt_phong_mapping)o->phong;
   view->path = (pktrt_path)o->path;
   view->packet_size = o->packet;
   view->assembly = (pktrt_assembly)o->assembly;
@@ -631,20 +710,26 @@ static void explain(const job *j) {
   fflush(stdout);
 }
 
+/* The bar, and false after an interrupt, which cancels the picture. */
+static bool go_on(void *user, float done) { return ex_progress_show(user, done) && !interrupt_number; }
+
 static bool render(job *j) {
   ex_progress progress;
   if (!allocate(j)) return false;
   describe(j);
   if (j->given.explain) explain(j);
-  j->view.progress = ex_progress_show;
+  j->view.progress = go_on;
   j->view.user = &progress;
   ex_progress_start(&progress, j->given.progress);
   double start = ex_seconds();
+  interrupt_does = INTERRUPT_CANCELS;
   pktrt_status status = pktrt_render(j->world, &j->view);
+  interrupt_does = INTERRUPT_WAITS;
   j->render_seconds = ex_seconds() - start;
   ex_progress_end(&progress);
+  if (status != PKTRT_OK && interrupt_number) return false; /* which has been said */
   if (status != PKTRT_OK) return ex_fail("%s", pktrt_last_error(j->world));
-  return write_pictures(j);
+  return put_pictures(j);
 }
 
 /* >>table ---------------------------------------------------------------------------------------------------------- */
@@ -745,12 +830,18 @@ int main(int argc, char **argv) {
   static job j; /* static: zeroed */
   ex_threads threads = {1};
   pktrt_scene_desc desc;
-  if (!parse_options(&j.given, argc, argv) || !probe_outputs(&j.given)) return 1;
+  if (!parse_options(&j.given, argc, argv)) return 1;
+  interrupt_does = INTERRUPT_WAITS;
+  interrupt_take();
+  if (!check_outputs(&j)) return 1;
+  if (interrupt_number) return interrupt_status();
+  interrupt_does = INTERRUPT_ENDS;
   threads.count = j.given.threads;
   memset(&desc, 0, sizeof desc);
   desc.isa = j.given.isa;
   desc.parallel_for = ex_parallel_for;
   desc.user = &threads;
+  desc.log = ex_log;
   j.world = pktrt_scene_create(&desc);
   bool ok = j.world ? (j.given.mesh ? load_mesh(&j) : load_built_in(&j)) && render(&j)
                     : ex_fail("%s", pktrt_last_error(NULL));
@@ -761,5 +852,5 @@ int main(int argc, char **argv) {
   scene_free(&j.built_in);
   pktrt_scene_destroy(j.world);
   if (ok && fflush(stdout) != 0) ok = ex_fail("the table could not be written: %s", strerror(errno));
-  return ok ? 0 : 1;
+  return ok ? 0 : interrupt_number ? interrupt_status() : 1;
 }

@@ -402,6 +402,7 @@ static bool make_world(viewer *v, double time, double shutter) {
   desc.parallel_for = ex_parallel_for;
   desc.user = &v->threads;
   desc.rebuild = PKTRT_REBUILD_AUTOMATIC;
+  desc.log = NULL; /* there are lights, and that a mode ignores mirrors or the lens is what its key is for */
   pktrt_scene_destroy(v->world);
   v->world = pktrt_scene_create(&desc);
   if (!v->world) return ex_fail("%s", pktrt_last_error(NULL));

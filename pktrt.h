@@ -5431,6 +5431,13 @@ OP uint32_t NAME(beam_slabs)(const NAME(beam) *q, const pktrt__view *view, const
   return mbits(vle(*entry, vmin(vmin(f[0], f[1]), vmin(f[2], vset(wf)))));
 }
 
+/* The references of a node's children, and how many there are: what is counted, for empty places are tested for nothing. */
+OP const uint32_t *NAME(children)(const pktrt__view *view, uint32_t ref, const bool moving) {
+  const unsigned char *node = view->nodes + ref * (moving ? view->node_bytes : (size_t)PKTRT__NODE_BYTES);
+  return (const uint32_t *)(const void *)(node + PKTRT__NODE_KEY_BYTES);
+}
+OP uint32_t NAME(child_count)(const uint32_t *child) { return 8 - pktrt__popcount8(vsame(child, PKTRT__EMPTY)); }
+
 /* Opens a node: its children as above. */
 OP uint32_t NAME(beam_node)(const NAME(beam) *q, const pktrt__view *view, uint32_t ref, float wf,
                             const uint32_t **child, v8 *entry, const bool moving, const bool stats,
@@ -5438,7 +5445,7 @@ OP uint32_t NAME(beam_node)(const NAME(beam) *q, const pktrt__view *view, uint32
   const unsigned char *node = view->nodes + ref * (moving ? view->node_bytes : (size_t)PKTRT__NODE_BYTES);
   *child = (const uint32_t *)(const void *)(node + PKTRT__NODE_KEY_BYTES);
   COUNT(node_visits, 1);
-  COUNT(box_tests, 8);
+  COUNT(box_tests, NAME(child_count)(*child));
   return NAME(beam_slabs)(q, view, node, wf, moving, entry);
 }
 
@@ -5601,7 +5608,7 @@ OP uint64_t NAME(stream)(const pktrt__view *view, pktrt__batch *b, const uint8_t
       hit |= NAME(stream_leaf)(view, b, list, mask, ref & ~PKTRT__LEAF, occlusion, moving, stats, counts);
     } else {
       COUNT(node_visits, 1);
-      COUNT(box_tests, 8 * pktrt__popcount(mask));
+      COUNT(box_tests, NAME(child_count)(NAME(children)(view, ref, moving)) * pktrt__popcount(mask));
       NAME(stream_node)(view, b, list, mask, ref, octant, &stack, occlusion, moving);
     }
     do { /* masks of entries pushed earlier may hold rays that are done */
@@ -6273,7 +6280,7 @@ OP uint32_t NAME(frustum_push)(const NAME(frustum_rays) *f, const pktrt__view *v
                                : NAME(frustum_node)(f, p0, p1, false, &entry, &whole);
   const uint32_t n = pktrt__popcount(keep);
   COUNT(node_visits, 1);
-  COUNT(frustum_culls, 8 - n);
+  COUNT(frustum_culls, NAME(child_count)(child) - n);
   vstore(w, entry);
   uint64_t order = vorder(keep, occlusion ? PKTRT__IN_ORDER : child[8 + f->octant]);
   for (uint32_t i = 0; i < n; i++, order >>= 8) {

@@ -224,6 +224,7 @@ int main(int argc, char **argv) {
   suite_refusals();
   suite_scene();
   suite_events();
+  suite_counts();
   suite_memory();
   suite_tree();
   suite_truth();

@@ -107,6 +107,61 @@ bool tree_lane(const pktrt_scene *s, uint32_t group, uint32_t block, uint32_t la
   return false;
 }
 
+/* Whether a ray meets a box that is so much wider, in double. */
+static bool slabs_meet(const pktrt_ray *r, const double lo[3], const double hi[3], double wider) {
+  double from = (double)r->tmin, to = (double)r->tmax;
+  for (int a = 0; a < 3; a++) {
+    const double o = (double)r->origin[a], d = (double)r->direction[a];
+    const double n = ((d < 0 ? hi[a] + wider : lo[a] - wider) - o) / d, f = ((d < 0 ? lo[a] - wider : hi[a] + wider) - o) / d;
+    from = fmax(from, n), to = fmin(to, f);
+  }
+  return from <= to;
+}
+
+static bool work_meets(const pktrt_ray *r, const double lo[3], const double hi[3], double margin, tree_work *w) {
+  const bool surely = slabs_meet(r, lo, hi, -margin), perhaps = slabs_meet(r, lo, hi, margin);
+  w->unsure |= surely != perhaps;
+  return perhaps;
+}
+
+/* The node, and what lies below it. */
+static void work_of_node(const pktrt__group *g, uint32_t n, const pktrt_ray *r, double margin, tree_work *w) {
+  unsigned char *node = g->nodes + (size_t)n * g->node_bytes;
+  float ta, tb;
+  const uint32_t key = pktrt__segment(r->time, g->key_count, &ta, &tb), next = g->key_count > 1 ? key + 1 : key;
+  const float *k0 = pktrt__node_planes(node, key), *k1 = pktrt__node_planes(node, next);
+  w->nodes++;
+  for (uint32_t c = 0; c < 8; c++) {
+    const uint32_t ref = pktrt__node_children(node)[c];
+    double lo[3], hi[3];
+    if (ref == PKTRT__EMPTY) continue;
+    w->boxes++;
+    for (uint32_t a = 0; a < 3; a++) {
+      lo[a] = (double)ta * (double)k0[16 * a + c] + (double)tb * (double)k1[16 * a + c];
+      hi[a] = (double)ta * (double)k0[16 * a + 8 + c] + (double)tb * (double)k1[16 * a + 8 + c];
+    }
+    if (!work_meets(r, lo, hi, margin, w)) continue;
+    if (!(ref & PKTRT__LEAF)) work_of_node(g, ref, r, margin, w);
+    const uint32_t *id = pktrt__block_ids(g->blocks + (size_t)(ref & ~PKTRT__LEAF) * g->block_bytes);
+    for (uint32_t l = 0; ref & PKTRT__LEAF && l < 8; l++) w->triangles += id[l] != PKTRT_NONE;
+  }
+}
+
+tree_work tree_work_of(const pktrt_scene *s, const pktrt_ray *r, bool ask_groups) {
+  tree_work w = {0, 0, 0, false};
+  double largest = 0;
+  for (int a = 0; a < 3; a++)
+    largest = fmax(largest, fmax(fabs((double)r->origin[a]), fmax(fabs((double)s->lo[a]), fabs((double)s->hi[a]))));
+  for (uint32_t i = 0; i < s->group_count; i++) {
+    const pktrt__group *g = &s->groups[i];
+    double lo[3], hi[3];
+    for (int a = 0; a < 3; a++) lo[a] = (double)g->lo[a], hi[a] = (double)g->hi[a];
+    if (ask_groups && g->key_count > 1 && !work_meets(r, lo, hi, 1e-5 * largest, &w)) continue;
+    work_of_node(g, 0, r, 1e-5 * largest, &w);
+  }
+  return w;
+}
+
 uint32_t tree_groups(const pktrt_scene *s) { return s->group_count; }
 
 uint32_t tree_children(const pktrt_scene *s, uint32_t group, uint32_t node) {

@@ -16,6 +16,13 @@ bool tree_lane(const pktrt_scene *, uint32_t group, uint32_t block, uint32_t lan
 uint32_t tree_groups(const pktrt_scene *);
 /* Which of the eight slots of a node hold a child, as bits; 0: there is no such node. */
 uint32_t tree_children(const pktrt_scene *, uint32_t group, uint32_t node);
+/* What a ray that hits nothing has to look at, by itself: nodes, their children, triangles of leaves. `unsure` where it passes
+   a box so near that rounding may decide. */
+typedef struct tree_work {
+  uint64_t nodes, boxes, triangles;
+  bool unsure;
+} tree_work;
+tree_work tree_work_of(const pktrt_scene *, const pktrt_ray *, bool ask_groups); /* ask: whether it meets what moves, at all */
 /* The same trees, asked by the kernels of another instruction set: large ones need not be built for each. */
 void tree_asked_by(pktrt_scene *, pktrt_isa);
 

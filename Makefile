@@ -34,7 +34,8 @@ EMBREE := $(wildcard /usr/include/embree3/rtcore.h /usr/local/include/embree3/rt
 
 EXAMPLES = $(B)/hello $(B)/query $(B)/packets $(B)/effects $(B)/deform $(B)/render $(if $(SDL),$(B)/view)
 EXAMPLE_HEADERS = $(wildcard examples/*.h)
-TEST_SOURCES = $(sort $(filter-out tests/fuzz/main.c,$(wildcard tests/*.c tests/fuzz/*.c)))
+# checksum.c and stack.c are programs of their own: see `platforms`.
+TEST_SOURCES = $(sort $(filter-out tests/fuzz/main.c tests/checksum.c tests/stack.c,$(wildcard tests/*.c tests/fuzz/*.c)))
 TEST_OBJECTS = $(TEST_SOURCES:tests/%.c=$(B)/tests/%.o)
 
 # Goals in a row, as in `make deps demo`, are made one after the other; what a goal is built from, side by side.
@@ -44,7 +45,7 @@ ifeq ($(MAKELEVEL),0)
 .NOTPARALLEL:
 endif
 
-.PHONY: all demo effects deform view test-view readme-pictures test test-leaveout sanitize test-neon matrix deps deps-extra format clean help
+.PHONY: all demo effects deform view test-view readme-pictures test test-leaveout sanitize test-neon matrix platforms checksum deps deps-extra format clean help
 .PHONY: map bench bench-check bench-plots bench-readme peers exactness error error-check leaveout leaveout-check
 .PHONY: stability stability-neon stability-sanitize sanitize-threads fuzz
 .DELETE_ON_ERROR:
@@ -65,7 +66,8 @@ help:
 	@echo "stability-neon  a tenth of it on ARM, emulated        stability-sanitize  a hundredth under ASan and UBSan"
 	@echo "fuzz        libFuzzer for TIME=600 seconds each: TARGETS=\"scene query settings mesh_file\""
 	@echo "sanitize-threads  what several threads do at once, under TSan"
-	@echo "matrix      C99 to C++17, gcc, clang, tcc, mingw  test-neon   runs a smaller set on ARM, emulated"
+	@echo "matrix      C99 to C++17, compilers, platforms    test-neon   runs a smaller set on ARM, emulated"
+	@echo "platforms   one checksum on ten of them: a table  checksum    writes anew what must come out, tests/checksum.txt"
 	@echo "bench       measures the paper's results, all or NAME=\"table1 figure6\"; BENCH_ARGS=... passes options"
 	@echo "bench-check of these, what must hold, in two minutes, and that its controls fail"
 	@echo "bench-plots, bench-readme  plots, and the tables of bench/README.md, of what has been measured"
@@ -230,6 +232,19 @@ map:
 matrix:
 	.ci/matrix
 
+# One checksum on all of them: a table. ONLY="s390x wasm" picks some; .ci/platforms --list tells their names.
+platforms:
+	@.ci/platforms $(ONLY)
+
+# For a change of bits that is meant: writes the sums that must come out anew, and the one that the README shows.
+$(B)/checksum: tests/checksum.c tests/scenes.h pktrt.h | $(B)
+	$(CC) $(CFLAGS) $(STRICT) $< -o $@ $(LDFLAGS) $(LDLIBS)
+
+checksum: $(B)/checksum
+	$< | sed '/^by /d' >$(B)/checksum.txt
+	@was=$$(sed -n 's/^all *//p' tests/checksum.txt); is=$$(sed -n 's/^all *//p' $(B)/checksum.txt); \
+	  sed -i "s/$$was/$$is/" README.md; mv $(B)/checksum.txt tests/checksum.txt; echo "$$was -> $$is"
+
 # --- benchmarks ---
 
 # On the last of the cores that this process may use: the first serves most interrupts.
@@ -382,7 +397,9 @@ $(LEAVEOUT):
 
 DEPS = gcc g++ libc6-dev libstb-dev
 DEPS_EXTRA = pkg-config glpk-utils libassimp-dev libembree-dev clang libclang-rt-14-dev tcc gcc-mingw-w64-x86-64 \
-  gcc-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user gnuplot valgrind libsdl2-dev xvfb xdotool
+  gcc-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user gnuplot valgrind libsdl2-dev xvfb xdotool \
+  gcc-i686-linux-gnu libc6-dev-i386-cross gcc-riscv64-linux-gnu libc6-dev-riscv64-cross gcc-s390x-linux-gnu \
+  libc6-dev-s390x-cross musl-tools wine64 emscripten nodejs
 INSTALL = $(if $(filter 0,$(shell id -u)),,sudo) env DEBIAN_FRONTEND=noninteractive apt-get
 
 deps:

@@ -152,7 +152,7 @@
    - No any-hit filters, ray masks, instances, or removing a mesh. Triangles only.
    - Pictures are ray traced after Whitted and Cook, not path traced: no light from diffuse surface to diffuse surface
      (an ambient constant and an environment light stand for it), and no caustics.
-   - MSVC is untested; MinGW is compiled, not run.
+   - MSVC is untested. gcc, clang, tcc, MinGW and emscripten are, on 32 and 64 bits, little-endian and big-endian.
 
 
    CONFIGURATION: define before including the header
@@ -321,8 +321,9 @@
      - Rendering: about 220 KiB for each tile at work, and up to 60 KiB for each generation of rays; 230 bytes for each
        triangle of a mesh that is a light (DRT); 28 bytes for each mesh if one is of glass; if it counts, 8 KiB for each
        tile of the picture; with several passes, 32 bytes for each pixel, 64 more with optional buffers.
-     - Stack: at most 64 KiB in a query, about 64 KiB in a render, 17 KiB in a build, if compiled with optimisation (up
-       to twice that without). Mind this when your threads have small stacks.
+     - Stack: at most 64 KiB in a query, about 64 KiB in a render, 17 KiB in a build, if compiled with optimisation, be
+       it -O1. Without: up to 128 KiB in a query with gcc, 260 KiB with clang. Mind this when your threads have small
+       stacks.
    pktrt_get_scene_info tells tree and mesh bytes.
 
    Limits. Coordinates up to 2^100 (PKTRT_MAX_COORD); 1024 keys (PKTRT_MAX_KEYS); 2^31 - 1 triangles
@@ -348,7 +349,7 @@
    for its own set, so there is no need for -mavx2 or -march=native. When a scene is created, CPU and operating system
    are asked, and the widest wins; pktrt_scene_desc.isa asks for a certain one. AVX-512 uses vectors of 16 rays in
    frustum packets, all other kernels are 8 wide everywhere (SSE2 and NEON: two registers). On 32-bit x86 compile with
-   -msse2 -mfpmath=sse.
+   -msse2 -mfpmath=sse, on s390x where gcc is given a -std=c... with -fexcess-precision=fast as well.
    64-bit ARM: NEON. gcc for MinGW: SSE2 at most, since it may misalign wide variables on the stack (GCC bug 54412). tcc
    and all else: scalar, the same code with loops over eight floats: good for stepping through in a debugger.
    -ffast-math and -ffinite-math-only are refused at compile time; so is x87 arithmetic.
@@ -1193,11 +1194,11 @@ PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *, const pktrt_render
 #elif defined(PKTRT_NO_NORMALS) != defined(PKTRT__DECLARED_NO_NORMALS)
 #error "PKTRT_NO_NORMALS: define it before the first time that a file includes pktrt.h, or not at all"
 #endif
-#if defined(__FAST_MATH__) || defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__
+#if defined(__FAST_MATH__) || defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__ || defined(_M_FP_FAST)
 #error "pktrt.h needs IEEE arithmetic: compile the implementation without -ffast-math and -ffinite-math-only"
 #endif
 #if defined(FLT_EVAL_METHOD) && FLT_EVAL_METHOD != 0
-#error "pktrt.h needs float arithmetic in float: on 32-bit x86 compile with -msse2 -mfpmath=sse"
+#error "pktrt.h needs float arithmetic in float: compile with -msse2 -mfpmath=sse (32-bit x86), -fexcess-precision=fast (s390x)"
 #endif
 
 #if defined(__GNUC__) || defined(__clang__)
@@ -1334,6 +1335,8 @@ PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *, const pktrt_render
    it cannot prevent. */
 #if defined(__clang__)
 #pragma STDC FP_CONTRACT OFF
+#elif defined(_MSC_VER)
+#pragma fp_contract(off)
 #elif defined(__GNUC__) && !defined(__TINYC__)
 #pragma GCC push_options
 #pragma GCC optimize("fp-contract=off")

@@ -393,8 +393,8 @@ static void *stack_thread(void *arg) {
   stack_probe *p = arg;
   char here = 0;
   p->top = &here;
-  pktrt_query_desc q;
-  pktrt_stats stats;
+  static pktrt_query_desc q; /* static: only the stack that the library takes is asked for */
+  static pktrt_stats stats;
   memset(&q, 0, sizeof q);
   memset(&stats, 0, sizeof stats);
   q.path = p->what < 2 ? PKTRT_PATH_FAST : PKTRT_PATH_PAPER;

@@ -87,7 +87,7 @@
        >>render       pictures, and all that can be chosen about them
 
      Implementation, compiled once
-       >>platform     compilers, instruction sets of this build, the guard against fused operations
+       >>platform     compilers, instruction sets of this build, the guard against flags that change values
        >>limits       constants: width, depth, stack
        >>structures   nodes, leaf blocks, meshes, groups, the scene
        >>memory       the one way to the allocator hooks
@@ -293,12 +293,14 @@
      - the minimum over pairs (t, index), which is independent of order, and sums of fixed order (lights as they were
        added);
      - IEEE 754: only + - * / and square roots decide, never a function of libm whose last bits differ between systems;
-     - operations that are not fused. The header forbids its own code to be contracted into multiply-adds, and creating
-       a scene tests whether this was heeded: clang's -ffp-contract=fast overrides it, and pktrt_scene_create then
-       fails. (Fused operations are used on purpose where they only cull.)
-   Two things are asked of you: no -ffast-math, which is checked, and threads that round to nearest and do not flush
-   denormal numbers to zero, which is not. Statistics may differ slightly by instruction set: what is culled is not
-   promised, only what is hit.
+     - operations that are neither fused nor reordered. The header forbids its own code to be contracted into
+       multiply-adds, and clang to take liberties with it. (Fused operations are used on purpose where they only cull.)
+   Two things are asked of you. No flags that change values: the implementation does not compile under those that gcc
+   tells (-ffast-math, -fassociative-math and others); any other that has an effect, as clang's -ffp-contract=fast, is
+   found by a test of the arithmetic when a scene is created. pktrt_scene_create then fails, and pktrt_last_error(NULL)
+   names the flag to drop. And threads that round to nearest and do not flush denormal numbers to zero: the one that
+   creates a scene is tested, the others are yours. (A program linked with -ffast-math flushes in all of them.)
+   Statistics may differ slightly by instruction set: what is culled is not promised, only what is hit.
 
    Threads. Many readers or one writer. Queries and pktrt_render_tile are readers of a committed scene. Everything that
    takes a scene that is not const is a writer, but for pktrt_render, which may run beside readers, though not beside
@@ -348,7 +350,7 @@
    -msse2 -mfpmath=sse.
    64-bit ARM: NEON. gcc for MinGW: SSE2 at most, since it may misalign wide variables on the stack (GCC bug 54412). tcc
    and all else: scalar, the same code with loops over eight floats: good for stepping through in a debugger.
-   -ffast-math and -ffinite-math-only are refused at compile time; so is x87 arithmetic.
+   Flags that change values are refused, see GUARANTEES; so is x87 arithmetic.
 
 
    THE PAPER, SECTION BY SECTION (it numbers no equations)
@@ -1107,11 +1109,23 @@ PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *, const pktrt_render
 #elif defined(PKTRT_NO_NORMALS) != defined(PKTRT__DECLARED_NO_NORMALS)
 #error "PKTRT_NO_NORMALS: define it before the first time that a file includes pktrt.h, or not at all"
 #endif
-#if defined(__FAST_MATH__) || defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__
-#error "pktrt.h needs IEEE arithmetic: compile the implementation without -ffast-math and -ffinite-math-only"
+/* Flags that change values, which the file with the implementation must do without. What a compiler does not tell here,
+   clang's above all, is forbidden by the guard below or found when a scene is created: see pktrt__faults. */
+#if defined(__FAST_MATH__)
+#error "pktrt.h needs IEEE arithmetic: drop -ffast-math (-Ofast includes it)"
+#elif defined(_M_FP_FAST)
+#error "pktrt.h needs IEEE arithmetic: drop /fp:fast"
+#elif defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__
+#error "pktrt.h needs NaN and infinities: drop -ffinite-math-only"
+#elif defined(__ASSOCIATIVE_MATH__)
+#error "pktrt.h needs sums in their order: drop -fassociative-math, -funsafe-math-optimizations and -ffast-math"
+#elif defined(__RECIPROCAL_MATH__)
+#error "pktrt.h needs true division: drop -freciprocal-math, -funsafe-math-optimizations and -ffast-math"
+#elif defined(__NO_SIGNED_ZEROS__)
+#error "pktrt.h needs the sign of zeros: drop -fno-signed-zeros"
 #endif
 #if defined(FLT_EVAL_METHOD) && FLT_EVAL_METHOD != 0
-#error "pktrt.h needs float arithmetic in float: on 32-bit x86 compile with -msse2 -mfpmath=sse"
+#error "pktrt.h needs float arithmetic in float: drop -mfpmath=387; on 32-bit x86 compile with -msse2 -mfpmath=sse"
 #endif
 
 #if defined(__GNUC__) || defined(__clang__)
@@ -1135,6 +1149,19 @@ PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *, const pktrt_render
 #define PKTRT__DIVIDES_BY_ZERO __attribute__((no_sanitize("float-divide-by-zero")))
 #else
 #define PKTRT__DIVIDES_BY_ZERO
+#endif
+
+/* What is computed must be what is written: sums in their order, divisions that divide, products and sums each rounded
+   by itself. The same bits on every instruction set depend on it. One guard for the whole implementation, opened here
+   and closed at its end; pktrt__faults sees what it cannot prevent. It stands before the intrinsics, whose operations
+   are bound by it if they are included here for the first time. */
+#if defined(__clang__)
+#if __clang_major__ >= 13 && (defined(__x86_64__) || defined(__i386__)) /* clang 14 has no other that knows it */
+#define PKTRT__FLOAT_CONTROL 1
+#pragma float_control(push)
+#pragma float_control(precise, on)
+#endif
+#pragma STDC FP_CONTRACT OFF
 #endif
 
 /* Which instruction sets this build carries. Wide passes need per-function targets; MinGW may misalign wide spills
@@ -1243,12 +1270,8 @@ PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *, const pktrt_render
   (PKTRT__MOTION | PKTRT__STATS | PKTRT__PAPER | PKTRT__RENDER | PKTRT__LENS | PKTRT__SHUTTER | PKTRT__AREA_LIGHTS |   \
    PKTRT__GLOSS | (PKTRT__RENDER ? PKTRT__SPECULAR : 0) | PKTRT__NORMALS | PKTRT__TEXTURES)
 
-/* The product-sums that decide hits must not be fused: the same bits on every instruction set depend on it. One
-   guard for the whole implementation, opened here and closed at its end; the self test at scene creation sees what
-   it cannot prevent. */
-#if defined(__clang__)
-#pragma STDC FP_CONTRACT OFF
-#elif defined(__GNUC__) && !defined(__TINYC__)
+/* The guard again, for gcc: behind the intrinsics, which a program includes for its own code too. */
+#if defined(__GNUC__) && !defined(__clang__) && !defined(__TINYC__)
 #pragma GCC push_options
 #pragma GCC optimize("fp-contract=off")
 /* WHY no-ipa-ra: where gcc 12 knows a callee's registers it leaves out the vzeroupper before the call, and what is compiled
@@ -2775,6 +2798,7 @@ static pktrt_status pktrt__fail(pktrt_scene *s, pktrt_status status, const char 
   return status;
 }
 
+/* In brackets, for log is a macro of <tgmath.h>. */
 static void pktrt__say(const pktrt_scene *s, int level, const char *sentence) {
   if (s->desc.log) s->desc.log(s->desc.user, level, sentence);
 }
@@ -3811,7 +3835,7 @@ typedef struct pktrt__kernels {
   /* One ray by itself, past batches; not counted. */
   bool (*intersect)(const pktrt_scene *, const pktrt_ray *, pktrt_hit *);
   bool (*occluded)(const pktrt_scene *, const pktrt_ray *);
-  bool (*rounds_each_operation)(void);
+  uint32_t (*faults)(void); /* see pktrt__faults */
   /* A batch from n rays of the caller's, and back; order: which of them, NULL for the first ones. */
   void (*load)(pktrt__batch *, const pktrt_ray *, const uint16_t *order, uint32_t n);
   void (*store)(const pktrt_scene *, const pktrt__batch *, pktrt_hit *, const uint16_t *order, uint32_t n);
@@ -3847,6 +3871,31 @@ typedef struct pktrt__kernels {
 #define PKTRT__STAMP_NEON 5
 
 /* >>dispatch ------------------------------------------------------------------------------------------------------- */
+
+/* Arithmetic that is not what the code asks for. Some flags no macro tells, and how a thread rounds no compiler knows:
+   both are tried out when a scene is created, in C and by the kernels that it will use. The first fault is the one that
+   is told: those before can bring about those behind. */
+enum {
+  PKTRT__ROUNDS_OTHERWISE = 1,
+  PKTRT__FLUSHES = 2,
+  PKTRT__SHORTENS = 4,
+  PKTRT__FUSES = 8,
+  PKTRT__REORDERS = 16,
+  PKTRT__MULTIPLIES = 32,
+  PKTRT__GUESSES_ROOTS = 64,
+  PKTRT__EXPECTS_FINITE = 128,
+  PKTRT__DROPS_SIGNS = 256
+};
+
+/* Eight times x, of which compilers know nothing, not even that they are equal. */
+PKTRT__NOINLINE void pktrt__secrets(float x, float out[8]) {
+  volatile float v = x;
+  for (int i = 0; i < 8; i++) out[i] = v;
+}
+PKTRT__NOINLINE double pktrt__secret(double x) {
+  volatile double v = x;
+  return v;
+}
 
 #ifndef PKTRT_HEADER_FILENAME /* how this file names itself; define it if you renamed the file */
 #define PKTRT_HEADER_FILENAME "pktrt.h"
@@ -7657,21 +7706,37 @@ static void NAME(answer)(const pktrt__batch *b, bool *occluded, uint32_t n) {
   for (; i < n; i++) occluded[i] = b->slot[i] != PKTRT_NONE;
 }
 
-/* That the compiler kept products and sums of this instruction set apart: with e = 2^-12, (1 + e)^2 - (1 + 2 e) is
-   e^2 when fused and 0 when each operation is rounded. */
-static bool NAME(rounds_each_operation)(void) {
-  /* read anew for each expression: a product with two uses would not be fused, nor would equal lanes stay a vector */
-  volatile float x[2][8], y[2][8];
-  float a[2][8], b[2][8];
-  for (int i = 0; i < 16; i++) x[i / 8][i % 8] = 1.000244140625f, y[i / 8][i % 8] = 1.00048828125f;
-  for (int i = 0; i < 16; i++) a[i / 8][i % 8] = x[i / 8][i % 8], b[i / 8][i % 8] = y[i / 8][i % 8];
-  const m8 minus = veq(vsub(vmul(vload(a[0]), vload(a[0])), vload(b[0])), vset(0));
-  const m8 from = veq(vsub(vload(b[1]), vmul(vload(a[1]), vload(a[1]))), vset(0));
-  return mbits(mand(minus, from)) == 0xFF;
+/* What the compiler made of this instruction set's operations, see pktrt__faults. Equal products have operands of their
+   own: one that is used twice would not be fused. */
+OP v8 NAME(secret)(float x) {
+  float a[8];
+  pktrt__secrets(x, a);
+  return vload(a);
+}
+OP bool NAME(all)(m8 m) { return mbits(m) == 0xFF; }
+PKTRT__DIVIDES_BY_ZERO static uint32_t NAME(faults)(void) {
+  const v8 one = NAME(secret)(1), a = NAME(secret)(1.000244140625f), b = NAME(secret)(1.00048828125f);
+  const v8 c = NAME(secret)(1.000244140625f), d = NAME(secret)(1.00048828125f), big = NAME(secret)(33554432);
+  const v8 divisor = NAME(secret)(41), nothing = NAME(secret)(0), negative = NAME(secret)(-0.0f), zero = vset(0);
+  const v8 infinite = vdiv(one, nothing), nan = vsub(infinite, infinite);
+  const v8 q5 = vdiv(NAME(secret)(5), divisor), q7 = vdiv(NAME(secret)(7), divisor);
+  const v8 root = vsqrt(NAME(secret)(2)), root3 = vsqrt(NAME(secret)(3)), root7 = vsqrt(NAME(secret)(7));
+  const bool apart = NAME(all)(mand(veq(vsub(vmul(a, a), b), zero), veq(vsub(d, vmul(c, c)), zero)));
+  const bool in_order = NAME(all)(veq(vsub(vadd(one, big), big), zero));
+  const bool divides = NAME(all)(mand(veq(q5, vset(0.121951222f)), veq(q7, vset(0.170731708f)))) &&
+                       NAME(all)(veq(vdiv(one, root), vset(0.707106769f)));
+  const bool roots = NAME(all)(mand(veq(root, vset(1.41421354f)), veq(root3, vset(1.73205078f)))) &&
+                     NAME(all)(veq(root7, vset(2.64575124f)));
+  const m8 ordered = mor(mor(veq(nan, nan), vle(nan, one)), mor(vle(one, nan), veq(vmin(one, nan), one)));
+  const bool infinities = NAME(all)(mand(mand(vlt(one, infinite), veq(infinite, infinite)), veq(vmax(nan, one), one)));
+  const bool signs = !vsign(vadd(negative, zero)) && !vsign(vsub(zero, nothing)) && !vsign(vmin(negative, nothing));
+  return (apart ? 0 : PKTRT__FUSES) | (in_order ? 0 : PKTRT__REORDERS) | (divides ? 0 : PKTRT__MULTIPLIES) |
+         (roots ? 0 : PKTRT__GUESSES_ROOTS) | (infinities && !mbits(ordered) ? 0 : PKTRT__EXPECTS_FINITE) |
+         (signs ? 0 : PKTRT__DROPS_SIGNS);
 }
 
 static const pktrt__kernels NAME(kernels) = {
-    NAME(trace), NAME(intersect), NAME(occluded), NAME(rounds_each_operation), NAME(load), NAME(store), NAME(answer),
+    NAME(trace), NAME(intersect), NAME(occluded), NAME(faults), NAME(load), NAME(store), NAME(answer),
 #ifndef PKTRT_NO_RENDER
     NAME(primary), NAME(pack), NAME(find), NAME(dress), NAME(aim), NAME(see), NAME(gain), NAME(send), NAME(draw)
 #endif
@@ -7807,11 +7872,85 @@ PKTRT_DEF const char *pktrt_status_string(pktrt_status status) {
   }
 }
 
+/* How this thread rounds, and whether it keeps numbers below DBL_MIN and FLT_MIN: as results and as operands. */
+static uint32_t pktrt__thread_faults(void) {
+  const double one = pktrt__secret(1), e = pktrt__secret(DBL_EPSILON), tiny = pktrt__secret(DBL_MIN);
+  float small8[8], large[8];
+  pktrt__secrets(FLT_MIN, small8);
+  pktrt__secrets(1 / FLT_EPSILON, large);
+  const bool nearest = one + e * 0.75 == 1 + DBL_EPSILON && one + e * 0.25 == 1 && -one - e * 0.25 == -1;
+  volatile float low = small8[0] * 0.25f; /* written and read: flushed here, or below */
+  volatile double deep = tiny * 0.25;
+  const bool kept = low * large[0] == FLT_MIN * 0.25f * (1 / FLT_EPSILON) && deep * pktrt__secret(4) == DBL_MIN;
+  return (nearest ? 0 : PKTRT__ROUNDS_OTHERWISE) | (kept ? 0 : PKTRT__FLUSHES);
+}
+
+/* What the compiler made of C's arithmetic. With e = 2^-12, and 2^-27, (1 + e)^2 - (1 + 2 e) is e^2 when fused and 0
+   when each operation is rounded. */
+PKTRT__DIVIDES_BY_ZERO static uint32_t pktrt__compiler_faults(void) {
+  volatile float x = 1.000244140625f, y = 1.00048828125f; /* read anew: a product with two uses would not be fused */
+  volatile double v = 1.00000000745058059692, w = 1.00000001490116119385;
+  const float a = x, b = y, c = x, d = y;
+  const double e = v, f = w, g = v, h = w, one = pktrt__secret(1), big = pktrt__secret(18014398509481984.0);
+  const double divisor = pktrt__secret(99), q5 = pktrt__secret(5) / divisor, q7 = pktrt__secret(7) / divisor;
+  const double negative = pktrt__secret(-0.0), infinite = one / pktrt__secret(0), nan = infinite - infinite;
+  const bool apart = a * a - b == 0 && d - c * c == 0 && e * e - f == 0 && h - g * g == 0;
+  const bool divides = q5 == 0.050505050505050504 && q7 == 0.070707070707070704;
+  const bool roots = sqrt(pktrt__secret(2)) == 1.4142135623730951 && sqrtf((float)pktrt__secret(3)) == 1.73205078f;
+  const bool finite = nan == nan || nan <= one || !(one < infinite) || !(infinite - one == infinite);
+  const bool signs = 1 / (negative + 0.0) > 0 && 1 / (0.0 - pktrt__secret(0)) > 0;
+  return (sizeof 1.0 == sizeof one ? 0 : PKTRT__SHORTENS) | (apart ? 0 : PKTRT__FUSES) |
+         ((one + big) - big == 0 ? 0 : PKTRT__REORDERS) | (divides ? 0 : PKTRT__MULTIPLIES) |
+         (roots ? 0 : PKTRT__GUESSES_ROOTS) | (finite ? PKTRT__EXPECTS_FINITE : 0) | (signs ? 0 : PKTRT__DROPS_SIGNS);
+}
+
+static uint32_t pktrt__faults(const pktrt__kernels *kernels) {
+  return pktrt__thread_faults() | pktrt__compiler_faults() | kernels->faults();
+}
+
+static const char *pktrt__create_error(uint32_t faults) {
+#define PKTRT__REFUSED "A scene could not be created: "
+  switch (faults & (~faults + 1)) {
+  case PKTRT__ROUNDS_OTHERWISE:
+    return PKTRT__REFUSED "this thread does not round to nearest; call fesetround(FE_TONEAREST).";
+  case PKTRT__FLUSHES:
+    return PKTRT__REFUSED "this thread flushes denormal numbers to zero; link without -ffast-math, -Ofast and "
+           "-funsafe-math-optimizations, which set this when the program starts (so does -mdaz-ftz), or clear it.";
+  case PKTRT__SHORTENS:
+    return PKTRT__REFUSED "the compiler makes floats of double constants; drop -fsingle-precision-constant.";
+  case PKTRT__FUSES:
+    return PKTRT__REFUSED "the compiler fuses products and sums; compile the implementation without "
+           "-ffp-contract=fast (-ffast-math and -ffp-model=fast include it).";
+  case PKTRT__REORDERS:
+    return PKTRT__REFUSED "the compiler reorders sums; compile the implementation without -fassociative-math "
+           "(-funsafe-math-optimizations, -ffast-math and -ffp-model=fast include it).";
+  case PKTRT__MULTIPLIES:
+    return PKTRT__REFUSED "the compiler multiplies by reciprocals; compile the implementation without "
+           "-freciprocal-math (-funsafe-math-optimizations, -ffast-math and -ffp-model=fast include it).";
+  case PKTRT__GUESSES_ROOTS:
+    return PKTRT__REFUSED "square roots are approximate; compile the implementation without -fapprox-func and -mrecip "
+           "(-funsafe-math-optimizations, -ffast-math and -ffp-model=fast include them).";
+  case PKTRT__EXPECTS_FINITE:
+    return PKTRT__REFUSED "the compiler expects neither NaN nor infinities; compile the implementation without "
+           "-ffinite-math-only, -fno-honor-nans and -fno-honor-infinities.";
+  case PKTRT__DROPS_SIGNS:
+    return PKTRT__REFUSED "the compiler ignores the sign of zeros; compile the implementation without "
+           "-fno-signed-zeros (-funsafe-math-optimizations, -ffast-math and -ffp-model=fast include it).";
+  default:
+    return PKTRT__REFUSED "out of memory, an instruction set that pktrt_isa_available denies, only one of the allocate "
+           "and release hooks, or an enumerator out of range.";
+  }
+#undef PKTRT__REFUSED
+}
+
 PKTRT_DEF const char *pktrt_last_error(const pktrt_scene *s) {
   if (s) return s->error;
-  return "A scene could not be created: out of memory, an instruction set that pktrt_isa_available denies, only one of "
-         "the allocate and release hooks, an enumerator out of range, or a compiler that fuses product-sums (see "
-         "GUARANTEES).";
+  uint32_t faults = 0;
+  for (int isa = PKTRT_ISA_SCALAR; isa <= PKTRT_ISA_NEON; isa++) {
+    const pktrt__kernels *kernels = pktrt__kernels_of((pktrt_isa)isa);
+    if (kernels) faults |= pktrt__faults(kernels);
+  }
+  return pktrt__create_error(faults);
 }
 
 PKTRT_DEF const char *pktrt_isa_string(pktrt_isa isa) {
@@ -7828,15 +7967,6 @@ PKTRT_DEF const char *pktrt_isa_string(pktrt_isa isa) {
 
 PKTRT_DEF bool pktrt_isa_available(pktrt_isa isa) { return isa == PKTRT_ISA_AUTO || pktrt__kernels_of(isa) != NULL; }
 
-/* (1 + e)^2 - (1 + 2 e) with e = 2^-12 is e^2 when fused, 0 when each operation is rounded. */
-static bool pktrt__rounds_each_operation(void) {
-  volatile float x = 1.000244140625f, y = 1.00048828125f; /* read anew: a product with two uses would not be fused */
-  volatile double v = 1.00000000745058059692, w = 1.00000001490116119385; /* the same with e = 2^-27 */
-  const float a = x, b = y, c = x, d = y;
-  const double e = v, f = w, g = v, h = w;
-  return a * a - b == 0 && d - c * c == 0 && e * e - f == 0 && h - g * g == 0;
-}
-
 PKTRT_DEF pktrt_scene *pktrt_scene_create(const pktrt_scene_desc *desc) {
   pktrt_scene_desc d;
   memset(&d, 0, sizeof d);
@@ -7852,7 +7982,7 @@ PKTRT_DEF pktrt_scene *pktrt_scene_create(const pktrt_scene_desc *desc) {
     if (d.isa == PKTRT_ISA_AUTO) d.isa = PKTRT_ISA_SCALAR;
   }
   const pktrt__kernels *kernels = pktrt__kernels_of(d.isa);
-  if (!kernels || !pktrt__rounds_each_operation() || !kernels->rounds_each_operation()) return NULL;
+  if (!kernels || pktrt__faults(kernels)) return NULL;
   pktrt_scene *s = PKTRT__CAST(pktrt_scene *, pktrt__alloc(&d, 1, sizeof *s));
   if (!s) return NULL;
   memset(s, 0, sizeof *s);
@@ -11186,7 +11316,9 @@ PKTRT_DEF size_t pktrt_report_text(const pktrt_scene_report *r, char *text, size
 #if defined(PKTRT__X86) && defined(__GNUC__) && !defined(__clang__) && defined(__cplusplus)
 #pragma GCC diagnostic pop
 #endif
-#if defined(__clang__)
+#if defined(PKTRT__FLOAT_CONTROL)
+#pragma float_control(pop)
+#elif defined(__clang__)
 #pragma STDC FP_CONTRACT DEFAULT
 #elif defined(__GNUC__) && !defined(__TINYC__)
 #pragma GCC pop_options

@@ -2196,7 +2196,7 @@ typedef struct pktrt__source {
 static void pktrt__find_source(const pktrt__group *g, uint32_t block, uint32_t end, pktrt__reader *reader,
                                pktrt__source *s) {
   const uint32_t *tri = g->block_triangles + (size_t)block * PKTRT__W;
-  const uint32_t *later = end - block > PKTRT__AHEAD ? tri + PKTRT__AHEAD * PKTRT__W : tri;
+  const uint32_t *later = end - block > PKTRT__AHEAD ? tri + (uint32_t)PKTRT__AHEAD * PKTRT__W : tri;
   pktrt__reader r = *reader;
   for (uint32_t i = 0; i < PKTRT__BLOCK_BYTES; i += 64) PKTRT__PREFETCH(g->blocks + (size_t)block * g->block_bytes + i);
   for (uint32_t l = 0; l < PKTRT__W; l++) {

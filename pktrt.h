@@ -1129,10 +1129,10 @@ PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *, const pktrt_render
 #endif
 
 #if defined(__GNUC__) || defined(__clang__)
-/* `unused`: where parts are left out, not all helpers have somebody to help. */
-#define PKTRT__INLINE static inline __attribute__((always_inline, unused))
-#define PKTRT__NOINLINE static __attribute__((noinline, unused))
-#define PKTRT__ALIGN64 __attribute__((aligned(64)))
+/* `__unused__`: where parts are left out, not all helpers have somebody to help. */
+#define PKTRT__INLINE static inline __attribute__((__always_inline__, __unused__))
+#define PKTRT__NOINLINE static __attribute__((__noinline__, __unused__))
+#define PKTRT__ALIGN64 __attribute__((__aligned__(64)))
 #define PKTRT__UNLIKELY(x) __builtin_expect(!!(x), 0)
 #define PKTRT__PREFETCH(p) __builtin_prefetch(p)
 #else
@@ -1146,7 +1146,7 @@ PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *, const pktrt_render
 /* IEEE 754 defines x / 0, and vectors are divided so on purpose: the reciprocal of a zero component of a direction is
    an infinity, and lanes that nobody asks about hold anything. For UBSan, which checks scalar divisions, if told to. */
 #if defined(__clang__) || (defined(__GNUC__) && __GNUC__ >= 8)
-#define PKTRT__DIVIDES_BY_ZERO __attribute__((no_sanitize("float-divide-by-zero")))
+#define PKTRT__DIVIDES_BY_ZERO __attribute__((__no_sanitize__("float-divide-by-zero")))
 #else
 #define PKTRT__DIVIDES_BY_ZERO
 #endif
@@ -1919,10 +1919,10 @@ static bool pktrt__split(pktrt__builder *b, pktrt__range *r, pktrt__range part[2
   double most = -(x < y ? (x < z ? x : z) : (y < z ? y : z));
   float unit = pktrt__unit_scale((float)most), area = pktrt__box_area(r->box, unit);
   uint32_t spare = PKTRT__MAX_DEPTH - r->depth - pktrt__halvings(r->count), left = 0;
-  bool blind = !(area > 0.0f), small = r->count <= b->sweep;
+  bool blind = !(area > 0.0f), few = r->count <= b->sweep;
   if (r->count > 1 && spare > 0 && !(blind && r->count <= PKTRT__W)) {
-    if (!blind && small) left = pktrt__split_sweep(p, r, unit, area, part);
-    if (!blind && !small) left = pktrt__split_binned(b, r, unit, part);
+    if (!blind && few) left = pktrt__split_sweep(p, r, unit, area, part);
+    if (!blind && !few) left = pktrt__split_binned(b, r, unit, part);
   }
   if (!left && r->count > PKTRT__W) left = pktrt__split_half(r, r->away ? b->away + r->first : p, part);
   pktrt__binary *node = &b->nodes[r->slot];
@@ -2304,13 +2304,13 @@ PKTRT__INLINE void pktrt__order_children(const pktrt__group *g, unsigned char *n
     for (int i = 0; i < 8; i++) c[a][i] = p[16 * a + i] + p[16 * a + 8 + i] + (q[16 * a + i] + q[16 * a + 8 + i]);
   }
   for (uint32_t octant = 0; octant < 4; octant++) {
-    int32_t far[8], rank[8] = {0, 0, 0, 0, 0, 0, 0, 0};
+    int32_t distant[8], rank[8] = {0, 0, 0, 0, 0, 0, 0, 0};
     for (int i = 0; i < 8; i++) {
       float x = octant & 1 ? -c[0][i] : c[0][i], y = octant & 2 ? -c[1][i] : c[1][i];
-      far[i] = pktrt__order_key(x + y + c[2][i], i);
+      distant[i] = pktrt__order_key(x + y + c[2][i], i);
     }
     for (int i = 0; i < 8; i++) {
-      for (int j = 0; j < 8; j++) rank[j] += far[i] > far[j];
+      for (int j = 0; j < 8; j++) rank[j] += distant[i] > distant[j];
     }
     uint32_t order = 0, reverse = 0;
     for (uint32_t i = 0; i < 8; i++) order |= i << 3 * rank[i], reverse |= i << (21 - 3 * rank[i]);
@@ -2431,11 +2431,11 @@ static void pktrt__emit_block(const pktrt__walk *w, pktrt__sub leaf, uint32_t bl
    many there are; emits them, without bounds and vertices, if w says so. */
 static void pktrt__walk_tree(pktrt__walk *w, pktrt__sub root, pktrt__task *t) {
   struct { pktrt__sub sub; uint32_t *ref; } stack[PKTRT__STACK];
-  uint32_t top = 0, node = t->first_node, block = t->first_block, unused = 0;
-  stack[top].sub = root, stack[top++].ref = &unused;
+  uint32_t top = 0, node = t->first_node, block = t->first_block, ignored = 0;
+  stack[top].sub = root, stack[top++].ref = &ignored;
   while (top) {
     pktrt__sub child[PKTRT__W], sub = stack[--top].sub;
-    uint32_t n = pktrt__open(w->b->nodes, sub, child), *refs = &unused;
+    uint32_t n = pktrt__open(w->b->nodes, sub, child), *refs = &ignored;
     if (w->g || w->subs) pktrt__arrange(w->b->nodes, child, n);
     if (w->g) {
       unsigned char *at = w->g->nodes + (size_t)node * w->g->node_bytes;
@@ -2445,7 +2445,7 @@ static void pktrt__walk_tree(pktrt__walk *w, pktrt__sub root, pktrt__task *t) {
     }
     node++;
     for (uint32_t c = 0; c < n; c++) {
-      uint32_t *ref = w->g ? &refs[c] : &unused;
+      uint32_t *ref = w->g ? &refs[c] : &ignored;
       if (!w->b->nodes[child[c].slot].left) {
         if (w->g) pktrt__emit_block(w, child[c], block);
         *ref = PKTRT__LEAF | block++;
@@ -2800,7 +2800,7 @@ static pktrt_status pktrt__fail(pktrt_scene *s, pktrt_status status, const char 
 
 /* In brackets, for log is a macro of <tgmath.h>. */
 static void pktrt__say(const pktrt_scene *s, int level, const char *sentence) {
-  if (s->desc.log) s->desc.log(s->desc.user, level, sentence);
+  if (s->desc.log) (s->desc.log)(s->desc.user, level, sentence);
 }
 
 PKTRT__INLINE bool pktrt__finite(float x) { return x - x == 0; } /* false for NaN and infinities */
@@ -3900,6 +3900,42 @@ PKTRT__NOINLINE double pktrt__secret(double x) {
 #ifndef PKTRT_HEADER_FILENAME /* how this file names itself; define it if you renamed the file */
 #define PKTRT_HEADER_FILENAME "pktrt.h"
 #endif
+/* Kernels have short macros, undefined after each stamp. Those that a program or <tgmath.h> may have are put aside. */
+#pragma push_macro("COUNT")
+#pragma push_macro("NAME")
+#pragma push_macro("OP")
+#pragma push_macro("STEP")
+#pragma push_macro("UNROLL")
+#pragma push_macro("FW")
+#pragma push_macro("INSTANCE")
+#pragma push_macro("dadd")
+#pragma push_macro("ddiv")
+#pragma push_macro("dmul")
+#pragma push_macro("dsqrt")
+#pragma push_macro("dsub")
+#pragma push_macro("fadd")
+#pragma push_macro("fdiv")
+#pragma push_macro("ffma")
+#pragma push_macro("fmul")
+#pragma push_macro("fsub")
+#undef COUNT
+#undef NAME
+#undef OP
+#undef STEP
+#undef UNROLL
+#undef FW
+#undef INSTANCE
+#undef dadd
+#undef ddiv
+#undef dmul
+#undef dsqrt
+#undef dsub
+#undef fadd
+#undef fdiv
+#undef ffma
+#undef fmul
+#undef fsub
+
 #define PKTRT__PASTE2(a, b) a##_##b
 #define PKTRT__PASTE(a, b) PKTRT__PASTE2(a, b)
 #define PKTRT__NAME(x) PKTRT__PASTE(x, PKTRT__SUFFIX)
@@ -3922,7 +3958,7 @@ PKTRT__NOINLINE double pktrt__secret(double x) {
 
 #ifdef PKTRT__HAS_AVX2 /* enabled per function: the rest of the program needs no -mavx2 */
 #ifdef __clang__
-#pragma clang attribute push(__attribute__((target("avx2,fma,bmi,bmi2,popcnt"))), apply_to = function)
+#pragma clang attribute push(__attribute__((__target__("avx2,fma,bmi,bmi2,popcnt"))), apply_to = function)
 #else
 #pragma GCC push_options
 #pragma GCC target("avx2,fma,bmi,bmi2,popcnt")
@@ -3941,8 +3977,8 @@ PKTRT__NOINLINE double pktrt__secret(double x) {
 
 #ifdef PKTRT__HAS_AVX512
 #ifdef __clang__
-#pragma clang attribute push(__attribute__((target("avx512f,avx512dq,avx512bw,avx512vl,avx2,fma,bmi,bmi2,popcnt"))), \
-                             apply_to = function)
+#pragma clang attribute push( \
+    __attribute__((__target__("avx512f,avx512dq,avx512bw,avx512vl,avx2,fma,bmi,bmi2,popcnt"))), apply_to = function)
 #else
 #pragma GCC push_options
 #pragma GCC target("avx512f,avx512dq,avx512bw,avx512vl,avx2,fma,bmi,bmi2,popcnt")
@@ -3966,6 +4002,24 @@ PKTRT__NOINLINE double pktrt__secret(double x) {
 #undef PKTRT__STAMP
 #undef PKTRT__SUFFIX
 #endif
+
+#pragma pop_macro("COUNT")
+#pragma pop_macro("NAME")
+#pragma pop_macro("OP")
+#pragma pop_macro("STEP")
+#pragma pop_macro("UNROLL")
+#pragma pop_macro("FW")
+#pragma pop_macro("INSTANCE")
+#pragma pop_macro("dadd")
+#pragma pop_macro("ddiv")
+#pragma pop_macro("dmul")
+#pragma pop_macro("dsqrt")
+#pragma pop_macro("dsub")
+#pragma pop_macro("fadd")
+#pragma pop_macro("fdiv")
+#pragma pop_macro("ffma")
+#pragma pop_macro("fmul")
+#pragma pop_macro("fsub")
 
 #if defined(PKTRT__HAS_AVX2) || defined(PKTRT__HAS_AVX512)
 /* The CPU has the instructions and the operating system saves the registers: both must say so. */
@@ -4874,9 +4928,9 @@ PKTRT__NOINLINE uint32_t NAME(setup)(const pktrt_scene *scene, pktrt__batch *b, 
   memset(b->id + i, 0, FW * sizeof *b->id);
   memset(b->slot + i, 0xFF, FW * sizeof *b->slot); /* PKTRT_NONE */
 
-  const vf huge = fset(FLT_MAX), longest = fmax_(ax, fmax_(ay, az)); /* loses a NaN in ax, hence all three below */
+  const vf largest = fset(FLT_MAX), longest = fmax_(ax, fmax_(ay, az)); /* loses a NaN in ax, hence all three below */
   mf ok = fmand(fmand(flt(zero, longest), flt(tmin, tmax)), fle(o_max, fset(PKTRT_MAX_COORD)));
-  ok = fmand(ok, fmand(fle(ax, huge), fmand(fle(ay, huge), fle(az, huge))));
+  ok = fmand(ok, fmand(fle(ax, largest), fmand(fle(ay, largest), fle(az, largest))));
   UNROLL for (int a = 0; a < 3; a++) ok = fmand(ok, fle(fabs_(fload(b->o[a] + i)), fset(PKTRT_MAX_COORD)));
   /* Nothing can lie beyond the range of floats, where wn or wf would be NaN and spoil a packet's extremes. */
   ok = fmand(ok, fmand(flt(n, fset(INFINITY)), flt(fset(-INFINITY), f)));
@@ -5718,9 +5772,9 @@ OP uint32_t NAME(frustum_node)(const NAME(frustum_rays) *f, const float *p0, con
                                v8 *entry, uint32_t *whole) {
   const uint32_t back = f->sign < 0, wl = 16 * f->k + 8 * back, wh = 16 * f->k + 8 * (1 - back);
   const v8 s = vset(f->sign);
-  v8 late, unused; /* late: where the face that rays enter by is farthest */
+  v8 late, other; /* late: where the face that rays enter by is farthest */
   v8 w0 = vfms(NAME(swept)(f, p0 + wl, p1 + wl, back != 0, moving, &late), s, vset(f->ref[2] + f->pad));
-  v8 w1 = vfms(NAME(swept)(f, p0 + wh, p1 + wh, back == 0, moving, &unused), s, vset(f->ref[2] - f->pad));
+  v8 w1 = vfms(NAME(swept)(f, p0 + wh, p1 + wh, back == 0, moving, &other), s, vset(f->ref[2] - f->pad));
   m8 keep = mand(vle(vset(f->wmin), w1), vle(w0, vset(f->wmax)));
   *entry = w0;
   w0 = vmax(w0, vset(0)), w1 = vmin(w1, vset(f->far_));
@@ -6878,14 +6932,14 @@ OP void NAME(drive_fast)(const pktrt_scene *scene, pktrt__batch *b, uint32_t n, 
 
 /* Corners of the triangles that eight rays hit, at the rays' times. Neighbours mostly hit the same triangle, which,
    at rest or of two keys, is then read once. */
-PKTRT__NOINLINE void NAME(gather_corners)(const pktrt_scene *scene, const uint32_t *slots, const uint32_t *groups,
+PKTRT__NOINLINE void NAME(gather_corners)(const pktrt_scene *scene, const uint32_t *slot_of, const uint32_t *groups,
                                           const float *time, uint32_t hits, v8 p[3][3]) {
   UNROLL for (int c = 0; c < 9; c++) p[c / 3][c % 3] = vset(0);
   for (uint32_t rest = hits; rest;) {
-    const uint32_t r = pktrt__lowest(rest), slot = slots[r];
+    const uint32_t r = pktrt__lowest(rest), slot = slot_of[r];
     const pktrt__group *g = &scene->groups[groups[r]];
     const unsigned char *block = g->blocks + (size_t)(slot / 8) * g->block_bytes;
-    uint32_t lanes = rest & vsame(slots, slot) & vsame(groups, groups[r]);
+    uint32_t lanes = rest & vsame(slot_of, slot) & vsame(groups, groups[r]);
     if (!pktrt__moves(g->key_count)) {
       const float *k0 = (const float *)(const void *)block + slot % 8;
       const m8 m = mfrom(lanes);
@@ -8188,7 +8242,7 @@ static pktrt_status pktrt__check_range(pktrt_scene *s, const char *whose, unsign
 }
 
 static pktrt_status pktrt__check_light(pktrt_scene *s, const pktrt_light *l, unsigned index) {
-  const float far = PKTRT_MAX_COORD;
+  const float most = PKTRT_MAX_COORD;
   if (!l) return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "light %u: the description is NULL", index);
   if ((int)l->kind < 0 || l->kind > PKTRT_LIGHT_ENVIRONMENT)
     return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "light %u: %d is no kind of light", index, (int)l->kind);
@@ -8198,12 +8252,13 @@ static pktrt_status pktrt__check_light(pktrt_scene *s, const pktrt_light *l, uns
   pktrt_status st = pktrt__check_range(s, "light", index, "intensity", l->intensity, 3, 0, FLT_MAX);
   const bool placed =
       l->kind == PKTRT_LIGHT_POINT || l->kind == PKTRT_LIGHT_QUAD || l->kind == PKTRT_LIGHT_SPHERE;
-  if (!st && placed) st = pktrt__check_range(s, "light", index, "position", l->position, 3, -far, far);
-  if (!st && l->kind == PKTRT_LIGHT_SPHERE) st = pktrt__check_range(s, "light", index, "radius", &l->radius, 1, 0, far);
+  if (!st && placed) st = pktrt__check_range(s, "light", index, "position", l->position, 3, -most, most);
+  if (!st && l->kind == PKTRT_LIGHT_SPHERE)
+    st = pktrt__check_range(s, "light", index, "radius", &l->radius, 1, 0, most);
   for (int e = 0; !st && e < 2 && l->kind == PKTRT_LIGHT_QUAD; e++)
-    st = pktrt__check_range(s, "light", index, e ? "edge[1]" : "edge[0]", l->edge[e], 3, -far, far);
+    st = pktrt__check_range(s, "light", index, e ? "edge[1]" : "edge[0]", l->edge[e], 3, -most, most);
   if (st || l->kind != PKTRT_LIGHT_DIRECTIONAL) return st;
-  st = pktrt__check_range(s, "light", index, "direction", l->direction, 3, -far, far);
+  st = pktrt__check_range(s, "light", index, "direction", l->direction, 3, -most, most);
   if (!st && l->direction[0] == 0 && l->direction[1] == 0 && l->direction[2] == 0)
     return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "light %u: its direction is zero", index);
   return st;
@@ -9306,7 +9361,7 @@ static void pktrt__set_back(pktrt__lamp *lamp) {
 static bool pktrt__set_facets(const pktrt_scene_desc *desc, const pktrt__mesh *m, pktrt__lamp *lamp, const double lo[3],
                               double size) {
   const uint32_t n = lamp->facet_count = m->triangle_count;
-  double sum = 0, unused[3];
+  double sum = 0, ignored[3];
   uint64_t *key = PKTRT__CAST(uint64_t *, pktrt__alloc(desc, n, sizeof *key));
   lamp->facets = PKTRT__CAST(pktrt__facet *, pktrt__alloc(desc, n, sizeof *lamp->facets));
   lamp->shares = PKTRT__CAST(pktrt__share *, pktrt__alloc(desc, n, sizeof *lamp->shares));
@@ -9317,7 +9372,7 @@ static bool pktrt__set_facets(const pktrt_scene_desc *desc, const pktrt__mesh *m
   for (uint32_t i = 0; ok && i < n; i++) {
     pktrt__facet *f = &lamp->facets[i];
     f->triangle = (uint32_t)key[i];
-    f->area = pktrt__set_facet(m, f->triangle, f, unused);
+    f->area = pktrt__set_facet(m, f->triangle, f, ignored);
     lamp->shares[i].sum = sum += f->area;
   }
   for (uint32_t i = 0, at = 0; ok && i < n; i++) {
@@ -10392,7 +10447,7 @@ static uint32_t pktrt__send_rays(const pktrt__work *work, const pktrt__wave *w, 
   pktrt__sending g;
   g.refraction = refraction, g.threshold = job->threshold;
   g.times = apart ? 0x9E3779B1u : 1, g.plus = apart ? 0x85EBCA6Bu : 0;
-  return job->scene->kernels->send(&g, w, &work->surfaces, to, n);
+  return (job->scene->kernels->send)(&g, w, &work->surfaces, to, n);
 }
 
 /* >>generations ---------------------------------------------------------------------------------------------------- */

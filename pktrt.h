@@ -158,7 +158,10 @@
 
      PKTRT_IMPLEMENTATION     This file holds the implementation. The macros below matter in that file alone.
      PKTRT_STATIC             Beside PKTRT_IMPLEMENTATION: all functions are static, a private copy for this file.
-                              Default: extern (extern "C" in C++).
+                              Define it before the file's first #include of the header.
+     PKTRT_DEF                What stands before every function, as __declspec(dllexport) or
+                              __attribute__((visibility("default"))). Default: extern. Define it before the file's first
+                              #include, and not beside PKTRT_STATIC. Functions are extern "C" in C++ in any case.
      PKTRT_HEADER_FILENAME    How the file names itself, for the implementation includes itself once per instruction
                               set. Default: "pktrt.h". Define it, quotes and all, if you rename the file.
      Instruction sets. Each one that is left out makes the object smaller and its compilation faster.
@@ -461,14 +464,22 @@
 #define PKTRT__DECLARED_NO_NORMALS
 #endif
 
-#if defined(PKTRT_STATIC) && (defined(__GNUC__) || defined(__clang__))
-#define PKTRT_DEF static __attribute__((unused)) /* a file need not call everything it has a copy of */
+#ifdef PKTRT_STATIC
+#define PKTRT__DECLARED_STATIC
+#endif
+
+#if defined(PKTRT_STATIC) && defined(PKTRT_DEF)
+#error "PKTRT_STATIC makes functions static, PKTRT_DEF says what else stands before them: define only one of them"
+#elif defined(PKTRT_STATIC) && (defined(__GNUC__) || defined(__clang__))
+#define PKTRT_DEF static __attribute__((__unused__)) /* a file need not call everything it has a copy of */
 #elif defined(PKTRT_STATIC)
 #define PKTRT_DEF static
-#elif defined(__cplusplus)
-#define PKTRT_DEF extern "C"
-#else
+#elif !defined(PKTRT_DEF)
 #define PKTRT_DEF extern
+#endif
+
+#ifdef __cplusplus
+extern "C" {
 #endif
 
 #define PKTRT_VERSION 501      /* major * 10000 + minor * 100 + patch */
@@ -1085,6 +1096,10 @@ PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *, const pktrt_render
 
 #endif /* PKTRT_NO_RENDER */
 
+#ifdef __cplusplus
+}
+#endif
+
 /* stop here if you only want the API */
 #endif /* PKTRT_H */
 /* ---------------------------------------------------------------------------------------------------------------------
@@ -1108,6 +1123,8 @@ PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *, const pktrt_render
 #error "PKTRT_NO_RENDER: define it before the first time that a file includes pktrt.h, or not at all"
 #elif defined(PKTRT_NO_NORMALS) != defined(PKTRT__DECLARED_NO_NORMALS)
 #error "PKTRT_NO_NORMALS: define it before the first time that a file includes pktrt.h, or not at all"
+#elif defined(PKTRT_STATIC) != defined(PKTRT__DECLARED_STATIC)
+#error "PKTRT_STATIC: define it before the first time that a file includes pktrt.h, or not at all"
 #endif
 /* Flags that change values, which the file with the implementation must do without. What a compiler does not tell here,
    clang's above all, is forbidden by the guard below or found when a scene is created: see pktrt__faults. */

@@ -45,7 +45,7 @@ ifeq ($(MAKELEVEL),0)
 .NOTPARALLEL:
 endif
 
-.PHONY: all demo effects deform view test-view readme-pictures test test-leaveout sanitize test-neon matrix platforms checksum deps deps-extra format clean help
+.PHONY: all demo effects deform view test-view readme-pictures test test-leaveout sanitize test-neon matrix platforms checksum flags test-guards deps deps-extra format clean help
 .PHONY: map bench bench-check bench-plots bench-readme peers exactness error error-check leaveout leaveout-check
 .PHONY: stability stability-neon stability-sanitize sanitize-threads fuzz
 .DELETE_ON_ERROR:
@@ -66,8 +66,10 @@ help:
 	@echo "stability-neon  a tenth of it on ARM, emulated        stability-sanitize  a hundredth under ASan and UBSan"
 	@echo "fuzz        libFuzzer for TIME=600 seconds each: TARGETS=\"scene query settings mesh_file\""
 	@echo "sanitize-threads  what several threads do at once, under TSan"
-	@echo "matrix      C99 to C++17, compilers, platforms    test-neon   runs a smaller set on ARM, emulated"
+	@echo "matrix      C99 to C++23, compilers, platforms    test-neon   runs a smaller set on ARM, emulated"
 	@echo "platforms   one checksum on ten of them: a table  checksum    writes anew what must come out, tests/checksum.txt"
+	@echo "flags       compiler flags, each refused by name or without effect"
+	@echo "test-guards the header behind hostile macros and windows.h; what a library exports"
 	@echo "bench       measures the paper's results, all or NAME=\"table1 figure6\"; BENCH_ARGS=... passes options"
 	@echo "bench-check of these, what must hold, in two minutes, and that its controls fail"
 	@echo "bench-plots, bench-readme  plots, and the tables of bench/README.md, of what has been measured"
@@ -245,6 +247,15 @@ checksum: $(B)/checksum
 	@was=$$(sed -n 's/^all *//p' tests/checksum.txt); is=$$(sed -n 's/^all *//p' $(B)/checksum.txt); \
 	  sed -i "s/$$was/$$is/" README.md; mv $(B)/checksum.txt tests/checksum.txt; echo "$$was -> $$is"
 
+# Compiler flags that change values are refused by name; under all others the bits are the same.
+flags:
+	.ci/flags
+
+# The header behind macros of others; what PKTRT_STATIC and PKTRT_DEF export.
+test-guards:
+	tests/hostile.sh
+	tests/linkage.sh
+
 # --- benchmarks ---
 
 # On the last of the cores that this process may use: the first serves most interrupts.
@@ -396,8 +407,8 @@ $(LEAVEOUT):
 # --- what to install, on Debian 12 and its relatives ---
 
 DEPS = gcc g++ libc6-dev libstb-dev
-DEPS_EXTRA = pkg-config glpk-utils libassimp-dev libembree-dev clang libclang-rt-14-dev tcc gcc-mingw-w64-x86-64 \
-  gcc-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user gnuplot valgrind libsdl2-dev xvfb xdotool \
+DEPS_EXTRA = pkg-config glpk-utils libassimp-dev libembree-dev clang libclang-rt-14-dev lld tcc gcc-mingw-w64-x86-64 \
+  g++-mingw-w64-x86-64 gcc-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user gnuplot valgrind libsdl2-dev xvfb xdotool \
   gcc-i686-linux-gnu libc6-dev-i386-cross gcc-riscv64-linux-gnu libc6-dev-riscv64-cross gcc-s390x-linux-gnu \
   libc6-dev-s390x-cross musl-tools wine64 emscripten nodejs
 INSTALL = $(if $(filter 0,$(shell id -u)),,sudo) env DEBIAN_FRONTEND=noninteractive apt-get

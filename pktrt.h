@@ -87,7 +87,7 @@
        >>render       pictures, and all that can be chosen about them
 
      Implementation, compiled once
-       >>platform     compilers, instruction sets of this build, the guard against fused operations
+       >>platform     compilers, instruction sets of this build, the guard against flags that change values
        >>limits       constants: width, depth, stack
        >>structures   nodes, leaf blocks, meshes, groups, the scene
        >>memory       the one way to the allocator hooks
@@ -161,7 +161,10 @@
                               with optimisation, which an edit of your own code need not cost. The macros below matter in
                               that file alone.
      PKTRT_STATIC             Beside PKTRT_IMPLEMENTATION: all functions are static, a private copy for this file.
-                              Default: extern (extern "C" in C++).
+                              Define it before the file's first #include of the header.
+     PKTRT_DEF                What stands before every function, as __declspec(dllexport) or
+                              __attribute__((visibility("default"))). Default: extern. Define it before the file's first
+                              #include, and not beside PKTRT_STATIC. Functions are extern "C" in C++ in any case.
      PKTRT_HEADER_FILENAME    How the file names itself, for the implementation includes itself once per instruction
                               set. Default: "pktrt.h". Define it, quotes and all, if you rename the file.
      Instruction sets. Each one that is left out makes the object smaller and its compilation faster.
@@ -296,12 +299,14 @@
      - the minimum over pairs (t, index), which is independent of order, and sums of fixed order (lights as they were
        added);
      - IEEE 754: only + - * / and square roots decide, never a function of libm whose last bits differ between systems;
-     - operations that are not fused. The header forbids its own code to be contracted into multiply-adds, and creating
-       a scene tests whether this was heeded: clang's -ffp-contract=fast overrides it, and pktrt_scene_create then
-       fails. (Fused operations are used on purpose where they only cull.)
-   Two things are asked of you: no -ffast-math, which is checked, and threads that round to nearest and do not flush
-   denormal numbers to zero, which is not. Statistics may differ slightly by instruction set: what is culled is not
-   promised, only what is hit.
+     - operations that are neither fused nor reordered. The header forbids its own code to be contracted into
+       multiply-adds, and clang to take liberties with it. (Fused operations are used on purpose where they only cull.)
+   Two things are asked of you. No flags that change values: the implementation does not compile under those that gcc
+   tells (-ffast-math, -fassociative-math and others); any other that has an effect, as clang's -ffp-contract=fast, is
+   found by a test of the arithmetic when a scene is created. pktrt_scene_create then fails, and pktrt_last_error(NULL)
+   names the flag to drop. And threads that round to nearest and do not flush denormal numbers to zero: the one that
+   creates a scene is tested, the others are yours. (A program linked with -ffast-math flushes in all of them.)
+   Statistics may differ slightly by instruction set: what is culled is not promised, only what is hit.
 
    Threads. Many readers or one writer. Queries and pktrt_render_tile are readers of a committed scene. Everything that
    takes a scene that is not const is a writer, but for pktrt_render, which may run beside readers, though not beside
@@ -352,7 +357,7 @@
    -msse2 -mfpmath=sse, on s390x where gcc is given a -std=c... with -fexcess-precision=fast as well.
    64-bit ARM: NEON. gcc for MinGW: SSE2 at most, since it may misalign wide variables on the stack (GCC bug 54412). tcc
    and all else: scalar, the same code with loops over eight floats: good for stepping through in a debugger.
-   -ffast-math and -ffinite-math-only are refused at compile time; so is x87 arithmetic.
+   Flags that change values are refused, see GUARANTEES; so is x87 arithmetic.
 
 
    THE PAPER, SECTION BY SECTION (it numbers no equations; `make map` checks that what is named here is there)
@@ -500,14 +505,22 @@
 #define PKTRT__DECLARED_NO_NORMALS
 #endif
 
-#if defined(PKTRT_STATIC) && (defined(__GNUC__) || defined(__clang__))
-#define PKTRT_DEF static __attribute__((unused)) /* a file need not call everything it has a copy of */
+#ifdef PKTRT_STATIC
+#define PKTRT__DECLARED_STATIC
+#endif
+
+#if defined(PKTRT_STATIC) && defined(PKTRT_DEF)
+#error "PKTRT_STATIC makes functions static, PKTRT_DEF says what else stands before them: define only one of them"
+#elif defined(PKTRT_STATIC) && (defined(__GNUC__) || defined(__clang__))
+#define PKTRT_DEF static __attribute__((__unused__)) /* a file need not call everything it has a copy of */
 #elif defined(PKTRT_STATIC)
 #define PKTRT_DEF static
-#elif defined(__cplusplus)
-#define PKTRT_DEF extern "C"
-#else
+#elif !defined(PKTRT_DEF)
 #define PKTRT_DEF extern
+#endif
+
+#ifdef __cplusplus
+extern "C" {
 #endif
 
 #define PKTRT_VERSION 600      /* major * 10000 + minor * 100 + patch */
@@ -1170,6 +1183,10 @@ PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *, const pktrt_render
 
 #endif /* PKTRT_NO_RENDER */
 
+#ifdef __cplusplus
+}
+#endif
+
 /* stop here if you only want the API */
 #endif /* PKTRT_H */
 /* ---------------------------------------------------------------------------------------------------------------------
@@ -1193,19 +1210,33 @@ PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *, const pktrt_render
 #error "PKTRT_NO_RENDER: define it before the first time that a file includes pktrt.h, or not at all"
 #elif defined(PKTRT_NO_NORMALS) != defined(PKTRT__DECLARED_NO_NORMALS)
 #error "PKTRT_NO_NORMALS: define it before the first time that a file includes pktrt.h, or not at all"
+#elif defined(PKTRT_STATIC) != defined(PKTRT__DECLARED_STATIC)
+#error "PKTRT_STATIC: define it before the first time that a file includes pktrt.h, or not at all"
 #endif
-#if defined(__FAST_MATH__) || defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__ || defined(_M_FP_FAST)
-#error "pktrt.h needs IEEE arithmetic: compile the implementation without -ffast-math and -ffinite-math-only"
+/* Flags that change values, which the file with the implementation must do without. What a compiler does not tell here,
+   clang's above all, is forbidden by the guard below or found when a scene is created: see pktrt__faults. */
+#if defined(__FAST_MATH__)
+#error "pktrt.h needs IEEE arithmetic: drop -ffast-math (-Ofast includes it)"
+#elif defined(_M_FP_FAST)
+#error "pktrt.h needs IEEE arithmetic: drop /fp:fast"
+#elif defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__
+#error "pktrt.h needs NaN and infinities: drop -ffinite-math-only"
+#elif defined(__ASSOCIATIVE_MATH__)
+#error "pktrt.h needs sums in their order: drop -fassociative-math, -funsafe-math-optimizations and -ffast-math"
+#elif defined(__RECIPROCAL_MATH__)
+#error "pktrt.h needs true division: drop -freciprocal-math, -funsafe-math-optimizations and -ffast-math"
+#elif defined(__NO_SIGNED_ZEROS__)
+#error "pktrt.h needs the sign of zeros: drop -fno-signed-zeros"
 #endif
 #if defined(FLT_EVAL_METHOD) && FLT_EVAL_METHOD != 0
-#error "pktrt.h needs float arithmetic in float: compile with -msse2 -mfpmath=sse (32-bit x86), -fexcess-precision=fast (s390x)"
+#error "pktrt.h needs float arithmetic in float: drop -mfpmath=387; with -msse2 -mfpmath=sse (32-bit x86), -fexcess-precision=fast (s390x)"
 #endif
 
 #if defined(__GNUC__) || defined(__clang__)
-/* `unused`: where parts are left out, not all helpers have somebody to help. */
-#define PKTRT__INLINE static inline __attribute__((always_inline, unused))
-#define PKTRT__NOINLINE static __attribute__((noinline, unused))
-#define PKTRT__ALIGN64 __attribute__((aligned(64)))
+/* `__unused__`: where parts are left out, not all helpers have somebody to help. */
+#define PKTRT__INLINE static inline __attribute__((__always_inline__, __unused__))
+#define PKTRT__NOINLINE static __attribute__((__noinline__, __unused__))
+#define PKTRT__ALIGN64 __attribute__((__aligned__(64)))
 #define PKTRT__UNLIKELY(x) __builtin_expect(!!(x), 0)
 #define PKTRT__PREFETCH(p) __builtin_prefetch(p)
 #else
@@ -1219,9 +1250,22 @@ PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *, const pktrt_render
 /* IEEE 754 defines x / 0, and vectors are divided so on purpose: the reciprocal of a zero component of a direction is
    an infinity, and lanes that nobody asks about hold anything. For UBSan, which checks scalar divisions, if told to. */
 #if defined(__clang__) || (defined(__GNUC__) && __GNUC__ >= 8)
-#define PKTRT__DIVIDES_BY_ZERO __attribute__((no_sanitize("float-divide-by-zero")))
+#define PKTRT__DIVIDES_BY_ZERO __attribute__((__no_sanitize__("float-divide-by-zero")))
 #else
 #define PKTRT__DIVIDES_BY_ZERO
+#endif
+
+/* What is computed must be what is written: sums in their order, divisions that divide, products and sums each rounded
+   by itself. The same bits on every instruction set depend on it. One guard for the whole implementation, opened here
+   and closed at its end; pktrt__faults sees what it cannot prevent. It stands before the intrinsics, whose operations
+   are bound by it if they are included here for the first time. */
+#if defined(__clang__)
+#if __clang_major__ >= 13 && (defined(__x86_64__) || defined(__i386__)) /* clang 14 has no other that knows it */
+#define PKTRT__FLOAT_CONTROL 1
+#pragma float_control(push)
+#pragma float_control(precise, on)
+#endif
+#pragma STDC FP_CONTRACT OFF
 #endif
 
 /* Which instruction sets this build carries. Wide passes need per-function targets; MinGW may misalign wide spills
@@ -1330,14 +1374,11 @@ PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *, const pktrt_render
   (PKTRT__MOTION | PKTRT__STATS | PKTRT__PAPER | PKTRT__RENDER | PKTRT__LENS | PKTRT__SHUTTER | PKTRT__AREA_LIGHTS |   \
    PKTRT__GLOSS | (PKTRT__RENDER ? PKTRT__SPECULAR : 0) | PKTRT__NORMALS | PKTRT__TEXTURES)
 
-/* The product-sums that decide hits must not be fused: the same bits on every instruction set depend on it. One
-   guard for the whole implementation, opened here and closed at its end; the self test at scene creation sees what
-   it cannot prevent. */
-#if defined(__clang__)
-#pragma STDC FP_CONTRACT OFF
-#elif defined(_MSC_VER)
+#if defined(_MSC_VER) && !defined(__clang__)
 #pragma fp_contract(off)
-#elif defined(__GNUC__) && !defined(__TINYC__)
+#endif
+/* The guard again, for gcc: behind the intrinsics, which a program includes for its own code too. */
+#if defined(__GNUC__) && !defined(__clang__) && !defined(__TINYC__)
 #pragma GCC push_options
 #pragma GCC optimize("fp-contract=off")
 /* WHY no-ipa-ra: where gcc 12 knows a callee's registers it leaves out the vzeroupper before the call, and what is compiled
@@ -1987,10 +2028,10 @@ static bool pktrt__split(pktrt__builder *b, pktrt__range *r, pktrt__range part[2
   double most = -(x < y ? (x < z ? x : z) : (y < z ? y : z));
   float unit = pktrt__unit_scale((float)most), area = pktrt__box_area(r->box, unit);
   uint32_t spare = PKTRT__MAX_DEPTH - r->depth - pktrt__halvings(r->count), left = 0;
-  bool blind = !(area > 0.0f), small = r->count <= b->sweep;
+  bool blind = !(area > 0.0f), few = r->count <= b->sweep;
   if (r->count > 1 && spare > 0 && !(blind && r->count <= PKTRT__W)) {
-    if (!blind && small) left = pktrt__split_sweep(p, r, unit, area, part);
-    if (!blind && !small) left = pktrt__split_binned(b, r, unit, part);
+    if (!blind && few) left = pktrt__split_sweep(p, r, unit, area, part);
+    if (!blind && !few) left = pktrt__split_binned(b, r, unit, part);
   }
   if (!left && r->count > PKTRT__W) left = pktrt__split_half(r, r->away ? b->away + r->first : p, part);
   pktrt__binary *node = &b->nodes[r->slot];
@@ -2264,7 +2305,7 @@ typedef struct pktrt__source {
 static void pktrt__find_source(const pktrt__group *g, uint32_t block, uint32_t end, pktrt__reader *reader,
                                pktrt__source *s) {
   const uint32_t *tri = g->block_triangles + (size_t)block * PKTRT__W;
-  const uint32_t *later = end - block > PKTRT__AHEAD ? tri + PKTRT__AHEAD * PKTRT__W : tri;
+  const uint32_t *later = end - block > PKTRT__AHEAD ? tri + (uint32_t)PKTRT__AHEAD * PKTRT__W : tri;
   pktrt__reader r = *reader;
   for (uint32_t i = 0; i < PKTRT__BLOCK_BYTES; i += 64) PKTRT__PREFETCH(g->blocks + (size_t)block * g->block_bytes + i);
   for (uint32_t l = 0; l < PKTRT__W; l++) {
@@ -2372,13 +2413,13 @@ PKTRT__INLINE void pktrt__order_children(const pktrt__group *g, unsigned char *n
     for (int i = 0; i < 8; i++) c[a][i] = p[16 * a + i] + p[16 * a + 8 + i] + (q[16 * a + i] + q[16 * a + 8 + i]);
   }
   for (uint32_t octant = 0; octant < 4; octant++) {
-    int32_t far[8], rank[8] = {0, 0, 0, 0, 0, 0, 0, 0};
+    int32_t distant[8], rank[8] = {0, 0, 0, 0, 0, 0, 0, 0};
     for (int i = 0; i < 8; i++) {
       float x = octant & 1 ? -c[0][i] : c[0][i], y = octant & 2 ? -c[1][i] : c[1][i];
-      far[i] = pktrt__order_key(x + y + c[2][i], i);
+      distant[i] = pktrt__order_key(x + y + c[2][i], i);
     }
     for (int i = 0; i < 8; i++) {
-      for (int j = 0; j < 8; j++) rank[j] += far[i] > far[j];
+      for (int j = 0; j < 8; j++) rank[j] += distant[i] > distant[j];
     }
     uint32_t order = 0, reverse = 0;
     for (uint32_t i = 0; i < 8; i++) order |= i << 3 * rank[i], reverse |= i << (21 - 3 * rank[i]);
@@ -2499,11 +2540,11 @@ static void pktrt__emit_block(const pktrt__walk *w, pktrt__sub leaf, uint32_t bl
    many there are; emits them, without bounds and vertices, if w says so. */
 static void pktrt__walk_tree(pktrt__walk *w, pktrt__sub root, pktrt__task *t) {
   struct { pktrt__sub sub; uint32_t *ref; } stack[PKTRT__STACK];
-  uint32_t top = 0, node = t->first_node, block = t->first_block, unused = 0;
-  stack[top].sub = root, stack[top++].ref = &unused;
+  uint32_t top = 0, node = t->first_node, block = t->first_block, ignored = 0;
+  stack[top].sub = root, stack[top++].ref = &ignored;
   while (top) {
     pktrt__sub child[PKTRT__W], sub = stack[--top].sub;
-    uint32_t n = pktrt__open(w->b->nodes, sub, child), *refs = &unused;
+    uint32_t n = pktrt__open(w->b->nodes, sub, child), *refs = &ignored;
     if (w->g || w->subs) pktrt__arrange(w->b->nodes, child, n);
     if (w->g) {
       unsigned char *at = w->g->nodes + (size_t)node * w->g->node_bytes;
@@ -2513,7 +2554,7 @@ static void pktrt__walk_tree(pktrt__walk *w, pktrt__sub root, pktrt__task *t) {
     }
     node++;
     for (uint32_t c = 0; c < n; c++) {
-      uint32_t *ref = w->g ? &refs[c] : &unused;
+      uint32_t *ref = w->g ? &refs[c] : &ignored;
       if (!w->b->nodes[child[c].slot].left) {
         if (w->g) pktrt__emit_block(w, child[c], block);
         *ref = PKTRT__LEAF | block++;
@@ -2866,8 +2907,9 @@ static pktrt_status pktrt__fail(pktrt_scene *s, pktrt_status status, const char 
   return status;
 }
 
+/* In brackets, for log is a macro of <tgmath.h>. */
 static void pktrt__say(const pktrt_scene *s, int level, const char *sentence) {
-  if (s->desc.log) s->desc.log(s->desc.user, level, sentence);
+  if (s->desc.log) (s->desc.log)(s->desc.user, level, sentence);
 }
 
 PKTRT__INLINE bool pktrt__finite(float x) { return x - x == 0; } /* false for NaN and infinities */
@@ -3948,7 +3990,7 @@ typedef struct pktrt__kernels {
   /* One ray by itself, past batches; not counted. */
   bool (*intersect)(const pktrt_scene *, const pktrt_ray *, pktrt_hit *);
   bool (*occluded)(const pktrt_scene *, const pktrt_ray *);
-  bool (*rounds_each_operation)(void);
+  uint32_t (*faults)(void); /* see pktrt__faults */
   /* A batch from n rays of the caller's, and back; order: which of them, NULL for the first ones. */
   void (*load)(pktrt__batch *, const pktrt_ray *, const uint16_t *order, uint32_t n);
   void (*store)(const pktrt_scene *, const pktrt__batch *, pktrt_hit *, const uint16_t *order, uint32_t n);
@@ -3986,9 +4028,70 @@ typedef struct pktrt__kernels {
 
 /* >>dispatch ------------------------------------------------------------------------------------------------------- */
 
+/* Arithmetic that is not what the code asks for. Some flags no macro tells, and how a thread rounds no compiler knows:
+   both are tried out when a scene is created, in C and by the kernels that it will use. The first fault is the one that
+   is told: those before can bring about those behind. */
+enum {
+  PKTRT__ROUNDS_OTHERWISE = 1,
+  PKTRT__FLUSHES = 2,
+  PKTRT__SHORTENS = 4,
+  PKTRT__FUSES = 8,
+  PKTRT__REORDERS = 16,
+  PKTRT__MULTIPLIES = 32,
+  PKTRT__GUESSES_ROOTS = 64,
+  PKTRT__EXPECTS_FINITE = 128,
+  PKTRT__DROPS_SIGNS = 256
+};
+
+/* Eight times x, of which compilers know nothing, not even that they are equal. */
+PKTRT__NOINLINE void pktrt__secrets(float x, float out[8]) {
+  volatile float v = x;
+  for (int i = 0; i < 8; i++) out[i] = v;
+}
+PKTRT__NOINLINE double pktrt__secret(double x) {
+  volatile double v = x;
+  return v;
+}
+
 #ifndef PKTRT_HEADER_FILENAME /* how this file names itself; define it if you renamed the file */
 #define PKTRT_HEADER_FILENAME "pktrt.h"
 #endif
+/* Kernels have short macros, undefined after each stamp. Those that a program or <tgmath.h> may have are put aside. */
+#pragma push_macro("COUNT")
+#pragma push_macro("NAME")
+#pragma push_macro("OP")
+#pragma push_macro("STEP")
+#pragma push_macro("UNROLL")
+#pragma push_macro("FW")
+#pragma push_macro("INSTANCE")
+#pragma push_macro("dadd")
+#pragma push_macro("ddiv")
+#pragma push_macro("dmul")
+#pragma push_macro("dsqrt")
+#pragma push_macro("dsub")
+#pragma push_macro("fadd")
+#pragma push_macro("fdiv")
+#pragma push_macro("ffma")
+#pragma push_macro("fmul")
+#pragma push_macro("fsub")
+#undef COUNT
+#undef NAME
+#undef OP
+#undef STEP
+#undef UNROLL
+#undef FW
+#undef INSTANCE
+#undef dadd
+#undef ddiv
+#undef dmul
+#undef dsqrt
+#undef dsub
+#undef fadd
+#undef fdiv
+#undef ffma
+#undef fmul
+#undef fsub
+
 #define PKTRT__PASTE2(a, b) a##_##b
 #define PKTRT__PASTE(a, b) PKTRT__PASTE2(a, b)
 #define PKTRT__NAME(x) PKTRT__PASTE(x, PKTRT__SUFFIX)
@@ -4011,7 +4114,7 @@ typedef struct pktrt__kernels {
 
 #ifdef PKTRT__HAS_AVX2 /* enabled per function: the rest of the program needs no -mavx2 */
 #ifdef __clang__
-#pragma clang attribute push(__attribute__((target("avx2,fma,bmi,bmi2,popcnt"))), apply_to = function)
+#pragma clang attribute push(__attribute__((__target__("avx2,fma,bmi,bmi2,popcnt"))), apply_to = function)
 #else
 #pragma GCC push_options
 #pragma GCC target("avx2,fma,bmi,bmi2,popcnt")
@@ -4030,8 +4133,8 @@ typedef struct pktrt__kernels {
 
 #ifdef PKTRT__HAS_AVX512
 #ifdef __clang__
-#pragma clang attribute push(__attribute__((target("avx512f,avx512dq,avx512bw,avx512vl,avx2,fma,bmi,bmi2,popcnt"))), \
-                             apply_to = function)
+#pragma clang attribute push( \
+    __attribute__((__target__("avx512f,avx512dq,avx512bw,avx512vl,avx2,fma,bmi,bmi2,popcnt"))), apply_to = function)
 #else
 #pragma GCC push_options
 #pragma GCC target("avx512f,avx512dq,avx512bw,avx512vl,avx2,fma,bmi,bmi2,popcnt")
@@ -4055,6 +4158,24 @@ typedef struct pktrt__kernels {
 #undef PKTRT__STAMP
 #undef PKTRT__SUFFIX
 #endif
+
+#pragma pop_macro("COUNT")
+#pragma pop_macro("NAME")
+#pragma pop_macro("OP")
+#pragma pop_macro("STEP")
+#pragma pop_macro("UNROLL")
+#pragma pop_macro("FW")
+#pragma pop_macro("INSTANCE")
+#pragma pop_macro("dadd")
+#pragma pop_macro("ddiv")
+#pragma pop_macro("dmul")
+#pragma pop_macro("dsqrt")
+#pragma pop_macro("dsub")
+#pragma pop_macro("fadd")
+#pragma pop_macro("fdiv")
+#pragma pop_macro("ffma")
+#pragma pop_macro("fmul")
+#pragma pop_macro("fsub")
 
 #if defined(PKTRT__HAS_AVX2) || defined(PKTRT__HAS_AVX512)
 /* The CPU has the instructions and the operating system saves the registers: both must say so. */
@@ -4963,9 +5084,9 @@ PKTRT__NOINLINE uint32_t NAME(setup)(const pktrt_scene *scene, pktrt__batch *b, 
   memset(b->id + i, 0, FW * sizeof *b->id);
   memset(b->slot + i, 0xFF, FW * sizeof *b->slot); /* PKTRT_NONE */
 
-  const vf huge = fset(FLT_MAX), longest = fmax_(ax, fmax_(ay, az)); /* loses a NaN in ax, hence all three below */
+  const vf largest = fset(FLT_MAX), longest = fmax_(ax, fmax_(ay, az)); /* loses a NaN in ax, hence all three below */
   mf ok = fmand(fmand(flt(zero, longest), flt(tmin, tmax)), fle(o_max, fset(PKTRT_MAX_COORD)));
-  ok = fmand(ok, fmand(fle(ax, huge), fmand(fle(ay, huge), fle(az, huge))));
+  ok = fmand(ok, fmand(fle(ax, largest), fmand(fle(ay, largest), fle(az, largest))));
   UNROLL for (int a = 0; a < 3; a++) ok = fmand(ok, fle(fabs_(fload(b->o[a] + i)), fset(PKTRT_MAX_COORD)));
   /* Nothing can lie beyond the range of floats, where wn or wf would be NaN and spoil a packet's extremes. */
   ok = fmand(ok, fmand(flt(n, fset(INFINITY)), flt(fset(-INFINITY), f)));
@@ -5815,9 +5936,9 @@ OP uint32_t NAME(frustum_node)(const NAME(frustum_rays) *f, const float *p0, con
                                v8 *entry, uint32_t *whole) {
   const uint32_t back = f->sign < 0, wl = 16 * f->k + 8 * back, wh = 16 * f->k + 8 * (1 - back);
   const v8 s = vset(f->sign);
-  v8 late, unused; /* late: where the face that rays enter by is farthest */
+  v8 late, other; /* late: where the face that rays enter by is farthest */
   v8 w0 = vfms(NAME(swept)(f, p0 + wl, p1 + wl, back != 0, moving, &late), s, vset(f->ref[2] + f->pad));
-  v8 w1 = vfms(NAME(swept)(f, p0 + wh, p1 + wh, back == 0, moving, &unused), s, vset(f->ref[2] - f->pad));
+  v8 w1 = vfms(NAME(swept)(f, p0 + wh, p1 + wh, back == 0, moving, &other), s, vset(f->ref[2] - f->pad));
   m8 keep = mand(vle(vset(f->wmin), w1), vle(w0, vset(f->wmax)));
   *entry = w0;
   w0 = vmax(w0, vset(0)), w1 = vmin(w1, vset(f->far_));
@@ -6981,14 +7102,14 @@ OP void NAME(drive_fast)(const pktrt_scene *scene, pktrt__batch *b, uint32_t n, 
 
 /* Corners of the triangles that eight rays hit, at the rays' times. Neighbours mostly hit the same triangle, which,
    at rest or of two keys, is then read once. */
-PKTRT__NOINLINE void NAME(gather_corners)(const pktrt_scene *scene, const uint32_t *slots, const uint32_t *groups,
+PKTRT__NOINLINE void NAME(gather_corners)(const pktrt_scene *scene, const uint32_t *slot_of, const uint32_t *groups,
                                           const float *time, uint32_t hits, v8 p[3][3]) {
   UNROLL for (int c = 0; c < 9; c++) p[c / 3][c % 3] = vset(0);
   for (uint32_t rest = hits; rest;) {
-    const uint32_t r = pktrt__lowest(rest), slot = slots[r];
+    const uint32_t r = pktrt__lowest(rest), slot = slot_of[r];
     const pktrt__group *g = &scene->groups[groups[r]];
     const unsigned char *block = g->blocks + (size_t)(slot / 8) * g->block_bytes;
-    uint32_t lanes = rest & vsame(slots, slot) & vsame(groups, groups[r]);
+    uint32_t lanes = rest & vsame(slot_of, slot) & vsame(groups, groups[r]);
     if (!pktrt__moves(g->key_count)) {
       const float *k0 = (const float *)(const void *)block + slot % 8;
       const m8 m = mfrom(lanes);
@@ -7809,21 +7930,37 @@ static void NAME(answer)(const pktrt__batch *b, bool *occluded, uint32_t n) {
   for (; i < n; i++) occluded[i] = b->slot[i] != PKTRT_NONE;
 }
 
-/* That the compiler kept products and sums of this instruction set apart: with e = 2^-12, (1 + e)^2 - (1 + 2 e) is
-   e^2 when fused and 0 when each operation is rounded. */
-static bool NAME(rounds_each_operation)(void) {
-  /* read anew for each expression: a product with two uses would not be fused, nor would equal lanes stay a vector */
-  volatile float x[2][8], y[2][8];
-  float a[2][8], b[2][8];
-  for (int i = 0; i < 16; i++) x[i / 8][i % 8] = 1.000244140625f, y[i / 8][i % 8] = 1.00048828125f;
-  for (int i = 0; i < 16; i++) a[i / 8][i % 8] = x[i / 8][i % 8], b[i / 8][i % 8] = y[i / 8][i % 8];
-  const m8 minus = veq(vsub(vmul(vload(a[0]), vload(a[0])), vload(b[0])), vset(0));
-  const m8 from = veq(vsub(vload(b[1]), vmul(vload(a[1]), vload(a[1]))), vset(0));
-  return mbits(mand(minus, from)) == 0xFF;
+/* What the compiler made of this instruction set's operations, see pktrt__faults. Equal products have operands of their
+   own: one that is used twice would not be fused. */
+OP v8 NAME(secret)(float x) {
+  float a[8];
+  pktrt__secrets(x, a);
+  return vload(a);
+}
+OP bool NAME(all)(m8 m) { return mbits(m) == 0xFF; }
+PKTRT__DIVIDES_BY_ZERO static uint32_t NAME(faults)(void) {
+  const v8 one = NAME(secret)(1), a = NAME(secret)(1.000244140625f), b = NAME(secret)(1.00048828125f);
+  const v8 c = NAME(secret)(1.000244140625f), d = NAME(secret)(1.00048828125f), big = NAME(secret)(33554432);
+  const v8 divisor = NAME(secret)(41), nothing = NAME(secret)(0), negative = NAME(secret)(-0.0f), zero = vset(0);
+  const v8 infinite = vdiv(one, nothing), nan = vsub(infinite, infinite);
+  const v8 q5 = vdiv(NAME(secret)(5), divisor), q7 = vdiv(NAME(secret)(7), divisor);
+  const v8 root = vsqrt(NAME(secret)(2)), root3 = vsqrt(NAME(secret)(3)), root7 = vsqrt(NAME(secret)(7));
+  const bool apart = NAME(all)(mand(veq(vsub(vmul(a, a), b), zero), veq(vsub(d, vmul(c, c)), zero)));
+  const bool in_order = NAME(all)(veq(vsub(vadd(one, big), big), zero));
+  const bool divides = NAME(all)(mand(veq(q5, vset(0.121951222f)), veq(q7, vset(0.170731708f)))) &&
+                       NAME(all)(veq(vdiv(one, root), vset(0.707106769f)));
+  const bool roots = NAME(all)(mand(veq(root, vset(1.41421354f)), veq(root3, vset(1.73205078f)))) &&
+                     NAME(all)(veq(root7, vset(2.64575124f)));
+  const m8 ordered = mor(mor(veq(nan, nan), vle(nan, one)), mor(vle(one, nan), veq(vmin(one, nan), one)));
+  const bool infinities = NAME(all)(mand(mand(vlt(one, infinite), veq(infinite, infinite)), veq(vmax(nan, one), one)));
+  const bool signs = !vsign(vadd(negative, zero)) && !vsign(vsub(zero, nothing)) && !vsign(vmin(negative, nothing));
+  return (apart ? 0 : PKTRT__FUSES) | (in_order ? 0 : PKTRT__REORDERS) | (divides ? 0 : PKTRT__MULTIPLIES) |
+         (roots ? 0 : PKTRT__GUESSES_ROOTS) | (infinities && !mbits(ordered) ? 0 : PKTRT__EXPECTS_FINITE) |
+         (signs ? 0 : PKTRT__DROPS_SIGNS);
 }
 
 static const pktrt__kernels NAME(kernels) = {
-    NAME(trace), NAME(intersect), NAME(occluded), NAME(rounds_each_operation), NAME(load), NAME(store), NAME(answer),
+    NAME(trace), NAME(intersect), NAME(occluded), NAME(faults), NAME(load), NAME(store), NAME(answer),
 #ifndef PKTRT_NO_RENDER
     NAME(primary), NAME(pack), NAME(find), NAME(dress), NAME(aim), NAME(see), NAME(gain), NAME(send), NAME(draw)
 #endif
@@ -7961,11 +8098,85 @@ PKTRT_DEF const char *pktrt_status_string(pktrt_status status) {
 
 PKTRT_DEF uint32_t pktrt_version(void) { return PKTRT_VERSION; }
 
+/* How this thread rounds, and whether it keeps numbers below DBL_MIN and FLT_MIN: as results and as operands. */
+static uint32_t pktrt__thread_faults(void) {
+  const double one = pktrt__secret(1), e = pktrt__secret(DBL_EPSILON), tiny = pktrt__secret(DBL_MIN);
+  float small8[8], large[8];
+  pktrt__secrets(FLT_MIN, small8);
+  pktrt__secrets(1 / FLT_EPSILON, large);
+  const bool nearest = one + e * 0.75 == 1 + DBL_EPSILON && one + e * 0.25 == 1 && -one - e * 0.25 == -1;
+  volatile float low = small8[0] * 0.25f; /* written and read: flushed here, or below */
+  volatile double deep = tiny * 0.25;
+  const bool kept = low * large[0] == FLT_MIN * 0.25f * (1 / FLT_EPSILON) && deep * pktrt__secret(4) == DBL_MIN;
+  return (nearest ? 0 : PKTRT__ROUNDS_OTHERWISE) | (kept ? 0 : PKTRT__FLUSHES);
+}
+
+/* What the compiler made of C's arithmetic. With e = 2^-12, and 2^-27, (1 + e)^2 - (1 + 2 e) is e^2 when fused and 0
+   when each operation is rounded. */
+PKTRT__DIVIDES_BY_ZERO static uint32_t pktrt__compiler_faults(void) {
+  volatile float x = 1.000244140625f, y = 1.00048828125f; /* read anew: a product with two uses would not be fused */
+  volatile double v = 1.00000000745058059692, w = 1.00000001490116119385;
+  const float a = x, b = y, c = x, d = y;
+  const double e = v, f = w, g = v, h = w, one = pktrt__secret(1), big = pktrt__secret(18014398509481984.0);
+  const double divisor = pktrt__secret(99), q5 = pktrt__secret(5) / divisor, q7 = pktrt__secret(7) / divisor;
+  const double negative = pktrt__secret(-0.0), infinite = one / pktrt__secret(0), nan = infinite - infinite;
+  const bool apart = a * a - b == 0 && d - c * c == 0 && e * e - f == 0 && h - g * g == 0;
+  const bool divides = q5 == 0.050505050505050504 && q7 == 0.070707070707070704;
+  const bool roots = sqrt(pktrt__secret(2)) == 1.4142135623730951 && sqrtf((float)pktrt__secret(3)) == 1.73205078f;
+  const bool finite = nan == nan || nan <= one || !(one < infinite) || !(infinite - one == infinite);
+  const bool signs = 1 / (negative + 0.0) > 0 && 1 / (0.0 - pktrt__secret(0)) > 0;
+  return (sizeof 1.0 == sizeof one ? 0 : PKTRT__SHORTENS) | (apart ? 0 : PKTRT__FUSES) |
+         ((one + big) - big == 0 ? 0 : PKTRT__REORDERS) | (divides ? 0 : PKTRT__MULTIPLIES) |
+         (roots ? 0 : PKTRT__GUESSES_ROOTS) | (finite ? PKTRT__EXPECTS_FINITE : 0) | (signs ? 0 : PKTRT__DROPS_SIGNS);
+}
+
+static uint32_t pktrt__faults(const pktrt__kernels *kernels) {
+  return pktrt__thread_faults() | pktrt__compiler_faults() | kernels->faults();
+}
+
+static const char *pktrt__create_error(uint32_t faults) {
+#define PKTRT__REFUSED "A scene could not be created: "
+  switch (faults & (~faults + 1)) {
+  case PKTRT__ROUNDS_OTHERWISE:
+    return PKTRT__REFUSED "this thread does not round to nearest; call fesetround(FE_TONEAREST).";
+  case PKTRT__FLUSHES:
+    return PKTRT__REFUSED "this thread flushes denormal numbers to zero; link without -ffast-math, -Ofast and "
+           "-funsafe-math-optimizations, which set this when the program starts (so does -mdaz-ftz), or clear it.";
+  case PKTRT__SHORTENS:
+    return PKTRT__REFUSED "the compiler makes floats of double constants; drop -fsingle-precision-constant.";
+  case PKTRT__FUSES:
+    return PKTRT__REFUSED "the compiler fuses products and sums; compile the implementation without "
+           "-ffp-contract=fast (-ffast-math and -ffp-model=fast include it).";
+  case PKTRT__REORDERS:
+    return PKTRT__REFUSED "the compiler reorders sums; compile the implementation without -fassociative-math "
+           "(-funsafe-math-optimizations, -ffast-math and -ffp-model=fast include it).";
+  case PKTRT__MULTIPLIES:
+    return PKTRT__REFUSED "the compiler multiplies by reciprocals; compile the implementation without "
+           "-freciprocal-math (-funsafe-math-optimizations, -ffast-math and -ffp-model=fast include it).";
+  case PKTRT__GUESSES_ROOTS:
+    return PKTRT__REFUSED "square roots are approximate; compile the implementation without -fapprox-func and -mrecip "
+           "(-funsafe-math-optimizations, -ffast-math and -ffp-model=fast include them).";
+  case PKTRT__EXPECTS_FINITE:
+    return PKTRT__REFUSED "the compiler expects neither NaN nor infinities; compile the implementation without "
+           "-ffinite-math-only, -fno-honor-nans and -fno-honor-infinities.";
+  case PKTRT__DROPS_SIGNS:
+    return PKTRT__REFUSED "the compiler ignores the sign of zeros; compile the implementation without "
+           "-fno-signed-zeros (-funsafe-math-optimizations, -ffast-math and -ffp-model=fast include it).";
+  default:
+    return PKTRT__REFUSED "out of memory, an instruction set that pktrt_isa_available denies, only one of the allocate "
+           "and release hooks, or an enumerator out of range.";
+  }
+#undef PKTRT__REFUSED
+}
+
 PKTRT_DEF const char *pktrt_last_error(const pktrt_scene *s) {
   if (s) return s->error;
-  return "A scene could not be created: out of memory, an instruction set that pktrt_isa_available denies, only one of "
-         "the allocate and release hooks, an enumerator out of range, or a compiler that fuses product-sums (see "
-         "GUARANTEES).";
+  uint32_t faults = 0;
+  for (int isa = PKTRT_ISA_SCALAR; isa <= PKTRT_ISA_NEON; isa++) {
+    const pktrt__kernels *kernels = pktrt__kernels_of((pktrt_isa)isa);
+    if (kernels) faults |= pktrt__faults(kernels);
+  }
+  return pktrt__create_error(faults);
 }
 
 PKTRT_DEF const char *pktrt_isa_string(pktrt_isa isa) {
@@ -7982,15 +8193,6 @@ PKTRT_DEF const char *pktrt_isa_string(pktrt_isa isa) {
 
 PKTRT_DEF bool pktrt_isa_available(pktrt_isa isa) { return isa == PKTRT_ISA_AUTO || pktrt__kernels_of(isa) != NULL; }
 
-/* (1 + e)^2 - (1 + 2 e) with e = 2^-12 is e^2 when fused, 0 when each operation is rounded. */
-static bool pktrt__rounds_each_operation(void) {
-  volatile float x = 1.000244140625f, y = 1.00048828125f; /* read anew: a product with two uses would not be fused */
-  volatile double v = 1.00000000745058059692, w = 1.00000001490116119385; /* the same with e = 2^-27 */
-  const float a = x, b = y, c = x, d = y;
-  const double e = v, f = w, g = v, h = w;
-  return a * a - b == 0 && d - c * c == 0 && e * e - f == 0 && h - g * g == 0;
-}
-
 PKTRT_DEF pktrt_scene *pktrt_scene_create(const pktrt_scene_desc *desc) {
   pktrt_scene_desc d;
   memset(&d, 0, sizeof d);
@@ -8006,7 +8208,7 @@ PKTRT_DEF pktrt_scene *pktrt_scene_create(const pktrt_scene_desc *desc) {
     if (d.isa == PKTRT_ISA_AUTO) d.isa = PKTRT_ISA_SCALAR;
   }
   const pktrt__kernels *kernels = pktrt__kernels_of(d.isa);
-  if (!kernels || !pktrt__rounds_each_operation() || !kernels->rounds_each_operation()) return NULL;
+  if (!kernels || pktrt__faults(kernels)) return NULL;
   pktrt_scene *s = PKTRT__CAST(pktrt_scene *, pktrt__alloc(&d, 1, sizeof *s));
   if (!s) return NULL;
   memset(s, 0, sizeof *s);
@@ -8206,7 +8408,7 @@ static pktrt_status pktrt__check_range(pktrt_scene *s, const char *whose, unsign
 }
 
 static pktrt_status pktrt__check_light(pktrt_scene *s, const pktrt_light *l, unsigned index) {
-  const float far = PKTRT_MAX_COORD;
+  const float most = PKTRT_MAX_COORD;
   if (!l) return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "light %u: the description is NULL", index);
   if ((int)l->kind < 0 || l->kind > PKTRT_LIGHT_ENVIRONMENT)
     return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "light %u: %d is no kind of light", index, (int)l->kind);
@@ -8216,12 +8418,13 @@ static pktrt_status pktrt__check_light(pktrt_scene *s, const pktrt_light *l, uns
   pktrt_status st = pktrt__check_range(s, "light", index, "intensity", l->intensity, 3, 0, FLT_MAX);
   const bool placed =
       l->kind == PKTRT_LIGHT_POINT || l->kind == PKTRT_LIGHT_QUAD || l->kind == PKTRT_LIGHT_SPHERE;
-  if (!st && placed) st = pktrt__check_range(s, "light", index, "position", l->position, 3, -far, far);
-  if (!st && l->kind == PKTRT_LIGHT_SPHERE) st = pktrt__check_range(s, "light", index, "radius", &l->radius, 1, 0, far);
+  if (!st && placed) st = pktrt__check_range(s, "light", index, "position", l->position, 3, -most, most);
+  if (!st && l->kind == PKTRT_LIGHT_SPHERE)
+    st = pktrt__check_range(s, "light", index, "radius", &l->radius, 1, 0, most);
   for (int e = 0; !st && e < 2 && l->kind == PKTRT_LIGHT_QUAD; e++)
-    st = pktrt__check_range(s, "light", index, e ? "edge[1]" : "edge[0]", l->edge[e], 3, -far, far);
+    st = pktrt__check_range(s, "light", index, e ? "edge[1]" : "edge[0]", l->edge[e], 3, -most, most);
   if (st || l->kind != PKTRT_LIGHT_DIRECTIONAL) return st;
-  st = pktrt__check_range(s, "light", index, "direction", l->direction, 3, -far, far);
+  st = pktrt__check_range(s, "light", index, "direction", l->direction, 3, -most, most);
   if (!st && l->direction[0] == 0 && l->direction[1] == 0 && l->direction[2] == 0)
     return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "light %u: its direction is zero", index);
   return st;
@@ -9377,7 +9580,7 @@ static void pktrt__set_back(pktrt__lamp *lamp) {
 static bool pktrt__set_facets(const pktrt_scene_desc *desc, const pktrt__mesh *m, pktrt__lamp *lamp, const double lo[3],
                               double size) {
   const uint32_t n = lamp->facet_count = m->triangle_count;
-  double sum = 0, unused[3];
+  double sum = 0, ignored[3];
   uint64_t *key = PKTRT__CAST(uint64_t *, pktrt__alloc(desc, n, sizeof *key));
   lamp->facets = PKTRT__CAST(pktrt__facet *, pktrt__alloc(desc, n, sizeof *lamp->facets));
   lamp->shares = PKTRT__CAST(pktrt__share *, pktrt__alloc(desc, n, sizeof *lamp->shares));
@@ -9388,7 +9591,7 @@ static bool pktrt__set_facets(const pktrt_scene_desc *desc, const pktrt__mesh *m
   for (uint32_t i = 0; ok && i < n; i++) {
     pktrt__facet *f = &lamp->facets[i];
     f->triangle = (uint32_t)key[i];
-    f->area = pktrt__set_facet(m, f->triangle, f, unused);
+    f->area = pktrt__set_facet(m, f->triangle, f, ignored);
     lamp->shares[i].sum = sum += f->area;
   }
   for (uint32_t i = 0, at = 0; ok && i < n; i++) {
@@ -9960,7 +10163,7 @@ static void pktrt__cross_group(pktrt__crossings *c, const pktrt__group *g) {
 /* Counts crossings between o and o + tmax d. */
 static void pktrt__count_crossings(pktrt__crossings *c, const float o[3], const float d[3], float tmax, float time) {
   pktrt_ray ray;
-  double most = 0, far = 0;
+  double most = 0, away = 0;
   memset(&ray, 0, sizeof ray);
   c->count = c->hint[0] = c->hint[1] = 0;
   uint32_t k = 0;
@@ -9969,7 +10172,7 @@ static void pktrt__count_crossings(pktrt__crossings *c, const float o[3], const 
     const double end = d[a] != 0 ? (double)d[a] * (double)tmax : 0;
     ray.origin[a] = o[a], ray.direction[a] = d[a];
     c->lo[a] = pktrt__min(end, 0), c->hi[a] = pktrt__max(end, 0);
-    most = pktrt__max(most, pktrt__max(lo, hi)), far = pktrt__max(far, fabs((double)o[a]));
+    most = pktrt__max(most, pktrt__max(lo, hi)), away = pktrt__max(away, fabs((double)o[a]));
     if (fabsf(d[a]) > fabsf(d[k])) k = a;
   }
   if (d[k] == 0) return;
@@ -9977,7 +10180,7 @@ static void pktrt__count_crossings(pktrt__crossings *c, const float o[3], const 
   memset(&c->q, 0, sizeof c->q);
   c->q.ray = &ray, c->q.axis = pktrt__axes[k], c->q.dk = d[k];
   for (int a = 0; a < 2; a++) c->q.slope[a] = d[c->q.axis[1 + a]] / d[k];
-  c->pad = (double)PKTRT__EPS * (18 * most + 8 * far) + (double)FLT_MIN;
+  c->pad = (double)PKTRT__EPS * (18 * most + 8 * away) + (double)FLT_MIN;
   for (uint32_t g = 0; g < c->scene->group_count; g++) pktrt__cross_group(c, &c->scene->groups[g]);
 }
 
@@ -10833,7 +11036,7 @@ static uint32_t pktrt__send_rays(const pktrt__work *work, const pktrt__wave *w, 
   g.scene = job->scene, g.glass = job->glass_meshes;
   g.refraction = refraction, g.threshold = job->threshold;
   g.times = apart ? 0x9E3779B1u : 1, g.plus = apart ? 0x85EBCA6Bu : 0;
-  return job->scene->kernels->send(&g, w, &work->surfaces, to, n);
+  return (job->scene->kernels->send)(&g, w, &work->surfaces, to, n);
 }
 
 /* >>generations ---------------------------------------------------------------------------------------------------- */
@@ -11837,7 +12040,9 @@ PKTRT_DEF size_t pktrt_report_text(const pktrt_scene_report *r, char *text, size
 #if defined(PKTRT__X86) && defined(__GNUC__) && !defined(__clang__) && defined(__cplusplus)
 #pragma GCC diagnostic pop
 #endif
-#if defined(__clang__)
+#if defined(PKTRT__FLOAT_CONTROL)
+#pragma float_control(pop)
+#elif defined(__clang__)
 #pragma STDC FP_CONTRACT DEFAULT
 #elif defined(__GNUC__) && !defined(__TINYC__)
 #pragma GCC pop_options

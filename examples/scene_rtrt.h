@@ -22,7 +22,7 @@ enum {
   RTRT_STRIP,
   RTRT_HOUSE,
   RTRT_CAST,
-  RTRT_FLOOR = RTRT_CAST + RTRT_ACTORS * RTRT_PARTS,
+  RTRT_FLOOR = RTRT_CAST + (int)RTRT_ACTORS * RTRT_PARTS,
   RTRT_RISER,
   RTRT_GILT,
   RTRT_CURTAIN,
@@ -38,6 +38,9 @@ enum {
   RTRT_SWEET_4,
   RTRT_KINDS
 };
+
+/* The first of an actor's materials. */
+static uint32_t rtrt_look(uint32_t actor) { return RTRT_CAST + actor * RTRT_PARTS; }
 
 static const sc_kind rtrt_kinds[RTRT_KINDS] = {
     {"key light", {0.9f, 0.9f, 0.9f}, 1},            {"strip light", {0.9f, 0.9f, 0.9f}, 1},
@@ -896,7 +899,7 @@ static void rtrt_character(sc_build *b, uint32_t who) {
   static void (*const own[RTRT_ACTORS])(sc_build *, uint32_t, const rtrt_actor *, const rtrt_rig *, rtrt_field *) = {
       rtrt_imp, rtrt_robot, rtrt_drop, rtrt_bear, rtrt_cyclops, rtrt_frog};
   const rtrt_actor *a = &rtrt_cast[who];
-  uint32_t kind = RTRT_CAST + who * RTRT_PARTS;
+  uint32_t kind = rtrt_look(who);
   rtrt_field body;
   rtrt_rig rig;
   memset(&body, 0, sizeof body);
@@ -1197,17 +1200,17 @@ static void rtrt_materials(scene *s) {
   static const double silver[6] = {0.15, 0.14, 0.13, 4.0, 3.1, 2.3};
   uint32_t i, k;
   for (i = 0; i < RTRT_ACTORS; i++) {
-    uint32_t kind = RTRT_CAST + i * RTRT_PARTS;
+    uint32_t kind = rtrt_look(i);
     for (k = 0; k < RTRT_PARTS; k++) rtrt_coat(s, kind + k, k == RTRT_GLOVES ? 30.0f : k == RTRT_TRIM ? 120.0f : 0.0f);
     s->materials[kind + RTRT_GLOVES].m.specular = PKTRT_SPECULAR_NONE;
   }
-  rtrt_coat(s, RTRT_CAST + RTRT_IMP * RTRT_PARTS, 600.0f);
-  rtrt_coat(s, RTRT_CAST + RTRT_FROG * RTRT_PARTS, 80.0f);
-  rtrt_metal(s, RTRT_CAST + RTRT_ROBOT * RTRT_PARTS, silver, 0.0f);
-  rtrt_metal(s, RTRT_CAST + RTRT_BEAR * RTRT_PARTS, gold, 50.0f);
-  rtrt_clear(s, RTRT_CAST + RTRT_DROP * RTRT_PARTS, 1.45, 2.0, 0.36, 0.24);
-  s->materials[RTRT_CAST + RTRT_CYCLOPS * RTRT_PARTS].m.specular = PKTRT_SPECULAR_NONE;
-  s->materials[RTRT_CAST + RTRT_CYCLOPS * RTRT_PARTS].m.texture = rtrt_velvet;
+  rtrt_coat(s, rtrt_look(RTRT_IMP), 600.0f);
+  rtrt_coat(s, rtrt_look(RTRT_FROG), 80.0f);
+  rtrt_metal(s, rtrt_look(RTRT_ROBOT), silver, 0.0f);
+  rtrt_metal(s, rtrt_look(RTRT_BEAR), gold, 50.0f);
+  rtrt_clear(s, rtrt_look(RTRT_DROP), 1.45, 2.0, 0.36, 0.24);
+  s->materials[rtrt_look(RTRT_CYCLOPS)].m.specular = PKTRT_SPECULAR_NONE;
+  s->materials[rtrt_look(RTRT_CYCLOPS)].m.texture = rtrt_velvet;
   rtrt_coat(s, RTRT_FLOOR, 0.0f);
   s->materials[RTRT_FLOOR].m.texture = rtrt_tiles;
   rtrt_coat(s, RTRT_RISER, 0.0f);

@@ -1236,12 +1236,14 @@ PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *, const pktrt_render
 /* `__unused__`: where parts are left out, not all helpers have somebody to help. */
 #define PKTRT__INLINE static inline __attribute__((__always_inline__, __unused__))
 #define PKTRT__NOINLINE static __attribute__((__noinline__, __unused__))
+#define PKTRT__COLD static __attribute__((__cold__, __noinline__, __unused__)) /* checks: small rather than fast */
 #define PKTRT__ALIGN64 __attribute__((__aligned__(64)))
 #define PKTRT__UNLIKELY(x) __builtin_expect(!!(x), 0)
 #define PKTRT__PREFETCH(p) __builtin_prefetch(p)
 #else
 #define PKTRT__INLINE static inline
 #define PKTRT__NOINLINE static
+#define PKTRT__COLD static
 #define PKTRT__ALIGN64
 #define PKTRT__UNLIKELY(x) (x)
 #define PKTRT__PREFETCH(p) (void)(p)
@@ -2445,7 +2447,7 @@ static bool pktrt__alloc_tasks(const pktrt_scene_desc *desc, pktrt__group *g) {
 /* Bounds, costs and counts of the group from its root and the runs. The cost is the expected number of nodes and
    blocks opened by a random line through the root's box, at a random time: areas of all of them over the root's, each
    summed over the keys. Boxes without area: 2, as a root with one block. */
-static void pktrt__sum_group(pktrt__group *g) {
+PKTRT__COLD void pktrt__sum_group(pktrt__group *g) {
   double root = 0.0, sum = 0.0;
   for (uint32_t k = 0; k < g->key_count; k++) {
     float box[6];
@@ -2899,7 +2901,7 @@ static inline const char *pktrt__check_group(const pktrt__group *g, const pktrt_
 /* >>validate ------------------------------------------------------------------------------------------------------- */
 
 /* Keeps the sentence that says what was wrong; returns the status. */
-static pktrt_status pktrt__fail(pktrt_scene *s, pktrt_status status, const char *format, ...) {
+PKTRT__COLD pktrt_status pktrt__fail(pktrt_scene *s, pktrt_status status, const char *format, ...) {
   va_list args;
   va_start(args, format);
   (void)vsnprintf(s->error, sizeof s->error, format, args);
@@ -2956,7 +2958,7 @@ static pktrt_status pktrt__copy_vectors(pktrt_scene *s, float *to, const float *
 static uint64_t pktrt__mesh_floats(const pktrt__mesh *m) { return (uint64_t)m->vertex_count * m->key_count * 3; }
 
 /* Finds out whether a mesh has vertices that no triangle uses. False: out of memory. */
-static bool pktrt__find_strays(const pktrt_scene_desc *d, pktrt__mesh *m) {
+PKTRT__COLD bool pktrt__find_strays(const pktrt_scene_desc *d, pktrt__mesh *m) {
   uint64_t used = m->indices ? 0 : (uint64_t)m->triangle_count * 3;
   if (m->indices) {
     uint8_t *seen = PKTRT__CAST(uint8_t *, pktrt__alloc(d, m->vertex_count, 1));
@@ -2983,7 +2985,7 @@ static float pktrt__mesh_max_coord(const pktrt__mesh *m) {
   return largest;
 }
 
-static void pktrt__free_mesh(const pktrt_scene_desc *d, pktrt__mesh *m) {
+PKTRT__COLD void pktrt__free_mesh(const pktrt_scene_desc *d, pktrt__mesh *m) {
   pktrt__release(d, m->positions, pktrt__mesh_floats(m), sizeof(float));
   pktrt__release(d, m->normals, pktrt__mesh_floats(m), sizeof(float));
   pktrt__release(d, m->pending, pktrt__mesh_floats(m), sizeof(float));
@@ -2992,7 +2994,7 @@ static void pktrt__free_mesh(const pktrt_scene_desc *d, pktrt__mesh *m) {
 }
 
 /* Makes room for one more element; false: out of memory, nothing changed. */
-static bool pktrt__grow(const pktrt_scene_desc *d, void **array, uint32_t count, uint32_t *capacity, size_t size) {
+PKTRT__COLD bool pktrt__grow(const pktrt_scene_desc *d, void **array, uint32_t count, uint32_t *capacity, size_t size) {
   if (count < *capacity) return true;
   const uint32_t more = *capacity ? *capacity * 2 : 8;
   void *p = more > *capacity ? pktrt__alloc(d, more, size) : NULL;
@@ -3004,7 +3006,7 @@ static bool pktrt__grow(const pktrt_scene_desc *d, void **array, uint32_t count,
 }
 
 /* The description alone, without looking at the arrays. */
-static pktrt_status pktrt__check_mesh_desc(pktrt_scene *s, const pktrt_mesh_desc *d, uint32_t mesh) {
+PKTRT__COLD pktrt_status pktrt__check_mesh_desc(pktrt_scene *s, const pktrt_mesh_desc *d, uint32_t mesh) {
   const unsigned m = (unsigned)mesh;
   if (!d) return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "mesh %u: the description is NULL", m);
   if (!PKTRT__MOTION && d->key_count > 1)
@@ -3091,7 +3093,7 @@ static void pktrt__promote(pktrt__mesh *m) {
 static pktrt__view pktrt__view_of(const pktrt__group *groups, uint32_t index, uint32_t segment);
 
 /* What follows from the groups: their order and views, the scene's bounds, the advice. */
-static void pktrt__summarise(pktrt_scene *s) {
+PKTRT__COLD void pktrt__summarise(pktrt_scene *s) {
   for (uint32_t i = 1; i < s->group_count; i++) /* insertion sort: few groups */
     for (uint32_t j = i; j > 0 && s->groups[j].area < s->groups[j - 1].area; j--) {
       const pktrt__group swap = s->groups[j];
@@ -3111,7 +3113,7 @@ static void pktrt__summarise(pktrt_scene *s) {
 }
 
 /* Whether a commit has to build the group of meshes with so many keys. */
-static bool pktrt__group_changed(const pktrt_scene *s, uint32_t keys) {
+PKTRT__COLD bool pktrt__group_changed(const pktrt_scene *s, uint32_t keys) {
   for (uint32_t i = 0; i < s->mesh_count; i++) {
     const pktrt__mesh *m = &s->meshes[i];
     if (m->key_count == keys && m->triangle_count && (m->dirty || m->marked || !m->committed)) return true;
@@ -3120,7 +3122,7 @@ static bool pktrt__group_changed(const pktrt_scene *s, uint32_t keys) {
 }
 
 /* Whether a refit has to fit it: vertices have moved. */
-static bool pktrt__group_moved(const pktrt_scene *s, uint32_t keys) {
+PKTRT__COLD bool pktrt__group_moved(const pktrt_scene *s, uint32_t keys) {
   for (uint32_t i = 0; i < s->mesh_count; i++)
     if (s->meshes[i].key_count == keys && s->meshes[i].triangle_count && s->meshes[i].dirty) return true;
   return false;
@@ -3133,7 +3135,7 @@ static const pktrt__group *pktrt__find_group(const pktrt_scene *s, uint32_t keys
 }
 
 /* Builds the groups that changed into a new list, then swaps lists: a failure leaves the old one. */
-static pktrt_status pktrt__build_changed(pktrt_scene *s) {
+PKTRT__COLD pktrt_status pktrt__build_changed(pktrt_scene *s) {
   uint32_t kinds = 0, n = 0;
   bool seen[PKTRT_MAX_KEYS + 1];
   memset(seen, 0, sizeof seen);
@@ -3165,7 +3167,7 @@ static pktrt_status pktrt__build_changed(pktrt_scene *s) {
   return PKTRT_OK;
 }
 
-static pktrt_status pktrt__rebuild_worn(pktrt_scene *s) {
+PKTRT__COLD pktrt_status pktrt__rebuild_worn(pktrt_scene *s) {
   if (!s->rebuild_advised) return PKTRT_OK;
   if (s->desc.rebuild == PKTRT_REBUILD_ADVISE)
     pktrt__say(s, 0, "the deformed tree costs more than 1.5 times what it did when built: a rebuild is advised");
@@ -4043,11 +4045,7 @@ enum {
   PKTRT__DROPS_SIGNS = 256
 };
 
-/* Eight times x, of which compilers know nothing, not even that they are equal. */
-PKTRT__NOINLINE void pktrt__secrets(float x, float out[8]) {
-  volatile float v = x;
-  for (int i = 0; i < 8; i++) out[i] = v;
-}
+/* x, of which compilers know nothing. */
 PKTRT__NOINLINE double pktrt__secret(double x) {
   volatile double v = x;
   return v;
@@ -7932,13 +7930,9 @@ static void NAME(answer)(const pktrt__batch *b, bool *occluded, uint32_t n) {
 
 /* What the compiler made of this instruction set's operations, see pktrt__faults. Equal products have operands of their
    own: one that is used twice would not be fused. */
-OP v8 NAME(secret)(float x) {
-  float a[8];
-  pktrt__secrets(x, a);
-  return vload(a);
-}
+OP v8 NAME(secret)(float x) { return vset((float)pktrt__secret((double)x)); }
 OP bool NAME(all)(m8 m) { return mbits(m) == 0xFF; }
-PKTRT__DIVIDES_BY_ZERO static uint32_t NAME(faults)(void) {
+PKTRT__DIVIDES_BY_ZERO PKTRT__COLD uint32_t NAME(faults)(void) {
   const v8 one = NAME(secret)(1), a = NAME(secret)(1.000244140625f), b = NAME(secret)(1.00048828125f);
   const v8 c = NAME(secret)(1.000244140625f), d = NAME(secret)(1.00048828125f), big = NAME(secret)(33554432);
   const v8 divisor = NAME(secret)(41), nothing = NAME(secret)(0), negative = NAME(secret)(-0.0f), zero = vset(0);
@@ -8099,21 +8093,19 @@ PKTRT_DEF const char *pktrt_status_string(pktrt_status status) {
 PKTRT_DEF uint32_t pktrt_version(void) { return PKTRT_VERSION; }
 
 /* How this thread rounds, and whether it keeps numbers below DBL_MIN and FLT_MIN: as results and as operands. */
-static uint32_t pktrt__thread_faults(void) {
+PKTRT__COLD uint32_t pktrt__thread_faults(void) {
   const double one = pktrt__secret(1), e = pktrt__secret(DBL_EPSILON), tiny = pktrt__secret(DBL_MIN);
-  float small8[8], large[8];
-  pktrt__secrets(FLT_MIN, small8);
-  pktrt__secrets(1 / FLT_EPSILON, large);
+  const float least = (float)pktrt__secret((double)FLT_MIN), large = (float)pktrt__secret(1 / (double)FLT_EPSILON);
   const bool nearest = one + e * 0.75 == 1 + DBL_EPSILON && one + e * 0.25 == 1 && -one - e * 0.25 == -1;
-  volatile float low = small8[0] * 0.25f; /* written and read: flushed here, or below */
+  volatile float low = least * 0.25f; /* written and read: flushed here, or below */
   volatile double deep = tiny * 0.25;
-  const bool kept = low * large[0] == FLT_MIN * 0.25f * (1 / FLT_EPSILON) && deep * pktrt__secret(4) == DBL_MIN;
+  const bool kept = low * large == FLT_MIN * 0.25f * (1 / FLT_EPSILON) && deep * pktrt__secret(4) == DBL_MIN;
   return (nearest ? 0 : PKTRT__ROUNDS_OTHERWISE) | (kept ? 0 : PKTRT__FLUSHES);
 }
 
 /* What the compiler made of C's arithmetic. With e = 2^-12, and 2^-27, (1 + e)^2 - (1 + 2 e) is e^2 when fused and 0
    when each operation is rounded. */
-PKTRT__DIVIDES_BY_ZERO static uint32_t pktrt__compiler_faults(void) {
+PKTRT__DIVIDES_BY_ZERO PKTRT__COLD uint32_t pktrt__compiler_faults(void) {
   volatile float x = 1.000244140625f, y = 1.00048828125f; /* read anew: a product with two uses would not be fused */
   volatile double v = 1.00000000745058059692, w = 1.00000001490116119385;
   const float a = x, b = y, c = x, d = y;
@@ -8134,34 +8126,25 @@ static uint32_t pktrt__faults(const pktrt__kernels *kernels) {
   return pktrt__thread_faults() | pktrt__compiler_faults() | kernels->faults();
 }
 
-static const char *pktrt__create_error(uint32_t faults) {
+PKTRT__COLD const char *pktrt__create_error(uint32_t faults) {
 #define PKTRT__REFUSED "A scene could not be created: "
   switch (faults & (~faults + 1)) {
-  case PKTRT__ROUNDS_OTHERWISE:
-    return PKTRT__REFUSED "this thread does not round to nearest; call fesetround(FE_TONEAREST).";
+  case PKTRT__ROUNDS_OTHERWISE: return PKTRT__REFUSED "this thread does not round to nearest; fesetround(FE_TONEAREST).";
   case PKTRT__FLUSHES:
-    return PKTRT__REFUSED "this thread flushes denormal numbers to zero; link without -ffast-math, -Ofast and "
-           "-funsafe-math-optimizations, which set this when the program starts (so does -mdaz-ftz), or clear it.";
-  case PKTRT__SHORTENS:
-    return PKTRT__REFUSED "the compiler makes floats of double constants; drop -fsingle-precision-constant.";
+    return PKTRT__REFUSED "this thread flushes denormal numbers to zero; link without -ffast-math, -Ofast, "
+           "-funsafe-math-optimizations and -mdaz-ftz, which set this at the start, or clear it.";
+  case PKTRT__SHORTENS: return PKTRT__REFUSED "double constants became floats; drop -fsingle-precision-constant.";
   case PKTRT__FUSES:
-    return PKTRT__REFUSED "the compiler fuses products and sums; compile the implementation without "
-           "-ffp-contract=fast (-ffast-math and -ffp-model=fast include it).";
+    return PKTRT__REFUSED "products and sums are fused; drop -ffp-contract=fast, -ffast-math and -ffp-model=fast.";
   case PKTRT__REORDERS:
-    return PKTRT__REFUSED "the compiler reorders sums; compile the implementation without -fassociative-math "
-           "(-funsafe-math-optimizations, -ffast-math and -ffp-model=fast include it).";
+    return PKTRT__REFUSED "sums are reordered; drop -fassociative-math, -funsafe-math-optimizations and -ffast-math.";
   case PKTRT__MULTIPLIES:
-    return PKTRT__REFUSED "the compiler multiplies by reciprocals; compile the implementation without "
-           "-freciprocal-math (-funsafe-math-optimizations, -ffast-math and -ffp-model=fast include it).";
-  case PKTRT__GUESSES_ROOTS:
-    return PKTRT__REFUSED "square roots are approximate; compile the implementation without -fapprox-func and -mrecip "
-           "(-funsafe-math-optimizations, -ffast-math and -ffp-model=fast include them).";
+    return PKTRT__REFUSED "divisions are not exact; drop -freciprocal-math, -funsafe-math-optimizations and -ffast-math.";
+  case PKTRT__GUESSES_ROOTS: return PKTRT__REFUSED "square roots are not exact; drop -fapprox-func, -mrecip and -ffast-math.";
   case PKTRT__EXPECTS_FINITE:
-    return PKTRT__REFUSED "the compiler expects neither NaN nor infinities; compile the implementation without "
-           "-ffinite-math-only, -fno-honor-nans and -fno-honor-infinities.";
-  case PKTRT__DROPS_SIGNS:
-    return PKTRT__REFUSED "the compiler ignores the sign of zeros; compile the implementation without "
-           "-fno-signed-zeros (-funsafe-math-optimizations, -ffast-math and -ffp-model=fast include it).";
+    return PKTRT__REFUSED "NaN and infinities are ruled out; drop -ffinite-math-only, -fno-honor-nans and "
+           "-fno-honor-infinities.";
+  case PKTRT__DROPS_SIGNS: return PKTRT__REFUSED "zeros lose their signs; drop -fno-signed-zeros and -ffast-math.";
   default:
     return PKTRT__REFUSED "out of memory, an instruction set that pktrt_isa_available denies, only one of the allocate "
            "and release hooks, or an enumerator out of range.";
@@ -8277,7 +8260,7 @@ PKTRT_DEF pktrt_status pktrt_commit(pktrt_scene *s) {
 }
 
 /* The mesh that a deformation names, or NULL and a detail. */
-static pktrt__mesh *pktrt__deformed(pktrt_scene *s, uint32_t mesh, uint32_t key, const float *data, const char *what) {
+PKTRT__COLD pktrt__mesh *pktrt__deformed(pktrt_scene *s, uint32_t mesh, uint32_t key, const float *data, const char *what) {
   if (mesh >= s->mesh_count) {
     pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "%s: there is no mesh %u among %u", what, (unsigned)mesh,
                 (unsigned)s->mesh_count);
@@ -8398,7 +8381,7 @@ PKTRT_DEF void pktrt_get_scene_info(const pktrt_scene *s, pktrt_scene_info *info
 
 #ifndef PKTRT_NO_RENDER
 /* Refuses components of a vector that are not finite, or outside [lo, hi]. */
-static pktrt_status pktrt__check_range(pktrt_scene *s, const char *whose, unsigned index, const char *what,
+PKTRT__COLD pktrt_status pktrt__check_range(pktrt_scene *s, const char *whose, unsigned index, const char *what,
                                        const float *v, int n, float lo, float hi) {
   for (int a = 0; a < n; a++)
     if (!(v[a] >= lo && v[a] <= hi))
@@ -8407,7 +8390,7 @@ static pktrt_status pktrt__check_range(pktrt_scene *s, const char *whose, unsign
   return PKTRT_OK;
 }
 
-static pktrt_status pktrt__check_light(pktrt_scene *s, const pktrt_light *l, unsigned index) {
+PKTRT__COLD pktrt_status pktrt__check_light(pktrt_scene *s, const pktrt_light *l, unsigned index) {
   const float most = PKTRT_MAX_COORD;
   if (!l) return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "light %u: the description is NULL", index);
   if ((int)l->kind < 0 || l->kind > PKTRT_LIGHT_ENVIRONMENT)
@@ -8445,7 +8428,7 @@ PKTRT_DEF pktrt_status pktrt_add_light(pktrt_scene *s, const pktrt_light *l, uin
   return PKTRT_OK;
 }
 
-static pktrt_status pktrt__check_material(pktrt_scene *s, const pktrt_material *m, unsigned index) {
+PKTRT__COLD pktrt_status pktrt__check_material(pktrt_scene *s, const pktrt_material *m, unsigned index) {
   static const char *const whose = "material";
   if (!m) return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "material %u: the description is NULL", index);
   if ((int)m->specular < 0 || m->specular > PKTRT_SPECULAR_CONDUCTOR)
@@ -9150,7 +9133,7 @@ static bool pktrt__view_at(const pktrt_camera *c, uint32_t width, uint32_t heigh
   return true;
 }
 
-static bool pktrt__check_camera(const pktrt_camera *c, uint32_t width, uint32_t height, pktrt__view_plane *p,
+PKTRT__COLD bool pktrt__check_camera(const pktrt_camera *c, uint32_t width, uint32_t height, pktrt__view_plane *p,
                                 pktrt__why *why) {
   const float *vectors[6] = {c->eye, c->target, c->up, c->eye_end, c->target_end, c->up_end};
   static const char *const names[6] = {"eye", "target", "up", "eye_end", "target_end", "up_end"};
@@ -9293,7 +9276,7 @@ typedef struct pktrt__job {
   bool starts_in_glass;      /* perhaps: the camera stands in the box of a mesh of glass */
 } pktrt__job;
 
-static bool pktrt__check_sizes(const pktrt_render_desc *d, pktrt__why *why) {
+PKTRT__COLD bool pktrt__check_sizes(const pktrt_render_desc *d, pktrt__why *why) {
   const uint32_t p = d->packet_size;
   if (!d->width || !d->height || d->width > 65536 || d->height > 65536)
     return pktrt__refuse(why, "a picture of %u x %u pixels is outside 1 to 65536", (unsigned)d->width,
@@ -9314,7 +9297,7 @@ static bool pktrt__check_sizes(const pktrt_render_desc *d, pktrt__why *why) {
   return true;
 }
 
-static bool pktrt__check_words(const pktrt_render_desc *d, pktrt__why *why) {
+PKTRT__COLD bool pktrt__check_words(const pktrt_render_desc *d, pktrt__why *why) {
   const struct {
     int value, last;
     const char *name;
@@ -9339,7 +9322,7 @@ static bool pktrt__check_words(const pktrt_render_desc *d, pktrt__why *why) {
   return true;
 }
 
-static bool pktrt__check_rules(const pktrt_render_desc *d, pktrt__why *why) {
+PKTRT__COLD bool pktrt__check_rules(const pktrt_render_desc *d, pktrt__why *why) {
   if (!(d->target_error >= 0 && d->target_error < INFINITY)) return pktrt__refuse(why, "target_error is %g", (double)d->target_error);
   if (!(d->time_budget >= 0)) return pktrt__refuse(why, "time_budget is %g", d->time_budget);
   if (d->passes == 1 && d->target_error > 0)
@@ -9352,7 +9335,7 @@ static bool pktrt__check_rules(const pktrt_render_desc *d, pktrt__why *why) {
 /* Whether meshes were added, but never committed: a picture would be empty. */
 static bool pktrt__uncommitted(const pktrt_scene *s) { return s->mesh_count && !s->committed_meshes; }
 
-static bool pktrt__check_scene(const pktrt_scene *s, pktrt__why *why) {
+PKTRT__COLD bool pktrt__check_scene(const pktrt_scene *s, pktrt__why *why) {
   for (uint32_t i = 0; i < s->committed_meshes; i++)
     if (s->meshes[i].material > s->material_count)
       return pktrt__refuse(why, "mesh %u names material %u, of %u that were added", (unsigned)i,
@@ -11803,7 +11786,7 @@ static bool pktrt__gives_light(const pktrt_render_desc *d, const pktrt__lamp *la
 
 /* Whether some mesh waits for light in vain: none is there, and it does not shine, nor is it coloured by a shader, nor does it
    only show what is around. */
-static bool pktrt__is_dark(const pktrt__job *job) {
+PKTRT__COLD bool pktrt__is_dark(const pktrt__job *job) {
   const pktrt_scene *s = job->scene;
   bool dark = false, lit = pktrt__any_positive(job->desc->ambient);
   for (uint32_t i = 0; i < s->light_count; i++) lit = lit || pktrt__gives_light(job->desc, &job->lamps[i], &s->lights[i]);
@@ -11816,7 +11799,7 @@ static bool pktrt__is_dark(const pktrt__job *job) {
   return dark;
 }
 
-static void pktrt__warn_of_mode(const pktrt_scene *s, const pktrt__job *job) {
+PKTRT__COLD void pktrt__warn_of_mode(const pktrt_scene *s, const pktrt__job *job) {
   static const char *const modes[] = {"PKTRT_MODE_RCS", "PKTRT_MODE_WRT", "PKTRT_MODE_DRT"};
   const pktrt_render_desc *d = job->desc;
   const uint32_t lens = PKTRT_FEATURE_LENS | PKTRT_FEATURE_SHUTTER;
@@ -11834,7 +11817,7 @@ static void pktrt__warn_of_mode(const pktrt_scene *s, const pktrt__job *job) {
   if (ignored) pktrt__say(s, 0, text);
 }
 
-static void pktrt__warn_of_changes(const pktrt_scene *s) {
+PKTRT__COLD void pktrt__warn_of_changes(const pktrt_scene *s) {
   char text[160];
   for (uint32_t i = 0; i < s->mesh_count; i++) {
     const pktrt__mesh *m = &s->meshes[i];
@@ -11939,7 +11922,7 @@ PKTRT_DEF const char *pktrt_feature_string(pktrt_feature feature) {
   return "unknown";
 }
 
-static void pktrt__report_meshes(const pktrt_scene *s, pktrt_scene_report *r) {
+PKTRT__COLD void pktrt__report_meshes(const pktrt_scene *s, pktrt_scene_report *r) {
   for (uint32_t i = 0; i < s->mesh_count; i++) {
     const pktrt__mesh *m = &s->meshes[i];
     const uint64_t all = pktrt__mesh_floats(m) * sizeof(float), key = all / m->key_count, further = all - key;
@@ -11952,7 +11935,7 @@ static void pktrt__report_meshes(const pktrt_scene *s, pktrt_scene_report *r) {
   }
 }
 
-static void pktrt__report_trees(const pktrt_scene *s, pktrt_scene_report *r) {
+PKTRT__COLD void pktrt__report_trees(const pktrt_scene *s, pktrt_scene_report *r) {
   for (uint32_t i = 0; i < s->group_count; i++) {
     const pktrt__group *g = &s->groups[i];
     r->nodes += (uint64_t)g->node_count * PKTRT__NODE_BYTES, r->blocks += (uint64_t)g->block_count * PKTRT__BLOCK_BYTES;
@@ -11987,7 +11970,7 @@ PKTRT_DEF void pktrt_get_scene_report(const pktrt_scene *s, const struct pktrt_r
 }
 
 /* Adds to a text of `used` characters, of which `room` are kept. */
-static size_t pktrt__print(char *text, size_t room, size_t used, const char *format, ...) {
+PKTRT__COLD size_t pktrt__print(char *text, size_t room, size_t used, const char *format, ...) {
   va_list args;
   va_start(args, format);
   const int n = vsnprintf(used < room ? text + used : NULL, used < room ? room - used : 0, format, args);
@@ -11995,7 +11978,7 @@ static size_t pktrt__print(char *text, size_t room, size_t used, const char *for
   return used + (n > 0 ? (size_t)n : 0);
 }
 
-static size_t pktrt__print_features(char *text, size_t room, size_t used, const char *what, uint32_t bits) {
+PKTRT__COLD size_t pktrt__print_features(char *text, size_t room, size_t used, const char *what, uint32_t bits) {
   const char *before = " ";
   used = pktrt__print(text, room, used, "%-10s", what);
   for (int i = 0; i < PKTRT__FEATURES; i++) {

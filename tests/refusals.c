@@ -413,10 +413,12 @@ static void refuse_mesh_lights(void) {
   pktrt_render_desc d;
   memset(&d, 0, sizeof d);
   d.width = d.height = 2, d.pixels = pixels, d.camera.eye[2] = 5;
-  static const uint32_t index[] = {2, 3, 17, PKTRT_NONE}; /* the last that is committed; none of the others is there */
+  static const uint32_t index[] = {2, 3, 17, PKTRT_NONE}; /* the last that is committed; one that is not; none */
   static const char *const named[] = {"", "0|3", "0|17|3", "0|4294967295|3"};
   for (uint32_t i = 0; i < COUNT(index); i++) {
     pktrt_scene *s = some_scene();
+    pktrt_mesh_desc m = good_mesh();
+    if (i) CHECK(pktrt_add_mesh(s, &m, NULL) == PKTRT_OK, "%s", pktrt_last_error(s));
     l.mesh = index[i];
     for (int k = 0; k < 12; k++) pixels[k] = -7;
     CHECK(pktrt_add_light(s, &l, NULL) == PKTRT_OK);

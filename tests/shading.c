@@ -280,7 +280,8 @@ static void mirrors(void) {
 }
 
 /* A floor whose normals lean away from the viewer: what the mirror direction about them takes below the floor goes about its
-   own normal, and where they face away altogether they count for nothing. Every direction has its colour. */
+   own normal, and where they face away altogether they count for nothing. Every direction has its colour. A coat reflects by
+   the angle to the normal that counts. */
 static void leaning_normals(void) {
   const double lean = 0.2;
   const vec up = vec_of(0, 1, 0), n = vec_of(sin(lean), cos(lean), 0);
@@ -288,10 +289,11 @@ static void leaning_normals(void) {
   static const float floor[12] = {-90, 0, -90, -90, 0, 90, 90, 0, 90, 90, 0, -90};
   static const uint32_t corners[6] = {0, 1, 2, 0, 2, 3};
   for (int v = 0; v < 4; v++) vec_put(n, normals + 3 * v);
-  for (int i = 0; i < isa_count; i++) {
-    const pktrt_scene_desc desc = scene_desc_of(isas[i], 0);
+  for (int i = 0; i < 2 * isa_count; i++) {
+    const pktrt_scene_desc desc = scene_desc_of(isas[i / 2], 0);
     pktrt_scene *scene = pktrt_scene_create(&desc);
-    const pktrt_material m = material_of(0, PKTRT_SPECULAR_MIRROR, 1);
+    const bool coat = i % 2;
+    const pktrt_material m = material_of(0, coat ? PKTRT_SPECULAR_COAT : PKTRT_SPECULAR_MIRROR, 1);
     pktrt_mesh_desc d;
     memset(&d, 0, sizeof d);
     d.positions = floor, d.normals = normals, d.vertex_count = 4, d.indices = corners, d.triangle_count = 2;
@@ -309,10 +311,11 @@ static void leaning_normals(void) {
       if (vec_dot(v, n) > 0) r = reflected(v, up), away++;
       else if (r.y < 0) r = reflected(v, up), mended++;
       else bent++;
-      const double want[3] = {0.5 + 0.5 * r.x, 0.5 + 0.5 * r.y, 0.5 + 0.5 * r.z};
+      const double cosine = -vec_dot(v, vec_dot(v, n) > 0 ? up : n), part = coat ? fresnel_exact(cosine, 1.5) : 1;
+      const double want[3] = {part * (0.5 + 0.5 * r.x), part * (0.5 + 0.5 * r.y), part * (0.5 + 0.5 * r.z)};
       for (uint32_t a = 0; a < 3; a++)
-        CHECK(fabs((double)got[3 * k + a] - want[a]) <= 1e-5, "%s, pixel %u, channel %u: %g, not %g",
-              pktrt_isa_string(isas[i]), k, a, (double)got[3 * k + a], want[a]);
+        CHECK(fabs((double)got[3 * k + a] - want[a]) <= 1e-5, "%s, %s, pixel %u, channel %u: %g, not %g",
+              pktrt_isa_string(desc.isa), coat ? "coat" : "mirror", k, a, (double)got[3 * k + a], want[a]);
     }
     CHECK(bent > 100 && mended > 100 && away > 100, "%zu bent, %zu mended, %zu that face away", bent, mended, away);
     if (i == 0) say("%zu pixels about the normals, %zu mended, %zu that face away", bent, mended, away);

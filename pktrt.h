@@ -2806,6 +2806,8 @@ static const char *pktrt__check_block(const pktrt__group *g, uint32_t block, con
     if (!none && l && tri[l - 1] == PKTRT_NONE) return "A block has a triangle behind a free lane.";
     uint32_t t = tri[none ? 0 : l], mesh = pktrt__mesh_of(meshes, mesh_count, t, 0);
     const pktrt__mesh *m = &meshes[mesh];
+    float half[3][3]; /* the corners half-way from the key before */
+    const float *const between[3] = {half[0], half[1], half[2]}, *before[3] = {NULL, NULL, NULL};
     if (t - m->first_id >= m->triangle_count || m->key_count != g->key_count) return "A triangle is foreign.";
     for (uint32_t k = 0; k < g->key_count; k++) {
       const float *row = pktrt__block_vertices(at, k) + l;
@@ -2813,8 +2815,10 @@ static const char *pktrt__check_block(const pktrt__group *g, uint32_t block, con
       pktrt__corners(m, true, t - m->first_id, k, v);
       for (size_t i = 0; i < 9; i++) {
         if (memcmp(&row[i * PKTRT__W], &v[i / 3][i % 3], sizeof(float))) return "A vertex is not the mesh's.";
+        if (k) half[i / 3][i % 3] = 0.5f * before[i / 3][i % 3] + 0.5f * v[i / 3][i % 3];
       }
-      area = area || pktrt__has_area(v);
+      area = area || pktrt__has_area(v) || (k && pktrt__has_area(between));
+      for (int c = 0; c < 3; c++) before[c] = v[c];
     }
     if (pktrt__block_ids(at)[l] != (area && !none ? t : PKTRT_NONE)) return "An id in a block is wrong.";
     if (!none) *set += pktrt__mix(t), *count += 1;

@@ -194,6 +194,48 @@ static void mirror_in_glass(void) {
   pktrt_scene_destroy(s);
 }
 
+/* What is reflected within glass and meets no glass on its way is dimmed on all of it: from a mirror there, from the inside of
+   its surface, from glass in it. The camera stands between what reflects and a lamp. */
+static void reflected_in_glass(void) {
+  static const struct {
+    const char *name;
+    double ior, inner_ior; /* 0: no box within */
+    double eye, at, lamp;  /* z of the camera, of what reflects, of the lamp behind the camera */
+  } seen[] = {{"a mirror", 1, 0, 1, -1, 2}, {"the surface from inside", 1.5, 0, 1, 3, -2}, {"glass in glass", 1, 1.5, 2, 1, 2.5}};
+  static const slab outer = {-3, 3, 0.5}, inner = {-1, 1, 0.25};
+  for (size_t k = 0; k < COUNT(seen); k++) {
+    for (int place = 0; place < 3; place++) {
+      float got[3];
+      const set_up u = {place, false, false, false};
+      pktrt_scene *s = stage_open();
+      for (int i = 0; i < (seen[k].inner_ior > 0 ? 2 : 1); i++) {
+        pktrt_material glass = material_of(0, PKTRT_SPECULAR_DIELECTRIC, 0);
+        mesh m = slab_mesh(i ? &inner : &outer, place);
+        glass.ior[0] = (float)(i ? seen[k].inner_ior : seen[k].ior);
+        for (int a = 0; a < 3; a++) glass.absorption[a] = (float)(i ? inner.absorption : outer.absorption) * (float)(a + 1) / 2;
+        stage_mesh(s, &m, stage_material(s, &glass));
+        mesh_free(&m);
+      }
+      const pktrt_material mirror = material_of(0, PKTRT_SPECULAR_MIRROR, 1);
+      const vec o = turned(place, 0, 0, seen[k].at);
+      const quad q = quad_of(o, vec_sub(turned(place, 7, 0, seen[k].at), o), vec_sub(turned(place, 0, 7, seen[k].at), o));
+      if (k == 0) stage_quad(s, &q, stage_material(s, &mirror));
+      add_plate(s, &u, seen[k].lamp, true);
+      stage_commit(s);
+      pktrt_render_desc d = straight(&u, PKTRT_MODE_WRT, got, seen[k].eye, seen[k].at);
+      d.max_depth = 1;
+      stage_render(s, &d);
+      const double way = fabs(seen[k].eye - seen[k].at) + fabs(seen[k].lamp - seen[k].at), part = k ? 0.04 : 1;
+      for (int a = 0; a < 3; a++) {
+        const double want = part * exp(-way * outer.absorption * (a + 1) / 2);
+        CHECK(fabs((double)got[a] / want - 1) < 2e-4, "%s, place %d, channel %d: %g, not %g", seen[k].name, place, a,
+              (double)got[a], want);
+      }
+      pktrt_scene_destroy(s);
+    }
+  }
+}
+
 /* An open sheet is no glass that a camera stands in, on either side. What its inside shows is taken to lie in it. */
 static void open_sheets(void) {
   for (int behind = 0; behind < 2; behind++) {
@@ -297,6 +339,7 @@ void suite_media(void) {
   run("in glass within glass, beside glass and across glass, the one entered last absorbs", glass_in_glass);
   run("shadow rays lose the same there", shadows_in_glass);
   run("a mirror in glass in glass sends back what both absorb", mirror_in_glass);
+  run("what is reflected in glass stays in it", reflected_in_glass);
   run("a sheet of glass is not taken for a body around the camera", open_sheets);
   run("bodies that share sheets as surfaces dim each on its own way", interfaces);
   run("glass in glass is found among 66,000 materials", many_materials);

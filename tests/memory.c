@@ -189,6 +189,39 @@ static void failing_rebuild(void) {
   }
 }
 
+/* The same of a first commit, which has no groups to go back to, and builds four. */
+static void first_commit(void) {
+  for (int workers = 0; workers <= 3; workers += 3) {
+    world w = world_moving(1);
+    answers want, now;
+    pktrt_scene *whole = world_scene(&w, PKTRT_ISA_AUTO, 0);
+    ask_all(whole, &want);
+    pktrt_scene_destroy(whole);
+    size_t n = 1, made = 0;
+    for (pktrt_status status = PKTRT_OUT_OF_MEMORY; status != PKTRT_OK && n < 1000; n++) {
+      pktrt_scene_desc d = scene_desc_of(PKTRT_ISA_AUTO, workers);
+      pktrt_scene *s = pktrt_scene_create(&d);
+      for (uint32_t i = 0; i < w.n; i++) CHECK(mesh_add(s, &w.m[i], NULL) == PKTRT_OK, "%s", pktrt_last_error(s));
+      const size_t blocks = hooks.live_blocks;
+      hooks.fail_at = n, hooks.fail_after = n % 2 == 0, hooks.failed = 0;
+      status = pktrt_commit(s);
+      hooks.fail_at = 0, hooks.fail_after = false;
+      CHECK(status == (hooks.failed ? PKTRT_OUT_OF_MEMORY : PKTRT_OK), "allocation %zu: status %d", n, (int)status);
+      if (status != PKTRT_OK) CHECK(hooks.live_blocks == blocks, "allocation %zu: %zu blocks are left", n, hooks.live_blocks - blocks);
+      else made = hooks.live_blocks - blocks;
+      CHECK(pktrt_commit(s) == PKTRT_OK, "%s", pktrt_last_error(s));
+      ask_all(s, &now);
+      CHECK(same_bits(&now, &want, sizeof now), "allocation %zu: other answers", n);
+      pktrt_scene_destroy(s);
+      CHECK(hooks.live_blocks == 0, "allocation %zu: %zu blocks outlive the scene", n, hooks.live_blocks);
+      hooks.live_blocks = hooks.live_bytes = 0;
+    }
+    say("%d workers: %zu allocations failed in turn, %zu blocks when none does", workers, n - 2, made);
+    CHECK(n > 20 && made > 12, "the control: commits allocate");
+    world_free(&w);
+  }
+}
+
 static void each_allocation_serial(void) { each_allocation(0); }
 static void each_allocation_parallel(void) { each_allocation(3); }
 
@@ -242,6 +275,7 @@ static void too_large(void) {
 void suite_memory(void) {
   run("stable: each allocation failing in turn leaves the scene usable and leaks nothing", each_allocation_serial);
   run("stable: each allocation failing in turn while several threads build", each_allocation_parallel);
+  run("each allocation of a first commit failing in turn leaks nothing", first_commit);
   run("stable: a rebuild that has no memory leaves the refitted tree", failing_rebuild);
   run("a scene goes on after failures as a fresh one would", usable_after_failure);
   run("more than the allocator gives is refused", too_large);

@@ -532,6 +532,86 @@ static pktrt_render_desc corner_view(film *f) {
   return d;
 }
 
+/* A clock that goes by the samples that were looked at: a thousand a second. */
+typedef struct workload {
+  double samples;
+} workload;
+
+static void counted_light(void *user, uint32_t n, const float *const direction[3], float *const radiance[3]) {
+  corner_light(NULL, n, direction, radiance);
+  ((workload *)user)->samples += n;
+}
+
+static double workload_clock(void *user) { return 50 + ((workload *)user)->samples / 1000; }
+
+/* A budget is used but for what the next round would take at least, and not exceeded but by the rounding to whole passes
+   of blocks. The first round is done whatever it takes. */
+static void budgets_kept(void) {
+  static film f;
+  const double pass = PIXELS * 2 / 1000., block = EDGE * EDGE * 2 / 1000.;
+  pktrt_scene *s = stage_open();
+  stage_commit(s);
+  for (int adaptive = 0; adaptive < 2; adaptive++) {
+    double most = 0, least = INFINITY;
+    for (double budget = 1; budget < 200; budget *= 1.4) {
+      workload work = {0};
+      pktrt_render_desc d = corner_view(&f);
+      d.environment = counted_light, d.seconds = workload_clock, d.user = &work;
+      d.adaptive = adaptive != 0, d.time_budget = budget;
+      stage_render(s, &d);
+      const double took = f.report.seconds, first = adaptive ? 2 * pass : pass;
+      CHECK(f.report.stop == PKTRT_STOP_TIME && near(took, work.samples / 1000, 1e-9), "%g s, %g by the clock", took,
+            work.samples / 1000);
+      if (budget < first) {
+        CHECK(near(took, first, 1e-9) && f.report.rounds == 1, "budget %g: %g s", budget, took);
+        continue;
+      }
+      CHECK(took <= budget + (adaptive ? block : 1e-9), "%s, budget %g: %g s", adaptive ? "adaptive" : "uniform", budget, took);
+      CHECK(adaptive ? 1.1 * took > budget - 1e-9 : took + pass > budget - 1e-9, "%s, budget %g: %g s",
+            adaptive ? "adaptive" : "uniform", budget, took);
+      most = fmax(most, took / budget), least = fmin(least, took / budget);
+    }
+    say("%s: %.4f to %.4f of the budget", adaptive ? "adaptive" : "uniform", least, most);
+  }
+  pktrt_scene_destroy(s);
+}
+
+/* What a clock shows, look by look; the last value stays. */
+typedef struct hand {
+  watch w; /* first: the hooks' user is both */
+  const double *shown;
+  size_t look, looks;
+} hand;
+
+static double hand_clock(void *user) {
+  hand *h = user;
+  return h->shown[h->look + 1 < h->looks ? h->look++ : h->look];
+}
+
+/* Time is what the clock goes forward, round by round; set back, it counts as none, and says nothing of the rounds after. */
+static void clock_set_back(void) {
+  static const double shown[] = {1000, 1001, 1002, 2, 3.5, 3.5, -1e6, -1e6 + 4}, after[] = {1, 2, 2, 3.5, 3.5, 3.5, 7.5};
+  static film f;
+  static hand h;
+  pktrt_scene *s = stage_open();
+  stage_commit(s);
+  for (int rule = 0; rule < 3; rule++) { /* passes; a budget that ends it after the clock was set back; one far off */
+    memset(&h, 0, sizeof h);
+    h.shown = shown, h.looks = COUNT(shown);
+    pktrt_render_desc d = corner_view(&f);
+    d.pass = watch_pass, d.seconds = hand_clock, d.user = &h.w, d.passes = 7;
+    if (rule) d.time_budget = rule == 1 ? 4.3 : 100;
+    stage_render(s, &d);
+    const uint32_t rounds = rule == 1 ? 4 : 7;
+    CHECK(h.w.rounds == rounds && f.report.stop == (rule == 1 ? PKTRT_STOP_TIME : PKTRT_STOP_PASSES), "rule %d: %u rounds", rule,
+          h.w.rounds);
+    for (uint32_t i = 0; i < h.w.rounds; i++)
+      CHECK(near(h.w.report[i].seconds, after[i], 1e-9), "rule %d: %g s after round %u, not %g", rule, h.w.report[i].seconds,
+            i + 1, after[i]);
+  }
+  pktrt_scene_destroy(s);
+}
+
 static double distance2(const float *a, const float *b) {
   double sum = 0;
   for (size_t i = 0; i < PIXELS * 3; i++) sum += ((double)a[i] - (double)b[i]) * ((double)a[i] - (double)b[i]);
@@ -917,6 +997,8 @@ void suite_passes(void) {
   run("passes know the error where the scatter within a set does not", scatter_within_a_set);
   run("passes, errors and reports have the same bits for all settings, workers and threads", same_whatever);
   run("each rule stops after the right round, and of several the first", stop_rules);
+  run("time budgets are used, and kept", budgets_kept);
+  run("a clock that is set back counts as no time", clock_set_back);
   run("a picture cancelled in a later pass is whole", cancelled_later);
   run("progress grows over passes", progress_grows);
   run("adaptive passes go where the noise is, and lower the error", passes_go_where_noise_is);

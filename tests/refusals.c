@@ -97,6 +97,9 @@ static void triangles_wrap(pktrt_mesh_desc *m) { m->triangle_count = 0x55555556u
 static void bytes_wrap(pktrt_mesh_desc *m) {
   m->vertex_count = 0xFFFFFFFFu, m->position_stride = 0xFFFFFFFCu, m->key_count = 1024;
 }
+static void bytes_by_keys(pktrt_mesh_desc *m) { /* within the limit for one key, beyond it for four */
+  m->vertex_count = 0x80000000u, m->position_stride = 0x40000000u, m->key_count = 4;
+}
 static void normal_nan(pktrt_mesh_desc *m) { odd_normals[3 * 4] = NAN, m->normals = odd_normals; }
 static void normal_inf(pktrt_mesh_desc *m) { odd_normals[3 * 9 + 1] = INFINITY, m->normals = odd_normals; }
 static void no_vertices(pktrt_mesh_desc *m) { m->vertex_count = 0, m->indices = indices; }
@@ -124,6 +127,7 @@ static const refusal add_refusals[] = {
   {"one triangle more than the scene may have", "160|2147483488|2147483647", PKTRT_LIMIT, triangles_more},
   {"a triangle count whose indices overflow", "1431655766", PKTRT_INVALID_ARGUMENT, triangles_wrap},
   {"sizes that overflow", "4294967295", PKTRT_LIMIT, bytes_wrap},
+  {"sizes that overflow by the number of keys", "2147483648|1073741824|4", PKTRT_LIMIT, bytes_by_keys},
   {"a NaN normal", "4", PKTRT_INVALID_ARGUMENT, normal_nan},
   {"an infinite normal", "9", PKTRT_INVALID_ARGUMENT, normal_inf},
 };
@@ -404,24 +408,28 @@ static void refuse_materials(void) {
 
 /* A light that names a mesh is looked at when rendering. */
 static void refuse_mesh_lights(void) {
-  pktrt_scene *s = some_scene();
   float pixels[12];
   pktrt_light l = good_light(PKTRT_LIGHT_MESH);
   pktrt_render_desc d;
   memset(&d, 0, sizeof d);
   d.width = d.height = 2, d.pixels = pixels, d.camera.eye[2] = 5;
-  for (int i = 0; i < 2; i++) { /* a mesh that is committed, one that is not there */
-    l.mesh = i ? 17 : 2;
+  static const uint32_t index[] = {2, 3, 17, PKTRT_NONE}; /* the last that is committed; one that is not; none */
+  static const char *const named[] = {"", "0|3", "0|17|3", "0|4294967295|3"};
+  for (uint32_t i = 0; i < COUNT(index); i++) {
+    pktrt_scene *s = some_scene();
+    pktrt_mesh_desc m = good_mesh();
+    if (i) CHECK(pktrt_add_mesh(s, &m, NULL) == PKTRT_OK, "%s", pktrt_last_error(s));
+    l.mesh = index[i];
     for (int k = 0; k < 12; k++) pixels[k] = -7;
     CHECK(pktrt_add_light(s, &l, NULL) == PKTRT_OK);
     for (int mode = PKTRT_MODE_RCS; mode <= PKTRT_MODE_DRT; mode++) {
       d.mode = (pktrt_mode)mode;
-      CHECK(pktrt_render(s, &d) == (i ? PKTRT_INVALID_ARGUMENT : PKTRT_OK), "%s", pktrt_last_error(s));
-      CHECK((pixels[0] == -7) == (i == 1), "nothing is painted");
-      if (i) names("mesh light", pktrt_last_error(s), "1|17|3");
+      CHECK(pktrt_render(s, &d) == (i ? PKTRT_INVALID_ARGUMENT : PKTRT_OK), "mesh %u: %s", l.mesh, pktrt_last_error(s));
+      CHECK((pixels[0] == -7) == (i > 0), "nothing is painted");
+      if (i) names("mesh light", pktrt_last_error(s), named[i]);
     }
+    pktrt_scene_destroy(s);
   }
-  pktrt_scene_destroy(s);
 }
 
 /* --- render --- */

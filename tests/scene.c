@@ -275,6 +275,146 @@ static void motion(void) {
   world_free(&w);
 }
 
+/* Rows that are NULL: tmin 0, tmax INFINITY, time 0, for single rays, streams and packets. */
+static void rows_left_out(void) {
+  enum { N = 300 };
+  static pktrt_ray ray[3][N];
+  static pktrt_hit want[3][N];
+  static float o[3][N], d[3][N], t[N], u[N];
+  static uint32_t at[N], triangle[N];
+  static bool occluded[2][N];
+  static const char *const named[3] = {"tmin", "tmax", "time"};
+  world w = world_moving(2);
+  pktrt_scene *s = world_scene(&w, PKTRT_ISA_AUTO, 0);
+  make_rays(&w, s, RAYS_RANDOM, 5, 0, ray[0], N);
+  for (int k = 0; k < 2; k++) { /* 1: the control, times of 1 */
+    for (size_t i = 0; i < N; i++) {
+      ray[k][i] = ray[0][i], ray[k][i].tmin = 0, ray[k][i].tmax = INFINITY, ray[k][i].time = (float)k;
+      for (int a = 0; a < 3; a++) o[a][i] = ray[k][i].origin[a], d[a][i] = ray[k][i].direction[a];
+      pktrt_intersect(s, &ray[k][i], &want[k][i]);
+      if (k == 0) occluded[0][i] = pktrt_occluded(s, &ray[0][i]);
+    }
+  }
+  static const size_t counts[] = {1, 20, N};
+  for (size_t c = 0; c < COUNT(counts); c++) {
+    const size_t n = counts[c];
+    for (int row = 0; row < 4; row++) { /* one of them left out, or all */
+      static float tmin[N], tmax[N], time[N];
+      for (size_t i = 0; i < N; i++) tmin[i] = 0, tmax[i] = INFINITY, time[i] = 0;
+      const pktrt_rays in = {{o[0], o[1], o[2]}, {d[0], d[1], d[2]}, row % 3 ? tmin : NULL, row == 1 || row == 3 ? NULL : tmax,
+                             row >= 2 ? NULL : time};
+      const pktrt_hits out = {t, u, NULL, {NULL, NULL, NULL}, at, triangle};
+      pktrt_intersect_soa(s, &in, &out, n), pktrt_occluded_soa(s, &in, occluded[1], n);
+      size_t wrong = 0;
+      for (size_t i = 0; i < n; i++)
+        wrong += !same_bits(&t[i], &want[0][i].t, 4) || !same_bits(&u[i], &want[0][i].u, 4) || at[i] != want[0][i].mesh ||
+                 triangle[i] != want[0][i].triangle || occluded[1][i] != occluded[0][i];
+      CHECK(wrong == 0, "%zu of %zu answers differ without %s", wrong, n, row < 3 ? named[row] : "any");
+    }
+  }
+  size_t other = 0;
+  for (size_t i = 0; i < N; i++) other += !same_bits(&want[0][i], &want[1][i], sizeof want[0][i]);
+  CHECK(other > N / 4, "the control: at time 1 %zu answers are others", other);
+  pktrt_scene_destroy(s);
+  world_free(&w);
+}
+
+/* --- no area just then --- */
+
+/* The canonical test without a question for area, of one triangle. */
+static bool sheared_hit(float p[3][3], const pktrt_ray *r) {
+  const float *d = r->direction;
+  int k = fabsf(d[1]) > fabsf(d[0]), below = 0, above = 0;
+  if (fabsf(d[2]) > fabsf(d[k])) k = 2;
+  const int u = (k + 1) % 3, v = (k + 2) % 3;
+  double x[3], y[3];
+  for (int c = 0; c < 3; c++) {
+    const float z = p[c][k] - r->origin[k], across = d[u] / d[k] * z, up = d[v] / d[k] * z;
+    const float pu = p[c][u] - r->origin[u], pv = p[c][v] - r->origin[v];
+    x[c] = (double)(pu - across), y[c] = (double)(pv - up);
+  }
+  for (int c = 0; c < 3; c++) {
+    const double e = x[(c + 2) % 3] * y[(c + 1) % 3] - y[(c + 2) % 3] * x[(c + 1) % 3];
+    below += e < 0, above += e > 0;
+  }
+  return (below == 0) != (above == 0);
+}
+
+/* Triangles that are lines at time 1/2, exactly, and no others, before a wall that is at rest. */
+static world lines_at_half_time(void) {
+  enum { N = 60 };
+  mesh m = mesh_of(2 * 3 * N, N), wall = mesh_box();
+  m.nv = 3 * N, m.keys = 2;
+  for (uint32_t t = 0; t < N; t++) {
+    rng r = rng_of(t);
+    for (uint32_t a = 0; a < 3; a++) {
+      const float from = roundf(64 * rng_sign(&r)) / 64, step = roundf(64 * rng_sign(&r)) / 64;
+      for (uint32_t c = 0; c < 3; c++) {
+        const float off = roundf(16 * rng_sign(&r)) / 64, at = from + (float)c * step; /* sums of 64ths: exact */
+        m.i[3 * t + c] = 3 * t + c;
+        m.p[9 * t + 3 * c + a] = at - off, m.p[9 * N + 9 * t + 3 * c + a] = at + off;
+      }
+    }
+  }
+  mesh_scale(&wall, 20);
+  world w = world_none();
+  w.m[0] = m, w.m[1] = wall, w.n = 2;
+  return w;
+}
+
+/* Rounding makes rays hit lines now and then, which is no hit, whoever asks. */
+static void no_area_at_the_time(void) {
+  enum { MOST = 6000 };
+  world w = lines_at_half_time();
+  pktrt_ray *ray = calloc(MOST, sizeof *ray);
+  pktrt_hit *want = calloc(2 * MOST, sizeof *want), *got = want + MOST;
+  bool *occluded = calloc(MOST, sizeof *occluded);
+  if (!ray || !want || !occluded) abort();
+  size_t n = 0, looked = 0;
+  for (uint32_t i = 0; i < scaled(400000) && n < MOST; i++) { /* those that would be hit, and some others */
+    rng r = rng_of(i);
+    const uint32_t t = rng_below(&r, w.m[0].nt);
+    const float part = 2 * rng_unit(&r);
+    float p[3][3], to[3], from[3];
+    for (uint32_t c = 0; c < 3; c++) ref_vertex(&w.m[0], 3 * t + c, 0.5f, p[c]);
+    for (int a = 0; a < 3; a++) to[a] = p[0][a] + part * (p[1][a] - p[0][a]), from[a] = 3 * rng_sign(&r);
+    ray[n] = ray_towards(from, to, 0.5f);
+    const bool tempted = sheared_hit(p, &ray[n]);
+    looked += tempted;
+    if (!tempted && i % 64) continue;
+    ref_intersect(&w, &ray[n], &want[n]);
+    CHECK(want[n].mesh == 1, "ray %u: lines are no hits", i);
+    n++;
+  }
+  for (int i = 0; i < isa_count; i++) {
+    pktrt_scene *s = world_scene(&w, isas[i], 0);
+    size_t wrong[5] = {0, 0, 0, 0, 0}, hidden[2] = {0, 0};
+    for (size_t j = 0; j < n; j++) pktrt_intersect(s, &ray[j], &got[j]), wrong[0] += !same_bits(&got[j], &want[j], sizeof *got);
+    for (int path = 0; path <= PKTRT_PATH_SINGLE; path++) {
+      pktrt_query_desc q;
+      memset(&q, 0, sizeof q);
+      q.path = (pktrt_path)path;
+      pktrt_intersect_ex(s, &q, ray, got, n);
+      for (size_t j = 0; j < n; j++) wrong[1 + path] += !same_bits(&got[j], &want[j], sizeof *got);
+    }
+    pktrt_intersect_n(s, ray, got, 8);
+    for (size_t j = 0; j < 8 && j < n; j++) wrong[4] += !same_bits(&got[j], &want[j], sizeof *got);
+    for (size_t j = 0; j < n; j++) ray[j].tmax = 1.5f; /* the wall is farther */
+    pktrt_occluded_n(s, ray, occluded, n);
+    for (size_t j = 0; j < n; j++) hidden[0] += occluded[j], hidden[1] += pktrt_occluded(s, &ray[j]), ray[j].tmax = INFINITY;
+    CHECK(wrong[0] + wrong[1] + wrong[2] + wrong[3] + wrong[4] == 0,
+          "%s: wrong hits: %zu of single calls, %zu, %zu, %zu of paths, %zu of eight", pktrt_isa_string(isas[i]), wrong[0],
+          wrong[1], wrong[2], wrong[3], wrong[4]);
+    CHECK(hidden[0] + hidden[1] == 0, "%s: %zu of packets, %zu of single calls hidden by lines", pktrt_isa_string(isas[i]),
+          hidden[0], hidden[1]);
+    pktrt_scene_destroy(s);
+  }
+  say("%zu rays, %zu of which would hit a line if nobody asked for its area", n, looked);
+  CHECK(looked > (small_run ? 10 : 400), "the control: %zu", looked);
+  free(ray), free(want), free(occluded);
+  world_free(&w);
+}
+
 /* Changes take effect at commit or refit, not before. */
 /* A soup whose triangles have been shuffled: a refit leaves a bad tree, which is built anew only where it was marked. */
 static void marked_scenes(void) {
@@ -638,6 +778,8 @@ void suite_scene(void) {
   run("hits lie strictly between tmin and tmax", intervals);
   run("rays beyond the range of floats hit nothing and cost their neighbours nothing", beyond_range);
   run("meshes move linearly between their keys, time is clamped", motion);
+  run("rows of rays that are NULL mean tmin 0, tmax infinite and time 0", rows_left_out);
+  run("a moving triangle without area at the ray's time is no hit, by rounding neither", no_area_at_the_time);
   run("changes show at commit or refit, not before", when_changes_show);
   run("what is marked as changed is built anew at the next commit, refits in between or not", marked_scenes);
   run("several threads query one scene", concurrent_queries);

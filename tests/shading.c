@@ -156,8 +156,8 @@ static void fresnel_limits(void) {
 /* --- Fresnel in pictures: a floor under a bright and a dark half of the sky --- */
 
 enum { SIDE = 48 };
-typedef enum surface { COAT, COAT_FACTOR, METAL, GLASS, GLASS_FACTOR, GLASS_INSIDE, SURFACES } surface;
-static const float gold_n[3] = {0.17f, 0.42f, 1.4f}, gold_k[3] = {3.1f, 2.35f, 1.9f};
+typedef enum surface { COAT, COAT_FACTOR, METAL, METAL_TINTED, GLASS, GLASS_FACTOR, GLASS_INSIDE, SURFACES } surface;
+static const float gold_n[3] = {0.17f, 0.42f, 1.4f}, gold_k[3] = {3.1f, 2.35f, 1.9f}, tint[3] = {0.25f, 1, 0.5f};
 
 static double surface_radiance(surface kind, double c, const sky *s, int channel) {
   double f = fresnel_exact(c, 1.5), up = s->up[channel], down = s->down[channel];
@@ -165,6 +165,7 @@ static double surface_radiance(surface kind, double c, const sky *s, int channel
   case COAT: return f * up + (1 - f) * 0.4 * 0.5;
   case COAT_FACTOR: return 0.25 * f * up + (1 - f) * 0.4 * 0.5;
   case METAL: return conductor_exact(c, (double)gold_n[channel], (double)gold_k[channel]) * up;
+  case METAL_TINTED: return (double)tint[channel] * surface_radiance(METAL, c, s, channel);
   case GLASS: return f * up + (1 - f) * down;
   case GLASS_FACTOR: return 0.25 * f * up + (1 - f) * down;
   default: f = fresnel_exact(c, 1 / 1.5); return f * down + (1 - f) * up;
@@ -174,13 +175,15 @@ static double surface_radiance(surface kind, double c, const sky *s, int channel
 static pktrt_material surface_material(surface kind) {
   pktrt_material m = material_of(0.4, PKTRT_SPECULAR_DIELECTRIC, 0);
   if (kind == COAT || kind == COAT_FACTOR) m.specular = PKTRT_SPECULAR_COAT, m.ior[0] = 1.5f;
-  if (kind == METAL) m.specular = PKTRT_SPECULAR_CONDUCTOR, memcpy(m.ior, gold_n, 12), memcpy(m.extinction, gold_k, 12);
+  if (kind == METAL || kind == METAL_TINTED)
+    m.specular = PKTRT_SPECULAR_CONDUCTOR, memcpy(m.ior, gold_n, 12), memcpy(m.extinction, gold_k, 12);
+  if (kind == METAL_TINTED) memcpy(m.reflectance, tint, 12);
   if (kind == COAT_FACTOR || kind == GLASS_FACTOR) m.reflectance[0] = m.reflectance[1] = m.reflectance[2] = 0.25f;
   return m; /* glass: an index of 0 is 1.5 */
 }
 
 static void fresnel_pictures(void) {
-  static const char *const name[SURFACES] = {"coat",  "coat, a quarter",  "metal",
+  static const char *const name[SURFACES] = {"coat",  "coat, a quarter",  "metal", "metal, tinted",
                                              "glass", "glass, a quarter", "glass from inside"};
   sky s = {{0.9, 1.7, 0.6}, {0.1, 0.05, 0.3}, {0, 0, 0}};
   quad floor = quad_of(vec_of(0, 0, 0), vec_of(0, 0, 1000), vec_of(1000, 0, 0));
@@ -236,6 +239,10 @@ static void fresnel_chosen(void) {
     d.environment = sky_halves, d.user = &s;
     d.ambient[0] = d.ambient[1] = d.ambient[2] = 0.5f;
     estimate e = stage_estimate(scene, &d, 16);
+    for (int k = 1; k < 3; k++) {
+      const double other_channel = surface_radiance((surface)kind, c, &s, k);
+      CHECK(agrees(&e, k, other_channel), "channel %d: %g, not %g", k, e.mean[k], other_channel);
+    }
     double want = surface_radiance((surface)kind, c, &s, 0), other = surface_radiance((surface)kind, c * 0.9, &s, 0);
     check_estimate("Fresnel", &e, want, other, 0.02);
     pktrt_scene_destroy(scene);
@@ -269,6 +276,51 @@ static void mirrors(void) {
     }
   }
   pktrt_scene_destroy(scene);
+  free(got);
+}
+
+/* A floor whose normals lean away from the viewer: what the mirror direction about them takes below the floor goes about its
+   own normal, and where they face away altogether they count for nothing. Every direction has its colour. A coat reflects by
+   the angle to the normal that counts. */
+static void leaning_normals(void) {
+  const double lean = 0.2;
+  const vec up = vec_of(0, 1, 0), n = vec_of(sin(lean), cos(lean), 0);
+  float *got = stage_pixels(SIDE * SIDE * 3), normals[12];
+  static const float floor[12] = {-90, 0, -90, -90, 0, 90, 90, 0, 90, 90, 0, -90};
+  static const uint32_t corners[6] = {0, 1, 2, 0, 2, 3};
+  for (int v = 0; v < 4; v++) vec_put(n, normals + 3 * v);
+  for (int i = 0; i < 2 * isa_count; i++) {
+    const pktrt_scene_desc desc = scene_desc_of(isas[i / 2], 0);
+    pktrt_scene *scene = pktrt_scene_create(&desc);
+    const bool coat = i % 2;
+    const pktrt_material m = material_of(0, coat ? PKTRT_SPECULAR_COAT : PKTRT_SPECULAR_MIRROR, 1);
+    pktrt_mesh_desc d;
+    memset(&d, 0, sizeof d);
+    d.positions = floor, d.normals = normals, d.vertex_count = 4, d.indices = corners, d.triangle_count = 2;
+    d.material = stage_material(scene, &m);
+    CHECK(pktrt_add_mesh(scene, &d, NULL) == PKTRT_OK, "%s", pktrt_last_error(scene));
+    stage_commit(scene);
+    pktrt_render_desc view = stage_view(PKTRT_MODE_WRT, SIDE, SIDE, got, vec_of(-4, 1, 0), vec_of(0, 0, 0));
+    view.camera.fov_y = 30, view.environment = sky_code;
+    stage_render(scene, &view);
+    size_t bent = 0, mended = 0, away = 0;
+    for (uint32_t k = 0; k < SIDE * SIDE; k++) {
+      const vec v = stage_through(&view.camera, k % SIDE + 0.5, k / SIDE + 0.5, SIDE, SIDE);
+      vec r = reflected(v, n);
+      if (v.y > -0.01 || fabs(r.y) < 1e-5 || fabs(vec_dot(v, n)) < 1e-5) continue; /* rounding decides */
+      if (vec_dot(v, n) > 0) r = reflected(v, up), away++;
+      else if (r.y < 0) r = reflected(v, up), mended++;
+      else bent++;
+      const double cosine = -vec_dot(v, vec_dot(v, n) > 0 ? up : n), part = coat ? fresnel_exact(cosine, 1.5) : 1;
+      const double want[3] = {part * (0.5 + 0.5 * r.x), part * (0.5 + 0.5 * r.y), part * (0.5 + 0.5 * r.z)};
+      for (uint32_t a = 0; a < 3; a++)
+        CHECK(fabs((double)got[3 * k + a] - want[a]) <= 1e-5, "%s, %s, pixel %u, channel %u: %g, not %g",
+              pktrt_isa_string(desc.isa), coat ? "coat" : "mirror", k, a, (double)got[3 * k + a], want[a]);
+    }
+    CHECK(bent > 100 && mended > 100 && away > 100, "%zu bent, %zu mended, %zu that face away", bent, mended, away);
+    if (i == 0) say("%zu pixels about the normals, %zu mended, %zu that face away", bent, mended, away);
+    pktrt_scene_destroy(scene);
+  }
   free(got);
 }
 
@@ -662,6 +714,7 @@ void suite_shading(void) {
   run("coats, metals and glass reflect by Fresnel at every angle, from both sides", fresnel_pictures);
   run("DRT reflects and refracts by Fresnel in the mean", fresnel_chosen);
   run("mirrors reflect by the law of reflection, in RCS not at all", mirrors);
+  run("what mirrors would send below the surface by smooth normals goes about the flat one", leaning_normals);
   run("a glass slab displaces a ray by the closed form, lets it go on parallel, and dims it by Beer's law", slabs);
   run("what lies within glass is dimmed on both ways", within_glass);
   run("a prism reflects totally beyond the critical angle only", prisms);

@@ -57,7 +57,40 @@ static void stray_vertices(void) {
   }
 }
 
+/* How far rays start from a surface follows the mesh as it is now: grown a thousandfold or shrunk, moving or not, at a refit
+   or a commit, they are those of a scene that has never been other. */
+static void leaving_what_has_changed(void) {
+  for (int k = 0; k < 16; k++) {
+    const bool moving = k & 1, commits = k & 2, one_key = moving && k & 4;
+    const float scale = k & 8 ? 1000 : 0.001f;
+    mesh before = mesh_grid(2, 1), after = mesh_grid(2, scale);
+    if (moving) mesh_move(&before, 2, 0, 0, 1), mesh_move(&after, 2, 0, 0, 1);
+    if (one_key) memcpy(after.p, before.p, (size_t)after.nv * 12); /* the second changes */
+    world w = world_of(before), v = world_of(after);
+    pktrt_scene *s[3] = {world_scene(&w, PKTRT_ISA_AUTO, 0), world_scene(&v, PKTRT_ISA_AUTO, 0),
+                         world_scene(&w, PKTRT_ISA_AUTO, 0)}; /* changed; made so; the control: not changed */
+    for (uint32_t key = one_key; key < after.keys; key++)
+      CHECK(pktrt_set_positions(s[0], 0, key, after.p + (size_t)key * after.nv * 3) == PKTRT_OK, "%s", pktrt_last_error(s[0]));
+    CHECK((commits ? pktrt_commit(s[0]) : pktrt_refit(s[0])) == PKTRT_OK, "%s", pktrt_last_error(s[0]));
+    const float up[3] = {0, 1, 0}, x = 0.0003f;
+    pktrt_ray down = ray_of(x, 2, x / 3, 0, -1, 0), left[3];
+    for (int i = 0; i < 3; i++) {
+      pktrt_hit h;
+      down.time = one_key ? 0 : 0.25f;
+      CHECK(pktrt_intersect(s[i], &down, &h), "case %d", k);
+      pktrt_spawn(s[i], &down, &h, up, &left[i]);
+      pktrt_scene_destroy(s[i]);
+    }
+    CHECK(left[0].origin[1] == left[1].origin[1], "case %d: starts at %g, not %g", k, (double)left[0].origin[1],
+          (double)left[1].origin[1]);
+    CHECK((left[2].origin[1] != left[1].origin[1]) == !(one_key && scale < 1), "the control, case %d: %g", k,
+          (double)left[2].origin[1]);
+    world_free(&w), world_free(&v);
+  }
+}
+
 void suite_spawn(void) {
+  run("rays leave a mesh that has changed as if it had always been so", leaving_what_has_changed);
   run("a vertex that no triangle uses changes no ray that leaves the mesh", stray_vertices);
   run("what a miss spawns hits nothing", spawn_of_a_miss);
 }

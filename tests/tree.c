@@ -260,6 +260,84 @@ static void checker_sees(void) {
   world_free(&w);
 }
 
+/* --- flat at its keys --- */
+
+enum { FLAT = 24 };
+
+/* Triangles that are lines at all keys; between two of them they have area if they `open`, and none if not: the lines lie in
+   one plane, and turn, or stay. Far enough apart that a ray meets one. */
+static mesh flat_at_keys(uint32_t keys, bool open) {
+  mesh m = mesh_of(3 * FLAT * keys, FLAT);
+  m.nv = 3 * FLAT, m.keys = keys;
+  for (uint32_t i = 0; i < 3 * FLAT; i++) m.i[i] = i;
+  for (uint32_t k = 0; k < keys; k++)
+    for (uint32_t c = 0; c < 3 * FLAT; c++) {
+      float *p = m.p + 3 * ((size_t)k * m.nv + c);
+      const float along = (float)(c % 3), across = along * (float)(c % 3);
+      const bool turned = open && k % 2;
+      p[0] = (float)(4 * (c / 3 % 5)) + (turned ? 0 : along), p[1] = (float)(4 * (c / 15)) + (turned ? across : 0);
+    }
+  return m;
+}
+
+/* Asks for the middle of each triangle at a time; how many are hit, by single calls and by packets, as by the reference. */
+static size_t hits_in_the_middle(const pktrt_scene *s, const world *w, float time) {
+  pktrt_ray ray[FLAT];
+  pktrt_hit one, many[FLAT], want;
+  bool occluded[FLAT];
+  size_t hits = 0;
+  for (uint32_t t = 0; t < FLAT; t++) {
+    float p[3][3];
+    for (uint32_t c = 0; c < 3; c++) ref_vertex(&w->m[0], 3 * t + c, time, p[c]);
+    ray[t] = ray_of((p[0][0] + p[1][0] + p[2][0]) / 3, (p[0][1] + p[1][1] + p[2][1]) / 3, 2, 0, 0, -1);
+    ray[t].time = time;
+  }
+  pktrt_intersect_n(s, ray, many, FLAT), pktrt_occluded_n(s, ray, occluded, FLAT);
+  for (uint32_t t = 0; t < FLAT; t++) {
+    const bool hit = ref_intersect(w, &ray[t], &want);
+    pktrt_intersect(s, &ray[t], &one);
+    CHECK(same_bits(&one, &want, sizeof one) && same_bits(&many[t], &want, sizeof want), "triangle %u, time %g", t, (double)time);
+    CHECK(occluded[t] == hit && pktrt_occluded(s, &ray[t]) == hit, "triangle %u, time %g", t, (double)time);
+    hits += hit;
+  }
+  return hits;
+}
+
+static void check_flat_at_keys(const pktrt_scene *s, const world *w, bool open, const char *when) {
+  pktrt_scene_info info;
+  pktrt_get_scene_info(s, &info);
+  sound(s, when);
+  CHECK(info.degenerate == (open ? 0 : FLAT), "%s: %llu without area", when, (unsigned long long)info.degenerate);
+  const uint32_t keys = w->m[0].keys;
+  for (uint32_t k = 0; k < 2 * keys - 1; k++) {
+    const size_t want = open && k % 2 ? FLAT : 0, hits = hits_in_the_middle(s, w, (float)k / (float)(2 * keys - 2));
+    CHECK(hits == want, "%s: %zu hits at %u half keys, not %zu", when, hits, k, want);
+  }
+}
+
+/* What has area between its keys only is built, and comes with a refit; what never has any goes with one. */
+static void flat_between_keys(void) {
+  for (uint32_t k = 0; k < 12; k++) {
+    const uint32_t keys = 2 + k % 3;
+    const bool open = k / 3 % 2, refitted = k / 6 % 2;
+    mesh m = flat_at_keys(keys, open), first = flat_at_keys(keys, !open);
+    world w = world_of(refitted ? first : m);
+    pktrt_scene *s = world_scene(&w, PKTRT_ISA_AUTO, 0);
+    check_flat_at_keys(s, &w, refitted != open, "built");
+    w.m[0] = m;
+    for (uint32_t key = 0; key < keys && refitted; key++)
+      CHECK(pktrt_set_positions(s, 0, key, m.p + (size_t)key * m.nv * 3) == PKTRT_OK, "%s", pktrt_last_error(s));
+    CHECK(pktrt_refit(s) == PKTRT_OK, "%s", pktrt_last_error(s));
+    check_flat_at_keys(s, &w, open, refitted ? "refitted" : "refitted for nothing");
+    unsigned char *id = s->groups[0].blocks + 288; /* the control of the checker: the other answer is wrong */
+    const uint32_t other = open ? PKTRT_NONE : s->groups[0].block_triangles[0];
+    memcpy(id, &other, 4);
+    CHECK(tree_fault(s) && strstr(tree_fault(s), "id"), "%s", tree_fault(s) ? tree_fault(s) : "no fault is seen");
+    pktrt_scene_destroy(s);
+    mesh_free(&m), mesh_free(&first);
+  }
+}
+
 static void workers_of(int q) {
   for (int moves = 0; moves < 2; moves++) {
     static const int count[4] = {0, 1, 2, 7};
@@ -371,6 +449,63 @@ static void rebuild_policies(void) {
   }
 }
 
+/* Part of the way from a sphere to the same vertices in another order. */
+static void put_mixed(pktrt_scene *s, const mesh *m, const uint32_t *other, float part, pktrt_scene_info *info) {
+  float *p = malloc((size_t)m->nv * 12);
+  if (!p) abort();
+  for (uint32_t v = 0; v < m->nv; v++)
+    for (uint32_t a = 0; a < 3; a++) p[3 * v + a] = (1 - part) * m->p[3 * v + a] + part * m->p[3 * other[v] + a];
+  CHECK(pktrt_set_positions(s, 0, 0, p) == PKTRT_OK && pktrt_refit(s) == PKTRT_OK, "%s", pktrt_last_error(s));
+  pktrt_get_scene_info(s, info);
+  free(p);
+}
+
+static pktrt_scene *worn_scene(const mesh *m, pktrt_rebuild policy) {
+  pktrt_scene_desc d = scene_desc_of(PKTRT_ISA_AUTO, 0);
+  d.rebuild = policy;
+  pktrt_scene *s = pktrt_scene_create(&d);
+  CHECK(s && mesh_add(s, m, NULL) == PKTRT_OK && pktrt_commit(s) == PKTRT_OK, "%s", pktrt_last_error(s));
+  return s;
+}
+
+/* At 1.49 times the cost nothing is advised nor built anew, at 1.51 times it is. */
+static void rebuild_threshold(void) {
+  static const double costs[2] = {1.49, 1.51};
+  mesh m = mesh_sphere(4, 0, 1);
+  uint32_t *other = malloc(m.nv * sizeof *other);
+  if (!other) abort();
+  rng r = rng_of(4);
+  for (uint32_t v = 0; v < m.nv; v++) other[v] = rng_below(&r, m.nv);
+  for (int i = 0; i < 2; i++) {
+    float lo = 0, hi = 1, part = 0.5f; /* how far to go for that cost */
+    pktrt_scene_info info;
+    pktrt_scene *s = worn_scene(&m, PKTRT_REBUILD_NEVER);
+    for (int step = 0; step < 20; step++) {
+      put_mixed(s, &m, other, part, &info);
+      *(info.sah_now > costs[i] * info.sah_at_build ? &hi : &lo) = part;
+      part = 0.5f * (lo + hi);
+    }
+    put_mixed(s, &m, other, part, &info);
+    const double cost = info.sah_now / info.sah_at_build;
+    CHECK(fabs(cost - costs[i]) < 0.005 && !info.rebuild_advised, "%g of the cost, not %g", cost, costs[i]);
+    pktrt_scene_destroy(s);
+    for (int policy = PKTRT_REBUILD_ADVISE; policy <= PKTRT_REBUILD_AUTOMATIC; policy++) {
+      const bool advises = policy == PKTRT_REBUILD_ADVISE && i == 1, builds = policy == PKTRT_REBUILD_AUTOMATIC && i == 1;
+      hooks.warnings = hooks.notes = 0;
+      s = worn_scene(&m, (pktrt_rebuild)policy);
+      put_mixed(s, &m, other, part, &info);
+      CHECK(info.rebuild_advised == advises && hooks.warnings == advises && hooks.notes == builds,
+            "policy %d, %g of the cost: advised %d, %d warnings, %d notes", policy, cost, info.rebuild_advised, hooks.warnings,
+            hooks.notes);
+      CHECK((info.sah_now == info.sah_at_build) == builds, "policy %d, %g of the cost: %g now, %g when built", policy, cost,
+            info.sah_now, info.sah_at_build);
+      pktrt_scene_destroy(s);
+    }
+  }
+  free(other);
+  mesh_free(&m);
+}
+
 /* Input that tempts a builder into depth: exponentially shrinking triangles. */
 static void deep_input_of(int q) {
   mesh m = mesh_of(3 * 3000, 3000);
@@ -426,9 +561,11 @@ static void high_quality(void) {
 void suite_tree(void) {
   run("trees of all qualities are sound", structure);
   run("stable: the tree checker sees bounds that are one ulp off", checker_sees);
+  run("triangles that have area only between their keys are built, refitted and hit there", flat_between_keys);
   run("the high quality has a cheaper tree", high_quality);
   run("one, two and seven workers build and refit the same tree", workers);
   run("a commit leaves the trees of unchanged groups alone", one_mesh_only);
   run("each rebuild policy does what it says", rebuild_policies);
+  run("a rebuild is advised, or made, from 1.5 times the cost on", rebuild_threshold);
   run("geometric series build a tree of bounded depth", deep_input);
 }

@@ -97,7 +97,7 @@ static void rays_of_all_kinds(const world *w, uint64_t seed, bool wild, pktrt_ra
 }
 
 static size_t rays_traced;
-static void brute(const char *name, world w, uint64_t seed, bool wild) {
+static size_t brute_alone(const char *name, world w, uint64_t seed, bool wild) { /* returns how many rays; any thread */
   size_t n = 70 + scaled(4000000 / (1 + w.m[0].nt));
   if (n > 6000) n = 6000;
   pktrt_ray *rays = calloc(n, sizeof *rays);
@@ -105,10 +105,11 @@ static void brute(const char *name, world w, uint64_t seed, bool wild) {
   rays_of_all_kinds(&w, seed, wild, rays, n);
   size_t hits = against_brute_force(name, &w, rays, n);
   CHECK(hits > 0, "%s: rays hit something", name);
-  rays_traced += n;
   free(rays);
   world_free(&w);
+  return n;
 }
+static void brute(const char *name, world w, uint64_t seed, bool wild) { rays_traced += brute_alone(name, w, seed, wild); }
 
 static void brute_static(void) {
   rays_traced = 0;
@@ -164,20 +165,25 @@ static void brute_ties(void) {
   say("%zu rays", rays_traced);
 }
 
+enum { SCALES = 8 };
+static void brute_scale(void *traced, size_t i) { /* at rest, and moving */
+  static const float scales[SCALES] = {1e-20f, 1e-30f, 1e-8f, 1e8f, 1e20f, 1e29f, 1e-38f, 1e-42f};
+  const float scale = scales[i / 2];
+  const bool moves = i % 2;
+  world w = world_of(mesh_soup(200, 0.5f, 5 + i / 2));
+  if (moves) mesh_move(&w.m[0], 2, 0.1f, 0.1f, 3);
+  world_place(&w, scale, 0, 0, 0);
+  char name[64];
+  snprintf(name, sizeof name, "scale %g%s", (double)scale, moves ? ", moving" : "");
+  ((size_t *)traced)[i] = brute_alone(name, w, 20 + i / 2, scale > 1e-21f && scale < 1e21f);
+}
+
+/* Side by side: arithmetic on denormal numbers is slow. */
 static void brute_scales(void) {
-  static const float scales[8] = {1e-20f, 1e-30f, 1e-8f, 1e8f, 1e20f, 1e29f, 1e-38f, 1e-42f};
-  rays_traced = 0;
-  for (int i = 0; i < 8; i++) {
-    for (int moves = 0; moves < 2; moves++) {
-      world w = world_of(mesh_soup(200, 0.5f, 5 + (uint64_t)i));
-      if (moves) mesh_move(&w.m[0], 2, 0.1f, 0.1f, 3);
-      world_place(&w, scales[i], 0, 0, 0);
-      char name[64];
-      snprintf(name, sizeof name, "scale %g%s", (double)scales[i], moves ? ", moving" : "");
-      brute(name, w, 20 + (uint64_t)i, scales[i] > 1e-21f && scales[i] < 1e21f);
-    }
-  }
-  say("%zu rays", rays_traced);
+  size_t traced[2 * SCALES], sum = 0;
+  threads_for(2, 2 * SCALES, brute_scale, traced);
+  for (size_t i = 0; i < 2 * SCALES; i++) sum += traced[i];
+  say("%zu rays", sum);
 }
 
 static void brute_offsets(void) {

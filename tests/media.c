@@ -195,13 +195,14 @@ static void mirror_in_glass(void) {
 }
 
 /* What is reflected within glass and meets no glass on its way is dimmed on all of it: from a mirror there, from the inside of
-   its surface, from glass in it. The camera stands between what reflects and a lamp. */
+   its surface, from glass in it, from a sheet seen from its inside. The camera stands between what reflects and a lamp. */
 static void reflected_in_glass(void) {
   static const struct {
     const char *name;
     double ior, inner_ior; /* 0: no box within */
     double eye, at, lamp;  /* z of the camera, of what reflects, of the lamp behind the camera */
-  } seen[] = {{"a mirror", 1, 0, 1, -1, 2}, {"the surface from inside", 1.5, 0, 1, 3, -2}, {"glass in glass", 1, 1.5, 2, 1, 2.5}};
+  } seen[] = {{"a mirror", 1, 0, 1, -1, 2}, {"the surface from inside", 1.5, 0, 1, 3, -2}, {"glass in glass", 1, 1.5, 2, 1, 2.5},
+              {"a sheet", 1.5, 0, -1, 0, -2}};
   static const slab outer = {-3, 3, 0.5}, inner = {-1, 1, 0.25};
   for (size_t k = 0; k < COUNT(seen); k++) {
     for (int place = 0; place < 3; place++) {
@@ -210,7 +211,7 @@ static void reflected_in_glass(void) {
       pktrt_scene *s = stage_open();
       for (int i = 0; i < (seen[k].inner_ior > 0 ? 2 : 1); i++) {
         pktrt_material glass = material_of(0, PKTRT_SPECULAR_DIELECTRIC, 0);
-        mesh m = slab_mesh(i ? &inner : &outer, place);
+        mesh m = k == 3 ? mesh_of(0, 0) : slab_mesh(i ? &inner : &outer, place);
         glass.ior[0] = (float)(i ? seen[k].inner_ior : seen[k].ior);
         for (int a = 0; a < 3; a++) glass.absorption[a] = (float)(i ? inner.absorption : outer.absorption) * (float)(a + 1) / 2;
         stage_mesh(s, &m, stage_material(s, &glass));
@@ -220,6 +221,7 @@ static void reflected_in_glass(void) {
       const vec o = turned(place, 0, 0, seen[k].at);
       const quad q = quad_of(o, vec_sub(turned(place, 7, 0, seen[k].at), o), vec_sub(turned(place, 0, 7, seen[k].at), o));
       if (k == 0) stage_quad(s, &q, stage_material(s, &mirror));
+      if (k == 3) stage_quad(s, &q, 1);
       add_plate(s, &u, seen[k].lamp, true);
       stage_commit(s);
       pktrt_render_desc d = straight(&u, PKTRT_MODE_WRT, got, seen[k].eye, seen[k].at);

@@ -237,9 +237,9 @@
    in these counts, and a single ray tests eight boxes at once):
 
                                        boxes    triangles
-       single rays                      123        12
-       fast path (8 x 8 pixels)          24        10
-       paper path, 8 x 8 pixels          28        13
+       single rays                      121        12
+       fast path (8 x 8 pixels)          24         8
+       paper path, 8 x 8 pixels          29        13
        paper path, 16 x 16 pixels        28        13
 
    Pictures. Three kinds, as in the paper. RCS casts primary and shadow rays. WRT (Whitted 1980) follows reflection and
@@ -733,7 +733,7 @@ typedef struct pktrt_counts {
   uint64_t hits;
   uint64_t packets;         /* packets (or streams, or single rays) formed of them */
   uint64_t node_visits;     /* nodes opened, by a packet or a ray */
-  uint64_t box_tests;       /* lanes: ray against child box */
+  uint64_t box_tests;       /* lanes: ray against child box; empty places of nodes do not count */
   uint64_t triangle_tests;  /* lanes: ray against triangle */
   uint64_t first_hits;      /* paper path: child entered because the first active ray hit it */
   uint64_t interval_culls;  /* paper path: child dropped by interval arithmetic, all rays at once */

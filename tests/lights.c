@@ -581,12 +581,14 @@ static void edges_of_panes(void) {
     rng r = rng_of(i / (uint32_t)isa_count);
     const uint32_t a = rng_below(&r, 2) ? 2 : 0; /* x or z */
     const float place = 520 + (float)rng_below(&r, 0x700000) * ulp, aside = (float)rng_below(&r, 24) * ulp;
-    const float edge = place + (float)(0.5 * (double)aside) + ((float)rng_below(&r, 3) - 1) * ulp, half = rng_below(&r, 2) ? 1.5f : -1.5f;
+    const float half = rng_below(&r, 2) ? 1.5f : -1.5f, off = ((float)rng_below(&r, 3) - 1) * ulp;
+    const float edge = place + (float)(0.5 * (double)aside) + off;
     const pktrt_scene_desc desc = scene_desc_of(isas[i % (uint32_t)isa_count], 0);
     pktrt_scene *s = pktrt_scene_create(&desc);
     pktrt_material diffuse = material_of(albedo, PKTRT_SPECULAR_NONE, 0), glass = material_of(0, PKTRT_SPECULAR_DIELECTRIC, 0);
     pktrt_light l = light_of(PKTRT_LIGHT_POINT, 4 * PI);
-    float floor[12] = {-1, 0, -1, -1, 0, 1, 1, 0, 1, 1, 0, -1}, pane[12] = {-1.5f, 1, -1.5f, -1.5f, 1, 1.5f, 1.5f, 1, 1.5f, 1.5f, 1, -1.5f};
+    float floor[12] = {-1, 0, -1, -1, 0, 1, 1, 0, 1, 1, 0, -1};
+    float pane[12] = {-1.5f, 1, -1.5f, -1.5f, 1, 1.5f, 1.5f, 1, 1.5f, 1.5f, 1, -1.5f};
     mesh m = mesh_of(4, 2);
     memcpy(m.i, (uint32_t[6]){0, 1, 2, 0, 2, 3}, 24), memcpy(m.p, floor, sizeof floor);
     for (uint32_t v = 0; v < 4; v++) m.p[3 * v + a] += place, pane[3 * v + a] += edge + half;

@@ -33,7 +33,7 @@ best_of_three() { # threads: the row of the quickest
 }
 
 {
-  "$build/provenance" bench/pictures.sh
+  "$build/provenance" make bench-pictures ${SIZE:+SIZE=$SIZE} ${SIZE_DRT:+SIZE_DRT=$SIZE_DRT}
   echo scene,mode,width,height,samples,threads,counted,rays_per_sample,depth,mrays,seconds
   for scene in poolhall conference rtrt; do
     picture $scene rcs 1 --size "${SIZE:-1024x1024}"

@@ -54,16 +54,19 @@ function origin(name, what,    line, at) {
 }
 function number_of(version,    v) { split(version, v, "."); return v[1] * 10000 + v[2] * 100 + v[3] }
 function caption(name,    text) {
-  text = "Version " origin(name, "version") "; " origin(name, "machine") "; " origin(name, "date") "; `" origin(name, "command") "`."
+  text = "Version " origin(name, "version") "; " origin(name, "machine") "; " origin(name, "date")
+  text = text "; `" origin(name, "command") "`."
   if (name ~ /^(figure[678]|section4)$/ && number_of(origin(name, "version")) < 600)
-    text = text " Boxes of the fast path count eight places for each node, empty ones too: about 1.37 times as many as are there." \
-      " (Counted as they are from 0.6.0 on.)"
+    text = text " Boxes of the fast path count eight places for each node, empty ones too: about 1.37 times" \
+      " as many as are there. (Counted as they are from 0.6.0 on.)"
   return text
 }
 # For tables of several files: a cell of each row, and the line below.
 function measured(name,    machine) {
-  machine = origin(name, "machine"); sub(/,.*/, "", machine)
-  if (!((origin(name, "machine")) in machines)) { machines[origin(name, "machine")] = 1; all_machines = all_machines (all_machines == "" ? "" : "; ") origin(name, "machine") }
+  machine = origin(name, "machine")
+  if (!(machine in machines)) all_machines = all_machines (all_machines == "" ? "" : "; ") machine
+  machines[machine] = 1
+  sub(/,.*/, "", machine)
   return origin(name, "version") ", " machine ", " origin(name, "date")
 }
 function begin_rows(    m) { for (m in machines) delete machines[m]; all_machines = "" }
@@ -71,14 +74,15 @@ function end_rows() { print "\nMachines: " all_machines "." }
 
 # --- the README's first figures ---
 
-function scene_row(what, baseline, paper, name, v,    scenes, i, cells, worst, digits) {
+function scene_row(what, baseline, paper, name, v,    scenes, i, cells, worst) {
   split("conference rtrt poolhall", scenes, " ")
   for (i = 1; i <= 3; i++) {
     if (v[scenes[i]] == "") { cells = cells " |"; continue }
     cells = cells sprintf(" %.2f |", v[scenes[i]])
     if (worst == "" || v[scenes[i]] < v[worst]) worst = scenes[i]
   }
-  print "| " what " | " baseline " | " paper " |" cells " " sprintf("%.2f, %s", v[worst], worst) " | " measured(name) " |"
+  worst = sprintf("%.2f, ", v[worst]) (worst == "poolhall" ? "pool hall" : worst)
+  print "| " what " | " baseline " | " paper " |" cells " " worst " | " measured(name) ", `" origin(name, "command") "` |"
 }
 function clear(v,    i) { for (i in v) delete v[i] }
 function table_first(    f, paper, fast, widest, v, p, s) {
@@ -95,11 +99,15 @@ function table_first(    f, paper, fast, widest, v, p, s) {
     p["conference"] ", " p["rtrt"] ", " p["poolhall"], "table1", paper)
   scene_row("the same, fast path, " widest, "its single secondary rays, each against eight boxes at once", "", "table1", fast)
   while (next_row("table3", f))
-    if (f["of"] == "all" && f["path"] == "paper" && f["samples"] == 64 && f["speedup"] > 0) { v[f["scene"]] = f["speedup"]; p["3"] = f["paper_speedup"] }
-  scene_row("packets of a pixel's 64 samples, distribution ray tracing, paper path", "single secondary rays of the paper path", p["3"], "table3", v)
+    if (f["of"] == "all" && f["path"] == "paper" && f["samples"] == 64 && f["speedup"] > 0) {
+      v[f["scene"]] = f["speedup"]; p["3"] = f["paper_speedup"]
+    }
+  scene_row("packets of a pixel's 64 samples, distribution ray tracing, paper path",
+    "single secondary rays of the paper path", p["3"], "table3", v)
   clear(v)
   while (next_row("section31", f)) if (f["of"] == "all" && f["packets"] == "8x8") v[f["scene"]] = f["fewer_tests"]
-  scene_row("fewer tests of a ray and a box or triangle by packets of 8x8 (amortisation, section 3.1)", "rays traced alone, paper path", "~1.5", "section31", v)
+  scene_row("fewer tests of a ray and a box or triangle by packets of 8x8 (amortisation, section 3.1)",
+    "rays traced alone, paper path", "~1.5", "section31", v)
   clear(v)
   while (next_row("embree_rcs", f)) {
     s = f["scene"]
@@ -107,21 +115,24 @@ function table_first(    f, paper, fast, widest, v, p, s) {
     else if (!((s " " f["of"]) in fast) || f["seconds"] < fast[s " " f["of"]]) fast[s " " f["of"]] = f["seconds"]
   }
   for (s in p) if (paper["seconds " s] > 0) v[s] = (fast[s " primary"] + fast[s " shadow"]) / paper["seconds " s]
-  scene_row("ray casting with all its shading, fast path, " widest, "Embree's fastest mode, which only traces the rays", "", "embree_rcs", v)
+  scene_row("ray casting with all its shading, fast path, " widest, "Embree's fastest mode, which only traces the rays", "",
+    "embree_rcs", v)
   end_rows()
 }
 
 # --- the README's pictures and other figures ---
 
-function table_pictures(    f, sum) {
+function table_pictures(    f, sum, spp, depth, seconds) {
   print "| picture | size | rays per sample | depth of the ray tree | Mrays/s | seconds |"
   print "|---|---|---:|---:|---:|---:|"
   while (next_row("pictures", f)) {
     if (f["counted"] != 1) continue
     sum += f["seconds"]
-    printf "| `%s` %s | %d x %d%s | %.2f | %s | %.1f | %s |\n", f["scene"], f["mode"], f["width"], f["height"],
-      (f["samples"] > 1 ? ", " f["samples"] " spp" : ""), f["rays_per_sample"], (f["depth"] > 0 ? sprintf("%.2f", f["depth"]) : "0"),
-      f["mrays"], sprintf(f["seconds"] < 1 ? "%.2f" : "%.1f", f["seconds"])
+    spp = f["samples"] > 1 ? ", " f["samples"] " spp" : ""
+    depth = f["depth"] > 0 ? sprintf("%.2f", f["depth"]) : "0"
+    seconds = sprintf(f["seconds"] < 1 ? "%.2f" : "%.1f", f["seconds"])
+    printf "| `%s` %s | %d x %d%s | %.2f | %s | %.1f | %s |\n", f["scene"], f["mode"], f["width"], f["height"], spp,
+      f["rays_per_sample"], depth, f["mrays"], seconds
   }
   printf "\nAll nine: %.0f s. ", sum
 }
@@ -149,25 +160,30 @@ function rows_of_stability(    f, n, found, tried, caught, at, ulps, uv) {
     if (f["case"] ~ /, [uv]$/) { if (f["value"] > uv) uv = f["value"] }
     else if (f["value"] > ulps) ulps = f["value"]
   }
+  at = "watertight leaks"
   figure_row("rays aimed at vertices and edges of closed meshes", "`make stability`", "stability",
-    sprintf("%s rays, %d leak; Moeller-Trumbore, on a part of them: 1 in %.0f", millions(n["watertight leaks"]), found["watertight leaks"],
-      tried["watertight leaks"] / caught["watertight leaks"]))
+    sprintf("%s rays, %d leak; Moeller-Trumbore, on a part of them: 1 in %.0f", millions(n[at]), found[at],
+      tried[at] / caught[at]))
   figure_row("packets against the same rays one by one", "`make stability`", "stability",
     sprintf("%s answers, %d hits lost", millions(n["culling lost"]), found["culling lost"]))
+  at = "secondary hits of the triangle left"
   figure_row("rays that leave a surface and meet the same triangle", "`make stability`", "stability",
-    sprintf("%d of %s", found["secondary hits of the triangle left"], millions(n["secondary hits of the triangle left"])))
-  figure_row("distance of hits from the exact point, 99.9% of rays, well-conditioned (others are in `bench/README.md`)", "`make stability`",
-    "stability", sprintf("within %.1f ulps of the largest coordinate; u and v: %.1f", ulps, uv))
+    sprintf("%d of %s", found[at], millions(n[at])))
+  figure_row("distance of hits from the exact point, 99.9% of rays, well-conditioned (others are in `bench/README.md`)",
+    "`make stability`", "stability", sprintf("within %.1f ulps of the largest coordinate; u and v: %.1f", ulps, uv))
 }
 function rows_of_points(    f, worst, over, at) {
   while (next_row("error_slopes", f)) {
     at = f["kind"] f["dimensions"]
     if (f["sampler"] == "sobol" && (!(at in worst) || f["slope"] > worst[at])) worst[at] = f["slope"]
   }
-  figure_row("slope of log RMSE over log samples, Sobol' points, worst: smooth in 1, 2, 4 dimensions; steps in 1, 2, 4", "`make error`",
-    "error_slopes", sprintf("%.2f, %.2f, %.2f; %.2f, %.2f, %.2f", worst["smooth1"], worst["smooth2"], worst["smooth4"], worst["step1"],
-      worst["step2"], worst["step4"]))
-  while (next_row("error_bounds", f)) if (f["sobol"] / f["least"] > over[f["dimensions"]]) over[f["dimensions"]] = f["sobol"] / f["least"]
+  figure_row("slope of log RMSE over log samples, Sobol' points, worst: smooth in 1, 2, 4 dimensions; steps in 1, 2, 4",
+    "`make error`", "error_slopes", sprintf("%.2f, %.2f, %.2f; %.2f, %.2f, %.2f", worst["smooth1"], worst["smooth2"],
+      worst["smooth4"], worst["step1"], worst["step2"], worst["step4"]))
+  while (next_row("error_bounds", f)) {
+    at = f["dimensions"]
+    if (f["sobol"] / f["least"] > over[at]) over[at] = f["sobol"] / f["least"]
+  }
   figure_row("RMSE of Sobol' points over the least that any points scrambled alike can have, 2 and 4 dimensions, 4 to 256 samples, at most",
     "`make error`", "error_bounds", sprintf("%.3f, %.3f", over[2], over[4]))
 }
@@ -179,15 +195,17 @@ function rows_of_estimates(    f, n, rmse, relative, g) {
     n[g] += f["runs"]; rmse[g] += f["runs"] * f["rmse_within"]; relative[g] += f["runs"] * f["relative_within"]
   }
   figure_row("estimated error within 25% of the true one: RMSE, relative MSE", "`make error`", "error_estimates",
-    sprintf("%s, %s of runs; scenes with a closed form: %s, %s; DRT in small pictures: %s, %s", percent(rmse[0] + rmse[1], n[0] + n[1]),
-      percent(relative[0] + relative[1], n[0] + n[1]), percent(rmse[0], n[0]), percent(relative[0], n[0]), percent(rmse[1], n[1]),
-      percent(relative[1], n[1])))
+    percent(rmse[0] + rmse[1], n[0] + n[1]) ", " percent(relative[0] + relative[1], n[0] + n[1]) " of runs" \
+    "; scenes with a closed form: " percent(rmse[0], n[0]) ", " percent(relative[0], n[0]) \
+    "; DRT in small pictures: " percent(rmse[1], n[1]) ", " percent(relative[1], n[1]))
 }
 function rows_of_targets(    f, n, met, m) {
   while (next_row("error_targets", f)) { m = f["measure"]; n[m] += f["runs"]; met[m] += f["runs"] * f["met"] }
-  figure_row("render that stops at a target: true error at most 1.15 times as large; RMSE, relative MSE", "`make error`", "error_targets",
+  figure_row("render that stops at a target: true error at most 1.15 times as large; RMSE, relative MSE",
+    "`make error`", "error_targets",
     percent(met["RMSE"], n["RMSE"]) ", " percent(met["relative MSE"], n["relative MSE"]) " of runs")
 }
+function pair(ratio, scene) { return sprintf("%.2f, %.2f", ratio[scene, 8], ratio[scene, 16]) }
 # As bench/error_estimates.h has it: uniform passes are independent, so their squared error is that of one over their number.
 function rows_of_adaptive(    f, one, seconds, points, way, scenes, n, i, s, passes, ratio, worst, text) {
   while (next_row("error_adaptive", f)) {
@@ -205,8 +223,12 @@ function rows_of_adaptive(    f, one, seconds, points, way, scenes, n, i, s, pas
     }
   }
   figure_row("time of adaptive passes for the RMSE of uniform ones, budgets of 8 and 16 passes", "`make error`", "error_adaptive",
-    sprintf("pool hall %.2f, %.2f; conference %.2f, %.2f; rtrt %.2f, %.2f; worst of %d scenes %.2f (%s)", ratio["poolhall", 8],
-      ratio["poolhall", 16], ratio["conference", 8], ratio["conference", 16], ratio["rtrt", 8], ratio["rtrt", 16], n, worst, text))
+    "pool hall " pair(ratio, "poolhall") "; conference " pair(ratio, "conference") "; rtrt " pair(ratio, "rtrt") \
+    sprintf("; worst of %d scenes %.2f (%s)", n, worst, text))
+}
+function mean_of(logs, n, moving,    k, m) {
+  k = "Kensler-Shirley" moving; m = "Moeller-Trumbore" moving
+  return sprintf("%.2f, %.2f", exp(logs[k] / n[k]), exp(logs[m] / n[m]))
 }
 function rows_of_exactness(    f, n, logs, at, worst, where) {
   while (next_row("exactness", f)) {
@@ -215,10 +237,9 @@ function rows_of_exactness(    f, n, logs, at, worst, where) {
     n[at]++; logs[at] += log(f["ratio"])
     if (f["ratio"] > worst) { worst = f["ratio"]; where = f["scene"] ", " f["kind"] }
   }
-  figure_row("time that exactness costs, beside the tests of Kensler and Shirley, of Moeller and Trumbore in the same kernels (AVX-512)",
-    "`make exactness`", "exactness", sprintf("%.2f, %.2f times at rest, %.2f, %.2f moving; worst %.2f (%s)",
-      exp(logs["Kensler-Shirley0"] / n["Kensler-Shirley0"]), exp(logs["Moeller-Trumbore0"] / n["Moeller-Trumbore0"]),
-      exp(logs["Kensler-Shirley1"] / n["Kensler-Shirley1"]), exp(logs["Moeller-Trumbore1"] / n["Moeller-Trumbore1"]), worst, where))
+  figure_row("time that exactness costs, beside the tests of Kensler and Shirley, of Moeller and Trumbore in the same kernels" \
+    " (AVX-512)", "`make exactness`", "exactness", sprintf("%s times at rest, %s moving; worst %.2f (%s)", mean_of(logs, n, 0),
+      mean_of(logs, n, 1), worst, where))
 }
 function table_figures() {
   begin_rows()
@@ -230,12 +251,16 @@ function table_figures() {
 
 # --- the pool hall beside Embree, of rows like those of peers.csv ---
 
-function table_peers_poolhall(    f, v, isa, kinds, names, n, i, k, runs, line, unit, moving, digits) {
+function table_peers_poolhall(    f, v, kinds, names, n, i, k, runs, line, moving, ratio) {
   while (next_row("peers_poolhall", f)) {
-    k = f["what"]; if (f["isa"] == "avx512") isa = "avx512"
-    if (f["library"] == "ratio" && f["mode"] == "time of a run") runs[k] = runs[k] (runs[k] == "" ? "" : ", ") sprintf("%.2f", f["median"])
-    if (f["setting"] ~ /^moving/) { if (f["library"] == "ratio" && f["mode"] == "many" && f["isa"] == "avx512") moving[k] = f["median"]; continue }
-    if (f["library"] == "ratio") v[f["isa"], k, f["mode"]] = f["median"]
+    k = f["what"]
+    ratio = f["library"] == "ratio"
+    if (ratio && f["mode"] == "time of a run") runs[k] = runs[k] (runs[k] == "" ? "" : ", ") sprintf("%.2f", f["median"])
+    if (f["setting"] ~ /^moving/) {
+      if (ratio && f["mode"] == "many" && f["isa"] == "avx512") moving[k] = f["median"]
+      continue
+    }
+    if (ratio) v[f["isa"], k, f["mode"]] = f["median"]
     else if (f["isa"] == "avx512") {
       if (f["library"] == "pktrt" && f["mode"] !~ /^(_n|_soa|time)$/) continue
       if (f["unit"] !~ /^(Mrays\/s|ms)$/) continue
@@ -249,8 +274,8 @@ function table_peers_poolhall(    f, v, isa, kinds, names, n, i, k, runs, line, 
     "build, ms (less is better);refit, ms (less is better)", names, ";")
   for (i = 1; i <= n; i++) {
     k = kinds[i]; line = i > 7 ? "time" : "many"
-    printf "| %s%s | %.1f | %.1f | %.2f | %.2f |", names[i], runs[k] == "" ? "" : "; ratios of other runs: " runs[k], v["Embree", k], v["pktrt", k],
-      v["avx512", k, line], v["avx2", k, line]
+    if (runs[k] != "") names[i] = names[i] "; ratios of other runs: " runs[k]
+    printf "| %s | %.1f | %.1f | %.2f | %.2f |", names[i], v["Embree", k], v["pktrt", k], v["avx512", k, line], v["avx2", k, line]
     if (i > 7) print " |"; else printf " %.2f |\n", v["avx512", k, "single"]
   }
   printf "\nWhere the hall turns and every ray has a time of its own, in the same order: "

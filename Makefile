@@ -46,7 +46,7 @@ ifeq ($(MAKELEVEL),0)
 endif
 
 .PHONY: all demo effects deform view test-view readme-pictures test test-leaveout sanitize test-neon matrix platforms checksum flags test-guards deps deps-extra format clean help
-.PHONY: map bench bench-check bench-plots bench-readme peers exactness error error-check leaveout leaveout-check
+.PHONY: map figures bench bench-check bench-plots bench-readme bench-pictures bench-tests peers exactness error error-check leaveout leaveout-check
 .PHONY: stability stability-neon stability-sanitize sanitize-threads fuzz
 .DELETE_ON_ERROR:
 
@@ -72,7 +72,9 @@ help:
 	@echo "test-guards the header behind hostile macros and windows.h; what a library exports"
 	@echo "bench       measures the paper's results, all or NAME=\"table1 figure6\"; BENCH_ARGS=... passes options"
 	@echo "bench-check of these, what must hold, in two minutes, and that its controls fail"
-	@echo "bench-plots, bench-readme  plots, and the tables of bench/README.md, of what has been measured"
+	@echo "bench-plots, bench-readme  plots, and the tables of both READMEs, of what has been measured"
+	@echo "bench-pictures  measures the README's pictures, in two minutes; bench-tests  counts the rays that tests compare"
+	@echo "figures     names the tables of figures that are older than the header; each must say where it is from"
 	@echo "peers       races Embree in ten minutes; MESHES=\"FILE DIR\" of these too, FULL=1 everything, BENCH_ARGS=... options"
 	@echo "exactness   pktrt beside copies of itself with textbook tests of triangles, in three minutes"
 	@echo "error       error against run time in ten minutes; NAME=\"slopes closed\" of these; error-check what must hold, in two"
@@ -136,7 +138,7 @@ readme-pictures: effects
 
 # --- tests ---
 
-$(B)/tests/%.o: tests/%.c $(wildcard tests/*.h tests/fuzz/*.h) $(EXAMPLE_HEADERS) pktrt.h | $(B)/tests/fuzz
+$(B)/tests/%.o: tests/%.c $(wildcard tests/*.h tests/fuzz/*.h) bench/provenance.h $(EXAMPLE_HEADERS) pktrt.h | $(B)/tests/fuzz
 	$(CC) $(CFLAGS) $(STRICT) -c $< -o $@
 
 $(B)/test: $(TEST_OBJECTS)
@@ -196,14 +198,15 @@ stability-sanitize:
 # --- fuzzing: libFuzzer comes with clang ---
 
 # Each target for TIME seconds, from the inputs kept in tests/fuzz/corpus; what it finds interesting goes to build/fuzz, and so
-# does an input that crashes. TARGETS="scene" picks some. `make test` replays the kept ones.
+# does an input that crashes. TARGETS="scene" picks some. `make test` replays the kept ones. KEEP=1 keeps how
+# many inputs were tried, for bench/README.md.
 TIME = 600
 TARGETS = scene query settings mesh_file
 FUZZ_FLAGS = -O1 -g1 -fsanitize=fuzzer-no-link $(SANITIZERS)
 FUZZ_OBJECTS = $(addprefix build/fuzz/,fuzz.o reference.o pktrt.o)
 fuzz:
 	@command -v clang >/dev/null || { echo "fuzz: clang is not installed (make deps-extra)"; exit 1; }
-	$(BUILD) $(TARGETS:%=build/fuzz/%)
+	$(BUILD) $(TARGETS:%=build/fuzz/%) $(if $(KEEP),$(B)/provenance)
 	@set -e; for target in $(TARGETS); do \
 	  echo "$$target, $(TIME) s"; mkdir -p build/fuzz/found/$$target; \
 	  build/fuzz/$$target -max_total_time=$(TIME) -max_len=1024 -timeout=10 -rss_limit_mb=1024 -print_final_stats=1 \
@@ -211,6 +214,11 @@ fuzz:
 	    { tail -40 build/fuzz/$$target.txt; exit 1; }; \
 	  grep -E 'cov:|number_of_executed' build/fuzz/$$target.txt | tail -2; \
 	done
+ifneq ($(KEEP),)
+	@{ $(B)/provenance make fuzz TIME=$(TIME); echo target,seconds,inputs; for target in $(TARGETS); do \
+	  echo "$$target,$(TIME),$$(awk '/number_of_executed_units/ { print $$2 }' build/fuzz/$$target.txt)"; done; } >$(RESULTS)/fuzz.csv
+	@$(MAKE) --no-print-directory bench-readme
+endif
 
 $(TARGETS:%=build/fuzz/%): build/fuzz/%: tests/fuzz/main.c build/fuzz/%.o $(FUZZ_OBJECTS)
 	clang $(FUZZ_FLAGS) -fsanitize=fuzzer $(STRICT) -DTARGET=fuzz_$* $^ -o $@ $(LDLIBS)
@@ -284,16 +292,30 @@ else
 	@[ ! -s $(RESULTS)/peers.csv ] || gnuplot -e "results='$(RESULTS)'" bench/peers.gp
 endif
 
-# The tables of bench/README.md stand between the marks <!-- NAME --> and <!-- /NAME -->.
+# The tables of README.md and bench/README.md stand between the marks <!-- NAME --> and <!-- /NAME -->.
 bench-readme:
-	@awk -v results=$(RESULTS) ' \
-	  inside && $$0 == "<!-- /" name " -->" { inside = 0 } \
-	  !inside { print } \
-	  /^<!-- [a-z0-9_]+ -->$$/ { \
-	    name = $$2; file = results "/" name ".md"; \
-	    if ((getline line < file) > 0) { inside = 1; print ""; do print line; while ((getline line < file) > 0) } \
-	  }' bench/README.md >$(RESULTS)/README.new
-	@mv $(RESULTS)/README.new bench/README.md
+	@set -e; for file in README.md bench/README.md; do \
+	  awk -v results=$(RESULTS) -f bench/readme.awk $$file >$(RESULTS)/README.new; mv $(RESULTS)/README.new $$file; \
+	done
+
+# Which tables are older than the header; that all say where they are from, and are made of files.
+figures:
+	.ci/figures
+
+# The README's table of pictures, on a quiet machine.
+bench-pictures: | $(RESULTS)
+	$(BUILD) $(B)/render $(B)/provenance
+	bench/pictures.sh $(B) $(RESULTS)
+	@$(MAKE) --no-print-directory bench-readme
+
+# The README's count of rays compared.
+bench-tests: | $(RESULTS)
+	$(BUILD) $(B)/test $(B)/provenance
+	bench/tests.sh $(B) $(RESULTS)
+	@$(MAKE) --no-print-directory bench-readme
+
+$(B)/provenance: bench/provenance.c bench/provenance.h pktrt.h | $(B)
+	$(CC) $(CFLAGS) $(STRICT) $< -o $@ $(LDFLAGS)
 
 $(RESULTS):
 	mkdir -p $@
@@ -309,6 +331,7 @@ ifeq ($(EMBREE),)
 else
 	$(BUILD) $(B)/peers
 	$(B)/peers --results $(RESULTS) $(if $(FULL),--full) $(BENCH_ARGS) $(MESHES)
+	grep -E '^(#|scene,|poolhall,)' $(RESULTS)/peers.csv >$(RESULTS)/peers_poolhall.csv
 	@$(MAKE) --no-print-directory bench-plots bench-readme
 endif
 
@@ -364,7 +387,7 @@ $(REFERENCES)/made: pktrt.h $(EXAMPLE_HEADERS)
 $(B)/pktrt.o: pktrt.h | $(B)
 	$(CC) $(CFLAGS) $(STRICT) -DPKTRT_IMPLEMENTATION -x c -c $< -o $@
 
-$(B)/error: bench/error.c $(wildcard bench/error*.h) bench/bench.h $(EXAMPLE_HEADERS) pktrt.h $(B)/pktrt.o
+$(B)/error: bench/error.c $(wildcard bench/error*.h) bench/bench.h bench/provenance.h $(EXAMPLE_HEADERS) pktrt.h $(B)/pktrt.o
 	$(CC) $(CFLAGS) $(STRICT) $< $(B)/pktrt.o -o $@ $(LDFLAGS) $(LDLIBS)
 
 # What features cost where they are not. Objects and programs are named by the switches that they are built with, as in
@@ -382,8 +405,9 @@ LEAVEOUT_QUERIES = $(ONE_SET)+NO_STATS+NO_PAPER+NO_MOTION $(ONE_SET)+NO_STATS+NO
 LEAVEOUT_DEFINES = $(patsubst %,-DPKTRT_%,$(filter-out full,$(subst +, ,$*)))
 LEAVEOUT_BUILT = $(addprefix $(LEAVEOUT)/,full $(LEAVEOUT_SWITCHES) $(LEAVEOUT_ALL) $(LEAVEOUT_QUERIES:%=%.o) full-O0.o)
 leaveout: | $(RESULTS)
-	$(BUILD) $(LEAVEOUT_BUILT)
-	CC="$(CC)" ALL=$(LEAVEOUT_ALL) QUERIES="$(LEAVEOUT_QUERIES)" $(PIN) bench/leaveout.sh $(LEAVEOUT) $(RESULTS)
+	$(BUILD) $(LEAVEOUT_BUILT) $(B)/provenance
+	CC="$(CC)" ALL=$(LEAVEOUT_ALL) QUERIES="$(LEAVEOUT_QUERIES)" PROVENANCE=$(B)/provenance $(PIN) \
+	  bench/leaveout.sh $(LEAVEOUT) $(RESULTS)
 	@$(MAKE) --no-print-directory bench-readme
 
 leaveout-check:
@@ -398,7 +422,7 @@ $(LEAVEOUT)/%.o: pktrt.h | $(LEAVEOUT)
 	$(LEAVEOUT_CC) -DPKTRT_IMPLEMENTATION -x c -c $< -o $@
 
 .PRECIOUS: $(LEAVEOUT)/%.o
-$(LEAVEOUT)/%: bench/leaveout.c bench/bench.h examples/common.h $(LEAVEOUT)/%.o
+$(LEAVEOUT)/%: bench/leaveout.c bench/bench.h bench/provenance.h examples/common.h $(LEAVEOUT)/%.o
 	$(LEAVEOUT_CC) $< $(LEAVEOUT)/$*.o -o $@ $(LDFLAGS) $(LDLIBS)
 
 $(LEAVEOUT):

@@ -4,6 +4,7 @@
 #define BENCH_H
 
 #include "../examples/common.h"
+#include "provenance.h"
 #include <sys/mman.h>
 
 EX_UNUSED static void fatal(const char *what) {
@@ -41,7 +42,14 @@ EX_UNUSED static double median_of(double *v, unsigned n) {
   return 0.5 * (v[n / 2] + v[(n - 1) / 2]);
 }
 
-/* Where figures go: what the README shows to the terminal and to DIRECTORY/NAME.md, all of them to NAME.csv. */
+/* The command that measures, as the figures name it. A program tells it before it reads its options. */
+static char bench_command[4096] = "unknown";
+EX_UNUSED static void bench_begin(int argc, char **argv) {
+  join_command(bench_command, sizeof bench_command, argc, argv);
+}
+
+/* Where figures go: what the README shows to the terminal and to DIRECTORY/NAME.md, all of them to NAME.csv, which says
+   in its first line where they come from. */
 typedef struct results {
   const char *directory, *name; /* directory NULL: to the terminal only */
   FILE *csv, *md;
@@ -84,6 +92,7 @@ static void close_result(FILE **file) {
 EX_UNUSED static void results_open(results *to, const char *directory, const char *name) {
   to->directory = directory, to->name = name;
   to->csv = open_result(to, "csv"), to->md = open_result(to, "md");
+  if (to->csv) write_provenance(to->csv, bench_command);
 }
 
 EX_UNUSED static void results_close(results *to) { close_result(&to->csv), close_result(&to->md); }

@@ -136,6 +136,7 @@ static void run_part(bench *b, const struct part *p) {
 int main(int argc, char **argv) {
   static bench b; /* static: zeroed */
   bool failed = false;
+  bench_begin(argc, argv);
   if (!parse_options(argc, argv, &b.given) || !names_known(&b.given)) return 2;
   if (!seeds_disjoint()) fatal("seeds of references are among those of runs");
   if (b.given.references && mkdir(b.given.references, 0777) != 0 && errno != EEXIST)

@@ -47,7 +47,7 @@ if (name eq "slopes") {
 
 if (name eq "closed" || name eq "scenes") {
   # 1 scene, 2 mode, 3 sampler, 4 passes, 5 samples, 7 seconds, 8 rmse, 9 and 10 its interval, 12 slope
-  stages = system(sprintf("awk -F, 'NR > 1 && !seen[$1 \":\" $2]++ {print $1 \":\" $2}' %s", csv))
+  stages = system(sprintf("awk -F, '!/^#/ && $1 != \"scene\" && !seen[$1 \":\" $2]++ {print $1 \":\" $2}' %s", csv))
   set multiplot layout rows, 3 title "True RMSE against run time, one set of 1 to 256 samples, with fitted slopes over samples"
   set xlabel "seconds"
   set ylabel "RMSE"
@@ -64,7 +64,7 @@ if (name eq "closed" || name eq "scenes") {
 
 if (name eq "adaptive") {
   # 1 scene, 2 way, 3 samples, 4 seconds, 5 rmse
-  stages = system(sprintf("awk -F, 'NR > 1 && !seen[$1]++ {print $1}' %s", csv))
+  stages = system(sprintf("awk -F, '!/^#/ && $1 != \"scene\" && !seen[$1]++ {print $1}' %s", csv))
   set multiplot layout 3, 4 title "True RMSE against run time, passes of 8 samples: uniform and adaptive"
   set xlabel "seconds"
   set ylabel "RMSE"

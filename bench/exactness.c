@@ -185,6 +185,7 @@ static bool keep(const char *directory, const char *name, void (*write)(FILE *, 
   snprintf(path, sizeof path, "%s/%s", directory, name);
   FILE *to = fopen(path, "w");
   if (!to) return ex_fail("%s: cannot be written: %s", path, strerror(errno));
+  if (strstr(name, ".csv")) write_provenance(to, bench_command);
   write(to, lines, n);
   return fclose(to) == 0 || ex_fail("%s: cannot be written: %s", path, strerror(errno));
 }
@@ -211,6 +212,7 @@ int main(int argc, char **argv) {
   static line lines[MAX_LINES];
   options o;
   size_t n = 0;
+  bench_begin(argc, argv);
   memset(&o, 0, sizeof o);
   o.size = 768, o.rounds = 5, o.view.up[1] = 1;
   if (!parse(argc, argv, &o)) return 1;

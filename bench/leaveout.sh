@@ -2,7 +2,7 @@
 # Puts together what bench/leaveout.c counts and measures, object sizes and times of compilation; see its head.
 #   leaveout.sh BUILD RESULTS     writes RESULTS/leaveout.csv and .md
 #   leaveout.sh --check BUILD     says what must hold, and that controls fail; exit status 1 if not
-# BUILD holds programs and objects, named by the switches they were built with. From the Makefile: CC, ALL (the name
+# BUILD holds programs and objects, named by the switches they were built with. From the Makefile: CC, PROVENANCE (a program), ALL (the name
 # with all switches of features), QUERIES (names of objects without renders; the first has one instruction set).
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -101,7 +101,7 @@ compilations() {
 # Figures are looked up by part, name, variant and figure.
 READ='
   BEGIN { FS = "," }
-  FNR > 1 {
+  !/^#/ {
     v[$1, $2, $3, $4] = $5
     if (!(($1, $2) in seen)) { seen[$1, $2] = 1; n[$1]++; names[$1, n[$1]] = $2 }
   }
@@ -224,7 +224,7 @@ claims() {
 
 need valgrind
 need size
-echo part,name,variant,figure,value >"$figures"
+{ if [ -z "$check" ]; then "$PROVENANCE" make leaveout; fi; echo part,name,variant,figure,value; } >"$figures"
 all_costs
 past
 sizes

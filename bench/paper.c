@@ -565,6 +565,7 @@ int main(int argc, char **argv) {
   static bench b; /* static: zeroed */
   double load = 0;
   bool failed = false;
+  bench_begin(argc, argv);
   if (!parse_options(argc, argv, &b.given) || !names_known(&b.given)) return 2;
   b.pixels = (float *)calloc((size_t)b.given.size * b.given.size * 3, sizeof(float));
   if (!b.pixels) return ex_fail("not enough memory for a picture of %u x %u", b.given.size, b.given.size), 1;

@@ -253,6 +253,7 @@ int main(int argc, char **argv) {
   static report to;
   pair pairs[MAX_PAIRS];
   double load = 0;
+  bench_begin(argc, argv);
   if (!parse_options(argc, argv, &p)) return 2;
   const unsigned count = open_pairs(p.o.full, p.isas, pairs);
   if (count == 0) return ex_fail("--isa: this machine has none of these"), 1;

@@ -244,7 +244,7 @@ int main(int argc, char **argv) {
   suite_stability();
   free(filters);
   if (list_only) return 0;
-  if (results && !keep_figures(results)) failed++;
+  if (results && !keep_figures(results, argc, argv)) failed++;
   printf("%d passed, %d failed\n", passed, failed);
   return failed || passed == 0;
 }

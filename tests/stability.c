@@ -1,5 +1,6 @@
 /* The figures of stability.h: where they are kept, summed up and written. */
 #include "stability.h"
+#include "../bench/provenance.h"
 #include <unistd.h>
 
 typedef enum figure_kind { FIGURE_COUNT, FIGURE_CONTROL, FIGURE_VALUE } figure_kind;
@@ -165,10 +166,13 @@ static FILE *create(const char *directory, const char *name) {
   return to;
 }
 
-bool keep_figures(const char *directory) {
+bool keep_figures(const char *directory, int argc, char **argv) {
+  static char command[4096];
   FILE *csv = create(directory, "stability.csv"), *md = csv ? create(directory, "stability.md") : NULL;
   if (figure_count) qsort(figures, figure_count, sizeof *figures, by_case);
   if (md) {
+    join_command(command, sizeof command, argc, argv);
+    write_provenance(csv, command);
     fprintf(csv, "kind,part,case,isa,what,control,rays,value,limit\n");
     for (size_t i = 0; i < figure_count; i++) {
       const figure *f = &figures[i];

@@ -21,7 +21,7 @@ void value_figure(const char *part, const char *name, pktrt_isa isa, uint64_t ra
 void jobs_for(size_t n, void (*job)(void *arg, size_t i), void *arg);
 
 /* stability.csv and stability.md; false, and a sentence on standard error, where they cannot be written. */
-bool keep_figures(const char *directory);
+bool keep_figures(const char *directory, int argc, char **argv);
 
 /* --- the parts --- */
 void suite_stability_watertight(void), suite_stability_accuracy(void), suite_stability_culling(void),

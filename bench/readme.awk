@@ -1,0 +1,330 @@
+# Fills in the tables of a README: what stands between the marks <!-- NAME --> and <!-- /NAME --> becomes the table NAME of
+# `results`. Most are NAME.md, written with NAME.csv in the same run; those with a function below are made from CSV files here.
+# Under each stands where it is from: the first line of its CSV file. A table whose files are not there stays as it is.
+
+# --- files ---
+
+function path(name) { return results "/" name ".csv" }
+function there(names,    n, i, list, line, all) {
+  n = split(names, list, " "); all = 1
+  for (i = 1; i <= n; i++) { if ((getline line < path(list[i])) <= 0) all = 0; close(path(list[i])) }
+  return all
+}
+
+# Numbers as numbers: what is cut out of a line would be compared as text.
+function value_of(text) { return text ~ /^-?[0-9.]+([eE][-+]?[0-9]+)?$/ ? text + 0 : text }
+# The fields of a line, in which quotes may enclose commas, to f by the names of the file's columns.
+function read_fields(line, f, columns,    n, i, text, quoted, c) {
+  n = 1; text = ""; quoted = 0
+  for (i = 1; i <= length(line) + 1; i++) {
+    c = substr(line, i, 1)
+    if (c == "\"") quoted = !quoted
+    else if (i > length(line) || (c == "," && !quoted)) { f[columns[n]] = value_of(text); n++; text = "" }
+    else text = text c
+  }
+}
+# Whether there is a next row of a file; its fields go to f.
+function next_row(name, f,    line, columns, n, i) {
+  if (!(name in opened)) {
+    head_of(name)
+    do if ((getline line < path(name)) <= 0) return 0; while (line ~ /^#/)
+    opened[name] = line
+  }
+  if ((getline line < path(name)) <= 0) { close(path(name)); delete opened[name]; return 0 }
+  n = split(opened[name], columns, ",")
+  read_fields(line, f, columns)
+  return 1
+}
+
+# --- where figures are from ---
+
+function head_of(name,    line) { # kept: while rows are read the file is open already
+  if (!(name in heads)) { heads[name] = (getline line < path(name)) > 0 ? line : ""; close(path(name)) }
+  return heads[name]
+}
+# Version, machine, date or command of a file; what its first line does not say is "unknown".
+function origin(name, what,    line, at) {
+  line = head_of(name)
+  if (line !~ /^# version /) return "unknown"
+  at = index(line, what " ")
+  if (!at) return "unknown"
+  line = substr(line, at + length(what) + 1)
+  if (what != "command" && index(line, ";")) line = substr(line, 1, index(line, ";") - 1)
+  return line
+}
+function number_of(version,    v) { split(version, v, "."); return v[1] * 10000 + v[2] * 100 + v[3] }
+function caption(name,    text) {
+  text = "Version " origin(name, "version") "; " origin(name, "machine") "; " origin(name, "date")
+  text = text "; `" origin(name, "command") "`."
+  if (name ~ /^(figure[678]|section4)$/ && number_of(origin(name, "version")) < 600)
+    text = text " Boxes of the fast path count eight places for each node, empty ones too: about 1.37 times" \
+      " as many as are there. (Counted as they are from 0.6.0 on.)"
+  return text
+}
+# For tables of several files: a cell of each row, and the line below.
+function measured(name,    machine) {
+  machine = origin(name, "machine")
+  if (!(machine in machines)) all_machines = all_machines (all_machines == "" ? "" : "; ") machine
+  machines[machine] = 1
+  sub(/,.*/, "", machine)
+  return origin(name, "version") ", " machine ", " origin(name, "date")
+}
+function begin_rows(    m) { for (m in machines) delete machines[m]; all_machines = "" }
+function end_rows() { print "\nMachines: " all_machines "." }
+
+# --- the README's first figures ---
+
+function scene_row(what, baseline, paper, name, v,    scenes, i, cells, worst) {
+  split("conference rtrt poolhall", scenes, " ")
+  for (i = 1; i <= 3; i++) {
+    if (v[scenes[i]] == "") { cells = cells " |"; continue }
+    cells = cells sprintf(" %.2f |", v[scenes[i]])
+    if (worst == "" || v[scenes[i]] < v[worst]) worst = scenes[i]
+  }
+  worst = sprintf("%.2f, ", v[worst]) (worst == "poolhall" ? "pool hall" : worst)
+  print "| " what " | " baseline " | " paper " |" cells " " worst " | " measured(name) ", `" origin(name, "command") "` |"
+}
+function clear(v,    i) { for (i in v) delete v[i] }
+function table_first(    f, paper, fast, widest, v, p, s) {
+  begin_rows()
+  print "| times as fast, or as many | as what | the paper | conference | rtrt | pool hall | worst | measured |"
+  print "|---|---|--:|--:|--:|--:|---|---|"
+  while (next_row("table1", f))
+    if (f["varied"] == "" && f["of"] == "all" && f["packet"] == 8 && f["assembly"] == "ray types" && f["speedup"] > 0) {
+      if (f["path"] == "paper") { paper[f["scene"]] = f["speedup"]; p[f["scene"]] = f["paper_speedup"] }
+      else { fast[f["scene"]] = f["speedup"]; widest = f["isa"] } # the last is the widest
+    }
+  scene_row("packets of 8x8 by ray type, Whitted's mode, paper path", \
+    "single secondary rays of the paper path: one lane of eight works", \
+    p["conference"] ", " p["rtrt"] ", " p["poolhall"], "table1", paper)
+  scene_row("the same, fast path, " widest, "its single secondary rays, each against eight boxes at once", "", "table1", fast)
+  while (next_row("table3", f))
+    if (f["of"] == "all" && f["path"] == "paper" && f["samples"] == 64 && f["speedup"] > 0) {
+      v[f["scene"]] = f["speedup"]; p["3"] = f["paper_speedup"]
+    }
+  scene_row("packets of a pixel's 64 samples, distribution ray tracing, paper path",
+    "single secondary rays of the paper path", p["3"], "table3", v)
+  clear(v)
+  while (next_row("section31", f)) if (f["of"] == "all" && f["packets"] == "8x8") v[f["scene"]] = f["fewer_tests"]
+  scene_row("fewer tests of a ray and a box or triangle by packets of 8x8 (amortisation, section 3.1)",
+    "rays traced alone, paper path", "~1.5", "section31", v)
+  clear(v)
+  while (next_row("embree_rcs", f)) {
+    s = f["scene"]
+    if (f["library"] == "pktrt") { paper["rays " s] = f["rays"]; paper["seconds " s] = f["seconds"] }
+    else if (!((s " " f["of"]) in fast) || f["seconds"] < fast[s " " f["of"]]) fast[s " " f["of"]] = f["seconds"]
+  }
+  for (s in p) if (paper["seconds " s] > 0) v[s] = (fast[s " primary"] + fast[s " shadow"]) / paper["seconds " s]
+  scene_row("ray casting with all its shading, fast path, " widest, "Embree's fastest mode, which only traces the rays", "",
+    "embree_rcs", v)
+  end_rows()
+}
+
+# --- the README's pictures and other figures ---
+
+function table_pictures(    f, sum, spp, depth, seconds) {
+  print "| picture | size | rays per sample | depth of the ray tree | Mrays/s | seconds |"
+  print "|---|---|---:|---:|---:|---:|"
+  while (next_row("pictures", f)) {
+    if (f["counted"] != 1) continue
+    sum += f["seconds"]
+    spp = f["samples"] > 1 ? ", " f["samples"] " spp" : ""
+    depth = f["depth"] > 0 ? sprintf("%.2f", f["depth"]) : "0"
+    seconds = sprintf(f["seconds"] < 1 ? "%.2f" : "%.1f", f["seconds"])
+    printf "| `%s` %s | %d x %d%s | %.2f | %s | %.1f | %s |\n", f["scene"], f["mode"], f["width"], f["height"], spp,
+      f["rays_per_sample"], depth, f["mrays"], seconds
+  }
+  printf "\nAll nine: %.0f s. ", sum
+}
+
+function figure_row(what, command, name, figure) { print "| " what " | " command " | " measured(name) " | " figure " |" }
+function millions(n) { return sprintf(n < 2e7 ? "%.1f million" : "%.0f million", n / 1e6) }
+
+function rows_of_pictures(    f, one, two) {
+  while (next_row("pictures", f)) if (f["counted"] == 0) { if (f["threads"] == 1) one = f["seconds"]; else two = f["seconds"] }
+  figure_row("pool hall, ray casting, one thread and two", "`build/render --scene poolhall --no-count --threads 1`, `... 2`",
+    "pictures", sprintf("%.2f s, %.2f s (best of three)", one, two))
+}
+function rows_of_tests(    f) {
+  while (next_row("tests", f))
+    figure_row("rays compared bit for bit over all ways to ask", "`make test`", "tests",
+      sprintf("%.1f million rays, %.1f million answers, %d differ", f["rays"] / 1e6, f["answers"] / 1e6, f["differ"]))
+}
+function rows_of_stability(    f, n, found, tried, caught, at, ulps, uv) {
+  while (next_row("stability", f)) {
+    at = f["part"] " " f["what"]
+    if (at ~ /^culling (hits|occlusion) lost/) at = "culling lost"
+    if (f["kind"] == "count") { n[at] += f["rays"]; found[at] += f["value"] }
+    if (f["kind"] == "control" && f["control"] == "Moeller-Trumbore") { tried[at] += f["rays"]; caught[at] += f["value"] }
+    if (at != "accuracy 99.9%" || f["case"] !~ /^well-conditioned/) continue
+    if (f["case"] ~ /, [uv]$/) { if (f["value"] > uv) uv = f["value"] }
+    else if (f["value"] > ulps) ulps = f["value"]
+  }
+  at = "watertight leaks"
+  figure_row("rays aimed at vertices and edges of closed meshes", "`make stability`", "stability",
+    sprintf("%s rays, %d leak; Moeller-Trumbore, on a part of them: 1 in %.0f", millions(n[at]), found[at],
+      tried[at] / caught[at]))
+  figure_row("packets against the same rays one by one", "`make stability`", "stability",
+    sprintf("%s answers, %d hits lost", millions(n["culling lost"]), found["culling lost"]))
+  at = "secondary hits of the triangle left"
+  figure_row("rays that leave a surface and meet the same triangle", "`make stability`", "stability",
+    sprintf("%d of %s", found[at], millions(n[at])))
+  figure_row("distance of hits from the exact point, 99.9% of rays, well-conditioned (others are in `bench/README.md`)",
+    "`make stability`", "stability", sprintf("within %.1f ulps of the largest coordinate; u and v: %.1f", ulps, uv))
+}
+function rows_of_points(    f, worst, over, at) {
+  while (next_row("error_slopes", f)) {
+    at = f["kind"] f["dimensions"]
+    if (f["sampler"] == "sobol" && (!(at in worst) || f["slope"] > worst[at])) worst[at] = f["slope"]
+  }
+  figure_row("slope of log RMSE over log samples, Sobol' points, worst: smooth in 1, 2, 4 dimensions; steps in 1, 2, 4",
+    "`make error`", "error_slopes", sprintf("%.2f, %.2f, %.2f; %.2f, %.2f, %.2f", worst["smooth1"], worst["smooth2"],
+      worst["smooth4"], worst["step1"], worst["step2"], worst["step4"]))
+  while (next_row("error_bounds", f)) {
+    at = f["dimensions"]
+    if (f["sobol"] / f["least"] > over[at]) over[at] = f["sobol"] / f["least"]
+  }
+  figure_row("RMSE of Sobol' points over the least that any points scrambled alike can have, 2 and 4 dimensions, 4 to 256 samples, at most",
+    "`make error`", "error_bounds", sprintf("%.3f, %.3f", over[2], over[4]))
+}
+function is_drt(scene) { return scene ~ /^(poolhall|conference|rtrt)$/ }
+function percent(part, of) { return sprintf("%.1f%%", 100 * part / of) }
+function rows_of_estimates(    f, n, rmse, relative, g) {
+  while (next_row("error_estimates", f)) {
+    g = is_drt(f["scene"])
+    n[g] += f["runs"]; rmse[g] += f["runs"] * f["rmse_within"]; relative[g] += f["runs"] * f["relative_within"]
+  }
+  figure_row("estimated error within 25% of the true one: RMSE, relative MSE", "`make error`", "error_estimates",
+    percent(rmse[0] + rmse[1], n[0] + n[1]) ", " percent(relative[0] + relative[1], n[0] + n[1]) " of runs" \
+    "; scenes with a closed form: " percent(rmse[0], n[0]) ", " percent(relative[0], n[0]) \
+    "; DRT in small pictures: " percent(rmse[1], n[1]) ", " percent(relative[1], n[1]))
+}
+function rows_of_targets(    f, n, met, m) {
+  while (next_row("error_targets", f)) { m = f["measure"]; n[m] += f["runs"]; met[m] += f["runs"] * f["met"] }
+  figure_row("render that stops at a target: true error at most 1.15 times as large; RMSE, relative MSE",
+    "`make error`", "error_targets",
+    percent(met["RMSE"], n["RMSE"]) ", " percent(met["relative MSE"], n["relative MSE"]) " of runs")
+}
+function pair(ratio, scene) { return sprintf("%.2f, %.2f", ratio[scene, 8], ratio[scene, 16]) }
+# As bench/error_estimates.h has it: uniform passes are independent, so their squared error is that of one over their number.
+function rows_of_adaptive(    f, one, seconds, points, way, scenes, n, i, s, passes, ratio, worst, text) {
+  while (next_row("error_adaptive", f)) {
+    s = f["scene"]; passes = f["samples"] / 8
+    if (f["way"] == "uniform") {
+      if (!(s in points)) scenes[++n] = s
+      one[s] += f["rmse"] ^ 2 * passes; seconds[s] += f["seconds"] / passes; points[s]++
+    } else if (f["way"] == "adaptive rmse") way[s, passes] = f["seconds"] * f["rmse"] ^ 2
+  }
+  for (i = 1; i <= n; i++) {
+    s = scenes[i]
+    for (passes = 8; passes <= 16; passes += 8) {
+      ratio[s, passes] = way[s, passes] / (seconds[s] / points[s] * one[s] / points[s])
+      if (worst == "" || ratio[s, passes] > worst) { worst = ratio[s, passes]; text = s }
+    }
+  }
+  figure_row("time of adaptive passes for the RMSE of uniform ones, budgets of 8 and 16 passes", "`make error`", "error_adaptive",
+    "pool hall " pair(ratio, "poolhall") "; conference " pair(ratio, "conference") "; rtrt " pair(ratio, "rtrt") \
+    sprintf("; worst of %d scenes %.2f (%s)", n, worst, text))
+}
+function mean_of(logs, n, moving,    k, m) {
+  k = "Kensler-Shirley" moving; m = "Moeller-Trumbore" moving
+  return sprintf("%.2f, %.2f", exp(logs[k] / n[k]), exp(logs[m] / n[m]))
+}
+function rows_of_exactness(    f, n, logs, at, worst, where) {
+  while (next_row("exactness", f)) {
+    if (f["isa"] != "avx512") continue
+    at = f["test"] f["moving"]
+    n[at]++; logs[at] += log(f["ratio"])
+    if (f["ratio"] > worst) { worst = f["ratio"]; where = f["scene"] ", " f["kind"] }
+  }
+  figure_row("time that exactness costs, beside the tests of Kensler and Shirley, of Moeller and Trumbore in the same kernels" \
+    " (AVX-512)", "`make exactness`", "exactness", sprintf("%s times at rest, %s moving; worst %.2f (%s)", mean_of(logs, n, 0),
+      mean_of(logs, n, 1), worst, where))
+}
+function table_figures() {
+  begin_rows()
+  print "| what | command | measured | figure |\n|---|---|---|---|"
+  rows_of_pictures(); rows_of_tests(); rows_of_stability(); rows_of_points()
+  rows_of_estimates(); rows_of_targets(); rows_of_adaptive(); rows_of_exactness()
+  end_rows()
+}
+
+# --- the pool hall beside Embree, of rows like those of peers.csv ---
+
+function table_peers_poolhall(    f, v, kinds, names, n, i, k, runs, line, moving, ratio) {
+  while (next_row("peers_poolhall", f)) {
+    k = f["what"]
+    ratio = f["library"] == "ratio"
+    if (ratio && f["mode"] == "time of a run") runs[k] = runs[k] (runs[k] == "" ? "" : ", ") sprintf("%.2f", f["median"])
+    if (f["setting"] ~ /^moving/) {
+      if (ratio && f["mode"] == "many" && f["isa"] == "avx512") moving[k] = f["median"]
+      continue
+    }
+    if (ratio) v[f["isa"], k, f["mode"]] = f["median"]
+    else if (f["isa"] == "avx512") {
+      if (f["library"] == "pktrt" && f["mode"] !~ /^(_n|_soa|time)$/) continue
+      if (f["unit"] !~ /^(Mrays\/s|ms)$/) continue
+      if (f["unit"] == "ms" ? !((f["library"], k) in v) || f["median"] < v[f["library"], k] : f["median"] > v[f["library"], k])
+        v[f["library"], k] = f["median"]
+    }
+  }
+  print "| Mrays/s | Embree | pktrt, many | ratio | AVX2 only | single calls |\n|---|---:|---:|---:|---:|---:|"
+  n = split("primary;shadow;shadow-from-light;mirror;second-mirror;diffuse;ao;build;refit", kinds, ";")
+  split("primary;shadow, from the surface;shadow, from the light;mirror;second mirror;diffuse;ambient occlusion;" \
+    "build, ms (less is better);refit, ms (less is better)", names, ";")
+  for (i = 1; i <= n; i++) {
+    k = kinds[i]; line = i > 7 ? "time" : "many"
+    if (runs[k] != "") names[i] = names[i] "; ratios of other runs: " runs[k]
+    printf "| %s | %.1f | %.1f | %.2f | %.2f |", names[i], v["Embree", k], v["pktrt", k], v["avx512", k, line], v["avx2", k, line]
+    if (i > 7) print " |"; else printf " %.2f |\n", v["avx512", k, "single"]
+  }
+  printf "\nWhere the hall turns and every ray has a time of its own, in the same order: "
+  for (i = 1; i <= 7; i++) printf "%s%.2f", (i > 1 ? ", " : ""), moving[kinds[i]]
+  print " times Embree's fastest mode.\n"
+}
+
+function table_fuzz(    f, feeds) {
+  feeds["scene"] = "calls in any order, bad meshes, failing allocations, against a model of what must be refused"
+  feeds["query"] = "rays of any bits on small scenes, all paths and instruction sets, against brute force"
+  feeds["settings"] = "cameras, lights, materials, render settings, against a model; all ways to render, same bits"
+  feeds["mesh_file"] = "`.tri` files"
+  print "| target | what it feeds | seconds | inputs tried |\n|---|---|--:|--:|"
+  while (next_row("fuzz", f)) printf "| %s | %s | %d | %d |\n", f["target"], feeds[f["target"]], f["seconds"], f["inputs"]
+  print ""
+}
+
+# --- the marks ---
+
+BEGIN {
+  needs["first"] = "table1 table3 section31 embree_rcs"
+  needs["figures"] = "pictures tests stability error_slopes error_bounds error_estimates error_targets error_adaptive exactness"
+  needs["pictures"] = "pictures"; needs["peers_poolhall"] = "peers_poolhall"; needs["fuzz"] = "fuzz"
+}
+function table(name,    file, line, blank) {
+  print ""
+  if (name == "first") table_first()
+  else if (name == "figures") table_figures()
+  else if (name == "pictures") table_pictures()
+  else if (name == "peers_poolhall") table_peers_poolhall()
+  else if (name == "fuzz") table_fuzz()
+  else {
+    file = results "/" name ".md"
+    while ((getline line < file) > 0) { print line; blank = line == "" }
+    close(file)
+    if (!blank) print ""
+  }
+  if (name != "first" && name != "figures") print caption(name)
+  print ""
+}
+function can(name,    line, ok) {
+  if (name in needs) return there(needs[name])
+  ok = (getline line < (results "/" name ".md")) > 0
+  close(results "/" name ".md")
+  return ok && there(name)
+}
+inside && $0 == "<!-- /" name " -->" { inside = 0 }
+!inside { print }
+/^<!-- [a-z0-9_]+ -->$/ && !inside {
+  name = $2
+  if (can(name)) { inside = 1; table(name) }
+}

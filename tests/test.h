@@ -120,7 +120,7 @@ extern int isa_count;
 void suite_identity(void), suite_truth(void), suite_watertight(void), suite_render(void), suite_refusals(void),
     suite_scene(void), suite_memory(void), suite_tree(void), suite_spawn(void), suite_arithmetic(void),
     suite_sampler(void), suite_shading(void), suite_lights(void), suite_assembly(void), suite_pictures(void),
-    suite_passes(void), suite_report(void), suite_media(void), suite_mistakes(void), suite_events(void),
+    suite_passes(void), suite_report(void), suite_media(void), suite_mistakes(void), suite_events(void), suite_slack(void), suite_work(void), suite_examples(void),
     suite_stability(void);
 
 #endif

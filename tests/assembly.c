@@ -167,7 +167,7 @@ static void figure_3_octants(void) {
   }
 }
 
-/* Two rows of mirrors, pixel by pixel, that send a camera's rays into one of the eight octants each. */
+/* A mirror in each pixel, that sends its ray into one of the eight octants. */
 static void all_octants(void) {
   packet_log log;
   char line[4096];
@@ -175,7 +175,7 @@ static void all_octants(void) {
   pktrt_scene *s = stage_open();
   pktrt_material m = material_of(0, PKTRT_SPECULAR_MIRROR, 0.5);
   const uint32_t material = stage_material(s, &m);
-  for (int i = 0; i < 16; i++) { /* normals that lean by 30 or 60 degrees: a ray along -z goes on upwards or downwards */
+  for (int i = 0; i < 16; i++) { /* normals lean by 25 or 65 degrees: a ray along -z goes on upwards or downwards */
     const double x = i & 1 ? -1 : 1, y = i & 2 ? -1 : 1, lean = (i & 4 ? 65 : 25) * PI / 180;
     const vec normal = vec_of(x * sin(lean) * sqrt(0.5), y * sin(lean) * sqrt(0.5), cos(lean));
     const vec side = vec_unit(vec_cross(vec_of(0, 0, 1), normal)), up = vec_cross(normal, side);
@@ -192,13 +192,14 @@ static void all_octants(void) {
       memset(&log, 0, sizeof log);
       stage_render(s, &d);
       log_line(&log, line, sizeof line);
-      CHECK(log.rays == 16 && log.packets == (octants ? 8 : 1), "path %d: %u rays in %u packets: %s", path, log.rays, log.packets, line);
+      CHECK(log.rays == 16 && log.packets == (octants ? 8 : 1), "path %d: %u rays in %u packets: %s", path,
+            log.rays, log.packets, line);
     }
   }
   pktrt_scene_destroy(s);
 }
 
-/* Two lights: the sixteen rays to each are a packet, or all of them together; the other settings make no difference. */
+/* Three lights: the sixteen rays to each are a packet, or all of them together. */
 static void shadows_together(void) {
   packet_log log;
   char line[4096];

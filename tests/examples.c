@@ -1,5 +1,5 @@
-/* The scenes of the examples: their triangles, and the work of all paths on them, as it was measured when everything that
-   culls did so. What stops culling, and what culls more than it did, is noticed by its counts. */
+/* The scenes of the examples: their triangles, and the work of all paths on them, as it was measured when everything
+   that culls did so. What stops culling, and what culls more than it did, is noticed by its counts. */
 #include "test.h"
 #include "../examples/scenes.h"
 
@@ -12,16 +12,22 @@ static const struct example {
 } examples[3] = {
     {"poolhall",
      318196,
-     {{{4177, 0, 54631, 0, 0, 0, 6271, 700}, {3679, 419433, 53449, 3355, 3119, 10917, 567, 8753}, {62835, 0, 49614, 0, 0, 0, 0, 0}},
-      {{8484, 0, 67367, 0, 0, 0, 2056, 1254}, {7073, 1367141, 68326, 6320, 5713, 545, 0, 39472}, {56728, 0, 62144, 0, 0, 0, 0, 0}}}},
+     {{{4177, 0, 54631, 0, 0, 0, 6271, 700}, {3679, 419433, 53449, 3355, 3119, 10917, 567, 8753},
+       {62835, 0, 49614, 0, 0, 0, 0, 0}},
+      {{8484, 0, 67367, 0, 0, 0, 2056, 1254}, {7073, 1367141, 68326, 6320, 5713, 545, 0, 39472},
+       {56728, 0, 62144, 0, 0, 0, 0, 0}}}},
     {"conference",
      291194,
-     {{{3570, 0, 55245, 0, 0, 0, 4699, 360}, {3297, 370595, 66407, 3055, 3131, 8671, 1147, 7907}, {52604, 0, 65603, 0, 0, 0, 0, 0}},
-      {{8587, 0, 94559, 0, 0, 0, 2057, 1105}, {6837, 1308130, 107028, 6727, 5477, 656, 0, 36800}, {53074, 0, 101514, 0, 0, 0, 0, 0}}}},
+     {{{3570, 0, 55245, 0, 0, 0, 4699, 360}, {3297, 370595, 66407, 3055, 3131, 8671, 1147, 7907},
+       {52604, 0, 65603, 0, 0, 0, 0, 0}},
+      {{8587, 0, 94559, 0, 0, 0, 2057, 1105}, {6837, 1308130, 107028, 6727, 5477, 656, 0, 36800},
+       {53074, 0, 101514, 0, 0, 0, 0, 0}}}},
     {"rtrt",
      84846,
-     {{{2804, 0, 47923, 0, 0, 0, 3156, 159}, {2546, 312150, 46418, 2446, 3291, 6644, 651, 4948}, {33845, 0, 51751, 0, 0, 0, 0, 0}},
-      {{7434, 0, 89395, 0, 0, 0, 620, 463}, {5341, 999138, 94676, 5478, 5553, 741, 0, 26357}, {34338, 0, 85841, 0, 0, 0, 0, 0}}}},
+     {{{2804, 0, 47923, 0, 0, 0, 3156, 159}, {2546, 312150, 46418, 2446, 3291, 6644, 651, 4948},
+       {33845, 0, 51751, 0, 0, 0, 0, 0}},
+      {{7434, 0, 89395, 0, 0, 0, 620, 463}, {5341, 999138, 94676, 5478, 5553, 741, 0, 26357},
+       {34338, 0, 85841, 0, 0, 0, 0, 0}}}},
 };
 
 /* Of packets that frusta cull, and of lone rays, fewer counts tell something. */
@@ -68,8 +74,8 @@ static void mirror_rays(const pktrt_scene *s, pktrt_ray *ray) {
   }
 }
 
-/* Within a twentieth, and some for what rounding changes from one instruction set to another. Of frusta the slots of nodes
-   that are empty may count, or not. */
+/* Within a twentieth, and some for what rounding changes from one instruction set to another. Of frusta the slots of
+   nodes that are empty may count, or not. */
 static void work_is_as_it_was(const struct example *e, int rays, int path, const pktrt_counts *c) {
   for (int i = 0; i < COUNTS; i++) {
     uint64_t got;
@@ -107,4 +113,6 @@ static void work_on_examples(void) {
   }
 }
 
-void suite_examples(void) { run("the scenes of the examples have the triangles they had, and cost the work they did", work_on_examples); }
+void suite_examples(void) {
+  run("the scenes of the examples have the triangles they had, and cost the work they did", work_on_examples);
+}

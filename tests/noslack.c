@@ -7,8 +7,8 @@
 #define PKTRT__SLACK(part) slack_left.part
 #include "noslack.h"
 
-/* A millionth, not zero: zero times the infinite depth of tmax is NaN, and everything would be lost. The last three stay
-   whole: they matter where the others are. */
+/* A millionth, not zero: zero times the infinite depth of tmax is NaN, and everything would be lost. The last three
+   stay whole: they matter where the others are. */
 #define NONE 1e-6f
 const slack_parts slack_whole = {1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1},
                   slack_none = {NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, 1, 1, 1};

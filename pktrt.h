@@ -3288,21 +3288,21 @@ PKTRT__COLD pktrt_status pktrt__rebuild_worn(pktrt_scene *s) {
    largest D: a difference of extremes bounds the differences, and its three roundings cost less than those of a slab
    above. */
 
-#ifndef PKTRT__SLACK_SCALE /* the tests set 1e-6 (0 would make NaN): hits are lost then, as they should be */
-#define PKTRT__SLACK_SCALE 1.0f
+#ifndef PKTRT__SLACK /* the tests take parts of it away: hits are lost then, as they should be */
+#define PKTRT__SLACK(part) 1.0f
 #endif
 #define PKTRT__EPS 5.9604644775390625e-8f /* 2^-24 */
-#define PKTRT__PAD_M (PKTRT__SLACK_SCALE * 18 * PKTRT__EPS)
-#define PKTRT__PAD_O (PKTRT__SLACK_SCALE * 8 * PKTRT__EPS)
-#define PKTRT__PAD_MIN (PKTRT__SLACK_SCALE * FLT_MIN)
-#define PKTRT__PAD_RHO (PKTRT__SLACK_SCALE * 16 * PKTRT__EPS)
-#define PKTRT__PAD_DEPTH (PKTRT__SLACK_SCALE * 4 * PKTRT__EPS)
-#define PKTRT__PAD_SPREAD (PKTRT__SLACK_SCALE * 13 * PKTRT__EPS)
-#define PKTRT__PAD_ESTIMATE (PKTRT__SLACK_SCALE * 14 * PKTRT__EPS)
-#define PKTRT__PAD_AREA (PKTRT__SLACK_SCALE * 32 * PKTRT__EPS)
-#define PKTRT__PAD_EDGE (PKTRT__SLACK_SCALE * 8 * PKTRT__EPS)
-#define PKTRT__PAD_TINY (PKTRT__SLACK_SCALE * 2 * FLT_MIN)
-#define PKTRT__LEAST_DET 7.888609052210118e-31f /* 2^-100 */
+#define PKTRT__PAD_M (PKTRT__SLACK(m) * 18 * PKTRT__EPS)
+#define PKTRT__PAD_O (PKTRT__SLACK(o) * 8 * PKTRT__EPS)
+#define PKTRT__PAD_MIN (PKTRT__SLACK(min) * FLT_MIN)
+#define PKTRT__PAD_RHO (PKTRT__SLACK(rho) * 16 * PKTRT__EPS)
+#define PKTRT__PAD_DEPTH (PKTRT__SLACK(depth) * 4 * PKTRT__EPS)
+#define PKTRT__PAD_SPREAD (PKTRT__SLACK(spread) * 13 * PKTRT__EPS)
+#define PKTRT__PAD_ESTIMATE (PKTRT__SLACK(estimate) * 14 * PKTRT__EPS)
+#define PKTRT__PAD_AREA (PKTRT__SLACK(area) * 32 * PKTRT__EPS)
+#define PKTRT__PAD_EDGE (PKTRT__SLACK(edge) * 8 * PKTRT__EPS)
+#define PKTRT__PAD_TINY (PKTRT__SLACK(tiny) * 2 * FLT_MIN)
+#define PKTRT__LEAST_DET (PKTRT__SLACK(det) * 7.888609052210118e-31f) /* 2^-100 */
 #define PKTRT__MOST_ERROR 1.2676506e30f /* 2^100 */
 
 /* >>packet --------------------------------------------------------------------------------------------------------- */
@@ -5894,7 +5894,7 @@ PKTRT__NOINLINE void NAME(frustum_setup)(NAME(frustum_rays) *f, const pktrt_scen
   const float sign = f->sign = f->octant >> k & 1 ? -1.0f : 1.0f;
   NAME(frustum_origins)(f, b, mask);
   const float exit_ = (sign > 0 ? scene->hi[k] : -scene->lo[k]) - f->ref[2];
-  f->far_ = pktrt__maxf(exit_ * (1 + 16 * PKTRT__EPS) + f->pad, 1e-30f);
+  f->far_ = pktrt__maxf(exit_ * (1 + PKTRT__SLACK(end) * 16 * PKTRT__EPS) + PKTRT__SLACK(end) * f->pad, 1e-30f);
   NAME(frustum_planes)(f, b, mask);
   for (uint32_t i = 0; i < 64; i++) f->list[i] = (uint8_t)(base + i);
 }
@@ -6030,7 +6030,8 @@ PKTRT__NOINLINE uint32_t NAME(frustum_edges)(const NAME(frustum_rays) *f, NAME(f
     least = vmin(least, vadd(e, swing));
     most = vmax(most, vsub(e, swing));
   }
-  const v8 error = vfma(vmul(m[0], m[1]), vset(32 * PKTRT__EPS), vfma(vadd(m[0], m[1]), vset(f->pad), vset(FLT_MIN)));
+  const v8 error = vfma(vmul(m[0], m[1]), vset(PKTRT__SLACK(sides) * 32 * PKTRT__EPS),
+                        vfma(vadd(m[0], m[1]), vset(PKTRT__SLACK(sides) * f->pad), vset(PKTRT__SLACK(sides) * FLT_MIN)));
   return mbits(mand(vlt(vadd(least, error), vset(0)), vlt(error, most)));
 }
 

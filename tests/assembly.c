@@ -116,7 +116,6 @@ static void figure_3(void) {
     find_order((pktrt_path)path, order);
     pktrt_scene *s = sixteen(figure, order), *other = sixteen("ddddfmfmggmmgggg", order);
     for (size_t i = 0; i < COUNT(listed); i++) {
-      if (path == PKTRT_PATH_FAST && listed[i].assembly == PKTRT_ASSEMBLY_MATERIALS) continue;
       trace_sixteen(s, (pktrt_path)path, listed[i].assembly, &log);
       log_line(&log, line, sizeof line);
       CHECK(strcmp(line, listed[i].packets) == 0, "path %d, assembly %d:\n      %s, not\n      %s", path,
@@ -127,45 +126,132 @@ static void figure_3(void) {
       bool same = strcmp(line, listed[i].packets) == 0;
       CHECK(!same, "assembly %d: the control: rays 6 and 7 exchanged give other packets", (int)listed[i].assembly);
     }
-    if (path == PKTRT_PATH_PAPER) {
-      trace_sixteen(s, PKTRT_PATH_PAPER, PKTRT_ASSEMBLY_NONE, &log);
-      log_line(&log, line, sizeof line);
-      CHECK(log.packets == 24 && log.rays == 24 && strncmp(line, "reflection 10; reflection 11; ", 30) == 0,
-            "none: %u packets: %s", log.packets, line);
-      trace_sixteen(s, PKTRT_PATH_PAPER, PKTRT_ASSEMBLY_BLIND, &log);
-      log_line(&log, line, sizeof line);
-      const char *numbers = strchr(line, ' ');
-      CHECK(log.packets == 1 && log.rays == 24 && numbers, "blind: %u packets: %s", log.packets, line);
-      CHECK(numbers && strcmp(numbers, " 1 2 3 4 5 5 6 6 7 8 9 9 10 10 11 12 13 13 14 14 15 15 16 16") == 0, "blind:%s",
-            numbers);
-    }
+    trace_sixteen(s, (pktrt_path)path, PKTRT_ASSEMBLY_NONE, &log);
+    log_line(&log, line, sizeof line);
+    CHECK(log.packets == 24 && log.rays == 24 && strncmp(line, "reflection 10; reflection 11; ", 30) == 0,
+          "path %d, none: %u packets: %s", path, log.packets, line);
+    trace_sixteen(s, (pktrt_path)path, PKTRT_ASSEMBLY_BLIND, &log);
+    log_line(&log, line, sizeof line);
+    const char *numbers = strchr(line, ' ');
+    CHECK(log.packets == 1 && log.rays == 24 && numbers, "path %d, blind: %u packets: %s", path, log.packets, line);
+    CHECK(numbers && strcmp(numbers, " 1 2 3 4 5 5 6 6 7 8 9 9 10 10 11 12 13 13 14 14 15 15 16 16") == 0,
+          "path %d, blind:%s", path, numbers);
     pktrt_scene_destroy(s), pktrt_scene_destroy(other);
   }
 }
 
 /* Octants: here those of the pixels' quarters, for each type of ray. */
 static void figure_3_octants(void) {
-  uint32_t order[16] = {0};
-  packet_log log, want;
-  char got[4096], line[4096];
-  find_order(PKTRT_PATH_PAPER, order);
-  memset(&want, 0, sizeof want);
-  for (int type = PKTRT_RAY_SHADOW; type <= PKTRT_RAY_REFRACTION; type++) {
-    static const char *const makes[] = {"", "df", "fmg", "g"};
-    for (uint32_t quarter = 0; quarter < 4; quarter++) {
-      uint32_t rays[16], n = 0;
-      for (uint32_t i = 0; i < 16; i++) {
-        bool here = (order[i] % 4 >= 2) == (quarter % 2 == 1) && (order[i] / 4 >= 2) == (quarter >= 2);
-        if (here && strchr(makes[type], figure[i])) rays[n++] = i;
+  for (int path = PKTRT_PATH_FAST; path <= PKTRT_PATH_PAPER; path++) {
+    uint32_t order[16] = {0};
+    packet_log log, want;
+    char got[4096], line[4096];
+    find_order((pktrt_path)path, order);
+    memset(&want, 0, sizeof want);
+    for (int type = PKTRT_RAY_SHADOW; type <= PKTRT_RAY_REFRACTION; type++) {
+      static const char *const makes[] = {"", "df", "fmg", "g"};
+      for (uint32_t quarter = 0; quarter < 4; quarter++) {
+        uint32_t rays[16], n = 0;
+        for (uint32_t i = 0; i < 16; i++) {
+          bool here = (order[i] % 4 >= 2) == (quarter % 2 == 1) && (order[i] / 4 >= 2) == (quarter >= 2);
+          if (here && strchr(makes[type], figure[i])) rays[n++] = i;
+        }
+        if (n) log_packet(&want, (pktrt_ray_type)type, 1, rays, n);
       }
-      if (n) log_packet(&want, (pktrt_ray_type)type, 1, rays, n);
+    }
+    pktrt_scene *s = sixteen(figure, order);
+    trace_sixteen(s, (pktrt_path)path, PKTRT_ASSEMBLY_OCTANTS, &log);
+    log_line(&log, got, sizeof got), log_line(&want, line, sizeof line);
+    CHECK(strcmp(got, line) == 0 && want.packets > 6, "path %d, octants:\n      %s, not\n      %s", path, got, line);
+    pktrt_scene_destroy(s);
+  }
+}
+
+/* A mirror in each pixel, that sends its ray into one of the eight octants. */
+static void all_octants(void) {
+  packet_log log;
+  char line[4096];
+  float got[48];
+  pktrt_scene *s = stage_open();
+  pktrt_material m = material_of(0, PKTRT_SPECULAR_MIRROR, 0.5);
+  const uint32_t material = stage_material(s, &m);
+  for (int i = 0; i < 16; i++) { /* normals lean by 25 or 65 degrees: a ray along -z goes on upwards or downwards */
+    const double x = i & 1 ? -1 : 1, y = i & 2 ? -1 : 1, lean = (i & 4 ? 65 : 25) * PI / 180;
+    const vec normal = vec_of(x * sin(lean) * sqrt(0.5), y * sin(lean) * sqrt(0.5), cos(lean));
+    const vec side = vec_unit(vec_cross(vec_of(0, 0, 1), normal)), up = vec_cross(normal, side);
+    quad q = quad_of(vec_of(i % 4 - 1.5, 1.5 - i / 4, 0), vec_mul(side, 0.2), vec_mul(up, 0.2));
+    stage_quad(s, &q, material);
+  }
+  stage_commit(s);
+  for (int path = PKTRT_PATH_FAST; path <= PKTRT_PATH_PAPER; path++) {
+    for (int octants = 0; octants < 2; octants++) {
+      pktrt_render_desc d = stage_view(PKTRT_MODE_WRT, 4, 4, got, vec_of(0, 0, 400), vec_of(0, 0, 0));
+      d.camera.fov_y = (float)(2 * atan(2 / 400.) * 180 / PI), d.max_depth = 1;
+      d.path = (pktrt_path)path, d.packet_size = 4, d.packet = log_packet, d.user = &log;
+      d.assembly = octants ? PKTRT_ASSEMBLY_OCTANTS : PKTRT_ASSEMBLY_RAY_TYPES;
+      memset(&log, 0, sizeof log);
+      stage_render(s, &d);
+      log_line(&log, line, sizeof line);
+      CHECK(log.rays == 16 && log.packets == (octants ? 8 : 1), "path %d: %u rays in %u packets: %s", path,
+            log.rays, log.packets, line);
     }
   }
-  pktrt_scene *s = sixteen(figure, order);
-  trace_sixteen(s, PKTRT_PATH_PAPER, PKTRT_ASSEMBLY_OCTANTS, &log);
-  log_line(&log, got, sizeof got), log_line(&want, line, sizeof line);
-  CHECK(strcmp(got, line) == 0 && want.packets > 6, "octants:\n      %s, not\n      %s", got, line);
   pktrt_scene_destroy(s);
+}
+
+/* Three lights: the sixteen rays to each are a packet, or all of them together. */
+static void shadows_together(void) {
+  packet_log log;
+  char line[4096];
+  float got[48];
+  pktrt_scene *s = stage_open();
+  pktrt_material m = material_of(0.8, PKTRT_SPECULAR_NONE, 0);
+  quad q = quad_of(vec_of(0, 0, 0), vec_of(9, 0, 0), vec_of(0, 9, 0));
+  stage_quad(s, &q, stage_material(s, &m));
+  for (int i = 0; i < 3; i++) {
+    pktrt_light l = light_of(PKTRT_LIGHT_POINT, 100);
+    l.position[0] = (float)i, l.position[2] = 10;
+    stage_light(s, &l);
+  }
+  stage_commit(s);
+  for (int path = PKTRT_PATH_FAST; path <= PKTRT_PATH_PAPER; path++) {
+    for (int together = 0; together < 2; together++) {
+      pktrt_render_desc d = stage_view(PKTRT_MODE_WRT, 4, 4, got, vec_of(0, 0, 5), vec_of(0, 0, 0));
+      d.path = (pktrt_path)path, d.packet_size = 4, d.packet = log_packet, d.user = &log;
+      d.shadows = together ? PKTRT_SHADOWS_TOGETHER : PKTRT_SHADOWS_PER_LIGHT;
+      memset(&log, 0, sizeof log);
+      stage_render(s, &d);
+      log_line(&log, line, sizeof line);
+      CHECK(log.rays == 48 && log.packets == (together ? 1 : 3) && log.largest == (together ? 48 : 16),
+            "path %d: %u rays in %u packets: %s", path, log.rays, log.packets, line);
+    }
+  }
+  pktrt_scene_destroy(s);
+}
+
+/* On the paper path a packet sends out its rays alone; on the fast path several do so together. */
+static void waves_of_packets(void) {
+  enum { N = 32 };
+  float *got = stage_pixels(N * N * 3);
+  pktrt_scene *s = stage_open();
+  pktrt_material m = material_of(0, PKTRT_SPECULAR_MIRROR, 0.5);
+  quad wall = quad_of(vec_of(0, 0, 0), vec_of(99, 0, 0), vec_of(0, 99, 0));
+  stage_quad(s, &wall, stage_material(s, &m));
+  stage_commit(s);
+  for (uint32_t edge = 2; edge <= 16; edge *= 2) {
+    for (int path = PKTRT_PATH_FAST; path <= PKTRT_PATH_PAPER; path++) {
+      packet_log log;
+      pktrt_render_desc d = stage_view(PKTRT_MODE_WRT, N, N, got, vec_of(0, 0, 5), vec_of(0, 0, 0));
+      memset(&log, 0, sizeof log);
+      d.path = (pktrt_path)path, d.packet_size = edge, d.packet = log_packet, d.user = &log;
+      stage_render(s, &d);
+      const uint32_t want = path == PKTRT_PATH_PAPER ? edge * edge : 256;
+      CHECK(log.rays == N * N && log.largest == want, "path %d, packets of %u x %u: %u rays, up to %llu together", path,
+            edge, edge, log.rays, (unsigned long long)log.largest);
+    }
+  }
+  pktrt_scene_destroy(s);
+  free(got);
 }
 
 /* --- a scene with everything that sends rays out --- */
@@ -468,6 +554,9 @@ static void attenuation(void) {
 void suite_assembly(void) {
   run("the sixteen rays of the paper's figure 3 give the packets that section 3.2.1 lists", figure_3);
   run("octants part the rays of figure 3 by direction", figure_3_octants);
+  run("octants part rays by the signs of all three components", all_octants);
+  run("shadow rays of all lights are one packet, or one for each light", shadows_together);
+  run("on the paper path a packet sends out its rays alone", waves_of_packets);
   run("every assembly sends the same rays, all of them counted", no_ray_lost);
   run("waves that are full to their last lane go on in packets of any assembly", full_waves);
   run("counts do not depend on threads and tiles", counts_of_threads);

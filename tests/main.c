@@ -229,6 +229,9 @@ int main(int argc, char **argv) {
   suite_tree();
   suite_truth();
   suite_watertight();
+  suite_slack();
+  suite_work();
+  suite_examples();
   suite_spawn();
   suite_sampler();
   suite_render();

@@ -1,7 +1,17 @@
-/* The library without slack (noslack.c), for controls. Scenes of the one are no scenes of the other. */
+/* The library with parts of its slack taken away (noslack.c), for controls. Scenes of the one are no scenes of the
+   other. */
 #ifndef PKTRT_TEST_NOSLACK_H
 #define PKTRT_TEST_NOSLACK_H
-#include "meshes.h"
+
+/* What the bounds of >>exactness are multiplied by: 1 leaves them as they are. Not to be changed while others ask. */
+typedef struct slack_parts {
+  float m, o, min, rho, depth, spread, estimate, area, edge, tiny, det; /* the constants PKTRT__PAD_M, ... LEAST_DET */
+  float sides, end; /* of frusta: what rounding does to the sides of triangles; what lies beyond the far end */
+} slack_parts;
+extern slack_parts slack_left; /* slack_none at first */
+extern const slack_parts slack_whole, slack_none;
+
+#include "meshes.h" /* whose pktrt.h is the one with this slack, in noslack.c */
 
 pktrt_scene *noslack_scene(const world *, pktrt_isa); /* committed; NULL on failure */
 void noslack_destroy(pktrt_scene *);

@@ -525,6 +525,26 @@ static void lobes(void) {
   }
 }
 
+/* The mappings send the same samples elsewhere: a picture with one is not that with the other. */
+static void mappings_differ(void) {
+  float got[3][48];
+  quad floor = quad_of(vec_of(0, 0, 0), vec_of(0, 0, 10), vec_of(10, 0, 0));
+  pktrt_scene *scene = stage_open();
+  pktrt_material m = material_of(0, PKTRT_SPECULAR_MIRROR, 1);
+  m.lobe = PKTRT_LOBE_PHONG, m.exponent = 10;
+  stage_quad(scene, &floor, stage_material(scene, &m));
+  stage_commit(scene);
+  for (int i = 0; i < 3; i++) {
+    sky s = {{0, 0, 0}, {0, 0, 0}, {0, 1, 0}};
+    pktrt_render_desc d = stage_view(PKTRT_MODE_DRT, 4, 4, got[i], vec_of(0, 2, 0.1), vec_of(0, 0, 0));
+    d.environment = sky_cosine, d.user = &s, d.phong_mapping = i == 1 ? PKTRT_PHONG_NAIVE : PKTRT_PHONG_CAREFUL;
+    stage_render(scene, &d);
+  }
+  CHECK(memcmp(got[0], got[2], sizeof got[0]) == 0, "the control: the careful one twice");
+  CHECK(memcmp(got[0], got[1], sizeof got[0]) != 0, "the naive mapping makes no difference");
+  pktrt_scene_destroy(scene);
+}
+
 /* --- energy; furnaces are in stability_shading.c --- */
 
 /* A slab in the furnace: what max_depth D leaves out is (1 - F) F^(D-1). */
@@ -719,6 +739,7 @@ void suite_shading(void) {
   run("what lies within glass is dimmed on both ways", within_glass);
   run("a prism reflects totally beyond the critical angle only", prisms);
   run("the Phong lobe has the mean and the norm of its closed form", lobes);
+  run("the naive mapping of the Phong lobe sends samples elsewhere than the careful one", mappings_differ);
   run("what the depth limit leaves out of a slab is a geometric series", residual);
   run("a texture changes albedo, reflectance and emission by position", textures);
   run("a shader replaces everything else", shaders);

@@ -1,0 +1,486 @@
+/* Every part of the slack of >>exactness is needed, or stays far from being used up. Rays are sought, from a seed, that
+   come near a bound: the library must answer each as the reference does, and a copy of it with less of that one part
+   must not. */
+#include "noslack.h"
+#include <stddef.h>
+
+/* --- one triangle, and rays that graze it or its box --- */
+
+enum { RAYS = 64 };
+typedef struct graze {
+  world w;
+  float corner[18]; /* three, at one key or two */
+  uint32_t index[3];
+  pktrt_ray ray[RAYS];
+  pktrt_hit want[RAYS];
+  uint32_t axis[3]; /* k, u, v */
+} graze;
+typedef void make_graze(rng *, graze *);
+
+static float either(rng *r, float x) { return rng_below(r, 2) ? x : -x; }
+static float jog(rng *r, float x, uint32_t most) { /* a few floats up or down */
+  const float to = either(r, INFINITY);
+  for (uint32_t i = rng_below(r, most + 1); i; i--) x = nextafterf(x, to);
+  return x;
+}
+
+static void start(rng *r, graze *g, uint32_t keys) {
+  memset(g, 0, sizeof *g);
+  g->w = world_none();
+  g->w.n = 1;
+  g->w.m[0].p = g->corner, g->w.m[0].i = g->index;
+  g->w.m[0].nv = 3, g->w.m[0].nt = 1, g->w.m[0].keys = keys;
+  g->axis[0] = rng_below(r, 3), g->axis[1] = (g->axis[0] + 1) % 3, g->axis[2] = (g->axis[0] + 2) % 3;
+  for (uint32_t c = 0; c < 3; c++) g->index[c] = c;
+  for (uint32_t i = 0; i < RAYS; i++) g->ray[i] = ray_of(0, 0, 0, 0, 0, 0);
+}
+static void set(const graze *g, float p[3], float u, float v, float k) {
+  p[g->axis[1]] = u, p[g->axis[2]] = v, p[g->axis[0]] = k;
+}
+
+/* Boxes. A side of the triangle is an edge of its box, which rays pass as they pass the side: there the slabs of two
+   axes are short by what is rounded. Origins are small: what they add to the slack would hide that of M. */
+static void graze_box(rng *r, graze *g, uint32_t keys, float scale) {
+  start(r, g, keys);
+  const float su = either(r, 1), sv = either(r, 1), sk = either(r, 1);
+  for (uint32_t key = 0; key < keys; key++) {
+    const float a = rng_range(r, 1, 1.1f), b = rng_range(r, 1, 1.1f), k = rng_range(r, 1.1f, 1.3f);
+    float *p = g->corner + 9 * key;
+    set(g, p, su * scale * a, sv * scale * b, sk * scale * k);
+    set(g, p + 3, su * scale * a, sv * scale * b, sk * scale * rng_range(r, 1.1f, k));
+    set(g, p + 6, su * scale * (a - rng_unit(r)), sv * scale * (b + rng_unit(r)), sk * scale * k);
+  }
+  for (uint32_t i = 0; i < RAYS; i++) {
+    pktrt_ray *x = &g->ray[i];
+    float p[3][3], length = rng_range(r, 1, 2), part = rng_unit(r);
+    x->time = rng_unit(r);
+    for (uint32_t c = 0; c < 2; c++) ref_vertex(&g->w.m[0], c, x->time, p[c]);
+    for (int a = 0; a < 3; a++) {
+      x->origin[a] = scale * 0.03f * rng_sign(r);
+      x->direction[a] = (p[0][a] + part * (p[1][a] - p[0][a]) - x->origin[a]) / scale;
+    }
+    length /= fabsf(x->direction[g->axis[0]]);
+    for (int a = 0; a < 3; a++) x->direction[a] = jog(r, length * x->direction[a], 4);
+  }
+}
+static void graze_box_moving(rng *r, graze *g) { graze_box(r, g, 2, 1); }
+static void graze_box_tiny(rng *r, graze *g) { graze_box(r, g, 1, 0x1p-133f); }
+
+/* A ray at that edge, near a corner of it. */
+typedef struct climber {
+  float corner[3], o[3], d[3]; /* by u, v, k */
+  bool fused;                  /* as single rays are culled with AVX2; not: as on the paper path */
+} climber;
+
+/* How much earlier it leaves the slab of u than it enters that of v, each widened by 2 / 18 of the slack of M, if it
+   hits the triangle's side, which ends at LOWER of the corner's depth. */
+#define LOWER 0.8f
+static float shortage(const climber *x) {
+  const float dk = x->d[2], z[2] = {x->corner[2] - x->o[2], LOWER * x->corner[2] - x->o[2]};
+  const float pad = 0x1p-24f * (2 * z[0] + 8 * fmaxf(fabsf(x->o[0]), fmaxf(fabsf(x->o[1]), fabsf(x->o[2]))));
+  float at[2], seen[2][2];
+  for (int a = 0; a < 2; a++) {
+    const float slope = x->d[a] / dk, back = fabsf(dk) / x->d[a], c = x->o[a] * back, wide = pad * back;
+    const float plane = x->corner[a] * back, begin = a ? c + wide : c - wide;
+    for (int end = 0; end < 2; end++) {
+      const float far_ = slope * z[end];
+      seen[end][a] = (x->corner[a] - x->o[a]) - far_;
+    }
+    at[a] = x->fused ? fmaf(x->corner[a], back, -begin) : plane - begin;
+  }
+  const double side = (double)seen[0][0] * (double)seen[1][1] - (double)seen[0][1] * (double)seen[1][0];
+  return side < 0 ? 1000 * (float)side - 0.001f : at[1] - at[0];
+}
+
+static void aim(climber *x, float length) { /* a little before the corner */
+  for (int a = 0; a < 3; a++) x->d[a] = length * (a < 2 ? x->corner[a] - x->o[a] : 0.98f * x->corner[2] - x->o[2]);
+}
+
+/* Moves a corner, and the ray at it, or the ray alone by little; not so far that M becomes another. */
+static bool nudge(rng *r, climber *x) {
+  float *value[3] = {x->corner, x->o, x->d}, *one = value[rng_below(r, 3)] + rng_below(r, 3);
+  switch (rng_below(r, 3)) {
+  case 0: *one = jog(r, *one, 2); break;
+  case 1: *one *= 1 + 1e-6f * rng_sign(r); break;
+  default:
+    if (rng_below(r, 2)) x->corner[rng_below(r, 3)] *= 1 + 0.01f * rng_sign(r);
+    aim(x, x->d[2] / x->corner[2] * (1 + 0.01f * rng_sign(r)));
+  }
+  for (int a = 0; a < 3; a++)
+    if (!(fabsf(x->o[a]) < 0.02f)) return false;
+  return x->corner[0] >= 1 && x->corner[0] < 1.1f && x->corner[1] >= 1 && x->corner[1] < 1.1f && x->corner[2] > 1.18f &&
+         x->corner[2] < 1.3f;
+}
+
+static climber climb(rng *r) {
+  climber best = {
+      {rng_range(r, 1, 1.1f), rng_range(r, 1, 1.1f), rng_range(r, 1.18f, 1.3f)}, {0, 0, 0}, {0, 0, 0}, rng_below(r, 2)};
+  for (int a = 0; a < 3; a++) best.o[a] = 0.02f * rng_sign(r);
+  aim(&best, rng_range(r, 1, 2));
+  float most = shortage(&best);
+  for (int step = 0; step < 5000; step++) {
+    climber x = best;
+    bool ok = true;
+    for (uint32_t times = 1 + rng_below(r, 3); times; times--) ok = ok && nudge(r, &x);
+    const float need = shortage(&x);
+    if (ok && need >= most) most = need, best = x;
+  }
+  return best;
+}
+
+/* The same at rest, with a corner and a ray that were moved about until more slack is needed. The others are like
+   it. */
+static void graze_box_closely(rng *r, graze *g) {
+  const float su = either(r, 1), sv = either(r, 1), sk = either(r, 1);
+  const climber x = climb(r);
+  const float u = su * x.corner[0], v = sv * x.corner[1], k = sk * x.corner[2];
+  start(r, g, 1);
+  set(g, g->corner, u, v, k);
+  set(g, g->corner + 3, u, v, LOWER * k);
+  set(g, g->corner + 6, 0.7f * u, 1.05f * v, 0.9f * k);
+  for (uint32_t i = 0; i < RAYS; i++) {
+    set(g, g->ray[i].origin, su * x.o[0], sv * x.o[1], sk * x.o[2]);
+    set(g, g->ray[i].direction, su * x.d[0], sv * x.d[1], sk * x.d[2]);
+    if (i) g->ray[i].origin[i % 3] = jog(r, g->ray[i].origin[i % 3], 3);
+  }
+}
+
+/* Depths. Each ray looks again with room for nothing but the hit, or with none for it. */
+static void look_again(graze *g) {
+  for (uint32_t i = 0; i < RAYS; i += 4) {
+    pktrt_hit h;
+    for (uint32_t j = 1; j < 4; j++) g->ray[i + j] = g->ray[i];
+    ref_intersect(&g->w, &g->ray[i], &h);
+    g->ray[i].tmax = h.t;
+    g->ray[i + 1].tmax = nextafterf(h.t, INFINITY);
+    g->ray[i + 2].tmin = h.t;
+    g->ray[i + 3].tmin = nextafterf(h.t, -INFINITY);
+  }
+}
+
+/* Corners p + (x, y, z) as rays from the origin with these slopes see them. */
+static void set_seen(graze *g, uint32_t c, float x, float y, float z, const float slope[2]) {
+  set(g, g->corner + 3 * c, x + slope[0] * z, y + slope[1] * z, z);
+}
+
+/* By how much the depth that single precision estimates is wrong, in units of eps X Y R / |D|; 0 if the ray misses. */
+static float misjudged(const graze *g, const pktrt_ray *ray) {
+  const float *d = ray->direction, *o = ray->origin, dk = d[g->axis[0]];
+  float x[3], y[3], z[3], e[3], sum = 0, det = 0;
+  double exact[3], depth = 0, all = 0;
+  for (int c = 0; c < 3; c++) {
+    const float *p = g->corner + 3 * c;
+    z[c] = p[g->axis[0]] - o[g->axis[0]];
+    const float su = d[g->axis[1]] / dk * z[c], sv = d[g->axis[2]] / dk * z[c];
+    x[c] = (p[g->axis[1]] - o[g->axis[1]]) - su, y[c] = (p[g->axis[2]] - o[g->axis[2]]) - sv;
+  }
+  for (int c = 0; c < 3; c++) {
+    const int i = (c + 2) % 3, j = (c + 1) % 3;
+    const float one = x[i] * y[j], other = y[i] * x[j];
+    e[c] = one - other, exact[c] = (double)x[i] * (double)y[j] - (double)y[i] * (double)x[j];
+    det += e[c], all += exact[c], depth += exact[c] * (double)z[c];
+  }
+  for (int c = 0; c < 3; c++)
+    if (exact[c] * all < 0) return 0;
+  for (int c = 0; c < 3; c++) sum = fmaf(e[c] / det, z[c], sum);
+  const float xs = fmaxf(fabsf(x[0]), fmaxf(fabsf(x[1]), fabsf(x[2])));
+  const float ys = fmaxf(fabsf(y[0]), fmaxf(fabsf(y[1]), fabsf(y[2])));
+  const float range = fmaxf(z[0], fmaxf(z[1], z[2])) - fminf(z[0], fminf(z[1], z[2]));
+  return (float)fabs((double)sum - depth / all) * fabsf(det) / (0x1p-24f * xs * ys * range);
+}
+
+/* Seen nearly edge-on: large in x, y and z, with little area. Of 60 rays each time that which is misjudged most. */
+static void edge_on(rng *r, graze *g) {
+  start(r, g, 1);
+  const float thin = powf(10, rng_range(r, -4, -1)), slope[2] = {rng_sign(r), rng_sign(r)};
+  const float turn = (float)rng_below(r, 2) * 1.5707964f + rng_range(r, 0.6f, 1);
+  float x[3], y[3], l[3], sum = 0, mx = 0, my = 0;
+  for (int c = 0; c < 3; c++) {
+    const float along = c == 2 ? rng_sign(r)
+                        : c    ? -rng_range(r, 0.7f, 1)
+                               : rng_range(r, 0.7f, 1),
+                across = thin * rng_sign(r);
+    x[c] = cosf(turn) * along - sinf(turn) * across, y[c] = sinf(turn) * along + cosf(turn) * across;
+    sum += l[c] = 0.05f + rng_unit(r);
+  }
+  for (int c = 0; c < 3; c++) mx += x[c] * l[c] / sum, my += y[c] * l[c] / sum;
+  for (uint32_t c = 0; c < 3; c++) set_seen(g, c, x[c] - mx, y[c] - my, rng_range(r, 1, 3), slope);
+  for (uint32_t i = 0; i < RAYS; i += 4) {
+    float most = -1;
+    for (int n = 0; n < 60; n++) {
+      pktrt_ray ray = g->ray[i];
+      set(g, ray.direction, jog(r, slope[0], 9), jog(r, slope[1], 9), 1);
+      for (int a = 0; a < 3; a++) ray.origin[a] = thin * 0.01f * rng_sign(r);
+      const float wrong = misjudged(g, &ray);
+      if (wrong > most) most = wrong, g->ray[i] = ray;
+    }
+  }
+  look_again(g);
+}
+
+/* So near that depths, or what becomes of them along a long direction, are denormal. */
+static void denormal_depth(rng *r, graze *g) {
+  start(r, g, 1);
+  const bool deep = rng_below(r, 2);
+  const float slope[2] = {0, 0}, unit = deep ? ldexpf(1, -84) : ldexpf(1, -144);
+  for (uint32_t c = 0; c < 3; c++)
+    set_seen(g, c, c == 1 ? 2 : -1 + 0.3f * rng_unit(r), c == 2 ? 2 : -1 + 0.3f * rng_unit(r),
+             unit * rng_range(r, 1, 9), slope);
+  for (uint32_t i = 0; i < RAYS; i += 4) {
+    const float length = rng_range(r, 1, 2) * (deep ? ldexpf(1, 60) : 1);
+    set(g, g->ray[i].direction, rng_sign(r) * length, rng_sign(r) * length, length);
+  }
+  look_again(g);
+}
+
+/* So small, or so thin, that the products of x and y are denormal; far away. */
+static void denormal_area(rng *r, graze *g) {
+  start(r, g, 1);
+  const float size = ldexpf(1, -70), slope[2] = {0, 0}, far_ = ldexpf(1, 60);
+  for (uint32_t c = 0; c < 3; c++)
+    set_seen(g, c, size * ((c == 1 ? 2 : -1) + 0.5f * rng_sign(r)), size * ((c == 2 ? 2 : -1) + 0.5f * rng_sign(r)),
+             far_ * rng_range(r, 1, 9), slope);
+  for (uint32_t i = 0; i < RAYS; i += 4) {
+    for (int a = 0; a < 3; a++) g->ray[i].origin[a] = size * 0.2f * rng_sign(r);
+    g->ray[i].origin[g->axis[0]] = 0, g->ray[i].direction[g->axis[0]] = rng_range(r, 1, 2);
+  }
+  look_again(g);
+}
+
+/* Sides. Rays of one origin all about an axis. The first leans more to one side of the triangle than all others, so
+   that it alone can hit it. */
+static void at_a_side(rng *r, graze *g) {
+  start(r, g, 1);
+  const float lean = powf(10, rng_range(r, -4, -2)), angle = 7 * rng_unit(r), x = cosf(angle), y = sinf(angle);
+  const float slope[2] = {y < 0 ? lean : -lean, x > 0 ? lean : -lean}, s = rng_range(r, 0.2f, 1),
+              t = rng_range(r, 0.2f, 1);
+  const float k = either(r, 1);
+  float o[3];
+  for (int a = 0; a < 3; a++) o[a] = rng_sign(r);
+  set_seen(g, 0, s * x, s * y, k * rng_range(r, 0.6f, 1), slope);
+  set_seen(g, 1, -t * x, -t * y, k * rng_range(r, 0.6f, 1), slope);
+  set_seen(g, 2, -y * s, x * s, k * rng_range(r, 0.6f, 1), slope);
+  for (int c = 0; c < 9; c++) g->corner[c] += o[c % 3];
+  for (uint32_t i = 0; i < RAYS; i++) {
+    const float part = i ? rng_range(r, -1, 0.99f) : 1, other = i ? rng_range(r, -1, 0.99f) : 1;
+    memcpy(g->ray[i].origin, o, sizeof o);
+    set(g, g->ray[i].direction, k * part * slope[0], k * other * slope[1], k);
+  }
+}
+
+/* Planes. Parallel rays of many origins, the first of which is the outermost one all the way: it grazes a side of the
+   triangle, which lies beyond all others, at their common time. */
+static void at_a_plane(rng *r, graze *g, uint32_t keys) {
+  start(r, g, keys);
+  const float spread = powf(10, rng_range(r, -2, 0.5f)), outwards = either(r, 1), k = either(r, 1), time = rng_unit(r);
+  const float depth = rng_below(r, 2) ? rng_range(r, 1, 1.3f) : powf(10, rng_range(r, -2, 0));
+  const float slope = rng_range(r, 0.5f, 1);
+  float p[3], to[3];
+  for (uint32_t key = 0; key < keys; key++) {
+    for (int a = 0; a < 3; a++) p[a] = rng_below(r, 2) ? 0.05f * rng_sign(r) : rng_sign(r);
+    for (uint32_t c = 0; c < 3; c++) {
+      float *corner = g->corner + 9 * key + 3 * c;
+      set(g, corner, c == 2 ? outwards : 0, (float)c - 0.5f, 0);
+      for (int a = 0; a < 3; a++) corner[a] += p[a];
+    }
+  }
+  ref_vertex(&g->w.m[0], 0, time, p);
+  p[g->axis[2]] += 0.5f; /* the middle of the side */
+  set(g, to, either(r, slope) * depth, 0.1f * rng_sign(r) * depth, k * depth);
+  for (int a = 0; a < 3; a++) g->ray[0].origin[a] = p[a] - to[a], g->ray[0].direction[a] = jog(r, to[a], 3);
+  g->ray[0].time = time;
+  for (uint32_t i = 1; i < RAYS; i++) {
+    const float along = rng_below(r, 2) ? rng_range(r, -1, 1) : 0;
+    float aside[3];
+    g->ray[i] = g->ray[0];
+    set(g, aside, -outwards * spread * rng_unit(r), spread * rng_sign(r), 0);
+    for (int a = 0; a < 3; a++) g->ray[i].origin[a] += aside[a] + along * to[a];
+  }
+}
+
+/* --- what the library and the copy answer --- */
+
+typedef enum asked { SINGLE, FAST, PAPER, ASKED } asked;
+static const pktrt_path paths[ASKED] = {PKTRT_PATH_SINGLE, PKTRT_PATH_FAST, PKTRT_PATH_PAPER};
+
+/* The rays that one path answers otherwise than the reference. */
+static uint64_t lost_by(const graze *g, const pktrt_scene *s, bool copy, asked how) {
+  pktrt_hit got[RAYS];
+  bool hidden[RAYS];
+  pktrt_query_desc q;
+  uint64_t lost = 0;
+  memset(&q, 0, sizeof q);
+  q.path = paths[how];
+  (copy ? noslack_intersect : pktrt_intersect_ex)(s, &q, g->ray, got, RAYS);
+  (copy ? noslack_occluded : pktrt_occluded_ex)(s, &q, g->ray, hidden, RAYS);
+  for (uint32_t i = 0; i < RAYS; i++)
+    if (!same_bits(&got[i], &g->want[i], sizeof got[i]) || hidden[i] != (g->want[i].mesh != PKTRT_NONE))
+      lost |= (uint64_t)1 << i;
+  return lost;
+}
+
+static void ask_reference(graze *g) {
+  for (uint32_t i = 0; i < RAYS; i++) ref_intersect(&g->w, &g->ray[i], &g->want[i]);
+}
+
+/* The library loses none, on an instruction set that the seed chooses. */
+static void library_is_right(const char *name, const graze *g, uint64_t seed) {
+  pktrt_scene *s = world_scene(&g->w, isas[seed % (uint64_t)isa_count], 0);
+  for (int how = 0; how < ASKED; how++) {
+    const uint64_t lost = lost_by(g, s, false, (asked)how);
+    CHECK(!lost, "%s, triangle %llu: path %d answers rays %llx otherwise than the reference", name,
+          (unsigned long long)seed, how, (unsigned long long)lost);
+  }
+  pktrt_scene_destroy(s);
+}
+
+/* --- parts that are needed --- */
+
+typedef struct part {
+  const char *name;
+  size_t at;      /* in slack_parts */
+  float of, left; /* what the constant is a multiple of, and what is left of it */
+  make_graze *make;
+  uint32_t triangles;
+} part;
+#define PART(field) #field, offsetof(slack_parts, field)
+static const part parts[] = {
+    {PART(m), 18, 2, graze_box_closely, 200}, {PART(m), 18, 1, graze_box_moving, 200},
+    {PART(min), 1, 0, graze_box_tiny, 40},    {PART(spread), 13, 1, edge_on, 400},
+    {PART(tiny), 2, 0, denormal_depth, 40},   {PART(det), 1, 0, denormal_area, 40},
+    {PART(sides), 32, 0, at_a_side, 600},
+};
+
+/* Whether the copy loses a hit with so much of a part. */
+static bool copy_loses(const part *p, const graze *g, float left) {
+  uint64_t lost = 0;
+  slack_left = slack_whole;
+  left /= p->of;
+  memcpy((char *)&slack_left + p->at, &left, sizeof left);
+  pktrt_scene *s = noslack_scene(&g->w, PKTRT_ISA_AUTO);
+  if (!CHECK(s != NULL)) return false;
+  for (int how = 0; how < ASKED; how++) lost |= lost_by(g, s, true, (asked)how);
+  noslack_destroy(s);
+  slack_left = slack_none;
+  return lost != 0;
+}
+
+static void parts_are_needed(void) {
+  for (size_t i = 0; i < COUNT(parts); i++) {
+    const part *p = &parts[i];
+    uint32_t lose = 0;
+    float most = p->left; /* with which a hit was lost */
+    for (uint32_t seed = 0; seed < p->triangles; seed++) {
+      rng r = rng_of(seed + 1000 * i);
+      graze g;
+      p->make(&r, &g);
+      ask_reference(&g);
+      library_is_right(p->name, &g, seed);
+      if (!copy_loses(p, &g, p->left)) continue;
+      lose++;
+      while (most < p->of && copy_loses(p, &g, most + p->of / 64)) most += p->of / 64;
+    }
+    CHECK(lose > 0, "%s: without it nothing is lost", p->name);
+    say("%-6s of %2g, %g are left: %3u of %3u triangles lose hits; the last one with %.2g", p->name, (double)p->of,
+        (double)p->left, lose, p->triangles, (double)most);
+  }
+}
+
+/* --- parts that others stand in for ---
+
+   Of frusta. Let a ray hit at the depth W from the reference point, and begin at ow. Then ow <= W <= M, for the ray
+   whose origin has the point's depth sees the same scene; across, no corner is nearer to both ends of the origins than
+   to their middle. So where it counts, rho <= M. Errors, in units of eps M, without fused operations: 5 of the
+   canonical test, whose slope is the planes' own; 5 of C; 3 of its value at the far end; 4 of the plane there; 1, and
+   |o|, of the box: at rest 18 and |o|, which max D covers by itself. Beyond the far end a hit lies by rounding, by 2 at
+   most, and planes lean by 1 at most; there C errs by 5 eps rho only, and rho has slack of its own. Motion adds 5 1/2
+   and 4 |o|, so it is left to search: packets are moved about until more slack is needed, with nothing of that part and
+   as little of the others as loses a hit. */
+
+typedef struct spare_part {
+  const char *name;
+  bool rho, end; /* taken away */
+  uint32_t keys;
+} spare_part;
+
+/* Whether frusta lose a hit that their rays have alone, with so much of the others. */
+static bool frustum_loses(const spare_part *p, const graze *g, float others) {
+  slack_left = slack_whole;
+  slack_left.m = slack_left.o = slack_left.rho = slack_left.end = others;
+  if (p->rho) slack_left.rho = 0;
+  if (p->end) slack_left.end = 0;
+  pktrt_scene *s = noslack_scene(&g->w, PKTRT_ISA_AUTO);
+  if (!CHECK(s != NULL)) return false;
+  const uint64_t lost = lost_by(g, s, true, FAST);
+  const bool loses = lost && (lost & ~lost_by(g, s, true, SINGLE));
+  noslack_destroy(s);
+  slack_left = slack_none;
+  return loses;
+}
+
+/* Moves the triangle, the ray that grazes it, all rays, or everything by little. */
+static void shake(rng *r, graze *g) {
+  const uint32_t a = rng_below(r, 3);
+  const float by = 0.01f * rng_sign(r);
+  float to = g->ray[0].direction[a];
+  switch (rng_below(r, 4)) {
+  case 0: /* at the first key */
+    to = jog(r, g->corner[a], 2);
+    if (a == g->axis[1]) g->corner[a] = g->corner[3 + a] = to; /* the side */
+    if (a == g->axis[0]) g->corner[a] = g->corner[3 + a] = g->corner[6 + a] = to;
+    break;
+  case 1: g->ray[0].origin[a] = jog(r, g->ray[0].origin[a], 4); break;
+  case 2:
+    to = jog(r, to, 4);
+    for (int i = 0; i < RAYS; i++) g->ray[i].direction[a] = to;
+    break;
+  default:
+    for (uint32_t c = 0; c < 3; c++) g->corner[3 * c + a] += by;
+    for (int i = 0; i < RAYS; i++) g->ray[i].origin[a] += by;
+  }
+}
+
+static void copy_graze(graze *to, const graze *from) {
+  *to = *from;
+  to->w.m[0].p = to->corner, to->w.m[0].i = to->index;
+}
+
+/* The most of the others with which a hit is lost, of the packet of a seed and what it becomes. */
+static float spared(const spare_part *p, uint64_t seed, uint32_t steps, float most) {
+  rng r = rng_of(seed);
+  graze g;
+  at_a_plane(&r, &g, p->keys);
+  ask_reference(&g);
+  library_is_right(p->name, &g, seed);
+  if (!frustum_loses(p, &g, 0.003f)) return most;
+  float mine = 0.003f;
+  for (uint32_t step = 0; step < steps; step++) {
+    graze other;
+    copy_graze(&other, &g);
+    for (uint32_t times = 1 + rng_below(&r, 3); times; times--) shake(&r, &other);
+    ask_reference(&other);
+    if (!frustum_loses(p, &other, mine)) continue;
+    while (mine < 1 && frustum_loses(p, &other, mine * 1.1f)) mine *= 1.1f;
+    copy_graze(&g, &other);
+  }
+  library_is_right(p->name, &g, seed);
+  return fmaxf(mine, most);
+}
+
+static void parts_to_spare(void) {
+  static const spare_part spare[4] = {
+      {"rho", true, false, 1}, {"rho", true, false, 2}, {"end", false, true, 1}, {"end", false, true, 2}};
+  for (size_t i = 0; i < COUNT(spare); i++) {
+    const spare_part *p = &spare[i];
+    float most = 0;
+    for (uint64_t seed = 0; seed < 150; seed++) most = spared(p, seed, 300, most);
+    CHECK(most > 0.003f && most < 0.3f, "without %s a hit is lost with %g of the rest", p->name, (double)most);
+    say("without %s, %s, the first hit is lost when %.3f of the rest of the slack are left", p->name,
+        p->keys > 1 ? "moving" : "at rest", (double)most);
+  }
+}
+
+void suite_slack(void) {
+  run("with less of one part of the slack, hits are lost that the library has", parts_are_needed);
+  run("frusta need neither the slack of rho nor that of the far end, by far", parts_to_spare);
+}

@@ -3601,7 +3601,7 @@ PKTRT__NOINLINE bool pktrt__settle(const pktrt__view *view, pktrt__batch *b, uin
 
 /* t, u, v and normal of what a lone ray hit, as in >>resolve; false where the triangle has no area at its time. At rest
    corners are read where they lie: read again from a copy, just written, they would come late. */
-static bool pktrt__resolve_alone(const pktrt_scene *s, const pktrt__lone *q, pktrt_hit *hit) {
+PKTRT__DIVIDES_BY_ZERO static bool pktrt__resolve_alone(const pktrt_scene *s, const pktrt__lone *q, pktrt_hit *hit) {
   const pktrt__group *g = &s->groups[q->group];
   float copy[3][3];
   double n[3];

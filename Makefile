@@ -46,7 +46,7 @@ ifeq ($(MAKELEVEL),0)
 endif
 
 .PHONY: all demo effects deform view test-view readme-pictures test test-leaveout sanitize test-neon matrix platforms checksum flags test-guards deps deps-extra format clean help
-.PHONY: map figures bench bench-check bench-plots bench-readme bench-pictures bench-tests peers exactness error error-check leaveout leaveout-check
+.PHONY: mutants map figures bench bench-check bench-plots bench-readme bench-pictures bench-tests peers exactness error error-check leaveout leaveout-check
 .PHONY: stability stability-neon stability-sanitize sanitize-threads fuzz
 .DELETE_ON_ERROR:
 
@@ -61,6 +61,7 @@ help:
 	@echo "test-view   drives it under Xvfb and looks at the screen"
 	@echo "test        runs all tests                        sanitize    runs a smaller set under ASan and UBSan"
 	@echo "test-leaveout  the PKTRT_NO_... switches, each alone and all together"
+	@echo "mutants     how many of 400 single faults, planted in every room of the header, the tests notice, in three hours"
 	@echo "map         whether what the header's map from the paper to the code names is there"
 	@echo "stability   the extremes at length, in five minutes; figures go to bench/README.md"
 	@echo "stability-neon  a tenth of it on ARM, emulated        stability-sanitize  a hundredth under ASan and UBSan"
@@ -152,6 +153,11 @@ test:
 # What is left out by a switch is refused by name or does not compile; what is not keeps its bits.
 test-leaveout:
 	tests/leaveout.sh
+
+# Plants single faults, one at a time, and tells which of them the tests notice; a run that was ended goes on. COUNT=, SEED=, HOURS=,
+# ROOMS="..." and what they mean: tests/mutants.sh.
+mutants:
+	CC="$(CC)" JOBS=$(JOBS) tests/mutants.sh $(ARGS)
 
 # The viewer, as someone would use it.
 test-view:

@@ -1,5 +1,6 @@
-/* The test binary: test [--small] [--list] [--seed N] [filter...] runs the tests whose sentence contains one of the filters.
+/* The test binary: test [--small] [--first] [--list] [--seed N] [filter...] runs the tests whose sentence contains one of the filters.
    --thorough X makes the cases of stability.h longer or shorter (1: as long as they get), --results DIR keeps their figures.
+   --first ends with the first test that fails.
    PKTRT_TEST_ALL=1 in the environment prints every failure, not the first six of a test. */
 #include "stability.h"
 #include <stdarg.h>
@@ -14,7 +15,7 @@ int isa_count;
 
 static char **filters;
 static int filter_count, passed, failed;
-static bool list_only;
+static bool list_only, first_only;
 static int failures; /* of the running test */
 static char remarks[4096];
 static pthread_mutex_t report_lock = PTHREAD_MUTEX_INITIALIZER;
@@ -89,6 +90,7 @@ void run(const char *sentence, void (*test)(void)) {
   fflush(stdout);
   if (failures) failed++;
   else passed++;
+  if (failures && first_only) exit(1);
 }
 
 /* --- hooks --- */
@@ -202,11 +204,12 @@ int main(int argc, char **argv) {
   for (int i = 1; i < argc; i++) {
     if (strcmp(argv[i], "--small") == 0) small_run = true;
     else if (strcmp(argv[i], "--list") == 0) list_only = true;
+    else if (strcmp(argv[i], "--first") == 0) first_only = true;
     else if (strcmp(argv[i], "--seed") == 0 && i + 1 < argc) run_seed = strtoull(argv[++i], NULL, 10);
     else if (strcmp(argv[i], "--thorough") == 0 && i + 1 < argc) thoroughness = atof(argv[++i]);
     else if (strcmp(argv[i], "--results") == 0 && i + 1 < argc) results = argv[++i];
     else if (argv[i][0] == '-') {
-      fprintf(stderr, "usage: test [--small] [--thorough X] [--results DIR] [--list] [--seed N] "
+      fprintf(stderr, "usage: test [--small] [--first] [--thorough X] [--results DIR] [--list] [--seed N] "
                       "[words of a test's sentence, or +words not of it ...]\n");
       return 2;
     } else filters[filter_count++] = argv[i];

@@ -790,7 +790,7 @@ static void rich_same(int scenario) {
   rich_picture *want = malloc(sizeof *want), *other = malloc(sizeof *other);
   if (!want || !other) abort();
   memset(want, 0, sizeof *want);
-  pktrt_scene *s = rich_open(PKTRT_ISA_SCALAR, 0, 0), *nudged = rich_open(PKTRT_ISA_SCALAR, 0, 0.05f);
+  pktrt_scene *s = rich_open(isas[0], 0, 0), *nudged = rich_open(isas[0], 0, 0.05f);
   pktrt_render_desc d = rich_view(want, scenario);
   d.path = PKTRT_PATH_SINGLE, d.assembly = PKTRT_ASSEMBLY_NONE;
   stage_render(s, &d);

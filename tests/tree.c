@@ -212,7 +212,7 @@ static void structure(void) {
       if (kind == 5) for (uint32_t i = 0; i < w.m[3].nt; i++) memcpy(&w.m[3].i[3 * i], &w.m[3].i[0], 12);
       pktrt_scene_desc d = scene_desc_of(PKTRT_ISA_AUTO, 0);
       d.quality = (pktrt_build_quality)q;
-      pktrt_scene *s = pktrt_scene_create(&d), *reference = world_scene(&w, PKTRT_ISA_SCALAR, 0);
+      pktrt_scene *s = pktrt_scene_create(&d), *reference = world_scene(&w, isas[0], 0);
       for (uint32_t i = 0; i < w.n; i++) CHECK(mesh_add(s, &w.m[i], NULL) == PKTRT_OK);
       CHECK(pktrt_commit(s) == PKTRT_OK);
       sound(s, "built");

@@ -185,13 +185,15 @@ const char *fuzz_query(const uint8_t *data, size_t size, bool broken) {
   const feed odd = b;
   const uint32_t n = take_rays(&b, &g, rays);
   const char *wrong = try_numbers(odd);
+  bool first = true;
   for (int isa = PKTRT_ISA_SCALAR; isa <= PKTRT_ISA_NEON && !wrong; isa++) {
     fuzz_memory memory;
     if (!pktrt_isa_available((pktrt_isa)isa)) continue;
     pktrt_scene *s = build(&g, &memory, (pktrt_isa)isa);
     if (!s) return "A good scene is refused.";
     const size_t calls = memory.calls;
-    wrong = answer_alone(s, &g, rays, isa == PKTRT_ISA_SCALAR ? want : hit, n);
+    wrong = answer_alone(s, &g, rays, first ? want : hit, n);
+    first = false;
     if (!wrong) wrong = compare_paths(s, odd, rays, want, n, broken);
     if (!wrong) wrong = compare_spawned(s, odd, rays, want, n);
     if (!wrong && memory.calls != calls) wrong = "Queries allocate.";

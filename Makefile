@@ -146,8 +146,9 @@ $(B)/test: $(TEST_OBJECTS)
 	$(CC) $(CFLAGS) $^ -o $@ $(LDFLAGS) $(LDLIBS)
 
 test:
-	$(BUILD) $(B)/test $(B)/render
+	$(BUILD) $(B)/test $(B)/render $(if $(ONLY),,$(B)/checksum)
 	$(B)/test $(ONLY)
+	$(if $(ONLY),,$(B)/checksum | sed '/^by /d' | diff tests/checksum.txt - && echo "checksum: answers and pictures have the bits that are kept")
 	$(if $(ONLY),,tests/render.sh $(B)/render)
 
 # What is left out by a switch is refused by name or does not compile; what is not keeps its bits.

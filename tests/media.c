@@ -257,6 +257,44 @@ static void open_sheets(void) {
   }
 }
 
+/* What a camera in a ball of glass sees, with so many clear boxes ahead of it, where the line goes that looks for what it
+   stands in: along (0.259, 0.933, 0.2495). One or the other has two keys, both the same, hence a tree of its own. */
+static float seen_among(int others, bool ball_has_keys) {
+  float got[3];
+  set_up u = {0, false, false, false};
+  pktrt_scene *s = stage_open();
+  const uint32_t clear = slab_material(s, 0), dark = slab_material(s, 0.5);
+  mesh ball = mesh_sphere(3, 0, 1);
+  mesh_scale(&ball, 5);
+  if (ball_has_keys) mesh_move(&ball, 2, 0, 0, 0);
+  for (int i = 0; i < others; i++) {
+    mesh m = mesh_box();
+    const float away = 1 + 0.25f * (float)i; /* some within the ball */
+    mesh_scale(&m, 0.05f);
+    mesh_shift(&m, 0.13f + 0.259f * away, 0.31f + 0.933f * away, 1 + 0.2495f * away);
+    if (!ball_has_keys) mesh_move(&m, 2, 0, 0, 0);
+    stage_mesh(s, &m, clear);
+    mesh_free(&m);
+  }
+  stage_mesh(s, &ball, dark);
+  add_plate(s, &u, -3, true); /* within the ball: nothing else tells where the ray was */
+  stage_commit(s);
+  pktrt_render_desc d = straight(&u, PKTRT_MODE_WRT, got, 1, -3);
+  stage_render(s, &d);
+  pktrt_scene_destroy(s);
+  mesh_free(&ball);
+  return got[0];
+}
+
+/* It is found whichever of them the search meets first. */
+static void among_others(void) {
+  for (int keys = 0; keys < 2; keys++) {
+    const float alone = seen_among(0, keys), among = seen_among(40, keys);
+    CHECK(alone < 0.5f, "the control: the ball is seen: %g", (double)alone);
+    CHECK(fabsf(among / alone - 1) < 2e-5f, "two keys of the ball, %d: %g, not %g", keys, (double)among, (double)alone);
+  }
+}
+
 /* Glass above a liquid, by what parts them from each other and from the air: three sheets, through which a ray goes from both
    sides. In a box of another glass, whose last piece is dimmed by that one again. */
 static void interfaces(void) {
@@ -343,6 +381,7 @@ void suite_media(void) {
   run("a mirror in glass in glass sends back what both absorb", mirror_in_glass);
   run("what is reflected in glass stays in it", reflected_in_glass);
   run("a sheet of glass is not taken for a body around the camera", open_sheets);
+  run("a camera in glass is found to be there, however much other glass there is", among_others);
   run("bodies that share sheets as surfaces dim each on its own way", interfaces);
   run("glass in glass is found among 66,000 materials", many_materials);
   run("pictures of glass in glass are the same bits on all paths", settings_in_glass);

@@ -273,6 +273,26 @@ static void too_large(void) {
   mesh_free(&m);
 }
 
+/* The sentence names whose tree it was: that of meshes at rest, or of those with so many keys. */
+static void named_trees(void) {
+  for (uint32_t keys = 1; keys < 4; keys++) {
+    mesh m = mesh_sphere(4, 0, 1);
+    if (keys > 1) mesh_move(&m, keys, 0.4f, 0.05f, 2);
+    const pktrt_scene_desc d = scene_desc_of(PKTRT_ISA_AUTO, 0);
+    pktrt_scene *s = pktrt_scene_create(&d);
+    char want[64];
+    snprintf(want, sizeof want, "the meshes with %u key%s", (unsigned)keys, keys == 1 ? "" : "s");
+    CHECK(mesh_add(s, &m, NULL) == PKTRT_OK);
+    hooks.limit = 10000;
+    CHECK(pktrt_commit(s) == PKTRT_OUT_OF_MEMORY);
+    hooks.limit = 0;
+    const char *said = pktrt_last_error(s), *at = strstr(said, want);
+    CHECK(at && !at[strlen(want)], "\"%s\" ends with \"%s\"", said, want);
+    pktrt_scene_destroy(s);
+    mesh_free(&m);
+  }
+}
+
 void suite_memory(void) {
   run("stable: each allocation failing in turn leaves the scene usable and leaks nothing", each_allocation_serial);
   run("stable: each allocation failing in turn while several threads build", each_allocation_parallel);
@@ -280,4 +300,5 @@ void suite_memory(void) {
   run("stable: a rebuild that has no memory leaves the refitted tree", failing_rebuild);
   run("a scene goes on after failures as a fresh one would", usable_after_failure);
   run("more than the allocator gives is refused", too_large);
+  run("a commit without memory names the tree that it could not build", named_trees);
 }

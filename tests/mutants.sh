@@ -9,7 +9,7 @@
 #
 # The library is compiled for one instruction set (AVX2, SSE2 where there is no AVX2, else scalar); all other objects are those of the
 # header as it is. Tests run in the order of how many faults they noticed in how little time, small runs (test --small) before full
-# ones, and end with the first failure. A fault that does not compile, or leaves the machine code as it is, makes room for the next
+# ones, of those that take no more than five seconds, and end with the first failure; tests/checksum.c comes between them, tests/render.sh last. A fault that does not compile, or leaves the machine code as it is, makes room for the next
 # one. A crash and an endless loop are noticed. Survivors count as equivalent where tests/mutants/equivalent.txt has an argument.
 # Fails below $REQUIRED (95) percent.
 set -u
@@ -44,7 +44,7 @@ plan() {
       if (n > 6 && field[6] == "noticed") kills[by]++
       next
     }
-    $3 == together { next }
+    $3 == together || ($1 == "full" && $2 > 5) { next }
     { # the tests as they run without a fault: small or full, seconds, sentence
       count++
       order[count] = count; mode[count] = $1; seconds[count] = $2 + 0.005; name[count] = $3
@@ -64,7 +64,7 @@ plan() {
         sum += seconds[order[i]]
         printf "%d\t%s\t%06d\t%s\t%s\n", batch, mode[order[i]] == "small" ? "a" : "b", order[i], seconds[order[i]], name[order[i]]
       }
-      for (run in of_kind) printf "%d\t%s\t%06d\t%s\t%s\n", ++batch, run == "small" ? "a" : "b", 0, of_kind[run], kind
+      for (run in of_kind) if (run == "small") printf "%d\t%s\t%06d\t%s\t%s\n", ++batch, run == "small" ? "a" : "b", 0, of_kind[run], kind
     }' "$dir/results.csv" "$dir/tests.tsv" | sort -t "$(printf "\t")" -k 1,1n -k 2,3
 }
 
@@ -97,9 +97,17 @@ prepare() { # a folder that includes its own pktrt.h
 
 # Sets outcome and by.
 ask() { # the fault's folder
-  local batch mode seconds status sentences
+  local batch mode seconds status sentences summed=""
   plan >"$1/plan"
   while read -r batch mode; do
+    if [ "$mode" = b ] && [ -z "$summed" ]; then
+      summed=yes
+      (cd "$1" && $CC $flags -O1 -w tests/checksum.c -o checksum -lm) >"$1/said" 2>&1
+      if ! timeout -k 5 60 "$1/checksum" 2>&1 | sed '/^by /d' | cmp -s - tests/checksum.txt; then
+        outcome=noticed by="tests/checksum.txt"
+        return
+      fi
+    fi
     mapfile -t sentences < <(awk -F '\t' -v b="$batch" -v m="$mode" '$1 == b && $2 == m { print $5 }' "$1/plan")
     seconds=$(awk -F '\t' -v b="$batch" -v m="$mode" '$1 == b && $2 == m { sum += $4 } END { print sum }' "$1/plan")
     (ulimit -v 12000000 -c 0; cd "$here" && exec timeout -k 5 "$(slowest "$seconds")" \
@@ -139,7 +147,7 @@ compiled_lines() { # of pktrt.h, for this instruction set
 }
 
 header=$({ cat pktrt.h tests/mutants/faults.awk; echo "$flags"; $CC --version; } | cksum | tr -d ' ')
-TESTS=$(cat tests/*.[ch] tests/fuzz/*.[ch] tests/render.sh examples/*.[ch] | cksum | tr -d ' ')
+TESTS=$(cat tests/*.[ch] tests/fuzz/*.[ch] tests/render.sh tests/checksum.txt examples/*.[ch] | cksum | tr -d ' ')
 DEADLINE=$(($(date +%s) + $(awk -v h="$HOURS" 'BEGIN { print int(3600 * h) }')))
 export TESTS DEADLINE
 mkdir -p "$dir/objects" "$dir/intact"
@@ -220,8 +228,9 @@ choose() {
 score() {
   awk -F '\t' -v required="$REQUIRED" -v tests="$TESTS" '
     function trimmed(text) { sub(/^ +/, "", text); sub(/ +$/, "", text); return text }
-    function argument(old, new,    i, at) { # of the first entry whose change this is
+    function argument(room, old, new,    i, at) { # of the first entry whose change this is
       for (i = 1; i <= pairs; i++) {
+        if (where[i] != "" && where[i] != room) continue
         at = index(old, minus[i])
         while (at) {
           if (substr(old, 1, at - 1) plus[i] substr(old, at + length(minus[i])) == new) return why[entry[i]]
@@ -232,7 +241,9 @@ score() {
       return ""
     }
     FILENAME ~ /equivalent/ {
-      if (/^- /) { if (text) { entries++; text = 0 } minus[++pairs] = substr($0, 3); entry[pairs] = entries + 0 }
+      if (text && /^(in|-) /) { entries++; text = 0; only = "" }
+      if (/^in /) only = substr($0, 4)
+      else if (/^- /) { minus[++pairs] = substr($0, 3); entry[pairs] = entries + 0; where[pairs] = only }
       else if (/^\+/) plus[pairs] = substr($0, 3)
       else if (!/^#/ && !/^ *$/) { why[entries + 0] = why[entries + 0] (text ? " " : "") $0; text = 1 }
       next
@@ -251,7 +262,7 @@ score() {
       if (what == "same") { same++; next }
       planted[$2]++
       if (what == "noticed") { noticed[$2]++; next }
-      reason = argument($5, $6)
+      reason = argument($2, $5, $6)
       text = sprintf("%s, %s, line %d\n  - %s\n  + %s\n", $2, $3, $4, trimmed($5), $6 ~ /[^ ]/ ? trimmed($6) : "")
       if (reason != "") { equivalent[$2]++; proofs = proofs text "  " reason "\n" }
       else { survived[$2]++; survivors = survivors text }

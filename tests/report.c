@@ -242,6 +242,24 @@ static void bytes(void) {
   CHECK(x[3].motion - x[2].motion == 2 * x[2].positions, "what waits has further keys, too");
 }
 
+/* Each material and each light adds to the looks what it takes in an array. */
+static void looks(void) {
+  pktrt_scene *s = stage_open();
+  pktrt_scene_report none, some;
+  const pktrt_material plain = material_of(0.5, PKTRT_SPECULAR_NONE, 0);
+  pktrt_light point = light_of(PKTRT_LIGHT_POINT, 1);
+  pktrt_get_scene_report(s, NULL, &none);
+  for (int i = 0; i < 3; i++) stage_material(s, &plain);
+  pktrt_get_scene_report(s, NULL, &some);
+  CHECK(some.looks == none.looks + 3 * sizeof plain, "three materials: %llu bytes", (unsigned long long)some.looks);
+  for (int i = 0; i < 5; i++) stage_light(s, &point);
+  pktrt_get_scene_report(s, NULL, &some);
+  CHECK(some.looks == none.looks + 3 * sizeof plain + 5 * sizeof point, "and five lights: %llu bytes",
+        (unsigned long long)some.looks);
+  CHECK(some.bytes - none.bytes == some.looks - none.looks, "they are part of the sum");
+  pktrt_scene_destroy(s);
+}
+
 /* What a render allocates while it runs, and no more than that. */
 static size_t peak_of(pktrt_scene *s, const pktrt_render_desc *d) {
   const size_t before = hooks.live_bytes;
@@ -410,6 +428,7 @@ void suite_report(void) {
   run("each feature is reported where it is, and runs in the modes that show it", features);
   run("for queries, what only pictures show does not run", queries_only);
   run("the report's bytes add up, and are those of the scene's info and of the hooks", bytes);
+  run("materials and lights are counted among the looks", looks);
   run("a worker's bytes are what a picture takes, more where rays go on", workers);
   run("the bytes of passes are those that they take", passes);
   run("the report's text names what there is, and is cut off at any room", texts);

@@ -180,6 +180,27 @@ static void out_of_range(void) {
   }
 }
 
+/* 0 samples are 1, more than 65536 are 65536, and numbers beyond the last begin again. */
+static void clamped(void) {
+  static const uint32_t given[3][2] = {{0, 1}, {65537, 65536}, {0xFFFFFFFFu, 65536}};
+  for (int sampler = 0; sampler < PKTRT_SAMPLER_COUNT; sampler++) {
+    int differ = 0;
+    for (int i = 0; i < 3; i++) {
+      for (uint32_t k = 0; k < 64; k++) {
+        const pktrt_sampling odd = sampling(sampler, given[i][0], 3), even = sampling(sampler, given[i][1], 3);
+        const pktrt_sampling other = sampling(sampler, 65535, 3);
+        float a[8], b[8], c[8];
+        pktrt_sample(&odd, 7, 5, 65530 + k, 0, 8, a);
+        pktrt_sample(&even, 7, 5, (65530 + k) % given[i][1], 0, 8, b);
+        pktrt_sample(&other, 7, 5, 65530 + k, 0, 8, c);
+        CHECK(same_bits(a, b, sizeof a), "%s: %u samples", name_of(sampler), given[i][0]);
+        differ += !same_bits(a, c, sizeof a);
+      }
+    }
+    CHECK(differ > 64, "the control, %s: another number of samples changes %d of 192", name_of(sampler), differ);
+  }
+}
+
 /* --- how points lie --- */
 
 enum { MOST_POINTS = 4096 }; /* 2^12 */
@@ -853,6 +874,7 @@ void suite_sampler(void) {
   run("samples are counter-based: one by one or together, in any order", counter_based);
   run("other seeds, pixels and dimensions give samples that are not related", unrelated);
   run("odd sampler settings give samples in range", out_of_range);
+  run("numbers of samples out of range are the nearest within", clamped);
   run("Sobol' samples are nets in each pair of dimensions: one in every elementary interval", nets);
   run("a render takes the samples that pktrt_sample tells", in_renders);
   run("Sobol' points are nets in three dimensions, and in four with two points in a box", nets_of_four);

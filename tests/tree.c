@@ -558,6 +558,57 @@ static void high_quality(void) {
   mesh_free(&spikes);
 }
 
+/* --- what comments promise of the inside --- */
+
+/* Without hooks, memory is as aligned as it is with them: large blocks, of pages, too. */
+static void aligned_by_default(void) {
+  for (int level = 2; level < 7; level++) {
+    mesh m = mesh_sphere(level, 0.05f, 1);
+    pktrt_scene *s = pktrt_scene_create(NULL);
+    const pktrt_mesh_desc d = mesh_desc(&m);
+    CHECK(pktrt_add_mesh(s, &d, NULL) == PKTRT_OK && pktrt_commit(s) == PKTRT_OK);
+    const void *const blocks[3] = {s->groups[0].nodes, s->groups[0].blocks, s->meshes[0].positions};
+    for (int i = 0; i < 3; i++) CHECK((uintptr_t)blocks[i] % 64 == 0, "level %d, block %d at %p", level, i, blocks[i]);
+    pktrt_scene_destroy(s);
+    mesh_free(&m);
+  }
+}
+
+/* A walk keeps all children of a node but one, at each depth that the builder allows, and starts with one. */
+static void stacks_suffice(void) {
+  CHECK((int)PKTRT__STACK >= (int)PKTRT__MAX_DEPTH * ((int)PKTRT__W - 1) + 1, "%d entries", (int)PKTRT__STACK);
+}
+
+/* Exponentials, logarithms, sines and cosines in double: pictures show little of their last bits. libm errs by half a
+   step, hence 2^-51 and another 2^-53. */
+static void series(void) {
+  enum { EXP, LOG, LOG1M, EXPM1, SINE, COSINE, SERIES };
+  static const char *const name[SERIES] = {"exp", "log", "log1m", "expm1", "sine", "cosine"};
+  double worst[SERIES] = {0}, single = 0;
+  const double most = 5 * 0x1p-53;
+  rng r = rng_of(91);
+  for (size_t i = 0; i < 100000; i++) {
+    const double x = ((double)rng_u32(&r) + (double)rng_u32(&r) * 0x1p-32) * 0x1p-32, tiny = ldexp(x, -(int)(i % 50));
+    const double e = 1400 * (x - 0.5), wide = ldexp(1 + x, (int)(i % 2000) - 1000);
+    double sine, cosine;
+    worst[EXP] = fmax(worst[EXP], fabs(pktrt__exp(e) / exp(e) - 1));
+    worst[LOG] = fmax(worst[LOG], fabs(pktrt__log(wide) / log(wide) - 1));
+    if (tiny > 0 && tiny < 1) {
+      worst[LOG1M] = fmax(worst[LOG1M], fabs(pktrt__log1m(tiny) / log1p(-tiny) - 1));
+      worst[EXPM1] = fmax(worst[EXPM1], fabs(pktrt__expm1(-tiny) / expm1(-tiny) - 1));
+    }
+    pktrt__sincos_turn(x * 0.25, &sine, &cosine); /* libm's argument errs by what is at most pi / 2 steps */
+    worst[SINE] = fmax(worst[SINE], fabs(sine - sin(x * 1.5707963267948966)));
+    worst[COSINE] = fmax(worst[COSINE], fabs(cosine - cos(x * 1.5707963267948966)));
+    single = fmax(single, fabs((double)expf((float)e / 8) / exp(e / 8) - 1));
+  }
+  for (int i = 0; i < SERIES; i++) {
+    say("%s errs by %.2f of 2^-51", name[i], worst[i] * 0x1p51);
+    CHECK(worst[i] < most, "%s: %g", name[i], worst[i]);
+  }
+  CHECK(single > 1e6 * most, "the control: float errs by %g", single);
+}
+
 void suite_tree(void) {
   run("trees of all qualities are sound", structure);
   run("stable: the tree checker sees bounds that are one ulp off", checker_sees);
@@ -568,4 +619,7 @@ void suite_tree(void) {
   run("each rebuild policy does what it says", rebuild_policies);
   run("a rebuild is advised, or made, from 1.5 times the cost on", rebuild_threshold);
   run("geometric series build a tree of bounded depth", deep_input);
+  run("without hooks, memory is aligned, too", aligned_by_default);
+  run("the stack of a walk holds what the deepest tree can leave there", stacks_suffice);
+  run("exp, log, sine and cosine err by as little as they say", series);
 }

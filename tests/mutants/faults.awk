@@ -211,7 +211,7 @@ function plant_numbers(c, declares,    from, at, number, before, after, new, wid
     if (number ~ /^0[xX].*[pP]/) new = "(2 * " number ")"
     else if (number ~ /^0[xX]/) new = "(" number " ^ 1)"
     else if (number ~ /[.eE]/) new = number ~ /^0*\.?0*f?$/ ? "1.0f" : "(2 * " number ")"
-    else if (declares && before == "[") continue
+    else if (declares && before == "[" && substr(c, from) ~ /^\](,|;|\[| =)/) continue
     else new = number ~ /^0/ ? "1" : "(" number (hash(number at) % 2 ? " + 1)" : " - 1)")
     plant("constant", at, width, new)
   }
@@ -276,7 +276,7 @@ function plant_arguments(c,    from, at, middle, end, first, second) {
   while (match(substr(c, from), /[A-Za-z_0-9)]\(/)) {
     at = from + RSTART + 1
     from = at
-    if (substr(c, 1, at - 2) ~ /(add|mul|and|or|xor)[0-9]*$/) continue # makes no difference there
+    if (substr(c, 1, at - 2) ~ /(add|mul|and|or|xor|eq)[0-9]*$/) continue # makes no difference there
     middle = operand_end(c, at, "^never")
     if (!middle || substr(c, middle, 2) != ", ") continue
     end = operand_end(c, middle + 2, "^never")
@@ -293,7 +293,7 @@ END {
   for (now = 1; now <= last; now++) {
     if (!(now in code)) continue
     c = code[now]
-    if (c ~ /^[ ]*$/ || tolower(text[now]) ~ /prefetch|fetch\(|static_assert|error/ || (of_body[now] != "" && !(of_body[now] in live))) {
+    if (kind[now] == "" || c ~ /^[ ]*$/ || tolower(text[now]) ~ /prefetch|fetch\(|static_assert|error/ || (of_body[now] != "" && !(of_body[now] in live))) {
       if (c !~ /^ *$/) { before_ends = c; sub(/ *$/, "", before_ends) }
       continue
     }
@@ -302,7 +302,7 @@ END {
     gsub(/[A-Za-z_][A-Za-z_0-9]*/, "a", squeezed)
     gsub(/ +/, " ", squeezed)
     shape_of[now] = squeezed
-    plant_numbers(c, kind[now] == "f" && c ~ /^ *((const|static|unsigned) )*[A-Za-z_][A-Za-z_0-9]* \**[A-Za-z_0-9]+\[/)
+    plant_numbers(c, kind[now] == "f" && c ~ /^ *((const|static|unsigned) )*[A-Za-z_][A-Za-z_0-9]* \**[A-Za-z_0-9]+(\[|,|;| =)/)
     if (kind[now] == "f") {
       plant_swaps(c)
       plant_drops(c)

@@ -93,9 +93,11 @@ screen_shows() { # name of a picture, pixels aside: the window shows it
 
 # --- what is checked ---
 
-errors_fall() { # titles: several estimates were shown, and 12 passes err less than half as much as the first few
-  grep -Eo 'error [0-9.]+' "$1" | uniq | awk '{ n++; if (n == 1) first = $2; last = $2 }
-    END { printf "%d errors, from %s to %s\n", n, first, last; exit !(n >= 3 && last > 0 && last < 0.5 * first) }'
+errors_fall() { # titles: several estimates were shown, and the last is less than the first by nearly the root of the passes between
+  grep -Eo 'error [0-9.]+, [0-9]+ spp' "$1" | uniq | awk '{ n++; if (n == 1) { first = $2 + 0; from = $3 } last = $2 + 0; to = $3 }
+    END { most = 1.25 * first * sqrt(from / to)
+      printf "%d errors, from %g at %d spp to %g at %d\n", n, first, from, last, to
+      exit !(n >= 2 && from < to && last > 0 && last < first && last < most) }'
 }
 shows_frames_per_second() { awk -v t="$(title)" 'BEGIN { exit !(match(t, /[0-9.]+ frames/) && substr(t, RSTART) + 0 > 0) }'; }
 drag() {
@@ -131,8 +133,8 @@ SDL_VIDEODRIVER=none check "without a display it ends in one line" refused 'no w
 start_x
 echo "refining"
 cp "$dir/Xvfb_screen0" "$dir/blank"
-start --mode drt --size 240x180 --passes 12 --spp 1
-check "ends with all passes done" title_has ', 12 spp, done'
+start --mode drt --size 240x180 --passes 24 --spp 1
+check "ends with all passes done" title_has ', 24 spp, done'
 check "the title shows frames per second" shows_frames_per_second
 check "passes lower the error that the title shows" errors_fall "$titles"
 check "S saves the picture" saved first

@@ -363,7 +363,7 @@
    THE PAPER, SECTION BY SECTION (it numbers no equations; `make map` checks that what is named here is there)
 
      1, figure 1 (RCS, WRT, DRT)     >>render, pktrt_mode; `make demo` has each scene in all three.
-     2, shadow rays                  >>lights, pktrt__add_lights(), chooses lights and makes packets; >>shade, aim8(),
+     2, shadow rays                  >>lights, pktrt__light_add_direct(), chooses lights and makes packets; >>shade, aim8(),
                                      makes the rays: from surface to light, where the paper mentions light to surface.
                                      Packets need no common origin here, and the ray leaves the surface it must not
                                      hit.
@@ -381,7 +381,7 @@
                                      of camera rays and more of others. (Ours also know where the active range ends,
                                      paper_trim(), after Overbeck et al., and test leaves' boxes by groups,
                                      paper_leaf(): the paper's tested more triangles.)
-     3.2, figure 3: assembly         >>assembly, pktrt__assemble(); pktrt_assembly has all of them, and
+     3.2, figure 3: assembly         >>assembly, pktrt__packet_assemble(); pktrt_assembly has all of them, and
                                      tests/assembly.c figure 3 with the packets of 3.2.1. Shadow rays make one packet
                                      for each light by default, and one for all lights as in the paper if asked for
                                      (PKTRT_SHADOWS_TOGETHER). On the fast path, ray types take the surfaces of several
@@ -390,7 +390,7 @@
      3.2, NO PACKETS                 PKTRT_ASSEMBLY_NONE: of secondary rays, as in the paper. Primary rays keep their
                                      packets, as under "Single Ray" in table 1; PKTRT_PATH_SINGLE traces these alone,
                                      too.
-     3.2, BLIND                      >>generations, pktrt__push_blindly(); halved above 128 rays.
+     3.2, BLIND                      >>generations, pktrt__packet_push_blindly(); halved above 128 rays.
      3.2.2, octants                  PKTRT_ASSEMBLY_OCTANTS: of each type, that is, up to 8 groups each of reflected
                                      rays, of refracted rays, and of shadow rays to each light. In the paper there are
                                      at most 16, 8 of shadow rays and 8 of all others.
@@ -1214,7 +1214,7 @@ PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *, const pktrt_render
 #error "PKTRT_STATIC: define it before the first time that a file includes pktrt.h, or not at all"
 #endif
 /* Flags that change values, which the file with the implementation must do without. What a compiler does not tell here,
-   clang's above all, is forbidden by the guard below or found when a scene is created: see pktrt__faults. */
+   clang's above all, is forbidden by the guard below or found when a scene is created: see pktrt__check_all_arithmetic. */
 #if defined(__FAST_MATH__)
 #error "pktrt.h needs IEEE arithmetic: drop -ffast-math (-Ofast includes it)"
 #elif defined(_M_FP_FAST)
@@ -1259,7 +1259,7 @@ PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *, const pktrt_render
 
 /* What is computed must be what is written: sums in their order, divisions that divide, products and sums each rounded
    by itself. The same bits on every instruction set depend on it. One guard for the whole implementation, opened here
-   and closed at its end; pktrt__faults sees what it cannot prevent. It stands before the intrinsics, whose operations
+   and closed at its end; pktrt__check_all_arithmetic sees what it cannot prevent. It stands before the intrinsics, whose operations
    are bound by it if they are included here for the first time. */
 #if defined(__clang__)
 #if __clang_major__ >= 13 && (defined(__x86_64__) || defined(__i386__)) /* clang 14 has no other that knows it */
@@ -1443,42 +1443,42 @@ typedef struct pktrt__mesh {
 } pktrt__mesh;
 
 /* A run of nodes and blocks built by one task: refit runs over the same tasks. */
-typedef struct pktrt__task {
+typedef struct pktrt__bvh_task {
   uint32_t first_node, node_count, first_block, block_count;
-} pktrt__task;
+} pktrt__bvh_task;
 
 /* What a kernel needs to know of a group: one segment of its motion. */
-typedef struct pktrt__view {
-  const struct pktrt__group *groups;
+typedef struct pktrt__bvh_segment {
+  const struct pktrt__bvh *groups;
   const unsigned char *nodes, *blocks;
   size_t node_bytes, block_bytes;
   size_t plane1, vertex0, vertex1; /* byte offsets of the segment's keys (planes of the first one: plane0) */
   size_t plane0;
   uint32_t group;
   bool check_area; /* moving: accept a hit only where the triangle has area at the ray's time */
-} pktrt__view;
+} pktrt__bvh_segment;
 
 /* The tree over all meshes with the same number of keys. Static meshes never pay for moving ones. */
-typedef struct pktrt__group {
+typedef struct pktrt__bvh {
   uint32_t key_count, node_count, block_count, task_count;
   uint32_t node_bytes, block_bytes; /* strides */
   uint32_t triangle_count, degenerate_count;
   unsigned char *nodes;             /* node 0 is the root; a child's index is larger than its parent's */
   unsigned char *blocks;
   uint32_t *block_triangles;        /* block_count * 8 global indices, those without area included */
-  pktrt__task *tasks;               /* disjoint subtrees; the nodes above them come first */
+  pktrt__bvh_task *tasks;               /* disjoint subtrees; the nodes above them come first */
   float lo[3], hi[3];               /* over all keys */
   double sah_at_build, sah_now, area;
-  pktrt__view rest;                 /* its first segment: all there is of what rests; set with the scene's bounds */
-} pktrt__group;
+  pktrt__bvh_segment rest;                 /* its first segment: all there is of what rests; set with the scene's bounds */
+} pktrt__bvh;
 
 struct pktrt_scene {
   pktrt_scene_desc desc;
   pktrt_isa isa;
-  const struct pktrt__kernels *kernels;
+  const struct pktrt__kernel_table *kernels;
   pktrt__mesh *meshes;
   uint32_t mesh_count, mesh_capacity, committed_meshes;
-  pktrt__group *groups;             /* in ascending order of their boxes' area: small ones shorten rays for the large */
+  pktrt__bvh *groups;             /* in ascending order of their boxes' area: small ones shorten rays for the large */
   uint32_t group_count;
 #ifndef PKTRT_NO_RENDER
   pktrt_material plain;             /* of meshes that name none */
@@ -1502,28 +1502,28 @@ struct pktrt_scene {
 #define MADV_HUGEPAGE 14
 int madvise(void *address, size_t size, int advice);
 #endif
-static const size_t pktrt__large_page = (size_t)2 << 20;
-static void pktrt__want_large_pages(void *p, size_t size) { (void)madvise(p, size, MADV_HUGEPAGE); }
+static const size_t pktrt__mem_large_page = (size_t)2 << 20;
+static void pktrt__mem_want_large_pages(void *p, size_t size) { (void)madvise(p, size, MADV_HUGEPAGE); }
 #else
-static const size_t pktrt__large_page = SIZE_MAX / 2;
-static void pktrt__want_large_pages(void *p, size_t size) { (void)p, (void)size; }
+static const size_t pktrt__mem_large_page = SIZE_MAX / 2;
+static void pktrt__mem_want_large_pages(void *p, size_t size) { (void)p, (void)size; }
 #endif
 
-static void *pktrt__malloc_hook(void *user, size_t size, size_t align) {
+static void *pktrt__mem_malloc(void *user, size_t size, size_t align) {
   (void)user;
   /* malloc, with the distance to the block's true start kept in front of the aligned part */
-  const bool large = size / 2 >= pktrt__large_page;
-  if (large) align = pktrt__large_page;
+  const bool large = size / 2 >= pktrt__mem_large_page;
+  if (large) align = pktrt__mem_large_page;
   if (size > SIZE_MAX - align - sizeof(size_t)) return NULL;
   char *raw = PKTRT__CAST(char *, malloc(size + align + sizeof(size_t)));
   if (!raw) return NULL;
   size_t shift = sizeof(size_t) + (align - ((uintptr_t)(raw + sizeof(size_t)) & (align - 1))) % align;
   memcpy(raw + shift - sizeof(size_t), &shift, sizeof(size_t));
-  if (large) pktrt__want_large_pages(raw + shift, size);
+  if (large) pktrt__mem_want_large_pages(raw + shift, size);
   return raw + shift;
 }
 
-static void pktrt__free_hook(void *user, void *p, size_t size) {
+static void pktrt__mem_free(void *user, void *p, size_t size) {
   (void)user, (void)size;
   size_t shift;
   memcpy(&shift, PKTRT__CAST(char *, p) - sizeof(size_t), sizeof(size_t));
@@ -1531,19 +1531,19 @@ static void pktrt__free_hook(void *user, void *p, size_t size) {
 }
 
 /* All memory comes from here. Returns NULL for count * size that overflows; zero bytes give a valid pointer. */
-static void *pktrt__alloc(const pktrt_scene_desc *desc, uint64_t count, size_t size) {
+static void *pktrt__mem_alloc(const pktrt_scene_desc *desc, uint64_t count, size_t size) {
   if (count > (SIZE_MAX - 64) / size) return NULL;
   size_t bytes = (size_t)count * size;
   return desc->allocate(desc->user, bytes ? bytes : 64, 64);
 }
 
-static void pktrt__release(const pktrt_scene_desc *desc, void *p, uint64_t count, size_t size) {
+static void pktrt__mem_release(const pktrt_scene_desc *desc, void *p, uint64_t count, size_t size) {
   size_t bytes = (size_t)count * size;
   if (p) desc->release(desc->user, p, bytes ? bytes : 64);
 }
 
 /* Runs body(arg, i) for i in [0,n): through the hook where there is one. */
-static void pktrt__parallel(const pktrt_scene_desc *desc, size_t n, void (*body)(void *, size_t), void *arg) {
+static void pktrt__parallel_for(const pktrt_scene_desc *desc, size_t n, void (*body)(void *, size_t), void *arg) {
   if (desc->parallel_for && n > 1) {
     desc->parallel_for(desc->user, n, body, arg);
   } else {
@@ -1560,14 +1560,14 @@ PKTRT__INLINE uint32_t pktrt__sign_bit(float x) {
 
 #if defined(__GNUC__) || defined(__clang__)
 PKTRT__INLINE uint32_t pktrt__popcount(uint64_t x) { return (uint32_t)__builtin_popcountll(x); }
-PKTRT__INLINE uint32_t pktrt__lowest(uint64_t x) { return (uint32_t)__builtin_ctzll(x); } /* x != 0 */
+PKTRT__INLINE uint32_t pktrt__lowest_bit(uint64_t x) { return (uint32_t)__builtin_ctzll(x); } /* x != 0 */
 #else
 PKTRT__INLINE uint32_t pktrt__popcount(uint64_t x) {
   uint32_t n = 0;
   for (; x; x &= x - 1) n++;
   return n;
 }
-PKTRT__INLINE uint32_t pktrt__lowest(uint64_t x) {
+PKTRT__INLINE uint32_t pktrt__lowest_bit(uint64_t x) {
   uint32_t n = 0;
   for (; !(x & 1); x >>= 1) n++;
   return n;
@@ -1581,7 +1581,7 @@ PKTRT__INLINE uint32_t pktrt__popcount8(uint32_t x) {
   return (x + (x >> 4)) & 0xF;
 }
 
-PKTRT__INLINE bool pktrt__moves(uint32_t key_count) { return PKTRT__MOTION && key_count > 1; }
+PKTRT__INLINE bool pktrt__has_motion(uint32_t key_count) { return PKTRT__MOTION && key_count > 1; }
 
 /* Conversion as the vector units do it: beyond the range of float lies infinity (in C it would be undefined). */
 PKTRT__INLINE float pktrt__to_float(double x) {
@@ -1655,7 +1655,7 @@ static uint32_t *pktrt__block_ids(unsigned char *block) {
 }
 
 /* Where the corners of a triangle are at a key; of a mesh whose positions changed, the new ones if use_pending. */
-PKTRT__INLINE void pktrt__corners(const pktrt__mesh *m, bool use_pending, uint32_t tri, uint32_t key,
+PKTRT__INLINE void pktrt__mesh_corners(const pktrt__mesh *m, bool use_pending, uint32_t tri, uint32_t key,
                                   const float *v[3]) {
   const float *p = use_pending && m->dirty && m->pending ? m->pending : m->positions;
   size_t at = (size_t)tri * 3;
@@ -1667,15 +1667,15 @@ PKTRT__INLINE void pktrt__corners(const pktrt__mesh *m, bool use_pending, uint32
     v[0] = p + 3 * at, v[1] = v[0] + 3, v[2] = v[0] + 6;
   }
 }
-PKTRT__INLINE void pktrt__triangle_vertices(const pktrt__mesh *m, bool use_pending, uint32_t tri, uint32_t key,
+PKTRT__INLINE void pktrt__mesh_triangle(const pktrt__mesh *m, bool use_pending, uint32_t tri, uint32_t key,
                                             float v[3][3]) {
   const float *corner[3];
-  pktrt__corners(m, use_pending, tri, key, corner);
+  pktrt__mesh_corners(m, use_pending, tri, key, corner);
   for (int c = 0; c < 3; c++) v[c][0] = corner[c][0], v[c][1] = corner[c][1], v[c][2] = corner[c][2];
 }
 
 /* The mesh of a global triangle index: the last one that starts at or before it, which is not empty. */
-PKTRT__NOINLINE uint32_t pktrt__search_mesh(const pktrt__mesh *meshes, uint32_t mesh_count, uint32_t id) {
+PKTRT__NOINLINE uint32_t pktrt__mesh_search(const pktrt__mesh *meshes, uint32_t mesh_count, uint32_t id) {
   uint32_t lo = 0, hi = mesh_count;
   while (hi - lo > 1) {
     const uint32_t mid = lo + (hi - lo) / 2;
@@ -1686,43 +1686,43 @@ PKTRT__NOINLINE uint32_t pktrt__search_mesh(const pktrt__mesh *meshes, uint32_t 
 }
 
 /* The mesh of a global triangle index; first indices ascend. `hint` is the mesh of a neighbour. */
-static uint32_t pktrt__mesh_of(const pktrt__mesh *meshes, uint32_t mesh_count, uint32_t id, uint32_t hint) {
+static uint32_t pktrt__mesh_of_triangle(const pktrt__mesh *meshes, uint32_t mesh_count, uint32_t id, uint32_t hint) {
   if (id - meshes[hint].first_id < meshes[hint].triangle_count) return hint;
-  return pktrt__search_mesh(meshes, mesh_count, id);
+  return pktrt__mesh_search(meshes, mesh_count, id);
 }
 
 /* A box of the build is lo x,y,z,-, -hi x,y,z,-: all of it grows by minima, two vectors. The free elements of a prim
    hold the halves of the global triangle index, as floats in [1,2): vectors compute with them too, and other bits
    might be denormal numbers, which are slow. */
-typedef struct pktrt__prim {
+typedef struct pktrt__build_prim {
   float box[8];
-} pktrt__prim;
+} pktrt__build_prim;
 
-PKTRT__INLINE void pktrt__set_prim_id(pktrt__prim *p, uint32_t id) {
+PKTRT__INLINE void pktrt__build_set_prim_id(pktrt__build_prim *p, uint32_t id) {
   uint32_t low = 0x3F800000u | (id & 0xFFFFu), high = 0x3F800000u | id >> 16;
   memcpy(&p->box[3], &low, 4), memcpy(&p->box[7], &high, 4);
 }
-PKTRT__INLINE uint32_t pktrt__prim_id(const pktrt__prim *p) {
+PKTRT__INLINE uint32_t pktrt__build_prim_id(const pktrt__build_prim *p) {
   uint32_t low, high;
   memcpy(&low, &p->box[3], 4), memcpy(&high, &p->box[7], 4);
   return (low & 0xFFFFu) | high << 16;
 }
 
-typedef struct pktrt__binary {
+typedef struct pktrt__build_node {
   float size;    /* square root of the area: no float overflows */
   uint32_t left; /* prims of the left part; 0: a leaf */
-  uint32_t plan; /* of the collapse: see pktrt__plan */
-} pktrt__binary;
+  uint32_t plan; /* of the collapse: see pktrt__collapse_plan */
+} pktrt__build_node;
 
-typedef struct pktrt__range {
+typedef struct pktrt__build_range {
   float box[8];
   uint32_t slot, first, count;
   uint16_t depth, away; /* away: in the second buffer */
-} pktrt__range;
+} pktrt__build_range;
 
 typedef struct pktrt__builder {
   const pktrt_scene_desc *desc;
-  const struct pktrt__fit *fit;
+  const struct pktrt__fit_table *fit;
   const pktrt__mesh *meshes;
   uint32_t mesh_count, key_count, count;
   bool use_pending;
@@ -1731,35 +1731,35 @@ typedef struct pktrt__builder {
   uint32_t limit;                      /* triangles of a task */
   uint32_t passes;                     /* of reinsertion */
   float scale;
-  pktrt__prim *prims, *away;           /* count each */
-  pktrt__binary *nodes;                /* 2 * count - 1 slots */
-  pktrt__range *chunks;                /* first pass: boxes of the chunks; then ranges of the top */
+  pktrt__build_prim *prims, *away;           /* count each */
+  pktrt__build_node *nodes;                /* 2 * count - 1 slots */
+  pktrt__build_range *chunks;                /* first pass: boxes of the chunks; then ranges of the top */
 } pktrt__builder;
 
-PKTRT__INLINE void pktrt__box_clear(float *b) {
+PKTRT__INLINE void pktrt__build_box_clear(float *b) {
   for (int i = 0; i < 8; i++) b[i] = PKTRT__FAR;
 }
-PKTRT__INLINE void pktrt__box_grow(float *b, const float *p) {
+PKTRT__INLINE void pktrt__build_box_grow(float *b, const float *p) {
   for (int i = 0; i < 8; i++) b[i] = p[i] < b[i] ? p[i] : b[i];
 }
 /* Half the surface, of extents times s */
-PKTRT__INLINE float pktrt__box_area(const float *b, float s) {
+PKTRT__INLINE float pktrt__build_box_area(const float *b, float s) {
   float x = (b[0] + b[4]) * s, y = (b[1] + b[5]) * s, z = (b[2] + b[6]) * s; /* all signs flipped */
   return x * (y + z) + y * z;
 }
 /* Cost of a side per area */
-PKTRT__INLINE float pktrt__side_cost(uint32_t n) {
+PKTRT__INLINE float pktrt__build_side_cost(uint32_t n) {
   return 0.75f * (float)(int32_t)((n + 7) >> 3) + 0.03125f * (float)(int32_t)n;
 }
 /* The power of two that brings x >= 0 to [1,2), as far as there is one */
-static float pktrt__unit_scale(float x) {
+static float pktrt__build_unit_scale(float x) {
   uint32_t bits;
   memcpy(&bits, &x, 4);
   bits = (254u - (bits >> 23 > 253u ? 253u : bits >> 23)) << 23;
   memcpy(&x, &bits, 4);
   return x;
 }
-static uint32_t pktrt__halvings(uint32_t n) {
+static uint32_t pktrt__build_halvings(uint32_t n) {
   uint32_t h = 0;
   while (((uint64_t)8 << h) < n) h++;
   return h;
@@ -1767,7 +1767,7 @@ static uint32_t pktrt__halvings(uint32_t n) {
 
 /* First pass: boxes of triangles, and of chunks */
 
-PKTRT__INLINE void pktrt__corner_box(const float *v[3], float *box) {
+PKTRT__INLINE void pktrt__build_triangle_box(const float *v[3], float *box) {
   for (int a = 0; a < 3; a++) {
     float x = v[0][a], y = v[1][a], z = v[2][a];
     float l = x < y ? x : y, h = x > y ? x : y;
@@ -1775,24 +1775,24 @@ PKTRT__INLINE void pktrt__corner_box(const float *v[3], float *box) {
   }
 }
 
-PKTRT__INLINE void pktrt__prim_box(const pktrt__builder *b, const pktrt__mesh *m, uint32_t tri, float *box) {
+PKTRT__INLINE void pktrt__build_prim_box(const pktrt__builder *b, const pktrt__mesh *m, uint32_t tri, float *box) {
   uint32_t key = (b->key_count - 1) / 2, other = b->key_count / 2; /* around the middle of the motion */
   const float *v[3];
   float then[8];
-  pktrt__corners(m, b->use_pending, tri, key, v);
-  pktrt__corner_box(v, box);
+  pktrt__mesh_corners(m, b->use_pending, tri, key, v);
+  pktrt__build_triangle_box(v, box);
   if (other == key) return;
-  pktrt__corners(m, b->use_pending, tri, other, v);
-  pktrt__corner_box(v, then);
+  pktrt__mesh_corners(m, b->use_pending, tri, other, v);
+  pktrt__build_triangle_box(v, then);
   for (int a = 0; a < 3; a++) box[a] = 0.5f * (box[a] + then[a]), box[a + 4] = 0.5f * (box[a + 4] + then[a + 4]);
 }
 
-static void pktrt__fill_chunk(void *arg, size_t chunk) {
+static void pktrt__build_fill_chunk(void *arg, size_t chunk) {
   pktrt__builder *b = PKTRT__CAST(pktrt__builder *, arg);
   uint32_t begin = (uint32_t)chunk * PKTRT__CHUNK, base = 0;
   uint32_t end = b->count - begin < PKTRT__CHUNK ? b->count : begin + PKTRT__CHUNK;
   float *all = b->chunks[chunk].box;
-  pktrt__box_clear(all);
+  pktrt__build_box_clear(all);
   for (uint32_t i = 0; i < b->mesh_count && base < end; i++) {
     const pktrt__mesh *m = &b->meshes[i];
     if (m->key_count != b->key_count) continue;
@@ -1800,15 +1800,15 @@ static void pktrt__fill_chunk(void *arg, size_t chunk) {
     uint32_t to = m->triangle_count < end - base ? base + m->triangle_count : end;
     for (uint32_t j = from; j < to; j++) {
       float *box = b->prims[j].box;
-      pktrt__prim_box(b, m, j - base, box);
-      pktrt__set_prim_id(&b->prims[j], m->first_id + (j - base));
-      pktrt__box_grow(all, box);
+      pktrt__build_prim_box(b, m, j - base, box);
+      pktrt__build_set_prim_id(&b->prims[j], m->first_id + (j - base));
+      pktrt__build_box_grow(all, box);
     }
     base += m->triangle_count;
   }
 }
 
-static void pktrt__scale_chunk(void *arg, size_t chunk) {
+static void pktrt__build_scale_chunk(void *arg, size_t chunk) {
   pktrt__builder *b = PKTRT__CAST(pktrt__builder *, arg);
   uint32_t begin = (uint32_t)chunk * PKTRT__CHUNK;
   uint32_t end = b->count - begin < PKTRT__CHUNK ? b->count : begin + PKTRT__CHUNK;
@@ -1818,29 +1818,29 @@ static void pktrt__scale_chunk(void *arg, size_t chunk) {
   }
 }
 
-static void pktrt__fill(pktrt__builder *b, pktrt__range *root) {
+static void pktrt__build_fill(pktrt__builder *b, pktrt__build_range *root) {
   uint32_t chunks = (b->count + PKTRT__CHUNK - 1) / PKTRT__CHUNK;
-  pktrt__parallel(b->desc, chunks, pktrt__fill_chunk, b);
+  pktrt__parallel_for(b->desc, chunks, pktrt__build_fill_chunk, b);
   memset(root, 0, sizeof *root);
   root->count = b->count;
-  pktrt__box_clear(root->box);
-  for (uint32_t i = 0; i < chunks; i++) pktrt__box_grow(root->box, b->chunks[i].box);
+  pktrt__build_box_clear(root->box);
+  for (uint32_t i = 0; i < chunks; i++) pktrt__build_box_grow(root->box, b->chunks[i].box);
   root->box[3] = root->box[7] = 0.0f;
   float most = 0.0f;
   for (int i = 0; i < 8; i++) {
     float x = fabsf(root->box[i]);
     most = x > most ? x : most;
   }
-  b->scale = most < 1.0f && most > 0.0f ? pktrt__unit_scale(most) : 1.0f;
+  b->scale = most < 1.0f && most > 0.0f ? pktrt__build_unit_scale(most) : 1.0f;
   if (b->scale > 1.0f) {
     for (int i = 0; i < 8; i++) root->box[i] *= b->scale;
-    pktrt__parallel(b->desc, chunks, pktrt__scale_chunk, b);
+    pktrt__parallel_for(b->desc, chunks, pktrt__build_scale_chunk, b);
   }
 }
 
 /* Splitting a range */
 
-static void pktrt__make_parts(const pktrt__range *r, uint32_t left, bool away, pktrt__range part[2]) {
+static void pktrt__build_make_parts(const pktrt__build_range *r, uint32_t left, bool away, pktrt__build_range part[2]) {
   part[0].slot = r->slot + 1, part[1].slot = r->slot + 2 * left;
   part[0].first = r->first, part[1].first = r->first + left;
   part[0].count = left, part[1].count = r->count - left;
@@ -1849,23 +1849,23 @@ static void pktrt__make_parts(const pktrt__range *r, uint32_t left, bool away, p
 }
 
 /* Halves by index, in whole blocks; prims stay where they are. */
-static uint32_t pktrt__split_half(const pktrt__range *r, const pktrt__prim *p, pktrt__range part[2]) {
+static uint32_t pktrt__build_split_half(const pktrt__build_range *r, const pktrt__build_prim *p, pktrt__build_range part[2]) {
   uint32_t left = (r->count + 15) / 16 * 8;
-  pktrt__make_parts(r, left, r->away != 0, part);
-  pktrt__box_clear(part[0].box), pktrt__box_clear(part[1].box);
-  for (uint32_t i = 0; i < r->count; i++) pktrt__box_grow(part[i >= left].box, p[i].box);
+  pktrt__build_make_parts(r, left, r->away != 0, part);
+  pktrt__build_box_clear(part[0].box), pktrt__build_box_clear(part[1].box);
+  for (uint32_t i = 0; i < r->count; i++) pktrt__build_box_grow(part[i >= left].box, p[i].box);
   return left;
 }
 
-typedef struct pktrt__bins {
+typedef struct pktrt__build_bins {
   float box[3][PKTRT__MAX_BINS][8];
   uint32_t count[3][PKTRT__MAX_BINS];
   float low[4], scale[4]; /* bin = (centroid - low) * scale, centroid = lo + hi */
   uint32_t bins, best, axis, total;
-} pktrt__bins;
+} pktrt__build_bins;
 
 /* Where bins lie. Extents that would make a scale overflow count as none; false if there is no other. */
-static bool pktrt__place_bins(pktrt__bins *s, const pktrt__prim *p, uint32_t n) {
+static bool pktrt__build_place_bins(pktrt__build_bins *s, const pktrt__build_prim *p, uint32_t n) {
   float lo[4], hi[4];
   for (int a = 0; a < 4; a++) lo[a] = 2.0f * PKTRT__FAR, hi[a] = -2.0f * PKTRT__FAR;
   for (uint32_t i = 0; i < n; i++) {
@@ -1886,21 +1886,21 @@ static bool pktrt__place_bins(pktrt__bins *s, const pktrt__prim *p, uint32_t n) 
   return any;
 }
 
-PKTRT__INLINE void pktrt__put_in_bins(pktrt__bins *s, const float *b, const float low[3], const float scale[3],
+PKTRT__INLINE void pktrt__build_put_in_bins(pktrt__build_bins *s, const float *b, const float low[3], const float scale[3],
                                       uint32_t weight) {
   const size_t x = (size_t)(int32_t)((b[0] - b[4] - low[0]) * scale[0]);
   const size_t y = (size_t)(int32_t)((b[1] - b[5] - low[1]) * scale[1]);
   const size_t z = (size_t)(int32_t)((b[2] - b[6] - low[2]) * scale[2]);
-  pktrt__box_grow(s->box[0][x], b), s->count[0][x] += weight;
-  pktrt__box_grow(s->box[1][y], b), s->count[1][y] += weight;
-  pktrt__box_grow(s->box[2][z], b), s->count[2][z] += weight;
+  pktrt__build_box_grow(s->box[0][x], b), s->count[0][x] += weight;
+  pktrt__build_box_grow(s->box[1][y], b), s->count[1][y] += weight;
+  pktrt__build_box_grow(s->box[2][z], b), s->count[2][z] += weight;
 }
 
 /* All prims, or one in four, which stands for the others; but none is left out that is longer along an axis than
    a 32nd of the range: the few large ones decide what a side costs. */
-static void pktrt__fill_bins(pktrt__bins *s, const pktrt__prim *p, const pktrt__range *r, bool all) {
+static void pktrt__build_fill_bins(pktrt__build_bins *s, const pktrt__build_prim *p, const pktrt__build_range *r, bool all) {
   for (int a = 0; a < 3; a++) {
-    for (uint32_t i = 0; i < s->bins; i++) pktrt__box_clear(s->box[a][i]), s->count[a][i] = 0;
+    for (uint32_t i = 0; i < s->bins; i++) pktrt__build_box_clear(s->box[a][i]), s->count[a][i] = 0;
   }
   const float low[3] = {s->low[0], s->low[1], s->low[2]}, scale[3] = {s->scale[0], s->scale[1], s->scale[2]};
   float large[3];
@@ -1911,31 +1911,31 @@ static void pktrt__fill_bins(pktrt__bins *s, const pktrt__prim *p, const pktrt__
     const bool alone = all || (b[0] + b[4] < large[0]) | (b[1] + b[5] < large[1]) | (b[2] + b[6] < large[2]);
     if (i % 4 && !alone) continue;
     const uint32_t weight = alone ? 1 : 4;
-    pktrt__put_in_bins(s, b, low, scale, weight);
+    pktrt__build_put_in_bins(s, b, low, scale, weight);
     s->total += weight;
   }
 }
 
 /* The cheapest border between bins, its cost returned; FLT_MAX if all prims share their bins. */
-static float pktrt__best_bin(pktrt__bins *s, float unit) {
+static float pktrt__build_best_bin(pktrt__build_bins *s, float unit) {
   float right[PKTRT__MAX_BINS], best = FLT_MAX;
   for (uint32_t a = 0; a < 3; a++) {
     if (!(s->scale[a] > 0.0f)) continue;
     float box[8];
     uint32_t count = 0;
-    pktrt__box_clear(box);
+    pktrt__build_box_clear(box);
     for (uint32_t i = s->bins - 1; i > 0; i--) {
-      pktrt__box_grow(box, s->box[a][i]);
+      pktrt__build_box_grow(box, s->box[a][i]);
       count += s->count[a][i];
-      right[i] = count ? pktrt__box_area(box, unit) * pktrt__side_cost(count) : 0.0f;
+      right[i] = count ? pktrt__build_box_area(box, unit) * pktrt__build_side_cost(count) : 0.0f;
     }
-    pktrt__box_clear(box);
+    pktrt__build_box_clear(box);
     count = 0;
     for (uint32_t i = 0; i + 1 < s->bins; i++) {
-      pktrt__box_grow(box, s->box[a][i]);
+      pktrt__build_box_grow(box, s->box[a][i]);
       count += s->count[a][i];
       if (count == 0 || count == s->total) continue;
-      float cost = pktrt__box_area(box, unit) * pktrt__side_cost(count) + right[i + 1];
+      float cost = pktrt__build_box_area(box, unit) * pktrt__build_side_cost(count) + right[i + 1];
       if (cost < best) best = cost, s->axis = a, s->best = i;
     }
   }
@@ -1944,7 +1944,7 @@ static float pktrt__best_bin(pktrt__bins *s, float unit) {
 
 /* Partition without branches: every prim is written to the next place of both sides, one of which then moves on.
    Returns how many are on the left. */
-static uint32_t pktrt__partition(const pktrt__bins *s, const pktrt__prim *from, pktrt__prim *to, uint32_t n) {
+static uint32_t pktrt__build_partition(const pktrt__build_bins *s, const pktrt__build_prim *from, pktrt__build_prim *to, uint32_t n) {
   uint32_t l = 0, r = n - 1, axis = s->axis;
   float low = s->low[axis], scale = s->scale[axis], border = (float)(int32_t)(s->best + 1);
   for (uint32_t i = 0; i < n; i++) {
@@ -1956,23 +1956,23 @@ static uint32_t pktrt__partition(const pktrt__bins *s, const pktrt__prim *from, 
 }
 
 /* Splits a large range by bins. 0: not possible */
-static uint32_t pktrt__split_binned(pktrt__builder *b, const pktrt__range *r, float unit, pktrt__range part[2]) {
-  const pktrt__prim *from = (r->away ? b->away : b->prims) + r->first;
-  pktrt__prim *to = (r->away ? b->prims : b->away) + r->first;
-  pktrt__bins s;
+static uint32_t pktrt__build_split_binned(pktrt__builder *b, const pktrt__build_range *r, float unit, pktrt__build_range part[2]) {
+  const pktrt__build_prim *from = (r->away ? b->away : b->prims) + r->first;
+  pktrt__build_prim *to = (r->away ? b->prims : b->away) + r->first;
+  pktrt__build_bins s;
   s.bins = r->count < b->few ? b->few_bins : r->count < b->many ? b->bins / 2 : b->bins;
-  if (!pktrt__place_bins(&s, from, r->count)) return 0;
-  pktrt__fill_bins(&s, from, r, r->count < b->sampled);
-  if (!(pktrt__best_bin(&s, unit) < FLT_MAX)) return 0;
-  pktrt__box_clear(part[0].box), pktrt__box_clear(part[1].box);
-  for (uint32_t i = 0; i < s.bins; i++) pktrt__box_grow(part[i > s.best].box, s.box[s.axis][i]);
-  const uint32_t left = pktrt__partition(&s, from, to, r->count);
-  pktrt__make_parts(r, left, !r->away, part);
+  if (!pktrt__build_place_bins(&s, from, r->count)) return 0;
+  pktrt__build_fill_bins(&s, from, r, r->count < b->sampled);
+  if (!(pktrt__build_best_bin(&s, unit) < FLT_MAX)) return 0;
+  pktrt__build_box_clear(part[0].box), pktrt__build_box_clear(part[1].box);
+  for (uint32_t i = 0; i < s.bins; i++) pktrt__build_box_grow(part[i > s.best].box, s.box[s.axis][i]);
+  const uint32_t left = pktrt__build_partition(&s, from, to, r->count);
+  pktrt__build_make_parts(r, left, !r->away, part);
   return left;
 }
 
 /* Ranks by centroid: all pairs, ties by index. Quadratic but without branches, and n is small. */
-static void pktrt__sort_axis(const pktrt__prim *p, uint32_t n, uint32_t axis, uint8_t *order) {
+static void pktrt__build_sort_axis(const pktrt__build_prim *p, uint32_t n, uint32_t axis, uint8_t *order) {
   float c[PKTRT__MAX_SWEEP];
   uint32_t rank[PKTRT__MAX_SWEEP];
   for (uint32_t i = 0; i < n; i++) {
@@ -1988,55 +1988,55 @@ static void pktrt__sort_axis(const pktrt__prim *p, uint32_t n, uint32_t axis, ui
 }
 
 /* The cheapest cut of the sorted prims on any axis; 0 for a range that had better stay a leaf. Moves the prims. */
-static uint32_t pktrt__split_sweep(pktrt__prim *p, const pktrt__range *r, float unit, float area,
-                                   pktrt__range part[2]) {
+static uint32_t pktrt__build_split_sweep(pktrt__build_prim *p, const pktrt__build_range *r, float unit, float area,
+                                   pktrt__build_range part[2]) {
   uint8_t order[3][PKTRT__MAX_SWEEP];
   float right[PKTRT__MAX_SWEEP], best = FLT_MAX, box[8];
   uint32_t n = r->count, axis = 0, left = 0;
   for (uint32_t a = 0; a < 3; a++) {
-    pktrt__sort_axis(p, n, a, order[a]);
-    pktrt__box_clear(box);
+    pktrt__build_sort_axis(p, n, a, order[a]);
+    pktrt__build_box_clear(box);
     for (uint32_t i = n - 1; i > 0; i--) {
-      pktrt__box_grow(box, p[order[a][i]].box);
-      right[i] = pktrt__box_area(box, unit) * pktrt__side_cost(n - i);
+      pktrt__build_box_grow(box, p[order[a][i]].box);
+      right[i] = pktrt__build_box_area(box, unit) * pktrt__build_side_cost(n - i);
     }
-    pktrt__box_clear(box);
+    pktrt__build_box_clear(box);
     for (uint32_t i = 1; i < n; i++) {
-      pktrt__box_grow(box, p[order[a][i - 1]].box);
-      float cost = pktrt__box_area(box, unit) * pktrt__side_cost(i) + right[i];
+      pktrt__build_box_grow(box, p[order[a][i - 1]].box);
+      float cost = pktrt__build_box_area(box, unit) * pktrt__build_side_cost(i) + right[i];
       if (cost < best) best = cost, axis = a, left = i;
     }
   }
   if (n <= PKTRT__W && area <= 0.25f * area + best) return 0;
-  pktrt__prim sorted[PKTRT__MAX_SWEEP];
-  pktrt__box_clear(part[0].box), pktrt__box_clear(part[1].box);
+  pktrt__build_prim sorted[PKTRT__MAX_SWEEP];
+  pktrt__build_box_clear(part[0].box), pktrt__build_box_clear(part[1].box);
   for (uint32_t i = 0; i < n; i++) {
     sorted[i] = p[order[axis][i]];
-    pktrt__box_grow(part[i >= left].box, sorted[i].box);
+    pktrt__build_box_grow(part[i >= left].box, sorted[i].box);
   }
   memcpy(p, sorted, n * sizeof *p);
-  pktrt__make_parts(r, left, false, part);
+  pktrt__build_make_parts(r, left, false, part);
   return left;
 }
 
 /* Writes the range's binary node; false if it is a leaf. */
-static bool pktrt__split(pktrt__builder *b, pktrt__range *r, pktrt__range part[2]) {
-  pktrt__prim *p = b->prims + r->first;
+static bool pktrt__build_split(pktrt__builder *b, pktrt__build_range *r, pktrt__build_range part[2]) {
+  pktrt__build_prim *p = b->prims + r->first;
   if (r->away && r->count <= b->sweep) {
     memcpy(p, b->away + r->first, r->count * sizeof *p);
     r->away = 0;
   }
   double x = (double)r->box[0] + r->box[4], y = (double)r->box[1] + r->box[5], z = (double)r->box[2] + r->box[6];
   double most = -(x < y ? (x < z ? x : z) : (y < z ? y : z));
-  float unit = pktrt__unit_scale((float)most), area = pktrt__box_area(r->box, unit);
-  uint32_t spare = PKTRT__MAX_DEPTH - r->depth - pktrt__halvings(r->count), left = 0;
+  float unit = pktrt__build_unit_scale((float)most), area = pktrt__build_box_area(r->box, unit);
+  uint32_t spare = PKTRT__MAX_DEPTH - r->depth - pktrt__build_halvings(r->count), left = 0;
   bool blind = !(area > 0.0f), few = r->count <= b->sweep;
   if (r->count > 1 && spare > 0 && !(blind && r->count <= PKTRT__W)) {
-    if (!blind && few) left = pktrt__split_sweep(p, r, unit, area, part);
-    if (!blind && !few) left = pktrt__split_binned(b, r, unit, part);
+    if (!blind && few) left = pktrt__build_split_sweep(p, r, unit, area, part);
+    if (!blind && !few) left = pktrt__build_split_binned(b, r, unit, part);
   }
-  if (!left && r->count > PKTRT__W) left = pktrt__split_half(r, r->away ? b->away + r->first : p, part);
-  pktrt__binary *node = &b->nodes[r->slot];
+  if (!left && r->count > PKTRT__W) left = pktrt__build_split_half(r, r->away ? b->away + r->first : p, part);
+  pktrt__build_node *node = &b->nodes[r->slot];
   node->size = (float)sqrt(x * y + y * z + z * x), node->left = left;
   return left != 0;
 }
@@ -2045,76 +2045,76 @@ static bool pktrt__split(pktrt__builder *b, pktrt__range *r, pktrt__range part[2
    tree in turn is taken out, with all below it, and put back where the areas of all boxes sum up to the least. One
    after the other, so that the tree depends on nothing else. */
 
-typedef struct pktrt__twig { /* a node of the tree in motion; 0 is the root and stays it */
+typedef struct pktrt__reinsert_node { /* a node of the tree in motion; 0 is the root and stays it */
   float box[8];
   uint32_t parent, child[2]; /* of a leaf: PKTRT_NONE, its first prim */
   uint32_t count, height;
-} pktrt__twig;
+} pktrt__reinsert_node;
 
 enum { PKTRT__SEARCH = 512 }; /* nodes that a search looks at, at most: heaps of boxes prune nothing */
 
-PKTRT__NOINLINE void pktrt__join_twigs(pktrt__twig *twigs, uint32_t at) {
-  pktrt__twig *t = &twigs[at];
-  const pktrt__twig *l = &twigs[t->child[0]], *r = &twigs[t->child[1]];
+PKTRT__NOINLINE void pktrt__reinsert_update_node(pktrt__reinsert_node *twigs, uint32_t at) {
+  pktrt__reinsert_node *t = &twigs[at];
+  const pktrt__reinsert_node *l = &twigs[t->child[0]], *r = &twigs[t->child[1]];
   for (int i = 0; i < 8; i++) t->box[i] = l->box[i] < r->box[i] ? l->box[i] : r->box[i];
   t->count = l->count + r->count, t->height = 1 + (l->height > r->height ? l->height : r->height);
 }
 
-PKTRT__NOINLINE uint32_t pktrt__count_twigs(const pktrt__binary *nodes, uint32_t slot) {
+PKTRT__NOINLINE uint32_t pktrt__reinsert_count_nodes(const pktrt__build_node *nodes, uint32_t slot) {
   const uint32_t left = nodes[slot].left;
-  return left ? 1 + pktrt__count_twigs(nodes, slot + 1) + pktrt__count_twigs(nodes, slot + 2 * left) : 1;
+  return left ? 1 + pktrt__reinsert_count_nodes(nodes, slot + 1) + pktrt__reinsert_count_nodes(nodes, slot + 2 * left) : 1;
 }
 
 /* The subtree of a range; returns the number of the next twig. */
-static uint32_t pktrt__grow_twigs(const pktrt__builder *b, pktrt__twig *twigs, uint32_t at, uint32_t slot,
+static uint32_t pktrt__reinsert_make_nodes(const pktrt__builder *b, pktrt__reinsert_node *twigs, uint32_t at, uint32_t slot,
                                   uint32_t first, uint32_t count) {
-  pktrt__twig *t = &twigs[at];
+  pktrt__reinsert_node *t = &twigs[at];
   const uint32_t left = b->nodes[slot].left, l = at + 1;
   if (left) {
-    const uint32_t r = pktrt__grow_twigs(b, twigs, l, slot + 1, first, left);
-    const uint32_t next = pktrt__grow_twigs(b, twigs, r, slot + 2 * left, first + left, count - left);
+    const uint32_t r = pktrt__reinsert_make_nodes(b, twigs, l, slot + 1, first, left);
+    const uint32_t next = pktrt__reinsert_make_nodes(b, twigs, r, slot + 2 * left, first + left, count - left);
     t->child[0] = l, t->child[1] = r, twigs[l].parent = twigs[r].parent = at;
-    pktrt__join_twigs(twigs, at);
+    pktrt__reinsert_update_node(twigs, at);
     return next;
   }
   t->child[0] = PKTRT_NONE, t->child[1] = first, t->count = count, t->height = 0;
-  pktrt__box_clear(t->box);
-  for (uint32_t i = 0; i < count; i++) pktrt__box_grow(t->box, b->prims[first + i].box);
+  pktrt__build_box_clear(t->box);
+  for (uint32_t i = 0; i < count; i++) pktrt__build_box_grow(t->box, b->prims[first + i].box);
   return l;
 }
 
 /* The node below or beside the path that x would best stand beside; PKTRT_NONE: x is well where it is. Gain: what the
    boxes' areas lose in sum. */
-PKTRT__NOINLINE uint32_t pktrt__find_place(const pktrt__twig *twigs, uint32_t x, float unit) {
+PKTRT__NOINLINE uint32_t pktrt__reinsert_find_place(const pktrt__reinsert_node *twigs, uint32_t x, float unit) {
   struct { uint32_t node; float gain; } stack[PKTRT__MAX_DEPTH + 2];
-  const float own = pktrt__box_area(twigs[x].box, unit);
+  const float own = pktrt__build_box_area(twigs[x].box, unit);
   uint32_t place = PKTRT_NONE, from = x, at = twigs[x].parent, steps = 0;
-  float rest[8], joint[8], best = 0.0f, gain = pktrt__box_area(twigs[at].box, unit);
-  pktrt__box_clear(rest);
+  float rest[8], joint[8], best = 0.0f, gain = pktrt__build_box_area(twigs[at].box, unit);
+  pktrt__build_box_clear(rest);
   for (;; from = at, at = twigs[at].parent) {
     const uint32_t beside = twigs[at].child[twigs[at].child[0] == from];
     uint32_t top = 0;
     stack[top].node = beside, stack[top++].gain = gain;
     while (top && steps++ < PKTRT__SEARCH) {
-      const pktrt__twig *t = &twigs[stack[--top].node];
+      const pktrt__reinsert_node *t = &twigs[stack[--top].node];
       for (int i = 0; i < 8; i++) joint[i] = t->box[i] < twigs[x].box[i] ? t->box[i] : twigs[x].box[i];
-      const float here = stack[top].gain - pktrt__box_area(joint, unit);
-      const float below = here + pktrt__box_area(t->box, unit);
+      const float here = stack[top].gain - pktrt__build_box_area(joint, unit);
+      const float below = here + pktrt__build_box_area(t->box, unit);
       if (here > best) best = here, place = stack[top].node;
       if (!t->height || !(below - own > best)) continue;
       stack[top].node = t->child[0], stack[top++].gain = below;
       stack[top].node = t->child[1], stack[top++].gain = below;
     }
-    const float area = pktrt__box_area(twigs[at].box, unit);
-    pktrt__box_grow(rest, twigs[beside].box); /* what is left of this node without x */
-    if (from != x) gain += area - pktrt__box_area(rest, unit);
+    const float area = pktrt__build_box_area(twigs[at].box, unit);
+    pktrt__build_box_grow(rest, twigs[beside].box); /* what is left of this node without x */
+    if (from != x) gain += area - pktrt__build_box_area(rest, unit);
     if (from != x && at && gain - area > best) best = gain - area, place = at;
     if (!at) return place;
   }
 }
 
 /* Takes a node out, its parent with it, and puts both beside another, unless the tree became too deep. */
-static void pktrt__move_twig(pktrt__twig *twigs, uint32_t x, uint32_t place) {
+static void pktrt__reinsert_move_node(pktrt__reinsert_node *twigs, uint32_t x, uint32_t place) {
   const uint32_t p = twigs[x].parent, above = twigs[p].parent, other = twigs[p].child[twigs[p].child[0] == x];
   uint32_t depth = 1 + (twigs[x].height > twigs[place].height ? twigs[x].height : twigs[place].height);
   for (uint32_t i = place; i; i = twigs[i].parent) depth++;
@@ -2123,15 +2123,15 @@ static void pktrt__move_twig(pktrt__twig *twigs, uint32_t x, uint32_t place) {
   const uint32_t q = twigs[place].parent;
   twigs[q].child[twigs[q].child[1] == place] = p, twigs[p].parent = q;
   twigs[p].child[0] = place, twigs[p].child[1] = x, twigs[place].parent = p;
-  for (uint32_t i = above; i; i = twigs[i].parent) pktrt__join_twigs(twigs, i);
-  for (uint32_t i = p; i; i = twigs[i].parent) pktrt__join_twigs(twigs, i);
-  pktrt__join_twigs(twigs, 0);
+  for (uint32_t i = above; i; i = twigs[i].parent) pktrt__reinsert_update_node(twigs, i);
+  for (uint32_t i = p; i; i = twigs[i].parent) pktrt__reinsert_update_node(twigs, i);
+  pktrt__reinsert_update_node(twigs, 0);
 }
 
 /* The binary tree again, with the prims in its order. */
-static void pktrt__lay_out(const pktrt__builder *b, const pktrt__twig *twigs, uint32_t at, uint32_t slot,
+static void pktrt__reinsert_lay_out(const pktrt__builder *b, const pktrt__reinsert_node *twigs, uint32_t at, uint32_t slot,
                            uint32_t first) {
-  const pktrt__twig *t = &twigs[at];
+  const pktrt__reinsert_node *t = &twigs[at];
   const double x = (double)t->box[0] + t->box[4], y = (double)t->box[1] + t->box[5], z = (double)t->box[2] + t->box[6];
   const uint32_t left = t->height ? twigs[t->child[0]].count : 0;
   b->nodes[slot].size = (float)sqrt(x * y + y * z + z * x), b->nodes[slot].left = left;
@@ -2139,30 +2139,30 @@ static void pktrt__lay_out(const pktrt__builder *b, const pktrt__twig *twigs, ui
     memcpy(b->away + first, b->prims + t->child[1], t->count * sizeof *b->prims);
     return;
   }
-  pktrt__lay_out(b, twigs, t->child[0], slot + 1, first);
-  pktrt__lay_out(b, twigs, t->child[1], slot + 2 * left, first + left);
+  pktrt__reinsert_lay_out(b, twigs, t->child[0], slot + 1, first);
+  pktrt__reinsert_lay_out(b, twigs, t->child[1], slot + 2 * left, first + left);
 }
 
 /* false: out of memory */
-static bool pktrt__reinsert(pktrt__builder *b) {
-  const uint32_t n = pktrt__count_twigs(b->nodes, 0);
-  pktrt__twig *twigs = PKTRT__CAST(pktrt__twig *, pktrt__alloc(b->desc, n, sizeof *twigs));
+static bool pktrt__reinsert_nodes(pktrt__builder *b) {
+  const uint32_t n = pktrt__reinsert_count_nodes(b->nodes, 0);
+  pktrt__reinsert_node *twigs = PKTRT__CAST(pktrt__reinsert_node *, pktrt__mem_alloc(b->desc, n, sizeof *twigs));
   if (!twigs) return false;
-  pktrt__grow_twigs(b, twigs, 0, 0, 0, b->count);
+  pktrt__reinsert_make_nodes(b, twigs, 0, 0, 0, b->count);
   twigs[0].parent = 0;
   float most = 0.0f;
   for (int a = 0; a < 3; a++) most = pktrt__maxf(most, -(twigs[0].box[a] + twigs[0].box[a + 4]));
-  const float unit = pktrt__unit_scale(most);
+  const float unit = pktrt__build_unit_scale(most);
   for (uint32_t pass = 0; pass < b->passes; pass++) {
     for (uint32_t x = 1; x < n; x++) {
-      const uint32_t place = twigs[x].parent ? pktrt__find_place(twigs, x, unit) : PKTRT_NONE;
-      if (place != PKTRT_NONE) pktrt__move_twig(twigs, x, place);
+      const uint32_t place = twigs[x].parent ? pktrt__reinsert_find_place(twigs, x, unit) : PKTRT_NONE;
+      if (place != PKTRT_NONE) pktrt__reinsert_move_node(twigs, x, place);
     }
   }
-  pktrt__lay_out(b, twigs, 0, 0, 0);
-  pktrt__prim *prims = b->prims;
+  pktrt__reinsert_lay_out(b, twigs, 0, 0, 0);
+  pktrt__build_prim *prims = b->prims;
   b->prims = b->away, b->away = prims;
-  pktrt__release(b->desc, twigs, n, sizeof *twigs);
+  pktrt__mem_release(b->desc, twigs, n, sizeof *twigs);
   return true;
 }
 
@@ -2171,9 +2171,9 @@ static bool pktrt__reinsert(pktrt__builder *b) {
    blocks, for j from 1 to 7: of one it is the cost of a block, or that of a wide node, which gives away eight. The plan
    of a node has, for j from 2 to 8, three bits from bit 3 (j - 2) on: how many of the j go to the left part, or 0 if
    the subtree stays whole. Subtrees that had better be blocks become leaves. */
-static void pktrt__plan(pktrt__binary *nodes, uint32_t slot, uint32_t count, double cost[PKTRT__W],
-                        const pktrt__range *done, uint32_t done_count) {
-  pktrt__binary *node = &nodes[slot];
+static void pktrt__collapse_plan(pktrt__build_node *nodes, uint32_t slot, uint32_t count, double cost[PKTRT__W],
+                        const pktrt__build_range *done, uint32_t done_count) {
+  pktrt__build_node *node = &nodes[slot];
   const double area = (double)node->size * node->size, leaf = area * (0.75 * ((count + 7) >> 3) + 0.1 * count);
   for (uint32_t i = 0; i < done_count; i++) {
     if (done[i].slot != slot) continue;
@@ -2184,8 +2184,8 @@ static void pktrt__plan(pktrt__binary *nodes, uint32_t slot, uint32_t count, dou
   for (uint32_t j = 1; j < PKTRT__W && !node->left; j++) cost[j] = leaf;
   if (!node->left) return;
   double l[PKTRT__W], r[PKTRT__W], best[PKTRT__W + 1];
-  pktrt__plan(nodes, slot + 1, node->left, l, done, done_count);
-  pktrt__plan(nodes, slot + 2 * node->left, count - node->left, r, done, done_count);
+  pktrt__collapse_plan(nodes, slot + 1, node->left, l, done, done_count);
+  pktrt__collapse_plan(nodes, slot + 2 * node->left, count - node->left, r, done, done_count);
   for (uint32_t j = PKTRT__W; j > 1; j--) {
     uint32_t share = 1;
     best[j] = l[1] + r[j - 1];
@@ -2199,55 +2199,55 @@ static void pktrt__plan(pktrt__binary *nodes, uint32_t slot, uint32_t count, dou
 }
 
 /* Of a subtree whose parts are not planned; what it costs is kept in place of the range's box. */
-static void pktrt__plan_range(const pktrt__builder *b, pktrt__range *r) {
+static void pktrt__collapse_plan_range(const pktrt__builder *b, pktrt__build_range *r) {
   double cost[PKTRT__W];
   const double size = b->nodes[r->slot].size, area = size * size;
-  pktrt__plan(b->nodes, r->slot, r->count, cost, NULL, 0);
+  pktrt__collapse_plan(b->nodes, r->slot, r->count, cost, NULL, 0);
   for (uint32_t j = 1; j < PKTRT__W; j++) r->box[j] = area > 0.0 ? (float)(cost[j] / area) : 0.0f;
 }
 
 /* The whole subtree of a range. The stack holds at most one right part per level. */
-static void pktrt__build_range(void *arg, size_t index) {
+static void pktrt__build_range_tree(void *arg, size_t index) {
   pktrt__builder *b = PKTRT__CAST(pktrt__builder *, arg);
-  pktrt__range stack[PKTRT__MAX_DEPTH + 1], part[2];
+  pktrt__build_range stack[PKTRT__MAX_DEPTH + 1], part[2];
   uint32_t top = 0;
   stack[top++] = b->chunks[index];
   while (top) {
-    pktrt__range r = stack[--top];
-    while (pktrt__split(b, &r, part)) {
+    pktrt__build_range r = stack[--top];
+    while (pktrt__build_split(b, &r, part)) {
       stack[top++] = part[1];
       r = part[0];
     }
   }
-  if (!b->passes) pktrt__plan_range(b, &b->chunks[index]);
+  if (!b->passes) pktrt__collapse_plan_range(b, &b->chunks[index]);
 }
 
 /* One level of all ranges above the tasks: job i splits range i of the round into parts 2i and 2i + 1. */
-typedef struct pktrt__round {
+typedef struct pktrt__build_round {
   pktrt__builder *b;
-  pktrt__range *ranges, *parts;
-} pktrt__round;
+  pktrt__build_range *ranges, *parts;
+} pktrt__build_round;
 
-static void pktrt__split_job(void *arg, size_t i) {
-  pktrt__round *round = PKTRT__CAST(pktrt__round *, arg);
-  pktrt__split(round->b, &round->ranges[i], &round->parts[2 * i]); /* ranges of more than 8 always split */
+static void pktrt__build_split_job(void *arg, size_t i) {
+  pktrt__build_round *round = PKTRT__CAST(pktrt__build_round *, arg);
+  pktrt__build_split(round->b, &round->ranges[i], &round->parts[2 * i]); /* ranges of more than 8 always split */
 }
 
 /* Ranges of more than `limit` triangles are disjoint, so there are at most count / limit of them in each of MAX_DEPTH
    rounds; each split adds at most one range to the list of those done. */
-static uint64_t pktrt__most_wide(const pktrt__builder *b) { return b->count / b->limit + 1; }
-static uint64_t pktrt__most_done(const pktrt__builder *b) { return pktrt__most_wide(b) * PKTRT__MAX_DEPTH + 1; }
+static uint64_t pktrt__build_most_wide(const pktrt__builder *b) { return b->count / b->limit + 1; }
+static uint64_t pktrt__build_most_done(const pktrt__builder *b) { return pktrt__build_most_wide(b) * PKTRT__MAX_DEPTH + 1; }
 
-static bool pktrt__build_binary(pktrt__builder *b) {
-  pktrt__range root;
-  pktrt__fill(b, &root);
-  pktrt__range *done = b->chunks; /* the chunks' boxes have served */
-  pktrt__round round;
-  round.b = b, round.ranges = done + pktrt__most_done(b), round.parts = round.ranges + pktrt__most_wide(b);
+static bool pktrt__build_binary_tree(pktrt__builder *b) {
+  pktrt__build_range root;
+  pktrt__build_fill(b, &root);
+  pktrt__build_range *done = b->chunks; /* the chunks' boxes have served */
+  pktrt__build_round round;
+  round.b = b, round.ranges = done + pktrt__build_most_done(b), round.parts = round.ranges + pktrt__build_most_wide(b);
   uint32_t done_count = 0, wide_count = 0;
   if (root.count <= b->limit) done[done_count++] = root; else round.ranges[wide_count++] = root;
   while (wide_count) {
-    pktrt__parallel(b->desc, wide_count, pktrt__split_job, &round);
+    pktrt__parallel_for(b->desc, wide_count, pktrt__build_split_job, &round);
     uint32_t parts = 2 * wide_count;
     wide_count = 0;
     for (uint32_t i = 0; i < parts; i++) {
@@ -2255,16 +2255,16 @@ static bool pktrt__build_binary(pktrt__builder *b) {
       else round.ranges[wide_count++] = round.parts[i];
     }
   }
-  pktrt__parallel(b->desc, done_count, pktrt__build_range, b);
+  pktrt__parallel_for(b->desc, done_count, pktrt__build_range_tree, b);
   double cost[PKTRT__W];
-  if (b->passes && !pktrt__reinsert(b)) return false;
-  if (b->passes || done_count > 1) pktrt__plan(b->nodes, 0, b->count, cost, done, b->passes ? 0 : done_count);
+  if (b->passes && !pktrt__reinsert_nodes(b)) return false;
+  if (b->passes || done_count > 1) pktrt__collapse_plan(b->nodes, 0, b->count, cost, done, b->passes ? 0 : done_count);
   return true;
 }
 
 /* Blocks */
 
-PKTRT__INLINE bool pktrt__has_area(const float *const v[3]) {
+PKTRT__INLINE bool pktrt__tri_has_area(const float *const v[3]) {
   double ax = (double)v[1][0] - (double)v[0][0], bx = (double)v[2][0] - (double)v[0][0];
   double ay = (double)v[1][1] - (double)v[0][1], by = (double)v[2][1] - (double)v[0][1];
   double az = (double)v[1][2] - (double)v[0][2], bz = (double)v[2][2] - (double)v[0][2];
@@ -2272,23 +2272,23 @@ PKTRT__INLINE bool pktrt__has_area(const float *const v[3]) {
 }
 
 /* The mesh that is read: blocks take most of their triangles from one. */
-typedef struct pktrt__reader {
+typedef struct pktrt__mesh_reader {
   const pktrt__mesh *meshes;
   const float *positions;
   const uint32_t *indices;
   size_t step; /* floats to the next key */
   uint32_t mesh_count, first, count;
   bool use_pending;
-} pktrt__reader;
+} pktrt__mesh_reader;
 
-static pktrt__reader pktrt__read_meshes(const pktrt__mesh *meshes, uint32_t mesh_count, bool use_pending) {
-  pktrt__reader r;
+static pktrt__mesh_reader pktrt__mesh_reader_make(const pktrt__mesh *meshes, uint32_t mesh_count, bool use_pending) {
+  pktrt__mesh_reader r;
   memset(&r, 0, sizeof r);
   r.meshes = meshes, r.mesh_count = mesh_count, r.use_pending = use_pending;
   return r;
 }
-static pktrt__reader pktrt__read_mesh_of(pktrt__reader r, uint32_t triangle) {
-  const pktrt__mesh *m = &r.meshes[pktrt__mesh_of(r.meshes, r.mesh_count, triangle, 0)];
+static pktrt__mesh_reader pktrt__mesh_reader_seek(pktrt__mesh_reader r, uint32_t triangle) {
+  const pktrt__mesh *m = &r.meshes[pktrt__mesh_of_triangle(r.meshes, r.mesh_count, triangle, 0)];
   r.positions = r.use_pending && m->dirty && m->pending ? m->pending : m->positions;
   r.indices = m->indices, r.step = (size_t)m->vertex_count * 3;
   r.first = m->first_id, r.count = m->triangle_count;
@@ -2299,16 +2299,16 @@ static pktrt__reader pktrt__read_mesh_of(pktrt__reader r, uint32_t triangle) {
    mesh: what they read is found and starts loading some blocks ahead, and the indices that say where it is twice as far
    ahead, as long as the mesh stays the same. */
 enum { PKTRT__AHEAD = 8 };
-typedef struct pktrt__source {
+typedef struct pktrt__block_source {
   const float *corner[PKTRT__W][3];
   size_t step[PKTRT__W];
-} pktrt__source;
+} pktrt__block_source;
 
-static void pktrt__find_source(const pktrt__group *g, uint32_t block, uint32_t end, pktrt__reader *reader,
-                               pktrt__source *s) {
+static void pktrt__block_find_source(const pktrt__bvh *g, uint32_t block, uint32_t end, pktrt__mesh_reader *reader,
+                               pktrt__block_source *s) {
   const uint32_t *tri = g->block_triangles + (size_t)block * PKTRT__W;
   const uint32_t *later = end - block > PKTRT__AHEAD ? tri + (uint32_t)PKTRT__AHEAD * PKTRT__W : tri;
-  pktrt__reader r = *reader;
+  pktrt__mesh_reader r = *reader;
   for (uint32_t i = 0; i < PKTRT__BLOCK_BYTES; i += 64) PKTRT__PREFETCH(g->blocks + (size_t)block * g->block_bytes + i);
   for (uint32_t l = 0; l < PKTRT__W; l++) {
     if (tri[l] == PKTRT_NONE) {
@@ -2316,7 +2316,7 @@ static void pktrt__find_source(const pktrt__group *g, uint32_t block, uint32_t e
       s->step[l] = s->step[0];
       continue;
     }
-    if (tri[l] - r.first >= r.count) r = pktrt__read_mesh_of(r, tri[l]);
+    if (tri[l] - r.first >= r.count) r = pktrt__mesh_reader_seek(r, tri[l]);
     const size_t at = (size_t)(tri[l] - r.first) * 3;
     size_t i = at, j = at + 1, k = at + 2;
     if (r.indices) {
@@ -2334,16 +2334,16 @@ static void pktrt__find_source(const pktrt__group *g, uint32_t block, uint32_t e
 /* The kernels of builds and refits: >>fit. Which lanes have area, of the vertices of a block at a key. Bounds and
    orders of a run of nodes whose blocks, and nodes below in other runs, are done; returns the children's areas, summed
    over keys too. */
-typedef struct pktrt__fit {
+typedef struct pktrt__fit_table {
   uint32_t (*lanes_with_area)(const float *vertices);
-  double (*nodes)(const pktrt__group *, uint32_t first, uint32_t count);
-} pktrt__fit;
-static const pktrt__fit *pktrt__fit_of(pktrt_isa);
+  double (*nodes)(const pktrt__bvh *, uint32_t first, uint32_t count);
+} pktrt__fit_table;
+static const pktrt__fit_table *pktrt__fit_table_of(pktrt_isa);
 
 /* Vertices and ids of a block. Returns the number of triangles without area at any time: the normal is a quadratic
    function of time between two keys; zero at both and half-way, it is zero throughout. */
-static uint32_t pktrt__write_block(const pktrt__fit *fit, const pktrt__group *g, uint32_t block,
-                                   const pktrt__source *s) {
+static uint32_t pktrt__block_write(const pktrt__fit_table *fit, const pktrt__bvh *g, uint32_t block,
+                                   const pktrt__block_source *s) {
   const uint32_t *tri = g->block_triangles + (size_t)block * PKTRT__W;
   unsigned char *at = g->blocks + (size_t)block * g->block_bytes;
   uint32_t *id = pktrt__block_ids(at), area = 0, flat = 0;
@@ -2386,7 +2386,7 @@ static float pktrt__max8(const float *p) {
 }
 
 /* lo x, hi x, lo y, ... of a node. Empty children do no harm by their values. */
-static void pktrt__node_box(const pktrt__group *g, uint32_t node, uint32_t key, float box[6]) {
+static void pktrt__bvh_node_box(const pktrt__bvh *g, uint32_t node, uint32_t key, float box[6]) {
   const float *plane = pktrt__node_planes(g->nodes + (size_t)node * g->node_bytes, key);
   for (int a = 0; a < 3; a++) {
     box[2 * a] = pktrt__min8(plane + 16 * a);
@@ -2394,20 +2394,20 @@ static void pktrt__node_box(const pktrt__group *g, uint32_t node, uint32_t key, 
   }
 }
 
-static double pktrt__surface(const float box[6]) {
+static double pktrt__bvh_box_area(const float box[6]) {
   double x = (double)box[1] - box[0], y = (double)box[3] - box[2], z = (double)box[5] - box[4];
   return 2.0 * (x * y + y * z + z * x);
 }
 
 /* A whole number that orders as x does but for its last three bits, which hold i < 8: no two are equal. */
-PKTRT__INLINE int32_t pktrt__order_key(float x, int32_t i) {
+PKTRT__INLINE int32_t pktrt__bvh_order_key(float x, int32_t i) {
   int32_t bits;
   memcpy(&bits, &x, 4);
   return ((bits < 0 ? bits ^ INT32_MAX : bits) & ~7) | i;
 }
 
 /* Children from far to near for each octant, at the middle of the motion. Opposite octants have reverse orders. */
-PKTRT__INLINE void pktrt__order_children(const pktrt__group *g, unsigned char *node) {
+PKTRT__INLINE void pktrt__bvh_order_children(const pktrt__bvh *g, unsigned char *node) {
   const float *p = pktrt__node_planes(node, (g->key_count - 1) / 2), *q = pktrt__node_planes(node, g->key_count / 2);
   uint32_t *perm = pktrt__node_children(node) + PKTRT__W;
   float c[3][8];
@@ -2418,7 +2418,7 @@ PKTRT__INLINE void pktrt__order_children(const pktrt__group *g, unsigned char *n
     int32_t distant[8], rank[8] = {0, 0, 0, 0, 0, 0, 0, 0};
     for (int i = 0; i < 8; i++) {
       float x = octant & 1 ? -c[0][i] : c[0][i], y = octant & 2 ? -c[1][i] : c[1][i];
-      distant[i] = pktrt__order_key(x + y + c[2][i], i);
+      distant[i] = pktrt__bvh_order_key(x + y + c[2][i], i);
     }
     for (int i = 0; i < 8; i++) {
       for (int j = 0; j < 8; j++) rank[j] += distant[i] > distant[j];
@@ -2430,67 +2430,67 @@ PKTRT__INLINE void pktrt__order_children(const pktrt__group *g, unsigned char *n
 }
 
 /* What a run of nodes and blocks adds to the group's figures: kept behind the group's tasks, those of the top last. */
-typedef struct pktrt__sum {
+typedef struct pktrt__bvh_sum {
   double area;
   uint32_t degenerate, changed;
-} pktrt__sum;
+} pktrt__bvh_sum;
 
-static pktrt__sum *pktrt__sums(const pktrt__group *g) {
-  return PKTRT__CAST(pktrt__sum *, PKTRT__CAST(void *, g->tasks + g->task_count + 1));
+static pktrt__bvh_sum *pktrt__bvh_sums(const pktrt__bvh *g) {
+  return PKTRT__CAST(pktrt__bvh_sum *, PKTRT__CAST(void *, g->tasks + g->task_count + 1));
 }
-static bool pktrt__alloc_tasks(const pktrt_scene_desc *desc, pktrt__group *g) {
-  g->tasks = PKTRT__CAST(pktrt__task *, pktrt__alloc(desc, (uint64_t)g->task_count + 1,
-                                                    sizeof(pktrt__task) + sizeof(pktrt__sum)));
+static bool pktrt__bvh_alloc_tasks(const pktrt_scene_desc *desc, pktrt__bvh *g) {
+  g->tasks = PKTRT__CAST(pktrt__bvh_task *, pktrt__mem_alloc(desc, (uint64_t)g->task_count + 1,
+                                                    sizeof(pktrt__bvh_task) + sizeof(pktrt__bvh_sum)));
   return g->tasks != NULL;
 }
 
 /* Bounds, costs and counts of the group from its root and the runs. The cost is the expected number of nodes and
    blocks opened by a random line through the root's box, at a random time: areas of all of them over the root's, each
    summed over the keys. Boxes without area: 2, as a root with one block. */
-PKTRT__COLD void pktrt__sum_group(pktrt__group *g) {
+PKTRT__COLD void pktrt__bvh_sum_up(pktrt__bvh *g) {
   double root = 0.0, sum = 0.0;
   for (uint32_t k = 0; k < g->key_count; k++) {
     float box[6];
-    pktrt__node_box(g, 0, k, box);
+    pktrt__bvh_node_box(g, 0, k, box);
     for (int a = 0; a < 3; a++) {
       if (k == 0 || box[2 * a] < g->lo[a]) g->lo[a] = box[2 * a];
       if (k == 0 || box[2 * a + 1] > g->hi[a]) g->hi[a] = box[2 * a + 1];
     }
-    root += pktrt__surface(box);
+    root += pktrt__bvh_box_area(box);
   }
   g->degenerate_count = 0;
   for (uint32_t i = 0; i <= g->task_count; i++) {
-    sum += pktrt__sums(g)[i].area;
-    g->degenerate_count += pktrt__sums(g)[i].degenerate;
+    sum += pktrt__bvh_sums(g)[i].area;
+    g->degenerate_count += pktrt__bvh_sums(g)[i].degenerate;
   }
   g->sah_now = root > 0.0 ? (root + sum) / root : 2.0;
   float swept[6];
   for (int a = 0; a < 3; a++) swept[2 * a] = g->lo[a], swept[2 * a + 1] = g->hi[a];
-  g->area = pktrt__surface(swept);
+  g->area = pktrt__bvh_box_area(swept);
 }
 
 /* Collapse */
 
-typedef struct pktrt__sub { /* a subtree of the binary tree */
+typedef struct pktrt__collapse_subtree { /* a subtree of the binary tree */
   uint32_t slot, first, count;
-} pktrt__sub;
+} pktrt__collapse_subtree;
 
-typedef struct pktrt__walk {
+typedef struct pktrt__collapse_walk {
   const pktrt__builder *b;
-  pktrt__group *g;     /* written to; NULL: count only */
-  pktrt__sub *subs;    /* roots of the tasks, in order; NULL: count only */
+  pktrt__bvh *g;     /* written to; NULL: count only */
+  pktrt__collapse_subtree *subs;    /* roots of the tasks, in order; NULL: count only */
   uint32_t task_count; /* tasks met */
   uint32_t limit;      /* inner subtrees of up to so many triangles are tasks; 0: none is */
-} pktrt__walk;
+} pktrt__collapse_walk;
 
 /* Children of a wide node, as planned */
-static uint32_t pktrt__open(const pktrt__binary *nodes, pktrt__sub root, pktrt__sub child[PKTRT__W]) {
-  struct { pktrt__sub sub; uint32_t most; } stack[PKTRT__W];
+static uint32_t pktrt__collapse_open(const pktrt__build_node *nodes, pktrt__collapse_subtree root, pktrt__collapse_subtree child[PKTRT__W]) {
+  struct { pktrt__collapse_subtree sub; uint32_t most; } stack[PKTRT__W];
   uint32_t n = 0, top = 0;
   stack[top].sub = root, stack[top++].most = PKTRT__W;
   while (top) {
-    const pktrt__sub part = stack[--top].sub;
-    const pktrt__binary *node = &nodes[part.slot];
+    const pktrt__collapse_subtree part = stack[--top].sub;
+    const pktrt__build_node *node = &nodes[part.slot];
     const uint32_t most = stack[top].most, share = most > 1 ? node->plan >> 3 * (most - 2) & 7 : 0, left = node->left;
     if (!left || !share) {
       child[n++] = part;
@@ -2506,8 +2506,8 @@ static uint32_t pktrt__open(const pktrt__binary *nodes, pktrt__sub root, pktrt__
 
 /* Large boxes of few triangles come last: rays that look for any hit enter children from the last to the first. WHY:
    ambient occlusion in conference opens 3.3 nodes a ray, not 8.3 as in the order of the splits. */
-static void pktrt__arrange(const pktrt__binary *nodes, pktrt__sub *child, uint32_t n) {
-  pktrt__sub from[PKTRT__W];
+static void pktrt__collapse_order_children(const pktrt__build_node *nodes, pktrt__collapse_subtree *child, uint32_t n) {
+  pktrt__collapse_subtree from[PKTRT__W];
   double key[PKTRT__W];
   uint32_t rank[PKTRT__W];
   for (uint32_t i = 0; i < n; i++) {
@@ -2523,7 +2523,7 @@ static void pktrt__arrange(const pktrt__binary *nodes, pktrt__sub *child, uint32
   for (uint32_t i = 0; i < n; i++) child[rank[i]] = from[i];
 }
 
-static void pktrt__clear_node(const pktrt__group *g, unsigned char *node) {
+static void pktrt__bvh_clear_node(const pktrt__bvh *g, unsigned char *node) {
   uint32_t *child = pktrt__node_children(node);
   for (int c = 0; c < PKTRT__W; c++) child[c] = PKTRT__EMPTY;
   for (uint32_t k = 0; k < g->key_count; k++) {
@@ -2532,25 +2532,25 @@ static void pktrt__clear_node(const pktrt__group *g, unsigned char *node) {
   }
 }
 
-static void pktrt__emit_block(const pktrt__walk *w, pktrt__sub leaf, uint32_t block) {
+static void pktrt__collapse_write_ids(const pktrt__collapse_walk *w, pktrt__collapse_subtree leaf, uint32_t block) {
   uint32_t *tri = w->g->block_triangles + (size_t)block * PKTRT__W;
-  const pktrt__prim *p = w->b->prims + leaf.first;
-  for (uint32_t l = 0; l < PKTRT__W; l++) tri[l] = l < leaf.count ? pktrt__prim_id(&p[l]) : PKTRT_NONE;
+  const pktrt__build_prim *p = w->b->prims + leaf.first;
+  for (uint32_t l = 0; l < PKTRT__W; l++) tri[l] = l < leaf.count ? pktrt__build_prim_id(&p[l]) : PKTRT_NONE;
 }
 
 /* Walks the wide tree below root in depth-first order, numbering nodes and blocks from those in *t, which receives how
    many there are; emits them, without bounds and vertices, if w says so. */
-static void pktrt__walk_tree(pktrt__walk *w, pktrt__sub root, pktrt__task *t) {
-  struct { pktrt__sub sub; uint32_t *ref; } stack[PKTRT__STACK];
+static void pktrt__collapse_walk_tree(pktrt__collapse_walk *w, pktrt__collapse_subtree root, pktrt__bvh_task *t) {
+  struct { pktrt__collapse_subtree sub; uint32_t *ref; } stack[PKTRT__STACK];
   uint32_t top = 0, node = t->first_node, block = t->first_block, ignored = 0;
   stack[top].sub = root, stack[top++].ref = &ignored;
   while (top) {
-    pktrt__sub child[PKTRT__W], sub = stack[--top].sub;
-    uint32_t n = pktrt__open(w->b->nodes, sub, child), *refs = &ignored;
-    if (w->g || w->subs) pktrt__arrange(w->b->nodes, child, n);
+    pktrt__collapse_subtree child[PKTRT__W], sub = stack[--top].sub;
+    uint32_t n = pktrt__collapse_open(w->b->nodes, sub, child), *refs = &ignored;
+    if (w->g || w->subs) pktrt__collapse_order_children(w->b->nodes, child, n);
     if (w->g) {
       unsigned char *at = w->g->nodes + (size_t)node * w->g->node_bytes;
-      pktrt__clear_node(w->g, at);
+      pktrt__bvh_clear_node(w->g, at);
       refs = pktrt__node_children(at);
       *stack[top].ref = node;
     }
@@ -2558,7 +2558,7 @@ static void pktrt__walk_tree(pktrt__walk *w, pktrt__sub root, pktrt__task *t) {
     for (uint32_t c = 0; c < n; c++) {
       uint32_t *ref = w->g ? &refs[c] : &ignored;
       if (!w->b->nodes[child[c].slot].left) {
-        if (w->g) pktrt__emit_block(w, child[c], block);
+        if (w->g) pktrt__collapse_write_ids(w, child[c], block);
         *ref = PKTRT__LEAF | block++;
       } else if (child[c].count <= w->limit) {
         if (w->subs) w->subs[w->task_count] = child[c];
@@ -2574,93 +2574,93 @@ static void pktrt__walk_tree(pktrt__walk *w, pktrt__sub root, pktrt__task *t) {
 
 typedef struct pktrt__collapse {
   pktrt__builder *b;
-  pktrt__group *g;
-  pktrt__sub *subs;
+  pktrt__bvh *g;
+  pktrt__collapse_subtree *subs;
 } pktrt__collapse;
 
-static void pktrt__count_job(void *arg, size_t i) {
+static void pktrt__collapse_count_job(void *arg, size_t i) {
   pktrt__collapse *c = PKTRT__CAST(pktrt__collapse *, arg);
-  pktrt__walk w = {c->b, NULL, NULL, 0, 0};
-  pktrt__walk_tree(&w, c->subs[i], &c->g->tasks[i]);
+  pktrt__collapse_walk w = {c->b, NULL, NULL, 0, 0};
+  pktrt__collapse_walk_tree(&w, c->subs[i], &c->g->tasks[i]);
 }
 
-static uint32_t pktrt__write_run(const pktrt__builder *b, const pktrt__group *g, const pktrt__task *t) {
-  pktrt__source ahead[PKTRT__AHEAD];
-  pktrt__reader reader = pktrt__read_meshes(b->meshes, b->mesh_count, b->use_pending);
+static uint32_t pktrt__block_write_run(const pktrt__builder *b, const pktrt__bvh *g, const pktrt__bvh_task *t) {
+  pktrt__block_source ahead[PKTRT__AHEAD];
+  pktrt__mesh_reader reader = pktrt__mesh_reader_make(b->meshes, b->mesh_count, b->use_pending);
   uint32_t flat = 0;
   for (uint32_t i = 0; i < t->block_count + PKTRT__AHEAD; i++) {
-    pktrt__source *s = &ahead[i % PKTRT__AHEAD];
-    if (i >= PKTRT__AHEAD) flat += pktrt__write_block(b->fit, g, t->first_block + i - PKTRT__AHEAD, s);
-    if (i < t->block_count) pktrt__find_source(g, t->first_block + i, t->first_block + t->block_count, &reader, s);
+    pktrt__block_source *s = &ahead[i % PKTRT__AHEAD];
+    if (i >= PKTRT__AHEAD) flat += pktrt__block_write(b->fit, g, t->first_block + i - PKTRT__AHEAD, s);
+    if (i < t->block_count) pktrt__block_find_source(g, t->first_block + i, t->first_block + t->block_count, &reader, s);
   }
   return flat;
 }
 
-static void pktrt__emit_job(void *arg, size_t i) {
+static void pktrt__collapse_write_job(void *arg, size_t i) {
   pktrt__collapse *c = PKTRT__CAST(pktrt__collapse *, arg);
-  pktrt__walk w = {c->b, c->g, NULL, 0, 0};
-  pktrt__task *t = &c->g->tasks[i];
-  pktrt__sum *sum = &pktrt__sums(c->g)[i];
-  pktrt__walk_tree(&w, c->subs[i], t);
-  sum->degenerate = pktrt__write_run(c->b, c->g, t);
+  pktrt__collapse_walk w = {c->b, c->g, NULL, 0, 0};
+  pktrt__bvh_task *t = &c->g->tasks[i];
+  pktrt__bvh_sum *sum = &pktrt__bvh_sums(c->g)[i];
+  pktrt__collapse_walk_tree(&w, c->subs[i], t);
+  sum->degenerate = pktrt__block_write_run(c->b, c->g, t);
   sum->area = c->b->fit->nodes(c->g, t->first_node, t->node_count);
 }
 
 /* Allocates nodes and blocks, whose numbers are known, and places the runs: the top first. */
-static bool pktrt__place_tasks(const pktrt_scene_desc *desc, pktrt__group *g) {
-  const pktrt__task *top = &g->tasks[g->task_count];
+static bool pktrt__collapse_place_tasks(const pktrt_scene_desc *desc, pktrt__bvh *g) {
+  const pktrt__bvh_task *top = &g->tasks[g->task_count];
   g->node_count = top->node_count, g->block_count = top->block_count;
   for (uint32_t i = 0; i < g->task_count; i++) {
     g->tasks[i].first_node = g->node_count, g->tasks[i].first_block = g->block_count;
     g->node_count += g->tasks[i].node_count, g->block_count += g->tasks[i].block_count;
   }
-  g->nodes = PKTRT__CAST(unsigned char *, pktrt__alloc(desc, g->node_count, g->node_bytes));
-  g->blocks = PKTRT__CAST(unsigned char *, pktrt__alloc(desc, g->block_count, g->block_bytes));
-  g->block_triangles = PKTRT__CAST(uint32_t *, pktrt__alloc(desc, (uint64_t)g->block_count * PKTRT__W,
+  g->nodes = PKTRT__CAST(unsigned char *, pktrt__mem_alloc(desc, g->node_count, g->node_bytes));
+  g->blocks = PKTRT__CAST(unsigned char *, pktrt__mem_alloc(desc, g->block_count, g->block_bytes));
+  g->block_triangles = PKTRT__CAST(uint32_t *, pktrt__mem_alloc(desc, (uint64_t)g->block_count * PKTRT__W,
                                                                 sizeof(uint32_t)));
   return g->nodes && g->blocks && g->block_triangles;
 }
 
 /* From the binary tree to the group; on failure the caller frees what *g holds. */
-static bool pktrt__build_wide(pktrt__builder *b, pktrt__group *g) {
+static bool pktrt__collapse_build(pktrt__builder *b, pktrt__bvh *g) {
   const pktrt_scene_desc *desc = b->desc;
-  pktrt__sub root = {0, 0, b->count};
-  pktrt__task top = {0, 0, 0, 0};
-  pktrt__walk w = {b, NULL, NULL, 0, b->limit};
+  pktrt__collapse_subtree root = {0, 0, b->count};
+  pktrt__bvh_task top = {0, 0, 0, 0};
+  pktrt__collapse_walk w = {b, NULL, NULL, 0, b->limit};
   bool one = b->count <= b->limit;
-  if (!one) pktrt__walk_tree(&w, root, &top);
+  if (!one) pktrt__collapse_walk_tree(&w, root, &top);
   uint32_t count = g->task_count = one ? 1 : w.task_count;
-  if (!pktrt__alloc_tasks(desc, g)) return false;
-  memset(g->tasks, 0, (g->task_count + (size_t)1) * (sizeof(pktrt__task) + sizeof(pktrt__sum)));
-  pktrt__collapse c = {b, g, PKTRT__CAST(pktrt__sub *, pktrt__alloc(desc, count, sizeof(pktrt__sub)))};
+  if (!pktrt__bvh_alloc_tasks(desc, g)) return false;
+  memset(g->tasks, 0, (g->task_count + (size_t)1) * (sizeof(pktrt__bvh_task) + sizeof(pktrt__bvh_sum)));
+  pktrt__collapse c = {b, g, PKTRT__CAST(pktrt__collapse_subtree *, pktrt__mem_alloc(desc, count, sizeof(pktrt__collapse_subtree)))};
   if (!c.subs) return false;
   c.subs[0] = root;
   w.subs = c.subs, w.task_count = 0;
-  if (!one) pktrt__walk_tree(&w, root, &top);
+  if (!one) pktrt__collapse_walk_tree(&w, root, &top);
   g->tasks[count] = top;
-  pktrt__parallel(desc, count, pktrt__count_job, &c);
-  bool ok = pktrt__place_tasks(desc, g);
+  pktrt__parallel_for(desc, count, pktrt__collapse_count_job, &c);
+  bool ok = pktrt__collapse_place_tasks(desc, g);
   if (ok) {
-    pktrt__parallel(desc, count, pktrt__emit_job, &c);
-    pktrt__sum *sum = &pktrt__sums(g)[count];
+    pktrt__parallel_for(desc, count, pktrt__collapse_write_job, &c);
+    pktrt__bvh_sum *sum = &pktrt__bvh_sums(g)[count];
     w.subs = NULL, w.g = g, w.task_count = 0;
-    if (!one) pktrt__walk_tree(&w, root, &top);
-    sum->degenerate = pktrt__write_run(b, g, &top);
+    if (!one) pktrt__collapse_walk_tree(&w, root, &top);
+    sum->degenerate = pktrt__block_write_run(b, g, &top);
     sum->area = b->fit->nodes(g, 0, top.node_count);
   }
-  pktrt__release(desc, c.subs, count, sizeof(pktrt__sub));
+  pktrt__mem_release(desc, c.subs, count, sizeof(pktrt__collapse_subtree));
   return ok;
 }
 
-static void pktrt__free_group(const pktrt_scene_desc *desc, pktrt__group *g) {
-  pktrt__release(desc, g->nodes, g->node_count, g->node_bytes);
-  pktrt__release(desc, g->blocks, g->block_count, g->block_bytes);
-  pktrt__release(desc, g->block_triangles, (uint64_t)g->block_count * PKTRT__W, sizeof(uint32_t));
-  pktrt__release(desc, g->tasks, (uint64_t)g->task_count + 1, sizeof(pktrt__task) + sizeof(pktrt__sum));
+static void pktrt__bvh_free(const pktrt_scene_desc *desc, pktrt__bvh *g) {
+  pktrt__mem_release(desc, g->nodes, g->node_count, g->node_bytes);
+  pktrt__mem_release(desc, g->blocks, g->block_count, g->block_bytes);
+  pktrt__mem_release(desc, g->block_triangles, (uint64_t)g->block_count * PKTRT__W, sizeof(uint32_t));
+  pktrt__mem_release(desc, g->tasks, (uint64_t)g->task_count + 1, sizeof(pktrt__bvh_task) + sizeof(pktrt__bvh_sum));
   memset(g, 0, sizeof *g);
 }
 
-static void pktrt__set_quality(pktrt__builder *b) {
+static void pktrt__build_set_quality(pktrt__builder *b) {
   b->sampled = 8192;
   switch (b->desc->quality) {
     case PKTRT_BUILD_FAST: b->bins = 12, b->few_bins = 8, b->few = b->many = 32, b->sweep = 8; break;
@@ -2674,40 +2674,40 @@ static void pktrt__set_quality(pktrt__builder *b) {
 
 /* Builds the tree over all meshes with key_count keys, which have at least one triangle. false: out of memory, *out as
    it was. */
-static bool pktrt__build_group(const pktrt_scene_desc *desc, const pktrt__mesh *meshes, uint32_t mesh_count,
-                               uint32_t key_count, bool use_pending, pktrt__group *out) {
+static bool pktrt__build_bvh(const pktrt_scene_desc *desc, const pktrt__mesh *meshes, uint32_t mesh_count,
+                               uint32_t key_count, bool use_pending, pktrt__bvh *out) {
   pktrt__builder b;
-  pktrt__group g;
+  pktrt__bvh g;
   uint64_t count = 0;
   for (uint32_t i = 0; i < mesh_count; i++) count += meshes[i].key_count == key_count ? meshes[i].triangle_count : 0;
   if (count >= PKTRT__LEAF) return false; /* no room for as many blocks in a reference */
   memset(&b, 0, sizeof b), memset(&g, 0, sizeof g);
-  b.desc = desc, b.fit = pktrt__fit_of(desc->isa);
+  b.desc = desc, b.fit = pktrt__fit_table_of(desc->isa);
   b.meshes = meshes, b.mesh_count = mesh_count, b.key_count = key_count, b.use_pending = use_pending;
   b.count = g.triangle_count = (uint32_t)count;
   b.limit = b.count / PKTRT__TASK_PARTS;
   if (b.limit < PKTRT__TASK_MIN) b.limit = PKTRT__TASK_MIN;
-  pktrt__set_quality(&b);
+  pktrt__build_set_quality(&b);
   g.key_count = key_count;
   g.node_bytes = PKTRT__NODE_BYTES + (key_count - 1) * PKTRT__NODE_KEY_BYTES;
   g.block_bytes = PKTRT__BLOCK_BYTES + (key_count - 1) * PKTRT__BLOCK_KEY_BYTES;
-  uint64_t ranges = pktrt__most_done(&b) + 3 * pktrt__most_wide(&b), chunks = (count + PKTRT__CHUNK - 1) / PKTRT__CHUNK;
+  uint64_t ranges = pktrt__build_most_done(&b) + 3 * pktrt__build_most_wide(&b), chunks = (count + PKTRT__CHUNK - 1) / PKTRT__CHUNK;
   if (ranges < chunks) ranges = chunks;
-  b.prims = PKTRT__CAST(pktrt__prim *, pktrt__alloc(desc, count, sizeof(pktrt__prim)));
-  b.away = PKTRT__CAST(pktrt__prim *, pktrt__alloc(desc, count, sizeof(pktrt__prim)));
-  b.nodes = PKTRT__CAST(pktrt__binary *, pktrt__alloc(desc, 2 * count, sizeof(pktrt__binary)));
-  b.chunks = PKTRT__CAST(pktrt__range *, pktrt__alloc(desc, ranges, sizeof(pktrt__range)));
-  bool ok = b.prims && b.away && b.nodes && b.chunks && pktrt__build_binary(&b);
-  pktrt__release(desc, b.away, count, sizeof(pktrt__prim)); /* room for what follows */
-  ok = ok && pktrt__build_wide(&b, &g);
-  pktrt__release(desc, b.prims, count, sizeof(pktrt__prim));
-  pktrt__release(desc, b.nodes, 2 * count, sizeof(pktrt__binary));
-  pktrt__release(desc, b.chunks, ranges, sizeof(pktrt__range));
+  b.prims = PKTRT__CAST(pktrt__build_prim *, pktrt__mem_alloc(desc, count, sizeof(pktrt__build_prim)));
+  b.away = PKTRT__CAST(pktrt__build_prim *, pktrt__mem_alloc(desc, count, sizeof(pktrt__build_prim)));
+  b.nodes = PKTRT__CAST(pktrt__build_node *, pktrt__mem_alloc(desc, 2 * count, sizeof(pktrt__build_node)));
+  b.chunks = PKTRT__CAST(pktrt__build_range *, pktrt__mem_alloc(desc, ranges, sizeof(pktrt__build_range)));
+  bool ok = b.prims && b.away && b.nodes && b.chunks && pktrt__build_binary_tree(&b);
+  pktrt__mem_release(desc, b.away, count, sizeof(pktrt__build_prim)); /* room for what follows */
+  ok = ok && pktrt__collapse_build(&b, &g);
+  pktrt__mem_release(desc, b.prims, count, sizeof(pktrt__build_prim));
+  pktrt__mem_release(desc, b.nodes, 2 * count, sizeof(pktrt__build_node));
+  pktrt__mem_release(desc, b.chunks, ranges, sizeof(pktrt__build_range));
   if (!ok) {
-    pktrt__free_group(desc, &g);
+    pktrt__bvh_free(desc, &g);
     return false;
   }
-  pktrt__sum_group(&g);
+  pktrt__bvh_sum_up(&g);
   g.sah_at_build = g.sah_now;
   *out = g;
   return true;
@@ -2719,25 +2719,25 @@ static bool pktrt__build_group(const pktrt_scene_desc *desc, const pktrt__mesh *
    that has such a block, then those of the top. A run without one keeps its bounds and its sums. */
 
 typedef struct pktrt__refit {
-  const pktrt__fit *fit;
-  pktrt__group *g;
+  const pktrt__fit_table *fit;
+  pktrt__bvh *g;
   const pktrt__mesh *meshes;
   uint32_t mesh_count;
   bool all; /* meshes changed */
 } pktrt__refit;
 
-static bool pktrt__block_changed(const pktrt__refit *r, uint32_t block) {
+static bool pktrt__refit_block_changed(const pktrt__refit *r, uint32_t block) {
   const uint32_t *tri = r->g->block_triangles + (size_t)block * PKTRT__W;
   uint32_t mesh = 0;
   for (int l = 0; l < PKTRT__W && !r->all && tri[l] != PKTRT_NONE; l++) {
-    mesh = pktrt__mesh_of(r->meshes, r->mesh_count, tri[l], mesh);
+    mesh = pktrt__mesh_of_triangle(r->meshes, r->mesh_count, tri[l], mesh);
     if (r->meshes[mesh].dirty) return true;
   }
   return r->all;
 }
 
 /* Triangles of a block that had no area */
-static uint32_t pktrt__count_flat(const pktrt__group *g, uint32_t block) {
+static uint32_t pktrt__refit_count_degenerate(const pktrt__bvh *g, uint32_t block) {
   const uint32_t *tri = g->block_triangles + (size_t)block * PKTRT__W;
   const uint32_t *id = pktrt__block_ids(g->blocks + (size_t)block * g->block_bytes);
   uint32_t flat = 0;
@@ -2745,19 +2745,19 @@ static uint32_t pktrt__count_flat(const pktrt__group *g, uint32_t block) {
   return flat;
 }
 
-static void pktrt__refit_blocks(const pktrt__refit *r, const pktrt__task *t, pktrt__sum *sum) {
-  pktrt__source ahead[PKTRT__AHEAD];
-  pktrt__reader reader = pktrt__read_meshes(r->meshes, r->mesh_count, true);
+static void pktrt__refit_blocks(const pktrt__refit *r, const pktrt__bvh_task *t, pktrt__bvh_sum *sum) {
+  pktrt__block_source ahead[PKTRT__AHEAD];
+  pktrt__mesh_reader reader = pktrt__mesh_reader_make(r->meshes, r->mesh_count, true);
   uint32_t waiting[PKTRT__AHEAD], found = 0, done = 0, block = t->first_block, end = block + t->block_count;
   while (block < end || done < found) {
     if (block == end || found - done == PKTRT__AHEAD) {
-      const uint32_t which = done++ % PKTRT__AHEAD, flat = pktrt__count_flat(r->g, waiting[which]);
-      sum->degenerate += pktrt__write_block(r->fit, r->g, waiting[which], &ahead[which]) - flat;
+      const uint32_t which = done++ % PKTRT__AHEAD, flat = pktrt__refit_count_degenerate(r->g, waiting[which]);
+      sum->degenerate += pktrt__block_write(r->fit, r->g, waiting[which], &ahead[which]) - flat;
     }
     for (; block < end && found - done < PKTRT__AHEAD; block++) {
-      if (!pktrt__block_changed(r, block)) continue;
+      if (!pktrt__refit_block_changed(r, block)) continue;
       waiting[found % PKTRT__AHEAD] = block;
-      pktrt__find_source(r->g, block, end, &reader, &ahead[found++ % PKTRT__AHEAD]);
+      pktrt__block_find_source(r->g, block, end, &reader, &ahead[found++ % PKTRT__AHEAD]);
     }
   }
   sum->changed = found;
@@ -2765,38 +2765,38 @@ static void pktrt__refit_blocks(const pktrt__refit *r, const pktrt__task *t, pkt
 
 static void pktrt__refit_job(void *arg, size_t i) {
   pktrt__refit *r = PKTRT__CAST(pktrt__refit *, arg);
-  pktrt__task *t = &r->g->tasks[i];
-  pktrt__sum *sum = &pktrt__sums(r->g)[i];
+  pktrt__bvh_task *t = &r->g->tasks[i];
+  pktrt__bvh_sum *sum = &pktrt__bvh_sums(r->g)[i];
   pktrt__refit_blocks(r, t, sum);
   if (sum->changed) sum->area = r->fit->nodes(r->g, t->first_node, t->node_count);
 }
 
-static void pktrt__refit_group(const pktrt_scene_desc *desc, pktrt__group *g, const pktrt__mesh *meshes,
+static void pktrt__refit_bvh(const pktrt_scene_desc *desc, pktrt__bvh *g, const pktrt__mesh *meshes,
                                uint32_t mesh_count) {
-  pktrt__refit r = {pktrt__fit_of(desc->isa), g, meshes, mesh_count, true};
+  pktrt__refit r = {pktrt__fit_table_of(desc->isa), g, meshes, mesh_count, true};
   for (uint32_t i = 0; i < mesh_count; i++) r.all = r.all && (meshes[i].dirty || meshes[i].key_count != g->key_count);
-  const pktrt__task *top = &g->tasks[g->task_count];
-  pktrt__sum *sums = pktrt__sums(g);
-  pktrt__parallel(desc, g->task_count, pktrt__refit_job, &r);
+  const pktrt__bvh_task *top = &g->tasks[g->task_count];
+  pktrt__bvh_sum *sums = pktrt__bvh_sums(g);
+  pktrt__parallel_for(desc, g->task_count, pktrt__refit_job, &r);
   pktrt__refit_blocks(&r, top, &sums[g->task_count]);
   bool changed = false;
   for (uint32_t i = 0; i <= g->task_count; i++) changed = changed || sums[i].changed;
   if (!changed) return;
   sums[g->task_count].area = r.fit->nodes(g, top->first_node, top->node_count);
-  pktrt__sum_group(g);
+  pktrt__bvh_sum_up(g);
 }
 
 /* Tests only: NULL, or what is wrong. To be called when the group is up to date with the meshes: after a build or
    refit, before or after the pending positions became the committed ones. */
 
-static uint64_t pktrt__mix(uint64_t x) { /* so that sums tell sets apart: the finaliser of splitmix64 */
+static uint64_t pktrt__hash(uint64_t x) { /* so that sums tell sets apart: the finaliser of splitmix64 */
   x += UINT64_C(0x9E3779B97F4A7C15);
   x = (x ^ (x >> 30)) * UINT64_C(0xBF58476D1CE4E5B9);
   x = (x ^ (x >> 27)) * UINT64_C(0x94D049BB133111EB);
   return x ^ (x >> 31);
 }
 
-static const char *pktrt__check_block(const pktrt__group *g, uint32_t block, const pktrt__mesh *meshes,
+static const char *pktrt__check_block(const pktrt__bvh *g, uint32_t block, const pktrt__mesh *meshes,
                                       uint32_t mesh_count, uint64_t *set, uint64_t *count) {
   const uint32_t *tri = g->block_triangles + (size_t)block * PKTRT__W;
   unsigned char *at = g->blocks + (size_t)block * g->block_bytes;
@@ -2804,7 +2804,7 @@ static const char *pktrt__check_block(const pktrt__group *g, uint32_t block, con
   for (size_t l = 0; l < PKTRT__W; l++) {
     bool area = false, none = tri[l] == PKTRT_NONE;
     if (!none && l && tri[l - 1] == PKTRT_NONE) return "A block has a triangle behind a free lane.";
-    uint32_t t = tri[none ? 0 : l], mesh = pktrt__mesh_of(meshes, mesh_count, t, 0);
+    uint32_t t = tri[none ? 0 : l], mesh = pktrt__mesh_of_triangle(meshes, mesh_count, t, 0);
     const pktrt__mesh *m = &meshes[mesh];
     float half[3][3]; /* the corners half-way from the key before */
     const float *const between[3] = {half[0], half[1], half[2]}, *before[3] = {NULL, NULL, NULL};
@@ -2812,22 +2812,22 @@ static const char *pktrt__check_block(const pktrt__group *g, uint32_t block, con
     for (uint32_t k = 0; k < g->key_count; k++) {
       const float *row = pktrt__block_vertices(at, k) + l;
       const float *v[3];
-      pktrt__corners(m, true, t - m->first_id, k, v);
+      pktrt__mesh_corners(m, true, t - m->first_id, k, v);
       for (size_t i = 0; i < 9; i++) {
         if (memcmp(&row[i * PKTRT__W], &v[i / 3][i % 3], sizeof(float))) return "A vertex is not the mesh's.";
         if (k) half[i / 3][i % 3] = 0.5f * before[i / 3][i % 3] + 0.5f * v[i / 3][i % 3];
       }
-      area = area || pktrt__has_area(v) || (k && pktrt__has_area(between));
+      area = area || pktrt__tri_has_area(v) || (k && pktrt__tri_has_area(between));
       for (int c = 0; c < 3; c++) before[c] = v[c];
     }
     if (pktrt__block_ids(at)[l] != (area && !none ? t : PKTRT_NONE)) return "An id in a block is wrong.";
-    if (!none) *set += pktrt__mix(t), *count += 1;
+    if (!none) *set += pktrt__hash(t), *count += 1;
   }
   return NULL;
 }
 
 /* Straight from the definition, beside the kernel. */
-static const char *pktrt__check_child(const pktrt__group *g, unsigned char *node, int c) {
+static const char *pktrt__check_child(const pktrt__bvh *g, unsigned char *node, int c) {
   uint32_t ref = pktrt__node_children(node)[c];
   for (uint32_t k = 0; k < g->key_count; k++) {
     for (int p = 0; p < 6; p++) {
@@ -2862,7 +2862,7 @@ static const char *pktrt__check_orders(unsigned char *node) {
 }
 
 /* Each triangle, node and block once: by number and by the sums of mixed indices. */
-static inline const char *pktrt__check_group(const pktrt__group *g, const pktrt__mesh *meshes, uint32_t mesh_count) {
+static inline const char *pktrt__check_group(const pktrt__bvh *g, const pktrt__mesh *meshes, uint32_t mesh_count) {
   struct { uint32_t node, depth; } stack[PKTRT__STACK];
   uint64_t nodes = 0, blocks = 0, tris = 0, nodes_set = 0, blocks_set = 0, tris_set = 0;
   uint32_t top = 0;
@@ -2871,7 +2871,7 @@ static inline const char *pktrt__check_group(const pktrt__group *g, const pktrt_
   while (top) {
     uint32_t n = stack[--top].node, depth = stack[top].depth, used = 0;
     unsigned char *node = g->nodes + (size_t)n * g->node_bytes;
-    nodes++, nodes_set += pktrt__mix(n);
+    nodes++, nodes_set += pktrt__hash(n);
     if (nodes > g->node_count) return "A node has two parents.";
     wrong = pktrt__check_orders(node);
     for (int c = 0; c < PKTRT__W && !wrong; c++) {
@@ -2884,18 +2884,18 @@ static inline const char *pktrt__check_group(const pktrt__group *g, const pktrt_
         if (!leaf && (ref <= n || ref >= g->node_count)) return "A child does not follow its parent.";
         if (!leaf) stack[top].node = ref, stack[top++].depth = depth + 1;
         if (leaf) wrong = pktrt__check_block(g, ref & ~PKTRT__LEAF, meshes, mesh_count, &tris_set, &tris);
-        if (leaf) blocks++, blocks_set += pktrt__mix(ref & ~PKTRT__LEAF);
+        if (leaf) blocks++, blocks_set += pktrt__hash(ref & ~PKTRT__LEAF);
       }
       if (!wrong) wrong = pktrt__check_child(g, node, c);
     }
     if (wrong) return wrong;
     if (!used) return "A node has no child.";
   }
-  for (uint32_t i = 0; i < g->node_count; i++) nodes--, nodes_set -= pktrt__mix(i);
-  for (uint32_t i = 0; i < g->block_count; i++) blocks--, blocks_set -= pktrt__mix(i);
+  for (uint32_t i = 0; i < g->node_count; i++) nodes--, nodes_set -= pktrt__hash(i);
+  for (uint32_t i = 0; i < g->block_count; i++) blocks--, blocks_set -= pktrt__hash(i);
   for (uint32_t i = 0; i < mesh_count; i++) {
     for (uint32_t t = 0; meshes[i].key_count == g->key_count && t < meshes[i].triangle_count; t++) {
-      tris--, tris_set -= pktrt__mix((uint64_t)meshes[i].first_id + t);
+      tris--, tris_set -= pktrt__hash((uint64_t)meshes[i].first_id + t);
     }
   }
   if (nodes || nodes_set) return "Not every node is reached once.";
@@ -2914,15 +2914,15 @@ PKTRT__COLD pktrt_status pktrt__fail(pktrt_scene *s, pktrt_status status, const 
 }
 
 /* In brackets, for log is a macro of <tgmath.h>. */
-static void pktrt__say(const pktrt_scene *s, int level, const char *sentence) {
+static void pktrt__log_sentence(const pktrt_scene *s, int level, const char *sentence) {
   if (s->desc.log) (s->desc.log)(s->desc.user, level, sentence);
 }
 
-PKTRT__INLINE bool pktrt__finite(float x) { return x - x == 0; } /* false for NaN and infinities */
+PKTRT__INLINE bool pktrt__is_finite(float x) { return x - x == 0; } /* false for NaN and infinities */
 
 /* The largest absolute value; NaN if there is one. As whole numbers, which order as absolute floats do, NaN last; by
    eights, which compilers turn into vectors. */
-static float pktrt__max_coord(const float *p, uint64_t n) {
+static float pktrt__mesh_largest(const float *p, uint64_t n) {
   int32_t most[8] = {0, 0, 0, 0, 0, 0, 0, 0}, x[8] = {0, 0, 0, 0, 0, 0, 0, 0};
   for (uint64_t i = 0; i < n; i += 8) {
     if (n - i >= 8) memcpy(x, p + i, sizeof x);
@@ -2938,17 +2938,17 @@ static float pktrt__max_coord(const float *p, uint64_t n) {
 
 /* Copies count vertices of three floats from a strided array into a tight one; refuses what is not finite or too
    large. */
-static pktrt_status pktrt__copy_vectors(pktrt_scene *s, float *to, const float *from, uint32_t count, uint32_t stride,
+static pktrt_status pktrt__mesh_copy_vectors(pktrt_scene *s, float *to, const float *from, uint32_t count, uint32_t stride,
                                         float limit, uint32_t mesh, uint32_t key, const char *what) {
   const unsigned char *p = (const unsigned char *)(const void *)from;
   if (stride == 12 && count) {
     memcpy(to, p, (size_t)count * 12);
-    if (pktrt__max_coord(to, (uint64_t)count * 3) <= limit) return PKTRT_OK;
+    if (pktrt__mesh_largest(to, (uint64_t)count * 3) <= limit) return PKTRT_OK;
   }
   for (uint32_t i = 0; i < count; i++, p += stride, to += 3) {
     memcpy(to, p, 3 * sizeof(float));
     for (int a = 0; a < 3; a++) {
-      if (!pktrt__finite(to[a]))
+      if (!pktrt__is_finite(to[a]))
         return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "mesh %u, key %u, %s %u: %c is %s", (unsigned)mesh, (unsigned)key,
                            what, (unsigned)i, 'x' + a, to[a] != to[a] ? "NaN" : "infinite");
       if (fabsf(to[a]) > limit)
@@ -2962,14 +2962,14 @@ static pktrt_status pktrt__copy_vectors(pktrt_scene *s, float *to, const float *
 static uint64_t pktrt__mesh_floats(const pktrt__mesh *m) { return (uint64_t)m->vertex_count * m->key_count * 3; }
 
 /* Finds out whether a mesh has vertices that no triangle uses. False: out of memory. */
-PKTRT__COLD bool pktrt__find_strays(const pktrt_scene_desc *d, pktrt__mesh *m) {
+PKTRT__COLD bool pktrt__mesh_find_strays(const pktrt_scene_desc *d, pktrt__mesh *m) {
   uint64_t used = m->indices ? 0 : (uint64_t)m->triangle_count * 3;
   if (m->indices) {
-    uint8_t *seen = PKTRT__CAST(uint8_t *, pktrt__alloc(d, m->vertex_count, 1));
+    uint8_t *seen = PKTRT__CAST(uint8_t *, pktrt__mem_alloc(d, m->vertex_count, 1));
     if (!seen) return false;
     memset(seen, 0, m->vertex_count);
     for (uint64_t i = 0; i < (uint64_t)m->triangle_count * 3; i++) used += !seen[m->indices[i]], seen[m->indices[i]] = 1;
-    pktrt__release(d, seen, m->vertex_count, 1);
+    pktrt__mem_release(d, seen, m->vertex_count, 1);
   }
   m->stray = used < m->vertex_count;
   return true;
@@ -2977,7 +2977,7 @@ PKTRT__COLD bool pktrt__find_strays(const pktrt_scene_desc *d, pktrt__mesh *m) {
 
 /* The largest absolute coordinate of a mesh's triangles over all keys. */
 static float pktrt__mesh_max_coord(const pktrt__mesh *m) {
-  if (!m->stray) return pktrt__max_coord(m->positions, pktrt__mesh_floats(m));
+  if (!m->stray) return pktrt__mesh_largest(m->positions, pktrt__mesh_floats(m));
   float largest = 0;
   for (uint32_t key = 0; key < m->key_count; key++) {
     const float *at = m->positions + (uint64_t)key * m->vertex_count * 3;
@@ -2989,28 +2989,28 @@ static float pktrt__mesh_max_coord(const pktrt__mesh *m) {
   return largest;
 }
 
-PKTRT__COLD void pktrt__free_mesh(const pktrt_scene_desc *d, pktrt__mesh *m) {
-  pktrt__release(d, m->positions, pktrt__mesh_floats(m), sizeof(float));
-  pktrt__release(d, m->normals, pktrt__mesh_floats(m), sizeof(float));
-  pktrt__release(d, m->pending, pktrt__mesh_floats(m), sizeof(float));
-  pktrt__release(d, m->pending_normals, pktrt__mesh_floats(m), sizeof(float));
-  pktrt__release(d, m->indices, (uint64_t)m->triangle_count * 3, sizeof(uint32_t));
+PKTRT__COLD void pktrt__mesh_free(const pktrt_scene_desc *d, pktrt__mesh *m) {
+  pktrt__mem_release(d, m->positions, pktrt__mesh_floats(m), sizeof(float));
+  pktrt__mem_release(d, m->normals, pktrt__mesh_floats(m), sizeof(float));
+  pktrt__mem_release(d, m->pending, pktrt__mesh_floats(m), sizeof(float));
+  pktrt__mem_release(d, m->pending_normals, pktrt__mesh_floats(m), sizeof(float));
+  pktrt__mem_release(d, m->indices, (uint64_t)m->triangle_count * 3, sizeof(uint32_t));
 }
 
 /* Makes room for one more element; false: out of memory, nothing changed. */
-PKTRT__COLD bool pktrt__grow(const pktrt_scene_desc *d, void **array, uint32_t count, uint32_t *capacity, size_t size) {
+PKTRT__COLD bool pktrt__mem_grow(const pktrt_scene_desc *d, void **array, uint32_t count, uint32_t *capacity, size_t size) {
   if (count < *capacity) return true;
   const uint32_t more = *capacity ? *capacity * 2 : 8;
-  void *p = more > *capacity ? pktrt__alloc(d, more, size) : NULL;
+  void *p = more > *capacity ? pktrt__mem_alloc(d, more, size) : NULL;
   if (!p) return false;
   if (count) memcpy(p, *array, count * size);
-  pktrt__release(d, *array, *capacity, size);
+  pktrt__mem_release(d, *array, *capacity, size);
   *array = p, *capacity = more;
   return true;
 }
 
 /* The description alone, without looking at the arrays. */
-PKTRT__COLD pktrt_status pktrt__check_mesh_desc(pktrt_scene *s, const pktrt_mesh_desc *d, uint32_t mesh) {
+PKTRT__COLD pktrt_status pktrt__mesh_check(pktrt_scene *s, const pktrt_mesh_desc *d, uint32_t mesh) {
   const unsigned m = (unsigned)mesh;
   if (!d) return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "mesh %u: the description is NULL", m);
   if (!PKTRT__MOTION && d->key_count > 1)
@@ -3042,13 +3042,13 @@ PKTRT__COLD pktrt_status pktrt__check_mesh_desc(pktrt_scene *s, const pktrt_mesh
   return PKTRT_OK;
 }
 
-static pktrt_status pktrt__copy_mesh(pktrt_scene *s, const pktrt_mesh_desc *d, pktrt__mesh *m, uint32_t mesh) {
+static pktrt_status pktrt__mesh_copy(pktrt_scene *s, const pktrt_mesh_desc *d, pktrt__mesh *m, uint32_t mesh) {
   const uint64_t floats = pktrt__mesh_floats(m);
-  m->positions = PKTRT__CAST(float *, pktrt__alloc(&s->desc, floats, sizeof(float)));
+  m->positions = PKTRT__CAST(float *, pktrt__mem_alloc(&s->desc, floats, sizeof(float)));
   const bool normals = PKTRT__NORMALS && d->normals;
-  if (normals) m->normals = PKTRT__CAST(float *, pktrt__alloc(&s->desc, floats, sizeof(float)));
+  if (normals) m->normals = PKTRT__CAST(float *, pktrt__mem_alloc(&s->desc, floats, sizeof(float)));
   if (d->indices)
-    m->indices = PKTRT__CAST(uint32_t *, pktrt__alloc(&s->desc, (uint64_t)d->triangle_count * 3, sizeof(uint32_t)));
+    m->indices = PKTRT__CAST(uint32_t *, pktrt__mem_alloc(&s->desc, (uint64_t)d->triangle_count * 3, sizeof(uint32_t)));
   if (!m->positions || (normals && !m->normals) || (d->indices && !m->indices))
     return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "mesh %u: no memory for %u vertices at %u keys and %u triangles",
                        (unsigned)mesh, (unsigned)m->vertex_count, (unsigned)m->key_count, (unsigned)m->triangle_count);
@@ -3063,13 +3063,13 @@ static pktrt_status pktrt__copy_mesh(pktrt_scene *s, const pktrt_mesh_desc *d, p
     const uint64_t at = (uint64_t)k * m->vertex_count * 3;
     const float *from =
         (const float *)(const void *)((const unsigned char *)(const void *)d->positions + (size_t)(k * key_bytes));
-    pktrt_status st = pktrt__copy_vectors(s, m->positions + at, from, m->vertex_count, m->stride, PKTRT_MAX_COORD, mesh,
+    pktrt_status st = pktrt__mesh_copy_vectors(s, m->positions + at, from, m->vertex_count, m->stride, PKTRT_MAX_COORD, mesh,
                                           k, "vertex");
     if (st == PKTRT_OK && normals)
-      st = pktrt__copy_vectors(s, m->normals + at, d->normals + at, m->vertex_count, 12, FLT_MAX, mesh, k, "normal");
+      st = pktrt__mesh_copy_vectors(s, m->normals + at, d->normals + at, m->vertex_count, 12, FLT_MAX, mesh, k, "normal");
     if (st != PKTRT_OK) return st;
   }
-  if (!pktrt__find_strays(&s->desc, m))
+  if (!pktrt__mesh_find_strays(&s->desc, m))
     return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "mesh %u: no memory for a look at its %u vertices", (unsigned)mesh,
                        (unsigned)m->vertex_count);
   m->max_coord = pktrt__mesh_max_coord(m);
@@ -3078,36 +3078,36 @@ static pktrt_status pktrt__copy_mesh(pktrt_scene *s, const pktrt_mesh_desc *d, p
 
 /* >>commit --------------------------------------------------------------------------------------------------------- */
 
-static void pktrt__swap_arrays(float **a, float **b) {
+static void pktrt__commit_swap(float **a, float **b) {
   float *swap = *a;
   *a = *b, *b = swap;
 }
 
 /* Takes over what set_positions and set_normals left waiting. */
-static void pktrt__promote(pktrt__mesh *m) {
+static void pktrt__commit_promote(pktrt__mesh *m) {
   if (m->dirty && m->pending) {
-    pktrt__swap_arrays(&m->positions, &m->pending);
+    pktrt__commit_swap(&m->positions, &m->pending);
     m->max_coord = pktrt__mesh_max_coord(m);
   }
-  if (m->dirty_normals) pktrt__swap_arrays(&m->normals, &m->pending_normals);
+  if (m->dirty_normals) pktrt__commit_swap(&m->normals, &m->pending_normals);
   m->dirty = m->dirty_normals = false;
   m->committed = true;
 }
 
-static pktrt__view pktrt__view_of(const pktrt__group *groups, uint32_t index, uint32_t segment);
+static pktrt__bvh_segment pktrt__bvh_segment_of(const pktrt__bvh *groups, uint32_t index, uint32_t segment);
 
 /* What follows from the groups: their order and views, the scene's bounds, the advice. */
-PKTRT__COLD void pktrt__summarise(pktrt_scene *s) {
+PKTRT__COLD void pktrt__commit_summarise(pktrt_scene *s) {
   for (uint32_t i = 1; i < s->group_count; i++) /* insertion sort: few groups */
     for (uint32_t j = i; j > 0 && s->groups[j].area < s->groups[j - 1].area; j--) {
-      const pktrt__group swap = s->groups[j];
+      const pktrt__bvh swap = s->groups[j];
       s->groups[j] = s->groups[j - 1], s->groups[j - 1] = swap;
     }
   s->rebuild_advised = false;
   for (int a = 0; a < 3; a++) s->lo[a] = FLT_MAX, s->hi[a] = -FLT_MAX;
   for (uint32_t i = 0; i < s->group_count; i++) {
-    pktrt__group *g = &s->groups[i];
-    g->rest = pktrt__view_of(s->groups, i, 0);
+    pktrt__bvh *g = &s->groups[i];
+    g->rest = pktrt__bvh_segment_of(s->groups, i, 0);
     for (int a = 0; a < 3; a++) {
       s->lo[a] = pktrt__minf(s->lo[a], g->lo[a]);
       s->hi[a] = pktrt__maxf(s->hi[a], g->hi[a]);
@@ -3117,7 +3117,7 @@ PKTRT__COLD void pktrt__summarise(pktrt_scene *s) {
 }
 
 /* Whether a commit has to build the group of meshes with so many keys. */
-PKTRT__COLD bool pktrt__group_changed(const pktrt_scene *s, uint32_t keys) {
+PKTRT__COLD bool pktrt__commit_bvh_changed(const pktrt_scene *s, uint32_t keys) {
   for (uint32_t i = 0; i < s->mesh_count; i++) {
     const pktrt__mesh *m = &s->meshes[i];
     if (m->key_count == keys && m->triangle_count && (m->dirty || m->marked || !m->committed)) return true;
@@ -3126,68 +3126,68 @@ PKTRT__COLD bool pktrt__group_changed(const pktrt_scene *s, uint32_t keys) {
 }
 
 /* Whether a refit has to fit it: vertices have moved. */
-PKTRT__COLD bool pktrt__group_moved(const pktrt_scene *s, uint32_t keys) {
+PKTRT__COLD bool pktrt__commit_bvh_moved(const pktrt_scene *s, uint32_t keys) {
   for (uint32_t i = 0; i < s->mesh_count; i++)
     if (s->meshes[i].key_count == keys && s->meshes[i].triangle_count && s->meshes[i].dirty) return true;
   return false;
 }
 
-static const pktrt__group *pktrt__find_group(const pktrt_scene *s, uint32_t keys) {
+static const pktrt__bvh *pktrt__commit_find_bvh(const pktrt_scene *s, uint32_t keys) {
   for (uint32_t i = 0; i < s->group_count; i++)
     if (s->groups[i].key_count == keys) return &s->groups[i];
   return NULL;
 }
 
 /* Builds the groups that changed into a new list, then swaps lists: a failure leaves the old one. */
-PKTRT__COLD pktrt_status pktrt__build_changed(pktrt_scene *s) {
+PKTRT__COLD pktrt_status pktrt__commit_build_changed(pktrt_scene *s) {
   uint32_t kinds = 0, n = 0;
   bool seen[PKTRT_MAX_KEYS + 1];
   memset(seen, 0, sizeof seen);
   for (uint32_t i = 0; i < s->mesh_count; i++)
     if (s->meshes[i].triangle_count && !seen[s->meshes[i].key_count]) seen[s->meshes[i].key_count] = true, kinds++;
-  pktrt__group *groups = PKTRT__CAST(pktrt__group *, pktrt__alloc(&s->desc, kinds, sizeof *groups));
+  pktrt__bvh *groups = PKTRT__CAST(pktrt__bvh *, pktrt__mem_alloc(&s->desc, kinds, sizeof *groups));
   if (!groups) return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "commit: no memory for the list of trees");
   for (uint32_t k = 1; k <= PKTRT_MAX_KEYS; k++) {
     if (!seen[k]) continue;
-    const pktrt__group *old = pktrt__find_group(s, k);
-    if (old && !pktrt__group_changed(s, k)) {
+    const pktrt__bvh *old = pktrt__commit_find_bvh(s, k);
+    if (old && !pktrt__commit_bvh_changed(s, k)) {
       groups[n++] = *old;
-    } else if (pktrt__build_group(&s->desc, s->meshes, s->mesh_count, k, true, &groups[n])) {
+    } else if (pktrt__build_bvh(&s->desc, s->meshes, s->mesh_count, k, true, &groups[n])) {
       n++;
     } else {
       while (n--) {
-        const pktrt__group *kept = pktrt__find_group(s, groups[n].key_count);
-        if (!kept || kept->nodes != groups[n].nodes) pktrt__free_group(&s->desc, &groups[n]);
+        const pktrt__bvh *kept = pktrt__commit_find_bvh(s, groups[n].key_count);
+        if (!kept || kept->nodes != groups[n].nodes) pktrt__bvh_free(&s->desc, &groups[n]);
       }
-      pktrt__release(&s->desc, groups, kinds, sizeof *groups);
+      pktrt__mem_release(&s->desc, groups, kinds, sizeof *groups);
       return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "commit: no memory to build the tree of the meshes with %u key%s",
                          (unsigned)k, k > 1 ? "s" : "");
     }
   }
   for (uint32_t i = 0; i < s->group_count; i++)
-    if (pktrt__group_changed(s, s->groups[i].key_count)) pktrt__free_group(&s->desc, &s->groups[i]);
-  pktrt__release(&s->desc, s->groups, s->group_count, sizeof *groups);
+    if (pktrt__commit_bvh_changed(s, s->groups[i].key_count)) pktrt__bvh_free(&s->desc, &s->groups[i]);
+  pktrt__mem_release(&s->desc, s->groups, s->group_count, sizeof *groups);
   s->groups = groups, s->group_count = n;
   return PKTRT_OK;
 }
 
-PKTRT__COLD pktrt_status pktrt__rebuild_worn(pktrt_scene *s) {
+PKTRT__COLD pktrt_status pktrt__commit_rebuild_worn(pktrt_scene *s) {
   if (!s->rebuild_advised) return PKTRT_OK;
   if (s->desc.rebuild == PKTRT_REBUILD_ADVISE)
-    pktrt__say(s, 0, "the deformed tree costs more than 1.5 times what it did when built: a rebuild is advised");
+    pktrt__log_sentence(s, 0, "the deformed tree costs more than 1.5 times what it did when built: a rebuild is advised");
   if (s->desc.rebuild != PKTRT_REBUILD_AUTOMATIC) return PKTRT_OK;
   for (uint32_t i = 0; i < s->group_count; i++) {
-    pktrt__group *g = &s->groups[i], fresh;
+    pktrt__bvh *g = &s->groups[i], fresh;
     if (!(g->sah_now > 1.5 * g->sah_at_build)) continue;
-    if (!pktrt__build_group(&s->desc, s->meshes, s->mesh_count, g->key_count, false, &fresh)) {
-      pktrt__say(s, 0, "no memory for an automatic rebuild: the refitted tree stays");
+    if (!pktrt__build_bvh(&s->desc, s->meshes, s->mesh_count, g->key_count, false, &fresh)) {
+      pktrt__log_sentence(s, 0, "no memory for an automatic rebuild: the refitted tree stays");
       continue;
     }
-    pktrt__free_group(&s->desc, g);
+    pktrt__bvh_free(&s->desc, g);
     *g = fresh;
-    pktrt__say(s, 1, "a deformed tree was rebuilt");
+    pktrt__log_sentence(s, 1, "a deformed tree was rebuilt");
   }
-  pktrt__summarise(s);
+  pktrt__commit_summarise(s);
   return PKTRT_OK;
 }
 /* >>exactness --------------------------------------------------------------------------------------------------------
@@ -3340,24 +3340,24 @@ typedef struct pktrt__batch {
 } pktrt__batch;
 
 /* One ray by itself, as in a batch, but close together: its rows would lie on as many lines of the cache. */
-typedef struct pktrt__lone {
+typedef struct pktrt__single {
   PKTRT__ALIGN64 float rd[8], cn[8], cf[8]; /* by axis; the other lanes say nothing */
   const pktrt_ray *ray;
   float slope[2], dk, wn, wf, sn, sf, tiny, pad, ta, tb;
   uint32_t id, slot, group, octant;
   const uint32_t *axis; /* k, u, v */
-} pktrt__lone;
+} pktrt__single;
 
 /* An axis and the next two, in a circle. */
 static const uint32_t pktrt__axes[3][3] = {{0, 1, 2}, {1, 2, 0}, {2, 0, 1}};
 
 /* Bit j of 0 to 255 becomes byte j, 0 or 1: copied into all bytes, masked, and brought down by a carry. */
-PKTRT__INLINE uint64_t pktrt__bytes_of(uint32_t bits) {
+PKTRT__INLINE uint64_t pktrt__bits_to_bytes(uint32_t bits) {
   const uint64_t each = bits * UINT64_C(0x0101010101010101) & UINT64_C(0x8040201008040201);
   return (each + UINT64_C(0x7F7F7F7F7F7F7F7F)) >> 7 & UINT64_C(0x0101010101010101);
 }
 /* Eight bytes, the lowest first. */
-PKTRT__INLINE void pktrt__put_bytes(void *to, uint64_t bytes) {
+PKTRT__INLINE void pktrt__store_bytes(void *to, uint64_t bytes) {
 #if defined(__BYTE_ORDER__) && __BYTE_ORDER__ == __ORDER_BIG_ENDIAN__
   for (uint32_t j = 0; j < 8; j++) PKTRT__CAST(uint8_t *, to)[j] = (uint8_t)(bytes >> 8 * j);
 #else
@@ -3365,14 +3365,14 @@ PKTRT__INLINE void pktrt__put_bytes(void *to, uint64_t bytes) {
 #endif
 }
 /* Bits 0, 1, 2 of eight bytes, from bit j of three numbers for byte j. */
-PKTRT__INLINE void pktrt__put_bits(uint8_t *to, uint32_t bit0, uint32_t bit1, uint32_t bit2) {
+PKTRT__INLINE void pktrt__store_bits(uint8_t *to, uint32_t bit0, uint32_t bit1, uint32_t bit2) {
   const uint64_t all =
-      pktrt__bytes_of(bit0 & 0xFF) | pktrt__bytes_of(bit1 & 0xFF) << 1 | pktrt__bytes_of(bit2 & 0xFF) << 2;
-  pktrt__put_bytes(to, all);
+      pktrt__bits_to_bytes(bit0 & 0xFF) | pktrt__bits_to_bytes(bit1 & 0xFF) << 1 | pktrt__bits_to_bytes(bit2 & 0xFF) << 2;
+  pktrt__store_bytes(to, all);
 }
 
 /* Fills the lanes behind the last ray with rays that hit nothing, up to a whole vector. */
-static void pktrt__pad_batch(pktrt__batch *b, uint32_t n) {
+static void pktrt__batch_pad(pktrt__batch *b, uint32_t n) {
   const uint32_t padded = (n + 15) / 16 * 16;
   for (uint32_t i = n; i < padded; i++) {
     for (int a = 0; a < 3; a++) b->o[a][i] = 0, b->d[a][i] = 0;
@@ -3381,76 +3381,76 @@ static void pktrt__pad_batch(pktrt__batch *b, uint32_t n) {
 }
 
 /* Where the i-th ray of a batch stands among the caller's. */
-PKTRT__INLINE size_t pktrt__place(const uint16_t *order, size_t i) { return order ? order[i] : i; }
+PKTRT__INLINE size_t pktrt__batch_place(const uint16_t *order, size_t i) { return order ? order[i] : i; }
 
 /* Rays from lane i on, of n. */
-static void pktrt__load_rays(pktrt__batch *b, const pktrt_ray *rays, const uint16_t *order, uint32_t i, uint32_t n) {
+static void pktrt__batch_load_rest(pktrt__batch *b, const pktrt_ray *rays, const uint16_t *order, uint32_t i, uint32_t n) {
   for (; i < n; i++) {
-    const pktrt_ray *r = &rays[pktrt__place(order, i)];
+    const pktrt_ray *r = &rays[pktrt__batch_place(order, i)];
     for (int a = 0; a < 3; a++) b->o[a][i] = r->origin[a], b->d[a][i] = r->direction[a];
     b->tmin[i] = r->tmin, b->tmax[i] = r->tmax, b->time[i] = r->time;
   }
 }
 
 /* The same; tries the last two answers first, as neighbouring rays mostly hit the same mesh, or two that meet. */
-PKTRT__INLINE uint32_t pktrt__mesh_at(const pktrt_scene *s, uint32_t id, uint32_t hint[2]) {
+PKTRT__INLINE uint32_t pktrt__mesh_lookup(const pktrt_scene *s, uint32_t id, uint32_t hint[2]) {
   const pktrt__mesh *m = &s->meshes[hint[0]];
   if (id - m->first_id < m->triangle_count) return hint[0];
   const uint32_t other = hint[1];
   m = &s->meshes[other];
   hint[1] = hint[0];
   return hint[0] = id - m->first_id < m->triangle_count ? other
-                                                          : pktrt__search_mesh(s->meshes, s->committed_meshes, id);
+                                                          : pktrt__mesh_search(s->meshes, s->committed_meshes, id);
 }
 
 /* Mesh and triangle of a global index. */
-PKTRT__INLINE void pktrt__name_triangle(const pktrt_scene *s, uint32_t id, uint32_t hint[2], uint32_t *mesh,
+PKTRT__INLINE void pktrt__mesh_name_triangle(const pktrt_scene *s, uint32_t id, uint32_t hint[2], uint32_t *mesh,
                                         uint32_t *triangle) {
   *mesh = *triangle = PKTRT_NONE;
   if (id == PKTRT_NONE) return;
-  *mesh = pktrt__mesh_at(s, id, hint);
+  *mesh = pktrt__mesh_lookup(s, id, hint);
   *triangle = id - s->meshes[*mesh].first_id;
 }
 
-static void pktrt__store_hits(const pktrt_scene *s, const pktrt__batch *b, pktrt_hit *hits, const uint16_t *order,
+static void pktrt__batch_store_rest(const pktrt_scene *s, const pktrt__batch *b, pktrt_hit *hits, const uint16_t *order,
                               uint32_t i, uint32_t n) {
   uint32_t hint[2] = {0, 0};
   for (; i < n; i++) {
-    pktrt_hit *h = &hits[pktrt__place(order, i)];
+    pktrt_hit *h = &hits[pktrt__batch_place(order, i)];
     h->t = b->t[i], h->u = b->cn[0][i], h->v = b->cn[1][i];
     for (int a = 0; a < 3; a++) h->normal[a] = b->cf[a][i];
-    pktrt__name_triangle(s, b->id[i], hint, &h->mesh, &h->triangle);
+    pktrt__mesh_name_triangle(s, b->id[i], hint, &h->mesh, &h->triangle);
   }
 }
 
 /* WHY: so few rays gain nothing together, least of all where the first hit ends a ray. Eight shuffled shadow rays took
    1.14 times as long in a stream as in single calls. */
-PKTRT__INLINE bool pktrt__few(size_t n, bool occlusion) { return n < (occlusion ? 32u : 16u); }
+PKTRT__INLINE bool pktrt__too_few(size_t n, bool occlusion) { return n < (occlusion ? 32u : 16u); }
 
 /* Where a key's planes stand in a node, and its vertices in a block. */
-PKTRT__INLINE size_t pktrt__node_key(uint32_t key) {
+PKTRT__INLINE size_t pktrt__node_key_offset(uint32_t key) {
   return key ? PKTRT__NODE_BYTES + (size_t)(key - 1) * PKTRT__NODE_KEY_BYTES : 0;
 }
-PKTRT__INLINE size_t pktrt__block_key(uint32_t key) {
+PKTRT__INLINE size_t pktrt__block_key_offset(uint32_t key) {
   return key ? PKTRT__BLOCK_BYTES + (size_t)(key - 1) * PKTRT__BLOCK_KEY_BYTES : 0;
 }
 
-static pktrt__view pktrt__view_of(const pktrt__group *groups, uint32_t index, uint32_t segment) {
-  const pktrt__group *g = &groups[index];
-  pktrt__view v;
+static pktrt__bvh_segment pktrt__bvh_segment_of(const pktrt__bvh *groups, uint32_t index, uint32_t segment) {
+  const pktrt__bvh *g = &groups[index];
+  pktrt__bvh_segment v;
   v.groups = groups;
   v.nodes = g->nodes, v.blocks = g->blocks;
   v.node_bytes = g->node_bytes, v.block_bytes = g->block_bytes;
-  const uint32_t next = pktrt__moves(g->key_count) ? segment + 1 : 0;
-  v.plane0 = pktrt__node_key(segment), v.plane1 = pktrt__node_key(next);
-  v.vertex0 = pktrt__block_key(segment), v.vertex1 = pktrt__block_key(next);
+  const uint32_t next = pktrt__has_motion(g->key_count) ? segment + 1 : 0;
+  v.plane0 = pktrt__node_key_offset(segment), v.plane1 = pktrt__node_key_offset(next);
+  v.vertex0 = pktrt__block_key_offset(segment), v.vertex1 = pktrt__block_key_offset(next);
   v.group = index;
   v.check_area = false;
   return v;
 }
 
 /* The segment of a time and the weights of its two keys. */
-PKTRT__INLINE uint32_t pktrt__segment(float time, uint32_t keys, float *a, float *b) {
+PKTRT__INLINE uint32_t pktrt__time_segment(float time, uint32_t keys, float *a, float *b) {
   if (!(time > 0)) time = 0;
   if (time > 1) time = 1;
   if (keys < 2) { /* one key: all of it */
@@ -3466,7 +3466,7 @@ PKTRT__INLINE uint32_t pktrt__segment(float time, uint32_t keys, float *a, float
 }
 
 /* cross(p1 - p0, p2 - p0) in double; false where it is exactly zero. Coordinates lie `step` floats apart. */
-PKTRT__INLINE bool pktrt__normal_of(const float *p0, uint32_t step, double n[3]) {
+PKTRT__INLINE bool pktrt__tri_normal_strided(const float *p0, uint32_t step, double n[3]) {
   const float *p1 = p0 + 3 * step, *p2 = p1 + 3 * step;
   const double x = (double)p0[0], y = (double)p0[step], z = (double)p0[2 * step];
   const double ax = (double)p1[0] - x, ay = (double)p1[step] - y, az = (double)p1[2 * step] - z;
@@ -3476,62 +3476,62 @@ PKTRT__INLINE bool pktrt__normal_of(const float *p0, uint32_t step, double n[3])
   n[2] = ax * by - ay * bx;
   return n[0] != 0 || n[1] != 0 || n[2] != 0;
 }
-PKTRT__INLINE bool pktrt__normal(float p[3][3], double n[3]) {
-  return pktrt__normal_of((const float *)(const void *)p, 1, n);
+PKTRT__INLINE bool pktrt__tri_normal(float p[3][3], double n[3]) {
+  return pktrt__tri_normal_strided((const float *)(const void *)p, 1, n);
 }
 
 /* The corners of a triangle at a ray's time: for what happens once per ray, or seldom. */
-static void pktrt__corners_at(const pktrt__group *g, uint32_t slot, float time, float p[3][3]) {
+static void pktrt__tri_corners_at(const pktrt__bvh *g, uint32_t slot, float time, float p[3][3]) {
   const unsigned char *block = g->blocks + (size_t)(slot / 8) * g->block_bytes;
   float a, b;
-  const uint32_t segment = pktrt__segment(time, g->key_count, &a, &b);
-  const uint32_t next = pktrt__moves(g->key_count) ? segment + 1 : 0;
-  const float *k0 = (const float *)(const void *)(block + pktrt__block_key(segment)) + slot % 8;
-  const float *k1 = (const float *)(const void *)(block + pktrt__block_key(next)) + slot % 8;
-  if (!pktrt__moves(g->key_count))
+  const uint32_t segment = pktrt__time_segment(time, g->key_count, &a, &b);
+  const uint32_t next = pktrt__has_motion(g->key_count) ? segment + 1 : 0;
+  const float *k0 = (const float *)(const void *)(block + pktrt__block_key_offset(segment)) + slot % 8;
+  const float *k1 = (const float *)(const void *)(block + pktrt__block_key_offset(next)) + slot % 8;
+  if (!pktrt__has_motion(g->key_count))
     for (int c = 0; c < 3; c++, k0 += 24) p[c][0] = k0[0], p[c][1] = k0[8], p[c][2] = k0[16];
   else
     for (int i = 0; i < 9; i++) p[i / 3][i % 3] = a * k0[8 * i] + b * k1[8 * i];
 }
 
-static bool pktrt__area_at(const pktrt__group *g, uint32_t slot, float time) {
+static bool pktrt__tri_has_area_at(const pktrt__bvh *g, uint32_t slot, float time) {
   float p[3][3];
   double n[3];
-  pktrt__corners_at(g, slot, time, p);
-  return pktrt__normal(p, n);
+  pktrt__tri_corners_at(g, slot, time, p);
+  return pktrt__tri_normal(p, n);
 }
 
 /* Of the canonical test: a corner as the ray sees it; its products with z, summed up; the edge functions. */
-typedef struct pktrt__seen {
+typedef struct pktrt__exact_corner {
   double x, y, z;
-} pktrt__seen;
-PKTRT__INLINE pktrt__seen pktrt__see(const pktrt__lone *q, const float *p, uint32_t step) {
+} pktrt__exact_corner;
+PKTRT__INLINE pktrt__exact_corner pktrt__exact_shear(const pktrt__single *q, const float *p, uint32_t step) {
   const float *o = q->ray->origin;
   const uint32_t k = q->axis[0], u = q->axis[1], v = q->axis[2];
   const float z = p[step * k] - o[k];
-  pktrt__seen c;
+  pktrt__exact_corner c;
   c.x = (double)((p[step * u] - o[u]) - q->slope[0] * z);
   c.y = (double)((p[step * v] - o[v]) - q->slope[1] * z);
   c.z = (double)z;
   return c;
 }
-typedef struct pktrt__weights {
+typedef struct pktrt__exact_edges {
   double u, v, w, det, depth;
-} pktrt__weights;
-PKTRT__INLINE pktrt__weights pktrt__weigh(const pktrt__lone *q, const float *p, uint32_t step) {
-  const pktrt__seen a = pktrt__see(q, p, step), b = pktrt__see(q, p + 3 * step, step);
-  const pktrt__seen c = pktrt__see(q, p + 6 * step, step);
-  pktrt__weights e;
+} pktrt__exact_edges;
+PKTRT__INLINE pktrt__exact_edges pktrt__exact_edge_functions(const pktrt__single *q, const float *p, uint32_t step) {
+  const pktrt__exact_corner a = pktrt__exact_shear(q, p, step), b = pktrt__exact_shear(q, p + 3 * step, step);
+  const pktrt__exact_corner c = pktrt__exact_shear(q, p + 6 * step, step);
+  pktrt__exact_edges e;
   e.u = c.x * b.y - c.y * b.x, e.v = a.x * c.y - a.y * c.x, e.w = b.x * a.y - b.y * a.x;
   e.det = (e.u + e.v) + e.w, e.depth = (e.u * a.z + e.v * b.z) + e.w * c.z;
   return e;
 }
 
 /* The canonical test of one triangle; t where it is hit. */
-static bool pktrt__canonical(const pktrt__group *g, const pktrt__lone *q, uint32_t slot, float *t) {
+static bool pktrt__exact_intersect(const pktrt__bvh *g, const pktrt__single *q, uint32_t slot, float *t) {
   float p[3][3];
-  pktrt__corners_at(g, slot, q->ray->time, p);
-  const pktrt__weights e = pktrt__weigh(q, (const float *)(const void *)p, 1);
+  pktrt__tri_corners_at(g, slot, q->ray->time, p);
+  const pktrt__exact_edges e = pktrt__exact_edge_functions(q, (const float *)(const void *)p, 1);
   const bool below = e.u < 0 || e.v < 0 || e.w < 0, above = e.u > 0 || e.v > 0 || e.w > 0;
   if (below == above) return false;
   *t = pktrt__to_float(e.depth * (1 / (e.det * (double)q->dk)));
@@ -3539,12 +3539,12 @@ static bool pktrt__canonical(const pktrt__group *g, const pktrt__lone *q, uint32
 }
 
 /* Makes a triangle the nearest hit of a ray, at a depth in [lo, hi]. */
-PKTRT__INLINE void pktrt__take(const pktrt__view *view, pktrt__batch *b, uint32_t r, float lo, float hi, uint32_t id,
+PKTRT__INLINE void pktrt__batch_set_hit(const pktrt__bvh_segment *view, pktrt__batch *b, uint32_t r, float lo, float hi, uint32_t id,
                                uint32_t slot) {
   b->sf[r] = lo, b->wf[r] = hi;
   b->id[r] = id, b->slot[r] = slot, b->group[r] = view->group;
 }
-PKTRT__INLINE void pktrt__take_alone(const pktrt__view *view, pktrt__lone *q, float lo, float hi, uint32_t id,
+PKTRT__INLINE void pktrt__single_set_hit(const pktrt__bvh_segment *view, pktrt__single *q, float lo, float hi, uint32_t id,
                                      uint32_t slot) {
   q->sf = lo, q->wf = hi;
   q->id = id, q->slot = slot, q->group = view->group;
@@ -3552,20 +3552,20 @@ PKTRT__INLINE void pktrt__take_alone(const pktrt__view *view, pktrt__lone *q, fl
 
 /* What single precision leaves open, the canonical test decides: whether a triangle is hit, nearer than what the ray
    has hit so far, or as near with a lower index. Then it is taken. */
-PKTRT__NOINLINE bool pktrt__settle_alone(const pktrt__view *view, pktrt__lone *q, uint32_t id, uint32_t slot) {
-  const pktrt__group *g = &view->groups[view->group];
+PKTRT__NOINLINE bool pktrt__exact_test_single(const pktrt__bvh_segment *view, pktrt__single *q, uint32_t id, uint32_t slot) {
+  const pktrt__bvh *g = &view->groups[view->group];
   float t, nearest = q->ray->tmax;
-  if (!pktrt__canonical(g, q, slot, &t) || !(q->ray->tmin < t)) return false;
-  if (q->slot != PKTRT_NONE) pktrt__canonical(&view->groups[q->group], q, q->slot, &nearest);
+  if (!pktrt__exact_intersect(g, q, slot, &t) || !(q->ray->tmin < t)) return false;
+  if (q->slot != PKTRT_NONE) pktrt__exact_intersect(&view->groups[q->group], q, q->slot, &nearest);
   if (!(t < nearest || (t == nearest && id < q->id))) return false;
-  if (view->check_area && !pktrt__area_at(g, slot, q->ray->time)) return false;
+  if (view->check_area && !pktrt__tri_has_area_at(g, slot, q->ray->time)) return false;
   const float w = t * fabsf(q->dk), slack = fabsf(w) * PKTRT__PAD_DEPTH + q->tiny;
-  pktrt__take_alone(view, q, w - slack, w + slack, id, slot);
+  pktrt__single_set_hit(view, q, w - slack, w + slack, id, slot);
   return true;
 }
 
 /* Notes whether frustum packets took most of the last n rays; how many they left. */
-PKTRT__INLINE uint32_t pktrt__note_left(pktrt__batch *b, const uint64_t *left, uint32_t n) {
+PKTRT__INLINE uint32_t pktrt__batch_note_coherence(pktrt__batch *b, const uint64_t *left, uint32_t n) {
   uint32_t count = 0;
   for (uint32_t i = 0; i < PKTRT__BATCH / 64; i++) count += pktrt__popcount(left[i]);
   b->coherent = count <= n / 4;
@@ -3573,7 +3573,7 @@ PKTRT__INLINE uint32_t pktrt__note_left(pktrt__batch *b, const uint64_t *left, u
 }
 
 /* A ray of a batch by itself, and what became of it. */
-static void pktrt__lift_ray(const pktrt__batch *b, uint32_t r, pktrt_ray *ray, pktrt__lone *q) {
+static void pktrt__single_from_batch(const pktrt__batch *b, uint32_t r, pktrt_ray *ray, pktrt__single *q) {
   for (int a = 0; a < 3; a++) {
     ray->origin[a] = b->o[a][r], ray->direction[a] = b->d[a][r];
     q->rd[a] = b->rd[a][r], q->cn[a] = b->cn[a][r], q->cf[a] = b->cf[a][r];
@@ -3586,34 +3586,34 @@ static void pktrt__lift_ray(const pktrt__batch *b, uint32_t r, pktrt_ray *ray, p
   q->id = b->id[r], q->slot = b->slot[r], q->group = b->group[r], q->octant = b->octant[r];
   q->axis = pktrt__axes[b->axis[r]];
 }
-PKTRT__INLINE void pktrt__drop_ray(pktrt__batch *b, uint32_t r, const pktrt__lone *q) {
+PKTRT__INLINE void pktrt__single_to_batch(pktrt__batch *b, uint32_t r, const pktrt__single *q) {
   b->wf[r] = q->wf, b->sf[r] = q->sf, b->id[r] = q->id, b->slot[r] = q->slot, b->group[r] = q->group;
 }
 
-PKTRT__NOINLINE bool pktrt__settle(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t id, uint32_t slot) {
+PKTRT__NOINLINE bool pktrt__exact_test(const pktrt__bvh_segment *view, pktrt__batch *b, uint32_t r, uint32_t id, uint32_t slot) {
   pktrt_ray ray;
-  pktrt__lone q;
-  pktrt__lift_ray(b, r, &ray, &q);
-  if (!pktrt__settle_alone(view, &q, id, slot)) return false;
-  pktrt__drop_ray(b, r, &q);
+  pktrt__single q;
+  pktrt__single_from_batch(b, r, &ray, &q);
+  if (!pktrt__exact_test_single(view, &q, id, slot)) return false;
+  pktrt__single_to_batch(b, r, &q);
   return true;
 }
 
 /* t, u, v and normal of what a lone ray hit, as in >>resolve; false where the triangle has no area at its time. At rest
    corners are read where they lie: read again from a copy, just written, they would come late. */
-PKTRT__DIVIDES_BY_ZERO static bool pktrt__resolve_alone(const pktrt_scene *s, const pktrt__lone *q, pktrt_hit *hit) {
-  const pktrt__group *g = &s->groups[q->group];
+PKTRT__DIVIDES_BY_ZERO static bool pktrt__single_resolve(const pktrt_scene *s, const pktrt__single *q, pktrt_hit *hit) {
+  const pktrt__bvh *g = &s->groups[q->group];
   float copy[3][3];
   double n[3];
-  pktrt__weights e;
+  pktrt__exact_edges e;
   bool area;
-  if (!pktrt__moves(g->key_count)) {
+  if (!pktrt__has_motion(g->key_count)) {
     const unsigned char *block = g->blocks + (size_t)(q->slot / 8) * PKTRT__BLOCK_BYTES;
     const float *p = (const float *)(const void *)block + q->slot % 8;
-    e = pktrt__weigh(q, p, 8), area = pktrt__normal_of(p, 8, n);
+    e = pktrt__exact_edge_functions(q, p, 8), area = pktrt__tri_normal_strided(p, 8, n);
   } else {
-    pktrt__corners_at(g, q->slot, q->ray->time, copy);
-    e = pktrt__weigh(q, (const float *)(const void *)copy, 1), area = pktrt__normal(copy, n);
+    pktrt__tri_corners_at(g, q->slot, q->ray->time, copy);
+    e = pktrt__exact_edge_functions(q, (const float *)(const void *)copy, 1), area = pktrt__tri_normal(copy, n);
   }
   const double dk = (double)q->dk, r = 1 / (e.det * dk), rdet = dk * r;
   const double unit = 1 / pktrt__max(fabs(n[0]), pktrt__max(fabs(n[1]), fabs(n[2])));
@@ -3625,7 +3625,7 @@ PKTRT__DIVIDES_BY_ZERO static bool pktrt__resolve_alone(const pktrt_scene *s, co
 }
 
 /* Asks the caches for a child that will be visited. Measured worth 5% of a stream's time, and of a single ray's. */
-PKTRT__INLINE void pktrt__fetch(const pktrt__view *view, uint32_t ref, const bool moving) {
+PKTRT__INLINE void pktrt__bvh_prefetch(const pktrt__bvh_segment *view, uint32_t ref, const bool moving) {
   const size_t node_bytes = moving ? view->node_bytes : (size_t)PKTRT__NODE_BYTES;
   const size_t block_bytes = moving ? view->block_bytes : (size_t)PKTRT__BLOCK_BYTES;
   const bool leaf = (ref & PKTRT__LEAF) != 0;
@@ -3639,14 +3639,14 @@ PKTRT__INLINE void pktrt__fetch(const pktrt__view *view, uint32_t ref, const boo
 }
 
 /* Asks the caches for the caller's values. */
-PKTRT__INLINE void pktrt__fetch_lines(const void *at, size_t bytes) {
+PKTRT__INLINE void pktrt__prefetch_lines(const void *at, size_t bytes) {
   for (size_t i = 0; i < bytes; i += 64) PKTRT__PREFETCH((const unsigned char *)at + i);
 }
 
 #define PKTRT__IN_ORDER 076543210u /* as a perm: children as they stand */
 
 /* Pushes the children with a non-empty ray mask in the order of perm, without branches; returns how many. */
-PKTRT__INLINE uint32_t pktrt__push_children(const uint64_t *mask, const uint32_t *child, const float *dist,
+PKTRT__INLINE uint32_t pktrt__stream_push_children(const uint64_t *mask, const uint32_t *child, const float *dist,
                                             uint32_t perm, uint64_t *masks, uint32_t *refs, float *dists) {
   uint32_t n = 0;
   for (int i = 0; i < 8; i++, perm >>= 3) {
@@ -3661,20 +3661,20 @@ PKTRT__INLINE uint32_t pktrt__push_children(const uint64_t *mask, const uint32_t
 /* >>numbers: what samples are made of ------------------------------------------------------------------------------- */
 
 /* Everything random comes from here. A key stands for a seed, a pixel (or tile of pixels) and a group of dimensions;
-   pktrt__mix of the key plus a small number gives 64 bits for each use of it. Seed and group are mixed before the
+   pktrt__hash of the key plus a small number gives 64 bits for each use of it. Seed and group are mixed before the
    pixel joins, so that no seed gives the shifted picture of another. */
-PKTRT__INLINE uint64_t pktrt__key(uint32_t seed, uint32_t group, uint32_t x, uint32_t y) {
+PKTRT__INLINE uint64_t pktrt__sampler_key(uint32_t seed, uint32_t group, uint32_t x, uint32_t y) {
   const uint64_t pixel = ((uint64_t)y << 32 | x) * UINT64_C(0xD1342543DE82EF95);
-  return pktrt__mix(pixel + pktrt__mix((uint64_t)seed << 32 | group));
+  return pktrt__hash(pixel + pktrt__hash((uint64_t)seed << 32 | group));
 }
 
 /* The upper 24 of 32 bits as a number in [0,1): all that a float holds, and no rounding up to 1. */
-PKTRT__INLINE float pktrt__unit(uint32_t bits) { return (float)(int32_t)(bits >> 8) * (1.0f / 16777216); }
-PKTRT__INLINE float pktrt__unit_of(double x) { return (float)(int32_t)(x * 16777216) * (1.0f / 16777216); } /* [0,1) */
-PKTRT__INLINE uint32_t pktrt__below(uint32_t bits, uint32_t n) { return (uint32_t)((uint64_t)bits * n >> 32); }
+PKTRT__INLINE float pktrt__sampler_unit(uint32_t bits) { return (float)(int32_t)(bits >> 8) * (1.0f / 16777216); }
+PKTRT__INLINE float pktrt__sampler_unit_of(double x) { return (float)(int32_t)(x * 16777216) * (1.0f / 16777216); } /* [0,1) */
+PKTRT__INLINE uint32_t pktrt__sampler_below(uint32_t bits, uint32_t n) { return (uint32_t)((uint64_t)bits * n >> 32); }
 
 /* Bits in reverse order. */
-PKTRT__INLINE uint32_t pktrt__reverse(uint32_t x) {
+PKTRT__INLINE uint32_t pktrt__reverse_bits(uint32_t x) {
   x = (x >> 1 & 0x55555555u) | (x & 0x55555555u) << 1;
   x = (x >> 2 & 0x33333333u) | (x & 0x33333333u) << 2;
   x = (x >> 4 & 0x0F0F0F0Fu) | (x & 0x0F0F0F0Fu) << 4;
@@ -3689,7 +3689,7 @@ PKTRT__INLINE uint32_t pktrt__reverse(uint32_t x) {
 /* Owen scrambling (1995) of a number whose bits are in reverse order, by arithmetic (Laine and Karras 2011, Burley
    2020; constants by Vegdahl 2021): nothing carries towards lower bits, so that each bit is flipped by a hash of those
    below it and of the key. The sum makes the result uniform over keys. */
-PKTRT__INLINE uint32_t pktrt__owen(uint32_t x, uint32_t key) {
+PKTRT__INLINE uint32_t pktrt__sampler_owen(uint32_t x, uint32_t key) {
   x ^= x * 0x3D20ADEAu;
   x += key;
   x *= key >> 16 | 1;
@@ -3698,9 +3698,9 @@ PKTRT__INLINE uint32_t pktrt__owen(uint32_t x, uint32_t key) {
 }
 
 #if defined(__GNUC__) || defined(__clang__)
-PKTRT__INLINE uint32_t pktrt__width(uint32_t x) { return x ? 32 - (uint32_t)__builtin_clz(x) : 0; } /* in bits */
+PKTRT__INLINE uint32_t pktrt__bit_width(uint32_t x) { return x ? 32 - (uint32_t)__builtin_clz(x) : 0; } /* in bits */
 #else
-PKTRT__INLINE uint32_t pktrt__width(uint32_t x) {
+PKTRT__INLINE uint32_t pktrt__bit_width(uint32_t x) {
   uint32_t n = 0;
   for (; x; x >>= 1) n++;
   return n;
@@ -3710,34 +3710,34 @@ PKTRT__INLINE uint32_t pktrt__width(uint32_t x) {
 /* Number i < n of a random permutation of n numbers, n <= 2^31, for a key that is mixed already. Each round is a
    bijection of the next power of two: odd factors carry randomness up, shifts down. They are walked until the number
    is below n again (Kensler 2013); a rotation makes every place equally likely. */
-PKTRT__INLINE uint32_t pktrt__stir(uint32_t i, uint32_t ones, uint32_t shift, uint32_t key) {
+PKTRT__INLINE uint32_t pktrt__sampler_permute_round(uint32_t i, uint32_t ones, uint32_t shift, uint32_t key) {
   i = (i * (key | 1) + (key >> 16)) & ones;
   i ^= i >> shift;
   i = (i ^ i * (key >> 8 & ~1u)) & ones;
   return i ^ i >> 1;
 }
 
-PKTRT__INLINE uint32_t pktrt__stir_thrice(uint32_t i, uint32_t ones, uint32_t shift, uint64_t key) {
-  i = pktrt__stir(i, ones, shift, (uint32_t)key);
-  i = pktrt__stir(i, ones, shift, (uint32_t)(key >> 32));
-  return pktrt__stir(i, ones, shift, (uint32_t)(key >> 16));
+PKTRT__INLINE uint32_t pktrt__sampler_permute_rounds(uint32_t i, uint32_t ones, uint32_t shift, uint64_t key) {
+  i = pktrt__sampler_permute_round(i, ones, shift, (uint32_t)key);
+  i = pktrt__sampler_permute_round(i, ones, shift, (uint32_t)(key >> 32));
+  return pktrt__sampler_permute_round(i, ones, shift, (uint32_t)(key >> 16));
 }
 
-PKTRT__INLINE uint32_t pktrt__turn(uint32_t i, uint32_t n, uint64_t key) {
-  i += pktrt__below((uint32_t)key * 0x9E3779B9u + (uint32_t)(key >> 32), n);
+PKTRT__INLINE uint32_t pktrt__sampler_rotate(uint32_t i, uint32_t n, uint64_t key) {
+  i += pktrt__sampler_below((uint32_t)key * 0x9E3779B9u + (uint32_t)(key >> 32), n);
   return i < n ? i : i - n;
 }
 
-PKTRT__INLINE uint32_t pktrt__permute(uint32_t i, uint32_t n, uint64_t key) {
-  const uint32_t width = pktrt__width(n - 1), ones = (1u << width) - 1, shift = (width + 1) / 2;
-  do i = pktrt__stir_thrice(i, ones, shift, key);
+PKTRT__INLINE uint32_t pktrt__sampler_permute(uint32_t i, uint32_t n, uint64_t key) {
+  const uint32_t width = pktrt__bit_width(n - 1), ones = (1u << width) - 1, shift = (width + 1) / 2;
+  do i = pktrt__sampler_permute_rounds(i, ones, shift, key);
   while (i >= n);
-  return pktrt__turn(i, n, key);
+  return pktrt__sampler_rotate(i, n, key);
 }
 
 /* Bit k of the result is the sum modulo 2 of the bits j of x for which the binomial (j over k) is odd, that is, k is a
    subset of j in binary: Pascal's matrix, the second of Sobol's dimensions. */
-PKTRT__INLINE uint32_t pktrt__pascal(uint32_t x) {
+PKTRT__INLINE uint32_t pktrt__sampler_pascal(uint32_t x) {
   x ^= x >> 1 & 0x55555555u;
   x ^= x >> 2 & 0x33333333u;
   x ^= x >> 4 & 0x0F0F0F0Fu;
@@ -3748,12 +3748,12 @@ PKTRT__INLINE uint32_t pktrt__pascal(uint32_t x) {
 /* Sobol's points (1967): the radical inverse, Pascal's matrix, and his third dimension, by direction numbers 1, 3, whose
    bits stand here lowest digit first. Any 2^k points from a multiple of 2^k on are spread evenly: t = 0 for the first two
    dimensions, 1 for three. */
-static const uint16_t pktrt__third[16] = {0x1,   0x3,   0x6,   0x9,   0x17,   0x3A,   0x71,   0xA3,
+static const uint16_t pktrt__sampler_third[16] = {0x1,   0x3,   0x6,   0x9,   0x17,   0x3A,   0x71,   0xA3,
                                           0x116, 0x339, 0x677, 0x9AA, 0x1601, 0x3903, 0x7706, 0xAA09};
 
 /* The digits, lowest bit first, of i / n. */
-PKTRT__INLINE uint32_t pktrt__digits_of(uint32_t i, uint32_t n) {
-  return pktrt__reverse((uint32_t)(((uint64_t)i << 32) / n));
+PKTRT__INLINE uint32_t pktrt__sampler_digits(uint32_t i, uint32_t n) {
+  return pktrt__reverse_bits((uint32_t)(((uint64_t)i << 32) / n));
 }
 
 /* The digits, lowest bit first, of the four coordinates of point i of n. Where the number of points is known, i / n
@@ -3761,9 +3761,9 @@ PKTRT__INLINE uint32_t pktrt__digits_of(uint32_t i, uint32_t n) {
    and 2, 3, and in most others, and 1 in all four. Hardly any set that is scrambled in Owen's way does better: 4 to 256
    points err within 1.5% of the least that any such set can, on products of exp(a x) and on boxes (a bound by linear
    programming, see bench/README.md). */
-PKTRT__INLINE void pktrt__net(uint32_t i, uint32_t n, uint32_t x[4]) {
-  x[0] = i, x[1] = pktrt__pascal(i), x[2] = pktrt__digits_of(i, n), x[3] = 0;
-  for (uint32_t k = 0; k < 16; k++) x[3] ^= i >> k & 1 ? pktrt__third[k] : 0;
+PKTRT__INLINE void pktrt__sampler_net(uint32_t i, uint32_t n, uint32_t x[4]) {
+  x[0] = i, x[1] = pktrt__sampler_pascal(i), x[2] = pktrt__sampler_digits(i, n), x[3] = 0;
+  for (uint32_t k = 0; k < 16; k++) x[3] ^= i >> k & 1 ? pktrt__sampler_third[k] : 0;
 }
 
 /* The same of point number `index` of a sequence, for sets that continue each other. Sobol's first two dimensions are a
@@ -3773,7 +3773,7 @@ PKTRT__INLINE void pktrt__net(uint32_t i, uint32_t n, uint32_t x[4]) {
    model integrand; all four dimensions have t = 1 for 4 and 16 points, 2 for up to 512, and then up to 4. Sobol's own
    four (numbers by Joe and Kuo 2008) err as much, but his third and fourth alone are no (0,2)-sequence. Tables for four
    columns at a time. */
-PKTRT__INLINE uint32_t pktrt__second_pair(uint32_t index) {
+PKTRT__INLINE uint32_t pktrt__sampler_second_pair(uint32_t index) {
   static const uint32_t sums[8][16] = {
     {0x00000000, 0x00000001, 0x00000003, 0x00000002, 0x00000007, 0x00000006, 0x00000004, 0x00000005,
      0x0000000E, 0x0000000F, 0x0000000D, 0x0000000C, 0x00000009, 0x00000008, 0x0000000A, 0x0000000B},
@@ -3797,23 +3797,23 @@ PKTRT__INLINE uint32_t pktrt__second_pair(uint32_t index) {
   return x;
 }
 
-PKTRT__INLINE void pktrt__sequence(uint32_t index, uint32_t x[4]) {
-  x[0] = index, x[2] = pktrt__second_pair(index);
-  x[1] = pktrt__pascal(x[0]), x[3] = pktrt__pascal(x[2]);
+PKTRT__INLINE void pktrt__sampler_sequence(uint32_t index, uint32_t x[4]) {
+  x[0] = index, x[2] = pktrt__sampler_second_pair(index);
+  x[1] = pktrt__sampler_pascal(x[0]), x[3] = pktrt__sampler_pascal(x[2]);
 }
 
 /* Samples take the points of such a net in random order, so that groups of dimensions meet at random. The first group, the
    camera's, need not move for that. */
-PKTRT__INLINE uint32_t pktrt__point_of(uint32_t group, uint32_t sample, uint32_t samples, uint64_t key) {
-  return group ? pktrt__permute(sample, samples, key) : sample;
+PKTRT__INLINE uint32_t pktrt__sampler_point_index(uint32_t group, uint32_t sample, uint32_t samples, uint64_t key) {
+  return group ? pktrt__sampler_permute(sample, samples, key) : sample;
 }
 
 /* Coordinates first to first + n - 1, of four, of a point whose digits are x, scrambled. */
-PKTRT__INLINE void pktrt__scramble(const uint32_t x[4], uint64_t key, uint32_t first, uint32_t n, float *out) {
+PKTRT__INLINE void pktrt__sampler_scramble(const uint32_t x[4], uint64_t key, uint32_t first, uint32_t n, float *out) {
   for (uint32_t i = 0; i < n; i++) {
     const uint32_t d = first + i;
-    const uint64_t keys = pktrt__mix(key + (d & 2));
-    out[i] = pktrt__unit(pktrt__reverse(pktrt__owen(x[d], (uint32_t)(d & 1 ? keys : keys >> 32))));
+    const uint64_t keys = pktrt__hash(key + (d & 2));
+    out[i] = pktrt__sampler_unit(pktrt__reverse_bits(pktrt__sampler_owen(x[d], (uint32_t)(d & 1 ? keys : keys >> 32))));
   }
 }
 
@@ -3821,8 +3821,8 @@ PKTRT__INLINE void pktrt__scramble(const uint32_t x[4], uint64_t key, uint32_t f
    samples. A run is a net by itself, and with its neighbours a larger one. Samples come in random order, so that groups
    of dimensions meet at random. (Shuffled in Owen's way, each beginning of a run would be spread as well as the whole,
    but two groups together would err up to sqrt(2) times as much.) */
-PKTRT__INLINE uint32_t pktrt__in_run(uint32_t run, uint32_t sample, uint32_t samples, uint64_t order) {
-  return (run << pktrt__width(samples - 1)) + pktrt__permute(sample, samples, order);
+PKTRT__INLINE uint32_t pktrt__sampler_run_index(uint32_t run, uint32_t sample, uint32_t samples, uint64_t order) {
+  return (run << pktrt__bit_width(samples - 1)) + pktrt__sampler_permute(sample, samples, order);
 }
 
 /* >>waves ---------------------------------------------------------------------------------------------------------- */
@@ -3879,27 +3879,27 @@ typedef struct pktrt__surfaces {
   uint8_t lobed[PKTRT__WAVE / 8];   /* reflects in a lobe */
   uint8_t lit[PKTRT__WAVE / 8];     /* lights can add to it: not so for glass, polished metal and what is done */
   uint8_t kind[5][PKTRT__WAVE / 8]; /* by pktrt_specular */
-  uint32_t first;                   /* their rays lie in the wave from here on, packed: see pktrt__find_surfaces */
+  uint32_t first;                   /* their rays lie in the wave from here on, packed: see pktrt__surface_gather */
   uint32_t count;
 } pktrt__surfaces;
 
 enum { PKTRT__DRAWN = 64 }; /* so many at once. WHY: sixteen waited for each other's products half as long again */
-typedef struct pktrt__draws { /* which numbers of which samples are asked for, see pktrt_sample */
+typedef struct pktrt__sample_batch { /* which numbers of which samples are asked for, see pktrt_sample */
   PKTRT__ALIGN64 uint32_t x[PKTRT__ROW];
   uint32_t y[PKTRT__ROW], sample[PKTRT__ROW];
   uint32_t group[PKTRT__ROW];       /* of four dimensions, the first of their event; more can be added to all */
   uint32_t count;                   /* rounded up to PKTRT__DRAWN by zeros */
   float u[4][PKTRT__ROW];
-} pktrt__draws;
+} pktrt__sample_batch;
 
-typedef struct pktrt__targets { /* where shadow rays towards one light go, for each surface */
+typedef struct pktrt__light_samples { /* where shadow rays towards one light go, for each surface */
   PKTRT__ALIGN64 double at[3][PKTRT__WAVE]; /* a point; a direction if the light is infinitely far */
   double factor[PKTRT__WAVE];       /* irradiance of a surface that faces it, for radiance or intensity 1 */
   float arriving[3][PKTRT__WAVE];   /* radiance or intensity */
-} pktrt__targets;
+} pktrt__light_samples;
 
-typedef struct pktrt__aim { /* one light, as surfaces see it that look for it */
-  const pktrt__targets *listed;     /* for each its own; NULL: by what follows */
+typedef struct pktrt__light_target { /* one light, as surfaces see it that look for it */
+  const pktrt__light_samples *listed;     /* for each its own; NULL: by what follows */
   pktrt_light_kind kind;
   double at[3], radius;             /* a point of it, or a direction; mesh: middle and radius of a sphere around it */
   double facing[3];                 /* quad: unit normal; mesh: sum of its areas as vectors: |facing . d| is seen of */
@@ -3908,16 +3908,16 @@ typedef struct pktrt__aim { /* one light, as surfaces see it that look for it */
   float arriving[3];                /* relative to strength */
   bool infinite, by_square;         /* `at` is a direction; irradiance still has to be divided by distance^2 */
   bool lobes;                       /* shows in lobes, by value */
-} pktrt__aim;
+} pktrt__light_target;
 
-typedef struct pktrt__shadows { /* shadow rays of one light */
+typedef struct pktrt__shadow_rays { /* shadow rays of one light */
   float *o[3], *d[3], *time;        /* in the batch to be traced, or in a list of which packets are made */
   float *limit;                     /* row of tmax; NULL: in a list */
   float *arriving[3];               /* what the light adds if nothing is between */
   uint32_t *surface, *material;     /* material: NULL if nobody wants to know */
   float tmax;                       /* of all of them */
   uint32_t count;
-} pktrt__shadows;
+} pktrt__shadow_rays;
 
 typedef struct pktrt__shadow_list {
   PKTRT__ALIGN64 float o[3][PKTRT__WAVE_ROW];
@@ -3926,13 +3926,13 @@ typedef struct pktrt__shadow_list {
 } pktrt__shadow_list;
 
 /* What surfaces send out: rays of one type. Their key is (key + 1) times `times` plus `plus`, of the ray that came. */
-typedef struct pktrt__sending {
+typedef struct pktrt__spawn_request {
   const pktrt_scene *scene;
-  const struct pktrt__glass_mesh *glass; /* see pktrt__job */
+  const struct pktrt__glass_mesh *glass; /* see pktrt__render_state */
   bool refraction;
   float threshold;                  /* of importance */
   uint32_t times, plus;
-} pktrt__sending;
+} pktrt__spawn_request;
 
 /* Where glass is: a box, and boxes within it that leave out what is empty, depth first. Behind one and those within it
    the next one follows, after so many steps. They are as much too wide as a ray can hit outside, and as rounding
@@ -3946,40 +3946,40 @@ typedef struct pktrt__glass_mesh { /* of one mesh, over all its keys */
   bool closed;             /* and of glass: the box is there for this alone */
   bool touches;            /* the box of another closed one */
 } pktrt__glass_mesh;
-typedef struct pktrt__glass {
+typedef struct pktrt__glass_boxes {
   pktrt__glass_box *boxes; /* NULL: shadow rays pass nothing */
   uint32_t room;           /* for boxes */
   float least;             /* directions count as so large along each axis */
-} pktrt__glass;
+} pktrt__glass_boxes;
 
 /* The camera as a picture plane at distance 1: the ray of a pinhole through (px, py) in pixels goes along
    corner + px dx + py dy. A point of the lens, at x and y from its middle, sees the same point of the plane at
    distance `focus`: its ray goes along that minus (x right + y up) / focus. */
-typedef struct pktrt__view_plane {
+typedef struct pktrt__camera_plane {
   double eye[3], corner[3], dx[3], dy[3], right[3], up[3];
   double focus;
-} pktrt__view_plane;
+} pktrt__camera_plane;
 
-PKTRT__INLINE const pktrt_material *pktrt__look(const pktrt_scene *s, uint32_t material) {
+PKTRT__INLINE const pktrt_material *pktrt__material_of(const pktrt_scene *s, uint32_t material) {
   return material ? &s->materials[material - 1] : &s->plain;
 }
-PKTRT__INLINE float pktrt__index(const pktrt_material *look, int a) { return look->ior[a] > 0 ? look->ior[a] : 1.5f; }
-static bool pktrt__has_lobe(const pktrt_material *look) {
+PKTRT__INLINE float pktrt__material_ior(const pktrt_material *look, int a) { return look->ior[a] > 0 ? look->ior[a] : 1.5f; }
+static bool pktrt__material_has_lobe(const pktrt_material *look) {
   return look->lobe == PKTRT_LOBE_PHONG && look->specular != PKTRT_SPECULAR_DIELECTRIC &&
          look->specular != PKTRT_SPECULAR_NONE;
 }
-static void pktrt__corner(const pktrt__mesh *, const float *data, uint32_t triangle, uint32_t c, float time,
+static void pktrt__mesh_corner_at(const pktrt__mesh *, const float *data, uint32_t triangle, uint32_t c, float time,
                           float out[3]);
-static void pktrt__weigh_alone(const pktrt_scene *, const pktrt__glass_mesh *, const pktrt__wave *, pktrt__surfaces *,
+static void pktrt__material_weights_rest(const pktrt_scene *, const pktrt__glass_mesh *, const pktrt__wave *, pktrt__surfaces *,
                                uint32_t i, uint32_t metal, uint32_t glass);
-static void pktrt__shine(const pktrt_scene *, const pktrt__surfaces *, uint32_t i, uint32_t lanes, float (*to)[8],
+static void pktrt__light_lobe_values(const pktrt_scene *, const pktrt__surfaces *, uint32_t i, uint32_t lanes, float (*to)[8],
                          float lobe[8]);
-static void pktrt__inherit(const pktrt__sending *, const pktrt__wave *, const pktrt__surfaces *, uint32_t i,
+static void pktrt__spawn_inherit(const pktrt__spawn_request *, const pktrt__wave *, const pktrt__surfaces *, uint32_t i,
                            uint32_t lanes, uint32_t medium[8], uint32_t key[8]);
 
 #endif /* PKTRT_NO_RENDER */
 
-typedef struct pktrt__call { /* one query, as the kernels see it */
+typedef struct pktrt__query { /* one query, as the kernels see it */
   const pktrt_scene *scene;
   const pktrt_query_desc *desc;
   pktrt_counts *counts; /* NULL: do not count */
@@ -3988,22 +3988,22 @@ typedef struct pktrt__call { /* one query, as the kernels see it */
      WHY meanwhile: asked for in a row, lines wait for one another. Spread over the work it saves 10% of easy scenes. */
   const pktrt_ray *next;
   const pktrt_hit *place;
-} pktrt__call;
+} pktrt__query;
 
-typedef struct pktrt__kernels {
+typedef struct pktrt__kernel_table {
   /* Answers the first n rays of a batch whose o, d, tmin, tmax, time are filled in. */
-  void (*trace)(const pktrt__call *, pktrt__batch *, uint32_t n);
+  void (*trace)(const pktrt__query *, pktrt__batch *, uint32_t n);
   /* One ray by itself, past batches; not counted. */
   bool (*intersect)(const pktrt_scene *, const pktrt_ray *, pktrt_hit *);
   bool (*occluded)(const pktrt_scene *, const pktrt_ray *);
-  uint32_t (*faults)(void); /* see pktrt__faults */
+  uint32_t (*faults)(void); /* see pktrt__check_all_arithmetic */
   /* A batch from n rays of the caller's, and back; order: which of them, NULL for the first ones. */
   void (*load)(pktrt__batch *, const pktrt_ray *, const uint16_t *order, uint32_t n);
   void (*store)(const pktrt_scene *, const pktrt__batch *, pktrt_hit *, const uint16_t *order, uint32_t n);
   void (*answer)(const pktrt__batch *, bool *occluded, uint32_t n);
 #ifndef PKTRT_NO_RENDER
   /* Rays of a pinhole through eight places of the picture, into lanes i to i + 7 of a wave. */
-  void (*primary)(const pktrt__view_plane *, const double *x, const double *y, pktrt__wave *, uint32_t i);
+  void (*primary)(const pktrt__camera_plane *, const double *x, const double *y, pktrt__wave *, uint32_t i);
   /* Packs those of n rays of a wave that met something, and tells the surfaces how many and where they were. Points,
      normals and materials of the surfaces that they met; all but normals of the mesh is read if not `smooth`. */
   void (*pack)(pktrt__wave *, uint32_t first, uint32_t n, pktrt__surfaces *);
@@ -4015,16 +4015,16 @@ typedef struct pktrt__kernels {
      has then. */
   void (*dress)(const pktrt_scene *, const pktrt__glass_mesh *, bool follow, const float ambient[3],
                 const pktrt__wave *, pktrt__surfaces *);
-  void (*aim)(const pktrt_scene *, const pktrt__aim *, const pktrt__wave *, pktrt__surfaces *, pktrt__shadows *);
-  uint32_t (*see)(const pktrt__glass *, const pktrt__batch *, float (*seen)[PKTRT__ROW], uint32_t n, uint32_t *lane);
+  void (*aim)(const pktrt_scene *, const pktrt__light_target *, const pktrt__wave *, pktrt__surfaces *, pktrt__shadow_rays *);
+  uint32_t (*see)(const pktrt__glass_boxes *, const pktrt__batch *, float (*seen)[PKTRT__ROW], uint32_t n, uint32_t *lane);
   void (*gain)(pktrt__surfaces *, const uint32_t *surface, float (*arriving)[PKTRT__ROW],
                float (*seen)[PKTRT__ROW], uint32_t n);
-  uint32_t (*send)(const pktrt__sending *, const pktrt__wave *, const pktrt__surfaces *, pktrt__wave *to, uint32_t n);
+  uint32_t (*send)(const pktrt__spawn_request *, const pktrt__wave *, const pktrt__surfaces *, pktrt__wave *to, uint32_t n);
   /* Coordinates first to first + n - 1 of a group, of PKTRT__DRAWN draws from the i-th on, for the samplers Sobol' and
      random. */
-  void (*draw)(const pktrt_sampling *, pktrt__draws *, uint32_t i, uint32_t group, uint32_t first, uint32_t n);
+  void (*draw)(const pktrt_sampling *, pktrt__sample_batch *, uint32_t i, uint32_t group, uint32_t first, uint32_t n);
 #endif
-} pktrt__kernels;
+} pktrt__kernel_table;
 
 #define PKTRT__STAMP_SCALAR 1
 #define PKTRT__STAMP_SSE2 2
@@ -4050,7 +4050,7 @@ enum {
 };
 
 /* x, of which compilers know nothing. */
-PKTRT__NOINLINE double pktrt__secret(double x) {
+PKTRT__NOINLINE double pktrt__check_opaque(double x) {
   volatile double v = x;
   return v;
 }
@@ -4060,7 +4060,6 @@ PKTRT__NOINLINE double pktrt__secret(double x) {
 #endif
 /* Kernels have short macros, undefined after each stamp. Those that a program or <tgmath.h> may have are put aside. */
 #pragma push_macro("COUNT")
-#pragma push_macro("NAME")
 #pragma push_macro("OP")
 #pragma push_macro("STEP")
 #pragma push_macro("UNROLL")
@@ -4077,7 +4076,6 @@ PKTRT__NOINLINE double pktrt__secret(double x) {
 #pragma push_macro("fmul")
 #pragma push_macro("fsub")
 #undef COUNT
-#undef NAME
 #undef OP
 #undef STEP
 #undef UNROLL
@@ -4162,7 +4160,6 @@ PKTRT__NOINLINE double pktrt__secret(double x) {
 #endif
 
 #pragma pop_macro("COUNT")
-#pragma pop_macro("NAME")
 #pragma pop_macro("OP")
 #pragma pop_macro("STEP")
 #pragma pop_macro("UNROLL")
@@ -4192,7 +4189,7 @@ static bool pktrt__cpu_has(pktrt_isa isa) {
 }
 #endif
 
-static const pktrt__kernels *pktrt__kernels_of(pktrt_isa isa) {
+static const pktrt__kernel_table *pktrt__kernels_of(pktrt_isa isa) {
   switch (isa) {
 #ifdef PKTRT__HAS_SCALAR
     case PKTRT_ISA_SCALAR: return &pktrt__kernels_scalar;
@@ -4213,21 +4210,21 @@ static const pktrt__kernels *pktrt__kernels_of(pktrt_isa isa) {
   }
 }
 
-static const pktrt__fit *pktrt__fit_of(pktrt_isa isa) {
+static const pktrt__fit_table *pktrt__fit_table_of(pktrt_isa isa) {
 #ifdef PKTRT__HAS_AVX2
-  if (isa == PKTRT_ISA_AVX2 || isa == PKTRT_ISA_AVX512) return &pktrt__fit_avx2;
+  if (isa == PKTRT_ISA_AVX2 || isa == PKTRT_ISA_AVX512) return &pktrt__fit_kernels_avx2;
 #endif
   (void)isa;
 #if defined(PKTRT__HAS_SSE2)
-  return &pktrt__fit_sse2;
+  return &pktrt__fit_kernels_sse2;
 #elif defined(PKTRT__HAS_NEON)
-  return &pktrt__fit_neon;
+  return &pktrt__fit_kernels_neon;
 #elif defined(PKTRT__HAS_SCALAR)
-  return &pktrt__fit_scalar;
+  return &pktrt__fit_kernels_scalar;
 #elif defined(PKTRT__HAS_AVX2)
-  return &pktrt__fit_avx2;
+  return &pktrt__fit_kernels_avx2;
 #else
-  return &pktrt__fit_avx512;
+  return &pktrt__fit_kernels_avx512;
 #endif
 }
 
@@ -4267,22 +4264,22 @@ static const pktrt__fit *pktrt__fit_of(pktrt_isa isa) {
 #define vlt PKTRT__NAME(pktrt__vlt)
 #define vle PKTRT__NAME(pktrt__vle)
 #define veq PKTRT__NAME(pktrt__veq)
-#define vsign PKTRT__NAME(pktrt__vsign)
-#define vwith_sign PKTRT__NAME(pktrt__vwith_sign)
+#define vsignbits PKTRT__NAME(pktrt__vsignbits)
+#define vcopysign PKTRT__NAME(pktrt__vcopysign)
 #define mand PKTRT__NAME(pktrt__mand)
 #define mor PKTRT__NAME(pktrt__mor)
 #define mbits PKTRT__NAME(pktrt__mbits)
 #define mfrom PKTRT__NAME(pktrt__mfrom)
-#define vput PKTRT__NAME(pktrt__vput)
-#define vput_u32 PKTRT__NAME(pktrt__vput_u32)
-#define vsame PKTRT__NAME(pktrt__vsame)
-#define vturn PKTRT__NAME(pktrt__vturn)
-#define vless PKTRT__NAME(pktrt__vless)
-#define vorder PKTRT__NAME(pktrt__vorder)
-#define vsame64 PKTRT__NAME(pktrt__vsame64)
-#define vpack PKTRT__NAME(pktrt__vpack)
-#define vpack_from PKTRT__NAME(pktrt__vpack_from)
-#define vswap PKTRT__NAME(pktrt__vswap)
+#define vstore_masked PKTRT__NAME(pktrt__vstore_masked)
+#define vstore_masked_u32 PKTRT__NAME(pktrt__vstore_masked_u32)
+#define veq_u32 PKTRT__NAME(pktrt__veq_u32)
+#define vtranspose PKTRT__NAME(pktrt__vtranspose)
+#define vbelow_u32 PKTRT__NAME(pktrt__vbelow_u32)
+#define vorder_children PKTRT__NAME(pktrt__vorder_children)
+#define veq_u8x64 PKTRT__NAME(pktrt__veq_u8x64)
+#define vcompress PKTRT__NAME(pktrt__vcompress)
+#define vcompress_from PKTRT__NAME(pktrt__vcompress_from)
+#define vswap_halves PKTRT__NAME(pktrt__vswap_halves)
 #define vhmin PKTRT__NAME(pktrt__vhmin)
 #define vhmax PKTRT__NAME(pktrt__vhmax)
 #define dload PKTRT__NAME(pktrt__dload)
@@ -4298,8 +4295,8 @@ static const pktrt__fit *pktrt__fit_of(pktrt_isa isa) {
 #define dabs PKTRT__NAME(pktrt__dabs)
 #define dlt PKTRT__NAME(pktrt__dlt)
 #define dto PKTRT__NAME(pktrt__dto)
-#define vsize PKTRT__NAME(pktrt__vsize)
-#define vsize3 PKTRT__NAME(pktrt__vsize3)
+#define vmax_abs PKTRT__NAME(pktrt__vmax_abs)
+#define vmax_abs3 PKTRT__NAME(pktrt__vmax_abs3)
 #define azero PKTRT__NAME(pktrt__azero)
 #define aor PKTRT__NAME(pktrt__aor)
 #define apush PKTRT__NAME(pktrt__apush)
@@ -4330,11 +4327,11 @@ OP v8 vfms(v8 a, v8 b, v8 c) { return _mm256_fmsub_ps(a, b, c); }
 OP v8 vmin(v8 a, v8 b) { return _mm256_min_ps(a, b); }
 OP v8 vmax(v8 a, v8 b) { return _mm256_max_ps(a, b); }
 OP v8 vabs(v8 a) { return _mm256_andnot_ps(_mm256_set1_ps(-0.0f), a); }
-OP v8 vwith_sign(v8 magnitude, v8 sign) { /* magnitude >= 0 */
+OP v8 vcopysign(v8 magnitude, v8 sign) { /* magnitude >= 0 */
   return _mm256_or_ps(magnitude, _mm256_and_ps(_mm256_set1_ps(-0.0f), sign));
 }
-OP uint32_t vsign(v8 a) { return (uint32_t)_mm256_movemask_ps(a); }
-OP v8 vswap(v8 a) { return _mm256_permute2f128_ps(a, a, 1); } /* its halves */
+OP uint32_t vsignbits(v8 a) { return (uint32_t)_mm256_movemask_ps(a); }
+OP v8 vswap_halves(v8 a) { return _mm256_permute2f128_ps(a, a, 1); } /* its halves */
 OP float vhmin(v8 a) {
   __m128 x = _mm_min_ps(_mm256_castps256_ps128(a), _mm256_extractf128_ps(a, 1));
   x = _mm_min_ps(x, _mm_movehl_ps(x, x));
@@ -4348,7 +4345,7 @@ OP float vhmax(v8 a) {
 
 #ifdef __x86_64__
 /* Those of eight children that are in `keep`, in the order of perm: a byte each, the first one lowest. */
-OP uint64_t vorder(uint32_t keep, uint32_t perm) {
+OP uint64_t vorder_children(uint32_t keep, uint32_t perm) {
   const uint64_t all = _pdep_u64(perm, UINT64_C(0x0707070707070707));
   const uint64_t kept = _pdep_u64(keep, UINT64_C(0x0101010101010101)) * 0xFF;
   const __m128i those = _mm_shuffle_epi8(_mm_cvtsi64_si128((long long)kept), _mm_cvtsi64_si128((long long)all));
@@ -4356,14 +4353,14 @@ OP uint64_t vorder(uint32_t keep, uint32_t perm) {
 }
 #endif
 /* Eight integers from p, less x, to `to`; the lanes where what is left is below n, which is not 0. */
-OP uint32_t vless(uint32_t *to, const uint32_t *p, uint32_t x, uint32_t n) {
+OP uint32_t vbelow_u32(uint32_t *to, const uint32_t *p, uint32_t x, uint32_t n) {
   const __m256i a = _mm256_sub_epi32(_mm256_loadu_si256((const __m256i *)(const void *)p), _mm256_set1_epi32((int)x));
   const __m256i low = _mm256_cmpeq_epi32(_mm256_min_epu32(a, _mm256_set1_epi32((int)(n - 1))), a);
   _mm256_storeu_si256((__m256i *)(void *)to, a);
   return (uint32_t)_mm256_movemask_ps(_mm256_castsi256_ps(low));
 }
 /* Rows become columns. */
-OP void vturn(v8 r[8]) {
+OP void vtranspose(v8 r[8]) {
   v8 a[8], b[8];
   UNROLL for (int i = 0; i < 8; i += 2) {
     a[i] = _mm256_unpacklo_ps(r[i], r[i + 1]), a[i + 1] = _mm256_unpackhi_ps(r[i], r[i + 1]);
@@ -4391,16 +4388,16 @@ OP m8 mor(m8 a, m8 b) { return (m8)(a | b); }
 OP uint32_t mbits(m8 m) { return m; }
 OP m8 mfrom(uint32_t bits) { return (m8)bits; }
 OP v8 vsel(m8 m, v8 a, v8 b) { return _mm256_mask_blend_ps(m, b, a); }
-OP void vput(float *p, m8 m, v8 a) { _mm256_mask_storeu_ps(p, m, a); }
-OP void vput_u32(uint32_t *p, m8 m, uint32_t x) { _mm256_mask_storeu_epi32(p, m, _mm256_set1_epi32((int)x)); }
-OP uint32_t vsame(const uint32_t *p, uint32_t x) { /* which of eight equal x */
+OP void vstore_masked(float *p, m8 m, v8 a) { _mm256_mask_storeu_ps(p, m, a); }
+OP void vstore_masked_u32(uint32_t *p, m8 m, uint32_t x) { _mm256_mask_storeu_epi32(p, m, _mm256_set1_epi32((int)x)); }
+OP uint32_t veq_u32(const uint32_t *p, uint32_t x) { /* which of eight equal x */
   return _mm256_cmpeq_epi32_mask(_mm256_loadu_si256((const __m256i *)(const void *)p), _mm256_set1_epi32((int)x));
 }
 
 /* The chosen lanes to p, next to each other; what follows, up to eight in all, may be overwritten: stores under a mask
    were slower. Of a vector, or of eight floats or integers in memory, which may be those at p. */
-OP void vpack(float *p, uint32_t lanes, v8 a) { _mm256_storeu_ps(p, _mm256_maskz_compress_ps((m8)lanes, a)); }
-OP void vpack_from(void *p, uint32_t lanes, const void *from) {
+OP void vcompress(float *p, uint32_t lanes, v8 a) { _mm256_storeu_ps(p, _mm256_maskz_compress_ps((m8)lanes, a)); }
+OP void vcompress_from(void *p, uint32_t lanes, const void *from) {
   const __m256i a = _mm256_loadu_si256(PKTRT__CAST(const __m256i *, from));
   _mm256_storeu_si256(PKTRT__CAST(__m256i *, p), _mm256_maskz_compress_epi32((m8)lanes, a));
 }
@@ -4455,12 +4452,12 @@ OP m8 mfrom(uint32_t bits) {
   return _mm256_castsi256_ps(_mm256_cmpeq_epi32(_mm256_and_si256(_mm256_set1_epi32((int)bits), lane), lane));
 }
 OP v8 vsel(m8 m, v8 a, v8 b) { return _mm256_blendv_ps(b, a, m); }
-OP void vput(float *p, m8 m, v8 a) { vstore(p, vsel(m, a, vload(p))); } /* WHY: masked stores are slow on AMD's */
-OP void vput_u32(uint32_t *p, m8 m, uint32_t x) {
+OP void vstore_masked(float *p, m8 m, v8 a) { vstore(p, vsel(m, a, vload(p))); } /* WHY: masked stores are slow on AMD's */
+OP void vstore_masked_u32(uint32_t *p, m8 m, uint32_t x) {
   float *to = PKTRT__CAST(float *, PKTRT__CAST(void *, p)); /* bits pass as they are */
-  vput(to, m, _mm256_castsi256_ps(_mm256_set1_epi32((int)x)));
+  vstore_masked(to, m, _mm256_castsi256_ps(_mm256_set1_epi32((int)x)));
 }
-OP uint32_t vsame(const uint32_t *p, uint32_t x) { /* which of eight equal x */
+OP uint32_t veq_u32(const uint32_t *p, uint32_t x) { /* which of eight equal x */
   const __m256i a = _mm256_loadu_si256((const __m256i *)(const void *)p);
   return (uint32_t)_mm256_movemask_ps(_mm256_castsi256_ps(_mm256_cmpeq_epi32(a, _mm256_set1_epi32((int)x))));
 }
@@ -4468,29 +4465,29 @@ OP uint32_t vsame(const uint32_t *p, uint32_t x) { /* which of eight equal x */
 typedef struct d8 {
   __m256d l, h;
 } d8;
-OP d8 pktrt__d8_avx2_make(__m256d l, __m256d h) {
+OP d8 pktrt__d8_of_avx2(__m256d l, __m256d h) {
   d8 r;
   r.l = l, r.h = h;
   return r;
 }
 OP d8 dfrom(v8 a) {
-  return pktrt__d8_avx2_make(_mm256_cvtps_pd(_mm256_castps256_ps128(a)), _mm256_cvtps_pd(_mm256_extractf128_ps(a, 1)));
+  return pktrt__d8_of_avx2(_mm256_cvtps_pd(_mm256_castps256_ps128(a)), _mm256_cvtps_pd(_mm256_extractf128_ps(a, 1)));
 }
-OP d8 dload(const double *p) { return pktrt__d8_avx2_make(_mm256_loadu_pd(p), _mm256_loadu_pd(p + 4)); }
+OP d8 dload(const double *p) { return pktrt__d8_of_avx2(_mm256_loadu_pd(p), _mm256_loadu_pd(p + 4)); }
 OP void dstore(double *p, d8 a) {
   _mm256_storeu_pd(p, a.l);
   _mm256_storeu_pd(p + 4, a.h);
 }
-OP d8 dsqrt(d8 a) { return pktrt__d8_avx2_make(_mm256_sqrt_pd(a.l), _mm256_sqrt_pd(a.h)); }
-OP d8 dset(double x) { return pktrt__d8_avx2_make(_mm256_set1_pd(x), _mm256_set1_pd(x)); }
-OP d8 dadd(d8 a, d8 b) { return pktrt__d8_avx2_make(_mm256_add_pd(a.l, b.l), _mm256_add_pd(a.h, b.h)); }
-OP d8 dsub(d8 a, d8 b) { return pktrt__d8_avx2_make(_mm256_sub_pd(a.l, b.l), _mm256_sub_pd(a.h, b.h)); }
-OP d8 dmul(d8 a, d8 b) { return pktrt__d8_avx2_make(_mm256_mul_pd(a.l, b.l), _mm256_mul_pd(a.h, b.h)); }
-OP d8 ddiv(d8 a, d8 b) { return pktrt__d8_avx2_make(_mm256_div_pd(a.l, b.l), _mm256_div_pd(a.h, b.h)); }
-OP d8 dmax(d8 a, d8 b) { return pktrt__d8_avx2_make(_mm256_max_pd(a.l, b.l), _mm256_max_pd(a.h, b.h)); }
+OP d8 dsqrt(d8 a) { return pktrt__d8_of_avx2(_mm256_sqrt_pd(a.l), _mm256_sqrt_pd(a.h)); }
+OP d8 dset(double x) { return pktrt__d8_of_avx2(_mm256_set1_pd(x), _mm256_set1_pd(x)); }
+OP d8 dadd(d8 a, d8 b) { return pktrt__d8_of_avx2(_mm256_add_pd(a.l, b.l), _mm256_add_pd(a.h, b.h)); }
+OP d8 dsub(d8 a, d8 b) { return pktrt__d8_of_avx2(_mm256_sub_pd(a.l, b.l), _mm256_sub_pd(a.h, b.h)); }
+OP d8 dmul(d8 a, d8 b) { return pktrt__d8_of_avx2(_mm256_mul_pd(a.l, b.l), _mm256_mul_pd(a.h, b.h)); }
+OP d8 ddiv(d8 a, d8 b) { return pktrt__d8_of_avx2(_mm256_div_pd(a.l, b.l), _mm256_div_pd(a.h, b.h)); }
+OP d8 dmax(d8 a, d8 b) { return pktrt__d8_of_avx2(_mm256_max_pd(a.l, b.l), _mm256_max_pd(a.h, b.h)); }
 OP d8 dabs(d8 a) {
   const __m256d sign = _mm256_set1_pd(-0.0);
-  return pktrt__d8_avx2_make(_mm256_andnot_pd(sign, a.l), _mm256_andnot_pd(sign, a.h));
+  return pktrt__d8_of_avx2(_mm256_andnot_pd(sign, a.l), _mm256_andnot_pd(sign, a.h));
 }
 OP m8 dlt(d8 a, d8 b) {
   const __m256 l = _mm256_castpd_ps(_mm256_cmp_pd(a.l, b.l, _CMP_LT_OQ));
@@ -4535,15 +4532,15 @@ OP v8 vfms(v8 a, v8 b, v8 c) { PKTRT__EACH(v8, r.f[i] = a.f[i] * b.f[i] - c.f[i]
 OP v8 vmin(v8 a, v8 b) { PKTRT__EACH(v8, r.f[i] = a.f[i] < b.f[i] ? a.f[i] : b.f[i]); }
 OP v8 vmax(v8 a, v8 b) { PKTRT__EACH(v8, r.f[i] = a.f[i] > b.f[i] ? a.f[i] : b.f[i]); }
 OP v8 vabs(v8 a) { PKTRT__EACH(v8, r.f[i] = fabsf(a.f[i])); }
-OP v8 vwith_sign(v8 magnitude, v8 sign) {
+OP v8 vcopysign(v8 magnitude, v8 sign) {
   PKTRT__EACH(v8, r.f[i] = pktrt__sign_bit(sign.f[i]) ? -magnitude.f[i] : magnitude.f[i]);
 }
-OP uint32_t vsign(v8 a) {
+OP uint32_t vsignbits(v8 a) {
   uint32_t r = 0;
   for (int i = 0; i < 8; i++) r |= pktrt__sign_bit(a.f[i]) << i;
   return r;
 }
-OP v8 vswap(v8 a) { PKTRT__EACH(v8, r.f[i] = a.f[i ^ 4]); }
+OP v8 vswap_halves(v8 a) { PKTRT__EACH(v8, r.f[i] = a.f[i ^ 4]); }
 OP float vhmin(v8 a) {
   float r = a.f[0];
   for (int i = 1; i < 8; i++) r = r < a.f[i] ? r : a.f[i];
@@ -4566,15 +4563,15 @@ OP m8 mor(m8 a, m8 b) { return a | b; }
 OP uint32_t mbits(m8 m) { return m; }
 OP m8 mfrom(uint32_t bits) { return bits; }
 OP v8 vsel(m8 m, v8 a, v8 b) { PKTRT__EACH(v8, r.f[i] = m >> i & 1 ? a.f[i] : b.f[i]); }
-OP void vput(float *p, m8 m, v8 a) {
+OP void vstore_masked(float *p, m8 m, v8 a) {
   for (int i = 0; i < 8; i++)
     if (m >> i & 1) p[i] = a.f[i];
 }
-OP void vput_u32(uint32_t *p, m8 m, uint32_t x) {
+OP void vstore_masked_u32(uint32_t *p, m8 m, uint32_t x) {
   for (int i = 0; i < 8; i++)
     if (m >> i & 1) p[i] = x;
 }
-OP uint32_t vsame(const uint32_t *p, uint32_t x) { PKTRT__COMPARE(p[i] == x); }
+OP uint32_t veq_u32(const uint32_t *p, uint32_t x) { PKTRT__COMPARE(p[i] == x); }
 OP d8 dload(const double *p) { PKTRT__EACH(d8, r.d[i] = p[i]); }
 OP void dstore(double *p, d8 a) { memcpy(p, a.d, sizeof a.d); }
 OP d8 dsqrt(d8 a) { PKTRT__EACH(d8, r.d[i] = sqrt(a.d[i])); }
@@ -4737,8 +4734,8 @@ OP v8 vfms(v8 a, v8 b, v8 c) { return vsub(vmul(a, b), c); }
 OP v8 vmin(v8 a, v8 b) { return v8_of(Q_MIN(a.l, b.l), Q_MIN(a.h, b.h)); }
 OP v8 vmax(v8 a, v8 b) { return v8_of(Q_MAX(a.l, b.l), Q_MAX(a.h, b.h)); }
 OP v8 vabs(v8 a) { return v8_of(Q_ABS(a.l), Q_ABS(a.h)); }
-OP v8 vwith_sign(v8 magnitude, v8 sign) { return v8_of(Q_SIGN(magnitude.l, sign.l), Q_SIGN(magnitude.h, sign.h)); }
-OP uint32_t vsign(v8 a) { return PKTRT__NAME(pktrt__qsigns)(a.l) | PKTRT__NAME(pktrt__qsigns)(a.h) << 4; }
+OP v8 vcopysign(v8 magnitude, v8 sign) { return v8_of(Q_SIGN(magnitude.l, sign.l), Q_SIGN(magnitude.h, sign.h)); }
+OP uint32_t vsignbits(v8 a) { return PKTRT__NAME(pktrt__qsigns)(a.l) | PKTRT__NAME(pktrt__qsigns)(a.h) << 4; }
 OP m8 vlt(v8 a, v8 b) { return m8_of(Q_LT(a.l, b.l), Q_LT(a.h, b.h)); }
 OP m8 vle(v8 a, v8 b) { return m8_of(Q_LE(a.l, b.l), Q_LE(a.h, b.h)); }
 OP m8 veq(v8 a, v8 b) { return m8_of(Q_EQ(a.l, b.l), Q_EQ(a.h, b.h)); }
@@ -4746,13 +4743,13 @@ OP m8 mand(m8 a, m8 b) { return m8_of(QM_AND(a.l, b.l), QM_AND(a.h, b.h)); }
 OP m8 mor(m8 a, m8 b) { return m8_of(QM_OR(a.l, b.l), QM_OR(a.h, b.h)); }
 OP uint32_t mbits(m8 m) { return PKTRT__NAME(pktrt__qbits)(m.l) | PKTRT__NAME(pktrt__qbits)(m.h) << 4; }
 OP m8 mfrom(uint32_t bits) { return m8_of(PKTRT__NAME(pktrt__qfrom)(bits), PKTRT__NAME(pktrt__qfrom)(bits >> 4)); }
-OP v8 vswap(v8 a) { return v8_of(a.h, a.l); }
+OP v8 vswap_halves(v8 a) { return v8_of(a.h, a.l); }
 OP v8 vsel(m8 m, v8 a, v8 b) { return v8_of(Q_SEL(m.l, a.l, b.l), Q_SEL(m.h, a.h, b.h)); }
-OP void vput(float *p, m8 m, v8 a) { vstore(p, vsel(m, a, vload(p))); }
-OP void vput_u32(uint32_t *p, m8 m, uint32_t x) {
-  for (uint32_t bits = mbits(m); bits; bits &= bits - 1) p[pktrt__lowest(bits)] = x;
+OP void vstore_masked(float *p, m8 m, v8 a) { vstore(p, vsel(m, a, vload(p))); }
+OP void vstore_masked_u32(uint32_t *p, m8 m, uint32_t x) {
+  for (uint32_t bits = mbits(m); bits; bits &= bits - 1) p[pktrt__lowest_bit(bits)] = x;
 }
-OP uint32_t vsame(const uint32_t *p, uint32_t x) {
+OP uint32_t veq_u32(const uint32_t *p, uint32_t x) {
   return PKTRT__NAME(pktrt__qsame)(p, x) | PKTRT__NAME(pktrt__qsame)(p + 4, x) << 4;
 }
 OP float vhmin(v8 a) {
@@ -4836,7 +4833,7 @@ OP v8 dto(d8 a) { return v8_of(Q_FROM2(a.q[0], a.q[1]), Q_FROM2(a.q[2], a.q[3]))
 #endif
 
 #if (PKTRT__STAMP != PKTRT__STAMP_AVX2 && PKTRT__STAMP != PKTRT__STAMP_AVX512) || !defined(__x86_64__)
-OP uint64_t vorder(uint32_t keep, uint32_t perm) {
+OP uint64_t vorder_children(uint32_t keep, uint32_t perm) {
   uint64_t all = 0;
   for (uint32_t i = 0, n = 0; i < 8; i++, perm >>= 3) {
     const uint32_t kept = keep >> (perm & 7) & 1;
@@ -4847,22 +4844,22 @@ OP uint64_t vorder(uint32_t keep, uint32_t perm) {
 }
 #endif
 /* The larger size of two, and of three. */
-OP v8 vsize(v8 a, v8 b) {
+OP v8 vmax_abs(v8 a, v8 b) {
 #if PKTRT__STAMP == PKTRT__STAMP_AVX512
   return _mm256_range_ps(a, b, 0xB);
 #else
   return vmax(vabs(a), vabs(b));
 #endif
 }
-OP v8 vsize3(v8 a, v8 b, v8 c) {
+OP v8 vmax_abs3(v8 a, v8 b, v8 c) {
 #if PKTRT__STAMP == PKTRT__STAMP_AVX512
-  return vsize(vsize(a, b), c);
+  return vmax_abs(vmax_abs(a, b), c);
 #else
-  return vmax(vabs(a), vsize(b, c));
+  return vmax(vabs(a), vmax_abs(b, c));
 #endif
 }
 /* Which of 64 bytes equal x. */
-OP uint64_t vsame64(const uint8_t *p, uint8_t x) {
+OP uint64_t veq_u8x64(const uint8_t *p, uint8_t x) {
 #if PKTRT__STAMP == PKTRT__STAMP_AVX512
   return _mm512_cmpeq_epi8_mask(_mm512_loadu_si512(p), _mm512_set1_epi8((char)x));
 #elif PKTRT__STAMP == PKTRT__STAMP_AVX2 || PKTRT__STAMP == PKTRT__STAMP_SSE2
@@ -4904,7 +4901,7 @@ OP a8 aor(a8 a, m8 m, uint32_t bit) {
 OP uint32_t apush(a8 a, const uint32_t *child, v8 dist, uint32_t perm, uint64_t *masks, uint32_t *refs, float *nears) {
   const __m256i none = _mm256_cmpeq_epi32(_mm256_or_si256(a.l, a.h), _mm256_setzero_si256());
   const uint32_t some = 0xFFu & ~mbits(_mm256_castsi256_ps(none));
-  const uint64_t bytes = vorder(some, perm);
+  const uint64_t bytes = vorder_children(some, perm);
   const __m256i order = _mm256_cvtepu8_epi32(_mm_loadl_epi64((const __m128i *)(const void *)&bytes));
   const __m256i c = _mm256_permutevar8x32_epi32(_mm256_loadu_si256((const __m256i *)(const void *)child), order);
   const __m256i l = _mm256_permutevar8x32_epi32(a.l, order), h = _mm256_permutevar8x32_epi32(a.h, order);
@@ -4932,27 +4929,27 @@ OP a8 aor(a8 a, m8 m, uint32_t bit) {
 OP uint32_t apush(a8 a, const uint32_t *child, v8 dist, uint32_t perm, uint64_t *masks, uint32_t *refs, float *nears) {
   float near_w[8];
   vstore(near_w, dist);
-  return pktrt__push_children(a.mask, child, near_w, perm, masks, refs, nears);
+  return pktrt__stream_push_children(a.mask, child, near_w, perm, masks, refs, nears);
 }
 #endif
 
 #if PKTRT__STAMP == PKTRT__STAMP_AVX2 && (defined(__x86_64__) || defined(_M_X64))
-PKTRT__NOINLINE void vpack(float *p, uint32_t lanes, v8 a) {
+PKTRT__NOINLINE void vcompress(float *p, uint32_t lanes, v8 a) {
   const uint64_t bytes = _pdep_u64(lanes, 0x0101010101010101u) * 0xFF, order = _pext_u64(0x0706050403020100u, bytes);
   vstore(p, _mm256_permutevar8x32_ps(a, _mm256_cvtepu8_epi32(_mm_cvtsi64_si128((long long)order))));
 }
-PKTRT__NOINLINE void vpack_from(void *p, uint32_t lanes, const void *from) { /* bits pass as they are */
-  vpack(PKTRT__CAST(float *, p), lanes, vload(PKTRT__CAST(const float *, from)));
+PKTRT__NOINLINE void vcompress_from(void *p, uint32_t lanes, const void *from) { /* bits pass as they are */
+  vcompress(PKTRT__CAST(float *, p), lanes, vload(PKTRT__CAST(const float *, from)));
 }
 #elif PKTRT__STAMP != PKTRT__STAMP_AVX512
-PKTRT__NOINLINE void vpack(float *p, uint32_t lanes, v8 a) {
+PKTRT__NOINLINE void vcompress(float *p, uint32_t lanes, v8 a) {
   float f[8];
   vstore(lanes == 0xFF ? p : f, a);
-  for (uint32_t i = 0; lanes != 0xFF && lanes; lanes &= lanes - 1) p[i++] = f[pktrt__lowest(lanes)];
+  for (uint32_t i = 0; lanes != 0xFF && lanes; lanes &= lanes - 1) p[i++] = f[pktrt__lowest_bit(lanes)];
 }
-PKTRT__NOINLINE void vpack_from(void *p, uint32_t lanes, const void *from) {
+PKTRT__NOINLINE void vcompress_from(void *p, uint32_t lanes, const void *from) {
   for (char *to = PKTRT__CAST(char *, p); lanes; lanes &= lanes - 1, to += 4)
-    memmove(to, PKTRT__CAST(const char *, from) + 4 * pktrt__lowest(lanes), 4);
+    memmove(to, PKTRT__CAST(const char *, from) + 4 * pktrt__lowest_bit(lanes), 4);
 }
 #endif
 
@@ -4978,8 +4975,8 @@ typedef __mmask16 PKTRT__NAME(pktrt__mf);
 #define fmax_(a, b) _mm512_max_ps(a, b)
 #define fabs_(a) _mm512_abs_ps(a)
 #define fsel(m, a, b) _mm512_mask_blend_ps(m, b, a)
-#define fleast(m, a, b) _mm512_mask_min_ps(a, m, a, b) /* the smaller, where m; else a */
-#define fmost(m, a, b) _mm512_mask_max_ps(a, m, a, b)
+#define fmin_masked(m, a, b) _mm512_mask_min_ps(a, m, a, b) /* the smaller, where m; else a */
+#define fmax_masked(m, a, b) _mm512_mask_max_ps(a, m, a, b)
 #define fle(a, b) _mm512_cmp_ps_mask(a, b, _CMP_LE_OQ)
 #define flt(a, b) _mm512_cmp_ps_mask(a, b, _CMP_LT_OQ)
 #define feq(a, b) _mm512_cmp_ps_mask(a, b, _CMP_EQ_OQ)
@@ -4988,11 +4985,11 @@ typedef __mmask16 PKTRT__NAME(pktrt__mf);
 #define ffrom(bits) (mf)(bits)
 #define fhmin(a) _mm512_reduce_min_ps(a)
 #define fhmax(a) _mm512_reduce_max_ps(a)
-#define fsign(a) (uint32_t)_mm512_movepi32_mask(_mm512_castps_si512(a))
-#define fwith_sign(magnitude, sign)                                                                                    \
+#define fsignbits(a) (uint32_t)_mm512_movepi32_mask(_mm512_castps_si512(a))
+#define fcopysign(magnitude, sign)                                                                                    \
   _mm512_or_ps(magnitude, _mm512_and_ps(sign, _mm512_set1_ps(-0.0f)))
-#define fput(p, m, a) _mm512_mask_storeu_ps(p, m, a)
-#define fput_u32(p, m, x) _mm512_mask_storeu_epi32(p, m, _mm512_set1_epi32((int)(x)))
+#define fstore_masked(p, m, a) _mm512_mask_storeu_ps(p, m, a)
+#define fstore_masked_u32(p, m, x) _mm512_mask_storeu_epi32(p, m, _mm512_set1_epi32((int)(x)))
 #else
 #define FW 8
 #define UNROLL_WIDE
@@ -5012,8 +5009,8 @@ typedef __mmask16 PKTRT__NAME(pktrt__mf);
 #define fmax_ vmax
 #define fabs_ vabs
 #define fsel vsel
-#define fleast(m, a, b) vmin(a, vsel(m, b, a))
-#define fmost(m, a, b) vmax(a, vsel(m, b, a))
+#define fmin_masked(m, a, b) vmin(a, vsel(m, b, a))
+#define fmax_masked(m, a, b) vmax(a, vsel(m, b, a))
 #define fle vle
 #define flt vlt
 #define feq veq
@@ -5022,22 +5019,199 @@ typedef __mmask16 PKTRT__NAME(pktrt__mf);
 #define ffrom mfrom
 #define fhmin vhmin
 #define fhmax vhmax
-#define fsign vsign
-#define fwith_sign vwith_sign
-#define fput vput
-#define fput_u32 vput_u32
+#define fsignbits vsignbits
+#define fcopysign vcopysign
+#define fstore_masked vstore_masked
+#define fstore_masked_u32 vstore_masked_u32
 #endif
+
+/* >>names -----------------------------------------------------------------------------------------------------------
+
+   A kernel is written once under one name, which stands for its own of each instruction set: pktrt__box_test_rays for
+   pktrt__box_test_rays_avx2 and so on. So tags and editors find it, and a debugger stops in it by its full name. */
+
+#define pktrt__batch_load_rays PKTRT__NAME(pktrt__batch_load_rays)
+#define pktrt__batch_packet_time_weights PKTRT__NAME(pktrt__batch_packet_time_weights)
+#define pktrt__batch_setup PKTRT__NAME(pktrt__batch_setup)
+#define pktrt__batch_store_hits PKTRT__NAME(pktrt__batch_store_hits)
+#define pktrt__batch_store_occluded PKTRT__NAME(pktrt__batch_store_occluded)
+#define pktrt__batch_time_weights PKTRT__NAME(pktrt__batch_time_weights)
+#define pktrt__box_load_slabs PKTRT__NAME(pktrt__box_load_slabs)
+#define pktrt__box_slabs PKTRT__NAME(pktrt__box_slabs)
+#define pktrt__box_test_children PKTRT__NAME(pktrt__box_test_children)
+#define pktrt__box_test_packet PKTRT__NAME(pktrt__box_test_packet)
+#define pktrt__box_test_rays PKTRT__NAME(pktrt__box_test_rays)
+#define pktrt__bvh_child_count PKTRT__NAME(pktrt__bvh_child_count)
+#define pktrt__bvh_children PKTRT__NAME(pktrt__bvh_children)
+#define pktrt__camera_rays8 PKTRT__NAME(pktrt__camera_rays8)
+#define pktrt__check_all PKTRT__NAME(pktrt__check_all)
+#define pktrt__check_arithmetic PKTRT__NAME(pktrt__check_arithmetic)
+#define pktrt__check_value PKTRT__NAME(pktrt__check_value)
+#define pktrt__drive_batch_ray PKTRT__NAME(pktrt__drive_batch_ray)
+#define pktrt__drive_fast PKTRT__NAME(pktrt__drive_fast)
+#define pktrt__drive_find_moving PKTRT__NAME(pktrt__drive_find_moving)
+#define pktrt__drive_frustum PKTRT__NAME(pktrt__drive_frustum)
+#define pktrt__drive_is_coherent PKTRT__NAME(pktrt__drive_is_coherent)
+#define pktrt__drive_may_meet PKTRT__NAME(pktrt__drive_may_meet)
+#define pktrt__drive_next_packet PKTRT__NAME(pktrt__drive_next_packet)
+#define pktrt__drive_octants PKTRT__NAME(pktrt__drive_octants)
+#define pktrt__drive_paper PKTRT__NAME(pktrt__drive_paper)
+#define pktrt__drive_rays_alike PKTRT__NAME(pktrt__drive_rays_alike)
+#define pktrt__drive_rays_along PKTRT__NAME(pktrt__drive_rays_along)
+#define pktrt__drive_rays_near PKTRT__NAME(pktrt__drive_rays_near)
+#define pktrt__drive_rays_of_segment PKTRT__NAME(pktrt__drive_rays_of_segment)
+#define pktrt__drive_single PKTRT__NAME(pktrt__drive_single)
+#define pktrt__drive_stream PKTRT__NAME(pktrt__drive_stream)
+#define pktrt__entry_intersect PKTRT__NAME(pktrt__entry_intersect)
+#define pktrt__entry_occluded PKTRT__NAME(pktrt__entry_occluded)
+#define pktrt__entry_single PKTRT__NAME(pktrt__entry_single)
+#define pktrt__entry_trace PKTRT__NAME(pktrt__entry_trace)
+#define pktrt__entry_trace_template PKTRT__NAME(pktrt__entry_trace_template)
+#define pktrt__exact_edge_functions8 PKTRT__NAME(pktrt__exact_edge_functions8)
+#define pktrt__exact_edges8 PKTRT__NAME(pktrt__exact_edges8)
+#define pktrt__fit_children PKTRT__NAME(pktrt__fit_children)
+#define pktrt__fit_kernels PKTRT__NAME(pktrt__fit_kernels)
+#define pktrt__fit_lanes_with_area PKTRT__NAME(pktrt__fit_lanes_with_area)
+#define pktrt__fit_nodes PKTRT__NAME(pktrt__fit_nodes)
+#define pktrt__frustum PKTRT__NAME(pktrt__frustum)
+#define pktrt__frustum_accept PKTRT__NAME(pktrt__frustum_accept)
+#define pktrt__frustum_common_origin PKTRT__NAME(pktrt__frustum_common_origin)
+#define pktrt__frustum_corners PKTRT__NAME(pktrt__frustum_corners)
+#define pktrt__frustum_cull_by_edges PKTRT__NAME(pktrt__frustum_cull_by_edges)
+#define pktrt__frustum_cull_children PKTRT__NAME(pktrt__frustum_cull_children)
+#define pktrt__frustum_cull_children_moving PKTRT__NAME(pktrt__frustum_cull_children_moving)
+#define pktrt__frustum_cull_moving PKTRT__NAME(pktrt__frustum_cull_moving)
+#define pktrt__frustum_cull_triangles PKTRT__NAME(pktrt__frustum_cull_triangles)
+#define pktrt__frustum_entry PKTRT__NAME(pktrt__frustum_entry)
+#define pktrt__frustum_exact_test8 PKTRT__NAME(pktrt__frustum_exact_test8)
+#define pktrt__frustum_filter PKTRT__NAME(pktrt__frustum_filter)
+#define pktrt__frustum_filter_moving PKTRT__NAME(pktrt__frustum_filter_moving)
+#define pktrt__frustum_is_thin PKTRT__NAME(pktrt__frustum_is_thin)
+#define pktrt__frustum_leaf PKTRT__NAME(pktrt__frustum_leaf)
+#define pktrt__frustum_leaf_moving PKTRT__NAME(pktrt__frustum_leaf_moving)
+#define pktrt__frustum_motion PKTRT__NAME(pktrt__frustum_motion)
+#define pktrt__frustum_open_node PKTRT__NAME(pktrt__frustum_open_node)
+#define pktrt__frustum_origins PKTRT__NAME(pktrt__frustum_origins)
+#define pktrt__frustum_planes PKTRT__NAME(pktrt__frustum_planes)
+#define pktrt__frustum_reach PKTRT__NAME(pktrt__frustum_reach)
+#define pktrt__frustum_reach_add PKTRT__NAME(pktrt__frustum_reach_add)
+#define pktrt__frustum_reach_inside PKTRT__NAME(pktrt__frustum_reach_inside)
+#define pktrt__frustum_reach_none PKTRT__NAME(pktrt__frustum_reach_none)
+#define pktrt__frustum_set_hits PKTRT__NAME(pktrt__frustum_set_hits)
+#define pktrt__frustum_setup PKTRT__NAME(pktrt__frustum_setup)
+#define pktrt__frustum_swept_plane PKTRT__NAME(pktrt__frustum_swept_plane)
+#define pktrt__frustum_template PKTRT__NAME(pktrt__frustum_template)
+#define pktrt__frustum_test_child PKTRT__NAME(pktrt__frustum_test_child)
+#define pktrt__frustum_test_moving PKTRT__NAME(pktrt__frustum_test_moving)
+#define pktrt__frustum_test_triangle PKTRT__NAME(pktrt__frustum_test_triangle)
+#define pktrt__frustum_times PKTRT__NAME(pktrt__frustum_times)
+#define pktrt__frustum_update_depth PKTRT__NAME(pktrt__frustum_update_depth)
+#define pktrt__glass_clip PKTRT__NAME(pktrt__glass_clip)
+#define pktrt__glass_find_rays PKTRT__NAME(pktrt__glass_find_rays)
+#define pktrt__kernels PKTRT__NAME(pktrt__kernels)
+#define pktrt__lanes_first PKTRT__NAME(pktrt__lanes_first)
+#define pktrt__lanes_occupied PKTRT__NAME(pktrt__lanes_occupied)
+#define pktrt__lanes_unhit PKTRT__NAME(pktrt__lanes_unhit)
+#define pktrt__light_add PKTRT__NAME(pktrt__light_add)
+#define pktrt__light_locate PKTRT__NAME(pktrt__light_locate)
+#define pktrt__light_shadow_rays PKTRT__NAME(pktrt__light_shadow_rays)
+#define pktrt__light_shadow_rays8 PKTRT__NAME(pktrt__light_shadow_rays8)
+#define pktrt__light_visibility PKTRT__NAME(pktrt__light_visibility)
+#define pktrt__material_cosine_behind PKTRT__NAME(pktrt__material_cosine_behind)
+#define pktrt__material_evaluate PKTRT__NAME(pktrt__material_evaluate)
+#define pktrt__material_scatter PKTRT__NAME(pktrt__material_scatter)
+#define pktrt__material_weights8 PKTRT__NAME(pktrt__material_weights8)
+#define pktrt__paper_accept8 PKTRT__NAME(pktrt__paper_accept8)
+#define pktrt__paper_active PKTRT__NAME(pktrt__paper_active)
+#define pktrt__paper_box PKTRT__NAME(pktrt__paper_box)
+#define pktrt__paper_child PKTRT__NAME(pktrt__paper_child)
+#define pktrt__paper_child_of PKTRT__NAME(pktrt__paper_child_of)
+#define pktrt__paper_event PKTRT__NAME(pktrt__paper_event)
+#define pktrt__paper_find_first PKTRT__NAME(pktrt__paper_find_first)
+#define pktrt__paper_frustum_misses PKTRT__NAME(pktrt__paper_frustum_misses)
+#define pktrt__paper_interval_misses PKTRT__NAME(pktrt__paper_interval_misses)
+#define pktrt__paper_intervals PKTRT__NAME(pktrt__paper_intervals)
+#define pktrt__paper_leaf PKTRT__NAME(pktrt__paper_leaf)
+#define pktrt__paper_packet PKTRT__NAME(pktrt__paper_packet)
+#define pktrt__paper_test_group PKTRT__NAME(pktrt__paper_test_group)
+#define pktrt__paper_test_triangle PKTRT__NAME(pktrt__paper_test_triangle)
+#define pktrt__paper_traverse PKTRT__NAME(pktrt__paper_traverse)
+#define pktrt__paper_traverse_moving PKTRT__NAME(pktrt__paper_traverse_moving)
+#define pktrt__paper_traverse_static PKTRT__NAME(pktrt__paper_traverse_static)
+#define pktrt__paper_trim PKTRT__NAME(pktrt__paper_trim)
+#define pktrt__paper_update_depth PKTRT__NAME(pktrt__paper_update_depth)
+#define pktrt__resolve_batch PKTRT__NAME(pktrt__resolve_batch)
+#define pktrt__resolve_gather_corners PKTRT__NAME(pktrt__resolve_gather_corners)
+#define pktrt__resolve_hits PKTRT__NAME(pktrt__resolve_hits)
+#define pktrt__resolve_misses PKTRT__NAME(pktrt__resolve_misses)
+#define pktrt__resolve_retrace PKTRT__NAME(pktrt__resolve_retrace)
+#define pktrt__sampler_draw PKTRT__NAME(pktrt__sampler_draw)
+#define pktrt__sampler_scramble_rows PKTRT__NAME(pktrt__sampler_scramble_rows)
+#define pktrt__sampler_second_pairs PKTRT__NAME(pktrt__sampler_second_pairs)
+#define pktrt__sampler_shuffle PKTRT__NAME(pktrt__sampler_shuffle)
+#define pktrt__sampler_split_halves PKTRT__NAME(pktrt__sampler_split_halves)
+#define pktrt__single_any_hit PKTRT__NAME(pktrt__single_any_hit)
+#define pktrt__single_closest_hit PKTRT__NAME(pktrt__single_closest_hit)
+#define pktrt__single_open_node PKTRT__NAME(pktrt__single_open_node)
+#define pktrt__single_plane PKTRT__NAME(pktrt__single_plane)
+#define pktrt__single_setup PKTRT__NAME(pktrt__single_setup)
+#define pktrt__single_slabs PKTRT__NAME(pktrt__single_slabs)
+#define pktrt__single_slabs_of PKTRT__NAME(pktrt__single_slabs_of)
+#define pktrt__single_test_children PKTRT__NAME(pktrt__single_test_children)
+#define pktrt__single_traverse PKTRT__NAME(pktrt__single_traverse)
+#define pktrt__spawn_rays PKTRT__NAME(pktrt__spawn_rays)
+#define pktrt__spawn_rays8 PKTRT__NAME(pktrt__spawn_rays8)
+#define pktrt__stream_closest_block PKTRT__NAME(pktrt__stream_closest_block)
+#define pktrt__stream_leaf PKTRT__NAME(pktrt__stream_leaf)
+#define pktrt__stream_open_node PKTRT__NAME(pktrt__stream_open_node)
+#define pktrt__stream_stack PKTRT__NAME(pktrt__stream_stack)
+#define pktrt__stream_template PKTRT__NAME(pktrt__stream_template)
+#define pktrt__stream_traverse PKTRT__NAME(pktrt__stream_traverse)
+#define pktrt__surface_find PKTRT__NAME(pktrt__surface_find)
+#define pktrt__surface_find8 PKTRT__NAME(pktrt__surface_find8)
+#define pktrt__surface_gather_normals PKTRT__NAME(pktrt__surface_gather_normals)
+#define pktrt__surface_pack PKTRT__NAME(pktrt__surface_pack)
+#define pktrt__surface_read_materials PKTRT__NAME(pktrt__surface_read_materials)
+#define pktrt__surface_start PKTRT__NAME(pktrt__surface_start)
+#define pktrt__tri_any_hit PKTRT__NAME(pktrt__tri_any_hit)
+#define pktrt__tri_block_template PKTRT__NAME(pktrt__tri_block_template)
+#define pktrt__tri_corner PKTRT__NAME(pktrt__tri_corner)
+#define pktrt__tri_corner_of_one PKTRT__NAME(pktrt__tri_corner_of_one)
+#define pktrt__tri_depth_bounds PKTRT__NAME(pktrt__tri_depth_bounds)
+#define pktrt__tri_edge_functions PKTRT__NAME(pktrt__tri_edge_functions)
+#define pktrt__tri_edges PKTRT__NAME(pktrt__tri_edges)
+#define pktrt__tri_estimate PKTRT__NAME(pktrt__tri_estimate)
+#define pktrt__tri_exact_test_lanes PKTRT__NAME(pktrt__tri_exact_test_lanes)
+#define pktrt__tri_filter PKTRT__NAME(pktrt__tri_filter)
+#define pktrt__tri_filter_block PKTRT__NAME(pktrt__tri_filter_block)
+#define pktrt__tri_limits PKTRT__NAME(pktrt__tri_limits)
+#define pktrt__tri_outside PKTRT__NAME(pktrt__tri_outside)
+#define pktrt__tri_ray_block PKTRT__NAME(pktrt__tri_ray_block)
+#define pktrt__tri_ray_block_inline PKTRT__NAME(pktrt__tri_ray_block_inline)
+#define pktrt__tri_record PKTRT__NAME(pktrt__tri_record)
+#define pktrt__tri_shear PKTRT__NAME(pktrt__tri_shear)
+#define pktrt__tri_shear_batch PKTRT__NAME(pktrt__tri_shear_batch)
+#define pktrt__tri_shear_block PKTRT__NAME(pktrt__tri_shear_block)
+#define pktrt__tri_shear_single PKTRT__NAME(pktrt__tri_shear_single)
+#define pktrt__tri_single_block PKTRT__NAME(pktrt__tri_single_block)
+#define pktrt__vec_ddot PKTRT__NAME(pktrt__vec_ddot)
+#define pktrt__vec_dfrom3 PKTRT__NAME(pktrt__vec_dfrom3)
+#define pktrt__vec_dload3 PKTRT__NAME(pktrt__vec_dload3)
+#define pktrt__vec_dot PKTRT__NAME(pktrt__vec_dot)
+#define pktrt__vec_dset3 PKTRT__NAME(pktrt__vec_dset3)
+#define pktrt__vec_load3 PKTRT__NAME(pktrt__vec_load3)
+#define pktrt__vec_normalise PKTRT__NAME(pktrt__vec_normalise)
+#define pktrt__vec_store3 PKTRT__NAME(pktrt__vec_store3)
 
 /* >>setup ---------------------------------------------------------------------------------------------------------- */
 
-#define NAME(x) PKTRT__NAME(pktrt__##x)
 #define COUNT(field, n)                                                                                                \
   do {                                                                                                                 \
     if (PKTRT__STATS && (stats)) counts->field += (uint64_t)(n);                                                       \
   } while (0)
 
 /* Derives the fields of a vector of rays from o, d, tmin, tmax; the bits of those that can hit anything. */
-PKTRT__NOINLINE uint32_t NAME(setup)(const pktrt_scene *scene, pktrt__batch *b, uint32_t i) {
+PKTRT__NOINLINE uint32_t pktrt__batch_setup(const pktrt_scene *scene, pktrt__batch *b, uint32_t i) {
   const vf zero = fset(0), dx = fload(b->d[0] + i), dy = fload(b->d[1] + i), dz = fload(b->d[2] + i);
   const vf ax = fabs_(dx), ay = fabs_(dy), az = fabs_(dz);
   const mf not_y = fmand(fle(ay, ax), fle(az, ax)), y = fle(az, ay); /* x if not_y, else y if y, else z */
@@ -5045,10 +5219,10 @@ PKTRT__NOINLINE uint32_t NAME(setup)(const pktrt_scene *scene, pktrt__batch *b, 
   fstore(b->slope[0] + i, fdiv(fsel(not_y, dy, fsel(y, dz, dx)), dk));
   fstore(b->slope[1] + i, fdiv(fsel(not_y, dz, fsel(y, dx, dy)), dk));
   fstore(b->dk + i, dk);
-  const uint32_t x_bits = fbits(not_y), y_bits = fbits(y), sx = fsign(dx), sy = fsign(dy), sz = fsign(dz);
+  const uint32_t x_bits = fbits(not_y), y_bits = fbits(y), sx = fsignbits(dx), sy = fsignbits(dy), sz = fsignbits(dz);
   for (uint32_t j = 0; j < FW; j += 8) {
-    pktrt__put_bits(b->axis + i + j, (~x_bits & y_bits) >> j, ~(x_bits | y_bits) >> j, 0);
-    pktrt__put_bits(b->octant + i + j, sx >> j, sy >> j, sz >> j);
+    pktrt__store_bits(b->axis + i + j, (~x_bits & y_bits) >> j, ~(x_bits | y_bits) >> j, 0);
+    pktrt__store_bits(b->octant + i + j, sx >> j, sy >> j, sz >> j);
   }
 
   /* M and |o|, then D */
@@ -5066,7 +5240,7 @@ PKTRT__NOINLINE uint32_t NAME(setup)(const pktrt_scene *scene, pktrt__batch *b, 
   const vf length = fmul(adk, up), floor_ = fmul(length, fset(1.490116119384765625e-8f));
   UNROLL for (int a = 0; a < 3; a++) {
     const vf d = fmul(fload(b->d[a] + i), up), o = fload(b->o[a] + i);
-    const vf rd = fdiv(length, fwith_sign(fmax_(fabs_(d), floor_), d));
+    const vf rd = fdiv(length, fcopysign(fmax_(fabs_(d), floor_), d));
     const vf c = fmul(o, rd), wide = fmul(pad, fabs_(rd));
     fstore(b->rd[a] + i, rd);
     fstore(b->cn[a] + i, fadd(c, wide));
@@ -5101,7 +5275,7 @@ OP
 #else
 PKTRT__NOINLINE
 #endif
-bool NAME(setup_alone)(const pktrt_scene *scene, const pktrt_ray *ray, pktrt__lone *q) {
+bool pktrt__single_setup(const pktrt_scene *scene, const pktrt_ray *ray, pktrt__single *q) {
   static const float most[8] = {PKTRT_MAX_COORD, PKTRT_MAX_COORD, PKTRT_MAX_COORD, INFINITY, FLT_MAX, FLT_MAX, FLT_MAX,
                                 INFINITY};
   const float *const o = ray->origin, *const d = ray->direction;
@@ -5110,8 +5284,8 @@ bool NAME(setup_alone)(const pktrt_scene *scene, const pktrt_ray *ray, pktrt__lo
   const float adk = pktrt__maxf(pktrt__maxf(ax, ay), az), n = tmin * adk, f = tmax * adk;
   const uint32_t not_x = ax < adk, k = not_x << (not_x & (ay < adk));
   if (~mbits(vle(size, vload(most))) & 0x77) return false;
-  if (!(0 < adk && tmin < tmax && n < INFINITY && -INFINITY < f)) return false; /* as in NAME(setup) */
-  q->ray = ray, q->octant = vsign(od) >> 4 & 7, q->axis = pktrt__axes[k], q->dk = d[k];
+  if (!(0 < adk && tmin < tmax && n < INFINITY && -INFINITY < f)) return false; /* as in pktrt__batch_setup */
+  q->ray = ray, q->octant = vsignbits(od) >> 4 & 7, q->axis = pktrt__axes[k], q->dk = d[k];
   q->slope[0] = d[q->axis[1]] / q->dk, q->slope[1] = d[q->axis[2]] / q->dk;
 
   const float *const lo = scene->lo, *const hi = scene->hi;
@@ -5121,10 +5295,10 @@ bool NAME(setup_alone)(const pktrt_scene *scene, const pktrt_ray *ray, pktrt__lo
   q->pad = (m * PKTRT__PAD_M + o_max * PKTRT__PAD_O) + PKTRT__PAD_MIN;
   const float up = 18446744073709551616.0f;
   float length = adk;
-  v8 along = vswap(od);
+  v8 along = vswap_halves(od);
   if (PKTRT__UNLIKELY(adk < 8.673617379884035e-19f)) length *= up, along = vmul(along, vset(up));
   const v8 least = vset(length * 1.490116119384765625e-8f);
-  const v8 rd = vdiv(vset(length), vwith_sign(vmax(vabs(along), least), along));
+  const v8 rd = vdiv(vset(length), vcopysign(vmax(vabs(along), least), along));
   const v8 c = vmul(od, rd), wide = vmul(vset(q->pad), vabs(rd));
   vstore(q->rd, rd);
   vstore(q->cn, vadd(c, wide));
@@ -5139,15 +5313,15 @@ bool NAME(setup_alone)(const pktrt_scene *scene, const pktrt_ray *ray, pktrt__lo
 }
 
 /* Time weights of rays [first, first + n) for a group of `keys` keys. */
-OP void NAME(weights)(pktrt__batch *b, uint32_t first, uint32_t n, uint32_t keys) {
+OP void pktrt__batch_time_weights(pktrt__batch *b, uint32_t first, uint32_t n, uint32_t keys) {
   for (uint32_t i = first; i < first + n; i++)
-    b->segment[i] = (uint16_t)pktrt__segment(b->time[i], keys, &b->ta[i], &b->tb[i]);
+    b->segment[i] = (uint16_t)pktrt__time_segment(b->time[i], keys, &b->ta[i], &b->tb[i]);
 }
 
 /* The same for the 64 rays of a packet; of two keys there is but one segment. */
-OP void NAME(packet_weights)(pktrt__batch *b, uint32_t base, uint32_t keys) {
+OP void pktrt__batch_packet_time_weights(pktrt__batch *b, uint32_t base, uint32_t keys) {
   if (keys > 2) {
-    NAME(weights)(b, base, 64, keys);
+    pktrt__batch_time_weights(b, base, 64, keys);
     return;
   }
   for (uint32_t r = base; r < base + 64; r += 8) {
@@ -5160,153 +5334,153 @@ OP void NAME(packet_weights)(pktrt__batch *b, uint32_t base, uint32_t keys) {
 /* >>triangles ------------------------------------------------------------------------------------------------------ */
 
 /* The lanes of a block that hold a triangle. */
-OP uint32_t NAME(occupied)(const uint32_t *id) { return 0xFFu & ~vsame(id, PKTRT_NONE); }
+OP uint32_t pktrt__lanes_occupied(const uint32_t *id) { return 0xFFu & ~veq_u32(id, PKTRT_NONE); }
 
 /* The rays that hit nothing yet. */
-OP uint32_t NAME(unhit)(const uint32_t *slot) { return vsame(slot, PKTRT_NONE); }
+OP uint32_t pktrt__lanes_unhit(const uint32_t *slot) { return veq_u32(slot, PKTRT_NONE); }
 
 /* What single precision says about eight lanes, each a ray and a triangle. */
-typedef struct NAME(estimate) {
+typedef struct pktrt__tri_estimate {
   v8 lo, hi;            /* bounds of the depth of a hit */
   uint32_t maybe, sure; /* lanes that may be hits worth recording; that are hits, and not too near */
-} NAME(estimate);
+} pktrt__tri_estimate;
 
 /* The ray's part in it, by lanes. */
-typedef struct NAME(limits) {
+typedef struct pktrt__tri_limits {
   v8 sign, tiny, wn, wf, sn;
-} NAME(limits);
+} pktrt__tri_limits;
 
 /* The edge functions of eight lanes, and what they tell about the signs. */
-typedef struct NAME(edges) {
+typedef struct pktrt__tri_edges {
   v8 u, v, w, least, most;
-} NAME(edges);
+} pktrt__tri_edges;
 
-OP NAME(edges) NAME(edges_of)(const v8 x[3], const v8 y[3]) {
-  NAME(edges) e;
+OP pktrt__tri_edges pktrt__tri_edge_functions(const v8 x[3], const v8 y[3]) {
+  pktrt__tri_edges e;
   e.u = vsub(vmul(x[2], y[1]), vmul(y[2], x[1]));
   e.v = vsub(vmul(x[0], y[2]), vmul(y[0], x[2]));
   e.w = vsub(vmul(x[1], y[0]), vmul(y[1], x[0]));
   e.least = vmin(e.u, vmin(e.v, e.w)), e.most = vmax(e.u, vmax(e.v, e.w));
   return e;
 }
-OP uint32_t NAME(outside)(const NAME(edges) *e) {
+OP uint32_t pktrt__tri_outside(const pktrt__tri_edges *e) {
   return mbits(mand(vlt(e->least, vset(0)), vlt(vset(0), e->most)));
 }
 
 /* The filter of >>exactness, of lanes that are not outside. */
-OP NAME(estimate) NAME(estimate_in)(const NAME(edges) *q, const v8 x[3], const v8 y[3], const v8 z[3],
-                                    const NAME(limits) *l) {
+OP pktrt__tri_estimate pktrt__tri_depth_bounds(const pktrt__tri_edges *q, const v8 x[3], const v8 y[3], const v8 z[3],
+                                    const pktrt__tri_limits *l) {
   const v8 zero = vset(0), u = q->u, v = q->v, w = q->w, det = vadd(vadd(u, v), w);
-  const v8 xs = vsize3(x[0], x[1], x[2]), ys = vsize3(y[0], y[1], y[2]), r = vdiv(l->sign, det);
+  const v8 xs = vmax_abs3(x[0], x[1], x[2]), ys = vmax_abs3(y[0], y[1], y[2]), r = vdiv(l->sign, det);
   const v8 z_lo = vmin(z[0], vmin(z[1], z[2])), z_hi = vmax(z[0], vmax(z[1], z[2]));
   const v8 depth = vfma(vmul(u, r), z[0], vfma(vmul(v, r), z[1], vmul(vmul(w, r), z[2])));
   const v8 spread = vmul(vmul(vmul(xs, ys), vabs(r)), vsub(z_hi, z_lo));
   const m8 known = mand(vlt(vset(PKTRT__LEAST_DET), vabs(det)), vle(vabs(det), vset(FLT_MAX)));
   const v8 error = vfma(spread, vset(PKTRT__PAD_SPREAD),
-                        vfma(vsize(z_lo, z_hi), vset(PKTRT__PAD_ESTIMATE), l->tiny));
+                        vfma(vmax_abs(z_lo, z_hi), vset(PKTRT__PAD_ESTIMATE), l->tiny));
   const v8 bound = vsel(known, error, vset(INFINITY));
-  NAME(estimate) e;
+  pktrt__tri_estimate e;
   e.lo = vsub(depth, bound), e.hi = vadd(depth, bound);
   e.maybe = 0xFFu & ~mbits(mor(vlt(l->wf, e.lo), vlt(e.hi, l->wn)));
   e.sure = mbits(mand(mor(vlt(zero, q->least), vlt(q->most, zero)), vlt(l->sn, e.lo)));
   return e;
 }
 
-OP NAME(estimate) NAME(estimate_of)(const v8 x[3], const v8 y[3], const v8 z[3], const NAME(limits) *l) {
-  const NAME(edges) q = NAME(edges_of)(x, y);
-  NAME(estimate) e = NAME(estimate_in)(&q, x, y, z, l);
-  e.maybe &= ~NAME(outside)(&q);
+OP pktrt__tri_estimate pktrt__tri_filter(const v8 x[3], const v8 y[3], const v8 z[3], const pktrt__tri_limits *l) {
+  const pktrt__tri_edges q = pktrt__tri_edge_functions(x, y);
+  pktrt__tri_estimate e = pktrt__tri_depth_bounds(&q, x, y, z, l);
+  e.maybe &= ~pktrt__tri_outside(&q);
   e.sure &= e.maybe;
   return e;
 }
 
 /* One coordinate of a corner of eight triangles, at the ray's time. */
-OP v8 NAME(corner)(const float *k0, const float *k1, v8 ta, v8 tb, const bool moving) {
+OP v8 pktrt__tri_corner(const float *k0, const float *k1, v8 ta, v8 tb, const bool moving) {
   return moving ? vadd(vmul(ta, vload(k0)), vmul(tb, vload(k1))) : vload(k0);
 }
 
 /* A ray as triangles want it, in every lane. */
-typedef struct NAME(shear) {
+typedef struct pktrt__tri_shear {
   v8 o[3], slope[2], ta, tb; /* by k, u, v */
-  NAME(limits) l;
+  pktrt__tri_limits l;
   uint32_t at[3]; /* where a corner's coordinates stand, in floats */
-} NAME(shear);
+} pktrt__tri_shear;
 
-OP NAME(shear) NAME(shear_of)(const pktrt__batch *b, uint32_t r, const bool moving) {
-  NAME(shear) q;
+OP pktrt__tri_shear pktrt__tri_shear_batch(const pktrt__batch *b, uint32_t r, const bool moving) {
+  pktrt__tri_shear q;
   const uint32_t *axis = pktrt__axes[b->axis[r]];
   UNROLL for (int a = 0; a < 3; a++) q.o[a] = vset(b->o[axis[a]][r]), q.at[a] = 8 * axis[a];
   q.slope[0] = vset(b->slope[0][r]), q.slope[1] = vset(b->slope[1][r]);
   q.ta = q.tb = q.o[0];
   if (moving) q.ta = vset(b->ta[r]), q.tb = vset(b->tb[r]);
-  q.l.sign = vwith_sign(vset(1), vset(b->dk[r])), q.l.tiny = vset(b->tiny[r]);
+  q.l.sign = vcopysign(vset(1), vset(b->dk[r])), q.l.tiny = vset(b->tiny[r]);
   q.l.wn = vset(b->wn[r]), q.l.sn = vset(b->sn[r]), q.l.wf = q.l.wn;
   return q;
 }
-OP NAME(shear) NAME(shear_alone)(const pktrt__lone *b, const bool moving) {
-  NAME(shear) q;
+OP pktrt__tri_shear pktrt__tri_shear_single(const pktrt__single *b, const bool moving) {
+  pktrt__tri_shear q;
   UNROLL for (int a = 0; a < 3; a++) q.o[a] = vset(b->ray->origin[b->axis[a]]), q.at[a] = 8 * b->axis[a];
   q.slope[0] = vset(b->slope[0]), q.slope[1] = vset(b->slope[1]);
   q.ta = q.tb = q.o[0];
   if (moving) q.ta = vset(b->ta), q.tb = vset(b->tb);
-  q.l.sign = vwith_sign(vset(1), vset(b->dk)), q.l.tiny = vset(b->tiny);
+  q.l.sign = vcopysign(vset(1), vset(b->dk)), q.l.tiny = vset(b->tiny);
   q.l.wn = vset(b->wn), q.l.sn = vset(b->sn), q.l.wf = q.l.wn;
   return q;
 }
 
 /* The corners of a block's triangles as the ray sees them. */
-OP void NAME(see_block)(const NAME(shear) *q, const pktrt__view *view, const unsigned char *block, v8 x[3], v8 y[3],
+OP void pktrt__tri_shear_block(const pktrt__tri_shear *q, const pktrt__bvh_segment *view, const unsigned char *block, v8 x[3], v8 y[3],
                         v8 z[3], const bool moving) {
   const float *k0 = (const float *)(const void *)(block + (moving ? view->vertex0 : 0));
   const float *k1 = (const float *)(const void *)(block + (moving ? view->vertex1 : 0));
   const uint32_t k = q->at[0], u = q->at[1], v = q->at[2];
   UNROLL for (int c = 0; c < 3; c++, k0 += 24, k1 += 24) {
-    z[c] = vsub(NAME(corner)(k0 + k, k1 + k, q->ta, q->tb, moving), q->o[0]);
-    x[c] = vsub(vsub(NAME(corner)(k0 + u, k1 + u, q->ta, q->tb, moving), q->o[1]), vmul(q->slope[0], z[c]));
-    y[c] = vsub(vsub(NAME(corner)(k0 + v, k1 + v, q->ta, q->tb, moving), q->o[2]), vmul(q->slope[1], z[c]));
+    z[c] = vsub(pktrt__tri_corner(k0 + k, k1 + k, q->ta, q->tb, moving), q->o[0]);
+    x[c] = vsub(vsub(pktrt__tri_corner(k0 + u, k1 + u, q->ta, q->tb, moving), q->o[1]), vmul(q->slope[0], z[c]));
+    y[c] = vsub(vsub(pktrt__tri_corner(k0 + v, k1 + v, q->ta, q->tb, moving), q->o[2]), vmul(q->slope[1], z[c]));
   }
 }
 
 /* What single precision says about the lanes of a block; `early`: do without the estimate where nothing is hit. */
-OP NAME(estimate) NAME(block_estimate)(const NAME(shear) *q, const pktrt__view *view, const unsigned char *block,
+OP pktrt__tri_estimate pktrt__tri_filter_block(const pktrt__tri_shear *q, const pktrt__bvh_segment *view, const unsigned char *block,
                                        float wf, const bool early, const bool moving) {
   const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
   v8 x[3], y[3], z[3];
-  NAME(see_block)(q, view, block, x, y, z, moving);
-  const NAME(edges) edges = NAME(edges_of)(x, y);
-  const uint32_t inside = NAME(occupied)(id) & ~NAME(outside)(&edges);
-  NAME(estimate) e;
+  pktrt__tri_shear_block(q, view, block, x, y, z, moving);
+  const pktrt__tri_edges edges = pktrt__tri_edge_functions(x, y);
+  const uint32_t inside = pktrt__lanes_occupied(id) & ~pktrt__tri_outside(&edges);
+  pktrt__tri_estimate e;
   if (early && !inside) {
     e.lo = e.hi = vset(0), e.maybe = e.sure = 0;
     return e;
   }
-  NAME(limits) l = q->l;
+  pktrt__tri_limits l = q->l;
   l.wf = vset(wf);
-  e = NAME(estimate_in)(&edges, x, y, z, &l);
+  e = pktrt__tri_depth_bounds(&edges, x, y, z, &l);
   e.maybe &= inside;
   return e;
 }
 
 /* The lanes of a block that may be hits, one by one, of a ray of a batch or, where there is one, of a lone ray; those
    that are, each nearer than what was hit before it, which is recorded. For occlusion the first that is ends it. */
-OP uint32_t NAME(record)(const pktrt__view *view, pktrt__batch *b, uint32_t r, pktrt__lone *lone, uint32_t index,
+OP uint32_t pktrt__tri_record(const pktrt__bvh_segment *view, pktrt__batch *b, uint32_t r, pktrt__single *lone, uint32_t index,
                          const uint32_t *id, const float *lo, const float *hi, uint32_t maybe, uint32_t sure,
                          const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
   uint32_t nearer = 0;
   COUNT(canonical_tests, pktrt__popcount(maybe));
   for (; maybe; maybe &= maybe - 1) {
-    const uint32_t lane = pktrt__lowest(maybe), slot = index * 8 + lane;
+    const uint32_t lane = pktrt__lowest_bit(maybe), slot = index * 8 + lane;
     if (lo[lane] > (lone ? lone->wf : b->wf[r])) continue;
     if ((sure >> lane & 1) && hi[lane] < (lone ? lone->sf : b->sf[r])) {
       if (moving && view->check_area &&
-          !pktrt__area_at(&view->groups[view->group], slot, lone ? lone->ray->time : b->time[r]))
+          !pktrt__tri_has_area_at(&view->groups[view->group], slot, lone ? lone->ray->time : b->time[r]))
         continue;
-      if (!occlusion && lone) pktrt__take_alone(view, lone, lo[lane], hi[lane], id[lane], slot);
-      else if (!occlusion) pktrt__take(view, b, r, lo[lane], hi[lane], id[lane], slot);
+      if (!occlusion && lone) pktrt__single_set_hit(view, lone, lo[lane], hi[lane], id[lane], slot);
+      else if (!occlusion) pktrt__batch_set_hit(view, b, r, lo[lane], hi[lane], id[lane], slot);
       nearer |= 1u << lane;
     } else {
       COUNT(settlings, 1);
-      if (lone ? pktrt__settle_alone(view, lone, id[lane], slot) : pktrt__settle(view, b, r, id[lane], slot))
+      if (lone ? pktrt__exact_test_single(view, lone, id[lane], slot) : pktrt__exact_test(view, b, r, id[lane], slot))
         nearer |= 1u << lane;
     }
     if (occlusion && nearer) return nearer;
@@ -5315,13 +5489,13 @@ OP uint32_t NAME(record)(const pktrt__view *view, pktrt__batch *b, uint32_t r, p
 }
 
 /* Whether the ray hits one of those lanes of a block that single precision left open. */
-PKTRT__NOINLINE bool NAME(settle_lanes)(const pktrt__view *view, pktrt__batch *b, uint32_t r, pktrt__lone *lone,
+PKTRT__NOINLINE bool pktrt__tri_exact_test_lanes(const pktrt__bvh_segment *view, pktrt__batch *b, uint32_t r, pktrt__single *lone,
                                         uint32_t index, uint32_t open) {
   const unsigned char *block = view->blocks + index * view->block_bytes;
   const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
   for (; open; open &= open - 1) {
-    const uint32_t lane = pktrt__lowest(open), slot = index * 8 + lane;
-    if (lone ? pktrt__settle_alone(view, lone, id[lane], slot) : pktrt__settle(view, b, r, id[lane], slot)) return true;
+    const uint32_t lane = pktrt__lowest_bit(open), slot = index * 8 + lane;
+    if (lone ? pktrt__exact_test_single(view, lone, id[lane], slot) : pktrt__exact_test(view, b, r, id[lane], slot)) return true;
   }
   return false;
 }
@@ -5329,22 +5503,22 @@ PKTRT__NOINLINE bool NAME(settle_lanes)(const pktrt__view *view, pktrt__batch *b
 /* Whether a ray, of a batch or alone, hits anything in a block. Depths stay multiplied by the determinant, and
    limits are multiplied by it instead: no division. WHY fused: a limit is often tiny, and its product by itself would
    be denormal, which is slow. */
-OP bool NAME(block_hides)(const pktrt__view *view, pktrt__batch *b, uint32_t r, pktrt__lone *lone, uint32_t index,
+OP bool pktrt__tri_any_hit(const pktrt__bvh_segment *view, pktrt__batch *b, uint32_t r, pktrt__single *lone, uint32_t index,
                           const bool moving) {
   const unsigned char *block = view->blocks + index * (moving ? view->block_bytes : (size_t)PKTRT__BLOCK_BYTES);
   const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
-  const NAME(shear) q = lone ? NAME(shear_alone)(lone, moving) : NAME(shear_of)(b, r, moving);
+  const pktrt__tri_shear q = lone ? pktrt__tri_shear_single(lone, moving) : pktrt__tri_shear_batch(b, r, moving);
   v8 x[3], y[3], z[3];
-  NAME(see_block)(&q, view, block, x, y, z, moving);
-  const NAME(edges) e = NAME(edges_of)(x, y);
-  const uint32_t inside = NAME(occupied)(id) & ~NAME(outside)(&e);
+  pktrt__tri_shear_block(&q, view, block, x, y, z, moving);
+  const pktrt__tri_edges e = pktrt__tri_edge_functions(x, y);
+  const uint32_t inside = pktrt__lanes_occupied(id) & ~pktrt__tri_outside(&e);
   if (!inside) return false;
   const v8 zero = vset(0), det = vadd(vadd(e.u, e.v), e.w), size = vabs(det);
   const v8 sum = vmul(vfma(e.u, z[0], vfma(e.v, z[1], vmul(e.w, z[2]))), q.l.sign);
-  const v8 depth = vmul(sum, vwith_sign(vset(1), det));
-  const v8 xs = vsize3(x[0], x[1], x[2]), ys = vsize3(y[0], y[1], y[2]);
+  const v8 depth = vmul(sum, vcopysign(vset(1), det));
+  const v8 xs = vmax_abs3(x[0], x[1], x[2]), ys = vmax_abs3(y[0], y[1], y[2]);
   const v8 z_lo = vmin(z[0], vmin(z[1], z[2])), z_hi = vmax(z[0], vmax(z[1], z[2]));
-  const v8 near_ = vfma(vsize(z_lo, z_hi), vset(PKTRT__PAD_ESTIMATE), q.l.tiny);
+  const v8 near_ = vfma(vmax_abs(z_lo, z_hi), vset(PKTRT__PAD_ESTIMATE), q.l.tiny);
   const v8 error = vfma(vmul(vmul(xs, ys), vsub(z_hi, z_lo)), vset(PKTRT__PAD_SPREAD),
                         vfma(near_, size, vset(FLT_MIN)));
   const v8 lo = vsub(depth, error), hi = vadd(depth, error);
@@ -5362,33 +5536,33 @@ OP bool NAME(block_hides)(const pktrt__view *view, pktrt__batch *b, uint32_t r, 
     if (sure & mbits(vlt(flat, size))) return true;
     sure = 0; /* whether these have area is asked where they are settled */
   }
-  if (PKTRT__UNLIKELY(!sure)) return NAME(settle_lanes)(view, b, r, lone, index, open);
+  if (PKTRT__UNLIKELY(!sure)) return pktrt__tri_exact_test_lanes(view, b, r, lone, index, open);
   return true;
 }
 
 #ifdef PKTRT__OTHER_TESTS /* a file of the bench, in parts: what would other tests of triangles cost? */
 #include PKTRT__OTHER_TESTS
 #else
-/* A ray, of a batch or alone, against a leaf block: the lanes that NAME(record) tells of. Occlusion without counts: 1
+/* A ray, of a batch or alone, against a leaf block: the lanes that pktrt__tri_record tells of. Occlusion without counts: 1
    if anything is hit, and no lanes. */
-OP uint32_t NAME(any_block)(const pktrt__view *view, pktrt__batch *b, uint32_t r, pktrt__lone *lone, uint32_t index,
+OP uint32_t pktrt__tri_block_template(const pktrt__bvh_segment *view, pktrt__batch *b, uint32_t r, pktrt__single *lone, uint32_t index,
                             const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
-  if (occlusion && !stats) return NAME(block_hides)(view, b, r, lone, index, moving);
+  if (occlusion && !stats) return pktrt__tri_any_hit(view, b, r, lone, index, moving);
   const unsigned char *block = view->blocks + index * (moving ? view->block_bytes : (size_t)PKTRT__BLOCK_BYTES);
   const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
-  const NAME(shear) q = lone ? NAME(shear_alone)(lone, moving) : NAME(shear_of)(b, r, moving);
-  const NAME(estimate) e = NAME(block_estimate)(&q, view, block, lone ? lone->wf : b->wf[r], true, moving);
-  COUNT(triangle_tests, pktrt__popcount(NAME(occupied)(id)));
+  const pktrt__tri_shear q = lone ? pktrt__tri_shear_single(lone, moving) : pktrt__tri_shear_batch(b, r, moving);
+  const pktrt__tri_estimate e = pktrt__tri_filter_block(&q, view, block, lone ? lone->wf : b->wf[r], true, moving);
+  COUNT(triangle_tests, pktrt__popcount(pktrt__lanes_occupied(id)));
   if (!e.maybe) return 0;
   PKTRT__ALIGN64 float lo[8], hi[8];
   vstore(lo, e.lo);
   vstore(hi, e.hi);
-  return NAME(record)(view, b, r, lone, index, id, lo, hi, e.maybe, e.sure, occlusion, moving, stats, counts);
+  return pktrt__tri_record(view, b, r, lone, index, id, lo, hi, e.maybe, e.sure, occlusion, moving, stats, counts);
 }
 #endif
-OP uint32_t NAME(ray_block)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t index,
+OP uint32_t pktrt__tri_ray_block_inline(const pktrt__bvh_segment *view, pktrt__batch *b, uint32_t r, uint32_t index,
                             const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
-  return NAME(any_block)(view, b, r, NULL, index, occlusion, moving, stats, counts);
+  return pktrt__tri_block_template(view, b, r, NULL, index, occlusion, moving, stats, counts);
 }
 
 /* Kernels are templates over three truths known at compile time; these are their instances. Counting is done by the
@@ -5423,47 +5597,47 @@ OP uint32_t NAME(ray_block)(const pktrt__view *view, pktrt__batch *b, uint32_t r
   IF_COUNTED(INSTANCE(0s, false, PKTRT__MOTION != 0, PKTRT__STATS != 0)                                                \
              INSTANCE(1s, true, PKTRT__MOTION != 0, PKTRT__STATS != 0))
 #define PKTRT__PICK(name)                                                                                              \
-  ((void)stats, (void)moving, occlusion ? IF_COUNTED(stats || (FEW_INSTANCES && moving) ? NAME(name##_1s) :)           \
-                                                  IF_MOVING(moving ? NAME(name##_11) :) NAME(name##_10)                \
-                                        : IF_COUNTED(stats || (FEW_INSTANCES && moving) ? NAME(name##_0s) :)           \
-                                                  IF_MOVING(moving ? NAME(name##_01) :) NAME(name##_00))
+  ((void)stats, (void)moving, occlusion ? IF_COUNTED(stats || (FEW_INSTANCES && moving) ? PKTRT__NAME(name##_1s) :)           \
+                                                  IF_MOVING(moving ? PKTRT__NAME(name##_11) :) PKTRT__NAME(name##_10)                \
+                                        : IF_COUNTED(stats || (FEW_INSTANCES && moving) ? PKTRT__NAME(name##_0s) :)           \
+                                                  IF_MOVING(moving ? PKTRT__NAME(name##_01) :) PKTRT__NAME(name##_00))
 
 #if PKTRT__STAMP != PKTRT__STAMP_AVX2 && PKTRT__STAMP != PKTRT__STAMP_AVX512
 /* Functions of their own: inlined they would make the code a third longer, and no faster. */
 #define INSTANCE(tag, o, m, s)                                                                                         \
-  PKTRT__NOINLINE uint32_t NAME(any_block_##tag)(const pktrt__view *view, pktrt__batch *b, uint32_t r,                 \
-                                                 pktrt__lone *lone, uint32_t index, pktrt_counts *counts) {            \
-    return NAME(any_block)(view, b, r, lone, index, o, m, s, counts);                                                  \
+  PKTRT__NOINLINE uint32_t PKTRT__NAME(pktrt__tri_block_##tag)(const pktrt__bvh_segment *view, pktrt__batch *b, uint32_t r,                 \
+                                                 pktrt__single *lone, uint32_t index, pktrt_counts *counts) {            \
+    return pktrt__tri_block_template(view, b, r, lone, index, o, m, s, counts);                                                  \
   }
 PKTRT__INSTANCES(INSTANCE)
 #undef INSTANCE
 #endif
-OP uint32_t NAME(ray_block_any)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t index,
+OP uint32_t pktrt__tri_ray_block(const pktrt__bvh_segment *view, pktrt__batch *b, uint32_t r, uint32_t index,
                                 const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
 #if PKTRT__STAMP != PKTRT__STAMP_AVX2 && PKTRT__STAMP != PKTRT__STAMP_AVX512
-  return PKTRT__PICK(any_block)(view, b, r, NULL, index, counts);
+  return PKTRT__PICK(pktrt__tri_block)(view, b, r, NULL, index, counts);
 #else
-  return NAME(ray_block)(view, b, r, index, occlusion, moving, stats, counts);
+  return pktrt__tri_ray_block_inline(view, b, r, index, occlusion, moving, stats, counts);
 #endif
 }
-OP bool NAME(lone_block)(const pktrt__view *view, pktrt__lone *lone, uint32_t index, const bool occlusion,
+OP bool pktrt__tri_single_block(const pktrt__bvh_segment *view, pktrt__single *lone, uint32_t index, const bool occlusion,
                          const bool moving, const bool stats, pktrt_counts *counts) {
 #if PKTRT__STAMP != PKTRT__STAMP_AVX2 && PKTRT__STAMP != PKTRT__STAMP_AVX512
-  return PKTRT__PICK(any_block)(view, NULL, 0, lone, index, counts) != 0;
+  return PKTRT__PICK(pktrt__tri_block)(view, NULL, 0, lone, index, counts) != 0;
 #else
-  return NAME(any_block)(view, NULL, 0, lone, index, occlusion, moving, stats, counts) != 0;
+  return pktrt__tri_block_template(view, NULL, 0, lone, index, occlusion, moving, stats, counts) != 0;
 #endif
 }
 /* >>boxes ---------------------------------------------------------------------------------------------------------- */
 
 /* The six planes of a node's children; moving: two keys each. Near and far by the octant of the rays. */
-typedef struct NAME(slabs) {
+typedef struct pktrt__box_slabs {
   v8 near0[3], far0[3], near1[3], far1[3];
-} NAME(slabs);
+} pktrt__box_slabs;
 
-OP NAME(slabs)
-    NAME(load_slabs)(const pktrt__view *view, const unsigned char *node, uint32_t octant, const bool moving) {
-  NAME(slabs) s;
+OP pktrt__box_slabs
+    pktrt__box_load_slabs(const pktrt__bvh_segment *view, const unsigned char *node, uint32_t octant, const bool moving) {
+  pktrt__box_slabs s;
   const float *p0 = (const float *)(const void *)(node + (moving ? view->plane0 : 0));
   const float *p1 = (const float *)(const void *)(node + (moving ? view->plane1 : 0));
   UNROLL for (uint32_t a = 0; a < 3; a++) {
@@ -5475,7 +5649,7 @@ OP NAME(slabs)
 }
 
 /* One ray against eight children: those it may hit, and its entry depth. */
-OP m8 NAME(ray_slabs)(const NAME(slabs) *s, const pktrt__batch *b, uint32_t r, const bool moving, v8 *entry) {
+OP m8 pktrt__box_test_children(const pktrt__box_slabs *s, const pktrt__batch *b, uint32_t r, const bool moving, v8 *entry) {
   v8 n = vset(b->wn[r]), f = vset(b->wf[r]);
   UNROLL for (int a = 0; a < 3; a++) {
     const v8 rd = vset(b->rd[a][r]);
@@ -5494,7 +5668,7 @@ OP m8 NAME(ray_slabs)(const NAME(slabs) *s, const pktrt__batch *b, uint32_t r, c
 
 /* Rays r to r+7 against one box; lo and hi by ray, as time may move it. A box turned inside out, which holds nothing,
    is entered: harmless. */
-OP uint32_t NAME(rays_in_box)(const pktrt__batch *b, uint32_t r, const v8 lo[3], const v8 hi[3]) {
+OP uint32_t pktrt__box_test_rays(const pktrt__batch *b, uint32_t r, const v8 lo[3], const v8 hi[3]) {
   v8 n = vload(b->wn + r), f = vload(b->wf + r);
   UNROLL for (int a = 0; a < 3; a++) {
     const v8 rd = vload(b->rd[a] + r), l = vmul(lo[a], rd), h = vmul(hi[a], rd);
@@ -5505,12 +5679,12 @@ OP uint32_t NAME(rays_in_box)(const pktrt__batch *b, uint32_t r, const v8 lo[3],
 }
 
 /* The rays of [base, base + 64) in `mask` that may hit a box. */
-PKTRT__NOINLINE uint64_t NAME(box_mask)(const pktrt__batch *b, uint32_t base, uint64_t mask, const float lo[3],
+PKTRT__NOINLINE uint64_t pktrt__box_test_packet(const pktrt__batch *b, uint32_t base, uint64_t mask, const float lo[3],
                                         const float hi[3]) {
   const v8 l[3] = {vset(lo[0]), vset(lo[1]), vset(lo[2])}, h[3] = {vset(hi[0]), vset(hi[1]), vset(hi[2])};
   uint64_t result = 0;
   for (uint32_t i = 0; i < 64; i += 8)
-    if (mask >> i & 0xFF) result |= (uint64_t)NAME(rays_in_box)(b, base + i, l, h) << i;
+    if (mask >> i & 0xFF) result |= (uint64_t)pktrt__box_test_rays(b, base + i, l, h) << i;
   return result & mask;
 }
 
@@ -5518,14 +5692,14 @@ PKTRT__NOINLINE uint64_t NAME(box_mask)(const pktrt__batch *b, uint32_t base, ui
    One ray from a subtree's root. */
 
 /* What the boxes want of it, once per tree. */
-typedef struct NAME(beam) {
+typedef struct pktrt__single_slabs {
   v8 rd[3], cn[3], cf[3], wn, ta, tb;
-  const pktrt__lone *ray;
+  const pktrt__single *ray;
   size_t near_[3], far_[3]; /* where a node's planes stand, in bytes, behind the first ones of the axis */
-} NAME(beam);
+} pktrt__single_slabs;
 
-OP NAME(beam) NAME(beam_of)(const pktrt__lone *ray, const bool moving) {
-  NAME(beam) q;
+OP pktrt__single_slabs pktrt__single_slabs_of(const pktrt__single *ray, const bool moving) {
+  pktrt__single_slabs q;
   UNROLL for (uint32_t a = 0; a < 3; a++) {
     q.rd[a] = vset(ray->rd[a]), q.cn[a] = vset(ray->cn[a]), q.cf[a] = vset(ray->cf[a]);
     q.near_[a] = (ray->octant & 1u << a) << (5 - a), q.far_[a] = 32 ^ q.near_[a];
@@ -5536,7 +5710,7 @@ OP NAME(beam) NAME(beam_of)(const pktrt__lone *ray, const bool moving) {
 }
 
 /* One side of the children along an axis. */
-OP v8 NAME(side)(const NAME(beam) *q, const pktrt__view *view, const unsigned char *node, size_t at,
+OP v8 pktrt__single_plane(const pktrt__single_slabs *q, const pktrt__bvh_segment *view, const unsigned char *node, size_t at,
                  const bool moving) {
   const float *p0 = (const float *)(const void *)(node + (moving ? view->plane0 : 0) + at);
   const float *p1 = (const float *)(const void *)(node + (moving ? view->plane1 : 0) + at);
@@ -5544,65 +5718,65 @@ OP v8 NAME(side)(const NAME(beam) *q, const pktrt__view *view, const unsigned ch
 }
 
 /* The children of a node that it may hit before the depth wf, and its entry depths. */
-OP uint32_t NAME(beam_slabs)(const NAME(beam) *q, const pktrt__view *view, const unsigned char *node, float wf,
+OP uint32_t pktrt__single_test_children(const pktrt__single_slabs *q, const pktrt__bvh_segment *view, const unsigned char *node, float wf,
                              const bool moving, v8 *entry) {
   v8 n[3], f[3];
   UNROLL for (int a = 0; a < 3; a++) {
     const v8 rd = FEW_VECTORS ? vset(q->ray->rd[a]) : q->rd[a];
     const v8 cn = FEW_VECTORS ? vset(q->ray->cn[a]) : q->cn[a], cf = FEW_VECTORS ? vset(q->ray->cf[a]) : q->cf[a];
-    n[a] = vfms(NAME(side)(q, view, node + 64 * a, q->near_[a], moving), rd, cn);
-    f[a] = vfms(NAME(side)(q, view, node + 64 * a, q->far_[a], moving), rd, cf);
+    n[a] = vfms(pktrt__single_plane(q, view, node + 64 * a, q->near_[a], moving), rd, cn);
+    f[a] = vfms(pktrt__single_plane(q, view, node + 64 * a, q->far_[a], moving), rd, cf);
   }
   *entry = vmax(vmax(n[0], n[1]), vmax(n[2], q->wn));
   return mbits(vle(*entry, vmin(vmin(f[0], f[1]), vmin(f[2], vset(wf)))));
 }
 
 /* The references of a node's children, and how many there are: what is counted, for empty places are tested for nothing. */
-OP const uint32_t *NAME(children)(const pktrt__view *view, uint32_t ref, const bool moving) {
+OP const uint32_t *pktrt__bvh_children(const pktrt__bvh_segment *view, uint32_t ref, const bool moving) {
   const unsigned char *node = view->nodes + ref * (moving ? view->node_bytes : (size_t)PKTRT__NODE_BYTES);
   return (const uint32_t *)(const void *)(node + PKTRT__NODE_KEY_BYTES);
 }
-OP uint32_t NAME(child_count)(const uint32_t *child) { return 8 - pktrt__popcount8(vsame(child, PKTRT__EMPTY)); }
+OP uint32_t pktrt__bvh_child_count(const uint32_t *child) { return 8 - pktrt__popcount8(veq_u32(child, PKTRT__EMPTY)); }
 
 /* Opens a node: its children as above. */
-OP uint32_t NAME(beam_node)(const NAME(beam) *q, const pktrt__view *view, uint32_t ref, float wf,
+OP uint32_t pktrt__single_open_node(const pktrt__single_slabs *q, const pktrt__bvh_segment *view, uint32_t ref, float wf,
                             const uint32_t **child, v8 *entry, const bool moving, const bool stats,
                             pktrt_counts *counts) {
   const unsigned char *node = view->nodes + ref * (moving ? view->node_bytes : (size_t)PKTRT__NODE_BYTES);
   *child = (const uint32_t *)(const void *)(node + PKTRT__NODE_KEY_BYTES);
   COUNT(node_visits, 1);
-  COUNT(box_tests, NAME(child_count)(*child));
-  return NAME(beam_slabs)(q, view, node, wf, moving, entry);
+  COUNT(box_tests, pktrt__bvh_child_count(*child));
+  return pktrt__single_test_children(q, view, node, wf, moving, entry);
 }
 
 /* The nearest hit: nearest child first. */
-OP bool NAME(nearest)(const pktrt__view *view, pktrt__lone *ray, uint32_t ref, const bool moving, const bool stats,
+OP bool pktrt__single_closest_hit(const pktrt__bvh_segment *view, pktrt__single *ray, uint32_t ref, const bool moving, const bool stats,
                       pktrt_counts *counts) {
   struct {
     uint32_t ref;
     float dist;
   } stack[PKTRT__STACK + 8], *top = stack;
   PKTRT__ALIGN64 float dist[8];
-  const NAME(beam) q = NAME(beam_of)(ray, moving);
+  const pktrt__single_slabs q = pktrt__single_slabs_of(ray, moving);
   const uint32_t slot = ray->slot, id = ray->id;
   for (;;) {
     if (ref & PKTRT__LEAF) {
-      NAME(lone_block)(view, ray, ref & ~PKTRT__LEAF, false, moving, stats, counts);
+      pktrt__tri_single_block(view, ray, ref & ~PKTRT__LEAF, false, moving, stats, counts);
     } else {
       const uint32_t *child;
       v8 entry;
-      uint32_t bits = NAME(beam_node)(&q, view, ref, ray->wf, &child, &entry, moving, stats, counts);
+      uint32_t bits = pktrt__single_open_node(&q, view, ref, ray->wf, &child, &entry, moving, stats, counts);
       if (bits) {
-        uint32_t c = pktrt__lowest(bits);
+        uint32_t c = pktrt__lowest_bit(bits);
         ref = child[c];
         if (!(bits &= bits - 1)) continue;
         vstore(dist, entry);
         float best = dist[c];
         do { /* the nearest goes on, the others wait */
-          c = pktrt__lowest(bits);
+          c = pktrt__lowest_bit(bits);
           const float d = dist[c];
           const uint32_t other = child[c];
-          pktrt__fetch(view, other, moving);
+          pktrt__bvh_prefetch(view, other, moving);
           if (d < best) {
             top->ref = ref, top->dist = best;
             ref = other, best = d;
@@ -5622,20 +5796,20 @@ OP bool NAME(nearest)(const pktrt__view *view, pktrt__lone *ray, uint32_t ref, c
 }
 
 /* Any hit: children in the order of the build, the last one first. */
-OP bool NAME(first)(const pktrt__view *view, pktrt__lone *ray, uint32_t ref, const bool moving, const bool stats,
+OP bool pktrt__single_any_hit(const pktrt__bvh_segment *view, pktrt__single *ray, uint32_t ref, const bool moving, const bool stats,
                     pktrt_counts *counts) {
   uint32_t refs[PKTRT__STACK + 8], *top = refs;
-  const NAME(beam) q = NAME(beam_of)(ray, moving);
+  const pktrt__single_slabs q = pktrt__single_slabs_of(ray, moving);
   for (;;) {
     if (ref & PKTRT__LEAF) {
-      if (NAME(lone_block)(view, ray, ref & ~PKTRT__LEAF, true, moving, stats, counts)) return true;
+      if (pktrt__tri_single_block(view, ray, ref & ~PKTRT__LEAF, true, moving, stats, counts)) return true;
     } else {
       const uint32_t *child;
       v8 entry;
-      uint32_t bits = NAME(beam_node)(&q, view, ref, ray->wf, &child, &entry, moving, stats, counts);
+      uint32_t bits = pktrt__single_open_node(&q, view, ref, ray->wf, &child, &entry, moving, stats, counts);
       if (bits) {
-        ref = child[pktrt__lowest(bits)];
-        while (bits &= bits - 1) *top++ = ref, ref = child[pktrt__lowest(bits)];
+        ref = child[pktrt__lowest_bit(bits)];
+        while (bits &= bits - 1) *top++ = ref, ref = child[pktrt__lowest_bit(bits)];
         continue;
       }
     }
@@ -5649,37 +5823,37 @@ OP bool NAME(first)(const pktrt__view *view, pktrt__lone *ray, uint32_t ref, con
    Up to 64 rays of one octant from a subtree's root. Every ray does the work it would do alone; they share node loads,
    the order of the children and the stack, whose entries carry the mask of the rays concerned. list[i]: the ray of bit
    i. Returns those that hit something. */
-typedef struct NAME(stream_stack) {
+typedef struct pktrt__stream_stack {
   uint64_t masks[PKTRT__STACK + 8];
   uint32_t refs[PKTRT__STACK + 8], n;
   float dists[PKTRT__STACK + 8]; /* not for any hit */
-} NAME(stream_stack);
+} pktrt__stream_stack;
 
 /* Opens a node for the rays of mask. For any hit children are pushed as the build has them. */
-OP void NAME(stream_node)(const pktrt__view *view, pktrt__batch *b, const uint8_t *list, uint64_t mask, uint32_t ref,
-                          uint32_t octant, NAME(stream_stack) *stack, const bool occlusion, const bool moving) {
+OP void pktrt__stream_open_node(const pktrt__bvh_segment *view, pktrt__batch *b, const uint8_t *list, uint64_t mask, uint32_t ref,
+                          uint32_t octant, pktrt__stream_stack *stack, const bool occlusion, const bool moving) {
   const unsigned char *node = view->nodes + ref * (moving ? view->node_bytes : (size_t)PKTRT__NODE_BYTES);
   const uint32_t *child = (const uint32_t *)(const void *)(node + PKTRT__NODE_KEY_BYTES);
-  const NAME(slabs) s = NAME(load_slabs)(view, node, octant, moving);
+  const pktrt__box_slabs s = pktrt__box_load_slabs(view, node, octant, moving);
   const uint32_t sp = stack->n;
   a8 rays = azero();
   v8 dist = vset(INFINITY);
   for (uint64_t m = mask; m; m &= m - 1) {
-    const uint32_t i = pktrt__lowest(m);
+    const uint32_t i = pktrt__lowest_bit(m);
     v8 entry;
-    const m8 enters = NAME(ray_slabs)(&s, b, list[i], moving, &entry);
+    const m8 enters = pktrt__box_test_children(&s, b, list[i], moving, &entry);
     rays = aor(rays, enters, i);
     if (!occlusion) dist = vsel(enters, entry, dist); /* asked of children that one ray alone enters */
   }
   stack->n += apush(rays, child, dist, occlusion ? PKTRT__IN_ORDER : child[8 + octant], stack->masks + sp,
                     stack->refs + sp, stack->dists + sp);
-  for (uint32_t i = sp; i < stack->n; i++) pktrt__fetch(view, stack->refs[i], moving);
+  for (uint32_t i = sp; i < stack->n; i++) pktrt__bvh_prefetch(view, stack->refs[i], moving);
 }
 
 #ifndef PKTRT__OTHER_TESTS
 /* The nearest hits of the rays of mask in a block. WHY: what single precision says is noted of all of them before the
    first is looked at: without a branch between them, the work on one ray overlaps that on the next. */
-OP uint64_t NAME(stream_block)(const pktrt__view *view, pktrt__batch *b, const uint8_t *list, uint64_t mask,
+OP uint64_t pktrt__stream_closest_block(const pktrt__bvh_segment *view, pktrt__batch *b, const uint8_t *list, uint64_t mask,
                                uint32_t index, const bool moving) {
   const unsigned char *block = view->blocks + index * (moving ? view->block_bytes : (size_t)PKTRT__BLOCK_BYTES);
   const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
@@ -5690,9 +5864,9 @@ OP uint64_t NAME(stream_block)(const pktrt__view *view, pktrt__batch *b, const u
   while (mask) {
     uint32_t n = 0;
     for (; mask && n < NOTES; mask &= mask - 1) {
-      const uint32_t i = pktrt__lowest(mask), r = list[i];
-      const NAME(shear) q = NAME(shear_of)(b, r, moving);
-      const NAME(estimate) e = NAME(block_estimate)(&q, view, block, b->wf[r], false, moving);
+      const uint32_t i = pktrt__lowest_bit(mask), r = list[i];
+      const pktrt__tri_shear q = pktrt__tri_shear_batch(b, r, moving);
+      const pktrt__tri_estimate e = pktrt__tri_filter_block(&q, view, block, b->wf[r], false, moving);
       vstore(lo[n], e.lo);
       vstore(hi[n], e.hi);
       maybe[n] = (uint8_t)e.maybe, sure[n] = (uint8_t)e.sure, ray[n] = (uint8_t)i;
@@ -5700,7 +5874,7 @@ OP uint64_t NAME(stream_block)(const pktrt__view *view, pktrt__batch *b, const u
     }
     for (uint32_t j = 0; j < n; j++) {
       const uint32_t r = list[ray[j]];
-      if (NAME(record)(view, b, r, NULL, index, id, lo[j], hi[j], maybe[j], sure[j], false, moving, false, NULL))
+      if (pktrt__tri_record(view, b, r, NULL, index, id, lo[j], hi[j], maybe[j], sure[j], false, moving, false, NULL))
         hit |= (uint64_t)1 << ray[j];
     }
   }
@@ -5709,73 +5883,73 @@ OP uint64_t NAME(stream_block)(const pktrt__view *view, pktrt__batch *b, const u
 #endif
 
 /* A block against the rays of mask: together where that is faster, else one by one. */
-OP uint64_t NAME(stream_leaf)(const pktrt__view *view, pktrt__batch *b, const uint8_t *list, uint64_t mask,
+OP uint64_t pktrt__stream_leaf(const pktrt__bvh_segment *view, pktrt__batch *b, const uint8_t *list, uint64_t mask,
                               uint32_t index, const bool occlusion, const bool moving, const bool stats,
                               pktrt_counts *counts) {
   uint64_t hit = 0;
 #if PKTRT__STAMP == PKTRT__STAMP_AVX2 || PKTRT__STAMP == PKTRT__STAMP_AVX512
-  if (!occlusion && !stats) return NAME(stream_block)(view, b, list, mask, index, moving);
+  if (!occlusion && !stats) return pktrt__stream_closest_block(view, b, list, mask, index, moving);
 #endif
   for (; mask; mask &= mask - 1) {
-    const uint32_t i = pktrt__lowest(mask);
-    if (NAME(ray_block_any)(view, b, list[i], index, occlusion, moving, stats, counts)) hit |= (uint64_t)1 << i;
+    const uint32_t i = pktrt__lowest_bit(mask);
+    if (pktrt__tri_ray_block(view, b, list[i], index, occlusion, moving, stats, counts)) hit |= (uint64_t)1 << i;
   }
   return hit;
 }
 
-OP uint64_t NAME(stream)(const pktrt__view *view, pktrt__batch *b, const uint8_t *list, uint64_t mask, uint32_t ref,
+OP uint64_t pktrt__stream_template(const pktrt__bvh_segment *view, pktrt__batch *b, const uint8_t *list, uint64_t mask, uint32_t ref,
                          const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
-  NAME(stream_stack) stack;
+  pktrt__stream_stack stack;
   uint64_t hit = 0;
-  const uint32_t octant = b->octant[list[pktrt__lowest(mask)]];
+  const uint32_t octant = b->octant[list[pktrt__lowest_bit(mask)]];
   stack.n = 0;
   for (;;) {
     if (ref & PKTRT__LEAF) {
-      hit |= NAME(stream_leaf)(view, b, list, mask, ref & ~PKTRT__LEAF, occlusion, moving, stats, counts);
+      hit |= pktrt__stream_leaf(view, b, list, mask, ref & ~PKTRT__LEAF, occlusion, moving, stats, counts);
     } else {
       COUNT(node_visits, 1);
-      COUNT(box_tests, NAME(child_count)(NAME(children)(view, ref, moving)) * pktrt__popcount(mask));
-      NAME(stream_node)(view, b, list, mask, ref, octant, &stack, occlusion, moving);
+      COUNT(box_tests, pktrt__bvh_child_count(pktrt__bvh_children(view, ref, moving)) * pktrt__popcount(mask));
+      pktrt__stream_open_node(view, b, list, mask, ref, octant, &stack, occlusion, moving);
     }
     do { /* masks of entries pushed earlier may hold rays that are done */
       if (!stack.n) return hit;
       mask = stack.masks[--stack.n];
       if (occlusion) mask &= ~hit;
-      else if (!(mask & (mask - 1)) && stack.dists[stack.n] > b->wf[list[pktrt__lowest(mask)]]) mask = 0;
+      else if (!(mask & (mask - 1)) && stack.dists[stack.n] > b->wf[list[pktrt__lowest_bit(mask)]]) mask = 0;
     } while (!mask);
     ref = stack.refs[stack.n];
   }
 }
 
 #define INSTANCE(tag, o, m, s)                                                                                         \
-  PKTRT__NOINLINE bool NAME(single_##tag)(const pktrt__view *view, pktrt__lone *ray, uint32_t ref,                     \
+  PKTRT__NOINLINE bool PKTRT__NAME(pktrt__single_##tag)(const pktrt__bvh_segment *view, pktrt__single *ray, uint32_t ref,                     \
                                           pktrt_counts *counts) {                                                      \
-    return o ? NAME(first)(view, ray, ref, m, s, counts) : NAME(nearest)(view, ray, ref, m, s, counts);                \
+    return o ? pktrt__single_any_hit(view, ray, ref, m, s, counts) : pktrt__single_closest_hit(view, ray, ref, m, s, counts);                \
   }                                                                                                                    \
-  PKTRT__NOINLINE uint64_t NAME(stream_##tag)(const pktrt__view *view, pktrt__batch *b, const uint8_t *list,           \
+  PKTRT__NOINLINE uint64_t PKTRT__NAME(pktrt__stream_##tag)(const pktrt__bvh_segment *view, pktrt__batch *b, const uint8_t *list,           \
                                               uint64_t mask, uint32_t ref, pktrt_counts *counts) {                     \
-    return NAME(stream)(view, b, list, mask, ref, o, m, s, counts);                                                    \
+    return pktrt__stream_template(view, b, list, mask, ref, o, m, s, counts);                                                    \
   }
 PKTRT__INSTANCES(INSTANCE)
 #undef INSTANCE
 
-OP bool NAME(single_any)(const pktrt__view *view, pktrt__lone *ray, uint32_t ref, const bool occlusion,
+OP bool pktrt__single_traverse(const pktrt__bvh_segment *view, pktrt__single *ray, uint32_t ref, const bool occlusion,
                          const bool moving, const bool stats, pktrt_counts *counts) {
-  return PKTRT__PICK(single)(view, ray, ref, counts);
+  return PKTRT__PICK(pktrt__single)(view, ray, ref, counts);
 }
 /* A lone ray needs no stream. */
-OP uint64_t NAME(stream_any)(const pktrt__view *view, pktrt__batch *b, const uint8_t *list, uint64_t mask, uint32_t ref,
+OP uint64_t pktrt__stream_traverse(const pktrt__bvh_segment *view, pktrt__batch *b, const uint8_t *list, uint64_t mask, uint32_t ref,
                              const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
   if (!(mask & (mask - 1))) {
-    const uint32_t r = list[pktrt__lowest(mask)];
+    const uint32_t r = list[pktrt__lowest_bit(mask)];
     pktrt_ray ray;
-    pktrt__lone q;
-    pktrt__lift_ray(b, r, &ray, &q);
-    if (!NAME(single_any)(view, &q, ref, occlusion, moving, stats, counts)) return 0;
-    pktrt__drop_ray(b, r, &q);
+    pktrt__single q;
+    pktrt__single_from_batch(b, r, &ray, &q);
+    if (!pktrt__single_traverse(view, &q, ref, occlusion, moving, stats, counts)) return 0;
+    pktrt__single_to_batch(b, r, &q);
     return mask;
   }
-  return PKTRT__PICK(stream)(view, b, list, mask, ref, counts);
+  return PKTRT__PICK(pktrt__stream)(view, b, list, mask, ref, counts);
 }
 
 /* >>frustum ----------------------------------------------------------------------------------------------------------
@@ -5796,7 +5970,7 @@ OP uint64_t NAME(stream_any)(const pktrt__view *view, pktrt__batch *b, const uin
          +--------------------> W
        0                    Y                                                                                    */
 
-typedef struct NAME(frustum_rays) {
+typedef struct pktrt__frustum {
   PKTRT__ALIGN64 float ow[64]; /* depth of the origin */
   float a[4], b[4];            /* planes a + b W: upper u, lower u, upper v, lower v */
   float ref[3];                /* reference point: u, v, depth */
@@ -5807,10 +5981,10 @@ typedef struct NAME(frustum_rays) {
   uint32_t base, first;        /* lanes: the packet's first, and its first ray's */
   uint8_t list[64];            /* base + i: the packet as the stream wants it */
   bool common;                 /* one origin for all */
-} NAME(frustum_rays);
+} pktrt__frustum;
 
 /* Whether the rays in mask have one origin. */
-OP bool NAME(frustum_common)(const NAME(frustum_rays) *f, const pktrt__batch *b, uint64_t mask) {
+OP bool pktrt__frustum_common_origin(const pktrt__frustum *f, const pktrt__batch *b, uint64_t mask) {
   const vf x = fset(b->o[0][f->first]), y = fset(b->o[1][f->first]), z = fset(b->o[2][f->first]);
   uint64_t same = 0;
   for (uint32_t i = 0; i < 64; i += FW) {
@@ -5822,11 +5996,11 @@ OP bool NAME(frustum_common)(const NAME(frustum_rays) *f, const pktrt__batch *b,
 }
 
 /* The reference point, rho and the padding, from the box of the origins of the rays in mask. */
-OP void NAME(frustum_origins)(NAME(frustum_rays) *f, const pktrt__batch *b, uint64_t mask) {
+OP void pktrt__frustum_origins(pktrt__frustum *f, const pktrt__batch *b, uint64_t mask) {
   const float *o[3] = {b->o[f->ku] + f->base, b->o[f->kv] + f->base, b->o[f->k] + f->base};
   const vf inf = fset(INFINITY), ninf = fset(-INFINITY);
   vf lo[3] = {inf, inf, inf}, hi[3] = {ninf, ninf, ninf}, pad = fset(0);
-  f->common = NAME(frustum_common)(f, b, mask);
+  f->common = pktrt__frustum_common_origin(f, b, mask);
   if (f->common) {
     const uint32_t i = f->first - f->base;
     f->ref[0] = o[0][i], f->ref[1] = o[1][i], f->ref[2] = f->sign * o[2][i], f->pad = b->pad[f->first];
@@ -5838,10 +6012,10 @@ OP void NAME(frustum_origins)(NAME(frustum_rays) *f, const pktrt__batch *b, uint
     const mf m = ffrom(bits);
     UNROLL for (int a = 0; a < 3; a++) {
       const vf x = a == 2 ? fmul(fset(f->sign), fload(o[a] + i)) : fload(o[a] + i);
-      lo[a] = fleast(m, lo[a], x);
-      hi[a] = fmost(m, hi[a], x);
+      lo[a] = fmin_masked(m, lo[a], x);
+      hi[a] = fmax_masked(m, hi[a], x);
     }
-    pad = fmost(m, pad, fload(b->pad + f->base + i));
+    pad = fmax_masked(m, pad, fload(b->pad + f->base + i));
   }
   float rho = 0;
   UNROLL for (int a = 0; a < 3; a++) {
@@ -5853,7 +6027,7 @@ OP void NAME(frustum_origins)(NAME(frustum_rays) *f, const pktrt__batch *b, uint
 }
 
 /* The four planes around the rays: extremes of C, and of C + G Y. */
-OP void NAME(frustum_planes)(NAME(frustum_rays) *f, const pktrt__batch *b, uint64_t mask) {
+OP void pktrt__frustum_planes(pktrt__frustum *f, const pktrt__batch *b, uint64_t mask) {
   const vf inf = fset(INFINITY), ninf = fset(-INFINITY), s = fset(f->sign);
   const uint32_t axis[2] = {f->ku, f->kv};
   vf n0[2] = {inf, inf}, n1[2] = {inf, inf}, x0[2] = {ninf, ninf}, x1[2] = {ninf, ninf};
@@ -5865,15 +6039,15 @@ OP void NAME(frustum_planes)(NAME(frustum_rays) *f, const pktrt__batch *b, uint6
     const vf ow = fsub(fmul(s, fload(b->o[f->k] + r)), fset(f->ref[2]));
     const vf wn = fadd(ow, fload(b->wn + r)), wf = fadd(ow, fload(b->wf + r));
     fstore(f->ow + i, ow);
-    depth = fmost(m, depth, ow);
-    wmin = fleast(m, wmin, wn);
-    wmax = fmost(m, wmax, wf);
+    depth = fmax_masked(m, depth, ow);
+    wmin = fmin_masked(m, wmin, wn);
+    wmax = fmax_masked(m, wmax, wf);
     UNROLL for (int a = 0; a < 2; a++) {
       const vf g = fmul(s, fload(b->slope[a] + r));
       const vf c = fsub(fsub(fload(b->o[axis[a]] + r), fset(f->ref[a])), fmul(g, ow));
       const vf end = ffma(g, fset(f->far_), c);
-      n0[a] = fleast(m, n0[a], c), x0[a] = fmost(m, x0[a], c);
-      n1[a] = fleast(m, n1[a], end), x1[a] = fmost(m, x1[a], end);
+      n0[a] = fmin_masked(m, n0[a], c), x0[a] = fmax_masked(m, x0[a], c);
+      n1[a] = fmin_masked(m, n1[a], end), x1[a] = fmax_masked(m, x1[a], end);
     }
   }
   f->wmin = fhmin(wmin), f->wmax = fhmax(wmax), f->depth = f->common ? 0 : fhmax(depth);
@@ -5885,45 +6059,45 @@ OP void NAME(frustum_planes)(NAME(frustum_rays) *f, const pktrt__batch *b, uint6
 }
 
 /* Rays [base, base + 64) in mask, all of one axis and octant. */
-PKTRT__NOINLINE void NAME(frustum_setup)(NAME(frustum_rays) *f, const pktrt_scene *scene, const pktrt__batch *b,
+PKTRT__NOINLINE void pktrt__frustum_setup(pktrt__frustum *f, const pktrt_scene *scene, const pktrt__batch *b,
                                          uint32_t base, uint64_t mask) {
-  f->base = base, f->first = base + pktrt__lowest(mask);
+  f->base = base, f->first = base + pktrt__lowest_bit(mask);
   const uint32_t k = b->axis[f->first];
   f->k = k, f->ku = (k + 1) % 3, f->kv = (k + 2) % 3;
   f->octant = b->octant[f->first];
   const float sign = f->sign = f->octant >> k & 1 ? -1.0f : 1.0f;
-  NAME(frustum_origins)(f, b, mask);
+  pktrt__frustum_origins(f, b, mask);
   const float exit_ = (sign > 0 ? scene->hi[k] : -scene->lo[k]) - f->ref[2];
   f->far_ = pktrt__maxf(exit_ * (1 + PKTRT__SLACK(end) * 16 * PKTRT__EPS) + PKTRT__SLACK(end) * f->pad, 1e-30f);
-  NAME(frustum_planes)(f, b, mask);
+  pktrt__frustum_planes(f, b, mask);
   for (uint32_t i = 0; i < 64; i++) f->list[i] = (uint8_t)(base + i);
 }
 
 /* Earliest and latest time of the rays in mask, as weights of the segment's second key. */
-PKTRT__NOINLINE void NAME(frustum_times)(NAME(frustum_rays) *f, const pktrt__batch *b, uint64_t mask) {
+PKTRT__NOINLINE void pktrt__frustum_times(pktrt__frustum *f, const pktrt__batch *b, uint64_t mask) {
   vf lo = fset(1), hi = fset(0);
   for (uint32_t i = 0; i < 64; i += FW) {
     const mf m = ffrom((uint32_t)(mask >> i) & ((1u << FW) - 1));
     const vf t = fload(b->tb + f->base + i);
-    lo = fleast(m, lo, t), hi = fmost(m, hi, t);
+    lo = fmin_masked(m, lo, t), hi = fmax_masked(m, hi, t);
   }
   f->tb[0] = fhmin(lo), f->tb[1] = fhmax(hi);
 }
 
 /* The farthest depth any ray of mask still looks at. */
-OP void NAME(frustum_depth)(NAME(frustum_rays) *f, const pktrt__batch *b, uint64_t mask) {
+OP void pktrt__frustum_update_depth(pktrt__frustum *f, const pktrt__batch *b, uint64_t mask) {
   vf w = fset(-INFINITY);
   for (uint32_t i = 0; i < 64; i += FW) {
     const uint32_t bits = (uint32_t)(mask >> i) & ((1u << FW) - 1);
     if (!bits) continue;
     const vf wf = fadd(fload(f->ow + i), fload(b->wf + f->base + i));
-    w = fmost(ffrom(bits), w, wf);
+    w = fmax_masked(ffrom(bits), w, wf);
   }
   f->wmax = fhmax(w);
 }
 
 /* Smallest (which = 0) or largest (1) position of a plane over the packet's times; *other: the opposite. */
-OP v8 NAME(swept)(const NAME(frustum_rays) *f, const float *p0, const float *p1, const int which, const bool moving,
+OP v8 pktrt__frustum_swept_plane(const pktrt__frustum *f, const float *p0, const float *p1, const int which, const bool moving,
                   v8 *other) {
   if (!moving) return *other = vload(p0);
   const v8 k0 = vload(p0), way = vsub(vload(p1), k0);
@@ -5934,13 +6108,13 @@ OP v8 NAME(swept)(const NAME(frustum_rays) *f, const float *p0, const float *p1,
 
 /* The children of a node that reach into the frustum; *entry: their near depths; *whole: those that all rays enter, if
    they look that far. */
-OP uint32_t NAME(frustum_node)(const NAME(frustum_rays) *f, const float *p0, const float *p1, const bool moving,
+OP uint32_t pktrt__frustum_cull_children(const pktrt__frustum *f, const float *p0, const float *p1, const bool moving,
                                v8 *entry, uint32_t *whole) {
   const uint32_t back = f->sign < 0, wl = 16 * f->k + 8 * back, wh = 16 * f->k + 8 * (1 - back);
   const v8 s = vset(f->sign);
   v8 late, other; /* late: where the face that rays enter by is farthest */
-  v8 w0 = vfms(NAME(swept)(f, p0 + wl, p1 + wl, back != 0, moving, &late), s, vset(f->ref[2] + f->pad));
-  v8 w1 = vfms(NAME(swept)(f, p0 + wh, p1 + wh, back == 0, moving, &other), s, vset(f->ref[2] - f->pad));
+  v8 w0 = vfms(pktrt__frustum_swept_plane(f, p0 + wl, p1 + wl, back != 0, moving, &late), s, vset(f->ref[2] + f->pad));
+  v8 w1 = vfms(pktrt__frustum_swept_plane(f, p0 + wh, p1 + wh, back == 0, moving, &other), s, vset(f->ref[2] - f->pad));
   m8 keep = mand(vle(vset(f->wmin), w1), vle(w0, vset(f->wmax)));
   *entry = w0;
   w0 = vmax(w0, vset(0)), w1 = vmin(w1, vset(f->far_));
@@ -5949,8 +6123,8 @@ OP uint32_t NAME(frustum_node)(const NAME(frustum_rays) *f, const float *p0, con
   UNROLL for (int a = 0; a < 2; a++) {
     const uint32_t lo = 16 * (a ? f->kv : f->ku), hi = lo + 8;
     v8 inner[2];
-    const v8 l = vsub(NAME(swept)(f, p0 + lo, p1 + lo, 0, moving, &inner[0]), vset(f->ref[a] + f->pad));
-    const v8 h = vsub(NAME(swept)(f, p0 + hi, p1 + hi, 1, moving, &inner[1]), vset(f->ref[a] - f->pad));
+    const v8 l = vsub(pktrt__frustum_swept_plane(f, p0 + lo, p1 + lo, 0, moving, &inner[0]), vset(f->ref[a] + f->pad));
+    const v8 h = vsub(pktrt__frustum_swept_plane(f, p0 + hi, p1 + hi, 1, moving, &inner[1]), vset(f->ref[a] - f->pad));
     const float up = f->b[2 * a], down = f->b[2 * a + 1];
     const v8 upper = vfma(vset(up), up > 0 ? w1 : w0, vset(f->a[2 * a]));
     const v8 lower = vfma(vset(down), down > 0 ? w0 : w1, vset(f->a[2 * a + 1]));
@@ -5965,14 +6139,14 @@ OP uint32_t NAME(frustum_node)(const NAME(frustum_rays) *f, const float *p0, con
   return mbits(keep);
 }
 /* A function of its own: less code, and as fast. */
-PKTRT__NOINLINE uint32_t NAME(frustum_node_moving)(const NAME(frustum_rays) *f, const float *p0, const float *p1,
+PKTRT__NOINLINE uint32_t pktrt__frustum_cull_children_moving(const pktrt__frustum *f, const float *p0, const float *p1,
                                                    v8 *entry, uint32_t *whole) {
-  return NAME(frustum_node)(f, p0, p1, true, entry, whole);
+  return pktrt__frustum_cull_children(f, p0, p1, true, entry, whole);
 }
 
 /* The rays of mask that may hit one child, whose planes start at p0 and p1 (stride 8 floats). WHY all vectors, also
    those without rays: a branch costs more. */
-OP uint64_t NAME(frustum_rays_in)(const NAME(frustum_rays) *f, const pktrt__batch *b, const float *p0, const float *p1,
+OP uint64_t pktrt__frustum_test_child(const pktrt__frustum *f, const pktrt__batch *b, const float *p0, const float *p1,
                                   uint64_t mask, const bool moving) {
   const uint32_t nx = f->octant << 3 & 8, ny = 16 + (f->octant << 2 & 8), nz = 32 + (f->octant << 1 & 8);
   const uint32_t near_[3] = {nx, ny, nz}, far_[3] = {nx ^ 8, ny ^ 8, nz ^ 8};
@@ -5997,10 +6171,10 @@ OP uint64_t NAME(frustum_rays_in)(const NAME(frustum_rays) *f, const pktrt__batc
 }
 
 /* What all rays of a packet have in common at the triangles of a block. */
-typedef struct NAME(frustum_corners) {
+typedef struct pktrt__frustum_corners {
   PKTRT__ALIGN64 float p[3][3][8]; /* one origin, nothing moves: corners relative to it, [corner][u, v, k][lane] */
   float range[8], far_[8];         /* depths: at least the range over corners, the largest |z| */
-} NAME(frustum_corners);
+} pktrt__frustum_corners;
 
 /* One origin, nothing moves: the triangles that an edge keeps away from all rays. With slopes S0 + s, x = X - s W in
    the corners' X = p_u - S0 W, and so y: the product s_u s_v cancels in U = (x2 y1 - y2 x1) = (X2 Y1 - Y2 X1) + s_u (Y2
@@ -6008,7 +6182,7 @@ typedef struct NAME(frustum_corners) {
    0 for all rays, and one is above. What rounding may do: the canonical x and X here are each within 3 eps M of p_u - S
    W, where pad >= 16 eps M, so that U moves by at most pad (|x| + |y|); and six products of at most (|X| + h |W|) (|Y|
    + h |W|) are rounded and summed. h: the slopes are those of planes, 4 eps wider. */
-PKTRT__NOINLINE uint32_t NAME(frustum_edges)(const NAME(frustum_rays) *f, NAME(frustum_corners) *c) {
+PKTRT__NOINLINE uint32_t pktrt__frustum_cull_by_edges(const pktrt__frustum *f, pktrt__frustum_corners *c) {
   const v8 s = vset(f->sign);
   v8 x[3], y[3], w[3], m[2], h[2], least = vset(INFINITY), most = vset(-INFINITY);
   UNROLL for (int a = 0; a < 2; a++) {
@@ -6036,15 +6210,15 @@ PKTRT__NOINLINE uint32_t NAME(frustum_edges)(const NAME(frustum_rays) *f, NAME(f
 }
 
 /* How far triangles reach, over corners and times: in depth, and in u - b W and v - b W of the planes. */
-typedef struct NAME(frustum_reach) {
+typedef struct pktrt__frustum_reach {
   v8 wlo, whi, low[2], high[2];
-} NAME(frustum_reach);
-OP NAME(frustum_reach) NAME(reach_nothing)(void) {
+} pktrt__frustum_reach;
+OP pktrt__frustum_reach pktrt__frustum_reach_none(void) {
   const v8 inf = vset(INFINITY), ninf = vset(-INFINITY);
-  const NAME(frustum_reach) nothing = {inf, ninf, {inf, inf}, {ninf, ninf}};
+  const pktrt__frustum_reach nothing = {inf, ninf, {inf, inf}, {ninf, ninf}};
   return nothing;
 }
-OP void NAME(reach_corner)(NAME(frustum_reach) *r, const NAME(frustum_rays) *f, const v8 q[3]) {
+OP void pktrt__frustum_reach_add(pktrt__frustum_reach *r, const pktrt__frustum *f, const v8 q[3]) {
   const v8 w = vfms(q[2], vset(f->sign), vset(f->ref[2]));
   r->wlo = vmin(r->wlo, w), r->whi = vmax(r->whi, w);
   UNROLL for (int a = 0; a < 2; a++) {
@@ -6054,7 +6228,7 @@ OP void NAME(reach_corner)(NAME(frustum_reach) *r, const NAME(frustum_rays) *f, 
   }
 }
 /* Those that reach into the frustum. */
-OP uint32_t NAME(reaches)(const NAME(frustum_reach) *r, const NAME(frustum_rays) *f) {
+OP uint32_t pktrt__frustum_reach_inside(const pktrt__frustum_reach *r, const pktrt__frustum *f) {
   m8 in = mand(vle(vset(f->wmin - f->pad), r->whi), vle(r->wlo, vset(f->wmax + f->pad)));
   UNROLL for (int a = 0; a < 2; a++) in =
       mand(in, mand(vle(r->low[a], vset(f->a[2 * a] + f->pad)), vle(vset(f->a[2 * a + 1] - f->pad), r->high[a])));
@@ -6062,71 +6236,71 @@ OP uint32_t NAME(reaches)(const NAME(frustum_reach) *r, const NAME(frustum_rays)
 }
 
 /* The triangles of a block at rest that reach into the frustum. */
-OP uint32_t NAME(frustum_triangles)(const NAME(frustum_rays) *f, const pktrt__batch *b, const float *k0,
-                                    NAME(frustum_corners) *corners) {
+OP uint32_t pktrt__frustum_cull_triangles(const pktrt__frustum *f, const pktrt__batch *b, const float *k0,
+                                    pktrt__frustum_corners *corners) {
   const uint32_t axis[3] = {f->ku, f->kv, f->k};
-  NAME(frustum_reach) reach = NAME(reach_nothing)();
+  pktrt__frustum_reach reach = pktrt__frustum_reach_none();
   UNROLL for (int c = 0; c < 3; c++) {
     v8 q[3];
     UNROLL for (int j = 0; j < 3; j++) q[j] = vload(k0 + 24 * (uint32_t)c + 8 * axis[j]);
     if (f->common)
       UNROLL for (int j = 0; j < 3; j++) vstore(corners->p[c][j], vsub(q[j], vset(b->o[axis[j]][f->first])));
-    NAME(reach_corner)(&reach, f, q);
+    pktrt__frustum_reach_add(&reach, f, q);
   }
   vstore(corners->range, vadd(vsub(reach.whi, reach.wlo), vset(f->pad)));
   vstore(corners->far_, vadd(vmax(vabs(reach.wlo), vabs(reach.whi)), vset(f->depth + f->pad)));
-  uint32_t lanes = NAME(reaches)(&reach, f);
-  if (f->common && lanes) lanes &= ~NAME(frustum_edges)(f, corners);
+  uint32_t lanes = pktrt__frustum_reach_inside(&reach, f);
+  if (f->common && lanes) lanes &= ~pktrt__frustum_cull_by_edges(f, corners);
   return lanes;
 }
 
-/* The canonical test of eight lanes, as pktrt__weigh. */
-typedef struct NAME(weights8) {
+/* The canonical test of eight lanes, as pktrt__exact_edge_functions. */
+typedef struct pktrt__exact_edges8 {
   d8 u, v, w, det, depth;
-} NAME(weights8);
-OP NAME(weights8) NAME(canonical8)(const d8 x[3], const d8 y[3], const d8 z[3]) {
-  NAME(weights8) e;
+} pktrt__exact_edges8;
+OP pktrt__exact_edges8 pktrt__exact_edge_functions8(const d8 x[3], const d8 y[3], const d8 z[3]) {
+  pktrt__exact_edges8 e;
   e.u = dsub(dmul(x[2], y[1]), dmul(y[2], x[1])), e.v = dsub(dmul(x[0], y[2]), dmul(y[0], x[2]));
   e.w = dsub(dmul(x[1], y[0]), dmul(y[1], x[0])), e.det = dadd(dadd(e.u, e.v), e.w);
   e.depth = dadd(dadd(dmul(e.u, z[0]), dmul(e.v, z[1])), dmul(e.w, z[2]));
   return e;
 }
 
-/* pktrt__take for those of rays r, r+1, ... in `taken`. */
-OP void NAME(frustum_put)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t taken, vf lo, vf hi,
+/* pktrt__batch_set_hit for those of rays r, r+1, ... in `taken`. */
+OP void pktrt__frustum_set_hits(const pktrt__bvh_segment *view, pktrt__batch *b, uint32_t r, uint32_t taken, vf lo, vf hi,
                           uint32_t id, uint32_t slot) {
   const mf m = ffrom(taken);
-  fput(b->sf + r, m, lo);
-  fput(b->wf + r, m, hi);
-  fput_u32(b->id + r, m, id);
-  fput_u32(b->slot + r, m, slot);
-  fput_u32(b->group + r, m, view->group);
+  fstore_masked(b->sf + r, m, lo);
+  fstore_masked(b->wf + r, m, hi);
+  fstore_masked_u32(b->id + r, m, id);
+  fstore_masked_u32(b->slot + r, m, slot);
+  fstore_masked_u32(b->group + r, m, view->group);
 }
 
 /* One triangle against those of rays r to r+7 in bits, given their sheared corners; those that take it. */
-PKTRT__NOINLINE uint32_t NAME(take8)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t bits, const v8 *x,
+PKTRT__NOINLINE uint32_t pktrt__paper_accept8(const pktrt__bvh_segment *view, pktrt__batch *b, uint32_t r, uint32_t bits, const v8 *x,
                                      const v8 *y, const v8 *z, uint32_t id, uint32_t slot, pktrt_counts *counts) {
-  NAME(limits) l;
-  l.sign = vwith_sign(vset(1), vload(b->dk + r)), l.tiny = vload(b->tiny + r);
+  pktrt__tri_limits l;
+  l.sign = vcopysign(vset(1), vload(b->dk + r)), l.tiny = vload(b->tiny + r);
   l.wn = vload(b->wn + r), l.wf = vload(b->wf + r), l.sn = vload(b->sn + r);
-  const NAME(estimate) e = NAME(estimate_of)(x, y, z, &l);
+  const pktrt__tri_estimate e = pktrt__tri_filter(x, y, z, &l);
   bits &= e.maybe;
   uint32_t taken = bits & e.sure & mbits(vlt(e.hi, vload(b->sf + r))), open = bits & ~taken;
   if (view->check_area)
     for (uint32_t m = taken; m; m &= m - 1)
-      if (!pktrt__area_at(&view->groups[view->group], slot, b->time[r + pktrt__lowest(m)])) taken &= ~(m & (0u - m));
+      if (!pktrt__tri_has_area_at(&view->groups[view->group], slot, b->time[r + pktrt__lowest_bit(m)])) taken &= ~(m & (0u - m));
   if (counts) counts->canonical_tests += pktrt__popcount(bits), counts->settlings += pktrt__popcount(open);
-  NAME(frustum_put)(view, b, r, taken, fwide(e.lo), fwide(e.hi), id, slot);
+  pktrt__frustum_set_hits(view, b, r, taken, fwide(e.lo), fwide(e.hi), id, slot);
   for (; PKTRT__UNLIKELY(open); open &= open - 1)
-    if (pktrt__settle(view, b, r + pktrt__lowest(open), id, slot)) taken |= open & (0u - open);
+    if (pktrt__exact_test(view, b, r + pktrt__lowest_bit(open), id, slot)) taken |= open & (0u - open);
   return taken;
 }
 
-/* pktrt__settle for eight rays of a frustum, of those that hit nothing yet. WHY: rays from a light end at surfaces,
+/* pktrt__exact_test for eight rays of a frustum, of those that hit nothing yet. WHY: rays from a light end at surfaces,
    and what lies at tmax is always left open. */
-PKTRT__NOINLINE uint32_t NAME(settle8)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t open, uint32_t id,
+PKTRT__NOINLINE uint32_t pktrt__frustum_exact_test8(const pktrt__bvh_segment *view, pktrt__batch *b, uint32_t r, uint32_t open, uint32_t id,
                                        uint32_t slot) {
-  const uint32_t *k = pktrt__axes[b->axis[r + pktrt__lowest(open)]];
+  const uint32_t *k = pktrt__axes[b->axis[r + pktrt__lowest_bit(open)]];
   const unsigned char *block = view->blocks + (size_t)(slot / 8) * view->block_bytes;
   const float *k0 = (const float *)(const void *)(block + view->vertex0) + slot % 8;
   const float *k1 = (const float *)(const void *)(block + view->vertex1) + slot % 8;
@@ -6143,7 +6317,7 @@ PKTRT__NOINLINE uint32_t NAME(settle8)(const pktrt__view *view, pktrt__batch *b,
     y[c] = dfrom(vsub(p[2], vmul(vload(b->slope[1] + r), p[0])));
     z[c] = dfrom(p[0]);
   }
-  const NAME(weights8) e = NAME(canonical8)(x, y, z);
+  const pktrt__exact_edges8 e = pktrt__exact_edge_functions8(x, y, z);
   const d8 zero = dset(0);
   const uint32_t below = mbits(mor(mor(dlt(e.u, zero), dlt(e.v, zero)), dlt(e.w, zero)));
   const uint32_t above = mbits(mor(mor(dlt(zero, e.u), dlt(zero, e.v)), dlt(zero, e.w)));
@@ -6152,15 +6326,15 @@ PKTRT__NOINLINE uint32_t NAME(settle8)(const pktrt__view *view, pktrt__batch *b,
   const uint32_t within = mbits(mand(vlt(vload(b->tmin + r), t), vlt(t, vload(b->tmax + r))));
   uint32_t taken = open & (below ^ above) & within;
   for (uint32_t i = view->check_area ? taken : 0; i; i &= i - 1)
-    if (!pktrt__area_at(&view->groups[view->group], slot, b->time[r + pktrt__lowest(i)])) taken &= ~(i & (0u - i));
+    if (!pktrt__tri_has_area_at(&view->groups[view->group], slot, b->time[r + pktrt__lowest_bit(i)])) taken &= ~(i & (0u - i));
   const v8 far_ = vmul(t, vabs(dk)), slack = vadd(vmul(vabs(far_), relative), vload(b->tiny + r));
-  NAME(frustum_put)(view, b, r, taken, fwide(vsub(far_, slack)), fwide(vadd(far_, slack)), id, slot);
+  pktrt__frustum_set_hits(view, b, r, taken, fwide(vsub(far_, slack)), fwide(vadd(far_, slack)), id, slot);
   return taken;
 }
 
 /* The same for a vector of rays in a frustum, given their edge functions, depths of corners, largest |x| and |y|, and
    what all rays have in common. */
-PKTRT__NOINLINE uint32_t NAME(frustum_take)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t bits,
+PKTRT__NOINLINE uint32_t pktrt__frustum_accept(const pktrt__bvh_segment *view, pktrt__batch *b, uint32_t r, uint32_t bits,
                                             vf e0, vf e1, vf e2, vf z0, vf z1, vf z2, vf xs, vf ys, float pad,
                                             float range, float far_, uint32_t id, uint32_t slot,
                                             pktrt_counts *counts) {
@@ -6181,22 +6355,22 @@ PKTRT__NOINLINE uint32_t NAME(frustum_take)(const pktrt__view *view, pktrt__batc
   if (view->check_area) {
     const vf p = fset(2 * pad), flat = ffma(fadd(fadd(xs, ys), p), p, fmul(xy, fset(PKTRT__PAD_AREA)));
     for (uint32_t m = taken & ~fbits(flt(flat, size)); m; m &= m - 1)
-      if (!pktrt__area_at(&view->groups[view->group], slot, b->time[r + pktrt__lowest(m)])) taken &= ~(m & (0u - m));
+      if (!pktrt__tri_has_area_at(&view->groups[view->group], slot, b->time[r + pktrt__lowest_bit(m)])) taken &= ~(m & (0u - m));
   }
   if (counts) counts->canonical_tests += pktrt__popcount(bits), counts->settlings += pktrt__popcount(open);
-  NAME(frustum_put)(view, b, r, taken, lo, hi, id, slot);
+  pktrt__frustum_set_hits(view, b, r, taken, lo, hi, id, slot);
   for (uint32_t i = 0; open && i < FW; i += 8) {
-    const uint32_t some = open >> i & NAME(unhit)(b->slot + r + i);
-    if (some) taken |= NAME(settle8)(view, b, r + i, some, id, slot) << i;
+    const uint32_t some = open >> i & pktrt__lanes_unhit(b->slot + r + i);
+    if (some) taken |= pktrt__frustum_exact_test8(view, b, r + i, some, id, slot) << i;
     open &= ~(some << i);
   }
   for (; PKTRT__UNLIKELY(open); open &= open - 1)
-    if (pktrt__settle(view, b, r + pktrt__lowest(open), id, slot)) taken |= open & (0u - open);
+    if (pktrt__exact_test(view, b, r + pktrt__lowest_bit(open), id, slot)) taken |= open & (0u - open);
   return taken;
 }
 
 /* One triangle against a vector of rays, given its sheared corners; those that hit it. */
-OP uint32_t NAME(frustum_test)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t rays, const vf x[3],
+OP uint32_t pktrt__frustum_filter(const pktrt__bvh_segment *view, pktrt__batch *b, uint32_t r, uint32_t rays, const vf x[3],
                                const vf y[3], const vf z[3], float pad, float range, float far_, uint32_t id,
                                uint32_t slot, pktrt_counts *counts) {
   vf e[3];
@@ -6207,7 +6381,7 @@ OP uint32_t NAME(frustum_test)(const pktrt__view *view, pktrt__batch *b, uint32_
   if (!bits) return 0;
   const vf xs = fmax_(fabs_(x[0]), fmax_(fabs_(x[1]), fabs_(x[2])));
   const vf ys = fmax_(fabs_(y[0]), fmax_(fabs_(y[1]), fabs_(y[2])));
-  return NAME(frustum_take)(view, b, r, bits, e[0], e[1], e[2], z[0], z[1], z[2], xs, ys, pad, range, far_, id, slot,
+  return pktrt__frustum_accept(view, b, r, bits, e[0], e[1], e[2], z[0], z[1], z[2], xs, ys, pad, range, far_, id, slot,
                             counts);
 }
 
@@ -6215,8 +6389,8 @@ OP uint32_t NAME(frustum_test)(const pktrt__view *view, pktrt__batch *b, uint32_
 #include PKTRT__OTHER_TESTS
 #else
 /* One triangle at rest (lane of a block) against the rays of mask; those that hit it. */
-OP uint64_t NAME(frustum_triangle)(const NAME(frustum_rays) *f, const pktrt__view *view, pktrt__batch *b,
-                                   const float *k0, const NAME(frustum_corners) *corners, uint32_t lane, uint32_t id,
+OP uint64_t pktrt__frustum_test_triangle(const pktrt__frustum *f, const pktrt__bvh_segment *view, pktrt__batch *b,
+                                   const float *k0, const pktrt__frustum_corners *corners, uint32_t lane, uint32_t id,
                                    uint32_t slot, uint64_t mask, const bool stats, pktrt_counts *counts) {
   const uint32_t axis[3] = {f->ku, f->kv, f->k};
   uint64_t result = 0;
@@ -6237,7 +6411,7 @@ OP uint64_t NAME(frustum_triangle)(const NAME(frustum_rays) *f, const pktrt__vie
       x[c] = fsub(q[0], fmul(su, q[2]));
       y[c] = fsub(q[1], fmul(sv, q[2]));
     }
-    result |= (uint64_t)NAME(frustum_test)(view, b, r, rays, x, y, z, f->pad, corners->range[lane],
+    result |= (uint64_t)pktrt__frustum_filter(view, b, r, rays, x, y, z, f->pad, corners->range[lane],
                                            corners->far_[lane], id, slot, stats ? counts : NULL) << i;
   }
   return result;
@@ -6245,19 +6419,19 @@ OP uint64_t NAME(frustum_triangle)(const NAME(frustum_rays) *f, const pktrt__vie
 #endif
 
 /* A leaf block at rest against the rays of mask; those that hit something in it. */
-OP uint64_t NAME(frustum_block)(const NAME(frustum_rays) *f, const pktrt__view *view, pktrt__batch *b, uint32_t index,
+OP uint64_t pktrt__frustum_leaf(const pktrt__frustum *f, const pktrt__bvh_segment *view, pktrt__batch *b, uint32_t index,
                                 uint64_t mask, const bool occlusion, const bool stats, pktrt_counts *counts) {
   const unsigned char *block = view->blocks + index * (size_t)PKTRT__BLOCK_BYTES;
   const float *k0 = (const float *)(const void *)block;
   const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
-  NAME(frustum_corners) corners;
-  const uint32_t all = NAME(occupied)(id);
-  uint32_t lanes = NAME(frustum_triangles)(f, b, k0, &corners) & all;
+  pktrt__frustum_corners corners;
+  const uint32_t all = pktrt__lanes_occupied(id);
+  uint32_t lanes = pktrt__frustum_cull_triangles(f, b, k0, &corners) & all;
   COUNT(triangle_culls, pktrt__popcount(all & ~lanes));
   uint64_t hit = 0;
   for (; lanes && mask; lanes &= lanes - 1) {
-    const uint32_t lane = pktrt__lowest(lanes);
-    const uint64_t h = NAME(frustum_triangle)(f, view, b, k0, &corners, lane, id[lane], index * 8 + lane, mask, stats,
+    const uint32_t lane = pktrt__lowest_bit(lanes);
+    const uint64_t h = pktrt__frustum_test_triangle(f, view, b, k0, &corners, lane, id[lane], index * 8 + lane, mask, stats,
                                               counts);
     hit |= h;
     if (occlusion) mask &= ~h;
@@ -6266,18 +6440,18 @@ OP uint64_t NAME(frustum_block)(const NAME(frustum_rays) *f, const pktrt__view *
 }
 
 /* What all rays of a packet have in common at the triangles of a moving block. */
-typedef struct NAME(frustum_motion) {
+typedef struct pktrt__frustum_motion {
   PKTRT__ALIGN64 float p[3][3][8], way[3][3][8]; /* corners at the first key, as in frustum_corners; from there to the
                                                     second */
   float error[8];                                /* B */
   float range[8], far_[8];                       /* as in frustum_corners */
-} NAME(frustum_motion);
+} pktrt__frustum_motion;
 
 /* The triangles of a moving block that reach into the frustum. */
-OP uint32_t NAME(moving_triangles)(const NAME(frustum_rays) *f, const float *k0, const float *k1,
-                                   NAME(frustum_motion) *motion) {
+OP uint32_t pktrt__frustum_cull_moving(const pktrt__frustum *f, const float *k0, const float *k1,
+                                   pktrt__frustum_motion *motion) {
   const uint32_t axis[3] = {f->ku, f->kv, f->k};
-  NAME(frustum_reach) reach = NAME(reach_nothing)();
+  pktrt__frustum_reach reach = pktrt__frustum_reach_none();
   UNROLL for (int c = 0; c < 3; c++) {
     v8 p[3], way[3], q[3];
     UNROLL for (int j = 0; j < 3; j++) {
@@ -6288,7 +6462,7 @@ OP uint32_t NAME(moving_triangles)(const NAME(frustum_rays) *f, const float *k0,
     }
     UNROLL for (int end = 0; end < 2; end++) {
       UNROLL for (int j = 0; j < 3; j++) q[j] = vfma(vset(f->tb[end]), way[j], p[j]);
-      NAME(reach_corner)(&reach, f, q);
+      pktrt__frustum_reach_add(&reach, f, q);
     }
   }
   v8 size[2]; /* of |x| and |y| */
@@ -6301,7 +6475,7 @@ OP uint32_t NAME(moving_triangles)(const NAME(frustum_rays) *f, const float *k0,
   vstore(motion->error, vfma(sum, vset(4 * f->pad), vfma(product, vset(PKTRT__PAD_EDGE), vset(FLT_MIN))));
   vstore(motion->range, vadd(vsub(reach.whi, reach.wlo), vset(f->pad)));
   vstore(motion->far_, vadd(vmax(vabs(reach.wlo), vabs(reach.whi)), vset(f->depth + f->pad)));
-  return NAME(reaches)(&reach, f);
+  return pktrt__frustum_reach_inside(&reach, f);
 }
 
 #ifdef PKTRT__OTHER_TESTS
@@ -6309,7 +6483,7 @@ OP uint32_t NAME(moving_triangles)(const NAME(frustum_rays) *f, const float *k0,
 #else
 /* One moving triangle, its corners at k0 and k1, against a vector of rays, as the canonical test has it; those that hit
    it. */
-PKTRT__NOINLINE uint32_t NAME(moving_test)(const NAME(frustum_rays) *f, const pktrt__view *view, pktrt__batch *b,
+PKTRT__NOINLINE uint32_t pktrt__frustum_test_moving(const pktrt__frustum *f, const pktrt__bvh_segment *view, pktrt__batch *b,
                                            uint32_t r, uint32_t rays, const float *k0, const float *k1, float range,
                                            float far_, uint32_t id, uint32_t slot, pktrt_counts *counts) {
   const uint32_t axis[3] = {f->ku, f->kv, f->k};
@@ -6323,12 +6497,12 @@ PKTRT__NOINLINE uint32_t NAME(moving_test)(const NAME(frustum_rays) *f, const pk
     }
     x[c] = fsub(q[0], fmul(su, q[2])), y[c] = fsub(q[1], fmul(sv, q[2])), z[c] = q[2];
   }
-  return NAME(frustum_test)(view, b, r, rays, x, y, z, f->pad, range, far_, id, slot, counts);
+  return pktrt__frustum_filter(view, b, r, rays, x, y, z, f->pad, range, far_, id, slot, counts);
 }
 
 /* The rays of a packet that may hit a moving triangle (lane of a block): the filter of >>exactness. x and y are turned
    round, which their products do not notice. WHY all vectors, also those without rays: a branch costs more. */
-OP uint64_t NAME(moving_rays_in)(const NAME(frustum_rays) *f, const pktrt__batch *b, const NAME(frustum_motion) *motion,
+OP uint64_t pktrt__frustum_filter_moving(const pktrt__frustum *f, const pktrt__batch *b, const pktrt__frustum_motion *motion,
                                  uint32_t lane) {
   const vf wrong = fset(motion->error[lane]), minus = fset(-motion->error[lane]);
   const uint32_t axis[3] = {f->ku, f->kv, f->k};
@@ -6355,25 +6529,25 @@ OP uint64_t NAME(moving_rays_in)(const NAME(frustum_rays) *f, const pktrt__batch
 #endif
 
 /* As frustum_block, of a moving block; `counts` only where there is counting. A function of its own: less code. */
-PKTRT__NOINLINE uint64_t NAME(moving_block)(const NAME(frustum_rays) *f, const pktrt__view *view, pktrt__batch *b,
+PKTRT__NOINLINE uint64_t pktrt__frustum_leaf_moving(const pktrt__frustum *f, const pktrt__bvh_segment *view, pktrt__batch *b,
                                             uint32_t index, uint64_t mask, bool occlusion, pktrt_counts *counts) {
   const unsigned char *block = view->blocks + index * view->block_bytes;
   const float *k0 = (const float *)(const void *)(block + view->vertex0);
   const float *k1 = (const float *)(const void *)(block + view->vertex1);
   const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
-  NAME(frustum_motion) motion;
-  const uint32_t all = NAME(occupied)(id), lanes = NAME(moving_triangles)(f, k0, k1, &motion) & all;
+  pktrt__frustum_motion motion;
+  const uint32_t all = pktrt__lanes_occupied(id), lanes = pktrt__frustum_cull_moving(f, k0, k1, &motion) & all;
   if (counts) counts->triangle_culls += pktrt__popcount(all & ~lanes);
   if (counts) counts->triangle_tests += pktrt__popcount(lanes) * pktrt__popcount(mask);
   uint64_t maybe[8], hit = 0;
   for (uint32_t m = lanes, n = 0; m; m &= m - 1)
-    maybe[n++] = NAME(moving_rays_in)(f, b, &motion, pktrt__lowest(m));
+    maybe[n++] = pktrt__frustum_filter_moving(f, b, &motion, pktrt__lowest_bit(m));
   for (uint32_t m = lanes, n = 0; m; m &= m - 1, n++) {
-    const uint32_t lane = pktrt__lowest(m);
+    const uint32_t lane = pktrt__lowest_bit(m);
     for (uint64_t rest = maybe[n] & mask; rest;) {
-      const uint32_t i = pktrt__lowest(rest) & ~(FW - 1u);
+      const uint32_t i = pktrt__lowest_bit(rest) & ~(FW - 1u);
       const uint32_t rays = (uint32_t)(rest >> i) & ((1u << FW) - 1);
-      const uint64_t h = (uint64_t)NAME(moving_test)(f, view, b, f->base + i, rays, k0 + lane, k1 + lane,
+      const uint64_t h = (uint64_t)pktrt__frustum_test_moving(f, view, b, f->base + i, rays, k0 + lane, k1 + lane,
                                                      motion.range[lane], motion.far_[lane], id[lane], index * 8 + lane,
                                                      counts) << i;
       rest &= ~((uint64_t)rays << i);
@@ -6384,17 +6558,17 @@ PKTRT__NOINLINE uint64_t NAME(moving_block)(const NAME(frustum_rays) *f, const p
   return hit;
 }
 
-typedef struct NAME(frustum_stack) {
+typedef struct pktrt__frustum_entry {
   uint64_t mask;
   const float *plane; /* of the child, at key 0 of the segment; NULL: all rays enter it */
   float w;            /* entry depth */
   uint32_t ref;
-} NAME(frustum_stack);
+} pktrt__frustum_entry;
 
 /* Pushes the children of a node that reach into the frustum, farthest first, for any hit as the build has them; returns
    how many. */
-OP uint32_t NAME(frustum_push)(const NAME(frustum_rays) *f, const pktrt__view *view, uint32_t ref, uint64_t mask,
-                               NAME(frustum_stack) *stack, const bool occlusion, const bool moving, const bool stats,
+OP uint32_t pktrt__frustum_open_node(const pktrt__frustum *f, const pktrt__bvh_segment *view, uint32_t ref, uint64_t mask,
+                               pktrt__frustum_entry *stack, const bool occlusion, const bool moving, const bool stats,
                                pktrt_counts *counts) {
   const unsigned char *node = view->nodes + ref * (moving ? view->node_bytes : (size_t)PKTRT__NODE_BYTES);
   const uint32_t *child = (const uint32_t *)(const void *)(node + PKTRT__NODE_KEY_BYTES);
@@ -6403,13 +6577,13 @@ OP uint32_t NAME(frustum_push)(const NAME(frustum_rays) *f, const pktrt__view *v
   PKTRT__ALIGN64 float w[8];
   v8 entry;
   uint32_t whole;
-  const uint32_t keep = moving ? NAME(frustum_node_moving)(f, p0, p1, &entry, &whole)
-                               : NAME(frustum_node)(f, p0, p1, false, &entry, &whole);
+  const uint32_t keep = moving ? pktrt__frustum_cull_children_moving(f, p0, p1, &entry, &whole)
+                               : pktrt__frustum_cull_children(f, p0, p1, false, &entry, &whole);
   const uint32_t n = pktrt__popcount(keep);
   COUNT(node_visits, 1);
-  COUNT(frustum_culls, NAME(child_count)(child) - n);
+  COUNT(frustum_culls, pktrt__bvh_child_count(child) - n);
   vstore(w, entry);
-  uint64_t order = vorder(keep, occlusion ? PKTRT__IN_ORDER : child[8 + f->octant]);
+  uint64_t order = vorder_children(keep, occlusion ? PKTRT__IN_ORDER : child[8 + f->octant]);
   for (uint32_t i = 0; i < n; i++, order >>= 8) {
     const uint32_t c = order & 7;
     stack[i].mask = mask, stack[i].plane = whole >> c & 1 ? NULL : p0 + c, stack[i].w = w[c], stack[i].ref = child[c];
@@ -6418,42 +6592,42 @@ OP uint32_t NAME(frustum_push)(const NAME(frustum_rays) *f, const pktrt__view *v
 }
 
 /* When few rays are left the stream is faster: measured flat about the numbers here. */
-OP bool NAME(frustum_thin)(uint64_t mask, uint32_t ref, const bool occlusion, const bool moving) {
+OP bool pktrt__frustum_is_thin(uint64_t mask, uint32_t ref, const bool occlusion, const bool moving) {
   const uint32_t few = ref & PKTRT__LEAF ? 4 : 8;
   return pktrt__popcount(mask) <= few * (occlusion ? 4 : moving ? 3 : 2);
 }
 
 /* One group of the scene, from its root. Returns the occluded rays. */
-OP uint64_t NAME(frustum)(NAME(frustum_rays) *f, const pktrt__view *view, pktrt__batch *b, uint64_t mask,
+OP uint64_t pktrt__frustum_template(pktrt__frustum *f, const pktrt__bvh_segment *view, pktrt__batch *b, uint64_t mask,
                           const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
-  NAME(frustum_stack) stack[PKTRT__STACK + 8];
+  pktrt__frustum_entry stack[PKTRT__STACK + 8];
   const ptrdiff_t to_key1 = moving ? ((ptrdiff_t)view->plane1 - (ptrdiff_t)view->plane0) / (ptrdiff_t)sizeof(float) : 0;
   const bool still = !moving || (stats && !view->vertex1); /* at rest, counted: see PKTRT__INSTANCES */
   const uint64_t mask_all = mask;
   uint64_t alive = mask, hit = 0;
   uint32_t sp = 0, ref = 0;
   for (;;) {
-    if (NAME(frustum_thin)(mask, ref, occlusion, !still)) {
+    if (pktrt__frustum_is_thin(mask, ref, occlusion, !still)) {
       COUNT(fallbacks, 1);
-      hit = NAME(stream_any)(view, b, f->list, mask, ref, occlusion, moving, stats, counts);
+      hit = pktrt__stream_traverse(view, b, f->list, mask, ref, occlusion, moving, stats, counts);
     } else if (ref & PKTRT__LEAF) {
-      hit = still ? NAME(frustum_block)(f, view, b, ref & ~PKTRT__LEAF, mask, occlusion, stats, counts)
-                  : NAME(moving_block)(f, view, b, ref & ~PKTRT__LEAF, mask, occlusion, stats ? counts : NULL);
+      hit = still ? pktrt__frustum_leaf(f, view, b, ref & ~PKTRT__LEAF, mask, occlusion, stats, counts)
+                  : pktrt__frustum_leaf_moving(f, view, b, ref & ~PKTRT__LEAF, mask, occlusion, stats ? counts : NULL);
     } else {
-      sp += NAME(frustum_push)(f, view, ref, mask, stack + sp, occlusion, moving, stats, counts);
+      sp += pktrt__frustum_open_node(f, view, ref, mask, stack + sp, occlusion, moving, stats, counts);
     }
     if (hit) {
       if (occlusion && !(alive &= ~hit)) return mask_all;
-      NAME(frustum_depth)(f, b, alive);
+      pktrt__frustum_update_depth(f, b, alive);
       hit = 0;
     }
     do {
       if (!sp) return mask_all & ~alive;
-      const NAME(frustum_stack) *e = &stack[--sp];
+      const pktrt__frustum_entry *e = &stack[--sp];
       mask = e->w > f->wmax ? 0 : e->mask & alive, ref = e->ref;
       if (mask && e->plane) {
         COUNT(box_tests, pktrt__popcount(mask));
-        mask = NAME(frustum_rays_in)(f, b, e->plane, e->plane + to_key1, mask, moving);
+        mask = pktrt__frustum_test_child(f, b, e->plane, e->plane + to_key1, mask, moving);
         COUNT(ray_culls, !mask);
       }
     } while (!mask);
@@ -6478,10 +6652,10 @@ OP uint64_t NAME(frustum)(NAME(frustum_rays) *f, const pktrt__view *view, pktrt_
    where surfaces scatter the rays of a packet this saves nine of ten triangle tests. Moving packets: boxes are taken at
    each ray's own time in 1 and 4, and over the packet's interval of time in 2 and 3. */
 
-typedef struct NAME(paper) {
-  const pktrt__call *call;
+typedef struct pktrt__paper_packet {
+  const pktrt__query *call;
   pktrt__batch *b;
-  const pktrt__view *view;
+  const pktrt__bvh_segment *view;
   uint32_t base, end; /* rays of the packet */
   uint32_t last;      /* where the active range ends: rays from it on are known to miss an ancestor */
   uint64_t active[PKTRT__BATCH / 64];
@@ -6493,13 +6667,13 @@ typedef struct NAME(paper) {
   float sign, slope_lo[2], slope_hi[2];
   float ta[2], tb[2]; /* weights of the packet's earliest and latest time */
   uint32_t entering;  /* the rays of the first active ray's group that may hit the child just entered */
-} NAME(paper);
+} pktrt__paper_packet;
 
-OP uint32_t NAME(paper_active)(const NAME(paper) *p, uint32_t r) { /* of rays r to r+7, r a multiple of 8 */
+OP uint32_t pktrt__paper_active(const pktrt__paper_packet *p, uint32_t r) { /* of rays r to r+7, r a multiple of 8 */
   return (uint32_t)(p->active[r / 64] >> r % 64) & 0xFF;
 }
 
-OP void NAME(paper_tell)(const NAME(paper) *p, pktrt_event_kind kind, uint32_t index, uint32_t child, uint32_t ray,
+OP void pktrt__paper_event(const pktrt__paper_packet *p, pktrt_event_kind kind, uint32_t index, uint32_t child, uint32_t ray,
                          const bool stats) {
   if (!stats || !p->call->desc->trace) return;
   pktrt_event e;
@@ -6508,7 +6682,7 @@ OP void NAME(paper_tell)(const NAME(paper) *p, pktrt_event_kind kind, uint32_t i
 }
 
 /* The intervals over the active rays. */
-static void NAME(paper_intervals)(NAME(paper) *p) {
+static void pktrt__paper_intervals(pktrt__paper_packet *p) {
   const pktrt__batch *b = p->b;
   float t_lo = 1, t_hi = 0;
   bool first = true, one_axis = true;
@@ -6548,7 +6722,7 @@ static void NAME(paper_intervals)(NAME(paper) *p) {
 }
 
 /* A child's box over the packet's interval of time; p0, p1: its first plane at the segment's keys. */
-OP void NAME(paper_box)(const NAME(paper) *p, const float *p0, const float *p1, float lo[3], float hi[3],
+OP void pktrt__paper_box(const pktrt__paper_packet *p, const float *p0, const float *p1, float lo[3], float hi[3],
                         const bool moving) {
   for (int a = 0; a < 3; a++) {
     const float l0 = p0[16 * a], h0 = p0[16 * a + 8];
@@ -6562,7 +6736,7 @@ OP void NAME(paper_box)(const NAME(paper) *p, const float *p0, const float *p1, 
 
 /* Step 2: whether interval arithmetic shows that every ray misses. Along an axis where all rays go up, the least
    distance to the near plane is the least of (lo - o) r over o in [o_lo, o_hi], r in [r_lo, r_hi], and so on. */
-static bool NAME(paper_interval_misses)(const NAME(paper) *p, const float lo[3], const float hi[3]) {
+static bool pktrt__paper_interval_misses(const pktrt__paper_packet *p, const float lo[3], const float hi[3]) {
   float n = p->wn, f = p->wf;
   for (int a = 0; a < 3; a++) {
     if (!p->one_sign[a]) continue;
@@ -6575,7 +6749,7 @@ static bool NAME(paper_interval_misses)(const NAME(paper) *p, const float lo[3],
 }
 
 /* Step 3: whether the box lies outside one of the planes u = slope W through the common origin, W in [w0, w1]. */
-static bool NAME(paper_frustum_misses)(const NAME(paper) *p, const float lo[3], const float hi[3]) {
+static bool pktrt__paper_frustum_misses(const pktrt__paper_packet *p, const float lo[3], const float hi[3]) {
   const uint32_t k = p->axis[2];
   const float o = p->o_lo[k];
   const float w0 = pktrt__maxf((p->sign > 0 ? lo[k] - o : o - hi[k]) - p->pad, 0),
@@ -6589,141 +6763,141 @@ static bool NAME(paper_frustum_misses)(const NAME(paper) *p, const float lo[3], 
 }
 
 /* A child's planes; of a moving one, at the segment's keys. */
-typedef struct NAME(paper_child) {
+typedef struct pktrt__paper_child {
   const float *p0, *p1;
   v8 lo[3], hi[3]; /* static: by lanes */
   uint32_t node, index;
-} NAME(paper_child);
+} pktrt__paper_child;
 
-OP NAME(paper_child) NAME(paper_open)(const float *p0, const float *p1, uint32_t node, uint32_t index) {
-  NAME(paper_child) c;
+OP pktrt__paper_child pktrt__paper_child_of(const float *p0, const float *p1, uint32_t node, uint32_t index) {
+  pktrt__paper_child c;
   c.p0 = p0, c.p1 = p1, c.node = node, c.index = index;
   UNROLL for (int a = 0; a < 3; a++) c.lo[a] = vset(p0[16 * a]), c.hi[a] = vset(p0[16 * a + 8]);
   return c;
 }
 
 /* The active rays among r to r+7, and in `among`, that may hit a child. */
-OP uint32_t NAME(paper_group)(const NAME(paper) *p, const NAME(paper_child) *c, uint32_t r, uint32_t among,
+OP uint32_t pktrt__paper_test_group(const pktrt__paper_packet *p, const pktrt__paper_child *c, uint32_t r, uint32_t among,
                               const bool moving, const bool stats, pktrt_counts *counts) {
-  const uint32_t active = NAME(paper_active)(p, r) & among;
+  const uint32_t active = pktrt__paper_active(p, r) & among;
   COUNT(box_tests, pktrt__popcount8(active));
   COUNT(vector_box_tests, 1);
-  if (!moving) return NAME(rays_in_box)(p->b, r, c->lo, c->hi) & active;
+  if (!moving) return pktrt__box_test_rays(p->b, r, c->lo, c->hi) & active;
   const v8 ta = vload(p->b->ta + r), tb = vload(p->b->tb + r);
   v8 lo[3], hi[3];
   UNROLL for (int a = 0; a < 3; a++) {
     lo[a] = vfma(ta, c->lo[a], vmul(tb, vset(c->p1[16 * a])));
     hi[a] = vfma(ta, c->hi[a], vmul(tb, vset(c->p1[16 * a + 8])));
   }
-  return NAME(rays_in_box)(p->b, r, lo, hi) & active;
+  return pktrt__box_test_rays(p->b, r, lo, hi) & active;
 }
 
 /* Ends the active range behind the last group with a ray that may hit a child, and not before group r. */
-OP void NAME(paper_trim)(NAME(paper) *p, const NAME(paper_child) *c, uint32_t r, const bool moving, const bool stats,
+OP void pktrt__paper_trim(pktrt__paper_packet *p, const pktrt__paper_child *c, uint32_t r, const bool moving, const bool stats,
                          pktrt_counts *counts) {
   for (uint32_t i = (p->last - 1) & ~7u; i > r; i -= 8) {
-    if (NAME(paper_active)(p, i) && NAME(paper_group)(p, c, i, ~0u, moving, stats, counts)) return;
+    if (pktrt__paper_active(p, i) && pktrt__paper_test_group(p, c, i, ~0u, moving, stats, counts)) return;
     p->last = i;
   }
 }
 
 /* Steps 1 to 4: the first ray from `first` on that may hit a child, or p->end. */
-OP uint32_t NAME(paper_first)(NAME(paper) *p, const NAME(paper_child) *c, uint32_t first, const bool moving,
+OP uint32_t pktrt__paper_find_first(pktrt__paper_packet *p, const pktrt__paper_child *c, uint32_t first, const bool moving,
                               const bool stats, pktrt_counts *counts) {
   uint32_t r = first & ~7u;
-  p->entering = NAME(paper_group)(p, c, r, ~0u << first % 8, moving, stats, counts);
+  p->entering = pktrt__paper_test_group(p, c, r, ~0u << first % 8, moving, stats, counts);
   if (p->entering) {
-    const uint32_t ray = r + pktrt__lowest(p->entering);
+    const uint32_t ray = r + pktrt__lowest_bit(p->entering);
     COUNT(first_hits, ray == first);
     COUNT(later_hits, ray != first);
-    NAME(paper_tell)(p, ray == first ? PKTRT_EVENT_FIRST_HIT : PKTRT_EVENT_LATER_HIT, c->node, c->index, ray, stats);
+    pktrt__paper_event(p, ray == first ? PKTRT_EVENT_FIRST_HIT : PKTRT_EVENT_LATER_HIT, c->node, c->index, ray, stats);
     return ray;
   }
   float lo[3], hi[3];
-  NAME(paper_box)(p, c->p0, c->p1, lo, hi, moving);
-  if (NAME(paper_interval_misses)(p, lo, hi)) {
+  pktrt__paper_box(p, c->p0, c->p1, lo, hi, moving);
+  if (pktrt__paper_interval_misses(p, lo, hi)) {
     COUNT(interval_culls, 1);
-    NAME(paper_tell)(p, PKTRT_EVENT_INTERVAL_CULL, c->node, c->index, first, stats);
+    pktrt__paper_event(p, PKTRT_EVENT_INTERVAL_CULL, c->node, c->index, first, stats);
     return p->end;
   }
-  if (p->has_frustum && NAME(paper_frustum_misses)(p, lo, hi)) {
+  if (p->has_frustum && pktrt__paper_frustum_misses(p, lo, hi)) {
     COUNT(frustum_culls, 1);
-    NAME(paper_tell)(p, PKTRT_EVENT_FRUSTUM_CULL, c->node, c->index, first, stats);
+    pktrt__paper_event(p, PKTRT_EVENT_FRUSTUM_CULL, c->node, c->index, first, stats);
     return p->end;
   }
   for (r += 8; r < p->last; r += 8) {
-    if (!NAME(paper_active)(p, r)) continue;
-    p->entering = NAME(paper_group)(p, c, r, ~0u, moving, stats, counts);
+    if (!pktrt__paper_active(p, r)) continue;
+    p->entering = pktrt__paper_test_group(p, c, r, ~0u, moving, stats, counts);
     if (!p->entering) continue;
-    NAME(paper_trim)(p, c, r, moving, stats, counts);
-    const uint32_t ray = r + pktrt__lowest(p->entering);
+    pktrt__paper_trim(p, c, r, moving, stats, counts);
+    const uint32_t ray = r + pktrt__lowest_bit(p->entering);
     COUNT(later_hits, 1);
-    NAME(paper_tell)(p, PKTRT_EVENT_LATER_HIT, c->node, c->index, ray, stats);
+    pktrt__paper_event(p, PKTRT_EVENT_LATER_HIT, c->node, c->index, ray, stats);
     return ray;
   }
   COUNT(ray_culls, 1);
-  NAME(paper_tell)(p, PKTRT_EVENT_ALL_MISS, c->node, c->index, first, stats);
+  pktrt__paper_event(p, PKTRT_EVENT_ALL_MISS, c->node, c->index, first, stats);
   return p->end;
 }
 
 /* One coordinate of a corner of one triangle, at the times of eight rays. */
-OP v8 NAME(one_corner)(const float *k0, const float *k1, v8 ta, v8 tb, const bool moving) {
+OP v8 pktrt__tri_corner_of_one(const float *k0, const float *k1, v8 ta, v8 tb, const bool moving) {
   return moving ? vadd(vmul(ta, vset(*k0)), vmul(tb, vset(*k1))) : vset(*k0);
 }
 
 /* One triangle against the rays `bits` of r to r+7, which share their axes; those that hit it. */
-OP uint32_t NAME(paper_triangle)(const NAME(paper) *p, const float *k0, const float *k1, uint32_t r, uint32_t bits,
+OP uint32_t pktrt__paper_test_triangle(const pktrt__paper_packet *p, const float *k0, const float *k1, uint32_t r, uint32_t bits,
                                  uint32_t lane, uint32_t id, uint32_t slot, const bool moving, const bool stats,
                                  pktrt_counts *counts) {
   pktrt__batch *b = p->b;
-  const uint32_t k = b->axis[r + pktrt__lowest(bits)], ku = (k + 1) % 3, kv = (k + 2) % 3;
+  const uint32_t k = b->axis[r + pktrt__lowest_bit(bits)], ku = (k + 1) % 3, kv = (k + 2) % 3;
   const v8 ok = vload(b->o[k] + r), ou = vload(b->o[ku] + r), ov = vload(b->o[kv] + r);
   const v8 su = vload(b->slope[0] + r), sv = vload(b->slope[1] + r);
   const v8 ta = moving ? vload(b->ta + r) : ok, tb = moving ? vload(b->tb + r) : ok;
   v8 x[3], y[3], z[3];
   k0 += lane, k1 += lane;
   UNROLL for (uint32_t c = 0; c < 3; c++, k0 += 24, k1 += 24) {
-    z[c] = vsub(NAME(one_corner)(k0 + 8 * k, k1 + 8 * k, ta, tb, moving), ok);
-    x[c] = vsub(vsub(NAME(one_corner)(k0 + 8 * ku, k1 + 8 * ku, ta, tb, moving), ou), vmul(su, z[c]));
-    y[c] = vsub(vsub(NAME(one_corner)(k0 + 8 * kv, k1 + 8 * kv, ta, tb, moving), ov), vmul(sv, z[c]));
+    z[c] = vsub(pktrt__tri_corner_of_one(k0 + 8 * k, k1 + 8 * k, ta, tb, moving), ok);
+    x[c] = vsub(vsub(pktrt__tri_corner_of_one(k0 + 8 * ku, k1 + 8 * ku, ta, tb, moving), ou), vmul(su, z[c]));
+    y[c] = vsub(vsub(pktrt__tri_corner_of_one(k0 + 8 * kv, k1 + 8 * kv, ta, tb, moving), ov), vmul(sv, z[c]));
   }
   COUNT(triangle_tests, pktrt__popcount8(bits));
   COUNT(vector_triangle_tests, 1);
   const v8 u = vsub(vmul(x[2], y[1]), vmul(y[2], x[1])), v = vsub(vmul(x[0], y[2]), vmul(y[0], x[2]));
   const v8 w = vsub(vmul(x[1], y[0]), vmul(y[1], x[0])), zero = vset(0);
   bits &= ~mbits(mand(vlt(vmin(u, vmin(v, w)), zero), vlt(zero, vmax(u, vmax(v, w)))));
-  return bits ? NAME(take8)(p->view, b, r, bits, x, y, z, id, slot, stats ? counts : NULL) : 0;
+  return bits ? pktrt__paper_accept8(p->view, b, r, bits, x, y, z, id, slot, stats ? counts : NULL) : 0;
 }
 
 /* A leaf, child c, against the rays of the active range that may hit its box; those of the first group are known. Rays
    of a group that disagree on the main axis are tested one by one. */
-OP bool NAME(paper_leaf)(NAME(paper) *p, const NAME(paper_child) *c, uint32_t index, uint32_t first,
+OP bool pktrt__paper_leaf(pktrt__paper_packet *p, const pktrt__paper_child *c, uint32_t index, uint32_t first,
                          const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
   const unsigned char *block = p->view->blocks + index * p->view->block_bytes;
   const float *k0 = (const float *)(const void *)(block + p->view->vertex0),
               *k1 = (const float *)(const void *)(block + p->view->vertex1);
   const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
   bool any = false;
-  NAME(paper_tell)(p, PKTRT_EVENT_LEAF, index, 0, first, stats);
+  pktrt__paper_event(p, PKTRT_EVENT_LEAF, index, 0, first, stats);
   for (uint32_t r = first & ~7u; r < p->last; r += 8) {
     uint32_t bits = p->entering, hits = 0;
-    if (r > first) bits = NAME(paper_active)(p, r) ? NAME(paper_group)(p, c, r, ~0u, moving, stats, counts) : 0;
+    if (r > first) bits = pktrt__paper_active(p, r) ? pktrt__paper_test_group(p, c, r, ~0u, moving, stats, counts) : 0;
     const bool same = p->one_axis[r / 8];
-    for (uint32_t m = same ? NAME(occupied)(id) : 0; m && bits; m &= m - 1) {
-      const uint32_t lane = pktrt__lowest(m);
+    for (uint32_t m = same ? pktrt__lanes_occupied(id) : 0; m && bits; m &= m - 1) {
+      const uint32_t lane = pktrt__lowest_bit(m);
       const uint32_t h =
-          NAME(paper_triangle)(p, k0, k1, r, bits, lane, id[lane], index * 8 + lane, moving, stats, counts);
+          pktrt__paper_test_triangle(p, k0, k1, r, bits, lane, id[lane], index * 8 + lane, moving, stats, counts);
       for (uint32_t e = h; e; e &= e - 1)
-        NAME(paper_tell)(p, PKTRT_EVENT_HIT, index, lane, r + pktrt__lowest(e), stats);
+        pktrt__paper_event(p, PKTRT_EVENT_HIT, index, lane, r + pktrt__lowest_bit(e), stats);
       hits |= h;
       if (occlusion) bits &= ~h;
     }
     for (uint32_t m = same ? 0 : bits; m; m &= m - 1) {
-      const uint32_t ray = r + pktrt__lowest(m);
+      const uint32_t ray = r + pktrt__lowest_bit(m);
       COUNT(vector_triangle_tests, 1);
-      const uint32_t lanes = NAME(ray_block_any)(p->view, p->b, ray, index, occlusion, moving, stats, counts);
+      const uint32_t lanes = pktrt__tri_ray_block(p->view, p->b, ray, index, occlusion, moving, stats, counts);
       for (uint32_t l = lanes; l; l &= l - 1)
-        NAME(paper_tell)(p, PKTRT_EVENT_HIT, index, pktrt__lowest(l), ray, stats);
+        pktrt__paper_event(p, PKTRT_EVENT_HIT, index, pktrt__lowest_bit(l), ray, stats);
       if (lanes) hits |= 1u << (ray - r);
     }
     any |= hits != 0;
@@ -6733,37 +6907,37 @@ OP bool NAME(paper_leaf)(NAME(paper) *p, const NAME(paper_child) *c, uint32_t in
 }
 
 /* How far the active rays still reach. */
-OP void NAME(paper_depth)(NAME(paper) *p) {
+OP void pktrt__paper_update_depth(pktrt__paper_packet *p) {
   v8 far_ = vset(-INFINITY);
   for (uint32_t r = p->base & ~7u; r < p->end; r += 8)
-    far_ = vmax(vsel(mfrom(NAME(paper_active)(p, r)), vload(p->b->wf + r), far_), far_);
+    far_ = vmax(vsel(mfrom(pktrt__paper_active(p, r)), vload(p->b->wf + r), far_), far_);
   p->wf = vhmax(far_);
 }
 
 /* One packet through one group. For occlusion, occluded rays leave p->active. */
-OP void NAME(paper_packet)(NAME(paper) *p, const bool occlusion, const bool moving, const bool stats,
+OP void pktrt__paper_traverse(pktrt__paper_packet *p, const bool occlusion, const bool moving, const bool stats,
                            pktrt_counts *counts) {
   struct {
     const float *plane; /* of the child, at key 0 of the segment */
     uint32_t ref, first, last, node, child;
   } stack[PKTRT__STACK + 8];
-  const pktrt__view *view = p->view;
+  const pktrt__bvh_segment *view = p->view;
   const ptrdiff_t to_key1 = moving ? ((ptrdiff_t)view->plane1 - (ptrdiff_t)view->plane0) / (ptrdiff_t)sizeof(float) : 0;
   uint32_t sp = 0, ref = 0, first = p->base;
   while (first < p->end && !(p->active[first / 64] >> first % 64 & 1)) first++;
   if (first == p->end) return;
-  NAME(paper_intervals)(p);
+  pktrt__paper_intervals(p);
   p->last = p->end;
-  NAME(paper_child) c = NAME(paper_open)((const float *)(const void *)view->nodes, NULL, 0, 0); /* set below */
+  pktrt__paper_child c = pktrt__paper_child_of((const float *)(const void *)view->nodes, NULL, 0, 0); /* set below */
   for (;;) {
     if (ref & PKTRT__LEAF) {
-      if (NAME(paper_leaf)(p, &c, ref & ~PKTRT__LEAF, first, occlusion, moving, stats, counts)) NAME(paper_depth)(p);
+      if (pktrt__paper_leaf(p, &c, ref & ~PKTRT__LEAF, first, occlusion, moving, stats, counts)) pktrt__paper_update_depth(p);
     } else { /* open a node: its children wait, the nearest to the first active ray's direction on top */
       const unsigned char *node = view->nodes + ref * view->node_bytes;
       const uint32_t *child = (const uint32_t *)(const void *)(node + PKTRT__NODE_KEY_BYTES);
       uint32_t perm = child[8 + p->b->octant[first]];
       COUNT(node_visits, 1);
-      NAME(paper_tell)(p, PKTRT_EVENT_NODE, ref, 0, first, stats);
+      pktrt__paper_event(p, PKTRT_EVENT_NODE, ref, 0, first, stats);
       for (int i = 0; i < 8; i++, perm >>= 3) {
         const uint32_t k = perm & 7;
         if (child[k] == PKTRT__EMPTY) continue;
@@ -6777,12 +6951,12 @@ OP void NAME(paper_packet)(NAME(paper) *p, const bool occlusion, const bool movi
       first = stack[--sp].first, p->last = stack[sp].last;
       while (first < p->last && !(p->active[first / 64] >> first % 64 & 1)) first++; /* occluded by now */
       if (first >= p->last) {
-        NAME(paper_tell)(p, PKTRT_EVENT_NONE_LEFT, stack[sp].node, stack[sp].child, stack[sp].first, stats);
+        pktrt__paper_event(p, PKTRT_EVENT_NONE_LEFT, stack[sp].node, stack[sp].child, stack[sp].first, stats);
         first = p->end;
       } else {
         const float *plane = stack[sp].plane;
-        c = NAME(paper_open)(plane, plane + to_key1, stack[sp].node, stack[sp].child);
-        first = NAME(paper_first)(p, &c, first, moving, stats, counts);
+        c = pktrt__paper_child_of(plane, plane + to_key1, stack[sp].node, stack[sp].child);
+        first = pktrt__paper_find_first(p, &c, first, moving, stats, counts);
       }
     } while (first == p->end);
     ref = stack[sp].ref;
@@ -6791,28 +6965,28 @@ OP void NAME(paper_packet)(NAME(paper) *p, const bool occlusion, const bool movi
 
 /* Always counting: this path is for reading and comparing. */
 #if PKTRT__MOTION
-PKTRT__NOINLINE void NAME(paper_moving)(NAME(paper) *p, bool occlusion, pktrt_counts *counts) {
-  NAME(paper_packet)(p, occlusion, true, PKTRT__STATS != 0, counts);
+PKTRT__NOINLINE void pktrt__paper_traverse_moving(pktrt__paper_packet *p, bool occlusion, pktrt_counts *counts) {
+  pktrt__paper_traverse(p, occlusion, true, PKTRT__STATS != 0, counts);
 }
 #endif
 #if !(PKTRT__MOTION && FEW_INSTANCES)
-PKTRT__NOINLINE void NAME(paper_static)(NAME(paper) *p, bool occlusion, pktrt_counts *counts) {
-  NAME(paper_packet)(p, occlusion, false, PKTRT__STATS != 0, counts);
+PKTRT__NOINLINE void pktrt__paper_traverse_static(pktrt__paper_packet *p, bool occlusion, pktrt_counts *counts) {
+  pktrt__paper_traverse(p, occlusion, false, PKTRT__STATS != 0, counts);
 }
 #endif
 
 /* The batch in packets of desc->packet_size rays, each through all groups and, where they move, all segments. */
-PKTRT__NOINLINE void NAME(drive_paper)(const pktrt__call *call, pktrt__batch *b, uint32_t n, const bool occlusion) {
+PKTRT__NOINLINE void pktrt__drive_paper(const pktrt__query *call, pktrt__batch *b, uint32_t n, const bool occlusion) {
   const pktrt_scene *scene = call->scene;
   const bool stats = PKTRT__STATS != 0;
   pktrt_counts unwanted, *counts = call->counts ? call->counts : &unwanted;
   memset(&unwanted, 0, sizeof unwanted);
-  NAME(paper) p;
+  pktrt__paper_packet p;
   p.call = call, p.b = b;
   for (uint32_t i = 0; i < scene->group_count; i++) {
-    const pktrt__group *g = &scene->groups[i];
-    const bool moving = pktrt__moves(g->key_count);
-    NAME(weights)(b, 0, n, g->key_count);
+    const pktrt__bvh *g = &scene->groups[i];
+    const bool moving = pktrt__has_motion(g->key_count);
+    pktrt__batch_time_weights(b, 0, n, g->key_count);
     for (p.base = 0; p.base < n; p.base = p.end) {
       p.end = n - p.base < call->desc->packet_size ? n : p.base + call->desc->packet_size;
       if (!i) COUNT(packets, 1);
@@ -6824,15 +6998,15 @@ PKTRT__NOINLINE void NAME(drive_paper)(const pktrt__call *call, pktrt__batch *b,
             p.active[r / 64] |= (uint64_t)1 << r % 64;
         uint64_t before[PKTRT__BATCH / 64];
         memcpy(before, p.active, sizeof before);
-        pktrt__view view = pktrt__view_of(scene->groups, i, moving ? segment : 0);
+        pktrt__bvh_segment view = pktrt__bvh_segment_of(scene->groups, i, moving ? segment : 0);
         view.check_area = moving && occlusion;
         p.view = &view;
 #if !PKTRT__MOTION
-        NAME(paper_static)(&p, occlusion, counts);
+        pktrt__paper_traverse_static(&p, occlusion, counts);
 #elif FEW_INSTANCES
-        NAME(paper_moving)(&p, occlusion, counts);
+        pktrt__paper_traverse_moving(&p, occlusion, counts);
 #else
-        (moving ? NAME(paper_moving) : NAME(paper_static))(&p, occlusion, counts);
+        (moving ? pktrt__paper_traverse_moving : pktrt__paper_traverse_static)(&p, occlusion, counts);
 #endif
         for (uint32_t r = p.base; occlusion && r < p.end; r++)
           if ((before[r / 64] & ~p.active[r / 64]) >> r % 64 & 1) b->slot[r] = 0;
@@ -6845,9 +7019,9 @@ PKTRT__NOINLINE void NAME(drive_paper)(const pktrt__call *call, pktrt__batch *b,
 
 #if FRUSTA
 #define INSTANCE(tag, o, m, s)                                                                                         \
-  PKTRT__NOINLINE uint64_t NAME(frustum_##tag)(NAME(frustum_rays) *f, const pktrt__view *view, pktrt__batch *b,       \
+  PKTRT__NOINLINE uint64_t PKTRT__NAME(pktrt__frustum_##tag)(pktrt__frustum *f, const pktrt__bvh_segment *view, pktrt__batch *b,       \
                                                uint64_t mask, pktrt_counts *counts) {                                  \
-    return NAME(frustum)(f, view, b, mask, o, m, s, counts);                                                           \
+    return pktrt__frustum_template(f, view, b, mask, o, m, s, counts);                                                           \
   }
 PKTRT__INSTANCES(INSTANCE)
 #undef INSTANCE
@@ -6858,10 +7032,10 @@ PKTRT__INSTANCES(INSTANCE)
    From a batch of rays to packets, streams and single rays; group by group, and for moving groups segment by segment,
    so that a kernel sees one static tree or one linear motion. */
 
-OP uint64_t NAME(rays_of_segment)(const pktrt__batch *b, const uint8_t *list, uint64_t mask, uint32_t segment) {
+OP uint64_t pktrt__drive_rays_of_segment(const pktrt__batch *b, const uint8_t *list, uint64_t mask, uint32_t segment) {
   uint64_t same = 0;
   for (; mask; mask &= mask - 1) {
-    const uint32_t i = pktrt__lowest(mask);
+    const uint32_t i = pktrt__lowest_bit(mask);
     if (b->segment[list[i]] == segment) same |= (uint64_t)1 << i;
   }
   return same;
@@ -6869,7 +7043,7 @@ OP uint64_t NAME(rays_of_segment)(const pktrt__batch *b, const uint8_t *list, ui
 
 /* Whether a ray may meet a group at any time. Asked of those that move, before anything is done for the ray's own time:
    most rays miss what moves. `step`: from axis to axis. */
-OP bool NAME(may_meet)(const pktrt__group *g, const float *rd, const float *cn, const float *cf, size_t step, float wn,
+OP bool pktrt__drive_may_meet(const pktrt__bvh *g, const float *rd, const float *cn, const float *cf, size_t step, float wn,
                        float wf) {
   float n = wn, f = wf;
   UNROLL for (int a = 0; a < 3; a++, rd += step, cn += step, cf += step) {
@@ -6879,41 +7053,41 @@ OP bool NAME(may_meet)(const pktrt__group *g, const float *rd, const float *cn, 
   return n <= f;
 }
 
-OP uint64_t NAME(rays_near)(const pktrt__group *g, const pktrt__batch *b, const uint8_t *list, uint64_t mask) {
+OP uint64_t pktrt__drive_rays_near(const pktrt__bvh *g, const pktrt__batch *b, const uint8_t *list, uint64_t mask) {
   uint64_t near_ = 0, any = 0;
   for (uint32_t w = 0; w < PKTRT__BATCH / 64; w++) any |= b->moving[w];
   for (mask = any ? mask : 0; mask; mask &= mask - 1) {
-    const uint32_t i = pktrt__lowest(mask), r = list[i];
+    const uint32_t i = pktrt__lowest_bit(mask), r = list[i];
     if (!(b->moving[r / 64] >> r % 64 & 1)) continue;
-    const bool may = NAME(may_meet)(g, &b->rd[0][r], &b->cn[0][r], &b->cf[0][r], PKTRT__ROW, b->wn[r], b->wf[r]);
+    const bool may = pktrt__drive_may_meet(g, &b->rd[0][r], &b->cn[0][r], &b->cf[0][r], PKTRT__ROW, b->wn[r], b->wf[r]);
     near_ |= (uint64_t)may << i;
   }
   return near_;
 }
 
 /* Rays of one octant through all groups. */
-PKTRT__NOINLINE void NAME(drive_stream)(const pktrt_scene *scene, pktrt__batch *b, const uint8_t *list, uint64_t mask,
+PKTRT__NOINLINE void pktrt__drive_stream(const pktrt_scene *scene, pktrt__batch *b, const uint8_t *list, uint64_t mask,
                                         const bool occlusion, const bool stats, pktrt_counts *counts) {
   for (uint32_t i = 0; i < scene->group_count && mask; i++) {
-    const pktrt__group *g = &scene->groups[i];
+    const pktrt__bvh *g = &scene->groups[i];
     uint64_t hit = 0;
-    if (!pktrt__moves(g->key_count)) {
-      for (uint64_t m = stats ? mask : 0; m; m &= m - 1) NAME(weights)(b, list[pktrt__lowest(m)], 1, 1);
-      hit = NAME(stream_any)(&g->rest, b, list, mask, 0, occlusion, false, stats, counts);
+    if (!pktrt__has_motion(g->key_count)) {
+      for (uint64_t m = stats ? mask : 0; m; m &= m - 1) pktrt__batch_time_weights(b, list[pktrt__lowest_bit(m)], 1, 1);
+      hit = pktrt__stream_traverse(&g->rest, b, list, mask, 0, occlusion, false, stats, counts);
     } else {
-      const uint64_t near_ = NAME(rays_near)(g, b, list, mask);
-      for (uint64_t m = near_; m; m &= m - 1) NAME(weights)(b, list[pktrt__lowest(m)], 1, g->key_count);
+      const uint64_t near_ = pktrt__drive_rays_near(g, b, list, mask);
+      for (uint64_t m = near_; m; m &= m - 1) pktrt__batch_time_weights(b, list[pktrt__lowest_bit(m)], 1, g->key_count);
       for (uint64_t rest = near_; rest;) {
-        const uint32_t segment = b->segment[list[pktrt__lowest(rest)]];
-        const uint64_t same = g->key_count > 2 ? NAME(rays_of_segment)(b, list, rest, segment) : rest;
-        pktrt__view view = pktrt__view_of(scene->groups, i, segment);
+        const uint32_t segment = b->segment[list[pktrt__lowest_bit(rest)]];
+        const uint64_t same = g->key_count > 2 ? pktrt__drive_rays_of_segment(b, list, rest, segment) : rest;
+        pktrt__bvh_segment view = pktrt__bvh_segment_of(scene->groups, i, segment);
         view.check_area = occlusion;
-        hit |= NAME(stream_any)(&view, b, list, same, 0, occlusion, true, stats, counts);
+        hit |= pktrt__stream_traverse(&view, b, list, same, 0, occlusion, true, stats, counts);
         rest &= ~same;
       }
     }
     if (occlusion) {
-      for (uint64_t m = hit; m; m &= m - 1) b->slot[list[pktrt__lowest(m)]] = 0;
+      for (uint64_t m = hit; m; m &= m - 1) b->slot[list[pktrt__lowest_bit(m)]] = 0;
       mask &= ~hit;
     }
   }
@@ -6921,37 +7095,37 @@ PKTRT__NOINLINE void NAME(drive_stream)(const pktrt_scene *scene, pktrt__batch *
 
 #if FRUSTA
 /* A packet of one axis and octant through all groups. */
-PKTRT__NOINLINE void NAME(drive_frustum)(const pktrt_scene *scene, pktrt__batch *b, uint32_t base, uint64_t mask,
+PKTRT__NOINLINE void pktrt__drive_frustum(const pktrt_scene *scene, pktrt__batch *b, uint32_t base, uint64_t mask,
                                          const bool occlusion, const bool stats, pktrt_counts *counts) {
-  NAME(frustum_rays) f;
-  NAME(frustum_setup)(&f, scene, b, base, mask);
+  pktrt__frustum f;
+  pktrt__frustum_setup(&f, scene, b, base, mask);
   COUNT(packets, 1);
   uint64_t asked = mask; /* whose depth the frustum has */
   for (uint32_t i = 0; i < scene->group_count && mask; i++) {
-    const pktrt__group *g = &scene->groups[i];
-    const bool moving = pktrt__moves(g->key_count);
-    uint64_t hit = 0, rest = moving ? NAME(box_mask)(b, base, mask, g->lo, g->hi) : mask;
+    const pktrt__bvh *g = &scene->groups[i];
+    const bool moving = pktrt__has_motion(g->key_count);
+    uint64_t hit = 0, rest = moving ? pktrt__box_test_packet(b, base, mask, g->lo, g->hi) : mask;
     if (!rest) continue;
     if (!moving) {
-      if (rest != asked || (i > 0 && !occlusion)) NAME(frustum_depth)(&f, b, asked = rest);
-      if (stats) NAME(weights)(b, base, 64, 1), NAME(frustum_times)(&f, b, rest);
-      hit = PKTRT__PICK(frustum)(&f, &g->rest, b, rest, counts);
+      if (rest != asked || (i > 0 && !occlusion)) pktrt__frustum_update_depth(&f, b, asked = rest);
+      if (stats) pktrt__batch_time_weights(b, base, 64, 1), pktrt__frustum_times(&f, b, rest);
+      hit = PKTRT__PICK(pktrt__frustum)(&f, &g->rest, b, rest, counts);
     } else {
-      NAME(packet_weights)(b, base, g->key_count);
+      pktrt__batch_packet_time_weights(b, base, g->key_count);
       while (rest) {
-        const uint32_t segment = g->key_count > 2 ? b->segment[base + pktrt__lowest(rest)] : 0;
-        const uint64_t same = g->key_count > 2 ? NAME(rays_of_segment)(b, f.list, rest, segment) : rest;
-        pktrt__view view = pktrt__view_of(scene->groups, i, segment);
+        const uint32_t segment = g->key_count > 2 ? b->segment[base + pktrt__lowest_bit(rest)] : 0;
+        const uint64_t same = g->key_count > 2 ? pktrt__drive_rays_of_segment(b, f.list, rest, segment) : rest;
+        pktrt__bvh_segment view = pktrt__bvh_segment_of(scene->groups, i, segment);
         view.check_area = occlusion;
-        NAME(frustum_times)(&f, b, same);
-        NAME(frustum_depth)(&f, b, asked = same);
-        hit |= PKTRT__PICK(frustum)(&f, &view, b, same, counts);
+        pktrt__frustum_times(&f, b, same);
+        pktrt__frustum_update_depth(&f, b, asked = same);
+        hit |= PKTRT__PICK(pktrt__frustum)(&f, &view, b, same, counts);
         rest &= ~same;
       }
     }
     if (occlusion) {
       for (uint32_t r = 0; r < 64; r += FW)
-        fput_u32(b->slot + base + r, ffrom((uint32_t)(hit >> r) & ((1u << FW) - 1)), 0);
+        fstore_masked_u32(b->slot + base + r, ffrom((uint32_t)(hit >> r) & ((1u << FW) - 1)), 0);
       mask &= ~hit;
     }
   }
@@ -6959,94 +7133,94 @@ PKTRT__NOINLINE void NAME(drive_frustum)(const pktrt_scene *scene, pktrt__batch 
 #endif
 
 /* One ray through all groups; whether it hits anything. `check`: insist on area at the ray's time. */
-PKTRT__NOINLINE bool NAME(drive_alone)(const pktrt_scene *scene, pktrt__lone *ray, bool occlusion, bool check,
+PKTRT__NOINLINE bool pktrt__drive_single(const pktrt_scene *scene, pktrt__single *ray, bool occlusion, bool check,
                                        bool stats, pktrt_counts *counts) {
   bool hit = false;
   for (uint32_t i = 0; i < scene->group_count && !(occlusion && hit); i++) {
-    const pktrt__group *g = &scene->groups[i];
-    if (!pktrt__moves(g->key_count)) {
+    const pktrt__bvh *g = &scene->groups[i];
+    if (!pktrt__has_motion(g->key_count)) {
       const bool moving = false;
       if (stats) ray->ta = 1, ray->tb = 0; /* one key: all of it */
-      hit |= NAME(single_any)(&g->rest, ray, 0, occlusion, moving, stats, counts);
-    } else if (NAME(may_meet)(g, ray->rd, ray->cn, ray->cf, 1, ray->wn, ray->wf)) {
+      hit |= pktrt__single_traverse(&g->rest, ray, 0, occlusion, moving, stats, counts);
+    } else if (pktrt__drive_may_meet(g, ray->rd, ray->cn, ray->cf, 1, ray->wn, ray->wf)) {
       const bool moving = true;
-      const uint32_t segment = pktrt__segment(ray->ray->time, g->key_count, &ray->ta, &ray->tb);
-      pktrt__view view = pktrt__view_of(scene->groups, i, segment);
+      const uint32_t segment = pktrt__time_segment(ray->ray->time, g->key_count, &ray->ta, &ray->tb);
+      pktrt__bvh_segment view = pktrt__bvh_segment_of(scene->groups, i, segment);
       view.check_area = occlusion || check;
-      hit |= NAME(single_any)(&view, ray, 0, occlusion, moving, stats, counts);
+      hit |= pktrt__single_traverse(&view, ray, 0, occlusion, moving, stats, counts);
     }
   }
   return hit;
 }
-PKTRT__NOINLINE void NAME(drive_single)(const pktrt_scene *scene, pktrt__batch *b, uint32_t r, const bool occlusion,
+PKTRT__NOINLINE void pktrt__drive_batch_ray(const pktrt_scene *scene, pktrt__batch *b, uint32_t r, const bool occlusion,
                                         const bool stats, pktrt_counts *counts) {
   pktrt_ray ray;
-  pktrt__lone q;
-  pktrt__lift_ray(b, r, &ray, &q);
-  if (!NAME(drive_alone)(scene, &q, occlusion, false, stats, counts)) return;
-  pktrt__drop_ray(b, r, &q);
+  pktrt__single q;
+  pktrt__single_from_batch(b, r, &ray, &q);
+  if (!pktrt__drive_single(scene, &q, occlusion, false, stats, counts)) return;
+  pktrt__single_to_batch(b, r, &q);
   if (occlusion) b->slot[r] = 0;
 }
 
 /* Which of the rays may meet any group that moves. */
-OP void NAME(find_moving)(const pktrt_scene *scene, pktrt__batch *b, const uint64_t *rays) {
+OP void pktrt__drive_find_moving(const pktrt_scene *scene, pktrt__batch *b, const uint64_t *rays) {
   memset(b->moving, 0, sizeof b->moving);
   for (uint32_t i = 0; i < scene->group_count; i++) {
-    const pktrt__group *g = &scene->groups[i];
-    for (uint32_t w = 0; w < PKTRT__BATCH / 64 && pktrt__moves(g->key_count); w++)
-      if (rays[w]) b->moving[w] |= NAME(box_mask)(b, 64 * w, rays[w], g->lo, g->hi);
+    const pktrt__bvh *g = &scene->groups[i];
+    for (uint32_t w = 0; w < PKTRT__BATCH / 64 && pktrt__has_motion(g->key_count); w++)
+      if (rays[w]) b->moving[w] |= pktrt__box_test_packet(b, 64 * w, rays[w], g->lo, g->hi);
   }
 }
 
 /* Rays of a batch by octant, in streams of at most 64. */
-PKTRT__NOINLINE void NAME(drive_octants)(const pktrt_scene *scene, pktrt__batch *b, const uint64_t *rays,
+PKTRT__NOINLINE void pktrt__drive_octants(const pktrt_scene *scene, pktrt__batch *b, const uint64_t *rays,
                                          const bool occlusion, const bool stats, pktrt_counts *counts) {
   uint8_t list[PKTRT__BATCH];
   uint32_t end[8], sum = 0;
   memset(end, 0, sizeof end);
-  NAME(find_moving)(scene, b, rays);
+  pktrt__drive_find_moving(scene, b, rays);
   for (uint32_t w = 0; w < PKTRT__BATCH / 64; w++)
-    for (uint64_t m = rays[w]; m; m &= m - 1) end[b->octant[64 * w + pktrt__lowest(m)]]++;
+    for (uint64_t m = rays[w]; m; m &= m - 1) end[b->octant[64 * w + pktrt__lowest_bit(m)]]++;
   for (uint32_t o = 0; o < 8; o++) {
     const uint32_t n = end[o];
     end[o] = sum, sum += n;
   }
   for (uint32_t w = 0; w < PKTRT__BATCH / 64; w++)
     for (uint64_t m = rays[w]; m; m &= m - 1) {
-      const uint32_t r = 64 * w + pktrt__lowest(m);
+      const uint32_t r = 64 * w + pktrt__lowest_bit(m);
       list[end[b->octant[r]]++] = (uint8_t)r;
     }
   for (uint32_t o = 0, i = 0; o < 8; o++)
     while (i < end[o]) {
       const uint32_t n = end[o] - i < 64 ? end[o] - i : 64, to = i + n;
       COUNT(packets, n < 4 ? n : 1);
-      if (n >= 4) NAME(drive_stream)(scene, b, list + i, ~(uint64_t)0 >> (64 - n), occlusion, stats, counts);
+      if (n >= 4) pktrt__drive_stream(scene, b, list + i, ~(uint64_t)0 >> (64 - n), occlusion, stats, counts);
       else /* too few to share anything: measured slower as a stream */
-        for (uint32_t k = i; k < to; k++) NAME(drive_single)(scene, b, list[k], occlusion, stats, counts);
+        for (uint32_t k = i; k < to; k++) pktrt__drive_batch_ray(scene, b, list[k], occlusion, stats, counts);
       i = to;
     }
 }
 
 /* Those of [base, base + 64) that look along the same axis, in the same octant, as ray r. */
-OP uint64_t NAME(rays_along)(const pktrt__batch *b, uint32_t base, uint32_t r) {
-  return vsame64(b->axis + base, b->axis[r]) & vsame64(b->octant + base, b->octant[r]);
+OP uint64_t pktrt__drive_rays_along(const pktrt__batch *b, uint32_t base, uint32_t r) {
+  return veq_u8x64(b->axis + base, b->axis[r]) & veq_u8x64(b->octant + base, b->octant[r]);
 }
 
 /* Of these the ones that look nearly alike, and forward: frusta start at the rays' origins. */
-OP uint64_t NAME(rays_alike)(const pktrt__batch *b, uint32_t base, uint32_t r) {
+OP uint64_t pktrt__drive_rays_alike(const pktrt__batch *b, uint32_t base, uint32_t r) {
   const vf su = fset(b->slope[0][r]), sv = fset(b->slope[1][r]), most = fset(0.3f);
   uint64_t near_ = 0;
   for (uint32_t i = base; i < base + 64; i += FW) {
     const vf u = fabs_(fsub(fload(b->slope[0] + i), su)), v = fabs_(fsub(fload(b->slope[1] + i), sv));
     near_ |= (uint64_t)fbits(fmand(flt(fmax_(u, v), most), fle(fset(0), fload(b->tmin + i)))) << (i - base);
   }
-  return near_ & NAME(rays_along)(b, base, r);
+  return near_ & pktrt__drive_rays_along(b, base, r);
 }
 
 /* Whether the rays in mask, of [base, base + 64), are many and look along one axis, as packets should. A slack of 0.7
    was measured as good as 0.2. */
-PKTRT__NOINLINE bool NAME(look_one_way)(const pktrt__batch *b, uint32_t base, uint64_t mask) {
-  const uint32_t first = base + pktrt__lowest(mask), k = b->axis[first], ku = (k + 1) % 3, kv = (k + 2) % 3;
+PKTRT__NOINLINE bool pktrt__drive_is_coherent(const pktrt__batch *b, uint32_t base, uint64_t mask) {
+  const uint32_t first = base + pktrt__lowest_bit(mask), k = b->axis[first], ku = (k + 1) % 3, kv = (k + 2) % 3;
   const float sign = b->dk[first] < 0 ? -1.0f : 1.0f;
   if (pktrt__popcount(mask) <= 16) return false;
   for (uint32_t i = 0; i < 64; i += 8) {
@@ -7061,16 +7235,16 @@ PKTRT__NOINLINE bool NAME(look_one_way)(const pktrt__batch *b, uint32_t base, ui
 /* The next frustum packet among *rest, of [base, base + 64), which it leaves; none: 0. If all look one way, the packet
    is of those with the same canonical axis and octant. Else it is a bundle that looks alike, as a mirror sends it; any
    hit gains nothing from these. WHY so few tries: where the first rays have no company, others have none either. */
-PKTRT__NOINLINE uint64_t NAME(next_packet)(const pktrt__batch *b, uint32_t base, uint64_t *rest, bool one_way,
+PKTRT__NOINLINE uint64_t pktrt__drive_next_packet(const pktrt__batch *b, uint32_t base, uint64_t *rest, bool one_way,
                                            bool occlusion) {
   const uint32_t tries = occlusion ? 0 : 3, many = 24; /* 16 to 24 of 64, slopes within 0.15 to 0.6: measured flat */
   uint64_t packet = 0, among = *rest;
   if (one_way) {
-    packet = among ? among & NAME(rays_along)(b, base, base + pktrt__lowest(among)) : 0;
+    packet = among ? among & pktrt__drive_rays_along(b, base, base + pktrt__lowest_bit(among)) : 0;
   } else {
     for (uint32_t i = 0; i < tries && pktrt__popcount(among) > many && !packet; i++) {
-      const uint32_t first = pktrt__lowest(among);
-      const uint64_t alike = among & NAME(rays_alike)(b, base, base + first);
+      const uint32_t first = pktrt__lowest_bit(among);
+      const uint64_t alike = among & pktrt__drive_rays_alike(b, base, base + first);
       if (pktrt__popcount(alike) > many) packet = alike;
       among &= ~(alike | (uint64_t)1 << first);
     }
@@ -7081,20 +7255,20 @@ PKTRT__NOINLINE uint64_t NAME(next_packet)(const pktrt__batch *b, uint32_t base,
 
 /* The fast path: packets of 64 neighbours, as frusta. What is left goes by octant, over the whole batch, to the
    stream. */
-OP void NAME(drive_fast)(const pktrt_scene *scene, pktrt__batch *b, uint32_t n, const bool occlusion, const bool stats,
+OP void pktrt__drive_fast(const pktrt_scene *scene, pktrt__batch *b, uint32_t n, const bool occlusion, const bool stats,
                          pktrt_counts *counts) {
   uint64_t left[PKTRT__BATCH / 64]; /* rays that no frustum takes */
   memset(left, 0, sizeof left);
   for (uint32_t base = 0; base < n; base += 64) {
     uint64_t rest = b->valid[base / 64];
 #if FRUSTA
-    const bool one_way = rest && NAME(look_one_way)(b, base, rest);
-    for (uint64_t packet; (packet = NAME(next_packet)(b, base, &rest, one_way, occlusion)) != 0;)
-      NAME(drive_frustum)(scene, b, base, packet, occlusion, stats, counts);
+    const bool one_way = rest && pktrt__drive_is_coherent(b, base, rest);
+    for (uint64_t packet; (packet = pktrt__drive_next_packet(b, base, &rest, one_way, occlusion)) != 0;)
+      pktrt__drive_frustum(scene, b, base, packet, occlusion, stats, counts);
 #endif
     left[base / 64] = rest;
   }
-  if (pktrt__note_left(b, left, n)) NAME(drive_octants)(scene, b, left, occlusion, stats, counts);
+  if (pktrt__batch_note_coherence(b, left, n)) pktrt__drive_octants(scene, b, left, occlusion, stats, counts);
 }
 
 /* >>resolve ---------------------------------------------------------------------------------------------------------
@@ -7105,29 +7279,29 @@ OP void NAME(drive_fast)(const pktrt_scene *scene, pktrt__batch *b, uint32_t n, 
 
 /* Corners of the triangles that eight rays hit, at the rays' times. Neighbours mostly hit the same triangle, which,
    at rest or of two keys, is then read once. */
-PKTRT__NOINLINE void NAME(gather_corners)(const pktrt_scene *scene, const uint32_t *slot_of, const uint32_t *groups,
+PKTRT__NOINLINE void pktrt__resolve_gather_corners(const pktrt_scene *scene, const uint32_t *slot_of, const uint32_t *groups,
                                           const float *time, uint32_t hits, v8 p[3][3]) {
   UNROLL for (int c = 0; c < 9; c++) p[c / 3][c % 3] = vset(0);
   for (uint32_t rest = hits; rest;) {
-    const uint32_t r = pktrt__lowest(rest), slot = slot_of[r];
-    const pktrt__group *g = &scene->groups[groups[r]];
+    const uint32_t r = pktrt__lowest_bit(rest), slot = slot_of[r];
+    const pktrt__bvh *g = &scene->groups[groups[r]];
     const unsigned char *block = g->blocks + (size_t)(slot / 8) * g->block_bytes;
-    uint32_t lanes = rest & vsame(slot_of, slot) & vsame(groups, groups[r]);
-    if (!pktrt__moves(g->key_count)) {
+    uint32_t lanes = rest & veq_u32(slot_of, slot) & veq_u32(groups, groups[r]);
+    if (!pktrt__has_motion(g->key_count)) {
       const float *k0 = (const float *)(const void *)block + slot % 8;
       const m8 m = mfrom(lanes);
       for (int c = 0; c < 3; c++, k0 += 24)
         UNROLL for (int a = 0; a < 3; a++) p[c][a] = vsel(m, vset(k0[8 * a]), p[c][a]);
     } else {
-      v8 tb = vmin(vmax(vload(time), vset(0)), vset(1)), ta = vsub(vset(1), tb); /* pktrt__segment of two keys */
+      v8 tb = vmin(vmax(vload(time), vset(0)), vset(1)), ta = vsub(vset(1), tb); /* pktrt__time_segment of two keys */
       uint32_t segment = 0;
       if (g->key_count > 2) { /* in whose segments neighbours differ */
         float a, b;
-        segment = pktrt__segment(time[r], g->key_count, &a, &b);
+        segment = pktrt__time_segment(time[r], g->key_count, &a, &b);
         lanes = rest & (0u - rest), ta = vset(a), tb = vset(b);
       }
-      const float *k0 = (const float *)(const void *)(block + pktrt__block_key(segment)) + slot % 8;
-      const float *k1 = (const float *)(const void *)(block + pktrt__block_key(segment + 1)) + slot % 8;
+      const float *k0 = (const float *)(const void *)(block + pktrt__block_key_offset(segment)) + slot % 8;
+      const float *k1 = (const float *)(const void *)(block + pktrt__block_key_offset(segment + 1)) + slot % 8;
       const m8 m = mfrom(lanes);
       for (int c = 0; c < 3; c++, k0 += 24, k1 += 24)
         UNROLL for (int a = 0; a < 3; a++)
@@ -7137,9 +7311,9 @@ PKTRT__NOINLINE void NAME(gather_corners)(const pktrt_scene *scene, const uint32
   }
 }
 
-PKTRT__NOINLINE uint32_t NAME(resolve_hits)(const pktrt_scene *scene, pktrt__batch *b, uint32_t i, uint32_t hits) {
+PKTRT__NOINLINE uint32_t pktrt__resolve_hits(const pktrt_scene *scene, pktrt__batch *b, uint32_t i, uint32_t hits) {
   v8 p[3][3]; /* [corner][axis] */
-  NAME(gather_corners)(scene, b->slot + i, b->group + i, b->time + i, hits, p);
+  pktrt__resolve_gather_corners(scene, b->slot + i, b->group + i, b->time + i, hits, p);
   const v8 adx = vabs(vload(b->d[0] + i)), ady = vabs(vload(b->d[1] + i)), adz = vabs(vload(b->d[2] + i));
   const m8 kx = mand(vle(ady, adx), vle(adz, adx)), ky = vle(adz, ady); /* main axis: as in setup */
   const v8 ox = vload(b->o[0] + i), oy = vload(b->o[1] + i), oz = vload(b->o[2] + i);
@@ -7157,7 +7331,7 @@ PKTRT__NOINLINE uint32_t NAME(resolve_hits)(const pktrt_scene *scene, pktrt__bat
     e[0][a] = dsub(dfrom(p[1][a]), p0);
     e[1][a] = dsub(dfrom(p[2][a]), p0);
   }
-  const NAME(weights8) weights = NAME(canonical8)(x, y, z);
+  const pktrt__exact_edges8 weights = pktrt__exact_edge_functions8(x, y, z);
   UNROLL for (int a = 0; a < 3; a++) n[a] =
       dsub(dmul(e[0][(a + 1) % 3], e[1][(a + 2) % 3]), dmul(e[0][(a + 2) % 3], e[1][(a + 1) % 3]));
   const d8 largest = dmax(dabs(n[0]), dmax(dabs(n[1]), dabs(n[2])));
@@ -7165,7 +7339,7 @@ PKTRT__NOINLINE uint32_t NAME(resolve_hits)(const pktrt_scene *scene, pktrt__bat
   const d8 unit = ddiv(one, largest);
   const m8 m = mfrom(hits);
   const v8 zero = vset(0);
-  vput(b->t + i, m, dto(dmul(weights.depth, r)));
+  vstore_masked(b->t + i, m, dto(dmul(weights.depth, r)));
   vstore(b->cn[0] + i, vsel(m, dto(dmul(weights.v, rdet)), zero));
   vstore(b->cn[1] + i, vsel(m, dto(dmul(weights.w, rdet)), zero));
   UNROLL for (int a = 0; a < 3; a++) vstore(b->cf[a] + i, vsel(m, dto(dmul(n[a], unit)), zero));
@@ -7174,38 +7348,38 @@ PKTRT__NOINLINE uint32_t NAME(resolve_hits)(const pktrt_scene *scene, pktrt__bat
 
 /* A moving triangle without area just then was hit only through rounding: its ray looks again, with an eye on area. It
    does so by itself, as u and v may stand where the batch had its set-up. */
-PKTRT__NOINLINE void NAME(look_again)(const pktrt_scene *scene, pktrt__batch *b, uint32_t r) {
+PKTRT__NOINLINE void pktrt__resolve_retrace(const pktrt_scene *scene, pktrt__batch *b, uint32_t r) {
   pktrt_ray ray;
   pktrt_counts unread; /* see PKTRT__INSTANCES */
-  pktrt__lone q;
+  pktrt__single q;
   if (PKTRT__STAMP == PKTRT__STAMP_SCALAR) memset(&unread, 0, sizeof unread);
-  pktrt__lift_ray(b, r, &ray, &q);
-  if (!NAME(setup_alone)(scene, &ray, &q)) return; /* never: it has hit something */
+  pktrt__single_from_batch(b, r, &ray, &q);
+  if (!pktrt__single_setup(scene, &ray, &q)) return; /* never: it has hit something */
   b->t[r] = b->tmax[r]; /* as of a miss, should it be one */
-  NAME(drive_alone)(scene, &q, false, true, false, &unread);
-  pktrt__drop_ray(b, r, &q);
+  pktrt__drive_single(scene, &q, false, true, false, &unread);
+  pktrt__single_to_batch(b, r, &q);
 }
 
 /* Rays i to i+7 that hit nothing: zeros, and no triangle. */
-OP void NAME(resolve_misses)(pktrt__batch *b, uint32_t i, uint32_t hits) {
-  vput_u32(b->id + i, mfrom(0xFFu & ~hits), PKTRT_NONE);
+OP void pktrt__resolve_misses(pktrt__batch *b, uint32_t i, uint32_t hits) {
+  vstore_masked_u32(b->id + i, mfrom(0xFFu & ~hits), PKTRT_NONE);
   if (hits) return;
   vstore(b->cn[0] + i, vset(0));
   vstore(b->cn[1] + i, vset(0));
   UNROLL for (int a = 0; a < 3; a++) vstore(b->cf[a] + i, vset(0));
 }
 
-static void NAME(resolve)(const pktrt__call *call, pktrt__batch *b, uint32_t n) {
+static void pktrt__resolve_batch(const pktrt__query *call, pktrt__batch *b, uint32_t n) {
   const pktrt_scene *scene = call->scene;
   for (uint32_t i = 0; i < n; i += 8) {
-    if (call->place && i + 8 <= n) pktrt__fetch_lines(call->place + i, 8 * sizeof *call->place);
-    uint32_t hits = NAME(occupied)(b->slot + i), flat = hits ? NAME(resolve_hits)(scene, b, i, hits) : 0;
+    if (call->place && i + 8 <= n) pktrt__prefetch_lines(call->place + i, 8 * sizeof *call->place);
+    uint32_t hits = pktrt__lanes_occupied(b->slot + i), flat = hits ? pktrt__resolve_hits(scene, b, i, hits) : 0;
     if (PKTRT__UNLIKELY(flat)) {
-      for (; flat; flat &= flat - 1) NAME(look_again)(scene, b, i + pktrt__lowest(flat));
-      hits = NAME(occupied)(b->slot + i);
-      NAME(resolve_hits)(scene, b, i, hits);
+      for (; flat; flat &= flat - 1) pktrt__resolve_retrace(scene, b, i + pktrt__lowest_bit(flat));
+      hits = pktrt__lanes_occupied(b->slot + i);
+      pktrt__resolve_hits(scene, b, i, hits);
     }
-    NAME(resolve_misses)(b, i, hits);
+    pktrt__resolve_misses(b, i, hits);
   }
 }
 
@@ -7222,110 +7396,110 @@ static void NAME(resolve)(const pktrt__call *call, pktrt__batch *b, uint32_t n) 
 #define ROLL_OUT
 #endif
 
-STEP v8 NAME(dot)(const v8 a[3], const v8 b[3]) {
+STEP v8 pktrt__vec_dot(const v8 a[3], const v8 b[3]) {
   return vadd(vadd(vmul(a[0], b[0]), vmul(a[1], b[1])), vmul(a[2], b[2]));
 }
-STEP d8 NAME(ddot)(const d8 a[3], const d8 b[3]) {
+STEP d8 pktrt__vec_ddot(const d8 a[3], const d8 b[3]) {
   d8 sum = dset(0);
   ROLL_OUT for (int k = 0; k < 3; k++) sum = dadd(sum, dmul(a[k], b[k]));
   return sum;
 }
-STEP void NAME(dset3)(d8 a[3], const double *p) {
+STEP void pktrt__vec_dset3(d8 a[3], const double *p) {
   ROLL_OUT for (int k = 0; k < 3; k++) a[k] = dset(p[k]);
 }
-STEP void NAME(dload3)(d8 a[3], double (*p)[PKTRT__ROW], uint32_t i) {
+STEP void pktrt__vec_dload3(d8 a[3], double (*p)[PKTRT__ROW], uint32_t i) {
   ROLL_OUT for (int k = 0; k < 3; k++) a[k] = dload(p[k] + i);
 }
-STEP void NAME(dfrom3)(d8 a[3], float (*p)[PKTRT__ROW], uint32_t i) {
+STEP void pktrt__vec_dfrom3(d8 a[3], float (*p)[PKTRT__ROW], uint32_t i) {
   ROLL_OUT for (int k = 0; k < 3; k++) a[k] = dfrom(vload(p[k] + i));
 }
-STEP void NAME(load3)(v8 a[3], float (*p)[PKTRT__ROW], uint32_t i) {
+STEP void pktrt__vec_load3(v8 a[3], float (*p)[PKTRT__ROW], uint32_t i) {
   ROLL_OUT for (int k = 0; k < 3; k++) a[k] = vload(p[k] + i);
 }
-STEP void NAME(store3)(float (*p)[PKTRT__ROW], uint32_t i, const v8 a[3]) {
+STEP void pktrt__vec_store3(float (*p)[PKTRT__ROW], uint32_t i, const v8 a[3]) {
   ROLL_OUT for (int k = 0; k < 3; k++) vstore(p[k] + i, a[k]);
 }
 
 /* Unit vectors. Scaled first, for squares of large and small numbers leave the range; zero, infinite and NaN give
    what stands in `instead`. */
-STEP void NAME(unit)(v8 a[3], const v8 instead[3]) {
+STEP void pktrt__vec_normalise(v8 a[3], const v8 instead[3]) {
   const v8 m = vmax(vabs(a[0]), vmax(vabs(a[1]), vabs(a[2])));
   v8 s[3];
   ROLL_OUT for (int k = 0; k < 3; k++) s[k] = vdiv(a[k], m);
-  const v8 length = vsqrt(NAME(dot)(s, s));
+  const v8 length = vsqrt(pktrt__vec_dot(s, s));
   const m8 good = mand(vlt(vset(0.5f), length), vlt(length, vset(2)));
   ROLL_OUT for (int k = 0; k < 3; k++) a[k] = vsel(good, vdiv(s[k], length), instead[k]);
 }
 
 /* Samples, PKTRT__DRAWN at once, in loops of known length, of which compilers make vectors. */
 
-/* The points of Sobol's net that samples are, see pktrt__point_of. All but 2^k are permuted one by one; for these a product
-   with n, in pktrt__turn, is a shift. */
-OP void NAME(shuffle)(uint32_t n, const uint32_t *sample, const uint32_t *group, const uint64_t *key, uint32_t *at) {
-  const uint32_t width = pktrt__width(n - 1), ones = (1u << width) - 1, shift = (width + 1) / 2;
+/* The points of Sobol's net that samples are, see pktrt__sampler_point_index. All but 2^k are permuted one by one; for these a product
+   with n, in pktrt__sampler_rotate, is a shift. */
+OP void pktrt__sampler_shuffle(uint32_t n, const uint32_t *sample, const uint32_t *group, const uint64_t *key, uint32_t *at) {
+  const uint32_t width = pktrt__bit_width(n - 1), ones = (1u << width) - 1, shift = (width + 1) / 2;
   uint32_t any = 0;
   for (int j = 0; j < PKTRT__DRAWN; j++) any |= group[j], at[j] = sample[j];
   if (!any) return;
   if (n & (n - 1)) {
-    for (int j = 0; j < PKTRT__DRAWN; j++) at[j] = pktrt__point_of(group[j], sample[j], n, key[j]);
+    for (int j = 0; j < PKTRT__DRAWN; j++) at[j] = pktrt__sampler_point_index(group[j], sample[j], n, key[j]);
     return;
   }
   for (int j = 0; j < PKTRT__DRAWN; j++) {
     const uint32_t turn = ((uint32_t)key[j] * 0x9E3779B9u + (uint32_t)(key[j] >> 32)) >> (32 - width) % 32;
-    at[j] = group[j] ? (pktrt__stir_thrice(at[j], ones, shift, key[j]) + turn) & ones : at[j];
+    at[j] = group[j] ? (pktrt__sampler_permute_rounds(at[j], ones, shift, key[j]) + turn) & ones : at[j];
   }
 }
 
-/* Digits of their third and fourth coordinates, as in pktrt__net. */
-OP void NAME(second_pair)(uint32_t n, const uint32_t *at, uint32_t *x, uint32_t *y) {
+/* Digits of their third and fourth coordinates, as in pktrt__sampler_net. */
+OP void pktrt__sampler_second_pairs(uint32_t n, const uint32_t *at, uint32_t *x, uint32_t *y) {
   for (int j = 0; j < PKTRT__DRAWN; j++) x[j] = y[j] = 0;
   for (uint32_t k = 0; (n - 1) >> k; k++) {
-    const uint32_t third = pktrt__third[k];
+    const uint32_t third = pktrt__sampler_third[k];
     for (int j = 0; j < PKTRT__DRAWN; j++) {
       const uint32_t bit = at[j] >> k & 1;
       x[j] += x[j] + bit, y[j] ^= (0u - bit) & third;
     }
   }
-  for (int j = 0; (n & (n - 1)) && j < PKTRT__DRAWN; j++) x[j] = pktrt__digits_of(at[j], n);
+  for (int j = 0; (n & (n - 1)) && j < PKTRT__DRAWN; j++) x[j] = pktrt__sampler_digits(at[j], n);
 }
 
-OP void NAME(scramble)(const uint32_t *x, const uint32_t *key, float *out) {
+OP void pktrt__sampler_scramble_rows(const uint32_t *x, const uint32_t *key, float *out) {
   uint32_t bits[PKTRT__DRAWN];
-  for (int j = 0; j < PKTRT__DRAWN; j++) bits[j] = pktrt__reverse(pktrt__owen(x[j], key[j]));
-  for (int j = 0; j < PKTRT__DRAWN; j++) out[j] = pktrt__unit(bits[j]);
+  for (int j = 0; j < PKTRT__DRAWN; j++) bits[j] = pktrt__reverse_bits(pktrt__sampler_owen(x[j], key[j]));
+  for (int j = 0; j < PKTRT__DRAWN; j++) out[j] = pktrt__sampler_unit(bits[j]);
 }
 
-OP void NAME(halves)(const uint64_t *both, uint32_t *low, uint32_t *high) {
+OP void pktrt__sampler_split_halves(const uint64_t *both, uint32_t *low, uint32_t *high) {
   for (int j = 0; j < PKTRT__DRAWN; j++) low[j] = (uint32_t)both[j], high[j] = (uint32_t)(both[j] >> 32);
 }
 
-static void NAME(draw)(const pktrt_sampling *s, pktrt__draws *w, uint32_t i, uint32_t group, uint32_t first,
+static void pktrt__sampler_draw(const pktrt_sampling *s, pktrt__sample_batch *w, uint32_t i, uint32_t group, uint32_t first,
                        uint32_t n) {
   const bool sobol = s->sampler == PKTRT_SAMPLER_SOBOL;
   const uint32_t *const sample = w->sample + i, *const x = w->x + i, *const y = w->y + i, *const of = w->group + i;
   uint32_t number[PKTRT__DRAWN], at[PKTRT__DRAWN], low[PKTRT__DRAWN], high[PKTRT__DRAWN], digits[2][PKTRT__DRAWN];
   uint64_t key[PKTRT__DRAWN], keys[PKTRT__DRAWN];
   for (int j = 0; j < PKTRT__DRAWN; j++) number[j] = (of[j] + group) & (UINT32_MAX >> 2);
-  for (int j = 0; j < PKTRT__DRAWN; j++) key[j] = pktrt__key(s->seed, number[j], x[j], y[j]);
-  if (sobol) NAME(shuffle)(s->samples, sample, number, key, at);
+  for (int j = 0; j < PKTRT__DRAWN; j++) key[j] = pktrt__sampler_key(s->seed, number[j], x[j], y[j]);
+  if (sobol) pktrt__sampler_shuffle(s->samples, sample, number, key, at);
   for (uint32_t pair = first & 2; pair < first + n; pair += 2) {
     float *const u = w->u[pair] + i, *const v = w->u[pair + 1] + i;
     if (sobol) {
-      for (int j = 0; j < PKTRT__DRAWN; j++) digits[0][j] = at[j], digits[1][j] = pktrt__pascal(at[j]);
-      if (pair) NAME(second_pair)(s->samples, at, digits[0], digits[1]);
-      for (int j = 0; j < PKTRT__DRAWN; j++) keys[j] = pktrt__mix(key[j] + pair);
-      NAME(halves)(keys, low, high);
-      NAME(scramble)(digits[0], high, u), NAME(scramble)(digits[1], low, v);
+      for (int j = 0; j < PKTRT__DRAWN; j++) digits[0][j] = at[j], digits[1][j] = pktrt__sampler_pascal(at[j]);
+      if (pair) pktrt__sampler_second_pairs(s->samples, at, digits[0], digits[1]);
+      for (int j = 0; j < PKTRT__DRAWN; j++) keys[j] = pktrt__hash(key[j] + pair);
+      pktrt__sampler_split_halves(keys, low, high);
+      pktrt__sampler_scramble_rows(digits[0], high, u), pktrt__sampler_scramble_rows(digits[1], low, v);
     } else {
-      for (int j = 0; j < PKTRT__DRAWN; j++) keys[j] = pktrt__mix(key[j] + 2 * (uint64_t)sample[j] + pair / 2);
-      NAME(halves)(keys, low, high);
-      for (int j = 0; j < PKTRT__DRAWN; j++) u[j] = pktrt__unit(low[j]), v[j] = pktrt__unit(high[j]);
+      for (int j = 0; j < PKTRT__DRAWN; j++) keys[j] = pktrt__hash(key[j] + 2 * (uint64_t)sample[j] + pair / 2);
+      pktrt__sampler_split_halves(keys, low, high);
+      for (int j = 0; j < PKTRT__DRAWN; j++) u[j] = pktrt__sampler_unit(low[j]), v[j] = pktrt__sampler_unit(high[j]);
     }
   }
 }
 
 /* Rays of a pinhole through eight places of the picture. */
-static void NAME(primary)(const pktrt__view_plane *p, const double *x, const double *y, pktrt__wave *w, uint32_t i) {
+static void pktrt__camera_rays8(const pktrt__camera_plane *p, const double *x, const double *y, pktrt__wave *w, uint32_t i) {
   const d8 px = dload(x), py = dload(y);
   ROLL_OUT for (int a = 0; a < 3; a++) {
     const d8 across = dadd(dset(p->corner[a]), dmul(px, dset(p->dx[a])));
@@ -7334,44 +7508,44 @@ static void NAME(primary)(const pktrt__view_plane *p, const double *x, const dou
   }
 }
 
-OP uint32_t NAME(lanes_of)(uint32_t n) { return n < 8 ? 0xFFu >> (8 - n) : 0xFFu; } /* the first n of eight */
+OP uint32_t pktrt__lanes_first(uint32_t n) { return n < 8 ? 0xFFu >> (8 - n) : 0xFFu; } /* the first n of eight */
 
-static void NAME(pack)(pktrt__wave *w, uint32_t first, uint32_t n, pktrt__surfaces *s) {
+static void pktrt__surface_pack(pktrt__wave *w, uint32_t first, uint32_t n, pktrt__surfaces *s) {
   void *const rows[] = {w->d[0], w->d[1], w->d[2], w->n[0], w->n[1],  w->n[2],   w->t,   w->u,    w->v,
                         w->time, w->id,   w->slot, w->group, w->medium, w->importance, w->key, w->root};
   uint32_t k = 0;
   for (uint32_t i = 0; i < n; i += 8) {
-    const uint32_t from = first + i, to = first + k, all = NAME(lanes_of)(n - i);
-    const uint32_t hits = all & NAME(occupied)(w->slot + from);
-    vpack_from(s->ray + k, hits, s->number + from);
+    const uint32_t from = first + i, to = first + k, all = pktrt__lanes_first(n - i);
+    const uint32_t hits = all & pktrt__lanes_occupied(w->slot + from);
+    vcompress_from(s->ray + k, hits, s->number + from);
     k += pktrt__popcount8(hits);
     if (from == to && hits == all) continue;
     for (size_t row = 0; row < sizeof rows / sizeof *rows; row++) {
       char *data = PKTRT__CAST(char *, rows[row]), *end = data + to * sizeof(float);
-      if (all == 0xFF) vpack_from(end, hits, data + from * sizeof(float));
+      if (all == 0xFF) vcompress_from(end, hits, data + from * sizeof(float));
       else /* the rays behind are still to come */
         for (uint32_t m = hits; m; m &= m - 1, end += sizeof(float))
-          memmove(end, data + (from + pktrt__lowest(m)) * sizeof(float), sizeof(float));
+          memmove(end, data + (from + pktrt__lowest_bit(m)) * sizeof(float), sizeof(float));
     }
   }
   s->first = first, s->count = k;
 }
 
 /* Normals at the corners of the triangles of surfaces i to i + 7; n where the mesh has none. Whether any has. */
-PKTRT__NOINLINE bool NAME(gather_normals)(const pktrt_scene *scene, const float *time, const pktrt__surfaces *s,
+PKTRT__NOINLINE bool pktrt__surface_gather_normals(const pktrt_scene *scene, const float *time, const pktrt__surfaces *s,
                                           uint32_t i, uint32_t lanes, const v8 n[3], v8 q[3][3]) {
   bool any = false;
   ROLL_OUT for (int c = 0; c < 9; c++) q[c / 3][c % 3] = n[c % 3];
   for (uint32_t rest = lanes; rest;) {
-    const uint32_t r = pktrt__lowest(rest), triangle = s->triangle[i + r];
+    const uint32_t r = pktrt__lowest_bit(rest), triangle = s->triangle[i + r];
     const pktrt__mesh *mesh = &scene->meshes[s->mesh[i + r]];
-    uint32_t same = rest & vsame(s->mesh + i, s->mesh[i + r]);
+    uint32_t same = rest & veq_u32(s->mesh + i, s->mesh[i + r]);
     if (mesh->normals) {
       float corner[3][3];
       any = true;
-      same = !pktrt__moves(mesh->key_count) ? same & vsame(s->triangle + i, triangle) : rest & (0u - rest);
+      same = !pktrt__has_motion(mesh->key_count) ? same & veq_u32(s->triangle + i, triangle) : rest & (0u - rest);
       const m8 m = mfrom(same);
-      if (!pktrt__moves(mesh->key_count) && mesh->indices) {
+      if (!pktrt__has_motion(mesh->key_count) && mesh->indices) {
         const uint32_t *v = mesh->indices + (size_t)triangle * 3;
         UNROLL for (int c = 0; c < 3; c++) {
           const float *k = mesh->normals + (size_t)v[c] * 3;
@@ -7380,7 +7554,7 @@ PKTRT__NOINLINE bool NAME(gather_normals)(const pktrt_scene *scene, const float 
         rest &= ~same;
         continue;
       }
-      for (uint32_t c = 0; c < 3; c++) pktrt__corner(mesh, mesh->normals, triangle, c, time[r], corner[c]);
+      for (uint32_t c = 0; c < 3; c++) pktrt__mesh_corner_at(mesh, mesh->normals, triangle, c, time[r], corner[c]);
       ROLL_OUT for (int c = 0; c < 9; c++) q[c / 3][c % 3] = vsel(m, vset(corner[c / 3][c % 3]), q[c / 3][c % 3]);
     }
     rest &= ~same;
@@ -7389,21 +7563,21 @@ PKTRT__NOINLINE bool NAME(gather_normals)(const pktrt_scene *scene, const float 
 }
 
 /* Where rays start that leave surfaces i to i + 7 along their flat normals: 1, or -1 below them. */
-STEP void NAME(leave)(const pktrt__surfaces *s, uint32_t i, double side, v8 o[3]) {
+STEP void pktrt__surface_start(const pktrt__surfaces *s, uint32_t i, double side, v8 o[3]) {
   const d8 lift = dmul(dfrom(vload(s->lift + i)), dset(side));
   ROLL_OUT for (int a = 0; a < 3; a++)
     o[a] = dto(dadd(dload(s->point[a] + i), dmul(lift, dfrom(vload(s->flat[a] + i)))));
 }
 
 /* Points and normals of surfaces i to i + 7, of which those in `lanes` exist. */
-PKTRT__NOINLINE void NAME(find8)(const pktrt_scene *scene, bool smooth, const pktrt__wave *w, pktrt__surfaces *s,
+PKTRT__NOINLINE void pktrt__surface_find8(const pktrt_scene *scene, bool smooth, const pktrt__wave *w, pktrt__surfaces *s,
                                  uint32_t i, uint32_t lanes) {
   const uint32_t at = s->first + i;
   const v8 u = vload(w->u + at), v = vload(w->v + at), zero = vset(0);
   const d8 du = dfrom(u), dv = dfrom(v);
   v8 p[3][3], n[3], d[3], q[3];
   d8 length2 = dset(0);
-  NAME(gather_corners)(scene, w->slot + at, w->group + at, w->time + at, lanes, p);
+  pktrt__resolve_gather_corners(scene, w->slot + at, w->group + at, w->time + at, lanes, p);
   ROLL_OUT for (int a = 0; a < 3; a++) {
     const d8 p0 = dfrom(p[0][a]), e1 = dsub(dfrom(p[1][a]), p0), e2 = dsub(dfrom(p[2][a]), p0);
     const d8 point = dadd(p0, dadd(dmul(du, e1), dmul(dv, e2)));
@@ -7413,42 +7587,42 @@ PKTRT__NOINLINE void NAME(find8)(const pktrt_scene *scene, bool smooth, const pk
     length2 = dadd(length2, dmul(dfrom(d[a]), dfrom(d[a])));
   }
   vstore(s->distance + i, dto(dmul(dfrom(vload(w->t + at)), dsqrt(length2))));
-  const bool bent = smooth && NAME(gather_normals)(scene, w->time + at, s, i, lanes, n, p);
+  const bool bent = smooth && pktrt__surface_gather_normals(scene, w->time + at, s, i, lanes, n, p);
   if (bent) {
     ROLL_OUT for (int a = 0; a < 3; a++)
       q[a] = vadd(p[0][a], vadd(vmul(u, vsub(p[1][a], p[0][a])), vmul(v, vsub(p[2][a], p[0][a]))));
   }
-  NAME(unit)(n, n);
+  pktrt__vec_normalise(n, n);
   if (!bent) { /* as if it were blended of three: zeros are positive */
     ROLL_OUT for (int a = 0; a < 3; a++) q[a] = vadd(n[a], zero);
   }
-  NAME(unit)(d, d);
-  const m8 inside = vlt(zero, NAME(dot)(n, d));
+  pktrt__vec_normalise(d, d);
+  const m8 inside = vlt(zero, pktrt__vec_dot(n, d));
   ROLL_OUT for (int a = 0; a < 3; a++) n[a] = vsel(inside, vsub(zero, n[a]), n[a]);
-  if (bent) NAME(unit)(q, n);
-  const m8 turned = vlt(NAME(dot)(q, n), zero);
+  if (bent) pktrt__vec_normalise(q, n);
+  const m8 turned = vlt(pktrt__vec_dot(q, n), zero);
   ROLL_OUT for (int a = 0; a < 3; a++) q[a] = vsel(turned, vsub(zero, q[a]), q[a]);
-  const m8 away = vle(zero, NAME(dot)(q, d));
-  NAME(store3)(s->flat, i, n);
-  NAME(store3)(s->shade, i, q);
-  NAME(store3)(s->d, i, d);
+  const m8 away = vle(zero, pktrt__vec_dot(q, d));
+  pktrt__vec_store3(s->flat, i, n);
+  pktrt__vec_store3(s->shade, i, q);
+  pktrt__vec_store3(s->d, i, d);
   ROLL_OUT for (int a = 0; a < 3; a++) vstore(s->facing[a] + i, vsel(away, n[a], q[a]));
   s->inside[i / 8] = (uint8_t)mbits(inside);
-  NAME(leave)(s, i, 1, p[0]);
-  NAME(store3)(s->start, i, p[0]);
+  pktrt__surface_start(s, i, 1, p[0]);
+  pktrt__vec_store3(s->start, i, p[0]);
 }
 
 /* What materials say of surfaces i to i + 7, before their hooks and the angle of view change it. */
-PKTRT__NOINLINE void NAME(read8)(const pktrt_scene *scene, pktrt__surfaces *s, uint32_t i, uint32_t lanes) {
+PKTRT__NOINLINE void pktrt__surface_read_materials(const pktrt_scene *scene, pktrt__surfaces *s, uint32_t i, uint32_t lanes) {
   v8 albedo[3], reflectance[3], emission[3], eta = vset(1);
   uint32_t shaded = 0, hooked = 0, lobed = 0, kind[5] = {0, 0, 0, 0, 0};
   ROLL_OUT for (int a = 0; a < 3; a++) albedo[a] = reflectance[a] = emission[a] = vset(0);
   for (uint32_t rest = lanes; rest;) {
-    const uint32_t material = s->material[i + pktrt__lowest(rest)], same = rest & vsame(s->material + i, material);
-    const pktrt_material *look = pktrt__look(scene, material);
+    const uint32_t material = s->material[i + pktrt__lowest_bit(rest)], same = rest & veq_u32(s->material + i, material);
+    const pktrt_material *look = pktrt__material_of(scene, material);
     const bool tinted = look->reflectance[0] > 0 || look->reflectance[1] > 0 || look->reflectance[2] > 0;
     const bool own = tinted || look->specular == PKTRT_SPECULAR_MIRROR;
-    const float ior = pktrt__index(look, 0);
+    const float ior = pktrt__material_ior(look, 0);
     const m8 m = mfrom(same), within = mfrom(look->specular == PKTRT_SPECULAR_DIELECTRIC ? s->inside[i / 8] : 0u);
     ROLL_OUT for (int a = 0; a < 3; a++) {
       albedo[a] = vsel(m, vset(look->albedo[a]), albedo[a]);
@@ -7458,30 +7632,30 @@ PKTRT__NOINLINE void NAME(read8)(const pktrt_scene *scene, pktrt__surfaces *s, u
     eta = vsel(m, vsel(within, vset(1 / ior), vset(ior)), eta);
     kind[look->specular] |= same;
     shaded |= look->shader ? same : 0, hooked |= look->shader || look->texture ? same : 0;
-    lobed |= pktrt__has_lobe(look) ? same : 0;
+    lobed |= pktrt__material_has_lobe(look) ? same : 0;
     rest &= ~same;
   }
-  NAME(store3)(s->albedo, i, albedo);
-  NAME(store3)(s->reflectance, i, reflectance);
-  NAME(store3)(s->emission, i, emission);
+  pktrt__vec_store3(s->albedo, i, albedo);
+  pktrt__vec_store3(s->reflectance, i, reflectance);
+  pktrt__vec_store3(s->emission, i, emission);
   vstore(s->eta + i, eta);
   kind[PKTRT_SPECULAR_NONE] |= ~lanes; /* those that do not exist want no work */
   for (int k = 0; k < 5; k++) s->kind[k][i / 8] = (uint8_t)kind[k];
   s->shaded[i / 8] = (uint8_t)shaded, s->hooked[i / 8] = (uint8_t)hooked, s->lobed[i / 8] = (uint8_t)lobed;
 }
 
-static void NAME(find)(const pktrt_scene *scene, bool smooth, const pktrt__wave *w, pktrt__surfaces *s) {
+static void pktrt__surface_find(const pktrt_scene *scene, bool smooth, const pktrt__wave *w, pktrt__surfaces *s) {
   for (uint32_t i = 0; i < s->count; i += 8) {
-    const uint32_t lanes = NAME(lanes_of)(s->count - i);
-    NAME(find8)(scene, smooth, w, s, i, lanes);
-    NAME(read8)(scene, s, i, lanes);
+    const uint32_t lanes = pktrt__lanes_first(s->count - i);
+    pktrt__surface_find8(scene, smooth, w, s, i, lanes);
+    pktrt__surface_read_materials(scene, s, i, lanes);
   }
 }
 
 /* With c the cosine before a surface, k = eta^2 - (1 - c^2): the cosine behind it is sqrt(k) / eta. Next to eta = 1 as
    c^2 + (eta^2 - 1), which is right at grazing angles, in dense glass as eta^2 - (1 - c) (1 + c), which is right head on;
    the squares' differences are products. */
-OP v8 NAME(behind)(v8 c, v8 eta) {
+OP v8 pktrt__material_cosine_behind(v8 c, v8 eta) {
   const v8 one = vset(1), more = vmul(vsub(eta, one), vadd(eta, one)), less = vmul(vsub(one, c), vadd(one, c));
   return vsel(vlt(eta, vset(0.5f)), vsub(vmul(eta, eta), less), vadd(vmul(c, c), more));
 }
@@ -7490,41 +7664,41 @@ OP v8 NAME(behind)(v8 c, v8 eta) {
    cosine before the surface and c' the one behind it, R is the mean of ((c - eta c') / (c + eta c'))^2 and
    ((eta c - c') / (eta c + c'))^2; no real c' is total reflection. What bends to the wrong side of the triangle, which
    smooth normals can bring about, is taken about the triangle's own normal. */
-STEP void NAME(scatter)(pktrt__surfaces *s, uint32_t i) {
+STEP void pktrt__material_scatter(pktrt__surfaces *s, uint32_t i) {
   v8 d[3], n[3], f[3], r[3], t[3];
-  NAME(load3)(d, s->d, i);
-  NAME(load3)(n, s->facing, i);
-  NAME(load3)(f, s->flat, i);
+  pktrt__vec_load3(d, s->d, i);
+  pktrt__vec_load3(n, s->facing, i);
+  pktrt__vec_load3(f, s->flat, i);
   const v8 zero = vset(0), one = vset(1), eta = vload(s->eta + i);
-  const v8 c = vmin(one, vsub(zero, NAME(dot)(d, n))), cf = vmin(one, vsub(zero, NAME(dot)(d, f)));
+  const v8 c = vmin(one, vsub(zero, pktrt__vec_dot(d, n))), cf = vmin(one, vsub(zero, pktrt__vec_dot(d, f)));
   ROLL_OUT for (int a = 0; a < 3; a++) r[a] = vadd(d[a], vmul(vadd(c, c), n[a]));
-  const m8 below = vle(NAME(dot)(r, f), zero);
+  const m8 below = vle(pktrt__vec_dot(r, f), zero);
   ROLL_OUT for (int a = 0; a < 3; a++) r[a] = vsel(below, vadd(d[a], vmul(vadd(cf, cf), f[a])), r[a]);
-  NAME(unit)(r, f);
-  NAME(store3)(s->mirror, i, r);
-  const v8 k = NAME(behind)(c, eta), c2 = vdiv(vsqrt(vmax(k, zero)), eta);
-  const v8 kf = NAME(behind)(cf, eta), cf2 = vdiv(vsqrt(vmax(kf, zero)), eta);
+  pktrt__vec_normalise(r, f);
+  pktrt__vec_store3(s->mirror, i, r);
+  const v8 k = pktrt__material_cosine_behind(c, eta), c2 = vdiv(vsqrt(vmax(k, zero)), eta);
+  const v8 kf = pktrt__material_cosine_behind(cf, eta), cf2 = vdiv(vsqrt(vmax(kf, zero)), eta);
   const v8 ec = vmul(eta, c), ec2 = vmul(eta, c2);
   const v8 rs = vdiv(vsub(c, ec2), vadd(c, ec2)), rp = vdiv(vsub(ec, c2), vadd(ec, c2));
   vstore(s->fresnel + i, vsel(vlt(zero, k), vmul(vset(0.5f), vadd(vmul(rs, rs), vmul(rp, rp))), one));
   const v8 along = vsub(vdiv(c, eta), c2), along_f = vsub(vdiv(cf, eta), cf2);
   ROLL_OUT for (int a = 0; a < 3; a++) t[a] = vadd(vdiv(d[a], eta), vmul(along, n[a]));
-  const m8 above = vle(zero, NAME(dot)(t, f));
+  const m8 above = vle(zero, pktrt__vec_dot(t, f));
   ROLL_OUT for (int a = 0; a < 3; a++) t[a] = vsel(above, vadd(vdiv(d[a], eta), vmul(along_f, f[a])), t[a]);
-  NAME(unit)(t, d);
-  NAME(store3)(s->refracted, i, t);
+  pktrt__vec_normalise(t, d);
+  pktrt__vec_store3(s->refracted, i, t);
 }
 
 /* Weights of what surfaces i to i + 7 reflect and refract, and what is left for the diffuse base; metals' are still to
    come. */
-PKTRT__NOINLINE void NAME(weigh8)(pktrt__surfaces *s, uint32_t i) {
+PKTRT__NOINLINE void pktrt__material_weights8(pktrt__surfaces *s, uint32_t i) {
   const uint32_t live = ~(uint32_t)s->shaded[i / 8], glossy = live & ~(uint32_t)s->kind[PKTRT_SPECULAR_NONE][i / 8];
   const v8 zero = vset(0), one = vset(1);
   if (!(glossy & 0xFF)) {
     for (int a = 0; a < 3; a++) vstore(s->specular[a] + i, zero), vstore(s->passing[a] + i, zero);
     return;
   }
-  NAME(scatter)(s, i);
+  pktrt__material_scatter(s, i);
   const v8 fresnel = vload(s->fresnel + i), rest = vsub(one, fresnel);
   const m8 mirror = mfrom(s->kind[PKTRT_SPECULAR_MIRROR][i / 8] & live);
   const m8 coat = mfrom(s->kind[PKTRT_SPECULAR_COAT][i / 8] & live);
@@ -7539,16 +7713,16 @@ PKTRT__NOINLINE void NAME(weigh8)(pktrt__surfaces *s, uint32_t i) {
   }
 }
 
-static void NAME(dress)(const pktrt_scene *scene, const pktrt__glass_mesh *meshes, bool follow,
+static void pktrt__material_evaluate(const pktrt_scene *scene, const pktrt__glass_mesh *meshes, bool follow,
                         const float ambient[3], const pktrt__wave *w, pktrt__surfaces *s) {
   for (uint32_t i = 0; i < s->count; i += 8) {
-    const uint32_t lanes = NAME(lanes_of)(s->count - i), lit = ~(uint32_t)s->shaded[i / 8];
+    const uint32_t lanes = pktrt__lanes_first(s->count - i), lit = ~(uint32_t)s->shaded[i / 8];
     if (follow) {
       const uint32_t metal = PKTRT__CONDUCTOR ? s->kind[PKTRT_SPECULAR_CONDUCTOR][i / 8] & lit : 0;
       const uint32_t inside = s->kind[PKTRT_SPECULAR_DIELECTRIC][i / 8] & s->inside[i / 8];
-      const uint32_t glass = PKTRT__DIELECTRIC ? lanes & (inside | ~vsame(w->medium + s->first + i, 0)) : 0;
-      NAME(weigh8)(s, i);
-      if (metal | glass) pktrt__weigh_alone(scene, meshes, w, s, i, metal, glass);
+      const uint32_t glass = PKTRT__DIELECTRIC ? lanes & (inside | ~veq_u32(w->medium + s->first + i, 0)) : 0;
+      pktrt__material_weights8(s, i);
+      if (metal | glass) pktrt__material_weights_rest(scene, meshes, w, s, i, metal, glass);
     }
     for (int a = 0; a < 3; a++) {
       const v8 around = vsel(mfrom(lit & 0xFF), vmul(vload(s->albedo[a] + i), vset(ambient[a])), vset(0));
@@ -7562,17 +7736,17 @@ static void NAME(dress)(const pktrt_scene *scene, const pktrt__glass_mesh *meshe
 /* Where a light is for surfaces i to i + 7 at p, and the irradiance of what faces it there, but for a quad's cosine. A
    mesh is seen in its middle: a point on the line to it, out of the sphere around it; in the middle itself nothing is
    comparable, hence nothing is lit. */
-STEP d8 NAME(look_for)(const pktrt__aim *l, uint32_t i, d8 p[3], d8 at[3]) {
+STEP d8 pktrt__light_locate(const pktrt__light_target *l, uint32_t i, d8 p[3], d8 at[3]) {
   d8 to[3], facing[3];
   if (l->listed) {
     ROLL_OUT for (int a = 0; a < 3; a++) at[a] = dload(l->listed->at[a] + i);
     return dload(l->listed->factor + i);
   }
-  NAME(dset3)(at, l->at);
+  pktrt__vec_dset3(at, l->at);
   if (!PKTRT__AREA_LIGHTS || l->kind != PKTRT_LIGHT_MESH) return dset(l->strength);
   ROLL_OUT for (int a = 0; a < 3; a++) to[a] = dsub(at[a], p[a]);
-  NAME(dset3)(facing, l->facing);
-  const d8 r2 = NAME(ddot)(to, to), r = dsqrt(r2), along = NAME(ddot)(to, facing);
+  pktrt__vec_dset3(facing, l->facing);
+  const d8 r2 = pktrt__vec_ddot(to, to), r = dsqrt(r2), along = pktrt__vec_ddot(to, facing);
   const d8 outside = dmax(dsub(dset(1), ddiv(dset(l->radius), r)), dset(1.0 / 1024));
   ROLL_OUT for (int a = 0; a < 3; a++) at[a] = dadd(p[a], dmul(outside, to[a]));
   return dmul(ddiv(dadd(ddiv(dabs(along), r), dset(l->folded)), r2), dset(l->strength));
@@ -7580,34 +7754,34 @@ STEP d8 NAME(look_for)(const pktrt__aim *l, uint32_t i, d8 p[3], d8 at[3]) {
 
 /* Shadow rays of surfaces i to i + 7, behind those in the list. The surface is left along its flat normal by `lift`, on
    the viewer's side, which is the light's. */
-PKTRT__NOINLINE void NAME(aim8)(const pktrt_scene *scene, const pktrt__aim *l, const pktrt__wave *w,
-                                pktrt__surfaces *s, uint32_t i, uint32_t lanes, pktrt__shadows *sh) {
+PKTRT__NOINLINE void pktrt__light_shadow_rays8(const pktrt_scene *scene, const pktrt__light_target *l, const pktrt__wave *w,
+                                pktrt__surfaces *s, uint32_t i, uint32_t lanes, pktrt__shadow_rays *sh) {
   d8 to[3], p[3], at[3], flat[3], shade[3];
   v8 o[3], d[3], arriving[3], lobe = vset(0), largest = vset(0);
-  NAME(load3)(o, s->start, i);
-  NAME(dload3)(p, s->point, i);
-  NAME(dfrom3)(flat, s->flat, i);
-  NAME(dfrom3)(shade, s->shade, i);
-  d8 factor = NAME(look_for)(l, i, p, at);
+  pktrt__vec_load3(o, s->start, i);
+  pktrt__vec_dload3(p, s->point, i);
+  pktrt__vec_dfrom3(flat, s->flat, i);
+  pktrt__vec_dfrom3(shade, s->shade, i);
+  d8 factor = pktrt__light_locate(l, i, p, at);
   if (l->listed) lanes &= mbits(dlt(dset(0), factor)); /* others have no place on a light */
   ROLL_OUT for (int a = 0; a < 3; a++) {
     to[a] = l->infinite ? at[a] : dsub(at[a], p[a]);
     d[a] = dto(l->infinite ? at[a] : dsub(at[a], dfrom(o[a])));
   }
-  lanes &= mbits(dlt(dset(0), NAME(ddot)(to, flat)));
+  lanes &= mbits(dlt(dset(0), pktrt__vec_ddot(to, flat)));
   if (!lanes) return; /* all look away from it */
-  const d8 r2 = NAME(ddot)(to, to), r = dsqrt(r2);
+  const d8 r2 = pktrt__vec_ddot(to, to), r = dsqrt(r2);
   if (PKTRT__AREA_LIGHTS && l->kind == PKTRT_LIGHT_QUAD && !l->listed) { /* negative behind it */
-    NAME(dset3)(at, l->facing);
-    factor = dmul(ddiv(dmul(dset(-l->area), NAME(ddot)(to, at)), r), factor);
+    pktrt__vec_dset3(at, l->facing);
+    factor = dmul(ddiv(dmul(dset(-l->area), pktrt__vec_ddot(to, at)), r), factor);
   }
-  const d8 irradiance = l->by_square ? ddiv(factor, r2) : factor, cosine = ddiv(NAME(ddot)(to, shade), r);
+  const d8 irradiance = l->by_square ? ddiv(factor, r2) : factor, cosine = ddiv(pktrt__vec_ddot(to, shade), r);
   const v8 diffuse = dto(dmul(dmul(dmax(dset(0), cosine), irradiance), dset(0.31830988618379067154)));
   lanes &= mbits(dlt(dset(0), irradiance));
   if (PKTRT__GLOSS && l->lobes && (lanes & s->lobed[i / 8])) {
     float axis[3][8], part[8] = {0, 0, 0, 0, 0, 0, 0, 0};
     ROLL_OUT for (int a = 0; a < 3; a++) vstore(axis[a], dto(ddiv(to[a], r)));
-    pktrt__shine(scene, s, i, lanes & s->lobed[i / 8], axis, part);
+    pktrt__light_lobe_values(scene, s, i, lanes & s->lobed[i / 8], axis, part);
     lobe = vmul(vload(part), dto(irradiance));
   }
   ROLL_OUT for (int a = 0; a < 3; a++) {
@@ -7619,42 +7793,42 @@ PKTRT__NOINLINE void NAME(aim8)(const pktrt_scene *scene, const pktrt__aim *l, c
   lanes &= mbits(vlt(vset(0), largest));
   const uint32_t n = sh->count;
   ROLL_OUT for (int a = 0; a < 3; a++) {
-    vpack(sh->o[a] + n, lanes, o[a]);
-    vpack(sh->d[a] + n, lanes, d[a]);
-    vpack(sh->arriving[a] + n, lanes, arriving[a]);
+    vcompress(sh->o[a] + n, lanes, o[a]);
+    vcompress(sh->d[a] + n, lanes, d[a]);
+    vcompress(sh->arriving[a] + n, lanes, arriving[a]);
   }
-  vpack_from(sh->time + n, lanes, w->time + s->first + i);
-  vpack_from(sh->surface + n, lanes, s->number + i);
-  if (sh->material) vpack_from(sh->material + n, lanes, s->material + i);
+  vcompress_from(sh->time + n, lanes, w->time + s->first + i);
+  vcompress_from(sh->surface + n, lanes, s->number + i);
+  if (sh->material) vcompress_from(sh->material + n, lanes, s->material + i);
   if (sh->limit) vstore(sh->limit + n, vset(sh->tmax));
   sh->count += pktrt__popcount8(lanes);
 }
 
-static void NAME(aim)(const pktrt_scene *scene, const pktrt__aim *l, const pktrt__wave *w, pktrt__surfaces *s,
-                      pktrt__shadows *sh) {
+static void pktrt__light_shadow_rays(const pktrt_scene *scene, const pktrt__light_target *l, const pktrt__wave *w, pktrt__surfaces *s,
+                      pktrt__shadow_rays *sh) {
   sh->count = 0, sh->tmax = l->infinite ? INFINITY : 1;
   for (uint32_t i = 0; i < s->count; i += 8)
-    if (s->lit[i / 8]) NAME(aim8)(scene, l, w, s, i, s->lit[i / 8], sh);
+    if (s->lit[i / 8]) pktrt__light_shadow_rays8(scene, l, w, s, i, s->lit[i / 8], sh);
 }
 
 /* Where lines enter and leave what lies between two planes: at most, and at least, what is there. */
-STEP void NAME(cut)(float lo, float hi, vf rd, vf shift, vf *from, vf *to) {
+STEP void pktrt__glass_clip(float lo, float hi, vf rd, vf shift, vf *from, vf *to) {
   const vf t0 = ffms(fset(lo), rd, shift), t1 = ffms(fset(hi), rd, shift);
   *from = fmax_(*from, fmin_(t0, t1)), *to = fmin_(*to, fmax_(t0, t1));
 }
 
 /* Of rays from i on, a wide vector, those in `lanes` that meet an innermost box of glass. */
-static uint32_t NAME(meets)(const pktrt__glass *glass, const pktrt__batch *b, uint32_t i, uint32_t lanes) {
+static uint32_t pktrt__glass_find_rays(const pktrt__glass_boxes *glass, const pktrt__batch *b, uint32_t i, uint32_t lanes) {
   vf rd[3], shift[3];
   uint32_t found = 0;
   for (int a = 0; a < 3; a++) {
     const vf d = fload(b->d[a] + i);
-    rd[a] = fdiv(fset(1), fwith_sign(fmax_(fabs_(d), fset(glass->least)), d));
+    rd[a] = fdiv(fset(1), fcopysign(fmax_(fabs_(d), fset(glass->least)), d));
     shift[a] = fmul(fload(b->o[a] + i), rd[a]);
   }
   for (const pktrt__glass_box *box = glass->boxes, *last = box + box->next; box < last && lanes;) {
     vf from = fset(0), to = fload(b->tmax + i);
-    ROLL_OUT for (int a = 0; a < 3; a++) NAME(cut)(box->lo[a], box->hi[a], rd[a], shift[a], &from, &to);
+    ROLL_OUT for (int a = 0; a < 3; a++) pktrt__glass_clip(box->lo[a], box->hi[a], rd[a], shift[a], &from, &to);
     const uint32_t met = lanes & ~fbits(flt(to, from)), next = box->next, ends = next == 1 ? met : 0;
     found |= ends, lanes &= ~ends;
     box += met ? 1 : next;
@@ -7663,21 +7837,21 @@ static uint32_t NAME(meets)(const pktrt__glass *glass, const pktrt__batch *b, ui
 }
 
 /* What n rays see of a light whose shadow rays they are, and which of them may go on through glass. */
-static uint32_t NAME(see)(const pktrt__glass *glass, const pktrt__batch *b, float (*seen)[PKTRT__ROW], uint32_t n,
+static uint32_t pktrt__light_visibility(const pktrt__glass_boxes *glass, const pktrt__batch *b, float (*seen)[PKTRT__ROW], uint32_t n,
                           uint32_t *lane) {
   uint32_t listed = 0;
   for (uint32_t i = 0; i < n; i += FW) {
-    uint32_t stopped = NAME(lanes_of)(n - i) & NAME(occupied)(b->slot + i);
-    if (n - i > 8 && FW > 8) stopped |= (NAME(lanes_of)(n - i - 8) & NAME(occupied)(b->slot + i + 8)) << 8;
-    uint32_t met = glass->boxes && stopped ? NAME(meets)(glass, b, i, stopped) : 0;
+    uint32_t stopped = pktrt__lanes_first(n - i) & pktrt__lanes_occupied(b->slot + i);
+    if (n - i > 8 && FW > 8) stopped |= (pktrt__lanes_first(n - i - 8) & pktrt__lanes_occupied(b->slot + i + 8)) << 8;
+    uint32_t met = glass->boxes && stopped ? pktrt__glass_find_rays(glass, b, i, stopped) : 0;
     for (int a = 0; a < 3; a++) fstore(seen[a] + i, fsel(ffrom(stopped), fset(0), fset(1)));
-    for (; met; met &= met - 1) lane[listed++] = i + pktrt__lowest(met);
+    for (; met; met &= met - 1) lane[listed++] = i + pktrt__lowest_bit(met);
   }
   return listed;
 }
 
 /* One after the other where they are not those of eight surfaces in a row: several may be of one surface. */
-static void NAME(gain)(pktrt__surfaces *s, const uint32_t *surface, float (*arriving)[PKTRT__ROW],
+static void pktrt__light_add(pktrt__surfaces *s, const uint32_t *surface, float (*arriving)[PKTRT__ROW],
                        float (*seen)[PKTRT__ROW], uint32_t n) {
   for (uint32_t i = 0, next; i < n; i = next) {
     const uint32_t k = surface[i];
@@ -7697,7 +7871,7 @@ static void NAME(gain)(pktrt__surfaces *s, const uint32_t *surface, float (*arri
 }
 
 /* Rays from surfaces i to i + 7, behind n of a wave; those worth following are counted in. */
-PKTRT__NOINLINE uint32_t NAME(send8)(const pktrt__sending *g, const pktrt__wave *w, const pktrt__surfaces *s,
+PKTRT__NOINLINE uint32_t pktrt__spawn_rays8(const pktrt__spawn_request *g, const pktrt__wave *w, const pktrt__surfaces *s,
                                      uint32_t i, uint32_t lanes, pktrt__wave *to, uint32_t n) {
   const uint32_t at = s->first + i;
   uint32_t medium[8], key[8];
@@ -7711,29 +7885,29 @@ PKTRT__NOINLINE uint32_t NAME(send8)(const pktrt__sending *g, const pktrt__wave 
   const v8 importance = vmul(vload(w->importance + at), largest);
   lanes &= mbits(vlt(vset(0), largest)) & ~mbits(vlt(importance, vset(g->threshold)));
   if (!lanes) return n;
-  if (g->refraction) NAME(leave)(s, i, -1, o);
+  if (g->refraction) pktrt__surface_start(s, i, -1, o);
   ROLL_OUT for (int a = 0; a < 3; a++) {
-    vpack(to->o[a] + n, lanes, o[a]);
-    vpack(to->d[a] + n, lanes, d[a]);
-    vpack(to->weight[a] + n, lanes, weight[a]);
+    vcompress(to->o[a] + n, lanes, o[a]);
+    vcompress(to->d[a] + n, lanes, d[a]);
+    vcompress(to->weight[a] + n, lanes, weight[a]);
   }
-  pktrt__inherit(g, w, s, i, lanes, medium, key);
-  vpack_from(to->time + n, lanes, w->time + at);
-  vpack(to->importance + n, lanes, importance);
-  vpack_from(to->medium + n, lanes, medium);
-  vpack_from(to->key + n, lanes, key);
-  vpack_from(to->parent + n, lanes, s->ray + i);
-  vpack_from(to->material + n, lanes, s->material + i);
-  vpack_from(to->root + n, lanes, w->root + at);
+  pktrt__spawn_inherit(g, w, s, i, lanes, medium, key);
+  vcompress_from(to->time + n, lanes, w->time + at);
+  vcompress(to->importance + n, lanes, importance);
+  vcompress_from(to->medium + n, lanes, medium);
+  vcompress_from(to->key + n, lanes, key);
+  vcompress_from(to->parent + n, lanes, s->ray + i);
+  vcompress_from(to->material + n, lanes, s->material + i);
+  vcompress_from(to->root + n, lanes, w->root + at);
   return n + pktrt__popcount8(lanes);
 }
 
-static uint32_t NAME(send)(const pktrt__sending *g, const pktrt__wave *w, const pktrt__surfaces *s, pktrt__wave *to,
+static uint32_t pktrt__spawn_rays(const pktrt__spawn_request *g, const pktrt__wave *w, const pktrt__surfaces *s, pktrt__wave *to,
                            uint32_t n) {
   for (uint32_t i = 0; i < s->count; i += 8) {
     const uint32_t glass = s->kind[PKTRT_SPECULAR_DIELECTRIC][i / 8], none = s->kind[PKTRT_SPECULAR_NONE][i / 8];
-    const uint32_t lanes = NAME(lanes_of)(s->count - i) & (g->refraction ? glass : ~none) & ~(uint32_t)s->shaded[i / 8];
-    if (lanes) n = NAME(send8)(g, w, s, i, lanes, to, n);
+    const uint32_t lanes = pktrt__lanes_first(s->count - i) & (g->refraction ? glass : ~none) & ~(uint32_t)s->shaded[i / 8];
+    if (lanes) n = pktrt__spawn_rays8(g, w, s, i, lanes, to, n);
   }
   return n;
 }
@@ -7748,7 +7922,7 @@ static uint32_t NAME(send)(const pktrt__sending *g, const pktrt__wave *w, const 
     (PKTRT__STAMP == PKTRT__STAMP_SCALAR && !defined(PKTRT__HAS_SSE2) && !defined(PKTRT__HAS_NEON)) || \
     !(defined(PKTRT__HAS_SCALAR) || defined(PKTRT__HAS_SSE2) || defined(PKTRT__HAS_AVX2))
 
-static uint32_t NAME(lanes_with_area)(const float *v) {
+static uint32_t pktrt__fit_lanes_with_area(const float *v) {
   d8 a[3], b[3];
   UNROLL for (int i = 0; i < 3; i++) {
     const d8 from = dfrom(vload(v + 8 * i));
@@ -7760,7 +7934,7 @@ static uint32_t NAME(lanes_with_area)(const float *v) {
 }
 
 /* Planes of a node's children at a key: of blocks by their vertices, of nodes by their own children. */
-static void NAME(fit_children)(const pktrt__group *g, const uint32_t *child, uint32_t key, float *plane) {
+static void pktrt__fit_children(const pktrt__bvh *g, const uint32_t *child, uint32_t key, float *plane) {
   for (int c = 0; c < PKTRT__W; c++) {
     if (child[c] == PKTRT__EMPTY) continue;
     const bool leaf = (child[c] & PKTRT__LEAF) != 0;
@@ -7776,108 +7950,108 @@ static void NAME(fit_children)(const pktrt__group *g, const uint32_t *child, uin
 }
 
 /* Children follow their parents, so backwards is bottom-up. */
-static double NAME(fit_nodes)(const pktrt__group *g, uint32_t first, uint32_t count) {
+static double pktrt__fit_nodes(const pktrt__bvh *g, uint32_t first, uint32_t count) {
   double sum = 0.0, area[8];
   for (uint32_t n = first + count; n-- > first;) {
     unsigned char *node = g->nodes + (size_t)n * g->node_bytes;
     const uint32_t *child = pktrt__node_children(node);
     for (uint32_t k = 0; k < g->key_count; k++) {
       float *p = pktrt__node_planes(node, k);
-      NAME(fit_children)(g, child, k, p);
+      pktrt__fit_children(g, child, k, p);
       const d8 x = dsub(dfrom(vload(p + 8)), dfrom(vload(p))), y = dsub(dfrom(vload(p + 24)), dfrom(vload(p + 16)));
       const d8 z = dsub(dfrom(vload(p + 40)), dfrom(vload(p + 32)));
       dstore(area, dmul(dset(2.0), dadd(dadd(dmul(x, y), dmul(y, z)), dmul(z, x))));
       for (int c = 0; c < PKTRT__W; c++) sum += child[c] == PKTRT__EMPTY ? 0.0 : area[c];
     }
-    pktrt__order_children(g, node);
+    pktrt__bvh_order_children(g, node);
   }
   return sum;
 }
 
-static const pktrt__fit NAME(fit) = {NAME(lanes_with_area), NAME(fit_nodes)};
+static const pktrt__fit_table pktrt__fit_kernels = {pktrt__fit_lanes_with_area, pktrt__fit_nodes};
 #endif
 
 /* >>entry ---------------------------------------------------------------------------------------------------------- */
 
 /* A lone ray through all groups, most often the only one, at rest. */
-OP bool NAME(ask_alone)(const pktrt_scene *scene, pktrt__lone *q, const bool occlusion, bool check,
+OP bool pktrt__entry_single(const pktrt_scene *scene, pktrt__single *q, const bool occlusion, bool check,
                         pktrt_counts *unread) {
   const bool moving = false, stats = false;
-  const pktrt__group *g = scene->groups;
-  if (scene->group_count != 1 || pktrt__moves(g->key_count))
-    return NAME(drive_alone)(scene, q, occlusion, check, stats, unread);
-  return NAME(single_any)(&g->rest, q, 0, occlusion, moving, stats, unread);
+  const pktrt__bvh *g = scene->groups;
+  if (scene->group_count != 1 || pktrt__has_motion(g->key_count))
+    return pktrt__drive_single(scene, q, occlusion, check, stats, unread);
+  return pktrt__single_traverse(&g->rest, q, 0, occlusion, moving, stats, unread);
 }
 
 /* One ray by itself. */
-static bool NAME(intersect)(const pktrt_scene *scene, const pktrt_ray *ray, pktrt_hit *hit) {
+static bool pktrt__entry_intersect(const pktrt_scene *scene, const pktrt_ray *ray, pktrt_hit *hit) {
   pktrt_counts unread; /* see PKTRT__INSTANCES */
-  pktrt__lone q;
+  pktrt__single q;
   uint32_t hint[2] = {0, 0};
   if (PKTRT__STAMP == PKTRT__STAMP_SCALAR) memset(&unread, 0, sizeof unread);
-  for (bool check = false;; check = true) { /* where a triangle had no area, once more, as in NAME(resolve) */
-    if (!NAME(setup_alone)(scene, ray, &q) || !NAME(ask_alone)(scene, &q, false, check, &unread)) {
+  for (bool check = false;; check = true) { /* where a triangle had no area, once more, as in pktrt__resolve_batch */
+    if (!pktrt__single_setup(scene, ray, &q) || !pktrt__entry_single(scene, &q, false, check, &unread)) {
       memset(hit, 0, sizeof *hit);
       hit->t = ray->tmax, hit->mesh = hit->triangle = PKTRT_NONE;
       return false;
     }
-    if (pktrt__resolve_alone(scene, &q, hit) || check) break;
+    if (pktrt__single_resolve(scene, &q, hit) || check) break;
   }
-  pktrt__name_triangle(scene, q.id, hint, &hit->mesh, &hit->triangle);
+  pktrt__mesh_name_triangle(scene, q.id, hint, &hit->mesh, &hit->triangle);
   return true;
 }
-static bool NAME(occluded)(const pktrt_scene *scene, const pktrt_ray *ray) {
+static bool pktrt__entry_occluded(const pktrt_scene *scene, const pktrt_ray *ray) {
   pktrt_counts unread;
-  pktrt__lone q;
+  pktrt__single q;
   if (PKTRT__STAMP == PKTRT__STAMP_SCALAR) memset(&unread, 0, sizeof unread);
-  return NAME(setup_alone)(scene, ray, &q) && NAME(ask_alone)(scene, &q, true, false, &unread);
+  return pktrt__single_setup(scene, ray, &q) && pktrt__entry_single(scene, &q, true, false, &unread);
 }
 
-OP void NAME(trace_as)(const pktrt__call *call, pktrt__batch *b, uint32_t n, const bool occlusion, const bool stats,
+OP void pktrt__entry_trace_template(const pktrt__query *call, pktrt__batch *b, uint32_t n, const bool occlusion, const bool stats,
                        pktrt_counts *counts) {
   const pktrt_scene *scene = call->scene;
-  pktrt__pad_batch(b, n);
+  pktrt__batch_pad(b, n);
   memset(b->valid, 0, sizeof b->valid);
   for (uint32_t i = 0; i < n; i += FW) {
-    const uint32_t valid = NAME(setup)(scene, b, i);
-    if (call->next) pktrt__fetch_lines(call->next + i, FW * sizeof *call->next);
+    const uint32_t valid = pktrt__batch_setup(scene, b, i);
+    if (call->next) pktrt__prefetch_lines(call->next + i, FW * sizeof *call->next);
     b->valid[i / 64] |= (uint64_t)valid << (i % 64);
     COUNT(rays, pktrt__popcount(valid));
   }
   if (!scene->group_count) {
-    if (!occlusion) NAME(resolve)(call, b, n);
+    if (!occlusion) pktrt__resolve_batch(call, b, n);
     return;
   }
 #if PKTRT__PAPER
   if (call->desc->path == PKTRT_PATH_PAPER) {
-    NAME(drive_paper)(call, b, n, occlusion);
+    pktrt__drive_paper(call, b, n, occlusion);
   } else
 #endif
-  if (call->desc->path == PKTRT_PATH_SINGLE || pktrt__few(n, occlusion)) {
+  if (call->desc->path == PKTRT_PATH_SINGLE || pktrt__too_few(n, occlusion)) {
     for (uint32_t i = 0; i < n; i += 64)
       for (uint64_t m = b->valid[i / 64]; m; m &= m - 1) {
         COUNT(packets, 1);
-        NAME(drive_single)(scene, b, i + pktrt__lowest(m), occlusion, stats, counts);
+        pktrt__drive_batch_ray(scene, b, i + pktrt__lowest_bit(m), occlusion, stats, counts);
       }
   } else {
-    NAME(drive_fast)(scene, b, n, occlusion, stats, counts);
+    pktrt__drive_fast(scene, b, n, occlusion, stats, counts);
   }
   if (stats)
     for (uint32_t i = 0; i < n; i++) counts->hits += b->slot[i] != PKTRT_NONE;
-  if (!occlusion) NAME(resolve)(call, b, n);
+  if (!occlusion) pktrt__resolve_batch(call, b, n);
 }
 
-static void NAME(trace)(const pktrt__call *call, pktrt__batch *b, uint32_t n) {
+static void pktrt__entry_trace(const pktrt__query *call, pktrt__batch *b, uint32_t n) {
   pktrt_counts *counts = call->counts, unread;
   const bool stats = PKTRT__STATS && counts;
   if (PKTRT__STAMP == PKTRT__STAMP_SCALAR && !counts) /* see PKTRT__INSTANCES */
     memset(&unread, 0, sizeof unread), counts = &unread;
   if (call->occlusion) {
-    if (stats) NAME(trace_as)(call, b, n, true, true, counts);
-    else NAME(trace_as)(call, b, n, true, false, counts);
+    if (stats) pktrt__entry_trace_template(call, b, n, true, true, counts);
+    else pktrt__entry_trace_template(call, b, n, true, false, counts);
   } else {
-    if (stats) NAME(trace_as)(call, b, n, false, true, counts);
-    else NAME(trace_as)(call, b, n, false, false, counts);
+    if (stats) pktrt__entry_trace_template(call, b, n, false, true, counts);
+    else pktrt__entry_trace_template(call, b, n, false, false, counts);
   }
 }
 
@@ -7885,25 +8059,25 @@ static void NAME(trace)(const pktrt__call *call, pktrt__batch *b, uint32_t n) {
 
    Arrays of structures to batches and back: eight rays are eight rows of eight floats and a time; so are eight hits. */
 
-static void NAME(load)(pktrt__batch *b, const pktrt_ray *rays, const uint16_t *order, uint32_t n) {
+static void pktrt__batch_load_rays(pktrt__batch *b, const pktrt_ray *rays, const uint16_t *order, uint32_t n) {
   uint32_t i = 0;
 #if PKTRT__STAMP == PKTRT__STAMP_AVX2 || PKTRT__STAMP == PKTRT__STAMP_AVX512
   for (; i + 8 <= n; i += 8) {
     v8 r[8];
     UNROLL for (uint32_t j = 0; j < 8; j++) {
-      const pktrt_ray *from = &rays[pktrt__place(order, i + j)];
+      const pktrt_ray *from = &rays[pktrt__batch_place(order, i + j)];
       r[j] = vload((const float *)(const void *)from);
       b->time[i + j] = from->time;
     }
-    vturn(r);
+    vtranspose(r);
     UNROLL for (int a = 0; a < 3; a++) vstore(b->o[a] + i, r[a]), vstore(b->d[a] + i, r[a + 4]);
     vstore(b->tmin + i, r[3]), vstore(b->tmax + i, r[7]);
   }
 #endif
-  pktrt__load_rays(b, rays, order, i, n);
+  pktrt__batch_load_rest(b, rays, order, i, n);
 }
 
-static void NAME(store)(const pktrt_scene *s, const pktrt__batch *b, pktrt_hit *hits, const uint16_t *order,
+static void pktrt__batch_store_hits(const pktrt_scene *s, const pktrt__batch *b, pktrt_hit *hits, const uint16_t *order,
                         uint32_t n) {
   uint32_t i = 0;
 #if PKTRT__STAMP == PKTRT__STAMP_AVX2 || PKTRT__STAMP == PKTRT__STAMP_AVX512
@@ -7911,57 +8085,57 @@ static void NAME(store)(const pktrt_scene *s, const pktrt__batch *b, pktrt_hit *
   for (; i + 8 <= n; i += 8) {
     PKTRT__ALIGN64 uint32_t mesh[8], triangle[8];
     const pktrt__mesh *m = s->group_count ? &s->meshes[hint[0]] : NULL;
-    if (m && m->triangle_count && vless(triangle, b->id + i, m->first_id, m->triangle_count) == 0xFF)
+    if (m && m->triangle_count && vbelow_u32(triangle, b->id + i, m->first_id, m->triangle_count) == 0xFF)
       for (uint32_t j = 0; j < 8; j++) mesh[j] = hint[0];
     else
-      for (uint32_t j = 0; j < 8; j++) pktrt__name_triangle(s, b->id[i + j], hint, &mesh[j], &triangle[j]);
+      for (uint32_t j = 0; j < 8; j++) pktrt__mesh_name_triangle(s, b->id[i + j], hint, &mesh[j], &triangle[j]);
     v8 r[8] = {vload(b->t + i), vload(b->cn[0] + i), vload(b->cn[1] + i), vload(b->cf[0] + i), vload(b->cf[1] + i),
                vload(b->cf[2] + i), vload((const float *)(const void *)mesh),
                vload((const float *)(const void *)triangle)};
-    vturn(r);
-    UNROLL for (uint32_t j = 0; j < 8; j++) vstore((float *)(void *)&hits[pktrt__place(order, i + j)], r[j]);
+    vtranspose(r);
+    UNROLL for (uint32_t j = 0; j < 8; j++) vstore((float *)(void *)&hits[pktrt__batch_place(order, i + j)], r[j]);
   }
 #endif
-  pktrt__store_hits(s, b, hits, order, i, n);
+  pktrt__batch_store_rest(s, b, hits, order, i, n);
 }
 
 /* Which of n rays are occluded. */
-static void NAME(answer)(const pktrt__batch *b, bool *occluded, uint32_t n) {
+static void pktrt__batch_store_occluded(const pktrt__batch *b, bool *occluded, uint32_t n) {
   uint32_t i = 0;
   for (; i + 8 <= n && sizeof(bool) == 1; i += 8)
-    pktrt__put_bytes(occluded + i, pktrt__bytes_of(0xFFu & ~NAME(unhit)(b->slot + i)));
+    pktrt__store_bytes(occluded + i, pktrt__bits_to_bytes(0xFFu & ~pktrt__lanes_unhit(b->slot + i)));
   for (; i < n; i++) occluded[i] = b->slot[i] != PKTRT_NONE;
 }
 
-/* What the compiler made of this instruction set's operations, see pktrt__faults. Equal products have operands of their
+/* What the compiler made of this instruction set's operations, see pktrt__check_all_arithmetic. Equal products have operands of their
    own: one that is used twice would not be fused. */
-OP v8 NAME(secret)(float x) { return vset((float)pktrt__secret((double)x)); }
-OP bool NAME(all)(m8 m) { return mbits(m) == 0xFF; }
-PKTRT__DIVIDES_BY_ZERO PKTRT__COLD uint32_t NAME(faults)(void) {
-  const v8 one = NAME(secret)(1), a = NAME(secret)(1.000244140625f), b = NAME(secret)(1.00048828125f);
-  const v8 c = NAME(secret)(1.000244140625f), d = NAME(secret)(1.00048828125f), big = NAME(secret)(33554432);
-  const v8 divisor = NAME(secret)(41), nothing = NAME(secret)(0), negative = NAME(secret)(-0.0f), zero = vset(0);
+OP v8 pktrt__check_value(float x) { return vset((float)pktrt__check_opaque((double)x)); }
+OP bool pktrt__check_all(m8 m) { return mbits(m) == 0xFF; }
+PKTRT__DIVIDES_BY_ZERO PKTRT__COLD uint32_t pktrt__check_arithmetic(void) {
+  const v8 one = pktrt__check_value(1), a = pktrt__check_value(1.000244140625f), b = pktrt__check_value(1.00048828125f);
+  const v8 c = pktrt__check_value(1.000244140625f), d = pktrt__check_value(1.00048828125f), big = pktrt__check_value(33554432);
+  const v8 divisor = pktrt__check_value(41), nothing = pktrt__check_value(0), negative = pktrt__check_value(-0.0f), zero = vset(0);
   const v8 infinite = vdiv(one, nothing), nan = vsub(infinite, infinite);
-  const v8 q5 = vdiv(NAME(secret)(5), divisor), q7 = vdiv(NAME(secret)(7), divisor);
-  const v8 root = vsqrt(NAME(secret)(2)), root3 = vsqrt(NAME(secret)(3)), root7 = vsqrt(NAME(secret)(7));
-  const bool apart = NAME(all)(mand(veq(vsub(vmul(a, a), b), zero), veq(vsub(d, vmul(c, c)), zero)));
-  const bool in_order = NAME(all)(veq(vsub(vadd(one, big), big), zero));
-  const bool divides = NAME(all)(mand(veq(q5, vset(0.121951222f)), veq(q7, vset(0.170731708f)))) &&
-                       NAME(all)(veq(vdiv(one, root), vset(0.707106769f)));
-  const bool roots = NAME(all)(mand(veq(root, vset(1.41421354f)), veq(root3, vset(1.73205078f)))) &&
-                     NAME(all)(veq(root7, vset(2.64575124f)));
+  const v8 q5 = vdiv(pktrt__check_value(5), divisor), q7 = vdiv(pktrt__check_value(7), divisor);
+  const v8 root = vsqrt(pktrt__check_value(2)), root3 = vsqrt(pktrt__check_value(3)), root7 = vsqrt(pktrt__check_value(7));
+  const bool apart = pktrt__check_all(mand(veq(vsub(vmul(a, a), b), zero), veq(vsub(d, vmul(c, c)), zero)));
+  const bool in_order = pktrt__check_all(veq(vsub(vadd(one, big), big), zero));
+  const bool divides = pktrt__check_all(mand(veq(q5, vset(0.121951222f)), veq(q7, vset(0.170731708f)))) &&
+                       pktrt__check_all(veq(vdiv(one, root), vset(0.707106769f)));
+  const bool roots = pktrt__check_all(mand(veq(root, vset(1.41421354f)), veq(root3, vset(1.73205078f)))) &&
+                     pktrt__check_all(veq(root7, vset(2.64575124f)));
   const m8 ordered = mor(mor(veq(nan, nan), vle(nan, one)), mor(vle(one, nan), veq(vmin(one, nan), one)));
-  const bool infinities = NAME(all)(mand(mand(vlt(one, infinite), veq(infinite, infinite)), veq(vmax(nan, one), one)));
-  const bool signs = !vsign(vadd(negative, zero)) && !vsign(vsub(zero, nothing)) && !vsign(vmin(negative, nothing));
+  const bool infinities = pktrt__check_all(mand(mand(vlt(one, infinite), veq(infinite, infinite)), veq(vmax(nan, one), one)));
+  const bool signs = !vsignbits(vadd(negative, zero)) && !vsignbits(vsub(zero, nothing)) && !vsignbits(vmin(negative, nothing));
   return (apart ? 0 : PKTRT__FUSES) | (in_order ? 0 : PKTRT__REORDERS) | (divides ? 0 : PKTRT__MULTIPLIES) |
          (roots ? 0 : PKTRT__GUESSES_ROOTS) | (infinities && !mbits(ordered) ? 0 : PKTRT__EXPECTS_FINITE) |
          (signs ? 0 : PKTRT__DROPS_SIGNS);
 }
 
-static const pktrt__kernels NAME(kernels) = {
-    NAME(trace), NAME(intersect), NAME(occluded), NAME(faults), NAME(load), NAME(store), NAME(answer),
+static const pktrt__kernel_table pktrt__kernels = {
+    pktrt__entry_trace, pktrt__entry_intersect, pktrt__entry_occluded, pktrt__check_arithmetic, pktrt__batch_load_rays, pktrt__batch_store_hits, pktrt__batch_store_occluded,
 #ifndef PKTRT_NO_RENDER
-    NAME(primary), NAME(pack), NAME(find), NAME(dress), NAME(aim), NAME(see), NAME(gain), NAME(send), NAME(draw)
+    pktrt__camera_rays8, pktrt__surface_pack, pktrt__surface_find, pktrt__material_evaluate, pktrt__light_shadow_rays, pktrt__light_visibility, pktrt__light_add, pktrt__spawn_rays, pktrt__sampler_draw
 #endif
 };
 
@@ -7973,8 +8147,8 @@ static const pktrt__kernels NAME(kernels) = {
 #undef a8
 #undef aor
 #undef apush
-#undef vsize
-#undef vsize3
+#undef vmax_abs
+#undef vmax_abs3
 #undef azero
 #undef d8
 #undef dabs
@@ -7998,13 +8172,13 @@ static const pktrt__kernels NAME(kernels) = {
 #undef ffms
 #undef ffrom
 #undef fdiv
-#undef fput
-#undef fput_u32
+#undef fstore_masked
+#undef fstore_masked_u32
 #undef fhmax
 #undef fhmin
 #undef fle
-#undef fleast
-#undef fmost
+#undef fmin_masked
+#undef fmax_masked
 #undef fload
 #undef flt
 #undef feq
@@ -8013,8 +8187,8 @@ static const pktrt__kernels NAME(kernels) = {
 #undef fmin_
 #undef fmul
 #undef fsel
-#undef fsign
-#undef fwith_sign
+#undef fsignbits
+#undef fcopysign
 #undef fset
 #undef fwide
 #undef fstore
@@ -8035,28 +8209,28 @@ static const pktrt__kernels NAME(kernels) = {
 #undef vfms
 #undef vhmax
 #undef vhmin
-#undef vsame
-#undef vpack
-#undef vpack_from
+#undef veq_u32
+#undef vcompress
+#undef vcompress_from
 #undef vle
 #undef vload
 #undef vlt
 #undef vmax
 #undef vmin
 #undef vmul
-#undef vput
-#undef vput_u32
+#undef vstore_masked
+#undef vstore_masked_u32
 #undef vsel
 #undef vset
-#undef vsign
+#undef vsignbits
 #undef vstore
-#undef vturn
-#undef vless
-#undef vorder
-#undef vsame64
+#undef vtranspose
+#undef vbelow_u32
+#undef vorder_children
+#undef veq_u8x64
 #undef vsub
-#undef vswap
-#undef vwith_sign
+#undef vswap_halves
+#undef vcopysign
 #undef FW
 #undef OP
 #undef UNROLL
@@ -8064,7 +8238,6 @@ static const pktrt__kernels NAME(kernels) = {
 #undef FEW_VECTORS
 #undef STEP
 #undef ROLL_OUT
-#undef NAME
 #undef COUNT
 #undef PKTRT__PICK
 #undef FEW_INSTANCES
@@ -8098,40 +8271,40 @@ PKTRT_DEF const char *pktrt_status_string(pktrt_status status) {
 PKTRT_DEF uint32_t pktrt_version(void) { return PKTRT_VERSION; }
 
 /* How this thread rounds, and whether it keeps numbers below DBL_MIN and FLT_MIN: as results and as operands. */
-PKTRT__COLD uint32_t pktrt__thread_faults(void) {
-  const double one = pktrt__secret(1), e = pktrt__secret(DBL_EPSILON), tiny = pktrt__secret(DBL_MIN);
-  const float least = (float)pktrt__secret((double)FLT_MIN), large = (float)pktrt__secret(1 / (double)FLT_EPSILON);
+PKTRT__COLD uint32_t pktrt__check_thread(void) {
+  const double one = pktrt__check_opaque(1), e = pktrt__check_opaque(DBL_EPSILON), tiny = pktrt__check_opaque(DBL_MIN);
+  const float least = (float)pktrt__check_opaque((double)FLT_MIN), large = (float)pktrt__check_opaque(1 / (double)FLT_EPSILON);
   const bool nearest = one + e * 0.75 == 1 + DBL_EPSILON && one + e * 0.25 == 1 && -one - e * 0.25 == -1;
   volatile float low = least * 0.25f; /* written and read: flushed here, or below */
   volatile double deep = tiny * 0.25;
-  const bool kept = low * large == FLT_MIN * 0.25f * (1 / FLT_EPSILON) && deep * pktrt__secret(4) == DBL_MIN;
+  const bool kept = low * large == FLT_MIN * 0.25f * (1 / FLT_EPSILON) && deep * pktrt__check_opaque(4) == DBL_MIN;
   return (nearest ? 0 : PKTRT__ROUNDS_OTHERWISE) | (kept ? 0 : PKTRT__FLUSHES);
 }
 
 /* What the compiler made of C's arithmetic. With e = 2^-12, and 2^-27, (1 + e)^2 - (1 + 2 e) is e^2 when fused and 0
    when each operation is rounded. */
-PKTRT__DIVIDES_BY_ZERO PKTRT__COLD uint32_t pktrt__compiler_faults(void) {
+PKTRT__DIVIDES_BY_ZERO PKTRT__COLD uint32_t pktrt__check_compiler(void) {
   volatile float x = 1.000244140625f, y = 1.00048828125f; /* read anew: a product with two uses would not be fused */
   volatile double v = 1.00000000745058059692, w = 1.00000001490116119385;
   const float a = x, b = y, c = x, d = y;
-  const double e = v, f = w, g = v, h = w, one = pktrt__secret(1), big = pktrt__secret(18014398509481984.0);
-  const double divisor = pktrt__secret(99), q5 = pktrt__secret(5) / divisor, q7 = pktrt__secret(7) / divisor;
-  const double negative = pktrt__secret(-0.0), infinite = one / pktrt__secret(0), nan = infinite - infinite;
+  const double e = v, f = w, g = v, h = w, one = pktrt__check_opaque(1), big = pktrt__check_opaque(18014398509481984.0);
+  const double divisor = pktrt__check_opaque(99), q5 = pktrt__check_opaque(5) / divisor, q7 = pktrt__check_opaque(7) / divisor;
+  const double negative = pktrt__check_opaque(-0.0), infinite = one / pktrt__check_opaque(0), nan = infinite - infinite;
   const bool apart = a * a - b == 0 && d - c * c == 0 && e * e - f == 0 && h - g * g == 0;
   const bool divides = q5 == 0.050505050505050504 && q7 == 0.070707070707070704;
-  const bool roots = sqrt(pktrt__secret(2)) == 1.4142135623730951 && sqrtf((float)pktrt__secret(3)) == 1.73205078f;
+  const bool roots = sqrt(pktrt__check_opaque(2)) == 1.4142135623730951 && sqrtf((float)pktrt__check_opaque(3)) == 1.73205078f;
   const bool finite = nan == nan || nan <= one || !(one < infinite) || !(infinite - one == infinite);
-  const bool signs = 1 / (negative + 0.0) > 0 && 1 / (0.0 - pktrt__secret(0)) > 0;
+  const bool signs = 1 / (negative + 0.0) > 0 && 1 / (0.0 - pktrt__check_opaque(0)) > 0;
   return (sizeof 1.0 == sizeof one ? 0 : PKTRT__SHORTENS) | (apart ? 0 : PKTRT__FUSES) |
          ((one + big) - big == 0 ? 0 : PKTRT__REORDERS) | (divides ? 0 : PKTRT__MULTIPLIES) |
          (roots ? 0 : PKTRT__GUESSES_ROOTS) | (finite ? PKTRT__EXPECTS_FINITE : 0) | (signs ? 0 : PKTRT__DROPS_SIGNS);
 }
 
-static uint32_t pktrt__faults(const pktrt__kernels *kernels) {
-  return pktrt__thread_faults() | pktrt__compiler_faults() | kernels->faults();
+static uint32_t pktrt__check_all_arithmetic(const pktrt__kernel_table *kernels) {
+  return pktrt__check_thread() | pktrt__check_compiler() | kernels->faults();
 }
 
-PKTRT__COLD const char *pktrt__create_error(uint32_t faults) {
+PKTRT__COLD const char *pktrt__check_sentence(uint32_t faults) {
 #define PKTRT__REFUSED "A scene could not be created: "
   switch (faults & (~faults + 1)) {
   case PKTRT__ROUNDS_OTHERWISE: return PKTRT__REFUSED "this thread does not round to nearest; fesetround(FE_TONEAREST).";
@@ -8161,10 +8334,10 @@ PKTRT_DEF const char *pktrt_last_error(const pktrt_scene *s) {
   if (s) return s->error;
   uint32_t faults = 0;
   for (int isa = PKTRT_ISA_SCALAR; isa <= PKTRT_ISA_NEON; isa++) {
-    const pktrt__kernels *kernels = pktrt__kernels_of((pktrt_isa)isa);
-    if (kernels) faults |= pktrt__faults(kernels);
+    const pktrt__kernel_table *kernels = pktrt__kernels_of((pktrt_isa)isa);
+    if (kernels) faults |= pktrt__check_all_arithmetic(kernels);
   }
-  return pktrt__create_error(faults);
+  return pktrt__check_sentence(faults);
 }
 
 PKTRT_DEF const char *pktrt_isa_string(pktrt_isa isa) {
@@ -8188,16 +8361,16 @@ PKTRT_DEF pktrt_scene *pktrt_scene_create(const pktrt_scene_desc *desc) {
   if (!d.allocate != !d.release) return NULL;
   if ((int)d.quality < 0 || d.quality > PKTRT_BUILD_HIGH || (int)d.rebuild < 0 || d.rebuild > PKTRT_REBUILD_AUTOMATIC)
     return NULL;
-  if (!d.allocate) d.allocate = pktrt__malloc_hook, d.release = pktrt__free_hook;
+  if (!d.allocate) d.allocate = pktrt__mem_malloc, d.release = pktrt__mem_free;
   if (d.isa == PKTRT_ISA_AUTO) {
     static const pktrt_isa widest_first[] = {PKTRT_ISA_AVX512, PKTRT_ISA_AVX2, PKTRT_ISA_SSE2, PKTRT_ISA_NEON};
     for (int i = 0; i < 4 && d.isa == PKTRT_ISA_AUTO; i++)
       if (pktrt__kernels_of(widest_first[i])) d.isa = widest_first[i];
     if (d.isa == PKTRT_ISA_AUTO) d.isa = PKTRT_ISA_SCALAR;
   }
-  const pktrt__kernels *kernels = pktrt__kernels_of(d.isa);
-  if (!kernels || pktrt__faults(kernels)) return NULL;
-  pktrt_scene *s = PKTRT__CAST(pktrt_scene *, pktrt__alloc(&d, 1, sizeof *s));
+  const pktrt__kernel_table *kernels = pktrt__kernels_of(d.isa);
+  if (!kernels || pktrt__check_all_arithmetic(kernels)) return NULL;
+  pktrt_scene *s = PKTRT__CAST(pktrt_scene *, pktrt__mem_alloc(&d, 1, sizeof *s));
   if (!s) return NULL;
   memset(s, 0, sizeof *s);
   s->desc = d;
@@ -8206,32 +8379,32 @@ PKTRT_DEF pktrt_scene *pktrt_scene_create(const pktrt_scene_desc *desc) {
 #ifndef PKTRT_NO_RENDER
   for (int a = 0; a < 3; a++) s->plain.albedo[a] = 0.8f;
 #endif
-  pktrt__summarise(s);
+  pktrt__commit_summarise(s);
   return s;
 }
 
 PKTRT_DEF void pktrt_scene_destroy(pktrt_scene *s) {
   if (!s) return;
   const pktrt_scene_desc d = s->desc;
-  for (uint32_t i = 0; i < s->mesh_count; i++) pktrt__free_mesh(&d, &s->meshes[i]);
-  for (uint32_t i = 0; i < s->group_count; i++) pktrt__free_group(&d, &s->groups[i]);
-  pktrt__release(&d, s->meshes, s->mesh_capacity, sizeof *s->meshes);
-  pktrt__release(&d, s->groups, s->group_count, sizeof *s->groups);
+  for (uint32_t i = 0; i < s->mesh_count; i++) pktrt__mesh_free(&d, &s->meshes[i]);
+  for (uint32_t i = 0; i < s->group_count; i++) pktrt__bvh_free(&d, &s->groups[i]);
+  pktrt__mem_release(&d, s->meshes, s->mesh_capacity, sizeof *s->meshes);
+  pktrt__mem_release(&d, s->groups, s->group_count, sizeof *s->groups);
 #ifndef PKTRT_NO_RENDER
-  pktrt__release(&d, s->materials, s->material_capacity, sizeof *s->materials);
-  pktrt__release(&d, s->lights, s->light_capacity, sizeof *s->lights);
+  pktrt__mem_release(&d, s->materials, s->material_capacity, sizeof *s->materials);
+  pktrt__mem_release(&d, s->lights, s->light_capacity, sizeof *s->lights);
 #endif
-  pktrt__release(&d, s, 1, sizeof *s);
+  pktrt__mem_release(&d, s, 1, sizeof *s);
 }
 
 PKTRT_DEF pktrt_status pktrt_add_mesh(pktrt_scene *s, const pktrt_mesh_desc *d, uint32_t *mesh) {
   if (!s) return PKTRT_INVALID_ARGUMENT;
   s->error[0] = 0;
   const uint32_t index = s->mesh_count;
-  pktrt_status st = pktrt__check_mesh_desc(s, d, index);
+  pktrt_status st = pktrt__mesh_check(s, d, index);
   if (st != PKTRT_OK) return st;
   void *meshes = s->meshes;
-  if (!pktrt__grow(&s->desc, &meshes, index, &s->mesh_capacity, sizeof *s->meshes))
+  if (!pktrt__mem_grow(&s->desc, &meshes, index, &s->mesh_capacity, sizeof *s->meshes))
     return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "mesh %u: no memory for the list of meshes", (unsigned)index);
   s->meshes = PKTRT__CAST(pktrt__mesh *, meshes);
   pktrt__mesh m;
@@ -8242,9 +8415,9 @@ PKTRT_DEF pktrt_status pktrt_add_mesh(pktrt_scene *s, const pktrt_mesh_desc *d, 
   m.stride = d->position_stride ? d->position_stride : 12;
   m.material = d->material;
   m.first_id = s->total_triangles;
-  st = pktrt__copy_mesh(s, d, &m, index);
+  st = pktrt__mesh_copy(s, d, &m, index);
   if (st != PKTRT_OK) {
-    pktrt__free_mesh(&s->desc, &m);
+    pktrt__mesh_free(&s->desc, &m);
     return st;
   }
   s->meshes[s->mesh_count++] = m;
@@ -8256,16 +8429,16 @@ PKTRT_DEF pktrt_status pktrt_add_mesh(pktrt_scene *s, const pktrt_mesh_desc *d, 
 PKTRT_DEF pktrt_status pktrt_commit(pktrt_scene *s) {
   if (!s) return PKTRT_INVALID_ARGUMENT;
   s->error[0] = 0;
-  const pktrt_status st = pktrt__build_changed(s);
+  const pktrt_status st = pktrt__commit_build_changed(s);
   if (st != PKTRT_OK) return st;
-  for (uint32_t i = 0; i < s->mesh_count; i++) pktrt__promote(&s->meshes[i]), s->meshes[i].marked = false;
+  for (uint32_t i = 0; i < s->mesh_count; i++) pktrt__commit_promote(&s->meshes[i]), s->meshes[i].marked = false;
   s->committed_meshes = s->mesh_count;
-  pktrt__summarise(s);
+  pktrt__commit_summarise(s);
   return PKTRT_OK;
 }
 
 /* The mesh that a deformation names, or NULL and a detail. */
-PKTRT__COLD pktrt__mesh *pktrt__deformed(pktrt_scene *s, uint32_t mesh, uint32_t key, const float *data, const char *what) {
+PKTRT__COLD pktrt__mesh *pktrt__mesh_to_deform(pktrt_scene *s, uint32_t mesh, uint32_t key, const float *data, const char *what) {
   if (mesh >= s->mesh_count) {
     pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "%s: there is no mesh %u among %u", what, (unsigned)mesh,
                 (unsigned)s->mesh_count);
@@ -8286,7 +8459,7 @@ PKTRT__COLD pktrt__mesh *pktrt__deformed(pktrt_scene *s, uint32_t mesh, uint32_t
 }
 
 /* Puts one key of new vectors into a waiting copy of `current`, or refuses and leaves all as it was. */
-static pktrt_status pktrt__set_vectors(pktrt_scene *s, pktrt__mesh *m, float *current, float **pending, bool *dirty,
+static pktrt_status pktrt__mesh_set_vectors(pktrt_scene *s, pktrt__mesh *m, float *current, float **pending, bool *dirty,
                                        uint32_t mesh, uint32_t key, const float *data, uint32_t stride, float limit,
                                        const char *what) {
   const uint64_t floats = pktrt__mesh_floats(m), at = (uint64_t)key * m->vertex_count * 3;
@@ -8294,28 +8467,28 @@ static pktrt_status pktrt__set_vectors(pktrt_scene *s, pktrt__mesh *m, float *cu
   for (uint32_t i = 0; i < m->vertex_count; i += 64) {
     const uint32_t n = m->vertex_count - i < 64 ? m->vertex_count - i : 64;
     const float *from = (const float *)(const void *)((const unsigned char *)(const void *)data + (size_t)i * stride);
-    const pktrt_status st = pktrt__copy_vectors(s, checked, from, n, stride, limit, mesh, key, what);
+    const pktrt_status st = pktrt__mesh_copy_vectors(s, checked, from, n, stride, limit, mesh, key, what);
     if (st != PKTRT_OK) return st;
   }
   const bool current_inside = *pending && *dirty;
   if (!*pending) {
-    *pending = PKTRT__CAST(float *, pktrt__alloc(&s->desc, floats, sizeof(float)));
+    *pending = PKTRT__CAST(float *, pktrt__mem_alloc(&s->desc, floats, sizeof(float)));
     if (!*pending)
       return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "mesh %u: no memory for %u changed vectors", (unsigned)mesh,
                          (unsigned)m->vertex_count);
   }
   if (!current_inside && m->key_count > 1) memcpy(*pending, current, (size_t)floats * sizeof(float));
   *dirty = true;
-  return m->vertex_count ? pktrt__copy_vectors(s, *pending + at, data, m->vertex_count, stride, limit, mesh, key, what)
+  return m->vertex_count ? pktrt__mesh_copy_vectors(s, *pending + at, data, m->vertex_count, stride, limit, mesh, key, what)
                          : PKTRT_OK;
 }
 
 PKTRT_DEF pktrt_status pktrt_set_positions(pktrt_scene *s, uint32_t mesh, uint32_t key, const float *positions) {
   if (!s) return PKTRT_INVALID_ARGUMENT;
   s->error[0] = 0;
-  pktrt__mesh *m = pktrt__deformed(s, mesh, key, positions, "set_positions");
+  pktrt__mesh *m = pktrt__mesh_to_deform(s, mesh, key, positions, "set_positions");
   if (!m) return PKTRT_INVALID_ARGUMENT;
-  return pktrt__set_vectors(s, m, m->positions, &m->pending, &m->dirty, mesh, key, positions, m->stride,
+  return pktrt__mesh_set_vectors(s, m, m->positions, &m->pending, &m->dirty, mesh, key, positions, m->stride,
                             PKTRT_MAX_COORD, "vertex");
 }
 
@@ -8323,12 +8496,12 @@ PKTRT_DEF pktrt_status pktrt_set_positions(pktrt_scene *s, uint32_t mesh, uint32
 PKTRT_DEF pktrt_status pktrt_set_normals(pktrt_scene *s, uint32_t mesh, uint32_t key, const float *normals) {
   if (!s) return PKTRT_INVALID_ARGUMENT;
   s->error[0] = 0;
-  pktrt__mesh *m = pktrt__deformed(s, mesh, key, normals, "set_normals");
+  pktrt__mesh *m = pktrt__mesh_to_deform(s, mesh, key, normals, "set_normals");
   if (!m) return PKTRT_INVALID_ARGUMENT;
   if (!PKTRT__NORMALS) return PKTRT_OK; /* queries only: nobody reads them */
   if (!m->normals)
     return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "set_normals: mesh %u was added without normals", (unsigned)mesh);
-  return pktrt__set_vectors(s, m, m->normals, &m->pending_normals, &m->dirty_normals, mesh, key, normals, 12, FLT_MAX,
+  return pktrt__mesh_set_vectors(s, m, m->normals, &m->pending_normals, &m->dirty_normals, mesh, key, normals, 12, FLT_MAX,
                             "normal");
 }
 #endif
@@ -8339,11 +8512,11 @@ PKTRT_DEF pktrt_status pktrt_refit(pktrt_scene *s) {
   for (uint32_t i = s->committed_meshes; i < s->mesh_count; i++)
     return pktrt__fail(s, PKTRT_NOT_COMMITTED, "refit: mesh %u was added since the last commit", (unsigned)i);
   for (uint32_t i = 0; i < s->group_count; i++)
-    if (pktrt__group_moved(s, s->groups[i].key_count))
-      pktrt__refit_group(&s->desc, &s->groups[i], s->meshes, s->mesh_count);
-  for (uint32_t i = 0; i < s->mesh_count; i++) pktrt__promote(&s->meshes[i]);
-  pktrt__summarise(s);
-  return pktrt__rebuild_worn(s);
+    if (pktrt__commit_bvh_moved(s, s->groups[i].key_count))
+      pktrt__refit_bvh(&s->desc, &s->groups[i], s->meshes, s->mesh_count);
+  for (uint32_t i = 0; i < s->mesh_count; i++) pktrt__commit_promote(&s->meshes[i]);
+  pktrt__commit_summarise(s);
+  return pktrt__commit_rebuild_worn(s);
 }
 
 PKTRT_DEF pktrt_status pktrt_mark_changed(pktrt_scene *s) {
@@ -8370,7 +8543,7 @@ PKTRT_DEF void pktrt_get_scene_info(const pktrt_scene *s, pktrt_scene_info *info
   }
   double area = 0;
   for (uint32_t i = 0; i < s->group_count; i++) {
-    const pktrt__group *g = &s->groups[i];
+    const pktrt__bvh *g = &s->groups[i];
     info->triangles += g->triangle_count;
     info->degenerate += g->degenerate_count;
     info->nodes += g->node_count;
@@ -8395,7 +8568,7 @@ PKTRT__COLD pktrt_status pktrt__check_range(pktrt_scene *s, const char *whose, u
   return PKTRT_OK;
 }
 
-PKTRT__COLD pktrt_status pktrt__check_light(pktrt_scene *s, const pktrt_light *l, unsigned index) {
+PKTRT__COLD pktrt_status pktrt__light_check(pktrt_scene *s, const pktrt_light *l, unsigned index) {
   const float most = PKTRT_MAX_COORD;
   if (!l) return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "light %u: the description is NULL", index);
   if ((int)l->kind < 0 || l->kind > PKTRT_LIGHT_ENVIRONMENT)
@@ -8421,10 +8594,10 @@ PKTRT__COLD pktrt_status pktrt__check_light(pktrt_scene *s, const pktrt_light *l
 PKTRT_DEF pktrt_status pktrt_add_light(pktrt_scene *s, const pktrt_light *l, uint32_t *light) {
   if (!s) return PKTRT_INVALID_ARGUMENT;
   s->error[0] = 0;
-  const pktrt_status st = pktrt__check_light(s, l, (unsigned)s->light_count);
+  const pktrt_status st = pktrt__light_check(s, l, (unsigned)s->light_count);
   if (st != PKTRT_OK) return st;
   void *lights = s->lights;
-  if (!pktrt__grow(&s->desc, &lights, s->light_count, &s->light_capacity, sizeof *s->lights))
+  if (!pktrt__mem_grow(&s->desc, &lights, s->light_count, &s->light_capacity, sizeof *s->lights))
     return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "light %u: no memory", (unsigned)s->light_count);
   s->lights = PKTRT__CAST(pktrt_light *, lights);
   s->lights[s->light_count] = *l;
@@ -8433,7 +8606,7 @@ PKTRT_DEF pktrt_status pktrt_add_light(pktrt_scene *s, const pktrt_light *l, uin
   return PKTRT_OK;
 }
 
-PKTRT__COLD pktrt_status pktrt__check_material(pktrt_scene *s, const pktrt_material *m, unsigned index) {
+PKTRT__COLD pktrt_status pktrt__material_check(pktrt_scene *s, const pktrt_material *m, unsigned index) {
   static const char *const whose = "material";
   if (!m) return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "material %u: the description is NULL", index);
   if ((int)m->specular < 0 || m->specular > PKTRT_SPECULAR_CONDUCTOR)
@@ -8442,7 +8615,7 @@ PKTRT__COLD pktrt_status pktrt__check_material(pktrt_scene *s, const pktrt_mater
     return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "material %u: %d is no pktrt_lobe", index, (int)m->lobe);
   const char *missing = !PKTRT__DIELECTRIC && m->specular == PKTRT_SPECULAR_DIELECTRIC ? "DIELECTRIC"
                         : !PKTRT__CONDUCTOR && m->specular == PKTRT_SPECULAR_CONDUCTOR ? "CONDUCTOR"
-                        : !PKTRT__GLOSS && pktrt__has_lobe(m)                          ? "GLOSS"
+                        : !PKTRT__GLOSS && pktrt__material_has_lobe(m)                          ? "GLOSS"
                         : !PKTRT__TEXTURES && (m->texture || m->shader)                ? "TEXTURES"
                                                                                        : NULL;
   if (missing)
@@ -8467,10 +8640,10 @@ PKTRT_DEF pktrt_status pktrt_add_material(pktrt_scene *s, const pktrt_material *
   if (!s) return PKTRT_INVALID_ARGUMENT;
   s->error[0] = 0;
   const unsigned index = (unsigned)s->material_count + 1;
-  const pktrt_status st = pktrt__check_material(s, m, index);
+  const pktrt_status st = pktrt__material_check(s, m, index);
   if (st != PKTRT_OK) return st;
   void *materials = s->materials;
-  if (!pktrt__grow(&s->desc, &materials, s->material_count, &s->material_capacity, sizeof *s->materials))
+  if (!pktrt__mem_grow(&s->desc, &materials, s->material_count, &s->material_capacity, sizeof *s->materials))
     return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "material %u: no memory", index);
   s->materials = PKTRT__CAST(pktrt_material *, materials);
   s->materials[s->material_count++] = *m;
@@ -8484,50 +8657,50 @@ PKTRT_DEF pktrt_status pktrt_add_material(pktrt_scene *s, const pktrt_material *
 
 /* Asks the caches for n of the caller's values, a batch ahead: the hardware's foresight ends with each page. `left`:
    values from `row` on. */
-static void pktrt__fetch_row(const void *row, uint32_t n, size_t left) {
+static void pktrt__query_prefetch_row(const void *row, uint32_t n, size_t left) {
   const size_t line = 64 / sizeof(float);
   for (size_t i = PKTRT__BATCH; i < PKTRT__BATCH + n && i < left; i += line) PKTRT__PREFETCH((const float *)row + i);
 }
 
 /* One row of a batch from n of `left` values of the caller's. */
-static void pktrt__load_row(float *row, const float *from, float instead, uint32_t n, size_t left) {
-  if (from) memcpy(row, from, n * sizeof(float)), pktrt__fetch_row(from, n, left);
+static void pktrt__query_load_row(float *row, const float *from, float instead, uint32_t n, size_t left) {
+  if (from) memcpy(row, from, n * sizeof(float)), pktrt__query_prefetch_row(from, n, left);
   for (uint32_t i = 0; !from && i < n; i++) row[i] = instead;
 }
 
 /* A row of the caller's from the i-th value on. */
-PKTRT__INLINE const float *pktrt__from(const float *row, size_t i) { return row ? row + i : NULL; }
+PKTRT__INLINE const float *pktrt__query_row(const float *row, size_t i) { return row ? row + i : NULL; }
 
-static void pktrt__load_soa(pktrt__batch *b, const pktrt_rays *rays, size_t first, uint32_t n, size_t left) {
+static void pktrt__query_load_soa(pktrt__batch *b, const pktrt_rays *rays, size_t first, uint32_t n, size_t left) {
   for (int a = 0; a < 3; a++) {
-    pktrt__load_row(b->o[a], rays->origin[a] + first, 0, n, left);
-    pktrt__load_row(b->d[a], rays->direction[a] + first, 0, n, left);
+    pktrt__query_load_row(b->o[a], rays->origin[a] + first, 0, n, left);
+    pktrt__query_load_row(b->d[a], rays->direction[a] + first, 0, n, left);
   }
-  pktrt__load_row(b->tmin, pktrt__from(rays->tmin, first), 0, n, left);
-  pktrt__load_row(b->tmax, pktrt__from(rays->tmax, first), INFINITY, n, left);
-  pktrt__load_row(b->time, pktrt__from(rays->time, first), 0, n, left);
+  pktrt__query_load_row(b->tmin, pktrt__query_row(rays->tmin, first), 0, n, left);
+  pktrt__query_load_row(b->tmax, pktrt__query_row(rays->tmax, first), INFINITY, n, left);
+  pktrt__query_load_row(b->time, pktrt__query_row(rays->time, first), 0, n, left);
 }
 
-static void pktrt__store_row(float *to, const float *row, size_t first, uint32_t n, size_t left) {
-  if (to) memcpy(to + first, row, n * sizeof(float)), pktrt__fetch_row(to + first, n, left);
+static void pktrt__query_store_row(float *to, const float *row, size_t first, uint32_t n, size_t left) {
+  if (to) memcpy(to + first, row, n * sizeof(float)), pktrt__query_prefetch_row(to + first, n, left);
 }
 
-static void pktrt__store_soa(const pktrt_scene *s, const pktrt__batch *b, const pktrt_hits *hits, size_t first,
+static void pktrt__query_store_soa(const pktrt_scene *s, const pktrt__batch *b, const pktrt_hits *hits, size_t first,
                              uint32_t n, size_t left) {
   uint32_t hint[2] = {0, 0}, mesh, triangle;
-  pktrt__store_row(hits->t, b->t, first, n, left);
-  pktrt__store_row(hits->u, b->cn[0], first, n, left);
-  pktrt__store_row(hits->v, b->cn[1], first, n, left);
-  for (int a = 0; a < 3; a++) pktrt__store_row(hits->normal[a], b->cf[a], first, n, left);
+  pktrt__query_store_row(hits->t, b->t, first, n, left);
+  pktrt__query_store_row(hits->u, b->cn[0], first, n, left);
+  pktrt__query_store_row(hits->v, b->cn[1], first, n, left);
+  for (int a = 0; a < 3; a++) pktrt__query_store_row(hits->normal[a], b->cf[a], first, n, left);
   for (uint32_t i = 0; i < n && (hits->mesh || hits->triangle); i++) {
-    pktrt__name_triangle(s, b->id[i], hint, &mesh, &triangle);
+    pktrt__mesh_name_triangle(s, b->id[i], hint, &mesh, &triangle);
     if (hits->mesh) hits->mesh[first + i] = mesh;
     if (hits->triangle) hits->triangle[first + i] = triangle;
   }
 }
 
 /* A call with every value in range. */
-static pktrt__call pktrt__call_of(const pktrt_scene *s, const pktrt_query_desc *from, pktrt_query_desc *d,
+static pktrt__query pktrt__query_make(const pktrt_scene *s, const pktrt_query_desc *from, pktrt_query_desc *d,
                                   bool occlusion) {
   memset(d, 0, sizeof *d);
   if (from) *d = *from;
@@ -8536,7 +8709,7 @@ static pktrt__call pktrt__call_of(const pktrt_scene *s, const pktrt_query_desc *
   if ((int)d->type < 0 || d->type >= PKTRT_RAY_TYPE_COUNT) d->type = PKTRT_RAY_PRIMARY;
   if (!d->packet_size || d->packet_size > PKTRT__BATCH) d->packet_size = 64;
   if (d->path != PKTRT_PATH_PAPER) d->trace = NULL;
-  pktrt__call call;
+  pktrt__query call;
   call.scene = s;
   call.desc = d;
   call.counts = PKTRT__STATS && d->stats ? &d->stats->by_type[d->type] : NULL;
@@ -8546,19 +8719,19 @@ static pktrt__call pktrt__call_of(const pktrt_scene *s, const pktrt_query_desc *
 }
 
 /* The caller's arrays; NULL where he has others. */
-typedef struct pktrt__arrays {
+typedef struct pktrt__query_arrays {
   const pktrt_ray *rays;
   const pktrt_rays *ray_rows;
   pktrt_hit *hits;
   const pktrt_hits *hit_rows;
   bool *occluded;
-} pktrt__arrays;
+} pktrt__query_arrays;
 
 /* Rays that are no packet of neighbours go by octant and main axis, so many at a time. WHY: of 256 there are too few of
    an octant; mirror rays gain 7%, diffuse ones 3%. Any hit gains nothing, and rows are too slow to put in order. */
 enum { PKTRT__SORTED = 1024 };
 
-PKTRT__NOINLINE void pktrt__sort(const pktrt_ray *rays, uint32_t n, uint16_t *order) {
+PKTRT__NOINLINE void pktrt__query_sort(const pktrt_ray *rays, uint32_t n, uint16_t *order) {
   uint8_t key[PKTRT__SORTED];
   uint32_t end[24], sum = 0;
   memset(end, 0, sizeof end);
@@ -8574,7 +8747,7 @@ PKTRT__NOINLINE void pktrt__sort(const pktrt_ray *rays, uint32_t n, uint16_t *or
 
 /* How many of `left` rays to take next: whole packets of the paper path; of the fast path one packet while rays are
    coherent, whose rows then stay in the nearest cache, else a batch, or so many that it pays to sort them. */
-static uint32_t pktrt__next(const pktrt_query_desc *d, const pktrt__batch *b, bool sorts, size_t left) {
+static uint32_t pktrt__query_next_count(const pktrt_query_desc *d, const pktrt__batch *b, bool sorts, size_t left) {
   uint32_t n = PKTRT__BATCH;
   if (d->path == PKTRT_PATH_PAPER) n = n / d->packet_size * d->packet_size;
   else if (d->path == PKTRT_PATH_FAST && b->coherent) n = 64;
@@ -8582,27 +8755,27 @@ static uint32_t pktrt__next(const pktrt_query_desc *d, const pktrt__batch *b, bo
   return left < n ? (uint32_t)left : n;
 }
 
-PKTRT__NOINLINE void pktrt__query_many(const pktrt_scene *s, const pktrt_query_desc *desc, bool occlusion,
-                                       const pktrt__arrays *a, size_t n) {
+PKTRT__NOINLINE void pktrt__query_run_batches(const pktrt_scene *s, const pktrt_query_desc *desc, bool occlusion,
+                                       const pktrt__query_arrays *a, size_t n) {
   pktrt_query_desc d;
-  pktrt__call call = pktrt__call_of(s, desc, &d, occlusion);
+  pktrt__query call = pktrt__query_make(s, desc, &d, occlusion);
   pktrt__batch b;
   uint16_t sorted[PKTRT__SORTED];
   b.coherent = true;
   for (size_t i = 0; i < n;) {
     const size_t left = n - i;
-    const uint32_t all = pktrt__next(&d, &b, a->rays && !occlusion, left);
-    if (all > PKTRT__BATCH) pktrt__sort(a->rays + i, all, sorted);
+    const uint32_t all = pktrt__query_next_count(&d, &b, a->rays && !occlusion, left);
+    if (all > PKTRT__BATCH) pktrt__query_sort(a->rays + i, all, sorted);
     for (uint32_t from = 0, m; from < all; from += m) {
       const uint16_t *order = all > PKTRT__BATCH ? sorted + from : NULL;
       m = all - from < PKTRT__BATCH ? all - from : (uint32_t)PKTRT__BATCH;
       if (a->rays) s->kernels->load(&b, a->rays + i, order, m);
-      else pktrt__load_soa(&b, a->ray_rows, i, m, left);
+      else pktrt__query_load_soa(&b, a->ray_rows, i, m, left);
       call.next = a->rays && !order && left > 2 * PKTRT__BATCH ? a->rays + i + PKTRT__BATCH : NULL;
       call.place = a->hits && !order ? a->hits + i : NULL;
       s->kernels->trace(&call, &b, m);
       if (a->hits) s->kernels->store(s, &b, a->hits + i, order, m);
-      else if (a->hit_rows) pktrt__store_soa(s, &b, a->hit_rows, i, m, left);
+      else if (a->hit_rows) pktrt__query_store_soa(s, &b, a->hit_rows, i, m, left);
       if (occlusion) s->kernels->answer(&b, a->occluded + i, m);
     }
     i += all;
@@ -8610,18 +8783,18 @@ PKTRT__NOINLINE void pktrt__query_many(const pktrt_scene *s, const pktrt_query_d
 }
 
 /* Whether so few rays are better asked one by one: also some more of them if they look into different octants. */
-static bool pktrt__scattered(const pktrt_ray *rays, size_t n, bool occlusion) {
-  if (pktrt__few(n, occlusion)) return true;
+static bool pktrt__query_is_scattered(const pktrt_ray *rays, size_t n, bool occlusion) {
+  if (pktrt__too_few(n, occlusion)) return true;
   for (size_t i = 1; i < n && n < 32; i++)
     for (int a = 0; a < 3; a++)
       if (pktrt__sign_bit(rays[i].direction[a]) != pktrt__sign_bit(rays[0].direction[a])) return true;
   return false;
 }
 
-static void pktrt__query(const pktrt_scene *s, const pktrt_query_desc *desc, bool occlusion, const pktrt__arrays *a,
+static void pktrt__query_run(const pktrt_scene *s, const pktrt_query_desc *desc, bool occlusion, const pktrt__query_arrays *a,
                          size_t n) {
-  if (!a->rays || (desc && (desc->stats || desc->path == PKTRT_PATH_PAPER)) || !pktrt__scattered(a->rays, n, occlusion))
-    pktrt__query_many(s, desc, occlusion, a, n);
+  if (!a->rays || (desc && (desc->stats || desc->path == PKTRT_PATH_PAPER)) || !pktrt__query_is_scattered(a->rays, n, occlusion))
+    pktrt__query_run_batches(s, desc, occlusion, a, n);
   else if (occlusion)
     for (size_t i = 0; i < n; i++) a->occluded[i] = s->kernels->occluded(s, &a->rays[i]);
   else
@@ -8630,23 +8803,23 @@ static void pktrt__query(const pktrt_scene *s, const pktrt_query_desc *desc, boo
 
 PKTRT_DEF void pktrt_intersect_ex(const pktrt_scene *s, const pktrt_query_desc *desc, const pktrt_ray *rays,
                                   pktrt_hit *hits, size_t n) {
-  const pktrt__arrays a = {rays, NULL, hits, NULL, NULL};
-  pktrt__query(s, desc, false, &a, n);
+  const pktrt__query_arrays a = {rays, NULL, hits, NULL, NULL};
+  pktrt__query_run(s, desc, false, &a, n);
 }
 PKTRT_DEF void pktrt_occluded_ex(const pktrt_scene *s, const pktrt_query_desc *desc, const pktrt_ray *rays, bool *out,
                                  size_t n) {
-  const pktrt__arrays a = {rays, NULL, NULL, NULL, out};
-  pktrt__query(s, desc, true, &a, n);
+  const pktrt__query_arrays a = {rays, NULL, NULL, NULL, out};
+  pktrt__query_run(s, desc, true, &a, n);
 }
 PKTRT_DEF void pktrt_intersect_soa_ex(const pktrt_scene *s, const pktrt_query_desc *desc, const pktrt_rays *rays,
                                       const pktrt_hits *hits, size_t n) {
-  const pktrt__arrays a = {NULL, rays, NULL, hits, NULL};
-  pktrt__query(s, desc, false, &a, n);
+  const pktrt__query_arrays a = {NULL, rays, NULL, hits, NULL};
+  pktrt__query_run(s, desc, false, &a, n);
 }
 PKTRT_DEF void pktrt_occluded_soa_ex(const pktrt_scene *s, const pktrt_query_desc *desc, const pktrt_rays *rays,
                                      bool *out, size_t n) {
-  const pktrt__arrays a = {NULL, rays, NULL, NULL, out};
-  pktrt__query(s, desc, true, &a, n);
+  const pktrt__query_arrays a = {NULL, rays, NULL, NULL, out};
+  pktrt__query_run(s, desc, true, &a, n);
 }
 
 PKTRT_DEF pktrt_ray pktrt_make_ray(const float origin[3], const float direction[3]) {
@@ -8684,21 +8857,21 @@ PKTRT_DEF void pktrt_occluded_soa(const pktrt_scene *s, const pktrt_rays *rays, 
    the distance the ray came. */
 
 /* Corner c of a triangle (positions or normals) at the ray's time. */
-static void pktrt__corner(const pktrt__mesh *m, const float *data, uint32_t triangle, uint32_t c, float time,
+static void pktrt__mesh_corner_at(const pktrt__mesh *m, const float *data, uint32_t triangle, uint32_t c, float time,
                           float out[3]) {
   const uint64_t v = m->indices ? m->indices[(size_t)triangle * 3 + c] : (uint64_t)triangle * 3 + c;
-  if (!pktrt__moves(m->key_count)) {
+  if (!pktrt__has_motion(m->key_count)) {
     memcpy(out, data + v * 3, 3 * sizeof *out);
     return;
   }
   float ta, tb;
-  const uint32_t key = pktrt__segment(time, m->key_count, &ta, &tb);
+  const uint32_t key = pktrt__time_segment(time, m->key_count, &ta, &tb);
   const float *k0 = data + ((uint64_t)key * m->vertex_count + v) * 3, *k1 = k0 + (uint64_t)m->vertex_count * 3;
   for (int a = 0; a < 3; a++) out[a] = ta * k0[a] + tb * k1[a];
 }
 
 /* The point of barycentrics u, v between three corners. */
-static void pktrt__blend(float p[3][3], float u, float v, double out[3]) {
+static void pktrt__tri_point(float p[3][3], float u, float v, double out[3]) {
   for (int a = 0; a < 3; a++) {
     const double p0 = (double)p[0][a];
     out[a] = p0 + ((double)u * ((double)p[1][a] - p0) + (double)v * ((double)p[2][a] - p0));
@@ -8706,14 +8879,14 @@ static void pktrt__blend(float p[3][3], float u, float v, double out[3]) {
 }
 
 /* How far a ray starts from a surface of a mesh whose largest coordinate is m. */
-PKTRT__INLINE double pktrt__lift(double m) { return 24 * (double)PKTRT__EPS * m; }
+PKTRT__INLINE double pktrt__spawn_offset(double m) { return 24 * (double)PKTRT__EPS * m; }
 
 /* Origin of a ray that leaves a surface point towards d. */
-static void pktrt__leave(const pktrt__mesh *m, const double point[3], const float normal[3], const float d[3],
+static void pktrt__spawn_origin(const pktrt__mesh *m, const double point[3], const float normal[3], const float d[3],
                          float origin[3]) {
   double n[3], length = 0, along = 0;
   for (int a = 0; a < 3; a++) n[a] = (double)normal[a], length += n[a] * n[a], along += n[a] * (double)d[a];
-  const double h = (along < 0 ? -1 : 1) * pktrt__lift((double)m->max_coord) / sqrt(length);
+  const double h = (along < 0 ? -1 : 1) * pktrt__spawn_offset((double)m->max_coord) / sqrt(length);
   for (int a = 0; a < 3; a++) origin[a] = (float)(point[a] + h * n[a]);
 }
 
@@ -8726,9 +8899,9 @@ PKTRT_DEF void pktrt_spawn(const pktrt_scene *s, const pktrt_ray *ray, const pkt
   const pktrt__mesh *m = &s->meshes[hit->mesh];
   float p[3][3];
   double point[3];
-  for (uint32_t c = 0; c < 3; c++) pktrt__corner(m, m->positions, hit->triangle, c, time, p[c]);
-  pktrt__blend(p, hit->u, hit->v, point);
-  pktrt__leave(m, point, hit->normal, d, out->origin);
+  for (uint32_t c = 0; c < 3; c++) pktrt__mesh_corner_at(m, m->positions, hit->triangle, c, time, p[c]);
+  pktrt__tri_point(p, hit->u, hit->v, point);
+  pktrt__spawn_origin(m, point, hit->normal, d, out->origin);
   memcpy(out->direction, d, sizeof d);
   out->tmax = INFINITY;
 }
@@ -8765,7 +8938,7 @@ PKTRT_DEF const char *pktrt_sampler_string(pktrt_sampler sampler) {
 /* --- the ways in which Sobol's points are dealt out, see >>numbers --- */
 
 /* Every other bit, from the 0th on, close together: the opposite way. */
-PKTRT__INLINE uint32_t pktrt__spread(uint32_t x) { /* x < 256 */
+PKTRT__INLINE uint32_t pktrt__sampler_spread_bits(uint32_t x) { /* x < 256 */
   x = (x | x << 4) & 0x0F0Fu;
   x = (x | x << 2) & 0x3333u;
   return (x | x << 1) & 0x5555u;
@@ -8773,15 +8946,15 @@ PKTRT__INLINE uint32_t pktrt__spread(uint32_t x) { /* x < 256 */
 
 /* The place of a pixel on a Morton curve through 256 x 256 pixels whose four quarters, and theirs in turn, come in
    random order (Ahmed and Wonka 2020). */
-static uint32_t pktrt__shuffled_morton(uint32_t x, uint32_t y, uint64_t key) {
+static uint32_t pktrt__sampler_shuffled_morton(uint32_t x, uint32_t y, uint64_t key) {
   static const uint8_t orders[24] = {0x1B, 0x1E, 0x27, 0x2D, 0x36, 0x39, 0x4B, 0x4E, 0x63, 0x6C, 0x72, 0x78,
                                      0x87, 0x8D, 0x93, 0x9C, 0xB1, 0xB4, 0xC6, 0xC9, 0xD2, 0xD8, 0xE1, 0xE4};
-  const uint32_t place = pktrt__spread(x & 255) | pktrt__spread(y & 255) << 1;
+  const uint32_t place = pktrt__sampler_spread_bits(x & 255) | pktrt__sampler_spread_bits(y & 255) << 1;
   uint32_t out = 0;
   for (uint32_t level = 0; level < 16; level += 2) {
     const uint64_t node = (place | 0x10000u) >> level >> 2; /* the square that the quarter belongs to, as in a heap */
     const uint64_t h = (node * UINT64_C(0xD1342543DE82EF95) ^ key) * UINT64_C(0xAF251AF3B0F025B5);
-    const uint32_t order = orders[pktrt__below((uint32_t)(h >> 32), 24)];
+    const uint32_t order = orders[pktrt__sampler_below((uint32_t)(h >> 32), 24)];
     out |= (order >> (place >> level & 3) * 2 & 3) << level;
   }
   return out;
@@ -8791,56 +8964,56 @@ static uint32_t pktrt__shuffled_morton(uint32_t x, uint32_t y, uint64_t key) {
 
 /* A pair of dimensions in a x b cells: a b = n with sides up to 2 : 1 if there are such; if not, the next rectangle, of
    which random cells stay empty. */
-static void pktrt__jittered(uint32_t sample, uint32_t samples, uint64_t key, float out[2]) {
+static void pktrt__sampler_jittered(uint32_t sample, uint32_t samples, uint64_t key, float out[2]) {
   const uint32_t root = (uint32_t)sqrt((double)samples), least = root * root < samples ? root + 1 : root;
   uint32_t a = least;
   while (samples % a && a * a <= 2 * samples) a++;
   if (samples % a || a * a > 2 * samples) a = least;
   const uint32_t b = (samples + a - 1) / a;
-  const uint32_t cell = pktrt__permute(sample, a * b, key);
-  const uint64_t at = pktrt__mix(key + 2 + sample);
-  out[0] = pktrt__unit_of(((double)(cell % a) + (double)(uint32_t)at * (1 / 4294967296.0)) / (double)a);
-  out[1] = pktrt__unit_of(((double)(cell / a) + (double)(uint32_t)(at >> 32) * (1 / 4294967296.0)) / (double)b);
+  const uint32_t cell = pktrt__sampler_permute(sample, a * b, key);
+  const uint64_t at = pktrt__hash(key + 2 + sample);
+  out[0] = pktrt__sampler_unit_of(((double)(cell % a) + (double)(uint32_t)at * (1 / 4294967296.0)) / (double)a);
+  out[1] = pktrt__sampler_unit_of(((double)(cell / a) + (double)(uint32_t)(at >> 32) * (1 / 4294967296.0)) / (double)b);
 }
 
 /* The radical inverse of i < n in a prime base, scrambled in Owen's way: each digit is replaced by that of a
    permutation which depends on all digits before. The permutations are affine, d -> a d + c: any two digits go to any
    two, equally likely, and that is all that enters the variance. Digits beyond the last that n needs are independent
    random ones. */
-static float pktrt__radical_inverse(uint32_t i, uint32_t n, uint32_t base, uint64_t key) {
+static float pktrt__sampler_radical_inverse(uint32_t i, uint32_t n, uint32_t base, uint64_t key) {
   uint32_t reach = 1, digits = 0;
   for (uint32_t rest = i; reach < n; rest /= base) {
-    const uint64_t h = pktrt__mix(key + reach + i % reach); /* i % reach: the digits before */
-    const uint32_t a = 1 + pktrt__below((uint32_t)(h >> 32), base - 1), c = pktrt__below((uint32_t)h, base);
+    const uint64_t h = pktrt__hash(key + reach + i % reach); /* i % reach: the digits before */
+    const uint32_t a = 1 + pktrt__sampler_below((uint32_t)(h >> 32), base - 1), c = pktrt__sampler_below((uint32_t)h, base);
     digits = digits * base + (a * (rest % base) + c) % base;
     reach *= base;
   }
-  const double tail = (double)pktrt__unit((uint32_t)(pktrt__mix(key + reach + i) >> 32));
-  return pktrt__unit_of(((double)digits + tail) / (double)reach);
+  const double tail = (double)pktrt__sampler_unit((uint32_t)(pktrt__hash(key + reach + i) >> 32));
+  return pktrt__sampler_unit_of(((double)digits + tail) / (double)reach);
 }
 
 /* Halton's bases are the first 32 primes; later dimensions use them again, with other scrambles, and with the points
    in another random order, so that they meet those of the first 32 at random. Hammersley's points have i / n before
    these, and every 32 dimensions again; their order is random from the start, since n is known: each coordinate of
    each sample is uniform over seeds. */
-static float pktrt__halton(const pktrt_sampling *s, uint32_t samples, uint32_t x, uint32_t y, uint32_t sample,
+static float pktrt__sampler_halton(const pktrt_sampling *s, uint32_t samples, uint32_t x, uint32_t y, uint32_t sample,
                            uint32_t dimension) {
   static const uint8_t primes[32] = {2,  3,  5,  7,  11, 13, 17, 19, 23, 29, 31,  37,  41,  43,  47,  53,
                                      59, 61, 67, 71, 73, 79, 83, 89, 97, 101, 103, 107, 109, 113, 127, 131};
   const bool hammersley = s->sampler == PKTRT_SAMPLER_HAMMERSLEY;
   const uint32_t round = dimension / 32, k = dimension % 32;
-  const uint64_t key = pktrt__key(s->seed, dimension, x, y);
-  if (round || hammersley) sample = pktrt__permute(sample, samples, pktrt__key(s->seed, ~round, x, y));
-  if (!hammersley) return pktrt__radical_inverse(sample, samples, primes[k], key);
-  if (k) return pktrt__radical_inverse(sample, samples, primes[k - 1], key);
-  const double at = (double)pktrt__unit((uint32_t)(pktrt__mix(key + sample) >> 32));
-  return pktrt__unit_of(((double)sample + at) / (double)samples);
+  const uint64_t key = pktrt__sampler_key(s->seed, dimension, x, y);
+  if (round || hammersley) sample = pktrt__sampler_permute(sample, samples, pktrt__sampler_key(s->seed, ~round, x, y));
+  if (!hammersley) return pktrt__sampler_radical_inverse(sample, samples, primes[k], key);
+  if (k) return pktrt__sampler_radical_inverse(sample, samples, primes[k - 1], key);
+  const double at = (double)pktrt__sampler_unit((uint32_t)(pktrt__hash(key + sample) >> 32));
+  return pktrt__sampler_unit_of(((double)sample + at) / (double)samples);
 }
 
 /* --- the samplers --- */
 
 /* Coordinates of one group: dimension / 4 is the same for all n. Samples beyond the last begin again. */
-static void pktrt__sample(const pktrt_sampling *s, uint32_t x, uint32_t y, uint32_t sample, uint32_t dimension,
+static void pktrt__sampler_sample(const pktrt_sampling *s, uint32_t x, uint32_t y, uint32_t sample, uint32_t dimension,
                           uint32_t n, float *out) {
   const uint32_t samples = s->samples > 65536 ? 65536 : s->samples ? s->samples : 1;
   const uint32_t group = dimension / 4, first = dimension % 4;
@@ -8848,42 +9021,42 @@ static void pktrt__sample(const pktrt_sampling *s, uint32_t x, uint32_t y, uint3
   if (sample >= samples) sample %= samples;
   switch (s->sampler) {
     case PKTRT_SAMPLER_RANDOM: {
-      const uint64_t key = pktrt__key(s->seed, group, x, y) + 2 * (uint64_t)sample;
-      const uint64_t bits[2] = {pktrt__mix(key), pktrt__mix(key + 1)};
-      for (uint32_t i = 0, d = first; i < n; i++, d++) out[i] = pktrt__unit((uint32_t)(bits[d / 2] >> d % 2 * 32));
+      const uint64_t key = pktrt__sampler_key(s->seed, group, x, y) + 2 * (uint64_t)sample;
+      const uint64_t bits[2] = {pktrt__hash(key), pktrt__hash(key + 1)};
+      for (uint32_t i = 0, d = first; i < n; i++, d++) out[i] = pktrt__sampler_unit((uint32_t)(bits[d / 2] >> d % 2 * 32));
       break;
     }
     case PKTRT_SAMPLER_JITTERED:
       for (uint32_t i = 0, d = first; i < n;) {
         float pair[2];
-        pktrt__jittered(sample, samples, pktrt__key(s->seed, group * 2 + d / 2, x, y), pair);
+        pktrt__sampler_jittered(sample, samples, pktrt__sampler_key(s->seed, group * 2 + d / 2, x, y), pair);
         do out[i++] = pair[d++ % 2];
         while (i < n && d % 2);
       }
       break;
     case PKTRT_SAMPLER_HALTON:
     case PKTRT_SAMPLER_HAMMERSLEY:
-      for (uint32_t i = 0; i < n; i++) out[i] = pktrt__halton(s, samples, x, y, sample, dimension + i);
+      for (uint32_t i = 0; i < n; i++) out[i] = pktrt__sampler_halton(s, samples, x, y, sample, dimension + i);
       break;
     case PKTRT_SAMPLER_INTERLEAVED: { /* runs in Morton order: any 2 x 2 pixels hold one run of each class modulo 4 */
-      const uint64_t key = pktrt__key(s->seed, group, 0, 0);
-      const uint32_t run = (pktrt__spread(x & 3) | pktrt__spread(y & 3) << 1) ^ (uint32_t)key >> 28;
-      pktrt__sequence(pktrt__in_run(run, sample, samples, pktrt__mix(key + 4 + run)), digits);
-      pktrt__scramble(digits, key, first, n, out);
+      const uint64_t key = pktrt__sampler_key(s->seed, group, 0, 0);
+      const uint32_t run = (pktrt__sampler_spread_bits(x & 3) | pktrt__sampler_spread_bits(y & 3) << 1) ^ (uint32_t)key >> 28;
+      pktrt__sampler_sequence(pktrt__sampler_run_index(run, sample, samples, pktrt__hash(key + 4 + run)), digits);
+      pktrt__sampler_scramble(digits, key, first, n, out);
       break;
     }
     case PKTRT_SAMPLER_BLUE_NOISE: {
-      const uint64_t key = pktrt__key(s->seed, group, x >> 8, y >> 8);
-      const uint32_t run = pktrt__shuffled_morton(x, y, key);
-      pktrt__sequence(pktrt__in_run(run, sample, samples, pktrt__mix(key + 4 + run)), digits);
-      pktrt__scramble(digits, key, first, n, out);
+      const uint64_t key = pktrt__sampler_key(s->seed, group, x >> 8, y >> 8);
+      const uint32_t run = pktrt__sampler_shuffled_morton(x, y, key);
+      pktrt__sampler_sequence(pktrt__sampler_run_index(run, sample, samples, pktrt__hash(key + 4 + run)), digits);
+      pktrt__sampler_scramble(digits, key, first, n, out);
       break;
     }
     case PKTRT_SAMPLER_SOBOL:
     default: {
-      const uint64_t key = pktrt__key(s->seed, group, x, y);
-      pktrt__net(pktrt__point_of(group, sample, samples, key), samples, digits);
-      pktrt__scramble(digits, key, first, n, out);
+      const uint64_t key = pktrt__sampler_key(s->seed, group, x, y);
+      pktrt__sampler_net(pktrt__sampler_point_index(group, sample, samples, key), samples, digits);
+      pktrt__sampler_scramble(digits, key, first, n, out);
       break;
     }
   }
@@ -8893,7 +9066,7 @@ PKTRT_DEF void pktrt_sample(const pktrt_sampling *s, uint32_t x, uint32_t y, uin
                             uint32_t n, float *out) {
   while (n) {
     const uint32_t left = 4 - dimension % 4, take = n < left ? n : left;
-    pktrt__sample(s, x, y, sample, dimension, take, out);
+    pktrt__sampler_sample(s, x, y, sample, dimension, take, out);
     dimension += take, out += take, n -= take;
   }
 }
@@ -8908,7 +9081,7 @@ PKTRT_DEF void pktrt_sample(const pktrt_sampling *s, uint32_t x, uint32_t y, uin
 
 /* Sine and cosine of 2 pi turns, |turns| < 2^50. The nearest quarter turn is taken off exactly; what remains is within
    pi / 4, where the series end. Errors below 2^-51. */
-static void pktrt__sincos_turn(double turns, double *sine, double *cosine) {
+static void pktrt__math_sincos_turn(double turns, double *sine, double *cosine) {
   const double quarters = turns * 4, whole = (double)(int64_t)(quarters < 0 ? quarters - 0.5 : quarters + 0.5);
   const double x = (quarters - whole) * (PKTRT__PI / 2), q = x * x;
   double s = -1.0 / 1307674368000 * q, c = 1.0 / 20922789888000 * q;
@@ -8922,7 +9095,7 @@ static void pktrt__sincos_turn(double turns, double *sine, double *cosine) {
 }
 
 /* 2^k, -1022 <= k <= 1023 */
-PKTRT__INLINE double pktrt__power_of_two(int32_t k) {
+PKTRT__INLINE double pktrt__math_power_of_two(int32_t k) {
   const uint64_t bits = (uint64_t)(uint32_t)(k + 1023) << 52;
   double x;
   memcpy(&x, &bits, sizeof x);
@@ -8930,7 +9103,7 @@ PKTRT__INLINE double pktrt__power_of_two(int32_t k) {
 }
 
 /* log(2^e (1 + f)), 1 + f within [sqrt(1/2), sqrt(2)]: twice the artanh of s = f / (2 + f), |s| < 0.172. */
-static double pktrt__log_sum(int32_t e, double f) {
+static double pktrt__math_log_sum(int32_t e, double f) {
   const double s = f / (2 + f), q = s * s;
   double sum = q * (1.0 / 19);
   sum = (sum + 1.0 / 17) * q, sum = (sum + 1.0 / 15) * q, sum = (sum + 1.0 / 13) * q, sum = (sum + 1.0 / 11) * q;
@@ -8939,7 +9112,7 @@ static double pktrt__log_sum(int32_t e, double f) {
 }
 
 /* Natural logarithm of a normal x > 0; -infinity for smaller ones. Error below 2^-51. */
-static double pktrt__log(double x) {
+static double pktrt__math_log(double x) {
   uint64_t bits;
   memcpy(&bits, &x, sizeof bits);
   if (!(x >= DBL_MIN)) return -INFINITY;
@@ -8948,14 +9121,14 @@ static double pktrt__log(double x) {
   const int32_t exponent = e >= 0x800 ? e - 0x1000 : e;
   bits -= (uint64_t)(int64_t)exponent << 52;
   memcpy(&x, &bits, sizeof x);
-  return pktrt__log_sum(exponent, x - 1);
+  return pktrt__math_log_sum(exponent, x - 1);
 }
 
 /* log(1 - u), 0 <= u < 1, without loss for small u */
-static double pktrt__log1m(double u) { return u < 0.29 ? pktrt__log_sum(0, -u) : pktrt__log(1 - u); }
+static double pktrt__math_log1m(double u) { return u < 0.29 ? pktrt__math_log_sum(0, -u) : pktrt__math_log(1 - u); }
 
 /* exp(x) - 1 for |x| <= log(2) / 2 */
-static double pktrt__expm1_sum(double x) {
+static double pktrt__math_expm1_sum(double x) {
   double sum = x * (1.0 / 6227020800);
   sum = (sum + 1.0 / 479001600) * x, sum = (sum + 1.0 / 39916800) * x, sum = (sum + 1.0 / 3628800) * x;
   sum = (sum + 1.0 / 362880) * x, sum = (sum + 1.0 / 40320) * x, sum = (sum + 1.0 / 5040) * x;
@@ -8964,108 +9137,108 @@ static double pktrt__expm1_sum(double x) {
 }
 
 /* e^x; error below 2^-51, and one step of a subnormal result */
-static double pktrt__exp(double x) {
+static double pktrt__math_exp(double x) {
   if (!(x > -746)) return x != x ? x : 0;
   if (x > 710) return INFINITY;
   const int32_t k = (int32_t)(x * 1.44269504088896340736 + (x < 0 ? -0.5 : 0.5)), half = k / 2;
   const double rest = (x - (double)k * PKTRT__LOG2_HIGH) - (double)k * PKTRT__LOG2_LOW;
-  return (1 + pktrt__expm1_sum(rest)) * pktrt__power_of_two(half) * pktrt__power_of_two(k - half);
+  return (1 + pktrt__math_expm1_sum(rest)) * pktrt__math_power_of_two(half) * pktrt__math_power_of_two(k - half);
 }
 
 /* exp(x) - 1 for x <= 0, without loss for small x */
-static double pktrt__expm1(double x) { return x > -0.34 ? pktrt__expm1_sum(x) : pktrt__exp(x) - 1; }
+static double pktrt__math_expm1(double x) { return x > -0.34 ? pktrt__math_expm1_sum(x) : pktrt__math_exp(x) - 1; }
 
 /* x^y for x in [0,1], y >= 0; error below (1 + |y log x|) 2^-51. 0^0 is 1. */
-static double pktrt__pow(double x, double y) { return y == 0 ? 1 : pktrt__exp(y * pktrt__log(x)); }
+static double pktrt__math_pow(double x, double y) { return y == 0 ? 1 : pktrt__math_exp(y * pktrt__math_log(x)); }
 
 /* >>mappings ------------------------------------------------------------------------------------------------------- */
 
 /* Two unit vectors that are perpendicular to the unit vector n and to each other (Duff et al. 2017): the z axis and
    its own, turned until z lies on n, or on -n below. */
-static void pktrt__basis(const double n[3], double t[3], double b[3]) {
+static void pktrt__map_basis(const double n[3], double t[3], double b[3]) {
   const double sign = n[2] < 0 ? -1 : 1, a = -1 / (sign + n[2]), c = n[0] * n[1] * a;
   t[0] = 1 + sign * n[0] * n[0] * a, t[1] = sign * c, t[2] = -sign * n[0];
   b[0] = c, b[1] = sign + n[1] * n[1] * a, b[2] = -n[1];
 }
 
 /* The direction at height z over an axis, w = sqrt(1 - z^2) away from it. */
-static void pktrt__around(const double axis[3], double z, double w, double turns, double out[3]) {
+static void pktrt__map_around(const double axis[3], double z, double w, double turns, double out[3]) {
   double t[3], b[3], sine, cosine;
-  pktrt__basis(axis, t, b);
-  pktrt__sincos_turn(turns, &sine, &cosine);
+  pktrt__map_basis(axis, t, b);
+  pktrt__math_sincos_turn(turns, &sine, &cosine);
   for (int a = 0; a < 3; a++) out[a] = z * axis[a] + w * (cosine * t[a] + sine * b[a]);
 }
 
 /* What is not in [0,1) becomes the nearest that is. */
-PKTRT__INLINE double pktrt__in_unit(float u) { return u > 0 ? (double)pktrt__minf(u, 0.99999994f) : 0; }
+PKTRT__INLINE double pktrt__map_clamp_unit(float u) { return u > 0 ? (double)pktrt__minf(u, 0.99999994f) : 0; }
 
 /* The disk: squares around the centre become circles, and the angle grows evenly along them (Shirley and Chiu 1997). */
-static void pktrt__disk(const float u[2], double out[2]) {
-  const double a = 2 * pktrt__in_unit(u[0]) - 1, b = 2 * pktrt__in_unit(u[1]) - 1;
+static void pktrt__map_to_disk(const float u[2], double out[2]) {
+  const double a = 2 * pktrt__map_clamp_unit(u[0]) - 1, b = 2 * pktrt__map_clamp_unit(u[1]) - 1;
   const bool wide = a * a > b * b;
   const double r = wide ? a : b, turns = wide ? b / a * 0.125 : b != 0 ? 0.25 - a / b * 0.125 : 0;
   double s, c;
-  pktrt__sincos_turn(turns, &s, &c);
+  pktrt__math_sincos_turn(turns, &s, &c);
   out[0] = r * c, out[1] = r * s;
 }
 
 /* Directions: u[0] is the part of the lobe that lies nearer to the axis, u[1] the turn around it. Neighbours in the
    square are neighbours on the sphere, the origin is the axis, and the widest directions are a limit for u[0] = 1. (The
    disk's map, bent into a lobe, would have the origin at the widest. Measured, variance of edges is the same.) */
-static void pktrt__cosine_lobe(const float u[2], const double normal[3], double out[3]) {
-  const double x = pktrt__in_unit(u[0]);
-  pktrt__around(normal, sqrt(1 - x), sqrt(x), pktrt__in_unit(u[1]), out);
+static void pktrt__map_cosine_lobe(const float u[2], const double normal[3], double out[3]) {
+  const double x = pktrt__map_clamp_unit(u[0]);
+  pktrt__map_around(normal, sqrt(1 - x), sqrt(x), pktrt__map_clamp_unit(u[1]), out);
 }
 
 /* The integral of cos^n gives 1 - u = cos^(n+1). For narrow lobes the sine comes from cos - 1, not from a cosine that
    is nearly 1. */
-static void pktrt__phong_lobe(const float u[2], const double axis[3], double exponent, double out[3]) {
-  const double x = pktrt__expm1(pktrt__log1m(pktrt__in_unit(u[0])) / ((exponent > 0 ? exponent : 0) + 1));
-  pktrt__around(axis, 1 + x, sqrt(-x * (2 + x)), pktrt__in_unit(u[1]), out);
+static void pktrt__map_phong_lobe(const float u[2], const double axis[3], double exponent, double out[3]) {
+  const double x = pktrt__math_expm1(pktrt__math_log1m(pktrt__map_clamp_unit(u[0])) / ((exponent > 0 ? exponent : 0) + 1));
+  pktrt__map_around(axis, 1 + x, sqrt(-x * (2 + x)), pktrt__map_clamp_unit(u[1]), out);
 }
 
-static void pktrt__phong_lobe_naive(const float u[2], const double axis[3], double exponent, double out[3]) {
-  const double z = pktrt__pow(pktrt__in_unit(u[0]), 1 / ((exponent > 0 ? exponent : 0) + 1));
-  pktrt__around(axis, z, sqrt(1 - z * z), pktrt__in_unit(u[1]), out);
+static void pktrt__map_phong_lobe_naive(const float u[2], const double axis[3], double exponent, double out[3]) {
+  const double z = pktrt__math_pow(pktrt__map_clamp_unit(u[0]), 1 / ((exponent > 0 ? exponent : 0) + 1));
+  pktrt__map_around(axis, z, sqrt(1 - z * z), pktrt__map_clamp_unit(u[1]), out);
 }
 
 PKTRT_DEF void pktrt_map_disk(const float u[2], float out[2]) {
   double p[2];
-  pktrt__disk(u, p);
+  pktrt__map_to_disk(u, p);
   out[0] = (float)p[0], out[1] = (float)p[1];
 }
 
 PKTRT_DEF void pktrt_map_sphere(const float u[2], float out[3]) {
   static const double up[3] = {0, 0, 1};
-  const double x = pktrt__in_unit(u[0]);
+  const double x = pktrt__map_clamp_unit(u[0]);
   double d[3];
-  pktrt__around(up, 1 - 2 * x, 2 * sqrt(x * (1 - x)), pktrt__in_unit(u[1]), d);
+  pktrt__map_around(up, 1 - 2 * x, 2 * sqrt(x * (1 - x)), pktrt__map_clamp_unit(u[1]), d);
   for (int a = 0; a < 3; a++) out[a] = (float)d[a];
 }
 
-static void pktrt__unit_axis(const float axis[3], double out[3]) {
+static void pktrt__map_unit_axis(const float axis[3], double out[3]) {
   for (int a = 0; a < 3; a++) out[a] = (double)axis[a];
   (void)pktrt__normalise(out);
 }
 
 PKTRT_DEF void pktrt_map_cosine(const float u[2], const float normal[3], float out[3]) {
   double n[3], d[3];
-  pktrt__unit_axis(normal, n);
-  pktrt__cosine_lobe(u, n, d);
+  pktrt__map_unit_axis(normal, n);
+  pktrt__map_cosine_lobe(u, n, d);
   for (int a = 0; a < 3; a++) out[a] = (float)d[a];
 }
 
 PKTRT_DEF void pktrt_map_phong(const float u[2], const float axis[3], float exponent, float out[3]) {
   double n[3], d[3];
-  pktrt__unit_axis(axis, n);
-  pktrt__phong_lobe(u, n, (double)exponent, d);
+  pktrt__map_unit_axis(axis, n);
+  pktrt__map_phong_lobe(u, n, (double)exponent, d);
   for (int a = 0; a < 3; a++) out[a] = (float)d[a];
 }
 
 PKTRT_DEF void pktrt_map_phong_naive(const float u[2], const float axis[3], float exponent, float out[3]) {
   double n[3], d[3];
-  pktrt__unit_axis(axis, n);
-  pktrt__phong_lobe_naive(u, n, (double)exponent, d);
+  pktrt__map_unit_axis(axis, n);
+  pktrt__map_phong_lobe_naive(u, n, (double)exponent, d);
   for (int a = 0; a < 3; a++) out[a] = (float)d[a];
 }
 
@@ -9074,7 +9247,7 @@ PKTRT_DEF void pktrt_map_phong_naive(const float u[2], const float axis[3], floa
 /* Exact Fresnel equations, unpolarised (Born and Wolf, Principles of Optics). */
 PKTRT_DEF float pktrt_fresnel_dielectric(float cosine, float eta) {
   const double c = pktrt__min(pktrt__max((double)cosine, 0), 1), e = (double)eta;
-  const double k = e < 0.5 ? e * e - (1 - c) * (1 + c) : c * c + (e - 1) * (e + 1); /* see NAME(behind) */
+  const double k = e < 0.5 ? e * e - (1 - c) * (1 + c) : c * c + (e - 1) * (e + 1); /* see pktrt__material_cosine_behind */
   if (!(k > 0) || e > FLT_MAX) return 1; /* infinite: the limit */
   const double b = sqrt(k) / e, s = (c - e * b) / (c + e * b), p = (e * c - b) / (e * c + b);
   return (float)(0.5 * (s * s + p * p));
@@ -9093,11 +9266,11 @@ PKTRT_DEF float pktrt_fresnel_conductor(float cosine, float eta, float k) {
 }
 
 /* A sentence about what is wrong with a render, for whoever wants it. */
-typedef struct pktrt__why {
+typedef struct pktrt__refusal {
   char text[160];
-} pktrt__why;
+} pktrt__refusal;
 
-static bool pktrt__refuse(pktrt__why *why, const char *format, ...) { /* always false */
+static bool pktrt__render_refuse(pktrt__refusal *why, const char *format, ...) { /* always false */
   va_list args;
   va_start(args, format);
   (void)vsnprintf(why->text, sizeof why->text, format, args);
@@ -9108,7 +9281,7 @@ static bool pktrt__refuse(pktrt__why *why, const char *format, ...) { /* always 
 /* >>lens ----------------------------------------------------------------------------------------------------------- */
 
 /* The camera at a time: 0, where it does not move. False where it has no direction, or up is parallel to it. */
-static bool pktrt__view_at(const pktrt_camera *c, uint32_t width, uint32_t height, double time, pktrt__view_plane *p) {
+static bool pktrt__camera_plane_at(const pktrt_camera *c, uint32_t width, uint32_t height, double time, pktrt__camera_plane *p) {
   double forward[3], up[3], s, k;
   const bool turns = c->moving && (c->up_end[0] != 0 || c->up_end[1] != 0 || c->up_end[2] != 0);
   for (int a = 0; a < 3; a++) {
@@ -9128,7 +9301,7 @@ static bool pktrt__view_at(const pktrt_camera *c, uint32_t width, uint32_t heigh
   if (pktrt__dot(p->right, p->right) < 1e-12 || !pktrt__normalise(p->right)) return false;
   pktrt__cross(p->right, forward, p->up);
   const double fov = c->fov_y == 0 ? 45.0 : (double)c->fov_y;
-  pktrt__sincos_turn(fov / 720, &s, &k);
+  pktrt__math_sincos_turn(fov / 720, &s, &k);
   const double half_y = s / k, half_x = half_y * (double)width / (double)height;
   for (int a = 0; a < 3; a++) {
     p->corner[a] = forward[a] - half_x * p->right[a] + half_y * p->up[a];
@@ -9138,33 +9311,33 @@ static bool pktrt__view_at(const pktrt_camera *c, uint32_t width, uint32_t heigh
   return true;
 }
 
-PKTRT__COLD bool pktrt__check_camera(const pktrt_camera *c, uint32_t width, uint32_t height, pktrt__view_plane *p,
-                                pktrt__why *why) {
+PKTRT__COLD bool pktrt__camera_check(const pktrt_camera *c, uint32_t width, uint32_t height, pktrt__camera_plane *p,
+                                pktrt__refusal *why) {
   const float *vectors[6] = {c->eye, c->target, c->up, c->eye_end, c->target_end, c->up_end};
   static const char *const names[6] = {"eye", "target", "up", "eye_end", "target_end", "up_end"};
   for (int i = 0; i < (c->moving ? 6 : 3); i++)
     for (int a = 0; a < 3; a++)
       if (!(fabsf(vectors[i][a]) <= PKTRT_MAX_COORD))
-        return pktrt__refuse(why, "camera: %c of %s is %g", 'x' + a, names[i], (double)vectors[i][a]);
+        return pktrt__render_refuse(why, "camera: %c of %s is %g", 'x' + a, names[i], (double)vectors[i][a]);
   if (!(c->fov_y >= 0 && c->fov_y < 180))
-    return pktrt__refuse(why, "camera: fov_y is %g, outside (0, 180) degrees", (double)c->fov_y);
-  if (!(c->time >= 0 && c->time <= 1)) return pktrt__refuse(why, "camera: time is %g, outside [0, 1]", (double)c->time);
+    return pktrt__render_refuse(why, "camera: fov_y is %g, outside (0, 180) degrees", (double)c->fov_y);
+  if (!(c->time >= 0 && c->time <= 1)) return pktrt__render_refuse(why, "camera: time is %g, outside [0, 1]", (double)c->time);
   if (!(c->shutter >= 0 && (double)c->time + (double)c->shutter <= 1 + 1e-6)) /* as sums of decimals come out */
-    return pktrt__refuse(why, "camera: shutter is %g, outside [0, 1 - time]", (double)c->shutter);
+    return pktrt__render_refuse(why, "camera: shutter is %g, outside [0, 1 - time]", (double)c->shutter);
   if (!(c->aperture >= 0 && c->aperture <= PKTRT_MAX_COORD))
-    return pktrt__refuse(why, "camera: aperture is %g", (double)c->aperture);
+    return pktrt__render_refuse(why, "camera: aperture is %g", (double)c->aperture);
   if (!(c->focus >= 0 && c->focus <= PKTRT_MAX_COORD))
-    return pktrt__refuse(why, "camera: focus is %g", (double)c->focus);
+    return pktrt__render_refuse(why, "camera: focus is %g", (double)c->focus);
   for (int end = c->moving ? 1 : 0; end >= 0; end--) {
-    if (pktrt__view_at(c, width, height, end, p)) continue;
+    if (pktrt__camera_plane_at(c, width, height, end, p)) continue;
     const float *eye = end ? c->eye_end : c->eye, *target = end ? c->target_end : c->target;
     if (eye[0] == target[0] && eye[1] == target[1] && eye[2] == target[2])
-      return pktrt__refuse(why, "camera: eye and target are the same point (%g, %g, %g)", (double)eye[0],
+      return pktrt__render_refuse(why, "camera: eye and target are the same point (%g, %g, %g)", (double)eye[0],
                            (double)eye[1], (double)eye[2]);
     const bool turns = end && (c->up_end[0] != 0 || c->up_end[1] != 0 || c->up_end[2] != 0);
     const float *up = turns ? c->up_end : c->up;
     const bool plain = up[0] == 0 && up[1] == 0 && up[2] == 0;
-    return pktrt__refuse(why, "camera: up (%g, %g, %g) is parallel to the view at time %d", (double)up[0],
+    return pktrt__render_refuse(why, "camera: up (%g, %g, %g) is parallel to the view at time %d", (double)up[0],
                          plain ? 1 : (double)up[1], (double)up[2], end);
   }
   return true;
@@ -9172,15 +9345,15 @@ PKTRT__COLD bool pktrt__check_camera(const pktrt_camera *c, uint32_t width, uint
 
 /* The ray through a place (x, y) of the picture, in pixels, from a point of the lens, given on the unit disk. All zeros
    where a moving camera stands in its target. */
-static void pktrt__ray_at(const pktrt_camera *c, uint32_t width, uint32_t height, const pktrt__view_plane *at_rest, double x,
+static void pktrt__camera_ray_at(const pktrt_camera *c, uint32_t width, uint32_t height, const pktrt__camera_plane *at_rest, double x,
                           double y, const float disk[2], double time, float o[3], float direction[3]) {
   const double half = 0.5 * (double)c->aperture, lens[2] = {half * (double)disk[0], half * (double)disk[1]};
-  pktrt__view_plane moved;
-  const pktrt__view_plane *p = at_rest;
+  pktrt__camera_plane moved;
+  const pktrt__camera_plane *p = at_rest;
   bool sees = true;
   if (PKTRT__MOTION && c->moving) {
     memset(&moved, 0, sizeof moved);
-    sees = pktrt__view_at(c, width, height, time, &moved), p = &moved;
+    sees = pktrt__camera_plane_at(c, width, height, time, &moved), p = &moved;
   }
   for (int a = 0; a < 3; a++) {
     const double d = p->corner[a] + x * p->dx[a] + y * p->dy[a], off = lens[0] * p->right[a] + lens[1] * p->up[a];
@@ -9193,13 +9366,13 @@ PKTRT_DEF bool pktrt_camera_ray(const pktrt_camera *c, uint32_t width, uint32_t 
                                 const float lens[2], float time, pktrt_ray *ray) {
   const float none[3] = {0, 0, 0};
   float disk[2] = {0, 0}, o[3], d[3];
-  pktrt__view_plane plane;
-  pktrt__why why;
+  pktrt__camera_plane plane;
+  pktrt__refusal why;
   *ray = pktrt_make_ray(none, none), ray->tmax = 0;
-  if (!c || !width || !height || !pktrt__check_camera(c, width, height, &plane, &why)) return false;
+  if (!c || !width || !height || !pktrt__camera_check(c, width, height, &plane, &why)) return false;
   if ((!PKTRT__MOTION && c->moving) || (!PKTRT__LENS && c->aperture > 0)) return false;
   if (lens && c->aperture > 0) pktrt_map_disk(lens, disk);
-  pktrt__ray_at(c, width, height, &plane, x, y, disk, (double)time, o, d);
+  pktrt__camera_ray_at(c, width, height, &plane, x, y, disk, (double)time, o, d);
   *ray = pktrt_make_ray(o, d), ray->time = time;
   return true;
 }
@@ -9207,102 +9380,102 @@ PKTRT_DEF bool pktrt_camera_ray(const pktrt_camera *c, uint32_t width, uint32_t 
 /* >>job: a render, checked and complete ---------------------------------------------------------------------------- */
 
 /* A triangle of a mesh that is a light. */
-typedef struct pktrt__facet { /* where it is, if its mesh has one key */
+typedef struct pktrt__light_triangle { /* where it is, if its mesh has one key */
   double corner[3], edge[2][3];
   double normal[3], length;  /* cross product of the edges, and its length */
   double area;               /* at rest, or the largest over its mesh's keys and half-way between them */
   uint32_t triangle;         /* of its mesh */
-} pktrt__facet;
-typedef struct pktrt__cluster { /* facets that lie together: half of those of the cluster above */
+} pktrt__light_triangle;
+typedef struct pktrt__light_cluster { /* facets that lie together: half of those of the cluster above */
   double middle[3], r2;      /* of a sphere around them at rest; r2: its radius, squared */
   double area;
   double facing[3], bent;    /* sum of their areas as vectors, outwards; 0: they face one way, 1: half a ball or more */
-} pktrt__cluster;
-typedef struct pktrt__share {
+} pktrt__light_cluster;
+typedef struct pktrt__light_cdf {
   double sum;                /* of the areas up to this facet's, which is included */
   uint32_t start;            /* entry i: the first facet that part i of as many equal parts of the sum can fall to */
-} pktrt__share;
+} pktrt__light_cdf;
 
 /* What is known of a light before the first ray. */
-typedef struct pktrt__lamp {
+typedef struct pktrt__light_data {
   double middle[3], radius;  /* mesh: of a sphere around it */
   double area;               /* quad, mesh */
   double facing[3];          /* quad: unit normal; directional: unit, towards it; mesh: sum of its areas as vectors */
   double strength;           /* radiance or intensity: of its largest component, */
   float light[3];            /* and all three relative to that; products stay in range so */
-  pktrt__aim aim;
-  pktrt__facet *facets;      /* mesh: neighbours lie near each other */
-  pktrt__share *shares;
-  pktrt__cluster *clusters;  /* 2 facet_count - 1: see pktrt__set_clusters */
+  pktrt__light_target aim;
+  pktrt__light_triangle *facets;      /* mesh: neighbours lie near each other */
+  pktrt__light_cdf *shares;
+  pktrt__light_cluster *clusters;  /* 2 facet_count - 1: see pktrt__light_make_clusters */
   uint32_t facet_count;
   double back;               /* mesh: how much counts, against one that faces a point, a facet that looks away */
-} pktrt__lamp;
+} pktrt__light_data;
 
 /* What pixels have had so far, where there are several passes. */
 typedef struct pktrt__pixel_sums {
   double mean[3], squares; /* of the means of passes: their sum, and that of their squares over all channels */
 } pktrt__pixel_sums;
-typedef struct pktrt__note_sums { /* of all samples */
+typedef struct pktrt__aov_sums { /* of all samples */
   double depth, normal[3], albedo[3], met;
-} pktrt__note_sums;
-typedef struct pktrt__error_block {
+} pktrt__aov_sums;
+typedef struct pktrt__pass_block {
   double error[2];         /* sums over its pixels: V, and V as in the relative MSE */
   double mean[3];          /* of its pixels, their sum */
-  double want;             /* passes it should have had, see pktrt__share_out */
+  double want;             /* passes it should have had, see pktrt__pass_share_out */
   uint32_t unknown;        /* pixels left out */
   uint32_t pixels, done, more; /* passes it has had, and gets in this round */
-} pktrt__error_block;
-typedef struct pktrt__passes {
+} pktrt__pass_block;
+typedef struct pktrt__pass_sums {
   pktrt__pixel_sums *sums;   /* of the pixels of an area */
-  pktrt__note_sums *notes;   /* NULL: not wanted */
-  pktrt__error_block *blocks;
+  pktrt__aov_sums *notes;   /* NULL: not wanted */
+  pktrt__pass_block *blocks;
   uint32_t x, y, w, h;       /* the area */
   uint32_t columns, rows;    /* of blocks */
-} pktrt__passes;
+} pktrt__pass_sums;
 
-typedef struct pktrt__job {
+typedef struct pktrt__render_state {
   const pktrt_scene *scene;
   const pktrt_render_desc *desc;
-  pktrt__view_plane plane;   /* of a camera that does not move */
-  pktrt__lamp *lamps;        /* one for each light */
+  pktrt__camera_plane plane;   /* of a camera that does not move */
+  pktrt__light_data *lamps;        /* one for each light */
   pktrt_sampling sampling;   /* of the first pass */
-  pktrt__passes *passes;     /* NULL: there is one */
+  pktrt__pass_sums *passes;     /* NULL: there is one */
   uint32_t packet_size, tile_size, samples, max_depth;
   uint32_t most_passes;      /* uniformly; of a block, if adaptive: what a 32-bit count of samples can hold */
   bool random;               /* the place in the pixel */
   uint32_t event_dimensions; /* sample dimensions of one scattering event: 4, and 2 for each light */
   float threshold;           /* of importance */
   size_t row_stride;
-  uint32_t features;         /* of pktrt_feature: those that run; ask by pktrt__uses */
+  uint32_t features;         /* of pktrt_feature: those that run; ask by pktrt__render_uses */
   bool follow, distribute, choose; /* secondary rays; random lens, lights and lobes; one ray at a dielectric */
   bool draws;                /* scattering events or lights take samples */
-  pktrt__glass glass;
+  pktrt__glass_boxes glass;
   pktrt__glass_mesh *glass_meshes; /* for each committed mesh; NULL: no glass is seen */
   bool starts_in_glass;      /* perhaps: the camera stands in the box of a mesh of glass */
-} pktrt__job;
+} pktrt__render_state;
 
-PKTRT__COLD bool pktrt__check_sizes(const pktrt_render_desc *d, pktrt__why *why) {
+PKTRT__COLD bool pktrt__render_check_sizes(const pktrt_render_desc *d, pktrt__refusal *why) {
   const uint32_t p = d->packet_size;
   if (!d->width || !d->height || d->width > 65536 || d->height > 65536)
-    return pktrt__refuse(why, "a picture of %u x %u pixels is outside 1 to 65536", (unsigned)d->width,
+    return pktrt__render_refuse(why, "a picture of %u x %u pixels is outside 1 to 65536", (unsigned)d->width,
                          (unsigned)d->height);
-  if (!d->pixels) return pktrt__refuse(why, "pixels is NULL");
+  if (!d->pixels) return pktrt__render_refuse(why, "pixels is NULL");
   if (d->row_stride && d->row_stride < (size_t)d->width * 3)
-    return pktrt__refuse(why, "row_stride %llu is below width * 3", (unsigned long long)d->row_stride);
+    return pktrt__render_refuse(why, "row_stride %llu is below width * 3", (unsigned long long)d->row_stride);
   if (p && p != 2 && p != 4 && p != 8 && p != 16)
-    return pktrt__refuse(why, "packet_size %u is not 2, 4, 8 or 16", (unsigned)p);
-  if (d->tile_size > 1024) return pktrt__refuse(why, "tile_size %u is above 1024", (unsigned)d->tile_size);
-  if (d->samples > 65536) return pktrt__refuse(why, "%u samples are above 65536", (unsigned)d->samples);
-  if (d->passes > 65536) return pktrt__refuse(why, "%u passes are above 65536", (unsigned)d->passes);
+    return pktrt__render_refuse(why, "packet_size %u is not 2, 4, 8 or 16", (unsigned)p);
+  if (d->tile_size > 1024) return pktrt__render_refuse(why, "tile_size %u is above 1024", (unsigned)d->tile_size);
+  if (d->samples > 65536) return pktrt__render_refuse(why, "%u samples are above 65536", (unsigned)d->samples);
+  if (d->passes > 65536) return pktrt__render_refuse(why, "%u passes are above 65536", (unsigned)d->passes);
   if ((uint64_t)d->passes * d->samples > UINT32_MAX)
-    return pktrt__refuse(why, "%u passes of %u samples are 2^32 or more", (unsigned)d->passes, (unsigned)d->samples);
+    return pktrt__render_refuse(why, "%u passes of %u samples are 2^32 or more", (unsigned)d->passes, (unsigned)d->samples);
   if (d->max_depth > PKTRT_MAX_DEPTH)
-    return pktrt__refuse(why, "max_depth %u is above %u", (unsigned)d->max_depth, (unsigned)PKTRT_MAX_DEPTH);
-  if (!(d->attenuation <= 1)) return pktrt__refuse(why, "attenuation is %g, above 1", (double)d->attenuation);
+    return pktrt__render_refuse(why, "max_depth %u is above %u", (unsigned)d->max_depth, (unsigned)PKTRT_MAX_DEPTH);
+  if (!(d->attenuation <= 1)) return pktrt__render_refuse(why, "attenuation is %g, above 1", (double)d->attenuation);
   return true;
 }
 
-PKTRT__COLD bool pktrt__check_words(const pktrt_render_desc *d, pktrt__why *why) {
+PKTRT__COLD bool pktrt__render_check_enums(const pktrt_render_desc *d, pktrt__refusal *why) {
   const struct {
     int value, last;
     const char *name;
@@ -9319,41 +9492,41 @@ PKTRT__COLD bool pktrt__check_words(const pktrt_render_desc *d, pktrt__why *why)
                {(int)d->measure, PKTRT_ERROR_RELATIVE, "pktrt_error_measure"}};
   for (size_t i = 0; i < sizeof words / sizeof *words; i++)
     if (words[i].value < 0 || words[i].value > words[i].last)
-      return pktrt__refuse(why, "%d is no %s", words[i].value, words[i].name);
+      return pktrt__render_refuse(why, "%d is no %s", words[i].value, words[i].name);
   for (int a = 0; a < 3; a++)
-    if (!pktrt__finite(d->background[a]) || !pktrt__finite(d->ambient[a]))
-      return pktrt__refuse(why, "component %d of background and ambient is %g and %g", a, (double)d->background[a],
+    if (!pktrt__is_finite(d->background[a]) || !pktrt__is_finite(d->ambient[a]))
+      return pktrt__render_refuse(why, "component %d of background and ambient is %g and %g", a, (double)d->background[a],
                            (double)d->ambient[a]);
   return true;
 }
 
-PKTRT__COLD bool pktrt__check_rules(const pktrt_render_desc *d, pktrt__why *why) {
-  if (!(d->target_error >= 0 && d->target_error < INFINITY)) return pktrt__refuse(why, "target_error is %g", (double)d->target_error);
-  if (!(d->time_budget >= 0)) return pktrt__refuse(why, "time_budget is %g", d->time_budget);
+PKTRT__COLD bool pktrt__render_check_rules(const pktrt_render_desc *d, pktrt__refusal *why) {
+  if (!(d->target_error >= 0 && d->target_error < INFINITY)) return pktrt__render_refuse(why, "target_error is %g", (double)d->target_error);
+  if (!(d->time_budget >= 0)) return pktrt__render_refuse(why, "time_budget is %g", d->time_budget);
   if (d->passes == 1 && d->target_error > 0)
-    return pktrt__refuse(why, "target_error with one pass: errors are estimated from two passes on");
+    return pktrt__render_refuse(why, "target_error with one pass: errors are estimated from two passes on");
   if (d->adaptive && (d->passes == 1 || (!d->passes && !(d->target_error > 0) && !(d->time_budget > 0) && !d->pass)))
-    return pktrt__refuse(why, "adaptive passes need a rule when to stop, and two passes before it");
+    return pktrt__render_refuse(why, "adaptive passes need a rule when to stop, and two passes before it");
   return true;
 }
 
 /* Whether meshes were added, but never committed: a picture would be empty. */
-static bool pktrt__uncommitted(const pktrt_scene *s) { return s->mesh_count && !s->committed_meshes; }
+static bool pktrt__render_is_uncommitted(const pktrt_scene *s) { return s->mesh_count && !s->committed_meshes; }
 
-PKTRT__COLD bool pktrt__check_scene(const pktrt_scene *s, pktrt__why *why) {
+PKTRT__COLD bool pktrt__render_check_scene(const pktrt_scene *s, pktrt__refusal *why) {
   for (uint32_t i = 0; i < s->committed_meshes; i++)
     if (s->meshes[i].material > s->material_count)
-      return pktrt__refuse(why, "mesh %u names material %u, of %u that were added", (unsigned)i,
+      return pktrt__render_refuse(why, "mesh %u names material %u, of %u that were added", (unsigned)i,
                            (unsigned)s->meshes[i].material, (unsigned)s->material_count);
   for (uint32_t i = 0; i < s->light_count; i++)
     if (s->lights[i].kind == PKTRT_LIGHT_MESH && s->lights[i].mesh >= s->committed_meshes)
-      return pktrt__refuse(why, "light %u names mesh %u, of %u that were committed", (unsigned)i,
+      return pktrt__render_refuse(why, "light %u names mesh %u, of %u that were committed", (unsigned)i,
                            (unsigned)s->lights[i].mesh, (unsigned)s->committed_meshes);
   return true;
 }
 
 /* What the surfaces of a scene are and have. */
-static uint32_t pktrt__features_of_scene(const pktrt_scene *s) {
+static uint32_t pktrt__feature_of_scene(const pktrt_scene *s) {
   uint32_t found = 0;
   for (uint32_t i = 0; i < s->committed_meshes; i++) {
     const pktrt__mesh *m = &s->meshes[i];
@@ -9361,9 +9534,9 @@ static uint32_t pktrt__features_of_scene(const pktrt_scene *s) {
     if (m->key_count > 1) found |= PKTRT_FEATURE_MOTION;
     if (m->normals) found |= PKTRT_FEATURE_NORMALS;
     if (m->material > s->material_count) continue; /* refused by renders */
-    const pktrt_material *look = pktrt__look(s, m->material);
+    const pktrt_material *look = pktrt__material_of(s, m->material);
     if (look->texture || look->shader) found |= PKTRT_FEATURE_TEXTURES;
-    if (pktrt__has_lobe(look)) found |= PKTRT_FEATURE_GLOSS;
+    if (pktrt__material_has_lobe(look)) found |= PKTRT_FEATURE_GLOSS;
     switch (look->specular) {
     case PKTRT_SPECULAR_NONE: break;
     case PKTRT_SPECULAR_MIRROR:
@@ -9377,8 +9550,8 @@ static uint32_t pktrt__features_of_scene(const pktrt_scene *s) {
   return found;
 }
 
-static uint32_t pktrt__features_of_render(const pktrt_scene *s, const pktrt_render_desc *d) {
-  uint32_t found = pktrt__features_of_scene(s) | PKTRT_FEATURE_RENDER;
+static uint32_t pktrt__feature_of_render(const pktrt_scene *s, const pktrt_render_desc *d) {
+  uint32_t found = pktrt__feature_of_scene(s) | PKTRT_FEATURE_RENDER;
   if (d->camera.moving) found |= PKTRT_FEATURE_MOTION;
   if (d->camera.aperture > 0) found |= PKTRT_FEATURE_LENS;
   if (d->camera.shutter > 0) found |= PKTRT_FEATURE_SHUTTER;
@@ -9388,7 +9561,7 @@ static uint32_t pktrt__features_of_render(const pktrt_scene *s, const pktrt_rend
 }
 
 /* Of what was found, what a picture shows. */
-static uint32_t pktrt__features_used(const pktrt_render_desc *d, uint32_t found) {
+static uint32_t pktrt__feature_used(const pktrt_render_desc *d, uint32_t found) {
   if (d->mode == PKTRT_MODE_RCS) found &= ~(uint32_t)(PKTRT__SPECULAR | PKTRT_FEATURE_GLOSS);
   if (d->mode != PKTRT_MODE_DRT) found &= ~(uint32_t)(PKTRT_FEATURE_LENS | PKTRT_FEATURE_SHUTTER);
   if (d->normals != PKTRT_NORMALS_SMOOTH) found &= ~(uint32_t)PKTRT_FEATURE_NORMALS;
@@ -9398,12 +9571,12 @@ static uint32_t pktrt__features_used(const pktrt_render_desc *d, uint32_t found)
 }
 
 /* Whether a job needs any of these. Constantly not, if they were left out. */
-PKTRT__INLINE bool pktrt__uses(const pktrt__job *job, uint32_t features) {
+PKTRT__INLINE bool pktrt__render_uses(const pktrt__render_state *job, uint32_t features) {
   return (PKTRT__BUILT & features) && (job->features & features);
 }
 
 /* The first thing that a description asks for and that was left out; NULL: there is none. */
-static const char *pktrt__left_out(const pktrt_render_desc *d) {
+static const char *pktrt__render_left_out(const pktrt_render_desc *d) {
   if (!PKTRT__MOTION && d->camera.moving) return "camera: it moves, but this build has PKTRT_NO_MOTION";
   if (!PKTRT__LENS && d->camera.aperture > 0) return "camera: it has an aperture, but this build has PKTRT_NO_LENS";
   if (!PKTRT__SHUTTER && d->camera.shutter > 0) return "camera: it has a shutter, but this build has PKTRT_NO_SHUTTER";
@@ -9412,40 +9585,40 @@ static const char *pktrt__left_out(const pktrt_render_desc *d) {
   return NULL;
 }
 
-static bool pktrt__check_render(const pktrt_scene *s, const pktrt_render_desc *d, pktrt__job *job, pktrt__why *why) {
+static bool pktrt__render_check(const pktrt_scene *s, const pktrt_render_desc *d, pktrt__render_state *job, pktrt__refusal *why) {
   memset(job, 0, sizeof *job);
-  if (!d) return pktrt__refuse(why, "the description is NULL");
-  if (!pktrt__check_sizes(d, why) || !pktrt__check_words(d, why) || !pktrt__check_rules(d, why) ||
-      !pktrt__check_scene(s, why))
+  if (!d) return pktrt__render_refuse(why, "the description is NULL");
+  if (!pktrt__render_check_sizes(d, why) || !pktrt__render_check_enums(d, why) || !pktrt__render_check_rules(d, why) ||
+      !pktrt__render_check_scene(s, why))
     return false;
-  if (pktrt__left_out(d)) return pktrt__refuse(why, "%s", pktrt__left_out(d));
+  if (pktrt__render_left_out(d)) return pktrt__render_refuse(why, "%s", pktrt__render_left_out(d));
   job->scene = s, job->desc = d;
-  job->features = pktrt__features_used(d, pktrt__features_of_render(s, d));
+  job->features = pktrt__feature_used(d, pktrt__feature_of_render(s, d));
   job->packet_size = d->packet_size ? d->packet_size : 8;
   job->tile_size = d->tile_size ? d->tile_size : 64;
   job->samples = d->samples ? d->samples : 1;
   job->max_depth = d->max_depth ? d->max_depth : PKTRT_MAX_DEPTH;
   job->threshold = d->attenuation == 0 ? 1.0f / 256 : d->attenuation;
   job->row_stride = d->row_stride ? d->row_stride : (size_t)d->width * 3;
-  job->follow = pktrt__uses(job, PKTRT__SPECULAR), job->distribute = d->mode == PKTRT_MODE_DRT;
+  job->follow = pktrt__render_uses(job, PKTRT__SPECULAR), job->distribute = d->mode == PKTRT_MODE_DRT;
   job->choose = d->branching == PKTRT_BRANCHING_CHOOSE ||
                 (job->distribute && d->branching == PKTRT_BRANCHING_BY_MODE);
-  const bool random_lights = pktrt__uses(job, PKTRT__AREA_LIGHTS) || d->lights != PKTRT_LIGHTS_ALL;
-  job->draws = (job->distribute && (random_lights || pktrt__uses(job, PKTRT__GLOSS))) ||
-               (job->choose && pktrt__uses(job, PKTRT__DIELECTRIC));
+  const bool random_lights = pktrt__render_uses(job, PKTRT__AREA_LIGHTS) || d->lights != PKTRT_LIGHTS_ALL;
+  job->draws = (job->distribute && (random_lights || pktrt__render_uses(job, PKTRT__GLOSS))) ||
+               (job->choose && pktrt__render_uses(job, PKTRT__DIELECTRIC));
   job->sampling.sampler = d->sampler, job->sampling.samples = job->samples, job->sampling.seed = d->seed;
   job->most_passes = d->passes;
   if (!d->passes) job->most_passes = d->target_error > 0 || d->time_budget > 0 || d->pass ? 65536 : 1;
   if (job->most_passes > UINT32_MAX / job->samples) job->most_passes = UINT32_MAX / job->samples;
   job->random = job->distribute || job->samples > 1 || job->most_passes > 1;
   job->event_dimensions = 4 + (2 * s->light_count + 3) / 4 * 4;
-  return pktrt__check_camera(&d->camera, d->width, d->height, &job->plane, why);
+  return pktrt__camera_check(&d->camera, d->width, d->height, &job->plane, why);
 }
 
 /* >>lamps ---------------------------------------------------------------------------------------------------------- */
 
-static void pktrt__place_facet(float p[3][3], pktrt__facet *f) {
-  (void)pktrt__normal(p, f->normal);
+static void pktrt__light_place_triangle(float p[3][3], pktrt__light_triangle *f) {
+  (void)pktrt__tri_normal(p, f->normal);
   f->length = sqrt(pktrt__dot(f->normal, f->normal));
   for (int a = 0; a < 3; a++) {
     f->corner[a] = (double)p[0][a];
@@ -9456,25 +9629,25 @@ static void pktrt__place_facet(float p[3][3], pktrt__facet *f) {
 /* A triangle at key 0, which the other modes take for all, and its normal as long as two areas; returns the largest
    area over its keys and half-way between them. Between two keys the normal is a quadratic in time: if it is zero at
    both, it is zero half-way only if it is zero throughout. */
-static double pktrt__set_facet(const pktrt__mesh *m, uint32_t triangle, pktrt__facet *f, double n[3]) {
+static double pktrt__light_set_triangle(const pktrt__mesh *m, uint32_t triangle, pktrt__light_triangle *f, double n[3]) {
   float p[3][3] = {{0, 0, 0}, {0, 0, 0}, {0, 0, 0}}, next[3][3], half[3][3]; /* there is a key, but gcc does not know */
   double largest = 0;
   for (uint32_t key = m->key_count; key-- > 0;) {
     memcpy(next, p, sizeof next);
-    pktrt__triangle_vertices(m, false, triangle, key, p);
+    pktrt__mesh_triangle(m, false, triangle, key, p);
     for (int i = 0; key + 1 < m->key_count && i < 9; i++)
       half[i / 3][i % 3] = 0.5f * p[i / 3][i % 3] + 0.5f * next[i / 3][i % 3];
-    if (key + 1 < m->key_count) (void)pktrt__normal(half, n), largest = pktrt__max(largest, pktrt__dot(n, n));
-    (void)pktrt__normal(p, n);
+    if (key + 1 < m->key_count) (void)pktrt__tri_normal(half, n), largest = pktrt__max(largest, pktrt__dot(n, n));
+    (void)pktrt__tri_normal(p, n);
     largest = pktrt__max(largest, pktrt__dot(n, n));
   }
   largest = 0.5 * sqrt(largest);
-  pktrt__place_facet(p, f);
+  pktrt__light_place_triangle(p, f);
   return largest;
 }
 
 /* The facet that a number in [0, total) falls to, by the running sums. */
-static uint32_t pktrt__find_facet(const pktrt__lamp *lamp, double want) {
+static uint32_t pktrt__light_find_triangle(const pktrt__light_data *lamp, double want) {
   const uint32_t n = lamp->facet_count, part = (uint32_t)(want / lamp->shares[n - 1].sum * (double)n);
   uint32_t i = lamp->shares[part < n ? part : n - 1].start;
   while (i + 1 < n && lamp->shares[i].sum <= want) i++;
@@ -9501,10 +9674,10 @@ static void pktrt__sort_keys(uint64_t *key, uint32_t n) {
 }
 
 /* A triangle's place on a Morton curve through the light's box, 10 bits for each axis, above its number. */
-static uint64_t pktrt__facet_key(const pktrt__mesh *m, uint32_t triangle, const double lo[3], double size) {
+static uint64_t pktrt__light_morton_key(const pktrt__mesh *m, uint32_t triangle, const double lo[3], double size) {
   float p[3][3];
   uint64_t key = 0;
-  pktrt__triangle_vertices(m, false, triangle, 0, p);
+  pktrt__mesh_triangle(m, false, triangle, 0, p);
   for (uint32_t a = 0; a < 3; a++) {
     const double middle = ((double)p[0][a] + (double)p[1][a] + (double)p[2][a]) / 3;
     const double part = size > 0 ? (middle - lo[a]) / size : 0;
@@ -9516,22 +9689,22 @@ static uint64_t pktrt__facet_key(const pktrt__mesh *m, uint32_t triangle, const 
 
 /* Clusters by halving: that of n facets stands at some index, that of the first n / 2 of them behind it, and that of
    the others 2 (n / 2) behind it. */
-static void pktrt__set_clusters(pktrt__lamp *lamp) {
+static void pktrt__light_make_clusters(pktrt__light_data *lamp) {
   struct {
     uint32_t at, first, n;
   } stack[34] = {{0, 0, lamp->facet_count}};
   for (uint32_t top = lamp->facet_count ? 1 : 0; top--;) {
     const uint32_t at = stack[top].at, first = stack[top].first, n = stack[top].n;
-    pktrt__cluster *c = &lamp->clusters[at];
+    pktrt__light_cluster *c = &lamp->clusters[at];
     memset(c, 0, sizeof *c);
     for (uint32_t i = first; i < first + n; i++) {
-      const pktrt__facet *f = &lamp->facets[i];
+      const pktrt__light_triangle *f = &lamp->facets[i];
       c->area += f->area;
       for (int a = 0; a < 3; a++) c->facing[a] += 0.5 * f->normal[a];
       for (int a = 0; a < 3; a++) c->middle[a] += (f->corner[a] + (f->edge[0][a] + f->edge[1][a]) / 3) / n;
     }
     for (uint64_t i = 0; i < 3 * (uint64_t)n; i++) {
-      const pktrt__facet *f = &lamp->facets[first + i / 3];
+      const pktrt__light_triangle *f = &lamp->facets[first + i / 3];
       double d[3];
       for (int a = 0; a < 3; a++) d[a] = f->corner[a] + (i % 3 ? f->edge[i % 3 - 1][a] : 0) - c->middle[a];
       c->r2 = pktrt__max(c->r2, pktrt__dot(d, d));
@@ -9547,12 +9720,12 @@ static void pktrt__set_clusters(pktrt__lamp *lamp) {
 /* Whether facets that look away from a point outside are hidden from it, as in a globe: if the light is closed, that is,
    its areas cancel as vectors, and all of them look away from its middle, or all towards it; then facings are turned
    outwards. */
-static void pktrt__set_back(pktrt__lamp *lamp) {
-  const pktrt__cluster *all = lamp->clusters;
+static void pktrt__light_find_back(pktrt__light_data *lamp) {
+  const pktrt__light_cluster *all = lamp->clusters;
   const double open = all->area > 0 ? sqrt(pktrt__dot(all->facing, all->facing)) / all->area : 1;
   double outwards = 0;
   for (uint32_t i = 0; i < lamp->facet_count; i++) {
-    const pktrt__facet *f = &lamp->facets[i];
+    const pktrt__light_triangle *f = &lamp->facets[i];
     double d[3];
     for (int a = 0; a < 3; a++) d[a] = f->corner[a] + (f->edge[0][a] + f->edge[1][a]) / 3 - all->middle[a];
     outwards += pktrt__dot(d, f->normal) < 0 ? -f->area : f->area;
@@ -9565,39 +9738,39 @@ static void pktrt__set_back(pktrt__lamp *lamp) {
 /* The facets of a mesh that is a light, in their order, and all that is found by them. They are sorted by key, then
    number: the sample's first coordinate runs through all of them, and where it is stratified, so is the light's surface if
    neighbours in the order are neighbours in space. */
-static bool pktrt__set_facets(const pktrt_scene_desc *desc, const pktrt__mesh *m, pktrt__lamp *lamp, const double lo[3],
+static bool pktrt__light_make_triangles(const pktrt_scene_desc *desc, const pktrt__mesh *m, pktrt__light_data *lamp, const double lo[3],
                               double size) {
   const uint32_t n = lamp->facet_count = m->triangle_count;
   double sum = 0, ignored[3];
-  uint64_t *key = PKTRT__CAST(uint64_t *, pktrt__alloc(desc, n, sizeof *key));
-  lamp->facets = PKTRT__CAST(pktrt__facet *, pktrt__alloc(desc, n, sizeof *lamp->facets));
-  lamp->shares = PKTRT__CAST(pktrt__share *, pktrt__alloc(desc, n, sizeof *lamp->shares));
-  lamp->clusters = PKTRT__CAST(pktrt__cluster *, pktrt__alloc(desc, 2 * (uint64_t)n, sizeof *lamp->clusters));
+  uint64_t *key = PKTRT__CAST(uint64_t *, pktrt__mem_alloc(desc, n, sizeof *key));
+  lamp->facets = PKTRT__CAST(pktrt__light_triangle *, pktrt__mem_alloc(desc, n, sizeof *lamp->facets));
+  lamp->shares = PKTRT__CAST(pktrt__light_cdf *, pktrt__mem_alloc(desc, n, sizeof *lamp->shares));
+  lamp->clusters = PKTRT__CAST(pktrt__light_cluster *, pktrt__mem_alloc(desc, 2 * (uint64_t)n, sizeof *lamp->clusters));
   const bool ok = key && lamp->facets && lamp->shares && lamp->clusters;
-  for (uint32_t i = 0; ok && i < n; i++) key[i] = pktrt__facet_key(m, i, lo, size);
+  for (uint32_t i = 0; ok && i < n; i++) key[i] = pktrt__light_morton_key(m, i, lo, size);
   if (ok) pktrt__sort_keys(key, n);
   for (uint32_t i = 0; ok && i < n; i++) {
-    pktrt__facet *f = &lamp->facets[i];
+    pktrt__light_triangle *f = &lamp->facets[i];
     f->triangle = (uint32_t)key[i];
-    f->area = pktrt__set_facet(m, f->triangle, f, ignored);
+    f->area = pktrt__light_set_triangle(m, f->triangle, f, ignored);
     lamp->shares[i].sum = sum += f->area;
   }
   for (uint32_t i = 0, at = 0; ok && i < n; i++) {
     while (at + 1 < n && lamp->shares[at].sum <= sum * i / n * (1 - 1e-9)) at++; /* rather one too early */
     lamp->shares[i].start = at;
   }
-  if (ok) pktrt__set_clusters(lamp);
-  if (ok && n) pktrt__set_back(lamp);
-  pktrt__release(desc, key, n, sizeof *key);
+  if (ok) pktrt__light_make_clusters(lamp);
+  if (ok && n) pktrt__light_find_back(lamp);
+  pktrt__mem_release(desc, key, n, sizeof *key);
   return ok;
 }
 
 /* A mesh as a light: by its facets for DRT, as a point for the other modes. */
-static bool pktrt__mesh_lamp(const pktrt__job *job, const pktrt__mesh *m, pktrt__lamp *lamp) {
+static bool pktrt__light_make_mesh(const pktrt__render_state *job, const pktrt__mesh *m, pktrt__light_data *lamp) {
   double lo[3] = {INFINITY, INFINITY, INFINITY}, hi[3] = {-INFINITY, -INFINITY, -INFINITY}, size = 0, normal[3];
   for (uint32_t i = 0; i < m->triangle_count; i++) {
-    pktrt__facet f;
-    (void)pktrt__set_facet(m, i, &f, normal);
+    pktrt__light_triangle f;
+    (void)pktrt__light_set_triangle(m, i, &f, normal);
     const double area = 0.5 * f.length;
     lamp->area += area;
     for (int a = 0; a < 3; a++) {
@@ -9608,7 +9781,7 @@ static bool pktrt__mesh_lamp(const pktrt__job *job, const pktrt__mesh *m, pktrt_
   for (int a = 0; a < 3 && lamp->area > 0; a++) lamp->middle[a] /= lamp->area;
   for (uint64_t i = 0; i < (uint64_t)m->triangle_count * m->key_count; i++) {
     float p[3][3];
-    pktrt__triangle_vertices(m, false, (uint32_t)(i % m->triangle_count), (uint32_t)(i / m->triangle_count), p);
+    pktrt__mesh_triangle(m, false, (uint32_t)(i % m->triangle_count), (uint32_t)(i / m->triangle_count), p);
     for (int c = 0; c < 3; c++) {
       double r2 = 0;
       for (int a = 0; a < 3; a++) {
@@ -9620,31 +9793,31 @@ static bool pktrt__mesh_lamp(const pktrt__job *job, const pktrt__mesh *m, pktrt_
     }
   }
   for (int a = 0; a < 3; a++) size = pktrt__max(size, hi[a] - lo[a]);
-  return !job->distribute || pktrt__set_facets(&job->scene->desc, m, lamp, lo, size);
+  return !job->distribute || pktrt__light_make_triangles(&job->scene->desc, m, lamp, lo, size);
 }
 
-static void pktrt__free_lamps(pktrt__job *job) {
+static void pktrt__light_free_all(pktrt__render_state *job) {
   const pktrt_scene *s = job->scene;
   for (uint32_t i = 0; job->lamps && i < s->light_count; i++) {
-    pktrt__release(&s->desc, job->lamps[i].facets, job->lamps[i].facet_count, sizeof(pktrt__facet));
-    pktrt__release(&s->desc, job->lamps[i].shares, job->lamps[i].facet_count, sizeof(pktrt__share));
-    pktrt__release(&s->desc, job->lamps[i].clusters, 2 * (uint64_t)job->lamps[i].facet_count, sizeof(pktrt__cluster));
+    pktrt__mem_release(&s->desc, job->lamps[i].facets, job->lamps[i].facet_count, sizeof(pktrt__light_triangle));
+    pktrt__mem_release(&s->desc, job->lamps[i].shares, job->lamps[i].facet_count, sizeof(pktrt__light_cdf));
+    pktrt__mem_release(&s->desc, job->lamps[i].clusters, 2 * (uint64_t)job->lamps[i].facet_count, sizeof(pktrt__light_cluster));
   }
-  pktrt__release(&s->desc, job->lamps, s->light_count, sizeof *job->lamps);
+  pktrt__mem_release(&s->desc, job->lamps, s->light_count, sizeof *job->lamps);
   job->lamps = NULL;
 }
 
 /* Lights that rays cannot hit show in Phong lobes by value; see pktrt_light_kind. */
-static bool pktrt__unseen(const pktrt_light *l) {
+static bool pktrt__light_is_invisible(const pktrt_light *l) {
   return l->kind != PKTRT_LIGHT_MESH && l->kind != PKTRT_LIGHT_ENVIRONMENT;
 }
 
 /* One light. A mesh stands in its middle in RCS and WRT: its projected area is |S cos| where it is flat, S being the
    sum of its area vectors; where it is closed and convex it is a quarter of the area on average, and S is 0. The shadow
    ray ends at the sphere around the mesh, whose own triangles would stop it. */
-static void pktrt__describe(const pktrt__job *job, uint32_t light, pktrt__lamp *lamp) {
+static void pktrt__light_describe(const pktrt__render_state *job, uint32_t light, pktrt__light_data *lamp) {
   const pktrt_light *l = &job->scene->lights[light];
-  pktrt__aim *aim = &lamp->aim;
+  pktrt__light_target *aim = &lamp->aim;
   memset(aim, 0, sizeof *aim);
   aim->kind = l->kind, aim->radius = lamp->radius, aim->area = lamp->area, aim->strength = lamp->strength;
   aim->folded = pktrt__max(0, lamp->area - sqrt(pktrt__dot(lamp->facing, lamp->facing))) / 4;
@@ -9659,21 +9832,21 @@ static void pktrt__describe(const pktrt__job *job, uint32_t light, pktrt__lamp *
   aim->infinite = l->kind == PKTRT_LIGHT_DIRECTIONAL || l->kind == PKTRT_LIGHT_ENVIRONMENT;
   aim->by_square = l->kind == PKTRT_LIGHT_POINT || l->kind == PKTRT_LIGHT_QUAD ||
                    (l->kind == PKTRT_LIGHT_MESH && job->distribute);
-  aim->lobes = pktrt__uses(job, PKTRT__GLOSS) && pktrt__unseen(l);
+  aim->lobes = pktrt__render_uses(job, PKTRT__GLOSS) && pktrt__light_is_invisible(l);
 }
 
-static bool pktrt__make_lamps(pktrt__job *job) { /* false: out of memory, and none are left */
+static bool pktrt__light_make_all(pktrt__render_state *job) { /* false: out of memory, and none are left */
   const pktrt_scene *s = job->scene;
-  job->lamps = PKTRT__CAST(pktrt__lamp *, pktrt__alloc(&s->desc, s->light_count, sizeof *job->lamps));
+  job->lamps = PKTRT__CAST(pktrt__light_data *, pktrt__mem_alloc(&s->desc, s->light_count, sizeof *job->lamps));
   if (!job->lamps) return false;
   memset(job->lamps, 0, s->light_count * sizeof *job->lamps);
   for (uint32_t i = 0; i < s->light_count; i++) {
     const pktrt_light *l = &s->lights[i];
-    pktrt__lamp *lamp = &job->lamps[i];
+    pktrt__light_data *lamp = &job->lamps[i];
     const pktrt__mesh *m = PKTRT__AREA_LIGHTS && l->kind == PKTRT_LIGHT_MESH ? &s->meshes[l->mesh] : NULL;
     double light[3];
     for (int a = 0; a < 3; a++) {
-      light[a] = (double)l->intensity[a] * (m ? (double)pktrt__look(s, m->material)->emission[a] : 1);
+      light[a] = (double)l->intensity[a] * (m ? (double)pktrt__material_of(s, m->material)->emission[a] : 1);
       lamp->strength = pktrt__max(light[a], lamp->strength);
       lamp->facing[a] = -(double)l->direction[a]; /* of a directional light */
     }
@@ -9687,12 +9860,12 @@ static bool pktrt__make_lamps(pktrt__job *job) { /* false: out of memory, and no
       (void)pktrt__normalise(lamp->facing);
     } else if (m) {
       memset(lamp->facing, 0, sizeof lamp->facing);
-      if (!pktrt__mesh_lamp(job, m, lamp)) {
-        pktrt__free_lamps(job);
+      if (!pktrt__light_make_mesh(job, m, lamp)) {
+        pktrt__light_free_all(job);
         return false;
       }
     }
-    pktrt__describe(job, i, lamp);
+    pktrt__light_describe(job, i, lamp);
   }
   return true;
 }
@@ -9700,7 +9873,7 @@ static bool pktrt__make_lamps(pktrt__job *job) { /* false: out of memory, and no
 /* Each of the following aims at one light from one point: where to (at), and the irradiance of a surface that faces
    it, times r^2 for quads and meshes, for radiance 1. u is (1/2, 1/2) where nothing is random. */
 
-static double pktrt__aim_at_quad(const pktrt_light *l, const pktrt__lamp *lamp, const float u[2], const double from[3],
+static double pktrt__light_sample_quad(const pktrt_light *l, const pktrt__light_data *lamp, const float u[2], const double from[3],
                                  double at[3]) {
   double along = 0, r2 = 0;
   for (int a = 0; a < 3; a++) {
@@ -9713,7 +9886,7 @@ static double pktrt__aim_at_quad(const pktrt_light *l, const pktrt__lamp *lamp, 
 
 /* Uniform over the cone of directions in which the sphere is seen, of solid angle 2 pi (1 - cos), whose largest angle
    has the sine R / distance. Its middle, in the other modes, has the exact irradiance pi R^2 / distance^2. */
-static double pktrt__aim_at_sphere(const pktrt_light *l, const float *u, const double from[3], double at[3]) {
+static double pktrt__light_sample_sphere(const pktrt_light *l, const float *u, const double from[3], double at[3]) {
   double axis[3], t[3], b[3], d2 = 0;
   const double radius = (double)l->radius;
   for (int a = 0; a < 3; a++) axis[a] = (double)l->position[a] - from[a], d2 += axis[a] * axis[a];
@@ -9726,7 +9899,7 @@ static double pktrt__aim_at_sphere(const pktrt_light *l, const float *u, const d
   }
   float disk[2];
   pktrt_map_disk(u, disk);
-  pktrt__basis(axis, t, b);
+  pktrt__map_basis(axis, t, b);
   const double x = (double)disk[0], y = (double)disk[1], rise = s2 / (1 + sqrt(1 - s2)); /* 1 - cos */
   const double down = (x * x + y * y) * rise, cosine = 1 - down, sine = sqrt(rise * (1 + cosine));
   const double sin2 = down * (1 + cosine);
@@ -9742,7 +9915,7 @@ static double pktrt__distance2(const double a[3], const double b[3]) {
 
 /* Of an area whose facings have the sum s, as seen from afar: max(0, s.d) if it is flat; of a ball or half of one, a
    quarter of the area and half of s.d. Everything times the distance. */
-static double pktrt__seen_of(const pktrt__cluster *c, double along, double d) {
+static double pktrt__light_projected_area(const pktrt__light_cluster *c, double along, double d) {
   return (1 - c->bent) * pktrt__max(0, along) + c->bent * pktrt__max(0, 0.25 * c->area * d + 0.5 * along);
 }
 
@@ -9750,30 +9923,30 @@ static double pktrt__seen_of(const pktrt__cluster *c, double along, double d) {
    distance of its middle. What looks away counts less by `back`, and 1/32 makes sure that nothing is left out. Near by,
    where facings say little, it counts whole, and as if it were as far as its radius: light of facets next to the
    point, which rises with 1 / r^2, does not come in rare large pieces. */
-static double pktrt__weigh_cluster(const pktrt__cluster *c, const double from[3], double d2, double back,
+static double pktrt__light_weigh_cluster(const pktrt__light_cluster *c, const double from[3], double d2, double back,
                                    double *over) {
   *over = pktrt__max(d2, c->r2);
   if (d2 < 4 * c->r2) return c->area;
   const double to[3] = {from[0] - c->middle[0], from[1] - c->middle[1], from[2] - c->middle[2]}, d = sqrt(d2);
   const double along = pktrt__dot(to, c->facing);
   *over *= d;
-  return pktrt__seen_of(c, along, d) + back * pktrt__seen_of(c, -along, d) + c->area * d / 32;
+  return pktrt__light_projected_area(c, along, d) + back * pktrt__light_projected_area(c, -along, d) + c->area * d / 32;
 }
 
 /* The facet that u in [0,1) falls to, as seen from a point; odds: 1 / its chance; u becomes uniform again. Cluster by
    cluster, until one is far and nearly flat, and by area in there; by area alone if they move. WHY: pool hall, 16 samples:
    half the error of choosing by area everywhere; from afar, too: another fifth less, for an eighth more time. */
-static uint32_t pktrt__choose_facet(const pktrt__lamp *lamp, bool moving, const double from[3], double *u,
+static uint32_t pktrt__light_choose_triangle(const pktrt__light_data *lamp, bool moving, const double from[3], double *u,
                                     double *odds) {
-  const pktrt__cluster *c = lamp->clusters;
+  const pktrt__light_cluster *c = lamp->clusters;
   uint32_t first = 0, n = lamp->facet_count;
   double chance = 1, d2 = pktrt__distance2(from, c->middle), over[2];
   const double back = d2 > c->r2 ? lamp->back : 1; /* within a globe all is seen */
   while (!moving && n > 1 && (d2 < 4 * c->r2 || c->bent > 0.2)) {
-    const pktrt__cluster *l = c + 1, *r = c + 2 * (n / 2);
+    const pktrt__light_cluster *l = c + 1, *r = c + 2 * (n / 2);
     const double left2 = pktrt__distance2(from, l->middle), right2 = pktrt__distance2(from, r->middle);
-    double left = pktrt__weigh_cluster(l, from, left2, back, &over[0]);
-    double right = pktrt__weigh_cluster(r, from, right2, back, &over[1]);
+    double left = pktrt__light_weigh_cluster(l, from, left2, back, &over[0]);
+    double right = pktrt__light_weigh_cluster(r, from, right2, back, &over[1]);
     left *= over[1], right *= over[0];
     const double part = left + right > 0 ? left / (left + right) : l->area > 0;
     if (*u < part || part == 1) {
@@ -9786,7 +9959,7 @@ static uint32_t pktrt__choose_facet(const pktrt__lamp *lamp, bool moving, const 
   if (n == 1) return first;
   const double sum = lamp->shares[first + n - 1].sum, before = first ? lamp->shares[first - 1].sum : 0;
   const double want = before + *u * (sum - before);
-  uint32_t i = pktrt__find_facet(lamp, want);
+  uint32_t i = pktrt__light_find_triangle(lamp, want);
   i = i < first ? first : i < first + n ? i : first + n - 1;
   const double area = lamp->facets[i].area;
   *odds = area > 0 ? (sum - before) / (area * chance) : 0, *u = area > 0 ? 1 - (lamp->shares[i].sum - want) / area : 0;
@@ -9796,16 +9969,16 @@ static uint32_t pktrt__choose_facet(const pktrt__lamp *lamp, bool moving, const 
 /* A point on the triangle that u[0] falls to, moved off the light as a ray that leaves it would be, or as far
    as a ray that arrives can err: the bound of >>spawn, with the distance in place of the coordinates. With N the cross
    product of the edges, the light's cosine times the area is |N to| / (2 r). */
-static double pktrt__aim_at_mesh(const pktrt__mesh *m, const pktrt__lamp *lamp, const float u[2], float time,
+static double pktrt__light_sample_mesh(const pktrt__mesh *m, const pktrt__light_data *lamp, const float u[2], float time,
                                  const double from[3], double at[3]) {
   if (!(lamp->facet_count && lamp->clusters->area > 0)) return 0;
   double rest = (double)u[0], odds;
-  const pktrt__facet *f = &lamp->facets[pktrt__choose_facet(lamp, pktrt__moves(m->key_count), from, &rest, &odds)];
-  pktrt__facet moved;
-  if (pktrt__moves(m->key_count)) {
+  const pktrt__light_triangle *f = &lamp->facets[pktrt__light_choose_triangle(lamp, pktrt__has_motion(m->key_count), from, &rest, &odds)];
+  pktrt__light_triangle moved;
+  if (pktrt__has_motion(m->key_count)) {
     float p[3][3];
-    for (uint32_t c = 0; c < 3; c++) pktrt__corner(m, m->positions, f->triangle, c, time, p[c]);
-    pktrt__place_facet(p, &moved);
+    for (uint32_t c = 0; c < 3; c++) pktrt__mesh_corner_at(m, m->positions, f->triangle, c, time, p[c]);
+    pktrt__light_place_triangle(p, &moved);
     f = &moved;
   }
   double along = 0, r2 = 0;
@@ -9817,7 +9990,7 @@ static double pktrt__aim_at_mesh(const pktrt__mesh *m, const pktrt__lamp *lamp, 
     along += d * f->normal[a], r2 += d * d;
   }
   if (!(f->length > 0 && r2 > 0)) return 0;
-  const double r = sqrt(r2), lift = pktrt__lift(pktrt__max((double)m->max_coord, r)) / f->length;
+  const double r = sqrt(r2), lift = pktrt__spawn_offset(pktrt__max((double)m->max_coord, r)) / f->length;
   for (int a = 0; a < 3; a++) at[a] += (along < 0 ? -lift : lift) * f->normal[a];
   return 0.5 * (along < 0 ? -along : along) / r * odds;
 }
@@ -9828,17 +10001,17 @@ static double pktrt__aim_at_mesh(const pktrt__mesh *m, const pktrt__lamp *lamp, 
    again for the sake of one box around them all, one in seven meets the innermost ones. */
 enum { PKTRT__GLASS_DEPTH = 7 };
 
-static bool pktrt__is_glass(const pktrt_scene *s, const pktrt__mesh *m) {
-  const pktrt_material *look = pktrt__look(s, m->material);
+static bool pktrt__material_is_glass(const pktrt_scene *s, const pktrt__mesh *m) {
+  const pktrt_material *look = pktrt__material_of(s, m->material);
   return look->specular == PKTRT_SPECULAR_DIELECTRIC && !look->shader;
 }
 
-static void pktrt__widen(pktrt__glass_box *box, const float lo[3], const float hi[3]) {
+static void pktrt__glass_widen(pktrt__glass_box *box, const float lo[3], const float hi[3]) {
   for (int a = 0; a < 3; a++) box->lo[a] = pktrt__minf(box->lo[a], lo[a]), box->hi[a] = pktrt__maxf(box->hi[a], hi[a]);
 }
 
 /* Whether rays of the camera may start in the box of a mesh of glass. */
-static bool pktrt__camera_meets(const pktrt_camera *c, const pktrt__glass_mesh *g) {
+static bool pktrt__glass_contains_camera(const pktrt_camera *c, const pktrt__glass_mesh *g) {
   bool apart = false;
   for (int a = 0; a < 3; a++) {
     const float end = c->moving ? c->eye_end[a] : c->eye[a], lens = 0.5f * c->aperture;
@@ -9854,35 +10027,35 @@ static uint32_t pktrt__ordered_bits(float x) {
   return bits >> 31 ? ~bits : bits | 0x80000000u;
 }
 
-static void pktrt__empty_box(pktrt__glass_box *box) {
+static void pktrt__glass_empty_box(pktrt__glass_box *box) {
   for (int a = 0; a < 3; a++) box->lo[a] = INFINITY, box->hi[a] = -INFINITY;
 }
 
-static bool pktrt__touch(const pktrt__glass_box *a, const pktrt__glass_box *b) {
+static bool pktrt__glass_boxes_touch(const pktrt__glass_box *a, const pktrt__glass_box *b) {
   bool apart = false;
   for (int k = 0; k < 3; k++) apart |= a->hi[k] < b->lo[k] || b->hi[k] < a->lo[k];
   return !apart;
 }
 
 /* A triangle's box over all keys, added to another. */
-static void pktrt__widen_by(const pktrt__mesh *m, uint32_t triangle, pktrt__glass_box *box) {
+static void pktrt__glass_widen_by(const pktrt__mesh *m, uint32_t triangle, pktrt__glass_box *box) {
   for (uint32_t key = 0; key < m->key_count; key++) {
     float p[3][3];
-    pktrt__triangle_vertices(m, false, triangle, key, p);
-    for (int c = 0; c < 3; c++) pktrt__widen(box, p[c], p[c]);
+    pktrt__mesh_triangle(m, false, triangle, key, p);
+    for (int c = 0; c < 3; c++) pktrt__glass_widen(box, p[c], p[c]);
   }
 }
 
 /* Boxes of meshes or, if `fine`, of a few triangles that follow and touch each other. Returns how many. */
-static uint32_t pktrt__box_glass(const pktrt_scene *s, bool fine, pktrt__glass_box *boxes) {
+static uint32_t pktrt__glass_make_boxes(const pktrt_scene *s, bool fine, pktrt__glass_box *boxes) {
   uint32_t n = 0, held = 0; /* held: triangles in the last box */
   for (uint32_t i = 0; i < s->committed_meshes; i++) {
     const pktrt__mesh *m = &s->meshes[i];
-    for (uint32_t t = 0; t < m->triangle_count && pktrt__is_glass(s, m); t++) {
+    for (uint32_t t = 0; t < m->triangle_count && pktrt__material_is_glass(s, m); t++) {
       pktrt__glass_box box;
-      pktrt__empty_box(&box);
-      pktrt__widen_by(m, t, &box);
-      if (t && (!fine || (held < 16 && pktrt__touch(&boxes[n - 1], &box)))) pktrt__widen(&boxes[n - 1], box.lo, box.hi);
+      pktrt__glass_empty_box(&box);
+      pktrt__glass_widen_by(m, t, &box);
+      if (t && (!fine || (held < 16 && pktrt__glass_boxes_touch(&boxes[n - 1], &box)))) pktrt__glass_widen(&boxes[n - 1], box.lo, box.hi);
       else boxes[n++] = box, held = 0;
       held++;
     }
@@ -9891,11 +10064,11 @@ static uint32_t pktrt__box_glass(const pktrt_scene *s, bool fine, pktrt__glass_b
 }
 
 /* Boxes around n > 0 of these, which are put in order by halves. Returns how many. */
-static uint32_t pktrt__nest_glass(pktrt__glass_box *in, uint32_t n, uint32_t depth, float slack, pktrt__glass_box *to) {
+static uint32_t pktrt__glass_nest_boxes(pktrt__glass_box *in, uint32_t n, uint32_t depth, float slack, pktrt__glass_box *to) {
   uint32_t half = 0;
   int axis = 0;
-  pktrt__empty_box(to);
-  for (uint32_t i = 0; i < n; i++) pktrt__widen(to, in[i].lo, in[i].hi);
+  pktrt__glass_empty_box(to);
+  for (uint32_t i = 0; i < n; i++) pktrt__glass_widen(to, in[i].lo, in[i].hi);
   for (int a = 1; a < 3; a++)
     if (to->hi[a] - to->lo[a] > to->hi[axis] - to->lo[axis]) axis = a;
   for (uint32_t i = 0; i < n; i++) {
@@ -9905,12 +10078,12 @@ static uint32_t pktrt__nest_glass(pktrt__glass_box *in, uint32_t n, uint32_t dep
   for (int a = 0; a < 3; a++) to->lo[a] -= slack, to->hi[a] += slack;
   to->next = 1;
   if (!half || half == n || depth == PKTRT__GLASS_DEPTH) return to->next;
-  to->next += pktrt__nest_glass(in, half, depth + 1, slack, to + to->next);
-  return to->next += pktrt__nest_glass(in + half, n - half, depth + 1, slack, to + to->next);
+  to->next += pktrt__glass_nest_boxes(in, half, depth + 1, slack, to + to->next);
+  return to->next += pktrt__glass_nest_boxes(in + half, n - half, depth + 1, slack, to + to->next);
 }
 
 /* Finds out which meshes of glass have boxes that touch, in the order of where these begin: n of them. */
-static void pktrt__find_touching(pktrt__glass_mesh *g, uint64_t *order, uint32_t n) {
+static void pktrt__glass_find_touching(pktrt__glass_mesh *g, uint64_t *order, uint32_t n) {
   pktrt__sort_keys(order, n);
   for (uint32_t i = 0; i < n; i++) {
     pktrt__glass_mesh *a = &g[(uint32_t)order[i]];
@@ -9923,7 +10096,7 @@ static void pktrt__find_touching(pktrt__glass_mesh *g, uint64_t *order, uint32_t
 }
 
 /* Numbers of a vertex, by where it is at all keys; of an edge, opposite from its two ends. */
-static uint64_t pktrt__vertex_number(const pktrt__mesh *m, uint64_t vertex) {
+static uint64_t pktrt__glass_vertex_hash(const pktrt__mesh *m, uint64_t vertex) {
   uint64_t number = 0;
   for (uint32_t key = 0; key < m->key_count; key++) {
     const float *p = m->positions + ((uint64_t)key * m->vertex_count + vertex) * 3;
@@ -9936,83 +10109,83 @@ static uint64_t pktrt__vertex_number(const pktrt__mesh *m, uint64_t vertex) {
   }
   return number;
 }
-static uint64_t pktrt__edge_number(uint64_t a, uint64_t b) { return pktrt__mix(a + 3 * b) - pktrt__mix(b + 3 * a); }
+static uint64_t pktrt__glass_edge_hash(uint64_t a, uint64_t b) { return pktrt__hash(a + 3 * b) - pktrt__hash(b + 3 * a); }
 
 /* Whether each edge of a mesh has as many triangles to one side as to the other, by place: then what it bounds has an
    inside. Numbers of edges sum up to 0 then, and else but by a chance of 2^-64. */
-static bool pktrt__is_closed(const pktrt__mesh *m) {
+static bool pktrt__glass_is_closed(const pktrt__mesh *m) {
   uint64_t sum = 0;
   for (uint64_t i = 0; i < (uint64_t)m->triangle_count * 3; i += 3) {
     uint64_t v[3];
-    for (uint32_t c = 0; c < 3; c++) v[c] = pktrt__vertex_number(m, m->indices ? m->indices[i + c] : i + c);
-    sum += pktrt__edge_number(v[0], v[1]) + pktrt__edge_number(v[1], v[2]) + pktrt__edge_number(v[2], v[0]);
+    for (uint32_t c = 0; c < 3; c++) v[c] = pktrt__glass_vertex_hash(m, m->indices ? m->indices[i + c] : i + c);
+    sum += pktrt__glass_edge_hash(v[0], v[1]) + pktrt__glass_edge_hash(v[1], v[2]) + pktrt__glass_edge_hash(v[2], v[0]);
   }
   return sum == 0;
 }
 
 /* Which meshes are closed and of glass, and their boxes; whether the camera may stand in one of them. False: out of
    memory. */
-static bool pktrt__find_glass_meshes(pktrt__job *job, float slack) {
+static bool pktrt__glass_find_meshes(pktrt__render_state *job, float slack) {
   const pktrt_scene *s = job->scene;
   const uint32_t meshes = s->committed_meshes;
   uint32_t n = 0;
-  pktrt__glass_mesh *g = PKTRT__CAST(pktrt__glass_mesh *, pktrt__alloc(&s->desc, meshes, sizeof *g));
-  uint64_t *order = PKTRT__CAST(uint64_t *, pktrt__alloc(&s->desc, meshes, sizeof *order));
+  pktrt__glass_mesh *g = PKTRT__CAST(pktrt__glass_mesh *, pktrt__mem_alloc(&s->desc, meshes, sizeof *g));
+  uint64_t *order = PKTRT__CAST(uint64_t *, pktrt__mem_alloc(&s->desc, meshes, sizeof *order));
   job->glass_meshes = g;
   for (uint32_t i = 0; g && order && i < meshes; i++) {
     const pktrt__mesh *m = &s->meshes[i];
     pktrt__glass_box box;
-    pktrt__empty_box(&box);
-    g[i].closed = m->triangle_count && pktrt__is_glass(s, m) && pktrt__is_closed(m), g[i].touches = false;
-    for (uint32_t t = 0; t < m->triangle_count && g[i].closed; t++) pktrt__widen_by(m, t, &box);
+    pktrt__glass_empty_box(&box);
+    g[i].closed = m->triangle_count && pktrt__material_is_glass(s, m) && pktrt__glass_is_closed(m), g[i].touches = false;
+    for (uint32_t t = 0; t < m->triangle_count && g[i].closed; t++) pktrt__glass_widen_by(m, t, &box);
     for (int a = 0; a < 3; a++) g[i].lo[a] = box.lo[a] - slack, g[i].hi[a] = box.hi[a] + slack;
     if (!g[i].closed) continue;
     order[n++] = (uint64_t)pktrt__ordered_bits(g[i].lo[0]) << 32 | i;
-    job->starts_in_glass = job->starts_in_glass || pktrt__camera_meets(&job->desc->camera, &g[i]);
+    job->starts_in_glass = job->starts_in_glass || pktrt__glass_contains_camera(&job->desc->camera, &g[i]);
   }
-  if (order && g) pktrt__find_touching(g, order, n);
-  pktrt__release(&s->desc, order, meshes, sizeof *order);
+  if (order && g) pktrt__glass_find_touching(g, order, n);
+  pktrt__mem_release(&s->desc, order, meshes, sizeof *order);
   return g && order;
 }
 
 /* For so many samples. Few are not worth a look at each triangle. False: out of memory. */
-static bool pktrt__find_glass(pktrt__job *job, uint64_t samples) {
+static bool pktrt__glass_find(pktrt__render_state *job, uint64_t samples) {
   const pktrt_scene *s = job->scene;
-  pktrt__glass *glass = &job->glass;
+  pktrt__glass_boxes *glass = &job->glass;
   uint64_t n = 0, meshes = 0;
   float largest = 0;
-  if (!pktrt__uses(job, PKTRT__DIELECTRIC)) return true;
+  if (!pktrt__render_uses(job, PKTRT__DIELECTRIC)) return true;
   for (uint32_t i = 0; i < s->committed_meshes; i++) {
     const pktrt__mesh *m = &s->meshes[i];
     largest = pktrt__maxf(largest, m->max_coord);
-    if (pktrt__is_glass(s, m)) n += m->triangle_count, meshes += m->triangle_count > 0;
+    if (pktrt__material_is_glass(s, m)) n += m->triangle_count, meshes += m->triangle_count > 0;
   }
   if (!n) return true;
-  if (!pktrt__find_glass_meshes(job, 4e-6f * largest)) return false;
+  if (!pktrt__glass_find_meshes(job, 4e-6f * largest)) return false;
   if (job->desc->glass_shadows != PKTRT_GLASS_SHADOWS_PASS) return true;
   const bool fine = n / 4 < samples;
   n = fine ? n : meshes;
   glass->least = 1e-7f * pktrt__minf(1, largest);
   glass->room = n < (1u << PKTRT__GLASS_DEPTH) ? (uint32_t)n * 2 : 2u << PKTRT__GLASS_DEPTH;
-  glass->boxes = PKTRT__CAST(pktrt__glass_box *, pktrt__alloc(&s->desc, glass->room, sizeof *glass->boxes));
-  pktrt__glass_box *in = PKTRT__CAST(pktrt__glass_box *, pktrt__alloc(&s->desc, n, sizeof *in));
+  glass->boxes = PKTRT__CAST(pktrt__glass_box *, pktrt__mem_alloc(&s->desc, glass->room, sizeof *glass->boxes));
+  pktrt__glass_box *in = PKTRT__CAST(pktrt__glass_box *, pktrt__mem_alloc(&s->desc, n, sizeof *in));
   if (in && glass->boxes)
-    (void)pktrt__nest_glass(in, pktrt__box_glass(s, fine, in), 0, 4e-6f * largest, glass->boxes);
-  pktrt__release(&s->desc, in, n, sizeof *in);
+    (void)pktrt__glass_nest_boxes(in, pktrt__glass_make_boxes(s, fine, in), 0, 4e-6f * largest, glass->boxes);
+  pktrt__mem_release(&s->desc, in, n, sizeof *in);
   return in && glass->boxes;
 }
 
 /* What is made once for a render. */
-static void pktrt__unprepare(pktrt__job *job) {
+static void pktrt__render_unprepare(pktrt__render_state *job) {
   const pktrt_scene *s = job->scene;
-  pktrt__release(&s->desc, job->glass.boxes, job->glass.room, sizeof *job->glass.boxes);
-  pktrt__release(&s->desc, job->glass_meshes, s->committed_meshes, sizeof *job->glass_meshes);
-  pktrt__free_lamps(job);
+  pktrt__mem_release(&s->desc, job->glass.boxes, job->glass.room, sizeof *job->glass.boxes);
+  pktrt__mem_release(&s->desc, job->glass_meshes, s->committed_meshes, sizeof *job->glass_meshes);
+  pktrt__light_free_all(job);
 }
-static bool pktrt__prepare(pktrt__job *job, uint64_t pixels) { /* false: out of memory, and nothing is left */
-  if (!pktrt__make_lamps(job)) return false;
-  if (pktrt__find_glass(job, pixels * job->samples)) return true;
-  pktrt__unprepare(job);
+static bool pktrt__render_prepare(pktrt__render_state *job, uint64_t pixels) { /* false: out of memory, and nothing is left */
+  if (!pktrt__light_make_all(job)) return false;
+  if (pktrt__glass_find(job, pixels * job->samples)) return true;
+  pktrt__render_unprepare(job);
   return false;
 }
 
@@ -10033,62 +10206,62 @@ static bool pktrt__prepare(pktrt__job *job, uint64_t pixels) { /* false: out of 
    that are entered at once, or found around the camera, the one with the smaller box is the inner one. */
 
 /* The entry of a mesh, and how many bits of a stack it takes. */
-static uint32_t pktrt__medium_of(const pktrt_scene *s, const pktrt__glass_mesh *glass, uint32_t mesh) {
+static uint32_t pktrt__media_entry(const pktrt_scene *s, const pktrt__glass_mesh *glass, uint32_t mesh) {
   return s->meshes[mesh].material << 1 | !glass[mesh].closed;
 }
-static uint32_t pktrt__medium_bits(const pktrt_scene *s) {
+static uint32_t pktrt__media_entry_bits(const pktrt_scene *s) {
   return s->material_count < 128 ? 8 : s->material_count < 32768 ? 16 : 32;
 }
-static uint32_t pktrt__top_medium(const pktrt_scene *s, uint32_t stack) {
-  return stack & (UINT32_MAX >> (32 - pktrt__medium_bits(s)));
+static uint32_t pktrt__media_top(const pktrt_scene *s, uint32_t stack) {
+  return stack & (UINT32_MAX >> (32 - pktrt__media_entry_bits(s)));
 }
 /* The `at` lowest bits of a stack, and what lies above `at` bits. */
-static uint32_t pktrt__bits_below(uint32_t stack, uint32_t at) { return (uint32_t)(stack & ((UINT64_C(1) << at) - 1)); }
-static uint32_t pktrt__bits_above(uint32_t stack, uint32_t at) { return (uint32_t)((uint64_t)stack >> at); }
+static uint32_t pktrt__media_bits_below(uint32_t stack, uint32_t at) { return (uint32_t)(stack & ((UINT64_C(1) << at) - 1)); }
+static uint32_t pktrt__media_bits_above(uint32_t stack, uint32_t at) { return (uint32_t)((uint64_t)stack >> at); }
 
 /* How many bits lie below where an entry stands last; 32 or more: nowhere. */
-static uint32_t pktrt__find_medium(const pktrt_scene *s, uint32_t stack, uint32_t medium) {
+static uint32_t pktrt__media_find(const pktrt_scene *s, uint32_t stack, uint32_t medium) {
   uint32_t at = 0;
-  while (at < 32 && pktrt__top_medium(s, pktrt__bits_above(stack, at)) != medium) at += pktrt__medium_bits(s);
+  while (at < 32 && pktrt__media_top(s, pktrt__media_bits_above(stack, at)) != medium) at += pktrt__media_entry_bits(s);
   return at;
 }
-static uint32_t pktrt__enter_medium(const pktrt_scene *s, uint32_t stack, uint32_t medium) {
-  const uint32_t bits = pktrt__medium_bits(s);
-  if (medium & stack & 1) stack = pktrt__bits_above(stack, bits);
+static uint32_t pktrt__media_enter(const pktrt_scene *s, uint32_t stack, uint32_t medium) {
+  const uint32_t bits = pktrt__media_entry_bits(s);
+  if (medium & stack & 1) stack = pktrt__media_bits_above(stack, bits);
   return (uint32_t)((uint64_t)stack << bits) | medium;
 }
-static uint32_t pktrt__leave_medium(const pktrt_scene *s, uint32_t stack, uint32_t medium) {
-  uint32_t at = pktrt__find_medium(s, stack, medium);
+static uint32_t pktrt__media_leave(const pktrt_scene *s, uint32_t stack, uint32_t medium) {
+  uint32_t at = pktrt__media_find(s, stack, medium);
   if (at >= 32 && (medium & stack & 1)) at = 0;
   if (at >= 32) return stack;
-  return pktrt__bits_above(stack, at + pktrt__medium_bits(s)) << at | pktrt__bits_below(stack, at);
+  return pktrt__media_bits_above(stack, at + pktrt__media_entry_bits(s)) << at | pktrt__media_bits_below(stack, at);
 }
 /* A stack as it was before a glass was met from the inside. */
-static uint32_t pktrt__know_medium(const pktrt_scene *s, uint32_t stack, uint32_t medium) {
-  return pktrt__find_medium(s, stack, medium) < 32 ? stack : pktrt__enter_medium(s, stack, medium);
+static uint32_t pktrt__media_know(const pktrt_scene *s, uint32_t stack, uint32_t medium) {
+  return pktrt__media_find(s, stack, medium) < 32 ? stack : pktrt__media_enter(s, stack, medium);
 }
 
 /* What is left of light in one channel behind so much of what is on top of a stack. */
-static float pktrt__kept(const pktrt_scene *s, uint32_t stack, int a, double distance) {
-  const uint32_t material = pktrt__top_medium(s, stack) >> 1;
-  const float absorption = material ? pktrt__look(s, material)->absorption[a] : 0;
-  return absorption > 0 ? (float)pktrt__exp(-(double)absorption * distance) : 1;
+static float pktrt__media_transmittance(const pktrt_scene *s, uint32_t stack, int a, double distance) {
+  const uint32_t material = pktrt__media_top(s, stack) >> 1;
+  const float absorption = material ? pktrt__material_of(s, material)->absorption[a] : 0;
+  return absorption > 0 ? (float)pktrt__math_exp(-(double)absorption * distance) : 1;
 }
 
 /* Crossings of a line with closed meshes of glass whose boxes contain its origin. */
 enum { PKTRT__CROSSED = 8 }; /* so many meshes at most; others are overlooked */
-typedef struct pktrt__crossings {
+typedef struct pktrt__media_crossings {
   const pktrt_scene *scene;
   const pktrt__glass_mesh *glass;
   uint32_t skip; /* a mesh that does not count */
-  pktrt__lone q;
+  pktrt__single q;
   double pad;    /* boxes are so much wider, see >>exactness */
   double lo[3], hi[3]; /* the line's own box */
   uint32_t mesh[PKTRT__CROSSED], count, hint[2];
   int exits[PKTRT__CROSSED]; /* less entries */
-} pktrt__crossings;
+} pktrt__media_crossings;
 
-static void pktrt__count_crossing(pktrt__crossings *c, uint32_t mesh, int exits) {
+static void pktrt__media_count_crossing(pktrt__media_crossings *c, uint32_t mesh, int exits) {
   uint32_t i = 0;
   while (i < c->count && c->mesh[i] != mesh) i++;
   if (i == PKTRT__CROSSED) return;
@@ -10096,27 +10269,27 @@ static void pktrt__count_crossing(pktrt__crossings *c, uint32_t mesh, int exits)
   c->exits[i] += exits;
 }
 
-static void pktrt__cross_block(pktrt__crossings *c, const pktrt__group *g, uint32_t block) {
+static void pktrt__media_cross_block(pktrt__media_crossings *c, const pktrt__bvh *g, uint32_t block) {
   const uint32_t *id = pktrt__block_ids(g->blocks + (size_t)block * g->block_bytes);
   for (uint32_t lane = 0; lane < PKTRT__W; lane++) {
     if (id[lane] == PKTRT_NONE) continue;
-    const uint32_t mesh = pktrt__mesh_at(c->scene, id[lane], c->hint), slot = block * 8 + lane;
+    const uint32_t mesh = pktrt__mesh_lookup(c->scene, id[lane], c->hint), slot = block * 8 + lane;
     const pktrt_ray *ray = c->q.ray;
     float t, p[3][3];
     double n[3], along = 0;
     bool outside = mesh == c->skip || !c->glass[mesh].closed;
     for (int a = 0; a < 3; a++)
       outside |= !(c->glass[mesh].lo[a] <= ray->origin[a] && ray->origin[a] <= c->glass[mesh].hi[a]);
-    if (outside || !pktrt__canonical(g, &c->q, slot, &t) || !(ray->tmin < t && t < ray->tmax)) continue;
-    pktrt__corners_at(g, slot, ray->time, p);
-    if (!pktrt__normal(p, n)) continue;
+    if (outside || !pktrt__exact_intersect(g, &c->q, slot, &t) || !(ray->tmin < t && t < ray->tmax)) continue;
+    pktrt__tri_corners_at(g, slot, ray->time, p);
+    if (!pktrt__tri_normal(p, n)) continue;
     for (int a = 0; a < 3; a++) along += n[a] * (double)ray->direction[a];
-    pktrt__count_crossing(c, mesh, along > 0 ? 1 : -1);
+    pktrt__media_count_crossing(c, mesh, along > 0 ? 1 : -1);
   }
 }
 
 /* Whether a line may meet child i of a node, whose planes at two keys have the weights ta and tb. */
-static bool pktrt__may_cross(const pktrt__crossings *c, const float *k0, const float *k1, float ta, float tb, int i) {
+static bool pktrt__media_may_cross(const pktrt__media_crossings *c, const float *k0, const float *k1, float ta, float tb, int i) {
   double from = 0, to = (double)c->q.ray->tmax;
   for (int a = 0; a < 3; a++) {
     const double o = (double)c->q.ray->origin[a], d = (double)c->q.ray->direction[a];
@@ -10130,26 +10303,26 @@ static bool pktrt__may_cross(const pktrt__crossings *c, const float *k0, const f
   return from <= to;
 }
 
-static void pktrt__cross_group(pktrt__crossings *c, const pktrt__group *g) {
+static void pktrt__media_cross_bvh(pktrt__media_crossings *c, const pktrt__bvh *g) {
   uint32_t stack[PKTRT__STACK], top = 0;
   float ta, tb;
-  const uint32_t key = pktrt__segment(c->q.ray->time, g->key_count, &ta, &tb), next = pktrt__moves(g->key_count) ? key + 1 : key;
+  const uint32_t key = pktrt__time_segment(c->q.ray->time, g->key_count, &ta, &tb), next = pktrt__has_motion(g->key_count) ? key + 1 : key;
   for (stack[top++] = 0; top;) {
     const uint32_t ref = stack[--top];
     if (ref & PKTRT__LEAF) {
-      pktrt__cross_block(c, g, ref & ~PKTRT__LEAF);
+      pktrt__media_cross_block(c, g, ref & ~PKTRT__LEAF);
       continue;
     }
     unsigned char *node = g->nodes + (size_t)ref * g->node_bytes;
     const uint32_t *child = pktrt__node_children(node);
     const float *k0 = pktrt__node_planes(node, key), *k1 = pktrt__node_planes(node, next);
     for (int i = 0; i < PKTRT__W; i++)
-      if (child[i] != PKTRT__EMPTY && pktrt__may_cross(c, k0, k1, ta, tb, i)) stack[top++] = child[i];
+      if (child[i] != PKTRT__EMPTY && pktrt__media_may_cross(c, k0, k1, ta, tb, i)) stack[top++] = child[i];
   }
 }
 
 /* Counts crossings between o and o + tmax d. */
-static void pktrt__count_crossings(pktrt__crossings *c, const float o[3], const float d[3], float tmax, float time) {
+static void pktrt__media_count_crossings(pktrt__media_crossings *c, const float o[3], const float d[3], float tmax, float time) {
   pktrt_ray ray;
   double most = 0, away = 0;
   memset(&ray, 0, sizeof ray);
@@ -10169,95 +10342,95 @@ static void pktrt__count_crossings(pktrt__crossings *c, const float o[3], const 
   c->q.ray = &ray, c->q.axis = pktrt__axes[k], c->q.dk = d[k];
   for (int a = 0; a < 2; a++) c->q.slope[a] = d[c->q.axis[1 + a]] / d[k];
   c->pad = (double)PKTRT__EPS * (18 * most + 8 * away) + (double)FLT_MIN;
-  for (uint32_t g = 0; g < c->scene->group_count; g++) pktrt__cross_group(c, &c->scene->groups[g]);
+  for (uint32_t g = 0; g < c->scene->group_count; g++) pktrt__media_cross_bvh(c, &c->scene->groups[g]);
 }
 
-static float pktrt__glass_size(const pktrt__glass_mesh *g) {
+static float pktrt__glass_extent(const pktrt__glass_mesh *g) {
   return (g->hi[0] - g->lo[0]) + (g->hi[1] - g->lo[1]) + (g->hi[2] - g->lo[2]);
 }
 
 /* Enters n meshes of glass at once, the largest first; changes their order. */
-static uint32_t pktrt__enter_meshes(const pktrt_scene *s, const pktrt__glass_mesh *glass, uint32_t stack, uint32_t *mesh,
+static uint32_t pktrt__media_enter_meshes(const pktrt_scene *s, const pktrt__glass_mesh *glass, uint32_t stack, uint32_t *mesh,
                                     uint32_t n) {
   for (; n; n--) {
     uint32_t largest = 0;
     for (uint32_t i = 1; i < n; i++) {
-      const float size = pktrt__glass_size(&glass[mesh[i]]), most = pktrt__glass_size(&glass[mesh[largest]]);
+      const float size = pktrt__glass_extent(&glass[mesh[i]]), most = pktrt__glass_extent(&glass[mesh[largest]]);
       if (size > most || (size == most && mesh[i] < mesh[largest])) largest = i;
     }
-    stack = pktrt__enter_medium(s, stack, pktrt__medium_of(s, glass, mesh[largest]));
+    stack = pktrt__media_enter(s, stack, pktrt__media_entry(s, glass, mesh[largest]));
     mesh[largest] = mesh[n - 1];
   }
   return stack;
 }
 
 /* The glasses around a point at a time: those that a line from it leaves more often than it enters them. */
-static uint32_t pktrt__media_at(const pktrt_scene *s, const pktrt__glass_mesh *glass, const float point[3], float time) {
+static uint32_t pktrt__media_around(const pktrt_scene *s, const pktrt__glass_mesh *glass, const float point[3], float time) {
   static const float ahead[3] = {0.259f, 0.933f, 0.2495f}; /* along no axis, where edges would be met exactly */
   uint32_t mesh[PKTRT__CROSSED], n = 0;
-  pktrt__crossings c;
+  pktrt__media_crossings c;
   c.scene = s, c.glass = glass, c.skip = PKTRT_NONE;
-  pktrt__count_crossings(&c, point, ahead, INFINITY, time);
+  pktrt__media_count_crossings(&c, point, ahead, INFINITY, time);
   for (uint32_t i = 0; i < c.count; i++)
     if (c.exits[i] > 0) mesh[n++] = c.mesh[i];
-  return pktrt__enter_meshes(s, glass, 0, mesh, n);
+  return pktrt__media_enter_meshes(s, glass, 0, mesh, n);
 }
 
 /* The glasses that a ray is in behind a surface of one of them, `mesh`, which it leaves or enters: it starts again at
    `behind`, and `before` is as far on this side. */
-static uint32_t pktrt__pass_surface(const pktrt_scene *s, const pktrt__glass_mesh *glass, uint32_t stack, uint32_t mesh,
+static uint32_t pktrt__media_pass_surface(const pktrt_scene *s, const pktrt__glass_mesh *glass, uint32_t stack, uint32_t mesh,
                                     bool leaves, const float before[3], const float behind[3], float time) {
   uint32_t entered[PKTRT__CROSSED + 1], n = 0;
-  pktrt__crossings c;
+  pktrt__media_crossings c;
   c.count = 0;
   if (glass[mesh].touches) {
     const float d[3] = {behind[0] - before[0], behind[1] - before[1], behind[2] - before[2]};
     c.scene = s, c.glass = glass, c.skip = mesh;
-    pktrt__count_crossings(&c, before, d, 1, time);
+    pktrt__media_count_crossings(&c, before, d, 1, time);
   }
-  if (leaves) stack = pktrt__leave_medium(s, stack, pktrt__medium_of(s, glass, mesh));
+  if (leaves) stack = pktrt__media_leave(s, stack, pktrt__media_entry(s, glass, mesh));
   else entered[n++] = mesh;
   for (uint32_t i = 0; i < c.count; i++) {
-    if (c.exits[i] > 0) stack = pktrt__leave_medium(s, stack, pktrt__medium_of(s, glass, c.mesh[i]));
+    if (c.exits[i] > 0) stack = pktrt__media_leave(s, stack, pktrt__media_entry(s, glass, c.mesh[i]));
     if (c.exits[i] < 0) entered[n++] = c.mesh[i];
   }
-  return pktrt__enter_meshes(s, glass, stack, entered, n);
+  return pktrt__media_enter_meshes(s, glass, stack, entered, n);
 }
 
 /* >>work ----------------------------------------------------------------------------------------------------------- */
 
 /* n values of a row; and up to seven behind them, for compilers make vectors of loops whose length is known. */
-PKTRT__INLINE void pktrt__set_row(float *row, uint32_t n, float x) {
+PKTRT__INLINE void pktrt__fill_row(float *row, uint32_t n, float x) {
   for (uint32_t i = 0; i < n; i += 8)
     for (uint32_t j = 0; j < 8; j++) row[i + j] = x;
 }
 
 /* Rays on their way into a packet, and what becomes of the answer. */
-typedef struct pktrt__pending {
+typedef struct pktrt__packet_queue {
   pktrt__batch batch;
   float arriving[3][PKTRT__ROW];   /* shadow rays: what the surface gains */
   float seen[3][PKTRT__ROW];       /* shadow rays: the part of it that is not stopped */
   uint32_t target[PKTRT__ROW];     /* surface, or lane of a wave */
   pktrt__wave *wave[PKTRT__BATCH]; /* NULL: a shadow ray */
   uint32_t n;
-} pktrt__pending;
+} pktrt__packet_queue;
 
 /* The working space of one tile. */
-typedef struct pktrt__work {
-  pktrt__pending pending;
+typedef struct pktrt__tile {
+  pktrt__packet_queue pending;
   pktrt__batch through;             /* shadow rays on their way through glass */
   pktrt__wave primary;
   pktrt__surfaces surfaces;
-  pktrt__targets targets;
-  pktrt__draws draws;
-  pktrt__shadows shadows;
+  pktrt__light_samples targets;
+  pktrt__sample_batch draws;
+  pktrt__shadow_rays shadows;
   pktrt__shadow_list list;
-  const pktrt__job *job;
+  const pktrt__render_state *job;
   pktrt_sampling sampling;          /* of this pass */
   uint32_t pass;                    /* passes that the pixels at hand have had before */
   pktrt_stats *stats;
   pktrt__wave *reflected[PKTRT_MAX_DEPTH + 1], *refracted[PKTRT_MAX_DEPTH + 1], *spare; /* sent by each generation */
-  uint32_t order[PKTRT__WAVE], packet[PKTRT__WAVE], sender[PKTRT__WAVE]; /* see pktrt__assemble */
+  uint32_t order[PKTRT__WAVE], packet[PKTRT__WAVE], sender[PKTRT__WAVE]; /* see pktrt__packet_assemble */
   uint32_t chosen[PKTRT__WAVE];     /* the light that a surface asks, if it asks one */
   uint32_t first;                   /* of the rays whose surfaces are at hand, in their wave */
   const pktrt__wave *shaded;        /* that wave */
@@ -10273,27 +10446,27 @@ typedef struct pktrt__work {
   uint32_t met[PKTRT__WAVE];
   bool failed;                      /* out of memory, or stopped: nothing more is traced or written */
   bool stopped;
-  struct pktrt__rounds *rounds;     /* who may stop it; NULL: nobody */
+  struct pktrt__pass_rounds *rounds;     /* who may stop it; NULL: nobody */
   uint32_t shaded_packets;
-} pktrt__work;
+} pktrt__tile;
 
-static bool pktrt__goes_on(struct pktrt__rounds *rounds);
+static bool pktrt__pass_goes_on(struct pktrt__pass_rounds *rounds);
 
 /* Asks now and then whether a render goes on. WHY within tiles: where glass branches and nothing is attenuated, the rays
    of one pixel may take hours. So many packets take some milliseconds. */
-static bool pktrt__is_stopped(pktrt__work *work) {
-  if (work->rounds && ++work->shaded_packets % 256 == 0 && !pktrt__goes_on(work->rounds))
+static bool pktrt__tile_is_stopped(pktrt__tile *work) {
+  if (work->rounds && ++work->shaded_packets % 256 == 0 && !pktrt__pass_goes_on(work->rounds))
     work->failed = work->stopped = true;
   return work->failed;
 }
 
-static void pktrt__end_draws(pktrt__draws *g, uint32_t n) {
+static void pktrt__sample_batch_end(pktrt__sample_batch *g, uint32_t n) {
   for (g->count = n; n % PKTRT__DRAWN; n++) g->x[n] = g->y[n] = g->sample[n] = g->group[n] = 0;
 }
 
 /* Values of PKTRT__DRAWN samples from k on: n dimensions from a given one on, all of one group. */
-static void pktrt__draw(pktrt__work *work, uint32_t k, uint32_t dimension, uint32_t n) {
-  pktrt__draws *g = &work->draws;
+static void pktrt__tile_draw(pktrt__tile *work, uint32_t k, uint32_t dimension, uint32_t n) {
+  pktrt__sample_batch *g = &work->draws;
   const pktrt_sampling *s = &work->sampling;
   const uint32_t first = dimension % 4;
   if (s->sampler <= PKTRT_SAMPLER_RANDOM) {
@@ -10302,20 +10475,20 @@ static void pktrt__draw(pktrt__work *work, uint32_t k, uint32_t dimension, uint3
   }
   for (uint32_t i = k; i < k + PKTRT__DRAWN && i < g->count; i++) {
     float u[4];
-    pktrt__sample(s, g->x[i], g->y[i], g->sample[i], 4 * g->group[i] + dimension, n, u);
+    pktrt__sampler_sample(s, g->x[i], g->y[i], g->sample[i], 4 * g->group[i] + dimension, n, u);
     for (uint32_t a = 0; a < n; a++) g->u[first + a][i] = u[a];
   }
 }
 
-static void pktrt__draw_all(pktrt__work *work, uint32_t dimension, uint32_t n) {
-  for (uint32_t k = 0; k < work->draws.count; k += PKTRT__DRAWN) pktrt__draw(work, k, dimension, n);
+static void pktrt__tile_draw_all(pktrt__tile *work, uint32_t dimension, uint32_t n) {
+  for (uint32_t k = 0; k < work->draws.count; k += PKTRT__DRAWN) pktrt__tile_draw(work, k, dimension, n);
 }
 
 /* >>surface: what the rays of a wave found ------------------------------------------------------------------------- */
 
 /* Whose surfaces they are. What is read of smooth normals is fetched ahead: two waits for memory per triangle would
    follow each other otherwise. */
-static void pktrt__name_surfaces(const pktrt_scene *scene, bool smooth, const pktrt__wave *w, pktrt__surfaces *s) {
+static void pktrt__surface_identify(const pktrt_scene *scene, bool smooth, const pktrt__wave *w, pktrt__surfaces *s) {
   uint32_t hint[2] = {0, 0}, mesh = 0, first = 0, n = 0;
   const pktrt__mesh *m = NULL;
   bool bent = false;
@@ -10323,8 +10496,8 @@ static void pktrt__name_surfaces(const pktrt_scene *scene, bool smooth, const pk
   for (uint32_t k = 0; k < s->count; k++) {
     const uint32_t id = w->id[s->first + k];
     if (id - first >= n) {
-      mesh = pktrt__mesh_at(scene, id, hint), m = &scene->meshes[mesh];
-      first = m->first_id, n = m->triangle_count, lift = (float)pktrt__lift((double)m->max_coord);
+      mesh = pktrt__mesh_lookup(scene, id, hint), m = &scene->meshes[mesh];
+      first = m->first_id, n = m->triangle_count, lift = (float)pktrt__spawn_offset((double)m->max_coord);
       bent = smooth && m->normals && m->indices;
     }
     s->mesh[k] = mesh, s->triangle[k] = id - first, s->material[k] = m->material, s->lift[k] = lift;
@@ -10333,14 +10506,14 @@ static void pktrt__name_surfaces(const pktrt_scene *scene, bool smooth, const pk
   for (uint32_t k = 0; smooth && k < s->count; k++) {
     if (k && s->triangle[k] == s->triangle[k - 1]) continue;
     m = &scene->meshes[s->mesh[k]];
-    if (!m->normals || !m->indices || pktrt__moves(m->key_count)) continue;
+    if (!m->normals || !m->indices || pktrt__has_motion(m->key_count)) continue;
     for (uint32_t c = 0; c < 3; c++)
       PKTRT__PREFETCH(m->normals + (size_t)m->indices[(size_t)s->triangle[k] * 3 + c] * 3);
   }
 }
 
 /* Radiance from where rays meet nothing. */
-static void pktrt__surroundings(const pktrt__job *job, uint32_t n, float (*d)[64], float (*radiance)[64]) {
+static void pktrt__environment_radiance(const pktrt__render_state *job, uint32_t n, float (*d)[64], float (*radiance)[64]) {
   const pktrt_render_desc *desc = job->desc;
   for (int a = 0; a < 3; a++)
     for (uint32_t i = 0; i < n; i++) radiance[a][i] = desc->background[a];
@@ -10350,7 +10523,7 @@ static void pktrt__surroundings(const pktrt__job *job, uint32_t n, float (*d)[64
   desc->environment(desc->user, n, from, to);
 }
 
-static void pktrt__find_misses(const pktrt__job *job, pktrt__wave *w, uint32_t first, uint32_t n) {
+static void pktrt__surface_shade_misses(const pktrt__render_state *job, pktrt__wave *w, uint32_t first, uint32_t n) {
   float d[3][64], radiance[3][64];
   uint32_t lane[64], m = 0;
   for (uint32_t i = first; i < first + n; i++) {
@@ -10361,7 +10534,7 @@ static void pktrt__find_misses(const pktrt__job *job, pktrt__wave *w, uint32_t f
       if (somewhere) lane[m++] = i;
     }
     if (m == 64 || (m && i + 1 == first + n)) {
-      pktrt__surroundings(job, m, d, radiance);
+      pktrt__environment_radiance(job, m, d, radiance);
       for (uint32_t k = 0; k < m; k++)
         for (int a = 0; a < 3; a++) w->radiance[a][lane[k]] = radiance[a][k];
       m = 0;
@@ -10370,26 +10543,26 @@ static void pktrt__find_misses(const pktrt__job *job, pktrt__wave *w, uint32_t f
 }
 
 /* Fills work->surfaces from rays [first, first + n) of a wave, and gives the others what surrounds the scene. What the
-   former carry moves to the front, so that it lies as the surfaces do. Not inlined, like pktrt__dress, _flush and
+   former carry moves to the front, so that it lies as the surfaces do. Not inlined, like pktrt__tile_evaluate_materials, _flush and
    _add_lights: their arrays must not lie in every frame of the recursion. */
-PKTRT__NOINLINE void pktrt__find_surfaces(pktrt__work *work, pktrt__wave *w, uint32_t first, uint32_t n) {
+PKTRT__NOINLINE void pktrt__surface_gather(pktrt__tile *work, pktrt__wave *w, uint32_t first, uint32_t n) {
   const pktrt_scene *scene = work->job->scene;
-  const bool smooth = pktrt__uses(work->job, PKTRT__NORMALS);
+  const bool smooth = pktrt__render_uses(work->job, PKTRT__NORMALS);
   pktrt__surfaces *s = &work->surfaces;
   bool missed = false;
   for (uint32_t i = first; i < first + n; i++) missed |= w->slot[i] == PKTRT_NONE;
-  if (missed) pktrt__find_misses(work->job, w, first, n);
+  if (missed) pktrt__surface_shade_misses(work->job, w, first, n);
   scene->kernels->pack(w, first, n, s);
-  pktrt__name_surfaces(scene, smooth, w, s);
+  pktrt__surface_identify(scene, smooth, w, s);
   scene->kernels->find(scene, smooth, w, s);
 }
 
 /* >>materials ------------------------------------------------------------------------------------------------------ */
 
-PKTRT__INLINE bool pktrt__bit(const uint8_t *bits, uint32_t k) { return bits[k / 8] >> k % 8 & 1; }
+PKTRT__INLINE bool pktrt__bit_of(const uint8_t *bits, uint32_t k) { return bits[k / 8] >> k % 8 & 1; }
 
 /* Hooks of one material on surfaces [k, k + n), n <= 64, where they lie. */
-static void pktrt__call_hooks(const pktrt_material *look, const pktrt__wave *w, pktrt__surfaces *s, uint32_t k,
+static void pktrt__material_call_hooks(const pktrt_material *look, const pktrt__wave *w, pktrt__surfaces *s, uint32_t k,
                               uint32_t n) {
   const uint32_t lane = s->first + k;
   float to[3][64], *radiance[3];
@@ -10410,12 +10583,12 @@ static void pktrt__call_hooks(const pktrt_material *look, const pktrt__wave *w, 
 }
 
 /* Textures and shaders of the surfaces that have them, for all neighbours of one material at once. */
-static void pktrt__run_hooks(const pktrt_scene *scene, const pktrt__wave *w, pktrt__surfaces *s) {
+static void pktrt__material_run_hooks(const pktrt_scene *scene, const pktrt__wave *w, pktrt__surfaces *s) {
   for (uint32_t k = 0, end; k < s->count; k = end) {
     end = k + 1;
-    if (!pktrt__bit(s->hooked, k)) continue;
+    if (!pktrt__bit_of(s->hooked, k)) continue;
     while (end < s->count && end < k + 64 && s->material[end] == s->material[k]) end++;
-    pktrt__call_hooks(pktrt__look(scene, s->material[k]), w, s, k, end - k);
+    pktrt__material_call_hooks(pktrt__material_of(scene, s->material[k]), w, s, k, end - k);
   }
 }
 
@@ -10423,45 +10596,45 @@ static void pktrt__run_hooks(const pktrt_scene *scene, const pktrt__wave *w, pkt
 static uint32_t pktrt__media_before(const pktrt_scene *scene, const pktrt__glass_mesh *glass, const pktrt__wave *w,
                                     const pktrt__surfaces *s, uint32_t k) {
   const uint32_t known = w->medium[s->first + k];
-  const bool inside = pktrt__bit(s->kind[PKTRT_SPECULAR_DIELECTRIC], k) && pktrt__bit(s->inside, k);
-  return inside ? pktrt__know_medium(scene, known, pktrt__medium_of(scene, glass, s->mesh[k])) : known;
+  const bool inside = pktrt__bit_of(s->kind[PKTRT_SPECULAR_DIELECTRIC], k) && pktrt__bit_of(s->inside, k);
+  return inside ? pktrt__media_know(scene, known, pktrt__media_entry(scene, glass, s->mesh[k])) : known;
 }
 
 /* Beer attenuation on the way to surface k. */
-static void pktrt__absorb(const pktrt_scene *scene, const pktrt__glass_mesh *glass, const pktrt__wave *w,
+static void pktrt__surface_absorb(const pktrt_scene *scene, const pktrt__glass_mesh *glass, const pktrt__wave *w,
                           pktrt__surfaces *s, uint32_t k) {
   const uint32_t media = pktrt__media_before(scene, glass, w, s, k);
   for (int a = 0; a < 3; a++) {
-    const float kept = pktrt__kept(scene, media, a, (double)s->distance[k]);
+    const float kept = pktrt__media_transmittance(scene, media, a, (double)s->distance[k]);
     s->albedo[a][k] *= kept, s->emission[a][k] *= kept, s->specular[a][k] *= kept, s->passing[a][k] *= kept;
   }
 }
 
-static void pktrt__weigh_metal(const pktrt_scene *scene, pktrt__surfaces *s, uint32_t k) {
-  const pktrt_material *look = pktrt__look(scene, s->material[k]);
+static void pktrt__material_weights_conductor(const pktrt_scene *scene, pktrt__surfaces *s, uint32_t k) {
+  const pktrt_material *look = pktrt__material_of(scene, s->material[k]);
   float cosine = 0;
   for (int a = 0; a < 3; a++) cosine -= s->d[a][k] * s->facing[a][k];
   for (int a = 0; a < 3; a++)
     s->specular[a][k] =
-        pktrt_fresnel_conductor(cosine, pktrt__index(look, a), look->extinction[a]) * s->reflectance[a][k];
+        pktrt_fresnel_conductor(cosine, pktrt__material_ior(look, a), look->extinction[a]) * s->reflectance[a][k];
 }
 
 /* Of surfaces i to i + 7, what is not done by eights: reflection of metals, and what glass absorbs on the way. */
-static void pktrt__weigh_alone(const pktrt_scene *scene, const pktrt__glass_mesh *meshes, const pktrt__wave *w,
+static void pktrt__material_weights_rest(const pktrt_scene *scene, const pktrt__glass_mesh *meshes, const pktrt__wave *w,
                                pktrt__surfaces *s, uint32_t i, uint32_t metal, uint32_t glass) {
-  for (; metal; metal &= metal - 1) pktrt__weigh_metal(scene, s, i + pktrt__lowest(metal));
-  for (; glass; glass &= glass - 1) pktrt__absorb(scene, meshes, w, s, i + pktrt__lowest(glass));
+  for (; metal; metal &= metal - 1) pktrt__material_weights_conductor(scene, s, i + pktrt__lowest_bit(metal));
+  for (; glass; glass &= glass - 1) pktrt__surface_absorb(scene, meshes, w, s, i + pktrt__lowest_bit(glass));
 }
 
-static bool pktrt__notes(const pktrt__job *job) { return job->desc->depth || job->desc->normal || job->desc->albedo; }
+static bool pktrt__aov_wanted(const pktrt__render_state *job) { return job->desc->depth || job->desc->normal || job->desc->albedo; }
 
 /* Sums for the optional buffers, from what primary rays met. */
-static void pktrt__note_first_hits(pktrt__work *work) {
+static void pktrt__aov_add_first_hits(pktrt__tile *work) {
   const pktrt__surfaces *s = &work->surfaces;
   for (uint32_t k = 0; k < s->count; k++) {
     const uint32_t p = work->pixel[s->ray[k]];
-    const bool clear = work->job->follow && (pktrt__bit(s->kind[PKTRT_SPECULAR_DIELECTRIC], k) ||
-                                             pktrt__bit(s->kind[PKTRT_SPECULAR_CONDUCTOR], k));
+    const bool clear = work->job->follow && (pktrt__bit_of(s->kind[PKTRT_SPECULAR_DIELECTRIC], k) ||
+                                             pktrt__bit_of(s->kind[PKTRT_SPECULAR_CONDUCTOR], k));
     work->met[p]++;
     work->depth[p] += (double)s->distance[k];
     for (int a = 0; a < 3; a++) {
@@ -10472,18 +10645,18 @@ static void pktrt__note_first_hits(pktrt__work *work) {
 }
 
 /* Materials of all surfaces, and the radiance that needs no ray: emission and ambient light. */
-PKTRT__NOINLINE void pktrt__dress(pktrt__work *work, const pktrt__wave *w, uint32_t depth) {
+PKTRT__NOINLINE void pktrt__tile_evaluate_materials(pktrt__tile *work, const pktrt__wave *w, uint32_t depth) {
   pktrt__surfaces *s = &work->surfaces;
-  const pktrt__job *job = work->job;
+  const pktrt__render_state *job = work->job;
   const pktrt_render_desc *d = job->desc;
   bool hooks = false;
-  for (uint32_t k = 0; pktrt__uses(job, PKTRT__TEXTURES) && k < s->count; k += 8) hooks |= s->hooked[k / 8] != 0;
-  if (hooks) pktrt__run_hooks(job->scene, w, s);
-  if (!depth && pktrt__notes(job)) pktrt__note_first_hits(work);
+  for (uint32_t k = 0; pktrt__render_uses(job, PKTRT__TEXTURES) && k < s->count; k += 8) hooks |= s->hooked[k / 8] != 0;
+  if (hooks) pktrt__material_run_hooks(job->scene, w, s);
+  if (!depth && pktrt__aov_wanted(job)) pktrt__aov_add_first_hits(work);
   job->scene->kernels->dress(job->scene, job->glass_meshes, job->follow, d->ambient, w, s);
 }
 
-static void pktrt__add_words(void *to, const void *from, size_t size) { /* nothing but uint64_t in there */
+static void pktrt__stats_add_words(void *to, const void *from, size_t size) { /* nothing but uint64_t in there */
   uint64_t a, b;
   for (size_t at = 0; at < size; at += sizeof a) {
     memcpy(&a, PKTRT__CAST(char *, to) + at, sizeof a);
@@ -10492,57 +10665,57 @@ static void pktrt__add_words(void *to, const void *from, size_t size) { /* nothi
     memcpy(PKTRT__CAST(char *, to) + at, &a, sizeof a);
   }
 }
-static void pktrt__add_counts(pktrt_counts *to, const pktrt_counts *from) { pktrt__add_words(to, from, sizeof *to); }
-static void pktrt__add_stats(pktrt_stats *to, const pktrt_stats *from) { pktrt__add_words(to, from, sizeof *to); }
+static void pktrt__stats_add_counts(pktrt_counts *to, const pktrt_counts *from) { pktrt__stats_add_words(to, from, sizeof *to); }
+static void pktrt__stats_add(pktrt_stats *to, const pktrt_stats *from) { pktrt__stats_add_words(to, from, sizeof *to); }
 
 /* >>assembly: how rays are put together to packets ---------------------------------------------------------------- */
 
 /* Traces rays as one packet (fast path: as one batch) and counts. */
-static void pktrt__trace_batch(pktrt__work *work, pktrt__batch *b, uint32_t n, pktrt_ray_type type, uint32_t depth,
+static void pktrt__packet_trace(pktrt__tile *work, pktrt__batch *b, uint32_t n, pktrt_ray_type type, uint32_t depth,
                                bool occlusion, bool alone) {
-  const pktrt__job *job = work->job;
+  const pktrt__render_state *job = work->job;
   pktrt_query_desc d;
   pktrt_counts counts;
-  pktrt__call call = pktrt__call_of(job->scene, NULL, &d, occlusion);
+  pktrt__query call = pktrt__query_make(job->scene, NULL, &d, occlusion);
   d.path = alone && job->desc->path == PKTRT_PATH_FAST ? PKTRT_PATH_SINGLE : job->desc->path;
   d.packet_size = alone ? 1 : n;
   if (PKTRT__STATS && work->stats) memset(&counts, 0, sizeof counts), call.counts = &counts;
   job->scene->kernels->trace(&call, b, n);
   if (!PKTRT__STATS || !work->stats) return;
-  pktrt__add_counts(&work->stats->by_type[type], &counts);
-  pktrt__add_counts(&work->stats->by_depth[depth], &counts);
+  pktrt__stats_add_counts(&work->stats->by_type[type], &counts);
+  pktrt__stats_add_counts(&work->stats->by_depth[depth], &counts);
 }
 
 /* A shadow ray that met glass goes on behind it, along the same line, and loses what the surface reflects and the
    glass absorbs. Ray i of `through`; its way on goes to lane j. */
-typedef enum pktrt__passage { PKTRT__STOPPED, PKTRT__GOES_ON, PKTRT__ARRIVED } pktrt__passage;
-static pktrt__passage pktrt__pass_glass(pktrt__work *work, uint32_t i, uint32_t j, uint32_t hint[2], uint32_t *media,
+typedef enum pktrt__media_passage { PKTRT__STOPPED, PKTRT__GOES_ON, PKTRT__ARRIVED } pktrt__media_passage;
+static pktrt__media_passage pktrt__media_pass_glass(pktrt__tile *work, uint32_t i, uint32_t j, uint32_t hint[2], uint32_t *media,
                                         float seen[3]) {
   const pktrt_scene *scene = work->job->scene;
   pktrt__batch *b = &work->through;
-  const uint32_t mesh = pktrt__mesh_at(scene, b->id[i], hint), triangle = b->id[i] - scene->meshes[mesh].first_id;
+  const uint32_t mesh = pktrt__mesh_lookup(scene, b->id[i], hint), triangle = b->id[i] - scene->meshes[mesh].first_id;
   const pktrt__mesh *m = &scene->meshes[mesh];
-  const pktrt_material *look = pktrt__look(scene, m->material);
+  const pktrt_material *look = pktrt__material_of(scene, m->material);
   if (look->specular != PKTRT_SPECULAR_DIELECTRIC || look->shader) return PKTRT__STOPPED;
   float p[3][3], normal[3], d[3], back[3], origin[3], before[3];
   double point[3], along = 0, d2 = 0, n2 = 0;
-  for (uint32_t c = 0; c < 3; c++) pktrt__corner(m, m->positions, triangle, c, b->time[i], p[c]);
-  pktrt__blend(p, b->cn[0][i], b->cn[1][i], point);
+  for (uint32_t c = 0; c < 3; c++) pktrt__mesh_corner_at(m, m->positions, triangle, c, b->time[i], p[c]);
+  pktrt__tri_point(p, b->cn[0][i], b->cn[1][i], point);
   for (int a = 0; a < 3; a++) {
     normal[a] = b->cf[a][i], d[a] = b->d[a][i], back[a] = -d[a];
     along += (double)normal[a] * (double)d[a];
     d2 += (double)d[a] * (double)d[a], n2 += (double)normal[a] * (double)normal[a];
   }
   const float cosine = (float)(fabs(along) / sqrt(d2 * n2));
-  const float clear = 1 - pktrt_fresnel_dielectric(cosine, pktrt__index(look, 0));
+  const float clear = 1 - pktrt_fresnel_dielectric(cosine, pktrt__material_ior(look, 0));
   const pktrt__glass_mesh *glass = work->job->glass_meshes;
-  if (along > 0) *media = pktrt__know_medium(scene, *media, pktrt__medium_of(scene, glass, mesh));
+  if (along > 0) *media = pktrt__media_know(scene, *media, pktrt__media_entry(scene, glass, mesh));
   for (int a = 0; a < 3; a++) {
     seen[a] *= clear;
-    seen[a] *= pktrt__kept(scene, *media, a, (double)b->t[i] * sqrt(d2));
+    seen[a] *= pktrt__media_transmittance(scene, *media, a, (double)b->t[i] * sqrt(d2));
   }
-  pktrt__leave(m, point, normal, d, origin), pktrt__leave(m, point, normal, back, before);
-  *media = pktrt__pass_surface(scene, glass, *media, mesh, along > 0, before, origin, b->time[i]);
+  pktrt__spawn_origin(m, point, normal, d, origin), pktrt__spawn_origin(m, point, normal, back, before);
+  *media = pktrt__media_pass_surface(scene, glass, *media, mesh, along > 0, before, origin, b->time[i]);
   const bool finite = b->tmax[i] < INFINITY;
   double left = 0;
   for (int a = 0; a < 3 && finite; a++)
@@ -10556,33 +10729,33 @@ static pktrt__passage pktrt__pass_glass(pktrt__work *work, uint32_t i, uint32_t 
 }
 
 /* The glasses that pending shadow ray k starts in: those around the surface that it leaves. */
-static uint32_t pktrt__media_of_sender(const pktrt__work *work, uint32_t k) {
+static uint32_t pktrt__media_of_sender(const pktrt__tile *work, uint32_t k) {
   return work->shaded->medium[work->surfaces.first + work->pending.target[k]];
 }
 
 /* Dims pending shadow ray k by the glass that ray i of a batch, its last piece, lies in; not if the light is infinitely
    far, for there glass ends somewhere. */
-static void pktrt__dim(const pktrt_scene *scene, const pktrt__batch *b, uint32_t i, uint32_t media, uint32_t k,
-                       pktrt__pending *p) {
+static void pktrt__media_dim(const pktrt_scene *scene, const pktrt__batch *b, uint32_t i, uint32_t media, uint32_t k,
+                       pktrt__packet_queue *p) {
   if (!media || !(b->tmax[i] < INFINITY)) return;
   double d2 = 0;
   for (int a = 0; a < 3; a++) d2 += (double)b->d[a][i] * (double)b->d[a][i];
-  for (int a = 0; a < 3; a++) p->seen[a][k] *= pktrt__kept(scene, media, a, sqrt(d2));
+  for (int a = 0; a < 3; a++) p->seen[a][k] *= pktrt__media_transmittance(scene, media, a, sqrt(d2));
 }
 
 /* Dims the pending shadow rays that start in glass and meet nothing. */
-static void pktrt__dim_free(pktrt__work *work, pktrt_ray_type type) {
-  pktrt__pending *p = &work->pending;
+static void pktrt__media_dim_unoccluded(pktrt__tile *work, pktrt_ray_type type) {
+  pktrt__packet_queue *p = &work->pending;
   for (uint32_t k = 0; k < p->n; k++) {
     if (p->batch.slot[k] != PKTRT_NONE || (type == PKTRT_RAY_OTHER && p->wave[k])) continue;
-    pktrt__dim(work->job->scene, &p->batch, k, pktrt__media_of_sender(work, k), k, p);
+    pktrt__media_dim(work->job->scene, &p->batch, k, pktrt__media_of_sender(work, k), k, p);
   }
 }
 
 /* Gives those of pending shadow rays that something stopped a second chance: was it glass? They are listed. */
-static void pktrt__look_through_glass(pktrt__work *work, pktrt_ray_type type, uint32_t depth, uint32_t *lane,
+static void pktrt__media_trace_through_glass(pktrt__tile *work, pktrt_ray_type type, uint32_t depth, uint32_t *lane,
                                       uint32_t listed) {
-  pktrt__pending *p = &work->pending;
+  pktrt__packet_queue *p = &work->pending;
   pktrt__batch *b = &work->through;
   uint32_t n = 0, hint[2] = {0, 0}, media[PKTRT__BATCH];
   for (uint32_t i = 0; i < listed; i++) {
@@ -10595,15 +10768,15 @@ static void pktrt__look_through_glass(pktrt__work *work, pktrt_ray_type type, ui
   }
   for (uint32_t round = 0; n && round <= 2 * PKTRT_MAX_DEPTH; round++) {
     uint32_t left = 0;
-    pktrt__trace_batch(work, b, n, type, depth, false, work->alone);
+    pktrt__packet_trace(work, b, n, type, depth, false, work->alone);
     for (uint32_t i = 0; i < n; i++) {
       const uint32_t k = lane[i];
       float seen[3] = {p->seen[0][k], p->seen[1][k], p->seen[2][k]};
       if (b->slot[i] == PKTRT_NONE) { /* free from here on */
-        pktrt__dim(work->job->scene, b, i, media[i], k, p);
+        pktrt__media_dim(work->job->scene, b, i, media[i], k, p);
         continue;
       }
-      const pktrt__passage passage = pktrt__pass_glass(work, i, left, hint, &media[i], seen);
+      const pktrt__media_passage passage = pktrt__media_pass_glass(work, i, left, hint, &media[i], seen);
       for (int a = 0; a < 3; a++) p->seen[a][k] = passage == PKTRT__STOPPED ? 0 : seen[a];
       if (passage == PKTRT__GOES_ON) media[left] = media[i], lane[left++] = k;
     }
@@ -10613,8 +10786,8 @@ static void pktrt__look_through_glass(pktrt__work *work, pktrt_ray_type type, ui
     for (int a = 0; a < 3; a++) p->seen[a][lane[i]] = 0;
 }
 
-static void pktrt__tell_packet(const pktrt__work *work, pktrt_ray_type type, uint32_t depth, uint32_t first) {
-  const pktrt__pending *p = &work->pending;
+static void pktrt__packet_tell(const pktrt__tile *work, pktrt_ray_type type, uint32_t depth, uint32_t first) {
+  const pktrt__packet_queue *p = &work->pending;
   uint32_t number[PKTRT__BATCH];
   for (uint32_t i = 0; i < p->n; i++)
     number[i] = (p->wave[i] ? p->wave[i]->parent[p->target[i]] : work->surfaces.ray[p->target[i]]) - first;
@@ -10626,7 +10799,7 @@ static void pktrt__tell_packet(const pktrt__work *work, pktrt_ray_type type, uin
 }
 
 /* What the pending rays, adjacent lanes of one wave, have met. */
-static void pktrt__take_hits(const pktrt__pending *p) {
+static void pktrt__packet_store_hits(const pktrt__packet_queue *p) {
   const pktrt__batch *b = &p->batch;
   pktrt__wave *w = p->wave[0];
   const uint32_t first = p->target[0];
@@ -10638,23 +10811,23 @@ static void pktrt__take_hits(const pktrt__pending *p) {
 
 /* Traces what is pending. Shadow rays add their light in the order in which they were pushed; for each surface that is
    the order of the lights, whatever the packets. */
-PKTRT__NOINLINE void pktrt__flush(pktrt__work *work, pktrt_ray_type type, uint32_t depth) {
-  pktrt__pending *p = &work->pending;
+PKTRT__NOINLINE void pktrt__packet_flush(pktrt__tile *work, pktrt_ray_type type, uint32_t depth) {
+  pktrt__packet_queue *p = &work->pending;
   pktrt__batch *b = &p->batch;
   pktrt__surfaces *s = &work->surfaces;
   if (!p->n) return;
-  if (work->job->desc->packet) pktrt__tell_packet(work, type, depth, work->first);
-  pktrt__trace_batch(work, b, p->n, type, depth, type == PKTRT_RAY_SHADOW, work->alone);
+  if (work->job->desc->packet) pktrt__packet_tell(work, type, depth, work->first);
+  pktrt__packet_trace(work, b, p->n, type, depth, type == PKTRT_RAY_SHADOW, work->alone);
   if (type != PKTRT_RAY_SHADOW && type != PKTRT_RAY_OTHER) {
-    pktrt__take_hits(p);
+    pktrt__packet_store_hits(p);
     p->n = 0;
     return;
   }
-  const pktrt__kernels *kernels = work->job->scene->kernels;
+  const pktrt__kernel_table *kernels = work->job->scene->kernels;
   uint32_t lane[PKTRT__BATCH];
   const uint32_t listed = kernels->see(&work->job->glass, b, p->seen, p->n, lane);
-  if (PKTRT__DIELECTRIC && work->immersed) pktrt__dim_free(work, type);
-  if (PKTRT__DIELECTRIC && listed) pktrt__look_through_glass(work, type, depth, lane, listed);
+  if (PKTRT__DIELECTRIC && work->immersed) pktrt__media_dim_unoccluded(work, type);
+  if (PKTRT__DIELECTRIC && listed) pktrt__media_trace_through_glass(work, type, depth, lane, listed);
   if (type == PKTRT_RAY_SHADOW) kernels->gain(s, p->target, p->arriving, p->seen, p->n);
   for (uint32_t i = 0; type == PKTRT_RAY_OTHER && i < p->n; i++) {
     const uint32_t k = p->target[i];
@@ -10671,15 +10844,15 @@ PKTRT__NOINLINE void pktrt__flush(pktrt__work *work, pktrt_ray_type type, uint32
 }
 
 /* How far the pending rays [from, to) go; all begin at 0, which is set once. */
-static void pktrt__limit(pktrt__batch *b, uint32_t from, uint32_t to, float tmax) {
-  pktrt__set_row(b->tmax + from, to - from, tmax);
+static void pktrt__packet_set_tmax(pktrt__batch *b, uint32_t from, uint32_t to, float tmax) {
+  pktrt__fill_row(b->tmax + from, to - from, tmax);
 }
 
 /* Rays [from, to) of the list of shadow rays, in the order given (NULL: as they are), behind what is pending; they
    fit. */
-static void pktrt__push_shadows(pktrt__work *work, const uint32_t *order, uint32_t from, uint32_t to) {
-  pktrt__pending *p = &work->pending;
-  const pktrt__shadows *sh = &work->shadows;
+static void pktrt__packet_push_shadows(pktrt__tile *work, const uint32_t *order, uint32_t from, uint32_t to) {
+  pktrt__packet_queue *p = &work->pending;
+  const pktrt__shadow_rays *sh = &work->shadows;
   const uint32_t n = p->n;
   const size_t size = (to - from) * sizeof(float);
   p->n += to - from;
@@ -10690,7 +10863,7 @@ static void pktrt__push_shadows(pktrt__work *work, const uint32_t *order, uint32
     }
     memcpy(p->batch.time + n, sh->time + from, size), memcpy(p->target + n, sh->surface + from, size);
     memset(p->wave + n, 0, (to - from) * sizeof *p->wave);
-    pktrt__limit(&p->batch, n, p->n, sh->tmax);
+    pktrt__packet_set_tmax(&p->batch, n, p->n, sh->tmax);
     return;
   }
   for (int a = 0; a < 3; a++)
@@ -10706,45 +10879,45 @@ static void pktrt__push_shadows(pktrt__work *work, const uint32_t *order, uint32
 }
 
 /* Whose rays they are is only told of each where rays of several kinds may be pending, or somebody asks. */
-static void pktrt__push_wave(pktrt__work *work, pktrt__wave *w, uint32_t from, uint32_t to) {
+static void pktrt__packet_push_wave(pktrt__tile *work, pktrt__wave *w, uint32_t from, uint32_t to) {
   const pktrt_render_desc *d = work->job->desc;
-  pktrt__pending *p = &work->pending;
+  pktrt__packet_queue *p = &work->pending;
   const uint32_t n = p->n, m = to - from, told = d->packet || d->assembly == PKTRT_ASSEMBLY_BLIND ? m : 1;
   for (int a = 0; a < 3; a++) {
     memcpy(p->batch.o[a] + n, w->o[a] + from, m * sizeof(float));
     memcpy(p->batch.d[a] + n, w->d[a] + from, m * sizeof(float));
   }
   memcpy(p->batch.time + n, w->time + from, m * sizeof(float));
-  pktrt__limit(&p->batch, n, n + m, INFINITY);
+  pktrt__packet_set_tmax(&p->batch, n, n + m, INFINITY);
   for (uint32_t i = 0; i < told; i++) p->target[n + i] = from + i, p->wave[n + i] = w;
   p->n += m;
 }
 
-static uint32_t pktrt__octant(float (*d)[PKTRT__WAVE_ROW], uint32_t i) {
+static uint32_t pktrt__packet_octant(float (*d)[PKTRT__WAVE_ROW], uint32_t i) {
   return pktrt__sign_bit(d[0][i]) | pktrt__sign_bit(d[1][i]) << 1 | pktrt__sign_bit(d[2][i]) << 2;
 }
 
 /* Whether an assembly may change the order of rays. */
-static bool pktrt__reorders(pktrt_assembly assembly) {
+static bool pktrt__packet_reorders(pktrt_assembly assembly) {
   return assembly == PKTRT_ASSEMBLY_OCTANTS || assembly == PKTRT_ASSEMBLY_MATERIALS;
 }
 
 /* Puts n rays of one type in order, and tells where packets end (paper 3.2): work->order, if that changes, and
    work->packet, whose entry i is the end of the packet that begins at i. `sender` are the lanes of the rays that sent
    them. */
-static void pktrt__assemble(pktrt__work *work, uint32_t n, float (*d)[PKTRT__WAVE_ROW], const uint32_t *material,
+static void pktrt__packet_assemble(pktrt__tile *work, uint32_t n, float (*d)[PKTRT__WAVE_ROW], const uint32_t *material,
                             const uint32_t *sender) {
   const pktrt_assembly assembly = work->job->desc->assembly;
   uint32_t *order = work->order, *packet = work->packet, placed = 0;
   const bool octants = assembly == PKTRT_ASSEMBLY_OCTANTS;
-  if (pktrt__reorders(assembly)) {
+  if (pktrt__packet_reorders(assembly)) {
     uint8_t done[PKTRT__WAVE];
     memset(done, 0, n);
     for (uint32_t i = 0; i < n; i++) { /* the first ray that is left opens a group */
       if (done[i]) continue;
       const uint32_t begin = placed;
       for (uint32_t j = i; j < n; j++) {
-        if (done[j] || (octants ? pktrt__octant(d, j) != pktrt__octant(d, i) : material[j] != material[i])) continue;
+        if (done[j] || (octants ? pktrt__packet_octant(d, j) != pktrt__packet_octant(d, i) : material[j] != material[i])) continue;
         done[j] = 1, order[placed++] = j;
       }
       packet[begin] = placed;
@@ -10760,10 +10933,10 @@ static void pktrt__assemble(pktrt__work *work, uint32_t n, float (*d)[PKTRT__WAV
 }
 
 /* The same for a wave, whose rays move into that order. */
-static void pktrt__assemble_wave(pktrt__work *work, pktrt__wave **wave, uint32_t n) {
+static void pktrt__packet_assemble_wave(pktrt__tile *work, pktrt__wave **wave, uint32_t n) {
   pktrt__wave *w = *wave, *to = work->spare;
-  pktrt__assemble(work, n, w->d, w->material, w->parent);
-  if (!pktrt__reorders(work->job->desc->assembly)) return;
+  pktrt__packet_assemble(work, n, w->d, w->material, w->parent);
+  if (!pktrt__packet_reorders(work->job->desc->assembly)) return;
   for (uint32_t i = 0; i < n; i++) {
     const uint32_t k = work->order[i];
     for (int a = 0; a < 3; a++)
@@ -10778,32 +10951,32 @@ static void pktrt__assemble_wave(pktrt__work *work, pktrt__wave **wave, uint32_t
 /* >>lights --------------------------------------------------------------------------------------------------------- */
 
 /* The samples that the rays to all surfaces belong to, and where the dimensions of their scattering events begin. */
-static void pktrt__name_draws(pktrt__work *work, const pktrt__wave *w) {
-  pktrt__draws *g = &work->draws;
+static void pktrt__sample_batch_of_surfaces(pktrt__tile *work, const pktrt__wave *w) {
+  pktrt__sample_batch *g = &work->draws;
   const uint32_t groups = work->job->event_dimensions / 4;
   for (uint32_t k = 0; k < work->surfaces.count; k++) {
     const uint32_t ray = work->surfaces.first + k, root = w->root[ray];
     g->x[k] = work->x[root], g->y[k] = work->y[root], g->sample[k] = work->sample[root];
     g->group[k] = 2 + w->key[ray] * groups;
   }
-  pktrt__end_draws(g, work->surfaces.count);
+  pktrt__sample_batch_end(g, work->surfaces.count);
 }
 
 /* Whether surface k asks this light, and how much more it counts for those that it does not ask. */
-static float pktrt__light_share(const pktrt__work *work, uint32_t k, uint32_t light, uint32_t depth) {
+static float pktrt__light_weight(const pktrt__tile *work, uint32_t k, uint32_t light, uint32_t depth) {
   if (depth < 2 || !work->job->distribute || work->job->desc->lights == PKTRT_LIGHTS_ALL) return 1;
   return work->chosen[k] == light ? (float)work->job->scene->light_count : 0;
 }
 
-static bool pktrt__is_asked(const pktrt__work *work, uint32_t light, uint32_t depth) { /* by any surface */
+static bool pktrt__light_is_asked(const pktrt__tile *work, uint32_t light, uint32_t depth) { /* by any surface */
   for (uint32_t k = 0; k < work->surfaces.count; k++)
-    if (pktrt__light_share(work, k, light, depth) > 0) return true;
+    if (pktrt__light_weight(work, k, light, depth) > 0) return true;
   return false;
 }
 
-static void pktrt__choose_lights(pktrt__work *work) {
+static void pktrt__light_choose(pktrt__tile *work) {
   const uint32_t lights = work->job->scene->light_count;
-  pktrt__draw_all(work, 3, 1);
+  pktrt__tile_draw_all(work, 3, 1);
   for (uint32_t k = 0; k < work->surfaces.count; k++) {
     const uint32_t at = (uint32_t)(work->draws.u[3][k] * (float)lights);
     work->chosen[k] = at < lights ? at : lights - 1;
@@ -10811,12 +10984,12 @@ static void pktrt__choose_lights(pktrt__work *work) {
 }
 
 /* Directions over the hemisphere, by their cosine, and what comes from there. */
-static void pktrt__aim_at_surroundings(pktrt__work *work, uint32_t light, uint32_t depth) {
+static void pktrt__light_sample_environment(pktrt__tile *work, uint32_t light, uint32_t depth) {
   const pktrt__surfaces *s = &work->surfaces;
-  pktrt__targets *g = &work->targets;
-  const pktrt__lamp *lamp = &work->job->lamps[light];
+  pktrt__light_samples *g = &work->targets;
+  const pktrt__light_data *lamp = &work->job->lamps[light];
   float d[3][64], radiance[3][64];
-  if (work->job->distribute) pktrt__draw_all(work, 4 + 2 * light, 2);
+  if (work->job->distribute) pktrt__tile_draw_all(work, 4 + 2 * light, 2);
   for (uint32_t k = 0; k < s->count; k++) {
     const float normal[3] = {s->shade[0][k], s->shade[1][k], s->shade[2][k]};
     float u[2] = {0, 0}, to[3]; /* the normal itself, where nothing is random */
@@ -10824,28 +10997,28 @@ static void pktrt__aim_at_surroundings(pktrt__work *work, uint32_t light, uint32
     pktrt_map_cosine(u, normal, to);
     float cosine = 0;
     for (int a = 0; a < 3; a++) d[a][k % 64] = to[a], g->at[a][k] = (double)to[a], cosine += to[a] * normal[a];
-    const float share = pktrt__light_share(work, k, light, depth);
+    const float share = pktrt__light_weight(work, k, light, depth);
     g->factor[k] = cosine > 0 ? lamp->strength * (double)share * PKTRT__PI / (double)cosine : 0;
     if (k % 64 != 63 && k + 1 != s->count) continue;
-    pktrt__surroundings(work->job, k % 64 + 1, d, radiance);
+    pktrt__environment_radiance(work->job, k % 64 + 1, d, radiance);
     for (int a = 0; a < 3; a++)
       for (uint32_t i = 0; i <= k % 64; i++) g->arriving[a][k / 64 * 64 + i] = radiance[a][i] * lamp->light[a];
   }
 }
 
 /* Where one light is for each surface, where that is random or takes more than the kernels know. */
-static void pktrt__find_targets(pktrt__work *work, const pktrt__wave *w, uint32_t light, uint32_t depth) {
-  const pktrt__job *job = work->job;
+static void pktrt__light_sample_each(pktrt__tile *work, const pktrt__wave *w, uint32_t light, uint32_t depth) {
+  const pktrt__render_state *job = work->job;
   const pktrt_light *l = &job->scene->lights[light];
-  const pktrt__lamp *lamp = &job->lamps[light];
+  const pktrt__light_data *lamp = &job->lamps[light];
   const pktrt__surfaces *s = &work->surfaces;
-  pktrt__targets *g = &work->targets;
+  pktrt__light_samples *g = &work->targets;
   const bool random = job->distribute && (l->kind == PKTRT_LIGHT_QUAD || l->kind == PKTRT_LIGHT_SPHERE ||
                                           l->kind == PKTRT_LIGHT_MESH);
-  if (random) pktrt__draw_all(work, 4 + 2 * light, 2);
+  if (random) pktrt__tile_draw_all(work, 4 + 2 * light, 2);
   for (uint32_t k = 0; k < s->count; k++) {
     const double from[3] = {s->point[0][k], s->point[1][k], s->point[2][k]};
-    const float share = pktrt__light_share(work, k, light, depth);
+    const float share = pktrt__light_weight(work, k, light, depth);
     float u[2] = {0.5f, 0.5f};
     double at[3] = {0, 0, 0}, factor = 1;
     g->factor[k] = 0;
@@ -10853,11 +11026,11 @@ static void pktrt__find_targets(pktrt__work *work, const pktrt__wave *w, uint32_
     for (uint32_t a = 0; random && a < 2; a++) u[a] = work->draws.u[2 * (light % 2) + a][k];
     for (int a = 0; a < 3; a++)
       at[a] = l->kind == PKTRT_LIGHT_DIRECTIONAL ? lamp->facing[a] : (double)l->position[a];
-    if (PKTRT__AREA_LIGHTS && l->kind == PKTRT_LIGHT_QUAD) factor = pktrt__aim_at_quad(l, lamp, u, from, at);
+    if (PKTRT__AREA_LIGHTS && l->kind == PKTRT_LIGHT_QUAD) factor = pktrt__light_sample_quad(l, lamp, u, from, at);
     if (PKTRT__AREA_LIGHTS && l->kind == PKTRT_LIGHT_SPHERE)
-      factor = pktrt__aim_at_sphere(l, random ? u : NULL, from, at);
+      factor = pktrt__light_sample_sphere(l, random ? u : NULL, from, at);
     if (PKTRT__AREA_LIGHTS && l->kind == PKTRT_LIGHT_MESH)
-      factor = pktrt__aim_at_mesh(&job->scene->meshes[l->mesh], lamp, u, w->time[s->first + k], from, at);
+      factor = pktrt__light_sample_mesh(&job->scene->meshes[l->mesh], lamp, u, w->time[s->first + k], from, at);
     for (int a = 0; a < 3; a++) g->at[a][k] = at[a], g->arriving[a][k] = lamp->light[a];
     g->factor[k] = factor * (double)share * lamp->strength;
   }
@@ -10865,11 +11038,11 @@ static void pktrt__find_targets(pktrt__work *work, const pktrt__wave *w, uint32_
 
 /* What Phong lobes of surfaces i to i + 7 reflect of a light that stands in direction `to`, per irradiance. WHY the
    division: unit vectors of float are not quite, and lobes of exponent 10^6 became brighter or darker by a tenth. */
-static void pktrt__shine(const pktrt_scene *scene, const pktrt__surfaces *s, uint32_t i, uint32_t lanes, float (*to)[8],
+static void pktrt__light_lobe_values(const pktrt_scene *scene, const pktrt__surfaces *s, uint32_t i, uint32_t lanes, float (*to)[8],
                          float lobe[8]) {
   for (; lanes; lanes &= lanes - 1) {
-    const uint32_t j = pktrt__lowest(lanes);
-    const double n = (double)pktrt__look(scene, s->material[i + j])->exponent;
+    const uint32_t j = pktrt__lowest_bit(lanes);
+    const double n = (double)pktrt__material_of(scene, s->material[i + j])->exponent;
     double cosine = 0, to2 = 0, mirror2 = 0;
     for (int a = 0; a < 3; a++) {
       const double t = (double)to[a][j], m = (double)s->mirror[a][i + j];
@@ -10878,15 +11051,15 @@ static void pktrt__shine(const pktrt_scene *scene, const pktrt__surfaces *s, uin
     cosine /= sqrt(to2 * mirror2);
     /* cos^n <= exp(-n (1 - cos)): far from narrow lobes nothing is left of a float */
     if (!(cosine > 0) || (n < 65536 && n * (1 - cosine) > 128)) continue;
-    lobe[j] = (float)((n + 1) * 0.15915494309189533577 * pktrt__pow(pktrt__min(cosine, 1), n));
+    lobe[j] = (float)((n + 1) * 0.15915494309189533577 * pktrt__math_pow(pktrt__min(cosine, 1), n));
   }
 }
 
 /* Shadow rays go into the list, or at once into the batch that is to be traced, which is empty then. */
-static void pktrt__place_shadows(pktrt__work *work, bool at_once) {
-  pktrt__shadows *sh = &work->shadows;
+static void pktrt__light_place_shadows(pktrt__tile *work, bool at_once) {
+  pktrt__shadow_rays *sh = &work->shadows;
   pktrt__shadow_list *l = &work->list;
-  pktrt__pending *p = &work->pending;
+  pktrt__packet_queue *p = &work->pending;
   for (int a = 0; a < 3; a++) {
     sh->o[a] = at_once ? p->batch.o[a] : l->o[a], sh->d[a] = at_once ? p->batch.d[a] : l->d[a];
     sh->arriving[a] = at_once ? p->arriving[a] : l->arriving[a];
@@ -10896,77 +11069,77 @@ static void pktrt__place_shadows(pktrt__work *work, bool at_once) {
 }
 
 /* The shadow rays of all surfaces towards one light. */
-static void pktrt__aim_at(pktrt__work *work, const pktrt__wave *w, uint32_t light, uint32_t depth) {
+static void pktrt__light_aim(pktrt__tile *work, const pktrt__wave *w, uint32_t light, uint32_t depth) {
   const pktrt_scene *scene = work->job->scene;
   const pktrt_light_kind kind = scene->lights[light].kind;
-  pktrt__aim aim = work->job->lamps[light].aim;
+  pktrt__light_target aim = work->job->lamps[light].aim;
   const bool apart = depth > 1 && work->job->distribute && work->job->desc->lights != PKTRT_LIGHTS_ALL;
   const bool sampled = PKTRT__AREA_LIGHTS && work->job->distribute && kind >= PKTRT_LIGHT_QUAD;
   if (apart || sampled || (PKTRT__AREA_LIGHTS && (kind == PKTRT_LIGHT_SPHERE || kind == PKTRT_LIGHT_ENVIRONMENT))) {
-    if (PKTRT__AREA_LIGHTS && kind == PKTRT_LIGHT_ENVIRONMENT) pktrt__aim_at_surroundings(work, light, depth);
-    else pktrt__find_targets(work, w, light, depth);
+    if (PKTRT__AREA_LIGHTS && kind == PKTRT_LIGHT_ENVIRONMENT) pktrt__light_sample_environment(work, light, depth);
+    else pktrt__light_sample_each(work, w, light, depth);
     aim.listed = &work->targets;
   }
   scene->kernels->aim(scene, &aim, w, &work->surfaces, &work->shadows);
 }
 
 /* Direct light of all surfaces. */
-PKTRT__NOINLINE void pktrt__add_lights(pktrt__work *work, const pktrt__wave *w, uint32_t depth) {
-  const pktrt__job *job = work->job;
+PKTRT__NOINLINE void pktrt__light_add_direct(pktrt__tile *work, const pktrt__wave *w, uint32_t depth) {
+  const pktrt__render_state *job = work->job;
   const bool blind = job->desc->assembly == PKTRT_ASSEMBLY_BLIND, runs = job->desc->assembly == PKTRT_ASSEMBLY_RUNS;
   const bool together = blind || job->desc->shadows == PKTRT_SHADOWS_TOGETHER;
   const bool at_once = job->desc->assembly == PKTRT_ASSEMBLY_RAY_TYPES && !together && !job->desc->packet;
   const pktrt_ray_type type = blind ? PKTRT_RAY_OTHER : PKTRT_RAY_SHADOW;
   uint32_t *sender = work->sender;
-  pktrt__place_shadows(work, at_once);
-  if (depth > 1 && job->distribute && job->desc->lights != PKTRT_LIGHTS_ALL) pktrt__choose_lights(work);
+  pktrt__light_place_shadows(work, at_once);
+  if (depth > 1 && job->distribute && job->desc->lights != PKTRT_LIGHTS_ALL) pktrt__light_choose(work);
   for (uint32_t light = 0; light < job->scene->light_count; light++) {
-    if (!pktrt__is_asked(work, light, depth)) continue;
-    pktrt__aim_at(work, w, light, depth);
-    const pktrt__shadows *sh = &work->shadows;
+    if (!pktrt__light_is_asked(work, light, depth)) continue;
+    pktrt__light_aim(work, w, light, depth);
+    const pktrt__shadow_rays *sh = &work->shadows;
     if (at_once) {
       work->pending.n = sh->count;
-      pktrt__flush(work, type, depth);
+      pktrt__packet_flush(work, type, depth);
       continue;
     }
     for (uint32_t i = 0; runs && i < sh->count; i++) sender[i] = work->surfaces.ray[sh->surface[i]];
-    if (sh->count) pktrt__assemble(work, sh->count, work->list.d, sh->material, sender);
+    if (sh->count) pktrt__packet_assemble(work, sh->count, work->list.d, sh->material, sender);
     for (uint32_t i = 0, end; i < sh->count; i = end) {
       end = work->packet[i];
       for (uint32_t from = i, to; from < end; from = to) {
         const uint32_t room = PKTRT__BATCH - work->pending.n;
         to = end - from < room ? end : from + room;
-        pktrt__push_shadows(work, pktrt__reorders(job->desc->assembly) ? work->order : NULL, from, to);
-        if (work->pending.n == PKTRT__BATCH) pktrt__flush(work, type, depth);
+        pktrt__packet_push_shadows(work, pktrt__packet_reorders(job->desc->assembly) ? work->order : NULL, from, to);
+        if (work->pending.n == PKTRT__BATCH) pktrt__packet_flush(work, type, depth);
       }
-      if (!together) pktrt__flush(work, type, depth);
+      if (!together) pktrt__packet_flush(work, type, depth);
     }
   }
-  if (!blind) pktrt__flush(work, type, depth);
+  if (!blind) pktrt__packet_flush(work, type, depth);
 }
 
 /* >>scattering: the rays of the next generation -------------------------------------------------------------------- */
 
-static pktrt__wave *pktrt__need_wave(pktrt__work *work, pktrt__wave **wave) {
-  if (!*wave) *wave = PKTRT__CAST(pktrt__wave *, pktrt__alloc(&work->job->scene->desc, 1, sizeof **wave));
+static pktrt__wave *pktrt__wave_need(pktrt__tile *work, pktrt__wave **wave) {
+  if (!*wave) *wave = PKTRT__CAST(pktrt__wave *, pktrt__mem_alloc(&work->job->scene->desc, 1, sizeof **wave));
   if (!*wave) work->failed = true;
   return *wave;
 }
 
 /* The glasses that the refracted ray of surface k is in. */
-static uint32_t pktrt__media_behind(const pktrt__sending *g, const pktrt__wave *w, const pktrt__surfaces *s, uint32_t k) {
+static uint32_t pktrt__media_behind(const pktrt__spawn_request *g, const pktrt__wave *w, const pktrt__surfaces *s, uint32_t k) {
   float before[3], behind[3];
   for (int a = 0; a < 3; a++) {
     const double off = (double)s->lift[k] * (double)s->flat[a][k];
     before[a] = (float)(s->point[a][k] + off), behind[a] = (float)(s->point[a][k] - off);
   }
   const uint32_t media = pktrt__media_before(g->scene, g->glass, w, s, k);
-  return pktrt__pass_surface(g->scene, g->glass, media, s->mesh[k], pktrt__bit(s->inside, k), before, behind,
+  return pktrt__media_pass_surface(g->scene, g->glass, media, s->mesh[k], pktrt__bit_of(s->inside, k), before, behind,
                              w->time[s->first + k]);
 }
 
 /* The glasses that rays from surfaces i to i + 7 are in, and their keys. Reflected ones stay where they were. */
-static void pktrt__inherit(const pktrt__sending *g, const pktrt__wave *w, const pktrt__surfaces *s, uint32_t i,
+static void pktrt__spawn_inherit(const pktrt__spawn_request *g, const pktrt__wave *w, const pktrt__surfaces *s, uint32_t i,
                            uint32_t lanes, uint32_t medium[8], uint32_t key[8]) {
   const uint32_t lane = s->first + i;
   for (uint32_t j = 0; j < 8; j++) {
@@ -10974,15 +11147,15 @@ static void pktrt__inherit(const pktrt__sending *g, const pktrt__wave *w, const 
     key[j] = (w->key[lane + j] + 1) * g->times + g->plus;
   }
   for (lanes &= s->kind[PKTRT_SPECULAR_DIELECTRIC][i / 8]; lanes; lanes &= lanes - 1) {
-    const uint32_t j = pktrt__lowest(lanes);
+    const uint32_t j = pktrt__lowest_bit(lanes);
     medium[j] = g->refraction ? pktrt__media_behind(g, w, s, i + j)
                               : pktrt__media_before(g->scene, g->glass, w, s, i + j);
   }
 }
 
 /* A direction within the lobe of surface k; lost below the surface. */
-static void pktrt__scatter_in_lobe(const pktrt__work *work, pktrt__surfaces *s, uint32_t k) {
-  const pktrt_material *look = pktrt__look(work->job->scene, s->material[k]);
+static void pktrt__spawn_scatter_in_lobe(const pktrt__tile *work, pktrt__surfaces *s, uint32_t k) {
+  const pktrt_material *look = pktrt__material_of(work->job->scene, s->material[k]);
   const float axis[3] = {s->mirror[0][k], s->mirror[1][k], s->mirror[2][k]};
   const float u[2] = {work->draws.u[0][k], work->draws.u[1][k]};
   float out[3], side = 0;
@@ -10993,18 +11166,18 @@ static void pktrt__scatter_in_lobe(const pktrt__work *work, pktrt__surfaces *s, 
 }
 
 /* Where something is random: directions within lobes; at glass, one ray of two. */
-static void pktrt__scatter_at_random(pktrt__work *work, pktrt__surfaces *s) {
+static void pktrt__spawn_scatter(pktrt__tile *work, pktrt__surfaces *s) {
   uint32_t drawn = 0;
   for (uint32_t i = 0; i < s->count; i += 8) {
     uint32_t lobes = PKTRT__GLOSS && work->job->distribute ? s->lobed[i / 8] : 0;
     uint32_t glass = PKTRT__DIELECTRIC && work->job->choose ? s->kind[PKTRT_SPECULAR_DIELECTRIC][i / 8] & ~lobes : 0;
     if ((lobes | glass) && i >= drawn) {
       drawn = i - i % PKTRT__DRAWN;
-      pktrt__draw(work, drawn, 0, 2), drawn += PKTRT__DRAWN;
+      pktrt__tile_draw(work, drawn, 0, 2), drawn += PKTRT__DRAWN;
     }
-    for (; lobes; lobes &= lobes - 1) pktrt__scatter_in_lobe(work, s, i + pktrt__lowest(lobes));
+    for (; lobes; lobes &= lobes - 1) pktrt__spawn_scatter_in_lobe(work, s, i + pktrt__lowest_bit(lobes));
     for (; glass; glass &= glass - 1) {
-      const uint32_t k = i + pktrt__lowest(glass);
+      const uint32_t k = i + pktrt__lowest_bit(glass);
       const bool refraction = work->draws.u[0][k] >= s->fresnel[k];
       for (int a = 0; a < 3; a++) {
         s->specular[a][k] = refraction ? 0 : s->specular[a][k] / s->fresnel[k];
@@ -11016,11 +11189,11 @@ static void pktrt__scatter_at_random(pktrt__work *work, pktrt__surfaces *s) {
 
 /* Reflected or refracted rays of all surfaces, behind the n of a wave; how many it has then. Where glass branches, the
    two subtrees use other dimensions. */
-static uint32_t pktrt__send_rays(const pktrt__work *work, const pktrt__wave *w, bool refraction, pktrt__wave *to,
+static uint32_t pktrt__spawn_wave(const pktrt__tile *work, const pktrt__wave *w, bool refraction, pktrt__wave *to,
                                  uint32_t n) {
-  const pktrt__job *job = work->job;
+  const pktrt__render_state *job = work->job;
   const bool apart = refraction && !job->choose;
-  pktrt__sending g;
+  pktrt__spawn_request g;
   g.scene = job->scene, g.glass = job->glass_meshes;
   g.refraction = refraction, g.threshold = job->threshold;
   g.times = apart ? 0x9E3779B1u : 1, g.plus = apart ? 0x85EBCA6Bu : 0;
@@ -11029,28 +11202,28 @@ static uint32_t pktrt__send_rays(const pktrt__work *work, const pktrt__wave *w, 
 
 /* >>generations ---------------------------------------------------------------------------------------------------- */
 
-static void pktrt__shade(pktrt__work *work, pktrt__wave *w, uint32_t first, uint32_t n, uint32_t depth);
+static void pktrt__wave_shade(pktrt__tile *work, pktrt__wave *w, uint32_t first, uint32_t n, uint32_t depth);
 
 /* Traces rays [first, first + n) of a wave, all of one type, as one packet. */
-static void pktrt__trace_wave(pktrt__work *work, pktrt__wave *w, uint32_t first, uint32_t n, uint32_t depth,
+static void pktrt__wave_trace(pktrt__tile *work, pktrt__wave *w, uint32_t first, uint32_t n, uint32_t depth,
                               pktrt_ray_type type) {
   for (uint32_t i = first; i < first + n;) {
     const uint32_t m = first + n - i < PKTRT__BATCH ? first + n - i : (uint32_t)PKTRT__BATCH;
-    pktrt__push_wave(work, w, i, i + m);
-    pktrt__flush(work, type, depth);
+    pktrt__packet_push_wave(work, w, i, i + m);
+    pktrt__packet_flush(work, type, depth);
     i += m;
   }
 }
 
 /* The rays of one wave, packet by packet, and theirs, and what they bring back to the wave that sent them. Those behind
    `split` are refracted; they are traced with the others where nobody wants to know which is which. */
-static void pktrt__follow(pktrt__work *work, pktrt__wave *parent, pktrt__wave **wave, uint32_t n, uint32_t split,
+static void pktrt__wave_follow(pktrt__tile *work, pktrt__wave *parent, pktrt__wave **wave, uint32_t n, uint32_t split,
                           uint32_t depth, pktrt_ray_type type) {
   if (!n) return;
   if (!(PKTRT__STATS && work->stats) && !work->job->desc->packet) split = n;
   const uint32_t first = work->first;
   const bool traced = type == PKTRT_RAY_OTHER;
-  if (!traced) pktrt__assemble_wave(work, wave, n);
+  if (!traced) pktrt__packet_assemble_wave(work, wave, n);
   pktrt__wave *w = *wave;
   if (traced)
     for (uint32_t i = 0; i < n; i += PKTRT__WAVE / 2) w->end[i] = n - i < PKTRT__WAVE / 2 ? n : i + PKTRT__WAVE / 2;
@@ -11060,35 +11233,35 @@ static void pktrt__follow(pktrt__work *work, pktrt__wave *parent, pktrt__wave **
   for (uint32_t i = 0; i < n; i = w->end[i]) {
     work->first = first, work->alone = work->job->desc->assembly == PKTRT_ASSEMBLY_NONE;
     if (!traced && split < n) { /* by ray types: one packet */
-      pktrt__trace_wave(work, w, 0, split, depth, PKTRT_RAY_REFLECTION);
-      pktrt__trace_wave(work, w, split, n - split, depth, PKTRT_RAY_REFRACTION);
+      pktrt__wave_trace(work, w, 0, split, depth, PKTRT_RAY_REFLECTION);
+      pktrt__wave_trace(work, w, split, n - split, depth, PKTRT_RAY_REFRACTION);
     } else if (!traced) {
-      pktrt__trace_wave(work, w, i, w->end[i] - i, depth, type);
+      pktrt__wave_trace(work, w, i, w->end[i] - i, depth, type);
     }
-    pktrt__shade(work, w, i, w->end[i] - i, depth);
+    pktrt__wave_shade(work, w, i, w->end[i] - i, depth);
   }
   for (int a = 0; a < 3; a++)
     for (uint32_t i = 0; i < n; i++) parent->radiance[a][w->parent[i]] += w->weight[a][i] * w->radiance[a][i];
 }
 
 /* Blind: everything that a packet sends out is one packet, shadow rays included. */
-static void pktrt__push_blindly(pktrt__work *work, pktrt__wave *w, uint32_t n, uint32_t depth) {
+static void pktrt__packet_push_blindly(pktrt__tile *work, pktrt__wave *w, uint32_t n, uint32_t depth) {
   for (uint32_t i = 0; i < n;) {
     const uint32_t room = PKTRT__BATCH - work->pending.n, m = n - i < room ? n - i : room;
-    pktrt__push_wave(work, w, i, i + m);
+    pktrt__packet_push_wave(work, w, i, i + m);
     i += m;
-    if (work->pending.n == PKTRT__BATCH) pktrt__flush(work, PKTRT_RAY_OTHER, depth);
+    if (work->pending.n == PKTRT__BATCH) pktrt__packet_flush(work, PKTRT_RAY_OTHER, depth);
   }
-  pktrt__flush(work, PKTRT_RAY_OTHER, depth);
+  pktrt__packet_flush(work, PKTRT_RAY_OTHER, depth);
 }
 
-static bool pktrt__any_in_glass(const pktrt__wave *w, const pktrt__surfaces *s) {
+static bool pktrt__media_any(const pktrt__wave *w, const pktrt__surfaces *s) {
   uint32_t any = 0;
   for (uint32_t k = 0; k < s->count; k++) any |= w->medium[s->first + k];
   return any != 0;
 }
 
-static uint32_t pktrt__count_glass(const pktrt__surfaces *s) {
+static uint32_t pktrt__surface_count_glass(const pktrt__surfaces *s) {
   uint32_t n = 0;
   for (uint32_t i = 0; i < s->count; i += 8) n += pktrt__popcount8(s->kind[PKTRT_SPECULAR_DIELECTRIC][i / 8]);
   return n;
@@ -11096,44 +11269,44 @@ static uint32_t pktrt__count_glass(const pktrt__surfaces *s) {
 
 /* Radiance along rays [first, first + n) of a wave that have been traced: their surfaces' own, then that of the rays
    these send out, which lie in the waves of the next generation while theirs are found. */
-static void pktrt__shade(pktrt__work *work, pktrt__wave *w, uint32_t first, uint32_t n, uint32_t depth) {
-  const pktrt__job *job = work->job;
+static void pktrt__wave_shade(pktrt__tile *work, pktrt__wave *w, uint32_t first, uint32_t n, uint32_t depth) {
+  const pktrt__render_state *job = work->job;
   pktrt__surfaces *s = &work->surfaces;
   const bool blind = job->desc->assembly == PKTRT_ASSEMBLY_BLIND;
   uint32_t reflected = 0, refracted = 0;
   bool one_wave = blind;
-  if (pktrt__is_stopped(work)) return;
-  pktrt__find_surfaces(work, w, first, n);
+  if (pktrt__tile_is_stopped(work)) return;
+  pktrt__surface_gather(work, w, first, n);
   if (!s->count) return;
-  pktrt__dress(work, w, depth);
-  if (job->draws) pktrt__name_draws(work, w);
+  pktrt__tile_evaluate_materials(work, w, depth);
+  if (job->draws) pktrt__sample_batch_of_surfaces(work, w);
   work->first = first, work->alone = job->desc->assembly == PKTRT_ASSEMBLY_NONE;
-  work->shaded = w, work->immersed = pktrt__uses(job, PKTRT__DIELECTRIC) && pktrt__any_in_glass(w, s);
-  pktrt__add_lights(work, w, depth + 1);
+  work->shaded = w, work->immersed = pktrt__render_uses(job, PKTRT__DIELECTRIC) && pktrt__media_any(w, s);
+  pktrt__light_add_direct(work, w, depth + 1);
   if (job->follow && depth < job->max_depth && !work->failed) {
-    pktrt__wave *r = pktrt__need_wave(work, &work->reflected[depth]), *t = r;
-    if (job->draws) pktrt__scatter_at_random(work, s);
-    if (!work->failed && pktrt__need_wave(work, &work->spare)) reflected = pktrt__send_rays(work, w, false, r, 0);
-    const uint32_t most = job->choose ? s->count : reflected + pktrt__count_glass(s);
+    pktrt__wave *r = pktrt__wave_need(work, &work->reflected[depth]), *t = r;
+    if (job->draws) pktrt__spawn_scatter(work, s);
+    if (!work->failed && pktrt__wave_need(work, &work->spare)) reflected = pktrt__spawn_wave(work, w, false, r, 0);
+    const uint32_t most = job->choose ? s->count : reflected + pktrt__surface_count_glass(s);
     one_wave = one_wave || (work->wide && most <= PKTRT__WAVE);
-    const bool glass = pktrt__uses(job, PKTRT__DIELECTRIC);
-    if (glass && !one_wave) t = pktrt__need_wave(work, &work->refracted[depth]);
+    const bool glass = pktrt__render_uses(job, PKTRT__DIELECTRIC);
+    if (glass && !one_wave) t = pktrt__wave_need(work, &work->refracted[depth]);
     if (one_wave) refracted = reflected;
-    if (glass && !work->failed) refracted = pktrt__send_rays(work, w, true, t, refracted);
+    if (glass && !work->failed) refracted = pktrt__spawn_wave(work, w, true, t, refracted);
   }
-  if (blind) pktrt__push_blindly(work, work->reflected[depth], refracted, depth + 1);
+  if (blind) pktrt__packet_push_blindly(work, work->reflected[depth], refracted, depth + 1);
   for (int a = 0; a < 3; a++) {
     if (s->count == n) memcpy(w->radiance[a] + first, s->radiance[a], n * sizeof(float));
     for (uint32_t k = 0; s->count < n && k < s->count; k++) w->radiance[a][s->ray[k]] = s->radiance[a][k];
   }
   if (one_wave) {
     const pktrt_ray_type type = blind ? PKTRT_RAY_OTHER : reflected ? PKTRT_RAY_REFLECTION : PKTRT_RAY_REFRACTION;
-    pktrt__follow(work, w, &work->reflected[depth], refracted, reflected ? reflected : refracted, depth + 1, type);
+    pktrt__wave_follow(work, w, &work->reflected[depth], refracted, reflected ? reflected : refracted, depth + 1, type);
     return;
   }
-  pktrt__follow(work, w, &work->reflected[depth], reflected, reflected, depth + 1, PKTRT_RAY_REFLECTION);
+  pktrt__wave_follow(work, w, &work->reflected[depth], reflected, reflected, depth + 1, PKTRT_RAY_REFLECTION);
   work->first = first;
-  pktrt__follow(work, w, &work->refracted[depth], refracted, refracted, depth + 1, PKTRT_RAY_REFRACTION);
+  pktrt__wave_follow(work, w, &work->refracted[depth], refracted, refracted, depth + 1, PKTRT_RAY_REFRACTION);
 }
 
 /* >>tiles ---------------------------------------------------------------------------------------------------------- */
@@ -11141,40 +11314,40 @@ static void pktrt__shade(pktrt__work *work, pktrt__wave *w, uint32_t first, uint
 /* Where the n samples of the primary wave lie: in the pixel and on the lens, from the first four dimensions, and in the
    time that the shutter is open, which its rays get. Without a lens one of its dimensions is the time's, for these four
    are spread together. */
-static void pktrt__draw_camera(pktrt__work *work, uint32_t n, bool lens, bool shutter) {
-  pktrt__draws *g = &work->draws;
+static void pktrt__tile_draw_camera(pktrt__tile *work, uint32_t n, bool lens, bool shutter) {
+  pktrt__sample_batch *g = &work->draws;
   memcpy(g->x, work->x, n * sizeof *g->x), memcpy(g->y, work->y, n * sizeof *g->y);
   memcpy(g->sample, work->sample, n * sizeof *g->sample), memset(g->group, 0, n * sizeof *g->group);
-  pktrt__end_draws(g, n);
-  if (lens && shutter) pktrt__draw_all(work, 4, 1), memcpy(work->primary.time, g->u[0], n * sizeof(float));
-  pktrt__draw_all(work, 0, lens ? 4 : shutter ? 3 : 2);
+  pktrt__sample_batch_end(g, n);
+  if (lens && shutter) pktrt__tile_draw_all(work, 4, 1), memcpy(work->primary.time, g->u[0], n * sizeof(float));
+  pktrt__tile_draw_all(work, 0, lens ? 4 : shutter ? 3 : 2);
   if (!lens && shutter) memcpy(work->primary.time, g->u[2], n * sizeof(float));
 }
 
-PKTRT__INLINE double pktrt__shutter_time(const pktrt_camera *c, float part) {
+PKTRT__INLINE double pktrt__camera_shutter_time(const pktrt_camera *c, float part) {
   return pktrt__min(1, (double)c->time + (double)part * (double)c->shutter);
 }
 
 /* The rays of the n samples of a wave, whose pixels are known. */
-static void pktrt__camera_rays(pktrt__work *work, uint32_t n) {
-  const pktrt__job *job = work->job;
+static void pktrt__tile_camera_rays(pktrt__tile *work, uint32_t n) {
+  const pktrt__render_state *job = work->job;
   const pktrt_camera *c = &job->desc->camera;
   pktrt__wave *w = &work->primary;
-  const pktrt__draws *g = &work->draws;
-  const bool lens = pktrt__uses(job, PKTRT__LENS), shutter = pktrt__uses(job, PKTRT__SHUTTER);
+  const pktrt__sample_batch *g = &work->draws;
+  const bool lens = pktrt__render_uses(job, PKTRT__LENS), shutter = pktrt__render_uses(job, PKTRT__SHUTTER);
   const bool pinhole = !lens && !(PKTRT__MOTION && c->moving);
   double x[8] = {0, 0, 0, 0, 0, 0, 0, 0}, y[8] = {0, 0, 0, 0, 0, 0, 0, 0};
-  const float middle = (float)pktrt__shutter_time(c, 0.5f);
-  pktrt__set_row(w->importance, n, 1);
+  const float middle = (float)pktrt__camera_shutter_time(c, 0.5f);
+  pktrt__fill_row(w->importance, n, 1);
   memcpy(w->parent, work->surfaces.number, n * sizeof *w->parent);
   memcpy(w->root, work->surfaces.number, n * sizeof *w->root);
   memset(w->key, 0, n * sizeof *w->key), memset(w->medium, 0, n * sizeof *w->medium);
   memset(w->material, 0, n * sizeof *w->material), memset(work->deepest, 0, n);
-  if (job->random) pktrt__draw_camera(work, n, lens, shutter);
+  if (job->random) pktrt__tile_draw_camera(work, n, lens, shutter);
   for (uint32_t i = 0; i < n; i += 8) {
     const uint32_t m = n - i < 8 ? n - i : 8;
     for (uint32_t k = 0; k < m; k++) {
-      w->time[i + k] = shutter ? (float)pktrt__shutter_time(c, w->time[i + k]) : middle;
+      w->time[i + k] = shutter ? (float)pktrt__camera_shutter_time(c, w->time[i + k]) : middle;
       x[k] = (double)work->x[i + k] + (job->random ? (double)g->u[0][i + k] : 0.5);
       y[k] = (double)work->y[i + k] + (job->random ? (double)g->u[1][i + k] : 0.5);
     }
@@ -11183,7 +11356,7 @@ static void pktrt__camera_rays(pktrt__work *work, uint32_t n) {
       const float u[2] = {lens ? g->u[2][i + k] : 0.5f, lens ? g->u[3][i + k] : 0.5f};
       float disk[2] = {0, 0}, o[3], d[3];
       if (lens) pktrt_map_disk(u, disk);
-      pktrt__ray_at(c, job->desc->width, job->desc->height, &job->plane, x[k], y[k], disk, (double)w->time[i + k],
+      pktrt__camera_ray_at(c, job->desc->width, job->desc->height, &job->plane, x[k], y[k], disk, (double)w->time[i + k],
                      o, d);
       for (int a = 0; a < 3; a++) w->o[a][i + k] = o[a], w->d[a][i + k] = d[a];
     }
@@ -11191,26 +11364,26 @@ static void pktrt__camera_rays(pktrt__work *work, uint32_t n) {
 }
 
 /* Finds the glasses that the n rays of the primary wave start in; rays of one origin and time share what was found. */
-static void pktrt__start_in_glass(pktrt__work *work, uint32_t n) {
+static void pktrt__media_start_in_glass(pktrt__tile *work, uint32_t n) {
   pktrt__wave *w = &work->primary;
   for (uint32_t i = 0; i < n; i++) {
     const float o[3] = {w->o[0][i], w->o[1][i], w->o[2][i]};
     bool same = i > 0 && w->time[i] == w->time[i - 1];
     for (int a = 0; same && a < 3; a++) same = o[a] == w->o[a][i - 1];
-    w->medium[i] = same ? w->medium[i - 1] : pktrt__media_at(work->job->scene, work->job->glass_meshes, o, w->time[i]);
+    w->medium[i] = same ? w->medium[i - 1] : pktrt__media_around(work->job->scene, work->job->glass_meshes, o, w->time[i]);
   }
 }
 
 /* Traces and shades the n rays of the primary wave and adds them up by pixel, in the order of their samples. */
-static void pktrt__run_wave(pktrt__work *work, uint32_t n) {
+static void pktrt__tile_run_wave(pktrt__tile *work, uint32_t n) {
   pktrt__wave *w = &work->primary;
   work->alone = false, work->first = 0;
-  pktrt__camera_rays(work, n);
-  if (PKTRT__DIELECTRIC && work->job->starts_in_glass) pktrt__start_in_glass(work, n);
-  pktrt__trace_wave(work, w, 0, n, 0, PKTRT_RAY_PRIMARY);
+  pktrt__tile_camera_rays(work, n);
+  if (PKTRT__DIELECTRIC && work->job->starts_in_glass) pktrt__media_start_in_glass(work, n);
+  pktrt__wave_trace(work, w, 0, n, 0, PKTRT_RAY_PRIMARY);
   const bool blind = work->job->desc->assembly == PKTRT_ASSEMBLY_BLIND; /* reflected and refracted rays share a wave */
   const uint32_t step = blind ? PKTRT__WAVE / 2 : PKTRT__WAVE;
-  for (uint32_t i = 0; i < n; i += step) pktrt__shade(work, w, i, n - i < step ? n - i : step, 0);
+  for (uint32_t i = 0; i < n; i += step) pktrt__wave_shade(work, w, i, n - i < step ? n - i : step, 0);
   for (uint32_t i = 0; i < n; i++)
     for (int a = 0; a < 3; a++) work->sum[a][work->pixel[i]] += (double)w->radiance[a][i];
   if (!PKTRT__STATS || !work->stats) return;
@@ -11219,7 +11392,7 @@ static void pktrt__run_wave(pktrt__work *work, uint32_t n) {
 }
 
 /* What a finished pixel has had, n samples, into the optional buffers. */
-static void pktrt__write_notes(const pktrt_render_desc *d, const pktrt__note_sums *sums, double n, size_t at) {
+static void pktrt__aov_write(const pktrt_render_desc *d, const pktrt__aov_sums *sums, double n, size_t at) {
   for (size_t a = 0; a < 3; a++) {
     if (d->normal) d->normal[at * 3 + a] = (float)(sums->normal[a] / n);
     if (d->albedo) d->albedo[at * 3 + a] = (float)(sums->albedo[a] / n);
@@ -11228,16 +11401,16 @@ static void pktrt__write_notes(const pktrt_render_desc *d, const pktrt__note_sum
 }
 
 /* Notes of pixel p, a number of a block, together with those of passes before. */
-static void pktrt__add_notes(const pktrt__work *work, pktrt__note_sums *before, uint32_t p, size_t at) {
-  pktrt__note_sums one, *to = before ? before : &one;
+static void pktrt__aov_add_pixel(const pktrt__tile *work, pktrt__aov_sums *before, uint32_t p, size_t at) {
+  pktrt__aov_sums one, *to = before ? before : &one;
   if (!before) memset(&one, 0, sizeof one);
   to->depth += work->depth[p], to->met += work->met[p];
   for (int a = 0; a < 3; a++) to->normal[a] += work->normal[a][p], to->albedo[a] += work->albedo[a][p];
-  pktrt__write_notes(work->job->desc, to, (double)(work->pass + 1) * work->job->samples, at);
+  pktrt__aov_write(work->job->desc, to, (double)(work->pass + 1) * work->job->samples, at);
 }
 
 /* The mean of a pass joins those of passes before, and the pixel is the mean of all. */
-static void pktrt__add_pass(pktrt__pixel_sums *s, const double mean[3], double passes, float *pixel) {
+static void pktrt__pass_add_mean(pktrt__pixel_sums *s, const double mean[3], double passes, float *pixel) {
   for (int a = 0; a < 3; a++) {
     s->mean[a] += mean[a], s->squares += mean[a] * mean[a];
     pixel[a] = pktrt__to_float(s->mean[a] / passes);
@@ -11245,10 +11418,10 @@ static void pktrt__add_pass(pktrt__pixel_sums *s, const double mean[3], double p
 }
 
 /* Means of finished pixels into the picture and the optional buffers. */
-static void pktrt__write_pixels(const pktrt__work *work, const uint32_t *x, const uint32_t *y, uint32_t pixels) {
+static void pktrt__tile_write_pixels(const pktrt__tile *work, const uint32_t *x, const uint32_t *y, uint32_t pixels) {
   const pktrt_render_desc *d = work->job->desc;
-  const pktrt__passes *passes = work->job->passes;
-  const bool notes = pktrt__notes(work->job), alone = work->job->samples == 1; /* divisions take time */
+  const pktrt__pass_sums *passes = work->job->passes;
+  const bool notes = pktrt__aov_wanted(work->job), alone = work->job->samples == 1; /* divisions take time */
   const double n = work->job->samples;
   for (uint32_t p = 0; p < pixels; p++) {
     float *to = d->pixels + y[p] * work->job->row_stride + (size_t)x[p] * 3;
@@ -11256,17 +11429,17 @@ static void pktrt__write_pixels(const pktrt__work *work, const uint32_t *x, cons
     const size_t own = passes ? (size_t)(y[p] - passes->y) * passes->w + (x[p] - passes->x) : 0;
     double mean[3];
     for (int a = 0; a < 3; a++) mean[a] = alone ? work->sum[a][p] : work->sum[a][p] / n;
-    if (passes) pktrt__add_pass(&passes->sums[own], mean, work->pass + 1, to);
+    if (passes) pktrt__pass_add_mean(&passes->sums[own], mean, work->pass + 1, to);
     else
       for (int a = 0; a < 3; a++) to[a] = pktrt__to_float(mean[a]);
-    if (notes) pktrt__add_notes(work, passes ? &passes->notes[own] : NULL, p, at);
+    if (notes) pktrt__aov_add_pixel(work, passes ? &passes->notes[own] : NULL, p, at);
     if (d->sample_count) d->sample_count[at] = (work->pass + 1) * work->job->samples;
   }
 }
 
 /* A block of edge x edge pixels in cells of cell x cell: those of a cell, with all their samples, follow each other,
    so that they fall into one packet. `room` rays go at once. */
-static void pktrt__render_block(pktrt__work *work, const uint32_t area[4], uint32_t bx, uint32_t by, uint32_t edge,
+static void pktrt__tile_render_block(pktrt__tile *work, const uint32_t area[4], uint32_t bx, uint32_t by, uint32_t edge,
                                 uint32_t cell, uint32_t room) {
   const uint32_t samples = work->job->samples;
   uint32_t n = 0, x[PKTRT__WAVE], y[PKTRT__WAVE], pixels = 0;
@@ -11278,7 +11451,7 @@ static void pktrt__render_block(pktrt__work *work, const uint32_t area[4], uint3
         x[pixels] = px, y[pixels++] = py;
       }
   memset(work->sum, 0, sizeof work->sum);
-  if (pktrt__notes(work->job)) {
+  if (pktrt__aov_wanted(work->job)) {
     memset(work->met, 0, sizeof work->met), memset(work->depth, 0, sizeof work->depth);
     memset(work->normal, 0, sizeof work->normal), memset(work->albedo, 0, sizeof work->albedo);
   }
@@ -11287,33 +11460,33 @@ static void pktrt__render_block(pktrt__work *work, const uint32_t area[4], uint3
       work->x[n] = x[p], work->y[n] = y[p], work->sample[n] = s;
       work->pixel[n++] = p;
       if (n == room || (p + 1 == pixels && s + 1 == samples)) {
-        pktrt__run_wave(work, n);
+        pktrt__tile_run_wave(work, n);
         n = 0;
       }
     }
-  if (!work->failed) pktrt__write_pixels(work, x, y, pixels);
+  if (!work->failed) pktrt__tile_write_pixels(work, x, y, pixels);
 }
 
 /* The largest power of two whose square, times the samples of a pixel, does not exceed a number of rays. */
-static uint32_t pktrt__pixel_edge(uint32_t rays, uint32_t samples) {
+static uint32_t pktrt__tile_pixel_edge(uint32_t rays, uint32_t samples) {
   uint32_t edge = 1;
   while (4 * edge * edge * samples <= rays) edge *= 2;
   return edge;
 }
 
-static void pktrt__free_work(pktrt__work *work) {
+static void pktrt__tile_free(pktrt__tile *work) {
   const pktrt_scene_desc *d = &work->job->scene->desc;
   for (uint32_t i = 0; i <= PKTRT_MAX_DEPTH; i++) {
-    pktrt__release(d, work->reflected[i], 1, sizeof(pktrt__wave));
-    pktrt__release(d, work->refracted[i], 1, sizeof(pktrt__wave));
+    pktrt__mem_release(d, work->reflected[i], 1, sizeof(pktrt__wave));
+    pktrt__mem_release(d, work->refracted[i], 1, sizeof(pktrt__wave));
   }
-  pktrt__release(d, work->spare, 1, sizeof(pktrt__wave));
-  pktrt__release(d, work, 1, sizeof *work);
+  pktrt__mem_release(d, work->spare, 1, sizeof(pktrt__wave));
+  pktrt__mem_release(d, work, 1, sizeof *work);
 }
 
-static pktrt__work *pktrt__make_work(const pktrt__job *job, struct pktrt__rounds *rounds,
+static pktrt__tile *pktrt__tile_make(const pktrt__render_state *job, struct pktrt__pass_rounds *rounds,
                                      pktrt_stats *stats) { /* NULL: out of memory */
-  pktrt__work *work = PKTRT__CAST(pktrt__work *, pktrt__alloc(&job->scene->desc, 1, sizeof *work));
+  pktrt__tile *work = PKTRT__CAST(pktrt__tile *, pktrt__mem_alloc(&job->scene->desc, 1, sizeof *work));
   if (!work) return NULL;
   memset(work->reflected, 0, sizeof work->reflected);
   memset(work->refracted, 0, sizeof work->refracted);
@@ -11335,28 +11508,28 @@ static pktrt__work *pktrt__make_work(const pktrt__job *job, struct pktrt__rounds
 
 /* A pass over pixels [area[0], area[2]) x [area[1], area[3]). Seeds of passes: multiples of 2^32 over the golden ratio
    lie as far apart as can be, so that up to 65536 passes of a seed meet none of another within 29,000 of it. */
-static void pktrt__render_area(pktrt__work *work, const uint32_t area[4], uint32_t pass) {
-  const pktrt__job *job = work->job;
+static void pktrt__tile_render_area(pktrt__tile *work, const uint32_t area[4], uint32_t pass) {
+  const pktrt__render_state *job = work->job;
   const uint32_t packet = job->packet_size * job->packet_size, room = work->wide ? (uint32_t)PKTRT__WAVE : packet;
-  const uint32_t edge = pktrt__pixel_edge(room, job->samples), cell = pktrt__pixel_edge(packet, job->samples);
+  const uint32_t edge = pktrt__tile_pixel_edge(room, job->samples), cell = pktrt__tile_pixel_edge(packet, job->samples);
   work->pass = pass, work->sampling = job->sampling;
   work->sampling.seed += pass * 0x9E3779B9u;
   for (uint32_t y = area[1]; y < area[3] && !work->failed; y += edge)
     for (uint32_t x = area[0]; x < area[2] && !work->failed; x += edge)
-      pktrt__render_block(work, area, x, y, edge, cell, room);
+      pktrt__tile_render_block(work, area, x, y, edge, cell, room);
 }
 
 /* >>passes: what several passes know of their error, and who gets the next one ------------------------------------- */
 
-static void pktrt__free_passes(const pktrt_scene_desc *desc, pktrt__passes *p) {
+static void pktrt__pass_free(const pktrt_scene_desc *desc, pktrt__pass_sums *p) {
   const uint64_t pixels = (uint64_t)p->w * p->h;
-  pktrt__release(desc, p->sums, pixels, sizeof *p->sums);
-  pktrt__release(desc, p->notes, pixels, sizeof *p->notes);
-  pktrt__release(desc, p->blocks, (uint64_t)p->columns * p->rows, sizeof *p->blocks);
+  pktrt__mem_release(desc, p->sums, pixels, sizeof *p->sums);
+  pktrt__mem_release(desc, p->notes, pixels, sizeof *p->notes);
+  pktrt__mem_release(desc, p->blocks, (uint64_t)p->columns * p->rows, sizeof *p->blocks);
 }
 
 /* Sums for pixels [area[0], area[2]) x [area[1], area[3]), if there may be several passes. */
-static bool pktrt__make_passes(pktrt__job *job, const uint32_t area[4], pktrt__passes *p) { /* false: out of memory */
+static bool pktrt__pass_make(pktrt__render_state *job, const uint32_t area[4], pktrt__pass_sums *p) { /* false: out of memory */
   const pktrt_scene_desc *desc = &job->scene->desc;
   memset(p, 0, sizeof *p);
   if (job->most_passes == 1) return true;
@@ -11364,12 +11537,12 @@ static bool pktrt__make_passes(pktrt__job *job, const uint32_t area[4], pktrt__p
   p->columns = (p->w + PKTRT_ERROR_BLOCK - 1) / PKTRT_ERROR_BLOCK;
   p->rows = (p->h + PKTRT_ERROR_BLOCK - 1) / PKTRT_ERROR_BLOCK;
   const uint64_t pixels = (uint64_t)p->w * p->h, blocks = (uint64_t)p->columns * p->rows;
-  const bool notes = pktrt__notes(job);
-  p->sums = PKTRT__CAST(pktrt__pixel_sums *, pktrt__alloc(desc, pixels, sizeof *p->sums));
-  p->blocks = PKTRT__CAST(pktrt__error_block *, pktrt__alloc(desc, blocks, sizeof *p->blocks));
-  if (notes) p->notes = PKTRT__CAST(pktrt__note_sums *, pktrt__alloc(desc, pixels, sizeof *p->notes));
+  const bool notes = pktrt__aov_wanted(job);
+  p->sums = PKTRT__CAST(pktrt__pixel_sums *, pktrt__mem_alloc(desc, pixels, sizeof *p->sums));
+  p->blocks = PKTRT__CAST(pktrt__pass_block *, pktrt__mem_alloc(desc, blocks, sizeof *p->blocks));
+  if (notes) p->notes = PKTRT__CAST(pktrt__aov_sums *, pktrt__mem_alloc(desc, pixels, sizeof *p->notes));
   if (!p->sums || !p->blocks || (notes && !p->notes)) {
-    pktrt__free_passes(desc, p);
+    pktrt__pass_free(desc, p);
     return false;
   }
   memset(p->sums, 0, (size_t)pixels * sizeof *p->sums);
@@ -11381,29 +11554,29 @@ static bool pktrt__make_passes(pktrt__job *job, const uint32_t area[4], pktrt__p
 
 /* sum |x_i - x|^2 of a pixel after n passes, see pktrt_error_measure; each: 1 / n. What rounding leaves of equal means
    counts as nothing: sums of n squares are off by n 2^-53 of themselves at most, each of two. */
-PKTRT__INLINE double pktrt__spread_of(const pktrt__pixel_sums *s, double n, double each) {
+PKTRT__INLINE double pktrt__pass_spread(const pktrt__pixel_sums *s, double n, double each) {
   const double spread = s->squares - pktrt__dot(s->mean, s->mean) * each;
   return spread <= n * 4.5e-16 * s->squares ? 0 : spread;
 }
 
-static double pktrt__squared_error(const pktrt__pixel_sums *s, double n) { /* V */
-  return n < 2 ? INFINITY : pktrt__spread_of(s, n, 1 / n) / (n * (n - 1));
+static double pktrt__pass_squared_error(const pktrt__pixel_sums *s, double n) { /* V */
+  return n < 2 ? INFINITY : pktrt__pass_spread(s, n, 1 / n) / (n * (n - 1));
 }
 
-static void pktrt__block_area(const pktrt__passes *p, uint32_t column, uint32_t row, uint32_t area[4]) {
+static void pktrt__pass_block_area(const pktrt__pass_sums *p, uint32_t column, uint32_t row, uint32_t area[4]) {
   const uint32_t b = PKTRT_ERROR_BLOCK, x = column * b, y = row * b;
   area[0] = x, area[1] = y, area[2] = p->w - x < b ? p->w : x + b, area[3] = p->h - y < b ? p->h : y + b;
 }
 
 /* The error of a block, and the sum of its pixels. Those that are no number are left out, once there are some. */
-static void pktrt__sum_block(const pktrt__passes *p, const uint32_t area[4], pktrt__error_block *b, bool all_known) {
+static void pktrt__pass_sum_block(const pktrt__pass_sums *p, const uint32_t area[4], pktrt__pass_block *b, bool all_known) {
   const double n = b->done, each = 1 / n;
   double spread = 0, r = 0, g = 0, blue = 0;
   b->unknown = 0;
   for (uint32_t y = area[1]; y < area[3]; y++)
     for (const pktrt__pixel_sums *s = &p->sums[(size_t)y * p->w + area[0]], *end = s + (area[2] - area[0]); s < end;
          s++) {
-      const double one = pktrt__spread_of(s, n, each);
+      const double one = pktrt__pass_spread(s, n, each);
       if (!all_known && !(one < INFINITY)) {
         b->unknown++;
         continue;
@@ -11414,34 +11587,34 @@ static void pktrt__sum_block(const pktrt__passes *p, const uint32_t area[4], pkt
   b->mean[0] = r * each, b->mean[1] = g * each, b->mean[2] = blue * each;
 }
 
-static void pktrt__sum_errors(void *arg, size_t row) { /* of a row of blocks */
-  pktrt__passes *p = PKTRT__CAST(pktrt__passes *, arg);
+static void pktrt__pass_sum_errors(void *arg, size_t row) { /* of a row of blocks */
+  pktrt__pass_sums *p = PKTRT__CAST(pktrt__pass_sums *, arg);
   for (uint32_t column = 0; column < p->columns; column++) {
-    pktrt__error_block *b = &p->blocks[row * p->columns + column];
+    pktrt__pass_block *b = &p->blocks[row * p->columns + column];
     uint32_t area[4];
-    pktrt__block_area(p, column, (uint32_t)row, area);
+    pktrt__pass_block_area(p, column, (uint32_t)row, area);
     b->pixels = (area[2] - area[0]) * (area[3] - area[1]);
-    pktrt__sum_block(p, area, b, true);
-    if (!(b->error[0] < INFINITY)) pktrt__sum_block(p, area, b, false);
+    pktrt__pass_sum_block(p, area, b, true);
+    if (!(b->error[0] < INFINITY)) pktrt__pass_sum_block(p, area, b, false);
     if (b->done < 2) b->unknown = b->pixels, b->error[0] = 0;
   }
 }
 
 /* The error of the whole picture, as far as known, into the report. */
-static void pktrt__estimate(const pktrt__job *job, pktrt_report *r) {
-  pktrt__passes *p = job->passes;
+static void pktrt__pass_estimate(const pktrt__render_state *job, pktrt_report *r) {
+  pktrt__pass_sums *p = job->passes;
   const uint64_t blocks = (uint64_t)p->columns * p->rows;
   double error[2] = {0, 0}, mean[3] = {0, 0, 0}, known = 0;
   r->unknown = 0;
-  pktrt__parallel(&job->scene->desc, p->rows, pktrt__sum_errors, p);
+  pktrt__parallel_for(&job->scene->desc, p->rows, pktrt__pass_sum_errors, p);
   for (uint64_t i = 0; i < blocks; i++) {
-    const pktrt__error_block *b = &p->blocks[i];
+    const pktrt__pass_block *b = &p->blocks[i];
     known += b->pixels - b->unknown, r->unknown += b->unknown;
     for (int a = 0; a < 3; a++) mean[a] += b->mean[a];
   }
   const double n = pktrt__max(1, known), least = 0.01 * pktrt__dot(mean, mean) / (n * n);
   for (uint64_t i = 0; i < blocks; i++) {
-    pktrt__error_block *b = &p->blocks[i];
+    pktrt__pass_block *b = &p->blocks[i];
     const double pixels = pktrt__max(1, b->pixels - b->unknown);
     const double against = pktrt__dot(b->mean, b->mean) / (pixels * pixels) + least;
     b->error[1] = against > 0 ? b->error[0] / against : 0; /* negative radiance may make that 0 */
@@ -11462,26 +11635,26 @@ static void pktrt__estimate(const pktrt__job *job, pktrt_report *r) {
 enum { PKTRT__PILOT = 2 }; /* passes for all blocks */
 
 /* s of a block, a quarter of it that of the 3 x 3 blocks around. WHY: two passes may miss what is rare. */
-static double pktrt__block_variance(const pktrt__passes *p, uint32_t column, uint32_t row, int measure) {
+static double pktrt__pass_block_variance(const pktrt__pass_sums *p, uint32_t column, uint32_t row, int measure) {
   double sum = 0, pixels = 0;
   for (uint32_t y = row ? row - 1 : 0; y <= row + 1 && y < p->rows; y++)
     for (uint32_t x = column ? column - 1 : 0; x <= column + 1 && x < p->columns; x++) {
-      const pktrt__error_block *b = &p->blocks[(size_t)y * p->columns + x];
+      const pktrt__pass_block *b = &p->blocks[(size_t)y * p->columns + x];
       sum += b->error[measure] * b->done, pixels += b->pixels;
     }
-  const pktrt__error_block *b = &p->blocks[(size_t)row * p->columns + column];
+  const pktrt__pass_block *b = &p->blocks[(size_t)row * p->columns + column];
   const double own = b->error[measure] * b->done, around = sum / pixels * b->pixels;
   return 0.75 * own + 0.25 * around;
 }
 
 /* The scale that spends `budget` pixel passes in all, or (budget 0) that leaves an error; 0: it is there already. */
-static double pktrt__scale(const pktrt__passes *p, double budget, double error) {
+static double pktrt__pass_scale(const pktrt__pass_sums *p, double budget, double error) {
   const uint64_t blocks = (uint64_t)p->columns * p->rows;
   double scale = INFINITY;
   for (;;) {
     double spent = 0, left = 0, open = 0;
     for (uint64_t i = 0; i < blocks; i++) {
-      const pktrt__error_block *b = &p->blocks[i];
+      const pktrt__pass_block *b = &p->blocks[i];
       const bool closed = scale * b->want <= b->done || b->want <= 0; /* `want` holds q */
       if (closed) spent += (double)b->pixels * b->done, left += b->want * b->want * b->pixels / b->done;
       else open += b->want * b->pixels;
@@ -11494,12 +11667,12 @@ static double pktrt__scale(const pktrt__passes *p, double budget, double error) 
 }
 
 /* How much blocks want: q, and a part of the mean of all where little error has been seen, for it may yet come. */
-static void pktrt__ask_blocks(pktrt__passes *p, int measure) {
+static void pktrt__pass_ask_blocks(pktrt__pass_sums *p, int measure) {
   double sum = 0;
   for (uint32_t row = 0; row < p->rows; row++)
     for (uint32_t column = 0; column < p->columns; column++) {
-      pktrt__error_block *b = &p->blocks[(size_t)row * p->columns + column];
-      b->want = sqrt(pktrt__block_variance(p, column, row, measure) / b->pixels);
+      pktrt__pass_block *b = &p->blocks[(size_t)row * p->columns + column];
+      b->want = sqrt(pktrt__pass_block_variance(p, column, row, measure) / b->pixels);
       sum += b->want;
     }
   const uint64_t blocks = (uint64_t)p->columns * p->rows;
@@ -11511,19 +11684,19 @@ static void pktrt__ask_blocks(pktrt__passes *p, int measure) {
 /* Passes of the next round: up to `budget` pixel passes with the `spent` before, fewer if that reaches the target, but
    some, since wants are no exact forecast. Blocks want fractions of passes; what one lacks to a whole one goes to the
    next. If that is none at all, the one that wants it most gets a pass: every round does something, so rounds end. */
-static void pktrt__share_out(const pktrt__job *job, double spent, double budget, double target) {
-  pktrt__passes *p = job->passes;
-  pktrt__error_block *first = NULL;
+static void pktrt__pass_share_out(const pktrt__render_state *job, double spent, double budget, double target) {
+  pktrt__pass_sums *p = job->passes;
+  pktrt__pass_block *first = NULL;
   const uint32_t most = UINT32_MAX / job->samples;
   double carry = 0.5, given = 0;
-  pktrt__ask_blocks(p, job->desc->measure == PKTRT_ERROR_RELATIVE);
-  double scale = pktrt__scale(p, budget, 0);
+  pktrt__pass_ask_blocks(p, job->desc->measure == PKTRT_ERROR_RELATIVE);
+  double scale = pktrt__pass_scale(p, budget, 0);
   if (target > 0) {
-    const double least = pktrt__scale(p, pktrt__min(budget, 1.03 * spent), 0);
-    scale = pktrt__min(scale, pktrt__max(least, pktrt__scale(p, 0, target)));
+    const double least = pktrt__pass_scale(p, pktrt__min(budget, 1.03 * spent), 0);
+    scale = pktrt__min(scale, pktrt__max(least, pktrt__pass_scale(p, 0, target)));
   }
   for (uint64_t i = 0; i < (uint64_t)p->columns * p->rows; i++) {
-    pktrt__error_block *b = &p->blocks[i];
+    pktrt__pass_block *b = &p->blocks[i];
     const double more = scale * b->want - b->done, room = most - b->done;
     carry += more > 0 ? pktrt__min(more, room) : 0;
     b->more = (uint32_t)pktrt__min(carry, room);
@@ -11536,15 +11709,15 @@ static void pktrt__share_out(const pktrt__job *job, double spent, double budget,
 /* --- rounds --- */
 
 #if defined(__GNUC__) && !defined(__TINYC__)
-PKTRT__INLINE uint32_t pktrt__count_up(uint32_t *x) { return __atomic_add_fetch(x, 1, __ATOMIC_RELAXED); }
-PKTRT__INLINE uint32_t pktrt__peek(uint32_t *x) { return __atomic_load_n(x, __ATOMIC_RELAXED); }
+PKTRT__INLINE uint32_t pktrt__atomic_increment(uint32_t *x) { return __atomic_add_fetch(x, 1, __ATOMIC_RELAXED); }
+PKTRT__INLINE uint32_t pktrt__atomic_load(uint32_t *x) { return __atomic_load_n(x, __ATOMIC_RELAXED); }
 #else /* without atomics a progress bar may lag; the picture is the same */
-PKTRT__INLINE uint32_t pktrt__count_up(uint32_t *x) { return ++*x; }
-PKTRT__INLINE uint32_t pktrt__peek(uint32_t *x) { return *x; }
+PKTRT__INLINE uint32_t pktrt__atomic_increment(uint32_t *x) { return ++*x; }
+PKTRT__INLINE uint32_t pktrt__atomic_load(uint32_t *x) { return *x; }
 #endif
 
-typedef struct pktrt__rounds {
-  const pktrt__job *job;
+typedef struct pktrt__pass_rounds {
+  const pktrt__render_state *job;
   pktrt_stats *stats;               /* one for each tile, or NULL */
   uint32_t columns, count;          /* of tiles */
   uint32_t done, cancelled, failed; /* shared by the workers */
@@ -11554,7 +11727,7 @@ typedef struct pktrt__rounds {
   uint32_t alike;                   /* passes of this round, if all blocks get the same; 0: they do not */
   bool timed, watched;              /* somebody asks for the time, for estimates after every round */
   pktrt_report report;
-} pktrt__rounds;
+} pktrt__pass_rounds;
 
 #if defined(__unix__) || defined(__APPLE__)
 #include <sys/time.h>
@@ -11568,11 +11741,11 @@ static double pktrt__clock(void) { /* the one of POSIX that strict ISO C does no
 static double pktrt__clock(void) { return (double)clock() / CLOCKS_PER_SEC; } /* Windows: since the start */
 #endif
 
-static double pktrt__now(const pktrt_render_desc *d) { return d->seconds ? d->seconds(d->user) : pktrt__clock(); }
+static double pktrt__pass_now(const pktrt_render_desc *d) { return d->seconds ? d->seconds(d->user) : pktrt__clock(); }
 
 /* Passes of the next round, a mean over pixels: one, or if adaptive, two and then half of what has been done; no more
    than are left, or fit into the time if they take as long as those before. 0: time is up. */
-static double pktrt__next_round(const pktrt__rounds *t) {
+static double pktrt__pass_next_round(const pktrt__pass_rounds *t) {
   const pktrt_render_desc *d = t->job->desc;
   const double spent = t->spent, left = t->job->most_passes - spent;
   double next = !d->adaptive ? 1 : spent > 0 ? pktrt__max(1, 0.5 * spent) : (double)PKTRT__PILOT;
@@ -11585,98 +11758,98 @@ static double pktrt__next_round(const pktrt__rounds *t) {
 }
 
 /* Who gets how many passes: all blocks the same while nothing is known. */
-static void pktrt__plan_round(pktrt__rounds *t, double next) {
+static void pktrt__pass_plan_round(pktrt__pass_rounds *t, double next) {
   const pktrt_render_desc *d = t->job->desc;
-  const pktrt__passes *p = t->job->passes;
+  const pktrt__pass_sums *p = t->job->passes;
   const double pixels = (double)d->width * d->height, known = pixels - (double)t->report.unknown;
   const double target = (double)d->target_error;
   t->alike = d->adaptive && t->spent > 0 ? 0 : (uint32_t)next;
   for (uint64_t i = 0; p && i < (uint64_t)p->columns * p->rows; i++) p->blocks[i].more = t->alike;
   if (t->alike) return;
   const double error = d->measure == PKTRT_ERROR_RELATIVE ? target : 3 * target * target;
-  pktrt__share_out(t->job, t->spent * pixels, (t->spent + next) * pixels, 0.98 * error * known);
+  pktrt__pass_share_out(t->job, t->spent * pixels, (t->spent + next) * pixels, 0.98 * error * known);
 }
 
 /* The passes that this round gives to the blocks of an area. False: out of memory. */
-static bool pktrt__render_blocks(pktrt__rounds *t, const uint32_t area[4], pktrt_stats *stats) {
-  const pktrt__job *job = t->job;
-  const pktrt__passes *p = job->passes;
+static bool pktrt__pass_render_blocks(pktrt__pass_rounds *t, const uint32_t area[4], pktrt_stats *stats) {
+  const pktrt__render_state *job = t->job;
+  const pktrt__pass_sums *p = job->passes;
   const uint32_t b = PKTRT_ERROR_BLOCK;
-  pktrt__work *work = NULL;
+  pktrt__tile *work = NULL;
   bool ok = true;
   for (uint32_t row = area[1] / b; ok && row <= (area[3] - 1) / b; row++)
     for (uint32_t column = area[0] / b; ok && column <= (area[2] - 1) / b; column++) {
-      const pktrt__error_block *block = &p->blocks[(size_t)row * p->columns + column];
+      const pktrt__pass_block *block = &p->blocks[(size_t)row * p->columns + column];
       uint32_t part[4];
       if (!block->more) continue;
-      if (!work) work = pktrt__make_work(job, t, stats);
+      if (!work) work = pktrt__tile_make(job, t, stats);
       if (!work) return false;
-      pktrt__block_area(p, column, row, part);
+      pktrt__pass_block_area(p, column, row, part);
       for (int a = 0; a < 2; a++) {
         if (part[a] < area[a]) part[a] = area[a];
         if (part[2 + a] > area[2 + a]) part[2 + a] = area[2 + a];
       }
-      for (uint32_t k = 0; k < block->more && !pktrt__peek(&t->cancelled); k++)
-        pktrt__render_area(work, part, block->done + k);
+      for (uint32_t k = 0; k < block->more && !pktrt__atomic_load(&t->cancelled); k++)
+        pktrt__tile_render_area(work, part, block->done + k);
       ok = !work->failed || work->stopped;
     }
-  if (work) pktrt__free_work(work);
+  if (work) pktrt__tile_free(work);
   return ok;
 }
 
 /* `passes` passes over an area, after those before; where all blocks get the same, they need not be told apart. */
-static bool pktrt__render_alike(const pktrt__job *job, pktrt__rounds *t, const uint32_t area[4], pktrt_stats *stats,
+static bool pktrt__pass_render_uniform(const pktrt__render_state *job, pktrt__pass_rounds *t, const uint32_t area[4], pktrt_stats *stats,
                                 uint32_t before, uint32_t passes) {
-  pktrt__work *work = pktrt__make_work(job, t, stats);
+  pktrt__tile *work = pktrt__tile_make(job, t, stats);
   if (!work) return false;
-  for (uint32_t k = 0; k < passes; k++) pktrt__render_area(work, area, before + k);
+  for (uint32_t k = 0; k < passes; k++) pktrt__tile_render_area(work, area, before + k);
   const bool ok = !work->failed || work->stopped;
-  pktrt__free_work(work);
+  pktrt__tile_free(work);
   return ok;
 }
 
 /* Tells the hook that so many tiles of the round are done; what it says. */
-static bool pktrt__tell_progress(const pktrt__rounds *t, uint32_t done) {
+static bool pktrt__pass_tell_progress(const pktrt__pass_rounds *t, uint32_t done) {
   const pktrt_render_desc *d = t->job->desc;
   const float part = (float)done / (float)t->count, all = t->from + (t->to - t->from) * part;
   return !d->progress || d->progress(d->user, part < 1 ? all : t->to);
 }
 
-static bool pktrt__goes_on(pktrt__rounds *t) {
-  if (pktrt__peek(&t->cancelled)) return false;
-  const bool on = pktrt__tell_progress(t, pktrt__peek(&t->done));
-  if (!on) (void)pktrt__count_up(&t->cancelled);
+static bool pktrt__pass_goes_on(pktrt__pass_rounds *t) {
+  if (pktrt__atomic_load(&t->cancelled)) return false;
+  const bool on = pktrt__pass_tell_progress(t, pktrt__atomic_load(&t->done));
+  if (!on) (void)pktrt__atomic_increment(&t->cancelled);
   return on;
 }
 
-static void pktrt__run_tile(void *arg, size_t i) {
-  pktrt__rounds *t = PKTRT__CAST(pktrt__rounds *, arg);
+static void pktrt__pass_run_tile(void *arg, size_t i) {
+  pktrt__pass_rounds *t = PKTRT__CAST(pktrt__pass_rounds *, arg);
   const pktrt_render_desc *d = t->job->desc;
-  if (pktrt__peek(&t->cancelled) || pktrt__peek(&t->failed)) return;
+  if (pktrt__atomic_load(&t->cancelled) || pktrt__atomic_load(&t->failed)) return;
   const uint32_t size = t->job->tile_size, x = (uint32_t)i % t->columns * size, y = (uint32_t)i / t->columns * size;
   const uint32_t x1 = d->width - x < size ? d->width : x + size, y1 = d->height - y < size ? d->height : y + size;
   const uint32_t area[4] = {x, y, x1, y1};
   pktrt_stats *stats = t->stats ? &t->stats[i] : NULL;
-  const bool ok = t->alike ? pktrt__render_alike(t->job, t, area, stats, (uint32_t)t->spent, t->alike)
-                           : pktrt__render_blocks(t, area, stats);
-  if (!ok) (void)pktrt__count_up(&t->failed);
-  if (pktrt__peek(&t->cancelled)) return; /* it may lack pixels or passes */
-  const uint32_t done = pktrt__count_up(&t->done);
-  if (!pktrt__tell_progress(t, done)) (void)pktrt__count_up(done < t->count ? &t->cancelled : &t->late);
+  const bool ok = t->alike ? pktrt__pass_render_uniform(t->job, t, area, stats, (uint32_t)t->spent, t->alike)
+                           : pktrt__pass_render_blocks(t, area, stats);
+  if (!ok) (void)pktrt__atomic_increment(&t->failed);
+  if (pktrt__atomic_load(&t->cancelled)) return; /* it may lack pixels or passes */
+  const uint32_t done = pktrt__atomic_increment(&t->done);
+  if (!pktrt__pass_tell_progress(t, done)) (void)pktrt__atomic_increment(done < t->count ? &t->cancelled : &t->late);
 }
 
 /* Blocks and the report after a round. */
-static void pktrt__end_round(pktrt__rounds *t) {
-  const pktrt__job *job = t->job;
+static void pktrt__pass_end_round(pktrt__pass_rounds *t) {
+  const pktrt__render_state *job = t->job;
   const pktrt_render_desc *d = job->desc;
-  pktrt__passes *p = job->passes;
+  pktrt__pass_sums *p = job->passes;
   pktrt_report *r = &t->report;
   uint32_t least = UINT32_MAX, most = 0;
   double sum = 0;
   for (uint64_t i = 0; p && i < (uint64_t)p->columns * p->rows; i++) {
-    pktrt__error_block *b = &p->blocks[i];
+    pktrt__pass_block *b = &p->blocks[i];
     uint32_t area[4];
-    pktrt__block_area(p, (uint32_t)(i % p->columns), (uint32_t)(i / p->columns), area);
+    pktrt__pass_block_area(p, (uint32_t)(i % p->columns), (uint32_t)(i / p->columns), area);
     b->done += b->more, b->pixels = (area[2] - area[0]) * (area[3] - area[1]);
     least = b->done < least ? b->done : least, most = b->done > most ? b->done : most;
     sum += (double)b->done * b->pixels;
@@ -11686,13 +11859,13 @@ static void pktrt__end_round(pktrt__rounds *t) {
   r->samples_min = (p ? least : 1) * job->samples, r->samples_max = (p ? most : 1) * job->samples;
   r->samples_mean = t->spent * job->samples;
   if (!t->timed) return;
-  const double now = pktrt__now(d); /* a clock that is set back does not count */
+  const double now = pktrt__pass_now(d); /* a clock that is set back does not count */
   if (now > t->clock) r->seconds += now - t->clock;
   t->clock = now;
 }
 
 /* The rules, after a round. */
-static pktrt_stop pktrt__judge(const pktrt__rounds *t) {
+static pktrt_stop pktrt__pass_judge(const pktrt__pass_rounds *t) {
   const pktrt_render_desc *d = t->job->desc;
   const pktrt_report *r = &t->report;
   const double error = d->measure == PKTRT_ERROR_RELATIVE ? r->relative_mse : r->rmse;
@@ -11701,11 +11874,11 @@ static pktrt_stop pktrt__judge(const pktrt__rounds *t) {
   if (d->target_error > 0 && error <= (double)d->target_error) return r->unknown ? PKTRT_STOP_PASSES : PKTRT_STOP_ERROR;
   if (d->target_error > 0 && t->spent >= 2 && r->rmse == INFINITY) return PKTRT_STOP_PASSES; /* none will ever be known */
   if (t->spent > t->job->most_passes - pktrt__min(rest, 0.5)) return PKTRT_STOP_PASSES;
-  return d->time_budget > 0 && pktrt__next_round(t) <= 0 ? PKTRT_STOP_TIME : PKTRT_STOP_NOT_YET;
+  return d->time_budget > 0 && pktrt__pass_next_round(t) <= 0 ? PKTRT_STOP_TIME : PKTRT_STOP_NOT_YET;
 }
 
 /* How much of the work will be done after `next` more passes, by the rule that seems nearest. */
-static float pktrt__progress(const pktrt__rounds *t, double next) {
+static float pktrt__pass_progress(const pktrt__pass_rounds *t, double next) {
   const pktrt_render_desc *d = t->job->desc;
   const pktrt_report *r = &t->report;
   double part = (t->spent + next) / t->job->most_passes;
@@ -11719,37 +11892,37 @@ static float pktrt__progress(const pktrt__rounds *t, double next) {
   return part < 1 ? (float)part : 1.0f;
 }
 
-static void pktrt__run_rounds(pktrt__rounds *t) {
+static void pktrt__pass_run(pktrt__pass_rounds *t) {
   const pktrt_render_desc *d = t->job->desc;
   pktrt_report *r = &t->report;
   while (!r->stop) {
-    const double next = pktrt__next_round(t);
-    pktrt__plan_round(t, next);
-    t->done = 0, t->from = t->to, t->to = pktrt__maxf(t->from, pktrt__progress(t, next));
-    pktrt__parallel(&t->job->scene->desc, t->count, pktrt__run_tile, t);
+    const double next = pktrt__pass_next_round(t);
+    pktrt__pass_plan_round(t, next);
+    t->done = 0, t->from = t->to, t->to = pktrt__maxf(t->from, pktrt__pass_progress(t, next));
+    pktrt__parallel_for(&t->job->scene->desc, t->count, pktrt__pass_run_tile, t);
     if (t->cancelled || t->failed) {
       r->stop = PKTRT_STOP_CANCELLED;
       return;
     }
-    pktrt__end_round(t);
-    if (t->watched && t->job->passes) pktrt__estimate(t->job, r);
-    r->stop = pktrt__judge(t);
+    pktrt__pass_end_round(t);
+    if (t->watched && t->job->passes) pktrt__pass_estimate(t->job, r);
+    r->stop = pktrt__pass_judge(t);
     if (t->late && !r->stop) t->cancelled = 1, r->stop = PKTRT_STOP_CANCELLED;
     if (d->pass && !d->pass(d->user, r) && !r->stop) r->stop = PKTRT_STOP_ASKED;
   }
 }
 
 /* The buffers of errors, once all is done. */
-static void pktrt__write_errors(const pktrt__job *job) {
+static void pktrt__pass_write_errors(const pktrt__render_state *job) {
   const pktrt_render_desc *d = job->desc;
-  const pktrt__passes *p = job->passes;
+  const pktrt__pass_sums *p = job->passes;
   const uint32_t b = PKTRT_ERROR_BLOCK, columns = (d->width + b - 1) / b;
   for (uint32_t y = 0; y < d->height; y++)
     for (uint32_t x = 0; x < d->width; x++) {
       const size_t at = (size_t)y * d->width + x, block = (size_t)(y / b) * columns + x / b;
       const double known = p ? p->blocks[block].pixels - p->blocks[block].unknown : 0;
       if (d->pixel_error)
-        d->pixel_error[at] = p ? pktrt__to_float(sqrt(pktrt__squared_error(&p->sums[at], p->blocks[block].done) / 3))
+        d->pixel_error[at] = p ? pktrt__to_float(sqrt(pktrt__pass_squared_error(&p->sums[at], p->blocks[block].done) / 3))
                                : INFINITY;
       if (d->block_error && x % b == 0 && y % b == 0)
         d->block_error[block] = known > 0 ? pktrt__to_float(sqrt(p->blocks[block].error[0] / (3 * known))) : INFINITY;
@@ -11758,23 +11931,23 @@ static void pktrt__write_errors(const pktrt__job *job) {
 
 PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *s, const pktrt_render_desc *d, uint32_t x, uint32_t y,
                                          uint32_t w, uint32_t h) {
-  pktrt__job job;
-  pktrt__passes passes;
-  pktrt__why why;
-  if (!s || !pktrt__check_render(s, d, &job, &why)) return PKTRT_INVALID_ARGUMENT;
+  pktrt__render_state job;
+  pktrt__pass_sums passes;
+  pktrt__refusal why;
+  if (!s || !pktrt__render_check(s, d, &job, &why)) return PKTRT_INVALID_ARGUMENT;
   if (x > d->width || y > d->height || w > d->width - x || h > d->height - y) return PKTRT_INVALID_ARGUMENT;
   if (job.most_passes > 1 && !d->passes) return PKTRT_INVALID_ARGUMENT;
   if (d->adaptive || d->pass || d->report || d->pixel_error || d->block_error || d->target_error > 0 ||
       d->time_budget > 0)
     return PKTRT_INVALID_ARGUMENT;
-  if (pktrt__uncommitted(s)) return PKTRT_NOT_COMMITTED;
+  if (pktrt__render_is_uncommitted(s)) return PKTRT_NOT_COMMITTED;
   if (!w || !h) return PKTRT_OK;
   const uint32_t area[4] = {x, y, x + w, y + h};
-  if (!pktrt__prepare(&job, (uint64_t)w * h)) return PKTRT_OUT_OF_MEMORY;
-  const bool ok = pktrt__make_passes(&job, area, &passes) &&
-                  pktrt__render_alike(&job, NULL, area, d->stats, 0, job.most_passes);
-  if (job.passes) pktrt__free_passes(&s->desc, &passes);
-  pktrt__unprepare(&job);
+  if (!pktrt__render_prepare(&job, (uint64_t)w * h)) return PKTRT_OUT_OF_MEMORY;
+  const bool ok = pktrt__pass_make(&job, area, &passes) &&
+                  pktrt__pass_render_uniform(&job, NULL, area, d->stats, 0, job.most_passes);
+  if (job.passes) pktrt__pass_free(&s->desc, &passes);
+  pktrt__render_unprepare(&job);
   return ok ? PKTRT_OK : PKTRT_OUT_OF_MEMORY;
 }
 
@@ -11784,19 +11957,19 @@ PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *s, const pktrt_rende
 
 static bool pktrt__any_positive(const float v[3]) { return v[0] > 0 || v[1] > 0 || v[2] > 0; }
 
-static bool pktrt__gives_light(const pktrt_render_desc *d, const pktrt__lamp *lamp, const pktrt_light *l) {
+static bool pktrt__warn_light_shines(const pktrt_render_desc *d, const pktrt__light_data *lamp, const pktrt_light *l) {
   if (l->kind == PKTRT_LIGHT_ENVIRONMENT && !d->environment && !pktrt__any_positive(d->background)) return false;
   return lamp->strength > 0;
 }
 
 /* Whether some mesh waits for light in vain: none is there, and it does not shine, nor is it coloured by a shader, nor does it
    only show what is around. */
-PKTRT__COLD bool pktrt__is_dark(const pktrt__job *job) {
+PKTRT__COLD bool pktrt__warn_is_dark(const pktrt__render_state *job) {
   const pktrt_scene *s = job->scene;
   bool dark = false, lit = pktrt__any_positive(job->desc->ambient);
-  for (uint32_t i = 0; i < s->light_count; i++) lit = lit || pktrt__gives_light(job->desc, &job->lamps[i], &s->lights[i]);
+  for (uint32_t i = 0; i < s->light_count; i++) lit = lit || pktrt__warn_light_shines(job->desc, &job->lamps[i], &s->lights[i]);
   for (uint32_t i = 0; !lit && i < s->committed_meshes; i++) {
-    const pktrt_material *look = pktrt__look(s, s->meshes[i].material);
+    const pktrt_material *look = pktrt__material_of(s, s->meshes[i].material);
     const bool shows = job->follow && look->specular != PKTRT_SPECULAR_NONE && !pktrt__any_positive(look->albedo);
     if (!s->meshes[i].triangle_count || look->shader || pktrt__any_positive(look->emission) || shows) continue;
     dark = dark || look->texture || pktrt__any_positive(look->albedo);
@@ -11804,13 +11977,13 @@ PKTRT__COLD bool pktrt__is_dark(const pktrt__job *job) {
   return dark;
 }
 
-PKTRT__COLD void pktrt__warn_of_mode(const pktrt_scene *s, const pktrt__job *job) {
+PKTRT__COLD void pktrt__warn_of_mode(const pktrt_scene *s, const pktrt__render_state *job) {
   static const char *const modes[] = {"PKTRT_MODE_RCS", "PKTRT_MODE_WRT", "PKTRT_MODE_DRT"};
   const pktrt_render_desc *d = job->desc;
   const uint32_t lens = PKTRT_FEATURE_LENS | PKTRT_FEATURE_SHUTTER;
   const uint32_t shown = d->mode == PKTRT_MODE_DRT ? ~0u : d->mode == PKTRT_MODE_WRT ? ~lens
                                                         : ~(lens | PKTRT__SPECULAR | PKTRT_FEATURE_GLOSS);
-  const uint32_t ignored = pktrt__features_of_render(s, d) & ~shown;
+  const uint32_t ignored = pktrt__feature_of_render(s, d) & ~shown;
   char text[256];
   int n = snprintf(text, sizeof text, "render: %s takes no notice of", modes[d->mode]);
   const char *between = " ";
@@ -11819,7 +11992,7 @@ PKTRT__COLD void pktrt__warn_of_mode(const pktrt_scene *s, const pktrt__job *job
     n += snprintf(text + n, sizeof text - (size_t)n, "%s%s", between, pktrt_feature_string((pktrt_feature)bit));
     between = ", ";
   }
-  if (ignored) pktrt__say(s, 0, text);
+  if (ignored) pktrt__log_sentence(s, 0, text);
 }
 
 PKTRT__COLD void pktrt__warn_of_changes(const pktrt_scene *s) {
@@ -11829,20 +12002,20 @@ PKTRT__COLD void pktrt__warn_of_changes(const pktrt_scene *s) {
     if (m->committed && !m->dirty && !m->dirty_normals) continue;
     (void)snprintf(text, sizeof text, "render: mesh %u %s since the last commit, which the picture does not show", (unsigned)i,
                    m->committed ? "was changed" : "was added");
-    pktrt__say(s, 0, text);
+    pktrt__log_sentence(s, 0, text);
     return;
   }
 }
 
 /* Needs the job's lamps. */
-static void pktrt__warn(const pktrt_scene *s, const pktrt__job *job) {
+static void pktrt__warn_all(const pktrt_scene *s, const pktrt__render_state *job) {
   if (!s->desc.log) return;
   pktrt__warn_of_mode(s, job), pktrt__warn_of_changes(s);
-  if (pktrt__is_dark(job)) pktrt__say(s, 0, "render: there is no light and no ambient: what does not shine by itself is black");
+  if (pktrt__warn_is_dark(job)) pktrt__log_sentence(s, 0, "render: there is no light and no ambient: what does not shine by itself is black");
 }
 
 /* Everything that has to be there before the first round. */
-static pktrt_status pktrt__begin_rounds(pktrt_scene *s, pktrt__job *job, pktrt__passes *passes, pktrt__rounds *t) {
+static pktrt_status pktrt__pass_begin(pktrt_scene *s, pktrt__render_state *job, pktrt__pass_sums *passes, pktrt__pass_rounds *t) {
   const pktrt_render_desc *d = job->desc;
   const uint32_t area[4] = {0, 0, d->width, d->height};
   memset(t, 0, sizeof *t);
@@ -11854,63 +12027,63 @@ static pktrt_status pktrt__begin_rounds(pktrt_scene *s, pktrt__job *job, pktrt__
   t->count = (uint32_t)count;
   t->timed = d->time_budget > 0 || d->report || d->pass;
   t->watched = d->target_error > 0 || d->adaptive || d->pass;
-  t->clock = t->timed ? pktrt__now(d) : 0;
+  t->clock = t->timed ? pktrt__pass_now(d) : 0;
   if (d->stats) {
-    t->stats = PKTRT__CAST(pktrt_stats *, pktrt__alloc(&s->desc, count, sizeof *t->stats));
+    t->stats = PKTRT__CAST(pktrt_stats *, pktrt__mem_alloc(&s->desc, count, sizeof *t->stats));
     if (!t->stats)
       return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "render: no memory for the statistics of %u tiles",
                          (unsigned)t->count);
     memset(t->stats, 0, (size_t)count * sizeof *t->stats);
   }
-  if (!pktrt__make_passes(job, area, passes))
+  if (!pktrt__pass_make(job, area, passes))
     return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "render: no memory for the sums of %u x %u pixels", (unsigned)d->width,
                        (unsigned)d->height);
-  if (!pktrt__prepare(job, (uint64_t)d->width * d->height))
+  if (!pktrt__render_prepare(job, (uint64_t)d->width * d->height))
     return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "render: no memory for lights and glass");
   return PKTRT_OK;
 }
 
-static pktrt_status pktrt__end_rounds(pktrt_scene *s, pktrt__job *job, pktrt__rounds *t) {
+static pktrt_status pktrt__pass_end(pktrt_scene *s, pktrt__render_state *job, pktrt__pass_rounds *t) {
   const pktrt_render_desc *d = job->desc;
-  for (uint32_t i = 0; d->stats && i < t->count; i++) pktrt__add_stats(d->stats, &t->stats[i]);
+  for (uint32_t i = 0; d->stats && i < t->count; i++) pktrt__stats_add(d->stats, &t->stats[i]);
   if (t->failed) return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "render: no memory for the rays of a tile");
   if (t->cancelled) return pktrt__fail(s, PKTRT_CANCELLED, "render: the progress hook asked to stop");
-  if (job->passes && !d->pass && (d->report || d->pixel_error || d->block_error)) pktrt__estimate(job, &t->report);
-  if (d->pixel_error || d->block_error) pktrt__write_errors(job);
+  if (job->passes && !d->pass && (d->report || d->pixel_error || d->block_error)) pktrt__pass_estimate(job, &t->report);
+  if (d->pixel_error || d->block_error) pktrt__pass_write_errors(job);
   return PKTRT_OK;
 }
 
 PKTRT_DEF pktrt_status pktrt_render(pktrt_scene *s, const pktrt_render_desc *d) {
   if (!s) return PKTRT_INVALID_ARGUMENT;
   s->error[0] = 0;
-  pktrt__job job;
-  pktrt__passes passes;
-  pktrt__rounds t;
-  pktrt__why why;
-  if (!pktrt__check_render(s, d, &job, &why)) return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "render: %s", why.text);
-  if (pktrt__uncommitted(s))
+  pktrt__render_state job;
+  pktrt__pass_sums passes;
+  pktrt__pass_rounds t;
+  pktrt__refusal why;
+  if (!pktrt__render_check(s, d, &job, &why)) return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "render: %s", why.text);
+  if (pktrt__render_is_uncommitted(s))
     return pktrt__fail(s, PKTRT_NOT_COMMITTED, "render: %u meshes were added, none was committed",
                        (unsigned)s->mesh_count);
-  pktrt_status status = pktrt__begin_rounds(s, &job, &passes, &t);
+  pktrt_status status = pktrt__pass_begin(s, &job, &passes, &t);
   if (status == PKTRT_OK) {
-    pktrt__warn(s, &job);
-    pktrt__run_rounds(&t);
-    status = pktrt__end_rounds(s, &job, &t);
-    pktrt__unprepare(&job);
+    pktrt__warn_all(s, &job);
+    pktrt__pass_run(&t);
+    status = pktrt__pass_end(s, &job, &t);
+    pktrt__render_unprepare(&job);
   }
   if (d->report) *d->report = t.report;
-  if (job.passes) pktrt__free_passes(&s->desc, &passes);
-  pktrt__release(&s->desc, t.stats, t.count, sizeof *t.stats);
+  if (job.passes) pktrt__pass_free(&s->desc, &passes);
+  pktrt__mem_release(&s->desc, t.stats, t.count, sizeof *t.stats);
   return status;
 }
 #endif /* PKTRT_NO_RENDER */
 
 /* >>report --------------------------------------------------------------------------------------------------------- */
 
-static const struct pktrt__feature_name {
+static const struct pktrt__feature_row {
   uint32_t bit;
   const char *name;
-} pktrt__feature_names[] = {
+} pktrt__feature_rows[] = {
     {PKTRT_FEATURE_MOTION, "motion"},         {PKTRT_FEATURE_STATS, "stats"},
     {PKTRT_FEATURE_PAPER, "paper path"},      {PKTRT_FEATURE_RENDER, "render"},
     {PKTRT_FEATURE_MIRROR, "mirror"},         {PKTRT_FEATURE_DIELECTRIC, "dielectric"},
@@ -11919,11 +12092,11 @@ static const struct pktrt__feature_name {
     {PKTRT_FEATURE_AREA_LIGHTS, "area lights"}, {PKTRT_FEATURE_LENS, "lens"},
     {PKTRT_FEATURE_SHUTTER, "shutter"},
 };
-enum { PKTRT__FEATURES = sizeof pktrt__feature_names / sizeof *pktrt__feature_names };
+enum { PKTRT__FEATURES = sizeof pktrt__feature_rows / sizeof *pktrt__feature_rows };
 
 PKTRT_DEF const char *pktrt_feature_string(pktrt_feature feature) {
   for (int i = 0; i < PKTRT__FEATURES; i++)
-    if (pktrt__feature_names[i].bit == (uint32_t)feature) return pktrt__feature_names[i].name;
+    if (pktrt__feature_rows[i].bit == (uint32_t)feature) return pktrt__feature_rows[i].name;
   return "unknown";
 }
 
@@ -11942,7 +12115,7 @@ PKTRT__COLD void pktrt__report_meshes(const pktrt_scene *s, pktrt_scene_report *
 
 PKTRT__COLD void pktrt__report_trees(const pktrt_scene *s, pktrt_scene_report *r) {
   for (uint32_t i = 0; i < s->group_count; i++) {
-    const pktrt__group *g = &s->groups[i];
+    const pktrt__bvh *g = &s->groups[i];
     r->nodes += (uint64_t)g->node_count * PKTRT__NODE_BYTES, r->blocks += (uint64_t)g->block_count * PKTRT__BLOCK_BYTES;
     r->motion += (uint64_t)g->node_count * (g->node_bytes - PKTRT__NODE_BYTES);
     r->motion += (uint64_t)g->block_count * (g->block_bytes - PKTRT__BLOCK_BYTES);
@@ -11962,11 +12135,11 @@ PKTRT_DEF void pktrt_get_scene_report(const pktrt_scene *s, const struct pktrt_r
   r->found = r->used = r->moving_meshes ? PKTRT_FEATURE_MOTION : 0;
 #else
   r->looks = s->material_count * sizeof *s->materials + s->light_count * sizeof *s->lights;
-  r->found = pktrt__features_of_scene(s) & PKTRT__BUILT, r->used = r->found & PKTRT_FEATURE_MOTION;
+  r->found = pktrt__feature_of_scene(s) & PKTRT__BUILT, r->used = r->found & PKTRT_FEATURE_MOTION;
   if (d) {
-    r->found = pktrt__features_of_render(s, d), r->used = pktrt__features_used(d, r->found);
+    r->found = pktrt__feature_of_render(s, d), r->used = pktrt__feature_used(d, r->found);
     const uint32_t waves = !(r->used & PKTRT__SPECULAR) ? 0 : r->used & PKTRT_FEATURE_DIELECTRIC ? 3 : 2;
-    r->worker = sizeof(pktrt__work) + waves * sizeof(pktrt__wave);
+    r->worker = sizeof(pktrt__tile) + waves * sizeof(pktrt__wave);
     const bool passes = d->passes > 1 || d->target_error > 0 || d->time_budget > 0 || (d->pass && !d->passes);
     if (passes) r->passes = (uint64_t)d->width * d->height * sizeof(pktrt__pixel_sums);
   }
@@ -11975,7 +12148,7 @@ PKTRT_DEF void pktrt_get_scene_report(const pktrt_scene *s, const struct pktrt_r
 }
 
 /* Adds to a text of `used` characters, of which `room` are kept. */
-PKTRT__COLD size_t pktrt__print(char *text, size_t room, size_t used, const char *format, ...) {
+PKTRT__COLD size_t pktrt__report_print(char *text, size_t room, size_t used, const char *format, ...) {
   va_list args;
   va_start(args, format);
   const int n = vsnprintf(used < room ? text + used : NULL, used < room ? room - used : 0, format, args);
@@ -11983,15 +12156,15 @@ PKTRT__COLD size_t pktrt__print(char *text, size_t room, size_t used, const char
   return used + (n > 0 ? (size_t)n : 0);
 }
 
-PKTRT__COLD size_t pktrt__print_features(char *text, size_t room, size_t used, const char *what, uint32_t bits) {
+PKTRT__COLD size_t pktrt__report_print_features(char *text, size_t room, size_t used, const char *what, uint32_t bits) {
   const char *before = " ";
-  used = pktrt__print(text, room, used, "%-10s", what);
+  used = pktrt__report_print(text, room, used, "%-10s", what);
   for (int i = 0; i < PKTRT__FEATURES; i++) {
-    if (!(bits & pktrt__feature_names[i].bit)) continue;
-    used = pktrt__print(text, room, used, "%s%s", before, pktrt__feature_names[i].name);
+    if (!(bits & pktrt__feature_rows[i].bit)) continue;
+    used = pktrt__report_print(text, room, used, "%s%s", before, pktrt__feature_rows[i].name);
     before = ", ";
   }
-  return pktrt__print(text, room, used, "%s\n", bits ? "" : " nothing");
+  return pktrt__report_print(text, room, used, "%s\n", bits ? "" : " nothing");
 }
 
 PKTRT_DEF size_t pktrt_report_text(const pktrt_scene_report *r, char *text, size_t room) {
@@ -12002,26 +12175,26 @@ PKTRT_DEF size_t pktrt_report_text(const pktrt_scene_report *r, char *text, size
                {"further keys", r->motion}, {"normals", r->normals}, {"names", r->names},
                {"materials, lights", r->looks}};
   uint32_t all = 0;
-  for (int i = 0; i < PKTRT__FEATURES; i++) all |= pktrt__feature_names[i].bit;
-  size_t n = pktrt__print(text, room, 0, "kernels    %s\n", pktrt_isa_string(r->isa));
-  n = pktrt__print(text, room, n, "meshes     %u, of these %u moving; %llu triangles\n", (unsigned)r->meshes,
+  for (int i = 0; i < PKTRT__FEATURES; i++) all |= pktrt__feature_rows[i].bit;
+  size_t n = pktrt__report_print(text, room, 0, "kernels    %s\n", pktrt_isa_string(r->isa));
+  n = pktrt__report_print(text, room, n, "meshes     %u, of these %u moving; %llu triangles\n", (unsigned)r->meshes,
                    (unsigned)r->moving_meshes, (unsigned long long)r->triangles);
-  n = pktrt__print_features(text, room, n, "found", r->found);
-  n = pktrt__print_features(text, room, n, "runs", r->used);
-  n = pktrt__print_features(text, room, n, "idle", r->built & ~r->used);
-  n = pktrt__print_features(text, room, n, "not built", all & ~r->built);
-  n = pktrt__print(text, room, n, "bytes      %llu", (unsigned long long)r->bytes);
+  n = pktrt__report_print_features(text, room, n, "found", r->found);
+  n = pktrt__report_print_features(text, room, n, "runs", r->used);
+  n = pktrt__report_print_features(text, room, n, "idle", r->built & ~r->used);
+  n = pktrt__report_print_features(text, room, n, "not built", all & ~r->built);
+  n = pktrt__report_print(text, room, n, "bytes      %llu", (unsigned long long)r->bytes);
   const double each = r->triangles ? (double)r->bytes / (double)r->triangles : 0;
-  if (r->triangles) n = pktrt__print(text, room, n, ", %.1f for each triangle", each);
+  if (r->triangles) n = pktrt__report_print(text, room, n, ", %.1f for each triangle", each);
   const char *before = ": ";
   for (size_t i = 0; i < sizeof parts / sizeof *parts; i++) {
     if (!parts[i].bytes) continue;
-    n = pktrt__print(text, room, n, "%s%s %llu", before, parts[i].what, (unsigned long long)parts[i].bytes);
+    n = pktrt__report_print(text, room, n, "%s%s %llu", before, parts[i].what, (unsigned long long)parts[i].bytes);
     before = ", ";
   }
-  n = pktrt__print(text, room, n, "\n");
-  if (r->worker) n = pktrt__print(text, room, n, "a worker   %llu bytes\n", (unsigned long long)r->worker);
-  if (r->passes) n = pktrt__print(text, room, n, "passes     %llu bytes\n", (unsigned long long)r->passes);
+  n = pktrt__report_print(text, room, n, "\n");
+  if (r->worker) n = pktrt__report_print(text, room, n, "a worker   %llu bytes\n", (unsigned long long)r->worker);
+  if (r->passes) n = pktrt__report_print(text, room, n, "passes     %llu bytes\n", (unsigned long long)r->passes);
   return n;
 }
 

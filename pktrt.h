@@ -1449,7 +1449,7 @@ typedef struct pktrt__bvh_task {
 
 /* What a kernel needs to know of a group: one segment of its motion. */
 typedef struct pktrt__bvh_segment {
-  const struct pktrt__bvh *groups;
+  const struct pktrt__bvh *bvhs;
   const unsigned char *nodes, *blocks;
   size_t node_bytes, block_bytes;
   size_t plane1, vertex0, vertex1; /* byte offsets of the segment's keys (planes of the first one: plane0) */
@@ -1478,8 +1478,8 @@ struct pktrt_scene {
   const struct pktrt__kernel_table *kernels;
   pktrt__mesh *meshes;
   uint32_t mesh_count, mesh_capacity, committed_meshes;
-  pktrt__bvh *groups;             /* in ascending order of their boxes' area: small ones shorten rays for the large */
-  uint32_t group_count;
+  pktrt__bvh *bvhs;             /* in ascending order of their boxes' area: small ones shorten rays for the large */
+  uint32_t bvh_count;
 #ifndef PKTRT_NO_RENDER
   pktrt_material plain;             /* of meshes that name none */
   pktrt_material *materials;
@@ -2053,9 +2053,9 @@ typedef struct pktrt__reinsert_node { /* a node of the tree in motion; 0 is the 
 
 enum { PKTRT__SEARCH = 512 }; /* nodes that a search looks at, at most: heaps of boxes prune nothing */
 
-PKTRT__NOINLINE void pktrt__reinsert_update_node(pktrt__reinsert_node *twigs, uint32_t at) {
-  pktrt__reinsert_node *t = &twigs[at];
-  const pktrt__reinsert_node *l = &twigs[t->child[0]], *r = &twigs[t->child[1]];
+PKTRT__NOINLINE void pktrt__reinsert_update_node(pktrt__reinsert_node *nodes, uint32_t at) {
+  pktrt__reinsert_node *t = &nodes[at];
+  const pktrt__reinsert_node *l = &nodes[t->child[0]], *r = &nodes[t->child[1]];
   for (int i = 0; i < 8; i++) t->box[i] = l->box[i] < r->box[i] ? l->box[i] : r->box[i];
   t->count = l->count + r->count, t->height = 1 + (l->height > r->height ? l->height : r->height);
 }
@@ -2066,15 +2066,15 @@ PKTRT__NOINLINE uint32_t pktrt__reinsert_count_nodes(const pktrt__build_node *no
 }
 
 /* The subtree of a range; returns the number of the next twig. */
-static uint32_t pktrt__reinsert_make_nodes(const pktrt__builder *b, pktrt__reinsert_node *twigs, uint32_t at, uint32_t slot,
+static uint32_t pktrt__reinsert_make_nodes(const pktrt__builder *b, pktrt__reinsert_node *nodes, uint32_t at, uint32_t slot,
                                   uint32_t first, uint32_t count) {
-  pktrt__reinsert_node *t = &twigs[at];
+  pktrt__reinsert_node *t = &nodes[at];
   const uint32_t left = b->nodes[slot].left, l = at + 1;
   if (left) {
-    const uint32_t r = pktrt__reinsert_make_nodes(b, twigs, l, slot + 1, first, left);
-    const uint32_t next = pktrt__reinsert_make_nodes(b, twigs, r, slot + 2 * left, first + left, count - left);
-    t->child[0] = l, t->child[1] = r, twigs[l].parent = twigs[r].parent = at;
-    pktrt__reinsert_update_node(twigs, at);
+    const uint32_t r = pktrt__reinsert_make_nodes(b, nodes, l, slot + 1, first, left);
+    const uint32_t next = pktrt__reinsert_make_nodes(b, nodes, r, slot + 2 * left, first + left, count - left);
+    t->child[0] = l, t->child[1] = r, nodes[l].parent = nodes[r].parent = at;
+    pktrt__reinsert_update_node(nodes, at);
     return next;
   }
   t->child[0] = PKTRT_NONE, t->child[1] = first, t->count = count, t->height = 0;
@@ -2085,19 +2085,19 @@ static uint32_t pktrt__reinsert_make_nodes(const pktrt__builder *b, pktrt__reins
 
 /* The node below or beside the path that x would best stand beside; PKTRT_NONE: x is well where it is. Gain: what the
    boxes' areas lose in sum. */
-PKTRT__NOINLINE uint32_t pktrt__reinsert_find_place(const pktrt__reinsert_node *twigs, uint32_t x, float unit) {
+PKTRT__NOINLINE uint32_t pktrt__reinsert_find_place(const pktrt__reinsert_node *nodes, uint32_t x, float unit) {
   struct { uint32_t node; float gain; } stack[PKTRT__MAX_DEPTH + 2];
-  const float own = pktrt__build_box_area(twigs[x].box, unit);
-  uint32_t place = PKTRT_NONE, from = x, at = twigs[x].parent, steps = 0;
-  float rest[8], joint[8], best = 0.0f, gain = pktrt__build_box_area(twigs[at].box, unit);
+  const float own = pktrt__build_box_area(nodes[x].box, unit);
+  uint32_t place = PKTRT_NONE, from = x, at = nodes[x].parent, steps = 0;
+  float rest[8], joint[8], best = 0.0f, gain = pktrt__build_box_area(nodes[at].box, unit);
   pktrt__build_box_clear(rest);
-  for (;; from = at, at = twigs[at].parent) {
-    const uint32_t beside = twigs[at].child[twigs[at].child[0] == from];
+  for (;; from = at, at = nodes[at].parent) {
+    const uint32_t beside = nodes[at].child[nodes[at].child[0] == from];
     uint32_t top = 0;
     stack[top].node = beside, stack[top++].gain = gain;
     while (top && steps++ < PKTRT__SEARCH) {
-      const pktrt__reinsert_node *t = &twigs[stack[--top].node];
-      for (int i = 0; i < 8; i++) joint[i] = t->box[i] < twigs[x].box[i] ? t->box[i] : twigs[x].box[i];
+      const pktrt__reinsert_node *t = &nodes[stack[--top].node];
+      for (int i = 0; i < 8; i++) joint[i] = t->box[i] < nodes[x].box[i] ? t->box[i] : nodes[x].box[i];
       const float here = stack[top].gain - pktrt__build_box_area(joint, unit);
       const float below = here + pktrt__build_box_area(t->box, unit);
       if (here > best) best = here, place = stack[top].node;
@@ -2105,8 +2105,8 @@ PKTRT__NOINLINE uint32_t pktrt__reinsert_find_place(const pktrt__reinsert_node *
       stack[top].node = t->child[0], stack[top++].gain = below;
       stack[top].node = t->child[1], stack[top++].gain = below;
     }
-    const float area = pktrt__build_box_area(twigs[at].box, unit);
-    pktrt__build_box_grow(rest, twigs[beside].box); /* what is left of this node without x */
+    const float area = pktrt__build_box_area(nodes[at].box, unit);
+    pktrt__build_box_grow(rest, nodes[beside].box); /* what is left of this node without x */
     if (from != x) gain += area - pktrt__build_box_area(rest, unit);
     if (from != x && at && gain - area > best) best = gain - area, place = at;
     if (!at) return place;
@@ -2114,55 +2114,55 @@ PKTRT__NOINLINE uint32_t pktrt__reinsert_find_place(const pktrt__reinsert_node *
 }
 
 /* Takes a node out, its parent with it, and puts both beside another, unless the tree became too deep. */
-static void pktrt__reinsert_move_node(pktrt__reinsert_node *twigs, uint32_t x, uint32_t place) {
-  const uint32_t p = twigs[x].parent, above = twigs[p].parent, other = twigs[p].child[twigs[p].child[0] == x];
-  uint32_t depth = 1 + (twigs[x].height > twigs[place].height ? twigs[x].height : twigs[place].height);
-  for (uint32_t i = place; i; i = twigs[i].parent) depth++;
+static void pktrt__reinsert_move_node(pktrt__reinsert_node *nodes, uint32_t x, uint32_t place) {
+  const uint32_t p = nodes[x].parent, above = nodes[p].parent, other = nodes[p].child[nodes[p].child[0] == x];
+  uint32_t depth = 1 + (nodes[x].height > nodes[place].height ? nodes[x].height : nodes[place].height);
+  for (uint32_t i = place; i; i = nodes[i].parent) depth++;
   if (depth > PKTRT__MAX_DEPTH) return;
-  twigs[above].child[twigs[above].child[1] == p] = other, twigs[other].parent = above;
-  const uint32_t q = twigs[place].parent;
-  twigs[q].child[twigs[q].child[1] == place] = p, twigs[p].parent = q;
-  twigs[p].child[0] = place, twigs[p].child[1] = x, twigs[place].parent = p;
-  for (uint32_t i = above; i; i = twigs[i].parent) pktrt__reinsert_update_node(twigs, i);
-  for (uint32_t i = p; i; i = twigs[i].parent) pktrt__reinsert_update_node(twigs, i);
-  pktrt__reinsert_update_node(twigs, 0);
+  nodes[above].child[nodes[above].child[1] == p] = other, nodes[other].parent = above;
+  const uint32_t q = nodes[place].parent;
+  nodes[q].child[nodes[q].child[1] == place] = p, nodes[p].parent = q;
+  nodes[p].child[0] = place, nodes[p].child[1] = x, nodes[place].parent = p;
+  for (uint32_t i = above; i; i = nodes[i].parent) pktrt__reinsert_update_node(nodes, i);
+  for (uint32_t i = p; i; i = nodes[i].parent) pktrt__reinsert_update_node(nodes, i);
+  pktrt__reinsert_update_node(nodes, 0);
 }
 
 /* The binary tree again, with the prims in its order. */
-static void pktrt__reinsert_lay_out(const pktrt__builder *b, const pktrt__reinsert_node *twigs, uint32_t at, uint32_t slot,
+static void pktrt__reinsert_lay_out(const pktrt__builder *b, const pktrt__reinsert_node *nodes, uint32_t at, uint32_t slot,
                            uint32_t first) {
-  const pktrt__reinsert_node *t = &twigs[at];
+  const pktrt__reinsert_node *t = &nodes[at];
   const double x = (double)t->box[0] + t->box[4], y = (double)t->box[1] + t->box[5], z = (double)t->box[2] + t->box[6];
-  const uint32_t left = t->height ? twigs[t->child[0]].count : 0;
+  const uint32_t left = t->height ? nodes[t->child[0]].count : 0;
   b->nodes[slot].size = (float)sqrt(x * y + y * z + z * x), b->nodes[slot].left = left;
   if (!left) {
     memcpy(b->away + first, b->prims + t->child[1], t->count * sizeof *b->prims);
     return;
   }
-  pktrt__reinsert_lay_out(b, twigs, t->child[0], slot + 1, first);
-  pktrt__reinsert_lay_out(b, twigs, t->child[1], slot + 2 * left, first + left);
+  pktrt__reinsert_lay_out(b, nodes, t->child[0], slot + 1, first);
+  pktrt__reinsert_lay_out(b, nodes, t->child[1], slot + 2 * left, first + left);
 }
 
 /* false: out of memory */
 static bool pktrt__reinsert_nodes(pktrt__builder *b) {
   const uint32_t n = pktrt__reinsert_count_nodes(b->nodes, 0);
-  pktrt__reinsert_node *twigs = PKTRT__CAST(pktrt__reinsert_node *, pktrt__mem_alloc(b->desc, n, sizeof *twigs));
-  if (!twigs) return false;
-  pktrt__reinsert_make_nodes(b, twigs, 0, 0, 0, b->count);
-  twigs[0].parent = 0;
+  pktrt__reinsert_node *nodes = PKTRT__CAST(pktrt__reinsert_node *, pktrt__mem_alloc(b->desc, n, sizeof *nodes));
+  if (!nodes) return false;
+  pktrt__reinsert_make_nodes(b, nodes, 0, 0, 0, b->count);
+  nodes[0].parent = 0;
   float most = 0.0f;
-  for (int a = 0; a < 3; a++) most = pktrt__maxf(most, -(twigs[0].box[a] + twigs[0].box[a + 4]));
+  for (int a = 0; a < 3; a++) most = pktrt__maxf(most, -(nodes[0].box[a] + nodes[0].box[a + 4]));
   const float unit = pktrt__build_unit_scale(most);
   for (uint32_t pass = 0; pass < b->passes; pass++) {
     for (uint32_t x = 1; x < n; x++) {
-      const uint32_t place = twigs[x].parent ? pktrt__reinsert_find_place(twigs, x, unit) : PKTRT_NONE;
-      if (place != PKTRT_NONE) pktrt__reinsert_move_node(twigs, x, place);
+      const uint32_t place = nodes[x].parent ? pktrt__reinsert_find_place(nodes, x, unit) : PKTRT_NONE;
+      if (place != PKTRT_NONE) pktrt__reinsert_move_node(nodes, x, place);
     }
   }
-  pktrt__reinsert_lay_out(b, twigs, 0, 0, 0);
+  pktrt__reinsert_lay_out(b, nodes, 0, 0, 0);
   pktrt__build_prim *prims = b->prims;
   b->prims = b->away, b->away = prims;
-  pktrt__mem_release(b->desc, twigs, n, sizeof *twigs);
+  pktrt__mem_release(b->desc, nodes, n, sizeof *nodes);
   return true;
 }
 
@@ -2304,12 +2304,12 @@ typedef struct pktrt__block_source {
   size_t step[PKTRT__W];
 } pktrt__block_source;
 
-static void pktrt__block_find_source(const pktrt__bvh *g, uint32_t block, uint32_t end, pktrt__mesh_reader *reader,
+static void pktrt__block_find_source(const pktrt__bvh *bvh, uint32_t block, uint32_t end, pktrt__mesh_reader *reader,
                                pktrt__block_source *s) {
-  const uint32_t *tri = g->block_triangles + (size_t)block * PKTRT__W;
+  const uint32_t *tri = bvh->block_triangles + (size_t)block * PKTRT__W;
   const uint32_t *later = end - block > PKTRT__AHEAD ? tri + (uint32_t)PKTRT__AHEAD * PKTRT__W : tri;
   pktrt__mesh_reader r = *reader;
-  for (uint32_t i = 0; i < PKTRT__BLOCK_BYTES; i += 64) PKTRT__PREFETCH(g->blocks + (size_t)block * g->block_bytes + i);
+  for (uint32_t i = 0; i < PKTRT__BLOCK_BYTES; i += 64) PKTRT__PREFETCH(bvh->blocks + (size_t)block * bvh->block_bytes + i);
   for (uint32_t l = 0; l < PKTRT__W; l++) {
     if (tri[l] == PKTRT_NONE) {
       memcpy(s->corner[l], s->corner[0], sizeof s->corner[0]);
@@ -2342,13 +2342,13 @@ static const pktrt__fit_table *pktrt__fit_table_of(pktrt_isa);
 
 /* Vertices and ids of a block. Returns the number of triangles without area at any time: the normal is a quadratic
    function of time between two keys; zero at both and half-way, it is zero throughout. */
-static uint32_t pktrt__block_write(const pktrt__fit_table *fit, const pktrt__bvh *g, uint32_t block,
+static uint32_t pktrt__block_write(const pktrt__fit_table *fit, const pktrt__bvh *bvh, uint32_t block,
                                    const pktrt__block_source *s) {
-  const uint32_t *tri = g->block_triangles + (size_t)block * PKTRT__W;
-  unsigned char *at = g->blocks + (size_t)block * g->block_bytes;
+  const uint32_t *tri = bvh->block_triangles + (size_t)block * PKTRT__W;
+  unsigned char *at = bvh->blocks + (size_t)block * bvh->block_bytes;
   uint32_t *id = pktrt__block_ids(at), area = 0, flat = 0;
   float middle[72];
-  for (uint32_t k = 0; k < g->key_count; k++) {
+  for (uint32_t k = 0; k < bvh->key_count; k++) {
     float *v = pktrt__block_vertices(at, k);
     for (uint32_t l = 0; l < PKTRT__W; l++) {
       const float *p = s->corner[l][0] + k * s->step[l], *q = s->corner[l][1] + k * s->step[l];
@@ -2386,8 +2386,8 @@ static float pktrt__max8(const float *p) {
 }
 
 /* lo x, hi x, lo y, ... of a node. Empty children do no harm by their values. */
-static void pktrt__bvh_node_box(const pktrt__bvh *g, uint32_t node, uint32_t key, float box[6]) {
-  const float *plane = pktrt__node_planes(g->nodes + (size_t)node * g->node_bytes, key);
+static void pktrt__bvh_node_box(const pktrt__bvh *bvh, uint32_t node, uint32_t key, float box[6]) {
+  const float *plane = pktrt__node_planes(bvh->nodes + (size_t)node * bvh->node_bytes, key);
   for (int a = 0; a < 3; a++) {
     box[2 * a] = pktrt__min8(plane + 16 * a);
     box[2 * a + 1] = pktrt__max8(plane + 16 * a + 8);
@@ -2407,8 +2407,8 @@ PKTRT__INLINE int32_t pktrt__bvh_order_key(float x, int32_t i) {
 }
 
 /* Children from far to near for each octant, at the middle of the motion. Opposite octants have reverse orders. */
-PKTRT__INLINE void pktrt__bvh_order_children(const pktrt__bvh *g, unsigned char *node) {
-  const float *p = pktrt__node_planes(node, (g->key_count - 1) / 2), *q = pktrt__node_planes(node, g->key_count / 2);
+PKTRT__INLINE void pktrt__bvh_order_children(const pktrt__bvh *bvh, unsigned char *node) {
+  const float *p = pktrt__node_planes(node, (bvh->key_count - 1) / 2), *q = pktrt__node_planes(node, bvh->key_count / 2);
   uint32_t *perm = pktrt__node_children(node) + PKTRT__W;
   float c[3][8];
   for (int a = 0; a < 3; a++) {
@@ -2435,38 +2435,38 @@ typedef struct pktrt__bvh_sum {
   uint32_t degenerate, changed;
 } pktrt__bvh_sum;
 
-static pktrt__bvh_sum *pktrt__bvh_sums(const pktrt__bvh *g) {
-  return PKTRT__CAST(pktrt__bvh_sum *, PKTRT__CAST(void *, g->tasks + g->task_count + 1));
+static pktrt__bvh_sum *pktrt__bvh_sums(const pktrt__bvh *bvh) {
+  return PKTRT__CAST(pktrt__bvh_sum *, PKTRT__CAST(void *, bvh->tasks + bvh->task_count + 1));
 }
-static bool pktrt__bvh_alloc_tasks(const pktrt_scene_desc *desc, pktrt__bvh *g) {
-  g->tasks = PKTRT__CAST(pktrt__bvh_task *, pktrt__mem_alloc(desc, (uint64_t)g->task_count + 1,
+static bool pktrt__bvh_alloc_tasks(const pktrt_scene_desc *desc, pktrt__bvh *bvh) {
+  bvh->tasks = PKTRT__CAST(pktrt__bvh_task *, pktrt__mem_alloc(desc, (uint64_t)bvh->task_count + 1,
                                                     sizeof(pktrt__bvh_task) + sizeof(pktrt__bvh_sum)));
-  return g->tasks != NULL;
+  return bvh->tasks != NULL;
 }
 
 /* Bounds, costs and counts of the group from its root and the runs. The cost is the expected number of nodes and
    blocks opened by a random line through the root's box, at a random time: areas of all of them over the root's, each
    summed over the keys. Boxes without area: 2, as a root with one block. */
-PKTRT__COLD void pktrt__bvh_sum_up(pktrt__bvh *g) {
+PKTRT__COLD void pktrt__bvh_sum_up(pktrt__bvh *bvh) {
   double root = 0.0, sum = 0.0;
-  for (uint32_t k = 0; k < g->key_count; k++) {
+  for (uint32_t k = 0; k < bvh->key_count; k++) {
     float box[6];
-    pktrt__bvh_node_box(g, 0, k, box);
+    pktrt__bvh_node_box(bvh, 0, k, box);
     for (int a = 0; a < 3; a++) {
-      if (k == 0 || box[2 * a] < g->lo[a]) g->lo[a] = box[2 * a];
-      if (k == 0 || box[2 * a + 1] > g->hi[a]) g->hi[a] = box[2 * a + 1];
+      if (k == 0 || box[2 * a] < bvh->lo[a]) bvh->lo[a] = box[2 * a];
+      if (k == 0 || box[2 * a + 1] > bvh->hi[a]) bvh->hi[a] = box[2 * a + 1];
     }
     root += pktrt__bvh_box_area(box);
   }
-  g->degenerate_count = 0;
-  for (uint32_t i = 0; i <= g->task_count; i++) {
-    sum += pktrt__bvh_sums(g)[i].area;
-    g->degenerate_count += pktrt__bvh_sums(g)[i].degenerate;
+  bvh->degenerate_count = 0;
+  for (uint32_t i = 0; i <= bvh->task_count; i++) {
+    sum += pktrt__bvh_sums(bvh)[i].area;
+    bvh->degenerate_count += pktrt__bvh_sums(bvh)[i].degenerate;
   }
-  g->sah_now = root > 0.0 ? (root + sum) / root : 2.0;
+  bvh->sah_now = root > 0.0 ? (root + sum) / root : 2.0;
   float swept[6];
-  for (int a = 0; a < 3; a++) swept[2 * a] = g->lo[a], swept[2 * a + 1] = g->hi[a];
-  g->area = pktrt__bvh_box_area(swept);
+  for (int a = 0; a < 3; a++) swept[2 * a] = bvh->lo[a], swept[2 * a + 1] = bvh->hi[a];
+  bvh->area = pktrt__bvh_box_area(swept);
 }
 
 /* Collapse */
@@ -2477,7 +2477,7 @@ typedef struct pktrt__collapse_subtree { /* a subtree of the binary tree */
 
 typedef struct pktrt__collapse_walk {
   const pktrt__builder *b;
-  pktrt__bvh *g;     /* written to; NULL: count only */
+  pktrt__bvh *bvh;     /* written to; NULL: count only */
   pktrt__collapse_subtree *subs;    /* roots of the tasks, in order; NULL: count only */
   uint32_t task_count; /* tasks met */
   uint32_t limit;      /* inner subtrees of up to so many triangles are tasks; 0: none is */
@@ -2523,17 +2523,17 @@ static void pktrt__collapse_order_children(const pktrt__build_node *nodes, pktrt
   for (uint32_t i = 0; i < n; i++) child[rank[i]] = from[i];
 }
 
-static void pktrt__bvh_clear_node(const pktrt__bvh *g, unsigned char *node) {
+static void pktrt__bvh_clear_node(const pktrt__bvh *bvh, unsigned char *node) {
   uint32_t *child = pktrt__node_children(node);
   for (int c = 0; c < PKTRT__W; c++) child[c] = PKTRT__EMPTY;
-  for (uint32_t k = 0; k < g->key_count; k++) {
+  for (uint32_t k = 0; k < bvh->key_count; k++) {
     float *plane = pktrt__node_planes(node, k);
     for (int i = 0; i < 48; i++) plane[i] = i & 8 ? -PKTRT__FAR : PKTRT__FAR;
   }
 }
 
 static void pktrt__collapse_write_ids(const pktrt__collapse_walk *w, pktrt__collapse_subtree leaf, uint32_t block) {
-  uint32_t *tri = w->g->block_triangles + (size_t)block * PKTRT__W;
+  uint32_t *tri = w->bvh->block_triangles + (size_t)block * PKTRT__W;
   const pktrt__build_prim *p = w->b->prims + leaf.first;
   for (uint32_t l = 0; l < PKTRT__W; l++) tri[l] = l < leaf.count ? pktrt__build_prim_id(&p[l]) : PKTRT_NONE;
 }
@@ -2547,22 +2547,22 @@ static void pktrt__collapse_walk_tree(pktrt__collapse_walk *w, pktrt__collapse_s
   while (top) {
     pktrt__collapse_subtree child[PKTRT__W], sub = stack[--top].sub;
     uint32_t n = pktrt__collapse_open(w->b->nodes, sub, child), *refs = &ignored;
-    if (w->g || w->subs) pktrt__collapse_order_children(w->b->nodes, child, n);
-    if (w->g) {
-      unsigned char *at = w->g->nodes + (size_t)node * w->g->node_bytes;
-      pktrt__bvh_clear_node(w->g, at);
+    if (w->bvh || w->subs) pktrt__collapse_order_children(w->b->nodes, child, n);
+    if (w->bvh) {
+      unsigned char *at = w->bvh->nodes + (size_t)node * w->bvh->node_bytes;
+      pktrt__bvh_clear_node(w->bvh, at);
       refs = pktrt__node_children(at);
       *stack[top].ref = node;
     }
     node++;
     for (uint32_t c = 0; c < n; c++) {
-      uint32_t *ref = w->g ? &refs[c] : &ignored;
+      uint32_t *ref = w->bvh ? &refs[c] : &ignored;
       if (!w->b->nodes[child[c].slot].left) {
-        if (w->g) pktrt__collapse_write_ids(w, child[c], block);
+        if (w->bvh) pktrt__collapse_write_ids(w, child[c], block);
         *ref = PKTRT__LEAF | block++;
       } else if (child[c].count <= w->limit) {
         if (w->subs) w->subs[w->task_count] = child[c];
-        if (w->g) *ref = w->g->tasks[w->task_count].first_node;
+        if (w->bvh) *ref = w->bvh->tasks[w->task_count].first_node;
         w->task_count++;
       } else {
         stack[top].sub = child[c], stack[top++].ref = ref;
@@ -2574,90 +2574,90 @@ static void pktrt__collapse_walk_tree(pktrt__collapse_walk *w, pktrt__collapse_s
 
 typedef struct pktrt__collapse {
   pktrt__builder *b;
-  pktrt__bvh *g;
+  pktrt__bvh *bvh;
   pktrt__collapse_subtree *subs;
 } pktrt__collapse;
 
 static void pktrt__collapse_count_job(void *arg, size_t i) {
   pktrt__collapse *c = PKTRT__CAST(pktrt__collapse *, arg);
   pktrt__collapse_walk w = {c->b, NULL, NULL, 0, 0};
-  pktrt__collapse_walk_tree(&w, c->subs[i], &c->g->tasks[i]);
+  pktrt__collapse_walk_tree(&w, c->subs[i], &c->bvh->tasks[i]);
 }
 
-static uint32_t pktrt__block_write_run(const pktrt__builder *b, const pktrt__bvh *g, const pktrt__bvh_task *t) {
+static uint32_t pktrt__block_write_run(const pktrt__builder *b, const pktrt__bvh *bvh, const pktrt__bvh_task *t) {
   pktrt__block_source ahead[PKTRT__AHEAD];
   pktrt__mesh_reader reader = pktrt__mesh_reader_make(b->meshes, b->mesh_count, b->use_pending);
   uint32_t flat = 0;
   for (uint32_t i = 0; i < t->block_count + PKTRT__AHEAD; i++) {
     pktrt__block_source *s = &ahead[i % PKTRT__AHEAD];
-    if (i >= PKTRT__AHEAD) flat += pktrt__block_write(b->fit, g, t->first_block + i - PKTRT__AHEAD, s);
-    if (i < t->block_count) pktrt__block_find_source(g, t->first_block + i, t->first_block + t->block_count, &reader, s);
+    if (i >= PKTRT__AHEAD) flat += pktrt__block_write(b->fit, bvh, t->first_block + i - PKTRT__AHEAD, s);
+    if (i < t->block_count) pktrt__block_find_source(bvh, t->first_block + i, t->first_block + t->block_count, &reader, s);
   }
   return flat;
 }
 
 static void pktrt__collapse_write_job(void *arg, size_t i) {
   pktrt__collapse *c = PKTRT__CAST(pktrt__collapse *, arg);
-  pktrt__collapse_walk w = {c->b, c->g, NULL, 0, 0};
-  pktrt__bvh_task *t = &c->g->tasks[i];
-  pktrt__bvh_sum *sum = &pktrt__bvh_sums(c->g)[i];
+  pktrt__collapse_walk w = {c->b, c->bvh, NULL, 0, 0};
+  pktrt__bvh_task *t = &c->bvh->tasks[i];
+  pktrt__bvh_sum *sum = &pktrt__bvh_sums(c->bvh)[i];
   pktrt__collapse_walk_tree(&w, c->subs[i], t);
-  sum->degenerate = pktrt__block_write_run(c->b, c->g, t);
-  sum->area = c->b->fit->nodes(c->g, t->first_node, t->node_count);
+  sum->degenerate = pktrt__block_write_run(c->b, c->bvh, t);
+  sum->area = c->b->fit->nodes(c->bvh, t->first_node, t->node_count);
 }
 
 /* Allocates nodes and blocks, whose numbers are known, and places the runs: the top first. */
-static bool pktrt__collapse_place_tasks(const pktrt_scene_desc *desc, pktrt__bvh *g) {
-  const pktrt__bvh_task *top = &g->tasks[g->task_count];
-  g->node_count = top->node_count, g->block_count = top->block_count;
-  for (uint32_t i = 0; i < g->task_count; i++) {
-    g->tasks[i].first_node = g->node_count, g->tasks[i].first_block = g->block_count;
-    g->node_count += g->tasks[i].node_count, g->block_count += g->tasks[i].block_count;
+static bool pktrt__collapse_place_tasks(const pktrt_scene_desc *desc, pktrt__bvh *bvh) {
+  const pktrt__bvh_task *top = &bvh->tasks[bvh->task_count];
+  bvh->node_count = top->node_count, bvh->block_count = top->block_count;
+  for (uint32_t i = 0; i < bvh->task_count; i++) {
+    bvh->tasks[i].first_node = bvh->node_count, bvh->tasks[i].first_block = bvh->block_count;
+    bvh->node_count += bvh->tasks[i].node_count, bvh->block_count += bvh->tasks[i].block_count;
   }
-  g->nodes = PKTRT__CAST(unsigned char *, pktrt__mem_alloc(desc, g->node_count, g->node_bytes));
-  g->blocks = PKTRT__CAST(unsigned char *, pktrt__mem_alloc(desc, g->block_count, g->block_bytes));
-  g->block_triangles = PKTRT__CAST(uint32_t *, pktrt__mem_alloc(desc, (uint64_t)g->block_count * PKTRT__W,
+  bvh->nodes = PKTRT__CAST(unsigned char *, pktrt__mem_alloc(desc, bvh->node_count, bvh->node_bytes));
+  bvh->blocks = PKTRT__CAST(unsigned char *, pktrt__mem_alloc(desc, bvh->block_count, bvh->block_bytes));
+  bvh->block_triangles = PKTRT__CAST(uint32_t *, pktrt__mem_alloc(desc, (uint64_t)bvh->block_count * PKTRT__W,
                                                                 sizeof(uint32_t)));
-  return g->nodes && g->blocks && g->block_triangles;
+  return bvh->nodes && bvh->blocks && bvh->block_triangles;
 }
 
 /* From the binary tree to the group; on failure the caller frees what *g holds. */
-static bool pktrt__collapse_build(pktrt__builder *b, pktrt__bvh *g) {
+static bool pktrt__collapse_build(pktrt__builder *b, pktrt__bvh *bvh) {
   const pktrt_scene_desc *desc = b->desc;
   pktrt__collapse_subtree root = {0, 0, b->count};
   pktrt__bvh_task top = {0, 0, 0, 0};
   pktrt__collapse_walk w = {b, NULL, NULL, 0, b->limit};
   bool one = b->count <= b->limit;
   if (!one) pktrt__collapse_walk_tree(&w, root, &top);
-  uint32_t count = g->task_count = one ? 1 : w.task_count;
-  if (!pktrt__bvh_alloc_tasks(desc, g)) return false;
-  memset(g->tasks, 0, (g->task_count + (size_t)1) * (sizeof(pktrt__bvh_task) + sizeof(pktrt__bvh_sum)));
-  pktrt__collapse c = {b, g, PKTRT__CAST(pktrt__collapse_subtree *, pktrt__mem_alloc(desc, count, sizeof(pktrt__collapse_subtree)))};
+  uint32_t count = bvh->task_count = one ? 1 : w.task_count;
+  if (!pktrt__bvh_alloc_tasks(desc, bvh)) return false;
+  memset(bvh->tasks, 0, (bvh->task_count + (size_t)1) * (sizeof(pktrt__bvh_task) + sizeof(pktrt__bvh_sum)));
+  pktrt__collapse c = {b, bvh, PKTRT__CAST(pktrt__collapse_subtree *, pktrt__mem_alloc(desc, count, sizeof(pktrt__collapse_subtree)))};
   if (!c.subs) return false;
   c.subs[0] = root;
   w.subs = c.subs, w.task_count = 0;
   if (!one) pktrt__collapse_walk_tree(&w, root, &top);
-  g->tasks[count] = top;
+  bvh->tasks[count] = top;
   pktrt__parallel_for(desc, count, pktrt__collapse_count_job, &c);
-  bool ok = pktrt__collapse_place_tasks(desc, g);
+  bool ok = pktrt__collapse_place_tasks(desc, bvh);
   if (ok) {
     pktrt__parallel_for(desc, count, pktrt__collapse_write_job, &c);
-    pktrt__bvh_sum *sum = &pktrt__bvh_sums(g)[count];
-    w.subs = NULL, w.g = g, w.task_count = 0;
+    pktrt__bvh_sum *sum = &pktrt__bvh_sums(bvh)[count];
+    w.subs = NULL, w.bvh = bvh, w.task_count = 0;
     if (!one) pktrt__collapse_walk_tree(&w, root, &top);
-    sum->degenerate = pktrt__block_write_run(b, g, &top);
-    sum->area = b->fit->nodes(g, 0, top.node_count);
+    sum->degenerate = pktrt__block_write_run(b, bvh, &top);
+    sum->area = b->fit->nodes(bvh, 0, top.node_count);
   }
   pktrt__mem_release(desc, c.subs, count, sizeof(pktrt__collapse_subtree));
   return ok;
 }
 
-static void pktrt__bvh_free(const pktrt_scene_desc *desc, pktrt__bvh *g) {
-  pktrt__mem_release(desc, g->nodes, g->node_count, g->node_bytes);
-  pktrt__mem_release(desc, g->blocks, g->block_count, g->block_bytes);
-  pktrt__mem_release(desc, g->block_triangles, (uint64_t)g->block_count * PKTRT__W, sizeof(uint32_t));
-  pktrt__mem_release(desc, g->tasks, (uint64_t)g->task_count + 1, sizeof(pktrt__bvh_task) + sizeof(pktrt__bvh_sum));
-  memset(g, 0, sizeof *g);
+static void pktrt__bvh_free(const pktrt_scene_desc *desc, pktrt__bvh *bvh) {
+  pktrt__mem_release(desc, bvh->nodes, bvh->node_count, bvh->node_bytes);
+  pktrt__mem_release(desc, bvh->blocks, bvh->block_count, bvh->block_bytes);
+  pktrt__mem_release(desc, bvh->block_triangles, (uint64_t)bvh->block_count * PKTRT__W, sizeof(uint32_t));
+  pktrt__mem_release(desc, bvh->tasks, (uint64_t)bvh->task_count + 1, sizeof(pktrt__bvh_task) + sizeof(pktrt__bvh_sum));
+  memset(bvh, 0, sizeof *bvh);
 }
 
 static void pktrt__build_set_quality(pktrt__builder *b) {
@@ -2677,20 +2677,20 @@ static void pktrt__build_set_quality(pktrt__builder *b) {
 static bool pktrt__build_bvh(const pktrt_scene_desc *desc, const pktrt__mesh *meshes, uint32_t mesh_count,
                                uint32_t key_count, bool use_pending, pktrt__bvh *out) {
   pktrt__builder b;
-  pktrt__bvh g;
+  pktrt__bvh bvh;
   uint64_t count = 0;
   for (uint32_t i = 0; i < mesh_count; i++) count += meshes[i].key_count == key_count ? meshes[i].triangle_count : 0;
   if (count >= PKTRT__LEAF) return false; /* no room for as many blocks in a reference */
-  memset(&b, 0, sizeof b), memset(&g, 0, sizeof g);
+  memset(&b, 0, sizeof b), memset(&bvh, 0, sizeof bvh);
   b.desc = desc, b.fit = pktrt__fit_table_of(desc->isa);
   b.meshes = meshes, b.mesh_count = mesh_count, b.key_count = key_count, b.use_pending = use_pending;
-  b.count = g.triangle_count = (uint32_t)count;
+  b.count = bvh.triangle_count = (uint32_t)count;
   b.limit = b.count / PKTRT__TASK_PARTS;
   if (b.limit < PKTRT__TASK_MIN) b.limit = PKTRT__TASK_MIN;
   pktrt__build_set_quality(&b);
-  g.key_count = key_count;
-  g.node_bytes = PKTRT__NODE_BYTES + (key_count - 1) * PKTRT__NODE_KEY_BYTES;
-  g.block_bytes = PKTRT__BLOCK_BYTES + (key_count - 1) * PKTRT__BLOCK_KEY_BYTES;
+  bvh.key_count = key_count;
+  bvh.node_bytes = PKTRT__NODE_BYTES + (key_count - 1) * PKTRT__NODE_KEY_BYTES;
+  bvh.block_bytes = PKTRT__BLOCK_BYTES + (key_count - 1) * PKTRT__BLOCK_KEY_BYTES;
   uint64_t ranges = pktrt__build_most_done(&b) + 3 * pktrt__build_most_wide(&b), chunks = (count + PKTRT__CHUNK - 1) / PKTRT__CHUNK;
   if (ranges < chunks) ranges = chunks;
   b.prims = PKTRT__CAST(pktrt__build_prim *, pktrt__mem_alloc(desc, count, sizeof(pktrt__build_prim)));
@@ -2699,17 +2699,17 @@ static bool pktrt__build_bvh(const pktrt_scene_desc *desc, const pktrt__mesh *me
   b.chunks = PKTRT__CAST(pktrt__build_range *, pktrt__mem_alloc(desc, ranges, sizeof(pktrt__build_range)));
   bool ok = b.prims && b.away && b.nodes && b.chunks && pktrt__build_binary_tree(&b);
   pktrt__mem_release(desc, b.away, count, sizeof(pktrt__build_prim)); /* room for what follows */
-  ok = ok && pktrt__collapse_build(&b, &g);
+  ok = ok && pktrt__collapse_build(&b, &bvh);
   pktrt__mem_release(desc, b.prims, count, sizeof(pktrt__build_prim));
   pktrt__mem_release(desc, b.nodes, 2 * count, sizeof(pktrt__build_node));
   pktrt__mem_release(desc, b.chunks, ranges, sizeof(pktrt__build_range));
   if (!ok) {
-    pktrt__bvh_free(desc, &g);
+    pktrt__bvh_free(desc, &bvh);
     return false;
   }
-  pktrt__bvh_sum_up(&g);
-  g.sah_at_build = g.sah_now;
-  *out = g;
+  pktrt__bvh_sum_up(&bvh);
+  bvh.sah_at_build = bvh.sah_now;
+  *out = bvh;
   return true;
 }
 
@@ -2720,14 +2720,14 @@ static bool pktrt__build_bvh(const pktrt_scene_desc *desc, const pktrt__mesh *me
 
 typedef struct pktrt__refit {
   const pktrt__fit_table *fit;
-  pktrt__bvh *g;
+  pktrt__bvh *bvh;
   const pktrt__mesh *meshes;
   uint32_t mesh_count;
   bool all; /* meshes changed */
 } pktrt__refit;
 
 static bool pktrt__refit_block_changed(const pktrt__refit *r, uint32_t block) {
-  const uint32_t *tri = r->g->block_triangles + (size_t)block * PKTRT__W;
+  const uint32_t *tri = r->bvh->block_triangles + (size_t)block * PKTRT__W;
   uint32_t mesh = 0;
   for (int l = 0; l < PKTRT__W && !r->all && tri[l] != PKTRT_NONE; l++) {
     mesh = pktrt__mesh_of_triangle(r->meshes, r->mesh_count, tri[l], mesh);
@@ -2737,9 +2737,9 @@ static bool pktrt__refit_block_changed(const pktrt__refit *r, uint32_t block) {
 }
 
 /* Triangles of a block that had no area */
-static uint32_t pktrt__refit_count_degenerate(const pktrt__bvh *g, uint32_t block) {
-  const uint32_t *tri = g->block_triangles + (size_t)block * PKTRT__W;
-  const uint32_t *id = pktrt__block_ids(g->blocks + (size_t)block * g->block_bytes);
+static uint32_t pktrt__refit_count_degenerate(const pktrt__bvh *bvh, uint32_t block) {
+  const uint32_t *tri = bvh->block_triangles + (size_t)block * PKTRT__W;
+  const uint32_t *id = pktrt__block_ids(bvh->blocks + (size_t)block * bvh->block_bytes);
   uint32_t flat = 0;
   for (int l = 0; l < PKTRT__W; l++) flat += id[l] != tri[l];
   return flat;
@@ -2751,13 +2751,13 @@ static void pktrt__refit_blocks(const pktrt__refit *r, const pktrt__bvh_task *t,
   uint32_t waiting[PKTRT__AHEAD], found = 0, done = 0, block = t->first_block, end = block + t->block_count;
   while (block < end || done < found) {
     if (block == end || found - done == PKTRT__AHEAD) {
-      const uint32_t which = done++ % PKTRT__AHEAD, flat = pktrt__refit_count_degenerate(r->g, waiting[which]);
-      sum->degenerate += pktrt__block_write(r->fit, r->g, waiting[which], &ahead[which]) - flat;
+      const uint32_t which = done++ % PKTRT__AHEAD, flat = pktrt__refit_count_degenerate(r->bvh, waiting[which]);
+      sum->degenerate += pktrt__block_write(r->fit, r->bvh, waiting[which], &ahead[which]) - flat;
     }
     for (; block < end && found - done < PKTRT__AHEAD; block++) {
       if (!pktrt__refit_block_changed(r, block)) continue;
       waiting[found % PKTRT__AHEAD] = block;
-      pktrt__block_find_source(r->g, block, end, &reader, &ahead[found++ % PKTRT__AHEAD]);
+      pktrt__block_find_source(r->bvh, block, end, &reader, &ahead[found++ % PKTRT__AHEAD]);
     }
   }
   sum->changed = found;
@@ -2765,25 +2765,25 @@ static void pktrt__refit_blocks(const pktrt__refit *r, const pktrt__bvh_task *t,
 
 static void pktrt__refit_job(void *arg, size_t i) {
   pktrt__refit *r = PKTRT__CAST(pktrt__refit *, arg);
-  pktrt__bvh_task *t = &r->g->tasks[i];
-  pktrt__bvh_sum *sum = &pktrt__bvh_sums(r->g)[i];
+  pktrt__bvh_task *t = &r->bvh->tasks[i];
+  pktrt__bvh_sum *sum = &pktrt__bvh_sums(r->bvh)[i];
   pktrt__refit_blocks(r, t, sum);
-  if (sum->changed) sum->area = r->fit->nodes(r->g, t->first_node, t->node_count);
+  if (sum->changed) sum->area = r->fit->nodes(r->bvh, t->first_node, t->node_count);
 }
 
-static void pktrt__refit_bvh(const pktrt_scene_desc *desc, pktrt__bvh *g, const pktrt__mesh *meshes,
+static void pktrt__refit_bvh(const pktrt_scene_desc *desc, pktrt__bvh *bvh, const pktrt__mesh *meshes,
                                uint32_t mesh_count) {
-  pktrt__refit r = {pktrt__fit_table_of(desc->isa), g, meshes, mesh_count, true};
-  for (uint32_t i = 0; i < mesh_count; i++) r.all = r.all && (meshes[i].dirty || meshes[i].key_count != g->key_count);
-  const pktrt__bvh_task *top = &g->tasks[g->task_count];
-  pktrt__bvh_sum *sums = pktrt__bvh_sums(g);
-  pktrt__parallel_for(desc, g->task_count, pktrt__refit_job, &r);
-  pktrt__refit_blocks(&r, top, &sums[g->task_count]);
+  pktrt__refit r = {pktrt__fit_table_of(desc->isa), bvh, meshes, mesh_count, true};
+  for (uint32_t i = 0; i < mesh_count; i++) r.all = r.all && (meshes[i].dirty || meshes[i].key_count != bvh->key_count);
+  const pktrt__bvh_task *top = &bvh->tasks[bvh->task_count];
+  pktrt__bvh_sum *sums = pktrt__bvh_sums(bvh);
+  pktrt__parallel_for(desc, bvh->task_count, pktrt__refit_job, &r);
+  pktrt__refit_blocks(&r, top, &sums[bvh->task_count]);
   bool changed = false;
-  for (uint32_t i = 0; i <= g->task_count; i++) changed = changed || sums[i].changed;
+  for (uint32_t i = 0; i <= bvh->task_count; i++) changed = changed || sums[i].changed;
   if (!changed) return;
-  sums[g->task_count].area = r.fit->nodes(g, top->first_node, top->node_count);
-  pktrt__bvh_sum_up(g);
+  sums[bvh->task_count].area = r.fit->nodes(bvh, top->first_node, top->node_count);
+  pktrt__bvh_sum_up(bvh);
 }
 
 /* Tests only: NULL, or what is wrong. To be called when the group is up to date with the meshes: after a build or
@@ -2796,10 +2796,10 @@ static uint64_t pktrt__hash(uint64_t x) { /* so that sums tell sets apart: the f
   return x ^ (x >> 31);
 }
 
-static const char *pktrt__check_block(const pktrt__bvh *g, uint32_t block, const pktrt__mesh *meshes,
+static const char *pktrt__check_block(const pktrt__bvh *bvh, uint32_t block, const pktrt__mesh *meshes,
                                       uint32_t mesh_count, uint64_t *set, uint64_t *count) {
-  const uint32_t *tri = g->block_triangles + (size_t)block * PKTRT__W;
-  unsigned char *at = g->blocks + (size_t)block * g->block_bytes;
+  const uint32_t *tri = bvh->block_triangles + (size_t)block * PKTRT__W;
+  unsigned char *at = bvh->blocks + (size_t)block * bvh->block_bytes;
   if (tri[0] == PKTRT_NONE) return "A block has no triangle.";
   for (size_t l = 0; l < PKTRT__W; l++) {
     bool area = false, none = tri[l] == PKTRT_NONE;
@@ -2808,8 +2808,8 @@ static const char *pktrt__check_block(const pktrt__bvh *g, uint32_t block, const
     const pktrt__mesh *m = &meshes[mesh];
     float half[3][3]; /* the corners half-way from the key before */
     const float *const between[3] = {half[0], half[1], half[2]}, *before[3] = {NULL, NULL, NULL};
-    if (t - m->first_id >= m->triangle_count || m->key_count != g->key_count) return "A triangle is foreign.";
-    for (uint32_t k = 0; k < g->key_count; k++) {
+    if (t - m->first_id >= m->triangle_count || m->key_count != bvh->key_count) return "A triangle is foreign.";
+    for (uint32_t k = 0; k < bvh->key_count; k++) {
       const float *row = pktrt__block_vertices(at, k) + l;
       const float *v[3];
       pktrt__mesh_corners(m, true, t - m->first_id, k, v);
@@ -2827,19 +2827,19 @@ static const char *pktrt__check_block(const pktrt__bvh *g, uint32_t block, const
 }
 
 /* Straight from the definition, beside the kernel. */
-static const char *pktrt__check_child(const pktrt__bvh *g, unsigned char *node, int c) {
+static const char *pktrt__check_child(const pktrt__bvh *bvh, unsigned char *node, int c) {
   uint32_t ref = pktrt__node_children(node)[c];
-  for (uint32_t k = 0; k < g->key_count; k++) {
+  for (uint32_t k = 0; k < bvh->key_count; k++) {
     for (int p = 0; p < 6; p++) {
       float want = p & 1 ? -PKTRT__FAR : PKTRT__FAR, got = pktrt__node_planes(node, k)[8 * p + c];
       for (int i = 0; i < 24 && ref != PKTRT__EMPTY; i++) {
         float x;
         if (ref & PKTRT__LEAF) {
           size_t block = ref & ~PKTRT__LEAF;
-          if (g->block_triangles[block * 8 + (size_t)i / 3] == PKTRT_NONE) continue;
-          x = pktrt__block_vertices(g->blocks + block * g->block_bytes, k)[i % 3 * 24 + p / 2 * 8 + i / 3];
+          if (bvh->block_triangles[block * 8 + (size_t)i / 3] == PKTRT_NONE) continue;
+          x = pktrt__block_vertices(bvh->blocks + block * bvh->block_bytes, k)[i % 3 * 24 + p / 2 * 8 + i / 3];
         } else {
-          unsigned char *below = g->nodes + (size_t)ref * g->node_bytes;
+          unsigned char *below = bvh->nodes + (size_t)ref * bvh->node_bytes;
           if (pktrt__node_children(below)[i / 3] == PKTRT__EMPTY) continue;
           x = pktrt__node_planes(below, k)[8 * p + i / 3];
         }
@@ -2862,7 +2862,7 @@ static const char *pktrt__check_orders(unsigned char *node) {
 }
 
 /* Each triangle, node and block once: by number and by the sums of mixed indices. */
-static inline const char *pktrt__check_group(const pktrt__bvh *g, const pktrt__mesh *meshes, uint32_t mesh_count) {
+static inline const char *pktrt__check_group(const pktrt__bvh *bvh, const pktrt__mesh *meshes, uint32_t mesh_count) {
   struct { uint32_t node, depth; } stack[PKTRT__STACK];
   uint64_t nodes = 0, blocks = 0, tris = 0, nodes_set = 0, blocks_set = 0, tris_set = 0;
   uint32_t top = 0;
@@ -2870,9 +2870,9 @@ static inline const char *pktrt__check_group(const pktrt__bvh *g, const pktrt__m
   stack[top].node = 0, stack[top++].depth = 0;
   while (top) {
     uint32_t n = stack[--top].node, depth = stack[top].depth, used = 0;
-    unsigned char *node = g->nodes + (size_t)n * g->node_bytes;
+    unsigned char *node = bvh->nodes + (size_t)n * bvh->node_bytes;
     nodes++, nodes_set += pktrt__hash(n);
-    if (nodes > g->node_count) return "A node has two parents.";
+    if (nodes > bvh->node_count) return "A node has two parents.";
     wrong = pktrt__check_orders(node);
     for (int c = 0; c < PKTRT__W && !wrong; c++) {
       uint32_t ref = pktrt__node_children(node)[c];
@@ -2880,21 +2880,21 @@ static inline const char *pktrt__check_group(const pktrt__bvh *g, const pktrt__m
       used += ref != PKTRT__EMPTY;
       if (ref != PKTRT__EMPTY) {
         if (depth + 1 > PKTRT__MAX_DEPTH) return "The tree is too deep.";
-        if (leaf && (ref & ~PKTRT__LEAF) >= g->block_count) return "A child is no block.";
-        if (!leaf && (ref <= n || ref >= g->node_count)) return "A child does not follow its parent.";
+        if (leaf && (ref & ~PKTRT__LEAF) >= bvh->block_count) return "A child is no block.";
+        if (!leaf && (ref <= n || ref >= bvh->node_count)) return "A child does not follow its parent.";
         if (!leaf) stack[top].node = ref, stack[top++].depth = depth + 1;
-        if (leaf) wrong = pktrt__check_block(g, ref & ~PKTRT__LEAF, meshes, mesh_count, &tris_set, &tris);
+        if (leaf) wrong = pktrt__check_block(bvh, ref & ~PKTRT__LEAF, meshes, mesh_count, &tris_set, &tris);
         if (leaf) blocks++, blocks_set += pktrt__hash(ref & ~PKTRT__LEAF);
       }
-      if (!wrong) wrong = pktrt__check_child(g, node, c);
+      if (!wrong) wrong = pktrt__check_child(bvh, node, c);
     }
     if (wrong) return wrong;
     if (!used) return "A node has no child.";
   }
-  for (uint32_t i = 0; i < g->node_count; i++) nodes--, nodes_set -= pktrt__hash(i);
-  for (uint32_t i = 0; i < g->block_count; i++) blocks--, blocks_set -= pktrt__hash(i);
+  for (uint32_t i = 0; i < bvh->node_count; i++) nodes--, nodes_set -= pktrt__hash(i);
+  for (uint32_t i = 0; i < bvh->block_count; i++) blocks--, blocks_set -= pktrt__hash(i);
   for (uint32_t i = 0; i < mesh_count; i++) {
-    for (uint32_t t = 0; meshes[i].key_count == g->key_count && t < meshes[i].triangle_count; t++) {
+    for (uint32_t t = 0; meshes[i].key_count == bvh->key_count && t < meshes[i].triangle_count; t++) {
       tris--, tris_set -= pktrt__hash((uint64_t)meshes[i].first_id + t);
     }
   }
@@ -3094,25 +3094,25 @@ static void pktrt__commit_promote(pktrt__mesh *m) {
   m->committed = true;
 }
 
-static pktrt__bvh_segment pktrt__bvh_segment_of(const pktrt__bvh *groups, uint32_t index, uint32_t segment);
+static pktrt__bvh_segment pktrt__bvh_segment_of(const pktrt__bvh *bvhs, uint32_t index, uint32_t segment);
 
 /* What follows from the groups: their order and views, the scene's bounds, the advice. */
 PKTRT__COLD void pktrt__commit_summarise(pktrt_scene *s) {
-  for (uint32_t i = 1; i < s->group_count; i++) /* insertion sort: few groups */
-    for (uint32_t j = i; j > 0 && s->groups[j].area < s->groups[j - 1].area; j--) {
-      const pktrt__bvh swap = s->groups[j];
-      s->groups[j] = s->groups[j - 1], s->groups[j - 1] = swap;
+  for (uint32_t i = 1; i < s->bvh_count; i++) /* insertion sort: few groups */
+    for (uint32_t j = i; j > 0 && s->bvhs[j].area < s->bvhs[j - 1].area; j--) {
+      const pktrt__bvh swap = s->bvhs[j];
+      s->bvhs[j] = s->bvhs[j - 1], s->bvhs[j - 1] = swap;
     }
   s->rebuild_advised = false;
   for (int a = 0; a < 3; a++) s->lo[a] = FLT_MAX, s->hi[a] = -FLT_MAX;
-  for (uint32_t i = 0; i < s->group_count; i++) {
-    pktrt__bvh *g = &s->groups[i];
-    g->rest = pktrt__bvh_segment_of(s->groups, i, 0);
+  for (uint32_t i = 0; i < s->bvh_count; i++) {
+    pktrt__bvh *bvh = &s->bvhs[i];
+    bvh->rest = pktrt__bvh_segment_of(s->bvhs, i, 0);
     for (int a = 0; a < 3; a++) {
-      s->lo[a] = pktrt__minf(s->lo[a], g->lo[a]);
-      s->hi[a] = pktrt__maxf(s->hi[a], g->hi[a]);
+      s->lo[a] = pktrt__minf(s->lo[a], bvh->lo[a]);
+      s->hi[a] = pktrt__maxf(s->hi[a], bvh->hi[a]);
     }
-    if (s->desc.rebuild != PKTRT_REBUILD_NEVER && g->sah_now > 1.5 * g->sah_at_build) s->rebuild_advised = true;
+    if (s->desc.rebuild != PKTRT_REBUILD_NEVER && bvh->sah_now > 1.5 * bvh->sah_at_build) s->rebuild_advised = true;
   }
 }
 
@@ -3133,8 +3133,8 @@ PKTRT__COLD bool pktrt__commit_bvh_moved(const pktrt_scene *s, uint32_t keys) {
 }
 
 static const pktrt__bvh *pktrt__commit_find_bvh(const pktrt_scene *s, uint32_t keys) {
-  for (uint32_t i = 0; i < s->group_count; i++)
-    if (s->groups[i].key_count == keys) return &s->groups[i];
+  for (uint32_t i = 0; i < s->bvh_count; i++)
+    if (s->bvhs[i].key_count == keys) return &s->bvhs[i];
   return NULL;
 }
 
@@ -3145,29 +3145,29 @@ PKTRT__COLD pktrt_status pktrt__commit_build_changed(pktrt_scene *s) {
   memset(seen, 0, sizeof seen);
   for (uint32_t i = 0; i < s->mesh_count; i++)
     if (s->meshes[i].triangle_count && !seen[s->meshes[i].key_count]) seen[s->meshes[i].key_count] = true, kinds++;
-  pktrt__bvh *groups = PKTRT__CAST(pktrt__bvh *, pktrt__mem_alloc(&s->desc, kinds, sizeof *groups));
-  if (!groups) return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "commit: no memory for the list of trees");
+  pktrt__bvh *bvhs = PKTRT__CAST(pktrt__bvh *, pktrt__mem_alloc(&s->desc, kinds, sizeof *bvhs));
+  if (!bvhs) return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "commit: no memory for the list of trees");
   for (uint32_t k = 1; k <= PKTRT_MAX_KEYS; k++) {
     if (!seen[k]) continue;
     const pktrt__bvh *old = pktrt__commit_find_bvh(s, k);
     if (old && !pktrt__commit_bvh_changed(s, k)) {
-      groups[n++] = *old;
-    } else if (pktrt__build_bvh(&s->desc, s->meshes, s->mesh_count, k, true, &groups[n])) {
+      bvhs[n++] = *old;
+    } else if (pktrt__build_bvh(&s->desc, s->meshes, s->mesh_count, k, true, &bvhs[n])) {
       n++;
     } else {
       while (n--) {
-        const pktrt__bvh *kept = pktrt__commit_find_bvh(s, groups[n].key_count);
-        if (!kept || kept->nodes != groups[n].nodes) pktrt__bvh_free(&s->desc, &groups[n]);
+        const pktrt__bvh *kept = pktrt__commit_find_bvh(s, bvhs[n].key_count);
+        if (!kept || kept->nodes != bvhs[n].nodes) pktrt__bvh_free(&s->desc, &bvhs[n]);
       }
-      pktrt__mem_release(&s->desc, groups, kinds, sizeof *groups);
+      pktrt__mem_release(&s->desc, bvhs, kinds, sizeof *bvhs);
       return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "commit: no memory to build the tree of the meshes with %u key%s",
                          (unsigned)k, k > 1 ? "s" : "");
     }
   }
-  for (uint32_t i = 0; i < s->group_count; i++)
-    if (pktrt__commit_bvh_changed(s, s->groups[i].key_count)) pktrt__bvh_free(&s->desc, &s->groups[i]);
-  pktrt__mem_release(&s->desc, s->groups, s->group_count, sizeof *groups);
-  s->groups = groups, s->group_count = n;
+  for (uint32_t i = 0; i < s->bvh_count; i++)
+    if (pktrt__commit_bvh_changed(s, s->bvhs[i].key_count)) pktrt__bvh_free(&s->desc, &s->bvhs[i]);
+  pktrt__mem_release(&s->desc, s->bvhs, s->bvh_count, sizeof *bvhs);
+  s->bvhs = bvhs, s->bvh_count = n;
   return PKTRT_OK;
 }
 
@@ -3176,15 +3176,15 @@ PKTRT__COLD pktrt_status pktrt__commit_rebuild_worn(pktrt_scene *s) {
   if (s->desc.rebuild == PKTRT_REBUILD_ADVISE)
     pktrt__log_sentence(s, 0, "the deformed tree costs more than 1.5 times what it did when built: a rebuild is advised");
   if (s->desc.rebuild != PKTRT_REBUILD_AUTOMATIC) return PKTRT_OK;
-  for (uint32_t i = 0; i < s->group_count; i++) {
-    pktrt__bvh *g = &s->groups[i], fresh;
-    if (!(g->sah_now > 1.5 * g->sah_at_build)) continue;
-    if (!pktrt__build_bvh(&s->desc, s->meshes, s->mesh_count, g->key_count, false, &fresh)) {
+  for (uint32_t i = 0; i < s->bvh_count; i++) {
+    pktrt__bvh *bvh = &s->bvhs[i], fresh;
+    if (!(bvh->sah_now > 1.5 * bvh->sah_at_build)) continue;
+    if (!pktrt__build_bvh(&s->desc, s->meshes, s->mesh_count, bvh->key_count, false, &fresh)) {
       pktrt__log_sentence(s, 0, "no memory for an automatic rebuild: the refitted tree stays");
       continue;
     }
-    pktrt__bvh_free(&s->desc, g);
-    *g = fresh;
+    pktrt__bvh_free(&s->desc, bvh);
+    *bvh = fresh;
     pktrt__log_sentence(s, 1, "a deformed tree was rebuilt");
   }
   pktrt__commit_summarise(s);
@@ -3435,13 +3435,13 @@ PKTRT__INLINE size_t pktrt__block_key_offset(uint32_t key) {
   return key ? PKTRT__BLOCK_BYTES + (size_t)(key - 1) * PKTRT__BLOCK_KEY_BYTES : 0;
 }
 
-static pktrt__bvh_segment pktrt__bvh_segment_of(const pktrt__bvh *groups, uint32_t index, uint32_t segment) {
-  const pktrt__bvh *g = &groups[index];
+static pktrt__bvh_segment pktrt__bvh_segment_of(const pktrt__bvh *bvhs, uint32_t index, uint32_t segment) {
+  const pktrt__bvh *bvh = &bvhs[index];
   pktrt__bvh_segment v;
-  v.groups = groups;
-  v.nodes = g->nodes, v.blocks = g->blocks;
-  v.node_bytes = g->node_bytes, v.block_bytes = g->block_bytes;
-  const uint32_t next = pktrt__has_motion(g->key_count) ? segment + 1 : 0;
+  v.bvhs = bvhs;
+  v.nodes = bvh->nodes, v.blocks = bvh->blocks;
+  v.node_bytes = bvh->node_bytes, v.block_bytes = bvh->block_bytes;
+  const uint32_t next = pktrt__has_motion(bvh->key_count) ? segment + 1 : 0;
   v.plane0 = pktrt__node_key_offset(segment), v.plane1 = pktrt__node_key_offset(next);
   v.vertex0 = pktrt__block_key_offset(segment), v.vertex1 = pktrt__block_key_offset(next);
   v.group = index;
@@ -3481,23 +3481,23 @@ PKTRT__INLINE bool pktrt__tri_normal(float p[3][3], double n[3]) {
 }
 
 /* The corners of a triangle at a ray's time: for what happens once per ray, or seldom. */
-static void pktrt__tri_corners_at(const pktrt__bvh *g, uint32_t slot, float time, float p[3][3]) {
-  const unsigned char *block = g->blocks + (size_t)(slot / 8) * g->block_bytes;
+static void pktrt__tri_corners_at(const pktrt__bvh *bvh, uint32_t slot, float time, float p[3][3]) {
+  const unsigned char *block = bvh->blocks + (size_t)(slot / 8) * bvh->block_bytes;
   float a, b;
-  const uint32_t segment = pktrt__time_segment(time, g->key_count, &a, &b);
-  const uint32_t next = pktrt__has_motion(g->key_count) ? segment + 1 : 0;
+  const uint32_t segment = pktrt__time_segment(time, bvh->key_count, &a, &b);
+  const uint32_t next = pktrt__has_motion(bvh->key_count) ? segment + 1 : 0;
   const float *k0 = (const float *)(const void *)(block + pktrt__block_key_offset(segment)) + slot % 8;
   const float *k1 = (const float *)(const void *)(block + pktrt__block_key_offset(next)) + slot % 8;
-  if (!pktrt__has_motion(g->key_count))
+  if (!pktrt__has_motion(bvh->key_count))
     for (int c = 0; c < 3; c++, k0 += 24) p[c][0] = k0[0], p[c][1] = k0[8], p[c][2] = k0[16];
   else
     for (int i = 0; i < 9; i++) p[i / 3][i % 3] = a * k0[8 * i] + b * k1[8 * i];
 }
 
-static bool pktrt__tri_has_area_at(const pktrt__bvh *g, uint32_t slot, float time) {
+static bool pktrt__tri_has_area_at(const pktrt__bvh *bvh, uint32_t slot, float time) {
   float p[3][3];
   double n[3];
-  pktrt__tri_corners_at(g, slot, time, p);
+  pktrt__tri_corners_at(bvh, slot, time, p);
   return pktrt__tri_normal(p, n);
 }
 
@@ -3528,9 +3528,9 @@ PKTRT__INLINE pktrt__exact_edges pktrt__exact_edge_functions(const pktrt__single
 }
 
 /* The canonical test of one triangle; t where it is hit. */
-static bool pktrt__exact_intersect(const pktrt__bvh *g, const pktrt__single *q, uint32_t slot, float *t) {
+static bool pktrt__exact_intersect(const pktrt__bvh *bvh, const pktrt__single *q, uint32_t slot, float *t) {
   float p[3][3];
-  pktrt__tri_corners_at(g, slot, q->ray->time, p);
+  pktrt__tri_corners_at(bvh, slot, q->ray->time, p);
   const pktrt__exact_edges e = pktrt__exact_edge_functions(q, (const float *)(const void *)p, 1);
   const bool below = e.u < 0 || e.v < 0 || e.w < 0, above = e.u > 0 || e.v > 0 || e.w > 0;
   if (below == above) return false;
@@ -3539,28 +3539,28 @@ static bool pktrt__exact_intersect(const pktrt__bvh *g, const pktrt__single *q, 
 }
 
 /* Makes a triangle the nearest hit of a ray, at a depth in [lo, hi]. */
-PKTRT__INLINE void pktrt__batch_set_hit(const pktrt__bvh_segment *view, pktrt__batch *b, uint32_t r, float lo, float hi, uint32_t id,
+PKTRT__INLINE void pktrt__batch_set_hit(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, float lo, float hi, uint32_t id,
                                uint32_t slot) {
   b->sf[r] = lo, b->wf[r] = hi;
-  b->id[r] = id, b->slot[r] = slot, b->group[r] = view->group;
+  b->id[r] = id, b->slot[r] = slot, b->group[r] = seg->group;
 }
-PKTRT__INLINE void pktrt__single_set_hit(const pktrt__bvh_segment *view, pktrt__single *q, float lo, float hi, uint32_t id,
+PKTRT__INLINE void pktrt__single_set_hit(const pktrt__bvh_segment *seg, pktrt__single *q, float lo, float hi, uint32_t id,
                                      uint32_t slot) {
   q->sf = lo, q->wf = hi;
-  q->id = id, q->slot = slot, q->group = view->group;
+  q->id = id, q->slot = slot, q->group = seg->group;
 }
 
 /* What single precision leaves open, the canonical test decides: whether a triangle is hit, nearer than what the ray
    has hit so far, or as near with a lower index. Then it is taken. */
-PKTRT__NOINLINE bool pktrt__exact_test_single(const pktrt__bvh_segment *view, pktrt__single *q, uint32_t id, uint32_t slot) {
-  const pktrt__bvh *g = &view->groups[view->group];
+PKTRT__NOINLINE bool pktrt__exact_test_single(const pktrt__bvh_segment *seg, pktrt__single *q, uint32_t id, uint32_t slot) {
+  const pktrt__bvh *bvh = &seg->bvhs[seg->group];
   float t, nearest = q->ray->tmax;
-  if (!pktrt__exact_intersect(g, q, slot, &t) || !(q->ray->tmin < t)) return false;
-  if (q->slot != PKTRT_NONE) pktrt__exact_intersect(&view->groups[q->group], q, q->slot, &nearest);
+  if (!pktrt__exact_intersect(bvh, q, slot, &t) || !(q->ray->tmin < t)) return false;
+  if (q->slot != PKTRT_NONE) pktrt__exact_intersect(&seg->bvhs[q->group], q, q->slot, &nearest);
   if (!(t < nearest || (t == nearest && id < q->id))) return false;
-  if (view->check_area && !pktrt__tri_has_area_at(g, slot, q->ray->time)) return false;
+  if (seg->check_area && !pktrt__tri_has_area_at(bvh, slot, q->ray->time)) return false;
   const float w = t * fabsf(q->dk), slack = fabsf(w) * PKTRT__PAD_DEPTH + q->tiny;
-  pktrt__single_set_hit(view, q, w - slack, w + slack, id, slot);
+  pktrt__single_set_hit(seg, q, w - slack, w + slack, id, slot);
   return true;
 }
 
@@ -3590,11 +3590,11 @@ PKTRT__INLINE void pktrt__single_to_batch(pktrt__batch *b, uint32_t r, const pkt
   b->wf[r] = q->wf, b->sf[r] = q->sf, b->id[r] = q->id, b->slot[r] = q->slot, b->group[r] = q->group;
 }
 
-PKTRT__NOINLINE bool pktrt__exact_test(const pktrt__bvh_segment *view, pktrt__batch *b, uint32_t r, uint32_t id, uint32_t slot) {
+PKTRT__NOINLINE bool pktrt__exact_test(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, uint32_t id, uint32_t slot) {
   pktrt_ray ray;
   pktrt__single q;
   pktrt__single_from_batch(b, r, &ray, &q);
-  if (!pktrt__exact_test_single(view, &q, id, slot)) return false;
+  if (!pktrt__exact_test_single(seg, &q, id, slot)) return false;
   pktrt__single_to_batch(b, r, &q);
   return true;
 }
@@ -3602,17 +3602,17 @@ PKTRT__NOINLINE bool pktrt__exact_test(const pktrt__bvh_segment *view, pktrt__ba
 /* t, u, v and normal of what a lone ray hit, as in >>resolve; false where the triangle has no area at its time. At rest
    corners are read where they lie: read again from a copy, just written, they would come late. */
 PKTRT__DIVIDES_BY_ZERO static bool pktrt__single_resolve(const pktrt_scene *s, const pktrt__single *q, pktrt_hit *hit) {
-  const pktrt__bvh *g = &s->groups[q->group];
+  const pktrt__bvh *bvh = &s->bvhs[q->group];
   float copy[3][3];
   double n[3];
   pktrt__exact_edges e;
   bool area;
-  if (!pktrt__has_motion(g->key_count)) {
-    const unsigned char *block = g->blocks + (size_t)(q->slot / 8) * PKTRT__BLOCK_BYTES;
+  if (!pktrt__has_motion(bvh->key_count)) {
+    const unsigned char *block = bvh->blocks + (size_t)(q->slot / 8) * PKTRT__BLOCK_BYTES;
     const float *p = (const float *)(const void *)block + q->slot % 8;
     e = pktrt__exact_edge_functions(q, p, 8), area = pktrt__tri_normal_strided(p, 8, n);
   } else {
-    pktrt__tri_corners_at(g, q->slot, q->ray->time, copy);
+    pktrt__tri_corners_at(bvh, q->slot, q->ray->time, copy);
     e = pktrt__exact_edge_functions(q, (const float *)(const void *)copy, 1), area = pktrt__tri_normal(copy, n);
   }
   const double dk = (double)q->dk, r = 1 / (e.det * dk), rdet = dk * r;
@@ -3625,11 +3625,11 @@ PKTRT__DIVIDES_BY_ZERO static bool pktrt__single_resolve(const pktrt_scene *s, c
 }
 
 /* Asks the caches for a child that will be visited. Measured worth 5% of a stream's time, and of a single ray's. */
-PKTRT__INLINE void pktrt__bvh_prefetch(const pktrt__bvh_segment *view, uint32_t ref, const bool moving) {
-  const size_t node_bytes = moving ? view->node_bytes : (size_t)PKTRT__NODE_BYTES;
-  const size_t block_bytes = moving ? view->block_bytes : (size_t)PKTRT__BLOCK_BYTES;
+PKTRT__INLINE void pktrt__bvh_prefetch(const pktrt__bvh_segment *seg, uint32_t ref, const bool moving) {
+  const size_t node_bytes = moving ? seg->node_bytes : (size_t)PKTRT__NODE_BYTES;
+  const size_t block_bytes = moving ? seg->block_bytes : (size_t)PKTRT__BLOCK_BYTES;
   const bool leaf = (ref & PKTRT__LEAF) != 0;
-  const unsigned char *at = leaf ? view->blocks + (ref & ~PKTRT__LEAF) * block_bytes : view->nodes + ref * node_bytes;
+  const unsigned char *at = leaf ? seg->blocks + (ref & ~PKTRT__LEAF) * block_bytes : seg->nodes + ref * node_bytes;
   PKTRT__PREFETCH(at);
   PKTRT__PREFETCH(at + 64);
   PKTRT__PREFETCH(at + 128);
@@ -3856,18 +3856,18 @@ typedef struct pktrt__wave {
 typedef struct pktrt__surfaces {
   PKTRT__ALIGN64 double point[3][PKTRT__ROW];
   float position[3][PKTRT__ROW];    /* the same, for hooks */
-  float flat[3][PKTRT__ROW];        /* unit geometric normal towards the viewer */
-  float shade[3][PKTRT__ROW];       /* unit shading normal on the same side */
-  float facing[3][PKTRT__ROW];      /* the normal that scattering uses: shade, or flat where shade looks away */
+  float ng[3][PKTRT__ROW];        /* unit geometric normal towards the viewer */
+  float ns[3][PKTRT__ROW];       /* unit shading normal on the same side */
+  float nf[3][PKTRT__ROW];      /* the normal that scattering uses: shade, or flat where shade looks away */
   float d[3][PKTRT__ROW];           /* unit direction of the ray */
   float mirror[3][PKTRT__ROW], refracted[3][PKTRT__ROW]; /* unit directions, above and below flat */
   float fresnel[PKTRT__ROW], eta[PKTRT__ROW]; /* eta: index behind the surface over the one before it */
-  float lift[PKTRT__ROW];           /* how far rays start from the surface, see >>spawn */
+  float offset[PKTRT__ROW];           /* how far rays start from the surface, see >>spawn */
   float start[3][PKTRT__ROW];       /* of those on the side of `flat` */
   float distance[PKTRT__ROW];
   float albedo[3][PKTRT__ROW], reflectance[3][PKTRT__ROW], emission[3][PKTRT__ROW];
-  float specular[3][PKTRT__ROW];    /* weight of the reflected ray */
-  float passing[3][PKTRT__ROW];     /* weight of the refracted ray */
+  float reflected[3][PKTRT__ROW];    /* weight of the reflected ray */
+  float transmitted[3][PKTRT__ROW];     /* weight of the refracted ray */
   float radiance[3][PKTRT__ROW];
   uint32_t ray[PKTRT__ROW];         /* lane in the wave */
   uint32_t number[PKTRT__ROW];      /* 0, 1, 2, ...: what lists of some of them are packed from */
@@ -3912,8 +3912,8 @@ typedef struct pktrt__light_target { /* one light, as surfaces see it that look 
 
 typedef struct pktrt__shadow_rays { /* shadow rays of one light */
   float *o[3], *d[3], *time;        /* in the batch to be traced, or in a list of which packets are made */
-  float *limit;                     /* row of tmax; NULL: in a list */
-  float *arriving[3];               /* what the light adds if nothing is between */
+  float *tmax_row;                     /* row of tmax; NULL: in a list */
+  float *contribution[3];               /* what the light adds if nothing is between */
   uint32_t *surface, *material;     /* material: NULL if nobody wants to know */
   float tmax;                       /* of all of them */
   uint32_t count;
@@ -3921,7 +3921,7 @@ typedef struct pktrt__shadow_rays { /* shadow rays of one light */
 
 typedef struct pktrt__shadow_list {
   PKTRT__ALIGN64 float o[3][PKTRT__WAVE_ROW];
-  float d[3][PKTRT__WAVE_ROW], time[PKTRT__WAVE_ROW], arriving[3][PKTRT__WAVE_ROW];
+  float d[3][PKTRT__WAVE_ROW], time[PKTRT__WAVE_ROW], contribution[3][PKTRT__WAVE_ROW];
   uint32_t surface[PKTRT__WAVE_ROW], material[PKTRT__WAVE_ROW];
 } pktrt__shadow_list;
 
@@ -3963,10 +3963,10 @@ typedef struct pktrt__camera_plane {
 PKTRT__INLINE const pktrt_material *pktrt__material_of(const pktrt_scene *s, uint32_t material) {
   return material ? &s->materials[material - 1] : &s->plain;
 }
-PKTRT__INLINE float pktrt__material_ior(const pktrt_material *look, int a) { return look->ior[a] > 0 ? look->ior[a] : 1.5f; }
-static bool pktrt__material_has_lobe(const pktrt_material *look) {
-  return look->lobe == PKTRT_LOBE_PHONG && look->specular != PKTRT_SPECULAR_DIELECTRIC &&
-         look->specular != PKTRT_SPECULAR_NONE;
+PKTRT__INLINE float pktrt__material_ior(const pktrt_material *mat, int a) { return mat->ior[a] > 0 ? mat->ior[a] : 1.5f; }
+static bool pktrt__material_has_lobe(const pktrt_material *mat) {
+  return mat->lobe == PKTRT_LOBE_PHONG && mat->specular != PKTRT_SPECULAR_DIELECTRIC &&
+         mat->specular != PKTRT_SPECULAR_NONE;
 }
 static void pktrt__mesh_corner_at(const pktrt__mesh *, const float *data, uint32_t triangle, uint32_t c, float time,
                           float out[3]);
@@ -3996,33 +3996,33 @@ typedef struct pktrt__kernel_table {
   /* One ray by itself, past batches; not counted. */
   bool (*intersect)(const pktrt_scene *, const pktrt_ray *, pktrt_hit *);
   bool (*occluded)(const pktrt_scene *, const pktrt_ray *);
-  uint32_t (*faults)(void); /* see pktrt__check_all_arithmetic */
+  uint32_t (*check_arithmetic)(void); /* see pktrt__check_all_arithmetic */
   /* A batch from n rays of the caller's, and back; order: which of them, NULL for the first ones. */
-  void (*load)(pktrt__batch *, const pktrt_ray *, const uint16_t *order, uint32_t n);
-  void (*store)(const pktrt_scene *, const pktrt__batch *, pktrt_hit *, const uint16_t *order, uint32_t n);
-  void (*answer)(const pktrt__batch *, bool *occluded, uint32_t n);
+  void (*load_rays)(pktrt__batch *, const pktrt_ray *, const uint16_t *order, uint32_t n);
+  void (*store_hits)(const pktrt_scene *, const pktrt__batch *, pktrt_hit *, const uint16_t *order, uint32_t n);
+  void (*store_occluded)(const pktrt__batch *, bool *occluded, uint32_t n);
 #ifndef PKTRT_NO_RENDER
   /* Rays of a pinhole through eight places of the picture, into lanes i to i + 7 of a wave. */
-  void (*primary)(const pktrt__camera_plane *, const double *x, const double *y, pktrt__wave *, uint32_t i);
+  void (*camera_rays)(const pktrt__camera_plane *, const double *x, const double *y, pktrt__wave *, uint32_t i);
   /* Packs those of n rays of a wave that met something, and tells the surfaces how many and where they were. Points,
      normals and materials of the surfaces that they met; all but normals of the mesh is read if not `smooth`. */
-  void (*pack)(pktrt__wave *, uint32_t first, uint32_t n, pktrt__surfaces *);
-  void (*find)(const pktrt_scene *, bool smooth, const pktrt__wave *, pktrt__surfaces *);
+  void (*pack_surfaces)(pktrt__wave *, uint32_t first, uint32_t n, pktrt__surfaces *);
+  void (*find_surfaces)(const pktrt_scene *, bool smooth, const pktrt__wave *, pktrt__surfaces *);
   /* Of all surfaces, once their hooks have run: directions of scattering and weights if rays are followed, and the
      radiance that needs no ray. The shadow rays towards one light; what n of them see of it, nothing or all, and the
      lanes of those among the former that may meet glass: returns how many, some too many. What they add: of n shadow
      rays, `seen` of what arrives at each. Reflected or refracted rays, behind the n of a wave: returns how many it
      has then. */
-  void (*dress)(const pktrt_scene *, const pktrt__glass_mesh *, bool follow, const float ambient[3],
+  void (*evaluate_materials)(const pktrt_scene *, const pktrt__glass_mesh *, bool follow, const float ambient[3],
                 const pktrt__wave *, pktrt__surfaces *);
-  void (*aim)(const pktrt_scene *, const pktrt__light_target *, const pktrt__wave *, pktrt__surfaces *, pktrt__shadow_rays *);
-  uint32_t (*see)(const pktrt__glass_boxes *, const pktrt__batch *, float (*seen)[PKTRT__ROW], uint32_t n, uint32_t *lane);
-  void (*gain)(pktrt__surfaces *, const uint32_t *surface, float (*arriving)[PKTRT__ROW],
+  void (*shadow_rays)(const pktrt_scene *, const pktrt__light_target *, const pktrt__wave *, pktrt__surfaces *, pktrt__shadow_rays *);
+  uint32_t (*visibility)(const pktrt__glass_boxes *, const pktrt__batch *, float (*seen)[PKTRT__ROW], uint32_t n, uint32_t *lane);
+  void (*add_direct_light)(pktrt__surfaces *, const uint32_t *surface, float (*arriving)[PKTRT__ROW],
                float (*seen)[PKTRT__ROW], uint32_t n);
-  uint32_t (*send)(const pktrt__spawn_request *, const pktrt__wave *, const pktrt__surfaces *, pktrt__wave *to, uint32_t n);
+  uint32_t (*spawn_rays)(const pktrt__spawn_request *, const pktrt__wave *, const pktrt__surfaces *, pktrt__wave *to, uint32_t n);
   /* Coordinates first to first + n - 1 of a group, of PKTRT__DRAWN draws from the i-th on, for the samplers Sobol' and
      random. */
-  void (*draw)(const pktrt_sampling *, pktrt__sample_batch *, uint32_t i, uint32_t group, uint32_t first, uint32_t n);
+  void (*draw_samples)(const pktrt_sampling *, pktrt__sample_batch *, uint32_t i, uint32_t group, uint32_t first, uint32_t n);
 #endif
 } pktrt__kernel_table;
 
@@ -5429,10 +5429,10 @@ OP pktrt__tri_shear pktrt__tri_shear_single(const pktrt__single *b, const bool m
 }
 
 /* The corners of a block's triangles as the ray sees them. */
-OP void pktrt__tri_shear_block(const pktrt__tri_shear *q, const pktrt__bvh_segment *view, const unsigned char *block, v8 x[3], v8 y[3],
+OP void pktrt__tri_shear_block(const pktrt__tri_shear *q, const pktrt__bvh_segment *seg, const unsigned char *block, v8 x[3], v8 y[3],
                         v8 z[3], const bool moving) {
-  const float *k0 = (const float *)(const void *)(block + (moving ? view->vertex0 : 0));
-  const float *k1 = (const float *)(const void *)(block + (moving ? view->vertex1 : 0));
+  const float *k0 = (const float *)(const void *)(block + (moving ? seg->vertex0 : 0));
+  const float *k1 = (const float *)(const void *)(block + (moving ? seg->vertex1 : 0));
   const uint32_t k = q->at[0], u = q->at[1], v = q->at[2];
   UNROLL for (int c = 0; c < 3; c++, k0 += 24, k1 += 24) {
     z[c] = vsub(pktrt__tri_corner(k0 + k, k1 + k, q->ta, q->tb, moving), q->o[0]);
@@ -5442,11 +5442,11 @@ OP void pktrt__tri_shear_block(const pktrt__tri_shear *q, const pktrt__bvh_segme
 }
 
 /* What single precision says about the lanes of a block; `early`: do without the estimate where nothing is hit. */
-OP pktrt__tri_estimate pktrt__tri_filter_block(const pktrt__tri_shear *q, const pktrt__bvh_segment *view, const unsigned char *block,
+OP pktrt__tri_estimate pktrt__tri_filter_block(const pktrt__tri_shear *q, const pktrt__bvh_segment *seg, const unsigned char *block,
                                        float wf, const bool early, const bool moving) {
   const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
   v8 x[3], y[3], z[3];
-  pktrt__tri_shear_block(q, view, block, x, y, z, moving);
+  pktrt__tri_shear_block(q, seg, block, x, y, z, moving);
   const pktrt__tri_edges edges = pktrt__tri_edge_functions(x, y);
   const uint32_t inside = pktrt__lanes_occupied(id) & ~pktrt__tri_outside(&edges);
   pktrt__tri_estimate e;
@@ -5463,24 +5463,24 @@ OP pktrt__tri_estimate pktrt__tri_filter_block(const pktrt__tri_shear *q, const 
 
 /* The lanes of a block that may be hits, one by one, of a ray of a batch or, where there is one, of a lone ray; those
    that are, each nearer than what was hit before it, which is recorded. For occlusion the first that is ends it. */
-OP uint32_t pktrt__tri_record(const pktrt__bvh_segment *view, pktrt__batch *b, uint32_t r, pktrt__single *lone, uint32_t index,
+OP uint32_t pktrt__tri_record(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, pktrt__single *single, uint32_t index,
                          const uint32_t *id, const float *lo, const float *hi, uint32_t maybe, uint32_t sure,
                          const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
   uint32_t nearer = 0;
   COUNT(canonical_tests, pktrt__popcount(maybe));
   for (; maybe; maybe &= maybe - 1) {
     const uint32_t lane = pktrt__lowest_bit(maybe), slot = index * 8 + lane;
-    if (lo[lane] > (lone ? lone->wf : b->wf[r])) continue;
-    if ((sure >> lane & 1) && hi[lane] < (lone ? lone->sf : b->sf[r])) {
-      if (moving && view->check_area &&
-          !pktrt__tri_has_area_at(&view->groups[view->group], slot, lone ? lone->ray->time : b->time[r]))
+    if (lo[lane] > (single ? single->wf : b->wf[r])) continue;
+    if ((sure >> lane & 1) && hi[lane] < (single ? single->sf : b->sf[r])) {
+      if (moving && seg->check_area &&
+          !pktrt__tri_has_area_at(&seg->bvhs[seg->group], slot, single ? single->ray->time : b->time[r]))
         continue;
-      if (!occlusion && lone) pktrt__single_set_hit(view, lone, lo[lane], hi[lane], id[lane], slot);
-      else if (!occlusion) pktrt__batch_set_hit(view, b, r, lo[lane], hi[lane], id[lane], slot);
+      if (!occlusion && single) pktrt__single_set_hit(seg, single, lo[lane], hi[lane], id[lane], slot);
+      else if (!occlusion) pktrt__batch_set_hit(seg, b, r, lo[lane], hi[lane], id[lane], slot);
       nearer |= 1u << lane;
     } else {
       COUNT(settlings, 1);
-      if (lone ? pktrt__exact_test_single(view, lone, id[lane], slot) : pktrt__exact_test(view, b, r, id[lane], slot))
+      if (single ? pktrt__exact_test_single(seg, single, id[lane], slot) : pktrt__exact_test(seg, b, r, id[lane], slot))
         nearer |= 1u << lane;
     }
     if (occlusion && nearer) return nearer;
@@ -5489,13 +5489,13 @@ OP uint32_t pktrt__tri_record(const pktrt__bvh_segment *view, pktrt__batch *b, u
 }
 
 /* Whether the ray hits one of those lanes of a block that single precision left open. */
-PKTRT__NOINLINE bool pktrt__tri_exact_test_lanes(const pktrt__bvh_segment *view, pktrt__batch *b, uint32_t r, pktrt__single *lone,
+PKTRT__NOINLINE bool pktrt__tri_exact_test_lanes(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, pktrt__single *single,
                                         uint32_t index, uint32_t open) {
-  const unsigned char *block = view->blocks + index * view->block_bytes;
+  const unsigned char *block = seg->blocks + index * seg->block_bytes;
   const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
   for (; open; open &= open - 1) {
     const uint32_t lane = pktrt__lowest_bit(open), slot = index * 8 + lane;
-    if (lone ? pktrt__exact_test_single(view, lone, id[lane], slot) : pktrt__exact_test(view, b, r, id[lane], slot)) return true;
+    if (single ? pktrt__exact_test_single(seg, single, id[lane], slot) : pktrt__exact_test(seg, b, r, id[lane], slot)) return true;
   }
   return false;
 }
@@ -5503,13 +5503,13 @@ PKTRT__NOINLINE bool pktrt__tri_exact_test_lanes(const pktrt__bvh_segment *view,
 /* Whether a ray, of a batch or alone, hits anything in a block. Depths stay multiplied by the determinant, and
    limits are multiplied by it instead: no division. WHY fused: a limit is often tiny, and its product by itself would
    be denormal, which is slow. */
-OP bool pktrt__tri_any_hit(const pktrt__bvh_segment *view, pktrt__batch *b, uint32_t r, pktrt__single *lone, uint32_t index,
+OP bool pktrt__tri_any_hit(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, pktrt__single *single, uint32_t index,
                           const bool moving) {
-  const unsigned char *block = view->blocks + index * (moving ? view->block_bytes : (size_t)PKTRT__BLOCK_BYTES);
+  const unsigned char *block = seg->blocks + index * (moving ? seg->block_bytes : (size_t)PKTRT__BLOCK_BYTES);
   const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
-  const pktrt__tri_shear q = lone ? pktrt__tri_shear_single(lone, moving) : pktrt__tri_shear_batch(b, r, moving);
+  const pktrt__tri_shear q = single ? pktrt__tri_shear_single(single, moving) : pktrt__tri_shear_batch(b, r, moving);
   v8 x[3], y[3], z[3];
-  pktrt__tri_shear_block(&q, view, block, x, y, z, moving);
+  pktrt__tri_shear_block(&q, seg, block, x, y, z, moving);
   const pktrt__tri_edges e = pktrt__tri_edge_functions(x, y);
   const uint32_t inside = pktrt__lanes_occupied(id) & ~pktrt__tri_outside(&e);
   if (!inside) return false;
@@ -5522,7 +5522,7 @@ OP bool pktrt__tri_any_hit(const pktrt__bvh_segment *view, pktrt__batch *b, uint
   const v8 error = vfma(vmul(vmul(xs, ys), vsub(z_hi, z_lo)), vset(PKTRT__PAD_SPREAD),
                         vfma(near_, size, vset(FLT_MIN)));
   const v8 lo = vsub(depth, error), hi = vadd(depth, error);
-  const v8 wf = vset(lone ? lone->wf : b->wf[r]), sf = vset(lone ? lone->sf : b->sf[r]);
+  const v8 wf = vset(single ? single->wf : b->wf[r]), sf = vset(single ? single->sf : b->sf[r]);
   const uint32_t known =
       inside & mbits(vlt(vset(PKTRT__LEAST_DET), size)) & mbits(vlt(error, vset(PKTRT__MOST_ERROR)));
   const uint32_t beyond = mbits(vlt(vfms(wf, size, lo), zero)) | mbits(vlt(zero, vfms(q.l.wn, size, hi)));
@@ -5530,13 +5530,13 @@ OP bool pktrt__tri_any_hit(const pktrt__bvh_segment *view, pktrt__batch *b, uint
   if (!open) return false;
   const uint32_t within = mbits(vlt(vfms(q.l.sn, size, lo), zero)) & mbits(vlt(zero, vfms(sf, size, hi)));
   uint32_t sure = known & within & (mbits(vlt(zero, e.least)) | mbits(vlt(e.most, zero)));
-  if (moving && view->check_area) {
-    const v8 p = vset(2 * (lone ? lone->pad : b->pad[r])), xy = vmul(xs, ys);
+  if (moving && seg->check_area) {
+    const v8 p = vset(2 * (single ? single->pad : b->pad[r])), xy = vmul(xs, ys);
     const v8 flat = vfma(vadd(vadd(xs, ys), p), p, vmul(xy, vset(PKTRT__PAD_AREA)));
     if (sure & mbits(vlt(flat, size))) return true;
     sure = 0; /* whether these have area is asked where they are settled */
   }
-  if (PKTRT__UNLIKELY(!sure)) return pktrt__tri_exact_test_lanes(view, b, r, lone, index, open);
+  if (PKTRT__UNLIKELY(!sure)) return pktrt__tri_exact_test_lanes(seg, b, r, single, index, open);
   return true;
 }
 
@@ -5545,24 +5545,24 @@ OP bool pktrt__tri_any_hit(const pktrt__bvh_segment *view, pktrt__batch *b, uint
 #else
 /* A ray, of a batch or alone, against a leaf block: the lanes that pktrt__tri_record tells of. Occlusion without counts: 1
    if anything is hit, and no lanes. */
-OP uint32_t pktrt__tri_block_template(const pktrt__bvh_segment *view, pktrt__batch *b, uint32_t r, pktrt__single *lone, uint32_t index,
+OP uint32_t pktrt__tri_block_template(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, pktrt__single *single, uint32_t index,
                             const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
-  if (occlusion && !stats) return pktrt__tri_any_hit(view, b, r, lone, index, moving);
-  const unsigned char *block = view->blocks + index * (moving ? view->block_bytes : (size_t)PKTRT__BLOCK_BYTES);
+  if (occlusion && !stats) return pktrt__tri_any_hit(seg, b, r, single, index, moving);
+  const unsigned char *block = seg->blocks + index * (moving ? seg->block_bytes : (size_t)PKTRT__BLOCK_BYTES);
   const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
-  const pktrt__tri_shear q = lone ? pktrt__tri_shear_single(lone, moving) : pktrt__tri_shear_batch(b, r, moving);
-  const pktrt__tri_estimate e = pktrt__tri_filter_block(&q, view, block, lone ? lone->wf : b->wf[r], true, moving);
+  const pktrt__tri_shear q = single ? pktrt__tri_shear_single(single, moving) : pktrt__tri_shear_batch(b, r, moving);
+  const pktrt__tri_estimate e = pktrt__tri_filter_block(&q, seg, block, single ? single->wf : b->wf[r], true, moving);
   COUNT(triangle_tests, pktrt__popcount(pktrt__lanes_occupied(id)));
   if (!e.maybe) return 0;
   PKTRT__ALIGN64 float lo[8], hi[8];
   vstore(lo, e.lo);
   vstore(hi, e.hi);
-  return pktrt__tri_record(view, b, r, lone, index, id, lo, hi, e.maybe, e.sure, occlusion, moving, stats, counts);
+  return pktrt__tri_record(seg, b, r, single, index, id, lo, hi, e.maybe, e.sure, occlusion, moving, stats, counts);
 }
 #endif
-OP uint32_t pktrt__tri_ray_block_inline(const pktrt__bvh_segment *view, pktrt__batch *b, uint32_t r, uint32_t index,
+OP uint32_t pktrt__tri_ray_block_inline(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, uint32_t index,
                             const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
-  return pktrt__tri_block_template(view, b, r, NULL, index, occlusion, moving, stats, counts);
+  return pktrt__tri_block_template(seg, b, r, NULL, index, occlusion, moving, stats, counts);
 }
 
 /* Kernels are templates over three truths known at compile time; these are their instances. Counting is done by the
@@ -5605,27 +5605,27 @@ OP uint32_t pktrt__tri_ray_block_inline(const pktrt__bvh_segment *view, pktrt__b
 #if PKTRT__STAMP != PKTRT__STAMP_AVX2 && PKTRT__STAMP != PKTRT__STAMP_AVX512
 /* Functions of their own: inlined they would make the code a third longer, and no faster. */
 #define INSTANCE(tag, o, m, s)                                                                                         \
-  PKTRT__NOINLINE uint32_t PKTRT__NAME(pktrt__tri_block_##tag)(const pktrt__bvh_segment *view, pktrt__batch *b, uint32_t r,                 \
-                                                 pktrt__single *lone, uint32_t index, pktrt_counts *counts) {            \
-    return pktrt__tri_block_template(view, b, r, lone, index, o, m, s, counts);                                                  \
+  PKTRT__NOINLINE uint32_t PKTRT__NAME(pktrt__tri_block_##tag)(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r,                 \
+                                                 pktrt__single *single, uint32_t index, pktrt_counts *counts) {            \
+    return pktrt__tri_block_template(seg, b, r, single, index, o, m, s, counts);                                                  \
   }
 PKTRT__INSTANCES(INSTANCE)
 #undef INSTANCE
 #endif
-OP uint32_t pktrt__tri_ray_block(const pktrt__bvh_segment *view, pktrt__batch *b, uint32_t r, uint32_t index,
+OP uint32_t pktrt__tri_ray_block(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, uint32_t index,
                                 const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
 #if PKTRT__STAMP != PKTRT__STAMP_AVX2 && PKTRT__STAMP != PKTRT__STAMP_AVX512
-  return PKTRT__PICK(pktrt__tri_block)(view, b, r, NULL, index, counts);
+  return PKTRT__PICK(pktrt__tri_block)(seg, b, r, NULL, index, counts);
 #else
-  return pktrt__tri_ray_block_inline(view, b, r, index, occlusion, moving, stats, counts);
+  return pktrt__tri_ray_block_inline(seg, b, r, index, occlusion, moving, stats, counts);
 #endif
 }
-OP bool pktrt__tri_single_block(const pktrt__bvh_segment *view, pktrt__single *lone, uint32_t index, const bool occlusion,
+OP bool pktrt__tri_single_block(const pktrt__bvh_segment *seg, pktrt__single *single, uint32_t index, const bool occlusion,
                          const bool moving, const bool stats, pktrt_counts *counts) {
 #if PKTRT__STAMP != PKTRT__STAMP_AVX2 && PKTRT__STAMP != PKTRT__STAMP_AVX512
-  return PKTRT__PICK(pktrt__tri_block)(view, NULL, 0, lone, index, counts) != 0;
+  return PKTRT__PICK(pktrt__tri_block)(seg, NULL, 0, single, index, counts) != 0;
 #else
-  return pktrt__tri_block_template(view, NULL, 0, lone, index, occlusion, moving, stats, counts) != 0;
+  return pktrt__tri_block_template(seg, NULL, 0, single, index, occlusion, moving, stats, counts) != 0;
 #endif
 }
 /* >>boxes ---------------------------------------------------------------------------------------------------------- */
@@ -5636,10 +5636,10 @@ typedef struct pktrt__box_slabs {
 } pktrt__box_slabs;
 
 OP pktrt__box_slabs
-    pktrt__box_load_slabs(const pktrt__bvh_segment *view, const unsigned char *node, uint32_t octant, const bool moving) {
+    pktrt__box_load_slabs(const pktrt__bvh_segment *seg, const unsigned char *node, uint32_t octant, const bool moving) {
   pktrt__box_slabs s;
-  const float *p0 = (const float *)(const void *)(node + (moving ? view->plane0 : 0));
-  const float *p1 = (const float *)(const void *)(node + (moving ? view->plane1 : 0));
+  const float *p0 = (const float *)(const void *)(node + (moving ? seg->plane0 : 0));
+  const float *p1 = (const float *)(const void *)(node + (moving ? seg->plane1 : 0));
   UNROLL for (uint32_t a = 0; a < 3; a++) {
     const uint32_t n = 16 * a + 8 * (octant >> a & 1), f = 16 * a + 8 * (~octant >> a & 1);
     s.near0[a] = vload(p0 + n), s.far0[a] = vload(p0 + f);
@@ -5710,47 +5710,47 @@ OP pktrt__single_slabs pktrt__single_slabs_of(const pktrt__single *ray, const bo
 }
 
 /* One side of the children along an axis. */
-OP v8 pktrt__single_plane(const pktrt__single_slabs *q, const pktrt__bvh_segment *view, const unsigned char *node, size_t at,
+OP v8 pktrt__single_plane(const pktrt__single_slabs *q, const pktrt__bvh_segment *seg, const unsigned char *node, size_t at,
                  const bool moving) {
-  const float *p0 = (const float *)(const void *)(node + (moving ? view->plane0 : 0) + at);
-  const float *p1 = (const float *)(const void *)(node + (moving ? view->plane1 : 0) + at);
+  const float *p0 = (const float *)(const void *)(node + (moving ? seg->plane0 : 0) + at);
+  const float *p1 = (const float *)(const void *)(node + (moving ? seg->plane1 : 0) + at);
   return moving ? vfma(q->ta, vload(p0), vmul(q->tb, vload(p1))) : vload(p0);
 }
 
 /* The children of a node that it may hit before the depth wf, and its entry depths. */
-OP uint32_t pktrt__single_test_children(const pktrt__single_slabs *q, const pktrt__bvh_segment *view, const unsigned char *node, float wf,
+OP uint32_t pktrt__single_test_children(const pktrt__single_slabs *q, const pktrt__bvh_segment *seg, const unsigned char *node, float wf,
                              const bool moving, v8 *entry) {
   v8 n[3], f[3];
   UNROLL for (int a = 0; a < 3; a++) {
     const v8 rd = FEW_VECTORS ? vset(q->ray->rd[a]) : q->rd[a];
     const v8 cn = FEW_VECTORS ? vset(q->ray->cn[a]) : q->cn[a], cf = FEW_VECTORS ? vset(q->ray->cf[a]) : q->cf[a];
-    n[a] = vfms(pktrt__single_plane(q, view, node + 64 * a, q->near_[a], moving), rd, cn);
-    f[a] = vfms(pktrt__single_plane(q, view, node + 64 * a, q->far_[a], moving), rd, cf);
+    n[a] = vfms(pktrt__single_plane(q, seg, node + 64 * a, q->near_[a], moving), rd, cn);
+    f[a] = vfms(pktrt__single_plane(q, seg, node + 64 * a, q->far_[a], moving), rd, cf);
   }
   *entry = vmax(vmax(n[0], n[1]), vmax(n[2], q->wn));
   return mbits(vle(*entry, vmin(vmin(f[0], f[1]), vmin(f[2], vset(wf)))));
 }
 
 /* The references of a node's children, and how many there are: what is counted, for empty places are tested for nothing. */
-OP const uint32_t *pktrt__bvh_children(const pktrt__bvh_segment *view, uint32_t ref, const bool moving) {
-  const unsigned char *node = view->nodes + ref * (moving ? view->node_bytes : (size_t)PKTRT__NODE_BYTES);
+OP const uint32_t *pktrt__bvh_children(const pktrt__bvh_segment *seg, uint32_t ref, const bool moving) {
+  const unsigned char *node = seg->nodes + ref * (moving ? seg->node_bytes : (size_t)PKTRT__NODE_BYTES);
   return (const uint32_t *)(const void *)(node + PKTRT__NODE_KEY_BYTES);
 }
 OP uint32_t pktrt__bvh_child_count(const uint32_t *child) { return 8 - pktrt__popcount8(veq_u32(child, PKTRT__EMPTY)); }
 
 /* Opens a node: its children as above. */
-OP uint32_t pktrt__single_open_node(const pktrt__single_slabs *q, const pktrt__bvh_segment *view, uint32_t ref, float wf,
+OP uint32_t pktrt__single_open_node(const pktrt__single_slabs *q, const pktrt__bvh_segment *seg, uint32_t ref, float wf,
                             const uint32_t **child, v8 *entry, const bool moving, const bool stats,
                             pktrt_counts *counts) {
-  const unsigned char *node = view->nodes + ref * (moving ? view->node_bytes : (size_t)PKTRT__NODE_BYTES);
+  const unsigned char *node = seg->nodes + ref * (moving ? seg->node_bytes : (size_t)PKTRT__NODE_BYTES);
   *child = (const uint32_t *)(const void *)(node + PKTRT__NODE_KEY_BYTES);
   COUNT(node_visits, 1);
   COUNT(box_tests, pktrt__bvh_child_count(*child));
-  return pktrt__single_test_children(q, view, node, wf, moving, entry);
+  return pktrt__single_test_children(q, seg, node, wf, moving, entry);
 }
 
 /* The nearest hit: nearest child first. */
-OP bool pktrt__single_closest_hit(const pktrt__bvh_segment *view, pktrt__single *ray, uint32_t ref, const bool moving, const bool stats,
+OP bool pktrt__single_closest_hit(const pktrt__bvh_segment *seg, pktrt__single *ray, uint32_t ref, const bool moving, const bool stats,
                       pktrt_counts *counts) {
   struct {
     uint32_t ref;
@@ -5761,11 +5761,11 @@ OP bool pktrt__single_closest_hit(const pktrt__bvh_segment *view, pktrt__single 
   const uint32_t slot = ray->slot, id = ray->id;
   for (;;) {
     if (ref & PKTRT__LEAF) {
-      pktrt__tri_single_block(view, ray, ref & ~PKTRT__LEAF, false, moving, stats, counts);
+      pktrt__tri_single_block(seg, ray, ref & ~PKTRT__LEAF, false, moving, stats, counts);
     } else {
       const uint32_t *child;
       v8 entry;
-      uint32_t bits = pktrt__single_open_node(&q, view, ref, ray->wf, &child, &entry, moving, stats, counts);
+      uint32_t bits = pktrt__single_open_node(&q, seg, ref, ray->wf, &child, &entry, moving, stats, counts);
       if (bits) {
         uint32_t c = pktrt__lowest_bit(bits);
         ref = child[c];
@@ -5776,7 +5776,7 @@ OP bool pktrt__single_closest_hit(const pktrt__bvh_segment *view, pktrt__single 
           c = pktrt__lowest_bit(bits);
           const float d = dist[c];
           const uint32_t other = child[c];
-          pktrt__bvh_prefetch(view, other, moving);
+          pktrt__bvh_prefetch(seg, other, moving);
           if (d < best) {
             top->ref = ref, top->dist = best;
             ref = other, best = d;
@@ -5796,17 +5796,17 @@ OP bool pktrt__single_closest_hit(const pktrt__bvh_segment *view, pktrt__single 
 }
 
 /* Any hit: children in the order of the build, the last one first. */
-OP bool pktrt__single_any_hit(const pktrt__bvh_segment *view, pktrt__single *ray, uint32_t ref, const bool moving, const bool stats,
+OP bool pktrt__single_any_hit(const pktrt__bvh_segment *seg, pktrt__single *ray, uint32_t ref, const bool moving, const bool stats,
                     pktrt_counts *counts) {
   uint32_t refs[PKTRT__STACK + 8], *top = refs;
   const pktrt__single_slabs q = pktrt__single_slabs_of(ray, moving);
   for (;;) {
     if (ref & PKTRT__LEAF) {
-      if (pktrt__tri_single_block(view, ray, ref & ~PKTRT__LEAF, true, moving, stats, counts)) return true;
+      if (pktrt__tri_single_block(seg, ray, ref & ~PKTRT__LEAF, true, moving, stats, counts)) return true;
     } else {
       const uint32_t *child;
       v8 entry;
-      uint32_t bits = pktrt__single_open_node(&q, view, ref, ray->wf, &child, &entry, moving, stats, counts);
+      uint32_t bits = pktrt__single_open_node(&q, seg, ref, ray->wf, &child, &entry, moving, stats, counts);
       if (bits) {
         ref = child[pktrt__lowest_bit(bits)];
         while (bits &= bits - 1) *top++ = ref, ref = child[pktrt__lowest_bit(bits)];
@@ -5830,11 +5830,11 @@ typedef struct pktrt__stream_stack {
 } pktrt__stream_stack;
 
 /* Opens a node for the rays of mask. For any hit children are pushed as the build has them. */
-OP void pktrt__stream_open_node(const pktrt__bvh_segment *view, pktrt__batch *b, const uint8_t *list, uint64_t mask, uint32_t ref,
+OP void pktrt__stream_open_node(const pktrt__bvh_segment *seg, pktrt__batch *b, const uint8_t *list, uint64_t mask, uint32_t ref,
                           uint32_t octant, pktrt__stream_stack *stack, const bool occlusion, const bool moving) {
-  const unsigned char *node = view->nodes + ref * (moving ? view->node_bytes : (size_t)PKTRT__NODE_BYTES);
+  const unsigned char *node = seg->nodes + ref * (moving ? seg->node_bytes : (size_t)PKTRT__NODE_BYTES);
   const uint32_t *child = (const uint32_t *)(const void *)(node + PKTRT__NODE_KEY_BYTES);
-  const pktrt__box_slabs s = pktrt__box_load_slabs(view, node, octant, moving);
+  const pktrt__box_slabs s = pktrt__box_load_slabs(seg, node, octant, moving);
   const uint32_t sp = stack->n;
   a8 rays = azero();
   v8 dist = vset(INFINITY);
@@ -5847,15 +5847,15 @@ OP void pktrt__stream_open_node(const pktrt__bvh_segment *view, pktrt__batch *b,
   }
   stack->n += apush(rays, child, dist, occlusion ? PKTRT__IN_ORDER : child[8 + octant], stack->masks + sp,
                     stack->refs + sp, stack->dists + sp);
-  for (uint32_t i = sp; i < stack->n; i++) pktrt__bvh_prefetch(view, stack->refs[i], moving);
+  for (uint32_t i = sp; i < stack->n; i++) pktrt__bvh_prefetch(seg, stack->refs[i], moving);
 }
 
 #ifndef PKTRT__OTHER_TESTS
 /* The nearest hits of the rays of mask in a block. WHY: what single precision says is noted of all of them before the
    first is looked at: without a branch between them, the work on one ray overlaps that on the next. */
-OP uint64_t pktrt__stream_closest_block(const pktrt__bvh_segment *view, pktrt__batch *b, const uint8_t *list, uint64_t mask,
+OP uint64_t pktrt__stream_closest_block(const pktrt__bvh_segment *seg, pktrt__batch *b, const uint8_t *list, uint64_t mask,
                                uint32_t index, const bool moving) {
-  const unsigned char *block = view->blocks + index * (moving ? view->block_bytes : (size_t)PKTRT__BLOCK_BYTES);
+  const unsigned char *block = seg->blocks + index * (moving ? seg->block_bytes : (size_t)PKTRT__BLOCK_BYTES);
   const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
   enum { NOTES = 24 };
   PKTRT__ALIGN64 float lo[NOTES][8], hi[NOTES][8];
@@ -5866,7 +5866,7 @@ OP uint64_t pktrt__stream_closest_block(const pktrt__bvh_segment *view, pktrt__b
     for (; mask && n < NOTES; mask &= mask - 1) {
       const uint32_t i = pktrt__lowest_bit(mask), r = list[i];
       const pktrt__tri_shear q = pktrt__tri_shear_batch(b, r, moving);
-      const pktrt__tri_estimate e = pktrt__tri_filter_block(&q, view, block, b->wf[r], false, moving);
+      const pktrt__tri_estimate e = pktrt__tri_filter_block(&q, seg, block, b->wf[r], false, moving);
       vstore(lo[n], e.lo);
       vstore(hi[n], e.hi);
       maybe[n] = (uint8_t)e.maybe, sure[n] = (uint8_t)e.sure, ray[n] = (uint8_t)i;
@@ -5874,7 +5874,7 @@ OP uint64_t pktrt__stream_closest_block(const pktrt__bvh_segment *view, pktrt__b
     }
     for (uint32_t j = 0; j < n; j++) {
       const uint32_t r = list[ray[j]];
-      if (pktrt__tri_record(view, b, r, NULL, index, id, lo[j], hi[j], maybe[j], sure[j], false, moving, false, NULL))
+      if (pktrt__tri_record(seg, b, r, NULL, index, id, lo[j], hi[j], maybe[j], sure[j], false, moving, false, NULL))
         hit |= (uint64_t)1 << ray[j];
     }
   }
@@ -5883,21 +5883,21 @@ OP uint64_t pktrt__stream_closest_block(const pktrt__bvh_segment *view, pktrt__b
 #endif
 
 /* A block against the rays of mask: together where that is faster, else one by one. */
-OP uint64_t pktrt__stream_leaf(const pktrt__bvh_segment *view, pktrt__batch *b, const uint8_t *list, uint64_t mask,
+OP uint64_t pktrt__stream_leaf(const pktrt__bvh_segment *seg, pktrt__batch *b, const uint8_t *list, uint64_t mask,
                               uint32_t index, const bool occlusion, const bool moving, const bool stats,
                               pktrt_counts *counts) {
   uint64_t hit = 0;
 #if PKTRT__STAMP == PKTRT__STAMP_AVX2 || PKTRT__STAMP == PKTRT__STAMP_AVX512
-  if (!occlusion && !stats) return pktrt__stream_closest_block(view, b, list, mask, index, moving);
+  if (!occlusion && !stats) return pktrt__stream_closest_block(seg, b, list, mask, index, moving);
 #endif
   for (; mask; mask &= mask - 1) {
     const uint32_t i = pktrt__lowest_bit(mask);
-    if (pktrt__tri_ray_block(view, b, list[i], index, occlusion, moving, stats, counts)) hit |= (uint64_t)1 << i;
+    if (pktrt__tri_ray_block(seg, b, list[i], index, occlusion, moving, stats, counts)) hit |= (uint64_t)1 << i;
   }
   return hit;
 }
 
-OP uint64_t pktrt__stream_template(const pktrt__bvh_segment *view, pktrt__batch *b, const uint8_t *list, uint64_t mask, uint32_t ref,
+OP uint64_t pktrt__stream_template(const pktrt__bvh_segment *seg, pktrt__batch *b, const uint8_t *list, uint64_t mask, uint32_t ref,
                          const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
   pktrt__stream_stack stack;
   uint64_t hit = 0;
@@ -5905,11 +5905,11 @@ OP uint64_t pktrt__stream_template(const pktrt__bvh_segment *view, pktrt__batch 
   stack.n = 0;
   for (;;) {
     if (ref & PKTRT__LEAF) {
-      hit |= pktrt__stream_leaf(view, b, list, mask, ref & ~PKTRT__LEAF, occlusion, moving, stats, counts);
+      hit |= pktrt__stream_leaf(seg, b, list, mask, ref & ~PKTRT__LEAF, occlusion, moving, stats, counts);
     } else {
       COUNT(node_visits, 1);
-      COUNT(box_tests, pktrt__bvh_child_count(pktrt__bvh_children(view, ref, moving)) * pktrt__popcount(mask));
-      pktrt__stream_open_node(view, b, list, mask, ref, octant, &stack, occlusion, moving);
+      COUNT(box_tests, pktrt__bvh_child_count(pktrt__bvh_children(seg, ref, moving)) * pktrt__popcount(mask));
+      pktrt__stream_open_node(seg, b, list, mask, ref, octant, &stack, occlusion, moving);
     }
     do { /* masks of entries pushed earlier may hold rays that are done */
       if (!stack.n) return hit;
@@ -5922,34 +5922,34 @@ OP uint64_t pktrt__stream_template(const pktrt__bvh_segment *view, pktrt__batch 
 }
 
 #define INSTANCE(tag, o, m, s)                                                                                         \
-  PKTRT__NOINLINE bool PKTRT__NAME(pktrt__single_##tag)(const pktrt__bvh_segment *view, pktrt__single *ray, uint32_t ref,                     \
+  PKTRT__NOINLINE bool PKTRT__NAME(pktrt__single_##tag)(const pktrt__bvh_segment *seg, pktrt__single *ray, uint32_t ref,                     \
                                           pktrt_counts *counts) {                                                      \
-    return o ? pktrt__single_any_hit(view, ray, ref, m, s, counts) : pktrt__single_closest_hit(view, ray, ref, m, s, counts);                \
+    return o ? pktrt__single_any_hit(seg, ray, ref, m, s, counts) : pktrt__single_closest_hit(seg, ray, ref, m, s, counts);                \
   }                                                                                                                    \
-  PKTRT__NOINLINE uint64_t PKTRT__NAME(pktrt__stream_##tag)(const pktrt__bvh_segment *view, pktrt__batch *b, const uint8_t *list,           \
+  PKTRT__NOINLINE uint64_t PKTRT__NAME(pktrt__stream_##tag)(const pktrt__bvh_segment *seg, pktrt__batch *b, const uint8_t *list,           \
                                               uint64_t mask, uint32_t ref, pktrt_counts *counts) {                     \
-    return pktrt__stream_template(view, b, list, mask, ref, o, m, s, counts);                                                    \
+    return pktrt__stream_template(seg, b, list, mask, ref, o, m, s, counts);                                                    \
   }
 PKTRT__INSTANCES(INSTANCE)
 #undef INSTANCE
 
-OP bool pktrt__single_traverse(const pktrt__bvh_segment *view, pktrt__single *ray, uint32_t ref, const bool occlusion,
+OP bool pktrt__single_traverse(const pktrt__bvh_segment *seg, pktrt__single *ray, uint32_t ref, const bool occlusion,
                          const bool moving, const bool stats, pktrt_counts *counts) {
-  return PKTRT__PICK(pktrt__single)(view, ray, ref, counts);
+  return PKTRT__PICK(pktrt__single)(seg, ray, ref, counts);
 }
 /* A lone ray needs no stream. */
-OP uint64_t pktrt__stream_traverse(const pktrt__bvh_segment *view, pktrt__batch *b, const uint8_t *list, uint64_t mask, uint32_t ref,
+OP uint64_t pktrt__stream_traverse(const pktrt__bvh_segment *seg, pktrt__batch *b, const uint8_t *list, uint64_t mask, uint32_t ref,
                              const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
   if (!(mask & (mask - 1))) {
     const uint32_t r = list[pktrt__lowest_bit(mask)];
     pktrt_ray ray;
     pktrt__single q;
     pktrt__single_from_batch(b, r, &ray, &q);
-    if (!pktrt__single_traverse(view, &q, ref, occlusion, moving, stats, counts)) return 0;
+    if (!pktrt__single_traverse(seg, &q, ref, occlusion, moving, stats, counts)) return 0;
     pktrt__single_to_batch(b, r, &q);
     return mask;
   }
-  return PKTRT__PICK(pktrt__stream)(view, b, list, mask, ref, counts);
+  return PKTRT__PICK(pktrt__stream)(seg, b, list, mask, ref, counts);
 }
 
 /* >>frustum ----------------------------------------------------------------------------------------------------------
@@ -6267,18 +6267,18 @@ OP pktrt__exact_edges8 pktrt__exact_edge_functions8(const d8 x[3], const d8 y[3]
 }
 
 /* pktrt__batch_set_hit for those of rays r, r+1, ... in `taken`. */
-OP void pktrt__frustum_set_hits(const pktrt__bvh_segment *view, pktrt__batch *b, uint32_t r, uint32_t taken, vf lo, vf hi,
+OP void pktrt__frustum_set_hits(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, uint32_t taken, vf lo, vf hi,
                           uint32_t id, uint32_t slot) {
   const mf m = ffrom(taken);
   fstore_masked(b->sf + r, m, lo);
   fstore_masked(b->wf + r, m, hi);
   fstore_masked_u32(b->id + r, m, id);
   fstore_masked_u32(b->slot + r, m, slot);
-  fstore_masked_u32(b->group + r, m, view->group);
+  fstore_masked_u32(b->group + r, m, seg->group);
 }
 
 /* One triangle against those of rays r to r+7 in bits, given their sheared corners; those that take it. */
-PKTRT__NOINLINE uint32_t pktrt__paper_accept8(const pktrt__bvh_segment *view, pktrt__batch *b, uint32_t r, uint32_t bits, const v8 *x,
+PKTRT__NOINLINE uint32_t pktrt__paper_accept8(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, uint32_t bits, const v8 *x,
                                      const v8 *y, const v8 *z, uint32_t id, uint32_t slot, pktrt_counts *counts) {
   pktrt__tri_limits l;
   l.sign = vcopysign(vset(1), vload(b->dk + r)), l.tiny = vload(b->tiny + r);
@@ -6286,24 +6286,24 @@ PKTRT__NOINLINE uint32_t pktrt__paper_accept8(const pktrt__bvh_segment *view, pk
   const pktrt__tri_estimate e = pktrt__tri_filter(x, y, z, &l);
   bits &= e.maybe;
   uint32_t taken = bits & e.sure & mbits(vlt(e.hi, vload(b->sf + r))), open = bits & ~taken;
-  if (view->check_area)
+  if (seg->check_area)
     for (uint32_t m = taken; m; m &= m - 1)
-      if (!pktrt__tri_has_area_at(&view->groups[view->group], slot, b->time[r + pktrt__lowest_bit(m)])) taken &= ~(m & (0u - m));
+      if (!pktrt__tri_has_area_at(&seg->bvhs[seg->group], slot, b->time[r + pktrt__lowest_bit(m)])) taken &= ~(m & (0u - m));
   if (counts) counts->canonical_tests += pktrt__popcount(bits), counts->settlings += pktrt__popcount(open);
-  pktrt__frustum_set_hits(view, b, r, taken, fwide(e.lo), fwide(e.hi), id, slot);
+  pktrt__frustum_set_hits(seg, b, r, taken, fwide(e.lo), fwide(e.hi), id, slot);
   for (; PKTRT__UNLIKELY(open); open &= open - 1)
-    if (pktrt__exact_test(view, b, r + pktrt__lowest_bit(open), id, slot)) taken |= open & (0u - open);
+    if (pktrt__exact_test(seg, b, r + pktrt__lowest_bit(open), id, slot)) taken |= open & (0u - open);
   return taken;
 }
 
 /* pktrt__exact_test for eight rays of a frustum, of those that hit nothing yet. WHY: rays from a light end at surfaces,
    and what lies at tmax is always left open. */
-PKTRT__NOINLINE uint32_t pktrt__frustum_exact_test8(const pktrt__bvh_segment *view, pktrt__batch *b, uint32_t r, uint32_t open, uint32_t id,
+PKTRT__NOINLINE uint32_t pktrt__frustum_exact_test8(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, uint32_t open, uint32_t id,
                                        uint32_t slot) {
   const uint32_t *k = pktrt__axes[b->axis[r + pktrt__lowest_bit(open)]];
-  const unsigned char *block = view->blocks + (size_t)(slot / 8) * view->block_bytes;
-  const float *k0 = (const float *)(const void *)(block + view->vertex0) + slot % 8;
-  const float *k1 = (const float *)(const void *)(block + view->vertex1) + slot % 8;
+  const unsigned char *block = seg->blocks + (size_t)(slot / 8) * seg->block_bytes;
+  const float *k0 = (const float *)(const void *)(block + seg->vertex0) + slot % 8;
+  const float *k1 = (const float *)(const void *)(block + seg->vertex1) + slot % 8;
   const bool moving = k0 != k1; /* at rest weights 1 and 0 give the same bits */
   const v8 ta = moving ? vload(b->ta + r) : vset(1), tb = moving ? vload(b->tb + r) : vset(0);
   d8 x[3], y[3], z[3];
@@ -6325,16 +6325,16 @@ PKTRT__NOINLINE uint32_t pktrt__frustum_exact_test8(const pktrt__bvh_segment *vi
   const v8 t = dto(dmul(e.depth, ddiv(dset(1), dmul(e.det, dfrom(dk)))));
   const uint32_t within = mbits(mand(vlt(vload(b->tmin + r), t), vlt(t, vload(b->tmax + r))));
   uint32_t taken = open & (below ^ above) & within;
-  for (uint32_t i = view->check_area ? taken : 0; i; i &= i - 1)
-    if (!pktrt__tri_has_area_at(&view->groups[view->group], slot, b->time[r + pktrt__lowest_bit(i)])) taken &= ~(i & (0u - i));
+  for (uint32_t i = seg->check_area ? taken : 0; i; i &= i - 1)
+    if (!pktrt__tri_has_area_at(&seg->bvhs[seg->group], slot, b->time[r + pktrt__lowest_bit(i)])) taken &= ~(i & (0u - i));
   const v8 far_ = vmul(t, vabs(dk)), slack = vadd(vmul(vabs(far_), relative), vload(b->tiny + r));
-  pktrt__frustum_set_hits(view, b, r, taken, fwide(vsub(far_, slack)), fwide(vadd(far_, slack)), id, slot);
+  pktrt__frustum_set_hits(seg, b, r, taken, fwide(vsub(far_, slack)), fwide(vadd(far_, slack)), id, slot);
   return taken;
 }
 
 /* The same for a vector of rays in a frustum, given their edge functions, depths of corners, largest |x| and |y|, and
    what all rays have in common. */
-PKTRT__NOINLINE uint32_t pktrt__frustum_accept(const pktrt__bvh_segment *view, pktrt__batch *b, uint32_t r, uint32_t bits,
+PKTRT__NOINLINE uint32_t pktrt__frustum_accept(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, uint32_t bits,
                                             vf e0, vf e1, vf e2, vf z0, vf z1, vf z2, vf xs, vf ys, float pad,
                                             float range, float far_, uint32_t id, uint32_t slot,
                                             pktrt_counts *counts) {
@@ -6352,25 +6352,25 @@ PKTRT__NOINLINE uint32_t pktrt__frustum_accept(const pktrt__bvh_segment *view, p
   const uint32_t sure = fbits(flt(zero, least)) | fbits(flt(most, zero));
   uint32_t taken = bits & sure & fbits(fmand(flt(fload(b->sn + r), lo), flt(hi, fload(b->sf + r))));
   uint32_t open = bits & ~taken;
-  if (view->check_area) {
+  if (seg->check_area) {
     const vf p = fset(2 * pad), flat = ffma(fadd(fadd(xs, ys), p), p, fmul(xy, fset(PKTRT__PAD_AREA)));
     for (uint32_t m = taken & ~fbits(flt(flat, size)); m; m &= m - 1)
-      if (!pktrt__tri_has_area_at(&view->groups[view->group], slot, b->time[r + pktrt__lowest_bit(m)])) taken &= ~(m & (0u - m));
+      if (!pktrt__tri_has_area_at(&seg->bvhs[seg->group], slot, b->time[r + pktrt__lowest_bit(m)])) taken &= ~(m & (0u - m));
   }
   if (counts) counts->canonical_tests += pktrt__popcount(bits), counts->settlings += pktrt__popcount(open);
-  pktrt__frustum_set_hits(view, b, r, taken, lo, hi, id, slot);
+  pktrt__frustum_set_hits(seg, b, r, taken, lo, hi, id, slot);
   for (uint32_t i = 0; open && i < FW; i += 8) {
     const uint32_t some = open >> i & pktrt__lanes_unhit(b->slot + r + i);
-    if (some) taken |= pktrt__frustum_exact_test8(view, b, r + i, some, id, slot) << i;
+    if (some) taken |= pktrt__frustum_exact_test8(seg, b, r + i, some, id, slot) << i;
     open &= ~(some << i);
   }
   for (; PKTRT__UNLIKELY(open); open &= open - 1)
-    if (pktrt__exact_test(view, b, r + pktrt__lowest_bit(open), id, slot)) taken |= open & (0u - open);
+    if (pktrt__exact_test(seg, b, r + pktrt__lowest_bit(open), id, slot)) taken |= open & (0u - open);
   return taken;
 }
 
 /* One triangle against a vector of rays, given its sheared corners; those that hit it. */
-OP uint32_t pktrt__frustum_filter(const pktrt__bvh_segment *view, pktrt__batch *b, uint32_t r, uint32_t rays, const vf x[3],
+OP uint32_t pktrt__frustum_filter(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, uint32_t rays, const vf x[3],
                                const vf y[3], const vf z[3], float pad, float range, float far_, uint32_t id,
                                uint32_t slot, pktrt_counts *counts) {
   vf e[3];
@@ -6381,7 +6381,7 @@ OP uint32_t pktrt__frustum_filter(const pktrt__bvh_segment *view, pktrt__batch *
   if (!bits) return 0;
   const vf xs = fmax_(fabs_(x[0]), fmax_(fabs_(x[1]), fabs_(x[2])));
   const vf ys = fmax_(fabs_(y[0]), fmax_(fabs_(y[1]), fabs_(y[2])));
-  return pktrt__frustum_accept(view, b, r, bits, e[0], e[1], e[2], z[0], z[1], z[2], xs, ys, pad, range, far_, id, slot,
+  return pktrt__frustum_accept(seg, b, r, bits, e[0], e[1], e[2], z[0], z[1], z[2], xs, ys, pad, range, far_, id, slot,
                             counts);
 }
 
@@ -6389,7 +6389,7 @@ OP uint32_t pktrt__frustum_filter(const pktrt__bvh_segment *view, pktrt__batch *
 #include PKTRT__OTHER_TESTS
 #else
 /* One triangle at rest (lane of a block) against the rays of mask; those that hit it. */
-OP uint64_t pktrt__frustum_test_triangle(const pktrt__frustum *f, const pktrt__bvh_segment *view, pktrt__batch *b,
+OP uint64_t pktrt__frustum_test_triangle(const pktrt__frustum *f, const pktrt__bvh_segment *seg, pktrt__batch *b,
                                    const float *k0, const pktrt__frustum_corners *corners, uint32_t lane, uint32_t id,
                                    uint32_t slot, uint64_t mask, const bool stats, pktrt_counts *counts) {
   const uint32_t axis[3] = {f->ku, f->kv, f->k};
@@ -6411,7 +6411,7 @@ OP uint64_t pktrt__frustum_test_triangle(const pktrt__frustum *f, const pktrt__b
       x[c] = fsub(q[0], fmul(su, q[2]));
       y[c] = fsub(q[1], fmul(sv, q[2]));
     }
-    result |= (uint64_t)pktrt__frustum_filter(view, b, r, rays, x, y, z, f->pad, corners->range[lane],
+    result |= (uint64_t)pktrt__frustum_filter(seg, b, r, rays, x, y, z, f->pad, corners->range[lane],
                                            corners->far_[lane], id, slot, stats ? counts : NULL) << i;
   }
   return result;
@@ -6419,9 +6419,9 @@ OP uint64_t pktrt__frustum_test_triangle(const pktrt__frustum *f, const pktrt__b
 #endif
 
 /* A leaf block at rest against the rays of mask; those that hit something in it. */
-OP uint64_t pktrt__frustum_leaf(const pktrt__frustum *f, const pktrt__bvh_segment *view, pktrt__batch *b, uint32_t index,
+OP uint64_t pktrt__frustum_leaf(const pktrt__frustum *f, const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t index,
                                 uint64_t mask, const bool occlusion, const bool stats, pktrt_counts *counts) {
-  const unsigned char *block = view->blocks + index * (size_t)PKTRT__BLOCK_BYTES;
+  const unsigned char *block = seg->blocks + index * (size_t)PKTRT__BLOCK_BYTES;
   const float *k0 = (const float *)(const void *)block;
   const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
   pktrt__frustum_corners corners;
@@ -6431,7 +6431,7 @@ OP uint64_t pktrt__frustum_leaf(const pktrt__frustum *f, const pktrt__bvh_segmen
   uint64_t hit = 0;
   for (; lanes && mask; lanes &= lanes - 1) {
     const uint32_t lane = pktrt__lowest_bit(lanes);
-    const uint64_t h = pktrt__frustum_test_triangle(f, view, b, k0, &corners, lane, id[lane], index * 8 + lane, mask, stats,
+    const uint64_t h = pktrt__frustum_test_triangle(f, seg, b, k0, &corners, lane, id[lane], index * 8 + lane, mask, stats,
                                               counts);
     hit |= h;
     if (occlusion) mask &= ~h;
@@ -6483,7 +6483,7 @@ OP uint32_t pktrt__frustum_cull_moving(const pktrt__frustum *f, const float *k0,
 #else
 /* One moving triangle, its corners at k0 and k1, against a vector of rays, as the canonical test has it; those that hit
    it. */
-PKTRT__NOINLINE uint32_t pktrt__frustum_test_moving(const pktrt__frustum *f, const pktrt__bvh_segment *view, pktrt__batch *b,
+PKTRT__NOINLINE uint32_t pktrt__frustum_test_moving(const pktrt__frustum *f, const pktrt__bvh_segment *seg, pktrt__batch *b,
                                            uint32_t r, uint32_t rays, const float *k0, const float *k1, float range,
                                            float far_, uint32_t id, uint32_t slot, pktrt_counts *counts) {
   const uint32_t axis[3] = {f->ku, f->kv, f->k};
@@ -6497,7 +6497,7 @@ PKTRT__NOINLINE uint32_t pktrt__frustum_test_moving(const pktrt__frustum *f, con
     }
     x[c] = fsub(q[0], fmul(su, q[2])), y[c] = fsub(q[1], fmul(sv, q[2])), z[c] = q[2];
   }
-  return pktrt__frustum_filter(view, b, r, rays, x, y, z, f->pad, range, far_, id, slot, counts);
+  return pktrt__frustum_filter(seg, b, r, rays, x, y, z, f->pad, range, far_, id, slot, counts);
 }
 
 /* The rays of a packet that may hit a moving triangle (lane of a block): the filter of >>exactness. x and y are turned
@@ -6529,11 +6529,11 @@ OP uint64_t pktrt__frustum_filter_moving(const pktrt__frustum *f, const pktrt__b
 #endif
 
 /* As frustum_block, of a moving block; `counts` only where there is counting. A function of its own: less code. */
-PKTRT__NOINLINE uint64_t pktrt__frustum_leaf_moving(const pktrt__frustum *f, const pktrt__bvh_segment *view, pktrt__batch *b,
+PKTRT__NOINLINE uint64_t pktrt__frustum_leaf_moving(const pktrt__frustum *f, const pktrt__bvh_segment *seg, pktrt__batch *b,
                                             uint32_t index, uint64_t mask, bool occlusion, pktrt_counts *counts) {
-  const unsigned char *block = view->blocks + index * view->block_bytes;
-  const float *k0 = (const float *)(const void *)(block + view->vertex0);
-  const float *k1 = (const float *)(const void *)(block + view->vertex1);
+  const unsigned char *block = seg->blocks + index * seg->block_bytes;
+  const float *k0 = (const float *)(const void *)(block + seg->vertex0);
+  const float *k1 = (const float *)(const void *)(block + seg->vertex1);
   const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
   pktrt__frustum_motion motion;
   const uint32_t all = pktrt__lanes_occupied(id), lanes = pktrt__frustum_cull_moving(f, k0, k1, &motion) & all;
@@ -6547,7 +6547,7 @@ PKTRT__NOINLINE uint64_t pktrt__frustum_leaf_moving(const pktrt__frustum *f, con
     for (uint64_t rest = maybe[n] & mask; rest;) {
       const uint32_t i = pktrt__lowest_bit(rest) & ~(FW - 1u);
       const uint32_t rays = (uint32_t)(rest >> i) & ((1u << FW) - 1);
-      const uint64_t h = (uint64_t)pktrt__frustum_test_moving(f, view, b, f->base + i, rays, k0 + lane, k1 + lane,
+      const uint64_t h = (uint64_t)pktrt__frustum_test_moving(f, seg, b, f->base + i, rays, k0 + lane, k1 + lane,
                                                      motion.range[lane], motion.far_[lane], id[lane], index * 8 + lane,
                                                      counts) << i;
       rest &= ~((uint64_t)rays << i);
@@ -6567,13 +6567,13 @@ typedef struct pktrt__frustum_entry {
 
 /* Pushes the children of a node that reach into the frustum, farthest first, for any hit as the build has them; returns
    how many. */
-OP uint32_t pktrt__frustum_open_node(const pktrt__frustum *f, const pktrt__bvh_segment *view, uint32_t ref, uint64_t mask,
+OP uint32_t pktrt__frustum_open_node(const pktrt__frustum *f, const pktrt__bvh_segment *seg, uint32_t ref, uint64_t mask,
                                pktrt__frustum_entry *stack, const bool occlusion, const bool moving, const bool stats,
                                pktrt_counts *counts) {
-  const unsigned char *node = view->nodes + ref * (moving ? view->node_bytes : (size_t)PKTRT__NODE_BYTES);
+  const unsigned char *node = seg->nodes + ref * (moving ? seg->node_bytes : (size_t)PKTRT__NODE_BYTES);
   const uint32_t *child = (const uint32_t *)(const void *)(node + PKTRT__NODE_KEY_BYTES);
-  const float *p0 = (const float *)(const void *)(node + (moving ? view->plane0 : 0));
-  const float *p1 = (const float *)(const void *)(node + (moving ? view->plane1 : 0));
+  const float *p0 = (const float *)(const void *)(node + (moving ? seg->plane0 : 0));
+  const float *p1 = (const float *)(const void *)(node + (moving ? seg->plane1 : 0));
   PKTRT__ALIGN64 float w[8];
   v8 entry;
   uint32_t whole;
@@ -6598,23 +6598,23 @@ OP bool pktrt__frustum_is_thin(uint64_t mask, uint32_t ref, const bool occlusion
 }
 
 /* One group of the scene, from its root. Returns the occluded rays. */
-OP uint64_t pktrt__frustum_template(pktrt__frustum *f, const pktrt__bvh_segment *view, pktrt__batch *b, uint64_t mask,
+OP uint64_t pktrt__frustum_template(pktrt__frustum *f, const pktrt__bvh_segment *seg, pktrt__batch *b, uint64_t mask,
                           const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
   pktrt__frustum_entry stack[PKTRT__STACK + 8];
-  const ptrdiff_t to_key1 = moving ? ((ptrdiff_t)view->plane1 - (ptrdiff_t)view->plane0) / (ptrdiff_t)sizeof(float) : 0;
-  const bool still = !moving || (stats && !view->vertex1); /* at rest, counted: see PKTRT__INSTANCES */
+  const ptrdiff_t to_key1 = moving ? ((ptrdiff_t)seg->plane1 - (ptrdiff_t)seg->plane0) / (ptrdiff_t)sizeof(float) : 0;
+  const bool still = !moving || (stats && !seg->vertex1); /* at rest, counted: see PKTRT__INSTANCES */
   const uint64_t mask_all = mask;
   uint64_t alive = mask, hit = 0;
   uint32_t sp = 0, ref = 0;
   for (;;) {
     if (pktrt__frustum_is_thin(mask, ref, occlusion, !still)) {
       COUNT(fallbacks, 1);
-      hit = pktrt__stream_traverse(view, b, f->list, mask, ref, occlusion, moving, stats, counts);
+      hit = pktrt__stream_traverse(seg, b, f->list, mask, ref, occlusion, moving, stats, counts);
     } else if (ref & PKTRT__LEAF) {
-      hit = still ? pktrt__frustum_leaf(f, view, b, ref & ~PKTRT__LEAF, mask, occlusion, stats, counts)
-                  : pktrt__frustum_leaf_moving(f, view, b, ref & ~PKTRT__LEAF, mask, occlusion, stats ? counts : NULL);
+      hit = still ? pktrt__frustum_leaf(f, seg, b, ref & ~PKTRT__LEAF, mask, occlusion, stats, counts)
+                  : pktrt__frustum_leaf_moving(f, seg, b, ref & ~PKTRT__LEAF, mask, occlusion, stats ? counts : NULL);
     } else {
-      sp += pktrt__frustum_open_node(f, view, ref, mask, stack + sp, occlusion, moving, stats, counts);
+      sp += pktrt__frustum_open_node(f, seg, ref, mask, stack + sp, occlusion, moving, stats, counts);
     }
     if (hit) {
       if (occlusion && !(alive &= ~hit)) return mask_all;
@@ -6655,7 +6655,7 @@ OP uint64_t pktrt__frustum_template(pktrt__frustum *f, const pktrt__bvh_segment 
 typedef struct pktrt__paper_packet {
   const pktrt__query *call;
   pktrt__batch *b;
-  const pktrt__bvh_segment *view;
+  const pktrt__bvh_segment *seg;
   uint32_t base, end; /* rays of the packet */
   uint32_t last;      /* where the active range ends: rays from it on are known to miss an ancestor */
   uint64_t active[PKTRT__BATCH / 64];
@@ -6866,16 +6866,16 @@ OP uint32_t pktrt__paper_test_triangle(const pktrt__paper_packet *p, const float
   const v8 u = vsub(vmul(x[2], y[1]), vmul(y[2], x[1])), v = vsub(vmul(x[0], y[2]), vmul(y[0], x[2]));
   const v8 w = vsub(vmul(x[1], y[0]), vmul(y[1], x[0])), zero = vset(0);
   bits &= ~mbits(mand(vlt(vmin(u, vmin(v, w)), zero), vlt(zero, vmax(u, vmax(v, w)))));
-  return bits ? pktrt__paper_accept8(p->view, b, r, bits, x, y, z, id, slot, stats ? counts : NULL) : 0;
+  return bits ? pktrt__paper_accept8(p->seg, b, r, bits, x, y, z, id, slot, stats ? counts : NULL) : 0;
 }
 
 /* A leaf, child c, against the rays of the active range that may hit its box; those of the first group are known. Rays
    of a group that disagree on the main axis are tested one by one. */
 OP bool pktrt__paper_leaf(pktrt__paper_packet *p, const pktrt__paper_child *c, uint32_t index, uint32_t first,
                          const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
-  const unsigned char *block = p->view->blocks + index * p->view->block_bytes;
-  const float *k0 = (const float *)(const void *)(block + p->view->vertex0),
-              *k1 = (const float *)(const void *)(block + p->view->vertex1);
+  const unsigned char *block = p->seg->blocks + index * p->seg->block_bytes;
+  const float *k0 = (const float *)(const void *)(block + p->seg->vertex0),
+              *k1 = (const float *)(const void *)(block + p->seg->vertex1);
   const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
   bool any = false;
   pktrt__paper_event(p, PKTRT_EVENT_LEAF, index, 0, first, stats);
@@ -6895,7 +6895,7 @@ OP bool pktrt__paper_leaf(pktrt__paper_packet *p, const pktrt__paper_child *c, u
     for (uint32_t m = same ? 0 : bits; m; m &= m - 1) {
       const uint32_t ray = r + pktrt__lowest_bit(m);
       COUNT(vector_triangle_tests, 1);
-      const uint32_t lanes = pktrt__tri_ray_block(p->view, p->b, ray, index, occlusion, moving, stats, counts);
+      const uint32_t lanes = pktrt__tri_ray_block(p->seg, p->b, ray, index, occlusion, moving, stats, counts);
       for (uint32_t l = lanes; l; l &= l - 1)
         pktrt__paper_event(p, PKTRT_EVENT_HIT, index, pktrt__lowest_bit(l), ray, stats);
       if (lanes) hits |= 1u << (ray - r);
@@ -6921,19 +6921,19 @@ OP void pktrt__paper_traverse(pktrt__paper_packet *p, const bool occlusion, cons
     const float *plane; /* of the child, at key 0 of the segment */
     uint32_t ref, first, last, node, child;
   } stack[PKTRT__STACK + 8];
-  const pktrt__bvh_segment *view = p->view;
-  const ptrdiff_t to_key1 = moving ? ((ptrdiff_t)view->plane1 - (ptrdiff_t)view->plane0) / (ptrdiff_t)sizeof(float) : 0;
+  const pktrt__bvh_segment *seg = p->seg;
+  const ptrdiff_t to_key1 = moving ? ((ptrdiff_t)seg->plane1 - (ptrdiff_t)seg->plane0) / (ptrdiff_t)sizeof(float) : 0;
   uint32_t sp = 0, ref = 0, first = p->base;
   while (first < p->end && !(p->active[first / 64] >> first % 64 & 1)) first++;
   if (first == p->end) return;
   pktrt__paper_intervals(p);
   p->last = p->end;
-  pktrt__paper_child c = pktrt__paper_child_of((const float *)(const void *)view->nodes, NULL, 0, 0); /* set below */
+  pktrt__paper_child c = pktrt__paper_child_of((const float *)(const void *)seg->nodes, NULL, 0, 0); /* set below */
   for (;;) {
     if (ref & PKTRT__LEAF) {
       if (pktrt__paper_leaf(p, &c, ref & ~PKTRT__LEAF, first, occlusion, moving, stats, counts)) pktrt__paper_update_depth(p);
     } else { /* open a node: its children wait, the nearest to the first active ray's direction on top */
-      const unsigned char *node = view->nodes + ref * view->node_bytes;
+      const unsigned char *node = seg->nodes + ref * seg->node_bytes;
       const uint32_t *child = (const uint32_t *)(const void *)(node + PKTRT__NODE_KEY_BYTES);
       uint32_t perm = child[8 + p->b->octant[first]];
       COUNT(node_visits, 1);
@@ -6941,7 +6941,7 @@ OP void pktrt__paper_traverse(pktrt__paper_packet *p, const bool occlusion, cons
       for (int i = 0; i < 8; i++, perm >>= 3) {
         const uint32_t k = perm & 7;
         if (child[k] == PKTRT__EMPTY) continue;
-        stack[sp].plane = (const float *)(const void *)(node + view->plane0) + k;
+        stack[sp].plane = (const float *)(const void *)(node + seg->plane0) + k;
         stack[sp].ref = child[k], stack[sp].first = first, stack[sp].last = p->last;
         stack[sp].node = ref, stack[sp++].child = k;
       }
@@ -6983,24 +6983,24 @@ PKTRT__NOINLINE void pktrt__drive_paper(const pktrt__query *call, pktrt__batch *
   memset(&unwanted, 0, sizeof unwanted);
   pktrt__paper_packet p;
   p.call = call, p.b = b;
-  for (uint32_t i = 0; i < scene->group_count; i++) {
-    const pktrt__bvh *g = &scene->groups[i];
-    const bool moving = pktrt__has_motion(g->key_count);
-    pktrt__batch_time_weights(b, 0, n, g->key_count);
+  for (uint32_t i = 0; i < scene->bvh_count; i++) {
+    const pktrt__bvh *bvh = &scene->bvhs[i];
+    const bool moving = pktrt__has_motion(bvh->key_count);
+    pktrt__batch_time_weights(b, 0, n, bvh->key_count);
     for (p.base = 0; p.base < n; p.base = p.end) {
       p.end = n - p.base < call->desc->packet_size ? n : p.base + call->desc->packet_size;
       if (!i) COUNT(packets, 1);
-      for (uint32_t segment = 0; segment + 1 < g->key_count || !segment; segment++) {
+      for (uint32_t segment = 0; segment + 1 < bvh->key_count || !segment; segment++) {
         memset(p.active, 0, sizeof p.active);
         for (uint32_t r = p.base; r < p.end; r++)
-          if ((b->valid[r / 64] >> r % 64 & 1) && (!PKTRT__MOTION || g->key_count < 3 || b->segment[r] == segment) &&
+          if ((b->valid[r / 64] >> r % 64 & 1) && (!PKTRT__MOTION || bvh->key_count < 3 || b->segment[r] == segment) &&
               (!occlusion || b->slot[r]))
             p.active[r / 64] |= (uint64_t)1 << r % 64;
         uint64_t before[PKTRT__BATCH / 64];
         memcpy(before, p.active, sizeof before);
-        pktrt__bvh_segment view = pktrt__bvh_segment_of(scene->groups, i, moving ? segment : 0);
-        view.check_area = moving && occlusion;
-        p.view = &view;
+        pktrt__bvh_segment seg = pktrt__bvh_segment_of(scene->bvhs, i, moving ? segment : 0);
+        seg.check_area = moving && occlusion;
+        p.seg = &seg;
 #if !PKTRT__MOTION
         pktrt__paper_traverse_static(&p, occlusion, counts);
 #elif FEW_INSTANCES
@@ -7019,9 +7019,9 @@ PKTRT__NOINLINE void pktrt__drive_paper(const pktrt__query *call, pktrt__batch *
 
 #if FRUSTA
 #define INSTANCE(tag, o, m, s)                                                                                         \
-  PKTRT__NOINLINE uint64_t PKTRT__NAME(pktrt__frustum_##tag)(pktrt__frustum *f, const pktrt__bvh_segment *view, pktrt__batch *b,       \
+  PKTRT__NOINLINE uint64_t PKTRT__NAME(pktrt__frustum_##tag)(pktrt__frustum *f, const pktrt__bvh_segment *seg, pktrt__batch *b,       \
                                                uint64_t mask, pktrt_counts *counts) {                                  \
-    return pktrt__frustum_template(f, view, b, mask, o, m, s, counts);                                                           \
+    return pktrt__frustum_template(f, seg, b, mask, o, m, s, counts);                                                           \
   }
 PKTRT__INSTANCES(INSTANCE)
 #undef INSTANCE
@@ -7043,23 +7043,23 @@ OP uint64_t pktrt__drive_rays_of_segment(const pktrt__batch *b, const uint8_t *l
 
 /* Whether a ray may meet a group at any time. Asked of those that move, before anything is done for the ray's own time:
    most rays miss what moves. `step`: from axis to axis. */
-OP bool pktrt__drive_may_meet(const pktrt__bvh *g, const float *rd, const float *cn, const float *cf, size_t step, float wn,
+OP bool pktrt__drive_may_meet(const pktrt__bvh *bvh, const float *rd, const float *cn, const float *cf, size_t step, float wn,
                        float wf) {
   float n = wn, f = wf;
   UNROLL for (int a = 0; a < 3; a++, rd += step, cn += step, cf += step) {
-    const float l = g->lo[a] * *rd, h = g->hi[a] * *rd;
+    const float l = bvh->lo[a] * *rd, h = bvh->hi[a] * *rd;
     n = pktrt__maxf(pktrt__minf(l, h) - *cn, n), f = pktrt__minf(pktrt__maxf(l, h) - *cf, f);
   }
   return n <= f;
 }
 
-OP uint64_t pktrt__drive_rays_near(const pktrt__bvh *g, const pktrt__batch *b, const uint8_t *list, uint64_t mask) {
+OP uint64_t pktrt__drive_rays_near(const pktrt__bvh *bvh, const pktrt__batch *b, const uint8_t *list, uint64_t mask) {
   uint64_t near_ = 0, any = 0;
   for (uint32_t w = 0; w < PKTRT__BATCH / 64; w++) any |= b->moving[w];
   for (mask = any ? mask : 0; mask; mask &= mask - 1) {
     const uint32_t i = pktrt__lowest_bit(mask), r = list[i];
     if (!(b->moving[r / 64] >> r % 64 & 1)) continue;
-    const bool may = pktrt__drive_may_meet(g, &b->rd[0][r], &b->cn[0][r], &b->cf[0][r], PKTRT__ROW, b->wn[r], b->wf[r]);
+    const bool may = pktrt__drive_may_meet(bvh, &b->rd[0][r], &b->cn[0][r], &b->cf[0][r], PKTRT__ROW, b->wn[r], b->wf[r]);
     near_ |= (uint64_t)may << i;
   }
   return near_;
@@ -7068,21 +7068,21 @@ OP uint64_t pktrt__drive_rays_near(const pktrt__bvh *g, const pktrt__batch *b, c
 /* Rays of one octant through all groups. */
 PKTRT__NOINLINE void pktrt__drive_stream(const pktrt_scene *scene, pktrt__batch *b, const uint8_t *list, uint64_t mask,
                                         const bool occlusion, const bool stats, pktrt_counts *counts) {
-  for (uint32_t i = 0; i < scene->group_count && mask; i++) {
-    const pktrt__bvh *g = &scene->groups[i];
+  for (uint32_t i = 0; i < scene->bvh_count && mask; i++) {
+    const pktrt__bvh *bvh = &scene->bvhs[i];
     uint64_t hit = 0;
-    if (!pktrt__has_motion(g->key_count)) {
+    if (!pktrt__has_motion(bvh->key_count)) {
       for (uint64_t m = stats ? mask : 0; m; m &= m - 1) pktrt__batch_time_weights(b, list[pktrt__lowest_bit(m)], 1, 1);
-      hit = pktrt__stream_traverse(&g->rest, b, list, mask, 0, occlusion, false, stats, counts);
+      hit = pktrt__stream_traverse(&bvh->rest, b, list, mask, 0, occlusion, false, stats, counts);
     } else {
-      const uint64_t near_ = pktrt__drive_rays_near(g, b, list, mask);
-      for (uint64_t m = near_; m; m &= m - 1) pktrt__batch_time_weights(b, list[pktrt__lowest_bit(m)], 1, g->key_count);
+      const uint64_t near_ = pktrt__drive_rays_near(bvh, b, list, mask);
+      for (uint64_t m = near_; m; m &= m - 1) pktrt__batch_time_weights(b, list[pktrt__lowest_bit(m)], 1, bvh->key_count);
       for (uint64_t rest = near_; rest;) {
         const uint32_t segment = b->segment[list[pktrt__lowest_bit(rest)]];
-        const uint64_t same = g->key_count > 2 ? pktrt__drive_rays_of_segment(b, list, rest, segment) : rest;
-        pktrt__bvh_segment view = pktrt__bvh_segment_of(scene->groups, i, segment);
-        view.check_area = occlusion;
-        hit |= pktrt__stream_traverse(&view, b, list, same, 0, occlusion, true, stats, counts);
+        const uint64_t same = bvh->key_count > 2 ? pktrt__drive_rays_of_segment(b, list, rest, segment) : rest;
+        pktrt__bvh_segment seg = pktrt__bvh_segment_of(scene->bvhs, i, segment);
+        seg.check_area = occlusion;
+        hit |= pktrt__stream_traverse(&seg, b, list, same, 0, occlusion, true, stats, counts);
         rest &= ~same;
       }
     }
@@ -7101,25 +7101,25 @@ PKTRT__NOINLINE void pktrt__drive_frustum(const pktrt_scene *scene, pktrt__batch
   pktrt__frustum_setup(&f, scene, b, base, mask);
   COUNT(packets, 1);
   uint64_t asked = mask; /* whose depth the frustum has */
-  for (uint32_t i = 0; i < scene->group_count && mask; i++) {
-    const pktrt__bvh *g = &scene->groups[i];
-    const bool moving = pktrt__has_motion(g->key_count);
-    uint64_t hit = 0, rest = moving ? pktrt__box_test_packet(b, base, mask, g->lo, g->hi) : mask;
+  for (uint32_t i = 0; i < scene->bvh_count && mask; i++) {
+    const pktrt__bvh *bvh = &scene->bvhs[i];
+    const bool moving = pktrt__has_motion(bvh->key_count);
+    uint64_t hit = 0, rest = moving ? pktrt__box_test_packet(b, base, mask, bvh->lo, bvh->hi) : mask;
     if (!rest) continue;
     if (!moving) {
       if (rest != asked || (i > 0 && !occlusion)) pktrt__frustum_update_depth(&f, b, asked = rest);
       if (stats) pktrt__batch_time_weights(b, base, 64, 1), pktrt__frustum_times(&f, b, rest);
-      hit = PKTRT__PICK(pktrt__frustum)(&f, &g->rest, b, rest, counts);
+      hit = PKTRT__PICK(pktrt__frustum)(&f, &bvh->rest, b, rest, counts);
     } else {
-      pktrt__batch_packet_time_weights(b, base, g->key_count);
+      pktrt__batch_packet_time_weights(b, base, bvh->key_count);
       while (rest) {
-        const uint32_t segment = g->key_count > 2 ? b->segment[base + pktrt__lowest_bit(rest)] : 0;
-        const uint64_t same = g->key_count > 2 ? pktrt__drive_rays_of_segment(b, f.list, rest, segment) : rest;
-        pktrt__bvh_segment view = pktrt__bvh_segment_of(scene->groups, i, segment);
-        view.check_area = occlusion;
+        const uint32_t segment = bvh->key_count > 2 ? b->segment[base + pktrt__lowest_bit(rest)] : 0;
+        const uint64_t same = bvh->key_count > 2 ? pktrt__drive_rays_of_segment(b, f.list, rest, segment) : rest;
+        pktrt__bvh_segment seg = pktrt__bvh_segment_of(scene->bvhs, i, segment);
+        seg.check_area = occlusion;
         pktrt__frustum_times(&f, b, same);
         pktrt__frustum_update_depth(&f, b, asked = same);
-        hit |= PKTRT__PICK(pktrt__frustum)(&f, &view, b, same, counts);
+        hit |= PKTRT__PICK(pktrt__frustum)(&f, &seg, b, same, counts);
         rest &= ~same;
       }
     }
@@ -7136,18 +7136,18 @@ PKTRT__NOINLINE void pktrt__drive_frustum(const pktrt_scene *scene, pktrt__batch
 PKTRT__NOINLINE bool pktrt__drive_single(const pktrt_scene *scene, pktrt__single *ray, bool occlusion, bool check,
                                        bool stats, pktrt_counts *counts) {
   bool hit = false;
-  for (uint32_t i = 0; i < scene->group_count && !(occlusion && hit); i++) {
-    const pktrt__bvh *g = &scene->groups[i];
-    if (!pktrt__has_motion(g->key_count)) {
+  for (uint32_t i = 0; i < scene->bvh_count && !(occlusion && hit); i++) {
+    const pktrt__bvh *bvh = &scene->bvhs[i];
+    if (!pktrt__has_motion(bvh->key_count)) {
       const bool moving = false;
       if (stats) ray->ta = 1, ray->tb = 0; /* one key: all of it */
-      hit |= pktrt__single_traverse(&g->rest, ray, 0, occlusion, moving, stats, counts);
-    } else if (pktrt__drive_may_meet(g, ray->rd, ray->cn, ray->cf, 1, ray->wn, ray->wf)) {
+      hit |= pktrt__single_traverse(&bvh->rest, ray, 0, occlusion, moving, stats, counts);
+    } else if (pktrt__drive_may_meet(bvh, ray->rd, ray->cn, ray->cf, 1, ray->wn, ray->wf)) {
       const bool moving = true;
-      const uint32_t segment = pktrt__time_segment(ray->ray->time, g->key_count, &ray->ta, &ray->tb);
-      pktrt__bvh_segment view = pktrt__bvh_segment_of(scene->groups, i, segment);
-      view.check_area = occlusion || check;
-      hit |= pktrt__single_traverse(&view, ray, 0, occlusion, moving, stats, counts);
+      const uint32_t segment = pktrt__time_segment(ray->ray->time, bvh->key_count, &ray->ta, &ray->tb);
+      pktrt__bvh_segment seg = pktrt__bvh_segment_of(scene->bvhs, i, segment);
+      seg.check_area = occlusion || check;
+      hit |= pktrt__single_traverse(&seg, ray, 0, occlusion, moving, stats, counts);
     }
   }
   return hit;
@@ -7165,10 +7165,10 @@ PKTRT__NOINLINE void pktrt__drive_batch_ray(const pktrt_scene *scene, pktrt__bat
 /* Which of the rays may meet any group that moves. */
 OP void pktrt__drive_find_moving(const pktrt_scene *scene, pktrt__batch *b, const uint64_t *rays) {
   memset(b->moving, 0, sizeof b->moving);
-  for (uint32_t i = 0; i < scene->group_count; i++) {
-    const pktrt__bvh *g = &scene->groups[i];
-    for (uint32_t w = 0; w < PKTRT__BATCH / 64 && pktrt__has_motion(g->key_count); w++)
-      if (rays[w]) b->moving[w] |= pktrt__box_test_packet(b, 64 * w, rays[w], g->lo, g->hi);
+  for (uint32_t i = 0; i < scene->bvh_count; i++) {
+    const pktrt__bvh *bvh = &scene->bvhs[i];
+    for (uint32_t w = 0; w < PKTRT__BATCH / 64 && pktrt__has_motion(bvh->key_count); w++)
+      if (rays[w]) b->moving[w] |= pktrt__box_test_packet(b, 64 * w, rays[w], bvh->lo, bvh->hi);
   }
 }
 
@@ -7279,15 +7279,15 @@ OP void pktrt__drive_fast(const pktrt_scene *scene, pktrt__batch *b, uint32_t n,
 
 /* Corners of the triangles that eight rays hit, at the rays' times. Neighbours mostly hit the same triangle, which,
    at rest or of two keys, is then read once. */
-PKTRT__NOINLINE void pktrt__resolve_gather_corners(const pktrt_scene *scene, const uint32_t *slot_of, const uint32_t *groups,
+PKTRT__NOINLINE void pktrt__resolve_gather_corners(const pktrt_scene *scene, const uint32_t *slot_of, const uint32_t *bvhs,
                                           const float *time, uint32_t hits, v8 p[3][3]) {
   UNROLL for (int c = 0; c < 9; c++) p[c / 3][c % 3] = vset(0);
   for (uint32_t rest = hits; rest;) {
     const uint32_t r = pktrt__lowest_bit(rest), slot = slot_of[r];
-    const pktrt__bvh *g = &scene->groups[groups[r]];
-    const unsigned char *block = g->blocks + (size_t)(slot / 8) * g->block_bytes;
-    uint32_t lanes = rest & veq_u32(slot_of, slot) & veq_u32(groups, groups[r]);
-    if (!pktrt__has_motion(g->key_count)) {
+    const pktrt__bvh *bvh = &scene->bvhs[bvhs[r]];
+    const unsigned char *block = bvh->blocks + (size_t)(slot / 8) * bvh->block_bytes;
+    uint32_t lanes = rest & veq_u32(slot_of, slot) & veq_u32(bvhs, bvhs[r]);
+    if (!pktrt__has_motion(bvh->key_count)) {
       const float *k0 = (const float *)(const void *)block + slot % 8;
       const m8 m = mfrom(lanes);
       for (int c = 0; c < 3; c++, k0 += 24)
@@ -7295,9 +7295,9 @@ PKTRT__NOINLINE void pktrt__resolve_gather_corners(const pktrt_scene *scene, con
     } else {
       v8 tb = vmin(vmax(vload(time), vset(0)), vset(1)), ta = vsub(vset(1), tb); /* pktrt__time_segment of two keys */
       uint32_t segment = 0;
-      if (g->key_count > 2) { /* in whose segments neighbours differ */
+      if (bvh->key_count > 2) { /* in whose segments neighbours differ */
         float a, b;
-        segment = pktrt__time_segment(time[r], g->key_count, &a, &b);
+        segment = pktrt__time_segment(time[r], bvh->key_count, &a, &b);
         lanes = rest & (0u - rest), ta = vset(a), tb = vset(b);
       }
       const float *k0 = (const float *)(const void *)(block + pktrt__block_key_offset(segment)) + slot % 8;
@@ -7564,9 +7564,9 @@ PKTRT__NOINLINE bool pktrt__surface_gather_normals(const pktrt_scene *scene, con
 
 /* Where rays start that leave surfaces i to i + 7 along their flat normals: 1, or -1 below them. */
 STEP void pktrt__surface_start(const pktrt__surfaces *s, uint32_t i, double side, v8 o[3]) {
-  const d8 lift = dmul(dfrom(vload(s->lift + i)), dset(side));
+  const d8 lift = dmul(dfrom(vload(s->offset + i)), dset(side));
   ROLL_OUT for (int a = 0; a < 3; a++)
-    o[a] = dto(dadd(dload(s->point[a] + i), dmul(lift, dfrom(vload(s->flat[a] + i)))));
+    o[a] = dto(dadd(dload(s->point[a] + i), dmul(lift, dfrom(vload(s->ng[a] + i)))));
 }
 
 /* Points and normals of surfaces i to i + 7, of which those in `lanes` exist. */
@@ -7603,10 +7603,10 @@ PKTRT__NOINLINE void pktrt__surface_find8(const pktrt_scene *scene, bool smooth,
   const m8 turned = vlt(pktrt__vec_dot(q, n), zero);
   ROLL_OUT for (int a = 0; a < 3; a++) q[a] = vsel(turned, vsub(zero, q[a]), q[a]);
   const m8 away = vle(zero, pktrt__vec_dot(q, d));
-  pktrt__vec_store3(s->flat, i, n);
-  pktrt__vec_store3(s->shade, i, q);
+  pktrt__vec_store3(s->ng, i, n);
+  pktrt__vec_store3(s->ns, i, q);
   pktrt__vec_store3(s->d, i, d);
-  ROLL_OUT for (int a = 0; a < 3; a++) vstore(s->facing[a] + i, vsel(away, n[a], q[a]));
+  ROLL_OUT for (int a = 0; a < 3; a++) vstore(s->nf[a] + i, vsel(away, n[a], q[a]));
   s->inside[i / 8] = (uint8_t)mbits(inside);
   pktrt__surface_start(s, i, 1, p[0]);
   pktrt__vec_store3(s->start, i, p[0]);
@@ -7619,20 +7619,20 @@ PKTRT__NOINLINE void pktrt__surface_read_materials(const pktrt_scene *scene, pkt
   ROLL_OUT for (int a = 0; a < 3; a++) albedo[a] = reflectance[a] = emission[a] = vset(0);
   for (uint32_t rest = lanes; rest;) {
     const uint32_t material = s->material[i + pktrt__lowest_bit(rest)], same = rest & veq_u32(s->material + i, material);
-    const pktrt_material *look = pktrt__material_of(scene, material);
-    const bool tinted = look->reflectance[0] > 0 || look->reflectance[1] > 0 || look->reflectance[2] > 0;
-    const bool own = tinted || look->specular == PKTRT_SPECULAR_MIRROR;
-    const float ior = pktrt__material_ior(look, 0);
-    const m8 m = mfrom(same), within = mfrom(look->specular == PKTRT_SPECULAR_DIELECTRIC ? s->inside[i / 8] : 0u);
+    const pktrt_material *mat = pktrt__material_of(scene, material);
+    const bool tinted = mat->reflectance[0] > 0 || mat->reflectance[1] > 0 || mat->reflectance[2] > 0;
+    const bool own = tinted || mat->specular == PKTRT_SPECULAR_MIRROR;
+    const float ior = pktrt__material_ior(mat, 0);
+    const m8 m = mfrom(same), within = mfrom(mat->specular == PKTRT_SPECULAR_DIELECTRIC ? s->inside[i / 8] : 0u);
     ROLL_OUT for (int a = 0; a < 3; a++) {
-      albedo[a] = vsel(m, vset(look->albedo[a]), albedo[a]);
-      emission[a] = vsel(m, vset(look->emission[a]), emission[a]);
-      reflectance[a] = vsel(m, vset(own ? look->reflectance[a] : 1), reflectance[a]);
+      albedo[a] = vsel(m, vset(mat->albedo[a]), albedo[a]);
+      emission[a] = vsel(m, vset(mat->emission[a]), emission[a]);
+      reflectance[a] = vsel(m, vset(own ? mat->reflectance[a] : 1), reflectance[a]);
     }
     eta = vsel(m, vsel(within, vset(1 / ior), vset(ior)), eta);
-    kind[look->specular] |= same;
-    shaded |= look->shader ? same : 0, hooked |= look->shader || look->texture ? same : 0;
-    lobed |= pktrt__material_has_lobe(look) ? same : 0;
+    kind[mat->specular] |= same;
+    shaded |= mat->shader ? same : 0, hooked |= mat->shader || mat->texture ? same : 0;
+    lobed |= pktrt__material_has_lobe(mat) ? same : 0;
     rest &= ~same;
   }
   pktrt__vec_store3(s->albedo, i, albedo);
@@ -7667,8 +7667,8 @@ OP v8 pktrt__material_cosine_behind(v8 c, v8 eta) {
 STEP void pktrt__material_scatter(pktrt__surfaces *s, uint32_t i) {
   v8 d[3], n[3], f[3], r[3], t[3];
   pktrt__vec_load3(d, s->d, i);
-  pktrt__vec_load3(n, s->facing, i);
-  pktrt__vec_load3(f, s->flat, i);
+  pktrt__vec_load3(n, s->nf, i);
+  pktrt__vec_load3(f, s->ng, i);
   const v8 zero = vset(0), one = vset(1), eta = vload(s->eta + i);
   const v8 c = vmin(one, vsub(zero, pktrt__vec_dot(d, n))), cf = vmin(one, vsub(zero, pktrt__vec_dot(d, f)));
   ROLL_OUT for (int a = 0; a < 3; a++) r[a] = vadd(d[a], vmul(vadd(c, c), n[a]));
@@ -7695,7 +7695,7 @@ PKTRT__NOINLINE void pktrt__material_weights8(pktrt__surfaces *s, uint32_t i) {
   const uint32_t live = ~(uint32_t)s->shaded[i / 8], glossy = live & ~(uint32_t)s->kind[PKTRT_SPECULAR_NONE][i / 8];
   const v8 zero = vset(0), one = vset(1);
   if (!(glossy & 0xFF)) {
-    for (int a = 0; a < 3; a++) vstore(s->specular[a] + i, zero), vstore(s->passing[a] + i, zero);
+    for (int a = 0; a < 3; a++) vstore(s->reflected[a] + i, zero), vstore(s->transmitted[a] + i, zero);
     return;
   }
   pktrt__material_scatter(s, i);
@@ -7707,8 +7707,8 @@ PKTRT__NOINLINE void pktrt__material_weights8(pktrt__surfaces *s, uint32_t i) {
   const v8 factor = vsel(mirror, one, vsel(mor(coat, glass), fresnel, zero));
   ROLL_OUT for (int a = 0; a < 3; a++) {
     const v8 albedo = vload(s->albedo[a] + i);
-    vstore(s->specular[a] + i, vmul(factor, vload(s->reflectance[a] + i)));
-    vstore(s->passing[a] + i, vsel(glass, rest, zero));
+    vstore(s->reflected[a] + i, vmul(factor, vload(s->reflectance[a] + i)));
+    vstore(s->transmitted[a] + i, vsel(glass, rest, zero));
     vstore(s->albedo[a] + i, vsel(bare, zero, vsel(coat, vmul(albedo, rest), albedo)));
   }
 }
@@ -7760,8 +7760,8 @@ PKTRT__NOINLINE void pktrt__light_shadow_rays8(const pktrt_scene *scene, const p
   v8 o[3], d[3], arriving[3], lobe = vset(0), largest = vset(0);
   pktrt__vec_load3(o, s->start, i);
   pktrt__vec_dload3(p, s->point, i);
-  pktrt__vec_dfrom3(flat, s->flat, i);
-  pktrt__vec_dfrom3(shade, s->shade, i);
+  pktrt__vec_dfrom3(flat, s->ng, i);
+  pktrt__vec_dfrom3(shade, s->ns, i);
   d8 factor = pktrt__light_locate(l, i, p, at);
   if (l->listed) lanes &= mbits(dlt(dset(0), factor)); /* others have no place on a light */
   ROLL_OUT for (int a = 0; a < 3; a++) {
@@ -7786,7 +7786,7 @@ PKTRT__NOINLINE void pktrt__light_shadow_rays8(const pktrt_scene *scene, const p
   }
   ROLL_OUT for (int a = 0; a < 3; a++) {
     const v8 light = l->listed ? vload(l->listed->arriving[a] + i) : vset(l->arriving[a]);
-    const v8 specular = vload(s->specular[a] + i), albedo = vload(s->albedo[a] + i);
+    const v8 specular = vload(s->reflected[a] + i), albedo = vload(s->albedo[a] + i);
     arriving[a] = vmul(vadd(vmul(albedo, diffuse), PKTRT__GLOSS && l->lobes ? vmul(specular, lobe) : vset(0)), light);
     largest = vmax(largest, arriving[a]);
   }
@@ -7795,12 +7795,12 @@ PKTRT__NOINLINE void pktrt__light_shadow_rays8(const pktrt_scene *scene, const p
   ROLL_OUT for (int a = 0; a < 3; a++) {
     vcompress(sh->o[a] + n, lanes, o[a]);
     vcompress(sh->d[a] + n, lanes, d[a]);
-    vcompress(sh->arriving[a] + n, lanes, arriving[a]);
+    vcompress(sh->contribution[a] + n, lanes, arriving[a]);
   }
   vcompress_from(sh->time + n, lanes, w->time + s->first + i);
   vcompress_from(sh->surface + n, lanes, s->number + i);
   if (sh->material) vcompress_from(sh->material + n, lanes, s->material + i);
-  if (sh->limit) vstore(sh->limit + n, vset(sh->tmax));
+  if (sh->tmax_row) vstore(sh->tmax_row + n, vset(sh->tmax));
   sh->count += pktrt__popcount8(lanes);
 }
 
@@ -7877,7 +7877,7 @@ PKTRT__NOINLINE uint32_t pktrt__spawn_rays8(const pktrt__spawn_request *g, const
   uint32_t medium[8], key[8];
   v8 weight[3], o[3], d[3];
   ROLL_OUT for (int a = 0; a < 3; a++) {
-    weight[a] = vload((g->refraction ? s->passing[a] : s->specular[a]) + i);
+    weight[a] = vload((g->refraction ? s->transmitted[a] : s->reflected[a]) + i);
     d[a] = vload((g->refraction ? s->refracted[a] : s->mirror[a]) + i);
     o[a] = vload(s->start[a] + i);
   }
@@ -7934,12 +7934,12 @@ static uint32_t pktrt__fit_lanes_with_area(const float *v) {
 }
 
 /* Planes of a node's children at a key: of blocks by their vertices, of nodes by their own children. */
-static void pktrt__fit_children(const pktrt__bvh *g, const uint32_t *child, uint32_t key, float *plane) {
+static void pktrt__fit_children(const pktrt__bvh *bvh, const uint32_t *child, uint32_t key, float *plane) {
   for (int c = 0; c < PKTRT__W; c++) {
     if (child[c] == PKTRT__EMPTY) continue;
     const bool leaf = (child[c] & PKTRT__LEAF) != 0;
-    const float *p = leaf ? pktrt__block_vertices(g->blocks + (size_t)(child[c] & ~PKTRT__LEAF) * g->block_bytes, key)
-                          : pktrt__node_planes(g->nodes + (size_t)child[c] * g->node_bytes, key);
+    const float *p = leaf ? pktrt__block_vertices(bvh->blocks + (size_t)(child[c] & ~PKTRT__LEAF) * bvh->block_bytes, key)
+                          : pktrt__node_planes(bvh->nodes + (size_t)child[c] * bvh->node_bytes, key);
     for (int a = 0; a < 3; a++) {
       const float *q = leaf ? p + 8 * a : p + 16 * a;
       const v8 x = vload(q), y = leaf ? vload(q + 24) : vload(q + 8), z = leaf ? vload(q + 48) : y;
@@ -7950,20 +7950,20 @@ static void pktrt__fit_children(const pktrt__bvh *g, const uint32_t *child, uint
 }
 
 /* Children follow their parents, so backwards is bottom-up. */
-static double pktrt__fit_nodes(const pktrt__bvh *g, uint32_t first, uint32_t count) {
+static double pktrt__fit_nodes(const pktrt__bvh *bvh, uint32_t first, uint32_t count) {
   double sum = 0.0, area[8];
   for (uint32_t n = first + count; n-- > first;) {
-    unsigned char *node = g->nodes + (size_t)n * g->node_bytes;
+    unsigned char *node = bvh->nodes + (size_t)n * bvh->node_bytes;
     const uint32_t *child = pktrt__node_children(node);
-    for (uint32_t k = 0; k < g->key_count; k++) {
+    for (uint32_t k = 0; k < bvh->key_count; k++) {
       float *p = pktrt__node_planes(node, k);
-      pktrt__fit_children(g, child, k, p);
+      pktrt__fit_children(bvh, child, k, p);
       const d8 x = dsub(dfrom(vload(p + 8)), dfrom(vload(p))), y = dsub(dfrom(vload(p + 24)), dfrom(vload(p + 16)));
       const d8 z = dsub(dfrom(vload(p + 40)), dfrom(vload(p + 32)));
       dstore(area, dmul(dset(2.0), dadd(dadd(dmul(x, y), dmul(y, z)), dmul(z, x))));
       for (int c = 0; c < PKTRT__W; c++) sum += child[c] == PKTRT__EMPTY ? 0.0 : area[c];
     }
-    pktrt__bvh_order_children(g, node);
+    pktrt__bvh_order_children(bvh, node);
   }
   return sum;
 }
@@ -7977,10 +7977,10 @@ static const pktrt__fit_table pktrt__fit_kernels = {pktrt__fit_lanes_with_area, 
 OP bool pktrt__entry_single(const pktrt_scene *scene, pktrt__single *q, const bool occlusion, bool check,
                         pktrt_counts *unread) {
   const bool moving = false, stats = false;
-  const pktrt__bvh *g = scene->groups;
-  if (scene->group_count != 1 || pktrt__has_motion(g->key_count))
+  const pktrt__bvh *bvh = scene->bvhs;
+  if (scene->bvh_count != 1 || pktrt__has_motion(bvh->key_count))
     return pktrt__drive_single(scene, q, occlusion, check, stats, unread);
-  return pktrt__single_traverse(&g->rest, q, 0, occlusion, moving, stats, unread);
+  return pktrt__single_traverse(&bvh->rest, q, 0, occlusion, moving, stats, unread);
 }
 
 /* One ray by itself. */
@@ -8018,7 +8018,7 @@ OP void pktrt__entry_trace_template(const pktrt__query *call, pktrt__batch *b, u
     b->valid[i / 64] |= (uint64_t)valid << (i % 64);
     COUNT(rays, pktrt__popcount(valid));
   }
-  if (!scene->group_count) {
+  if (!scene->bvh_count) {
     if (!occlusion) pktrt__resolve_batch(call, b, n);
     return;
   }
@@ -8084,7 +8084,7 @@ static void pktrt__batch_store_hits(const pktrt_scene *s, const pktrt__batch *b,
   uint32_t hint[2] = {0, 0};
   for (; i + 8 <= n; i += 8) {
     PKTRT__ALIGN64 uint32_t mesh[8], triangle[8];
-    const pktrt__mesh *m = s->group_count ? &s->meshes[hint[0]] : NULL;
+    const pktrt__mesh *m = s->bvh_count ? &s->meshes[hint[0]] : NULL;
     if (m && m->triangle_count && vbelow_u32(triangle, b->id + i, m->first_id, m->triangle_count) == 0xFF)
       for (uint32_t j = 0; j < 8; j++) mesh[j] = hint[0];
     else
@@ -8301,7 +8301,7 @@ PKTRT__DIVIDES_BY_ZERO PKTRT__COLD uint32_t pktrt__check_compiler(void) {
 }
 
 static uint32_t pktrt__check_all_arithmetic(const pktrt__kernel_table *kernels) {
-  return pktrt__check_thread() | pktrt__check_compiler() | kernels->faults();
+  return pktrt__check_thread() | pktrt__check_compiler() | kernels->check_arithmetic();
 }
 
 PKTRT__COLD const char *pktrt__check_sentence(uint32_t faults) {
@@ -8387,9 +8387,9 @@ PKTRT_DEF void pktrt_scene_destroy(pktrt_scene *s) {
   if (!s) return;
   const pktrt_scene_desc d = s->desc;
   for (uint32_t i = 0; i < s->mesh_count; i++) pktrt__mesh_free(&d, &s->meshes[i]);
-  for (uint32_t i = 0; i < s->group_count; i++) pktrt__bvh_free(&d, &s->groups[i]);
+  for (uint32_t i = 0; i < s->bvh_count; i++) pktrt__bvh_free(&d, &s->bvhs[i]);
   pktrt__mem_release(&d, s->meshes, s->mesh_capacity, sizeof *s->meshes);
-  pktrt__mem_release(&d, s->groups, s->group_count, sizeof *s->groups);
+  pktrt__mem_release(&d, s->bvhs, s->bvh_count, sizeof *s->bvhs);
 #ifndef PKTRT_NO_RENDER
   pktrt__mem_release(&d, s->materials, s->material_capacity, sizeof *s->materials);
   pktrt__mem_release(&d, s->lights, s->light_capacity, sizeof *s->lights);
@@ -8511,9 +8511,9 @@ PKTRT_DEF pktrt_status pktrt_refit(pktrt_scene *s) {
   s->error[0] = 0;
   for (uint32_t i = s->committed_meshes; i < s->mesh_count; i++)
     return pktrt__fail(s, PKTRT_NOT_COMMITTED, "refit: mesh %u was added since the last commit", (unsigned)i);
-  for (uint32_t i = 0; i < s->group_count; i++)
-    if (pktrt__commit_bvh_moved(s, s->groups[i].key_count))
-      pktrt__refit_bvh(&s->desc, &s->groups[i], s->meshes, s->mesh_count);
+  for (uint32_t i = 0; i < s->bvh_count; i++)
+    if (pktrt__commit_bvh_moved(s, s->bvhs[i].key_count))
+      pktrt__refit_bvh(&s->desc, &s->bvhs[i], s->meshes, s->mesh_count);
   for (uint32_t i = 0; i < s->mesh_count; i++) pktrt__commit_promote(&s->meshes[i]);
   pktrt__commit_summarise(s);
   return pktrt__commit_rebuild_worn(s);
@@ -8542,16 +8542,16 @@ PKTRT_DEF void pktrt_get_scene_info(const pktrt_scene *s, pktrt_scene_info *info
     if (m->committed && m->key_count > 1) info->moving_meshes++;
   }
   double area = 0;
-  for (uint32_t i = 0; i < s->group_count; i++) {
-    const pktrt__bvh *g = &s->groups[i];
-    info->triangles += g->triangle_count;
-    info->degenerate += g->degenerate_count;
-    info->nodes += g->node_count;
-    info->leaf_blocks += g->block_count;
-    info->tree_bytes += (uint64_t)g->node_count * g->node_bytes + (uint64_t)g->block_count * g->block_bytes;
-    const double weight = g->area > 0 ? g->area : 1e-300;
-    info->sah_at_build += weight * g->sah_at_build;
-    info->sah_now += weight * g->sah_now;
+  for (uint32_t i = 0; i < s->bvh_count; i++) {
+    const pktrt__bvh *bvh = &s->bvhs[i];
+    info->triangles += bvh->triangle_count;
+    info->degenerate += bvh->degenerate_count;
+    info->nodes += bvh->node_count;
+    info->leaf_blocks += bvh->block_count;
+    info->tree_bytes += (uint64_t)bvh->node_count * bvh->node_bytes + (uint64_t)bvh->block_count * bvh->block_bytes;
+    const double weight = bvh->area > 0 ? bvh->area : 1e-300;
+    info->sah_at_build += weight * bvh->sah_at_build;
+    info->sah_now += weight * bvh->sah_now;
     area += weight;
   }
   if (area > 0) info->sah_at_build /= area, info->sah_now /= area;
@@ -8769,14 +8769,14 @@ PKTRT__NOINLINE void pktrt__query_run_batches(const pktrt_scene *s, const pktrt_
     for (uint32_t from = 0, m; from < all; from += m) {
       const uint16_t *order = all > PKTRT__BATCH ? sorted + from : NULL;
       m = all - from < PKTRT__BATCH ? all - from : (uint32_t)PKTRT__BATCH;
-      if (a->rays) s->kernels->load(&b, a->rays + i, order, m);
+      if (a->rays) s->kernels->load_rays(&b, a->rays + i, order, m);
       else pktrt__query_load_soa(&b, a->ray_rows, i, m, left);
       call.next = a->rays && !order && left > 2 * PKTRT__BATCH ? a->rays + i + PKTRT__BATCH : NULL;
       call.place = a->hits && !order ? a->hits + i : NULL;
       s->kernels->trace(&call, &b, m);
-      if (a->hits) s->kernels->store(s, &b, a->hits + i, order, m);
+      if (a->hits) s->kernels->store_hits(s, &b, a->hits + i, order, m);
       else if (a->hit_rows) pktrt__query_store_soa(s, &b, a->hit_rows, i, m, left);
-      if (occlusion) s->kernels->answer(&b, a->occluded + i, m);
+      if (occlusion) s->kernels->store_occluded(&b, a->occluded + i, m);
     }
     i += all;
   }
@@ -9402,12 +9402,12 @@ typedef struct pktrt__light_data {
   double area;               /* quad, mesh */
   double facing[3];          /* quad: unit normal; directional: unit, towards it; mesh: sum of its areas as vectors */
   double strength;           /* radiance or intensity: of its largest component, */
-  float light[3];            /* and all three relative to that; products stay in range so */
-  pktrt__light_target aim;
-  pktrt__light_triangle *facets;      /* mesh: neighbours lie near each other */
-  pktrt__light_cdf *shares;
+  float color[3];            /* and all three relative to that; products stay in range so */
+  pktrt__light_target target;
+  pktrt__light_triangle *triangles;      /* mesh: neighbours lie near each other */
+  pktrt__light_cdf *cdf;
   pktrt__light_cluster *clusters;  /* 2 facet_count - 1: see pktrt__light_make_clusters */
-  uint32_t facet_count;
+  uint32_t triangle_count;
   double back;               /* mesh: how much counts, against one that faces a point, a facet that looks away */
 } pktrt__light_data;
 
@@ -9427,7 +9427,7 @@ typedef struct pktrt__pass_block {
 } pktrt__pass_block;
 typedef struct pktrt__pass_sums {
   pktrt__pixel_sums *sums;   /* of the pixels of an area */
-  pktrt__aov_sums *notes;   /* NULL: not wanted */
+  pktrt__aov_sums *aovs;   /* NULL: not wanted */
   pktrt__pass_block *blocks;
   uint32_t x, y, w, h;       /* the area */
   uint32_t columns, rows;    /* of blocks */
@@ -9437,7 +9437,7 @@ typedef struct pktrt__render_state {
   const pktrt_scene *scene;
   const pktrt_render_desc *desc;
   pktrt__camera_plane plane;   /* of a camera that does not move */
-  pktrt__light_data *lamps;        /* one for each light */
+  pktrt__light_data *lights;        /* one for each light */
   pktrt_sampling sampling;   /* of the first pass */
   pktrt__pass_sums *passes;     /* NULL: there is one */
   uint32_t packet_size, tile_size, samples, max_depth;
@@ -9534,10 +9534,10 @@ static uint32_t pktrt__feature_of_scene(const pktrt_scene *s) {
     if (m->key_count > 1) found |= PKTRT_FEATURE_MOTION;
     if (m->normals) found |= PKTRT_FEATURE_NORMALS;
     if (m->material > s->material_count) continue; /* refused by renders */
-    const pktrt_material *look = pktrt__material_of(s, m->material);
-    if (look->texture || look->shader) found |= PKTRT_FEATURE_TEXTURES;
-    if (pktrt__material_has_lobe(look)) found |= PKTRT_FEATURE_GLOSS;
-    switch (look->specular) {
+    const pktrt_material *mat = pktrt__material_of(s, m->material);
+    if (mat->texture || mat->shader) found |= PKTRT_FEATURE_TEXTURES;
+    if (pktrt__material_has_lobe(mat)) found |= PKTRT_FEATURE_GLOSS;
+    switch (mat->specular) {
     case PKTRT_SPECULAR_NONE: break;
     case PKTRT_SPECULAR_MIRROR:
     case PKTRT_SPECULAR_COAT: found |= PKTRT_FEATURE_MIRROR; break;
@@ -9571,8 +9571,8 @@ static uint32_t pktrt__feature_used(const pktrt_render_desc *d, uint32_t found) 
 }
 
 /* Whether a job needs any of these. Constantly not, if they were left out. */
-PKTRT__INLINE bool pktrt__render_uses(const pktrt__render_state *job, uint32_t features) {
-  return (PKTRT__BUILT & features) && (job->features & features);
+PKTRT__INLINE bool pktrt__render_uses(const pktrt__render_state *render, uint32_t features) {
+  return (PKTRT__BUILT & features) && (render->features & features);
 }
 
 /* The first thing that a description asks for and that was left out; NULL: there is none. */
@@ -9585,34 +9585,34 @@ static const char *pktrt__render_left_out(const pktrt_render_desc *d) {
   return NULL;
 }
 
-static bool pktrt__render_check(const pktrt_scene *s, const pktrt_render_desc *d, pktrt__render_state *job, pktrt__refusal *why) {
-  memset(job, 0, sizeof *job);
+static bool pktrt__render_check(const pktrt_scene *s, const pktrt_render_desc *d, pktrt__render_state *render, pktrt__refusal *why) {
+  memset(render, 0, sizeof *render);
   if (!d) return pktrt__render_refuse(why, "the description is NULL");
   if (!pktrt__render_check_sizes(d, why) || !pktrt__render_check_enums(d, why) || !pktrt__render_check_rules(d, why) ||
       !pktrt__render_check_scene(s, why))
     return false;
   if (pktrt__render_left_out(d)) return pktrt__render_refuse(why, "%s", pktrt__render_left_out(d));
-  job->scene = s, job->desc = d;
-  job->features = pktrt__feature_used(d, pktrt__feature_of_render(s, d));
-  job->packet_size = d->packet_size ? d->packet_size : 8;
-  job->tile_size = d->tile_size ? d->tile_size : 64;
-  job->samples = d->samples ? d->samples : 1;
-  job->max_depth = d->max_depth ? d->max_depth : PKTRT_MAX_DEPTH;
-  job->threshold = d->attenuation == 0 ? 1.0f / 256 : d->attenuation;
-  job->row_stride = d->row_stride ? d->row_stride : (size_t)d->width * 3;
-  job->follow = pktrt__render_uses(job, PKTRT__SPECULAR), job->distribute = d->mode == PKTRT_MODE_DRT;
-  job->choose = d->branching == PKTRT_BRANCHING_CHOOSE ||
-                (job->distribute && d->branching == PKTRT_BRANCHING_BY_MODE);
-  const bool random_lights = pktrt__render_uses(job, PKTRT__AREA_LIGHTS) || d->lights != PKTRT_LIGHTS_ALL;
-  job->draws = (job->distribute && (random_lights || pktrt__render_uses(job, PKTRT__GLOSS))) ||
-               (job->choose && pktrt__render_uses(job, PKTRT__DIELECTRIC));
-  job->sampling.sampler = d->sampler, job->sampling.samples = job->samples, job->sampling.seed = d->seed;
-  job->most_passes = d->passes;
-  if (!d->passes) job->most_passes = d->target_error > 0 || d->time_budget > 0 || d->pass ? 65536 : 1;
-  if (job->most_passes > UINT32_MAX / job->samples) job->most_passes = UINT32_MAX / job->samples;
-  job->random = job->distribute || job->samples > 1 || job->most_passes > 1;
-  job->event_dimensions = 4 + (2 * s->light_count + 3) / 4 * 4;
-  return pktrt__camera_check(&d->camera, d->width, d->height, &job->plane, why);
+  render->scene = s, render->desc = d;
+  render->features = pktrt__feature_used(d, pktrt__feature_of_render(s, d));
+  render->packet_size = d->packet_size ? d->packet_size : 8;
+  render->tile_size = d->tile_size ? d->tile_size : 64;
+  render->samples = d->samples ? d->samples : 1;
+  render->max_depth = d->max_depth ? d->max_depth : PKTRT_MAX_DEPTH;
+  render->threshold = d->attenuation == 0 ? 1.0f / 256 : d->attenuation;
+  render->row_stride = d->row_stride ? d->row_stride : (size_t)d->width * 3;
+  render->follow = pktrt__render_uses(render, PKTRT__SPECULAR), render->distribute = d->mode == PKTRT_MODE_DRT;
+  render->choose = d->branching == PKTRT_BRANCHING_CHOOSE ||
+                (render->distribute && d->branching == PKTRT_BRANCHING_BY_MODE);
+  const bool random_lights = pktrt__render_uses(render, PKTRT__AREA_LIGHTS) || d->lights != PKTRT_LIGHTS_ALL;
+  render->draws = (render->distribute && (random_lights || pktrt__render_uses(render, PKTRT__GLOSS))) ||
+               (render->choose && pktrt__render_uses(render, PKTRT__DIELECTRIC));
+  render->sampling.sampler = d->sampler, render->sampling.samples = render->samples, render->sampling.seed = d->seed;
+  render->most_passes = d->passes;
+  if (!d->passes) render->most_passes = d->target_error > 0 || d->time_budget > 0 || d->pass ? 65536 : 1;
+  if (render->most_passes > UINT32_MAX / render->samples) render->most_passes = UINT32_MAX / render->samples;
+  render->random = render->distribute || render->samples > 1 || render->most_passes > 1;
+  render->event_dimensions = 4 + (2 * s->light_count + 3) / 4 * 4;
+  return pktrt__camera_check(&d->camera, d->width, d->height, &render->plane, why);
 }
 
 /* >>lamps ---------------------------------------------------------------------------------------------------------- */
@@ -9647,10 +9647,10 @@ static double pktrt__light_set_triangle(const pktrt__mesh *m, uint32_t triangle,
 }
 
 /* The facet that a number in [0, total) falls to, by the running sums. */
-static uint32_t pktrt__light_find_triangle(const pktrt__light_data *lamp, double want) {
-  const uint32_t n = lamp->facet_count, part = (uint32_t)(want / lamp->shares[n - 1].sum * (double)n);
-  uint32_t i = lamp->shares[part < n ? part : n - 1].start;
-  while (i + 1 < n && lamp->shares[i].sum <= want) i++;
+static uint32_t pktrt__light_find_triangle(const pktrt__light_data *light, double want) {
+  const uint32_t n = light->triangle_count, part = (uint32_t)(want / light->cdf[n - 1].sum * (double)n);
+  uint32_t i = light->cdf[part < n ? part : n - 1].start;
+  while (i + 1 < n && light->cdf[i].sum <= want) i++;
   return i;
 }
 
@@ -9689,22 +9689,22 @@ static uint64_t pktrt__light_morton_key(const pktrt__mesh *m, uint32_t triangle,
 
 /* Clusters by halving: that of n facets stands at some index, that of the first n / 2 of them behind it, and that of
    the others 2 (n / 2) behind it. */
-static void pktrt__light_make_clusters(pktrt__light_data *lamp) {
+static void pktrt__light_make_clusters(pktrt__light_data *light) {
   struct {
     uint32_t at, first, n;
-  } stack[34] = {{0, 0, lamp->facet_count}};
-  for (uint32_t top = lamp->facet_count ? 1 : 0; top--;) {
+  } stack[34] = {{0, 0, light->triangle_count}};
+  for (uint32_t top = light->triangle_count ? 1 : 0; top--;) {
     const uint32_t at = stack[top].at, first = stack[top].first, n = stack[top].n;
-    pktrt__light_cluster *c = &lamp->clusters[at];
+    pktrt__light_cluster *c = &light->clusters[at];
     memset(c, 0, sizeof *c);
     for (uint32_t i = first; i < first + n; i++) {
-      const pktrt__light_triangle *f = &lamp->facets[i];
+      const pktrt__light_triangle *f = &light->triangles[i];
       c->area += f->area;
       for (int a = 0; a < 3; a++) c->facing[a] += 0.5 * f->normal[a];
       for (int a = 0; a < 3; a++) c->middle[a] += (f->corner[a] + (f->edge[0][a] + f->edge[1][a]) / 3) / n;
     }
     for (uint64_t i = 0; i < 3 * (uint64_t)n; i++) {
-      const pktrt__light_triangle *f = &lamp->facets[first + i / 3];
+      const pktrt__light_triangle *f = &light->triangles[first + i / 3];
       double d[3];
       for (int a = 0; a < 3; a++) d[a] = f->corner[a] + (i % 3 ? f->edge[i % 3 - 1][a] : 0) - c->middle[a];
       c->r2 = pktrt__max(c->r2, pktrt__dot(d, d));
@@ -9720,91 +9720,91 @@ static void pktrt__light_make_clusters(pktrt__light_data *lamp) {
 /* Whether facets that look away from a point outside are hidden from it, as in a globe: if the light is closed, that is,
    its areas cancel as vectors, and all of them look away from its middle, or all towards it; then facings are turned
    outwards. */
-static void pktrt__light_find_back(pktrt__light_data *lamp) {
-  const pktrt__light_cluster *all = lamp->clusters;
+static void pktrt__light_find_back(pktrt__light_data *light) {
+  const pktrt__light_cluster *all = light->clusters;
   const double open = all->area > 0 ? sqrt(pktrt__dot(all->facing, all->facing)) / all->area : 1;
   double outwards = 0;
-  for (uint32_t i = 0; i < lamp->facet_count; i++) {
-    const pktrt__light_triangle *f = &lamp->facets[i];
+  for (uint32_t i = 0; i < light->triangle_count; i++) {
+    const pktrt__light_triangle *f = &light->triangles[i];
     double d[3];
     for (int a = 0; a < 3; a++) d[a] = f->corner[a] + (f->edge[0][a] + f->edge[1][a]) / 3 - all->middle[a];
     outwards += pktrt__dot(d, f->normal) < 0 ? -f->area : f->area;
   }
-  lamp->back = all->area > 0 ? 1 - (1 - pktrt__min(1, open)) * fabs(outwards) / all->area : 1;
-  for (uint32_t i = 0; outwards < 0 && i + 1 < 2 * lamp->facet_count; i++)
-    for (int a = 0; a < 3; a++) lamp->clusters[i].facing[a] = -lamp->clusters[i].facing[a];
+  light->back = all->area > 0 ? 1 - (1 - pktrt__min(1, open)) * fabs(outwards) / all->area : 1;
+  for (uint32_t i = 0; outwards < 0 && i + 1 < 2 * light->triangle_count; i++)
+    for (int a = 0; a < 3; a++) light->clusters[i].facing[a] = -light->clusters[i].facing[a];
 }
 
 /* The facets of a mesh that is a light, in their order, and all that is found by them. They are sorted by key, then
    number: the sample's first coordinate runs through all of them, and where it is stratified, so is the light's surface if
    neighbours in the order are neighbours in space. */
-static bool pktrt__light_make_triangles(const pktrt_scene_desc *desc, const pktrt__mesh *m, pktrt__light_data *lamp, const double lo[3],
+static bool pktrt__light_make_triangles(const pktrt_scene_desc *desc, const pktrt__mesh *m, pktrt__light_data *light, const double lo[3],
                               double size) {
-  const uint32_t n = lamp->facet_count = m->triangle_count;
+  const uint32_t n = light->triangle_count = m->triangle_count;
   double sum = 0, ignored[3];
   uint64_t *key = PKTRT__CAST(uint64_t *, pktrt__mem_alloc(desc, n, sizeof *key));
-  lamp->facets = PKTRT__CAST(pktrt__light_triangle *, pktrt__mem_alloc(desc, n, sizeof *lamp->facets));
-  lamp->shares = PKTRT__CAST(pktrt__light_cdf *, pktrt__mem_alloc(desc, n, sizeof *lamp->shares));
-  lamp->clusters = PKTRT__CAST(pktrt__light_cluster *, pktrt__mem_alloc(desc, 2 * (uint64_t)n, sizeof *lamp->clusters));
-  const bool ok = key && lamp->facets && lamp->shares && lamp->clusters;
+  light->triangles = PKTRT__CAST(pktrt__light_triangle *, pktrt__mem_alloc(desc, n, sizeof *light->triangles));
+  light->cdf = PKTRT__CAST(pktrt__light_cdf *, pktrt__mem_alloc(desc, n, sizeof *light->cdf));
+  light->clusters = PKTRT__CAST(pktrt__light_cluster *, pktrt__mem_alloc(desc, 2 * (uint64_t)n, sizeof *light->clusters));
+  const bool ok = key && light->triangles && light->cdf && light->clusters;
   for (uint32_t i = 0; ok && i < n; i++) key[i] = pktrt__light_morton_key(m, i, lo, size);
   if (ok) pktrt__sort_keys(key, n);
   for (uint32_t i = 0; ok && i < n; i++) {
-    pktrt__light_triangle *f = &lamp->facets[i];
+    pktrt__light_triangle *f = &light->triangles[i];
     f->triangle = (uint32_t)key[i];
     f->area = pktrt__light_set_triangle(m, f->triangle, f, ignored);
-    lamp->shares[i].sum = sum += f->area;
+    light->cdf[i].sum = sum += f->area;
   }
   for (uint32_t i = 0, at = 0; ok && i < n; i++) {
-    while (at + 1 < n && lamp->shares[at].sum <= sum * i / n * (1 - 1e-9)) at++; /* rather one too early */
-    lamp->shares[i].start = at;
+    while (at + 1 < n && light->cdf[at].sum <= sum * i / n * (1 - 1e-9)) at++; /* rather one too early */
+    light->cdf[i].start = at;
   }
-  if (ok) pktrt__light_make_clusters(lamp);
-  if (ok && n) pktrt__light_find_back(lamp);
+  if (ok) pktrt__light_make_clusters(light);
+  if (ok && n) pktrt__light_find_back(light);
   pktrt__mem_release(desc, key, n, sizeof *key);
   return ok;
 }
 
 /* A mesh as a light: by its facets for DRT, as a point for the other modes. */
-static bool pktrt__light_make_mesh(const pktrt__render_state *job, const pktrt__mesh *m, pktrt__light_data *lamp) {
+static bool pktrt__light_make_mesh(const pktrt__render_state *render, const pktrt__mesh *m, pktrt__light_data *light) {
   double lo[3] = {INFINITY, INFINITY, INFINITY}, hi[3] = {-INFINITY, -INFINITY, -INFINITY}, size = 0, normal[3];
   for (uint32_t i = 0; i < m->triangle_count; i++) {
     pktrt__light_triangle f;
     (void)pktrt__light_set_triangle(m, i, &f, normal);
     const double area = 0.5 * f.length;
-    lamp->area += area;
+    light->area += area;
     for (int a = 0; a < 3; a++) {
-      lamp->facing[a] += 0.5 * normal[a];
-      lamp->middle[a] += area * (f.corner[a] + (f.edge[0][a] + f.edge[1][a]) / 3);
+      light->facing[a] += 0.5 * normal[a];
+      light->middle[a] += area * (f.corner[a] + (f.edge[0][a] + f.edge[1][a]) / 3);
     }
   }
-  for (int a = 0; a < 3 && lamp->area > 0; a++) lamp->middle[a] /= lamp->area;
+  for (int a = 0; a < 3 && light->area > 0; a++) light->middle[a] /= light->area;
   for (uint64_t i = 0; i < (uint64_t)m->triangle_count * m->key_count; i++) {
     float p[3][3];
     pktrt__mesh_triangle(m, false, (uint32_t)(i % m->triangle_count), (uint32_t)(i / m->triangle_count), p);
     for (int c = 0; c < 3; c++) {
       double r2 = 0;
       for (int a = 0; a < 3; a++) {
-        const double x = (double)p[c][a], d = x - lamp->middle[a];
+        const double x = (double)p[c][a], d = x - light->middle[a];
         r2 += d * d;
         lo[a] = pktrt__min(lo[a], x), hi[a] = pktrt__max(hi[a], x);
       }
-      if (r2 > lamp->radius * lamp->radius) lamp->radius = sqrt(r2);
+      if (r2 > light->radius * light->radius) light->radius = sqrt(r2);
     }
   }
   for (int a = 0; a < 3; a++) size = pktrt__max(size, hi[a] - lo[a]);
-  return !job->distribute || pktrt__light_make_triangles(&job->scene->desc, m, lamp, lo, size);
+  return !render->distribute || pktrt__light_make_triangles(&render->scene->desc, m, light, lo, size);
 }
 
-static void pktrt__light_free_all(pktrt__render_state *job) {
-  const pktrt_scene *s = job->scene;
-  for (uint32_t i = 0; job->lamps && i < s->light_count; i++) {
-    pktrt__mem_release(&s->desc, job->lamps[i].facets, job->lamps[i].facet_count, sizeof(pktrt__light_triangle));
-    pktrt__mem_release(&s->desc, job->lamps[i].shares, job->lamps[i].facet_count, sizeof(pktrt__light_cdf));
-    pktrt__mem_release(&s->desc, job->lamps[i].clusters, 2 * (uint64_t)job->lamps[i].facet_count, sizeof(pktrt__light_cluster));
+static void pktrt__light_free_all(pktrt__render_state *render) {
+  const pktrt_scene *s = render->scene;
+  for (uint32_t i = 0; render->lights && i < s->light_count; i++) {
+    pktrt__mem_release(&s->desc, render->lights[i].triangles, render->lights[i].triangle_count, sizeof(pktrt__light_triangle));
+    pktrt__mem_release(&s->desc, render->lights[i].cdf, render->lights[i].triangle_count, sizeof(pktrt__light_cdf));
+    pktrt__mem_release(&s->desc, render->lights[i].clusters, 2 * (uint64_t)render->lights[i].triangle_count, sizeof(pktrt__light_cluster));
   }
-  pktrt__mem_release(&s->desc, job->lamps, s->light_count, sizeof *job->lamps);
-  job->lamps = NULL;
+  pktrt__mem_release(&s->desc, render->lights, s->light_count, sizeof *render->lights);
+  render->lights = NULL;
 }
 
 /* Lights that rays cannot hit show in Phong lobes by value; see pktrt_light_kind. */
@@ -9815,57 +9815,57 @@ static bool pktrt__light_is_invisible(const pktrt_light *l) {
 /* One light. A mesh stands in its middle in RCS and WRT: its projected area is |S cos| where it is flat, S being the
    sum of its area vectors; where it is closed and convex it is a quarter of the area on average, and S is 0. The shadow
    ray ends at the sphere around the mesh, whose own triangles would stop it. */
-static void pktrt__light_describe(const pktrt__render_state *job, uint32_t light, pktrt__light_data *lamp) {
-  const pktrt_light *l = &job->scene->lights[light];
-  pktrt__light_target *aim = &lamp->aim;
-  memset(aim, 0, sizeof *aim);
-  aim->kind = l->kind, aim->radius = lamp->radius, aim->area = lamp->area, aim->strength = lamp->strength;
-  aim->folded = pktrt__max(0, lamp->area - sqrt(pktrt__dot(lamp->facing, lamp->facing))) / 4;
+static void pktrt__light_describe(const pktrt__render_state *render, uint32_t index, pktrt__light_data *light) {
+  const pktrt_light *l = &render->scene->lights[index];
+  pktrt__light_target *target = &light->target;
+  memset(target, 0, sizeof *target);
+  target->kind = l->kind, target->radius = light->radius, target->area = light->area, target->strength = light->strength;
+  target->folded = pktrt__max(0, light->area - sqrt(pktrt__dot(light->facing, light->facing))) / 4;
   for (int a = 0; a < 3; a++) {
-    aim->facing[a] = lamp->facing[a], aim->arriving[a] = lamp->light[a];
-    aim->at[a] = (double)l->position[a];
-    if (l->kind == PKTRT_LIGHT_QUAD) aim->at[a] += 0.5 * (double)l->edge[0][a];
-    if (l->kind == PKTRT_LIGHT_QUAD) aim->at[a] += 0.5 * (double)l->edge[1][a];
-    if (l->kind == PKTRT_LIGHT_DIRECTIONAL) aim->at[a] = lamp->facing[a];
-    if (l->kind == PKTRT_LIGHT_MESH) aim->at[a] = lamp->middle[a];
+    target->facing[a] = light->facing[a], target->arriving[a] = light->color[a];
+    target->at[a] = (double)l->position[a];
+    if (l->kind == PKTRT_LIGHT_QUAD) target->at[a] += 0.5 * (double)l->edge[0][a];
+    if (l->kind == PKTRT_LIGHT_QUAD) target->at[a] += 0.5 * (double)l->edge[1][a];
+    if (l->kind == PKTRT_LIGHT_DIRECTIONAL) target->at[a] = light->facing[a];
+    if (l->kind == PKTRT_LIGHT_MESH) target->at[a] = light->middle[a];
   }
-  aim->infinite = l->kind == PKTRT_LIGHT_DIRECTIONAL || l->kind == PKTRT_LIGHT_ENVIRONMENT;
-  aim->by_square = l->kind == PKTRT_LIGHT_POINT || l->kind == PKTRT_LIGHT_QUAD ||
-                   (l->kind == PKTRT_LIGHT_MESH && job->distribute);
-  aim->lobes = pktrt__render_uses(job, PKTRT__GLOSS) && pktrt__light_is_invisible(l);
+  target->infinite = l->kind == PKTRT_LIGHT_DIRECTIONAL || l->kind == PKTRT_LIGHT_ENVIRONMENT;
+  target->by_square = l->kind == PKTRT_LIGHT_POINT || l->kind == PKTRT_LIGHT_QUAD ||
+                   (l->kind == PKTRT_LIGHT_MESH && render->distribute);
+  target->lobes = pktrt__render_uses(render, PKTRT__GLOSS) && pktrt__light_is_invisible(l);
 }
 
-static bool pktrt__light_make_all(pktrt__render_state *job) { /* false: out of memory, and none are left */
-  const pktrt_scene *s = job->scene;
-  job->lamps = PKTRT__CAST(pktrt__light_data *, pktrt__mem_alloc(&s->desc, s->light_count, sizeof *job->lamps));
-  if (!job->lamps) return false;
-  memset(job->lamps, 0, s->light_count * sizeof *job->lamps);
+static bool pktrt__light_make_all(pktrt__render_state *render) { /* false: out of memory, and none are left */
+  const pktrt_scene *s = render->scene;
+  render->lights = PKTRT__CAST(pktrt__light_data *, pktrt__mem_alloc(&s->desc, s->light_count, sizeof *render->lights));
+  if (!render->lights) return false;
+  memset(render->lights, 0, s->light_count * sizeof *render->lights);
   for (uint32_t i = 0; i < s->light_count; i++) {
     const pktrt_light *l = &s->lights[i];
-    pktrt__light_data *lamp = &job->lamps[i];
+    pktrt__light_data *light = &render->lights[i];
     const pktrt__mesh *m = PKTRT__AREA_LIGHTS && l->kind == PKTRT_LIGHT_MESH ? &s->meshes[l->mesh] : NULL;
-    double light[3];
+    double emitted[3];
     for (int a = 0; a < 3; a++) {
-      light[a] = (double)l->intensity[a] * (m ? (double)pktrt__material_of(s, m->material)->emission[a] : 1);
-      lamp->strength = pktrt__max(light[a], lamp->strength);
-      lamp->facing[a] = -(double)l->direction[a]; /* of a directional light */
+      emitted[a] = (double)l->intensity[a] * (m ? (double)pktrt__material_of(s, m->material)->emission[a] : 1);
+      light->strength = pktrt__max(emitted[a], light->strength);
+      light->facing[a] = -(double)l->direction[a]; /* of a directional light */
     }
-    for (int a = 0; a < 3; a++) lamp->light[a] = lamp->strength > 0 ? (float)(light[a] / lamp->strength) : 0;
-    if (l->kind == PKTRT_LIGHT_DIRECTIONAL) (void)pktrt__normalise(lamp->facing);
+    for (int a = 0; a < 3; a++) light->color[a] = light->strength > 0 ? (float)(emitted[a] / light->strength) : 0;
+    if (l->kind == PKTRT_LIGHT_DIRECTIONAL) (void)pktrt__normalise(light->facing);
     if (l->kind == PKTRT_LIGHT_QUAD) {
       double e[2][3];
       for (int a = 0; a < 6; a++) e[a / 3][a % 3] = (double)l->edge[a / 3][a % 3];
-      pktrt__cross(e[0], e[1], lamp->facing);
-      lamp->area = sqrt(pktrt__dot(lamp->facing, lamp->facing));
-      (void)pktrt__normalise(lamp->facing);
+      pktrt__cross(e[0], e[1], light->facing);
+      light->area = sqrt(pktrt__dot(light->facing, light->facing));
+      (void)pktrt__normalise(light->facing);
     } else if (m) {
-      memset(lamp->facing, 0, sizeof lamp->facing);
-      if (!pktrt__light_make_mesh(job, m, lamp)) {
-        pktrt__light_free_all(job);
+      memset(light->facing, 0, sizeof light->facing);
+      if (!pktrt__light_make_mesh(render, m, light)) {
+        pktrt__light_free_all(render);
         return false;
       }
     }
-    pktrt__light_describe(job, i, lamp);
+    pktrt__light_describe(render, i, light);
   }
   return true;
 }
@@ -9873,15 +9873,15 @@ static bool pktrt__light_make_all(pktrt__render_state *job) { /* false: out of m
 /* Each of the following aims at one light from one point: where to (at), and the irradiance of a surface that faces
    it, times r^2 for quads and meshes, for radiance 1. u is (1/2, 1/2) where nothing is random. */
 
-static double pktrt__light_sample_quad(const pktrt_light *l, const pktrt__light_data *lamp, const float u[2], const double from[3],
+static double pktrt__light_sample_quad(const pktrt_light *l, const pktrt__light_data *light, const float u[2], const double from[3],
                                  double at[3]) {
   double along = 0, r2 = 0;
   for (int a = 0; a < 3; a++) {
     at[a] = (double)l->position[a] + (double)u[0] * (double)l->edge[0][a] + (double)u[1] * (double)l->edge[1][a];
     const double d = from[a] - at[a];
-    along += d * lamp->facing[a], r2 += d * d;
+    along += d * light->facing[a], r2 += d * d;
   }
-  return along > 0 ? lamp->area * along / sqrt(r2) : 0;
+  return along > 0 ? light->area * along / sqrt(r2) : 0;
 }
 
 /* Uniform over the cone of directions in which the sphere is seen, of solid angle 2 pi (1 - cos), whose largest angle
@@ -9936,12 +9936,12 @@ static double pktrt__light_weigh_cluster(const pktrt__light_cluster *c, const do
 /* The facet that u in [0,1) falls to, as seen from a point; odds: 1 / its chance; u becomes uniform again. Cluster by
    cluster, until one is far and nearly flat, and by area in there; by area alone if they move. WHY: pool hall, 16 samples:
    half the error of choosing by area everywhere; from afar, too: another fifth less, for an eighth more time. */
-static uint32_t pktrt__light_choose_triangle(const pktrt__light_data *lamp, bool moving, const double from[3], double *u,
+static uint32_t pktrt__light_choose_triangle(const pktrt__light_data *light, bool moving, const double from[3], double *u,
                                     double *odds) {
-  const pktrt__light_cluster *c = lamp->clusters;
-  uint32_t first = 0, n = lamp->facet_count;
+  const pktrt__light_cluster *c = light->clusters;
+  uint32_t first = 0, n = light->triangle_count;
   double chance = 1, d2 = pktrt__distance2(from, c->middle), over[2];
-  const double back = d2 > c->r2 ? lamp->back : 1; /* within a globe all is seen */
+  const double back = d2 > c->r2 ? light->back : 1; /* within a globe all is seen */
   while (!moving && n > 1 && (d2 < 4 * c->r2 || c->bent > 0.2)) {
     const pktrt__light_cluster *l = c + 1, *r = c + 2 * (n / 2);
     const double left2 = pktrt__distance2(from, l->middle), right2 = pktrt__distance2(from, r->middle);
@@ -9957,23 +9957,23 @@ static uint32_t pktrt__light_choose_triangle(const pktrt__light_data *lamp, bool
   }
   *odds = 1 / chance;
   if (n == 1) return first;
-  const double sum = lamp->shares[first + n - 1].sum, before = first ? lamp->shares[first - 1].sum : 0;
+  const double sum = light->cdf[first + n - 1].sum, before = first ? light->cdf[first - 1].sum : 0;
   const double want = before + *u * (sum - before);
-  uint32_t i = pktrt__light_find_triangle(lamp, want);
+  uint32_t i = pktrt__light_find_triangle(light, want);
   i = i < first ? first : i < first + n ? i : first + n - 1;
-  const double area = lamp->facets[i].area;
-  *odds = area > 0 ? (sum - before) / (area * chance) : 0, *u = area > 0 ? 1 - (lamp->shares[i].sum - want) / area : 0;
+  const double area = light->triangles[i].area;
+  *odds = area > 0 ? (sum - before) / (area * chance) : 0, *u = area > 0 ? 1 - (light->cdf[i].sum - want) / area : 0;
   return i;
 }
 
 /* A point on the triangle that u[0] falls to, moved off the light as a ray that leaves it would be, or as far
    as a ray that arrives can err: the bound of >>spawn, with the distance in place of the coordinates. With N the cross
    product of the edges, the light's cosine times the area is |N to| / (2 r). */
-static double pktrt__light_sample_mesh(const pktrt__mesh *m, const pktrt__light_data *lamp, const float u[2], float time,
+static double pktrt__light_sample_mesh(const pktrt__mesh *m, const pktrt__light_data *light, const float u[2], float time,
                                  const double from[3], double at[3]) {
-  if (!(lamp->facet_count && lamp->clusters->area > 0)) return 0;
+  if (!(light->triangle_count && light->clusters->area > 0)) return 0;
   double rest = (double)u[0], odds;
-  const pktrt__light_triangle *f = &lamp->facets[pktrt__light_choose_triangle(lamp, pktrt__has_motion(m->key_count), from, &rest, &odds)];
+  const pktrt__light_triangle *f = &light->triangles[pktrt__light_choose_triangle(light, pktrt__has_motion(m->key_count), from, &rest, &odds)];
   pktrt__light_triangle moved;
   if (pktrt__has_motion(m->key_count)) {
     float p[3][3];
@@ -10002,8 +10002,8 @@ static double pktrt__light_sample_mesh(const pktrt__mesh *m, const pktrt__light_
 enum { PKTRT__GLASS_DEPTH = 7 };
 
 static bool pktrt__material_is_glass(const pktrt_scene *s, const pktrt__mesh *m) {
-  const pktrt_material *look = pktrt__material_of(s, m->material);
-  return look->specular == PKTRT_SPECULAR_DIELECTRIC && !look->shader;
+  const pktrt_material *mat = pktrt__material_of(s, m->material);
+  return mat->specular == PKTRT_SPECULAR_DIELECTRIC && !mat->shader;
 }
 
 static void pktrt__glass_widen(pktrt__glass_box *box, const float lo[3], const float hi[3]) {
@@ -10125,13 +10125,13 @@ static bool pktrt__glass_is_closed(const pktrt__mesh *m) {
 
 /* Which meshes are closed and of glass, and their boxes; whether the camera may stand in one of them. False: out of
    memory. */
-static bool pktrt__glass_find_meshes(pktrt__render_state *job, float slack) {
-  const pktrt_scene *s = job->scene;
+static bool pktrt__glass_find_meshes(pktrt__render_state *render, float slack) {
+  const pktrt_scene *s = render->scene;
   const uint32_t meshes = s->committed_meshes;
   uint32_t n = 0;
   pktrt__glass_mesh *g = PKTRT__CAST(pktrt__glass_mesh *, pktrt__mem_alloc(&s->desc, meshes, sizeof *g));
   uint64_t *order = PKTRT__CAST(uint64_t *, pktrt__mem_alloc(&s->desc, meshes, sizeof *order));
-  job->glass_meshes = g;
+  render->glass_meshes = g;
   for (uint32_t i = 0; g && order && i < meshes; i++) {
     const pktrt__mesh *m = &s->meshes[i];
     pktrt__glass_box box;
@@ -10141,7 +10141,7 @@ static bool pktrt__glass_find_meshes(pktrt__render_state *job, float slack) {
     for (int a = 0; a < 3; a++) g[i].lo[a] = box.lo[a] - slack, g[i].hi[a] = box.hi[a] + slack;
     if (!g[i].closed) continue;
     order[n++] = (uint64_t)pktrt__ordered_bits(g[i].lo[0]) << 32 | i;
-    job->starts_in_glass = job->starts_in_glass || pktrt__glass_contains_camera(&job->desc->camera, &g[i]);
+    render->starts_in_glass = render->starts_in_glass || pktrt__glass_contains_camera(&render->desc->camera, &g[i]);
   }
   if (order && g) pktrt__glass_find_touching(g, order, n);
   pktrt__mem_release(&s->desc, order, meshes, sizeof *order);
@@ -10149,20 +10149,20 @@ static bool pktrt__glass_find_meshes(pktrt__render_state *job, float slack) {
 }
 
 /* For so many samples. Few are not worth a look at each triangle. False: out of memory. */
-static bool pktrt__glass_find(pktrt__render_state *job, uint64_t samples) {
-  const pktrt_scene *s = job->scene;
-  pktrt__glass_boxes *glass = &job->glass;
+static bool pktrt__glass_find(pktrt__render_state *render, uint64_t samples) {
+  const pktrt_scene *s = render->scene;
+  pktrt__glass_boxes *glass = &render->glass;
   uint64_t n = 0, meshes = 0;
   float largest = 0;
-  if (!pktrt__render_uses(job, PKTRT__DIELECTRIC)) return true;
+  if (!pktrt__render_uses(render, PKTRT__DIELECTRIC)) return true;
   for (uint32_t i = 0; i < s->committed_meshes; i++) {
     const pktrt__mesh *m = &s->meshes[i];
     largest = pktrt__maxf(largest, m->max_coord);
     if (pktrt__material_is_glass(s, m)) n += m->triangle_count, meshes += m->triangle_count > 0;
   }
   if (!n) return true;
-  if (!pktrt__glass_find_meshes(job, 4e-6f * largest)) return false;
-  if (job->desc->glass_shadows != PKTRT_GLASS_SHADOWS_PASS) return true;
+  if (!pktrt__glass_find_meshes(render, 4e-6f * largest)) return false;
+  if (render->desc->glass_shadows != PKTRT_GLASS_SHADOWS_PASS) return true;
   const bool fine = n / 4 < samples;
   n = fine ? n : meshes;
   glass->least = 1e-7f * pktrt__minf(1, largest);
@@ -10176,16 +10176,16 @@ static bool pktrt__glass_find(pktrt__render_state *job, uint64_t samples) {
 }
 
 /* What is made once for a render. */
-static void pktrt__render_unprepare(pktrt__render_state *job) {
-  const pktrt_scene *s = job->scene;
-  pktrt__mem_release(&s->desc, job->glass.boxes, job->glass.room, sizeof *job->glass.boxes);
-  pktrt__mem_release(&s->desc, job->glass_meshes, s->committed_meshes, sizeof *job->glass_meshes);
-  pktrt__light_free_all(job);
+static void pktrt__render_unprepare(pktrt__render_state *render) {
+  const pktrt_scene *s = render->scene;
+  pktrt__mem_release(&s->desc, render->glass.boxes, render->glass.room, sizeof *render->glass.boxes);
+  pktrt__mem_release(&s->desc, render->glass_meshes, s->committed_meshes, sizeof *render->glass_meshes);
+  pktrt__light_free_all(render);
 }
-static bool pktrt__render_prepare(pktrt__render_state *job, uint64_t pixels) { /* false: out of memory, and nothing is left */
-  if (!pktrt__light_make_all(job)) return false;
-  if (pktrt__glass_find(job, pixels * job->samples)) return true;
-  pktrt__render_unprepare(job);
+static bool pktrt__render_prepare(pktrt__render_state *render, uint64_t pixels) { /* false: out of memory, and nothing is left */
+  if (!pktrt__light_make_all(render)) return false;
+  if (pktrt__glass_find(render, pixels * render->samples)) return true;
+  pktrt__render_unprepare(render);
   return false;
 }
 
@@ -10269,8 +10269,8 @@ static void pktrt__media_count_crossing(pktrt__media_crossings *c, uint32_t mesh
   c->exits[i] += exits;
 }
 
-static void pktrt__media_cross_block(pktrt__media_crossings *c, const pktrt__bvh *g, uint32_t block) {
-  const uint32_t *id = pktrt__block_ids(g->blocks + (size_t)block * g->block_bytes);
+static void pktrt__media_cross_block(pktrt__media_crossings *c, const pktrt__bvh *bvh, uint32_t block) {
+  const uint32_t *id = pktrt__block_ids(bvh->blocks + (size_t)block * bvh->block_bytes);
   for (uint32_t lane = 0; lane < PKTRT__W; lane++) {
     if (id[lane] == PKTRT_NONE) continue;
     const uint32_t mesh = pktrt__mesh_lookup(c->scene, id[lane], c->hint), slot = block * 8 + lane;
@@ -10280,8 +10280,8 @@ static void pktrt__media_cross_block(pktrt__media_crossings *c, const pktrt__bvh
     bool outside = mesh == c->skip || !c->glass[mesh].closed;
     for (int a = 0; a < 3; a++)
       outside |= !(c->glass[mesh].lo[a] <= ray->origin[a] && ray->origin[a] <= c->glass[mesh].hi[a]);
-    if (outside || !pktrt__exact_intersect(g, &c->q, slot, &t) || !(ray->tmin < t && t < ray->tmax)) continue;
-    pktrt__tri_corners_at(g, slot, ray->time, p);
+    if (outside || !pktrt__exact_intersect(bvh, &c->q, slot, &t) || !(ray->tmin < t && t < ray->tmax)) continue;
+    pktrt__tri_corners_at(bvh, slot, ray->time, p);
     if (!pktrt__tri_normal(p, n)) continue;
     for (int a = 0; a < 3; a++) along += n[a] * (double)ray->direction[a];
     pktrt__media_count_crossing(c, mesh, along > 0 ? 1 : -1);
@@ -10303,17 +10303,17 @@ static bool pktrt__media_may_cross(const pktrt__media_crossings *c, const float 
   return from <= to;
 }
 
-static void pktrt__media_cross_bvh(pktrt__media_crossings *c, const pktrt__bvh *g) {
+static void pktrt__media_cross_bvh(pktrt__media_crossings *c, const pktrt__bvh *bvh) {
   uint32_t stack[PKTRT__STACK], top = 0;
   float ta, tb;
-  const uint32_t key = pktrt__time_segment(c->q.ray->time, g->key_count, &ta, &tb), next = pktrt__has_motion(g->key_count) ? key + 1 : key;
+  const uint32_t key = pktrt__time_segment(c->q.ray->time, bvh->key_count, &ta, &tb), next = pktrt__has_motion(bvh->key_count) ? key + 1 : key;
   for (stack[top++] = 0; top;) {
     const uint32_t ref = stack[--top];
     if (ref & PKTRT__LEAF) {
-      pktrt__media_cross_block(c, g, ref & ~PKTRT__LEAF);
+      pktrt__media_cross_block(c, bvh, ref & ~PKTRT__LEAF);
       continue;
     }
-    unsigned char *node = g->nodes + (size_t)ref * g->node_bytes;
+    unsigned char *node = bvh->nodes + (size_t)ref * bvh->node_bytes;
     const uint32_t *child = pktrt__node_children(node);
     const float *k0 = pktrt__node_planes(node, key), *k1 = pktrt__node_planes(node, next);
     for (int i = 0; i < PKTRT__W; i++)
@@ -10342,7 +10342,7 @@ static void pktrt__media_count_crossings(pktrt__media_crossings *c, const float 
   c->q.ray = &ray, c->q.axis = pktrt__axes[k], c->q.dk = d[k];
   for (int a = 0; a < 2; a++) c->q.slope[a] = d[c->q.axis[1 + a]] / d[k];
   c->pad = (double)PKTRT__EPS * (18 * most + 8 * away) + (double)FLT_MIN;
-  for (uint32_t g = 0; g < c->scene->group_count; g++) pktrt__media_cross_bvh(c, &c->scene->groups[g]);
+  for (uint32_t g = 0; g < c->scene->bvh_count; g++) pktrt__media_cross_bvh(c, &c->scene->bvhs[g]);
 }
 
 static float pktrt__glass_extent(const pktrt__glass_mesh *g) {
@@ -10408,8 +10408,8 @@ PKTRT__INLINE void pktrt__fill_row(float *row, uint32_t n, float x) {
 /* Rays on their way into a packet, and what becomes of the answer. */
 typedef struct pktrt__packet_queue {
   pktrt__batch batch;
-  float arriving[3][PKTRT__ROW];   /* shadow rays: what the surface gains */
-  float seen[3][PKTRT__ROW];       /* shadow rays: the part of it that is not stopped */
+  float contribution[3][PKTRT__ROW];   /* shadow rays: what the surface gains */
+  float visible[3][PKTRT__ROW];       /* shadow rays: the part of it that is not stopped */
   uint32_t target[PKTRT__ROW];     /* surface, or lane of a wave */
   pktrt__wave *wave[PKTRT__BATCH]; /* NULL: a shadow ray */
   uint32_t n;
@@ -10417,15 +10417,15 @@ typedef struct pktrt__packet_queue {
 
 /* The working space of one tile. */
 typedef struct pktrt__tile {
-  pktrt__packet_queue pending;
-  pktrt__batch through;             /* shadow rays on their way through glass */
+  pktrt__packet_queue queue;
+  pktrt__batch glass_batch;             /* shadow rays on their way through glass */
   pktrt__wave primary;
   pktrt__surfaces surfaces;
-  pktrt__light_samples targets;
+  pktrt__light_samples light_samples;
   pktrt__sample_batch draws;
-  pktrt__shadow_rays shadows;
-  pktrt__shadow_list list;
-  const pktrt__render_state *job;
+  pktrt__shadow_rays shadow_rays;
+  pktrt__shadow_list shadow_list;
+  const pktrt__render_state *render;
   pktrt_sampling sampling;          /* of this pass */
   uint32_t pass;                    /* passes that the pixels at hand have had before */
   pktrt_stats *stats;
@@ -10434,16 +10434,16 @@ typedef struct pktrt__tile {
   uint32_t chosen[PKTRT__WAVE];     /* the light that a surface asks, if it asks one */
   uint32_t first;                   /* of the rays whose surfaces are at hand, in their wave */
   const pktrt__wave *shaded;        /* that wave */
-  bool immersed;                    /* some of these surfaces lie in glass */
-  bool alone;                       /* no packets: every ray by itself */
-  bool wide;                        /* waves of many packets: reflected and refracted rays share one if they fit */
+  bool in_glass;                    /* some of these surfaces lie in glass */
+  bool one_by_one;                       /* no packets: every ray by itself */
+  bool large_waves;                        /* waves of many packets: reflected and refracted rays share one if they fit */
   uint32_t x[PKTRT__WAVE], y[PKTRT__WAVE], sample[PKTRT__WAVE]; /* of the primary rays */
   uint32_t pixel[PKTRT__WAVE];      /* of the primary rays: index of a pixel of the block */
   uint8_t across[PKTRT__WAVE], down[PKTRT__WAVE]; /* where the pixels of a cell lie in it */
   uint8_t deepest[PKTRT__WAVE];
   double sum[3][PKTRT__WAVE];       /* of the pixels of the block */
   double depth[PKTRT__WAVE], normal[3][PKTRT__WAVE], albedo[3][PKTRT__WAVE];
-  uint32_t met[PKTRT__WAVE];
+  uint32_t hit_count[PKTRT__WAVE];
   bool failed;                      /* out of memory, or stopped: nothing more is traced or written */
   bool stopped;
   struct pktrt__pass_rounds *rounds;     /* who may stop it; NULL: nobody */
@@ -10454,10 +10454,10 @@ static bool pktrt__pass_goes_on(struct pktrt__pass_rounds *rounds);
 
 /* Asks now and then whether a render goes on. WHY within tiles: where glass branches and nothing is attenuated, the rays
    of one pixel may take hours. So many packets take some milliseconds. */
-static bool pktrt__tile_is_stopped(pktrt__tile *work) {
-  if (work->rounds && ++work->shaded_packets % 256 == 0 && !pktrt__pass_goes_on(work->rounds))
-    work->failed = work->stopped = true;
-  return work->failed;
+static bool pktrt__tile_is_stopped(pktrt__tile *tile) {
+  if (tile->rounds && ++tile->shaded_packets % 256 == 0 && !pktrt__pass_goes_on(tile->rounds))
+    tile->failed = tile->stopped = true;
+  return tile->failed;
 }
 
 static void pktrt__sample_batch_end(pktrt__sample_batch *g, uint32_t n) {
@@ -10465,12 +10465,12 @@ static void pktrt__sample_batch_end(pktrt__sample_batch *g, uint32_t n) {
 }
 
 /* Values of PKTRT__DRAWN samples from k on: n dimensions from a given one on, all of one group. */
-static void pktrt__tile_draw(pktrt__tile *work, uint32_t k, uint32_t dimension, uint32_t n) {
-  pktrt__sample_batch *g = &work->draws;
-  const pktrt_sampling *s = &work->sampling;
+static void pktrt__tile_draw(pktrt__tile *tile, uint32_t k, uint32_t dimension, uint32_t n) {
+  pktrt__sample_batch *g = &tile->draws;
+  const pktrt_sampling *s = &tile->sampling;
   const uint32_t first = dimension % 4;
   if (s->sampler <= PKTRT_SAMPLER_RANDOM) {
-    work->job->scene->kernels->draw(s, g, k, dimension / 4, first, n);
+    tile->render->scene->kernels->draw_samples(s, g, k, dimension / 4, first, n);
     return;
   }
   for (uint32_t i = k; i < k + PKTRT__DRAWN && i < g->count; i++) {
@@ -10480,8 +10480,8 @@ static void pktrt__tile_draw(pktrt__tile *work, uint32_t k, uint32_t dimension, 
   }
 }
 
-static void pktrt__tile_draw_all(pktrt__tile *work, uint32_t dimension, uint32_t n) {
-  for (uint32_t k = 0; k < work->draws.count; k += PKTRT__DRAWN) pktrt__tile_draw(work, k, dimension, n);
+static void pktrt__tile_draw_all(pktrt__tile *tile, uint32_t dimension, uint32_t n) {
+  for (uint32_t k = 0; k < tile->draws.count; k += PKTRT__DRAWN) pktrt__tile_draw(tile, k, dimension, n);
 }
 
 /* >>surface: what the rays of a wave found ------------------------------------------------------------------------- */
@@ -10500,7 +10500,7 @@ static void pktrt__surface_identify(const pktrt_scene *scene, bool smooth, const
       first = m->first_id, n = m->triangle_count, lift = (float)pktrt__spawn_offset((double)m->max_coord);
       bent = smooth && m->normals && m->indices;
     }
-    s->mesh[k] = mesh, s->triangle[k] = id - first, s->material[k] = m->material, s->lift[k] = lift;
+    s->mesh[k] = mesh, s->triangle[k] = id - first, s->material[k] = m->material, s->offset[k] = lift;
     if (bent) PKTRT__PREFETCH(m->indices + (size_t)(id - first) * 3);
   }
   for (uint32_t k = 0; smooth && k < s->count; k++) {
@@ -10513,8 +10513,8 @@ static void pktrt__surface_identify(const pktrt_scene *scene, bool smooth, const
 }
 
 /* Radiance from where rays meet nothing. */
-static void pktrt__environment_radiance(const pktrt__render_state *job, uint32_t n, float (*d)[64], float (*radiance)[64]) {
-  const pktrt_render_desc *desc = job->desc;
+static void pktrt__environment_radiance(const pktrt__render_state *render, uint32_t n, float (*d)[64], float (*radiance)[64]) {
+  const pktrt_render_desc *desc = render->desc;
   for (int a = 0; a < 3; a++)
     for (uint32_t i = 0; i < n; i++) radiance[a][i] = desc->background[a];
   if (!desc->environment) return;
@@ -10523,18 +10523,18 @@ static void pktrt__environment_radiance(const pktrt__render_state *job, uint32_t
   desc->environment(desc->user, n, from, to);
 }
 
-static void pktrt__surface_shade_misses(const pktrt__render_state *job, pktrt__wave *w, uint32_t first, uint32_t n) {
+static void pktrt__surface_shade_misses(const pktrt__render_state *render, pktrt__wave *w, uint32_t first, uint32_t n) {
   float d[3][64], radiance[3][64];
   uint32_t lane[64], m = 0;
   for (uint32_t i = first; i < first + n; i++) {
     if (w->slot[i] == PKTRT_NONE) {
       double v[3] = {(double)w->d[0][i], (double)w->d[1][i], (double)w->d[2][i]};
       const bool somewhere = pktrt__normalise(v); /* not where a moving camera stands in its target */
-      for (int a = 0; a < 3; a++) d[a][m] = (float)v[a], w->radiance[a][i] = job->desc->background[a];
+      for (int a = 0; a < 3; a++) d[a][m] = (float)v[a], w->radiance[a][i] = render->desc->background[a];
       if (somewhere) lane[m++] = i;
     }
     if (m == 64 || (m && i + 1 == first + n)) {
-      pktrt__environment_radiance(job, m, d, radiance);
+      pktrt__environment_radiance(render, m, d, radiance);
       for (uint32_t k = 0; k < m; k++)
         for (int a = 0; a < 3; a++) w->radiance[a][lane[k]] = radiance[a][k];
       m = 0;
@@ -10545,16 +10545,16 @@ static void pktrt__surface_shade_misses(const pktrt__render_state *job, pktrt__w
 /* Fills work->surfaces from rays [first, first + n) of a wave, and gives the others what surrounds the scene. What the
    former carry moves to the front, so that it lies as the surfaces do. Not inlined, like pktrt__tile_evaluate_materials, _flush and
    _add_lights: their arrays must not lie in every frame of the recursion. */
-PKTRT__NOINLINE void pktrt__surface_gather(pktrt__tile *work, pktrt__wave *w, uint32_t first, uint32_t n) {
-  const pktrt_scene *scene = work->job->scene;
-  const bool smooth = pktrt__render_uses(work->job, PKTRT__NORMALS);
-  pktrt__surfaces *s = &work->surfaces;
+PKTRT__NOINLINE void pktrt__surface_gather(pktrt__tile *tile, pktrt__wave *w, uint32_t first, uint32_t n) {
+  const pktrt_scene *scene = tile->render->scene;
+  const bool smooth = pktrt__render_uses(tile->render, PKTRT__NORMALS);
+  pktrt__surfaces *s = &tile->surfaces;
   bool missed = false;
   for (uint32_t i = first; i < first + n; i++) missed |= w->slot[i] == PKTRT_NONE;
-  if (missed) pktrt__surface_shade_misses(work->job, w, first, n);
-  scene->kernels->pack(w, first, n, s);
+  if (missed) pktrt__surface_shade_misses(tile->render, w, first, n);
+  scene->kernels->pack_surfaces(w, first, n, s);
   pktrt__surface_identify(scene, smooth, w, s);
-  scene->kernels->find(scene, smooth, w, s);
+  scene->kernels->find_surfaces(scene, smooth, w, s);
 }
 
 /* >>materials ------------------------------------------------------------------------------------------------------ */
@@ -10562,23 +10562,23 @@ PKTRT__NOINLINE void pktrt__surface_gather(pktrt__tile *work, pktrt__wave *w, ui
 PKTRT__INLINE bool pktrt__bit_of(const uint8_t *bits, uint32_t k) { return bits[k / 8] >> k % 8 & 1; }
 
 /* Hooks of one material on surfaces [k, k + n), n <= 64, where they lie. */
-static void pktrt__material_call_hooks(const pktrt_material *look, const pktrt__wave *w, pktrt__surfaces *s, uint32_t k,
+static void pktrt__material_call_hooks(const pktrt_material *mat, const pktrt__wave *w, pktrt__surfaces *s, uint32_t k,
                               uint32_t n) {
   const uint32_t lane = s->first + k;
   float to[3][64], *radiance[3];
   pktrt_points p;
   p.n = n;
   for (int a = 0; a < 3; a++) {
-    p.position[a] = s->position[a] + k, p.direction[a] = s->d[a] + k, p.normal[a] = s->shade[a] + k;
+    p.position[a] = s->position[a] + k, p.direction[a] = s->d[a] + k, p.normal[a] = s->ns[a] + k;
     p.albedo[a] = s->albedo[a] + k, p.reflectance[a] = s->reflectance[a] + k, p.emission[a] = s->emission[a] + k;
     radiance[a] = to[a];
   }
   p.uv[0] = w->u + lane, p.uv[1] = w->v + lane, p.time = w->time + lane;
   p.mesh = s->mesh + k, p.triangle = s->triangle + k;
-  if (look->texture) look->texture(look->user, &p);
-  if (!look->shader) return;
+  if (mat->texture) mat->texture(mat->user, &p);
+  if (!mat->shader) return;
   memset(to, 0, sizeof to);
-  look->shader(look->user, &p, radiance);
+  mat->shader(mat->user, &p, radiance);
   for (int a = 0; a < 3; a++) memcpy(p.emission[a], to[a], n * sizeof(float));
 }
 
@@ -10606,17 +10606,17 @@ static void pktrt__surface_absorb(const pktrt_scene *scene, const pktrt__glass_m
   const uint32_t media = pktrt__media_before(scene, glass, w, s, k);
   for (int a = 0; a < 3; a++) {
     const float kept = pktrt__media_transmittance(scene, media, a, (double)s->distance[k]);
-    s->albedo[a][k] *= kept, s->emission[a][k] *= kept, s->specular[a][k] *= kept, s->passing[a][k] *= kept;
+    s->albedo[a][k] *= kept, s->emission[a][k] *= kept, s->reflected[a][k] *= kept, s->transmitted[a][k] *= kept;
   }
 }
 
 static void pktrt__material_weights_conductor(const pktrt_scene *scene, pktrt__surfaces *s, uint32_t k) {
-  const pktrt_material *look = pktrt__material_of(scene, s->material[k]);
+  const pktrt_material *mat = pktrt__material_of(scene, s->material[k]);
   float cosine = 0;
-  for (int a = 0; a < 3; a++) cosine -= s->d[a][k] * s->facing[a][k];
+  for (int a = 0; a < 3; a++) cosine -= s->d[a][k] * s->nf[a][k];
   for (int a = 0; a < 3; a++)
-    s->specular[a][k] =
-        pktrt_fresnel_conductor(cosine, pktrt__material_ior(look, a), look->extinction[a]) * s->reflectance[a][k];
+    s->reflected[a][k] =
+        pktrt_fresnel_conductor(cosine, pktrt__material_ior(mat, a), mat->extinction[a]) * s->reflectance[a][k];
 }
 
 /* Of surfaces i to i + 7, what is not done by eights: reflection of metals, and what glass absorbs on the way. */
@@ -10626,34 +10626,34 @@ static void pktrt__material_weights_rest(const pktrt_scene *scene, const pktrt__
   for (; glass; glass &= glass - 1) pktrt__surface_absorb(scene, meshes, w, s, i + pktrt__lowest_bit(glass));
 }
 
-static bool pktrt__aov_wanted(const pktrt__render_state *job) { return job->desc->depth || job->desc->normal || job->desc->albedo; }
+static bool pktrt__aov_wanted(const pktrt__render_state *render) { return render->desc->depth || render->desc->normal || render->desc->albedo; }
 
 /* Sums for the optional buffers, from what primary rays met. */
-static void pktrt__aov_add_first_hits(pktrt__tile *work) {
-  const pktrt__surfaces *s = &work->surfaces;
+static void pktrt__aov_add_first_hits(pktrt__tile *tile) {
+  const pktrt__surfaces *s = &tile->surfaces;
   for (uint32_t k = 0; k < s->count; k++) {
-    const uint32_t p = work->pixel[s->ray[k]];
-    const bool clear = work->job->follow && (pktrt__bit_of(s->kind[PKTRT_SPECULAR_DIELECTRIC], k) ||
+    const uint32_t p = tile->pixel[s->ray[k]];
+    const bool clear = tile->render->follow && (pktrt__bit_of(s->kind[PKTRT_SPECULAR_DIELECTRIC], k) ||
                                              pktrt__bit_of(s->kind[PKTRT_SPECULAR_CONDUCTOR], k));
-    work->met[p]++;
-    work->depth[p] += (double)s->distance[k];
+    tile->hit_count[p]++;
+    tile->depth[p] += (double)s->distance[k];
     for (int a = 0; a < 3; a++) {
-      work->normal[a][p] += (double)s->shade[a][k];
-      work->albedo[a][p] += clear ? 0 : (double)s->albedo[a][k];
+      tile->normal[a][p] += (double)s->ns[a][k];
+      tile->albedo[a][p] += clear ? 0 : (double)s->albedo[a][k];
     }
   }
 }
 
 /* Materials of all surfaces, and the radiance that needs no ray: emission and ambient light. */
-PKTRT__NOINLINE void pktrt__tile_evaluate_materials(pktrt__tile *work, const pktrt__wave *w, uint32_t depth) {
-  pktrt__surfaces *s = &work->surfaces;
-  const pktrt__render_state *job = work->job;
-  const pktrt_render_desc *d = job->desc;
+PKTRT__NOINLINE void pktrt__tile_evaluate_materials(pktrt__tile *tile, const pktrt__wave *w, uint32_t depth) {
+  pktrt__surfaces *s = &tile->surfaces;
+  const pktrt__render_state *render = tile->render;
+  const pktrt_render_desc *d = render->desc;
   bool hooks = false;
-  for (uint32_t k = 0; pktrt__render_uses(job, PKTRT__TEXTURES) && k < s->count; k += 8) hooks |= s->hooked[k / 8] != 0;
-  if (hooks) pktrt__material_run_hooks(job->scene, w, s);
-  if (!depth && pktrt__aov_wanted(job)) pktrt__aov_add_first_hits(work);
-  job->scene->kernels->dress(job->scene, job->glass_meshes, job->follow, d->ambient, w, s);
+  for (uint32_t k = 0; pktrt__render_uses(render, PKTRT__TEXTURES) && k < s->count; k += 8) hooks |= s->hooked[k / 8] != 0;
+  if (hooks) pktrt__material_run_hooks(render->scene, w, s);
+  if (!depth && pktrt__aov_wanted(render)) pktrt__aov_add_first_hits(tile);
+  render->scene->kernels->evaluate_materials(render->scene, render->glass_meshes, render->follow, d->ambient, w, s);
 }
 
 static void pktrt__stats_add_words(void *to, const void *from, size_t size) { /* nothing but uint64_t in there */
@@ -10671,32 +10671,32 @@ static void pktrt__stats_add(pktrt_stats *to, const pktrt_stats *from) { pktrt__
 /* >>assembly: how rays are put together to packets ---------------------------------------------------------------- */
 
 /* Traces rays as one packet (fast path: as one batch) and counts. */
-static void pktrt__packet_trace(pktrt__tile *work, pktrt__batch *b, uint32_t n, pktrt_ray_type type, uint32_t depth,
+static void pktrt__packet_trace(pktrt__tile *tile, pktrt__batch *b, uint32_t n, pktrt_ray_type type, uint32_t depth,
                                bool occlusion, bool alone) {
-  const pktrt__render_state *job = work->job;
+  const pktrt__render_state *render = tile->render;
   pktrt_query_desc d;
   pktrt_counts counts;
-  pktrt__query call = pktrt__query_make(job->scene, NULL, &d, occlusion);
-  d.path = alone && job->desc->path == PKTRT_PATH_FAST ? PKTRT_PATH_SINGLE : job->desc->path;
+  pktrt__query call = pktrt__query_make(render->scene, NULL, &d, occlusion);
+  d.path = alone && render->desc->path == PKTRT_PATH_FAST ? PKTRT_PATH_SINGLE : render->desc->path;
   d.packet_size = alone ? 1 : n;
-  if (PKTRT__STATS && work->stats) memset(&counts, 0, sizeof counts), call.counts = &counts;
-  job->scene->kernels->trace(&call, b, n);
-  if (!PKTRT__STATS || !work->stats) return;
-  pktrt__stats_add_counts(&work->stats->by_type[type], &counts);
-  pktrt__stats_add_counts(&work->stats->by_depth[depth], &counts);
+  if (PKTRT__STATS && tile->stats) memset(&counts, 0, sizeof counts), call.counts = &counts;
+  render->scene->kernels->trace(&call, b, n);
+  if (!PKTRT__STATS || !tile->stats) return;
+  pktrt__stats_add_counts(&tile->stats->by_type[type], &counts);
+  pktrt__stats_add_counts(&tile->stats->by_depth[depth], &counts);
 }
 
 /* A shadow ray that met glass goes on behind it, along the same line, and loses what the surface reflects and the
    glass absorbs. Ray i of `through`; its way on goes to lane j. */
 typedef enum pktrt__media_passage { PKTRT__STOPPED, PKTRT__GOES_ON, PKTRT__ARRIVED } pktrt__media_passage;
-static pktrt__media_passage pktrt__media_pass_glass(pktrt__tile *work, uint32_t i, uint32_t j, uint32_t hint[2], uint32_t *media,
+static pktrt__media_passage pktrt__media_pass_glass(pktrt__tile *tile, uint32_t i, uint32_t j, uint32_t hint[2], uint32_t *media,
                                         float seen[3]) {
-  const pktrt_scene *scene = work->job->scene;
-  pktrt__batch *b = &work->through;
+  const pktrt_scene *scene = tile->render->scene;
+  pktrt__batch *b = &tile->glass_batch;
   const uint32_t mesh = pktrt__mesh_lookup(scene, b->id[i], hint), triangle = b->id[i] - scene->meshes[mesh].first_id;
   const pktrt__mesh *m = &scene->meshes[mesh];
-  const pktrt_material *look = pktrt__material_of(scene, m->material);
-  if (look->specular != PKTRT_SPECULAR_DIELECTRIC || look->shader) return PKTRT__STOPPED;
+  const pktrt_material *mat = pktrt__material_of(scene, m->material);
+  if (mat->specular != PKTRT_SPECULAR_DIELECTRIC || mat->shader) return PKTRT__STOPPED;
   float p[3][3], normal[3], d[3], back[3], origin[3], before[3];
   double point[3], along = 0, d2 = 0, n2 = 0;
   for (uint32_t c = 0; c < 3; c++) pktrt__mesh_corner_at(m, m->positions, triangle, c, b->time[i], p[c]);
@@ -10707,8 +10707,8 @@ static pktrt__media_passage pktrt__media_pass_glass(pktrt__tile *work, uint32_t 
     d2 += (double)d[a] * (double)d[a], n2 += (double)normal[a] * (double)normal[a];
   }
   const float cosine = (float)(fabs(along) / sqrt(d2 * n2));
-  const float clear = 1 - pktrt_fresnel_dielectric(cosine, pktrt__material_ior(look, 0));
-  const pktrt__glass_mesh *glass = work->job->glass_meshes;
+  const float clear = 1 - pktrt_fresnel_dielectric(cosine, pktrt__material_ior(mat, 0));
+  const pktrt__glass_mesh *glass = tile->render->glass_meshes;
   if (along > 0) *media = pktrt__media_know(scene, *media, pktrt__media_entry(scene, glass, mesh));
   for (int a = 0; a < 3; a++) {
     seen[a] *= clear;
@@ -10729,8 +10729,8 @@ static pktrt__media_passage pktrt__media_pass_glass(pktrt__tile *work, uint32_t 
 }
 
 /* The glasses that pending shadow ray k starts in: those around the surface that it leaves. */
-static uint32_t pktrt__media_of_sender(const pktrt__tile *work, uint32_t k) {
-  return work->shaded->medium[work->surfaces.first + work->pending.target[k]];
+static uint32_t pktrt__media_of_sender(const pktrt__tile *tile, uint32_t k) {
+  return tile->shaded->medium[tile->surfaces.first + tile->queue.target[k]];
 }
 
 /* Dims pending shadow ray k by the glass that ray i of a batch, its last piece, lies in; not if the light is infinitely
@@ -10740,61 +10740,61 @@ static void pktrt__media_dim(const pktrt_scene *scene, const pktrt__batch *b, ui
   if (!media || !(b->tmax[i] < INFINITY)) return;
   double d2 = 0;
   for (int a = 0; a < 3; a++) d2 += (double)b->d[a][i] * (double)b->d[a][i];
-  for (int a = 0; a < 3; a++) p->seen[a][k] *= pktrt__media_transmittance(scene, media, a, sqrt(d2));
+  for (int a = 0; a < 3; a++) p->visible[a][k] *= pktrt__media_transmittance(scene, media, a, sqrt(d2));
 }
 
 /* Dims the pending shadow rays that start in glass and meet nothing. */
-static void pktrt__media_dim_unoccluded(pktrt__tile *work, pktrt_ray_type type) {
-  pktrt__packet_queue *p = &work->pending;
+static void pktrt__media_dim_unoccluded(pktrt__tile *tile, pktrt_ray_type type) {
+  pktrt__packet_queue *p = &tile->queue;
   for (uint32_t k = 0; k < p->n; k++) {
     if (p->batch.slot[k] != PKTRT_NONE || (type == PKTRT_RAY_OTHER && p->wave[k])) continue;
-    pktrt__media_dim(work->job->scene, &p->batch, k, pktrt__media_of_sender(work, k), k, p);
+    pktrt__media_dim(tile->render->scene, &p->batch, k, pktrt__media_of_sender(tile, k), k, p);
   }
 }
 
 /* Gives those of pending shadow rays that something stopped a second chance: was it glass? They are listed. */
-static void pktrt__media_trace_through_glass(pktrt__tile *work, pktrt_ray_type type, uint32_t depth, uint32_t *lane,
+static void pktrt__media_trace_through_glass(pktrt__tile *tile, pktrt_ray_type type, uint32_t depth, uint32_t *lane,
                                       uint32_t listed) {
-  pktrt__packet_queue *p = &work->pending;
-  pktrt__batch *b = &work->through;
+  pktrt__packet_queue *p = &tile->queue;
+  pktrt__batch *b = &tile->glass_batch;
   uint32_t n = 0, hint[2] = {0, 0}, media[PKTRT__BATCH];
   for (uint32_t i = 0; i < listed; i++) {
     const uint32_t k = lane[i];
     if (type == PKTRT_RAY_OTHER && p->wave[k]) continue;
-    media[n] = pktrt__media_of_sender(work, k);
-    for (int a = 0; a < 3; a++) b->o[a][n] = p->batch.o[a][k], b->d[a][n] = p->batch.d[a][k], p->seen[a][k] = 1;
+    media[n] = pktrt__media_of_sender(tile, k);
+    for (int a = 0; a < 3; a++) b->o[a][n] = p->batch.o[a][k], b->d[a][n] = p->batch.d[a][k], p->visible[a][k] = 1;
     b->tmin[n] = 0, b->tmax[n] = p->batch.tmax[k], b->time[n] = p->batch.time[k];
     lane[n++] = k;
   }
   for (uint32_t round = 0; n && round <= 2 * PKTRT_MAX_DEPTH; round++) {
     uint32_t left = 0;
-    pktrt__packet_trace(work, b, n, type, depth, false, work->alone);
+    pktrt__packet_trace(tile, b, n, type, depth, false, tile->one_by_one);
     for (uint32_t i = 0; i < n; i++) {
       const uint32_t k = lane[i];
-      float seen[3] = {p->seen[0][k], p->seen[1][k], p->seen[2][k]};
+      float seen[3] = {p->visible[0][k], p->visible[1][k], p->visible[2][k]};
       if (b->slot[i] == PKTRT_NONE) { /* free from here on */
-        pktrt__media_dim(work->job->scene, b, i, media[i], k, p);
+        pktrt__media_dim(tile->render->scene, b, i, media[i], k, p);
         continue;
       }
-      const pktrt__media_passage passage = pktrt__media_pass_glass(work, i, left, hint, &media[i], seen);
-      for (int a = 0; a < 3; a++) p->seen[a][k] = passage == PKTRT__STOPPED ? 0 : seen[a];
+      const pktrt__media_passage passage = pktrt__media_pass_glass(tile, i, left, hint, &media[i], seen);
+      for (int a = 0; a < 3; a++) p->visible[a][k] = passage == PKTRT__STOPPED ? 0 : seen[a];
       if (passage == PKTRT__GOES_ON) media[left] = media[i], lane[left++] = k;
     }
     n = left;
   }
   for (uint32_t i = 0; i < n; i++) /* more glass than we care to follow */
-    for (int a = 0; a < 3; a++) p->seen[a][lane[i]] = 0;
+    for (int a = 0; a < 3; a++) p->visible[a][lane[i]] = 0;
 }
 
-static void pktrt__packet_tell(const pktrt__tile *work, pktrt_ray_type type, uint32_t depth, uint32_t first) {
-  const pktrt__packet_queue *p = &work->pending;
+static void pktrt__packet_tell(const pktrt__tile *tile, pktrt_ray_type type, uint32_t depth, uint32_t first) {
+  const pktrt__packet_queue *p = &tile->queue;
   uint32_t number[PKTRT__BATCH];
   for (uint32_t i = 0; i < p->n; i++)
-    number[i] = (p->wave[i] ? p->wave[i]->parent[p->target[i]] : work->surfaces.ray[p->target[i]]) - first;
-  if (!work->alone) {
-    work->job->desc->packet(work->job->desc->user, type, depth, number, p->n);
+    number[i] = (p->wave[i] ? p->wave[i]->parent[p->target[i]] : tile->surfaces.ray[p->target[i]]) - first;
+  if (!tile->one_by_one) {
+    tile->render->desc->packet(tile->render->desc->user, type, depth, number, p->n);
   } else {
-    for (uint32_t i = 0; i < p->n; i++) work->job->desc->packet(work->job->desc->user, type, depth, &number[i], 1);
+    for (uint32_t i = 0; i < p->n; i++) tile->render->desc->packet(tile->render->desc->user, type, depth, &number[i], 1);
   }
 }
 
@@ -10811,29 +10811,29 @@ static void pktrt__packet_store_hits(const pktrt__packet_queue *p) {
 
 /* Traces what is pending. Shadow rays add their light in the order in which they were pushed; for each surface that is
    the order of the lights, whatever the packets. */
-PKTRT__NOINLINE void pktrt__packet_flush(pktrt__tile *work, pktrt_ray_type type, uint32_t depth) {
-  pktrt__packet_queue *p = &work->pending;
+PKTRT__NOINLINE void pktrt__packet_flush(pktrt__tile *tile, pktrt_ray_type type, uint32_t depth) {
+  pktrt__packet_queue *p = &tile->queue;
   pktrt__batch *b = &p->batch;
-  pktrt__surfaces *s = &work->surfaces;
+  pktrt__surfaces *s = &tile->surfaces;
   if (!p->n) return;
-  if (work->job->desc->packet) pktrt__packet_tell(work, type, depth, work->first);
-  pktrt__packet_trace(work, b, p->n, type, depth, type == PKTRT_RAY_SHADOW, work->alone);
+  if (tile->render->desc->packet) pktrt__packet_tell(tile, type, depth, tile->first);
+  pktrt__packet_trace(tile, b, p->n, type, depth, type == PKTRT_RAY_SHADOW, tile->one_by_one);
   if (type != PKTRT_RAY_SHADOW && type != PKTRT_RAY_OTHER) {
     pktrt__packet_store_hits(p);
     p->n = 0;
     return;
   }
-  const pktrt__kernel_table *kernels = work->job->scene->kernels;
+  const pktrt__kernel_table *kernels = tile->render->scene->kernels;
   uint32_t lane[PKTRT__BATCH];
-  const uint32_t listed = kernels->see(&work->job->glass, b, p->seen, p->n, lane);
-  if (PKTRT__DIELECTRIC && work->immersed) pktrt__media_dim_unoccluded(work, type);
-  if (PKTRT__DIELECTRIC && listed) pktrt__media_trace_through_glass(work, type, depth, lane, listed);
-  if (type == PKTRT_RAY_SHADOW) kernels->gain(s, p->target, p->arriving, p->seen, p->n);
+  const uint32_t listed = kernels->visibility(&tile->render->glass, b, p->visible, p->n, lane);
+  if (PKTRT__DIELECTRIC && tile->in_glass) pktrt__media_dim_unoccluded(tile, type);
+  if (PKTRT__DIELECTRIC && listed) pktrt__media_trace_through_glass(tile, type, depth, lane, listed);
+  if (type == PKTRT_RAY_SHADOW) kernels->add_direct_light(s, p->target, p->contribution, p->visible, p->n);
   for (uint32_t i = 0; type == PKTRT_RAY_OTHER && i < p->n; i++) {
     const uint32_t k = p->target[i];
     pktrt__wave *w = p->wave[i];
     if (!w) {
-      for (int a = 0; a < 3; a++) s->radiance[a][k] += p->arriving[a][i] * p->seen[a][i];
+      for (int a = 0; a < 3; a++) s->radiance[a][k] += p->contribution[a][i] * p->visible[a][i];
       continue;
     }
     w->id[k] = b->id[i], w->slot[k] = b->slot[i], w->group[k] = b->group[i];
@@ -10850,16 +10850,16 @@ static void pktrt__packet_set_tmax(pktrt__batch *b, uint32_t from, uint32_t to, 
 
 /* Rays [from, to) of the list of shadow rays, in the order given (NULL: as they are), behind what is pending; they
    fit. */
-static void pktrt__packet_push_shadows(pktrt__tile *work, const uint32_t *order, uint32_t from, uint32_t to) {
-  pktrt__packet_queue *p = &work->pending;
-  const pktrt__shadow_rays *sh = &work->shadows;
+static void pktrt__packet_push_shadows(pktrt__tile *tile, const uint32_t *order, uint32_t from, uint32_t to) {
+  pktrt__packet_queue *p = &tile->queue;
+  const pktrt__shadow_rays *sh = &tile->shadow_rays;
   const uint32_t n = p->n;
   const size_t size = (to - from) * sizeof(float);
   p->n += to - from;
   if (!order) {
     for (int a = 0; a < 3; a++) {
       memcpy(p->batch.o[a] + n, sh->o[a] + from, size), memcpy(p->batch.d[a] + n, sh->d[a] + from, size);
-      memcpy(p->arriving[a] + n, sh->arriving[a] + from, size);
+      memcpy(p->contribution[a] + n, sh->contribution[a] + from, size);
     }
     memcpy(p->batch.time + n, sh->time + from, size), memcpy(p->target + n, sh->surface + from, size);
     memset(p->wave + n, 0, (to - from) * sizeof *p->wave);
@@ -10869,7 +10869,7 @@ static void pktrt__packet_push_shadows(pktrt__tile *work, const uint32_t *order,
   for (int a = 0; a < 3; a++)
     for (uint32_t i = from; i < to; i++) {
       const uint32_t at = n + i - from, k = order[i];
-      p->batch.o[a][at] = sh->o[a][k], p->batch.d[a][at] = sh->d[a][k], p->arriving[a][at] = sh->arriving[a][k];
+      p->batch.o[a][at] = sh->o[a][k], p->batch.d[a][at] = sh->d[a][k], p->contribution[a][at] = sh->contribution[a][k];
     }
   for (uint32_t i = from; i < to; i++) {
     const uint32_t at = n + i - from, k = order[i];
@@ -10879,9 +10879,9 @@ static void pktrt__packet_push_shadows(pktrt__tile *work, const uint32_t *order,
 }
 
 /* Whose rays they are is only told of each where rays of several kinds may be pending, or somebody asks. */
-static void pktrt__packet_push_wave(pktrt__tile *work, pktrt__wave *w, uint32_t from, uint32_t to) {
-  const pktrt_render_desc *d = work->job->desc;
-  pktrt__packet_queue *p = &work->pending;
+static void pktrt__packet_push_wave(pktrt__tile *tile, pktrt__wave *w, uint32_t from, uint32_t to) {
+  const pktrt_render_desc *d = tile->render->desc;
+  pktrt__packet_queue *p = &tile->queue;
   const uint32_t n = p->n, m = to - from, told = d->packet || d->assembly == PKTRT_ASSEMBLY_BLIND ? m : 1;
   for (int a = 0; a < 3; a++) {
     memcpy(p->batch.o[a] + n, w->o[a] + from, m * sizeof(float));
@@ -10905,10 +10905,10 @@ static bool pktrt__packet_reorders(pktrt_assembly assembly) {
 /* Puts n rays of one type in order, and tells where packets end (paper 3.2): work->order, if that changes, and
    work->packet, whose entry i is the end of the packet that begins at i. `sender` are the lanes of the rays that sent
    them. */
-static void pktrt__packet_assemble(pktrt__tile *work, uint32_t n, float (*d)[PKTRT__WAVE_ROW], const uint32_t *material,
+static void pktrt__packet_assemble(pktrt__tile *tile, uint32_t n, float (*d)[PKTRT__WAVE_ROW], const uint32_t *material,
                             const uint32_t *sender) {
-  const pktrt_assembly assembly = work->job->desc->assembly;
-  uint32_t *order = work->order, *packet = work->packet, placed = 0;
+  const pktrt_assembly assembly = tile->render->desc->assembly;
+  uint32_t *order = tile->order, *packet = tile->packet, placed = 0;
   const bool octants = assembly == PKTRT_ASSEMBLY_OCTANTS;
   if (pktrt__packet_reorders(assembly)) {
     uint8_t done[PKTRT__WAVE];
@@ -10933,106 +10933,106 @@ static void pktrt__packet_assemble(pktrt__tile *work, uint32_t n, float (*d)[PKT
 }
 
 /* The same for a wave, whose rays move into that order. */
-static void pktrt__packet_assemble_wave(pktrt__tile *work, pktrt__wave **wave, uint32_t n) {
-  pktrt__wave *w = *wave, *to = work->spare;
-  pktrt__packet_assemble(work, n, w->d, w->material, w->parent);
-  if (!pktrt__packet_reorders(work->job->desc->assembly)) return;
+static void pktrt__packet_assemble_wave(pktrt__tile *tile, pktrt__wave **wave, uint32_t n) {
+  pktrt__wave *w = *wave, *to = tile->spare;
+  pktrt__packet_assemble(tile, n, w->d, w->material, w->parent);
+  if (!pktrt__packet_reorders(tile->render->desc->assembly)) return;
   for (uint32_t i = 0; i < n; i++) {
-    const uint32_t k = work->order[i];
+    const uint32_t k = tile->order[i];
     for (int a = 0; a < 3; a++)
       to->o[a][i] = w->o[a][k], to->d[a][i] = w->d[a][k], to->weight[a][i] = w->weight[a][k];
     to->time[i] = w->time[k], to->importance[i] = w->importance[k], to->parent[i] = w->parent[k];
     to->key[i] = w->key[k], to->material[i] = w->material[k], to->medium[i] = w->medium[k];
     to->root[i] = w->root[k];
   }
-  *wave = to, work->spare = w;
+  *wave = to, tile->spare = w;
 }
 
 /* >>lights --------------------------------------------------------------------------------------------------------- */
 
 /* The samples that the rays to all surfaces belong to, and where the dimensions of their scattering events begin. */
-static void pktrt__sample_batch_of_surfaces(pktrt__tile *work, const pktrt__wave *w) {
-  pktrt__sample_batch *g = &work->draws;
-  const uint32_t groups = work->job->event_dimensions / 4;
-  for (uint32_t k = 0; k < work->surfaces.count; k++) {
-    const uint32_t ray = work->surfaces.first + k, root = w->root[ray];
-    g->x[k] = work->x[root], g->y[k] = work->y[root], g->sample[k] = work->sample[root];
-    g->group[k] = 2 + w->key[ray] * groups;
+static void pktrt__sample_batch_of_surfaces(pktrt__tile *tile, const pktrt__wave *w) {
+  pktrt__sample_batch *g = &tile->draws;
+  const uint32_t bvhs = tile->render->event_dimensions / 4;
+  for (uint32_t k = 0; k < tile->surfaces.count; k++) {
+    const uint32_t ray = tile->surfaces.first + k, root = w->root[ray];
+    g->x[k] = tile->x[root], g->y[k] = tile->y[root], g->sample[k] = tile->sample[root];
+    g->group[k] = 2 + w->key[ray] * bvhs;
   }
-  pktrt__sample_batch_end(g, work->surfaces.count);
+  pktrt__sample_batch_end(g, tile->surfaces.count);
 }
 
 /* Whether surface k asks this light, and how much more it counts for those that it does not ask. */
-static float pktrt__light_weight(const pktrt__tile *work, uint32_t k, uint32_t light, uint32_t depth) {
-  if (depth < 2 || !work->job->distribute || work->job->desc->lights == PKTRT_LIGHTS_ALL) return 1;
-  return work->chosen[k] == light ? (float)work->job->scene->light_count : 0;
+static float pktrt__light_weight(const pktrt__tile *tile, uint32_t k, uint32_t light, uint32_t depth) {
+  if (depth < 2 || !tile->render->distribute || tile->render->desc->lights == PKTRT_LIGHTS_ALL) return 1;
+  return tile->chosen[k] == light ? (float)tile->render->scene->light_count : 0;
 }
 
-static bool pktrt__light_is_asked(const pktrt__tile *work, uint32_t light, uint32_t depth) { /* by any surface */
-  for (uint32_t k = 0; k < work->surfaces.count; k++)
-    if (pktrt__light_weight(work, k, light, depth) > 0) return true;
+static bool pktrt__light_is_asked(const pktrt__tile *tile, uint32_t light, uint32_t depth) { /* by any surface */
+  for (uint32_t k = 0; k < tile->surfaces.count; k++)
+    if (pktrt__light_weight(tile, k, light, depth) > 0) return true;
   return false;
 }
 
-static void pktrt__light_choose(pktrt__tile *work) {
-  const uint32_t lights = work->job->scene->light_count;
-  pktrt__tile_draw_all(work, 3, 1);
-  for (uint32_t k = 0; k < work->surfaces.count; k++) {
-    const uint32_t at = (uint32_t)(work->draws.u[3][k] * (float)lights);
-    work->chosen[k] = at < lights ? at : lights - 1;
+static void pktrt__light_choose(pktrt__tile *tile) {
+  const uint32_t lights = tile->render->scene->light_count;
+  pktrt__tile_draw_all(tile, 3, 1);
+  for (uint32_t k = 0; k < tile->surfaces.count; k++) {
+    const uint32_t at = (uint32_t)(tile->draws.u[3][k] * (float)lights);
+    tile->chosen[k] = at < lights ? at : lights - 1;
   }
 }
 
 /* Directions over the hemisphere, by their cosine, and what comes from there. */
-static void pktrt__light_sample_environment(pktrt__tile *work, uint32_t light, uint32_t depth) {
-  const pktrt__surfaces *s = &work->surfaces;
-  pktrt__light_samples *g = &work->targets;
-  const pktrt__light_data *lamp = &work->job->lamps[light];
+static void pktrt__light_sample_environment(pktrt__tile *tile, uint32_t index, uint32_t depth) {
+  const pktrt__surfaces *s = &tile->surfaces;
+  pktrt__light_samples *g = &tile->light_samples;
+  const pktrt__light_data *light = &tile->render->lights[index];
   float d[3][64], radiance[3][64];
-  if (work->job->distribute) pktrt__tile_draw_all(work, 4 + 2 * light, 2);
+  if (tile->render->distribute) pktrt__tile_draw_all(tile, 4 + 2 * index, 2);
   for (uint32_t k = 0; k < s->count; k++) {
-    const float normal[3] = {s->shade[0][k], s->shade[1][k], s->shade[2][k]};
+    const float normal[3] = {s->ns[0][k], s->ns[1][k], s->ns[2][k]};
     float u[2] = {0, 0}, to[3]; /* the normal itself, where nothing is random */
-    for (uint32_t a = 0; work->job->distribute && a < 2; a++) u[a] = work->draws.u[2 * (light % 2) + a][k];
+    for (uint32_t a = 0; tile->render->distribute && a < 2; a++) u[a] = tile->draws.u[2 * (index % 2) + a][k];
     pktrt_map_cosine(u, normal, to);
     float cosine = 0;
     for (int a = 0; a < 3; a++) d[a][k % 64] = to[a], g->at[a][k] = (double)to[a], cosine += to[a] * normal[a];
-    const float share = pktrt__light_weight(work, k, light, depth);
-    g->factor[k] = cosine > 0 ? lamp->strength * (double)share * PKTRT__PI / (double)cosine : 0;
+    const float share = pktrt__light_weight(tile, k, index, depth);
+    g->factor[k] = cosine > 0 ? light->strength * (double)share * PKTRT__PI / (double)cosine : 0;
     if (k % 64 != 63 && k + 1 != s->count) continue;
-    pktrt__environment_radiance(work->job, k % 64 + 1, d, radiance);
+    pktrt__environment_radiance(tile->render, k % 64 + 1, d, radiance);
     for (int a = 0; a < 3; a++)
-      for (uint32_t i = 0; i <= k % 64; i++) g->arriving[a][k / 64 * 64 + i] = radiance[a][i] * lamp->light[a];
+      for (uint32_t i = 0; i <= k % 64; i++) g->arriving[a][k / 64 * 64 + i] = radiance[a][i] * light->color[a];
   }
 }
 
 /* Where one light is for each surface, where that is random or takes more than the kernels know. */
-static void pktrt__light_sample_each(pktrt__tile *work, const pktrt__wave *w, uint32_t light, uint32_t depth) {
-  const pktrt__render_state *job = work->job;
-  const pktrt_light *l = &job->scene->lights[light];
-  const pktrt__light_data *lamp = &job->lamps[light];
-  const pktrt__surfaces *s = &work->surfaces;
-  pktrt__light_samples *g = &work->targets;
-  const bool random = job->distribute && (l->kind == PKTRT_LIGHT_QUAD || l->kind == PKTRT_LIGHT_SPHERE ||
+static void pktrt__light_sample_each(pktrt__tile *tile, const pktrt__wave *w, uint32_t index, uint32_t depth) {
+  const pktrt__render_state *render = tile->render;
+  const pktrt_light *l = &render->scene->lights[index];
+  const pktrt__light_data *light = &render->lights[index];
+  const pktrt__surfaces *s = &tile->surfaces;
+  pktrt__light_samples *g = &tile->light_samples;
+  const bool random = render->distribute && (l->kind == PKTRT_LIGHT_QUAD || l->kind == PKTRT_LIGHT_SPHERE ||
                                           l->kind == PKTRT_LIGHT_MESH);
-  if (random) pktrt__tile_draw_all(work, 4 + 2 * light, 2);
+  if (random) pktrt__tile_draw_all(tile, 4 + 2 * index, 2);
   for (uint32_t k = 0; k < s->count; k++) {
     const double from[3] = {s->point[0][k], s->point[1][k], s->point[2][k]};
-    const float share = pktrt__light_weight(work, k, light, depth);
+    const float share = pktrt__light_weight(tile, k, index, depth);
     float u[2] = {0.5f, 0.5f};
     double at[3] = {0, 0, 0}, factor = 1;
     g->factor[k] = 0;
     if (share == 0) continue;
-    for (uint32_t a = 0; random && a < 2; a++) u[a] = work->draws.u[2 * (light % 2) + a][k];
+    for (uint32_t a = 0; random && a < 2; a++) u[a] = tile->draws.u[2 * (index % 2) + a][k];
     for (int a = 0; a < 3; a++)
-      at[a] = l->kind == PKTRT_LIGHT_DIRECTIONAL ? lamp->facing[a] : (double)l->position[a];
-    if (PKTRT__AREA_LIGHTS && l->kind == PKTRT_LIGHT_QUAD) factor = pktrt__light_sample_quad(l, lamp, u, from, at);
+      at[a] = l->kind == PKTRT_LIGHT_DIRECTIONAL ? light->facing[a] : (double)l->position[a];
+    if (PKTRT__AREA_LIGHTS && l->kind == PKTRT_LIGHT_QUAD) factor = pktrt__light_sample_quad(l, light, u, from, at);
     if (PKTRT__AREA_LIGHTS && l->kind == PKTRT_LIGHT_SPHERE)
       factor = pktrt__light_sample_sphere(l, random ? u : NULL, from, at);
     if (PKTRT__AREA_LIGHTS && l->kind == PKTRT_LIGHT_MESH)
-      factor = pktrt__light_sample_mesh(&job->scene->meshes[l->mesh], lamp, u, w->time[s->first + k], from, at);
-    for (int a = 0; a < 3; a++) g->at[a][k] = at[a], g->arriving[a][k] = lamp->light[a];
-    g->factor[k] = factor * (double)share * lamp->strength;
+      factor = pktrt__light_sample_mesh(&render->scene->meshes[l->mesh], light, u, w->time[s->first + k], from, at);
+    for (int a = 0; a < 3; a++) g->at[a][k] = at[a], g->arriving[a][k] = light->color[a];
+    g->factor[k] = factor * (double)share * light->strength;
   }
 }
 
@@ -11056,73 +11056,73 @@ static void pktrt__light_lobe_values(const pktrt_scene *scene, const pktrt__surf
 }
 
 /* Shadow rays go into the list, or at once into the batch that is to be traced, which is empty then. */
-static void pktrt__light_place_shadows(pktrt__tile *work, bool at_once) {
-  pktrt__shadow_rays *sh = &work->shadows;
-  pktrt__shadow_list *l = &work->list;
-  pktrt__packet_queue *p = &work->pending;
+static void pktrt__light_place_shadows(pktrt__tile *tile, bool at_once) {
+  pktrt__shadow_rays *sh = &tile->shadow_rays;
+  pktrt__shadow_list *l = &tile->shadow_list;
+  pktrt__packet_queue *p = &tile->queue;
   for (int a = 0; a < 3; a++) {
     sh->o[a] = at_once ? p->batch.o[a] : l->o[a], sh->d[a] = at_once ? p->batch.d[a] : l->d[a];
-    sh->arriving[a] = at_once ? p->arriving[a] : l->arriving[a];
+    sh->contribution[a] = at_once ? p->contribution[a] : l->contribution[a];
   }
   sh->time = at_once ? p->batch.time : l->time, sh->surface = at_once ? p->target : l->surface;
-  sh->material = at_once ? NULL : l->material, sh->limit = at_once ? p->batch.tmax : NULL;
+  sh->material = at_once ? NULL : l->material, sh->tmax_row = at_once ? p->batch.tmax : NULL;
 }
 
 /* The shadow rays of all surfaces towards one light. */
-static void pktrt__light_aim(pktrt__tile *work, const pktrt__wave *w, uint32_t light, uint32_t depth) {
-  const pktrt_scene *scene = work->job->scene;
+static void pktrt__light_aim(pktrt__tile *tile, const pktrt__wave *w, uint32_t light, uint32_t depth) {
+  const pktrt_scene *scene = tile->render->scene;
   const pktrt_light_kind kind = scene->lights[light].kind;
-  pktrt__light_target aim = work->job->lamps[light].aim;
-  const bool apart = depth > 1 && work->job->distribute && work->job->desc->lights != PKTRT_LIGHTS_ALL;
-  const bool sampled = PKTRT__AREA_LIGHTS && work->job->distribute && kind >= PKTRT_LIGHT_QUAD;
+  pktrt__light_target target = tile->render->lights[light].target;
+  const bool apart = depth > 1 && tile->render->distribute && tile->render->desc->lights != PKTRT_LIGHTS_ALL;
+  const bool sampled = PKTRT__AREA_LIGHTS && tile->render->distribute && kind >= PKTRT_LIGHT_QUAD;
   if (apart || sampled || (PKTRT__AREA_LIGHTS && (kind == PKTRT_LIGHT_SPHERE || kind == PKTRT_LIGHT_ENVIRONMENT))) {
-    if (PKTRT__AREA_LIGHTS && kind == PKTRT_LIGHT_ENVIRONMENT) pktrt__light_sample_environment(work, light, depth);
-    else pktrt__light_sample_each(work, w, light, depth);
-    aim.listed = &work->targets;
+    if (PKTRT__AREA_LIGHTS && kind == PKTRT_LIGHT_ENVIRONMENT) pktrt__light_sample_environment(tile, light, depth);
+    else pktrt__light_sample_each(tile, w, light, depth);
+    target.listed = &tile->light_samples;
   }
-  scene->kernels->aim(scene, &aim, w, &work->surfaces, &work->shadows);
+  scene->kernels->shadow_rays(scene, &target, w, &tile->surfaces, &tile->shadow_rays);
 }
 
 /* Direct light of all surfaces. */
-PKTRT__NOINLINE void pktrt__light_add_direct(pktrt__tile *work, const pktrt__wave *w, uint32_t depth) {
-  const pktrt__render_state *job = work->job;
-  const bool blind = job->desc->assembly == PKTRT_ASSEMBLY_BLIND, runs = job->desc->assembly == PKTRT_ASSEMBLY_RUNS;
-  const bool together = blind || job->desc->shadows == PKTRT_SHADOWS_TOGETHER;
-  const bool at_once = job->desc->assembly == PKTRT_ASSEMBLY_RAY_TYPES && !together && !job->desc->packet;
+PKTRT__NOINLINE void pktrt__light_add_direct(pktrt__tile *tile, const pktrt__wave *w, uint32_t depth) {
+  const pktrt__render_state *render = tile->render;
+  const bool blind = render->desc->assembly == PKTRT_ASSEMBLY_BLIND, runs = render->desc->assembly == PKTRT_ASSEMBLY_RUNS;
+  const bool together = blind || render->desc->shadows == PKTRT_SHADOWS_TOGETHER;
+  const bool at_once = render->desc->assembly == PKTRT_ASSEMBLY_RAY_TYPES && !together && !render->desc->packet;
   const pktrt_ray_type type = blind ? PKTRT_RAY_OTHER : PKTRT_RAY_SHADOW;
-  uint32_t *sender = work->sender;
-  pktrt__light_place_shadows(work, at_once);
-  if (depth > 1 && job->distribute && job->desc->lights != PKTRT_LIGHTS_ALL) pktrt__light_choose(work);
-  for (uint32_t light = 0; light < job->scene->light_count; light++) {
-    if (!pktrt__light_is_asked(work, light, depth)) continue;
-    pktrt__light_aim(work, w, light, depth);
-    const pktrt__shadow_rays *sh = &work->shadows;
+  uint32_t *sender = tile->sender;
+  pktrt__light_place_shadows(tile, at_once);
+  if (depth > 1 && render->distribute && render->desc->lights != PKTRT_LIGHTS_ALL) pktrt__light_choose(tile);
+  for (uint32_t light = 0; light < render->scene->light_count; light++) {
+    if (!pktrt__light_is_asked(tile, light, depth)) continue;
+    pktrt__light_aim(tile, w, light, depth);
+    const pktrt__shadow_rays *sh = &tile->shadow_rays;
     if (at_once) {
-      work->pending.n = sh->count;
-      pktrt__packet_flush(work, type, depth);
+      tile->queue.n = sh->count;
+      pktrt__packet_flush(tile, type, depth);
       continue;
     }
-    for (uint32_t i = 0; runs && i < sh->count; i++) sender[i] = work->surfaces.ray[sh->surface[i]];
-    if (sh->count) pktrt__packet_assemble(work, sh->count, work->list.d, sh->material, sender);
+    for (uint32_t i = 0; runs && i < sh->count; i++) sender[i] = tile->surfaces.ray[sh->surface[i]];
+    if (sh->count) pktrt__packet_assemble(tile, sh->count, tile->shadow_list.d, sh->material, sender);
     for (uint32_t i = 0, end; i < sh->count; i = end) {
-      end = work->packet[i];
+      end = tile->packet[i];
       for (uint32_t from = i, to; from < end; from = to) {
-        const uint32_t room = PKTRT__BATCH - work->pending.n;
+        const uint32_t room = PKTRT__BATCH - tile->queue.n;
         to = end - from < room ? end : from + room;
-        pktrt__packet_push_shadows(work, pktrt__packet_reorders(job->desc->assembly) ? work->order : NULL, from, to);
-        if (work->pending.n == PKTRT__BATCH) pktrt__packet_flush(work, type, depth);
+        pktrt__packet_push_shadows(tile, pktrt__packet_reorders(render->desc->assembly) ? tile->order : NULL, from, to);
+        if (tile->queue.n == PKTRT__BATCH) pktrt__packet_flush(tile, type, depth);
       }
-      if (!together) pktrt__packet_flush(work, type, depth);
+      if (!together) pktrt__packet_flush(tile, type, depth);
     }
   }
-  if (!blind) pktrt__packet_flush(work, type, depth);
+  if (!blind) pktrt__packet_flush(tile, type, depth);
 }
 
 /* >>scattering: the rays of the next generation -------------------------------------------------------------------- */
 
-static pktrt__wave *pktrt__wave_need(pktrt__tile *work, pktrt__wave **wave) {
-  if (!*wave) *wave = PKTRT__CAST(pktrt__wave *, pktrt__mem_alloc(&work->job->scene->desc, 1, sizeof **wave));
-  if (!*wave) work->failed = true;
+static pktrt__wave *pktrt__wave_need(pktrt__tile *tile, pktrt__wave **wave) {
+  if (!*wave) *wave = PKTRT__CAST(pktrt__wave *, pktrt__mem_alloc(&tile->render->scene->desc, 1, sizeof **wave));
+  if (!*wave) tile->failed = true;
   return *wave;
 }
 
@@ -11130,7 +11130,7 @@ static pktrt__wave *pktrt__wave_need(pktrt__tile *work, pktrt__wave **wave) {
 static uint32_t pktrt__media_behind(const pktrt__spawn_request *g, const pktrt__wave *w, const pktrt__surfaces *s, uint32_t k) {
   float before[3], behind[3];
   for (int a = 0; a < 3; a++) {
-    const double off = (double)s->lift[k] * (double)s->flat[a][k];
+    const double off = (double)s->offset[k] * (double)s->ng[a][k];
     before[a] = (float)(s->point[a][k] + off), behind[a] = (float)(s->point[a][k] - off);
   }
   const uint32_t media = pktrt__media_before(g->scene, g->glass, w, s, k);
@@ -11154,34 +11154,34 @@ static void pktrt__spawn_inherit(const pktrt__spawn_request *g, const pktrt__wav
 }
 
 /* A direction within the lobe of surface k; lost below the surface. */
-static void pktrt__spawn_scatter_in_lobe(const pktrt__tile *work, pktrt__surfaces *s, uint32_t k) {
-  const pktrt_material *look = pktrt__material_of(work->job->scene, s->material[k]);
+static void pktrt__spawn_scatter_in_lobe(const pktrt__tile *tile, pktrt__surfaces *s, uint32_t k) {
+  const pktrt_material *mat = pktrt__material_of(tile->render->scene, s->material[k]);
   const float axis[3] = {s->mirror[0][k], s->mirror[1][k], s->mirror[2][k]};
-  const float u[2] = {work->draws.u[0][k], work->draws.u[1][k]};
+  const float u[2] = {tile->draws.u[0][k], tile->draws.u[1][k]};
   float out[3], side = 0;
-  if (work->job->desc->phong_mapping == PKTRT_PHONG_NAIVE) pktrt_map_phong_naive(u, axis, look->exponent, out);
-  else pktrt_map_phong(u, axis, look->exponent, out);
-  for (int a = 0; a < 3; a++) side += out[a] * s->flat[a][k], s->mirror[a][k] = out[a];
-  for (int a = 0; a < 3; a++) s->specular[a][k] = side > 0 ? s->specular[a][k] : 0;
+  if (tile->render->desc->phong_mapping == PKTRT_PHONG_NAIVE) pktrt_map_phong_naive(u, axis, mat->exponent, out);
+  else pktrt_map_phong(u, axis, mat->exponent, out);
+  for (int a = 0; a < 3; a++) side += out[a] * s->ng[a][k], s->mirror[a][k] = out[a];
+  for (int a = 0; a < 3; a++) s->reflected[a][k] = side > 0 ? s->reflected[a][k] : 0;
 }
 
 /* Where something is random: directions within lobes; at glass, one ray of two. */
-static void pktrt__spawn_scatter(pktrt__tile *work, pktrt__surfaces *s) {
+static void pktrt__spawn_scatter(pktrt__tile *tile, pktrt__surfaces *s) {
   uint32_t drawn = 0;
   for (uint32_t i = 0; i < s->count; i += 8) {
-    uint32_t lobes = PKTRT__GLOSS && work->job->distribute ? s->lobed[i / 8] : 0;
-    uint32_t glass = PKTRT__DIELECTRIC && work->job->choose ? s->kind[PKTRT_SPECULAR_DIELECTRIC][i / 8] & ~lobes : 0;
+    uint32_t lobes = PKTRT__GLOSS && tile->render->distribute ? s->lobed[i / 8] : 0;
+    uint32_t glass = PKTRT__DIELECTRIC && tile->render->choose ? s->kind[PKTRT_SPECULAR_DIELECTRIC][i / 8] & ~lobes : 0;
     if ((lobes | glass) && i >= drawn) {
       drawn = i - i % PKTRT__DRAWN;
-      pktrt__tile_draw(work, drawn, 0, 2), drawn += PKTRT__DRAWN;
+      pktrt__tile_draw(tile, drawn, 0, 2), drawn += PKTRT__DRAWN;
     }
-    for (; lobes; lobes &= lobes - 1) pktrt__spawn_scatter_in_lobe(work, s, i + pktrt__lowest_bit(lobes));
+    for (; lobes; lobes &= lobes - 1) pktrt__spawn_scatter_in_lobe(tile, s, i + pktrt__lowest_bit(lobes));
     for (; glass; glass &= glass - 1) {
       const uint32_t k = i + pktrt__lowest_bit(glass);
-      const bool refraction = work->draws.u[0][k] >= s->fresnel[k];
+      const bool refraction = tile->draws.u[0][k] >= s->fresnel[k];
       for (int a = 0; a < 3; a++) {
-        s->specular[a][k] = refraction ? 0 : s->specular[a][k] / s->fresnel[k];
-        s->passing[a][k] = refraction ? s->passing[a][k] / (1 - s->fresnel[k]) : 0;
+        s->reflected[a][k] = refraction ? 0 : s->reflected[a][k] / s->fresnel[k];
+        s->transmitted[a][k] = refraction ? s->transmitted[a][k] / (1 - s->fresnel[k]) : 0;
       }
     }
   }
@@ -11189,70 +11189,70 @@ static void pktrt__spawn_scatter(pktrt__tile *work, pktrt__surfaces *s) {
 
 /* Reflected or refracted rays of all surfaces, behind the n of a wave; how many it has then. Where glass branches, the
    two subtrees use other dimensions. */
-static uint32_t pktrt__spawn_wave(const pktrt__tile *work, const pktrt__wave *w, bool refraction, pktrt__wave *to,
+static uint32_t pktrt__spawn_wave(const pktrt__tile *tile, const pktrt__wave *w, bool refraction, pktrt__wave *to,
                                  uint32_t n) {
-  const pktrt__render_state *job = work->job;
-  const bool apart = refraction && !job->choose;
+  const pktrt__render_state *render = tile->render;
+  const bool apart = refraction && !render->choose;
   pktrt__spawn_request g;
-  g.scene = job->scene, g.glass = job->glass_meshes;
-  g.refraction = refraction, g.threshold = job->threshold;
+  g.scene = render->scene, g.glass = render->glass_meshes;
+  g.refraction = refraction, g.threshold = render->threshold;
   g.times = apart ? 0x9E3779B1u : 1, g.plus = apart ? 0x85EBCA6Bu : 0;
-  return (job->scene->kernels->send)(&g, w, &work->surfaces, to, n);
+  return (render->scene->kernels->spawn_rays)(&g, w, &tile->surfaces, to, n);
 }
 
 /* >>generations ---------------------------------------------------------------------------------------------------- */
 
-static void pktrt__wave_shade(pktrt__tile *work, pktrt__wave *w, uint32_t first, uint32_t n, uint32_t depth);
+static void pktrt__wave_shade(pktrt__tile *tile, pktrt__wave *w, uint32_t first, uint32_t n, uint32_t depth);
 
 /* Traces rays [first, first + n) of a wave, all of one type, as one packet. */
-static void pktrt__wave_trace(pktrt__tile *work, pktrt__wave *w, uint32_t first, uint32_t n, uint32_t depth,
+static void pktrt__wave_trace(pktrt__tile *tile, pktrt__wave *w, uint32_t first, uint32_t n, uint32_t depth,
                               pktrt_ray_type type) {
   for (uint32_t i = first; i < first + n;) {
     const uint32_t m = first + n - i < PKTRT__BATCH ? first + n - i : (uint32_t)PKTRT__BATCH;
-    pktrt__packet_push_wave(work, w, i, i + m);
-    pktrt__packet_flush(work, type, depth);
+    pktrt__packet_push_wave(tile, w, i, i + m);
+    pktrt__packet_flush(tile, type, depth);
     i += m;
   }
 }
 
 /* The rays of one wave, packet by packet, and theirs, and what they bring back to the wave that sent them. Those behind
    `split` are refracted; they are traced with the others where nobody wants to know which is which. */
-static void pktrt__wave_follow(pktrt__tile *work, pktrt__wave *parent, pktrt__wave **wave, uint32_t n, uint32_t split,
+static void pktrt__wave_follow(pktrt__tile *tile, pktrt__wave *parent, pktrt__wave **wave, uint32_t n, uint32_t split,
                           uint32_t depth, pktrt_ray_type type) {
   if (!n) return;
-  if (!(PKTRT__STATS && work->stats) && !work->job->desc->packet) split = n;
-  const uint32_t first = work->first;
+  if (!(PKTRT__STATS && tile->stats) && !tile->render->desc->packet) split = n;
+  const uint32_t first = tile->first;
   const bool traced = type == PKTRT_RAY_OTHER;
-  if (!traced) pktrt__packet_assemble_wave(work, wave, n);
+  if (!traced) pktrt__packet_assemble_wave(tile, wave, n);
   pktrt__wave *w = *wave;
   if (traced)
     for (uint32_t i = 0; i < n; i += PKTRT__WAVE / 2) w->end[i] = n - i < PKTRT__WAVE / 2 ? n : i + PKTRT__WAVE / 2;
-  else memcpy(w->end, work->packet, n * sizeof *w->end);
-  for (uint32_t i = 0; PKTRT__STATS && work->stats && i < n; i++)
-    if (work->deepest[w->root[i]] < depth) work->deepest[w->root[i]] = (uint8_t)depth;
+  else memcpy(w->end, tile->packet, n * sizeof *w->end);
+  for (uint32_t i = 0; PKTRT__STATS && tile->stats && i < n; i++)
+    if (tile->deepest[w->root[i]] < depth) tile->deepest[w->root[i]] = (uint8_t)depth;
   for (uint32_t i = 0; i < n; i = w->end[i]) {
-    work->first = first, work->alone = work->job->desc->assembly == PKTRT_ASSEMBLY_NONE;
+    tile->first = first, tile->one_by_one = tile->render->desc->assembly == PKTRT_ASSEMBLY_NONE;
     if (!traced && split < n) { /* by ray types: one packet */
-      pktrt__wave_trace(work, w, 0, split, depth, PKTRT_RAY_REFLECTION);
-      pktrt__wave_trace(work, w, split, n - split, depth, PKTRT_RAY_REFRACTION);
+      pktrt__wave_trace(tile, w, 0, split, depth, PKTRT_RAY_REFLECTION);
+      pktrt__wave_trace(tile, w, split, n - split, depth, PKTRT_RAY_REFRACTION);
     } else if (!traced) {
-      pktrt__wave_trace(work, w, i, w->end[i] - i, depth, type);
+      pktrt__wave_trace(tile, w, i, w->end[i] - i, depth, type);
     }
-    pktrt__wave_shade(work, w, i, w->end[i] - i, depth);
+    pktrt__wave_shade(tile, w, i, w->end[i] - i, depth);
   }
   for (int a = 0; a < 3; a++)
     for (uint32_t i = 0; i < n; i++) parent->radiance[a][w->parent[i]] += w->weight[a][i] * w->radiance[a][i];
 }
 
 /* Blind: everything that a packet sends out is one packet, shadow rays included. */
-static void pktrt__packet_push_blindly(pktrt__tile *work, pktrt__wave *w, uint32_t n, uint32_t depth) {
+static void pktrt__packet_push_blindly(pktrt__tile *tile, pktrt__wave *w, uint32_t n, uint32_t depth) {
   for (uint32_t i = 0; i < n;) {
-    const uint32_t room = PKTRT__BATCH - work->pending.n, m = n - i < room ? n - i : room;
-    pktrt__packet_push_wave(work, w, i, i + m);
+    const uint32_t room = PKTRT__BATCH - tile->queue.n, m = n - i < room ? n - i : room;
+    pktrt__packet_push_wave(tile, w, i, i + m);
     i += m;
-    if (work->pending.n == PKTRT__BATCH) pktrt__packet_flush(work, PKTRT_RAY_OTHER, depth);
+    if (tile->queue.n == PKTRT__BATCH) pktrt__packet_flush(tile, PKTRT_RAY_OTHER, depth);
   }
-  pktrt__packet_flush(work, PKTRT_RAY_OTHER, depth);
+  pktrt__packet_flush(tile, PKTRT_RAY_OTHER, depth);
 }
 
 static bool pktrt__media_any(const pktrt__wave *w, const pktrt__surfaces *s) {
@@ -11269,44 +11269,44 @@ static uint32_t pktrt__surface_count_glass(const pktrt__surfaces *s) {
 
 /* Radiance along rays [first, first + n) of a wave that have been traced: their surfaces' own, then that of the rays
    these send out, which lie in the waves of the next generation while theirs are found. */
-static void pktrt__wave_shade(pktrt__tile *work, pktrt__wave *w, uint32_t first, uint32_t n, uint32_t depth) {
-  const pktrt__render_state *job = work->job;
-  pktrt__surfaces *s = &work->surfaces;
-  const bool blind = job->desc->assembly == PKTRT_ASSEMBLY_BLIND;
+static void pktrt__wave_shade(pktrt__tile *tile, pktrt__wave *w, uint32_t first, uint32_t n, uint32_t depth) {
+  const pktrt__render_state *render = tile->render;
+  pktrt__surfaces *s = &tile->surfaces;
+  const bool blind = render->desc->assembly == PKTRT_ASSEMBLY_BLIND;
   uint32_t reflected = 0, refracted = 0;
   bool one_wave = blind;
-  if (pktrt__tile_is_stopped(work)) return;
-  pktrt__surface_gather(work, w, first, n);
+  if (pktrt__tile_is_stopped(tile)) return;
+  pktrt__surface_gather(tile, w, first, n);
   if (!s->count) return;
-  pktrt__tile_evaluate_materials(work, w, depth);
-  if (job->draws) pktrt__sample_batch_of_surfaces(work, w);
-  work->first = first, work->alone = job->desc->assembly == PKTRT_ASSEMBLY_NONE;
-  work->shaded = w, work->immersed = pktrt__render_uses(job, PKTRT__DIELECTRIC) && pktrt__media_any(w, s);
-  pktrt__light_add_direct(work, w, depth + 1);
-  if (job->follow && depth < job->max_depth && !work->failed) {
-    pktrt__wave *r = pktrt__wave_need(work, &work->reflected[depth]), *t = r;
-    if (job->draws) pktrt__spawn_scatter(work, s);
-    if (!work->failed && pktrt__wave_need(work, &work->spare)) reflected = pktrt__spawn_wave(work, w, false, r, 0);
-    const uint32_t most = job->choose ? s->count : reflected + pktrt__surface_count_glass(s);
-    one_wave = one_wave || (work->wide && most <= PKTRT__WAVE);
-    const bool glass = pktrt__render_uses(job, PKTRT__DIELECTRIC);
-    if (glass && !one_wave) t = pktrt__wave_need(work, &work->refracted[depth]);
+  pktrt__tile_evaluate_materials(tile, w, depth);
+  if (render->draws) pktrt__sample_batch_of_surfaces(tile, w);
+  tile->first = first, tile->one_by_one = render->desc->assembly == PKTRT_ASSEMBLY_NONE;
+  tile->shaded = w, tile->in_glass = pktrt__render_uses(render, PKTRT__DIELECTRIC) && pktrt__media_any(w, s);
+  pktrt__light_add_direct(tile, w, depth + 1);
+  if (render->follow && depth < render->max_depth && !tile->failed) {
+    pktrt__wave *r = pktrt__wave_need(tile, &tile->reflected[depth]), *t = r;
+    if (render->draws) pktrt__spawn_scatter(tile, s);
+    if (!tile->failed && pktrt__wave_need(tile, &tile->spare)) reflected = pktrt__spawn_wave(tile, w, false, r, 0);
+    const uint32_t most = render->choose ? s->count : reflected + pktrt__surface_count_glass(s);
+    one_wave = one_wave || (tile->large_waves && most <= PKTRT__WAVE);
+    const bool glass = pktrt__render_uses(render, PKTRT__DIELECTRIC);
+    if (glass && !one_wave) t = pktrt__wave_need(tile, &tile->refracted[depth]);
     if (one_wave) refracted = reflected;
-    if (glass && !work->failed) refracted = pktrt__spawn_wave(work, w, true, t, refracted);
+    if (glass && !tile->failed) refracted = pktrt__spawn_wave(tile, w, true, t, refracted);
   }
-  if (blind) pktrt__packet_push_blindly(work, work->reflected[depth], refracted, depth + 1);
+  if (blind) pktrt__packet_push_blindly(tile, tile->reflected[depth], refracted, depth + 1);
   for (int a = 0; a < 3; a++) {
     if (s->count == n) memcpy(w->radiance[a] + first, s->radiance[a], n * sizeof(float));
     for (uint32_t k = 0; s->count < n && k < s->count; k++) w->radiance[a][s->ray[k]] = s->radiance[a][k];
   }
   if (one_wave) {
     const pktrt_ray_type type = blind ? PKTRT_RAY_OTHER : reflected ? PKTRT_RAY_REFLECTION : PKTRT_RAY_REFRACTION;
-    pktrt__wave_follow(work, w, &work->reflected[depth], refracted, reflected ? reflected : refracted, depth + 1, type);
+    pktrt__wave_follow(tile, w, &tile->reflected[depth], refracted, reflected ? reflected : refracted, depth + 1, type);
     return;
   }
-  pktrt__wave_follow(work, w, &work->reflected[depth], reflected, reflected, depth + 1, PKTRT_RAY_REFLECTION);
-  work->first = first;
-  pktrt__wave_follow(work, w, &work->refracted[depth], refracted, refracted, depth + 1, PKTRT_RAY_REFRACTION);
+  pktrt__wave_follow(tile, w, &tile->reflected[depth], reflected, reflected, depth + 1, PKTRT_RAY_REFLECTION);
+  tile->first = first;
+  pktrt__wave_follow(tile, w, &tile->refracted[depth], refracted, refracted, depth + 1, PKTRT_RAY_REFRACTION);
 }
 
 /* >>tiles ---------------------------------------------------------------------------------------------------------- */
@@ -11314,14 +11314,14 @@ static void pktrt__wave_shade(pktrt__tile *work, pktrt__wave *w, uint32_t first,
 /* Where the n samples of the primary wave lie: in the pixel and on the lens, from the first four dimensions, and in the
    time that the shutter is open, which its rays get. Without a lens one of its dimensions is the time's, for these four
    are spread together. */
-static void pktrt__tile_draw_camera(pktrt__tile *work, uint32_t n, bool lens, bool shutter) {
-  pktrt__sample_batch *g = &work->draws;
-  memcpy(g->x, work->x, n * sizeof *g->x), memcpy(g->y, work->y, n * sizeof *g->y);
-  memcpy(g->sample, work->sample, n * sizeof *g->sample), memset(g->group, 0, n * sizeof *g->group);
+static void pktrt__tile_draw_camera(pktrt__tile *tile, uint32_t n, bool lens, bool shutter) {
+  pktrt__sample_batch *g = &tile->draws;
+  memcpy(g->x, tile->x, n * sizeof *g->x), memcpy(g->y, tile->y, n * sizeof *g->y);
+  memcpy(g->sample, tile->sample, n * sizeof *g->sample), memset(g->group, 0, n * sizeof *g->group);
   pktrt__sample_batch_end(g, n);
-  if (lens && shutter) pktrt__tile_draw_all(work, 4, 1), memcpy(work->primary.time, g->u[0], n * sizeof(float));
-  pktrt__tile_draw_all(work, 0, lens ? 4 : shutter ? 3 : 2);
-  if (!lens && shutter) memcpy(work->primary.time, g->u[2], n * sizeof(float));
+  if (lens && shutter) pktrt__tile_draw_all(tile, 4, 1), memcpy(tile->primary.time, g->u[0], n * sizeof(float));
+  pktrt__tile_draw_all(tile, 0, lens ? 4 : shutter ? 3 : 2);
+  if (!lens && shutter) memcpy(tile->primary.time, g->u[2], n * sizeof(float));
 }
 
 PKTRT__INLINE double pktrt__camera_shutter_time(const pktrt_camera *c, float part) {
@@ -11329,34 +11329,34 @@ PKTRT__INLINE double pktrt__camera_shutter_time(const pktrt_camera *c, float par
 }
 
 /* The rays of the n samples of a wave, whose pixels are known. */
-static void pktrt__tile_camera_rays(pktrt__tile *work, uint32_t n) {
-  const pktrt__render_state *job = work->job;
-  const pktrt_camera *c = &job->desc->camera;
-  pktrt__wave *w = &work->primary;
-  const pktrt__sample_batch *g = &work->draws;
-  const bool lens = pktrt__render_uses(job, PKTRT__LENS), shutter = pktrt__render_uses(job, PKTRT__SHUTTER);
+static void pktrt__tile_camera_rays(pktrt__tile *tile, uint32_t n) {
+  const pktrt__render_state *render = tile->render;
+  const pktrt_camera *c = &render->desc->camera;
+  pktrt__wave *w = &tile->primary;
+  const pktrt__sample_batch *g = &tile->draws;
+  const bool lens = pktrt__render_uses(render, PKTRT__LENS), shutter = pktrt__render_uses(render, PKTRT__SHUTTER);
   const bool pinhole = !lens && !(PKTRT__MOTION && c->moving);
   double x[8] = {0, 0, 0, 0, 0, 0, 0, 0}, y[8] = {0, 0, 0, 0, 0, 0, 0, 0};
   const float middle = (float)pktrt__camera_shutter_time(c, 0.5f);
   pktrt__fill_row(w->importance, n, 1);
-  memcpy(w->parent, work->surfaces.number, n * sizeof *w->parent);
-  memcpy(w->root, work->surfaces.number, n * sizeof *w->root);
+  memcpy(w->parent, tile->surfaces.number, n * sizeof *w->parent);
+  memcpy(w->root, tile->surfaces.number, n * sizeof *w->root);
   memset(w->key, 0, n * sizeof *w->key), memset(w->medium, 0, n * sizeof *w->medium);
-  memset(w->material, 0, n * sizeof *w->material), memset(work->deepest, 0, n);
-  if (job->random) pktrt__tile_draw_camera(work, n, lens, shutter);
+  memset(w->material, 0, n * sizeof *w->material), memset(tile->deepest, 0, n);
+  if (render->random) pktrt__tile_draw_camera(tile, n, lens, shutter);
   for (uint32_t i = 0; i < n; i += 8) {
     const uint32_t m = n - i < 8 ? n - i : 8;
     for (uint32_t k = 0; k < m; k++) {
       w->time[i + k] = shutter ? (float)pktrt__camera_shutter_time(c, w->time[i + k]) : middle;
-      x[k] = (double)work->x[i + k] + (job->random ? (double)g->u[0][i + k] : 0.5);
-      y[k] = (double)work->y[i + k] + (job->random ? (double)g->u[1][i + k] : 0.5);
+      x[k] = (double)tile->x[i + k] + (render->random ? (double)g->u[0][i + k] : 0.5);
+      y[k] = (double)tile->y[i + k] + (render->random ? (double)g->u[1][i + k] : 0.5);
     }
-    if (pinhole) job->scene->kernels->primary(&job->plane, x, y, w, i);
+    if (pinhole) render->scene->kernels->camera_rays(&render->plane, x, y, w, i);
     for (uint32_t k = 0; !pinhole && k < m; k++) {
       const float u[2] = {lens ? g->u[2][i + k] : 0.5f, lens ? g->u[3][i + k] : 0.5f};
       float disk[2] = {0, 0}, o[3], d[3];
       if (lens) pktrt_map_disk(u, disk);
-      pktrt__camera_ray_at(c, job->desc->width, job->desc->height, &job->plane, x[k], y[k], disk, (double)w->time[i + k],
+      pktrt__camera_ray_at(c, render->desc->width, render->desc->height, &render->plane, x[k], y[k], disk, (double)w->time[i + k],
                      o, d);
       for (int a = 0; a < 3; a++) w->o[a][i + k] = o[a], w->d[a][i + k] = d[a];
     }
@@ -11364,31 +11364,31 @@ static void pktrt__tile_camera_rays(pktrt__tile *work, uint32_t n) {
 }
 
 /* Finds the glasses that the n rays of the primary wave start in; rays of one origin and time share what was found. */
-static void pktrt__media_start_in_glass(pktrt__tile *work, uint32_t n) {
-  pktrt__wave *w = &work->primary;
+static void pktrt__media_start_in_glass(pktrt__tile *tile, uint32_t n) {
+  pktrt__wave *w = &tile->primary;
   for (uint32_t i = 0; i < n; i++) {
     const float o[3] = {w->o[0][i], w->o[1][i], w->o[2][i]};
     bool same = i > 0 && w->time[i] == w->time[i - 1];
     for (int a = 0; same && a < 3; a++) same = o[a] == w->o[a][i - 1];
-    w->medium[i] = same ? w->medium[i - 1] : pktrt__media_around(work->job->scene, work->job->glass_meshes, o, w->time[i]);
+    w->medium[i] = same ? w->medium[i - 1] : pktrt__media_around(tile->render->scene, tile->render->glass_meshes, o, w->time[i]);
   }
 }
 
 /* Traces and shades the n rays of the primary wave and adds them up by pixel, in the order of their samples. */
-static void pktrt__tile_run_wave(pktrt__tile *work, uint32_t n) {
-  pktrt__wave *w = &work->primary;
-  work->alone = false, work->first = 0;
-  pktrt__tile_camera_rays(work, n);
-  if (PKTRT__DIELECTRIC && work->job->starts_in_glass) pktrt__media_start_in_glass(work, n);
-  pktrt__wave_trace(work, w, 0, n, 0, PKTRT_RAY_PRIMARY);
-  const bool blind = work->job->desc->assembly == PKTRT_ASSEMBLY_BLIND; /* reflected and refracted rays share a wave */
+static void pktrt__tile_run_wave(pktrt__tile *tile, uint32_t n) {
+  pktrt__wave *w = &tile->primary;
+  tile->one_by_one = false, tile->first = 0;
+  pktrt__tile_camera_rays(tile, n);
+  if (PKTRT__DIELECTRIC && tile->render->starts_in_glass) pktrt__media_start_in_glass(tile, n);
+  pktrt__wave_trace(tile, w, 0, n, 0, PKTRT_RAY_PRIMARY);
+  const bool blind = tile->render->desc->assembly == PKTRT_ASSEMBLY_BLIND; /* reflected and refracted rays share a wave */
   const uint32_t step = blind ? PKTRT__WAVE / 2 : PKTRT__WAVE;
-  for (uint32_t i = 0; i < n; i += step) pktrt__wave_shade(work, w, i, n - i < step ? n - i : step, 0);
+  for (uint32_t i = 0; i < n; i += step) pktrt__wave_shade(tile, w, i, n - i < step ? n - i : step, 0);
   for (uint32_t i = 0; i < n; i++)
-    for (int a = 0; a < 3; a++) work->sum[a][work->pixel[i]] += (double)w->radiance[a][i];
-  if (!PKTRT__STATS || !work->stats) return;
-  work->stats->samples += n;
-  for (uint32_t i = 0; i < n; i++) work->stats->tree_depth += work->deepest[i];
+    for (int a = 0; a < 3; a++) tile->sum[a][tile->pixel[i]] += (double)w->radiance[a][i];
+  if (!PKTRT__STATS || !tile->stats) return;
+  tile->stats->samples += n;
+  for (uint32_t i = 0; i < n; i++) tile->stats->tree_depth += tile->deepest[i];
 }
 
 /* What a finished pixel has had, n samples, into the optional buffers. */
@@ -11401,12 +11401,12 @@ static void pktrt__aov_write(const pktrt_render_desc *d, const pktrt__aov_sums *
 }
 
 /* Notes of pixel p, a number of a block, together with those of passes before. */
-static void pktrt__aov_add_pixel(const pktrt__tile *work, pktrt__aov_sums *before, uint32_t p, size_t at) {
+static void pktrt__aov_add_pixel(const pktrt__tile *tile, pktrt__aov_sums *before, uint32_t p, size_t at) {
   pktrt__aov_sums one, *to = before ? before : &one;
   if (!before) memset(&one, 0, sizeof one);
-  to->depth += work->depth[p], to->met += work->met[p];
-  for (int a = 0; a < 3; a++) to->normal[a] += work->normal[a][p], to->albedo[a] += work->albedo[a][p];
-  pktrt__aov_write(work->job->desc, to, (double)(work->pass + 1) * work->job->samples, at);
+  to->depth += tile->depth[p], to->met += tile->hit_count[p];
+  for (int a = 0; a < 3; a++) to->normal[a] += tile->normal[a][p], to->albedo[a] += tile->albedo[a][p];
+  pktrt__aov_write(tile->render->desc, to, (double)(tile->pass + 1) * tile->render->samples, at);
 }
 
 /* The mean of a pass joins those of passes before, and the pixel is the mean of all. */
@@ -11418,53 +11418,53 @@ static void pktrt__pass_add_mean(pktrt__pixel_sums *s, const double mean[3], dou
 }
 
 /* Means of finished pixels into the picture and the optional buffers. */
-static void pktrt__tile_write_pixels(const pktrt__tile *work, const uint32_t *x, const uint32_t *y, uint32_t pixels) {
-  const pktrt_render_desc *d = work->job->desc;
-  const pktrt__pass_sums *passes = work->job->passes;
-  const bool notes = pktrt__aov_wanted(work->job), alone = work->job->samples == 1; /* divisions take time */
-  const double n = work->job->samples;
+static void pktrt__tile_write_pixels(const pktrt__tile *tile, const uint32_t *x, const uint32_t *y, uint32_t pixels) {
+  const pktrt_render_desc *d = tile->render->desc;
+  const pktrt__pass_sums *passes = tile->render->passes;
+  const bool notes = pktrt__aov_wanted(tile->render), alone = tile->render->samples == 1; /* divisions take time */
+  const double n = tile->render->samples;
   for (uint32_t p = 0; p < pixels; p++) {
-    float *to = d->pixels + y[p] * work->job->row_stride + (size_t)x[p] * 3;
+    float *to = d->pixels + y[p] * tile->render->row_stride + (size_t)x[p] * 3;
     const size_t at = (size_t)y[p] * d->width + x[p];
     const size_t own = passes ? (size_t)(y[p] - passes->y) * passes->w + (x[p] - passes->x) : 0;
     double mean[3];
-    for (int a = 0; a < 3; a++) mean[a] = alone ? work->sum[a][p] : work->sum[a][p] / n;
-    if (passes) pktrt__pass_add_mean(&passes->sums[own], mean, work->pass + 1, to);
+    for (int a = 0; a < 3; a++) mean[a] = alone ? tile->sum[a][p] : tile->sum[a][p] / n;
+    if (passes) pktrt__pass_add_mean(&passes->sums[own], mean, tile->pass + 1, to);
     else
       for (int a = 0; a < 3; a++) to[a] = pktrt__to_float(mean[a]);
-    if (notes) pktrt__aov_add_pixel(work, passes ? &passes->notes[own] : NULL, p, at);
-    if (d->sample_count) d->sample_count[at] = (work->pass + 1) * work->job->samples;
+    if (notes) pktrt__aov_add_pixel(tile, passes ? &passes->aovs[own] : NULL, p, at);
+    if (d->sample_count) d->sample_count[at] = (tile->pass + 1) * tile->render->samples;
   }
 }
 
 /* A block of edge x edge pixels in cells of cell x cell: those of a cell, with all their samples, follow each other,
    so that they fall into one packet. `room` rays go at once. */
-static void pktrt__tile_render_block(pktrt__tile *work, const uint32_t area[4], uint32_t bx, uint32_t by, uint32_t edge,
+static void pktrt__tile_render_block(pktrt__tile *tile, const uint32_t area[4], uint32_t bx, uint32_t by, uint32_t edge,
                                 uint32_t cell, uint32_t room) {
-  const uint32_t samples = work->job->samples;
+  const uint32_t samples = tile->render->samples;
   uint32_t n = 0, x[PKTRT__WAVE], y[PKTRT__WAVE], pixels = 0;
   for (uint32_t cy = 0; cy < edge; cy += cell)
     for (uint32_t cx = 0; cx < edge; cx += cell)
       for (uint32_t i = 0; i < cell * cell; i++) {
-        const uint32_t px = bx + cx + work->across[i], py = by + cy + work->down[i];
+        const uint32_t px = bx + cx + tile->across[i], py = by + cy + tile->down[i];
         if (px >= area[2] || py >= area[3]) continue;
         x[pixels] = px, y[pixels++] = py;
       }
-  memset(work->sum, 0, sizeof work->sum);
-  if (pktrt__aov_wanted(work->job)) {
-    memset(work->met, 0, sizeof work->met), memset(work->depth, 0, sizeof work->depth);
-    memset(work->normal, 0, sizeof work->normal), memset(work->albedo, 0, sizeof work->albedo);
+  memset(tile->sum, 0, sizeof tile->sum);
+  if (pktrt__aov_wanted(tile->render)) {
+    memset(tile->hit_count, 0, sizeof tile->hit_count), memset(tile->depth, 0, sizeof tile->depth);
+    memset(tile->normal, 0, sizeof tile->normal), memset(tile->albedo, 0, sizeof tile->albedo);
   }
   for (uint32_t p = 0; p < pixels; p++)
     for (uint32_t s = 0; s < samples; s++) {
-      work->x[n] = x[p], work->y[n] = y[p], work->sample[n] = s;
-      work->pixel[n++] = p;
+      tile->x[n] = x[p], tile->y[n] = y[p], tile->sample[n] = s;
+      tile->pixel[n++] = p;
       if (n == room || (p + 1 == pixels && s + 1 == samples)) {
-        pktrt__tile_run_wave(work, n);
+        pktrt__tile_run_wave(tile, n);
         n = 0;
       }
     }
-  if (!work->failed) pktrt__tile_write_pixels(work, x, y, pixels);
+  if (!tile->failed) pktrt__tile_write_pixels(tile, x, y, pixels);
 }
 
 /* The largest power of two whose square, times the samples of a pixel, does not exceed a number of rays. */
@@ -11474,49 +11474,49 @@ static uint32_t pktrt__tile_pixel_edge(uint32_t rays, uint32_t samples) {
   return edge;
 }
 
-static void pktrt__tile_free(pktrt__tile *work) {
-  const pktrt_scene_desc *d = &work->job->scene->desc;
+static void pktrt__tile_free(pktrt__tile *tile) {
+  const pktrt_scene_desc *d = &tile->render->scene->desc;
   for (uint32_t i = 0; i <= PKTRT_MAX_DEPTH; i++) {
-    pktrt__mem_release(d, work->reflected[i], 1, sizeof(pktrt__wave));
-    pktrt__mem_release(d, work->refracted[i], 1, sizeof(pktrt__wave));
+    pktrt__mem_release(d, tile->reflected[i], 1, sizeof(pktrt__wave));
+    pktrt__mem_release(d, tile->refracted[i], 1, sizeof(pktrt__wave));
   }
-  pktrt__mem_release(d, work->spare, 1, sizeof(pktrt__wave));
-  pktrt__mem_release(d, work, 1, sizeof *work);
+  pktrt__mem_release(d, tile->spare, 1, sizeof(pktrt__wave));
+  pktrt__mem_release(d, tile, 1, sizeof *tile);
 }
 
-static pktrt__tile *pktrt__tile_make(const pktrt__render_state *job, struct pktrt__pass_rounds *rounds,
+static pktrt__tile *pktrt__tile_make(const pktrt__render_state *render, struct pktrt__pass_rounds *rounds,
                                      pktrt_stats *stats) { /* NULL: out of memory */
-  pktrt__tile *work = PKTRT__CAST(pktrt__tile *, pktrt__mem_alloc(&job->scene->desc, 1, sizeof *work));
-  if (!work) return NULL;
-  memset(work->reflected, 0, sizeof work->reflected);
-  memset(work->refracted, 0, sizeof work->refracted);
-  work->spare = NULL, work->pending.n = 0, work->failed = work->stopped = false;
-  work->rounds = rounds, work->shaded_packets = 0;
-  memset(work->pending.batch.tmin, 0, sizeof work->pending.batch.tmin);
-  for (uint32_t i = 0; i < PKTRT__WAVE; i++) work->surfaces.number[i] = i;
-  work->job = job, work->stats = stats;
-  work->across[0] = work->down[0] = 0;
+  pktrt__tile *tile = PKTRT__CAST(pktrt__tile *, pktrt__mem_alloc(&render->scene->desc, 1, sizeof *tile));
+  if (!tile) return NULL;
+  memset(tile->reflected, 0, sizeof tile->reflected);
+  memset(tile->refracted, 0, sizeof tile->refracted);
+  tile->spare = NULL, tile->queue.n = 0, tile->failed = tile->stopped = false;
+  tile->rounds = rounds, tile->shaded_packets = 0;
+  memset(tile->queue.batch.tmin, 0, sizeof tile->queue.batch.tmin);
+  for (uint32_t i = 0; i < PKTRT__WAVE; i++) tile->surfaces.number[i] = i;
+  tile->render = render, tile->stats = stats;
+  tile->across[0] = tile->down[0] = 0;
   for (uint32_t i = 1; i < PKTRT__WAVE; i++) { /* Morton's order: the bits of both by turns */
-    work->across[i] = (uint8_t)(work->across[i / 4] * 2 + i % 2);
-    work->down[i] = (uint8_t)(work->down[i / 4] * 2 + i / 2 % 2);
+    tile->across[i] = (uint8_t)(tile->across[i / 4] * 2 + i % 2);
+    tile->down[i] = (uint8_t)(tile->down[i / 4] * 2 + i / 2 % 2);
   }
   /* The fast path takes many packets at once, and keeps secondary packets full so. Where it is told how to assemble
      packets, and on the paper path, a packet sends out its rays alone, as in the paper. */
-  work->wide = job->desc->path != PKTRT_PATH_PAPER && job->desc->assembly == PKTRT_ASSEMBLY_RAY_TYPES;
-  return work;
+  tile->large_waves = render->desc->path != PKTRT_PATH_PAPER && render->desc->assembly == PKTRT_ASSEMBLY_RAY_TYPES;
+  return tile;
 }
 
 /* A pass over pixels [area[0], area[2]) x [area[1], area[3]). Seeds of passes: multiples of 2^32 over the golden ratio
    lie as far apart as can be, so that up to 65536 passes of a seed meet none of another within 29,000 of it. */
-static void pktrt__tile_render_area(pktrt__tile *work, const uint32_t area[4], uint32_t pass) {
-  const pktrt__render_state *job = work->job;
-  const uint32_t packet = job->packet_size * job->packet_size, room = work->wide ? (uint32_t)PKTRT__WAVE : packet;
-  const uint32_t edge = pktrt__tile_pixel_edge(room, job->samples), cell = pktrt__tile_pixel_edge(packet, job->samples);
-  work->pass = pass, work->sampling = job->sampling;
-  work->sampling.seed += pass * 0x9E3779B9u;
-  for (uint32_t y = area[1]; y < area[3] && !work->failed; y += edge)
-    for (uint32_t x = area[0]; x < area[2] && !work->failed; x += edge)
-      pktrt__tile_render_block(work, area, x, y, edge, cell, room);
+static void pktrt__tile_render_area(pktrt__tile *tile, const uint32_t area[4], uint32_t pass) {
+  const pktrt__render_state *render = tile->render;
+  const uint32_t packet = render->packet_size * render->packet_size, room = tile->large_waves ? (uint32_t)PKTRT__WAVE : packet;
+  const uint32_t edge = pktrt__tile_pixel_edge(room, render->samples), cell = pktrt__tile_pixel_edge(packet, render->samples);
+  tile->pass = pass, tile->sampling = render->sampling;
+  tile->sampling.seed += pass * 0x9E3779B9u;
+  for (uint32_t y = area[1]; y < area[3] && !tile->failed; y += edge)
+    for (uint32_t x = area[0]; x < area[2] && !tile->failed; x += edge)
+      pktrt__tile_render_block(tile, area, x, y, edge, cell, room);
 }
 
 /* >>passes: what several passes know of their error, and who gets the next one ------------------------------------- */
@@ -11524,31 +11524,31 @@ static void pktrt__tile_render_area(pktrt__tile *work, const uint32_t area[4], u
 static void pktrt__pass_free(const pktrt_scene_desc *desc, pktrt__pass_sums *p) {
   const uint64_t pixels = (uint64_t)p->w * p->h;
   pktrt__mem_release(desc, p->sums, pixels, sizeof *p->sums);
-  pktrt__mem_release(desc, p->notes, pixels, sizeof *p->notes);
+  pktrt__mem_release(desc, p->aovs, pixels, sizeof *p->aovs);
   pktrt__mem_release(desc, p->blocks, (uint64_t)p->columns * p->rows, sizeof *p->blocks);
 }
 
 /* Sums for pixels [area[0], area[2]) x [area[1], area[3]), if there may be several passes. */
-static bool pktrt__pass_make(pktrt__render_state *job, const uint32_t area[4], pktrt__pass_sums *p) { /* false: out of memory */
-  const pktrt_scene_desc *desc = &job->scene->desc;
+static bool pktrt__pass_make(pktrt__render_state *render, const uint32_t area[4], pktrt__pass_sums *p) { /* false: out of memory */
+  const pktrt_scene_desc *desc = &render->scene->desc;
   memset(p, 0, sizeof *p);
-  if (job->most_passes == 1) return true;
+  if (render->most_passes == 1) return true;
   p->x = area[0], p->y = area[1], p->w = area[2] - area[0], p->h = area[3] - area[1];
   p->columns = (p->w + PKTRT_ERROR_BLOCK - 1) / PKTRT_ERROR_BLOCK;
   p->rows = (p->h + PKTRT_ERROR_BLOCK - 1) / PKTRT_ERROR_BLOCK;
   const uint64_t pixels = (uint64_t)p->w * p->h, blocks = (uint64_t)p->columns * p->rows;
-  const bool notes = pktrt__aov_wanted(job);
+  const bool notes = pktrt__aov_wanted(render);
   p->sums = PKTRT__CAST(pktrt__pixel_sums *, pktrt__mem_alloc(desc, pixels, sizeof *p->sums));
   p->blocks = PKTRT__CAST(pktrt__pass_block *, pktrt__mem_alloc(desc, blocks, sizeof *p->blocks));
-  if (notes) p->notes = PKTRT__CAST(pktrt__aov_sums *, pktrt__mem_alloc(desc, pixels, sizeof *p->notes));
-  if (!p->sums || !p->blocks || (notes && !p->notes)) {
+  if (notes) p->aovs = PKTRT__CAST(pktrt__aov_sums *, pktrt__mem_alloc(desc, pixels, sizeof *p->aovs));
+  if (!p->sums || !p->blocks || (notes && !p->aovs)) {
     pktrt__pass_free(desc, p);
     return false;
   }
   memset(p->sums, 0, (size_t)pixels * sizeof *p->sums);
   memset(p->blocks, 0, (size_t)blocks * sizeof *p->blocks);
-  if (notes) memset(p->notes, 0, (size_t)pixels * sizeof *p->notes);
-  job->passes = p;
+  if (notes) memset(p->aovs, 0, (size_t)pixels * sizeof *p->aovs);
+  render->passes = p;
   return true;
 }
 
@@ -11601,12 +11601,12 @@ static void pktrt__pass_sum_errors(void *arg, size_t row) { /* of a row of block
 }
 
 /* The error of the whole picture, as far as known, into the report. */
-static void pktrt__pass_estimate(const pktrt__render_state *job, pktrt_report *r) {
-  pktrt__pass_sums *p = job->passes;
+static void pktrt__pass_estimate(const pktrt__render_state *render, pktrt_report *r) {
+  pktrt__pass_sums *p = render->passes;
   const uint64_t blocks = (uint64_t)p->columns * p->rows;
   double error[2] = {0, 0}, mean[3] = {0, 0, 0}, known = 0;
   r->unknown = 0;
-  pktrt__parallel_for(&job->scene->desc, p->rows, pktrt__pass_sum_errors, p);
+  pktrt__parallel_for(&render->scene->desc, p->rows, pktrt__pass_sum_errors, p);
   for (uint64_t i = 0; i < blocks; i++) {
     const pktrt__pass_block *b = &p->blocks[i];
     known += b->pixels - b->unknown, r->unknown += b->unknown;
@@ -11684,12 +11684,12 @@ static void pktrt__pass_ask_blocks(pktrt__pass_sums *p, int measure) {
 /* Passes of the next round: up to `budget` pixel passes with the `spent` before, fewer if that reaches the target, but
    some, since wants are no exact forecast. Blocks want fractions of passes; what one lacks to a whole one goes to the
    next. If that is none at all, the one that wants it most gets a pass: every round does something, so rounds end. */
-static void pktrt__pass_share_out(const pktrt__render_state *job, double spent, double budget, double target) {
-  pktrt__pass_sums *p = job->passes;
+static void pktrt__pass_share_out(const pktrt__render_state *render, double spent, double budget, double target) {
+  pktrt__pass_sums *p = render->passes;
   pktrt__pass_block *first = NULL;
-  const uint32_t most = UINT32_MAX / job->samples;
+  const uint32_t most = UINT32_MAX / render->samples;
   double carry = 0.5, given = 0;
-  pktrt__pass_ask_blocks(p, job->desc->measure == PKTRT_ERROR_RELATIVE);
+  pktrt__pass_ask_blocks(p, render->desc->measure == PKTRT_ERROR_RELATIVE);
   double scale = pktrt__pass_scale(p, budget, 0);
   if (target > 0) {
     const double least = pktrt__pass_scale(p, pktrt__min(budget, 1.03 * spent), 0);
@@ -11717,7 +11717,7 @@ PKTRT__INLINE uint32_t pktrt__atomic_load(uint32_t *x) { return *x; }
 #endif
 
 typedef struct pktrt__pass_rounds {
-  const pktrt__render_state *job;
+  const pktrt__render_state *render;
   pktrt_stats *stats;               /* one for each tile, or NULL */
   uint32_t columns, count;          /* of tiles */
   uint32_t done, cancelled, failed; /* shared by the workers */
@@ -11746,8 +11746,8 @@ static double pktrt__pass_now(const pktrt_render_desc *d) { return d->seconds ? 
 /* Passes of the next round, a mean over pixels: one, or if adaptive, two and then half of what has been done; no more
    than are left, or fit into the time if they take as long as those before. 0: time is up. */
 static double pktrt__pass_next_round(const pktrt__pass_rounds *t) {
-  const pktrt_render_desc *d = t->job->desc;
-  const double spent = t->spent, left = t->job->most_passes - spent;
+  const pktrt_render_desc *d = t->render->desc;
+  const double spent = t->spent, left = t->render->most_passes - spent;
   double next = !d->adaptive ? 1 : spent > 0 ? pktrt__max(1, 0.5 * spent) : (double)PKTRT__PILOT;
   if (d->time_budget > 0 && spent > 0 && t->report.seconds > 0) {
     const double fit = (d->time_budget - t->report.seconds) / t->report.seconds * spent;
@@ -11759,58 +11759,58 @@ static double pktrt__pass_next_round(const pktrt__pass_rounds *t) {
 
 /* Who gets how many passes: all blocks the same while nothing is known. */
 static void pktrt__pass_plan_round(pktrt__pass_rounds *t, double next) {
-  const pktrt_render_desc *d = t->job->desc;
-  const pktrt__pass_sums *p = t->job->passes;
+  const pktrt_render_desc *d = t->render->desc;
+  const pktrt__pass_sums *p = t->render->passes;
   const double pixels = (double)d->width * d->height, known = pixels - (double)t->report.unknown;
   const double target = (double)d->target_error;
   t->alike = d->adaptive && t->spent > 0 ? 0 : (uint32_t)next;
   for (uint64_t i = 0; p && i < (uint64_t)p->columns * p->rows; i++) p->blocks[i].more = t->alike;
   if (t->alike) return;
   const double error = d->measure == PKTRT_ERROR_RELATIVE ? target : 3 * target * target;
-  pktrt__pass_share_out(t->job, t->spent * pixels, (t->spent + next) * pixels, 0.98 * error * known);
+  pktrt__pass_share_out(t->render, t->spent * pixels, (t->spent + next) * pixels, 0.98 * error * known);
 }
 
 /* The passes that this round gives to the blocks of an area. False: out of memory. */
 static bool pktrt__pass_render_blocks(pktrt__pass_rounds *t, const uint32_t area[4], pktrt_stats *stats) {
-  const pktrt__render_state *job = t->job;
-  const pktrt__pass_sums *p = job->passes;
+  const pktrt__render_state *render = t->render;
+  const pktrt__pass_sums *p = render->passes;
   const uint32_t b = PKTRT_ERROR_BLOCK;
-  pktrt__tile *work = NULL;
+  pktrt__tile *tile = NULL;
   bool ok = true;
   for (uint32_t row = area[1] / b; ok && row <= (area[3] - 1) / b; row++)
     for (uint32_t column = area[0] / b; ok && column <= (area[2] - 1) / b; column++) {
       const pktrt__pass_block *block = &p->blocks[(size_t)row * p->columns + column];
       uint32_t part[4];
       if (!block->more) continue;
-      if (!work) work = pktrt__tile_make(job, t, stats);
-      if (!work) return false;
+      if (!tile) tile = pktrt__tile_make(render, t, stats);
+      if (!tile) return false;
       pktrt__pass_block_area(p, column, row, part);
       for (int a = 0; a < 2; a++) {
         if (part[a] < area[a]) part[a] = area[a];
         if (part[2 + a] > area[2 + a]) part[2 + a] = area[2 + a];
       }
       for (uint32_t k = 0; k < block->more && !pktrt__atomic_load(&t->cancelled); k++)
-        pktrt__tile_render_area(work, part, block->done + k);
-      ok = !work->failed || work->stopped;
+        pktrt__tile_render_area(tile, part, block->done + k);
+      ok = !tile->failed || tile->stopped;
     }
-  if (work) pktrt__tile_free(work);
+  if (tile) pktrt__tile_free(tile);
   return ok;
 }
 
 /* `passes` passes over an area, after those before; where all blocks get the same, they need not be told apart. */
-static bool pktrt__pass_render_uniform(const pktrt__render_state *job, pktrt__pass_rounds *t, const uint32_t area[4], pktrt_stats *stats,
+static bool pktrt__pass_render_uniform(const pktrt__render_state *render, pktrt__pass_rounds *t, const uint32_t area[4], pktrt_stats *stats,
                                 uint32_t before, uint32_t passes) {
-  pktrt__tile *work = pktrt__tile_make(job, t, stats);
-  if (!work) return false;
-  for (uint32_t k = 0; k < passes; k++) pktrt__tile_render_area(work, area, before + k);
-  const bool ok = !work->failed || work->stopped;
-  pktrt__tile_free(work);
+  pktrt__tile *tile = pktrt__tile_make(render, t, stats);
+  if (!tile) return false;
+  for (uint32_t k = 0; k < passes; k++) pktrt__tile_render_area(tile, area, before + k);
+  const bool ok = !tile->failed || tile->stopped;
+  pktrt__tile_free(tile);
   return ok;
 }
 
 /* Tells the hook that so many tiles of the round are done; what it says. */
 static bool pktrt__pass_tell_progress(const pktrt__pass_rounds *t, uint32_t done) {
-  const pktrt_render_desc *d = t->job->desc;
+  const pktrt_render_desc *d = t->render->desc;
   const float part = (float)done / (float)t->count, all = t->from + (t->to - t->from) * part;
   return !d->progress || d->progress(d->user, part < 1 ? all : t->to);
 }
@@ -11824,13 +11824,13 @@ static bool pktrt__pass_goes_on(pktrt__pass_rounds *t) {
 
 static void pktrt__pass_run_tile(void *arg, size_t i) {
   pktrt__pass_rounds *t = PKTRT__CAST(pktrt__pass_rounds *, arg);
-  const pktrt_render_desc *d = t->job->desc;
+  const pktrt_render_desc *d = t->render->desc;
   if (pktrt__atomic_load(&t->cancelled) || pktrt__atomic_load(&t->failed)) return;
-  const uint32_t size = t->job->tile_size, x = (uint32_t)i % t->columns * size, y = (uint32_t)i / t->columns * size;
+  const uint32_t size = t->render->tile_size, x = (uint32_t)i % t->columns * size, y = (uint32_t)i / t->columns * size;
   const uint32_t x1 = d->width - x < size ? d->width : x + size, y1 = d->height - y < size ? d->height : y + size;
   const uint32_t area[4] = {x, y, x1, y1};
   pktrt_stats *stats = t->stats ? &t->stats[i] : NULL;
-  const bool ok = t->alike ? pktrt__pass_render_uniform(t->job, t, area, stats, (uint32_t)t->spent, t->alike)
+  const bool ok = t->alike ? pktrt__pass_render_uniform(t->render, t, area, stats, (uint32_t)t->spent, t->alike)
                            : pktrt__pass_render_blocks(t, area, stats);
   if (!ok) (void)pktrt__atomic_increment(&t->failed);
   if (pktrt__atomic_load(&t->cancelled)) return; /* it may lack pixels or passes */
@@ -11840,9 +11840,9 @@ static void pktrt__pass_run_tile(void *arg, size_t i) {
 
 /* Blocks and the report after a round. */
 static void pktrt__pass_end_round(pktrt__pass_rounds *t) {
-  const pktrt__render_state *job = t->job;
-  const pktrt_render_desc *d = job->desc;
-  pktrt__pass_sums *p = job->passes;
+  const pktrt__render_state *render = t->render;
+  const pktrt_render_desc *d = render->desc;
+  pktrt__pass_sums *p = render->passes;
   pktrt_report *r = &t->report;
   uint32_t least = UINT32_MAX, most = 0;
   double sum = 0;
@@ -11856,8 +11856,8 @@ static void pktrt__pass_end_round(pktrt__pass_rounds *t) {
   }
   t->spent = p ? sum / ((double)d->width * d->height) : 1;
   r->rounds++;
-  r->samples_min = (p ? least : 1) * job->samples, r->samples_max = (p ? most : 1) * job->samples;
-  r->samples_mean = t->spent * job->samples;
+  r->samples_min = (p ? least : 1) * render->samples, r->samples_max = (p ? most : 1) * render->samples;
+  r->samples_mean = t->spent * render->samples;
   if (!t->timed) return;
   const double now = pktrt__pass_now(d); /* a clock that is set back does not count */
   if (now > t->clock) r->seconds += now - t->clock;
@@ -11866,22 +11866,22 @@ static void pktrt__pass_end_round(pktrt__pass_rounds *t) {
 
 /* The rules, after a round. */
 static pktrt_stop pktrt__pass_judge(const pktrt__pass_rounds *t) {
-  const pktrt_render_desc *d = t->job->desc;
+  const pktrt_render_desc *d = t->render->desc;
   const pktrt_report *r = &t->report;
   const double error = d->measure == PKTRT_ERROR_RELATIVE ? r->relative_mse : r->rmse;
   const double block = PKTRT_ERROR_BLOCK * PKTRT_ERROR_BLOCK / ((double)d->width * d->height);
   const double rest = d->adaptive ? pktrt__max(0.1, 0.5 * block) : 0.5; /* blocks get whole passes */
   if (d->target_error > 0 && error <= (double)d->target_error) return r->unknown ? PKTRT_STOP_PASSES : PKTRT_STOP_ERROR;
   if (d->target_error > 0 && t->spent >= 2 && r->rmse == INFINITY) return PKTRT_STOP_PASSES; /* none will ever be known */
-  if (t->spent > t->job->most_passes - pktrt__min(rest, 0.5)) return PKTRT_STOP_PASSES;
+  if (t->spent > t->render->most_passes - pktrt__min(rest, 0.5)) return PKTRT_STOP_PASSES;
   return d->time_budget > 0 && pktrt__pass_next_round(t) <= 0 ? PKTRT_STOP_TIME : PKTRT_STOP_NOT_YET;
 }
 
 /* How much of the work will be done after `next` more passes, by the rule that seems nearest. */
 static float pktrt__pass_progress(const pktrt__pass_rounds *t, double next) {
-  const pktrt_render_desc *d = t->job->desc;
+  const pktrt_render_desc *d = t->render->desc;
   const pktrt_report *r = &t->report;
-  double part = (t->spent + next) / t->job->most_passes;
+  double part = (t->spent + next) / t->render->most_passes;
   if (t->spent > 0 && d->time_budget > 0)
     part = pktrt__max(part, r->seconds / d->time_budget * (t->spent + next) / t->spent);
   if (t->spent > 0 && d->target_error > 0 && r->rmse < INFINITY) {
@@ -11893,19 +11893,19 @@ static float pktrt__pass_progress(const pktrt__pass_rounds *t, double next) {
 }
 
 static void pktrt__pass_run(pktrt__pass_rounds *t) {
-  const pktrt_render_desc *d = t->job->desc;
+  const pktrt_render_desc *d = t->render->desc;
   pktrt_report *r = &t->report;
   while (!r->stop) {
     const double next = pktrt__pass_next_round(t);
     pktrt__pass_plan_round(t, next);
     t->done = 0, t->from = t->to, t->to = pktrt__maxf(t->from, pktrt__pass_progress(t, next));
-    pktrt__parallel_for(&t->job->scene->desc, t->count, pktrt__pass_run_tile, t);
+    pktrt__parallel_for(&t->render->scene->desc, t->count, pktrt__pass_run_tile, t);
     if (t->cancelled || t->failed) {
       r->stop = PKTRT_STOP_CANCELLED;
       return;
     }
     pktrt__pass_end_round(t);
-    if (t->watched && t->job->passes) pktrt__pass_estimate(t->job, r);
+    if (t->watched && t->render->passes) pktrt__pass_estimate(t->render, r);
     r->stop = pktrt__pass_judge(t);
     if (t->late && !r->stop) t->cancelled = 1, r->stop = PKTRT_STOP_CANCELLED;
     if (d->pass && !d->pass(d->user, r) && !r->stop) r->stop = PKTRT_STOP_ASKED;
@@ -11913,9 +11913,9 @@ static void pktrt__pass_run(pktrt__pass_rounds *t) {
 }
 
 /* The buffers of errors, once all is done. */
-static void pktrt__pass_write_errors(const pktrt__render_state *job) {
-  const pktrt_render_desc *d = job->desc;
-  const pktrt__pass_sums *p = job->passes;
+static void pktrt__pass_write_errors(const pktrt__render_state *render) {
+  const pktrt_render_desc *d = render->desc;
+  const pktrt__pass_sums *p = render->passes;
   const uint32_t b = PKTRT_ERROR_BLOCK, columns = (d->width + b - 1) / b;
   for (uint32_t y = 0; y < d->height; y++)
     for (uint32_t x = 0; x < d->width; x++) {
@@ -11931,23 +11931,23 @@ static void pktrt__pass_write_errors(const pktrt__render_state *job) {
 
 PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *s, const pktrt_render_desc *d, uint32_t x, uint32_t y,
                                          uint32_t w, uint32_t h) {
-  pktrt__render_state job;
+  pktrt__render_state render;
   pktrt__pass_sums passes;
   pktrt__refusal why;
-  if (!s || !pktrt__render_check(s, d, &job, &why)) return PKTRT_INVALID_ARGUMENT;
+  if (!s || !pktrt__render_check(s, d, &render, &why)) return PKTRT_INVALID_ARGUMENT;
   if (x > d->width || y > d->height || w > d->width - x || h > d->height - y) return PKTRT_INVALID_ARGUMENT;
-  if (job.most_passes > 1 && !d->passes) return PKTRT_INVALID_ARGUMENT;
+  if (render.most_passes > 1 && !d->passes) return PKTRT_INVALID_ARGUMENT;
   if (d->adaptive || d->pass || d->report || d->pixel_error || d->block_error || d->target_error > 0 ||
       d->time_budget > 0)
     return PKTRT_INVALID_ARGUMENT;
   if (pktrt__render_is_uncommitted(s)) return PKTRT_NOT_COMMITTED;
   if (!w || !h) return PKTRT_OK;
   const uint32_t area[4] = {x, y, x + w, y + h};
-  if (!pktrt__render_prepare(&job, (uint64_t)w * h)) return PKTRT_OUT_OF_MEMORY;
-  const bool ok = pktrt__pass_make(&job, area, &passes) &&
-                  pktrt__pass_render_uniform(&job, NULL, area, d->stats, 0, job.most_passes);
-  if (job.passes) pktrt__pass_free(&s->desc, &passes);
-  pktrt__render_unprepare(&job);
+  if (!pktrt__render_prepare(&render, (uint64_t)w * h)) return PKTRT_OUT_OF_MEMORY;
+  const bool ok = pktrt__pass_make(&render, area, &passes) &&
+                  pktrt__pass_render_uniform(&render, NULL, area, d->stats, 0, render.most_passes);
+  if (render.passes) pktrt__pass_free(&s->desc, &passes);
+  pktrt__render_unprepare(&render);
   return ok ? PKTRT_OK : PKTRT_OUT_OF_MEMORY;
 }
 
@@ -11957,29 +11957,29 @@ PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *s, const pktrt_rende
 
 static bool pktrt__any_positive(const float v[3]) { return v[0] > 0 || v[1] > 0 || v[2] > 0; }
 
-static bool pktrt__warn_light_shines(const pktrt_render_desc *d, const pktrt__light_data *lamp, const pktrt_light *l) {
+static bool pktrt__warn_light_shines(const pktrt_render_desc *d, const pktrt__light_data *light, const pktrt_light *l) {
   if (l->kind == PKTRT_LIGHT_ENVIRONMENT && !d->environment && !pktrt__any_positive(d->background)) return false;
-  return lamp->strength > 0;
+  return light->strength > 0;
 }
 
 /* Whether some mesh waits for light in vain: none is there, and it does not shine, nor is it coloured by a shader, nor does it
    only show what is around. */
-PKTRT__COLD bool pktrt__warn_is_dark(const pktrt__render_state *job) {
-  const pktrt_scene *s = job->scene;
-  bool dark = false, lit = pktrt__any_positive(job->desc->ambient);
-  for (uint32_t i = 0; i < s->light_count; i++) lit = lit || pktrt__warn_light_shines(job->desc, &job->lamps[i], &s->lights[i]);
+PKTRT__COLD bool pktrt__warn_is_dark(const pktrt__render_state *render) {
+  const pktrt_scene *s = render->scene;
+  bool dark = false, lit = pktrt__any_positive(render->desc->ambient);
+  for (uint32_t i = 0; i < s->light_count; i++) lit = lit || pktrt__warn_light_shines(render->desc, &render->lights[i], &s->lights[i]);
   for (uint32_t i = 0; !lit && i < s->committed_meshes; i++) {
-    const pktrt_material *look = pktrt__material_of(s, s->meshes[i].material);
-    const bool shows = job->follow && look->specular != PKTRT_SPECULAR_NONE && !pktrt__any_positive(look->albedo);
-    if (!s->meshes[i].triangle_count || look->shader || pktrt__any_positive(look->emission) || shows) continue;
-    dark = dark || look->texture || pktrt__any_positive(look->albedo);
+    const pktrt_material *mat = pktrt__material_of(s, s->meshes[i].material);
+    const bool shows = render->follow && mat->specular != PKTRT_SPECULAR_NONE && !pktrt__any_positive(mat->albedo);
+    if (!s->meshes[i].triangle_count || mat->shader || pktrt__any_positive(mat->emission) || shows) continue;
+    dark = dark || mat->texture || pktrt__any_positive(mat->albedo);
   }
   return dark;
 }
 
-PKTRT__COLD void pktrt__warn_of_mode(const pktrt_scene *s, const pktrt__render_state *job) {
+PKTRT__COLD void pktrt__warn_of_mode(const pktrt_scene *s, const pktrt__render_state *render) {
   static const char *const modes[] = {"PKTRT_MODE_RCS", "PKTRT_MODE_WRT", "PKTRT_MODE_DRT"};
-  const pktrt_render_desc *d = job->desc;
+  const pktrt_render_desc *d = render->desc;
   const uint32_t lens = PKTRT_FEATURE_LENS | PKTRT_FEATURE_SHUTTER;
   const uint32_t shown = d->mode == PKTRT_MODE_DRT ? ~0u : d->mode == PKTRT_MODE_WRT ? ~lens
                                                         : ~(lens | PKTRT__SPECULAR | PKTRT_FEATURE_GLOSS);
@@ -12008,20 +12008,20 @@ PKTRT__COLD void pktrt__warn_of_changes(const pktrt_scene *s) {
 }
 
 /* Needs the job's lamps. */
-static void pktrt__warn_all(const pktrt_scene *s, const pktrt__render_state *job) {
+static void pktrt__warn_all(const pktrt_scene *s, const pktrt__render_state *render) {
   if (!s->desc.log) return;
-  pktrt__warn_of_mode(s, job), pktrt__warn_of_changes(s);
-  if (pktrt__warn_is_dark(job)) pktrt__log_sentence(s, 0, "render: there is no light and no ambient: what does not shine by itself is black");
+  pktrt__warn_of_mode(s, render), pktrt__warn_of_changes(s);
+  if (pktrt__warn_is_dark(render)) pktrt__log_sentence(s, 0, "render: there is no light and no ambient: what does not shine by itself is black");
 }
 
 /* Everything that has to be there before the first round. */
-static pktrt_status pktrt__pass_begin(pktrt_scene *s, pktrt__render_state *job, pktrt__pass_sums *passes, pktrt__pass_rounds *t) {
-  const pktrt_render_desc *d = job->desc;
+static pktrt_status pktrt__pass_begin(pktrt_scene *s, pktrt__render_state *render, pktrt__pass_sums *passes, pktrt__pass_rounds *t) {
+  const pktrt_render_desc *d = render->desc;
   const uint32_t area[4] = {0, 0, d->width, d->height};
   memset(t, 0, sizeof *t);
   t->report.rmse = t->report.relative_mse = INFINITY;
-  t->job = job, t->columns = (d->width + job->tile_size - 1) / job->tile_size;
-  const uint64_t count = (uint64_t)t->columns * ((d->height + job->tile_size - 1) / job->tile_size);
+  t->render = render, t->columns = (d->width + render->tile_size - 1) / render->tile_size;
+  const uint64_t count = (uint64_t)t->columns * ((d->height + render->tile_size - 1) / render->tile_size);
   if (count > INT32_MAX)
     return pktrt__fail(s, PKTRT_LIMIT, "render: %llu tiles are too many", (unsigned long long)count);
   t->count = (uint32_t)count;
@@ -12035,44 +12035,44 @@ static pktrt_status pktrt__pass_begin(pktrt_scene *s, pktrt__render_state *job, 
                          (unsigned)t->count);
     memset(t->stats, 0, (size_t)count * sizeof *t->stats);
   }
-  if (!pktrt__pass_make(job, area, passes))
+  if (!pktrt__pass_make(render, area, passes))
     return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "render: no memory for the sums of %u x %u pixels", (unsigned)d->width,
                        (unsigned)d->height);
-  if (!pktrt__render_prepare(job, (uint64_t)d->width * d->height))
+  if (!pktrt__render_prepare(render, (uint64_t)d->width * d->height))
     return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "render: no memory for lights and glass");
   return PKTRT_OK;
 }
 
-static pktrt_status pktrt__pass_end(pktrt_scene *s, pktrt__render_state *job, pktrt__pass_rounds *t) {
-  const pktrt_render_desc *d = job->desc;
+static pktrt_status pktrt__pass_end(pktrt_scene *s, pktrt__render_state *render, pktrt__pass_rounds *t) {
+  const pktrt_render_desc *d = render->desc;
   for (uint32_t i = 0; d->stats && i < t->count; i++) pktrt__stats_add(d->stats, &t->stats[i]);
   if (t->failed) return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "render: no memory for the rays of a tile");
   if (t->cancelled) return pktrt__fail(s, PKTRT_CANCELLED, "render: the progress hook asked to stop");
-  if (job->passes && !d->pass && (d->report || d->pixel_error || d->block_error)) pktrt__pass_estimate(job, &t->report);
-  if (d->pixel_error || d->block_error) pktrt__pass_write_errors(job);
+  if (render->passes && !d->pass && (d->report || d->pixel_error || d->block_error)) pktrt__pass_estimate(render, &t->report);
+  if (d->pixel_error || d->block_error) pktrt__pass_write_errors(render);
   return PKTRT_OK;
 }
 
 PKTRT_DEF pktrt_status pktrt_render(pktrt_scene *s, const pktrt_render_desc *d) {
   if (!s) return PKTRT_INVALID_ARGUMENT;
   s->error[0] = 0;
-  pktrt__render_state job;
+  pktrt__render_state render;
   pktrt__pass_sums passes;
   pktrt__pass_rounds t;
   pktrt__refusal why;
-  if (!pktrt__render_check(s, d, &job, &why)) return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "render: %s", why.text);
+  if (!pktrt__render_check(s, d, &render, &why)) return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "render: %s", why.text);
   if (pktrt__render_is_uncommitted(s))
     return pktrt__fail(s, PKTRT_NOT_COMMITTED, "render: %u meshes were added, none was committed",
                        (unsigned)s->mesh_count);
-  pktrt_status status = pktrt__pass_begin(s, &job, &passes, &t);
+  pktrt_status status = pktrt__pass_begin(s, &render, &passes, &t);
   if (status == PKTRT_OK) {
-    pktrt__warn_all(s, &job);
+    pktrt__warn_all(s, &render);
     pktrt__pass_run(&t);
-    status = pktrt__pass_end(s, &job, &t);
-    pktrt__render_unprepare(&job);
+    status = pktrt__pass_end(s, &render, &t);
+    pktrt__render_unprepare(&render);
   }
   if (d->report) *d->report = t.report;
-  if (job.passes) pktrt__pass_free(&s->desc, &passes);
+  if (render.passes) pktrt__pass_free(&s->desc, &passes);
   pktrt__mem_release(&s->desc, t.stats, t.count, sizeof *t.stats);
   return status;
 }
@@ -12114,12 +12114,12 @@ PKTRT__COLD void pktrt__report_meshes(const pktrt_scene *s, pktrt_scene_report *
 }
 
 PKTRT__COLD void pktrt__report_trees(const pktrt_scene *s, pktrt_scene_report *r) {
-  for (uint32_t i = 0; i < s->group_count; i++) {
-    const pktrt__bvh *g = &s->groups[i];
-    r->nodes += (uint64_t)g->node_count * PKTRT__NODE_BYTES, r->blocks += (uint64_t)g->block_count * PKTRT__BLOCK_BYTES;
-    r->motion += (uint64_t)g->node_count * (g->node_bytes - PKTRT__NODE_BYTES);
-    r->motion += (uint64_t)g->block_count * (g->block_bytes - PKTRT__BLOCK_BYTES);
-    r->names += (uint64_t)g->block_count * 8 * sizeof(uint32_t);
+  for (uint32_t i = 0; i < s->bvh_count; i++) {
+    const pktrt__bvh *bvh = &s->bvhs[i];
+    r->nodes += (uint64_t)bvh->node_count * PKTRT__NODE_BYTES, r->blocks += (uint64_t)bvh->block_count * PKTRT__BLOCK_BYTES;
+    r->motion += (uint64_t)bvh->node_count * (bvh->node_bytes - PKTRT__NODE_BYTES);
+    r->motion += (uint64_t)bvh->block_count * (bvh->block_bytes - PKTRT__BLOCK_BYTES);
+    r->names += (uint64_t)bvh->block_count * 8 * sizeof(uint32_t);
   }
 }
 

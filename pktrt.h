@@ -1396,10 +1396,11 @@ PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *, const pktrt_render
 
 /* >>limits --------------------------------------------------------------------------------------------------------- */
 
+/* WHY eight, everywhere, written as 8: a node has eight children, a leaf block eight triangles, and the vector that serves
+   both has eight lanes on every instruction set, in one register or in several. So one tree serves all of them. */
 enum {
-  PKTRT__W = 8,            /* children of a node, triangles of a leaf block, lanes of the narrow vector */
-  PKTRT__MAX_DEPTH = 40,   /* of the binary tree, hence of the wide one */
-  PKTRT__STACK = PKTRT__MAX_DEPTH * (PKTRT__W - 1) + 1 /* entries that a depth-first walk can hold */
+  PKTRT__MAX_DEPTH = 40,                        /* of the binary tree, hence of the wide one */
+  PKTRT__STACK = PKTRT__MAX_DEPTH * (8 - 1) + 1 /* entries that a depth-first walk can hold */
 };
 
 /* A child reference: PKTRT__LEAF | block, or the index of a node, or PKTRT__EMPTY. */
@@ -1454,7 +1455,7 @@ typedef struct pktrt__bvh_segment {
   size_t node_bytes, block_bytes;
   size_t plane1, vertex0, vertex1; /* byte offsets of the segment's keys (planes of the first one: plane0) */
   size_t plane0;
-  uint32_t group;
+  uint32_t bvh;
   bool check_area; /* moving: accept a hit only where the triangle has area at the ray's time */
 } pktrt__bvh_segment;
 
@@ -2007,7 +2008,7 @@ static uint32_t pktrt__build_split_sweep(pktrt__build_prim *p, const pktrt__buil
       if (cost < best) best = cost, axis = a, left = i;
     }
   }
-  if (n <= PKTRT__W && area <= 0.25f * area + best) return 0;
+  if (n <= 8 && area <= 0.25f * area + best) return 0;
   pktrt__build_prim sorted[PKTRT__MAX_SWEEP];
   pktrt__build_box_clear(part[0].box), pktrt__build_box_clear(part[1].box);
   for (uint32_t i = 0; i < n; i++) {
@@ -2031,11 +2032,11 @@ static bool pktrt__build_split(pktrt__builder *b, pktrt__build_range *r, pktrt__
   float unit = pktrt__build_unit_scale((float)most), area = pktrt__build_box_area(r->box, unit);
   uint32_t spare = PKTRT__MAX_DEPTH - r->depth - pktrt__build_halvings(r->count), left = 0;
   bool blind = !(area > 0.0f), few = r->count <= b->sweep;
-  if (r->count > 1 && spare > 0 && !(blind && r->count <= PKTRT__W)) {
+  if (r->count > 1 && spare > 0 && !(blind && r->count <= 8)) {
     if (!blind && few) left = pktrt__build_split_sweep(p, r, unit, area, part);
     if (!blind && !few) left = pktrt__build_split_binned(b, r, unit, part);
   }
-  if (!left && r->count > PKTRT__W) left = pktrt__build_split_half(r, r->away ? b->away + r->first : p, part);
+  if (!left && r->count > 8) left = pktrt__build_split_half(r, r->away ? b->away + r->first : p, part);
   pktrt__build_node *node = &b->nodes[r->slot];
   node->size = (float)sqrt(x * y + y * z + z * x), node->left = left;
   return left != 0;
@@ -2171,39 +2172,39 @@ static bool pktrt__reinsert_nodes(pktrt__builder *b) {
    blocks, for j from 1 to 7: of one it is the cost of a block, or that of a wide node, which gives away eight. The plan
    of a node has, for j from 2 to 8, three bits from bit 3 (j - 2) on: how many of the j go to the left part, or 0 if
    the subtree stays whole. Subtrees that had better be blocks become leaves. */
-static void pktrt__collapse_plan(pktrt__build_node *nodes, uint32_t slot, uint32_t count, double cost[PKTRT__W],
+static void pktrt__collapse_plan(pktrt__build_node *nodes, uint32_t slot, uint32_t count, double cost[8],
                         const pktrt__build_range *done, uint32_t done_count) {
   pktrt__build_node *node = &nodes[slot];
   const double area = (double)node->size * node->size, leaf = area * (0.75 * ((count + 7) >> 3) + 0.1 * count);
   for (uint32_t i = 0; i < done_count; i++) {
     if (done[i].slot != slot) continue;
-    for (uint32_t j = 1; j < PKTRT__W; j++) cost[j] = area * (double)done[i].box[j];
+    for (uint32_t j = 1; j < 8; j++) cost[j] = area * (double)done[i].box[j];
     return;
   }
   node->plan = 0;
-  for (uint32_t j = 1; j < PKTRT__W && !node->left; j++) cost[j] = leaf;
+  for (uint32_t j = 1; j < 8 && !node->left; j++) cost[j] = leaf;
   if (!node->left) return;
-  double l[PKTRT__W], r[PKTRT__W], best[PKTRT__W + 1];
+  double l[8], r[8], best[8 + 1];
   pktrt__collapse_plan(nodes, slot + 1, node->left, l, done, done_count);
   pktrt__collapse_plan(nodes, slot + 2 * node->left, count - node->left, r, done, done_count);
-  for (uint32_t j = PKTRT__W; j > 1; j--) {
+  for (uint32_t j = 8; j > 1; j--) {
     uint32_t share = 1;
     best[j] = l[1] + r[j - 1];
     for (uint32_t k = 2; k < j; k++)
       if (l[k] + r[j - k] < best[j]) best[j] = l[k] + r[j - k], share = k;
-    if (j == PKTRT__W) cost[1] = 1.25 * area + best[j];
-    if (j == PKTRT__W && count <= PKTRT__W && leaf <= cost[1]) cost[1] = leaf, node->left = 0;
-    if (j < PKTRT__W) cost[j] = node->left ? pktrt__min(cost[1], best[j]) : leaf;
-    if (j == PKTRT__W || best[j] < cost[1]) node->plan |= share << 3 * (j - 2);
+    if (j == 8) cost[1] = 1.25 * area + best[j];
+    if (j == 8 && count <= 8 && leaf <= cost[1]) cost[1] = leaf, node->left = 0;
+    if (j < 8) cost[j] = node->left ? pktrt__min(cost[1], best[j]) : leaf;
+    if (j == 8 || best[j] < cost[1]) node->plan |= share << 3 * (j - 2);
   }
 }
 
 /* Of a subtree whose parts are not planned; what it costs is kept in place of the range's box. */
 static void pktrt__collapse_plan_range(const pktrt__builder *b, pktrt__build_range *r) {
-  double cost[PKTRT__W];
+  double cost[8];
   const double size = b->nodes[r->slot].size, area = size * size;
   pktrt__collapse_plan(b->nodes, r->slot, r->count, cost, NULL, 0);
-  for (uint32_t j = 1; j < PKTRT__W; j++) r->box[j] = area > 0.0 ? (float)(cost[j] / area) : 0.0f;
+  for (uint32_t j = 1; j < 8; j++) r->box[j] = area > 0.0 ? (float)(cost[j] / area) : 0.0f;
 }
 
 /* The whole subtree of a range. The stack holds at most one right part per level. */
@@ -2256,7 +2257,7 @@ static bool pktrt__build_binary_tree(pktrt__builder *b) {
     }
   }
   pktrt__parallel_for(b->desc, done_count, pktrt__build_range_tree, b);
-  double cost[PKTRT__W];
+  double cost[8];
   if (b->passes && !pktrt__reinsert_nodes(b)) return false;
   if (b->passes || done_count > 1) pktrt__collapse_plan(b->nodes, 0, b->count, cost, done, b->passes ? 0 : done_count);
   return true;
@@ -2300,17 +2301,17 @@ static pktrt__mesh_reader pktrt__mesh_reader_seek(pktrt__mesh_reader r, uint32_t
    ahead, as long as the mesh stays the same. */
 enum { PKTRT__AHEAD = 8 };
 typedef struct pktrt__block_source {
-  const float *corner[PKTRT__W][3];
-  size_t step[PKTRT__W];
+  const float *corner[8][3];
+  size_t step[8];
 } pktrt__block_source;
 
 static void pktrt__block_find_source(const pktrt__bvh *bvh, uint32_t block, uint32_t end, pktrt__mesh_reader *reader,
                                pktrt__block_source *s) {
-  const uint32_t *tri = bvh->block_triangles + (size_t)block * PKTRT__W;
-  const uint32_t *later = end - block > PKTRT__AHEAD ? tri + (uint32_t)PKTRT__AHEAD * PKTRT__W : tri;
+  const uint32_t *tri = bvh->block_triangles + (size_t)block * 8;
+  const uint32_t *later = end - block > PKTRT__AHEAD ? tri + (uint32_t)PKTRT__AHEAD * 8 : tri;
   pktrt__mesh_reader r = *reader;
   for (uint32_t i = 0; i < PKTRT__BLOCK_BYTES; i += 64) PKTRT__PREFETCH(bvh->blocks + (size_t)block * bvh->block_bytes + i);
-  for (uint32_t l = 0; l < PKTRT__W; l++) {
+  for (uint32_t l = 0; l < 8; l++) {
     if (tri[l] == PKTRT_NONE) {
       memcpy(s->corner[l], s->corner[0], sizeof s->corner[0]);
       s->step[l] = s->step[0];
@@ -2344,13 +2345,13 @@ static const pktrt__fit_table *pktrt__fit_table_of(pktrt_isa);
    function of time between two keys; zero at both and half-way, it is zero throughout. */
 static uint32_t pktrt__block_write(const pktrt__fit_table *fit, const pktrt__bvh *bvh, uint32_t block,
                                    const pktrt__block_source *s) {
-  const uint32_t *tri = bvh->block_triangles + (size_t)block * PKTRT__W;
+  const uint32_t *tri = bvh->block_triangles + (size_t)block * 8;
   unsigned char *at = bvh->blocks + (size_t)block * bvh->block_bytes;
   uint32_t *id = pktrt__block_ids(at), area = 0, flat = 0;
   float middle[72];
   for (uint32_t k = 0; k < bvh->key_count; k++) {
     float *v = pktrt__block_vertices(at, k);
-    for (uint32_t l = 0; l < PKTRT__W; l++) {
+    for (uint32_t l = 0; l < 8; l++) {
       const float *p = s->corner[l][0] + k * s->step[l], *q = s->corner[l][1] + k * s->step[l];
       const float *r = s->corner[l][2] + k * s->step[l];
       v[l] = p[0], v[8 + l] = p[1], v[16 + l] = p[2];
@@ -2363,7 +2364,7 @@ static uint32_t pktrt__block_write(const pktrt__fit_table *fit, const pktrt__bvh
     for (int i = 0; i < 72; i++) middle[i] = 0.5f * before[i] + 0.5f * v[i];
     area |= fit->lanes_with_area(middle);
   }
-  for (uint32_t l = 0; l < PKTRT__W; l++) {
+  for (uint32_t l = 0; l < 8; l++) {
     id[l] = area >> l & 1 ? tri[l] : PKTRT_NONE;
     flat += id[l] != tri[l];
   }
@@ -2409,7 +2410,7 @@ PKTRT__INLINE int32_t pktrt__bvh_order_key(float x, int32_t i) {
 /* Children from far to near for each octant, at the middle of the motion. Opposite octants have reverse orders. */
 PKTRT__INLINE void pktrt__bvh_order_children(const pktrt__bvh *bvh, unsigned char *node) {
   const float *p = pktrt__node_planes(node, (bvh->key_count - 1) / 2), *q = pktrt__node_planes(node, bvh->key_count / 2);
-  uint32_t *perm = pktrt__node_children(node) + PKTRT__W;
+  uint32_t *perm = pktrt__node_children(node) + 8;
   float c[3][8];
   for (int a = 0; a < 3; a++) {
     for (int i = 0; i < 8; i++) c[a][i] = p[16 * a + i] + p[16 * a + 8 + i] + (q[16 * a + i] + q[16 * a + 8 + i]);
@@ -2484,10 +2485,10 @@ typedef struct pktrt__collapse_walk {
 } pktrt__collapse_walk;
 
 /* Children of a wide node, as planned */
-static uint32_t pktrt__collapse_open(const pktrt__build_node *nodes, pktrt__collapse_subtree root, pktrt__collapse_subtree child[PKTRT__W]) {
-  struct { pktrt__collapse_subtree sub; uint32_t most; } stack[PKTRT__W];
+static uint32_t pktrt__collapse_open(const pktrt__build_node *nodes, pktrt__collapse_subtree root, pktrt__collapse_subtree child[8]) {
+  struct { pktrt__collapse_subtree sub; uint32_t most; } stack[8];
   uint32_t n = 0, top = 0;
-  stack[top].sub = root, stack[top++].most = PKTRT__W;
+  stack[top].sub = root, stack[top++].most = 8;
   while (top) {
     const pktrt__collapse_subtree part = stack[--top].sub;
     const pktrt__build_node *node = &nodes[part.slot];
@@ -2507,9 +2508,9 @@ static uint32_t pktrt__collapse_open(const pktrt__build_node *nodes, pktrt__coll
 /* Large boxes of few triangles come last: rays that look for any hit enter children from the last to the first. WHY:
    ambient occlusion in conference opens 3.3 nodes a ray, not 8.3 as in the order of the splits. */
 static void pktrt__collapse_order_children(const pktrt__build_node *nodes, pktrt__collapse_subtree *child, uint32_t n) {
-  pktrt__collapse_subtree from[PKTRT__W];
-  double key[PKTRT__W];
-  uint32_t rank[PKTRT__W];
+  pktrt__collapse_subtree from[8];
+  double key[8];
+  uint32_t rank[8];
   for (uint32_t i = 0; i < n; i++) {
     uint32_t mine = 0;
     const double size = nodes[child[i].slot].size, area = size * size;
@@ -2525,7 +2526,7 @@ static void pktrt__collapse_order_children(const pktrt__build_node *nodes, pktrt
 
 static void pktrt__bvh_clear_node(const pktrt__bvh *bvh, unsigned char *node) {
   uint32_t *child = pktrt__node_children(node);
-  for (int c = 0; c < PKTRT__W; c++) child[c] = PKTRT__EMPTY;
+  for (int c = 0; c < 8; c++) child[c] = PKTRT__EMPTY;
   for (uint32_t k = 0; k < bvh->key_count; k++) {
     float *plane = pktrt__node_planes(node, k);
     for (int i = 0; i < 48; i++) plane[i] = i & 8 ? -PKTRT__FAR : PKTRT__FAR;
@@ -2533,9 +2534,9 @@ static void pktrt__bvh_clear_node(const pktrt__bvh *bvh, unsigned char *node) {
 }
 
 static void pktrt__collapse_write_ids(const pktrt__collapse_walk *w, pktrt__collapse_subtree leaf, uint32_t block) {
-  uint32_t *tri = w->bvh->block_triangles + (size_t)block * PKTRT__W;
+  uint32_t *tri = w->bvh->block_triangles + (size_t)block * 8;
   const pktrt__build_prim *p = w->b->prims + leaf.first;
-  for (uint32_t l = 0; l < PKTRT__W; l++) tri[l] = l < leaf.count ? pktrt__build_prim_id(&p[l]) : PKTRT_NONE;
+  for (uint32_t l = 0; l < 8; l++) tri[l] = l < leaf.count ? pktrt__build_prim_id(&p[l]) : PKTRT_NONE;
 }
 
 /* Walks the wide tree below root in depth-first order, numbering nodes and blocks from those in *t, which receives how
@@ -2545,7 +2546,7 @@ static void pktrt__collapse_walk_tree(pktrt__collapse_walk *w, pktrt__collapse_s
   uint32_t top = 0, node = t->first_node, block = t->first_block, ignored = 0;
   stack[top].sub = root, stack[top++].ref = &ignored;
   while (top) {
-    pktrt__collapse_subtree child[PKTRT__W], sub = stack[--top].sub;
+    pktrt__collapse_subtree child[8], sub = stack[--top].sub;
     uint32_t n = pktrt__collapse_open(w->b->nodes, sub, child), *refs = &ignored;
     if (w->bvh || w->subs) pktrt__collapse_order_children(w->b->nodes, child, n);
     if (w->bvh) {
@@ -2616,7 +2617,7 @@ static bool pktrt__collapse_place_tasks(const pktrt_scene_desc *desc, pktrt__bvh
   }
   bvh->nodes = PKTRT__CAST(unsigned char *, pktrt__mem_alloc(desc, bvh->node_count, bvh->node_bytes));
   bvh->blocks = PKTRT__CAST(unsigned char *, pktrt__mem_alloc(desc, bvh->block_count, bvh->block_bytes));
-  bvh->block_triangles = PKTRT__CAST(uint32_t *, pktrt__mem_alloc(desc, (uint64_t)bvh->block_count * PKTRT__W,
+  bvh->block_triangles = PKTRT__CAST(uint32_t *, pktrt__mem_alloc(desc, (uint64_t)bvh->block_count * 8,
                                                                 sizeof(uint32_t)));
   return bvh->nodes && bvh->blocks && bvh->block_triangles;
 }
@@ -2655,7 +2656,7 @@ static bool pktrt__collapse_build(pktrt__builder *b, pktrt__bvh *bvh) {
 static void pktrt__bvh_free(const pktrt_scene_desc *desc, pktrt__bvh *bvh) {
   pktrt__mem_release(desc, bvh->nodes, bvh->node_count, bvh->node_bytes);
   pktrt__mem_release(desc, bvh->blocks, bvh->block_count, bvh->block_bytes);
-  pktrt__mem_release(desc, bvh->block_triangles, (uint64_t)bvh->block_count * PKTRT__W, sizeof(uint32_t));
+  pktrt__mem_release(desc, bvh->block_triangles, (uint64_t)bvh->block_count * 8, sizeof(uint32_t));
   pktrt__mem_release(desc, bvh->tasks, (uint64_t)bvh->task_count + 1, sizeof(pktrt__bvh_task) + sizeof(pktrt__bvh_sum));
   memset(bvh, 0, sizeof *bvh);
 }
@@ -2727,9 +2728,9 @@ typedef struct pktrt__refit {
 } pktrt__refit;
 
 static bool pktrt__refit_block_changed(const pktrt__refit *r, uint32_t block) {
-  const uint32_t *tri = r->bvh->block_triangles + (size_t)block * PKTRT__W;
+  const uint32_t *tri = r->bvh->block_triangles + (size_t)block * 8;
   uint32_t mesh = 0;
-  for (int l = 0; l < PKTRT__W && !r->all && tri[l] != PKTRT_NONE; l++) {
+  for (int l = 0; l < 8 && !r->all && tri[l] != PKTRT_NONE; l++) {
     mesh = pktrt__mesh_of_triangle(r->meshes, r->mesh_count, tri[l], mesh);
     if (r->meshes[mesh].dirty) return true;
   }
@@ -2738,10 +2739,10 @@ static bool pktrt__refit_block_changed(const pktrt__refit *r, uint32_t block) {
 
 /* Triangles of a block that had no area */
 static uint32_t pktrt__refit_count_degenerate(const pktrt__bvh *bvh, uint32_t block) {
-  const uint32_t *tri = bvh->block_triangles + (size_t)block * PKTRT__W;
+  const uint32_t *tri = bvh->block_triangles + (size_t)block * 8;
   const uint32_t *id = pktrt__block_ids(bvh->blocks + (size_t)block * bvh->block_bytes);
   uint32_t flat = 0;
-  for (int l = 0; l < PKTRT__W; l++) flat += id[l] != tri[l];
+  for (int l = 0; l < 8; l++) flat += id[l] != tri[l];
   return flat;
 }
 
@@ -2798,10 +2799,10 @@ static uint64_t pktrt__hash(uint64_t x) { /* so that sums tell sets apart: the f
 
 static const char *pktrt__check_block(const pktrt__bvh *bvh, uint32_t block, const pktrt__mesh *meshes,
                                       uint32_t mesh_count, uint64_t *set, uint64_t *count) {
-  const uint32_t *tri = bvh->block_triangles + (size_t)block * PKTRT__W;
+  const uint32_t *tri = bvh->block_triangles + (size_t)block * 8;
   unsigned char *at = bvh->blocks + (size_t)block * bvh->block_bytes;
   if (tri[0] == PKTRT_NONE) return "A block has no triangle.";
-  for (size_t l = 0; l < PKTRT__W; l++) {
+  for (size_t l = 0; l < 8; l++) {
     bool area = false, none = tri[l] == PKTRT_NONE;
     if (!none && l && tri[l - 1] == PKTRT_NONE) return "A block has a triangle behind a free lane.";
     uint32_t t = tri[none ? 0 : l], mesh = pktrt__mesh_of_triangle(meshes, mesh_count, t, 0);
@@ -2814,7 +2815,7 @@ static const char *pktrt__check_block(const pktrt__bvh *bvh, uint32_t block, con
       const float *v[3];
       pktrt__mesh_corners(m, true, t - m->first_id, k, v);
       for (size_t i = 0; i < 9; i++) {
-        if (memcmp(&row[i * PKTRT__W], &v[i / 3][i % 3], sizeof(float))) return "A vertex is not the mesh's.";
+        if (memcmp(&row[i * 8], &v[i / 3][i % 3], sizeof(float))) return "A vertex is not the mesh's.";
         if (k) half[i / 3][i % 3] = 0.5f * before[i / 3][i % 3] + 0.5f * v[i / 3][i % 3];
       }
       area = area || pktrt__tri_has_area(v) || (k && pktrt__tri_has_area(between));
@@ -2874,7 +2875,7 @@ static inline const char *pktrt__check_group(const pktrt__bvh *bvh, const pktrt_
     nodes++, nodes_set += pktrt__hash(n);
     if (nodes > bvh->node_count) return "A node has two parents.";
     wrong = pktrt__check_orders(node);
-    for (int c = 0; c < PKTRT__W && !wrong; c++) {
+    for (int c = 0; c < 8 && !wrong; c++) {
       uint32_t ref = pktrt__node_children(node)[c];
       bool leaf = (ref & PKTRT__LEAF) != 0;
       used += ref != PKTRT__EMPTY;
@@ -3331,7 +3332,7 @@ typedef struct pktrt__batch {
   uint32_t id[PKTRT__ROW];       /* global index of the nearest hit's triangle; 0 at first: no tie with tmax is won.
                                     After resolving PKTRT_NONE where nothing is hit */
   uint32_t slot[PKTRT__ROW];     /* block * 8 + lane; PKTRT_NONE: no hit. For occlusion: 0 when occluded */
-  uint32_t group[PKTRT__ROW];    /* of the nearest hit */
+  uint32_t bvh[PKTRT__ROW];    /* of the nearest hit */
   uint8_t axis[PKTRT__ROW], octant[PKTRT__ROW];
   uint16_t segment[PKTRT__ROW];
   uint64_t valid[PKTRT__BATCH / 64];
@@ -3344,7 +3345,7 @@ typedef struct pktrt__single {
   PKTRT__ALIGN64 float rd[8], cn[8], cf[8]; /* by axis; the other lanes say nothing */
   const pktrt_ray *ray;
   float slope[2], dk, wn, wf, sn, sf, tiny, pad, ta, tb;
-  uint32_t id, slot, group, octant;
+  uint32_t id, slot, bvh, octant;
   const uint32_t *axis; /* k, u, v */
 } pktrt__single;
 
@@ -3444,7 +3445,7 @@ static pktrt__bvh_segment pktrt__bvh_segment_of(const pktrt__bvh *bvhs, uint32_t
   const uint32_t next = pktrt__has_motion(bvh->key_count) ? segment + 1 : 0;
   v.plane0 = pktrt__node_key_offset(segment), v.plane1 = pktrt__node_key_offset(next);
   v.vertex0 = pktrt__block_key_offset(segment), v.vertex1 = pktrt__block_key_offset(next);
-  v.group = index;
+  v.bvh = index;
   v.check_area = false;
   return v;
 }
@@ -3542,21 +3543,21 @@ static bool pktrt__exact_intersect(const pktrt__bvh *bvh, const pktrt__single *q
 PKTRT__INLINE void pktrt__batch_set_hit(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, float lo, float hi, uint32_t id,
                                uint32_t slot) {
   b->sf[r] = lo, b->wf[r] = hi;
-  b->id[r] = id, b->slot[r] = slot, b->group[r] = seg->group;
+  b->id[r] = id, b->slot[r] = slot, b->bvh[r] = seg->bvh;
 }
 PKTRT__INLINE void pktrt__single_set_hit(const pktrt__bvh_segment *seg, pktrt__single *q, float lo, float hi, uint32_t id,
                                      uint32_t slot) {
   q->sf = lo, q->wf = hi;
-  q->id = id, q->slot = slot, q->group = seg->group;
+  q->id = id, q->slot = slot, q->bvh = seg->bvh;
 }
 
 /* What single precision leaves open, the canonical test decides: whether a triangle is hit, nearer than what the ray
    has hit so far, or as near with a lower index. Then it is taken. */
 PKTRT__NOINLINE bool pktrt__exact_test_single(const pktrt__bvh_segment *seg, pktrt__single *q, uint32_t id, uint32_t slot) {
-  const pktrt__bvh *bvh = &seg->bvhs[seg->group];
+  const pktrt__bvh *bvh = &seg->bvhs[seg->bvh];
   float t, nearest = q->ray->tmax;
   if (!pktrt__exact_intersect(bvh, q, slot, &t) || !(q->ray->tmin < t)) return false;
-  if (q->slot != PKTRT_NONE) pktrt__exact_intersect(&seg->bvhs[q->group], q, q->slot, &nearest);
+  if (q->slot != PKTRT_NONE) pktrt__exact_intersect(&seg->bvhs[q->bvh], q, q->slot, &nearest);
   if (!(t < nearest || (t == nearest && id < q->id))) return false;
   if (seg->check_area && !pktrt__tri_has_area_at(bvh, slot, q->ray->time)) return false;
   const float w = t * fabsf(q->dk), slack = fabsf(w) * PKTRT__PAD_DEPTH + q->tiny;
@@ -3583,11 +3584,11 @@ static void pktrt__single_from_batch(const pktrt__batch *b, uint32_t r, pktrt_ra
   q->slope[0] = b->slope[0][r], q->slope[1] = b->slope[1][r], q->dk = b->dk[r];
   q->wn = b->wn[r], q->wf = b->wf[r], q->sn = b->sn[r], q->sf = b->sf[r], q->tiny = b->tiny[r];
   q->pad = b->pad[r], q->ta = b->ta[r], q->tb = b->tb[r];
-  q->id = b->id[r], q->slot = b->slot[r], q->group = b->group[r], q->octant = b->octant[r];
+  q->id = b->id[r], q->slot = b->slot[r], q->bvh = b->bvh[r], q->octant = b->octant[r];
   q->axis = pktrt__axes[b->axis[r]];
 }
 PKTRT__INLINE void pktrt__single_to_batch(pktrt__batch *b, uint32_t r, const pktrt__single *q) {
-  b->wf[r] = q->wf, b->sf[r] = q->sf, b->id[r] = q->id, b->slot[r] = q->slot, b->group[r] = q->group;
+  b->wf[r] = q->wf, b->sf[r] = q->sf, b->id[r] = q->id, b->slot[r] = q->slot, b->bvh[r] = q->bvh;
 }
 
 PKTRT__NOINLINE bool pktrt__exact_test(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, uint32_t id, uint32_t slot) {
@@ -3602,7 +3603,7 @@ PKTRT__NOINLINE bool pktrt__exact_test(const pktrt__bvh_segment *seg, pktrt__bat
 /* t, u, v and normal of what a lone ray hit, as in >>resolve; false where the triangle has no area at its time. At rest
    corners are read where they lie: read again from a copy, just written, they would come late. */
 PKTRT__DIVIDES_BY_ZERO static bool pktrt__single_resolve(const pktrt_scene *s, const pktrt__single *q, pktrt_hit *hit) {
-  const pktrt__bvh *bvh = &s->bvhs[q->group];
+  const pktrt__bvh *bvh = &s->bvhs[q->bvh];
   float copy[3][3];
   double n[3];
   pktrt__exact_edges e;
@@ -3840,7 +3841,7 @@ typedef struct pktrt__wave {
   float d[3][PKTRT__WAVE_ROW], time[PKTRT__WAVE_ROW];
   float t[PKTRT__WAVE_ROW], u[PKTRT__WAVE_ROW], v[PKTRT__WAVE_ROW]; /* what the ray met */
   float n[3][PKTRT__WAVE_ROW];         /* as in pktrt_hit */
-  uint32_t id[PKTRT__WAVE_ROW], slot[PKTRT__WAVE_ROW], group[PKTRT__WAVE_ROW]; /* which triangle, as in a batch */
+  uint32_t id[PKTRT__WAVE_ROW], slot[PKTRT__WAVE_ROW], bvh[PKTRT__WAVE_ROW]; /* which triangle, as in a batch */
   float radiance[3][PKTRT__WAVE_ROW];  /* the result: what arrives along the ray */
   float weight[3][PKTRT__WAVE_ROW];    /* of that at the surface that sent the ray */
   float importance[PKTRT__WAVE_ROW];   /* of that in the sample: product of the largest weights on the way */
@@ -5473,7 +5474,7 @@ OP uint32_t pktrt__tri_record(const pktrt__bvh_segment *seg, pktrt__batch *b, ui
     if (lo[lane] > (single ? single->wf : b->wf[r])) continue;
     if ((sure >> lane & 1) && hi[lane] < (single ? single->sf : b->sf[r])) {
       if (moving && seg->check_area &&
-          !pktrt__tri_has_area_at(&seg->bvhs[seg->group], slot, single ? single->ray->time : b->time[r]))
+          !pktrt__tri_has_area_at(&seg->bvhs[seg->bvh], slot, single ? single->ray->time : b->time[r]))
         continue;
       if (!occlusion && single) pktrt__single_set_hit(seg, single, lo[lane], hi[lane], id[lane], slot);
       else if (!occlusion) pktrt__batch_set_hit(seg, b, r, lo[lane], hi[lane], id[lane], slot);
@@ -6274,7 +6275,7 @@ OP void pktrt__frustum_set_hits(const pktrt__bvh_segment *seg, pktrt__batch *b, 
   fstore_masked(b->wf + r, m, hi);
   fstore_masked_u32(b->id + r, m, id);
   fstore_masked_u32(b->slot + r, m, slot);
-  fstore_masked_u32(b->group + r, m, seg->group);
+  fstore_masked_u32(b->bvh + r, m, seg->bvh);
 }
 
 /* One triangle against those of rays r to r+7 in bits, given their sheared corners; those that take it. */
@@ -6288,7 +6289,7 @@ PKTRT__NOINLINE uint32_t pktrt__paper_accept8(const pktrt__bvh_segment *seg, pkt
   uint32_t taken = bits & e.sure & mbits(vlt(e.hi, vload(b->sf + r))), open = bits & ~taken;
   if (seg->check_area)
     for (uint32_t m = taken; m; m &= m - 1)
-      if (!pktrt__tri_has_area_at(&seg->bvhs[seg->group], slot, b->time[r + pktrt__lowest_bit(m)])) taken &= ~(m & (0u - m));
+      if (!pktrt__tri_has_area_at(&seg->bvhs[seg->bvh], slot, b->time[r + pktrt__lowest_bit(m)])) taken &= ~(m & (0u - m));
   if (counts) counts->canonical_tests += pktrt__popcount(bits), counts->settlings += pktrt__popcount(open);
   pktrt__frustum_set_hits(seg, b, r, taken, fwide(e.lo), fwide(e.hi), id, slot);
   for (; PKTRT__UNLIKELY(open); open &= open - 1)
@@ -6326,7 +6327,7 @@ PKTRT__NOINLINE uint32_t pktrt__frustum_exact_test8(const pktrt__bvh_segment *se
   const uint32_t within = mbits(mand(vlt(vload(b->tmin + r), t), vlt(t, vload(b->tmax + r))));
   uint32_t taken = open & (below ^ above) & within;
   for (uint32_t i = seg->check_area ? taken : 0; i; i &= i - 1)
-    if (!pktrt__tri_has_area_at(&seg->bvhs[seg->group], slot, b->time[r + pktrt__lowest_bit(i)])) taken &= ~(i & (0u - i));
+    if (!pktrt__tri_has_area_at(&seg->bvhs[seg->bvh], slot, b->time[r + pktrt__lowest_bit(i)])) taken &= ~(i & (0u - i));
   const v8 far_ = vmul(t, vabs(dk)), slack = vadd(vmul(vabs(far_), relative), vload(b->tiny + r));
   pktrt__frustum_set_hits(seg, b, r, taken, fwide(vsub(far_, slack)), fwide(vadd(far_, slack)), id, slot);
   return taken;
@@ -6355,7 +6356,7 @@ PKTRT__NOINLINE uint32_t pktrt__frustum_accept(const pktrt__bvh_segment *seg, pk
   if (seg->check_area) {
     const vf p = fset(2 * pad), flat = ffma(fadd(fadd(xs, ys), p), p, fmul(xy, fset(PKTRT__PAD_AREA)));
     for (uint32_t m = taken & ~fbits(flt(flat, size)); m; m &= m - 1)
-      if (!pktrt__tri_has_area_at(&seg->bvhs[seg->group], slot, b->time[r + pktrt__lowest_bit(m)])) taken &= ~(m & (0u - m));
+      if (!pktrt__tri_has_area_at(&seg->bvhs[seg->bvh], slot, b->time[r + pktrt__lowest_bit(m)])) taken &= ~(m & (0u - m));
   }
   if (counts) counts->canonical_tests += pktrt__popcount(bits), counts->settlings += pktrt__popcount(open);
   pktrt__frustum_set_hits(seg, b, r, taken, lo, hi, id, slot);
@@ -7313,7 +7314,7 @@ PKTRT__NOINLINE void pktrt__resolve_gather_corners(const pktrt_scene *scene, con
 
 PKTRT__NOINLINE uint32_t pktrt__resolve_hits(const pktrt_scene *scene, pktrt__batch *b, uint32_t i, uint32_t hits) {
   v8 p[3][3]; /* [corner][axis] */
-  pktrt__resolve_gather_corners(scene, b->slot + i, b->group + i, b->time + i, hits, p);
+  pktrt__resolve_gather_corners(scene, b->slot + i, b->bvh + i, b->time + i, hits, p);
   const v8 adx = vabs(vload(b->d[0] + i)), ady = vabs(vload(b->d[1] + i)), adz = vabs(vload(b->d[2] + i));
   const m8 kx = mand(vle(ady, adx), vle(adz, adx)), ky = vle(adz, ady); /* main axis: as in setup */
   const v8 ox = vload(b->o[0] + i), oy = vload(b->o[1] + i), oz = vload(b->o[2] + i);
@@ -7512,7 +7513,7 @@ OP uint32_t pktrt__lanes_first(uint32_t n) { return n < 8 ? 0xFFu >> (8 - n) : 0
 
 static void pktrt__surface_pack(pktrt__wave *w, uint32_t first, uint32_t n, pktrt__surfaces *s) {
   void *const rows[] = {w->d[0], w->d[1], w->d[2], w->n[0], w->n[1],  w->n[2],   w->t,   w->u,    w->v,
-                        w->time, w->id,   w->slot, w->group, w->medium, w->importance, w->key, w->root};
+                        w->time, w->id,   w->slot, w->bvh, w->medium, w->importance, w->key, w->root};
   uint32_t k = 0;
   for (uint32_t i = 0; i < n; i += 8) {
     const uint32_t from = first + i, to = first + k, all = pktrt__lanes_first(n - i);
@@ -7577,7 +7578,7 @@ PKTRT__NOINLINE void pktrt__surface_find8(const pktrt_scene *scene, bool smooth,
   const d8 du = dfrom(u), dv = dfrom(v);
   v8 p[3][3], n[3], d[3], q[3];
   d8 length2 = dset(0);
-  pktrt__resolve_gather_corners(scene, w->slot + at, w->group + at, w->time + at, lanes, p);
+  pktrt__resolve_gather_corners(scene, w->slot + at, w->bvh + at, w->time + at, lanes, p);
   ROLL_OUT for (int a = 0; a < 3; a++) {
     const d8 p0 = dfrom(p[0][a]), e1 = dsub(dfrom(p[1][a]), p0), e2 = dsub(dfrom(p[2][a]), p0);
     const d8 point = dadd(p0, dadd(dmul(du, e1), dmul(dv, e2)));
@@ -7935,7 +7936,7 @@ static uint32_t pktrt__fit_lanes_with_area(const float *v) {
 
 /* Planes of a node's children at a key: of blocks by their vertices, of nodes by their own children. */
 static void pktrt__fit_children(const pktrt__bvh *bvh, const uint32_t *child, uint32_t key, float *plane) {
-  for (int c = 0; c < PKTRT__W; c++) {
+  for (int c = 0; c < 8; c++) {
     if (child[c] == PKTRT__EMPTY) continue;
     const bool leaf = (child[c] & PKTRT__LEAF) != 0;
     const float *p = leaf ? pktrt__block_vertices(bvh->blocks + (size_t)(child[c] & ~PKTRT__LEAF) * bvh->block_bytes, key)
@@ -7961,7 +7962,7 @@ static double pktrt__fit_nodes(const pktrt__bvh *bvh, uint32_t first, uint32_t c
       const d8 x = dsub(dfrom(vload(p + 8)), dfrom(vload(p))), y = dsub(dfrom(vload(p + 24)), dfrom(vload(p + 16)));
       const d8 z = dsub(dfrom(vload(p + 40)), dfrom(vload(p + 32)));
       dstore(area, dmul(dset(2.0), dadd(dadd(dmul(x, y), dmul(y, z)), dmul(z, x))));
-      for (int c = 0; c < PKTRT__W; c++) sum += child[c] == PKTRT__EMPTY ? 0.0 : area[c];
+      for (int c = 0; c < 8; c++) sum += child[c] == PKTRT__EMPTY ? 0.0 : area[c];
     }
     pktrt__bvh_order_children(bvh, node);
   }
@@ -10271,7 +10272,7 @@ static void pktrt__media_count_crossing(pktrt__media_crossings *c, uint32_t mesh
 
 static void pktrt__media_cross_block(pktrt__media_crossings *c, const pktrt__bvh *bvh, uint32_t block) {
   const uint32_t *id = pktrt__block_ids(bvh->blocks + (size_t)block * bvh->block_bytes);
-  for (uint32_t lane = 0; lane < PKTRT__W; lane++) {
+  for (uint32_t lane = 0; lane < 8; lane++) {
     if (id[lane] == PKTRT_NONE) continue;
     const uint32_t mesh = pktrt__mesh_lookup(c->scene, id[lane], c->hint), slot = block * 8 + lane;
     const pktrt_ray *ray = c->q.ray;
@@ -10316,7 +10317,7 @@ static void pktrt__media_cross_bvh(pktrt__media_crossings *c, const pktrt__bvh *
     unsigned char *node = bvh->nodes + (size_t)ref * bvh->node_bytes;
     const uint32_t *child = pktrt__node_children(node);
     const float *k0 = pktrt__node_planes(node, key), *k1 = pktrt__node_planes(node, next);
-    for (int i = 0; i < PKTRT__W; i++)
+    for (int i = 0; i < 8; i++)
       if (child[i] != PKTRT__EMPTY && pktrt__media_may_cross(c, k0, k1, ta, tb, i)) stack[top++] = child[i];
   }
 }
@@ -10804,7 +10805,7 @@ static void pktrt__packet_store_hits(const pktrt__packet_queue *p) {
   pktrt__wave *w = p->wave[0];
   const uint32_t first = p->target[0];
   const size_t size = p->n * sizeof(float);
-  memcpy(w->id + first, b->id, size), memcpy(w->slot + first, b->slot, size), memcpy(w->group + first, b->group, size);
+  memcpy(w->id + first, b->id, size), memcpy(w->slot + first, b->slot, size), memcpy(w->bvh + first, b->bvh, size);
   memcpy(w->t + first, b->t, size), memcpy(w->u + first, b->cn[0], size), memcpy(w->v + first, b->cn[1], size);
   for (int a = 0; a < 3; a++) memcpy(w->n[a] + first, b->cf[a], size);
 }
@@ -10836,7 +10837,7 @@ PKTRT__NOINLINE void pktrt__packet_flush(pktrt__tile *tile, pktrt_ray_type type,
       for (int a = 0; a < 3; a++) s->radiance[a][k] += p->contribution[a][i] * p->visible[a][i];
       continue;
     }
-    w->id[k] = b->id[i], w->slot[k] = b->slot[i], w->group[k] = b->group[i];
+    w->id[k] = b->id[i], w->slot[k] = b->slot[i], w->bvh[k] = b->bvh[i];
     w->t[k] = b->t[i], w->u[k] = b->cn[0][i], w->v[k] = b->cn[1][i];
     for (int a = 0; a < 3; a++) w->n[a][k] = b->cf[a][i];
   }

@@ -576,7 +576,7 @@ static void aligned_by_default(void) {
 
 /* A walk keeps all children of a node but one, at each depth that the builder allows, and starts with one. */
 static void stacks_suffice(void) {
-  CHECK((int)PKTRT__STACK >= (int)PKTRT__MAX_DEPTH * ((int)PKTRT__W - 1) + 1, "%d entries", (int)PKTRT__STACK);
+  CHECK((int)PKTRT__STACK >= (int)PKTRT__MAX_DEPTH * (8 - 1) + 1, "%d entries", (int)PKTRT__STACK);
 }
 
 /* Exponentials, logarithms, sines and cosines in double: pictures show little of their last bits. libm errs by half a

@@ -4097,6 +4097,10 @@ PKTRT__NOINLINE double pktrt__check_opaque(double x) {
 #define PKTRT__PASTE(a, b) PKTRT__PASTE2(a, b)
 #define PKTRT__NAME(x) PKTRT__PASTE(x, PKTRT__SUFFIX)
 
+#ifdef PKTRT__EDITOR /* for an editor, which shows a file once: the scalar kernels, where they stand; .clangd asks for it */
+#define PKTRT__STAMP PKTRT__STAMP_SCALAR
+#define PKTRT__SUFFIX scalar
+#else
 #ifdef PKTRT__HAS_SCALAR
 #define PKTRT__STAMP PKTRT__STAMP_SCALAR
 #define PKTRT__SUFFIX scalar
@@ -4159,6 +4163,7 @@ PKTRT__NOINLINE double pktrt__check_opaque(double x) {
 #undef PKTRT__STAMP
 #undef PKTRT__SUFFIX
 #endif
+#endif /* PKTRT__EDITOR */
 
 #pragma pop_macro("COUNT")
 #pragma pop_macro("OP")
@@ -4176,58 +4181,6 @@ PKTRT__NOINLINE double pktrt__check_opaque(double x) {
 #pragma pop_macro("ffma")
 #pragma pop_macro("fmul")
 #pragma pop_macro("fsub")
-
-#if defined(PKTRT__HAS_AVX2) || defined(PKTRT__HAS_AVX512)
-/* The CPU has the instructions and the operating system saves the registers: both must say so. */
-static bool pktrt__cpu_has(pktrt_isa isa) {
-  unsigned a, b, c, d, lo, hi;
-  if (!__get_cpuid(1, &a, &b, &c, &d)) return false;
-  if ((c & 0x18801000u) != 0x18801000u) return false; /* FMA, POPCNT, OSXSAVE, AVX */
-  __asm__ volatile("xgetbv" : "=a"(lo), "=d"(hi) : "c"(0));
-  if (!__get_cpuid_count(7, 0, &a, &b, &c, &d) || (lo & 6) != 6) return false;
-  if ((b & 0x128u) != 0x128u) return false; /* BMI, AVX2, BMI2 */
-  return isa == PKTRT_ISA_AVX2 || ((b & 0xC0030000u) == 0xC0030000u && (lo & 0xE6) == 0xE6); /* F, DQ, BW, VL */
-}
-#endif
-
-static const pktrt__kernel_table *pktrt__kernels_of(pktrt_isa isa) {
-  switch (isa) {
-#ifdef PKTRT__HAS_SCALAR
-    case PKTRT_ISA_SCALAR: return &pktrt__kernels_scalar;
-#endif
-#ifdef PKTRT__HAS_SSE2
-    case PKTRT_ISA_SSE2: return &pktrt__kernels_sse2;
-#endif
-#ifdef PKTRT__HAS_AVX2
-    case PKTRT_ISA_AVX2: return pktrt__cpu_has(isa) ? &pktrt__kernels_avx2 : NULL;
-#endif
-#ifdef PKTRT__HAS_AVX512
-    case PKTRT_ISA_AVX512: return pktrt__cpu_has(isa) ? &pktrt__kernels_avx512 : NULL;
-#endif
-#ifdef PKTRT__HAS_NEON
-    case PKTRT_ISA_NEON: return &pktrt__kernels_neon;
-#endif
-    default: return NULL;
-  }
-}
-
-static const pktrt__fit_table *pktrt__fit_table_of(pktrt_isa isa) {
-#ifdef PKTRT__HAS_AVX2
-  if (isa == PKTRT_ISA_AVX2 || isa == PKTRT_ISA_AVX512) return &pktrt__fit_kernels_avx2;
-#endif
-  (void)isa;
-#if defined(PKTRT__HAS_SSE2)
-  return &pktrt__fit_kernels_sse2;
-#elif defined(PKTRT__HAS_NEON)
-  return &pktrt__fit_kernels_neon;
-#elif defined(PKTRT__HAS_SCALAR)
-  return &pktrt__fit_kernels_scalar;
-#elif defined(PKTRT__HAS_AVX2)
-  return &pktrt__fit_kernels_avx2;
-#else
-  return &pktrt__fit_kernels_avx512;
-#endif
-}
 
 #endif /* PKTRT__IMPLEMENTED */
 #endif /* PKTRT_IMPLEMENTATION */
@@ -4302,9 +4255,31 @@ static const pktrt__fit_table *pktrt__fit_table_of(pktrt_isa isa) {
 #define aor PKTRT__NAME(pktrt__aor)
 #define apush PKTRT__NAME(pktrt__apush)
 #define OP PKTRT__INLINE
-/* Registers do not hold the nine vectors that boxes want of a ray, and to fill one from memory costs no more than to
-   load it: it is filled where it is used. Measured worth 5% of a single ray's time. */
-#define FEW_VECTORS (PKTRT__STAMP == PKTRT__STAMP_AVX2)
+/* What kernels may ask of an instruction set. */
+#if PKTRT__STAMP == PKTRT__STAMP_AVX2 || PKTRT__STAMP == PKTRT__STAMP_AVX512
+#define PKTRT__WITH_V8_REGISTERS 1 /* a v8 is one register: larger functions are worth inlining */
+#else
+#define PKTRT__WITH_V8_REGISTERS 0
+#endif
+/* Sixteen registers do not hold the nine vectors that boxes want of a ray, and to fill one from memory costs no more than
+   to load it: it is filled where it is used. Measured worth 5% of a single ray's time. */
+#define PKTRT__WITH_FEW_REGISTERS (PKTRT__STAMP == PKTRT__STAMP_AVX2)
+#define PKTRT__WITH_VECTORS (PKTRT__STAMP != PKTRT__STAMP_SCALAR)
+/* Where vectors are at hand, nobody races the scalar kernels: these have fewer instances then, see PKTRT__INSTANCES. */
+#if PKTRT__STAMP == PKTRT__STAMP_SCALAR && (defined(PKTRT__HAS_SSE2) || defined(PKTRT__HAS_NEON))
+#define PKTRT__WITH_FEW_INSTANCES 1
+#else
+#define PKTRT__WITH_FEW_INSTANCES 0
+#endif
+/* Builds and refits. WHY not for all instruction sets: 512 bits would gain nothing here, and what every x86 or ARM has
+   serves scalar scenes as well; it is the same bits, and less code. */
+#if PKTRT__STAMP == PKTRT__STAMP_AVX2 || PKTRT__STAMP == PKTRT__STAMP_SSE2 || PKTRT__STAMP == PKTRT__STAMP_NEON || \
+    (PKTRT__STAMP == PKTRT__STAMP_SCALAR && !defined(PKTRT__HAS_SSE2) && !defined(PKTRT__HAS_NEON)) || \
+    !(defined(PKTRT__HAS_SCALAR) || defined(PKTRT__HAS_SSE2) || defined(PKTRT__HAS_AVX2))
+#define PKTRT__WITH_FIT 1
+#else
+#define PKTRT__WITH_FIT 0
+#endif
 /* Before a short loop over axes or corners: gcc -O2 would keep its vectors in memory otherwise. */
 #if PKTRT__STAMP != PKTRT__STAMP_SCALAR && defined(__GNUC__) && !defined(__clang__) && defined(__OPTIMIZE__)
 #define UNROLL _Pragma("GCC unroll 8")
@@ -4463,32 +4438,33 @@ OP uint32_t veq_u32(const uint32_t *p, uint32_t x) { /* which of eight equal x *
   return (uint32_t)_mm256_movemask_ps(_mm256_castsi256_ps(_mm256_cmpeq_epi32(a, _mm256_set1_epi32((int)x))));
 }
 
+#define d8_of PKTRT__NAME(pktrt__d8_of)
 typedef struct d8 {
   __m256d l, h;
 } d8;
-OP d8 pktrt__d8_of_avx2(__m256d l, __m256d h) {
+OP d8 d8_of(__m256d l, __m256d h) {
   d8 r;
   r.l = l, r.h = h;
   return r;
 }
 OP d8 dfrom(v8 a) {
-  return pktrt__d8_of_avx2(_mm256_cvtps_pd(_mm256_castps256_ps128(a)), _mm256_cvtps_pd(_mm256_extractf128_ps(a, 1)));
+  return d8_of(_mm256_cvtps_pd(_mm256_castps256_ps128(a)), _mm256_cvtps_pd(_mm256_extractf128_ps(a, 1)));
 }
-OP d8 dload(const double *p) { return pktrt__d8_of_avx2(_mm256_loadu_pd(p), _mm256_loadu_pd(p + 4)); }
+OP d8 dload(const double *p) { return d8_of(_mm256_loadu_pd(p), _mm256_loadu_pd(p + 4)); }
 OP void dstore(double *p, d8 a) {
   _mm256_storeu_pd(p, a.l);
   _mm256_storeu_pd(p + 4, a.h);
 }
-OP d8 dsqrt(d8 a) { return pktrt__d8_of_avx2(_mm256_sqrt_pd(a.l), _mm256_sqrt_pd(a.h)); }
-OP d8 dset(double x) { return pktrt__d8_of_avx2(_mm256_set1_pd(x), _mm256_set1_pd(x)); }
-OP d8 dadd(d8 a, d8 b) { return pktrt__d8_of_avx2(_mm256_add_pd(a.l, b.l), _mm256_add_pd(a.h, b.h)); }
-OP d8 dsub(d8 a, d8 b) { return pktrt__d8_of_avx2(_mm256_sub_pd(a.l, b.l), _mm256_sub_pd(a.h, b.h)); }
-OP d8 dmul(d8 a, d8 b) { return pktrt__d8_of_avx2(_mm256_mul_pd(a.l, b.l), _mm256_mul_pd(a.h, b.h)); }
-OP d8 ddiv(d8 a, d8 b) { return pktrt__d8_of_avx2(_mm256_div_pd(a.l, b.l), _mm256_div_pd(a.h, b.h)); }
-OP d8 dmax(d8 a, d8 b) { return pktrt__d8_of_avx2(_mm256_max_pd(a.l, b.l), _mm256_max_pd(a.h, b.h)); }
+OP d8 dsqrt(d8 a) { return d8_of(_mm256_sqrt_pd(a.l), _mm256_sqrt_pd(a.h)); }
+OP d8 dset(double x) { return d8_of(_mm256_set1_pd(x), _mm256_set1_pd(x)); }
+OP d8 dadd(d8 a, d8 b) { return d8_of(_mm256_add_pd(a.l, b.l), _mm256_add_pd(a.h, b.h)); }
+OP d8 dsub(d8 a, d8 b) { return d8_of(_mm256_sub_pd(a.l, b.l), _mm256_sub_pd(a.h, b.h)); }
+OP d8 dmul(d8 a, d8 b) { return d8_of(_mm256_mul_pd(a.l, b.l), _mm256_mul_pd(a.h, b.h)); }
+OP d8 ddiv(d8 a, d8 b) { return d8_of(_mm256_div_pd(a.l, b.l), _mm256_div_pd(a.h, b.h)); }
+OP d8 dmax(d8 a, d8 b) { return d8_of(_mm256_max_pd(a.l, b.l), _mm256_max_pd(a.h, b.h)); }
 OP d8 dabs(d8 a) {
   const __m256d sign = _mm256_set1_pd(-0.0);
-  return pktrt__d8_of_avx2(_mm256_andnot_pd(sign, a.l), _mm256_andnot_pd(sign, a.h));
+  return d8_of(_mm256_andnot_pd(sign, a.l), _mm256_andnot_pd(sign, a.h));
 }
 OP m8 dlt(d8 a, d8 b) {
   const __m256 l = _mm256_castpd_ps(_mm256_cmp_pd(a.l, b.l, _CMP_LT_OQ));
@@ -5271,7 +5247,7 @@ PKTRT__NOINLINE uint32_t pktrt__batch_setup(const pktrt_scene *scene, pktrt__bat
 }
 
 /* The same for a lone ray, axes side by side; whether it can hit anything. */
-#if PKTRT__STAMP == PKTRT__STAMP_AVX2 || PKTRT__STAMP == PKTRT__STAMP_AVX512
+#if PKTRT__WITH_V8_REGISTERS
 OP
 #else
 PKTRT__NOINLINE
@@ -5571,22 +5547,17 @@ OP uint32_t pktrt__tri_ray_block_inline(const pktrt__bvh_segment *seg, pktrt__ba
    the same bits. Where vectors are at hand, nobody races the scalar kernels: there, what moves is always counted,
    packets of the paper have the moving form alone, and the fast path has streams, but no frusta, which would be a third
    of their code. */
-#if PKTRT__STAMP == PKTRT__STAMP_SCALAR && (defined(PKTRT__HAS_SSE2) || defined(PKTRT__HAS_NEON))
-#define FEW_INSTANCES 1
-#else
-#define FEW_INSTANCES 0
-#endif
-#if defined(PKTRT_NO_FRUSTA) || FEW_INSTANCES
+#if defined(PKTRT_NO_FRUSTA) || PKTRT__WITH_FEW_INSTANCES
 #define FRUSTA 0
 #else
 #define FRUSTA 1
 #endif
-#if PKTRT__STATS || (FEW_INSTANCES && PKTRT__MOTION)
+#if PKTRT__STATS || (PKTRT__WITH_FEW_INSTANCES && PKTRT__MOTION)
 #define IF_COUNTED(x) x
 #else
 #define IF_COUNTED(x)
 #endif
-#if PKTRT__MOTION && !FEW_INSTANCES
+#if PKTRT__MOTION && !PKTRT__WITH_FEW_INSTANCES
 #define IF_MOVING(x) x
 #else
 #define IF_MOVING(x)
@@ -5598,12 +5569,12 @@ OP uint32_t pktrt__tri_ray_block_inline(const pktrt__bvh_segment *seg, pktrt__ba
   IF_COUNTED(INSTANCE(0s, false, PKTRT__MOTION != 0, PKTRT__STATS != 0)                                                \
              INSTANCE(1s, true, PKTRT__MOTION != 0, PKTRT__STATS != 0))
 #define PKTRT__PICK(name)                                                                                              \
-  ((void)stats, (void)moving, occlusion ? IF_COUNTED(stats || (FEW_INSTANCES && moving) ? PKTRT__NAME(name##_1s) :)           \
+  ((void)stats, (void)moving, occlusion ? IF_COUNTED(stats || (PKTRT__WITH_FEW_INSTANCES && moving) ? PKTRT__NAME(name##_1s) :)           \
                                                   IF_MOVING(moving ? PKTRT__NAME(name##_11) :) PKTRT__NAME(name##_10)                \
-                                        : IF_COUNTED(stats || (FEW_INSTANCES && moving) ? PKTRT__NAME(name##_0s) :)           \
+                                        : IF_COUNTED(stats || (PKTRT__WITH_FEW_INSTANCES && moving) ? PKTRT__NAME(name##_0s) :)           \
                                                   IF_MOVING(moving ? PKTRT__NAME(name##_01) :) PKTRT__NAME(name##_00))
 
-#if PKTRT__STAMP != PKTRT__STAMP_AVX2 && PKTRT__STAMP != PKTRT__STAMP_AVX512
+#if !PKTRT__WITH_V8_REGISTERS
 /* Functions of their own: inlined they would make the code a third longer, and no faster. */
 #define INSTANCE(tag, o, m, s)                                                                                         \
   PKTRT__NOINLINE uint32_t PKTRT__NAME(pktrt__tri_block_##tag)(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r,                 \
@@ -5615,7 +5586,7 @@ PKTRT__INSTANCES(INSTANCE)
 #endif
 OP uint32_t pktrt__tri_ray_block(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, uint32_t index,
                                 const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
-#if PKTRT__STAMP != PKTRT__STAMP_AVX2 && PKTRT__STAMP != PKTRT__STAMP_AVX512
+#if !PKTRT__WITH_V8_REGISTERS
   return PKTRT__PICK(pktrt__tri_block)(seg, b, r, NULL, index, counts);
 #else
   return pktrt__tri_ray_block_inline(seg, b, r, index, occlusion, moving, stats, counts);
@@ -5623,7 +5594,7 @@ OP uint32_t pktrt__tri_ray_block(const pktrt__bvh_segment *seg, pktrt__batch *b,
 }
 OP bool pktrt__tri_single_block(const pktrt__bvh_segment *seg, pktrt__single *single, uint32_t index, const bool occlusion,
                          const bool moving, const bool stats, pktrt_counts *counts) {
-#if PKTRT__STAMP != PKTRT__STAMP_AVX2 && PKTRT__STAMP != PKTRT__STAMP_AVX512
+#if !PKTRT__WITH_V8_REGISTERS
   return PKTRT__PICK(pktrt__tri_block)(seg, NULL, 0, single, index, counts) != 0;
 #else
   return pktrt__tri_block_template(seg, NULL, 0, single, index, occlusion, moving, stats, counts) != 0;
@@ -5723,8 +5694,8 @@ OP uint32_t pktrt__single_test_children(const pktrt__single_slabs *q, const pktr
                              const bool moving, v8 *entry) {
   v8 n[3], f[3];
   UNROLL for (int a = 0; a < 3; a++) {
-    const v8 rd = FEW_VECTORS ? vset(q->ray->rd[a]) : q->rd[a];
-    const v8 cn = FEW_VECTORS ? vset(q->ray->cn[a]) : q->cn[a], cf = FEW_VECTORS ? vset(q->ray->cf[a]) : q->cf[a];
+    const v8 rd = PKTRT__WITH_FEW_REGISTERS ? vset(q->ray->rd[a]) : q->rd[a];
+    const v8 cn = PKTRT__WITH_FEW_REGISTERS ? vset(q->ray->cn[a]) : q->cn[a], cf = PKTRT__WITH_FEW_REGISTERS ? vset(q->ray->cf[a]) : q->cf[a];
     n[a] = vfms(pktrt__single_plane(q, seg, node + 64 * a, q->near_[a], moving), rd, cn);
     f[a] = vfms(pktrt__single_plane(q, seg, node + 64 * a, q->far_[a], moving), rd, cf);
   }
@@ -5888,7 +5859,7 @@ OP uint64_t pktrt__stream_leaf(const pktrt__bvh_segment *seg, pktrt__batch *b, c
                               uint32_t index, const bool occlusion, const bool moving, const bool stats,
                               pktrt_counts *counts) {
   uint64_t hit = 0;
-#if PKTRT__STAMP == PKTRT__STAMP_AVX2 || PKTRT__STAMP == PKTRT__STAMP_AVX512
+#if PKTRT__WITH_V8_REGISTERS
   if (!occlusion && !stats) return pktrt__stream_closest_block(seg, b, list, mask, index, moving);
 #endif
   for (; mask; mask &= mask - 1) {
@@ -6970,7 +6941,7 @@ PKTRT__NOINLINE void pktrt__paper_traverse_moving(pktrt__paper_packet *p, bool o
   pktrt__paper_traverse(p, occlusion, true, PKTRT__STATS != 0, counts);
 }
 #endif
-#if !(PKTRT__MOTION && FEW_INSTANCES)
+#if !(PKTRT__MOTION && PKTRT__WITH_FEW_INSTANCES)
 PKTRT__NOINLINE void pktrt__paper_traverse_static(pktrt__paper_packet *p, bool occlusion, pktrt_counts *counts) {
   pktrt__paper_traverse(p, occlusion, false, PKTRT__STATS != 0, counts);
 }
@@ -7004,7 +6975,7 @@ PKTRT__NOINLINE void pktrt__drive_paper(const pktrt__query *call, pktrt__batch *
         p.seg = &seg;
 #if !PKTRT__MOTION
         pktrt__paper_traverse_static(&p, occlusion, counts);
-#elif FEW_INSTANCES
+#elif PKTRT__WITH_FEW_INSTANCES
         pktrt__paper_traverse_moving(&p, occlusion, counts);
 #else
         (moving ? pktrt__paper_traverse_moving : pktrt__paper_traverse_static)(&p, occlusion, counts);
@@ -7353,7 +7324,7 @@ PKTRT__NOINLINE void pktrt__resolve_retrace(const pktrt_scene *scene, pktrt__bat
   pktrt_ray ray;
   pktrt_counts unread; /* see PKTRT__INSTANCES */
   pktrt__single q;
-  if (PKTRT__STAMP == PKTRT__STAMP_SCALAR) memset(&unread, 0, sizeof unread);
+  if (!PKTRT__WITH_VECTORS) memset(&unread, 0, sizeof unread);
   pktrt__single_from_batch(b, r, &ray, &q);
   if (!pktrt__single_setup(scene, &ray, &q)) return; /* never: it has hit something */
   b->t[r] = b->tmax[r]; /* as of a miss, should it be one */
@@ -7389,7 +7360,7 @@ static void pktrt__resolve_batch(const pktrt__query *call, pktrt__batch *b, uint
 
 /* On narrow vectors, whose registers are too few anyway, loops stay loops and the larger steps functions: that halves
    the code. */
-#if PKTRT__STAMP == PKTRT__STAMP_AVX2 || PKTRT__STAMP == PKTRT__STAMP_AVX512
+#if PKTRT__WITH_V8_REGISTERS
 #define STEP OP
 #define ROLL_OUT UNROLL
 #else
@@ -7917,11 +7888,7 @@ static uint32_t pktrt__spawn_rays(const pktrt__spawn_request *g, const pktrt__wa
 
 /* >>fit ------------------------------------------------------------------------------------------------------------ */
 
-/* WHY not for all instruction sets: 512 bits would gain nothing here, and what every x86 or ARM has serves scalar
-   scenes as well; it is the same bits, and less code. */
-#if PKTRT__STAMP == PKTRT__STAMP_AVX2 || PKTRT__STAMP == PKTRT__STAMP_SSE2 || PKTRT__STAMP == PKTRT__STAMP_NEON || \
-    (PKTRT__STAMP == PKTRT__STAMP_SCALAR && !defined(PKTRT__HAS_SSE2) && !defined(PKTRT__HAS_NEON)) || \
-    !(defined(PKTRT__HAS_SCALAR) || defined(PKTRT__HAS_SSE2) || defined(PKTRT__HAS_AVX2))
+#if PKTRT__WITH_FIT
 
 static uint32_t pktrt__fit_lanes_with_area(const float *v) {
   d8 a[3], b[3];
@@ -7989,7 +7956,7 @@ static bool pktrt__entry_intersect(const pktrt_scene *scene, const pktrt_ray *ra
   pktrt_counts unread; /* see PKTRT__INSTANCES */
   pktrt__single q;
   uint32_t hint[2] = {0, 0};
-  if (PKTRT__STAMP == PKTRT__STAMP_SCALAR) memset(&unread, 0, sizeof unread);
+  if (!PKTRT__WITH_VECTORS) memset(&unread, 0, sizeof unread);
   for (bool check = false;; check = true) { /* where a triangle had no area, once more, as in pktrt__resolve_batch */
     if (!pktrt__single_setup(scene, ray, &q) || !pktrt__entry_single(scene, &q, false, check, &unread)) {
       memset(hit, 0, sizeof *hit);
@@ -8004,7 +7971,7 @@ static bool pktrt__entry_intersect(const pktrt_scene *scene, const pktrt_ray *ra
 static bool pktrt__entry_occluded(const pktrt_scene *scene, const pktrt_ray *ray) {
   pktrt_counts unread;
   pktrt__single q;
-  if (PKTRT__STAMP == PKTRT__STAMP_SCALAR) memset(&unread, 0, sizeof unread);
+  if (!PKTRT__WITH_VECTORS) memset(&unread, 0, sizeof unread);
   return pktrt__single_setup(scene, ray, &q) && pktrt__entry_single(scene, &q, true, false, &unread);
 }
 
@@ -8045,7 +8012,7 @@ OP void pktrt__entry_trace_template(const pktrt__query *call, pktrt__batch *b, u
 static void pktrt__entry_trace(const pktrt__query *call, pktrt__batch *b, uint32_t n) {
   pktrt_counts *counts = call->counts, unread;
   const bool stats = PKTRT__STATS && counts;
-  if (PKTRT__STAMP == PKTRT__STAMP_SCALAR && !counts) /* see PKTRT__INSTANCES */
+  if (!PKTRT__WITH_VECTORS && !counts) /* see PKTRT__INSTANCES */
     memset(&unread, 0, sizeof unread), counts = &unread;
   if (call->occlusion) {
     if (stats) pktrt__entry_trace_template(call, b, n, true, true, counts);
@@ -8062,7 +8029,7 @@ static void pktrt__entry_trace(const pktrt__query *call, pktrt__batch *b, uint32
 
 static void pktrt__batch_load_rays(pktrt__batch *b, const pktrt_ray *rays, const uint16_t *order, uint32_t n) {
   uint32_t i = 0;
-#if PKTRT__STAMP == PKTRT__STAMP_AVX2 || PKTRT__STAMP == PKTRT__STAMP_AVX512
+#if PKTRT__WITH_V8_REGISTERS
   for (; i + 8 <= n; i += 8) {
     v8 r[8];
     UNROLL for (uint32_t j = 0; j < 8; j++) {
@@ -8081,7 +8048,7 @@ static void pktrt__batch_load_rays(pktrt__batch *b, const pktrt_ray *rays, const
 static void pktrt__batch_store_hits(const pktrt_scene *s, const pktrt__batch *b, pktrt_hit *hits, const uint16_t *order,
                         uint32_t n) {
   uint32_t i = 0;
-#if PKTRT__STAMP == PKTRT__STAMP_AVX2 || PKTRT__STAMP == PKTRT__STAMP_AVX512
+#if PKTRT__WITH_V8_REGISTERS
   uint32_t hint[2] = {0, 0};
   for (; i + 8 <= n; i += 8) {
     PKTRT__ALIGN64 uint32_t mesh[8], triangle[8];
@@ -8236,16 +8203,24 @@ static const pktrt__kernel_table pktrt__kernels = {
 #undef OP
 #undef UNROLL
 #undef UNROLL_WIDE
-#undef FEW_VECTORS
+#undef PKTRT__WITH_FEW_REGISTERS
+#undef PKTRT__WITH_V8_REGISTERS
+#undef PKTRT__WITH_VECTORS
+#undef PKTRT__WITH_FIT
 #undef STEP
 #undef ROLL_OUT
 #undef COUNT
 #undef PKTRT__PICK
-#undef FEW_INSTANCES
+#undef PKTRT__WITH_FEW_INSTANCES
 #undef FRUSTA
 #undef IF_COUNTED
 #undef IF_MOVING
 #undef PKTRT__INSTANCES
+
+#ifdef PKTRT__EDITOR
+#undef PKTRT__STAMP
+#undef PKTRT__SUFFIX
+#endif
 
 #endif /* PKTRT__STAMP */
 
@@ -8254,6 +8229,60 @@ static const pktrt__kernel_table pktrt__kernels = {
    ------------------------------------------------------------------------------------------------------------------ */
 #if defined(PKTRT_IMPLEMENTATION) && !defined(PKTRT__STAMP) && !defined(PKTRT__ENTRY_POINTS)
 #define PKTRT__ENTRY_POINTS
+
+/* >>dispatch ------------------------------------------------------------------------------------------------------- */
+
+#if defined(PKTRT__HAS_AVX2) || defined(PKTRT__HAS_AVX512)
+/* The CPU has the instructions and the operating system saves the registers: both must say so. */
+static bool pktrt__cpu_has(pktrt_isa isa) {
+  unsigned a, b, c, d, lo, hi;
+  if (!__get_cpuid(1, &a, &b, &c, &d)) return false;
+  if ((c & 0x18801000u) != 0x18801000u) return false; /* FMA, POPCNT, OSXSAVE, AVX */
+  __asm__ volatile("xgetbv" : "=a"(lo), "=d"(hi) : "c"(0));
+  if (!__get_cpuid_count(7, 0, &a, &b, &c, &d) || (lo & 6) != 6) return false;
+  if ((b & 0x128u) != 0x128u) return false; /* BMI, AVX2, BMI2 */
+  return isa == PKTRT_ISA_AVX2 || ((b & 0xC0030000u) == 0xC0030000u && (lo & 0xE6) == 0xE6); /* F, DQ, BW, VL */
+}
+#endif
+
+static const pktrt__kernel_table *pktrt__kernels_of(pktrt_isa isa) {
+  switch (isa) {
+#ifdef PKTRT__HAS_SCALAR
+    case PKTRT_ISA_SCALAR: return &pktrt__kernels_scalar;
+#endif
+#ifdef PKTRT__HAS_SSE2
+    case PKTRT_ISA_SSE2: return &pktrt__kernels_sse2;
+#endif
+#ifdef PKTRT__HAS_AVX2
+    case PKTRT_ISA_AVX2: return pktrt__cpu_has(isa) ? &pktrt__kernels_avx2 : NULL;
+#endif
+#ifdef PKTRT__HAS_AVX512
+    case PKTRT_ISA_AVX512: return pktrt__cpu_has(isa) ? &pktrt__kernels_avx512 : NULL;
+#endif
+#ifdef PKTRT__HAS_NEON
+    case PKTRT_ISA_NEON: return &pktrt__kernels_neon;
+#endif
+    default: return NULL;
+  }
+}
+
+static const pktrt__fit_table *pktrt__fit_table_of(pktrt_isa isa) {
+#ifdef PKTRT__HAS_AVX2
+  if (isa == PKTRT_ISA_AVX2 || isa == PKTRT_ISA_AVX512) return &pktrt__fit_kernels_avx2;
+#endif
+  (void)isa;
+#if defined(PKTRT__HAS_SSE2)
+  return &pktrt__fit_kernels_sse2;
+#elif defined(PKTRT__HAS_NEON)
+  return &pktrt__fit_kernels_neon;
+#elif defined(PKTRT__HAS_SCALAR)
+  return &pktrt__fit_kernels_scalar;
+#elif defined(PKTRT__HAS_AVX2)
+  return &pktrt__fit_kernels_avx2;
+#else
+  return &pktrt__fit_kernels_avx512;
+#endif
+}
 
 /* >>scene ---------------------------------------------------------------------------------------------------------- */
 

@@ -86,24 +86,32 @@
        >>sampler      seven sets of samples, and the mappings from the unit square
        >>render       pictures, and all that can be chosen about them
 
+     Read these two before the code
+       >>life         the life of a ray: the functions it passes, and what holds it on its way
+       >>extend       how to add a light, a material, a sampler, an instruction set, a feature
+
      Implementation, compiled once
        >>platform     compilers, instruction sets of this build, the guard against flags that change values
-       >>limits       constants: width, depth, stack
-       >>structures   nodes, leaf blocks, meshes, groups, the scene
+       >>limits       constants: depth, stack
+       >>structures   nodes, leaf blocks, meshes, trees, the scene
        >>memory       the one way to the allocator hooks
-       >>small        bits, conversions, minimum and maximum
+       >>basics       bits, conversions, minimum and maximum, hash
        >>build        the tree: binary by surface area, then 8-wide, then bounds
        >>refit        bounds after deformation
        >>validate     what is refused, and in which words
        >>commit       all or nothing
        >>exactness    THE definition of a hit, and the bound of every culling test: read this one
-       >>packet       rays as the kernels see them
-       >>numbers      what samples are made of: hashes, permutations, Sobol's points
+       >>exact        the canonical test itself
+       >>batch        rays as the kernels see them
+       >>random       what samples are made of: permutations, scrambling, Sobol's points
        >>waves        rays and surfaces as the renderer sees them
-       >>dispatch     the stamping of the kernels, and the choice at run time
+       >>kernels      what an instruction set offers: the table of its kernels
+       >>check        arithmetic that is not what the code asks for
+       >>stamping     this file includes itself, once per instruction set
 
      Implementation, stamped once for each instruction set
        >>ops          vectors: the only place where instruction sets differ
+       >>names        the kernels' names
        >>setup        from a ray to what traversal needs of it
        >>triangles    filter, canonical test, acceptance
        >>boxes        slabs
@@ -117,32 +125,35 @@
        >>fit          blocks and nodes of builds and refits
        >>entry        one batch of rays
        >>arrays       arrays of structures to batches and back
+       >>selftest     what the compiler made of the vectors
+       >>table        the kernels of this instruction set
 
      Implementation of the public functions
+       >>dispatch     the choice of kernels at run time
        >>scene        meshes, lights and materials come and change
        >>queries      batches out of arrays, and back
        >>spawn        how far a ray starts from the surface it leaves
        >>vectors      the few operations that are not done by eights
-       >>sampler      the sets
+       >>samplers     the sets
        >>elementary   exp, log, sine and cosine, the same on every machine
        >>mappings     from the unit square to disk, sphere, hemisphere and lobe
        >>fresnel      how much is reflected
        >>lens         the camera
-       >>job          checks of a render
-       >>lamps        where shadow rays go
+       >>request      checks of a render, and what it needs
+       >>lights       what is known of lights before the first ray, and points on them
        >>glass        where it is, for shadow rays
        >>media        which glasses a ray is in
-       >>work         what a tile needs
-       >>surface      what the rays of a wave met
+       >>workspace    what a tile needs
+       >>surfaces     what the rays of a wave met
        >>materials    textures, shaders, weights of what is reflected and refracted
        >>assembly     how rays are put together to packets (paper 3.2)
-       >>lights       direct light
+       >>direct       direct light
        >>scattering   the rays of the next generation
        >>generations  the recursion, packet by packet
        >>tiles        samples, pixels, blocks
        >>passes       what several passes know of their error, and who gets the next one
-       >>render       tiles through parallel_for, round by round
-       >>report       the scene report and its text
+       >>rendering    tiles through parallel_for, round by round
+       >>reporting    the scene report and its text
        >>licence      MIT or public domain
 
 
@@ -363,14 +374,14 @@
    THE PAPER, SECTION BY SECTION (it numbers no equations; `make map` checks that what is named here is there)
 
      1, figure 1 (RCS, WRT, DRT)     >>render, pktrt_mode; `make demo` has each scene in all three.
-     2, shadow rays                  >>lights, pktrt__light_add_direct(), chooses lights and makes packets; >>shade, aim8(),
+     2, shadow rays                  >>direct, pktrt__light_add_direct(), chooses lights and makes packets; >>shade, pktrt__light_shadow_rays8(),
                                      makes the rays: from surface to light, where the paper mentions light to surface.
                                      Packets need no common origin here, and the ray leaves the surface it must not
                                      hit.
-     3.1, figure 2: general packets  >>paper, 1 to 256 rays; paper_first() has steps 1 to 4. SIMD is 8 rays wide, not
+     3.1, figure 2: general packets  >>paper, 1 to 256 rays; pktrt__paper_find_first() has steps 1 to 4. SIMD is 8 rays wide, not
                                      4: step 1 tests the whole group of the first active ray.
-     3.1, amortisation               >>paper: first active ray (1), interval arithmetic (2, paper_interval_misses()),
-                                     the other rays (4). Planes around the rays (3, paper_frustum_misses(), where
+     3.1, amortisation               >>paper: first active ray (1), interval arithmetic (2, pktrt__paper_interval_misses()),
+                                     the other rays (4). Planes around the rays (3, pktrt__paper_frustum_misses(), where
                                      origin and main axis are common) are not the paper's: it speaks of a frustum only
                                      with the grid (3.3). Planes around general packets, as >>frustum has them, are
                                      from the report to which it refers for intervals, UUCS-06-010. A child is tested
@@ -379,8 +390,8 @@
                                      and >>stream are this library's own answer to the same question. They test every
                                      ray against every box that the planes keep: the paper's packets test fewer boxes
                                      of camera rays and more of others. (Ours also know where the active range ends,
-                                     paper_trim(), after Overbeck et al., and test leaves' boxes by groups,
-                                     paper_leaf(): the paper's tested more triangles.)
+                                     pktrt__paper_trim(), after Overbeck et al., and test leaves' boxes by groups,
+                                     pktrt__paper_leaf(): the paper's tested more triangles.)
      3.2, figure 3: assembly         >>assembly, pktrt__packet_assemble(); pktrt_assembly has all of them, and
                                      tests/assembly.c figure 3 with the packets of 3.2.1. Shadow rays make one packet
                                      for each light by default, and one for all lights as in the paper if asked for
@@ -400,7 +411,7 @@
                                      the paper's one by one.
      3.3, deformation                >>refit: fixed connectivity, bounds refitted; SAH cost against the cost at build
                                      tells when to rebuild.
-     4, figure 4: DRT                >>lens, >>lights, >>scattering. Shadow rays go to a point of each light, reflected
+     4, figure 4: DRT                >>lens, >>direct, >>scattering. Shadow rays go to a point of each light, reflected
                                      rays into a Phong lobe; at glass one ray goes on, or both if asked for
                                      (pktrt_branching). examples/effects.c shows the effects one by one.
      4, triangle test                >>exactness, >>triangles: barycentric in place like Kensler and Shirley's, for the
@@ -408,7 +419,7 @@
                                      sheared frame of Woop et al., with edge signs that are exact, so that edges do not
                                      leak and all kernels agree.
      4, motion blur                  Times belong to rays, as in the paper. Boxes are interpolated to the ray's time,
-                                     for packets to the interval of their times (>>paper, paper_box()); in the paper
+                                     for packets to the interval of their times (>>paper, pktrt__paper_box()); in the paper
                                      boxes grow with the shutter (5.3.1).
      4, sampling                     >>sampler: interleaved sampling among them, and its modern answer, samples whose
                                      error is blue noise. All are static: the same for each frame. >>mappings: the
@@ -1551,7 +1562,7 @@ static void pktrt__parallel_for(const pktrt_scene_desc *desc, size_t n, void (*b
     for (size_t i = 0; i < n; i++) body(arg, i);
   }
 }
-/* >>small ---------------------------------------------------------------------------------------------------------- */
+/* >>basics ---------------------------------------------------------------------------------------------------------- */
 
 PKTRT__INLINE uint32_t pktrt__sign_bit(float x) {
   uint32_t u;
@@ -1594,6 +1605,35 @@ PKTRT__INLINE float pktrt__minf(float a, float b) { return a < b ? a : b; }
 PKTRT__INLINE float pktrt__maxf(float a, float b) { return a > b ? a : b; }
 PKTRT__INLINE double pktrt__min(double a, double b) { return a < b ? a : b; } /* fmin may be a call */
 PKTRT__INLINE double pktrt__max(double a, double b) { return a > b ? a : b; }
+
+#ifndef PKTRT_NO_RENDER
+/* Mixes all bits of x: the finaliser of splitmix64. */
+static uint64_t pktrt__hash(uint64_t x) {
+  x += UINT64_C(0x9E3779B97F4A7C15);
+  x = (x ^ (x >> 30)) * UINT64_C(0xBF58476D1CE4E5B9);
+  x = (x ^ (x >> 27)) * UINT64_C(0x94D049BB133111EB);
+  return x ^ (x >> 31);
+}
+
+/* Sorts keys in ascending order by heapsort: no allocation, no bad case. */
+static void pktrt__sort_keys(uint64_t *key, uint32_t n) {
+  for (uint32_t built = n / 2, end = n; end > 1;) {
+    uint32_t at = 0;
+    if (built) {
+      at = --built;
+    } else {
+      const uint64_t last = key[--end];
+      key[end] = key[0], key[0] = last;
+    }
+    for (uint32_t child; (child = 2 * at + 1) < end; at = child) {
+      if (child + 1 < end && key[child] < key[child + 1]) child++;
+      if (key[at] >= key[child]) break;
+      const uint64_t moved = key[at];
+      key[at] = key[child], key[child] = moved;
+    }
+  }
+}
+#endif
 
 /* >>build ---------------------------------------------------------------------------------------------------------- */
 
@@ -2787,122 +2827,6 @@ static void pktrt__refit_bvh(const pktrt_scene_desc *desc, pktrt__bvh *bvh, cons
   pktrt__bvh_sum_up(bvh);
 }
 
-/* Tests only: NULL, or what is wrong. To be called when the group is up to date with the meshes: after a build or
-   refit, before or after the pending positions became the committed ones. */
-
-static uint64_t pktrt__hash(uint64_t x) { /* so that sums tell sets apart: the finaliser of splitmix64 */
-  x += UINT64_C(0x9E3779B97F4A7C15);
-  x = (x ^ (x >> 30)) * UINT64_C(0xBF58476D1CE4E5B9);
-  x = (x ^ (x >> 27)) * UINT64_C(0x94D049BB133111EB);
-  return x ^ (x >> 31);
-}
-
-static const char *pktrt__check_block(const pktrt__bvh *bvh, uint32_t block, const pktrt__mesh *meshes,
-                                      uint32_t mesh_count, uint64_t *set, uint64_t *count) {
-  const uint32_t *tri = bvh->block_triangles + (size_t)block * 8;
-  unsigned char *at = bvh->blocks + (size_t)block * bvh->block_bytes;
-  if (tri[0] == PKTRT_NONE) return "A block has no triangle.";
-  for (size_t l = 0; l < 8; l++) {
-    bool area = false, none = tri[l] == PKTRT_NONE;
-    if (!none && l && tri[l - 1] == PKTRT_NONE) return "A block has a triangle behind a free lane.";
-    uint32_t t = tri[none ? 0 : l], mesh = pktrt__mesh_of_triangle(meshes, mesh_count, t, 0);
-    const pktrt__mesh *m = &meshes[mesh];
-    float half[3][3]; /* the corners half-way from the key before */
-    const float *const between[3] = {half[0], half[1], half[2]}, *before[3] = {NULL, NULL, NULL};
-    if (t - m->first_id >= m->triangle_count || m->key_count != bvh->key_count) return "A triangle is foreign.";
-    for (uint32_t k = 0; k < bvh->key_count; k++) {
-      const float *row = pktrt__block_vertices(at, k) + l;
-      const float *v[3];
-      pktrt__mesh_corners(m, true, t - m->first_id, k, v);
-      for (size_t i = 0; i < 9; i++) {
-        if (memcmp(&row[i * 8], &v[i / 3][i % 3], sizeof(float))) return "A vertex is not the mesh's.";
-        if (k) half[i / 3][i % 3] = 0.5f * before[i / 3][i % 3] + 0.5f * v[i / 3][i % 3];
-      }
-      area = area || pktrt__tri_has_area(v) || (k && pktrt__tri_has_area(between));
-      for (int c = 0; c < 3; c++) before[c] = v[c];
-    }
-    if (pktrt__block_ids(at)[l] != (area && !none ? t : PKTRT_NONE)) return "An id in a block is wrong.";
-    if (!none) *set += pktrt__hash(t), *count += 1;
-  }
-  return NULL;
-}
-
-/* Straight from the definition, beside the kernel. */
-static const char *pktrt__check_child(const pktrt__bvh *bvh, unsigned char *node, int c) {
-  uint32_t ref = pktrt__node_children(node)[c];
-  for (uint32_t k = 0; k < bvh->key_count; k++) {
-    for (int p = 0; p < 6; p++) {
-      float want = p & 1 ? -PKTRT__FAR : PKTRT__FAR, got = pktrt__node_planes(node, k)[8 * p + c];
-      for (int i = 0; i < 24 && ref != PKTRT__EMPTY; i++) {
-        float x;
-        if (ref & PKTRT__LEAF) {
-          size_t block = ref & ~PKTRT__LEAF;
-          if (bvh->block_triangles[block * 8 + (size_t)i / 3] == PKTRT_NONE) continue;
-          x = pktrt__block_vertices(bvh->blocks + block * bvh->block_bytes, k)[i % 3 * 24 + p / 2 * 8 + i / 3];
-        } else {
-          unsigned char *below = bvh->nodes + (size_t)ref * bvh->node_bytes;
-          if (pktrt__node_children(below)[i / 3] == PKTRT__EMPTY) continue;
-          x = pktrt__node_planes(below, k)[8 * p + i / 3];
-        }
-        if (p & 1 ? x > want : x < want) want = x;
-      }
-      if (got <= want && got >= want) continue;
-      return ref == PKTRT__EMPTY ? "An empty child has bounds." : "Bounds are not exact.";
-    }
-  }
-  return NULL;
-}
-
-static const char *pktrt__check_orders(unsigned char *node) {
-  for (int octant = 0; octant < 8; octant++) {
-    uint32_t perm = pktrt__node_children(node)[8 + octant], seen = 0;
-    for (int i = 0; i < 8; i++) seen |= 1u << (perm >> 3 * i & 7);
-    if (seen != 255 || perm >> 24) return "An order of children is no permutation.";
-  }
-  return NULL;
-}
-
-/* Each triangle, node and block once: by number and by the sums of mixed indices. */
-static inline const char *pktrt__check_group(const pktrt__bvh *bvh, const pktrt__mesh *meshes, uint32_t mesh_count) {
-  struct { uint32_t node, depth; } stack[PKTRT__STACK];
-  uint64_t nodes = 0, blocks = 0, tris = 0, nodes_set = 0, blocks_set = 0, tris_set = 0;
-  uint32_t top = 0;
-  const char *wrong = NULL;
-  stack[top].node = 0, stack[top++].depth = 0;
-  while (top) {
-    uint32_t n = stack[--top].node, depth = stack[top].depth, used = 0;
-    unsigned char *node = bvh->nodes + (size_t)n * bvh->node_bytes;
-    nodes++, nodes_set += pktrt__hash(n);
-    if (nodes > bvh->node_count) return "A node has two parents.";
-    wrong = pktrt__check_orders(node);
-    for (int c = 0; c < 8 && !wrong; c++) {
-      uint32_t ref = pktrt__node_children(node)[c];
-      bool leaf = (ref & PKTRT__LEAF) != 0;
-      used += ref != PKTRT__EMPTY;
-      if (ref != PKTRT__EMPTY) {
-        if (depth + 1 > PKTRT__MAX_DEPTH) return "The tree is too deep.";
-        if (leaf && (ref & ~PKTRT__LEAF) >= bvh->block_count) return "A child is no block.";
-        if (!leaf && (ref <= n || ref >= bvh->node_count)) return "A child does not follow its parent.";
-        if (!leaf) stack[top].node = ref, stack[top++].depth = depth + 1;
-        if (leaf) wrong = pktrt__check_block(bvh, ref & ~PKTRT__LEAF, meshes, mesh_count, &tris_set, &tris);
-        if (leaf) blocks++, blocks_set += pktrt__hash(ref & ~PKTRT__LEAF);
-      }
-      if (!wrong) wrong = pktrt__check_child(bvh, node, c);
-    }
-    if (wrong) return wrong;
-    if (!used) return "A node has no child.";
-  }
-  for (uint32_t i = 0; i < bvh->node_count; i++) nodes--, nodes_set -= pktrt__hash(i);
-  for (uint32_t i = 0; i < bvh->block_count; i++) blocks--, blocks_set -= pktrt__hash(i);
-  for (uint32_t i = 0; i < mesh_count; i++) {
-    for (uint32_t t = 0; meshes[i].key_count == bvh->key_count && t < meshes[i].triangle_count; t++) {
-      tris--, tris_set -= pktrt__hash((uint64_t)meshes[i].first_id + t);
-    }
-  }
-  if (nodes || nodes_set) return "Not every node is reached once.";
-  if (blocks || blocks_set) return "Not every block is reached once.";
-  return tris || tris_set ? "Not every triangle is there once." : NULL;
-}
 /* >>validate ------------------------------------------------------------------------------------------------------- */
 
 /* Keeps the sentence that says what was wrong; returns the status. */
@@ -2918,6 +2842,21 @@ PKTRT__COLD pktrt_status pktrt__fail(pktrt_scene *s, pktrt_status status, const 
 static void pktrt__log_sentence(const pktrt_scene *s, int level, const char *sentence) {
   if (s->desc.log) (s->desc.log)(s->desc.user, level, sentence);
 }
+
+#ifndef PKTRT_NO_RENDER
+/* A sentence about what is wrong with a render, for whoever wants it. */
+typedef struct pktrt__refusal {
+  char text[160];
+} pktrt__refusal;
+
+static bool pktrt__render_refuse(pktrt__refusal *why, const char *format, ...) { /* always false */
+  va_list args;
+  va_start(args, format);
+  (void)vsnprintf(why->text, sizeof why->text, format, args);
+  va_end(args);
+  return false;
+}
+#endif
 
 PKTRT__INLINE bool pktrt__is_finite(float x) { return x - x == 0; } /* false for NaN and infinities */
 
@@ -3306,39 +3245,10 @@ PKTRT__COLD pktrt_status pktrt__commit_rebuild_worn(pktrt_scene *s) {
 #define PKTRT__LEAST_DET (PKTRT__SLACK(det) * 7.888609052210118e-31f) /* 2^-100 */
 #define PKTRT__MOST_ERROR 1.2676506e30f /* 2^100 */
 
-/* >>packet --------------------------------------------------------------------------------------------------------- */
+/* >>exact: the canonical test, and what it rests on ---------------------------------------------------------------- */
 
-enum {
-  PKTRT__BATCH = 256, /* rays at hand together: a packet of the paper path, four of the fast path */
-  PKTRT__ROW = PKTRT__BATCH + 16 /* a line of cache more than a power of two, or all rows would fall on one another */
-};
-
-/* Rays, structure of arrays, with what the kernels derive from them. 36 KiB, on the stack of a query. */
-typedef struct pktrt__batch {
-  PKTRT__ALIGN64 float o[3][PKTRT__ROW];
-  float d[3][PKTRT__ROW];
-  float tmin[PKTRT__ROW], tmax[PKTRT__ROW], time[PKTRT__ROW];
-  float t[PKTRT__ROW];           /* tmax; after resolving: of the nearest hit, if any */
-  float slope[2][PKTRT__ROW];    /* Su, Sv of the canonical test */
-  float dk[PKTRT__ROW];          /* d_k */
-  float rd[3][PKTRT__ROW];       /* 1 / G, by axis */
-  float cn[3][PKTRT__ROW];       /* o rd + D |rd|: near slab = plane rd - cn. After resolving: u, v */
-  float cf[3][PKTRT__ROW];       /* o rd - D |rd|: far slab  = plane rd - cf. After resolving: the normal */
-  float wn[PKTRT__ROW], wf[PKTRT__ROW]; /* depths beyond these cannot be the answer; see >>exactness */
-  float sn[PKTRT__ROW], sf[PKTRT__ROW]; /* depths between these would be */
-  float tiny[PKTRT__ROW];
-  float pad[PKTRT__ROW];         /* D */
-  float ta[PKTRT__ROW], tb[PKTRT__ROW]; /* time weights a, b within the segment, for the group at hand */
-  uint32_t id[PKTRT__ROW];       /* global index of the nearest hit's triangle; 0 at first: no tie with tmax is won.
-                                    After resolving PKTRT_NONE where nothing is hit */
-  uint32_t slot[PKTRT__ROW];     /* block * 8 + lane; PKTRT_NONE: no hit. For occlusion: 0 when occluded */
-  uint32_t bvh[PKTRT__ROW];    /* of the nearest hit */
-  uint8_t axis[PKTRT__ROW], octant[PKTRT__ROW];
-  uint16_t segment[PKTRT__ROW];
-  uint64_t valid[PKTRT__BATCH / 64];
-  uint64_t moving[PKTRT__BATCH / 64]; /* of those that streams take: which may meet what moves, at any time */
-  bool coherent; /* frustum packets took most of the last rays */
-} pktrt__batch;
+/* An axis and the next two, in a circle. */
+static const uint32_t pktrt__axes[3][3] = {{0, 1, 2}, {1, 2, 0}, {2, 0, 1}};
 
 /* One ray by itself, as in a batch, but close together: its rows would lie on as many lines of the cache. */
 typedef struct pktrt__single {
@@ -3349,105 +3259,12 @@ typedef struct pktrt__single {
   const uint32_t *axis; /* k, u, v */
 } pktrt__single;
 
-/* An axis and the next two, in a circle. */
-static const uint32_t pktrt__axes[3][3] = {{0, 1, 2}, {1, 2, 0}, {2, 0, 1}};
-
-/* Bit j of 0 to 255 becomes byte j, 0 or 1: copied into all bytes, masked, and brought down by a carry. */
-PKTRT__INLINE uint64_t pktrt__bits_to_bytes(uint32_t bits) {
-  const uint64_t each = bits * UINT64_C(0x0101010101010101) & UINT64_C(0x8040201008040201);
-  return (each + UINT64_C(0x7F7F7F7F7F7F7F7F)) >> 7 & UINT64_C(0x0101010101010101);
-}
-/* Eight bytes, the lowest first. */
-PKTRT__INLINE void pktrt__store_bytes(void *to, uint64_t bytes) {
-#if defined(__BYTE_ORDER__) && __BYTE_ORDER__ == __ORDER_BIG_ENDIAN__
-  for (uint32_t j = 0; j < 8; j++) PKTRT__CAST(uint8_t *, to)[j] = (uint8_t)(bytes >> 8 * j);
-#else
-  memcpy(to, &bytes, 8);
-#endif
-}
-/* Bits 0, 1, 2 of eight bytes, from bit j of three numbers for byte j. */
-PKTRT__INLINE void pktrt__store_bits(uint8_t *to, uint32_t bit0, uint32_t bit1, uint32_t bit2) {
-  const uint64_t all =
-      pktrt__bits_to_bytes(bit0 & 0xFF) | pktrt__bits_to_bytes(bit1 & 0xFF) << 1 | pktrt__bits_to_bytes(bit2 & 0xFF) << 2;
-  pktrt__store_bytes(to, all);
-}
-
-/* Fills the lanes behind the last ray with rays that hit nothing, up to a whole vector. */
-static void pktrt__batch_pad(pktrt__batch *b, uint32_t n) {
-  const uint32_t padded = (n + 15) / 16 * 16;
-  for (uint32_t i = n; i < padded; i++) {
-    for (int a = 0; a < 3; a++) b->o[a][i] = 0, b->d[a][i] = 0;
-    b->tmin[i] = b->tmax[i] = b->time[i] = 0;
-  }
-}
-
-/* Where the i-th ray of a batch stands among the caller's. */
-PKTRT__INLINE size_t pktrt__batch_place(const uint16_t *order, size_t i) { return order ? order[i] : i; }
-
-/* Rays from lane i on, of n. */
-static void pktrt__batch_load_rest(pktrt__batch *b, const pktrt_ray *rays, const uint16_t *order, uint32_t i, uint32_t n) {
-  for (; i < n; i++) {
-    const pktrt_ray *r = &rays[pktrt__batch_place(order, i)];
-    for (int a = 0; a < 3; a++) b->o[a][i] = r->origin[a], b->d[a][i] = r->direction[a];
-    b->tmin[i] = r->tmin, b->tmax[i] = r->tmax, b->time[i] = r->time;
-  }
-}
-
-/* The same; tries the last two answers first, as neighbouring rays mostly hit the same mesh, or two that meet. */
-PKTRT__INLINE uint32_t pktrt__mesh_lookup(const pktrt_scene *s, uint32_t id, uint32_t hint[2]) {
-  const pktrt__mesh *m = &s->meshes[hint[0]];
-  if (id - m->first_id < m->triangle_count) return hint[0];
-  const uint32_t other = hint[1];
-  m = &s->meshes[other];
-  hint[1] = hint[0];
-  return hint[0] = id - m->first_id < m->triangle_count ? other
-                                                          : pktrt__mesh_search(s->meshes, s->committed_meshes, id);
-}
-
-/* Mesh and triangle of a global index. */
-PKTRT__INLINE void pktrt__mesh_name_triangle(const pktrt_scene *s, uint32_t id, uint32_t hint[2], uint32_t *mesh,
-                                        uint32_t *triangle) {
-  *mesh = *triangle = PKTRT_NONE;
-  if (id == PKTRT_NONE) return;
-  *mesh = pktrt__mesh_lookup(s, id, hint);
-  *triangle = id - s->meshes[*mesh].first_id;
-}
-
-static void pktrt__batch_store_rest(const pktrt_scene *s, const pktrt__batch *b, pktrt_hit *hits, const uint16_t *order,
-                              uint32_t i, uint32_t n) {
-  uint32_t hint[2] = {0, 0};
-  for (; i < n; i++) {
-    pktrt_hit *h = &hits[pktrt__batch_place(order, i)];
-    h->t = b->t[i], h->u = b->cn[0][i], h->v = b->cn[1][i];
-    for (int a = 0; a < 3; a++) h->normal[a] = b->cf[a][i];
-    pktrt__mesh_name_triangle(s, b->id[i], hint, &h->mesh, &h->triangle);
-  }
-}
-
-/* WHY: so few rays gain nothing together, least of all where the first hit ends a ray. Eight shuffled shadow rays took
-   1.14 times as long in a stream as in single calls. */
-PKTRT__INLINE bool pktrt__too_few(size_t n, bool occlusion) { return n < (occlusion ? 32u : 16u); }
-
 /* Where a key's planes stand in a node, and its vertices in a block. */
 PKTRT__INLINE size_t pktrt__node_key_offset(uint32_t key) {
   return key ? PKTRT__NODE_BYTES + (size_t)(key - 1) * PKTRT__NODE_KEY_BYTES : 0;
 }
 PKTRT__INLINE size_t pktrt__block_key_offset(uint32_t key) {
   return key ? PKTRT__BLOCK_BYTES + (size_t)(key - 1) * PKTRT__BLOCK_KEY_BYTES : 0;
-}
-
-static pktrt__bvh_segment pktrt__bvh_segment_of(const pktrt__bvh *bvhs, uint32_t index, uint32_t segment) {
-  const pktrt__bvh *bvh = &bvhs[index];
-  pktrt__bvh_segment v;
-  v.bvhs = bvhs;
-  v.nodes = bvh->nodes, v.blocks = bvh->blocks;
-  v.node_bytes = bvh->node_bytes, v.block_bytes = bvh->block_bytes;
-  const uint32_t next = pktrt__has_motion(bvh->key_count) ? segment + 1 : 0;
-  v.plane0 = pktrt__node_key_offset(segment), v.plane1 = pktrt__node_key_offset(next);
-  v.vertex0 = pktrt__block_key_offset(segment), v.vertex1 = pktrt__block_key_offset(next);
-  v.bvh = index;
-  v.check_area = false;
-  return v;
 }
 
 /* The segment of a time and the weights of its two keys. */
@@ -3537,6 +3354,130 @@ static bool pktrt__exact_intersect(const pktrt__bvh *bvh, const pktrt__single *q
   if (below == above) return false;
   *t = pktrt__to_float(e.depth * (1 / (e.det * (double)q->dk)));
   return true;
+}
+
+/* >>batch ---------------------------------------------------------------------------------------------------------- */
+
+enum {
+  PKTRT__BATCH = 256, /* rays at hand together: a packet of the paper path, four of the fast path */
+  PKTRT__ROW = PKTRT__BATCH + 16 /* a line of cache more than a power of two, or all rows would fall on one another */
+};
+
+/* Rays, structure of arrays, with what the kernels derive from them. 36 KiB, on the stack of a query. */
+typedef struct pktrt__batch {
+  PKTRT__ALIGN64 float o[3][PKTRT__ROW];
+  float d[3][PKTRT__ROW];
+  float tmin[PKTRT__ROW], tmax[PKTRT__ROW], time[PKTRT__ROW];
+  float t[PKTRT__ROW];           /* tmax; after resolving: of the nearest hit, if any */
+  float slope[2][PKTRT__ROW];    /* Su, Sv of the canonical test */
+  float dk[PKTRT__ROW];          /* d_k */
+  float rd[3][PKTRT__ROW];       /* 1 / G, by axis */
+  float cn[3][PKTRT__ROW];       /* o rd + D |rd|: near slab = plane rd - cn. After resolving: u, v */
+  float cf[3][PKTRT__ROW];       /* o rd - D |rd|: far slab  = plane rd - cf. After resolving: the normal */
+  float wn[PKTRT__ROW], wf[PKTRT__ROW]; /* depths beyond these cannot be the answer; see >>exactness */
+  float sn[PKTRT__ROW], sf[PKTRT__ROW]; /* depths between these would be */
+  float tiny[PKTRT__ROW];
+  float pad[PKTRT__ROW];         /* D */
+  float ta[PKTRT__ROW], tb[PKTRT__ROW]; /* time weights a, b within the segment, for the group at hand */
+  uint32_t id[PKTRT__ROW];       /* global index of the nearest hit's triangle; 0 at first: no tie with tmax is won.
+                                    After resolving PKTRT_NONE where nothing is hit */
+  uint32_t slot[PKTRT__ROW];     /* block * 8 + lane; PKTRT_NONE: no hit. For occlusion: 0 when occluded */
+  uint32_t bvh[PKTRT__ROW];    /* of the nearest hit */
+  uint8_t axis[PKTRT__ROW], octant[PKTRT__ROW];
+  uint16_t segment[PKTRT__ROW];
+  uint64_t valid[PKTRT__BATCH / 64];
+  uint64_t moving[PKTRT__BATCH / 64]; /* of those that streams take: which may meet what moves, at any time */
+  bool coherent; /* frustum packets took most of the last rays */
+} pktrt__batch;
+
+/* Bit j of 0 to 255 becomes byte j, 0 or 1: copied into all bytes, masked, and brought down by a carry. */
+PKTRT__INLINE uint64_t pktrt__bits_to_bytes(uint32_t bits) {
+  const uint64_t each = bits * UINT64_C(0x0101010101010101) & UINT64_C(0x8040201008040201);
+  return (each + UINT64_C(0x7F7F7F7F7F7F7F7F)) >> 7 & UINT64_C(0x0101010101010101);
+}
+/* Eight bytes, the lowest first. */
+PKTRT__INLINE void pktrt__store_bytes(void *to, uint64_t bytes) {
+#if defined(__BYTE_ORDER__) && __BYTE_ORDER__ == __ORDER_BIG_ENDIAN__
+  for (uint32_t j = 0; j < 8; j++) PKTRT__CAST(uint8_t *, to)[j] = (uint8_t)(bytes >> 8 * j);
+#else
+  memcpy(to, &bytes, 8);
+#endif
+}
+/* Bits 0, 1, 2 of eight bytes, from bit j of three numbers for byte j. */
+PKTRT__INLINE void pktrt__store_bits(uint8_t *to, uint32_t bit0, uint32_t bit1, uint32_t bit2) {
+  const uint64_t all =
+      pktrt__bits_to_bytes(bit0 & 0xFF) | pktrt__bits_to_bytes(bit1 & 0xFF) << 1 | pktrt__bits_to_bytes(bit2 & 0xFF) << 2;
+  pktrt__store_bytes(to, all);
+}
+
+/* Fills the lanes behind the last ray with rays that hit nothing, up to a whole vector. */
+static void pktrt__batch_pad(pktrt__batch *b, uint32_t n) {
+  const uint32_t padded = (n + 15) / 16 * 16;
+  for (uint32_t i = n; i < padded; i++) {
+    for (int a = 0; a < 3; a++) b->o[a][i] = 0, b->d[a][i] = 0;
+    b->tmin[i] = b->tmax[i] = b->time[i] = 0;
+  }
+}
+
+/* Where the i-th ray of a batch stands among the caller's. */
+PKTRT__INLINE size_t pktrt__batch_place(const uint16_t *order, size_t i) { return order ? order[i] : i; }
+
+/* Rays from lane i on, of n. */
+static void pktrt__batch_load_rest(pktrt__batch *b, const pktrt_ray *rays, const uint16_t *order, uint32_t i, uint32_t n) {
+  for (; i < n; i++) {
+    const pktrt_ray *r = &rays[pktrt__batch_place(order, i)];
+    for (int a = 0; a < 3; a++) b->o[a][i] = r->origin[a], b->d[a][i] = r->direction[a];
+    b->tmin[i] = r->tmin, b->tmax[i] = r->tmax, b->time[i] = r->time;
+  }
+}
+
+/* The same; tries the last two answers first, as neighbouring rays mostly hit the same mesh, or two that meet. */
+PKTRT__INLINE uint32_t pktrt__mesh_lookup(const pktrt_scene *s, uint32_t id, uint32_t hint[2]) {
+  const pktrt__mesh *m = &s->meshes[hint[0]];
+  if (id - m->first_id < m->triangle_count) return hint[0];
+  const uint32_t other = hint[1];
+  m = &s->meshes[other];
+  hint[1] = hint[0];
+  return hint[0] = id - m->first_id < m->triangle_count ? other
+                                                          : pktrt__mesh_search(s->meshes, s->committed_meshes, id);
+}
+
+/* Mesh and triangle of a global index. */
+PKTRT__INLINE void pktrt__mesh_name_triangle(const pktrt_scene *s, uint32_t id, uint32_t hint[2], uint32_t *mesh,
+                                        uint32_t *triangle) {
+  *mesh = *triangle = PKTRT_NONE;
+  if (id == PKTRT_NONE) return;
+  *mesh = pktrt__mesh_lookup(s, id, hint);
+  *triangle = id - s->meshes[*mesh].first_id;
+}
+
+static void pktrt__batch_store_rest(const pktrt_scene *s, const pktrt__batch *b, pktrt_hit *hits, const uint16_t *order,
+                              uint32_t i, uint32_t n) {
+  uint32_t hint[2] = {0, 0};
+  for (; i < n; i++) {
+    pktrt_hit *h = &hits[pktrt__batch_place(order, i)];
+    h->t = b->t[i], h->u = b->cn[0][i], h->v = b->cn[1][i];
+    for (int a = 0; a < 3; a++) h->normal[a] = b->cf[a][i];
+    pktrt__mesh_name_triangle(s, b->id[i], hint, &h->mesh, &h->triangle);
+  }
+}
+
+/* WHY: so few rays gain nothing together, least of all where the first hit ends a ray. Eight shuffled shadow rays took
+   1.14 times as long in a stream as in single calls. */
+PKTRT__INLINE bool pktrt__too_few(size_t n, bool occlusion) { return n < (occlusion ? 32u : 16u); }
+
+static pktrt__bvh_segment pktrt__bvh_segment_of(const pktrt__bvh *bvhs, uint32_t index, uint32_t segment) {
+  const pktrt__bvh *bvh = &bvhs[index];
+  pktrt__bvh_segment v;
+  v.bvhs = bvhs;
+  v.nodes = bvh->nodes, v.blocks = bvh->blocks;
+  v.node_bytes = bvh->node_bytes, v.block_bytes = bvh->block_bytes;
+  const uint32_t next = pktrt__has_motion(bvh->key_count) ? segment + 1 : 0;
+  v.plane0 = pktrt__node_key_offset(segment), v.plane1 = pktrt__node_key_offset(next);
+  v.vertex0 = pktrt__block_key_offset(segment), v.vertex1 = pktrt__block_key_offset(next);
+  v.bvh = index;
+  v.check_area = false;
+  return v;
 }
 
 /* Makes a triangle the nearest hit of a ray, at a depth in [lo, hi]. */
@@ -3659,7 +3600,7 @@ PKTRT__INLINE uint32_t pktrt__stream_push_children(const uint64_t *mask, const u
 }
 
 #ifndef PKTRT_NO_RENDER
-/* >>numbers: what samples are made of ------------------------------------------------------------------------------- */
+/* >>random: what samples are made of ------------------------------------------------------------------------------- */
 
 /* Everything random comes from here. A key stands for a seed, a pixel (or tile of pixels) and a group of dimensions;
    pktrt__hash of the key plus a small number gives 64 bits for each use of it. Seed and group are mixed before the
@@ -3980,6 +3921,8 @@ static void pktrt__spawn_inherit(const pktrt__spawn_request *, const pktrt__wave
 
 #endif /* PKTRT_NO_RENDER */
 
+/* >>kernels: what an instruction set offers ------------------------------------------------------------------------ */
+
 typedef struct pktrt__query { /* one query, as the kernels see it */
   const pktrt_scene *scene;
   const pktrt_query_desc *desc;
@@ -4033,7 +3976,7 @@ typedef struct pktrt__kernel_table {
 #define PKTRT__STAMP_AVX512 4
 #define PKTRT__STAMP_NEON 5
 
-/* >>dispatch ------------------------------------------------------------------------------------------------------- */
+/* >>check: arithmetic that is not what the code asks for ----------------------------------------------------------- */
 
 /* Arithmetic that is not what the code asks for. Some flags no macro tells, and how a thread rounds no compiler knows:
    both are tried out when a scene is created, in C and by the kernels that it will use. The first fault is the one that
@@ -4055,6 +3998,64 @@ PKTRT__NOINLINE double pktrt__check_opaque(double x) {
   volatile double v = x;
   return v;
 }
+
+/* How this thread rounds, and whether it keeps numbers below DBL_MIN and FLT_MIN: as results and as operands. */
+PKTRT__COLD uint32_t pktrt__check_thread(void) {
+  const double one = pktrt__check_opaque(1), e = pktrt__check_opaque(DBL_EPSILON), tiny = pktrt__check_opaque(DBL_MIN);
+  const float least = (float)pktrt__check_opaque((double)FLT_MIN), large = (float)pktrt__check_opaque(1 / (double)FLT_EPSILON);
+  const bool nearest = one + e * 0.75 == 1 + DBL_EPSILON && one + e * 0.25 == 1 && -one - e * 0.25 == -1;
+  volatile float low = least * 0.25f; /* written and read: flushed here, or below */
+  volatile double deep = tiny * 0.25;
+  const bool kept = low * large == FLT_MIN * 0.25f * (1 / FLT_EPSILON) && deep * pktrt__check_opaque(4) == DBL_MIN;
+  return (nearest ? 0 : PKTRT__ROUNDS_OTHERWISE) | (kept ? 0 : PKTRT__FLUSHES);
+}
+
+/* What the compiler made of C's arithmetic. With e = 2^-12, and 2^-27, (1 + e)^2 - (1 + 2 e) is e^2 when fused and 0
+   when each operation is rounded. */
+PKTRT__DIVIDES_BY_ZERO PKTRT__COLD uint32_t pktrt__check_compiler(void) {
+  volatile float x = 1.000244140625f, y = 1.00048828125f; /* read anew: a product with two uses would not be fused */
+  volatile double v = 1.00000000745058059692, w = 1.00000001490116119385;
+  const float a = x, b = y, c = x, d = y;
+  const double e = v, f = w, g = v, h = w, one = pktrt__check_opaque(1), big = pktrt__check_opaque(18014398509481984.0);
+  const double divisor = pktrt__check_opaque(99), q5 = pktrt__check_opaque(5) / divisor, q7 = pktrt__check_opaque(7) / divisor;
+  const double negative = pktrt__check_opaque(-0.0), infinite = one / pktrt__check_opaque(0), nan = infinite - infinite;
+  const bool apart = a * a - b == 0 && d - c * c == 0 && e * e - f == 0 && h - g * g == 0;
+  const bool divides = q5 == 0.050505050505050504 && q7 == 0.070707070707070704;
+  const bool roots = sqrt(pktrt__check_opaque(2)) == 1.4142135623730951 && sqrtf((float)pktrt__check_opaque(3)) == 1.73205078f;
+  const bool finite = nan == nan || nan <= one || !(one < infinite) || !(infinite - one == infinite);
+  const bool signs = 1 / (negative + 0.0) > 0 && 1 / (0.0 - pktrt__check_opaque(0)) > 0;
+  return (sizeof 1.0 == sizeof one ? 0 : PKTRT__SHORTENS) | (apart ? 0 : PKTRT__FUSES) |
+         ((one + big) - big == 0 ? 0 : PKTRT__REORDERS) | (divides ? 0 : PKTRT__MULTIPLIES) |
+         (roots ? 0 : PKTRT__GUESSES_ROOTS) | (finite ? PKTRT__EXPECTS_FINITE : 0) | (signs ? 0 : PKTRT__DROPS_SIGNS);
+}
+
+PKTRT__COLD const char *pktrt__check_sentence(uint32_t faults) {
+#define PKTRT__REFUSED "A scene could not be created: "
+  switch (faults & (~faults + 1)) {
+  case PKTRT__ROUNDS_OTHERWISE: return PKTRT__REFUSED "this thread does not round to nearest; fesetround(FE_TONEAREST).";
+  case PKTRT__FLUSHES:
+    return PKTRT__REFUSED "this thread flushes denormal numbers to zero; link without -ffast-math, -Ofast, "
+           "-funsafe-math-optimizations and -mdaz-ftz, which set this at the start, or clear it.";
+  case PKTRT__SHORTENS: return PKTRT__REFUSED "double constants became floats; drop -fsingle-precision-constant.";
+  case PKTRT__FUSES:
+    return PKTRT__REFUSED "products and sums are fused; drop -ffp-contract=fast, -ffast-math and -ffp-model=fast.";
+  case PKTRT__REORDERS:
+    return PKTRT__REFUSED "sums are reordered; drop -fassociative-math, -funsafe-math-optimizations and -ffast-math.";
+  case PKTRT__MULTIPLIES:
+    return PKTRT__REFUSED "divisions are not exact; drop -freciprocal-math, -funsafe-math-optimizations and -ffast-math.";
+  case PKTRT__GUESSES_ROOTS: return PKTRT__REFUSED "square roots are not exact; drop -fapprox-func, -mrecip and -ffast-math.";
+  case PKTRT__EXPECTS_FINITE:
+    return PKTRT__REFUSED "NaN and infinities are ruled out; drop -ffinite-math-only, -fno-honor-nans and "
+           "-fno-honor-infinities.";
+  case PKTRT__DROPS_SIGNS: return PKTRT__REFUSED "zeros lose their signs; drop -fno-signed-zeros and -ffast-math.";
+  default:
+    return PKTRT__REFUSED "out of memory, an instruction set that pktrt_isa_available denies, only one of the allocate "
+           "and release hooks, or an enumerator out of range.";
+  }
+#undef PKTRT__REFUSED
+}
+
+/* >>stamping ------------------------------------------------------------------------------------------------------- */
 
 #ifndef PKTRT_HEADER_FILENAME /* how this file names itself; define it if you renamed the file */
 #define PKTRT_HEADER_FILENAME "pktrt.h"
@@ -8075,6 +8076,8 @@ static void pktrt__batch_store_occluded(const pktrt__batch *b, bool *occluded, u
   for (; i < n; i++) occluded[i] = b->slot[i] != PKTRT_NONE;
 }
 
+/* >>selftest: what the compiler made of the vectors ---------------------------------------------------------------- */
+
 /* What the compiler made of this instruction set's operations, see pktrt__check_all_arithmetic. Equal products have operands of their
    own: one that is used twice would not be fused. */
 OP v8 pktrt__check_value(float x) { return vset((float)pktrt__check_opaque((double)x)); }
@@ -8099,6 +8102,8 @@ PKTRT__DIVIDES_BY_ZERO PKTRT__COLD uint32_t pktrt__check_arithmetic(void) {
          (roots ? 0 : PKTRT__GUESSES_ROOTS) | (infinities && !mbits(ordered) ? 0 : PKTRT__EXPECTS_FINITE) |
          (signs ? 0 : PKTRT__DROPS_SIGNS);
 }
+
+/* >>table ---------------------------------------------------------------------------------------------------------- */
 
 static const pktrt__kernel_table pktrt__kernels = {
     pktrt__entry_trace, pktrt__entry_intersect, pktrt__entry_occluded, pktrt__check_arithmetic, pktrt__batch_load_rays, pktrt__batch_store_hits, pktrt__batch_store_occluded,
@@ -8300,64 +8305,8 @@ PKTRT_DEF const char *pktrt_status_string(pktrt_status status) {
 
 PKTRT_DEF uint32_t pktrt_version(void) { return PKTRT_VERSION; }
 
-/* How this thread rounds, and whether it keeps numbers below DBL_MIN and FLT_MIN: as results and as operands. */
-PKTRT__COLD uint32_t pktrt__check_thread(void) {
-  const double one = pktrt__check_opaque(1), e = pktrt__check_opaque(DBL_EPSILON), tiny = pktrt__check_opaque(DBL_MIN);
-  const float least = (float)pktrt__check_opaque((double)FLT_MIN), large = (float)pktrt__check_opaque(1 / (double)FLT_EPSILON);
-  const bool nearest = one + e * 0.75 == 1 + DBL_EPSILON && one + e * 0.25 == 1 && -one - e * 0.25 == -1;
-  volatile float low = least * 0.25f; /* written and read: flushed here, or below */
-  volatile double deep = tiny * 0.25;
-  const bool kept = low * large == FLT_MIN * 0.25f * (1 / FLT_EPSILON) && deep * pktrt__check_opaque(4) == DBL_MIN;
-  return (nearest ? 0 : PKTRT__ROUNDS_OTHERWISE) | (kept ? 0 : PKTRT__FLUSHES);
-}
-
-/* What the compiler made of C's arithmetic. With e = 2^-12, and 2^-27, (1 + e)^2 - (1 + 2 e) is e^2 when fused and 0
-   when each operation is rounded. */
-PKTRT__DIVIDES_BY_ZERO PKTRT__COLD uint32_t pktrt__check_compiler(void) {
-  volatile float x = 1.000244140625f, y = 1.00048828125f; /* read anew: a product with two uses would not be fused */
-  volatile double v = 1.00000000745058059692, w = 1.00000001490116119385;
-  const float a = x, b = y, c = x, d = y;
-  const double e = v, f = w, g = v, h = w, one = pktrt__check_opaque(1), big = pktrt__check_opaque(18014398509481984.0);
-  const double divisor = pktrt__check_opaque(99), q5 = pktrt__check_opaque(5) / divisor, q7 = pktrt__check_opaque(7) / divisor;
-  const double negative = pktrt__check_opaque(-0.0), infinite = one / pktrt__check_opaque(0), nan = infinite - infinite;
-  const bool apart = a * a - b == 0 && d - c * c == 0 && e * e - f == 0 && h - g * g == 0;
-  const bool divides = q5 == 0.050505050505050504 && q7 == 0.070707070707070704;
-  const bool roots = sqrt(pktrt__check_opaque(2)) == 1.4142135623730951 && sqrtf((float)pktrt__check_opaque(3)) == 1.73205078f;
-  const bool finite = nan == nan || nan <= one || !(one < infinite) || !(infinite - one == infinite);
-  const bool signs = 1 / (negative + 0.0) > 0 && 1 / (0.0 - pktrt__check_opaque(0)) > 0;
-  return (sizeof 1.0 == sizeof one ? 0 : PKTRT__SHORTENS) | (apart ? 0 : PKTRT__FUSES) |
-         ((one + big) - big == 0 ? 0 : PKTRT__REORDERS) | (divides ? 0 : PKTRT__MULTIPLIES) |
-         (roots ? 0 : PKTRT__GUESSES_ROOTS) | (finite ? PKTRT__EXPECTS_FINITE : 0) | (signs ? 0 : PKTRT__DROPS_SIGNS);
-}
-
 static uint32_t pktrt__check_all_arithmetic(const pktrt__kernel_table *kernels) {
   return pktrt__check_thread() | pktrt__check_compiler() | kernels->check_arithmetic();
-}
-
-PKTRT__COLD const char *pktrt__check_sentence(uint32_t faults) {
-#define PKTRT__REFUSED "A scene could not be created: "
-  switch (faults & (~faults + 1)) {
-  case PKTRT__ROUNDS_OTHERWISE: return PKTRT__REFUSED "this thread does not round to nearest; fesetround(FE_TONEAREST).";
-  case PKTRT__FLUSHES:
-    return PKTRT__REFUSED "this thread flushes denormal numbers to zero; link without -ffast-math, -Ofast, "
-           "-funsafe-math-optimizations and -mdaz-ftz, which set this at the start, or clear it.";
-  case PKTRT__SHORTENS: return PKTRT__REFUSED "double constants became floats; drop -fsingle-precision-constant.";
-  case PKTRT__FUSES:
-    return PKTRT__REFUSED "products and sums are fused; drop -ffp-contract=fast, -ffast-math and -ffp-model=fast.";
-  case PKTRT__REORDERS:
-    return PKTRT__REFUSED "sums are reordered; drop -fassociative-math, -funsafe-math-optimizations and -ffast-math.";
-  case PKTRT__MULTIPLIES:
-    return PKTRT__REFUSED "divisions are not exact; drop -freciprocal-math, -funsafe-math-optimizations and -ffast-math.";
-  case PKTRT__GUESSES_ROOTS: return PKTRT__REFUSED "square roots are not exact; drop -fapprox-func, -mrecip and -ffast-math.";
-  case PKTRT__EXPECTS_FINITE:
-    return PKTRT__REFUSED "NaN and infinities are ruled out; drop -ffinite-math-only, -fno-honor-nans and "
-           "-fno-honor-infinities.";
-  case PKTRT__DROPS_SIGNS: return PKTRT__REFUSED "zeros lose their signs; drop -fno-signed-zeros and -ffast-math.";
-  default:
-    return PKTRT__REFUSED "out of memory, an instruction set that pktrt_isa_available denies, only one of the allocate "
-           "and release hooks, or an enumerator out of range.";
-  }
-#undef PKTRT__REFUSED
 }
 
 PKTRT_DEF const char *pktrt_last_error(const pktrt_scene *s) {
@@ -8957,7 +8906,7 @@ static bool pktrt__normalise(double v[3]) {
   return true;
 }
 
-/* >>sampler -------------------------------------------------------------------------------------------------------- */
+/* >>samplers -------------------------------------------------------------------------------------------------------- */
 
 PKTRT_DEF const char *pktrt_sampler_string(pktrt_sampler sampler) {
   static const char *const names[PKTRT_SAMPLER_COUNT] = {"sobol",  "random",     "jittered",  "interleaved",
@@ -8965,7 +8914,7 @@ PKTRT_DEF const char *pktrt_sampler_string(pktrt_sampler sampler) {
   return (int)sampler >= 0 && sampler < PKTRT_SAMPLER_COUNT ? names[sampler] : "no sampler";
 }
 
-/* --- the ways in which Sobol's points are dealt out, see >>numbers --- */
+/* --- the ways in which Sobol's points are dealt out, see >>random --- */
 
 /* Every other bit, from the 0th on, close together: the opposite way. */
 PKTRT__INLINE uint32_t pktrt__sampler_spread_bits(uint32_t x) { /* x < 256 */
@@ -9295,19 +9244,6 @@ PKTRT_DEF float pktrt_fresnel_conductor(float cosine, float eta, float k) {
   return (float)(0.5 * s * (1 + p));
 }
 
-/* A sentence about what is wrong with a render, for whoever wants it. */
-typedef struct pktrt__refusal {
-  char text[160];
-} pktrt__refusal;
-
-static bool pktrt__render_refuse(pktrt__refusal *why, const char *format, ...) { /* always false */
-  va_list args;
-  va_start(args, format);
-  (void)vsnprintf(why->text, sizeof why->text, format, args);
-  va_end(args);
-  return false;
-}
-
 /* >>lens ----------------------------------------------------------------------------------------------------------- */
 
 /* The camera at a time: 0, where it does not move. False where it has no direction, or up is parallel to it. */
@@ -9407,7 +9343,7 @@ PKTRT_DEF bool pktrt_camera_ray(const pktrt_camera *c, uint32_t width, uint32_t 
   return true;
 }
 
-/* >>job: a render, checked and complete ---------------------------------------------------------------------------- */
+/* >>request: a render, checked and complete ---------------------------------------------------------------------------- */
 
 /* A triangle of a mesh that is a light. */
 typedef struct pktrt__light_triangle { /* where it is, if its mesh has one key */
@@ -9645,7 +9581,7 @@ static bool pktrt__render_check(const pktrt_scene *s, const pktrt_render_desc *d
   return pktrt__camera_check(&d->camera, d->width, d->height, &render->plane, why);
 }
 
-/* >>lamps ---------------------------------------------------------------------------------------------------------- */
+/* >>lights ---------------------------------------------------------------------------------------------------------- */
 
 static void pktrt__light_place_triangle(float p[3][3], pktrt__light_triangle *f) {
   (void)pktrt__tri_normal(p, f->normal);
@@ -9682,25 +9618,6 @@ static uint32_t pktrt__light_find_triangle(const pktrt__light_data *light, doubl
   uint32_t i = light->cdf[part < n ? part : n - 1].start;
   while (i + 1 < n && light->cdf[i].sum <= want) i++;
   return i;
-}
-
-/* Sorts keys in ascending order by heapsort: no allocation, no bad case. */
-static void pktrt__sort_keys(uint64_t *key, uint32_t n) {
-  for (uint32_t built = n / 2, end = n; end > 1;) {
-    uint32_t at = 0;
-    if (built) {
-      at = --built;
-    } else {
-      const uint64_t last = key[--end];
-      key[end] = key[0], key[0] = last;
-    }
-    for (uint32_t child; (child = 2 * at + 1) < end; at = child) {
-      if (child + 1 < end && key[child] < key[child + 1]) child++;
-      if (key[at] >= key[child]) break;
-      const uint64_t moved = key[at];
-      key[at] = key[child], key[child] = moved;
-    }
-  }
 }
 
 /* A triangle's place on a Morton curve through the light's box, 10 bits for each axis, above its number. */
@@ -10427,7 +10344,7 @@ static uint32_t pktrt__media_pass_surface(const pktrt_scene *s, const pktrt__gla
   return pktrt__media_enter_meshes(s, glass, stack, entered, n);
 }
 
-/* >>work ----------------------------------------------------------------------------------------------------------- */
+/* >>workspace ----------------------------------------------------------------------------------------------------------- */
 
 /* n values of a row; and up to seven behind them, for compilers make vectors of loops whose length is known. */
 PKTRT__INLINE void pktrt__fill_row(float *row, uint32_t n, float x) {
@@ -10514,7 +10431,7 @@ static void pktrt__tile_draw_all(pktrt__tile *tile, uint32_t dimension, uint32_t
   for (uint32_t k = 0; k < tile->draws.count; k += PKTRT__DRAWN) pktrt__tile_draw(tile, k, dimension, n);
 }
 
-/* >>surface: what the rays of a wave found ------------------------------------------------------------------------- */
+/* >>surfaces: what the rays of a wave found ------------------------------------------------------------------------- */
 
 /* Whose surfaces they are. What is read of smooth normals is fetched ahead: two waits for memory per triangle would
    follow each other otherwise. */
@@ -10978,7 +10895,7 @@ static void pktrt__packet_assemble_wave(pktrt__tile *tile, pktrt__wave **wave, u
   *wave = to, tile->spare = w;
 }
 
-/* >>lights --------------------------------------------------------------------------------------------------------- */
+/* >>direct --------------------------------------------------------------------------------------------------------- */
 
 /* The samples that the rays to all surfaces belong to, and where the dimensions of their scattering events begin. */
 static void pktrt__sample_batch_of_surfaces(pktrt__tile *tile, const pktrt__wave *w) {
@@ -11959,29 +11876,7 @@ static void pktrt__pass_write_errors(const pktrt__render_state *render) {
     }
 }
 
-PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *s, const pktrt_render_desc *d, uint32_t x, uint32_t y,
-                                         uint32_t w, uint32_t h) {
-  pktrt__render_state render;
-  pktrt__pass_sums passes;
-  pktrt__refusal why;
-  if (!s || !pktrt__render_check(s, d, &render, &why)) return PKTRT_INVALID_ARGUMENT;
-  if (x > d->width || y > d->height || w > d->width - x || h > d->height - y) return PKTRT_INVALID_ARGUMENT;
-  if (render.most_passes > 1 && !d->passes) return PKTRT_INVALID_ARGUMENT;
-  if (d->adaptive || d->pass || d->report || d->pixel_error || d->block_error || d->target_error > 0 ||
-      d->time_budget > 0)
-    return PKTRT_INVALID_ARGUMENT;
-  if (pktrt__render_is_uncommitted(s)) return PKTRT_NOT_COMMITTED;
-  if (!w || !h) return PKTRT_OK;
-  const uint32_t area[4] = {x, y, x + w, y + h};
-  if (!pktrt__render_prepare(&render, (uint64_t)w * h)) return PKTRT_OUT_OF_MEMORY;
-  const bool ok = pktrt__pass_make(&render, area, &passes) &&
-                  pktrt__pass_render_uniform(&render, NULL, area, d->stats, 0, render.most_passes);
-  if (render.passes) pktrt__pass_free(&s->desc, &passes);
-  pktrt__render_unprepare(&render);
-  return ok ? PKTRT_OK : PKTRT_OUT_OF_MEMORY;
-}
-
-/* >>render --------------------------------------------------------------------------------------------------------- */
+/* >>rendering --------------------------------------------------------------------------------------------------------- */
 
 /* --- warnings: of what is likely to be a mistake, and shows in the picture only --- */
 
@@ -12106,9 +12001,31 @@ PKTRT_DEF pktrt_status pktrt_render(pktrt_scene *s, const pktrt_render_desc *d) 
   pktrt__mem_release(&s->desc, t.stats, t.count, sizeof *t.stats);
   return status;
 }
+
+PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *s, const pktrt_render_desc *d, uint32_t x, uint32_t y,
+                                         uint32_t w, uint32_t h) {
+  pktrt__render_state render;
+  pktrt__pass_sums passes;
+  pktrt__refusal why;
+  if (!s || !pktrt__render_check(s, d, &render, &why)) return PKTRT_INVALID_ARGUMENT;
+  if (x > d->width || y > d->height || w > d->width - x || h > d->height - y) return PKTRT_INVALID_ARGUMENT;
+  if (render.most_passes > 1 && !d->passes) return PKTRT_INVALID_ARGUMENT;
+  if (d->adaptive || d->pass || d->report || d->pixel_error || d->block_error || d->target_error > 0 ||
+      d->time_budget > 0)
+    return PKTRT_INVALID_ARGUMENT;
+  if (pktrt__render_is_uncommitted(s)) return PKTRT_NOT_COMMITTED;
+  if (!w || !h) return PKTRT_OK;
+  const uint32_t area[4] = {x, y, x + w, y + h};
+  if (!pktrt__render_prepare(&render, (uint64_t)w * h)) return PKTRT_OUT_OF_MEMORY;
+  const bool ok = pktrt__pass_make(&render, area, &passes) &&
+                  pktrt__pass_render_uniform(&render, NULL, area, d->stats, 0, render.most_passes);
+  if (render.passes) pktrt__pass_free(&s->desc, &passes);
+  pktrt__render_unprepare(&render);
+  return ok ? PKTRT_OK : PKTRT_OUT_OF_MEMORY;
+}
 #endif /* PKTRT_NO_RENDER */
 
-/* >>report --------------------------------------------------------------------------------------------------------- */
+/* >>reporting --------------------------------------------------------------------------------------------------------- */
 
 static const struct pktrt__feature_row {
   uint32_t bit;

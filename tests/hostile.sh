@@ -89,7 +89,7 @@ for name in windows windows_all; do
 done
 
 # The control: a name of the list in the header is noticed.
-sed 's/^static void pktrt__say(.*{$/&\n  int near = level; (void)near;/' "$header" >$work/near.h
+sed 's/^static void pktrt__log_sentence(.*{$/&\n  int near = level; (void)near;/' "$header" >$work/near.h
 grep -q 'int near' $work/near.h || { echo "FAILED  the control was not made"; failed=$((failed + 1)); }
 attempt "control: a header that says near" fails gcc -std=gnu99 -fsyntax-only "-DHEADER=\"near.h\"" "-DPKTRT_HEADER_FILENAME=\"near.h\"" $work/list.c
 

@@ -5,8 +5,8 @@
 
 const char *tree_fault(const pktrt_scene *s) {
   const char *wrong = NULL;
-  for (uint32_t g = 0; g < s->group_count && !wrong; g++)
-    wrong = pktrt__check_group(&s->groups[g], s->meshes, s->mesh_count);
+  for (uint32_t g = 0; g < s->bvh_count && !wrong; g++)
+    wrong = pktrt__check_group(&s->bvhs[g], s->meshes, s->mesh_count);
   return wrong;
 }
 
@@ -20,7 +20,7 @@ static void box_grow(float box[6], const float lo_hi[6]) {
   for (int p = 0; p < 6; p++) box[p] = p & 1 ? fmaxf(box[p], lo_hi[p]) : fminf(box[p], lo_hi[p]);
 }
 
-static void box_grow_by_block(float box[6], const pktrt_scene *s, const pktrt__group *g, uint32_t block, const world *w,
+static void box_grow_by_block(float box[6], const pktrt_scene *s, const pktrt__bvh *g, uint32_t block, const world *w,
                               uint32_t key) {
   const uint32_t *id = g->block_triangles + (size_t)block * 8;
   for (uint32_t l = 0, m = 0; l < 8 && id[l] != PKTRT_NONE; l++) {
@@ -34,7 +34,7 @@ static void box_grow_by_block(float box[6], const pktrt_scene *s, const pktrt__g
   }
 }
 
-static uint64_t group_bounds_off(const pktrt_scene *s, const pktrt__group *g, const world *w, uint64_t *compared) {
+static uint64_t group_bounds_off(const pktrt_scene *s, const pktrt__bvh *g, const world *w, uint64_t *compared) {
   static const float none[6] = {PKTRT__FAR, -PKTRT__FAR, PKTRT__FAR, -PKTRT__FAR, PKTRT__FAR, -PKTRT__FAR};
   uint64_t off = 0;
   float(*whole)[6] = calloc((size_t)g->node_count * g->key_count, sizeof *whole), all[6];
@@ -64,7 +64,7 @@ static uint64_t group_bounds_off(const pktrt_scene *s, const pktrt__group *g, co
 
 uint64_t tree_bounds_off(const pktrt_scene *s, const world *w, uint64_t *compared) {
   uint64_t off = 0;
-  for (uint32_t g = 0; g < s->group_count; g++) off += group_bounds_off(s, &s->groups[g], w, compared);
+  for (uint32_t g = 0; g < s->bvh_count; g++) off += group_bounds_off(s, &s->bvhs[g], w, compared);
   for (int a = 0; a < 3; a++) {
     float lo = INFINITY, hi = -INFINITY;
     for (uint32_t m = 0; m < w->n; m++)
@@ -81,8 +81,8 @@ uint64_t tree_bounds_off(const pktrt_scene *s, const world *w, uint64_t *compare
 
 uint32_t tree_depth(const pktrt_scene *s) {
   uint32_t most = 0;
-  for (uint32_t i = 0; i < s->group_count; i++) {
-    const pktrt__group *g = &s->groups[i];
+  for (uint32_t i = 0; i < s->bvh_count; i++) {
+    const pktrt__bvh *g = &s->bvhs[i];
     uint32_t *depth = calloc(g->node_count, sizeof *depth);
     if (!depth) abort();
     for (uint32_t n = 0; n < g->node_count; n++) {
@@ -97,7 +97,7 @@ uint32_t tree_depth(const pktrt_scene *s) {
 }
 
 bool tree_lane(const pktrt_scene *s, uint32_t group, uint32_t block, uint32_t lane, uint32_t *of, uint32_t *triangle) {
-  const pktrt__group *g = &s->groups[group];
+  const pktrt__bvh *g = &s->bvhs[group];
   if (block >= g->block_count || lane >= 8) return false;
   const uint32_t id = g->block_triangles[(size_t)block * 8 + lane];
   for (uint32_t m = 0; id != PKTRT_NONE && m < s->mesh_count; m++) {
@@ -125,10 +125,10 @@ static bool work_meets(const pktrt_ray *r, const double lo[3], const double hi[3
 }
 
 /* The node, and what lies below it. */
-static void work_of_node(const pktrt__group *g, uint32_t n, const pktrt_ray *r, double margin, tree_work *w) {
+static void work_of_node(const pktrt__bvh *g, uint32_t n, const pktrt_ray *r, double margin, tree_work *w) {
   unsigned char *node = g->nodes + (size_t)n * g->node_bytes;
   float ta, tb;
-  const uint32_t key = pktrt__segment(r->time, g->key_count, &ta, &tb), next = g->key_count > 1 ? key + 1 : key;
+  const uint32_t key = pktrt__time_segment(r->time, g->key_count, &ta, &tb), next = g->key_count > 1 ? key + 1 : key;
   const float *k0 = pktrt__node_planes(node, key), *k1 = pktrt__node_planes(node, next);
   w->nodes++;
   for (uint32_t c = 0; c < 8; c++) {
@@ -152,8 +152,8 @@ tree_work tree_work_of(const pktrt_scene *s, const pktrt_ray *r, bool ask_groups
   double largest = 0;
   for (int a = 0; a < 3; a++)
     largest = fmax(largest, fmax(fabs((double)r->origin[a]), fmax(fabs((double)s->lo[a]), fabs((double)s->hi[a]))));
-  for (uint32_t i = 0; i < s->group_count; i++) {
-    const pktrt__group *g = &s->groups[i];
+  for (uint32_t i = 0; i < s->bvh_count; i++) {
+    const pktrt__bvh *g = &s->bvhs[i];
     double lo[3], hi[3];
     for (int a = 0; a < 3; a++) lo[a] = (double)g->lo[a], hi[a] = (double)g->hi[a];
     if (ask_groups && g->key_count > 1 && !work_meets(r, lo, hi, 1e-5 * largest, &w)) continue;
@@ -162,10 +162,10 @@ tree_work tree_work_of(const pktrt_scene *s, const pktrt_ray *r, bool ask_groups
   return w;
 }
 
-uint32_t tree_groups(const pktrt_scene *s) { return s->group_count; }
+uint32_t tree_groups(const pktrt_scene *s) { return s->bvh_count; }
 
 uint32_t tree_children(const pktrt_scene *s, uint32_t group, uint32_t node) {
-  const pktrt__group *g = &s->groups[group];
+  const pktrt__bvh *g = &s->bvhs[group];
   uint32_t there = 0;
   if (node >= g->node_count) return 0;
   const uint32_t *child = pktrt__node_children(g->nodes + (size_t)node * g->node_bytes);
@@ -177,9 +177,9 @@ uint32_t tree_children(const pktrt_scene *s, uint32_t group, uint32_t node) {
 void tree_asked_by(pktrt_scene *s, pktrt_isa isa) { s->kernels = pktrt__kernels_of(isa); }
 
 static bool same_trees(const pktrt_scene *a, const pktrt_scene *b) {
-  if (a->group_count != b->group_count) return false;
-  for (uint32_t g = 0; g < a->group_count; g++) {
-    const pktrt__group *x = &a->groups[g], *y = &b->groups[g];
+  if (a->bvh_count != b->bvh_count) return false;
+  for (uint32_t g = 0; g < a->bvh_count; g++) {
+    const pktrt__bvh *x = &->bvhs[g], *y = &->bvhs[g];
     if (x->key_count != y->key_count || x->node_count != y->node_count || x->block_count != y->block_count) return false;
     if (memcmp(x->nodes, y->nodes, (size_t)x->node_count * x->node_bytes)) return false;
     if (memcmp(x->blocks, y->blocks, (size_t)x->block_count * x->block_bytes)) return false;
@@ -230,8 +230,8 @@ static void checker_sees(void) {
   pktrt_scene *s = world_scene(&w, PKTRT_ISA_AUTO, 0);
   sound(s, "untouched");
   size_t seen = 0, spoilt = 0;
-  for (uint32_t g = 0; g < s->group_count; g++) {
-    pktrt__group *x = &s->groups[g];
+  for (uint32_t g = 0; g < s->bvh_count; g++) {
+    pktrt__bvh *x = &s->bvhs[g];
     for (uint32_t i = 0; i < 200; i++) {
       rng r = rng_of(i);
       uint32_t node = rng_below(&r, x->node_count), lane = rng_below(&r, 8), plane = rng_below(&r, 6), key = rng_below(&r, x->key_count);
@@ -329,8 +329,8 @@ static void flat_between_keys(void) {
       CHECK(pktrt_set_positions(s, 0, key, m.p + (size_t)key * m.nv * 3) == PKTRT_OK, "%s", pktrt_last_error(s));
     CHECK(pktrt_refit(s) == PKTRT_OK, "%s", pktrt_last_error(s));
     check_flat_at_keys(s, &w, open, refitted ? "refitted" : "refitted for nothing");
-    unsigned char *id = s->groups[0].blocks + 288; /* the control of the checker: the other answer is wrong */
-    const uint32_t other = open ? PKTRT_NONE : s->groups[0].block_triangles[0];
+    unsigned char *id = s->bvhs[0].blocks + 288; /* the control of the checker: the other answer is wrong */
+    const uint32_t other = open ? PKTRT_NONE : s->bvhs[0].block_triangles[0];
     memcpy(id, &other, 4);
     CHECK(tree_fault(s) && strstr(tree_fault(s), "id"), "%s", tree_fault(s) ? tree_fault(s) : "no fault is seen");
     pktrt_scene_destroy(s);
@@ -380,14 +380,14 @@ static void one_mesh_only(void) {
   world w = world_moving(3);
   pktrt_scene *s = world_scene(&w, PKTRT_ISA_AUTO, 0);
   unsigned char *before[8] = {NULL};
-  for (uint32_t g = 0; g < s->group_count; g++) before[g] = s->groups[g].nodes;
+  for (uint32_t g = 0; g < s->bvh_count; g++) before[g] = s->bvhs[g].nodes;
   mesh extra = mesh_soup(100, 0.2f, 9);
   mesh_move(&extra, 5, 0.1f, 0.1f, 3);
   CHECK(mesh_add(s, &extra, NULL) == PKTRT_OK && pktrt_commit(s) == PKTRT_OK);
-  for (uint32_t g = 0; g < s->group_count; g++) {
+  for (uint32_t g = 0; g < s->bvh_count; g++) {
     bool kept = false;
-    for (uint32_t b = 0; b < 8; b++) kept |= before[b] == s->groups[g].nodes;
-    CHECK(kept == (s->groups[g].key_count != 5), "group of %u keys", s->groups[g].key_count);
+    for (uint32_t b = 0; b < 8; b++) kept |= before[b] == s->bvhs[g].nodes;
+    CHECK(kept == (s->bvhs[g].key_count != 5), "group of %u keys", s->bvhs[g].key_count);
   }
   sound(s, "after the commit of one more mesh");
   pktrt_scene_destroy(s);
@@ -421,7 +421,7 @@ static void rebuild_policies(void) {
         m.p[3 * j + (uint32_t)k] = x;
       }
     }
-    unsigned char *nodes = s->groups[0].nodes;
+    unsigned char *nodes = s->bvhs[0].nodes;
     (void)nodes;
     CHECK(pktrt_set_positions(s, 0, 0, m.p) == PKTRT_OK && pktrt_refit(s) == PKTRT_OK);
     pktrt_get_scene_info(s, &now);
@@ -567,7 +567,7 @@ static void aligned_by_default(void) {
     pktrt_scene *s = pktrt_scene_create(NULL);
     const pktrt_mesh_desc d = mesh_desc(&m);
     CHECK(pktrt_add_mesh(s, &d, NULL) == PKTRT_OK && pktrt_commit(s) == PKTRT_OK);
-    const void *const blocks[3] = {s->groups[0].nodes, s->groups[0].blocks, s->meshes[0].positions};
+    const void *const blocks[3] = {s->bvhs[0].nodes, s->bvhs[0].blocks, s->meshes[0].positions};
     for (int i = 0; i < 3; i++) CHECK((uintptr_t)blocks[i] % 64 == 0, "level %d, block %d at %p", level, i, blocks[i]);
     pktrt_scene_destroy(s);
     mesh_free(&m);
@@ -591,13 +591,13 @@ static void series(void) {
     const double x = ((double)rng_u32(&r) + (double)rng_u32(&r) * 0x1p-32) * 0x1p-32, tiny = ldexp(x, -(int)(i % 50));
     const double e = 1400 * (x - 0.5), wide = ldexp(1 + x, (int)(i % 2000) - 1000);
     double sine, cosine;
-    worst[EXP] = fmax(worst[EXP], fabs(pktrt__exp(e) / exp(e) - 1));
-    worst[LOG] = fmax(worst[LOG], fabs(pktrt__log(wide) / log(wide) - 1));
+    worst[EXP] = fmax(worst[EXP], fabs(pktrt__math_exp(e) / exp(e) - 1));
+    worst[LOG] = fmax(worst[LOG], fabs(pktrt__math_log(wide) / log(wide) - 1));
     if (tiny > 0 && tiny < 1) {
-      worst[LOG1M] = fmax(worst[LOG1M], fabs(pktrt__log1m(tiny) / log1p(-tiny) - 1));
-      worst[EXPM1] = fmax(worst[EXPM1], fabs(pktrt__expm1(-tiny) / expm1(-tiny) - 1));
+      worst[LOG1M] = fmax(worst[LOG1M], fabs(pktrt__math_log1m(tiny) / log1p(-tiny) - 1));
+      worst[EXPM1] = fmax(worst[EXPM1], fabs(pktrt__math_expm1(-tiny) / expm1(-tiny) - 1));
     }
-    pktrt__sincos_turn(x * 0.25, &sine, &cosine); /* libm's argument errs by what is at most pi / 2 steps */
+    pktrt__math_sincos_turn(x * 0.25, &sine, &cosine); /* libm's argument errs by what is at most pi / 2 steps */
     worst[SINE] = fmax(worst[SINE], fabs(sine - sin(x * 1.5707963267948966)));
     worst[COSINE] = fmax(worst[COSINE], fabs(cosine - cos(x * 1.5707963267948966)));
     single = fmax(single, fabs((double)expf((float)e / 8) / exp(e / 8) - 1));

@@ -1422,23 +1422,27 @@ enum {
 
 /* >>structures ----------------------------------------------------------------------------------------------------- */
 
-/* Node of a group with K keys, 256 + (K-1) * 192 bytes, 64-byte aligned:
-     float    plane[6][8]      lo x, hi x, lo y, hi y, lo z, hi z of eight children, at key 0
-     uint32_t child[8]         references, the last ones the likeliest to hold a hit soon (at the build); empty ones
-                               have lo = FAR, hi = -FAR
-     uint32_t perm[8]          for each octant of ray directions (bit a: component a negative): the children from far to
-                               near by the middle of their boxes, three bits each, the farthest in the lowest bits
-     float    plane[6][8]      for each further key
-   Block of up to eight triangles, 320 + (K-1) * 288 bytes:
-     float    vertex[3][3][8]  [corner][axis][lane] at key 0, raw, so that shared vertices have equal bits
-     uint32_t id[8]            global triangle index; PKTRT_NONE in lanes without a triangle. Lanes whose triangle has
-                               no area at any time hold PKTRT_NONE too: never hit, and back in place when a refit gives
-                               them area.
-     float    vertex[3][3][8]  for each further key */
-#define PKTRT__NODE_BYTES 256u
-#define PKTRT__NODE_KEY_BYTES 192u
-#define PKTRT__BLOCK_BYTES 320u
-#define PKTRT__BLOCK_KEY_BYTES 288u
+/* A node of a tree, for its first key; 64-byte aligned. Planes of each further key lie behind it, 192 bytes each. */
+typedef struct pktrt__node {
+  float plane[6][8];  /* lo x, hi x, lo y, hi y, lo z, hi z of eight children; empty ones have lo = FAR, hi = -FAR */
+  uint32_t child[8];  /* references, the last ones the likeliest to hold a hit soon (at the build) */
+  uint32_t order[8];  /* for each octant of ray directions (bit a: component a negative): the children from far to near
+                         by the middle of their boxes, three bits each, the farthest in the lowest bits */
+} pktrt__node;
+
+/* A leaf block of up to eight triangles, likewise: vertices of each further key lie behind it, 288 bytes each. */
+typedef struct pktrt__block {
+  float vertex[3][3][8]; /* [corner][axis][lane], raw, so that shared vertices have equal bits */
+  uint32_t id[8];        /* global triangle index; PKTRT_NONE in lanes without a triangle, or whose triangle has no area at
+                            any time: never hit, and back in place when a refit gives it area */
+} pktrt__block;
+
+enum {
+  PKTRT__NODE_BYTES = sizeof(pktrt__node),
+  PKTRT__BLOCK_BYTES = sizeof(pktrt__block),
+  PKTRT__NODE_KEY_BYTES = 6 * 8 * sizeof(float),
+  PKTRT__BLOCK_KEY_BYTES = 3 * 3 * 8 * sizeof(float)
+};
 
 typedef struct pktrt__mesh {
   float *positions;   /* key_count * vertex_count * 3, committed */
@@ -1464,8 +1468,7 @@ typedef struct pktrt__bvh_segment {
   const struct pktrt__bvh *bvhs;
   const unsigned char *nodes, *blocks;
   size_t node_bytes, block_bytes;
-  size_t plane1, vertex0, vertex1; /* byte offsets of the segment's keys (planes of the first one: plane0) */
-  size_t plane0;
+  size_t plane0, plane1, vertex0, vertex1; /* where the segment's two keys lie in a node and in a block, in bytes */
   uint32_t bvh;
   bool check_area; /* moving: accept a hit only where the triangle has area at the ray's time */
 } pktrt__bvh_segment;
@@ -1473,16 +1476,58 @@ typedef struct pktrt__bvh_segment {
 /* The tree over all meshes with the same number of keys. Static meshes never pay for moving ones. */
 typedef struct pktrt__bvh {
   uint32_t key_count, node_count, block_count, task_count;
-  uint32_t node_bytes, block_bytes; /* strides */
+  uint32_t node_bytes, block_bytes; /* with all keys */
   uint32_t triangle_count, degenerate_count;
-  unsigned char *nodes;             /* node 0 is the root; a child's index is larger than its parent's */
-  unsigned char *blocks;
+  unsigned char *nodes, *blocks;    /* see pktrt__bvh_node. Node 0 is the root; a child's index is above its parent's */
   uint32_t *block_triangles;        /* block_count * 8 global indices, those without area included */
   pktrt__bvh_task *tasks;               /* disjoint subtrees; the nodes above them come first */
   float lo[3], hi[3];               /* over all keys */
   double sah_at_build, sah_now, area;
   pktrt__bvh_segment rest;                 /* its first segment: all there is of what rests; set with the scene's bounds */
 } pktrt__bvh;
+
+/* Says where a key lies in a node, and in a block, in bytes. */
+PKTRT__INLINE size_t pktrt__node_key_offset(uint32_t key) {
+  return key ? PKTRT__NODE_BYTES + (size_t)(key - 1) * PKTRT__NODE_KEY_BYTES : 0;
+}
+PKTRT__INLINE size_t pktrt__block_key_offset(uint32_t key) {
+  return key ? PKTRT__BLOCK_BYTES + (size_t)(key - 1) * PKTRT__BLOCK_KEY_BYTES : 0;
+}
+
+/* Finds a node or a block of a tree, and the values of one of its keys: planes [6][8], vertices [3][3][8]. */
+PKTRT__INLINE pktrt__node *pktrt__bvh_node(const pktrt__bvh *bvh, uint32_t node) {
+  return PKTRT__CAST(pktrt__node *, PKTRT__CAST(void *, bvh->nodes + (size_t)node * bvh->node_bytes));
+}
+PKTRT__INLINE pktrt__block *pktrt__bvh_block(const pktrt__bvh *bvh, uint32_t block) {
+  return PKTRT__CAST(pktrt__block *, PKTRT__CAST(void *, bvh->blocks + (size_t)block * bvh->block_bytes));
+}
+PKTRT__INLINE float *pktrt__node_planes(pktrt__node *node, uint32_t key) {
+  return PKTRT__CAST(float *, PKTRT__CAST(void *, PKTRT__CAST(char *, PKTRT__CAST(void *, node)) + pktrt__node_key_offset(key)));
+}
+PKTRT__INLINE float *pktrt__block_vertices(pktrt__block *block, uint32_t key) {
+  return PKTRT__CAST(float *, PKTRT__CAST(void *, PKTRT__CAST(char *, PKTRT__CAST(void *, block)) + pktrt__block_key_offset(key)));
+}
+
+/* The same for kernels, which see one segment of the motion: by its first key (0) or its second (1). At rest, with `moving`
+   a constant, nothing is looked up. */
+PKTRT__INLINE const pktrt__node *pktrt__segment_node(const pktrt__bvh_segment *seg, uint32_t node, const bool moving) {
+  const unsigned char *at = seg->nodes + node * (moving ? seg->node_bytes : (size_t)PKTRT__NODE_BYTES);
+  return (const pktrt__node *)(const void *)at;
+}
+PKTRT__INLINE const pktrt__block *pktrt__segment_block(const pktrt__bvh_segment *seg, uint32_t block, const bool moving) {
+  const unsigned char *at = seg->blocks + block * (moving ? seg->block_bytes : (size_t)PKTRT__BLOCK_BYTES);
+  return (const pktrt__block *)(const void *)at;
+}
+PKTRT__INLINE const float *pktrt__segment_planes(const pktrt__bvh_segment *seg, const pktrt__node *node, const int which,
+                                                 const bool moving) {
+  const size_t at = !moving ? 0 : which ? seg->plane1 : seg->plane0;
+  return (const float *)(const void *)((const unsigned char *)(const void *)node + at);
+}
+PKTRT__INLINE const float *pktrt__segment_vertices(const pktrt__bvh_segment *seg, const pktrt__block *block,
+                                                   const int which, const bool moving) {
+  const size_t at = !moving ? 0 : which ? seg->vertex1 : seg->vertex0;
+  return (const float *)(const void *)((const unsigned char *)(const void *)block + at);
+}
 
 struct pktrt_scene {
   pktrt_scene_desc desc;
@@ -1679,21 +1724,6 @@ enum {
   PKTRT__MAX_BINS = 64,
   PKTRT__MAX_SWEEP = 64
 };
-
-static float *pktrt__node_planes(unsigned char *node, uint32_t key) {
-  size_t at = key ? PKTRT__NODE_BYTES + (size_t)(key - 1) * PKTRT__NODE_KEY_BYTES : 0;
-  return PKTRT__CAST(float *, PKTRT__CAST(void *, node + at));
-}
-static uint32_t *pktrt__node_children(unsigned char *node) {
-  return PKTRT__CAST(uint32_t *, PKTRT__CAST(void *, node + 48 * sizeof(float)));
-}
-static float *pktrt__block_vertices(unsigned char *block, uint32_t key) {
-  size_t at = key ? PKTRT__BLOCK_BYTES + (size_t)(key - 1) * PKTRT__BLOCK_KEY_BYTES : 0;
-  return PKTRT__CAST(float *, PKTRT__CAST(void *, block + at));
-}
-static uint32_t *pktrt__block_ids(unsigned char *block) {
-  return PKTRT__CAST(uint32_t *, PKTRT__CAST(void *, block + 72 * sizeof(float)));
-}
 
 /* Where the corners of a triangle are at a key; of a mesh whose positions changed, the new ones if use_pending. */
 PKTRT__INLINE void pktrt__mesh_corners(const pktrt__mesh *m, bool use_pending, uint32_t tri, uint32_t key,
@@ -2386,8 +2416,8 @@ static const pktrt__fit_table *pktrt__fit_table_of(pktrt_isa);
 static uint32_t pktrt__block_write(const pktrt__fit_table *fit, const pktrt__bvh *bvh, uint32_t block,
                                    const pktrt__block_source *s) {
   const uint32_t *tri = bvh->block_triangles + (size_t)block * 8;
-  unsigned char *at = bvh->blocks + (size_t)block * bvh->block_bytes;
-  uint32_t *id = pktrt__block_ids(at), area = 0, flat = 0;
+  pktrt__block *at = pktrt__bvh_block(bvh, block);
+  uint32_t *id = at->id, area = 0, flat = 0;
   float middle[72];
   for (uint32_t k = 0; k < bvh->key_count; k++) {
     float *v = pktrt__block_vertices(at, k);
@@ -2428,7 +2458,7 @@ static float pktrt__max8(const float *p) {
 
 /* lo x, hi x, lo y, ... of a node. Empty children do no harm by their values. */
 static void pktrt__bvh_node_box(const pktrt__bvh *bvh, uint32_t node, uint32_t key, float box[6]) {
-  const float *plane = pktrt__node_planes(bvh->nodes + (size_t)node * bvh->node_bytes, key);
+  const float *plane = pktrt__node_planes(pktrt__bvh_node(bvh, node), key);
   for (int a = 0; a < 3; a++) {
     box[2 * a] = pktrt__min8(plane + 16 * a);
     box[2 * a + 1] = pktrt__max8(plane + 16 * a + 8);
@@ -2448,9 +2478,8 @@ PKTRT__INLINE int32_t pktrt__bvh_order_key(float x, int32_t i) {
 }
 
 /* Children from far to near for each octant, at the middle of the motion. Opposite octants have reverse orders. */
-PKTRT__INLINE void pktrt__bvh_order_children(const pktrt__bvh *bvh, unsigned char *node) {
+PKTRT__INLINE void pktrt__bvh_order_children(const pktrt__bvh *bvh, pktrt__node *node) {
   const float *p = pktrt__node_planes(node, (bvh->key_count - 1) / 2), *q = pktrt__node_planes(node, bvh->key_count / 2);
-  uint32_t *perm = pktrt__node_children(node) + 8;
   float c[3][8];
   for (int a = 0; a < 3; a++) {
     for (int i = 0; i < 8; i++) c[a][i] = p[16 * a + i] + p[16 * a + 8 + i] + (q[16 * a + i] + q[16 * a + 8 + i]);
@@ -2466,7 +2495,7 @@ PKTRT__INLINE void pktrt__bvh_order_children(const pktrt__bvh *bvh, unsigned cha
     }
     uint32_t order = 0, reverse = 0;
     for (uint32_t i = 0; i < 8; i++) order |= i << 3 * rank[i], reverse |= i << (21 - 3 * rank[i]);
-    perm[octant] = order, perm[octant ^ 7] = reverse;
+    node->order[octant] = order, node->order[octant ^ 7] = reverse;
   }
 }
 
@@ -2564,9 +2593,8 @@ static void pktrt__collapse_order_children(const pktrt__build_node *nodes, pktrt
   for (uint32_t i = 0; i < n; i++) child[rank[i]] = from[i];
 }
 
-static void pktrt__bvh_clear_node(const pktrt__bvh *bvh, unsigned char *node) {
-  uint32_t *child = pktrt__node_children(node);
-  for (int c = 0; c < 8; c++) child[c] = PKTRT__EMPTY;
+static void pktrt__bvh_clear_node(const pktrt__bvh *bvh, pktrt__node *node) {
+  for (int c = 0; c < 8; c++) node->child[c] = PKTRT__EMPTY;
   for (uint32_t k = 0; k < bvh->key_count; k++) {
     float *plane = pktrt__node_planes(node, k);
     for (int i = 0; i < 48; i++) plane[i] = i & 8 ? -PKTRT__FAR : PKTRT__FAR;
@@ -2590,9 +2618,9 @@ static void pktrt__collapse_walk_tree(pktrt__collapse_walk *w, pktrt__collapse_s
     uint32_t n = pktrt__collapse_open(w->b->nodes, sub, child), *refs = &ignored;
     if (w->bvh || w->subs) pktrt__collapse_order_children(w->b->nodes, child, n);
     if (w->bvh) {
-      unsigned char *at = w->bvh->nodes + (size_t)node * w->bvh->node_bytes;
+      pktrt__node *at = pktrt__bvh_node(w->bvh, node);
       pktrt__bvh_clear_node(w->bvh, at);
-      refs = pktrt__node_children(at);
+      refs = at->child;
       *stack[top].ref = node;
     }
     node++;
@@ -2780,7 +2808,7 @@ static bool pktrt__refit_block_changed(const pktrt__refit *r, uint32_t block) {
 /* Triangles of a block that had no area */
 static uint32_t pktrt__refit_count_degenerate(const pktrt__bvh *bvh, uint32_t block) {
   const uint32_t *tri = bvh->block_triangles + (size_t)block * 8;
-  const uint32_t *id = pktrt__block_ids(bvh->blocks + (size_t)block * bvh->block_bytes);
+  const uint32_t *id = pktrt__bvh_block(bvh, block)->id;
   uint32_t flat = 0;
   for (int l = 0; l < 8; l++) flat += id[l] != tri[l];
   return flat;
@@ -3259,14 +3287,6 @@ typedef struct pktrt__single {
   const uint32_t *axis; /* k, u, v */
 } pktrt__single;
 
-/* Where a key's planes stand in a node, and its vertices in a block. */
-PKTRT__INLINE size_t pktrt__node_key_offset(uint32_t key) {
-  return key ? PKTRT__NODE_BYTES + (size_t)(key - 1) * PKTRT__NODE_KEY_BYTES : 0;
-}
-PKTRT__INLINE size_t pktrt__block_key_offset(uint32_t key) {
-  return key ? PKTRT__BLOCK_BYTES + (size_t)(key - 1) * PKTRT__BLOCK_KEY_BYTES : 0;
-}
-
 /* The segment of a time and the weights of its two keys. */
 PKTRT__INLINE uint32_t pktrt__time_segment(float time, uint32_t keys, float *a, float *b) {
   if (!(time > 0)) time = 0;
@@ -3300,12 +3320,11 @@ PKTRT__INLINE bool pktrt__tri_normal(float p[3][3], double n[3]) {
 
 /* The corners of a triangle at a ray's time: for what happens once per ray, or seldom. */
 static void pktrt__tri_corners_at(const pktrt__bvh *bvh, uint32_t slot, float time, float p[3][3]) {
-  const unsigned char *block = bvh->blocks + (size_t)(slot / 8) * bvh->block_bytes;
+  pktrt__block *block = pktrt__bvh_block(bvh, slot / 8);
   float a, b;
   const uint32_t segment = pktrt__time_segment(time, bvh->key_count, &a, &b);
   const uint32_t next = pktrt__has_motion(bvh->key_count) ? segment + 1 : 0;
-  const float *k0 = (const float *)(const void *)(block + pktrt__block_key_offset(segment)) + slot % 8;
-  const float *k1 = (const float *)(const void *)(block + pktrt__block_key_offset(next)) + slot % 8;
+  const float *k0 = pktrt__block_vertices(block, segment) + slot % 8, *k1 = pktrt__block_vertices(block, next) + slot % 8;
   if (!pktrt__has_motion(bvh->key_count))
     for (int c = 0; c < 3; c++, k0 += 24) p[c][0] = k0[0], p[c][1] = k0[8], p[c][2] = k0[16];
   else
@@ -3550,8 +3569,7 @@ PKTRT__DIVIDES_BY_ZERO static bool pktrt__single_resolve(const pktrt_scene *s, c
   pktrt__exact_edges e;
   bool area;
   if (!pktrt__has_motion(bvh->key_count)) {
-    const unsigned char *block = bvh->blocks + (size_t)(q->slot / 8) * PKTRT__BLOCK_BYTES;
-    const float *p = (const float *)(const void *)block + q->slot % 8;
+    const float *p = &pktrt__bvh_block(bvh, q->slot / 8)->vertex[0][0][q->slot % 8];
     e = pktrt__exact_edge_functions(q, p, 8), area = pktrt__tri_normal_strided(p, 8, n);
   } else {
     pktrt__tri_corners_at(bvh, q->slot, q->ray->time, copy);
@@ -5407,10 +5425,9 @@ OP pktrt__tri_shear pktrt__tri_shear_single(const pktrt__single *b, const bool m
 }
 
 /* The corners of a block's triangles as the ray sees them. */
-OP void pktrt__tri_shear_block(const pktrt__tri_shear *q, const pktrt__bvh_segment *seg, const unsigned char *block, v8 x[3], v8 y[3],
+OP void pktrt__tri_shear_block(const pktrt__tri_shear *q, const pktrt__bvh_segment *seg, const pktrt__block *block, v8 x[3], v8 y[3],
                         v8 z[3], const bool moving) {
-  const float *k0 = (const float *)(const void *)(block + (moving ? seg->vertex0 : 0));
-  const float *k1 = (const float *)(const void *)(block + (moving ? seg->vertex1 : 0));
+  const float *k0 = pktrt__segment_vertices(seg, block, 0, moving), *k1 = pktrt__segment_vertices(seg, block, 1, moving);
   const uint32_t k = q->at[0], u = q->at[1], v = q->at[2];
   UNROLL for (int c = 0; c < 3; c++, k0 += 24, k1 += 24) {
     z[c] = vsub(pktrt__tri_corner(k0 + k, k1 + k, q->ta, q->tb, moving), q->o[0]);
@@ -5420,9 +5437,9 @@ OP void pktrt__tri_shear_block(const pktrt__tri_shear *q, const pktrt__bvh_segme
 }
 
 /* What single precision says about the lanes of a block; `early`: do without the estimate where nothing is hit. */
-OP pktrt__tri_estimate pktrt__tri_filter_block(const pktrt__tri_shear *q, const pktrt__bvh_segment *seg, const unsigned char *block,
+OP pktrt__tri_estimate pktrt__tri_filter_block(const pktrt__tri_shear *q, const pktrt__bvh_segment *seg, const pktrt__block *block,
                                        float wf, const bool early, const bool moving) {
-  const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
+  const uint32_t *id = block->id;
   v8 x[3], y[3], z[3];
   pktrt__tri_shear_block(q, seg, block, x, y, z, moving);
   const pktrt__tri_edges edges = pktrt__tri_edge_functions(x, y);
@@ -5469,8 +5486,8 @@ OP uint32_t pktrt__tri_record(const pktrt__bvh_segment *seg, pktrt__batch *b, ui
 /* Whether the ray hits one of those lanes of a block that single precision left open. */
 PKTRT__NOINLINE bool pktrt__tri_exact_test_lanes(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, pktrt__single *single,
                                         uint32_t index, uint32_t open) {
-  const unsigned char *block = seg->blocks + index * seg->block_bytes;
-  const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
+  const pktrt__block *block = pktrt__segment_block(seg, index, true);
+  const uint32_t *id = block->id;
   for (; open; open &= open - 1) {
     const uint32_t lane = pktrt__lowest_bit(open), slot = index * 8 + lane;
     if (single ? pktrt__exact_test_single(seg, single, id[lane], slot) : pktrt__exact_test(seg, b, r, id[lane], slot)) return true;
@@ -5483,8 +5500,8 @@ PKTRT__NOINLINE bool pktrt__tri_exact_test_lanes(const pktrt__bvh_segment *seg, 
    be denormal, which is slow. */
 OP bool pktrt__tri_any_hit(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, pktrt__single *single, uint32_t index,
                           const bool moving) {
-  const unsigned char *block = seg->blocks + index * (moving ? seg->block_bytes : (size_t)PKTRT__BLOCK_BYTES);
-  const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
+  const pktrt__block *block = pktrt__segment_block(seg, index, moving);
+  const uint32_t *id = block->id;
   const pktrt__tri_shear q = single ? pktrt__tri_shear_single(single, moving) : pktrt__tri_shear_batch(b, r, moving);
   v8 x[3], y[3], z[3];
   pktrt__tri_shear_block(&q, seg, block, x, y, z, moving);
@@ -5526,8 +5543,8 @@ OP bool pktrt__tri_any_hit(const pktrt__bvh_segment *seg, pktrt__batch *b, uint3
 OP uint32_t pktrt__tri_block_template(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, pktrt__single *single, uint32_t index,
                             const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
   if (occlusion && !stats) return pktrt__tri_any_hit(seg, b, r, single, index, moving);
-  const unsigned char *block = seg->blocks + index * (moving ? seg->block_bytes : (size_t)PKTRT__BLOCK_BYTES);
-  const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
+  const pktrt__block *block = pktrt__segment_block(seg, index, moving);
+  const uint32_t *id = block->id;
   const pktrt__tri_shear q = single ? pktrt__tri_shear_single(single, moving) : pktrt__tri_shear_batch(b, r, moving);
   const pktrt__tri_estimate e = pktrt__tri_filter_block(&q, seg, block, single ? single->wf : b->wf[r], true, moving);
   COUNT(triangle_tests, pktrt__popcount(pktrt__lanes_occupied(id)));
@@ -5609,10 +5626,9 @@ typedef struct pktrt__box_slabs {
 } pktrt__box_slabs;
 
 OP pktrt__box_slabs
-    pktrt__box_load_slabs(const pktrt__bvh_segment *seg, const unsigned char *node, uint32_t octant, const bool moving) {
+    pktrt__box_load_slabs(const pktrt__bvh_segment *seg, const pktrt__node *node, uint32_t octant, const bool moving) {
   pktrt__box_slabs s;
-  const float *p0 = (const float *)(const void *)(node + (moving ? seg->plane0 : 0));
-  const float *p1 = (const float *)(const void *)(node + (moving ? seg->plane1 : 0));
+  const float *p0 = pktrt__segment_planes(seg, node, 0, moving), *p1 = pktrt__segment_planes(seg, node, 1, moving);
   UNROLL for (uint32_t a = 0; a < 3; a++) {
     const uint32_t n = 16 * a + 8 * (octant >> a & 1), f = 16 * a + 8 * (~octant >> a & 1);
     s.near0[a] = vload(p0 + n), s.far0[a] = vload(p0 + f);
@@ -5668,14 +5684,14 @@ PKTRT__NOINLINE uint64_t pktrt__box_test_packet(const pktrt__batch *b, uint32_t 
 typedef struct pktrt__single_slabs {
   v8 rd[3], cn[3], cf[3], wn, ta, tb;
   const pktrt__single *ray;
-  size_t near_[3], far_[3]; /* where a node's planes stand, in bytes, behind the first ones of the axis */
+  size_t near_[3], far_[3]; /* where the planes stand, in floats behind the first ones of the axis: 0 or 8 */
 } pktrt__single_slabs;
 
 OP pktrt__single_slabs pktrt__single_slabs_of(const pktrt__single *ray, const bool moving) {
   pktrt__single_slabs q;
   UNROLL for (uint32_t a = 0; a < 3; a++) {
     q.rd[a] = vset(ray->rd[a]), q.cn[a] = vset(ray->cn[a]), q.cf[a] = vset(ray->cf[a]);
-    q.near_[a] = (ray->octant & 1u << a) << (5 - a), q.far_[a] = 32 ^ q.near_[a];
+    q.near_[a] = (ray->octant & 1u << a) << (3 - a), q.far_[a] = 8 ^ q.near_[a];
   }
   q.wn = vset(ray->wn), q.ray = ray;
   if (moving) q.ta = vset(ray->ta), q.tb = vset(ray->tb);
@@ -5683,22 +5699,22 @@ OP pktrt__single_slabs pktrt__single_slabs_of(const pktrt__single *ray, const bo
 }
 
 /* One side of the children along an axis. */
-OP v8 pktrt__single_plane(const pktrt__single_slabs *q, const pktrt__bvh_segment *seg, const unsigned char *node, size_t at,
+OP v8 pktrt__single_plane(const pktrt__single_slabs *q, const pktrt__bvh_segment *seg, const pktrt__node *node, size_t at,
                  const bool moving) {
-  const float *p0 = (const float *)(const void *)(node + (moving ? seg->plane0 : 0) + at);
-  const float *p1 = (const float *)(const void *)(node + (moving ? seg->plane1 : 0) + at);
+  const float *p0 = pktrt__segment_planes(seg, node, 0, moving) + at;
+  const float *p1 = pktrt__segment_planes(seg, node, 1, moving) + at;
   return moving ? vfma(q->ta, vload(p0), vmul(q->tb, vload(p1))) : vload(p0);
 }
 
 /* The children of a node that it may hit before the depth wf, and its entry depths. */
-OP uint32_t pktrt__single_test_children(const pktrt__single_slabs *q, const pktrt__bvh_segment *seg, const unsigned char *node, float wf,
+OP uint32_t pktrt__single_test_children(const pktrt__single_slabs *q, const pktrt__bvh_segment *seg, const pktrt__node *node, float wf,
                              const bool moving, v8 *entry) {
   v8 n[3], f[3];
   UNROLL for (int a = 0; a < 3; a++) {
     const v8 rd = PKTRT__WITH_FEW_REGISTERS ? vset(q->ray->rd[a]) : q->rd[a];
     const v8 cn = PKTRT__WITH_FEW_REGISTERS ? vset(q->ray->cn[a]) : q->cn[a], cf = PKTRT__WITH_FEW_REGISTERS ? vset(q->ray->cf[a]) : q->cf[a];
-    n[a] = vfms(pktrt__single_plane(q, seg, node + 64 * a, q->near_[a], moving), rd, cn);
-    f[a] = vfms(pktrt__single_plane(q, seg, node + 64 * a, q->far_[a], moving), rd, cf);
+    n[a] = vfms(pktrt__single_plane(q, seg, node, 16 * (size_t)a + q->near_[a], moving), rd, cn);
+    f[a] = vfms(pktrt__single_plane(q, seg, node, 16 * (size_t)a + q->far_[a], moving), rd, cf);
   }
   *entry = vmax(vmax(n[0], n[1]), vmax(n[2], q->wn));
   return mbits(vle(*entry, vmin(vmin(f[0], f[1]), vmin(f[2], vset(wf)))));
@@ -5706,8 +5722,8 @@ OP uint32_t pktrt__single_test_children(const pktrt__single_slabs *q, const pktr
 
 /* The references of a node's children, and how many there are: what is counted, for empty places are tested for nothing. */
 OP const uint32_t *pktrt__bvh_children(const pktrt__bvh_segment *seg, uint32_t ref, const bool moving) {
-  const unsigned char *node = seg->nodes + ref * (moving ? seg->node_bytes : (size_t)PKTRT__NODE_BYTES);
-  return (const uint32_t *)(const void *)(node + PKTRT__NODE_KEY_BYTES);
+  const pktrt__node *node = pktrt__segment_node(seg, ref, moving);
+  return node->child;
 }
 OP uint32_t pktrt__bvh_child_count(const uint32_t *child) { return 8 - pktrt__popcount8(veq_u32(child, PKTRT__EMPTY)); }
 
@@ -5715,8 +5731,8 @@ OP uint32_t pktrt__bvh_child_count(const uint32_t *child) { return 8 - pktrt__po
 OP uint32_t pktrt__single_open_node(const pktrt__single_slabs *q, const pktrt__bvh_segment *seg, uint32_t ref, float wf,
                             const uint32_t **child, v8 *entry, const bool moving, const bool stats,
                             pktrt_counts *counts) {
-  const unsigned char *node = seg->nodes + ref * (moving ? seg->node_bytes : (size_t)PKTRT__NODE_BYTES);
-  *child = (const uint32_t *)(const void *)(node + PKTRT__NODE_KEY_BYTES);
+  const pktrt__node *node = pktrt__segment_node(seg, ref, moving);
+  *child = node->child;
   COUNT(node_visits, 1);
   COUNT(box_tests, pktrt__bvh_child_count(*child));
   return pktrt__single_test_children(q, seg, node, wf, moving, entry);
@@ -5805,8 +5821,8 @@ typedef struct pktrt__stream_stack {
 /* Opens a node for the rays of mask. For any hit children are pushed as the build has them. */
 OP void pktrt__stream_open_node(const pktrt__bvh_segment *seg, pktrt__batch *b, const uint8_t *list, uint64_t mask, uint32_t ref,
                           uint32_t octant, pktrt__stream_stack *stack, const bool occlusion, const bool moving) {
-  const unsigned char *node = seg->nodes + ref * (moving ? seg->node_bytes : (size_t)PKTRT__NODE_BYTES);
-  const uint32_t *child = (const uint32_t *)(const void *)(node + PKTRT__NODE_KEY_BYTES);
+  const pktrt__node *node = pktrt__segment_node(seg, ref, moving);
+  const uint32_t *child = node->child;
   const pktrt__box_slabs s = pktrt__box_load_slabs(seg, node, octant, moving);
   const uint32_t sp = stack->n;
   a8 rays = azero();
@@ -5818,7 +5834,7 @@ OP void pktrt__stream_open_node(const pktrt__bvh_segment *seg, pktrt__batch *b, 
     rays = aor(rays, enters, i);
     if (!occlusion) dist = vsel(enters, entry, dist); /* asked of children that one ray alone enters */
   }
-  stack->n += apush(rays, child, dist, occlusion ? PKTRT__IN_ORDER : child[8 + octant], stack->masks + sp,
+  stack->n += apush(rays, child, dist, occlusion ? PKTRT__IN_ORDER : node->order[octant], stack->masks + sp,
                     stack->refs + sp, stack->dists + sp);
   for (uint32_t i = sp; i < stack->n; i++) pktrt__bvh_prefetch(seg, stack->refs[i], moving);
 }
@@ -5828,8 +5844,8 @@ OP void pktrt__stream_open_node(const pktrt__bvh_segment *seg, pktrt__batch *b, 
    first is looked at: without a branch between them, the work on one ray overlaps that on the next. */
 OP uint64_t pktrt__stream_closest_block(const pktrt__bvh_segment *seg, pktrt__batch *b, const uint8_t *list, uint64_t mask,
                                uint32_t index, const bool moving) {
-  const unsigned char *block = seg->blocks + index * (moving ? seg->block_bytes : (size_t)PKTRT__BLOCK_BYTES);
-  const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
+  const pktrt__block *block = pktrt__segment_block(seg, index, moving);
+  const uint32_t *id = block->id;
   enum { NOTES = 24 };
   PKTRT__ALIGN64 float lo[NOTES][8], hi[NOTES][8];
   uint8_t maybe[NOTES], sure[NOTES], ray[NOTES];
@@ -6274,9 +6290,9 @@ PKTRT__NOINLINE uint32_t pktrt__paper_accept8(const pktrt__bvh_segment *seg, pkt
 PKTRT__NOINLINE uint32_t pktrt__frustum_exact_test8(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, uint32_t open, uint32_t id,
                                        uint32_t slot) {
   const uint32_t *k = pktrt__axes[b->axis[r + pktrt__lowest_bit(open)]];
-  const unsigned char *block = seg->blocks + (size_t)(slot / 8) * seg->block_bytes;
-  const float *k0 = (const float *)(const void *)(block + seg->vertex0) + slot % 8;
-  const float *k1 = (const float *)(const void *)(block + seg->vertex1) + slot % 8;
+  const pktrt__block *block = pktrt__segment_block(seg, slot / 8, true);
+  const float *k0 = pktrt__segment_vertices(seg, block, 0, true) + slot % 8;
+  const float *k1 = pktrt__segment_vertices(seg, block, 1, true) + slot % 8;
   const bool moving = k0 != k1; /* at rest weights 1 and 0 give the same bits */
   const v8 ta = moving ? vload(b->ta + r) : vset(1), tb = moving ? vload(b->tb + r) : vset(0);
   d8 x[3], y[3], z[3];
@@ -6394,9 +6410,9 @@ OP uint64_t pktrt__frustum_test_triangle(const pktrt__frustum *f, const pktrt__b
 /* A leaf block at rest against the rays of mask; those that hit something in it. */
 OP uint64_t pktrt__frustum_leaf(const pktrt__frustum *f, const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t index,
                                 uint64_t mask, const bool occlusion, const bool stats, pktrt_counts *counts) {
-  const unsigned char *block = seg->blocks + index * (size_t)PKTRT__BLOCK_BYTES;
-  const float *k0 = (const float *)(const void *)block;
-  const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
+  const pktrt__block *block = pktrt__segment_block(seg, index, false);
+  const float *k0 = &block->vertex[0][0][0];
+  const uint32_t *id = block->id;
   pktrt__frustum_corners corners;
   const uint32_t all = pktrt__lanes_occupied(id);
   uint32_t lanes = pktrt__frustum_cull_triangles(f, b, k0, &corners) & all;
@@ -6504,10 +6520,9 @@ OP uint64_t pktrt__frustum_filter_moving(const pktrt__frustum *f, const pktrt__b
 /* As frustum_block, of a moving block; `counts` only where there is counting. A function of its own: less code. */
 PKTRT__NOINLINE uint64_t pktrt__frustum_leaf_moving(const pktrt__frustum *f, const pktrt__bvh_segment *seg, pktrt__batch *b,
                                             uint32_t index, uint64_t mask, bool occlusion, pktrt_counts *counts) {
-  const unsigned char *block = seg->blocks + index * seg->block_bytes;
-  const float *k0 = (const float *)(const void *)(block + seg->vertex0);
-  const float *k1 = (const float *)(const void *)(block + seg->vertex1);
-  const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
+  const pktrt__block *block = pktrt__segment_block(seg, index, true);
+  const float *k0 = pktrt__segment_vertices(seg, block, 0, true), *k1 = pktrt__segment_vertices(seg, block, 1, true);
+  const uint32_t *id = block->id;
   pktrt__frustum_motion motion;
   const uint32_t all = pktrt__lanes_occupied(id), lanes = pktrt__frustum_cull_moving(f, k0, k1, &motion) & all;
   if (counts) counts->triangle_culls += pktrt__popcount(all & ~lanes);
@@ -6543,10 +6558,9 @@ typedef struct pktrt__frustum_entry {
 OP uint32_t pktrt__frustum_open_node(const pktrt__frustum *f, const pktrt__bvh_segment *seg, uint32_t ref, uint64_t mask,
                                pktrt__frustum_entry *stack, const bool occlusion, const bool moving, const bool stats,
                                pktrt_counts *counts) {
-  const unsigned char *node = seg->nodes + ref * (moving ? seg->node_bytes : (size_t)PKTRT__NODE_BYTES);
-  const uint32_t *child = (const uint32_t *)(const void *)(node + PKTRT__NODE_KEY_BYTES);
-  const float *p0 = (const float *)(const void *)(node + (moving ? seg->plane0 : 0));
-  const float *p1 = (const float *)(const void *)(node + (moving ? seg->plane1 : 0));
+  const pktrt__node *node = pktrt__segment_node(seg, ref, moving);
+  const uint32_t *child = node->child;
+  const float *p0 = pktrt__segment_planes(seg, node, 0, moving), *p1 = pktrt__segment_planes(seg, node, 1, moving);
   PKTRT__ALIGN64 float w[8];
   v8 entry;
   uint32_t whole;
@@ -6556,7 +6570,7 @@ OP uint32_t pktrt__frustum_open_node(const pktrt__frustum *f, const pktrt__bvh_s
   COUNT(node_visits, 1);
   COUNT(frustum_culls, pktrt__bvh_child_count(child) - n);
   vstore(w, entry);
-  uint64_t order = vorder_children(keep, occlusion ? PKTRT__IN_ORDER : child[8 + f->octant]);
+  uint64_t order = vorder_children(keep, occlusion ? PKTRT__IN_ORDER : node->order[f->octant]);
   for (uint32_t i = 0; i < n; i++, order >>= 8) {
     const uint32_t c = order & 7;
     stack[i].mask = mask, stack[i].plane = whole >> c & 1 ? NULL : p0 + c, stack[i].w = w[c], stack[i].ref = child[c];
@@ -6846,10 +6860,10 @@ OP uint32_t pktrt__paper_test_triangle(const pktrt__paper_packet *p, const float
    of a group that disagree on the main axis are tested one by one. */
 OP bool pktrt__paper_leaf(pktrt__paper_packet *p, const pktrt__paper_child *c, uint32_t index, uint32_t first,
                          const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
-  const unsigned char *block = p->seg->blocks + index * p->seg->block_bytes;
-  const float *k0 = (const float *)(const void *)(block + p->seg->vertex0),
-              *k1 = (const float *)(const void *)(block + p->seg->vertex1);
-  const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
+  const pktrt__block *block = pktrt__segment_block(p->seg, index, true);
+  const float *k0 = pktrt__segment_vertices(p->seg, block, 0, true);
+  const float *k1 = pktrt__segment_vertices(p->seg, block, 1, true);
+  const uint32_t *id = block->id;
   bool any = false;
   pktrt__paper_event(p, PKTRT_EVENT_LEAF, index, 0, first, stats);
   for (uint32_t r = first & ~7u; r < p->last; r += 8) {
@@ -6901,20 +6915,20 @@ OP void pktrt__paper_traverse(pktrt__paper_packet *p, const bool occlusion, cons
   if (first == p->end) return;
   pktrt__paper_intervals(p);
   p->last = p->end;
-  pktrt__paper_child c = pktrt__paper_child_of((const float *)(const void *)seg->nodes, NULL, 0, 0); /* set below */
+  pktrt__paper_child c = pktrt__paper_child_of(&pktrt__segment_node(seg, 0, true)->plane[0][0], NULL, 0, 0); /* set below */
   for (;;) {
     if (ref & PKTRT__LEAF) {
       if (pktrt__paper_leaf(p, &c, ref & ~PKTRT__LEAF, first, occlusion, moving, stats, counts)) pktrt__paper_update_depth(p);
     } else { /* open a node: its children wait, the nearest to the first active ray's direction on top */
-      const unsigned char *node = seg->nodes + ref * seg->node_bytes;
-      const uint32_t *child = (const uint32_t *)(const void *)(node + PKTRT__NODE_KEY_BYTES);
-      uint32_t perm = child[8 + p->b->octant[first]];
+      const pktrt__node *node = pktrt__segment_node(seg, ref, true);
+      const uint32_t *child = node->child;
+      uint32_t perm = node->order[p->b->octant[first]];
       COUNT(node_visits, 1);
       pktrt__paper_event(p, PKTRT_EVENT_NODE, ref, 0, first, stats);
       for (int i = 0; i < 8; i++, perm >>= 3) {
         const uint32_t k = perm & 7;
         if (child[k] == PKTRT__EMPTY) continue;
-        stack[sp].plane = (const float *)(const void *)(node + seg->plane0) + k;
+        stack[sp].plane = pktrt__segment_planes(seg, node, 0, true) + k;
         stack[sp].ref = child[k], stack[sp].first = first, stack[sp].last = p->last;
         stack[sp].node = ref, stack[sp++].child = k;
       }
@@ -7258,10 +7272,10 @@ PKTRT__NOINLINE void pktrt__resolve_gather_corners(const pktrt_scene *scene, con
   for (uint32_t rest = hits; rest;) {
     const uint32_t r = pktrt__lowest_bit(rest), slot = slot_of[r];
     const pktrt__bvh *bvh = &scene->bvhs[bvhs[r]];
-    const unsigned char *block = bvh->blocks + (size_t)(slot / 8) * bvh->block_bytes;
+    pktrt__block *block = pktrt__bvh_block(bvh, slot / 8);
     uint32_t lanes = rest & veq_u32(slot_of, slot) & veq_u32(bvhs, bvhs[r]);
     if (!pktrt__has_motion(bvh->key_count)) {
-      const float *k0 = (const float *)(const void *)block + slot % 8;
+      const float *k0 = &block->vertex[0][0][slot % 8];
       const m8 m = mfrom(lanes);
       for (int c = 0; c < 3; c++, k0 += 24)
         UNROLL for (int a = 0; a < 3; a++) p[c][a] = vsel(m, vset(k0[8 * a]), p[c][a]);
@@ -7273,8 +7287,8 @@ PKTRT__NOINLINE void pktrt__resolve_gather_corners(const pktrt_scene *scene, con
         segment = pktrt__time_segment(time[r], bvh->key_count, &a, &b);
         lanes = rest & (0u - rest), ta = vset(a), tb = vset(b);
       }
-      const float *k0 = (const float *)(const void *)(block + pktrt__block_key_offset(segment)) + slot % 8;
-      const float *k1 = (const float *)(const void *)(block + pktrt__block_key_offset(segment + 1)) + slot % 8;
+      const float *k0 = pktrt__block_vertices(block, segment) + slot % 8;
+      const float *k1 = pktrt__block_vertices(block, segment + 1) + slot % 8;
       const m8 m = mfrom(lanes);
       for (int c = 0; c < 3; c++, k0 += 24, k1 += 24)
         UNROLL for (int a = 0; a < 3; a++)
@@ -7907,8 +7921,8 @@ static void pktrt__fit_children(const pktrt__bvh *bvh, const uint32_t *child, ui
   for (int c = 0; c < 8; c++) {
     if (child[c] == PKTRT__EMPTY) continue;
     const bool leaf = (child[c] & PKTRT__LEAF) != 0;
-    const float *p = leaf ? pktrt__block_vertices(bvh->blocks + (size_t)(child[c] & ~PKTRT__LEAF) * bvh->block_bytes, key)
-                          : pktrt__node_planes(bvh->nodes + (size_t)child[c] * bvh->node_bytes, key);
+    const float *p = leaf ? pktrt__block_vertices(pktrt__bvh_block(bvh, child[c] & ~PKTRT__LEAF), key)
+                          : pktrt__node_planes(pktrt__bvh_node(bvh, child[c]), key);
     for (int a = 0; a < 3; a++) {
       const float *q = leaf ? p + 8 * a : p + 16 * a;
       const v8 x = vload(q), y = leaf ? vload(q + 24) : vload(q + 8), z = leaf ? vload(q + 48) : y;
@@ -7922,8 +7936,8 @@ static void pktrt__fit_children(const pktrt__bvh *bvh, const uint32_t *child, ui
 static double pktrt__fit_nodes(const pktrt__bvh *bvh, uint32_t first, uint32_t count) {
   double sum = 0.0, area[8];
   for (uint32_t n = first + count; n-- > first;) {
-    unsigned char *node = bvh->nodes + (size_t)n * bvh->node_bytes;
-    const uint32_t *child = pktrt__node_children(node);
+    pktrt__node *node = pktrt__bvh_node(bvh, n);
+    const uint32_t *child = node->child;
     for (uint32_t k = 0; k < bvh->key_count; k++) {
       float *p = pktrt__node_planes(node, k);
       pktrt__fit_children(bvh, child, k, p);
@@ -10217,7 +10231,7 @@ static void pktrt__media_count_crossing(pktrt__media_crossings *c, uint32_t mesh
 }
 
 static void pktrt__media_cross_block(pktrt__media_crossings *c, const pktrt__bvh *bvh, uint32_t block) {
-  const uint32_t *id = pktrt__block_ids(bvh->blocks + (size_t)block * bvh->block_bytes);
+  const uint32_t *id = pktrt__bvh_block(bvh, block)->id;
   for (uint32_t lane = 0; lane < 8; lane++) {
     if (id[lane] == PKTRT_NONE) continue;
     const uint32_t mesh = pktrt__mesh_lookup(c->scene, id[lane], c->hint), slot = block * 8 + lane;
@@ -10260,8 +10274,8 @@ static void pktrt__media_cross_bvh(pktrt__media_crossings *c, const pktrt__bvh *
       pktrt__media_cross_block(c, bvh, ref & ~PKTRT__LEAF);
       continue;
     }
-    unsigned char *node = bvh->nodes + (size_t)ref * bvh->node_bytes;
-    const uint32_t *child = pktrt__node_children(node);
+    pktrt__node *node = pktrt__bvh_node(bvh, ref);
+    const uint32_t *child = node->child;
     const float *k0 = pktrt__node_planes(node, key), *k1 = pktrt__node_planes(node, next);
     for (int i = 0; i < 8; i++)
       if (child[i] != PKTRT__EMPTY && pktrt__media_may_cross(c, k0, k1, ta, tb, i)) stack[top++] = child[i];

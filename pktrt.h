@@ -3952,6 +3952,22 @@ typedef struct pktrt__query { /* one query, as the kernels see it */
   const pktrt_hit *place;
 } pktrt__query;
 
+/* What a kernel is asked for, as its instance knows it at compile time; counts is written to where stats is set. */
+typedef struct pktrt__variant {
+  bool occlusion, moving, stats;
+  pktrt_counts *counts;
+} pktrt__variant;
+PKTRT__INLINE pktrt__variant pktrt__variant_of(const bool occlusion, const bool moving, const bool stats,
+                                               pktrt_counts *counts) {
+  pktrt__variant is;
+  is.occlusion = occlusion, is.moving = moving, is.stats = stats, is.counts = counts;
+  return is;
+}
+PKTRT__INLINE pktrt__variant pktrt__variant_moving(pktrt__variant is, const bool moving) {
+  is.moving = moving;
+  return is;
+}
+
 typedef struct pktrt__kernel_table {
   /* Answers the first n rays of a batch whose o, d, tmin, tmax, time are filled in. */
   void (*trace)(const pktrt__query *, pktrt__batch *, uint32_t n);
@@ -5078,6 +5094,7 @@ typedef __mmask16 PKTRT__NAME(pktrt__mf);
 #define pktrt__frustum_cull_children_moving PKTRT__NAME(pktrt__frustum_cull_children_moving)
 #define pktrt__frustum_cull_moving PKTRT__NAME(pktrt__frustum_cull_moving)
 #define pktrt__frustum_cull_triangles PKTRT__NAME(pktrt__frustum_cull_triangles)
+#define pktrt__frustum_edges PKTRT__NAME(pktrt__frustum_edges)
 #define pktrt__frustum_entry PKTRT__NAME(pktrt__frustum_entry)
 #define pktrt__frustum_exact_test8 PKTRT__NAME(pktrt__frustum_exact_test8)
 #define pktrt__frustum_filter PKTRT__NAME(pktrt__frustum_filter)
@@ -5101,6 +5118,7 @@ typedef __mmask16 PKTRT__NAME(pktrt__mf);
 #define pktrt__frustum_test_moving PKTRT__NAME(pktrt__frustum_test_moving)
 #define pktrt__frustum_test_triangle PKTRT__NAME(pktrt__frustum_test_triangle)
 #define pktrt__frustum_times PKTRT__NAME(pktrt__frustum_times)
+#define pktrt__frustum_traverse PKTRT__NAME(pktrt__frustum_traverse)
 #define pktrt__frustum_update_depth PKTRT__NAME(pktrt__frustum_update_depth)
 #define pktrt__glass_clip PKTRT__NAME(pktrt__glass_clip)
 #define pktrt__glass_find_rays PKTRT__NAME(pktrt__glass_find_rays)
@@ -5171,6 +5189,8 @@ typedef __mmask16 PKTRT__NAME(pktrt__mf);
 #define pktrt__surface_start PKTRT__NAME(pktrt__surface_start)
 #define pktrt__tri_any_hit PKTRT__NAME(pktrt__tri_any_hit)
 #define pktrt__tri_block_template PKTRT__NAME(pktrt__tri_block_template)
+#define pktrt__tri_candidates PKTRT__NAME(pktrt__tri_candidates)
+#define pktrt__tri_common PKTRT__NAME(pktrt__tri_common)
 #define pktrt__tri_corner PKTRT__NAME(pktrt__tri_corner)
 #define pktrt__tri_corner_of_one PKTRT__NAME(pktrt__tri_corner_of_one)
 #define pktrt__tri_depth_bounds PKTRT__NAME(pktrt__tri_depth_bounds)
@@ -5203,7 +5223,7 @@ typedef __mmask16 PKTRT__NAME(pktrt__mf);
 
 #define COUNT(field, n)                                                                                                \
   do {                                                                                                                 \
-    if (PKTRT__STATS && (stats)) counts->field += (uint64_t)(n);                                                       \
+    if (PKTRT__STATS && is.stats) is.counts->field += (uint64_t)(n);                                                   \
   } while (0)
 
 /* Derives the fields of a vector of rays from o, d, tmin, tmax; the bits of those that can hit anything. */
@@ -5456,29 +5476,36 @@ OP pktrt__tri_estimate pktrt__tri_filter_block(const pktrt__tri_shear *q, const 
   return e;
 }
 
-/* The lanes of a block that may be hits, one by one, of a ray of a batch or, where there is one, of a lone ray; those
-   that are, each nearer than what was hit before it, which is recorded. For occlusion the first that is ends it. */
-OP uint32_t pktrt__tri_record(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, pktrt__single *single, uint32_t index,
-                         const uint32_t *id, const float *lo, const float *hi, uint32_t maybe, uint32_t sure,
-                         const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
+/* Lanes of a block that single precision took for hits. */
+typedef struct pktrt__tri_candidates {
+  uint32_t index;      /* of the block */
+  const uint32_t *id;
+  const float *lo, *hi; /* bounds of depths */
+  uint32_t maybe, sure;
+} pktrt__tri_candidates;
+
+/* Goes through the candidates of a ray of a batch or, where there is one, of a single ray, and records each hit that is
+   nearer than what was hit before it; returns their lanes. For occlusion the first hit ends it. */
+OP uint32_t pktrt__tri_record(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, pktrt__single *single,
+                              const pktrt__tri_candidates *c, const pktrt__variant is) {
   uint32_t nearer = 0;
-  COUNT(canonical_tests, pktrt__popcount(maybe));
-  for (; maybe; maybe &= maybe - 1) {
-    const uint32_t lane = pktrt__lowest_bit(maybe), slot = index * 8 + lane;
-    if (lo[lane] > (single ? single->wf : b->wf[r])) continue;
-    if ((sure >> lane & 1) && hi[lane] < (single ? single->sf : b->sf[r])) {
-      if (moving && seg->check_area &&
+  COUNT(canonical_tests, pktrt__popcount(c->maybe));
+  for (uint32_t maybe = c->maybe; maybe; maybe &= maybe - 1) {
+    const uint32_t lane = pktrt__lowest_bit(maybe), slot = c->index * 8 + lane, id = c->id[lane];
+    if (c->lo[lane] > (single ? single->wf : b->wf[r])) continue;
+    if ((c->sure >> lane & 1) && c->hi[lane] < (single ? single->sf : b->sf[r])) {
+      if (is.moving && seg->check_area &&
           !pktrt__tri_has_area_at(&seg->bvhs[seg->bvh], slot, single ? single->ray->time : b->time[r]))
         continue;
-      if (!occlusion && single) pktrt__single_set_hit(seg, single, lo[lane], hi[lane], id[lane], slot);
-      else if (!occlusion) pktrt__batch_set_hit(seg, b, r, lo[lane], hi[lane], id[lane], slot);
+      if (!is.occlusion && single) pktrt__single_set_hit(seg, single, c->lo[lane], c->hi[lane], id, slot);
+      else if (!is.occlusion) pktrt__batch_set_hit(seg, b, r, c->lo[lane], c->hi[lane], id, slot);
       nearer |= 1u << lane;
     } else {
       COUNT(settlings, 1);
-      if (single ? pktrt__exact_test_single(seg, single, id[lane], slot) : pktrt__exact_test(seg, b, r, id[lane], slot))
+      if (single ? pktrt__exact_test_single(seg, single, id, slot) : pktrt__exact_test(seg, b, r, id, slot))
         nearer |= 1u << lane;
     }
-    if (occlusion && nearer) return nearer;
+    if (is.occlusion && nearer) return nearer;
   }
   return nearer;
 }
@@ -5541,23 +5568,24 @@ OP bool pktrt__tri_any_hit(const pktrt__bvh_segment *seg, pktrt__batch *b, uint3
 /* A ray, of a batch or alone, against a leaf block: the lanes that pktrt__tri_record tells of. Occlusion without counts: 1
    if anything is hit, and no lanes. */
 OP uint32_t pktrt__tri_block_template(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, pktrt__single *single, uint32_t index,
-                            const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
-  if (occlusion && !stats) return pktrt__tri_any_hit(seg, b, r, single, index, moving);
-  const pktrt__block *block = pktrt__segment_block(seg, index, moving);
+                            const pktrt__variant is) {
+  if (is.occlusion && !is.stats) return pktrt__tri_any_hit(seg, b, r, single, index, is.moving);
+  const pktrt__block *block = pktrt__segment_block(seg, index, is.moving);
   const uint32_t *id = block->id;
-  const pktrt__tri_shear q = single ? pktrt__tri_shear_single(single, moving) : pktrt__tri_shear_batch(b, r, moving);
-  const pktrt__tri_estimate e = pktrt__tri_filter_block(&q, seg, block, single ? single->wf : b->wf[r], true, moving);
+  const pktrt__tri_shear q = single ? pktrt__tri_shear_single(single, is.moving) : pktrt__tri_shear_batch(b, r, is.moving);
+  const pktrt__tri_estimate e = pktrt__tri_filter_block(&q, seg, block, single ? single->wf : b->wf[r], true, is.moving);
   COUNT(triangle_tests, pktrt__popcount(pktrt__lanes_occupied(id)));
   if (!e.maybe) return 0;
   PKTRT__ALIGN64 float lo[8], hi[8];
   vstore(lo, e.lo);
   vstore(hi, e.hi);
-  return pktrt__tri_record(seg, b, r, single, index, id, lo, hi, e.maybe, e.sure, occlusion, moving, stats, counts);
+  const pktrt__tri_candidates c = {index, id, lo, hi, e.maybe, e.sure};
+  return pktrt__tri_record(seg, b, r, single, &c, is);
 }
 #endif
 OP uint32_t pktrt__tri_ray_block_inline(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, uint32_t index,
-                            const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
-  return pktrt__tri_block_template(seg, b, r, NULL, index, occlusion, moving, stats, counts);
+                            const pktrt__variant is) {
+  return pktrt__tri_block_template(seg, b, r, NULL, index, is);
 }
 
 /* Kernels are templates over three truths known at compile time; these are their instances. Counting is done by the
@@ -5587,35 +5615,34 @@ OP uint32_t pktrt__tri_ray_block_inline(const pktrt__bvh_segment *seg, pktrt__ba
   IF_COUNTED(INSTANCE(0s, false, PKTRT__MOTION != 0, PKTRT__STATS != 0)                                                \
              INSTANCE(1s, true, PKTRT__MOTION != 0, PKTRT__STATS != 0))
 #define PKTRT__PICK(name)                                                                                              \
-  ((void)stats, (void)moving, occlusion ? IF_COUNTED(stats || (PKTRT__WITH_FEW_INSTANCES && moving) ? PKTRT__NAME(name##_1s) :)           \
-                                                  IF_MOVING(moving ? PKTRT__NAME(name##_11) :) PKTRT__NAME(name##_10)                \
-                                        : IF_COUNTED(stats || (PKTRT__WITH_FEW_INSTANCES && moving) ? PKTRT__NAME(name##_0s) :)           \
-                                                  IF_MOVING(moving ? PKTRT__NAME(name##_01) :) PKTRT__NAME(name##_00))
+  (is.occlusion ? IF_COUNTED(is.stats || (PKTRT__WITH_FEW_INSTANCES && is.moving) ? PKTRT__NAME(name##_1s) :)          \
+                      IF_MOVING(is.moving ? PKTRT__NAME(name##_11) :) PKTRT__NAME(name##_10)                           \
+                : IF_COUNTED(is.stats || (PKTRT__WITH_FEW_INSTANCES && is.moving) ? PKTRT__NAME(name##_0s) :)          \
+                      IF_MOVING(is.moving ? PKTRT__NAME(name##_01) :) PKTRT__NAME(name##_00))
 
 #if !PKTRT__WITH_V8_REGISTERS
 /* Functions of their own: inlined they would make the code a third longer, and no faster. */
 #define INSTANCE(tag, o, m, s)                                                                                         \
   PKTRT__NOINLINE uint32_t PKTRT__NAME(pktrt__tri_block_##tag)(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r,                 \
                                                  pktrt__single *single, uint32_t index, pktrt_counts *counts) {            \
-    return pktrt__tri_block_template(seg, b, r, single, index, o, m, s, counts);                                                  \
+    return pktrt__tri_block_template(seg, b, r, single, index, pktrt__variant_of(o, m, s, counts));                                                  \
   }
 PKTRT__INSTANCES(INSTANCE)
 #undef INSTANCE
 #endif
 OP uint32_t pktrt__tri_ray_block(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, uint32_t index,
-                                const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
+                                const pktrt__variant is) {
 #if !PKTRT__WITH_V8_REGISTERS
-  return PKTRT__PICK(pktrt__tri_block)(seg, b, r, NULL, index, counts);
+  return PKTRT__PICK(pktrt__tri_block)(seg, b, r, NULL, index, is.counts);
 #else
-  return pktrt__tri_ray_block_inline(seg, b, r, index, occlusion, moving, stats, counts);
+  return pktrt__tri_ray_block_inline(seg, b, r, index, is);
 #endif
 }
-OP bool pktrt__tri_single_block(const pktrt__bvh_segment *seg, pktrt__single *single, uint32_t index, const bool occlusion,
-                         const bool moving, const bool stats, pktrt_counts *counts) {
+OP bool pktrt__tri_single_block(const pktrt__bvh_segment *seg, pktrt__single *single, uint32_t index, const pktrt__variant is) {
 #if !PKTRT__WITH_V8_REGISTERS
-  return PKTRT__PICK(pktrt__tri_block)(seg, NULL, 0, single, index, counts) != 0;
+  return PKTRT__PICK(pktrt__tri_block)(seg, NULL, 0, single, index, is.counts) != 0;
 #else
-  return pktrt__tri_block_template(seg, NULL, 0, single, index, occlusion, moving, stats, counts) != 0;
+  return pktrt__tri_block_template(seg, NULL, 0, single, index, is) != 0;
 #endif
 }
 /* >>boxes ---------------------------------------------------------------------------------------------------------- */
@@ -5729,32 +5756,30 @@ OP uint32_t pktrt__bvh_child_count(const uint32_t *child) { return 8 - pktrt__po
 
 /* Opens a node: its children as above. */
 OP uint32_t pktrt__single_open_node(const pktrt__single_slabs *q, const pktrt__bvh_segment *seg, uint32_t ref, float wf,
-                            const uint32_t **child, v8 *entry, const bool moving, const bool stats,
-                            pktrt_counts *counts) {
-  const pktrt__node *node = pktrt__segment_node(seg, ref, moving);
+                            const uint32_t **child, v8 *entry, const pktrt__variant is) {
+  const pktrt__node *node = pktrt__segment_node(seg, ref, is.moving);
   *child = node->child;
   COUNT(node_visits, 1);
   COUNT(box_tests, pktrt__bvh_child_count(*child));
-  return pktrt__single_test_children(q, seg, node, wf, moving, entry);
+  return pktrt__single_test_children(q, seg, node, wf, is.moving, entry);
 }
 
 /* The nearest hit: nearest child first. */
-OP bool pktrt__single_closest_hit(const pktrt__bvh_segment *seg, pktrt__single *ray, uint32_t ref, const bool moving, const bool stats,
-                      pktrt_counts *counts) {
+OP bool pktrt__single_closest_hit(const pktrt__bvh_segment *seg, pktrt__single *ray, uint32_t ref, const pktrt__variant is) {
   struct {
     uint32_t ref;
     float dist;
   } stack[PKTRT__STACK + 8], *top = stack;
   PKTRT__ALIGN64 float dist[8];
-  const pktrt__single_slabs q = pktrt__single_slabs_of(ray, moving);
+  const pktrt__single_slabs q = pktrt__single_slabs_of(ray, is.moving);
   const uint32_t slot = ray->slot, id = ray->id;
   for (;;) {
     if (ref & PKTRT__LEAF) {
-      pktrt__tri_single_block(seg, ray, ref & ~PKTRT__LEAF, false, moving, stats, counts);
+      pktrt__tri_single_block(seg, ray, ref & ~PKTRT__LEAF, is);
     } else {
       const uint32_t *child;
       v8 entry;
-      uint32_t bits = pktrt__single_open_node(&q, seg, ref, ray->wf, &child, &entry, moving, stats, counts);
+      uint32_t bits = pktrt__single_open_node(&q, seg, ref, ray->wf, &child, &entry, is);
       if (bits) {
         uint32_t c = pktrt__lowest_bit(bits);
         ref = child[c];
@@ -5765,7 +5790,7 @@ OP bool pktrt__single_closest_hit(const pktrt__bvh_segment *seg, pktrt__single *
           c = pktrt__lowest_bit(bits);
           const float d = dist[c];
           const uint32_t other = child[c];
-          pktrt__bvh_prefetch(seg, other, moving);
+          pktrt__bvh_prefetch(seg, other, is.moving);
           if (d < best) {
             top->ref = ref, top->dist = best;
             ref = other, best = d;
@@ -5785,17 +5810,16 @@ OP bool pktrt__single_closest_hit(const pktrt__bvh_segment *seg, pktrt__single *
 }
 
 /* Any hit: children in the order of the build, the last one first. */
-OP bool pktrt__single_any_hit(const pktrt__bvh_segment *seg, pktrt__single *ray, uint32_t ref, const bool moving, const bool stats,
-                    pktrt_counts *counts) {
+OP bool pktrt__single_any_hit(const pktrt__bvh_segment *seg, pktrt__single *ray, uint32_t ref, const pktrt__variant is) {
   uint32_t refs[PKTRT__STACK + 8], *top = refs;
-  const pktrt__single_slabs q = pktrt__single_slabs_of(ray, moving);
+  const pktrt__single_slabs q = pktrt__single_slabs_of(ray, is.moving);
   for (;;) {
     if (ref & PKTRT__LEAF) {
-      if (pktrt__tri_single_block(seg, ray, ref & ~PKTRT__LEAF, true, moving, stats, counts)) return true;
+      if (pktrt__tri_single_block(seg, ray, ref & ~PKTRT__LEAF, is)) return true;
     } else {
       const uint32_t *child;
       v8 entry;
-      uint32_t bits = pktrt__single_open_node(&q, seg, ref, ray->wf, &child, &entry, moving, stats, counts);
+      uint32_t bits = pktrt__single_open_node(&q, seg, ref, ray->wf, &child, &entry, is);
       if (bits) {
         ref = child[pktrt__lowest_bit(bits)];
         while (bits &= bits - 1) *top++ = ref, ref = child[pktrt__lowest_bit(bits)];
@@ -5820,23 +5844,23 @@ typedef struct pktrt__stream_stack {
 
 /* Opens a node for the rays of mask. For any hit children are pushed as the build has them. */
 OP void pktrt__stream_open_node(const pktrt__bvh_segment *seg, pktrt__batch *b, const uint8_t *list, uint64_t mask, uint32_t ref,
-                          uint32_t octant, pktrt__stream_stack *stack, const bool occlusion, const bool moving) {
-  const pktrt__node *node = pktrt__segment_node(seg, ref, moving);
+                          uint32_t octant, pktrt__stream_stack *stack, const pktrt__variant is) {
+  const pktrt__node *node = pktrt__segment_node(seg, ref, is.moving);
   const uint32_t *child = node->child;
-  const pktrt__box_slabs s = pktrt__box_load_slabs(seg, node, octant, moving);
+  const pktrt__box_slabs s = pktrt__box_load_slabs(seg, node, octant, is.moving);
   const uint32_t sp = stack->n;
   a8 rays = azero();
   v8 dist = vset(INFINITY);
   for (uint64_t m = mask; m; m &= m - 1) {
     const uint32_t i = pktrt__lowest_bit(m);
     v8 entry;
-    const m8 enters = pktrt__box_test_children(&s, b, list[i], moving, &entry);
+    const m8 enters = pktrt__box_test_children(&s, b, list[i], is.moving, &entry);
     rays = aor(rays, enters, i);
-    if (!occlusion) dist = vsel(enters, entry, dist); /* asked of children that one ray alone enters */
+    if (!is.occlusion) dist = vsel(enters, entry, dist); /* asked of children that one ray alone enters */
   }
-  stack->n += apush(rays, child, dist, occlusion ? PKTRT__IN_ORDER : node->order[octant], stack->masks + sp,
+  stack->n += apush(rays, child, dist, is.occlusion ? PKTRT__IN_ORDER : node->order[octant], stack->masks + sp,
                     stack->refs + sp, stack->dists + sp);
-  for (uint32_t i = sp; i < stack->n; i++) pktrt__bvh_prefetch(seg, stack->refs[i], moving);
+  for (uint32_t i = sp; i < stack->n; i++) pktrt__bvh_prefetch(seg, stack->refs[i], is.moving);
 }
 
 #ifndef PKTRT__OTHER_TESTS
@@ -5863,7 +5887,8 @@ OP uint64_t pktrt__stream_closest_block(const pktrt__bvh_segment *seg, pktrt__ba
     }
     for (uint32_t j = 0; j < n; j++) {
       const uint32_t r = list[ray[j]];
-      if (pktrt__tri_record(seg, b, r, NULL, index, id, lo[j], hi[j], maybe[j], sure[j], false, moving, false, NULL))
+      const pktrt__tri_candidates c = {index, id, lo[j], hi[j], maybe[j], sure[j]};
+      if (pktrt__tri_record(seg, b, r, NULL, &c, pktrt__variant_of(false, moving, false, NULL)))
         hit |= (uint64_t)1 << ray[j];
     }
   }
@@ -5873,37 +5898,36 @@ OP uint64_t pktrt__stream_closest_block(const pktrt__bvh_segment *seg, pktrt__ba
 
 /* A block against the rays of mask: together where that is faster, else one by one. */
 OP uint64_t pktrt__stream_leaf(const pktrt__bvh_segment *seg, pktrt__batch *b, const uint8_t *list, uint64_t mask,
-                              uint32_t index, const bool occlusion, const bool moving, const bool stats,
-                              pktrt_counts *counts) {
+                              uint32_t index, const pktrt__variant is) {
   uint64_t hit = 0;
 #if PKTRT__WITH_V8_REGISTERS
-  if (!occlusion && !stats) return pktrt__stream_closest_block(seg, b, list, mask, index, moving);
+  if (!is.occlusion && !is.stats) return pktrt__stream_closest_block(seg, b, list, mask, index, is.moving);
 #endif
   for (; mask; mask &= mask - 1) {
     const uint32_t i = pktrt__lowest_bit(mask);
-    if (pktrt__tri_ray_block(seg, b, list[i], index, occlusion, moving, stats, counts)) hit |= (uint64_t)1 << i;
+    if (pktrt__tri_ray_block(seg, b, list[i], index, is)) hit |= (uint64_t)1 << i;
   }
   return hit;
 }
 
 OP uint64_t pktrt__stream_template(const pktrt__bvh_segment *seg, pktrt__batch *b, const uint8_t *list, uint64_t mask, uint32_t ref,
-                         const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
+                         const pktrt__variant is) {
   pktrt__stream_stack stack;
   uint64_t hit = 0;
   const uint32_t octant = b->octant[list[pktrt__lowest_bit(mask)]];
   stack.n = 0;
   for (;;) {
     if (ref & PKTRT__LEAF) {
-      hit |= pktrt__stream_leaf(seg, b, list, mask, ref & ~PKTRT__LEAF, occlusion, moving, stats, counts);
+      hit |= pktrt__stream_leaf(seg, b, list, mask, ref & ~PKTRT__LEAF, is);
     } else {
       COUNT(node_visits, 1);
-      COUNT(box_tests, pktrt__bvh_child_count(pktrt__bvh_children(seg, ref, moving)) * pktrt__popcount(mask));
-      pktrt__stream_open_node(seg, b, list, mask, ref, octant, &stack, occlusion, moving);
+      COUNT(box_tests, pktrt__bvh_child_count(pktrt__bvh_children(seg, ref, is.moving)) * pktrt__popcount(mask));
+      pktrt__stream_open_node(seg, b, list, mask, ref, octant, &stack, is);
     }
     do { /* masks of entries pushed earlier may hold rays that are done */
       if (!stack.n) return hit;
       mask = stack.masks[--stack.n];
-      if (occlusion) mask &= ~hit;
+      if (is.occlusion) mask &= ~hit;
       else if (!(mask & (mask - 1)) && stack.dists[stack.n] > b->wf[list[pktrt__lowest_bit(mask)]]) mask = 0;
     } while (!mask);
     ref = stack.refs[stack.n];
@@ -5913,32 +5937,31 @@ OP uint64_t pktrt__stream_template(const pktrt__bvh_segment *seg, pktrt__batch *
 #define INSTANCE(tag, o, m, s)                                                                                         \
   PKTRT__NOINLINE bool PKTRT__NAME(pktrt__single_##tag)(const pktrt__bvh_segment *seg, pktrt__single *ray, uint32_t ref,                     \
                                           pktrt_counts *counts) {                                                      \
-    return o ? pktrt__single_any_hit(seg, ray, ref, m, s, counts) : pktrt__single_closest_hit(seg, ray, ref, m, s, counts);                \
+    return o ? pktrt__single_any_hit(seg, ray, ref, pktrt__variant_of(o, m, s, counts)) : pktrt__single_closest_hit(seg, ray, ref, pktrt__variant_of(o, m, s, counts));                \
   }                                                                                                                    \
   PKTRT__NOINLINE uint64_t PKTRT__NAME(pktrt__stream_##tag)(const pktrt__bvh_segment *seg, pktrt__batch *b, const uint8_t *list,           \
                                               uint64_t mask, uint32_t ref, pktrt_counts *counts) {                     \
-    return pktrt__stream_template(seg, b, list, mask, ref, o, m, s, counts);                                                    \
+    return pktrt__stream_template(seg, b, list, mask, ref, pktrt__variant_of(o, m, s, counts));                                                    \
   }
 PKTRT__INSTANCES(INSTANCE)
 #undef INSTANCE
 
-OP bool pktrt__single_traverse(const pktrt__bvh_segment *seg, pktrt__single *ray, uint32_t ref, const bool occlusion,
-                         const bool moving, const bool stats, pktrt_counts *counts) {
-  return PKTRT__PICK(pktrt__single)(seg, ray, ref, counts);
+OP bool pktrt__single_traverse(const pktrt__bvh_segment *seg, pktrt__single *ray, uint32_t ref, const pktrt__variant is) {
+  return PKTRT__PICK(pktrt__single)(seg, ray, ref, is.counts);
 }
 /* A lone ray needs no stream. */
 OP uint64_t pktrt__stream_traverse(const pktrt__bvh_segment *seg, pktrt__batch *b, const uint8_t *list, uint64_t mask, uint32_t ref,
-                             const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
+                             const pktrt__variant is) {
   if (!(mask & (mask - 1))) {
     const uint32_t r = list[pktrt__lowest_bit(mask)];
     pktrt_ray ray;
     pktrt__single q;
     pktrt__single_from_batch(b, r, &ray, &q);
-    if (!pktrt__single_traverse(seg, &q, ref, occlusion, moving, stats, counts)) return 0;
+    if (!pktrt__single_traverse(seg, &q, ref, is)) return 0;
     pktrt__single_to_batch(b, r, &q);
     return mask;
   }
-  return PKTRT__PICK(pktrt__stream)(seg, b, list, mask, ref, counts);
+  return PKTRT__PICK(pktrt__stream)(seg, b, list, mask, ref, is.counts);
 }
 
 /* >>frustum ----------------------------------------------------------------------------------------------------------
@@ -6266,9 +6289,16 @@ OP void pktrt__frustum_set_hits(const pktrt__bvh_segment *seg, pktrt__batch *b, 
   fstore_masked_u32(b->bvh + r, m, seg->bvh);
 }
 
+/* What the rays of a packet have in common at one triangle. */
+typedef struct pktrt__tri_common {
+  uint32_t id, slot;
+  float pad, range, far_; /* as of the packet, and in pktrt__frustum_corners */
+  pktrt_counts *counts;   /* NULL: do not count */
+} pktrt__tri_common;
+
 /* One triangle against those of rays r to r+7 in bits, given their sheared corners; those that take it. */
-PKTRT__NOINLINE uint32_t pktrt__paper_accept8(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, uint32_t bits, const v8 *x,
-                                     const v8 *y, const v8 *z, uint32_t id, uint32_t slot, pktrt_counts *counts) {
+PKTRT__NOINLINE uint32_t pktrt__paper_accept8(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, uint32_t bits,
+                                              const v8 *x, const v8 *y, const v8 *z, const pktrt__tri_common *tri) {
   pktrt__tri_limits l;
   l.sign = vcopysign(vset(1), vload(b->dk + r)), l.tiny = vload(b->tiny + r);
   l.wn = vload(b->wn + r), l.wf = vload(b->wf + r), l.sn = vload(b->sn + r);
@@ -6277,11 +6307,11 @@ PKTRT__NOINLINE uint32_t pktrt__paper_accept8(const pktrt__bvh_segment *seg, pkt
   uint32_t taken = bits & e.sure & mbits(vlt(e.hi, vload(b->sf + r))), open = bits & ~taken;
   if (seg->check_area)
     for (uint32_t m = taken; m; m &= m - 1)
-      if (!pktrt__tri_has_area_at(&seg->bvhs[seg->bvh], slot, b->time[r + pktrt__lowest_bit(m)])) taken &= ~(m & (0u - m));
-  if (counts) counts->canonical_tests += pktrt__popcount(bits), counts->settlings += pktrt__popcount(open);
-  pktrt__frustum_set_hits(seg, b, r, taken, fwide(e.lo), fwide(e.hi), id, slot);
+      if (!pktrt__tri_has_area_at(&seg->bvhs[seg->bvh], tri->slot, b->time[r + pktrt__lowest_bit(m)])) taken &= ~(m & (0u - m));
+  if (tri->counts) tri->counts->canonical_tests += pktrt__popcount(bits), tri->counts->settlings += pktrt__popcount(open);
+  pktrt__frustum_set_hits(seg, b, r, taken, fwide(e.lo), fwide(e.hi), tri->id, tri->slot);
   for (; PKTRT__UNLIKELY(open); open &= open - 1)
-    if (pktrt__exact_test(seg, b, r + pktrt__lowest_bit(open), id, slot)) taken |= open & (0u - open);
+    if (pktrt__exact_test(seg, b, r + pktrt__lowest_bit(open), tri->id, tri->slot)) taken |= open & (0u - open);
   return taken;
 }
 
@@ -6321,19 +6351,21 @@ PKTRT__NOINLINE uint32_t pktrt__frustum_exact_test8(const pktrt__bvh_segment *se
   return taken;
 }
 
-/* The same for a vector of rays in a frustum, given their edge functions, depths of corners, largest |x| and |y|, and
-   what all rays have in common. */
+/* A vector of rays at one triangle: edge functions, depths of corners, largest |x| and |y|. */
+typedef struct pktrt__frustum_edges {
+  vf e[3], z[3], xs, ys;
+} pktrt__frustum_edges;
+
+/* Takes the triangle for those of a vector of rays in a frustum that hit it nearest so far; returns them. */
 PKTRT__NOINLINE uint32_t pktrt__frustum_accept(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, uint32_t bits,
-                                            vf e0, vf e1, vf e2, vf z0, vf z1, vf z2, vf xs, vf ys, float pad,
-                                            float range, float far_, uint32_t id, uint32_t slot,
-                                            pktrt_counts *counts) {
-  const vf e[3] = {e0, e1, e2}, z[3] = {z0, z1, z2};
+                                               const pktrt__frustum_edges *s, const pktrt__tri_common *tri) {
+  const vf e[3] = {s->e[0], s->e[1], s->e[2]}, z[3] = {s->z[0], s->z[1], s->z[2]}, xs = s->xs, ys = s->ys;
   const vf zero = fset(0), xy = fmul(xs, ys), dk = fload(b->dk + r), tiny = fload(b->tiny + r);
   const vf det = fadd(fadd(e[0], e[1]), e[2]), inverse = fdiv(fset(1), det), size = fabs_(det);
   const vf sum = ffma(fmul(e[0], inverse), z[0], ffma(fmul(e[1], inverse), z[1], fmul(fmul(e[2], inverse), z[2])));
   const vf depth = fsel(flt(dk, zero), fsub(zero, sum), sum);
-  const vf error = ffma(fmul(xy, fabs_(inverse)), fset(PKTRT__PAD_SPREAD * range),
-                        fadd(fset(PKTRT__PAD_ESTIMATE * far_), tiny));
+  const vf error = ffma(fmul(xy, fabs_(inverse)), fset(PKTRT__PAD_SPREAD * tri->range),
+                        fadd(fset(PKTRT__PAD_ESTIMATE * tri->far_), tiny));
   const vf bound = fsel(fmand(flt(fset(PKTRT__LEAST_DET), size), fle(size, fset(FLT_MAX))), error, fset(INFINITY));
   const vf lo = fsub(depth, bound), hi = fadd(depth, bound);
   bits &= ~(fbits(flt(fload(b->wf + r), lo)) | fbits(flt(hi, fload(b->wn + r)))); /* NaN leaves it open */
@@ -6342,36 +6374,35 @@ PKTRT__NOINLINE uint32_t pktrt__frustum_accept(const pktrt__bvh_segment *seg, pk
   uint32_t taken = bits & sure & fbits(fmand(flt(fload(b->sn + r), lo), flt(hi, fload(b->sf + r))));
   uint32_t open = bits & ~taken;
   if (seg->check_area) {
-    const vf p = fset(2 * pad), flat = ffma(fadd(fadd(xs, ys), p), p, fmul(xy, fset(PKTRT__PAD_AREA)));
+    const vf p = fset(2 * tri->pad), flat = ffma(fadd(fadd(xs, ys), p), p, fmul(xy, fset(PKTRT__PAD_AREA)));
     for (uint32_t m = taken & ~fbits(flt(flat, size)); m; m &= m - 1)
-      if (!pktrt__tri_has_area_at(&seg->bvhs[seg->bvh], slot, b->time[r + pktrt__lowest_bit(m)])) taken &= ~(m & (0u - m));
+      if (!pktrt__tri_has_area_at(&seg->bvhs[seg->bvh], tri->slot, b->time[r + pktrt__lowest_bit(m)])) taken &= ~(m & (0u - m));
   }
-  if (counts) counts->canonical_tests += pktrt__popcount(bits), counts->settlings += pktrt__popcount(open);
-  pktrt__frustum_set_hits(seg, b, r, taken, lo, hi, id, slot);
+  if (tri->counts) tri->counts->canonical_tests += pktrt__popcount(bits), tri->counts->settlings += pktrt__popcount(open);
+  pktrt__frustum_set_hits(seg, b, r, taken, lo, hi, tri->id, tri->slot);
   for (uint32_t i = 0; open && i < FW; i += 8) {
     const uint32_t some = open >> i & pktrt__lanes_unhit(b->slot + r + i);
-    if (some) taken |= pktrt__frustum_exact_test8(seg, b, r + i, some, id, slot) << i;
+    if (some) taken |= pktrt__frustum_exact_test8(seg, b, r + i, some, tri->id, tri->slot) << i;
     open &= ~(some << i);
   }
   for (; PKTRT__UNLIKELY(open); open &= open - 1)
-    if (pktrt__exact_test(seg, b, r + pktrt__lowest_bit(open), id, slot)) taken |= open & (0u - open);
+    if (pktrt__exact_test(seg, b, r + pktrt__lowest_bit(open), tri->id, tri->slot)) taken |= open & (0u - open);
   return taken;
 }
 
 /* One triangle against a vector of rays, given its sheared corners; those that hit it. */
 OP uint32_t pktrt__frustum_filter(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, uint32_t rays, const vf x[3],
-                               const vf y[3], const vf z[3], float pad, float range, float far_, uint32_t id,
-                               uint32_t slot, pktrt_counts *counts) {
-  vf e[3];
-  e[0] = fsub(fmul(x[2], y[1]), fmul(y[2], x[1])), e[1] = fsub(fmul(x[0], y[2]), fmul(y[0], x[2]));
-  e[2] = fsub(fmul(x[1], y[0]), fmul(y[1], x[0]));
-  const vf least = fmin_(e[0], fmin_(e[1], e[2])), most = fmax_(e[0], fmax_(e[1], e[2])), zero = fset(0);
+                                  const vf y[3], const vf z[3], const pktrt__tri_common *tri) {
+  pktrt__frustum_edges s;
+  s.e[0] = fsub(fmul(x[2], y[1]), fmul(y[2], x[1])), s.e[1] = fsub(fmul(x[0], y[2]), fmul(y[0], x[2]));
+  s.e[2] = fsub(fmul(x[1], y[0]), fmul(y[1], x[0]));
+  const vf least = fmin_(s.e[0], fmin_(s.e[1], s.e[2])), most = fmax_(s.e[0], fmax_(s.e[1], s.e[2])), zero = fset(0);
   const uint32_t bits = rays & ~fbits(fmand(flt(least, zero), flt(zero, most)));
   if (!bits) return 0;
-  const vf xs = fmax_(fabs_(x[0]), fmax_(fabs_(x[1]), fabs_(x[2])));
-  const vf ys = fmax_(fabs_(y[0]), fmax_(fabs_(y[1]), fabs_(y[2])));
-  return pktrt__frustum_accept(seg, b, r, bits, e[0], e[1], e[2], z[0], z[1], z[2], xs, ys, pad, range, far_, id, slot,
-                            counts);
+  UNROLL for (int i = 0; i < 3; i++) s.z[i] = z[i];
+  s.xs = fmax_(fabs_(x[0]), fmax_(fabs_(x[1]), fabs_(x[2])));
+  s.ys = fmax_(fabs_(y[0]), fmax_(fabs_(y[1]), fabs_(y[2])));
+  return pktrt__frustum_accept(seg, b, r, bits, &s, tri);
 }
 
 #ifdef PKTRT__OTHER_TESTS
@@ -6379,15 +6410,15 @@ OP uint32_t pktrt__frustum_filter(const pktrt__bvh_segment *seg, pktrt__batch *b
 #else
 /* One triangle at rest (lane of a block) against the rays of mask; those that hit it. */
 OP uint64_t pktrt__frustum_test_triangle(const pktrt__frustum *f, const pktrt__bvh_segment *seg, pktrt__batch *b,
-                                   const float *k0, const pktrt__frustum_corners *corners, uint32_t lane, uint32_t id,
-                                   uint32_t slot, uint64_t mask, const bool stats, pktrt_counts *counts) {
+                                         const float *k0, const pktrt__frustum_corners *corners, uint32_t lane,
+                                         const pktrt__tri_common *tri, uint64_t mask) {
   const uint32_t axis[3] = {f->ku, f->kv, f->k};
   uint64_t result = 0;
   for (uint32_t i = 0; i < 64; i += FW) {
     const uint32_t rays = (uint32_t)(mask >> i) & ((1u << FW) - 1);
     if (!rays) continue;
     const uint32_t r = f->base + i;
-    COUNT(triangle_tests, pktrt__popcount(rays));
+    if (tri->counts) tri->counts->triangle_tests += pktrt__popcount(rays);
     vf x[3], y[3], z[3];
     const vf su = fload(b->slope[0] + r), sv = fload(b->slope[1] + r);
     UNROLL for (int c = 0; c < 3; c++) {
@@ -6400,8 +6431,7 @@ OP uint64_t pktrt__frustum_test_triangle(const pktrt__frustum *f, const pktrt__b
       x[c] = fsub(q[0], fmul(su, q[2]));
       y[c] = fsub(q[1], fmul(sv, q[2]));
     }
-    result |= (uint64_t)pktrt__frustum_filter(seg, b, r, rays, x, y, z, f->pad, corners->range[lane],
-                                           corners->far_[lane], id, slot, stats ? counts : NULL) << i;
+    result |= (uint64_t)pktrt__frustum_filter(seg, b, r, rays, x, y, z, tri) << i;
   }
   return result;
 }
@@ -6409,7 +6439,7 @@ OP uint64_t pktrt__frustum_test_triangle(const pktrt__frustum *f, const pktrt__b
 
 /* A leaf block at rest against the rays of mask; those that hit something in it. */
 OP uint64_t pktrt__frustum_leaf(const pktrt__frustum *f, const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t index,
-                                uint64_t mask, const bool occlusion, const bool stats, pktrt_counts *counts) {
+                                uint64_t mask, const pktrt__variant is) {
   const pktrt__block *block = pktrt__segment_block(seg, index, false);
   const float *k0 = &block->vertex[0][0][0];
   const uint32_t *id = block->id;
@@ -6420,10 +6450,12 @@ OP uint64_t pktrt__frustum_leaf(const pktrt__frustum *f, const pktrt__bvh_segmen
   uint64_t hit = 0;
   for (; lanes && mask; lanes &= lanes - 1) {
     const uint32_t lane = pktrt__lowest_bit(lanes);
-    const uint64_t h = pktrt__frustum_test_triangle(f, seg, b, k0, &corners, lane, id[lane], index * 8 + lane, mask, stats,
-                                              counts);
+    pktrt__tri_common tri;
+    tri.id = id[lane], tri.slot = index * 8 + lane, tri.counts = is.stats ? is.counts : NULL;
+    tri.pad = f->pad, tri.range = corners.range[lane], tri.far_ = corners.far_[lane];
+    const uint64_t h = pktrt__frustum_test_triangle(f, seg, b, k0, &corners, lane, &tri, mask);
     hit |= h;
-    if (occlusion) mask &= ~h;
+    if (is.occlusion) mask &= ~h;
   }
   return hit;
 }
@@ -6472,9 +6504,9 @@ OP uint32_t pktrt__frustum_cull_moving(const pktrt__frustum *f, const float *k0,
 #else
 /* One moving triangle, its corners at k0 and k1, against a vector of rays, as the canonical test has it; those that hit
    it. */
-PKTRT__NOINLINE uint32_t pktrt__frustum_test_moving(const pktrt__frustum *f, const pktrt__bvh_segment *seg, pktrt__batch *b,
-                                           uint32_t r, uint32_t rays, const float *k0, const float *k1, float range,
-                                           float far_, uint32_t id, uint32_t slot, pktrt_counts *counts) {
+PKTRT__NOINLINE uint32_t pktrt__frustum_test_moving(const pktrt__frustum *f, const pktrt__bvh_segment *seg,
+                                                    pktrt__batch *b, uint32_t r, uint32_t rays, const float *k0,
+                                                    const float *k1, const pktrt__tri_common *tri) {
   const uint32_t axis[3] = {f->ku, f->kv, f->k};
   const vf ta = fload(b->ta + r), tb = fload(b->tb + r), su = fload(b->slope[0] + r), sv = fload(b->slope[1] + r);
   vf x[3], y[3], z[3];
@@ -6486,7 +6518,7 @@ PKTRT__NOINLINE uint32_t pktrt__frustum_test_moving(const pktrt__frustum *f, con
     }
     x[c] = fsub(q[0], fmul(su, q[2])), y[c] = fsub(q[1], fmul(sv, q[2])), z[c] = q[2];
   }
-  return pktrt__frustum_filter(seg, b, r, rays, x, y, z, f->pad, range, far_, id, slot, counts);
+  return pktrt__frustum_filter(seg, b, r, rays, x, y, z, tri);
 }
 
 /* The rays of a packet that may hit a moving triangle (lane of a block): the filter of >>exactness. x and y are turned
@@ -6532,12 +6564,14 @@ PKTRT__NOINLINE uint64_t pktrt__frustum_leaf_moving(const pktrt__frustum *f, con
     maybe[n++] = pktrt__frustum_filter_moving(f, b, &motion, pktrt__lowest_bit(m));
   for (uint32_t m = lanes, n = 0; m; m &= m - 1, n++) {
     const uint32_t lane = pktrt__lowest_bit(m);
+    pktrt__tri_common tri;
+    tri.id = id[lane], tri.slot = index * 8 + lane, tri.counts = counts;
+    tri.pad = f->pad, tri.range = motion.range[lane], tri.far_ = motion.far_[lane];
     for (uint64_t rest = maybe[n] & mask; rest;) {
       const uint32_t i = pktrt__lowest_bit(rest) & ~(FW - 1u);
       const uint32_t rays = (uint32_t)(rest >> i) & ((1u << FW) - 1);
-      const uint64_t h = (uint64_t)pktrt__frustum_test_moving(f, seg, b, f->base + i, rays, k0 + lane, k1 + lane,
-                                                     motion.range[lane], motion.far_[lane], id[lane], index * 8 + lane,
-                                                     counts) << i;
+      const uint64_t h =
+          (uint64_t)pktrt__frustum_test_moving(f, seg, b, f->base + i, rays, k0 + lane, k1 + lane, &tri) << i;
       rest &= ~((uint64_t)rays << i);
       hit |= h;
       if (occlusion) mask &= ~h;
@@ -6556,21 +6590,20 @@ typedef struct pktrt__frustum_entry {
 /* Pushes the children of a node that reach into the frustum, farthest first, for any hit as the build has them; returns
    how many. */
 OP uint32_t pktrt__frustum_open_node(const pktrt__frustum *f, const pktrt__bvh_segment *seg, uint32_t ref, uint64_t mask,
-                               pktrt__frustum_entry *stack, const bool occlusion, const bool moving, const bool stats,
-                               pktrt_counts *counts) {
-  const pktrt__node *node = pktrt__segment_node(seg, ref, moving);
+                               pktrt__frustum_entry *stack, const pktrt__variant is) {
+  const pktrt__node *node = pktrt__segment_node(seg, ref, is.moving);
   const uint32_t *child = node->child;
-  const float *p0 = pktrt__segment_planes(seg, node, 0, moving), *p1 = pktrt__segment_planes(seg, node, 1, moving);
+  const float *p0 = pktrt__segment_planes(seg, node, 0, is.moving), *p1 = pktrt__segment_planes(seg, node, 1, is.moving);
   PKTRT__ALIGN64 float w[8];
   v8 entry;
   uint32_t whole;
-  const uint32_t keep = moving ? pktrt__frustum_cull_children_moving(f, p0, p1, &entry, &whole)
+  const uint32_t keep = is.moving ? pktrt__frustum_cull_children_moving(f, p0, p1, &entry, &whole)
                                : pktrt__frustum_cull_children(f, p0, p1, false, &entry, &whole);
   const uint32_t n = pktrt__popcount(keep);
   COUNT(node_visits, 1);
   COUNT(frustum_culls, pktrt__bvh_child_count(child) - n);
   vstore(w, entry);
-  uint64_t order = vorder_children(keep, occlusion ? PKTRT__IN_ORDER : node->order[f->octant]);
+  uint64_t order = vorder_children(keep, is.occlusion ? PKTRT__IN_ORDER : node->order[f->octant]);
   for (uint32_t i = 0; i < n; i++, order >>= 8) {
     const uint32_t c = order & 7;
     stack[i].mask = mask, stack[i].plane = whole >> c & 1 ? NULL : p0 + c, stack[i].w = w[c], stack[i].ref = child[c];
@@ -6586,25 +6619,25 @@ OP bool pktrt__frustum_is_thin(uint64_t mask, uint32_t ref, const bool occlusion
 
 /* One group of the scene, from its root. Returns the occluded rays. */
 OP uint64_t pktrt__frustum_template(pktrt__frustum *f, const pktrt__bvh_segment *seg, pktrt__batch *b, uint64_t mask,
-                          const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
+                          const pktrt__variant is) {
   pktrt__frustum_entry stack[PKTRT__STACK + 8];
-  const ptrdiff_t to_key1 = moving ? ((ptrdiff_t)seg->plane1 - (ptrdiff_t)seg->plane0) / (ptrdiff_t)sizeof(float) : 0;
-  const bool still = !moving || (stats && !seg->vertex1); /* at rest, counted: see PKTRT__INSTANCES */
+  const ptrdiff_t to_key1 = is.moving ? ((ptrdiff_t)seg->plane1 - (ptrdiff_t)seg->plane0) / (ptrdiff_t)sizeof(float) : 0;
+  const bool still = !is.moving || (is.stats && !seg->vertex1); /* at rest, counted: see PKTRT__INSTANCES */
   const uint64_t mask_all = mask;
   uint64_t alive = mask, hit = 0;
   uint32_t sp = 0, ref = 0;
   for (;;) {
-    if (pktrt__frustum_is_thin(mask, ref, occlusion, !still)) {
+    if (pktrt__frustum_is_thin(mask, ref, is.occlusion, !still)) {
       COUNT(fallbacks, 1);
-      hit = pktrt__stream_traverse(seg, b, f->list, mask, ref, occlusion, moving, stats, counts);
+      hit = pktrt__stream_traverse(seg, b, f->list, mask, ref, is);
     } else if (ref & PKTRT__LEAF) {
-      hit = still ? pktrt__frustum_leaf(f, seg, b, ref & ~PKTRT__LEAF, mask, occlusion, stats, counts)
-                  : pktrt__frustum_leaf_moving(f, seg, b, ref & ~PKTRT__LEAF, mask, occlusion, stats ? counts : NULL);
+      hit = still ? pktrt__frustum_leaf(f, seg, b, ref & ~PKTRT__LEAF, mask, is)
+                  : pktrt__frustum_leaf_moving(f, seg, b, ref & ~PKTRT__LEAF, mask, is.occlusion, is.stats ? is.counts : NULL);
     } else {
-      sp += pktrt__frustum_open_node(f, seg, ref, mask, stack + sp, occlusion, moving, stats, counts);
+      sp += pktrt__frustum_open_node(f, seg, ref, mask, stack + sp, is);
     }
     if (hit) {
-      if (occlusion && !(alive &= ~hit)) return mask_all;
+      if (is.occlusion && !(alive &= ~hit)) return mask_all;
       pktrt__frustum_update_depth(f, b, alive);
       hit = 0;
     }
@@ -6614,7 +6647,7 @@ OP uint64_t pktrt__frustum_template(pktrt__frustum *f, const pktrt__bvh_segment 
       mask = e->w > f->wmax ? 0 : e->mask & alive, ref = e->ref;
       if (mask && e->plane) {
         COUNT(box_tests, pktrt__popcount(mask));
-        mask = pktrt__frustum_test_child(f, b, e->plane, e->plane + to_key1, mask, moving);
+        mask = pktrt__frustum_test_child(f, b, e->plane, e->plane + to_key1, mask, is.moving);
         COUNT(ray_culls, !mask);
       }
     } while (!mask);
@@ -6660,9 +6693,8 @@ OP uint32_t pktrt__paper_active(const pktrt__paper_packet *p, uint32_t r) { /* o
   return (uint32_t)(p->active[r / 64] >> r % 64) & 0xFF;
 }
 
-OP void pktrt__paper_event(const pktrt__paper_packet *p, pktrt_event_kind kind, uint32_t index, uint32_t child, uint32_t ray,
-                         const bool stats) {
-  if (!stats || !p->call->desc->trace) return;
+OP void pktrt__paper_event(const pktrt__paper_packet *p, pktrt_event_kind kind, uint32_t index, uint32_t child, uint32_t ray, const pktrt__variant is) {
+  if (!is.stats || !p->call->desc->trace) return;
   pktrt_event e;
   e.kind = kind, e.index = index, e.child = child, e.ray = ray - p->base, e.active = p->last - ray;
   p->call->desc->trace(p->call->desc->user, &e);
@@ -6765,11 +6797,11 @@ OP pktrt__paper_child pktrt__paper_child_of(const float *p0, const float *p1, ui
 
 /* The active rays among r to r+7, and in `among`, that may hit a child. */
 OP uint32_t pktrt__paper_test_group(const pktrt__paper_packet *p, const pktrt__paper_child *c, uint32_t r, uint32_t among,
-                              const bool moving, const bool stats, pktrt_counts *counts) {
+                              const pktrt__variant is) {
   const uint32_t active = pktrt__paper_active(p, r) & among;
   COUNT(box_tests, pktrt__popcount8(active));
   COUNT(vector_box_tests, 1);
-  if (!moving) return pktrt__box_test_rays(p->b, r, c->lo, c->hi) & active;
+  if (!is.moving) return pktrt__box_test_rays(p->b, r, c->lo, c->hi) & active;
   const v8 ta = vload(p->b->ta + r), tb = vload(p->b->tb + r);
   v8 lo[3], hi[3];
   UNROLL for (int a = 0; a < 3; a++) {
@@ -6780,50 +6812,48 @@ OP uint32_t pktrt__paper_test_group(const pktrt__paper_packet *p, const pktrt__p
 }
 
 /* Ends the active range behind the last group with a ray that may hit a child, and not before group r. */
-OP void pktrt__paper_trim(pktrt__paper_packet *p, const pktrt__paper_child *c, uint32_t r, const bool moving, const bool stats,
-                         pktrt_counts *counts) {
+OP void pktrt__paper_trim(pktrt__paper_packet *p, const pktrt__paper_child *c, uint32_t r, const pktrt__variant is) {
   for (uint32_t i = (p->last - 1) & ~7u; i > r; i -= 8) {
-    if (pktrt__paper_active(p, i) && pktrt__paper_test_group(p, c, i, ~0u, moving, stats, counts)) return;
+    if (pktrt__paper_active(p, i) && pktrt__paper_test_group(p, c, i, ~0u, is)) return;
     p->last = i;
   }
 }
 
 /* Steps 1 to 4: the first ray from `first` on that may hit a child, or p->end. */
-OP uint32_t pktrt__paper_find_first(pktrt__paper_packet *p, const pktrt__paper_child *c, uint32_t first, const bool moving,
-                              const bool stats, pktrt_counts *counts) {
+OP uint32_t pktrt__paper_find_first(pktrt__paper_packet *p, const pktrt__paper_child *c, uint32_t first, const pktrt__variant is) {
   uint32_t r = first & ~7u;
-  p->entering = pktrt__paper_test_group(p, c, r, ~0u << first % 8, moving, stats, counts);
+  p->entering = pktrt__paper_test_group(p, c, r, ~0u << first % 8, is);
   if (p->entering) {
     const uint32_t ray = r + pktrt__lowest_bit(p->entering);
     COUNT(first_hits, ray == first);
     COUNT(later_hits, ray != first);
-    pktrt__paper_event(p, ray == first ? PKTRT_EVENT_FIRST_HIT : PKTRT_EVENT_LATER_HIT, c->node, c->index, ray, stats);
+    pktrt__paper_event(p, ray == first ? PKTRT_EVENT_FIRST_HIT : PKTRT_EVENT_LATER_HIT, c->node, c->index, ray, is);
     return ray;
   }
   float lo[3], hi[3];
-  pktrt__paper_box(p, c->p0, c->p1, lo, hi, moving);
+  pktrt__paper_box(p, c->p0, c->p1, lo, hi, is.moving);
   if (pktrt__paper_interval_misses(p, lo, hi)) {
     COUNT(interval_culls, 1);
-    pktrt__paper_event(p, PKTRT_EVENT_INTERVAL_CULL, c->node, c->index, first, stats);
+    pktrt__paper_event(p, PKTRT_EVENT_INTERVAL_CULL, c->node, c->index, first, is);
     return p->end;
   }
   if (p->has_frustum && pktrt__paper_frustum_misses(p, lo, hi)) {
     COUNT(frustum_culls, 1);
-    pktrt__paper_event(p, PKTRT_EVENT_FRUSTUM_CULL, c->node, c->index, first, stats);
+    pktrt__paper_event(p, PKTRT_EVENT_FRUSTUM_CULL, c->node, c->index, first, is);
     return p->end;
   }
   for (r += 8; r < p->last; r += 8) {
     if (!pktrt__paper_active(p, r)) continue;
-    p->entering = pktrt__paper_test_group(p, c, r, ~0u, moving, stats, counts);
+    p->entering = pktrt__paper_test_group(p, c, r, ~0u, is);
     if (!p->entering) continue;
-    pktrt__paper_trim(p, c, r, moving, stats, counts);
+    pktrt__paper_trim(p, c, r, is);
     const uint32_t ray = r + pktrt__lowest_bit(p->entering);
     COUNT(later_hits, 1);
-    pktrt__paper_event(p, PKTRT_EVENT_LATER_HIT, c->node, c->index, ray, stats);
+    pktrt__paper_event(p, PKTRT_EVENT_LATER_HIT, c->node, c->index, ray, is);
     return ray;
   }
   COUNT(ray_culls, 1);
-  pktrt__paper_event(p, PKTRT_EVENT_ALL_MISS, c->node, c->index, first, stats);
+  pktrt__paper_event(p, PKTRT_EVENT_ALL_MISS, c->node, c->index, first, is);
   return p->end;
 }
 
@@ -6833,62 +6863,63 @@ OP v8 pktrt__tri_corner_of_one(const float *k0, const float *k1, v8 ta, v8 tb, c
 }
 
 /* One triangle against the rays `bits` of r to r+7, which share their axes; those that hit it. */
-OP uint32_t pktrt__paper_test_triangle(const pktrt__paper_packet *p, const float *k0, const float *k1, uint32_t r, uint32_t bits,
-                                 uint32_t lane, uint32_t id, uint32_t slot, const bool moving, const bool stats,
-                                 pktrt_counts *counts) {
+OP uint32_t pktrt__paper_test_triangle(const pktrt__paper_packet *p, const float *k0, const float *k1, uint32_t r,
+                                       uint32_t bits, uint32_t id, uint32_t slot, const pktrt__variant is) {
   pktrt__batch *b = p->b;
   const uint32_t k = b->axis[r + pktrt__lowest_bit(bits)], ku = (k + 1) % 3, kv = (k + 2) % 3;
   const v8 ok = vload(b->o[k] + r), ou = vload(b->o[ku] + r), ov = vload(b->o[kv] + r);
   const v8 su = vload(b->slope[0] + r), sv = vload(b->slope[1] + r);
-  const v8 ta = moving ? vload(b->ta + r) : ok, tb = moving ? vload(b->tb + r) : ok;
+  const v8 ta = is.moving ? vload(b->ta + r) : ok, tb = is.moving ? vload(b->tb + r) : ok;
   v8 x[3], y[3], z[3];
-  k0 += lane, k1 += lane;
   UNROLL for (uint32_t c = 0; c < 3; c++, k0 += 24, k1 += 24) {
-    z[c] = vsub(pktrt__tri_corner_of_one(k0 + 8 * k, k1 + 8 * k, ta, tb, moving), ok);
-    x[c] = vsub(vsub(pktrt__tri_corner_of_one(k0 + 8 * ku, k1 + 8 * ku, ta, tb, moving), ou), vmul(su, z[c]));
-    y[c] = vsub(vsub(pktrt__tri_corner_of_one(k0 + 8 * kv, k1 + 8 * kv, ta, tb, moving), ov), vmul(sv, z[c]));
+    z[c] = vsub(pktrt__tri_corner_of_one(k0 + 8 * k, k1 + 8 * k, ta, tb, is.moving), ok);
+    x[c] = vsub(vsub(pktrt__tri_corner_of_one(k0 + 8 * ku, k1 + 8 * ku, ta, tb, is.moving), ou), vmul(su, z[c]));
+    y[c] = vsub(vsub(pktrt__tri_corner_of_one(k0 + 8 * kv, k1 + 8 * kv, ta, tb, is.moving), ov), vmul(sv, z[c]));
   }
   COUNT(triangle_tests, pktrt__popcount8(bits));
   COUNT(vector_triangle_tests, 1);
   const v8 u = vsub(vmul(x[2], y[1]), vmul(y[2], x[1])), v = vsub(vmul(x[0], y[2]), vmul(y[0], x[2]));
   const v8 w = vsub(vmul(x[1], y[0]), vmul(y[1], x[0])), zero = vset(0);
   bits &= ~mbits(mand(vlt(vmin(u, vmin(v, w)), zero), vlt(zero, vmax(u, vmax(v, w)))));
-  return bits ? pktrt__paper_accept8(p->seg, b, r, bits, x, y, z, id, slot, stats ? counts : NULL) : 0;
+  if (!bits) return 0;
+  pktrt__tri_common tri;
+  tri.id = id, tri.slot = slot, tri.pad = tri.range = tri.far_ = 0, tri.counts = is.stats ? is.counts : NULL;
+  return pktrt__paper_accept8(p->seg, b, r, bits, x, y, z, &tri);
 }
 
 /* A leaf, child c, against the rays of the active range that may hit its box; those of the first group are known. Rays
    of a group that disagree on the main axis are tested one by one. */
 OP bool pktrt__paper_leaf(pktrt__paper_packet *p, const pktrt__paper_child *c, uint32_t index, uint32_t first,
-                         const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
+                         const pktrt__variant is) {
   const pktrt__block *block = pktrt__segment_block(p->seg, index, true);
   const float *k0 = pktrt__segment_vertices(p->seg, block, 0, true);
   const float *k1 = pktrt__segment_vertices(p->seg, block, 1, true);
   const uint32_t *id = block->id;
   bool any = false;
-  pktrt__paper_event(p, PKTRT_EVENT_LEAF, index, 0, first, stats);
+  pktrt__paper_event(p, PKTRT_EVENT_LEAF, index, 0, first, is);
   for (uint32_t r = first & ~7u; r < p->last; r += 8) {
     uint32_t bits = p->entering, hits = 0;
-    if (r > first) bits = pktrt__paper_active(p, r) ? pktrt__paper_test_group(p, c, r, ~0u, moving, stats, counts) : 0;
+    if (r > first) bits = pktrt__paper_active(p, r) ? pktrt__paper_test_group(p, c, r, ~0u, is) : 0;
     const bool same = p->one_axis[r / 8];
     for (uint32_t m = same ? pktrt__lanes_occupied(id) : 0; m && bits; m &= m - 1) {
       const uint32_t lane = pktrt__lowest_bit(m);
       const uint32_t h =
-          pktrt__paper_test_triangle(p, k0, k1, r, bits, lane, id[lane], index * 8 + lane, moving, stats, counts);
+          pktrt__paper_test_triangle(p, k0 + lane, k1 + lane, r, bits, id[lane], index * 8 + lane, is);
       for (uint32_t e = h; e; e &= e - 1)
-        pktrt__paper_event(p, PKTRT_EVENT_HIT, index, lane, r + pktrt__lowest_bit(e), stats);
+        pktrt__paper_event(p, PKTRT_EVENT_HIT, index, lane, r + pktrt__lowest_bit(e), is);
       hits |= h;
-      if (occlusion) bits &= ~h;
+      if (is.occlusion) bits &= ~h;
     }
     for (uint32_t m = same ? 0 : bits; m; m &= m - 1) {
       const uint32_t ray = r + pktrt__lowest_bit(m);
       COUNT(vector_triangle_tests, 1);
-      const uint32_t lanes = pktrt__tri_ray_block(p->seg, p->b, ray, index, occlusion, moving, stats, counts);
+      const uint32_t lanes = pktrt__tri_ray_block(p->seg, p->b, ray, index, is);
       for (uint32_t l = lanes; l; l &= l - 1)
-        pktrt__paper_event(p, PKTRT_EVENT_HIT, index, pktrt__lowest_bit(l), ray, stats);
+        pktrt__paper_event(p, PKTRT_EVENT_HIT, index, pktrt__lowest_bit(l), ray, is);
       if (lanes) hits |= 1u << (ray - r);
     }
     any |= hits != 0;
-    if (occlusion) p->active[r / 64] &= ~((uint64_t)hits << r % 64);
+    if (is.occlusion) p->active[r / 64] &= ~((uint64_t)hits << r % 64);
   }
   return any;
 }
@@ -6902,14 +6933,13 @@ OP void pktrt__paper_update_depth(pktrt__paper_packet *p) {
 }
 
 /* One packet through one group. For occlusion, occluded rays leave p->active. */
-OP void pktrt__paper_traverse(pktrt__paper_packet *p, const bool occlusion, const bool moving, const bool stats,
-                           pktrt_counts *counts) {
+OP void pktrt__paper_traverse(pktrt__paper_packet *p, const pktrt__variant is) {
   struct {
     const float *plane; /* of the child, at key 0 of the segment */
     uint32_t ref, first, last, node, child;
   } stack[PKTRT__STACK + 8];
   const pktrt__bvh_segment *seg = p->seg;
-  const ptrdiff_t to_key1 = moving ? ((ptrdiff_t)seg->plane1 - (ptrdiff_t)seg->plane0) / (ptrdiff_t)sizeof(float) : 0;
+  const ptrdiff_t to_key1 = is.moving ? ((ptrdiff_t)seg->plane1 - (ptrdiff_t)seg->plane0) / (ptrdiff_t)sizeof(float) : 0;
   uint32_t sp = 0, ref = 0, first = p->base;
   while (first < p->end && !(p->active[first / 64] >> first % 64 & 1)) first++;
   if (first == p->end) return;
@@ -6918,13 +6948,13 @@ OP void pktrt__paper_traverse(pktrt__paper_packet *p, const bool occlusion, cons
   pktrt__paper_child c = pktrt__paper_child_of(&pktrt__segment_node(seg, 0, true)->plane[0][0], NULL, 0, 0); /* set below */
   for (;;) {
     if (ref & PKTRT__LEAF) {
-      if (pktrt__paper_leaf(p, &c, ref & ~PKTRT__LEAF, first, occlusion, moving, stats, counts)) pktrt__paper_update_depth(p);
+      if (pktrt__paper_leaf(p, &c, ref & ~PKTRT__LEAF, first, is)) pktrt__paper_update_depth(p);
     } else { /* open a node: its children wait, the nearest to the first active ray's direction on top */
       const pktrt__node *node = pktrt__segment_node(seg, ref, true);
       const uint32_t *child = node->child;
       uint32_t perm = node->order[p->b->octant[first]];
       COUNT(node_visits, 1);
-      pktrt__paper_event(p, PKTRT_EVENT_NODE, ref, 0, first, stats);
+      pktrt__paper_event(p, PKTRT_EVENT_NODE, ref, 0, first, is);
       for (int i = 0; i < 8; i++, perm >>= 3) {
         const uint32_t k = perm & 7;
         if (child[k] == PKTRT__EMPTY) continue;
@@ -6938,12 +6968,12 @@ OP void pktrt__paper_traverse(pktrt__paper_packet *p, const bool occlusion, cons
       first = stack[--sp].first, p->last = stack[sp].last;
       while (first < p->last && !(p->active[first / 64] >> first % 64 & 1)) first++; /* occluded by now */
       if (first >= p->last) {
-        pktrt__paper_event(p, PKTRT_EVENT_NONE_LEFT, stack[sp].node, stack[sp].child, stack[sp].first, stats);
+        pktrt__paper_event(p, PKTRT_EVENT_NONE_LEFT, stack[sp].node, stack[sp].child, stack[sp].first, is);
         first = p->end;
       } else {
         const float *plane = stack[sp].plane;
         c = pktrt__paper_child_of(plane, plane + to_key1, stack[sp].node, stack[sp].child);
-        first = pktrt__paper_find_first(p, &c, first, moving, stats, counts);
+        first = pktrt__paper_find_first(p, &c, first, is);
       }
     } while (first == p->end);
     ref = stack[sp].ref;
@@ -6953,20 +6983,20 @@ OP void pktrt__paper_traverse(pktrt__paper_packet *p, const bool occlusion, cons
 /* Always counting: this path is for reading and comparing. */
 #if PKTRT__MOTION
 PKTRT__NOINLINE void pktrt__paper_traverse_moving(pktrt__paper_packet *p, bool occlusion, pktrt_counts *counts) {
-  pktrt__paper_traverse(p, occlusion, true, PKTRT__STATS != 0, counts);
+  pktrt__paper_traverse(p, pktrt__variant_of(occlusion, true, PKTRT__STATS != 0, counts));
 }
 #endif
 #if !(PKTRT__MOTION && PKTRT__WITH_FEW_INSTANCES)
 PKTRT__NOINLINE void pktrt__paper_traverse_static(pktrt__paper_packet *p, bool occlusion, pktrt_counts *counts) {
-  pktrt__paper_traverse(p, occlusion, false, PKTRT__STATS != 0, counts);
+  pktrt__paper_traverse(p, pktrt__variant_of(occlusion, false, PKTRT__STATS != 0, counts));
 }
 #endif
 
 /* The batch in packets of desc->packet_size rays, each through all groups and, where they move, all segments. */
 PKTRT__NOINLINE void pktrt__drive_paper(const pktrt__query *call, pktrt__batch *b, uint32_t n, const bool occlusion) {
   const pktrt_scene *scene = call->scene;
-  const bool stats = PKTRT__STATS != 0;
   pktrt_counts unwanted, *counts = call->counts ? call->counts : &unwanted;
+  const pktrt__variant is = pktrt__variant_of(occlusion, false, PKTRT__STATS != 0, counts);
   memset(&unwanted, 0, sizeof unwanted);
   pktrt__paper_packet p;
   p.call = call, p.b = b;
@@ -7008,10 +7038,15 @@ PKTRT__NOINLINE void pktrt__drive_paper(const pktrt__query *call, pktrt__batch *
 #define INSTANCE(tag, o, m, s)                                                                                         \
   PKTRT__NOINLINE uint64_t PKTRT__NAME(pktrt__frustum_##tag)(pktrt__frustum *f, const pktrt__bvh_segment *seg, pktrt__batch *b,       \
                                                uint64_t mask, pktrt_counts *counts) {                                  \
-    return pktrt__frustum_template(f, seg, b, mask, o, m, s, counts);                                                           \
+    return pktrt__frustum_template(f, seg, b, mask, pktrt__variant_of(o, m, s, counts));                                                           \
   }
 PKTRT__INSTANCES(INSTANCE)
 #undef INSTANCE
+
+OP uint64_t pktrt__frustum_traverse(pktrt__frustum *f, const pktrt__bvh_segment *seg, pktrt__batch *b, uint64_t mask,
+                                    const pktrt__variant is) {
+  return PKTRT__PICK(pktrt__frustum)(f, seg, b, mask, is.counts);
+}
 #endif
 
 /* >>drive -----------------------------------------------------------------------------------------------------------
@@ -7054,13 +7089,13 @@ OP uint64_t pktrt__drive_rays_near(const pktrt__bvh *bvh, const pktrt__batch *b,
 
 /* Rays of one octant through all groups. */
 PKTRT__NOINLINE void pktrt__drive_stream(const pktrt_scene *scene, pktrt__batch *b, const uint8_t *list, uint64_t mask,
-                                        const bool occlusion, const bool stats, pktrt_counts *counts) {
+                                        const pktrt__variant is) {
   for (uint32_t i = 0; i < scene->bvh_count && mask; i++) {
     const pktrt__bvh *bvh = &scene->bvhs[i];
     uint64_t hit = 0;
     if (!pktrt__has_motion(bvh->key_count)) {
-      for (uint64_t m = stats ? mask : 0; m; m &= m - 1) pktrt__batch_time_weights(b, list[pktrt__lowest_bit(m)], 1, 1);
-      hit = pktrt__stream_traverse(&bvh->rest, b, list, mask, 0, occlusion, false, stats, counts);
+      for (uint64_t m = is.stats ? mask : 0; m; m &= m - 1) pktrt__batch_time_weights(b, list[pktrt__lowest_bit(m)], 1, 1);
+      hit = pktrt__stream_traverse(&bvh->rest, b, list, mask, 0, pktrt__variant_moving(is, false));
     } else {
       const uint64_t near_ = pktrt__drive_rays_near(bvh, b, list, mask);
       for (uint64_t m = near_; m; m &= m - 1) pktrt__batch_time_weights(b, list[pktrt__lowest_bit(m)], 1, bvh->key_count);
@@ -7068,12 +7103,12 @@ PKTRT__NOINLINE void pktrt__drive_stream(const pktrt_scene *scene, pktrt__batch 
         const uint32_t segment = b->segment[list[pktrt__lowest_bit(rest)]];
         const uint64_t same = bvh->key_count > 2 ? pktrt__drive_rays_of_segment(b, list, rest, segment) : rest;
         pktrt__bvh_segment seg = pktrt__bvh_segment_of(scene->bvhs, i, segment);
-        seg.check_area = occlusion;
-        hit |= pktrt__stream_traverse(&seg, b, list, same, 0, occlusion, true, stats, counts);
+        seg.check_area = is.occlusion;
+        hit |= pktrt__stream_traverse(&seg, b, list, same, 0, pktrt__variant_moving(is, true));
         rest &= ~same;
       }
     }
-    if (occlusion) {
+    if (is.occlusion) {
       for (uint64_t m = hit; m; m &= m - 1) b->slot[list[pktrt__lowest_bit(m)]] = 0;
       mask &= ~hit;
     }
@@ -7083,7 +7118,7 @@ PKTRT__NOINLINE void pktrt__drive_stream(const pktrt_scene *scene, pktrt__batch 
 #if FRUSTA
 /* A packet of one axis and octant through all groups. */
 PKTRT__NOINLINE void pktrt__drive_frustum(const pktrt_scene *scene, pktrt__batch *b, uint32_t base, uint64_t mask,
-                                         const bool occlusion, const bool stats, pktrt_counts *counts) {
+                                         const pktrt__variant is) {
   pktrt__frustum f;
   pktrt__frustum_setup(&f, scene, b, base, mask);
   COUNT(packets, 1);
@@ -7094,23 +7129,23 @@ PKTRT__NOINLINE void pktrt__drive_frustum(const pktrt_scene *scene, pktrt__batch
     uint64_t hit = 0, rest = moving ? pktrt__box_test_packet(b, base, mask, bvh->lo, bvh->hi) : mask;
     if (!rest) continue;
     if (!moving) {
-      if (rest != asked || (i > 0 && !occlusion)) pktrt__frustum_update_depth(&f, b, asked = rest);
-      if (stats) pktrt__batch_time_weights(b, base, 64, 1), pktrt__frustum_times(&f, b, rest);
-      hit = PKTRT__PICK(pktrt__frustum)(&f, &bvh->rest, b, rest, counts);
+      if (rest != asked || (i > 0 && !is.occlusion)) pktrt__frustum_update_depth(&f, b, asked = rest);
+      if (is.stats) pktrt__batch_time_weights(b, base, 64, 1), pktrt__frustum_times(&f, b, rest);
+      hit = pktrt__frustum_traverse(&f, &bvh->rest, b, rest, pktrt__variant_moving(is, false));
     } else {
       pktrt__batch_packet_time_weights(b, base, bvh->key_count);
       while (rest) {
         const uint32_t segment = bvh->key_count > 2 ? b->segment[base + pktrt__lowest_bit(rest)] : 0;
         const uint64_t same = bvh->key_count > 2 ? pktrt__drive_rays_of_segment(b, f.list, rest, segment) : rest;
         pktrt__bvh_segment seg = pktrt__bvh_segment_of(scene->bvhs, i, segment);
-        seg.check_area = occlusion;
+        seg.check_area = is.occlusion;
         pktrt__frustum_times(&f, b, same);
         pktrt__frustum_update_depth(&f, b, asked = same);
-        hit |= PKTRT__PICK(pktrt__frustum)(&f, &seg, b, same, counts);
+        hit |= pktrt__frustum_traverse(&f, &seg, b, same, pktrt__variant_moving(is, true));
         rest &= ~same;
       }
     }
-    if (occlusion) {
+    if (is.occlusion) {
       for (uint32_t r = 0; r < 64; r += FW)
         fstore_masked_u32(b->slot + base + r, ffrom((uint32_t)(hit >> r) & ((1u << FW) - 1)), 0);
       mask &= ~hit;
@@ -7120,33 +7155,30 @@ PKTRT__NOINLINE void pktrt__drive_frustum(const pktrt_scene *scene, pktrt__batch
 #endif
 
 /* One ray through all groups; whether it hits anything. `check`: insist on area at the ray's time. */
-PKTRT__NOINLINE bool pktrt__drive_single(const pktrt_scene *scene, pktrt__single *ray, bool occlusion, bool check,
-                                       bool stats, pktrt_counts *counts) {
+PKTRT__NOINLINE bool pktrt__drive_single(const pktrt_scene *scene, pktrt__single *ray, bool check,
+                                         const pktrt__variant is) {
   bool hit = false;
-  for (uint32_t i = 0; i < scene->bvh_count && !(occlusion && hit); i++) {
+  for (uint32_t i = 0; i < scene->bvh_count && !(is.occlusion && hit); i++) {
     const pktrt__bvh *bvh = &scene->bvhs[i];
     if (!pktrt__has_motion(bvh->key_count)) {
-      const bool moving = false;
-      if (stats) ray->ta = 1, ray->tb = 0; /* one key: all of it */
-      hit |= pktrt__single_traverse(&bvh->rest, ray, 0, occlusion, moving, stats, counts);
+      if (is.stats) ray->ta = 1, ray->tb = 0; /* one key: all of it */
+      hit |= pktrt__single_traverse(&bvh->rest, ray, 0, pktrt__variant_moving(is, false));
     } else if (pktrt__drive_may_meet(bvh, ray->rd, ray->cn, ray->cf, 1, ray->wn, ray->wf)) {
-      const bool moving = true;
       const uint32_t segment = pktrt__time_segment(ray->ray->time, bvh->key_count, &ray->ta, &ray->tb);
       pktrt__bvh_segment seg = pktrt__bvh_segment_of(scene->bvhs, i, segment);
-      seg.check_area = occlusion || check;
-      hit |= pktrt__single_traverse(&seg, ray, 0, occlusion, moving, stats, counts);
+      seg.check_area = is.occlusion || check;
+      hit |= pktrt__single_traverse(&seg, ray, 0, pktrt__variant_moving(is, true));
     }
   }
   return hit;
 }
-PKTRT__NOINLINE void pktrt__drive_batch_ray(const pktrt_scene *scene, pktrt__batch *b, uint32_t r, const bool occlusion,
-                                        const bool stats, pktrt_counts *counts) {
+PKTRT__NOINLINE void pktrt__drive_batch_ray(const pktrt_scene *scene, pktrt__batch *b, uint32_t r, const pktrt__variant is) {
   pktrt_ray ray;
   pktrt__single q;
   pktrt__single_from_batch(b, r, &ray, &q);
-  if (!pktrt__drive_single(scene, &q, occlusion, false, stats, counts)) return;
+  if (!pktrt__drive_single(scene, &q, false, is)) return;
   pktrt__single_to_batch(b, r, &q);
-  if (occlusion) b->slot[r] = 0;
+  if (is.occlusion) b->slot[r] = 0;
 }
 
 /* Which of the rays may meet any group that moves. */
@@ -7161,7 +7193,7 @@ OP void pktrt__drive_find_moving(const pktrt_scene *scene, pktrt__batch *b, cons
 
 /* Rays of a batch by octant, in streams of at most 64. */
 PKTRT__NOINLINE void pktrt__drive_octants(const pktrt_scene *scene, pktrt__batch *b, const uint64_t *rays,
-                                         const bool occlusion, const bool stats, pktrt_counts *counts) {
+                                         const pktrt__variant is) {
   uint8_t list[PKTRT__BATCH];
   uint32_t end[8], sum = 0;
   memset(end, 0, sizeof end);
@@ -7181,9 +7213,9 @@ PKTRT__NOINLINE void pktrt__drive_octants(const pktrt_scene *scene, pktrt__batch
     while (i < end[o]) {
       const uint32_t n = end[o] - i < 64 ? end[o] - i : 64, to = i + n;
       COUNT(packets, n < 4 ? n : 1);
-      if (n >= 4) pktrt__drive_stream(scene, b, list + i, ~(uint64_t)0 >> (64 - n), occlusion, stats, counts);
+      if (n >= 4) pktrt__drive_stream(scene, b, list + i, ~(uint64_t)0 >> (64 - n), is);
       else /* too few to share anything: measured slower as a stream */
-        for (uint32_t k = i; k < to; k++) pktrt__drive_batch_ray(scene, b, list[k], occlusion, stats, counts);
+        for (uint32_t k = i; k < to; k++) pktrt__drive_batch_ray(scene, b, list[k], is);
       i = to;
     }
 }
@@ -7242,20 +7274,19 @@ PKTRT__NOINLINE uint64_t pktrt__drive_next_packet(const pktrt__batch *b, uint32_
 
 /* The fast path: packets of 64 neighbours, as frusta. What is left goes by octant, over the whole batch, to the
    stream. */
-OP void pktrt__drive_fast(const pktrt_scene *scene, pktrt__batch *b, uint32_t n, const bool occlusion, const bool stats,
-                         pktrt_counts *counts) {
+OP void pktrt__drive_fast(const pktrt_scene *scene, pktrt__batch *b, uint32_t n, const pktrt__variant is) {
   uint64_t left[PKTRT__BATCH / 64]; /* rays that no frustum takes */
   memset(left, 0, sizeof left);
   for (uint32_t base = 0; base < n; base += 64) {
     uint64_t rest = b->valid[base / 64];
 #if FRUSTA
     const bool one_way = rest && pktrt__drive_is_coherent(b, base, rest);
-    for (uint64_t packet; (packet = pktrt__drive_next_packet(b, base, &rest, one_way, occlusion)) != 0;)
-      pktrt__drive_frustum(scene, b, base, packet, occlusion, stats, counts);
+    for (uint64_t packet; (packet = pktrt__drive_next_packet(b, base, &rest, one_way, is.occlusion)) != 0;)
+      pktrt__drive_frustum(scene, b, base, packet, is);
 #endif
     left[base / 64] = rest;
   }
-  if (pktrt__batch_note_coherence(b, left, n)) pktrt__drive_octants(scene, b, left, occlusion, stats, counts);
+  if (pktrt__batch_note_coherence(b, left, n)) pktrt__drive_octants(scene, b, left, is);
 }
 
 /* >>resolve ---------------------------------------------------------------------------------------------------------
@@ -7343,7 +7374,7 @@ PKTRT__NOINLINE void pktrt__resolve_retrace(const pktrt_scene *scene, pktrt__bat
   pktrt__single_from_batch(b, r, &ray, &q);
   if (!pktrt__single_setup(scene, &ray, &q)) return; /* never: it has hit something */
   b->t[r] = b->tmax[r]; /* as of a miss, should it be one */
-  pktrt__drive_single(scene, &q, false, true, false, &unread);
+  pktrt__drive_single(scene, &q, true, pktrt__variant_of(false, false, false, &unread));
   pktrt__single_to_batch(b, r, &q);
 }
 
@@ -7957,13 +7988,10 @@ static const pktrt__fit_table pktrt__fit_kernels = {pktrt__fit_lanes_with_area, 
 /* >>entry ---------------------------------------------------------------------------------------------------------- */
 
 /* A lone ray through all groups, most often the only one, at rest. */
-OP bool pktrt__entry_single(const pktrt_scene *scene, pktrt__single *q, const bool occlusion, bool check,
-                        pktrt_counts *unread) {
-  const bool moving = false, stats = false;
+OP bool pktrt__entry_single(const pktrt_scene *scene, pktrt__single *q, bool check, const pktrt__variant is) {
   const pktrt__bvh *bvh = scene->bvhs;
-  if (scene->bvh_count != 1 || pktrt__has_motion(bvh->key_count))
-    return pktrt__drive_single(scene, q, occlusion, check, stats, unread);
-  return pktrt__single_traverse(&bvh->rest, q, 0, occlusion, moving, stats, unread);
+  if (scene->bvh_count != 1 || pktrt__has_motion(bvh->key_count)) return pktrt__drive_single(scene, q, check, is);
+  return pktrt__single_traverse(&bvh->rest, q, 0, is);
 }
 
 /* One ray by itself. */
@@ -7972,8 +8000,9 @@ static bool pktrt__entry_intersect(const pktrt_scene *scene, const pktrt_ray *ra
   pktrt__single q;
   uint32_t hint[2] = {0, 0};
   if (!PKTRT__WITH_VECTORS) memset(&unread, 0, sizeof unread);
+  const pktrt__variant is = pktrt__variant_of(false, false, false, &unread);
   for (bool check = false;; check = true) { /* where a triangle had no area, once more, as in pktrt__resolve_batch */
-    if (!pktrt__single_setup(scene, ray, &q) || !pktrt__entry_single(scene, &q, false, check, &unread)) {
+    if (!pktrt__single_setup(scene, ray, &q) || !pktrt__entry_single(scene, &q, check, is)) {
       memset(hit, 0, sizeof *hit);
       hit->t = ray->tmax, hit->mesh = hit->triangle = PKTRT_NONE;
       return false;
@@ -7987,11 +8016,10 @@ static bool pktrt__entry_occluded(const pktrt_scene *scene, const pktrt_ray *ray
   pktrt_counts unread;
   pktrt__single q;
   if (!PKTRT__WITH_VECTORS) memset(&unread, 0, sizeof unread);
-  return pktrt__single_setup(scene, ray, &q) && pktrt__entry_single(scene, &q, true, false, &unread);
+  return pktrt__single_setup(scene, ray, &q) && pktrt__entry_single(scene, &q, false, pktrt__variant_of(true, false, false, &unread));
 }
 
-OP void pktrt__entry_trace_template(const pktrt__query *call, pktrt__batch *b, uint32_t n, const bool occlusion, const bool stats,
-                       pktrt_counts *counts) {
+OP void pktrt__entry_trace_template(const pktrt__query *call, pktrt__batch *b, uint32_t n, const pktrt__variant is) {
   const pktrt_scene *scene = call->scene;
   pktrt__batch_pad(b, n);
   memset(b->valid, 0, sizeof b->valid);
@@ -8002,26 +8030,26 @@ OP void pktrt__entry_trace_template(const pktrt__query *call, pktrt__batch *b, u
     COUNT(rays, pktrt__popcount(valid));
   }
   if (!scene->bvh_count) {
-    if (!occlusion) pktrt__resolve_batch(call, b, n);
+    if (!is.occlusion) pktrt__resolve_batch(call, b, n);
     return;
   }
 #if PKTRT__PAPER
   if (call->desc->path == PKTRT_PATH_PAPER) {
-    pktrt__drive_paper(call, b, n, occlusion);
+    pktrt__drive_paper(call, b, n, is.occlusion);
   } else
 #endif
-  if (call->desc->path == PKTRT_PATH_SINGLE || pktrt__too_few(n, occlusion)) {
+  if (call->desc->path == PKTRT_PATH_SINGLE || pktrt__too_few(n, is.occlusion)) {
     for (uint32_t i = 0; i < n; i += 64)
       for (uint64_t m = b->valid[i / 64]; m; m &= m - 1) {
         COUNT(packets, 1);
-        pktrt__drive_batch_ray(scene, b, i + pktrt__lowest_bit(m), occlusion, stats, counts);
+        pktrt__drive_batch_ray(scene, b, i + pktrt__lowest_bit(m), is);
       }
   } else {
-    pktrt__drive_fast(scene, b, n, occlusion, stats, counts);
+    pktrt__drive_fast(scene, b, n, is);
   }
-  if (stats)
-    for (uint32_t i = 0; i < n; i++) counts->hits += b->slot[i] != PKTRT_NONE;
-  if (!occlusion) pktrt__resolve_batch(call, b, n);
+  if (is.stats)
+    for (uint32_t i = 0; i < n; i++) is.counts->hits += b->slot[i] != PKTRT_NONE;
+  if (!is.occlusion) pktrt__resolve_batch(call, b, n);
 }
 
 static void pktrt__entry_trace(const pktrt__query *call, pktrt__batch *b, uint32_t n) {
@@ -8030,11 +8058,11 @@ static void pktrt__entry_trace(const pktrt__query *call, pktrt__batch *b, uint32
   if (!PKTRT__WITH_VECTORS && !counts) /* see PKTRT__INSTANCES */
     memset(&unread, 0, sizeof unread), counts = &unread;
   if (call->occlusion) {
-    if (stats) pktrt__entry_trace_template(call, b, n, true, true, counts);
-    else pktrt__entry_trace_template(call, b, n, true, false, counts);
+    if (stats) pktrt__entry_trace_template(call, b, n, pktrt__variant_of(true, false, true, counts));
+    else pktrt__entry_trace_template(call, b, n, pktrt__variant_of(true, false, false, counts));
   } else {
-    if (stats) pktrt__entry_trace_template(call, b, n, false, true, counts);
-    else pktrt__entry_trace_template(call, b, n, false, false, counts);
+    if (stats) pktrt__entry_trace_template(call, b, n, pktrt__variant_of(false, false, true, counts));
+    else pktrt__entry_trace_template(call, b, n, pktrt__variant_of(false, false, false, counts));
   }
 }
 

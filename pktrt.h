@@ -2904,24 +2904,32 @@ static float pktrt__mesh_largest(const float *p, uint64_t n) {
   return result;
 }
 
-/* Copies count vertices of three floats from a strided array into a tight one; refuses what is not finite or too
-   large. */
-static pktrt_status pktrt__mesh_copy_vectors(pktrt_scene *s, float *to, const float *from, uint32_t count, uint32_t stride,
-                                        float limit, uint32_t mesh, uint32_t key, const char *what) {
-  const unsigned char *p = (const unsigned char *)(const void *)from;
-  if (stride == 12 && count) {
-    memcpy(to, p, (size_t)count * 12);
-    if (pktrt__mesh_largest(to, (uint64_t)count * 3) <= limit) return PKTRT_OK;
+/* Vectors of the caller's: one key of a mesh's positions or normals. */
+typedef struct pktrt__mesh_vectors {
+  const float *from;
+  uint32_t count, stride; /* bytes from one to the next */
+  float limit;            /* of what is allowed */
+  uint32_t mesh, key;     /* whose they are, for sentences */
+  const char *what;       /* "vertex", "normal" */
+} pktrt__mesh_vectors;
+
+/* Copies vectors from a strided array into a tight one; refuses what is not finite or too large. */
+static pktrt_status pktrt__mesh_copy_vectors(pktrt_scene *s, float *to, const pktrt__mesh_vectors *v) {
+  const unsigned char *p = (const unsigned char *)(const void *)v->from;
+  if (v->stride == 12 && v->count) {
+    memcpy(to, p, (size_t)v->count * 12);
+    if (pktrt__mesh_largest(to, (uint64_t)v->count * 3) <= v->limit) return PKTRT_OK;
   }
-  for (uint32_t i = 0; i < count; i++, p += stride, to += 3) {
+  for (uint32_t i = 0; i < v->count; i++, p += v->stride, to += 3) {
     memcpy(to, p, 3 * sizeof(float));
     for (int a = 0; a < 3; a++) {
       if (!pktrt__is_finite(to[a]))
-        return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "mesh %u, key %u, %s %u: %c is %s", (unsigned)mesh, (unsigned)key,
-                           what, (unsigned)i, 'x' + a, to[a] != to[a] ? "NaN" : "infinite");
-      if (fabsf(to[a]) > limit)
-        return pktrt__fail(s, PKTRT_LIMIT, "mesh %u, key %u, %s %u: %c is %g, beyond the limit of %g", (unsigned)mesh,
-                           (unsigned)key, what, (unsigned)i, 'x' + a, (double)to[a], (double)limit);
+        return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "mesh %u, key %u, %s %u: %c is %s", (unsigned)v->mesh,
+                           (unsigned)v->key, v->what, (unsigned)i, 'x' + a, to[a] != to[a] ? "NaN" : "infinite");
+      if (fabsf(to[a]) > v->limit)
+        return pktrt__fail(s, PKTRT_LIMIT, "mesh %u, key %u, %s %u: %c is %g, beyond the limit of %g",
+                           (unsigned)v->mesh, (unsigned)v->key, v->what, (unsigned)i, 'x' + a, (double)to[a],
+                           (double)v->limit);
     }
   }
   return PKTRT_OK;
@@ -3031,10 +3039,10 @@ static pktrt_status pktrt__mesh_copy(pktrt_scene *s, const pktrt_mesh_desc *d, p
     const uint64_t at = (uint64_t)k * m->vertex_count * 3;
     const float *from =
         (const float *)(const void *)((const unsigned char *)(const void *)d->positions + (size_t)(k * key_bytes));
-    pktrt_status st = pktrt__mesh_copy_vectors(s, m->positions + at, from, m->vertex_count, m->stride, PKTRT_MAX_COORD, mesh,
-                                          k, "vertex");
-    if (st == PKTRT_OK && normals)
-      st = pktrt__mesh_copy_vectors(s, m->normals + at, d->normals + at, m->vertex_count, 12, FLT_MAX, mesh, k, "normal");
+    pktrt__mesh_vectors v = {from, m->vertex_count, m->stride, PKTRT_MAX_COORD, mesh, k, "vertex"};
+    pktrt_status st = pktrt__mesh_copy_vectors(s, m->positions + at, &v);
+    if (normals) v.from = d->normals + at, v.stride = 12, v.limit = FLT_MAX, v.what = "normal";
+    if (st == PKTRT_OK && normals) st = pktrt__mesh_copy_vectors(s, m->normals + at, &v);
     if (st != PKTRT_OK) return st;
   }
   if (!pktrt__mesh_find_strays(&s->desc, m))
@@ -6418,7 +6426,6 @@ OP uint64_t pktrt__frustum_test_triangle(const pktrt__frustum *f, const pktrt__b
     const uint32_t rays = (uint32_t)(mask >> i) & ((1u << FW) - 1);
     if (!rays) continue;
     const uint32_t r = f->base + i;
-    if (tri->counts) tri->counts->triangle_tests += pktrt__popcount(rays);
     vf x[3], y[3], z[3];
     const vf su = fload(b->slope[0] + r), sv = fload(b->slope[1] + r);
     UNROLL for (int c = 0; c < 3; c++) {
@@ -6453,6 +6460,7 @@ OP uint64_t pktrt__frustum_leaf(const pktrt__frustum *f, const pktrt__bvh_segmen
     pktrt__tri_common tri;
     tri.id = id[lane], tri.slot = index * 8 + lane, tri.counts = is.stats ? is.counts : NULL;
     tri.pad = f->pad, tri.range = corners.range[lane], tri.far_ = corners.far_[lane];
+    COUNT(triangle_tests, pktrt__popcount(mask));
     const uint64_t h = pktrt__frustum_test_triangle(f, seg, b, k0, &corners, lane, &tri, mask);
     hit |= h;
     if (is.occlusion) mask &= ~h;
@@ -8480,28 +8488,27 @@ PKTRT__COLD pktrt__mesh *pktrt__mesh_to_deform(pktrt_scene *s, uint32_t mesh, ui
 }
 
 /* Puts one key of new vectors into a waiting copy of `current`, or refuses and leaves all as it was. */
-static pktrt_status pktrt__mesh_set_vectors(pktrt_scene *s, pktrt__mesh *m, float *current, float **pending, bool *dirty,
-                                       uint32_t mesh, uint32_t key, const float *data, uint32_t stride, float limit,
-                                       const char *what) {
-  const uint64_t floats = pktrt__mesh_floats(m), at = (uint64_t)key * m->vertex_count * 3;
+static pktrt_status pktrt__mesh_set_vectors(pktrt_scene *s, pktrt__mesh *m, float *current, float **pending,
+                                            bool *dirty, const pktrt__mesh_vectors *v) {
+  const uint64_t floats = pktrt__mesh_floats(m), at = (uint64_t)v->key * m->vertex_count * 3;
   float checked[3 * 64]; /* look at everything before the first write */
-  for (uint32_t i = 0; i < m->vertex_count; i += 64) {
-    const uint32_t n = m->vertex_count - i < 64 ? m->vertex_count - i : 64;
-    const float *from = (const float *)(const void *)((const unsigned char *)(const void *)data + (size_t)i * stride);
-    const pktrt_status st = pktrt__mesh_copy_vectors(s, checked, from, n, stride, limit, mesh, key, what);
+  for (uint32_t i = 0; i < v->count; i += 64) {
+    pktrt__mesh_vectors part = *v;
+    part.from = (const float *)(const void *)((const unsigned char *)(const void *)v->from + (size_t)i * v->stride);
+    part.count = v->count - i < 64 ? v->count - i : 64;
+    const pktrt_status st = pktrt__mesh_copy_vectors(s, checked, &part);
     if (st != PKTRT_OK) return st;
   }
   const bool current_inside = *pending && *dirty;
   if (!*pending) {
     *pending = PKTRT__CAST(float *, pktrt__mem_alloc(&s->desc, floats, sizeof(float)));
     if (!*pending)
-      return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "mesh %u: no memory for %u changed vectors", (unsigned)mesh,
+      return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "mesh %u: no memory for %u changed vectors", (unsigned)v->mesh,
                          (unsigned)m->vertex_count);
   }
   if (!current_inside && m->key_count > 1) memcpy(*pending, current, (size_t)floats * sizeof(float));
   *dirty = true;
-  return m->vertex_count ? pktrt__mesh_copy_vectors(s, *pending + at, data, m->vertex_count, stride, limit, mesh, key, what)
-                         : PKTRT_OK;
+  return v->count ? pktrt__mesh_copy_vectors(s, *pending + at, v) : PKTRT_OK;
 }
 
 PKTRT_DEF pktrt_status pktrt_set_positions(pktrt_scene *s, uint32_t mesh, uint32_t key, const float *positions) {
@@ -8509,8 +8516,8 @@ PKTRT_DEF pktrt_status pktrt_set_positions(pktrt_scene *s, uint32_t mesh, uint32
   s->error[0] = 0;
   pktrt__mesh *m = pktrt__mesh_to_deform(s, mesh, key, positions, "set_positions");
   if (!m) return PKTRT_INVALID_ARGUMENT;
-  return pktrt__mesh_set_vectors(s, m, m->positions, &m->pending, &m->dirty, mesh, key, positions, m->stride,
-                            PKTRT_MAX_COORD, "vertex");
+  const pktrt__mesh_vectors v = {positions, m->vertex_count, m->stride, PKTRT_MAX_COORD, mesh, key, "vertex"};
+  return pktrt__mesh_set_vectors(s, m, m->positions, &m->pending, &m->dirty, &v);
 }
 
 #ifndef PKTRT_NO_NORMALS
@@ -8522,8 +8529,8 @@ PKTRT_DEF pktrt_status pktrt_set_normals(pktrt_scene *s, uint32_t mesh, uint32_t
   if (!PKTRT__NORMALS) return PKTRT_OK; /* queries only: nobody reads them */
   if (!m->normals)
     return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "set_normals: mesh %u was added without normals", (unsigned)mesh);
-  return pktrt__mesh_set_vectors(s, m, m->normals, &m->pending_normals, &m->dirty_normals, mesh, key, normals, 12, FLT_MAX,
-                            "normal");
+  const pktrt__mesh_vectors v = {normals, m->vertex_count, 12, FLT_MAX, mesh, key, "normal"};
+  return pktrt__mesh_set_vectors(s, m, m->normals, &m->pending_normals, &m->dirty_normals, &v);
 }
 #endif
 
@@ -9351,20 +9358,26 @@ PKTRT__COLD bool pktrt__camera_check(const pktrt_camera *c, uint32_t width, uint
   return true;
 }
 
-/* The ray through a place (x, y) of the picture, in pixels, from a point of the lens, given on the unit disk. All zeros
-   where a moving camera stands in its target. */
-static void pktrt__camera_ray_at(const pktrt_camera *c, uint32_t width, uint32_t height, const pktrt__camera_plane *at_rest, double x,
-                          double y, const float disk[2], double time, float o[3], float direction[3]) {
-  const double half = 0.5 * (double)c->aperture, lens[2] = {half * (double)disk[0], half * (double)disk[1]};
+/* One sample of a camera: a place of the picture, in pixels; a point of the lens, on the unit disk; a time. */
+typedef struct pktrt__camera_sample {
+  double x, y, time;
+  float disk[2];
+} pktrt__camera_sample;
+
+/* Makes the ray of a sample; its direction is zero where a moving camera stands in its target. */
+static void pktrt__camera_ray_at(const pktrt_camera *c, uint32_t width, uint32_t height, const pktrt__camera_plane *at_rest,
+                                 const pktrt__camera_sample *s, float o[3], float direction[3]) {
+  const double half = 0.5 * (double)c->aperture, lens[2] = {half * (double)s->disk[0], half * (double)s->disk[1]};
   pktrt__camera_plane moved;
   const pktrt__camera_plane *p = at_rest;
   bool sees = true;
   if (PKTRT__MOTION && c->moving) {
     memset(&moved, 0, sizeof moved);
-    sees = pktrt__camera_plane_at(c, width, height, time, &moved), p = &moved;
+    sees = pktrt__camera_plane_at(c, width, height, s->time, &moved), p = &moved;
   }
   for (int a = 0; a < 3; a++) {
-    const double d = p->corner[a] + x * p->dx[a] + y * p->dy[a], off = lens[0] * p->right[a] + lens[1] * p->up[a];
+    const double d = p->corner[a] + s->x * p->dx[a] + s->y * p->dy[a];
+    const double off = lens[0] * p->right[a] + lens[1] * p->up[a];
     o[a] = pktrt__to_float(p->eye[a] + off);
     direction[a] = sees ? pktrt__to_float(d - off / p->focus) : 0;
   }
@@ -9373,14 +9386,15 @@ static void pktrt__camera_ray_at(const pktrt_camera *c, uint32_t width, uint32_t
 PKTRT_DEF bool pktrt_camera_ray(const pktrt_camera *c, uint32_t width, uint32_t height, double x, double y,
                                 const float lens[2], float time, pktrt_ray *ray) {
   const float none[3] = {0, 0, 0};
-  float disk[2] = {0, 0}, o[3], d[3];
+  float o[3], d[3];
   pktrt__camera_plane plane;
+  pktrt__camera_sample sample = {x, y, (double)time, {0, 0}};
   pktrt__refusal why;
   *ray = pktrt_make_ray(none, none), ray->tmax = 0;
   if (!c || !width || !height || !pktrt__camera_check(c, width, height, &plane, &why)) return false;
   if ((!PKTRT__MOTION && c->moving) || (!PKTRT__LENS && c->aperture > 0)) return false;
-  if (lens && c->aperture > 0) pktrt_map_disk(lens, disk);
-  pktrt__camera_ray_at(c, width, height, &plane, x, y, disk, (double)time, o, d);
+  if (lens && c->aperture > 0) pktrt_map_disk(lens, sample.disk);
+  pktrt__camera_ray_at(c, width, height, &plane, &sample, o, d);
   *ray = pktrt_make_ray(o, d), ray->time = time;
   return true;
 }
@@ -11343,10 +11357,10 @@ static void pktrt__tile_camera_rays(pktrt__tile *tile, uint32_t n) {
     if (pinhole) render->scene->kernels->camera_rays(&render->plane, x, y, w, i);
     for (uint32_t k = 0; !pinhole && k < m; k++) {
       const float u[2] = {lens ? g->u[2][i + k] : 0.5f, lens ? g->u[3][i + k] : 0.5f};
-      float disk[2] = {0, 0}, o[3], d[3];
-      if (lens) pktrt_map_disk(u, disk);
-      pktrt__camera_ray_at(c, render->desc->width, render->desc->height, &render->plane, x[k], y[k], disk, (double)w->time[i + k],
-                     o, d);
+      pktrt__camera_sample sample = {x[k], y[k], (double)w->time[i + k], {0, 0}};
+      float o[3], d[3];
+      if (lens) pktrt_map_disk(u, sample.disk);
+      pktrt__camera_ray_at(c, render->desc->width, render->desc->height, &render->plane, &sample, o, d);
       for (int a = 0; a < 3; a++) w->o[a][i + k] = o[a], w->d[a][i + k] = d[a];
     }
   }

@@ -46,7 +46,7 @@ ifeq ($(MAKELEVEL),0)
 endif
 
 .PHONY: all demo effects deform view test-view readme-pictures test test-leaveout sanitize test-neon matrix platforms checksum flags test-guards deps deps-extra format clean help
-.PHONY: mutants map figures bench bench-check bench-plots bench-readme bench-pictures bench-tests peers exactness error error-check leaveout leaveout-check
+.PHONY: mutants map structure figures bench bench-check bench-plots bench-readme bench-pictures bench-tests peers exactness error error-check leaveout leaveout-check
 .PHONY: stability stability-neon stability-sanitize sanitize-threads fuzz
 .DELETE_ON_ERROR:
 
@@ -63,6 +63,7 @@ help:
 	@echo "test-leaveout  the PKTRT_NO_... switches, each alone and all together"
 	@echo "mutants     how many of 400 single faults, planted in every room of the header, the tests notice, in three hours"
 	@echo "map         whether what the header's map from the paper to the code names is there"
+	@echo "structure   the header inside: tags, kernels that ctags and clang see, long functions, instruction sets in one place"
 	@echo "stability   the extremes at length, in five minutes; figures go to bench/README.md"
 	@echo "stability-neon  a tenth of it on ARM, emulated        stability-sanitize  a hundredth under ASan and UBSan"
 	@echo "fuzz        libFuzzer for TIME=600 seconds each: TARGETS=\"scene query settings mesh_file\""
@@ -245,6 +246,10 @@ build/fuzz:
 # What the opening comment's map from the paper to the code names is there, and where it says.
 map:
 	.ci/map
+
+# Tags, kernels that tools see, lengths of functions, capabilities, retired words; each with headers in which it must fail.
+structure:
+	.ci/structure
 
 matrix:
 	.ci/matrix
@@ -439,6 +444,7 @@ $(LEAVEOUT):
 
 DEPS = gcc g++ libc6-dev libstb-dev
 DEPS_EXTRA = pkg-config glpk-utils libassimp-dev libembree-dev clang libclang-rt-14-dev lld tcc gcc-mingw-w64-x86-64 \
+  clang-tools universal-ctags \
   g++-mingw-w64-x86-64 gcc-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user gnuplot valgrind libsdl2-dev xvfb xdotool \
   gcc-i686-linux-gnu libc6-dev-i386-cross gcc-riscv64-linux-gnu libc6-dev-riscv64-cross gcc-s390x-linux-gnu \
   libc6-dev-s390x-cross musl-tools wine64 emscripten nodejs

@@ -3399,8 +3399,16 @@ typedef struct pktrt__batch {
   float slope[2][PKTRT__ROW];    /* Su, Sv of the canonical test */
   float dk[PKTRT__ROW];          /* d_k */
   float rd[3][PKTRT__ROW];       /* 1 / G, by axis */
-  float cn[3][PKTRT__ROW];       /* o rd + D |rd|: near slab = plane rd - cn. After resolving: u, v */
-  float cf[3][PKTRT__ROW];       /* o rd - D |rd|: far slab  = plane rd - cf. After resolving: the normal */
+  union {                        /* after traversal the hit takes the place of what the boxes asked for */
+    struct {
+      float cn[3][PKTRT__ROW];   /* o rd + D |rd|: near slab = plane rd - cn */
+      float cf[3][PKTRT__ROW];   /* o rd - D |rd|: far slab = plane rd - cf */
+    } slab;
+    struct {
+      float u[PKTRT__ROW], v[PKTRT__ROW], unused[PKTRT__ROW];
+      float normal[3][PKTRT__ROW];
+    } hit;
+  } as;
   float wn[PKTRT__ROW], wf[PKTRT__ROW]; /* depths beyond these cannot be the answer; see >>exactness */
   float sn[PKTRT__ROW], sf[PKTRT__ROW]; /* depths between these would be */
   float tiny[PKTRT__ROW];
@@ -3483,8 +3491,8 @@ static void pktrt__batch_store_rest(const pktrt_scene *s, const pktrt__batch *b,
   uint32_t hint[2] = {0, 0};
   for (; i < n; i++) {
     pktrt_hit *h = &hits[pktrt__batch_place(order, i)];
-    h->t = b->t[i], h->u = b->cn[0][i], h->v = b->cn[1][i];
-    for (int a = 0; a < 3; a++) h->normal[a] = b->cf[a][i];
+    h->t = b->t[i], h->u = b->as.hit.u[i], h->v = b->as.hit.v[i];
+    for (int a = 0; a < 3; a++) h->normal[a] = b->as.hit.normal[a][i];
     pktrt__mesh_name_triangle(s, b->id[i], hint, &h->mesh, &h->triangle);
   }
 }
@@ -3545,7 +3553,7 @@ PKTRT__INLINE uint32_t pktrt__batch_note_coherence(pktrt__batch *b, const uint64
 static void pktrt__single_from_batch(const pktrt__batch *b, uint32_t r, pktrt_ray *ray, pktrt__single *q) {
   for (int a = 0; a < 3; a++) {
     ray->origin[a] = b->o[a][r], ray->direction[a] = b->d[a][r];
-    q->rd[a] = b->rd[a][r], q->cn[a] = b->cn[a][r], q->cf[a] = b->cf[a][r];
+    q->rd[a] = b->rd[a][r], q->cn[a] = b->as.slab.cn[a][r], q->cf[a] = b->as.slab.cf[a][r];
   }
   ray->tmin = b->tmin[r], ray->tmax = b->tmax[r], ray->time = b->time[r];
   q->ray = ray;
@@ -4615,6 +4623,11 @@ OP v8 dto(d8 a) { PKTRT__EACH(v8, r.f[i] = pktrt__to_float(a.d[i])); }
 #define q4 PKTRT__NAME(pktrt__q4)
 #define qm PKTRT__NAME(pktrt__qm)
 #define q2 PKTRT__NAME(pktrt__q2)
+#define qbits PKTRT__NAME(pktrt__qbits)
+#define qsigns PKTRT__NAME(pktrt__qsigns)
+#define qfrom PKTRT__NAME(pktrt__qfrom)
+#define qsame PKTRT__NAME(pktrt__qsame)
+#define qlanes PKTRT__NAME(pktrt__qlanes)
 #define v8_of PKTRT__NAME(pktrt__v8_of)
 #define m8_of PKTRT__NAME(pktrt__m8_of)
 
@@ -4656,13 +4669,13 @@ typedef __m128d q2;
 #define Q_FROM2(l, h) _mm_movelh_ps(_mm_cvtpd_ps(l), _mm_cvtpd_ps(h))
 #define QM_LT2(al, bl, ah, bh) \
   _mm_shuffle_ps(_mm_castpd_ps(_mm_cmplt_pd(al, bl)), _mm_castpd_ps(_mm_cmplt_pd(ah, bh)), 0x88)
-OP uint32_t PKTRT__NAME(pktrt__qbits)(qm m) { return (uint32_t)_mm_movemask_ps(m); }
-OP uint32_t PKTRT__NAME(pktrt__qsigns)(q4 a) { return (uint32_t)_mm_movemask_ps(a); }
-OP qm PKTRT__NAME(pktrt__qfrom)(uint32_t bits) {
+OP uint32_t qbits(qm m) { return (uint32_t)_mm_movemask_ps(m); }
+OP uint32_t qsigns(q4 a) { return (uint32_t)_mm_movemask_ps(a); }
+OP qm qfrom(uint32_t bits) {
   const __m128i lane = _mm_setr_epi32(1, 2, 4, 8);
   return _mm_castsi128_ps(_mm_cmpeq_epi32(_mm_and_si128(_mm_set1_epi32((int)bits), lane), lane));
 }
-OP uint32_t PKTRT__NAME(pktrt__qsame)(const uint32_t *p, uint32_t x) {
+OP uint32_t qsame(const uint32_t *p, uint32_t x) {
   const __m128i same = _mm_cmpeq_epi32(_mm_loadu_si128((const __m128i *)(const void *)p), _mm_set1_epi32((int)x));
   return (uint32_t)_mm_movemask_ps(_mm_castsi128_ps(same));
 }
@@ -4704,17 +4717,17 @@ typedef float64x2_t q2;
 #define Q2_HIGH(a) vcvt_high_f64_f32(a)
 #define Q_FROM2(l, h) vcombine_f32(vcvt_f32_f64(l), vcvt_f32_f64(h))
 #define QM_LT2(al, bl, ah, bh) vcombine_u32(vmovn_u64(vcltq_f64(al, bl)), vmovn_u64(vcltq_f64(ah, bh)))
-OP qm PKTRT__NAME(pktrt__qlanes)(void) {
+OP qm qlanes(void) {
   const uint32_t lane[4] = {1, 2, 4, 8};
   return vld1q_u32(lane);
 }
-OP uint32_t PKTRT__NAME(pktrt__qbits)(qm m) { return vaddvq_u32(vandq_u32(m, PKTRT__NAME(pktrt__qlanes)())); }
-OP uint32_t PKTRT__NAME(pktrt__qsigns)(q4 a) {
-  return vaddvq_u32(vandq_u32(vcltzq_s32(vreinterpretq_s32_f32(a)), PKTRT__NAME(pktrt__qlanes)()));
+OP uint32_t qbits(qm m) { return vaddvq_u32(vandq_u32(m, qlanes())); }
+OP uint32_t qsigns(q4 a) {
+  return vaddvq_u32(vandq_u32(vcltzq_s32(vreinterpretq_s32_f32(a)), qlanes()));
 }
-OP qm PKTRT__NAME(pktrt__qfrom)(uint32_t bits) { return vtstq_u32(vdupq_n_u32(bits), PKTRT__NAME(pktrt__qlanes)()); }
-OP uint32_t PKTRT__NAME(pktrt__qsame)(const uint32_t *p, uint32_t x) {
-  return PKTRT__NAME(pktrt__qbits)(vceqq_u32(vld1q_u32(p), vdupq_n_u32(x)));
+OP qm qfrom(uint32_t bits) { return vtstq_u32(vdupq_n_u32(bits), qlanes()); }
+OP uint32_t qsame(const uint32_t *p, uint32_t x) {
+  return qbits(vceqq_u32(vld1q_u32(p), vdupq_n_u32(x)));
 }
 
 #endif
@@ -4755,14 +4768,14 @@ OP v8 vmin(v8 a, v8 b) { return v8_of(Q_MIN(a.l, b.l), Q_MIN(a.h, b.h)); }
 OP v8 vmax(v8 a, v8 b) { return v8_of(Q_MAX(a.l, b.l), Q_MAX(a.h, b.h)); }
 OP v8 vabs(v8 a) { return v8_of(Q_ABS(a.l), Q_ABS(a.h)); }
 OP v8 vcopysign(v8 magnitude, v8 sign) { return v8_of(Q_SIGN(magnitude.l, sign.l), Q_SIGN(magnitude.h, sign.h)); }
-OP uint32_t vsignbits(v8 a) { return PKTRT__NAME(pktrt__qsigns)(a.l) | PKTRT__NAME(pktrt__qsigns)(a.h) << 4; }
+OP uint32_t vsignbits(v8 a) { return qsigns(a.l) | qsigns(a.h) << 4; }
 OP m8 vlt(v8 a, v8 b) { return m8_of(Q_LT(a.l, b.l), Q_LT(a.h, b.h)); }
 OP m8 vle(v8 a, v8 b) { return m8_of(Q_LE(a.l, b.l), Q_LE(a.h, b.h)); }
 OP m8 veq(v8 a, v8 b) { return m8_of(Q_EQ(a.l, b.l), Q_EQ(a.h, b.h)); }
 OP m8 mand(m8 a, m8 b) { return m8_of(QM_AND(a.l, b.l), QM_AND(a.h, b.h)); }
 OP m8 mor(m8 a, m8 b) { return m8_of(QM_OR(a.l, b.l), QM_OR(a.h, b.h)); }
-OP uint32_t mbits(m8 m) { return PKTRT__NAME(pktrt__qbits)(m.l) | PKTRT__NAME(pktrt__qbits)(m.h) << 4; }
-OP m8 mfrom(uint32_t bits) { return m8_of(PKTRT__NAME(pktrt__qfrom)(bits), PKTRT__NAME(pktrt__qfrom)(bits >> 4)); }
+OP uint32_t mbits(m8 m) { return qbits(m.l) | qbits(m.h) << 4; }
+OP m8 mfrom(uint32_t bits) { return m8_of(qfrom(bits), qfrom(bits >> 4)); }
 OP v8 vswap_halves(v8 a) { return v8_of(a.h, a.l); }
 OP v8 vsel(m8 m, v8 a, v8 b) { return v8_of(Q_SEL(m.l, a.l, b.l), Q_SEL(m.h, a.h, b.h)); }
 OP void vstore_masked(float *p, m8 m, v8 a) { vstore(p, vsel(m, a, vload(p))); }
@@ -4770,7 +4783,7 @@ OP void vstore_masked_u32(uint32_t *p, m8 m, uint32_t x) {
   for (uint32_t bits = mbits(m); bits; bits &= bits - 1) p[pktrt__lowest_bit(bits)] = x;
 }
 OP uint32_t veq_u32(const uint32_t *p, uint32_t x) {
-  return PKTRT__NAME(pktrt__qsame)(p, x) | PKTRT__NAME(pktrt__qsame)(p + 4, x) << 4;
+  return qsame(p, x) | qsame(p + 4, x) << 4;
 }
 OP float vhmin(v8 a) {
   float f[4], r;
@@ -4849,6 +4862,11 @@ OP v8 dto(d8 a) { return v8_of(Q_FROM2(a.q[0], a.q[1]), Q_FROM2(a.q[2], a.q[3]))
 #undef q2
 #undef v8_of
 #undef m8_of
+#undef qbits
+#undef qsigns
+#undef qfrom
+#undef qsame
+#undef qlanes
 
 #endif
 
@@ -4977,10 +4995,10 @@ PKTRT__NOINLINE void vcompress_from(void *p, uint32_t lanes, const void *from) {
 #if PKTRT__STAMP == PKTRT__STAMP_AVX512
 #define FW 16
 #define UNROLL_WIDE UNROLL /* over a packet: four vectors */
-typedef __m512 PKTRT__NAME(pktrt__vf);
-typedef __mmask16 PKTRT__NAME(pktrt__mf);
 #define vf PKTRT__NAME(pktrt__vf)
 #define mf PKTRT__NAME(pktrt__mf)
+typedef __m512 vf;
+typedef __mmask16 mf;
 #define fload(p) _mm512_loadu_ps(p)
 #define fstore(p, a) _mm512_storeu_ps(p, a)
 #define fset(x) _mm512_set1_ps(x)
@@ -5267,8 +5285,8 @@ PKTRT__NOINLINE uint32_t pktrt__batch_setup(const pktrt_scene *scene, pktrt__bat
     const vf rd = fdiv(length, fcopysign(fmax_(fabs_(d), floor_), d));
     const vf c = fmul(o, rd), wide = fmul(pad, fabs_(rd));
     fstore(b->rd[a] + i, rd);
-    fstore(b->cn[a] + i, fadd(c, wide));
-    fstore(b->cf[a] + i, fsub(c, wide));
+    fstore(b->as.slab.cn[a] + i, fadd(c, wide));
+    fstore(b->as.slab.cf[a] + i, fsub(c, wide));
   }
 
   const vf tmin = fload(b->tmin + i), tmax = fload(b->tmax + i), relative = fset(PKTRT__PAD_DEPTH);
@@ -5635,7 +5653,7 @@ OP uint32_t pktrt__tri_ray_block_inline(const pktrt__bvh_segment *seg, pktrt__ba
                                                  pktrt__single *single, uint32_t index, pktrt_counts *counts) {            \
     return pktrt__tri_block_template(seg, b, r, single, index, pktrt__variant_of(o, m, s, counts));                                                  \
   }
-PKTRT__INSTANCES(INSTANCE)
+PKTRT__INSTANCES(INSTANCE) struct pktrt_scene;
 #undef INSTANCE
 #endif
 OP uint32_t pktrt__tri_ray_block(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, uint32_t index,
@@ -5683,8 +5701,8 @@ OP m8 pktrt__box_test_children(const pktrt__box_slabs *s, const pktrt__batch *b,
       near_ = vfma(t, s->near1[a], near_);
       far_ = vfma(t, s->far1[a], far_);
     }
-    n = vmax(vfms(near_, rd, vset(b->cn[a][r])), n);
-    f = vmin(vfms(far_, rd, vset(b->cf[a][r])), f);
+    n = vmax(vfms(near_, rd, vset(b->as.slab.cn[a][r])), n);
+    f = vmin(vfms(far_, rd, vset(b->as.slab.cf[a][r])), f);
   }
   *entry = n;
   return vle(n, f);
@@ -5696,8 +5714,8 @@ OP uint32_t pktrt__box_test_rays(const pktrt__batch *b, uint32_t r, const v8 lo[
   v8 n = vload(b->wn + r), f = vload(b->wf + r);
   UNROLL for (int a = 0; a < 3; a++) {
     const v8 rd = vload(b->rd[a] + r), l = vmul(lo[a], rd), h = vmul(hi[a], rd);
-    n = vmax(vsub(vmin(l, h), vload(b->cn[a] + r)), n);
-    f = vmin(vsub(vmax(l, h), vload(b->cf[a] + r)), f);
+    n = vmax(vsub(vmin(l, h), vload(b->as.slab.cn[a] + r)), n);
+    f = vmin(vsub(vmax(l, h), vload(b->as.slab.cf[a] + r)), f);
   }
   return mbits(vle(n, f));
 }
@@ -5951,7 +5969,7 @@ OP uint64_t pktrt__stream_template(const pktrt__bvh_segment *seg, pktrt__batch *
                                               uint64_t mask, uint32_t ref, pktrt_counts *counts) {                     \
     return pktrt__stream_template(seg, b, list, mask, ref, pktrt__variant_of(o, m, s, counts));                                                    \
   }
-PKTRT__INSTANCES(INSTANCE)
+PKTRT__INSTANCES(INSTANCE) struct pktrt_scene;
 #undef INSTANCE
 
 OP bool pktrt__single_traverse(const pktrt__bvh_segment *seg, pktrt__single *ray, uint32_t ref, const pktrt__variant is) {
@@ -6182,8 +6200,8 @@ OP uint64_t pktrt__frustum_test_child(const pktrt__frustum *f, const pktrt__batc
         l = ffma(t, fset(p1[near_[a]] - p0[near_[a]]), l);
         h = ffma(t, fset(p1[far_[a]] - p0[far_[a]]), h);
       }
-      n = fmax_(ffms(l, rd, fload(b->cn[a] + r)), n);
-      x = fmin_(ffms(h, rd, fload(b->cf[a] + r)), x);
+      n = fmax_(ffms(l, rd, fload(b->as.slab.cn[a] + r)), n);
+      x = fmin_(ffms(h, rd, fload(b->as.slab.cf[a] + r)), x);
     }
     result |= (uint64_t)(fbits(fle(n, x)) & bits) << i;
   }
@@ -7048,7 +7066,7 @@ PKTRT__NOINLINE void pktrt__drive_paper(const pktrt__query *call, pktrt__batch *
                                                uint64_t mask, pktrt_counts *counts) {                                  \
     return pktrt__frustum_template(f, seg, b, mask, pktrt__variant_of(o, m, s, counts));                                                           \
   }
-PKTRT__INSTANCES(INSTANCE)
+PKTRT__INSTANCES(INSTANCE) struct pktrt_scene;
 #undef INSTANCE
 
 OP uint64_t pktrt__frustum_traverse(pktrt__frustum *f, const pktrt__bvh_segment *seg, pktrt__batch *b, uint64_t mask,
@@ -7089,7 +7107,7 @@ OP uint64_t pktrt__drive_rays_near(const pktrt__bvh *bvh, const pktrt__batch *b,
   for (mask = any ? mask : 0; mask; mask &= mask - 1) {
     const uint32_t i = pktrt__lowest_bit(mask), r = list[i];
     if (!(b->moving[r / 64] >> r % 64 & 1)) continue;
-    const bool may = pktrt__drive_may_meet(bvh, &b->rd[0][r], &b->cn[0][r], &b->cf[0][r], PKTRT__ROW, b->wn[r], b->wf[r]);
+    const bool may = pktrt__drive_may_meet(bvh, &b->rd[0][r], &b->as.slab.cn[0][r], &b->as.slab.cf[0][r], PKTRT__ROW, b->wn[r], b->wf[r]);
     near_ |= (uint64_t)may << i;
   }
   return near_;
@@ -7299,7 +7317,7 @@ OP void pktrt__drive_fast(const pktrt_scene *scene, pktrt__batch *b, uint32_t n,
 
 /* >>resolve ---------------------------------------------------------------------------------------------------------
 
-   t, u, v and normal of the hits, once per ray, in double from the triangle's corners: u, v to cn[0..1], the normal,
+   t, u, v and normal of the hits, once per ray, in double from the triangle's corners: u, v, and the normal,
    scaled to a largest component of 1, to cf[0..2]. Returns the rays of [i, i+8) whose triangle has no area at the ray's
    time. */
 
@@ -7366,9 +7384,9 @@ PKTRT__NOINLINE uint32_t pktrt__resolve_hits(const pktrt_scene *scene, pktrt__ba
   const m8 m = mfrom(hits);
   const v8 zero = vset(0);
   vstore_masked(b->t + i, m, dto(dmul(weights.depth, r)));
-  vstore(b->cn[0] + i, vsel(m, dto(dmul(weights.v, rdet)), zero));
-  vstore(b->cn[1] + i, vsel(m, dto(dmul(weights.w, rdet)), zero));
-  UNROLL for (int a = 0; a < 3; a++) vstore(b->cf[a] + i, vsel(m, dto(dmul(n[a], unit)), zero));
+  vstore(b->as.hit.u + i, vsel(m, dto(dmul(weights.v, rdet)), zero));
+  vstore(b->as.hit.v + i, vsel(m, dto(dmul(weights.w, rdet)), zero));
+  UNROLL for (int a = 0; a < 3; a++) vstore(b->as.hit.normal[a] + i, vsel(m, dto(dmul(n[a], unit)), zero));
   return hits & ~mbits(dlt(dset(0), largest));
 }
 
@@ -7390,9 +7408,9 @@ PKTRT__NOINLINE void pktrt__resolve_retrace(const pktrt_scene *scene, pktrt__bat
 OP void pktrt__resolve_misses(pktrt__batch *b, uint32_t i, uint32_t hits) {
   vstore_masked_u32(b->id + i, mfrom(0xFFu & ~hits), PKTRT_NONE);
   if (hits) return;
-  vstore(b->cn[0] + i, vset(0));
-  vstore(b->cn[1] + i, vset(0));
-  UNROLL for (int a = 0; a < 3; a++) vstore(b->cf[a] + i, vset(0));
+  vstore(b->as.hit.u + i, vset(0));
+  vstore(b->as.hit.v + i, vset(0));
+  UNROLL for (int a = 0; a < 3; a++) vstore(b->as.hit.normal[a] + i, vset(0));
 }
 
 static void pktrt__resolve_batch(const pktrt__query *call, pktrt__batch *b, uint32_t n) {
@@ -8108,8 +8126,8 @@ static void pktrt__batch_store_hits(const pktrt_scene *s, const pktrt__batch *b,
       for (uint32_t j = 0; j < 8; j++) mesh[j] = hint[0];
     else
       for (uint32_t j = 0; j < 8; j++) pktrt__mesh_name_triangle(s, b->id[i + j], hint, &mesh[j], &triangle[j]);
-    v8 r[8] = {vload(b->t + i), vload(b->cn[0] + i), vload(b->cn[1] + i), vload(b->cf[0] + i), vload(b->cf[1] + i),
-               vload(b->cf[2] + i), vload((const float *)(const void *)mesh),
+    v8 r[8] = {vload(b->t + i), vload(b->as.hit.u + i), vload(b->as.hit.v + i), vload(b->as.hit.normal[0] + i), vload(b->as.hit.normal[1] + i),
+               vload(b->as.hit.normal[2] + i), vload((const float *)(const void *)mesh),
                vload((const float *)(const void *)triangle)};
     vtranspose(r);
     UNROLL for (uint32_t j = 0; j < 8; j++) vstore((float *)(void *)&hits[pktrt__batch_place(order, i + j)], r[j]);
@@ -8187,6 +8205,7 @@ static const pktrt__kernel_table pktrt__kernels = {
 #undef vsqrt
 #undef dload
 #undef dstore
+#undef d8_of
 #undef dsqrt
 #undef fabs_
 #undef fadd
@@ -8717,9 +8736,9 @@ static void pktrt__query_store_soa(const pktrt_scene *s, const pktrt__batch *b, 
                              uint32_t n, size_t left) {
   uint32_t hint[2] = {0, 0}, mesh, triangle;
   pktrt__query_store_row(hits->t, b->t, first, n, left);
-  pktrt__query_store_row(hits->u, b->cn[0], first, n, left);
-  pktrt__query_store_row(hits->v, b->cn[1], first, n, left);
-  for (int a = 0; a < 3; a++) pktrt__query_store_row(hits->normal[a], b->cf[a], first, n, left);
+  pktrt__query_store_row(hits->u, b->as.hit.u, first, n, left);
+  pktrt__query_store_row(hits->v, b->as.hit.v, first, n, left);
+  for (int a = 0; a < 3; a++) pktrt__query_store_row(hits->normal[a], b->as.hit.normal[a], first, n, left);
   for (uint32_t i = 0; i < n && (hits->mesh || hits->triangle); i++) {
     pktrt__mesh_name_triangle(s, b->id[i], hint, &mesh, &triangle);
     if (hits->mesh) hits->mesh[first + i] = mesh;
@@ -10703,9 +10722,9 @@ static pktrt__media_passage pktrt__media_pass_glass(pktrt__tile *tile, uint32_t 
   float p[3][3], normal[3], d[3], back[3], origin[3], before[3];
   double point[3], along = 0, d2 = 0, n2 = 0;
   for (uint32_t c = 0; c < 3; c++) pktrt__mesh_corner_at(m, m->positions, triangle, c, b->time[i], p[c]);
-  pktrt__tri_point(p, b->cn[0][i], b->cn[1][i], point);
+  pktrt__tri_point(p, b->as.hit.u[i], b->as.hit.v[i], point);
   for (int a = 0; a < 3; a++) {
-    normal[a] = b->cf[a][i], d[a] = b->d[a][i], back[a] = -d[a];
+    normal[a] = b->as.hit.normal[a][i], d[a] = b->d[a][i], back[a] = -d[a];
     along += (double)normal[a] * (double)d[a];
     d2 += (double)d[a] * (double)d[a], n2 += (double)normal[a] * (double)normal[a];
   }
@@ -10808,8 +10827,8 @@ static void pktrt__packet_store_hits(const pktrt__packet_queue *p) {
   const uint32_t first = p->target[0];
   const size_t size = p->n * sizeof(float);
   memcpy(w->id + first, b->id, size), memcpy(w->slot + first, b->slot, size), memcpy(w->bvh + first, b->bvh, size);
-  memcpy(w->t + first, b->t, size), memcpy(w->u + first, b->cn[0], size), memcpy(w->v + first, b->cn[1], size);
-  for (int a = 0; a < 3; a++) memcpy(w->n[a] + first, b->cf[a], size);
+  memcpy(w->t + first, b->t, size), memcpy(w->u + first, b->as.hit.u, size), memcpy(w->v + first, b->as.hit.v, size);
+  for (int a = 0; a < 3; a++) memcpy(w->n[a] + first, b->as.hit.normal[a], size);
 }
 
 /* Traces what is pending. Shadow rays add their light in the order in which they were pushed; for each surface that is
@@ -10840,8 +10859,8 @@ PKTRT__NOINLINE void pktrt__packet_flush(pktrt__tile *tile, pktrt_ray_type type,
       continue;
     }
     w->id[k] = b->id[i], w->slot[k] = b->slot[i], w->bvh[k] = b->bvh[i];
-    w->t[k] = b->t[i], w->u[k] = b->cn[0][i], w->v[k] = b->cn[1][i];
-    for (int a = 0; a < 3; a++) w->n[a][k] = b->cf[a][i];
+    w->t[k] = b->t[i], w->u[k] = b->as.hit.u[i], w->v[k] = b->as.hit.v[i];
+    for (int a = 0; a < 3; a++) w->n[a][k] = b->as.hit.normal[a][i];
   }
   p->n = 0;
 }

@@ -895,8 +895,9 @@ typedef enum pktrt_light_kind {
   PKTRT_LIGHT_SPHERE,       /* intensity is its radiance */
   PKTRT_LIGHT_MESH,         /* the triangles of a mesh, shining from both sides with its material's emission (before any
                                texture); intensity is a factor on it, by channel */
-  PKTRT_LIGHT_ENVIRONMENT   /* background or environment of the render, times intensity by channel, from all sides: sky
+  PKTRT_LIGHT_ENVIRONMENT,  /* background or environment of the render, times intensity by channel, from all sides: sky
                                light, ambient occlusion */
+  PKTRT_LIGHT_KIND_COUNT
 } pktrt_light_kind;
 typedef struct pktrt_light {
   pktrt_light_kind kind;
@@ -932,7 +933,8 @@ typedef enum pktrt_specular { /* what a surface does besides being diffuse */
                                  (F: exact unpolarised Fresnel reflectance at the angle of view) */
   PKTRT_SPECULAR_DIELECTRIC,  /* glass: reflects F, refracts 1 - F, with Beer attenuation inside. Outside is where the
                                  corners appear counter-clockwise. albedo is not used. */
-  PKTRT_SPECULAR_CONDUCTOR    /* metal: Fresnel reflectance of the complex index ior + i extinction; albedo not used */
+  PKTRT_SPECULAR_CONDUCTOR,   /* metal: Fresnel reflectance of the complex index ior + i extinction; albedo not used */
+  PKTRT_SPECULAR_COUNT
 } pktrt_specular;
 
 typedef enum pktrt_lobe {     /* where mirror, coat and conductor reflect to */
@@ -1319,73 +1321,36 @@ PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *, const pktrt_render
 #error "PKTRT_NO_SCALAR: no other kernels are left for this machine; define it only where vectors stay"
 #endif
 
-/* What this build can do, as constants, so that compilers drop what is left out: see CONFIGURATION. What asks for
-   nothing but pictures goes with them. */
-#ifdef PKTRT_NO_MOTION
-#define PKTRT__MOTION 0
-#else
-#define PKTRT__MOTION 1
-#endif
-#ifdef PKTRT_NO_STATS
-#define PKTRT__STATS 0
-#else
-#define PKTRT__STATS 2
-#endif
-#ifdef PKTRT_NO_PAPER
-#define PKTRT__PAPER 0
-#else
-#define PKTRT__PAPER 4
-#endif
-#ifdef PKTRT_NO_RENDER
-#define PKTRT__RENDER 0
-#else
-#define PKTRT__RENDER 8
-#endif
-#if defined(PKTRT_NO_LENS) || defined(PKTRT_NO_RENDER)
-#define PKTRT__LENS 0
-#else
-#define PKTRT__LENS 2048
-#endif
-#if defined(PKTRT_NO_SHUTTER) || defined(PKTRT_NO_RENDER)
-#define PKTRT__SHUTTER 0
-#else
-#define PKTRT__SHUTTER 4096
-#endif
-#if defined(PKTRT_NO_AREA_LIGHTS) || defined(PKTRT_NO_RENDER)
-#define PKTRT__AREA_LIGHTS 0
-#else
-#define PKTRT__AREA_LIGHTS 1024
-#endif
-#if defined(PKTRT_NO_GLOSS) || defined(PKTRT_NO_RENDER)
-#define PKTRT__GLOSS 0
-#else
-#define PKTRT__GLOSS 128
-#endif
-#if defined(PKTRT_NO_DIELECTRIC) || defined(PKTRT_NO_RENDER)
-#define PKTRT__DIELECTRIC 0
-#else
-#define PKTRT__DIELECTRIC 32
-#endif
-#if defined(PKTRT_NO_CONDUCTOR) || defined(PKTRT_NO_RENDER)
-#define PKTRT__CONDUCTOR 0
-#else
-#define PKTRT__CONDUCTOR 64
-#endif
-#if defined(PKTRT_NO_NORMALS) || defined(PKTRT_NO_RENDER)
-#define PKTRT__NORMALS 0
-#else
-#define PKTRT__NORMALS 256
-#endif
-#if defined(PKTRT_NO_TEXTURES) || defined(PKTRT_NO_RENDER)
-#define PKTRT__TEXTURES 0
-#else
-#define PKTRT__TEXTURES 512
-#endif
-#define PKTRT__MIRROR 16
-#define PKTRT__SPECULAR (PKTRT__MIRROR | PKTRT__DIELECTRIC | PKTRT__CONDUCTOR)
-#define PKTRT__BUILT                                                                                                   \
-  (PKTRT__MOTION | PKTRT__STATS | PKTRT__PAPER | PKTRT__RENDER | PKTRT__LENS | PKTRT__SHUTTER | PKTRT__AREA_LIGHTS |   \
-   PKTRT__GLOSS | (PKTRT__RENDER ? PKTRT__SPECULAR : 0) | PKTRT__NORMALS | PKTRT__TEXTURES)
+/* Features: enumerator, name, the switch that leaves it out, and that of what it is a part of. From each row come a
+   constant, PKTRT__MOTION, 1 or 0, so that compilers drop what is left out; a bit of PKTRT__BUILT; and a name. */
+#define PKTRT__FEATURE_ROWS(ROW)                                                                                       \
+  ROW(MOTION, "motion", PKTRT_NO_MOTION, PKTRT_NO_MOTION)                                                              \
+  ROW(STATS, "stats", PKTRT_NO_STATS, PKTRT_NO_STATS)                                                                  \
+  ROW(PAPER, "paper path", PKTRT_NO_PAPER, PKTRT_NO_PAPER)                                                             \
+  ROW(RENDER, "render", PKTRT_NO_RENDER, PKTRT_NO_RENDER)                                                              \
+  ROW(MIRROR, "mirror", PKTRT_NO_RENDER, PKTRT_NO_RENDER)                                                              \
+  ROW(DIELECTRIC, "dielectric", PKTRT_NO_DIELECTRIC, PKTRT_NO_RENDER)                                                  \
+  ROW(CONDUCTOR, "conductor", PKTRT_NO_CONDUCTOR, PKTRT_NO_RENDER)                                                     \
+  ROW(GLOSS, "gloss", PKTRT_NO_GLOSS, PKTRT_NO_RENDER)                                                                 \
+  ROW(NORMALS, "normals", PKTRT_NO_NORMALS, PKTRT_NO_RENDER)                                                           \
+  ROW(TEXTURES, "textures", PKTRT_NO_TEXTURES, PKTRT_NO_RENDER)                                                        \
+  ROW(AREA_LIGHTS, "area lights", PKTRT_NO_AREA_LIGHTS, PKTRT_NO_RENDER)                                               \
+  ROW(LENS, "lens", PKTRT_NO_LENS, PKTRT_NO_RENDER)                                                                    \
+  ROW(SHUTTER, "shutter", PKTRT_NO_SHUTTER, PKTRT_NO_RENDER)
+/* A macro that is not defined stands for itself: for a text as long as its name. */
+#define PKTRT__TEXT_OF(x) #x
+#define PKTRT__IS_DEFINED(x, name) (sizeof PKTRT__TEXT_OF(x) != sizeof name)
+#define PKTRT__FEATURE_CONSTANT(id, name, without, part_of)                                                            \
+  PKTRT__##id = PKTRT__IS_DEFINED(without, #without) || PKTRT__IS_DEFINED(part_of, #part_of) ? 0 : 1,
+#define PKTRT__FEATURE_BIT(id, name, without, part_of) (int)PKTRT__##id *(int)PKTRT_FEATURE_##id |
+enum { PKTRT__FEATURE_ROWS(PKTRT__FEATURE_CONSTANT) };
+enum {
+  PKTRT__SPECULAR = (int)PKTRT_FEATURE_MIRROR | (int)PKTRT_FEATURE_DIELECTRIC | (int)PKTRT_FEATURE_CONDUCTOR,
+  PKTRT__BUILT = PKTRT__FEATURE_ROWS(PKTRT__FEATURE_BIT) 0
+};
+
+/* Stops compilation where a condition does not hold. */
+#define PKTRT__STATIC_ASSERT(name, condition) typedef char pktrt__assert_##name[(condition) ? 1 : -1]
 
 #if defined(_MSC_VER) && !defined(__clang__)
 #pragma fp_contract(off)
@@ -3801,6 +3766,112 @@ PKTRT__INLINE uint32_t pktrt__sampler_run_index(uint32_t run, uint32_t sample, u
   return (run << pktrt__bit_width(samples - 1)) + pktrt__sampler_permute(sample, samples, order);
 }
 
+/* >>kinds: materials, lights and samplers, a row for each ---------------------------------------------------------- */
+
+/* Each table is an X-macro, in the order of its enumeration, which is checked; see >>extend. */
+
+/* Kinds of specular materials: the feature that it is, whether it has no diffuse base, and whether it can have a lobe. */
+#define PKTRT__SPECULAR_ROWS(ROW)                                                                                      \
+  ROW(NONE, 0, false, false)                                                                           \
+  ROW(MIRROR, PKTRT_FEATURE_MIRROR, false, true)                                                                       \
+  ROW(COAT, PKTRT_FEATURE_MIRROR, false, true)                                                                         \
+  ROW(DIELECTRIC, PKTRT_FEATURE_DIELECTRIC, true, false)                                                               \
+  ROW(CONDUCTOR, PKTRT_FEATURE_CONDUCTOR, true, true)
+#define PKTRT__SPECULAR_ROW(id, feature, bare, lobes) {feature, bare, lobes},
+#define PKTRT__SPECULAR_PLACE(id, feature, bare, lobes) PKTRT__SPECULAR_ROW_##id,
+#define PKTRT__SPECULAR_CHECK(id, feature, bare, lobes)                                                                \
+  PKTRT__STATIC_ASSERT(specular_##id, (int)PKTRT__SPECULAR_ROW_##id == (int)PKTRT_SPECULAR_##id);
+enum { PKTRT__SPECULAR_ROWS(PKTRT__SPECULAR_PLACE) PKTRT__SPECULAR_ROW_COUNT };
+PKTRT__SPECULAR_ROWS(PKTRT__SPECULAR_CHECK)
+PKTRT__STATIC_ASSERT(speculars, (int)PKTRT__SPECULAR_ROW_COUNT == (int)PKTRT_SPECULAR_COUNT);
+static const struct pktrt__specular_row {
+  uint32_t feature;
+  bool bare, lobes;
+} pktrt__specular_rows[PKTRT_SPECULAR_COUNT] = {PKTRT__SPECULAR_ROWS(PKTRT__SPECULAR_ROW)};
+
+/* Kinds of lights: traits, what finds out where one is and how large, and what takes a point of it. */
+typedef enum pktrt__light_trait {
+  PKTRT__LIGHT_PLACED = 1,      /* `position` counts */
+  PKTRT__LIGHT_DIRECTED = 2,    /* `direction` counts */
+  PKTRT__LIGHT_EDGED = 4,       /* `edge` counts */
+  PKTRT__LIGHT_ROUND = 8,       /* `radius` counts */
+  PKTRT__LIGHT_AREA = 16,       /* DRT samples it */
+  PKTRT__LIGHT_INFINITE = 32,   /* its points are directions */
+  PKTRT__LIGHT_BY_SQUARE = 64,  /* irradiance falls with the square of the distance, which the sample leaves out; */
+  PKTRT__LIGHT_BY_SQUARE_IF_SAMPLED = 128,
+  PKTRT__LIGHT_HIT = 256,       /* rays can hit it: lobes do not show it by value */
+  PKTRT__LIGHT_EACH = 512       /* each surface has a point of its own also where nothing is random */
+} pktrt__light_trait;
+typedef struct pktrt__light_data pktrt__light_data;
+typedef struct pktrt__render_state pktrt__render_state;
+/* Fills in middle, radius, area and facing, which are 0; false: out of memory. */
+typedef bool pktrt__light_prepare(const pktrt__render_state *, const pktrt_light *, pktrt__light_data *);
+/* Takes a point `at` of a light as seen from another, for u in [0,1)^2 (NULL: its middle), at a time. Returns the irradiance
+   of a surface that faces it, for radiance or intensity 1, times the squared distance where the traits say so. */
+typedef double pktrt__light_sample(const pktrt__render_state *, uint32_t light, const float u[2], float time,
+                                   const double from[3], double at[3]);
+static pktrt__light_prepare pktrt__light_prepare_place, pktrt__light_prepare_direction, pktrt__light_prepare_quad,
+    pktrt__light_prepare_mesh;
+static pktrt__light_sample pktrt__light_sample_middle, pktrt__light_sample_quad, pktrt__light_sample_sphere,
+    pktrt__light_sample_mesh;
+#define PKTRT__LIGHT_ROWS(ROW)                                                                                         \
+  ROW(POINT, PKTRT__LIGHT_PLACED | PKTRT__LIGHT_BY_SQUARE, pktrt__light_prepare_place, pktrt__light_sample_middle)     \
+  ROW(DIRECTIONAL, PKTRT__LIGHT_DIRECTED | PKTRT__LIGHT_INFINITE, pktrt__light_prepare_direction,                      \
+      pktrt__light_sample_middle)                                                                                      \
+  ROW(QUAD, PKTRT__LIGHT_PLACED | PKTRT__LIGHT_EDGED | PKTRT__LIGHT_AREA | PKTRT__LIGHT_BY_SQUARE,                     \
+      pktrt__light_prepare_quad, pktrt__light_sample_quad)                                                             \
+  ROW(SPHERE, PKTRT__LIGHT_PLACED | PKTRT__LIGHT_ROUND | PKTRT__LIGHT_AREA | PKTRT__LIGHT_EACH,                        \
+      pktrt__light_prepare_place, pktrt__light_sample_sphere)                                                          \
+  ROW(MESH, PKTRT__LIGHT_AREA | PKTRT__LIGHT_BY_SQUARE_IF_SAMPLED | PKTRT__LIGHT_HIT, pktrt__light_prepare_mesh,       \
+      pktrt__light_sample_mesh)                                                                                        \
+  ROW(ENVIRONMENT, PKTRT__LIGHT_AREA | PKTRT__LIGHT_INFINITE | PKTRT__LIGHT_HIT | PKTRT__LIGHT_EACH,                   \
+      pktrt__light_prepare_place, PKTRT__CAST(pktrt__light_sample *, 0)) /* see pktrt__light_sample_environment */
+#define PKTRT__LIGHT_ROW(id, traits, prepare, sample)                                                                  \
+  {traits, PKTRT__AREA_LIGHTS || !((traits) & PKTRT__LIGHT_AREA) ? prepare : pktrt__light_prepare_place,               \
+   PKTRT__AREA_LIGHTS || !((traits) & PKTRT__LIGHT_AREA) ? sample : pktrt__light_sample_middle},
+#define PKTRT__LIGHT_PLACE(id, traits, prepare, sample) PKTRT__LIGHT_ROW_##id,
+#define PKTRT__LIGHT_CHECK(id, traits, prepare, sample)                                                                \
+  PKTRT__STATIC_ASSERT(light_##id, (int)PKTRT__LIGHT_ROW_##id == (int)PKTRT_LIGHT_##id);
+enum { PKTRT__LIGHT_ROWS(PKTRT__LIGHT_PLACE) PKTRT__LIGHT_ROW_COUNT };
+PKTRT__LIGHT_ROWS(PKTRT__LIGHT_CHECK)
+PKTRT__STATIC_ASSERT(lights, (int)PKTRT__LIGHT_ROW_COUNT == (int)PKTRT_LIGHT_KIND_COUNT);
+typedef struct pktrt__light_row {
+  uint32_t traits;
+  pktrt__light_prepare *prepare;
+  pktrt__light_sample *sample;
+} pktrt__light_row;
+static const pktrt__light_row pktrt__light_rows[PKTRT_LIGHT_KIND_COUNT] = {PKTRT__LIGHT_ROWS(PKTRT__LIGHT_ROW)};
+PKTRT__INLINE bool pktrt__light_has(const pktrt_light *l, uint32_t traits) {
+  return (pktrt__light_rows[l->kind].traits & traits) != 0;
+}
+
+/* Samplers: name, whether kernels draw it by PKTRT__DRAWN, and what gives the coordinates of one group: dimension / 4 is
+   the same for all n. `samples` is in range, `sample` below it. */
+typedef void pktrt__sampler_group(const pktrt_sampling *, uint32_t x, uint32_t y, uint32_t sample, uint32_t dimension,
+                                  uint32_t n, float *out);
+static pktrt__sampler_group pktrt__sampler_sobol, pktrt__sampler_random, pktrt__sampler_jittered,
+    pktrt__sampler_interleaved, pktrt__sampler_halton, pktrt__sampler_blue_noise;
+#define PKTRT__SAMPLER_ROWS(ROW)                                                                                       \
+  ROW(SOBOL, "sobol", true, pktrt__sampler_sobol)                                                                      \
+  ROW(RANDOM, "random", true, pktrt__sampler_random)                                                                   \
+  ROW(JITTERED, "jittered", false, pktrt__sampler_jittered)                                                            \
+  ROW(INTERLEAVED, "interleaved", false, pktrt__sampler_interleaved)                                                   \
+  ROW(HALTON, "halton", false, pktrt__sampler_halton)                                                                  \
+  ROW(HAMMERSLEY, "hammersley", false, pktrt__sampler_halton)                                                          \
+  ROW(BLUE_NOISE, "blue-noise", false, pktrt__sampler_blue_noise)
+#define PKTRT__SAMPLER_ROW(id, name, in_kernels, group) {name, in_kernels, group},
+#define PKTRT__SAMPLER_PLACE(id, name, in_kernels, group) PKTRT__SAMPLER_ROW_##id,
+#define PKTRT__SAMPLER_CHECK(id, name, in_kernels, group)                                                              \
+  PKTRT__STATIC_ASSERT(sampler_##id, (int)PKTRT__SAMPLER_ROW_##id == (int)PKTRT_SAMPLER_##id);
+enum { PKTRT__SAMPLER_ROWS(PKTRT__SAMPLER_PLACE) PKTRT__SAMPLER_ROW_COUNT };
+PKTRT__SAMPLER_ROWS(PKTRT__SAMPLER_CHECK)
+PKTRT__STATIC_ASSERT(samplers, (int)PKTRT__SAMPLER_ROW_COUNT == (int)PKTRT_SAMPLER_COUNT);
+static const struct pktrt__sampler_row {
+  const char *name;
+  bool in_kernels;
+  pktrt__sampler_group *group;
+} pktrt__sampler_rows[PKTRT_SAMPLER_COUNT] = {PKTRT__SAMPLER_ROWS(PKTRT__SAMPLER_ROW)};
+
 /* >>waves ---------------------------------------------------------------------------------------------------------- */
 
 /* A render works on waves: rays of one generation, structure of arrays. What they meet becomes a dense list of
@@ -3854,7 +3925,7 @@ typedef struct pktrt__surfaces {
   uint8_t hooked[PKTRT__WAVE / 8];  /* has a texture or a shader */
   uint8_t lobed[PKTRT__WAVE / 8];   /* reflects in a lobe */
   uint8_t lit[PKTRT__WAVE / 8];     /* lights can add to it: not so for glass, polished metal and what is done */
-  uint8_t kind[5][PKTRT__WAVE / 8]; /* by pktrt_specular */
+  uint8_t kind[PKTRT_SPECULAR_COUNT][PKTRT__WAVE / 8]; /* by pktrt_specular */
   uint32_t first;                   /* their rays lie in the wave from here on, packed: see pktrt__surface_gather */
   uint32_t count;
 } pktrt__surfaces;
@@ -3940,9 +4011,9 @@ PKTRT__INLINE const pktrt_material *pktrt__material_of(const pktrt_scene *s, uin
   return material ? &s->materials[material - 1] : &s->plain;
 }
 PKTRT__INLINE float pktrt__material_ior(const pktrt_material *mat, int a) { return mat->ior[a] > 0 ? mat->ior[a] : 1.5f; }
+
 static bool pktrt__material_has_lobe(const pktrt_material *mat) {
-  return mat->lobe == PKTRT_LOBE_PHONG && mat->specular != PKTRT_SPECULAR_DIELECTRIC &&
-         mat->specular != PKTRT_SPECULAR_NONE;
+  return mat->lobe == PKTRT_LOBE_PHONG && pktrt__specular_rows[mat->specular].lobes;
 }
 static void pktrt__mesh_corner_at(const pktrt__mesh *, const float *data, uint32_t triangle, uint32_t c, float time,
                           float out[3]);
@@ -5624,12 +5695,12 @@ OP uint32_t pktrt__tri_ray_block_inline(const pktrt__bvh_segment *seg, pktrt__ba
 #else
 #define FRUSTA 1
 #endif
-#if PKTRT__STATS || (PKTRT__WITH_FEW_INSTANCES && PKTRT__MOTION)
+#if !defined(PKTRT_NO_STATS) || (PKTRT__WITH_FEW_INSTANCES && !defined(PKTRT_NO_MOTION))
 #define IF_COUNTED(x) x
 #else
 #define IF_COUNTED(x)
 #endif
-#if PKTRT__MOTION && !PKTRT__WITH_FEW_INSTANCES
+#if !defined(PKTRT_NO_MOTION) && !PKTRT__WITH_FEW_INSTANCES
 #define IF_MOVING(x) x
 #else
 #define IF_MOVING(x)
@@ -6680,7 +6751,7 @@ OP uint64_t pktrt__frustum_template(pktrt__frustum *f, const pktrt__bvh_segment 
   }
 }
 
-#if PKTRT__PAPER
+#if !defined(PKTRT_NO_PAPER)
 /* >>paper ------------------------------------------------------------------------------------------------------------
    The packet traversal of the paper (sections 3.1 and 3.3, after Wald et al. 2007 and Boulos et al. 2006), on the same
    tree: packets of 1 to 256 rays without a common origin. A packet enters a child as soon as one of its rays does;
@@ -7007,12 +7078,12 @@ OP void pktrt__paper_traverse(pktrt__paper_packet *p, const pktrt__variant is) {
 }
 
 /* Always counting: this path is for reading and comparing. */
-#if PKTRT__MOTION
+#if !defined(PKTRT_NO_MOTION)
 PKTRT__NOINLINE void pktrt__paper_traverse_moving(pktrt__paper_packet *p, bool occlusion, pktrt_counts *counts) {
   pktrt__paper_traverse(p, pktrt__variant_of(occlusion, true, PKTRT__STATS != 0, counts));
 }
 #endif
-#if !(PKTRT__MOTION && PKTRT__WITH_FEW_INSTANCES)
+#if !(!defined(PKTRT_NO_MOTION) && PKTRT__WITH_FEW_INSTANCES)
 PKTRT__NOINLINE void pktrt__paper_traverse_static(pktrt__paper_packet *p, bool occlusion, pktrt_counts *counts) {
   pktrt__paper_traverse(p, pktrt__variant_of(occlusion, false, PKTRT__STATS != 0, counts));
 }
@@ -7044,7 +7115,7 @@ PKTRT__NOINLINE void pktrt__drive_paper(const pktrt__query *call, pktrt__batch *
         pktrt__bvh_segment seg = pktrt__bvh_segment_of(scene->bvhs, i, moving ? segment : 0);
         seg.check_area = moving && occlusion;
         p.seg = &seg;
-#if !PKTRT__MOTION
+#if defined(PKTRT_NO_MOTION)
         pktrt__paper_traverse_static(&p, occlusion, counts);
 #elif PKTRT__WITH_FEW_INSTANCES
         pktrt__paper_traverse_moving(&p, occlusion, counts);
@@ -7659,7 +7730,7 @@ PKTRT__NOINLINE void pktrt__surface_find8(const pktrt_scene *scene, bool smooth,
 /* What materials say of surfaces i to i + 7, before their hooks and the angle of view change it. */
 PKTRT__NOINLINE void pktrt__surface_read_materials(const pktrt_scene *scene, pktrt__surfaces *s, uint32_t i, uint32_t lanes) {
   v8 albedo[3], reflectance[3], emission[3], eta = vset(1);
-  uint32_t shaded = 0, hooked = 0, lobed = 0, kind[5] = {0, 0, 0, 0, 0};
+  uint32_t shaded = 0, hooked = 0, lobed = 0, kind[PKTRT_SPECULAR_COUNT] = {0};
   ROLL_OUT for (int a = 0; a < 3; a++) albedo[a] = reflectance[a] = emission[a] = vset(0);
   for (uint32_t rest = lanes; rest;) {
     const uint32_t material = s->material[i + pktrt__lowest_bit(rest)], same = rest & veq_u32(s->material + i, material);
@@ -7684,7 +7755,7 @@ PKTRT__NOINLINE void pktrt__surface_read_materials(const pktrt_scene *scene, pkt
   pktrt__vec_store3(s->emission, i, emission);
   vstore(s->eta + i, eta);
   kind[PKTRT_SPECULAR_NONE] |= ~lanes; /* those that do not exist want no work */
-  for (int k = 0; k < 5; k++) s->kind[k][i / 8] = (uint8_t)kind[k];
+  for (int k = 0; k < PKTRT_SPECULAR_COUNT; k++) s->kind[k][i / 8] = (uint8_t)kind[k];
   s->shaded[i / 8] = (uint8_t)shaded, s->hooked[i / 8] = (uint8_t)hooked, s->lobed[i / 8] = (uint8_t)lobed;
 }
 
@@ -8059,7 +8130,7 @@ OP void pktrt__entry_trace_template(const pktrt__query *call, pktrt__batch *b, u
     if (!is.occlusion) pktrt__resolve_batch(call, b, n);
     return;
   }
-#if PKTRT__PAPER
+#if !defined(PKTRT_NO_PAPER)
   if (call->desc->path == PKTRT_PATH_PAPER) {
     pktrt__drive_paper(call, b, n, is.occlusion);
   } else
@@ -8618,20 +8689,19 @@ PKTRT__COLD pktrt_status pktrt__check_range(pktrt_scene *s, const char *whose, u
 PKTRT__COLD pktrt_status pktrt__light_check(pktrt_scene *s, const pktrt_light *l, unsigned index) {
   const float most = PKTRT_MAX_COORD;
   if (!l) return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "light %u: the description is NULL", index);
-  if ((int)l->kind < 0 || l->kind > PKTRT_LIGHT_ENVIRONMENT)
+  if ((int)l->kind < 0 || l->kind >= PKTRT_LIGHT_KIND_COUNT)
     return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "light %u: %d is no kind of light", index, (int)l->kind);
-  if (!PKTRT__AREA_LIGHTS && l->kind >= PKTRT_LIGHT_QUAD)
+  if (!PKTRT__AREA_LIGHTS && pktrt__light_has(l, PKTRT__LIGHT_AREA))
     return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "light %u: it has an area, but this build has PKTRT_NO_AREA_LIGHTS",
                        index);
   pktrt_status st = pktrt__check_range(s, "light", index, "intensity", l->intensity, 3, 0, FLT_MAX);
-  const bool placed =
-      l->kind == PKTRT_LIGHT_POINT || l->kind == PKTRT_LIGHT_QUAD || l->kind == PKTRT_LIGHT_SPHERE;
-  if (!st && placed) st = pktrt__check_range(s, "light", index, "position", l->position, 3, -most, most);
-  if (!st && l->kind == PKTRT_LIGHT_SPHERE)
+  if (!st && pktrt__light_has(l, PKTRT__LIGHT_PLACED))
+    st = pktrt__check_range(s, "light", index, "position", l->position, 3, -most, most);
+  if (!st && pktrt__light_has(l, PKTRT__LIGHT_ROUND))
     st = pktrt__check_range(s, "light", index, "radius", &l->radius, 1, 0, most);
-  for (int e = 0; !st && e < 2 && l->kind == PKTRT_LIGHT_QUAD; e++)
+  for (int e = 0; !st && e < 2 && pktrt__light_has(l, PKTRT__LIGHT_EDGED); e++)
     st = pktrt__check_range(s, "light", index, e ? "edge[1]" : "edge[0]", l->edge[e], 3, -most, most);
-  if (st || l->kind != PKTRT_LIGHT_DIRECTIONAL) return st;
+  if (st || !pktrt__light_has(l, PKTRT__LIGHT_DIRECTED)) return st;
   st = pktrt__check_range(s, "light", index, "direction", l->direction, 3, -most, most);
   if (!st && l->direction[0] == 0 && l->direction[1] == 0 && l->direction[2] == 0)
     return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "light %u: its direction is zero", index);
@@ -8656,7 +8726,7 @@ PKTRT_DEF pktrt_status pktrt_add_light(pktrt_scene *s, const pktrt_light *l, uin
 PKTRT__COLD pktrt_status pktrt__material_check(pktrt_scene *s, const pktrt_material *m, unsigned index) {
   static const char *const whose = "material";
   if (!m) return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "material %u: the description is NULL", index);
-  if ((int)m->specular < 0 || m->specular > PKTRT_SPECULAR_CONDUCTOR)
+  if ((int)m->specular < 0 || m->specular >= PKTRT_SPECULAR_COUNT)
     return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "material %u: %d is no pktrt_specular", index, (int)m->specular);
   if ((int)m->lobe < 0 || m->lobe > PKTRT_LOBE_PHONG)
     return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "material %u: %d is no pktrt_lobe", index, (int)m->lobe);
@@ -8977,9 +9047,7 @@ static bool pktrt__normalise(double v[3]) {
 /* >>samplers -------------------------------------------------------------------------------------------------------- */
 
 PKTRT_DEF const char *pktrt_sampler_string(pktrt_sampler sampler) {
-  static const char *const names[PKTRT_SAMPLER_COUNT] = {"sobol",  "random",     "jittered",  "interleaved",
-                                                         "halton", "hammersley", "blue-noise"};
-  return (int)sampler >= 0 && sampler < PKTRT_SAMPLER_COUNT ? names[sampler] : "no sampler";
+  return (int)sampler >= 0 && sampler < PKTRT_SAMPLER_COUNT ? pktrt__sampler_rows[sampler].name : "no sampler";
 }
 
 /* --- the ways in which Sobol's points are dealt out, see >>random --- */
@@ -9011,7 +9079,7 @@ static uint32_t pktrt__sampler_shuffled_morton(uint32_t x, uint32_t y, uint64_t 
 
 /* A pair of dimensions in a x b cells: a b = n with sides up to 2 : 1 if there are such; if not, the next rectangle, of
    which random cells stay empty. */
-static void pktrt__sampler_jittered(uint32_t sample, uint32_t samples, uint64_t key, float out[2]) {
+static void pktrt__sampler_jittered_pair(uint32_t sample, uint32_t samples, uint64_t key, float out[2]) {
   const uint32_t root = (uint32_t)sqrt((double)samples), least = root * root < samples ? root + 1 : root;
   uint32_t a = least;
   while (samples % a && a * a <= 2 * samples) a++;
@@ -9043,70 +9111,80 @@ static float pktrt__sampler_radical_inverse(uint32_t i, uint32_t n, uint32_t bas
    in another random order, so that they meet those of the first 32 at random. Hammersley's points have i / n before
    these, and every 32 dimensions again; their order is random from the start, since n is known: each coordinate of
    each sample is uniform over seeds. */
-static float pktrt__sampler_halton(const pktrt_sampling *s, uint32_t samples, uint32_t x, uint32_t y, uint32_t sample,
+static float pktrt__sampler_halton_number(const pktrt_sampling *s, uint32_t x, uint32_t y, uint32_t sample,
                            uint32_t dimension) {
   static const uint8_t primes[32] = {2,  3,  5,  7,  11, 13, 17, 19, 23, 29, 31,  37,  41,  43,  47,  53,
                                      59, 61, 67, 71, 73, 79, 83, 89, 97, 101, 103, 107, 109, 113, 127, 131};
   const bool hammersley = s->sampler == PKTRT_SAMPLER_HAMMERSLEY;
   const uint32_t round = dimension / 32, k = dimension % 32;
   const uint64_t key = pktrt__sampler_key(s->seed, dimension, x, y);
-  if (round || hammersley) sample = pktrt__sampler_permute(sample, samples, pktrt__sampler_key(s->seed, ~round, x, y));
-  if (!hammersley) return pktrt__sampler_radical_inverse(sample, samples, primes[k], key);
-  if (k) return pktrt__sampler_radical_inverse(sample, samples, primes[k - 1], key);
+  if (round || hammersley) sample = pktrt__sampler_permute(sample, s->samples, pktrt__sampler_key(s->seed, ~round, x, y));
+  if (!hammersley) return pktrt__sampler_radical_inverse(sample, s->samples, primes[k], key);
+  if (k) return pktrt__sampler_radical_inverse(sample, s->samples, primes[k - 1], key);
   const double at = (double)pktrt__sampler_unit((uint32_t)(pktrt__hash(key + sample) >> 32));
-  return pktrt__sampler_unit_of(((double)sample + at) / (double)samples);
+  return pktrt__sampler_unit_of(((double)sample + at) / (double)s->samples);
 }
 
-/* --- the samplers --- */
+/* --- the samplers: coordinates of one group --- */
 
-/* Coordinates of one group: dimension / 4 is the same for all n. Samples beyond the last begin again. */
-static void pktrt__sampler_sample(const pktrt_sampling *s, uint32_t x, uint32_t y, uint32_t sample, uint32_t dimension,
-                          uint32_t n, float *out) {
-  const uint32_t samples = s->samples > 65536 ? 65536 : s->samples ? s->samples : 1;
-  const uint32_t group = dimension / 4, first = dimension % 4;
+static void pktrt__sampler_sobol(const pktrt_sampling *s, uint32_t x, uint32_t y, uint32_t sample, uint32_t dimension,
+                                 uint32_t n, float *out) {
+  const uint64_t key = pktrt__sampler_key(s->seed, dimension / 4, x, y);
   uint32_t digits[4];
-  if (sample >= samples) sample %= samples;
-  switch (s->sampler) {
-    case PKTRT_SAMPLER_RANDOM: {
-      const uint64_t key = pktrt__sampler_key(s->seed, group, x, y) + 2 * (uint64_t)sample;
-      const uint64_t bits[2] = {pktrt__hash(key), pktrt__hash(key + 1)};
-      for (uint32_t i = 0, d = first; i < n; i++, d++) out[i] = pktrt__sampler_unit((uint32_t)(bits[d / 2] >> d % 2 * 32));
-      break;
-    }
-    case PKTRT_SAMPLER_JITTERED:
-      for (uint32_t i = 0, d = first; i < n;) {
-        float pair[2];
-        pktrt__sampler_jittered(sample, samples, pktrt__sampler_key(s->seed, group * 2 + d / 2, x, y), pair);
-        do out[i++] = pair[d++ % 2];
-        while (i < n && d % 2);
-      }
-      break;
-    case PKTRT_SAMPLER_HALTON:
-    case PKTRT_SAMPLER_HAMMERSLEY:
-      for (uint32_t i = 0; i < n; i++) out[i] = pktrt__sampler_halton(s, samples, x, y, sample, dimension + i);
-      break;
-    case PKTRT_SAMPLER_INTERLEAVED: { /* runs in Morton order: any 2 x 2 pixels hold one run of each class modulo 4 */
-      const uint64_t key = pktrt__sampler_key(s->seed, group, 0, 0);
-      const uint32_t run = (pktrt__sampler_spread_bits(x & 3) | pktrt__sampler_spread_bits(y & 3) << 1) ^ (uint32_t)key >> 28;
-      pktrt__sampler_sequence(pktrt__sampler_run_index(run, sample, samples, pktrt__hash(key + 4 + run)), digits);
-      pktrt__sampler_scramble(digits, key, first, n, out);
-      break;
-    }
-    case PKTRT_SAMPLER_BLUE_NOISE: {
-      const uint64_t key = pktrt__sampler_key(s->seed, group, x >> 8, y >> 8);
-      const uint32_t run = pktrt__sampler_shuffled_morton(x, y, key);
-      pktrt__sampler_sequence(pktrt__sampler_run_index(run, sample, samples, pktrt__hash(key + 4 + run)), digits);
-      pktrt__sampler_scramble(digits, key, first, n, out);
-      break;
-    }
-    case PKTRT_SAMPLER_SOBOL:
-    default: {
-      const uint64_t key = pktrt__sampler_key(s->seed, group, x, y);
-      pktrt__sampler_net(pktrt__sampler_point_index(group, sample, samples, key), samples, digits);
-      pktrt__sampler_scramble(digits, key, first, n, out);
-      break;
-    }
+  pktrt__sampler_net(pktrt__sampler_point_index(dimension / 4, sample, s->samples, key), s->samples, digits);
+  pktrt__sampler_scramble(digits, key, dimension % 4, n, out);
+}
+
+static void pktrt__sampler_random(const pktrt_sampling *s, uint32_t x, uint32_t y, uint32_t sample, uint32_t dimension,
+                                  uint32_t n, float *out) {
+  const uint64_t key = pktrt__sampler_key(s->seed, dimension / 4, x, y) + 2 * (uint64_t)sample;
+  const uint64_t bits[2] = {pktrt__hash(key), pktrt__hash(key + 1)};
+  for (uint32_t i = 0, d = dimension % 4; i < n; i++, d++)
+    out[i] = pktrt__sampler_unit((uint32_t)(bits[d / 2] >> d % 2 * 32));
+}
+
+static void pktrt__sampler_jittered(const pktrt_sampling *s, uint32_t x, uint32_t y, uint32_t sample, uint32_t dimension,
+                                    uint32_t n, float *out) {
+  for (uint32_t i = 0, d = dimension % 4; i < n;) {
+    float pair[2];
+    pktrt__sampler_jittered_pair(sample, s->samples, pktrt__sampler_key(s->seed, dimension / 4 * 2 + d / 2, x, y), pair);
+    do out[i++] = pair[d++ % 2];
+    while (i < n && d % 2);
   }
+}
+
+static void pktrt__sampler_halton(const pktrt_sampling *s, uint32_t x, uint32_t y, uint32_t sample, uint32_t dimension,
+                                  uint32_t n, float *out) {
+  for (uint32_t i = 0; i < n; i++) out[i] = pktrt__sampler_halton_number(s, x, y, sample, dimension + i);
+}
+
+/* Takes runs in Morton order: any 2 x 2 pixels hold one run of each class modulo 4. */
+static void pktrt__sampler_interleaved(const pktrt_sampling *s, uint32_t x, uint32_t y, uint32_t sample,
+                                       uint32_t dimension, uint32_t n, float *out) {
+  const uint64_t key = pktrt__sampler_key(s->seed, dimension / 4, 0, 0);
+  const uint32_t run = (pktrt__sampler_spread_bits(x & 3) | pktrt__sampler_spread_bits(y & 3) << 1) ^ (uint32_t)key >> 28;
+  uint32_t digits[4];
+  pktrt__sampler_sequence(pktrt__sampler_run_index(run, sample, s->samples, pktrt__hash(key + 4 + run)), digits);
+  pktrt__sampler_scramble(digits, key, dimension % 4, n, out);
+}
+
+static void pktrt__sampler_blue_noise(const pktrt_sampling *s, uint32_t x, uint32_t y, uint32_t sample,
+                                      uint32_t dimension, uint32_t n, float *out) {
+  const uint64_t key = pktrt__sampler_key(s->seed, dimension / 4, x >> 8, y >> 8);
+  const uint32_t run = pktrt__sampler_shuffled_morton(x, y, key);
+  uint32_t digits[4];
+  pktrt__sampler_sequence(pktrt__sampler_run_index(run, sample, s->samples, pktrt__hash(key + 4 + run)), digits);
+  pktrt__sampler_scramble(digits, key, dimension % 4, n, out);
+}
+
+/* Gives coordinates of one group. Samples beyond the last begin again; what is no sampler is the first. */
+static void pktrt__sampler_sample(const pktrt_sampling *s, uint32_t x, uint32_t y, uint32_t sample, uint32_t dimension,
+                                  uint32_t n, float *out) {
+  const bool known = (int)s->sampler >= 0 && s->sampler < PKTRT_SAMPLER_COUNT;
+  pktrt_sampling in_range = *s;
+  in_range.samples = s->samples > 65536 ? 65536 : s->samples ? s->samples : 1;
+  pktrt__sampler_rows[known ? s->sampler : PKTRT_SAMPLER_SOBOL].group(
+      &in_range, x, y, sample < in_range.samples ? sample : sample % in_range.samples, dimension, n, out);
 }
 
 PKTRT_DEF void pktrt_sample(const pktrt_sampling *s, uint32_t x, uint32_t y, uint32_t sample, uint32_t dimension,
@@ -9438,7 +9516,7 @@ typedef struct pktrt__light_cdf {
 } pktrt__light_cdf;
 
 /* What is known of a light before the first ray. */
-typedef struct pktrt__light_data {
+struct pktrt__light_data {
   double middle[3], radius;  /* mesh: of a sphere around it */
   double area;               /* quad, mesh */
   double facing[3];          /* quad: unit normal; directional: unit, towards it; mesh: sum of its areas as vectors */
@@ -9450,7 +9528,7 @@ typedef struct pktrt__light_data {
   pktrt__light_cluster *clusters;  /* 2 facet_count - 1: see pktrt__light_make_clusters */
   uint32_t triangle_count;
   double back;               /* mesh: how much counts, against one that faces a point, a facet that looks away */
-} pktrt__light_data;
+};
 
 /* What pixels have had so far, where there are several passes. */
 typedef struct pktrt__pixel_sums {
@@ -9474,7 +9552,7 @@ typedef struct pktrt__pass_sums {
   uint32_t columns, rows;    /* of blocks */
 } pktrt__pass_sums;
 
-typedef struct pktrt__render_state {
+struct pktrt__render_state {
   const pktrt_scene *scene;
   const pktrt_render_desc *desc;
   pktrt__camera_plane plane;   /* of a camera that does not move */
@@ -9493,7 +9571,7 @@ typedef struct pktrt__render_state {
   pktrt__glass_boxes glass;
   pktrt__glass_mesh *glass_meshes; /* for each committed mesh; NULL: no glass is seen */
   bool starts_in_glass;      /* perhaps: the camera stands in the box of a mesh of glass */
-} pktrt__render_state;
+};
 
 PKTRT__COLD bool pktrt__render_check_sizes(const pktrt_render_desc *d, pktrt__refusal *why) {
   const uint32_t p = d->packet_size;
@@ -9578,16 +9656,10 @@ static uint32_t pktrt__feature_of_scene(const pktrt_scene *s) {
     const pktrt_material *mat = pktrt__material_of(s, m->material);
     if (mat->texture || mat->shader) found |= PKTRT_FEATURE_TEXTURES;
     if (pktrt__material_has_lobe(mat)) found |= PKTRT_FEATURE_GLOSS;
-    switch (mat->specular) {
-    case PKTRT_SPECULAR_NONE: break;
-    case PKTRT_SPECULAR_MIRROR:
-    case PKTRT_SPECULAR_COAT: found |= PKTRT_FEATURE_MIRROR; break;
-    case PKTRT_SPECULAR_DIELECTRIC: found |= PKTRT_FEATURE_DIELECTRIC; break;
-    case PKTRT_SPECULAR_CONDUCTOR: found |= PKTRT_FEATURE_CONDUCTOR; break;
-    }
+    found |= pktrt__specular_rows[mat->specular].feature;
   }
   for (uint32_t i = 0; i < s->light_count; i++)
-    if (s->lights[i].kind >= PKTRT_LIGHT_QUAD) found |= PKTRT_FEATURE_AREA_LIGHTS;
+    if (pktrt__light_has(&s->lights[i], PKTRT__LIGHT_AREA)) found |= PKTRT_FEATURE_AREA_LIGHTS;
   return found;
 }
 
@@ -9603,7 +9675,7 @@ static uint32_t pktrt__feature_of_render(const pktrt_scene *s, const pktrt_rende
 
 /* Of what was found, what a picture shows. */
 static uint32_t pktrt__feature_used(const pktrt_render_desc *d, uint32_t found) {
-  if (d->mode == PKTRT_MODE_RCS) found &= ~(uint32_t)(PKTRT__SPECULAR | PKTRT_FEATURE_GLOSS);
+  if (d->mode == PKTRT_MODE_RCS) found &= ~(uint32_t)((int)PKTRT__SPECULAR | (int)PKTRT_FEATURE_GLOSS);
   if (d->mode != PKTRT_MODE_DRT) found &= ~(uint32_t)(PKTRT_FEATURE_LENS | PKTRT_FEATURE_SHUTTER);
   if (d->normals != PKTRT_NORMALS_SMOOTH) found &= ~(uint32_t)PKTRT_FEATURE_NORMALS;
   /* nobody sees when, save hooks */
@@ -9644,9 +9716,9 @@ static bool pktrt__render_check(const pktrt_scene *s, const pktrt_render_desc *d
   render->follow = pktrt__render_uses(render, PKTRT__SPECULAR), render->distribute = d->mode == PKTRT_MODE_DRT;
   render->choose = d->branching == PKTRT_BRANCHING_CHOOSE ||
                 (render->distribute && d->branching == PKTRT_BRANCHING_BY_MODE);
-  const bool random_lights = pktrt__render_uses(render, PKTRT__AREA_LIGHTS) || d->lights != PKTRT_LIGHTS_ALL;
-  render->draws = (render->distribute && (random_lights || pktrt__render_uses(render, PKTRT__GLOSS))) ||
-               (render->choose && pktrt__render_uses(render, PKTRT__DIELECTRIC));
+  const bool random_lights = pktrt__render_uses(render, PKTRT_FEATURE_AREA_LIGHTS) || d->lights != PKTRT_LIGHTS_ALL;
+  render->draws = (render->distribute && (random_lights || pktrt__render_uses(render, PKTRT_FEATURE_GLOSS))) ||
+               (render->choose && pktrt__render_uses(render, PKTRT_FEATURE_DIELECTRIC));
   render->sampling.sampler = d->sampler, render->sampling.samples = render->samples, render->sampling.seed = d->seed;
   render->most_passes = d->passes;
   if (!d->passes) render->most_passes = d->target_error > 0 || d->time_budget > 0 || d->pass ? 65536 : 1;
@@ -9788,7 +9860,8 @@ static bool pktrt__light_make_triangles(const pktrt_scene_desc *desc, const pktr
 }
 
 /* A mesh as a light: by its facets for DRT, as a point for the other modes. */
-static bool pktrt__light_make_mesh(const pktrt__render_state *render, const pktrt__mesh *m, pktrt__light_data *light) {
+static bool pktrt__light_prepare_mesh(const pktrt__render_state *render, const pktrt_light *l, pktrt__light_data *light) {
+  const pktrt__mesh *m = &render->scene->meshes[l->mesh];
   double lo[3] = {INFINITY, INFINITY, INFINITY}, hi[3] = {-INFINITY, -INFINITY, -INFINITY}, size = 0, normal[3];
   for (uint32_t i = 0; i < m->triangle_count; i++) {
     pktrt__light_triangle f;
@@ -9829,11 +9902,6 @@ static void pktrt__light_free_all(pktrt__render_state *render) {
   render->lights = NULL;
 }
 
-/* Lights that rays cannot hit show in Phong lobes by value; see pktrt_light_kind. */
-static bool pktrt__light_is_invisible(const pktrt_light *l) {
-  return l->kind != PKTRT_LIGHT_MESH && l->kind != PKTRT_LIGHT_ENVIRONMENT;
-}
-
 /* One light. A mesh stands in its middle in RCS and WRT: its projected area is |S cos| where it is flat, S being the
    sum of its area vectors; where it is closed and convex it is a quarter of the area on average, and S is 0. The shadow
    ray ends at the sphere around the mesh, whose own triangles would stop it. */
@@ -9845,16 +9913,40 @@ static void pktrt__light_describe(const pktrt__render_state *render, uint32_t in
   target->folded = pktrt__max(0, light->area - sqrt(pktrt__dot(light->facing, light->facing))) / 4;
   for (int a = 0; a < 3; a++) {
     target->facing[a] = light->facing[a], target->arriving[a] = light->color[a];
-    target->at[a] = (double)l->position[a];
-    if (l->kind == PKTRT_LIGHT_QUAD) target->at[a] += 0.5 * (double)l->edge[0][a];
-    if (l->kind == PKTRT_LIGHT_QUAD) target->at[a] += 0.5 * (double)l->edge[1][a];
-    if (l->kind == PKTRT_LIGHT_DIRECTIONAL) target->at[a] = light->facing[a];
-    if (l->kind == PKTRT_LIGHT_MESH) target->at[a] = light->middle[a];
+    target->at[a] = light->middle[a];
   }
-  target->infinite = l->kind == PKTRT_LIGHT_DIRECTIONAL || l->kind == PKTRT_LIGHT_ENVIRONMENT;
-  target->by_square = l->kind == PKTRT_LIGHT_POINT || l->kind == PKTRT_LIGHT_QUAD ||
-                   (l->kind == PKTRT_LIGHT_MESH && render->distribute);
-  target->lobes = pktrt__render_uses(render, PKTRT__GLOSS) && pktrt__light_is_invisible(l);
+  target->infinite = pktrt__light_has(l, PKTRT__LIGHT_INFINITE);
+  target->by_square = pktrt__light_has(l, PKTRT__LIGHT_BY_SQUARE) ||
+                      (render->distribute && pktrt__light_has(l, PKTRT__LIGHT_BY_SQUARE_IF_SAMPLED));
+  target->lobes = pktrt__render_uses(render, PKTRT_FEATURE_GLOSS) && !pktrt__light_has(l, PKTRT__LIGHT_HIT);
+}
+
+static bool pktrt__light_prepare_place(const pktrt__render_state *render, const pktrt_light *l,
+                                       pktrt__light_data *light) {
+  (void)render;
+  for (int a = 0; a < 3; a++) light->middle[a] = (double)l->position[a];
+  return true;
+}
+
+static bool pktrt__light_prepare_direction(const pktrt__render_state *render, const pktrt_light *l,
+                                           pktrt__light_data *light) {
+  (void)render;
+  for (int a = 0; a < 3; a++) light->facing[a] = -(double)l->direction[a];
+  (void)pktrt__normalise(light->facing);
+  memcpy(light->middle, light->facing, sizeof light->middle);
+  return true;
+}
+
+static bool pktrt__light_prepare_quad(const pktrt__render_state *render, const pktrt_light *l,
+                                      pktrt__light_data *light) {
+  double e[2][3];
+  for (int a = 0; a < 6; a++) e[a / 3][a % 3] = (double)l->edge[a / 3][a % 3];
+  (void)pktrt__light_prepare_place(render, l, light);
+  for (int a = 0; a < 3; a++) light->middle[a] += 0.5 * e[0][a], light->middle[a] += 0.5 * e[1][a];
+  pktrt__cross(e[0], e[1], light->facing);
+  light->area = sqrt(pktrt__dot(light->facing, light->facing));
+  (void)pktrt__normalise(light->facing);
+  return true;
 }
 
 static bool pktrt__light_make_all(pktrt__render_state *render) { /* false: out of memory, and none are left */
@@ -9865,38 +9957,34 @@ static bool pktrt__light_make_all(pktrt__render_state *render) { /* false: out o
   for (uint32_t i = 0; i < s->light_count; i++) {
     const pktrt_light *l = &s->lights[i];
     pktrt__light_data *light = &render->lights[i];
-    const pktrt__mesh *m = PKTRT__AREA_LIGHTS && l->kind == PKTRT_LIGHT_MESH ? &s->meshes[l->mesh] : NULL;
+    const pktrt_material *mat = l->kind == PKTRT_LIGHT_MESH ? pktrt__material_of(s, s->meshes[l->mesh].material) : NULL;
     double emitted[3];
     for (int a = 0; a < 3; a++) {
-      emitted[a] = (double)l->intensity[a] * (m ? (double)pktrt__material_of(s, m->material)->emission[a] : 1);
+      emitted[a] = (double)l->intensity[a] * (mat ? (double)mat->emission[a] : 1);
       light->strength = pktrt__max(emitted[a], light->strength);
-      light->facing[a] = -(double)l->direction[a]; /* of a directional light */
     }
     for (int a = 0; a < 3; a++) light->color[a] = light->strength > 0 ? (float)(emitted[a] / light->strength) : 0;
-    if (l->kind == PKTRT_LIGHT_DIRECTIONAL) (void)pktrt__normalise(light->facing);
-    if (l->kind == PKTRT_LIGHT_QUAD) {
-      double e[2][3];
-      for (int a = 0; a < 6; a++) e[a / 3][a % 3] = (double)l->edge[a / 3][a % 3];
-      pktrt__cross(e[0], e[1], light->facing);
-      light->area = sqrt(pktrt__dot(light->facing, light->facing));
-      (void)pktrt__normalise(light->facing);
-    } else if (m) {
-      memset(light->facing, 0, sizeof light->facing);
-      if (!pktrt__light_make_mesh(render, m, light)) {
-        pktrt__light_free_all(render);
-        return false;
-      }
+    if (!pktrt__light_rows[l->kind].prepare(render, l, light)) {
+      pktrt__light_free_all(render);
+      return false;
     }
     pktrt__light_describe(render, i, light);
   }
   return true;
 }
 
-/* Each of the following aims at one light from one point: where to (at), and the irradiance of a surface that faces
-   it, times r^2 for quads and meshes, for radiance 1. u is (1/2, 1/2) where nothing is random. */
+static double pktrt__light_sample_middle(const pktrt__render_state *render, uint32_t light, const float u[2], float time,
+                                         const double from[3], double at[3]) {
+  (void)u, (void)time, (void)from;
+  memcpy(at, render->lights[light].middle, 3 * sizeof *at);
+  return 1;
+}
 
-static double pktrt__light_sample_quad(const pktrt_light *l, const pktrt__light_data *light, const float u[2], const double from[3],
-                                 double at[3]) {
+static double pktrt__light_sample_quad(const pktrt__render_state *render, uint32_t index, const float u[2], float time,
+                                       const double from[3], double at[3]) {
+  const pktrt_light *l = &render->scene->lights[index];
+  const pktrt__light_data *light = &render->lights[index];
+  (void)time;
   double along = 0, r2 = 0;
   for (int a = 0; a < 3; a++) {
     at[a] = (double)l->position[a] + (double)u[0] * (double)l->edge[0][a] + (double)u[1] * (double)l->edge[1][a];
@@ -9908,7 +9996,10 @@ static double pktrt__light_sample_quad(const pktrt_light *l, const pktrt__light_
 
 /* Uniform over the cone of directions in which the sphere is seen, of solid angle 2 pi (1 - cos), whose largest angle
    has the sine R / distance. Its middle, in the other modes, has the exact irradiance pi R^2 / distance^2. */
-static double pktrt__light_sample_sphere(const pktrt_light *l, const float *u, const double from[3], double at[3]) {
+static double pktrt__light_sample_sphere(const pktrt__render_state *render, uint32_t index, const float u[2], float time,
+                                         const double from[3], double at[3]) {
+  const pktrt_light *l = &render->scene->lights[index];
+  (void)time;
   double axis[3], t[3], b[3], d2 = 0;
   const double radius = (double)l->radius;
   for (int a = 0; a < 3; a++) axis[a] = (double)l->position[a] - from[a], d2 += axis[a] * axis[a];
@@ -9991,8 +10082,10 @@ static uint32_t pktrt__light_choose_triangle(const pktrt__light_data *light, boo
 /* A point on the triangle that u[0] falls to, moved off the light as a ray that leaves it would be, or as far
    as a ray that arrives can err: the bound of >>spawn, with the distance in place of the coordinates. With N the cross
    product of the edges, the light's cosine times the area is |N to| / (2 r). */
-static double pktrt__light_sample_mesh(const pktrt__mesh *m, const pktrt__light_data *light, const float u[2], float time,
-                                 const double from[3], double at[3]) {
+static double pktrt__light_sample_mesh(const pktrt__render_state *render, uint32_t index, const float u[2], float time,
+                                       const double from[3], double at[3]) {
+  const pktrt__mesh *m = &render->scene->meshes[render->scene->lights[index].mesh];
+  const pktrt__light_data *light = &render->lights[index];
   if (!(light->triangle_count && light->clusters->area > 0)) return 0;
   double rest = (double)u[0], odds;
   const pktrt__light_triangle *f = &light->triangles[pktrt__light_choose_triangle(light, pktrt__has_motion(m->key_count), from, &rest, &odds)];
@@ -10176,7 +10269,7 @@ static bool pktrt__glass_find(pktrt__render_state *render, uint64_t samples) {
   pktrt__glass_boxes *glass = &render->glass;
   uint64_t n = 0, meshes = 0;
   float largest = 0;
-  if (!pktrt__render_uses(render, PKTRT__DIELECTRIC)) return true;
+  if (!pktrt__render_uses(render, PKTRT_FEATURE_DIELECTRIC)) return true;
   for (uint32_t i = 0; i < s->committed_meshes; i++) {
     const pktrt__mesh *m = &s->meshes[i];
     largest = pktrt__maxf(largest, m->max_coord);
@@ -10491,7 +10584,7 @@ static void pktrt__tile_draw(pktrt__tile *tile, uint32_t k, uint32_t dimension, 
   pktrt__sample_batch *g = &tile->draws;
   const pktrt_sampling *s = &tile->sampling;
   const uint32_t first = dimension % 4;
-  if (s->sampler <= PKTRT_SAMPLER_RANDOM) {
+  if (pktrt__sampler_rows[s->sampler].in_kernels) {
     tile->render->scene->kernels->draw_samples(s, g, k, dimension / 4, first, n);
     return;
   }
@@ -10569,7 +10662,7 @@ static void pktrt__surface_shade_misses(const pktrt__render_state *render, pktrt
    _add_lights: their arrays must not lie in every frame of the recursion. */
 PKTRT__NOINLINE void pktrt__surface_gather(pktrt__tile *tile, pktrt__wave *w, uint32_t first, uint32_t n) {
   const pktrt_scene *scene = tile->render->scene;
-  const bool smooth = pktrt__render_uses(tile->render, PKTRT__NORMALS);
+  const bool smooth = pktrt__render_uses(tile->render, PKTRT_FEATURE_NORMALS);
   pktrt__surfaces *s = &tile->surfaces;
   bool missed = false;
   for (uint32_t i = first; i < first + n; i++) missed |= w->slot[i] == PKTRT_NONE;
@@ -10672,7 +10765,7 @@ PKTRT__NOINLINE void pktrt__tile_evaluate_materials(pktrt__tile *tile, const pkt
   const pktrt__render_state *render = tile->render;
   const pktrt_render_desc *d = render->desc;
   bool hooks = false;
-  for (uint32_t k = 0; pktrt__render_uses(render, PKTRT__TEXTURES) && k < s->count; k += 8) hooks |= s->hooked[k / 8] != 0;
+  for (uint32_t k = 0; pktrt__render_uses(render, PKTRT_FEATURE_TEXTURES) && k < s->count; k += 8) hooks |= s->hooked[k / 8] != 0;
   if (hooks) pktrt__material_run_hooks(render->scene, w, s);
   if (!depth && pktrt__aov_wanted(render)) pktrt__aov_add_first_hits(tile);
   render->scene->kernels->evaluate_materials(render->scene, render->glass_meshes, render->follow, d->ambient, w, s);
@@ -11035,24 +11128,18 @@ static void pktrt__light_sample_each(pktrt__tile *tile, const pktrt__wave *w, ui
   const pktrt__light_data *light = &render->lights[index];
   const pktrt__surfaces *s = &tile->surfaces;
   pktrt__light_samples *g = &tile->light_samples;
-  const bool random = render->distribute && (l->kind == PKTRT_LIGHT_QUAD || l->kind == PKTRT_LIGHT_SPHERE ||
-                                          l->kind == PKTRT_LIGHT_MESH);
+  const bool random = render->distribute && pktrt__light_has(l, PKTRT__LIGHT_AREA);
   if (random) pktrt__tile_draw_all(tile, 4 + 2 * index, 2);
   for (uint32_t k = 0; k < s->count; k++) {
     const double from[3] = {s->point[0][k], s->point[1][k], s->point[2][k]};
     const float share = pktrt__light_weight(tile, k, index, depth);
-    float u[2] = {0.5f, 0.5f};
-    double at[3] = {0, 0, 0}, factor = 1;
+    float u[2] = {0, 0};
+    double at[3];
     g->factor[k] = 0;
     if (share == 0) continue;
     for (uint32_t a = 0; random && a < 2; a++) u[a] = tile->draws.u[2 * (index % 2) + a][k];
-    for (int a = 0; a < 3; a++)
-      at[a] = l->kind == PKTRT_LIGHT_DIRECTIONAL ? light->facing[a] : (double)l->position[a];
-    if (PKTRT__AREA_LIGHTS && l->kind == PKTRT_LIGHT_QUAD) factor = pktrt__light_sample_quad(l, light, u, from, at);
-    if (PKTRT__AREA_LIGHTS && l->kind == PKTRT_LIGHT_SPHERE)
-      factor = pktrt__light_sample_sphere(l, random ? u : NULL, from, at);
-    if (PKTRT__AREA_LIGHTS && l->kind == PKTRT_LIGHT_MESH)
-      factor = pktrt__light_sample_mesh(&render->scene->meshes[l->mesh], light, u, w->time[s->first + k], from, at);
+    const double factor =
+        pktrt__light_rows[l->kind].sample(render, index, random ? u : NULL, w->time[s->first + k], from, at);
     for (int a = 0; a < 3; a++) g->at[a][k] = at[a], g->arriving[a][k] = light->color[a];
     g->factor[k] = factor * (double)share * light->strength;
   }
@@ -11093,12 +11180,12 @@ static void pktrt__light_place_shadows(pktrt__tile *tile, bool at_once) {
 /* The shadow rays of all surfaces towards one light. */
 static void pktrt__light_aim(pktrt__tile *tile, const pktrt__wave *w, uint32_t light, uint32_t depth) {
   const pktrt_scene *scene = tile->render->scene;
-  const pktrt_light_kind kind = scene->lights[light].kind;
+  const pktrt_light *l = &scene->lights[light];
   pktrt__light_target target = tile->render->lights[light].target;
   const bool apart = depth > 1 && tile->render->distribute && tile->render->desc->lights != PKTRT_LIGHTS_ALL;
-  const bool sampled = PKTRT__AREA_LIGHTS && tile->render->distribute && kind >= PKTRT_LIGHT_QUAD;
-  if (apart || sampled || (PKTRT__AREA_LIGHTS && (kind == PKTRT_LIGHT_SPHERE || kind == PKTRT_LIGHT_ENVIRONMENT))) {
-    if (PKTRT__AREA_LIGHTS && kind == PKTRT_LIGHT_ENVIRONMENT) pktrt__light_sample_environment(tile, light, depth);
+  const bool sampled = tile->render->distribute && pktrt__light_has(l, PKTRT__LIGHT_AREA);
+  if (apart || sampled || pktrt__light_has(l, PKTRT__LIGHT_EACH)) {
+    if (PKTRT__AREA_LIGHTS && !pktrt__light_rows[l->kind].sample) pktrt__light_sample_environment(tile, light, depth);
     else pktrt__light_sample_each(tile, w, light, depth);
     target.listed = &tile->light_samples;
   }
@@ -11303,7 +11390,7 @@ static void pktrt__wave_shade(pktrt__tile *tile, pktrt__wave *w, uint32_t first,
   pktrt__tile_evaluate_materials(tile, w, depth);
   if (render->draws) pktrt__sample_batch_of_surfaces(tile, w);
   tile->first = first, tile->one_by_one = render->desc->assembly == PKTRT_ASSEMBLY_NONE;
-  tile->shaded = w, tile->in_glass = pktrt__render_uses(render, PKTRT__DIELECTRIC) && pktrt__media_any(w, s);
+  tile->shaded = w, tile->in_glass = pktrt__render_uses(render, PKTRT_FEATURE_DIELECTRIC) && pktrt__media_any(w, s);
   pktrt__light_add_direct(tile, w, depth + 1);
   if (render->follow && depth < render->max_depth && !tile->failed) {
     pktrt__wave *r = pktrt__wave_need(tile, &tile->reflected[depth]), *t = r;
@@ -11311,7 +11398,7 @@ static void pktrt__wave_shade(pktrt__tile *tile, pktrt__wave *w, uint32_t first,
     if (!tile->failed && pktrt__wave_need(tile, &tile->spare)) reflected = pktrt__spawn_wave(tile, w, false, r, 0);
     const uint32_t most = render->choose ? s->count : reflected + pktrt__surface_count_glass(s);
     one_wave = one_wave || (tile->large_waves && most <= PKTRT__WAVE);
-    const bool glass = pktrt__render_uses(render, PKTRT__DIELECTRIC);
+    const bool glass = pktrt__render_uses(render, PKTRT_FEATURE_DIELECTRIC);
     if (glass && !one_wave) t = pktrt__wave_need(tile, &tile->refracted[depth]);
     if (one_wave) refracted = reflected;
     if (glass && !tile->failed) refracted = pktrt__spawn_wave(tile, w, true, t, refracted);
@@ -11356,7 +11443,7 @@ static void pktrt__tile_camera_rays(pktrt__tile *tile, uint32_t n) {
   const pktrt_camera *c = &render->desc->camera;
   pktrt__wave *w = &tile->primary;
   const pktrt__sample_batch *g = &tile->draws;
-  const bool lens = pktrt__render_uses(render, PKTRT__LENS), shutter = pktrt__render_uses(render, PKTRT__SHUTTER);
+  const bool lens = pktrt__render_uses(render, PKTRT_FEATURE_LENS), shutter = pktrt__render_uses(render, PKTRT_FEATURE_SHUTTER);
   const bool pinhole = !lens && !(PKTRT__MOTION && c->moving);
   double x[8] = {0, 0, 0, 0, 0, 0, 0, 0}, y[8] = {0, 0, 0, 0, 0, 0, 0, 0};
   const float middle = (float)pktrt__camera_shutter_time(c, 0.5f);
@@ -12102,18 +12189,11 @@ PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *s, const pktrt_rende
 
 /* >>reporting --------------------------------------------------------------------------------------------------------- */
 
+#define PKTRT__FEATURE_NAME(id, name, without, part_of) {PKTRT_FEATURE_##id, name},
 static const struct pktrt__feature_row {
   uint32_t bit;
   const char *name;
-} pktrt__feature_rows[] = {
-    {PKTRT_FEATURE_MOTION, "motion"},         {PKTRT_FEATURE_STATS, "stats"},
-    {PKTRT_FEATURE_PAPER, "paper path"},      {PKTRT_FEATURE_RENDER, "render"},
-    {PKTRT_FEATURE_MIRROR, "mirror"},         {PKTRT_FEATURE_DIELECTRIC, "dielectric"},
-    {PKTRT_FEATURE_CONDUCTOR, "conductor"},   {PKTRT_FEATURE_GLOSS, "gloss"},
-    {PKTRT_FEATURE_NORMALS, "normals"},       {PKTRT_FEATURE_TEXTURES, "textures"},
-    {PKTRT_FEATURE_AREA_LIGHTS, "area lights"}, {PKTRT_FEATURE_LENS, "lens"},
-    {PKTRT_FEATURE_SHUTTER, "shutter"},
-};
+} pktrt__feature_rows[] = {PKTRT__FEATURE_ROWS(PKTRT__FEATURE_NAME)};
 enum { PKTRT__FEATURES = sizeof pktrt__feature_rows / sizeof *pktrt__feature_rows };
 
 PKTRT_DEF const char *pktrt_feature_string(pktrt_feature feature) {

@@ -9,7 +9,8 @@
    each ray. What exactness buys is counted: rays for which the copy has another triangle, or none.
 
    Contents: libraries, racing, report, main. */
-#include "peers_rays.h"
+#include "peers/rays.h"
+#include "peers/scenes.h"
 #include "plain.h"
 #include <getopt.h>
 

@@ -1,7 +1,7 @@
 /* plain_tests.h - textbook tests of triangles in pktrt's own kernels, in place of its exact ones: what does it cost
-   that no ray leaks? Kensler and Shirley's (2006) as in kensler.h, or with PLAIN_MOLLER Moeller and Trumbore's (1997).
-   No include guard: pktrt.h includes it three times for each instruction set (PKTRT__OTHER_TESTS), where it would define
-   the tests of a ray and a leaf, of a packet and a triangle, of a packet and a moving triangle.
+   that no ray leaks? Kensler and Shirley's (2006) as in kensler_stamp.h, or with PLAIN_MOLLER Moeller and Trumbore's
+   (1997). No include guard: pktrt.h includes it three times for each instruction set (PKTRT__OTHER_TESTS), where it
+   would define the tests of a ray and a leaf, of a packet and a triangle, of a packet and a moving triangle.
 
    Both tests are given what makes them fast: sums of products are fused where the machine can, nothing is divided until
    a lane has passed, and what needs no ray is computed once for a packet. Trees, boxes, orders, culling of triangles by

@@ -66,8 +66,7 @@ OP uint32_t NAME(plain_block)(const pktrt__view *view, const pktrt__batch *b, ui
   const v8 ta = vset(lone ? lone->ta : b->ta[r]), tb = vset(lone ? lone->tb : b->tb[r]);
   v8 p[3][3], o[3], d[3], top, det;
   UNROLL for (int a = 0; a < 3; a++) {
-    UNROLL for (int c = 0; c < 3; c++) p[c][a] =
-        NAME(corner)(k0 + 24 * c + 8 * a, k1 + 24 * c + 8 * a, ta, tb, moving);
+    UNROLL for (int c = 0; c < 3; c++) p[c][a] = NAME(corner)(k0 + 24 * c + 8 * a, k1 + 24 * c + 8 * a, ta, tb, moving);
     o[a] = vset(lone ? lone->ray->origin[a] : b->o[a][r]), d[a] = vset(lone ? lone->ray->direction[a] : b->d[a][r]);
   }
   const uint32_t bits = NAME(plain_signs)(p, o, d, &top, &det) & NAME(occupied)(id);
@@ -191,7 +190,8 @@ OP uint64_t NAME(frustum_triangle)(const NAME(frustum_rays) *f, const pktrt__vie
   (void)corners;
   for (uint32_t a = 0; a < 3; a++) {
     const float c0 = k0[8 * a + lane];
-    e[0][a] = k0[24 + 8 * a + lane] - c0, e[1][a] = k0[24 * PLAIN_TO + 8 * a + lane] - k0[48 - 24 * PLAIN_TO + 8 * a + lane];
+    e[0][a] = k0[24 + 8 * a + lane] - c0,
+    e[1][a] = k0[24 * PLAIN_TO + 8 * a + lane] - k0[48 - 24 * PLAIN_TO + 8 * a + lane];
     x.p0[a] = fset(c0), x.f[a] = fset(e[0][a]), x.g[a] = fset(e[1][a]), o[a] = fset(b->o[a][f->first]);
   }
   for (uint32_t a = 0; a < 3; a++) {

@@ -112,7 +112,8 @@ static bool slabs_meet(const pktrt_ray *r, const double lo[3], const double hi[3
   double from = (double)r->tmin, to = (double)r->tmax;
   for (int a = 0; a < 3; a++) {
     const double o = (double)r->origin[a], d = (double)r->direction[a];
-    const double n = ((d < 0 ? hi[a] + wider : lo[a] - wider) - o) / d, f = ((d < 0 ? lo[a] - wider : hi[a] + wider) - o) / d;
+    const double n = ((d < 0 ? hi[a] + wider : lo[a] - wider) - o) / d,
+                 f = ((d < 0 ? lo[a] - wider : hi[a] + wider) - o) / d;
     from = fmax(from, n), to = fmin(to, f);
   }
   return from <= to;
@@ -180,7 +181,8 @@ static bool same_trees(const pktrt_scene *a, const pktrt_scene *b) {
   if (a->group_count != b->group_count) return false;
   for (uint32_t g = 0; g < a->group_count; g++) {
     const pktrt__group *x = &a->groups[g], *y = &b->groups[g];
-    if (x->key_count != y->key_count || x->node_count != y->node_count || x->block_count != y->block_count) return false;
+    if (x->key_count != y->key_count || x->node_count != y->node_count || x->block_count != y->block_count)
+      return false;
     if (memcmp(x->nodes, y->nodes, (size_t)x->node_count * x->node_bytes)) return false;
     if (memcmp(x->blocks, y->blocks, (size_t)x->block_count * x->block_bytes)) return false;
   }
@@ -209,7 +211,8 @@ static void structure(void) {
       if (kind == 2) w.m[0].nt = 0;
       if (kind == 3) mesh_scale(&w.m[3], 1e-20f);
       if (kind == 4) mesh_shift(&w.m[3], 1e20f, 0, 0);
-      if (kind == 5) for (uint32_t i = 0; i < w.m[3].nt; i++) memcpy(&w.m[3].i[3 * i], &w.m[3].i[0], 12);
+      if (kind == 5)
+        for (uint32_t i = 0; i < w.m[3].nt; i++) memcpy(&w.m[3].i[3 * i], &w.m[3].i[0], 12);
       pktrt_scene_desc d = scene_desc_of(PKTRT_ISA_AUTO, 0);
       d.quality = (pktrt_build_quality)q;
       pktrt_scene *s = pktrt_scene_create(&d), *reference = world_scene(&w, isas[0], 0);
@@ -234,7 +237,8 @@ static void checker_sees(void) {
     pktrt__group *x = &s->groups[g];
     for (uint32_t i = 0; i < 200; i++) {
       rng r = rng_of(i);
-      uint32_t node = rng_below(&r, x->node_count), lane = rng_below(&r, 8), plane = rng_below(&r, 6), key = rng_below(&r, x->key_count);
+      uint32_t node = rng_below(&r, x->node_count), lane = rng_below(&r, 8), plane = rng_below(&r, 6),
+               key = rng_below(&r, x->key_count);
       unsigned char *bytes = x->nodes + (size_t)node * x->node_bytes;
       uint32_t child;
       memcpy(&child, bytes + 192 + 4 * lane, 4);
@@ -296,7 +300,8 @@ static size_t hits_in_the_middle(const pktrt_scene *s, const world *w, float tim
   for (uint32_t t = 0; t < FLAT; t++) {
     const bool hit = ref_intersect(w, &ray[t], &want);
     pktrt_intersect(s, &ray[t], &one);
-    CHECK(same_bits(&one, &want, sizeof one) && same_bits(&many[t], &want, sizeof want), "triangle %u, time %g", t, (double)time);
+    CHECK(same_bits(&one, &want, sizeof one) && same_bits(&many[t], &want, sizeof want), "triangle %u, time %g", t,
+          (double)time);
     CHECK(occluded[t] == hit && pktrt_occluded(s, &ray[t]) == hit, "triangle %u, time %g", t, (double)time);
     hits += hit;
   }
@@ -428,7 +433,8 @@ static void rebuild_policies(void) {
     pktrt_scene *fresh = world_scene(&w, PKTRT_ISA_AUTO, 0);
     pktrt_scene_info best;
     pktrt_get_scene_info(fresh, &best);
-    say("policy %d: cost %.1f at build, %.1f now, %.1f when fresh", policy, now.sah_at_build, now.sah_now, best.sah_now);
+    say("policy %d: cost %.1f at build, %.1f now, %.1f when fresh", policy, now.sah_at_build, now.sah_now,
+        best.sah_now);
     if (policy == PKTRT_REBUILD_AUTOMATIC) {
       CHECK(!now.rebuild_advised && now.sah_now == now.sah_at_build && now.sah_now == best.sah_now, "rebuilt as fresh");
       CHECK(same_trees(s, fresh));
@@ -490,15 +496,16 @@ static void rebuild_threshold(void) {
     CHECK(fabs(cost - costs[i]) < 0.005 && !info.rebuild_advised, "%g of the cost, not %g", cost, costs[i]);
     pktrt_scene_destroy(s);
     for (int policy = PKTRT_REBUILD_ADVISE; policy <= PKTRT_REBUILD_AUTOMATIC; policy++) {
-      const bool advises = policy == PKTRT_REBUILD_ADVISE && i == 1, builds = policy == PKTRT_REBUILD_AUTOMATIC && i == 1;
+      const bool advises = policy == PKTRT_REBUILD_ADVISE && i == 1,
+                 builds = policy == PKTRT_REBUILD_AUTOMATIC && i == 1;
       hooks.warnings = hooks.notes = 0;
       s = worn_scene(&m, (pktrt_rebuild)policy);
       put_mixed(s, &m, other, part, &info);
       CHECK(info.rebuild_advised == advises && hooks.warnings == advises && hooks.notes == builds,
-            "policy %d, %g of the cost: advised %d, %d warnings, %d notes", policy, cost, info.rebuild_advised, hooks.warnings,
-            hooks.notes);
-      CHECK((info.sah_now == info.sah_at_build) == builds, "policy %d, %g of the cost: %g now, %g when built", policy, cost,
-            info.sah_now, info.sah_at_build);
+            "policy %d, %g of the cost: advised %d, %d warnings, %d notes", policy, cost, info.rebuild_advised,
+            hooks.warnings, hooks.notes);
+      CHECK((info.sah_now == info.sah_at_build) == builds, "policy %d, %g of the cost: %g now, %g when built", policy,
+            cost, info.sah_now, info.sah_at_build);
       pktrt_scene_destroy(s);
     }
   }

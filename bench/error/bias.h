@@ -22,9 +22,9 @@ static const char *const bias_names[2][BIAS_LEVELS] = {{"1/65536", "1/1024", "1/
                                                        {"off", "1/1024", "1/256", "1/64", "1/16"}};
 
 typedef struct bias {
-  interval mean, rms;            /* of the difference from no attenuation */
-  double noise;                  /* RMSE by chance of one picture without attenuation */
-  double bright, rays, seconds;  /* mean radiance; rays of a sample; of all seeds but the first */
+  interval mean, rms;           /* of the difference from no attenuation */
+  double noise;                 /* RMSE by chance of one picture without attenuation */
+  double bright, rays, seconds; /* mean radiance; rays of a sample; of all seeds but the first */
 } bias;
 
 /* Without seed `left_out`: mean and squared bias. */

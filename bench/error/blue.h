@@ -13,9 +13,7 @@
 #include "scatter.h"
 
 enum { BLUE_SEEDS = 8, BLUE_SIGMAS = 3, BLUE_REACH = 6, BLUE_WAYS = 5, BLUE_SIZE = 96, BLUE_SCENE_SIZE = 64 };
-static const struct {
-  uint32_t samples, passes;
-} blue_ways[BLUE_WAYS] = {{1, 1}, {4, 1}, {16, 1}, {1, 4}, {4, 4}};
+static const struct { uint32_t samples, passes; } blue_ways[BLUE_WAYS] = {{1, 1}, {4, 1}, {16, 1}, {1, 4}, {4, 4}};
 
 typedef struct blue {
   double mse[BLUE_WAYS][PKTRT_SAMPLER_COUNT][BLUE_SIGMAS][BLUE_SEEDS];

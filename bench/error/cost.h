@@ -10,11 +10,11 @@
 #include "scatter.h"
 
 typedef enum cost_way {
-  COST_APART,    /* renders of one pass each: no sums, no estimates */
-  COST_PASSES,   /* passes in one render, without estimates */
-  COST_REPORT,   /* passes and estimates at the end */
-  COST_WATCHED,  /* passes and estimates after each */
-  COST_TWICE,    /* as COST_PASSES, twice as many: does the count count? */
+  COST_APART,   /* renders of one pass each: no sums, no estimates */
+  COST_PASSES,  /* passes in one render, without estimates */
+  COST_REPORT,  /* passes and estimates at the end */
+  COST_WATCHED, /* passes and estimates after each */
+  COST_TWICE,   /* as COST_PASSES, twice as many: does the count count? */
   COST_WAYS
 } cost_way;
 

@@ -11,8 +11,8 @@
 #include "scatter.h"
 
 enum { FLICKER_FRAMES = 4, FLICKER_SAMPLES = 4, FLICKER_WIDTH = 64, FLICKER_HEIGHT = 48, FLICKER_FRESH = 100 };
-#define FLICKER_START 0.3          /* of the loop: all is under way */
-#define FLICKER_STEP (1.0 / 240)   /* frames of the loop; the shutter is open for a whole one */
+#define FLICKER_START 0.3        /* of the loop: all is under way */
+#define FLICKER_STEP (1.0 / 240) /* frames of the loop; the shutter is open for a whole one */
 
 typedef struct film { /* a scene with its moving meshes, and without */
   stage with, without;

@@ -11,7 +11,7 @@
 
 typedef struct pile { /* pictures of the same size */
   float *pixels;
-  size_t values;      /* of a picture: pixels * 3 */
+  size_t values; /* of a picture: pixels * 3 */
   unsigned count;
 } pile;
 
@@ -64,8 +64,8 @@ static double pile_mean(const pile *p) {
 
 /* Student's t for 95% and n - 1 degrees of freedom. */
 static double student(unsigned n) {
-  static const double t[] = {12.71, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228, 2.201, 2.179, 2.160,
-                             2.145, 2.131};
+  static const double t[] = {12.71, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306,
+                             2.262, 2.228, 2.201, 2.179, 2.160, 2.145, 2.131};
   return n < 2 ? INFINITY : n - 2 < sizeof t / sizeof *t ? t[n - 2] : 2.1;
 }
 
@@ -161,8 +161,7 @@ static void open_soft_shadow(stage *g, uint32_t size) {
 static double soft_quadrature(const stage *g) {
   double sum = 0;
   for (uint32_t y = 0; y < g->view.height; y += 3)
-    for (uint32_t x = 0; x < g->view.width; x += 3)
-      sum += 9 * square(soft_pixel(g, x, y, 4) - soft_pixel(g, x, y, 16));
+    for (uint32_t x = 0; x < g->view.width; x += 3) sum += 9 * square(soft_pixel(g, x, y, 4) - soft_pixel(g, x, y, 16));
   return sqrt(sum / (double)stage_pixels(g));
 }
 

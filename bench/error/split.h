@@ -12,7 +12,7 @@ enum { SPLIT_SEEDS = 6, SPLIT_NS = 3, SPLIT_RS = 4, SPLIT_SIZE = 24 };
 static const uint32_t split_n[SPLIT_NS] = {16, 64, 256}, split_r[SPLIT_RS] = {1, 2, 4, 8};
 
 typedef struct split {
-  double rmse;     /* of one set */
+  double rmse; /* of one set */
   interval ratio[SPLIT_RS];
 } split;
 

@@ -109,8 +109,8 @@ static double occupancy(const pktrt_scene *world) {
 /* >>part ----------------------------------------------------------------------------------------------------------- */
 
 static const char *const limit_names[LIMIT_TESTS] = {
-    "packet node", "packet box", "packet block", "packet triangle", "stream node", "stream children", "stream block",
-    "settle",      "settle 8",   "plain triangle", "plain block"};
+    "packet node",  "packet box", "packet block", "packet triangle", "stream node", "stream children",
+    "stream block", "settle",     "settle 8",     "plain triangle",  "plain block"};
 
 typedef struct limit_share { /* of the time of a query */
   double packets, streams, settling, watertight;

@@ -23,8 +23,18 @@ typedef struct tally {
    Streams: opening a node; a ray and its children; a ray and a block. One ray, or eight, settled in double. Kensler and
    Shirley's test, fused, instead of the exact one: in packets, in streams. */
 typedef enum limit_test {
-  LIMIT_NODE, LIMIT_BOX, LIMIT_BLOCK, LIMIT_TRIANGLE, LIMIT_STREAM_NODE, LIMIT_SLABS, LIMIT_LEAF, LIMIT_SETTLE,
-  LIMIT_SETTLE8, LIMIT_PLAIN_TRIANGLE, LIMIT_PLAIN_LEAF, LIMIT_TESTS
+  LIMIT_NODE,
+  LIMIT_BOX,
+  LIMIT_BLOCK,
+  LIMIT_TRIANGLE,
+  LIMIT_STREAM_NODE,
+  LIMIT_SLABS,
+  LIMIT_LEAF,
+  LIMIT_SETTLE,
+  LIMIT_SETTLE8,
+  LIMIT_PLAIN_TRIANGLE,
+  LIMIT_PLAIN_LEAF,
+  LIMIT_TESTS
 } limit_test;
 
 typedef struct limit_set {
@@ -68,8 +78,7 @@ OP void NAME(note_step)(limit_step *at, uint32_t *n, uint32_t ref, const float *
 static uint64_t NAME(walk_block)(NAME(frustum_rays) *f, const pktrt__view *view, pktrt__batch *b, uint32_t ref,
                                  uint64_t mask, bool occlusion, tally *t, NAME(sample) *s) {
   const uint64_t before = t->packet.triangle_tests;
-  const uint64_t hit =
-      NAME(frustum_block)(f, view, b, ref & ~PKTRT__LEAF, mask, occlusion, true, &t->packet);
+  const uint64_t hit = NAME(frustum_block)(f, view, b, ref & ~PKTRT__LEAF, mask, occlusion, true, &t->packet);
   t->blocks++;
   t->triangles += (t->packet.triangle_tests - before) * NAME(vectors)(mask) / pktrt__popcount(mask);
   if (s) NAME(note_step)(s->block, &s->blocks, ref & ~PKTRT__LEAF, NULL, mask);
@@ -170,8 +179,7 @@ static void NAME(walk)(const pktrt_scene *scene, pktrt__batch *b, uint32_t n, bo
   memset(b->valid, 0, sizeof b->valid);
   memset(left, 0, sizeof left);
   for (uint32_t i = 0; i < n; i += FW) b->valid[i / 64] |= (uint64_t)NAME(setup)(scene, b, i) << i % 64;
-  for (uint32_t base = 0; base < n; base += 64)
-    left[base / 64] = NAME(walk_64)(scene, b, base, occlusion, t, samples);
+  for (uint32_t base = 0; base < n; base += 64) left[base / 64] = NAME(walk_64)(scene, b, base, occlusion, t, samples);
   if (!pktrt__note_left(b, left, n)) return;
   NAME(drive_octants)(scene, b, left, occlusion, true, &t->stream);
   for (uint32_t i = 0; i < PKTRT__BATCH / 64; i++) {
@@ -230,8 +238,7 @@ static uint64_t NAME(go_triangles)(NAME(sample) *s, const pktrt__view *view, con
       const uint32_t lane = pktrt__lowest(m), slot = at->ref * 8 + lane;
       tests += NAME(vectors)(at->mask);
       if (!plain)
-        NAME(frustum_triangle)(&s->f, view, &s->b, k0, &s->corners[i], lane, id[lane], slot, at->mask, false,
-                               NULL);
+        NAME(frustum_triangle)(&s->f, view, &s->b, k0, &s->corners[i], lane, id[lane], slot, at->mask, false, NULL);
       for (uint32_t r = 0; plain && r < 64; r += FW) {
         const uint32_t bits = (uint32_t)(at->mask >> r) & ((1u << FW) - 1);
         if (bits) NAME(plain_triangle)(&s->f, &s->b, k0, lane, base + r, bits, id[lane], slot);
@@ -303,8 +310,7 @@ static uint64_t NAME(go)(const pktrt_scene *scene, void *sample, bool occlusion,
   NAME(sample) *s = (NAME(sample) *)sample;
   const pktrt__view view = pktrt__view_of(scene->groups, 0, 0);
   uint64_t tests = 0;
-  for (int i = 0; i < LIMIT_GOES; i++)
-    switch (test) {
+  for (int i = 0; i < LIMIT_GOES; i++) switch (test) {
     case LIMIT_TRIANGLE:
     case LIMIT_PLAIN_TRIANGLE: tests += NAME(go_triangles)(s, &view, test == LIMIT_PLAIN_TRIANGLE); break;
     case LIMIT_STREAM_NODE:

@@ -91,9 +91,8 @@ static bool add_files(programme *p, const char *text) {
   return true;
 }
 
-static const char *const setting_words[] = {"rest",           "moving",        "refitted",      "moving-0.1",
-                                            "moving-5",       "moving-loose",  "robust",        "moving-robust",
-                                            "high",           NULL};
+static const char *const setting_words[] = {"rest",         "moving", "refitted",      "moving-0.1", "moving-5",
+                                            "moving-loose", "robust", "moving-robust", "high",       NULL};
 static const char *const isa_words[] = {"auto", "scalar", "sse2", "avx2", "avx512", "neon", NULL}; /* as pktrt_isa */
 
 static bool parse_option(programme *p, int key) {

@@ -14,9 +14,9 @@ enum { MAX_ROUNDS = 64 };
 
 typedef struct options {
   view_options view;
-  const char *results; /* a directory, NULL: none */
+  const char *results;                /* a directory, NULL: none */
   unsigned size, moving_size, rounds; /* N x N primary rays: of what is at rest, and of what moves */
-  unsigned kinds, settings; /* bits; no setting: those of the headline set, or all */
+  unsigned kinds, settings;           /* bits; no setting: those of the headline set, or all */
   bool full, all_modes;
 } options;
 

@@ -45,7 +45,7 @@ ifeq ($(MAKELEVEL),0)
 .NOTPARALLEL:
 endif
 
-.PHONY: all demo effects deform view test-view readme-pictures test test-leaveout sanitize test-neon matrix platforms checksum flags test-guards deps deps-extra format clean help
+.PHONY: all demo effects deform view test-view readme-pictures test test-leaveout sanitize test-neon matrix platforms checksum flags test-guards deps deps-extra format format-check clean help
 .PHONY: mutants map figures parts bench bench-check bench-plots bench-readme bench-pictures bench-tests peers exactness error error-check leaveout leaveout-check
 .PHONY: stability stability-neon stability-sanitize sanitize-threads fuzz
 .DELETE_ON_ERROR:
@@ -81,7 +81,7 @@ help:
 	@echo "exactness   pktrt beside copies of itself with textbook tests of triangles, in three minutes"
 	@echo "error       error against run time in ten minutes; NAME=\"slopes closed\" of these; error-check what must hold, in two"
 	@echo "leaveout    what features cost where a scene has them not, in ten minutes; leaveout-check what must hold"
-	@echo "format      rewrites examples by clang-format"
+	@echo "format      rewrites all C files by clang-format; format-check names those that it would change"
 	@echo "deps        installs what demo and test need      deps-extra  installs what the other targets need"
 	@echo "clean       removes build/ and out/               config=     debug, release (default), sanitize, threads"
 	@echo "readme-pictures  makes the small pictures of the README anew"
@@ -444,7 +444,7 @@ $(LEAVEOUT):
 # --- what to install, on Debian 12 and its relatives ---
 
 DEPS = gcc g++ libc6-dev libstb-dev
-DEPS_EXTRA = pkg-config glpk-utils libassimp-dev libembree-dev clang libclang-rt-14-dev lld tcc gcc-mingw-w64-x86-64 \
+DEPS_EXTRA = pkg-config glpk-utils libassimp-dev libembree-dev clang clang-format libclang-rt-14-dev lld tcc gcc-mingw-w64-x86-64 \
   g++-mingw-w64-x86-64 gcc-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user gnuplot valgrind libsdl2-dev xvfb xdotool \
   gcc-i686-linux-gnu libc6-dev-i386-cross gcc-riscv64-linux-gnu libc6-dev-riscv64-cross gcc-s390x-linux-gnu \
   libc6-dev-s390x-cross musl-tools wine64 emscripten nodejs
@@ -462,8 +462,17 @@ deps-extra:
 
 # --- upkeep ---
 
+# By .clang-format, as its version 14 reads it: others break lines elsewhere.
+CLANG_FORMAT ?= $(firstword $(shell command -v clang-format-14 clang-format))
+FORMAT_FILES = $(wildcard $(foreach folder,examples tests tests/* bench bench/*,$(folder)/*.c $(folder)/*.h))
 format:
-	clang-format -i examples/*.c examples/common.h examples/mesh_file.h examples/output.h
+	@[ -n "$(CLANG_FORMAT)" ] || { echo "format: clang-format is not installed (make deps-extra)"; exit 1; }
+	$(CLANG_FORMAT) -i $(FORMAT_FILES)
+
+# Names the files that `make format` would change.
+format-check:
+	@[ -n "$(CLANG_FORMAT)" ] || { echo "format-check: clang-format is not installed (make deps-extra)"; exit 1; }
+	@CLANG_FORMAT="$(CLANG_FORMAT)" .ci/format $(FORMAT_FILES)
 
 clean:
 	rm -rf build out

@@ -45,8 +45,8 @@ ifeq ($(MAKELEVEL),0)
 .NOTPARALLEL:
 endif
 
-.PHONY: all demo effects deform view test-view readme-pictures test test-leaveout sanitize test-neon matrix platforms checksum flags test-guards deps deps-extra format clean help
-.PHONY: mutants map structure figures bench bench-check bench-plots bench-readme bench-pictures bench-tests peers exactness error error-check leaveout leaveout-check
+.PHONY: all demo effects deform view test-view readme-pictures test test-leaveout sanitize test-neon matrix platforms checksum flags test-guards deps deps-extra format format-check clean help
+.PHONY: mutants map structure figures parts bench bench-check bench-plots bench-readme bench-pictures bench-tests peers exactness error error-check leaveout leaveout-check
 .PHONY: stability stability-neon stability-sanitize sanitize-threads fuzz
 .DELETE_ON_ERROR:
 
@@ -74,14 +74,15 @@ help:
 	@echo "test-guards the header behind hostile macros and windows.h; what a library exports"
 	@echo "bench       measures the paper's results, all or NAME=\"table1 figure6\"; BENCH_ARGS=... passes options"
 	@echo "bench-check of these, what must hold, in two minutes, and that its controls fail"
-	@echo "bench-plots, bench-readme  plots, and the tables of both READMEs, of what has been measured"
+	@echo "bench-plots, bench-readme  plots, and the tables of all READMEs, of what has been measured"
 	@echo "bench-pictures  measures the README's pictures, in two minutes; bench-tests  counts the rays that tests compare"
 	@echo "figures     names the tables of figures that are older than the header; each must say where it is from"
+	@echo "parts       whether each header of the benches compiles by itself"
 	@echo "peers       races Embree in ten minutes; MESHES=\"FILE DIR\" of these too, FULL=1 everything, BENCH_ARGS=... options"
 	@echo "exactness   pktrt beside copies of itself with textbook tests of triangles, in three minutes"
 	@echo "error       error against run time in ten minutes; NAME=\"slopes closed\" of these; error-check what must hold, in two"
 	@echo "leaveout    what features cost where a scene has them not, in ten minutes; leaveout-check what must hold"
-	@echo "format      rewrites examples by clang-format"
+	@echo "format      rewrites all C files by clang-format; format-check names those that it would change"
 	@echo "deps        installs what demo and test need      deps-extra  installs what the other targets need"
 	@echo "clean       removes build/ and out/               config=     debug, release (default), sanitize, threads"
 	@echo "readme-pictures  makes the small pictures of the README anew"
@@ -293,26 +294,31 @@ bench-check:
 	  $(PIN) $(B)/paper --check-controls $(BENCH_ARGS) && exit $$held
 
 # Of what has been measured; the CSV files stay when the plots are made anew.
+READMES = README.md $(wildcard bench/README.md bench/*/README.md)
 PLOTS = table1 figure6 figure7 figure8
 bench-plots:
 ifeq ($(shell command -v gnuplot),)
 	@echo "bench-plots: gnuplot is not installed (make deps-extra), no plots are made"
 else
-	@set -e; for name in $(PLOTS); do [ ! -s $(RESULTS)/$$name.csv ] || gnuplot -e "name='$$name'" bench/plots.gp; done
+	@set -e; for name in $(PLOTS); do [ ! -s $(RESULTS)/$$name.csv ] || gnuplot -e "name='$$name'" bench/paper/paper.gp; done
 	@set -e; for name in slopes closed scenes adaptive; do [ ! -s $(RESULTS)/error_$$name.csv ] || \
-	  gnuplot -e "name='$$name'; results='$(RESULTS)'" bench/error.gp; done
-	@[ ! -s $(RESULTS)/peers.csv ] || gnuplot -e "results='$(RESULTS)'" bench/peers.gp
+	  gnuplot -e "name='$$name'; results='$(RESULTS)'" bench/error/error.gp; done
+	@[ ! -s $(RESULTS)/peers.csv ] || gnuplot -e "results='$(RESULTS)'" bench/peers/peers.gp
 endif
 
-# The tables of README.md and bench/README.md stand between the marks <!-- NAME --> and <!-- /NAME -->.
+# The tables of READMEs stand between the marks <!-- NAME --> and <!-- /NAME -->.
 bench-readme:
-	@set -e; for file in README.md bench/README.md; do \
+	@set -e; for file in $(READMES); do \
 	  awk -v results=$(RESULTS) -f bench/readme.awk $$file >$(RESULTS)/README.new; mv $(RESULTS)/README.new $$file; \
 	done
 
 # Which tables are older than the header; that all say where they are from, and are made of files.
 figures:
 	.ci/figures
+
+# That each header of the benches includes what it uses.
+parts:
+	.ci/parts
 
 # The README's table of pictures, on a quiet machine.
 bench-pictures: | $(RESULTS)
@@ -332,7 +338,7 @@ $(B)/provenance: bench/provenance.c bench/provenance.h pktrt.h | $(B)
 $(RESULTS):
 	mkdir -p $@
 
-$(B)/paper: bench/paper.c $(wildcard bench/*.h) $(EXAMPLE_HEADERS) pktrt.h | $(B)
+$(B)/paper: bench/paper/paper.c $(wildcard bench/*.h bench/paper/*.h) $(EXAMPLE_HEADERS) pktrt.h | $(B)
 	$(CC) $(CFLAGS) $(STRICT) $(if $(EMBREE),-DHAVE_EMBREE) $< -o $@ $(LDFLAGS) $(if $(EMBREE),-lembree3) $(LDLIBS)
 	@$(if $(EMBREE),:,echo "paper: built without Embree 3; it compares with none (make deps-extra installs it)")
 
@@ -347,7 +353,7 @@ else
 	@$(MAKE) --no-print-directory bench-plots bench-readme
 endif
 
-$(B)/peers: bench/peers.c $(wildcard bench/*.h) $(EXAMPLE_HEADERS) pktrt.h | $(B)
+$(B)/peers: bench/peers/peers.c $(wildcard bench/*.h bench/peers/*.h) $(EXAMPLE_HEADERS) pktrt.h | $(B)
 	$(CC) $(CFLAGS) $(STRICT) $(ASSIMP_FLAGS) $< -o $@ $(LDFLAGS) -lembree3 $(ASSIMP_LIBS) $(LDLIBS)
 
 # pktrt beside copies of itself with textbook tests of triangles.
@@ -359,7 +365,7 @@ exactness: | $(RESULTS)
 $(B)/plain-%.o: bench/plain.c bench/plain.h bench/plain_tests.h pktrt.h | $(B)
 	$(CC) $(CFLAGS) $(STRICT) $(if $(filter moller,$*),-DPLAIN_MOLLER) -c $< -o $@
 
-$(B)/exactness: bench/exactness.c $(B)/plain-kensler.o $(B)/plain-moller.o $(wildcard bench/*.h) $(EXAMPLE_HEADERS) pktrt.h
+$(B)/exactness: bench/exactness.c $(B)/plain-kensler.o $(B)/plain-moller.o $(wildcard bench/*.h bench/peers/*.h) $(EXAMPLE_HEADERS) pktrt.h
 	$(CC) $(CFLAGS) $(STRICT) $(ASSIMP_FLAGS) $(filter-out %.h,$^) -o $@ $(LDFLAGS) $(ASSIMP_LIBS) $(LDLIBS)
 
 # Error against run time. References are kept while header and scenes stay the same. It pins itself, but for them.
@@ -399,7 +405,7 @@ $(REFERENCES)/made: pktrt.h $(EXAMPLE_HEADERS)
 $(B)/pktrt.o: pktrt.h | $(B)
 	$(CC) $(CFLAGS) $(STRICT) -DPKTRT_IMPLEMENTATION -x c -c $< -o $@
 
-$(B)/error: bench/error.c $(wildcard bench/error*.h) bench/bench.h bench/provenance.h $(EXAMPLE_HEADERS) pktrt.h $(B)/pktrt.o
+$(B)/error: bench/error/error.c $(wildcard bench/error/*.h) bench/bench.h bench/provenance.h $(EXAMPLE_HEADERS) pktrt.h $(B)/pktrt.o
 	$(CC) $(CFLAGS) $(STRICT) $< $(B)/pktrt.o -o $@ $(LDFLAGS) $(LDLIBS)
 
 # What features cost where they are not. Objects and programs are named by the switches that they are built with, as in
@@ -443,7 +449,7 @@ $(LEAVEOUT):
 # --- what to install, on Debian 12 and its relatives ---
 
 DEPS = gcc g++ libc6-dev libstb-dev
-DEPS_EXTRA = pkg-config glpk-utils libassimp-dev libembree-dev clang libclang-rt-14-dev lld tcc gcc-mingw-w64-x86-64 \
+DEPS_EXTRA = pkg-config glpk-utils libassimp-dev libembree-dev clang clang-format libclang-rt-14-dev lld tcc gcc-mingw-w64-x86-64 \
   clang-tools universal-ctags \
   g++-mingw-w64-x86-64 gcc-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user gnuplot valgrind libsdl2-dev xvfb xdotool \
   gcc-i686-linux-gnu libc6-dev-i386-cross gcc-riscv64-linux-gnu libc6-dev-riscv64-cross gcc-s390x-linux-gnu \
@@ -462,8 +468,17 @@ deps-extra:
 
 # --- upkeep ---
 
+# By .clang-format, as its version 14 reads it: others break lines elsewhere.
+CLANG_FORMAT ?= $(firstword $(shell command -v clang-format-14 clang-format))
+FORMAT_FILES = $(wildcard $(foreach folder,examples tests tests/* bench bench/*,$(folder)/*.c $(folder)/*.h))
 format:
-	clang-format -i examples/*.c examples/common.h examples/mesh_file.h examples/output.h
+	@[ -n "$(CLANG_FORMAT)" ] || { echo "format: clang-format is not installed (make deps-extra)"; exit 1; }
+	$(CLANG_FORMAT) -i $(FORMAT_FILES)
+
+# Names the files that `make format` would change.
+format-check:
+	@[ -n "$(CLANG_FORMAT)" ] || { echo "format-check: clang-format is not installed (make deps-extra)"; exit 1; }
+	@CLANG_FORMAT="$(CLANG_FORMAT)" .ci/format $(FORMAT_FILES)
 
 clean:
 	rm -rf build out

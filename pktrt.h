@@ -424,14 +424,14 @@
      4, sampling                     >>sampler: interleaved sampling among them, and its modern answer, samples whose
                                      error is blue noise. All are static: the same for each frame. >>mappings: the
                                      lobe's mapping with the paper's care, pktrt_map_phong(), and the naive one,
-                                     pktrt_map_phong_naive(). What they cost: section4 of bench/paper.c.
+                                     pktrt_map_phong_naive(). What they cost: section4 of bench/paper/paper.c.
      5.1, figure 5: the scenes       examples/scenes.h: pool hall, conference and rtrt, made by code, about as many
                                      triangles each.
      5.1, tests per ray              >>stats: tests are counted in lanes, one ray against one box or triangle; a test
                                      of a whole packet counts as a cull, by its kind.
      5.1, shading, attenuation       >>fresnel: exact terms. Depth to 50 (PKTRT_MAX_DEPTH); `attenuation` of
                                      pktrt_render_desc cuts off rays by their weight.
-     5.2, table 1, figure 6          table1 and figure6 of bench/paper.c (`make bench`, bench/README.md), which
+     5.2, table 1, figure 6          table1 and figure6 of bench/paper/paper.c (`make bench`, bench/README.md), which
                                      measures all results again, and what other sections claim; section31: what SIMD
                                      and amortisation give.
      5.3, table 2, table 3           table2, rays per second of the three modes; table3, of DRT, a pixel to a packet;
@@ -3701,7 +3701,7 @@ PKTRT__INLINE uint32_t pktrt__sampler_digits(uint32_t i, uint32_t n) {
    comes for nothing as one more dimension; it is the third here. Of 2^k points t is 0 in dimensions 0 to 2, in pairs 0, 1
    and 2, 3, and in most others, and 1 in all four. Hardly any set that is scrambled in Owen's way does better: 4 to 256
    points err within 1.5% of the least that any such set can, on products of exp(a x) and on boxes (a bound by linear
-   programming, see bench/README.md). */
+   programming, see bench/error/README.md). */
 PKTRT__INLINE void pktrt__sampler_net(uint32_t i, uint32_t n, uint32_t x[4]) {
   x[0] = i, x[1] = pktrt__sampler_pascal(i), x[2] = pktrt__sampler_digits(i, n), x[3] = 0;
   for (uint32_t k = 0; k < 16; k++) x[3] ^= i >> k & 1 ? pktrt__sampler_third[k] : 0;

@@ -1,5 +1,5 @@
 /* embree.h - what the benchmarks need of Embree 3: scenes of the same triangles, its layouts of rays, its ways to
-   trace them. Include pktrt.h and scenes.h before it.
+   trace them.
 
    Embree gets its rays in its own layouts and with fresh hit records, and runs with denormals flushed, as its manual
    advises. */
@@ -7,6 +7,8 @@
 #define BENCH_EMBREE_H
 
 #include "bench.h"
+#include "../pktrt.h"
+#include "../examples/scenes.h"
 #include <embree3/rtcore.h>
 #ifdef __SSE2__
 #include <xmmintrin.h>

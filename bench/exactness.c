@@ -9,14 +9,15 @@
    each ray. What exactness buys is counted: rays for which the copy has another triangle, or none.
 
    Contents: libraries, racing, report, main. */
-#include "peers_rays.h"
+#include "peers/rays.h"
+#include "peers/scenes.h"
 #include "plain.h"
 #include <getopt.h>
 
 /* >>libraries ------------------------------------------------------------------------------------------------------ */
 
 enum { OURS, KENSLER, MOLLER, LIBRARIES, MAX_ROUNDS = 64, MAX_LINES = 64 };
-static const library ours = {"pktrt", pktrt_scene_create, pktrt_add_mesh, pktrt_commit, pktrt_scene_destroy,
+static const library ours = {"pktrt",           pktrt_scene_create, pktrt_add_mesh, pktrt_commit, pktrt_scene_destroy,
                              pktrt_intersect_n, pktrt_occluded_n};
 static const library *const libraries[LIBRARIES] = {&ours, &kensler, &moller};
 
@@ -67,8 +68,7 @@ static void compare(const ray_set *r, bool occlusion, const answers *a, const an
   size_t differ = 0, none = 0;
   for (size_t i = 0; i < r->count; i++) {
     const pktrt_hit *x = &a->hit[i], *y = &mine->hit[i];
-    const bool gone = occlusion ? mine->occluded[i] && !a->occluded[i]
-                                : x->mesh == PKTRT_NONE && y->mesh != PKTRT_NONE;
+    const bool gone = occlusion ? mine->occluded[i] && !a->occluded[i] : x->mesh == PKTRT_NONE && y->mesh != PKTRT_NONE;
     none += gone;
     differ += occlusion ? mine->occluded[i] != a->occluded[i] : x->mesh != y->mesh || x->triangle != y->triangle;
   }
@@ -144,9 +144,11 @@ static void write_csv(FILE *to, const line *lines, size_t n) {
 }
 
 static void write_table(FILE *to, const line *lines, size_t n) {
-  fprintf(to, "Time of pktrt over that of its copies with the tests of Kensler and Shirley / Moeller and Trumbore; the last "
-              "column: of a million rays, those for which the copy has another triangle or none; those for which it has "
-              "none where there is one.\n\n");
+  fprintf(
+      to,
+      "Time of pktrt over that of its copies with the tests of Kensler and Shirley / Moeller and Trumbore; the last "
+      "column: of a million rays, those for which the copy has another triangle or none; those for which it has "
+      "none where there is one.\n\n");
   fprintf(to, "| scene | | kernels |");
   for (int k = 0; k < KINDS; k++) fprintf(to, " %s |", kind_names[k]);
   fprintf(to, " all | other, lost |\n|---|---|---|");
@@ -193,8 +195,8 @@ static bool keep(const char *directory, const char *name, void (*write)(FILE *, 
 /* >>main ----------------------------------------------------------------------------------------------------------- */
 
 static bool parse(int argc, char **argv, options *o) {
-  static const struct option names[] = {{"size", 1, NULL, 's'}, {"rounds", 1, NULL, 'r'}, {"results", 1, NULL, 'o'},
-                                        {NULL, 0, NULL, 0}};
+  static const struct option names[] = {
+      {"size", 1, NULL, 's'}, {"rounds", 1, NULL, 'r'}, {"results", 1, NULL, 'o'}, {NULL, 0, NULL, 0}};
   int key;
   while ((key = getopt_long(argc, argv, "", names, NULL)) != -1) {
     if (key == 's' && (!ex_parse_uint("size", optarg, 16, 4096, &o->size) || o->size % 16))

@@ -15,5 +15,5 @@
 #define PLAIN kensler
 #define PLAIN_NAME "Kensler-Shirley"
 #endif
-const library PLAIN = {PLAIN_NAME, pktrt_scene_create, pktrt_add_mesh, pktrt_commit, pktrt_scene_destroy, pktrt_intersect_n,
-                       pktrt_occluded_n};
+const library PLAIN = {PLAIN_NAME,          pktrt_scene_create, pktrt_add_mesh,  pktrt_commit,
+                       pktrt_scene_destroy, pktrt_intersect_n,  pktrt_occluded_n};

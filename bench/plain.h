@@ -2,6 +2,8 @@
 #ifndef PLAIN_H
 #define PLAIN_H
 
+#include "../pktrt.h"
+
 typedef struct library {
   const char *name;
   pktrt_scene *(*create)(const pktrt_scene_desc *);

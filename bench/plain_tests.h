@@ -1,7 +1,7 @@
 /* plain_tests.h - textbook tests of triangles in pktrt's own kernels, in place of its exact ones: what does it cost
-   that no ray leaks? Kensler and Shirley's (2006) as in kensler.h, or with PLAIN_MOLLER Moeller and Trumbore's (1997).
-   No include guard: pktrt.h includes it three times for each instruction set (PKTRT__OTHER_TESTS), where it would define
-   the tests of a ray and a leaf, of a packet and a triangle, of a packet and a moving triangle.
+   that no ray leaks? Kensler and Shirley's (2006) as in kensler_stamp.h, or with PLAIN_MOLLER Moeller and Trumbore's
+   (1997). No include guard: pktrt.h includes it three times for each instruction set (PKTRT__OTHER_TESTS), where it
+   would define the tests of a ray and a leaf, of a packet and a triangle, of a packet and a moving triangle.
 
    Both tests are given what makes them fast: sums of products are fused where the machine can, nothing is divided until
    a lane has passed, and what needs no ray is computed once for a packet. Trees, boxes, orders, culling of triangles by
@@ -58,7 +58,7 @@ OP uint32_t NAME(plain_signs)(v8 p[3][3], const v8 *o, const v8 *d, v8 *top, v8 
 #endif
 
 /* The triangles of a block that a ray hits before what it has hit so far, and their depths. */
-OP uint32_t NAME(plain_block)(const pktrt__view *view, const pktrt__batch *b, uint32_t r, const pktrt__lone *lone,
+OP uint32_t NAME(plain_block)(const pktrt__bvh_segment *view, const pktrt__batch *b, uint32_t r, const pktrt__single *lone,
                               const unsigned char *block, const bool moving, v8 *w) {
   const float *k0 = (const float *)(const void *)(block + (moving ? view->vertex0 : 0));
   const float *k1 = (const float *)(const void *)(block + (moving ? view->vertex1 : 0));
@@ -66,11 +66,10 @@ OP uint32_t NAME(plain_block)(const pktrt__view *view, const pktrt__batch *b, ui
   const v8 ta = vset(lone ? lone->ta : b->ta[r]), tb = vset(lone ? lone->tb : b->tb[r]);
   v8 p[3][3], o[3], d[3], top, det;
   UNROLL for (int a = 0; a < 3; a++) {
-    UNROLL for (int c = 0; c < 3; c++) p[c][a] =
-        NAME(corner)(k0 + 24 * c + 8 * a, k1 + 24 * c + 8 * a, ta, tb, moving);
+    UNROLL for (int c = 0; c < 3; c++) p[c][a] = pktrt__tri_corner(k0 + 24 * c + 8 * a, k1 + 24 * c + 8 * a, ta, tb, moving);
     o[a] = vset(lone ? lone->ray->origin[a] : b->o[a][r]), d[a] = vset(lone ? lone->ray->direction[a] : b->d[a][r]);
   }
-  const uint32_t bits = NAME(plain_signs)(p, o, d, &top, &det) & NAME(occupied)(id);
+  const uint32_t bits = NAME(plain_signs)(p, o, d, &top, &det) & pktrt__lanes_occupied(id);
   *w = vset(0);
   if (lone && !bits) return 0; /* streams do better without the branch */
   *w = vmul(vdiv(top, det), vabs(vset(lone ? lone->dk : b->dk[r])));
@@ -78,23 +77,23 @@ OP uint32_t NAME(plain_block)(const pktrt__view *view, const pktrt__batch *b, ui
   return bits & mbits(mand(vlt(wn, *w), vlt(*w, wf)));
 }
 
-OP void NAME(plain_take)(const pktrt__view *view, pktrt__batch *b, uint32_t r, pktrt__lone *lone, const uint32_t *id,
+OP void NAME(plain_take)(const pktrt__bvh_segment *view, pktrt__batch *b, uint32_t r, pktrt__single *lone, const uint32_t *id,
                          uint32_t index, const float *depth, uint32_t bits) {
   for (; bits; bits &= bits - 1) {
-    const uint32_t lane = pktrt__lowest(bits), slot = index * 8 + lane;
+    const uint32_t lane = pktrt__lowest_bit(bits), slot = index * 8 + lane;
     if (!(depth[lane] < (lone ? lone->wf : b->wf[r]))) continue;
-    if (lone) pktrt__take_alone(view, lone, depth[lane], depth[lane], id[lane], slot);
-    else pktrt__take(view, b, r, depth[lane], depth[lane], id[lane], slot);
+    if (lone) pktrt__single_set_hit(view, lone, depth[lane], depth[lane], id[lane], slot);
+    else pktrt__batch_set_hit(view, b, r, depth[lane], depth[lane], id[lane], slot);
   }
 }
 
-OP bool NAME(any_block)(const pktrt__view *view, pktrt__batch *b, uint32_t r, pktrt__lone *lone, uint32_t index,
+OP bool pktrt__tri_block_template(const pktrt__bvh_segment *view, pktrt__batch *b, uint32_t r, pktrt__single *lone, uint32_t index,
                         const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
   const unsigned char *block = view->blocks + index * (moving ? view->block_bytes : (size_t)PKTRT__BLOCK_BYTES);
   const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
   PKTRT__ALIGN64 float depth[8];
   v8 w;
-  COUNT(triangle_tests, pktrt__popcount(NAME(occupied)(id)));
+  COUNT(triangle_tests, pktrt__popcount(pktrt__lanes_occupied(id)));
   const uint32_t bits = NAME(plain_block)(view, b, r, lone, block, moving, &w);
   if (occlusion || !bits) return bits != 0;
   vstore(depth, w);
@@ -103,7 +102,7 @@ OP bool NAME(any_block)(const pktrt__view *view, pktrt__batch *b, uint32_t r, pk
 }
 
 /* As pktrt's: noted of all rays before the first is looked at. */
-OP uint64_t NAME(stream_block)(const pktrt__view *view, pktrt__batch *b, const uint8_t *list, uint64_t mask,
+OP uint64_t pktrt__stream_closest_block(const pktrt__bvh_segment *view, pktrt__batch *b, const uint8_t *list, uint64_t mask,
                                uint32_t index, const bool moving) {
   const unsigned char *block = view->blocks + index * (moving ? view->block_bytes : (size_t)PKTRT__BLOCK_BYTES);
   const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
@@ -114,7 +113,7 @@ OP uint64_t NAME(stream_block)(const pktrt__view *view, pktrt__batch *b, const u
   while (mask) {
     uint32_t n = 0;
     for (; mask && n < NOTES; mask &= mask - 1) {
-      const uint32_t i = pktrt__lowest(mask);
+      const uint32_t i = pktrt__lowest_bit(mask);
       v8 w;
       bits[n] = (uint8_t)NAME(plain_block)(view, b, list[i], NULL, block, moving, &w);
       vstore(depth[n], w);
@@ -161,7 +160,7 @@ OP void NAME(plain_origin)(NAME(plain_triangle) *x, const vf *o) {
 }
 
 /* A vector of rays against one triangle. */
-OP uint32_t NAME(plain_rays)(const pktrt__view *view, pktrt__batch *b, uint32_t r, uint32_t bits,
+OP uint32_t NAME(plain_rays)(const pktrt__bvh_segment *view, pktrt__batch *b, uint32_t r, uint32_t bits,
                              const NAME(plain_triangle) *x, uint32_t id, uint32_t slot) {
   vf d[3], i[3], u, v, det;
   UNROLL for (int a = 0; a < 3; a++) d[a] = fload(b->d[a] + r);
@@ -177,12 +176,12 @@ OP uint32_t NAME(plain_rays)(const pktrt__view *view, pktrt__batch *b, uint32_t 
   if (!bits) return 0;
   const vf depth = fmul(fdiv(x->top, det), fabs_(fload(b->dk + r)));
   bits &= fbits(fmand(flt(fload(b->wn + r), depth), flt(depth, fload(b->wf + r))));
-  if (bits) NAME(frustum_put)(view, b, r, bits, depth, depth, id, slot);
+  if (bits) pktrt__frustum_set_hits(view, b, r, bits, depth, depth, id, slot);
   return bits;
 }
 
-OP uint64_t NAME(frustum_triangle)(const NAME(frustum_rays) *f, const pktrt__view *view, pktrt__batch *b,
-                                   const float *k0, const NAME(frustum_corners) *corners, uint32_t lane, uint32_t id,
+OP uint64_t pktrt__frustum_test_triangle(const pktrt__frustum *f, const pktrt__bvh_segment *view, pktrt__batch *b,
+                                   const float *k0, const pktrt__frustum_corners *corners, uint32_t lane, uint32_t id,
                                    uint32_t slot, uint64_t mask, const bool stats, pktrt_counts *counts) {
   NAME(plain_triangle) x;
   float e[2][3];
@@ -191,7 +190,8 @@ OP uint64_t NAME(frustum_triangle)(const NAME(frustum_rays) *f, const pktrt__vie
   (void)corners;
   for (uint32_t a = 0; a < 3; a++) {
     const float c0 = k0[8 * a + lane];
-    e[0][a] = k0[24 + 8 * a + lane] - c0, e[1][a] = k0[24 * PLAIN_TO + 8 * a + lane] - k0[48 - 24 * PLAIN_TO + 8 * a + lane];
+    e[0][a] = k0[24 + 8 * a + lane] - c0,
+    e[1][a] = k0[24 * PLAIN_TO + 8 * a + lane] - k0[48 - 24 * PLAIN_TO + 8 * a + lane];
     x.p0[a] = fset(c0), x.f[a] = fset(e[0][a]), x.g[a] = fset(e[1][a]), o[a] = fset(b->o[a][f->first]);
   }
   for (uint32_t a = 0; a < 3; a++) {
@@ -215,7 +215,7 @@ OP uint64_t NAME(frustum_triangle)(const NAME(frustum_rays) *f, const pktrt__vie
 
 /* --- a packet and a moving triangle --- */
 
-OP uint32_t NAME(moving_test)(const NAME(frustum_rays) *f, const pktrt__view *view, pktrt__batch *b, uint32_t r,
+OP uint32_t pktrt__frustum_test_moving(const pktrt__frustum *f, const pktrt__bvh_segment *view, pktrt__batch *b, uint32_t r,
                               uint32_t rays, const float *k0, const float *k1, float range, float far_, uint32_t id,
                               uint32_t slot, pktrt_counts *counts) {
   const vf ta = fload(b->ta + r), tb = fload(b->tb + r);
@@ -233,7 +233,7 @@ OP uint32_t NAME(moving_test)(const NAME(frustum_rays) *f, const pktrt__view *vi
 }
 
 /* No filter comes before it: it costs hardly more than that would. */
-OP uint64_t NAME(moving_rays_in)(const NAME(frustum_rays) *f, const pktrt__batch *b, const NAME(frustum_motion) *motion,
+OP uint64_t pktrt__frustum_filter_moving(const pktrt__frustum *f, const pktrt__batch *b, const pktrt__frustum_motion *motion,
                                  uint32_t lane) {
   (void)f, (void)b, (void)motion, (void)lane;
   return ~(uint64_t)0;

@@ -2,7 +2,7 @@
 
      # version 0.6.0; machine Sapphire Rapids, AVX-512, 2 cores; date 2026-11-22; command build/paper table1
 
-   The command comes last, for it may have a semicolon. bench/readme.sh prints the line under the tables of the file, and
+   The command comes last, for it may have a semicolon. bench/readme.awk prints the line under the tables of the file, and
    .ci/figures asks for it. Stands by itself, without the rest of bench.h, for the tests that keep figures. */
 #ifndef PROVENANCE_H
 #define PROVENANCE_H

@@ -206,7 +206,7 @@ function rows_of_targets(    f, n, met, m) {
     percent(met["RMSE"], n["RMSE"]) ", " percent(met["relative MSE"], n["relative MSE"]) " of runs")
 }
 function pair(ratio, scene) { return sprintf("%.2f, %.2f", ratio[scene, 8], ratio[scene, 16]) }
-# As bench/error_estimates.h has it: uniform passes are independent, so their squared error is that of one over their number.
+# As bench/error/estimates.h has it: uniform passes are independent, so their squared error is that of one over their number.
 function rows_of_adaptive(    f, one, seconds, points, way, scenes, n, i, s, passes, ratio, worst, text) {
   while (next_row("error_adaptive", f)) {
     s = f["scene"]; passes = f["samples"] / 8

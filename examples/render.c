@@ -188,6 +188,7 @@ static bool parse_attenuation(const char *text, double *attenuation) {
   return true;
 }
 
+/* clang-format off */
 enum option_name {
   OPT_SCENE = 256, OPT_MESH, OPT_CAMERA, OPT_UP, OPT_FRAME, OPT_FRAMES, OPT_SHUTTER, OPT_LIGHT_SIZE, OPT_APERTURE,
   OPT_FOCUS, OPT_MODE, OPT_SIZE, OPT_SPP, OPT_SAMPLER, OPT_SEED, OPT_DEPTH, OPT_ATTENUATION, OPT_BRANCHING,
@@ -195,6 +196,7 @@ enum option_name {
   OPT_TARGET_ERROR, OPT_MEASURE, OPT_TIME, OPT_ADAPTIVE, OPT_ERROR_MAP, OPT_PATH, OPT_PACKET, OPT_ASSEMBLY,
   OPT_ISA, OPT_THREADS, OPT_TILE, OPT_EXPLAIN, OPT_NO_COUNT, OPT_NO_PROGRESS
 };
+/* clang-format on */
 
 static const struct option option_list[] = {{"scene", required_argument, NULL, OPT_SCENE},
                                             {"mesh", required_argument, NULL, OPT_MESH},
@@ -583,7 +585,7 @@ static uint64_t checksum(const float *pixels, size_t n) {
 /* Colour of a relative error, linear: from black over red to white as its logarithm grows from 0.1% to 100%. */
 static void error_colour(double error, float rgb[3]) {
   enum { STEPS = 6 };
-  static const unsigned char stops[STEPS + 1][3] = {{0, 0, 0},     {35, 15, 95},   {110, 25, 120}, {205, 50, 70},
+  static const unsigned char stops[STEPS + 1][3] = {{0, 0, 0},      {35, 15, 95},   {110, 25, 120}, {205, 50, 70},
                                                     {245, 125, 25}, {250, 205, 70}, {255, 255, 255}};
   static const float none[3] = {0, 1, 0};
   if (!(error < INFINITY)) {
@@ -791,10 +793,10 @@ static void print_error(const job *j) {
   const pktrt_report *r = &j->report;
   const double seconds = j->render_seconds;
   if (!(r->rmse < INFINITY)) {
-    printf("error    not estimated: %s\n",
-           r->samples_max > j->given.samples ? "no pixel is finite"
-           : j->given.passes == 1            ? "--error-map, --passes and others ask for it, see --help"
-                                             : "the time was up after one pass");
+    printf("error    not estimated: %s\n", r->samples_max > j->given.samples ? "no pixel is finite"
+                                           : j->given.passes == 1
+                                               ? "--error-map, --passes and others ask for it, see --help"
+                                               : "the time was up after one pass");
     return;
   }
   printf("error    RMSE %.4g, relative MSE %.4g, estimated; RMSE x sqrt(seconds) %.4g\n", r->rmse, r->relative_mse,

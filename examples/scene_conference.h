@@ -63,6 +63,7 @@ enum {
   CONF_KINDS
 };
 
+/* clang-format off */
 static const sc_kind conference_kinds[CONF_KINDS] = {
   {"carpet", {0.115f, 0.135f, 0.165f}, 1},        {"plaster", {0.66f, 0.63f, 0.57f}, 1},
   {"panelling", {0.45f, 0.26f, 0.12f}, 0},        {"trim", {0.16f, 0.075f, 0.035f}, 0},
@@ -89,6 +90,7 @@ static const sc_kind conference_kinds[CONF_KINDS] = {
   {"door handle", {0.45f, 0.45f, 0.46f}, 0},      {"sea", {0.05f, 0.16f, 0.30f}, 0},
   {"land", {0.50f, 0.38f, 0.17f}, 0},             {"swinging balls", {0.50f, 0.50f, 0.52f}, 0},
   {"leaves", {0.065f, 0.17f, 0.035f}, 0},         {"clock hand", {0.60f, 0.03f, 0.02f}, 0}};
+/* clang-format on */
 
 #define CONF_X 6.6 /* half the length, half the width, and the height of the room: 22 x 13 tiles of 0.6 m */
 #define CONF_Z 3.9
@@ -112,51 +114,51 @@ typedef struct conf_finish {
 } conf_finish;
 
 static const conf_finish conf_finishes[] = {
-  {CONF_CARPET, PKTRT_SPECULAR_COAT, 6, {1.08f, 0, 0}, {0, 0, 0}},
-  {CONF_PLASTER, PKTRT_SPECULAR_COAT, 20, {1.12f, 0, 0}, {0, 0, 0}},
-  {CONF_PANEL, PKTRT_SPECULAR_COAT, 220, {1.48f, 0, 0}, {0, 0, 0}},
-  {CONF_TRIM, PKTRT_SPECULAR_COAT, 220, {1.48f, 0, 0}, {0, 0, 0}},
-  {CONF_TILE, PKTRT_SPECULAR_COAT, 8, {1.06f, 0, 0}, {0, 0, 0}},
-  {CONF_GRID, PKTRT_SPECULAR_COAT, 60, {1.40f, 0, 0}, {0, 0, 0}},
-  {CONF_STEEL, PKTRT_SPECULAR_CONDUCTOR, 180, {2.36f, 2.30f, 2.20f}, {4.40f, 4.20f, 3.90f}},
-  {CONF_SILVER, PKTRT_SPECULAR_COAT, 90, {1.60f, 0, 0}, {0, 0, 0}},
-  {CONF_CHROME, PKTRT_SPECULAR_CONDUCTOR, 0, {2.30f, 2.25f, 2.05f}, {4.60f, 4.50f, 4.40f}},
-  {CONF_BRASS, PKTRT_SPECULAR_CONDUCTOR, 300, {0.44f, 0.53f, 1.09f}, {3.70f, 2.77f, 1.83f}},
-  {CONF_TABLE, PKTRT_SPECULAR_COAT, 5000, {1.55f, 0, 0}, {0, 0, 0}},
-  {CONF_TABLE_EDGE, PKTRT_SPECULAR_COAT, 5000, {1.55f, 0, 0}, {0, 0, 0}},
-  {CONF_BLACK, PKTRT_SPECULAR_COAT, 0, {1.50f, 0, 0}, {0, 0, 0}},
-  {CONF_PLASTIC, PKTRT_SPECULAR_COAT, 60, {1.46f, 0, 0}, {0, 0, 0}},
-  {CONF_WHITE, PKTRT_SPECULAR_COAT, 300, {1.46f, 0, 0}, {0, 0, 0}},
-  {CONF_LEATHER, PKTRT_SPECULAR_COAT, 36, {1.48f, 0, 0}, {0, 0, 0}},
-  {CONF_PORCELAIN, PKTRT_SPECULAR_COAT, 0, {1.50f, 0, 0}, {0, 0, 0}},
-  {CONF_COFFEE, PKTRT_SPECULAR_COAT, 0, {1.33f, 0, 0}, {0, 0, 0}},
-  {CONF_GLASS, PKTRT_SPECULAR_DIELECTRIC, 0, {1.50f, 0, 0}, {0, 0, 0}},
-  {CONF_GLASS_WET, PKTRT_SPECULAR_DIELECTRIC, 0, {1.128f, 0, 0}, {0, 0, 0}}, /* glass over water */
-  {CONF_WATER, PKTRT_SPECULAR_DIELECTRIC, 0, {1.33f, 0, 0}, {0, 0, 0}},
-  {CONF_PAPER, PKTRT_SPECULAR_COAT, 12, {1.25f, 0, 0}, {0, 0, 0}},
-  {CONF_SCREEN, PKTRT_SPECULAR_COAT, 400, {1.45f, 0, 0}, {0, 0, 0}},
-  {CONF_BOARD, PKTRT_SPECULAR_COAT, 500, {1.50f, 0, 0}, {0, 0, 0}},
-  {CONF_PICTURE, PKTRT_SPECULAR_COAT, 900, {1.50f, 0, 0}, {0, 0, 0}},
-  {CONF_ORANGE, PKTRT_SPECULAR_COAT, 60, {1.45f, 0, 0}, {0, 0, 0}},
-  {CONF_APPLE, PKTRT_SPECULAR_COAT, 300, {1.48f, 0, 0}, {0, 0, 0}},
-  {CONF_RED, PKTRT_SPECULAR_COAT, 120, {1.48f, 0, 0}, {0, 0, 0}},
-  {CONF_BLUE, PKTRT_SPECULAR_COAT, 120, {1.48f, 0, 0}, {0, 0, 0}},
-  {CONF_YELLOW, PKTRT_SPECULAR_COAT, 120, {1.48f, 0, 0}, {0, 0, 0}},
-  {CONF_POT, PKTRT_SPECULAR_COAT, 500, {1.50f, 0, 0}, {0, 0, 0}},
-  {CONF_STEM, PKTRT_SPECULAR_COAT, 10, {1.30f, 0, 0}, {0, 0, 0}},
-  {CONF_MOVE_LEATHER, PKTRT_SPECULAR_COAT, 36, {1.48f, 0, 0}, {0, 0, 0}},
-  {CONF_MOVE_METAL, PKTRT_SPECULAR_CONDUCTOR, 0, {2.30f, 2.25f, 2.05f}, {4.60f, 4.50f, 4.40f}},
-  {CONF_MOVE_PLASTIC, PKTRT_SPECULAR_COAT, 60, {1.46f, 0, 0}, {0, 0, 0}},
-  {CONF_ROLL_METAL, PKTRT_SPECULAR_CONDUCTOR, 0, {2.30f, 2.25f, 2.05f}, {4.60f, 4.50f, 4.40f}},
-  {CONF_ROLL_PLASTIC, PKTRT_SPECULAR_COAT, 60, {1.46f, 0, 0}, {0, 0, 0}},
-  {CONF_SLATS, PKTRT_SPECULAR_COAT, 120, {1.45f, 0, 0}, {0, 0, 0}},
-  {CONF_DOOR, PKTRT_SPECULAR_COAT, 220, {1.48f, 0, 0}, {0, 0, 0}},
-  {CONF_HANDLE, PKTRT_SPECULAR_CONDUCTOR, 180, {2.36f, 2.30f, 2.20f}, {4.40f, 4.20f, 3.90f}},
-  {CONF_SEA, PKTRT_SPECULAR_COAT, 400, {1.50f, 0, 0}, {0, 0, 0}},
-  {CONF_LAND, PKTRT_SPECULAR_COAT, 400, {1.50f, 0, 0}, {0, 0, 0}},
-  {CONF_CRADLE, PKTRT_SPECULAR_CONDUCTOR, 0, {2.30f, 2.25f, 2.05f}, {4.60f, 4.50f, 4.40f}},
-  {CONF_LEAVES, PKTRT_SPECULAR_COAT, 60, {1.40f, 0, 0}, {0, 0, 0}},
-  {CONF_HANDS, PKTRT_SPECULAR_COAT, 120, {1.48f, 0, 0}, {0, 0, 0}}};
+    {CONF_CARPET, PKTRT_SPECULAR_COAT, 6, {1.08f, 0, 0}, {0, 0, 0}},
+    {CONF_PLASTER, PKTRT_SPECULAR_COAT, 20, {1.12f, 0, 0}, {0, 0, 0}},
+    {CONF_PANEL, PKTRT_SPECULAR_COAT, 220, {1.48f, 0, 0}, {0, 0, 0}},
+    {CONF_TRIM, PKTRT_SPECULAR_COAT, 220, {1.48f, 0, 0}, {0, 0, 0}},
+    {CONF_TILE, PKTRT_SPECULAR_COAT, 8, {1.06f, 0, 0}, {0, 0, 0}},
+    {CONF_GRID, PKTRT_SPECULAR_COAT, 60, {1.40f, 0, 0}, {0, 0, 0}},
+    {CONF_STEEL, PKTRT_SPECULAR_CONDUCTOR, 180, {2.36f, 2.30f, 2.20f}, {4.40f, 4.20f, 3.90f}},
+    {CONF_SILVER, PKTRT_SPECULAR_COAT, 90, {1.60f, 0, 0}, {0, 0, 0}},
+    {CONF_CHROME, PKTRT_SPECULAR_CONDUCTOR, 0, {2.30f, 2.25f, 2.05f}, {4.60f, 4.50f, 4.40f}},
+    {CONF_BRASS, PKTRT_SPECULAR_CONDUCTOR, 300, {0.44f, 0.53f, 1.09f}, {3.70f, 2.77f, 1.83f}},
+    {CONF_TABLE, PKTRT_SPECULAR_COAT, 5000, {1.55f, 0, 0}, {0, 0, 0}},
+    {CONF_TABLE_EDGE, PKTRT_SPECULAR_COAT, 5000, {1.55f, 0, 0}, {0, 0, 0}},
+    {CONF_BLACK, PKTRT_SPECULAR_COAT, 0, {1.50f, 0, 0}, {0, 0, 0}},
+    {CONF_PLASTIC, PKTRT_SPECULAR_COAT, 60, {1.46f, 0, 0}, {0, 0, 0}},
+    {CONF_WHITE, PKTRT_SPECULAR_COAT, 300, {1.46f, 0, 0}, {0, 0, 0}},
+    {CONF_LEATHER, PKTRT_SPECULAR_COAT, 36, {1.48f, 0, 0}, {0, 0, 0}},
+    {CONF_PORCELAIN, PKTRT_SPECULAR_COAT, 0, {1.50f, 0, 0}, {0, 0, 0}},
+    {CONF_COFFEE, PKTRT_SPECULAR_COAT, 0, {1.33f, 0, 0}, {0, 0, 0}},
+    {CONF_GLASS, PKTRT_SPECULAR_DIELECTRIC, 0, {1.50f, 0, 0}, {0, 0, 0}},
+    {CONF_GLASS_WET, PKTRT_SPECULAR_DIELECTRIC, 0, {1.128f, 0, 0}, {0, 0, 0}}, /* glass over water */
+    {CONF_WATER, PKTRT_SPECULAR_DIELECTRIC, 0, {1.33f, 0, 0}, {0, 0, 0}},
+    {CONF_PAPER, PKTRT_SPECULAR_COAT, 12, {1.25f, 0, 0}, {0, 0, 0}},
+    {CONF_SCREEN, PKTRT_SPECULAR_COAT, 400, {1.45f, 0, 0}, {0, 0, 0}},
+    {CONF_BOARD, PKTRT_SPECULAR_COAT, 500, {1.50f, 0, 0}, {0, 0, 0}},
+    {CONF_PICTURE, PKTRT_SPECULAR_COAT, 900, {1.50f, 0, 0}, {0, 0, 0}},
+    {CONF_ORANGE, PKTRT_SPECULAR_COAT, 60, {1.45f, 0, 0}, {0, 0, 0}},
+    {CONF_APPLE, PKTRT_SPECULAR_COAT, 300, {1.48f, 0, 0}, {0, 0, 0}},
+    {CONF_RED, PKTRT_SPECULAR_COAT, 120, {1.48f, 0, 0}, {0, 0, 0}},
+    {CONF_BLUE, PKTRT_SPECULAR_COAT, 120, {1.48f, 0, 0}, {0, 0, 0}},
+    {CONF_YELLOW, PKTRT_SPECULAR_COAT, 120, {1.48f, 0, 0}, {0, 0, 0}},
+    {CONF_POT, PKTRT_SPECULAR_COAT, 500, {1.50f, 0, 0}, {0, 0, 0}},
+    {CONF_STEM, PKTRT_SPECULAR_COAT, 10, {1.30f, 0, 0}, {0, 0, 0}},
+    {CONF_MOVE_LEATHER, PKTRT_SPECULAR_COAT, 36, {1.48f, 0, 0}, {0, 0, 0}},
+    {CONF_MOVE_METAL, PKTRT_SPECULAR_CONDUCTOR, 0, {2.30f, 2.25f, 2.05f}, {4.60f, 4.50f, 4.40f}},
+    {CONF_MOVE_PLASTIC, PKTRT_SPECULAR_COAT, 60, {1.46f, 0, 0}, {0, 0, 0}},
+    {CONF_ROLL_METAL, PKTRT_SPECULAR_CONDUCTOR, 0, {2.30f, 2.25f, 2.05f}, {4.60f, 4.50f, 4.40f}},
+    {CONF_ROLL_PLASTIC, PKTRT_SPECULAR_COAT, 60, {1.46f, 0, 0}, {0, 0, 0}},
+    {CONF_SLATS, PKTRT_SPECULAR_COAT, 120, {1.45f, 0, 0}, {0, 0, 0}},
+    {CONF_DOOR, PKTRT_SPECULAR_COAT, 220, {1.48f, 0, 0}, {0, 0, 0}},
+    {CONF_HANDLE, PKTRT_SPECULAR_CONDUCTOR, 180, {2.36f, 2.30f, 2.20f}, {4.40f, 4.20f, 3.90f}},
+    {CONF_SEA, PKTRT_SPECULAR_COAT, 400, {1.50f, 0, 0}, {0, 0, 0}},
+    {CONF_LAND, PKTRT_SPECULAR_COAT, 400, {1.50f, 0, 0}, {0, 0, 0}},
+    {CONF_CRADLE, PKTRT_SPECULAR_CONDUCTOR, 0, {2.30f, 2.25f, 2.05f}, {4.60f, 4.50f, 4.40f}},
+    {CONF_LEAVES, PKTRT_SPECULAR_COAT, 60, {1.40f, 0, 0}, {0, 0, 0}},
+    {CONF_HANDS, PKTRT_SPECULAR_COAT, 120, {1.48f, 0, 0}, {0, 0, 0}}};
 
 /* >>textures ------------------------------------------------------------------------------------------------------- */
 
@@ -247,7 +249,7 @@ static bool conf_words(double s, double y, double wide, uint32_t page) {
 static void conf_slide(double s, double t, uint32_t page, double *rgb) {
   static const double bars[4] = {0.34, 0.66, 0.83, 0.92};
   static const double hues[7][3] = {{0.85, 0.30, 0.10}, {0.90, 0.62, 0.08}, {0.18, 0.55, 0.30}, {0.08, 0.33, 0.68},
-      {0.86, 0.89, 0.92}, {0.03, 0.11, 0.27}, {0.12, 0.12, 0.13}};
+                                    {0.86, 0.89, 0.92}, {0.03, 0.11, 0.27}, {0.12, 0.12, 0.13}};
   double bar = floor(s * 8.9 - 0.5), x = conf_part(s * 8.9 - 0.5), h = (t - 0.12) / 0.62;
   uint32_t pick = 4;
   if (t > 0.84) pick = conf_words(s * 1.15 - 0.06, (0.965 - t) * 11.0, 20.0, page + 23) ? 4 : 5;
@@ -303,12 +305,13 @@ static double conf_line(double x, double y, const double *a, const double *b) {
 /* The drawing on the whiteboard: a frustum of rays from an eye, boxes in it, a sphere that sends some of them on.
    Units: heights of the board. Returns the pen, -1 for none. */
 static int conf_sketch_at(double x, double y) {
-  static const double lines[][6] = {/* from, to, pen, dashes per unit */
-      {0.18, 0.50, 1.05, 0.86, 0, 0}, {0.18, 0.50, 1.05, 0.14, 0, 0}, {0.18, 0.50, 1.02, 0.62, 1, 0},
-      {0.18, 0.50, 1.00, 0.50, 1, 0}, {0.18, 0.50, 1.02, 0.38, 1, 0}, {1.02, 0.62, 0.80, 0.93, 3, 14},
+  static const double lines[][6] = {
+      /* from, to, pen, dashes per unit */
+      {0.18, 0.50, 1.05, 0.86, 0, 0},  {0.18, 0.50, 1.05, 0.14, 0, 0},  {0.18, 0.50, 1.02, 0.62, 1, 0},
+      {0.18, 0.50, 1.00, 0.50, 1, 0},  {0.18, 0.50, 1.02, 0.38, 1, 0},  {1.02, 0.62, 0.80, 0.93, 3, 14},
       {1.00, 0.50, 0.55, 0.51, 3, 14}, {1.02, 0.38, 0.80, 0.07, 3, 14}, {0.62, 0.22, 1.48, 0.22, 2, 0},
-      {1.48, 0.22, 1.48, 0.80, 2, 0}, {1.48, 0.80, 0.62, 0.80, 2, 0}, {0.62, 0.80, 0.62, 0.22, 2, 0},
-      {0.92, 0.29, 1.42, 0.29, 2, 0}, {1.42, 0.29, 1.42, 0.72, 2, 0}, {1.42, 0.72, 0.92, 0.72, 2, 0},
+      {1.48, 0.22, 1.48, 0.80, 2, 0},  {1.48, 0.80, 0.62, 0.80, 2, 0},  {0.62, 0.80, 0.62, 0.22, 2, 0},
+      {0.92, 0.29, 1.42, 0.29, 2, 0},  {1.42, 0.29, 1.42, 0.72, 2, 0},  {1.42, 0.72, 0.92, 0.72, 2, 0},
       {0.92, 0.72, 0.92, 0.29, 2, 0}};
   double sphere = sqrt((x - 1.17) * (x - 1.17) + (y - 0.5) * (y - 0.5)),
          eye = sqrt((x - 0.15) * (x - 0.15) + (y - 0.5) * (y - 0.5));
@@ -339,8 +342,8 @@ static void conf_sketch(void *user, const pktrt_points *p) {
 
 /* Paintings: hills of colour, one in front of the other. */
 static void conf_paint(void *user, const pktrt_points *p) {
-  static const double palette[6][3] = {{0.78, 0.60, 0.32}, {0.70, 0.32, 0.10}, {0.45, 0.10, 0.06}, {0.10, 0.22, 0.30},
-      {0.05, 0.10, 0.18}, {0.62, 0.58, 0.48}};
+  static const double palette[6][3] = {{0.78, 0.60, 0.32}, {0.70, 0.32, 0.10}, {0.45, 0.10, 0.06},
+                                       {0.10, 0.22, 0.30}, {0.05, 0.10, 0.18}, {0.62, 0.58, 0.48}};
   double s, t;
   uint32_t i, k;
   (void)user;
@@ -741,8 +744,7 @@ static void conf_table_top(sc_build *b) {
   sc_sweep(b, f, n, true, round, sc_round(line, SC_COUNT(line), 1, round), false, 1);
   conf_oval(f, n, 0.119);
   sc_use(b, CONF_TABLE);
-  for (i = 0; i < n / 2; i++)
-    sc_quad(b, f[n - i == n ? 0 : n - i].o, f[n - i - 1].o, f[i + 1].o, f[i].o);
+  for (i = 0; i < n / 2; i++) sc_quad(b, f[n - i == n ? 0 : n - i].o, f[n - i - 1].o, f[i + 1].o, f[i].o);
   sc_use(b, CONF_BLACK); /* lids over sockets */
   for (i = 0; i < 3; i++) sc_box(b, -2.26 + 2.0 * i, -0.01, -0.075, -1.74 + 2.0 * i, 0.0025, 0.075, 0.002);
   sc_use(b, CONF_STEEL);
@@ -807,12 +809,14 @@ static sc_v3 conf_pad(double u, double v, const void *context) {
   return sc_add(f.o, sc_add(sc_mul(f.x, half * x), sc_mul(f.y, n)));
 }
 
-typedef struct conf_chair_kinds { uint32_t leather, metal, plastic, foot, castor; } conf_chair_kinds;
+typedef struct conf_chair_kinds {
+  uint32_t leather, metal, plastic, foot, castor;
+} conf_chair_kinds;
 
 /* Rail and armrest of one side, braces under the seat. */
 static void conf_chair_sides(sc_build *b, const conf_chair_kinds *k) {
-  static const double arm[][2] = {{0.110, 0.440}, {0.165, 0.520}, {0.155, 0.625}, {0.085, 0.660}, {-0.10, 0.660},
-      {-0.215, 0.640}, {-0.265, 0.575}}; /* z, y */
+  static const double arm[][2] = {{0.110, 0.440}, {0.165, 0.520},  {0.155, 0.625}, {0.085, 0.660},
+                                  {-0.10, 0.660}, {-0.215, 0.640}, {-0.265, 0.575}}; /* z, y */
   static const double rest[][3] = {{0, 0, 1}, {22, 0, 1}, {26, 6}, {25, 14}, {17, 20}, {0, 22}};
   sc_v3 p[16];
   int side;
@@ -899,7 +903,7 @@ static const double conf_movers[5][4] = {
 static void conf_chairs(sc_build *b) {
   static const conf_chair_kinds still = {CONF_LEATHER, CONF_CHROME, CONF_PLASTIC, CONF_CHROME, CONF_PLASTIC};
   static const conf_chair_kinds moving = {CONF_MOVE_LEATHER, CONF_MOVE_METAL, CONF_MOVE_PLASTIC, CONF_ROLL_METAL,
-      CONF_ROLL_PLASTIC};
+                                          CONF_ROLL_PLASTIC};
   bool moves[CONF_SEATS] = {false};
   uint32_t i, k;
   for (k = 0; k < SC_COUNT(conf_movers); k++) moves[(uint32_t)conf_movers[k][0]] = true;
@@ -1055,7 +1059,9 @@ static void conf_globe(sc_build *b) {
   b->at = keep;
 }
 
-typedef struct conf_blade { double length, width, rise, droop; } conf_blade;
+typedef struct conf_blade {
+  double length, width, rise, droop;
+} conf_blade;
 static sc_v3 conf_leaf(double u, double v, const void *context) { /* along +z from the stem, folded along its middle */
   const conf_blade *c = (const conf_blade *)context;
   double w = c->width * sqrt(v) * (1.0 - v * v) * 1.5 + 0.003 * (1.0 - v), x = 2.0 * u - 1.0;
@@ -1065,8 +1071,8 @@ static sc_v3 conf_leaf(double u, double v, const void *context) { /* along +z fr
 
 /* A dracaena: three stems in a pot, each with a tuft of leaves. */
 static void conf_plant(sc_build *b) {
-  static const double pot[][3] = {{0, 0, 1}, {130, 0, 1}, {140, 8}, {172, 300}, {180, 372}, {178, 378}, {168, 374},
-      {160, 330, 1}};
+  static const double pot[][3] = {{0, 0, 1},  {130, 0, 1}, {140, 8},   {172, 300},
+                                  {180, 372}, {178, 378},  {168, 374}, {160, 330, 1}};
   static const double soil[][3] = {{163, 335, 1}, {0, 345, 1}};
   static const double stems[3][3] = {{0.06, 1.10, 0.02}, {-0.07, 0.80, 0.05}, {0.0, 1.42, -0.07}}; /* x, height, z */
   uint32_t i;

@@ -42,6 +42,7 @@ enum {
 /* The first of an actor's materials. */
 static uint32_t rtrt_look(uint32_t actor) { return RTRT_CAST + actor * RTRT_PARTS; }
 
+/* clang-format off */
 static const sc_kind rtrt_kinds[RTRT_KINDS] = {
     {"key light", {0.9f, 0.9f, 0.9f}, 1},            {"strip light", {0.9f, 0.9f, 0.9f}, 1},
     {"house", {0.10f, 0.03f, 0.03f}, 1},
@@ -76,6 +77,7 @@ static const sc_kind rtrt_kinds[RTRT_KINDS] = {
     {"chrome", {0.56f, 0.57f, 0.58f}, 0},            {"marble", {0.70f, 0.66f, 0.62f}, 0},
     {"sweets, red", {0.70f, 0.03f, 0.03f}, 0},       {"sweets, yellow", {0.82f, 0.50f, 0.03f}, 0},
     {"sweets, green", {0.10f, 0.45f, 0.08f}, 0},     {"sweets, blue", {0.04f, 0.16f, 0.55f}, 0}};
+/* clang-format on */
 
 /* >>actors --------------------------------------------------------------------------------------------------------- */
 
@@ -83,11 +85,11 @@ static const sc_kind rtrt_kinds[RTRT_KINDS] = {
    the first is on the left. Dancing goes with sine and cosine of psi, which turns `beats` times in a loop. */
 typedef struct rtrt_actor {
   double place[3], yaw, size;
-  double legs, torso;            /* from the floor to the hips, from there to the middle of the head */
-  double belly[3], head[3];      /* half axes of ellipsoids, */
-  double melt;                   /* and how softly one becomes the other */
-  double arm, leg;               /* radii */
-  double shoulder[2], hip;       /* shoulder: out of the chest, up from it; hip: out */
+  double legs, torso;       /* from the floor to the hips, from there to the middle of the head */
+  double belly[3], head[3]; /* half axes of ellipsoids, */
+  double melt;              /* and how softly one becomes the other */
+  double arm, leg;          /* radii */
+  double shoulder[2], hip;  /* shoulder: out of the chest, up from it; hip: out */
   double beats, phase;
   double hop, dip, squash;       /* up in the air; down in the knees; both, in proportion of height */
   double sway, lean, twist, nod; /* of the hips, in lengths; of the spine and the head, in degrees */
@@ -98,6 +100,7 @@ typedef struct rtrt_actor {
   double mesh;                   /* size of its triangles, relative */
 } rtrt_actor;
 
+/* clang-format off */
 static const rtrt_actor rtrt_cast[RTRT_ACTORS] = {
     {{0.05, 0.0, 0.62}, 2.0, 1.06, 0.37, 0.60, {0.215, 0.235, 0.195}, {0.275, 0.245, 0.245}, 0.10,
      0.042, 0.055, {0.17, 0.01}, 0.11, 2.0, 166.0, 0.31, 0.06, 0.10, 0.02, 5.0, 5.0, 7.0, 0.0, {0.15, 0.02},
@@ -123,6 +126,7 @@ static const rtrt_actor rtrt_cast[RTRT_ACTORS] = {
      0.046, 0.058, {0.19, 0.05}, 0.13, 3.0, 140.0, 0.16, 0.06, 0.10, 0.03, 6.0, 8.0, 8.0, 0.0, {0.17, 0.04},
      {{{0.52, 0.13, 0.14}, {0.04, 0.10, 0.02}, {0.0, -0.22, 0.04}},
       {{-0.52, 0.13, 0.14}, {-0.04, 0.10, 0.02}, {0.0, -0.22, 0.04}}}, {0.9, 0.9}, 1.24}};
+/* clang-format on */
 
 /* >>rig ------------------------------------------------------------------------------------------------------------ */
 
@@ -693,8 +697,8 @@ static void rtrt_eye(sc_build *b, uint32_t kind, const rtrt_actor *a, const rtrt
   }
   if (f->brow[1] > 0.0) {
     for (i = -2; i <= 2; i++)
-      p[i + 2] = rtrt_spot(head, &aim, 0.5 * f->brow[1] * i,
-                           f->brow[0] - 0.875 * i * i + 0.2 * side * i * f->brow[2], 0.03);
+      p[i + 2] =
+          rtrt_spot(head, &aim, 0.5 * f->brow[1] * i, f->brow[0] - 0.875 * i * i + 0.2 * side * i * f->brow[2], 0.03);
     sc_use(b, kind + RTRT_BLACK);
     sc_tube(b, p, 5, 2, false, 0.013 * a->size, 0.013 * a->size, 10);
   }
@@ -1012,8 +1016,9 @@ static void rtrt_mirror_ball(sc_build *b, double x, double y, double z, double r
 
 /* A bowl of sweets. */
 static void rtrt_bowl(sc_build *b, double x, double z) {
-  static const double bowl[][3] = {{0, 0, 1}, {95, 0, 1}, {104, 4}, {104, 10}, {70, 18}, {40, 30}, {48, 42}, {110, 62},
-      {170, 110}, {204, 170}, {214, 226}, {209, 232}, {203, 226}, {192, 172}, {158, 116}, {104, 74}, {52, 56}, {0, 52}};
+  static const double bowl[][3] = {{0, 0, 1},  {95, 0, 1}, {104, 4},   {104, 10},  {70, 18},   {40, 30},
+                                   {48, 42},   {110, 62},  {170, 110}, {204, 170}, {214, 226}, {209, 232},
+                                   {203, 226}, {192, 172}, {158, 116}, {104, 74},  {52, 56},   {0, 52}};
   static const double ring[3][3] = {{0.0, 0.096, 1}, {0.078, 0.104, 6}, {0.105, 0.165, 9}};
   sc_frame keep = sc_place(b, x, 0.0, z, 0.0);
   uint32_t i, k, n = 0;
@@ -1052,7 +1057,7 @@ static void rtrt_house(sc_build *b) {
 
 static void rtrt_balloon(sc_build *b, uint32_t kind, double x, double y, double z, double radius, double tilt) {
   static const double skin[][3] = {{0, -1140}, {90, -1130}, {40, -1070}, {240, -950}, {560, -700}, {850, -320},
-      {985, 60}, {930, 480}, {690, 810}, {350, 980}, {0, 1030}};
+                                   {985, 60},  {930, 480},  {690, 810},  {350, 980},  {0, 1030}};
   sc_frame keep = sc_place(b, x, y, z, 0.0);
   sc_v3 p[4];
   sc_turn_z(b, tilt);
@@ -1120,7 +1125,7 @@ static void rtrt_balconies(void *user, const pktrt_points *p) {
   for (i = 0; i < p->n; i++) {
     double x = (double)p->position[0][i], y = (double)p->position[1][i], row = floor(y / 1.5), up = y / 1.5 - row;
     double u = x / 0.6 - floor(x / 0.6) - 0.5, v = (up - 0.15) * 2.5, glow = 1.0 / (1.0 + 30.0 * (u * u + v * v));
-    bool lamp = u * u + v * v < 0.02, front = up > 0.45 && up < 0.75;
+    bool lamp = u * u + v * v<0.02, front = up> 0.45 && up < 0.75;
     double base = row < 1.0 ? 0.05 : front ? 0.42 + 0.08 * sc_sin(600.0 * x) : 0.05 + 0.30 * glow;
     if (lamp && row >= 1.0) base = 2.2;
     p->emission[0][i] = sc_snap(base);

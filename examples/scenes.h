@@ -36,12 +36,12 @@
 
 typedef struct scene_mesh {
   const char *name;
-  float *positions;        /* key_count blocks of vertex_count * 3, at rest */
-  float *normals;          /* the same, or NULL: flat */
-  uint32_t *indices;       /* triangle_count * 3, counter-clockwise from outside */
+  float *positions;  /* key_count blocks of vertex_count * 3, at rest */
+  float *normals;    /* the same, or NULL: flat */
+  uint32_t *indices; /* triangle_count * 3, counter-clockwise from outside */
   uint32_t vertex_count, triangle_count, key_count;
-  uint32_t material;       /* index into scene.materials, and the kind that the mesh was made as */
-  bool deforms;            /* it has poses other than the one at rest */
+  uint32_t material; /* index into scene.materials, and the kind that the mesh was made as */
+  bool deforms;      /* it has poses other than the one at rest */
 } scene_mesh;
 
 typedef struct scene_material {
@@ -57,7 +57,7 @@ typedef struct scene {
   size_t material_count;
   pktrt_light *lights;
   size_t light_count;
-  pktrt_camera camera;     /* that of time 0 */
+  pktrt_camera camera; /* that of time 0 */
   float background[3], ambient[3];
   /* The pose of a mesh that deforms: fills vertex_count * 3 of each. Time 0 and time 1 are at rest, bit for bit. */
   void (*deform)(const struct scene *, const scene_mesh *, double time, float *positions, float *normals);
@@ -82,12 +82,22 @@ SCENE_DEF void scene_resize_lights(scene *, double factor);
 
 #define SC_PI 3.14159265358979323846
 
-typedef struct sc_v3 { double x, y, z; } sc_v3;
+typedef struct sc_v3 {
+  double x, y, z;
+} sc_v3;
 
 /* An affine map, p -> o + x p.x + y p.y + z p.z: a placement, or one station of a sweep. */
-typedef struct sc_frame { sc_v3 o, x, y, z; } sc_frame;
+typedef struct sc_frame {
+  sc_v3 o, x, y, z;
+} sc_frame;
 
-static sc_v3 sc_v(double x, double y, double z) { sc_v3 r; r.x = x; r.y = y; r.z = z; return r; }
+static sc_v3 sc_v(double x, double y, double z) {
+  sc_v3 r;
+  r.x = x;
+  r.y = y;
+  r.z = z;
+  return r;
+}
 static sc_v3 sc_add(sc_v3 a, sc_v3 b) { return sc_v(a.x + b.x, a.y + b.y, a.z + b.z); }
 static sc_v3 sc_sub(sc_v3 a, sc_v3 b) { return sc_v(a.x - b.x, a.y - b.y, a.z - b.z); }
 static sc_v3 sc_mul(sc_v3 a, double s) { return sc_v(a.x * s, a.y * s, a.z * s); }
@@ -140,18 +150,20 @@ typedef struct sc_kind {
 
 typedef struct sc_build {
   scene *out;
-  const sc_kind *kinds;     /* one mesh for each */
+  const sc_kind *kinds;                    /* one mesh for each */
   uint32_t *vertex_space, *triangle_space; /* room in each mesh */
-  scene_mesh *mesh;         /* the one that receives */
-  sc_frame at;              /* where things are put */
-  double detail;            /* things far from the camera: factor on the number of segments */
-  uint32_t flutes;          /* lathes: grooves around, */
-  double flute_depth;       /* and their depth relative to the radius */
+  scene_mesh *mesh;                        /* the one that receives */
+  sc_frame at;                             /* where things are put */
+  double detail;                           /* things far from the camera: factor on the number of segments */
+  uint32_t flutes;                         /* lathes: grooves around, */
+  double flute_depth;                      /* and their depth relative to the radius */
   uint32_t random;
-  bool failed;              /* out of memory: everything is a no-op from then on */
+  bool failed; /* out of memory: everything is a no-op from then on */
 } sc_build;
 
-typedef struct sc_mark { uint32_t vertex, triangle; } sc_mark;
+typedef struct sc_mark {
+  uint32_t vertex, triangle;
+} sc_mark;
 
 static void sc_use(sc_build *b, uint32_t kind) {
   if (!b->failed) b->mesh = &b->out->meshes[kind];
@@ -163,7 +175,10 @@ static bool sc_reserve(sc_build *b, void **array, uint32_t *space, uint32_t used
   void *grown;
   if (used < *space) return true;
   grown = want > 0x10000000u ? NULL : realloc(*array, want * bytes);
-  if (!grown) { b->failed = true; return false; }
+  if (!grown) {
+    b->failed = true;
+    return false;
+  }
   *array = grown;
   *space = want;
   return true;
@@ -237,7 +252,10 @@ static void sc_smooth(sc_build *b, sc_mark from) {
   if (b->failed || m->vertex_count == from.vertex) return;
   count = m->vertex_count - from.vertex;
   sum = (double *)calloc(count, 3 * sizeof(double));
-  if (!sum) { b->failed = true; return; }
+  if (!sum) {
+    b->failed = true;
+    return;
+  }
   for (i = from.triangle; i < m->triangle_count; i++) {
     const uint32_t *v = m->indices + 3 * i;
     sc_v3 p = sc_get(m->positions, v[0]);
@@ -282,7 +300,10 @@ static void sc_turn_z(sc_build *b, double degrees) { /* x towards y */
 /* A point of a profile or, seen from above, of a path. A profile is smooth but at corners. It runs from the outer
    foot up and over the top to the inner foot: then surfaces face outwards. Tables of profiles are in millimetres,
    see sc_round. */
-typedef struct sc_pt { double x, y; int corner; } sc_pt;
+typedef struct sc_pt {
+  double x, y;
+  int corner;
+} sc_pt;
 #define SC_COUNT(a) ((uint32_t)(sizeof(a) / sizeof((a)[0])))
 #define SC_MAX_POINTS 192u
 
@@ -680,7 +701,8 @@ typedef struct sc_recipe {
   void (*deform)(const scene *, const scene_mesh *, double, float *, float *);
 } sc_recipe;
 
-#define SC_RECIPE(name) {#name, name##_kinds, SC_COUNT(name##_kinds), name##_make, name##_camera, name##_deform}
+#define SC_RECIPE(name)                                                                                                \
+  { #name, name##_kinds, SC_COUNT(name##_kinds), name##_make, name##_camera, name##_deform }
 static const sc_recipe sc_recipes[] = {SC_RECIPE(poolhall), SC_RECIPE(conference), SC_RECIPE(rtrt)};
 
 SCENE_DEF const char *const *scene_names(void) { /* in the order of sc_recipes */
@@ -870,8 +892,7 @@ SCENE_DEF pktrt_status scene_pose(pktrt_scene *to, const scene *s, double time, 
     if (m->deforms && !room) return PKTRT_OUT_OF_MEMORY;
     for (k = 0; status == PKTRT_OK && k < keys && room; k++) {
       status = pktrt_set_positions(to, (uint32_t)i, k, room + n * k);
-      if (status == PKTRT_OK && m->normals)
-        status = pktrt_set_normals(to, (uint32_t)i, k, room + n * (keys + k));
+      if (status == PKTRT_OK && m->normals) status = pktrt_set_normals(to, (uint32_t)i, k, room + n * (keys + k));
     }
     free(room);
   }

@@ -87,8 +87,17 @@ static bool parse_output(const char *text, const char **output) {
 }
 
 enum option_name {
-  OPT_SCENE = 256, OPT_MODE, OPT_SIZE, OPT_SPP, OPT_PASSES, OPT_TARGET_ERROR, OPT_ADAPTIVE, OPT_SAMPLER, OPT_PATH,
-  OPT_PACKET, OPT_THREADS
+  OPT_SCENE = 256,
+  OPT_MODE,
+  OPT_SIZE,
+  OPT_SPP,
+  OPT_PASSES,
+  OPT_TARGET_ERROR,
+  OPT_ADAPTIVE,
+  OPT_SAMPLER,
+  OPT_PATH,
+  OPT_PACKET,
+  OPT_THREADS
 };
 
 static bool parse_option(options *o, int option, const char *text) {
@@ -111,14 +120,19 @@ static bool parse_option(options *o, int option, const char *text) {
 }
 
 static bool parse_options(options *o, int argc, char **argv) {
-  static const struct option list[] = {
-      {"scene", required_argument, NULL, OPT_SCENE},     {"mode", required_argument, NULL, OPT_MODE},
-      {"size", required_argument, NULL, OPT_SIZE},       {"spp", required_argument, NULL, OPT_SPP},
-      {"passes", required_argument, NULL, OPT_PASSES},   {"target-error", required_argument, NULL, OPT_TARGET_ERROR},
-      {"adaptive", no_argument, NULL, OPT_ADAPTIVE},     {"sampler", required_argument, NULL, OPT_SAMPLER},
-      {"path", required_argument, NULL, OPT_PATH},       {"packet", required_argument, NULL, OPT_PACKET},
-      {"threads", required_argument, NULL, OPT_THREADS}, {"help", no_argument, NULL, 'h'},
-      {NULL, 0, NULL, 0}};
+  static const struct option list[] = {{"scene", required_argument, NULL, OPT_SCENE},
+                                       {"mode", required_argument, NULL, OPT_MODE},
+                                       {"size", required_argument, NULL, OPT_SIZE},
+                                       {"spp", required_argument, NULL, OPT_SPP},
+                                       {"passes", required_argument, NULL, OPT_PASSES},
+                                       {"target-error", required_argument, NULL, OPT_TARGET_ERROR},
+                                       {"adaptive", no_argument, NULL, OPT_ADAPTIVE},
+                                       {"sampler", required_argument, NULL, OPT_SAMPLER},
+                                       {"path", required_argument, NULL, OPT_PATH},
+                                       {"packet", required_argument, NULL, OPT_PACKET},
+                                       {"threads", required_argument, NULL, OPT_THREADS},
+                                       {"help", no_argument, NULL, 'h'},
+                                       {NULL, 0, NULL, 0}};
   memset(o, 0, sizeof *o);
   o->scene = "rtrt", o->output = "view.png";
   o->width = 640, o->height = 480, o->samples = 2, o->passes = 128;
@@ -146,24 +160,24 @@ typedef struct viewer {
 
   ex_threads threads;
   scene built_in;
-  pktrt_scene *world;                /* in the pose of posed_time and posed_shutter */
+  pktrt_scene *world; /* in the pose of posed_time and posed_shutter */
   double posed_time, posed_shutter;
-  double ticked;                     /* when the animation was advanced last */
+  double ticked; /* when the animation was advanced last */
 
   SDL_Window *window;
   SDL_Renderer *renderer;
   SDL_Texture *texture;
   SDL_threadID main_thread;
-  SDL_atomic_t stop;                 /* the render shall end: set by the main thread, read by all */
-  unsigned width, height;            /* of texture and buffers */
+  SDL_atomic_t stop;      /* the render shall end: set by the main thread, read by all */
+  unsigned width, height; /* of texture and buffers */
   float *pixels;
-  unsigned char *codes;              /* what is shown, sRGB, shown_width x shown_height */
+  unsigned char *codes; /* what is shown, sRGB, shown_width x shown_height */
   unsigned shown_width, shown_height;
 
-  double preview_pixels;             /* how many a preview may have */
-  bool refining, done;               /* what is shown is made of passes; and no more will come */
-  pktrt_report report;               /* of them */
-  double shown_at, frame_seconds;    /* when a picture was shown last, and the mean time from one to the next */
+  double preview_pixels;          /* how many a preview may have */
+  bool refining, done;            /* what is shown is made of passes; and no more will come */
+  pktrt_report report;            /* of them */
+  double shown_at, frame_seconds; /* when a picture was shown last, and the mean time from one to the next */
   double titled_at;
 } viewer;
 
@@ -224,8 +238,8 @@ static bool fit_window(viewer *v) {
   free(v->pixels);
   free(v->codes);
   v->shown_width = v->shown_height = 0;
-  v->texture = SDL_CreateTexture(v->renderer, SDL_PIXELFORMAT_RGB24, SDL_TEXTUREACCESS_STREAMING, (int)v->width,
-                                 (int)v->height);
+  v->texture =
+      SDL_CreateTexture(v->renderer, SDL_PIXELFORMAT_RGB24, SDL_TEXTUREACCESS_STREAMING, (int)v->width, (int)v->height);
   v->pixels = (float *)calloc(n, sizeof(float));
   v->codes = (unsigned char *)malloc(n);
   v->resized = false;
@@ -536,8 +550,7 @@ int main(int argc, char **argv) {
   static viewer v; /* static: zeroed */
   if (!parse_options(&v.given, argc, argv)) return 1;
   v.threads.count = v.given.threads;
-  if (!scene_make(v.given.scene, &v.built_in))
-    return ex_fail("%s: not enough memory for the scene", v.given.scene), 1;
+  if (!scene_make(v.given.scene, &v.built_in)) return ex_fail("%s: not enough memory for the scene", v.given.scene), 1;
   v.first = v.given.first;
   v.first.camera = v.built_in.camera;
   v.now = v.first;

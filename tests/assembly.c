@@ -192,8 +192,8 @@ static void all_octants(void) {
       memset(&log, 0, sizeof log);
       stage_render(s, &d);
       log_line(&log, line, sizeof line);
-      CHECK(log.rays == 16 && log.packets == (octants ? 8 : 1), "path %d: %u rays in %u packets: %s", path,
-            log.rays, log.packets, line);
+      CHECK(log.rays == 16 && log.packets == (octants ? 8 : 1), "path %d: %u rays in %u packets: %s", path, log.rays,
+            log.packets, line);
     }
   }
   pktrt_scene_destroy(s);

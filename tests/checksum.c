@@ -86,8 +86,8 @@ static uint64_t sum_of_answers(const pktrt_hit *hit, const bool *blocked) {
 
 /* The answers to all rays, which must be the same in all ways. */
 static uint64_t ask(const pktrt_scene *s) {
-  static const char *const name[] = {"_n", "fast path", "paper path", "paper path, packets of 5", "single path", "_soa",
-                                     "_soa, paper path"};
+  static const char *const name[] = {"_n",          "fast path", "paper path",      "paper path, packets of 5",
+                                     "single path", "_soa",      "_soa, paper path"};
   ask_single(s);
   const uint64_t want = sum_of_answers(all.want, all.blocked);
   for (int way = 0; way < 7; way++) {
@@ -287,11 +287,13 @@ static uint64_t part_passes(pktrt_isa isa) {
 static const struct {
   const char *name;
   uint64_t (*of)(pktrt_isa);
+  /* clang-format off */
 } parts[] = {
     {"queries", part_rest}, {"motion", part_motion}, {"deformation", part_deformation}, {"leaving", part_leaving},
     {"samples", part_samples}, {"rcs", part_rcs}, {"wrt", part_wrt}, {"wrt, glass", part_wrt_glass}, {"drt", part_drt},
     {"drt, lights", part_drt_lights}, {"drt, glass", part_drt_glass}, {"drt, samplers", part_samplers},
     {"drt, passes", part_passes}};
+/* clang-format on */
 
 static void print_sum(const char *name, uint64_t state) {
   printf("%-14s %08lx%08lx\n", name, (unsigned long)(state >> 32), (unsigned long)(state & 0xFFFFFFFFu));

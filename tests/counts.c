@@ -51,7 +51,8 @@ static void counts_of_misses(void) {
           const bool paper = path == PKTRT_PATH_PAPER;
           const uint64_t nodes = all[paper].nodes, boxes = all[paper].boxes, triangles = all[paper].triangles;
           const char *isa = pktrt_isa_string(isas[k]), *what = moves ? "moving" : "at rest";
-          CHECK(c->rays == n && c->hits == 0, "%s, %s, path %d: %llu rays", isa, what, path, (unsigned long long)c->rays);
+          CHECK(c->rays == n && c->hits == 0, "%s, %s, path %d: %llu rays", isa, what, path,
+                (unsigned long long)c->rays);
           CHECK(c->box_tests == boxes && c->triangle_tests == triangles,
                 "%s, %s, path %d, any %d: %llu boxes, not %llu; %llu triangles, not %llu", isa, what, path, any,
                 (unsigned long long)c->box_tests, (unsigned long long)boxes, (unsigned long long)c->triangle_tests,
@@ -63,12 +64,14 @@ static void counts_of_misses(void) {
                   (unsigned long long)c->node_visits, (unsigned long long)nodes);
           CHECK(c->vector_box_tests == (paper ? boxes : 0) && c->vector_triangle_tests == (paper ? triangles : 0),
                 "%s, path %d: vectors", isa, path);
-          CHECK(c->first_hits + c->later_hits + c->ray_culls + c->interval_culls + c->frustum_culls == (paper ? boxes : 0),
+          CHECK(c->first_hits + c->later_hits + c->ray_culls + c->interval_culls + c->frustum_culls ==
+                    (paper ? boxes : 0),
                 "%s, path %d: culls", isa, path);
         }
       }
-      say("%s, %s: %.1f nodes, %.1f boxes, %.1f triangles a ray", pktrt_isa_string(isas[k]), moves ? "moving" : "at rest",
-          (double)all[0].nodes / n, (double)all[0].boxes / n, (double)all[0].triangles / n);
+      say("%s, %s: %.1f nodes, %.1f boxes, %.1f triangles a ray", pktrt_isa_string(isas[k]),
+          moves ? "moving" : "at rest", (double)all[0].nodes / n, (double)all[0].boxes / n,
+          (double)all[0].triangles / n);
       pktrt_scene_destroy(s);
     }
     world_free(&w);
@@ -100,9 +103,9 @@ static void counts_of_packets(void) {
         pktrt_query_desc q;
         const uint32_t children = 1 + between + beside;
         for (uint32_t i = 0; i < children; i++) { /* the first one is far behind, so that no node is saved */
-          mesh m = i == 0 ? cluster(0.5f, 0.5f, 0.02f)
-                          : i <= between ? cluster(0.5f + 2 * (float)i, 0.5f, 0.02f)
-                                         : cluster(1000.0f * (float)i, 3000, 1);
+          mesh m = i == 0         ? cluster(0.5f, 0.5f, 0.02f)
+                   : i <= between ? cluster(0.5f + 2 * (float)i, 0.5f, 0.02f)
+                                  : cluster(1000.0f * (float)i, 3000, 1);
           CHECK(mesh_add(s, &m, NULL) == PKTRT_OK);
           mesh_free(&m);
         }
@@ -121,8 +124,9 @@ static void counts_of_packets(void) {
         const uint32_t tested = 1 + between + (planes ? 0 : beside);
         CHECK(c->frustum_culls == (planes ? beside : 0), "%s: %llu of %u beside are culled", isa,
               (unsigned long long)c->frustum_culls, beside);
-        CHECK(c->ray_culls == (planes ? tested : 0) && c->box_tests == 64 * tested, "%s: %llu of %u are missed, %llu boxes",
-              isa, (unsigned long long)c->ray_culls, tested, (unsigned long long)c->box_tests);
+        CHECK(c->ray_culls == (planes ? tested : 0) && c->box_tests == 64 * tested,
+              "%s: %llu of %u are missed, %llu boxes", isa, (unsigned long long)c->ray_culls, tested,
+              (unsigned long long)c->box_tests);
         CHECK(c->triangle_tests == 0 && c->fallbacks == 0 && c->triangle_culls == 0, "%s: no leaf is reached", isa);
         pktrt_scene_destroy(s);
       }

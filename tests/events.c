@@ -41,7 +41,8 @@ static bool nearer(const pktrt_hit *a, const pktrt_hit *b) { /* than nothing, to
 }
 
 /* Whether a ray hits the triangle in a lane, as the reference has it. */
-static bool hits_lane(const told *p, uint32_t group, uint32_t block, uint32_t lane, const pktrt_ray *ray, pktrt_hit *hit) {
+static bool hits_lane(const told *p, uint32_t group, uint32_t block, uint32_t lane, const pktrt_ray *ray,
+                      pktrt_hit *hit) {
   float corner[9];
   uint32_t index[3] = {0, 1, 2}, mesh_index, triangle;
   world one = world_none();
@@ -54,10 +55,10 @@ static bool hits_lane(const told *p, uint32_t group, uint32_t block, uint32_t la
   return true;
 }
 
-typedef struct heard { /* of one ray */
-  uint32_t hits;            /* told */
-  pktrt_hit best, before;   /* told last; before the leaf at hand */
-  uint32_t group, lanes;    /* of the leaf at hand; its lanes that were told */
+typedef struct heard {    /* of one ray */
+  uint32_t hits;          /* told */
+  pktrt_hit best, before; /* told last; before the leaf at hand */
+  uint32_t group, lanes;  /* of the leaf at hand; its lanes that were told */
 } heard;
 
 /* In a leaf where a ray has hit something it has met all triangles: those told are all that, from lane to lane, are nearer. */
@@ -117,7 +118,9 @@ static size_t faults_of_hits(const told *p, size_t *told_hits) {
 static bool is_verdict(const pktrt_event *e) {
   return (e->kind >= PKTRT_EVENT_FIRST_HIT && e->kind <= PKTRT_EVENT_ALL_MISS) || e->kind == PKTRT_EVENT_NONE_LEFT;
 }
-static bool enters(const pktrt_event *e) { return e->kind == PKTRT_EVENT_FIRST_HIT || e->kind == PKTRT_EVENT_LATER_HIT; }
+static bool enters(const pktrt_event *e) {
+  return e->kind == PKTRT_EVENT_FIRST_HIT || e->kind == PKTRT_EVENT_LATER_HIT;
+}
 
 /* Nodes opened since the walk began, whose children did not each have one verdict. */
 static size_t close_walk(const told *p, bool *open, uint8_t *seen) {
@@ -156,7 +159,8 @@ static size_t faults_of_counts(const told *p, uint64_t children) {
          (c->later_hits != n[PKTRT_EVENT_LATER_HIT]) + (c->interval_culls != n[PKTRT_EVENT_INTERVAL_CULL]) +
          (c->frustum_culls != n[PKTRT_EVENT_FRUSTUM_CULL]) + (c->ray_culls != n[PKTRT_EVENT_ALL_MISS]) +
          (!p->any_hit && n[PKTRT_EVENT_NONE_LEFT]) +
-         (c->first_hits + c->later_hits + c->interval_culls + c->frustum_culls + c->ray_culls + n[PKTRT_EVENT_NONE_LEFT] !=
+         (c->first_hits + c->later_hits + c->interval_culls + c->frustum_culls + c->ray_culls +
+              n[PKTRT_EVENT_NONE_LEFT] !=
           children);
 }
 
@@ -224,11 +228,12 @@ static void told_of_world(int kind, bool of_children) {
     pktrt_scene_destroy(s);
   }
   CHECK(faults == 0, "%s: %zu faults", world_names[kind], faults);
-  CHECK(at_odds[2] > 2 * at_odds[0] && (of_children ? children : hits) > 0, "%s: nothing was looked at", world_names[kind]);
+  CHECK(at_odds[2] > 2 * at_odds[0] && (of_children ? children : hits) > 0, "%s: nothing was looked at",
+        world_names[kind]);
   if (of_children) say("%s: %llu children, a verdict each", world_names[kind], (unsigned long long)children);
   else
-    say("%s: %zu hits told; rays that hit, in groups of eight whose main axes differ: %zu of a camera, %zu others", world_names[kind],
-        hits, at_odds[0], at_odds[1] + at_odds[2]);
+    say("%s: %zu hits told; rays that hit, in groups of eight whose main axes differ: %zu of a camera, %zu others",
+        world_names[kind], hits, at_odds[0], at_odds[1] + at_odds[2]);
   world_free(&w);
 }
 
@@ -250,7 +255,8 @@ static void each_nearer_hit(void) {
     w.m[0].p[3 * i] = i % 3 == 1 ? 9.0f : -3.0f, w.m[0].p[3 * i + 1] = i % 3 == 2 ? 9.0f : -3.0f;
     w.m[0].p[3 * i + 2] = -(float)(1 + i / 3), w.m[0].i[i] = i;
   }
-  for (uint32_t i = 0; i < 64; i++) { /* eight from the front, eight from the back; of half of these, each second is flat */
+  for (uint32_t i = 0; i < 64;
+       i++) { /* eight from the front, eight from the back; of half of these, each second is flat */
     const float back = i / 8 % 2 ? 1.0f : -1.0f, flat = i % 2 && i % 32 < 16 ? 1.4f : 0.2f;
     const float x = flat * rng_unit(&g), y = flat * rng_range(&g, 0.8f, 1);
     ray[i] = ray_of(rng_sign(&g), rng_sign(&g), back < 0 ? 0.0f : -9.0f, x, y, back);
@@ -281,9 +287,7 @@ static void each_nearer_hit(void) {
 static void without(told *p, size_t i) {
   memmove(&p->event[i], &p->event[i + 1], (--p->events - i) * sizeof *p->event);
 }
-static void twice(told *p, size_t i) {
-  memmove(&p->event[i + 1], &p->event[i], (p->events++ - i) * sizeof *p->event);
-}
+static void twice(told *p, size_t i) { memmove(&p->event[i + 1], &p->event[i], (p->events++ - i) * sizeof *p->event); }
 
 static void faults_are_noticed(void) {
   world w = world_static(2);
@@ -306,7 +310,8 @@ static void faults_are_noticed(void) {
         else if (how == 1) twice(copy, i);
         else if (hit) copy->event[i].ray ^= 1;
         else copy->event[i].child ^= 1;
-        CHECK((hit ? faults_of_hits(copy, &n) : faults_of_children(copy, &children)) > 0, "event %zu, fault %d", i, how);
+        CHECK((hit ? faults_of_hits(copy, &n) : faults_of_children(copy, &children)) > 0, "event %zu, fault %d", i,
+              how);
       }
     }
   }
@@ -318,8 +323,10 @@ static void faults_are_noticed(void) {
 }
 
 void suite_events(void) {
-  run("the paper path tells each nearer hit once, the last one is the answer, and a ray that misses has none", hits_are_told);
+  run("the paper path tells each nearer hit once, the last one is the answer, and a ray that misses has none",
+      hits_are_told);
   run("each nearer hit of a leaf is told, also of rays whose main axes differ", each_nearer_hit);
-  run("each child of a node that a packet opens has one event, and the counts add up to them", children_are_accounted_for);
+  run("each child of a node that a packet opens has one event, and the counts add up to them",
+      children_are_accounted_for);
   run("hits and children that are told twice, wrongly or not at all are noticed", faults_are_noticed);
 }

@@ -36,7 +36,8 @@ static void shuffle(buffers *b, const pktrt_ray *rays, size_t n, rng *r) {
   for (size_t i = 0; i < n; i++) b->shuffled[i] = rays[b->order[i]];
 }
 
-static void soa(const pktrt_scene *s, const pktrt_query_desc *q, buffers *b, const pktrt_ray *rays, size_t n, bool part) {
+static void soa(const pktrt_scene *s, const pktrt_query_desc *q, buffers *b, const pktrt_ray *rays, size_t n,
+                bool part) {
   for (size_t i = 0; i < n; i++) {
     for (int k = 0; k < 3; k++) b->in[k][i] = rays[i].origin[k], b->in[3 + k][i] = rays[i].direction[k];
     b->in[6][i] = rays[i].tmin, b->in[7][i] = rays[i].tmax, b->in[8][i] = rays[i].time;
@@ -51,7 +52,8 @@ static void soa(const pktrt_scene *s, const pktrt_query_desc *q, buffers *b, con
     memset(&out, 0, sizeof out);
     if (!part || pass == 0) out.t = b->out[0], out.mesh = b->ids[0];
     if (!part || pass == 1) out.u = b->out[1], out.triangle = b->ids[1];
-    if (!part || pass == 2) out.v = b->out[2], out.normal[0] = b->out[3], out.normal[1] = b->out[4], out.normal[2] = b->out[5];
+    if (!part || pass == 2)
+      out.v = b->out[2], out.normal[0] = b->out[3], out.normal[1] = b->out[4], out.normal[2] = b->out[5];
     if (q) pktrt_intersect_soa_ex(s, q, &in, &out, n);
     else pktrt_intersect_soa(s, &in, &out, n);
   }
@@ -103,9 +105,7 @@ static void ask(const pktrt_scene *s, int variant, buffers *b, const pktrt_ray *
   case 3: soa(s, NULL, b, rays, n, false); break;
   case 9: soa(s, &q, b, rays, n, true); break;
   case 11: soa(s, &q, b, rays, n, true); break;
-  default:
-    pktrt_intersect_ex(s, &q, rays, b->got, n);
-    pktrt_occluded_ex(s, &q, rays, b->occluded, n);
+  default: pktrt_intersect_ex(s, &q, rays, b->got, n); pktrt_occluded_ex(s, &q, rays, b->occluded, n);
   }
   if (!mixed[variant]) return;
   memcpy(b->back, b->got, sizeof b->back);
@@ -152,8 +152,8 @@ static void run_job(void *arg, size_t index) {
             pktrt_isa_string(isas[k]), variant, same ? "occlusion differs" : "hit differs");
       CHECK(false, "  o %a %a %a  time %a (ray %zu)", (double)x->origin[0], (double)x->origin[1], (double)x->origin[2],
             (double)x->time, j->first + from + i);
-      CHECK(false, "  want %u %u t %a, got %u %u t %a", want->mesh, want->triangle, (double)want->t,
-            b->got[i].mesh, b->got[i].triangle, (double)b->got[i].t);
+      CHECK(false, "  want %u %u t %a, got %u %u t %a", want->mesh, want->triangle, (double)want->t, b->got[i].mesh,
+            b->got[i].triangle, (double)b->got[i].t);
       break;
     }
   }
@@ -180,8 +180,8 @@ static void identity(world w, ray_kind from, ray_kind to) {
     }
   }
   threads_for(2, count, run_job, &all);
-  say("%zu rays, %zu answers, %zu hits; %zu differ; control in another formula: %zu differ", all.rays, all.answers, all.hits,
-      all.wrong, all.differ_float);
+  say("%zu rays, %zu answers, %zu hits; %zu differ; control in another formula: %zu differ", all.rays, all.answers,
+      all.hits, all.wrong, all.differ_float);
   CHECK(all.wrong == 0);
   CHECK(all.hits > all.rays / 8 && all.hits < all.rays);
   CHECK(all.differ_float > 0);

@@ -322,7 +322,8 @@ static void pairs_that_look_away(void) {
   d.samples = 64;
   estimate e = stage_estimate(s, &d, 32);
   check_estimate("a tetrahedron", &e, albedo * 100 * all, albedo * 100 * (all - least), 0.02);
-  say("%.4f +- %.4f, not %.4f; the triangle seen least gives %.3f of it", e.mean[0], e.error[0], albedo * 100 * all, least / all);
+  say("%.4f +- %.4f, not %.4f; the triangle seen least gives %.3f of it", e.mean[0], e.error[0], albedo * 100 * all,
+      least / all);
   pktrt_scene_destroy(s);
   mesh_free(&m);
 }
@@ -587,7 +588,8 @@ static void edges_of_panes(void) {
     const float edge = place + (float)(0.5 * (double)aside) + off;
     const pktrt_scene_desc desc = scene_desc_of(isas[i % (uint32_t)isa_count], 0);
     pktrt_scene *s = pktrt_scene_create(&desc);
-    pktrt_material diffuse = material_of(albedo, PKTRT_SPECULAR_NONE, 0), glass = material_of(0, PKTRT_SPECULAR_DIELECTRIC, 0);
+    pktrt_material diffuse = material_of(albedo, PKTRT_SPECULAR_NONE, 0),
+                   glass = material_of(0, PKTRT_SPECULAR_DIELECTRIC, 0);
     pktrt_light l = light_of(PKTRT_LIGHT_POINT, 4 * PI);
     float floor[12] = {-1, 0, -1, -1, 0, 1, 1, 0, 1, 1, 0, -1};
     float pane[12] = {-1.5f, 1, -1.5f, -1.5f, 1, 1.5f, 1.5f, 1, 1.5f, 1.5f, 1, -1.5f};
@@ -612,8 +614,8 @@ static void edges_of_panes(void) {
     const bool hidden = got[1][0] <= 0;
     const double want = albedo * (hidden ? 0.96 : 1);
     passed += hidden, missed += !hidden;
-    CHECK(fabs((double)got[0][0] / want - 1) < 2e-3, "%s, case %u: %g, not %g", pktrt_isa_string(desc.isa), i, (double)got[0][0],
-          want);
+    CHECK(fabs((double)got[0][0] / want - 1) < 2e-3, "%s, case %u: %g, not %g", pktrt_isa_string(desc.isa), i,
+          (double)got[0][0], want);
     pktrt_scene_destroy(s);
     mesh_free(&m);
   }
@@ -784,7 +786,8 @@ static void unseen(void) {
 
 /* A triangle that is flat at both keys, with area between: the same motion with a third key half-way gives the same light. */
 static void lamps_between_keys(void) {
-  static const float keys[3][9] = {{0, 2, 0, 0, 2, 0, 0, 2, 2}, {0, 2, 0, 1, 2, 0, 0, 2, 1}, {0, 2, 0, 2, 2, 0, 0, 2, 0}};
+  static const float keys[3][9] = {
+      {0, 2, 0, 0, 2, 0, 0, 2, 2}, {0, 2, 0, 1, 2, 0, 0, 2, 1}, {0, 2, 0, 2, 2, 0, 0, 2, 0}};
   estimate e[3];
   for (int k = 0; k < 3; k++) { /* 2: the control, flat throughout */
     float p[27];
@@ -795,7 +798,8 @@ static void lamps_between_keys(void) {
     pktrt_mesh_desc d;
     pktrt_light l = light_of(PKTRT_LIGHT_MESH, 1);
     memset(&d, 0, sizeof d);
-    d.positions = p, d.vertex_count = 3, d.triangle_count = 1, d.key_count = k == 1 ? 3 : 2, d.material = stage_material(s, &lamp);
+    d.positions = p, d.vertex_count = 3, d.triangle_count = 1, d.key_count = k == 1 ? 3 : 2,
+    d.material = stage_material(s, &lamp);
     CHECK(pktrt_add_mesh(s, &d, &l.mesh) == PKTRT_OK, "%s", pktrt_last_error(s));
     stage_light(s, &l);
     stage_commit(s);
@@ -805,7 +809,8 @@ static void lamps_between_keys(void) {
     pktrt_scene_destroy(s);
   }
   say("%.4f with two keys, %.4f with three, %.4f of nothing", e[0].mean[0], e[1].mean[0], e[2].mean[0]);
-  CHECK(fabs(e[0].mean[0] - e[1].mean[0]) < 4 * (e[0].error[0] + e[1].error[0]), "%g, not %g", e[0].mean[0], e[1].mean[0]);
+  CHECK(fabs(e[0].mean[0] - e[1].mean[0]) < 4 * (e[0].error[0] + e[1].error[0]), "%g, not %g", e[0].mean[0],
+        e[1].mean[0]);
   CHECK(e[0].mean[0] > 0.05 && e[2].mean[0] <= 0, "the controls");
 }
 
@@ -833,7 +838,8 @@ static void lamps_with_strays(void) {
       value[with] = (double)got[0];
       pktrt_scene_destroy(s);
     }
-    CHECK(value[0] <= 0 && value[1] <= 0, "mode %d: light through a roof: %g, with a stray vertex %g", mode, value[0], value[1]);
+    CHECK(value[0] <= 0 && value[1] <= 0, "mode %d: light through a roof: %g, with a stray vertex %g", mode, value[0],
+          value[1]);
   }
 }
 

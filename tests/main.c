@@ -164,7 +164,8 @@ void threads_for(int workers, size_t n, void (*body)(void *arg, size_t i), void 
   pool w = {PTHREAD_MUTEX_INITIALIZER, 0, n, body, arg};
   pthread_t thread[16];
   int started = 0;
-  while (started < workers - 1 && started < 15 && pthread_create(&thread[started], NULL, pool_worker, &w) == 0) started++;
+  while (started < workers - 1 && started < 15 && pthread_create(&thread[started], NULL, pool_worker, &w) == 0)
+    started++;
   pool_worker(&w);
   while (started > 0) pthread_join(thread[--started], NULL);
 }

@@ -27,7 +27,9 @@ static const stack_case cases[] = {
     {"two boxes in a box", {{-4, 4, 0.25}, {1, 3, 0.5}, {-3, -1, 0}}, 6, -6, 2},
     {"six boxes in each other",
      {{-6, 6, 0.1}, {-5, 5, 0.2}, {-4, 4, 0.3}, {-3, 3, 0.05}, {-2, 2, 0.15}, {-1, 1, 0.25}},
-     8, -8, 2.1},
+     8,
+     -8,
+     2.1},
     {"boxes that touch", {{0, 3, 0.5}, {-3, 0, 0.25}}, 6, -6, 2.25},
     {"the camera in the first of two that touch", {{0, 3, 0.5}, {-3, 0, 0.25}}, 1, -6, 1.25},
     {"the camera in the second of two that touch", {{0, 3, 0.5}, {-3, 0, 0.25}}, -1, -6, 0.5},
@@ -131,7 +133,8 @@ static void glass_in_glass(void) {
       }
     }
   }
-  say("light through %zu stacks of glass off by at most %.2g; without absorption by %.2g", COUNT(cases), worst, control);
+  say("light through %zu stacks of glass off by at most %.2g; without absorption by %.2g", COUNT(cases), worst,
+      control);
   CHECK(control > 0.9);
 }
 
@@ -151,7 +154,9 @@ static void shadows_in_glass(void) {
           add_plate(s, &u[i], c->plate, false), stage_light(s, &l);
           stage_commit(s);
           pktrt_render_desc d = straight(&u[i], PKTRT_MODE_WRT, got[with], c->plate + (double)at, c->plate);
-          d.assembly = settings == 1 ? PKTRT_ASSEMBLY_BLIND : settings == 2 ? PKTRT_ASSEMBLY_NONE : PKTRT_ASSEMBLY_RAY_TYPES;
+          d.assembly = settings == 1   ? PKTRT_ASSEMBLY_BLIND
+                       : settings == 2 ? PKTRT_ASSEMBLY_NONE
+                                       : PKTRT_ASSEMBLY_RAY_TYPES;
           d.path = settings == 3 ? PKTRT_PATH_PAPER : PKTRT_PATH_FAST;
           stage_render(s, &d);
           pktrt_scene_destroy(s);
@@ -163,8 +168,8 @@ static void shadows_in_glass(void) {
           /* From there glasses that overlap are entered the other way round. */
           double depth = (strstr(c->name, "overlap") ? 2.5 : k && strstr(cases[k - 1].name, "overlap") ? 2 : c->depth);
           double want = exp(-(depth + near * (double)at) * (a + 1) / 2), is = (double)got[1][a] / (double)got[0][a];
-          CHECK(got[0][a] > 0 && fabs(is / want - 1) < 2e-4, "%s, set-up %d, settings %d, channel %d: %g, not %g", c->name,
-                i, settings, a, is, want);
+          CHECK(got[0][a] > 0 && fabs(is / want - 1) < 2e-4, "%s, set-up %d, settings %d, channel %d: %g, not %g",
+                c->name, i, settings, a, is, want);
           worst = fmax(worst, fabs(is / want - 1));
         }
       }
@@ -201,7 +206,9 @@ static void reflected_in_glass(void) {
     const char *name;
     double ior, inner_ior; /* 0: no box within */
     double eye, at, lamp;  /* z of the camera, of what reflects, of the lamp behind the camera */
-  } seen[] = {{"a mirror", 1, 0, 1, -1, 2}, {"the surface from inside", 1.5, 0, 1, 3, -2}, {"glass in glass", 1, 1.5, 2, 1, 2.5},
+  } seen[] = {{"a mirror", 1, 0, 1, -1, 2},
+              {"the surface from inside", 1.5, 0, 1, 3, -2},
+              {"glass in glass", 1, 1.5, 2, 1, 2.5},
               {"a sheet", 1.5, 0, -1, 0, -2}};
   static const slab outer = {-3, 3, 0.5}, inner = {-1, 1, 0.25};
   for (size_t k = 0; k < COUNT(seen); k++) {
@@ -213,13 +220,15 @@ static void reflected_in_glass(void) {
         pktrt_material glass = material_of(0, PKTRT_SPECULAR_DIELECTRIC, 0);
         mesh m = k == 3 ? mesh_of(0, 0) : slab_mesh(i ? &inner : &outer, place);
         glass.ior[0] = (float)(i ? seen[k].inner_ior : seen[k].ior);
-        for (int a = 0; a < 3; a++) glass.absorption[a] = (float)(i ? inner.absorption : outer.absorption) * (float)(a + 1) / 2;
+        for (int a = 0; a < 3; a++)
+          glass.absorption[a] = (float)(i ? inner.absorption : outer.absorption) * (float)(a + 1) / 2;
         stage_mesh(s, &m, stage_material(s, &glass));
         mesh_free(&m);
       }
       const pktrt_material mirror = material_of(0, PKTRT_SPECULAR_MIRROR, 1);
       const vec o = turned(place, 0, 0, seen[k].at);
-      const quad q = quad_of(o, vec_sub(turned(place, 7, 0, seen[k].at), o), vec_sub(turned(place, 0, 7, seen[k].at), o));
+      const quad q =
+          quad_of(o, vec_sub(turned(place, 7, 0, seen[k].at), o), vec_sub(turned(place, 0, 7, seen[k].at), o));
       if (k == 0) stage_quad(s, &q, stage_material(s, &mirror));
       if (k == 3) stage_quad(s, &q, 1);
       add_plate(s, &u, seen[k].lamp, true);

@@ -19,8 +19,8 @@ typedef struct fixture {
   world first, second, moved; /* second: what is added; moved: first, deformed */
   answers before;
   pktrt_scene *s;
-  uint64_t failed, wrong;     /* allocations made to fail, and what was not as it should be then */
-  uint64_t passed, changed;   /* the control: operations that passed, and those after which answers were others */
+  uint64_t failed, wrong;   /* allocations made to fail, and what was not as it should be then */
+  uint64_t passed, changed; /* the control: operations that passed, and those after which answers were others */
 } fixture;
 
 /* The largest tree has several tasks, and with `scrambled` the old tree is bad for the new positions. */
@@ -55,7 +55,8 @@ static pktrt_status op_positions(fixture *f) {
   pktrt_status s = PKTRT_OK;
   for (uint32_t i = 0; i < 4 && s == PKTRT_OK; i++) {
     const mesh *m = &f->moved.m[i];
-    for (uint32_t k = 0; k < m->keys && s == PKTRT_OK; k++) s = pktrt_set_positions(f->s, i, k, m->p + (size_t)k * m->nv * 3);
+    for (uint32_t k = 0; k < m->keys && s == PKTRT_OK; k++)
+      s = pktrt_set_positions(f->s, i, k, m->p + (size_t)k * m->nv * 3);
   }
   return s;
 }
@@ -132,7 +133,8 @@ static void fail_to_create(int workers) {
 
 /* Ends a fixture: the figures of its failures, and of what is left when the scene is gone. */
 static void report(fixture *f, const char *name) {
-  static const char wrong[] = "failed allocations that change or hide", leaks[] = "blocks left after failed allocations";
+  static const char wrong[] = "failed allocations that change or hide",
+                    leaks[] = "blocks left after failed allocations";
   const size_t blocks = hooks.live_blocks;
   tear_down(f);
   count_figure("tree", name, PKTRT_ISA_AUTO, f->failed, wrong, f->wrong);
@@ -153,7 +155,8 @@ static void each_allocation(int workers) {
     CHECK(pktrt_mark_changed(f.s) == PKTRT_OK);
     size_t again = fail_each(&f, "commit again", op_commit, false), render = fail_each(&f, "render", op_render, false);
     say("failed in turn: add %zu, commit %zu, light %zu, material %zu, positions %zu, normals %zu, refit %zu, "
-        "commit %zu, render %zu", add, commit, light, material, set, normals, refit, again, render);
+        "commit %zu, render %zu",
+        add, commit, light, material, set, normals, refit, again, render);
     CHECK(add > 0 && commit > 0 && light > 0 && material > 0 && set > 0 && normals > 0 && again > 0 && render > 0,
           "the control: they do allocate");
     CHECK(refit == 0, "a refit without rebuild allocates nothing");

@@ -4,8 +4,8 @@
 #include "test.h"
 
 typedef struct mesh {
-  float *p;         /* keys * nv * 3 */
-  uint32_t *i;      /* nt * 3 */
+  float *p;    /* keys * nv * 3 */
+  uint32_t *i; /* nt * 3 */
   uint32_t nv, nt, keys;
 } mesh;
 
@@ -16,17 +16,18 @@ typedef struct world {
   struct ref_tree *tree; /* of ref_plant(); NULL: references look at every triangle */
 } world;
 
-mesh mesh_of(uint32_t nv, uint32_t nt);              /* zeroed, one key */
+mesh mesh_of(uint32_t nv, uint32_t nt); /* zeroed, one key */
 void mesh_free(mesh *);
-mesh mesh_sphere(int level, float bump, uint64_t seed);  /* closed, 8 * 4^level triangles, radius 1 (+- bump) */
-mesh mesh_grid(uint32_t n, float half);              /* y = 0, 2 n n triangles facing +y */
-mesh mesh_box(void);                                 /* [-1,1]^3, 12 triangles facing out */
-mesh mesh_soup(uint32_t nt, float size, uint64_t seed);  /* random triangles, centres in [-1,1]^3 */
-mesh mesh_thin(uint32_t nt, uint64_t seed);          /* needles and slivers */
-mesh mesh_copies(const mesh *, uint32_t copies);     /* the same triangles several times: ties */
-void mesh_place(mesh *, const float scale[3], const float offset[3]);  /* all keys */
-void mesh_move(mesh *, uint32_t keys, float turn, float jitter, uint64_t seed); /* adds keys: turned about y, jittered */
-mesh mesh_fan(uint32_t blades, uint64_t seed);       /* around a hub, vertex 0, nearly facing z */
+mesh mesh_sphere(int level, float bump, uint64_t seed); /* closed, 8 * 4^level triangles, radius 1 (+- bump) */
+mesh mesh_grid(uint32_t n, float half);                 /* y = 0, 2 n n triangles facing +y */
+mesh mesh_box(void);                                    /* [-1,1]^3, 12 triangles facing out */
+mesh mesh_soup(uint32_t nt, float size, uint64_t seed); /* random triangles, centres in [-1,1]^3 */
+mesh mesh_thin(uint32_t nt, uint64_t seed);             /* needles and slivers */
+mesh mesh_copies(const mesh *, uint32_t copies);        /* the same triangles several times: ties */
+void mesh_place(mesh *, const float scale[3], const float offset[3]); /* all keys */
+void mesh_move(mesh *, uint32_t keys, float turn, float jitter,
+               uint64_t seed);                 /* adds keys: turned about y, jittered */
+mesh mesh_fan(uint32_t blades, uint64_t seed); /* around a hub, vertex 0, nearly facing z */
 
 static inline void mesh_scale(mesh *m, float s) { mesh_place(m, (float[3]){s, s, s}, (float[3]){0, 0, 0}); }
 static inline void mesh_shift(mesh *m, float x, float y, float z) {
@@ -36,16 +37,24 @@ pktrt_mesh_desc mesh_desc(const mesh *);
 pktrt_status mesh_add(pktrt_scene *, const mesh *, uint32_t *index);
 
 world world_none(void);
-world world_of(mesh);  /* of one mesh, which it takes */
+world world_of(mesh); /* of one mesh, which it takes */
 void world_free(world *);
 void world_place(world *, float scale, float x, float y, float z);
 pktrt_scene *world_scene(const world *, pktrt_isa, int workers); /* committed, checked */
-world world_static(int level);  /* bumpy sphere, floor, box, soup: 8 * 4^level triangles and 3000 more */
-world world_moving(int level);  /* the same with 2, 1, 5, 3 keys */
+world world_static(int level); /* bumpy sphere, floor, box, soup: 8 * 4^level triangles and 3000 more */
+world world_moving(int level); /* the same with 2, 1, 5, 3 keys */
 
 /* --- rays --- */
 typedef enum ray_kind {
-  RAYS_CAMERA, RAYS_BUNDLES, RAYS_RANDOM, RAYS_EDGE, RAYS_VERTEX, RAYS_AXIS, RAYS_SPAWNED, RAYS_INVALID, RAYS_KINDS
+  RAYS_CAMERA,
+  RAYS_BUNDLES,
+  RAYS_RANDOM,
+  RAYS_EDGE,
+  RAYS_VERTEX,
+  RAYS_AXIS,
+  RAYS_SPAWNED,
+  RAYS_INVALID,
+  RAYS_KINDS
 } ray_kind;
 extern const char *ray_kind_name[RAYS_KINDS];
 /* Rays number first .. first + n - 1 of a kind. The scene is for RAYS_SPAWNED: they start on its surface. */
@@ -77,8 +86,8 @@ bool plain_kensler_shirley(const pktrt_ray *, float corner[3][3], float *t, floa
 
 /* The ideal answer in double, with intervals for what float rounding may change. */
 typedef enum verdict {
-  VERDICT_RIGHT,   /* one answer is possible, and this is it */
-  VERDICT_BAND,    /* several are possible (an edge or another triangle's depth is too near), this is one of them */
+  VERDICT_RIGHT, /* one answer is possible, and this is it */
+  VERDICT_BAND,  /* several are possible (an edge or another triangle's depth is too near), this is one of them */
   VERDICT_WRONG
 } verdict;
 verdict ref_oracle(const world *, const pktrt_ray *, const pktrt_hit *, bool *ambiguous);

@@ -26,7 +26,9 @@ static pktrt_scene *heard_scene(heard *h) {
 
 static const quad wall = {{-1, -1, 0}, {{2, 0, 0}, {0, 2, 0}}};
 
-static pktrt_render_desc look(float *pixels) { return stage_view(PKTRT_MODE_RCS, 4, 4, pixels, vec_of(0.1, 0.2, 3), vec_of(0, 0, 0)); }
+static pktrt_render_desc look(float *pixels) {
+  return stage_view(PKTRT_MODE_RCS, 4, 4, pixels, vec_of(0.1, 0.2, 3), vec_of(0, 0, 0));
+}
 
 /* Nothing committed is no picture; an empty scene, and one that lost nothing, is. */
 static void uncommitted(void) {
@@ -102,7 +104,12 @@ static void warnings(void) {
       {.words = "PKTRT_MODE_RCS|dielectric", .light = true, .glass = true},
       {.words = "PKTRT_MODE_RCS|conductor", .light = true, .metal = true},
       {.words = "PKTRT_MODE_RCS|lens|shutter", .light = true, .lens = true, .shutter = true},
-      {.words = "PKTRT_MODE_WRT|lens", .mode = PKTRT_MODE_WRT, .light = true, .lens = true, .mirror = true, .gloss = true},
+      {.words = "PKTRT_MODE_WRT|lens",
+       .mode = PKTRT_MODE_WRT,
+       .light = true,
+       .lens = true,
+       .mirror = true,
+       .gloss = true},
       {.mode = PKTRT_MODE_WRT, .light = true, .glass = true},
       {.mode = PKTRT_MODE_DRT, .light = true, .lens = true, .shutter = true, .gloss = true},
       {.words = "mesh 0|changed|commit", .light = true, .moved = true},
@@ -164,7 +171,8 @@ static void camera_rays(void) {
     float *pixels = stage_pixels(SIDE * SIDE * 3), *depth = stage_pixels(SIDE * SIDE);
     world w = world_static(2);
     pktrt_scene *s = world_scene(&w, PKTRT_ISA_AUTO, 0);
-    pktrt_render_desc d = stage_view(drt ? PKTRT_MODE_DRT : PKTRT_MODE_WRT, SIDE, SIDE, pixels, vec_of(0, 0, 1), vec_of(0, 0, 0));
+    pktrt_render_desc d =
+        stage_view(drt ? PKTRT_MODE_DRT : PKTRT_MODE_WRT, SIDE, SIDE, pixels, vec_of(0, 0, 1), vec_of(0, 0, 0));
     d.camera = c, d.depth = depth, d.ambient[0] = 1, d.samples = 1;
     stage_render(s, &d);
     pktrt_sampling sampling = {PKTRT_SAMPLER_SOBOL, 1, 0};
@@ -180,8 +188,9 @@ static void camera_rays(void) {
         CHECK(pktrt_camera_ray(&c, SIDE, SIDE, x, y, lens ? u + 2 : NULL, time, &r), "it is a camera");
         CHECK(same_bits(&r.time, &time, sizeof time) && r.tmin == 0 && r.tmax == INFINITY);
         const bool hit = pktrt_intersect(s, &r, &h);
-        double length = sqrt((double)r.direction[0] * (double)r.direction[0] + (double)r.direction[1] * (double)r.direction[1] +
-                             (double)r.direction[2] * (double)r.direction[2]);
+        double length =
+            sqrt((double)r.direction[0] * (double)r.direction[0] + (double)r.direction[1] * (double)r.direction[1] +
+                 (double)r.direction[2] * (double)r.direction[2]);
         const float far = hit ? (float)((double)h.t * length) : INFINITY;
         if (off) others += far != depth[i];
         else hits += hit, same += far == depth[i];
@@ -226,7 +235,8 @@ static void cancelled_within_a_tile(void) {
     pktrt_render_desc d = stage_view(PKTRT_MODE_WRT, 1, 1, pixel, vec_of(0.3, 0.2, 3), vec_of(0, 0, 0));
     d.progress = five_times, d.user = &calls, d.path = (pktrt_path)path;
     pktrt_status status = pktrt_render(s, &d);
-    CHECK(status == PKTRT_CANCELLED && calls == 5, "path %d: status %d, asked %d times: %s", path, (int)status, calls, pktrt_last_error(s));
+    CHECK(status == PKTRT_CANCELLED && calls == 5, "path %d: status %d, asked %d times: %s", path, (int)status, calls,
+          pktrt_last_error(s));
     d.max_depth = 3, d.progress = NULL;
     CHECK(pktrt_render(s, &d) == PKTRT_OK, "and the scene goes on");
     pktrt_scene_destroy(s);

@@ -57,13 +57,13 @@ static pktrt_scene *room(pktrt_isa isa, int workers) {
   return s;
 }
 
-typedef struct watch { /* the user of all hooks */
-  uint32_t stop_after, rounds;      /* stop_after: the hook `pass` says no then; 0: never */
-  pktrt_report report[ROUNDS];      /* after each round */
+typedef struct watch {                 /* the user of all hooks */
+  uint32_t stop_after, rounds;         /* stop_after: the hook `pass` says no then; 0: never */
+  pktrt_report report[ROUNDS];         /* after each round */
   float *picture, (*kept)[PIXELS * 3]; /* where the picture is, and copies of it after each round, or NULL */
-  double now, step;                 /* a clock that goes on by a step whenever it is looked at */
-  float said, no_from;              /* what progress said last; it cancels from there on, if above 0 */
-  size_t calls, backwards;          /* of progress */
+  double now, step;                    /* a clock that goes on by a step whenever it is looked at */
+  float said, no_from;                 /* what progress said last; it cancels from there on, if above 0 */
+  size_t calls, backwards;             /* of progress */
 } watch;
 
 static bool watch_pass(void *user, const pktrt_report *r) {
@@ -270,8 +270,7 @@ static bool near(double a, double b, double off) {
 
 static size_t errors_off(const film *f, const formula *want) {
   size_t wrong = 0;
-  for (size_t i = 0; i < PIXELS; i++)
-    wrong += !near((double)f->pixel_error[i], want->pixel[i], 1e-6);
+  for (size_t i = 0; i < PIXELS; i++) wrong += !near((double)f->pixel_error[i], want->pixel[i], 1e-6);
   for (size_t b = 0; b < BLOCKS; b++) wrong += !near((double)f->block_error[b], want->block[b], 1e-6);
   wrong += !near(f->report.rmse, want->rmse, 1e-9);
   wrong += !near(f->report.relative_mse, want->relative, 1e-9);
@@ -433,10 +432,10 @@ static void stop_rules(void) {
   static const struct {
     uint32_t passes, error, clock, asked; /* rounds after which a rule says stop; 0: there is none */
     pktrt_stop stop;
-  } rules[] = {{3, 0, 0, 0, PKTRT_STOP_PASSES}, {0, 5, 0, 0, PKTRT_STOP_ERROR}, {0, 0, 4, 0, PKTRT_STOP_TIME},
-               {0, 0, 0, 3, PKTRT_STOP_ASKED},  {0, 0, 1, 0, PKTRT_STOP_TIME},  {0, 0, 0, 1, PKTRT_STOP_ASKED},
+  } rules[] = {{3, 0, 0, 0, PKTRT_STOP_PASSES}, {0, 5, 0, 0, PKTRT_STOP_ERROR},  {0, 0, 4, 0, PKTRT_STOP_TIME},
+               {0, 0, 0, 3, PKTRT_STOP_ASKED},  {0, 0, 1, 0, PKTRT_STOP_TIME},   {0, 0, 0, 1, PKTRT_STOP_ASKED},
                {6, 5, 7, 7, PKTRT_STOP_ERROR},  {5, 6, 7, 7, PKTRT_STOP_PASSES}, {7, 6, 5, 7, PKTRT_STOP_TIME},
-               {7, 7, 6, 5, PKTRT_STOP_ASKED},  {5, 5, 5, 5, PKTRT_STOP_ERROR}, {5, 0, 5, 5, PKTRT_STOP_PASSES},
+               {7, 7, 6, 5, PKTRT_STOP_ASKED},  {5, 5, 5, 5, PKTRT_STOP_ERROR},  {5, 0, 5, 5, PKTRT_STOP_PASSES},
                {0, 0, 5, 5, PKTRT_STOP_TIME}};
   for (size_t i = 0; i < COUNT(rules); i++) {
     uint32_t rounds = N;
@@ -505,7 +504,10 @@ static void progress_grows(void) {
     if (i / 2 == 2) d.time_budget = 7.25;
     stage_render(s, &d);
     say("%s, %s: %u rounds, the last progress %.3f", d.adaptive ? "adaptive" : "uniform",
-        i / 2 == 0 ? "passes" : i / 2 == 1 ? "target" : "time", f.report.rounds, (double)w.said);
+        i / 2 == 0   ? "passes"
+        : i / 2 == 1 ? "target"
+                     : "time",
+        f.report.rounds, (double)w.said);
     CHECK(w.backwards == 0 && w.calls == 9 * f.report.rounds, "%zu calls, %zu backwards", w.calls, w.backwards);
     CHECK(w.said > (i < 2 ? 0.9999f : 0.75f), "the last is %g", (double)w.said);
   }
@@ -566,7 +568,8 @@ static void budgets_kept(void) {
         CHECK(near(took, first, 1e-9) && f.report.rounds == 1, "budget %g: %g s", budget, took);
         continue;
       }
-      CHECK(took <= budget + (adaptive ? block : 1e-9), "%s, budget %g: %g s", adaptive ? "adaptive" : "uniform", budget, took);
+      CHECK(took <= budget + (adaptive ? block : 1e-9), "%s, budget %g: %g s", adaptive ? "adaptive" : "uniform",
+            budget, took);
       CHECK(adaptive ? 1.1 * took > budget - 1e-9 : took + pass > budget - 1e-9, "%s, budget %g: %g s",
             adaptive ? "adaptive" : "uniform", budget, took);
       most = fmax(most, took / budget), least = fmin(least, took / budget);
@@ -590,7 +593,8 @@ static double hand_clock(void *user) {
 
 /* Time is what the clock goes forward, round by round; set back, it counts as none, and says nothing of the rounds after. */
 static void clock_set_back(void) {
-  static const double shown[] = {1000, 1001, 1002, 2, 3.5, 3.5, -1e6, -1e6 + 4}, after[] = {1, 2, 2, 3.5, 3.5, 3.5, 7.5};
+  static const double shown[] = {1000, 1001, 1002, 2, 3.5, 3.5, -1e6, -1e6 + 4},
+                      after[] = {1, 2, 2, 3.5, 3.5, 3.5, 7.5};
   static film f;
   static hand h;
   pktrt_scene *s = stage_open();
@@ -603,11 +607,11 @@ static void clock_set_back(void) {
     if (rule) d.time_budget = rule == 1 ? 4.3 : 100;
     stage_render(s, &d);
     const uint32_t rounds = rule == 1 ? 4 : 7;
-    CHECK(h.w.rounds == rounds && f.report.stop == (rule == 1 ? PKTRT_STOP_TIME : PKTRT_STOP_PASSES), "rule %d: %u rounds", rule,
-          h.w.rounds);
+    CHECK(h.w.rounds == rounds && f.report.stop == (rule == 1 ? PKTRT_STOP_TIME : PKTRT_STOP_PASSES),
+          "rule %d: %u rounds", rule, h.w.rounds);
     for (uint32_t i = 0; i < h.w.rounds; i++)
-      CHECK(near(h.w.report[i].seconds, after[i], 1e-9), "rule %d: %g s after round %u, not %g", rule, h.w.report[i].seconds,
-            i + 1, after[i]);
+      CHECK(near(h.w.report[i].seconds, after[i], 1e-9), "rule %d: %g s after round %u, not %g", rule,
+            h.w.report[i].seconds, i + 1, after[i]);
   }
   pktrt_scene_destroy(s);
 }
@@ -657,8 +661,8 @@ static void passes_go_where_noise_is(void) {
     error[0] += distance2(uniform.pixels, truth.pixels), error[1] += distance2(adaptive.pixels, truth.pixels);
   }
   const double ratio = sqrt(error[1] / error[0]);
-  say("%d passes on average, at most %.3f: %u samples in the corner, %u afar, %.3f of the error of uniform passes", PASSES,
-      most_mean, adaptive.count[0], adaptive.count[PIXELS - 1], ratio);
+  say("%d passes on average, at most %.3f: %u samples in the corner, %u afar, %.3f of the error of uniform passes",
+      PASSES, most_mean, adaptive.count[0], adaptive.count[PIXELS - 1], ratio);
   CHECK(ratio < 0.75, "%g of the error", ratio);
   pktrt_scene_destroy(s);
 }
@@ -681,8 +685,8 @@ static void every_size_ends(void) {
         else d.target_error = 0.02f * (float)(i - 2), d.measure = (pktrt_error_measure)(i - 3);
         stage_render(s, &d);
         renders++, longest = f.report.rounds > longest ? f.report.rounds : longest;
-        CHECK(f.report.stop == (i < 3 ? PKTRT_STOP_PASSES : PKTRT_STOP_ERROR), "%u x %u, case %d: %u rounds, mean %g", w, h, i,
-              f.report.rounds, f.report.samples_mean / 2);
+        CHECK(f.report.stop == (i < 3 ? PKTRT_STOP_PASSES : PKTRT_STOP_ERROR), "%u x %u, case %d: %u rounds, mean %g",
+              w, h, i, f.report.rounds, f.report.samples_mean / 2);
         const double off = fabs(f.report.samples_mean / 2 - d.passes) * w * h;
         CHECK(i >= 3 || off <= fmax(0.1 * w * h, EDGE * EDGE), "%u x %u, case %d: %g of %u", w, h, i,
               f.report.samples_mean / 2, d.passes);
@@ -712,7 +716,10 @@ static void still_pictures(void) {
     if (i / 2 == 1) d.target_error = 1e-30f;
     if (i / 2 == 2) d.time_budget = 9.5;
     stage_render(s, &d);
-    CHECK(f.report.stop == (i / 2 == 0 ? PKTRT_STOP_PASSES : i / 2 == 1 ? PKTRT_STOP_ERROR : PKTRT_STOP_TIME), "case %d", i);
+    CHECK(f.report.stop == (i / 2 == 0   ? PKTRT_STOP_PASSES
+                            : i / 2 == 1 ? PKTRT_STOP_ERROR
+                                         : PKTRT_STOP_TIME),
+          "case %d", i);
     CHECK(f.report.rmse == 0 && f.report.relative_mse == 0 && f.report.unknown == 0, "case %d: %g", i, f.report.rmse);
     CHECK(i / 2 != 0 || near(f.report.samples_mean, 21, 0.02), "case %d: %g samples", i, f.report.samples_mean);
     CHECK(i / 2 != 1 || f.report.samples_max == 6, "case %d: %u samples", i, f.report.samples_max);
@@ -722,7 +729,8 @@ static void still_pictures(void) {
   pktrt_render_desc d = corner_view(&f);
   d.passes = 7;
   stage_render(s, &d);
-  CHECK(f.report.rmse > 0 && f.pixel_error[0] > 0 && f.pixel_error[PIXELS - 1] == 0, "the control: a corner is not still");
+  CHECK(f.report.rmse > 0 && f.pixel_error[0] > 0 && f.pixel_error[PIXELS - 1] == 0,
+        "the control: a corner is not still");
   pktrt_scene_destroy(s);
 }
 
@@ -755,7 +763,8 @@ static void unknown_pixels(void) {
     if (i == 4) d.time_budget = 5;
     stage_render(s, &d);
     CHECK(f.report.stop == (i < 4 ? PKTRT_STOP_PASSES : PKTRT_STOP_TIME), "case %d", i); /* no target is met so */
-    CHECK(f.report.rmse > 0 && f.report.rmse < 1 && f.report.relative_mse > 0 && f.report.relative_mse < 10, "case %d", i);
+    CHECK(f.report.rmse > 0 && f.report.rmse < 1 && f.report.relative_mse > 0 && f.report.relative_mse < 10, "case %d",
+          i);
     CHECK(f.report.unknown > PIXELS / 6 && f.report.unknown < PIXELS / 2, "case %d: %llu", i,
           (unsigned long long)f.report.unknown);
   }
@@ -834,9 +843,7 @@ static void odd_pictures(void) {
 }
 
 /* Progress may reach 1 before the last round: it is a guess. */
-static bool refuse_at(void *user, float done) {
-  return done < *(const float *)user;
-}
+static bool refuse_at(void *user, float done) { return done < *(const float *)user; }
 static void late_no(void) {
   static film f;
   pktrt_scene *s = stage_open();
@@ -892,7 +899,8 @@ static void refused_rules(void) {
   }
   for (int value = -1; value <= 2; value += 3) {
     d = film_view(&f), d.measure = (pktrt_error_measure)value, d.passes = 2;
-    CHECK(pktrt_render(s, &d) == PKTRT_INVALID_ARGUMENT && strstr(pktrt_last_error(s), "pktrt_error_measure"), "%d", value);
+    CHECK(pktrt_render(s, &d) == PKTRT_INVALID_ARGUMENT && strstr(pktrt_last_error(s), "pktrt_error_measure"), "%d",
+          value);
   }
   CHECK(same_bits(&f, &clean, sizeof f), "refused calls write nothing");
   d = film_view(&f), d.passes = 65536, d.samples = 65535, d.target_error = FLT_MAX; /* just within the limits */
@@ -937,8 +945,7 @@ static void tiles_by_hand(void) {
     stage_render(s, &d);
     d = plain_view(&got), d.passes = 3, d.samples = samples;
     for (uint32_t y = H; y > 0; y -= 12)
-      for (uint32_t x = W; x > 0; x -= 8)
-        CHECK(pktrt_render_tile(s, &d, x - 8, y - 12, 8, 12) == PKTRT_OK);
+      for (uint32_t x = W; x > 0; x -= 8) CHECK(pktrt_render_tile(s, &d, x - 8, y - 12, 8, 12) == PKTRT_OK);
     CHECK(same_bits(&got, &want, offsetof(film, pixel_error)) && same_bits(got.count, want.count, sizeof got.count));
     CHECK(got.count[0] == 3 * samples, "%u samples", got.count[0]);
     d.passes = 2;

@@ -104,7 +104,7 @@ void ref_plant(world *w) {
   if (!tree || !leaf) abort();
   for (uint32_t i = 0; i < w->n; i++)
     for (uint32_t j = 0; j < w->m[i].nt; j++) leaf[n].at[0] = i, leaf[n++].at[1] = j;
-  tree->node = (ref_node *)(tree + 1), tree->order = (uint32_t (*)[2])(tree->node + 2 * all + 1);
+  tree->node = (ref_node *)(tree + 1), tree->order = (uint32_t(*)[2])(tree->node + 2 * all + 1);
   tree->nodes = 1, tree->moves = moves;
   plant(w, tree, leaf, 0, 0, (uint32_t)n);
   for (size_t i = 0; i < n; i++) memcpy(tree->order[i], leaf[i].at, sizeof leaf[i].at);
@@ -218,7 +218,8 @@ static bool canonical(const shear *s, const pktrt_ray *r, float v[3][3], float *
     float xu = s->su * pk, yv = s->sv * pk;
     x[i] = pu - xu, y[i] = pv - yv, z[i] = pk;
   }
-  double xa = (double)x[0], xb = (double)x[1], xc = (double)x[2], ya = (double)y[0], yb = (double)y[1], yc = (double)y[2];
+  double xa = (double)x[0], xb = (double)x[1], xc = (double)x[2], ya = (double)y[0], yb = (double)y[1],
+         yc = (double)y[2];
   double u0 = xc * yb, u1 = yc * xb, v0 = xa * yc, v1 = ya * xc, w0 = xb * ya, w1 = yb * xa;
   double U = u0 - u1, V = v0 - v1, W = w0 - w1;
   if (!((U >= 0 && V >= 0 && W >= 0) || (U <= 0 && V <= 0 && W <= 0))) return false;
@@ -246,7 +247,8 @@ bool ref_intersect(const world *w, const pktrt_ray *r, pktrt_hit *h) {
     float v[3][3], t, bu, bv;
     double n[3];
     corners(&w->m[k.mesh], k.triangle, r->time, v);
-    if (!canonical(&s, r, v, &t, &bu, &bv) || !(t > r->tmin && t < r->tmax) || !nearer(&k, t, h) || !normal_of(v, n)) continue;
+    if (!canonical(&s, r, v, &t, &bu, &bv) || !(t > r->tmin && t < r->tmax) || !nearer(&k, t, h) || !normal_of(v, n))
+      continue;
     double size = fmax(fabs(n[0]), fmax(fabs(n[1]), fabs(n[2])));
     for (int a = 0; a < 3; a++) h->normal[a] = (float)(n[a] * (1 / size));
     h->t = t, h->u = bu, h->v = bv, h->mesh = k.mesh, h->triangle = k.triangle;
@@ -303,8 +305,12 @@ static bool plain(const world *w, const pktrt_ray *r, pktrt_hit *h, plain_test *
   return h->mesh != PKTRT_NONE;
 }
 
-bool ref_moller_trumbore(const world *w, const pktrt_ray *r, pktrt_hit *h) { return plain(w, r, h, plain_moller_trumbore); }
-bool ref_kensler_shirley(const world *w, const pktrt_ray *r, pktrt_hit *h) { return plain(w, r, h, plain_kensler_shirley); }
+bool ref_moller_trumbore(const world *w, const pktrt_ray *r, pktrt_hit *h) {
+  return plain(w, r, h, plain_moller_trumbore);
+}
+bool ref_kensler_shirley(const world *w, const pktrt_ray *r, pktrt_hit *h) {
+  return plain(w, r, h, plain_kensler_shirley);
+}
 
 /* --- oracle ---
    In the ray's sheared frame (origin 0, direction along z) the ideal vertices are X = p_u - S_u p_k, Y likewise, Z = p_k with
@@ -369,7 +375,7 @@ verdict ref_oracle(const world *w, const pktrt_ray *r, const pktrt_hit *h, bool 
   *ambiguous = false;
   if (!ref_valid(r)) return h->mesh == PKTRT_NONE ? VERDICT_RIGHT : VERDICT_WRONG;
   shear s = shear_of(r->direction);
-  double first = INFINITY;      /* the nearest certain hit is not beyond this */
+  double first = INFINITY; /* the nearest certain hit is not beyond this */
   interval mine = {0, 0, false}, all[64];
   uint32_t found = 0, at[64][2];
   for (ref_walk k = walk_of(w, r); walk_next(&k);) {

@@ -18,7 +18,8 @@ static void names(const char *what, const char *sentence, const char *words) {
   snprintf(list, sizeof list, "%s", words);
   for (char *w = strtok_r(list, "|", &save); w; w = strtok_r(NULL, "|", &save)) {
     bool digit = w[0] >= '0' && w[0] <= '9';
-    CHECK(digit ? has_number(sentence, w) : strstr(sentence, w) != NULL, "%s: \"%s\" does not name %s", what, sentence, w);
+    CHECK(digit ? has_number(sentence, w) : strstr(sentence, w) != NULL, "%s: \"%s\" does not name %s", what, sentence,
+          w);
   }
 }
 
@@ -32,7 +33,8 @@ static void take(const pktrt_scene *s, snapshot *x) {
   memset(x, 0, sizeof *x);
   for (uint32_t i = 0; i < COUNT(x->hit); i++) {
     rng r = rng_of(i);
-    float o[3] = {3 * rng_sign(&r), 3 * rng_sign(&r), 3 * rng_sign(&r)}, p[3] = {rng_sign(&r), rng_sign(&r), rng_sign(&r)};
+    float o[3] = {3 * rng_sign(&r), 3 * rng_sign(&r), 3 * rng_sign(&r)},
+          p[3] = {rng_sign(&r), rng_sign(&r), rng_sign(&r)};
     pktrt_ray ray = ray_towards(o, p, rng_unit(&r));
     pktrt_intersect(s, &ray, &x->hit[i]);
   }
@@ -41,7 +43,8 @@ static void take(const pktrt_scene *s, snapshot *x) {
 
 static bool same_snapshot(const snapshot *a, const snapshot *b) {
   return same_bits(a->hit, b->hit, sizeof a->hit) && a->info.mesh_count == b->info.mesh_count &&
-         a->info.triangles == b->info.triangles && a->info.nodes == b->info.nodes && a->info.mesh_bytes == b->info.mesh_bytes;
+         a->info.triangles == b->info.triangles && a->info.nodes == b->info.nodes &&
+         a->info.mesh_bytes == b->info.mesh_bytes;
 }
 
 /* A scene with mesh 0, a moving mesh 1 of 3 keys, mesh 2 with normals. */
@@ -64,7 +67,7 @@ static pktrt_scene *some_scene(void) {
 
 /* --- add_mesh --- */
 
-static float soup[2 * 36];      /* 24 vertices: two keys of 12 */
+static float soup[2 * 36]; /* 24 vertices: two keys of 12 */
 static float odd_normals[36];
 static uint32_t indices[12];
 
@@ -105,31 +108,31 @@ static void normal_inf(pktrt_mesh_desc *m) { odd_normals[3 * 9 + 1] = INFINITY, 
 static void no_vertices(pktrt_mesh_desc *m) { m->vertex_count = 0, m->indices = indices; }
 
 static const refusal add_refusals[] = {
-  {"no positions", "positions", PKTRT_INVALID_ARGUMENT, no_positions},
-  {"an index far out of range", "2|77|12", PKTRT_INVALID_ARGUMENT, index_high},
-  {"an index one too high", "3|12", PKTRT_INVALID_ARGUMENT, index_just_high},
-  {"the index 0xFFFFFFFF", "0|4294967295", PKTRT_INVALID_ARGUMENT, index_none},
-  {"a soup with too few vertices", "5|12", PKTRT_INVALID_ARGUMENT, soup_long},
-  {"indices without vertices", "4|vertices", PKTRT_INVALID_ARGUMENT, no_vertices},
-  {"a NaN vertex", "7|NaN", PKTRT_INVALID_ARGUMENT, vertex_nan},
-  {"an infinite vertex", "8|infinite", PKTRT_INVALID_ARGUMENT, vertex_inf},
-  {"a minus infinite vertex", "11|infinite", PKTRT_INVALID_ARGUMENT, vertex_minus_inf},
-  {"a NaN vertex in key 1", "5|1|NaN", PKTRT_INVALID_ARGUMENT, vertex_nan_key},
-  {"a vertex beyond the largest coordinate", "6|1.5e+30", PKTRT_LIMIT, vertex_huge},
-  {"a vertex just beyond it", "6|1.26765e+30", PKTRT_LIMIT, vertex_beyond},
-  {"a NaN vertex among others of stride 16", "9|NaN", PKTRT_INVALID_ARGUMENT, vertex_nan_apart},
-  {"a stride below 12", "8", PKTRT_INVALID_ARGUMENT, stride_small},
-  {"a stride that is no multiple of 4", "13", PKTRT_INVALID_ARGUMENT, stride_odd},
-  {"a stride of 14", "14", PKTRT_INVALID_ARGUMENT, stride_even},
-  {"too many keys", "1025|1024", PKTRT_LIMIT, keys_many},
-  {"4294967295 keys", "4294967295|1024", PKTRT_LIMIT, keys_most},
-  {"4294967295 triangles", "4294967295", PKTRT_LIMIT, triangles_most},
-  {"one triangle more than the scene may have", "160|2147483488|2147483647", PKTRT_LIMIT, triangles_more},
-  {"a triangle count whose indices overflow", "1431655766", PKTRT_INVALID_ARGUMENT, triangles_wrap},
-  {"sizes that overflow", "4294967295", PKTRT_LIMIT, bytes_wrap},
-  {"sizes that overflow by the number of keys", "2147483648|1073741824|4", PKTRT_LIMIT, bytes_by_keys},
-  {"a NaN normal", "4", PKTRT_INVALID_ARGUMENT, normal_nan},
-  {"an infinite normal", "9", PKTRT_INVALID_ARGUMENT, normal_inf},
+    {"no positions", "positions", PKTRT_INVALID_ARGUMENT, no_positions},
+    {"an index far out of range", "2|77|12", PKTRT_INVALID_ARGUMENT, index_high},
+    {"an index one too high", "3|12", PKTRT_INVALID_ARGUMENT, index_just_high},
+    {"the index 0xFFFFFFFF", "0|4294967295", PKTRT_INVALID_ARGUMENT, index_none},
+    {"a soup with too few vertices", "5|12", PKTRT_INVALID_ARGUMENT, soup_long},
+    {"indices without vertices", "4|vertices", PKTRT_INVALID_ARGUMENT, no_vertices},
+    {"a NaN vertex", "7|NaN", PKTRT_INVALID_ARGUMENT, vertex_nan},
+    {"an infinite vertex", "8|infinite", PKTRT_INVALID_ARGUMENT, vertex_inf},
+    {"a minus infinite vertex", "11|infinite", PKTRT_INVALID_ARGUMENT, vertex_minus_inf},
+    {"a NaN vertex in key 1", "5|1|NaN", PKTRT_INVALID_ARGUMENT, vertex_nan_key},
+    {"a vertex beyond the largest coordinate", "6|1.5e+30", PKTRT_LIMIT, vertex_huge},
+    {"a vertex just beyond it", "6|1.26765e+30", PKTRT_LIMIT, vertex_beyond},
+    {"a NaN vertex among others of stride 16", "9|NaN", PKTRT_INVALID_ARGUMENT, vertex_nan_apart},
+    {"a stride below 12", "8", PKTRT_INVALID_ARGUMENT, stride_small},
+    {"a stride that is no multiple of 4", "13", PKTRT_INVALID_ARGUMENT, stride_odd},
+    {"a stride of 14", "14", PKTRT_INVALID_ARGUMENT, stride_even},
+    {"too many keys", "1025|1024", PKTRT_LIMIT, keys_many},
+    {"4294967295 keys", "4294967295|1024", PKTRT_LIMIT, keys_most},
+    {"4294967295 triangles", "4294967295", PKTRT_LIMIT, triangles_most},
+    {"one triangle more than the scene may have", "160|2147483488|2147483647", PKTRT_LIMIT, triangles_more},
+    {"a triangle count whose indices overflow", "1431655766", PKTRT_INVALID_ARGUMENT, triangles_wrap},
+    {"sizes that overflow", "4294967295", PKTRT_LIMIT, bytes_wrap},
+    {"sizes that overflow by the number of keys", "2147483648|1073741824|4", PKTRT_LIMIT, bytes_by_keys},
+    {"a NaN normal", "4", PKTRT_INVALID_ARGUMENT, normal_nan},
+    {"an infinite normal", "9", PKTRT_INVALID_ARGUMENT, normal_inf},
 };
 
 static pktrt_mesh_desc good_mesh(void) {
@@ -201,11 +204,18 @@ static void refuse_no_scene(void) {
   float pixels[3] = {0, 0, 0};
   memset(&l, 0, sizeof l), memset(&material, 0, sizeof material), memset(&d, 0, sizeof d);
   d.width = d.height = 1, d.pixels = pixels, d.camera.eye[2] = 1;
-  const pktrt_status status[] = {pktrt_add_mesh(NULL, &m, NULL), pktrt_commit(NULL), pktrt_set_positions(NULL, 0, 0, soup),
-                                 pktrt_set_normals(NULL, 0, 0, soup), pktrt_refit(NULL), pktrt_mark_changed(NULL),
-                                 pktrt_add_light(NULL, &l, NULL), pktrt_add_material(NULL, &material, NULL),
-                                 pktrt_render(NULL, &d), pktrt_render_tile(NULL, &d, 0, 0, 1, 1)};
-  for (uint32_t i = 0; i < COUNT(status); i++) CHECK(status[i] == PKTRT_INVALID_ARGUMENT, "call %u: %d", i, (int)status[i]);
+  const pktrt_status status[] = {pktrt_add_mesh(NULL, &m, NULL),
+                                 pktrt_commit(NULL),
+                                 pktrt_set_positions(NULL, 0, 0, soup),
+                                 pktrt_set_normals(NULL, 0, 0, soup),
+                                 pktrt_refit(NULL),
+                                 pktrt_mark_changed(NULL),
+                                 pktrt_add_light(NULL, &l, NULL),
+                                 pktrt_add_material(NULL, &material, NULL),
+                                 pktrt_render(NULL, &d),
+                                 pktrt_render_tile(NULL, &d, 0, 0, 1, 1)};
+  for (uint32_t i = 0; i < COUNT(status); i++)
+    CHECK(status[i] == PKTRT_INVALID_ARGUMENT, "call %u: %d", i, (int)status[i]);
   pktrt_scene_info info;
   pktrt_get_scene_info(NULL, &info);
   CHECK(info.triangles == 0 && info.mesh_count == 0);
@@ -220,7 +230,8 @@ static void refuse_refit(void) {
   CHECK(pktrt_refit(s) == PKTRT_NOT_COMMITTED);
   names("a refit before the commit", pktrt_last_error(s), "mesh 3|commit");
   take(s, &after);
-  CHECK(same_bits(before.hit, after.hit, sizeof before.hit) && before.info.mesh_count == after.info.mesh_count, "the scene changed");
+  CHECK(same_bits(before.hit, after.hit, sizeof before.hit) && before.info.mesh_count == after.info.mesh_count,
+        "the scene changed");
   CHECK(pktrt_commit(s) == PKTRT_OK && pktrt_refit(s) == PKTRT_OK, "the control");
   pktrt_scene_destroy(s);
 }
@@ -239,26 +250,27 @@ static void refuse_updates(void) {
     uint32_t at; /* which float is spoilt; 0: none */
     float value;
   } c[] = {
-    {"positions of a mesh that does not exist", "3", PKTRT_INVALID_ARGUMENT, 3, 0, false, false, 0, 0},
-    {"positions of mesh 4294967295", "4294967295", PKTRT_INVALID_ARGUMENT, PKTRT_NONE, 0, false, false, 0, 0},
-    {"a key that does not exist", "1|3", PKTRT_INVALID_ARGUMENT, 1, 3, false, false, 0, 0},
-    {"key 1 of a static mesh", "2|1", PKTRT_INVALID_ARGUMENT, 2, 1, false, false, 0, 0},
-    {"NULL positions", "positions", PKTRT_INVALID_ARGUMENT, 2, 0, false, true, 0, 0},
-    {"NaN positions", "2|17|NaN", PKTRT_INVALID_ARGUMENT, 2, 0, false, false, 17 * 3 + 1, NAN},
-    {"infinite positions", "2|30|infinite", PKTRT_INVALID_ARGUMENT, 2, 0, false, false, 30 * 3 + 2, INFINITY},
-    {"positions beyond the largest coordinate", "2|31", PKTRT_LIMIT, 2, 0, false, false, 31 * 3, 2e30f},
-    {"normals of a mesh that does not exist", "7", PKTRT_INVALID_ARGUMENT, 7, 0, true, false, 0, 0},
-    {"normals of a key that does not exist", "2|5", PKTRT_INVALID_ARGUMENT, 2, 5, true, false, 0, 0},
-    {"normals of a mesh that has none", "0", PKTRT_INVALID_ARGUMENT, 0, 0, true, false, 0, 0},
-    {"NULL normals", "normals", PKTRT_INVALID_ARGUMENT, 2, 0, true, true, 0, 0},
-    {"NaN normals", "2|19", PKTRT_INVALID_ARGUMENT, 2, 0, true, false, 19 * 3, NAN},
+      {"positions of a mesh that does not exist", "3", PKTRT_INVALID_ARGUMENT, 3, 0, false, false, 0, 0},
+      {"positions of mesh 4294967295", "4294967295", PKTRT_INVALID_ARGUMENT, PKTRT_NONE, 0, false, false, 0, 0},
+      {"a key that does not exist", "1|3", PKTRT_INVALID_ARGUMENT, 1, 3, false, false, 0, 0},
+      {"key 1 of a static mesh", "2|1", PKTRT_INVALID_ARGUMENT, 2, 1, false, false, 0, 0},
+      {"NULL positions", "positions", PKTRT_INVALID_ARGUMENT, 2, 0, false, true, 0, 0},
+      {"NaN positions", "2|17|NaN", PKTRT_INVALID_ARGUMENT, 2, 0, false, false, 17 * 3 + 1, NAN},
+      {"infinite positions", "2|30|infinite", PKTRT_INVALID_ARGUMENT, 2, 0, false, false, 30 * 3 + 2, INFINITY},
+      {"positions beyond the largest coordinate", "2|31", PKTRT_LIMIT, 2, 0, false, false, 31 * 3, 2e30f},
+      {"normals of a mesh that does not exist", "7", PKTRT_INVALID_ARGUMENT, 7, 0, true, false, 0, 0},
+      {"normals of a key that does not exist", "2|5", PKTRT_INVALID_ARGUMENT, 2, 5, true, false, 0, 0},
+      {"normals of a mesh that has none", "0", PKTRT_INVALID_ARGUMENT, 0, 0, true, false, 0, 0},
+      {"NULL normals", "normals", PKTRT_INVALID_ARGUMENT, 2, 0, true, true, 0, 0},
+      {"NaN normals", "2|19", PKTRT_INVALID_ARGUMENT, 2, 0, true, false, 19 * 3, NAN},
   };
   for (uint32_t i = 0; i < COUNT(c); i++) {
     const float *from = c[i].normals ? normals : good;
     memcpy(bad, from, sizeof bad);
     if (c[i].at) bad[c[i].at] = c[i].value;
     const float *p = c[i].null ? NULL : bad;
-    pktrt_status st = c[i].normals ? pktrt_set_normals(s, c[i].mesh, c[i].key, p) : pktrt_set_positions(s, c[i].mesh, c[i].key, p);
+    pktrt_status st =
+        c[i].normals ? pktrt_set_normals(s, c[i].mesh, c[i].key, p) : pktrt_set_positions(s, c[i].mesh, c[i].key, p);
     CHECK(st == c[i].status, "%s: status %d: %s", c[i].what, (int)st, pktrt_last_error(s));
     names(c[i].what, pktrt_last_error(s), c[i].words);
     CHECK(pktrt_refit(s) == PKTRT_OK, "%s", pktrt_last_error(s));
@@ -280,28 +292,28 @@ typedef struct spoilt_light {
 } spoilt_light;
 
 static const spoilt_light spoilt_lights[] = {
-  {"position|nan", PKTRT_LIGHT_POINT, offsetof(pktrt_light, position[1]), NAN},
-  {"intensity|-0.25", PKTRT_LIGHT_POINT, offsetof(pktrt_light, intensity[2]), -0.25f},
-  {"intensity|inf", PKTRT_LIGHT_POINT, offsetof(pktrt_light, intensity[1]), INFINITY},
-  {"direction|inf", PKTRT_LIGHT_DIRECTIONAL, offsetof(pktrt_light, direction[0]), INFINITY},
-  {"direction|nan", PKTRT_LIGHT_DIRECTIONAL, offsetof(pktrt_light, direction[2]), NAN},
-  {"direction|zero", PKTRT_LIGHT_DIRECTIONAL, offsetof(pktrt_light, direction[1]), 0},
-  {"intensity|nan", PKTRT_LIGHT_DIRECTIONAL, offsetof(pktrt_light, intensity[0]), NAN},
-  {"intensity|-3", PKTRT_LIGHT_QUAD, offsetof(pktrt_light, intensity[0]), -3},
-  {"position|inf", PKTRT_LIGHT_QUAD, offsetof(pktrt_light, position[0]), -INFINITY},
-  {"edge[0]|nan", PKTRT_LIGHT_QUAD, offsetof(pktrt_light, edge[0][1]), NAN},
-  {"edge[1]|inf", PKTRT_LIGHT_QUAD, offsetof(pktrt_light, edge[1][2]), INFINITY},
-  {"position|nan", PKTRT_LIGHT_SPHERE, offsetof(pktrt_light, position[2]), NAN},
-  {"radius|-0.5", PKTRT_LIGHT_SPHERE, offsetof(pktrt_light, radius), -0.5f},
-  {"radius|nan", PKTRT_LIGHT_SPHERE, offsetof(pktrt_light, radius), NAN},
-  {"position|1.5e+30", PKTRT_LIGHT_SPHERE, offsetof(pktrt_light, position[0]), 1.5e30f},
-  {"direction|1.5e+30", PKTRT_LIGHT_DIRECTIONAL, offsetof(pktrt_light, direction[0]), 1.5e30f},
-  {"edge[0]|-1.5e+30", PKTRT_LIGHT_QUAD, offsetof(pktrt_light, edge[0][2]), -1.5e30f},
-  {"radius|1.5e+30", PKTRT_LIGHT_SPHERE, offsetof(pktrt_light, radius), 1.5e30f},
-  {"radius|inf", PKTRT_LIGHT_SPHERE, offsetof(pktrt_light, radius), INFINITY},
-  {"intensity|nan", PKTRT_LIGHT_MESH, offsetof(pktrt_light, intensity[1]), NAN},
-  {"intensity|-1", PKTRT_LIGHT_ENVIRONMENT, offsetof(pktrt_light, intensity[2]), -1},
-  {"intensity|inf", PKTRT_LIGHT_ENVIRONMENT, offsetof(pktrt_light, intensity[0]), INFINITY},
+    {"position|nan", PKTRT_LIGHT_POINT, offsetof(pktrt_light, position[1]), NAN},
+    {"intensity|-0.25", PKTRT_LIGHT_POINT, offsetof(pktrt_light, intensity[2]), -0.25f},
+    {"intensity|inf", PKTRT_LIGHT_POINT, offsetof(pktrt_light, intensity[1]), INFINITY},
+    {"direction|inf", PKTRT_LIGHT_DIRECTIONAL, offsetof(pktrt_light, direction[0]), INFINITY},
+    {"direction|nan", PKTRT_LIGHT_DIRECTIONAL, offsetof(pktrt_light, direction[2]), NAN},
+    {"direction|zero", PKTRT_LIGHT_DIRECTIONAL, offsetof(pktrt_light, direction[1]), 0},
+    {"intensity|nan", PKTRT_LIGHT_DIRECTIONAL, offsetof(pktrt_light, intensity[0]), NAN},
+    {"intensity|-3", PKTRT_LIGHT_QUAD, offsetof(pktrt_light, intensity[0]), -3},
+    {"position|inf", PKTRT_LIGHT_QUAD, offsetof(pktrt_light, position[0]), -INFINITY},
+    {"edge[0]|nan", PKTRT_LIGHT_QUAD, offsetof(pktrt_light, edge[0][1]), NAN},
+    {"edge[1]|inf", PKTRT_LIGHT_QUAD, offsetof(pktrt_light, edge[1][2]), INFINITY},
+    {"position|nan", PKTRT_LIGHT_SPHERE, offsetof(pktrt_light, position[2]), NAN},
+    {"radius|-0.5", PKTRT_LIGHT_SPHERE, offsetof(pktrt_light, radius), -0.5f},
+    {"radius|nan", PKTRT_LIGHT_SPHERE, offsetof(pktrt_light, radius), NAN},
+    {"position|1.5e+30", PKTRT_LIGHT_SPHERE, offsetof(pktrt_light, position[0]), 1.5e30f},
+    {"direction|1.5e+30", PKTRT_LIGHT_DIRECTIONAL, offsetof(pktrt_light, direction[0]), 1.5e30f},
+    {"edge[0]|-1.5e+30", PKTRT_LIGHT_QUAD, offsetof(pktrt_light, edge[0][2]), -1.5e30f},
+    {"radius|1.5e+30", PKTRT_LIGHT_SPHERE, offsetof(pktrt_light, radius), 1.5e30f},
+    {"radius|inf", PKTRT_LIGHT_SPHERE, offsetof(pktrt_light, radius), INFINITY},
+    {"intensity|nan", PKTRT_LIGHT_MESH, offsetof(pktrt_light, intensity[1]), NAN},
+    {"intensity|-1", PKTRT_LIGHT_ENVIRONMENT, offsetof(pktrt_light, intensity[2]), -1},
+    {"intensity|inf", PKTRT_LIGHT_ENVIRONMENT, offsetof(pktrt_light, intensity[0]), INFINITY},
 };
 
 static pktrt_light good_light(pktrt_light_kind kind) {
@@ -344,31 +356,32 @@ typedef struct spoilt_material {
 } spoilt_material;
 
 static const spoilt_material spoilt_materials[] = {
-  {"albedo|-0.5", PKTRT_SPECULAR_NONE, offsetof(pktrt_material, albedo[0]), -0.5f},
-  {"albedo|1.25", PKTRT_SPECULAR_NONE, offsetof(pktrt_material, albedo[1]), 1.25f},
-  {"albedo|nan", PKTRT_SPECULAR_NONE, offsetof(pktrt_material, albedo[2]), NAN},
-  {"albedo|inf", PKTRT_SPECULAR_NONE, offsetof(pktrt_material, albedo[0]), INFINITY},
-  {"reflectance|-0.125", PKTRT_SPECULAR_MIRROR, offsetof(pktrt_material, reflectance[0]), -0.125f},
-  {"reflectance|1.5", PKTRT_SPECULAR_CONDUCTOR, offsetof(pktrt_material, reflectance[1]), 1.5f},
-  {"reflectance|nan", PKTRT_SPECULAR_COAT, offsetof(pktrt_material, reflectance[2]), NAN},
-  {"albedo|reflectance|0.75|0.5", PKTRT_SPECULAR_MIRROR, offsetof(pktrt_material, reflectance[2]), 0.75f}, /* albedo 0.5 */
-  {"ior|-1.5", PKTRT_SPECULAR_DIELECTRIC, offsetof(pktrt_material, ior[0]), -1.5f},
-  {"ior|nan", PKTRT_SPECULAR_COAT, offsetof(pktrt_material, ior[0]), NAN},
-  {"ior|inf", PKTRT_SPECULAR_CONDUCTOR, offsetof(pktrt_material, ior[2]), INFINITY},
-  {"extinction|-2", PKTRT_SPECULAR_CONDUCTOR, offsetof(pktrt_material, extinction[1]), -2},
-  {"extinction|nan", PKTRT_SPECULAR_CONDUCTOR, offsetof(pktrt_material, extinction[0]), NAN},
-  {"absorption|-0.5", PKTRT_SPECULAR_DIELECTRIC, offsetof(pktrt_material, absorption[2]), -0.5f},
-  {"absorption|inf", PKTRT_SPECULAR_DIELECTRIC, offsetof(pktrt_material, absorption[0]), INFINITY},
-  {"absorption|nan", PKTRT_SPECULAR_DIELECTRIC, offsetof(pktrt_material, absorption[1]), NAN},
-  {"exponent|-1", PKTRT_SPECULAR_MIRROR, offsetof(pktrt_material, exponent), -1},
-  {"exponent|nan", PKTRT_SPECULAR_MIRROR, offsetof(pktrt_material, exponent), NAN},
-  {"exponent|inf", PKTRT_SPECULAR_MIRROR, offsetof(pktrt_material, exponent), INFINITY},
-  {"ior|2e+06", PKTRT_SPECULAR_DIELECTRIC, offsetof(pktrt_material, ior[0]), 2e6f},
-  {"extinction|2e+06", PKTRT_SPECULAR_CONDUCTOR, offsetof(pktrt_material, extinction[2]), 2e6f},
-  {"exponent|2e+09", PKTRT_SPECULAR_MIRROR, offsetof(pktrt_material, exponent), 2e9f},
-  {"emission|-4", PKTRT_SPECULAR_NONE, offsetof(pktrt_material, emission[1]), -4},
-  {"emission|nan", PKTRT_SPECULAR_NONE, offsetof(pktrt_material, emission[0]), NAN},
-  {"emission|inf", PKTRT_SPECULAR_NONE, offsetof(pktrt_material, emission[2]), INFINITY},
+    {"albedo|-0.5", PKTRT_SPECULAR_NONE, offsetof(pktrt_material, albedo[0]), -0.5f},
+    {"albedo|1.25", PKTRT_SPECULAR_NONE, offsetof(pktrt_material, albedo[1]), 1.25f},
+    {"albedo|nan", PKTRT_SPECULAR_NONE, offsetof(pktrt_material, albedo[2]), NAN},
+    {"albedo|inf", PKTRT_SPECULAR_NONE, offsetof(pktrt_material, albedo[0]), INFINITY},
+    {"reflectance|-0.125", PKTRT_SPECULAR_MIRROR, offsetof(pktrt_material, reflectance[0]), -0.125f},
+    {"reflectance|1.5", PKTRT_SPECULAR_CONDUCTOR, offsetof(pktrt_material, reflectance[1]), 1.5f},
+    {"reflectance|nan", PKTRT_SPECULAR_COAT, offsetof(pktrt_material, reflectance[2]), NAN},
+    {"albedo|reflectance|0.75|0.5", PKTRT_SPECULAR_MIRROR, offsetof(pktrt_material, reflectance[2]),
+     0.75f}, /* albedo 0.5 */
+    {"ior|-1.5", PKTRT_SPECULAR_DIELECTRIC, offsetof(pktrt_material, ior[0]), -1.5f},
+    {"ior|nan", PKTRT_SPECULAR_COAT, offsetof(pktrt_material, ior[0]), NAN},
+    {"ior|inf", PKTRT_SPECULAR_CONDUCTOR, offsetof(pktrt_material, ior[2]), INFINITY},
+    {"extinction|-2", PKTRT_SPECULAR_CONDUCTOR, offsetof(pktrt_material, extinction[1]), -2},
+    {"extinction|nan", PKTRT_SPECULAR_CONDUCTOR, offsetof(pktrt_material, extinction[0]), NAN},
+    {"absorption|-0.5", PKTRT_SPECULAR_DIELECTRIC, offsetof(pktrt_material, absorption[2]), -0.5f},
+    {"absorption|inf", PKTRT_SPECULAR_DIELECTRIC, offsetof(pktrt_material, absorption[0]), INFINITY},
+    {"absorption|nan", PKTRT_SPECULAR_DIELECTRIC, offsetof(pktrt_material, absorption[1]), NAN},
+    {"exponent|-1", PKTRT_SPECULAR_MIRROR, offsetof(pktrt_material, exponent), -1},
+    {"exponent|nan", PKTRT_SPECULAR_MIRROR, offsetof(pktrt_material, exponent), NAN},
+    {"exponent|inf", PKTRT_SPECULAR_MIRROR, offsetof(pktrt_material, exponent), INFINITY},
+    {"ior|2e+06", PKTRT_SPECULAR_DIELECTRIC, offsetof(pktrt_material, ior[0]), 2e6f},
+    {"extinction|2e+06", PKTRT_SPECULAR_CONDUCTOR, offsetof(pktrt_material, extinction[2]), 2e6f},
+    {"exponent|2e+09", PKTRT_SPECULAR_MIRROR, offsetof(pktrt_material, exponent), 2e9f},
+    {"emission|-4", PKTRT_SPECULAR_NONE, offsetof(pktrt_material, emission[1]), -4},
+    {"emission|nan", PKTRT_SPECULAR_NONE, offsetof(pktrt_material, emission[0]), NAN},
+    {"emission|inf", PKTRT_SPECULAR_NONE, offsetof(pktrt_material, emission[2]), INFINITY},
 };
 
 static pktrt_material good_material(pktrt_specular specular) {
@@ -385,7 +398,8 @@ static void refuse_materials(void) {
   for (size_t i = 0; i < COUNT(spoilt_materials); i++) {
     pktrt_material m = good_material(spoilt_materials[i].specular);
     memcpy((char *)&m + spoilt_materials[i].at, &spoilt_materials[i].value, sizeof(float));
-    CHECK(pktrt_add_material(s, &m, &index) == PKTRT_INVALID_ARGUMENT, "material %zu: %s", i, spoilt_materials[i].words);
+    CHECK(pktrt_add_material(s, &m, &index) == PKTRT_INVALID_ARGUMENT, "material %zu: %s", i,
+          spoilt_materials[i].words);
     names("material", pktrt_last_error(s), spoilt_materials[i].words);
     names("material", pktrt_last_error(s), "material 1");
   }
@@ -441,14 +455,17 @@ static void refuse_words(void) {
     int count;
     const char *name;
   } words[] = {
-    {offsetof(pktrt_render_desc, mode), 3, "pktrt_mode"}, {offsetof(pktrt_render_desc, path), 3, "pktrt_path"},
-    {offsetof(pktrt_render_desc, normals), 2, "pktrt_normals"}, {offsetof(pktrt_render_desc, shadows), 2, "pktrt_shadow_packets"},
-    {offsetof(pktrt_render_desc, sampler), PKTRT_SAMPLER_COUNT, "pktrt_sampler"},
-    {offsetof(pktrt_render_desc, assembly), 6, "pktrt_assembly"}, {offsetof(pktrt_render_desc, branching), 3, "pktrt_branching"},
-    {offsetof(pktrt_render_desc, lights), 2, "pktrt_light_choice"},
-    {offsetof(pktrt_render_desc, glass_shadows), 2, "pktrt_glass_shadows"},
-    {offsetof(pktrt_render_desc, phong_mapping), 2, "pktrt_phong_mapping"},
-    {offsetof(pktrt_render_desc, measure), 2, "pktrt_error_measure"},
+      {offsetof(pktrt_render_desc, mode), 3, "pktrt_mode"},
+      {offsetof(pktrt_render_desc, path), 3, "pktrt_path"},
+      {offsetof(pktrt_render_desc, normals), 2, "pktrt_normals"},
+      {offsetof(pktrt_render_desc, shadows), 2, "pktrt_shadow_packets"},
+      {offsetof(pktrt_render_desc, sampler), PKTRT_SAMPLER_COUNT, "pktrt_sampler"},
+      {offsetof(pktrt_render_desc, assembly), 6, "pktrt_assembly"},
+      {offsetof(pktrt_render_desc, branching), 3, "pktrt_branching"},
+      {offsetof(pktrt_render_desc, lights), 2, "pktrt_light_choice"},
+      {offsetof(pktrt_render_desc, glass_shadows), 2, "pktrt_glass_shadows"},
+      {offsetof(pktrt_render_desc, phong_mapping), 2, "pktrt_phong_mapping"},
+      {offsetof(pktrt_render_desc, measure), 2, "pktrt_error_measure"},
   };
   pktrt_scene *s = some_scene();
   float pixels[3] = {-7, -7, -7};
@@ -485,14 +502,23 @@ static void refuse_renders(void) {
     const char *words;
     pktrt_status status;
   } want[] = {
-    {"description|NULL", PKTRT_INVALID_ARGUMENT}, {"eye|target|same point", PKTRT_INVALID_ARGUMENT},
-    {"up|parallel|time 0", PKTRT_INVALID_ARGUMENT}, {"camera|y of eye|nan", PKTRT_INVALID_ARGUMENT},
-    {"camera|z of target|inf", PKTRT_INVALID_ARGUMENT}, {"camera|x of up|1.5e+30", PKTRT_INVALID_ARGUMENT},
-    {"camera|fov_y|nan", PKTRT_INVALID_ARGUMENT}, {"camera|time|nan", PKTRT_INVALID_ARGUMENT},
-    {"component 1 of background|nan", PKTRT_INVALID_ARGUMENT}, {"component 2|ambient|inf", PKTRT_INVALID_ARGUMENT},
-    {"aperture|1.5e+30", PKTRT_INVALID_ARGUMENT}, {"focus|1.5e+30", PKTRT_INVALID_ARGUMENT},
-    {"row_stride|5", PKTRT_INVALID_ARGUMENT}, {"packet_size|1", PKTRT_INVALID_ARGUMENT},
-    {"tiles|4294967296", PKTRT_LIMIT}, {"progress|stop", PKTRT_CANCELLED}, {"up|parallel|time 1", PKTRT_INVALID_ARGUMENT},
+      {"description|NULL", PKTRT_INVALID_ARGUMENT},
+      {"eye|target|same point", PKTRT_INVALID_ARGUMENT},
+      {"up|parallel|time 0", PKTRT_INVALID_ARGUMENT},
+      {"camera|y of eye|nan", PKTRT_INVALID_ARGUMENT},
+      {"camera|z of target|inf", PKTRT_INVALID_ARGUMENT},
+      {"camera|x of up|1.5e+30", PKTRT_INVALID_ARGUMENT},
+      {"camera|fov_y|nan", PKTRT_INVALID_ARGUMENT},
+      {"camera|time|nan", PKTRT_INVALID_ARGUMENT},
+      {"component 1 of background|nan", PKTRT_INVALID_ARGUMENT},
+      {"component 2|ambient|inf", PKTRT_INVALID_ARGUMENT},
+      {"aperture|1.5e+30", PKTRT_INVALID_ARGUMENT},
+      {"focus|1.5e+30", PKTRT_INVALID_ARGUMENT},
+      {"row_stride|5", PKTRT_INVALID_ARGUMENT},
+      {"packet_size|1", PKTRT_INVALID_ARGUMENT},
+      {"tiles|4294967296", PKTRT_LIMIT},
+      {"progress|stop", PKTRT_CANCELLED},
+      {"up|parallel|time 1", PKTRT_INVALID_ARGUMENT},
   };
   for (uint32_t i = 0; i < COUNT(want); i++) {
     pktrt_render_desc d;

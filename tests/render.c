@@ -6,7 +6,8 @@ enum { W = 72, H = 54 };
 static void add_lights(pktrt_scene *s) {
   pktrt_light l[3];
   memset(l, 0, sizeof l);
-  for (int k = 0; k < 3; k++) l[0].intensity[k] = 30, l[1].intensity[k] = 1.5f, l[2].intensity[k] = 4.f * (float)(k + 1);
+  for (int k = 0; k < 3; k++)
+    l[0].intensity[k] = 30, l[1].intensity[k] = 1.5f, l[2].intensity[k] = 4.f * (float)(k + 1);
   l[0].position[0] = 2, l[0].position[1] = 4, l[0].position[2] = 2;
   l[1].kind = PKTRT_LIGHT_DIRECTIONAL, l[1].direction[0] = 0.5f, l[1].direction[1] = -1, l[1].direction[2] = -0.3f;
   l[2].position[0] = -3, l[2].position[1] = 1.5f, l[2].position[2] = 1;
@@ -78,7 +79,7 @@ static void same_picture(bool moving) {
   CHECK(pktrt_render(s, &d) == PKTRT_OK, "%s", pktrt_last_error(s));
   pktrt_scene_destroy(s);
   size_t dark = 0, lit = 0;
-  for (size_t i = 0; i < floats; i += 3) dark += want[i] < 0.051f, lit += want[i] > 0.3f;
+  for (size_t i = 0; i < floats; i += 3) dark += want[i]<0.051f, lit += want[i]> 0.3f;
   for (size_t i = 0; i < floats; i++) bad += !(want[i] >= 0 && want[i] < 1e4f);
   CHECK(bad == 0 && dark > 30 && lit > 100, "a picture with shadows: %zu dark, %zu lit", dark, lit);
   for (int k = 0; k < isa_count * 4; k++) {
@@ -87,7 +88,8 @@ static void same_picture(bool moving) {
     s = lit_scene(&w, isas[k / 4], workers[k % 4]);
     for (uint32_t i = (uint32_t)k % 4; i < 60; i += small_run ? 28 : 4) {
       d = view(got);
-      d.path = (pktrt_path)(i % 3), d.packet_size = packets[(i / 3) % 5], d.tile_size = i == 12 + (uint32_t)k % 4 ? 1 : tiles[(i / 2) % 6];
+      d.path = (pktrt_path)(i % 3), d.packet_size = packets[(i / 3) % 5],
+      d.tile_size = i == 12 + (uint32_t)k % 4 ? 1 : tiles[(i / 2) % 6];
       d.shadows = (pktrt_shadow_packets)((i / 4) % 2);
       d.row_stride = i % 4 == 3 ? W * 3 : 0;
       if (i % 5 == 0) d.progress = keep_going, d.user = &done, done.most = 0;
@@ -106,8 +108,8 @@ static void same_picture(bool moving) {
         if (!same_bits(&got[j], &want[j], 4)) differ++, first = j;
       }
       CHECK(differ == 0, "%s path %d packet %u tile %u shadows %d: %zu floats differ, first at pixel %zu,%zu",
-            pktrt_isa_string(isas[k / 4]), (int)d.path, d.packet_size, d.tile_size, (int)d.shadows, differ, first / 3 % W,
-            first / 3 / W);
+            pktrt_isa_string(isas[k / 4]), (int)d.path, d.packet_size, d.tile_size, (int)d.shadows, differ,
+            first / 3 % W, first / 3 / W);
     }
     pktrt_scene_destroy(s);
   }
@@ -133,7 +135,8 @@ static vec cross(vec a, vec b) { return (vec){a.y * b.z - a.z * b.y, a.z * b.x -
 
 /* The ray through the point (x, y) of the picture, in pixels from the upper left. */
 static vec through(const pktrt_camera *c, double x, double y, double width, double height) {
-  vec eye = {(double)c->eye[0], (double)c->eye[1], (double)c->eye[2]}, up = {(double)c->up[0], (double)c->up[1], (double)c->up[2]};
+  vec eye = {(double)c->eye[0], (double)c->eye[1], (double)c->eye[2]},
+      up = {(double)c->up[0], (double)c->up[1], (double)c->up[2]};
   vec target = {(double)c->target[0], (double)c->target[1], (double)c->target[2]}, forward = unit(sub(target, eye));
   if (dot(up, up) == 0) up.y = 1;
   vec right = unit(cross(forward, up)), above = cross(right, forward);
@@ -148,7 +151,8 @@ typedef struct closed_form { /* a floor y = 0 in [-4,4]^2, a box of half size b 
 } closed_form;
 
 DIVIDES_BY_ZERO static bool box_shades(const closed_form *f, vec o, vec d, double tmax) {
-  double t0 = 1e-6, t1 = tmax, lo[3] = {-f->b, 0, -f->b}, hi[3] = {f->b, 2 * f->b, f->b}, oo[3] = {o.x, o.y, o.z}, dd[3] = {d.x, d.y, d.z};
+  double t0 = 1e-6, t1 = tmax, lo[3] = {-f->b, 0, -f->b}, hi[3] = {f->b, 2 * f->b, f->b}, oo[3] = {o.x, o.y, o.z},
+         dd[3] = {d.x, d.y, d.z};
   for (int k = 0; k < 3; k++) {
     double a = (lo[k] - oo[k]) / dd[k], b = (hi[k] - oo[k]) / dd[k];
     t0 = fmax(t0, fmin(a, b)), t1 = fmin(t1, fmax(a, b));
@@ -203,26 +207,29 @@ static void compare_floor(const closed_form *f, const pktrt_camera *camera, cons
     for (uint32_t x = 0; x < W; x++) {
       double want = floor_radiance(f, eye, through(camera, x + 0.5, y + 0.5, W, H)), least = want, most = want;
       for (int corner = 0; corner < 4; corner++) { /* at the borders of things a rounded ray may choose either side */
-        double e = 1e-3, v = floor_radiance(f, eye, through(camera, x + 0.5 + (corner & 1 ? e : -e), y + 0.5 + (corner & 2 ? e : -e), W, H));
+        double e = 1e-3,
+               v = floor_radiance(
+                   f, eye, through(camera, x + 0.5 + (corner & 1 ? e : -e), y + 0.5 + (corner & 2 ? e : -e), W, H));
         least = fmin(least, v), most = fmax(most, v);
       }
       const float *p = got + 3 * ((size_t)y * W + x);
       if (most - least > 0.01 * fmax(most, 0.01) || want == -2) continue;
       if (want == -1) {
         background++;
-        CHECK(p[0] == d.background[0] && p[1] == d.background[1] && p[2] == d.background[2], "%s: pixel %u,%u is no background", name, x, y);
+        CHECK(p[0] == d.background[0] && p[1] == d.background[1] && p[2] == d.background[2],
+              "%s: pixel %u,%u is no background", name, x, y);
         continue;
       }
       seen++;
       shadow += f->b > 0 && floor_radiance(&open, eye, through(camera, x + 0.5, y + 0.5, W, H)) > 1.01 * want;
-      CHECK(fabs((double)p[0] - want) <= 2e-5 * (want + 1e-3) && p[0] == p[1] && p[1] == p[2], "%s: pixel %u,%u: %g, not %g", name, x, y,
-            (double)p[0], want);
+      CHECK(fabs((double)p[0] - want) <= 2e-5 * (want + 1e-3) && p[0] == p[1] && p[1] == p[2],
+            "%s: pixel %u,%u: %g, not %g", name, x, y, (double)p[0], want);
       double aside = floor_radiance(f, eye, through(camera, x + 0.9, y + 0.5, W, H));
       off_centre += fabs((double)p[0] - aside) > 2e-5 * (want + 1e-3);
     }
   }
-  say("%s: %zu floor pixels, %zu of them in shadow, %zu background; 0.4 pixels aside %zu would fail", name, seen, shadow, background,
-      off_centre);
+  say("%s: %zu floor pixels, %zu of them in shadow, %zu background; 0.4 pixels aside %zu would fail", name, seen,
+      shadow, background, off_centre);
   CHECK(seen > 400 && background > 20 && (f->b <= 0 || shadow > 20));
   free(got);
   pktrt_scene_destroy(s);
@@ -280,7 +287,8 @@ static void smooth_and_geometric(void) {
   pktrt_light l;
   memset(&l, 0, sizeof l);
   l.kind = PKTRT_LIGHT_DIRECTIONAL, l.direction[1] = l.direction[2] = -1, l.intensity[0] = 3.14159265f;
-  CHECK(pktrt_add_mesh(s, &m, NULL) == PKTRT_OK && pktrt_add_light(s, &l, NULL) == PKTRT_OK && pktrt_commit(s) == PKTRT_OK);
+  CHECK(pktrt_add_mesh(s, &m, NULL) == PKTRT_OK && pktrt_add_light(s, &l, NULL) == PKTRT_OK &&
+        pktrt_commit(s) == PKTRT_OK);
   float *smooth = blank(W * H * 3), *flat = blank(W * H * 3);
   pktrt_render_desc d = view(smooth);
   memset(d.ambient, 0, sizeof d.ambient);
@@ -296,7 +304,8 @@ static void smooth_and_geometric(void) {
       pktrt_ray r = ray_of(1, 1.5f, 5, (float)v.x, (float)v.y, (float)v.z);
       pktrt_hit h;
       if (!ref_intersect(&w, &r, &h) || h.u < 0.02f || h.v < 0.02f || h.u + h.v > 0.98f) continue;
-      vec p = unit(add(eye, mul(v, (double)h.t))), g = unit((vec){(double)h.normal[0], (double)h.normal[1], (double)h.normal[2]});
+      vec p = unit(add(eye, mul(v, (double)h.t))),
+          g = unit((vec){(double)h.normal[0], (double)h.normal[1], (double)h.normal[2]});
       if (dot(p, sun) < 0.2 || dot(g, sun) < 0.2) continue;
       seen++;
       double a = (double)smooth[3 * (y * W + x)], b = (double)flat[3 * (y * W + x)];
@@ -306,7 +315,8 @@ static void smooth_and_geometric(void) {
       smooth_facets += fabs(a - 0.8 * dot(p, sun)) > 1e-3;
     }
   }
-  say("%zu pixels: smooth shading off the true sphere's by at most %.2g; facets off in %zu pixels", seen, worst, flat_facets);
+  say("%zu pixels: smooth shading off the true sphere's by at most %.2g; facets off in %zu pixels", seen, worst,
+      flat_facets);
   CHECK(seen > 100 && flat_right == seen, "%zu of %zu facets right", flat_right, seen);
   CHECK(smooth_facets == 0 && flat_facets > seen / 10);
   free(smooth), free(flat), free(normals);
@@ -374,7 +384,9 @@ static void refusals(void) {
     case 3: d.packet_size = 3, word = "3"; break;
     case 4: d.packet_size = 32, word = "32"; break;
     case 5: memcpy(d.camera.target, d.camera.eye, 12); break;
-    case 6: for (int k = 0; k < 3; k++) d.camera.up[k] = 2 * (d.camera.target[k] - d.camera.eye[k]); break;
+    case 6:
+      for (int k = 0; k < 3; k++) d.camera.up[k] = 2 * (d.camera.target[k] - d.camera.eye[k]);
+      break;
     case 7: d.camera.eye[1] = NAN; break;
     case 8: d.camera.target[2] = INFINITY; break;
     case 9: d.camera.fov_y = 180, word = "180"; break;
@@ -404,7 +416,9 @@ static void refusals(void) {
     case 33: d.camera.focus = NAN, word = "focus"; break;
     case 34: d.camera.focus = INFINITY, word = "focus"; break;
     case 35: d.camera.moving = true, d.camera.eye_end[1] = NAN, word = "eye_end"; break;
-    case 36: d.camera.moving = true, d.camera.eye_end[0] = 1, d.camera.target_end[2] = INFINITY, word = "target_end"; break;
+    case 36:
+      d.camera.moving = true, d.camera.eye_end[0] = 1, d.camera.target_end[2] = INFINITY, word = "target_end";
+      break;
     case 37: d.camera.moving = true, word = "same point"; break;
     case 38: d.camera.moving = true, d.camera.eye_end[1] = 3, word = "up"; break; /* straight down in the end */
     case 39: d.mode = (pktrt_mode)3, word = "3"; break;
@@ -425,10 +439,12 @@ static void refusals(void) {
     }
     pktrt_status st = pktrt_render(s, &d);
     CHECK(st == want || (i > 19 && i < 22 && st == PKTRT_INVALID_ARGUMENT), "case %d: status %d", i, (int)st);
-    CHECK(strlen(pktrt_last_error(s)) > 10 && strstr(pktrt_last_error(s), word), "case %d: \"%s\"", i, pktrt_last_error(s));
+    CHECK(strlen(pktrt_last_error(s)) > 10 && strstr(pktrt_last_error(s), word), "case %d: \"%s\"", i,
+          pktrt_last_error(s));
     CHECK(pktrt_render_tile(s, &d, 0, 0, 8, 8) == st, "case %d: a tile alike", i);
   }
-  for (size_t i = 0; i < W * H * 3; i++) if (!CHECK(pixels[i] == -7, "refused calls paint nothing")) break;
+  for (size_t i = 0; i < W * H * 3; i++)
+    if (!CHECK(pixels[i] == -7, "refused calls paint nothing")) break;
   CHECK(pktrt_render(s, NULL) == PKTRT_INVALID_ARGUMENT);
   pktrt_render_desc d = view(pixels);
   CHECK(pktrt_render_tile(s, &d, 60, 0, 20, 10) == PKTRT_INVALID_ARGUMENT, "a tile beyond the right border");
@@ -543,7 +559,8 @@ static void strides(void) {
     memset(&stats, 0, sizeof stats);
     d.width = n, d.height = n + 1, d.tile_size = 5, d.stats = &stats;
     CHECK(pktrt_render(s, &d) == PKTRT_OK);
-    CHECK(stats.by_type[PKTRT_RAY_PRIMARY].rays == n * (n + 1), "%llu primary rays", (unsigned long long)stats.by_type[0].rays);
+    CHECK(stats.by_type[PKTRT_RAY_PRIMARY].rays == n * (n + 1), "%llu primary rays",
+          (unsigned long long)stats.by_type[0].rays);
     CHECK(stats.by_type[PKTRT_RAY_SHADOW].rays <= 3 * stats.by_type[PKTRT_RAY_PRIMARY].hits);
     CHECK(n < 10 || stats.by_type[PKTRT_RAY_SHADOW].rays > 0);
     d.pixels = b, d.row_stride = n * 3 + 5, d.stats = NULL;

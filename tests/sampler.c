@@ -94,8 +94,8 @@ static float one_value(int sampler, uint32_t n, uint32_t seed, uint32_t x, uint3
 }
 
 static void unrelated(void) {
-  static const char *const what[7] = {"seeds", "pixels in a row", "pixels in a column", "the control", "groups",
-                                      "neighbours in a group", "next seed and next group"};
+  static const char *const what[7] = {"seeds",  "pixels in a row",       "pixels in a column",      "the control",
+                                      "groups", "neighbours in a group", "next seed and next group"};
   for (int sampler = 0; sampler < PKTRT_SAMPLER_COUNT; sampler++) {
     relation with[7];
     memset(with, 0, sizeof with);
@@ -453,10 +453,10 @@ static void slopes_of(int sampler, uint32_t dimension, uint32_t replicates, doub
 /* Bounds leave room for the scatter of a run. For a step across it, a grid of sqrt(n) columns has -3/4, not -1. */
 static void convergence(void) {
   static const double least[PKTRT_SAMPLER_COUNT][INTEGRANDS] = {
-    {-1.40, -1.30, -1.10, -0.90, -0.70, -0.53}, {-0.40, -0.40, -0.40, -0.40, -0.40, -0.40},
-    {-0.90, -0.90, -0.60, -0.70, -0.65, -0.48}, {-1.40, -1.30, -1.10, -0.90, -0.70, -0.53},
-    {-1.40, -0.95, -0.90, -0.90, -0.66, -0.53}, {-1.40, -1.00, -0.90, -0.90, -0.70, -0.53},
-    {-1.40, -1.30, -1.10, -0.90, -0.70, -0.53}};
+      {-1.40, -1.30, -1.10, -0.90, -0.70, -0.53}, {-0.40, -0.40, -0.40, -0.40, -0.40, -0.40},
+      {-0.90, -0.90, -0.60, -0.70, -0.65, -0.48}, {-1.40, -1.30, -1.10, -0.90, -0.70, -0.53},
+      {-1.40, -0.95, -0.90, -0.90, -0.66, -0.53}, {-1.40, -1.00, -0.90, -0.90, -0.70, -0.53},
+      {-1.40, -1.30, -1.10, -0.90, -0.70, -0.53}};
   const double slack = small_run ? 0.2 : 0.03;
   for (int sampler = 0; sampler < PKTRT_SAMPLER_COUNT; sampler++) {
     double slope[INTEGRANDS];
@@ -495,8 +495,11 @@ static void unbiased(void) {
         tally_add(&square, squares / n), tally_add(&unshifted, plain / n);
       }
       for (int k = 0; k < INTEGRANDS; k++)
-        CHECK(tally_is(&mean[k], k == STEP_1 ? f.edge : k < STEP_1 ? 1 : 0.5), "%s, %u samples, %s: mean %g +- %g",
-              name_of(sampler), n, integrand_names[k], tally_mean(&mean[k]), tally_error(&mean[k]));
+        CHECK(tally_is(&mean[k], k == STEP_1  ? f.edge
+                                 : k < STEP_1 ? 1
+                                              : 0.5),
+              "%s, %u samples, %s: mean %g +- %g", name_of(sampler), n, integrand_names[k], tally_mean(&mean[k]),
+              tally_error(&mean[k]));
       CHECK(tally_is(&square, 1.0 / 3), "%s, %u samples: mean square %g +- %g", name_of(sampler), n,
             tally_mean(&square), tally_error(&square));
       CHECK(!tally_is(&unshifted, 1.0 / 3), "the control: i / n without a shift is biased");

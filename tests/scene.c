@@ -62,7 +62,8 @@ static void tiny_scenes(void) {
     CHECK(info.triangles == n && info.mesh_count == 1);
     for (uint32_t i = 0; i < 400; i++) {
       rng r = rng_of(i);
-      float o[3] = {2 * rng_sign(&r), 2 * rng_sign(&r), 2 * rng_sign(&r)}, p[3] = {rng_sign(&r), rng_sign(&r), rng_sign(&r)};
+      float o[3] = {2 * rng_sign(&r), 2 * rng_sign(&r), 2 * rng_sign(&r)},
+            p[3] = {rng_sign(&r), rng_sign(&r), rng_sign(&r)};
       if (n && i % 2) pick_edge(&w, &r, 0, p);
       pktrt_ray x = ray_towards(o, p, 0);
       pktrt_hit want, got;
@@ -83,11 +84,11 @@ static void degenerate(void) {
     for (uint32_t t = 0; t < n; t++) {
       float *a = m.p + 9 * t;
       for (int k = 0; k < 3; k++) {
-        if (kind == 0) a[3 + k] = a[6 + k] = a[k];                         /* a point */
+        if (kind == 0) a[3 + k] = a[6 + k] = a[k];                                              /* a point */
         if (kind == 1) a[k] = roundf(a[k] * 64) / 64, a[3 + k] = a[k] + 1, a[6 + k] = a[k] + 2; /* collinear, exactly */
-        if (kind == 2) a[6 + k] = a[3 + k];                                /* two corners alike */
+        if (kind == 2) a[6 + k] = a[3 + k];                                                     /* two corners alike */
         if (kind == 3) a[k] = m.p[k], a[3 + k] = m.p[3 + k], a[6 + k] = m.p[6 + k]; /* all triangles identical */
-        if (kind == 4 && t % 2) a[3 + k] = a[6 + k] = a[k];                /* every second one */
+        if (kind == 4 && t % 2) a[3 + k] = a[6 + k] = a[k];                         /* every second one */
       }
     }
     world w = world_none();
@@ -95,8 +96,10 @@ static void degenerate(void) {
     pktrt_scene *s = world_scene(&w, PKTRT_ISA_AUTO, 0);
     pktrt_scene_info info;
     pktrt_get_scene_info(s, &info);
-    CHECK(info.degenerate == (kind == 3 ? 0 : kind == 4 ? n / 2 : n), "kind %d: %llu degenerate", kind,
-          (unsigned long long)info.degenerate);
+    CHECK(info.degenerate == (kind == 3   ? 0
+                              : kind == 4 ? n / 2
+                                          : n),
+          "kind %d: %llu degenerate", kind, (unsigned long long)info.degenerate);
     uint32_t hits = 0;
     for (uint32_t i = 0; i < 300; i++) {
       rng r = rng_of(i);
@@ -104,7 +107,8 @@ static void degenerate(void) {
       pick_edge(&w, &r, 0, p);
       pktrt_ray x = ray_towards(o, p, 0);
       pktrt_hit h;
-      if (pktrt_intersect(s, &x, &h)) hits++, CHECK(kind != 3 || h.triangle == 0), CHECK(kind != 4 || h.triangle % 2 == 0);
+      if (pktrt_intersect(s, &x, &h))
+        hits++, CHECK(kind != 3 || h.triangle == 0), CHECK(kind != 4 || h.triangle % 2 == 0);
     }
     CHECK(kind < 3 ? hits == 0 : hits > 10, "kind %d: %u hits", kind, hits);
     pktrt_scene_destroy(s);
@@ -174,8 +178,8 @@ static void odd_queries(void) {
   CHECK(hits_something(s, &good), "the control");
   for (int i = 0; i < 24; i++) { /* each field in turn NaN, inf, -inf, ... */
     static const float odd[3] = {NAN, INFINITY, -INFINITY};
-    float *field[8] = {&x.origin[0], &x.origin[1], &x.origin[2], &x.direction[0], &x.direction[1], &x.direction[2], &x.tmin,
-                       &x.tmax};
+    float *field[8] = {&x.origin[0],    &x.origin[1],    &x.origin[2], &x.direction[0],
+                       &x.direction[1], &x.direction[2], &x.tmin,      &x.tmax};
     x = good;
     *field[i / 3] = odd[i % 3];
     bool fine = (i / 3 == 6 && i % 3 == 2) || (i / 3 == 7 && i % 3 == 1);
@@ -224,8 +228,15 @@ static void intervals(void) {
   struct {
     float tmin, tmax;
     bool hit;
-  } c[] = {{0, 3, true},         {0, 2, false}, {2, 3, false}, {nextafterf(2, 0), nextafterf(2, 3), true}, {-5, 3, true},
-           {-INFINITY, 3, true}, {2.5f, 3, false}, {0, nextafterf(2, 3), true}, {nextafterf(2, 3), 9, false}};
+  } c[] = {{0, 3, true},
+           {0, 2, false},
+           {2, 3, false},
+           {nextafterf(2, 0), nextafterf(2, 3), true},
+           {-5, 3, true},
+           {-INFINITY, 3, true},
+           {2.5f, 3, false},
+           {0, nextafterf(2, 3), true},
+           {nextafterf(2, 3), 9, false}};
   for (uint32_t i = 0; i < COUNT(c); i++) {
     x.tmin = c[i].tmin, x.tmax = c[i].tmax;
     CHECK(hits_something(s, &x) == c[i].hit, "case %u", i);
@@ -248,7 +259,7 @@ static void motion(void) {
   mesh_move(&a, 2, 0, 0, 1);
   mesh_move(&b, 3, 0, 0, 1);
   for (uint32_t v = 0; v < 8; v++) {
-    a.p[24 + 3 * v] += 10;                                  /* 0, 10 */
+    a.p[24 + 3 * v] += 10;                                                            /* 0, 10 */
     for (uint32_t k = 0; k < 3; k++) b.p[24 * k + 3 * v + 1] += k == 1 ? 30.f : 20.f; /* up and down again */
   }
   world w = world_none();
@@ -257,9 +268,22 @@ static void motion(void) {
   struct {
     float time, x, y;
     uint32_t mesh;
-  } c[] = {{0, 0, 0, 0}, {1, 10, 0, 0}, {0.5f, 5, 0, 0}, {-3, 0, 0, 0}, {7, 10, 0, 0}, {NAN, 0, 0, 0}, {0.5f, 0, 0, PKTRT_NONE},
-           {INFINITY, 10, 0, 0}, {-INFINITY, 0, 0, 0}, {0, 0, 20, 1}, {0.5f, 0, 30, 1}, {0.25f, 0, 25, 1}, {0.75f, 0, 25, 1},
-           {1, 0, 20, 1}, {2, 0, 20, 1}, {0.5f, 0, 20, PKTRT_NONE}};
+  } c[] = {{0, 0, 0, 0},
+           {1, 10, 0, 0},
+           {0.5f, 5, 0, 0},
+           {-3, 0, 0, 0},
+           {7, 10, 0, 0},
+           {NAN, 0, 0, 0},
+           {0.5f, 0, 0, PKTRT_NONE},
+           {INFINITY, 10, 0, 0},
+           {-INFINITY, 0, 0, 0},
+           {0, 0, 20, 1},
+           {0.5f, 0, 30, 1},
+           {0.25f, 0, 25, 1},
+           {0.75f, 0, 25, 1},
+           {1, 0, 20, 1},
+           {2, 0, 20, 1},
+           {0.5f, 0, 20, PKTRT_NONE}};
   for (uint32_t i = 0; i < COUNT(c); i++) {
     pktrt_ray x = ray_of(c[i].x + 0.3f, c[i].y + 0.2f, -9, 0, 0, 1);
     x.time = c[i].time;
@@ -301,14 +325,17 @@ static void rows_left_out(void) {
     for (int row = 0; row < 4; row++) { /* one of them left out, or all */
       static float tmin[N], tmax[N], time[N];
       for (size_t i = 0; i < N; i++) tmin[i] = 0, tmax[i] = INFINITY, time[i] = 0;
-      const pktrt_rays in = {{o[0], o[1], o[2]}, {d[0], d[1], d[2]}, row % 3 ? tmin : NULL, row == 1 || row == 3 ? NULL : tmax,
+      const pktrt_rays in = {{o[0], o[1], o[2]},
+                             {d[0], d[1], d[2]},
+                             row % 3 ? tmin : NULL,
+                             row == 1 || row == 3 ? NULL : tmax,
                              row >= 2 ? NULL : time};
       const pktrt_hits out = {t, u, NULL, {NULL, NULL, NULL}, at, triangle};
       pktrt_intersect_soa(s, &in, &out, n), pktrt_occluded_soa(s, &in, occluded[1], n);
       size_t wrong = 0;
       for (size_t i = 0; i < n; i++)
-        wrong += !same_bits(&t[i], &want[0][i].t, 4) || !same_bits(&u[i], &want[0][i].u, 4) || at[i] != want[0][i].mesh ||
-                 triangle[i] != want[0][i].triangle || occluded[1][i] != occluded[0][i];
+        wrong += !same_bits(&t[i], &want[0][i].t, 4) || !same_bits(&u[i], &want[0][i].u, 4) ||
+                 at[i] != want[0][i].mesh || triangle[i] != want[0][i].triangle || occluded[1][i] != occluded[0][i];
       CHECK(wrong == 0, "%zu of %zu answers differ without %s", wrong, n, row < 3 ? named[row] : "any");
     }
   }
@@ -335,7 +362,7 @@ static bool sheared_hit(float p[3][3], const pktrt_ray *r) {
   }
   for (int c = 0; c < 3; c++) {
     const double e = x[(c + 2) % 3] * y[(c + 1) % 3] - y[(c + 2) % 3] * x[(c + 1) % 3];
-    below += e < 0, above += e > 0;
+    below += e<0, above += e> 0;
   }
   return (below == 0) != (above == 0);
 }
@@ -389,7 +416,8 @@ static void no_area_at_the_time(void) {
   for (int i = 0; i < isa_count; i++) {
     pktrt_scene *s = world_scene(&w, isas[i], 0);
     size_t wrong[5] = {0, 0, 0, 0, 0}, hidden[2] = {0, 0};
-    for (size_t j = 0; j < n; j++) pktrt_intersect(s, &ray[j], &got[j]), wrong[0] += !same_bits(&got[j], &want[j], sizeof *got);
+    for (size_t j = 0; j < n; j++)
+      pktrt_intersect(s, &ray[j], &got[j]), wrong[0] += !same_bits(&got[j], &want[j], sizeof *got);
     for (int path = 0; path <= PKTRT_PATH_SINGLE; path++) {
       pktrt_query_desc q;
       memset(&q, 0, sizeof q);
@@ -401,12 +429,13 @@ static void no_area_at_the_time(void) {
     for (size_t j = 0; j < 8 && j < n; j++) wrong[4] += !same_bits(&got[j], &want[j], sizeof *got);
     for (size_t j = 0; j < n; j++) ray[j].tmax = 1.5f; /* the wall is farther */
     pktrt_occluded_n(s, ray, occluded, n);
-    for (size_t j = 0; j < n; j++) hidden[0] += occluded[j], hidden[1] += pktrt_occluded(s, &ray[j]), ray[j].tmax = INFINITY;
+    for (size_t j = 0; j < n; j++)
+      hidden[0] += occluded[j], hidden[1] += pktrt_occluded(s, &ray[j]), ray[j].tmax = INFINITY;
     CHECK(wrong[0] + wrong[1] + wrong[2] + wrong[3] + wrong[4] == 0,
-          "%s: wrong hits: %zu of single calls, %zu, %zu, %zu of paths, %zu of eight", pktrt_isa_string(isas[i]), wrong[0],
-          wrong[1], wrong[2], wrong[3], wrong[4]);
-    CHECK(hidden[0] + hidden[1] == 0, "%s: %zu of packets, %zu of single calls hidden by lines", pktrt_isa_string(isas[i]),
-          hidden[0], hidden[1]);
+          "%s: wrong hits: %zu of single calls, %zu, %zu, %zu of paths, %zu of eight", pktrt_isa_string(isas[i]),
+          wrong[0], wrong[1], wrong[2], wrong[3], wrong[4]);
+    CHECK(hidden[0] + hidden[1] == 0, "%s: %zu of packets, %zu of single calls hidden by lines",
+          pktrt_isa_string(isas[i]), hidden[0], hidden[1]);
     pktrt_scene_destroy(s);
   }
   say("%zu rays, %zu of which would hit a line if nobody asked for its area", n, looked);
@@ -445,7 +474,8 @@ static void marked_scenes(void) {
 static void when_changes_show(void) {
   mesh m = mesh_box();
   pktrt_scene *s = empty_scene();
-  pktrt_ray here = ray_of(0.3f, 0.2f, -9, 0, 0, 1), there = ray_of(20.3f, 0.2f, -9, 0, 0, 1), far = ray_of(40.3f, 0.2f, -9, 0, 0, 1);
+  pktrt_ray here = ray_of(0.3f, 0.2f, -9, 0, 0, 1), there = ray_of(20.3f, 0.2f, -9, 0, 0, 1),
+            far = ray_of(40.3f, 0.2f, -9, 0, 0, 1);
   CHECK(mesh_add(s, &m, NULL) == PKTRT_OK);
   CHECK(!hits_something(s, &here), "added, not committed");
   CHECK(pktrt_refit(s) == PKTRT_NOT_COMMITTED);
@@ -637,13 +667,17 @@ static void statistics(void) {
       CHECK(c->rays == valid && c->hits == hits, "path %d: %llu rays, %llu hits", path, (unsigned long long)c->rays,
             (unsigned long long)c->hits);
       CHECK(c->packets > 0 && c->node_visits > 0 && c->box_tests > 0 && c->triangle_tests >= hits, "path %d", path);
-      CHECK(c->canonical_tests >= hits && c->settlings <= c->canonical_tests, "path %d: %llu canonical, %llu settled", path,
-            (unsigned long long)c->canonical_tests, (unsigned long long)c->settlings);
+      CHECK(c->canonical_tests >= hits && c->settlings <= c->canonical_tests, "path %d: %llu canonical, %llu settled",
+            path, (unsigned long long)c->canonical_tests, (unsigned long long)c->settlings);
       if (path == PKTRT_PATH_PAPER) {
-        CHECK(c->packets >= (2 * n + 63) / 64 / 2 && c->first_hits > 0 && c->interval_culls + c->frustum_culls > 0 && c->ray_culls > 0);
-        CHECK(event_count[PKTRT_EVENT_NODE] == c->node_visits, "%llu node events", (unsigned long long)event_count[PKTRT_EVENT_NODE]);
-        CHECK(event_count[PKTRT_EVENT_FIRST_HIT] == c->first_hits && event_count[PKTRT_EVENT_INTERVAL_CULL] == c->interval_culls &&
-              event_count[PKTRT_EVENT_FRUSTUM_CULL] == c->frustum_culls && event_count[PKTRT_EVENT_ALL_MISS] == c->ray_culls);
+        CHECK(c->packets >= (2 * n + 63) / 64 / 2 && c->first_hits > 0 && c->interval_culls + c->frustum_culls > 0 &&
+              c->ray_culls > 0);
+        CHECK(event_count[PKTRT_EVENT_NODE] == c->node_visits, "%llu node events",
+              (unsigned long long)event_count[PKTRT_EVENT_NODE]);
+        CHECK(event_count[PKTRT_EVENT_FIRST_HIT] == c->first_hits &&
+              event_count[PKTRT_EVENT_INTERVAL_CULL] == c->interval_culls &&
+              event_count[PKTRT_EVENT_FRUSTUM_CULL] == c->frustum_culls &&
+              event_count[PKTRT_EVENT_ALL_MISS] == c->ray_culls);
         CHECK(event_count[PKTRT_EVENT_LEAF] > 0 && event_count[PKTRT_EVENT_HIT] > 0);
       } else {
         CHECK(event_count[0] + event_count[1] + event_count[2] == 0, "only the paper path is traced");
@@ -654,8 +688,8 @@ static void statistics(void) {
       CHECK(stats.by_type[q.type].rays == 2 * more.by_type[q.type].rays);
       CHECK(stats.by_type[q.type].box_tests == 2 * more.by_type[q.type].box_tests, "work repeats");
       for (int t = 0; t < (int)PKTRT_RAY_TYPE_COUNT; t++) CHECK(t == (int)q.type || stats.by_type[t].rays == 0);
-      say("%s path %d: per ray %.2f nodes, %.1f box, %.1f triangle tests; %.4f settled", moves ? "moving" : "static", path,
-          (double)more.by_type[2].node_visits / (double)valid, (double)more.by_type[2].box_tests / (double)valid,
+      say("%s path %d: per ray %.2f nodes, %.1f box, %.1f triangle tests; %.4f settled", moves ? "moving" : "static",
+          path, (double)more.by_type[2].node_visits / (double)valid, (double)more.by_type[2].box_tests / (double)valid,
           (double)more.by_type[2].triangle_tests / (double)valid, (double)more.by_type[2].settlings / (double)valid);
     }
     pktrt_scene_destroy(s);
@@ -692,7 +726,8 @@ static void beyond_range(void) {
       q.path = (pktrt_path)path;
       pktrt_intersect_ex(s, &q, rays, together, n);
       for (size_t i = 0; i < n; i++) {
-        CHECK(together[i].mesh == alone[i].mesh && together[i].triangle == alone[i].triangle, "path %d, ray %zu", path, i);
+        CHECK(together[i].mesh == alone[i].mesh && together[i].triangle == alone[i].triangle, "path %d, ray %zu", path,
+              i);
         hits += together[i].mesh != PKTRT_NONE;
       }
     }
@@ -753,8 +788,8 @@ static void vectors_of_eight(void) {
       pktrt_intersect_ex(s, &q, rays, h, n);
       const pktrt_counts *c = &stats.by_type[0];
       const uint64_t boxes = c->vector_box_tests, triangles = c->vector_triangle_tests;
-      CHECK(boxes <= c->box_tests && c->box_tests <= 8 * boxes, "packets of %u: %llu box tests in %llu vectors", sizes[k],
-            (unsigned long long)c->box_tests, (unsigned long long)boxes);
+      CHECK(boxes <= c->box_tests && c->box_tests <= 8 * boxes, "packets of %u: %llu box tests in %llu vectors",
+            sizes[k], (unsigned long long)c->box_tests, (unsigned long long)boxes);
       CHECK(triangles <= c->triangle_tests && c->triangle_tests <= 8 * triangles, "packets of %u", sizes[k]);
       if (sizes[k] == 1) CHECK(boxes == c->box_tests && triangles == c->triangle_tests, "one ray, one lane");
       CHECK(boxes + triangles < before / 4 * 3, "packets of %u: no amortisation", sizes[k]);

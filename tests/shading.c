@@ -145,7 +145,8 @@ static void fresnel_limits(void) {
     float got = pktrt_fresnel_conductor(c, eta, k);
     CHECK(got >= 0 && got <= 1, "cosine %g, %g + %gi: %.9g", (double)c, (double)eta, (double)k, (double)got);
     CHECK(c > 0 || got == 1, "cosine 0, %g + %gi: all is reflected, not %.9g", (double)eta, (double)k, (double)got);
-    CHECK(pktrt_fresnel_dielectric(c, INFINITY) == 1 && pktrt_fresnel_dielectric(c, 0) == 1, "cosine %g, glass", (double)c);
+    CHECK(pktrt_fresnel_dielectric(c, INFINITY) == 1 && pktrt_fresnel_dielectric(c, 0) == 1, "cosine %g, glass",
+          (double)c);
     double plain = conductor_plain((double)c, (double)eta, (double)k);
     off += !(plain >= 0 && plain <= 1);
   }
@@ -183,8 +184,8 @@ static pktrt_material surface_material(surface kind) {
 }
 
 static void fresnel_pictures(void) {
-  static const char *const name[SURFACES] = {"coat",  "coat, a quarter",  "metal", "metal, tinted",
-                                             "glass", "glass, a quarter", "glass from inside"};
+  static const char *const name[SURFACES] = {
+      "coat", "coat, a quarter", "metal", "metal, tinted", "glass", "glass, a quarter", "glass from inside"};
   sky s = {{0.9, 1.7, 0.6}, {0.1, 0.05, 0.3}, {0, 0, 0}};
   quad floor = quad_of(vec_of(0, 0, 0), vec_of(0, 0, 1000), vec_of(1000, 0, 0));
   float *got = stage_pixels(SIDE * SIDE * 3);

@@ -29,7 +29,8 @@ static void stray_vertices(void) {
     pktrt_ray left[3];
     for (int with = 0; with < 3; with++) { /* 2: the control, a triangle that uses it */
       float p[2 * 10 * 3];
-      uint32_t used[9] = {0, 1, 2, 0, 2, 3, 4, 4, 4}, n = soup ? 6 : 4, nv = soup ? with == 2 ? 9 : n + (with > 0) : n + (with > 0);
+      uint32_t used[9] = {0, 1, 2, 0, 2, 3, 4, 4, 4}, n = soup ? 6 : 4,
+               nv = soup ? with == 2 ? 9 : n + (with > 0) : n + (with > 0);
       for (uint32_t v = 0; v < n; v++) memcpy(p + 3 * v, floor_xyz + 3 * (soup ? corners[v] : v), 12);
       for (uint32_t v = n; v < nv; v++) memcpy(p + 3 * v, far_off, 12);
       memcpy(p + 3 * nv, p, 12 * nv);
@@ -70,7 +71,8 @@ static void leaving_what_has_changed(void) {
     pktrt_scene *s[3] = {world_scene(&w, PKTRT_ISA_AUTO, 0), world_scene(&v, PKTRT_ISA_AUTO, 0),
                          world_scene(&w, PKTRT_ISA_AUTO, 0)}; /* changed; made so; the control: not changed */
     for (uint32_t key = one_key; key < after.keys; key++)
-      CHECK(pktrt_set_positions(s[0], 0, key, after.p + (size_t)key * after.nv * 3) == PKTRT_OK, "%s", pktrt_last_error(s[0]));
+      CHECK(pktrt_set_positions(s[0], 0, key, after.p + (size_t)key * after.nv * 3) == PKTRT_OK, "%s",
+            pktrt_last_error(s[0]));
     CHECK((commits ? pktrt_commit(s[0]) : pktrt_refit(s[0])) == PKTRT_OK, "%s", pktrt_last_error(s[0]));
     const float up[3] = {0, 1, 0}, x = 0.0003f;
     pktrt_ray down = ray_of(x, 2, x / 3, 0, -1, 0), left[3];

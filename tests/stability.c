@@ -115,7 +115,9 @@ static void write_counts(FILE *to) {
   }
 }
 
-static bool value_of(size_t i, const char *part) { return figures[i].kind == FIGURE_VALUE && alike(figures[i].part, part); }
+static bool value_of(size_t i, const char *part) {
+  return figures[i].kind == FIGURE_VALUE && alike(figures[i].part, part);
+}
 
 /* The largest value of a case and column, or nothing. */
 static void write_cell(FILE *to, const figure *row, const figure *column) {

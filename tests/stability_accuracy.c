@@ -18,13 +18,13 @@ static const char part[] = "accuracy";
 typedef struct truth {
   double u, v, point[3], ulp, length, edge[2]; /* length: of the direction */
   long double t;
-  double cosine, height;                       /* of incidence; over the longest edge */
-  double far;                                  /* distance of the origin over the longest edge */
+  double cosine, height; /* of incidence; over the longest edge */
+  double far;            /* distance of the origin over the longest edge */
 } truth;
 
 typedef enum quantity { ERROR_T, ERROR_U, ERROR_V, ERROR_POINT, ERROR_ALONG, ERROR_BLEND, QUANTITIES } quantity;
 static const char *const quantity_name[QUANTITIES] = {
-  "t", "u", "v", "point of u and v", "o + t d in float", "point of u and v in float",
+    "t", "u", "v", "point of u and v", "o + t d in float", "point of u and v in float",
 };
 
 typedef long double lvec[3];
@@ -117,23 +117,29 @@ enum { CHUNK = 512, PART = 16, TESTS = 3, SETS = 8, KEYS = 5 }; /* textbook test
 
 typedef enum what { UNLIKE, ZEROS, EMPTY, LENGTHS, AT_KEYS, AREA, LEAKS, SHADED, RADIANCE, WHATS } what;
 static const char *const what_name[WHATS] = {
-  "answers unlike the reference", "signs of zeros that matter", "hits in empty intervals",
-  "lengths that change the answer",
-  "keys unlike their static mesh", "hits without area", "light through a closed wall", "lit points in their own shadow",
-  "pixels off the closed form",
+    "answers unlike the reference",   "signs of zeros that matter",     "hits in empty intervals",
+    "lengths that change the answer", "keys unlike their static mesh",  "hits without area",
+    "light through a closed wall",    "lit points in their own shadow", "pixels off the closed form",
 };
 typedef enum control {
-  MT_UNLIKE, SLABS_LOSE, SLABS_ZEROS, CLOSED_EMPTY, EPSILON_LENGTHS, OTHER_FORMULA, MT_AREA, MT_LEAKS, NO_OFFSET,
+  MT_UNLIKE,
+  SLABS_LOSE,
+  SLABS_ZEROS,
+  CLOSED_EMPTY,
+  EPSILON_LENGTHS,
+  OTHER_FORMULA,
+  MT_AREA,
+  MT_LEAKS,
+  NO_OFFSET,
   CONTROLS
 } control;
 static const struct control_text {
   what of;
   const char *name;
 } control_text[CONTROLS] = {
-  {UNLIKE, "Moeller-Trumbore"}, {UNLIKE, "slabs of Smits 1998"}, {ZEROS, "slabs of Smits 1998"},
-  {EMPTY, "closed intervals"}, {LENGTHS, "least determinant 1e-6"}, {AT_KEYS, "corners P + b (Q - P)"},
-  {AREA, "Moeller-Trumbore"},
-  {LEAKS, "Moeller-Trumbore"}, {SHADED, "origin o + t d"},
+    {UNLIKE, "Moeller-Trumbore"}, {UNLIKE, "slabs of Smits 1998"},     {ZEROS, "slabs of Smits 1998"},
+    {EMPTY, "closed intervals"},  {LENGTHS, "least determinant 1e-6"}, {AT_KEYS, "corners P + b (Q - P)"},
+    {AREA, "Moeller-Trumbore"},   {LEAKS, "Moeller-Trumbore"},         {SHADED, "origin o + t d"},
 };
 
 typedef struct tally {
@@ -148,9 +154,9 @@ typedef struct test_case {
   bool (*member)(const truth *, const pktrt_hit *); /* whose errors are reported; NULL: no errors are */
   /* Besides being like the reference; isa -1: of the reference's answers, for controls. */
   void (*check)(const stage *, uint64_t first, int isa, const pktrt_ray *, const pktrt_hit *, size_t n, tally *);
-  bool brief;                                       /* of errors, t and the point of u and v alone */
-  double limit;                                     /* of their 99.9% */
-  bool stills;                                      /* of each key of mesh 0, which has KEYS, a static scene */
+  bool brief;   /* of errors, t and the point of u and v alone */
+  double limit; /* of their 99.9% */
+  bool stills;  /* of each key of mesh 0, which has KEYS, a static scene */
 } test_case;
 
 struct stage { /* a case on its way */
@@ -304,7 +310,8 @@ static void report_errors(const stage *s) {
         char text[48];
         snprintf(text, sizeof text, "%s%s", tests[i], rank[k]);
         const double limit = i == 0 && k == 1 && limited ? s->c->limit : (double)INFINITY;
-        if (i == 0 && k == 1 && q == ERROR_T) say("%s: 99.9%% of %zu hits within %.3g ulps", s->c->name, members, value);
+        if (i == 0 && k == 1 && q == ERROR_T)
+          say("%s: 99.9%% of %zu hits within %.3g ulps", s->c->name, members, value);
         value_figure(part, name, PKTRT_ISA_AUTO, members, text, value, limit);
       }
     }
@@ -707,7 +714,7 @@ static bool other_formula(const mesh *m, uint32_t triangle, float time, uint32_t
 }
 
 static void check_keys(const stage *s, uint64_t first, int isa, const pktrt_ray *rays, const pktrt_hit *hits, size_t n,
-                        tally *out) {
+                       tally *out) {
   for (size_t j = 0; j < n; j++) {
     const uint32_t key = key_at[(first + j) % 8];
     pktrt_hit h;
@@ -788,7 +795,7 @@ static bool no_area(const world *w, const pktrt_hit *h, float time) {
 }
 
 static void check_area(const stage *s, uint64_t first, int isa, const pktrt_ray *rays, const pktrt_hit *hits, size_t n,
-                        tally *out) {
+                       tally *out) {
   for (size_t j = 0; j < n; j++) {
     if (isa >= 0) out->count[isa][AREA] += no_area(&s->w, &hits[j], rays[j].time), out->tries[isa][AREA]++;
     if (isa >= 0 || first / CHUNK % PART) continue;
@@ -869,7 +876,7 @@ static void rays_lit(const stage *s, uint64_t first, pktrt_ray *out, size_t n) {
 }
 
 static void check_lit(const stage *s, uint64_t first, int isa, const pktrt_ray *rays, const pktrt_hit *hits, size_t n,
-                        tally *out) {
+                      tally *out) {
   bool occluded[CHUNK];
   if (isa >= 0) pktrt_occluded_n(s->scene[isa], rays, occluded, n);
   for (size_t j = 0; j < n; j++) {
@@ -884,21 +891,21 @@ static void check_lit(const stage *s, uint64_t first, int isa, const pktrt_ray *
 /* --- all of them --- */
 
 static const test_case cases[] = {
-  {"well-conditioned", soup_world, rays_to_triangles, well, NULL, false, 8, false},
-  {"grazing", soup_world, rays_grazing, grazing, NULL, false, INFINITY, false},
-  {"thin", thin_world, rays_to_triangles, thin, NULL, false, INFINITY, false},
-  {"small far away", far_world, rays_to_triangles, small, NULL, false, INFINITY, false},
-  {"teapot in a stadium", stadium_world, rays_to_teapots, on_teapot, NULL, true, 8, false},
-  {"26 directions, 0 and -0", lattice_world, rays_of_zeros, NULL, check_zeros, false, 0, false},
-  {"origins in planes and at vertices", lattice_world, rays_from_planes, NULL, NULL, false, 0, false},
-  {"lengths 1e-15 to 1e15", soup_world, rays_of_lengths, well, check_lengths, true, 8, false},
-  {"intervals without end, of a hit, empty", soup_world, rays_of_intervals, NULL, check_intervals, false, 0, false},
-  {"denormals", denormal_world, rays_of_denormals, NULL, NULL, false, 0, false},
-  {"times at keys", keyed_world, rays_at_keys, NULL, check_keys, false, 0, true},
-  {"times between keys", moving_world, rays_between_keys, well, NULL, true, 8, false},
-  {"keys that collapse or turn over", collapsing_world, rays_at_collapse, NULL, check_area, false, 0, false},
-  {"light 1e6 away, behind a wall", closed_world, rays_to_light, NULL, check_leaks, false, 0, false},
-  {"light 1e6 away, lit", box_world, rays_lit, NULL, check_lit, false, 0, false},
+    {"well-conditioned", soup_world, rays_to_triangles, well, NULL, false, 8, false},
+    {"grazing", soup_world, rays_grazing, grazing, NULL, false, INFINITY, false},
+    {"thin", thin_world, rays_to_triangles, thin, NULL, false, INFINITY, false},
+    {"small far away", far_world, rays_to_triangles, small, NULL, false, INFINITY, false},
+    {"teapot in a stadium", stadium_world, rays_to_teapots, on_teapot, NULL, true, 8, false},
+    {"26 directions, 0 and -0", lattice_world, rays_of_zeros, NULL, check_zeros, false, 0, false},
+    {"origins in planes and at vertices", lattice_world, rays_from_planes, NULL, NULL, false, 0, false},
+    {"lengths 1e-15 to 1e15", soup_world, rays_of_lengths, well, check_lengths, true, 8, false},
+    {"intervals without end, of a hit, empty", soup_world, rays_of_intervals, NULL, check_intervals, false, 0, false},
+    {"denormals", denormal_world, rays_of_denormals, NULL, NULL, false, 0, false},
+    {"times at keys", keyed_world, rays_at_keys, NULL, check_keys, false, 0, true},
+    {"times between keys", moving_world, rays_between_keys, well, NULL, true, 8, false},
+    {"keys that collapse or turn over", collapsing_world, rays_at_collapse, NULL, check_area, false, 0, false},
+    {"light 1e6 away, behind a wall", closed_world, rays_to_light, NULL, check_leaks, false, 0, false},
+    {"light 1e6 away, lit", box_world, rays_lit, NULL, check_lit, false, 0, false},
 };
 
 /* A floor [-1, 1]^2 seen from 2 above, lit by a point 1e6 away or by a sphere of radius 1e-6 at 1: whose middle RCS

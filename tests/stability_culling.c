@@ -13,7 +13,7 @@ typedef struct stage {
   pktrt_scene *scene[8], *noslack;
 } stage;
 
-static const float places[PLACES][2] = {{1, 0},     {1, 3},      {1, 100},     {1, 1e4f},
+static const float places[PLACES][2] = {{1, 0},     {1, 3},       {1, 100},    {1, 1e4f},
                                         {1e-6f, 0}, {1e8f, 1e7f}, {1e-4f, 10}, {1e20f, -1e22f}}; /* scale, offset */
 
 static void raise_stage(stage *g, bool moves, int place) {
@@ -244,8 +244,9 @@ static const struct style {
   const char *name;
   make_bundle *make;
   unsigned paper; /* one in so many calls goes the paper path, which is slow where rays diverge */
-} styles[STYLES] = {{"pinhole", pinhole, 1},      {"spread bundles", spread, 2}, {"octants", octants, 2},
-                    {"shadow rays", shadows, 2},  {"two bundles", mixture, 4},   {"planes of boxes", planes, 2},
+} styles[STYLES] = {{"pinhole", pinhole, 1},         {"spread bundles", spread, 2},
+                    {"octants", octants, 2},         {"shadow rays", shadows, 2},
+                    {"two bundles", mixture, 4},     {"planes of boxes", planes, 2},
                     {"silhouettes", silhouettes, 4}, {"chaos", chaos, 4}};
 
 /* A packet has one time, a short shutter, or all times. */

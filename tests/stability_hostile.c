@@ -137,8 +137,8 @@ typedef struct odd_case {
 
 /* One to three fields of a good ray become what nobody expects. */
 static void spoil_ray(rng *r, pktrt_ray *x) {
-  static const float odd[] = {NAN, INFINITY, -INFINITY, FLT_MAX, -FLT_MAX, 0, -0.0f, 0x1p-149f, -0x1p-149f, FLT_MIN,
-                              1.3e30f, -1.3e30f, PKTRT_MAX_COORD, 1e-30f, 1e20f};
+  static const float odd[] = {NAN,        INFINITY, -INFINITY, FLT_MAX,  -FLT_MAX,        0,      -0.0f, 0x1p-149f,
+                              -0x1p-149f, FLT_MIN,  1.3e30f,   -1.3e30f, PKTRT_MAX_COORD, 1e-30f, 1e20f};
   float f[9];
   memcpy(f, x, sizeof f);
   for (uint32_t i = 1 + rng_below(r, 3); i > 0; i--) f[rng_below(r, 9)] = odd[rng_below(r, COUNT(odd))];

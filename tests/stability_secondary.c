@@ -28,8 +28,8 @@ typedef struct tally {
 
 typedef struct secondary_run {
   tally of[CASES][8], control[CASES];
-  uint64_t leaks[CASES];    /* nearer than that */
-  double farthest[CASES];   /* of leaks, in offsets from another surface */
+  uint64_t leaks[CASES];  /* nearer than that */
+  double farthest[CASES]; /* of leaks, in offsets from another surface */
   pthread_mutex_t lock;
 } secondary_run;
 
@@ -199,16 +199,16 @@ typedef struct leaving {
   point from[BATCH], to[BATCH]; /* to: of shadow rays */
   pktrt_ray ray[BATCH], plain[BATCH], moved[BATCH];
   pktrt_hit got[BATCH];
-  bool inward[BATCH];           /* into a convex mesh */
-  double away[BATCH];           /* from another surface; negative: not asked yet */
-  size_t tries, n;              /* rays in, rays that leave */
+  bool inward[BATCH]; /* into a convex mesh */
+  double away[BATCH]; /* from another surface; negative: not asked yet */
+  size_t tries, n;    /* rays in, rays that leave */
 } leaving;
 
 typedef struct place {
   kind what;
   world w;
   float size, centre[3];
-  double lift, beyond;          /* the offset; where leaks are errors */
+  double lift, beyond;           /* the offset; where leaks are errors */
   pktrt_scene *scene[8], *below; /* below: of gaps, mesh 0 alone */
   leaving *b;
 } place;
@@ -507,7 +507,8 @@ static void secondary_figures(const secondary_run *run_) {
     }
     const uint64_t tried = run_->of[c][isa_count - 1].rays[LEAKS];
     if (!tried && !run_->leaks[c]) continue;
-    value_figure("secondary", name, PKTRT_ISA_AUTO, tried, "rays farther from another surface", (double)tried, INFINITY);
+    value_figure("secondary", name, PKTRT_ISA_AUTO, tried, "rays farther from another surface", (double)tried,
+                 INFINITY);
     value_figure("secondary", name, PKTRT_ISA_AUTO, tried, "leaks nearer than that", (double)run_->leaks[c], INFINITY);
     value_figure("secondary", name, PKTRT_ISA_AUTO, tried, "farthest leak in offsets", run_->farthest[c], INFINITY);
   }

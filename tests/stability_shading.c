@@ -70,7 +70,7 @@ static void compare_aside(const float *p, const float *q, size_t n, tally *t) {
 }
 
 static const char *const differing = "values that differ between instruction sets",
-                  *const spoilt = "values that are negative or not finite";
+                         *const spoilt = "values that are negative or not finite";
 
 static void report(const char *name, const tally *t, const char *control) {
   for (int i = 0; i < isa_count; i++) {
@@ -403,9 +403,9 @@ typedef struct window { /* a value, and how far rounding may take it */
 
 static window fresnel_window(double c, double eta, bool from_below) {
   const double c2 = c * c, e2 = eta * eta, s2 = (1 - c) * (1 + c), k = eta < 0.5 ? e2 - s2 : c2 + (eta - 1) * (eta + 1);
-  const double e = ulp * (16 * c2 + fabs(k) + (eta < 0.5 ? 3 * e2 + 3 * s2
-                                                         : c2 + 3 * fabs(e2 - 1) + (from_below ? 2 * e2 : 0)));
-  window w = {fresnel_of(c, k, eta), 0, k + e < 0, k - e > 0};
+  const double e =
+      ulp * (16 * c2 + fabs(k) + (eta < 0.5 ? 3 * e2 + 3 * s2 : c2 + 3 * fabs(e2 - 1) + (from_below ? 2 * e2 : 0)));
+  window w = {fresnel_of(c, k, eta), 0, k + e<0, k - e> 0};
   for (int i = 0; i < 8; i++) { /* between the ends, amplitudes may be zero */
     const double turn = i < 6 ? e2 * e2 * c2 : c2, at = i < 2 ? k - e : i < 4 ? k + e : turn;
     if (fabs(at - k) > e * 1.000001) continue;

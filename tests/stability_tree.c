@@ -377,8 +377,10 @@ static void memory(void) {
     const char *name;
     pktrt_build_quality quality;
     uint32_t keys;
-  } cases[4] = {{"terrain, fast build", PKTRT_BUILD_FAST, 1}, {"terrain, high quality", PKTRT_BUILD_HIGH, 1},
-                {"terrain, 2 keys", PKTRT_BUILD_DEFAULT, 2}, {"terrain, 5 keys", PKTRT_BUILD_DEFAULT, 5}};
+  } cases[4] = {{"terrain, fast build", PKTRT_BUILD_FAST, 1},
+                {"terrain, high quality", PKTRT_BUILD_HIGH, 1},
+                {"terrain, 2 keys", PKTRT_BUILD_DEFAULT, 2},
+                {"terrain, 5 keys", PKTRT_BUILD_DEFAULT, 5}};
   for (int i = 0; i < 4; i++) {
     world w = world_of(terrain(1 + (uint32_t)sqrt((double)(10000 + thorough(290000)) / 2)));
     if (cases[i].keys > 1) mesh_move(&w.m[0], cases[i].keys, 0.01f, 0.0001f, 1);
@@ -517,15 +519,15 @@ enum { DEFORMATIONS = 10, ONE_MESH = 8 };
 static float deformed(float x, int how, size_t i, rng *r) {
   switch (how) {
   case 0: return x + 0.02f * rng_sign(r);
-  case 1: return x * -2 + 100;         /* far away, turned over */
-  case 2: return 3 * rng_sign(r);      /* scrambled */
-  case 3: return i % 3 ? 0.0f : x;     /* a line: no area left */
+  case 1: return x * -2 + 100;     /* far away, turned over */
+  case 2: return 3 * rng_sign(r);  /* scrambled */
+  case 3: return i % 3 ? 0.0f : x; /* a line: no area left */
   case 4: return 1e-20f * rng_sign(r);
-  case 5: return 0.5f;                 /* a point */
-  case 6: return x * 1e6f;             /* an explosion */
-  case 7: return x;                    /* and back */
+  case 5: return 0.5f;     /* a point */
+  case 6: return x * 1e6f; /* an explosion */
+  case 7: return x;        /* and back */
   case ONE_MESH: return x + 0.5f * rng_sign(r);
-  default: return 1000 + 1e-3f * x;    /* few bits left */
+  default: return 1000 + 1e-3f * x; /* few bits left */
   }
 }
 

@@ -255,19 +255,19 @@ typedef struct shape {
 
 /* Of few triangles all, of many the last eight. */
 static const shape shapes[] = {
-  {"scale 1", 1, {1, 1, 1}, 0, 1, 0, 0},
-  {"scale 1e3, offset 1e3", 1e3f, {1, 1, 1}, 1e3f, 1, 0, 0},
-  {"2 keys, far", 1, {1, 1, 1}, 0, 2, 0, 50},
-  {"3 keys, turning, flat 1:10000", 1, {1, 1e-4f, 1}, 0, 3, 2.5f, 0},
-  {"5 keys, turning, offset 1e3", 1, {1, 1, 1}, 1e3f, 5, 2.5f, 0},
-  {"scale 1e-4", 1e-4f, {1, 1, 1}, 0, 1, 0, 0},
-  {"scale 1e6, offset 10", 1e6f, {1, 1, 1}, 10, 1, 0, 0},
-  {"offset 1e5", 1, {1, 1, 1}, 1e5f, 1, 0, 0},
-  {"flat 1:10000, offset 1", 1, {1, 1e-4f, 1}, 1, 1, 0, 0},
-  {"needle 1:10000", 1, {1e-4f, 1, 1e-4f}, 0, 1, 0, 0},
-  {"2 keys, turning", 1, {1, 1, 1}, 0, 2, 2, 0},
-  {"3 keys, turning, far, scale 1e-4", 1e-4f, {1, 1, 1}, 0, 3, 1.5f, 10},
-  {"5 keys, far, scale 1e6", 1e6f, {1, 1, 1}, 0, 5, 0.1f, 1e3f},
+    {"scale 1", 1, {1, 1, 1}, 0, 1, 0, 0},
+    {"scale 1e3, offset 1e3", 1e3f, {1, 1, 1}, 1e3f, 1, 0, 0},
+    {"2 keys, far", 1, {1, 1, 1}, 0, 2, 0, 50},
+    {"3 keys, turning, flat 1:10000", 1, {1, 1e-4f, 1}, 0, 3, 2.5f, 0},
+    {"5 keys, turning, offset 1e3", 1, {1, 1, 1}, 1e3f, 5, 2.5f, 0},
+    {"scale 1e-4", 1e-4f, {1, 1, 1}, 0, 1, 0, 0},
+    {"scale 1e6, offset 10", 1e6f, {1, 1, 1}, 10, 1, 0, 0},
+    {"offset 1e5", 1, {1, 1, 1}, 1e5f, 1, 0, 0},
+    {"flat 1:10000, offset 1", 1, {1, 1e-4f, 1}, 1, 1, 0, 0},
+    {"needle 1:10000", 1, {1e-4f, 1, 1e-4f}, 0, 1, 0, 0},
+    {"2 keys, turning", 1, {1, 1, 1}, 0, 2, 2, 0},
+    {"3 keys, turning, far, scale 1e-4", 1e-4f, {1, 1, 1}, 0, 3, 1.5f, 10},
+    {"5 keys, far, scale 1e6", 1e6f, {1, 1, 1}, 0, 5, 0.1f, 1e3f},
 };
 enum { LARGE = 8 };
 
@@ -498,12 +498,12 @@ typedef struct convex {
 } convex;
 
 static const convex convexes[] = {
-  {"convex 2048", 4, 1, 1, 0, 1},
-  {"convex 512, 3 keys", 3, 1, 1, 0, 3},
-  {"convex 512, scale 2^20", 3, 0x1p20f, 1, 0, 1},
-  {"convex 512, flat 2^-13", 3, 1, 0x1p-13f, 0, 1},
-  {"octahedron, offset 2^17", 0, 1, 1, 0x1p17f, 1},
-  {"box, scale 2^-13", -1, 0x1p-13f, 1, 0, 1},
+    {"convex 2048", 4, 1, 1, 0, 1},
+    {"convex 512, 3 keys", 3, 1, 1, 0, 3},
+    {"convex 512, scale 2^20", 3, 0x1p20f, 1, 0, 1},
+    {"convex 512, flat 2^-13", 3, 1, 0x1p-13f, 0, 1},
+    {"octahedron, offset 2^17", 0, 1, 1, 0x1p17f, 1},
+    {"box, scale 2^-13", -1, 0x1p-13f, 1, 0, 1},
 };
 
 typedef enum course { LINE, BY_EDGE, AT_EDGE } course;
@@ -658,8 +658,8 @@ static uint64_t wrong_of_chunk(const hull *h, const pktrt_scene *s, uint64_t chu
     if (!wrong(kind, &c[j])) continue;
     if (kind == AT_EDGE) sum++;
     else ++*lines;
-    CHECK(false, "%s, ray %llu, kind %d: %d in, %d out", h->f->name, (unsigned long long)(chunk * CHUNK + j),
-          (int)kind, c[j].in, c[j].out);
+    CHECK(false, "%s, ray %llu, kind %d: %d in, %d out", h->f->name, (unsigned long long)(chunk * CHUNK + j), (int)kind,
+          c[j].in, c[j].out);
   }
   return sum;
 }

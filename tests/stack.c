@@ -8,9 +8,17 @@
 #include <pthread.h>
 
 enum { STACK = 1 << 20, QUERIES = 7, WAYS = 11 };
-static const char *const way_name[WAYS] = {"single rays", "fast path", "fast path, counted", "paper path",
-                                           "paper path, counted", "single path", "arrays of coordinates", "build", "render",
-                                           "render, paper path", "render, single path"};
+static const char *const way_name[WAYS] = {"single rays",
+                                           "fast path",
+                                           "fast path, counted",
+                                           "paper path",
+                                           "paper path, counted",
+                                           "single path",
+                                           "arrays of coordinates",
+                                           "build",
+                                           "render",
+                                           "render, paper path",
+                                           "render, single path"};
 
 static struct {
   pktrt_scene *s;

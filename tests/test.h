@@ -45,20 +45,21 @@
 /* --- checks --- */
 bool check_at(bool ok, const char *file, int line, const char *what, ...) /* prints the first few failures of a test */
 #if defined(__GNUC__)
-  __attribute__((format(printf, 4, 5)))
+    __attribute__((format(printf, 4, 5)))
 #endif
-  ;
-#define CHECK(...) /* CHECK(ok) or CHECK(ok, format, ...) */ \
-  CHECK_PICK(__VA_ARGS__, CHECK_SAY, CHECK_SAY, CHECK_SAY, CHECK_SAY, CHECK_SAY, CHECK_SAY, CHECK_SAY, CHECK_SAY, \
-             CHECK_SAY, CHECK_SAY, CHECK_SAY, CHECK_BARE, 0)(__VA_ARGS__)
+    ;
+#define CHECK(...) /* CHECK(ok) or CHECK(ok, format, ...) */                                                           \
+  CHECK_PICK(__VA_ARGS__, CHECK_SAY, CHECK_SAY, CHECK_SAY, CHECK_SAY, CHECK_SAY, CHECK_SAY, CHECK_SAY, CHECK_SAY,      \
+             CHECK_SAY, CHECK_SAY, CHECK_SAY, CHECK_BARE, 0)                                                           \
+  (__VA_ARGS__)
 #define CHECK_PICK(a, b, c, d, e, f, g, h, i, j, k, l, name, ...) name
 #define CHECK_BARE(ok) check_at((ok), __FILE__, __LINE__, "%s", #ok)
 #define CHECK_SAY(ok, ...) check_at((ok), __FILE__, __LINE__, __VA_ARGS__)
 void say(const char *format, ...) /* a remark under the test's line: counts, above all */
 #if defined(__GNUC__)
-  __attribute__((format(printf, 1, 2)))
+    __attribute__((format(printf, 1, 2)))
 #endif
-  ;
+    ;
 void run(const char *sentence, void (*test)(void));
 
 /* --- scale --- */
@@ -100,15 +101,15 @@ static inline pktrt_ray ray_of(float ox, float oy, float oz, float dx, float dy,
 typedef struct test_hooks { /* the user pointer of scene_desc_of() */
   pthread_mutex_t lock;
   size_t live_blocks, live_bytes, calls, failed; /* failed: those made to fail */
-  size_t fail_at;           /* the n-th allocation from now on fails, counted from 1; 0: none */
-  bool fail_after;          /* and all that follow it */
-  size_t limit;             /* larger requests fail; 0: none */
-  int workers;              /* of parallel_for */
-  int warnings, notes;      /* log sentences of level 0, 1 */
+  size_t fail_at;                                /* the n-th allocation from now on fails, counted from 1; 0: none */
+  bool fail_after;                               /* and all that follow it */
+  size_t limit;                                  /* larger requests fail; 0: none */
+  int workers;                                   /* of parallel_for */
+  int warnings, notes;                           /* log sentences of level 0, 1 */
   char last_log[256];
-  size_t peak_bytes;        /* the most that live_bytes has been; to be set by who asks */
+  size_t peak_bytes; /* the most that live_bytes has been; to be set by who asks */
 } test_hooks;
-extern test_hooks hooks;    /* the one that all tests share */
+extern test_hooks hooks;                                    /* the one that all tests share */
 pktrt_scene_desc scene_desc_of(pktrt_isa isa, int workers); /* workers 0: no parallel_for */
 void threads_for(int workers, size_t n, void (*body)(void *arg, size_t i), void *arg);
 
@@ -120,8 +121,7 @@ extern int isa_count;
 void suite_identity(void), suite_truth(void), suite_watertight(void), suite_render(void), suite_refusals(void),
     suite_scene(void), suite_memory(void), suite_tree(void), suite_spawn(void), suite_arithmetic(void),
     suite_sampler(void), suite_shading(void), suite_lights(void), suite_assembly(void), suite_pictures(void),
-    suite_passes(void), suite_report(void), suite_media(void), suite_mistakes(void), suite_events(void), suite_counts(void),
-    suite_slack(void), suite_work(void), suite_examples(void),
-    suite_stability(void);
+    suite_passes(void), suite_report(void), suite_media(void), suite_mistakes(void), suite_events(void),
+    suite_counts(void), suite_slack(void), suite_work(void), suite_examples(void), suite_stability(void);
 
 #endif

@@ -3,10 +3,121 @@
 #include "stability.h"
 #include "tree.h"
 
+/* --- the checker of trees: NULL, or what is wrong. A tree must be up to date with the meshes: after a build or refit, before or
+   after the pending positions became the committed ones --- */
+
+static const char *check_block(const pktrt__bvh *bvh, uint32_t block, const pktrt__mesh *meshes, uint32_t mesh_count,
+                               uint64_t *set, uint64_t *count) {
+  const uint32_t *tri = bvh->block_triangles + (size_t)block * 8;
+  pktrt__block *at = pktrt__bvh_block(bvh, block);
+  if (tri[0] == PKTRT_NONE) return "A block has no triangle.";
+  for (size_t l = 0; l < 8; l++) {
+    bool area = false, none = tri[l] == PKTRT_NONE;
+    if (!none && l && tri[l - 1] == PKTRT_NONE) return "A block has a triangle behind a free lane.";
+    uint32_t t = tri[none ? 0 : l], owner = pktrt__mesh_of_triangle(meshes, mesh_count, t, 0);
+    const pktrt__mesh *m = &meshes[owner];
+    float half[3][3]; /* the corners half-way from the key before */
+    const float *const between[3] = {half[0], half[1], half[2]}, *before[3] = {NULL, NULL, NULL};
+    if (t - m->first_id >= m->triangle_count || m->key_count != bvh->key_count) return "A triangle is foreign.";
+    for (uint32_t k = 0; k < bvh->key_count; k++) {
+      const float *row = pktrt__block_vertices(at, k) + l;
+      const float *v[3];
+      pktrt__mesh_corners(m, true, t - m->first_id, k, v);
+      for (size_t i = 0; i < 9; i++) {
+        if (memcmp(&row[i * 8], &v[i / 3][i % 3], sizeof(float))) return "A vertex is not the owner's.";
+        if (k) half[i / 3][i % 3] = 0.5f * before[i / 3][i % 3] + 0.5f * v[i / 3][i % 3];
+      }
+      area = area || pktrt__tri_has_area(v) || (k && pktrt__tri_has_area(between));
+      for (int c = 0; c < 3; c++) before[c] = v[c];
+    }
+    if (at->id[l] != (area && !none ? t : PKTRT_NONE)) return "An id in a block is wrong.";
+    if (!none) *set += pktrt__hash(t), *count += 1;
+  }
+  return NULL;
+}
+
+/* Straight from the definition, beside the kernel. */
+static const char *check_child(const pktrt__bvh *bvh, pktrt__node *node, int c) {
+  uint32_t ref = node->child[c];
+  for (uint32_t k = 0; k < bvh->key_count; k++) {
+    for (int p = 0; p < 6; p++) {
+      float want = p & 1 ? -PKTRT__FAR : PKTRT__FAR, got = pktrt__node_planes(node, k)[8 * p + c];
+      for (int i = 0; i < 24 && ref != PKTRT__EMPTY; i++) {
+        float x;
+        if (ref & PKTRT__LEAF) {
+          size_t block = ref & ~PKTRT__LEAF;
+          if (bvh->block_triangles[block * 8 + (size_t)i / 3] == PKTRT_NONE) continue;
+          x = pktrt__block_vertices(pktrt__bvh_block(bvh, (uint32_t)block), k)[i % 3 * 24 + p / 2 * 8 + i / 3];
+        } else {
+          pktrt__node *below = pktrt__bvh_node(bvh, ref);
+          if (below->child[i / 3] == PKTRT__EMPTY) continue;
+          x = pktrt__node_planes(below, k)[8 * p + i / 3];
+        }
+        if (p & 1 ? x > want : x < want) want = x;
+      }
+      if (got <= want && got >= want) continue;
+      return ref == PKTRT__EMPTY ? "An empty child has bounds." : "Bounds are not exact.";
+    }
+  }
+  return NULL;
+}
+
+static const char *check_orders(const pktrt__node *node) {
+  for (int octant = 0; octant < 8; octant++) {
+    uint32_t perm = node->order[octant], seen = 0;
+    for (int i = 0; i < 8; i++) seen |= 1u << (perm >> 3 * i & 7);
+    if (seen != 255 || perm >> 24) return "An order of children is no permutation.";
+  }
+  return NULL;
+}
+
+/* Each triangle, node and block once: by number and by the sums of mixed indices. */
+static const char *check_tree(const pktrt__bvh *bvh, const pktrt__mesh *meshes, uint32_t mesh_count) {
+  struct {
+    uint32_t node, depth;
+  } stack[PKTRT__STACK];
+  uint64_t nodes = 0, blocks = 0, tris = 0, nodes_set = 0, blocks_set = 0, tris_set = 0;
+  uint32_t top = 0;
+  const char *wrong = NULL;
+  stack[top].node = 0, stack[top++].depth = 0;
+  while (top) {
+    uint32_t n = stack[--top].node, depth = stack[top].depth, used = 0;
+    pktrt__node *node = pktrt__bvh_node(bvh, n);
+    nodes++, nodes_set += pktrt__hash(n);
+    if (nodes > bvh->node_count) return "A node has two parents.";
+    wrong = check_orders(node);
+    for (int c = 0; c < 8 && !wrong; c++) {
+      uint32_t ref = node->child[c];
+      bool leaf = (ref & PKTRT__LEAF) != 0;
+      used += ref != PKTRT__EMPTY;
+      if (ref != PKTRT__EMPTY) {
+        if (depth + 1 > PKTRT__MAX_DEPTH) return "The tree is too deep.";
+        if (leaf && (ref & ~PKTRT__LEAF) >= bvh->block_count) return "A child is no block.";
+        if (!leaf && (ref <= n || ref >= bvh->node_count)) return "A child does not follow its parent.";
+        if (!leaf) stack[top].node = ref, stack[top++].depth = depth + 1;
+        if (leaf) wrong = check_block(bvh, ref & ~PKTRT__LEAF, meshes, mesh_count, &tris_set, &tris);
+        if (leaf) blocks++, blocks_set += pktrt__hash(ref & ~PKTRT__LEAF);
+      }
+      if (!wrong) wrong = check_child(bvh, node, c);
+    }
+    if (wrong) return wrong;
+    if (!used) return "A node has no child.";
+  }
+  for (uint32_t i = 0; i < bvh->node_count; i++) nodes--, nodes_set -= pktrt__hash(i);
+  for (uint32_t i = 0; i < bvh->block_count; i++) blocks--, blocks_set -= pktrt__hash(i);
+  for (uint32_t i = 0; i < mesh_count; i++) {
+    for (uint32_t t = 0; meshes[i].key_count == bvh->key_count && t < meshes[i].triangle_count; t++) {
+      tris--, tris_set -= pktrt__hash((uint64_t)meshes[i].first_id + t);
+    }
+  }
+  if (nodes || nodes_set) return "Not every node is reached once.";
+  if (blocks || blocks_set) return "Not every block is reached once.";
+  return tris || tris_set ? "Not every triangle is there once." : NULL;
+}
+
 const char *tree_fault(const pktrt_scene *s) {
   const char *wrong = NULL;
-  for (uint32_t g = 0; g < s->bvh_count && !wrong; g++)
-    wrong = pktrt__check_group(&s->bvhs[g], s->meshes, s->mesh_count);
+  for (uint32_t g = 0; g < s->bvh_count && !wrong; g++) wrong = check_tree(&s->bvhs[g], s->meshes, s->mesh_count);
   return wrong;
 }
 
@@ -42,10 +153,10 @@ static uint64_t group_bounds_off(const pktrt_scene *s, const pktrt__bvh *g, cons
   memcpy(all, none, sizeof all);
   for (uint32_t i = g->node_count * g->key_count; i-- > 0;) { /* children come after their parents */
     const uint32_t n = i / g->key_count, key = i % g->key_count;
-    unsigned char *node = g->nodes + (size_t)n * g->node_bytes;
+    pktrt__node *node = pktrt__bvh_node(g, n);
     memcpy(whole[i], none, sizeof none);
     for (int c = 0; c < 8; c++) {
-      const uint32_t ref = pktrt__node_children(node)[c];
+      const uint32_t ref = node->child[c];
       float want[6];
       memcpy(want, none, sizeof none);
       if (ref != PKTRT__EMPTY && ref & PKTRT__LEAF) box_grow_by_block(want, s, g, ref & ~PKTRT__LEAF, w, key);
@@ -86,7 +197,7 @@ uint32_t tree_depth(const pktrt_scene *s) {
     uint32_t *depth = calloc(g->node_count, sizeof *depth);
     if (!depth) abort();
     for (uint32_t n = 0; n < g->node_count; n++) {
-      const uint32_t *child = pktrt__node_children(g->nodes + (size_t)n * g->node_bytes);
+      const uint32_t *child = pktrt__bvh_node(g, n)->child;
       for (int c = 0; c < 8; c++)
         if (child[c] != PKTRT__EMPTY && !(child[c] & PKTRT__LEAF)) depth[child[c]] = depth[n] + 1;
       if (depth[n] + 1 > most) most = depth[n] + 1;
@@ -112,7 +223,8 @@ static bool slabs_meet(const pktrt_ray *r, const double lo[3], const double hi[3
   double from = (double)r->tmin, to = (double)r->tmax;
   for (int a = 0; a < 3; a++) {
     const double o = (double)r->origin[a], d = (double)r->direction[a];
-    const double n = ((d < 0 ? hi[a] + wider : lo[a] - wider) - o) / d, f = ((d < 0 ? lo[a] - wider : hi[a] + wider) - o) / d;
+    const double n = ((d < 0 ? hi[a] + wider : lo[a] - wider) - o) / d,
+                 f = ((d < 0 ? lo[a] - wider : hi[a] + wider) - o) / d;
     from = fmax(from, n), to = fmin(to, f);
   }
   return from <= to;
@@ -126,13 +238,13 @@ static bool work_meets(const pktrt_ray *r, const double lo[3], const double hi[3
 
 /* The node, and what lies below it. */
 static void work_of_node(const pktrt__bvh *g, uint32_t n, const pktrt_ray *r, double margin, tree_work *w) {
-  unsigned char *node = g->nodes + (size_t)n * g->node_bytes;
+  pktrt__node *node = pktrt__bvh_node(g, n);
   float ta, tb;
   const uint32_t key = pktrt__time_segment(r->time, g->key_count, &ta, &tb), next = g->key_count > 1 ? key + 1 : key;
   const float *k0 = pktrt__node_planes(node, key), *k1 = pktrt__node_planes(node, next);
   w->nodes++;
   for (uint32_t c = 0; c < 8; c++) {
-    const uint32_t ref = pktrt__node_children(node)[c];
+    const uint32_t ref = node->child[c];
     double lo[3], hi[3];
     if (ref == PKTRT__EMPTY) continue;
     w->boxes++;
@@ -142,7 +254,7 @@ static void work_of_node(const pktrt__bvh *g, uint32_t n, const pktrt_ray *r, do
     }
     if (!work_meets(r, lo, hi, margin, w)) continue;
     if (!(ref & PKTRT__LEAF)) work_of_node(g, ref, r, margin, w);
-    const uint32_t *id = pktrt__block_ids(g->blocks + (size_t)(ref & ~PKTRT__LEAF) * g->block_bytes);
+    const uint32_t *id = pktrt__bvh_block(g, ref & ~PKTRT__LEAF)->id;
     for (uint32_t l = 0; ref & PKTRT__LEAF && l < 8; l++) w->triangles += id[l] != PKTRT_NONE;
   }
 }
@@ -168,7 +280,7 @@ uint32_t tree_children(const pktrt_scene *s, uint32_t group, uint32_t node) {
   const pktrt__bvh *g = &s->bvhs[group];
   uint32_t there = 0;
   if (node >= g->node_count) return 0;
-  const uint32_t *child = pktrt__node_children(g->nodes + (size_t)node * g->node_bytes);
+  const uint32_t *child = pktrt__bvh_node(g, node)->child;
   for (uint32_t c = 0; c < 8; c++)
     if (child[c] != PKTRT__EMPTY) there |= 1u << c;
   return there;
@@ -179,8 +291,9 @@ void tree_asked_by(pktrt_scene *s, pktrt_isa isa) { s->kernels = pktrt__kernels_
 static bool same_trees(const pktrt_scene *a, const pktrt_scene *b) {
   if (a->bvh_count != b->bvh_count) return false;
   for (uint32_t g = 0; g < a->bvh_count; g++) {
-    const pktrt__bvh *x = &->bvhs[g], *y = &->bvhs[g];
-    if (x->key_count != y->key_count || x->node_count != y->node_count || x->block_count != y->block_count) return false;
+    const pktrt__bvh *x = &a->bvhs[g], *y = &b->bvhs[g];
+    if (x->key_count != y->key_count || x->node_count != y->node_count || x->block_count != y->block_count)
+      return false;
     if (memcmp(x->nodes, y->nodes, (size_t)x->node_count * x->node_bytes)) return false;
     if (memcmp(x->blocks, y->blocks, (size_t)x->block_count * x->block_bytes)) return false;
   }
@@ -209,7 +322,8 @@ static void structure(void) {
       if (kind == 2) w.m[0].nt = 0;
       if (kind == 3) mesh_scale(&w.m[3], 1e-20f);
       if (kind == 4) mesh_shift(&w.m[3], 1e20f, 0, 0);
-      if (kind == 5) for (uint32_t i = 0; i < w.m[3].nt; i++) memcpy(&w.m[3].i[3 * i], &w.m[3].i[0], 12);
+      if (kind == 5)
+        for (uint32_t i = 0; i < w.m[3].nt; i++) memcpy(&w.m[3].i[3 * i], &w.m[3].i[0], 12);
       pktrt_scene_desc d = scene_desc_of(PKTRT_ISA_AUTO, 0);
       d.quality = (pktrt_build_quality)q;
       pktrt_scene *s = pktrt_scene_create(&d), *reference = world_scene(&w, isas[0], 0);
@@ -234,7 +348,8 @@ static void checker_sees(void) {
     pktrt__bvh *x = &s->bvhs[g];
     for (uint32_t i = 0; i < 200; i++) {
       rng r = rng_of(i);
-      uint32_t node = rng_below(&r, x->node_count), lane = rng_below(&r, 8), plane = rng_below(&r, 6), key = rng_below(&r, x->key_count);
+      uint32_t node = rng_below(&r, x->node_count), lane = rng_below(&r, 8), plane = rng_below(&r, 6),
+               key = rng_below(&r, x->key_count);
       unsigned char *bytes = x->nodes + (size_t)node * x->node_bytes;
       uint32_t child;
       memcpy(&child, bytes + 192 + 4 * lane, 4);
@@ -242,7 +357,7 @@ static void checker_sees(void) {
       float *f = (float *)(void *)(bytes + (key ? 256 + (key - 1) * 192 : 0)) + plane * 8 + lane, was = *f;
       *f = nextafterf(was, i & 1 ? INFINITY : -INFINITY);
       spoilt++;
-      seen += pktrt__check_group(x, s->meshes, s->mesh_count) != NULL;
+      seen += check_tree(x, s->meshes, s->mesh_count) != NULL;
       *f = was;
     }
     uint32_t was;
@@ -250,7 +365,7 @@ static void checker_sees(void) {
     memcpy(&was, id, 4);
     memset(id, 0xFF, 4);
     spoilt++;
-    seen += pktrt__check_group(x, s->meshes, s->mesh_count) != NULL;
+    seen += check_tree(x, s->meshes, s->mesh_count) != NULL;
     memcpy(id, &was, 4);
   }
   sound(s, "restored");
@@ -296,7 +411,8 @@ static size_t hits_in_the_middle(const pktrt_scene *s, const world *w, float tim
   for (uint32_t t = 0; t < FLAT; t++) {
     const bool hit = ref_intersect(w, &ray[t], &want);
     pktrt_intersect(s, &ray[t], &one);
-    CHECK(same_bits(&one, &want, sizeof one) && same_bits(&many[t], &want, sizeof want), "triangle %u, time %g", t, (double)time);
+    CHECK(same_bits(&one, &want, sizeof one) && same_bits(&many[t], &want, sizeof want), "triangle %u, time %g", t,
+          (double)time);
     CHECK(occluded[t] == hit && pktrt_occluded(s, &ray[t]) == hit, "triangle %u, time %g", t, (double)time);
     hits += hit;
   }
@@ -428,7 +544,8 @@ static void rebuild_policies(void) {
     pktrt_scene *fresh = world_scene(&w, PKTRT_ISA_AUTO, 0);
     pktrt_scene_info best;
     pktrt_get_scene_info(fresh, &best);
-    say("policy %d: cost %.1f at build, %.1f now, %.1f when fresh", policy, now.sah_at_build, now.sah_now, best.sah_now);
+    say("policy %d: cost %.1f at build, %.1f now, %.1f when fresh", policy, now.sah_at_build, now.sah_now,
+        best.sah_now);
     if (policy == PKTRT_REBUILD_AUTOMATIC) {
       CHECK(!now.rebuild_advised && now.sah_now == now.sah_at_build && now.sah_now == best.sah_now, "rebuilt as fresh");
       CHECK(same_trees(s, fresh));
@@ -490,15 +607,16 @@ static void rebuild_threshold(void) {
     CHECK(fabs(cost - costs[i]) < 0.005 && !info.rebuild_advised, "%g of the cost, not %g", cost, costs[i]);
     pktrt_scene_destroy(s);
     for (int policy = PKTRT_REBUILD_ADVISE; policy <= PKTRT_REBUILD_AUTOMATIC; policy++) {
-      const bool advises = policy == PKTRT_REBUILD_ADVISE && i == 1, builds = policy == PKTRT_REBUILD_AUTOMATIC && i == 1;
+      const bool advises = policy == PKTRT_REBUILD_ADVISE && i == 1,
+                 builds = policy == PKTRT_REBUILD_AUTOMATIC && i == 1;
       hooks.warnings = hooks.notes = 0;
       s = worn_scene(&m, (pktrt_rebuild)policy);
       put_mixed(s, &m, other, part, &info);
       CHECK(info.rebuild_advised == advises && hooks.warnings == advises && hooks.notes == builds,
-            "policy %d, %g of the cost: advised %d, %d warnings, %d notes", policy, cost, info.rebuild_advised, hooks.warnings,
-            hooks.notes);
-      CHECK((info.sah_now == info.sah_at_build) == builds, "policy %d, %g of the cost: %g now, %g when built", policy, cost,
-            info.sah_now, info.sah_at_build);
+            "policy %d, %g of the cost: advised %d, %d warnings, %d notes", policy, cost, info.rebuild_advised,
+            hooks.warnings, hooks.notes);
+      CHECK((info.sah_now == info.sah_at_build) == builds, "policy %d, %g of the cost: %g now, %g when built", policy,
+            cost, info.sah_now, info.sah_at_build);
       pktrt_scene_destroy(s);
     }
   }

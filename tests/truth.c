@@ -43,15 +43,16 @@ static int other_answer(const pktrt_scene *s, const pktrt_ray *rays, const pktrt
   return -1;
 }
 
-static void report(const char *name, pktrt_isa isa, int way, const pktrt_ray *r, const pktrt_hit *want, const pktrt_scene *s) {
+static void report(const char *name, pktrt_isa isa, int way, const pktrt_ray *r, const pktrt_hit *want,
+                   const pktrt_scene *s) {
   pktrt_hit h;
   pktrt_intersect(s, r, &h);
   CHECK(false, "%s, %s, way %d: o %a %a %a", name, pktrt_isa_string(isa), way, (double)r->origin[0],
         (double)r->origin[1], (double)r->origin[2]);
   CHECK(false, "  d %a %a %a  [%a, %a]", (double)r->direction[0], (double)r->direction[1], (double)r->direction[2],
         (double)r->tmin, (double)r->tmax);
-  CHECK(false, "  want mesh %u triangle %u t %a, single gives %u %u %a", want->mesh, want->triangle, (double)want->t, h.mesh,
-        h.triangle, (double)h.t);
+  CHECK(false, "  want mesh %u triangle %u t %a, single gives %u %u %a", want->mesh, want->triangle, (double)want->t,
+        h.mesh, h.triangle, (double)h.t);
 }
 
 /* All ways and instruction sets of the library against brute force. */
@@ -109,7 +110,9 @@ static size_t brute_alone(const char *name, world w, uint64_t seed, bool wild) {
   world_free(&w);
   return n;
 }
-static void brute(const char *name, world w, uint64_t seed, bool wild) { rays_traced += brute_alone(name, w, seed, wild); }
+static void brute(const char *name, world w, uint64_t seed, bool wild) {
+  rays_traced += brute_alone(name, w, seed, wild);
+}
 
 static void brute_static(void) {
   rays_traced = 0;
@@ -157,7 +160,7 @@ static void brute_ties(void) {
   w = world_of(gg);
   w.m[w.n++] = mesh_copies(&g, 3);
   mesh moving = mesh_copies(&g, 1);
-  mesh_move(&moving, 2, 0, 0, 1);  /* moves nowhere: ties across groups of different key counts */
+  mesh_move(&moving, 2, 0, 0, 1); /* moves nowhere: ties across groups of different key counts */
   w.m[w.n++] = moving;
   brute("coplanar copies", w, 11, false);
   mesh_free(&m);
@@ -217,12 +220,20 @@ static void brute_odd_rays(void) {
     float s = sizes[rng_below(&r, 8)];
     uint32_t a = rng_below(&r, 3);
     switch (rng_below(&r, 7)) {
-    case 0: for (int k = 0; k < 3; k++) x->direction[k] *= s; break;
+    case 0:
+      for (int k = 0; k < 3; k++) x->direction[k] *= s;
+      break;
     case 1: x->direction[a] = 1e-42f * rng_sign(&r); break;
     case 2: x->direction[a] *= 1e-30f; break;
-    case 3: x->tmin = -1e-41f; x->tmax = s; break;
+    case 3:
+      x->tmin = -1e-41f;
+      x->tmax = s;
+      break;
     case 4: x->origin[a] = rng_sign(&r) * PKTRT_MAX_COORD; break;
-    case 5: x->tmin = -FLT_MAX; x->tmax = 1e-44f; break;
+    case 5:
+      x->tmin = -FLT_MAX;
+      x->tmax = 1e-44f;
+      break;
     default: x->origin[a] = 1e-41f * rng_sign(&r); break;
     }
   }
@@ -236,8 +247,8 @@ static void brute_odd_rays(void) {
 /* --- oracle --- */
 
 typedef struct oracle_count {
-  size_t rays, hits, band, wrong;     /* of the library */
-  size_t wrong_mt, wrong_ks;          /* of the controls */
+  size_t rays, hits, band, wrong; /* of the library */
+  size_t wrong_mt, wrong_ks;      /* of the controls */
 } oracle_count;
 
 static void oracle(world w, uint64_t seed, oracle_count *c) {
@@ -281,8 +292,8 @@ static void oracle_all(void) {
   w = world_of(mesh_soup(300, 0.3f, 4));
   mesh_move(&w.m[0], 3, 0.2f, 0.1f, 5);
   oracle(w, 6, &c);
-  say("%zu rays, %zu hits, %zu in the band, %zu wrong; Moeller-Trumbore in float %zu wrong, Kensler-Shirley %zu", c.rays, c.hits,
-      c.band, c.wrong, c.wrong_mt, c.wrong_ks);
+  say("%zu rays, %zu hits, %zu in the band, %zu wrong; Moeller-Trumbore in float %zu wrong, Kensler-Shirley %zu",
+      c.rays, c.hits, c.band, c.wrong, c.wrong_mt, c.wrong_ks);
   CHECK(c.wrong == 0);
   CHECK(c.hits > c.rays / 20);
   CHECK(c.band < c.rays * 3 / 4, "the band does not swallow the test");
@@ -324,6 +335,4 @@ static void watertight_fans(void) {
   CHECK(small_run || mt > 0, "the control leaks");
 }
 
-void suite_watertight(void) {
-  run("fans have no pinhole at the hub", watertight_fans);
-}
+void suite_watertight(void) { run("fans have no pinhole at the hub", watertight_fans); }

@@ -7,12 +7,21 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { EDGE = 40, VERTICES = (EDGE + 1) * (EDGE + 1), GROUND = 2 * EDGE * EDGE, RAYS = 20000, SINGLE = 4000, SIZE = 24 };
+enum {
+  EDGE = 40,
+  VERTICES = (EDGE + 1) * (EDGE + 1),
+  GROUND = 2 * EDGE * EDGE,
+  RAYS = 20000,
+  SINGLE = 4000,
+  SIZE = 24
+};
 
 static float ground_xyz[VERTICES][3];
 static uint32_t ground_index[GROUND][3];
-static const float object_xyz[6][3] = {{1014, 1, 20}, {1026, 1, 20}, {1020, 1, 14}, {1020, 1, 26}, {1020, 9, 20}, {1020, -7, 20}};
-static const uint32_t object_index[8][3] = {{4, 2, 0}, {4, 1, 2}, {4, 3, 1}, {4, 0, 3}, {5, 0, 2}, {5, 2, 1}, {5, 1, 3}, {5, 3, 0}};
+static const float object_xyz[6][3] = {{1014, 1, 20}, {1026, 1, 20}, {1020, 1, 14},
+                                       {1020, 1, 26}, {1020, 9, 20}, {1020, -7, 20}};
+static const uint32_t object_index[8][3] = {{4, 2, 0}, {4, 1, 2}, {4, 3, 1}, {4, 0, 3},
+                                            {5, 0, 2}, {5, 2, 1}, {5, 1, 3}, {5, 3, 0}};
 static pktrt_ray rays[RAYS];
 static pktrt_hit hits[RAYS];
 static float pixels[SIZE * SIZE * 3];
@@ -69,7 +78,8 @@ static pktrt_status fill(pktrt_scene *s) {
   lamp.edge[0][0] = 4, lamp.edge[1][2] = 4;
   ground.positions = ground_xyz[0], ground.vertex_count = VERTICES, ground.indices = ground_index[0];
   ground.triangle_count = GROUND;
-  object.positions = object_xyz[0], object.vertex_count = 6, object.indices = object_index[0], object.triangle_count = 8;
+  object.positions = object_xyz[0], object.vertex_count = 6, object.indices = object_index[0],
+  object.triangle_count = 8;
   pktrt_status status = pktrt_add_material(s, &gold, &ground.material);
   if (!status) status = pktrt_add_material(s, &glass, &object.material);
   if (!status) status = pktrt_add_light(s, &lamp, NULL);
@@ -110,7 +120,8 @@ int main(void) {
     }
     uint64_t sum = 14695981039346656037u;
     add_to(&sum, hits, sizeof hits), add_to(&sum, pixels, sizeof pixels);
-    printf("%s %016llx, single calls: %d of %d differ\n", pktrt_isa_string(desc.isa), (unsigned long long)sum, differ, SINGLE);
+    printf("%s %016llx, single calls: %d of %d differ\n", pktrt_isa_string(desc.isa), (unsigned long long)sum, differ,
+           SINGLE);
     pktrt_scene_destroy(s);
   }
   return 0;

@@ -21,9 +21,11 @@ uint32_t take_below(feed *b, uint32_t n) { return take_u8(b) % n; }
 float take_tame(feed *b) { return (float)((int)take_u8(b) - 128) / 16; }
 
 float take_float(feed *b) {
+  /* clang-format off */
   static const float odd[] = {NAN, INFINITY, -INFINITY, FLT_MAX, -FLT_MAX, FLT_MIN, -FLT_MIN, 0x1p-149f, -0x1p-149f, 0x1p-126f,
                               PKTRT_MAX_COORD, -PKTRT_MAX_COORD, 1.2676507e30f, -1.2676507e30f, -0.0f, 0.0f, 1, -1, 0.5f, 1e-30f,
                               1e30f, 3e38f, 1e10f, 1e-10f, 1 + FLT_EPSILON, 16777216, 2147483648.0f, 65536, 180, 360, 0.99999994f};
+  /* clang-format on */
   const uint32_t kind = take_u8(b);
   if (kind < 160) return (float)((int)kind - 80) / 16;
   if (kind < 248) return odd[(kind - 160) % COUNT(odd)];
@@ -131,11 +133,12 @@ pktrt_material fuzz_material(feed *b, bool *good) {
   m.exponent = (float)(take_u8(b) * take_u8(b));
   float *const fields[] = {m.albedo, m.reflectance, m.ior, m.extinction, m.absorption, m.emission, &m.exponent};
   if (odd) fields[odd % 7][odd % 7 < 6 ? odd / 7 % 3 : 0] = take_float(b);
-  *good = (int)m.specular >= 0 && m.specular <= PKTRT_SPECULAR_CONDUCTOR && (int)m.lobe >= 0 && m.lobe <= PKTRT_LOBE_PHONG &&
-          within(m.albedo, 3, 0, 1) && within(m.reflectance, 3, 0, 1) && within(m.ior, 3, 0, 1e6f) &&
-          within(m.extinction, 3, 0, 1e6f) && within(m.absorption, 3, 0, FLT_MAX) && within(m.emission, 3, 0, FLT_MAX) &&
-          within(&m.exponent, 1, 0, 1e9f);
-  for (int a = 0; a < 3 && m.specular == PKTRT_SPECULAR_MIRROR; a++) *good &= m.albedo[a] + m.reflectance[a] <= 1.00001f;
+  *good = (int)m.specular >= 0 && m.specular <= PKTRT_SPECULAR_CONDUCTOR && (int)m.lobe >= 0 &&
+          m.lobe <= PKTRT_LOBE_PHONG && within(m.albedo, 3, 0, 1) && within(m.reflectance, 3, 0, 1) &&
+          within(m.ior, 3, 0, 1e6f) && within(m.extinction, 3, 0, 1e6f) && within(m.absorption, 3, 0, FLT_MAX) &&
+          within(m.emission, 3, 0, FLT_MAX) && within(&m.exponent, 1, 0, 1e9f);
+  for (int a = 0; a < 3 && m.specular == PKTRT_SPECULAR_MIRROR; a++)
+    *good &= m.albedo[a] + m.reflectance[a] <= 1.00001f;
   return m;
 }
 

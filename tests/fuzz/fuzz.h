@@ -17,9 +17,9 @@ typedef struct feed {
 } feed;
 uint32_t take_u8(feed *);
 uint32_t take_u32(feed *);
-uint32_t take_below(feed *, uint32_t n);  /* [0,n), n <= 256 */
-float take_tame(feed *);                  /* a multiple of 1/16 in [-8,8): such meet each other's edges */
-float take_float(feed *);                 /* tame, or one of the values where things break, or any 32 bits */
+uint32_t take_below(feed *, uint32_t n); /* [0,n), n <= 256 */
+float take_tame(feed *);                 /* a multiple of 1/16 in [-8,8): such meet each other's edges */
+float take_float(feed *);                /* tame, or one of the values where things break, or any 32 bits */
 void take_floats(feed *, float *, int n);
 void take_tames(feed *, float *, int n);
 

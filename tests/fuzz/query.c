@@ -95,13 +95,14 @@ static const char *compare_arrays(const pktrt_scene *s, const pktrt_ray *rays, c
   pktrt_intersect_soa(s, &from, &to, n);
   pktrt_occluded_soa(s, &from, occluded, n);
   for (uint32_t i = 0; i < n; i++)
-    if (!same_bits(&t[i], &want[i].t, sizeof t[i]) || triangle[i] != want[i].triangle || occluded[i] != (want[i].mesh != PKTRT_NONE))
+    if (!same_bits(&t[i], &want[i].t, sizeof t[i]) || triangle[i] != want[i].triangle ||
+        occluded[i] != (want[i].mesh != PKTRT_NONE))
       return "Structures of arrays are answered otherwise.";
   return NULL;
 }
 
-static const char *compare_paths(const pktrt_scene *s, feed odd, const pktrt_ray *rays, const pktrt_hit *want, uint32_t n,
-                                 bool broken) {
+static const char *compare_paths(const pktrt_scene *s, feed odd, const pktrt_ray *rays, const pktrt_hit *want,
+                                 uint32_t n, bool broken) {
   pktrt_hit hit[RAYS];
   bool occluded[RAYS];
   pktrt_stats stats;
@@ -113,7 +114,8 @@ static const char *compare_paths(const pktrt_scene *s, feed odd, const pktrt_ray
   for (uint32_t path = 0; path < 4; path++) {
     pktrt_query_desc d;
     memset(&d, 0, sizeof d), memset(&stats, 0, sizeof stats);
-    d.path = (pktrt_path)(path < 3 ? (int)path : (int)take_u32(&odd)), d.packet_size = path < 3 ? take_u8(&odd) : take_u32(&odd);
+    d.path = (pktrt_path)(path < 3 ? (int)path : (int)take_u32(&odd)),
+    d.packet_size = path < 3 ? take_u8(&odd) : take_u32(&odd);
     d.type = (pktrt_ray_type)take_u8(&odd);
     if (path != 1) d.stats = &stats;
     memset(hit, 0xA5, sizeof hit), memset(occluded, 1, sizeof occluded);
@@ -131,7 +133,8 @@ static const char *compare_paths(const pktrt_scene *s, feed odd, const pktrt_ray
   return compare_arrays(s, rays, want, n);
 }
 
-static const char *compare_spawned(const pktrt_scene *s, feed odd, const pktrt_ray *rays, const pktrt_hit *hit, uint32_t n) {
+static const char *compare_spawned(const pktrt_scene *s, feed odd, const pktrt_ray *rays, const pktrt_hit *hit,
+                                   uint32_t n) {
   for (uint32_t i = 0; i < n; i += 7) {
     float direction[3];
     pktrt_ray out;
@@ -151,20 +154,24 @@ static const char *compare_spawned(const pktrt_scene *s, feed odd, const pktrt_r
 static const char *try_numbers(feed b) {
   pktrt_sampling sampling;
   float out[24], x[6];
-  sampling.sampler = (pktrt_sampler)((int)take_below(&b, 10) - 1), sampling.samples = take_u32(&b), sampling.seed = take_u32(&b);
+  sampling.sampler = (pktrt_sampler)((int)take_below(&b, 10) - 1), sampling.samples = take_u32(&b),
+  sampling.seed = take_u32(&b);
   pktrt_sample(&sampling, take_u32(&b), take_u32(&b), take_u32(&b), take_u32(&b), COUNT(out), out);
   for (uint32_t i = 0; i < COUNT(out); i++)
     if (!(out[i] >= 0 && out[i] < 1)) return "A sample lies outside [0,1).";
   take_floats(&b, x, 6);
   pktrt_map_disk(x, out), pktrt_map_sphere(x, out), pktrt_map_cosine(x, x + 2, out);
   pktrt_map_phong(x, x + 2, x[5], out), pktrt_map_phong_naive(x, x + 2, x[5], out);
-  const float eta = fabsf(x[0]), k = fabsf(x[1]), f = pktrt_fresnel_dielectric(x[2], eta), g = pktrt_fresnel_conductor(x[2], eta, k);
+  const float eta = fabsf(x[0]), k = fabsf(x[1]), f = pktrt_fresnel_dielectric(x[2], eta),
+              g = pktrt_fresnel_conductor(x[2], eta, k);
   if (!(f >= 0 && f <= 1.000001f)) return "Fresnel reflectance of a dielectric lies outside [0,1].";
-  if (eta <= 1e6f && k <= 1e6f && !(g >= 0 && g <= 1.000001f)) return "Fresnel reflectance of a conductor lies outside [0,1].";
+  if (eta <= 1e6f && k <= 1e6f && !(g >= 0 && g <= 1.000001f))
+    return "Fresnel reflectance of a conductor lies outside [0,1].";
   return pktrt_sampler_string(sampling.sampler) ? NULL : "A sampler has no string.";
 }
 
-static const char *answer_alone(const pktrt_scene *s, const geometry *g, const pktrt_ray *rays, pktrt_hit *hit, uint32_t n) {
+static const char *answer_alone(const pktrt_scene *s, const geometry *g, const pktrt_ray *rays, pktrt_hit *hit,
+                                uint32_t n) {
   for (uint32_t i = 0; i < n; i++) {
     pktrt_hit truth;
     const bool found = pktrt_intersect(s, &rays[i], &hit[i]);

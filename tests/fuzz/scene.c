@@ -89,11 +89,13 @@ static float *take_vectors(feed *b, const model_mesh *g, uint32_t keys, uint32_t
   return p;
 }
 
-static pktrt_status status_of_mesh(const model_mesh *g, const float *positions, const float *normals, const uint32_t *indices) {
+static pktrt_status status_of_mesh(const model_mesh *g, const float *positions, const float *normals,
+                                   const uint32_t *indices) {
   for (uint32_t i = 0; indices && i < 3 * g->triangles; i++)
     if (indices[i] >= g->vertices) return PKTRT_INVALID_ARGUMENT;
   for (uint32_t k = 0; k < g->keys; k++) {
-    pktrt_status st = status_of_vectors(positions + (size_t)k * g->vertices * g->floats, g->vertices, g->floats, PKTRT_MAX_COORD);
+    pktrt_status st =
+        status_of_vectors(positions + (size_t)k * g->vertices * g->floats, g->vertices, g->floats, PKTRT_MAX_COORD);
     if (!st && normals) st = status_of_vectors(normals + (size_t)k * g->vertices * 3, g->vertices, 3, FLT_MAX);
     if (st) return st;
   }
@@ -105,13 +107,15 @@ static pktrt_status add_mesh(model *m, feed *b, pktrt_status *want) {
   pktrt_mesh_desc d;
   memset(&d, 0, sizeof d);
   const uint32_t how = take_below(b, 24), flags = take_u8(b);
-  g.vertices = take_below(b, 25), g.keys = 1 + take_below(b, 4), g.floats = 3 + (flags & 1) * 2, g.normals = flags >> 1 & 1;
+  g.vertices = take_below(b, 25), g.keys = 1 + take_below(b, 4), g.floats = 3 + (flags & 1) * 2,
+  g.normals = flags >> 1 & 1;
   const bool soup = flags >> 2 & 1, odd = flags >> 3 & 1;
   g.triangles = soup ? g.vertices / 3 : g.vertices ? take_below(b, 25) : 0;
   float *positions = take_vectors(b, &g, g.keys, g.floats, odd);
   float *normals = g.normals ? take_vectors(b, &g, g.keys, 3, odd) : NULL;
   uint32_t *indices = soup ? NULL : fuzz_block((size_t)g.triangles * 3 * sizeof *indices);
-  for (uint32_t i = 0; indices && i < 3 * g.triangles; i++) indices[i] = odd ? take_below(b, 25) : take_u8(b) % g.vertices;
+  for (uint32_t i = 0; indices && i < 3 * g.triangles; i++)
+    indices[i] = odd ? take_below(b, 25) : take_u8(b) % g.vertices;
   d.positions = positions, d.vertex_count = g.vertices, d.position_stride = flags & 1 ? 20 : flags & 16 ? 12 : 0;
   d.indices = indices, d.triangle_count = g.triangles, d.key_count = g.keys == 1 ? flags >> 5 & 1 : g.keys;
   d.normals = normals, d.material = flags >> 6;
@@ -138,9 +142,11 @@ static pktrt_status set_vectors(model *m, feed *b, pktrt_status *want) {
   const uint32_t floats = normals ? 3 : g->floats;
   float *p = take_vectors(b, g, 1, floats, flags >> 5 & 1);
   *want = status_of_vectors(p, g->vertices, floats, normals ? FLT_MAX : PKTRT_MAX_COORD);
-  if (mesh >= m->meshes || key >= g->keys || (null && g->vertices) || (normals && !g->normals)) *want = PKTRT_INVALID_ARGUMENT;
+  if (mesh >= m->meshes || key >= g->keys || (null && g->vertices) || (normals && !g->normals))
+    *want = PKTRT_INVALID_ARGUMENT;
   const float *given = null ? NULL : p;
-  const pktrt_status got = normals ? pktrt_set_normals(m->s, mesh, key, given) : pktrt_set_positions(m->s, mesh, key, given);
+  const pktrt_status got =
+      normals ? pktrt_set_normals(m->s, mesh, key, given) : pktrt_set_positions(m->s, mesh, key, given);
   free(p);
   return got;
 }
@@ -178,9 +184,7 @@ static pktrt_status operate(model *m, feed *b, pktrt_status *want, bool *moves) 
   case 4: return set_vectors(m, b, want);
   case 5: return add_light(m, b, want);
   case 6: return add_material(m, b, want);
-  case 7:
-    *want = m->meshes > m->committed ? PKTRT_NOT_COMMITTED : PKTRT_OK, *moves = true;
-    return pktrt_refit(m->s);
+  case 7: *want = m->meshes > m->committed ? PKTRT_NOT_COMMITTED : PKTRT_OK, *moves = true; return pktrt_refit(m->s);
   case 8: m->memory.fail_at = take_below(b, 12); return pktrt_mark_changed(m->s);
   default: *moves = true; return pktrt_commit(m->s);
   }
@@ -193,8 +197,10 @@ static const char *step(model *m, feed *b, snapshot *before) {
   const size_t failed = m->memory.failed;
   const uint32_t waiting = m->meshes;
   const pktrt_status got = operate(m, b, &want, &moves);
-  if (got != want && !(got == PKTRT_OUT_OF_MEMORY && m->memory.failed > failed)) return "The status is not the one to expect.";
-  if (m->meshes > waiting + 1 || (got != PKTRT_OK && m->meshes != waiting)) return "A mesh was added by a refused call.";
+  if (got != want && !(got == PKTRT_OUT_OF_MEMORY && m->memory.failed > failed))
+    return "The status is not the one to expect.";
+  if (m->meshes > waiting + 1 || (got != PKTRT_OK && m->meshes != waiting))
+    return "A mesh was added by a refused call.";
   const char *wrong = got == PKTRT_OK ? NULL : fuzz_no_sentence(m->s);
   if (moves && got == PKTRT_OK) m->committed = m->meshes;
   const size_t calls = m->memory.calls;
@@ -203,7 +209,8 @@ static const char *step(model *m, feed *b, snapshot *before) {
   if (m->broken) after.hit[0].t = -7; /* the control */
   if (m->memory.calls != calls) return "Queries allocate.";
   if (after.meshes != m->committed) return "The number of meshes is not that of those committed.";
-  if (!(moves && got == PKTRT_OK) && !same_snapshot(before, &after)) return "The scene changed without commit or refit.";
+  if (!(moves && got == PKTRT_OK) && !same_snapshot(before, &after))
+    return "The scene changed without commit or refit.";
   *before = after;
   return NULL;
 }
@@ -219,7 +226,8 @@ const char *fuzz_scene(const uint8_t *data, size_t size, bool broken) {
   d.quality = (pktrt_build_quality)(flags >> 1 & 3), d.rebuild = (pktrt_rebuild)(flags >> 3 & 3);
   if ((flags & 0xE0) == 0xE0) d.release = NULL;
   m.s = pktrt_scene_create(&d);
-  const bool good = pktrt_isa_available(d.isa) && d.quality <= PKTRT_BUILD_HIGH && d.rebuild <= PKTRT_REBUILD_AUTOMATIC && d.release;
+  const bool good =
+      pktrt_isa_available(d.isa) && d.quality <= PKTRT_BUILD_HIGH && d.rebuild <= PKTRT_REBUILD_AUTOMATIC && d.release;
   if (good != (m.s != NULL)) return "A scene is created of a bad description, or not of a good one.";
   if (!m.s) return m.memory.blocks ? "A create that failed keeps memory." : fuzz_no_sentence(NULL);
   const char *wrong = take_snapshot(&m, &now);

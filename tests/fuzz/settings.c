@@ -15,7 +15,7 @@ typedef struct setting { /* all that is taken from the feed */
   pktrt_light light[3];
   pktrt_render_desc d;
   uint32_t materials, lights, mesh_material[3], fail_at;
-  bool tame;   /* nothing shines so brightly that sums could overflow */
+  bool tame;                                    /* nothing shines so brightly that sums could overflow */
   bool cancel, buffers, parallel, hook, errors; /* hook: the hook `pass`; errors: they are wanted */
   float vertex[2][8 * 3];
 } setting;
@@ -25,7 +25,8 @@ typedef struct setting { /* all that is taken from the feed */
 static pktrt_status add_meshes(pktrt_scene *s, const setting *x) {
   static const float square[12] = {-4, 0, -4, -4, 0, 4, 4, 0, 4, 4, 0, -4};
   static const uint32_t two[6] = {0, 1, 2, 0, 2, 3};
-  static const uint32_t box[36] = {0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4, 2, 6, 7, 2, 7, 3, 0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5};
+  static const uint32_t box[36] = {0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4,
+                                   2, 6, 7, 2, 7, 3, 0, 4, 6, 0, 6, 2, 1, 3, 7, 1, 7, 5};
   pktrt_mesh_desc m[3];
   memset(m, 0, sizeof m);
   m[0].positions = square, m[0].vertex_count = 4, m[0].indices = two, m[0].triangle_count = 2;
@@ -102,14 +103,16 @@ static void take_render(feed *b, setting *x) {
   pktrt_render_desc *d = &x->d;
   const uint32_t flags = take_u8(b), sizes = take_u8(b);
   take_camera(b, &d->camera);
-  d->width = sizes > 240 ? take_number(b, 9, 65536) : 1 + sizes % W, d->height = sizes > 240 ? take_number(b, 9, 65536) : 1 + sizes / W % H;
+  d->width = sizes > 240 ? take_number(b, 9, 65536) : 1 + sizes % W,
+  d->height = sizes > 240 ? take_number(b, 9, 65536) : 1 + sizes / W % H;
   d->row_stride = flags & 1 ? 0 : (size_t)d->width * 3 + take_below(b, 7) - 1;
-  d->mode = (pktrt_mode)take_word(b, 3), d->path = (pktrt_path)take_word(b, 3), d->normals = (pktrt_normals)take_word(b, 2);
+  d->mode = (pktrt_mode)take_word(b, 3), d->path = (pktrt_path)take_word(b, 3),
+  d->normals = (pktrt_normals)take_word(b, 2);
   d->shadows = (pktrt_shadow_packets)take_word(b, 2), d->sampler = (pktrt_sampler)take_word(b, PKTRT_SAMPLER_COUNT);
   d->assembly = (pktrt_assembly)take_word(b, 6), d->branching = (pktrt_branching)take_word(b, 3);
   d->lights = (pktrt_light_choice)take_word(b, 2), d->glass_shadows = (pktrt_glass_shadows)take_word(b, 2);
   d->phong_mapping = (pktrt_phong_mapping)take_word(b, 2);
-  d->packet_size = take_below(b, 16) ? (uint32_t)"\0\2\4\10\20"[take_below(b, 5)] : take_u8(b);
+  d->packet_size = take_below(b, 16) ? (uint32_t) "\0\2\4\10\20"[take_below(b, 5)] : take_u8(b);
   d->tile_size = take_number(b, 9, 1024), d->samples = take_number(b, 4, 65536), d->max_depth = take_number(b, 6, 50);
   d->seed = take_u32(b), d->attenuation = take_or(b, (float)take_below(b, 5) / 4 - 0.25f);
   for (int a = 0; a < 3; a++) d->background[a] = take_or(b, 0.5f), d->ambient[a] = take_or(b, 0.1f);
@@ -275,7 +278,8 @@ static const char *bad_report(const pktrt_render_desc *d, const pktrt_report *r,
   if (fabs((double)samples - r->samples_mean * pixels) > 0.25) return "Samples are counted wrongly.";
   if (r->samples_min > r->samples_mean || r->samples_mean > r->samples_max || r->samples_min < each)
     return "The samples of the report are none.";
-  if (!r->rounds || r->stop == PKTRT_STOP_NOT_YET || r->stop > PKTRT_STOP_ASKED) return "A render ends without a reason.";
+  if (!r->rounds || r->stop == PKTRT_STOP_NOT_YET || r->stop > PKTRT_STOP_ASKED)
+    return "A render ends without a reason.";
   const double known = pixels - (double)r->unknown;
   if (known < 0 || !(r->rmse >= 0) || !(r->relative_mse >= 0)) return "The error of a picture is none.";
   if ((r->rmse < INFINITY) != (r->samples_min > each && known > 0)) return "What is known of the error is not so.";
@@ -302,7 +306,8 @@ static const char *paint(pktrt_scene *s, fuzz_memory *memory, setting *x, const 
   if (broken) got.pixels[0] += 1, got.count[0] = 1000; /* the control */
   const char *wrong = bad_report(&d, &report, stats.samples);
   if (wrong) return wrong;
-  return same_bits(&got, want, sizeof got) ? NULL : "The picture has other bits than that of the first set, by single rays.";
+  return same_bits(&got, want, sizeof got) ? NULL
+                                           : "The picture has other bits than that of the first set, by single rays.";
 }
 
 static const char *paint_alike(setting *x, bool broken) {

@@ -12,14 +12,16 @@
 enum { LEAST_COLOURS = 500 };
 
 /* Places in the header, 32 bits each. */
+/* clang-format off */
 enum {
   XWD_SIZE = 0, XWD_FORMAT = 2, XWD_WIDTH = 4, XWD_HEIGHT = 5, XWD_ORDER = 7, XWD_BITS = 11, XWD_LINE = 12,
   XWD_RED = 14, XWD_GREEN = 15, XWD_BLUE = 16, XWD_COLOURS = 19, XWD_WORDS = 25
 };
+/* clang-format on */
 
 typedef struct screen {
   uint32_t word[XWD_WORDS]; /* the header */
-  unsigned char *bytes; /* of the pixels: blue, green, red, nothing */
+  unsigned char *bytes;     /* of the pixels: blue, green, red, nothing */
 } screen;
 
 /* The header is big-endian, whatever the machine. */
@@ -105,10 +107,10 @@ int main(int argc, char **argv) {
   unsigned x = 0, y = 0;
   memset(&s, 0, sizeof s);
   if (argc < 5 || argc > 6) return ex_fail("usage: screenshot SCREEN X Y PICTURE.png [PART.png]"), 2;
-  const int result = ex_parse_uint("x", argv[2], 0, 16384, &x) && ex_parse_uint("y", argv[3], 0, 16384, &y) &&
-                             read_screen(&s, argv[1])
-                         ? compare(&s, x, y, argv[4], argc == 6 ? argv[5] : NULL)
-                         : 2;
+  const int result =
+      ex_parse_uint("x", argv[2], 0, 16384, &x) && ex_parse_uint("y", argv[3], 0, 16384, &y) && read_screen(&s, argv[1])
+          ? compare(&s, x, y, argv[4], argc == 6 ? argv[5] : NULL)
+          : 2;
   free(s.bytes);
   return result;
 }

@@ -1,0 +1,358 @@
+/* estimates.h - whether estimates are the truth, whether targets are met, and what adaptive passes save.
+
+   Whole pictures: of the scenes with a closed form, and of the built-in scenes by DRT, against references.
+
+   Contents: stages, estimates, targets, adaptive passes, report, checks. */
+#ifndef ERROR_ESTIMATES_H
+#define ERROR_ESTIMATES_H
+
+#include "closed.h"
+#include "curves.h"
+#include "error.h"
+
+/* >>stages --------------------------------------------------------------------------------------------------------- */
+
+/* What is estimated is a mean over pixels. In the DRT scenes a few of them, where light is rare and bright, are most of
+   it: in a small picture it is a matter of luck, whoever measures it. */
+typedef enum picture { SMALL, MIDDLE, LARGE } picture;
+static const uint32_t widths[] = {32, 64, 128}, heights[] = {32, 48, 96};
+
+static void open_whole(const bench *b, stage *g, unsigned k, picture size) {
+  const uint32_t samples = reference_samples(b);
+  if (k < CLOSED_SCENES) {
+    closed_open(g, k, widths[size], heights[size]);
+    return;
+  }
+  stage_open(g, checked_name(k), PKTRT_MODE_DRT, widths[size], heights[size]);
+  stage_reference(b, g, b->given.check && size == LARGE ? samples / 2 : samples);
+}
+
+/* >>estimates ------------------------------------------------------------------------------------------------------ */
+
+static const struct plan { uint32_t samples, passes; } plans[] = {{4, 2}, {8, 2}, {8, 4}, {8, 8}, {32, 2}};
+enum { PLANS = sizeof plans / sizeof *plans, CHECKED_PLANS = PLANS - 1, MAX_RUNS = 4096 };
+
+typedef struct ratios { /* of what was estimated, or aimed at, and what was true */
+  unsigned n;
+  double value[MAX_RUNS];
+} ratios;
+
+static void add_ratio(ratios *to, double value) {
+  if (to->n == MAX_RUNS) fatal("too many runs");
+  to->value[to->n++] = value;
+}
+
+static double share_within(const ratios *r, double low, double high) {
+  unsigned within = 0;
+  for (unsigned i = 0; i < r->n; i++) within += r->value[i] >= low && r->value[i] <= high;
+  return r->n ? (double)within / r->n : NAN;
+}
+
+static double part_of(ratios *r, double share) { /* a quantile; sorts */
+  qsort(r->value, r->n, sizeof *r->value, compare_doubles);
+  return r->n ? r->value[(unsigned)(share * (r->n - 1) + 0.5)] : NAN;
+}
+
+/* Estimated over true RMSE, and relative MSE. `naive`: what the variance within a set would say instead, if its samples
+   were taken as independent: the estimate that as many independent samples have. */
+static void run_estimates(stage *g, pktrt_sampler sampler, unsigned p, unsigned seeds, bool naive, ratios *rmse,
+                          ratios *relative) {
+  for (unsigned k = 0; k < seeds; k++) {
+    const shot s = shot_of(sampler, plans[p].samples, plans[p].passes, FIRST_SEED + k);
+    shot other = s;
+    outcome o, said;
+    other.sampler = PKTRT_SAMPLER_RANDOM;
+    take_shot(g, &s, &o);
+    said = o;
+    if (naive) take_shot(g, &other, &said);
+    add_ratio(rmse, said.report.rmse / sqrt(fmax(o.mse, 1e-30)));
+    add_ratio(relative, said.report.relative_mse / fmax(o.relative, 1e-30));
+  }
+}
+
+/* >>targets -------------------------------------------------------------------------------------------------------- */
+
+enum { TARGET_SAMPLES = 8, TARGET_PASSES = 256 };
+static const double target_parts[] = {0.75, 0.5, 0.3}; /* of the error of two passes; squared for the relative MSE */
+enum { TARGETS = sizeof target_parts / sizeof *target_parts };
+
+typedef struct aims { /* true error over target; times and samples */
+  ratios met;
+  double samples, unmet; /* mean over runs; runs that ended by another rule */
+} aims;
+
+/* `lax`: the renderer is told twice the target. */
+static void run_targets(stage *g, bool adaptive, pktrt_error_measure measure, unsigned seeds, bool lax, aims *to) {
+  const shot two = shot_of(PKTRT_SAMPLER_SOBOL, TARGET_SAMPLES, 2, FIRST_SEED + 1000);
+  const bool relative = measure == PKTRT_ERROR_RELATIVE;
+  outcome first, o;
+  take_shot(g, &two, &first);
+  for (unsigned t = 0; t < TARGETS; t++)
+    for (unsigned k = 0; k < seeds; k++) {
+      shot s = shot_of(PKTRT_SAMPLER_SOBOL, TARGET_SAMPLES, TARGET_PASSES, FIRST_SEED + k);
+      const double target =
+          relative ? first.report.relative_mse * square(target_parts[t]) : first.report.rmse * target_parts[t];
+      s.adaptive = adaptive, s.measure = measure, s.target = target * (lax ? 2 : 1);
+      take_shot(g, &s, &o);
+      to->samples += o.report.samples_mean, to->unmet += o.report.stop != PKTRT_STOP_ERROR;
+      add_ratio(&to->met, (relative ? o.relative : sqrt(fmax(o.mse, 0))) / target);
+    }
+}
+
+/* >>adaptive passes ------------------------------------------------------------------------------------------------ */
+
+enum { ADAPTIVE_SAMPLES = 8, ADAPTIVE_POINTS = 4, PAID = 2 }; /* passes: 2, 4, 8, 16; by 8, pilot passes are paid for */
+static uint32_t passes_at(unsigned point) { return 2u << point; }
+
+typedef struct effort { /* by passes; errors: means over seeds, of MSE and relative MSE; mse: each seed's */
+  double seconds[ADAPTIVE_POINTS], error[2][ADAPTIVE_POINTS], mse[ADAPTIVE_POINTS][MAX_SEEDS];
+  unsigned seeds;
+} effort;
+
+/* Efforts of some shots that differ in how passes are given, at points `first` to `last`: they take turns. */
+static void measure_efforts(stage *g, const shot *ways, unsigned count, unsigned first, unsigned last, unsigned seeds,
+                            effort *to) {
+  double seconds[3][MAX_SEEDS];
+  for (unsigned w = 0; w < count; w++) to[w].seeds = seeds;
+  for (unsigned i = first; i <= last; i++) {
+    for (unsigned k = 0; k < seeds; k++)
+      for (unsigned w = 0; w < count; w++) {
+        shot s = ways[w];
+        outcome o;
+        s.passes = passes_at(i), s.seed = FIRST_SEED + k;
+        take_shot(g, &s, &o);
+        to[w].error[PKTRT_ERROR_RMSE][i] += o.mse / seeds, to[w].error[PKTRT_ERROR_RELATIVE][i] += o.relative / seeds;
+        to[w].mse[i][k] = o.mse, seconds[w][k] = o.seconds;
+      }
+    for (unsigned w = 0; w < count; w++) to[w].seconds[i] = median_of(seconds[w], seeds);
+  }
+}
+
+/* Uniform; adaptive, lowering the RMSE; adaptive, lowering the relative MSE. */
+static void three_ways(shot ways[3]) {
+  for (int w = 0; w < 3; w++) {
+    ways[w] = shot_of(PKTRT_SAMPLER_SOBOL, ADAPTIVE_SAMPLES, passes_at(0), FIRST_SEED);
+    ways[w].adaptive = w > 0, ways[w].measure = w == 2 ? PKTRT_ERROR_RELATIVE : PKTRT_ERROR_RMSE;
+  }
+}
+
+/* Time of `a` at point i over the time in which uniform passes reach the same error. These are independent, so their
+   squared error is that of one over their number: known from all points together, where a curve through points would
+   go astray by the noise of each. */
+static double time_ratio(const effort *a, const effort *uniform, pktrt_error_measure m, unsigned i) {
+  double one = 0, seconds = 0, points = 0; /* of one pass */
+  for (unsigned k = 0; k < ADAPTIVE_POINTS; k++)
+    if (uniform->seconds[k] > 0)
+      one += uniform->error[m][k] * passes_at(k), seconds += uniform->seconds[k] / passes_at(k), points++;
+  return a->seconds[i] / (seconds / points * (one / points) / a->error[m][i]);
+}
+
+/* >>report --------------------------------------------------------------------------------------------------------- */
+
+enum { CLOSED_SEEDS = 12, DRT_SEEDS = 4 };
+
+/* Two passes of 8 samples of the scenes with a closed form: a line for each sampler. */
+static void estimates_by_sampler(const bench *b) {
+  enum { PLAN = 1 };
+  static ratios rmse[PKTRT_SAMPLER_COUNT], relative[PKTRT_SAMPLER_COUNT];
+  static stage g;
+  for (int s = 0; s < PKTRT_SAMPLER_COUNT; s++) rmse[s].n = relative[s].n = 0;
+  for (unsigned k = 0; k < CLOSED_SCENES; k++) {
+    closed_open(&g, k, widths[MIDDLE], heights[MIDDLE]);
+    for (int s = 0; s < PKTRT_SAMPLER_COUNT; s++)
+      run_estimates(&g, (pktrt_sampler)s, PLAN, CLOSED_SEEDS, false, &rmse[s], &relative[s]);
+    stage_close(&g);
+  }
+  say(&b->out,
+      "By sampler, all scenes with a closed form, two passes of 8 samples:\n\n| sampler | RMSE | within 25%% | "
+      "relative MSE | within 25%% |\n|---|--:|--:|--:|--:|\n");
+  for (int s = 0; s < PKTRT_SAMPLER_COUNT; s++) {
+    say(&b->out, "| %s | %.2f (%.2f, %.2f) | %.0f%% |", pktrt_sampler_string((pktrt_sampler)s), part_of(&rmse[s], 0.5),
+        part_of(&rmse[s], 0.05), part_of(&rmse[s], 0.95), 100 * share_within(&rmse[s], 0.75, 1.25));
+    say(&b->out, " %.2f | %.0f%% |\n", part_of(&relative[s], 0.5), 100 * share_within(&relative[s], 0.75, 1.25));
+  }
+  say(&b->out, "\n");
+}
+
+static void part_estimates(bench *b) {
+  static ratios rmse, relative, all[2];
+  static stage g;
+  csv(&b->out,
+      "scene,samples,passes,runs,rmse_median,rmse_low,rmse_high,rmse_within,relative_median,relative_within\n");
+  say(&b->out,
+      "Estimated over true error: median over runs (in brackets the middle nine tenths of RMSE), and the part of runs "
+      "within 25%%. Sobol' points, passes x samples; pictures of 64 x 48 and %d seeds, DRT scenes 128 x 96 and %d.\n\n"
+      "| scene | passes | RMSE | within 25%% | relative MSE | within 25%% |\n|---|--:|--:|--:|--:|--:|\n",
+      CLOSED_SEEDS, DRT_SEEDS);
+  all[0].n = all[1].n = 0;
+  for (unsigned k = 0; k < CHECKED_STAGES; k++) {
+    open_whole(b, &g, k, k < CLOSED_SCENES ? MIDDLE : LARGE);
+    for (unsigned p = 0; p < PLANS; p++) {
+      rmse.n = relative.n = 0;
+      run_estimates(&g, PKTRT_SAMPLER_SOBOL, p, k < CLOSED_SCENES ? CLOSED_SEEDS : DRT_SEEDS, false, &rmse, &relative);
+      for (unsigned i = 0; i < rmse.n; i++) add_ratio(&all[0], rmse.value[i]), add_ratio(&all[1], relative.value[i]);
+      const double within[2] = {share_within(&rmse, 0.75, 1.25), share_within(&relative, 0.75, 1.25)};
+      say(&b->out, "| %s | %u x %u | %.2f (%.2f, %.2f) | %.0f%% | %.2f | %.0f%% |\n", g.name, (unsigned)plans[p].passes,
+          (unsigned)plans[p].samples, part_of(&rmse, 0.5), part_of(&rmse, 0.05), part_of(&rmse, 0.95), 100 * within[0],
+          part_of(&relative, 0.5), 100 * within[1]);
+      csv(&b->out, "%s,%u,%u,%u,%.4f,%.4f,%.4f,%.4f,%.4f,%.4f\n", g.name, (unsigned)plans[p].samples,
+          (unsigned)plans[p].passes, rmse.n, part_of(&rmse, 0.5), part_of(&rmse, 0.05), part_of(&rmse, 0.95), within[0],
+          part_of(&relative, 0.5), within[1]);
+    }
+    stage_close(&g);
+  }
+  say(&b->out, "\nOf all %u runs %.1f%% are within 25%% of the true RMSE, %.1f%% of the true relative MSE.\n\n",
+      all[0].n, 100 * share_within(&all[0], 0.75, 1.25), 100 * share_within(&all[1], 0.75, 1.25));
+  estimates_by_sampler(b);
+}
+
+static void part_targets(bench *b) {
+  static ratios all[2];
+  static aims a;
+  static stage g;
+  all[0].n = all[1].n = 0;
+  csv(&b->out, "scene,adaptive,measure,runs,met,true_over_target_median,high,samples_mean,ended_otherwise\n");
+  say(&b->out,
+      "Targets of %.2f, %.2f and %.2f times the error of the first two passes (squared for the relative MSE): the part "
+      "of runs whose true error is at most 1.15 times the target, the median of true error over target, samples used. "
+      "Pictures of 64 x 48, of DRT scenes 128 x 96.\n\n"
+      "| scene | measure | passes | met | median | samples |\n|---|---|---|--:|--:|--:|\n",
+      target_parts[0], target_parts[1], target_parts[2]);
+  for (unsigned k = 0; k < CHECKED_STAGES; k++) {
+    const bool drt = k >= CLOSED_SCENES;
+    open_whole(b, &g, k, drt ? LARGE : MIDDLE);
+    for (int i = 0; i < 4; i++) {
+      const bool adaptive = i % 2 != 0, relative = i / 2 != 0;
+      memset(&a, 0, sizeof a);
+      run_targets(&g, adaptive, relative ? PKTRT_ERROR_RELATIVE : PKTRT_ERROR_RMSE,
+                  !drt       ? 4u
+                  : relative ? 1u
+                             : 2u,
+                  false, &a);
+      const double met = share_within(&a.met, 0, 1.15);
+      const char *const words[2] = {relative ? "relative MSE" : "RMSE", adaptive ? "adaptive" : "uniform"};
+      say(&b->out, "| %s | %s | %s | %.0f%% | %.2f | %.0f |\n", g.name, words[0], words[1], 100 * met,
+          part_of(&a.met, 0.5), a.samples / a.met.n);
+      csv(&b->out, "%s,%d,%s,%u,%.4f,%.4f,%.4f,%.2f,%.0f\n", g.name, adaptive, words[0], a.met.n, met,
+          part_of(&a.met, 0.5), part_of(&a.met, 0.95), a.samples / a.met.n, a.unmet);
+      for (unsigned run = 0; run < a.met.n; run++) add_ratio(&all[relative], a.met.value[run]);
+    }
+    stage_close(&g);
+  }
+  say(&b->out, "\nOf all runs %.1f%% meet their target on the RMSE, %.1f%% on the relative MSE.\n\n",
+      100 * share_within(&all[0], 0, 1.15), 100 * share_within(&all[1], 0, 1.15));
+}
+
+static void effort_csv(const bench *b, const stage *g, const char *way, const effort *e) {
+  for (unsigned i = 0; i < ADAPTIVE_POINTS; i++)
+    csv(&b->out, "%s,%s,%u,%.6f,%.6g,%.6g\n", g->name, way, (unsigned)(ADAPTIVE_SAMPLES * passes_at(i)), e->seconds[i],
+        sqrt(fmax(0, e->error[PKTRT_ERROR_RMSE][i])), sqrt(fmax(0, e->error[PKTRT_ERROR_RELATIVE][i])));
+}
+
+static void part_adaptive(bench *b) {
+  static stage g;
+  csv(&b->out, "scene,way,samples,seconds,rmse,root_relative_mse\n");
+  say(&b->out,
+      "Time of adaptive over that of uniform passes for the same true error, pilot passes and estimates included, at "
+      "budgets of 8 and 16 passes of %d samples; pictures of 64 x 48, DRT scenes 128 x 96. Adaptive passes lower the "
+      "measure that is compared.\n\n| scene | RMSE: 8 | 16 | relative MSE: 8 | 16 |\n|---|--:|--:|--:|--:|\n",
+      ADAPTIVE_SAMPLES);
+  for (unsigned k = 0; k < CHECKED_STAGES; k++) {
+    const unsigned seeds = k < CLOSED_SCENES ? 4 : 2;
+    effort e[3];
+    shot ways[3];
+    memset(e, 0, sizeof e);
+    open_whole(b, &g, k, k < CLOSED_SCENES ? MIDDLE : LARGE);
+    three_ways(ways);
+    measure_efforts(&g, ways, 3, 0, ADAPTIVE_POINTS - 1, seeds, e);
+    effort_csv(b, &g, "uniform", &e[0]), effort_csv(b, &g, "adaptive rmse", &e[1]);
+    effort_csv(b, &g, "adaptive relative", &e[2]);
+    say(&b->out, "| %s |", g.name);
+    for (int m = 0; m < 2; m++)
+      for (unsigned i = PAID; i < ADAPTIVE_POINTS; i++)
+        say(&b->out, " %.2f |", time_ratio(&e[1 + m], &e[0], (pktrt_error_measure)m, i));
+    say(&b->out, "\n");
+    stage_close(&g);
+  }
+  say(&b->out, "\n");
+}
+
+/* >>checks --------------------------------------------------------------------------------------------------------- */
+
+/* Of those that c->on names: scenes with a closed form, or DRT. */
+static unsigned first_stage(const claim *c) { return strcmp(c->on, "closed") ? CLOSED_SCENES : 0; }
+static unsigned end_stage(const claim *c) { return strcmp(c->on, "closed") ? CHECKED_STAGES : CLOSED_SCENES; }
+
+/* Stages stay open from check to check: to find the truth of those with a closed form takes as long as their pictures. */
+static stage *checked_stage(const bench *b, unsigned k, picture size) {
+  static stage kept[CHECKED_STAGES];
+  stage *g = &kept[k];
+  if (g->world && g->view.width != widths[size]) stage_close(g);
+  if (!g->world) open_whole(b, g, k, size);
+  return g;
+}
+
+/* The part of runs whose estimated RMSE is within 25% of the true one. */
+static double check_estimates(bench *b, const claim *c, bool control, char details[DETAILS]) {
+  static ratios rmse, relative;
+  rmse.n = relative.n = 0;
+  for (unsigned k = first_stage(c); k < end_stage(c); k++) {
+    const unsigned from = rmse.n;
+    stage *g = checked_stage(b, k, k < CLOSED_SCENES ? SMALL : LARGE);
+    for (unsigned p = 0; p < (control ? 2 : CHECKED_PLANS); p++)
+      run_estimates(g, PKTRT_SAMPLER_SOBOL, p, 2, control, &rmse, &relative);
+    unsigned within = 0;
+    for (unsigned i = from; i < rmse.n; i++) within += rmse.value[i] >= 0.75 && rmse.value[i] <= 1.25;
+    const size_t at = strlen(details);
+    snprintf(details + at, DETAILS - at, "%s%s %.2f", at ? ", " : "", checked_name(k),
+             (double)within / (rmse.n - from));
+  }
+  return share_within(&rmse, 0.75, 1.25);
+}
+
+/* The part of runs that met their target: true RMSE at most 1.15 of it. c->number: adaptive passes. */
+static double check_targets(bench *b, const claim *c, bool control, char details[DETAILS]) {
+  static aims a;
+  memset(&a, 0, sizeof a);
+  for (unsigned k = first_stage(c); k < end_stage(c); k++) {
+    const unsigned from = a.met.n;
+    stage *g = checked_stage(b, k, k < CLOSED_SCENES ? SMALL : LARGE);
+    run_targets(g, c->number != 0, PKTRT_ERROR_RMSE, 1, control, &a);
+    unsigned met = 0;
+    for (unsigned i = from; i < a.met.n; i++) met += a.met.value[i] <= 1.15;
+    const size_t at = strlen(details);
+    snprintf(details + at, DETAILS - at, "%s%s %.2f", at ? ", " : "", checked_name(k), (double)met / (a.met.n - from));
+  }
+  return share_within(&a.met, 0, 1.15);
+}
+
+/* Time of the second of two efforts for equal error over that of the first, at point PAID: squared errors fall as time
+   grows. */
+static double figure_contest(const void *of, resample *r) {
+  const effort *e = (const effort *)of;
+  double sum[2] = {0, 0};
+  for (unsigned w = 0; w < 2; w++)
+    for (unsigned k = 0; k < e->seeds; k++) sum[w] += e[w].mse[PAID][pick(r, k, e->seeds)];
+  return sum[1] / sum[0] * e[1].seconds[PAID] / e[0].seconds[PAID];
+}
+
+/* Time for equal error, adaptive over uniform: of the pool hall (c->number 1), or the largest of all. The control:
+   uniform over adaptive. */
+static double check_adaptive(bench *b, const claim *c, bool control, char details[DETAILS]) {
+  static effort efforts[CHECKED_STAGES][2]; /* uniform, adaptive */
+  double worst = 0;
+  for (unsigned k = c->number ? CLOSED_SCENES : 0; k < (c->number ? CLOSED_SCENES + 1 : CHECKED_STAGES); k++) {
+    effort *e = efforts[k];
+    if (!e->seeds) {
+      shot ways[3];
+      three_ways(ways);
+      measure_efforts(checked_stage(b, k, MIDDLE), ways, 2, PAID, PAID, k < CLOSED_SCENES ? 8 : 16, e);
+    }
+    const interval r = bootstrap(figure_contest, e), over = {1 / r.value, 1 / r.high, 1 / r.low};
+    note(details, checked_name(k), control ? over : r);
+    worst = fmax(worst, control ? over.value : r.value);
+  }
+  return worst;
+}
+
+#endif /* ERROR_ESTIMATES_H */

@@ -1,0 +1,171 @@
+/* kensler_stamp.h - the triangle test of Kensler and Shirley (2006) beside pktrt's, on the same vectors. No
+   include guard: pktrt.h includes it once for each instruction set (PKTRT__ALSO_STAMP), where its vectors (>>ops),
+   blocks and batches are at hand: nothing but the test differs.
+
+   For a ray o + t d and a triangle with corners p0, p1, p2, let e0 = p1 - p0, e1 = p0 - p2, n = e0 x e1, r = p0 - o and
+   i = r x d. Then, by Cramer's rule on t d - beta e0 + gamma e1 = r,
+
+       D = n.d      beta = e1.i / D      gamma = e0.i / D      t = n.r / D
+
+   with the point at p0 + beta (p1 - p0) + gamma (p2 - p0). Two crosses serve everything; what needs no ray comes first.
+   It is hit if beta, gamma and 1 - beta - gamma are not negative: if the three numerators have one sign. So nothing is
+   divided until a lane has passed, as in pktrt. Sums of products are fused where the machine can; pktrt must not. */
+#if !defined KENSLER_COURSE && !defined KENSLER_ALONE /* the same for all stamps */
+#define KENSLER_COURSE
+
+typedef struct visit {              /* a ray of a batch (groups: the first of eight) meets a leaf */
+  uint32_t ray, block, bits, order; /* bits: of a group, those that meet it; order: of visits of one ray or group */
+} visit;
+
+typedef struct depths { /* how far the rays of a batch look before they hit anything */
+  float wf[PKTRT__ROW], sf[PKTRT__ROW];
+} depths;
+
+typedef struct course {
+  pktrt_scene *tree; /* of one group of meshes */
+  pktrt__bvh_segment view;
+  bool moving;
+  size_t rays, batches;
+  pktrt__batch *batch;
+  depths *fresh;
+  visit *visit[2];  /* of rays, of groups */
+  size_t *start[2]; /* where the visits of a batch begin */
+  size_t count[2], room;
+  uint64_t tests; /* of a ray and a triangle, in one go over all visits; rays and groups make the same */
+} course;
+
+typedef struct race_set {
+  void (*run[2][2][2])(const course *, size_t batch); /* kensler, groups, moving */
+  uint32_t (*setup)(const pktrt_scene *, pktrt__batch *, uint32_t i);
+} race_set;
+#endif
+
+OP v8 NAME(kensler_dot)(const v8 *a, const v8 *b) { return vfma(a[0], b[0], vfma(a[1], b[1], vmul(a[2], b[2]))); }
+OP void NAME(kensler_cross)(const v8 *a, const v8 *b, v8 *out) {
+  out[0] = vfms(a[1], b[2], vmul(a[2], b[1]));
+  out[1] = vfms(a[2], b[0], vmul(a[0], b[2]));
+  out[2] = vfms(a[0], b[1], vmul(a[1], b[0]));
+}
+
+/* Eight rays and triangles; the bits of those that meet at t in (tmin, tmax). t is written only if there are any. */
+OP uint32_t NAME(kensler_test)(const v8 *p0, const v8 *e0, const v8 *e1, const v8 *n, const v8 *o, const v8 *d, v8 tmin,
+                               v8 tmax, v8 *t) {
+  const v8 r[3] = {vsub(p0[0], o[0]), vsub(p0[1], o[1]), vsub(p0[2], o[2])}, zero = vset(0);
+  v8 i[3];
+  NAME(kensler_cross)(r, d, i);
+  const v8 det = NAME(kensler_dot)(n, d), beta = NAME(kensler_dot)(e1, i), gamma = NAME(kensler_dot)(e0, i);
+  const v8 alpha = vsub(vsub(det, beta), gamma);
+  const m8 drop = mand(vlt(vmin(alpha, vmin(beta, gamma)), zero), vlt(zero, vmax(alpha, vmax(beta, gamma))));
+  const uint32_t bits = 0xFFu & ~mbits(drop);
+  if (!bits) return 0;
+  *t = vdiv(NAME(kensler_dot)(n, r), det); /* no number that counts where det is 0 */
+  return bits & mbits(mand(vlt(tmin, *t), vlt(*t, tmax)));
+}
+
+/* One ray against a leaf block. */
+OP void NAME(kensler_block)(const pktrt__bvh_segment *view, pktrt__batch *b, uint32_t r, uint32_t index, const bool moving) {
+  const unsigned char *block = view->blocks + index * view->block_bytes;
+  const float *k0 = (const float *)(const void *)(block + view->vertex0);
+  const float *k1 = (const float *)(const void *)(block + view->vertex1);
+  const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
+  const v8 ta = vset(b->ta[r]), tb = vset(b->tb[r]);
+  v8 p0[3], e0[3], e1[3], n[3], o[3], d[3], t;
+  UNROLL for (uint32_t a = 0; a < 3; a++) {
+    p0[a] = pktrt__tri_corner(k0 + 8 * a, k1 + 8 * a, ta, tb, moving);
+    e0[a] = vsub(pktrt__tri_corner(k0 + 24 + 8 * a, k1 + 24 + 8 * a, ta, tb, moving), p0[a]);
+    e1[a] = vsub(p0[a], pktrt__tri_corner(k0 + 48 + 8 * a, k1 + 48 + 8 * a, ta, tb, moving));
+    o[a] = vset(b->o[a][r]), d[a] = vset(b->d[a][r]);
+  }
+  NAME(kensler_cross)(e0, e1, n);
+  uint32_t bits = NAME(kensler_test)(p0, e0, e1, n, o, d, vset(b->tmin[r]), vset(b->t[r]), &t);
+  if (!bits || !(bits &= pktrt__lanes_occupied(id))) return;
+  PKTRT__ALIGN64 float ts[8];
+  vstore(ts, t);
+  for (; bits; bits &= bits - 1) {
+    const uint32_t lane = pktrt__lowest_bit(bits);
+    if (ts[lane] < b->t[r]) b->t[r] = ts[lane], b->id[r] = id[lane], b->slot[r] = index * 8 + lane;
+  }
+}
+
+/* One triangle against those of rays r to r + 7 that `bits` names. At rest, what needs no ray is the same for all. */
+OP void NAME(kensler_rays)(pktrt__batch *b, const float *k0, const float *k1, uint32_t r, uint32_t bits, uint32_t lane,
+                           uint32_t id, uint32_t slot, const bool moving) {
+  v8 p0[3], e0[3], e1[3], n[3], o[3], d[3], t;
+  if (moving) {
+    const v8 ta = vload(b->ta + r), tb = vload(b->tb + r);
+    v8 p[9];
+    UNROLL for (uint32_t i = 0; i < 9; i++) p[i] =
+        vadd(vmul(ta, vset(k0[8 * i + lane])), vmul(tb, vset(k1[8 * i + lane])));
+    UNROLL for (uint32_t a = 0; a < 3; a++) p0[a] = p[a], e0[a] = vsub(p[3 + a], p[a]), e1[a] = vsub(p[a], p[6 + a]);
+    NAME(kensler_cross)(e0, e1, n);
+  } else {
+    float p[3], f[3], g[3];
+    UNROLL for (uint32_t a = 0; a < 3; a++) p[a] = k0[8 * a + lane], f[a] = k0[24 + 8 * a + lane] - p[a],
+                                            g[a] = p[a] - k0[48 + 8 * a + lane];
+    UNROLL for (uint32_t a = 0; a < 3; a++) {
+      const uint32_t u = (a + 1) % 3, v = (a + 2) % 3;
+      p0[a] = vset(p[a]), e0[a] = vset(f[a]), e1[a] = vset(g[a]), n[a] = vset(f[u] * g[v] - f[v] * g[u]);
+    }
+  }
+  UNROLL for (uint32_t a = 0; a < 3; a++) o[a] = vload(b->o[a] + r), d[a] = vload(b->d[a] + r);
+  const uint32_t hit = bits & NAME(kensler_test)(p0, e0, e1, n, o, d, vload(b->tmin + r), vload(b->t + r), &t);
+  if (!hit) return;
+  const m8 m = mfrom(hit);
+  vput(b->t + r, m, t);
+  vput_u32(b->id + r, m, id);
+  vput_u32(b->slot + r, m, slot);
+}
+
+#ifndef KENSLER_ALONE /* who wants no race */
+/* pktrt's way with the same triangle and rays: as in a leaf of the paper path. */
+OP void NAME(kensler_ours)(const pktrt__bvh_segment *view, pktrt__batch *b, const float *k0, const float *k1,
+                           const uint32_t *id, uint32_t r, uint32_t bits, uint32_t index, const bool moving) {
+  pktrt__paper_packet p;
+  p.b = b, p.view = view;
+  bool same = true;
+  for (uint32_t m = bits; m; m &= m - 1) same &= b->axis[r + pktrt__lowest_bit(m)] == b->axis[r + pktrt__lowest_bit(bits)];
+  for (uint32_t m = same ? pktrt__lanes_occupied(id) : 0; m; m &= m - 1) {
+    const uint32_t lane = pktrt__lowest_bit(m);
+    pktrt__paper_test_triangle(&p, k0, k1, r, bits, lane, id[lane], index * 8 + lane, moving, false, NULL);
+  }
+  for (uint32_t m = same ? 0 : bits; m; m &= m - 1)
+    pktrt__tri_ray_block(view, b, r + pktrt__lowest_bit(m), index, false, moving, false, NULL);
+}
+
+OP void NAME(race)(const course *c, size_t batch, const bool kensler, const bool groups, const bool moving) {
+  pktrt__batch *b = &c->batch[batch];
+  for (size_t i = c->start[groups][batch]; i < c->start[groups][batch + 1]; i++) {
+    const visit v = c->visit[groups][i];
+    const unsigned char *block = c->view.blocks + v.block * c->view.block_bytes;
+    const float *k0 = (const float *)(const void *)(block + c->view.vertex0);
+    const float *k1 = (const float *)(const void *)(block + c->view.vertex1);
+    const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
+    if (!groups && kensler) NAME(kensler_block)(&c->view, b, v.ray, v.block, moving);
+    else if (!groups) pktrt__tri_ray_block(&c->view, b, v.ray, v.block, false, moving, false, NULL);
+    else if (!kensler) NAME(kensler_ours)(&c->view, b, k0, k1, id, v.ray, v.bits, v.block, moving);
+    else
+      for (uint32_t m = pktrt__lanes_occupied(id); m; m &= m - 1) {
+        const uint32_t lane = pktrt__lowest_bit(m);
+        NAME(kensler_rays)(b, k0, k1, v.ray, v.bits, lane, id[lane], v.block * 8 + lane, moving);
+      }
+  }
+}
+
+/* A function for each combination, so that none is decided in the loop. */
+#define RACE(tag, kensler, groups, moving)                                                                             \
+  PKTRT__NOINLINE void NAME(race_##tag)(const course *c, size_t batch) {                                               \
+    NAME(race)(c, batch, kensler, groups, moving);                                                                     \
+  }
+RACE(000, false, false, false)
+RACE(001, false, false, true)
+RACE(010, false, true, false)
+RACE(011, false, true, true)
+RACE(100, true, false, false)
+RACE(101, true, false, true)
+RACE(110, true, true, false)
+RACE(111, true, true, true)
+#undef RACE
+static const race_set NAME(races) = {{{{NAME(race_000), NAME(race_001)}, {NAME(race_010), NAME(race_011)}},
+                                      {{NAME(race_100), NAME(race_101)}, {NAME(race_110), NAME(race_111)}}},
+                                     pktrt__batch_setup};
+#endif

@@ -1,0 +1,328 @@
+/* limits_stamp.h - what traversal would cost if it were nothing but its tests: how many a kind of rays makes, and the
+   kernels' own tests in loops over data that stays in the first cache. No include guard: pktrt.h includes it once for
+   each instruction set (PKTRT__ALSO_STAMP). For scenes of one group at rest.
+
+   pktrt_stats does not tell packets from streams, and queries that count do without a shortcut of those that do not.
+   Hence `walk`: pktrt__frustum_template and pktrt__drive_fast once more, with a book for each. limits.h checks that they
+   open as many nodes as the library. */
+#define KENSLER_ALONE
+#include "../kensler_stamp.h"
+#ifndef LIMITS_STAMP_H /* the same for all stamps */
+#define LIMITS_STAMP_H
+
+/* Packets and as many streams, tests of each, times they are gone through. */
+enum { LIMIT_SAMPLES = 8, LIMIT_EACH = 16, LIMIT_GOES = 32 };
+
+typedef struct tally {
+  pktrt_counts packet, stream;       /* tests of frustum packets, and of all that is none */
+  uint64_t boxes, blocks, triangles; /* of packets: vectors of rays against a box; blocks; vectors against a triangle */
+  size_t seen[2], kept[2], stride;   /* of packets, of streams: rays, samples; rays from one sample to the next */
+} tally;
+
+/* Packets: opening a node; a vector of rays and a box; culling a block's triangles; a vector of rays and a triangle.
+   Streams: opening a node; a ray and its children; a ray and a block. One ray, or eight, settled in double. Kensler and
+   Shirley's test, fused, instead of the exact one: in packets, in streams. */
+typedef enum limit_test {
+  LIMIT_NODE,
+  LIMIT_BOX,
+  LIMIT_BLOCK,
+  LIMIT_TRIANGLE,
+  LIMIT_STREAM_NODE,
+  LIMIT_SLABS,
+  LIMIT_LEAF,
+  LIMIT_SETTLE,
+  LIMIT_SETTLE8,
+  LIMIT_PLAIN_TRIANGLE,
+  LIMIT_PLAIN_LEAF,
+  LIMIT_TESTS
+} limit_test;
+
+typedef struct limit_set {
+  size_t sample_bytes;
+  void (*walk)(const pktrt_scene *, pktrt__batch *, uint32_t n, bool occlusion, tally *, void *samples);
+  uint64_t (*go)(const pktrt_scene *, void *sample, bool occlusion, limit_test); /* returns how many tests */
+} limit_set;
+
+typedef struct limit_step { /* of a packet on its way: a node, a box or a block, and the rays that come to it */
+  uint32_t ref, lanes;      /* lanes: triangles of a block that reach into the packet */
+  const float *plane;
+  uint64_t mask;
+} limit_step;
+#endif
+
+typedef struct NAME(sample) { /* a packet, with some of its steps; a stream has none */
+  pktrt__frustum f;
+  pktrt__batch b; /* as it was in the end */
+  limit_step node[LIMIT_EACH], box[LIMIT_EACH], block[LIMIT_EACH];
+  pktrt__frustum_corners corners[LIMIT_EACH]; /* of the blocks */
+  uint32_t nodes, boxes, blocks, octant, rays;
+  uint8_t list[64];     /* rays of one octant */
+  float wf[64], sf[64]; /* before anything was hit */
+} NAME(sample);
+
+/* --- counting --- */
+
+OP uint64_t NAME(vectors)(uint64_t mask) { /* that hold its rays */
+  uint64_t n = 0;
+  for (uint32_t i = 0; i < 64; i += FW) n += (mask >> i & (((uint64_t)1 << FW) - 1)) != 0;
+  return n;
+}
+
+OP void NAME(note_step)(limit_step *at, uint32_t *n, uint32_t ref, const float *plane, uint64_t mask) {
+  if (*n == LIMIT_EACH) return;
+  at[*n].ref = ref, at[*n].plane = plane, at[*n].mask = mask;
+  ++*n;
+}
+
+/* As pktrt__frustum_leaf. */
+static uint64_t NAME(walk_block)(pktrt__frustum *f, const pktrt__bvh_segment *view, pktrt__batch *b, uint32_t ref,
+                                 uint64_t mask, bool occlusion, tally *t, NAME(sample) *s) {
+  const uint64_t before = t->packet.triangle_tests;
+  const uint64_t hit = pktrt__frustum_leaf(f, view, b, ref & ~PKTRT__LEAF, mask, occlusion, true, &t->packet);
+  t->blocks++;
+  t->triangles += (t->packet.triangle_tests - before) * NAME(vectors)(mask) / pktrt__popcount(mask);
+  if (s) NAME(note_step)(s->block, &s->blocks, ref & ~PKTRT__LEAF, NULL, mask);
+  return hit;
+}
+
+/* As pktrt__frustum_template. */
+static void NAME(walk_frustum)(pktrt__frustum *f, const pktrt__bvh_segment *view, pktrt__batch *b, uint64_t mask,
+                               bool occlusion, tally *t, NAME(sample) *s) {
+  pktrt__frustum_entry stack[PKTRT__STACK + 8];
+  uint64_t alive = mask, hit = 0;
+  uint32_t sp = 0, ref = 0;
+  for (;;) {
+    if (pktrt__frustum_is_thin(mask, ref, occlusion, false)) {
+      hit = pktrt__stream_traverse(view, b, f->list, mask, ref, occlusion, false, true, &t->stream);
+    } else if (ref & PKTRT__LEAF) {
+      hit = NAME(walk_block)(f, view, b, ref, mask, occlusion, t, s);
+    } else {
+      if (s) NAME(note_step)(s->node, &s->nodes, ref, NULL, mask);
+      sp += pktrt__frustum_open_node(f, view, ref, mask, stack + sp, occlusion, false, true, &t->packet);
+    }
+    if (hit) {
+      if (occlusion && !(alive &= ~hit)) return;
+      pktrt__frustum_update_depth(f, b, alive);
+      hit = 0;
+    }
+    do {
+      if (!sp) return;
+      const pktrt__frustum_entry *e = &stack[--sp];
+      mask = e->w > f->wmax ? 0 : e->mask & alive, ref = e->ref;
+      if (!mask || !e->plane) continue;
+      if (s) NAME(note_step)(s->box, &s->boxes, 0, e->plane, mask);
+      t->boxes += NAME(vectors)(mask);
+      mask = pktrt__frustum_test_child(f, b, e->plane, e->plane, mask, false);
+    } while (!mask);
+  }
+}
+
+/* The sample to fill, when one is due. */
+static NAME(sample) *NAME(next_sample)(tally *t, void *samples, bool stream, uint32_t rays) {
+  t->seen[stream] += rays;
+  if (t->kept[stream] == LIMIT_SAMPLES || t->seen[stream] < t->kept[stream] * t->stride) return NULL;
+  NAME(sample) *s = (NAME(sample) *)samples + 2 * t->kept[stream]++ + stream;
+  memset(s, 0, sizeof *s);
+  return s;
+}
+
+/* What is left of a sample when its rays are done. */
+static void NAME(close_sample)(NAME(sample) *s, const pktrt__bvh_segment *view, const pktrt__batch *b, uint64_t mask,
+                               uint32_t base) {
+  s->b = *b;
+  memset(s->b.group, 0, sizeof s->b.group);
+  s->octant = b->octant[base + pktrt__lowest_bit(mask)];
+  for (; mask; mask &= mask - 1) {
+    const uint32_t r = base + pktrt__lowest_bit(mask);
+    if (b->octant[r] == s->octant) s->list[s->rays++] = (uint8_t)r;
+  }
+  for (uint32_t i = 0; i < s->blocks; i++) {
+    const unsigned char *block = view->blocks + s->block[i].ref * (size_t)PKTRT__BLOCK_BYTES;
+    const float *k0 = (const float *)(const void *)block;
+    s->block[i].lanes = pktrt__frustum_cull_triangles(&s->f, &s->b, k0, &s->corners[i]) &
+                        pktrt__lanes_occupied((const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES));
+  }
+}
+
+static void NAME(walk_packet)(const pktrt_scene *scene, pktrt__batch *b, uint32_t base, uint64_t mask, bool occlusion,
+                              tally *t, void *samples) {
+  const pktrt__bvh_segment view = pktrt__bvh_segment_of(scene->bvhs, 0, 0);
+  NAME(sample) *s = NAME(next_sample)(t, samples, false, pktrt__popcount(mask));
+  pktrt__frustum f;
+  pktrt__frustum_setup(&f, scene, b, base, mask);
+  pktrt__batch_time_weights(b, base, 64, 1);
+  t->packet.packets++;
+  if (s) {
+    s->f = f;
+    memcpy(s->wf, b->wf + base, sizeof s->wf);
+    memcpy(s->sf, b->sf + base, sizeof s->sf);
+  }
+  NAME(walk_frustum)(&f, &view, b, mask, occlusion, t, s);
+  if (s) NAME(close_sample)(s, &view, b, mask, base);
+}
+
+/* As pktrt__drive_fast: those of [base, base + 64) that no packet takes. */
+static uint64_t NAME(walk_64)(const pktrt_scene *scene, pktrt__batch *b, uint32_t base, bool occlusion, tally *t,
+                              void *samples) {
+  uint64_t rest = b->valid[base / 64], packet;
+  const bool one_way = rest && pktrt__drive_is_coherent(b, base, rest);
+  while ((packet = pktrt__drive_next_packet(b, base, &rest, one_way, occlusion)) != 0)
+    NAME(walk_packet)(scene, b, base, packet, occlusion, t, samples);
+  return rest;
+}
+
+/* In place of pktrt__entry_trace. */
+static void NAME(walk)(const pktrt_scene *scene, pktrt__batch *b, uint32_t n, bool occlusion, tally *t, void *samples) {
+  const pktrt__bvh_segment view = pktrt__bvh_segment_of(scene->bvhs, 0, 0);
+  uint64_t left[PKTRT__BATCH / 64];
+  pktrt__batch_pad(b, n);
+  memset(b->valid, 0, sizeof b->valid);
+  memset(left, 0, sizeof left);
+  for (uint32_t i = 0; i < n; i += FW) b->valid[i / 64] |= (uint64_t)pktrt__batch_setup(scene, b, i) << i % 64;
+  for (uint32_t base = 0; base < n; base += 64) left[base / 64] = NAME(walk_64)(scene, b, base, occlusion, t, samples);
+  if (!pktrt__batch_note_coherence(b, left, n)) return;
+  pktrt__drive_octants(scene, b, left, occlusion, true, &t->stream);
+  for (uint32_t i = 0; i < PKTRT__BATCH / 64; i++) {
+    NAME(sample) *s = left[i] ? NAME(next_sample)(t, samples, true, pktrt__popcount(left[i])) : NULL;
+    if (s) NAME(close_sample)(s, &view, b, left[i], 64 * i);
+  }
+}
+
+/* --- tests in loops --- */
+
+/* One triangle at rest against a vector of rays, by Kensler and Shirley's test, fused: NAME(kensler_rays), as wide as
+   pktrt__frustum_test_triangle, with one origin for all where that has it. */
+OP void NAME(plain_triangle)(const pktrt__frustum *f, pktrt__batch *b, const float *k0, uint32_t lane, uint32_t r,
+                             uint32_t bits, uint32_t id, uint32_t slot) {
+  float p[3], e0[3], e1[3];
+  vf n[3], d[3], o[3], i[3];
+  UNROLL for (uint32_t a = 0; a < 3; a++) {
+    p[a] = k0[8 * a + lane], e0[a] = k0[24 + 8 * a + lane] - p[a], e1[a] = p[a] - k0[48 + 8 * a + lane];
+    d[a] = fload(b->d[a] + r);
+    o[a] = f->common ? fset(p[a] - b->o[a][f->first]) : fsub(fset(p[a]), fload(b->o[a] + r));
+  }
+  UNROLL for (uint32_t a = 0; a < 3; a++) {
+    const uint32_t u = (a + 1) % 3, v = (a + 2) % 3;
+    n[a] = fset(e0[u] * e1[v] - e0[v] * e1[u]);
+    i[a] = ffms(o[u], d[v], fmul(o[v], d[u]));
+  }
+  const vf zero = fset(0), det = ffma(n[0], d[0], ffma(n[1], d[1], fmul(n[2], d[2])));
+  const vf beta = ffma(fset(e1[0]), i[0], ffma(fset(e1[1]), i[1], fmul(fset(e1[2]), i[2])));
+  const vf gamma_ = ffma(fset(e0[0]), i[0], ffma(fset(e0[1]), i[1], fmul(fset(e0[2]), i[2])));
+  const vf alpha = fsub(fsub(det, beta), gamma_);
+  bits &= ~fbits(fmand(flt(fmin_(alpha, fmin_(beta, gamma_)), zero), flt(zero, fmax_(alpha, fmax_(beta, gamma_)))));
+  if (!bits) return;
+  const vf t = fdiv(ffma(n[0], o[0], ffma(n[1], o[1], fmul(n[2], o[2]))), det);
+  bits &= fbits(fmand(flt(fload(b->tmin + r), t), flt(t, fload(b->t + r))));
+  const mf m = ffrom(bits);
+  fput(b->t + r, m, t);
+  fput_u32(b->id + r, m, id);
+  fput_u32(b->slot + r, m, slot);
+}
+
+/* From the beginning, or what has been hit would have to be settled against itself. */
+static uint64_t NAME(go_triangles)(NAME(sample) *s, const pktrt__bvh_segment *view, const bool plain) {
+  const uint32_t base = s->f.base;
+  uint64_t tests = 0;
+  memcpy(s->b.t + base, s->b.tmax + base, sizeof s->wf);
+  memcpy(s->b.wf + base, s->wf, sizeof s->wf);
+  memcpy(s->b.sf + base, s->sf, sizeof s->sf);
+  memset(s->b.id + base, 0, sizeof s->wf);
+  memset(s->b.slot + base, 0xFF, sizeof s->wf);
+  for (uint32_t i = 0; i < s->blocks; i++) {
+    const limit_step *at = &s->block[i];
+    const unsigned char *block = view->blocks + at->ref * (size_t)PKTRT__BLOCK_BYTES;
+    const float *k0 = (const float *)(const void *)block;
+    const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
+    for (uint32_t m = at->lanes; m; m &= m - 1) {
+      const uint32_t lane = pktrt__lowest_bit(m), slot = at->ref * 8 + lane;
+      tests += NAME(vectors)(at->mask);
+      if (!plain)
+        pktrt__frustum_test_triangle(&s->f, view, &s->b, k0, &s->corners[i], lane, id[lane], slot, at->mask, false, NULL);
+      for (uint32_t r = 0; plain && r < 64; r += FW) {
+        const uint32_t bits = (uint32_t)(at->mask >> r) & ((1u << FW) - 1);
+        if (bits) NAME(plain_triangle)(&s->f, &s->b, k0, lane, base + r, bits, id[lane], slot);
+      }
+    }
+  }
+  return tests;
+}
+
+static uint64_t NAME(go_packet)(NAME(sample) *s, const pktrt__bvh_segment *view, bool occlusion, limit_test test) {
+  pktrt__frustum_entry stack[8];
+  volatile uint64_t sink = 0;
+  uint64_t tests = 0;
+  if (test == LIMIT_NODE)
+    for (; tests < s->nodes; tests++) {
+      const limit_step *at = &s->node[tests];
+      sink += pktrt__frustum_open_node(&s->f, view, at->ref, at->mask, stack, occlusion, false, false, NULL);
+    }
+  if (test == LIMIT_BOX)
+    for (uint32_t i = 0; i < s->boxes; i++) {
+      const limit_step *at = &s->box[i];
+      sink += pktrt__frustum_test_child(&s->f, &s->b, at->plane, at->plane, at->mask, false);
+      tests += NAME(vectors)(at->mask);
+    }
+  if (test == LIMIT_BLOCK)
+    for (; tests < s->blocks; tests++) {
+      const float *k0 = (const float *)(const void *)(view->blocks + s->block[tests].ref * (size_t)PKTRT__BLOCK_BYTES);
+      sink += pktrt__frustum_cull_triangles(&s->f, &s->b, k0, &s->corners[tests]);
+    }
+  (void)sink;
+  return tests;
+}
+
+/* Nodes and blocks from all over the scene: nothing here depends on what is hit. */
+static uint64_t NAME(go_stream)(const pktrt__bvh *g, NAME(sample) *s, const pktrt__bvh_segment *view, bool occlusion,
+                                limit_test test) {
+  pktrt__stream_stack stack;
+  const uint32_t few = s->rays < 2 ? s->rays : 2, n = test == LIMIT_STREAM_NODE ? few : s->rays;
+  const uint64_t mask = n ? ~(uint64_t)0 >> (64 - n) : 0;
+  for (uint32_t i = 0; n && i < LIMIT_EACH; i++) {
+    const uint32_t node = (uint32_t)((uint64_t)i * g->node_count / LIMIT_EACH),
+                   block = (uint32_t)((uint64_t)i * g->block_count / LIMIT_EACH);
+    if (test <= LIMIT_SLABS) {
+      stack.n = 0;
+      pktrt__stream_open_node(view, &s->b, s->list, mask, node, s->octant, &stack, occlusion, false);
+    } else if (test == LIMIT_LEAF) {
+      pktrt__stream_leaf(view, &s->b, s->list, mask, block, occlusion, false, false, NULL);
+    } else {
+      for (uint32_t k = 0; k < n; k++) NAME(kensler_block)(view, &s->b, s->list[k], block, false);
+    }
+  }
+  return test == LIMIT_STREAM_NODE ? LIMIT_EACH : (uint64_t)LIMIT_EACH * n;
+}
+
+/* What was hit, against itself: both its triangle and the nearest are looked at. */
+static uint64_t NAME(go_settle)(NAME(sample) *s, const pktrt__bvh_segment *view, limit_test test) {
+  uint64_t tests = 0;
+  for (uint32_t k = 0; k < s->rays; k++) {
+    const uint32_t r = s->list[k], slot = s->b.slot[r];
+    if (slot == PKTRT_NONE) continue;
+    if (test == LIMIT_SETTLE) pktrt__exact_test(view, &s->b, r, s->b.id[r], slot);
+    else pktrt__frustum_exact_test8(view, &s->b, r & ~7u, 1u << (r & 7), s->b.id[r], slot);
+    tests++;
+  }
+  return tests;
+}
+
+static uint64_t NAME(go)(const pktrt_scene *scene, void *sample, bool occlusion, limit_test test) {
+  NAME(sample) *s = (NAME(sample) *)sample;
+  const pktrt__bvh_segment view = pktrt__bvh_segment_of(scene->bvhs, 0, 0);
+  uint64_t tests = 0;
+  for (int i = 0; i < LIMIT_GOES; i++) switch (test) {
+    case LIMIT_TRIANGLE:
+    case LIMIT_PLAIN_TRIANGLE: tests += NAME(go_triangles)(s, &view, test == LIMIT_PLAIN_TRIANGLE); break;
+    case LIMIT_STREAM_NODE:
+    case LIMIT_SLABS:
+    case LIMIT_LEAF:
+    case LIMIT_PLAIN_LEAF: tests += NAME(go_stream)(&scene->bvhs[0], s, &view, occlusion, test); break;
+    case LIMIT_SETTLE:
+    case LIMIT_SETTLE8: tests += NAME(go_settle)(s, &view, test); break;
+    default: tests += NAME(go_packet)(s, &view, occlusion, test);
+    }
+  return tests;
+}
+
+static const limit_set NAME(limit_tests) = {sizeof(NAME(sample)), NAME(walk), NAME(go)};
+#undef KENSLER_ALONE

@@ -104,6 +104,7 @@
        >>exact        the canonical test itself
        >>batch        rays as the kernels see them
        >>random       what samples are made of: permutations, scrambling, Sobol's points
+       >>kinds        materials, lights and samplers, a row for each
        >>waves        rays and surfaces as the renderer sees them
        >>kernels      what an instruction set offers: the table of its kernels
        >>check        arithmetic that is not what the code asks for
@@ -1202,6 +1203,41 @@ PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *, const pktrt_render
 
 /* stop here if you only want the API */
 #endif /* PKTRT_H */
+/* >>life: the life of a ray ------------------------------------------------------------------------------------------
+
+   In a picture, from pktrt_render to a pixel:
+
+     pktrt_render         checks the description (>>request) into a pktrt__render_state, which every tile reads, and finds
+                          out what is to be known of lights (>>lights) and glass (>>glass).
+     pktrt__pass_run      goes round by round (>>passes), tile by tile through parallel_for, each with its own pktrt__tile.
+     pktrt__tile_run_wave fills a pktrt__wave (structure of arrays) with primary rays; a lane of it is the ray from now on.
+     pktrt__wave_trace    copies its lanes to the pktrt__batch of a pktrt__packet_queue (>>assembly): kernels trace batches.
+     pktrt__entry_trace   derives what traversal needs (>>setup) and hands packets out (>>drive): pktrt__frustum for coherent
+                          rays, streams by octant for others, pktrt__single for few. Hits stay in the batch as `slot`,
+                          a lane of a leaf block, until >>resolve finds t, u, v and normal; they go back to the wave.
+     pktrt__wave_shade    packs the lanes that hit something into pktrt__surfaces, evaluates their materials (>>shade,
+                          >>materials), adds direct light by shadow rays (>>direct), and spawns reflected and refracted
+                          rays into the waves of the next generation (>>scattering).
+     pktrt__wave_follow   traces and shades these, and adds what they bring to the lanes that sent them (>>generations).
+     pktrt__tile_write_pixels adds up the samples of each pixel.
+
+   In a query, from pktrt_intersect_n to a hit: pktrt__query_run takes few rays one by one (kernels' intersect), many by
+   batches (pktrt__query_run_batches): load_rays transposes up to 256 of them to a pktrt__batch (>>arrays), trace is
+   pktrt__entry_trace as above, store_hits transposes the hits back. */
+
+/* >>extend: how to add what is not there -----------------------------------------------------------------------------
+
+   - A light: an enumerator of pktrt_light_kind, a row of PKTRT__LIGHT_ROWS (>>kinds) with its traits, and a function that
+     takes a point of it (>>lights); another that prepares it if none there does. Checks, reports and sampling follow.
+   - A material: an enumerator of pktrt_specular and a row of PKTRT__SPECULAR_ROWS (>>kinds); then its weights by eights,
+     in pktrt__material_weights8 (>>shade).
+   - A sampler: an enumerator of pktrt_sampler, a row of PKTRT__SAMPLER_ROWS (>>kinds), and its function (>>samplers).
+   - A feature that builds can leave out: an enumerator of pktrt_feature and a row of PKTRT__FEATURE_ROWS (>>platform), by
+     which PKTRT__X is 1 or 0 for all code that asks; and in pktrt__feature_of_render what asks for it (>>request).
+   - An instruction set: PKTRT__HAS_X (>>platform), its operations (>>ops), a stamp (>>stamping), and when to choose it
+     (>>dispatch); an enumerator of pktrt_isa and its name. No kernel changes.
+   Orders and numbers of rows are checked at compile time; `make structure` and the tests find the rest. */
+
 /* ---------------------------------------------------------------------------------------------------------------------
    IMPLEMENTATION, compiled once
    ------------------------------------------------------------------------------------------------------------------ */

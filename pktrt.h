@@ -832,25 +832,23 @@ PKTRT_DEF const char *pktrt_feature_string(pktrt_feature); /* "motion", "stats",
 
 struct pktrt_render_desc;
 typedef struct pktrt_scene_report {
-  pktrt_isa isa;
+  pktrt_scene_info info;     /* what it is made of */
   uint32_t built;            /* bits: features of this build */
   uint32_t found;            /* of these, what the committed scene has, and the description asks for */
   uint32_t used;             /* of these, what runs: the mode takes no notice of the others, or nothing asks for them */
-  uint32_t meshes, moving_meshes;
-  uint64_t triangles;
   uint64_t bytes;            /* of all below but `worker` and `passes` */
   uint64_t nodes, blocks;    /* bytes of the trees, at their first keys */
   uint64_t motion;           /* of trees and meshes: what further keys take */
   uint64_t positions, normals, indices; /* bytes of what was copied in; positions: with those that wait for a commit */
-  uint64_t names;            /* which triangles a block holds, for refits */
-  uint64_t looks;            /* bytes of materials and lights */
+  uint64_t ids;              /* which triangles a block holds, for refits */
+  uint64_t materials;        /* bytes of materials and lights */
   uint64_t worker;           /* bytes that a worker has while it renders a tile, for a generation of secondary rays */
   uint64_t passes;           /* bytes that a render keeps for its pixels, if it makes several passes */
 } pktrt_scene_report;
 /* For a render with this description (whose pixels may be NULL), or if it is NULL, for queries. */
 PKTRT_DEF void pktrt_get_scene_report(const pktrt_scene *, const struct pktrt_render_desc *, pktrt_scene_report *);
 /* The same in lines of text, as snprintf does it: returns its length, which may exceed the room there is. */
-PKTRT_DEF size_t pktrt_report_text(const pktrt_scene_report *, char *text, size_t room);
+PKTRT_DEF size_t pktrt_scene_report_text(const pktrt_scene_report *, char *text, size_t room);
 
 #ifndef PKTRT_NO_RENDER
 /* >>camera --------------------------------------------------------------------------------------------------------- */
@@ -950,7 +948,7 @@ typedef struct pktrt_points {
   uint32_t n;
   const float *position[3], *direction[3]; /* direction: unit, of the ray that arrived */
   const float *normal[3];     /* unit shading normal, on the side that the ray came from */
-  const float *uv[2], *time;  /* barycentrics */
+  const float *barycentric[2], *time; /* u and v of the hit: no texture coordinates, but what interpolates yours */
   const uint32_t *mesh, *triangle;
   float *albedo[3], *reflectance[3], *emission[3]; /* as the material has them; a texture changes them */
 } pktrt_points;
@@ -10724,7 +10722,7 @@ static void pktrt__material_call_hooks(const pktrt_material *mat, const pktrt__w
     p.albedo[a] = s->albedo[a] + k, p.reflectance[a] = s->reflectance[a] + k, p.emission[a] = s->emission[a] + k;
     radiance[a] = to[a];
   }
-  p.uv[0] = w->u + lane, p.uv[1] = w->v + lane, p.time = w->time + lane;
+  p.barycentric[0] = w->u + lane, p.barycentric[1] = w->v + lane, p.time = w->time + lane;
   p.mesh = s->mesh + k, p.triangle = s->triangle + k;
   if (mat->texture) mat->texture(mat->user, &p);
   if (!mat->shader) return;
@@ -12245,9 +12243,6 @@ PKTRT__COLD void pktrt__report_meshes(const pktrt_scene *s, pktrt_scene_report *
     const uint64_t places = 1u + (m->pending != NULL), bends = 0u + (m->normals != NULL) + (m->pending_normals != NULL);
     r->positions += places * key, r->normals += bends * key, r->motion += (places + bends) * further;
     if (m->indices) r->indices += (uint64_t)m->triangle_count * 3 * sizeof(uint32_t);
-    if (!m->committed) continue;
-    r->meshes++, r->triangles += m->triangle_count;
-    if (m->key_count > 1) r->moving_meshes++;
   }
 }
 
@@ -12257,7 +12252,7 @@ PKTRT__COLD void pktrt__report_trees(const pktrt_scene *s, pktrt_scene_report *r
     r->nodes += (uint64_t)bvh->node_count * PKTRT__NODE_BYTES, r->blocks += (uint64_t)bvh->block_count * PKTRT__BLOCK_BYTES;
     r->motion += (uint64_t)bvh->node_count * (bvh->node_bytes - PKTRT__NODE_BYTES);
     r->motion += (uint64_t)bvh->block_count * (bvh->block_bytes - PKTRT__BLOCK_BYTES);
-    r->names += (uint64_t)bvh->block_count * 8 * sizeof(uint32_t);
+    r->ids += (uint64_t)bvh->block_count * 8 * sizeof(uint32_t);
   }
 }
 
@@ -12265,14 +12260,14 @@ PKTRT_DEF void pktrt_get_scene_report(const pktrt_scene *s, const struct pktrt_r
   memset(r, 0, sizeof *r);
   r->built = PKTRT__BUILT;
   if (!s) return;
-  r->isa = s->isa;
+  pktrt_get_scene_info(s, &r->info);
   pktrt__report_meshes(s, r);
   pktrt__report_trees(s, r);
 #ifdef PKTRT_NO_RENDER
   (void)d;
-  r->found = r->used = r->moving_meshes ? PKTRT_FEATURE_MOTION : 0;
+  r->found = r->used = r->info.moving_meshes ? PKTRT_FEATURE_MOTION : 0;
 #else
-  r->looks = s->material_count * sizeof *s->materials + s->light_count * sizeof *s->lights;
+  r->materials = s->material_count * sizeof *s->materials + s->light_count * sizeof *s->lights;
   r->found = pktrt__feature_of_scene(s) & PKTRT__BUILT, r->used = r->found & PKTRT_FEATURE_MOTION;
   if (d) {
     r->found = pktrt__feature_of_render(s, d), r->used = pktrt__feature_used(d, r->found);
@@ -12282,7 +12277,7 @@ PKTRT_DEF void pktrt_get_scene_report(const pktrt_scene *s, const struct pktrt_r
     if (passes) r->passes = (uint64_t)d->width * d->height * sizeof(pktrt__pixel_sums);
   }
 #endif
-  r->bytes = r->nodes + r->blocks + r->motion + r->positions + r->normals + r->indices + r->names + r->looks;
+  r->bytes = r->nodes + r->blocks + r->motion + r->positions + r->normals + r->indices + r->ids + r->materials;
 }
 
 /* Adds to a text of `used` characters, of which `room` are kept. */
@@ -12305,25 +12300,25 @@ PKTRT__COLD size_t pktrt__report_print_features(char *text, size_t room, size_t 
   return pktrt__report_print(text, room, used, "%s\n", bits ? "" : " nothing");
 }
 
-PKTRT_DEF size_t pktrt_report_text(const pktrt_scene_report *r, char *text, size_t room) {
+PKTRT_DEF size_t pktrt_scene_report_text(const pktrt_scene_report *r, char *text, size_t room) {
   const struct {
     const char *what;
     uint64_t bytes;
   } parts[] = {{"nodes", r->nodes},         {"blocks", r->blocks}, {"positions", r->positions}, {"indices", r->indices},
-               {"further keys", r->motion}, {"normals", r->normals}, {"names", r->names},
-               {"materials, lights", r->looks}};
+               {"further keys", r->motion}, {"normals", r->normals}, {"names", r->ids},
+               {"materials, lights", r->materials}};
   uint32_t all = 0;
   for (int i = 0; i < PKTRT__FEATURES; i++) all |= pktrt__feature_rows[i].bit;
-  size_t n = pktrt__report_print(text, room, 0, "kernels    %s\n", pktrt_isa_string(r->isa));
-  n = pktrt__report_print(text, room, n, "meshes     %u, of these %u moving; %llu triangles\n", (unsigned)r->meshes,
-                   (unsigned)r->moving_meshes, (unsigned long long)r->triangles);
+  size_t n = pktrt__report_print(text, room, 0, "kernels    %s\n", pktrt_isa_string(r->info.isa));
+  n = pktrt__report_print(text, room, n, "meshes     %u, of these %u moving; %llu triangles\n", (unsigned)r->info.mesh_count,
+                   (unsigned)r->info.moving_meshes, (unsigned long long)r->info.triangles);
   n = pktrt__report_print_features(text, room, n, "found", r->found);
   n = pktrt__report_print_features(text, room, n, "runs", r->used);
   n = pktrt__report_print_features(text, room, n, "idle", r->built & ~r->used);
   n = pktrt__report_print_features(text, room, n, "not built", all & ~r->built);
   n = pktrt__report_print(text, room, n, "bytes      %llu", (unsigned long long)r->bytes);
-  const double each = r->triangles ? (double)r->bytes / (double)r->triangles : 0;
-  if (r->triangles) n = pktrt__report_print(text, room, n, ", %.1f for each triangle", each);
+  const double each = r->info.triangles ? (double)r->bytes / (double)r->info.triangles : 0;
+  if (r->info.triangles) n = pktrt__report_print(text, room, n, ", %.1f for each triangle", each);
   const char *before = ": ";
   for (size_t i = 0; i < sizeof parts / sizeof *parts; i++) {
     if (!parts[i].bytes) continue;

@@ -707,7 +707,7 @@ static void explain(const job *j) {
   char text[ROOM];
   pktrt_scene_report report;
   pktrt_get_scene_report(j->world, &j->view, &report);
-  pktrt_report_text(&report, text, sizeof text);
+  pktrt_scene_report_text(&report, text, sizeof text);
   printf("%s\n", text);
   fflush(stdout);
 }

@@ -228,7 +228,7 @@ static void conf_tile(void *user, const pktrt_points *p) {
 
 /* Where point i lies in a mesh of quads, made by sc_quad or sc_heights: which, and from (0,0) to (1,1) in it. */
 static uint32_t conf_on_quad(const pktrt_points *p, uint32_t i, double *s, double *t) {
-  double u = p->uv[0][i], v = p->uv[1][i];
+  double u = p->barycentric[0][i], v = p->barycentric[1][i];
   bool second = p->triangle[i] & 1;
   *s = second ? u : u + v;
   *t = second ? u + v : v;

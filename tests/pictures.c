@@ -651,7 +651,7 @@ static void rich_shader(void *user, const pktrt_points *p, float *radiance[3]) {
   (void)user;
   for (int k = 0; k < 3; k++) {
     for (uint32_t i = 0; i < p->n; i++)
-      radiance[k][i] = 0.5f + 0.4f * p->normal[k][i] * p->direction[k][i] + 0.1f * p->time[i] * p->uv[0][i];
+      radiance[k][i] = 0.5f + 0.4f * p->normal[k][i] * p->direction[k][i] + 0.1f * p->time[i] * p->barycentric[0][i];
   }
 }
 

@@ -145,8 +145,8 @@ static void plain_scenes(void) {
     CHECK(x.built == (1u << NAMES) - 1, "%x is built", (unsigned)x.built);
     CHECK(x.found == PKTRT_FEATURE_RENDER && x.used == PKTRT_FEATURE_RENDER, "%s: found %x, used %x", mode_names[m],
           (unsigned)x.found, (unsigned)x.used);
-    CHECK(x.motion == 0 && x.normals == 0 && x.passes == 0 && x.moving_meshes == 0);
-    CHECK(x.meshes == 2 && x.triangles == 128 + 512, "%llu triangles", (unsigned long long)x.triangles);
+    CHECK(x.motion == 0 && x.normals == 0 && x.passes == 0 && x.info.moving_meshes == 0);
+    CHECK(x.info.mesh_count == 2 && x.info.triangles == 128 + 512, "%llu triangles", (unsigned long long)x.info.triangles);
   }
   request r; /* the control: a feature among them is told */
   defaults(&r, PKTRT_MODE_RCS);
@@ -198,7 +198,7 @@ static void queries_only(void) {
 /* --- bytes --- */
 
 static uint64_t sum_of(const pktrt_scene_report *x) {
-  return x->nodes + x->blocks + x->motion + x->positions + x->normals + x->indices + x->names + x->looks;
+  return x->nodes + x->blocks + x->motion + x->positions + x->normals + x->indices + x->ids + x->materials;
 }
 
 /* Beside the scene's info, and what the hook has handed out: a little more, for the scene itself and room to grow. */
@@ -208,7 +208,7 @@ static void agree_with_scene(const char *when, const pktrt_scene *s, pktrt_scene
   pktrt_get_scene_info(s, &info);
   pktrt_get_scene_report(s, NULL, x);
   CHECK(x->bytes == sum_of(x), "%s: %llu bytes in all", when, (unsigned long long)x->bytes);
-  CHECK(x->bytes - x->names - x->looks == info.tree_bytes + info.mesh_bytes, "%s: %llu and %llu bytes of info", when,
+  CHECK(x->bytes - x->ids - x->materials == info.tree_bytes + info.mesh_bytes, "%s: %llu and %llu bytes of info", when,
         (unsigned long long)info.tree_bytes, (unsigned long long)info.mesh_bytes);
   CHECK(x->triangles == info.triangles && x->meshes == info.mesh_count && x->moving_meshes == info.moving_meshes);
   CHECK(x->isa == info.isa);
@@ -251,12 +251,12 @@ static void looks(void) {
   pktrt_get_scene_report(s, NULL, &none);
   for (int i = 0; i < 3; i++) stage_material(s, &plain);
   pktrt_get_scene_report(s, NULL, &some);
-  CHECK(some.looks == none.looks + 3 * sizeof plain, "three materials: %llu bytes", (unsigned long long)some.looks);
+  CHECK(some.materials == none.materials + 3 * sizeof plain, "three materials: %llu bytes", (unsigned long long)some.materials);
   for (int i = 0; i < 5; i++) stage_light(s, &point);
   pktrt_get_scene_report(s, NULL, &some);
-  CHECK(some.looks == none.looks + 3 * sizeof plain + 5 * sizeof point, "and five lights: %llu bytes",
-        (unsigned long long)some.looks);
-  CHECK(some.bytes - none.bytes == some.looks - none.looks, "they are part of the sum");
+  CHECK(some.materials == none.materials + 3 * sizeof plain + 5 * sizeof point, "and five lights: %llu bytes",
+        (unsigned long long)some.materials);
+  CHECK(some.bytes - none.bytes == some.materials - none.materials, "they are part of the sum");
   pktrt_scene_destroy(s);
 }
 
@@ -343,11 +343,11 @@ static void check_names(const char *text, const pktrt_scene_report *x) {
 /* At any room: what fits of it, a zero, and nothing beyond; the length is that of all. */
 static void cut_off(const pktrt_scene_report *x, const char *whole, size_t length) {
   static char part[4096];
-  CHECK(pktrt_report_text(x, NULL, 0) == length, "without room");
+  CHECK(pktrt_scene_report_text(x, NULL, 0) == length, "without room");
   for (size_t room = 0; room <= length + 2; room++) {
     const size_t kept = room > length ? length : room ? room - 1 : 0;
     memset(part, 'x', sizeof part);
-    const size_t n = pktrt_report_text(x, part, room);
+    const size_t n = pktrt_scene_report_text(x, part, room);
     CHECK(n == length && (!room || (memcmp(part, whole, kept) == 0 && !part[kept])), "room for %zu", room);
     const size_t written = room ? kept + 1 : 0;
     bool intact = true;
@@ -363,7 +363,7 @@ static void texts(void) {
     defaults(&r, PKTRT_MODE_WRT);
     cases[i].add(&r);
     const pktrt_scene_report x = report_of(&r);
-    const size_t n = pktrt_report_text(&x, text, sizeof text);
+    const size_t n = pktrt_scene_report_text(&x, text, sizeof text);
     CHECK(n > 100 && n < 1024 && n == strlen(text) && text[n - 1] == '\n', "%s: %zu characters", cases[i].name, n);
     check_names(text, &x);
     if (i == 0) cut_off(&x, text, n);
@@ -371,7 +371,7 @@ static void texts(void) {
   pktrt_scene_report x; /* of a build without most, and without a scene */
   pktrt_get_scene_report(NULL, NULL, &x);
   x.built = PKTRT_FEATURE_MOTION;
-  pktrt_report_text(&x, text, sizeof text);
+  pktrt_scene_report_text(&x, text, sizeof text);
   check_names(text, &x);
   CHECK(line_names(text, "not built ", "lens") && !line_names(text, "not built ", "motion"), "the control");
   CHECK(strcmp(pktrt_feature_string((pktrt_feature)3), "unknown") == 0, "two bits are no feature");
@@ -384,7 +384,7 @@ static void text_adds_up(void) {
   defaults(&r, PKTRT_MODE_RCS);
   add_motion(&r), add_normals(&r);
   const pktrt_scene_report x = report_of(&r);
-  pktrt_report_text(&x, text, sizeof text);
+  pktrt_scene_report_text(&x, text, sizeof text);
   const char *at = strstr(text, "\nbytes ");
   if (!CHECK(at != NULL)) return;
   uint64_t sum = 0, parts = 0;
@@ -405,7 +405,7 @@ static void odd_scenes(void) {
   memset(&x, 0xA5, sizeof x);
   pktrt_get_scene_report(NULL, NULL, &x);
   CHECK(x.built == (1u << NAMES) - 1 && !x.found && !x.used && !x.meshes && !x.triangles && !x.bytes && !x.worker);
-  CHECK(pktrt_report_text(&x, text, sizeof text) == strlen(text));
+  CHECK(pktrt_scene_report_text(&x, text, sizeof text) == strlen(text));
   pktrt_scene *s = stage_open();
   pktrt_get_scene_report(s, NULL, &x);
   CHECK(x.isa != PKTRT_ISA_AUTO && !x.found && !x.bytes && !x.triangles);
@@ -414,7 +414,7 @@ static void odd_scenes(void) {
   CHECK(mesh_add(s, &ball, NULL) == PKTRT_OK);
   pktrt_get_scene_report(s, NULL, &x); /* its bytes are there, the rest waits for the commit */
   CHECK(!x.found && !x.meshes && !x.triangles && !x.nodes && x.positions == (uint64_t)ball.nv * 12 && x.bytes > 0);
-  pktrt_report_text(&x, text, sizeof text);
+  pktrt_scene_report_text(&x, text, sizeof text);
   CHECK(strstr(text, ": positions") != NULL, "%s", text);
   stage_commit(s);
   pktrt_get_scene_report(s, NULL, &x);

@@ -582,7 +582,7 @@ typedef struct hook_report {
 static void check_points(hook_report *r, const pktrt_points *p) {
   r->calls++, r->points += p->n;
   for (uint32_t i = 0; i < p->n; i++) {
-    double u = (double)p->uv[0][i], v = (double)p->uv[1][i], w = 1 - u - v;
+    double u = (double)p->barycentric[0][i], v = (double)p->barycentric[1][i], w = 1 - u - v;
     bool second = p->triangle[i] == 1;
     double x = -2 * w + (second ? 2 : 2) * u + (second ? -2 : 2) * v, y = -2 * w + (second ? 2 : -2) * u + 2 * v;
     vec d = vec_of((double)p->direction[0][i], (double)p->direction[1][i], (double)p->direction[2][i]);

@@ -212,7 +212,7 @@ static void metal(request *r) {
 static void gloss(request *r) { mirror(r), r->look.lobe = PKTRT_LOBE_PHONG, r->look.exponent = 20; }
 static void striped(void *user, const pktrt_points *p) {
   (void)user;
-  for (uint32_t i = 0; i < p->n; i++) p->albedo[1][i] = p->uv[0][i] > 0.5f ? 1.0f : 0.0f;
+  for (uint32_t i = 0; i < p->n; i++) p->albedo[1][i] = p->barycentric[0][i] > 0.5f ? 1.0f : 0.0f;
 }
 static void shader(void *user, const pktrt_points *p, float *radiance[3]) {
   (void)user;

@@ -260,8 +260,8 @@ static uint32_t features_in(const plan *p, bool with, const char *base) {
 }
 
 static void print_report(const pktrt_scene_report *r) {
-  printf("%llu %.3f %llu %s\n", (unsigned long long)r->bytes, (double)r->bytes / (double)r->triangles,
-         (unsigned long long)r->worker, pktrt_isa_string(r->isa));
+  printf("%llu %.3f %llu %s\n", (unsigned long long)r->bytes, (double)r->bytes / (double)r->info.triangles,
+         (unsigned long long)r->worker, pktrt_isa_string(r->info.isa));
 }
 
 static int run_call(const char *name, bool with, const char *word, const char *base) {

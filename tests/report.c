@@ -152,7 +152,7 @@ static void plain_scenes(void) {
   defaults(&r, PKTRT_MODE_RCS);
   add_motion(&r);
   const pktrt_scene_report x = report_of(&r);
-  CHECK(x.found != PKTRT_FEATURE_RENDER && x.motion > 0 && x.moving_meshes == 1);
+  CHECK(x.found != PKTRT_FEATURE_RENDER && x.motion > 0 && x.info.moving_meshes == 1);
 }
 
 /* One case in one mode; true if the picture is another one than without it. */
@@ -210,8 +210,7 @@ static void agree_with_scene(const char *when, const pktrt_scene *s, pktrt_scene
   CHECK(x->bytes == sum_of(x), "%s: %llu bytes in all", when, (unsigned long long)x->bytes);
   CHECK(x->bytes - x->ids - x->materials == info.tree_bytes + info.mesh_bytes, "%s: %llu and %llu bytes of info", when,
         (unsigned long long)info.tree_bytes, (unsigned long long)info.mesh_bytes);
-  CHECK(x->triangles == info.triangles && x->meshes == info.mesh_count && x->moving_meshes == info.moving_meshes);
-  CHECK(x->isa == info.isa);
+  CHECK(same_bits(&x->info, &info, sizeof info), "%s: the info within it", when);
   CHECK(x->bytes <= hooks.live_bytes && hooks.live_bytes < x->bytes + x->bytes / 8 + OTHER,
         "%s: %llu bytes, %zu handed out", when, (unsigned long long)x->bytes, hooks.live_bytes);
 }
@@ -233,7 +232,7 @@ static void bytes(void) {
     CHECK(x[i].positions == positions * (i > 2 ? 2 : 1) && x[i].normals == (i > 1 ? positions : 0), "%s", whens[i]);
     CHECK(x[i].indices == (uint64_t)ball.nt * 12, "%s", whens[i]);
     say("%-20s %5.1f bytes per triangle, %4.1f of them for further keys", whens[i],
-        (double)x[i].bytes / (double)x[i].triangles, (double)x[i].motion / (double)x[i].triangles);
+        (double)x[i].bytes / (double)x[i].info.triangles, (double)x[i].motion / (double)x[i].info.triangles);
     pktrt_scene_destroy(s);
     mesh_free(&ball);
   }
@@ -337,7 +336,7 @@ static void check_names(const char *text, const pktrt_scene_report *x) {
     CHECK(line_names(text, "idle ", name) == !!(x->built & ~x->used & bit), "idle: %s", name);
     CHECK(line_names(text, "not built ", name) == !(x->built & bit), "not built: %s", name);
   }
-  CHECK(strstr(text, pktrt_isa_string(x->isa)) != NULL);
+  CHECK(strstr(text, pktrt_isa_string(x->info.isa)) != NULL);
 }
 
 /* At any room: what fits of it, a zero, and nothing beyond; the length is that of all. */
@@ -404,21 +403,21 @@ static void odd_scenes(void) {
   pktrt_scene_report x;
   memset(&x, 0xA5, sizeof x);
   pktrt_get_scene_report(NULL, NULL, &x);
-  CHECK(x.built == (1u << NAMES) - 1 && !x.found && !x.used && !x.meshes && !x.triangles && !x.bytes && !x.worker);
+  CHECK(x.built == (1u << NAMES) - 1 && !x.found && !x.used && !x.info.mesh_count && !x.info.triangles && !x.bytes && !x.worker);
   CHECK(pktrt_scene_report_text(&x, text, sizeof text) == strlen(text));
   pktrt_scene *s = stage_open();
   pktrt_get_scene_report(s, NULL, &x);
-  CHECK(x.isa != PKTRT_ISA_AUTO && !x.found && !x.bytes && !x.triangles);
+  CHECK(x.info.isa != PKTRT_ISA_AUTO && !x.found && !x.bytes && !x.info.triangles);
   mesh ball = mesh_sphere(2, 0, 1);
   mesh_move(&ball, 2, 0.4f, 0, 2);
   CHECK(mesh_add(s, &ball, NULL) == PKTRT_OK);
   pktrt_get_scene_report(s, NULL, &x); /* its bytes are there, the rest waits for the commit */
-  CHECK(!x.found && !x.meshes && !x.triangles && !x.nodes && x.positions == (uint64_t)ball.nv * 12 && x.bytes > 0);
+  CHECK(!x.found && !x.info.mesh_count && !x.info.triangles && !x.nodes && x.positions == (uint64_t)ball.nv * 12 && x.bytes > 0);
   pktrt_scene_report_text(&x, text, sizeof text);
   CHECK(strstr(text, ": positions") != NULL, "%s", text);
   stage_commit(s);
   pktrt_get_scene_report(s, NULL, &x);
-  CHECK(x.found == MOTION && x.meshes == 1 && x.triangles == ball.nt && x.nodes + x.blocks > 0);
+  CHECK(x.found == MOTION && x.info.mesh_count == 1 && x.info.triangles == ball.nt && x.nodes + x.blocks > 0);
   mesh_free(&ball);
   pktrt_scene_destroy(s);
 }

@@ -1224,8 +1224,8 @@ PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *, const pktrt_render
 #elif defined(PKTRT_STATIC) != defined(PKTRT__DECLARED_STATIC)
 #error "PKTRT_STATIC: define it before the first time that a file includes pktrt.h, or not at all"
 #endif
-/* Flags that change values, which the file with the implementation must do without. What a compiler does not tell here,
-   clang's above all, is forbidden by the guard below or found when a scene is created: see pktrt__check_all_arithmetic. */
+/* The file with the implementation must be compiled without flags that change values. Those that no macro reveals,
+   above all with clang, are forbidden by the guard below or found at pktrt_create: see pktrt__check_all_arithmetic. */
 #if defined(__FAST_MATH__)
 #error "pktrt.h needs IEEE arithmetic: drop -ffast-math (-Ofast includes it)"
 #elif defined(_M_FP_FAST)
@@ -1244,7 +1244,7 @@ PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *, const pktrt_render
 #endif
 
 #if defined(__GNUC__) || defined(__clang__)
-/* `__unused__`: where parts are left out, not all helpers have somebody to help. */
+/* WHY __unused__: where parts are left out, some helpers have no caller. */
 #define PKTRT__INLINE static inline __attribute__((__always_inline__, __unused__))
 #define PKTRT__NOINLINE static __attribute__((__noinline__, __unused__))
 #define PKTRT__COLD static __attribute__((__cold__, __noinline__, __unused__)) /* checks: small rather than fast */
@@ -1260,18 +1260,18 @@ PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *, const pktrt_render
 #define PKTRT__PREFETCH(p) (void)(p)
 #endif
 
-/* IEEE 754 defines x / 0, and vectors are divided so on purpose: the reciprocal of a zero component of a direction is
-   an infinity, and lanes that nobody asks about hold anything. For UBSan, which checks scalar divisions, if told to. */
+/* Marks functions that divide by zero on purpose, as IEEE 754 defines it: the reciprocal of a zero component of a
+   direction is an infinity, and unused lanes hold anything. Without the mark UBSan may report scalar divisions. */
 #if defined(__clang__) || (defined(__GNUC__) && __GNUC__ >= 8)
 #define PKTRT__DIVIDES_BY_ZERO __attribute__((__no_sanitize__("float-divide-by-zero")))
 #else
 #define PKTRT__DIVIDES_BY_ZERO
 #endif
 
-/* What is computed must be what is written: sums in their order, divisions that divide, products and sums each rounded
-   by itself. The same bits on every instruction set depend on it. One guard for the whole implementation, opened here
-   and closed at its end; pktrt__check_all_arithmetic sees what it cannot prevent. It stands before the intrinsics, whose operations
-   are bound by it if they are included here for the first time. */
+/* The compiler must compute what is written: sums in their order, divisions that divide, products and sums rounded
+   separately. The same bits on every instruction set depend on it. One guard, opened here and closed at the end, covers
+   the whole implementation; pktrt__check_all_arithmetic finds what it cannot prevent. It binds the intrinsics too if
+   they are included here for the first time. */
 #if defined(__clang__)
 #if __clang_major__ >= 13 && (defined(__x86_64__) || defined(__i386__)) /* clang 14 has no other that knows it */
 #define PKTRT__FLOAT_CONTROL 1
@@ -1281,8 +1281,8 @@ PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *, const pktrt_render
 #pragma STDC FP_CONTRACT OFF
 #endif
 
-/* Which instruction sets this build carries. Wide passes need per-function targets; MinGW may misalign wide spills
-   (GCC bug 54412), so there the 16-byte set is the widest. */
+/* The instruction sets of this build. Wide vectors need per-function targets; MinGW may misalign spills of them (GCC
+   bug 54412), so there the 16-byte set is the widest. */
 #ifndef PKTRT_NO_SCALAR
 #define PKTRT__HAS_SCALAR 1
 #endif
@@ -1301,7 +1301,7 @@ PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *, const pktrt_render
 #endif
 #endif
 #if defined(__GNUC__) && !defined(__clang__) && defined(__cplusplus)
-/* g++ 12 warns of its own intrinsics headers, which initialise "undefined" vectors by themselves (GCC bug 105593) */
+/* g++ 12 warns of its own intrinsics headers, which initialise "undefined" vectors by themselves (GCC bug 105593). */
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wuninitialized"
 #pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
@@ -1319,8 +1319,8 @@ PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *, const pktrt_render
 #error "PKTRT_NO_SCALAR: no other kernels are left for this machine; define it only where vectors stay"
 #endif
 
-/* What this build can do, as constants, so that compilers drop what is left out: see CONFIGURATION. What asks for
-   nothing but pictures goes with them. */
+/* The parts of this build as constants, so that compilers drop what is left out: see CONFIGURATION. Without pictures,
+   parts that only pictures use are left out too. */
 #ifdef PKTRT_NO_MOTION
 #define PKTRT__MOTION 0
 #else
@@ -1390,12 +1390,12 @@ PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *, const pktrt_render
 #if defined(_MSC_VER) && !defined(__clang__)
 #pragma fp_contract(off)
 #endif
-/* The guard again, for gcc: behind the intrinsics, which a program includes for its own code too. */
+/* The guard for gcc. It stands behind the intrinsics, which a program also includes for its own code. */
 #if defined(__GNUC__) && !defined(__clang__) && !defined(__TINYC__)
 #pragma GCC push_options
 #pragma GCC optimize("fp-contract=off")
-/* WHY no-ipa-ra: where gcc 12 knows a callee's registers it leaves out the vzeroupper before the call, and what is compiled
-   for SSE waits for 170 ns after 512-bit vectors; and at -Os scalar kernels lost values across calls, and with them hits. */
+/* WHY no-ipa-ra: where gcc 12 knows a callee's registers it omits the vzeroupper before the call, and code compiled for
+   SSE waits 170 ns after 512-bit vectors; and at -Os scalar kernels lost values across calls, and with them hits. */
 #pragma GCC optimize("no-ipa-ra")
 #endif
 
@@ -1422,15 +1422,16 @@ enum {
 
 /* >>structures ----------------------------------------------------------------------------------------------------- */
 
-/* A node of a tree, for its first key; 64-byte aligned. Planes of each further key lie behind it, 192 bytes each. */
+/* A BVH node with the planes of its first key; 64-byte aligned. The planes of further keys follow it, 192 each 192
+   bytes. */
 typedef struct pktrt__node {
   float plane[6][8];  /* lo x, hi x, lo y, hi y, lo z, hi z of eight children; empty ones have lo = FAR, hi = -FAR */
-  uint32_t child[8];  /* references, the last ones the likeliest to hold a hit soon (at the build) */
+  uint32_t child[8];  /* references; at the build the last ones were the likeliest to hold a hit */
   uint32_t order[8];  /* for each octant of ray directions (bit a: component a negative): the children from far to near
                          by the middle of their boxes, three bits each, the farthest in the lowest bits */
 } pktrt__node;
 
-/* A leaf block of up to eight triangles, likewise: vertices of each further key lie behind it, 288 bytes each. */
+/* A leaf block of up to eight triangles, likewise: the vertices of further keys follow it, 288 bytes each. */
 typedef struct pktrt__block {
   float vertex[3][3][8]; /* [corner][axis][lane], raw, so that shared vertices have equal bits */
   uint32_t id[8];        /* global triangle index; PKTRT_NONE in lanes without a triangle, or whose triangle has no area at
@@ -1447,7 +1448,7 @@ enum {
 typedef struct pktrt__mesh {
   float *positions;   /* key_count * vertex_count * 3, committed */
   float *normals;     /* the same shape, or NULL */
-  float *pending;     /* as positions, from the first set_positions on: what the next commit or refit takes over */
+  float *pending;     /* as positions, from the first set_positions on; taken over by the next commit or refit */
   float *pending_normals;
   uint32_t *indices;  /* triangle_count * 3, or NULL for a soup */
   uint32_t vertex_count, triangle_count, key_count, stride, material;
@@ -1455,15 +1456,15 @@ typedef struct pktrt__mesh {
   float max_coord;    /* largest |coordinate| of its triangles over all keys */
   bool stray;         /* has vertices that no triangle uses */
   bool committed, dirty, dirty_normals;
-  bool marked;        /* the next commit builds its group anew */
+  bool marked;        /* the next commit rebuilds its tree */
 } pktrt__mesh;
 
-/* A run of nodes and blocks built by one task: refit runs over the same tasks. */
+/* The run of nodes and blocks that one task of the build writes; refit has the same tasks. */
 typedef struct pktrt__bvh_task {
   uint32_t first_node, node_count, first_block, block_count;
 } pktrt__bvh_task;
 
-/* What a kernel needs to know of a group: one segment of its motion. */
+/* One segment of a BVH's motion: all that kernels know of the BVH. */
 typedef struct pktrt__bvh_segment {
   const struct pktrt__bvh *bvhs;
   const unsigned char *nodes, *blocks;
@@ -1483,18 +1484,19 @@ typedef struct pktrt__bvh {
   pktrt__bvh_task *tasks;               /* disjoint subtrees; the nodes above them come first */
   float lo[3], hi[3];               /* over all keys */
   double sah_at_build, sah_now, area;
-  pktrt__bvh_segment rest;                 /* its first segment: all there is of what rests; set with the scene's bounds */
+  pktrt__bvh_segment rest; /* the first segment, the only one of a tree at rest; set with the scene's bounds */
 } pktrt__bvh;
 
-/* Says where a key lies in a node, and in a block, in bytes. */
+/* Returns where the values of a key lie in a node, in bytes. */
 PKTRT__INLINE size_t pktrt__node_key_offset(uint32_t key) {
   return key ? PKTRT__NODE_BYTES + (size_t)(key - 1) * PKTRT__NODE_KEY_BYTES : 0;
 }
+/* Returns where the values of a key lie in a block, in bytes. */
 PKTRT__INLINE size_t pktrt__block_key_offset(uint32_t key) {
   return key ? PKTRT__BLOCK_BYTES + (size_t)(key - 1) * PKTRT__BLOCK_KEY_BYTES : 0;
 }
 
-/* Finds a node or a block of a tree, and the values of one of its keys: planes [6][8], vertices [3][3][8]. */
+/* These return a node or a block of a BVH, and the values of one of its keys: planes [6][8], vertices [3][3][8]. */
 PKTRT__INLINE pktrt__node *pktrt__bvh_node(const pktrt__bvh *bvh, uint32_t node) {
   return PKTRT__CAST(pktrt__node *, PKTRT__CAST(void *, bvh->nodes + (size_t)node * bvh->node_bytes));
 }
@@ -1508,8 +1510,8 @@ PKTRT__INLINE float *pktrt__block_vertices(pktrt__block *block, uint32_t key) {
   return PKTRT__CAST(float *, PKTRT__CAST(void *, PKTRT__CAST(char *, PKTRT__CAST(void *, block)) + pktrt__block_key_offset(key)));
 }
 
-/* The same for kernels, which see one segment of the motion: by its first key (0) or its second (1). At rest, with `moving`
-   a constant, nothing is looked up. */
+/* These return the same to kernels, for the first key (which = 0) or the second (1) of a segment. `moving` is a
+   constant in each of them: at rest nothing is looked up. */
 PKTRT__INLINE const pktrt__node *pktrt__segment_node(const pktrt__bvh_segment *seg, uint32_t node, const bool moving) {
   const unsigned char *at = seg->nodes + node * (moving ? seg->node_bytes : (size_t)PKTRT__NODE_BYTES);
   return (const pktrt__node *)(const void *)at;
@@ -1535,10 +1537,10 @@ struct pktrt_scene {
   const struct pktrt__kernel_table *kernels;
   pktrt__mesh *meshes;
   uint32_t mesh_count, mesh_capacity, committed_meshes;
-  pktrt__bvh *bvhs;             /* in ascending order of their boxes' area: small ones shorten rays for the large */
+  pktrt__bvh *bvhs;             /* in ascending order of their boxes' areas: small ones shorten rays for the large */
   uint32_t bvh_count;
 #ifndef PKTRT_NO_RENDER
-  pktrt_material plain;             /* of meshes that name none */
+  pktrt_material plain;             /* for meshes that name none */
   pktrt_material *materials;
   uint32_t material_count, material_capacity;
   pktrt_light *lights;
@@ -1551,8 +1553,8 @@ struct pktrt_scene {
 };
 /* >>memory --------------------------------------------------------------------------------------------------------- */
 
-/* Trees are walked at random: with pages of 4 KiB each step may cost a walk through the tables of pages as well. Large
-   ones made builds 1.1 to 1.25 times as fast, and rays up to 1.04 times. How large is large: */
+/* WHY large pages: traversal jumps about in memory, and with pages of 4 KiB each step may also miss the TLB. Large
+   pages made builds 1.1 to 1.25 times as fast, and rays up to 1.04 times. */
 #if defined(__linux__)
 #include <sys/mman.h>
 #ifndef MADV_HUGEPAGE /* strict ISO C hides both */
@@ -1566,9 +1568,9 @@ static const size_t pktrt__mem_large_page = SIZE_MAX / 2;
 static void pktrt__mem_want_large_pages(void *p, size_t size) { (void)p, (void)size; }
 #endif
 
+/* Calls malloc, and keeps the distance to the block's true start in front of the aligned part. */
 static void *pktrt__mem_malloc(void *user, size_t size, size_t align) {
   (void)user;
-  /* malloc, with the distance to the block's true start kept in front of the aligned part */
   const bool large = size / 2 >= pktrt__mem_large_page;
   if (large) align = pktrt__mem_large_page;
   if (size > SIZE_MAX - align - sizeof(size_t)) return NULL;
@@ -1587,7 +1589,8 @@ static void pktrt__mem_free(void *user, void *p, size_t size) {
   free(PKTRT__CAST(char *, p) - shift);
 }
 
-/* All memory comes from here. Returns NULL for count * size that overflows; zero bytes give a valid pointer. */
+/* Allocates all memory of the library. Returns NULL where count * size overflows, and a valid pointer for zero
+   bytes. */
 static void *pktrt__mem_alloc(const pktrt_scene_desc *desc, uint64_t count, size_t size) {
   if (count > (SIZE_MAX - 64) / size) return NULL;
   size_t bytes = (size_t)count * size;
@@ -1599,7 +1602,7 @@ static void pktrt__mem_release(const pktrt_scene_desc *desc, void *p, uint64_t c
   if (p) desc->release(desc->user, p, bytes ? bytes : 64);
 }
 
-/* Runs body(arg, i) for i in [0,n): through the hook where there is one. */
+/* Runs body(arg, i) for i in [0,n), through the hook where there is one. */
 static void pktrt__parallel_for(const pktrt_scene_desc *desc, size_t n, void (*body)(void *, size_t), void *arg) {
   if (desc->parallel_for && n > 1) {
     desc->parallel_for(desc->user, n, body, arg);
@@ -1631,7 +1634,8 @@ PKTRT__INLINE uint32_t pktrt__lowest_bit(uint64_t x) {
 }
 #endif
 
-/* Of eight bits. WHY: without the instruction, counting 64 is a call, and the paper path counts at every test. */
+/* Counts the ones of eight bits. WHY: without the instruction, counting 64 bits is a call, and the paper path counts at
+   every test. */
 PKTRT__INLINE uint32_t pktrt__popcount8(uint32_t x) {
   x -= x >> 1 & 0x55;
   x = (x & 0x33) + (x >> 2 & 0x33);
@@ -1640,7 +1644,7 @@ PKTRT__INLINE uint32_t pktrt__popcount8(uint32_t x) {
 
 PKTRT__INLINE bool pktrt__has_motion(uint32_t key_count) { return PKTRT__MOTION && key_count > 1; }
 
-/* Conversion as the vector units do it: beyond the range of float lies infinity (in C it would be undefined). */
+/* Converts as vector units do: beyond the range of float the result is an infinity (in C it would be undefined). */
 PKTRT__INLINE float pktrt__to_float(double x) {
   const double limit = 3.4028235677973366e38; /* FLT_MAX and half a step: rounds to infinity from here on */
   return x >= limit ? INFINITY : x <= -limit ? -INFINITY : (float)x;
@@ -1689,7 +1693,7 @@ static void pktrt__sort_keys(uint64_t *key, uint32_t n) {
    when it is small; of very large ranges most small triangles are not looked at. A side with n triangles costs
    area * (0.75 ceil(n/8) + 0.25 n/8): whole blocks, with a leaning towards fewer triangles where the number of blocks
    is the same. A range of up to 8 stays a leaf (cost: area) if that is not dearer than a step (0.25 area) plus both
-   sides. Moving groups are built on the boxes at the middle of the motion. The partition reads one buffer and writes
+   sides. Moving trees are built on the boxes at the middle of the motion. The partition reads one buffer and writes
    the other; small ranges move back home, so that all leaves lie in the first.
 
    Depth: let need(n) = ceil(log2(ceil(n/8))), the levels of halving until n triangles fit a block. Every range keeps
@@ -1699,7 +1703,7 @@ static void pktrt__sort_keys(uint64_t *key, uint32_t n) {
    all loops end, and their stacks have known sizes, for any input. Where the heuristic is blind (no extent of
    centroids, no area) the range is halved by index too.
 
-   Range of numbers: coordinates up to 2^100 stay as they are, smaller groups are scaled up to [1,2) by a power of two;
+   Range of numbers: coordinates up to 2^100 stay as they are; a tree whose largest is below 1 is scaled up to [1,2);
    areas are taken of extents scaled to [1,2) range by range. So float products neither overflow nor vanish where they
    matter.
 
@@ -1712,7 +1716,7 @@ static void pktrt__sort_keys(uint64_t *key, uint32_t n) {
    2017), at most eight; blocks are merged where that is cheaper. A block costs 3/4 of its area and 1/10 for each
    triangle, a node 1.25: by expected cost, tasks bottom-up and then what lies above them. Of the high quality, the
    nodes of the binary tree move to better places first. Subtrees of up to max(4096, n/64) triangles are tasks: counted,
-   placed by a prefix sum, written in depth-first order. What lies above them, the top, comes first. A group that is one
+   placed by a prefix sum, written in depth-first order. What lies above them, the top, comes first. A tree that is one
    task has no top.
 
    Bounds: fitted bottom-up from the blocks by the function that refit uses, hence equal to it bit by bit. */
@@ -1720,12 +1724,12 @@ static void pktrt__sort_keys(uint64_t *key, uint32_t n) {
 enum {
   PKTRT__TASK_MIN = 4096,  /* triangles */
   PKTRT__TASK_PARTS = 64,
-  PKTRT__CHUNK = 16384,    /* triangles per job of the first pass */
+  PKTRT__CHUNK = 16384,    /* triangles per task of the first pass */
   PKTRT__MAX_BINS = 64,
   PKTRT__MAX_SWEEP = 64
 };
 
-/* Where the corners of a triangle are at a key; of a mesh whose positions changed, the new ones if use_pending. */
+/* Finds the corners of a triangle at a key; of a mesh whose positions changed, the new ones if use_pending. */
 PKTRT__INLINE void pktrt__mesh_corners(const pktrt__mesh *m, bool use_pending, uint32_t tri, uint32_t key,
                                   const float *v[3]) {
   const float *p = use_pending && m->dirty && m->pending ? m->pending : m->positions;
@@ -1745,7 +1749,7 @@ PKTRT__INLINE void pktrt__mesh_triangle(const pktrt__mesh *m, bool use_pending, 
   for (int c = 0; c < 3; c++) v[c][0] = corner[c][0], v[c][1] = corner[c][1], v[c][2] = corner[c][2];
 }
 
-/* The mesh of a global triangle index: the last one that starts at or before it, which is not empty. */
+/* Finds the mesh of a global triangle index: the last one that starts at or before it, which is not empty. */
 PKTRT__NOINLINE uint32_t pktrt__mesh_search(const pktrt__mesh *meshes, uint32_t mesh_count, uint32_t id) {
   uint32_t lo = 0, hi = mesh_count;
   while (hi - lo > 1) {
@@ -1756,15 +1760,15 @@ PKTRT__NOINLINE uint32_t pktrt__mesh_search(const pktrt__mesh *meshes, uint32_t 
   return lo;
 }
 
-/* The mesh of a global triangle index; first indices ascend. `hint` is the mesh of a neighbour. */
+/* Returns the mesh of a global triangle index; tries `hint`, the mesh of a neighbour, first. */
 static uint32_t pktrt__mesh_of_triangle(const pktrt__mesh *meshes, uint32_t mesh_count, uint32_t id, uint32_t hint) {
   if (id - meshes[hint].first_id < meshes[hint].triangle_count) return hint;
   return pktrt__mesh_search(meshes, mesh_count, id);
 }
 
-/* A box of the build is lo x,y,z,-, -hi x,y,z,-: all of it grows by minima, two vectors. The free elements of a prim
-   hold the halves of the global triangle index, as floats in [1,2): vectors compute with them too, and other bits
-   might be denormal numbers, which are slow. */
+/* A box of the build is lo x,y,z,-, -hi x,y,z,-: two vectors that grow by minima. The free elements of a prim hold the
+   halves of the global triangle index as floats in [1,2), because vectors compute with them too, and other bits might
+   be denormal numbers, which are slow. */
 typedef struct pktrt__build_prim {
   float box[8];
 } pktrt__build_prim;
@@ -1780,15 +1784,15 @@ PKTRT__INLINE uint32_t pktrt__build_prim_id(const pktrt__build_prim *p) {
 }
 
 typedef struct pktrt__build_node {
-  float size;    /* square root of the area: no float overflows */
+  float size;    /* square root of the area, so that no float overflows */
   uint32_t left; /* prims of the left part; 0: a leaf */
-  uint32_t plan; /* of the collapse: see pktrt__collapse_plan */
+  uint32_t plan; /* how the subtree is collapsed: see pktrt__collapse_plan */
 } pktrt__build_node;
 
 typedef struct pktrt__build_range {
   float box[8];
   uint32_t slot, first, count;
-  uint16_t depth, away; /* away: in the second buffer */
+  uint16_t depth, away; /* away: the prims lie in the second buffer */
 } pktrt__build_range;
 
 typedef struct pktrt__builder {
@@ -1797,14 +1801,14 @@ typedef struct pktrt__builder {
   const pktrt__mesh *meshes;
   uint32_t mesh_count, key_count, count;
   bool use_pending;
-  uint32_t bins, few_bins, few, many;  /* bins from `many` triangles on, below `few`, and half of them between */
-  uint32_t sweep, sampled;             /* sweeps up to so many; bins a part only, from so many on */
+  uint32_t bins, few_bins, few, many;  /* `bins` from `many` triangles on, few_bins below `few`, half of bins between */
+  uint32_t sweep, sampled;             /* up to `sweep` triangles are swept; from `sampled` on only a part is binned */
   uint32_t limit;                      /* triangles of a task */
   uint32_t passes;                     /* of reinsertion */
   float scale;
   pktrt__build_prim *prims, *away;           /* count each */
   pktrt__build_node *nodes;                /* 2 * count - 1 slots */
-  pktrt__build_range *chunks;                /* first pass: boxes of the chunks; then ranges of the top */
+  pktrt__build_range *chunks;                /* boxes of the chunks in the first pass, later ranges of the top */
 } pktrt__builder;
 
 PKTRT__INLINE void pktrt__build_box_clear(float *b) {
@@ -1813,16 +1817,16 @@ PKTRT__INLINE void pktrt__build_box_clear(float *b) {
 PKTRT__INLINE void pktrt__build_box_grow(float *b, const float *p) {
   for (int i = 0; i < 8; i++) b[i] = p[i] < b[i] ? p[i] : b[i];
 }
-/* Half the surface, of extents times s */
+/* Returns half the surface area of a box scaled by s. */
 PKTRT__INLINE float pktrt__build_box_area(const float *b, float s) {
   float x = (b[0] + b[4]) * s, y = (b[1] + b[5]) * s, z = (b[2] + b[6]) * s; /* all signs flipped */
   return x * (y + z) + y * z;
 }
-/* Cost of a side per area */
+/* Returns the cost of a side with n triangles, per area. */
 PKTRT__INLINE float pktrt__build_side_cost(uint32_t n) {
   return 0.75f * (float)(int32_t)((n + 7) >> 3) + 0.03125f * (float)(int32_t)n;
 }
-/* The power of two that brings x >= 0 to [1,2), as far as there is one */
+/* Returns the power of two that brings x >= 0 to [1,2), as far as there is one. */
 static float pktrt__build_unit_scale(float x) {
   uint32_t bits;
   memcpy(&bits, &x, 4);
@@ -1836,7 +1840,7 @@ static uint32_t pktrt__build_halvings(uint32_t n) {
   return h;
 }
 
-/* First pass: boxes of triangles, and of chunks */
+/* First pass: boxes of triangles and of chunks */
 
 PKTRT__INLINE void pktrt__build_triangle_box(const float *v[3], float *box) {
   for (int a = 0; a < 3; a++) {
@@ -1919,7 +1923,7 @@ static void pktrt__build_make_parts(const pktrt__build_range *r, uint32_t left, 
   part[0].away = part[1].away = away;
 }
 
-/* Halves by index, in whole blocks; prims stay where they are. */
+/* Halves a range by index, in whole blocks; prims stay where they are. */
 static uint32_t pktrt__build_split_half(const pktrt__build_range *r, const pktrt__build_prim *p, pktrt__build_range part[2]) {
   uint32_t left = (r->count + 15) / 16 * 8;
   pktrt__build_make_parts(r, left, r->away != 0, part);
@@ -1935,13 +1939,14 @@ typedef struct pktrt__build_bins {
   uint32_t bins, best, axis, total;
 } pktrt__build_bins;
 
-/* Where bins lie. Extents that would make a scale overflow count as none; false if there is no other. */
+/* Places the bins along each axis. An extent that would make the scale overflow counts as none; returns false if there
+   is no other. */
 static bool pktrt__build_place_bins(pktrt__build_bins *s, const pktrt__build_prim *p, uint32_t n) {
   float lo[4], hi[4];
   for (int a = 0; a < 4; a++) lo[a] = 2.0f * PKTRT__FAR, hi[a] = -2.0f * PKTRT__FAR;
   for (uint32_t i = 0; i < n; i++) {
     const float *b = p[i].box;
-    for (int a = 0; a < 4; a++) { /* the fourth for the sake of the vector */
+    for (int a = 0; a < 4; a++) { /* the fourth only fills the vector */
       float c = b[a] - b[a + 4];
       lo[a] = c < lo[a] ? c : lo[a], hi[a] = c > hi[a] ? c : hi[a];
     }
@@ -1967,8 +1972,8 @@ PKTRT__INLINE void pktrt__build_put_in_bins(pktrt__build_bins *s, const float *b
   pktrt__build_box_grow(s->box[2][z], b), s->count[2][z] += weight;
 }
 
-/* All prims, or one in four, which stands for the others; but none is left out that is longer along an axis than
-   a 32nd of the range: the few large ones decide what a side costs. */
+/* Puts all prims into bins, or one in four, which stands for the others; but none that is longer along an axis than a
+   32nd of the range is left out: the few large ones decide what a side costs. */
 static void pktrt__build_fill_bins(pktrt__build_bins *s, const pktrt__build_prim *p, const pktrt__build_range *r, bool all) {
   for (int a = 0; a < 3; a++) {
     for (uint32_t i = 0; i < s->bins; i++) pktrt__build_box_clear(s->box[a][i]), s->count[a][i] = 0;
@@ -1987,7 +1992,7 @@ static void pktrt__build_fill_bins(pktrt__build_bins *s, const pktrt__build_prim
   }
 }
 
-/* The cheapest border between bins, its cost returned; FLT_MAX if all prims share their bins. */
+/* Finds the cheapest border between bins and returns its cost, FLT_MAX if all prims share one bin on every axis. */
 static float pktrt__build_best_bin(pktrt__build_bins *s, float unit) {
   float right[PKTRT__MAX_BINS], best = FLT_MAX;
   for (uint32_t a = 0; a < 3; a++) {
@@ -2013,7 +2018,7 @@ static float pktrt__build_best_bin(pktrt__build_bins *s, float unit) {
   return best;
 }
 
-/* Partition without branches: every prim is written to the next place of both sides, one of which then moves on.
+/* Partitions prims without branches: each is written to the next place of both sides, one of which then moves on.
    Returns how many are on the left. */
 static uint32_t pktrt__build_partition(const pktrt__build_bins *s, const pktrt__build_prim *from, pktrt__build_prim *to, uint32_t n) {
   uint32_t l = 0, r = n - 1, axis = s->axis;
@@ -2026,7 +2031,7 @@ static uint32_t pktrt__build_partition(const pktrt__build_bins *s, const pktrt__
   return l;
 }
 
-/* Splits a large range by bins. 0: not possible */
+/* Splits a large range by bins; returns how many prims are on the left, 0 if no border separates any. */
 static uint32_t pktrt__build_split_binned(pktrt__builder *b, const pktrt__build_range *r, float unit, pktrt__build_range part[2]) {
   const pktrt__build_prim *from = (r->away ? b->away : b->prims) + r->first;
   pktrt__build_prim *to = (r->away ? b->prims : b->away) + r->first;
@@ -2042,7 +2047,8 @@ static uint32_t pktrt__build_split_binned(pktrt__builder *b, const pktrt__build_
   return left;
 }
 
-/* Ranks by centroid: all pairs, ties by index. Quadratic but without branches, and n is small. */
+/* Sorts prims by centroid along an axis: ranks from all pairs, ties by index. Quadratic but without branches, and n is
+   small. */
 static void pktrt__build_sort_axis(const pktrt__build_prim *p, uint32_t n, uint32_t axis, uint8_t *order) {
   float c[PKTRT__MAX_SWEEP];
   uint32_t rank[PKTRT__MAX_SWEEP];
@@ -2058,7 +2064,8 @@ static void pktrt__build_sort_axis(const pktrt__build_prim *p, uint32_t n, uint3
   for (uint32_t i = 0; i < n; i++) order[rank[i]] = (uint8_t)i;
 }
 
-/* The cheapest cut of the sorted prims on any axis; 0 for a range that had better stay a leaf. Moves the prims. */
+/* Splits a small range at the cheapest cut of its sorted prims on any axis, and moves the prims; returns how many are
+   on the left, 0 for a range that had better stay a leaf. */
 static uint32_t pktrt__build_split_sweep(pktrt__build_prim *p, const pktrt__build_range *r, float unit, float area,
                                    pktrt__build_range part[2]) {
   uint8_t order[3][PKTRT__MAX_SWEEP];
@@ -2090,7 +2097,7 @@ static uint32_t pktrt__build_split_sweep(pktrt__build_prim *p, const pktrt__buil
   return left;
 }
 
-/* Writes the range's binary node; false if it is a leaf. */
+/* Splits a range and writes its binary node; returns false if it is a leaf. */
 static bool pktrt__build_split(pktrt__builder *b, pktrt__build_range *r, pktrt__build_range part[2]) {
   pktrt__build_prim *p = b->prims + r->first;
   if (r->away && r->count <= b->sweep) {
@@ -2113,16 +2120,16 @@ static bool pktrt__build_split(pktrt__builder *b, pktrt__build_range *r, pktrt__
 }
 
 /* Reinsertion (Bittner, Hapala and Havran 2013; the search as in Meister and Bittner 2018): each node of the binary
-   tree in turn is taken out, with all below it, and put back where the areas of all boxes sum up to the least. One
-   after the other, so that the tree depends on nothing else. */
+   tree in turn is taken out, with all below it, and put back where the areas of all boxes sum up to the least. This is
+   done one node after the other, so that the tree depends on the order alone. */
 
-typedef struct pktrt__reinsert_node { /* a node of the tree in motion; 0 is the root and stays it */
+typedef struct pktrt__reinsert_node { /* a node of the binary tree while nodes move; node 0 stays the root */
   float box[8];
   uint32_t parent, child[2]; /* of a leaf: PKTRT_NONE, its first prim */
   uint32_t count, height;
 } pktrt__reinsert_node;
 
-enum { PKTRT__SEARCH = 512 }; /* nodes that a search looks at, at most: heaps of boxes prune nothing */
+enum { PKTRT__SEARCH = 512 }; /* the most nodes that a search visits: among heaps of boxes nothing is pruned */
 
 PKTRT__NOINLINE void pktrt__reinsert_update_node(pktrt__reinsert_node *nodes, uint32_t at) {
   pktrt__reinsert_node *t = &nodes[at];
@@ -2136,7 +2143,7 @@ PKTRT__NOINLINE uint32_t pktrt__reinsert_count_nodes(const pktrt__build_node *no
   return left ? 1 + pktrt__reinsert_count_nodes(nodes, slot + 1) + pktrt__reinsert_count_nodes(nodes, slot + 2 * left) : 1;
 }
 
-/* The subtree of a range; returns the number of the next twig. */
+/* Makes the nodes of a range's subtree; returns the number of the next free node. */
 static uint32_t pktrt__reinsert_make_nodes(const pktrt__builder *b, pktrt__reinsert_node *nodes, uint32_t at, uint32_t slot,
                                   uint32_t first, uint32_t count) {
   pktrt__reinsert_node *t = &nodes[at];
@@ -2154,8 +2161,8 @@ static uint32_t pktrt__reinsert_make_nodes(const pktrt__builder *b, pktrt__reins
   return l;
 }
 
-/* The node below or beside the path that x would best stand beside; PKTRT_NONE: x is well where it is. Gain: what the
-   boxes' areas lose in sum. */
+/* Finds the best new sibling for node x; returns PKTRT_NONE if x stands well where it is. The gain is the decrease of
+   the sum of all boxes' areas. */
 PKTRT__NOINLINE uint32_t pktrt__reinsert_find_place(const pktrt__reinsert_node *nodes, uint32_t x, float unit) {
   struct { uint32_t node; float gain; } stack[PKTRT__MAX_DEPTH + 2];
   const float own = pktrt__build_box_area(nodes[x].box, unit);
@@ -2184,7 +2191,7 @@ PKTRT__NOINLINE uint32_t pktrt__reinsert_find_place(const pktrt__reinsert_node *
   }
 }
 
-/* Takes a node out, its parent with it, and puts both beside another, unless the tree became too deep. */
+/* Takes a node and its parent out of the tree and puts both beside another node, unless the tree became too deep. */
 static void pktrt__reinsert_move_node(pktrt__reinsert_node *nodes, uint32_t x, uint32_t place) {
   const uint32_t p = nodes[x].parent, above = nodes[p].parent, other = nodes[p].child[nodes[p].child[0] == x];
   uint32_t depth = 1 + (nodes[x].height > nodes[place].height ? nodes[x].height : nodes[place].height);
@@ -2199,7 +2206,7 @@ static void pktrt__reinsert_move_node(pktrt__reinsert_node *nodes, uint32_t x, u
   pktrt__reinsert_update_node(nodes, 0);
 }
 
-/* The binary tree again, with the prims in its order. */
+/* Writes the subtree back as build nodes, with the prims in its order. */
 static void pktrt__reinsert_lay_out(const pktrt__builder *b, const pktrt__reinsert_node *nodes, uint32_t at, uint32_t slot,
                            uint32_t first) {
   const pktrt__reinsert_node *t = &nodes[at];
@@ -2214,7 +2221,7 @@ static void pktrt__reinsert_lay_out(const pktrt__builder *b, const pktrt__reinse
   pktrt__reinsert_lay_out(b, nodes, t->child[1], slot + 2 * left, first + left);
 }
 
-/* false: out of memory */
+/* Reinserts all nodes of the binary tree; returns false when out of memory. */
 static bool pktrt__reinsert_nodes(pktrt__builder *b) {
   const uint32_t n = pktrt__reinsert_count_nodes(b->nodes, 0);
   pktrt__reinsert_node *nodes = PKTRT__CAST(pktrt__reinsert_node *, pktrt__mem_alloc(b->desc, n, sizeof *nodes));
@@ -2237,11 +2244,11 @@ static bool pktrt__reinsert_nodes(pktrt__builder *b) {
   return true;
 }
 
-/* Plan of the collapse: which nodes of the binary tree become the children of wide ones, and which subtrees leaves.
-   cost[j] receives the least expected cost, times the area, of a subtree that may be given away as up to j nodes or
-   blocks, for j from 1 to 7: of one it is the cost of a block, or that of a wide node, which gives away eight. The plan
-   of a node has, for j from 2 to 8, three bits from bit 3 (j - 2) on: how many of the j go to the left part, or 0 if
-   the subtree stays whole. Subtrees that had better be blocks become leaves. */
+/* Plans the collapse: which nodes of the binary tree become children of wide nodes, and which subtrees become leaves.
+   cost[j] receives the least expected cost, times the area, of a subtree that is represented by up to j nodes or
+   blocks, for j from 1 to 7: for one it is the cost of a block, or of a wide node, which has up to eight children. The
+   plan of a node has, for j from 2 to 8, three bits from bit 3 (j - 2) on: how many of the j go to the left part, or 0
+   if the subtree stays whole. Subtrees that had better be blocks become leaves. */
 static void pktrt__collapse_plan(pktrt__build_node *nodes, uint32_t slot, uint32_t count, double cost[8],
                         const pktrt__build_range *done, uint32_t done_count) {
   pktrt__build_node *node = &nodes[slot];
@@ -2269,7 +2276,7 @@ static void pktrt__collapse_plan(pktrt__build_node *nodes, uint32_t slot, uint32
   }
 }
 
-/* Of a subtree whose parts are not planned; what it costs is kept in place of the range's box. */
+/* Plans the collapse of a range's whole subtree, and keeps its costs in place of the range's box. */
 static void pktrt__collapse_plan_range(const pktrt__builder *b, pktrt__build_range *r) {
   double cost[8];
   const double size = b->nodes[r->slot].size, area = size * size;
@@ -2277,7 +2284,7 @@ static void pktrt__collapse_plan_range(const pktrt__builder *b, pktrt__build_ran
   for (uint32_t j = 1; j < 8; j++) r->box[j] = area > 0.0 ? (float)(cost[j] / area) : 0.0f;
 }
 
-/* The whole subtree of a range. The stack holds at most one right part per level. */
+/* Builds the whole subtree of a range. The stack holds at most one right part per level. */
 static void pktrt__build_range_tree(void *arg, size_t index) {
   pktrt__builder *b = PKTRT__CAST(pktrt__builder *, arg);
   pktrt__build_range stack[PKTRT__MAX_DEPTH + 1], part[2];
@@ -2293,7 +2300,7 @@ static void pktrt__build_range_tree(void *arg, size_t index) {
   if (!b->passes) pktrt__collapse_plan_range(b, &b->chunks[index]);
 }
 
-/* One level of all ranges above the tasks: job i splits range i of the round into parts 2i and 2i + 1. */
+/* One round splits all ranges above the tasks by one level: range i into parts 2i and 2i + 1. */
 typedef struct pktrt__build_round {
   pktrt__builder *b;
   pktrt__build_range *ranges, *parts;
@@ -2304,15 +2311,15 @@ static void pktrt__build_split_job(void *arg, size_t i) {
   pktrt__build_split(round->b, &round->ranges[i], &round->parts[2 * i]); /* ranges of more than 8 always split */
 }
 
-/* Ranges of more than `limit` triangles are disjoint, so there are at most count / limit of them in each of MAX_DEPTH
-   rounds; each split adds at most one range to the list of those done. */
+/* Bounds the number of ranges in a round: those of more than `limit` triangles are disjoint, so there are at most count
+   / limit of them in each of MAX_DEPTH rounds; each split adds at most one range to the list of those done. */
 static uint64_t pktrt__build_most_wide(const pktrt__builder *b) { return b->count / b->limit + 1; }
 static uint64_t pktrt__build_most_done(const pktrt__builder *b) { return pktrt__build_most_wide(b) * PKTRT__MAX_DEPTH + 1; }
 
 static bool pktrt__build_binary_tree(pktrt__builder *b) {
   pktrt__build_range root;
   pktrt__build_fill(b, &root);
-  pktrt__build_range *done = b->chunks; /* the chunks' boxes have served */
+  pktrt__build_range *done = b->chunks; /* the chunks' boxes are no longer needed */
   pktrt__build_round round;
   round.b = b, round.ranges = done + pktrt__build_most_done(b), round.parts = round.ranges + pktrt__build_most_wide(b);
   uint32_t done_count = 0, wide_count = 0;
@@ -2342,7 +2349,7 @@ PKTRT__INLINE bool pktrt__tri_has_area(const float *const v[3]) {
   return (ay * bz - az * by != 0.0) | (az * bx - ax * bz != 0.0) | (ax * by - ay * bx != 0.0);
 }
 
-/* The mesh that is read: blocks take most of their triangles from one. */
+/* The mesh that is being read: blocks take most of their triangles from one. */
 typedef struct pktrt__mesh_reader {
   const pktrt__mesh *meshes;
   const float *positions;
@@ -2366,13 +2373,12 @@ static pktrt__mesh_reader pktrt__mesh_reader_seek(pktrt__mesh_reader r, uint32_t
   return r;
 }
 
-/* Where the corners of a block's triangles are at key 0; free lanes repeat lane 0. Blocks gather from all over the
-   mesh: what they read is found and starts loading some blocks ahead, and the indices that say where it is twice as far
-   ahead, as long as the mesh stays the same. */
+/* How many blocks ahead the corners of triangles are found and prefetched, and twice as many ahead their indices, as
+   long as the mesh stays the same. WHY: the triangles of a block come from all over the mesh. */
 enum { PKTRT__AHEAD = 8 };
 typedef struct pktrt__block_source {
-  const float *corner[8][3];
-  size_t step[8];
+  const float *corner[8][3]; /* at key 0; free lanes repeat lane 0 */
+  size_t step[8];            /* floats to the next key */
 } pktrt__block_source;
 
 static void pktrt__block_find_source(const pktrt__bvh *bvh, uint32_t block, uint32_t end, pktrt__mesh_reader *reader,
@@ -2402,17 +2408,17 @@ static void pktrt__block_find_source(const pktrt__bvh *bvh, uint32_t block, uint
   *reader = r;
 }
 
-/* The kernels of builds and refits: >>fit. Which lanes have area, of the vertices of a block at a key. Bounds and
-   orders of a run of nodes whose blocks, and nodes below in other runs, are done; returns the children's areas, summed
-   over keys too. */
+/* The kernels of builds and refits: >>fit. The first tells which lanes of a block's vertices at a key have area. The
+   second fits bounds and child orders of a run of nodes whose blocks, and nodes below in other runs, are done; it
+   returns the sum of the children's areas over all keys. */
 typedef struct pktrt__fit_table {
   uint32_t (*lanes_with_area)(const float *vertices);
   double (*nodes)(const pktrt__bvh *, uint32_t first, uint32_t count);
 } pktrt__fit_table;
 static const pktrt__fit_table *pktrt__fit_table_of(pktrt_isa);
 
-/* Vertices and ids of a block. Returns the number of triangles without area at any time: the normal is a quadratic
-   function of time between two keys; zero at both and half-way, it is zero throughout. */
+/* Writes vertices and ids of a block. Returns the number of triangles without area at any time: between two keys the
+   normal is a quadratic function of time; if it is zero at both and half-way, it is zero throughout. */
 static uint32_t pktrt__block_write(const pktrt__fit_table *fit, const pktrt__bvh *bvh, uint32_t block,
                                    const pktrt__block_source *s) {
   const uint32_t *tri = bvh->block_triangles + (size_t)block * 8;
@@ -2456,7 +2462,7 @@ static float pktrt__max8(const float *p) {
   return m[0] > m[1] ? m[0] : m[1];
 }
 
-/* lo x, hi x, lo y, ... of a node. Empty children do no harm by their values. */
+/* Unites the children's boxes of a node at a key: lo x, hi x, lo y, ... The bounds of empty children change nothing. */
 static void pktrt__bvh_node_box(const pktrt__bvh *bvh, uint32_t node, uint32_t key, float box[6]) {
   const float *plane = pktrt__node_planes(pktrt__bvh_node(bvh, node), key);
   for (int a = 0; a < 3; a++) {
@@ -2470,14 +2476,15 @@ static double pktrt__bvh_box_area(const float box[6]) {
   return 2.0 * (x * y + y * z + z * x);
 }
 
-/* A whole number that orders as x does but for its last three bits, which hold i < 8: no two are equal. */
+/* Returns an integer that orders as x does but for its last three bits, which hold i < 8: no two are equal. */
 PKTRT__INLINE int32_t pktrt__bvh_order_key(float x, int32_t i) {
   int32_t bits;
   memcpy(&bits, &x, 4);
   return ((bits < 0 ? bits ^ INT32_MAX : bits) & ~7) | i;
 }
 
-/* Children from far to near for each octant, at the middle of the motion. Opposite octants have reverse orders. */
+/* Orders the children from far to near for each octant, at the middle of the motion. Opposite octants have reverse
+   orders. */
 PKTRT__INLINE void pktrt__bvh_order_children(const pktrt__bvh *bvh, pktrt__node *node) {
   const float *p = pktrt__node_planes(node, (bvh->key_count - 1) / 2), *q = pktrt__node_planes(node, bvh->key_count / 2);
   float c[3][8];
@@ -2499,7 +2506,7 @@ PKTRT__INLINE void pktrt__bvh_order_children(const pktrt__bvh *bvh, pktrt__node 
   }
 }
 
-/* What a run of nodes and blocks adds to the group's figures: kept behind the group's tasks, those of the top last. */
+/* What a run of nodes and blocks adds to its tree's figures: kept behind the tree's tasks, the sum of the top last. */
 typedef struct pktrt__bvh_sum {
   double area;
   uint32_t degenerate, changed;
@@ -2514,9 +2521,9 @@ static bool pktrt__bvh_alloc_tasks(const pktrt_scene_desc *desc, pktrt__bvh *bvh
   return bvh->tasks != NULL;
 }
 
-/* Bounds, costs and counts of the group from its root and the runs. The cost is the expected number of nodes and
+/* Computes bounds, cost and counts of a tree from its root and the runs. The cost is the expected number of nodes and
    blocks opened by a random line through the root's box, at a random time: areas of all of them over the root's, each
-   summed over the keys. Boxes without area: 2, as a root with one block. */
+   summed over the keys. For boxes without area it is 2, as for a root with one block. */
 PKTRT__COLD void pktrt__bvh_sum_up(pktrt__bvh *bvh) {
   double root = 0.0, sum = 0.0;
   for (uint32_t k = 0; k < bvh->key_count; k++) {
@@ -2547,13 +2554,13 @@ typedef struct pktrt__collapse_subtree { /* a subtree of the binary tree */
 
 typedef struct pktrt__collapse_walk {
   const pktrt__builder *b;
-  pktrt__bvh *bvh;     /* written to; NULL: count only */
+  pktrt__bvh *bvh;     /* the tree written; NULL: count only */
   pktrt__collapse_subtree *subs;    /* roots of the tasks, in order; NULL: count only */
-  uint32_t task_count; /* tasks met */
+  uint32_t task_count; /* tasks found so far */
   uint32_t limit;      /* inner subtrees of up to so many triangles are tasks; 0: none is */
 } pktrt__collapse_walk;
 
-/* Children of a wide node, as planned */
+/* Lists the children of a wide node as planned; returns how many. */
 static uint32_t pktrt__collapse_open(const pktrt__build_node *nodes, pktrt__collapse_subtree root, pktrt__collapse_subtree child[8]) {
   struct { pktrt__collapse_subtree sub; uint32_t most; } stack[8];
   uint32_t n = 0, top = 0;
@@ -2574,8 +2581,8 @@ static uint32_t pktrt__collapse_open(const pktrt__build_node *nodes, pktrt__coll
   return n;
 }
 
-/* Large boxes of few triangles come last: rays that look for any hit enter children from the last to the first. WHY:
-   ambient occlusion in conference opens 3.3 nodes a ray, not 8.3 as in the order of the splits. */
+/* Sorts children so that large boxes of few triangles come last: any-hit traversal enters children from the last to the
+   first. WHY: ambient occlusion in conference opens 3.3 nodes a ray, not 8.3 as in the order of the splits. */
 static void pktrt__collapse_order_children(const pktrt__build_node *nodes, pktrt__collapse_subtree *child, uint32_t n) {
   pktrt__collapse_subtree from[8];
   double key[8];
@@ -2607,8 +2614,8 @@ static void pktrt__collapse_write_ids(const pktrt__collapse_walk *w, pktrt__coll
   for (uint32_t l = 0; l < 8; l++) tri[l] = l < leaf.count ? pktrt__build_prim_id(&p[l]) : PKTRT_NONE;
 }
 
-/* Walks the wide tree below root in depth-first order, numbering nodes and blocks from those in *t, which receives how
-   many there are; emits them, without bounds and vertices, if w says so. */
+/* Walks the wide tree below root in depth-first order, numbers its nodes and blocks from the first ones in *t on, and
+   counts them in *t. Writes them, without bounds and vertices, where w->bvh is not NULL. */
 static void pktrt__collapse_walk_tree(pktrt__collapse_walk *w, pktrt__collapse_subtree root, pktrt__bvh_task *t) {
   struct { pktrt__collapse_subtree sub; uint32_t *ref; } stack[PKTRT__STACK];
   uint32_t top = 0, node = t->first_node, block = t->first_block, ignored = 0;
@@ -2675,7 +2682,7 @@ static void pktrt__collapse_write_job(void *arg, size_t i) {
   sum->area = c->b->fit->nodes(c->bvh, t->first_node, t->node_count);
 }
 
-/* Allocates nodes and blocks, whose numbers are known, and places the runs: the top first. */
+/* Allocates nodes and blocks, whose counts are known, and places the runs, the top first. */
 static bool pktrt__collapse_place_tasks(const pktrt_scene_desc *desc, pktrt__bvh *bvh) {
   const pktrt__bvh_task *top = &bvh->tasks[bvh->task_count];
   bvh->node_count = top->node_count, bvh->block_count = top->block_count;
@@ -2690,7 +2697,7 @@ static bool pktrt__collapse_place_tasks(const pktrt_scene_desc *desc, pktrt__bvh
   return bvh->nodes && bvh->blocks && bvh->block_triangles;
 }
 
-/* From the binary tree to the group; on failure the caller frees what *g holds. */
+/* Collapses the binary tree into the wide one; on failure the caller frees what *bvh holds. */
 static bool pktrt__collapse_build(pktrt__builder *b, pktrt__bvh *bvh) {
   const pktrt_scene_desc *desc = b->desc;
   pktrt__collapse_subtree root = {0, 0, b->count};
@@ -2741,8 +2748,8 @@ static void pktrt__build_set_quality(pktrt__builder *b) {
   }
 }
 
-/* Builds the tree over all meshes with key_count keys, which have at least one triangle. false: out of memory, *out as
-   it was. */
+/* Builds the tree over all meshes with key_count keys, which have at least one triangle. Returns false when out of
+   memory, and leaves *out as it was. */
 static bool pktrt__build_bvh(const pktrt_scene_desc *desc, const pktrt__mesh *meshes, uint32_t mesh_count,
                                uint32_t key_count, bool use_pending, pktrt__bvh *out) {
   pktrt__builder b;
@@ -2767,7 +2774,7 @@ static bool pktrt__build_bvh(const pktrt_scene_desc *desc, const pktrt__mesh *me
   b.nodes = PKTRT__CAST(pktrt__build_node *, pktrt__mem_alloc(desc, 2 * count, sizeof(pktrt__build_node)));
   b.chunks = PKTRT__CAST(pktrt__build_range *, pktrt__mem_alloc(desc, ranges, sizeof(pktrt__build_range)));
   bool ok = b.prims && b.away && b.nodes && b.chunks && pktrt__build_binary_tree(&b);
-  pktrt__mem_release(desc, b.away, count, sizeof(pktrt__build_prim)); /* room for what follows */
+  pktrt__mem_release(desc, b.away, count, sizeof(pktrt__build_prim)); /* makes room for what follows */
   ok = ok && pktrt__collapse_build(&b, &bvh);
   pktrt__mem_release(desc, b.prims, count, sizeof(pktrt__build_prim));
   pktrt__mem_release(desc, b.nodes, 2 * count, sizeof(pktrt__build_node));
@@ -2784,15 +2791,15 @@ static bool pktrt__build_bvh(const pktrt_scene_desc *desc, const pktrt__mesh *me
 
 /* >>refit ---------------------------------------------------------------------------------------------------------- */
 
-/* The runs of the build again: blocks with a triangle of a changed mesh are written anew, then all bounds of a run
-   that has such a block, then those of the top. A run without one keeps its bounds and its sums. */
+/* A refit goes through the runs of the build: it rewrites blocks with a triangle of a changed mesh, then all bounds of
+   runs with such a block, then those of the top. A run without one keeps its bounds and its sums. */
 
 typedef struct pktrt__refit {
   const pktrt__fit_table *fit;
   pktrt__bvh *bvh;
   const pktrt__mesh *meshes;
   uint32_t mesh_count;
-  bool all; /* meshes changed */
+  bool all; /* every mesh of the tree changed */
 } pktrt__refit;
 
 static bool pktrt__refit_block_changed(const pktrt__refit *r, uint32_t block) {
@@ -2805,7 +2812,7 @@ static bool pktrt__refit_block_changed(const pktrt__refit *r, uint32_t block) {
   return r->all;
 }
 
-/* Triangles of a block that had no area */
+/* Counts the triangles of a block that had no area. */
 static uint32_t pktrt__refit_count_degenerate(const pktrt__bvh *bvh, uint32_t block) {
   const uint32_t *tri = bvh->block_triangles + (size_t)block * 8;
   const uint32_t *id = pktrt__bvh_block(bvh, block)->id;
@@ -2857,7 +2864,7 @@ static void pktrt__refit_bvh(const pktrt_scene_desc *desc, pktrt__bvh *bvh, cons
 
 /* >>validate ------------------------------------------------------------------------------------------------------- */
 
-/* Keeps the sentence that says what was wrong; returns the status. */
+/* Keeps the sentence that says what was wrong, and returns the status. */
 PKTRT__COLD pktrt_status pktrt__fail(pktrt_scene *s, pktrt_status status, const char *format, ...) {
   va_list args;
   va_start(args, format);
@@ -2866,13 +2873,13 @@ PKTRT__COLD pktrt_status pktrt__fail(pktrt_scene *s, pktrt_status status, const 
   return status;
 }
 
-/* In brackets, for log is a macro of <tgmath.h>. */
+/* Passes a sentence to the log hook. WHY brackets: log is a macro of <tgmath.h>. */
 static void pktrt__log_sentence(const pktrt_scene *s, int level, const char *sentence) {
   if (s->desc.log) (s->desc.log)(s->desc.user, level, sentence);
 }
 
 #ifndef PKTRT_NO_RENDER
-/* A sentence about what is wrong with a render, for whoever wants it. */
+/* The sentence about what is wrong with a render, where the caller wants it. */
 typedef struct pktrt__refusal {
   char text[160];
 } pktrt__refusal;
@@ -2888,8 +2895,8 @@ static bool pktrt__render_refuse(pktrt__refusal *why, const char *format, ...) {
 
 PKTRT__INLINE bool pktrt__is_finite(float x) { return x - x == 0; } /* false for NaN and infinities */
 
-/* The largest absolute value; NaN if there is one. As whole numbers, which order as absolute floats do, NaN last; by
-   eights, which compilers turn into vectors. */
+/* Returns the largest absolute value, NaN if there is one. Compares floats without signs as integers, which order
+   alike, NaN last; by eights, which compilers turn into vectors. */
 static float pktrt__mesh_largest(const float *p, uint64_t n) {
   int32_t most[8] = {0, 0, 0, 0, 0, 0, 0, 0}, x[8] = {0, 0, 0, 0, 0, 0, 0, 0};
   for (uint64_t i = 0; i < n; i += 8) {
@@ -2904,16 +2911,16 @@ static float pktrt__mesh_largest(const float *p, uint64_t n) {
   return result;
 }
 
-/* Vectors of the caller's: one key of a mesh's positions or normals. */
+/* The caller's vectors: one key of a mesh's positions or normals. */
 typedef struct pktrt__mesh_vectors {
   const float *from;
   uint32_t count, stride; /* bytes from one to the next */
-  float limit;            /* of what is allowed */
-  uint32_t mesh, key;     /* whose they are, for sentences */
+  float limit;            /* the largest absolute value allowed */
+  uint32_t mesh, key;     /* named in messages */
   const char *what;       /* "vertex", "normal" */
 } pktrt__mesh_vectors;
 
-/* Copies vectors from a strided array into a tight one; refuses what is not finite or too large. */
+/* Copies vectors from a strided array into a tight one; refuses values that are not finite or too large. */
 static pktrt_status pktrt__mesh_copy_vectors(pktrt_scene *s, float *to, const pktrt__mesh_vectors *v) {
   const unsigned char *p = (const unsigned char *)(const void *)v->from;
   if (v->stride == 12 && v->count) {
@@ -2937,7 +2944,7 @@ static pktrt_status pktrt__mesh_copy_vectors(pktrt_scene *s, float *to, const pk
 
 static uint64_t pktrt__mesh_floats(const pktrt__mesh *m) { return (uint64_t)m->vertex_count * m->key_count * 3; }
 
-/* Finds out whether a mesh has vertices that no triangle uses. False: out of memory. */
+/* Finds out whether a mesh has vertices that no triangle uses; returns false when out of memory. */
 PKTRT__COLD bool pktrt__mesh_find_strays(const pktrt_scene_desc *d, pktrt__mesh *m) {
   uint64_t used = m->indices ? 0 : (uint64_t)m->triangle_count * 3;
   if (m->indices) {
@@ -2951,7 +2958,7 @@ PKTRT__COLD bool pktrt__mesh_find_strays(const pktrt_scene_desc *d, pktrt__mesh 
   return true;
 }
 
-/* The largest absolute coordinate of a mesh's triangles over all keys. */
+/* Returns the largest absolute coordinate of a mesh's triangles over all keys. */
 static float pktrt__mesh_max_coord(const pktrt__mesh *m) {
   if (!m->stray) return pktrt__mesh_largest(m->positions, pktrt__mesh_floats(m));
   float largest = 0;
@@ -2973,7 +2980,7 @@ PKTRT__COLD void pktrt__mesh_free(const pktrt_scene_desc *d, pktrt__mesh *m) {
   pktrt__mem_release(d, m->indices, (uint64_t)m->triangle_count * 3, sizeof(uint32_t));
 }
 
-/* Makes room for one more element; false: out of memory, nothing changed. */
+/* Makes room for one more element; returns false when out of memory, and changes nothing then. */
 PKTRT__COLD bool pktrt__mem_grow(const pktrt_scene_desc *d, void **array, uint32_t count, uint32_t *capacity, size_t size) {
   if (count < *capacity) return true;
   const uint32_t more = *capacity ? *capacity * 2 : 8;
@@ -2985,7 +2992,7 @@ PKTRT__COLD bool pktrt__mem_grow(const pktrt_scene_desc *d, void **array, uint32
   return true;
 }
 
-/* The description alone, without looking at the arrays. */
+/* Checks the description of a mesh alone, without reading its arrays. */
 PKTRT__COLD pktrt_status pktrt__mesh_check(pktrt_scene *s, const pktrt_mesh_desc *d, uint32_t mesh) {
   const unsigned m = (unsigned)mesh;
   if (!d) return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "mesh %u: the description is NULL", m);
@@ -3059,7 +3066,7 @@ static void pktrt__commit_swap(float **a, float **b) {
   *a = *b, *b = swap;
 }
 
-/* Takes over what set_positions and set_normals left waiting. */
+/* Takes over the positions and normals that pktrt_set_positions and pktrt_set_normals left pending. */
 static void pktrt__commit_promote(pktrt__mesh *m) {
   if (m->dirty && m->pending) {
     pktrt__commit_swap(&m->positions, &m->pending);
@@ -3072,9 +3079,9 @@ static void pktrt__commit_promote(pktrt__mesh *m) {
 
 static pktrt__bvh_segment pktrt__bvh_segment_of(const pktrt__bvh *bvhs, uint32_t index, uint32_t segment);
 
-/* What follows from the groups: their order and views, the scene's bounds, the advice. */
+/* Derives from the trees their order and first segments, the scene's bounds, and whether a rebuild is advised. */
 PKTRT__COLD void pktrt__commit_summarise(pktrt_scene *s) {
-  for (uint32_t i = 1; i < s->bvh_count; i++) /* insertion sort: few groups */
+  for (uint32_t i = 1; i < s->bvh_count; i++) /* insertion sort: few trees */
     for (uint32_t j = i; j > 0 && s->bvhs[j].area < s->bvhs[j - 1].area; j--) {
       const pktrt__bvh swap = s->bvhs[j];
       s->bvhs[j] = s->bvhs[j - 1], s->bvhs[j - 1] = swap;
@@ -3092,7 +3099,7 @@ PKTRT__COLD void pktrt__commit_summarise(pktrt_scene *s) {
   }
 }
 
-/* Whether a commit has to build the group of meshes with so many keys. */
+/* Tells whether a commit has to build the tree of the meshes with so many keys. */
 PKTRT__COLD bool pktrt__commit_bvh_changed(const pktrt_scene *s, uint32_t keys) {
   for (uint32_t i = 0; i < s->mesh_count; i++) {
     const pktrt__mesh *m = &s->meshes[i];
@@ -3101,7 +3108,7 @@ PKTRT__COLD bool pktrt__commit_bvh_changed(const pktrt_scene *s, uint32_t keys) 
   return false;
 }
 
-/* Whether a refit has to fit it: vertices have moved. */
+/* Tells whether a refit has to fit the tree of the meshes with so many keys: vertices have moved. */
 PKTRT__COLD bool pktrt__commit_bvh_moved(const pktrt_scene *s, uint32_t keys) {
   for (uint32_t i = 0; i < s->mesh_count; i++)
     if (s->meshes[i].key_count == keys && s->meshes[i].triangle_count && s->meshes[i].dirty) return true;
@@ -3114,7 +3121,7 @@ static const pktrt__bvh *pktrt__commit_find_bvh(const pktrt_scene *s, uint32_t k
   return NULL;
 }
 
-/* Builds the groups that changed into a new list, then swaps lists: a failure leaves the old one. */
+/* Builds the trees that changed into a new list, then swaps lists: a failure leaves the old one. */
 PKTRT__COLD pktrt_status pktrt__commit_build_changed(pktrt_scene *s) {
   uint32_t kinds = 0, n = 0;
   bool seen[PKTRT_MAX_KEYS + 1];

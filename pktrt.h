@@ -3290,23 +3290,23 @@ PKTRT__COLD pktrt_status pktrt__commit_rebuild_worn(pktrt_scene *s) {
 
 /* >>exact: the canonical test, and what it rests on ---------------------------------------------------------------- */
 
-/* An axis and the next two, in a circle. */
+/* Each axis k with the next two, u and v, in cyclic order. */
 static const uint32_t pktrt__axes[3][3] = {{0, 1, 2}, {1, 2, 0}, {2, 0, 1}};
 
-/* One ray by itself, as in a batch, but close together: its rows would lie on as many lines of the cache. */
+/* A single ray with the values that a batch keeps in rows, which would lie on as many cache lines. */
 typedef struct pktrt__single {
-  PKTRT__ALIGN64 float rd[8], cn[8], cf[8]; /* by axis; the other lanes say nothing */
+  PKTRT__ALIGN64 float rd[8], cn[8], cf[8]; /* by axis; the other lanes are unused */
   const pktrt_ray *ray;
   float slope[2], dk, wn, wf, sn, sf, tiny, pad, ta, tb;
   uint32_t id, slot, bvh, octant;
   const uint32_t *axis; /* k, u, v */
 } pktrt__single;
 
-/* The segment of a time and the weights of its two keys. */
+/* Returns the motion segment of a time, and finds the weights of its two keys. */
 PKTRT__INLINE uint32_t pktrt__time_segment(float time, uint32_t keys, float *a, float *b) {
   if (!(time > 0)) time = 0;
   if (time > 1) time = 1;
-  if (keys < 2) { /* one key: all of it */
+  if (keys < 2) { /* one key has all the weight */
     *a = 1, *b = 0;
     return 0;
   }
@@ -3318,7 +3318,8 @@ PKTRT__INLINE uint32_t pktrt__time_segment(float time, uint32_t keys, float *a, 
   return i;
 }
 
-/* cross(p1 - p0, p2 - p0) in double; false where it is exactly zero. Coordinates lie `step` floats apart. */
+/* Computes cross(p1 - p0, p2 - p0) in double; returns false where it is exactly zero. Coordinates lie `step` floats
+   apart. */
 PKTRT__INLINE bool pktrt__tri_normal_strided(const float *p0, uint32_t step, double n[3]) {
   const float *p1 = p0 + 3 * step, *p2 = p1 + 3 * step;
   const double x = (double)p0[0], y = (double)p0[step], z = (double)p0[2 * step];
@@ -3333,7 +3334,7 @@ PKTRT__INLINE bool pktrt__tri_normal(float p[3][3], double n[3]) {
   return pktrt__tri_normal_strided((const float *)(const void *)p, 1, n);
 }
 
-/* The corners of a triangle at a ray's time: for what happens once per ray, or seldom. */
+/* Computes the corners of a triangle at a ray's time; for work that is done once per ray, or seldom. */
 static void pktrt__tri_corners_at(const pktrt__bvh *bvh, uint32_t slot, float time, float p[3][3]) {
   pktrt__block *block = pktrt__bvh_block(bvh, slot / 8);
   float a, b;
@@ -3353,7 +3354,7 @@ static bool pktrt__tri_has_area_at(const pktrt__bvh *bvh, uint32_t slot, float t
   return pktrt__tri_normal(p, n);
 }
 
-/* Of the canonical test: a corner as the ray sees it; its products with z, summed up; the edge functions. */
+/* A corner in the sheared frame of the ray, for the canonical test. */
 typedef struct pktrt__exact_corner {
   double x, y, z;
 } pktrt__exact_corner;
@@ -3368,7 +3369,7 @@ PKTRT__INLINE pktrt__exact_corner pktrt__exact_shear(const pktrt__single *q, con
   return c;
 }
 typedef struct pktrt__exact_edges {
-  double u, v, w, det, depth;
+  double u, v, w, det, depth; /* the edge functions, their sum, and their products with z, summed up */
 } pktrt__exact_edges;
 PKTRT__INLINE pktrt__exact_edges pktrt__exact_edge_functions(const pktrt__single *q, const float *p, uint32_t step) {
   const pktrt__exact_corner a = pktrt__exact_shear(q, p, step), b = pktrt__exact_shear(q, p + 3 * step, step);
@@ -3379,7 +3380,7 @@ PKTRT__INLINE pktrt__exact_edges pktrt__exact_edge_functions(const pktrt__single
   return e;
 }
 
-/* The canonical test of one triangle; t where it is hit. */
+/* Runs the canonical test of one triangle; returns whether it is hit, and sets *t then. */
 static bool pktrt__exact_intersect(const pktrt__bvh *bvh, const pktrt__single *q, uint32_t slot, float *t) {
   float p[3][3];
   pktrt__tri_corners_at(bvh, slot, q->ray->time, p);
@@ -3393,8 +3394,8 @@ static bool pktrt__exact_intersect(const pktrt__bvh *bvh, const pktrt__single *q
 /* >>batch ---------------------------------------------------------------------------------------------------------- */
 
 enum {
-  PKTRT__BATCH = 256, /* rays at hand together: a packet of the paper path, four of the fast path */
-  PKTRT__ROW = PKTRT__BATCH + 16 /* a line of cache more than a power of two, or all rows would fall on one another */
+  PKTRT__BATCH = 256, /* rays handled together: a packet of the paper path, four of the fast path */
+  PKTRT__ROW = PKTRT__BATCH + 16 /* a cache line more than a power of two, or all rows would share cache sets */
 };
 
 /* Rays, structure of arrays, with what the kernels derive from them. 36 KiB, on the stack of a query. */
@@ -3402,11 +3403,11 @@ typedef struct pktrt__batch {
   PKTRT__ALIGN64 float o[3][PKTRT__ROW];
   float d[3][PKTRT__ROW];
   float tmin[PKTRT__ROW], tmax[PKTRT__ROW], time[PKTRT__ROW];
-  float t[PKTRT__ROW];           /* tmax; after resolving: of the nearest hit, if any */
+  float t[PKTRT__ROW];           /* tmax; after resolving: t of the closest hit, if any */
   float slope[2][PKTRT__ROW];    /* Su, Sv of the canonical test */
   float dk[PKTRT__ROW];          /* d_k */
   float rd[3][PKTRT__ROW];       /* 1 / G, by axis */
-  union {                        /* after traversal the hit takes the place of what the boxes asked for */
+  union {                        /* after traversal the hit replaces the values for slabs */
     struct {
       float cn[3][PKTRT__ROW];   /* o rd + D |rd|: near slab = plane rd - cn */
       float cf[3][PKTRT__ROW];   /* o rd - D |rd|: far slab = plane rd - cf */
@@ -3416,28 +3417,29 @@ typedef struct pktrt__batch {
       float normal[3][PKTRT__ROW];
     } hit;
   } as;
-  float wn[PKTRT__ROW], wf[PKTRT__ROW]; /* depths beyond these cannot be the answer; see >>exactness */
-  float sn[PKTRT__ROW], sf[PKTRT__ROW]; /* depths between these would be */
+  float wn[PKTRT__ROW], wf[PKTRT__ROW]; /* depths outside [wn, wf] cannot be the closest hit; see >>exactness */
+  float sn[PKTRT__ROW], sf[PKTRT__ROW]; /* depths between these are certainly after tmin and nearer */
   float tiny[PKTRT__ROW];
   float pad[PKTRT__ROW];         /* D */
-  float ta[PKTRT__ROW], tb[PKTRT__ROW]; /* time weights a, b within the segment, for the group at hand */
-  uint32_t id[PKTRT__ROW];       /* global index of the nearest hit's triangle; 0 at first: no tie with tmax is won.
+  float ta[PKTRT__ROW], tb[PKTRT__ROW]; /* time weights a, b within the segment, for the BVH being traversed */
+  uint32_t id[PKTRT__ROW];       /* global index of the closest hit's triangle; 0 at first: no tie with tmax is won.
                                     After resolving PKTRT_NONE where nothing is hit */
   uint32_t slot[PKTRT__ROW];     /* block * 8 + lane; PKTRT_NONE: no hit. For occlusion: 0 when occluded */
-  uint32_t bvh[PKTRT__ROW];    /* of the nearest hit */
+  uint32_t bvh[PKTRT__ROW];    /* of the closest hit */
   uint8_t axis[PKTRT__ROW], octant[PKTRT__ROW];
   uint16_t segment[PKTRT__ROW];
   uint64_t valid[PKTRT__BATCH / 64];
-  uint64_t moving[PKTRT__BATCH / 64]; /* of those that streams take: which may meet what moves, at any time */
+  uint64_t moving[PKTRT__BATCH / 64]; /* rays of streams that may meet moving triangles, at any time */
   bool coherent; /* frustum packets took most of the last rays */
 } pktrt__batch;
 
-/* Bit j of 0 to 255 becomes byte j, 0 or 1: copied into all bytes, masked, and brought down by a carry. */
+/* Turns bit j of a number from 0 to 255 into byte j, 0 or 1: copies it into all bytes, masks, and moves bits by a
+   carry. */
 PKTRT__INLINE uint64_t pktrt__bits_to_bytes(uint32_t bits) {
   const uint64_t each = bits * UINT64_C(0x0101010101010101) & UINT64_C(0x8040201008040201);
   return (each + UINT64_C(0x7F7F7F7F7F7F7F7F)) >> 7 & UINT64_C(0x0101010101010101);
 }
-/* Eight bytes, the lowest first. */
+/* Stores eight bytes, the lowest first. */
 PKTRT__INLINE void pktrt__store_bytes(void *to, uint64_t bytes) {
 #if defined(__BYTE_ORDER__) && __BYTE_ORDER__ == __ORDER_BIG_ENDIAN__
   for (uint32_t j = 0; j < 8; j++) PKTRT__CAST(uint8_t *, to)[j] = (uint8_t)(bytes >> 8 * j);
@@ -3445,7 +3447,7 @@ PKTRT__INLINE void pktrt__store_bytes(void *to, uint64_t bytes) {
   memcpy(to, &bytes, 8);
 #endif
 }
-/* Bits 0, 1, 2 of eight bytes, from bit j of three numbers for byte j. */
+/* Stores eight bytes; bits 0, 1, 2 of byte j are bit j of the three numbers. */
 PKTRT__INLINE void pktrt__store_bits(uint8_t *to, uint32_t bit0, uint32_t bit1, uint32_t bit2) {
   const uint64_t all =
       pktrt__bits_to_bytes(bit0 & 0xFF) | pktrt__bits_to_bytes(bit1 & 0xFF) << 1 | pktrt__bits_to_bytes(bit2 & 0xFF) << 2;
@@ -3461,10 +3463,10 @@ static void pktrt__batch_pad(pktrt__batch *b, uint32_t n) {
   }
 }
 
-/* Where the i-th ray of a batch stands among the caller's. */
+/* Returns where the i-th ray of a batch stands among the caller's. */
 PKTRT__INLINE size_t pktrt__batch_place(const uint16_t *order, size_t i) { return order ? order[i] : i; }
 
-/* Rays from lane i on, of n. */
+/* Loads the rays of a batch from lane i on, of n. */
 static void pktrt__batch_load_rest(pktrt__batch *b, const pktrt_ray *rays, const uint16_t *order, uint32_t i, uint32_t n) {
   for (; i < n; i++) {
     const pktrt_ray *r = &rays[pktrt__batch_place(order, i)];
@@ -3473,7 +3475,8 @@ static void pktrt__batch_load_rest(pktrt__batch *b, const pktrt_ray *rays, const
   }
 }
 
-/* The same; tries the last two answers first, as neighbouring rays mostly hit the same mesh, or two that meet. */
+/* Returns the mesh of a global triangle index; tries the last two answers first, as neighbouring rays mostly hit the
+   same mesh, or two that meet. */
 PKTRT__INLINE uint32_t pktrt__mesh_lookup(const pktrt_scene *s, uint32_t id, uint32_t hint[2]) {
   const pktrt__mesh *m = &s->meshes[hint[0]];
   if (id - m->first_id < m->triangle_count) return hint[0];
@@ -3484,7 +3487,7 @@ PKTRT__INLINE uint32_t pktrt__mesh_lookup(const pktrt_scene *s, uint32_t id, uin
                                                           : pktrt__mesh_search(s->meshes, s->committed_meshes, id);
 }
 
-/* Mesh and triangle of a global index. */
+/* Finds mesh and triangle of a global index. */
 PKTRT__INLINE void pktrt__mesh_name_triangle(const pktrt_scene *s, uint32_t id, uint32_t hint[2], uint32_t *mesh,
                                         uint32_t *triangle) {
   *mesh = *triangle = PKTRT_NONE;
@@ -3504,8 +3507,8 @@ static void pktrt__batch_store_rest(const pktrt_scene *s, const pktrt__batch *b,
   }
 }
 
-/* WHY: so few rays gain nothing together, least of all where the first hit ends a ray. Eight shuffled shadow rays took
-   1.14 times as long in a stream as in single calls. */
+/* Tells whether n rays are too few for packets. WHY: so few gain nothing together, least of all where the first hit
+   ends a ray. Eight shuffled shadow rays took 1.14 times as long in a stream as in single calls. */
 PKTRT__INLINE bool pktrt__too_few(size_t n, bool occlusion) { return n < (occlusion ? 32u : 16u); }
 
 static pktrt__bvh_segment pktrt__bvh_segment_of(const pktrt__bvh *bvhs, uint32_t index, uint32_t segment) {
@@ -3522,7 +3525,7 @@ static pktrt__bvh_segment pktrt__bvh_segment_of(const pktrt__bvh *bvhs, uint32_t
   return v;
 }
 
-/* Makes a triangle the nearest hit of a ray, at a depth in [lo, hi]. */
+/* Makes a triangle the closest hit of a ray, at a depth in [lo, hi]. */
 PKTRT__INLINE void pktrt__batch_set_hit(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, float lo, float hi, uint32_t id,
                                uint32_t slot) {
   b->sf[r] = lo, b->wf[r] = hi;
@@ -3534,8 +3537,8 @@ PKTRT__INLINE void pktrt__single_set_hit(const pktrt__bvh_segment *seg, pktrt__s
   q->id = id, q->slot = slot, q->bvh = seg->bvh;
 }
 
-/* What single precision leaves open, the canonical test decides: whether a triangle is hit, nearer than what the ray
-   has hit so far, or as near with a lower index. Then it is taken. */
+/* Decides by the canonical test what single precision leaves open: whether a triangle is hit, and nearer than the
+   closest hit so far, or as near with a lower index. Then it becomes the closest hit, and true is returned. */
 PKTRT__NOINLINE bool pktrt__exact_test_single(const pktrt__bvh_segment *seg, pktrt__single *q, uint32_t id, uint32_t slot) {
   const pktrt__bvh *bvh = &seg->bvhs[seg->bvh];
   float t, nearest = q->ray->tmax;
@@ -3548,7 +3551,7 @@ PKTRT__NOINLINE bool pktrt__exact_test_single(const pktrt__bvh_segment *seg, pkt
   return true;
 }
 
-/* Notes whether frustum packets took most of the last n rays; how many they left. */
+/* Notes whether frustum packets took most of the last n rays; returns how many they left. */
 PKTRT__INLINE uint32_t pktrt__batch_note_coherence(pktrt__batch *b, const uint64_t *left, uint32_t n) {
   uint32_t count = 0;
   for (uint32_t i = 0; i < PKTRT__BATCH / 64; i++) count += pktrt__popcount(left[i]);
@@ -3556,7 +3559,7 @@ PKTRT__INLINE uint32_t pktrt__batch_note_coherence(pktrt__batch *b, const uint64
   return count;
 }
 
-/* A ray of a batch by itself, and what became of it. */
+/* Copies a ray of a batch, and its closest hit so far, into a single ray. */
 static void pktrt__single_from_batch(const pktrt__batch *b, uint32_t r, pktrt_ray *ray, pktrt__single *q) {
   for (int a = 0; a < 3; a++) {
     ray->origin[a] = b->o[a][r], ray->direction[a] = b->d[a][r];
@@ -3583,8 +3586,8 @@ PKTRT__NOINLINE bool pktrt__exact_test(const pktrt__bvh_segment *seg, pktrt__bat
   return true;
 }
 
-/* t, u, v and normal of what a lone ray hit, as in >>resolve; false where the triangle has no area at its time. At rest
-   corners are read where they lie: read again from a copy, just written, they would come late. */
+/* Computes t, u, v and normal of a single ray's hit, as in >>resolve; returns false where the triangle has no area at
+   its time. WHY corners at rest are read in place: a copy, just written, would be read back late. */
 PKTRT__DIVIDES_BY_ZERO static bool pktrt__single_resolve(const pktrt_scene *s, const pktrt__single *q, pktrt_hit *hit) {
   const pktrt__bvh *bvh = &s->bvhs[q->bvh];
   float copy[3][3];
@@ -3601,13 +3604,13 @@ PKTRT__DIVIDES_BY_ZERO static bool pktrt__single_resolve(const pktrt_scene *s, c
   const double dk = (double)q->dk, r = 1 / (e.det * dk), rdet = dk * r;
   const double unit = 1 / pktrt__max(fabs(n[0]), pktrt__max(fabs(n[1]), fabs(n[2])));
   hit->t = pktrt__to_float(e.depth * r);
-  /* these are at most 1 */
+  /* both are at most 1 */
   hit->u = (float)(e.v * rdet), hit->v = (float)(e.w * rdet);
   hit->normal[0] = (float)(n[0] * unit), hit->normal[1] = (float)(n[1] * unit), hit->normal[2] = (float)(n[2] * unit);
   return area;
 }
 
-/* Asks the caches for a child that will be visited. Measured worth 5% of a stream's time, and of a single ray's. */
+/* Prefetches a child that will be visited. Measured worth 5% of a stream's time, and of a single ray's. */
 PKTRT__INLINE void pktrt__bvh_prefetch(const pktrt__bvh_segment *seg, uint32_t ref, const bool moving) {
   const size_t node_bytes = moving ? seg->node_bytes : (size_t)PKTRT__NODE_BYTES;
   const size_t block_bytes = moving ? seg->block_bytes : (size_t)PKTRT__BLOCK_BYTES;
@@ -3617,16 +3620,16 @@ PKTRT__INLINE void pktrt__bvh_prefetch(const pktrt__bvh_segment *seg, uint32_t r
   PKTRT__PREFETCH(at + 64);
   PKTRT__PREFETCH(at + 128);
   PKTRT__PREFETCH(at + 192);
-  PKTRT__PREFETCH(at + 256); /* in vain where a node rests, but without a branch */
+  PKTRT__PREFETCH(at + 256); /* in vain for a node at rest, but without a branch */
   for (size_t i = 320; moving && i < (leaf ? block_bytes : node_bytes); i += 64) PKTRT__PREFETCH(at + i);
 }
 
-/* Asks the caches for the caller's values. */
+/* Prefetches the caller's values. */
 PKTRT__INLINE void pktrt__prefetch_lines(const void *at, size_t bytes) {
   for (size_t i = 0; i < bytes; i += 64) PKTRT__PREFETCH((const unsigned char *)at + i);
 }
 
-#define PKTRT__IN_ORDER 076543210u /* as a perm: children as they stand */
+#define PKTRT__IN_ORDER 076543210u /* a perm that leaves children in their order */
 
 /* Pushes the children with a non-empty ray mask in the order of perm, without branches; returns how many. */
 PKTRT__INLINE uint32_t pktrt__stream_push_children(const uint64_t *mask, const uint32_t *child, const float *dist,
@@ -3643,7 +3646,7 @@ PKTRT__INLINE uint32_t pktrt__stream_push_children(const uint64_t *mask, const u
 #ifndef PKTRT_NO_RENDER
 /* >>random: what samples are made of ------------------------------------------------------------------------------- */
 
-/* Everything random comes from here. A key stands for a seed, a pixel (or tile of pixels) and a group of dimensions;
+/* Returns the key of a seed, a pixel (or tile of pixels) and a group of dimensions, from which everything random comes:
    pktrt__hash of the key plus a small number gives 64 bits for each use of it. Seed and group are mixed before the
    pixel joins, so that no seed gives the shifted picture of another. */
 PKTRT__INLINE uint64_t pktrt__sampler_key(uint32_t seed, uint32_t group, uint32_t x, uint32_t y) {
@@ -3651,12 +3654,12 @@ PKTRT__INLINE uint64_t pktrt__sampler_key(uint32_t seed, uint32_t group, uint32_
   return pktrt__hash(pixel + pktrt__hash((uint64_t)seed << 32 | group));
 }
 
-/* The upper 24 of 32 bits as a number in [0,1): all that a float holds, and no rounding up to 1. */
+/* Return the upper 24 of 32 bits as a number in [0,1), as many as a float holds, so that none is rounded up to 1. */
 PKTRT__INLINE float pktrt__sampler_unit(uint32_t bits) { return (float)(int32_t)(bits >> 8) * (1.0f / 16777216); }
 PKTRT__INLINE float pktrt__sampler_unit_of(double x) { return (float)(int32_t)(x * 16777216) * (1.0f / 16777216); } /* [0,1) */
 PKTRT__INLINE uint32_t pktrt__sampler_below(uint32_t bits, uint32_t n) { return (uint32_t)((uint64_t)bits * n >> 32); }
 
-/* Bits in reverse order. */
+/* Reverses the order of bits. */
 PKTRT__INLINE uint32_t pktrt__reverse_bits(uint32_t x) {
   x = (x >> 1 & 0x55555555u) | (x & 0x55555555u) << 1;
   x = (x >> 2 & 0x33333333u) | (x & 0x33333333u) << 2;
@@ -3669,7 +3672,7 @@ PKTRT__INLINE uint32_t pktrt__reverse_bits(uint32_t x) {
 #endif
 }
 
-/* Owen scrambling (1995) of a number whose bits are in reverse order, by arithmetic (Laine and Karras 2011, Burley
+/* Scrambles a number whose bits are in reverse order as Owen (1995) does, by arithmetic (Laine and Karras 2011, Burley
    2020; constants by Vegdahl 2021): nothing carries towards lower bits, so that each bit is flipped by a hash of those
    below it and of the key. The sum makes the result uniform over keys. */
 PKTRT__INLINE uint32_t pktrt__sampler_owen(uint32_t x, uint32_t key) {
@@ -3690,9 +3693,9 @@ PKTRT__INLINE uint32_t pktrt__bit_width(uint32_t x) {
 }
 #endif
 
-/* Number i < n of a random permutation of n numbers, n <= 2^31, for a key that is mixed already. Each round is a
-   bijection of the next power of two: odd factors carry randomness up, shifts down. They are walked until the number
-   is below n again (Kensler 2013); a rotation makes every place equally likely. */
+/* Element i < n of a random permutation of n numbers, n <= 2^31, for a key that is mixed already. Each round is a
+   bijection of the next power of two: odd factors carry randomness up, shifts down. Rounds are repeated until the
+   number is below n again (Kensler 2013); a rotation makes every place equally likely. */
 PKTRT__INLINE uint32_t pktrt__sampler_permute_round(uint32_t i, uint32_t ones, uint32_t shift, uint32_t key) {
   i = (i * (key | 1) + (key >> 16)) & ones;
   i ^= i >> shift;
@@ -3718,8 +3721,8 @@ PKTRT__INLINE uint32_t pktrt__sampler_permute(uint32_t i, uint32_t n, uint64_t k
   return pktrt__sampler_rotate(i, n, key);
 }
 
-/* Bit k of the result is the sum modulo 2 of the bits j of x for which the binomial (j over k) is odd, that is, k is a
-   subset of j in binary: Pascal's matrix, the second of Sobol's dimensions. */
+/* Multiplies x by Pascal's matrix, the second of Sobol's dimensions: bit k of the result is the sum modulo 2 of the
+   bits j of x for which the binomial (j over k) is odd, that is, k is a subset of j in binary. */
 PKTRT__INLINE uint32_t pktrt__sampler_pascal(uint32_t x) {
   x ^= x >> 1 & 0x55555555u;
   x ^= x >> 2 & 0x33333333u;
@@ -3734,28 +3737,28 @@ PKTRT__INLINE uint32_t pktrt__sampler_pascal(uint32_t x) {
 static const uint16_t pktrt__sampler_third[16] = {0x1,   0x3,   0x6,   0x9,   0x17,   0x3A,   0x71,   0xA3,
                                           0x116, 0x339, 0x677, 0x9AA, 0x1601, 0x3903, 0x7706, 0xAA09};
 
-/* The digits, lowest bit first, of i / n. */
+/* Returns the binary digits of i / n, the first in the lowest bit. */
 PKTRT__INLINE uint32_t pktrt__sampler_digits(uint32_t i, uint32_t n) {
   return pktrt__reverse_bits((uint32_t)(((uint64_t)i << 32) / n));
 }
 
-/* The digits, lowest bit first, of the four coordinates of point i of n. Where the number of points is known, i / n
-   comes for nothing as one more dimension; it is the third here. Of 2^k points t is 0 in dimensions 0 to 2, in pairs 0, 1
-   and 2, 3, and in most others, and 1 in all four. Hardly any set that is scrambled in Owen's way does better: 4 to 256
-   points err within 1.5% of the least that any such set can, on products of exp(a x) and on boxes (a bound by linear
-   programming, see bench/README.md). */
+/* Computes the digits, lowest bit first, of the four coordinates of point i of n. Where the number of points is known,
+   i / n comes for nothing as one more dimension; it is the third here. Of 2^k points t is 0 in dimensions 0 to 2, in
+   pairs 0, 1 and 2, 3, and in most others, and 1 in all four. Hardly any set that is scrambled in Owen's way does
+   better: 4 to 256 points err within 1.5% of the least that any such set can, on products of exp(a x) and on boxes (a
+   bound by linear programming, see bench/README.md). */
 PKTRT__INLINE void pktrt__sampler_net(uint32_t i, uint32_t n, uint32_t x[4]) {
   x[0] = i, x[1] = pktrt__sampler_pascal(i), x[2] = pktrt__sampler_digits(i, n), x[3] = 0;
   for (uint32_t k = 0; k < 16; k++) x[3] ^= i >> k & 1 ? pktrt__sampler_third[k] : 0;
 }
 
-/* The same of point number `index` of a sequence, for sets that continue each other. Sobol's first two dimensions are a
-   (0,2)-sequence: every 2^m points from a multiple of 2^m on have one in each elementary interval of area 2^-m. So are
-   the third and the fourth here: the first two once more, of the index times a matrix (upper triangular with ones on
-   its diagonal: such 2^m indices stay together). Found by search over these matrices, for the exact variance of a smooth
-   model integrand; all four dimensions have t = 1 for 4 and 16 points, 2 for up to 512, and then up to 4. Sobol's own
-   four (numbers by Joe and Kuo 2008) err as much, but his third and fourth alone are no (0,2)-sequence. Tables for four
-   columns at a time. */
+/* Returns the index whose first two coordinates are the third and fourth of point `index` of a sequence, for sets that
+   continue each other. Sobol's first two dimensions are a (0,2)-sequence: every 2^m points from a multiple of 2^m on
+   have one in each elementary interval of area 2^-m. So are the third and the fourth here: the first two once more, of
+   the index times a matrix (upper triangular with ones on its diagonal: such 2^m indices stay together). The matrix was
+   found by search over such matrices, for the exact variance of a smooth model integrand; all four dimensions have t =
+   1 for 4 and 16 points, 2 for up to 512, and then up to 4. Sobol's own four (numbers by Joe and Kuo 2008) err as much,
+   but his third and fourth alone are no (0,2)-sequence. Tables for four columns at a time. */
 PKTRT__INLINE uint32_t pktrt__sampler_second_pair(uint32_t index) {
   static const uint32_t sums[8][16] = {
     {0x00000000, 0x00000001, 0x00000003, 0x00000002, 0x00000007, 0x00000006, 0x00000004, 0x00000005,
@@ -3785,13 +3788,13 @@ PKTRT__INLINE void pktrt__sampler_sequence(uint32_t index, uint32_t x[4]) {
   x[1] = pktrt__sampler_pascal(x[0]), x[3] = pktrt__sampler_pascal(x[2]);
 }
 
-/* Samples take the points of such a net in random order, so that groups of dimensions meet at random. The first group, the
-   camera's, need not move for that. */
+/* Returns which point of a net a sample takes: in random order, so that groups of dimensions meet at random. The first
+   group, the camera's, need not move for that. */
 PKTRT__INLINE uint32_t pktrt__sampler_point_index(uint32_t group, uint32_t sample, uint32_t samples, uint64_t key) {
   return group ? pktrt__sampler_permute(sample, samples, key) : sample;
 }
 
-/* Coordinates first to first + n - 1, of four, of a point whose digits are x, scrambled. */
+/* Scrambles coordinates first to first + n - 1, of four, of a point whose digits are x. */
 PKTRT__INLINE void pktrt__sampler_scramble(const uint32_t x[4], uint64_t key, uint32_t first, uint32_t n, float *out) {
   for (uint32_t i = 0; i < n; i++) {
     const uint32_t d = first + i;
@@ -3800,104 +3803,104 @@ PKTRT__INLINE void pktrt__sampler_scramble(const uint32_t x[4], uint64_t key, ui
   }
 }
 
-/* Point `sample` of a run of the sequence, from a multiple of a power of two on, which is the next above the number of
-   samples. A run is a net by itself, and with its neighbours a larger one. Samples come in random order, so that groups
-   of dimensions meet at random. (Shuffled in Owen's way, each beginning of a run would be spread as well as the whole,
-   but two groups together would err up to sqrt(2) times as much.) */
+/* Returns which point of the sequence a sample of a run takes. A run starts at a multiple of the next power of two
+   above the number of samples; it is a net by itself, and with its neighbours a larger one. Samples come in random
+   order, so that groups of dimensions meet at random. (Shuffled in Owen's way, each beginning of a run would be spread
+   as well as the whole, but two groups together would err up to sqrt(2) times as much.) */
 PKTRT__INLINE uint32_t pktrt__sampler_run_index(uint32_t run, uint32_t sample, uint32_t samples, uint64_t order) {
   return (run << pktrt__bit_width(samples - 1)) + pktrt__sampler_permute(sample, samples, order);
 }
 
 /* >>waves ---------------------------------------------------------------------------------------------------------- */
 
-/* A render works on waves: rays of one generation, structure of arrays. What they meet becomes a dense list of
+/* A render works on waves: rays of one generation, as a structure of arrays. Their hits become a dense list of
    surfaces, whose shadow rays fill a list, and whose reflected and refracted rays fill the waves of the next
-   generation. All this is working space from the allocate hook, made where a generation is first needed. */
+   generation. All this is working space from the allocate hook, allocated where a generation is first needed. */
 enum {
-  PKTRT__WAVE = 256, /* as many as in a batch. WHY: 512 and 1024 gained nothing, and left the caches */
-  PKTRT__WAVE_ROW = PKTRT__WAVE + 8 /* of rows of which eight values may be read from anywhere */
+  PKTRT__WAVE = 256, /* as many as in a batch. WHY: 512 and 1024 gained nothing, and did not fit the caches */
+  PKTRT__WAVE_ROW = PKTRT__WAVE + 8 /* length of rows from which eight values may be read at any place */
 };
 
 typedef struct pktrt__wave {
   PKTRT__ALIGN64 float o[3][PKTRT__WAVE_ROW];
   float d[3][PKTRT__WAVE_ROW], time[PKTRT__WAVE_ROW];
-  float t[PKTRT__WAVE_ROW], u[PKTRT__WAVE_ROW], v[PKTRT__WAVE_ROW]; /* what the ray met */
+  float t[PKTRT__WAVE_ROW], u[PKTRT__WAVE_ROW], v[PKTRT__WAVE_ROW]; /* the hit */
   float n[3][PKTRT__WAVE_ROW];         /* as in pktrt_hit */
   uint32_t id[PKTRT__WAVE_ROW], slot[PKTRT__WAVE_ROW], bvh[PKTRT__WAVE_ROW]; /* which triangle, as in a batch */
-  float radiance[3][PKTRT__WAVE_ROW];  /* the result: what arrives along the ray */
-  float weight[3][PKTRT__WAVE_ROW];    /* of that at the surface that sent the ray */
-  float importance[PKTRT__WAVE_ROW];   /* of that in the sample: product of the largest weights on the way */
+  float radiance[3][PKTRT__WAVE_ROW];  /* the result: the radiance that arrives along the ray */
+  float weight[3][PKTRT__WAVE_ROW];    /* of this radiance at the surface that sent the ray */
+  float importance[PKTRT__WAVE_ROW];   /* of this radiance in the sample: product of the largest weights on the way */
   uint32_t parent[PKTRT__WAVE_ROW];    /* lane of the wave that sent the ray */
   uint32_t medium[PKTRT__WAVE_ROW];    /* the glasses that the ray is in, see >>media; 0: none */
   uint32_t key[PKTRT__WAVE_ROW];       /* which sample dimensions its scattering events use */
-  uint32_t material[PKTRT__WAVE_ROW];  /* that sent it: groups and runs */
+  uint32_t material[PKTRT__WAVE_ROW];  /* of the surface that sent the ray, for assembly */
   uint32_t root[PKTRT__WAVE_ROW];      /* the primary ray it descends from */
-  uint32_t end[PKTRT__WAVE_ROW];       /* where the packet ends that begins with a ray */
+  uint32_t end[PKTRT__WAVE_ROW];       /* where the packet ends that begins with this ray */
 } pktrt__wave;
 
-/* What the rays of a wave met; rays that met nothing leave no gap. Rows are apart like those of a batch. */
+/* The surfaces that the rays of a wave hit, without gaps for rays that hit nothing. Rows are as long as a batch's. */
 typedef struct pktrt__surfaces {
   PKTRT__ALIGN64 double point[3][PKTRT__ROW];
   float position[3][PKTRT__ROW];    /* the same, for hooks */
   float ng[3][PKTRT__ROW];        /* unit geometric normal towards the viewer */
   float ns[3][PKTRT__ROW];       /* unit shading normal on the same side */
-  float nf[3][PKTRT__ROW];      /* the normal that scattering uses: shade, or flat where shade looks away */
+  float nf[3][PKTRT__ROW];      /* the normal that scattering uses: ns, or ng where ns looks away */
   float d[3][PKTRT__ROW];           /* unit direction of the ray */
-  float mirror[3][PKTRT__ROW], refracted[3][PKTRT__ROW]; /* unit directions, above and below flat */
+  float mirror[3][PKTRT__ROW], refracted[3][PKTRT__ROW]; /* unit directions, above and below ng */
   float fresnel[PKTRT__ROW], eta[PKTRT__ROW]; /* eta: index behind the surface over the one before it */
   float offset[PKTRT__ROW];           /* how far rays start from the surface, see >>spawn */
-  float start[3][PKTRT__ROW];       /* of those on the side of `flat` */
+  float start[3][PKTRT__ROW];       /* origin of the rays that leave on the side of ng */
   float distance[PKTRT__ROW];
   float albedo[3][PKTRT__ROW], reflectance[3][PKTRT__ROW], emission[3][PKTRT__ROW];
   float reflected[3][PKTRT__ROW];    /* weight of the reflected ray */
   float transmitted[3][PKTRT__ROW];     /* weight of the refracted ray */
   float radiance[3][PKTRT__ROW];
   uint32_t ray[PKTRT__ROW];         /* lane in the wave */
-  uint32_t number[PKTRT__ROW];      /* 0, 1, 2, ...: what lists of some of them are packed from */
+  uint32_t number[PKTRT__ROW];      /* 0, 1, 2, ...: lists of some of the surfaces are packed from these */
   uint32_t material[PKTRT__ROW], mesh[PKTRT__ROW], triangle[PKTRT__ROW];
   /* bit k % 8 of entry k / 8: */
   uint8_t inside[PKTRT__WAVE / 8];  /* the ray came from where corners appear clockwise */
-  uint8_t shaded[PKTRT__WAVE / 8];  /* done: a shader hook leaves nothing to do */
+  uint8_t shaded[PKTRT__WAVE / 8];  /* shaded completely by a shader hook */
   uint8_t hooked[PKTRT__WAVE / 8];  /* has a texture or a shader */
   uint8_t lobed[PKTRT__WAVE / 8];   /* reflects in a lobe */
-  uint8_t lit[PKTRT__WAVE / 8];     /* lights can add to it: not so for glass, polished metal and what is done */
+  uint8_t lit[PKTRT__WAVE / 8];     /* lights can add to it: not to glass, polished metal and what is shaded already */
   uint8_t kind[5][PKTRT__WAVE / 8]; /* by pktrt_specular */
-  uint32_t first;                   /* their rays lie in the wave from here on, packed: see pktrt__surface_gather */
+  uint32_t first;                   /* where their rays begin in the wave, packed: see pktrt__surface_gather */
   uint32_t count;
 } pktrt__surfaces;
 
-enum { PKTRT__DRAWN = 64 }; /* so many at once. WHY: sixteen waited for each other's products half as long again */
-typedef struct pktrt__sample_batch { /* which numbers of which samples are asked for, see pktrt_sample */
+enum { PKTRT__DRAWN = 64 }; /* draws at once. WHY: sixteen took half as long again, waiting for each other's products */
+typedef struct pktrt__sample_batch { /* a batch of draws: whose sample numbers, and results; see pktrt_sample */
   PKTRT__ALIGN64 uint32_t x[PKTRT__ROW];
   uint32_t y[PKTRT__ROW], sample[PKTRT__ROW];
-  uint32_t group[PKTRT__ROW];       /* of four dimensions, the first of their event; more can be added to all */
+  uint32_t group[PKTRT__ROW];       /* first group of four dimensions of the event; callers add the same to all */
   uint32_t count;                   /* rounded up to PKTRT__DRAWN by zeros */
   float u[4][PKTRT__ROW];
 } pktrt__sample_batch;
 
-typedef struct pktrt__light_samples { /* where shadow rays towards one light go, for each surface */
+typedef struct pktrt__light_samples { /* the points of one light that shadow rays go to, for each surface */
   PKTRT__ALIGN64 double at[3][PKTRT__WAVE]; /* a point; a direction if the light is infinitely far */
   double factor[PKTRT__WAVE];       /* irradiance of a surface that faces it, for radiance or intensity 1 */
   float arriving[3][PKTRT__WAVE];   /* radiance or intensity */
 } pktrt__light_samples;
 
-typedef struct pktrt__light_target { /* one light, as surfaces see it that look for it */
-  const pktrt__light_samples *listed;     /* for each its own; NULL: by what follows */
+typedef struct pktrt__light_target { /* one light as the target of shadow rays */
+  const pktrt__light_samples *listed;     /* a sample for each surface; NULL: the fields below hold for all */
   pktrt_light_kind kind;
   double at[3], radius;             /* a point of it, or a direction; mesh: middle and radius of a sphere around it */
-  double facing[3];                 /* quad: unit normal; mesh: sum of its areas as vectors: |facing . d| is seen of */
-  double folded;                    /* a flat one, and a quarter of the rest of its area from everywhere */
+  double facing[3];                 /* quad: unit normal; mesh: sum of its area vectors. The projected area of a flat */
+  double folded;                    /* mesh is |facing . d|; `folded`, a quarter of the rest of the area, is added */
   double area, strength;
   float arriving[3];                /* relative to strength */
   bool infinite, by_square;         /* `at` is a direction; irradiance still has to be divided by distance^2 */
-  bool lobes;                       /* shows in lobes, by value */
+  bool lobes;                       /* Phong lobes are evaluated for it: their rays cannot hit it */
 } pktrt__light_target;
 
 typedef struct pktrt__shadow_rays { /* shadow rays of one light */
-  float *o[3], *d[3], *time;        /* in the batch to be traced, or in a list of which packets are made */
-  float *tmax_row;                     /* row of tmax; NULL: in a list */
-  float *contribution[3];               /* what the light adds if nothing is between */
-  uint32_t *surface, *material;     /* material: NULL if nobody wants to know */
+  float *o[3], *d[3], *time;        /* rows of the batch to be traced, or of a list from which packets are made */
+  float *tmax_row;                     /* row of tmax; NULL in a list */
+  float *contribution[3];               /* what the light adds if it is visible */
+  uint32_t *surface, *material;     /* material: NULL if not wanted */
   float tmax;                       /* of all of them */
   uint32_t count;
 } pktrt__shadow_rays;
@@ -3908,31 +3911,32 @@ typedef struct pktrt__shadow_list {
   uint32_t surface[PKTRT__WAVE_ROW], material[PKTRT__WAVE_ROW];
 } pktrt__shadow_list;
 
-/* What surfaces send out: rays of one type. Their key is (key + 1) times `times` plus `plus`, of the ray that came. */
+/* A request for the rays of one type that surfaces send out. Their key is (key of the incoming ray + 1) * times +
+   plus. */
 typedef struct pktrt__spawn_request {
   const pktrt_scene *scene;
   const struct pktrt__glass_mesh *glass; /* see pktrt__render_state */
   bool refraction;
-  float threshold;                  /* of importance */
+  float threshold;                  /* the least importance of a ray */
   uint32_t times, plus;
 } pktrt__spawn_request;
 
-/* Where glass is: a box, and boxes within it that leave out what is empty, depth first. Behind one and those within it
-   the next one follows, after so many steps. They are as much too wide as a ray can hit outside, and as rounding
-   takes: a small part of the largest coordinate. */
+/* A box around glass; the boxes within it, which leave out empty space, follow it depth first, and `next` is the number
+   of steps to the box behind all of these. Boxes are wider than the glass by as much as a ray can hit outside, and as
+   rounding takes: a small part of the largest coordinate. */
 typedef struct pktrt__glass_box {
   float lo[3], hi[3];
   uint32_t next;
 } pktrt__glass_box;
-typedef struct pktrt__glass_mesh { /* of one mesh, over all its keys */
+typedef struct pktrt__glass_mesh { /* the box of one mesh, over all its keys */
   float lo[3], hi[3];
-  bool closed;             /* and of glass: the box is there for this alone */
-  bool touches;            /* the box of another closed one */
+  bool closed;             /* a closed mesh of glass: only these have a box */
+  bool touches;            /* the box touches that of another closed mesh */
 } pktrt__glass_mesh;
 typedef struct pktrt__glass_boxes {
   pktrt__glass_box *boxes; /* NULL: shadow rays pass nothing */
-  uint32_t room;           /* for boxes */
-  float least;             /* directions count as so large along each axis */
+  uint32_t room;           /* how many boxes there is room for */
+  float least;             /* smaller components of directions count as this much */
 } pktrt__glass_boxes;
 
 /* The camera as a picture plane at distance 1: the ray of a pinhole through (px, py) in pixels goes along
@@ -3969,13 +3973,13 @@ typedef struct pktrt__query { /* one query, as the kernels see it */
   const pktrt_query_desc *desc;
   pktrt_counts *counts; /* NULL: do not count */
   bool occlusion;
-  /* What the caches are asked for meanwhile: the rays that come next, the places of these rays' hits; NULL: nothing.
-     WHY meanwhile: asked for in a row, lines wait for one another. Spread over the work it saves 10% of easy scenes. */
+  /* What is prefetched meanwhile: the rays that come next, and the places of these rays' hits; NULL: nothing. WHY
+     meanwhile: prefetched in a row, lines wait for one another. Spread over the work it saves 10% of easy scenes. */
   const pktrt_ray *next;
   const pktrt_hit *place;
 } pktrt__query;
 
-/* What a kernel is asked for, as its instance knows it at compile time; counts is written to where stats is set. */
+/* The variant of a kernel, whose flags each instance knows at compile time; counts is written only if stats is set. */
 typedef struct pktrt__variant {
   bool occlusion, moving, stats;
   pktrt_counts *counts;
@@ -3994,26 +3998,27 @@ PKTRT__INLINE pktrt__variant pktrt__variant_moving(pktrt__variant is, const bool
 typedef struct pktrt__kernel_table {
   /* Answers the first n rays of a batch whose o, d, tmin, tmax, time are filled in. */
   void (*trace)(const pktrt__query *, pktrt__batch *, uint32_t n);
-  /* One ray by itself, past batches; not counted. */
+  /* Answer a single ray without a batch and without counts. */
   bool (*intersect)(const pktrt_scene *, const pktrt_ray *, pktrt_hit *);
   bool (*occluded)(const pktrt_scene *, const pktrt_ray *);
   uint32_t (*check_arithmetic)(void); /* see pktrt__check_all_arithmetic */
-  /* A batch from n rays of the caller's, and back; order: which of them, NULL for the first ones. */
+  /* Load n of the caller's rays into a batch, and store the answers; order: which rays, NULL for the first ones. */
   void (*load_rays)(pktrt__batch *, const pktrt_ray *, const uint16_t *order, uint32_t n);
   void (*store_hits)(const pktrt_scene *, const pktrt__batch *, pktrt_hit *, const uint16_t *order, uint32_t n);
   void (*store_occluded)(const pktrt__batch *, bool *occluded, uint32_t n);
 #ifndef PKTRT_NO_RENDER
-  /* Rays of a pinhole through eight places of the picture, into lanes i to i + 7 of a wave. */
+  /* Writes the rays of a pinhole through eight places of the picture to lanes i to i + 7 of a wave. */
   void (*camera_rays)(const pktrt__camera_plane *, const double *x, const double *y, pktrt__wave *, uint32_t i);
-  /* Packs those of n rays of a wave that met something, and tells the surfaces how many and where they were. Points,
-     normals and materials of the surfaces that they met; all but normals of the mesh is read if not `smooth`. */
+  /* pack_surfaces packs the rays of a wave that hit something, among n, and writes their number and lanes to the
+     surfaces. find_surfaces computes points, normals and materials of these; normals of the mesh are read only if
+     `smooth`. */
   void (*pack_surfaces)(pktrt__wave *, uint32_t first, uint32_t n, pktrt__surfaces *);
   void (*find_surfaces)(const pktrt_scene *, bool smooth, const pktrt__wave *, pktrt__surfaces *);
-  /* Of all surfaces, once their hooks have run: directions of scattering and weights if rays are followed, and the
-     radiance that needs no ray. The shadow rays towards one light; what n of them see of it, nothing or all, and the
-     lanes of those among the former that may meet glass: returns how many, some too many. What they add: of n shadow
-     rays, `seen` of what arrives at each. Reflected or refracted rays, behind the n of a wave: returns how many it
-     has then. */
+  /* evaluate_materials, after the hooks have run, computes scattering directions and weights of all surfaces if rays
+     are followed (`follow`), and the radiance that needs no ray. shadow_rays makes those towards one light. visibility
+     sets `seen` of n shadow rays to 0 or 1, lists the lanes of blocked ones that may meet glass, and returns how many,
+     some too many. add_direct_light adds `seen` of what arrives by n shadow rays. spawn_rays appends reflected or
+     refracted rays to the n of a wave, and returns how many it has then. */
   void (*evaluate_materials)(const pktrt_scene *, const pktrt__glass_mesh *, bool follow, const float ambient[3],
                 const pktrt__wave *, pktrt__surfaces *);
   void (*shadow_rays)(const pktrt_scene *, const pktrt__light_target *, const pktrt__wave *, pktrt__surfaces *, pktrt__shadow_rays *);
@@ -4021,8 +4026,8 @@ typedef struct pktrt__kernel_table {
   void (*add_direct_light)(pktrt__surfaces *, const uint32_t *surface, float (*arriving)[PKTRT__ROW],
                float (*seen)[PKTRT__ROW], uint32_t n);
   uint32_t (*spawn_rays)(const pktrt__spawn_request *, const pktrt__wave *, const pktrt__surfaces *, pktrt__wave *to, uint32_t n);
-  /* Coordinates first to first + n - 1 of a group, of PKTRT__DRAWN draws from the i-th on, for the samplers Sobol' and
-     random. */
+  /* Draws coordinates first to first + n - 1 of a group for PKTRT__DRAWN draws from the i-th on, with the samplers
+     Sobol' and random. */
   void (*draw_samples)(const pktrt_sampling *, pktrt__sample_batch *, uint32_t i, uint32_t group, uint32_t first, uint32_t n);
 #endif
 } pktrt__kernel_table;
@@ -4035,9 +4040,9 @@ typedef struct pktrt__kernel_table {
 
 /* >>check: arithmetic that is not what the code asks for ----------------------------------------------------------- */
 
-/* Arithmetic that is not what the code asks for. Some flags no macro tells, and how a thread rounds no compiler knows:
-   both are tried out when a scene is created, in C and by the kernels that it will use. The first fault is the one that
-   is told: those before can bring about those behind. */
+/* Faults of arithmetic. No macro reveals some flags, and no compiler knows how a thread rounds: both are tested when a
+   scene is created, in C and by the kernels that it will use. Only the first fault is reported, because it can cause
+   those after it. */
 enum {
   PKTRT__ROUNDS_OTHERWISE = 1,
   PKTRT__FLUSHES = 2,
@@ -4050,13 +4055,13 @@ enum {
   PKTRT__DROPS_SIGNS = 256
 };
 
-/* x, of which compilers know nothing. */
+/* Returns x, hidden from compilers. */
 PKTRT__NOINLINE double pktrt__check_opaque(double x) {
   volatile double v = x;
   return v;
 }
 
-/* How this thread rounds, and whether it keeps numbers below DBL_MIN and FLT_MIN: as results and as operands. */
+/* Tests how this thread rounds, and whether it keeps numbers below DBL_MIN and FLT_MIN, as results and as operands. */
 PKTRT__COLD uint32_t pktrt__check_thread(void) {
   const double one = pktrt__check_opaque(1), e = pktrt__check_opaque(DBL_EPSILON), tiny = pktrt__check_opaque(DBL_MIN);
   const float least = (float)pktrt__check_opaque((double)FLT_MIN), large = (float)pktrt__check_opaque(1 / (double)FLT_EPSILON);
@@ -4067,8 +4072,8 @@ PKTRT__COLD uint32_t pktrt__check_thread(void) {
   return (nearest ? 0 : PKTRT__ROUNDS_OTHERWISE) | (kept ? 0 : PKTRT__FLUSHES);
 }
 
-/* What the compiler made of C's arithmetic. With e = 2^-12, and 2^-27, (1 + e)^2 - (1 + 2 e) is e^2 when fused and 0
-   when each operation is rounded. */
+/* Tests what the compiler made of C's arithmetic. With e = 2^-12, and 2^-27, (1 + e)^2 - (1 + 2 e) is e^2 when fused
+   and 0 when each operation is rounded. */
 PKTRT__DIVIDES_BY_ZERO PKTRT__COLD uint32_t pktrt__check_compiler(void) {
   volatile float x = 1.000244140625f, y = 1.00048828125f; /* read anew: a product with two uses would not be fused */
   volatile double v = 1.00000000745058059692, w = 1.00000001490116119385;
@@ -4117,7 +4122,7 @@ PKTRT__COLD const char *pktrt__check_sentence(uint32_t faults) {
 #ifndef PKTRT_HEADER_FILENAME /* how this file names itself; define it if you renamed the file */
 #define PKTRT_HEADER_FILENAME "pktrt.h"
 #endif
-/* Kernels have short macros, undefined after each stamp. Those that a program or <tgmath.h> may have are put aside. */
+/* Kernels use short macros, which are undefined after each stamp; macros of a program or <tgmath.h> are put aside. */
 #pragma push_macro("COUNT")
 #pragma push_macro("OP")
 #pragma push_macro("STEP")

@@ -4255,10 +4255,10 @@ PKTRT__COLD const char *pktrt__check_sentence(uint32_t faults) {
 
 /* >>ops -------------------------------------------------------------------------------------------------------------
 
-   The only place where instruction sets differ. v8: eight floats. m8: eight truth values. d8: eight doubles. vf: the
-   vector of rays in a frustum packet, 16 floats on AVX-512 and v8 elsewhere. Small functions that return their value;
-   min and max are a < b ? a : b and a > b ? a : b everywhere, so that NaN takes the same way; vfma and vfms fuse where
-   the machine can and are for conservative culling only. Masks leave the vectors as bits: lane i is bit i. */
+   The only place where instruction sets differ. v8: eight floats. m8: a mask of eight lanes. d8: eight doubles. vf: the
+   vector of rays in a frustum packet, 16 floats on AVX-512 and v8 elsewhere. Operations are small functions; min and max
+   are a < b ? a : b and a > b ? a : b everywhere, so that NaN gives the same result; vfma and vfms fuse where the
+   machine can and are for conservative culling only. Masks become integers by mbits: lane i is bit i. */
 
 #define v8 PKTRT__NAME(pktrt__v8)
 #define m8 PKTRT__NAME(pktrt__m8)
@@ -4318,24 +4318,25 @@ PKTRT__COLD const char *pktrt__check_sentence(uint32_t faults) {
 #define aor PKTRT__NAME(pktrt__aor)
 #define apush PKTRT__NAME(pktrt__apush)
 #define OP PKTRT__INLINE
-/* What kernels may ask of an instruction set. */
+/* Capabilities of the instruction set, which kernels may test. */
 #if PKTRT__STAMP == PKTRT__STAMP_AVX2 || PKTRT__STAMP == PKTRT__STAMP_AVX512
 #define PKTRT__WITH_V8_REGISTERS 1 /* a v8 is one register: larger functions are worth inlining */
 #else
 #define PKTRT__WITH_V8_REGISTERS 0
 #endif
-/* Sixteen registers do not hold the nine vectors that boxes want of a ray, and to fill one from memory costs no more than
-   to load it: it is filled where it is used. Measured worth 5% of a single ray's time. */
+/* Sixteen registers do not hold the nine vectors of a ray that box tests need, and to broadcast one from memory costs
+   no more than to load it: each is broadcast where it is used. Measured worth 5% of a single ray's time. */
 #define PKTRT__WITH_FEW_REGISTERS (PKTRT__STAMP == PKTRT__STAMP_AVX2)
 #define PKTRT__WITH_VECTORS (PKTRT__STAMP != PKTRT__STAMP_SCALAR)
-/* Where vectors are at hand, nobody races the scalar kernels: these have fewer instances then, see PKTRT__INSTANCES. */
+/* Where there are vectors, the speed of scalar kernels does not matter: they have fewer instances, see
+   PKTRT__INSTANCES. */
 #if PKTRT__STAMP == PKTRT__STAMP_SCALAR && (defined(PKTRT__HAS_SSE2) || defined(PKTRT__HAS_NEON))
 #define PKTRT__WITH_FEW_INSTANCES 1
 #else
 #define PKTRT__WITH_FEW_INSTANCES 0
 #endif
-/* Builds and refits. WHY not for all instruction sets: 512 bits would gain nothing here, and what every x86 or ARM has
-   serves scalar scenes as well; it is the same bits, and less code. */
+/* The instruction sets with kernels for builds and refits. WHY not all: 512 bits would gain nothing here, and the set
+   that every x86 or ARM has serves scalar scenes as well, with the same bits and less code. */
 #if PKTRT__STAMP == PKTRT__STAMP_AVX2 || PKTRT__STAMP == PKTRT__STAMP_SSE2 || PKTRT__STAMP == PKTRT__STAMP_NEON || \
     (PKTRT__STAMP == PKTRT__STAMP_SCALAR && !defined(PKTRT__HAS_SSE2) && !defined(PKTRT__HAS_NEON)) || \
     !(defined(PKTRT__HAS_SCALAR) || defined(PKTRT__HAS_SSE2) || defined(PKTRT__HAS_AVX2))
@@ -4343,7 +4344,7 @@ PKTRT__COLD const char *pktrt__check_sentence(uint32_t faults) {
 #else
 #define PKTRT__WITH_FIT 0
 #endif
-/* Before a short loop over axes or corners: gcc -O2 would keep its vectors in memory otherwise. */
+/* UNROLL stands before short loops over axes or corners: gcc -O2 would keep their vectors in memory otherwise. */
 #if PKTRT__STAMP != PKTRT__STAMP_SCALAR && defined(__GNUC__) && !defined(__clang__) && defined(__OPTIMIZE__)
 #define UNROLL _Pragma("GCC unroll 8")
 #else
@@ -4383,7 +4384,7 @@ OP float vhmax(v8 a) {
 }
 
 #ifdef __x86_64__
-/* Those of eight children that are in `keep`, in the order of perm: a byte each, the first one lowest. */
+/* Lists those of eight children that are in `keep`, in the order of perm, as bytes, the first one lowest. */
 OP uint64_t vorder_children(uint32_t keep, uint32_t perm) {
   const uint64_t all = _pdep_u64(perm, UINT64_C(0x0707070707070707));
   const uint64_t kept = _pdep_u64(keep, UINT64_C(0x0101010101010101)) * 0xFF;
@@ -4391,14 +4392,14 @@ OP uint64_t vorder_children(uint32_t keep, uint32_t perm) {
   return _pext_u64(all, (uint64_t)_mm_cvtsi128_si64(those));
 }
 #endif
-/* Eight integers from p, less x, to `to`; the lanes where what is left is below n, which is not 0. */
+/* Writes eight integers from p, less x, to `to`; returns the lanes where the difference is below n, which is not 0. */
 OP uint32_t vbelow_u32(uint32_t *to, const uint32_t *p, uint32_t x, uint32_t n) {
   const __m256i a = _mm256_sub_epi32(_mm256_loadu_si256((const __m256i *)(const void *)p), _mm256_set1_epi32((int)x));
   const __m256i low = _mm256_cmpeq_epi32(_mm256_min_epu32(a, _mm256_set1_epi32((int)(n - 1))), a);
   _mm256_storeu_si256((__m256i *)(void *)to, a);
   return (uint32_t)_mm256_movemask_ps(_mm256_castsi256_ps(low));
 }
-/* Rows become columns. */
+/* Transposes eight vectors. */
 OP void vtranspose(v8 r[8]) {
   v8 a[8], b[8];
   UNROLL for (int i = 0; i < 8; i += 2) {
@@ -4429,12 +4430,12 @@ OP m8 mfrom(uint32_t bits) { return (m8)bits; }
 OP v8 vsel(m8 m, v8 a, v8 b) { return _mm256_mask_blend_ps(m, b, a); }
 OP void vstore_masked(float *p, m8 m, v8 a) { _mm256_mask_storeu_ps(p, m, a); }
 OP void vstore_masked_u32(uint32_t *p, m8 m, uint32_t x) { _mm256_mask_storeu_epi32(p, m, _mm256_set1_epi32((int)x)); }
-OP uint32_t veq_u32(const uint32_t *p, uint32_t x) { /* which of eight equal x */
+OP uint32_t veq_u32(const uint32_t *p, uint32_t x) { /* the lanes that equal x */
   return _mm256_cmpeq_epi32_mask(_mm256_loadu_si256((const __m256i *)(const void *)p), _mm256_set1_epi32((int)x));
 }
 
-/* The chosen lanes to p, next to each other; what follows, up to eight in all, may be overwritten: stores under a mask
-   were slower. Of a vector, or of eight floats or integers in memory, which may be those at p. */
+/* Packs the chosen lanes of a vector to p (vcompress_from: of eight floats or integers in memory, which may be those at
+   p). What follows them, up to eight values in all, may be overwritten: masked stores were slower. */
 OP void vcompress(float *p, uint32_t lanes, v8 a) { _mm256_storeu_ps(p, _mm256_maskz_compress_ps((m8)lanes, a)); }
 OP void vcompress_from(void *p, uint32_t lanes, const void *from) {
   const __m256i a = _mm256_loadu_si256(PKTRT__CAST(const __m256i *, from));
@@ -4462,8 +4463,8 @@ OP a8 aor(a8 a, m8 m, uint32_t bit) {
   return _mm512_mask_or_epi64(a, m, a, _mm512_set1_epi64((long long)((uint64_t)1 << bit)));
 }
 
-/* Pushes the children with a non-empty ray mask, in the order of perm; returns how many. Compression happens in
-   registers: compressing stores are slow on some CPUs. */
+/* Pushes the children with a non-empty ray mask, in the order of perm; returns how many. Compresses in registers,
+   because compressing stores are slow on some CPUs. */
 OP uint32_t apush(a8 a, const uint32_t *child, v8 dist, uint32_t perm, uint64_t *masks, uint32_t *refs, float *nears) {
   const __m256i order = _mm256_srlv_epi32(_mm256_set1_epi32((int)perm), _mm256_setr_epi32(0, 3, 6, 9, 12, 15, 18, 21));
   const __m512i wide = _mm512_cvtepu32_epi64(_mm256_and_si256(order, _mm256_set1_epi32(7)));
@@ -4493,10 +4494,10 @@ OP m8 mfrom(uint32_t bits) {
 OP v8 vsel(m8 m, v8 a, v8 b) { return _mm256_blendv_ps(b, a, m); }
 OP void vstore_masked(float *p, m8 m, v8 a) { vstore(p, vsel(m, a, vload(p))); } /* WHY: masked stores are slow on AMD's */
 OP void vstore_masked_u32(uint32_t *p, m8 m, uint32_t x) {
-  float *to = PKTRT__CAST(float *, PKTRT__CAST(void *, p)); /* bits pass as they are */
+  float *to = PKTRT__CAST(float *, PKTRT__CAST(void *, p)); /* bits are kept */
   vstore_masked(to, m, _mm256_castsi256_ps(_mm256_set1_epi32((int)x)));
 }
-OP uint32_t veq_u32(const uint32_t *p, uint32_t x) { /* which of eight equal x */
+OP uint32_t veq_u32(const uint32_t *p, uint32_t x) { /* the lanes that equal x */
   const __m256i a = _mm256_loadu_si256((const __m256i *)(const void *)p);
   return (uint32_t)_mm256_movemask_ps(_mm256_castsi256_ps(_mm256_cmpeq_epi32(a, _mm256_set1_epi32((int)x))));
 }
@@ -4540,8 +4541,8 @@ OP v8 dto(d8 a) { return _mm256_set_m128(_mm256_cvtpd_ps(a.h), _mm256_cvtpd_ps(a
 
 #elif PKTRT__STAMP == PKTRT__STAMP_SCALAR
 
-/* Inlined they are twice as fast, and the whole header takes half as long again to compile: that is for where nothing
-   else is at hand. Elsewhere nobody races the scalar kernels (only long tests do). */
+/* Scalar operations are inlined only where there are no vectors: that makes them twice as fast, but the whole header
+   takes half as long again to compile. Elsewhere only long tests use the scalar kernels. */
 #undef OP
 #if defined(PKTRT__INLINE_SCALAR) || !(defined(PKTRT__HAS_SSE2) || defined(PKTRT__HAS_NEON))
 #define OP static inline
@@ -4893,7 +4894,7 @@ OP uint64_t vorder_children(uint32_t keep, uint32_t perm) {
   return all;
 }
 #endif
-/* The larger size of two, and of three. */
+/* Return the largest absolute value of two, and of three. */
 OP v8 vmax_abs(v8 a, v8 b) {
 #if PKTRT__STAMP == PKTRT__STAMP_AVX512
   return _mm256_range_ps(a, b, 0xB);
@@ -4908,7 +4909,7 @@ OP v8 vmax_abs3(v8 a, v8 b, v8 c) {
   return vmax(vabs(a), vmax_abs(b, c));
 #endif
 }
-/* Which of 64 bytes equal x. */
+/* Returns which of 64 bytes equal x. */
 OP uint64_t veq_u8x64(const uint8_t *p, uint8_t x) {
 #if PKTRT__STAMP == PKTRT__STAMP_AVX512
   return _mm512_cmpeq_epi8_mask(_mm512_loadu_si512(p), _mm512_set1_epi8((char)x));
@@ -4934,8 +4935,8 @@ OP a8 azero(void) {
   r.l = r.h = _mm256_setzero_si256();
   return r;
 }
-/* WHY a table: vectors are filled from memory faster than from a register. The high half of bit i is at i, the low one
-   at i + 32. */
+/* Sets a bit in the ray masks of the lanes in m. WHY a table: vectors are broadcast from memory faster than from a
+   register. The high half of bit i is at i, the low one at i + 32. */
 OP a8 aor(a8 a, m8 m, uint32_t bit) {
 #define PKTRT__BITS4(i) UINT32_C(1) << (i), UINT32_C(2) << (i), UINT32_C(4) << (i), UINT32_C(8) << (i)
 #define PKTRT__BITS16(i) PKTRT__BITS4(i), PKTRT__BITS4(i + 4), PKTRT__BITS4(i + 8), PKTRT__BITS4(i + 12)
@@ -4988,7 +4989,7 @@ PKTRT__NOINLINE void vcompress(float *p, uint32_t lanes, v8 a) {
   const uint64_t bytes = _pdep_u64(lanes, 0x0101010101010101u) * 0xFF, order = _pext_u64(0x0706050403020100u, bytes);
   vstore(p, _mm256_permutevar8x32_ps(a, _mm256_cvtepu8_epi32(_mm_cvtsi64_si128((long long)order))));
 }
-PKTRT__NOINLINE void vcompress_from(void *p, uint32_t lanes, const void *from) { /* bits pass as they are */
+PKTRT__NOINLINE void vcompress_from(void *p, uint32_t lanes, const void *from) { /* bits are kept */
   vcompress(PKTRT__CAST(float *, p), lanes, vload(PKTRT__CAST(const float *, from)));
 }
 #elif PKTRT__STAMP != PKTRT__STAMP_AVX512
@@ -5006,7 +5007,7 @@ PKTRT__NOINLINE void vcompress_from(void *p, uint32_t lanes, const void *from) {
 /* The wide vector of frustum packets. */
 #if PKTRT__STAMP == PKTRT__STAMP_AVX512
 #define FW 16
-#define UNROLL_WIDE UNROLL /* over a packet: four vectors */
+#define UNROLL_WIDE UNROLL /* loops over a packet: four vectors */
 #define vf PKTRT__NAME(pktrt__vf)
 #define mf PKTRT__NAME(pktrt__mf)
 typedef __m512 vf;
@@ -5014,7 +5015,7 @@ typedef __mmask16 mf;
 #define fload(p) _mm512_loadu_ps(p)
 #define fstore(p, a) _mm512_storeu_ps(p, a)
 #define fset(x) _mm512_set1_ps(x)
-#define fwide(a) _mm512_castps256_ps512(a) /* of a narrow one; the other lanes say nothing */
+#define fwide(a) _mm512_castps256_ps512(a) /* widens a v8; the upper lanes are undefined */
 #define fadd(a, b) _mm512_add_ps(a, b)
 #define fsub(a, b) _mm512_sub_ps(a, b)
 #define fmul(a, b) _mm512_mul_ps(a, b)
@@ -5077,8 +5078,8 @@ typedef __mmask16 mf;
 
 /* >>names -----------------------------------------------------------------------------------------------------------
 
-   A kernel is written once under one name, which stands for its own of each instruction set: pktrt__box_test_rays for
-   pktrt__box_test_rays_avx2 and so on. So tags and editors find it, and a debugger stops in it by its full name. */
+   A kernel is written once under one name, which stands for one function of each instruction set: pktrt__box_test_rays
+   for pktrt__box_test_rays_avx2 and so on. Tags and editors find the short name, a debugger the full name. */
 
 #define pktrt__batch_load_rays PKTRT__NAME(pktrt__batch_load_rays)
 #define pktrt__batch_packet_time_weights PKTRT__NAME(pktrt__batch_packet_time_weights)
@@ -5264,7 +5265,7 @@ typedef __mmask16 mf;
     if (PKTRT__STATS && is.stats) is.counts->field += (uint64_t)(n);                                                   \
   } while (0)
 
-/* Derives the fields of a vector of rays from o, d, tmin, tmax; the bits of those that can hit anything. */
+/* Derives the fields of a vector of rays from o, d, tmin, tmax; returns the bits of those that can hit anything. */
 PKTRT__NOINLINE uint32_t pktrt__batch_setup(const pktrt_scene *scene, pktrt__batch *b, uint32_t i) {
   const vf zero = fset(0), dx = fload(b->d[0] + i), dy = fload(b->d[1] + i), dz = fload(b->d[2] + i);
   const vf ax = fabs_(dx), ay = fabs_(dy), az = fabs_(dz);
@@ -5308,13 +5309,13 @@ PKTRT__NOINLINE uint32_t pktrt__batch_setup(const pktrt_scene *scene, pktrt__bat
   fstore(b->tiny + i, tiny);
   fstore(b->wn + i, fsub(n, n_slack));
   fstore(b->wf + i, fadd(f, f_slack));
-  fstore(b->sn + i, fmax_(fadd(n, n_slack), n)); /* an infinite end stays what it is */
+  fstore(b->sn + i, fmax_(fadd(n, n_slack), n)); /* an infinite end stays infinite */
   fstore(b->sf + i, fmin_(fsub(last, fadd(fmul(fabs_(last), relative), tiny)), last));
   fstore(b->t + i, tmax);
   memset(b->id + i, 0, FW * sizeof *b->id);
   memset(b->slot + i, 0xFF, FW * sizeof *b->slot); /* PKTRT_NONE */
 
-  const vf largest = fset(FLT_MAX), longest = fmax_(ax, fmax_(ay, az)); /* loses a NaN in ax, hence all three below */
+  const vf largest = fset(FLT_MAX), longest = fmax_(ax, fmax_(ay, az)); /* may drop a NaN: all three are tested below */
   mf ok = fmand(fmand(flt(zero, longest), flt(tmin, tmax)), fle(o_max, fset(PKTRT_MAX_COORD)));
   ok = fmand(ok, fmand(fle(ax, largest), fmand(fle(ay, largest), fle(az, largest))));
   UNROLL for (int a = 0; a < 3; a++) ok = fmand(ok, fle(fabs_(fload(b->o[a] + i)), fset(PKTRT_MAX_COORD)));
@@ -5323,7 +5324,7 @@ PKTRT__NOINLINE uint32_t pktrt__batch_setup(const pktrt_scene *scene, pktrt__bat
   return fbits(ok);
 }
 
-/* The same for a lone ray, axes side by side; whether it can hit anything. */
+/* Derives the fields of a single ray, with axes side by side; returns whether it can hit anything. */
 #if PKTRT__WITH_V8_REGISTERS
 OP
 #else
@@ -5366,13 +5367,13 @@ bool pktrt__single_setup(const pktrt_scene *scene, const pktrt_ray *ray, pktrt__
   return true;
 }
 
-/* Time weights of rays [first, first + n) for a group of `keys` keys. */
+/* Computes the time weights of rays [first, first + n) for a BVH of `keys` keys. */
 OP void pktrt__batch_time_weights(pktrt__batch *b, uint32_t first, uint32_t n, uint32_t keys) {
   for (uint32_t i = first; i < first + n; i++)
     b->segment[i] = (uint16_t)pktrt__time_segment(b->time[i], keys, &b->ta[i], &b->tb[i]);
 }
 
-/* The same for the 64 rays of a packet; of two keys there is but one segment. */
+/* Computes the time weights of the 64 rays of a packet; two keys have but one segment. */
 OP void pktrt__batch_packet_time_weights(pktrt__batch *b, uint32_t base, uint32_t keys) {
   if (keys > 2) {
     pktrt__batch_time_weights(b, base, 64, keys);
@@ -5387,24 +5388,24 @@ OP void pktrt__batch_packet_time_weights(pktrt__batch *b, uint32_t base, uint32_
 
 /* >>triangles ------------------------------------------------------------------------------------------------------ */
 
-/* The lanes of a block that hold a triangle. */
+/* Returns the lanes of a block that hold a triangle. */
 OP uint32_t pktrt__lanes_occupied(const uint32_t *id) { return 0xFFu & ~veq_u32(id, PKTRT_NONE); }
 
-/* The rays that hit nothing yet. */
+/* Returns the rays, of eight, that hit nothing yet. */
 OP uint32_t pktrt__lanes_unhit(const uint32_t *slot) { return veq_u32(slot, PKTRT_NONE); }
 
-/* What single precision says about eight lanes, each a ray and a triangle. */
+/* The result of the filter in single precision for eight lanes, each a ray and a triangle. */
 typedef struct pktrt__tri_estimate {
   v8 lo, hi;            /* bounds of the depth of a hit */
-  uint32_t maybe, sure; /* lanes that may be hits worth recording; that are hits, and not too near */
+  uint32_t maybe, sure; /* lanes that may be hits worth recording; lanes that are hits, certainly after tmin */
 } pktrt__tri_estimate;
 
-/* The ray's part in it, by lanes. */
+/* What the filter needs of rays, by lanes. */
 typedef struct pktrt__tri_limits {
   v8 sign, tiny, wn, wf, sn;
 } pktrt__tri_limits;
 
-/* The edge functions of eight lanes, and what they tell about the signs. */
+/* The edge functions of eight lanes, and the least and the largest of the three, which tell about the signs. */
 typedef struct pktrt__tri_edges {
   v8 u, v, w, least, most;
 } pktrt__tri_edges;
@@ -5421,7 +5422,7 @@ OP uint32_t pktrt__tri_outside(const pktrt__tri_edges *e) {
   return mbits(mand(vlt(e->least, vset(0)), vlt(vset(0), e->most)));
 }
 
-/* The filter of >>exactness, of lanes that are not outside. */
+/* Bounds the depths of hits by the estimate of >>exactness, for lanes whose edge functions do not rule a hit out. */
 OP pktrt__tri_estimate pktrt__tri_depth_bounds(const pktrt__tri_edges *q, const v8 x[3], const v8 y[3], const v8 z[3],
                                     const pktrt__tri_limits *l) {
   const v8 zero = vset(0), u = q->u, v = q->v, w = q->w, det = vadd(vadd(u, v), w);
@@ -5448,12 +5449,12 @@ OP pktrt__tri_estimate pktrt__tri_filter(const v8 x[3], const v8 y[3], const v8 
   return e;
 }
 
-/* One coordinate of a corner of eight triangles, at the ray's time. */
+/* Loads one coordinate of a corner of eight triangles, at the ray's time. */
 OP v8 pktrt__tri_corner(const float *k0, const float *k1, v8 ta, v8 tb, const bool moving) {
   return moving ? vadd(vmul(ta, vload(k0)), vmul(tb, vload(k1))) : vload(k0);
 }
 
-/* A ray as triangles want it, in every lane. */
+/* A ray as triangle tests need it, the same in every lane. */
 typedef struct pktrt__tri_shear {
   v8 o[3], slope[2], ta, tb; /* by k, u, v */
   pktrt__tri_limits l;
@@ -5482,7 +5483,7 @@ OP pktrt__tri_shear pktrt__tri_shear_single(const pktrt__single *b, const bool m
   return q;
 }
 
-/* The corners of a block's triangles as the ray sees them. */
+/* Shears the corners of a block's triangles to the ray's frame. */
 OP void pktrt__tri_shear_block(const pktrt__tri_shear *q, const pktrt__bvh_segment *seg, const pktrt__block *block, v8 x[3], v8 y[3],
                         v8 z[3], const bool moving) {
   const float *k0 = pktrt__segment_vertices(seg, block, 0, moving), *k1 = pktrt__segment_vertices(seg, block, 1, moving);
@@ -5494,7 +5495,7 @@ OP void pktrt__tri_shear_block(const pktrt__tri_shear *q, const pktrt__bvh_segme
   }
 }
 
-/* What single precision says about the lanes of a block; `early`: do without the estimate where nothing is hit. */
+/* Filters the triangles of a block in single precision; `early`: without the estimate where nothing is hit. */
 OP pktrt__tri_estimate pktrt__tri_filter_block(const pktrt__tri_shear *q, const pktrt__bvh_segment *seg, const pktrt__block *block,
                                        float wf, const bool early, const bool moving) {
   const uint32_t *id = block->id;
@@ -5514,7 +5515,7 @@ OP pktrt__tri_estimate pktrt__tri_filter_block(const pktrt__tri_shear *q, const 
   return e;
 }
 
-/* Lanes of a block that single precision took for hits. */
+/* Lanes of a block that the filter did not drop. */
 typedef struct pktrt__tri_candidates {
   uint32_t index;      /* of the block */
   const uint32_t *id;
@@ -5522,8 +5523,8 @@ typedef struct pktrt__tri_candidates {
   uint32_t maybe, sure;
 } pktrt__tri_candidates;
 
-/* Goes through the candidates of a ray of a batch or, where there is one, of a single ray, and records each hit that is
-   nearer than what was hit before it; returns their lanes. For occlusion the first hit ends it. */
+/* Records each candidate that is hit nearer than the closest hit before it, for a ray of a batch or, if `single` is not
+   NULL, for a single ray; returns their lanes. For occlusion the first hit is the last. */
 OP uint32_t pktrt__tri_record(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, pktrt__single *single,
                               const pktrt__tri_candidates *c, const pktrt__variant is) {
   uint32_t nearer = 0;
@@ -5548,7 +5549,7 @@ OP uint32_t pktrt__tri_record(const pktrt__bvh_segment *seg, pktrt__batch *b, ui
   return nearer;
 }
 
-/* Whether the ray hits one of those lanes of a block that single precision left open. */
+/* Tests the lanes of a block that the filter left open, until one is hit; returns whether one is. */
 PKTRT__NOINLINE bool pktrt__tri_exact_test_lanes(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, pktrt__single *single,
                                         uint32_t index, uint32_t open) {
   const pktrt__block *block = pktrt__segment_block(seg, index, true);
@@ -5560,9 +5561,9 @@ PKTRT__NOINLINE bool pktrt__tri_exact_test_lanes(const pktrt__bvh_segment *seg, 
   return false;
 }
 
-/* Whether a ray, of a batch or alone, hits anything in a block. Depths stay multiplied by the determinant, and
-   limits are multiplied by it instead: no division. WHY fused: a limit is often tiny, and its product by itself would
-   be denormal, which is slow. */
+/* Tells whether a ray of a batch or a single ray hits anything in a block. Depths stay multiplied by the determinant,
+   and limits are multiplied by it instead of dividing. WHY fused: a limit is often tiny, and its product by itself
+   would be denormal, which is slow. */
 OP bool pktrt__tri_any_hit(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, pktrt__single *single, uint32_t index,
                           const bool moving) {
   const pktrt__block *block = pktrt__segment_block(seg, index, moving);
@@ -5594,17 +5595,17 @@ OP bool pktrt__tri_any_hit(const pktrt__bvh_segment *seg, pktrt__batch *b, uint3
     const v8 p = vset(2 * (single ? single->pad : b->pad[r])), xy = vmul(xs, ys);
     const v8 flat = vfma(vadd(vadd(xs, ys), p), p, vmul(xy, vset(PKTRT__PAD_AREA)));
     if (sure & mbits(vlt(flat, size))) return true;
-    sure = 0; /* whether these have area is asked where they are settled */
+    sure = 0; /* the exact test asks whether these have area */
   }
   if (PKTRT__UNLIKELY(!sure)) return pktrt__tri_exact_test_lanes(seg, b, r, single, index, open);
   return true;
 }
 
-#ifdef PKTRT__OTHER_TESTS /* a file of the bench, in parts: what would other tests of triangles cost? */
+#ifdef PKTRT__OTHER_TESTS /* a file of bench/, in parts, to measure other triangle tests */
 #include PKTRT__OTHER_TESTS
 #else
-/* A ray, of a batch or alone, against a leaf block: the lanes that pktrt__tri_record tells of. Occlusion without counts: 1
-   if anything is hit, and no lanes. */
+/* Tests a ray of a batch or a single ray against a leaf block; returns the lanes that pktrt__tri_record records. For
+   occlusion without counts, returns 1 if anything is hit, and no lanes. */
 OP uint32_t pktrt__tri_block_template(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, pktrt__single *single, uint32_t index,
                             const pktrt__variant is) {
   if (is.occlusion && !is.stats) return pktrt__tri_any_hit(seg, b, r, single, index, is.moving);
@@ -5626,11 +5627,11 @@ OP uint32_t pktrt__tri_ray_block_inline(const pktrt__bvh_segment *seg, pktrt__ba
   return pktrt__tri_block_template(seg, b, r, NULL, index, is);
 }
 
-/* Kernels are templates over three truths known at compile time; these are their instances. Counting is done by the
-   moving form alone, also where nothing moves (but for blocks of packets): weights 1 and 0 of one and the same key give
-   the same bits. Where vectors are at hand, nobody races the scalar kernels: there, what moves is always counted,
-   packets of the paper have the moving form alone, and the fast path has streams, but no frusta, which would be a third
-   of their code. */
+/* Kernels are templates over three flags known at compile time; these are their instances. Only the moving instance
+   counts, also where nothing moves (but for blocks of packets): weights 1 and 0 of one and the same key give the same
+   bits. Where there are vectors, the speed of scalar kernels does not matter: there, moving instances always count,
+   paper packets have only moving ones, and the fast path has streams, but no frusta, which would be a third of their
+   code. */
 #if defined(PKTRT_NO_FRUSTA) || PKTRT__WITH_FEW_INSTANCES
 #define FRUSTA 0
 #else
@@ -5659,7 +5660,7 @@ OP uint32_t pktrt__tri_ray_block_inline(const pktrt__bvh_segment *seg, pktrt__ba
                       IF_MOVING(is.moving ? PKTRT__NAME(name##_01) :) PKTRT__NAME(name##_00))
 
 #if !PKTRT__WITH_V8_REGISTERS
-/* Functions of their own: inlined they would make the code a third longer, and no faster. */
+/* Instances are not inlined: that would make the code a third longer, and no faster. */
 #define INSTANCE(tag, o, m, s)                                                                                         \
   PKTRT__NOINLINE uint32_t PKTRT__NAME(pktrt__tri_block_##tag)(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r,                 \
                                                  pktrt__single *single, uint32_t index, pktrt_counts *counts) {            \
@@ -5685,7 +5686,7 @@ OP bool pktrt__tri_single_block(const pktrt__bvh_segment *seg, pktrt__single *si
 }
 /* >>boxes ---------------------------------------------------------------------------------------------------------- */
 
-/* The six planes of a node's children; moving: two keys each. Near and far by the octant of the rays. */
+/* The six planes of a node's children, of two keys if moving; near and far by the octant of the rays. */
 typedef struct pktrt__box_slabs {
   v8 near0[3], far0[3], near1[3], far1[3];
 } pktrt__box_slabs;
@@ -5702,7 +5703,7 @@ OP pktrt__box_slabs
   return s;
 }
 
-/* One ray against eight children: those it may hit, and its entry depth. */
+/* Tests one ray against eight children; returns those it may hit, and finds its entry depths. */
 OP m8 pktrt__box_test_children(const pktrt__box_slabs *s, const pktrt__batch *b, uint32_t r, const bool moving, v8 *entry) {
   v8 n = vset(b->wn[r]), f = vset(b->wf[r]);
   UNROLL for (int a = 0; a < 3; a++) {
@@ -5720,8 +5721,8 @@ OP m8 pktrt__box_test_children(const pktrt__box_slabs *s, const pktrt__batch *b,
   return vle(n, f);
 }
 
-/* Rays r to r+7 against one box; lo and hi by ray, as time may move it. A box turned inside out, which holds nothing,
-   is entered: harmless. */
+/* Tests rays r to r+7 against one box, with lo and hi by ray, as time may move it; returns those that may hit it. An
+   empty box, turned inside out, is entered, which does no harm. */
 OP uint32_t pktrt__box_test_rays(const pktrt__batch *b, uint32_t r, const v8 lo[3], const v8 hi[3]) {
   v8 n = vload(b->wn + r), f = vload(b->wf + r);
   UNROLL for (int a = 0; a < 3; a++) {
@@ -5732,7 +5733,7 @@ OP uint32_t pktrt__box_test_rays(const pktrt__batch *b, uint32_t r, const v8 lo[
   return mbits(vle(n, f));
 }
 
-/* The rays of [base, base + 64) in `mask` that may hit a box. */
+/* Returns the rays of [base, base + 64) in `mask` that may hit a box. */
 PKTRT__NOINLINE uint64_t pktrt__box_test_packet(const pktrt__batch *b, uint32_t base, uint64_t mask, const float lo[3],
                                         const float hi[3]) {
   const v8 l[3] = {vset(lo[0]), vset(lo[1]), vset(lo[2])}, h[3] = {vset(hi[0]), vset(hi[1]), vset(hi[2])};
@@ -5743,13 +5744,13 @@ PKTRT__NOINLINE uint64_t pktrt__box_test_packet(const pktrt__batch *b, uint32_t 
 }
 
 /* >>single -----------------------------------------------------------------------------------------------------------
-   One ray from a subtree's root. */
+   A single ray traverses the tree from a subtree's root. */
 
-/* What the boxes want of it, once per tree. */
+/* A single ray as box tests need it, made once per tree. */
 typedef struct pktrt__single_slabs {
   v8 rd[3], cn[3], cf[3], wn, ta, tb;
   const pktrt__single *ray;
-  size_t near_[3], far_[3]; /* where the planes stand, in floats behind the first ones of the axis: 0 or 8 */
+  size_t near_[3], far_[3]; /* offsets of near and far planes from the first ones of the axis, in floats: 0 or 8 */
 } pktrt__single_slabs;
 
 OP pktrt__single_slabs pktrt__single_slabs_of(const pktrt__single *ray, const bool moving) {
@@ -5763,7 +5764,7 @@ OP pktrt__single_slabs pktrt__single_slabs_of(const pktrt__single *ray, const bo
   return q;
 }
 
-/* One side of the children along an axis. */
+/* Loads one side of the children along an axis, at the ray's time. */
 OP v8 pktrt__single_plane(const pktrt__single_slabs *q, const pktrt__bvh_segment *seg, const pktrt__node *node, size_t at,
                  const bool moving) {
   const float *p0 = pktrt__segment_planes(seg, node, 0, moving) + at;
@@ -5771,7 +5772,7 @@ OP v8 pktrt__single_plane(const pktrt__single_slabs *q, const pktrt__bvh_segment
   return moving ? vfma(q->ta, vload(p0), vmul(q->tb, vload(p1))) : vload(p0);
 }
 
-/* The children of a node that it may hit before the depth wf, and its entry depths. */
+/* Returns the children of a node that a single ray may hit before the depth wf, and finds its entry depths. */
 OP uint32_t pktrt__single_test_children(const pktrt__single_slabs *q, const pktrt__bvh_segment *seg, const pktrt__node *node, float wf,
                              const bool moving, v8 *entry) {
   v8 n[3], f[3];
@@ -5785,14 +5786,15 @@ OP uint32_t pktrt__single_test_children(const pktrt__single_slabs *q, const pktr
   return mbits(vle(*entry, vmin(vmin(f[0], f[1]), vmin(f[2], vset(wf)))));
 }
 
-/* The references of a node's children, and how many there are: what is counted, for empty places are tested for nothing. */
+/* Return the references of a node's children, and how many there are: only these are counted as tested. */
 OP const uint32_t *pktrt__bvh_children(const pktrt__bvh_segment *seg, uint32_t ref, const bool moving) {
   const pktrt__node *node = pktrt__segment_node(seg, ref, moving);
   return node->child;
 }
 OP uint32_t pktrt__bvh_child_count(const uint32_t *child) { return 8 - pktrt__popcount8(veq_u32(child, PKTRT__EMPTY)); }
 
-/* Opens a node: its children as above. */
+/* Opens a node: returns the children that a single ray may hit before wf, and finds their references and entry
+   depths. */
 OP uint32_t pktrt__single_open_node(const pktrt__single_slabs *q, const pktrt__bvh_segment *seg, uint32_t ref, float wf,
                             const uint32_t **child, v8 *entry, const pktrt__variant is) {
   const pktrt__node *node = pktrt__segment_node(seg, ref, is.moving);
@@ -5802,7 +5804,7 @@ OP uint32_t pktrt__single_open_node(const pktrt__single_slabs *q, const pktrt__b
   return pktrt__single_test_children(q, seg, node, wf, is.moving, entry);
 }
 
-/* The nearest hit: nearest child first. */
+/* Finds the closest hit of a single ray in a subtree, nearest child first. */
 OP bool pktrt__single_closest_hit(const pktrt__bvh_segment *seg, pktrt__single *ray, uint32_t ref, const pktrt__variant is) {
   struct {
     uint32_t ref;
@@ -5824,7 +5826,7 @@ OP bool pktrt__single_closest_hit(const pktrt__bvh_segment *seg, pktrt__single *
         if (!(bits &= bits - 1)) continue;
         vstore(dist, entry);
         float best = dist[c];
-        do { /* the nearest goes on, the others wait */
+        do { /* the nearest child is next, the others are pushed */
           c = pktrt__lowest_bit(bits);
           const float d = dist[c];
           const uint32_t other = child[c];
@@ -5847,7 +5849,8 @@ OP bool pktrt__single_closest_hit(const pktrt__bvh_segment *seg, pktrt__single *
   }
 }
 
-/* Any hit: children in the order of the build, the last one first. */
+/* Tells whether a single ray hits anything in a subtree; enters children in the order of the build, the last one
+   first. */
 OP bool pktrt__single_any_hit(const pktrt__bvh_segment *seg, pktrt__single *ray, uint32_t ref, const pktrt__variant is) {
   uint32_t refs[PKTRT__STACK + 8], *top = refs;
   const pktrt__single_slabs q = pktrt__single_slabs_of(ray, is.moving);
@@ -5871,16 +5874,16 @@ OP bool pktrt__single_any_hit(const pktrt__bvh_segment *seg, pktrt__single *ray,
 
 /* >>stream ----------------------------------------------------------------------------------------------------------
 
-   Up to 64 rays of one octant from a subtree's root. Every ray does the work it would do alone; they share node loads,
-   the order of the children and the stack, whose entries carry the mask of the rays concerned. list[i]: the ray of bit
-   i. Returns those that hit something. */
+   Up to 64 rays of one octant traverse a subtree together. Every ray does the work it would do alone; they share node
+   loads, the order of the children and the stack, whose entries carry the mask of the rays concerned. Bit i of a mask
+   stands for ray list[i]. Functions return the mask of the rays that hit something. */
 typedef struct pktrt__stream_stack {
   uint64_t masks[PKTRT__STACK + 8];
   uint32_t refs[PKTRT__STACK + 8], n;
-  float dists[PKTRT__STACK + 8]; /* not for any hit */
+  float dists[PKTRT__STACK + 8]; /* unused for any hit */
 } pktrt__stream_stack;
 
-/* Opens a node for the rays of mask. For any hit children are pushed as the build has them. */
+/* Opens a node for the rays of mask and pushes its children, for any hit in the order of the build. */
 OP void pktrt__stream_open_node(const pktrt__bvh_segment *seg, pktrt__batch *b, const uint8_t *list, uint64_t mask, uint32_t ref,
                           uint32_t octant, pktrt__stream_stack *stack, const pktrt__variant is) {
   const pktrt__node *node = pktrt__segment_node(seg, ref, is.moving);
@@ -5894,7 +5897,7 @@ OP void pktrt__stream_open_node(const pktrt__bvh_segment *seg, pktrt__batch *b, 
     v8 entry;
     const m8 enters = pktrt__box_test_children(&s, b, list[i], is.moving, &entry);
     rays = aor(rays, enters, i);
-    if (!is.occlusion) dist = vsel(enters, entry, dist); /* asked of children that one ray alone enters */
+    if (!is.occlusion) dist = vsel(enters, entry, dist); /* used for children that only one ray enters */
   }
   stack->n += apush(rays, child, dist, is.occlusion ? PKTRT__IN_ORDER : node->order[octant], stack->masks + sp,
                     stack->refs + sp, stack->dists + sp);
@@ -5902,8 +5905,9 @@ OP void pktrt__stream_open_node(const pktrt__bvh_segment *seg, pktrt__batch *b, 
 }
 
 #ifndef PKTRT__OTHER_TESTS
-/* The nearest hits of the rays of mask in a block. WHY: what single precision says is noted of all of them before the
-   first is looked at: without a branch between them, the work on one ray overlaps that on the next. */
+/* Finds the closest hits of the rays of mask in a block; returns the rays with a nearer hit. WHY all rays are filtered
+   before the first candidate is recorded: without a branch between them, the work on one ray overlaps that on the
+   next. */
 OP uint64_t pktrt__stream_closest_block(const pktrt__bvh_segment *seg, pktrt__batch *b, const uint8_t *list, uint64_t mask,
                                uint32_t index, const bool moving) {
   const pktrt__block *block = pktrt__segment_block(seg, index, moving);
@@ -5934,7 +5938,7 @@ OP uint64_t pktrt__stream_closest_block(const pktrt__bvh_segment *seg, pktrt__ba
 }
 #endif
 
-/* A block against the rays of mask: together where that is faster, else one by one. */
+/* Tests the rays of mask against a block, together where that is faster, else one by one; returns those that hit. */
 OP uint64_t pktrt__stream_leaf(const pktrt__bvh_segment *seg, pktrt__batch *b, const uint8_t *list, uint64_t mask,
                               uint32_t index, const pktrt__variant is) {
   uint64_t hit = 0;
@@ -5987,7 +5991,7 @@ PKTRT__INSTANCES(INSTANCE) struct pktrt_scene;
 OP bool pktrt__single_traverse(const pktrt__bvh_segment *seg, pktrt__single *ray, uint32_t ref, const pktrt__variant is) {
   return PKTRT__PICK(pktrt__single)(seg, ray, ref, is.counts);
 }
-/* A lone ray needs no stream. */
+/* Traces the rays of mask through a subtree, one alone as a single ray; returns those that hit something. */
 OP uint64_t pktrt__stream_traverse(const pktrt__bvh_segment *seg, pktrt__batch *b, const uint8_t *list, uint64_t mask, uint32_t ref,
                              const pktrt__variant is) {
   if (!(mask & (mask - 1))) {
@@ -6003,9 +6007,9 @@ OP uint64_t pktrt__stream_traverse(const pktrt__bvh_segment *seg, pktrt__batch *
 }
 
 /* >>frustum ----------------------------------------------------------------------------------------------------------
-   Up to 64 rays of one octant that look along the same axis k, in a sense s, whatever their origins: four planes
-   around all of them cull whole subtrees, one box test per child then tells which rays go on, and what becomes too
-   thin goes to the stream.
+   Up to 64 rays of one octant with the same main axis k and its sign s, whatever their origins: four planes around
+   all of them cull whole subtrees, one box test per child then tells which rays go on, and packets that become too
+   thin go on as streams.
 
    A ray is u(W) = C + G W, where W is the depth along s k from the reference point, common to all rays. At W = 0 and at
    the far end W = Y of the scene take the largest and smallest u over the rays: straight lines through these bound
@@ -6026,14 +6030,14 @@ typedef struct pktrt__frustum {
   float ref[3];                /* reference point: u, v, depth */
   float sign, pad, far_, wmin, wmax;
   float depth;                 /* of the farthest origin */
-  float tb[2];                 /* weights b of the earliest and latest ray */
+  float tb[2];                 /* weights b of the earliest and the latest ray */
   uint32_t k, ku, kv, octant;
-  uint32_t base, first;        /* lanes: the packet's first, and its first ray's */
-  uint8_t list[64];            /* base + i: the packet as the stream wants it */
-  bool common;                 /* one origin for all */
+  uint32_t base, first;        /* lanes in the batch: the packet's first one, and that of its first ray */
+  uint8_t list[64];            /* base + i: the packet's rays as streams list them */
+  bool common;                 /* all rays have one origin */
 } pktrt__frustum;
 
-/* Whether the rays in mask have one origin. */
+/* Tells whether the rays in mask have one origin. */
 OP bool pktrt__frustum_common_origin(const pktrt__frustum *f, const pktrt__batch *b, uint64_t mask) {
   const vf x = fset(b->o[0][f->first]), y = fset(b->o[1][f->first]), z = fset(b->o[2][f->first]);
   uint64_t same = 0;
@@ -6045,7 +6049,7 @@ OP bool pktrt__frustum_common_origin(const pktrt__frustum *f, const pktrt__batch
   return !(mask & ~same);
 }
 
-/* The reference point, rho and the padding, from the box of the origins of the rays in mask. */
+/* Computes the reference point, rho and the padding from the box of the origins of the rays in mask. */
 OP void pktrt__frustum_origins(pktrt__frustum *f, const pktrt__batch *b, uint64_t mask) {
   const float *o[3] = {b->o[f->ku] + f->base, b->o[f->kv] + f->base, b->o[f->k] + f->base};
   const vf inf = fset(INFINITY), ninf = fset(-INFINITY);
@@ -6076,7 +6080,7 @@ OP void pktrt__frustum_origins(pktrt__frustum *f, const pktrt__batch *b, uint64_
   f->pad = fhmax(pad) + PKTRT__PAD_RHO * rho;
 }
 
-/* The four planes around the rays: extremes of C, and of C + G Y. */
+/* Computes the four planes around the rays from the extremes of C, and of C + G Y. */
 OP void pktrt__frustum_planes(pktrt__frustum *f, const pktrt__batch *b, uint64_t mask) {
   const vf inf = fset(INFINITY), ninf = fset(-INFINITY), s = fset(f->sign);
   const uint32_t axis[2] = {f->ku, f->kv};
@@ -6101,14 +6105,14 @@ OP void pktrt__frustum_planes(pktrt__frustum *f, const pktrt__batch *b, uint64_t
     }
   }
   f->wmin = fhmin(wmin), f->wmax = fhmax(wmax), f->depth = f->common ? 0 : fhmax(depth);
-  UNROLL for (int a = 0; a < 2; a++) { /* one origin: it is the reference point, and C is 0 */
+  UNROLL for (int a = 0; a < 2; a++) { /* a common origin is the reference point, and C is 0 */
     const float upper = f->common ? 0 : fhmax(x0[a]), lower = f->common ? 0 : fhmin(n0[a]);
     f->a[2 * a] = upper, f->b[2 * a] = (fhmax(x1[a]) - upper) / f->far_;
     f->a[2 * a + 1] = lower, f->b[2 * a + 1] = (fhmin(n1[a]) - lower) / f->far_;
   }
 }
 
-/* Rays [base, base + 64) in mask, all of one axis and octant. */
+/* Makes the frustum of rays [base, base + 64) in mask, all of one axis and octant. */
 PKTRT__NOINLINE void pktrt__frustum_setup(pktrt__frustum *f, const pktrt_scene *scene, const pktrt__batch *b,
                                          uint32_t base, uint64_t mask) {
   f->base = base, f->first = base + pktrt__lowest_bit(mask);
@@ -6123,7 +6127,7 @@ PKTRT__NOINLINE void pktrt__frustum_setup(pktrt__frustum *f, const pktrt_scene *
   for (uint32_t i = 0; i < 64; i++) f->list[i] = (uint8_t)(base + i);
 }
 
-/* Earliest and latest time of the rays in mask, as weights of the segment's second key. */
+/* Finds the earliest and latest time of the rays in mask, as weights of the segment's second key. */
 PKTRT__NOINLINE void pktrt__frustum_times(pktrt__frustum *f, const pktrt__batch *b, uint64_t mask) {
   vf lo = fset(1), hi = fset(0);
   for (uint32_t i = 0; i < 64; i += FW) {
@@ -6134,7 +6138,7 @@ PKTRT__NOINLINE void pktrt__frustum_times(pktrt__frustum *f, const pktrt__batch 
   f->tb[0] = fhmin(lo), f->tb[1] = fhmax(hi);
 }
 
-/* The farthest depth any ray of mask still looks at. */
+/* Updates the farthest depth at which any ray of mask can still find its answer. */
 OP void pktrt__frustum_update_depth(pktrt__frustum *f, const pktrt__batch *b, uint64_t mask) {
   vf w = fset(-INFINITY);
   for (uint32_t i = 0; i < 64; i += FW) {
@@ -6146,7 +6150,7 @@ OP void pktrt__frustum_update_depth(pktrt__frustum *f, const pktrt__batch *b, ui
   f->wmax = fhmax(w);
 }
 
-/* Smallest (which = 0) or largest (1) position of a plane over the packet's times; *other: the opposite. */
+/* Returns the smallest (which = 0) or largest (1) position of a plane over the packet's times; *other: the opposite. */
 OP v8 pktrt__frustum_swept_plane(const pktrt__frustum *f, const float *p0, const float *p1, const int which, const bool moving,
                   v8 *other) {
   if (!moving) return *other = vload(p0);
@@ -6156,13 +6160,13 @@ OP v8 pktrt__frustum_swept_plane(const pktrt__frustum *f, const float *p0, const
   return which ? vmax(first, last) : vmin(first, last);
 }
 
-/* The children of a node that reach into the frustum; *entry: their near depths; *whole: those that all rays enter, if
-   they look that far. */
+/* Returns the children of a node that reach into the frustum; *entry: their near depths; *whole: those that all rays
+   enter, if their depths reach that far. */
 OP uint32_t pktrt__frustum_cull_children(const pktrt__frustum *f, const float *p0, const float *p1, const bool moving,
                                v8 *entry, uint32_t *whole) {
   const uint32_t back = f->sign < 0, wl = 16 * f->k + 8 * back, wh = 16 * f->k + 8 * (1 - back);
   const v8 s = vset(f->sign);
-  v8 late, other; /* late: where the face that rays enter by is farthest */
+  v8 late, other; /* late: the farthest position of the face by which rays enter */
   v8 w0 = vfms(pktrt__frustum_swept_plane(f, p0 + wl, p1 + wl, back != 0, moving, &late), s, vset(f->ref[2] + f->pad));
   v8 w1 = vfms(pktrt__frustum_swept_plane(f, p0 + wh, p1 + wh, back == 0, moving, &other), s, vset(f->ref[2] - f->pad));
   m8 keep = mand(vle(vset(f->wmin), w1), vle(w0, vset(f->wmax)));
@@ -6181,21 +6185,21 @@ OP uint32_t pktrt__frustum_cull_children(const pktrt__frustum *f, const float *p
     keep = mand(keep, mand(vle(l, upper), vle(lower, h)));
     const v8 li = moving ? vsub(inner[0], vset(f->ref[a] + f->pad)) : l;
     const v8 hi_ = moving ? vsub(inner[1], vset(f->ref[a] - f->pad)) : h;
-    /* where the packet is within the face of a box, at all times, all of it enters */
+    /* a packet that is within the face of a box at all times enters it as a whole */
     in = mand(in, mand(vle(vfma(vset(up), late, vset(f->a[2 * a])), hi_),
                        vle(li, vfma(vset(down), late, vset(f->a[2 * a + 1])))));
   }
   *whole = mbits(in);
   return mbits(keep);
 }
-/* A function of its own: less code, and as fast. */
+/* Culls the children of a moving node. WHY not inlined: less code, and as fast. */
 PKTRT__NOINLINE uint32_t pktrt__frustum_cull_children_moving(const pktrt__frustum *f, const float *p0, const float *p1,
                                                    v8 *entry, uint32_t *whole) {
   return pktrt__frustum_cull_children(f, p0, p1, true, entry, whole);
 }
 
-/* The rays of mask that may hit one child, whose planes start at p0 and p1 (stride 8 floats). WHY all vectors, also
-   those without rays: a branch costs more. */
+/* Returns the rays of mask that may hit one child, whose planes start at p0 and p1 (stride 8 floats). WHY all vectors,
+   also those without rays: a branch costs more. */
 OP uint64_t pktrt__frustum_test_child(const pktrt__frustum *f, const pktrt__batch *b, const float *p0, const float *p1,
                                   uint64_t mask, const bool moving) {
   const uint32_t nx = f->octant << 3 & 8, ny = 16 + (f->octant << 2 & 8), nz = 32 + (f->octant << 1 & 8);
@@ -6220,13 +6224,13 @@ OP uint64_t pktrt__frustum_test_child(const pktrt__frustum *f, const pktrt__batc
   return result;
 }
 
-/* What all rays of a packet have in common at the triangles of a block. */
+/* Values of the triangles of a block that all rays of a packet share. */
 typedef struct pktrt__frustum_corners {
-  PKTRT__ALIGN64 float p[3][3][8]; /* one origin, nothing moves: corners relative to it, [corner][u, v, k][lane] */
+  PKTRT__ALIGN64 float p[3][3][8]; /* of one origin at rest: corners relative to it, [corner][u, v, k][lane] */
   float range[8], far_[8];         /* depths: at least the range over corners, the largest |z| */
 } pktrt__frustum_corners;
 
-/* One origin, nothing moves: the triangles that an edge keeps away from all rays. With slopes S0 + s, x = X - s W in
+/* Returns the triangles at rest that all rays of one origin miss beyond one edge. With slopes S0 + s, x = X - s W in
    the corners' X = p_u - S0 W, and so y: the product s_u s_v cancels in U = (x2 y1 - y2 x1) = (X2 Y1 - Y2 X1) + s_u (Y2
    W1 - W2 Y1) + s_v (W2 X1 - X2 W1), linear over the packet. A triangle is missed by all if one edge function is below
    0 for all rays, and one is above. What rounding may do: the canonical x and X here are each within 3 eps M of p_u - S
@@ -6277,7 +6281,7 @@ OP void pktrt__frustum_reach_add(pktrt__frustum_reach *r, const pktrt__frustum *
     r->high[a] = vmax(r->high[a], vsub(u, vmul(vset(f->b[2 * a + 1]), w)));
   }
 }
-/* Those that reach into the frustum. */
+/* Returns the triangles that reach into the frustum. */
 OP uint32_t pktrt__frustum_reach_inside(const pktrt__frustum_reach *r, const pktrt__frustum *f) {
   m8 in = mand(vle(vset(f->wmin - f->pad), r->whi), vle(r->wlo, vset(f->wmax + f->pad)));
   UNROLL for (int a = 0; a < 2; a++) in =
@@ -6285,7 +6289,7 @@ OP uint32_t pktrt__frustum_reach_inside(const pktrt__frustum_reach *r, const pkt
   return mbits(in);
 }
 
-/* The triangles of a block at rest that reach into the frustum. */
+/* Returns the triangles of a block at rest that reach into the frustum, and computes their shared values. */
 OP uint32_t pktrt__frustum_cull_triangles(const pktrt__frustum *f, const pktrt__batch *b, const float *k0,
                                     pktrt__frustum_corners *corners) {
   const uint32_t axis[3] = {f->ku, f->kv, f->k};
@@ -6304,7 +6308,7 @@ OP uint32_t pktrt__frustum_cull_triangles(const pktrt__frustum *f, const pktrt__
   return lanes;
 }
 
-/* The canonical test of eight lanes, as pktrt__exact_edge_functions. */
+/* The edge functions of the canonical test for eight lanes, as pktrt__exact_edges. */
 typedef struct pktrt__exact_edges8 {
   d8 u, v, w, det, depth;
 } pktrt__exact_edges8;
@@ -6316,7 +6320,7 @@ OP pktrt__exact_edges8 pktrt__exact_edge_functions8(const d8 x[3], const d8 y[3]
   return e;
 }
 
-/* pktrt__batch_set_hit for those of rays r, r+1, ... in `taken`. */
+/* Makes a triangle the closest hit of those of rays r, r+1, ... in `taken`, as pktrt__batch_set_hit does. */
 OP void pktrt__frustum_set_hits(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, uint32_t taken, vf lo, vf hi,
                           uint32_t id, uint32_t slot) {
   const mf m = ffrom(taken);
@@ -6327,14 +6331,15 @@ OP void pktrt__frustum_set_hits(const pktrt__bvh_segment *seg, pktrt__batch *b, 
   fstore_masked_u32(b->bvh + r, m, seg->bvh);
 }
 
-/* What the rays of a packet have in common at one triangle. */
+/* Values of one triangle that all rays of a packet share. */
 typedef struct pktrt__tri_common {
   uint32_t id, slot;
-  float pad, range, far_; /* as of the packet, and in pktrt__frustum_corners */
+  float pad, range, far_; /* pad of the frustum; range and far_ of pktrt__frustum_corners */
   pktrt_counts *counts;   /* NULL: do not count */
 } pktrt__tri_common;
 
-/* One triangle against those of rays r to r+7 in bits, given their sheared corners; those that take it. */
+/* Tests one triangle, given the sheared corners, against those of rays r to r+7 in bits; returns those that it becomes
+   the closest hit of. */
 PKTRT__NOINLINE uint32_t pktrt__paper_accept8(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, uint32_t bits,
                                               const v8 *x, const v8 *y, const v8 *z, const pktrt__tri_common *tri) {
   pktrt__tri_limits l;
@@ -6353,8 +6358,8 @@ PKTRT__NOINLINE uint32_t pktrt__paper_accept8(const pktrt__bvh_segment *seg, pkt
   return taken;
 }
 
-/* pktrt__exact_test for eight rays of a frustum, of those that hit nothing yet. WHY: rays from a light end at surfaces,
-   and what lies at tmax is always left open. */
+/* Runs the exact test of eight rays of a frustum, for those that hit nothing yet. WHY: shadow rays from a light end at
+   surfaces, and a hit near tmax is always left open. */
 PKTRT__NOINLINE uint32_t pktrt__frustum_exact_test8(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, uint32_t open, uint32_t id,
                                        uint32_t slot) {
   const uint32_t *k = pktrt__axes[b->axis[r + pktrt__lowest_bit(open)]];
@@ -6389,12 +6394,13 @@ PKTRT__NOINLINE uint32_t pktrt__frustum_exact_test8(const pktrt__bvh_segment *se
   return taken;
 }
 
-/* A vector of rays at one triangle: edge functions, depths of corners, largest |x| and |y|. */
+/* Values of one triangle for a vector of rays: edge functions, depths of corners, largest |x| and |y|. */
 typedef struct pktrt__frustum_edges {
   vf e[3], z[3], xs, ys;
 } pktrt__frustum_edges;
 
-/* Takes the triangle for those of a vector of rays in a frustum that hit it nearest so far; returns them. */
+/* Makes the triangle the closest hit of those of a vector of rays that hit it nearer than any other so far; returns
+   them. */
 PKTRT__NOINLINE uint32_t pktrt__frustum_accept(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, uint32_t bits,
                                                const pktrt__frustum_edges *s, const pktrt__tri_common *tri) {
   const vf e[3] = {s->e[0], s->e[1], s->e[2]}, z[3] = {s->z[0], s->z[1], s->z[2]}, xs = s->xs, ys = s->ys;
@@ -6428,7 +6434,7 @@ PKTRT__NOINLINE uint32_t pktrt__frustum_accept(const pktrt__bvh_segment *seg, pk
   return taken;
 }
 
-/* One triangle against a vector of rays, given its sheared corners; those that hit it. */
+/* Tests one triangle, given its sheared corners, against a vector of rays; returns those that hit it. */
 OP uint32_t pktrt__frustum_filter(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, uint32_t rays, const vf x[3],
                                   const vf y[3], const vf z[3], const pktrt__tri_common *tri) {
   pktrt__frustum_edges s;
@@ -6446,7 +6452,7 @@ OP uint32_t pktrt__frustum_filter(const pktrt__bvh_segment *seg, pktrt__batch *b
 #ifdef PKTRT__OTHER_TESTS
 #include PKTRT__OTHER_TESTS
 #else
-/* One triangle at rest (lane of a block) against the rays of mask; those that hit it. */
+/* Tests one triangle at rest (lane of a block) against the rays of mask; returns those that hit it. */
 OP uint64_t pktrt__frustum_test_triangle(const pktrt__frustum *f, const pktrt__bvh_segment *seg, pktrt__batch *b,
                                          const float *k0, const pktrt__frustum_corners *corners, uint32_t lane,
                                          const pktrt__tri_common *tri, uint64_t mask) {
@@ -6474,7 +6480,7 @@ OP uint64_t pktrt__frustum_test_triangle(const pktrt__frustum *f, const pktrt__b
 }
 #endif
 
-/* A leaf block at rest against the rays of mask; those that hit something in it. */
+/* Tests a leaf block at rest against the rays of mask; returns those that hit something in it. */
 OP uint64_t pktrt__frustum_leaf(const pktrt__frustum *f, const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t index,
                                 uint64_t mask, const pktrt__variant is) {
   const pktrt__block *block = pktrt__segment_block(seg, index, false);
@@ -6498,15 +6504,15 @@ OP uint64_t pktrt__frustum_leaf(const pktrt__frustum *f, const pktrt__bvh_segmen
   return hit;
 }
 
-/* What all rays of a packet have in common at the triangles of a moving block. */
+/* Values of the triangles of a moving block that all rays of a packet share. */
 typedef struct pktrt__frustum_motion {
-  PKTRT__ALIGN64 float p[3][3][8], way[3][3][8]; /* corners at the first key, as in frustum_corners; from there to the
-                                                    second */
+  PKTRT__ALIGN64 float p[3][3][8], way[3][3][8]; /* corners at the first key, as in pktrt__frustum_corners; vectors
+                                                    from there to the second */
   float error[8];                                /* B */
-  float range[8], far_[8];                       /* as in frustum_corners */
+  float range[8], far_[8];                       /* as in pktrt__frustum_corners */
 } pktrt__frustum_motion;
 
-/* The triangles of a moving block that reach into the frustum. */
+/* Returns the triangles of a moving block that reach into the frustum, and computes their shared values. */
 OP uint32_t pktrt__frustum_cull_moving(const pktrt__frustum *f, const float *k0, const float *k1,
                                    pktrt__frustum_motion *motion) {
   const uint32_t axis[3] = {f->ku, f->kv, f->k};
@@ -6524,7 +6530,7 @@ OP uint32_t pktrt__frustum_cull_moving(const pktrt__frustum *f, const float *k0,
       pktrt__frustum_reach_add(&reach, f, q);
     }
   }
-  v8 size[2]; /* of |x| and |y| */
+  v8 size[2]; /* bounds of |x| and |y| */
   UNROLL for (int a = 0; a < 2; a++) {
     const v8 from = vsub(reach.low[a], vset(f->a[2 * a])), to = vsub(reach.high[a], vset(f->a[2 * a + 1]));
     const v8 beyond = vadd(vmax(vabs(from), vabs(to)), vset(4 * f->pad));
@@ -6540,8 +6546,8 @@ OP uint32_t pktrt__frustum_cull_moving(const pktrt__frustum *f, const float *k0,
 #ifdef PKTRT__OTHER_TESTS
 #include PKTRT__OTHER_TESTS
 #else
-/* One moving triangle, its corners at k0 and k1, against a vector of rays, as the canonical test has it; those that hit
-   it. */
+/* Tests one moving triangle, its corners at k0 and k1, against a vector of rays with the corners of the canonical test;
+   returns those that hit it. */
 PKTRT__NOINLINE uint32_t pktrt__frustum_test_moving(const pktrt__frustum *f, const pktrt__bvh_segment *seg,
                                                     pktrt__batch *b, uint32_t r, uint32_t rays, const float *k0,
                                                     const float *k1, const pktrt__tri_common *tri) {
@@ -6559,8 +6565,9 @@ PKTRT__NOINLINE uint32_t pktrt__frustum_test_moving(const pktrt__frustum *f, con
   return pktrt__frustum_filter(seg, b, r, rays, x, y, z, tri);
 }
 
-/* The rays of a packet that may hit a moving triangle (lane of a block): the filter of >>exactness. x and y are turned
-   round, which their products do not notice. WHY all vectors, also those without rays: a branch costs more. */
+/* Returns the rays of a packet that may hit a moving triangle (lane of a block), by the filter of >>exactness. x and y
+   have opposite signs here, which their products do not show. WHY all vectors, also those without rays: a branch costs
+   more. */
 OP uint64_t pktrt__frustum_filter_moving(const pktrt__frustum *f, const pktrt__batch *b, const pktrt__frustum_motion *motion,
                                  uint32_t lane) {
   const vf wrong = fset(motion->error[lane]), minus = fset(-motion->error[lane]);
@@ -6587,7 +6594,8 @@ OP uint64_t pktrt__frustum_filter_moving(const pktrt__frustum *f, const pktrt__b
 }
 #endif
 
-/* As frustum_block, of a moving block; `counts` only where there is counting. A function of its own: less code. */
+/* Tests a moving leaf block against the rays of mask; returns those that hit something in it. `counts` is NULL where
+   nothing is counted. WHY not inlined: less code. */
 PKTRT__NOINLINE uint64_t pktrt__frustum_leaf_moving(const pktrt__frustum *f, const pktrt__bvh_segment *seg, pktrt__batch *b,
                                             uint32_t index, uint64_t mask, bool occlusion, pktrt_counts *counts) {
   const pktrt__block *block = pktrt__segment_block(seg, index, true);
@@ -6620,13 +6628,13 @@ PKTRT__NOINLINE uint64_t pktrt__frustum_leaf_moving(const pktrt__frustum *f, con
 
 typedef struct pktrt__frustum_entry {
   uint64_t mask;
-  const float *plane; /* of the child, at key 0 of the segment; NULL: all rays enter it */
+  const float *plane; /* planes of the child at key 0 of the segment; NULL: all rays enter it */
   float w;            /* entry depth */
   uint32_t ref;
 } pktrt__frustum_entry;
 
-/* Pushes the children of a node that reach into the frustum, farthest first, for any hit as the build has them; returns
-   how many. */
+/* Pushes the children of a node that reach into the frustum, farthest first, for any hit in the order of the build;
+   returns how many. */
 OP uint32_t pktrt__frustum_open_node(const pktrt__frustum *f, const pktrt__bvh_segment *seg, uint32_t ref, uint64_t mask,
                                pktrt__frustum_entry *stack, const pktrt__variant is) {
   const pktrt__node *node = pktrt__segment_node(seg, ref, is.moving);
@@ -6649,13 +6657,13 @@ OP uint32_t pktrt__frustum_open_node(const pktrt__frustum *f, const pktrt__bvh_s
   return n;
 }
 
-/* When few rays are left the stream is faster: measured flat about the numbers here. */
+/* Tells whether so few rays are left that a stream is faster. Times, as measured, are flat around the numbers here. */
 OP bool pktrt__frustum_is_thin(uint64_t mask, uint32_t ref, const bool occlusion, const bool moving) {
   const uint32_t few = ref & PKTRT__LEAF ? 4 : 8;
   return pktrt__popcount(mask) <= few * (occlusion ? 4 : moving ? 3 : 2);
 }
 
-/* One group of the scene, from its root. Returns the occluded rays. */
+/* Traces a frustum packet through one tree from its root; returns the occluded rays. */
 OP uint64_t pktrt__frustum_template(pktrt__frustum *f, const pktrt__bvh_segment *seg, pktrt__batch *b, uint64_t mask,
                           const pktrt__variant is) {
   pktrt__frustum_entry stack[PKTRT__STACK + 8];

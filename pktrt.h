@@ -1225,7 +1225,7 @@ PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *, const pktrt_render
 #error "PKTRT_STATIC: define it before the first time that a file includes pktrt.h, or not at all"
 #endif
 /* The file with the implementation must be compiled without flags that change values. Those that no macro reveals,
-   above all with clang, are forbidden by the guard below or found at pktrt_create: see pktrt__check_all_arithmetic. */
+   above all with clang, are forbidden by the guard below or found by pktrt__check_all_arithmetic. */
 #if defined(__FAST_MATH__)
 #error "pktrt.h needs IEEE arithmetic: drop -ffast-math (-Ofast includes it)"
 #elif defined(_M_FP_FAST)
@@ -1422,8 +1422,7 @@ enum {
 
 /* >>structures ----------------------------------------------------------------------------------------------------- */
 
-/* A BVH node with the planes of its first key; 64-byte aligned. The planes of further keys follow it, 192 each 192
-   bytes. */
+/* A BVH node with the planes of its first key; 64-byte aligned. Those of further keys follow it, 192 bytes each. */
 typedef struct pktrt__node {
   float plane[6][8];  /* lo x, hi x, lo y, hi y, lo z, hi z of eight children; empty ones have lo = FAR, hi = -FAR */
   uint32_t child[8];  /* references; at the build the last ones were the likeliest to hold a hit */
@@ -1496,7 +1495,7 @@ PKTRT__INLINE size_t pktrt__block_key_offset(uint32_t key) {
   return key ? PKTRT__BLOCK_BYTES + (size_t)(key - 1) * PKTRT__BLOCK_KEY_BYTES : 0;
 }
 
-/* These return a node or a block of a BVH, and the values of one of its keys: planes [6][8], vertices [3][3][8]. */
+/* Returns a node or a block of a BVH, and the values of one key of either: planes [6][8], vertices [3][3][8]. */
 PKTRT__INLINE pktrt__node *pktrt__bvh_node(const pktrt__bvh *bvh, uint32_t node) {
   return PKTRT__CAST(pktrt__node *, PKTRT__CAST(void *, bvh->nodes + (size_t)node * bvh->node_bytes));
 }
@@ -1510,8 +1509,8 @@ PKTRT__INLINE float *pktrt__block_vertices(pktrt__block *block, uint32_t key) {
   return PKTRT__CAST(float *, PKTRT__CAST(void *, PKTRT__CAST(char *, PKTRT__CAST(void *, block)) + pktrt__block_key_offset(key)));
 }
 
-/* These return the same to kernels, for the first key (which = 0) or the second (1) of a segment. `moving` is a
-   constant in each of them: at rest nothing is looked up. */
+/* Returns a node, a block or their values to kernels, at the first key (which = 0) or the second (1) of a segment.
+   `moving` is a constant: at rest nothing is looked up. */
 PKTRT__INLINE const pktrt__node *pktrt__segment_node(const pktrt__bvh_segment *seg, uint32_t node, const bool moving) {
   const unsigned char *at = seg->nodes + node * (moving ? seg->node_bytes : (size_t)PKTRT__NODE_BYTES);
   return (const pktrt__node *)(const void *)at;
@@ -1589,8 +1588,7 @@ static void pktrt__mem_free(void *user, void *p, size_t size) {
   free(PKTRT__CAST(char *, p) - shift);
 }
 
-/* Allocates all memory of the library. Returns NULL where count * size overflows, and a valid pointer for zero
-   bytes. */
+/* Allocates all memory of the library. Returns NULL if count * size overflows, and a valid pointer for zero bytes. */
 static void *pktrt__mem_alloc(const pktrt_scene_desc *desc, uint64_t count, size_t size) {
   if (count > (SIZE_MAX - 64) / size) return NULL;
   size_t bytes = (size_t)count * size;
@@ -1634,8 +1632,7 @@ PKTRT__INLINE uint32_t pktrt__lowest_bit(uint64_t x) {
 }
 #endif
 
-/* Counts the ones of eight bits. WHY: without the instruction, counting 64 bits is a call, and the paper path counts at
-   every test. */
+/* Counts ones in eight bits. WHY: without the instruction, counting 64 is a call, and the paper path counts often. */
 PKTRT__INLINE uint32_t pktrt__popcount8(uint32_t x) {
   x -= x >> 1 & 0x55;
   x = (x & 0x33) + (x >> 2 & 0x33);
@@ -1939,8 +1936,7 @@ typedef struct pktrt__build_bins {
   uint32_t bins, best, axis, total;
 } pktrt__build_bins;
 
-/* Places the bins along each axis. An extent that would make the scale overflow counts as none; returns false if there
-   is no other. */
+/* Places the bins on each axis whose extent does not make the scale overflow; returns false if there is none. */
 static bool pktrt__build_place_bins(pktrt__build_bins *s, const pktrt__build_prim *p, uint32_t n) {
   float lo[4], hi[4];
   for (int a = 0; a < 4; a++) lo[a] = 2.0f * PKTRT__FAR, hi[a] = -2.0f * PKTRT__FAR;
@@ -2047,8 +2043,7 @@ static uint32_t pktrt__build_split_binned(pktrt__builder *b, const pktrt__build_
   return left;
 }
 
-/* Sorts prims by centroid along an axis: ranks from all pairs, ties by index. Quadratic but without branches, and n is
-   small. */
+/* Sorts prims by centroid along an axis: ranks from all pairs, ties by index. Without branches, and n is small. */
 static void pktrt__build_sort_axis(const pktrt__build_prim *p, uint32_t n, uint32_t axis, uint8_t *order) {
   float c[PKTRT__MAX_SWEEP];
   uint32_t rank[PKTRT__MAX_SWEEP];
@@ -2161,8 +2156,7 @@ static uint32_t pktrt__reinsert_make_nodes(const pktrt__builder *b, pktrt__reins
   return l;
 }
 
-/* Finds the best new sibling for node x; returns PKTRT_NONE if x stands well where it is. The gain is the decrease of
-   the sum of all boxes' areas. */
+/* Finds the best new sibling for node x, by the sum of all boxes' areas; returns PKTRT_NONE if x had better stay. */
 PKTRT__NOINLINE uint32_t pktrt__reinsert_find_place(const pktrt__reinsert_node *nodes, uint32_t x, float unit) {
   struct { uint32_t node; float gain; } stack[PKTRT__MAX_DEPTH + 2];
   const float own = pktrt__build_box_area(nodes[x].box, unit);
@@ -2483,8 +2477,7 @@ PKTRT__INLINE int32_t pktrt__bvh_order_key(float x, int32_t i) {
   return ((bits < 0 ? bits ^ INT32_MAX : bits) & ~7) | i;
 }
 
-/* Orders the children from far to near for each octant, at the middle of the motion. Opposite octants have reverse
-   orders. */
+/* Orders children from far to near for each octant, at the middle of the motion. Opposite octants have reverse ones. */
 PKTRT__INLINE void pktrt__bvh_order_children(const pktrt__bvh *bvh, pktrt__node *node) {
   const float *p = pktrt__node_planes(node, (bvh->key_count - 1) / 2), *q = pktrt__node_planes(node, bvh->key_count / 2);
   float c[3][8];
@@ -2748,8 +2741,8 @@ static void pktrt__build_set_quality(pktrt__builder *b) {
   }
 }
 
-/* Builds the tree over all meshes with key_count keys, which have at least one triangle. Returns false when out of
-   memory, and leaves *out as it was. */
+/* Builds the tree over all meshes with key_count keys (at least one triangle); out of memory returns false, *out
+   kept. */
 static bool pktrt__build_bvh(const pktrt_scene_desc *desc, const pktrt__mesh *meshes, uint32_t mesh_count,
                                uint32_t key_count, bool use_pending, pktrt__bvh *out) {
   pktrt__builder b;
@@ -3318,8 +3311,7 @@ PKTRT__INLINE uint32_t pktrt__time_segment(float time, uint32_t keys, float *a, 
   return i;
 }
 
-/* Computes cross(p1 - p0, p2 - p0) in double; returns false where it is exactly zero. Coordinates lie `step` floats
-   apart. */
+/* Computes cross(p1 - p0, p2 - p0) in double, of coordinates `step` floats apart; returns false if exactly zero. */
 PKTRT__INLINE bool pktrt__tri_normal_strided(const float *p0, uint32_t step, double n[3]) {
   const float *p1 = p0 + 3 * step, *p2 = p1 + 3 * step;
   const double x = (double)p0[0], y = (double)p0[step], z = (double)p0[2 * step];
@@ -3433,8 +3425,7 @@ typedef struct pktrt__batch {
   bool coherent; /* frustum packets took most of the last rays */
 } pktrt__batch;
 
-/* Turns bit j of a number from 0 to 255 into byte j, 0 or 1: copies it into all bytes, masks, and moves bits by a
-   carry. */
+/* Turns bit j of a number up to 255 into byte j, 0 or 1: copies it to all bytes, masks, and shifts by a carry. */
 PKTRT__INLINE uint64_t pktrt__bits_to_bytes(uint32_t bits) {
   const uint64_t each = bits * UINT64_C(0x0101010101010101) & UINT64_C(0x8040201008040201);
   return (each + UINT64_C(0x7F7F7F7F7F7F7F7F)) >> 7 & UINT64_C(0x0101010101010101);
@@ -3475,8 +3466,7 @@ static void pktrt__batch_load_rest(pktrt__batch *b, const pktrt_ray *rays, const
   }
 }
 
-/* Returns the mesh of a global triangle index; tries the last two answers first, as neighbouring rays mostly hit the
-   same mesh, or two that meet. */
+/* Returns the mesh of a global triangle index; tries the last two answers first: neighbouring rays mostly hit these. */
 PKTRT__INLINE uint32_t pktrt__mesh_lookup(const pktrt_scene *s, uint32_t id, uint32_t hint[2]) {
   const pktrt__mesh *m = &s->meshes[hint[0]];
   if (id - m->first_id < m->triangle_count) return hint[0];
@@ -3654,7 +3644,7 @@ PKTRT__INLINE uint64_t pktrt__sampler_key(uint32_t seed, uint32_t group, uint32_
   return pktrt__hash(pixel + pktrt__hash((uint64_t)seed << 32 | group));
 }
 
-/* Return the upper 24 of 32 bits as a number in [0,1), as many as a float holds, so that none is rounded up to 1. */
+/* Returns the upper 24 of 32 bits as a number in [0,1), as many as a float holds, so that none is rounded up to 1. */
 PKTRT__INLINE float pktrt__sampler_unit(uint32_t bits) { return (float)(int32_t)(bits >> 8) * (1.0f / 16777216); }
 PKTRT__INLINE float pktrt__sampler_unit_of(double x) { return (float)(int32_t)(x * 16777216) * (1.0f / 16777216); } /* [0,1) */
 PKTRT__INLINE uint32_t pktrt__sampler_below(uint32_t bits, uint32_t n) { return (uint32_t)((uint64_t)bits * n >> 32); }
@@ -3911,8 +3901,7 @@ typedef struct pktrt__shadow_list {
   uint32_t surface[PKTRT__WAVE_ROW], material[PKTRT__WAVE_ROW];
 } pktrt__shadow_list;
 
-/* A request for the rays of one type that surfaces send out. Their key is (key of the incoming ray + 1) * times +
-   plus. */
+/* A request for rays of one type that surfaces send out. Their key is (key of the ray before + 1) * times + plus. */
 typedef struct pktrt__spawn_request {
   const pktrt_scene *scene;
   const struct pktrt__glass_mesh *glass; /* see pktrt__render_state */
@@ -3998,20 +3987,19 @@ PKTRT__INLINE pktrt__variant pktrt__variant_moving(pktrt__variant is, const bool
 typedef struct pktrt__kernel_table {
   /* Answers the first n rays of a batch whose o, d, tmin, tmax, time are filled in. */
   void (*trace)(const pktrt__query *, pktrt__batch *, uint32_t n);
-  /* Answer a single ray without a batch and without counts. */
+  /* Answers a single ray without a batch and without counts. */
   bool (*intersect)(const pktrt_scene *, const pktrt_ray *, pktrt_hit *);
   bool (*occluded)(const pktrt_scene *, const pktrt_ray *);
   uint32_t (*check_arithmetic)(void); /* see pktrt__check_all_arithmetic */
-  /* Load n of the caller's rays into a batch, and store the answers; order: which rays, NULL for the first ones. */
+  /* Loads n of the caller's rays into a batch, and stores the answers; order: which rays, NULL for the first ones. */
   void (*load_rays)(pktrt__batch *, const pktrt_ray *, const uint16_t *order, uint32_t n);
   void (*store_hits)(const pktrt_scene *, const pktrt__batch *, pktrt_hit *, const uint16_t *order, uint32_t n);
   void (*store_occluded)(const pktrt__batch *, bool *occluded, uint32_t n);
 #ifndef PKTRT_NO_RENDER
   /* Writes the rays of a pinhole through eight places of the picture to lanes i to i + 7 of a wave. */
   void (*camera_rays)(const pktrt__camera_plane *, const double *x, const double *y, pktrt__wave *, uint32_t i);
-  /* pack_surfaces packs the rays of a wave that hit something, among n, and writes their number and lanes to the
-     surfaces. find_surfaces computes points, normals and materials of these; normals of the mesh are read only if
-     `smooth`. */
+  /* pack_surfaces packs those of n rays of a wave that hit something, and writes number and lanes to the surfaces.
+     find_surfaces computes their points, normals and materials; normals of the mesh are read only if `smooth`. */
   void (*pack_surfaces)(pktrt__wave *, uint32_t first, uint32_t n, pktrt__surfaces *);
   void (*find_surfaces)(const pktrt_scene *, bool smooth, const pktrt__wave *, pktrt__surfaces *);
   /* evaluate_materials, after the hooks have run, computes scattering directions and weights of all surfaces if rays
@@ -4026,8 +4014,8 @@ typedef struct pktrt__kernel_table {
   void (*add_direct_light)(pktrt__surfaces *, const uint32_t *surface, float (*arriving)[PKTRT__ROW],
                float (*seen)[PKTRT__ROW], uint32_t n);
   uint32_t (*spawn_rays)(const pktrt__spawn_request *, const pktrt__wave *, const pktrt__surfaces *, pktrt__wave *to, uint32_t n);
-  /* Draws coordinates first to first + n - 1 of a group for PKTRT__DRAWN draws from the i-th on, with the samplers
-     Sobol' and random. */
+  /* Draws coordinates first to first + n - 1 of a group, PKTRT__DRAWN times from i on, for Sobol' and random
+     samplers. */
   void (*draw_samples)(const pktrt_sampling *, pktrt__sample_batch *, uint32_t i, uint32_t group, uint32_t first, uint32_t n);
 #endif
 } pktrt__kernel_table;
@@ -4041,8 +4029,7 @@ typedef struct pktrt__kernel_table {
 /* >>check: arithmetic that is not what the code asks for ----------------------------------------------------------- */
 
 /* Faults of arithmetic. No macro reveals some flags, and no compiler knows how a thread rounds: both are tested when a
-   scene is created, in C and by the kernels that it will use. Only the first fault is reported, because it can cause
-   those after it. */
+   scene is created, in C and by the kernels that it will use. Only the first fault is reported: it can cause others. */
 enum {
   PKTRT__ROUNDS_OTHERWISE = 1,
   PKTRT__FLUSHES = 2,
@@ -4256,8 +4243,8 @@ PKTRT__COLD const char *pktrt__check_sentence(uint32_t faults) {
 /* >>ops -------------------------------------------------------------------------------------------------------------
 
    The only place where instruction sets differ. v8: eight floats. m8: a mask of eight lanes. d8: eight doubles. vf: the
-   vector of rays in a frustum packet, 16 floats on AVX-512 and v8 elsewhere. Operations are small functions; min and max
-   are a < b ? a : b and a > b ? a : b everywhere, so that NaN gives the same result; vfma and vfms fuse where the
+   vector of rays in a frustum packet, 16 floats on AVX-512 and v8 elsewhere. Operations are small functions; min and
+   max are a < b ? a : b and a > b ? a : b everywhere, so that NaN gives the same result; vfma and vfms fuse where the
    machine can and are for conservative culling only. Masks become integers by mbits: lane i is bit i. */
 
 #define v8 PKTRT__NAME(pktrt__v8)
@@ -4328,8 +4315,7 @@ PKTRT__COLD const char *pktrt__check_sentence(uint32_t faults) {
    no more than to load it: each is broadcast where it is used. Measured worth 5% of a single ray's time. */
 #define PKTRT__WITH_FEW_REGISTERS (PKTRT__STAMP == PKTRT__STAMP_AVX2)
 #define PKTRT__WITH_VECTORS (PKTRT__STAMP != PKTRT__STAMP_SCALAR)
-/* Where there are vectors, the speed of scalar kernels does not matter: they have fewer instances, see
-   PKTRT__INSTANCES. */
+/* Where there are vectors, scalar kernels need not be fast: they have fewer instances, see PKTRT__INSTANCES. */
 #if PKTRT__STAMP == PKTRT__STAMP_SCALAR && (defined(PKTRT__HAS_SSE2) || defined(PKTRT__HAS_NEON))
 #define PKTRT__WITH_FEW_INSTANCES 1
 #else
@@ -4894,7 +4880,7 @@ OP uint64_t vorder_children(uint32_t keep, uint32_t perm) {
   return all;
 }
 #endif
-/* Return the largest absolute value of two, and of three. */
+/* Returns the largest absolute value of two, and of three. */
 OP v8 vmax_abs(v8 a, v8 b) {
 #if PKTRT__STAMP == PKTRT__STAMP_AVX512
   return _mm256_range_ps(a, b, 0xB);
@@ -5561,9 +5547,8 @@ PKTRT__NOINLINE bool pktrt__tri_exact_test_lanes(const pktrt__bvh_segment *seg, 
   return false;
 }
 
-/* Tells whether a ray of a batch or a single ray hits anything in a block. Depths stay multiplied by the determinant,
-   and limits are multiplied by it instead of dividing. WHY fused: a limit is often tiny, and its product by itself
-   would be denormal, which is slow. */
+/* Tells whether a ray of a batch or a single ray hits anything in a block. Depths are not divided by the determinant;
+   limits are multiplied by it. WHY fused: the product of a tiny limit by itself would be denormal, which is slow. */
 OP bool pktrt__tri_any_hit(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, pktrt__single *single, uint32_t index,
                           const bool moving) {
   const pktrt__block *block = pktrt__segment_block(seg, index, moving);
@@ -5629,9 +5614,8 @@ OP uint32_t pktrt__tri_ray_block_inline(const pktrt__bvh_segment *seg, pktrt__ba
 
 /* Kernels are templates over three flags known at compile time; these are their instances. Only the moving instance
    counts, also where nothing moves (but for blocks of packets): weights 1 and 0 of one and the same key give the same
-   bits. Where there are vectors, the speed of scalar kernels does not matter: there, moving instances always count,
-   paper packets have only moving ones, and the fast path has streams, but no frusta, which would be a third of their
-   code. */
+   bits. Where there are vectors, scalar kernels need not be fast: there, moving instances always count, paper packets
+   have only moving ones, and the fast path has streams, but no frusta, which would be a third of their code. */
 #if defined(PKTRT_NO_FRUSTA) || PKTRT__WITH_FEW_INSTANCES
 #define FRUSTA 0
 #else
@@ -5786,15 +5770,14 @@ OP uint32_t pktrt__single_test_children(const pktrt__single_slabs *q, const pktr
   return mbits(vle(*entry, vmin(vmin(f[0], f[1]), vmin(f[2], vset(wf)))));
 }
 
-/* Return the references of a node's children, and how many there are: only these are counted as tested. */
+/* Returns the references of a node's children, and then how many there are: only these are counted as tested. */
 OP const uint32_t *pktrt__bvh_children(const pktrt__bvh_segment *seg, uint32_t ref, const bool moving) {
   const pktrt__node *node = pktrt__segment_node(seg, ref, moving);
   return node->child;
 }
 OP uint32_t pktrt__bvh_child_count(const uint32_t *child) { return 8 - pktrt__popcount8(veq_u32(child, PKTRT__EMPTY)); }
 
-/* Opens a node: returns the children that a single ray may hit before wf, and finds their references and entry
-   depths. */
+/* Opens a node: returns the children that a single ray may hit before wf, with references and entry depths. */
 OP uint32_t pktrt__single_open_node(const pktrt__single_slabs *q, const pktrt__bvh_segment *seg, uint32_t ref, float wf,
                             const uint32_t **child, v8 *entry, const pktrt__variant is) {
   const pktrt__node *node = pktrt__segment_node(seg, ref, is.moving);
@@ -5849,8 +5832,7 @@ OP bool pktrt__single_closest_hit(const pktrt__bvh_segment *seg, pktrt__single *
   }
 }
 
-/* Tells whether a single ray hits anything in a subtree; enters children in the order of the build, the last one
-   first. */
+/* Tells whether a single ray hits anything in a subtree; enters children in the build's order, the last one first. */
 OP bool pktrt__single_any_hit(const pktrt__bvh_segment *seg, pktrt__single *ray, uint32_t ref, const pktrt__variant is) {
   uint32_t refs[PKTRT__STACK + 8], *top = refs;
   const pktrt__single_slabs q = pktrt__single_slabs_of(ray, is.moving);
@@ -5906,8 +5888,7 @@ OP void pktrt__stream_open_node(const pktrt__bvh_segment *seg, pktrt__batch *b, 
 
 #ifndef PKTRT__OTHER_TESTS
 /* Finds the closest hits of the rays of mask in a block; returns the rays with a nearer hit. WHY all rays are filtered
-   before the first candidate is recorded: without a branch between them, the work on one ray overlaps that on the
-   next. */
+   before anything is recorded: without a branch between them, the work on one ray overlaps that on the next. */
 OP uint64_t pktrt__stream_closest_block(const pktrt__bvh_segment *seg, pktrt__batch *b, const uint8_t *list, uint64_t mask,
                                uint32_t index, const bool moving) {
   const pktrt__block *block = pktrt__segment_block(seg, index, moving);
@@ -6160,8 +6141,8 @@ OP v8 pktrt__frustum_swept_plane(const pktrt__frustum *f, const float *p0, const
   return which ? vmax(first, last) : vmin(first, last);
 }
 
-/* Returns the children of a node that reach into the frustum; *entry: their near depths; *whole: those that all rays
-   enter, if their depths reach that far. */
+/* Returns the children of a node that reach into the frustum, with their near depths *entry, and in *whole those that
+   all rays enter, if their depths reach that far. */
 OP uint32_t pktrt__frustum_cull_children(const pktrt__frustum *f, const float *p0, const float *p1, const bool moving,
                                v8 *entry, uint32_t *whole) {
   const uint32_t back = f->sign < 0, wl = 16 * f->k + 8 * back, wh = 16 * f->k + 8 * (1 - back);
@@ -6338,8 +6319,7 @@ typedef struct pktrt__tri_common {
   pktrt_counts *counts;   /* NULL: do not count */
 } pktrt__tri_common;
 
-/* Tests one triangle, given the sheared corners, against those of rays r to r+7 in bits; returns those that it becomes
-   the closest hit of. */
+/* Tests one triangle, given sheared corners, against those of rays r to r+7 in bits; returns those that take it. */
 PKTRT__NOINLINE uint32_t pktrt__paper_accept8(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, uint32_t bits,
                                               const v8 *x, const v8 *y, const v8 *z, const pktrt__tri_common *tri) {
   pktrt__tri_limits l;
@@ -6399,8 +6379,7 @@ typedef struct pktrt__frustum_edges {
   vf e[3], z[3], xs, ys;
 } pktrt__frustum_edges;
 
-/* Makes the triangle the closest hit of those of a vector of rays that hit it nearer than any other so far; returns
-   them. */
+/* Makes the triangle the closest hit of those of a vector of rays that hit nothing nearer so far; returns them. */
 PKTRT__NOINLINE uint32_t pktrt__frustum_accept(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, uint32_t bits,
                                                const pktrt__frustum_edges *s, const pktrt__tri_common *tri) {
   const vf e[3] = {s->e[0], s->e[1], s->e[2]}, z[3] = {s->z[0], s->z[1], s->z[2]}, xs = s->xs, ys = s->ys;
@@ -6566,8 +6545,7 @@ PKTRT__NOINLINE uint32_t pktrt__frustum_test_moving(const pktrt__frustum *f, con
 }
 
 /* Returns the rays of a packet that may hit a moving triangle (lane of a block), by the filter of >>exactness. x and y
-   have opposite signs here, which their products do not show. WHY all vectors, also those without rays: a branch costs
-   more. */
+   are both negated, which cancels in products. WHY all vectors, also those without rays: a branch costs more. */
 OP uint64_t pktrt__frustum_filter_moving(const pktrt__frustum *f, const pktrt__batch *b, const pktrt__frustum_motion *motion,
                                  uint32_t lane) {
   const vf wrong = fset(motion->error[lane]), minus = fset(-motion->error[lane]);
@@ -6633,8 +6611,7 @@ typedef struct pktrt__frustum_entry {
   uint32_t ref;
 } pktrt__frustum_entry;
 
-/* Pushes the children of a node that reach into the frustum, farthest first, for any hit in the order of the build;
-   returns how many. */
+/* Pushes the children that reach into the frustum, farthest first, for any hit in build order; returns how many. */
 OP uint32_t pktrt__frustum_open_node(const pktrt__frustum *f, const pktrt__bvh_segment *seg, uint32_t ref, uint64_t mask,
                                pktrt__frustum_entry *stack, const pktrt__variant is) {
   const pktrt__node *node = pktrt__segment_node(seg, ref, is.moving);

@@ -2367,8 +2367,8 @@ static pktrt__mesh_reader pktrt__mesh_reader_seek(pktrt__mesh_reader r, uint32_t
   return r;
 }
 
-/* How many blocks ahead the corners of triangles are found and prefetched, and twice as many ahead their indices, as
-   long as the mesh stays the same. WHY: the triangles of a block come from all over the mesh. */
+/* The number of blocks ahead that the corners of triangles are found and prefetched, and twice as many ahead their
+   indices, as long as the mesh stays the same. WHY: the triangles of a block come from all over the mesh. */
 enum { PKTRT__AHEAD = 8 };
 typedef struct pktrt__block_source {
   const float *corner[8][3]; /* at key 0; free lanes repeat lane 0 */
@@ -2499,7 +2499,7 @@ PKTRT__INLINE void pktrt__bvh_order_children(const pktrt__bvh *bvh, pktrt__node 
   }
 }
 
-/* What a run of nodes and blocks adds to its tree's figures: kept behind the tree's tasks, the sum of the top last. */
+/* A run's contribution to the figures of its tree: kept behind the tree's tasks, that of the top last. */
 typedef struct pktrt__bvh_sum {
   double area;
   uint32_t degenerate, changed;
@@ -3683,9 +3683,7 @@ PKTRT__INLINE uint32_t pktrt__bit_width(uint32_t x) {
 }
 #endif
 
-/* Element i < n of a random permutation of n numbers, n <= 2^31, for a key that is mixed already. Each round is a
-   bijection of the next power of two: odd factors carry randomness up, shifts down. Rounds are repeated until the
-   number is below n again (Kensler 2013); a rotation makes every place equally likely. */
+/* Applies a bijection of the next power of two: odd factors carry randomness up, shifts down. */
 PKTRT__INLINE uint32_t pktrt__sampler_permute_round(uint32_t i, uint32_t ones, uint32_t shift, uint32_t key) {
   i = (i * (key | 1) + (key >> 16)) & ones;
   i ^= i >> shift;
@@ -3704,6 +3702,8 @@ PKTRT__INLINE uint32_t pktrt__sampler_rotate(uint32_t i, uint32_t n, uint64_t ke
   return i < n ? i : i - n;
 }
 
+/* Returns element i < n of a random permutation of n numbers, n <= 2^31, for a key that is mixed already. Rounds are
+   repeated until the number is below n again (Kensler 2013); a rotation makes every place equally likely. */
 PKTRT__INLINE uint32_t pktrt__sampler_permute(uint32_t i, uint32_t n, uint64_t key) {
   const uint32_t width = pktrt__bit_width(n - 1), ones = (1u << width) - 1, shift = (width + 1) / 2;
   do i = pktrt__sampler_permute_rounds(i, ones, shift, key);
@@ -5386,7 +5386,7 @@ typedef struct pktrt__tri_estimate {
   uint32_t maybe, sure; /* lanes that may be hits worth recording; lanes that are hits, certainly after tmin */
 } pktrt__tri_estimate;
 
-/* What the filter needs of rays, by lanes. */
+/* The values of rays that the filter needs, by lanes. */
 typedef struct pktrt__tri_limits {
   v8 sign, tiny, wn, wf, sn;
 } pktrt__tri_limits;
@@ -6244,7 +6244,7 @@ PKTRT__NOINLINE uint32_t pktrt__frustum_cull_by_edges(const pktrt__frustum *f, p
   return mbits(mand(vlt(vadd(least, error), vset(0)), vlt(error, most)));
 }
 
-/* How far triangles reach, over corners and times: in depth, and in u - b W and v - b W of the planes. */
+/* The extents of triangles, over corners and times: in depth, and in u - b W and v - b W of the planes. */
 typedef struct pktrt__frustum_reach {
   v8 wlo, whi, low[2], high[2];
 } pktrt__frustum_reach;

@@ -1632,7 +1632,7 @@ PKTRT__INLINE uint32_t pktrt__lowest_bit(uint64_t x) {
 }
 #endif
 
-/* Counts ones in eight bits. WHY: without the instruction, counting 64 is a call, and the paper path counts often. */
+/* Counts ones in 8 bits. WHY: without the instruction, counting 64 is a call; the paper path counts at every test. */
 PKTRT__INLINE uint32_t pktrt__popcount8(uint32_t x) {
   x -= x >> 1 & 0x55;
   x = (x & 0x33) + (x >> 2 & 0x33);
@@ -2043,7 +2043,7 @@ static uint32_t pktrt__build_split_binned(pktrt__builder *b, const pktrt__build_
   return left;
 }
 
-/* Sorts prims by centroid along an axis: ranks from all pairs, ties by index. Without branches, and n is small. */
+/* Sorts prims by centroid along an axis: ranks from all pairs, ties by index. Quadratic, but branchless; n is small. */
 static void pktrt__build_sort_axis(const pktrt__build_prim *p, uint32_t n, uint32_t axis, uint8_t *order) {
   float c[PKTRT__MAX_SWEEP];
   uint32_t rank[PKTRT__MAX_SWEEP];
@@ -2741,8 +2741,8 @@ static void pktrt__build_set_quality(pktrt__builder *b) {
   }
 }
 
-/* Builds the tree over all meshes with key_count keys (at least one triangle); out of memory returns false, *out
-   kept. */
+/* Builds the tree over all meshes with key_count keys, which have at least one triangle. Returns false when out of
+   memory, and leaves *out as it was. */
 static bool pktrt__build_bvh(const pktrt_scene_desc *desc, const pktrt__mesh *meshes, uint32_t mesh_count,
                                uint32_t key_count, bool use_pending, pktrt__bvh *out) {
   pktrt__builder b;
@@ -4014,8 +4014,8 @@ typedef struct pktrt__kernel_table {
   void (*add_direct_light)(pktrt__surfaces *, const uint32_t *surface, float (*arriving)[PKTRT__ROW],
                float (*seen)[PKTRT__ROW], uint32_t n);
   uint32_t (*spawn_rays)(const pktrt__spawn_request *, const pktrt__wave *, const pktrt__surfaces *, pktrt__wave *to, uint32_t n);
-  /* Draws coordinates first to first + n - 1 of a group, PKTRT__DRAWN times from i on, for Sobol' and random
-     samplers. */
+  /* Draws coordinates first to first + n - 1 of a group for PKTRT__DRAWN draws from the i-th on, with the samplers
+     Sobol' and random. */
   void (*draw_samples)(const pktrt_sampling *, pktrt__sample_batch *, uint32_t i, uint32_t group, uint32_t first, uint32_t n);
 #endif
 } pktrt__kernel_table;

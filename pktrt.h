@@ -1260,8 +1260,8 @@ PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *, const pktrt_render
 #elif defined(PKTRT_STATIC) != defined(PKTRT__DECLARED_STATIC)
 #error "PKTRT_STATIC: define it before the first time that a file includes pktrt.h, or not at all"
 #endif
-/* Flags that change values, which the file with the implementation must do without. What a compiler does not tell here,
-   clang's above all, is forbidden by the guard below or found when a scene is created: see pktrt__check_all_arithmetic. */
+/* The file with the implementation must be compiled without flags that change values. Those that no macro reveals,
+   above all with clang, are forbidden by the guard below or found by pktrt__check_all_arithmetic. */
 #if defined(__FAST_MATH__)
 #error "pktrt.h needs IEEE arithmetic: drop -ffast-math (-Ofast includes it)"
 #elif defined(_M_FP_FAST)
@@ -1280,7 +1280,7 @@ PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *, const pktrt_render
 #endif
 
 #if defined(__GNUC__) || defined(__clang__)
-/* `__unused__`: where parts are left out, not all helpers have somebody to help. */
+/* WHY __unused__: where parts are left out, some helpers have no caller. */
 #define PKTRT__INLINE static inline __attribute__((__always_inline__, __unused__))
 #define PKTRT__NOINLINE static __attribute__((__noinline__, __unused__))
 #define PKTRT__COLD static __attribute__((__cold__, __noinline__, __unused__)) /* checks: small rather than fast */
@@ -1296,18 +1296,18 @@ PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *, const pktrt_render
 #define PKTRT__PREFETCH(p) (void)(p)
 #endif
 
-/* IEEE 754 defines x / 0, and vectors are divided so on purpose: the reciprocal of a zero component of a direction is
-   an infinity, and lanes that nobody asks about hold anything. For UBSan, which checks scalar divisions, if told to. */
+/* Marks functions that divide by zero on purpose, as IEEE 754 defines it: the reciprocal of a zero component of a
+   direction is an infinity, and unused lanes hold anything. Without the mark UBSan may report scalar divisions. */
 #if defined(__clang__) || (defined(__GNUC__) && __GNUC__ >= 8)
 #define PKTRT__DIVIDES_BY_ZERO __attribute__((__no_sanitize__("float-divide-by-zero")))
 #else
 #define PKTRT__DIVIDES_BY_ZERO
 #endif
 
-/* What is computed must be what is written: sums in their order, divisions that divide, products and sums each rounded
-   by itself. The same bits on every instruction set depend on it. One guard for the whole implementation, opened here
-   and closed at its end; pktrt__check_all_arithmetic sees what it cannot prevent. It stands before the intrinsics, whose operations
-   are bound by it if they are included here for the first time. */
+/* The compiler must compute what is written: sums in their order, divisions that divide, products and sums rounded
+   separately. The same bits on every instruction set depend on it. One guard, opened here and closed at the end, covers
+   the whole implementation; pktrt__check_all_arithmetic finds what it cannot prevent. It binds the intrinsics too if
+   they are included here for the first time. */
 #if defined(__clang__)
 #if __clang_major__ >= 13 && (defined(__x86_64__) || defined(__i386__)) /* clang 14 has no other that knows it */
 #define PKTRT__FLOAT_CONTROL 1
@@ -1317,8 +1317,8 @@ PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *, const pktrt_render
 #pragma STDC FP_CONTRACT OFF
 #endif
 
-/* Which instruction sets this build carries. Wide passes need per-function targets; MinGW may misalign wide spills
-   (GCC bug 54412), so there the 16-byte set is the widest. */
+/* The instruction sets of this build. Wide vectors need per-function targets; MinGW may misalign spills of them (GCC
+   bug 54412), so there the 16-byte set is the widest. */
 #ifndef PKTRT_NO_SCALAR
 #define PKTRT__HAS_SCALAR 1
 #endif
@@ -1337,7 +1337,7 @@ PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *, const pktrt_render
 #endif
 #endif
 #if defined(__GNUC__) && !defined(__clang__) && defined(__cplusplus)
-/* g++ 12 warns of its own intrinsics headers, which initialise "undefined" vectors by themselves (GCC bug 105593) */
+/* g++ 12 warns of its own intrinsics headers, which initialise "undefined" vectors by themselves (GCC bug 105593). */
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wuninitialized"
 #pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
@@ -1389,12 +1389,12 @@ enum {
 #if defined(_MSC_VER) && !defined(__clang__)
 #pragma fp_contract(off)
 #endif
-/* The guard again, for gcc: behind the intrinsics, which a program includes for its own code too. */
+/* The guard for gcc. It stands behind the intrinsics, which a program also includes for its own code. */
 #if defined(__GNUC__) && !defined(__clang__) && !defined(__TINYC__)
 #pragma GCC push_options
 #pragma GCC optimize("fp-contract=off")
-/* WHY no-ipa-ra: where gcc 12 knows a callee's registers it leaves out the vzeroupper before the call, and what is compiled
-   for SSE waits for 170 ns after 512-bit vectors; and at -Os scalar kernels lost values across calls, and with them hits. */
+/* WHY no-ipa-ra: where gcc 12 knows a callee's registers it omits the vzeroupper before the call, and code compiled for
+   SSE waits 170 ns after 512-bit vectors; and at -Os scalar kernels lost values across calls, and with them hits. */
 #pragma GCC optimize("no-ipa-ra")
 #endif
 
@@ -1421,15 +1421,15 @@ enum {
 
 /* >>structures ----------------------------------------------------------------------------------------------------- */
 
-/* A node of a tree, for its first key; 64-byte aligned. Planes of each further key lie behind it, 192 bytes each. */
+/* A BVH node with the planes of its first key; 64-byte aligned. Those of further keys follow it, 192 bytes each. */
 typedef struct pktrt__node {
   float plane[6][8];  /* lo x, hi x, lo y, hi y, lo z, hi z of eight children; empty ones have lo = FAR, hi = -FAR */
-  uint32_t child[8];  /* references, the last ones the likeliest to hold a hit soon (at the build) */
+  uint32_t child[8];  /* references; at the build the last ones were the likeliest to hold a hit */
   uint32_t order[8];  /* for each octant of ray directions (bit a: component a negative): the children from far to near
                          by the middle of their boxes, three bits each, the farthest in the lowest bits */
 } pktrt__node;
 
-/* A leaf block of up to eight triangles, likewise: vertices of each further key lie behind it, 288 bytes each. */
+/* A leaf block of up to eight triangles, likewise: the vertices of further keys follow it, 288 bytes each. */
 typedef struct pktrt__block {
   float vertex[3][3][8]; /* [corner][axis][lane], raw, so that shared vertices have equal bits */
   uint32_t id[8];        /* global triangle index; PKTRT_NONE in lanes without a triangle, or whose triangle has no area at
@@ -1446,7 +1446,7 @@ enum {
 typedef struct pktrt__mesh {
   float *positions;   /* key_count * vertex_count * 3, committed */
   float *normals;     /* the same shape, or NULL */
-  float *pending;     /* as positions, from the first set_positions on: what the next commit or refit takes over */
+  float *pending;     /* as positions, from the first set_positions on; taken over by the next commit or refit */
   float *pending_normals;
   uint32_t *indices;  /* triangle_count * 3, or NULL for a soup */
   uint32_t vertex_count, triangle_count, key_count, stride, material;
@@ -1454,15 +1454,15 @@ typedef struct pktrt__mesh {
   float max_coord;    /* largest |coordinate| of its triangles over all keys */
   bool stray;         /* has vertices that no triangle uses */
   bool committed, dirty, dirty_normals;
-  bool marked;        /* the next commit builds its group anew */
+  bool marked;        /* the next commit rebuilds its tree */
 } pktrt__mesh;
 
-/* A run of nodes and blocks built by one task: refit runs over the same tasks. */
+/* The run of nodes and blocks that one task of the build writes; refit has the same tasks. */
 typedef struct pktrt__bvh_task {
   uint32_t first_node, node_count, first_block, block_count;
 } pktrt__bvh_task;
 
-/* What a kernel needs to know of a group: one segment of its motion. */
+/* One segment of a BVH's motion: all that kernels know of the BVH. */
 typedef struct pktrt__bvh_segment {
   const struct pktrt__bvh *bvhs;
   const unsigned char *nodes, *blocks;
@@ -1482,18 +1482,19 @@ typedef struct pktrt__bvh {
   pktrt__bvh_task *tasks;               /* disjoint subtrees; the nodes above them come first */
   float lo[3], hi[3];               /* over all keys */
   double sah_at_build, sah_now, area;
-  pktrt__bvh_segment rest;                 /* its first segment: all there is of what rests; set with the scene's bounds */
+  pktrt__bvh_segment rest; /* the first segment, the only one of a tree at rest; set with the scene's bounds */
 } pktrt__bvh;
 
-/* Says where a key lies in a node, and in a block, in bytes. */
+/* Returns where the values of a key lie in a node, in bytes. */
 PKTRT__INLINE size_t pktrt__node_key_offset(uint32_t key) {
   return key ? PKTRT__NODE_BYTES + (size_t)(key - 1) * PKTRT__NODE_KEY_BYTES : 0;
 }
+/* Returns where the values of a key lie in a block, in bytes. */
 PKTRT__INLINE size_t pktrt__block_key_offset(uint32_t key) {
   return key ? PKTRT__BLOCK_BYTES + (size_t)(key - 1) * PKTRT__BLOCK_KEY_BYTES : 0;
 }
 
-/* Finds a node or a block of a tree, and the values of one of its keys: planes [6][8], vertices [3][3][8]. */
+/* Returns a node or a block of a BVH, and the values of one key of either: planes [6][8], vertices [3][3][8]. */
 PKTRT__INLINE pktrt__node *pktrt__bvh_node(const pktrt__bvh *bvh, uint32_t node) {
   return PKTRT__CAST(pktrt__node *, PKTRT__CAST(void *, bvh->nodes + (size_t)node * bvh->node_bytes));
 }
@@ -1507,8 +1508,8 @@ PKTRT__INLINE float *pktrt__block_vertices(pktrt__block *block, uint32_t key) {
   return PKTRT__CAST(float *, PKTRT__CAST(void *, PKTRT__CAST(char *, PKTRT__CAST(void *, block)) + pktrt__block_key_offset(key)));
 }
 
-/* The same for kernels, which see one segment of the motion: by its first key (0) or its second (1). At rest, with `moving`
-   a constant, nothing is looked up. */
+/* Returns a node, a block or their values to kernels, at the first key (which = 0) or the second (1) of a segment.
+   `moving` is a constant: at rest nothing is looked up. */
 PKTRT__INLINE const pktrt__node *pktrt__segment_node(const pktrt__bvh_segment *seg, uint32_t node, const bool moving) {
   const unsigned char *at = seg->nodes + node * (moving ? seg->node_bytes : (size_t)PKTRT__NODE_BYTES);
   return (const pktrt__node *)(const void *)at;
@@ -1534,10 +1535,10 @@ struct pktrt_scene {
   const struct pktrt__kernel_table *kernels;
   pktrt__mesh *meshes;
   uint32_t mesh_count, mesh_capacity, committed_meshes;
-  pktrt__bvh *bvhs;             /* in ascending order of their boxes' area: small ones shorten rays for the large */
+  pktrt__bvh *bvhs;             /* in ascending order of their boxes' areas: small ones shorten rays for the large */
   uint32_t bvh_count;
 #ifndef PKTRT_NO_RENDER
-  pktrt_material plain;             /* of meshes that name none */
+  pktrt_material plain;             /* for meshes that name none */
   pktrt_material *materials;
   uint32_t material_count, material_capacity;
   pktrt_light *lights;
@@ -1550,8 +1551,8 @@ struct pktrt_scene {
 };
 /* >>memory --------------------------------------------------------------------------------------------------------- */
 
-/* Trees are walked at random: with pages of 4 KiB each step may cost a walk through the tables of pages as well. Large
-   ones made builds 1.1 to 1.25 times as fast, and rays up to 1.04 times. How large is large: */
+/* WHY large pages: traversal jumps about in memory, and with pages of 4 KiB each step may also miss the TLB. Large
+   pages made builds 1.1 to 1.25 times as fast, and rays up to 1.04 times. */
 #if defined(__linux__)
 #include <sys/mman.h>
 #ifndef MADV_HUGEPAGE /* strict ISO C hides both */
@@ -1565,9 +1566,9 @@ static const size_t pktrt__mem_large_page = SIZE_MAX / 2;
 static void pktrt__mem_want_large_pages(void *p, size_t size) { (void)p, (void)size; }
 #endif
 
+/* Calls malloc, and keeps the distance to the block's true start in front of the aligned part. */
 static void *pktrt__mem_malloc(void *user, size_t size, size_t align) {
   (void)user;
-  /* malloc, with the distance to the block's true start kept in front of the aligned part */
   const bool large = size / 2 >= pktrt__mem_large_page;
   if (large) align = pktrt__mem_large_page;
   if (size > SIZE_MAX - align - sizeof(size_t)) return NULL;
@@ -1586,7 +1587,7 @@ static void pktrt__mem_free(void *user, void *p, size_t size) {
   free(PKTRT__CAST(char *, p) - shift);
 }
 
-/* All memory comes from here. Returns NULL for count * size that overflows; zero bytes give a valid pointer. */
+/* Allocates all memory of the library. Returns NULL if count * size overflows, and a valid pointer for zero bytes. */
 static void *pktrt__mem_alloc(const pktrt_scene_desc *desc, uint64_t count, size_t size) {
   if (count > (SIZE_MAX - 64) / size) return NULL;
   size_t bytes = (size_t)count * size;
@@ -1598,7 +1599,7 @@ static void pktrt__mem_release(const pktrt_scene_desc *desc, void *p, uint64_t c
   if (p) desc->release(desc->user, p, bytes ? bytes : 64);
 }
 
-/* Runs body(arg, i) for i in [0,n): through the hook where there is one. */
+/* Runs body(arg, i) for i in [0,n), through the hook where there is one. */
 static void pktrt__parallel_for(const pktrt_scene_desc *desc, size_t n, void (*body)(void *, size_t), void *arg) {
   if (desc->parallel_for && n > 1) {
     desc->parallel_for(desc->user, n, body, arg);
@@ -1630,7 +1631,7 @@ PKTRT__INLINE uint32_t pktrt__lowest_bit(uint64_t x) {
 }
 #endif
 
-/* Of eight bits. WHY: without the instruction, counting 64 is a call, and the paper path counts at every test. */
+/* Counts ones in 8 bits. WHY: without the instruction, counting 64 is a call; the paper path counts at every test. */
 PKTRT__INLINE uint32_t pktrt__popcount8(uint32_t x) {
   x -= x >> 1 & 0x55;
   x = (x & 0x33) + (x >> 2 & 0x33);
@@ -1639,7 +1640,7 @@ PKTRT__INLINE uint32_t pktrt__popcount8(uint32_t x) {
 
 PKTRT__INLINE bool pktrt__has_motion(uint32_t key_count) { return PKTRT__MOTION && key_count > 1; }
 
-/* Conversion as the vector units do it: beyond the range of float lies infinity (in C it would be undefined). */
+/* Converts as vector units do: beyond the range of float the result is an infinity (in C it would be undefined). */
 PKTRT__INLINE float pktrt__to_float(double x) {
   const double limit = 3.4028235677973366e38; /* FLT_MAX and half a step: rounds to infinity from here on */
   return x >= limit ? INFINITY : x <= -limit ? -INFINITY : (float)x;
@@ -1688,7 +1689,7 @@ static void pktrt__sort_keys(uint64_t *key, uint32_t n) {
    when it is small; of very large ranges most small triangles are not looked at. A side with n triangles costs
    area * (0.75 ceil(n/8) + 0.25 n/8): whole blocks, with a leaning towards fewer triangles where the number of blocks
    is the same. A range of up to 8 stays a leaf (cost: area) if that is not dearer than a step (0.25 area) plus both
-   sides. Moving groups are built on the boxes at the middle of the motion. The partition reads one buffer and writes
+   sides. Moving trees are built on the boxes at the middle of the motion. The partition reads one buffer and writes
    the other; small ranges move back home, so that all leaves lie in the first.
 
    Depth: let need(n) = ceil(log2(ceil(n/8))), the levels of halving until n triangles fit a block. Every range keeps
@@ -1698,7 +1699,7 @@ static void pktrt__sort_keys(uint64_t *key, uint32_t n) {
    all loops end, and their stacks have known sizes, for any input. Where the heuristic is blind (no extent of
    centroids, no area) the range is halved by index too.
 
-   Range of numbers: coordinates up to 2^100 stay as they are, smaller groups are scaled up to [1,2) by a power of two;
+   Range of numbers: coordinates up to 2^100 stay as they are; a tree whose largest is below 1 is scaled up to [1,2);
    areas are taken of extents scaled to [1,2) range by range. So float products neither overflow nor vanish where they
    matter.
 
@@ -1711,7 +1712,7 @@ static void pktrt__sort_keys(uint64_t *key, uint32_t n) {
    2017), at most eight; blocks are merged where that is cheaper. A block costs 3/4 of its area and 1/10 for each
    triangle, a node 1.25: by expected cost, tasks bottom-up and then what lies above them. Of the high quality, the
    nodes of the binary tree move to better places first. Subtrees of up to max(4096, n/64) triangles are tasks: counted,
-   placed by a prefix sum, written in depth-first order. What lies above them, the top, comes first. A group that is one
+   placed by a prefix sum, written in depth-first order. What lies above them, the top, comes first. A tree that is one
    task has no top.
 
    Bounds: fitted bottom-up from the blocks by the function that refit uses, hence equal to it bit by bit. */
@@ -1719,12 +1720,12 @@ static void pktrt__sort_keys(uint64_t *key, uint32_t n) {
 enum {
   PKTRT__TASK_MIN = 4096,  /* triangles */
   PKTRT__TASK_PARTS = 64,
-  PKTRT__CHUNK = 16384,    /* triangles per job of the first pass */
+  PKTRT__CHUNK = 16384,    /* triangles per task of the first pass */
   PKTRT__MAX_BINS = 64,
   PKTRT__MAX_SWEEP = 64
 };
 
-/* Where the corners of a triangle are at a key; of a mesh whose positions changed, the new ones if use_pending. */
+/* Finds the corners of a triangle at a key; of a mesh whose positions changed, the new ones if use_pending. */
 PKTRT__INLINE void pktrt__mesh_corners(const pktrt__mesh *m, bool use_pending, uint32_t tri, uint32_t key,
                                   const float *v[3]) {
   const float *p = use_pending && m->dirty && m->pending ? m->pending : m->positions;
@@ -1744,7 +1745,7 @@ PKTRT__INLINE void pktrt__mesh_triangle(const pktrt__mesh *m, bool use_pending, 
   for (int c = 0; c < 3; c++) v[c][0] = corner[c][0], v[c][1] = corner[c][1], v[c][2] = corner[c][2];
 }
 
-/* The mesh of a global triangle index: the last one that starts at or before it, which is not empty. */
+/* Finds the mesh of a global triangle index: the last one that starts at or before it, which is not empty. */
 PKTRT__NOINLINE uint32_t pktrt__mesh_search(const pktrt__mesh *meshes, uint32_t mesh_count, uint32_t id) {
   uint32_t lo = 0, hi = mesh_count;
   while (hi - lo > 1) {
@@ -1755,15 +1756,15 @@ PKTRT__NOINLINE uint32_t pktrt__mesh_search(const pktrt__mesh *meshes, uint32_t 
   return lo;
 }
 
-/* The mesh of a global triangle index; first indices ascend. `hint` is the mesh of a neighbour. */
+/* Returns the mesh of a global triangle index; tries `hint`, the mesh of a neighbour, first. */
 static uint32_t pktrt__mesh_of_triangle(const pktrt__mesh *meshes, uint32_t mesh_count, uint32_t id, uint32_t hint) {
   if (id - meshes[hint].first_id < meshes[hint].triangle_count) return hint;
   return pktrt__mesh_search(meshes, mesh_count, id);
 }
 
-/* A box of the build is lo x,y,z,-, -hi x,y,z,-: all of it grows by minima, two vectors. The free elements of a prim
-   hold the halves of the global triangle index, as floats in [1,2): vectors compute with them too, and other bits
-   might be denormal numbers, which are slow. */
+/* A box of the build is lo x,y,z,-, -hi x,y,z,-: two vectors that grow by minima. The free elements of a prim hold the
+   halves of the global triangle index as floats in [1,2), because vectors compute with them too, and other bits might
+   be denormal numbers, which are slow. */
 typedef struct pktrt__build_prim {
   float box[8];
 } pktrt__build_prim;
@@ -1779,15 +1780,15 @@ PKTRT__INLINE uint32_t pktrt__build_prim_id(const pktrt__build_prim *p) {
 }
 
 typedef struct pktrt__build_node {
-  float size;    /* square root of the area: no float overflows */
+  float size;    /* square root of the area, so that no float overflows */
   uint32_t left; /* prims of the left part; 0: a leaf */
-  uint32_t plan; /* of the collapse: see pktrt__collapse_plan */
+  uint32_t plan; /* how the subtree is collapsed: see pktrt__collapse_plan */
 } pktrt__build_node;
 
 typedef struct pktrt__build_range {
   float box[8];
   uint32_t slot, first, count;
-  uint16_t depth, away; /* away: in the second buffer */
+  uint16_t depth, away; /* away: the prims lie in the second buffer */
 } pktrt__build_range;
 
 typedef struct pktrt__builder {
@@ -1796,14 +1797,14 @@ typedef struct pktrt__builder {
   const pktrt__mesh *meshes;
   uint32_t mesh_count, key_count, count;
   bool use_pending;
-  uint32_t bins, few_bins, few, many;  /* bins from `many` triangles on, below `few`, and half of them between */
-  uint32_t sweep, sampled;             /* sweeps up to so many; bins a part only, from so many on */
+  uint32_t bins, few_bins, few, many;  /* `bins` from `many` triangles on, few_bins below `few`, half of bins between */
+  uint32_t sweep, sampled;             /* up to `sweep` triangles are swept; from `sampled` on only a part is binned */
   uint32_t limit;                      /* triangles of a task */
   uint32_t passes;                     /* of reinsertion */
   float scale;
   pktrt__build_prim *prims, *away;           /* count each */
   pktrt__build_node *nodes;                /* 2 * count - 1 slots */
-  pktrt__build_range *chunks;                /* first pass: boxes of the chunks; then ranges of the top */
+  pktrt__build_range *chunks;                /* boxes of the chunks in the first pass, later ranges of the top */
 } pktrt__builder;
 
 PKTRT__INLINE void pktrt__build_box_clear(float *b) {
@@ -1812,16 +1813,16 @@ PKTRT__INLINE void pktrt__build_box_clear(float *b) {
 PKTRT__INLINE void pktrt__build_box_grow(float *b, const float *p) {
   for (int i = 0; i < 8; i++) b[i] = p[i] < b[i] ? p[i] : b[i];
 }
-/* Half the surface, of extents times s */
+/* Returns half the surface area of a box scaled by s. */
 PKTRT__INLINE float pktrt__build_box_area(const float *b, float s) {
   float x = (b[0] + b[4]) * s, y = (b[1] + b[5]) * s, z = (b[2] + b[6]) * s; /* all signs flipped */
   return x * (y + z) + y * z;
 }
-/* Cost of a side per area */
+/* Returns the cost of a side with n triangles, per area. */
 PKTRT__INLINE float pktrt__build_side_cost(uint32_t n) {
   return 0.75f * (float)(int32_t)((n + 7) >> 3) + 0.03125f * (float)(int32_t)n;
 }
-/* The power of two that brings x >= 0 to [1,2), as far as there is one */
+/* Returns the power of two that brings x >= 0 to [1,2), as far as there is one. */
 static float pktrt__build_unit_scale(float x) {
   uint32_t bits;
   memcpy(&bits, &x, 4);
@@ -1835,7 +1836,7 @@ static uint32_t pktrt__build_halvings(uint32_t n) {
   return h;
 }
 
-/* First pass: boxes of triangles, and of chunks */
+/* First pass: boxes of triangles and of chunks */
 
 PKTRT__INLINE void pktrt__build_triangle_box(const float *v[3], float *box) {
   for (int a = 0; a < 3; a++) {
@@ -1918,7 +1919,7 @@ static void pktrt__build_make_parts(const pktrt__build_range *r, uint32_t left, 
   part[0].away = part[1].away = away;
 }
 
-/* Halves by index, in whole blocks; prims stay where they are. */
+/* Halves a range by index, in whole blocks; prims stay where they are. */
 static uint32_t pktrt__build_split_half(const pktrt__build_range *r, const pktrt__build_prim *p, pktrt__build_range part[2]) {
   uint32_t left = (r->count + 15) / 16 * 8;
   pktrt__build_make_parts(r, left, r->away != 0, part);
@@ -1934,13 +1935,13 @@ typedef struct pktrt__build_bins {
   uint32_t bins, best, axis, total;
 } pktrt__build_bins;
 
-/* Where bins lie. Extents that would make a scale overflow count as none; false if there is no other. */
+/* Places the bins on each axis whose extent does not make the scale overflow; returns false if there is none. */
 static bool pktrt__build_place_bins(pktrt__build_bins *s, const pktrt__build_prim *p, uint32_t n) {
   float lo[4], hi[4];
   for (int a = 0; a < 4; a++) lo[a] = 2.0f * PKTRT__FAR, hi[a] = -2.0f * PKTRT__FAR;
   for (uint32_t i = 0; i < n; i++) {
     const float *b = p[i].box;
-    for (int a = 0; a < 4; a++) { /* the fourth for the sake of the vector */
+    for (int a = 0; a < 4; a++) { /* the fourth only fills the vector */
       float c = b[a] - b[a + 4];
       lo[a] = c < lo[a] ? c : lo[a], hi[a] = c > hi[a] ? c : hi[a];
     }
@@ -1966,8 +1967,8 @@ PKTRT__INLINE void pktrt__build_put_in_bins(pktrt__build_bins *s, const float *b
   pktrt__build_box_grow(s->box[2][z], b), s->count[2][z] += weight;
 }
 
-/* All prims, or one in four, which stands for the others; but none is left out that is longer along an axis than
-   a 32nd of the range: the few large ones decide what a side costs. */
+/* Puts all prims into bins, or one in four, which stands for the others; but none that is longer along an axis than a
+   32nd of the range is left out: the few large ones decide what a side costs. */
 static void pktrt__build_fill_bins(pktrt__build_bins *s, const pktrt__build_prim *p, const pktrt__build_range *r, bool all) {
   for (int a = 0; a < 3; a++) {
     for (uint32_t i = 0; i < s->bins; i++) pktrt__build_box_clear(s->box[a][i]), s->count[a][i] = 0;
@@ -1986,7 +1987,7 @@ static void pktrt__build_fill_bins(pktrt__build_bins *s, const pktrt__build_prim
   }
 }
 
-/* The cheapest border between bins, its cost returned; FLT_MAX if all prims share their bins. */
+/* Finds the cheapest border between bins and returns its cost, FLT_MAX if all prims share one bin on every axis. */
 static float pktrt__build_best_bin(pktrt__build_bins *s, float unit) {
   float right[PKTRT__MAX_BINS], best = FLT_MAX;
   for (uint32_t a = 0; a < 3; a++) {
@@ -2012,7 +2013,7 @@ static float pktrt__build_best_bin(pktrt__build_bins *s, float unit) {
   return best;
 }
 
-/* Partition without branches: every prim is written to the next place of both sides, one of which then moves on.
+/* Partitions prims without branches: each is written to the next place of both sides, one of which then moves on.
    Returns how many are on the left. */
 static uint32_t pktrt__build_partition(const pktrt__build_bins *s, const pktrt__build_prim *from, pktrt__build_prim *to, uint32_t n) {
   uint32_t l = 0, r = n - 1, axis = s->axis;
@@ -2025,7 +2026,7 @@ static uint32_t pktrt__build_partition(const pktrt__build_bins *s, const pktrt__
   return l;
 }
 
-/* Splits a large range by bins. 0: not possible */
+/* Splits a large range by bins; returns how many prims are on the left, 0 if no border separates any. */
 static uint32_t pktrt__build_split_binned(pktrt__builder *b, const pktrt__build_range *r, float unit, pktrt__build_range part[2]) {
   const pktrt__build_prim *from = (r->away ? b->away : b->prims) + r->first;
   pktrt__build_prim *to = (r->away ? b->prims : b->away) + r->first;
@@ -2041,7 +2042,7 @@ static uint32_t pktrt__build_split_binned(pktrt__builder *b, const pktrt__build_
   return left;
 }
 
-/* Ranks by centroid: all pairs, ties by index. Quadratic but without branches, and n is small. */
+/* Sorts prims by centroid along an axis: ranks from all pairs, ties by index. Quadratic, but branchless; n is small. */
 static void pktrt__build_sort_axis(const pktrt__build_prim *p, uint32_t n, uint32_t axis, uint8_t *order) {
   float c[PKTRT__MAX_SWEEP];
   uint32_t rank[PKTRT__MAX_SWEEP];
@@ -2057,7 +2058,8 @@ static void pktrt__build_sort_axis(const pktrt__build_prim *p, uint32_t n, uint3
   for (uint32_t i = 0; i < n; i++) order[rank[i]] = (uint8_t)i;
 }
 
-/* The cheapest cut of the sorted prims on any axis; 0 for a range that had better stay a leaf. Moves the prims. */
+/* Splits a small range at the cheapest cut of its sorted prims on any axis, and moves the prims; returns how many are
+   on the left, 0 for a range that had better stay a leaf. */
 static uint32_t pktrt__build_split_sweep(pktrt__build_prim *p, const pktrt__build_range *r, float unit, float area,
                                    pktrt__build_range part[2]) {
   uint8_t order[3][PKTRT__MAX_SWEEP];
@@ -2089,7 +2091,7 @@ static uint32_t pktrt__build_split_sweep(pktrt__build_prim *p, const pktrt__buil
   return left;
 }
 
-/* Writes the range's binary node; false if it is a leaf. */
+/* Splits a range and writes its binary node; returns false if it is a leaf. */
 static bool pktrt__build_split(pktrt__builder *b, pktrt__build_range *r, pktrt__build_range part[2]) {
   pktrt__build_prim *p = b->prims + r->first;
   if (r->away && r->count <= b->sweep) {
@@ -2112,16 +2114,16 @@ static bool pktrt__build_split(pktrt__builder *b, pktrt__build_range *r, pktrt__
 }
 
 /* Reinsertion (Bittner, Hapala and Havran 2013; the search as in Meister and Bittner 2018): each node of the binary
-   tree in turn is taken out, with all below it, and put back where the areas of all boxes sum up to the least. One
-   after the other, so that the tree depends on nothing else. */
+   tree in turn is taken out, with all below it, and put back where the areas of all boxes sum up to the least. This is
+   done one node after the other, so that the tree depends on the order alone. */
 
-typedef struct pktrt__reinsert_node { /* a node of the tree in motion; 0 is the root and stays it */
+typedef struct pktrt__reinsert_node { /* a node of the binary tree while nodes move; node 0 stays the root */
   float box[8];
   uint32_t parent, child[2]; /* of a leaf: PKTRT_NONE, its first prim */
   uint32_t count, height;
 } pktrt__reinsert_node;
 
-enum { PKTRT__SEARCH = 512 }; /* nodes that a search looks at, at most: heaps of boxes prune nothing */
+enum { PKTRT__SEARCH = 512 }; /* the most nodes that a search visits: among heaps of boxes nothing is pruned */
 
 PKTRT__NOINLINE void pktrt__reinsert_update_node(pktrt__reinsert_node *nodes, uint32_t at) {
   pktrt__reinsert_node *t = &nodes[at];
@@ -2135,7 +2137,7 @@ PKTRT__NOINLINE uint32_t pktrt__reinsert_count_nodes(const pktrt__build_node *no
   return left ? 1 + pktrt__reinsert_count_nodes(nodes, slot + 1) + pktrt__reinsert_count_nodes(nodes, slot + 2 * left) : 1;
 }
 
-/* The subtree of a range; returns the number of the next twig. */
+/* Makes the nodes of a range's subtree; returns the number of the next free node. */
 static uint32_t pktrt__reinsert_make_nodes(const pktrt__builder *b, pktrt__reinsert_node *nodes, uint32_t at, uint32_t slot,
                                   uint32_t first, uint32_t count) {
   pktrt__reinsert_node *t = &nodes[at];
@@ -2153,8 +2155,7 @@ static uint32_t pktrt__reinsert_make_nodes(const pktrt__builder *b, pktrt__reins
   return l;
 }
 
-/* The node below or beside the path that x would best stand beside; PKTRT_NONE: x is well where it is. Gain: what the
-   boxes' areas lose in sum. */
+/* Finds the best new sibling for node x, by the sum of all boxes' areas; returns PKTRT_NONE if x had better stay. */
 PKTRT__NOINLINE uint32_t pktrt__reinsert_find_place(const pktrt__reinsert_node *nodes, uint32_t x, float unit) {
   struct { uint32_t node; float gain; } stack[PKTRT__MAX_DEPTH + 2];
   const float own = pktrt__build_box_area(nodes[x].box, unit);
@@ -2183,7 +2184,7 @@ PKTRT__NOINLINE uint32_t pktrt__reinsert_find_place(const pktrt__reinsert_node *
   }
 }
 
-/* Takes a node out, its parent with it, and puts both beside another, unless the tree became too deep. */
+/* Takes a node and its parent out of the tree and puts both beside another node, unless the tree became too deep. */
 static void pktrt__reinsert_move_node(pktrt__reinsert_node *nodes, uint32_t x, uint32_t place) {
   const uint32_t p = nodes[x].parent, above = nodes[p].parent, other = nodes[p].child[nodes[p].child[0] == x];
   uint32_t depth = 1 + (nodes[x].height > nodes[place].height ? nodes[x].height : nodes[place].height);
@@ -2198,7 +2199,7 @@ static void pktrt__reinsert_move_node(pktrt__reinsert_node *nodes, uint32_t x, u
   pktrt__reinsert_update_node(nodes, 0);
 }
 
-/* The binary tree again, with the prims in its order. */
+/* Writes the subtree back as build nodes, with the prims in its order. */
 static void pktrt__reinsert_lay_out(const pktrt__builder *b, const pktrt__reinsert_node *nodes, uint32_t at, uint32_t slot,
                            uint32_t first) {
   const pktrt__reinsert_node *t = &nodes[at];
@@ -2213,7 +2214,7 @@ static void pktrt__reinsert_lay_out(const pktrt__builder *b, const pktrt__reinse
   pktrt__reinsert_lay_out(b, nodes, t->child[1], slot + 2 * left, first + left);
 }
 
-/* false: out of memory */
+/* Reinserts all nodes of the binary tree; returns false when out of memory. */
 static bool pktrt__reinsert_nodes(pktrt__builder *b) {
   const uint32_t n = pktrt__reinsert_count_nodes(b->nodes, 0);
   pktrt__reinsert_node *nodes = PKTRT__CAST(pktrt__reinsert_node *, pktrt__mem_alloc(b->desc, n, sizeof *nodes));
@@ -2236,11 +2237,11 @@ static bool pktrt__reinsert_nodes(pktrt__builder *b) {
   return true;
 }
 
-/* Plan of the collapse: which nodes of the binary tree become the children of wide ones, and which subtrees leaves.
-   cost[j] receives the least expected cost, times the area, of a subtree that may be given away as up to j nodes or
-   blocks, for j from 1 to 7: of one it is the cost of a block, or that of a wide node, which gives away eight. The plan
-   of a node has, for j from 2 to 8, three bits from bit 3 (j - 2) on: how many of the j go to the left part, or 0 if
-   the subtree stays whole. Subtrees that had better be blocks become leaves. */
+/* Plans the collapse: which nodes of the binary tree become children of wide nodes, and which subtrees become leaves.
+   cost[j] receives the least expected cost, times the area, of a subtree that is represented by up to j nodes or
+   blocks, for j from 1 to 7: for one it is the cost of a block, or of a wide node, which has up to eight children. The
+   plan of a node has, for j from 2 to 8, three bits from bit 3 (j - 2) on: how many of the j go to the left part, or 0
+   if the subtree stays whole. Subtrees that had better be blocks become leaves. */
 static void pktrt__collapse_plan(pktrt__build_node *nodes, uint32_t slot, uint32_t count, double cost[8],
                         const pktrt__build_range *done, uint32_t done_count) {
   pktrt__build_node *node = &nodes[slot];
@@ -2268,7 +2269,7 @@ static void pktrt__collapse_plan(pktrt__build_node *nodes, uint32_t slot, uint32
   }
 }
 
-/* Of a subtree whose parts are not planned; what it costs is kept in place of the range's box. */
+/* Plans the collapse of a range's whole subtree, and keeps its costs in place of the range's box. */
 static void pktrt__collapse_plan_range(const pktrt__builder *b, pktrt__build_range *r) {
   double cost[8];
   const double size = b->nodes[r->slot].size, area = size * size;
@@ -2276,7 +2277,7 @@ static void pktrt__collapse_plan_range(const pktrt__builder *b, pktrt__build_ran
   for (uint32_t j = 1; j < 8; j++) r->box[j] = area > 0.0 ? (float)(cost[j] / area) : 0.0f;
 }
 
-/* The whole subtree of a range. The stack holds at most one right part per level. */
+/* Builds the whole subtree of a range. The stack holds at most one right part per level. */
 static void pktrt__build_range_tree(void *arg, size_t index) {
   pktrt__builder *b = PKTRT__CAST(pktrt__builder *, arg);
   pktrt__build_range stack[PKTRT__MAX_DEPTH + 1], part[2];
@@ -2292,7 +2293,7 @@ static void pktrt__build_range_tree(void *arg, size_t index) {
   if (!b->passes) pktrt__collapse_plan_range(b, &b->chunks[index]);
 }
 
-/* One level of all ranges above the tasks: job i splits range i of the round into parts 2i and 2i + 1. */
+/* One round splits all ranges above the tasks by one level: range i into parts 2i and 2i + 1. */
 typedef struct pktrt__build_round {
   pktrt__builder *b;
   pktrt__build_range *ranges, *parts;
@@ -2303,15 +2304,15 @@ static void pktrt__build_split_job(void *arg, size_t i) {
   pktrt__build_split(round->b, &round->ranges[i], &round->parts[2 * i]); /* ranges of more than 8 always split */
 }
 
-/* Ranges of more than `limit` triangles are disjoint, so there are at most count / limit of them in each of MAX_DEPTH
-   rounds; each split adds at most one range to the list of those done. */
+/* Bounds the number of ranges in a round: those of more than `limit` triangles are disjoint, so there are at most count
+   / limit of them in each of MAX_DEPTH rounds; each split adds at most one range to the list of those done. */
 static uint64_t pktrt__build_most_wide(const pktrt__builder *b) { return b->count / b->limit + 1; }
 static uint64_t pktrt__build_most_done(const pktrt__builder *b) { return pktrt__build_most_wide(b) * PKTRT__MAX_DEPTH + 1; }
 
 static bool pktrt__build_binary_tree(pktrt__builder *b) {
   pktrt__build_range root;
   pktrt__build_fill(b, &root);
-  pktrt__build_range *done = b->chunks; /* the chunks' boxes have served */
+  pktrt__build_range *done = b->chunks; /* the chunks' boxes are no longer needed */
   pktrt__build_round round;
   round.b = b, round.ranges = done + pktrt__build_most_done(b), round.parts = round.ranges + pktrt__build_most_wide(b);
   uint32_t done_count = 0, wide_count = 0;
@@ -2341,7 +2342,7 @@ PKTRT__INLINE bool pktrt__tri_has_area(const float *const v[3]) {
   return (ay * bz - az * by != 0.0) | (az * bx - ax * bz != 0.0) | (ax * by - ay * bx != 0.0);
 }
 
-/* The mesh that is read: blocks take most of their triangles from one. */
+/* The mesh that is being read: blocks take most of their triangles from one. */
 typedef struct pktrt__mesh_reader {
   const pktrt__mesh *meshes;
   const float *positions;
@@ -2365,13 +2366,12 @@ static pktrt__mesh_reader pktrt__mesh_reader_seek(pktrt__mesh_reader r, uint32_t
   return r;
 }
 
-/* Where the corners of a block's triangles are at key 0; free lanes repeat lane 0. Blocks gather from all over the
-   mesh: what they read is found and starts loading some blocks ahead, and the indices that say where it is twice as far
-   ahead, as long as the mesh stays the same. */
+/* The number of blocks ahead that the corners of triangles are found and prefetched, and twice as many ahead their
+   indices, as long as the mesh stays the same. WHY: the triangles of a block come from all over the mesh. */
 enum { PKTRT__AHEAD = 8 };
 typedef struct pktrt__block_source {
-  const float *corner[8][3];
-  size_t step[8];
+  const float *corner[8][3]; /* at key 0; free lanes repeat lane 0 */
+  size_t step[8];            /* floats to the next key */
 } pktrt__block_source;
 
 static void pktrt__block_find_source(const pktrt__bvh *bvh, uint32_t block, uint32_t end, pktrt__mesh_reader *reader,
@@ -2401,17 +2401,17 @@ static void pktrt__block_find_source(const pktrt__bvh *bvh, uint32_t block, uint
   *reader = r;
 }
 
-/* The kernels of builds and refits: >>fit. Which lanes have area, of the vertices of a block at a key. Bounds and
-   orders of a run of nodes whose blocks, and nodes below in other runs, are done; returns the children's areas, summed
-   over keys too. */
+/* The kernels of builds and refits: >>fit. The first tells which lanes of a block's vertices at a key have area. The
+   second fits bounds and child orders of a run of nodes whose blocks, and nodes below in other runs, are done; it
+   returns the sum of the children's areas over all keys. */
 typedef struct pktrt__fit_table {
   uint32_t (*lanes_with_area)(const float *vertices);
   double (*nodes)(const pktrt__bvh *, uint32_t first, uint32_t count);
 } pktrt__fit_table;
 static const pktrt__fit_table *pktrt__fit_table_of(pktrt_isa);
 
-/* Vertices and ids of a block. Returns the number of triangles without area at any time: the normal is a quadratic
-   function of time between two keys; zero at both and half-way, it is zero throughout. */
+/* Writes vertices and ids of a block. Returns the number of triangles without area at any time: between two keys the
+   normal is a quadratic function of time; if it is zero at both and half-way, it is zero throughout. */
 static uint32_t pktrt__block_write(const pktrt__fit_table *fit, const pktrt__bvh *bvh, uint32_t block,
                                    const pktrt__block_source *s) {
   const uint32_t *tri = bvh->block_triangles + (size_t)block * 8;
@@ -2455,7 +2455,7 @@ static float pktrt__max8(const float *p) {
   return m[0] > m[1] ? m[0] : m[1];
 }
 
-/* lo x, hi x, lo y, ... of a node. Empty children do no harm by their values. */
+/* Unites the children's boxes of a node at a key: lo x, hi x, lo y, ... The bounds of empty children change nothing. */
 static void pktrt__bvh_node_box(const pktrt__bvh *bvh, uint32_t node, uint32_t key, float box[6]) {
   const float *plane = pktrt__node_planes(pktrt__bvh_node(bvh, node), key);
   for (int a = 0; a < 3; a++) {
@@ -2469,14 +2469,14 @@ static double pktrt__bvh_box_area(const float box[6]) {
   return 2.0 * (x * y + y * z + z * x);
 }
 
-/* A whole number that orders as x does but for its last three bits, which hold i < 8: no two are equal. */
+/* Returns an integer that orders as x does but for its last three bits, which hold i < 8: no two are equal. */
 PKTRT__INLINE int32_t pktrt__bvh_order_key(float x, int32_t i) {
   int32_t bits;
   memcpy(&bits, &x, 4);
   return ((bits < 0 ? bits ^ INT32_MAX : bits) & ~7) | i;
 }
 
-/* Children from far to near for each octant, at the middle of the motion. Opposite octants have reverse orders. */
+/* Orders children from far to near for each octant, at the middle of the motion. Opposite octants have reverse ones. */
 PKTRT__INLINE void pktrt__bvh_order_children(const pktrt__bvh *bvh, pktrt__node *node) {
   const float *p = pktrt__node_planes(node, (bvh->key_count - 1) / 2), *q = pktrt__node_planes(node, bvh->key_count / 2);
   float c[3][8];
@@ -2498,7 +2498,7 @@ PKTRT__INLINE void pktrt__bvh_order_children(const pktrt__bvh *bvh, pktrt__node 
   }
 }
 
-/* What a run of nodes and blocks adds to the group's figures: kept behind the group's tasks, those of the top last. */
+/* A run's contribution to the figures of its tree: kept behind the tree's tasks, that of the top last. */
 typedef struct pktrt__bvh_sum {
   double area;
   uint32_t degenerate, changed;
@@ -2513,9 +2513,9 @@ static bool pktrt__bvh_alloc_tasks(const pktrt_scene_desc *desc, pktrt__bvh *bvh
   return bvh->tasks != NULL;
 }
 
-/* Bounds, costs and counts of the group from its root and the runs. The cost is the expected number of nodes and
+/* Computes bounds, cost and counts of a tree from its root and the runs. The cost is the expected number of nodes and
    blocks opened by a random line through the root's box, at a random time: areas of all of them over the root's, each
-   summed over the keys. Boxes without area: 2, as a root with one block. */
+   summed over the keys. For boxes without area it is 2, as for a root with one block. */
 PKTRT__COLD void pktrt__bvh_sum_up(pktrt__bvh *bvh) {
   double root = 0.0, sum = 0.0;
   for (uint32_t k = 0; k < bvh->key_count; k++) {
@@ -2546,13 +2546,13 @@ typedef struct pktrt__collapse_subtree { /* a subtree of the binary tree */
 
 typedef struct pktrt__collapse_walk {
   const pktrt__builder *b;
-  pktrt__bvh *bvh;     /* written to; NULL: count only */
+  pktrt__bvh *bvh;     /* the tree written; NULL: count only */
   pktrt__collapse_subtree *subs;    /* roots of the tasks, in order; NULL: count only */
-  uint32_t task_count; /* tasks met */
+  uint32_t task_count; /* tasks found so far */
   uint32_t limit;      /* inner subtrees of up to so many triangles are tasks; 0: none is */
 } pktrt__collapse_walk;
 
-/* Children of a wide node, as planned */
+/* Lists the children of a wide node as planned; returns how many. */
 static uint32_t pktrt__collapse_open(const pktrt__build_node *nodes, pktrt__collapse_subtree root, pktrt__collapse_subtree child[8]) {
   struct { pktrt__collapse_subtree sub; uint32_t most; } stack[8];
   uint32_t n = 0, top = 0;
@@ -2573,8 +2573,8 @@ static uint32_t pktrt__collapse_open(const pktrt__build_node *nodes, pktrt__coll
   return n;
 }
 
-/* Large boxes of few triangles come last: rays that look for any hit enter children from the last to the first. WHY:
-   ambient occlusion in conference opens 3.3 nodes a ray, not 8.3 as in the order of the splits. */
+/* Sorts children so that large boxes of few triangles come last: any-hit traversal enters children from the last to the
+   first. WHY: ambient occlusion in conference opens 3.3 nodes a ray, not 8.3 as in the order of the splits. */
 static void pktrt__collapse_order_children(const pktrt__build_node *nodes, pktrt__collapse_subtree *child, uint32_t n) {
   pktrt__collapse_subtree from[8];
   double key[8];
@@ -2606,8 +2606,8 @@ static void pktrt__collapse_write_ids(const pktrt__collapse_walk *w, pktrt__coll
   for (uint32_t l = 0; l < 8; l++) tri[l] = l < leaf.count ? pktrt__build_prim_id(&p[l]) : PKTRT_NONE;
 }
 
-/* Walks the wide tree below root in depth-first order, numbering nodes and blocks from those in *t, which receives how
-   many there are; emits them, without bounds and vertices, if w says so. */
+/* Walks the wide tree below root in depth-first order, numbers its nodes and blocks from the first ones in *t on, and
+   counts them in *t. Writes them, without bounds and vertices, where w->bvh is not NULL. */
 static void pktrt__collapse_walk_tree(pktrt__collapse_walk *w, pktrt__collapse_subtree root, pktrt__bvh_task *t) {
   struct { pktrt__collapse_subtree sub; uint32_t *ref; } stack[PKTRT__STACK];
   uint32_t top = 0, node = t->first_node, block = t->first_block, ignored = 0;
@@ -2674,7 +2674,7 @@ static void pktrt__collapse_write_job(void *arg, size_t i) {
   sum->area = c->b->fit->nodes(c->bvh, t->first_node, t->node_count);
 }
 
-/* Allocates nodes and blocks, whose numbers are known, and places the runs: the top first. */
+/* Allocates nodes and blocks, whose counts are known, and places the runs, the top first. */
 static bool pktrt__collapse_place_tasks(const pktrt_scene_desc *desc, pktrt__bvh *bvh) {
   const pktrt__bvh_task *top = &bvh->tasks[bvh->task_count];
   bvh->node_count = top->node_count, bvh->block_count = top->block_count;
@@ -2689,7 +2689,7 @@ static bool pktrt__collapse_place_tasks(const pktrt_scene_desc *desc, pktrt__bvh
   return bvh->nodes && bvh->blocks && bvh->block_triangles;
 }
 
-/* From the binary tree to the group; on failure the caller frees what *g holds. */
+/* Collapses the binary tree into the wide one; on failure the caller frees what *bvh holds. */
 static bool pktrt__collapse_build(pktrt__builder *b, pktrt__bvh *bvh) {
   const pktrt_scene_desc *desc = b->desc;
   pktrt__collapse_subtree root = {0, 0, b->count};
@@ -2740,8 +2740,8 @@ static void pktrt__build_set_quality(pktrt__builder *b) {
   }
 }
 
-/* Builds the tree over all meshes with key_count keys, which have at least one triangle. false: out of memory, *out as
-   it was. */
+/* Builds the tree over all meshes with key_count keys, which have at least one triangle. Returns false when out of
+   memory, and leaves *out as it was. */
 static bool pktrt__build_bvh(const pktrt_scene_desc *desc, const pktrt__mesh *meshes, uint32_t mesh_count,
                                uint32_t key_count, bool use_pending, pktrt__bvh *out) {
   pktrt__builder b;
@@ -2766,7 +2766,7 @@ static bool pktrt__build_bvh(const pktrt_scene_desc *desc, const pktrt__mesh *me
   b.nodes = PKTRT__CAST(pktrt__build_node *, pktrt__mem_alloc(desc, 2 * count, sizeof(pktrt__build_node)));
   b.chunks = PKTRT__CAST(pktrt__build_range *, pktrt__mem_alloc(desc, ranges, sizeof(pktrt__build_range)));
   bool ok = b.prims && b.away && b.nodes && b.chunks && pktrt__build_binary_tree(&b);
-  pktrt__mem_release(desc, b.away, count, sizeof(pktrt__build_prim)); /* room for what follows */
+  pktrt__mem_release(desc, b.away, count, sizeof(pktrt__build_prim)); /* makes room for what follows */
   ok = ok && pktrt__collapse_build(&b, &bvh);
   pktrt__mem_release(desc, b.prims, count, sizeof(pktrt__build_prim));
   pktrt__mem_release(desc, b.nodes, 2 * count, sizeof(pktrt__build_node));
@@ -2783,15 +2783,15 @@ static bool pktrt__build_bvh(const pktrt_scene_desc *desc, const pktrt__mesh *me
 
 /* >>refit ---------------------------------------------------------------------------------------------------------- */
 
-/* The runs of the build again: blocks with a triangle of a changed mesh are written anew, then all bounds of a run
-   that has such a block, then those of the top. A run without one keeps its bounds and its sums. */
+/* A refit goes through the runs of the build: it rewrites blocks with a triangle of a changed mesh, then all bounds of
+   runs with such a block, then those of the top. A run without one keeps its bounds and its sums. */
 
 typedef struct pktrt__refit {
   const pktrt__fit_table *fit;
   pktrt__bvh *bvh;
   const pktrt__mesh *meshes;
   uint32_t mesh_count;
-  bool all; /* meshes changed */
+  bool all; /* every mesh of the tree changed */
 } pktrt__refit;
 
 static bool pktrt__refit_block_changed(const pktrt__refit *r, uint32_t block) {
@@ -2804,7 +2804,7 @@ static bool pktrt__refit_block_changed(const pktrt__refit *r, uint32_t block) {
   return r->all;
 }
 
-/* Triangles of a block that had no area */
+/* Counts the triangles of a block that had no area. */
 static uint32_t pktrt__refit_count_degenerate(const pktrt__bvh *bvh, uint32_t block) {
   const uint32_t *tri = bvh->block_triangles + (size_t)block * 8;
   const uint32_t *id = pktrt__bvh_block(bvh, block)->id;
@@ -2856,7 +2856,7 @@ static void pktrt__refit_bvh(const pktrt_scene_desc *desc, pktrt__bvh *bvh, cons
 
 /* >>validate ------------------------------------------------------------------------------------------------------- */
 
-/* Keeps the sentence that says what was wrong; returns the status. */
+/* Keeps the sentence that says what was wrong, and returns the status. */
 PKTRT__COLD pktrt_status pktrt__fail(pktrt_scene *s, pktrt_status status, const char *format, ...) {
   va_list args;
   va_start(args, format);
@@ -2865,13 +2865,13 @@ PKTRT__COLD pktrt_status pktrt__fail(pktrt_scene *s, pktrt_status status, const 
   return status;
 }
 
-/* In brackets, for log is a macro of <tgmath.h>. */
+/* Passes a sentence to the log hook. WHY brackets: log is a macro of <tgmath.h>. */
 static void pktrt__log_sentence(const pktrt_scene *s, int level, const char *sentence) {
   if (s->desc.log) (s->desc.log)(s->desc.user, level, sentence);
 }
 
 #ifndef PKTRT_NO_RENDER
-/* A sentence about what is wrong with a render, for whoever wants it. */
+/* The sentence about what is wrong with a render, where the caller wants it. */
 typedef struct pktrt__refusal {
   char text[160];
 } pktrt__refusal;
@@ -2887,8 +2887,8 @@ static bool pktrt__render_refuse(pktrt__refusal *why, const char *format, ...) {
 
 PKTRT__INLINE bool pktrt__is_finite(float x) { return x - x == 0; } /* false for NaN and infinities */
 
-/* The largest absolute value; NaN if there is one. As whole numbers, which order as absolute floats do, NaN last; by
-   eights, which compilers turn into vectors. */
+/* Returns the largest absolute value, NaN if there is one. Compares floats without signs as integers, which order
+   alike, NaN last; by eights, which compilers turn into vectors. */
 static float pktrt__mesh_largest(const float *p, uint64_t n) {
   int32_t most[8] = {0, 0, 0, 0, 0, 0, 0, 0}, x[8] = {0, 0, 0, 0, 0, 0, 0, 0};
   for (uint64_t i = 0; i < n; i += 8) {
@@ -2903,16 +2903,16 @@ static float pktrt__mesh_largest(const float *p, uint64_t n) {
   return result;
 }
 
-/* Vectors of the caller's: one key of a mesh's positions or normals. */
+/* The caller's vectors: one key of a mesh's positions or normals. */
 typedef struct pktrt__mesh_vectors {
   const float *from;
   uint32_t count, stride; /* bytes from one to the next */
-  float limit;            /* of what is allowed */
-  uint32_t mesh, key;     /* whose they are, for sentences */
+  float limit;            /* the largest absolute value allowed */
+  uint32_t mesh, key;     /* named in messages */
   const char *what;       /* "vertex", "normal" */
 } pktrt__mesh_vectors;
 
-/* Copies vectors from a strided array into a tight one; refuses what is not finite or too large. */
+/* Copies vectors from a strided array into a tight one; refuses values that are not finite or too large. */
 static pktrt_status pktrt__mesh_copy_vectors(pktrt_scene *s, float *to, const pktrt__mesh_vectors *v) {
   const unsigned char *p = (const unsigned char *)(const void *)v->from;
   if (v->stride == 12 && v->count) {
@@ -2936,7 +2936,7 @@ static pktrt_status pktrt__mesh_copy_vectors(pktrt_scene *s, float *to, const pk
 
 static uint64_t pktrt__mesh_floats(const pktrt__mesh *m) { return (uint64_t)m->vertex_count * m->key_count * 3; }
 
-/* Finds out whether a mesh has vertices that no triangle uses. False: out of memory. */
+/* Finds out whether a mesh has vertices that no triangle uses; returns false when out of memory. */
 PKTRT__COLD bool pktrt__mesh_find_strays(const pktrt_scene_desc *d, pktrt__mesh *m) {
   uint64_t used = m->indices ? 0 : (uint64_t)m->triangle_count * 3;
   if (m->indices) {
@@ -2950,7 +2950,7 @@ PKTRT__COLD bool pktrt__mesh_find_strays(const pktrt_scene_desc *d, pktrt__mesh 
   return true;
 }
 
-/* The largest absolute coordinate of a mesh's triangles over all keys. */
+/* Returns the largest absolute coordinate of a mesh's triangles over all keys. */
 static float pktrt__mesh_max_coord(const pktrt__mesh *m) {
   if (!m->stray) return pktrt__mesh_largest(m->positions, pktrt__mesh_floats(m));
   float largest = 0;
@@ -2972,7 +2972,7 @@ PKTRT__COLD void pktrt__mesh_free(const pktrt_scene_desc *d, pktrt__mesh *m) {
   pktrt__mem_release(d, m->indices, (uint64_t)m->triangle_count * 3, sizeof(uint32_t));
 }
 
-/* Makes room for one more element; false: out of memory, nothing changed. */
+/* Makes room for one more element; returns false when out of memory, and changes nothing then. */
 PKTRT__COLD bool pktrt__mem_grow(const pktrt_scene_desc *d, void **array, uint32_t count, uint32_t *capacity, size_t size) {
   if (count < *capacity) return true;
   const uint32_t more = *capacity ? *capacity * 2 : 8;
@@ -2984,7 +2984,7 @@ PKTRT__COLD bool pktrt__mem_grow(const pktrt_scene_desc *d, void **array, uint32
   return true;
 }
 
-/* The description alone, without looking at the arrays. */
+/* Checks the description of a mesh alone, without reading its arrays. */
 PKTRT__COLD pktrt_status pktrt__mesh_check(pktrt_scene *s, const pktrt_mesh_desc *d, uint32_t mesh) {
   const unsigned m = (unsigned)mesh;
   if (!d) return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "mesh %u: the description is NULL", m);
@@ -3058,7 +3058,7 @@ static void pktrt__commit_swap(float **a, float **b) {
   *a = *b, *b = swap;
 }
 
-/* Takes over what set_positions and set_normals left waiting. */
+/* Takes over the positions and normals that pktrt_set_positions and pktrt_set_normals left pending. */
 static void pktrt__commit_promote(pktrt__mesh *m) {
   if (m->dirty && m->pending) {
     pktrt__commit_swap(&m->positions, &m->pending);
@@ -3071,9 +3071,9 @@ static void pktrt__commit_promote(pktrt__mesh *m) {
 
 static pktrt__bvh_segment pktrt__bvh_segment_of(const pktrt__bvh *bvhs, uint32_t index, uint32_t segment);
 
-/* What follows from the groups: their order and views, the scene's bounds, the advice. */
+/* Derives from the trees their order and first segments, the scene's bounds, and whether a rebuild is advised. */
 PKTRT__COLD void pktrt__commit_summarise(pktrt_scene *s) {
-  for (uint32_t i = 1; i < s->bvh_count; i++) /* insertion sort: few groups */
+  for (uint32_t i = 1; i < s->bvh_count; i++) /* insertion sort: few trees */
     for (uint32_t j = i; j > 0 && s->bvhs[j].area < s->bvhs[j - 1].area; j--) {
       const pktrt__bvh swap = s->bvhs[j];
       s->bvhs[j] = s->bvhs[j - 1], s->bvhs[j - 1] = swap;
@@ -3091,7 +3091,7 @@ PKTRT__COLD void pktrt__commit_summarise(pktrt_scene *s) {
   }
 }
 
-/* Whether a commit has to build the group of meshes with so many keys. */
+/* Tells whether a commit has to build the tree of the meshes with so many keys. */
 PKTRT__COLD bool pktrt__commit_bvh_changed(const pktrt_scene *s, uint32_t keys) {
   for (uint32_t i = 0; i < s->mesh_count; i++) {
     const pktrt__mesh *m = &s->meshes[i];
@@ -3100,7 +3100,7 @@ PKTRT__COLD bool pktrt__commit_bvh_changed(const pktrt_scene *s, uint32_t keys) 
   return false;
 }
 
-/* Whether a refit has to fit it: vertices have moved. */
+/* Tells whether a refit has to fit the tree of the meshes with so many keys: vertices have moved. */
 PKTRT__COLD bool pktrt__commit_bvh_moved(const pktrt_scene *s, uint32_t keys) {
   for (uint32_t i = 0; i < s->mesh_count; i++)
     if (s->meshes[i].key_count == keys && s->meshes[i].triangle_count && s->meshes[i].dirty) return true;
@@ -3113,7 +3113,7 @@ static const pktrt__bvh *pktrt__commit_find_bvh(const pktrt_scene *s, uint32_t k
   return NULL;
 }
 
-/* Builds the groups that changed into a new list, then swaps lists: a failure leaves the old one. */
+/* Builds the trees that changed into a new list, then swaps lists: a failure leaves the old one. */
 PKTRT__COLD pktrt_status pktrt__commit_build_changed(pktrt_scene *s) {
   uint32_t kinds = 0, n = 0;
   bool seen[PKTRT_MAX_KEYS + 1];
@@ -3282,23 +3282,23 @@ PKTRT__COLD pktrt_status pktrt__commit_rebuild_worn(pktrt_scene *s) {
 
 /* >>exact: the canonical test, and what it rests on ---------------------------------------------------------------- */
 
-/* An axis and the next two, in a circle. */
+/* Each axis k with the next two, u and v, in cyclic order. */
 static const uint32_t pktrt__axes[3][3] = {{0, 1, 2}, {1, 2, 0}, {2, 0, 1}};
 
-/* One ray by itself, as in a batch, but close together: its rows would lie on as many lines of the cache. */
+/* A single ray with the values that a batch keeps in rows, which would lie on as many cache lines. */
 typedef struct pktrt__single {
-  PKTRT__ALIGN64 float rd[8], cn[8], cf[8]; /* by axis; the other lanes say nothing */
+  PKTRT__ALIGN64 float rd[8], cn[8], cf[8]; /* by axis; the other lanes are unused */
   const pktrt_ray *ray;
   float slope[2], dk, wn, wf, sn, sf, tiny, pad, ta, tb;
   uint32_t id, slot, bvh, octant;
   const uint32_t *axis; /* k, u, v */
 } pktrt__single;
 
-/* The segment of a time and the weights of its two keys. */
+/* Returns the motion segment of a time, and finds the weights of its two keys. */
 PKTRT__INLINE uint32_t pktrt__time_segment(float time, uint32_t keys, float *a, float *b) {
   if (!(time > 0)) time = 0;
   if (time > 1) time = 1;
-  if (keys < 2) { /* one key: all of it */
+  if (keys < 2) { /* one key has all the weight */
     *a = 1, *b = 0;
     return 0;
   }
@@ -3310,7 +3310,7 @@ PKTRT__INLINE uint32_t pktrt__time_segment(float time, uint32_t keys, float *a, 
   return i;
 }
 
-/* cross(p1 - p0, p2 - p0) in double; false where it is exactly zero. Coordinates lie `step` floats apart. */
+/* Computes cross(p1 - p0, p2 - p0) in double, of coordinates `step` floats apart; returns false if exactly zero. */
 PKTRT__INLINE bool pktrt__tri_normal_strided(const float *p0, uint32_t step, double n[3]) {
   const float *p1 = p0 + 3 * step, *p2 = p1 + 3 * step;
   const double x = (double)p0[0], y = (double)p0[step], z = (double)p0[2 * step];
@@ -3325,7 +3325,7 @@ PKTRT__INLINE bool pktrt__tri_normal(float p[3][3], double n[3]) {
   return pktrt__tri_normal_strided((const float *)(const void *)p, 1, n);
 }
 
-/* The corners of a triangle at a ray's time: for what happens once per ray, or seldom. */
+/* Computes the corners of a triangle at a ray's time; for work that is done once per ray, or seldom. */
 static void pktrt__tri_corners_at(const pktrt__bvh *bvh, uint32_t slot, float time, float p[3][3]) {
   pktrt__block *block = pktrt__bvh_block(bvh, slot / 8);
   float a, b;
@@ -3345,7 +3345,7 @@ static bool pktrt__tri_has_area_at(const pktrt__bvh *bvh, uint32_t slot, float t
   return pktrt__tri_normal(p, n);
 }
 
-/* Of the canonical test: a corner as the ray sees it; its products with z, summed up; the edge functions. */
+/* A corner in the sheared frame of the ray, for the canonical test. */
 typedef struct pktrt__exact_corner {
   double x, y, z;
 } pktrt__exact_corner;
@@ -3360,7 +3360,7 @@ PKTRT__INLINE pktrt__exact_corner pktrt__exact_shear(const pktrt__single *q, con
   return c;
 }
 typedef struct pktrt__exact_edges {
-  double u, v, w, det, depth;
+  double u, v, w, det, depth; /* the edge functions, their sum, and their products with z, summed up */
 } pktrt__exact_edges;
 PKTRT__INLINE pktrt__exact_edges pktrt__exact_edge_functions(const pktrt__single *q, const float *p, uint32_t step) {
   const pktrt__exact_corner a = pktrt__exact_shear(q, p, step), b = pktrt__exact_shear(q, p + 3 * step, step);
@@ -3371,7 +3371,7 @@ PKTRT__INLINE pktrt__exact_edges pktrt__exact_edge_functions(const pktrt__single
   return e;
 }
 
-/* The canonical test of one triangle; t where it is hit. */
+/* Runs the canonical test of one triangle; returns whether it is hit, and sets *t then. */
 static bool pktrt__exact_intersect(const pktrt__bvh *bvh, const pktrt__single *q, uint32_t slot, float *t) {
   float p[3][3];
   pktrt__tri_corners_at(bvh, slot, q->ray->time, p);
@@ -3385,8 +3385,8 @@ static bool pktrt__exact_intersect(const pktrt__bvh *bvh, const pktrt__single *q
 /* >>batch ---------------------------------------------------------------------------------------------------------- */
 
 enum {
-  PKTRT__BATCH = 256, /* rays at hand together: a packet of the paper path, four of the fast path */
-  PKTRT__ROW = PKTRT__BATCH + 16 /* a line of cache more than a power of two, or all rows would fall on one another */
+  PKTRT__BATCH = 256, /* rays handled together: a packet of the paper path, four of the fast path */
+  PKTRT__ROW = PKTRT__BATCH + 16 /* a cache line more than a power of two, or all rows would share cache sets */
 };
 
 /* Rays, structure of arrays, with what the kernels derive from them. 36 KiB, on the stack of a query. */
@@ -3394,11 +3394,11 @@ typedef struct pktrt__batch {
   PKTRT__ALIGN64 float o[3][PKTRT__ROW];
   float d[3][PKTRT__ROW];
   float tmin[PKTRT__ROW], tmax[PKTRT__ROW], time[PKTRT__ROW];
-  float t[PKTRT__ROW];           /* tmax; after resolving: of the nearest hit, if any */
+  float t[PKTRT__ROW];           /* tmax; after resolving: t of the closest hit, if any */
   float slope[2][PKTRT__ROW];    /* Su, Sv of the canonical test */
   float dk[PKTRT__ROW];          /* d_k */
   float rd[3][PKTRT__ROW];       /* 1 / G, by axis */
-  union {                        /* after traversal the hit takes the place of what the boxes asked for */
+  union {                        /* after traversal the hit replaces the values for slabs */
     struct {
       float cn[3][PKTRT__ROW];   /* o rd + D |rd|: near slab = plane rd - cn */
       float cf[3][PKTRT__ROW];   /* o rd - D |rd|: far slab = plane rd - cf */
@@ -3408,28 +3408,28 @@ typedef struct pktrt__batch {
       float normal[3][PKTRT__ROW];
     } hit;
   } as;
-  float wn[PKTRT__ROW], wf[PKTRT__ROW]; /* depths beyond these cannot be the answer; see >>exactness */
-  float sn[PKTRT__ROW], sf[PKTRT__ROW]; /* depths between these would be */
+  float wn[PKTRT__ROW], wf[PKTRT__ROW]; /* depths outside [wn, wf] cannot be the closest hit; see >>exactness */
+  float sn[PKTRT__ROW], sf[PKTRT__ROW]; /* depths between these are certainly after tmin and nearer */
   float tiny[PKTRT__ROW];
   float pad[PKTRT__ROW];         /* D */
-  float ta[PKTRT__ROW], tb[PKTRT__ROW]; /* time weights a, b within the segment, for the group at hand */
-  uint32_t id[PKTRT__ROW];       /* global index of the nearest hit's triangle; 0 at first: no tie with tmax is won.
+  float ta[PKTRT__ROW], tb[PKTRT__ROW]; /* time weights a, b within the segment, for the BVH being traversed */
+  uint32_t id[PKTRT__ROW];       /* global index of the closest hit's triangle; 0 at first: no tie with tmax is won.
                                     After resolving PKTRT_NONE where nothing is hit */
   uint32_t slot[PKTRT__ROW];     /* block * 8 + lane; PKTRT_NONE: no hit. For occlusion: 0 when occluded */
-  uint32_t bvh[PKTRT__ROW];    /* of the nearest hit */
+  uint32_t bvh[PKTRT__ROW];    /* of the closest hit */
   uint8_t axis[PKTRT__ROW], octant[PKTRT__ROW];
   uint16_t segment[PKTRT__ROW];
   uint64_t valid[PKTRT__BATCH / 64];
-  uint64_t moving[PKTRT__BATCH / 64]; /* of those that streams take: which may meet what moves, at any time */
+  uint64_t moving[PKTRT__BATCH / 64]; /* rays of streams that may meet moving triangles, at any time */
   bool coherent; /* frustum packets took most of the last rays */
 } pktrt__batch;
 
-/* Bit j of 0 to 255 becomes byte j, 0 or 1: copied into all bytes, masked, and brought down by a carry. */
+/* Turns bit j of a number up to 255 into byte j, 0 or 1: copies it to all bytes, masks, and shifts by a carry. */
 PKTRT__INLINE uint64_t pktrt__bits_to_bytes(uint32_t bits) {
   const uint64_t each = bits * UINT64_C(0x0101010101010101) & UINT64_C(0x8040201008040201);
   return (each + UINT64_C(0x7F7F7F7F7F7F7F7F)) >> 7 & UINT64_C(0x0101010101010101);
 }
-/* Eight bytes, the lowest first. */
+/* Stores eight bytes, the lowest first. */
 PKTRT__INLINE void pktrt__store_bytes(void *to, uint64_t bytes) {
 #if defined(__BYTE_ORDER__) && __BYTE_ORDER__ == __ORDER_BIG_ENDIAN__
   for (uint32_t j = 0; j < 8; j++) PKTRT__CAST(uint8_t *, to)[j] = (uint8_t)(bytes >> 8 * j);
@@ -3437,7 +3437,7 @@ PKTRT__INLINE void pktrt__store_bytes(void *to, uint64_t bytes) {
   memcpy(to, &bytes, 8);
 #endif
 }
-/* Bits 0, 1, 2 of eight bytes, from bit j of three numbers for byte j. */
+/* Stores eight bytes; bits 0, 1, 2 of byte j are bit j of the three numbers. */
 PKTRT__INLINE void pktrt__store_bits(uint8_t *to, uint32_t bit0, uint32_t bit1, uint32_t bit2) {
   const uint64_t all =
       pktrt__bits_to_bytes(bit0 & 0xFF) | pktrt__bits_to_bytes(bit1 & 0xFF) << 1 | pktrt__bits_to_bytes(bit2 & 0xFF) << 2;
@@ -3453,10 +3453,10 @@ static void pktrt__batch_pad(pktrt__batch *b, uint32_t n) {
   }
 }
 
-/* Where the i-th ray of a batch stands among the caller's. */
+/* Returns where the i-th ray of a batch stands among the caller's. */
 PKTRT__INLINE size_t pktrt__batch_place(const uint16_t *order, size_t i) { return order ? order[i] : i; }
 
-/* Rays from lane i on, of n. */
+/* Loads the rays of a batch from lane i on, of n. */
 static void pktrt__batch_load_rest(pktrt__batch *b, const pktrt_ray *rays, const uint16_t *order, uint32_t i, uint32_t n) {
   for (; i < n; i++) {
     const pktrt_ray *r = &rays[pktrt__batch_place(order, i)];
@@ -3465,7 +3465,7 @@ static void pktrt__batch_load_rest(pktrt__batch *b, const pktrt_ray *rays, const
   }
 }
 
-/* The same; tries the last two answers first, as neighbouring rays mostly hit the same mesh, or two that meet. */
+/* Returns the mesh of a global triangle index; tries the last two answers first: neighbouring rays mostly hit these. */
 PKTRT__INLINE uint32_t pktrt__mesh_lookup(const pktrt_scene *s, uint32_t id, uint32_t hint[2]) {
   const pktrt__mesh *m = &s->meshes[hint[0]];
   if (id - m->first_id < m->triangle_count) return hint[0];
@@ -3476,7 +3476,7 @@ PKTRT__INLINE uint32_t pktrt__mesh_lookup(const pktrt_scene *s, uint32_t id, uin
                                                           : pktrt__mesh_search(s->meshes, s->committed_meshes, id);
 }
 
-/* Mesh and triangle of a global index. */
+/* Finds mesh and triangle of a global index. */
 PKTRT__INLINE void pktrt__mesh_name_triangle(const pktrt_scene *s, uint32_t id, uint32_t hint[2], uint32_t *mesh,
                                         uint32_t *triangle) {
   *mesh = *triangle = PKTRT_NONE;
@@ -3496,8 +3496,8 @@ static void pktrt__batch_store_rest(const pktrt_scene *s, const pktrt__batch *b,
   }
 }
 
-/* WHY: so few rays gain nothing together, least of all where the first hit ends a ray. Eight shuffled shadow rays took
-   1.14 times as long in a stream as in single calls. */
+/* Tells whether n rays are too few for packets. WHY: so few gain nothing together, least of all where the first hit
+   ends a ray. Eight shuffled shadow rays took 1.14 times as long in a stream as in single calls. */
 PKTRT__INLINE bool pktrt__too_few(size_t n, bool occlusion) { return n < (occlusion ? 32u : 16u); }
 
 static pktrt__bvh_segment pktrt__bvh_segment_of(const pktrt__bvh *bvhs, uint32_t index, uint32_t segment) {
@@ -3514,7 +3514,7 @@ static pktrt__bvh_segment pktrt__bvh_segment_of(const pktrt__bvh *bvhs, uint32_t
   return v;
 }
 
-/* Makes a triangle the nearest hit of a ray, at a depth in [lo, hi]. */
+/* Makes a triangle the closest hit of a ray, at a depth in [lo, hi]. */
 PKTRT__INLINE void pktrt__batch_set_hit(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, float lo, float hi, uint32_t id,
                                uint32_t slot) {
   b->sf[r] = lo, b->wf[r] = hi;
@@ -3526,8 +3526,8 @@ PKTRT__INLINE void pktrt__single_set_hit(const pktrt__bvh_segment *seg, pktrt__s
   q->id = id, q->slot = slot, q->bvh = seg->bvh;
 }
 
-/* What single precision leaves open, the canonical test decides: whether a triangle is hit, nearer than what the ray
-   has hit so far, or as near with a lower index. Then it is taken. */
+/* Decides by the canonical test what single precision leaves open: whether a triangle is hit, and nearer than the
+   closest hit so far, or as near with a lower index. Then it becomes the closest hit, and true is returned. */
 PKTRT__NOINLINE bool pktrt__exact_test_single(const pktrt__bvh_segment *seg, pktrt__single *q, uint32_t id, uint32_t slot) {
   const pktrt__bvh *bvh = &seg->bvhs[seg->bvh];
   float t, nearest = q->ray->tmax;
@@ -3540,7 +3540,7 @@ PKTRT__NOINLINE bool pktrt__exact_test_single(const pktrt__bvh_segment *seg, pkt
   return true;
 }
 
-/* Notes whether frustum packets took most of the last n rays; how many they left. */
+/* Notes whether frustum packets took most of the last n rays; returns how many they left. */
 PKTRT__INLINE uint32_t pktrt__batch_note_coherence(pktrt__batch *b, const uint64_t *left, uint32_t n) {
   uint32_t count = 0;
   for (uint32_t i = 0; i < PKTRT__BATCH / 64; i++) count += pktrt__popcount(left[i]);
@@ -3548,7 +3548,7 @@ PKTRT__INLINE uint32_t pktrt__batch_note_coherence(pktrt__batch *b, const uint64
   return count;
 }
 
-/* A ray of a batch by itself, and what became of it. */
+/* Copies a ray of a batch, and its closest hit so far, into a single ray. */
 static void pktrt__single_from_batch(const pktrt__batch *b, uint32_t r, pktrt_ray *ray, pktrt__single *q) {
   for (int a = 0; a < 3; a++) {
     ray->origin[a] = b->o[a][r], ray->direction[a] = b->d[a][r];
@@ -3575,8 +3575,8 @@ PKTRT__NOINLINE bool pktrt__exact_test(const pktrt__bvh_segment *seg, pktrt__bat
   return true;
 }
 
-/* t, u, v and normal of what a lone ray hit, as in >>resolve; false where the triangle has no area at its time. At rest
-   corners are read where they lie: read again from a copy, just written, they would come late. */
+/* Computes t, u, v and normal of a single ray's hit, as in >>resolve; returns false where the triangle has no area at
+   its time. WHY corners at rest are read in place: a copy, just written, would be read back late. */
 PKTRT__DIVIDES_BY_ZERO static bool pktrt__single_resolve(const pktrt_scene *s, const pktrt__single *q, pktrt_hit *hit) {
   const pktrt__bvh *bvh = &s->bvhs[q->bvh];
   float copy[3][3];
@@ -3593,13 +3593,13 @@ PKTRT__DIVIDES_BY_ZERO static bool pktrt__single_resolve(const pktrt_scene *s, c
   const double dk = (double)q->dk, r = 1 / (e.det * dk), rdet = dk * r;
   const double unit = 1 / pktrt__max(fabs(n[0]), pktrt__max(fabs(n[1]), fabs(n[2])));
   hit->t = pktrt__to_float(e.depth * r);
-  /* these are at most 1 */
+  /* both are at most 1 */
   hit->u = (float)(e.v * rdet), hit->v = (float)(e.w * rdet);
   hit->normal[0] = (float)(n[0] * unit), hit->normal[1] = (float)(n[1] * unit), hit->normal[2] = (float)(n[2] * unit);
   return area;
 }
 
-/* Asks the caches for a child that will be visited. Measured worth 5% of a stream's time, and of a single ray's. */
+/* Prefetches a child that will be visited. Measured worth 5% of a stream's time, and of a single ray's. */
 PKTRT__INLINE void pktrt__bvh_prefetch(const pktrt__bvh_segment *seg, uint32_t ref, const bool moving) {
   const size_t node_bytes = moving ? seg->node_bytes : (size_t)PKTRT__NODE_BYTES;
   const size_t block_bytes = moving ? seg->block_bytes : (size_t)PKTRT__BLOCK_BYTES;
@@ -3609,16 +3609,16 @@ PKTRT__INLINE void pktrt__bvh_prefetch(const pktrt__bvh_segment *seg, uint32_t r
   PKTRT__PREFETCH(at + 64);
   PKTRT__PREFETCH(at + 128);
   PKTRT__PREFETCH(at + 192);
-  PKTRT__PREFETCH(at + 256); /* in vain where a node rests, but without a branch */
+  PKTRT__PREFETCH(at + 256); /* in vain for a node at rest, but without a branch */
   for (size_t i = 320; moving && i < (leaf ? block_bytes : node_bytes); i += 64) PKTRT__PREFETCH(at + i);
 }
 
-/* Asks the caches for the caller's values. */
+/* Prefetches the caller's values. */
 PKTRT__INLINE void pktrt__prefetch_lines(const void *at, size_t bytes) {
   for (size_t i = 0; i < bytes; i += 64) PKTRT__PREFETCH((const unsigned char *)at + i);
 }
 
-#define PKTRT__IN_ORDER 076543210u /* as a perm: children as they stand */
+#define PKTRT__IN_ORDER 076543210u /* a perm that leaves children in their order */
 
 /* Pushes the children with a non-empty ray mask in the order of perm, without branches; returns how many. */
 PKTRT__INLINE uint32_t pktrt__stream_push_children(const uint64_t *mask, const uint32_t *child, const float *dist,
@@ -3635,7 +3635,7 @@ PKTRT__INLINE uint32_t pktrt__stream_push_children(const uint64_t *mask, const u
 #ifndef PKTRT_NO_RENDER
 /* >>random: what samples are made of ------------------------------------------------------------------------------- */
 
-/* Everything random comes from here. A key stands for a seed, a pixel (or tile of pixels) and a group of dimensions;
+/* Returns the key of a seed, a pixel (or tile of pixels) and a group of dimensions, from which everything random comes:
    pktrt__hash of the key plus a small number gives 64 bits for each use of it. Seed and group are mixed before the
    pixel joins, so that no seed gives the shifted picture of another. */
 PKTRT__INLINE uint64_t pktrt__sampler_key(uint32_t seed, uint32_t group, uint32_t x, uint32_t y) {
@@ -3643,12 +3643,12 @@ PKTRT__INLINE uint64_t pktrt__sampler_key(uint32_t seed, uint32_t group, uint32_
   return pktrt__hash(pixel + pktrt__hash((uint64_t)seed << 32 | group));
 }
 
-/* The upper 24 of 32 bits as a number in [0,1): all that a float holds, and no rounding up to 1. */
+/* Returns the upper 24 of 32 bits as a number in [0,1), as many as a float holds, so that none is rounded up to 1. */
 PKTRT__INLINE float pktrt__sampler_unit(uint32_t bits) { return (float)(int32_t)(bits >> 8) * (1.0f / 16777216); }
 PKTRT__INLINE float pktrt__sampler_unit_of(double x) { return (float)(int32_t)(x * 16777216) * (1.0f / 16777216); } /* [0,1) */
 PKTRT__INLINE uint32_t pktrt__sampler_below(uint32_t bits, uint32_t n) { return (uint32_t)((uint64_t)bits * n >> 32); }
 
-/* Bits in reverse order. */
+/* Reverses the order of bits. */
 PKTRT__INLINE uint32_t pktrt__reverse_bits(uint32_t x) {
   x = (x >> 1 & 0x55555555u) | (x & 0x55555555u) << 1;
   x = (x >> 2 & 0x33333333u) | (x & 0x33333333u) << 2;
@@ -3661,7 +3661,7 @@ PKTRT__INLINE uint32_t pktrt__reverse_bits(uint32_t x) {
 #endif
 }
 
-/* Owen scrambling (1995) of a number whose bits are in reverse order, by arithmetic (Laine and Karras 2011, Burley
+/* Scrambles a number whose bits are in reverse order as Owen (1995) does, by arithmetic (Laine and Karras 2011, Burley
    2020; constants by Vegdahl 2021): nothing carries towards lower bits, so that each bit is flipped by a hash of those
    below it and of the key. The sum makes the result uniform over keys. */
 PKTRT__INLINE uint32_t pktrt__sampler_owen(uint32_t x, uint32_t key) {
@@ -3682,9 +3682,7 @@ PKTRT__INLINE uint32_t pktrt__bit_width(uint32_t x) {
 }
 #endif
 
-/* Number i < n of a random permutation of n numbers, n <= 2^31, for a key that is mixed already. Each round is a
-   bijection of the next power of two: odd factors carry randomness up, shifts down. They are walked until the number
-   is below n again (Kensler 2013); a rotation makes every place equally likely. */
+/* Applies a bijection of the next power of two: odd factors carry randomness up, shifts down. */
 PKTRT__INLINE uint32_t pktrt__sampler_permute_round(uint32_t i, uint32_t ones, uint32_t shift, uint32_t key) {
   i = (i * (key | 1) + (key >> 16)) & ones;
   i ^= i >> shift;
@@ -3703,6 +3701,8 @@ PKTRT__INLINE uint32_t pktrt__sampler_rotate(uint32_t i, uint32_t n, uint64_t ke
   return i < n ? i : i - n;
 }
 
+/* Returns element i < n of a random permutation of n numbers, n <= 2^31, for a key that is mixed already. Rounds are
+   repeated until the number is below n again (Kensler 2013); a rotation makes every place equally likely. */
 PKTRT__INLINE uint32_t pktrt__sampler_permute(uint32_t i, uint32_t n, uint64_t key) {
   const uint32_t width = pktrt__bit_width(n - 1), ones = (1u << width) - 1, shift = (width + 1) / 2;
   do i = pktrt__sampler_permute_rounds(i, ones, shift, key);
@@ -3710,8 +3710,8 @@ PKTRT__INLINE uint32_t pktrt__sampler_permute(uint32_t i, uint32_t n, uint64_t k
   return pktrt__sampler_rotate(i, n, key);
 }
 
-/* Bit k of the result is the sum modulo 2 of the bits j of x for which the binomial (j over k) is odd, that is, k is a
-   subset of j in binary: Pascal's matrix, the second of Sobol's dimensions. */
+/* Multiplies x by Pascal's matrix, the second of Sobol's dimensions: bit k of the result is the sum modulo 2 of the
+   bits j of x for which the binomial (j over k) is odd, that is, k is a subset of j in binary. */
 PKTRT__INLINE uint32_t pktrt__sampler_pascal(uint32_t x) {
   x ^= x >> 1 & 0x55555555u;
   x ^= x >> 2 & 0x33333333u;
@@ -3726,28 +3726,28 @@ PKTRT__INLINE uint32_t pktrt__sampler_pascal(uint32_t x) {
 static const uint16_t pktrt__sampler_third[16] = {0x1,   0x3,   0x6,   0x9,   0x17,   0x3A,   0x71,   0xA3,
                                           0x116, 0x339, 0x677, 0x9AA, 0x1601, 0x3903, 0x7706, 0xAA09};
 
-/* The digits, lowest bit first, of i / n. */
+/* Returns the binary digits of i / n, the first in the lowest bit. */
 PKTRT__INLINE uint32_t pktrt__sampler_digits(uint32_t i, uint32_t n) {
   return pktrt__reverse_bits((uint32_t)(((uint64_t)i << 32) / n));
 }
 
-/* The digits, lowest bit first, of the four coordinates of point i of n. Where the number of points is known, i / n
-   comes for nothing as one more dimension; it is the third here. Of 2^k points t is 0 in dimensions 0 to 2, in pairs 0, 1
-   and 2, 3, and in most others, and 1 in all four. Hardly any set that is scrambled in Owen's way does better: 4 to 256
-   points err within 1.5% of the least that any such set can, on products of exp(a x) and on boxes (a bound by linear
-   programming, see bench/error/README.md). */
+/* Computes the digits, lowest bit first, of the four coordinates of point i of n. Where the number of points is known,
+   i / n comes for nothing as one more dimension; it is the third here. Of 2^k points t is 0 in dimensions 0 to 2, in
+   pairs 0, 1 and 2, 3, and in most others, and 1 in all four. Hardly any set that is scrambled in Owen's way does
+   better: 4 to 256 points err within 1.5% of the least that any such set can, on products of exp(a x) and on boxes (a
+   bound by linear programming, see bench/error/README.md). */
 PKTRT__INLINE void pktrt__sampler_net(uint32_t i, uint32_t n, uint32_t x[4]) {
   x[0] = i, x[1] = pktrt__sampler_pascal(i), x[2] = pktrt__sampler_digits(i, n), x[3] = 0;
   for (uint32_t k = 0; k < 16; k++) x[3] ^= i >> k & 1 ? pktrt__sampler_third[k] : 0;
 }
 
-/* The same of point number `index` of a sequence, for sets that continue each other. Sobol's first two dimensions are a
-   (0,2)-sequence: every 2^m points from a multiple of 2^m on have one in each elementary interval of area 2^-m. So are
-   the third and the fourth here: the first two once more, of the index times a matrix (upper triangular with ones on
-   its diagonal: such 2^m indices stay together). Found by search over these matrices, for the exact variance of a smooth
-   model integrand; all four dimensions have t = 1 for 4 and 16 points, 2 for up to 512, and then up to 4. Sobol's own
-   four (numbers by Joe and Kuo 2008) err as much, but his third and fourth alone are no (0,2)-sequence. Tables for four
-   columns at a time. */
+/* Returns the index whose first two coordinates are the third and fourth of point `index` of a sequence, for sets that
+   continue each other. Sobol's first two dimensions are a (0,2)-sequence: every 2^m points from a multiple of 2^m on
+   have one in each elementary interval of area 2^-m. So are the third and the fourth here: the first two once more, of
+   the index times a matrix (upper triangular with ones on its diagonal: such 2^m indices stay together). The matrix was
+   found by search over such matrices, for the exact variance of a smooth model integrand; all four dimensions have t =
+   1 for 4 and 16 points, 2 for up to 512, and then up to 4. Sobol's own four (numbers by Joe and Kuo 2008) err as much,
+   but his third and fourth alone are no (0,2)-sequence. Tables for four columns at a time. */
 PKTRT__INLINE uint32_t pktrt__sampler_second_pair(uint32_t index) {
   static const uint32_t sums[8][16] = {
     {0x00000000, 0x00000001, 0x00000003, 0x00000002, 0x00000007, 0x00000006, 0x00000004, 0x00000005,
@@ -3777,13 +3777,13 @@ PKTRT__INLINE void pktrt__sampler_sequence(uint32_t index, uint32_t x[4]) {
   x[1] = pktrt__sampler_pascal(x[0]), x[3] = pktrt__sampler_pascal(x[2]);
 }
 
-/* Samples take the points of such a net in random order, so that groups of dimensions meet at random. The first group, the
-   camera's, need not move for that. */
+/* Returns which point of a net a sample takes: in random order, so that groups of dimensions meet at random. The first
+   group, the camera's, need not move for that. */
 PKTRT__INLINE uint32_t pktrt__sampler_point_index(uint32_t group, uint32_t sample, uint32_t samples, uint64_t key) {
   return group ? pktrt__sampler_permute(sample, samples, key) : sample;
 }
 
-/* Coordinates first to first + n - 1, of four, of a point whose digits are x, scrambled. */
+/* Scrambles coordinates first to first + n - 1, of four, of a point whose digits are x. */
 PKTRT__INLINE void pktrt__sampler_scramble(const uint32_t x[4], uint64_t key, uint32_t first, uint32_t n, float *out) {
   for (uint32_t i = 0; i < n; i++) {
     const uint32_t d = first + i;
@@ -3792,10 +3792,10 @@ PKTRT__INLINE void pktrt__sampler_scramble(const uint32_t x[4], uint64_t key, ui
   }
 }
 
-/* Point `sample` of a run of the sequence, from a multiple of a power of two on, which is the next above the number of
-   samples. A run is a net by itself, and with its neighbours a larger one. Samples come in random order, so that groups
-   of dimensions meet at random. (Shuffled in Owen's way, each beginning of a run would be spread as well as the whole,
-   but two groups together would err up to sqrt(2) times as much.) */
+/* Returns which point of the sequence a sample of a run takes. A run starts at a multiple of the next power of two
+   above the number of samples; it is a net by itself, and with its neighbours a larger one. Samples come in random
+   order, so that groups of dimensions meet at random. (Shuffled in Owen's way, each beginning of a run would be spread
+   as well as the whole, but two groups together would err up to sqrt(2) times as much.) */
 PKTRT__INLINE uint32_t pktrt__sampler_run_index(uint32_t run, uint32_t sample, uint32_t samples, uint64_t order) {
   return (run << pktrt__bit_width(samples - 1)) + pktrt__sampler_permute(sample, samples, order);
 }
@@ -3908,94 +3908,94 @@ static const struct pktrt__sampler_row {
 
 /* >>waves ---------------------------------------------------------------------------------------------------------- */
 
-/* A render works on waves: rays of one generation, structure of arrays. What they meet becomes a dense list of
+/* A render works on waves: rays of one generation, as a structure of arrays. Their hits become a dense list of
    surfaces, whose shadow rays fill a list, and whose reflected and refracted rays fill the waves of the next
-   generation. All this is working space from the allocate hook, made where a generation is first needed. */
+   generation. All this is working space from the allocate hook, allocated where a generation is first needed. */
 enum {
-  PKTRT__WAVE = 256, /* as many as in a batch. WHY: 512 and 1024 gained nothing, and left the caches */
-  PKTRT__WAVE_ROW = PKTRT__WAVE + 8 /* of rows of which eight values may be read from anywhere */
+  PKTRT__WAVE = 256, /* as many as in a batch. WHY: 512 and 1024 gained nothing, and did not fit the caches */
+  PKTRT__WAVE_ROW = PKTRT__WAVE + 8 /* length of rows from which eight values may be read at any place */
 };
 
 typedef struct pktrt__wave {
   PKTRT__ALIGN64 float o[3][PKTRT__WAVE_ROW];
   float d[3][PKTRT__WAVE_ROW], time[PKTRT__WAVE_ROW];
-  float t[PKTRT__WAVE_ROW], u[PKTRT__WAVE_ROW], v[PKTRT__WAVE_ROW]; /* what the ray met */
+  float t[PKTRT__WAVE_ROW], u[PKTRT__WAVE_ROW], v[PKTRT__WAVE_ROW]; /* the hit */
   float n[3][PKTRT__WAVE_ROW];         /* as in pktrt_hit */
   uint32_t id[PKTRT__WAVE_ROW], slot[PKTRT__WAVE_ROW], bvh[PKTRT__WAVE_ROW]; /* which triangle, as in a batch */
-  float radiance[3][PKTRT__WAVE_ROW];  /* the result: what arrives along the ray */
-  float weight[3][PKTRT__WAVE_ROW];    /* of that at the surface that sent the ray */
-  float importance[PKTRT__WAVE_ROW];   /* of that in the sample: product of the largest weights on the way */
+  float radiance[3][PKTRT__WAVE_ROW];  /* the result: the radiance that arrives along the ray */
+  float weight[3][PKTRT__WAVE_ROW];    /* of this radiance at the surface that sent the ray */
+  float importance[PKTRT__WAVE_ROW];   /* of this radiance in the sample: product of the largest weights on the way */
   uint32_t parent[PKTRT__WAVE_ROW];    /* lane of the wave that sent the ray */
   uint32_t medium[PKTRT__WAVE_ROW];    /* the glasses that the ray is in, see >>media; 0: none */
   uint32_t key[PKTRT__WAVE_ROW];       /* which sample dimensions its scattering events use */
-  uint32_t material[PKTRT__WAVE_ROW];  /* that sent it: groups and runs */
+  uint32_t material[PKTRT__WAVE_ROW];  /* of the surface that sent the ray, for assembly */
   uint32_t root[PKTRT__WAVE_ROW];      /* the primary ray it descends from */
-  uint32_t end[PKTRT__WAVE_ROW];       /* where the packet ends that begins with a ray */
+  uint32_t end[PKTRT__WAVE_ROW];       /* where the packet ends that begins with this ray */
 } pktrt__wave;
 
-/* What the rays of a wave met; rays that met nothing leave no gap. Rows are apart like those of a batch. */
+/* The surfaces that the rays of a wave hit, without gaps for rays that hit nothing. Rows are as long as a batch's. */
 typedef struct pktrt__surfaces {
   PKTRT__ALIGN64 double point[3][PKTRT__ROW];
   float position[3][PKTRT__ROW];    /* the same, for hooks */
   float ng[3][PKTRT__ROW];        /* unit geometric normal towards the viewer */
   float ns[3][PKTRT__ROW];       /* unit shading normal on the same side */
-  float nf[3][PKTRT__ROW];      /* the normal that scattering uses: shade, or flat where shade looks away */
+  float nf[3][PKTRT__ROW];      /* the normal that scattering uses: ns, or ng where ns looks away */
   float d[3][PKTRT__ROW];           /* unit direction of the ray */
-  float mirror[3][PKTRT__ROW], refracted[3][PKTRT__ROW]; /* unit directions, above and below flat */
+  float mirror[3][PKTRT__ROW], refracted[3][PKTRT__ROW]; /* unit directions, above and below ng */
   float fresnel[PKTRT__ROW], eta[PKTRT__ROW]; /* eta: index behind the surface over the one before it */
   float offset[PKTRT__ROW];           /* how far rays start from the surface, see >>spawn */
-  float start[3][PKTRT__ROW];       /* of those on the side of `flat` */
+  float start[3][PKTRT__ROW];       /* origin of the rays that leave on the side of ng */
   float distance[PKTRT__ROW];
   float albedo[3][PKTRT__ROW], reflectance[3][PKTRT__ROW], emission[3][PKTRT__ROW];
   float reflected[3][PKTRT__ROW];    /* weight of the reflected ray */
   float transmitted[3][PKTRT__ROW];     /* weight of the refracted ray */
   float radiance[3][PKTRT__ROW];
   uint32_t ray[PKTRT__ROW];         /* lane in the wave */
-  uint32_t number[PKTRT__ROW];      /* 0, 1, 2, ...: what lists of some of them are packed from */
+  uint32_t number[PKTRT__ROW];      /* 0, 1, 2, ...: lists of some of the surfaces are packed from these */
   uint32_t material[PKTRT__ROW], mesh[PKTRT__ROW], triangle[PKTRT__ROW];
   /* bit k % 8 of entry k / 8: */
   uint8_t inside[PKTRT__WAVE / 8];  /* the ray came from where corners appear clockwise */
-  uint8_t shaded[PKTRT__WAVE / 8];  /* done: a shader hook leaves nothing to do */
+  uint8_t shaded[PKTRT__WAVE / 8];  /* shaded completely by a shader hook */
   uint8_t hooked[PKTRT__WAVE / 8];  /* has a texture or a shader */
   uint8_t lobed[PKTRT__WAVE / 8];   /* reflects in a lobe */
-  uint8_t lit[PKTRT__WAVE / 8];     /* lights can add to it: not so for glass, polished metal and what is done */
+  uint8_t lit[PKTRT__WAVE / 8];     /* lights can add to it: not to glass, polished metal and what is shaded already */
   uint8_t kind[PKTRT_SPECULAR_COUNT][PKTRT__WAVE / 8]; /* by pktrt_specular */
-  uint32_t first;                   /* their rays lie in the wave from here on, packed: see pktrt__surface_gather */
+  uint32_t first;                   /* where their rays begin in the wave, packed: see pktrt__surface_gather */
   uint32_t count;
 } pktrt__surfaces;
 
-enum { PKTRT__DRAWN = 64 }; /* so many at once. WHY: sixteen waited for each other's products half as long again */
-typedef struct pktrt__sample_batch { /* which numbers of which samples are asked for, see pktrt_sample */
+enum { PKTRT__DRAWN = 64 }; /* draws at once. WHY: sixteen took half as long again, waiting for each other's products */
+typedef struct pktrt__sample_batch { /* a batch of draws: whose sample numbers, and results; see pktrt_sample */
   PKTRT__ALIGN64 uint32_t x[PKTRT__ROW];
   uint32_t y[PKTRT__ROW], sample[PKTRT__ROW];
-  uint32_t group[PKTRT__ROW];       /* of four dimensions, the first of their event; more can be added to all */
+  uint32_t group[PKTRT__ROW];       /* first group of four dimensions of the event; callers add the same to all */
   uint32_t count;                   /* rounded up to PKTRT__DRAWN by zeros */
   float u[4][PKTRT__ROW];
 } pktrt__sample_batch;
 
-typedef struct pktrt__light_samples { /* where shadow rays towards one light go, for each surface */
+typedef struct pktrt__light_samples { /* the points of one light that shadow rays go to, for each surface */
   PKTRT__ALIGN64 double at[3][PKTRT__WAVE]; /* a point; a direction if the light is infinitely far */
   double factor[PKTRT__WAVE];       /* irradiance of a surface that faces it, for radiance or intensity 1 */
   float arriving[3][PKTRT__WAVE];   /* radiance or intensity */
 } pktrt__light_samples;
 
-typedef struct pktrt__light_target { /* one light, as surfaces see it that look for it */
-  const pktrt__light_samples *listed;     /* for each its own; NULL: by what follows */
+typedef struct pktrt__light_target { /* one light as the target of shadow rays */
+  const pktrt__light_samples *listed;     /* a sample for each surface; NULL: the fields below hold for all */
   pktrt_light_kind kind;
   double at[3], radius;             /* a point of it, or a direction; mesh: middle and radius of a sphere around it */
-  double facing[3];                 /* quad: unit normal; mesh: sum of its areas as vectors: |facing . d| is seen of */
-  double folded;                    /* a flat one, and a quarter of the rest of its area from everywhere */
+  double facing[3];                 /* quad: unit normal; mesh: sum of its area vectors. The projected area of a flat */
+  double folded;                    /* mesh is |facing . d|; `folded`, a quarter of the rest of the area, is added */
   double area, strength;
   float arriving[3];                /* relative to strength */
   bool infinite, by_square;         /* `at` is a direction; irradiance still has to be divided by distance^2 */
-  bool lobes;                       /* shows in lobes, by value */
+  bool lobes;                       /* Phong lobes are evaluated for it: their rays cannot hit it */
 } pktrt__light_target;
 
 typedef struct pktrt__shadow_rays { /* shadow rays of one light */
-  float *o[3], *d[3], *time;        /* in the batch to be traced, or in a list of which packets are made */
-  float *tmax_row;                     /* row of tmax; NULL: in a list */
-  float *contribution[3];               /* what the light adds if nothing is between */
-  uint32_t *surface, *material;     /* material: NULL if nobody wants to know */
+  float *o[3], *d[3], *time;        /* rows of the batch to be traced, or of a list from which packets are made */
+  float *tmax_row;                     /* row of tmax; NULL in a list */
+  float *contribution[3];               /* what the light adds if it is visible */
+  uint32_t *surface, *material;     /* material: NULL if not wanted */
   float tmax;                       /* of all of them */
   uint32_t count;
 } pktrt__shadow_rays;
@@ -4006,31 +4006,31 @@ typedef struct pktrt__shadow_list {
   uint32_t surface[PKTRT__WAVE_ROW], material[PKTRT__WAVE_ROW];
 } pktrt__shadow_list;
 
-/* What surfaces send out: rays of one type. Their key is (key + 1) times `times` plus `plus`, of the ray that came. */
+/* A request for rays of one type that surfaces send out. Their key is (key of the ray before + 1) * times + plus. */
 typedef struct pktrt__spawn_request {
   const pktrt_scene *scene;
   const struct pktrt__glass_mesh *glass; /* see pktrt__render_state */
   bool refraction;
-  float threshold;                  /* of importance */
+  float threshold;                  /* the least importance of a ray */
   uint32_t times, plus;
 } pktrt__spawn_request;
 
-/* Where glass is: a box, and boxes within it that leave out what is empty, depth first. Behind one and those within it
-   the next one follows, after so many steps. They are as much too wide as a ray can hit outside, and as rounding
-   takes: a small part of the largest coordinate. */
+/* A box around glass; the boxes within it, which leave out empty space, follow it depth first, and `next` is the number
+   of steps to the box behind all of these. Boxes are wider than the glass by as much as a ray can hit outside, and as
+   rounding takes: a small part of the largest coordinate. */
 typedef struct pktrt__glass_box {
   float lo[3], hi[3];
   uint32_t next;
 } pktrt__glass_box;
-typedef struct pktrt__glass_mesh { /* of one mesh, over all its keys */
+typedef struct pktrt__glass_mesh { /* the box of one mesh, over all its keys */
   float lo[3], hi[3];
-  bool closed;             /* and of glass: the box is there for this alone */
-  bool touches;            /* the box of another closed one */
+  bool closed;             /* a closed mesh of glass: only these have a box */
+  bool touches;            /* the box touches that of another closed mesh */
 } pktrt__glass_mesh;
 typedef struct pktrt__glass_boxes {
   pktrt__glass_box *boxes; /* NULL: shadow rays pass nothing */
-  uint32_t room;           /* for boxes */
-  float least;             /* directions count as so large along each axis */
+  uint32_t room;           /* how many boxes there is room for */
+  float least;             /* smaller components of directions count as this much */
 } pktrt__glass_boxes;
 
 /* The camera as a picture plane at distance 1: the ray of a pinhole through (px, py) in pixels goes along
@@ -4067,13 +4067,13 @@ typedef struct pktrt__query { /* one query, as the kernels see it */
   const pktrt_query_desc *desc;
   pktrt_counts *counts; /* NULL: do not count */
   bool occlusion;
-  /* What the caches are asked for meanwhile: the rays that come next, the places of these rays' hits; NULL: nothing.
-     WHY meanwhile: asked for in a row, lines wait for one another. Spread over the work it saves 10% of easy scenes. */
+  /* What is prefetched meanwhile: the rays that come next, and the places of these rays' hits; NULL: nothing. WHY
+     meanwhile: prefetched in a row, lines wait for one another. Spread over the work it saves 10% of easy scenes. */
   const pktrt_ray *next;
   const pktrt_hit *place;
 } pktrt__query;
 
-/* What a kernel is asked for, as its instance knows it at compile time; counts is written to where stats is set. */
+/* The variant of a kernel, whose flags each instance knows at compile time; counts is written only if stats is set. */
 typedef struct pktrt__variant {
   bool occlusion, moving, stats;
   pktrt_counts *counts;
@@ -4092,26 +4092,26 @@ PKTRT__INLINE pktrt__variant pktrt__variant_moving(pktrt__variant is, const bool
 typedef struct pktrt__kernel_table {
   /* Answers the first n rays of a batch whose o, d, tmin, tmax, time are filled in. */
   void (*trace)(const pktrt__query *, pktrt__batch *, uint32_t n);
-  /* One ray by itself, past batches; not counted. */
+  /* Answers a single ray without a batch and without counts. */
   bool (*intersect)(const pktrt_scene *, const pktrt_ray *, pktrt_hit *);
   bool (*occluded)(const pktrt_scene *, const pktrt_ray *);
   uint32_t (*check_arithmetic)(void); /* see pktrt__check_all_arithmetic */
-  /* A batch from n rays of the caller's, and back; order: which of them, NULL for the first ones. */
+  /* Loads n of the caller's rays into a batch, and stores the answers; order: which rays, NULL for the first ones. */
   void (*load_rays)(pktrt__batch *, const pktrt_ray *, const uint16_t *order, uint32_t n);
   void (*store_hits)(const pktrt_scene *, const pktrt__batch *, pktrt_hit *, const uint16_t *order, uint32_t n);
   void (*store_occluded)(const pktrt__batch *, bool *occluded, uint32_t n);
 #ifndef PKTRT_NO_RENDER
-  /* Rays of a pinhole through eight places of the picture, into lanes i to i + 7 of a wave. */
+  /* Writes the rays of a pinhole through eight places of the picture to lanes i to i + 7 of a wave. */
   void (*camera_rays)(const pktrt__camera_plane *, const double *x, const double *y, pktrt__wave *, uint32_t i);
-  /* Packs those of n rays of a wave that met something, and tells the surfaces how many and where they were. Points,
-     normals and materials of the surfaces that they met; all but normals of the mesh is read if not `smooth`. */
+  /* pack_surfaces packs those of n rays of a wave that hit something, and writes number and lanes to the surfaces.
+     find_surfaces computes their points, normals and materials; normals of the mesh are read only if `smooth`. */
   void (*pack_surfaces)(pktrt__wave *, uint32_t first, uint32_t n, pktrt__surfaces *);
   void (*find_surfaces)(const pktrt_scene *, bool smooth, const pktrt__wave *, pktrt__surfaces *);
-  /* Of all surfaces, once their hooks have run: directions of scattering and weights if rays are followed, and the
-     radiance that needs no ray. The shadow rays towards one light; what n of them see of it, nothing or all, and the
-     lanes of those among the former that may meet glass: returns how many, some too many. What they add: of n shadow
-     rays, `seen` of what arrives at each. Reflected or refracted rays, behind the n of a wave: returns how many it
-     has then. */
+  /* evaluate_materials, after the hooks have run, computes scattering directions and weights of all surfaces if rays
+     are followed (`follow`), and the radiance that needs no ray. shadow_rays makes those towards one light. visibility
+     sets `seen` of n shadow rays to 0 or 1, lists the lanes of blocked ones that may meet glass, and returns how many,
+     some too many. add_direct_light adds `seen` of what arrives by n shadow rays. spawn_rays appends reflected or
+     refracted rays to the n of a wave, and returns how many it has then. */
   void (*evaluate_materials)(const pktrt_scene *, const pktrt__glass_mesh *, bool follow, const float ambient[3],
                 const pktrt__wave *, pktrt__surfaces *);
   void (*shadow_rays)(const pktrt_scene *, const pktrt__light_target *, const pktrt__wave *, pktrt__surfaces *, pktrt__shadow_rays *);
@@ -4119,8 +4119,8 @@ typedef struct pktrt__kernel_table {
   void (*add_direct_light)(pktrt__surfaces *, const uint32_t *surface, float (*arriving)[PKTRT__ROW],
                float (*seen)[PKTRT__ROW], uint32_t n);
   uint32_t (*spawn_rays)(const pktrt__spawn_request *, const pktrt__wave *, const pktrt__surfaces *, pktrt__wave *to, uint32_t n);
-  /* Coordinates first to first + n - 1 of a group, of PKTRT__DRAWN draws from the i-th on, for the samplers Sobol' and
-     random. */
+  /* Draws coordinates first to first + n - 1 of a group for PKTRT__DRAWN draws from the i-th on, with the samplers
+     Sobol' and random. */
   void (*draw_samples)(const pktrt_sampling *, pktrt__sample_batch *, uint32_t i, uint32_t group, uint32_t first, uint32_t n);
 #endif
 } pktrt__kernel_table;
@@ -4133,9 +4133,8 @@ typedef struct pktrt__kernel_table {
 
 /* >>check: arithmetic that is not what the code asks for ----------------------------------------------------------- */
 
-/* Arithmetic that is not what the code asks for. Some flags no macro tells, and how a thread rounds no compiler knows:
-   both are tried out when a scene is created, in C and by the kernels that it will use. The first fault is the one that
-   is told: those before can bring about those behind. */
+/* Faults of arithmetic. No macro reveals some flags, and no compiler knows how a thread rounds: both are tested when a
+   scene is created, in C and by the kernels that it will use. Only the first fault is reported: it can cause others. */
 enum {
   PKTRT__ROUNDS_OTHERWISE = 1,
   PKTRT__FLUSHES = 2,
@@ -4148,13 +4147,13 @@ enum {
   PKTRT__DROPS_SIGNS = 256
 };
 
-/* x, of which compilers know nothing. */
+/* Returns x, hidden from compilers. */
 PKTRT__NOINLINE double pktrt__check_opaque(double x) {
   volatile double v = x;
   return v;
 }
 
-/* How this thread rounds, and whether it keeps numbers below DBL_MIN and FLT_MIN: as results and as operands. */
+/* Tests how this thread rounds, and whether it keeps numbers below DBL_MIN and FLT_MIN, as results and as operands. */
 PKTRT__COLD uint32_t pktrt__check_thread(void) {
   const double one = pktrt__check_opaque(1), e = pktrt__check_opaque(DBL_EPSILON), tiny = pktrt__check_opaque(DBL_MIN);
   const float least = (float)pktrt__check_opaque((double)FLT_MIN), large = (float)pktrt__check_opaque(1 / (double)FLT_EPSILON);
@@ -4165,8 +4164,8 @@ PKTRT__COLD uint32_t pktrt__check_thread(void) {
   return (nearest ? 0 : PKTRT__ROUNDS_OTHERWISE) | (kept ? 0 : PKTRT__FLUSHES);
 }
 
-/* What the compiler made of C's arithmetic. With e = 2^-12, and 2^-27, (1 + e)^2 - (1 + 2 e) is e^2 when fused and 0
-   when each operation is rounded. */
+/* Tests what the compiler made of C's arithmetic. With e = 2^-12, and 2^-27, (1 + e)^2 - (1 + 2 e) is e^2 when fused
+   and 0 when each operation is rounded. */
 PKTRT__DIVIDES_BY_ZERO PKTRT__COLD uint32_t pktrt__check_compiler(void) {
   volatile float x = 1.000244140625f, y = 1.00048828125f; /* read anew: a product with two uses would not be fused */
   volatile double v = 1.00000000745058059692, w = 1.00000001490116119385;
@@ -4215,7 +4214,7 @@ PKTRT__COLD const char *pktrt__check_sentence(uint32_t faults) {
 #ifndef PKTRT_HEADER_FILENAME /* how this file names itself; define it if you renamed the file */
 #define PKTRT_HEADER_FILENAME "pktrt.h"
 #endif
-/* Kernels have short macros, undefined after each stamp. Those that a program or <tgmath.h> may have are put aside. */
+/* Kernels use short macros, which are undefined after each stamp; macros of a program or <tgmath.h> are put aside. */
 #pragma push_macro("COUNT")
 #pragma push_macro("OP")
 #pragma push_macro("STEP")
@@ -4348,10 +4347,10 @@ PKTRT__COLD const char *pktrt__check_sentence(uint32_t faults) {
 
 /* >>ops -------------------------------------------------------------------------------------------------------------
 
-   The only place where instruction sets differ. v8: eight floats. m8: eight truth values. d8: eight doubles. vf: the
-   vector of rays in a frustum packet, 16 floats on AVX-512 and v8 elsewhere. Small functions that return their value;
-   min and max are a < b ? a : b and a > b ? a : b everywhere, so that NaN takes the same way; vfma and vfms fuse where
-   the machine can and are for conservative culling only. Masks leave the vectors as bits: lane i is bit i. */
+   The only place where instruction sets differ. v8: eight floats. m8: a mask of eight lanes. d8: eight doubles. vf: the
+   vector of rays in a frustum packet, 16 floats on AVX-512 and v8 elsewhere. Operations are small functions; min and
+   max are a < b ? a : b and a > b ? a : b everywhere, so that NaN gives the same result; vfma and vfms fuse where the
+   machine can and are for conservative culling only. Masks become integers by mbits: lane i is bit i. */
 
 #define v8 PKTRT__NAME(pktrt__v8)
 #define m8 PKTRT__NAME(pktrt__m8)
@@ -4411,24 +4410,24 @@ PKTRT__COLD const char *pktrt__check_sentence(uint32_t faults) {
 #define aor PKTRT__NAME(pktrt__aor)
 #define apush PKTRT__NAME(pktrt__apush)
 #define OP PKTRT__INLINE
-/* What kernels may ask of an instruction set. */
+/* Capabilities of the instruction set, which kernels may test. */
 #if PKTRT__STAMP == PKTRT__STAMP_AVX2 || PKTRT__STAMP == PKTRT__STAMP_AVX512
 #define PKTRT__WITH_V8_REGISTERS 1 /* a v8 is one register: larger functions are worth inlining */
 #else
 #define PKTRT__WITH_V8_REGISTERS 0
 #endif
-/* Sixteen registers do not hold the nine vectors that boxes want of a ray, and to fill one from memory costs no more than
-   to load it: it is filled where it is used. Measured worth 5% of a single ray's time. */
+/* Sixteen registers do not hold the nine vectors of a ray that box tests need, and to broadcast one from memory costs
+   no more than to load it: each is broadcast where it is used. Measured worth 5% of a single ray's time. */
 #define PKTRT__WITH_FEW_REGISTERS (PKTRT__STAMP == PKTRT__STAMP_AVX2)
 #define PKTRT__WITH_VECTORS (PKTRT__STAMP != PKTRT__STAMP_SCALAR)
-/* Where vectors are at hand, nobody races the scalar kernels: these have fewer instances then, see PKTRT__INSTANCES. */
+/* Where there are vectors, scalar kernels need not be fast: they have fewer instances, see PKTRT__INSTANCES. */
 #if PKTRT__STAMP == PKTRT__STAMP_SCALAR && (defined(PKTRT__HAS_SSE2) || defined(PKTRT__HAS_NEON))
 #define PKTRT__WITH_FEW_INSTANCES 1
 #else
 #define PKTRT__WITH_FEW_INSTANCES 0
 #endif
-/* Builds and refits. WHY not for all instruction sets: 512 bits would gain nothing here, and what every x86 or ARM has
-   serves scalar scenes as well; it is the same bits, and less code. */
+/* The instruction sets with kernels for builds and refits. WHY not all: 512 bits would gain nothing here, and the set
+   that every x86 or ARM has serves scalar scenes as well, with the same bits and less code. */
 #if PKTRT__STAMP == PKTRT__STAMP_AVX2 || PKTRT__STAMP == PKTRT__STAMP_SSE2 || PKTRT__STAMP == PKTRT__STAMP_NEON || \
     (PKTRT__STAMP == PKTRT__STAMP_SCALAR && !defined(PKTRT__HAS_SSE2) && !defined(PKTRT__HAS_NEON)) || \
     !(defined(PKTRT__HAS_SCALAR) || defined(PKTRT__HAS_SSE2) || defined(PKTRT__HAS_AVX2))
@@ -4436,7 +4435,7 @@ PKTRT__COLD const char *pktrt__check_sentence(uint32_t faults) {
 #else
 #define PKTRT__WITH_FIT 0
 #endif
-/* Before a short loop over axes or corners: gcc -O2 would keep its vectors in memory otherwise. */
+/* UNROLL stands before short loops over axes or corners: gcc -O2 would keep their vectors in memory otherwise. */
 #if PKTRT__STAMP != PKTRT__STAMP_SCALAR && defined(__GNUC__) && !defined(__clang__) && defined(__OPTIMIZE__)
 #define UNROLL _Pragma("GCC unroll 8")
 #else
@@ -4476,7 +4475,7 @@ OP float vhmax(v8 a) {
 }
 
 #ifdef __x86_64__
-/* Those of eight children that are in `keep`, in the order of perm: a byte each, the first one lowest. */
+/* Lists those of eight children that are in `keep`, in the order of perm, as bytes, the first one lowest. */
 OP uint64_t vorder_children(uint32_t keep, uint32_t perm) {
   const uint64_t all = _pdep_u64(perm, UINT64_C(0x0707070707070707));
   const uint64_t kept = _pdep_u64(keep, UINT64_C(0x0101010101010101)) * 0xFF;
@@ -4484,14 +4483,14 @@ OP uint64_t vorder_children(uint32_t keep, uint32_t perm) {
   return _pext_u64(all, (uint64_t)_mm_cvtsi128_si64(those));
 }
 #endif
-/* Eight integers from p, less x, to `to`; the lanes where what is left is below n, which is not 0. */
+/* Writes eight integers from p, less x, to `to`; returns the lanes where the difference is below n, which is not 0. */
 OP uint32_t vbelow_u32(uint32_t *to, const uint32_t *p, uint32_t x, uint32_t n) {
   const __m256i a = _mm256_sub_epi32(_mm256_loadu_si256((const __m256i *)(const void *)p), _mm256_set1_epi32((int)x));
   const __m256i low = _mm256_cmpeq_epi32(_mm256_min_epu32(a, _mm256_set1_epi32((int)(n - 1))), a);
   _mm256_storeu_si256((__m256i *)(void *)to, a);
   return (uint32_t)_mm256_movemask_ps(_mm256_castsi256_ps(low));
 }
-/* Rows become columns. */
+/* Transposes eight vectors. */
 OP void vtranspose(v8 r[8]) {
   v8 a[8], b[8];
   UNROLL for (int i = 0; i < 8; i += 2) {
@@ -4522,12 +4521,12 @@ OP m8 mfrom(uint32_t bits) { return (m8)bits; }
 OP v8 vsel(m8 m, v8 a, v8 b) { return _mm256_mask_blend_ps(m, b, a); }
 OP void vstore_masked(float *p, m8 m, v8 a) { _mm256_mask_storeu_ps(p, m, a); }
 OP void vstore_masked_u32(uint32_t *p, m8 m, uint32_t x) { _mm256_mask_storeu_epi32(p, m, _mm256_set1_epi32((int)x)); }
-OP uint32_t veq_u32(const uint32_t *p, uint32_t x) { /* which of eight equal x */
+OP uint32_t veq_u32(const uint32_t *p, uint32_t x) { /* the lanes that equal x */
   return _mm256_cmpeq_epi32_mask(_mm256_loadu_si256((const __m256i *)(const void *)p), _mm256_set1_epi32((int)x));
 }
 
-/* The chosen lanes to p, next to each other; what follows, up to eight in all, may be overwritten: stores under a mask
-   were slower. Of a vector, or of eight floats or integers in memory, which may be those at p. */
+/* Packs the chosen lanes of a vector to p (vcompress_from: of eight floats or integers in memory, which may be those at
+   p). What follows them, up to eight values in all, may be overwritten: masked stores were slower. */
 OP void vcompress(float *p, uint32_t lanes, v8 a) { _mm256_storeu_ps(p, _mm256_maskz_compress_ps((m8)lanes, a)); }
 OP void vcompress_from(void *p, uint32_t lanes, const void *from) {
   const __m256i a = _mm256_loadu_si256(PKTRT__CAST(const __m256i *, from));
@@ -4555,8 +4554,8 @@ OP a8 aor(a8 a, m8 m, uint32_t bit) {
   return _mm512_mask_or_epi64(a, m, a, _mm512_set1_epi64((long long)((uint64_t)1 << bit)));
 }
 
-/* Pushes the children with a non-empty ray mask, in the order of perm; returns how many. Compression happens in
-   registers: compressing stores are slow on some CPUs. */
+/* Pushes the children with a non-empty ray mask, in the order of perm; returns how many. Compresses in registers,
+   because compressing stores are slow on some CPUs. */
 OP uint32_t apush(a8 a, const uint32_t *child, v8 dist, uint32_t perm, uint64_t *masks, uint32_t *refs, float *nears) {
   const __m256i order = _mm256_srlv_epi32(_mm256_set1_epi32((int)perm), _mm256_setr_epi32(0, 3, 6, 9, 12, 15, 18, 21));
   const __m512i wide = _mm512_cvtepu32_epi64(_mm256_and_si256(order, _mm256_set1_epi32(7)));
@@ -4586,10 +4585,10 @@ OP m8 mfrom(uint32_t bits) {
 OP v8 vsel(m8 m, v8 a, v8 b) { return _mm256_blendv_ps(b, a, m); }
 OP void vstore_masked(float *p, m8 m, v8 a) { vstore(p, vsel(m, a, vload(p))); } /* WHY: masked stores are slow on AMD's */
 OP void vstore_masked_u32(uint32_t *p, m8 m, uint32_t x) {
-  float *to = PKTRT__CAST(float *, PKTRT__CAST(void *, p)); /* bits pass as they are */
+  float *to = PKTRT__CAST(float *, PKTRT__CAST(void *, p)); /* bits are kept */
   vstore_masked(to, m, _mm256_castsi256_ps(_mm256_set1_epi32((int)x)));
 }
-OP uint32_t veq_u32(const uint32_t *p, uint32_t x) { /* which of eight equal x */
+OP uint32_t veq_u32(const uint32_t *p, uint32_t x) { /* the lanes that equal x */
   const __m256i a = _mm256_loadu_si256((const __m256i *)(const void *)p);
   return (uint32_t)_mm256_movemask_ps(_mm256_castsi256_ps(_mm256_cmpeq_epi32(a, _mm256_set1_epi32((int)x))));
 }
@@ -4633,8 +4632,8 @@ OP v8 dto(d8 a) { return _mm256_set_m128(_mm256_cvtpd_ps(a.h), _mm256_cvtpd_ps(a
 
 #elif PKTRT__STAMP == PKTRT__STAMP_SCALAR
 
-/* Inlined they are twice as fast, and the whole header takes half as long again to compile: that is for where nothing
-   else is at hand. Elsewhere nobody races the scalar kernels (only long tests do). */
+/* Scalar operations are inlined only where there are no vectors: that makes them twice as fast, but the whole header
+   takes half as long again to compile. Elsewhere only long tests use the scalar kernels. */
 #undef OP
 #if defined(PKTRT__INLINE_SCALAR) || !(defined(PKTRT__HAS_SSE2) || defined(PKTRT__HAS_NEON))
 #define OP static inline
@@ -4986,7 +4985,7 @@ OP uint64_t vorder_children(uint32_t keep, uint32_t perm) {
   return all;
 }
 #endif
-/* The larger size of two, and of three. */
+/* Returns the largest absolute value of two, and of three. */
 OP v8 vmax_abs(v8 a, v8 b) {
 #if PKTRT__STAMP == PKTRT__STAMP_AVX512
   return _mm256_range_ps(a, b, 0xB);
@@ -5001,7 +5000,7 @@ OP v8 vmax_abs3(v8 a, v8 b, v8 c) {
   return vmax(vabs(a), vmax_abs(b, c));
 #endif
 }
-/* Which of 64 bytes equal x. */
+/* Returns which of 64 bytes equal x. */
 OP uint64_t veq_u8x64(const uint8_t *p, uint8_t x) {
 #if PKTRT__STAMP == PKTRT__STAMP_AVX512
   return _mm512_cmpeq_epi8_mask(_mm512_loadu_si512(p), _mm512_set1_epi8((char)x));
@@ -5027,8 +5026,8 @@ OP a8 azero(void) {
   r.l = r.h = _mm256_setzero_si256();
   return r;
 }
-/* WHY a table: vectors are filled from memory faster than from a register. The high half of bit i is at i, the low one
-   at i + 32. */
+/* Sets a bit in the ray masks of the lanes in m. WHY a table: vectors are broadcast from memory faster than from a
+   register. The high half of bit i is at i, the low one at i + 32. */
 OP a8 aor(a8 a, m8 m, uint32_t bit) {
 #define PKTRT__BITS4(i) UINT32_C(1) << (i), UINT32_C(2) << (i), UINT32_C(4) << (i), UINT32_C(8) << (i)
 #define PKTRT__BITS16(i) PKTRT__BITS4(i), PKTRT__BITS4(i + 4), PKTRT__BITS4(i + 8), PKTRT__BITS4(i + 12)
@@ -5081,7 +5080,7 @@ PKTRT__NOINLINE void vcompress(float *p, uint32_t lanes, v8 a) {
   const uint64_t bytes = _pdep_u64(lanes, 0x0101010101010101u) * 0xFF, order = _pext_u64(0x0706050403020100u, bytes);
   vstore(p, _mm256_permutevar8x32_ps(a, _mm256_cvtepu8_epi32(_mm_cvtsi64_si128((long long)order))));
 }
-PKTRT__NOINLINE void vcompress_from(void *p, uint32_t lanes, const void *from) { /* bits pass as they are */
+PKTRT__NOINLINE void vcompress_from(void *p, uint32_t lanes, const void *from) { /* bits are kept */
   vcompress(PKTRT__CAST(float *, p), lanes, vload(PKTRT__CAST(const float *, from)));
 }
 #elif PKTRT__STAMP != PKTRT__STAMP_AVX512
@@ -5099,7 +5098,7 @@ PKTRT__NOINLINE void vcompress_from(void *p, uint32_t lanes, const void *from) {
 /* The wide vector of frustum packets. */
 #if PKTRT__STAMP == PKTRT__STAMP_AVX512
 #define FW 16
-#define UNROLL_WIDE UNROLL /* over a packet: four vectors */
+#define UNROLL_WIDE UNROLL /* loops over a packet: four vectors */
 #define vf PKTRT__NAME(pktrt__vf)
 #define mf PKTRT__NAME(pktrt__mf)
 typedef __m512 vf;
@@ -5107,7 +5106,7 @@ typedef __mmask16 mf;
 #define fload(p) _mm512_loadu_ps(p)
 #define fstore(p, a) _mm512_storeu_ps(p, a)
 #define fset(x) _mm512_set1_ps(x)
-#define fwide(a) _mm512_castps256_ps512(a) /* of a narrow one; the other lanes say nothing */
+#define fwide(a) _mm512_castps256_ps512(a) /* widens a v8; the upper lanes are undefined */
 #define fadd(a, b) _mm512_add_ps(a, b)
 #define fsub(a, b) _mm512_sub_ps(a, b)
 #define fmul(a, b) _mm512_mul_ps(a, b)
@@ -5170,8 +5169,8 @@ typedef __mmask16 mf;
 
 /* >>names -----------------------------------------------------------------------------------------------------------
 
-   A kernel is written once under one name, which stands for its own of each instruction set: pktrt__box_test_rays for
-   pktrt__box_test_rays_avx2 and so on. So tags and editors find it, and a debugger stops in it by its full name. */
+   A kernel is written once under one name, which stands for one function of each instruction set: pktrt__box_test_rays
+   for pktrt__box_test_rays_avx2 and so on. Tags and editors find the short name, a debugger the full name. */
 
 #define pktrt__batch_load_rays PKTRT__NAME(pktrt__batch_load_rays)
 #define pktrt__batch_packet_time_weights PKTRT__NAME(pktrt__batch_packet_time_weights)
@@ -5357,7 +5356,7 @@ typedef __mmask16 mf;
     if (PKTRT__STATS && is.stats) is.counts->field += (uint64_t)(n);                                                   \
   } while (0)
 
-/* Derives the fields of a vector of rays from o, d, tmin, tmax; the bits of those that can hit anything. */
+/* Derives the fields of a vector of rays from o, d, tmin, tmax; returns the bits of those that can hit anything. */
 PKTRT__NOINLINE uint32_t pktrt__batch_setup(const pktrt_scene *scene, pktrt__batch *b, uint32_t i) {
   const vf zero = fset(0), dx = fload(b->d[0] + i), dy = fload(b->d[1] + i), dz = fload(b->d[2] + i);
   const vf ax = fabs_(dx), ay = fabs_(dy), az = fabs_(dz);
@@ -5401,13 +5400,13 @@ PKTRT__NOINLINE uint32_t pktrt__batch_setup(const pktrt_scene *scene, pktrt__bat
   fstore(b->tiny + i, tiny);
   fstore(b->wn + i, fsub(n, n_slack));
   fstore(b->wf + i, fadd(f, f_slack));
-  fstore(b->sn + i, fmax_(fadd(n, n_slack), n)); /* an infinite end stays what it is */
+  fstore(b->sn + i, fmax_(fadd(n, n_slack), n)); /* an infinite end stays infinite */
   fstore(b->sf + i, fmin_(fsub(last, fadd(fmul(fabs_(last), relative), tiny)), last));
   fstore(b->t + i, tmax);
   memset(b->id + i, 0, FW * sizeof *b->id);
   memset(b->slot + i, 0xFF, FW * sizeof *b->slot); /* PKTRT_NONE */
 
-  const vf largest = fset(FLT_MAX), longest = fmax_(ax, fmax_(ay, az)); /* loses a NaN in ax, hence all three below */
+  const vf largest = fset(FLT_MAX), longest = fmax_(ax, fmax_(ay, az)); /* may drop a NaN: all three are tested below */
   mf ok = fmand(fmand(flt(zero, longest), flt(tmin, tmax)), fle(o_max, fset(PKTRT_MAX_COORD)));
   ok = fmand(ok, fmand(fle(ax, largest), fmand(fle(ay, largest), fle(az, largest))));
   UNROLL for (int a = 0; a < 3; a++) ok = fmand(ok, fle(fabs_(fload(b->o[a] + i)), fset(PKTRT_MAX_COORD)));
@@ -5416,7 +5415,7 @@ PKTRT__NOINLINE uint32_t pktrt__batch_setup(const pktrt_scene *scene, pktrt__bat
   return fbits(ok);
 }
 
-/* The same for a lone ray, axes side by side; whether it can hit anything. */
+/* Derives the fields of a single ray, with axes side by side; returns whether it can hit anything. */
 #if PKTRT__WITH_V8_REGISTERS
 OP
 #else
@@ -5459,13 +5458,13 @@ bool pktrt__single_setup(const pktrt_scene *scene, const pktrt_ray *ray, pktrt__
   return true;
 }
 
-/* Time weights of rays [first, first + n) for a group of `keys` keys. */
+/* Computes the time weights of rays [first, first + n) for a BVH of `keys` keys. */
 OP void pktrt__batch_time_weights(pktrt__batch *b, uint32_t first, uint32_t n, uint32_t keys) {
   for (uint32_t i = first; i < first + n; i++)
     b->segment[i] = (uint16_t)pktrt__time_segment(b->time[i], keys, &b->ta[i], &b->tb[i]);
 }
 
-/* The same for the 64 rays of a packet; of two keys there is but one segment. */
+/* Computes the time weights of the 64 rays of a packet; two keys have but one segment. */
 OP void pktrt__batch_packet_time_weights(pktrt__batch *b, uint32_t base, uint32_t keys) {
   if (keys > 2) {
     pktrt__batch_time_weights(b, base, 64, keys);
@@ -5480,24 +5479,24 @@ OP void pktrt__batch_packet_time_weights(pktrt__batch *b, uint32_t base, uint32_
 
 /* >>triangles ------------------------------------------------------------------------------------------------------ */
 
-/* The lanes of a block that hold a triangle. */
+/* Returns the lanes of a block that hold a triangle. */
 OP uint32_t pktrt__lanes_occupied(const uint32_t *id) { return 0xFFu & ~veq_u32(id, PKTRT_NONE); }
 
-/* The rays that hit nothing yet. */
+/* Returns the rays, of eight, that hit nothing yet. */
 OP uint32_t pktrt__lanes_unhit(const uint32_t *slot) { return veq_u32(slot, PKTRT_NONE); }
 
-/* What single precision says about eight lanes, each a ray and a triangle. */
+/* The result of the filter in single precision for eight lanes, each a ray and a triangle. */
 typedef struct pktrt__tri_estimate {
   v8 lo, hi;            /* bounds of the depth of a hit */
-  uint32_t maybe, sure; /* lanes that may be hits worth recording; that are hits, and not too near */
+  uint32_t maybe, sure; /* lanes that may be hits worth recording; lanes that are hits, certainly after tmin */
 } pktrt__tri_estimate;
 
-/* The ray's part in it, by lanes. */
+/* The values of rays that the filter needs, by lanes. */
 typedef struct pktrt__tri_limits {
   v8 sign, tiny, wn, wf, sn;
 } pktrt__tri_limits;
 
-/* The edge functions of eight lanes, and what they tell about the signs. */
+/* The edge functions of eight lanes, and the least and the largest of the three, which tell about the signs. */
 typedef struct pktrt__tri_edges {
   v8 u, v, w, least, most;
 } pktrt__tri_edges;
@@ -5514,7 +5513,7 @@ OP uint32_t pktrt__tri_outside(const pktrt__tri_edges *e) {
   return mbits(mand(vlt(e->least, vset(0)), vlt(vset(0), e->most)));
 }
 
-/* The filter of >>exactness, of lanes that are not outside. */
+/* Bounds the depths of hits by the estimate of >>exactness, for lanes whose edge functions do not rule a hit out. */
 OP pktrt__tri_estimate pktrt__tri_depth_bounds(const pktrt__tri_edges *q, const v8 x[3], const v8 y[3], const v8 z[3],
                                     const pktrt__tri_limits *l) {
   const v8 zero = vset(0), u = q->u, v = q->v, w = q->w, det = vadd(vadd(u, v), w);
@@ -5541,12 +5540,12 @@ OP pktrt__tri_estimate pktrt__tri_filter(const v8 x[3], const v8 y[3], const v8 
   return e;
 }
 
-/* One coordinate of a corner of eight triangles, at the ray's time. */
+/* Loads one coordinate of a corner of eight triangles, at the ray's time. */
 OP v8 pktrt__tri_corner(const float *k0, const float *k1, v8 ta, v8 tb, const bool moving) {
   return moving ? vadd(vmul(ta, vload(k0)), vmul(tb, vload(k1))) : vload(k0);
 }
 
-/* A ray as triangles want it, in every lane. */
+/* A ray as triangle tests need it, the same in every lane. */
 typedef struct pktrt__tri_shear {
   v8 o[3], slope[2], ta, tb; /* by k, u, v */
   pktrt__tri_limits l;
@@ -5575,7 +5574,7 @@ OP pktrt__tri_shear pktrt__tri_shear_single(const pktrt__single *b, const bool m
   return q;
 }
 
-/* The corners of a block's triangles as the ray sees them. */
+/* Shears the corners of a block's triangles to the ray's frame. */
 OP void pktrt__tri_shear_block(const pktrt__tri_shear *q, const pktrt__bvh_segment *seg, const pktrt__block *block, v8 x[3], v8 y[3],
                         v8 z[3], const bool moving) {
   const float *k0 = pktrt__segment_vertices(seg, block, 0, moving), *k1 = pktrt__segment_vertices(seg, block, 1, moving);
@@ -5587,7 +5586,7 @@ OP void pktrt__tri_shear_block(const pktrt__tri_shear *q, const pktrt__bvh_segme
   }
 }
 
-/* What single precision says about the lanes of a block; `early`: do without the estimate where nothing is hit. */
+/* Filters the triangles of a block in single precision; `early`: without the estimate where nothing is hit. */
 OP pktrt__tri_estimate pktrt__tri_filter_block(const pktrt__tri_shear *q, const pktrt__bvh_segment *seg, const pktrt__block *block,
                                        float wf, const bool early, const bool moving) {
   const uint32_t *id = block->id;
@@ -5607,7 +5606,7 @@ OP pktrt__tri_estimate pktrt__tri_filter_block(const pktrt__tri_shear *q, const 
   return e;
 }
 
-/* Lanes of a block that single precision took for hits. */
+/* Lanes of a block that the filter did not drop. */
 typedef struct pktrt__tri_candidates {
   uint32_t index;      /* of the block */
   const uint32_t *id;
@@ -5615,8 +5614,8 @@ typedef struct pktrt__tri_candidates {
   uint32_t maybe, sure;
 } pktrt__tri_candidates;
 
-/* Goes through the candidates of a ray of a batch or, where there is one, of a single ray, and records each hit that is
-   nearer than what was hit before it; returns their lanes. For occlusion the first hit ends it. */
+/* Records each candidate that is hit nearer than the closest hit before it, for a ray of a batch or, if `single` is not
+   NULL, for a single ray; returns their lanes. For occlusion the first hit is the last. */
 OP uint32_t pktrt__tri_record(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, pktrt__single *single,
                               const pktrt__tri_candidates *c, const pktrt__variant is) {
   uint32_t nearer = 0;
@@ -5641,7 +5640,7 @@ OP uint32_t pktrt__tri_record(const pktrt__bvh_segment *seg, pktrt__batch *b, ui
   return nearer;
 }
 
-/* Whether the ray hits one of those lanes of a block that single precision left open. */
+/* Tests the lanes of a block that the filter left open, until one is hit; returns whether one is. */
 PKTRT__NOINLINE bool pktrt__tri_exact_test_lanes(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, pktrt__single *single,
                                         uint32_t index, uint32_t open) {
   const pktrt__block *block = pktrt__segment_block(seg, index, true);
@@ -5653,9 +5652,8 @@ PKTRT__NOINLINE bool pktrt__tri_exact_test_lanes(const pktrt__bvh_segment *seg, 
   return false;
 }
 
-/* Whether a ray, of a batch or alone, hits anything in a block. Depths stay multiplied by the determinant, and
-   limits are multiplied by it instead: no division. WHY fused: a limit is often tiny, and its product by itself would
-   be denormal, which is slow. */
+/* Tells whether a ray of a batch or a single ray hits anything in a block. Depths are not divided by the determinant;
+   limits are multiplied by it. WHY fused: the product of a tiny limit by itself would be denormal, which is slow. */
 OP bool pktrt__tri_any_hit(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, pktrt__single *single, uint32_t index,
                           const bool moving) {
   const pktrt__block *block = pktrt__segment_block(seg, index, moving);
@@ -5687,17 +5685,17 @@ OP bool pktrt__tri_any_hit(const pktrt__bvh_segment *seg, pktrt__batch *b, uint3
     const v8 p = vset(2 * (single ? single->pad : b->pad[r])), xy = vmul(xs, ys);
     const v8 flat = vfma(vadd(vadd(xs, ys), p), p, vmul(xy, vset(PKTRT__PAD_AREA)));
     if (sure & mbits(vlt(flat, size))) return true;
-    sure = 0; /* whether these have area is asked where they are settled */
+    sure = 0; /* the exact test asks whether these have area */
   }
   if (PKTRT__UNLIKELY(!sure)) return pktrt__tri_exact_test_lanes(seg, b, r, single, index, open);
   return true;
 }
 
-#ifdef PKTRT__OTHER_TESTS /* a file of the bench, in parts: what would other tests of triangles cost? */
+#ifdef PKTRT__OTHER_TESTS /* a file of bench/, in parts, to measure other triangle tests */
 #include PKTRT__OTHER_TESTS
 #else
-/* A ray, of a batch or alone, against a leaf block: the lanes that pktrt__tri_record tells of. Occlusion without counts: 1
-   if anything is hit, and no lanes. */
+/* Tests a ray of a batch or a single ray against a leaf block; returns the lanes that pktrt__tri_record records. For
+   occlusion without counts, returns 1 if anything is hit, and no lanes. */
 OP uint32_t pktrt__tri_block_template(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, pktrt__single *single, uint32_t index,
                             const pktrt__variant is) {
   if (is.occlusion && !is.stats) return pktrt__tri_any_hit(seg, b, r, single, index, is.moving);
@@ -5719,11 +5717,10 @@ OP uint32_t pktrt__tri_ray_block_inline(const pktrt__bvh_segment *seg, pktrt__ba
   return pktrt__tri_block_template(seg, b, r, NULL, index, is);
 }
 
-/* Kernels are templates over three truths known at compile time; these are their instances. Counting is done by the
-   moving form alone, also where nothing moves (but for blocks of packets): weights 1 and 0 of one and the same key give
-   the same bits. Where vectors are at hand, nobody races the scalar kernels: there, what moves is always counted,
-   packets of the paper have the moving form alone, and the fast path has streams, but no frusta, which would be a third
-   of their code. */
+/* Kernels are templates over three flags known at compile time; these are their instances. Only the moving instance
+   counts, also where nothing moves (but for blocks of packets): weights 1 and 0 of one and the same key give the same
+   bits. Where there are vectors, scalar kernels need not be fast: there, moving instances always count, paper packets
+   have only moving ones, and the fast path has streams, but no frusta, which would be a third of their code. */
 #if defined(PKTRT_NO_FRUSTA) || PKTRT__WITH_FEW_INSTANCES
 #define FRUSTA 0
 #else
@@ -5752,7 +5749,7 @@ OP uint32_t pktrt__tri_ray_block_inline(const pktrt__bvh_segment *seg, pktrt__ba
                       IF_MOVING(is.moving ? PKTRT__NAME(name##_01) :) PKTRT__NAME(name##_00))
 
 #if !PKTRT__WITH_V8_REGISTERS
-/* Functions of their own: inlined they would make the code a third longer, and no faster. */
+/* Instances are not inlined: that would make the code a third longer, and no faster. */
 #define INSTANCE(tag, o, m, s)                                                                                         \
   PKTRT__NOINLINE uint32_t PKTRT__NAME(pktrt__tri_block_##tag)(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r,                 \
                                                  pktrt__single *single, uint32_t index, pktrt_counts *counts) {            \
@@ -5778,7 +5775,7 @@ OP bool pktrt__tri_single_block(const pktrt__bvh_segment *seg, pktrt__single *si
 }
 /* >>boxes ---------------------------------------------------------------------------------------------------------- */
 
-/* The six planes of a node's children; moving: two keys each. Near and far by the octant of the rays. */
+/* The six planes of a node's children, of two keys if moving; near and far by the octant of the rays. */
 typedef struct pktrt__box_slabs {
   v8 near0[3], far0[3], near1[3], far1[3];
 } pktrt__box_slabs;
@@ -5795,7 +5792,7 @@ OP pktrt__box_slabs
   return s;
 }
 
-/* One ray against eight children: those it may hit, and its entry depth. */
+/* Tests one ray against eight children; returns those it may hit, and finds its entry depths. */
 OP m8 pktrt__box_test_children(const pktrt__box_slabs *s, const pktrt__batch *b, uint32_t r, const bool moving, v8 *entry) {
   v8 n = vset(b->wn[r]), f = vset(b->wf[r]);
   UNROLL for (int a = 0; a < 3; a++) {
@@ -5813,8 +5810,8 @@ OP m8 pktrt__box_test_children(const pktrt__box_slabs *s, const pktrt__batch *b,
   return vle(n, f);
 }
 
-/* Rays r to r+7 against one box; lo and hi by ray, as time may move it. A box turned inside out, which holds nothing,
-   is entered: harmless. */
+/* Tests rays r to r+7 against one box, with lo and hi by ray, as time may move it; returns those that may hit it. An
+   empty box, turned inside out, is entered, which does no harm. */
 OP uint32_t pktrt__box_test_rays(const pktrt__batch *b, uint32_t r, const v8 lo[3], const v8 hi[3]) {
   v8 n = vload(b->wn + r), f = vload(b->wf + r);
   UNROLL for (int a = 0; a < 3; a++) {
@@ -5825,7 +5822,7 @@ OP uint32_t pktrt__box_test_rays(const pktrt__batch *b, uint32_t r, const v8 lo[
   return mbits(vle(n, f));
 }
 
-/* The rays of [base, base + 64) in `mask` that may hit a box. */
+/* Returns the rays of [base, base + 64) in `mask` that may hit a box. */
 PKTRT__NOINLINE uint64_t pktrt__box_test_packet(const pktrt__batch *b, uint32_t base, uint64_t mask, const float lo[3],
                                         const float hi[3]) {
   const v8 l[3] = {vset(lo[0]), vset(lo[1]), vset(lo[2])}, h[3] = {vset(hi[0]), vset(hi[1]), vset(hi[2])};
@@ -5836,13 +5833,13 @@ PKTRT__NOINLINE uint64_t pktrt__box_test_packet(const pktrt__batch *b, uint32_t 
 }
 
 /* >>single -----------------------------------------------------------------------------------------------------------
-   One ray from a subtree's root. */
+   A single ray traverses the tree from a subtree's root. */
 
-/* What the boxes want of it, once per tree. */
+/* A single ray as box tests need it, made once per tree. */
 typedef struct pktrt__single_slabs {
   v8 rd[3], cn[3], cf[3], wn, ta, tb;
   const pktrt__single *ray;
-  size_t near_[3], far_[3]; /* where the planes stand, in floats behind the first ones of the axis: 0 or 8 */
+  size_t near_[3], far_[3]; /* offsets of near and far planes from the first ones of the axis, in floats: 0 or 8 */
 } pktrt__single_slabs;
 
 OP pktrt__single_slabs pktrt__single_slabs_of(const pktrt__single *ray, const bool moving) {
@@ -5856,7 +5853,7 @@ OP pktrt__single_slabs pktrt__single_slabs_of(const pktrt__single *ray, const bo
   return q;
 }
 
-/* One side of the children along an axis. */
+/* Loads one side of the children along an axis, at the ray's time. */
 OP v8 pktrt__single_plane(const pktrt__single_slabs *q, const pktrt__bvh_segment *seg, const pktrt__node *node, size_t at,
                  const bool moving) {
   const float *p0 = pktrt__segment_planes(seg, node, 0, moving) + at;
@@ -5864,7 +5861,7 @@ OP v8 pktrt__single_plane(const pktrt__single_slabs *q, const pktrt__bvh_segment
   return moving ? vfma(q->ta, vload(p0), vmul(q->tb, vload(p1))) : vload(p0);
 }
 
-/* The children of a node that it may hit before the depth wf, and its entry depths. */
+/* Returns the children of a node that a single ray may hit before the depth wf, and finds its entry depths. */
 OP uint32_t pktrt__single_test_children(const pktrt__single_slabs *q, const pktrt__bvh_segment *seg, const pktrt__node *node, float wf,
                              const bool moving, v8 *entry) {
   v8 n[3], f[3];
@@ -5878,14 +5875,14 @@ OP uint32_t pktrt__single_test_children(const pktrt__single_slabs *q, const pktr
   return mbits(vle(*entry, vmin(vmin(f[0], f[1]), vmin(f[2], vset(wf)))));
 }
 
-/* The references of a node's children, and how many there are: what is counted, for empty places are tested for nothing. */
+/* Returns the references of a node's children, and then how many there are: only these are counted as tested. */
 OP const uint32_t *pktrt__bvh_children(const pktrt__bvh_segment *seg, uint32_t ref, const bool moving) {
   const pktrt__node *node = pktrt__segment_node(seg, ref, moving);
   return node->child;
 }
 OP uint32_t pktrt__bvh_child_count(const uint32_t *child) { return 8 - pktrt__popcount8(veq_u32(child, PKTRT__EMPTY)); }
 
-/* Opens a node: its children as above. */
+/* Opens a node: returns the children that a single ray may hit before wf, with references and entry depths. */
 OP uint32_t pktrt__single_open_node(const pktrt__single_slabs *q, const pktrt__bvh_segment *seg, uint32_t ref, float wf,
                             const uint32_t **child, v8 *entry, const pktrt__variant is) {
   const pktrt__node *node = pktrt__segment_node(seg, ref, is.moving);
@@ -5895,7 +5892,7 @@ OP uint32_t pktrt__single_open_node(const pktrt__single_slabs *q, const pktrt__b
   return pktrt__single_test_children(q, seg, node, wf, is.moving, entry);
 }
 
-/* The nearest hit: nearest child first. */
+/* Finds the closest hit of a single ray in a subtree, nearest child first. */
 OP bool pktrt__single_closest_hit(const pktrt__bvh_segment *seg, pktrt__single *ray, uint32_t ref, const pktrt__variant is) {
   struct {
     uint32_t ref;
@@ -5917,7 +5914,7 @@ OP bool pktrt__single_closest_hit(const pktrt__bvh_segment *seg, pktrt__single *
         if (!(bits &= bits - 1)) continue;
         vstore(dist, entry);
         float best = dist[c];
-        do { /* the nearest goes on, the others wait */
+        do { /* the nearest child is next, the others are pushed */
           c = pktrt__lowest_bit(bits);
           const float d = dist[c];
           const uint32_t other = child[c];
@@ -5940,7 +5937,7 @@ OP bool pktrt__single_closest_hit(const pktrt__bvh_segment *seg, pktrt__single *
   }
 }
 
-/* Any hit: children in the order of the build, the last one first. */
+/* Tells whether a single ray hits anything in a subtree; enters children in the build's order, the last one first. */
 OP bool pktrt__single_any_hit(const pktrt__bvh_segment *seg, pktrt__single *ray, uint32_t ref, const pktrt__variant is) {
   uint32_t refs[PKTRT__STACK + 8], *top = refs;
   const pktrt__single_slabs q = pktrt__single_slabs_of(ray, is.moving);
@@ -5964,16 +5961,16 @@ OP bool pktrt__single_any_hit(const pktrt__bvh_segment *seg, pktrt__single *ray,
 
 /* >>stream ----------------------------------------------------------------------------------------------------------
 
-   Up to 64 rays of one octant from a subtree's root. Every ray does the work it would do alone; they share node loads,
-   the order of the children and the stack, whose entries carry the mask of the rays concerned. list[i]: the ray of bit
-   i. Returns those that hit something. */
+   Up to 64 rays of one octant traverse a subtree together. Every ray does the work it would do alone; they share node
+   loads, the order of the children and the stack, whose entries carry the mask of the rays concerned. Bit i of a mask
+   stands for ray list[i]. Functions return the mask of the rays that hit something. */
 typedef struct pktrt__stream_stack {
   uint64_t masks[PKTRT__STACK + 8];
   uint32_t refs[PKTRT__STACK + 8], n;
-  float dists[PKTRT__STACK + 8]; /* not for any hit */
+  float dists[PKTRT__STACK + 8]; /* unused for any hit */
 } pktrt__stream_stack;
 
-/* Opens a node for the rays of mask. For any hit children are pushed as the build has them. */
+/* Opens a node for the rays of mask and pushes its children, for any hit in the order of the build. */
 OP void pktrt__stream_open_node(const pktrt__bvh_segment *seg, pktrt__batch *b, const uint8_t *list, uint64_t mask, uint32_t ref,
                           uint32_t octant, pktrt__stream_stack *stack, const pktrt__variant is) {
   const pktrt__node *node = pktrt__segment_node(seg, ref, is.moving);
@@ -5987,7 +5984,7 @@ OP void pktrt__stream_open_node(const pktrt__bvh_segment *seg, pktrt__batch *b, 
     v8 entry;
     const m8 enters = pktrt__box_test_children(&s, b, list[i], is.moving, &entry);
     rays = aor(rays, enters, i);
-    if (!is.occlusion) dist = vsel(enters, entry, dist); /* asked of children that one ray alone enters */
+    if (!is.occlusion) dist = vsel(enters, entry, dist); /* used for children that only one ray enters */
   }
   stack->n += apush(rays, child, dist, is.occlusion ? PKTRT__IN_ORDER : node->order[octant], stack->masks + sp,
                     stack->refs + sp, stack->dists + sp);
@@ -5995,8 +5992,8 @@ OP void pktrt__stream_open_node(const pktrt__bvh_segment *seg, pktrt__batch *b, 
 }
 
 #ifndef PKTRT__OTHER_TESTS
-/* The nearest hits of the rays of mask in a block. WHY: what single precision says is noted of all of them before the
-   first is looked at: without a branch between them, the work on one ray overlaps that on the next. */
+/* Finds the closest hits of the rays of mask in a block; returns the rays with a nearer hit. WHY all rays are filtered
+   before anything is recorded: without a branch between them, the work on one ray overlaps that on the next. */
 OP uint64_t pktrt__stream_closest_block(const pktrt__bvh_segment *seg, pktrt__batch *b, const uint8_t *list, uint64_t mask,
                                uint32_t index, const bool moving) {
   const pktrt__block *block = pktrt__segment_block(seg, index, moving);
@@ -6027,7 +6024,7 @@ OP uint64_t pktrt__stream_closest_block(const pktrt__bvh_segment *seg, pktrt__ba
 }
 #endif
 
-/* A block against the rays of mask: together where that is faster, else one by one. */
+/* Tests the rays of mask against a block, together where that is faster, else one by one; returns those that hit. */
 OP uint64_t pktrt__stream_leaf(const pktrt__bvh_segment *seg, pktrt__batch *b, const uint8_t *list, uint64_t mask,
                               uint32_t index, const pktrt__variant is) {
   uint64_t hit = 0;
@@ -6080,7 +6077,7 @@ PKTRT__INSTANCES(INSTANCE) struct pktrt_scene;
 OP bool pktrt__single_traverse(const pktrt__bvh_segment *seg, pktrt__single *ray, uint32_t ref, const pktrt__variant is) {
   return PKTRT__PICK(pktrt__single)(seg, ray, ref, is.counts);
 }
-/* A lone ray needs no stream. */
+/* Traces the rays of mask through a subtree, one alone as a single ray; returns those that hit something. */
 OP uint64_t pktrt__stream_traverse(const pktrt__bvh_segment *seg, pktrt__batch *b, const uint8_t *list, uint64_t mask, uint32_t ref,
                              const pktrt__variant is) {
   if (!(mask & (mask - 1))) {
@@ -6096,9 +6093,9 @@ OP uint64_t pktrt__stream_traverse(const pktrt__bvh_segment *seg, pktrt__batch *
 }
 
 /* >>frustum ----------------------------------------------------------------------------------------------------------
-   Up to 64 rays of one octant that look along the same axis k, in a sense s, whatever their origins: four planes
-   around all of them cull whole subtrees, one box test per child then tells which rays go on, and what becomes too
-   thin goes to the stream.
+   Up to 64 rays of one octant with the same main axis k and its sign s, whatever their origins: four planes around
+   all of them cull whole subtrees, one box test per child then tells which rays go on, and packets that become too
+   thin go on as streams.
 
    A ray is u(W) = C + G W, where W is the depth along s k from the reference point, common to all rays. At W = 0 and at
    the far end W = Y of the scene take the largest and smallest u over the rays: straight lines through these bound
@@ -6119,14 +6116,14 @@ typedef struct pktrt__frustum {
   float ref[3];                /* reference point: u, v, depth */
   float sign, pad, far_, wmin, wmax;
   float depth;                 /* of the farthest origin */
-  float tb[2];                 /* weights b of the earliest and latest ray */
+  float tb[2];                 /* weights b of the earliest and the latest ray */
   uint32_t k, ku, kv, octant;
-  uint32_t base, first;        /* lanes: the packet's first, and its first ray's */
-  uint8_t list[64];            /* base + i: the packet as the stream wants it */
-  bool common;                 /* one origin for all */
+  uint32_t base, first;        /* lanes in the batch: the packet's first one, and that of its first ray */
+  uint8_t list[64];            /* base + i: the packet's rays as streams list them */
+  bool common;                 /* all rays have one origin */
 } pktrt__frustum;
 
-/* Whether the rays in mask have one origin. */
+/* Tells whether the rays in mask have one origin. */
 OP bool pktrt__frustum_common_origin(const pktrt__frustum *f, const pktrt__batch *b, uint64_t mask) {
   const vf x = fset(b->o[0][f->first]), y = fset(b->o[1][f->first]), z = fset(b->o[2][f->first]);
   uint64_t same = 0;
@@ -6138,7 +6135,7 @@ OP bool pktrt__frustum_common_origin(const pktrt__frustum *f, const pktrt__batch
   return !(mask & ~same);
 }
 
-/* The reference point, rho and the padding, from the box of the origins of the rays in mask. */
+/* Computes the reference point, rho and the padding from the box of the origins of the rays in mask. */
 OP void pktrt__frustum_origins(pktrt__frustum *f, const pktrt__batch *b, uint64_t mask) {
   const float *o[3] = {b->o[f->ku] + f->base, b->o[f->kv] + f->base, b->o[f->k] + f->base};
   const vf inf = fset(INFINITY), ninf = fset(-INFINITY);
@@ -6169,7 +6166,7 @@ OP void pktrt__frustum_origins(pktrt__frustum *f, const pktrt__batch *b, uint64_
   f->pad = fhmax(pad) + PKTRT__PAD_RHO * rho;
 }
 
-/* The four planes around the rays: extremes of C, and of C + G Y. */
+/* Computes the four planes around the rays from the extremes of C, and of C + G Y. */
 OP void pktrt__frustum_planes(pktrt__frustum *f, const pktrt__batch *b, uint64_t mask) {
   const vf inf = fset(INFINITY), ninf = fset(-INFINITY), s = fset(f->sign);
   const uint32_t axis[2] = {f->ku, f->kv};
@@ -6194,14 +6191,14 @@ OP void pktrt__frustum_planes(pktrt__frustum *f, const pktrt__batch *b, uint64_t
     }
   }
   f->wmin = fhmin(wmin), f->wmax = fhmax(wmax), f->depth = f->common ? 0 : fhmax(depth);
-  UNROLL for (int a = 0; a < 2; a++) { /* one origin: it is the reference point, and C is 0 */
+  UNROLL for (int a = 0; a < 2; a++) { /* a common origin is the reference point, and C is 0 */
     const float upper = f->common ? 0 : fhmax(x0[a]), lower = f->common ? 0 : fhmin(n0[a]);
     f->a[2 * a] = upper, f->b[2 * a] = (fhmax(x1[a]) - upper) / f->far_;
     f->a[2 * a + 1] = lower, f->b[2 * a + 1] = (fhmin(n1[a]) - lower) / f->far_;
   }
 }
 
-/* Rays [base, base + 64) in mask, all of one axis and octant. */
+/* Makes the frustum of rays [base, base + 64) in mask, all of one axis and octant. */
 PKTRT__NOINLINE void pktrt__frustum_setup(pktrt__frustum *f, const pktrt_scene *scene, const pktrt__batch *b,
                                          uint32_t base, uint64_t mask) {
   f->base = base, f->first = base + pktrt__lowest_bit(mask);
@@ -6216,7 +6213,7 @@ PKTRT__NOINLINE void pktrt__frustum_setup(pktrt__frustum *f, const pktrt_scene *
   for (uint32_t i = 0; i < 64; i++) f->list[i] = (uint8_t)(base + i);
 }
 
-/* Earliest and latest time of the rays in mask, as weights of the segment's second key. */
+/* Finds the earliest and latest time of the rays in mask, as weights of the segment's second key. */
 PKTRT__NOINLINE void pktrt__frustum_times(pktrt__frustum *f, const pktrt__batch *b, uint64_t mask) {
   vf lo = fset(1), hi = fset(0);
   for (uint32_t i = 0; i < 64; i += FW) {
@@ -6227,7 +6224,7 @@ PKTRT__NOINLINE void pktrt__frustum_times(pktrt__frustum *f, const pktrt__batch 
   f->tb[0] = fhmin(lo), f->tb[1] = fhmax(hi);
 }
 
-/* The farthest depth any ray of mask still looks at. */
+/* Updates the farthest depth at which any ray of mask can still find its answer. */
 OP void pktrt__frustum_update_depth(pktrt__frustum *f, const pktrt__batch *b, uint64_t mask) {
   vf w = fset(-INFINITY);
   for (uint32_t i = 0; i < 64; i += FW) {
@@ -6239,7 +6236,7 @@ OP void pktrt__frustum_update_depth(pktrt__frustum *f, const pktrt__batch *b, ui
   f->wmax = fhmax(w);
 }
 
-/* Smallest (which = 0) or largest (1) position of a plane over the packet's times; *other: the opposite. */
+/* Returns the smallest (which = 0) or largest (1) position of a plane over the packet's times; *other: the opposite. */
 OP v8 pktrt__frustum_swept_plane(const pktrt__frustum *f, const float *p0, const float *p1, const int which, const bool moving,
                   v8 *other) {
   if (!moving) return *other = vload(p0);
@@ -6249,13 +6246,13 @@ OP v8 pktrt__frustum_swept_plane(const pktrt__frustum *f, const float *p0, const
   return which ? vmax(first, last) : vmin(first, last);
 }
 
-/* The children of a node that reach into the frustum; *entry: their near depths; *whole: those that all rays enter, if
-   they look that far. */
+/* Returns the children of a node that reach into the frustum, with their near depths *entry, and in *whole those that
+   all rays enter, if their depths reach that far. */
 OP uint32_t pktrt__frustum_cull_children(const pktrt__frustum *f, const float *p0, const float *p1, const bool moving,
                                v8 *entry, uint32_t *whole) {
   const uint32_t back = f->sign < 0, wl = 16 * f->k + 8 * back, wh = 16 * f->k + 8 * (1 - back);
   const v8 s = vset(f->sign);
-  v8 late, other; /* late: where the face that rays enter by is farthest */
+  v8 late, other; /* late: the farthest position of the face by which rays enter */
   v8 w0 = vfms(pktrt__frustum_swept_plane(f, p0 + wl, p1 + wl, back != 0, moving, &late), s, vset(f->ref[2] + f->pad));
   v8 w1 = vfms(pktrt__frustum_swept_plane(f, p0 + wh, p1 + wh, back == 0, moving, &other), s, vset(f->ref[2] - f->pad));
   m8 keep = mand(vle(vset(f->wmin), w1), vle(w0, vset(f->wmax)));
@@ -6274,21 +6271,21 @@ OP uint32_t pktrt__frustum_cull_children(const pktrt__frustum *f, const float *p
     keep = mand(keep, mand(vle(l, upper), vle(lower, h)));
     const v8 li = moving ? vsub(inner[0], vset(f->ref[a] + f->pad)) : l;
     const v8 hi_ = moving ? vsub(inner[1], vset(f->ref[a] - f->pad)) : h;
-    /* where the packet is within the face of a box, at all times, all of it enters */
+    /* a packet that is within the face of a box at all times enters it as a whole */
     in = mand(in, mand(vle(vfma(vset(up), late, vset(f->a[2 * a])), hi_),
                        vle(li, vfma(vset(down), late, vset(f->a[2 * a + 1])))));
   }
   *whole = mbits(in);
   return mbits(keep);
 }
-/* A function of its own: less code, and as fast. */
+/* Culls the children of a moving node. WHY not inlined: less code, and as fast. */
 PKTRT__NOINLINE uint32_t pktrt__frustum_cull_children_moving(const pktrt__frustum *f, const float *p0, const float *p1,
                                                    v8 *entry, uint32_t *whole) {
   return pktrt__frustum_cull_children(f, p0, p1, true, entry, whole);
 }
 
-/* The rays of mask that may hit one child, whose planes start at p0 and p1 (stride 8 floats). WHY all vectors, also
-   those without rays: a branch costs more. */
+/* Returns the rays of mask that may hit one child, whose planes start at p0 and p1 (stride 8 floats). WHY all vectors,
+   also those without rays: a branch costs more. */
 OP uint64_t pktrt__frustum_test_child(const pktrt__frustum *f, const pktrt__batch *b, const float *p0, const float *p1,
                                   uint64_t mask, const bool moving) {
   const uint32_t nx = f->octant << 3 & 8, ny = 16 + (f->octant << 2 & 8), nz = 32 + (f->octant << 1 & 8);
@@ -6313,13 +6310,13 @@ OP uint64_t pktrt__frustum_test_child(const pktrt__frustum *f, const pktrt__batc
   return result;
 }
 
-/* What all rays of a packet have in common at the triangles of a block. */
+/* Values of the triangles of a block that all rays of a packet share. */
 typedef struct pktrt__frustum_corners {
-  PKTRT__ALIGN64 float p[3][3][8]; /* one origin, nothing moves: corners relative to it, [corner][u, v, k][lane] */
+  PKTRT__ALIGN64 float p[3][3][8]; /* of one origin at rest: corners relative to it, [corner][u, v, k][lane] */
   float range[8], far_[8];         /* depths: at least the range over corners, the largest |z| */
 } pktrt__frustum_corners;
 
-/* One origin, nothing moves: the triangles that an edge keeps away from all rays. With slopes S0 + s, x = X - s W in
+/* Returns the triangles at rest that all rays of one origin miss beyond one edge. With slopes S0 + s, x = X - s W in
    the corners' X = p_u - S0 W, and so y: the product s_u s_v cancels in U = (x2 y1 - y2 x1) = (X2 Y1 - Y2 X1) + s_u (Y2
    W1 - W2 Y1) + s_v (W2 X1 - X2 W1), linear over the packet. A triangle is missed by all if one edge function is below
    0 for all rays, and one is above. What rounding may do: the canonical x and X here are each within 3 eps M of p_u - S
@@ -6352,7 +6349,7 @@ PKTRT__NOINLINE uint32_t pktrt__frustum_cull_by_edges(const pktrt__frustum *f, p
   return mbits(mand(vlt(vadd(least, error), vset(0)), vlt(error, most)));
 }
 
-/* How far triangles reach, over corners and times: in depth, and in u - b W and v - b W of the planes. */
+/* The extents of triangles, over corners and times: in depth, and in u - b W and v - b W of the planes. */
 typedef struct pktrt__frustum_reach {
   v8 wlo, whi, low[2], high[2];
 } pktrt__frustum_reach;
@@ -6370,7 +6367,7 @@ OP void pktrt__frustum_reach_add(pktrt__frustum_reach *r, const pktrt__frustum *
     r->high[a] = vmax(r->high[a], vsub(u, vmul(vset(f->b[2 * a + 1]), w)));
   }
 }
-/* Those that reach into the frustum. */
+/* Returns the triangles that reach into the frustum. */
 OP uint32_t pktrt__frustum_reach_inside(const pktrt__frustum_reach *r, const pktrt__frustum *f) {
   m8 in = mand(vle(vset(f->wmin - f->pad), r->whi), vle(r->wlo, vset(f->wmax + f->pad)));
   UNROLL for (int a = 0; a < 2; a++) in =
@@ -6378,7 +6375,7 @@ OP uint32_t pktrt__frustum_reach_inside(const pktrt__frustum_reach *r, const pkt
   return mbits(in);
 }
 
-/* The triangles of a block at rest that reach into the frustum. */
+/* Returns the triangles of a block at rest that reach into the frustum, and computes their shared values. */
 OP uint32_t pktrt__frustum_cull_triangles(const pktrt__frustum *f, const pktrt__batch *b, const float *k0,
                                     pktrt__frustum_corners *corners) {
   const uint32_t axis[3] = {f->ku, f->kv, f->k};
@@ -6397,7 +6394,7 @@ OP uint32_t pktrt__frustum_cull_triangles(const pktrt__frustum *f, const pktrt__
   return lanes;
 }
 
-/* The canonical test of eight lanes, as pktrt__exact_edge_functions. */
+/* The edge functions of the canonical test for eight lanes, as pktrt__exact_edges. */
 typedef struct pktrt__exact_edges8 {
   d8 u, v, w, det, depth;
 } pktrt__exact_edges8;
@@ -6409,7 +6406,7 @@ OP pktrt__exact_edges8 pktrt__exact_edge_functions8(const d8 x[3], const d8 y[3]
   return e;
 }
 
-/* pktrt__batch_set_hit for those of rays r, r+1, ... in `taken`. */
+/* Makes a triangle the closest hit of those of rays r, r+1, ... in `taken`, as pktrt__batch_set_hit does. */
 OP void pktrt__frustum_set_hits(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, uint32_t taken, vf lo, vf hi,
                           uint32_t id, uint32_t slot) {
   const mf m = ffrom(taken);
@@ -6420,14 +6417,14 @@ OP void pktrt__frustum_set_hits(const pktrt__bvh_segment *seg, pktrt__batch *b, 
   fstore_masked_u32(b->bvh + r, m, seg->bvh);
 }
 
-/* What the rays of a packet have in common at one triangle. */
+/* Values of one triangle that all rays of a packet share. */
 typedef struct pktrt__tri_common {
   uint32_t id, slot;
-  float pad, range, far_; /* as of the packet, and in pktrt__frustum_corners */
+  float pad, range, far_; /* pad of the frustum; range and far_ of pktrt__frustum_corners */
   pktrt_counts *counts;   /* NULL: do not count */
 } pktrt__tri_common;
 
-/* One triangle against those of rays r to r+7 in bits, given their sheared corners; those that take it. */
+/* Tests one triangle, given sheared corners, against those of rays r to r+7 in bits; returns those that take it. */
 PKTRT__NOINLINE uint32_t pktrt__paper_accept8(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, uint32_t bits,
                                               const v8 *x, const v8 *y, const v8 *z, const pktrt__tri_common *tri) {
   pktrt__tri_limits l;
@@ -6446,8 +6443,8 @@ PKTRT__NOINLINE uint32_t pktrt__paper_accept8(const pktrt__bvh_segment *seg, pkt
   return taken;
 }
 
-/* pktrt__exact_test for eight rays of a frustum, of those that hit nothing yet. WHY: rays from a light end at surfaces,
-   and what lies at tmax is always left open. */
+/* Runs the exact test of eight rays of a frustum, for those that hit nothing yet. WHY: shadow rays from a light end at
+   surfaces, and a hit near tmax is always left open. */
 PKTRT__NOINLINE uint32_t pktrt__frustum_exact_test8(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, uint32_t open, uint32_t id,
                                        uint32_t slot) {
   const uint32_t *k = pktrt__axes[b->axis[r + pktrt__lowest_bit(open)]];
@@ -6482,12 +6479,12 @@ PKTRT__NOINLINE uint32_t pktrt__frustum_exact_test8(const pktrt__bvh_segment *se
   return taken;
 }
 
-/* A vector of rays at one triangle: edge functions, depths of corners, largest |x| and |y|. */
+/* Values of one triangle for a vector of rays: edge functions, depths of corners, largest |x| and |y|. */
 typedef struct pktrt__frustum_edges {
   vf e[3], z[3], xs, ys;
 } pktrt__frustum_edges;
 
-/* Takes the triangle for those of a vector of rays in a frustum that hit it nearest so far; returns them. */
+/* Makes the triangle the closest hit of those of a vector of rays that hit nothing nearer so far; returns them. */
 PKTRT__NOINLINE uint32_t pktrt__frustum_accept(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, uint32_t bits,
                                                const pktrt__frustum_edges *s, const pktrt__tri_common *tri) {
   const vf e[3] = {s->e[0], s->e[1], s->e[2]}, z[3] = {s->z[0], s->z[1], s->z[2]}, xs = s->xs, ys = s->ys;
@@ -6521,7 +6518,7 @@ PKTRT__NOINLINE uint32_t pktrt__frustum_accept(const pktrt__bvh_segment *seg, pk
   return taken;
 }
 
-/* One triangle against a vector of rays, given its sheared corners; those that hit it. */
+/* Tests one triangle, given its sheared corners, against a vector of rays; returns those that hit it. */
 OP uint32_t pktrt__frustum_filter(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, uint32_t rays, const vf x[3],
                                   const vf y[3], const vf z[3], const pktrt__tri_common *tri) {
   pktrt__frustum_edges s;
@@ -6539,7 +6536,7 @@ OP uint32_t pktrt__frustum_filter(const pktrt__bvh_segment *seg, pktrt__batch *b
 #ifdef PKTRT__OTHER_TESTS
 #include PKTRT__OTHER_TESTS
 #else
-/* One triangle at rest (lane of a block) against the rays of mask; those that hit it. */
+/* Tests one triangle at rest (lane of a block) against the rays of mask; returns those that hit it. */
 OP uint64_t pktrt__frustum_test_triangle(const pktrt__frustum *f, const pktrt__bvh_segment *seg, pktrt__batch *b,
                                          const float *k0, const pktrt__frustum_corners *corners, uint32_t lane,
                                          const pktrt__tri_common *tri, uint64_t mask) {
@@ -6567,7 +6564,7 @@ OP uint64_t pktrt__frustum_test_triangle(const pktrt__frustum *f, const pktrt__b
 }
 #endif
 
-/* A leaf block at rest against the rays of mask; those that hit something in it. */
+/* Tests a leaf block at rest against the rays of mask; returns those that hit something in it. */
 OP uint64_t pktrt__frustum_leaf(const pktrt__frustum *f, const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t index,
                                 uint64_t mask, const pktrt__variant is) {
   const pktrt__block *block = pktrt__segment_block(seg, index, false);
@@ -6591,15 +6588,15 @@ OP uint64_t pktrt__frustum_leaf(const pktrt__frustum *f, const pktrt__bvh_segmen
   return hit;
 }
 
-/* What all rays of a packet have in common at the triangles of a moving block. */
+/* Values of the triangles of a moving block that all rays of a packet share. */
 typedef struct pktrt__frustum_motion {
-  PKTRT__ALIGN64 float p[3][3][8], way[3][3][8]; /* corners at the first key, as in frustum_corners; from there to the
-                                                    second */
+  PKTRT__ALIGN64 float p[3][3][8], way[3][3][8]; /* corners at the first key, as in pktrt__frustum_corners; vectors
+                                                    from there to the second */
   float error[8];                                /* B */
-  float range[8], far_[8];                       /* as in frustum_corners */
+  float range[8], far_[8];                       /* as in pktrt__frustum_corners */
 } pktrt__frustum_motion;
 
-/* The triangles of a moving block that reach into the frustum. */
+/* Returns the triangles of a moving block that reach into the frustum, and computes their shared values. */
 OP uint32_t pktrt__frustum_cull_moving(const pktrt__frustum *f, const float *k0, const float *k1,
                                    pktrt__frustum_motion *motion) {
   const uint32_t axis[3] = {f->ku, f->kv, f->k};
@@ -6617,7 +6614,7 @@ OP uint32_t pktrt__frustum_cull_moving(const pktrt__frustum *f, const float *k0,
       pktrt__frustum_reach_add(&reach, f, q);
     }
   }
-  v8 size[2]; /* of |x| and |y| */
+  v8 size[2]; /* bounds of |x| and |y| */
   UNROLL for (int a = 0; a < 2; a++) {
     const v8 from = vsub(reach.low[a], vset(f->a[2 * a])), to = vsub(reach.high[a], vset(f->a[2 * a + 1]));
     const v8 beyond = vadd(vmax(vabs(from), vabs(to)), vset(4 * f->pad));
@@ -6633,8 +6630,8 @@ OP uint32_t pktrt__frustum_cull_moving(const pktrt__frustum *f, const float *k0,
 #ifdef PKTRT__OTHER_TESTS
 #include PKTRT__OTHER_TESTS
 #else
-/* One moving triangle, its corners at k0 and k1, against a vector of rays, as the canonical test has it; those that hit
-   it. */
+/* Tests one moving triangle, its corners at k0 and k1, against a vector of rays with the corners of the canonical test;
+   returns those that hit it. */
 PKTRT__NOINLINE uint32_t pktrt__frustum_test_moving(const pktrt__frustum *f, const pktrt__bvh_segment *seg,
                                                     pktrt__batch *b, uint32_t r, uint32_t rays, const float *k0,
                                                     const float *k1, const pktrt__tri_common *tri) {
@@ -6652,8 +6649,8 @@ PKTRT__NOINLINE uint32_t pktrt__frustum_test_moving(const pktrt__frustum *f, con
   return pktrt__frustum_filter(seg, b, r, rays, x, y, z, tri);
 }
 
-/* The rays of a packet that may hit a moving triangle (lane of a block): the filter of >>exactness. x and y are turned
-   round, which their products do not notice. WHY all vectors, also those without rays: a branch costs more. */
+/* Returns the rays of a packet that may hit a moving triangle (lane of a block), by the filter of >>exactness. x and y
+   are both negated, which cancels in products. WHY all vectors, also those without rays: a branch costs more. */
 OP uint64_t pktrt__frustum_filter_moving(const pktrt__frustum *f, const pktrt__batch *b, const pktrt__frustum_motion *motion,
                                  uint32_t lane) {
   const vf wrong = fset(motion->error[lane]), minus = fset(-motion->error[lane]);
@@ -6680,7 +6677,8 @@ OP uint64_t pktrt__frustum_filter_moving(const pktrt__frustum *f, const pktrt__b
 }
 #endif
 
-/* As frustum_block, of a moving block; `counts` only where there is counting. A function of its own: less code. */
+/* Tests a moving leaf block against the rays of mask; returns those that hit something in it. `counts` is NULL where
+   nothing is counted. WHY not inlined: less code. */
 PKTRT__NOINLINE uint64_t pktrt__frustum_leaf_moving(const pktrt__frustum *f, const pktrt__bvh_segment *seg, pktrt__batch *b,
                                             uint32_t index, uint64_t mask, bool occlusion, pktrt_counts *counts) {
   const pktrt__block *block = pktrt__segment_block(seg, index, true);
@@ -6713,13 +6711,12 @@ PKTRT__NOINLINE uint64_t pktrt__frustum_leaf_moving(const pktrt__frustum *f, con
 
 typedef struct pktrt__frustum_entry {
   uint64_t mask;
-  const float *plane; /* of the child, at key 0 of the segment; NULL: all rays enter it */
+  const float *plane; /* planes of the child at key 0 of the segment; NULL: all rays enter it */
   float w;            /* entry depth */
   uint32_t ref;
 } pktrt__frustum_entry;
 
-/* Pushes the children of a node that reach into the frustum, farthest first, for any hit as the build has them; returns
-   how many. */
+/* Pushes the children that reach into the frustum, farthest first, for any hit in build order; returns how many. */
 OP uint32_t pktrt__frustum_open_node(const pktrt__frustum *f, const pktrt__bvh_segment *seg, uint32_t ref, uint64_t mask,
                                pktrt__frustum_entry *stack, const pktrt__variant is) {
   const pktrt__node *node = pktrt__segment_node(seg, ref, is.moving);
@@ -6742,13 +6739,13 @@ OP uint32_t pktrt__frustum_open_node(const pktrt__frustum *f, const pktrt__bvh_s
   return n;
 }
 
-/* When few rays are left the stream is faster: measured flat about the numbers here. */
+/* Tells whether so few rays are left that a stream is faster. Times, as measured, are flat around the numbers here. */
 OP bool pktrt__frustum_is_thin(uint64_t mask, uint32_t ref, const bool occlusion, const bool moving) {
   const uint32_t few = ref & PKTRT__LEAF ? 4 : 8;
   return pktrt__popcount(mask) <= few * (occlusion ? 4 : moving ? 3 : 2);
 }
 
-/* One group of the scene, from its root. Returns the occluded rays. */
+/* Traces a frustum packet through one tree from its root; returns the occluded rays. */
 OP uint64_t pktrt__frustum_template(pktrt__frustum *f, const pktrt__bvh_segment *seg, pktrt__batch *b, uint64_t mask,
                           const pktrt__variant is) {
   pktrt__frustum_entry stack[PKTRT__STACK + 8];

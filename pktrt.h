@@ -6726,7 +6726,7 @@ OP void pktrt__paper_event(const pktrt__paper_packet *p, pktrt_event_kind kind, 
   p->call->desc->trace(p->call->desc->user, &e);
 }
 
-/* The intervals over the active rays. */
+/* Computes the intervals over the active rays, and whether these can have a frustum. */
 static void pktrt__paper_intervals(pktrt__paper_packet *p) {
   const pktrt__batch *b = p->b;
   float t_lo = 1, t_hi = 0;
@@ -6766,7 +6766,7 @@ static void pktrt__paper_intervals(pktrt__paper_packet *p) {
   p->ta[0] = 1 - t_lo, p->tb[0] = t_lo, p->ta[1] = 1 - t_hi, p->tb[1] = t_hi;
 }
 
-/* A child's box over the packet's interval of time; p0, p1: its first plane at the segment's keys. */
+/* Computes a child's box over the packet's interval of time; p0 and p1 are its first plane at the segment's keys. */
 OP void pktrt__paper_box(const pktrt__paper_packet *p, const float *p0, const float *p1, float lo[3], float hi[3],
                         const bool moving) {
   for (int a = 0; a < 3; a++) {
@@ -6779,8 +6779,8 @@ OP void pktrt__paper_box(const pktrt__paper_packet *p, const float *p0, const fl
   }
 }
 
-/* Step 2: whether interval arithmetic shows that every ray misses. Along an axis where all rays go up, the least
-   distance to the near plane is the least of (lo - o) r over o in [o_lo, o_hi], r in [r_lo, r_hi], and so on. */
+/* Tells whether interval arithmetic shows that every ray misses the box (step 2). Along an axis where all rays go up,
+   the least distance to the near plane is the least of (lo - o) r over o in [o_lo, o_hi], r in [r_lo, r_hi], etc. */
 static bool pktrt__paper_interval_misses(const pktrt__paper_packet *p, const float lo[3], const float hi[3]) {
   float n = p->wn, f = p->wf;
   for (int a = 0; a < 3; a++) {
@@ -6793,7 +6793,7 @@ static bool pktrt__paper_interval_misses(const pktrt__paper_packet *p, const flo
   return n > f;
 }
 
-/* Step 3: whether the box lies outside one of the planes u = slope W through the common origin, W in [w0, w1]. */
+/* Tells whether the box is outside one of the planes u = slope W through the common origin, W in [w0, w1] (step 3). */
 static bool pktrt__paper_frustum_misses(const pktrt__paper_packet *p, const float lo[3], const float hi[3]) {
   const uint32_t k = p->axis[2];
   const float o = p->o_lo[k];
@@ -6807,10 +6807,10 @@ static bool pktrt__paper_frustum_misses(const pktrt__paper_packet *p, const floa
   return w1 < 0;
 }
 
-/* A child's planes; of a moving one, at the segment's keys. */
+/* A child of a node: its planes, at both keys of the segment if the tree moves. */
 typedef struct pktrt__paper_child {
   const float *p0, *p1;
-  v8 lo[3], hi[3]; /* static: by lanes */
+  v8 lo[3], hi[3]; /* the same planes for a static tree, in every lane */
   uint32_t node, index;
 } pktrt__paper_child;
 
@@ -6821,7 +6821,7 @@ OP pktrt__paper_child pktrt__paper_child_of(const float *p0, const float *p1, ui
   return c;
 }
 
-/* The active rays among r to r+7, and in `among`, that may hit a child. */
+/* Returns those of rays r to r+7 that are active, in `among`, and may hit a child. */
 OP uint32_t pktrt__paper_test_group(const pktrt__paper_packet *p, const pktrt__paper_child *c, uint32_t r, uint32_t among,
                               const pktrt__variant is) {
   const uint32_t active = pktrt__paper_active(p, r) & among;
@@ -6845,7 +6845,7 @@ OP void pktrt__paper_trim(pktrt__paper_packet *p, const pktrt__paper_child *c, u
   }
 }
 
-/* Steps 1 to 4: the first ray from `first` on that may hit a child, or p->end. */
+/* Finds the first ray from `first` on that may hit a child (steps 1 to 4), or returns p->end. */
 OP uint32_t pktrt__paper_find_first(pktrt__paper_packet *p, const pktrt__paper_child *c, uint32_t first, const pktrt__variant is) {
   uint32_t r = first & ~7u;
   p->entering = pktrt__paper_test_group(p, c, r, ~0u << first % 8, is);
@@ -6883,12 +6883,12 @@ OP uint32_t pktrt__paper_find_first(pktrt__paper_packet *p, const pktrt__paper_c
   return p->end;
 }
 
-/* One coordinate of a corner of one triangle, at the times of eight rays. */
+/* Returns one coordinate of one corner of a triangle, at the times of eight rays. */
 OP v8 pktrt__tri_corner_of_one(const float *k0, const float *k1, v8 ta, v8 tb, const bool moving) {
   return moving ? vadd(vmul(ta, vset(*k0)), vmul(tb, vset(*k1))) : vset(*k0);
 }
 
-/* One triangle against the rays `bits` of r to r+7, which share their axes; those that hit it. */
+/* Tests one triangle against the rays `bits` of r to r+7, which share a main axis. Returns those that hit it. */
 OP uint32_t pktrt__paper_test_triangle(const pktrt__paper_packet *p, const float *k0, const float *k1, uint32_t r,
                                        uint32_t bits, uint32_t id, uint32_t slot, const pktrt__variant is) {
   pktrt__batch *b = p->b;
@@ -6913,8 +6913,8 @@ OP uint32_t pktrt__paper_test_triangle(const pktrt__paper_packet *p, const float
   return pktrt__paper_accept8(p->seg, b, r, bits, x, y, z, &tri);
 }
 
-/* A leaf, child c, against the rays of the active range that may hit its box; those of the first group are known. Rays
-   of a group that disagree on the main axis are tested one by one. */
+/* Tests a leaf, child c, against the rays of the active range that may hit its box; those of the first group are
+   known. A group whose rays disagree on the main axis is tested ray by ray. Tells whether any ray hit. */
 OP bool pktrt__paper_leaf(pktrt__paper_packet *p, const pktrt__paper_child *c, uint32_t index, uint32_t first,
                          const pktrt__variant is) {
   const pktrt__block *block = pktrt__segment_block(p->seg, index, true);
@@ -6950,7 +6950,7 @@ OP bool pktrt__paper_leaf(pktrt__paper_packet *p, const pktrt__paper_child *c, u
   return any;
 }
 
-/* How far the active rays still reach. */
+/* Updates the depth interval's far end: how far the active rays still reach. */
 OP void pktrt__paper_update_depth(pktrt__paper_packet *p) {
   v8 far_ = vset(-INFINITY);
   for (uint32_t r = p->base & ~7u; r < p->end; r += 8)
@@ -6958,7 +6958,7 @@ OP void pktrt__paper_update_depth(pktrt__paper_packet *p) {
   p->wf = vhmax(far_);
 }
 
-/* One packet through one group. For occlusion, occluded rays leave p->active. */
+/* Traces one packet through one tree. In occlusion queries, occluded rays leave p->active. */
 OP void pktrt__paper_traverse(pktrt__paper_packet *p, const pktrt__variant is) {
   struct {
     const float *plane; /* of the child, at key 0 of the segment */
@@ -6975,7 +6975,7 @@ OP void pktrt__paper_traverse(pktrt__paper_packet *p, const pktrt__variant is) {
   for (;;) {
     if (ref & PKTRT__LEAF) {
       if (pktrt__paper_leaf(p, &c, ref & ~PKTRT__LEAF, first, is)) pktrt__paper_update_depth(p);
-    } else { /* open a node: its children wait, the nearest to the first active ray's direction on top */
+    } else { /* push a node's children, the first one in the direction of the first active ray on top */
       const pktrt__node *node = pktrt__segment_node(seg, ref, true);
       const uint32_t *child = node->child;
       uint32_t perm = node->order[p->b->octant[first]];
@@ -7006,7 +7006,7 @@ OP void pktrt__paper_traverse(pktrt__paper_packet *p, const pktrt__variant is) {
   }
 }
 
-/* Always counting: this path is for reading and comparing. */
+/* The two variants of pktrt__paper_traverse. Both always count: this path is for reading and comparing. */
 #if PKTRT__MOTION
 PKTRT__NOINLINE void pktrt__paper_traverse_moving(pktrt__paper_packet *p, bool occlusion, pktrt_counts *counts) {
   pktrt__paper_traverse(p, pktrt__variant_of(occlusion, true, PKTRT__STATS != 0, counts));
@@ -7018,7 +7018,7 @@ PKTRT__NOINLINE void pktrt__paper_traverse_static(pktrt__paper_packet *p, bool o
 }
 #endif
 
-/* The batch in packets of desc->packet_size rays, each through all groups and, where they move, all segments. */
+/* Traces a batch in packets of desc->packet_size rays, each through all trees and all segments of those that move. */
 PKTRT__NOINLINE void pktrt__drive_paper(const pktrt__query *call, pktrt__batch *b, uint32_t n, const bool occlusion) {
   const pktrt_scene *scene = call->scene;
   pktrt_counts unwanted, *counts = call->counts ? call->counts : &unwanted;
@@ -7077,8 +7077,8 @@ OP uint64_t pktrt__frustum_traverse(pktrt__frustum *f, const pktrt__bvh_segment 
 
 /* >>drive -----------------------------------------------------------------------------------------------------------
 
-   From a batch of rays to packets, streams and single rays; group by group, and for moving groups segment by segment,
-   so that a kernel sees one static tree or one linear motion. */
+   Splits a batch of rays into packets, streams and single rays, and traces them tree by tree, and through moving trees
+   segment by segment, so that a kernel sees one static tree or one linear motion. */
 
 OP uint64_t pktrt__drive_rays_of_segment(const pktrt__batch *b, const uint8_t *list, uint64_t mask, uint32_t segment) {
   uint64_t same = 0;
@@ -7089,8 +7089,8 @@ OP uint64_t pktrt__drive_rays_of_segment(const pktrt__batch *b, const uint8_t *l
   return same;
 }
 
-/* Whether a ray may meet a group at any time. Asked of those that move, before anything is done for the ray's own time:
-   most rays miss what moves. `step`: from axis to axis. */
+/* Tells whether a ray may meet a tree at any time. WHY: most rays miss what moves, so this test of a moving tree comes
+   before all work for the ray's own time. `step` is the distance from one axis to the next in rd, cn and cf. */
 OP bool pktrt__drive_may_meet(const pktrt__bvh *bvh, const float *rd, const float *cn, const float *cf, size_t step, float wn,
                        float wf) {
   float n = wn, f = wf;
@@ -7113,7 +7113,7 @@ OP uint64_t pktrt__drive_rays_near(const pktrt__bvh *bvh, const pktrt__batch *b,
   return near_;
 }
 
-/* Rays of one octant through all groups. */
+/* Traces a stream, rays of one octant, through all trees. */
 PKTRT__NOINLINE void pktrt__drive_stream(const pktrt_scene *scene, pktrt__batch *b, const uint8_t *list, uint64_t mask,
                                         const pktrt__variant is) {
   for (uint32_t i = 0; i < scene->bvh_count && mask; i++) {
@@ -7142,13 +7142,13 @@ PKTRT__NOINLINE void pktrt__drive_stream(const pktrt_scene *scene, pktrt__batch 
 }
 
 #if FRUSTA
-/* A packet of one axis and octant through all groups. */
+/* Traces a packet of rays of one main axis and octant through all trees. */
 PKTRT__NOINLINE void pktrt__drive_frustum(const pktrt_scene *scene, pktrt__batch *b, uint32_t base, uint64_t mask,
                                          const pktrt__variant is) {
   pktrt__frustum f;
   pktrt__frustum_setup(&f, scene, b, base, mask);
   COUNT(packets, 1);
-  uint64_t asked = mask; /* whose depth the frustum has */
+  uint64_t asked = mask; /* the rays whose depth the frustum has */
   for (uint32_t i = 0; i < scene->bvh_count && mask; i++) {
     const pktrt__bvh *bvh = &scene->bvhs[i];
     const bool moving = pktrt__has_motion(bvh->key_count);
@@ -7180,14 +7180,14 @@ PKTRT__NOINLINE void pktrt__drive_frustum(const pktrt_scene *scene, pktrt__batch
 }
 #endif
 
-/* One ray through all groups; whether it hits anything. `check`: insist on area at the ray's time. */
+/* Traces one ray through all trees and tells whether it hits. `check` rejects triangles without area at its time. */
 PKTRT__NOINLINE bool pktrt__drive_single(const pktrt_scene *scene, pktrt__single *ray, bool check,
                                          const pktrt__variant is) {
   bool hit = false;
   for (uint32_t i = 0; i < scene->bvh_count && !(is.occlusion && hit); i++) {
     const pktrt__bvh *bvh = &scene->bvhs[i];
     if (!pktrt__has_motion(bvh->key_count)) {
-      if (is.stats) ray->ta = 1, ray->tb = 0; /* one key: all of it */
+      if (is.stats) ray->ta = 1, ray->tb = 0; /* the only key has all the weight */
       hit |= pktrt__single_traverse(&bvh->rest, ray, 0, pktrt__variant_moving(is, false));
     } else if (pktrt__drive_may_meet(bvh, ray->rd, ray->cn, ray->cf, 1, ray->wn, ray->wf)) {
       const uint32_t segment = pktrt__time_segment(ray->ray->time, bvh->key_count, &ray->ta, &ray->tb);
@@ -7207,7 +7207,7 @@ PKTRT__NOINLINE void pktrt__drive_batch_ray(const pktrt_scene *scene, pktrt__bat
   if (is.occlusion) b->slot[r] = 0;
 }
 
-/* Which of the rays may meet any group that moves. */
+/* Finds which of the rays may meet a moving tree, and sets b->moving. */
 OP void pktrt__drive_find_moving(const pktrt_scene *scene, pktrt__batch *b, const uint64_t *rays) {
   memset(b->moving, 0, sizeof b->moving);
   for (uint32_t i = 0; i < scene->bvh_count; i++) {
@@ -7217,7 +7217,7 @@ OP void pktrt__drive_find_moving(const pktrt_scene *scene, pktrt__batch *b, cons
   }
 }
 
-/* Rays of a batch by octant, in streams of at most 64. */
+/* Sorts rays of a batch by octant and traces them in streams of at most 64. */
 PKTRT__NOINLINE void pktrt__drive_octants(const pktrt_scene *scene, pktrt__batch *b, const uint64_t *rays,
                                          const pktrt__variant is) {
   uint8_t list[PKTRT__BATCH];
@@ -7246,12 +7246,12 @@ PKTRT__NOINLINE void pktrt__drive_octants(const pktrt_scene *scene, pktrt__batch
     }
 }
 
-/* Those of [base, base + 64) that look along the same axis, in the same octant, as ray r. */
+/* Returns the rays of [base, base + 64) with the main axis and octant of ray r. */
 OP uint64_t pktrt__drive_rays_along(const pktrt__batch *b, uint32_t base, uint32_t r) {
   return veq_u8x64(b->axis + base, b->axis[r]) & veq_u8x64(b->octant + base, b->octant[r]);
 }
 
-/* Of these the ones that look nearly alike, and forward: frusta start at the rays' origins. */
+/* Returns the rays of [base, base + 64) that have nearly ray r's direction and tmin >= 0: frusta start at origins. */
 OP uint64_t pktrt__drive_rays_alike(const pktrt__batch *b, uint32_t base, uint32_t r) {
   const vf su = fset(b->slope[0][r]), sv = fset(b->slope[1][r]), most = fset(0.3f);
   uint64_t near_ = 0;
@@ -7262,8 +7262,8 @@ OP uint64_t pktrt__drive_rays_alike(const pktrt__batch *b, uint32_t base, uint32
   return near_ & pktrt__drive_rays_along(b, base, r);
 }
 
-/* Whether the rays in mask, of [base, base + 64), are many and look along one axis, as packets should. A slack of 0.7
-   was measured as good as 0.2. */
+/* Tells whether the rays in mask, of [base, base + 64), are many and go along one axis, as those of a packet should.
+   A slack of 0.7 was measured as good as 0.2. */
 PKTRT__NOINLINE bool pktrt__drive_is_coherent(const pktrt__batch *b, uint32_t base, uint64_t mask) {
   const uint32_t first = base + pktrt__lowest_bit(mask), k = b->axis[first], ku = (k + 1) % 3, kv = (k + 2) % 3;
   const float sign = b->dk[first] < 0 ? -1.0f : 1.0f;
@@ -7277,9 +7277,9 @@ PKTRT__NOINLINE bool pktrt__drive_is_coherent(const pktrt__batch *b, uint32_t ba
   return true;
 }
 
-/* The next frustum packet among *rest, of [base, base + 64), which it leaves; none: 0. If all look one way, the packet
-   is of those with the same canonical axis and octant. Else it is a bundle that looks alike, as a mirror sends it; any
-   hit gains nothing from these. WHY so few tries: where the first rays have no company, others have none either. */
+/* Removes the next frustum packet from *rest, of [base, base + 64), and returns it, or 0. If all go one way, its rays
+   share main axis and octant. Else they have similar directions, as after a mirror; any hit gains nothing from such
+   packets. WHY so few tries: where the first rays have no company, others have none either. */
 PKTRT__NOINLINE uint64_t pktrt__drive_next_packet(const pktrt__batch *b, uint32_t base, uint64_t *rest, bool one_way,
                                            bool occlusion) {
   const uint32_t tries = occlusion ? 0 : 3, many = 24; /* 16 to 24 of 64, slopes within 0.15 to 0.6: measured flat */
@@ -7298,8 +7298,8 @@ PKTRT__NOINLINE uint64_t pktrt__drive_next_packet(const pktrt__batch *b, uint32_
   return packet;
 }
 
-/* The fast path: packets of 64 neighbours, as frusta. What is left goes by octant, over the whole batch, to the
-   stream. */
+/* Traces a batch on the fast path: as frusta, packets within each 64 neighbours; the rest of the whole batch as
+   streams by octant. */
 OP void pktrt__drive_fast(const pktrt_scene *scene, pktrt__batch *b, uint32_t n, const pktrt__variant is) {
   uint64_t left[PKTRT__BATCH / 64]; /* rays that no frustum takes */
   memset(left, 0, sizeof left);
@@ -7317,12 +7317,11 @@ OP void pktrt__drive_fast(const pktrt_scene *scene, pktrt__batch *b, uint32_t n,
 
 /* >>resolve ---------------------------------------------------------------------------------------------------------
 
-   t, u, v and normal of the hits, once per ray, in double from the triangle's corners: u, v, and the normal,
-   scaled to a largest component of 1, to cf[0..2]. Returns the rays of [i, i+8) whose triangle has no area at the ray's
-   time. */
+   t, u, v and normal of the hits, once per ray, in double from the triangle's corners. The normal is scaled to a
+   largest component of 1. */
 
-/* Corners of the triangles that eight rays hit, at the rays' times. Neighbours mostly hit the same triangle, which,
-   at rest or of two keys, is then read once. */
+/* Gathers the corners of the triangles that eight rays hit, at the rays' times. Neighbours mostly hit the same
+   triangle, which, at rest or of two keys, is then read once. */
 PKTRT__NOINLINE void pktrt__resolve_gather_corners(const pktrt_scene *scene, const uint32_t *slot_of, const uint32_t *bvhs,
                                           const float *time, uint32_t hits, v8 p[3][3]) {
   UNROLL for (int c = 0; c < 9; c++) p[c / 3][c % 3] = vset(0);
@@ -7355,6 +7354,7 @@ PKTRT__NOINLINE void pktrt__resolve_gather_corners(const pktrt_scene *scene, con
   }
 }
 
+/* Writes t, u, v and normal of rays i to i+7. Returns those whose triangle has no area at the ray's time. */
 PKTRT__NOINLINE uint32_t pktrt__resolve_hits(const pktrt_scene *scene, pktrt__batch *b, uint32_t i, uint32_t hits) {
   v8 p[3][3]; /* [corner][axis] */
   pktrt__resolve_gather_corners(scene, b->slot + i, b->bvh + i, b->time + i, hits, p);
@@ -7390,21 +7390,21 @@ PKTRT__NOINLINE uint32_t pktrt__resolve_hits(const pktrt_scene *scene, pktrt__ba
   return hits & ~mbits(dlt(dset(0), largest));
 }
 
-/* A moving triangle without area just then was hit only through rounding: its ray looks again, with an eye on area. It
-   does so by itself, as u and v may stand where the batch had its set-up. */
+/* Traces ray r again, and checks areas: it hit a moving triangle that has no area at its time, by rounding alone. WHY
+   as a single ray: u and v may stand where the batch had its set-up. */
 PKTRT__NOINLINE void pktrt__resolve_retrace(const pktrt_scene *scene, pktrt__batch *b, uint32_t r) {
   pktrt_ray ray;
   pktrt_counts unread; /* see PKTRT__INSTANCES */
   pktrt__single q;
   if (!PKTRT__WITH_VECTORS) memset(&unread, 0, sizeof unread);
   pktrt__single_from_batch(b, r, &ray, &q);
-  if (!pktrt__single_setup(scene, &ray, &q)) return; /* never: it has hit something */
-  b->t[r] = b->tmax[r]; /* as of a miss, should it be one */
+  if (!pktrt__single_setup(scene, &ray, &q)) return; /* never: the ray has hit something */
+  b->t[r] = b->tmax[r]; /* stays if it misses now */
   pktrt__drive_single(scene, &q, true, pktrt__variant_of(false, false, false, &unread));
   pktrt__single_to_batch(b, r, &q);
 }
 
-/* Rays i to i+7 that hit nothing: zeros, and no triangle. */
+/* Writes PKTRT_NONE to those of rays i to i+7 that hit nothing, and if all missed, zeros. */
 OP void pktrt__resolve_misses(pktrt__batch *b, uint32_t i, uint32_t hits) {
   vstore_masked_u32(b->id + i, mfrom(0xFFu & ~hits), PKTRT_NONE);
   if (hits) return;
@@ -7430,8 +7430,8 @@ static void pktrt__resolve_batch(const pktrt__query *call, pktrt__batch *b, uint
 #ifndef PKTRT_NO_RENDER
 /* >>shade ---------------------------------------------------------------------------------------------------------- */
 
-/* On narrow vectors, whose registers are too few anyway, loops stay loops and the larger steps functions: that halves
-   the code. */
+/* STEP and ROLL_OUT: on narrow vectors, whose registers are too few anyway, loops are not unrolled and larger steps not
+   inlined, which halves the code. */
 #if PKTRT__WITH_V8_REGISTERS
 #define STEP OP
 #define ROLL_OUT UNROLL
@@ -7464,8 +7464,8 @@ STEP void pktrt__vec_store3(float (*p)[PKTRT__ROW], uint32_t i, const v8 a[3]) {
   ROLL_OUT for (int k = 0; k < 3; k++) vstore(p[k] + i, a[k]);
 }
 
-/* Unit vectors. Scaled first, for squares of large and small numbers leave the range; zero, infinite and NaN give
-   what stands in `instead`. */
+/* Normalises eight vectors; zero, infinite and NaN ones become `instead`. They are scaled first, for squares of large
+   and small numbers leave the range. */
 STEP void pktrt__vec_normalise(v8 a[3], const v8 instead[3]) {
   const v8 m = vmax(vabs(a[0]), vmax(vabs(a[1]), vabs(a[2])));
   v8 s[3];
@@ -7475,10 +7475,10 @@ STEP void pktrt__vec_normalise(v8 a[3], const v8 instead[3]) {
   ROLL_OUT for (int k = 0; k < 3; k++) a[k] = vsel(good, vdiv(s[k], length), instead[k]);
 }
 
-/* Samples, PKTRT__DRAWN at once, in loops of known length, of which compilers make vectors. */
+/* The functions pktrt__sampler_ here draw PKTRT__DRAWN samples at once: compilers vectorise loops of known length. */
 
-/* The points of Sobol's net that samples are, see pktrt__sampler_point_index. All but 2^k are permuted one by one; for these a product
-   with n, in pktrt__sampler_rotate, is a shift. */
+/* Finds the points of Sobol's net that samples take, see pktrt__sampler_point_index. If n is 2^k, all are permuted at
+   once, for the product with n in pktrt__sampler_rotate is then a shift; else one by one. */
 OP void pktrt__sampler_shuffle(uint32_t n, const uint32_t *sample, const uint32_t *group, const uint64_t *key, uint32_t *at) {
   const uint32_t width = pktrt__bit_width(n - 1), ones = (1u << width) - 1, shift = (width + 1) / 2;
   uint32_t any = 0;
@@ -7494,7 +7494,7 @@ OP void pktrt__sampler_shuffle(uint32_t n, const uint32_t *sample, const uint32_
   }
 }
 
-/* Digits of their third and fourth coordinates, as in pktrt__sampler_net. */
+/* Computes the digits of the third and fourth coordinates of Sobol's points, as in pktrt__sampler_net. */
 OP void pktrt__sampler_second_pairs(uint32_t n, const uint32_t *at, uint32_t *x, uint32_t *y) {
   for (int j = 0; j < PKTRT__DRAWN; j++) x[j] = y[j] = 0;
   for (uint32_t k = 0; (n - 1) >> k; k++) {
@@ -7542,7 +7542,7 @@ static void pktrt__sampler_draw(const pktrt_sampling *s, pktrt__sample_batch *w,
   }
 }
 
-/* Rays of a pinhole through eight places of the picture. */
+/* Makes the rays of a pinhole camera through eight places of the picture. */
 static void pktrt__camera_rays8(const pktrt__camera_plane *p, const double *x, const double *y, pktrt__wave *w, uint32_t i) {
   const d8 px = dload(x), py = dload(y);
   ROLL_OUT for (int a = 0; a < 3; a++) {
@@ -7575,7 +7575,7 @@ static void pktrt__surface_pack(pktrt__wave *w, uint32_t first, uint32_t n, pktr
   s->first = first, s->count = k;
 }
 
-/* Normals at the corners of the triangles of surfaces i to i + 7; n where the mesh has none. Whether any has. */
+/* Gathers the vertex normals of the triangles of surfaces i to i + 7; n if there are none. Tells whether any has. */
 PKTRT__NOINLINE bool pktrt__surface_gather_normals(const pktrt_scene *scene, const float *time, const pktrt__surfaces *s,
                                           uint32_t i, uint32_t lanes, const v8 n[3], v8 q[3][3]) {
   bool any = false;
@@ -7606,14 +7606,14 @@ PKTRT__NOINLINE bool pktrt__surface_gather_normals(const pktrt_scene *scene, con
   return any;
 }
 
-/* Where rays start that leave surfaces i to i + 7 along their flat normals: 1, or -1 below them. */
+/* Computes where rays start that leave surfaces i to i + 7 along ng (side 1) or against it (side -1). */
 STEP void pktrt__surface_start(const pktrt__surfaces *s, uint32_t i, double side, v8 o[3]) {
   const d8 lift = dmul(dfrom(vload(s->offset + i)), dset(side));
   ROLL_OUT for (int a = 0; a < 3; a++)
     o[a] = dto(dadd(dload(s->point[a] + i), dmul(lift, dfrom(vload(s->ng[a] + i)))));
 }
 
-/* Points and normals of surfaces i to i + 7, of which those in `lanes` exist. */
+/* Computes points and normals of surfaces i to i + 7, of which those in `lanes` exist. */
 PKTRT__NOINLINE void pktrt__surface_find8(const pktrt_scene *scene, bool smooth, const pktrt__wave *w, pktrt__surfaces *s,
                                  uint32_t i, uint32_t lanes) {
   const uint32_t at = s->first + i;
@@ -7656,7 +7656,7 @@ PKTRT__NOINLINE void pktrt__surface_find8(const pktrt_scene *scene, bool smooth,
   pktrt__vec_store3(s->start, i, p[0]);
 }
 
-/* What materials say of surfaces i to i + 7, before their hooks and the angle of view change it. */
+/* Reads the materials of surfaces i to i + 7, before hooks and the viewing angle change their values. */
 PKTRT__NOINLINE void pktrt__surface_read_materials(const pktrt_scene *scene, pktrt__surfaces *s, uint32_t i, uint32_t lanes) {
   v8 albedo[3], reflectance[3], emission[3], eta = vset(1);
   uint32_t shaded = 0, hooked = 0, lobed = 0, kind[5] = {0, 0, 0, 0, 0};
@@ -7683,7 +7683,7 @@ PKTRT__NOINLINE void pktrt__surface_read_materials(const pktrt_scene *scene, pkt
   pktrt__vec_store3(s->reflectance, i, reflectance);
   pktrt__vec_store3(s->emission, i, emission);
   vstore(s->eta + i, eta);
-  kind[PKTRT_SPECULAR_NONE] |= ~lanes; /* those that do not exist want no work */
+  kind[PKTRT_SPECULAR_NONE] |= ~lanes; /* lanes without a surface need no work */
   for (int k = 0; k < 5; k++) s->kind[k][i / 8] = (uint8_t)kind[k];
   s->shaded[i / 8] = (uint8_t)shaded, s->hooked[i / 8] = (uint8_t)hooked, s->lobed[i / 8] = (uint8_t)lobed;
 }
@@ -7696,18 +7696,18 @@ static void pktrt__surface_find(const pktrt_scene *scene, bool smooth, const pkt
   }
 }
 
-/* With c the cosine before a surface, k = eta^2 - (1 - c^2): the cosine behind it is sqrt(k) / eta. Next to eta = 1 as
-   c^2 + (eta^2 - 1), which is right at grazing angles, in dense glass as eta^2 - (1 - c) (1 + c), which is right head on;
-   the squares' differences are products. */
+/* Computes k = eta^2 - (1 - c^2), where c is the cosine before a surface and sqrt(k) / eta the one behind it: for small
+   eta as eta^2 - (1 - c) (1 + c), which is accurate head on, else as c^2 + (eta^2 - 1), accurate at grazing angles. The
+   differences of squares are products. */
 OP v8 pktrt__material_cosine_behind(v8 c, v8 eta) {
   const v8 one = vset(1), more = vmul(vsub(eta, one), vadd(eta, one)), less = vmul(vsub(one, c), vadd(one, c));
   return vsel(vlt(eta, vset(0.5f)), vsub(vmul(eta, eta), less), vadd(vmul(c, c), more));
 }
 
-/* Mirror and refracted directions and the Fresnel reflectance of surfaces i to i + 7, whose eta is set. With c the
+/* Computes mirror and refracted directions and Fresnel reflectance of surfaces i to i + 7, whose eta is set. With c the
    cosine before the surface and c' the one behind it, R is the mean of ((c - eta c') / (c + eta c'))^2 and
-   ((eta c - c') / (eta c + c'))^2; no real c' is total reflection. What bends to the wrong side of the triangle, which
-   smooth normals can bring about, is taken about the triangle's own normal. */
+   ((eta c - c') / (eta c + c'))^2; no real c' is total reflection. A direction on the wrong side of the triangle, which
+   smooth normals can cause, is computed again about the geometric normal. */
 STEP void pktrt__material_scatter(pktrt__surfaces *s, uint32_t i) {
   v8 d[3], n[3], f[3], r[3], t[3];
   pktrt__vec_load3(d, s->d, i);
@@ -7733,8 +7733,8 @@ STEP void pktrt__material_scatter(pktrt__surfaces *s, uint32_t i) {
   pktrt__vec_store3(s->refracted, i, t);
 }
 
-/* Weights of what surfaces i to i + 7 reflect and refract, and what is left for the diffuse base; metals' are still to
-   come. */
+/* Computes weights of reflection and refraction of surfaces i to i + 7, and what is left for the diffuse base; metals
+   follow in pktrt__material_weights_rest. */
 PKTRT__NOINLINE void pktrt__material_weights8(pktrt__surfaces *s, uint32_t i) {
   const uint32_t live = ~(uint32_t)s->shaded[i / 8], glossy = live & ~(uint32_t)s->kind[PKTRT_SPECULAR_NONE][i / 8];
   const v8 zero = vset(0), one = vset(1);
@@ -7777,9 +7777,9 @@ static void pktrt__material_evaluate(const pktrt_scene *scene, const pktrt__glas
   }
 }
 
-/* Where a light is for surfaces i to i + 7 at p, and the irradiance of what faces it there, but for a quad's cosine. A
-   mesh is seen in its middle: a point on the line to it, out of the sphere around it; in the middle itself nothing is
-   comparable, hence nothing is lit. */
+/* Finds the point `at` of a light for surfaces i to i + 7 at p. Returns the irradiance of what faces it there, without
+   a quad's cosine. For a mesh the point lies on the line to its middle, outside the sphere around it; a surface in the
+   middle itself gets NaN and is not lit. */
 STEP d8 pktrt__light_locate(const pktrt__light_target *l, uint32_t i, d8 p[3], d8 at[3]) {
   d8 to[3], facing[3];
   if (l->listed) {
@@ -7796,8 +7796,8 @@ STEP d8 pktrt__light_locate(const pktrt__light_target *l, uint32_t i, d8 p[3], d
   return dmul(ddiv(dadd(ddiv(dabs(along), r), dset(l->folded)), r2), dset(l->strength));
 }
 
-/* Shadow rays of surfaces i to i + 7, behind those in the list. The surface is left along its flat normal by `lift`, on
-   the viewer's side, which is the light's. */
+/* Appends the shadow rays of surfaces i to i + 7 to the list. They start at s->start, off the surface along ng, on the
+   viewer's side, which is the light's. */
 PKTRT__NOINLINE void pktrt__light_shadow_rays8(const pktrt_scene *scene, const pktrt__light_target *l, const pktrt__wave *w,
                                 pktrt__surfaces *s, uint32_t i, uint32_t lanes, pktrt__shadow_rays *sh) {
   d8 to[3], p[3], at[3], flat[3], shade[3];
@@ -7807,13 +7807,13 @@ PKTRT__NOINLINE void pktrt__light_shadow_rays8(const pktrt_scene *scene, const p
   pktrt__vec_dfrom3(flat, s->ng, i);
   pktrt__vec_dfrom3(shade, s->ns, i);
   d8 factor = pktrt__light_locate(l, i, p, at);
-  if (l->listed) lanes &= mbits(dlt(dset(0), factor)); /* others have no place on a light */
+  if (l->listed) lanes &= mbits(dlt(dset(0), factor)); /* the others have no point on a light */
   ROLL_OUT for (int a = 0; a < 3; a++) {
     to[a] = l->infinite ? at[a] : dsub(at[a], p[a]);
     d[a] = dto(l->infinite ? at[a] : dsub(at[a], dfrom(o[a])));
   }
   lanes &= mbits(dlt(dset(0), pktrt__vec_ddot(to, flat)));
-  if (!lanes) return; /* all look away from it */
+  if (!lanes) return; /* all face away from it */
   const d8 r2 = pktrt__vec_ddot(to, to), r = dsqrt(r2);
   if (PKTRT__AREA_LIGHTS && l->kind == PKTRT_LIGHT_QUAD && !l->listed) { /* negative behind it */
     pktrt__vec_dset3(at, l->facing);
@@ -7855,13 +7855,13 @@ static void pktrt__light_shadow_rays(const pktrt_scene *scene, const pktrt__ligh
     if (s->lit[i / 8]) pktrt__light_shadow_rays8(scene, l, w, s, i, s->lit[i / 8], sh);
 }
 
-/* Where lines enter and leave what lies between two planes: at most, and at least, what is there. */
+/* Clips the intervals [from, to] of lines to what lies between two planes. */
 STEP void pktrt__glass_clip(float lo, float hi, vf rd, vf shift, vf *from, vf *to) {
   const vf t0 = ffms(fset(lo), rd, shift), t1 = ffms(fset(hi), rd, shift);
   *from = fmax_(*from, fmin_(t0, t1)), *to = fmin_(*to, fmax_(t0, t1));
 }
 
-/* Of rays from i on, a wide vector, those in `lanes` that meet an innermost box of glass. */
+/* Returns the rays in `lanes`, of a wide vector from i on, that meet an innermost box of glass. */
 static uint32_t pktrt__glass_find_rays(const pktrt__glass_boxes *glass, const pktrt__batch *b, uint32_t i, uint32_t lanes) {
   vf rd[3], shift[3];
   uint32_t found = 0;
@@ -7880,7 +7880,7 @@ static uint32_t pktrt__glass_find_rays(const pktrt__glass_boxes *glass, const pk
   return found;
 }
 
-/* What n rays see of a light whose shadow rays they are, and which of them may go on through glass. */
+/* Writes the visibility of n shadow rays, 0 or 1, and lists those of the occluded that may go on through glass. */
 static uint32_t pktrt__light_visibility(const pktrt__glass_boxes *glass, const pktrt__batch *b, float (*seen)[PKTRT__ROW], uint32_t n,
                           uint32_t *lane) {
   uint32_t listed = 0;
@@ -7894,12 +7894,13 @@ static uint32_t pktrt__light_visibility(const pktrt__glass_boxes *glass, const p
   return listed;
 }
 
-/* One after the other where they are not those of eight surfaces in a row: several may be of one surface. */
+/* Adds the light of n shadow rays to surfaces: eight at once if they belong to eight adjacent surfaces, else one after
+   the other, for several may belong to one surface. */
 static void pktrt__light_add(pktrt__surfaces *s, const uint32_t *surface, float (*arriving)[PKTRT__ROW],
                        float (*seen)[PKTRT__ROW], uint32_t n) {
   for (uint32_t i = 0, next; i < n; i = next) {
     const uint32_t k = surface[i];
-    uint32_t apart = 0; /* WHY: all are compared, for compilers do that by vectors */
+    uint32_t apart = 0; /* WHY: all are compared, for compilers vectorise that */
     next = i + 8;
     for (uint32_t j = 1; next <= n && j < 8; j++) apart |= surface[i + j] ^ (k + j);
     if (next <= n && !apart) {
@@ -7914,7 +7915,7 @@ static void pktrt__light_add(pktrt__surfaces *s, const uint32_t *surface, float 
   }
 }
 
-/* Rays from surfaces i to i + 7, behind n of a wave; those worth following are counted in. */
+/* Appends rays from surfaces i to i + 7, those worth following, to the n of a wave. Returns how many it has then. */
 PKTRT__NOINLINE uint32_t pktrt__spawn_rays8(const pktrt__spawn_request *g, const pktrt__wave *w, const pktrt__surfaces *s,
                                      uint32_t i, uint32_t lanes, pktrt__wave *to, uint32_t n) {
   const uint32_t at = s->first + i;
@@ -7973,7 +7974,7 @@ static uint32_t pktrt__fit_lanes_with_area(const float *v) {
   return mbits(dlt(dset(0), dmax(dabs(x), dmax(dabs(y), dabs(z)))));
 }
 
-/* Planes of a node's children at a key: of blocks by their vertices, of nodes by their own children. */
+/* Computes the planes of a node's children at a key: leaf blocks' from their vertices, nodes' from their children. */
 static void pktrt__fit_children(const pktrt__bvh *bvh, const uint32_t *child, uint32_t key, float *plane) {
   for (int c = 0; c < 8; c++) {
     if (child[c] == PKTRT__EMPTY) continue;
@@ -7989,7 +7990,7 @@ static void pktrt__fit_children(const pktrt__bvh *bvh, const uint32_t *child, ui
   }
 }
 
-/* Children follow their parents, so backwards is bottom-up. */
+/* Refits nodes and returns the sum of their children's areas. Children follow parents, so backwards is bottom-up. */
 static double pktrt__fit_nodes(const pktrt__bvh *bvh, uint32_t first, uint32_t count) {
   double sum = 0.0, area[8];
   for (uint32_t n = first + count; n-- > first;) {
@@ -8013,21 +8014,21 @@ static const pktrt__fit_table pktrt__fit_kernels = {pktrt__fit_lanes_with_area, 
 
 /* >>entry ---------------------------------------------------------------------------------------------------------- */
 
-/* A lone ray through all groups, most often the only one, at rest. */
+/* Traces a single ray through all trees, of which there is mostly one, at rest. */
 OP bool pktrt__entry_single(const pktrt_scene *scene, pktrt__single *q, bool check, const pktrt__variant is) {
   const pktrt__bvh *bvh = scene->bvhs;
   if (scene->bvh_count != 1 || pktrt__has_motion(bvh->key_count)) return pktrt__drive_single(scene, q, check, is);
   return pktrt__single_traverse(&bvh->rest, q, 0, is);
 }
 
-/* One ray by itself. */
+/* Finds the closest hit of a single ray. */
 static bool pktrt__entry_intersect(const pktrt_scene *scene, const pktrt_ray *ray, pktrt_hit *hit) {
   pktrt_counts unread; /* see PKTRT__INSTANCES */
   pktrt__single q;
   uint32_t hint[2] = {0, 0};
   if (!PKTRT__WITH_VECTORS) memset(&unread, 0, sizeof unread);
   const pktrt__variant is = pktrt__variant_of(false, false, false, &unread);
-  for (bool check = false;; check = true) { /* where a triangle had no area, once more, as in pktrt__resolve_batch */
+  for (bool check = false;; check = true) { /* again where a triangle had no area, as in pktrt__resolve_batch */
     if (!pktrt__single_setup(scene, ray, &q) || !pktrt__entry_single(scene, &q, check, is)) {
       memset(hit, 0, sizeof *hit);
       hit->t = ray->tmax, hit->mesh = hit->triangle = PKTRT_NONE;
@@ -8094,7 +8095,8 @@ static void pktrt__entry_trace(const pktrt__query *call, pktrt__batch *b, uint32
 
 /* >>arrays ---------------------------------------------------------------------------------------------------------
 
-   Arrays of structures to batches and back: eight rays are eight rows of eight floats and a time; so are eight hits. */
+   Turns arrays of structures into batches and back: eight rays are eight rows of eight floats and a time; so are eight
+   hits. */
 
 static void pktrt__batch_load_rays(pktrt__batch *b, const pktrt_ray *rays, const uint16_t *order, uint32_t n) {
   uint32_t i = 0;
@@ -8136,7 +8138,7 @@ static void pktrt__batch_store_hits(const pktrt_scene *s, const pktrt__batch *b,
   pktrt__batch_store_rest(s, b, hits, order, i, n);
 }
 
-/* Which of n rays are occluded. */
+/* Writes which of n rays are occluded. */
 static void pktrt__batch_store_occluded(const pktrt__batch *b, bool *occluded, uint32_t n) {
   uint32_t i = 0;
   for (; i + 8 <= n && sizeof(bool) == 1; i += 8)
@@ -8146,10 +8148,10 @@ static void pktrt__batch_store_occluded(const pktrt__batch *b, bool *occluded, u
 
 /* >>selftest: what the compiler made of the vectors ---------------------------------------------------------------- */
 
-/* What the compiler made of this instruction set's operations, see pktrt__check_all_arithmetic. Equal products have operands of their
-   own: one that is used twice would not be fused. */
 OP v8 pktrt__check_value(float x) { return vset((float)pktrt__check_opaque((double)x)); }
 OP bool pktrt__check_all(m8 m) { return mbits(m) == 0xFF; }
+/* Returns what the compiler did to this instruction set's operations, see pktrt__check_all_arithmetic. Equal products
+   have operands of their own: a product that is used twice would not be fused. */
 PKTRT__DIVIDES_BY_ZERO PKTRT__COLD uint32_t pktrt__check_arithmetic(void) {
   const v8 one = pktrt__check_value(1), a = pktrt__check_value(1.000244140625f), b = pktrt__check_value(1.00048828125f);
   const v8 c = pktrt__check_value(1.000244140625f), d = pktrt__check_value(1.00048828125f), big = pktrt__check_value(33554432);
@@ -8180,11 +8182,11 @@ static const pktrt__kernel_table pktrt__kernels = {
 #endif
 };
 
-#ifdef PKTRT__ALSO_STAMP /* for benchmarks: a file of theirs on the same vectors; its path from here, in quotes */
+#ifdef PKTRT__ALSO_STAMP /* for benchmarks: the quoted path, from here, of a file on the same vectors */
 #include PKTRT__ALSO_STAMP
 #endif
 
-/* The short names end with the stamp. */
+/* Ends the short names with the stamp. */
 #undef a8
 #undef aor
 #undef apush
@@ -8702,20 +8704,20 @@ PKTRT_DEF pktrt_status pktrt_add_material(pktrt_scene *s, const pktrt_material *
 
 /* >>queries -------------------------------------------------------------------------------------------------------- */
 
-/* Asks the caches for n of the caller's values, a batch ahead: the hardware's foresight ends with each page. `left`:
-   values from `row` on. */
+/* Prefetches n of the caller's values, a batch ahead: the hardware's prefetch ends with each page. `left` values follow
+   from `row` on. */
 static void pktrt__query_prefetch_row(const void *row, uint32_t n, size_t left) {
   const size_t line = 64 / sizeof(float);
   for (size_t i = PKTRT__BATCH; i < PKTRT__BATCH + n && i < left; i += line) PKTRT__PREFETCH((const float *)row + i);
 }
 
-/* One row of a batch from n of `left` values of the caller's. */
+/* Fills one row of a batch from n of the caller's `left` values, or with `instead` if he has none. */
 static void pktrt__query_load_row(float *row, const float *from, float instead, uint32_t n, size_t left) {
   if (from) memcpy(row, from, n * sizeof(float)), pktrt__query_prefetch_row(from, n, left);
   for (uint32_t i = 0; !from && i < n; i++) row[i] = instead;
 }
 
-/* A row of the caller's from the i-th value on. */
+/* Returns a row of the caller's from the i-th value on. */
 PKTRT__INLINE const float *pktrt__query_row(const float *row, size_t i) { return row ? row + i : NULL; }
 
 static void pktrt__query_load_soa(pktrt__batch *b, const pktrt_rays *rays, size_t first, uint32_t n, size_t left) {
@@ -8746,7 +8748,7 @@ static void pktrt__query_store_soa(const pktrt_scene *s, const pktrt__batch *b, 
   }
 }
 
-/* A call with every value in range. */
+/* Makes a query whose values are all in range. */
 static pktrt__query pktrt__query_make(const pktrt_scene *s, const pktrt_query_desc *from, pktrt_query_desc *d,
                                   bool occlusion) {
   memset(d, 0, sizeof *d);
@@ -8765,7 +8767,7 @@ static pktrt__query pktrt__query_make(const pktrt_scene *s, const pktrt_query_de
   return call;
 }
 
-/* The caller's arrays; NULL where he has others. */
+/* The caller's arrays; NULL those that he does not use. */
 typedef struct pktrt__query_arrays {
   const pktrt_ray *rays;
   const pktrt_rays *ray_rows;
@@ -8774,8 +8776,8 @@ typedef struct pktrt__query_arrays {
   bool *occluded;
 } pktrt__query_arrays;
 
-/* Rays that are no packet of neighbours go by octant and main axis, so many at a time. WHY: of 256 there are too few of
-   an octant; mirror rays gain 7%, diffuse ones 3%. Any hit gains nothing, and rows are too slow to put in order. */
+/* How many incoherent rays are sorted at a time, by octant and main axis. WHY: of 256 there are too few of an octant;
+   mirror rays gain 7%, diffuse ones 3%. Any hit gains nothing, and rows are too slow to sort. */
 enum { PKTRT__SORTED = 1024 };
 
 PKTRT__NOINLINE void pktrt__query_sort(const pktrt_ray *rays, uint32_t n, uint16_t *order) {
@@ -8792,8 +8794,8 @@ PKTRT__NOINLINE void pktrt__query_sort(const pktrt_ray *rays, uint32_t n, uint16
   for (uint32_t i = 0; i < n; i++) order[end[key[i]]++] = (uint16_t)i;
 }
 
-/* How many of `left` rays to take next: whole packets of the paper path; of the fast path one packet while rays are
-   coherent, whose rows then stay in the nearest cache, else a batch, or so many that it pays to sort them. */
+/* Tells how many of `left` rays to take next: on the paper path whole packets; on the fast path one packet while rays
+   are coherent, whose rows then stay in the nearest cache, else a batch, or so many that it pays to sort them. */
 static uint32_t pktrt__query_next_count(const pktrt_query_desc *d, const pktrt__batch *b, bool sorts, size_t left) {
   uint32_t n = PKTRT__BATCH;
   if (d->path == PKTRT_PATH_PAPER) n = n / d->packet_size * d->packet_size;
@@ -8829,7 +8831,7 @@ PKTRT__NOINLINE void pktrt__query_run_batches(const pktrt_scene *s, const pktrt_
   }
 }
 
-/* Whether so few rays are better asked one by one: also some more of them if they look into different octants. */
+/* Tells whether rays are better traced one by one: if they are few, or not many and of different octants. */
 static bool pktrt__query_is_scattered(const pktrt_ray *rays, size_t n, bool occlusion) {
   if (pktrt__too_few(n, occlusion)) return true;
   for (size_t i = 1; i < n && n < 32; i++)
@@ -8876,7 +8878,7 @@ PKTRT_DEF pktrt_ray pktrt_make_ray(const float origin[3], const float direction[
   return ray;
 }
 
-/* One ray, past all that many share. */
+/* Traces one ray directly, without a batch. */
 PKTRT_DEF bool pktrt_intersect(const pktrt_scene *s, const pktrt_ray *ray, pktrt_hit *hit) {
   return s->kernels->intersect(s, ray, hit);
 }
@@ -8896,14 +8898,14 @@ PKTRT_DEF void pktrt_occluded_soa(const pktrt_scene *s, const pktrt_rays *rays, 
 
 /* >>spawn ----------------------------------------------------------------------------------------------------------
 
-   A point of the surface, moved along the normal to the side of the direction. How far: at a canonical hit the ray
-   passes the triangle's plane at most 6.25 eps M away in two axes (>>exactness), 9 eps M in all, and M, the distance
-   from the new origin to a vertex of the mesh, is at most twice the mesh's largest coordinate m; rounding the new
-   origin costs another 2 eps m. 24 eps m is beyond that for every triangle whose plane the point lies behind: no
+   A new ray starts at the surface point, moved along the normal to the side of its direction. How far: at a canonical
+   hit the ray passes the triangle's plane at most 6.25 eps M away in two axes (>>exactness), 9 eps M in all, and M, the
+   distance from the new origin to a vertex of the mesh, is at most twice the mesh's largest coordinate m; rounding the
+   new origin costs another 2 eps m. 24 eps m is beyond that for every triangle whose plane the point lies behind: no
    self-hit on a convex mesh. The surface point comes from the barycentrics, in double: its error does not grow with
    the distance the ray came. */
 
-/* Corner c of a triangle (positions or normals) at the ray's time. */
+/* Computes the position or normal, from `data`, of corner c of a triangle at the ray's time. */
 static void pktrt__mesh_corner_at(const pktrt__mesh *m, const float *data, uint32_t triangle, uint32_t c, float time,
                           float out[3]) {
   const uint64_t v = m->indices ? m->indices[(size_t)triangle * 3 + c] : (uint64_t)triangle * 3 + c;
@@ -8917,7 +8919,7 @@ static void pktrt__mesh_corner_at(const pktrt__mesh *m, const float *data, uint3
   for (int a = 0; a < 3; a++) out[a] = ta * k0[a] + tb * k1[a];
 }
 
-/* The point of barycentrics u, v between three corners. */
+/* Computes the point of barycentrics u, v between three corners. */
 static void pktrt__tri_point(float p[3][3], float u, float v, double out[3]) {
   for (int a = 0; a < 3; a++) {
     const double p0 = (double)p[0][a];
@@ -8925,10 +8927,10 @@ static void pktrt__tri_point(float p[3][3], float u, float v, double out[3]) {
   }
 }
 
-/* How far a ray starts from a surface of a mesh whose largest coordinate is m. */
+/* Returns how far a ray starts from a surface of a mesh whose largest coordinate is m. */
 PKTRT__INLINE double pktrt__spawn_offset(double m) { return 24 * (double)PKTRT__EPS * m; }
 
-/* Origin of a ray that leaves a surface point towards d. */
+/* Computes the origin of a ray that leaves a surface point towards d. */
 static void pktrt__spawn_origin(const pktrt__mesh *m, const double point[3], const float normal[3], const float d[3],
                          float origin[3]) {
   double n[3], length = 0, along = 0;
@@ -8963,8 +8965,8 @@ static void pktrt__cross(const double a[3], const double b[3], double out[3]) {
   out[0] = x, out[1] = y, out[2] = z;
 }
 
-/* To length 1; false for zero and for what is not finite. Scaled first: squares of tiny or huge numbers leave the
-   range. */
+/* Scales a vector to length 1; false for zero and for what is not finite. Its largest component is scaled to 1 first,
+   as squares of tiny or huge numbers leave the range. */
 static bool pktrt__normalise(double v[3]) {
   const double m = pktrt__max(fabs(v[0]), pktrt__max(fabs(v[1]), fabs(v[2])));
   if (!(m > 0 && m <= DBL_MAX)) return false;
@@ -9126,7 +9128,7 @@ PKTRT_DEF void pktrt_sample(const pktrt_sampling *s, uint32_t x, uint32_t y, uin
 #define PKTRT__LOG2_HIGH 0.693147180369123816490 /* log 2, to so few bits that multiples up to 2^11 are exact */
 #define PKTRT__LOG2_LOW 1.90821492927058770002e-10
 
-/* Sine and cosine of 2 pi turns, |turns| < 2^50. The nearest quarter turn is taken off exactly; what remains is within
+/* Computes sine and cosine of 2 pi turns, |turns| < 2^50. The nearest quarter turn is taken off exactly; what remains is within
    pi / 4, where the series end. Errors below 2^-51. */
 static void pktrt__math_sincos_turn(double turns, double *sine, double *cosine) {
   const double quarters = turns * 4, whole = (double)(int64_t)(quarters < 0 ? quarters - 0.5 : quarters + 0.5);
@@ -9141,7 +9143,7 @@ static void pktrt__math_sincos_turn(double turns, double *sine, double *cosine) 
   *cosine = turn == 0 ? c : turn == 1 ? -s : turn == 2 ? -c : s;
 }
 
-/* 2^k, -1022 <= k <= 1023 */
+/* Returns 2^k, -1022 <= k <= 1023. */
 PKTRT__INLINE double pktrt__math_power_of_two(int32_t k) {
   const uint64_t bits = (uint64_t)(uint32_t)(k + 1023) << 52;
   double x;
@@ -9149,7 +9151,7 @@ PKTRT__INLINE double pktrt__math_power_of_two(int32_t k) {
   return x;
 }
 
-/* log(2^e (1 + f)), 1 + f within [sqrt(1/2), sqrt(2)]: twice the artanh of s = f / (2 + f), |s| < 0.172. */
+/* Returns log(2^e (1 + f)), 1 + f within [sqrt(1/2), sqrt(2)]: twice the artanh of s = f / (2 + f), |s| < 0.172. */
 static double pktrt__math_log_sum(int32_t e, double f) {
   const double s = f / (2 + f), q = s * s;
   double sum = q * (1.0 / 19);
@@ -9158,7 +9160,7 @@ static double pktrt__math_log_sum(int32_t e, double f) {
   return (double)e * PKTRT__LOG2_HIGH + (2 * s + (2 * s * sum + (double)e * PKTRT__LOG2_LOW));
 }
 
-/* Natural logarithm of a normal x > 0; -infinity for smaller ones. Error below 2^-51. */
+/* Returns the natural logarithm of a normal x > 0; -infinity for smaller ones. Error below 2^-51. */
 static double pktrt__math_log(double x) {
   uint64_t bits;
   memcpy(&bits, &x, sizeof bits);
@@ -9171,10 +9173,10 @@ static double pktrt__math_log(double x) {
   return pktrt__math_log_sum(exponent, x - 1);
 }
 
-/* log(1 - u), 0 <= u < 1, without loss for small u */
+/* Returns log(1 - u), 0 <= u < 1, without loss for small u. */
 static double pktrt__math_log1m(double u) { return u < 0.29 ? pktrt__math_log_sum(0, -u) : pktrt__math_log(1 - u); }
 
-/* exp(x) - 1 for |x| <= log(2) / 2 */
+/* Returns exp(x) - 1 for |x| <= log(2) / 2. */
 static double pktrt__math_expm1_sum(double x) {
   double sum = x * (1.0 / 6227020800);
   sum = (sum + 1.0 / 479001600) * x, sum = (sum + 1.0 / 39916800) * x, sum = (sum + 1.0 / 3628800) * x;
@@ -9183,7 +9185,7 @@ static double pktrt__math_expm1_sum(double x) {
   return x + x * ((sum + 0.5) * x);
 }
 
-/* e^x; error below 2^-51, and one step of a subnormal result */
+/* Returns e^x; error below 2^-51, and one step of a subnormal result. */
 static double pktrt__math_exp(double x) {
   if (!(x > -746)) return x != x ? x : 0;
   if (x > 710) return INFINITY;
@@ -9192,23 +9194,23 @@ static double pktrt__math_exp(double x) {
   return (1 + pktrt__math_expm1_sum(rest)) * pktrt__math_power_of_two(half) * pktrt__math_power_of_two(k - half);
 }
 
-/* exp(x) - 1 for x <= 0, without loss for small x */
+/* Returns exp(x) - 1 for x <= 0, without loss for small x. */
 static double pktrt__math_expm1(double x) { return x > -0.34 ? pktrt__math_expm1_sum(x) : pktrt__math_exp(x) - 1; }
 
-/* x^y for x in [0,1], y >= 0; error below (1 + |y log x|) 2^-51. 0^0 is 1. */
+/* Returns x^y for x in [0,1], y >= 0; error below (1 + |y log x|) 2^-51. 0^0 is 1. */
 static double pktrt__math_pow(double x, double y) { return y == 0 ? 1 : pktrt__math_exp(y * pktrt__math_log(x)); }
 
 /* >>mappings ------------------------------------------------------------------------------------------------------- */
 
-/* Two unit vectors that are perpendicular to the unit vector n and to each other (Duff et al. 2017): the z axis and
-   its own, turned until z lies on n, or on -n below. */
+/* Computes two unit vectors perpendicular to the unit vector n and to each other (Duff et al. 2017): the x and y axes,
+   turned as z is turned to n, or to -n if n points down. */
 static void pktrt__map_basis(const double n[3], double t[3], double b[3]) {
   const double sign = n[2] < 0 ? -1 : 1, a = -1 / (sign + n[2]), c = n[0] * n[1] * a;
   t[0] = 1 + sign * n[0] * n[0] * a, t[1] = sign * c, t[2] = -sign * n[0];
   b[0] = c, b[1] = sign + n[1] * n[1] * a, b[2] = -n[1];
 }
 
-/* The direction at height z over an axis, w = sqrt(1 - z^2) away from it. */
+/* Computes the direction at height z along an axis and w = sqrt(1 - z^2) away from it. */
 static void pktrt__map_around(const double axis[3], double z, double w, double turns, double out[3]) {
   double t[3], b[3], sine, cosine;
   pktrt__map_basis(axis, t, b);
@@ -9216,10 +9218,10 @@ static void pktrt__map_around(const double axis[3], double z, double w, double t
   for (int a = 0; a < 3; a++) out[a] = z * axis[a] + w * (cosine * t[a] + sine * b[a]);
 }
 
-/* What is not in [0,1) becomes the nearest that is. */
+/* Clamps u to [0,1). */
 PKTRT__INLINE double pktrt__map_clamp_unit(float u) { return u > 0 ? (double)pktrt__minf(u, 0.99999994f) : 0; }
 
-/* The disk: squares around the centre become circles, and the angle grows evenly along them (Shirley and Chiu 1997). */
+/* Maps the square to the disk: squares around the centre become circles, evenly by angle (Shirley and Chiu 1997). */
 static void pktrt__map_to_disk(const float u[2], double out[2]) {
   const double a = 2 * pktrt__map_clamp_unit(u[0]) - 1, b = 2 * pktrt__map_clamp_unit(u[1]) - 1;
   const bool wide = a * a > b * b;
@@ -9229,16 +9231,17 @@ static void pktrt__map_to_disk(const float u[2], double out[2]) {
   out[0] = r * c, out[1] = r * s;
 }
 
-/* Directions: u[0] is the part of the lobe that lies nearer to the axis, u[1] the turn around it. Neighbours in the
-   square are neighbours on the sphere, the origin is the axis, and the widest directions are a limit for u[0] = 1. (The
-   disk's map, bent into a lobe, would have the origin at the widest. Measured, variance of edges is the same.) */
+/* Maps the square to a cosine lobe: u[0] is the part of it that lies nearer to the axis, u[1] the turn around the axis.
+   Neighbours in the square are neighbours on the sphere, the origin is the axis, and the widest directions are a limit
+   for u[0] = 1. (The disk's map, bent into a lobe, would have the origin at the widest. Measured, variance of edges is
+   the same.) */
 static void pktrt__map_cosine_lobe(const float u[2], const double normal[3], double out[3]) {
   const double x = pktrt__map_clamp_unit(u[0]);
   pktrt__map_around(normal, sqrt(1 - x), sqrt(x), pktrt__map_clamp_unit(u[1]), out);
 }
 
-/* The integral of cos^n gives 1 - u = cos^(n+1). For narrow lobes the sine comes from cos - 1, not from a cosine that
-   is nearly 1. */
+/* Maps the square to a Phong lobe: the integral of cos^n gives 1 - u = cos^(n+1). For narrow lobes the sine comes from
+   cos - 1, not from a cosine that is nearly 1. */
 static void pktrt__map_phong_lobe(const float u[2], const double axis[3], double exponent, double out[3]) {
   const double x = pktrt__math_expm1(pktrt__math_log1m(pktrt__map_clamp_unit(u[0])) / ((exponent > 0 ? exponent : 0) + 1));
   pktrt__map_around(axis, 1 + x, sqrt(-x * (2 + x)), pktrt__map_clamp_unit(u[1]), out);
@@ -9291,7 +9294,7 @@ PKTRT_DEF void pktrt_map_phong_naive(const float u[2], const float axis[3], floa
 
 /* >>fresnel -------------------------------------------------------------------------------------------------------- */
 
-/* Exact Fresnel equations, unpolarised (Born and Wolf, Principles of Optics). */
+/* Evaluates the exact Fresnel equations for unpolarised light (Born and Wolf, Principles of Optics). */
 PKTRT_DEF float pktrt_fresnel_dielectric(float cosine, float eta) {
   const double c = pktrt__min(pktrt__max((double)cosine, 0), 1), e = (double)eta;
   const double k = e < 0.5 ? e * e - (1 - c) * (1 + c) : c * c + (e - 1) * (e + 1); /* see pktrt__material_cosine_behind */
@@ -9300,8 +9303,8 @@ PKTRT_DEF float pktrt_fresnel_dielectric(float cosine, float eta) {
   return (float)(0.5 * (s * s + p * p));
 }
 
-/* With s2 the squared sine, a^2 + b^2 = sqrt((eta^2 - k^2 - s2)^2 + 4 eta^2 k^2) and
-   a^2 = (a^2 + b^2 + eta^2 - k^2 - s2) / 2. */
+/* Evaluates the Fresnel equations of metals. With s2 the squared sine,
+   a^2 + b^2 = sqrt((eta^2 - k^2 - s2)^2 + 4 eta^2 k^2) and a^2 = (a^2 + b^2 + eta^2 - k^2 - s2) / 2. */
 PKTRT_DEF float pktrt_fresnel_conductor(float cosine, float eta, float k) {
   const double c = pktrt__min(pktrt__max((double)cosine, 0), 1), c2 = c * c, s2 = 1 - c2;
   if (!(c > 0)) return 1;
@@ -9314,7 +9317,7 @@ PKTRT_DEF float pktrt_fresnel_conductor(float cosine, float eta, float k) {
 
 /* >>lens ----------------------------------------------------------------------------------------------------------- */
 
-/* The camera at a time: 0, where it does not move. False where it has no direction, or up is parallel to it. */
+/* Computes the camera at a time, 0 if it does not move. False if it has no direction, or up is parallel to that. */
 static bool pktrt__camera_plane_at(const pktrt_camera *c, uint32_t width, uint32_t height, double time, pktrt__camera_plane *p) {
   double forward[3], up[3], s, k;
   const bool turns = c->moving && (c->up_end[0] != 0 || c->up_end[1] != 0 || c->up_end[2] != 0);
@@ -10019,8 +10022,8 @@ static double pktrt__light_sample_mesh(const pktrt__mesh *m, const pktrt__light_
 
 /* >>glass: where it is, for shadow rays that something stopped ----------------------------------------------------- */
 
-/* Boxes within boxes, so deep at most. WHY: window panes stand around a whole hall; of the rays that were traced
-   again for the sake of one box around them all, one in seven meets the innermost ones. */
+/* How deep boxes of glass are nested at most. WHY nested: window panes stand around a whole hall; of the rays that were
+   traced again for the sake of one box around them all, one in seven meets the innermost ones. */
 enum { PKTRT__GLASS_DEPTH = 7 };
 
 static bool pktrt__material_is_glass(const pktrt_scene *s, const pktrt__mesh *m) {
@@ -10032,7 +10035,7 @@ static void pktrt__glass_widen(pktrt__glass_box *box, const float lo[3], const f
   for (int a = 0; a < 3; a++) box->lo[a] = pktrt__minf(box->lo[a], lo[a]), box->hi[a] = pktrt__maxf(box->hi[a], hi[a]);
 }
 
-/* Whether rays of the camera may start in the box of a mesh of glass. */
+/* Tells whether rays of the camera may start in the box of a mesh of glass. */
 static bool pktrt__glass_contains_camera(const pktrt_camera *c, const pktrt__glass_mesh *g) {
   bool apart = false;
   for (int a = 0; a < 3; a++) {
@@ -10042,7 +10045,7 @@ static bool pktrt__glass_contains_camera(const pktrt_camera *c, const pktrt__gla
   return !apart;
 }
 
-/* A float's bits as a number that is ordered as floats are. */
+/* Turns a float's bits into a number that is ordered as floats are. */
 static uint32_t pktrt__ordered_bits(float x) {
   uint32_t bits;
   memcpy(&bits, &x, sizeof bits);
@@ -10059,7 +10062,7 @@ static bool pktrt__glass_boxes_touch(const pktrt__glass_box *a, const pktrt__gla
   return !apart;
 }
 
-/* A triangle's box over all keys, added to another. */
+/* Widens a box by a triangle at all its keys. */
 static void pktrt__glass_widen_by(const pktrt__mesh *m, uint32_t triangle, pktrt__glass_box *box) {
   for (uint32_t key = 0; key < m->key_count; key++) {
     float p[3][3];
@@ -10068,7 +10071,7 @@ static void pktrt__glass_widen_by(const pktrt__mesh *m, uint32_t triangle, pktrt
   }
 }
 
-/* Boxes of meshes or, if `fine`, of a few triangles that follow and touch each other. Returns how many. */
+/* Makes boxes of meshes of glass or, if `fine`, of a few adjacent triangles that touch. Returns how many. */
 static uint32_t pktrt__glass_make_boxes(const pktrt_scene *s, bool fine, pktrt__glass_box *boxes) {
   uint32_t n = 0, held = 0; /* held: triangles in the last box */
   for (uint32_t i = 0; i < s->committed_meshes; i++) {
@@ -10085,7 +10088,7 @@ static uint32_t pktrt__glass_make_boxes(const pktrt_scene *s, bool fine, pktrt__
   return n;
 }
 
-/* Boxes around n > 0 of these, which are put in order by halves. Returns how many. */
+/* Nests n > 0 boxes in a tree of boxes, halving them along the longest axis. Returns how many boxes that makes. */
 static uint32_t pktrt__glass_nest_boxes(pktrt__glass_box *in, uint32_t n, uint32_t depth, float slack, pktrt__glass_box *to) {
   uint32_t half = 0;
   int axis = 0;
@@ -10104,7 +10107,7 @@ static uint32_t pktrt__glass_nest_boxes(pktrt__glass_box *in, uint32_t n, uint32
   return to->next += pktrt__glass_nest_boxes(in + half, n - half, depth + 1, slack, to + to->next);
 }
 
-/* Finds out which meshes of glass have boxes that touch, in the order of where these begin: n of them. */
+/* Finds out which of n meshes of glass have boxes that touch, by a sweep in the order in which the boxes begin. */
 static void pktrt__glass_find_touching(pktrt__glass_mesh *g, uint64_t *order, uint32_t n) {
   pktrt__sort_keys(order, n);
   for (uint32_t i = 0; i < n; i++) {
@@ -10117,7 +10120,7 @@ static void pktrt__glass_find_touching(pktrt__glass_mesh *g, uint64_t *order, ui
   }
 }
 
-/* Numbers of a vertex, by where it is at all keys; of an edge, opposite from its two ends. */
+/* Hashes a vertex by its positions at all keys, and below, an edge: with opposite signs for its two directions. */
 static uint64_t pktrt__glass_vertex_hash(const pktrt__mesh *m, uint64_t vertex) {
   uint64_t number = 0;
   for (uint32_t key = 0; key < m->key_count; key++) {
@@ -10133,8 +10136,8 @@ static uint64_t pktrt__glass_vertex_hash(const pktrt__mesh *m, uint64_t vertex) 
 }
 static uint64_t pktrt__glass_edge_hash(uint64_t a, uint64_t b) { return pktrt__hash(a + 3 * b) - pktrt__hash(b + 3 * a); }
 
-/* Whether each edge of a mesh has as many triangles to one side as to the other, by place: then what it bounds has an
-   inside. Numbers of edges sum up to 0 then, and else but by a chance of 2^-64. */
+/* Tells whether each edge of a mesh, by position, has as many triangles in one direction as in the other: then what the
+   mesh bounds has an inside. Hashes of edges sum up to 0 then, and else but by a chance of 2^-64. */
 static bool pktrt__glass_is_closed(const pktrt__mesh *m) {
   uint64_t sum = 0;
   for (uint64_t i = 0; i < (uint64_t)m->triangle_count * 3; i += 3) {
@@ -10145,8 +10148,7 @@ static bool pktrt__glass_is_closed(const pktrt__mesh *m) {
   return sum == 0;
 }
 
-/* Which meshes are closed and of glass, and their boxes; whether the camera may stand in one of them. False: out of
-   memory. */
+/* Finds the closed meshes of glass and their boxes, and whether the camera may stand in one. False: out of memory. */
 static bool pktrt__glass_find_meshes(pktrt__render_state *render, float slack) {
   const pktrt_scene *s = render->scene;
   const uint32_t meshes = s->committed_meshes;
@@ -10170,7 +10172,7 @@ static bool pktrt__glass_find_meshes(pktrt__render_state *render, float slack) {
   return g && order;
 }
 
-/* For so many samples. Few are not worth a look at each triangle. False: out of memory. */
+/* Finds where glass is. Boxes are as fine as the number of samples is worth. False: out of memory. */
 static bool pktrt__glass_find(pktrt__render_state *render, uint64_t samples) {
   const pktrt_scene *s = render->scene;
   pktrt__glass_boxes *glass = &render->glass;
@@ -10197,7 +10199,7 @@ static bool pktrt__glass_find(pktrt__render_state *render, uint64_t samples) {
   return in && glass->boxes;
 }
 
-/* What is made once for a render. */
+/* Frees what pktrt__render_prepare makes. */
 static void pktrt__render_unprepare(pktrt__render_state *render) {
   const pktrt_scene *s = render->scene;
   pktrt__mem_release(&s->desc, render->glass.boxes, render->glass.room, sizeof *render->glass.boxes);
@@ -10227,7 +10229,7 @@ static bool pktrt__render_prepare(pktrt__render_state *render, uint64_t pixels) 
    leaps over. For this, and for the glasses around the camera, crossings are counted along a line, in plain C. Of glasses
    that are entered at once, or found around the camera, the one with the smaller box is the inner one. */
 
-/* The entry of a mesh, and how many bits of a stack it takes. */
+/* Returns the entry of a mesh. */
 static uint32_t pktrt__media_entry(const pktrt_scene *s, const pktrt__glass_mesh *glass, uint32_t mesh) {
   return s->meshes[mesh].material << 1 | !glass[mesh].closed;
 }
@@ -10237,11 +10239,11 @@ static uint32_t pktrt__media_entry_bits(const pktrt_scene *s) {
 static uint32_t pktrt__media_top(const pktrt_scene *s, uint32_t stack) {
   return stack & (UINT32_MAX >> (32 - pktrt__media_entry_bits(s)));
 }
-/* The `at` lowest bits of a stack, and what lies above `at` bits. */
+/* Split a stack into its `at` lowest bits and those above. */
 static uint32_t pktrt__media_bits_below(uint32_t stack, uint32_t at) { return (uint32_t)(stack & ((UINT64_C(1) << at) - 1)); }
 static uint32_t pktrt__media_bits_above(uint32_t stack, uint32_t at) { return (uint32_t)((uint64_t)stack >> at); }
 
-/* How many bits lie below where an entry stands last; 32 or more: nowhere. */
+/* Returns how many bits lie below the topmost such entry; 32 or more if there is none. */
 static uint32_t pktrt__media_find(const pktrt_scene *s, uint32_t stack, uint32_t medium) {
   uint32_t at = 0;
   while (at < 32 && pktrt__media_top(s, pktrt__media_bits_above(stack, at)) != medium) at += pktrt__media_entry_bits(s);
@@ -10258,29 +10260,29 @@ static uint32_t pktrt__media_leave(const pktrt_scene *s, uint32_t stack, uint32_
   if (at >= 32) return stack;
   return pktrt__media_bits_above(stack, at + pktrt__media_entry_bits(s)) << at | pktrt__media_bits_below(stack, at);
 }
-/* A stack as it was before a glass was met from the inside. */
+/* Returns the stack before a ray met a glass from the inside: with it, as the ray must have been in it. */
 static uint32_t pktrt__media_know(const pktrt_scene *s, uint32_t stack, uint32_t medium) {
   return pktrt__media_find(s, stack, medium) < 32 ? stack : pktrt__media_enter(s, stack, medium);
 }
 
-/* What is left of light in one channel behind so much of what is on top of a stack. */
+/* Returns the transmittance, in one channel, of a distance through the glass on top of a stack. */
 static float pktrt__media_transmittance(const pktrt_scene *s, uint32_t stack, int a, double distance) {
   const uint32_t material = pktrt__media_top(s, stack) >> 1;
   const float absorption = material ? pktrt__material_of(s, material)->absorption[a] : 0;
   return absorption > 0 ? (float)pktrt__math_exp(-(double)absorption * distance) : 1;
 }
 
+enum { PKTRT__CROSSED = 8 }; /* crossings are counted for so many meshes at most; others are overlooked */
 /* Crossings of a line with closed meshes of glass whose boxes contain its origin. */
-enum { PKTRT__CROSSED = 8 }; /* so many meshes at most; others are overlooked */
 typedef struct pktrt__media_crossings {
   const pktrt_scene *scene;
   const pktrt__glass_mesh *glass;
-  uint32_t skip; /* a mesh that does not count */
+  uint32_t skip; /* a mesh whose crossings are not counted */
   pktrt__single q;
-  double pad;    /* boxes are so much wider, see >>exactness */
+  double pad;    /* boxes are widened by so much, see >>exactness */
   double lo[3], hi[3]; /* the line's own box */
   uint32_t mesh[PKTRT__CROSSED], count, hint[2];
-  int exits[PKTRT__CROSSED]; /* less entries */
+  int exits[PKTRT__CROSSED]; /* minus entries */
 } pktrt__media_crossings;
 
 static void pktrt__media_count_crossing(pktrt__media_crossings *c, uint32_t mesh, int exits) {
@@ -10310,7 +10312,7 @@ static void pktrt__media_cross_block(pktrt__media_crossings *c, const pktrt__bvh
   }
 }
 
-/* Whether a line may meet child i of a node, whose planes at two keys have the weights ta and tb. */
+/* Tells whether a line may meet child i of a node, whose planes at two keys have the weights ta and tb. */
 static bool pktrt__media_may_cross(const pktrt__media_crossings *c, const float *k0, const float *k1, float ta, float tb, int i) {
   double from = 0, to = (double)c->q.ray->tmax;
   for (int a = 0; a < 3; a++) {
@@ -10386,7 +10388,7 @@ static uint32_t pktrt__media_enter_meshes(const pktrt_scene *s, const pktrt__gla
   return stack;
 }
 
-/* The glasses around a point at a time: those that a line from it leaves more often than it enters them. */
+/* Returns the glasses around a point at a time: those that a line from it leaves more often than it enters them. */
 static uint32_t pktrt__media_around(const pktrt_scene *s, const pktrt__glass_mesh *glass, const float point[3], float time) {
   static const float ahead[3] = {0.259f, 0.933f, 0.2495f}; /* along no axis, where edges would be met exactly */
   uint32_t mesh[PKTRT__CROSSED], n = 0;
@@ -10398,8 +10400,8 @@ static uint32_t pktrt__media_around(const pktrt_scene *s, const pktrt__glass_mes
   return pktrt__media_enter_meshes(s, glass, 0, mesh, n);
 }
 
-/* The glasses that a ray is in behind a surface of one of them, `mesh`, which it leaves or enters: it starts again at
-   `behind`, and `before` is as far on this side. */
+/* Returns the stack of a ray that leaves or enters `mesh`, a mesh of glass, and goes on at `behind`; `before` is as far
+   from the surface on this side. */
 static uint32_t pktrt__media_pass_surface(const pktrt_scene *s, const pktrt__glass_mesh *glass, uint32_t stack, uint32_t mesh,
                                     bool leaves, const float before[3], const float behind[3], float time) {
   uint32_t entered[PKTRT__CROSSED + 1], n = 0;
@@ -10421,17 +10423,17 @@ static uint32_t pktrt__media_pass_surface(const pktrt_scene *s, const pktrt__gla
 
 /* >>workspace ----------------------------------------------------------------------------------------------------------- */
 
-/* n values of a row; and up to seven behind them, for compilers make vectors of loops whose length is known. */
+/* Fills n values of a row and up to seven behind them, for compilers vectorise loops of known length. */
 PKTRT__INLINE void pktrt__fill_row(float *row, uint32_t n, float x) {
   for (uint32_t i = 0; i < n; i += 8)
     for (uint32_t j = 0; j < 8; j++) row[i + j] = x;
 }
 
-/* Rays on their way into a packet, and what becomes of the answer. */
+/* Pending rays of a packet, and where their hits or their light go. */
 typedef struct pktrt__packet_queue {
   pktrt__batch batch;
-  float contribution[3][PKTRT__ROW];   /* shadow rays: what the surface gains */
-  float visible[3][PKTRT__ROW];       /* shadow rays: the part of it that is not stopped */
+  float contribution[3][PKTRT__ROW];   /* shadow rays: the light that the surface gets if nothing stops it */
+  float visible[3][PKTRT__ROW];       /* shadow rays: the part of it that arrives */
   uint32_t target[PKTRT__ROW];     /* surface, or lane of a wave */
   pktrt__wave *wave[PKTRT__BATCH]; /* NULL: a shadow ray */
   uint32_t n;
@@ -10449,33 +10451,33 @@ typedef struct pktrt__tile {
   pktrt__shadow_list shadow_list;
   const pktrt__render_state *render;
   pktrt_sampling sampling;          /* of this pass */
-  uint32_t pass;                    /* passes that the pixels at hand have had before */
+  uint32_t pass;                    /* how many passes came before */
   pktrt_stats *stats;
-  pktrt__wave *reflected[PKTRT_MAX_DEPTH + 1], *refracted[PKTRT_MAX_DEPTH + 1], *spare; /* sent by each generation */
+  pktrt__wave *reflected[PKTRT_MAX_DEPTH + 1], *refracted[PKTRT_MAX_DEPTH + 1], *spare; /* by depth */
   uint32_t order[PKTRT__WAVE], packet[PKTRT__WAVE], sender[PKTRT__WAVE]; /* see pktrt__packet_assemble */
-  uint32_t chosen[PKTRT__WAVE];     /* the light that a surface asks, if it asks one */
-  uint32_t first;                   /* of the rays whose surfaces are at hand, in their wave */
+  uint32_t chosen[PKTRT__WAVE];     /* the light that each surface samples, if it samples only one */
+  uint32_t first;                   /* in the wave being shaded: the first ray of `surfaces` */
   const pktrt__wave *shaded;        /* that wave */
   bool in_glass;                    /* some of these surfaces lie in glass */
   bool one_by_one;                       /* no packets: every ray by itself */
   bool large_waves;                        /* waves of many packets: reflected and refracted rays share one if they fit */
   uint32_t x[PKTRT__WAVE], y[PKTRT__WAVE], sample[PKTRT__WAVE]; /* of the primary rays */
   uint32_t pixel[PKTRT__WAVE];      /* of the primary rays: index of a pixel of the block */
-  uint8_t across[PKTRT__WAVE], down[PKTRT__WAVE]; /* where the pixels of a cell lie in it */
+  uint8_t across[PKTRT__WAVE], down[PKTRT__WAVE]; /* places of a cell's pixels in the cell */
   uint8_t deepest[PKTRT__WAVE];
   double sum[3][PKTRT__WAVE];       /* of the pixels of the block */
   double depth[PKTRT__WAVE], normal[3][PKTRT__WAVE], albedo[3][PKTRT__WAVE];
   uint32_t hit_count[PKTRT__WAVE];
   bool failed;                      /* out of memory, or stopped: nothing more is traced or written */
   bool stopped;
-  struct pktrt__pass_rounds *rounds;     /* who may stop it; NULL: nobody */
+  struct pktrt__pass_rounds *rounds;     /* may stop it, if not NULL */
   uint32_t shaded_packets;
 } pktrt__tile;
 
 static bool pktrt__pass_goes_on(struct pktrt__pass_rounds *rounds);
 
-/* Asks now and then whether a render goes on. WHY within tiles: where glass branches and nothing is attenuated, the rays
-   of one pixel may take hours. So many packets take some milliseconds. */
+/* Asks every 256 packets, some milliseconds, whether the render goes on. WHY within tiles: where glass branches and
+   nothing is attenuated, the rays of one pixel may take hours. */
 static bool pktrt__tile_is_stopped(pktrt__tile *tile) {
   if (tile->rounds && ++tile->shaded_packets % 256 == 0 && !pktrt__pass_goes_on(tile->rounds))
     tile->failed = tile->stopped = true;
@@ -10486,7 +10488,7 @@ static void pktrt__sample_batch_end(pktrt__sample_batch *g, uint32_t n) {
   for (g->count = n; n % PKTRT__DRAWN; n++) g->x[n] = g->y[n] = g->sample[n] = g->group[n] = 0;
 }
 
-/* Values of PKTRT__DRAWN samples from k on: n dimensions from a given one on, all of one group. */
+/* Draws n dimensions, from a given one on and all of one group, of PKTRT__DRAWN samples from k on. */
 static void pktrt__tile_draw(pktrt__tile *tile, uint32_t k, uint32_t dimension, uint32_t n) {
   pktrt__sample_batch *g = &tile->draws;
   const pktrt_sampling *s = &tile->sampling;
@@ -10508,8 +10510,8 @@ static void pktrt__tile_draw_all(pktrt__tile *tile, uint32_t dimension, uint32_t
 
 /* >>surfaces: what the rays of a wave found ------------------------------------------------------------------------- */
 
-/* Whose surfaces they are. What is read of smooth normals is fetched ahead: two waits for memory per triangle would
-   follow each other otherwise. */
+/* Finds mesh, triangle, material and ray offset of each surface. Prefetches smooth normals: otherwise two waits for
+   memory per triangle would follow each other. */
 static void pktrt__surface_identify(const pktrt_scene *scene, bool smooth, const pktrt__wave *w, pktrt__surfaces *s) {
   uint32_t hint[2] = {0, 0}, mesh = 0, first = 0, n = 0;
   const pktrt__mesh *m = NULL;
@@ -10534,7 +10536,7 @@ static void pktrt__surface_identify(const pktrt_scene *scene, bool smooth, const
   }
 }
 
-/* Radiance from where rays meet nothing. */
+/* Gets the radiance of the environment in n directions. */
 static void pktrt__environment_radiance(const pktrt__render_state *render, uint32_t n, float (*d)[64], float (*radiance)[64]) {
   const pktrt_render_desc *desc = render->desc;
   for (int a = 0; a < 3; a++)
@@ -10551,7 +10553,7 @@ static void pktrt__surface_shade_misses(const pktrt__render_state *render, pktrt
   for (uint32_t i = first; i < first + n; i++) {
     if (w->slot[i] == PKTRT_NONE) {
       double v[3] = {(double)w->d[0][i], (double)w->d[1][i], (double)w->d[2][i]};
-      const bool somewhere = pktrt__normalise(v); /* not where a moving camera stands in its target */
+      const bool somewhere = pktrt__normalise(v); /* false where a moving camera stands in its target */
       for (int a = 0; a < 3; a++) d[a][m] = (float)v[a], w->radiance[a][i] = render->desc->background[a];
       if (somewhere) lane[m++] = i;
     }
@@ -10564,9 +10566,9 @@ static void pktrt__surface_shade_misses(const pktrt__render_state *render, pktrt
   }
 }
 
-/* Fills work->surfaces from rays [first, first + n) of a wave, and gives the others what surrounds the scene. What the
-   former carry moves to the front, so that it lies as the surfaces do. Not inlined, like pktrt__tile_evaluate_materials, _flush and
-   _add_lights: their arrays must not lie in every frame of the recursion. */
+/* Fills tile->surfaces from those of rays [first, first + n) of a wave that hit, and moves these rays' values to the
+   front, in the order of the surfaces; the others get the environment's radiance. Not inlined, like
+   pktrt__tile_evaluate_materials and pktrt__packet_flush: their arrays must not lie in every frame of the recursion. */
 PKTRT__NOINLINE void pktrt__surface_gather(pktrt__tile *tile, pktrt__wave *w, uint32_t first, uint32_t n) {
   const pktrt_scene *scene = tile->render->scene;
   const bool smooth = pktrt__render_uses(tile->render, PKTRT__NORMALS);

@@ -6726,7 +6726,7 @@ OP void pktrt__paper_event(const pktrt__paper_packet *p, pktrt_event_kind kind, 
   p->call->desc->trace(p->call->desc->user, &e);
 }
 
-/* Computes the intervals over the active rays, and whether these can have a frustum. */
+/* Computes the intervals over the active rays, and whether they can have a frustum. */
 static void pktrt__paper_intervals(pktrt__paper_packet *p) {
   const pktrt__batch *b = p->b;
   float t_lo = 1, t_hi = 0;
@@ -7390,8 +7390,8 @@ PKTRT__NOINLINE uint32_t pktrt__resolve_hits(const pktrt_scene *scene, pktrt__ba
   return hits & ~mbits(dlt(dset(0), largest));
 }
 
-/* Traces ray r again, and checks areas: it hit a moving triangle that has no area at its time, by rounding alone. WHY
-   as a single ray: u and v may stand where the batch had its set-up. */
+/* Traces ray r again and checks areas, for by rounding it hit a moving triangle without area at its time. WHY as a
+   single ray: u and v may stand where the batch had its set-up. */
 PKTRT__NOINLINE void pktrt__resolve_retrace(const pktrt_scene *scene, pktrt__batch *b, uint32_t r) {
   pktrt_ray ray;
   pktrt_counts unread; /* see PKTRT__INSTANCES */
@@ -7894,8 +7894,7 @@ static uint32_t pktrt__light_visibility(const pktrt__glass_boxes *glass, const p
   return listed;
 }
 
-/* Adds the light of n shadow rays to surfaces: eight at once if they belong to eight adjacent surfaces, else one after
-   the other, for several may belong to one surface. */
+/* Adds the light of n shadow rays to surfaces: of eight surfaces in a row at once, else singly: some may share one. */
 static void pktrt__light_add(pktrt__surfaces *s, const uint32_t *surface, float (*arriving)[PKTRT__ROW],
                        float (*seen)[PKTRT__ROW], uint32_t n) {
   for (uint32_t i = 0, next; i < n; i = next) {
@@ -8095,8 +8094,7 @@ static void pktrt__entry_trace(const pktrt__query *call, pktrt__batch *b, uint32
 
 /* >>arrays ---------------------------------------------------------------------------------------------------------
 
-   Turns arrays of structures into batches and back: eight rays are eight rows of eight floats and a time; so are eight
-   hits. */
+   Copies arrays of structures to batches and back: eight rays or hits are eight rows of eight floats (and a time). */
 
 static void pktrt__batch_load_rays(pktrt__batch *b, const pktrt_ray *rays, const uint16_t *order, uint32_t n) {
   uint32_t i = 0;
@@ -9128,8 +9126,8 @@ PKTRT_DEF void pktrt_sample(const pktrt_sampling *s, uint32_t x, uint32_t y, uin
 #define PKTRT__LOG2_HIGH 0.693147180369123816490 /* log 2, to so few bits that multiples up to 2^11 are exact */
 #define PKTRT__LOG2_LOW 1.90821492927058770002e-10
 
-/* Computes sine and cosine of 2 pi turns, |turns| < 2^50. The nearest quarter turn is taken off exactly; what remains is within
-   pi / 4, where the series end. Errors below 2^-51. */
+/* Computes sine and cosine of 2 pi turns, |turns| < 2^50. The nearest quarter turn is taken off exactly; what remains
+   is within pi / 4, where the series end. Errors below 2^-51. */
 static void pktrt__math_sincos_turn(double turns, double *sine, double *cosine) {
   const double quarters = turns * 4, whole = (double)(int64_t)(quarters < 0 ? quarters - 0.5 : quarters + 0.5);
   const double x = (quarters - whole) * (PKTRT__PI / 2), q = x * x;
@@ -9231,10 +9229,9 @@ static void pktrt__map_to_disk(const float u[2], double out[2]) {
   out[0] = r * c, out[1] = r * s;
 }
 
-/* Maps the square to a cosine lobe: u[0] is the part of it that lies nearer to the axis, u[1] the turn around the axis.
-   Neighbours in the square are neighbours on the sphere, the origin is the axis, and the widest directions are a limit
-   for u[0] = 1. (The disk's map, bent into a lobe, would have the origin at the widest. Measured, variance of edges is
-   the same.) */
+/* Maps the square to a cosine lobe: u[0] is the part nearer to the axis, u[1] the turn around it. Neighbours in the
+   square are neighbours on the sphere, the origin is the axis, and the widest directions are a limit for u[0] = 1. (The
+   disk's map, bent into a lobe, would have the origin at the widest. Measured, variance of edges is the same.) */
 static void pktrt__map_cosine_lobe(const float u[2], const double normal[3], double out[3]) {
   const double x = pktrt__map_clamp_unit(u[0]);
   pktrt__map_around(normal, sqrt(1 - x), sqrt(x), pktrt__map_clamp_unit(u[1]), out);
@@ -10239,7 +10236,7 @@ static uint32_t pktrt__media_entry_bits(const pktrt_scene *s) {
 static uint32_t pktrt__media_top(const pktrt_scene *s, uint32_t stack) {
   return stack & (UINT32_MAX >> (32 - pktrt__media_entry_bits(s)));
 }
-/* Split a stack into its `at` lowest bits and those above. */
+/* Splits a stack into its `at` lowest bits and those above. */
 static uint32_t pktrt__media_bits_below(uint32_t stack, uint32_t at) { return (uint32_t)(stack & ((UINT64_C(1) << at) - 1)); }
 static uint32_t pktrt__media_bits_above(uint32_t stack, uint32_t at) { return (uint32_t)((uint64_t)stack >> at); }
 
@@ -10260,7 +10257,7 @@ static uint32_t pktrt__media_leave(const pktrt_scene *s, uint32_t stack, uint32_
   if (at >= 32) return stack;
   return pktrt__media_bits_above(stack, at + pktrt__media_entry_bits(s)) << at | pktrt__media_bits_below(stack, at);
 }
-/* Returns the stack before a ray met a glass from the inside: with it, as the ray must have been in it. */
+/* Adds a glass that a ray met from the inside to its stack, unless it is there: the ray must have been in it. */
 static uint32_t pktrt__media_know(const pktrt_scene *s, uint32_t stack, uint32_t medium) {
   return pktrt__media_find(s, stack, medium) < 32 ? stack : pktrt__media_enter(s, stack, medium);
 }
@@ -10421,7 +10418,7 @@ static uint32_t pktrt__media_pass_surface(const pktrt_scene *s, const pktrt__gla
   return pktrt__media_enter_meshes(s, glass, stack, entered, n);
 }
 
-/* >>workspace ----------------------------------------------------------------------------------------------------------- */
+/* >>workspace ------------------------------------------------------------------------------------------------------ */
 
 /* Fills n values of a row and up to seven behind them, for compilers vectorise loops of known length. */
 PKTRT__INLINE void pktrt__fill_row(float *row, uint32_t n, float x) {
@@ -10508,7 +10505,7 @@ static void pktrt__tile_draw_all(pktrt__tile *tile, uint32_t dimension, uint32_t
   for (uint32_t k = 0; k < tile->draws.count; k += PKTRT__DRAWN) pktrt__tile_draw(tile, k, dimension, n);
 }
 
-/* >>surfaces: what the rays of a wave found ------------------------------------------------------------------------- */
+/* >>surfaces: what the rays of a wave found ------------------------------------------------------------------------ */
 
 /* Finds mesh, triangle, material and ray offset of each surface. Prefetches smooth normals: otherwise two waits for
    memory per triangle would follow each other. */
@@ -10566,9 +10563,9 @@ static void pktrt__surface_shade_misses(const pktrt__render_state *render, pktrt
   }
 }
 
-/* Fills tile->surfaces from those of rays [first, first + n) of a wave that hit, and moves these rays' values to the
-   front, in the order of the surfaces; the others get the environment's radiance. Not inlined, like
-   pktrt__tile_evaluate_materials and pktrt__packet_flush: their arrays must not lie in every frame of the recursion. */
+/* Fills tile->surfaces from the rays [first, first + n) of a wave that hit, whose values move to the front; the others
+   get the environment's radiance. Not inlined, nor are pktrt__tile_evaluate_materials, pktrt__packet_flush and
+   pktrt__light_add_direct: their arrays must not lie in every frame of the recursion. */
 PKTRT__NOINLINE void pktrt__surface_gather(pktrt__tile *tile, pktrt__wave *w, uint32_t first, uint32_t n) {
   const pktrt_scene *scene = tile->render->scene;
   const bool smooth = pktrt__render_uses(tile->render, PKTRT__NORMALS);
@@ -10694,7 +10691,7 @@ static void pktrt__stats_add(pktrt_stats *to, const pktrt_stats *from) { pktrt__
 
 /* >>assembly: how rays are put together to packets ---------------------------------------------------------------- */
 
-/* Traces rays as one packet (fast path: as one batch) and counts. */
+/* Traces rays as one packet (on the fast path as one batch) and adds to the statistics. */
 static void pktrt__packet_trace(pktrt__tile *tile, pktrt__batch *b, uint32_t n, pktrt_ray_type type, uint32_t depth,
                                bool occlusion, bool alone) {
   const pktrt__render_state *render = tile->render;
@@ -10710,9 +10707,9 @@ static void pktrt__packet_trace(pktrt__tile *tile, pktrt__batch *b, uint32_t n, 
   pktrt__stats_add_counts(&tile->stats->by_depth[depth], &counts);
 }
 
-/* A shadow ray that met glass goes on behind it, along the same line, and loses what the surface reflects and the
-   glass absorbs. Ray i of `through`; its way on goes to lane j. */
 typedef enum pktrt__media_passage { PKTRT__STOPPED, PKTRT__GOES_ON, PKTRT__ARRIVED } pktrt__media_passage;
+/* Passes shadow ray i of tile->glass_batch, if it met glass, through that: it loses what the surface reflects and the
+   glass absorbs, and goes on along the same line as ray j. */
 static pktrt__media_passage pktrt__media_pass_glass(pktrt__tile *tile, uint32_t i, uint32_t j, uint32_t hint[2], uint32_t *media,
                                         float seen[3]) {
   const pktrt_scene *scene = tile->render->scene;
@@ -10752,13 +10749,13 @@ static pktrt__media_passage pktrt__media_pass_glass(pktrt__tile *tile, uint32_t 
   return !finite || left > 0 ? PKTRT__GOES_ON : PKTRT__ARRIVED;
 }
 
-/* The glasses that pending shadow ray k starts in: those around the surface that it leaves. */
+/* Returns the glasses that pending shadow ray k starts in: those around the surface that it leaves. */
 static uint32_t pktrt__media_of_sender(const pktrt__tile *tile, uint32_t k) {
   return tile->shaded->medium[tile->surfaces.first + tile->queue.target[k]];
 }
 
-/* Dims pending shadow ray k by the glass that ray i of a batch, its last piece, lies in; not if the light is infinitely
-   far, for there glass ends somewhere. */
+/* Attenuates pending shadow ray k by the glass that ray i of a batch, its last piece, lies in; not if the light is
+   infinitely far, for glass ends somewhere on the way. */
 static void pktrt__media_dim(const pktrt_scene *scene, const pktrt__batch *b, uint32_t i, uint32_t media, uint32_t k,
                        pktrt__packet_queue *p) {
   if (!media || !(b->tmax[i] < INFINITY)) return;
@@ -10767,7 +10764,7 @@ static void pktrt__media_dim(const pktrt_scene *scene, const pktrt__batch *b, ui
   for (int a = 0; a < 3; a++) p->visible[a][k] *= pktrt__media_transmittance(scene, media, a, sqrt(d2));
 }
 
-/* Dims the pending shadow rays that start in glass and meet nothing. */
+/* Attenuates the pending shadow rays that start in glass and meet nothing. */
 static void pktrt__media_dim_unoccluded(pktrt__tile *tile, pktrt_ray_type type) {
   pktrt__packet_queue *p = &tile->queue;
   for (uint32_t k = 0; k < p->n; k++) {
@@ -10776,7 +10773,7 @@ static void pktrt__media_dim_unoccluded(pktrt__tile *tile, pktrt_ray_type type) 
   }
 }
 
-/* Gives those of pending shadow rays that something stopped a second chance: was it glass? They are listed. */
+/* Traces the listed pending shadow rays again, which something stopped, this time through glass. */
 static void pktrt__media_trace_through_glass(pktrt__tile *tile, pktrt_ray_type type, uint32_t depth, uint32_t *lane,
                                       uint32_t listed) {
   pktrt__packet_queue *p = &tile->queue;
@@ -10796,7 +10793,7 @@ static void pktrt__media_trace_through_glass(pktrt__tile *tile, pktrt_ray_type t
     for (uint32_t i = 0; i < n; i++) {
       const uint32_t k = lane[i];
       float seen[3] = {p->visible[0][k], p->visible[1][k], p->visible[2][k]};
-      if (b->slot[i] == PKTRT_NONE) { /* free from here on */
+      if (b->slot[i] == PKTRT_NONE) { /* nothing else on its way */
         pktrt__media_dim(tile->render->scene, b, i, media[i], k, p);
         continue;
       }
@@ -10806,7 +10803,7 @@ static void pktrt__media_trace_through_glass(pktrt__tile *tile, pktrt_ray_type t
     }
     n = left;
   }
-  for (uint32_t i = 0; i < n; i++) /* more glass than we care to follow */
+  for (uint32_t i = 0; i < n; i++) /* still in glass after the last round: stopped */
     for (int a = 0; a < 3; a++) p->visible[a][lane[i]] = 0;
 }
 
@@ -10822,7 +10819,7 @@ static void pktrt__packet_tell(const pktrt__tile *tile, pktrt_ray_type type, uin
   }
 }
 
-/* What the pending rays, adjacent lanes of one wave, have met. */
+/* Stores the hits of the pending rays, adjacent lanes of one wave, into the wave. */
 static void pktrt__packet_store_hits(const pktrt__packet_queue *p) {
   const pktrt__batch *b = &p->batch;
   pktrt__wave *w = p->wave[0];
@@ -10833,7 +10830,7 @@ static void pktrt__packet_store_hits(const pktrt__packet_queue *p) {
   for (int a = 0; a < 3; a++) memcpy(w->n[a] + first, b->as.hit.normal[a], size);
 }
 
-/* Traces what is pending. Shadow rays add their light in the order in which they were pushed; for each surface that is
+/* Traces the pending rays. Shadow rays add their light in the order in which they were pushed; for each surface that is
    the order of the lights, whatever the packets. */
 PKTRT__NOINLINE void pktrt__packet_flush(pktrt__tile *tile, pktrt_ray_type type, uint32_t depth) {
   pktrt__packet_queue *p = &tile->queue;
@@ -10867,13 +10864,13 @@ PKTRT__NOINLINE void pktrt__packet_flush(pktrt__tile *tile, pktrt_ray_type type,
   p->n = 0;
 }
 
-/* How far the pending rays [from, to) go; all begin at 0, which is set once. */
+/* Sets tmax of the pending rays [from, to). Their tmin is always 0, which is set once. */
 static void pktrt__packet_set_tmax(pktrt__batch *b, uint32_t from, uint32_t to, float tmax) {
   pktrt__fill_row(b->tmax + from, to - from, tmax);
 }
 
-/* Rays [from, to) of the list of shadow rays, in the order given (NULL: as they are), behind what is pending; they
-   fit. */
+/* Appends rays [from, to) of the list of shadow rays, in the given order (NULL: as they are), to the pending ones, for
+   which there is room. */
 static void pktrt__packet_push_shadows(pktrt__tile *tile, const uint32_t *order, uint32_t from, uint32_t to) {
   pktrt__packet_queue *p = &tile->queue;
   const pktrt__shadow_rays *sh = &tile->shadow_rays;
@@ -10902,7 +10899,8 @@ static void pktrt__packet_push_shadows(pktrt__tile *tile, const uint32_t *order,
   }
 }
 
-/* Whose rays they are is only told of each where rays of several kinds may be pending, or somebody asks. */
+/* Appends rays [from, to) of a wave to the pending ones. Only the first gets wave and lane, unless rays of several
+   types may be pending or the packet hook needs them of each. */
 static void pktrt__packet_push_wave(pktrt__tile *tile, pktrt__wave *w, uint32_t from, uint32_t to) {
   const pktrt_render_desc *d = tile->render->desc;
   pktrt__packet_queue *p = &tile->queue;
@@ -10921,14 +10919,13 @@ static uint32_t pktrt__packet_octant(float (*d)[PKTRT__WAVE_ROW], uint32_t i) {
   return pktrt__sign_bit(d[0][i]) | pktrt__sign_bit(d[1][i]) << 1 | pktrt__sign_bit(d[2][i]) << 2;
 }
 
-/* Whether an assembly may change the order of rays. */
+/* Tells whether an assembly may change the order of rays. */
 static bool pktrt__packet_reorders(pktrt_assembly assembly) {
   return assembly == PKTRT_ASSEMBLY_OCTANTS || assembly == PKTRT_ASSEMBLY_MATERIALS;
 }
 
-/* Puts n rays of one type in order, and tells where packets end (paper 3.2): work->order, if that changes, and
-   work->packet, whose entry i is the end of the packet that begins at i. `sender` are the lanes of the rays that sent
-   them. */
+/* Sorts n rays of one type into packets (paper 3.2): writes tile->order, if that changes, and tile->packet, whose entry
+   i is the end of the packet that begins at i. `sender` has the lanes of the rays that spawned them. */
 static void pktrt__packet_assemble(pktrt__tile *tile, uint32_t n, float (*d)[PKTRT__WAVE_ROW], const uint32_t *material,
                             const uint32_t *sender) {
   const pktrt_assembly assembly = tile->render->desc->assembly;
@@ -10937,7 +10934,7 @@ static void pktrt__packet_assemble(pktrt__tile *tile, uint32_t n, float (*d)[PKT
   if (pktrt__packet_reorders(assembly)) {
     uint8_t done[PKTRT__WAVE];
     memset(done, 0, n);
-    for (uint32_t i = 0; i < n; i++) { /* the first ray that is left opens a group */
+    for (uint32_t i = 0; i < n; i++) { /* the first ray that is left begins a packet */
       if (done[i]) continue;
       const uint32_t begin = placed;
       for (uint32_t j = i; j < n; j++) {
@@ -10956,7 +10953,7 @@ static void pktrt__packet_assemble(pktrt__tile *tile, uint32_t n, float (*d)[PKT
   }
 }
 
-/* The same for a wave, whose rays move into that order. */
+/* Sorts the n rays of a wave into packets and moves them into that order. */
 static void pktrt__packet_assemble_wave(pktrt__tile *tile, pktrt__wave **wave, uint32_t n) {
   pktrt__wave *w = *wave, *to = tile->spare;
   pktrt__packet_assemble(tile, n, w->d, w->material, w->parent);
@@ -11150,7 +11147,7 @@ static pktrt__wave *pktrt__wave_need(pktrt__tile *tile, pktrt__wave **wave) {
   return *wave;
 }
 
-/* The glasses that the refracted ray of surface k is in. */
+/* Returns the glasses that the refracted ray of surface k is in. */
 static uint32_t pktrt__media_behind(const pktrt__spawn_request *g, const pktrt__wave *w, const pktrt__surfaces *s, uint32_t k) {
   float before[3], behind[3];
   for (int a = 0; a < 3; a++) {
@@ -11162,7 +11159,7 @@ static uint32_t pktrt__media_behind(const pktrt__spawn_request *g, const pktrt__
                              w->time[s->first + k]);
 }
 
-/* The glasses that rays from surfaces i to i + 7 are in, and their keys. Reflected ones stay where they were. */
+/* Finds sample keys and glasses of the rays from surfaces i to i + 7. Reflected rays stay in the glasses before. */
 static void pktrt__spawn_inherit(const pktrt__spawn_request *g, const pktrt__wave *w, const pktrt__surfaces *s, uint32_t i,
                            uint32_t lanes, uint32_t medium[8], uint32_t key[8]) {
   const uint32_t lane = s->first + i;
@@ -11177,7 +11174,7 @@ static void pktrt__spawn_inherit(const pktrt__spawn_request *g, const pktrt__wav
   }
 }
 
-/* A direction within the lobe of surface k; lost below the surface. */
+/* Draws a direction within the lobe of surface k. If it points below the surface, its weight is 0. */
 static void pktrt__spawn_scatter_in_lobe(const pktrt__tile *tile, pktrt__surfaces *s, uint32_t k) {
   const pktrt_material *mat = pktrt__material_of(tile->render->scene, s->material[k]);
   const float axis[3] = {s->mirror[0][k], s->mirror[1][k], s->mirror[2][k]};
@@ -11189,7 +11186,7 @@ static void pktrt__spawn_scatter_in_lobe(const pktrt__tile *tile, pktrt__surface
   for (int a = 0; a < 3; a++) s->reflected[a][k] = side > 0 ? s->reflected[a][k] : 0;
 }
 
-/* Where something is random: directions within lobes; at glass, one ray of two. */
+/* Makes the random choices of surfaces: a direction within each lobe; one of the two rays at glass. */
 static void pktrt__spawn_scatter(pktrt__tile *tile, pktrt__surfaces *s) {
   uint32_t drawn = 0;
   for (uint32_t i = 0; i < s->count; i += 8) {
@@ -11211,8 +11208,8 @@ static void pktrt__spawn_scatter(pktrt__tile *tile, pktrt__surfaces *s) {
   }
 }
 
-/* Reflected or refracted rays of all surfaces, behind the n of a wave; how many it has then. Where glass branches, the
-   two subtrees use other dimensions. */
+/* Appends the reflected or refracted rays of all surfaces to the n of a wave. Returns how many it has then. Where glass
+   branches, the two subtrees use different dimensions. */
 static uint32_t pktrt__spawn_wave(const pktrt__tile *tile, const pktrt__wave *w, bool refraction, pktrt__wave *to,
                                  uint32_t n) {
   const pktrt__render_state *render = tile->render;
@@ -11239,8 +11236,9 @@ static void pktrt__wave_trace(pktrt__tile *tile, pktrt__wave *w, uint32_t first,
   }
 }
 
-/* The rays of one wave, packet by packet, and theirs, and what they bring back to the wave that sent them. Those behind
-   `split` are refracted; they are traced with the others where nobody wants to know which is which. */
+/* Traces and shades the n rays of a wave packet by packet, with all generations that follow, and adds their weighted
+   radiance to the rays of the parent wave. Rays from `split` on are refracted; they are traced with the others unless
+   statistics or the packet hook tell them apart. */
 static void pktrt__wave_follow(pktrt__tile *tile, pktrt__wave *parent, pktrt__wave **wave, uint32_t n, uint32_t split,
                           uint32_t depth, pktrt_ray_type type) {
   if (!n) return;
@@ -11268,7 +11266,7 @@ static void pktrt__wave_follow(pktrt__tile *tile, pktrt__wave *parent, pktrt__wa
     for (uint32_t i = 0; i < n; i++) parent->radiance[a][w->parent[i]] += w->weight[a][i] * w->radiance[a][i];
 }
 
-/* Blind: everything that a packet sends out is one packet, shadow rays included. */
+/* Traces all rays that a packet spawned together with its shadow rays, as one packet (assembly `blind`). */
 static void pktrt__packet_push_blindly(pktrt__tile *tile, pktrt__wave *w, uint32_t n, uint32_t depth) {
   for (uint32_t i = 0; i < n;) {
     const uint32_t room = PKTRT__BATCH - tile->queue.n, m = n - i < room ? n - i : room;
@@ -11291,8 +11289,8 @@ static uint32_t pktrt__surface_count_glass(const pktrt__surfaces *s) {
   return n;
 }
 
-/* Radiance along rays [first, first + n) of a wave that have been traced: their surfaces' own, then that of the rays
-   these send out, which lie in the waves of the next generation while theirs are found. */
+/* Computes the radiance along rays [first, first + n) of a wave, which have been traced: emission and direct light of
+   their surfaces first, then by recursion the light along the rays that these spawn into waves of the next depth. */
 static void pktrt__wave_shade(pktrt__tile *tile, pktrt__wave *w, uint32_t first, uint32_t n, uint32_t depth) {
   const pktrt__render_state *render = tile->render;
   pktrt__surfaces *s = &tile->surfaces;
@@ -11335,9 +11333,9 @@ static void pktrt__wave_shade(pktrt__tile *tile, pktrt__wave *w, uint32_t first,
 
 /* >>tiles ---------------------------------------------------------------------------------------------------------- */
 
-/* Where the n samples of the primary wave lie: in the pixel and on the lens, from the first four dimensions, and in the
-   time that the shutter is open, which its rays get. Without a lens one of its dimensions is the time's, for these four
-   are spread together. */
+/* Draws the places of the n samples of the primary wave in pixel and on lens, from the first four dimensions, and their
+   times within the shutter, which its rays get. Without a lens one of its dimensions gives the time, for these four are
+   spread together. */
 static void pktrt__tile_draw_camera(pktrt__tile *tile, uint32_t n, bool lens, bool shutter) {
   pktrt__sample_batch *g = &tile->draws;
   memcpy(g->x, tile->x, n * sizeof *g->x), memcpy(g->y, tile->y, n * sizeof *g->y);
@@ -11352,7 +11350,7 @@ PKTRT__INLINE double pktrt__camera_shutter_time(const pktrt_camera *c, float par
   return pktrt__min(1, (double)c->time + (double)part * (double)c->shutter);
 }
 
-/* The rays of the n samples of a wave, whose pixels are known. */
+/* Makes the camera rays of the n samples of the primary wave, whose pixels are set. */
 static void pktrt__tile_camera_rays(pktrt__tile *tile, uint32_t n) {
   const pktrt__render_state *render = tile->render;
   const pktrt_camera *c = &render->desc->camera;
@@ -11415,7 +11413,7 @@ static void pktrt__tile_run_wave(pktrt__tile *tile, uint32_t n) {
   for (uint32_t i = 0; i < n; i++) tile->stats->tree_depth += tile->deepest[i];
 }
 
-/* What a finished pixel has had, n samples, into the optional buffers. */
+/* Writes the AOVs of a finished pixel, means of n samples, to the optional buffers. */
 static void pktrt__aov_write(const pktrt_render_desc *d, const pktrt__aov_sums *sums, double n, size_t at) {
   for (size_t a = 0; a < 3; a++) {
     if (d->normal) d->normal[at * 3 + a] = (float)(sums->normal[a] / n);
@@ -11424,7 +11422,7 @@ static void pktrt__aov_write(const pktrt_render_desc *d, const pktrt__aov_sums *
   if (d->depth) d->depth[at] = sums->met > 0 ? (float)(sums->depth / sums->met) : INFINITY;
 }
 
-/* Notes of pixel p, a number of a block, together with those of passes before. */
+/* Adds the AOVs of pixel p of the block to those of the passes before, and writes their means. */
 static void pktrt__aov_add_pixel(const pktrt__tile *tile, pktrt__aov_sums *before, uint32_t p, size_t at) {
   pktrt__aov_sums one, *to = before ? before : &one;
   if (!before) memset(&one, 0, sizeof one);
@@ -11433,7 +11431,7 @@ static void pktrt__aov_add_pixel(const pktrt__tile *tile, pktrt__aov_sums *befor
   pktrt__aov_write(tile->render->desc, to, (double)(tile->pass + 1) * tile->render->samples, at);
 }
 
-/* The mean of a pass joins those of passes before, and the pixel is the mean of all. */
+/* Adds the mean of a pass to those of the passes before, and sets the pixel to the mean of all. */
 static void pktrt__pass_add_mean(pktrt__pixel_sums *s, const double mean[3], double passes, float *pixel) {
   for (int a = 0; a < 3; a++) {
     s->mean[a] += mean[a], s->squares += mean[a] * mean[a];
@@ -11441,7 +11439,7 @@ static void pktrt__pass_add_mean(pktrt__pixel_sums *s, const double mean[3], dou
   }
 }
 
-/* Means of finished pixels into the picture and the optional buffers. */
+/* Writes the means of finished pixels to the picture and the optional buffers. */
 static void pktrt__tile_write_pixels(const pktrt__tile *tile, const uint32_t *x, const uint32_t *y, uint32_t pixels) {
   const pktrt_render_desc *d = tile->render->desc;
   const pktrt__pass_sums *passes = tile->render->passes;
@@ -11461,8 +11459,8 @@ static void pktrt__tile_write_pixels(const pktrt__tile *tile, const uint32_t *x,
   }
 }
 
-/* A block of edge x edge pixels in cells of cell x cell: those of a cell, with all their samples, follow each other,
-   so that they fall into one packet. `room` rays go at once. */
+/* Renders a block of edge x edge pixels by cells of cell x cell pixels, whose samples all follow each other, so that
+   they fall into one packet. `room` rays go into a wave. */
 static void pktrt__tile_render_block(pktrt__tile *tile, const uint32_t area[4], uint32_t bx, uint32_t by, uint32_t edge,
                                 uint32_t cell, uint32_t room) {
   const uint32_t samples = tile->render->samples;
@@ -11491,7 +11489,7 @@ static void pktrt__tile_render_block(pktrt__tile *tile, const uint32_t area[4], 
   if (!tile->failed) pktrt__tile_write_pixels(tile, x, y, pixels);
 }
 
-/* The largest power of two whose square, times the samples of a pixel, does not exceed a number of rays. */
+/* Returns the largest power of two whose square, times the samples of a pixel, does not exceed a number of rays. */
 static uint32_t pktrt__tile_pixel_edge(uint32_t rays, uint32_t samples) {
   uint32_t edge = 1;
   while (4 * edge * edge * samples <= rays) edge *= 2;
@@ -11524,14 +11522,14 @@ static pktrt__tile *pktrt__tile_make(const pktrt__render_state *render, struct p
     tile->across[i] = (uint8_t)(tile->across[i / 4] * 2 + i % 2);
     tile->down[i] = (uint8_t)(tile->down[i / 4] * 2 + i / 2 % 2);
   }
-  /* The fast path takes many packets at once, and keeps secondary packets full so. Where it is told how to assemble
-     packets, and on the paper path, a packet sends out its rays alone, as in the paper. */
+  /* The fast path takes many packets at once, which keeps secondary packets full. If an assembly is asked for, and on
+     the paper path, each packet spawns its rays by itself, as in the paper. */
   tile->large_waves = render->desc->path != PKTRT_PATH_PAPER && render->desc->assembly == PKTRT_ASSEMBLY_RAY_TYPES;
   return tile;
 }
 
-/* A pass over pixels [area[0], area[2]) x [area[1], area[3]). Seeds of passes: multiples of 2^32 over the golden ratio
-   lie as far apart as can be, so that up to 65536 passes of a seed meet none of another within 29,000 of it. */
+/* Renders a pass over pixels [area[0], area[2]) x [area[1], area[3]). Seeds of passes are multiples of 2^32 over the
+   golden ratio, as far apart as can be: up to 65536 passes of a seed meet none of another seed within 29,000 of it. */
 static void pktrt__tile_render_area(pktrt__tile *tile, const uint32_t area[4], uint32_t pass) {
   const pktrt__render_state *render = tile->render;
   const uint32_t packet = render->packet_size * render->packet_size, room = tile->large_waves ? (uint32_t)PKTRT__WAVE : packet;
@@ -11552,7 +11550,7 @@ static void pktrt__pass_free(const pktrt_scene_desc *desc, pktrt__pass_sums *p) 
   pktrt__mem_release(desc, p->blocks, (uint64_t)p->columns * p->rows, sizeof *p->blocks);
 }
 
-/* Sums for pixels [area[0], area[2]) x [area[1], area[3]), if there may be several passes. */
+/* Makes sums for pixels [area[0], area[2]) x [area[1], area[3]), if there may be several passes. */
 static bool pktrt__pass_make(pktrt__render_state *render, const uint32_t area[4], pktrt__pass_sums *p) { /* false: out of memory */
   const pktrt_scene_desc *desc = &render->scene->desc;
   memset(p, 0, sizeof *p);
@@ -11576,14 +11574,14 @@ static bool pktrt__pass_make(pktrt__render_state *render, const uint32_t area[4]
   return true;
 }
 
-/* sum |x_i - x|^2 of a pixel after n passes, see pktrt_error_measure; each: 1 / n. What rounding leaves of equal means
-   counts as nothing: sums of n squares are off by n 2^-53 of themselves at most, each of two. */
+/* Returns sum |x_i - x|^2 of a pixel after n passes, see pktrt_error_measure; each is 1 / n. What rounding leaves of
+   equal means counts as 0: two sums of n squares are each off by n 2^-53 of themselves at most. */
 PKTRT__INLINE double pktrt__pass_spread(const pktrt__pixel_sums *s, double n, double each) {
   const double spread = s->squares - pktrt__dot(s->mean, s->mean) * each;
   return spread <= n * 4.5e-16 * s->squares ? 0 : spread;
 }
 
-static double pktrt__pass_squared_error(const pktrt__pixel_sums *s, double n) { /* V */
+static double pktrt__pass_squared_error(const pktrt__pixel_sums *s, double n) { /* V of pktrt_error_measure */
   return n < 2 ? INFINITY : pktrt__pass_spread(s, n, 1 / n) / (n * (n - 1));
 }
 
@@ -11592,7 +11590,7 @@ static void pktrt__pass_block_area(const pktrt__pass_sums *p, uint32_t column, u
   area[0] = x, area[1] = y, area[2] = p->w - x < b ? p->w : x + b, area[3] = p->h - y < b ? p->h : y + b;
 }
 
-/* The error of a block, and the sum of its pixels. Those that are no number are left out, once there are some. */
+/* Sums errors and means of a block's pixels. Unless `all_known`, pixels whose error is not finite are left out. */
 static void pktrt__pass_sum_block(const pktrt__pass_sums *p, const uint32_t area[4], pktrt__pass_block *b, bool all_known) {
   const double n = b->done, each = 1 / n;
   double spread = 0, r = 0, g = 0, blue = 0;
@@ -11611,7 +11609,7 @@ static void pktrt__pass_sum_block(const pktrt__pass_sums *p, const uint32_t area
   b->mean[0] = r * each, b->mean[1] = g * each, b->mean[2] = blue * each;
 }
 
-static void pktrt__pass_sum_errors(void *arg, size_t row) { /* of a row of blocks */
+static void pktrt__pass_sum_errors(void *arg, size_t row) { /* a row of blocks */
   pktrt__pass_sums *p = PKTRT__CAST(pktrt__pass_sums *, arg);
   for (uint32_t column = 0; column < p->columns; column++) {
     pktrt__pass_block *b = &p->blocks[row * p->columns + column];
@@ -11624,7 +11622,7 @@ static void pktrt__pass_sum_errors(void *arg, size_t row) { /* of a row of block
   }
 }
 
-/* The error of the whole picture, as far as known, into the report. */
+/* Writes the error of the whole picture, as far as known, to the report. */
 static void pktrt__pass_estimate(const pktrt__render_state *render, pktrt_report *r) {
   pktrt__pass_sums *p = render->passes;
   const uint64_t blocks = (uint64_t)p->columns * p->rows;
@@ -11658,7 +11656,7 @@ static void pktrt__pass_estimate(const pktrt__render_state *render, pktrt_report
 
 enum { PKTRT__PILOT = 2 }; /* passes for all blocks */
 
-/* s of a block, a quarter of it that of the 3 x 3 blocks around. WHY: two passes may miss what is rare. */
+/* Returns s of a block, a quarter of it that of the 3 x 3 blocks around. WHY: two passes may miss what is rare. */
 static double pktrt__pass_block_variance(const pktrt__pass_sums *p, uint32_t column, uint32_t row, int measure) {
   double sum = 0, pixels = 0;
   for (uint32_t y = row ? row - 1 : 0; y <= row + 1 && y < p->rows; y++)
@@ -11671,7 +11669,7 @@ static double pktrt__pass_block_variance(const pktrt__pass_sums *p, uint32_t col
   return 0.75 * own + 0.25 * around;
 }
 
-/* The scale that spends `budget` pixel passes in all, or (budget 0) that leaves an error; 0: it is there already. */
+/* Returns the scale that spends `budget` pixel passes in all, or with budget 0 leaves `error`; 0 if that is reached. */
 static double pktrt__pass_scale(const pktrt__pass_sums *p, double budget, double error) {
   const uint64_t blocks = (uint64_t)p->columns * p->rows;
   double scale = INFINITY;
@@ -11690,7 +11688,7 @@ static double pktrt__pass_scale(const pktrt__pass_sums *p, double budget, double
   }
 }
 
-/* How much blocks want: q, and a part of the mean of all where little error has been seen, for it may yet come. */
+/* Sets `want` of all blocks: q, but at least a quarter of the mean, for error that has not been seen may yet come. */
 static void pktrt__pass_ask_blocks(pktrt__pass_sums *p, int measure) {
   double sum = 0;
   for (uint32_t row = 0; row < p->rows; row++)
@@ -11705,9 +11703,9 @@ static void pktrt__pass_ask_blocks(pktrt__pass_sums *p, int measure) {
     if (!(p->blocks[i].want > least && p->blocks[i].want < INFINITY)) p->blocks[i].want = least;
 }
 
-/* Passes of the next round: up to `budget` pixel passes with the `spent` before, fewer if that reaches the target, but
-   some, since wants are no exact forecast. Blocks want fractions of passes; what one lacks to a whole one goes to the
-   next. If that is none at all, the one that wants it most gets a pass: every round does something, so rounds end. */
+/* Shares out the next round's passes: up to `budget` pixel passes with the `spent` before, fewer if that reaches the
+   target, but some, since wants are no exact forecast. Blocks want fractions of passes; what one lacks to a whole pass
+   goes to the next. If none gets any, the one that wants most gets one: every round does something, so rounds end. */
 static void pktrt__pass_share_out(const pktrt__render_state *render, double spent, double budget, double target) {
   pktrt__pass_sums *p = render->passes;
   pktrt__pass_block *first = NULL;
@@ -11745,17 +11743,17 @@ typedef struct pktrt__pass_rounds {
   pktrt_stats *stats;               /* one for each tile, or NULL */
   uint32_t columns, count;          /* of tiles */
   uint32_t done, cancelled, failed; /* shared by the workers */
-  uint32_t late;                    /* cancelled when the last tile was done: counts if there is another round */
+  uint32_t late;                    /* cancelled at the last tile: counts only if another round would follow */
   float from, to;                   /* progress before and after this round, as far as it can be told */
   double clock, spent;              /* when the last round ended; passes so far, a mean over pixels */
-  uint32_t alike;                   /* passes of this round, if all blocks get the same; 0: they do not */
-  bool timed, watched;              /* somebody asks for the time, for estimates after every round */
+  uint32_t alike;                   /* passes of each block in this round; 0 if they differ */
+  bool timed, watched;              /* whether rounds are timed; whether errors are estimated after each */
   pktrt_report report;
 } pktrt__pass_rounds;
 
 #if defined(__unix__) || defined(__APPLE__)
 #include <sys/time.h>
-static double pktrt__clock(void) { /* the one of POSIX that strict ISO C does not hide */
+static double pktrt__clock(void) { /* the POSIX clock that strict ISO C does not hide */
   struct timeval now;
   gettimeofday(&now, NULL);
   return (double)now.tv_sec + 1e-6 * (double)now.tv_usec;
@@ -11767,8 +11765,8 @@ static double pktrt__clock(void) { return (double)clock() / CLOCKS_PER_SEC; } /*
 
 static double pktrt__pass_now(const pktrt_render_desc *d) { return d->seconds ? d->seconds(d->user) : pktrt__clock(); }
 
-/* Passes of the next round, a mean over pixels: one, or if adaptive, two and then half of what has been done; no more
-   than are left, or fit into the time if they take as long as those before. 0: time is up. */
+/* Returns the passes of the next round, a mean over pixels: one, or if adaptive, two and then half of what has been
+   done; no more than are left, or fit into the time if they take as long as those before. 0: time is up. */
 static double pktrt__pass_next_round(const pktrt__pass_rounds *t) {
   const pktrt_render_desc *d = t->render->desc;
   const double spent = t->spent, left = t->render->most_passes - spent;
@@ -11781,7 +11779,7 @@ static double pktrt__pass_next_round(const pktrt__pass_rounds *t) {
   return pktrt__min(next, left);
 }
 
-/* Who gets how many passes: all blocks the same while nothing is known. */
+/* Plans how many passes each block gets in the next round: all the same while nothing is known. */
 static void pktrt__pass_plan_round(pktrt__pass_rounds *t, double next) {
   const pktrt_render_desc *d = t->render->desc;
   const pktrt__pass_sums *p = t->render->passes;
@@ -11794,7 +11792,7 @@ static void pktrt__pass_plan_round(pktrt__pass_rounds *t, double next) {
   pktrt__pass_share_out(t->render, t->spent * pixels, (t->spent + next) * pixels, 0.98 * error * known);
 }
 
-/* The passes that this round gives to the blocks of an area. False: out of memory. */
+/* Renders the passes that this round gives to the blocks of an area. False: out of memory. */
 static bool pktrt__pass_render_blocks(pktrt__pass_rounds *t, const uint32_t area[4], pktrt_stats *stats) {
   const pktrt__render_state *render = t->render;
   const pktrt__pass_sums *p = render->passes;
@@ -11821,7 +11819,7 @@ static bool pktrt__pass_render_blocks(pktrt__pass_rounds *t, const uint32_t area
   return ok;
 }
 
-/* `passes` passes over an area, after those before; where all blocks get the same, they need not be told apart. */
+/* Renders `passes` more passes over an area whose blocks all get the same. False: out of memory. */
 static bool pktrt__pass_render_uniform(const pktrt__render_state *render, pktrt__pass_rounds *t, const uint32_t area[4], pktrt_stats *stats,
                                 uint32_t before, uint32_t passes) {
   pktrt__tile *tile = pktrt__tile_make(render, t, stats);
@@ -11832,7 +11830,7 @@ static bool pktrt__pass_render_uniform(const pktrt__render_state *render, pktrt_
   return ok;
 }
 
-/* Tells the hook that so many tiles of the round are done; what it says. */
+/* Tells the progress hook that `done` tiles of the round are done. Returns its answer. */
 static bool pktrt__pass_tell_progress(const pktrt__pass_rounds *t, uint32_t done) {
   const pktrt_render_desc *d = t->render->desc;
   const float part = (float)done / (float)t->count, all = t->from + (t->to - t->from) * part;
@@ -11857,12 +11855,12 @@ static void pktrt__pass_run_tile(void *arg, size_t i) {
   const bool ok = t->alike ? pktrt__pass_render_uniform(t->render, t, area, stats, (uint32_t)t->spent, t->alike)
                            : pktrt__pass_render_blocks(t, area, stats);
   if (!ok) (void)pktrt__atomic_increment(&t->failed);
-  if (pktrt__atomic_load(&t->cancelled)) return; /* it may lack pixels or passes */
+  if (pktrt__atomic_load(&t->cancelled)) return; /* the tile may lack pixels or passes */
   const uint32_t done = pktrt__atomic_increment(&t->done);
   if (!pktrt__pass_tell_progress(t, done)) (void)pktrt__atomic_increment(done < t->count ? &t->cancelled : &t->late);
 }
 
-/* Blocks and the report after a round. */
+/* Updates blocks and report after a round. */
 static void pktrt__pass_end_round(pktrt__pass_rounds *t) {
   const pktrt__render_state *render = t->render;
   const pktrt_render_desc *d = render->desc;
@@ -11883,12 +11881,12 @@ static void pktrt__pass_end_round(pktrt__pass_rounds *t) {
   r->samples_min = (p ? least : 1) * render->samples, r->samples_max = (p ? most : 1) * render->samples;
   r->samples_mean = t->spent * render->samples;
   if (!t->timed) return;
-  const double now = pktrt__pass_now(d); /* a clock that is set back does not count */
+  const double now = pktrt__pass_now(d); /* time does not count when a clock is set back */
   if (now > t->clock) r->seconds += now - t->clock;
   t->clock = now;
 }
 
-/* The rules, after a round. */
+/* Decides after a round by which rule, if any, the render stops. */
 static pktrt_stop pktrt__pass_judge(const pktrt__pass_rounds *t) {
   const pktrt_render_desc *d = t->render->desc;
   const pktrt_report *r = &t->report;
@@ -11896,12 +11894,12 @@ static pktrt_stop pktrt__pass_judge(const pktrt__pass_rounds *t) {
   const double block = PKTRT_ERROR_BLOCK * PKTRT_ERROR_BLOCK / ((double)d->width * d->height);
   const double rest = d->adaptive ? pktrt__max(0.1, 0.5 * block) : 0.5; /* blocks get whole passes */
   if (d->target_error > 0 && error <= (double)d->target_error) return r->unknown ? PKTRT_STOP_PASSES : PKTRT_STOP_ERROR;
-  if (d->target_error > 0 && t->spent >= 2 && r->rmse == INFINITY) return PKTRT_STOP_PASSES; /* none will ever be known */
+  if (d->target_error > 0 && t->spent >= 2 && r->rmse == INFINITY) return PKTRT_STOP_PASSES; /* never to be known */
   if (t->spent > t->render->most_passes - pktrt__min(rest, 0.5)) return PKTRT_STOP_PASSES;
   return d->time_budget > 0 && pktrt__pass_next_round(t) <= 0 ? PKTRT_STOP_TIME : PKTRT_STOP_NOT_YET;
 }
 
-/* How much of the work will be done after `next` more passes, by the rule that seems nearest. */
+/* Estimates how much of the work will be done after `next` more passes, by the rule that seems nearest. */
 static float pktrt__pass_progress(const pktrt__pass_rounds *t, double next) {
   const pktrt_render_desc *d = t->render->desc;
   const pktrt_report *r = &t->report;
@@ -11910,7 +11908,7 @@ static float pktrt__pass_progress(const pktrt__pass_rounds *t, double next) {
     part = pktrt__max(part, r->seconds / d->time_budget * (t->spent + next) / t->spent);
   if (t->spent > 0 && d->target_error > 0 && r->rmse < INFINITY) {
     const double target = (double)d->target_error, root = target / r->rmse;
-    const double wanted = d->measure == PKTRT_ERROR_RELATIVE ? target / r->relative_mse : root * root; /* of 1 */
+    const double wanted = d->measure == PKTRT_ERROR_RELATIVE ? target / r->relative_mse : root * root; /* share done */
     part = pktrt__max(part, wanted * (t->spent + next) / t->spent);
   }
   return part < 1 ? (float)part : 1.0f;
@@ -11936,7 +11934,7 @@ static void pktrt__pass_run(pktrt__pass_rounds *t) {
   }
 }
 
-/* The buffers of errors, once all is done. */
+/* Writes the buffers of errors when all is done. */
 static void pktrt__pass_write_errors(const pktrt__render_state *render) {
   const pktrt_render_desc *d = render->desc;
   const pktrt__pass_sums *p = render->passes;
@@ -11953,9 +11951,9 @@ static void pktrt__pass_write_errors(const pktrt__render_state *render) {
     }
 }
 
-/* >>rendering --------------------------------------------------------------------------------------------------------- */
+/* >>rendering ------------------------------------------------------------------------------------------------------ */
 
-/* --- warnings: of what is likely to be a mistake, and shows in the picture only --- */
+/* --- warnings of likely mistakes that show in the picture only --- */
 
 static bool pktrt__any_positive(const float v[3]) { return v[0] > 0 || v[1] > 0 || v[2] > 0; }
 
@@ -11964,8 +11962,8 @@ static bool pktrt__warn_light_shines(const pktrt_render_desc *d, const pktrt__li
   return light->strength > 0;
 }
 
-/* Whether some mesh waits for light in vain: none is there, and it does not shine, nor is it coloured by a shader, nor does it
-   only show what is around. */
+/* Tells whether there is no light and some mesh needs it: one that does not emit, has no shader, and does not only
+   reflect or refract. */
 PKTRT__COLD bool pktrt__warn_is_dark(const pktrt__render_state *render) {
   const pktrt_scene *s = render->scene;
   bool dark = false, lit = pktrt__any_positive(render->desc->ambient);
@@ -12009,14 +12007,14 @@ PKTRT__COLD void pktrt__warn_of_changes(const pktrt_scene *s) {
   }
 }
 
-/* Needs the job's lamps. */
+/* Logs all warnings. The render's lights must have been made. */
 static void pktrt__warn_all(const pktrt_scene *s, const pktrt__render_state *render) {
   if (!s->desc.log) return;
   pktrt__warn_of_mode(s, render), pktrt__warn_of_changes(s);
   if (pktrt__warn_is_dark(render)) pktrt__log_sentence(s, 0, "render: there is no light and no ambient: what does not shine by itself is black");
 }
 
-/* Everything that has to be there before the first round. */
+/* Prepares everything that the first round needs. */
 static pktrt_status pktrt__pass_begin(pktrt_scene *s, pktrt__render_state *render, pktrt__pass_sums *passes, pktrt__pass_rounds *t) {
   const pktrt_render_desc *d = render->desc;
   const uint32_t area[4] = {0, 0, d->width, d->height};

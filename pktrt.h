@@ -6711,7 +6711,7 @@ typedef struct pktrt__paper_packet {
   bool has_frustum;
   uint32_t axis[3]; /* u, v, k of the frustum */
   float sign, slope_lo[2], slope_hi[2];
-  float ta[2], tb[2]; /* weights of the packet's earliest and latest time */
+  float ta[2], tb[2]; /* the keys' weights at the packet's earliest and latest time */
   uint32_t entering;  /* the rays of the first active ray's group that may hit the child just entered */
 } pktrt__paper_packet;
 
@@ -7240,7 +7240,7 @@ PKTRT__NOINLINE void pktrt__drive_octants(const pktrt_scene *scene, pktrt__batch
       const uint32_t n = end[o] - i < 64 ? end[o] - i : 64, to = i + n;
       COUNT(packets, n < 4 ? n : 1);
       if (n >= 4) pktrt__drive_stream(scene, b, list + i, ~(uint64_t)0 >> (64 - n), is);
-      else /* too few to share anything: measured slower as a stream */
+      else /* too few to gain from sharing: measured slower as a stream */
         for (uint32_t k = i; k < to; k++) pktrt__drive_batch_ray(scene, b, list[k], is);
       i = to;
     }
@@ -7338,7 +7338,7 @@ PKTRT__NOINLINE void pktrt__resolve_gather_corners(const pktrt_scene *scene, con
     } else {
       v8 tb = vmin(vmax(vload(time), vset(0)), vset(1)), ta = vsub(vset(1), tb); /* pktrt__time_segment of two keys */
       uint32_t segment = 0;
-      if (bvh->key_count > 2) { /* in whose segments neighbours differ */
+      if (bvh->key_count > 2) { /* neighbours may be in different segments */
         float a, b;
         segment = pktrt__time_segment(time[r], bvh->key_count, &a, &b);
         lanes = rest & (0u - rest), ta = vset(a), tb = vset(b);
@@ -7475,7 +7475,7 @@ STEP void pktrt__vec_normalise(v8 a[3], const v8 instead[3]) {
   ROLL_OUT for (int k = 0; k < 3; k++) a[k] = vsel(good, vdiv(s[k], length), instead[k]);
 }
 
-/* The functions pktrt__sampler_ here draw PKTRT__DRAWN samples at once: compilers vectorise loops of known length. */
+/* Here samples are drawn PKTRT__DRAWN at once: compilers vectorise loops of known length. */
 
 /* Finds the points of Sobol's net that samples take, see pktrt__sampler_point_index. If n is 2^k, all are permuted at
    once, for the product with n in pktrt__sampler_rotate is then a shift; else one by one. */
@@ -7567,7 +7567,7 @@ static void pktrt__surface_pack(pktrt__wave *w, uint32_t first, uint32_t n, pktr
     for (size_t row = 0; row < sizeof rows / sizeof *rows; row++) {
       char *data = PKTRT__CAST(char *, rows[row]), *end = data + to * sizeof(float);
       if (all == 0xFF) vcompress_from(end, hits, data + from * sizeof(float));
-      else /* the rays behind are still to come */
+      else /* rays behind these are still to be packed */
         for (uint32_t m = hits; m; m &= m - 1, end += sizeof(float))
           memmove(end, data + (from + pktrt__lowest_bit(m)) * sizeof(float), sizeof(float));
     }
@@ -8136,7 +8136,6 @@ static void pktrt__batch_store_hits(const pktrt_scene *s, const pktrt__batch *b,
   pktrt__batch_store_rest(s, b, hits, order, i, n);
 }
 
-/* Writes which of n rays are occluded. */
 static void pktrt__batch_store_occluded(const pktrt__batch *b, bool *occluded, uint32_t n) {
   uint32_t i = 0;
   for (; i + 8 <= n && sizeof(bool) == 1; i += 8)
@@ -8307,7 +8306,7 @@ static const pktrt__kernel_table pktrt__kernels = {
 /* >>dispatch ------------------------------------------------------------------------------------------------------- */
 
 #if defined(PKTRT__HAS_AVX2) || defined(PKTRT__HAS_AVX512)
-/* The CPU has the instructions and the operating system saves the registers: both must say so. */
+/* Tells whether the CPU has the instructions and the operating system saves the registers: both are needed. */
 static bool pktrt__cpu_has(pktrt_isa isa) {
   unsigned a, b, c, d, lo, hi;
   if (!__get_cpuid(1, &a, &b, &c, &d)) return false;
@@ -8765,7 +8764,7 @@ static pktrt__query pktrt__query_make(const pktrt_scene *s, const pktrt_query_de
   return call;
 }
 
-/* The caller's arrays; NULL those that he does not use. */
+/* The caller's arrays, NULL if not used. */
 typedef struct pktrt__query_arrays {
   const pktrt_ray *rays;
   const pktrt_rays *ray_rows;
@@ -10216,17 +10215,16 @@ static bool pktrt__render_prepare(pktrt__render_state *render, uint64_t pixels) 
    the material, plus 1 if the mesh is open, and 8 bits wide, so that a number of 32 bits holds four; 16 where there are
    more than 127 materials, 32 beyond 32,767. What is pushed out at the bottom is forgotten.
 
-   A closed mesh has an inside, wherever others are: it is pushed, and taken out wherever it stands. Open meshes are sheets,
-   or share what they bound, as glass, water and what lies between them in a tumbler that is modelled by interfaces: a ray
-   leaves one such body where it enters the next, so of entries that follow each other one at most is open. What a ray
-   meets from the inside and does not know of, it was in: it came through another mesh, or was forgotten.
+   A closed mesh has an inside, wherever others are: it is pushed, and removed wherever in the stack it is. Open meshes
+   are sheets, or share what they bound, as glass, water and what lies between them in a tumbler that is modelled by
+   interfaces: a ray leaves one such body where it enters the next, so of adjacent entries one at most is open. If a ray
+   meets a glass from the inside that its stack lacks, it came in through another mesh, or the glass was forgotten.
 
-   Faces that coincide hide each other: of two glasses that touch, a ray meets the face of one mesh, and starts behind
-   both. So where the box of a closed mesh touches another's, faces are looked for in the layer that the refracted ray
-   leaps over. For this, and for the glasses around the camera, crossings are counted along a line, in plain C. Of glasses
+   Faces that coincide hide each other: where two glasses touch, a ray meets the face of one mesh, and starts behind
+   both. So if the box of a closed mesh touches another's, faces are searched for in the layer that the refracted ray
+   skips. For this, and for the glasses around the camera, crossings are counted along a line, in plain C. Of glasses
    that are entered at once, or found around the camera, the one with the smaller box is the inner one. */
 
-/* Returns the entry of a mesh. */
 static uint32_t pktrt__media_entry(const pktrt_scene *s, const pktrt__glass_mesh *glass, uint32_t mesh) {
   return s->meshes[mesh].material << 1 | !glass[mesh].closed;
 }
@@ -11649,12 +11647,12 @@ static void pktrt__pass_estimate(const pktrt__render_state *render, pktrt_report
 /* --- adaptive passes ---
 
    A block of c pixels whose passes have variance s each (V n, summed over its pixels) contributes s / R after R passes,
-   which cost c R. The sum of errors is least for a given cost where R is in proportion to q = sqrt(s / c), the more the
-   more a pass would help: R = max(done, scale q), for what is done is done. The scale that spends a budget, or that
-   reaches an error, follows from the blocks above their `done`; which ones these are is found by leaving out those
-   below until none is. */
+   which cost c R. For a given cost the sum of errors is least if R is in proportion to q = sqrt(s / c), so that blocks
+   get more passes where these help more: R = max(done, scale q), for what is done is done. The scale that spends a
+   budget, or reaches an error, follows from the blocks whose R exceeds `done`; these are found by leaving out the others
+   until none is left. */
 
-enum { PKTRT__PILOT = 2 }; /* passes for all blocks */
+enum { PKTRT__PILOT = 2 }; /* passes that all blocks get before errors are known */
 
 /* Returns s of a block, a quarter of it that of the 3 x 3 blocks around. WHY: two passes may miss what is rare. */
 static double pktrt__pass_block_variance(const pktrt__pass_sums *p, uint32_t column, uint32_t row, int measure) {
@@ -11733,7 +11731,7 @@ static void pktrt__pass_share_out(const pktrt__render_state *render, double spen
 #if defined(__GNUC__) && !defined(__TINYC__)
 PKTRT__INLINE uint32_t pktrt__atomic_increment(uint32_t *x) { return __atomic_add_fetch(x, 1, __ATOMIC_RELAXED); }
 PKTRT__INLINE uint32_t pktrt__atomic_load(uint32_t *x) { return __atomic_load_n(x, __ATOMIC_RELAXED); }
-#else /* without atomics a progress bar may lag; the picture is the same */
+#else /* without atomics the progress told may lag; the picture is the same */
 PKTRT__INLINE uint32_t pktrt__atomic_increment(uint32_t *x) { return ++*x; }
 PKTRT__INLINE uint32_t pktrt__atomic_load(uint32_t *x) { return *x; }
 #endif

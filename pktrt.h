@@ -7251,7 +7251,7 @@ OP uint64_t pktrt__drive_rays_along(const pktrt__batch *b, uint32_t base, uint32
   return veq_u8x64(b->axis + base, b->axis[r]) & veq_u8x64(b->octant + base, b->octant[r]);
 }
 
-/* Returns the rays of [base, base + 64) that have nearly ray r's direction and tmin >= 0: frusta start at origins. */
+/* Returns those of pktrt__drive_rays_along with nearly ray r's slopes and tmin >= 0, as frusta start at origins. */
 OP uint64_t pktrt__drive_rays_alike(const pktrt__batch *b, uint32_t base, uint32_t r) {
   const vf su = fset(b->slope[0][r]), sv = fset(b->slope[1][r]), most = fset(0.3f);
   uint64_t near_ = 0;
@@ -7606,7 +7606,7 @@ PKTRT__NOINLINE bool pktrt__surface_gather_normals(const pktrt_scene *scene, con
   return any;
 }
 
-/* Computes where rays start that leave surfaces i to i + 7 along ng (side 1) or against it (side -1). */
+/* Computes the origins of rays that leave surfaces i to i + 7 along ng (side 1) or against it (side -1). */
 STEP void pktrt__surface_start(const pktrt__surfaces *s, uint32_t i, double side, v8 o[3]) {
   const d8 lift = dmul(dfrom(vload(s->offset + i)), dset(side));
   ROLL_OUT for (int a = 0; a < 3; a++)
@@ -8183,7 +8183,7 @@ static const pktrt__kernel_table pktrt__kernels = {
 #include PKTRT__ALSO_STAMP
 #endif
 
-/* Ends the short names with the stamp. */
+/* Undefines the short names, which end with the stamp. */
 #undef a8
 #undef aor
 #undef apush
@@ -10168,7 +10168,7 @@ static bool pktrt__glass_find_meshes(pktrt__render_state *render, float slack) {
   return g && order;
 }
 
-/* Finds where glass is. Boxes are as fine as the number of samples is worth. False: out of memory. */
+/* Finds where glass is: in fine boxes only if samples are enough to pay for them. False: out of memory. */
 static bool pktrt__glass_find(pktrt__render_state *render, uint64_t samples) {
   const pktrt_scene *s = render->scene;
   pktrt__glass_boxes *glass = &render->glass;
@@ -10195,7 +10195,7 @@ static bool pktrt__glass_find(pktrt__render_state *render, uint64_t samples) {
   return in && glass->boxes;
 }
 
-/* Frees what pktrt__render_prepare makes. */
+/* Frees what pktrt__render_prepare makes once for a render. */
 static void pktrt__render_unprepare(pktrt__render_state *render) {
   const pktrt_scene *s = render->scene;
   pktrt__mem_release(&s->desc, render->glass.boxes, render->glass.room, sizeof *render->glass.boxes);
@@ -10238,7 +10238,7 @@ static uint32_t pktrt__media_top(const pktrt_scene *s, uint32_t stack) {
 static uint32_t pktrt__media_bits_below(uint32_t stack, uint32_t at) { return (uint32_t)(stack & ((UINT64_C(1) << at) - 1)); }
 static uint32_t pktrt__media_bits_above(uint32_t stack, uint32_t at) { return (uint32_t)((uint64_t)stack >> at); }
 
-/* Returns how many bits lie below the topmost such entry; 32 or more if there is none. */
+/* Returns how many bits of a stack lie below the topmost entry `medium`; 32 or more if there is none. */
 static uint32_t pktrt__media_find(const pktrt_scene *s, uint32_t stack, uint32_t medium) {
   uint32_t at = 0;
   while (at < 32 && pktrt__media_top(s, pktrt__media_bits_above(stack, at)) != medium) at += pktrt__media_entry_bits(s);
@@ -10446,7 +10446,7 @@ typedef struct pktrt__tile {
   pktrt__shadow_list shadow_list;
   const pktrt__render_state *render;
   pktrt_sampling sampling;          /* of this pass */
-  uint32_t pass;                    /* how many passes came before */
+  uint32_t pass;                    /* passes that the pixels had before */
   pktrt_stats *stats;
   pktrt__wave *reflected[PKTRT_MAX_DEPTH + 1], *refracted[PKTRT_MAX_DEPTH + 1], *spare; /* by depth */
   uint32_t order[PKTRT__WAVE], packet[PKTRT__WAVE], sender[PKTRT__WAVE]; /* see pktrt__packet_assemble */
@@ -10706,8 +10706,8 @@ static void pktrt__packet_trace(pktrt__tile *tile, pktrt__batch *b, uint32_t n, 
 }
 
 typedef enum pktrt__media_passage { PKTRT__STOPPED, PKTRT__GOES_ON, PKTRT__ARRIVED } pktrt__media_passage;
-/* Passes shadow ray i of tile->glass_batch, if it met glass, through that: it loses what the surface reflects and the
-   glass absorbs, and goes on along the same line as ray j. */
+/* Lets shadow ray i of tile->glass_batch through the glass that it met: it loses what the surface reflects and the
+   glass absorbs, and goes on along the same line as ray j. Anything but glass stops it. */
 static pktrt__media_passage pktrt__media_pass_glass(pktrt__tile *tile, uint32_t i, uint32_t j, uint32_t hint[2], uint32_t *media,
                                         float seen[3]) {
   const pktrt_scene *scene = tile->render->scene;
@@ -11649,7 +11649,7 @@ static void pktrt__pass_estimate(const pktrt__render_state *render, pktrt_report
    A block of c pixels whose passes have variance s each (V n, summed over its pixels) contributes s / R after R passes,
    which cost c R. For a given cost the sum of errors is least if R is in proportion to q = sqrt(s / c), so that blocks
    get more passes where these help more: R = max(done, scale q), for what is done is done. The scale that spends a
-   budget, or reaches an error, follows from the blocks whose R exceeds `done`; these are found by leaving out the others
+   budget, or reaches an error, follows from the blocks whose R exceeds `done`; these are found by removing the others
    until none is left. */
 
 enum { PKTRT__PILOT = 2 }; /* passes that all blocks get before errors are known */
@@ -11960,8 +11960,8 @@ static bool pktrt__warn_light_shines(const pktrt_render_desc *d, const pktrt__li
   return light->strength > 0;
 }
 
-/* Tells whether there is no light and some mesh needs it: one that does not emit, has no shader, and does not only
-   reflect or refract. */
+/* Tells whether there is no light but a mesh that needs some: that neither emits, nor has a shader, nor only reflects
+   or refracts. */
 PKTRT__COLD bool pktrt__warn_is_dark(const pktrt__render_state *render) {
   const pktrt_scene *s = render->scene;
   bool dark = false, lit = pktrt__any_positive(render->desc->ambient);

@@ -6813,7 +6813,7 @@ typedef struct pktrt__paper_packet {
   bool has_frustum;
   uint32_t axis[3]; /* u, v, k of the frustum */
   float sign, slope_lo[2], slope_hi[2];
-  float ta[2], tb[2]; /* weights of the packet's earliest and latest time */
+  float ta[2], tb[2]; /* the keys' weights at the packet's earliest and latest time */
   uint32_t entering;  /* the rays of the first active ray's group that may hit the child just entered */
 } pktrt__paper_packet;
 
@@ -6828,7 +6828,7 @@ OP void pktrt__paper_event(const pktrt__paper_packet *p, pktrt_event_kind kind, 
   p->call->desc->trace(p->call->desc->user, &e);
 }
 
-/* The intervals over the active rays. */
+/* Computes the intervals over the active rays, and whether they can have a frustum. */
 static void pktrt__paper_intervals(pktrt__paper_packet *p) {
   const pktrt__batch *b = p->b;
   float t_lo = 1, t_hi = 0;
@@ -6868,7 +6868,7 @@ static void pktrt__paper_intervals(pktrt__paper_packet *p) {
   p->ta[0] = 1 - t_lo, p->tb[0] = t_lo, p->ta[1] = 1 - t_hi, p->tb[1] = t_hi;
 }
 
-/* A child's box over the packet's interval of time; p0, p1: its first plane at the segment's keys. */
+/* Computes a child's box over the packet's interval of time; p0 and p1 are its first plane at the segment's keys. */
 OP void pktrt__paper_box(const pktrt__paper_packet *p, const float *p0, const float *p1, float lo[3], float hi[3],
                         const bool moving) {
   for (int a = 0; a < 3; a++) {
@@ -6881,8 +6881,8 @@ OP void pktrt__paper_box(const pktrt__paper_packet *p, const float *p0, const fl
   }
 }
 
-/* Step 2: whether interval arithmetic shows that every ray misses. Along an axis where all rays go up, the least
-   distance to the near plane is the least of (lo - o) r over o in [o_lo, o_hi], r in [r_lo, r_hi], and so on. */
+/* Tells whether interval arithmetic shows that every ray misses the box (step 2). Along an axis where all rays go up,
+   the least distance to the near plane is the least of (lo - o) r over o in [o_lo, o_hi], r in [r_lo, r_hi], etc. */
 static bool pktrt__paper_interval_misses(const pktrt__paper_packet *p, const float lo[3], const float hi[3]) {
   float n = p->wn, f = p->wf;
   for (int a = 0; a < 3; a++) {
@@ -6895,7 +6895,7 @@ static bool pktrt__paper_interval_misses(const pktrt__paper_packet *p, const flo
   return n > f;
 }
 
-/* Step 3: whether the box lies outside one of the planes u = slope W through the common origin, W in [w0, w1]. */
+/* Tells whether the box is outside one of the planes u = slope W through the common origin, W in [w0, w1] (step 3). */
 static bool pktrt__paper_frustum_misses(const pktrt__paper_packet *p, const float lo[3], const float hi[3]) {
   const uint32_t k = p->axis[2];
   const float o = p->o_lo[k];
@@ -6909,10 +6909,10 @@ static bool pktrt__paper_frustum_misses(const pktrt__paper_packet *p, const floa
   return w1 < 0;
 }
 
-/* A child's planes; of a moving one, at the segment's keys. */
+/* A child of a node: its planes, at both keys of the segment if the tree moves. */
 typedef struct pktrt__paper_child {
   const float *p0, *p1;
-  v8 lo[3], hi[3]; /* static: by lanes */
+  v8 lo[3], hi[3]; /* the same planes for a static tree, in every lane */
   uint32_t node, index;
 } pktrt__paper_child;
 
@@ -6923,7 +6923,7 @@ OP pktrt__paper_child pktrt__paper_child_of(const float *p0, const float *p1, ui
   return c;
 }
 
-/* The active rays among r to r+7, and in `among`, that may hit a child. */
+/* Returns those of rays r to r+7 that are active, in `among`, and may hit a child. */
 OP uint32_t pktrt__paper_test_group(const pktrt__paper_packet *p, const pktrt__paper_child *c, uint32_t r, uint32_t among,
                               const pktrt__variant is) {
   const uint32_t active = pktrt__paper_active(p, r) & among;
@@ -6947,7 +6947,7 @@ OP void pktrt__paper_trim(pktrt__paper_packet *p, const pktrt__paper_child *c, u
   }
 }
 
-/* Steps 1 to 4: the first ray from `first` on that may hit a child, or p->end. */
+/* Finds the first ray from `first` on that may hit a child (steps 1 to 4), or returns p->end. */
 OP uint32_t pktrt__paper_find_first(pktrt__paper_packet *p, const pktrt__paper_child *c, uint32_t first, const pktrt__variant is) {
   uint32_t r = first & ~7u;
   p->entering = pktrt__paper_test_group(p, c, r, ~0u << first % 8, is);
@@ -6985,12 +6985,12 @@ OP uint32_t pktrt__paper_find_first(pktrt__paper_packet *p, const pktrt__paper_c
   return p->end;
 }
 
-/* One coordinate of a corner of one triangle, at the times of eight rays. */
+/* Returns one coordinate of one corner of a triangle, at the times of eight rays. */
 OP v8 pktrt__tri_corner_of_one(const float *k0, const float *k1, v8 ta, v8 tb, const bool moving) {
   return moving ? vadd(vmul(ta, vset(*k0)), vmul(tb, vset(*k1))) : vset(*k0);
 }
 
-/* One triangle against the rays `bits` of r to r+7, which share their axes; those that hit it. */
+/* Tests one triangle against the rays `bits` of r to r+7, which share a main axis. Returns those that hit it. */
 OP uint32_t pktrt__paper_test_triangle(const pktrt__paper_packet *p, const float *k0, const float *k1, uint32_t r,
                                        uint32_t bits, uint32_t id, uint32_t slot, const pktrt__variant is) {
   pktrt__batch *b = p->b;
@@ -7015,8 +7015,8 @@ OP uint32_t pktrt__paper_test_triangle(const pktrt__paper_packet *p, const float
   return pktrt__paper_accept8(p->seg, b, r, bits, x, y, z, &tri);
 }
 
-/* A leaf, child c, against the rays of the active range that may hit its box; those of the first group are known. Rays
-   of a group that disagree on the main axis are tested one by one. */
+/* Tests a leaf, child c, against the rays of the active range that may hit its box; those of the first group are
+   known. A group whose rays disagree on the main axis is tested ray by ray. Tells whether any ray hit. */
 OP bool pktrt__paper_leaf(pktrt__paper_packet *p, const pktrt__paper_child *c, uint32_t index, uint32_t first,
                          const pktrt__variant is) {
   const pktrt__block *block = pktrt__segment_block(p->seg, index, true);
@@ -7052,7 +7052,7 @@ OP bool pktrt__paper_leaf(pktrt__paper_packet *p, const pktrt__paper_child *c, u
   return any;
 }
 
-/* How far the active rays still reach. */
+/* Updates the depth interval's far end: how far the active rays still reach. */
 OP void pktrt__paper_update_depth(pktrt__paper_packet *p) {
   v8 far_ = vset(-INFINITY);
   for (uint32_t r = p->base & ~7u; r < p->end; r += 8)
@@ -7060,7 +7060,7 @@ OP void pktrt__paper_update_depth(pktrt__paper_packet *p) {
   p->wf = vhmax(far_);
 }
 
-/* One packet through one group. For occlusion, occluded rays leave p->active. */
+/* Traces one packet through one tree. In occlusion queries, occluded rays leave p->active. */
 OP void pktrt__paper_traverse(pktrt__paper_packet *p, const pktrt__variant is) {
   struct {
     const float *plane; /* of the child, at key 0 of the segment */
@@ -7077,7 +7077,7 @@ OP void pktrt__paper_traverse(pktrt__paper_packet *p, const pktrt__variant is) {
   for (;;) {
     if (ref & PKTRT__LEAF) {
       if (pktrt__paper_leaf(p, &c, ref & ~PKTRT__LEAF, first, is)) pktrt__paper_update_depth(p);
-    } else { /* open a node: its children wait, the nearest to the first active ray's direction on top */
+    } else { /* push a node's children, the first one in the direction of the first active ray on top */
       const pktrt__node *node = pktrt__segment_node(seg, ref, true);
       const uint32_t *child = node->child;
       uint32_t perm = node->order[p->b->octant[first]];
@@ -7108,7 +7108,7 @@ OP void pktrt__paper_traverse(pktrt__paper_packet *p, const pktrt__variant is) {
   }
 }
 
-/* Always counting: this path is for reading and comparing. */
+/* The two variants of pktrt__paper_traverse. Both always count: this path is for reading and comparing. */
 #if !defined(PKTRT_NO_MOTION)
 PKTRT__NOINLINE void pktrt__paper_traverse_moving(pktrt__paper_packet *p, bool occlusion, pktrt_counts *counts) {
   pktrt__paper_traverse(p, pktrt__variant_of(occlusion, true, PKTRT__STATS != 0, counts));
@@ -7120,7 +7120,7 @@ PKTRT__NOINLINE void pktrt__paper_traverse_static(pktrt__paper_packet *p, bool o
 }
 #endif
 
-/* The batch in packets of desc->packet_size rays, each through all groups and, where they move, all segments. */
+/* Traces a batch in packets of desc->packet_size rays, each through all trees and all segments of those that move. */
 PKTRT__NOINLINE void pktrt__drive_paper(const pktrt__query *call, pktrt__batch *b, uint32_t n, const bool occlusion) {
   const pktrt_scene *scene = call->scene;
   pktrt_counts unwanted, *counts = call->counts ? call->counts : &unwanted;
@@ -7179,8 +7179,8 @@ OP uint64_t pktrt__frustum_traverse(pktrt__frustum *f, const pktrt__bvh_segment 
 
 /* >>drive -----------------------------------------------------------------------------------------------------------
 
-   From a batch of rays to packets, streams and single rays; group by group, and for moving groups segment by segment,
-   so that a kernel sees one static tree or one linear motion. */
+   Splits a batch of rays into packets, streams and single rays, and traces them tree by tree, and through moving trees
+   segment by segment, so that a kernel sees one static tree or one linear motion. */
 
 OP uint64_t pktrt__drive_rays_of_segment(const pktrt__batch *b, const uint8_t *list, uint64_t mask, uint32_t segment) {
   uint64_t same = 0;
@@ -7191,8 +7191,8 @@ OP uint64_t pktrt__drive_rays_of_segment(const pktrt__batch *b, const uint8_t *l
   return same;
 }
 
-/* Whether a ray may meet a group at any time. Asked of those that move, before anything is done for the ray's own time:
-   most rays miss what moves. `step`: from axis to axis. */
+/* Tells whether a ray may meet a tree at any time. WHY: most rays miss what moves, so this test of a moving tree comes
+   before all work for the ray's own time. `step` is the distance from one axis to the next in rd, cn and cf. */
 OP bool pktrt__drive_may_meet(const pktrt__bvh *bvh, const float *rd, const float *cn, const float *cf, size_t step, float wn,
                        float wf) {
   float n = wn, f = wf;
@@ -7215,7 +7215,7 @@ OP uint64_t pktrt__drive_rays_near(const pktrt__bvh *bvh, const pktrt__batch *b,
   return near_;
 }
 
-/* Rays of one octant through all groups. */
+/* Traces a stream, rays of one octant, through all trees. */
 PKTRT__NOINLINE void pktrt__drive_stream(const pktrt_scene *scene, pktrt__batch *b, const uint8_t *list, uint64_t mask,
                                         const pktrt__variant is) {
   for (uint32_t i = 0; i < scene->bvh_count && mask; i++) {
@@ -7244,13 +7244,13 @@ PKTRT__NOINLINE void pktrt__drive_stream(const pktrt_scene *scene, pktrt__batch 
 }
 
 #if FRUSTA
-/* A packet of one axis and octant through all groups. */
+/* Traces a packet of rays of one main axis and octant through all trees. */
 PKTRT__NOINLINE void pktrt__drive_frustum(const pktrt_scene *scene, pktrt__batch *b, uint32_t base, uint64_t mask,
                                          const pktrt__variant is) {
   pktrt__frustum f;
   pktrt__frustum_setup(&f, scene, b, base, mask);
   COUNT(packets, 1);
-  uint64_t asked = mask; /* whose depth the frustum has */
+  uint64_t asked = mask; /* the rays whose depth the frustum has */
   for (uint32_t i = 0; i < scene->bvh_count && mask; i++) {
     const pktrt__bvh *bvh = &scene->bvhs[i];
     const bool moving = pktrt__has_motion(bvh->key_count);
@@ -7282,14 +7282,14 @@ PKTRT__NOINLINE void pktrt__drive_frustum(const pktrt_scene *scene, pktrt__batch
 }
 #endif
 
-/* One ray through all groups; whether it hits anything. `check`: insist on area at the ray's time. */
+/* Traces one ray through all trees and tells whether it hits. `check` rejects triangles without area at its time. */
 PKTRT__NOINLINE bool pktrt__drive_single(const pktrt_scene *scene, pktrt__single *ray, bool check,
                                          const pktrt__variant is) {
   bool hit = false;
   for (uint32_t i = 0; i < scene->bvh_count && !(is.occlusion && hit); i++) {
     const pktrt__bvh *bvh = &scene->bvhs[i];
     if (!pktrt__has_motion(bvh->key_count)) {
-      if (is.stats) ray->ta = 1, ray->tb = 0; /* one key: all of it */
+      if (is.stats) ray->ta = 1, ray->tb = 0; /* the only key has all the weight */
       hit |= pktrt__single_traverse(&bvh->rest, ray, 0, pktrt__variant_moving(is, false));
     } else if (pktrt__drive_may_meet(bvh, ray->rd, ray->cn, ray->cf, 1, ray->wn, ray->wf)) {
       const uint32_t segment = pktrt__time_segment(ray->ray->time, bvh->key_count, &ray->ta, &ray->tb);
@@ -7309,7 +7309,7 @@ PKTRT__NOINLINE void pktrt__drive_batch_ray(const pktrt_scene *scene, pktrt__bat
   if (is.occlusion) b->slot[r] = 0;
 }
 
-/* Which of the rays may meet any group that moves. */
+/* Finds which of the rays may meet a moving tree, and sets b->moving. */
 OP void pktrt__drive_find_moving(const pktrt_scene *scene, pktrt__batch *b, const uint64_t *rays) {
   memset(b->moving, 0, sizeof b->moving);
   for (uint32_t i = 0; i < scene->bvh_count; i++) {
@@ -7319,7 +7319,7 @@ OP void pktrt__drive_find_moving(const pktrt_scene *scene, pktrt__batch *b, cons
   }
 }
 
-/* Rays of a batch by octant, in streams of at most 64. */
+/* Sorts rays of a batch by octant and traces them in streams of at most 64. */
 PKTRT__NOINLINE void pktrt__drive_octants(const pktrt_scene *scene, pktrt__batch *b, const uint64_t *rays,
                                          const pktrt__variant is) {
   uint8_t list[PKTRT__BATCH];
@@ -7342,18 +7342,18 @@ PKTRT__NOINLINE void pktrt__drive_octants(const pktrt_scene *scene, pktrt__batch
       const uint32_t n = end[o] - i < 64 ? end[o] - i : 64, to = i + n;
       COUNT(packets, n < 4 ? n : 1);
       if (n >= 4) pktrt__drive_stream(scene, b, list + i, ~(uint64_t)0 >> (64 - n), is);
-      else /* too few to share anything: measured slower as a stream */
+      else /* too few to gain from sharing: measured slower as a stream */
         for (uint32_t k = i; k < to; k++) pktrt__drive_batch_ray(scene, b, list[k], is);
       i = to;
     }
 }
 
-/* Those of [base, base + 64) that look along the same axis, in the same octant, as ray r. */
+/* Returns the rays of [base, base + 64) with the main axis and octant of ray r. */
 OP uint64_t pktrt__drive_rays_along(const pktrt__batch *b, uint32_t base, uint32_t r) {
   return veq_u8x64(b->axis + base, b->axis[r]) & veq_u8x64(b->octant + base, b->octant[r]);
 }
 
-/* Of these the ones that look nearly alike, and forward: frusta start at the rays' origins. */
+/* Returns those of pktrt__drive_rays_along with nearly ray r's slopes and tmin >= 0, as frusta start at origins. */
 OP uint64_t pktrt__drive_rays_alike(const pktrt__batch *b, uint32_t base, uint32_t r) {
   const vf su = fset(b->slope[0][r]), sv = fset(b->slope[1][r]), most = fset(0.3f);
   uint64_t near_ = 0;
@@ -7364,8 +7364,8 @@ OP uint64_t pktrt__drive_rays_alike(const pktrt__batch *b, uint32_t base, uint32
   return near_ & pktrt__drive_rays_along(b, base, r);
 }
 
-/* Whether the rays in mask, of [base, base + 64), are many and look along one axis, as packets should. A slack of 0.7
-   was measured as good as 0.2. */
+/* Tells whether the rays in mask, of [base, base + 64), are many and go along one axis, as those of a packet should.
+   A slack of 0.7 was measured as good as 0.2. */
 PKTRT__NOINLINE bool pktrt__drive_is_coherent(const pktrt__batch *b, uint32_t base, uint64_t mask) {
   const uint32_t first = base + pktrt__lowest_bit(mask), k = b->axis[first], ku = (k + 1) % 3, kv = (k + 2) % 3;
   const float sign = b->dk[first] < 0 ? -1.0f : 1.0f;
@@ -7379,9 +7379,9 @@ PKTRT__NOINLINE bool pktrt__drive_is_coherent(const pktrt__batch *b, uint32_t ba
   return true;
 }
 
-/* The next frustum packet among *rest, of [base, base + 64), which it leaves; none: 0. If all look one way, the packet
-   is of those with the same canonical axis and octant. Else it is a bundle that looks alike, as a mirror sends it; any
-   hit gains nothing from these. WHY so few tries: where the first rays have no company, others have none either. */
+/* Removes the next frustum packet from *rest, of [base, base + 64), and returns it, or 0. If all go one way, its rays
+   share main axis and octant. Else they have similar directions, as after a mirror; any hit gains nothing from such
+   packets. WHY so few tries: where the first rays have no company, others have none either. */
 PKTRT__NOINLINE uint64_t pktrt__drive_next_packet(const pktrt__batch *b, uint32_t base, uint64_t *rest, bool one_way,
                                            bool occlusion) {
   const uint32_t tries = occlusion ? 0 : 3, many = 24; /* 16 to 24 of 64, slopes within 0.15 to 0.6: measured flat */
@@ -7400,8 +7400,8 @@ PKTRT__NOINLINE uint64_t pktrt__drive_next_packet(const pktrt__batch *b, uint32_
   return packet;
 }
 
-/* The fast path: packets of 64 neighbours, as frusta. What is left goes by octant, over the whole batch, to the
-   stream. */
+/* Traces a batch on the fast path: as frusta, packets within each 64 neighbours; the rest of the whole batch as
+   streams by octant. */
 OP void pktrt__drive_fast(const pktrt_scene *scene, pktrt__batch *b, uint32_t n, const pktrt__variant is) {
   uint64_t left[PKTRT__BATCH / 64]; /* rays that no frustum takes */
   memset(left, 0, sizeof left);
@@ -7419,12 +7419,11 @@ OP void pktrt__drive_fast(const pktrt_scene *scene, pktrt__batch *b, uint32_t n,
 
 /* >>resolve ---------------------------------------------------------------------------------------------------------
 
-   t, u, v and normal of the hits, once per ray, in double from the triangle's corners: u, v, and the normal,
-   scaled to a largest component of 1, to cf[0..2]. Returns the rays of [i, i+8) whose triangle has no area at the ray's
-   time. */
+   t, u, v and normal of the hits, once per ray, in double from the triangle's corners. The normal is scaled to a
+   largest component of 1. */
 
-/* Corners of the triangles that eight rays hit, at the rays' times. Neighbours mostly hit the same triangle, which,
-   at rest or of two keys, is then read once. */
+/* Gathers the corners of the triangles that eight rays hit, at the rays' times. Neighbours mostly hit the same
+   triangle, which, at rest or of two keys, is then read once. */
 PKTRT__NOINLINE void pktrt__resolve_gather_corners(const pktrt_scene *scene, const uint32_t *slot_of, const uint32_t *bvhs,
                                           const float *time, uint32_t hits, v8 p[3][3]) {
   UNROLL for (int c = 0; c < 9; c++) p[c / 3][c % 3] = vset(0);
@@ -7441,7 +7440,7 @@ PKTRT__NOINLINE void pktrt__resolve_gather_corners(const pktrt_scene *scene, con
     } else {
       v8 tb = vmin(vmax(vload(time), vset(0)), vset(1)), ta = vsub(vset(1), tb); /* pktrt__time_segment of two keys */
       uint32_t segment = 0;
-      if (bvh->key_count > 2) { /* in whose segments neighbours differ */
+      if (bvh->key_count > 2) { /* neighbours may be in different segments */
         float a, b;
         segment = pktrt__time_segment(time[r], bvh->key_count, &a, &b);
         lanes = rest & (0u - rest), ta = vset(a), tb = vset(b);
@@ -7457,6 +7456,7 @@ PKTRT__NOINLINE void pktrt__resolve_gather_corners(const pktrt_scene *scene, con
   }
 }
 
+/* Writes t, u, v and normal of rays i to i+7. Returns those whose triangle has no area at the ray's time. */
 PKTRT__NOINLINE uint32_t pktrt__resolve_hits(const pktrt_scene *scene, pktrt__batch *b, uint32_t i, uint32_t hits) {
   v8 p[3][3]; /* [corner][axis] */
   pktrt__resolve_gather_corners(scene, b->slot + i, b->bvh + i, b->time + i, hits, p);
@@ -7492,21 +7492,21 @@ PKTRT__NOINLINE uint32_t pktrt__resolve_hits(const pktrt_scene *scene, pktrt__ba
   return hits & ~mbits(dlt(dset(0), largest));
 }
 
-/* A moving triangle without area just then was hit only through rounding: its ray looks again, with an eye on area. It
-   does so by itself, as u and v may stand where the batch had its set-up. */
+/* Traces ray r again and checks areas, for by rounding it hit a moving triangle without area at its time. WHY as a
+   single ray: u and v may stand where the batch had its set-up. */
 PKTRT__NOINLINE void pktrt__resolve_retrace(const pktrt_scene *scene, pktrt__batch *b, uint32_t r) {
   pktrt_ray ray;
   pktrt_counts unread; /* see PKTRT__INSTANCES */
   pktrt__single q;
   if (!PKTRT__WITH_VECTORS) memset(&unread, 0, sizeof unread);
   pktrt__single_from_batch(b, r, &ray, &q);
-  if (!pktrt__single_setup(scene, &ray, &q)) return; /* never: it has hit something */
-  b->t[r] = b->tmax[r]; /* as of a miss, should it be one */
+  if (!pktrt__single_setup(scene, &ray, &q)) return; /* never: the ray has hit something */
+  b->t[r] = b->tmax[r]; /* stays if it misses now */
   pktrt__drive_single(scene, &q, true, pktrt__variant_of(false, false, false, &unread));
   pktrt__single_to_batch(b, r, &q);
 }
 
-/* Rays i to i+7 that hit nothing: zeros, and no triangle. */
+/* Writes PKTRT_NONE to those of rays i to i+7 that hit nothing, and if all missed, zeros. */
 OP void pktrt__resolve_misses(pktrt__batch *b, uint32_t i, uint32_t hits) {
   vstore_masked_u32(b->id + i, mfrom(0xFFu & ~hits), PKTRT_NONE);
   if (hits) return;
@@ -7532,8 +7532,8 @@ static void pktrt__resolve_batch(const pktrt__query *call, pktrt__batch *b, uint
 #ifndef PKTRT_NO_RENDER
 /* >>shade ---------------------------------------------------------------------------------------------------------- */
 
-/* On narrow vectors, whose registers are too few anyway, loops stay loops and the larger steps functions: that halves
-   the code. */
+/* STEP and ROLL_OUT: on narrow vectors, whose registers are too few anyway, loops are not unrolled and larger steps not
+   inlined, which halves the code. */
 #if PKTRT__WITH_V8_REGISTERS
 #define STEP OP
 #define ROLL_OUT UNROLL
@@ -7566,8 +7566,8 @@ STEP void pktrt__vec_store3(float (*p)[PKTRT__ROW], uint32_t i, const v8 a[3]) {
   ROLL_OUT for (int k = 0; k < 3; k++) vstore(p[k] + i, a[k]);
 }
 
-/* Unit vectors. Scaled first, for squares of large and small numbers leave the range; zero, infinite and NaN give
-   what stands in `instead`. */
+/* Normalises eight vectors; zero, infinite and NaN ones become `instead`. They are scaled first, for squares of large
+   and small numbers leave the range. */
 STEP void pktrt__vec_normalise(v8 a[3], const v8 instead[3]) {
   const v8 m = vmax(vabs(a[0]), vmax(vabs(a[1]), vabs(a[2])));
   v8 s[3];
@@ -7577,10 +7577,10 @@ STEP void pktrt__vec_normalise(v8 a[3], const v8 instead[3]) {
   ROLL_OUT for (int k = 0; k < 3; k++) a[k] = vsel(good, vdiv(s[k], length), instead[k]);
 }
 
-/* Samples, PKTRT__DRAWN at once, in loops of known length, of which compilers make vectors. */
+/* Here samples are drawn PKTRT__DRAWN at once: compilers vectorise loops of known length. */
 
-/* The points of Sobol's net that samples are, see pktrt__sampler_point_index. All but 2^k are permuted one by one; for these a product
-   with n, in pktrt__sampler_rotate, is a shift. */
+/* Finds the points of Sobol's net that samples take, see pktrt__sampler_point_index. If n is 2^k, all are permuted at
+   once, for the product with n in pktrt__sampler_rotate is then a shift; else one by one. */
 OP void pktrt__sampler_shuffle(uint32_t n, const uint32_t *sample, const uint32_t *group, const uint64_t *key, uint32_t *at) {
   const uint32_t width = pktrt__bit_width(n - 1), ones = (1u << width) - 1, shift = (width + 1) / 2;
   uint32_t any = 0;
@@ -7596,7 +7596,7 @@ OP void pktrt__sampler_shuffle(uint32_t n, const uint32_t *sample, const uint32_
   }
 }
 
-/* Digits of their third and fourth coordinates, as in pktrt__sampler_net. */
+/* Computes the digits of the third and fourth coordinates of Sobol's points, as in pktrt__sampler_net. */
 OP void pktrt__sampler_second_pairs(uint32_t n, const uint32_t *at, uint32_t *x, uint32_t *y) {
   for (int j = 0; j < PKTRT__DRAWN; j++) x[j] = y[j] = 0;
   for (uint32_t k = 0; (n - 1) >> k; k++) {
@@ -7644,7 +7644,7 @@ static void pktrt__sampler_draw(const pktrt_sampling *s, pktrt__sample_batch *w,
   }
 }
 
-/* Rays of a pinhole through eight places of the picture. */
+/* Makes the rays of a pinhole camera through eight places of the picture. */
 static void pktrt__camera_rays8(const pktrt__camera_plane *p, const double *x, const double *y, pktrt__wave *w, uint32_t i) {
   const d8 px = dload(x), py = dload(y);
   ROLL_OUT for (int a = 0; a < 3; a++) {
@@ -7669,7 +7669,7 @@ static void pktrt__surface_pack(pktrt__wave *w, uint32_t first, uint32_t n, pktr
     for (size_t row = 0; row < sizeof rows / sizeof *rows; row++) {
       char *data = PKTRT__CAST(char *, rows[row]), *end = data + to * sizeof(float);
       if (all == 0xFF) vcompress_from(end, hits, data + from * sizeof(float));
-      else /* the rays behind are still to come */
+      else /* rays behind these are still to be packed */
         for (uint32_t m = hits; m; m &= m - 1, end += sizeof(float))
           memmove(end, data + (from + pktrt__lowest_bit(m)) * sizeof(float), sizeof(float));
     }
@@ -7677,7 +7677,7 @@ static void pktrt__surface_pack(pktrt__wave *w, uint32_t first, uint32_t n, pktr
   s->first = first, s->count = k;
 }
 
-/* Normals at the corners of the triangles of surfaces i to i + 7; n where the mesh has none. Whether any has. */
+/* Gathers the vertex normals of the triangles of surfaces i to i + 7; n if there are none. Tells whether any has. */
 PKTRT__NOINLINE bool pktrt__surface_gather_normals(const pktrt_scene *scene, const float *time, const pktrt__surfaces *s,
                                           uint32_t i, uint32_t lanes, const v8 n[3], v8 q[3][3]) {
   bool any = false;
@@ -7708,14 +7708,14 @@ PKTRT__NOINLINE bool pktrt__surface_gather_normals(const pktrt_scene *scene, con
   return any;
 }
 
-/* Where rays start that leave surfaces i to i + 7 along their flat normals: 1, or -1 below them. */
+/* Computes the origins of rays that leave surfaces i to i + 7 along ng (side 1) or against it (side -1). */
 STEP void pktrt__surface_start(const pktrt__surfaces *s, uint32_t i, double side, v8 o[3]) {
   const d8 lift = dmul(dfrom(vload(s->offset + i)), dset(side));
   ROLL_OUT for (int a = 0; a < 3; a++)
     o[a] = dto(dadd(dload(s->point[a] + i), dmul(lift, dfrom(vload(s->ng[a] + i)))));
 }
 
-/* Points and normals of surfaces i to i + 7, of which those in `lanes` exist. */
+/* Computes points and normals of surfaces i to i + 7, of which those in `lanes` exist. */
 PKTRT__NOINLINE void pktrt__surface_find8(const pktrt_scene *scene, bool smooth, const pktrt__wave *w, pktrt__surfaces *s,
                                  uint32_t i, uint32_t lanes) {
   const uint32_t at = s->first + i;
@@ -7758,7 +7758,7 @@ PKTRT__NOINLINE void pktrt__surface_find8(const pktrt_scene *scene, bool smooth,
   pktrt__vec_store3(s->start, i, p[0]);
 }
 
-/* What materials say of surfaces i to i + 7, before their hooks and the angle of view change it. */
+/* Reads the materials of surfaces i to i + 7, before hooks and the viewing angle change their values. */
 PKTRT__NOINLINE void pktrt__surface_read_materials(const pktrt_scene *scene, pktrt__surfaces *s, uint32_t i, uint32_t lanes) {
   v8 albedo[3], reflectance[3], emission[3], eta = vset(1);
   uint32_t shaded = 0, hooked = 0, lobed = 0, kind[PKTRT_SPECULAR_COUNT] = {0};
@@ -7785,7 +7785,7 @@ PKTRT__NOINLINE void pktrt__surface_read_materials(const pktrt_scene *scene, pkt
   pktrt__vec_store3(s->reflectance, i, reflectance);
   pktrt__vec_store3(s->emission, i, emission);
   vstore(s->eta + i, eta);
-  kind[PKTRT_SPECULAR_NONE] |= ~lanes; /* those that do not exist want no work */
+  kind[PKTRT_SPECULAR_NONE] |= ~lanes; /* lanes without a surface need no work */
   for (int k = 0; k < PKTRT_SPECULAR_COUNT; k++) s->kind[k][i / 8] = (uint8_t)kind[k];
   s->shaded[i / 8] = (uint8_t)shaded, s->hooked[i / 8] = (uint8_t)hooked, s->lobed[i / 8] = (uint8_t)lobed;
 }
@@ -7798,18 +7798,18 @@ static void pktrt__surface_find(const pktrt_scene *scene, bool smooth, const pkt
   }
 }
 
-/* With c the cosine before a surface, k = eta^2 - (1 - c^2): the cosine behind it is sqrt(k) / eta. Next to eta = 1 as
-   c^2 + (eta^2 - 1), which is right at grazing angles, in dense glass as eta^2 - (1 - c) (1 + c), which is right head on;
-   the squares' differences are products. */
+/* Computes k = eta^2 - (1 - c^2), where c is the cosine before a surface and sqrt(k) / eta the one behind it: for small
+   eta as eta^2 - (1 - c) (1 + c), which is accurate head on, else as c^2 + (eta^2 - 1), accurate at grazing angles. The
+   differences of squares are products. */
 OP v8 pktrt__material_cosine_behind(v8 c, v8 eta) {
   const v8 one = vset(1), more = vmul(vsub(eta, one), vadd(eta, one)), less = vmul(vsub(one, c), vadd(one, c));
   return vsel(vlt(eta, vset(0.5f)), vsub(vmul(eta, eta), less), vadd(vmul(c, c), more));
 }
 
-/* Mirror and refracted directions and the Fresnel reflectance of surfaces i to i + 7, whose eta is set. With c the
+/* Computes mirror and refracted directions and Fresnel reflectance of surfaces i to i + 7, whose eta is set. With c the
    cosine before the surface and c' the one behind it, R is the mean of ((c - eta c') / (c + eta c'))^2 and
-   ((eta c - c') / (eta c + c'))^2; no real c' is total reflection. What bends to the wrong side of the triangle, which
-   smooth normals can bring about, is taken about the triangle's own normal. */
+   ((eta c - c') / (eta c + c'))^2; no real c' is total reflection. A direction on the wrong side of the triangle, which
+   smooth normals can cause, is computed again about the geometric normal. */
 STEP void pktrt__material_scatter(pktrt__surfaces *s, uint32_t i) {
   v8 d[3], n[3], f[3], r[3], t[3];
   pktrt__vec_load3(d, s->d, i);
@@ -7835,8 +7835,8 @@ STEP void pktrt__material_scatter(pktrt__surfaces *s, uint32_t i) {
   pktrt__vec_store3(s->refracted, i, t);
 }
 
-/* Weights of what surfaces i to i + 7 reflect and refract, and what is left for the diffuse base; metals' are still to
-   come. */
+/* Computes weights of reflection and refraction of surfaces i to i + 7, and what is left for the diffuse base; metals
+   follow in pktrt__material_weights_rest. */
 PKTRT__NOINLINE void pktrt__material_weights8(pktrt__surfaces *s, uint32_t i) {
   const uint32_t live = ~(uint32_t)s->shaded[i / 8], glossy = live & ~(uint32_t)s->kind[PKTRT_SPECULAR_NONE][i / 8];
   const v8 zero = vset(0), one = vset(1);
@@ -7879,9 +7879,9 @@ static void pktrt__material_evaluate(const pktrt_scene *scene, const pktrt__glas
   }
 }
 
-/* Where a light is for surfaces i to i + 7 at p, and the irradiance of what faces it there, but for a quad's cosine. A
-   mesh is seen in its middle: a point on the line to it, out of the sphere around it; in the middle itself nothing is
-   comparable, hence nothing is lit. */
+/* Finds the point `at` of a light for surfaces i to i + 7 at p. Returns the irradiance of what faces it there, without
+   a quad's cosine. For a mesh the point lies on the line to its middle, outside the sphere around it; a surface in the
+   middle itself gets NaN and is not lit. */
 STEP d8 pktrt__light_locate(const pktrt__light_target *l, uint32_t i, d8 p[3], d8 at[3]) {
   d8 to[3], facing[3];
   if (l->listed) {
@@ -7898,8 +7898,8 @@ STEP d8 pktrt__light_locate(const pktrt__light_target *l, uint32_t i, d8 p[3], d
   return dmul(ddiv(dadd(ddiv(dabs(along), r), dset(l->folded)), r2), dset(l->strength));
 }
 
-/* Shadow rays of surfaces i to i + 7, behind those in the list. The surface is left along its flat normal by `lift`, on
-   the viewer's side, which is the light's. */
+/* Appends the shadow rays of surfaces i to i + 7 to the list. They start at s->start, off the surface along ng, on the
+   viewer's side, which is the light's. */
 PKTRT__NOINLINE void pktrt__light_shadow_rays8(const pktrt_scene *scene, const pktrt__light_target *l, const pktrt__wave *w,
                                 pktrt__surfaces *s, uint32_t i, uint32_t lanes, pktrt__shadow_rays *sh) {
   d8 to[3], p[3], at[3], flat[3], shade[3];
@@ -7909,13 +7909,13 @@ PKTRT__NOINLINE void pktrt__light_shadow_rays8(const pktrt_scene *scene, const p
   pktrt__vec_dfrom3(flat, s->ng, i);
   pktrt__vec_dfrom3(shade, s->ns, i);
   d8 factor = pktrt__light_locate(l, i, p, at);
-  if (l->listed) lanes &= mbits(dlt(dset(0), factor)); /* others have no place on a light */
+  if (l->listed) lanes &= mbits(dlt(dset(0), factor)); /* the others have no point on a light */
   ROLL_OUT for (int a = 0; a < 3; a++) {
     to[a] = l->infinite ? at[a] : dsub(at[a], p[a]);
     d[a] = dto(l->infinite ? at[a] : dsub(at[a], dfrom(o[a])));
   }
   lanes &= mbits(dlt(dset(0), pktrt__vec_ddot(to, flat)));
-  if (!lanes) return; /* all look away from it */
+  if (!lanes) return; /* all face away from it */
   const d8 r2 = pktrt__vec_ddot(to, to), r = dsqrt(r2);
   if (PKTRT__AREA_LIGHTS && l->kind == PKTRT_LIGHT_QUAD && !l->listed) { /* negative behind it */
     pktrt__vec_dset3(at, l->facing);
@@ -7957,13 +7957,13 @@ static void pktrt__light_shadow_rays(const pktrt_scene *scene, const pktrt__ligh
     if (s->lit[i / 8]) pktrt__light_shadow_rays8(scene, l, w, s, i, s->lit[i / 8], sh);
 }
 
-/* Where lines enter and leave what lies between two planes: at most, and at least, what is there. */
+/* Clips the intervals [from, to] of lines to what lies between two planes. */
 STEP void pktrt__glass_clip(float lo, float hi, vf rd, vf shift, vf *from, vf *to) {
   const vf t0 = ffms(fset(lo), rd, shift), t1 = ffms(fset(hi), rd, shift);
   *from = fmax_(*from, fmin_(t0, t1)), *to = fmin_(*to, fmax_(t0, t1));
 }
 
-/* Of rays from i on, a wide vector, those in `lanes` that meet an innermost box of glass. */
+/* Returns the rays in `lanes`, of a wide vector from i on, that meet an innermost box of glass. */
 static uint32_t pktrt__glass_find_rays(const pktrt__glass_boxes *glass, const pktrt__batch *b, uint32_t i, uint32_t lanes) {
   vf rd[3], shift[3];
   uint32_t found = 0;
@@ -7982,7 +7982,7 @@ static uint32_t pktrt__glass_find_rays(const pktrt__glass_boxes *glass, const pk
   return found;
 }
 
-/* What n rays see of a light whose shadow rays they are, and which of them may go on through glass. */
+/* Writes the visibility of n shadow rays, 0 or 1, and lists those of the occluded that may go on through glass. */
 static uint32_t pktrt__light_visibility(const pktrt__glass_boxes *glass, const pktrt__batch *b, float (*seen)[PKTRT__ROW], uint32_t n,
                           uint32_t *lane) {
   uint32_t listed = 0;
@@ -7996,12 +7996,12 @@ static uint32_t pktrt__light_visibility(const pktrt__glass_boxes *glass, const p
   return listed;
 }
 
-/* One after the other where they are not those of eight surfaces in a row: several may be of one surface. */
+/* Adds the light of n shadow rays to surfaces: of eight surfaces in a row at once, else singly: some may share one. */
 static void pktrt__light_add(pktrt__surfaces *s, const uint32_t *surface, float (*arriving)[PKTRT__ROW],
                        float (*seen)[PKTRT__ROW], uint32_t n) {
   for (uint32_t i = 0, next; i < n; i = next) {
     const uint32_t k = surface[i];
-    uint32_t apart = 0; /* WHY: all are compared, for compilers do that by vectors */
+    uint32_t apart = 0; /* WHY: all are compared, for compilers vectorise that */
     next = i + 8;
     for (uint32_t j = 1; next <= n && j < 8; j++) apart |= surface[i + j] ^ (k + j);
     if (next <= n && !apart) {
@@ -8016,7 +8016,7 @@ static void pktrt__light_add(pktrt__surfaces *s, const uint32_t *surface, float 
   }
 }
 
-/* Rays from surfaces i to i + 7, behind n of a wave; those worth following are counted in. */
+/* Appends rays from surfaces i to i + 7, those worth following, to the n of a wave. Returns how many it has then. */
 PKTRT__NOINLINE uint32_t pktrt__spawn_rays8(const pktrt__spawn_request *g, const pktrt__wave *w, const pktrt__surfaces *s,
                                      uint32_t i, uint32_t lanes, pktrt__wave *to, uint32_t n) {
   const uint32_t at = s->first + i;
@@ -8075,7 +8075,7 @@ static uint32_t pktrt__fit_lanes_with_area(const float *v) {
   return mbits(dlt(dset(0), dmax(dabs(x), dmax(dabs(y), dabs(z)))));
 }
 
-/* Planes of a node's children at a key: of blocks by their vertices, of nodes by their own children. */
+/* Computes the planes of a node's children at a key: leaf blocks' from their vertices, nodes' from their children. */
 static void pktrt__fit_children(const pktrt__bvh *bvh, const uint32_t *child, uint32_t key, float *plane) {
   for (int c = 0; c < 8; c++) {
     if (child[c] == PKTRT__EMPTY) continue;
@@ -8091,7 +8091,7 @@ static void pktrt__fit_children(const pktrt__bvh *bvh, const uint32_t *child, ui
   }
 }
 
-/* Children follow their parents, so backwards is bottom-up. */
+/* Refits nodes and returns the sum of their children's areas. Children follow parents, so backwards is bottom-up. */
 static double pktrt__fit_nodes(const pktrt__bvh *bvh, uint32_t first, uint32_t count) {
   double sum = 0.0, area[8];
   for (uint32_t n = first + count; n-- > first;) {
@@ -8115,21 +8115,21 @@ static const pktrt__fit_table pktrt__fit_kernels = {pktrt__fit_lanes_with_area, 
 
 /* >>entry ---------------------------------------------------------------------------------------------------------- */
 
-/* A lone ray through all groups, most often the only one, at rest. */
+/* Traces a single ray through all trees, of which there is mostly one, at rest. */
 OP bool pktrt__entry_single(const pktrt_scene *scene, pktrt__single *q, bool check, const pktrt__variant is) {
   const pktrt__bvh *bvh = scene->bvhs;
   if (scene->bvh_count != 1 || pktrt__has_motion(bvh->key_count)) return pktrt__drive_single(scene, q, check, is);
   return pktrt__single_traverse(&bvh->rest, q, 0, is);
 }
 
-/* One ray by itself. */
+/* Finds the closest hit of a single ray. */
 static bool pktrt__entry_intersect(const pktrt_scene *scene, const pktrt_ray *ray, pktrt_hit *hit) {
   pktrt_counts unread; /* see PKTRT__INSTANCES */
   pktrt__single q;
   uint32_t hint[2] = {0, 0};
   if (!PKTRT__WITH_VECTORS) memset(&unread, 0, sizeof unread);
   const pktrt__variant is = pktrt__variant_of(false, false, false, &unread);
-  for (bool check = false;; check = true) { /* where a triangle had no area, once more, as in pktrt__resolve_batch */
+  for (bool check = false;; check = true) { /* again where a triangle had no area, as in pktrt__resolve_batch */
     if (!pktrt__single_setup(scene, ray, &q) || !pktrt__entry_single(scene, &q, check, is)) {
       memset(hit, 0, sizeof *hit);
       hit->t = ray->tmax, hit->mesh = hit->triangle = PKTRT_NONE;
@@ -8196,7 +8196,7 @@ static void pktrt__entry_trace(const pktrt__query *call, pktrt__batch *b, uint32
 
 /* >>arrays ---------------------------------------------------------------------------------------------------------
 
-   Arrays of structures to batches and back: eight rays are eight rows of eight floats and a time; so are eight hits. */
+   Copies arrays of structures to batches and back: eight rays or hits are eight rows of eight floats (and a time). */
 
 static void pktrt__batch_load_rays(pktrt__batch *b, const pktrt_ray *rays, const uint16_t *order, uint32_t n) {
   uint32_t i = 0;
@@ -8238,7 +8238,6 @@ static void pktrt__batch_store_hits(const pktrt_scene *s, const pktrt__batch *b,
   pktrt__batch_store_rest(s, b, hits, order, i, n);
 }
 
-/* Which of n rays are occluded. */
 static void pktrt__batch_store_occluded(const pktrt__batch *b, bool *occluded, uint32_t n) {
   uint32_t i = 0;
   for (; i + 8 <= n && sizeof(bool) == 1; i += 8)
@@ -8248,10 +8247,10 @@ static void pktrt__batch_store_occluded(const pktrt__batch *b, bool *occluded, u
 
 /* >>selftest: what the compiler made of the vectors ---------------------------------------------------------------- */
 
-/* What the compiler made of this instruction set's operations, see pktrt__check_all_arithmetic. Equal products have operands of their
-   own: one that is used twice would not be fused. */
 OP v8 pktrt__check_value(float x) { return vset((float)pktrt__check_opaque((double)x)); }
 OP bool pktrt__check_all(m8 m) { return mbits(m) == 0xFF; }
+/* Returns what the compiler did to this instruction set's operations, see pktrt__check_all_arithmetic. Equal products
+   have operands of their own: a product that is used twice would not be fused. */
 PKTRT__DIVIDES_BY_ZERO PKTRT__COLD uint32_t pktrt__check_arithmetic(void) {
   const v8 one = pktrt__check_value(1), a = pktrt__check_value(1.000244140625f), b = pktrt__check_value(1.00048828125f);
   const v8 c = pktrt__check_value(1.000244140625f), d = pktrt__check_value(1.00048828125f), big = pktrt__check_value(33554432);
@@ -8282,11 +8281,11 @@ static const pktrt__kernel_table pktrt__kernels = {
 #endif
 };
 
-#ifdef PKTRT__ALSO_STAMP /* for benchmarks: a file of theirs on the same vectors; its path from here, in quotes */
+#ifdef PKTRT__ALSO_STAMP /* for benchmarks: the quoted path, from here, of a file on the same vectors */
 #include PKTRT__ALSO_STAMP
 #endif
 
-/* The short names end with the stamp. */
+/* Undefines the short names, which end with the stamp. */
 #undef a8
 #undef aor
 #undef apush
@@ -8409,7 +8408,7 @@ static const pktrt__kernel_table pktrt__kernels = {
 /* >>dispatch ------------------------------------------------------------------------------------------------------- */
 
 #if defined(PKTRT__HAS_AVX2) || defined(PKTRT__HAS_AVX512)
-/* The CPU has the instructions and the operating system saves the registers: both must say so. */
+/* Tells whether the CPU has the instructions and the operating system saves the registers: both are needed. */
 static bool pktrt__cpu_has(pktrt_isa isa) {
   unsigned a, b, c, d, lo, hi;
   if (!__get_cpuid(1, &a, &b, &c, &d)) return false;
@@ -8803,20 +8802,20 @@ PKTRT_DEF pktrt_status pktrt_add_material(pktrt_scene *s, const pktrt_material *
 
 /* >>queries -------------------------------------------------------------------------------------------------------- */
 
-/* Asks the caches for n of the caller's values, a batch ahead: the hardware's foresight ends with each page. `left`:
-   values from `row` on. */
+/* Prefetches n of the caller's values, a batch ahead: the hardware's prefetch ends with each page. `left` values follow
+   from `row` on. */
 static void pktrt__query_prefetch_row(const void *row, uint32_t n, size_t left) {
   const size_t line = 64 / sizeof(float);
   for (size_t i = PKTRT__BATCH; i < PKTRT__BATCH + n && i < left; i += line) PKTRT__PREFETCH((const float *)row + i);
 }
 
-/* One row of a batch from n of `left` values of the caller's. */
+/* Fills one row of a batch from n of the caller's `left` values, or with `instead` if he has none. */
 static void pktrt__query_load_row(float *row, const float *from, float instead, uint32_t n, size_t left) {
   if (from) memcpy(row, from, n * sizeof(float)), pktrt__query_prefetch_row(from, n, left);
   for (uint32_t i = 0; !from && i < n; i++) row[i] = instead;
 }
 
-/* A row of the caller's from the i-th value on. */
+/* Returns a row of the caller's from the i-th value on. */
 PKTRT__INLINE const float *pktrt__query_row(const float *row, size_t i) { return row ? row + i : NULL; }
 
 static void pktrt__query_load_soa(pktrt__batch *b, const pktrt_rays *rays, size_t first, uint32_t n, size_t left) {
@@ -8847,7 +8846,7 @@ static void pktrt__query_store_soa(const pktrt_scene *s, const pktrt__batch *b, 
   }
 }
 
-/* A call with every value in range. */
+/* Makes a query whose values are all in range. */
 static pktrt__query pktrt__query_make(const pktrt_scene *s, const pktrt_query_desc *from, pktrt_query_desc *d,
                                   bool occlusion) {
   memset(d, 0, sizeof *d);
@@ -8866,7 +8865,7 @@ static pktrt__query pktrt__query_make(const pktrt_scene *s, const pktrt_query_de
   return call;
 }
 
-/* The caller's arrays; NULL where he has others. */
+/* The caller's arrays, NULL if not used. */
 typedef struct pktrt__query_arrays {
   const pktrt_ray *rays;
   const pktrt_rays *ray_rows;
@@ -8875,8 +8874,8 @@ typedef struct pktrt__query_arrays {
   bool *occluded;
 } pktrt__query_arrays;
 
-/* Rays that are no packet of neighbours go by octant and main axis, so many at a time. WHY: of 256 there are too few of
-   an octant; mirror rays gain 7%, diffuse ones 3%. Any hit gains nothing, and rows are too slow to put in order. */
+/* How many incoherent rays are sorted at a time, by octant and main axis. WHY: of 256 there are too few of an octant;
+   mirror rays gain 7%, diffuse ones 3%. Any hit gains nothing, and rows are too slow to sort. */
 enum { PKTRT__SORTED = 1024 };
 
 PKTRT__NOINLINE void pktrt__query_sort(const pktrt_ray *rays, uint32_t n, uint16_t *order) {
@@ -8893,8 +8892,8 @@ PKTRT__NOINLINE void pktrt__query_sort(const pktrt_ray *rays, uint32_t n, uint16
   for (uint32_t i = 0; i < n; i++) order[end[key[i]]++] = (uint16_t)i;
 }
 
-/* How many of `left` rays to take next: whole packets of the paper path; of the fast path one packet while rays are
-   coherent, whose rows then stay in the nearest cache, else a batch, or so many that it pays to sort them. */
+/* Tells how many of `left` rays to take next: on the paper path whole packets; on the fast path one packet while rays
+   are coherent, whose rows then stay in the nearest cache, else a batch, or so many that it pays to sort them. */
 static uint32_t pktrt__query_next_count(const pktrt_query_desc *d, const pktrt__batch *b, bool sorts, size_t left) {
   uint32_t n = PKTRT__BATCH;
   if (d->path == PKTRT_PATH_PAPER) n = n / d->packet_size * d->packet_size;
@@ -8930,7 +8929,7 @@ PKTRT__NOINLINE void pktrt__query_run_batches(const pktrt_scene *s, const pktrt_
   }
 }
 
-/* Whether so few rays are better asked one by one: also some more of them if they look into different octants. */
+/* Tells whether rays are better traced one by one: if they are few, or not many and of different octants. */
 static bool pktrt__query_is_scattered(const pktrt_ray *rays, size_t n, bool occlusion) {
   if (pktrt__too_few(n, occlusion)) return true;
   for (size_t i = 1; i < n && n < 32; i++)
@@ -8977,7 +8976,7 @@ PKTRT_DEF pktrt_ray pktrt_make_ray(const float origin[3], const float direction[
   return ray;
 }
 
-/* One ray, past all that many share. */
+/* Traces one ray directly, without a batch. */
 PKTRT_DEF bool pktrt_intersect(const pktrt_scene *s, const pktrt_ray *ray, pktrt_hit *hit) {
   return s->kernels->intersect(s, ray, hit);
 }
@@ -8997,14 +8996,14 @@ PKTRT_DEF void pktrt_occluded_soa(const pktrt_scene *s, const pktrt_rays *rays, 
 
 /* >>spawn ----------------------------------------------------------------------------------------------------------
 
-   A point of the surface, moved along the normal to the side of the direction. How far: at a canonical hit the ray
-   passes the triangle's plane at most 6.25 eps M away in two axes (>>exactness), 9 eps M in all, and M, the distance
-   from the new origin to a vertex of the mesh, is at most twice the mesh's largest coordinate m; rounding the new
-   origin costs another 2 eps m. 24 eps m is beyond that for every triangle whose plane the point lies behind: no
+   A new ray starts at the surface point, moved along the normal to the side of its direction. How far: at a canonical
+   hit the ray passes the triangle's plane at most 6.25 eps M away in two axes (>>exactness), 9 eps M in all, and M, the
+   distance from the new origin to a vertex of the mesh, is at most twice the mesh's largest coordinate m; rounding the
+   new origin costs another 2 eps m. 24 eps m is beyond that for every triangle whose plane the point lies behind: no
    self-hit on a convex mesh. The surface point comes from the barycentrics, in double: its error does not grow with
    the distance the ray came. */
 
-/* Corner c of a triangle (positions or normals) at the ray's time. */
+/* Computes the position or normal, from `data`, of corner c of a triangle at the ray's time. */
 static void pktrt__mesh_corner_at(const pktrt__mesh *m, const float *data, uint32_t triangle, uint32_t c, float time,
                           float out[3]) {
   const uint64_t v = m->indices ? m->indices[(size_t)triangle * 3 + c] : (uint64_t)triangle * 3 + c;
@@ -9018,7 +9017,7 @@ static void pktrt__mesh_corner_at(const pktrt__mesh *m, const float *data, uint3
   for (int a = 0; a < 3; a++) out[a] = ta * k0[a] + tb * k1[a];
 }
 
-/* The point of barycentrics u, v between three corners. */
+/* Computes the point of barycentrics u, v between three corners. */
 static void pktrt__tri_point(float p[3][3], float u, float v, double out[3]) {
   for (int a = 0; a < 3; a++) {
     const double p0 = (double)p[0][a];
@@ -9026,10 +9025,10 @@ static void pktrt__tri_point(float p[3][3], float u, float v, double out[3]) {
   }
 }
 
-/* How far a ray starts from a surface of a mesh whose largest coordinate is m. */
+/* Returns how far a ray starts from a surface of a mesh whose largest coordinate is m. */
 PKTRT__INLINE double pktrt__spawn_offset(double m) { return 24 * (double)PKTRT__EPS * m; }
 
-/* Origin of a ray that leaves a surface point towards d. */
+/* Computes the origin of a ray that leaves a surface point towards d. */
 static void pktrt__spawn_origin(const pktrt__mesh *m, const double point[3], const float normal[3], const float d[3],
                          float origin[3]) {
   double n[3], length = 0, along = 0;
@@ -9064,8 +9063,8 @@ static void pktrt__cross(const double a[3], const double b[3], double out[3]) {
   out[0] = x, out[1] = y, out[2] = z;
 }
 
-/* To length 1; false for zero and for what is not finite. Scaled first: squares of tiny or huge numbers leave the
-   range. */
+/* Scales a vector to length 1; false for zero and for what is not finite. Its largest component is scaled to 1 first,
+   as squares of tiny or huge numbers leave the range. */
 static bool pktrt__normalise(double v[3]) {
   const double m = pktrt__max(fabs(v[0]), pktrt__max(fabs(v[1]), fabs(v[2])));
   if (!(m > 0 && m <= DBL_MAX)) return false;
@@ -9235,8 +9234,8 @@ PKTRT_DEF void pktrt_sample(const pktrt_sampling *s, uint32_t x, uint32_t y, uin
 #define PKTRT__LOG2_HIGH 0.693147180369123816490 /* log 2, to so few bits that multiples up to 2^11 are exact */
 #define PKTRT__LOG2_LOW 1.90821492927058770002e-10
 
-/* Sine and cosine of 2 pi turns, |turns| < 2^50. The nearest quarter turn is taken off exactly; what remains is within
-   pi / 4, where the series end. Errors below 2^-51. */
+/* Computes sine and cosine of 2 pi turns, |turns| < 2^50. The nearest quarter turn is taken off exactly; what remains
+   is within pi / 4, where the series end. Errors below 2^-51. */
 static void pktrt__math_sincos_turn(double turns, double *sine, double *cosine) {
   const double quarters = turns * 4, whole = (double)(int64_t)(quarters < 0 ? quarters - 0.5 : quarters + 0.5);
   const double x = (quarters - whole) * (PKTRT__PI / 2), q = x * x;
@@ -9250,7 +9249,7 @@ static void pktrt__math_sincos_turn(double turns, double *sine, double *cosine) 
   *cosine = turn == 0 ? c : turn == 1 ? -s : turn == 2 ? -c : s;
 }
 
-/* 2^k, -1022 <= k <= 1023 */
+/* Returns 2^k, -1022 <= k <= 1023. */
 PKTRT__INLINE double pktrt__math_power_of_two(int32_t k) {
   const uint64_t bits = (uint64_t)(uint32_t)(k + 1023) << 52;
   double x;
@@ -9258,7 +9257,7 @@ PKTRT__INLINE double pktrt__math_power_of_two(int32_t k) {
   return x;
 }
 
-/* log(2^e (1 + f)), 1 + f within [sqrt(1/2), sqrt(2)]: twice the artanh of s = f / (2 + f), |s| < 0.172. */
+/* Returns log(2^e (1 + f)), 1 + f within [sqrt(1/2), sqrt(2)]: twice the artanh of s = f / (2 + f), |s| < 0.172. */
 static double pktrt__math_log_sum(int32_t e, double f) {
   const double s = f / (2 + f), q = s * s;
   double sum = q * (1.0 / 19);
@@ -9267,7 +9266,7 @@ static double pktrt__math_log_sum(int32_t e, double f) {
   return (double)e * PKTRT__LOG2_HIGH + (2 * s + (2 * s * sum + (double)e * PKTRT__LOG2_LOW));
 }
 
-/* Natural logarithm of a normal x > 0; -infinity for smaller ones. Error below 2^-51. */
+/* Returns the natural logarithm of a normal x > 0; -infinity for smaller ones. Error below 2^-51. */
 static double pktrt__math_log(double x) {
   uint64_t bits;
   memcpy(&bits, &x, sizeof bits);
@@ -9280,10 +9279,10 @@ static double pktrt__math_log(double x) {
   return pktrt__math_log_sum(exponent, x - 1);
 }
 
-/* log(1 - u), 0 <= u < 1, without loss for small u */
+/* Returns log(1 - u), 0 <= u < 1, without loss for small u. */
 static double pktrt__math_log1m(double u) { return u < 0.29 ? pktrt__math_log_sum(0, -u) : pktrt__math_log(1 - u); }
 
-/* exp(x) - 1 for |x| <= log(2) / 2 */
+/* Returns exp(x) - 1 for |x| <= log(2) / 2. */
 static double pktrt__math_expm1_sum(double x) {
   double sum = x * (1.0 / 6227020800);
   sum = (sum + 1.0 / 479001600) * x, sum = (sum + 1.0 / 39916800) * x, sum = (sum + 1.0 / 3628800) * x;
@@ -9292,7 +9291,7 @@ static double pktrt__math_expm1_sum(double x) {
   return x + x * ((sum + 0.5) * x);
 }
 
-/* e^x; error below 2^-51, and one step of a subnormal result */
+/* Returns e^x; error below 2^-51, and one step of a subnormal result. */
 static double pktrt__math_exp(double x) {
   if (!(x > -746)) return x != x ? x : 0;
   if (x > 710) return INFINITY;
@@ -9301,23 +9300,23 @@ static double pktrt__math_exp(double x) {
   return (1 + pktrt__math_expm1_sum(rest)) * pktrt__math_power_of_two(half) * pktrt__math_power_of_two(k - half);
 }
 
-/* exp(x) - 1 for x <= 0, without loss for small x */
+/* Returns exp(x) - 1 for x <= 0, without loss for small x. */
 static double pktrt__math_expm1(double x) { return x > -0.34 ? pktrt__math_expm1_sum(x) : pktrt__math_exp(x) - 1; }
 
-/* x^y for x in [0,1], y >= 0; error below (1 + |y log x|) 2^-51. 0^0 is 1. */
+/* Returns x^y for x in [0,1], y >= 0; error below (1 + |y log x|) 2^-51. 0^0 is 1. */
 static double pktrt__math_pow(double x, double y) { return y == 0 ? 1 : pktrt__math_exp(y * pktrt__math_log(x)); }
 
 /* >>mappings ------------------------------------------------------------------------------------------------------- */
 
-/* Two unit vectors that are perpendicular to the unit vector n and to each other (Duff et al. 2017): the z axis and
-   its own, turned until z lies on n, or on -n below. */
+/* Computes two unit vectors perpendicular to the unit vector n and to each other (Duff et al. 2017): the x and y axes,
+   turned as z is turned to n, or to -n if n points down. */
 static void pktrt__map_basis(const double n[3], double t[3], double b[3]) {
   const double sign = n[2] < 0 ? -1 : 1, a = -1 / (sign + n[2]), c = n[0] * n[1] * a;
   t[0] = 1 + sign * n[0] * n[0] * a, t[1] = sign * c, t[2] = -sign * n[0];
   b[0] = c, b[1] = sign + n[1] * n[1] * a, b[2] = -n[1];
 }
 
-/* The direction at height z over an axis, w = sqrt(1 - z^2) away from it. */
+/* Computes the direction at height z along an axis and w = sqrt(1 - z^2) away from it. */
 static void pktrt__map_around(const double axis[3], double z, double w, double turns, double out[3]) {
   double t[3], b[3], sine, cosine;
   pktrt__map_basis(axis, t, b);
@@ -9325,10 +9324,10 @@ static void pktrt__map_around(const double axis[3], double z, double w, double t
   for (int a = 0; a < 3; a++) out[a] = z * axis[a] + w * (cosine * t[a] + sine * b[a]);
 }
 
-/* What is not in [0,1) becomes the nearest that is. */
+/* Clamps u to [0,1). */
 PKTRT__INLINE double pktrt__map_clamp_unit(float u) { return u > 0 ? (double)pktrt__minf(u, 0.99999994f) : 0; }
 
-/* The disk: squares around the centre become circles, and the angle grows evenly along them (Shirley and Chiu 1997). */
+/* Maps the square to the disk: squares around the centre become circles, evenly by angle (Shirley and Chiu 1997). */
 static void pktrt__map_to_disk(const float u[2], double out[2]) {
   const double a = 2 * pktrt__map_clamp_unit(u[0]) - 1, b = 2 * pktrt__map_clamp_unit(u[1]) - 1;
   const bool wide = a * a > b * b;
@@ -9338,7 +9337,7 @@ static void pktrt__map_to_disk(const float u[2], double out[2]) {
   out[0] = r * c, out[1] = r * s;
 }
 
-/* Directions: u[0] is the part of the lobe that lies nearer to the axis, u[1] the turn around it. Neighbours in the
+/* Maps the square to a cosine lobe: u[0] is the part nearer to the axis, u[1] the turn around it. Neighbours in the
    square are neighbours on the sphere, the origin is the axis, and the widest directions are a limit for u[0] = 1. (The
    disk's map, bent into a lobe, would have the origin at the widest. Measured, variance of edges is the same.) */
 static void pktrt__map_cosine_lobe(const float u[2], const double normal[3], double out[3]) {
@@ -9346,8 +9345,8 @@ static void pktrt__map_cosine_lobe(const float u[2], const double normal[3], dou
   pktrt__map_around(normal, sqrt(1 - x), sqrt(x), pktrt__map_clamp_unit(u[1]), out);
 }
 
-/* The integral of cos^n gives 1 - u = cos^(n+1). For narrow lobes the sine comes from cos - 1, not from a cosine that
-   is nearly 1. */
+/* Maps the square to a Phong lobe: the integral of cos^n gives 1 - u = cos^(n+1). For narrow lobes the sine comes from
+   cos - 1, not from a cosine that is nearly 1. */
 static void pktrt__map_phong_lobe(const float u[2], const double axis[3], double exponent, double out[3]) {
   const double x = pktrt__math_expm1(pktrt__math_log1m(pktrt__map_clamp_unit(u[0])) / ((exponent > 0 ? exponent : 0) + 1));
   pktrt__map_around(axis, 1 + x, sqrt(-x * (2 + x)), pktrt__map_clamp_unit(u[1]), out);
@@ -9400,7 +9399,7 @@ PKTRT_DEF void pktrt_map_phong_naive(const float u[2], const float axis[3], floa
 
 /* >>fresnel -------------------------------------------------------------------------------------------------------- */
 
-/* Exact Fresnel equations, unpolarised (Born and Wolf, Principles of Optics). */
+/* Evaluates the exact Fresnel equations for unpolarised light (Born and Wolf, Principles of Optics). */
 PKTRT_DEF float pktrt_fresnel_dielectric(float cosine, float eta) {
   const double c = pktrt__min(pktrt__max((double)cosine, 0), 1), e = (double)eta;
   const double k = e < 0.5 ? e * e - (1 - c) * (1 + c) : c * c + (e - 1) * (e + 1); /* see pktrt__material_cosine_behind */
@@ -9409,8 +9408,8 @@ PKTRT_DEF float pktrt_fresnel_dielectric(float cosine, float eta) {
   return (float)(0.5 * (s * s + p * p));
 }
 
-/* With s2 the squared sine, a^2 + b^2 = sqrt((eta^2 - k^2 - s2)^2 + 4 eta^2 k^2) and
-   a^2 = (a^2 + b^2 + eta^2 - k^2 - s2) / 2. */
+/* Evaluates the Fresnel equations of metals. With s2 the squared sine,
+   a^2 + b^2 = sqrt((eta^2 - k^2 - s2)^2 + 4 eta^2 k^2) and a^2 = (a^2 + b^2 + eta^2 - k^2 - s2) / 2. */
 PKTRT_DEF float pktrt_fresnel_conductor(float cosine, float eta, float k) {
   const double c = pktrt__min(pktrt__max((double)cosine, 0), 1), c2 = c * c, s2 = 1 - c2;
   if (!(c > 0)) return 1;
@@ -9423,7 +9422,7 @@ PKTRT_DEF float pktrt_fresnel_conductor(float cosine, float eta, float k) {
 
 /* >>lens ----------------------------------------------------------------------------------------------------------- */
 
-/* The camera at a time: 0, where it does not move. False where it has no direction, or up is parallel to it. */
+/* Computes the camera at a time, 0 if it does not move. False if it has no direction, or up is parallel to that. */
 static bool pktrt__camera_plane_at(const pktrt_camera *c, uint32_t width, uint32_t height, double time, pktrt__camera_plane *p) {
   double forward[3], up[3], s, k;
   const bool turns = c->moving && (c->up_end[0] != 0 || c->up_end[1] != 0 || c->up_end[2] != 0);
@@ -10143,8 +10142,8 @@ static double pktrt__light_sample_mesh(const pktrt__render_state *render, uint32
 
 /* >>glass: where it is, for shadow rays that something stopped ----------------------------------------------------- */
 
-/* Boxes within boxes, so deep at most. WHY: window panes stand around a whole hall; of the rays that were traced
-   again for the sake of one box around them all, one in seven meets the innermost ones. */
+/* How deep boxes of glass are nested at most. WHY nested: window panes stand around a whole hall; of the rays that were
+   traced again for the sake of one box around them all, one in seven meets the innermost ones. */
 enum { PKTRT__GLASS_DEPTH = 7 };
 
 static bool pktrt__material_is_glass(const pktrt_scene *s, const pktrt__mesh *m) {
@@ -10156,7 +10155,7 @@ static void pktrt__glass_widen(pktrt__glass_box *box, const float lo[3], const f
   for (int a = 0; a < 3; a++) box->lo[a] = pktrt__minf(box->lo[a], lo[a]), box->hi[a] = pktrt__maxf(box->hi[a], hi[a]);
 }
 
-/* Whether rays of the camera may start in the box of a mesh of glass. */
+/* Tells whether rays of the camera may start in the box of a mesh of glass. */
 static bool pktrt__glass_contains_camera(const pktrt_camera *c, const pktrt__glass_mesh *g) {
   bool apart = false;
   for (int a = 0; a < 3; a++) {
@@ -10166,7 +10165,7 @@ static bool pktrt__glass_contains_camera(const pktrt_camera *c, const pktrt__gla
   return !apart;
 }
 
-/* A float's bits as a number that is ordered as floats are. */
+/* Turns a float's bits into a number that is ordered as floats are. */
 static uint32_t pktrt__ordered_bits(float x) {
   uint32_t bits;
   memcpy(&bits, &x, sizeof bits);
@@ -10183,7 +10182,7 @@ static bool pktrt__glass_boxes_touch(const pktrt__glass_box *a, const pktrt__gla
   return !apart;
 }
 
-/* A triangle's box over all keys, added to another. */
+/* Widens a box by a triangle at all its keys. */
 static void pktrt__glass_widen_by(const pktrt__mesh *m, uint32_t triangle, pktrt__glass_box *box) {
   for (uint32_t key = 0; key < m->key_count; key++) {
     float p[3][3];
@@ -10192,7 +10191,7 @@ static void pktrt__glass_widen_by(const pktrt__mesh *m, uint32_t triangle, pktrt
   }
 }
 
-/* Boxes of meshes or, if `fine`, of a few triangles that follow and touch each other. Returns how many. */
+/* Makes boxes of meshes of glass or, if `fine`, of a few adjacent triangles that touch. Returns how many. */
 static uint32_t pktrt__glass_make_boxes(const pktrt_scene *s, bool fine, pktrt__glass_box *boxes) {
   uint32_t n = 0, held = 0; /* held: triangles in the last box */
   for (uint32_t i = 0; i < s->committed_meshes; i++) {
@@ -10209,7 +10208,7 @@ static uint32_t pktrt__glass_make_boxes(const pktrt_scene *s, bool fine, pktrt__
   return n;
 }
 
-/* Boxes around n > 0 of these, which are put in order by halves. Returns how many. */
+/* Nests n > 0 boxes in a tree of boxes, halving them along the longest axis. Returns how many boxes that makes. */
 static uint32_t pktrt__glass_nest_boxes(pktrt__glass_box *in, uint32_t n, uint32_t depth, float slack, pktrt__glass_box *to) {
   uint32_t half = 0;
   int axis = 0;
@@ -10228,7 +10227,7 @@ static uint32_t pktrt__glass_nest_boxes(pktrt__glass_box *in, uint32_t n, uint32
   return to->next += pktrt__glass_nest_boxes(in + half, n - half, depth + 1, slack, to + to->next);
 }
 
-/* Finds out which meshes of glass have boxes that touch, in the order of where these begin: n of them. */
+/* Finds out which of n meshes of glass have boxes that touch, by a sweep in the order in which the boxes begin. */
 static void pktrt__glass_find_touching(pktrt__glass_mesh *g, uint64_t *order, uint32_t n) {
   pktrt__sort_keys(order, n);
   for (uint32_t i = 0; i < n; i++) {
@@ -10241,7 +10240,7 @@ static void pktrt__glass_find_touching(pktrt__glass_mesh *g, uint64_t *order, ui
   }
 }
 
-/* Numbers of a vertex, by where it is at all keys; of an edge, opposite from its two ends. */
+/* Hashes a vertex by its positions at all keys, and below, an edge: with opposite signs for its two directions. */
 static uint64_t pktrt__glass_vertex_hash(const pktrt__mesh *m, uint64_t vertex) {
   uint64_t number = 0;
   for (uint32_t key = 0; key < m->key_count; key++) {
@@ -10257,8 +10256,8 @@ static uint64_t pktrt__glass_vertex_hash(const pktrt__mesh *m, uint64_t vertex) 
 }
 static uint64_t pktrt__glass_edge_hash(uint64_t a, uint64_t b) { return pktrt__hash(a + 3 * b) - pktrt__hash(b + 3 * a); }
 
-/* Whether each edge of a mesh has as many triangles to one side as to the other, by place: then what it bounds has an
-   inside. Numbers of edges sum up to 0 then, and else but by a chance of 2^-64. */
+/* Tells whether each edge of a mesh, by position, has as many triangles in one direction as in the other: then what the
+   mesh bounds has an inside. Hashes of edges sum up to 0 then, and else but by a chance of 2^-64. */
 static bool pktrt__glass_is_closed(const pktrt__mesh *m) {
   uint64_t sum = 0;
   for (uint64_t i = 0; i < (uint64_t)m->triangle_count * 3; i += 3) {
@@ -10269,8 +10268,7 @@ static bool pktrt__glass_is_closed(const pktrt__mesh *m) {
   return sum == 0;
 }
 
-/* Which meshes are closed and of glass, and their boxes; whether the camera may stand in one of them. False: out of
-   memory. */
+/* Finds the closed meshes of glass and their boxes, and whether the camera may stand in one. False: out of memory. */
 static bool pktrt__glass_find_meshes(pktrt__render_state *render, float slack) {
   const pktrt_scene *s = render->scene;
   const uint32_t meshes = s->committed_meshes;
@@ -10294,7 +10292,7 @@ static bool pktrt__glass_find_meshes(pktrt__render_state *render, float slack) {
   return g && order;
 }
 
-/* For so many samples. Few are not worth a look at each triangle. False: out of memory. */
+/* Finds where glass is: in fine boxes only if samples are enough to pay for them. False: out of memory. */
 static bool pktrt__glass_find(pktrt__render_state *render, uint64_t samples) {
   const pktrt_scene *s = render->scene;
   pktrt__glass_boxes *glass = &render->glass;
@@ -10321,7 +10319,7 @@ static bool pktrt__glass_find(pktrt__render_state *render, uint64_t samples) {
   return in && glass->boxes;
 }
 
-/* What is made once for a render. */
+/* Frees what pktrt__render_prepare makes once for a render. */
 static void pktrt__render_unprepare(pktrt__render_state *render) {
   const pktrt_scene *s = render->scene;
   pktrt__mem_release(&s->desc, render->glass.boxes, render->glass.room, sizeof *render->glass.boxes);
@@ -10341,17 +10339,16 @@ static bool pktrt__render_prepare(pktrt__render_state *render, uint64_t pixels) 
    the material, plus 1 if the mesh is open, and 8 bits wide, so that a number of 32 bits holds four; 16 where there are
    more than 127 materials, 32 beyond 32,767. What is pushed out at the bottom is forgotten.
 
-   A closed mesh has an inside, wherever others are: it is pushed, and taken out wherever it stands. Open meshes are sheets,
-   or share what they bound, as glass, water and what lies between them in a tumbler that is modelled by interfaces: a ray
-   leaves one such body where it enters the next, so of entries that follow each other one at most is open. What a ray
-   meets from the inside and does not know of, it was in: it came through another mesh, or was forgotten.
+   A closed mesh has an inside, wherever others are: it is pushed, and removed wherever in the stack it is. Open meshes
+   are sheets, or share what they bound, as glass, water and what lies between them in a tumbler that is modelled by
+   interfaces: a ray leaves one such body where it enters the next, so of adjacent entries one at most is open. If a ray
+   meets a glass from the inside that its stack lacks, it came in through another mesh, or the glass was forgotten.
 
-   Faces that coincide hide each other: of two glasses that touch, a ray meets the face of one mesh, and starts behind
-   both. So where the box of a closed mesh touches another's, faces are looked for in the layer that the refracted ray
-   leaps over. For this, and for the glasses around the camera, crossings are counted along a line, in plain C. Of glasses
+   Faces that coincide hide each other: where two glasses touch, a ray meets the face of one mesh, and starts behind
+   both. So if the box of a closed mesh touches another's, faces are searched for in the layer that the refracted ray
+   skips. For this, and for the glasses around the camera, crossings are counted along a line, in plain C. Of glasses
    that are entered at once, or found around the camera, the one with the smaller box is the inner one. */
 
-/* The entry of a mesh, and how many bits of a stack it takes. */
 static uint32_t pktrt__media_entry(const pktrt_scene *s, const pktrt__glass_mesh *glass, uint32_t mesh) {
   return s->meshes[mesh].material << 1 | !glass[mesh].closed;
 }
@@ -10361,11 +10358,11 @@ static uint32_t pktrt__media_entry_bits(const pktrt_scene *s) {
 static uint32_t pktrt__media_top(const pktrt_scene *s, uint32_t stack) {
   return stack & (UINT32_MAX >> (32 - pktrt__media_entry_bits(s)));
 }
-/* The `at` lowest bits of a stack, and what lies above `at` bits. */
+/* Splits a stack into its `at` lowest bits and those above. */
 static uint32_t pktrt__media_bits_below(uint32_t stack, uint32_t at) { return (uint32_t)(stack & ((UINT64_C(1) << at) - 1)); }
 static uint32_t pktrt__media_bits_above(uint32_t stack, uint32_t at) { return (uint32_t)((uint64_t)stack >> at); }
 
-/* How many bits lie below where an entry stands last; 32 or more: nowhere. */
+/* Returns how many bits of a stack lie below the topmost entry `medium`; 32 or more if there is none. */
 static uint32_t pktrt__media_find(const pktrt_scene *s, uint32_t stack, uint32_t medium) {
   uint32_t at = 0;
   while (at < 32 && pktrt__media_top(s, pktrt__media_bits_above(stack, at)) != medium) at += pktrt__media_entry_bits(s);
@@ -10382,29 +10379,29 @@ static uint32_t pktrt__media_leave(const pktrt_scene *s, uint32_t stack, uint32_
   if (at >= 32) return stack;
   return pktrt__media_bits_above(stack, at + pktrt__media_entry_bits(s)) << at | pktrt__media_bits_below(stack, at);
 }
-/* A stack as it was before a glass was met from the inside. */
+/* Adds a glass that a ray met from the inside to its stack, unless it is there: the ray must have been in it. */
 static uint32_t pktrt__media_know(const pktrt_scene *s, uint32_t stack, uint32_t medium) {
   return pktrt__media_find(s, stack, medium) < 32 ? stack : pktrt__media_enter(s, stack, medium);
 }
 
-/* What is left of light in one channel behind so much of what is on top of a stack. */
+/* Returns the transmittance, in one channel, of a distance through the glass on top of a stack. */
 static float pktrt__media_transmittance(const pktrt_scene *s, uint32_t stack, int a, double distance) {
   const uint32_t material = pktrt__media_top(s, stack) >> 1;
   const float absorption = material ? pktrt__material_of(s, material)->absorption[a] : 0;
   return absorption > 0 ? (float)pktrt__math_exp(-(double)absorption * distance) : 1;
 }
 
+enum { PKTRT__CROSSED = 8 }; /* crossings are counted for so many meshes at most; others are overlooked */
 /* Crossings of a line with closed meshes of glass whose boxes contain its origin. */
-enum { PKTRT__CROSSED = 8 }; /* so many meshes at most; others are overlooked */
 typedef struct pktrt__media_crossings {
   const pktrt_scene *scene;
   const pktrt__glass_mesh *glass;
-  uint32_t skip; /* a mesh that does not count */
+  uint32_t skip; /* a mesh whose crossings are not counted */
   pktrt__single q;
-  double pad;    /* boxes are so much wider, see >>exactness */
+  double pad;    /* boxes are widened by so much, see >>exactness */
   double lo[3], hi[3]; /* the line's own box */
   uint32_t mesh[PKTRT__CROSSED], count, hint[2];
-  int exits[PKTRT__CROSSED]; /* less entries */
+  int exits[PKTRT__CROSSED]; /* minus entries */
 } pktrt__media_crossings;
 
 static void pktrt__media_count_crossing(pktrt__media_crossings *c, uint32_t mesh, int exits) {
@@ -10434,7 +10431,7 @@ static void pktrt__media_cross_block(pktrt__media_crossings *c, const pktrt__bvh
   }
 }
 
-/* Whether a line may meet child i of a node, whose planes at two keys have the weights ta and tb. */
+/* Tells whether a line may meet child i of a node, whose planes at two keys have the weights ta and tb. */
 static bool pktrt__media_may_cross(const pktrt__media_crossings *c, const float *k0, const float *k1, float ta, float tb, int i) {
   double from = 0, to = (double)c->q.ray->tmax;
   for (int a = 0; a < 3; a++) {
@@ -10510,7 +10507,7 @@ static uint32_t pktrt__media_enter_meshes(const pktrt_scene *s, const pktrt__gla
   return stack;
 }
 
-/* The glasses around a point at a time: those that a line from it leaves more often than it enters them. */
+/* Returns the glasses around a point at a time: those that a line from it leaves more often than it enters them. */
 static uint32_t pktrt__media_around(const pktrt_scene *s, const pktrt__glass_mesh *glass, const float point[3], float time) {
   static const float ahead[3] = {0.259f, 0.933f, 0.2495f}; /* along no axis, where edges would be met exactly */
   uint32_t mesh[PKTRT__CROSSED], n = 0;
@@ -10522,8 +10519,8 @@ static uint32_t pktrt__media_around(const pktrt_scene *s, const pktrt__glass_mes
   return pktrt__media_enter_meshes(s, glass, 0, mesh, n);
 }
 
-/* The glasses that a ray is in behind a surface of one of them, `mesh`, which it leaves or enters: it starts again at
-   `behind`, and `before` is as far on this side. */
+/* Returns the stack of a ray that leaves or enters `mesh`, a mesh of glass, and goes on at `behind`; `before` is as far
+   from the surface on this side. */
 static uint32_t pktrt__media_pass_surface(const pktrt_scene *s, const pktrt__glass_mesh *glass, uint32_t stack, uint32_t mesh,
                                     bool leaves, const float before[3], const float behind[3], float time) {
   uint32_t entered[PKTRT__CROSSED + 1], n = 0;
@@ -10543,19 +10540,19 @@ static uint32_t pktrt__media_pass_surface(const pktrt_scene *s, const pktrt__gla
   return pktrt__media_enter_meshes(s, glass, stack, entered, n);
 }
 
-/* >>workspace ----------------------------------------------------------------------------------------------------------- */
+/* >>workspace ------------------------------------------------------------------------------------------------------ */
 
-/* n values of a row; and up to seven behind them, for compilers make vectors of loops whose length is known. */
+/* Fills n values of a row and up to seven behind them, for compilers vectorise loops of known length. */
 PKTRT__INLINE void pktrt__fill_row(float *row, uint32_t n, float x) {
   for (uint32_t i = 0; i < n; i += 8)
     for (uint32_t j = 0; j < 8; j++) row[i + j] = x;
 }
 
-/* Rays on their way into a packet, and what becomes of the answer. */
+/* Pending rays of a packet, and where their hits or their light go. */
 typedef struct pktrt__packet_queue {
   pktrt__batch batch;
-  float contribution[3][PKTRT__ROW];   /* shadow rays: what the surface gains */
-  float visible[3][PKTRT__ROW];       /* shadow rays: the part of it that is not stopped */
+  float contribution[3][PKTRT__ROW];   /* shadow rays: the light that the surface gets if nothing stops it */
+  float visible[3][PKTRT__ROW];       /* shadow rays: the part of it that arrives */
   uint32_t target[PKTRT__ROW];     /* surface, or lane of a wave */
   pktrt__wave *wave[PKTRT__BATCH]; /* NULL: a shadow ray */
   uint32_t n;
@@ -10573,33 +10570,33 @@ typedef struct pktrt__tile {
   pktrt__shadow_list shadow_list;
   const pktrt__render_state *render;
   pktrt_sampling sampling;          /* of this pass */
-  uint32_t pass;                    /* passes that the pixels at hand have had before */
+  uint32_t pass;                    /* passes that the pixels had before */
   pktrt_stats *stats;
-  pktrt__wave *reflected[PKTRT_MAX_DEPTH + 1], *refracted[PKTRT_MAX_DEPTH + 1], *spare; /* sent by each generation */
+  pktrt__wave *reflected[PKTRT_MAX_DEPTH + 1], *refracted[PKTRT_MAX_DEPTH + 1], *spare; /* by depth */
   uint32_t order[PKTRT__WAVE], packet[PKTRT__WAVE], sender[PKTRT__WAVE]; /* see pktrt__packet_assemble */
-  uint32_t chosen[PKTRT__WAVE];     /* the light that a surface asks, if it asks one */
-  uint32_t first;                   /* of the rays whose surfaces are at hand, in their wave */
+  uint32_t chosen[PKTRT__WAVE];     /* the light that each surface samples, if it samples only one */
+  uint32_t first;                   /* in the wave being shaded: the first ray of `surfaces` */
   const pktrt__wave *shaded;        /* that wave */
   bool in_glass;                    /* some of these surfaces lie in glass */
   bool one_by_one;                       /* no packets: every ray by itself */
   bool large_waves;                        /* waves of many packets: reflected and refracted rays share one if they fit */
   uint32_t x[PKTRT__WAVE], y[PKTRT__WAVE], sample[PKTRT__WAVE]; /* of the primary rays */
   uint32_t pixel[PKTRT__WAVE];      /* of the primary rays: index of a pixel of the block */
-  uint8_t across[PKTRT__WAVE], down[PKTRT__WAVE]; /* where the pixels of a cell lie in it */
+  uint8_t across[PKTRT__WAVE], down[PKTRT__WAVE]; /* places of a cell's pixels in the cell */
   uint8_t deepest[PKTRT__WAVE];
   double sum[3][PKTRT__WAVE];       /* of the pixels of the block */
   double depth[PKTRT__WAVE], normal[3][PKTRT__WAVE], albedo[3][PKTRT__WAVE];
   uint32_t hit_count[PKTRT__WAVE];
   bool failed;                      /* out of memory, or stopped: nothing more is traced or written */
   bool stopped;
-  struct pktrt__pass_rounds *rounds;     /* who may stop it; NULL: nobody */
+  struct pktrt__pass_rounds *rounds;     /* may stop it, if not NULL */
   uint32_t shaded_packets;
 } pktrt__tile;
 
 static bool pktrt__pass_goes_on(struct pktrt__pass_rounds *rounds);
 
-/* Asks now and then whether a render goes on. WHY within tiles: where glass branches and nothing is attenuated, the rays
-   of one pixel may take hours. So many packets take some milliseconds. */
+/* Asks every 256 packets, some milliseconds, whether the render goes on. WHY within tiles: where glass branches and
+   nothing is attenuated, the rays of one pixel may take hours. */
 static bool pktrt__tile_is_stopped(pktrt__tile *tile) {
   if (tile->rounds && ++tile->shaded_packets % 256 == 0 && !pktrt__pass_goes_on(tile->rounds))
     tile->failed = tile->stopped = true;
@@ -10610,7 +10607,7 @@ static void pktrt__sample_batch_end(pktrt__sample_batch *g, uint32_t n) {
   for (g->count = n; n % PKTRT__DRAWN; n++) g->x[n] = g->y[n] = g->sample[n] = g->group[n] = 0;
 }
 
-/* Values of PKTRT__DRAWN samples from k on: n dimensions from a given one on, all of one group. */
+/* Draws n dimensions, from a given one on and all of one group, of PKTRT__DRAWN samples from k on. */
 static void pktrt__tile_draw(pktrt__tile *tile, uint32_t k, uint32_t dimension, uint32_t n) {
   pktrt__sample_batch *g = &tile->draws;
   const pktrt_sampling *s = &tile->sampling;
@@ -10630,10 +10627,10 @@ static void pktrt__tile_draw_all(pktrt__tile *tile, uint32_t dimension, uint32_t
   for (uint32_t k = 0; k < tile->draws.count; k += PKTRT__DRAWN) pktrt__tile_draw(tile, k, dimension, n);
 }
 
-/* >>surfaces: what the rays of a wave found ------------------------------------------------------------------------- */
+/* >>surfaces: what the rays of a wave found ------------------------------------------------------------------------ */
 
-/* Whose surfaces they are. What is read of smooth normals is fetched ahead: two waits for memory per triangle would
-   follow each other otherwise. */
+/* Finds mesh, triangle, material and ray offset of each surface. Prefetches smooth normals: otherwise two waits for
+   memory per triangle would follow each other. */
 static void pktrt__surface_identify(const pktrt_scene *scene, bool smooth, const pktrt__wave *w, pktrt__surfaces *s) {
   uint32_t hint[2] = {0, 0}, mesh = 0, first = 0, n = 0;
   const pktrt__mesh *m = NULL;
@@ -10658,7 +10655,7 @@ static void pktrt__surface_identify(const pktrt_scene *scene, bool smooth, const
   }
 }
 
-/* Radiance from where rays meet nothing. */
+/* Gets the radiance of the environment in n directions. */
 static void pktrt__environment_radiance(const pktrt__render_state *render, uint32_t n, float (*d)[64], float (*radiance)[64]) {
   const pktrt_render_desc *desc = render->desc;
   for (int a = 0; a < 3; a++)
@@ -10675,7 +10672,7 @@ static void pktrt__surface_shade_misses(const pktrt__render_state *render, pktrt
   for (uint32_t i = first; i < first + n; i++) {
     if (w->slot[i] == PKTRT_NONE) {
       double v[3] = {(double)w->d[0][i], (double)w->d[1][i], (double)w->d[2][i]};
-      const bool somewhere = pktrt__normalise(v); /* not where a moving camera stands in its target */
+      const bool somewhere = pktrt__normalise(v); /* false where a moving camera stands in its target */
       for (int a = 0; a < 3; a++) d[a][m] = (float)v[a], w->radiance[a][i] = render->desc->background[a];
       if (somewhere) lane[m++] = i;
     }
@@ -10688,9 +10685,9 @@ static void pktrt__surface_shade_misses(const pktrt__render_state *render, pktrt
   }
 }
 
-/* Fills work->surfaces from rays [first, first + n) of a wave, and gives the others what surrounds the scene. What the
-   former carry moves to the front, so that it lies as the surfaces do. Not inlined, like pktrt__tile_evaluate_materials, _flush and
-   _add_lights: their arrays must not lie in every frame of the recursion. */
+/* Fills tile->surfaces from the rays [first, first + n) of a wave that hit, whose values move to the front; the others
+   get the environment's radiance. Not inlined, nor are pktrt__tile_evaluate_materials, pktrt__packet_flush and
+   pktrt__light_add_direct: their arrays must not lie in every frame of the recursion. */
 PKTRT__NOINLINE void pktrt__surface_gather(pktrt__tile *tile, pktrt__wave *w, uint32_t first, uint32_t n) {
   const pktrt_scene *scene = tile->render->scene;
   const bool smooth = pktrt__render_uses(tile->render, PKTRT_FEATURE_NORMALS);
@@ -10816,7 +10813,7 @@ static void pktrt__stats_add(pktrt_stats *to, const pktrt_stats *from) { pktrt__
 
 /* >>assembly: how rays are put together to packets ---------------------------------------------------------------- */
 
-/* Traces rays as one packet (fast path: as one batch) and counts. */
+/* Traces rays as one packet (on the fast path as one batch) and adds to the statistics. */
 static void pktrt__packet_trace(pktrt__tile *tile, pktrt__batch *b, uint32_t n, pktrt_ray_type type, uint32_t depth,
                                bool occlusion, bool alone) {
   const pktrt__render_state *render = tile->render;
@@ -10832,9 +10829,9 @@ static void pktrt__packet_trace(pktrt__tile *tile, pktrt__batch *b, uint32_t n, 
   pktrt__stats_add_counts(&tile->stats->by_depth[depth], &counts);
 }
 
-/* A shadow ray that met glass goes on behind it, along the same line, and loses what the surface reflects and the
-   glass absorbs. Ray i of `through`; its way on goes to lane j. */
 typedef enum pktrt__media_passage { PKTRT__STOPPED, PKTRT__GOES_ON, PKTRT__ARRIVED } pktrt__media_passage;
+/* Lets shadow ray i of tile->glass_batch through the glass that it met: it loses what the surface reflects and the
+   glass absorbs, and goes on along the same line as ray j. Anything but glass stops it. */
 static pktrt__media_passage pktrt__media_pass_glass(pktrt__tile *tile, uint32_t i, uint32_t j, uint32_t hint[2], uint32_t *media,
                                         float seen[3]) {
   const pktrt_scene *scene = tile->render->scene;
@@ -10874,13 +10871,13 @@ static pktrt__media_passage pktrt__media_pass_glass(pktrt__tile *tile, uint32_t 
   return !finite || left > 0 ? PKTRT__GOES_ON : PKTRT__ARRIVED;
 }
 
-/* The glasses that pending shadow ray k starts in: those around the surface that it leaves. */
+/* Returns the glasses that pending shadow ray k starts in: those around the surface that it leaves. */
 static uint32_t pktrt__media_of_sender(const pktrt__tile *tile, uint32_t k) {
   return tile->shaded->medium[tile->surfaces.first + tile->queue.target[k]];
 }
 
-/* Dims pending shadow ray k by the glass that ray i of a batch, its last piece, lies in; not if the light is infinitely
-   far, for there glass ends somewhere. */
+/* Attenuates pending shadow ray k by the glass that ray i of a batch, its last piece, lies in; not if the light is
+   infinitely far, for glass ends somewhere on the way. */
 static void pktrt__media_dim(const pktrt_scene *scene, const pktrt__batch *b, uint32_t i, uint32_t media, uint32_t k,
                        pktrt__packet_queue *p) {
   if (!media || !(b->tmax[i] < INFINITY)) return;
@@ -10889,7 +10886,7 @@ static void pktrt__media_dim(const pktrt_scene *scene, const pktrt__batch *b, ui
   for (int a = 0; a < 3; a++) p->visible[a][k] *= pktrt__media_transmittance(scene, media, a, sqrt(d2));
 }
 
-/* Dims the pending shadow rays that start in glass and meet nothing. */
+/* Attenuates the pending shadow rays that start in glass and meet nothing. */
 static void pktrt__media_dim_unoccluded(pktrt__tile *tile, pktrt_ray_type type) {
   pktrt__packet_queue *p = &tile->queue;
   for (uint32_t k = 0; k < p->n; k++) {
@@ -10898,7 +10895,7 @@ static void pktrt__media_dim_unoccluded(pktrt__tile *tile, pktrt_ray_type type) 
   }
 }
 
-/* Gives those of pending shadow rays that something stopped a second chance: was it glass? They are listed. */
+/* Traces the listed pending shadow rays again, which something stopped, this time through glass. */
 static void pktrt__media_trace_through_glass(pktrt__tile *tile, pktrt_ray_type type, uint32_t depth, uint32_t *lane,
                                       uint32_t listed) {
   pktrt__packet_queue *p = &tile->queue;
@@ -10918,7 +10915,7 @@ static void pktrt__media_trace_through_glass(pktrt__tile *tile, pktrt_ray_type t
     for (uint32_t i = 0; i < n; i++) {
       const uint32_t k = lane[i];
       float seen[3] = {p->visible[0][k], p->visible[1][k], p->visible[2][k]};
-      if (b->slot[i] == PKTRT_NONE) { /* free from here on */
+      if (b->slot[i] == PKTRT_NONE) { /* nothing else on its way */
         pktrt__media_dim(tile->render->scene, b, i, media[i], k, p);
         continue;
       }
@@ -10928,7 +10925,7 @@ static void pktrt__media_trace_through_glass(pktrt__tile *tile, pktrt_ray_type t
     }
     n = left;
   }
-  for (uint32_t i = 0; i < n; i++) /* more glass than we care to follow */
+  for (uint32_t i = 0; i < n; i++) /* still in glass after the last round: stopped */
     for (int a = 0; a < 3; a++) p->visible[a][lane[i]] = 0;
 }
 
@@ -10944,7 +10941,7 @@ static void pktrt__packet_tell(const pktrt__tile *tile, pktrt_ray_type type, uin
   }
 }
 
-/* What the pending rays, adjacent lanes of one wave, have met. */
+/* Stores the hits of the pending rays, adjacent lanes of one wave, into the wave. */
 static void pktrt__packet_store_hits(const pktrt__packet_queue *p) {
   const pktrt__batch *b = &p->batch;
   pktrt__wave *w = p->wave[0];
@@ -10955,7 +10952,7 @@ static void pktrt__packet_store_hits(const pktrt__packet_queue *p) {
   for (int a = 0; a < 3; a++) memcpy(w->n[a] + first, b->as.hit.normal[a], size);
 }
 
-/* Traces what is pending. Shadow rays add their light in the order in which they were pushed; for each surface that is
+/* Traces the pending rays. Shadow rays add their light in the order in which they were pushed; for each surface that is
    the order of the lights, whatever the packets. */
 PKTRT__NOINLINE void pktrt__packet_flush(pktrt__tile *tile, pktrt_ray_type type, uint32_t depth) {
   pktrt__packet_queue *p = &tile->queue;
@@ -10989,13 +10986,13 @@ PKTRT__NOINLINE void pktrt__packet_flush(pktrt__tile *tile, pktrt_ray_type type,
   p->n = 0;
 }
 
-/* How far the pending rays [from, to) go; all begin at 0, which is set once. */
+/* Sets tmax of the pending rays [from, to). Their tmin is always 0, which is set once. */
 static void pktrt__packet_set_tmax(pktrt__batch *b, uint32_t from, uint32_t to, float tmax) {
   pktrt__fill_row(b->tmax + from, to - from, tmax);
 }
 
-/* Rays [from, to) of the list of shadow rays, in the order given (NULL: as they are), behind what is pending; they
-   fit. */
+/* Appends rays [from, to) of the list of shadow rays, in the given order (NULL: as they are), to the pending ones, for
+   which there is room. */
 static void pktrt__packet_push_shadows(pktrt__tile *tile, const uint32_t *order, uint32_t from, uint32_t to) {
   pktrt__packet_queue *p = &tile->queue;
   const pktrt__shadow_rays *sh = &tile->shadow_rays;
@@ -11024,7 +11021,8 @@ static void pktrt__packet_push_shadows(pktrt__tile *tile, const uint32_t *order,
   }
 }
 
-/* Whose rays they are is only told of each where rays of several kinds may be pending, or somebody asks. */
+/* Appends rays [from, to) of a wave to the pending ones. Only the first gets wave and lane, unless rays of several
+   types may be pending or the packet hook needs them of each. */
 static void pktrt__packet_push_wave(pktrt__tile *tile, pktrt__wave *w, uint32_t from, uint32_t to) {
   const pktrt_render_desc *d = tile->render->desc;
   pktrt__packet_queue *p = &tile->queue;
@@ -11043,14 +11041,13 @@ static uint32_t pktrt__packet_octant(float (*d)[PKTRT__WAVE_ROW], uint32_t i) {
   return pktrt__sign_bit(d[0][i]) | pktrt__sign_bit(d[1][i]) << 1 | pktrt__sign_bit(d[2][i]) << 2;
 }
 
-/* Whether an assembly may change the order of rays. */
+/* Tells whether an assembly may change the order of rays. */
 static bool pktrt__packet_reorders(pktrt_assembly assembly) {
   return assembly == PKTRT_ASSEMBLY_OCTANTS || assembly == PKTRT_ASSEMBLY_MATERIALS;
 }
 
-/* Puts n rays of one type in order, and tells where packets end (paper 3.2): work->order, if that changes, and
-   work->packet, whose entry i is the end of the packet that begins at i. `sender` are the lanes of the rays that sent
-   them. */
+/* Sorts n rays of one type into packets (paper 3.2): writes tile->order, if that changes, and tile->packet, whose entry
+   i is the end of the packet that begins at i. `sender` has the lanes of the rays that spawned them. */
 static void pktrt__packet_assemble(pktrt__tile *tile, uint32_t n, float (*d)[PKTRT__WAVE_ROW], const uint32_t *material,
                             const uint32_t *sender) {
   const pktrt_assembly assembly = tile->render->desc->assembly;
@@ -11059,7 +11056,7 @@ static void pktrt__packet_assemble(pktrt__tile *tile, uint32_t n, float (*d)[PKT
   if (pktrt__packet_reorders(assembly)) {
     uint8_t done[PKTRT__WAVE];
     memset(done, 0, n);
-    for (uint32_t i = 0; i < n; i++) { /* the first ray that is left opens a group */
+    for (uint32_t i = 0; i < n; i++) { /* the first ray that is left begins a packet */
       if (done[i]) continue;
       const uint32_t begin = placed;
       for (uint32_t j = i; j < n; j++) {
@@ -11078,7 +11075,7 @@ static void pktrt__packet_assemble(pktrt__tile *tile, uint32_t n, float (*d)[PKT
   }
 }
 
-/* The same for a wave, whose rays move into that order. */
+/* Sorts the n rays of a wave into packets and moves them into that order. */
 static void pktrt__packet_assemble_wave(pktrt__tile *tile, pktrt__wave **wave, uint32_t n) {
   pktrt__wave *w = *wave, *to = tile->spare;
   pktrt__packet_assemble(tile, n, w->d, w->material, w->parent);
@@ -11266,7 +11263,7 @@ static pktrt__wave *pktrt__wave_need(pktrt__tile *tile, pktrt__wave **wave) {
   return *wave;
 }
 
-/* The glasses that the refracted ray of surface k is in. */
+/* Returns the glasses that the refracted ray of surface k is in. */
 static uint32_t pktrt__media_behind(const pktrt__spawn_request *g, const pktrt__wave *w, const pktrt__surfaces *s, uint32_t k) {
   float before[3], behind[3];
   for (int a = 0; a < 3; a++) {
@@ -11278,7 +11275,7 @@ static uint32_t pktrt__media_behind(const pktrt__spawn_request *g, const pktrt__
                              w->time[s->first + k]);
 }
 
-/* The glasses that rays from surfaces i to i + 7 are in, and their keys. Reflected ones stay where they were. */
+/* Finds sample keys and glasses of the rays from surfaces i to i + 7. Reflected rays stay in the glasses before. */
 static void pktrt__spawn_inherit(const pktrt__spawn_request *g, const pktrt__wave *w, const pktrt__surfaces *s, uint32_t i,
                            uint32_t lanes, uint32_t medium[8], uint32_t key[8]) {
   const uint32_t lane = s->first + i;
@@ -11293,7 +11290,7 @@ static void pktrt__spawn_inherit(const pktrt__spawn_request *g, const pktrt__wav
   }
 }
 
-/* A direction within the lobe of surface k; lost below the surface. */
+/* Draws a direction within the lobe of surface k. If it points below the surface, its weight is 0. */
 static void pktrt__spawn_scatter_in_lobe(const pktrt__tile *tile, pktrt__surfaces *s, uint32_t k) {
   const pktrt_material *mat = pktrt__material_of(tile->render->scene, s->material[k]);
   const float axis[3] = {s->mirror[0][k], s->mirror[1][k], s->mirror[2][k]};
@@ -11305,7 +11302,7 @@ static void pktrt__spawn_scatter_in_lobe(const pktrt__tile *tile, pktrt__surface
   for (int a = 0; a < 3; a++) s->reflected[a][k] = side > 0 ? s->reflected[a][k] : 0;
 }
 
-/* Where something is random: directions within lobes; at glass, one ray of two. */
+/* Makes the random choices of surfaces: a direction within each lobe; one of the two rays at glass. */
 static void pktrt__spawn_scatter(pktrt__tile *tile, pktrt__surfaces *s) {
   uint32_t drawn = 0;
   for (uint32_t i = 0; i < s->count; i += 8) {
@@ -11327,8 +11324,8 @@ static void pktrt__spawn_scatter(pktrt__tile *tile, pktrt__surfaces *s) {
   }
 }
 
-/* Reflected or refracted rays of all surfaces, behind the n of a wave; how many it has then. Where glass branches, the
-   two subtrees use other dimensions. */
+/* Appends the reflected or refracted rays of all surfaces to the n of a wave. Returns how many it has then. Where glass
+   branches, the two subtrees use different dimensions. */
 static uint32_t pktrt__spawn_wave(const pktrt__tile *tile, const pktrt__wave *w, bool refraction, pktrt__wave *to,
                                  uint32_t n) {
   const pktrt__render_state *render = tile->render;
@@ -11355,8 +11352,9 @@ static void pktrt__wave_trace(pktrt__tile *tile, pktrt__wave *w, uint32_t first,
   }
 }
 
-/* The rays of one wave, packet by packet, and theirs, and what they bring back to the wave that sent them. Those behind
-   `split` are refracted; they are traced with the others where nobody wants to know which is which. */
+/* Traces and shades the n rays of a wave packet by packet, with all generations that follow, and adds their weighted
+   radiance to the rays of the parent wave. Rays from `split` on are refracted; they are traced with the others unless
+   statistics or the packet hook tell them apart. */
 static void pktrt__wave_follow(pktrt__tile *tile, pktrt__wave *parent, pktrt__wave **wave, uint32_t n, uint32_t split,
                           uint32_t depth, pktrt_ray_type type) {
   if (!n) return;
@@ -11384,7 +11382,7 @@ static void pktrt__wave_follow(pktrt__tile *tile, pktrt__wave *parent, pktrt__wa
     for (uint32_t i = 0; i < n; i++) parent->radiance[a][w->parent[i]] += w->weight[a][i] * w->radiance[a][i];
 }
 
-/* Blind: everything that a packet sends out is one packet, shadow rays included. */
+/* Traces all rays that a packet spawned together with its shadow rays, as one packet (assembly `blind`). */
 static void pktrt__packet_push_blindly(pktrt__tile *tile, pktrt__wave *w, uint32_t n, uint32_t depth) {
   for (uint32_t i = 0; i < n;) {
     const uint32_t room = PKTRT__BATCH - tile->queue.n, m = n - i < room ? n - i : room;
@@ -11407,8 +11405,8 @@ static uint32_t pktrt__surface_count_glass(const pktrt__surfaces *s) {
   return n;
 }
 
-/* Radiance along rays [first, first + n) of a wave that have been traced: their surfaces' own, then that of the rays
-   these send out, which lie in the waves of the next generation while theirs are found. */
+/* Computes the radiance along rays [first, first + n) of a wave, which have been traced: emission and direct light of
+   their surfaces first, then by recursion the light along the rays that these spawn into waves of the next depth. */
 static void pktrt__wave_shade(pktrt__tile *tile, pktrt__wave *w, uint32_t first, uint32_t n, uint32_t depth) {
   const pktrt__render_state *render = tile->render;
   pktrt__surfaces *s = &tile->surfaces;
@@ -11451,9 +11449,9 @@ static void pktrt__wave_shade(pktrt__tile *tile, pktrt__wave *w, uint32_t first,
 
 /* >>tiles ---------------------------------------------------------------------------------------------------------- */
 
-/* Where the n samples of the primary wave lie: in the pixel and on the lens, from the first four dimensions, and in the
-   time that the shutter is open, which its rays get. Without a lens one of its dimensions is the time's, for these four
-   are spread together. */
+/* Draws the places of the n samples of the primary wave in pixel and on lens, from the first four dimensions, and their
+   times within the shutter, which its rays get. Without a lens one of its dimensions gives the time, for these four are
+   spread together. */
 static void pktrt__tile_draw_camera(pktrt__tile *tile, uint32_t n, bool lens, bool shutter) {
   pktrt__sample_batch *g = &tile->draws;
   memcpy(g->x, tile->x, n * sizeof *g->x), memcpy(g->y, tile->y, n * sizeof *g->y);
@@ -11468,7 +11466,7 @@ PKTRT__INLINE double pktrt__camera_shutter_time(const pktrt_camera *c, float par
   return pktrt__min(1, (double)c->time + (double)part * (double)c->shutter);
 }
 
-/* The rays of the n samples of a wave, whose pixels are known. */
+/* Makes the camera rays of the n samples of the primary wave, whose pixels are set. */
 static void pktrt__tile_camera_rays(pktrt__tile *tile, uint32_t n) {
   const pktrt__render_state *render = tile->render;
   const pktrt_camera *c = &render->desc->camera;
@@ -11531,7 +11529,7 @@ static void pktrt__tile_run_wave(pktrt__tile *tile, uint32_t n) {
   for (uint32_t i = 0; i < n; i++) tile->stats->tree_depth += tile->deepest[i];
 }
 
-/* What a finished pixel has had, n samples, into the optional buffers. */
+/* Writes the AOVs of a finished pixel, means of n samples, to the optional buffers. */
 static void pktrt__aov_write(const pktrt_render_desc *d, const pktrt__aov_sums *sums, double n, size_t at) {
   for (size_t a = 0; a < 3; a++) {
     if (d->normal) d->normal[at * 3 + a] = (float)(sums->normal[a] / n);
@@ -11540,7 +11538,7 @@ static void pktrt__aov_write(const pktrt_render_desc *d, const pktrt__aov_sums *
   if (d->depth) d->depth[at] = sums->met > 0 ? (float)(sums->depth / sums->met) : INFINITY;
 }
 
-/* Notes of pixel p, a number of a block, together with those of passes before. */
+/* Adds the AOVs of pixel p of the block to those of the passes before, and writes their means. */
 static void pktrt__aov_add_pixel(const pktrt__tile *tile, pktrt__aov_sums *before, uint32_t p, size_t at) {
   pktrt__aov_sums one, *to = before ? before : &one;
   if (!before) memset(&one, 0, sizeof one);
@@ -11549,7 +11547,7 @@ static void pktrt__aov_add_pixel(const pktrt__tile *tile, pktrt__aov_sums *befor
   pktrt__aov_write(tile->render->desc, to, (double)(tile->pass + 1) * tile->render->samples, at);
 }
 
-/* The mean of a pass joins those of passes before, and the pixel is the mean of all. */
+/* Adds the mean of a pass to those of the passes before, and sets the pixel to the mean of all. */
 static void pktrt__pass_add_mean(pktrt__pixel_sums *s, const double mean[3], double passes, float *pixel) {
   for (int a = 0; a < 3; a++) {
     s->mean[a] += mean[a], s->squares += mean[a] * mean[a];
@@ -11557,7 +11555,7 @@ static void pktrt__pass_add_mean(pktrt__pixel_sums *s, const double mean[3], dou
   }
 }
 
-/* Means of finished pixels into the picture and the optional buffers. */
+/* Writes the means of finished pixels to the picture and the optional buffers. */
 static void pktrt__tile_write_pixels(const pktrt__tile *tile, const uint32_t *x, const uint32_t *y, uint32_t pixels) {
   const pktrt_render_desc *d = tile->render->desc;
   const pktrt__pass_sums *passes = tile->render->passes;
@@ -11577,8 +11575,8 @@ static void pktrt__tile_write_pixels(const pktrt__tile *tile, const uint32_t *x,
   }
 }
 
-/* A block of edge x edge pixels in cells of cell x cell: those of a cell, with all their samples, follow each other,
-   so that they fall into one packet. `room` rays go at once. */
+/* Renders a block of edge x edge pixels by cells of cell x cell pixels, whose samples all follow each other, so that
+   they fall into one packet. `room` rays go into a wave. */
 static void pktrt__tile_render_block(pktrt__tile *tile, const uint32_t area[4], uint32_t bx, uint32_t by, uint32_t edge,
                                 uint32_t cell, uint32_t room) {
   const uint32_t samples = tile->render->samples;
@@ -11607,7 +11605,7 @@ static void pktrt__tile_render_block(pktrt__tile *tile, const uint32_t area[4], 
   if (!tile->failed) pktrt__tile_write_pixels(tile, x, y, pixels);
 }
 
-/* The largest power of two whose square, times the samples of a pixel, does not exceed a number of rays. */
+/* Returns the largest power of two whose square, times the samples of a pixel, does not exceed a number of rays. */
 static uint32_t pktrt__tile_pixel_edge(uint32_t rays, uint32_t samples) {
   uint32_t edge = 1;
   while (4 * edge * edge * samples <= rays) edge *= 2;
@@ -11640,14 +11638,14 @@ static pktrt__tile *pktrt__tile_make(const pktrt__render_state *render, struct p
     tile->across[i] = (uint8_t)(tile->across[i / 4] * 2 + i % 2);
     tile->down[i] = (uint8_t)(tile->down[i / 4] * 2 + i / 2 % 2);
   }
-  /* The fast path takes many packets at once, and keeps secondary packets full so. Where it is told how to assemble
-     packets, and on the paper path, a packet sends out its rays alone, as in the paper. */
+  /* The fast path takes many packets at once, which keeps secondary packets full. If an assembly is asked for, and on
+     the paper path, each packet spawns its rays by itself, as in the paper. */
   tile->large_waves = render->desc->path != PKTRT_PATH_PAPER && render->desc->assembly == PKTRT_ASSEMBLY_RAY_TYPES;
   return tile;
 }
 
-/* A pass over pixels [area[0], area[2]) x [area[1], area[3]). Seeds of passes: multiples of 2^32 over the golden ratio
-   lie as far apart as can be, so that up to 65536 passes of a seed meet none of another within 29,000 of it. */
+/* Renders a pass over pixels [area[0], area[2]) x [area[1], area[3]). Seeds of passes are multiples of 2^32 over the
+   golden ratio, as far apart as can be: up to 65536 passes of a seed meet none of another seed within 29,000 of it. */
 static void pktrt__tile_render_area(pktrt__tile *tile, const uint32_t area[4], uint32_t pass) {
   const pktrt__render_state *render = tile->render;
   const uint32_t packet = render->packet_size * render->packet_size, room = tile->large_waves ? (uint32_t)PKTRT__WAVE : packet;
@@ -11668,7 +11666,7 @@ static void pktrt__pass_free(const pktrt_scene_desc *desc, pktrt__pass_sums *p) 
   pktrt__mem_release(desc, p->blocks, (uint64_t)p->columns * p->rows, sizeof *p->blocks);
 }
 
-/* Sums for pixels [area[0], area[2]) x [area[1], area[3]), if there may be several passes. */
+/* Makes sums for pixels [area[0], area[2]) x [area[1], area[3]), if there may be several passes. */
 static bool pktrt__pass_make(pktrt__render_state *render, const uint32_t area[4], pktrt__pass_sums *p) { /* false: out of memory */
   const pktrt_scene_desc *desc = &render->scene->desc;
   memset(p, 0, sizeof *p);
@@ -11692,14 +11690,14 @@ static bool pktrt__pass_make(pktrt__render_state *render, const uint32_t area[4]
   return true;
 }
 
-/* sum |x_i - x|^2 of a pixel after n passes, see pktrt_error_measure; each: 1 / n. What rounding leaves of equal means
-   counts as nothing: sums of n squares are off by n 2^-53 of themselves at most, each of two. */
+/* Returns sum |x_i - x|^2 of a pixel after n passes, see pktrt_error_measure; each is 1 / n. What rounding leaves of
+   equal means counts as 0: two sums of n squares are each off by n 2^-53 of themselves at most. */
 PKTRT__INLINE double pktrt__pass_spread(const pktrt__pixel_sums *s, double n, double each) {
   const double spread = s->squares - pktrt__dot(s->mean, s->mean) * each;
   return spread <= n * 4.5e-16 * s->squares ? 0 : spread;
 }
 
-static double pktrt__pass_squared_error(const pktrt__pixel_sums *s, double n) { /* V */
+static double pktrt__pass_squared_error(const pktrt__pixel_sums *s, double n) { /* V of pktrt_error_measure */
   return n < 2 ? INFINITY : pktrt__pass_spread(s, n, 1 / n) / (n * (n - 1));
 }
 
@@ -11708,7 +11706,7 @@ static void pktrt__pass_block_area(const pktrt__pass_sums *p, uint32_t column, u
   area[0] = x, area[1] = y, area[2] = p->w - x < b ? p->w : x + b, area[3] = p->h - y < b ? p->h : y + b;
 }
 
-/* The error of a block, and the sum of its pixels. Those that are no number are left out, once there are some. */
+/* Sums errors and means of a block's pixels. Unless `all_known`, pixels whose error is not finite are left out. */
 static void pktrt__pass_sum_block(const pktrt__pass_sums *p, const uint32_t area[4], pktrt__pass_block *b, bool all_known) {
   const double n = b->done, each = 1 / n;
   double spread = 0, r = 0, g = 0, blue = 0;
@@ -11727,7 +11725,7 @@ static void pktrt__pass_sum_block(const pktrt__pass_sums *p, const uint32_t area
   b->mean[0] = r * each, b->mean[1] = g * each, b->mean[2] = blue * each;
 }
 
-static void pktrt__pass_sum_errors(void *arg, size_t row) { /* of a row of blocks */
+static void pktrt__pass_sum_errors(void *arg, size_t row) { /* a row of blocks */
   pktrt__pass_sums *p = PKTRT__CAST(pktrt__pass_sums *, arg);
   for (uint32_t column = 0; column < p->columns; column++) {
     pktrt__pass_block *b = &p->blocks[row * p->columns + column];
@@ -11740,7 +11738,7 @@ static void pktrt__pass_sum_errors(void *arg, size_t row) { /* of a row of block
   }
 }
 
-/* The error of the whole picture, as far as known, into the report. */
+/* Writes the error of the whole picture, as far as known, to the report. */
 static void pktrt__pass_estimate(const pktrt__render_state *render, pktrt_report *r) {
   pktrt__pass_sums *p = render->passes;
   const uint64_t blocks = (uint64_t)p->columns * p->rows;
@@ -11767,14 +11765,14 @@ static void pktrt__pass_estimate(const pktrt__render_state *render, pktrt_report
 /* --- adaptive passes ---
 
    A block of c pixels whose passes have variance s each (V n, summed over its pixels) contributes s / R after R passes,
-   which cost c R. The sum of errors is least for a given cost where R is in proportion to q = sqrt(s / c), the more the
-   more a pass would help: R = max(done, scale q), for what is done is done. The scale that spends a budget, or that
-   reaches an error, follows from the blocks above their `done`; which ones these are is found by leaving out those
-   below until none is. */
+   which cost c R. For a given cost the sum of errors is least if R is in proportion to q = sqrt(s / c), so that blocks
+   get more passes where these help more: R = max(done, scale q), for what is done is done. The scale that spends a
+   budget, or reaches an error, follows from the blocks whose R exceeds `done`; these are found by removing the others
+   until none is left. */
 
-enum { PKTRT__PILOT = 2 }; /* passes for all blocks */
+enum { PKTRT__PILOT = 2 }; /* passes that all blocks get before errors are known */
 
-/* s of a block, a quarter of it that of the 3 x 3 blocks around. WHY: two passes may miss what is rare. */
+/* Returns s of a block, a quarter of it that of the 3 x 3 blocks around. WHY: two passes may miss what is rare. */
 static double pktrt__pass_block_variance(const pktrt__pass_sums *p, uint32_t column, uint32_t row, int measure) {
   double sum = 0, pixels = 0;
   for (uint32_t y = row ? row - 1 : 0; y <= row + 1 && y < p->rows; y++)
@@ -11787,7 +11785,7 @@ static double pktrt__pass_block_variance(const pktrt__pass_sums *p, uint32_t col
   return 0.75 * own + 0.25 * around;
 }
 
-/* The scale that spends `budget` pixel passes in all, or (budget 0) that leaves an error; 0: it is there already. */
+/* Returns the scale that spends `budget` pixel passes in all, or with budget 0 leaves `error`; 0 if that is reached. */
 static double pktrt__pass_scale(const pktrt__pass_sums *p, double budget, double error) {
   const uint64_t blocks = (uint64_t)p->columns * p->rows;
   double scale = INFINITY;
@@ -11806,7 +11804,7 @@ static double pktrt__pass_scale(const pktrt__pass_sums *p, double budget, double
   }
 }
 
-/* How much blocks want: q, and a part of the mean of all where little error has been seen, for it may yet come. */
+/* Sets `want` of all blocks: q, but at least a quarter of the mean, for error that has not been seen may yet come. */
 static void pktrt__pass_ask_blocks(pktrt__pass_sums *p, int measure) {
   double sum = 0;
   for (uint32_t row = 0; row < p->rows; row++)
@@ -11821,9 +11819,9 @@ static void pktrt__pass_ask_blocks(pktrt__pass_sums *p, int measure) {
     if (!(p->blocks[i].want > least && p->blocks[i].want < INFINITY)) p->blocks[i].want = least;
 }
 
-/* Passes of the next round: up to `budget` pixel passes with the `spent` before, fewer if that reaches the target, but
-   some, since wants are no exact forecast. Blocks want fractions of passes; what one lacks to a whole one goes to the
-   next. If that is none at all, the one that wants it most gets a pass: every round does something, so rounds end. */
+/* Shares out the next round's passes: up to `budget` pixel passes with the `spent` before, fewer if that reaches the
+   target, but some, since wants are no exact forecast. Blocks want fractions of passes; what one lacks to a whole pass
+   goes to the next. If none gets any, the one that wants most gets one: every round does something, so rounds end. */
 static void pktrt__pass_share_out(const pktrt__render_state *render, double spent, double budget, double target) {
   pktrt__pass_sums *p = render->passes;
   pktrt__pass_block *first = NULL;
@@ -11851,7 +11849,7 @@ static void pktrt__pass_share_out(const pktrt__render_state *render, double spen
 #if defined(__GNUC__) && !defined(__TINYC__)
 PKTRT__INLINE uint32_t pktrt__atomic_increment(uint32_t *x) { return __atomic_add_fetch(x, 1, __ATOMIC_RELAXED); }
 PKTRT__INLINE uint32_t pktrt__atomic_load(uint32_t *x) { return __atomic_load_n(x, __ATOMIC_RELAXED); }
-#else /* without atomics a progress bar may lag; the picture is the same */
+#else /* without atomics the progress told may lag; the picture is the same */
 PKTRT__INLINE uint32_t pktrt__atomic_increment(uint32_t *x) { return ++*x; }
 PKTRT__INLINE uint32_t pktrt__atomic_load(uint32_t *x) { return *x; }
 #endif
@@ -11861,17 +11859,17 @@ typedef struct pktrt__pass_rounds {
   pktrt_stats *stats;               /* one for each tile, or NULL */
   uint32_t columns, count;          /* of tiles */
   uint32_t done, cancelled, failed; /* shared by the workers */
-  uint32_t late;                    /* cancelled when the last tile was done: counts if there is another round */
+  uint32_t late;                    /* cancelled at the last tile: counts only if another round would follow */
   float from, to;                   /* progress before and after this round, as far as it can be told */
   double clock, spent;              /* when the last round ended; passes so far, a mean over pixels */
-  uint32_t alike;                   /* passes of this round, if all blocks get the same; 0: they do not */
-  bool timed, watched;              /* somebody asks for the time, for estimates after every round */
+  uint32_t alike;                   /* passes of each block in this round; 0 if they differ */
+  bool timed, watched;              /* whether rounds are timed; whether errors are estimated after each */
   pktrt_report report;
 } pktrt__pass_rounds;
 
 #if defined(__unix__) || defined(__APPLE__)
 #include <sys/time.h>
-static double pktrt__clock(void) { /* the one of POSIX that strict ISO C does not hide */
+static double pktrt__clock(void) { /* the POSIX clock that strict ISO C does not hide */
   struct timeval now;
   gettimeofday(&now, NULL);
   return (double)now.tv_sec + 1e-6 * (double)now.tv_usec;
@@ -11883,8 +11881,8 @@ static double pktrt__clock(void) { return (double)clock() / CLOCKS_PER_SEC; } /*
 
 static double pktrt__pass_now(const pktrt_render_desc *d) { return d->seconds ? d->seconds(d->user) : pktrt__clock(); }
 
-/* Passes of the next round, a mean over pixels: one, or if adaptive, two and then half of what has been done; no more
-   than are left, or fit into the time if they take as long as those before. 0: time is up. */
+/* Returns the passes of the next round, a mean over pixels: one, or if adaptive, two and then half of what has been
+   done; no more than are left, or fit into the time if they take as long as those before. 0: time is up. */
 static double pktrt__pass_next_round(const pktrt__pass_rounds *t) {
   const pktrt_render_desc *d = t->render->desc;
   const double spent = t->spent, left = t->render->most_passes - spent;
@@ -11897,7 +11895,7 @@ static double pktrt__pass_next_round(const pktrt__pass_rounds *t) {
   return pktrt__min(next, left);
 }
 
-/* Who gets how many passes: all blocks the same while nothing is known. */
+/* Plans how many passes each block gets in the next round: all the same while nothing is known. */
 static void pktrt__pass_plan_round(pktrt__pass_rounds *t, double next) {
   const pktrt_render_desc *d = t->render->desc;
   const pktrt__pass_sums *p = t->render->passes;
@@ -11910,7 +11908,7 @@ static void pktrt__pass_plan_round(pktrt__pass_rounds *t, double next) {
   pktrt__pass_share_out(t->render, t->spent * pixels, (t->spent + next) * pixels, 0.98 * error * known);
 }
 
-/* The passes that this round gives to the blocks of an area. False: out of memory. */
+/* Renders the passes that this round gives to the blocks of an area. False: out of memory. */
 static bool pktrt__pass_render_blocks(pktrt__pass_rounds *t, const uint32_t area[4], pktrt_stats *stats) {
   const pktrt__render_state *render = t->render;
   const pktrt__pass_sums *p = render->passes;
@@ -11937,7 +11935,7 @@ static bool pktrt__pass_render_blocks(pktrt__pass_rounds *t, const uint32_t area
   return ok;
 }
 
-/* `passes` passes over an area, after those before; where all blocks get the same, they need not be told apart. */
+/* Renders `passes` more passes over an area whose blocks all get the same. False: out of memory. */
 static bool pktrt__pass_render_uniform(const pktrt__render_state *render, pktrt__pass_rounds *t, const uint32_t area[4], pktrt_stats *stats,
                                 uint32_t before, uint32_t passes) {
   pktrt__tile *tile = pktrt__tile_make(render, t, stats);
@@ -11948,7 +11946,7 @@ static bool pktrt__pass_render_uniform(const pktrt__render_state *render, pktrt_
   return ok;
 }
 
-/* Tells the hook that so many tiles of the round are done; what it says. */
+/* Tells the progress hook that `done` tiles of the round are done. Returns its answer. */
 static bool pktrt__pass_tell_progress(const pktrt__pass_rounds *t, uint32_t done) {
   const pktrt_render_desc *d = t->render->desc;
   const float part = (float)done / (float)t->count, all = t->from + (t->to - t->from) * part;
@@ -11973,12 +11971,12 @@ static void pktrt__pass_run_tile(void *arg, size_t i) {
   const bool ok = t->alike ? pktrt__pass_render_uniform(t->render, t, area, stats, (uint32_t)t->spent, t->alike)
                            : pktrt__pass_render_blocks(t, area, stats);
   if (!ok) (void)pktrt__atomic_increment(&t->failed);
-  if (pktrt__atomic_load(&t->cancelled)) return; /* it may lack pixels or passes */
+  if (pktrt__atomic_load(&t->cancelled)) return; /* the tile may lack pixels or passes */
   const uint32_t done = pktrt__atomic_increment(&t->done);
   if (!pktrt__pass_tell_progress(t, done)) (void)pktrt__atomic_increment(done < t->count ? &t->cancelled : &t->late);
 }
 
-/* Blocks and the report after a round. */
+/* Updates blocks and report after a round. */
 static void pktrt__pass_end_round(pktrt__pass_rounds *t) {
   const pktrt__render_state *render = t->render;
   const pktrt_render_desc *d = render->desc;
@@ -11999,12 +11997,12 @@ static void pktrt__pass_end_round(pktrt__pass_rounds *t) {
   r->samples_min = (p ? least : 1) * render->samples, r->samples_max = (p ? most : 1) * render->samples;
   r->samples_mean = t->spent * render->samples;
   if (!t->timed) return;
-  const double now = pktrt__pass_now(d); /* a clock that is set back does not count */
+  const double now = pktrt__pass_now(d); /* time does not count when a clock is set back */
   if (now > t->clock) r->seconds += now - t->clock;
   t->clock = now;
 }
 
-/* The rules, after a round. */
+/* Decides after a round by which rule, if any, the render stops. */
 static pktrt_stop pktrt__pass_judge(const pktrt__pass_rounds *t) {
   const pktrt_render_desc *d = t->render->desc;
   const pktrt_report *r = &t->report;
@@ -12012,12 +12010,12 @@ static pktrt_stop pktrt__pass_judge(const pktrt__pass_rounds *t) {
   const double block = PKTRT_ERROR_BLOCK * PKTRT_ERROR_BLOCK / ((double)d->width * d->height);
   const double rest = d->adaptive ? pktrt__max(0.1, 0.5 * block) : 0.5; /* blocks get whole passes */
   if (d->target_error > 0 && error <= (double)d->target_error) return r->unknown ? PKTRT_STOP_PASSES : PKTRT_STOP_ERROR;
-  if (d->target_error > 0 && t->spent >= 2 && r->rmse == INFINITY) return PKTRT_STOP_PASSES; /* none will ever be known */
+  if (d->target_error > 0 && t->spent >= 2 && r->rmse == INFINITY) return PKTRT_STOP_PASSES; /* never to be known */
   if (t->spent > t->render->most_passes - pktrt__min(rest, 0.5)) return PKTRT_STOP_PASSES;
   return d->time_budget > 0 && pktrt__pass_next_round(t) <= 0 ? PKTRT_STOP_TIME : PKTRT_STOP_NOT_YET;
 }
 
-/* How much of the work will be done after `next` more passes, by the rule that seems nearest. */
+/* Estimates how much of the work will be done after `next` more passes, by the rule that seems nearest. */
 static float pktrt__pass_progress(const pktrt__pass_rounds *t, double next) {
   const pktrt_render_desc *d = t->render->desc;
   const pktrt_report *r = &t->report;
@@ -12026,7 +12024,7 @@ static float pktrt__pass_progress(const pktrt__pass_rounds *t, double next) {
     part = pktrt__max(part, r->seconds / d->time_budget * (t->spent + next) / t->spent);
   if (t->spent > 0 && d->target_error > 0 && r->rmse < INFINITY) {
     const double target = (double)d->target_error, root = target / r->rmse;
-    const double wanted = d->measure == PKTRT_ERROR_RELATIVE ? target / r->relative_mse : root * root; /* of 1 */
+    const double wanted = d->measure == PKTRT_ERROR_RELATIVE ? target / r->relative_mse : root * root; /* share done */
     part = pktrt__max(part, wanted * (t->spent + next) / t->spent);
   }
   return part < 1 ? (float)part : 1.0f;
@@ -12052,7 +12050,7 @@ static void pktrt__pass_run(pktrt__pass_rounds *t) {
   }
 }
 
-/* The buffers of errors, once all is done. */
+/* Writes the buffers of errors when all is done. */
 static void pktrt__pass_write_errors(const pktrt__render_state *render) {
   const pktrt_render_desc *d = render->desc;
   const pktrt__pass_sums *p = render->passes;
@@ -12069,9 +12067,9 @@ static void pktrt__pass_write_errors(const pktrt__render_state *render) {
     }
 }
 
-/* >>rendering --------------------------------------------------------------------------------------------------------- */
+/* >>rendering ------------------------------------------------------------------------------------------------------ */
 
-/* --- warnings: of what is likely to be a mistake, and shows in the picture only --- */
+/* --- warnings of likely mistakes that show in the picture only --- */
 
 static bool pktrt__any_positive(const float v[3]) { return v[0] > 0 || v[1] > 0 || v[2] > 0; }
 
@@ -12080,8 +12078,8 @@ static bool pktrt__warn_light_shines(const pktrt_render_desc *d, const pktrt__li
   return light->strength > 0;
 }
 
-/* Whether some mesh waits for light in vain: none is there, and it does not shine, nor is it coloured by a shader, nor does it
-   only show what is around. */
+/* Tells whether there is no light but a mesh that needs some: that neither emits, nor has a shader, nor only reflects
+   or refracts. */
 PKTRT__COLD bool pktrt__warn_is_dark(const pktrt__render_state *render) {
   const pktrt_scene *s = render->scene;
   bool dark = false, lit = pktrt__any_positive(render->desc->ambient);
@@ -12125,14 +12123,14 @@ PKTRT__COLD void pktrt__warn_of_changes(const pktrt_scene *s) {
   }
 }
 
-/* Needs the job's lamps. */
+/* Logs all warnings. The render's lights must have been made. */
 static void pktrt__warn_all(const pktrt_scene *s, const pktrt__render_state *render) {
   if (!s->desc.log) return;
   pktrt__warn_of_mode(s, render), pktrt__warn_of_changes(s);
   if (pktrt__warn_is_dark(render)) pktrt__log_sentence(s, 0, "render: there is no light and no ambient: what does not shine by itself is black");
 }
 
-/* Everything that has to be there before the first round. */
+/* Prepares everything that the first round needs. */
 static pktrt_status pktrt__pass_begin(pktrt_scene *s, pktrt__render_state *render, pktrt__pass_sums *passes, pktrt__pass_rounds *t) {
   const pktrt_render_desc *d = render->desc;
   const uint32_t area[4] = {0, 0, d->width, d->height};

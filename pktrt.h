@@ -115,9 +115,11 @@
        >>setup        from a ray to what traversal needs of it
        >>triangles    filter, canonical test, acceptance
        >>boxes        slabs
+       >>frustum      four planes around up to 64 rays, which cull nodes and triangles for all of them
+       >>leaves       rays and packets at leaf blocks; what a bench may put other tests in place of
        >>single       one ray: nearest child first, or any hit
        >>stream       up to 64 rays that share nodes and stack, each with the work of a single ray
-       >>frustum      up to 64 rays that four planes cull together
+       >>packets      frustum packets through the tree
        >>paper        the paper's packets, plain: the place to begin reading
        >>drive        from many rays to packets, streams and single rays
        >>resolve      u, v and normal, once for each ray
@@ -5659,89 +5661,6 @@ OP bool pktrt__tri_any_hit(const pktrt__bvh_segment *seg, pktrt__batch *b, uint3
   return true;
 }
 
-#ifdef PKTRT__OTHER_TESTS /* a file of the bench, in parts: what would other tests of triangles cost? */
-#include PKTRT__OTHER_TESTS
-#else
-/* A ray, of a batch or alone, against a leaf block: the lanes that pktrt__tri_record tells of. Occlusion without counts: 1
-   if anything is hit, and no lanes. */
-OP uint32_t pktrt__tri_block_template(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, pktrt__single *single, uint32_t index,
-                            const pktrt__variant is) {
-  if (is.occlusion && !is.stats) return pktrt__tri_any_hit(seg, b, r, single, index, is.moving);
-  const pktrt__block *block = pktrt__segment_block(seg, index, is.moving);
-  const uint32_t *id = block->id;
-  const pktrt__tri_shear q = single ? pktrt__tri_shear_single(single, is.moving) : pktrt__tri_shear_batch(b, r, is.moving);
-  const pktrt__tri_estimate e = pktrt__tri_filter_block(&q, seg, block, single ? single->wf : b->wf[r], true, is.moving);
-  COUNT(triangle_tests, pktrt__popcount(pktrt__lanes_occupied(id)));
-  if (!e.maybe) return 0;
-  PKTRT__ALIGN64 float lo[8], hi[8];
-  vstore(lo, e.lo);
-  vstore(hi, e.hi);
-  const pktrt__tri_candidates c = {index, id, lo, hi, e.maybe, e.sure};
-  return pktrt__tri_record(seg, b, r, single, &c, is);
-}
-#endif
-OP uint32_t pktrt__tri_ray_block_inline(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, uint32_t index,
-                            const pktrt__variant is) {
-  return pktrt__tri_block_template(seg, b, r, NULL, index, is);
-}
-
-/* Kernels are templates over three truths known at compile time; these are their instances. Counting is done by the
-   moving form alone, also where nothing moves (but for blocks of packets): weights 1 and 0 of one and the same key give
-   the same bits. Where vectors are at hand, nobody races the scalar kernels: there, what moves is always counted,
-   packets of the paper have the moving form alone, and the fast path has streams, but no frusta, which would be a third
-   of their code. */
-#if defined(PKTRT_NO_FRUSTA) || PKTRT__WITH_FEW_INSTANCES
-#define FRUSTA 0
-#else
-#define FRUSTA 1
-#endif
-#if !defined(PKTRT_NO_STATS) || (PKTRT__WITH_FEW_INSTANCES && !defined(PKTRT_NO_MOTION))
-#define IF_COUNTED(x) x
-#else
-#define IF_COUNTED(x)
-#endif
-#if !defined(PKTRT_NO_MOTION) && !PKTRT__WITH_FEW_INSTANCES
-#define IF_MOVING(x) x
-#else
-#define IF_MOVING(x)
-#endif
-#define PKTRT__INSTANCES(INSTANCE)                                                                                     \
-  INSTANCE(00, false, false, false)                                                                                    \
-  INSTANCE(10, true, false, false)                                                                                     \
-  IF_MOVING(INSTANCE(01, false, true, false) INSTANCE(11, true, true, false))                                          \
-  IF_COUNTED(INSTANCE(0s, false, PKTRT__MOTION != 0, PKTRT__STATS != 0)                                                \
-             INSTANCE(1s, true, PKTRT__MOTION != 0, PKTRT__STATS != 0))
-#define PKTRT__PICK(name)                                                                                              \
-  (is.occlusion ? IF_COUNTED(is.stats || (PKTRT__WITH_FEW_INSTANCES && is.moving) ? PKTRT__NAME(name##_1s) :)          \
-                      IF_MOVING(is.moving ? PKTRT__NAME(name##_11) :) PKTRT__NAME(name##_10)                           \
-                : IF_COUNTED(is.stats || (PKTRT__WITH_FEW_INSTANCES && is.moving) ? PKTRT__NAME(name##_0s) :)          \
-                      IF_MOVING(is.moving ? PKTRT__NAME(name##_01) :) PKTRT__NAME(name##_00))
-
-#if !PKTRT__WITH_V8_REGISTERS
-/* Functions of their own: inlined they would make the code a third longer, and no faster. */
-#define INSTANCE(tag, o, m, s)                                                                                         \
-  PKTRT__NOINLINE uint32_t PKTRT__NAME(pktrt__tri_block_##tag)(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r,                 \
-                                                 pktrt__single *single, uint32_t index, pktrt_counts *counts) {            \
-    return pktrt__tri_block_template(seg, b, r, single, index, pktrt__variant_of(o, m, s, counts));                                                  \
-  }
-PKTRT__INSTANCES(INSTANCE) struct pktrt_scene;
-#undef INSTANCE
-#endif
-OP uint32_t pktrt__tri_ray_block(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, uint32_t index,
-                                const pktrt__variant is) {
-#if !PKTRT__WITH_V8_REGISTERS
-  return PKTRT__PICK(pktrt__tri_block)(seg, b, r, NULL, index, is.counts);
-#else
-  return pktrt__tri_ray_block_inline(seg, b, r, index, is);
-#endif
-}
-OP bool pktrt__tri_single_block(const pktrt__bvh_segment *seg, pktrt__single *single, uint32_t index, const pktrt__variant is) {
-#if !PKTRT__WITH_V8_REGISTERS
-  return PKTRT__PICK(pktrt__tri_block)(seg, NULL, 0, single, index, is.counts) != 0;
-#else
-  return pktrt__tri_block_template(seg, NULL, 0, single, index, is) != 0;
-#endif
-}
 /* >>boxes ---------------------------------------------------------------------------------------------------------- */
 
 /* The six planes of a node's children; moving: two keys each. Near and far by the octant of the rays. */
@@ -5799,266 +5718,6 @@ PKTRT__NOINLINE uint64_t pktrt__box_test_packet(const pktrt__batch *b, uint32_t 
   for (uint32_t i = 0; i < 64; i += 8)
     if (mask >> i & 0xFF) result |= (uint64_t)pktrt__box_test_rays(b, base + i, l, h) << i;
   return result & mask;
-}
-
-/* >>single -----------------------------------------------------------------------------------------------------------
-   One ray from a subtree's root. */
-
-/* What the boxes want of it, once per tree. */
-typedef struct pktrt__single_slabs {
-  v8 rd[3], cn[3], cf[3], wn, ta, tb;
-  const pktrt__single *ray;
-  size_t near_[3], far_[3]; /* where the planes stand, in floats behind the first ones of the axis: 0 or 8 */
-} pktrt__single_slabs;
-
-OP pktrt__single_slabs pktrt__single_slabs_of(const pktrt__single *ray, const bool moving) {
-  pktrt__single_slabs q;
-  UNROLL for (uint32_t a = 0; a < 3; a++) {
-    q.rd[a] = vset(ray->rd[a]), q.cn[a] = vset(ray->cn[a]), q.cf[a] = vset(ray->cf[a]);
-    q.near_[a] = (ray->octant & 1u << a) << (3 - a), q.far_[a] = 8 ^ q.near_[a];
-  }
-  q.wn = vset(ray->wn), q.ray = ray;
-  if (moving) q.ta = vset(ray->ta), q.tb = vset(ray->tb);
-  return q;
-}
-
-/* One side of the children along an axis. */
-OP v8 pktrt__single_plane(const pktrt__single_slabs *q, const pktrt__bvh_segment *seg, const pktrt__node *node, size_t at,
-                 const bool moving) {
-  const float *p0 = pktrt__segment_planes(seg, node, 0, moving) + at;
-  const float *p1 = pktrt__segment_planes(seg, node, 1, moving) + at;
-  return moving ? vfma(q->ta, vload(p0), vmul(q->tb, vload(p1))) : vload(p0);
-}
-
-/* The children of a node that it may hit before the depth wf, and its entry depths. */
-OP uint32_t pktrt__single_test_children(const pktrt__single_slabs *q, const pktrt__bvh_segment *seg, const pktrt__node *node, float wf,
-                             const bool moving, v8 *entry) {
-  v8 n[3], f[3];
-  UNROLL for (int a = 0; a < 3; a++) {
-    const v8 rd = PKTRT__WITH_FEW_REGISTERS ? vset(q->ray->rd[a]) : q->rd[a];
-    const v8 cn = PKTRT__WITH_FEW_REGISTERS ? vset(q->ray->cn[a]) : q->cn[a], cf = PKTRT__WITH_FEW_REGISTERS ? vset(q->ray->cf[a]) : q->cf[a];
-    n[a] = vfms(pktrt__single_plane(q, seg, node, 16 * (size_t)a + q->near_[a], moving), rd, cn);
-    f[a] = vfms(pktrt__single_plane(q, seg, node, 16 * (size_t)a + q->far_[a], moving), rd, cf);
-  }
-  *entry = vmax(vmax(n[0], n[1]), vmax(n[2], q->wn));
-  return mbits(vle(*entry, vmin(vmin(f[0], f[1]), vmin(f[2], vset(wf)))));
-}
-
-/* The references of a node's children, and how many there are: what is counted, for empty places are tested for nothing. */
-OP const uint32_t *pktrt__bvh_children(const pktrt__bvh_segment *seg, uint32_t ref, const bool moving) {
-  const pktrt__node *node = pktrt__segment_node(seg, ref, moving);
-  return node->child;
-}
-OP uint32_t pktrt__bvh_child_count(const uint32_t *child) { return 8 - pktrt__popcount8(veq_u32(child, PKTRT__EMPTY)); }
-
-/* Opens a node: its children as above. */
-OP uint32_t pktrt__single_open_node(const pktrt__single_slabs *q, const pktrt__bvh_segment *seg, uint32_t ref, float wf,
-                            const uint32_t **child, v8 *entry, const pktrt__variant is) {
-  const pktrt__node *node = pktrt__segment_node(seg, ref, is.moving);
-  *child = node->child;
-  COUNT(node_visits, 1);
-  COUNT(box_tests, pktrt__bvh_child_count(*child));
-  return pktrt__single_test_children(q, seg, node, wf, is.moving, entry);
-}
-
-/* The nearest hit: nearest child first. */
-OP bool pktrt__single_closest_hit(const pktrt__bvh_segment *seg, pktrt__single *ray, uint32_t ref, const pktrt__variant is) {
-  struct {
-    uint32_t ref;
-    float dist;
-  } stack[PKTRT__STACK + 8], *top = stack;
-  PKTRT__ALIGN64 float dist[8];
-  const pktrt__single_slabs q = pktrt__single_slabs_of(ray, is.moving);
-  const uint32_t slot = ray->slot, id = ray->id;
-  for (;;) {
-    if (ref & PKTRT__LEAF) {
-      pktrt__tri_single_block(seg, ray, ref & ~PKTRT__LEAF, is);
-    } else {
-      const uint32_t *child;
-      v8 entry;
-      uint32_t bits = pktrt__single_open_node(&q, seg, ref, ray->wf, &child, &entry, is);
-      if (bits) {
-        uint32_t c = pktrt__lowest_bit(bits);
-        ref = child[c];
-        if (!(bits &= bits - 1)) continue;
-        vstore(dist, entry);
-        float best = dist[c];
-        do { /* the nearest goes on, the others wait */
-          c = pktrt__lowest_bit(bits);
-          const float d = dist[c];
-          const uint32_t other = child[c];
-          pktrt__bvh_prefetch(seg, other, is.moving);
-          if (d < best) {
-            top->ref = ref, top->dist = best;
-            ref = other, best = d;
-          } else {
-            top->ref = other, top->dist = d;
-          }
-          top++;
-        } while (bits &= bits - 1);
-        continue;
-      }
-    }
-    do {
-      if (top == stack) return ray->slot != slot || ray->id != id;
-      ref = (--top)->ref;
-    } while (top->dist > ray->wf);
-  }
-}
-
-/* Any hit: children in the order of the build, the last one first. */
-OP bool pktrt__single_any_hit(const pktrt__bvh_segment *seg, pktrt__single *ray, uint32_t ref, const pktrt__variant is) {
-  uint32_t refs[PKTRT__STACK + 8], *top = refs;
-  const pktrt__single_slabs q = pktrt__single_slabs_of(ray, is.moving);
-  for (;;) {
-    if (ref & PKTRT__LEAF) {
-      if (pktrt__tri_single_block(seg, ray, ref & ~PKTRT__LEAF, is)) return true;
-    } else {
-      const uint32_t *child;
-      v8 entry;
-      uint32_t bits = pktrt__single_open_node(&q, seg, ref, ray->wf, &child, &entry, is);
-      if (bits) {
-        ref = child[pktrt__lowest_bit(bits)];
-        while (bits &= bits - 1) *top++ = ref, ref = child[pktrt__lowest_bit(bits)];
-        continue;
-      }
-    }
-    if (top == refs) return false;
-    ref = *--top;
-  }
-}
-
-/* >>stream ----------------------------------------------------------------------------------------------------------
-
-   Up to 64 rays of one octant from a subtree's root. Every ray does the work it would do alone; they share node loads,
-   the order of the children and the stack, whose entries carry the mask of the rays concerned. list[i]: the ray of bit
-   i. Returns those that hit something. */
-typedef struct pktrt__stream_stack {
-  uint64_t masks[PKTRT__STACK + 8];
-  uint32_t refs[PKTRT__STACK + 8], n;
-  float dists[PKTRT__STACK + 8]; /* not for any hit */
-} pktrt__stream_stack;
-
-/* Opens a node for the rays of mask. For any hit children are pushed as the build has them. */
-OP void pktrt__stream_open_node(const pktrt__bvh_segment *seg, pktrt__batch *b, const uint8_t *list, uint64_t mask, uint32_t ref,
-                          uint32_t octant, pktrt__stream_stack *stack, const pktrt__variant is) {
-  const pktrt__node *node = pktrt__segment_node(seg, ref, is.moving);
-  const uint32_t *child = node->child;
-  const pktrt__box_slabs s = pktrt__box_load_slabs(seg, node, octant, is.moving);
-  const uint32_t sp = stack->n;
-  a8 rays = azero();
-  v8 dist = vset(INFINITY);
-  for (uint64_t m = mask; m; m &= m - 1) {
-    const uint32_t i = pktrt__lowest_bit(m);
-    v8 entry;
-    const m8 enters = pktrt__box_test_children(&s, b, list[i], is.moving, &entry);
-    rays = aor(rays, enters, i);
-    if (!is.occlusion) dist = vsel(enters, entry, dist); /* asked of children that one ray alone enters */
-  }
-  stack->n += apush(rays, child, dist, is.occlusion ? PKTRT__IN_ORDER : node->order[octant], stack->masks + sp,
-                    stack->refs + sp, stack->dists + sp);
-  for (uint32_t i = sp; i < stack->n; i++) pktrt__bvh_prefetch(seg, stack->refs[i], is.moving);
-}
-
-#ifndef PKTRT__OTHER_TESTS
-/* The nearest hits of the rays of mask in a block. WHY: what single precision says is noted of all of them before the
-   first is looked at: without a branch between them, the work on one ray overlaps that on the next. */
-OP uint64_t pktrt__stream_closest_block(const pktrt__bvh_segment *seg, pktrt__batch *b, const uint8_t *list, uint64_t mask,
-                               uint32_t index, const bool moving) {
-  const pktrt__block *block = pktrt__segment_block(seg, index, moving);
-  const uint32_t *id = block->id;
-  enum { NOTES = 24 };
-  PKTRT__ALIGN64 float lo[NOTES][8], hi[NOTES][8];
-  uint8_t maybe[NOTES], sure[NOTES], ray[NOTES];
-  uint64_t hit = 0;
-  while (mask) {
-    uint32_t n = 0;
-    for (; mask && n < NOTES; mask &= mask - 1) {
-      const uint32_t i = pktrt__lowest_bit(mask), r = list[i];
-      const pktrt__tri_shear q = pktrt__tri_shear_batch(b, r, moving);
-      const pktrt__tri_estimate e = pktrt__tri_filter_block(&q, seg, block, b->wf[r], false, moving);
-      vstore(lo[n], e.lo);
-      vstore(hi[n], e.hi);
-      maybe[n] = (uint8_t)e.maybe, sure[n] = (uint8_t)e.sure, ray[n] = (uint8_t)i;
-      n += e.maybe != 0;
-    }
-    for (uint32_t j = 0; j < n; j++) {
-      const uint32_t r = list[ray[j]];
-      const pktrt__tri_candidates c = {index, id, lo[j], hi[j], maybe[j], sure[j]};
-      if (pktrt__tri_record(seg, b, r, NULL, &c, pktrt__variant_of(false, moving, false, NULL)))
-        hit |= (uint64_t)1 << ray[j];
-    }
-  }
-  return hit;
-}
-#endif
-
-/* A block against the rays of mask: together where that is faster, else one by one. */
-OP uint64_t pktrt__stream_leaf(const pktrt__bvh_segment *seg, pktrt__batch *b, const uint8_t *list, uint64_t mask,
-                              uint32_t index, const pktrt__variant is) {
-  uint64_t hit = 0;
-#if PKTRT__WITH_V8_REGISTERS
-  if (!is.occlusion && !is.stats) return pktrt__stream_closest_block(seg, b, list, mask, index, is.moving);
-#endif
-  for (; mask; mask &= mask - 1) {
-    const uint32_t i = pktrt__lowest_bit(mask);
-    if (pktrt__tri_ray_block(seg, b, list[i], index, is)) hit |= (uint64_t)1 << i;
-  }
-  return hit;
-}
-
-OP uint64_t pktrt__stream_template(const pktrt__bvh_segment *seg, pktrt__batch *b, const uint8_t *list, uint64_t mask, uint32_t ref,
-                         const pktrt__variant is) {
-  pktrt__stream_stack stack;
-  uint64_t hit = 0;
-  const uint32_t octant = b->octant[list[pktrt__lowest_bit(mask)]];
-  stack.n = 0;
-  for (;;) {
-    if (ref & PKTRT__LEAF) {
-      hit |= pktrt__stream_leaf(seg, b, list, mask, ref & ~PKTRT__LEAF, is);
-    } else {
-      COUNT(node_visits, 1);
-      COUNT(box_tests, pktrt__bvh_child_count(pktrt__bvh_children(seg, ref, is.moving)) * pktrt__popcount(mask));
-      pktrt__stream_open_node(seg, b, list, mask, ref, octant, &stack, is);
-    }
-    do { /* masks of entries pushed earlier may hold rays that are done */
-      if (!stack.n) return hit;
-      mask = stack.masks[--stack.n];
-      if (is.occlusion) mask &= ~hit;
-      else if (!(mask & (mask - 1)) && stack.dists[stack.n] > b->wf[list[pktrt__lowest_bit(mask)]]) mask = 0;
-    } while (!mask);
-    ref = stack.refs[stack.n];
-  }
-}
-
-#define INSTANCE(tag, o, m, s)                                                                                         \
-  PKTRT__NOINLINE bool PKTRT__NAME(pktrt__single_##tag)(const pktrt__bvh_segment *seg, pktrt__single *ray, uint32_t ref,                     \
-                                          pktrt_counts *counts) {                                                      \
-    return o ? pktrt__single_any_hit(seg, ray, ref, pktrt__variant_of(o, m, s, counts)) : pktrt__single_closest_hit(seg, ray, ref, pktrt__variant_of(o, m, s, counts));                \
-  }                                                                                                                    \
-  PKTRT__NOINLINE uint64_t PKTRT__NAME(pktrt__stream_##tag)(const pktrt__bvh_segment *seg, pktrt__batch *b, const uint8_t *list,           \
-                                              uint64_t mask, uint32_t ref, pktrt_counts *counts) {                     \
-    return pktrt__stream_template(seg, b, list, mask, ref, pktrt__variant_of(o, m, s, counts));                                                    \
-  }
-PKTRT__INSTANCES(INSTANCE) struct pktrt_scene;
-#undef INSTANCE
-
-OP bool pktrt__single_traverse(const pktrt__bvh_segment *seg, pktrt__single *ray, uint32_t ref, const pktrt__variant is) {
-  return PKTRT__PICK(pktrt__single)(seg, ray, ref, is.counts);
-}
-/* A lone ray needs no stream. */
-OP uint64_t pktrt__stream_traverse(const pktrt__bvh_segment *seg, pktrt__batch *b, const uint8_t *list, uint64_t mask, uint32_t ref,
-                             const pktrt__variant is) {
-  if (!(mask & (mask - 1))) {
-    const uint32_t r = list[pktrt__lowest_bit(mask)];
-    pktrt_ray ray;
-    pktrt__single q;
-    pktrt__single_from_batch(b, r, &ray, &q);
-    if (!pktrt__single_traverse(seg, &q, ref, is)) return 0;
-    pktrt__single_to_batch(b, r, &q);
-    return mask;
-  }
-  return PKTRT__PICK(pktrt__stream)(seg, b, list, mask, ref, is.counts);
 }
 
 /* >>frustum ----------------------------------------------------------------------------------------------------------
@@ -6502,61 +6161,6 @@ OP uint32_t pktrt__frustum_filter(const pktrt__bvh_segment *seg, pktrt__batch *b
   return pktrt__frustum_accept(seg, b, r, bits, &s, tri);
 }
 
-#ifdef PKTRT__OTHER_TESTS
-#include PKTRT__OTHER_TESTS
-#else
-/* One triangle at rest (lane of a block) against the rays of mask; those that hit it. */
-OP uint64_t pktrt__frustum_test_triangle(const pktrt__frustum *f, const pktrt__bvh_segment *seg, pktrt__batch *b,
-                                         const float *k0, const pktrt__frustum_corners *corners, uint32_t lane,
-                                         const pktrt__tri_common *tri, uint64_t mask) {
-  const uint32_t axis[3] = {f->ku, f->kv, f->k};
-  uint64_t result = 0;
-  for (uint32_t i = 0; i < 64; i += FW) {
-    const uint32_t rays = (uint32_t)(mask >> i) & ((1u << FW) - 1);
-    if (!rays) continue;
-    const uint32_t r = f->base + i;
-    vf x[3], y[3], z[3];
-    const vf su = fload(b->slope[0] + r), sv = fload(b->slope[1] + r);
-    UNROLL for (int c = 0; c < 3; c++) {
-      vf q[3];
-      UNROLL for (int j = 0; j < 3; j++) {
-        if (f->common) q[j] = fset(corners->p[c][j][lane]);
-        else q[j] = fsub(fset(k0[24 * (uint32_t)c + 8 * axis[j] + lane]), fload(b->o[axis[j]] + r));
-      }
-      z[c] = q[2];
-      x[c] = fsub(q[0], fmul(su, q[2]));
-      y[c] = fsub(q[1], fmul(sv, q[2]));
-    }
-    result |= (uint64_t)pktrt__frustum_filter(seg, b, r, rays, x, y, z, tri) << i;
-  }
-  return result;
-}
-#endif
-
-/* A leaf block at rest against the rays of mask; those that hit something in it. */
-OP uint64_t pktrt__frustum_leaf(const pktrt__frustum *f, const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t index,
-                                uint64_t mask, const pktrt__variant is) {
-  const pktrt__block *block = pktrt__segment_block(seg, index, false);
-  const float *k0 = &block->vertex[0][0][0];
-  const uint32_t *id = block->id;
-  pktrt__frustum_corners corners;
-  const uint32_t all = pktrt__lanes_occupied(id);
-  uint32_t lanes = pktrt__frustum_cull_triangles(f, b, k0, &corners) & all;
-  COUNT(triangle_culls, pktrt__popcount(all & ~lanes));
-  uint64_t hit = 0;
-  for (; lanes && mask; lanes &= lanes - 1) {
-    const uint32_t lane = pktrt__lowest_bit(lanes);
-    pktrt__tri_common tri;
-    tri.id = id[lane], tri.slot = index * 8 + lane, tri.counts = is.stats ? is.counts : NULL;
-    tri.pad = f->pad, tri.range = corners.range[lane], tri.far_ = corners.far_[lane];
-    COUNT(triangle_tests, pktrt__popcount(mask));
-    const uint64_t h = pktrt__frustum_test_triangle(f, seg, b, k0, &corners, lane, &tri, mask);
-    hit |= h;
-    if (is.occlusion) mask &= ~h;
-  }
-  return hit;
-}
-
 /* What all rays of a packet have in common at the triangles of a moving block. */
 typedef struct pktrt__frustum_motion {
   PKTRT__ALIGN64 float p[3][3][8], way[3][3][8]; /* corners at the first key, as in frustum_corners; from there to the
@@ -6596,9 +6200,87 @@ OP uint32_t pktrt__frustum_cull_moving(const pktrt__frustum *f, const float *k0,
   return pktrt__frustum_reach_inside(&reach, f);
 }
 
-#ifdef PKTRT__OTHER_TESTS
+/* >>leaves: rays and packets at leaf blocks ------------------------------------------------------------------------ */
+
+#ifdef PKTRT__OTHER_TESTS /* a file with other tests of triangles in place of these; its path from here, in quotes */
 #include PKTRT__OTHER_TESTS
 #else
+/* A ray, of a batch or alone, against a leaf block: the lanes that pktrt__tri_record tells of. Occlusion without counts: 1
+   if anything is hit, and no lanes. */
+OP uint32_t pktrt__tri_block_template(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, pktrt__single *single, uint32_t index,
+                            const pktrt__variant is) {
+  if (is.occlusion && !is.stats) return pktrt__tri_any_hit(seg, b, r, single, index, is.moving);
+  const pktrt__block *block = pktrt__segment_block(seg, index, is.moving);
+  const uint32_t *id = block->id;
+  const pktrt__tri_shear q = single ? pktrt__tri_shear_single(single, is.moving) : pktrt__tri_shear_batch(b, r, is.moving);
+  const pktrt__tri_estimate e = pktrt__tri_filter_block(&q, seg, block, single ? single->wf : b->wf[r], true, is.moving);
+  COUNT(triangle_tests, pktrt__popcount(pktrt__lanes_occupied(id)));
+  if (!e.maybe) return 0;
+  PKTRT__ALIGN64 float lo[8], hi[8];
+  vstore(lo, e.lo);
+  vstore(hi, e.hi);
+  const pktrt__tri_candidates c = {index, id, lo, hi, e.maybe, e.sure};
+  return pktrt__tri_record(seg, b, r, single, &c, is);
+}
+
+/* The nearest hits of the rays of mask in a block. WHY: what single precision says is noted of all of them before the
+   first is looked at: without a branch between them, the work on one ray overlaps that on the next. */
+OP uint64_t pktrt__stream_closest_block(const pktrt__bvh_segment *seg, pktrt__batch *b, const uint8_t *list, uint64_t mask,
+                               uint32_t index, const bool moving) {
+  const pktrt__block *block = pktrt__segment_block(seg, index, moving);
+  const uint32_t *id = block->id;
+  enum { NOTES = 24 };
+  PKTRT__ALIGN64 float lo[NOTES][8], hi[NOTES][8];
+  uint8_t maybe[NOTES], sure[NOTES], ray[NOTES];
+  uint64_t hit = 0;
+  while (mask) {
+    uint32_t n = 0;
+    for (; mask && n < NOTES; mask &= mask - 1) {
+      const uint32_t i = pktrt__lowest_bit(mask), r = list[i];
+      const pktrt__tri_shear q = pktrt__tri_shear_batch(b, r, moving);
+      const pktrt__tri_estimate e = pktrt__tri_filter_block(&q, seg, block, b->wf[r], false, moving);
+      vstore(lo[n], e.lo);
+      vstore(hi[n], e.hi);
+      maybe[n] = (uint8_t)e.maybe, sure[n] = (uint8_t)e.sure, ray[n] = (uint8_t)i;
+      n += e.maybe != 0;
+    }
+    for (uint32_t j = 0; j < n; j++) {
+      const uint32_t r = list[ray[j]];
+      const pktrt__tri_candidates c = {index, id, lo[j], hi[j], maybe[j], sure[j]};
+      if (pktrt__tri_record(seg, b, r, NULL, &c, pktrt__variant_of(false, moving, false, NULL)))
+        hit |= (uint64_t)1 << ray[j];
+    }
+  }
+  return hit;
+}
+
+/* One triangle at rest (lane of a block) against the rays of mask; those that hit it. */
+OP uint64_t pktrt__frustum_test_triangle(const pktrt__frustum *f, const pktrt__bvh_segment *seg, pktrt__batch *b,
+                                         const float *k0, const pktrt__frustum_corners *corners, uint32_t lane,
+                                         const pktrt__tri_common *tri, uint64_t mask) {
+  const uint32_t axis[3] = {f->ku, f->kv, f->k};
+  uint64_t result = 0;
+  for (uint32_t i = 0; i < 64; i += FW) {
+    const uint32_t rays = (uint32_t)(mask >> i) & ((1u << FW) - 1);
+    if (!rays) continue;
+    const uint32_t r = f->base + i;
+    vf x[3], y[3], z[3];
+    const vf su = fload(b->slope[0] + r), sv = fload(b->slope[1] + r);
+    UNROLL for (int c = 0; c < 3; c++) {
+      vf q[3];
+      UNROLL for (int j = 0; j < 3; j++) {
+        if (f->common) q[j] = fset(corners->p[c][j][lane]);
+        else q[j] = fsub(fset(k0[24 * (uint32_t)c + 8 * axis[j] + lane]), fload(b->o[axis[j]] + r));
+      }
+      z[c] = q[2];
+      x[c] = fsub(q[0], fmul(su, q[2]));
+      y[c] = fsub(q[1], fmul(sv, q[2]));
+    }
+    result |= (uint64_t)pktrt__frustum_filter(seg, b, r, rays, x, y, z, tri) << i;
+  }
+  return result;
+}
+
 /* One moving triangle, its corners at k0 and k1, against a vector of rays, as the canonical test has it; those that hit
    it. */
 PKTRT__NOINLINE uint32_t pktrt__frustum_test_moving(const pktrt__frustum *f, const pktrt__bvh_segment *seg,
@@ -6644,7 +6326,94 @@ OP uint64_t pktrt__frustum_filter_moving(const pktrt__frustum *f, const pktrt__b
   }
   return ~out;
 }
+#endif /* PKTRT__OTHER_TESTS */
+
+OP uint32_t pktrt__tri_ray_block_inline(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, uint32_t index,
+                            const pktrt__variant is) {
+  return pktrt__tri_block_template(seg, b, r, NULL, index, is);
+}
+
+/* Kernels are templates over three truths known at compile time; these are their instances. Counting is done by the
+   moving form alone, also where nothing moves (but for blocks of packets): weights 1 and 0 of one and the same key give
+   the same bits. Where vectors are at hand, nobody races the scalar kernels: there, what moves is always counted,
+   packets of the paper have the moving form alone, and the fast path has streams, but no frusta, which would be a third
+   of their code. */
+#if defined(PKTRT_NO_FRUSTA) || PKTRT__WITH_FEW_INSTANCES
+#define FRUSTA 0
+#else
+#define FRUSTA 1
 #endif
+#if !defined(PKTRT_NO_STATS) || (PKTRT__WITH_FEW_INSTANCES && !defined(PKTRT_NO_MOTION))
+#define IF_COUNTED(x) x
+#else
+#define IF_COUNTED(x)
+#endif
+#if !defined(PKTRT_NO_MOTION) && !PKTRT__WITH_FEW_INSTANCES
+#define IF_MOVING(x) x
+#else
+#define IF_MOVING(x)
+#endif
+#define PKTRT__INSTANCES(INSTANCE)                                                                                     \
+  INSTANCE(00, false, false, false)                                                                                    \
+  INSTANCE(10, true, false, false)                                                                                     \
+  IF_MOVING(INSTANCE(01, false, true, false) INSTANCE(11, true, true, false))                                          \
+  IF_COUNTED(INSTANCE(0s, false, PKTRT__MOTION != 0, PKTRT__STATS != 0)                                                \
+             INSTANCE(1s, true, PKTRT__MOTION != 0, PKTRT__STATS != 0))
+#define PKTRT__PICK(name)                                                                                              \
+  (is.occlusion ? IF_COUNTED(is.stats || (PKTRT__WITH_FEW_INSTANCES && is.moving) ? PKTRT__NAME(name##_1s) :)          \
+                      IF_MOVING(is.moving ? PKTRT__NAME(name##_11) :) PKTRT__NAME(name##_10)                           \
+                : IF_COUNTED(is.stats || (PKTRT__WITH_FEW_INSTANCES && is.moving) ? PKTRT__NAME(name##_0s) :)          \
+                      IF_MOVING(is.moving ? PKTRT__NAME(name##_01) :) PKTRT__NAME(name##_00))
+
+#if !PKTRT__WITH_V8_REGISTERS
+/* Functions of their own: inlined they would make the code a third longer, and no faster. */
+#define INSTANCE(tag, o, m, s)                                                                                         \
+  PKTRT__NOINLINE uint32_t PKTRT__NAME(pktrt__tri_block_##tag)(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r,                 \
+                                                 pktrt__single *single, uint32_t index, pktrt_counts *counts) {            \
+    return pktrt__tri_block_template(seg, b, r, single, index, pktrt__variant_of(o, m, s, counts));                                                  \
+  }
+PKTRT__INSTANCES(INSTANCE) struct pktrt_scene;
+#undef INSTANCE
+#endif
+OP uint32_t pktrt__tri_ray_block(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, uint32_t index,
+                                const pktrt__variant is) {
+#if !PKTRT__WITH_V8_REGISTERS
+  return PKTRT__PICK(pktrt__tri_block)(seg, b, r, NULL, index, is.counts);
+#else
+  return pktrt__tri_ray_block_inline(seg, b, r, index, is);
+#endif
+}
+OP bool pktrt__tri_single_block(const pktrt__bvh_segment *seg, pktrt__single *single, uint32_t index, const pktrt__variant is) {
+#if !PKTRT__WITH_V8_REGISTERS
+  return PKTRT__PICK(pktrt__tri_block)(seg, NULL, 0, single, index, is.counts) != 0;
+#else
+  return pktrt__tri_block_template(seg, NULL, 0, single, index, is) != 0;
+#endif
+}
+
+/* A leaf block at rest against the rays of mask; those that hit something in it. */
+OP uint64_t pktrt__frustum_leaf(const pktrt__frustum *f, const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t index,
+                                uint64_t mask, const pktrt__variant is) {
+  const pktrt__block *block = pktrt__segment_block(seg, index, false);
+  const float *k0 = &block->vertex[0][0][0];
+  const uint32_t *id = block->id;
+  pktrt__frustum_corners corners;
+  const uint32_t all = pktrt__lanes_occupied(id);
+  uint32_t lanes = pktrt__frustum_cull_triangles(f, b, k0, &corners) & all;
+  COUNT(triangle_culls, pktrt__popcount(all & ~lanes));
+  uint64_t hit = 0;
+  for (; lanes && mask; lanes &= lanes - 1) {
+    const uint32_t lane = pktrt__lowest_bit(lanes);
+    pktrt__tri_common tri;
+    tri.id = id[lane], tri.slot = index * 8 + lane, tri.counts = is.stats ? is.counts : NULL;
+    tri.pad = f->pad, tri.range = corners.range[lane], tri.far_ = corners.far_[lane];
+    COUNT(triangle_tests, pktrt__popcount(mask));
+    const uint64_t h = pktrt__frustum_test_triangle(f, seg, b, k0, &corners, lane, &tri, mask);
+    hit |= h;
+    if (is.occlusion) mask &= ~h;
+  }
+  return hit;
+}
 
 /* As frustum_block, of a moving block; `counts` only where there is counting. A function of its own: less code. */
 PKTRT__NOINLINE uint64_t pktrt__frustum_leaf_moving(const pktrt__frustum *f, const pktrt__bvh_segment *seg, pktrt__batch *b,
@@ -6676,6 +6445,235 @@ PKTRT__NOINLINE uint64_t pktrt__frustum_leaf_moving(const pktrt__frustum *f, con
   }
   return hit;
 }
+
+/* >>single -----------------------------------------------------------------------------------------------------------
+   One ray from a subtree's root. */
+
+/* What the boxes want of it, once per tree. */
+typedef struct pktrt__single_slabs {
+  v8 rd[3], cn[3], cf[3], wn, ta, tb;
+  const pktrt__single *ray;
+  size_t near_[3], far_[3]; /* where the planes stand, in floats behind the first ones of the axis: 0 or 8 */
+} pktrt__single_slabs;
+
+OP pktrt__single_slabs pktrt__single_slabs_of(const pktrt__single *ray, const bool moving) {
+  pktrt__single_slabs q;
+  UNROLL for (uint32_t a = 0; a < 3; a++) {
+    q.rd[a] = vset(ray->rd[a]), q.cn[a] = vset(ray->cn[a]), q.cf[a] = vset(ray->cf[a]);
+    q.near_[a] = (ray->octant & 1u << a) << (3 - a), q.far_[a] = 8 ^ q.near_[a];
+  }
+  q.wn = vset(ray->wn), q.ray = ray;
+  if (moving) q.ta = vset(ray->ta), q.tb = vset(ray->tb);
+  return q;
+}
+
+/* One side of the children along an axis. */
+OP v8 pktrt__single_plane(const pktrt__single_slabs *q, const pktrt__bvh_segment *seg, const pktrt__node *node, size_t at,
+                 const bool moving) {
+  const float *p0 = pktrt__segment_planes(seg, node, 0, moving) + at;
+  const float *p1 = pktrt__segment_planes(seg, node, 1, moving) + at;
+  return moving ? vfma(q->ta, vload(p0), vmul(q->tb, vload(p1))) : vload(p0);
+}
+
+/* The children of a node that it may hit before the depth wf, and its entry depths. */
+OP uint32_t pktrt__single_test_children(const pktrt__single_slabs *q, const pktrt__bvh_segment *seg, const pktrt__node *node, float wf,
+                             const bool moving, v8 *entry) {
+  v8 n[3], f[3];
+  UNROLL for (int a = 0; a < 3; a++) {
+    const v8 rd = PKTRT__WITH_FEW_REGISTERS ? vset(q->ray->rd[a]) : q->rd[a];
+    const v8 cn = PKTRT__WITH_FEW_REGISTERS ? vset(q->ray->cn[a]) : q->cn[a], cf = PKTRT__WITH_FEW_REGISTERS ? vset(q->ray->cf[a]) : q->cf[a];
+    n[a] = vfms(pktrt__single_plane(q, seg, node, 16 * (size_t)a + q->near_[a], moving), rd, cn);
+    f[a] = vfms(pktrt__single_plane(q, seg, node, 16 * (size_t)a + q->far_[a], moving), rd, cf);
+  }
+  *entry = vmax(vmax(n[0], n[1]), vmax(n[2], q->wn));
+  return mbits(vle(*entry, vmin(vmin(f[0], f[1]), vmin(f[2], vset(wf)))));
+}
+
+/* The references of a node's children, and how many there are: what is counted, for empty places are tested for nothing. */
+OP const uint32_t *pktrt__bvh_children(const pktrt__bvh_segment *seg, uint32_t ref, const bool moving) {
+  const pktrt__node *node = pktrt__segment_node(seg, ref, moving);
+  return node->child;
+}
+OP uint32_t pktrt__bvh_child_count(const uint32_t *child) { return 8 - pktrt__popcount8(veq_u32(child, PKTRT__EMPTY)); }
+
+/* Opens a node: its children as above. */
+OP uint32_t pktrt__single_open_node(const pktrt__single_slabs *q, const pktrt__bvh_segment *seg, uint32_t ref, float wf,
+                            const uint32_t **child, v8 *entry, const pktrt__variant is) {
+  const pktrt__node *node = pktrt__segment_node(seg, ref, is.moving);
+  *child = node->child;
+  COUNT(node_visits, 1);
+  COUNT(box_tests, pktrt__bvh_child_count(*child));
+  return pktrt__single_test_children(q, seg, node, wf, is.moving, entry);
+}
+
+/* The nearest hit: nearest child first. */
+OP bool pktrt__single_closest_hit(const pktrt__bvh_segment *seg, pktrt__single *ray, uint32_t ref, const pktrt__variant is) {
+  struct {
+    uint32_t ref;
+    float dist;
+  } stack[PKTRT__STACK + 8], *top = stack;
+  PKTRT__ALIGN64 float dist[8];
+  const pktrt__single_slabs q = pktrt__single_slabs_of(ray, is.moving);
+  const uint32_t slot = ray->slot, id = ray->id;
+  for (;;) {
+    if (ref & PKTRT__LEAF) {
+      pktrt__tri_single_block(seg, ray, ref & ~PKTRT__LEAF, is);
+    } else {
+      const uint32_t *child;
+      v8 entry;
+      uint32_t bits = pktrt__single_open_node(&q, seg, ref, ray->wf, &child, &entry, is);
+      if (bits) {
+        uint32_t c = pktrt__lowest_bit(bits);
+        ref = child[c];
+        if (!(bits &= bits - 1)) continue;
+        vstore(dist, entry);
+        float best = dist[c];
+        do { /* the nearest goes on, the others wait */
+          c = pktrt__lowest_bit(bits);
+          const float d = dist[c];
+          const uint32_t other = child[c];
+          pktrt__bvh_prefetch(seg, other, is.moving);
+          if (d < best) {
+            top->ref = ref, top->dist = best;
+            ref = other, best = d;
+          } else {
+            top->ref = other, top->dist = d;
+          }
+          top++;
+        } while (bits &= bits - 1);
+        continue;
+      }
+    }
+    do {
+      if (top == stack) return ray->slot != slot || ray->id != id;
+      ref = (--top)->ref;
+    } while (top->dist > ray->wf);
+  }
+}
+
+/* Any hit: children in the order of the build, the last one first. */
+OP bool pktrt__single_any_hit(const pktrt__bvh_segment *seg, pktrt__single *ray, uint32_t ref, const pktrt__variant is) {
+  uint32_t refs[PKTRT__STACK + 8], *top = refs;
+  const pktrt__single_slabs q = pktrt__single_slabs_of(ray, is.moving);
+  for (;;) {
+    if (ref & PKTRT__LEAF) {
+      if (pktrt__tri_single_block(seg, ray, ref & ~PKTRT__LEAF, is)) return true;
+    } else {
+      const uint32_t *child;
+      v8 entry;
+      uint32_t bits = pktrt__single_open_node(&q, seg, ref, ray->wf, &child, &entry, is);
+      if (bits) {
+        ref = child[pktrt__lowest_bit(bits)];
+        while (bits &= bits - 1) *top++ = ref, ref = child[pktrt__lowest_bit(bits)];
+        continue;
+      }
+    }
+    if (top == refs) return false;
+    ref = *--top;
+  }
+}
+
+/* >>stream ----------------------------------------------------------------------------------------------------------
+
+   Up to 64 rays of one octant from a subtree's root. Every ray does the work it would do alone; they share node loads,
+   the order of the children and the stack, whose entries carry the mask of the rays concerned. list[i]: the ray of bit
+   i. Returns those that hit something. */
+typedef struct pktrt__stream_stack {
+  uint64_t masks[PKTRT__STACK + 8];
+  uint32_t refs[PKTRT__STACK + 8], n;
+  float dists[PKTRT__STACK + 8]; /* not for any hit */
+} pktrt__stream_stack;
+
+/* Opens a node for the rays of mask. For any hit children are pushed as the build has them. */
+OP void pktrt__stream_open_node(const pktrt__bvh_segment *seg, pktrt__batch *b, const uint8_t *list, uint64_t mask, uint32_t ref,
+                          uint32_t octant, pktrt__stream_stack *stack, const pktrt__variant is) {
+  const pktrt__node *node = pktrt__segment_node(seg, ref, is.moving);
+  const uint32_t *child = node->child;
+  const pktrt__box_slabs s = pktrt__box_load_slabs(seg, node, octant, is.moving);
+  const uint32_t sp = stack->n;
+  a8 rays = azero();
+  v8 dist = vset(INFINITY);
+  for (uint64_t m = mask; m; m &= m - 1) {
+    const uint32_t i = pktrt__lowest_bit(m);
+    v8 entry;
+    const m8 enters = pktrt__box_test_children(&s, b, list[i], is.moving, &entry);
+    rays = aor(rays, enters, i);
+    if (!is.occlusion) dist = vsel(enters, entry, dist); /* asked of children that one ray alone enters */
+  }
+  stack->n += apush(rays, child, dist, is.occlusion ? PKTRT__IN_ORDER : node->order[octant], stack->masks + sp,
+                    stack->refs + sp, stack->dists + sp);
+  for (uint32_t i = sp; i < stack->n; i++) pktrt__bvh_prefetch(seg, stack->refs[i], is.moving);
+}
+
+/* A block against the rays of mask: together where that is faster, else one by one. */
+OP uint64_t pktrt__stream_leaf(const pktrt__bvh_segment *seg, pktrt__batch *b, const uint8_t *list, uint64_t mask,
+                              uint32_t index, const pktrt__variant is) {
+  uint64_t hit = 0;
+#if PKTRT__WITH_V8_REGISTERS
+  if (!is.occlusion && !is.stats) return pktrt__stream_closest_block(seg, b, list, mask, index, is.moving);
+#endif
+  for (; mask; mask &= mask - 1) {
+    const uint32_t i = pktrt__lowest_bit(mask);
+    if (pktrt__tri_ray_block(seg, b, list[i], index, is)) hit |= (uint64_t)1 << i;
+  }
+  return hit;
+}
+
+OP uint64_t pktrt__stream_template(const pktrt__bvh_segment *seg, pktrt__batch *b, const uint8_t *list, uint64_t mask, uint32_t ref,
+                         const pktrt__variant is) {
+  pktrt__stream_stack stack;
+  uint64_t hit = 0;
+  const uint32_t octant = b->octant[list[pktrt__lowest_bit(mask)]];
+  stack.n = 0;
+  for (;;) {
+    if (ref & PKTRT__LEAF) {
+      hit |= pktrt__stream_leaf(seg, b, list, mask, ref & ~PKTRT__LEAF, is);
+    } else {
+      COUNT(node_visits, 1);
+      COUNT(box_tests, pktrt__bvh_child_count(pktrt__bvh_children(seg, ref, is.moving)) * pktrt__popcount(mask));
+      pktrt__stream_open_node(seg, b, list, mask, ref, octant, &stack, is);
+    }
+    do { /* masks of entries pushed earlier may hold rays that are done */
+      if (!stack.n) return hit;
+      mask = stack.masks[--stack.n];
+      if (is.occlusion) mask &= ~hit;
+      else if (!(mask & (mask - 1)) && stack.dists[stack.n] > b->wf[list[pktrt__lowest_bit(mask)]]) mask = 0;
+    } while (!mask);
+    ref = stack.refs[stack.n];
+  }
+}
+
+#define INSTANCE(tag, o, m, s)                                                                                         \
+  PKTRT__NOINLINE bool PKTRT__NAME(pktrt__single_##tag)(const pktrt__bvh_segment *seg, pktrt__single *ray, uint32_t ref,                     \
+                                          pktrt_counts *counts) {                                                      \
+    return o ? pktrt__single_any_hit(seg, ray, ref, pktrt__variant_of(o, m, s, counts)) : pktrt__single_closest_hit(seg, ray, ref, pktrt__variant_of(o, m, s, counts));                \
+  }                                                                                                                    \
+  PKTRT__NOINLINE uint64_t PKTRT__NAME(pktrt__stream_##tag)(const pktrt__bvh_segment *seg, pktrt__batch *b, const uint8_t *list,           \
+                                              uint64_t mask, uint32_t ref, pktrt_counts *counts) {                     \
+    return pktrt__stream_template(seg, b, list, mask, ref, pktrt__variant_of(o, m, s, counts));                                                    \
+  }
+PKTRT__INSTANCES(INSTANCE) struct pktrt_scene;
+#undef INSTANCE
+
+OP bool pktrt__single_traverse(const pktrt__bvh_segment *seg, pktrt__single *ray, uint32_t ref, const pktrt__variant is) {
+  return PKTRT__PICK(pktrt__single)(seg, ray, ref, is.counts);
+}
+/* A lone ray needs no stream. */
+OP uint64_t pktrt__stream_traverse(const pktrt__bvh_segment *seg, pktrt__batch *b, const uint8_t *list, uint64_t mask, uint32_t ref,
+                             const pktrt__variant is) {
+  if (!(mask & (mask - 1))) {
+    const uint32_t r = list[pktrt__lowest_bit(mask)];
+    pktrt_ray ray;
+    pktrt__single q;
+    pktrt__single_from_batch(b, r, &ray, &q);
+    if (!pktrt__single_traverse(seg, &q, ref, is)) return 0;
+    pktrt__single_to_batch(b, r, &q);
+    return mask;
+  }
+  return PKTRT__PICK(pktrt__stream)(seg, b, list, mask, ref, is.counts);
+}
+
+/* >>packets: frustum packets through the tree ---------------------------------------------------------------------- */
 
 typedef struct pktrt__frustum_entry {
   uint64_t mask;

@@ -22,8 +22,8 @@ typedef struct depths { /* how far the rays of a batch look before they hit anyt
 } depths;
 
 typedef struct course {
-  pktrt_scene *tree; /* of one group of meshes */
-  pktrt__bvh_segment view;
+  pktrt_scene *tree; /* with one BVH */
+  pktrt__bvh_segment seg;
   bool moving;
   size_t rays, batches;
   pktrt__batch *batch;
@@ -40,34 +40,44 @@ typedef struct race_set {
 } race_set;
 #endif
 
-OP v8 NAME(kensler_dot)(const v8 *a, const v8 *b) { return vfma(a[0], b[0], vfma(a[1], b[1], vmul(a[2], b[2]))); }
-OP void NAME(kensler_cross)(const v8 *a, const v8 *b, v8 *out) {
+#define kensler_block PKTRT__NAME(kensler_block)
+#define kensler_cross PKTRT__NAME(kensler_cross)
+#define kensler_dot PKTRT__NAME(kensler_dot)
+#define kensler_ours PKTRT__NAME(kensler_ours)
+#define kensler_race PKTRT__NAME(kensler_race)
+#define kensler_races PKTRT__NAME(kensler_races)
+#define kensler_rays PKTRT__NAME(kensler_rays)
+#define kensler_test PKTRT__NAME(kensler_test)
+#define kensler_theirs PKTRT__NAME(kensler_theirs)
+
+OP v8 kensler_dot(const v8 *a, const v8 *b) { return vfma(a[0], b[0], vfma(a[1], b[1], vmul(a[2], b[2]))); }
+OP void kensler_cross(const v8 *a, const v8 *b, v8 *out) {
   out[0] = vfms(a[1], b[2], vmul(a[2], b[1]));
   out[1] = vfms(a[2], b[0], vmul(a[0], b[2]));
   out[2] = vfms(a[0], b[1], vmul(a[1], b[0]));
 }
 
 /* Eight rays and triangles; the bits of those that meet at t in (tmin, tmax). t is written only if there are any. */
-OP uint32_t NAME(kensler_test)(const v8 *p0, const v8 *e0, const v8 *e1, const v8 *n, const v8 *o, const v8 *d, v8 tmin,
-                               v8 tmax, v8 *t) {
+OP uint32_t kensler_test(const v8 *p0, const v8 *e0, const v8 *e1, const v8 *n, const v8 *o, const v8 *d, v8 tmin,
+                         v8 tmax, v8 *t) {
   const v8 r[3] = {vsub(p0[0], o[0]), vsub(p0[1], o[1]), vsub(p0[2], o[2])}, zero = vset(0);
   v8 i[3];
-  NAME(kensler_cross)(r, d, i);
-  const v8 det = NAME(kensler_dot)(n, d), beta = NAME(kensler_dot)(e1, i), gamma = NAME(kensler_dot)(e0, i);
+  kensler_cross(r, d, i);
+  const v8 det = kensler_dot(n, d), beta = kensler_dot(e1, i), gamma = kensler_dot(e0, i);
   const v8 alpha = vsub(vsub(det, beta), gamma);
   const m8 drop = mand(vlt(vmin(alpha, vmin(beta, gamma)), zero), vlt(zero, vmax(alpha, vmax(beta, gamma))));
   const uint32_t bits = 0xFFu & ~mbits(drop);
   if (!bits) return 0;
-  *t = vdiv(NAME(kensler_dot)(n, r), det); /* no number that counts where det is 0 */
+  *t = vdiv(kensler_dot(n, r), det); /* no number that counts where det is 0 */
   return bits & mbits(mand(vlt(tmin, *t), vlt(*t, tmax)));
 }
 
 /* One ray against a leaf block. */
-OP void NAME(kensler_block)(const pktrt__bvh_segment *view, pktrt__batch *b, uint32_t r, uint32_t index, const bool moving) {
-  const unsigned char *block = view->blocks + index * view->block_bytes;
-  const float *k0 = (const float *)(const void *)(block + view->vertex0);
-  const float *k1 = (const float *)(const void *)(block + view->vertex1);
-  const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
+OP void kensler_block(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, uint32_t index, const bool moving) {
+  const pktrt__block *block = pktrt__segment_block(seg, index, moving);
+  const float *k0 = pktrt__segment_vertices(seg, block, 0, moving),
+              *k1 = pktrt__segment_vertices(seg, block, 1, moving);
+  const uint32_t *id = block->id;
   const v8 ta = vset(b->ta[r]), tb = vset(b->tb[r]);
   v8 p0[3], e0[3], e1[3], n[3], o[3], d[3], t;
   UNROLL for (uint32_t a = 0; a < 3; a++) {
@@ -76,8 +86,8 @@ OP void NAME(kensler_block)(const pktrt__bvh_segment *view, pktrt__batch *b, uin
     e1[a] = vsub(p0[a], pktrt__tri_corner(k0 + 48 + 8 * a, k1 + 48 + 8 * a, ta, tb, moving));
     o[a] = vset(b->o[a][r]), d[a] = vset(b->d[a][r]);
   }
-  NAME(kensler_cross)(e0, e1, n);
-  uint32_t bits = NAME(kensler_test)(p0, e0, e1, n, o, d, vset(b->tmin[r]), vset(b->t[r]), &t);
+  kensler_cross(e0, e1, n);
+  uint32_t bits = kensler_test(p0, e0, e1, n, o, d, vset(b->tmin[r]), vset(b->t[r]), &t);
   if (!bits || !(bits &= pktrt__lanes_occupied(id))) return;
   PKTRT__ALIGN64 float ts[8];
   vstore(ts, t);
@@ -87,74 +97,83 @@ OP void NAME(kensler_block)(const pktrt__bvh_segment *view, pktrt__batch *b, uin
   }
 }
 
-/* One triangle against those of rays r to r + 7 that `bits` names. At rest, what needs no ray is the same for all. */
-OP void NAME(kensler_rays)(pktrt__batch *b, const float *k0, const float *k1, uint32_t r, uint32_t bits, uint32_t lane,
-                           uint32_t id, uint32_t slot, const bool moving) {
+/* One triangle, its corners at k0 and k1, against those of rays r to r + 7 that `bits` names. At rest, what needs no ray
+   is the same for all. */
+OP void kensler_rays(pktrt__batch *b, const float *k0, const float *k1, uint32_t r, uint32_t bits, uint32_t id,
+                     uint32_t slot, const bool moving) {
   v8 p0[3], e0[3], e1[3], n[3], o[3], d[3], t;
   if (moving) {
     const v8 ta = vload(b->ta + r), tb = vload(b->tb + r);
     v8 p[9];
-    UNROLL for (uint32_t i = 0; i < 9; i++) p[i] =
-        vadd(vmul(ta, vset(k0[8 * i + lane])), vmul(tb, vset(k1[8 * i + lane])));
+    UNROLL for (uint32_t i = 0; i < 9; i++) p[i] = vadd(vmul(ta, vset(k0[8 * i])), vmul(tb, vset(k1[8 * i])));
     UNROLL for (uint32_t a = 0; a < 3; a++) p0[a] = p[a], e0[a] = vsub(p[3 + a], p[a]), e1[a] = vsub(p[a], p[6 + a]);
-    NAME(kensler_cross)(e0, e1, n);
+    kensler_cross(e0, e1, n);
   } else {
     float p[3], f[3], g[3];
-    UNROLL for (uint32_t a = 0; a < 3; a++) p[a] = k0[8 * a + lane], f[a] = k0[24 + 8 * a + lane] - p[a],
-                                            g[a] = p[a] - k0[48 + 8 * a + lane];
+    UNROLL for (uint32_t a = 0; a < 3; a++) p[a] = k0[8 * a], f[a] = k0[24 + 8 * a] - p[a],
+                                            g[a] = p[a] - k0[48 + 8 * a];
     UNROLL for (uint32_t a = 0; a < 3; a++) {
       const uint32_t u = (a + 1) % 3, v = (a + 2) % 3;
       p0[a] = vset(p[a]), e0[a] = vset(f[a]), e1[a] = vset(g[a]), n[a] = vset(f[u] * g[v] - f[v] * g[u]);
     }
   }
   UNROLL for (uint32_t a = 0; a < 3; a++) o[a] = vload(b->o[a] + r), d[a] = vload(b->d[a] + r);
-  const uint32_t hit = bits & NAME(kensler_test)(p0, e0, e1, n, o, d, vload(b->tmin + r), vload(b->t + r), &t);
+  const uint32_t hit = bits & kensler_test(p0, e0, e1, n, o, d, vload(b->tmin + r), vload(b->t + r), &t);
   if (!hit) return;
   const m8 m = mfrom(hit);
-  vput(b->t + r, m, t);
-  vput_u32(b->id + r, m, id);
-  vput_u32(b->slot + r, m, slot);
+  vstore_masked(b->t + r, m, t);
+  vstore_masked_u32(b->id + r, m, id);
+  vstore_masked_u32(b->slot + r, m, slot);
 }
 
 #ifndef KENSLER_ALONE /* who wants no race */
-/* pktrt's way with the same triangle and rays: as in a leaf of the paper path. */
-OP void NAME(kensler_ours)(const pktrt__bvh_segment *view, pktrt__batch *b, const float *k0, const float *k1,
-                           const uint32_t *id, uint32_t r, uint32_t bits, uint32_t index, const bool moving) {
+/* pktrt's way with the same rays and triangles: as in a leaf of the paper path. */
+OP void kensler_ours(const pktrt__bvh_segment *seg, pktrt__batch *b, const visit *v, const bool moving) {
+  const pktrt__variant is = pktrt__variant_of(false, moving, false, NULL);
+  const pktrt__block *block = pktrt__segment_block(seg, v->block, moving);
+  const float *k0 = pktrt__segment_vertices(seg, block, 0, moving),
+              *k1 = pktrt__segment_vertices(seg, block, 1, moving);
+  const uint32_t r = v->ray, bits = v->bits, *id = block->id;
   pktrt__paper_packet p;
-  p.b = b, p.view = view;
+  p.b = b, p.seg = seg;
   bool same = true;
-  for (uint32_t m = bits; m; m &= m - 1) same &= b->axis[r + pktrt__lowest_bit(m)] == b->axis[r + pktrt__lowest_bit(bits)];
+  for (uint32_t m = bits; m; m &= m - 1)
+    same &= b->axis[r + pktrt__lowest_bit(m)] == b->axis[r + pktrt__lowest_bit(bits)];
   for (uint32_t m = same ? pktrt__lanes_occupied(id) : 0; m; m &= m - 1) {
     const uint32_t lane = pktrt__lowest_bit(m);
-    pktrt__paper_test_triangle(&p, k0, k1, r, bits, lane, id[lane], index * 8 + lane, moving, false, NULL);
+    pktrt__paper_test_triangle(&p, k0 + lane, k1 + lane, r, bits, id[lane], v->block * 8 + lane, is);
   }
   for (uint32_t m = same ? 0 : bits; m; m &= m - 1)
-    pktrt__tri_ray_block(view, b, r + pktrt__lowest_bit(m), index, false, moving, false, NULL);
+    pktrt__tri_ray_block(seg, b, r + pktrt__lowest_bit(m), v->block, is);
 }
 
-OP void NAME(race)(const course *c, size_t batch, const bool kensler, const bool groups, const bool moving) {
+/* The same by Kensler and Shirley's test. */
+OP void kensler_theirs(const pktrt__bvh_segment *seg, pktrt__batch *b, const visit *v, const bool moving) {
+  const pktrt__block *block = pktrt__segment_block(seg, v->block, moving);
+  const float *k0 = pktrt__segment_vertices(seg, block, 0, moving),
+              *k1 = pktrt__segment_vertices(seg, block, 1, moving);
+  for (uint32_t m = pktrt__lanes_occupied(block->id); m; m &= m - 1) {
+    const uint32_t lane = pktrt__lowest_bit(m);
+    kensler_rays(b, k0 + lane, k1 + lane, v->ray, v->bits, block->id[lane], v->block * 8 + lane, moving);
+  }
+}
+
+OP void kensler_race(const course *c, size_t batch, const bool kensler, const bool groups, const bool moving) {
+  const pktrt__bvh_segment *seg = &c->seg;
   pktrt__batch *b = &c->batch[batch];
   for (size_t i = c->start[groups][batch]; i < c->start[groups][batch + 1]; i++) {
-    const visit v = c->visit[groups][i];
-    const unsigned char *block = c->view.blocks + v.block * c->view.block_bytes;
-    const float *k0 = (const float *)(const void *)(block + c->view.vertex0);
-    const float *k1 = (const float *)(const void *)(block + c->view.vertex1);
-    const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
-    if (!groups && kensler) NAME(kensler_block)(&c->view, b, v.ray, v.block, moving);
-    else if (!groups) pktrt__tri_ray_block(&c->view, b, v.ray, v.block, false, moving, false, NULL);
-    else if (!kensler) NAME(kensler_ours)(&c->view, b, k0, k1, id, v.ray, v.bits, v.block, moving);
-    else
-      for (uint32_t m = pktrt__lanes_occupied(id); m; m &= m - 1) {
-        const uint32_t lane = pktrt__lowest_bit(m);
-        NAME(kensler_rays)(b, k0, k1, v.ray, v.bits, lane, id[lane], v.block * 8 + lane, moving);
-      }
+    const visit *v = &c->visit[groups][i];
+    if (groups && kensler) kensler_theirs(seg, b, v, moving);
+    else if (groups) kensler_ours(seg, b, v, moving);
+    else if (kensler) kensler_block(seg, b, v->ray, v->block, moving);
+    else pktrt__tri_ray_block(seg, b, v->ray, v->block, pktrt__variant_of(false, moving, false, NULL));
   }
 }
 
 /* A function for each combination, so that none is decided in the loop. */
 #define RACE(tag, kensler, groups, moving)                                                                             \
-  PKTRT__NOINLINE void NAME(race_##tag)(const course *c, size_t batch) {                                               \
-    NAME(race)(c, batch, kensler, groups, moving);                                                                     \
+  PKTRT__NOINLINE void PKTRT__NAME(kensler_race_##tag)(const course *c, size_t batch) {                                \
+    kensler_race(c, batch, kensler, groups, moving);                                                                   \
   }
 RACE(000, false, false, false)
 RACE(001, false, false, true)
@@ -165,7 +184,9 @@ RACE(101, true, false, true)
 RACE(110, true, true, false)
 RACE(111, true, true, true)
 #undef RACE
-static const race_set NAME(races) = {{{{NAME(race_000), NAME(race_001)}, {NAME(race_010), NAME(race_011)}},
-                                      {{NAME(race_100), NAME(race_101)}, {NAME(race_110), NAME(race_111)}}},
-                                     pktrt__batch_setup};
+static const race_set kensler_races = {{{{PKTRT__NAME(kensler_race_000), PKTRT__NAME(kensler_race_001)},
+                                         {PKTRT__NAME(kensler_race_010), PKTRT__NAME(kensler_race_011)}},
+                                        {{PKTRT__NAME(kensler_race_100), PKTRT__NAME(kensler_race_101)},
+                                         {PKTRT__NAME(kensler_race_110), PKTRT__NAME(kensler_race_111)}}},
+                                       pktrt__batch_setup};
 #endif

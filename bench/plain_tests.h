@@ -1,7 +1,7 @@
 /* plain_tests.h - textbook tests of triangles in pktrt's own kernels, in place of its exact ones: what does it cost
    that no ray leaks? Kensler and Shirley's (2006) as in kensler_stamp.h, or with PLAIN_MOLLER Moeller and Trumbore's
-   (1997). No include guard: pktrt.h includes it three times for each instruction set (PKTRT__OTHER_TESTS), where it
-   would define the tests of a ray and a leaf, of a packet and a triangle, of a packet and a moving triangle.
+   (1997). No include guard: pktrt.h includes it once for each instruction set (PKTRT__OTHER_TESTS, in >>leaves), in
+   place of its tests of a ray and a leaf, of a packet and a triangle, of a packet and a moving triangle.
 
    Both tests are given what makes them fast: sums of products are fused where the machine can, nothing is divided until
    a lane has passed, and what needs no ray is computed once for a packet. Trees, boxes, orders, culling of triangles by
@@ -11,8 +11,6 @@
 
        D = f.p      u = r.p / D      v = d.q / D      t = g.q / D */
 
-#ifndef PLAIN_PART
-#define PLAIN_PART 1
 #ifndef PLAIN_TO /* where edge g goes: to p2, or from there to p0 */
 #ifdef PLAIN_MOLLER
 #define PLAIN_TO 2
@@ -21,10 +19,21 @@
 #endif
 #endif
 
+#define plain_block PKTRT__NAME(plain_block)
+#define plain_cross PKTRT__NAME(plain_cross)
+#define plain_cross_f PKTRT__NAME(plain_cross_f)
+#define plain_dot PKTRT__NAME(plain_dot)
+#define plain_dot_f PKTRT__NAME(plain_dot_f)
+#define plain_origin PKTRT__NAME(plain_origin)
+#define plain_rays PKTRT__NAME(plain_rays)
+#define plain_signs PKTRT__NAME(plain_signs)
+#define plain_take PKTRT__NAME(plain_take)
+#define plain_triangle PKTRT__NAME(plain_triangle)
+
 /* --- a ray and a leaf --- */
 
-OP v8 NAME(plain_dot)(const v8 *a, const v8 *b) { return vfma(a[0], b[0], vfma(a[1], b[1], vmul(a[2], b[2]))); }
-OP void NAME(plain_cross)(const v8 *a, const v8 *b, v8 *out) {
+OP v8 plain_dot(const v8 *a, const v8 *b) { return vfma(a[0], b[0], vfma(a[1], b[1], vmul(a[2], b[2]))); }
+OP void plain_cross(const v8 *a, const v8 *b, v8 *out) {
   out[0] = vfms(a[1], b[2], vmul(a[2], b[1]));
   out[1] = vfms(a[2], b[0], vmul(a[0], b[2]));
   out[2] = vfms(a[0], b[1], vmul(a[1], b[0]));
@@ -32,80 +41,83 @@ OP void NAME(plain_cross)(const v8 *a, const v8 *b, v8 *out) {
 
 /* Three numbers of one sign make a hit, at t = *top / *det. */
 #ifdef PLAIN_MOLLER
-OP uint32_t NAME(plain_signs)(v8 p[3][3], const v8 *o, const v8 *d, v8 *top, v8 *det) {
+OP uint32_t plain_signs(v8 p[3][3], const v8 *o, const v8 *d, v8 *top, v8 *det) {
   v8 f[3], g[3], r[3], across[3], q[3];
   UNROLL for (int a = 0; a < 3; a++) f[a] = vsub(p[1][a], p[0][a]), g[a] = vsub(p[2][a], p[0][a]),
                                      r[a] = vsub(o[a], p[0][a]);
-  NAME(plain_cross)(d, g, across);
-  NAME(plain_cross)(r, f, q);
-  *det = NAME(plain_dot)(f, across);
-  const v8 u = NAME(plain_dot)(r, across), v = NAME(plain_dot)(d, q), w = vsub(vsub(*det, u), v), zero = vset(0);
-  *top = NAME(plain_dot)(g, q);
+  plain_cross(d, g, across);
+  plain_cross(r, f, q);
+  *det = plain_dot(f, across);
+  const v8 u = plain_dot(r, across), v = plain_dot(d, q), w = vsub(vsub(*det, u), v), zero = vset(0);
+  *top = plain_dot(g, q);
   return 0xFFu & ~mbits(mand(vlt(vmin(w, vmin(u, v)), zero), vlt(zero, vmax(w, vmax(u, v)))));
 }
 #else
-OP uint32_t NAME(plain_signs)(v8 p[3][3], const v8 *o, const v8 *d, v8 *top, v8 *det) {
+OP uint32_t plain_signs(v8 p[3][3], const v8 *o, const v8 *d, v8 *top, v8 *det) {
   v8 f[3], g[3], r[3], n[3], i[3];
   UNROLL for (int a = 0; a < 3; a++) f[a] = vsub(p[1][a], p[0][a]), g[a] = vsub(p[0][a], p[2][a]),
                                      r[a] = vsub(p[0][a], o[a]);
-  NAME(plain_cross)(f, g, n);
-  NAME(plain_cross)(r, d, i);
-  *det = NAME(plain_dot)(n, d);
-  const v8 u = NAME(plain_dot)(g, i), v = NAME(plain_dot)(f, i), w = vsub(vsub(*det, u), v), zero = vset(0);
-  *top = NAME(plain_dot)(n, r);
+  plain_cross(f, g, n);
+  plain_cross(r, d, i);
+  *det = plain_dot(n, d);
+  const v8 u = plain_dot(g, i), v = plain_dot(f, i), w = vsub(vsub(*det, u), v), zero = vset(0);
+  *top = plain_dot(n, r);
   return 0xFFu & ~mbits(mand(vlt(vmin(w, vmin(u, v)), zero), vlt(zero, vmax(w, vmax(u, v)))));
 }
 #endif
 
 /* The triangles of a block that a ray hits before what it has hit so far, and their depths. */
-OP uint32_t NAME(plain_block)(const pktrt__bvh_segment *view, const pktrt__batch *b, uint32_t r, const pktrt__single *lone,
-                              const unsigned char *block, const bool moving, v8 *w) {
-  const float *k0 = (const float *)(const void *)(block + (moving ? view->vertex0 : 0));
-  const float *k1 = (const float *)(const void *)(block + (moving ? view->vertex1 : 0));
-  const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
-  const v8 ta = vset(lone ? lone->ta : b->ta[r]), tb = vset(lone ? lone->tb : b->tb[r]);
+OP uint32_t plain_block(const pktrt__bvh_segment *seg, const pktrt__batch *b, uint32_t r, const pktrt__single *single,
+                        const pktrt__block *block, const bool moving, v8 *w) {
+  const float *k0 = pktrt__segment_vertices(seg, block, 0, moving),
+              *k1 = pktrt__segment_vertices(seg, block, 1, moving);
+  const v8 ta = vset(single ? single->ta : b->ta[r]), tb = vset(single ? single->tb : b->tb[r]);
   v8 p[3][3], o[3], d[3], top, det;
   UNROLL for (int a = 0; a < 3; a++) {
-    UNROLL for (int c = 0; c < 3; c++) p[c][a] = pktrt__tri_corner(k0 + 24 * c + 8 * a, k1 + 24 * c + 8 * a, ta, tb, moving);
-    o[a] = vset(lone ? lone->ray->origin[a] : b->o[a][r]), d[a] = vset(lone ? lone->ray->direction[a] : b->d[a][r]);
+    UNROLL for (int c = 0; c < 3; c++) p[c][a] =
+        pktrt__tri_corner(k0 + 24 * c + 8 * a, k1 + 24 * c + 8 * a, ta, tb, moving);
+    o[a] = vset(single ? single->ray->origin[a] : b->o[a][r]),
+    d[a] = vset(single ? single->ray->direction[a] : b->d[a][r]);
   }
-  const uint32_t bits = NAME(plain_signs)(p, o, d, &top, &det) & pktrt__lanes_occupied(id);
+  const uint32_t bits = plain_signs(p, o, d, &top, &det) & pktrt__lanes_occupied(block->id);
   *w = vset(0);
-  if (lone && !bits) return 0; /* streams do better without the branch */
-  *w = vmul(vdiv(top, det), vabs(vset(lone ? lone->dk : b->dk[r])));
-  const v8 wn = vset(lone ? lone->wn : b->wn[r]), wf = vset(lone ? lone->wf : b->wf[r]);
+  if (single && !bits) return 0; /* streams do better without the branch */
+  *w = vmul(vdiv(top, det), vabs(vset(single ? single->dk : b->dk[r])));
+  const v8 wn = vset(single ? single->wn : b->wn[r]), wf = vset(single ? single->wf : b->wf[r]);
   return bits & mbits(mand(vlt(wn, *w), vlt(*w, wf)));
 }
 
-OP void NAME(plain_take)(const pktrt__bvh_segment *view, pktrt__batch *b, uint32_t r, pktrt__single *lone, const uint32_t *id,
-                         uint32_t index, const float *depth, uint32_t bits) {
+/* Goes through the triangles that a ray hits, and records each that is nearer than what was hit before it; returns
+   their lanes. */
+OP uint32_t plain_take(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, pktrt__single *single,
+                       const pktrt__block *block, uint32_t index, const float *depth, uint32_t bits) {
+  uint32_t nearer = 0;
   for (; bits; bits &= bits - 1) {
-    const uint32_t lane = pktrt__lowest_bit(bits), slot = index * 8 + lane;
-    if (!(depth[lane] < (lone ? lone->wf : b->wf[r]))) continue;
-    if (lone) pktrt__single_set_hit(view, lone, depth[lane], depth[lane], id[lane], slot);
-    else pktrt__batch_set_hit(view, b, r, depth[lane], depth[lane], id[lane], slot);
+    const uint32_t lane = pktrt__lowest_bit(bits), id = block->id[lane], slot = index * 8 + lane;
+    if (!(depth[lane] < (single ? single->wf : b->wf[r]))) continue;
+    if (single) pktrt__single_set_hit(seg, single, depth[lane], depth[lane], id, slot);
+    else pktrt__batch_set_hit(seg, b, r, depth[lane], depth[lane], id, slot);
+    nearer |= 1u << lane;
   }
+  return nearer;
 }
 
-OP bool pktrt__tri_block_template(const pktrt__bvh_segment *view, pktrt__batch *b, uint32_t r, pktrt__single *lone, uint32_t index,
-                        const bool occlusion, const bool moving, const bool stats, pktrt_counts *counts) {
-  const unsigned char *block = view->blocks + index * (moving ? view->block_bytes : (size_t)PKTRT__BLOCK_BYTES);
-  const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
+OP uint32_t pktrt__tri_block_template(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, pktrt__single *single,
+                                      uint32_t index, const pktrt__variant is) {
+  const pktrt__block *block = pktrt__segment_block(seg, index, is.moving);
   PKTRT__ALIGN64 float depth[8];
   v8 w;
-  COUNT(triangle_tests, pktrt__popcount(pktrt__lanes_occupied(id)));
-  const uint32_t bits = NAME(plain_block)(view, b, r, lone, block, moving, &w);
-  if (occlusion || !bits) return bits != 0;
+  COUNT(triangle_tests, pktrt__popcount(pktrt__lanes_occupied(block->id)));
+  const uint32_t bits = plain_block(seg, b, r, single, block, is.moving, &w);
+  if (is.occlusion || !bits) return bits;
   vstore(depth, w);
-  NAME(plain_take)(view, b, r, lone, id, index, depth, bits);
-  return true;
+  return plain_take(seg, b, r, single, block, index, depth, bits);
 }
 
 /* As pktrt's: noted of all rays before the first is looked at. */
-OP uint64_t pktrt__stream_closest_block(const pktrt__bvh_segment *view, pktrt__batch *b, const uint8_t *list, uint64_t mask,
-                               uint32_t index, const bool moving) {
-  const unsigned char *block = view->blocks + index * (moving ? view->block_bytes : (size_t)PKTRT__BLOCK_BYTES);
-  const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
+OP uint64_t pktrt__stream_closest_block(const pktrt__bvh_segment *seg, pktrt__batch *b, const uint8_t *list,
+                                        uint64_t mask, uint32_t index, const bool moving) {
+  const pktrt__block *block = pktrt__segment_block(seg, index, moving);
   enum { NOTES = 24 };
   PKTRT__ALIGN64 float depth[NOTES][8];
   uint8_t bits[NOTES], ray[NOTES];
@@ -115,27 +127,23 @@ OP uint64_t pktrt__stream_closest_block(const pktrt__bvh_segment *view, pktrt__b
     for (; mask && n < NOTES; mask &= mask - 1) {
       const uint32_t i = pktrt__lowest_bit(mask);
       v8 w;
-      bits[n] = (uint8_t)NAME(plain_block)(view, b, list[i], NULL, block, moving, &w);
+      bits[n] = (uint8_t)plain_block(seg, b, list[i], NULL, block, moving, &w);
       vstore(depth[n], w);
       ray[n] = (uint8_t)i;
       n += bits[n] != 0;
     }
     for (uint32_t j = 0; j < n; j++) {
-      NAME(plain_take)(view, b, list[ray[j]], NULL, id, index, depth[j], bits[j]);
+      plain_take(seg, b, list[ray[j]], NULL, block, index, depth[j], bits[j]);
       hit |= (uint64_t)1 << ray[j];
     }
   }
   return hit;
 }
 
-#elif PLAIN_PART == 1
-#undef PLAIN_PART
-#define PLAIN_PART 2
-
 /* --- a packet and a triangle --- */
 
-OP vf NAME(plain_dot_f)(const vf *a, const vf *b) { return ffma(a[0], b[0], ffma(a[1], b[1], fmul(a[2], b[2]))); }
-OP void NAME(plain_cross_f)(const vf *a, const vf *b, vf *out) {
+OP vf plain_dot_f(const vf *a, const vf *b) { return ffma(a[0], b[0], ffma(a[1], b[1], fmul(a[2], b[2]))); }
+OP void plain_cross_f(const vf *a, const vf *b, vf *out) {
   out[0] = ffms(a[1], b[2], fmul(a[2], b[1]));
   out[1] = ffms(a[2], b[0], fmul(a[0], b[2]));
   out[2] = ffms(a[0], b[1], fmul(a[1], b[0]));
@@ -144,46 +152,46 @@ OP void NAME(plain_cross_f)(const vf *a, const vf *b, vf *out) {
 /* What a triangle needs for a packet: its first corner, edges f and g (Kensler and Shirley's goes from p2 to p0) and,
    for them, its normal. With one origin for all rays: s = p0 - o (Moeller and Trumbore: o - p0), q = s x f for them, and
    the numerator of t. */
-typedef struct NAME(plain_triangle) {
+typedef struct plain_triangle {
   vf p0[3], f[3], g[3], n[3], s[3], q[3], top;
-} NAME(plain_triangle);
+} plain_triangle;
 
-OP void NAME(plain_origin)(NAME(plain_triangle) *x, const vf *o) {
+OP void plain_origin(plain_triangle *x, const vf *o) {
 #ifdef PLAIN_MOLLER
   UNROLL for (int a = 0; a < 3; a++) x->s[a] = fsub(o[a], x->p0[a]);
-  NAME(plain_cross_f)(x->s, x->f, x->q);
-  x->top = NAME(plain_dot_f)(x->g, x->q);
+  plain_cross_f(x->s, x->f, x->q);
+  x->top = plain_dot_f(x->g, x->q);
 #else
   UNROLL for (int a = 0; a < 3; a++) x->s[a] = fsub(x->p0[a], o[a]);
-  x->top = NAME(plain_dot_f)(x->n, x->s);
+  x->top = plain_dot_f(x->n, x->s);
 #endif
 }
 
 /* A vector of rays against one triangle. */
-OP uint32_t NAME(plain_rays)(const pktrt__bvh_segment *view, pktrt__batch *b, uint32_t r, uint32_t bits,
-                             const NAME(plain_triangle) *x, uint32_t id, uint32_t slot) {
+OP uint32_t plain_rays(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, uint32_t bits,
+                       const plain_triangle *x, const pktrt__tri_common *tri) {
   vf d[3], i[3], u, v, det;
   UNROLL for (int a = 0; a < 3; a++) d[a] = fload(b->d[a] + r);
 #ifdef PLAIN_MOLLER
-  NAME(plain_cross_f)(d, x->g, i);
-  det = NAME(plain_dot_f)(x->f, i), u = NAME(plain_dot_f)(x->s, i), v = NAME(plain_dot_f)(d, x->q);
+  plain_cross_f(d, x->g, i);
+  det = plain_dot_f(x->f, i), u = plain_dot_f(x->s, i), v = plain_dot_f(d, x->q);
 #else
-  NAME(plain_cross_f)(x->s, d, i);
-  det = NAME(plain_dot_f)(x->n, d), u = NAME(plain_dot_f)(x->g, i), v = NAME(plain_dot_f)(x->f, i);
+  plain_cross_f(x->s, d, i);
+  det = plain_dot_f(x->n, d), u = plain_dot_f(x->g, i), v = plain_dot_f(x->f, i);
 #endif
   const vf w = fsub(fsub(det, u), v), zero = fset(0);
   bits &= ~fbits(fmand(flt(fmin_(w, fmin_(u, v)), zero), flt(zero, fmax_(w, fmax_(u, v)))));
   if (!bits) return 0;
   const vf depth = fmul(fdiv(x->top, det), fabs_(fload(b->dk + r)));
   bits &= fbits(fmand(flt(fload(b->wn + r), depth), flt(depth, fload(b->wf + r))));
-  if (bits) pktrt__frustum_set_hits(view, b, r, bits, depth, depth, id, slot);
+  if (bits) pktrt__frustum_set_hits(seg, b, r, bits, depth, depth, tri->id, tri->slot);
   return bits;
 }
 
-OP uint64_t pktrt__frustum_test_triangle(const pktrt__frustum *f, const pktrt__bvh_segment *view, pktrt__batch *b,
-                                   const float *k0, const pktrt__frustum_corners *corners, uint32_t lane, uint32_t id,
-                                   uint32_t slot, uint64_t mask, const bool stats, pktrt_counts *counts) {
-  NAME(plain_triangle) x;
+OP uint64_t pktrt__frustum_test_triangle(const pktrt__frustum *f, const pktrt__bvh_segment *seg, pktrt__batch *b,
+                                         const float *k0, const pktrt__frustum_corners *corners, uint32_t lane,
+                                         const pktrt__tri_common *tri, uint64_t mask) {
+  plain_triangle x;
   float e[2][3];
   vf o[3];
   uint64_t result = 0;
@@ -198,44 +206,39 @@ OP uint64_t pktrt__frustum_test_triangle(const pktrt__frustum *f, const pktrt__b
     const uint32_t u = (a + 1) % 3, v = (a + 2) % 3;
     x.n[a] = fset(e[0][u] * e[1][v] - e[0][v] * e[1][u]);
   }
-  NAME(plain_origin)(&x, o); /* if all have it, once for all */
+  plain_origin(&x, o); /* if all have it, once for all */
   for (uint32_t i = 0; i < 64; i += FW) {
     const uint32_t rays = (uint32_t)(mask >> i) & ((1u << FW) - 1), r = f->base + i;
     if (!rays) continue;
-    COUNT(triangle_tests, pktrt__popcount(rays));
     UNROLL for (int a = 0; a < 3; a++) o[a] = fload(b->o[a] + r);
-    if (!f->common) NAME(plain_origin)(&x, o);
-    result |= (uint64_t)NAME(plain_rays)(view, b, r, rays, &x, id, slot) << i;
+    if (!f->common) plain_origin(&x, o);
+    result |= (uint64_t)plain_rays(seg, b, r, rays, &x, tri) << i;
   }
   return result;
 }
 
-#else
-#undef PLAIN_PART
-
 /* --- a packet and a moving triangle --- */
 
-OP uint32_t pktrt__frustum_test_moving(const pktrt__frustum *f, const pktrt__bvh_segment *view, pktrt__batch *b, uint32_t r,
-                              uint32_t rays, const float *k0, const float *k1, float range, float far_, uint32_t id,
-                              uint32_t slot, pktrt_counts *counts) {
+OP uint32_t pktrt__frustum_test_moving(const pktrt__frustum *f, const pktrt__bvh_segment *seg, pktrt__batch *b,
+                                       uint32_t r, uint32_t rays, const float *k0, const float *k1,
+                                       const pktrt__tri_common *tri) {
   const vf ta = fload(b->ta + r), tb = fload(b->tb + r);
-  NAME(plain_triangle) x;
+  plain_triangle x;
   vf p[3][3], o[3];
-  (void)f, (void)range, (void)far_, (void)counts;
+  (void)f;
   UNROLL for (int c = 0; c < 9; c++) p[c / 3][c % 3] = ffma(ta, fset(k0[8 * c]), fmul(tb, fset(k1[8 * c])));
   UNROLL for (int a = 0; a < 3; a++) {
     x.p0[a] = p[0][a], x.f[a] = fsub(p[1][a], p[0][a]), o[a] = fload(b->o[a] + r);
     x.g[a] = fsub(p[PLAIN_TO][a], p[2 - PLAIN_TO][a]);
   }
-  NAME(plain_cross_f)(x.f, x.g, x.n);
-  NAME(plain_origin)(&x, o);
-  return NAME(plain_rays)(view, b, r, rays, &x, id, slot);
+  plain_cross_f(x.f, x.g, x.n);
+  plain_origin(&x, o);
+  return plain_rays(seg, b, r, rays, &x, tri);
 }
 
 /* No filter comes before it: it costs hardly more than that would. */
-OP uint64_t pktrt__frustum_filter_moving(const pktrt__frustum *f, const pktrt__batch *b, const pktrt__frustum_motion *motion,
-                                 uint32_t lane) {
+OP uint64_t pktrt__frustum_filter_moving(const pktrt__frustum *f, const pktrt__batch *b,
+                                         const pktrt__frustum_motion *motion, uint32_t lane) {
   (void)f, (void)b, (void)motion, (void)lane;
   return ~(uint64_t)0;
 }
-#endif

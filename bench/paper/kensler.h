@@ -2,8 +2,8 @@
    pktrt's, on the pairs of rays and leaves that traversal really meets. The kernels are in ../kensler_stamp.h, which
    pktrt.h stamps with its own.
 
-   These are internals of pktrt.h: its vectors, blocks and batches, ray_block_any and paper_triangle. There is no public
-   way to test triangles without a tree.
+   These are internals of pktrt.h: its vectors, blocks and batches, pktrt__tri_ray_block and
+   pktrt__paper_test_triangle. There is no public way to test triangles without a tree.
 
    Contents: kernels, pairs, racing, edges, part. */
 #ifndef PAPER_KENSLER_H
@@ -17,18 +17,18 @@
 static const race_set *races_of(pktrt_isa isa) {
   switch (isa) {
 #ifdef PKTRT__HAS_SSE2
-  case PKTRT_ISA_SSE2: return &pktrt__races_sse2;
+  case PKTRT_ISA_SSE2: return &kensler_races_sse2;
 #endif
 #ifdef PKTRT__HAS_AVX2
-  case PKTRT_ISA_AVX2: return &pktrt__races_avx2;
+  case PKTRT_ISA_AVX2: return &kensler_races_avx2;
 #endif
 #ifdef PKTRT__HAS_AVX512
-  case PKTRT_ISA_AVX512: return &pktrt__races_avx512;
+  case PKTRT_ISA_AVX512: return &kensler_races_avx512;
 #endif
 #ifdef PKTRT__HAS_NEON
-  case PKTRT_ISA_NEON: return &pktrt__races_neon;
+  case PKTRT_ISA_NEON: return &kensler_races_neon;
 #endif
-  default: return &pktrt__races_scalar;
+  default: return &kensler_races_scalar;
   }
 }
 
@@ -81,8 +81,7 @@ static void make_group(course *c, size_t from, uint32_t first) {
 static uint64_t tests_of_visits(const course *c) {
   uint64_t n = 0;
   for (size_t i = 0; i < c->count[0]; i++) {
-    const unsigned char *block = c->view.blocks + c->visit[0][i].block * c->view.block_bytes;
-    const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
+    const uint32_t *id = pktrt__segment_block(&c->seg, c->visit[0][i].block, c->moving)->id;
     for (int lane = 0; lane < 8; lane++) n += id[lane] != PKTRT_NONE;
   }
   return n;
@@ -94,7 +93,7 @@ static course make_course(pktrt_scene *tree, const pktrt_ray *ray, size_t rays) 
   memset(&c, 0, sizeof c);
   if (tree->bvh_count != 1) fatal("a scene with still and moving meshes has no place here");
   c.tree = tree, c.moving = tree->bvhs[0].key_count > 1, c.rays = rays;
-  c.view = pktrt__bvh_segment_of(&tree->bvhs[0], 0, 0);
+  c.seg = pktrt__bvh_segment_of(&tree->bvhs[0], 0, 0);
   c.batches = (rays + PKTRT__BATCH - 1) / PKTRT__BATCH;
   c.batch = (pktrt__batch *)take(c.batches, sizeof *c.batch);
   c.fresh = (depths *)take(c.batches, sizeof *c.fresh);

@@ -123,11 +123,11 @@ static pktrt_scene *plant(const world *w) {
 /* The boxes of a tree that knows nothing of time: both keys of each become their union. The library makes no such tree
    and offers no way to change one, hence this look at its nodes. Boxes only grow, so the same hits are found. */
 static void unite_bounds(pktrt_scene *tree) {
-  for (uint32_t k = 0; k < tree->group_count; k++) {
-    const pktrt__group *g = &tree->groups[k];
-    for (uint32_t n = 0; g->key_count == 2 && n < g->node_count; n++) {
-      float *p = pktrt__node_planes(g->nodes + (size_t)n * g->node_bytes, 0);
-      float *q = pktrt__node_planes(g->nodes + (size_t)n * g->node_bytes, 1);
+  for (uint32_t k = 0; k < tree->bvh_count; k++) {
+    const pktrt__bvh *bvh = &tree->bvhs[k];
+    for (uint32_t n = 0; bvh->key_count == 2 && n < bvh->node_count; n++) {
+      pktrt__node *node = pktrt__bvh_node(bvh, n);
+      float *p = pktrt__node_planes(node, 0), *q = pktrt__node_planes(node, 1);
       for (int i = 0; i < 48; i++) p[i] = q[i] = i / 8 % 2 ? fmaxf(p[i], q[i]) : fminf(p[i], q[i]); /* lo, hi, lo... */
     }
   }

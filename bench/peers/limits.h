@@ -20,18 +20,18 @@
 static const limit_set *limits_of(pktrt_isa isa) {
   switch (isa) {
 #ifdef PKTRT__HAS_SSE2
-  case PKTRT_ISA_SSE2: return &pktrt__limit_tests_sse2;
+  case PKTRT_ISA_SSE2: return &limit_tests_sse2;
 #endif
 #ifdef PKTRT__HAS_AVX2
-  case PKTRT_ISA_AVX2: return &pktrt__limit_tests_avx2;
+  case PKTRT_ISA_AVX2: return &limit_tests_avx2;
 #endif
 #ifdef PKTRT__HAS_AVX512
-  case PKTRT_ISA_AVX512: return &pktrt__limit_tests_avx512;
+  case PKTRT_ISA_AVX512: return &limit_tests_avx512;
 #endif
 #ifdef PKTRT__HAS_NEON
-  case PKTRT_ISA_NEON: return &pktrt__limit_tests_neon;
+  case PKTRT_ISA_NEON: return &limit_tests_neon;
 #endif
-  default: return &pktrt__limit_tests_scalar;
+  default: return &limit_tests_scalar;
   }
 }
 
@@ -102,8 +102,8 @@ static double cost_of(const pktrt_scene *world, bool occlusion, limit_test test)
 
 /* Triangles to a block, on average over the scene: pktrt counts rays against triangles. */
 static double occupancy(const pktrt_scene *world) {
-  const pktrt__bvh *g = &world->bvhs[0];
-  return (double)g->triangle_count / (double)g->block_count;
+  const pktrt__bvh *bvh = &world->bvhs[0];
+  return (double)bvh->triangle_count / (double)bvh->block_count;
 }
 
 /* >>part ----------------------------------------------------------------------------------------------------------- */

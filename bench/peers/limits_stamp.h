@@ -1,6 +1,6 @@
 /* limits_stamp.h - what traversal would cost if it were nothing but its tests: how many a kind of rays makes, and the
    kernels' own tests in loops over data that stays in the first cache. No include guard: pktrt.h includes it once for
-   each instruction set (PKTRT__ALSO_STAMP). For scenes of one group at rest.
+   each instruction set (PKTRT__ALSO_STAMP). For scenes of one BVH at rest.
 
    pktrt_stats does not tell packets from streams, and queries that count do without a shortcut of those that do not.
    Hence `walk`: pktrt__frustum_template and pktrt__drive_fast once more, with a book for each. limits.h checks that they
@@ -50,7 +50,25 @@ typedef struct limit_step { /* of a packet on its way: a node, a box or a block,
 } limit_step;
 #endif
 
-typedef struct NAME(sample) { /* a packet, with some of its steps; a stream has none */
+#define limit_close_sample PKTRT__NAME(limit_close_sample)
+#define limit_go PKTRT__NAME(limit_go)
+#define limit_go_packet PKTRT__NAME(limit_go_packet)
+#define limit_go_settle PKTRT__NAME(limit_go_settle)
+#define limit_go_stream PKTRT__NAME(limit_go_stream)
+#define limit_go_triangles PKTRT__NAME(limit_go_triangles)
+#define limit_next_sample PKTRT__NAME(limit_next_sample)
+#define limit_note_step PKTRT__NAME(limit_note_step)
+#define limit_plain_triangle PKTRT__NAME(limit_plain_triangle)
+#define limit_sample PKTRT__NAME(limit_sample)
+#define limit_tests PKTRT__NAME(limit_tests)
+#define limit_vectors PKTRT__NAME(limit_vectors)
+#define limit_walk PKTRT__NAME(limit_walk)
+#define limit_walk_64 PKTRT__NAME(limit_walk_64)
+#define limit_walk_block PKTRT__NAME(limit_walk_block)
+#define limit_walk_frustum PKTRT__NAME(limit_walk_frustum)
+#define limit_walk_packet PKTRT__NAME(limit_walk_packet)
+
+typedef struct limit_sample { /* a packet, with some of its steps; a stream has none */
   pktrt__frustum f;
   pktrt__batch b; /* as it was in the end */
   limit_step node[LIMIT_EACH], box[LIMIT_EACH], block[LIMIT_EACH];
@@ -58,47 +76,50 @@ typedef struct NAME(sample) { /* a packet, with some of its steps; a stream has 
   uint32_t nodes, boxes, blocks, octant, rays;
   uint8_t list[64];     /* rays of one octant */
   float wf[64], sf[64]; /* before anything was hit */
-} NAME(sample);
+} limit_sample;
 
 /* --- counting --- */
 
-OP uint64_t NAME(vectors)(uint64_t mask) { /* that hold its rays */
+OP uint64_t limit_vectors(uint64_t mask) { /* that hold its rays */
   uint64_t n = 0;
   for (uint32_t i = 0; i < 64; i += FW) n += (mask >> i & (((uint64_t)1 << FW) - 1)) != 0;
   return n;
 }
 
-OP void NAME(note_step)(limit_step *at, uint32_t *n, uint32_t ref, const float *plane, uint64_t mask) {
+OP void limit_note_step(limit_step *at, uint32_t *n, uint32_t ref, const float *plane, uint64_t mask) {
   if (*n == LIMIT_EACH) return;
   at[*n].ref = ref, at[*n].plane = plane, at[*n].mask = mask;
   ++*n;
 }
 
 /* As pktrt__frustum_leaf. */
-static uint64_t NAME(walk_block)(pktrt__frustum *f, const pktrt__bvh_segment *view, pktrt__batch *b, uint32_t ref,
-                                 uint64_t mask, bool occlusion, tally *t, NAME(sample) *s) {
+static uint64_t limit_walk_block(pktrt__frustum *f, const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t ref,
+                                 uint64_t mask, bool occlusion, tally *t, limit_sample *s) {
+  const pktrt__variant is = pktrt__variant_of(occlusion, false, true, &t->packet);
   const uint64_t before = t->packet.triangle_tests;
-  const uint64_t hit = pktrt__frustum_leaf(f, view, b, ref & ~PKTRT__LEAF, mask, occlusion, true, &t->packet);
+  const uint64_t hit = pktrt__frustum_leaf(f, seg, b, ref & ~PKTRT__LEAF, mask, is);
   t->blocks++;
-  t->triangles += (t->packet.triangle_tests - before) * NAME(vectors)(mask) / pktrt__popcount(mask);
-  if (s) NAME(note_step)(s->block, &s->blocks, ref & ~PKTRT__LEAF, NULL, mask);
+  t->triangles += (t->packet.triangle_tests - before) * limit_vectors(mask) / pktrt__popcount(mask);
+  if (s) limit_note_step(s->block, &s->blocks, ref & ~PKTRT__LEAF, NULL, mask);
   return hit;
 }
 
 /* As pktrt__frustum_template. */
-static void NAME(walk_frustum)(pktrt__frustum *f, const pktrt__bvh_segment *view, pktrt__batch *b, uint64_t mask,
-                               bool occlusion, tally *t, NAME(sample) *s) {
+static void limit_walk_frustum(pktrt__frustum *f, const pktrt__bvh_segment *seg, pktrt__batch *b, uint64_t mask,
+                               bool occlusion, tally *t, limit_sample *s) {
+  const pktrt__variant packet = pktrt__variant_of(occlusion, false, true, &t->packet);
+  const pktrt__variant stream = pktrt__variant_of(occlusion, false, true, &t->stream);
   pktrt__frustum_entry stack[PKTRT__STACK + 8];
   uint64_t alive = mask, hit = 0;
   uint32_t sp = 0, ref = 0;
   for (;;) {
     if (pktrt__frustum_is_thin(mask, ref, occlusion, false)) {
-      hit = pktrt__stream_traverse(view, b, f->list, mask, ref, occlusion, false, true, &t->stream);
+      hit = pktrt__stream_traverse(seg, b, f->list, mask, ref, stream);
     } else if (ref & PKTRT__LEAF) {
-      hit = NAME(walk_block)(f, view, b, ref, mask, occlusion, t, s);
+      hit = limit_walk_block(f, seg, b, ref, mask, occlusion, t, s);
     } else {
-      if (s) NAME(note_step)(s->node, &s->nodes, ref, NULL, mask);
-      sp += pktrt__frustum_open_node(f, view, ref, mask, stack + sp, occlusion, false, true, &t->packet);
+      if (s) limit_note_step(s->node, &s->nodes, ref, NULL, mask);
+      sp += pktrt__frustum_open_node(f, seg, ref, mask, stack + sp, packet);
     }
     if (hit) {
       if (occlusion && !(alive &= ~hit)) return;
@@ -110,44 +131,43 @@ static void NAME(walk_frustum)(pktrt__frustum *f, const pktrt__bvh_segment *view
       const pktrt__frustum_entry *e = &stack[--sp];
       mask = e->w > f->wmax ? 0 : e->mask & alive, ref = e->ref;
       if (!mask || !e->plane) continue;
-      if (s) NAME(note_step)(s->box, &s->boxes, 0, e->plane, mask);
-      t->boxes += NAME(vectors)(mask);
+      if (s) limit_note_step(s->box, &s->boxes, 0, e->plane, mask);
+      t->boxes += limit_vectors(mask);
       mask = pktrt__frustum_test_child(f, b, e->plane, e->plane, mask, false);
     } while (!mask);
   }
 }
 
 /* The sample to fill, when one is due. */
-static NAME(sample) *NAME(next_sample)(tally *t, void *samples, bool stream, uint32_t rays) {
+static limit_sample *limit_next_sample(tally *t, void *samples, bool stream, uint32_t rays) {
   t->seen[stream] += rays;
   if (t->kept[stream] == LIMIT_SAMPLES || t->seen[stream] < t->kept[stream] * t->stride) return NULL;
-  NAME(sample) *s = (NAME(sample) *)samples + 2 * t->kept[stream]++ + stream;
+  limit_sample *s = (limit_sample *)samples + 2 * t->kept[stream]++ + stream;
   memset(s, 0, sizeof *s);
   return s;
 }
 
 /* What is left of a sample when its rays are done. */
-static void NAME(close_sample)(NAME(sample) *s, const pktrt__bvh_segment *view, const pktrt__batch *b, uint64_t mask,
+static void limit_close_sample(limit_sample *s, const pktrt__bvh_segment *seg, const pktrt__batch *b, uint64_t mask,
                                uint32_t base) {
   s->b = *b;
-  memset(s->b.group, 0, sizeof s->b.group);
+  memset(s->b.bvh, 0, sizeof s->b.bvh);
   s->octant = b->octant[base + pktrt__lowest_bit(mask)];
   for (; mask; mask &= mask - 1) {
     const uint32_t r = base + pktrt__lowest_bit(mask);
     if (b->octant[r] == s->octant) s->list[s->rays++] = (uint8_t)r;
   }
   for (uint32_t i = 0; i < s->blocks; i++) {
-    const unsigned char *block = view->blocks + s->block[i].ref * (size_t)PKTRT__BLOCK_BYTES;
-    const float *k0 = (const float *)(const void *)block;
-    s->block[i].lanes = pktrt__frustum_cull_triangles(&s->f, &s->b, k0, &s->corners[i]) &
-                        pktrt__lanes_occupied((const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES));
+    const pktrt__block *block = pktrt__segment_block(seg, s->block[i].ref, false);
+    s->block[i].lanes = pktrt__frustum_cull_triangles(&s->f, &s->b, &block->vertex[0][0][0], &s->corners[i]) &
+                        pktrt__lanes_occupied(block->id);
   }
 }
 
-static void NAME(walk_packet)(const pktrt_scene *scene, pktrt__batch *b, uint32_t base, uint64_t mask, bool occlusion,
+static void limit_walk_packet(const pktrt_scene *scene, pktrt__batch *b, uint32_t base, uint64_t mask, bool occlusion,
                               tally *t, void *samples) {
-  const pktrt__bvh_segment view = pktrt__bvh_segment_of(scene->bvhs, 0, 0);
-  NAME(sample) *s = NAME(next_sample)(t, samples, false, pktrt__popcount(mask));
+  const pktrt__bvh_segment seg = pktrt__bvh_segment_of(scene->bvhs, 0, 0);
+  limit_sample *s = limit_next_sample(t, samples, false, pktrt__popcount(mask));
   pktrt__frustum f;
   pktrt__frustum_setup(&f, scene, b, base, mask);
   pktrt__batch_time_weights(b, base, 64, 1);
@@ -157,47 +177,47 @@ static void NAME(walk_packet)(const pktrt_scene *scene, pktrt__batch *b, uint32_
     memcpy(s->wf, b->wf + base, sizeof s->wf);
     memcpy(s->sf, b->sf + base, sizeof s->sf);
   }
-  NAME(walk_frustum)(&f, &view, b, mask, occlusion, t, s);
-  if (s) NAME(close_sample)(s, &view, b, mask, base);
+  limit_walk_frustum(&f, &seg, b, mask, occlusion, t, s);
+  if (s) limit_close_sample(s, &seg, b, mask, base);
 }
 
 /* As pktrt__drive_fast: those of [base, base + 64) that no packet takes. */
-static uint64_t NAME(walk_64)(const pktrt_scene *scene, pktrt__batch *b, uint32_t base, bool occlusion, tally *t,
+static uint64_t limit_walk_64(const pktrt_scene *scene, pktrt__batch *b, uint32_t base, bool occlusion, tally *t,
                               void *samples) {
   uint64_t rest = b->valid[base / 64], packet;
   const bool one_way = rest && pktrt__drive_is_coherent(b, base, rest);
   while ((packet = pktrt__drive_next_packet(b, base, &rest, one_way, occlusion)) != 0)
-    NAME(walk_packet)(scene, b, base, packet, occlusion, t, samples);
+    limit_walk_packet(scene, b, base, packet, occlusion, t, samples);
   return rest;
 }
 
 /* In place of pktrt__entry_trace. */
-static void NAME(walk)(const pktrt_scene *scene, pktrt__batch *b, uint32_t n, bool occlusion, tally *t, void *samples) {
-  const pktrt__bvh_segment view = pktrt__bvh_segment_of(scene->bvhs, 0, 0);
+static void limit_walk(const pktrt_scene *scene, pktrt__batch *b, uint32_t n, bool occlusion, tally *t, void *samples) {
+  const pktrt__bvh_segment seg = pktrt__bvh_segment_of(scene->bvhs, 0, 0);
   uint64_t left[PKTRT__BATCH / 64];
   pktrt__batch_pad(b, n);
   memset(b->valid, 0, sizeof b->valid);
   memset(left, 0, sizeof left);
   for (uint32_t i = 0; i < n; i += FW) b->valid[i / 64] |= (uint64_t)pktrt__batch_setup(scene, b, i) << i % 64;
-  for (uint32_t base = 0; base < n; base += 64) left[base / 64] = NAME(walk_64)(scene, b, base, occlusion, t, samples);
+  for (uint32_t base = 0; base < n; base += 64) left[base / 64] = limit_walk_64(scene, b, base, occlusion, t, samples);
   if (!pktrt__batch_note_coherence(b, left, n)) return;
-  pktrt__drive_octants(scene, b, left, occlusion, true, &t->stream);
+  pktrt__drive_octants(scene, b, left, pktrt__variant_of(occlusion, false, true, &t->stream));
   for (uint32_t i = 0; i < PKTRT__BATCH / 64; i++) {
-    NAME(sample) *s = left[i] ? NAME(next_sample)(t, samples, true, pktrt__popcount(left[i])) : NULL;
-    if (s) NAME(close_sample)(s, &view, b, left[i], 64 * i);
+    limit_sample *s = left[i] ? limit_next_sample(t, samples, true, pktrt__popcount(left[i])) : NULL;
+    if (s) limit_close_sample(s, &seg, b, left[i], 64 * i);
   }
 }
 
 /* --- tests in loops --- */
 
-/* One triangle at rest against a vector of rays, by Kensler and Shirley's test, fused: NAME(kensler_rays), as wide as
+/* One triangle at rest against a vector of rays, by Kensler and Shirley's test, fused: kensler_rays, as wide as
    pktrt__frustum_test_triangle, with one origin for all where that has it. */
-OP void NAME(plain_triangle)(const pktrt__frustum *f, pktrt__batch *b, const float *k0, uint32_t lane, uint32_t r,
-                             uint32_t bits, uint32_t id, uint32_t slot) {
+OP void limit_plain_triangle(const pktrt__frustum *f, pktrt__batch *b, const float *k0, uint32_t r, uint32_t bits,
+                             const pktrt__tri_common *tri) {
   float p[3], e0[3], e1[3];
   vf n[3], d[3], o[3], i[3];
   UNROLL for (uint32_t a = 0; a < 3; a++) {
-    p[a] = k0[8 * a + lane], e0[a] = k0[24 + 8 * a + lane] - p[a], e1[a] = p[a] - k0[48 + 8 * a + lane];
+    p[a] = k0[8 * a], e0[a] = k0[24 + 8 * a] - p[a], e1[a] = p[a] - k0[48 + 8 * a];
     d[a] = fload(b->d[a] + r);
     o[a] = f->common ? fset(p[a] - b->o[a][f->first]) : fsub(fset(p[a]), fload(b->o[a] + r));
   }
@@ -215,13 +235,13 @@ OP void NAME(plain_triangle)(const pktrt__frustum *f, pktrt__batch *b, const flo
   const vf t = fdiv(ffma(n[0], o[0], ffma(n[1], o[1], fmul(n[2], o[2]))), det);
   bits &= fbits(fmand(flt(fload(b->tmin + r), t), flt(t, fload(b->t + r))));
   const mf m = ffrom(bits);
-  fput(b->t + r, m, t);
-  fput_u32(b->id + r, m, id);
-  fput_u32(b->slot + r, m, slot);
+  fstore_masked(b->t + r, m, t);
+  fstore_masked_u32(b->id + r, m, tri->id);
+  fstore_masked_u32(b->slot + r, m, tri->slot);
 }
 
 /* From the beginning, or what has been hit would have to be settled against itself. */
-static uint64_t NAME(go_triangles)(NAME(sample) *s, const pktrt__bvh_segment *view, const bool plain) {
+static uint64_t limit_go_triangles(limit_sample *s, const pktrt__bvh_segment *seg, const bool plain) {
   const uint32_t base = s->f.base;
   uint64_t tests = 0;
   memcpy(s->b.t + base, s->b.tmax + base, sizeof s->wf);
@@ -231,98 +251,101 @@ static uint64_t NAME(go_triangles)(NAME(sample) *s, const pktrt__bvh_segment *vi
   memset(s->b.slot + base, 0xFF, sizeof s->wf);
   for (uint32_t i = 0; i < s->blocks; i++) {
     const limit_step *at = &s->block[i];
-    const unsigned char *block = view->blocks + at->ref * (size_t)PKTRT__BLOCK_BYTES;
-    const float *k0 = (const float *)(const void *)block;
-    const uint32_t *id = (const uint32_t *)(const void *)(block + PKTRT__BLOCK_KEY_BYTES);
+    const pktrt__block *block = pktrt__segment_block(seg, at->ref, false);
+    const float *k0 = &block->vertex[0][0][0];
     for (uint32_t m = at->lanes; m; m &= m - 1) {
-      const uint32_t lane = pktrt__lowest_bit(m), slot = at->ref * 8 + lane;
-      tests += NAME(vectors)(at->mask);
-      if (!plain)
-        pktrt__frustum_test_triangle(&s->f, view, &s->b, k0, &s->corners[i], lane, id[lane], slot, at->mask, false, NULL);
+      const uint32_t lane = pktrt__lowest_bit(m);
+      pktrt__tri_common tri;
+      tri.id = block->id[lane], tri.slot = at->ref * 8 + lane, tri.counts = NULL;
+      tri.pad = s->f.pad, tri.range = s->corners[i].range[lane], tri.far_ = s->corners[i].far_[lane];
+      tests += limit_vectors(at->mask);
+      if (!plain) pktrt__frustum_test_triangle(&s->f, seg, &s->b, k0, &s->corners[i], lane, &tri, at->mask);
       for (uint32_t r = 0; plain && r < 64; r += FW) {
         const uint32_t bits = (uint32_t)(at->mask >> r) & ((1u << FW) - 1);
-        if (bits) NAME(plain_triangle)(&s->f, &s->b, k0, lane, base + r, bits, id[lane], slot);
+        if (bits) limit_plain_triangle(&s->f, &s->b, k0 + lane, base + r, bits, &tri);
       }
     }
   }
   return tests;
 }
 
-static uint64_t NAME(go_packet)(NAME(sample) *s, const pktrt__bvh_segment *view, bool occlusion, limit_test test) {
+static uint64_t limit_go_packet(limit_sample *s, const pktrt__bvh_segment *seg, bool occlusion, limit_test test) {
+  const pktrt__variant is = pktrt__variant_of(occlusion, false, false, NULL);
   pktrt__frustum_entry stack[8];
   volatile uint64_t sink = 0;
   uint64_t tests = 0;
   if (test == LIMIT_NODE)
     for (; tests < s->nodes; tests++) {
       const limit_step *at = &s->node[tests];
-      sink += pktrt__frustum_open_node(&s->f, view, at->ref, at->mask, stack, occlusion, false, false, NULL);
+      sink += pktrt__frustum_open_node(&s->f, seg, at->ref, at->mask, stack, is);
     }
   if (test == LIMIT_BOX)
     for (uint32_t i = 0; i < s->boxes; i++) {
       const limit_step *at = &s->box[i];
       sink += pktrt__frustum_test_child(&s->f, &s->b, at->plane, at->plane, at->mask, false);
-      tests += NAME(vectors)(at->mask);
+      tests += limit_vectors(at->mask);
     }
   if (test == LIMIT_BLOCK)
     for (; tests < s->blocks; tests++) {
-      const float *k0 = (const float *)(const void *)(view->blocks + s->block[tests].ref * (size_t)PKTRT__BLOCK_BYTES);
-      sink += pktrt__frustum_cull_triangles(&s->f, &s->b, k0, &s->corners[tests]);
+      const pktrt__block *block = pktrt__segment_block(seg, s->block[tests].ref, false);
+      sink += pktrt__frustum_cull_triangles(&s->f, &s->b, &block->vertex[0][0][0], &s->corners[tests]);
     }
   (void)sink;
   return tests;
 }
 
 /* Nodes and blocks from all over the scene: nothing here depends on what is hit. */
-static uint64_t NAME(go_stream)(const pktrt__bvh *g, NAME(sample) *s, const pktrt__bvh_segment *view, bool occlusion,
+static uint64_t limit_go_stream(const pktrt__bvh *bvh, limit_sample *s, const pktrt__bvh_segment *seg, bool occlusion,
                                 limit_test test) {
+  const pktrt__variant is = pktrt__variant_of(occlusion, false, false, NULL);
   pktrt__stream_stack stack;
   const uint32_t few = s->rays < 2 ? s->rays : 2, n = test == LIMIT_STREAM_NODE ? few : s->rays;
   const uint64_t mask = n ? ~(uint64_t)0 >> (64 - n) : 0;
   for (uint32_t i = 0; n && i < LIMIT_EACH; i++) {
-    const uint32_t node = (uint32_t)((uint64_t)i * g->node_count / LIMIT_EACH),
-                   block = (uint32_t)((uint64_t)i * g->block_count / LIMIT_EACH);
+    const uint32_t node = (uint32_t)((uint64_t)i * bvh->node_count / LIMIT_EACH),
+                   block = (uint32_t)((uint64_t)i * bvh->block_count / LIMIT_EACH);
     if (test <= LIMIT_SLABS) {
       stack.n = 0;
-      pktrt__stream_open_node(view, &s->b, s->list, mask, node, s->octant, &stack, occlusion, false);
+      pktrt__stream_open_node(seg, &s->b, s->list, mask, node, s->octant, &stack, is);
     } else if (test == LIMIT_LEAF) {
-      pktrt__stream_leaf(view, &s->b, s->list, mask, block, occlusion, false, false, NULL);
+      pktrt__stream_leaf(seg, &s->b, s->list, mask, block, is);
     } else {
-      for (uint32_t k = 0; k < n; k++) NAME(kensler_block)(view, &s->b, s->list[k], block, false);
+      for (uint32_t k = 0; k < n; k++) kensler_block(seg, &s->b, s->list[k], block, false);
     }
   }
   return test == LIMIT_STREAM_NODE ? LIMIT_EACH : (uint64_t)LIMIT_EACH * n;
 }
 
 /* What was hit, against itself: both its triangle and the nearest are looked at. */
-static uint64_t NAME(go_settle)(NAME(sample) *s, const pktrt__bvh_segment *view, limit_test test) {
+static uint64_t limit_go_settle(limit_sample *s, const pktrt__bvh_segment *seg, limit_test test) {
   uint64_t tests = 0;
   for (uint32_t k = 0; k < s->rays; k++) {
     const uint32_t r = s->list[k], slot = s->b.slot[r];
     if (slot == PKTRT_NONE) continue;
-    if (test == LIMIT_SETTLE) pktrt__exact_test(view, &s->b, r, s->b.id[r], slot);
-    else pktrt__frustum_exact_test8(view, &s->b, r & ~7u, 1u << (r & 7), s->b.id[r], slot);
+    if (test == LIMIT_SETTLE) pktrt__exact_test(seg, &s->b, r, s->b.id[r], slot);
+    else pktrt__frustum_exact_test8(seg, &s->b, r & ~7u, 1u << (r & 7), s->b.id[r], slot);
     tests++;
   }
   return tests;
 }
 
-static uint64_t NAME(go)(const pktrt_scene *scene, void *sample, bool occlusion, limit_test test) {
-  NAME(sample) *s = (NAME(sample) *)sample;
-  const pktrt__bvh_segment view = pktrt__bvh_segment_of(scene->bvhs, 0, 0);
+static uint64_t limit_go(const pktrt_scene *scene, void *sample, bool occlusion, limit_test test) {
+  limit_sample *s = (limit_sample *)sample;
+  const pktrt__bvh_segment seg = pktrt__bvh_segment_of(scene->bvhs, 0, 0);
   uint64_t tests = 0;
   for (int i = 0; i < LIMIT_GOES; i++) switch (test) {
     case LIMIT_TRIANGLE:
-    case LIMIT_PLAIN_TRIANGLE: tests += NAME(go_triangles)(s, &view, test == LIMIT_PLAIN_TRIANGLE); break;
+    case LIMIT_PLAIN_TRIANGLE: tests += limit_go_triangles(s, &seg, test == LIMIT_PLAIN_TRIANGLE); break;
     case LIMIT_STREAM_NODE:
     case LIMIT_SLABS:
     case LIMIT_LEAF:
-    case LIMIT_PLAIN_LEAF: tests += NAME(go_stream)(&scene->bvhs[0], s, &view, occlusion, test); break;
+    case LIMIT_PLAIN_LEAF: tests += limit_go_stream(&scene->bvhs[0], s, &seg, occlusion, test); break;
     case LIMIT_SETTLE:
-    case LIMIT_SETTLE8: tests += NAME(go_settle)(s, &view, test); break;
-    default: tests += NAME(go_packet)(s, &view, occlusion, test);
+    case LIMIT_SETTLE8: tests += limit_go_settle(s, &seg, test); break;
+    default: tests += limit_go_packet(s, &seg, occlusion, test);
     }
   return tests;
 }
 
-static const limit_set NAME(limit_tests) = {sizeof(NAME(sample)), NAME(walk), NAME(go)};
+static const limit_set limit_tests = {sizeof(limit_sample), limit_walk, limit_go};
 #undef KENSLER_ALONE

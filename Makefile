@@ -470,7 +470,7 @@ deps-extra:
 
 # By .clang-format, as its version 14 reads it: others break lines elsewhere.
 CLANG_FORMAT ?= $(firstword $(shell command -v clang-format-14 clang-format))
-FORMAT_FILES = $(wildcard $(foreach folder,examples tests tests/* bench bench/*,$(folder)/*.c $(folder)/*.h))
+FORMAT_FILES = $(wildcard $(foreach folder,examples tests tests/* bench bench/*,$(folder)/*.c $(folder)/*.h)) pktrt.h
 format:
 	@[ -n "$(CLANG_FORMAT)" ] || { echo "format: clang-format is not installed (make deps-extra)"; exit 1; }
 	$(CLANG_FORMAT) -i $(FORMAT_FILES)

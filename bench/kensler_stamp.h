@@ -171,9 +171,9 @@ OP void kensler_race(const course *c, size_t batch, const bool kensler, const bo
 }
 
 /* A function for each combination, so that none is decided in the loop. */
-#define RACE(tag, kensler, groups, moving)                                                                             \
-  PKTRT__NOINLINE void PKTRT__NAME(kensler_race_##tag)(const course *c, size_t batch) {                                \
-    kensler_race(c, batch, kensler, groups, moving);                                                                   \
+#define RACE(tag, kensler, groups, moving)                                              \
+  PKTRT__NOINLINE void PKTRT__NAME(kensler_race_##tag)(const course *c, size_t batch) { \
+    kensler_race(c, batch, kensler, groups, moving);                                    \
   }
 RACE(000, false, false, false)
 RACE(001, false, false, true)

@@ -701,7 +701,7 @@ typedef struct sc_recipe {
   void (*deform)(const scene *, const scene_mesh *, double, float *, float *);
 } sc_recipe;
 
-#define SC_RECIPE(name)                                                                                                \
+#define SC_RECIPE(name) \
   { #name, name##_kinds, SC_COUNT(name##_kinds), name##_make, name##_camera, name##_deform }
 static const sc_recipe sc_recipes[] = {SC_RECIPE(poolhall), SC_RECIPE(conference), SC_RECIPE(rtrt)};
 

@@ -146,7 +146,8 @@ static void plain_scenes(void) {
     CHECK(x.found == PKTRT_FEATURE_RENDER && x.used == PKTRT_FEATURE_RENDER, "%s: found %x, used %x", mode_names[m],
           (unsigned)x.found, (unsigned)x.used);
     CHECK(x.motion == 0 && x.normals == 0 && x.passes == 0 && x.info.moving_meshes == 0);
-    CHECK(x.info.mesh_count == 2 && x.info.triangles == 128 + 512, "%llu triangles", (unsigned long long)x.info.triangles);
+    CHECK(x.info.mesh_count == 2 && x.info.triangles == 128 + 512, "%llu triangles",
+          (unsigned long long)x.info.triangles);
   }
   request r; /* the control: a feature among them is told */
   defaults(&r, PKTRT_MODE_RCS);
@@ -250,7 +251,8 @@ static void looks(void) {
   pktrt_get_scene_report(s, NULL, &none);
   for (int i = 0; i < 3; i++) stage_material(s, &plain);
   pktrt_get_scene_report(s, NULL, &some);
-  CHECK(some.materials == none.materials + 3 * sizeof plain, "three materials: %llu bytes", (unsigned long long)some.materials);
+  CHECK(some.materials == none.materials + 3 * sizeof plain, "three materials: %llu bytes",
+        (unsigned long long)some.materials);
   for (int i = 0; i < 5; i++) stage_light(s, &point);
   pktrt_get_scene_report(s, NULL, &some);
   CHECK(some.materials == none.materials + 3 * sizeof plain + 5 * sizeof point, "and five lights: %llu bytes",
@@ -403,7 +405,8 @@ static void odd_scenes(void) {
   pktrt_scene_report x;
   memset(&x, 0xA5, sizeof x);
   pktrt_get_scene_report(NULL, NULL, &x);
-  CHECK(x.built == (1u << NAMES) - 1 && !x.found && !x.used && !x.info.mesh_count && !x.info.triangles && !x.bytes && !x.worker);
+  CHECK(x.built == (1u << NAMES) - 1 && !x.found && !x.used && !x.info.mesh_count && !x.info.triangles && !x.bytes &&
+        !x.worker);
   CHECK(pktrt_scene_report_text(&x, text, sizeof text) == strlen(text));
   pktrt_scene *s = stage_open();
   pktrt_get_scene_report(s, NULL, &x);
@@ -412,7 +415,8 @@ static void odd_scenes(void) {
   mesh_move(&ball, 2, 0.4f, 0, 2);
   CHECK(mesh_add(s, &ball, NULL) == PKTRT_OK);
   pktrt_get_scene_report(s, NULL, &x); /* its bytes are there, the rest waits for the commit */
-  CHECK(!x.found && !x.info.mesh_count && !x.info.triangles && !x.nodes && x.positions == (uint64_t)ball.nv * 12 && x.bytes > 0);
+  CHECK(!x.found && !x.info.mesh_count && !x.info.triangles && !x.nodes && x.positions == (uint64_t)ball.nv * 12 &&
+        x.bytes > 0);
   pktrt_scene_report_text(&x, text, sizeof text);
   CHECK(strstr(text, ": positions") != NULL, "%s", text);
   stage_commit(s);

@@ -48,9 +48,9 @@ bool check_at(bool ok, const char *file, int line, const char *what, ...) /* pri
     __attribute__((format(printf, 4, 5)))
 #endif
     ;
-#define CHECK(...) /* CHECK(ok) or CHECK(ok, format, ...) */                                                           \
-  CHECK_PICK(__VA_ARGS__, CHECK_SAY, CHECK_SAY, CHECK_SAY, CHECK_SAY, CHECK_SAY, CHECK_SAY, CHECK_SAY, CHECK_SAY,      \
-             CHECK_SAY, CHECK_SAY, CHECK_SAY, CHECK_BARE, 0)                                                           \
+#define CHECK(...) /* CHECK(ok) or CHECK(ok, format, ...) */                                                      \
+  CHECK_PICK(__VA_ARGS__, CHECK_SAY, CHECK_SAY, CHECK_SAY, CHECK_SAY, CHECK_SAY, CHECK_SAY, CHECK_SAY, CHECK_SAY, \
+             CHECK_SAY, CHECK_SAY, CHECK_SAY, CHECK_BARE, 0)                                                      \
   (__VA_ARGS__)
 #define CHECK_PICK(a, b, c, d, e, f, g, h, i, j, k, l, name, ...) name
 #define CHECK_BARE(ok) check_at((ok), __FILE__, __LINE__, "%s", #ok)

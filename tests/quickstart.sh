@@ -8,7 +8,7 @@ cp "$header" "$dir/pktrt.h"
 awk '/QUICK START \(compiles as is\)/ {on = 1; next} /END OF QUICK START/ {on = 0} on' "$header" >"$dir/quickstart.c"
 # The version of the first line, the newest of the changes, and the macro.
 first=$(sed -n '1s/.* v\([0-9.]*\) .*/\1/p' "$header")
-newest=$(awk '/^   CHANGES/ {on = 1; next} on && NF {print $1; exit}' "$header")
+newest=$(awk '/^\/\* >>changes/ {on = 1; next} on && NF {print $1; exit}' "$header")
 macro=$(awk '/^#define PKTRT_VERSION/ {printf "%d.%d.%d", $3 / 10000, $3 / 100 % 100, $3 % 100}' "$header")
 [ "$first" = "$newest" ] && [ "$first" = "$macro" ] ||
   { echo "quickstart: versions differ in $header: $first, $newest, PKTRT_VERSION $macro" >&2; exit 1; }

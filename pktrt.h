@@ -211,9 +211,9 @@
    refit; until then queries see the last committed state (none yet: every ray misses), and a failed commit keeps it.
    Lights and materials count from the next render on.
 
-   Groups. All meshes with the same number of motion keys share one tree, a group: static ones never pay for moving
-   ones, and commit rebuilds only those groups in which something changed. A ray visits every group, so give moving
-   meshes the same number of keys where you can.
+   Trees. All meshes with the same number of motion keys share one tree: static ones never pay for moving ones, and
+   commit rebuilds only those trees in which something changed. A ray visits every tree, so give moving meshes the same
+   number of keys where you can.
 
    Motion keys. A mesh with K keys has K sets of positions, evenly spread over time [0,1]; every ray has its own time,
    and vertices move along straight lines from key to key. The boxes of the tree have K keys too and are interpolated to
@@ -335,7 +335,7 @@
        each further key, and 4 to 5 for the list that refit needs. Loose triangles that overlap in heaps fill their
        blocks badly: expect 250 to 300 bytes.
      - While building: 88 bytes per triangle besides (of the high quality 20 more, at worst 104), and the old tree until
-       the new one is done. Only a changed group counts.
+       the new one is done. Only a changed tree counts.
      - Meshes are retained: 12 bytes per vertex and key, as much again with normals, 12 per triangle with indices. The
        first pktrt_set_positions of a mesh makes room for a second set, which stays; pktrt_set_normals likewise.
      - Rendering: about 220 KiB for each tile at work, and up to 60 KiB for each generation of rays; 230 bytes for each
@@ -553,7 +553,7 @@ typedef enum pktrt_build_quality {
 typedef enum pktrt_rebuild {
   PKTRT_REBUILD_ADVISE = 0, /* says so in pktrt_scene_info and through the log hook */
   PKTRT_REBUILD_NEVER,      /* says nothing */
-  PKTRT_REBUILD_AUTOMATIC   /* rebuilds the groups concerned */
+  PKTRT_REBUILD_AUTOMATIC   /* rebuilds the trees concerned */
 } pktrt_rebuild;
 
 /* Which traversal answers many-ray queries and renders. All give the same bits. */
@@ -628,7 +628,7 @@ typedef struct pktrt_mesh_desc {
    triangles are accepted and never hit. */
 PKTRT_DEF pktrt_status pktrt_add_mesh(pktrt_scene *, const pktrt_mesh_desc *, uint32_t *mesh);
 
-/* Builds what changed: the trees of those groups of meshes (same number of keys) that got a mesh or new positions.
+/* Builds what changed: the trees of those meshes (same number of keys) of which one is new or has new positions.
    An empty scene is fine. On failure the last committed state stays. */
 PKTRT_DEF pktrt_status pktrt_commit(pktrt_scene *);
 
@@ -654,7 +654,7 @@ typedef struct pktrt_scene_info {
   uint64_t tree_bytes;              /* nodes and leaf blocks */
   uint64_t mesh_bytes;              /* retained positions, indices, normals */
   float bounds_lo[3], bounds_hi[3]; /* over all keys; lo > hi if there is no triangle */
-  double sah_at_build;              /* expected node visits of a random line through the bounds; over groups, by area */
+  double sah_at_build;              /* expected node visits of a random line through the bounds; over trees, by area */
   double sah_now;                   /* the same after refits; sah_now > 1.5 * sah_at_build asks for a rebuild */
   bool rebuild_advised;
 } pktrt_scene_info;
@@ -5588,6 +5588,11 @@ OP uint32_t pktrt__tri_outside(const pktrt__tri_edges *e) {
   return mbits(mand(vlt(e->least, vset(0)), vlt(vset(0), e->most)));
 }
 
+/* Bounds the error of an estimated depth, see >>exactness: 13 eps spread + 14 eps z + tiny, where spread is X Y R / |D|;
+   for any hit all of it is multiplied by |D|. In vectors of either width: op is v or f. */
+#define PKTRT__DEPTH_ERROR(op, spread, z, tiny) \
+  op##fma(spread, op##set(PKTRT__PAD_SPREAD), op##fma(z, op##set(PKTRT__PAD_ESTIMATE), tiny))
+
 /* Bounds the depths of hits by the estimate of >>exactness, for lanes whose edge functions do not rule a hit out. */
 OP pktrt__tri_estimate pktrt__tri_depth_bounds(const pktrt__tri_edges *q, const v8 x[3], const v8 y[3], const v8 z[3],
                                                const pktrt__tri_limits *l) {
@@ -5597,8 +5602,7 @@ OP pktrt__tri_estimate pktrt__tri_depth_bounds(const pktrt__tri_edges *q, const 
   const v8 depth = vfma(vmul(u, r), z[0], vfma(vmul(v, r), z[1], vmul(vmul(w, r), z[2])));
   const v8 spread = vmul(vmul(vmul(xs, ys), vabs(r)), vsub(z_hi, z_lo));
   const m8 known = mand(vlt(vset(PKTRT__LEAST_DET), vabs(det)), vle(vabs(det), vset(FLT_MAX)));
-  const v8 error =
-      vfma(spread, vset(PKTRT__PAD_SPREAD), vfma(vmax_abs(z_lo, z_hi), vset(PKTRT__PAD_ESTIMATE), l->tiny));
+  const v8 error = PKTRT__DEPTH_ERROR(v, spread, vmax_abs(z_lo, z_hi), l->tiny);
   const v8 bound = vsel(known, error, vset(INFINITY));
   pktrt__tri_estimate e;
   e.lo = vsub(depth, bound), e.hi = vadd(depth, bound);
@@ -5747,9 +5751,8 @@ OP bool pktrt__tri_any_hit(const pktrt__bvh_segment *seg, pktrt__batch *b, uint3
   const v8 depth = vmul(sum, vcopysign(vset(1), det));
   const v8 xs = vmax_abs3(x[0], x[1], x[2]), ys = vmax_abs3(y[0], y[1], y[2]);
   const v8 z_lo = vmin(z[0], vmin(z[1], z[2])), z_hi = vmax(z[0], vmax(z[1], z[2]));
-  const v8 near_ = vfma(vmax_abs(z_lo, z_hi), vset(PKTRT__PAD_ESTIMATE), q.l.tiny);
-  const v8 error =
-      vfma(vmul(vmul(xs, ys), vsub(z_hi, z_lo)), vset(PKTRT__PAD_SPREAD), vfma(near_, size, vset(FLT_MIN)));
+  const v8 error = PKTRT__DEPTH_ERROR(v, vmul(vmul(xs, ys), vsub(z_hi, z_lo)), vmul(vmax_abs(z_lo, z_hi), size),
+                                      vfma(q.l.tiny, size, vset(FLT_MIN)));
   const v8 lo = vsub(depth, error), hi = vadd(depth, error);
   const v8 wf = vset(single ? single->wf : b->wf[r]), sf = vset(single ? single->sf : b->sf[r]);
   const uint32_t known = inside & mbits(vlt(vset(PKTRT__LEAST_DET), size)) & mbits(vlt(error, vset(PKTRT__MOST_ERROR)));
@@ -6233,8 +6236,7 @@ PKTRT__NOINLINE uint32_t pktrt__frustum_accept(const pktrt__bvh_segment *seg, pk
   const vf det = fadd(fadd(e[0], e[1]), e[2]), inverse = fdiv(fset(1), det), size = fabs_(det);
   const vf sum = ffma(fmul(e[0], inverse), z[0], ffma(fmul(e[1], inverse), z[1], fmul(fmul(e[2], inverse), z[2])));
   const vf depth = fsel(flt(dk, zero), fsub(zero, sum), sum);
-  const vf error = ffma(fmul(xy, fabs_(inverse)), fset(PKTRT__PAD_SPREAD * tri->range),
-                        fadd(fset(PKTRT__PAD_ESTIMATE * tri->far_), tiny));
+  const vf error = PKTRT__DEPTH_ERROR(f, fmul(fmul(xy, fabs_(inverse)), fset(tri->range)), fset(tri->far_), tiny);
   const vf bound = fsel(fmand(flt(fset(PKTRT__LEAST_DET), size), fle(size, fset(FLT_MAX))), error, fset(INFINITY));
   const vf lo = fsub(depth, bound), hi = fadd(depth, bound);
   bits &= ~(fbits(flt(fload(b->wf + r), lo)) | fbits(flt(hi, fload(b->wn + r)))); /* NaN leaves it open */
@@ -8518,6 +8520,7 @@ static const pktrt__kernel_table pktrt__kernels = {pktrt__entry_trace,
 #undef ROLL_OUT
 #undef COUNT
 #undef PKTRT__PICK
+#undef PKTRT__DEPTH_ERROR
 #undef PKTRT__WITH_FEW_INSTANCES
 #undef FRUSTA
 #undef IF_COUNTED
@@ -11271,11 +11274,11 @@ static void pktrt__packet_assemble_wave(pktrt__tile *tile, pktrt__wave **wave, u
 /* The samples that the rays to all surfaces belong to, and where the dimensions of their scattering events begin. */
 static void pktrt__sample_batch_of_surfaces(pktrt__tile *tile, const pktrt__wave *w) {
   pktrt__sample_batch *g = &tile->draws;
-  const uint32_t bvhs = tile->render->event_dimensions / 4;
+  const uint32_t groups = tile->render->event_dimensions / 4;
   for (uint32_t k = 0; k < tile->surfaces.count; k++) {
     const uint32_t ray = tile->surfaces.first + k, root = w->root[ray];
     g->x[k] = tile->x[root], g->y[k] = tile->y[root], g->sample[k] = tile->sample[root];
-    g->group[k] = 2 + w->key[ray] * bvhs;
+    g->group[k] = 2 + w->key[ray] * groups;
   }
   pktrt__sample_batch_end(g, tile->surfaces.count);
 }

@@ -5588,8 +5588,8 @@ OP uint32_t pktrt__tri_outside(const pktrt__tri_edges *e) {
   return mbits(mand(vlt(e->least, vset(0)), vlt(vset(0), e->most)));
 }
 
-/* Bounds the error of an estimated depth, see >>exactness: 13 eps spread + 14 eps z + tiny, where spread is X Y R / |D|;
-   for any hit all of it is multiplied by |D|. In vectors of either width: op is v or f. */
+/* Bounds the error of an estimated depth, see >>exactness: 13 eps spread + 14 eps z + tiny, where spread is X Y R /
+   |D|; for any hit all of it is multiplied by |D|. In vectors of either width: op is v or f. */
 #define PKTRT__DEPTH_ERROR(op, spread, z, tiny) \
   op##fma(spread, op##set(PKTRT__PAD_SPREAD), op##fma(z, op##set(PKTRT__PAD_ESTIMATE), tiny))
 
@@ -12535,9 +12535,9 @@ PKTRT_DEF size_t pktrt_scene_report_text(const pktrt_scene_report *r, char *text
 #endif /* the public functions */
 /* >>changes ----------------------------------------------------------------------------------------------------------
 
-     0.7.0    The inside speaks one language, in rooms, and editors see the kernels; no bit of an answer changes. Renamed:
-              pktrt_report_text to pktrt_scene_report_text; uv of pktrt_points to barycentric; of pktrt_scene_report,
-              looks to materials, names to ids, and what pktrt_scene_info has is its `info`.
+     0.7.0    The inside speaks one language, in rooms, and editors see the kernels; no bit of an answer changes.
+              Renamed: pktrt_report_text to pktrt_scene_report_text; uv of pktrt_points to barycentric; of
+              pktrt_scene_report, looks to materials, names to ids, and what pktrt_scene_info has is its `info`.
      0.6.0    Rays know the glasses that they are in, nested, touching, overlapping, and around the camera. Marks
               outlive refits; mesh lights with area between keys only shine; stray vertices do not count. What is likely
               to be a mistake is said in the log; pictures of meshes that were never committed are refused, and can be

@@ -243,7 +243,7 @@ score() {
     FILENAME ~ /equivalent/ {
       if (text && /^(in|-) /) { entries++; text = 0; only = "" }
       if (/^in /) only = substr($0, 4)
-      else if (/^- /) { minus[++pairs] = substr($0, 3); entry[pairs] = entries + 0; where[pairs] = only }
+      else if (/^- /) { minus[++pairs] = substr($0, 3); entry[pairs] = entries + 0; where[pairs] = only "" }
       else if (/^\+/) plus[pairs] = substr($0, 3)
       else if (!/^#/ && !/^ *$/) { why[entries + 0] = why[entries + 0] (text ? " " : "") $0; text = 1 }
       next
@@ -271,7 +271,8 @@ score() {
       printf "%-12s %8s %8s %11s %9s %6s\n", "room", "planted", "noticed", "equivalent", "survived", "score"
       for (r = 1; r <= rooms; r++) {
         room = order[r]
-        print_row(room, planted[room], noticed[room], equivalent[room], survived[room])
+        # WHY + 0: some versions of gawk crash over elements that are handed on without a value
+        print_row(room, planted[room] + 0, noticed[room] + 0, equivalent[room] + 0, survived[room] + 0)
         all += planted[room]; all_noticed += noticed[room]; all_equivalent += equivalent[room]; all_survived += survived[room]
         missing += wanted[room] - planted[room]
       }

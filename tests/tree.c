@@ -697,6 +697,57 @@ static void stacks_suffice(void) {
   CHECK((int)PKTRT__STACK >= (int)PKTRT__MAX_DEPTH * (8 - 1) + 1, "%d entries", (int)PKTRT__STACK);
 }
 
+/* What boxes are asked with, of a ray by itself and of the same ray in a batch: bounds of distances from scenes that lie to
+   one side, along each axis in turn. */
+#define SETUP_OF(set, target)                                                                               \
+  target static void setup_by_##set(const pktrt_scene *s, const pktrt_ray *ray) {                           \
+    static pktrt__batch b;                                                                                  \
+    pktrt__single q;                                                                                        \
+    memset(&q, 0, sizeof q);                                                                                \
+    pktrt__batch_load_rest(&b, ray, NULL, 0, 1), pktrt__batch_pad(&b, 1);                                   \
+    CHECK(pktrt__batch_setup_##set(s, &b, 0) & 1, #set);                                                    \
+    CHECK(pktrt__single_setup_##set(s, ray, &q), #set);                                                     \
+    CHECK(b.pad[0] == q.pad, #set ": %g and %g", (double)b.pad[0], (double)q.pad);                          \
+    CHECK(b.wf[0] == q.wf && b.wn[0] == q.wn, #set);                                                        \
+    for (int a = 0; a < 3; a++)                                                                             \
+      CHECK(b.rd[a][0] == q.rd[a] && b.as.slab.cn[a][0] == q.cn[a] && b.as.slab.cf[a][0] == q.cf[a], #set); \
+  }
+#ifdef PKTRT__HAS_SCALAR
+SETUP_OF(scalar, )
+#endif
+#ifdef PKTRT__HAS_SSE2
+SETUP_OF(sse2, )
+#endif
+#ifdef PKTRT__HAS_AVX2
+SETUP_OF(avx2, __attribute__((__target__("avx2,fma,bmi,bmi2,popcnt"))))
+#endif
+static void setups_agree(void) {
+  for (int axis = 0; axis < 6; axis++) {
+    mesh m = mesh_sphere(2, 0, 1);
+    mesh_shift(&m, axis == 0 || axis == 1 ? 64.0f : 0, axis == 2 || axis == 3 ? 64.0f : 0, axis > 3 ? 64.0f : 0);
+    pktrt_scene *s = pktrt_scene_create(NULL);
+    const pktrt_mesh_desc d = mesh_desc(&m);
+    CHECK(pktrt_add_mesh(s, &d, NULL) == PKTRT_OK && pktrt_commit(s) == PKTRT_OK);
+    for (int i = 0; i < 6; i++) {
+      const float side = axis & 1 ? 128.0f : -0.5f, o[3] = {side, side + 0.25f, side - 0.125f};
+      float way[3] = {0.3f, 0.4f, 0.5f};
+      way[i % 3] = i & 1 ? -2.0f : 3.0f;
+      const pktrt_ray ray = pktrt_make_ray(o, way);
+#ifdef PKTRT__HAS_SCALAR
+      setup_by_scalar(s, &ray);
+#endif
+#ifdef PKTRT__HAS_SSE2
+      setup_by_sse2(s, &ray);
+#endif
+#ifdef PKTRT__HAS_AVX2
+      if (pktrt_isa_available(PKTRT_ISA_AVX2)) setup_by_avx2(s, &ray);
+#endif
+    }
+    pktrt_scene_destroy(s);
+    mesh_free(&m);
+  }
+}
+
 /* Exponentials, logarithms, sines and cosines in double: pictures show little of their last bits. libm errs by half a
    step, hence 2^-51 and another 2^-53. */
 static void series(void) {
@@ -739,5 +790,6 @@ void suite_tree(void) {
   run("geometric series build a tree of bounded depth", deep_input);
   run("without hooks, memory is aligned, too", aligned_by_default);
   run("the stack of a walk holds what the deepest tree can leave there", stacks_suffice);
+  run("a ray is asked with by itself as in a batch", setups_agree);
   run("exp, log, sine and cosine err by as little as they say", series);
 }

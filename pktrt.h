@@ -5588,10 +5588,10 @@ OP uint32_t pktrt__tri_outside(const pktrt__tri_edges *e) {
   return mbits(mand(vlt(e->least, vset(0)), vlt(vset(0), e->most)));
 }
 
-/* Bounds the error of an estimated depth, see >>exactness: 13 eps spread + 14 eps z + tiny, where spread is X Y R /
-   |D|; for any hit all of it is multiplied by |D|. In vectors of either width: op is v or f. */
-#define PKTRT__DEPTH_ERROR(op, spread, z, tiny) \
-  op##fma(spread, op##set(PKTRT__PAD_SPREAD), op##fma(z, op##set(PKTRT__PAD_ESTIMATE), tiny))
+/* Bounds the error of an estimated depth, see >>exactness: 13 eps spread + reach, where spread is X Y R / |D| and reach
+   14 eps Z + tiny; for any hit both are multiplied by |D|. In vectors of either width: op is v or f. */
+#define PKTRT__DEPTH_ERROR(op, spread, reach) op##fma(spread, op##set(PKTRT__PAD_SPREAD), reach)
+#define PKTRT__DEPTH_REACH(op, z, tiny) op##fma(z, op##set(PKTRT__PAD_ESTIMATE), tiny)
 
 /* Bounds the depths of hits by the estimate of >>exactness, for lanes whose edge functions do not rule a hit out. */
 OP pktrt__tri_estimate pktrt__tri_depth_bounds(const pktrt__tri_edges *q, const v8 x[3], const v8 y[3], const v8 z[3],
@@ -5602,7 +5602,7 @@ OP pktrt__tri_estimate pktrt__tri_depth_bounds(const pktrt__tri_edges *q, const 
   const v8 depth = vfma(vmul(u, r), z[0], vfma(vmul(v, r), z[1], vmul(vmul(w, r), z[2])));
   const v8 spread = vmul(vmul(vmul(xs, ys), vabs(r)), vsub(z_hi, z_lo));
   const m8 known = mand(vlt(vset(PKTRT__LEAST_DET), vabs(det)), vle(vabs(det), vset(FLT_MAX)));
-  const v8 error = PKTRT__DEPTH_ERROR(v, spread, vmax_abs(z_lo, z_hi), l->tiny);
+  const v8 error = PKTRT__DEPTH_ERROR(v, spread, PKTRT__DEPTH_REACH(v, vmax_abs(z_lo, z_hi), l->tiny));
   const v8 bound = vsel(known, error, vset(INFINITY));
   pktrt__tri_estimate e;
   e.lo = vsub(depth, bound), e.hi = vadd(depth, bound);
@@ -5751,8 +5751,8 @@ OP bool pktrt__tri_any_hit(const pktrt__bvh_segment *seg, pktrt__batch *b, uint3
   const v8 depth = vmul(sum, vcopysign(vset(1), det));
   const v8 xs = vmax_abs3(x[0], x[1], x[2]), ys = vmax_abs3(y[0], y[1], y[2]);
   const v8 z_lo = vmin(z[0], vmin(z[1], z[2])), z_hi = vmax(z[0], vmax(z[1], z[2]));
-  const v8 error = PKTRT__DEPTH_ERROR(v, vmul(vmul(xs, ys), vsub(z_hi, z_lo)), vmul(vmax_abs(z_lo, z_hi), size),
-                                      vfma(q.l.tiny, size, vset(FLT_MIN)));
+  const v8 reach = PKTRT__DEPTH_REACH(v, vmax_abs(z_lo, z_hi), q.l.tiny);
+  const v8 error = PKTRT__DEPTH_ERROR(v, vmul(vmul(xs, ys), vsub(z_hi, z_lo)), vfma(reach, size, vset(FLT_MIN)));
   const v8 lo = vsub(depth, error), hi = vadd(depth, error);
   const v8 wf = vset(single ? single->wf : b->wf[r]), sf = vset(single ? single->sf : b->sf[r]);
   const uint32_t known = inside & mbits(vlt(vset(PKTRT__LEAST_DET), size)) & mbits(vlt(error, vset(PKTRT__MOST_ERROR)));
@@ -6236,7 +6236,8 @@ PKTRT__NOINLINE uint32_t pktrt__frustum_accept(const pktrt__bvh_segment *seg, pk
   const vf det = fadd(fadd(e[0], e[1]), e[2]), inverse = fdiv(fset(1), det), size = fabs_(det);
   const vf sum = ffma(fmul(e[0], inverse), z[0], ffma(fmul(e[1], inverse), z[1], fmul(fmul(e[2], inverse), z[2])));
   const vf depth = fsel(flt(dk, zero), fsub(zero, sum), sum);
-  const vf error = PKTRT__DEPTH_ERROR(f, fmul(fmul(xy, fabs_(inverse)), fset(tri->range)), fset(tri->far_), tiny);
+  const vf error = PKTRT__DEPTH_ERROR(f, fmul(fmul(xy, fabs_(inverse)), fset(tri->range)),
+                                      PKTRT__DEPTH_REACH(f, fset(tri->far_), tiny));
   const vf bound = fsel(fmand(flt(fset(PKTRT__LEAST_DET), size), fle(size, fset(FLT_MAX))), error, fset(INFINITY));
   const vf lo = fsub(depth, bound), hi = fadd(depth, bound);
   bits &= ~(fbits(flt(fload(b->wf + r), lo)) | fbits(flt(hi, fload(b->wn + r)))); /* NaN leaves it open */
@@ -6521,12 +6522,13 @@ OP uint64_t pktrt__frustum_leaf(const pktrt__frustum *f, const pktrt__bvh_segmen
   const uint32_t all = pktrt__lanes_occupied(id);
   uint32_t lanes = pktrt__frustum_cull_triangles(f, b, k0, &corners) & all;
   COUNT(triangle_culls, pktrt__popcount(all & ~lanes));
+  pktrt__tri_common tri;
+  tri.pad = f->pad, tri.counts = is.stats ? is.counts : NULL;
   uint64_t hit = 0;
   for (; lanes && mask; lanes &= lanes - 1) {
     const uint32_t lane = pktrt__lowest_bit(lanes);
-    pktrt__tri_common tri;
-    tri.id = id[lane], tri.slot = index * 8 + lane, tri.counts = is.stats ? is.counts : NULL;
-    tri.pad = f->pad, tri.range = corners.range[lane], tri.far_ = corners.far_[lane];
+    tri.id = id[lane], tri.slot = index * 8 + lane;
+    tri.range = corners.range[lane], tri.far_ = corners.far_[lane];
     COUNT(triangle_tests, pktrt__popcount(mask));
     const uint64_t h = pktrt__frustum_test_triangle(f, seg, b, k0, &corners, lane, &tri, mask);
     hit |= h;
@@ -6547,14 +6549,15 @@ PKTRT__NOINLINE uint64_t pktrt__frustum_leaf_moving(const pktrt__frustum *f, con
   const uint32_t all = pktrt__lanes_occupied(id), lanes = pktrt__frustum_cull_moving(f, k0, k1, &motion) & all;
   if (counts) counts->triangle_culls += pktrt__popcount(all & ~lanes);
   if (counts) counts->triangle_tests += pktrt__popcount(lanes) * pktrt__popcount(mask);
+  pktrt__tri_common tri;
+  tri.pad = f->pad, tri.counts = counts;
   uint64_t maybe[8], hit = 0;
   for (uint32_t m = lanes, n = 0; m; m &= m - 1)
     maybe[n++] = pktrt__frustum_filter_moving(f, b, &motion, pktrt__lowest_bit(m));
   for (uint32_t m = lanes, n = 0; m; m &= m - 1, n++) {
     const uint32_t lane = pktrt__lowest_bit(m);
-    pktrt__tri_common tri;
-    tri.id = id[lane], tri.slot = index * 8 + lane, tri.counts = counts;
-    tri.pad = f->pad, tri.range = motion.range[lane], tri.far_ = motion.far_[lane];
+    tri.id = id[lane], tri.slot = index * 8 + lane;
+    tri.range = motion.range[lane], tri.far_ = motion.far_[lane];
     for (uint64_t rest = maybe[n] & mask; rest;) {
       const uint32_t i = pktrt__lowest_bit(rest) & ~(FW - 1u);
       const uint32_t rays = (uint32_t)(rest >> i) & ((1u << FW) - 1);
@@ -6591,10 +6594,10 @@ OP pktrt__single_slabs pktrt__single_slabs_of(const pktrt__single *ray, const bo
 
 /* Loads one side of the children along an axis, at the ray's time. */
 OP v8 pktrt__single_plane(const pktrt__single_slabs *q, const pktrt__bvh_segment *seg, const pktrt__node *node,
-                          size_t at, const bool moving) {
-  const float *p0 = pktrt__segment_planes(seg, node, 0, moving) + at;
-  const float *p1 = pktrt__segment_planes(seg, node, 1, moving) + at;
-  return moving ? vfma(q->ta, vload(p0), vmul(q->tb, vload(p1))) : vload(p0);
+                          const int axis, size_t at, const bool moving) {
+  const float *p0 = pktrt__segment_planes(seg, node, 0, moving) + 16 * axis;
+  const float *p1 = pktrt__segment_planes(seg, node, 1, moving) + 16 * axis;
+  return moving ? vfma(q->ta, vload(p0 + at), vmul(q->tb, vload(p1 + at))) : vload(p0 + at);
 }
 
 /* Returns the children of a node that a single ray may hit before the depth wf, and finds its entry depths. */
@@ -6605,8 +6608,8 @@ OP uint32_t pktrt__single_test_children(const pktrt__single_slabs *q, const pktr
     const v8 rd = PKTRT__WITH_FEW_REGISTERS ? vset(q->ray->rd[a]) : q->rd[a];
     const v8 cn = PKTRT__WITH_FEW_REGISTERS ? vset(q->ray->cn[a]) : q->cn[a],
              cf = PKTRT__WITH_FEW_REGISTERS ? vset(q->ray->cf[a]) : q->cf[a];
-    n[a] = vfms(pktrt__single_plane(q, seg, node, 16 * (size_t)a + q->near_[a], moving), rd, cn);
-    f[a] = vfms(pktrt__single_plane(q, seg, node, 16 * (size_t)a + q->far_[a], moving), rd, cf);
+    n[a] = vfms(pktrt__single_plane(q, seg, node, a, q->near_[a], moving), rd, cn);
+    f[a] = vfms(pktrt__single_plane(q, seg, node, a, q->far_[a], moving), rd, cf);
   }
   *entry = vmax(vmax(n[0], n[1]), vmax(n[2], q->wn));
   return mbits(vle(*entry, vmin(vmin(f[0], f[1]), vmin(f[2], vset(wf)))));
@@ -8521,6 +8524,7 @@ static const pktrt__kernel_table pktrt__kernels = {pktrt__entry_trace,
 #undef COUNT
 #undef PKTRT__PICK
 #undef PKTRT__DEPTH_ERROR
+#undef PKTRT__DEPTH_REACH
 #undef PKTRT__WITH_FEW_INSTANCES
 #undef FRUSTA
 #undef IF_COUNTED

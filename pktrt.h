@@ -7321,7 +7321,8 @@ OP uint64_t pktrt__drive_rays_near(const pktrt__bvh *bvh, const pktrt__batch *b,
 
 /* Traces a stream, rays of one octant, through all trees. */
 PKTRT__NOINLINE void pktrt__drive_stream(const pktrt_scene *scene, pktrt__batch *b, const uint8_t *list, uint64_t mask,
-                                         const pktrt__variant is) {
+                                         const pktrt__variant *what) {
+  const pktrt__variant is = *what;
   for (uint32_t i = 0; i < scene->bvh_count && mask; i++) {
     const pktrt__bvh *bvh = &scene->bvhs[i];
     uint64_t hit = 0;
@@ -7352,7 +7353,8 @@ PKTRT__NOINLINE void pktrt__drive_stream(const pktrt_scene *scene, pktrt__batch 
 #if FRUSTA
 /* Traces a packet of rays of one main axis and octant through all trees. */
 PKTRT__NOINLINE void pktrt__drive_frustum(const pktrt_scene *scene, pktrt__batch *b, uint32_t base, uint64_t mask,
-                                          const pktrt__variant is) {
+                                          const pktrt__variant *what) {
+  const pktrt__variant is = *what;
   pktrt__frustum f;
   pktrt__frustum_setup(&f, scene, b, base, mask);
   COUNT(packets, 1);
@@ -7390,7 +7392,8 @@ PKTRT__NOINLINE void pktrt__drive_frustum(const pktrt_scene *scene, pktrt__batch
 
 /* Traces one ray through all trees and tells whether it hits. `check` rejects triangles without area at its time. */
 PKTRT__NOINLINE bool pktrt__drive_single(const pktrt_scene *scene, pktrt__single *ray, bool check,
-                                         const pktrt__variant is) {
+                                         const pktrt__variant *what) {
+  const pktrt__variant is = *what;
   bool hit = false;
   for (uint32_t i = 0; i < scene->bvh_count && !(is.occlusion && hit); i++) {
     const pktrt__bvh *bvh = &scene->bvhs[i];
@@ -7407,11 +7410,12 @@ PKTRT__NOINLINE bool pktrt__drive_single(const pktrt_scene *scene, pktrt__single
   return hit;
 }
 PKTRT__NOINLINE void pktrt__drive_batch_ray(const pktrt_scene *scene, pktrt__batch *b, uint32_t r,
-                                            const pktrt__variant is) {
+                                            const pktrt__variant *what) {
+  const pktrt__variant is = *what;
   pktrt_ray ray;
   pktrt__single q;
   pktrt__single_from_batch(b, r, &ray, &q);
-  if (!pktrt__drive_single(scene, &q, false, is)) return;
+  if (!pktrt__drive_single(scene, &q, false, &is)) return;
   pktrt__single_to_batch(b, r, &q);
   if (is.occlusion) b->slot[r] = 0;
 }
@@ -7428,7 +7432,8 @@ OP void pktrt__drive_find_moving(const pktrt_scene *scene, pktrt__batch *b, cons
 
 /* Sorts rays of a batch by octant and traces them in streams of at most 64. */
 PKTRT__NOINLINE void pktrt__drive_octants(const pktrt_scene *scene, pktrt__batch *b, const uint64_t *rays,
-                                          const pktrt__variant is) {
+                                          const pktrt__variant *what) {
+  const pktrt__variant is = *what;
   uint8_t list[PKTRT__BATCH];
   uint32_t end[8], sum = 0;
   memset(end, 0, sizeof end);
@@ -7448,9 +7453,9 @@ PKTRT__NOINLINE void pktrt__drive_octants(const pktrt_scene *scene, pktrt__batch
     while (i < end[o]) {
       const uint32_t n = end[o] - i < 64 ? end[o] - i : 64, to = i + n;
       COUNT(packets, n < 4 ? n : 1);
-      if (n >= 4) pktrt__drive_stream(scene, b, list + i, ~(uint64_t)0 >> (64 - n), is);
+      if (n >= 4) pktrt__drive_stream(scene, b, list + i, ~(uint64_t)0 >> (64 - n), &is);
       else /* too few to gain from sharing: measured slower as a stream */
-        for (uint32_t k = i; k < to; k++) pktrt__drive_batch_ray(scene, b, list[k], is);
+        for (uint32_t k = i; k < to; k++) pktrt__drive_batch_ray(scene, b, list[k], &is);
       i = to;
     }
 }
@@ -7517,11 +7522,11 @@ OP void pktrt__drive_fast(const pktrt_scene *scene, pktrt__batch *b, uint32_t n,
 #if FRUSTA
     const bool one_way = rest && pktrt__drive_is_coherent(b, base, rest);
     for (uint64_t packet; (packet = pktrt__drive_next_packet(b, base, &rest, one_way, is.occlusion)) != 0;)
-      pktrt__drive_frustum(scene, b, base, packet, is);
+      pktrt__drive_frustum(scene, b, base, packet, &is);
 #endif
     left[base / 64] = rest;
   }
-  if (pktrt__batch_note_coherence(b, left, n)) pktrt__drive_octants(scene, b, left, is);
+  if (pktrt__batch_note_coherence(b, left, n)) pktrt__drive_octants(scene, b, left, &is);
 }
 
 /* >>resolve ---------------------------------------------------------------------------------------------------------
@@ -7609,7 +7614,8 @@ PKTRT__NOINLINE void pktrt__resolve_retrace(const pktrt_scene *scene, pktrt__bat
   pktrt__single_from_batch(b, r, &ray, &q);
   if (!pktrt__single_setup(scene, &ray, &q)) return; /* never: the ray has hit something */
   b->t[r] = b->tmax[r];                              /* stays if it misses now */
-  pktrt__drive_single(scene, &q, true, pktrt__variant_of(false, false, false, &unread));
+  const pktrt__variant is = pktrt__variant_of(false, false, false, &unread);
+  pktrt__drive_single(scene, &q, true, &is);
   pktrt__single_to_batch(b, r, &q);
 }
 
@@ -8231,7 +8237,7 @@ static const pktrt__fit_table pktrt__fit_kernels = {pktrt__fit_lanes_with_area, 
 /* Traces a single ray through all trees, of which there is mostly one, at rest. */
 OP bool pktrt__entry_single(const pktrt_scene *scene, pktrt__single *q, bool check, const pktrt__variant is) {
   const pktrt__bvh *bvh = scene->bvhs;
-  if (scene->bvh_count != 1 || pktrt__has_motion(bvh->key_count)) return pktrt__drive_single(scene, q, check, is);
+  if (scene->bvh_count != 1 || pktrt__has_motion(bvh->key_count)) return pktrt__drive_single(scene, q, check, &is);
   return pktrt__single_traverse(&bvh->rest, q, 0, is);
 }
 
@@ -8284,7 +8290,7 @@ OP void pktrt__entry_trace_template(const pktrt__query *call, pktrt__batch *b, u
     for (uint32_t i = 0; i < n; i += 64)
       for (uint64_t m = b->valid[i / 64]; m; m &= m - 1) {
         COUNT(packets, 1);
-        pktrt__drive_batch_ray(scene, b, i + pktrt__lowest_bit(m), is);
+        pktrt__drive_batch_ray(scene, b, i + pktrt__lowest_bit(m), &is);
       }
   } else {
     pktrt__drive_fast(scene, b, n, is);
@@ -8814,7 +8820,7 @@ PKTRT_DEF pktrt_status pktrt_mark_changed(pktrt_scene *s) {
   return PKTRT_OK;
 }
 
-PKTRT_DEF void pktrt_get_scene_info(const pktrt_scene *s, pktrt_scene_info *info) {
+PKTRT__COLD void pktrt__report_info(const pktrt_scene *s, pktrt_scene_info *info) {
   memset(info, 0, sizeof *info);
   if (!s) return;
   info->isa = s->isa;
@@ -8844,6 +8850,8 @@ PKTRT_DEF void pktrt_get_scene_info(const pktrt_scene *s, pktrt_scene_info *info
   }
   if (area > 0) info->sah_at_build /= area, info->sah_now /= area;
 }
+
+PKTRT_DEF void pktrt_get_scene_info(const pktrt_scene *s, pktrt_scene_info *info) { pktrt__report_info(s, info); }
 
 #ifndef PKTRT_NO_RENDER
 /* Refuses components of a vector that are not finite, or outside [lo, hi]. */
@@ -10045,8 +10053,8 @@ static bool pktrt__light_make_triangles(const pktrt_scene_desc *desc, const pktr
 }
 
 /* A mesh as a light: by its facets for DRT, as a point for the other modes. */
-static bool pktrt__light_prepare_mesh(const pktrt__render_state *render, const pktrt_light *l,
-                                      pktrt__light_data *light) {
+PKTRT__COLD bool pktrt__light_prepare_mesh(const pktrt__render_state *render, const pktrt_light *l,
+                                           pktrt__light_data *light) {
   const pktrt__mesh *m = &render->scene->meshes[l->mesh];
   double lo[3] = {INFINITY, INFINITY, INFINITY}, hi[3] = {-INFINITY, -INFINITY, -INFINITY}, size = 0, normal[3];
   for (uint32_t i = 0; i < m->triangle_count; i++) {
@@ -10093,7 +10101,7 @@ static void pktrt__light_free_all(pktrt__render_state *render) {
 /* One light. A mesh stands in its middle in RCS and WRT: its projected area is |S cos| where it is flat, S being the
    sum of its area vectors; where it is closed and convex it is a quarter of the area on average, and S is 0. The shadow
    ray ends at the sphere around the mesh, whose own triangles would stop it. */
-static void pktrt__light_describe(const pktrt__render_state *render, uint32_t index, pktrt__light_data *light) {
+PKTRT__COLD void pktrt__light_describe(const pktrt__render_state *render, uint32_t index, pktrt__light_data *light) {
   const pktrt_light *l = &render->scene->lights[index];
   pktrt__light_target *target = &light->target;
   memset(target, 0, sizeof *target);
@@ -10117,8 +10125,8 @@ static bool pktrt__light_prepare_place(const pktrt__render_state *render, const 
   return true;
 }
 
-static bool pktrt__light_prepare_direction(const pktrt__render_state *render, const pktrt_light *l,
-                                           pktrt__light_data *light) {
+PKTRT__COLD bool pktrt__light_prepare_direction(const pktrt__render_state *render, const pktrt_light *l,
+                                                pktrt__light_data *light) {
   (void)render;
   for (int a = 0; a < 3; a++) light->facing[a] = -(double)l->direction[a];
   (void)pktrt__normalise(light->facing);
@@ -10126,8 +10134,8 @@ static bool pktrt__light_prepare_direction(const pktrt__render_state *render, co
   return true;
 }
 
-static bool pktrt__light_prepare_quad(const pktrt__render_state *render, const pktrt_light *l,
-                                      pktrt__light_data *light) {
+PKTRT__COLD bool pktrt__light_prepare_quad(const pktrt__render_state *render, const pktrt_light *l,
+                                           pktrt__light_data *light) {
   double e[2][3];
   for (int a = 0; a < 6; a++) e[a / 3][a % 3] = (double)l->edge[a / 3][a % 3];
   (void)pktrt__light_prepare_place(render, l, light);
@@ -10138,7 +10146,7 @@ static bool pktrt__light_prepare_quad(const pktrt__render_state *render, const p
   return true;
 }
 
-static bool pktrt__light_make_all(pktrt__render_state *render) { /* false: out of memory, and none are left */
+PKTRT__COLD bool pktrt__light_make_all(pktrt__render_state *render) { /* false: out of memory, and none are left */
   const pktrt_scene *s = render->scene;
   render->lights = PKTRT__CAST(pktrt__light_data *, pktrt__mem_alloc(&s->desc, s->light_count, sizeof *render->lights));
   if (!render->lights) return false;
@@ -12492,7 +12500,7 @@ PKTRT__COLD size_t pktrt__report_print_features(char *text, size_t room, size_t 
   return pktrt__report_print(text, room, used, "%s\n", bits ? "" : " nothing");
 }
 
-PKTRT_DEF size_t pktrt_scene_report_text(const pktrt_scene_report *r, char *text, size_t room) {
+PKTRT__COLD size_t pktrt__report_text(const pktrt_scene_report *r, char *text, size_t room) {
   const struct {
     const char *what;
     uint64_t bytes;
@@ -12523,6 +12531,10 @@ PKTRT_DEF size_t pktrt_scene_report_text(const pktrt_scene_report *r, char *text
   if (r->worker) n = pktrt__report_print(text, room, n, "a worker   %llu bytes\n", (unsigned long long)r->worker);
   if (r->passes) n = pktrt__report_print(text, room, n, "passes     %llu bytes\n", (unsigned long long)r->passes);
   return n;
+}
+
+PKTRT_DEF size_t pktrt_scene_report_text(const pktrt_scene_report *r, char *text, size_t room) {
+  return pktrt__report_text(r, text, room);
 }
 
 #if defined(PKTRT__X86) && defined(__GNUC__) && !defined(__clang__) && defined(__cplusplus)

@@ -201,7 +201,8 @@ static void limit_walk(const pktrt_scene *scene, pktrt__batch *b, uint32_t n, bo
   for (uint32_t i = 0; i < n; i += FW) b->valid[i / 64] |= (uint64_t)pktrt__batch_setup(scene, b, i) << i % 64;
   for (uint32_t base = 0; base < n; base += 64) left[base / 64] = limit_walk_64(scene, b, base, occlusion, t, samples);
   if (!pktrt__batch_note_coherence(b, left, n)) return;
-  pktrt__drive_octants(scene, b, left, pktrt__variant_of(occlusion, false, true, &t->stream));
+  const pktrt__variant counted = pktrt__variant_of(occlusion, false, true, &t->stream);
+  pktrt__drive_octants(scene, b, left, &counted);
   for (uint32_t i = 0; i < PKTRT__BATCH / 64; i++) {
     limit_sample *s = left[i] ? limit_next_sample(t, samples, true, pktrt__popcount(left[i])) : NULL;
     if (s) limit_close_sample(s, &seg, b, left[i], 64 * i);

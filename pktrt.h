@@ -373,6 +373,9 @@
    64-bit ARM: NEON. gcc for MinGW: SSE2 at most, since it may misalign wide variables on the stack (GCC bug 54412). tcc
    and all else: scalar, the same code with loops over eight floats: good for stepping through in a debugger.
    Flags that change values are refused, see GUARANTEES; so is x87 arithmetic.
+   A kernel has one name in this file, and one for each instruction set in a program: in a debugger (-g -O0)
+   `break pktrt__single_closest_hit_avx2` stops in it; the scalar ones show arrays where others have vectors. An editor
+   sees the kernels with PKTRT_IMPLEMENTATION, PKTRT_NO_SIMD and PKTRT__EDITOR defined, as .clangd does.
 
 
    THE PAPER, SECTION BY SECTION (it numbers no equations; `make map` checks that what is named here is there)
@@ -867,7 +870,7 @@ PKTRT_DEF bool pktrt_camera_ray(const pktrt_camera *, uint32_t width, uint32_t h
    - The specular part (mirror, lobe, glass, metal) sees what its own rays hit: emitting meshes and the environment.
    - Lights that rays cannot hit (point, directional, quad and sphere are not geometry) also show in Phong lobes, by
      the value of the lobe towards them. Ideal mirrors and the camera do not see them. Give a mesh an emission, and
-     make it a PKTRT_LIGHT_MESH, where a lamp shall be visible.
+     make it a PKTRT_LIGHT_MESH, where the light shall be visible.
    - A mesh that emits without being a light is visible, but does not light diffuse surfaces.
    RCS and WRT send one ray to the middle of a light, DRT to a random point of it. A mesh counts there as a point, where
    it is at time 0, with the light of all its triangles, which nothing inside its bounding sphere (that of all times)
@@ -7824,8 +7827,9 @@ PKTRT__NOINLINE bool pktrt__surface_gather_normals(const pktrt_scene *scene, con
 
 /* Computes the origins of rays that leave surfaces i to i + 7 along ng (side 1) or against it (side -1). */
 STEP void pktrt__surface_start(const pktrt__surfaces *s, uint32_t i, double side, v8 o[3]) {
-  const d8 lift = dmul(dfrom(vload(s->offset + i)), dset(side));
-  ROLL_OUT for (int a = 0; a < 3; a++) o[a] = dto(dadd(dload(s->point[a] + i), dmul(lift, dfrom(vload(s->ng[a] + i)))));
+  const d8 offset = dmul(dfrom(vload(s->offset + i)), dset(side));
+  ROLL_OUT for (int a = 0; a < 3; a++) o[a] =
+      dto(dadd(dload(s->point[a] + i), dmul(offset, dfrom(vload(s->ng[a] + i)))));
 }
 
 /* Computes points and normals of surfaces i to i + 7, of which those in `lanes` exist. */
@@ -8731,7 +8735,7 @@ PKTRT_DEF pktrt_status pktrt_commit(pktrt_scene *s) {
   return PKTRT_OK;
 }
 
-/* The mesh that a deformation names, or NULL and a detail. */
+/* Returns the mesh that a deformation names, or NULL and a detail. */
 PKTRT__COLD pktrt__mesh *pktrt__mesh_to_deform(pktrt_scene *s, uint32_t mesh, uint32_t key, const float *data,
                                                const char *what) {
   if (mesh >= s->mesh_count) {
@@ -9231,15 +9235,15 @@ PKTRT_DEF const char *pktrt_sampler_string(pktrt_sampler sampler) {
 
 /* --- the ways in which Sobol's points are dealt out, see >>random --- */
 
-/* Every other bit, from the 0th on, close together: the opposite way. */
+/* Spreads the bits of x to every other place, from the 0th on. */
 PKTRT__INLINE uint32_t pktrt__sampler_spread_bits(uint32_t x) { /* x < 256 */
   x = (x | x << 4) & 0x0F0Fu;
   x = (x | x << 2) & 0x3333u;
   return (x | x << 1) & 0x5555u;
 }
 
-/* The place of a pixel on a Morton curve through 256 x 256 pixels whose four quarters, and theirs in turn, come in
-   random order (Ahmed and Wonka 2020). */
+/* Returns the place of a pixel on a Morton curve through 256 x 256 pixels whose four quarters, and theirs in turn, come
+   in random order (Ahmed and Wonka 2020). */
 static uint32_t pktrt__sampler_shuffled_morton(uint32_t x, uint32_t y, uint64_t key) {
   static const uint8_t orders[24] = {0x1B, 0x1E, 0x27, 0x2D, 0x36, 0x39, 0x4B, 0x4E, 0x63, 0x6C, 0x72, 0x78,
                                      0x87, 0x8D, 0x93, 0x9C, 0xB1, 0xB4, 0xC6, 0xC9, 0xD2, 0xD8, 0xE1, 0xE4};
@@ -9256,8 +9260,8 @@ static uint32_t pktrt__sampler_shuffled_morton(uint32_t x, uint32_t y, uint64_t 
 
 /* --- grids and radical inverses --- */
 
-/* A pair of dimensions in a x b cells: a b = n with sides up to 2 : 1 if there are such; if not, the next rectangle, of
-   which random cells stay empty. */
+/* Draws a pair of dimensions in a x b cells: a b = n with sides up to 2 : 1 if there are such; if not, the next
+   rectangle, of which random cells stay empty. */
 static void pktrt__sampler_jittered_pair(uint32_t sample, uint32_t samples, uint64_t key, float out[2]) {
   const uint32_t root = (uint32_t)sqrt((double)samples), least = root * root < samples ? root + 1 : root;
   uint32_t a = least;
@@ -9270,7 +9274,7 @@ static void pktrt__sampler_jittered_pair(uint32_t sample, uint32_t samples, uint
   out[1] = pktrt__sampler_unit_of(((double)(cell / a) + (double)(uint32_t)(at >> 32) * (1 / 4294967296.0)) / (double)b);
 }
 
-/* The radical inverse of i < n in a prime base, scrambled in Owen's way: each digit is replaced by that of a
+/* Computes the radical inverse of i < n in a prime base, scrambled in Owen's way: each digit is replaced by that of a
    permutation which depends on all digits before. The permutations are affine, d -> a d + c: any two digits go to any
    two, equally likely, and that is all that enters the variance. Digits beyond the last that n needs are independent
    random ones. */
@@ -9287,10 +9291,10 @@ static float pktrt__sampler_radical_inverse(uint32_t i, uint32_t n, uint32_t bas
   return pktrt__sampler_unit_of(((double)digits + tail) / (double)reach);
 }
 
-/* Halton's bases are the first 32 primes; later dimensions use them again, with other scrambles, and with the points
-   in another random order, so that they meet those of the first 32 at random. Hammersley's points have i / n before
-   these, and every 32 dimensions again; their order is random from the start, since n is known: each coordinate of
-   each sample is uniform over seeds. */
+/* Draws one coordinate. Halton's bases are the first 32 primes; later dimensions use them again, with other scrambles,
+   and with the points in another random order, so that they meet those of the first 32 at random. Hammersley's points
+   have i / n before these, and every 32 dimensions again; their order is random from the start, since n is known: each
+   coordinate of each sample is uniform over seeds. */
 static float pktrt__sampler_halton_number(const pktrt_sampling *s, uint32_t x, uint32_t y, uint32_t sample,
                                           uint32_t dimension) {
   static const uint8_t primes[32] = {2,  3,  5,  7,  11, 13, 17, 19, 23, 29,  31,  37,  41,  43,  47,  53,
@@ -9693,14 +9697,14 @@ typedef struct pktrt__light_triangle { /* where it is, if its mesh has one key *
   double area;              /* at rest, or the largest over its mesh's keys and half-way between them */
   uint32_t triangle;        /* of its mesh */
 } pktrt__light_triangle;
-typedef struct pktrt__light_cluster { /* facets that lie together: half of those of the cluster above */
+typedef struct pktrt__light_cluster { /* triangles that lie together: half of those of the cluster above */
   double middle[3], r2;               /* of a sphere around them at rest; r2: its radius, squared */
   double area;
   double facing[3], bent; /* sum of their areas as vectors, outwards; 0: they face one way, 1: half a ball or more */
 } pktrt__light_cluster;
 typedef struct pktrt__light_cdf {
-  double sum;     /* of the areas up to this facet's, which is included */
-  uint32_t start; /* entry i: the first facet that part i of as many equal parts of the sum can fall to */
+  double sum;     /* of the areas up to this triangle's, which is included */
+  uint32_t start; /* entry i: the first triangle that part i of as many equal parts of the sum can fall to */
 } pktrt__light_cdf;
 
 /* What is known of a light before the first ray. */
@@ -9715,7 +9719,7 @@ struct pktrt__light_data {
   pktrt__light_cdf *cdf;
   pktrt__light_cluster *clusters; /* 2 facet_count - 1: see pktrt__light_make_clusters */
   uint32_t triangle_count;
-  double back; /* mesh: how much counts, against one that faces a point, a facet that looks away */
+  double back; /* mesh: how much counts, against one that faces a point, a triangle that looks away */
 };
 
 /* What pixels have had so far, where there are several passes. */
@@ -9819,7 +9823,7 @@ PKTRT__COLD bool pktrt__render_check_rules(const pktrt_render_desc *d, pktrt__re
   return true;
 }
 
-/* Whether meshes were added, but never committed: a picture would be empty. */
+/* Tells whether meshes were added, but never committed: a picture would be empty. */
 static bool pktrt__render_is_uncommitted(const pktrt_scene *s) { return s->mesh_count && !s->committed_meshes; }
 
 PKTRT__COLD bool pktrt__render_check_scene(const pktrt_scene *s, pktrt__refusal *why) {
@@ -9834,7 +9838,7 @@ PKTRT__COLD bool pktrt__render_check_scene(const pktrt_scene *s, pktrt__refusal 
   return true;
 }
 
-/* What the surfaces of a scene are and have. */
+/* Finds the features that the surfaces and lights of a scene have. */
 static uint32_t pktrt__feature_of_scene(const pktrt_scene *s) {
   uint32_t found = 0;
   for (uint32_t i = 0; i < s->committed_meshes; i++) {
@@ -9863,7 +9867,7 @@ static uint32_t pktrt__feature_of_render(const pktrt_scene *s, const pktrt_rende
   return found & PKTRT__BUILT;
 }
 
-/* Of what was found, what a picture shows. */
+/* Drops from the features that were found those that a picture of this kind does not show. */
 static uint32_t pktrt__feature_used(const pktrt_render_desc *d, uint32_t found) {
   if (d->mode == PKTRT_MODE_RCS) found &= ~(uint32_t)((int)PKTRT__SPECULAR | (int)PKTRT_FEATURE_GLOSS);
   if (d->mode != PKTRT_MODE_DRT) found &= ~(uint32_t)(PKTRT_FEATURE_LENS | PKTRT_FEATURE_SHUTTER);
@@ -9873,12 +9877,12 @@ static uint32_t pktrt__feature_used(const pktrt_render_desc *d, uint32_t found) 
   return found;
 }
 
-/* Whether a job needs any of these. Constantly not, if they were left out. */
+/* Tells whether a render needs any of these features; constantly not, if the build left them out. */
 PKTRT__INLINE bool pktrt__render_uses(const pktrt__render_state *render, uint32_t features) {
   return (PKTRT__BUILT & features) && (render->features & features);
 }
 
-/* The first thing that a description asks for and that was left out; NULL: there is none. */
+/* Returns a sentence on the first thing that a description asks for and the build left out; NULL: there is none. */
 static const char *pktrt__render_left_out(const pktrt_render_desc *d) {
   if (!PKTRT__MOTION && d->camera.moving) return "camera: it moves, but this build has PKTRT_NO_MOTION";
   if (!PKTRT__LENS && d->camera.aperture > 0) return "camera: it has an aperture, but this build has PKTRT_NO_LENS";
@@ -9930,9 +9934,9 @@ static void pktrt__light_place_triangle(float p[3][3], pktrt__light_triangle *f)
   }
 }
 
-/* A triangle at key 0, which the other modes take for all, and its normal as long as two areas; returns the largest
-   area over its keys and half-way between them. Between two keys the normal is a quadratic in time: if it is zero at
-   both, it is zero half-way only if it is zero throughout. */
+/* Fills in a light's triangle at key 0, which RCS and WRT take for all keys, and its normal, as long as two areas;
+   returns the largest area over its keys and half-way between them. Between two keys the normal is a quadratic in time:
+   if it is zero at both, it is zero half-way only if it is zero throughout. */
 static double pktrt__light_set_triangle(const pktrt__mesh *m, uint32_t triangle, pktrt__light_triangle *f,
                                         double n[3]) {
   float p[3][3] = {{0, 0, 0}, {0, 0, 0}, {0, 0, 0}}, next[3][3], half[3][3]; /* there is a key, but gcc does not know */
@@ -9951,7 +9955,7 @@ static double pktrt__light_set_triangle(const pktrt__mesh *m, uint32_t triangle,
   return largest;
 }
 
-/* The facet that a number in [0, total) falls to, by the running sums. */
+/* Finds the triangle that a number in [0, total) falls to, by the cdf. */
 static uint32_t pktrt__light_find_triangle(const pktrt__light_data *light, double want) {
   const uint32_t n = light->triangle_count, part = (uint32_t)(want / light->cdf[n - 1].sum * (double)n);
   uint32_t i = light->cdf[part < n ? part : n - 1].start;
@@ -9959,7 +9963,7 @@ static uint32_t pktrt__light_find_triangle(const pktrt__light_data *light, doubl
   return i;
 }
 
-/* A triangle's place on a Morton curve through the light's box, 10 bits for each axis, above its number. */
+/* Returns a triangle's place on a Morton curve through the light's box, 10 bits for each axis, above its number. */
 static uint64_t pktrt__light_morton_key(const pktrt__mesh *m, uint32_t triangle, const double lo[3], double size) {
   float p[3][3];
   uint64_t key = 0;
@@ -9973,8 +9977,8 @@ static uint64_t pktrt__light_morton_key(const pktrt__mesh *m, uint32_t triangle,
   return key | triangle;
 }
 
-/* Clusters by halving: that of n facets stands at some index, that of the first n / 2 of them behind it, and that of
-   the others 2 (n / 2) behind it. */
+/* Makes clusters by halving: that of n triangles stands at some index, that of the first n / 2 of them behind it, and
+   that of the others 2 (n / 2) behind it. */
 static void pktrt__light_make_clusters(pktrt__light_data *light) {
   struct {
     uint32_t at, first, n;
@@ -10003,9 +10007,9 @@ static void pktrt__light_make_clusters(pktrt__light_data *light) {
   }
 }
 
-/* Whether facets that look away from a point outside are hidden from it, as in a globe: if the light is closed, that
-   is, its areas cancel as vectors, and all of them look away from its middle, or all towards it; then facings are
-   turned outwards. */
+/* Finds whether triangles that look away from a point outside are hidden from it, as in a globe: if the light is
+   closed, that is, its areas cancel as vectors, and all of them look away from its middle, or all towards it; then
+   facings are turned outwards. */
 static void pktrt__light_find_back(pktrt__light_data *light) {
   const pktrt__light_cluster *all = light->clusters;
   const double open = all->area > 0 ? sqrt(pktrt__dot(all->facing, all->facing)) / all->area : 1;
@@ -10021,9 +10025,9 @@ static void pktrt__light_find_back(pktrt__light_data *light) {
     for (int a = 0; a < 3; a++) light->clusters[i].facing[a] = -light->clusters[i].facing[a];
 }
 
-/* The facets of a mesh that is a light, in their order, and all that is found by them. They are sorted by key, then
-   number: the sample's first coordinate runs through all of them, and where it is stratified, so is the light's surface
-   if neighbours in the order are neighbours in space. */
+/* Fills in the triangles of a mesh that is a light, its cdf and its clusters. They are sorted by key, then number: the
+   sample's first coordinate runs through all of them, and where it is stratified, so is the light's surface if
+   neighbours in the order are neighbours in space. */
 static bool pktrt__light_make_triangles(const pktrt_scene_desc *desc, const pktrt__mesh *m, pktrt__light_data *light,
                                         const double lo[3], double size) {
   const uint32_t n = light->triangle_count = m->triangle_count;
@@ -10052,7 +10056,7 @@ static bool pktrt__light_make_triangles(const pktrt_scene_desc *desc, const pktr
   return ok;
 }
 
-/* A mesh as a light: by its facets for DRT, as a point for the other modes. */
+/* Prepares a mesh as a light: by its triangles for DRT, as a point for the other modes. */
 PKTRT__COLD bool pktrt__light_prepare_mesh(const pktrt__render_state *render, const pktrt_light *l,
                                            pktrt__light_data *light) {
   const pktrt__mesh *m = &render->scene->meshes[l->mesh];
@@ -10098,9 +10102,9 @@ static void pktrt__light_free_all(pktrt__render_state *render) {
   render->lights = NULL;
 }
 
-/* One light. A mesh stands in its middle in RCS and WRT: its projected area is |S cos| where it is flat, S being the
-   sum of its area vectors; where it is closed and convex it is a quarter of the area on average, and S is 0. The shadow
-   ray ends at the sphere around the mesh, whose own triangles would stop it. */
+/* Describes a light as surfaces see it. A mesh stands in its middle in RCS and WRT: its projected area is |S cos| where
+   it is flat, S being the sum of its area vectors; where it is closed and convex it is a quarter of the area on
+   average, and S is 0. The shadow ray ends at the sphere around the mesh, whose own triangles would stop it. */
 PKTRT__COLD void pktrt__light_describe(const pktrt__render_state *render, uint32_t index, pktrt__light_data *light) {
   const pktrt_light *l = &render->scene->lights[index];
   pktrt__light_target *target = &light->target;
@@ -10191,8 +10195,8 @@ static double pktrt__light_sample_quad(const pktrt__render_state *render, uint32
   return along > 0 ? light->area * along / sqrt(r2) : 0;
 }
 
-/* Uniform over the cone of directions in which the sphere is seen, of solid angle 2 pi (1 - cos), whose largest angle
-   has the sine R / distance. Its middle, in the other modes, has the exact irradiance pi R^2 / distance^2. */
+/* Samples uniformly the cone of directions in which the sphere is seen, of solid angle 2 pi (1 - cos), whose largest
+   angle has the sine R / distance. Its middle, in the other modes, has the exact irradiance pi R^2 / distance^2. */
 static double pktrt__light_sample_sphere(const pktrt__render_state *render, uint32_t index, const float u[2],
                                          float time, const double from[3], double at[3]) {
   const pktrt_light *l = &render->scene->lights[index];
@@ -10223,16 +10227,16 @@ static double pktrt__distance2(const double a[3], const double b[3]) {
   return pktrt__dot(d, d);
 }
 
-/* Of an area whose facings have the sum s, as seen from afar: max(0, s.d) if it is flat; of a ball or half of one, a
-   quarter of the area and half of s.d. Everything times the distance. */
+/* Estimates the projected area of a cluster whose area vectors have the sum s, as seen from afar: max(0, s.d) if it is
+   flat; of a ball or half of one, a quarter of the area and half of s.d. Everything times the distance. */
 static double pktrt__light_projected_area(const pktrt__light_cluster *c, double along, double d) {
   return (1 - c->bent) * pktrt__max(0, along) + c->bent * pktrt__max(0, 0.25 * c->area * d + 0.5 * along);
 }
 
-/* How much light of a cluster arrives at a point, about, as a fraction: its area, as seen from there, over the squared
-   distance of its middle. What looks away counts less by `back`, and 1/32 makes sure that nothing is left out. Near by,
-   where facings say little, it counts whole, and as if it were as far as its radius: light of facets next to the
-   point, which rises with 1 / r^2, does not come in rare large pieces. */
+/* Estimates how much light of a cluster arrives at a point, as a fraction: its area, as seen from there, over the
+   squared distance of its middle. What looks away counts less by `back`, and 1/32 makes sure that nothing is left out.
+   Near by, where facings say little, it counts whole, and as if it were as far as its radius: light of triangles next
+   to the point, which rises with 1 / r^2, does not come in rare large pieces. */
 static double pktrt__light_weigh_cluster(const pktrt__light_cluster *c, const double from[3], double d2, double back,
                                          double *over) {
   *over = pktrt__max(d2, c->r2);
@@ -10243,15 +10247,15 @@ static double pktrt__light_weigh_cluster(const pktrt__light_cluster *c, const do
   return pktrt__light_projected_area(c, along, d) + back * pktrt__light_projected_area(c, -along, d) + c->area * d / 32;
 }
 
-/* The facet that u in [0,1) falls to, as seen from a point; odds: 1 / its chance; u becomes uniform again. Cluster by
-   cluster, until one is far and nearly flat, and by area in there; by area alone if they move. WHY: pool hall, 16
-   samples: half the error of choosing by area everywhere; from afar, too: another fifth less, for an eighth more time.
-   */
+/* Chooses the triangle that u in [0,1) falls to, as seen from a point, and its inverse probability; u becomes uniform
+   again. Goes cluster by cluster, until one is far and nearly flat, and by area in there; by area alone if they move.
+   WHY: pool hall, 16 samples: half the error of choosing by area everywhere; from afar, too: another fifth less, for an
+   eighth more time. */
 static uint32_t pktrt__light_choose_triangle(const pktrt__light_data *light, bool moving, const double from[3],
-                                             double *u, double *odds) {
+                                             double *u, double *inverse) {
   const pktrt__light_cluster *c = light->clusters;
   uint32_t first = 0, n = light->triangle_count;
-  double chance = 1, d2 = pktrt__distance2(from, c->middle), over[2];
+  double probability = 1, d2 = pktrt__distance2(from, c->middle), over[2];
   const double back = d2 > c->r2 ? light->back : 1; /* within a globe all is seen */
   while (!moving && n > 1 && (d2 < 4 * c->r2 || c->bent > 0.2)) {
     const pktrt__light_cluster *l = c + 1, *r = c + 2 * (n / 2);
@@ -10261,23 +10265,24 @@ static uint32_t pktrt__light_choose_triangle(const pktrt__light_data *light, boo
     left *= over[1], right *= over[0];
     const double part = left + right > 0 ? left / (left + right) : l->area > 0;
     if (*u < part || part == 1) {
-      c = l, *u /= part, chance *= part, n = n / 2, d2 = left2;
+      c = l, *u /= part, probability *= part, n = n / 2, d2 = left2;
     } else {
-      c = r, *u = (*u - part) / (1 - part), chance *= 1 - part, first += n / 2, n -= n / 2, d2 = right2;
+      c = r, *u = (*u - part) / (1 - part), probability *= 1 - part, first += n / 2, n -= n / 2, d2 = right2;
     }
   }
-  *odds = 1 / chance;
+  *inverse = 1 / probability;
   if (n == 1) return first;
   const double sum = light->cdf[first + n - 1].sum, before = first ? light->cdf[first - 1].sum : 0;
   const double want = before + *u * (sum - before);
   uint32_t i = pktrt__light_find_triangle(light, want);
   i = i < first ? first : i < first + n ? i : first + n - 1;
   const double area = light->triangles[i].area;
-  *odds = area > 0 ? (sum - before) / (area * chance) : 0, *u = area > 0 ? 1 - (light->cdf[i].sum - want) / area : 0;
+  *inverse = area > 0 ? (sum - before) / (area * probability) : 0,
+  *u = area > 0 ? 1 - (light->cdf[i].sum - want) / area : 0;
   return i;
 }
 
-/* A point on the triangle that u[0] falls to, moved off the light as a ray that leaves it would be, or as far
+/* Samples a point on the triangle that u[0] falls to, moved off the light as a ray that leaves it would be, or as far
    as a ray that arrives can err: the bound of >>spawn, with the distance in place of the coordinates. With N the cross
    product of the edges, the light's cosine times the area is |N to| / (2 r). */
 static double pktrt__light_sample_mesh(const pktrt__render_state *render, uint32_t index, const float u[2], float time,
@@ -10285,9 +10290,9 @@ static double pktrt__light_sample_mesh(const pktrt__render_state *render, uint32
   const pktrt__mesh *m = &render->scene->meshes[render->scene->lights[index].mesh];
   const pktrt__light_data *light = &render->lights[index];
   if (!(light->triangle_count && light->clusters->area > 0)) return 0;
-  double rest = (double)u[0], odds;
+  double rest = (double)u[0], inverse;
   const pktrt__light_triangle *f =
-      &light->triangles[pktrt__light_choose_triangle(light, pktrt__has_motion(m->key_count), from, &rest, &odds)];
+      &light->triangles[pktrt__light_choose_triangle(light, pktrt__has_motion(m->key_count), from, &rest, &inverse)];
   pktrt__light_triangle moved;
   if (pktrt__has_motion(m->key_count)) {
     float p[3][3];
@@ -10304,9 +10309,9 @@ static double pktrt__light_sample_mesh(const pktrt__render_state *render, uint32
     along += d * f->normal[a], r2 += d * d;
   }
   if (!(f->length > 0 && r2 > 0)) return 0;
-  const double r = sqrt(r2), lift = pktrt__spawn_offset(pktrt__max((double)m->max_coord, r)) / f->length;
-  for (int a = 0; a < 3; a++) at[a] += (along < 0 ? -lift : lift) * f->normal[a];
-  return 0.5 * (along < 0 ? -along : along) / r * odds;
+  const double r = sqrt(r2), offset = pktrt__spawn_offset(pktrt__max((double)m->max_coord, r)) / f->length;
+  for (int a = 0; a < 3; a++) at[a] += (along < 0 ? -offset : offset) * f->normal[a];
+  return 0.5 * (along < 0 ? -along : along) / r * inverse;
 }
 
 /* >>glass: where it is, for shadow rays that something stopped ----------------------------------------------------- */
@@ -10817,15 +10822,15 @@ static void pktrt__surface_identify(const pktrt_scene *scene, bool smooth, const
   uint32_t hint[2] = {0, 0}, mesh = 0, first = 0, n = 0;
   const pktrt__mesh *m = NULL;
   bool bent = false;
-  float lift = 0;
+  float offset = 0;
   for (uint32_t k = 0; k < s->count; k++) {
     const uint32_t id = w->id[s->first + k];
     if (id - first >= n) {
       mesh = pktrt__mesh_lookup(scene, id, hint), m = &scene->meshes[mesh];
-      first = m->first_id, n = m->triangle_count, lift = (float)pktrt__spawn_offset((double)m->max_coord);
+      first = m->first_id, n = m->triangle_count, offset = (float)pktrt__spawn_offset((double)m->max_coord);
       bent = smooth && m->normals && m->indices;
     }
-    s->mesh[k] = mesh, s->triangle[k] = id - first, s->material[k] = m->material, s->offset[k] = lift;
+    s->mesh[k] = mesh, s->triangle[k] = id - first, s->material[k] = m->material, s->offset[k] = offset;
     if (bent) PKTRT__PREFETCH(m->indices + (size_t)(id - first) * 3);
   }
   for (uint32_t k = 0; smooth && k < s->count; k++) {
@@ -10887,7 +10892,7 @@ PKTRT__NOINLINE void pktrt__surface_gather(pktrt__tile *tile, pktrt__wave *w, ui
 
 PKTRT__INLINE bool pktrt__bit_of(const uint8_t *bits, uint32_t k) { return bits[k / 8] >> k % 8 & 1; }
 
-/* Hooks of one material on surfaces [k, k + n), n <= 64, where they lie. */
+/* Calls the hooks of one material on surfaces [k, k + n), n <= 64, in place. */
 static void pktrt__material_call_hooks(const pktrt_material *mat, const pktrt__wave *w, pktrt__surfaces *s, uint32_t k,
                                        uint32_t n) {
   const uint32_t lane = s->first + k;
@@ -10908,7 +10913,7 @@ static void pktrt__material_call_hooks(const pktrt_material *mat, const pktrt__w
   for (int a = 0; a < 3; a++) memcpy(p.emission[a], to[a], n * sizeof(float));
 }
 
-/* Textures and shaders of the surfaces that have them, for all neighbours of one material at once. */
+/* Runs textures and shaders of the surfaces that have them, for all neighbours of one material at once. */
 static void pktrt__material_run_hooks(const pktrt_scene *scene, const pktrt__wave *w, pktrt__surfaces *s) {
   for (uint32_t k = 0, end; k < s->count; k = end) {
     end = k + 1;
@@ -10918,7 +10923,7 @@ static void pktrt__material_run_hooks(const pktrt_scene *scene, const pktrt__wav
   }
 }
 
-/* The glasses that a ray was in when it met surface k. */
+/* Returns the media that a ray was in when it met surface k. */
 static uint32_t pktrt__media_before(const pktrt_scene *scene, const pktrt__glass_mesh *glass, const pktrt__wave *w,
                                     const pktrt__surfaces *s, uint32_t k) {
   const uint32_t known = w->medium[s->first + k];
@@ -10926,7 +10931,7 @@ static uint32_t pktrt__media_before(const pktrt_scene *scene, const pktrt__glass
   return inside ? pktrt__media_know(scene, known, pktrt__media_entry(scene, glass, s->mesh[k])) : known;
 }
 
-/* Beer attenuation on the way to surface k. */
+/* Attenuates surface k by what absorbs on the way to it (Beer). */
 static void pktrt__surface_absorb(const pktrt_scene *scene, const pktrt__glass_mesh *glass, const pktrt__wave *w,
                                   pktrt__surfaces *s, uint32_t k) {
   const uint32_t media = pktrt__media_before(scene, glass, w, s, k);
@@ -10945,7 +10950,8 @@ static void pktrt__material_weights_conductor(const pktrt_scene *scene, pktrt__s
         pktrt_fresnel_conductor(cosine, pktrt__material_ior(mat, a), mat->extinction[a]) * s->reflectance[a][k];
 }
 
-/* Of surfaces i to i + 7, what is not done by eights: reflection of metals, and what glass absorbs on the way. */
+/* Adds to the weights of surfaces i to i + 7 what is not done by eights: Fresnel terms of metals, and absorption on the
+   way. */
 static void pktrt__material_weights_rest(const pktrt_scene *scene, const pktrt__glass_mesh *meshes,
                                          const pktrt__wave *w, pktrt__surfaces *s, uint32_t i, uint32_t metal,
                                          uint32_t glass) {
@@ -10957,7 +10963,7 @@ static bool pktrt__aov_wanted(const pktrt__render_state *render) {
   return render->desc->depth || render->desc->normal || render->desc->albedo;
 }
 
-/* Sums for the optional buffers, from what primary rays met. */
+/* Adds what primary rays met to the sums of the optional buffers (AOVs). */
 static void pktrt__aov_add_first_hits(pktrt__tile *tile) {
   const pktrt__surfaces *s = &tile->surfaces;
   for (uint32_t k = 0; k < s->count; k++) {
@@ -10973,7 +10979,7 @@ static void pktrt__aov_add_first_hits(pktrt__tile *tile) {
   }
 }
 
-/* Materials of all surfaces, and the radiance that needs no ray: emission and ambient light. */
+/* Evaluates the materials of all surfaces, and the radiance that needs no ray: emission and ambient light. */
 PKTRT__NOINLINE void pktrt__tile_evaluate_materials(pktrt__tile *tile, const pktrt__wave *w, uint32_t depth) {
   pktrt__surfaces *s = &tile->surfaces;
   const pktrt__render_state *render = tile->render;
@@ -11283,7 +11289,7 @@ static void pktrt__packet_assemble_wave(pktrt__tile *tile, pktrt__wave **wave, u
 
 /* >>direct --------------------------------------------------------------------------------------------------------- */
 
-/* The samples that the rays to all surfaces belong to, and where the dimensions of their scattering events begin. */
+/* Fills in the samples that the rays to all surfaces belong to, and where the dimensions of their events begin. */
 static void pktrt__sample_batch_of_surfaces(pktrt__tile *tile, const pktrt__wave *w) {
   pktrt__sample_batch *g = &tile->draws;
   const uint32_t groups = tile->render->event_dimensions / 4;
@@ -11295,7 +11301,7 @@ static void pktrt__sample_batch_of_surfaces(pktrt__tile *tile, const pktrt__wave
   pktrt__sample_batch_end(g, tile->surfaces.count);
 }
 
-/* Whether surface k asks this light, and how much more it counts for those that it does not ask. */
+/* Returns 0 where surface k does not ask this light, else how much more the light counts for those it does not ask. */
 static float pktrt__light_weight(const pktrt__tile *tile, uint32_t k, uint32_t light, uint32_t depth) {
   if (depth < 2 || !tile->render->distribute || tile->render->desc->lights == PKTRT_LIGHTS_ALL) return 1;
   return tile->chosen[k] == light ? (float)tile->render->scene->light_count : 0;
@@ -11316,7 +11322,7 @@ static void pktrt__light_choose(pktrt__tile *tile) {
   }
 }
 
-/* Directions over the hemisphere, by their cosine, and what comes from there. */
+/* Samples directions over the hemisphere, by their cosine, and the environment's radiance from there. */
 static void pktrt__light_sample_environment(pktrt__tile *tile, uint32_t index, uint32_t depth) {
   const pktrt__surfaces *s = &tile->surfaces;
   pktrt__light_samples *g = &tile->light_samples;
@@ -11339,7 +11345,7 @@ static void pktrt__light_sample_environment(pktrt__tile *tile, uint32_t index, u
   }
 }
 
-/* Where one light is for each surface, where that is random or takes more than the kernels know. */
+/* Samples a point of one light for each surface, where that is random or takes more than the kernels know. */
 static void pktrt__light_sample_each(pktrt__tile *tile, const pktrt__wave *w, uint32_t index, uint32_t depth) {
   const pktrt__render_state *render = tile->render;
   const pktrt_light *l = &render->scene->lights[index];
@@ -11363,8 +11369,8 @@ static void pktrt__light_sample_each(pktrt__tile *tile, const pktrt__wave *w, ui
   }
 }
 
-/* What Phong lobes of surfaces i to i + 7 reflect of a light that stands in direction `to`, per irradiance. WHY the
-   division: unit vectors of float are not quite, and lobes of exponent 10^6 became brighter or darker by a tenth. */
+/* Evaluates Phong lobes of surfaces i to i + 7 towards a light in direction `to`, per irradiance. WHY the division:
+   unit vectors of float are not quite, and lobes of exponent 10^6 became brighter or darker by a tenth. */
 static void pktrt__light_lobe_values(const pktrt_scene *scene, const pktrt__surfaces *s, uint32_t i, uint32_t lanes,
                                      float (*to)[8], float lobe[8]) {
   for (; lanes; lanes &= lanes - 1) {
@@ -11382,7 +11388,7 @@ static void pktrt__light_lobe_values(const pktrt_scene *scene, const pktrt__surf
   }
 }
 
-/* Shadow rays go into the list, or at once into the batch that is to be traced, which is empty then. */
+/* Says where shadow rays go: into the list, or at once into the batch that is to be traced, which is empty then. */
 static void pktrt__light_place_shadows(pktrt__tile *tile, bool at_once) {
   pktrt__shadow_rays *sh = &tile->shadow_rays;
   pktrt__shadow_list *l = &tile->shadow_list;
@@ -11395,7 +11401,7 @@ static void pktrt__light_place_shadows(pktrt__tile *tile, bool at_once) {
   sh->material = at_once ? NULL : l->material, sh->tmax_row = at_once ? p->batch.tmax : NULL;
 }
 
-/* The shadow rays of all surfaces towards one light. */
+/* Makes the shadow rays of all surfaces towards one light. */
 static void pktrt__light_aim(pktrt__tile *tile, const pktrt__wave *w, uint32_t light, uint32_t depth) {
   const pktrt_scene *scene = tile->render->scene;
   const pktrt_light *l = &scene->lights[light];
@@ -11410,7 +11416,7 @@ static void pktrt__light_aim(pktrt__tile *tile, const pktrt__wave *w, uint32_t l
   scene->kernels->shadow_rays(scene, &target, w, &tile->surfaces, &tile->shadow_rays);
 }
 
-/* Direct light of all surfaces. */
+/* Adds direct light to all surfaces. */
 PKTRT__NOINLINE void pktrt__light_add_direct(pktrt__tile *tile, const pktrt__wave *w, uint32_t depth) {
   const pktrt__render_state *render = tile->render;
   const bool blind = render->desc->assembly == PKTRT_ASSEMBLY_BLIND,

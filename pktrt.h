@@ -1206,19 +1206,19 @@ PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *, const pktrt_render
                           finds out what is to be known of lights (>>lights) and glass (>>glass).
      pktrt__pass_run      goes round by round (>>passes), tile by tile through parallel_for, each with its own
                           pktrt__tile.
-     pktrt__tile_run_wave fills a pktrt__wave (structure of arrays) with primary rays; a lane of it is the ray from now
-                          on.
-     pktrt__wave_trace    copies its lanes to the pktrt__batch of a pktrt__packet_queue (>>assembly): kernels trace
-                          batches.
-     pktrt__entry_trace   derives what traversal needs (>>setup) and hands packets out (>>drive): pktrt__frustum for
-                          coherent rays, streams by octant for others, pktrt__single for few. Hits stay in the batch as
-                          `slot`, a lane of a leaf block, until >>resolve finds t, u, v and normal; they go back to the
-                          wave.
-     pktrt__wave_shade    packs the lanes that hit something into pktrt__surfaces, evaluates their materials (>>shade,
-                          >>materials), adds direct light by shadow rays (>>direct), and spawns reflected and refracted
-                          rays into the waves of the next generation (>>scattering).
-     pktrt__wave_follow   traces and shades these, and adds what they bring to the lanes that sent them (>>generations).
-     pktrt__tile_write_pixels adds up the samples of each pixel.
+     pktrt__tile_render_block lists the samples of a block of pixels (>>tiles),
+     pktrt__tile_run_wave and fills a pktrt__wave with their rays; a lane of it is the ray from now on.
+     pktrt__wave_trace    hands the pktrt__batch of the wave to kernels->trace, which is
+     pktrt__entry_trace   of an instruction set: it derives what traversal needs (>>setup); pktrt__drive_fast (>>drive)
+                          then takes coherent rays by frusta, others in streams by octant, few one by one. Hits stay in
+                          the batch: as `slot`, a lane of a leaf block, until >>resolve finds t, u, v and normal.
+     pktrt__wave_shade    packs the lanes that hit something into pktrt__surfaces (pktrt__surface_gather, which gives
+                          the others the background), evaluates their materials (>>shade, >>materials), sends shadow
+                          rays to lights, whose light pktrt__packet_flush adds (>>direct, >>assembly), spawns reflected
+                          and refracted rays into waves of the next generation (>>scattering), and ends in
+     pktrt__wave_follow   which has these traced and shaded, generation by generation, and adds what they bring to the
+                          lanes that sent them (>>generations).
+     pktrt__tile_write_pixels divides what pktrt__tile_run_wave has added up for each pixel.
 
    In a query, from pktrt_intersect_n to a hit: pktrt__query_run takes few rays one by one (kernels' intersect), many by
    batches (pktrt__query_run_batches): load_rays transposes up to 256 of them to a pktrt__batch (>>arrays), trace is
@@ -3458,6 +3458,23 @@ typedef struct pktrt__batch {
   bool coherent;                      /* frustum packets took most of the last rays */
 } pktrt__batch;
 
+/* Copies n rays, from lane `first` of a batch on, to lanes `at` and on of another; their intervals are not copied. */
+PKTRT__INLINE void pktrt__batch_copy_rays(pktrt__batch *to, uint32_t at, const pktrt__batch *from, uint32_t first,
+                                          uint32_t n) {
+  const size_t size = n * sizeof(float);
+  for (int a = 0; a < 3; a++)
+    memcpy(to->o[a] + at, from->o[a] + first, size), memcpy(to->d[a] + at, from->d[a] + first, size);
+  memcpy(to->time + at, from->time + first, size);
+}
+/* Copies the hits of n rays in the same way. */
+PKTRT__INLINE void pktrt__batch_copy_hits(pktrt__batch *to, uint32_t at, const pktrt__batch *from, uint32_t first,
+                                          uint32_t n) {
+  const size_t size = n * sizeof(float);
+  memcpy(to->id + at, from->id + first, size), memcpy(to->slot + at, from->slot + first, size);
+  memcpy(to->bvh + at, from->bvh + first, size), memcpy(to->t + at, from->t + first, size);
+  memcpy(to->as.hit.u + at, from->as.hit.u + first, size), memcpy(to->as.hit.v + at, from->as.hit.v + first, size);
+  for (int a = 0; a < 3; a++) memcpy(to->as.hit.normal[a] + at, from->as.hit.normal[a] + first, size);
+}
 /* Turns bit j of a number up to 255 into byte j, 0 or 1: copies it to all bytes, masks, and shifts by a carry. */
 PKTRT__INLINE uint64_t pktrt__bits_to_bytes(uint32_t bits) {
   const uint64_t each = bits * UINT64_C(0x0101010101010101) & UINT64_C(0x8040201008040201);
@@ -3949,29 +3966,20 @@ static const struct pktrt__sampler_row {
 
 /* >>waves ---------------------------------------------------------------------------------------------------------- */
 
-/* A render works on waves: rays of one generation, as a structure of arrays. Their hits become a dense list of
-   surfaces, whose shadow rays fill a list, and whose reflected and refracted rays fill the waves of the next
+/* A render works on waves: a batch of rays of one generation, traced in place, and what a path carries along. Their hits
+   become a dense list of surfaces, whose shadow rays fill a list, and whose reflected and refracted rays fill the waves of the next
    generation. All this is working space from the allocate hook, allocated where a generation is first needed. */
-enum {
-  PKTRT__WAVE = 256, /* as many as in a batch. WHY: 512 and 1024 gained nothing, and did not fit the caches */
-  PKTRT__WAVE_ROW = PKTRT__WAVE + 8 /* length of rows from which eight values may be read at any place */
-};
-
 typedef struct pktrt__wave {
-  PKTRT__ALIGN64 float o[3][PKTRT__WAVE_ROW];
-  float d[3][PKTRT__WAVE_ROW], time[PKTRT__WAVE_ROW];
-  float t[PKTRT__WAVE_ROW], u[PKTRT__WAVE_ROW], v[PKTRT__WAVE_ROW];          /* the hit */
-  float n[3][PKTRT__WAVE_ROW];                                               /* as in pktrt_hit */
-  uint32_t id[PKTRT__WAVE_ROW], slot[PKTRT__WAVE_ROW], bvh[PKTRT__WAVE_ROW]; /* which triangle, as in a batch */
-  float radiance[3][PKTRT__WAVE_ROW]; /* the result: the radiance that arrives along the ray */
-  float weight[3][PKTRT__WAVE_ROW];   /* of this radiance at the surface that sent the ray */
-  float importance[PKTRT__WAVE_ROW];  /* of this radiance in the sample: product of the largest weights on the way */
-  uint32_t parent[PKTRT__WAVE_ROW];   /* lane of the wave that sent the ray */
-  uint32_t medium[PKTRT__WAVE_ROW];   /* the glasses that the ray is in, see >>media; 0: none */
-  uint32_t key[PKTRT__WAVE_ROW];      /* which sample dimensions its scattering events use */
-  uint32_t material[PKTRT__WAVE_ROW]; /* of the surface that sent the ray, for assembly */
-  uint32_t root[PKTRT__WAVE_ROW];     /* the primary ray it descends from */
-  uint32_t end[PKTRT__WAVE_ROW];      /* where the packet ends that begins with this ray */
+  pktrt__batch rays;             /* and their hits. WHY not 512 or 1024: gained nothing, and did not fit the caches */
+  float radiance[3][PKTRT__ROW]; /* the result: the radiance that arrives along the ray */
+  float weight[3][PKTRT__ROW];   /* of this radiance at the surface that sent the ray */
+  float importance[PKTRT__ROW];  /* of this radiance in the sample: product of the largest weights on the way */
+  uint32_t parent[PKTRT__ROW];   /* lane of the wave that sent the ray */
+  uint32_t medium[PKTRT__ROW];   /* the glasses that the ray is in, see >>media; 0: none */
+  uint32_t key[PKTRT__ROW];      /* which sample dimensions its scattering events use */
+  uint32_t material[PKTRT__ROW]; /* of the surface that sent the ray, for assembly */
+  uint32_t root[PKTRT__ROW];     /* the primary ray it descends from */
+  uint32_t end[PKTRT__ROW];      /* where the packet ends that begins with this ray */
 } pktrt__wave;
 
 /* The surfaces that the rays of a wave hit, without gaps for rays that hit nothing. Rows are as long as a batch's. */
@@ -3995,12 +4003,12 @@ typedef struct pktrt__surfaces {
   uint32_t number[PKTRT__ROW]; /* 0, 1, 2, ...: lists of some of the surfaces are packed from these */
   uint32_t material[PKTRT__ROW], mesh[PKTRT__ROW], triangle[PKTRT__ROW];
   /* bit k % 8 of entry k / 8: */
-  uint8_t inside[PKTRT__WAVE / 8]; /* the ray came from where corners appear clockwise */
-  uint8_t shaded[PKTRT__WAVE / 8]; /* shaded completely by a shader hook */
-  uint8_t hooked[PKTRT__WAVE / 8]; /* has a texture or a shader */
-  uint8_t lobed[PKTRT__WAVE / 8];  /* reflects in a lobe */
-  uint8_t lit[PKTRT__WAVE / 8];    /* lights can add to it: not to glass, polished metal and what is shaded already */
-  uint8_t kind[PKTRT_SPECULAR_COUNT][PKTRT__WAVE / 8]; /* by pktrt_specular */
+  uint8_t inside[PKTRT__BATCH / 8]; /* the ray came from where corners appear clockwise */
+  uint8_t shaded[PKTRT__BATCH / 8]; /* shaded completely by a shader hook */
+  uint8_t hooked[PKTRT__BATCH / 8]; /* has a texture or a shader */
+  uint8_t lobed[PKTRT__BATCH / 8];  /* reflects in a lobe */
+  uint8_t lit[PKTRT__BATCH / 8];    /* lights can add to it: not to glass, polished metal and what is shaded already */
+  uint8_t kind[PKTRT_SPECULAR_COUNT][PKTRT__BATCH / 8]; /* by pktrt_specular */
   uint32_t first; /* where their rays begin in the wave, packed: see pktrt__surface_gather */
   uint32_t count;
 } pktrt__surfaces;
@@ -4014,10 +4022,10 @@ typedef struct pktrt__sample_batch { /* a batch of draws: whose sample numbers, 
   float u[4][PKTRT__ROW];
 } pktrt__sample_batch;
 
-typedef struct pktrt__light_samples {       /* the points of one light that shadow rays go to, for each surface */
-  PKTRT__ALIGN64 double at[3][PKTRT__WAVE]; /* a point; a direction if the light is infinitely far */
-  double factor[PKTRT__WAVE];               /* irradiance of a surface that faces it, for radiance or intensity 1 */
-  float arriving[3][PKTRT__WAVE];           /* radiance or intensity */
+typedef struct pktrt__light_samples {        /* the points of one light that shadow rays go to, for each surface */
+  PKTRT__ALIGN64 double at[3][PKTRT__BATCH]; /* a point; a direction if the light is infinitely far */
+  double factor[PKTRT__BATCH];               /* irradiance of a surface that faces it, for radiance or intensity 1 */
+  float arriving[3][PKTRT__BATCH];           /* radiance or intensity */
 } pktrt__light_samples;
 
 typedef struct pktrt__light_target {  /* one light as the target of shadow rays */
@@ -4042,9 +4050,9 @@ typedef struct pktrt__shadow_rays { /* shadow rays of one light */
 } pktrt__shadow_rays;
 
 typedef struct pktrt__shadow_list {
-  PKTRT__ALIGN64 float o[3][PKTRT__WAVE_ROW];
-  float d[3][PKTRT__WAVE_ROW], time[PKTRT__WAVE_ROW], contribution[3][PKTRT__WAVE_ROW];
-  uint32_t surface[PKTRT__WAVE_ROW], material[PKTRT__WAVE_ROW];
+  PKTRT__ALIGN64 float o[3][PKTRT__ROW];
+  float d[3][PKTRT__ROW], time[PKTRT__ROW], contribution[3][PKTRT__ROW];
+  uint32_t surface[PKTRT__ROW], material[PKTRT__ROW];
 } pktrt__shadow_list;
 
 /* A request for rays of one type that surfaces send out. Their key is (key of the ray before + 1) * times + plus. */
@@ -7765,20 +7773,23 @@ static void pktrt__camera_rays8(const pktrt__camera_plane *p, const double *x, c
   const d8 px = dload(x), py = dload(y);
   ROLL_OUT for (int a = 0; a < 3; a++) {
     const d8 across = dadd(dset(p->corner[a]), dmul(px, dset(p->dx[a])));
-    vstore(w->o[a] + i, dto(dset(p->eye[a])));
-    vstore(w->d[a] + i, dto(dadd(across, dmul(py, dset(p->dy[a])))));
+    vstore(w->rays.o[a] + i, dto(dset(p->eye[a])));
+    vstore(w->rays.d[a] + i, dto(dadd(across, dmul(py, dset(p->dy[a])))));
   }
 }
 
 OP uint32_t pktrt__lanes_first(uint32_t n) { return n < 8 ? 0xFFu >> (8 - n) : 0xFFu; } /* the first n of eight */
 
 static void pktrt__surface_pack(pktrt__wave *w, uint32_t first, uint32_t n, pktrt__surfaces *s) {
-  void *const rows[] = {w->d[0], w->d[1], w->d[2], w->n[0], w->n[1],   w->n[2],       w->t,   w->u,   w->v,
-                        w->time, w->id,   w->slot, w->bvh,  w->medium, w->importance, w->key, w->root};
+  pktrt__batch *b = &w->rays;
+  float(*const normal)[PKTRT__ROW] = b->as.hit.normal;
+  void *const rows[] = {b->d[0], b->d[1],       b->d[2],     normal[0], normal[1], normal[2],
+                        b->t,    b->as.hit.u,   b->as.hit.v, b->time,   b->id,     b->slot,
+                        b->bvh,  w->importance, w->medium,   w->key,    w->root};
   uint32_t k = 0;
   for (uint32_t i = 0; i < n; i += 8) {
     const uint32_t from = first + i, to = first + k, all = pktrt__lanes_first(n - i);
-    const uint32_t hits = all & pktrt__lanes_occupied(w->slot + from);
+    const uint32_t hits = all & pktrt__lanes_occupied(b->slot + from);
     vcompress_from(s->ray + k, hits, s->number + from);
     k += pktrt__popcount8(hits);
     if (from == to && hits == all) continue;
@@ -7835,22 +7846,23 @@ STEP void pktrt__surface_start(const pktrt__surfaces *s, uint32_t i, double side
 /* Computes points and normals of surfaces i to i + 7, of which those in `lanes` exist. */
 PKTRT__NOINLINE void pktrt__surface_find8(const pktrt_scene *scene, bool smooth, const pktrt__wave *w,
                                           pktrt__surfaces *s, uint32_t i, uint32_t lanes) {
+  const pktrt__batch *b = &w->rays;
   const uint32_t at = s->first + i;
-  const v8 u = vload(w->u + at), v = vload(w->v + at), zero = vset(0);
+  const v8 u = vload(b->as.hit.u + at), v = vload(b->as.hit.v + at), zero = vset(0);
   const d8 du = dfrom(u), dv = dfrom(v);
   v8 p[3][3], n[3], d[3], q[3];
   d8 length2 = dset(0);
-  pktrt__resolve_gather_corners(scene, w->slot + at, w->bvh + at, w->time + at, lanes, p);
+  pktrt__resolve_gather_corners(scene, b->slot + at, b->bvh + at, b->time + at, lanes, p);
   ROLL_OUT for (int a = 0; a < 3; a++) {
     const d8 p0 = dfrom(p[0][a]), e1 = dsub(dfrom(p[1][a]), p0), e2 = dsub(dfrom(p[2][a]), p0);
     const d8 point = dadd(p0, dadd(dmul(du, e1), dmul(dv, e2)));
     dstore(s->point[a] + i, point);
     vstore(s->position[a] + i, dto(point));
-    n[a] = vload(w->n[a] + at), d[a] = vload(w->d[a] + at);
+    n[a] = vload(b->as.hit.normal[a] + at), d[a] = vload(b->d[a] + at);
     length2 = dadd(length2, dmul(dfrom(d[a]), dfrom(d[a])));
   }
-  vstore(s->distance + i, dto(dmul(dfrom(vload(w->t + at)), dsqrt(length2))));
-  const bool bent = smooth && pktrt__surface_gather_normals(scene, w->time + at, s, i, lanes, n, p);
+  vstore(s->distance + i, dto(dmul(dfrom(vload(b->t + at)), dsqrt(length2))));
+  const bool bent = smooth && pktrt__surface_gather_normals(scene, b->time + at, s, i, lanes, n, p);
   if (bent) {
     ROLL_OUT for (int a = 0; a < 3; a++) q[a] =
         vadd(p[0][a], vadd(vmul(u, vsub(p[1][a], p[0][a])), vmul(v, vsub(p[2][a], p[0][a]))));
@@ -8063,7 +8075,7 @@ PKTRT__NOINLINE void pktrt__light_shadow_rays8(const pktrt_scene *scene, const p
     vcompress(sh->d[a] + n, lanes, d[a]);
     vcompress(sh->contribution[a] + n, lanes, arriving[a]);
   }
-  vcompress_from(sh->time + n, lanes, w->time + s->first + i);
+  vcompress_from(sh->time + n, lanes, w->rays.time + s->first + i);
   vcompress_from(sh->surface + n, lanes, s->number + i);
   if (sh->material) vcompress_from(sh->material + n, lanes, s->material + i);
   if (sh->tmax_row) vstore(sh->tmax_row + n, vset(sh->tmax));
@@ -8155,12 +8167,12 @@ PKTRT__NOINLINE uint32_t pktrt__spawn_rays8(const pktrt__spawn_request *g, const
   if (!lanes) return n;
   if (g->refraction) pktrt__surface_start(s, i, -1, o);
   ROLL_OUT for (int a = 0; a < 3; a++) {
-    vcompress(to->o[a] + n, lanes, o[a]);
-    vcompress(to->d[a] + n, lanes, d[a]);
+    vcompress(to->rays.o[a] + n, lanes, o[a]);
+    vcompress(to->rays.d[a] + n, lanes, d[a]);
     vcompress(to->weight[a] + n, lanes, weight[a]);
   }
   pktrt__spawn_inherit(g, w, s, i, lanes, medium, key);
-  vcompress_from(to->time + n, lanes, w->time + at);
+  vcompress_from(to->rays.time + n, lanes, w->rays.time + at);
   vcompress(to->importance + n, lanes, importance);
   vcompress_from(to->medium + n, lanes, medium);
   vcompress_from(to->key + n, lanes, key);
@@ -10760,20 +10772,20 @@ typedef struct pktrt__tile {
   uint32_t pass;           /* passes that the pixels had before */
   pktrt_stats *stats;
   pktrt__wave *reflected[PKTRT_MAX_DEPTH + 1], *refracted[PKTRT_MAX_DEPTH + 1], *spare; /* by depth */
-  uint32_t order[PKTRT__WAVE], packet[PKTRT__WAVE], sender[PKTRT__WAVE];                /* see pktrt__packet_assemble */
-  uint32_t chosen[PKTRT__WAVE]; /* the light that each surface samples, if it samples only one */
-  uint32_t first;               /* in the wave being shaded: the first ray of `surfaces` */
-  const pktrt__wave *shaded;    /* that wave */
-  bool in_glass;                /* some of these surfaces lie in glass */
-  bool one_by_one;              /* no packets: every ray by itself */
-  bool large_waves;             /* waves of many packets: reflected and refracted rays share one if they fit */
-  uint32_t x[PKTRT__WAVE], y[PKTRT__WAVE], sample[PKTRT__WAVE]; /* of the primary rays */
-  uint32_t pixel[PKTRT__WAVE];                                  /* of the primary rays: index of a pixel of the block */
-  uint8_t across[PKTRT__WAVE], down[PKTRT__WAVE];               /* places of a cell's pixels in the cell */
-  uint8_t deepest[PKTRT__WAVE];
-  double sum[3][PKTRT__WAVE]; /* of the pixels of the block */
-  double depth[PKTRT__WAVE], normal[3][PKTRT__WAVE], albedo[3][PKTRT__WAVE];
-  uint32_t hit_count[PKTRT__WAVE];
+  uint32_t order[PKTRT__BATCH], packet[PKTRT__BATCH], sender[PKTRT__BATCH];             /* see pktrt__packet_assemble */
+  uint32_t chosen[PKTRT__BATCH]; /* the light that each surface samples, if it samples only one */
+  uint32_t first;                /* in the wave being shaded: the first ray of `surfaces` */
+  const pktrt__wave *shaded;     /* that wave */
+  bool in_glass;                 /* some of these surfaces lie in glass */
+  bool one_by_one;               /* no packets: every ray by itself */
+  bool large_waves;              /* waves of many packets: reflected and refracted rays share one if they fit */
+  uint32_t x[PKTRT__BATCH], y[PKTRT__BATCH], sample[PKTRT__BATCH]; /* of the primary rays */
+  uint32_t pixel[PKTRT__BATCH];                     /* of the primary rays: index of a pixel of the block */
+  uint8_t across[PKTRT__BATCH], down[PKTRT__BATCH]; /* places of a cell's pixels in the cell */
+  uint8_t deepest[PKTRT__BATCH];
+  double sum[3][PKTRT__BATCH]; /* of the pixels of the block */
+  double depth[PKTRT__BATCH], normal[3][PKTRT__BATCH], albedo[3][PKTRT__BATCH];
+  uint32_t hit_count[PKTRT__BATCH];
   bool failed; /* out of memory, or stopped: nothing more is traced or written */
   bool stopped;
   struct pktrt__pass_rounds *rounds; /* may stop it, if not NULL */
@@ -10824,7 +10836,7 @@ static void pktrt__surface_identify(const pktrt_scene *scene, bool smooth, const
   bool bent = false;
   float offset = 0;
   for (uint32_t k = 0; k < s->count; k++) {
-    const uint32_t id = w->id[s->first + k];
+    const uint32_t id = w->rays.id[s->first + k];
     if (id - first >= n) {
       mesh = pktrt__mesh_lookup(scene, id, hint), m = &scene->meshes[mesh];
       first = m->first_id, n = m->triangle_count, offset = (float)pktrt__spawn_offset((double)m->max_coord);
@@ -10858,8 +10870,8 @@ static void pktrt__surface_shade_misses(const pktrt__render_state *render, pktrt
   float d[3][64], radiance[3][64];
   uint32_t lane[64], m = 0;
   for (uint32_t i = first; i < first + n; i++) {
-    if (w->slot[i] == PKTRT_NONE) {
-      double v[3] = {(double)w->d[0][i], (double)w->d[1][i], (double)w->d[2][i]};
+    if (w->rays.slot[i] == PKTRT_NONE) {
+      double v[3] = {(double)w->rays.d[0][i], (double)w->rays.d[1][i], (double)w->rays.d[2][i]};
       const bool somewhere = pktrt__normalise(v); /* false where a moving camera stands in its target */
       for (int a = 0; a < 3; a++) d[a][m] = (float)v[a], w->radiance[a][i] = render->desc->background[a];
       if (somewhere) lane[m++] = i;
@@ -10881,7 +10893,7 @@ PKTRT__NOINLINE void pktrt__surface_gather(pktrt__tile *tile, pktrt__wave *w, ui
   const bool smooth = pktrt__render_uses(tile->render, PKTRT_FEATURE_NORMALS);
   pktrt__surfaces *s = &tile->surfaces;
   bool missed = false;
-  for (uint32_t i = first; i < first + n; i++) missed |= w->slot[i] == PKTRT_NONE;
+  for (uint32_t i = first; i < first + n; i++) missed |= w->rays.slot[i] == PKTRT_NONE;
   if (missed) pktrt__surface_shade_misses(tile->render, w, first, n);
   scene->kernels->pack_surfaces(w, first, n, s);
   pktrt__surface_identify(scene, smooth, w, s);
@@ -10904,7 +10916,8 @@ static void pktrt__material_call_hooks(const pktrt_material *mat, const pktrt__w
     p.albedo[a] = s->albedo[a] + k, p.reflectance[a] = s->reflectance[a] + k, p.emission[a] = s->emission[a] + k;
     radiance[a] = to[a];
   }
-  p.barycentric[0] = w->u + lane, p.barycentric[1] = w->v + lane, p.time = w->time + lane;
+  p.barycentric[0] = w->rays.as.hit.u + lane, p.barycentric[1] = w->rays.as.hit.v + lane;
+  p.time = w->rays.time + lane;
   p.mesh = s->mesh + k, p.triangle = s->triangle + k;
   if (mat->texture) mat->texture(mat->user, &p);
   if (!mat->shader) return;
@@ -11136,17 +11149,6 @@ static void pktrt__packet_tell(const pktrt__tile *tile, pktrt_ray_type type, uin
   }
 }
 
-/* Stores the hits of the pending rays, adjacent lanes of one wave, into the wave. */
-static void pktrt__packet_store_hits(const pktrt__packet_queue *p) {
-  const pktrt__batch *b = &p->batch;
-  pktrt__wave *w = p->wave[0];
-  const uint32_t first = p->target[0];
-  const size_t size = p->n * sizeof(float);
-  memcpy(w->id + first, b->id, size), memcpy(w->slot + first, b->slot, size), memcpy(w->bvh + first, b->bvh, size);
-  memcpy(w->t + first, b->t, size), memcpy(w->u + first, b->as.hit.u, size), memcpy(w->v + first, b->as.hit.v, size);
-  for (int a = 0; a < 3; a++) memcpy(w->n[a] + first, b->as.hit.normal[a], size);
-}
-
 /* Traces the pending rays. Shadow rays add their light in the order in which they were pushed; for each surface that is
    the order of the lights, whatever the packets. */
 PKTRT__NOINLINE void pktrt__packet_flush(pktrt__tile *tile, pktrt_ray_type type, uint32_t depth) {
@@ -11157,7 +11159,7 @@ PKTRT__NOINLINE void pktrt__packet_flush(pktrt__tile *tile, pktrt_ray_type type,
   if (tile->render->desc->packet) pktrt__packet_tell(tile, type, depth, tile->first);
   pktrt__packet_trace(tile, b, p->n, type, depth, type == PKTRT_RAY_SHADOW, tile->one_by_one);
   if (type != PKTRT_RAY_SHADOW && type != PKTRT_RAY_OTHER) {
-    pktrt__packet_store_hits(p);
+    pktrt__batch_copy_hits(&p->wave[0]->rays, p->target[0], b, 0, p->n); /* adjacent lanes of one wave */
     p->n = 0;
     return;
   }
@@ -11174,16 +11176,9 @@ PKTRT__NOINLINE void pktrt__packet_flush(pktrt__tile *tile, pktrt_ray_type type,
       for (int a = 0; a < 3; a++) s->radiance[a][k] += p->contribution[a][i] * p->visible[a][i];
       continue;
     }
-    w->id[k] = b->id[i], w->slot[k] = b->slot[i], w->bvh[k] = b->bvh[i];
-    w->t[k] = b->t[i], w->u[k] = b->as.hit.u[i], w->v[k] = b->as.hit.v[i];
-    for (int a = 0; a < 3; a++) w->n[a][k] = b->as.hit.normal[a][i];
+    pktrt__batch_copy_hits(&w->rays, k, b, i, 1);
   }
   p->n = 0;
-}
-
-/* Sets tmax of the pending rays [from, to). Their tmin is always 0, which is set once. */
-static void pktrt__packet_set_tmax(pktrt__batch *b, uint32_t from, uint32_t to, float tmax) {
-  pktrt__fill_row(b->tmax + from, to - from, tmax);
 }
 
 /* Appends rays [from, to) of the list of shadow rays, in the given order (NULL: as they are), to the pending ones, for
@@ -11201,7 +11196,7 @@ static void pktrt__packet_push_shadows(pktrt__tile *tile, const uint32_t *order,
     }
     memcpy(p->batch.time + n, sh->time + from, size), memcpy(p->target + n, sh->surface + from, size);
     memset(p->wave + n, 0, (to - from) * sizeof *p->wave);
-    pktrt__packet_set_tmax(&p->batch, n, p->n, sh->tmax);
+    pktrt__fill_row(p->batch.tmax + n, to - from, sh->tmax);
     return;
   }
   for (int a = 0; a < 3; a++)
@@ -11222,17 +11217,13 @@ static void pktrt__packet_push_wave(pktrt__tile *tile, pktrt__wave *w, uint32_t 
   const pktrt_render_desc *d = tile->render->desc;
   pktrt__packet_queue *p = &tile->queue;
   const uint32_t n = p->n, m = to - from, told = d->packet || d->assembly == PKTRT_ASSEMBLY_BLIND ? m : 1;
-  for (int a = 0; a < 3; a++) {
-    memcpy(p->batch.o[a] + n, w->o[a] + from, m * sizeof(float));
-    memcpy(p->batch.d[a] + n, w->d[a] + from, m * sizeof(float));
-  }
-  memcpy(p->batch.time + n, w->time + from, m * sizeof(float));
-  pktrt__packet_set_tmax(&p->batch, n, n + m, INFINITY);
+  pktrt__batch_copy_rays(&p->batch, n, &w->rays, from, m);
+  pktrt__fill_row(p->batch.tmax + n, m, INFINITY);
   for (uint32_t i = 0; i < told; i++) p->target[n + i] = from + i, p->wave[n + i] = w;
   p->n += m;
 }
 
-static uint32_t pktrt__packet_octant(float (*d)[PKTRT__WAVE_ROW], uint32_t i) {
+static uint32_t pktrt__packet_octant(float (*d)[PKTRT__ROW], uint32_t i) {
   return pktrt__sign_bit(d[0][i]) | pktrt__sign_bit(d[1][i]) << 1 | pktrt__sign_bit(d[2][i]) << 2;
 }
 
@@ -11243,13 +11234,13 @@ static bool pktrt__packet_reorders(pktrt_assembly assembly) {
 
 /* Sorts n rays of one type into packets (paper 3.2): writes tile->order, if that changes, and tile->packet, whose entry
    i is the end of the packet that begins at i. `sender` has the lanes of the rays that spawned them. */
-static void pktrt__packet_assemble(pktrt__tile *tile, uint32_t n, float (*d)[PKTRT__WAVE_ROW], const uint32_t *material,
+static void pktrt__packet_assemble(pktrt__tile *tile, uint32_t n, float (*d)[PKTRT__ROW], const uint32_t *material,
                                    const uint32_t *sender) {
   const pktrt_assembly assembly = tile->render->desc->assembly;
   uint32_t *order = tile->order, *packet = tile->packet, placed = 0;
   const bool octants = assembly == PKTRT_ASSEMBLY_OCTANTS;
   if (pktrt__packet_reorders(assembly)) {
-    uint8_t done[PKTRT__WAVE];
+    uint8_t done[PKTRT__BATCH];
     memset(done, 0, n);
     for (uint32_t i = 0; i < n; i++) { /* the first ray that is left begins a packet */
       if (done[i]) continue;
@@ -11275,14 +11266,14 @@ static void pktrt__packet_assemble(pktrt__tile *tile, uint32_t n, float (*d)[PKT
 /* Sorts the n rays of a wave into packets and moves them into that order. */
 static void pktrt__packet_assemble_wave(pktrt__tile *tile, pktrt__wave **wave, uint32_t n) {
   pktrt__wave *w = *wave, *to = tile->spare;
-  pktrt__packet_assemble(tile, n, w->d, w->material, w->parent);
+  pktrt__packet_assemble(tile, n, w->rays.d, w->material, w->parent);
   if (!pktrt__packet_reorders(tile->render->desc->assembly)) return;
   for (uint32_t i = 0; i < n; i++) {
     const uint32_t k = tile->order[i];
-    for (int a = 0; a < 3; a++) to->o[a][i] = w->o[a][k], to->d[a][i] = w->d[a][k], to->weight[a][i] = w->weight[a][k];
-    to->time[i] = w->time[k], to->importance[i] = w->importance[k], to->parent[i] = w->parent[k];
-    to->key[i] = w->key[k], to->material[i] = w->material[k], to->medium[i] = w->medium[k];
-    to->root[i] = w->root[k];
+    pktrt__batch_copy_rays(&to->rays, i, &w->rays, k, 1);
+    for (int a = 0; a < 3; a++) to->weight[a][i] = w->weight[a][k];
+    to->importance[i] = w->importance[k], to->parent[i] = w->parent[k], to->key[i] = w->key[k];
+    to->material[i] = w->material[k], to->medium[i] = w->medium[k], to->root[i] = w->root[k];
   }
   *wave = to, tile->spare = w;
 }
@@ -11363,7 +11354,7 @@ static void pktrt__light_sample_each(pktrt__tile *tile, const pktrt__wave *w, ui
     if (share == 0) continue;
     for (uint32_t a = 0; random && a < 2; a++) u[a] = tile->draws.u[2 * (index % 2) + a][k];
     const double factor =
-        pktrt__light_rows[l->kind].sample(render, index, random ? u : NULL, w->time[s->first + k], from, at);
+        pktrt__light_rows[l->kind].sample(render, index, random ? u : NULL, w->rays.time[s->first + k], from, at);
     for (int a = 0; a < 3; a++) g->at[a][k] = at[a], g->arriving[a][k] = light->color[a];
     g->factor[k] = factor * (double)share * light->strength;
   }
@@ -11470,7 +11461,7 @@ static uint32_t pktrt__media_behind(const pktrt__spawn_request *g, const pktrt__
   }
   const uint32_t media = pktrt__media_before(g->scene, g->glass, w, s, k);
   return pktrt__media_pass_surface(g->scene, g->glass, media, s->mesh[k], pktrt__bit_of(s->inside, k), before, behind,
-                                   w->time[s->first + k]);
+                                   w->rays.time[s->first + k]);
 }
 
 /* Finds sample keys and glasses of the rays from surfaces i to i + 7. Reflected rays stay in the glasses before. */
@@ -11539,15 +11530,18 @@ static uint32_t pktrt__spawn_wave(const pktrt__tile *tile, const pktrt__wave *w,
 
 static void pktrt__wave_shade(pktrt__tile *tile, pktrt__wave *w, uint32_t first, uint32_t n, uint32_t depth);
 
-/* Traces rays [first, first + n) of a wave, all of one type, as one packet. */
-static void pktrt__wave_trace(pktrt__tile *tile, pktrt__wave *w, uint32_t first, uint32_t n, uint32_t depth,
-                              pktrt_ray_type type) {
-  for (uint32_t i = first; i < first + n;) {
-    const uint32_t m = first + n - i < PKTRT__BATCH ? first + n - i : (uint32_t)PKTRT__BATCH;
-    pktrt__packet_push_wave(tile, w, i, i + m);
+/* Traces rays [first, first + n) of a wave of `all`, which are of one type, as one packet: where they lie if they are the
+   whole wave, or else from a copy, for lanes behind a packet are padded. The packet hook looks at the copy. */
+static void pktrt__wave_trace(pktrt__tile *tile, pktrt__wave *w, uint32_t first, uint32_t n, uint32_t all,
+                              uint32_t depth, pktrt_ray_type type) {
+  if (n < all || tile->render->desc->packet) {
+    pktrt__packet_push_wave(tile, w, first, first + n);
     pktrt__packet_flush(tile, type, depth);
-    i += m;
+    return;
   }
+  pktrt__fill_row(w->rays.tmin, n, 0);
+  pktrt__fill_row(w->rays.tmax, n, INFINITY);
+  pktrt__packet_trace(tile, &w->rays, n, type, depth, false, tile->one_by_one);
 }
 
 /* Traces and shades the n rays of a wave packet by packet, with all generations that follow, and adds their weighted
@@ -11562,17 +11556,17 @@ static void pktrt__wave_follow(pktrt__tile *tile, pktrt__wave *parent, pktrt__wa
   if (!traced) pktrt__packet_assemble_wave(tile, wave, n);
   pktrt__wave *w = *wave;
   if (traced)
-    for (uint32_t i = 0; i < n; i += PKTRT__WAVE / 2) w->end[i] = n - i < PKTRT__WAVE / 2 ? n : i + PKTRT__WAVE / 2;
+    for (uint32_t i = 0; i < n; i += PKTRT__BATCH / 2) w->end[i] = n - i < PKTRT__BATCH / 2 ? n : i + PKTRT__BATCH / 2;
   else memcpy(w->end, tile->packet, n * sizeof *w->end);
   for (uint32_t i = 0; PKTRT__STATS && tile->stats && i < n; i++)
     if (tile->deepest[w->root[i]] < depth) tile->deepest[w->root[i]] = (uint8_t)depth;
   for (uint32_t i = 0; i < n; i = w->end[i]) {
     tile->first = first, tile->one_by_one = tile->render->desc->assembly == PKTRT_ASSEMBLY_NONE;
     if (!traced && split < n) { /* by ray types: one packet */
-      pktrt__wave_trace(tile, w, 0, split, depth, PKTRT_RAY_REFLECTION);
-      pktrt__wave_trace(tile, w, split, n - split, depth, PKTRT_RAY_REFRACTION);
+      pktrt__wave_trace(tile, w, 0, split, n, depth, PKTRT_RAY_REFLECTION);
+      pktrt__wave_trace(tile, w, split, n - split, n, depth, PKTRT_RAY_REFRACTION);
     } else if (!traced) {
-      pktrt__wave_trace(tile, w, i, w->end[i] - i, depth, type);
+      pktrt__wave_trace(tile, w, i, w->end[i] - i, n, depth, type);
     }
     pktrt__wave_shade(tile, w, i, w->end[i] - i, depth);
   }
@@ -11624,7 +11618,7 @@ static void pktrt__wave_shade(pktrt__tile *tile, pktrt__wave *w, uint32_t first,
     if (render->draws) pktrt__spawn_scatter(tile, s);
     if (!tile->failed && pktrt__wave_need(tile, &tile->spare)) reflected = pktrt__spawn_wave(tile, w, false, r, 0);
     const uint32_t most = render->choose ? s->count : reflected + pktrt__surface_count_glass(s);
-    one_wave = one_wave || (tile->large_waves && most <= PKTRT__WAVE);
+    one_wave = one_wave || (tile->large_waves && most <= PKTRT__BATCH);
     const bool glass = pktrt__render_uses(render, PKTRT_FEATURE_DIELECTRIC);
     if (glass && !one_wave) t = pktrt__wave_need(tile, &tile->refracted[depth]);
     if (one_wave) refracted = reflected;
@@ -11655,9 +11649,9 @@ static void pktrt__tile_draw_camera(pktrt__tile *tile, uint32_t n, bool lens, bo
   memcpy(g->x, tile->x, n * sizeof *g->x), memcpy(g->y, tile->y, n * sizeof *g->y);
   memcpy(g->sample, tile->sample, n * sizeof *g->sample), memset(g->group, 0, n * sizeof *g->group);
   pktrt__sample_batch_end(g, n);
-  if (lens && shutter) pktrt__tile_draw_all(tile, 4, 1), memcpy(tile->primary.time, g->u[0], n * sizeof(float));
+  if (lens && shutter) pktrt__tile_draw_all(tile, 4, 1), memcpy(tile->primary.rays.time, g->u[0], n * sizeof(float));
   pktrt__tile_draw_all(tile, 0, lens ? 4 : shutter ? 3 : 2);
-  if (!lens && shutter) memcpy(tile->primary.time, g->u[2], n * sizeof(float));
+  if (!lens && shutter) memcpy(tile->primary.rays.time, g->u[2], n * sizeof(float));
 }
 
 PKTRT__INLINE double pktrt__camera_shutter_time(const pktrt_camera *c, float part) {
@@ -11684,18 +11678,18 @@ static void pktrt__tile_camera_rays(pktrt__tile *tile, uint32_t n) {
   for (uint32_t i = 0; i < n; i += 8) {
     const uint32_t m = n - i < 8 ? n - i : 8;
     for (uint32_t k = 0; k < m; k++) {
-      w->time[i + k] = shutter ? (float)pktrt__camera_shutter_time(c, w->time[i + k]) : middle;
+      w->rays.time[i + k] = shutter ? (float)pktrt__camera_shutter_time(c, w->rays.time[i + k]) : middle;
       x[k] = (double)tile->x[i + k] + (render->random ? (double)g->u[0][i + k] : 0.5);
       y[k] = (double)tile->y[i + k] + (render->random ? (double)g->u[1][i + k] : 0.5);
     }
     if (pinhole) render->scene->kernels->camera_rays(&render->plane, x, y, w, i);
     for (uint32_t k = 0; !pinhole && k < m; k++) {
       const float u[2] = {lens ? g->u[2][i + k] : 0.5f, lens ? g->u[3][i + k] : 0.5f};
-      pktrt__camera_sample sample = {x[k], y[k], (double)w->time[i + k], {0, 0}};
+      pktrt__camera_sample sample = {x[k], y[k], (double)w->rays.time[i + k], {0, 0}};
       float o[3], d[3];
       if (lens) pktrt_map_disk(u, sample.disk);
       pktrt__camera_ray_at(c, render->desc->width, render->desc->height, &render->plane, &sample, o, d);
-      for (int a = 0; a < 3; a++) w->o[a][i + k] = o[a], w->d[a][i + k] = d[a];
+      for (int a = 0; a < 3; a++) w->rays.o[a][i + k] = o[a], w->rays.d[a][i + k] = d[a];
     }
   }
 }
@@ -11704,11 +11698,11 @@ static void pktrt__tile_camera_rays(pktrt__tile *tile, uint32_t n) {
 static void pktrt__media_start_in_glass(pktrt__tile *tile, uint32_t n) {
   pktrt__wave *w = &tile->primary;
   for (uint32_t i = 0; i < n; i++) {
-    const float o[3] = {w->o[0][i], w->o[1][i], w->o[2][i]};
-    bool same = i > 0 && w->time[i] == w->time[i - 1];
-    for (int a = 0; same && a < 3; a++) same = o[a] == w->o[a][i - 1];
-    w->medium[i] =
-        same ? w->medium[i - 1] : pktrt__media_around(tile->render->scene, tile->render->glass_meshes, o, w->time[i]);
+    const float o[3] = {w->rays.o[0][i], w->rays.o[1][i], w->rays.o[2][i]};
+    bool same = i > 0 && w->rays.time[i] == w->rays.time[i - 1];
+    for (int a = 0; same && a < 3; a++) same = o[a] == w->rays.o[a][i - 1];
+    w->medium[i] = same ? w->medium[i - 1]
+                        : pktrt__media_around(tile->render->scene, tile->render->glass_meshes, o, w->rays.time[i]);
   }
 }
 
@@ -11718,10 +11712,10 @@ static void pktrt__tile_run_wave(pktrt__tile *tile, uint32_t n) {
   tile->one_by_one = false, tile->first = 0;
   pktrt__tile_camera_rays(tile, n);
   if (PKTRT__DIELECTRIC && tile->render->starts_in_glass) pktrt__media_start_in_glass(tile, n);
-  pktrt__wave_trace(tile, w, 0, n, 0, PKTRT_RAY_PRIMARY);
+  pktrt__wave_trace(tile, w, 0, n, n, 0, PKTRT_RAY_PRIMARY);
   const bool blind =
       tile->render->desc->assembly == PKTRT_ASSEMBLY_BLIND; /* reflected and refracted rays share a wave */
-  const uint32_t step = blind ? PKTRT__WAVE / 2 : PKTRT__WAVE;
+  const uint32_t step = blind ? PKTRT__BATCH / 2 : PKTRT__BATCH;
   for (uint32_t i = 0; i < n; i += step) pktrt__wave_shade(tile, w, i, n - i < step ? n - i : step, 0);
   for (uint32_t i = 0; i < n; i++)
     for (int a = 0; a < 3; a++) tile->sum[a][tile->pixel[i]] += (double)w->radiance[a][i];
@@ -11781,7 +11775,7 @@ static void pktrt__tile_write_pixels(const pktrt__tile *tile, const uint32_t *x,
 static void pktrt__tile_render_block(pktrt__tile *tile, const uint32_t area[4], uint32_t bx, uint32_t by, uint32_t edge,
                                      uint32_t cell, uint32_t room) {
   const uint32_t samples = tile->render->samples;
-  uint32_t n = 0, x[PKTRT__WAVE], y[PKTRT__WAVE], pixels = 0;
+  uint32_t n = 0, x[PKTRT__BATCH], y[PKTRT__BATCH], pixels = 0;
   for (uint32_t cy = 0; cy < edge; cy += cell)
     for (uint32_t cx = 0; cx < edge; cx += cell)
       for (uint32_t i = 0; i < cell * cell; i++) {
@@ -11832,10 +11826,10 @@ static pktrt__tile *pktrt__tile_make(const pktrt__render_state *render, struct p
   tile->spare = NULL, tile->queue.n = 0, tile->failed = tile->stopped = false;
   tile->rounds = rounds, tile->shaded_packets = 0;
   memset(tile->queue.batch.tmin, 0, sizeof tile->queue.batch.tmin);
-  for (uint32_t i = 0; i < PKTRT__WAVE; i++) tile->surfaces.number[i] = i;
+  for (uint32_t i = 0; i < PKTRT__BATCH; i++) tile->surfaces.number[i] = i;
   tile->render = render, tile->stats = stats;
   tile->across[0] = tile->down[0] = 0;
-  for (uint32_t i = 1; i < PKTRT__WAVE; i++) { /* Morton's order: the bits of both by turns */
+  for (uint32_t i = 1; i < PKTRT__BATCH; i++) { /* Morton's order: the bits of both by turns */
     tile->across[i] = (uint8_t)(tile->across[i / 4] * 2 + i % 2);
     tile->down[i] = (uint8_t)(tile->down[i / 4] * 2 + i / 2 % 2);
   }
@@ -11850,7 +11844,7 @@ static pktrt__tile *pktrt__tile_make(const pktrt__render_state *render, struct p
 static void pktrt__tile_render_area(pktrt__tile *tile, const uint32_t area[4], uint32_t pass) {
   const pktrt__render_state *render = tile->render;
   const uint32_t packet = render->packet_size * render->packet_size,
-                 room = tile->large_waves ? (uint32_t)PKTRT__WAVE : packet;
+                 room = tile->large_waves ? (uint32_t)PKTRT__BATCH : packet;
   const uint32_t edge = pktrt__tile_pixel_edge(room, render->samples),
                  cell = pktrt__tile_pixel_edge(packet, render->samples);
   tile->pass = pass, tile->sampling = render->sampling;

@@ -154,8 +154,8 @@
        >>scattering   the rays of the next generation
        >>generations  the recursion, packet by packet
        >>tiles        samples, pixels, blocks
-       >>passes       what several passes know of their error, and who gets the next one
-       >>rendering    tiles through parallel_for, round by round
+       >>passes       rounds of tiles; what passes know of their error, and who gets the next
+       >>rendering    checks, warnings, and pktrt_render itself  
        >>reporting    the scene report and its text
        >>changes      what came with which version
        >>licence      MIT or public domain
@@ -338,7 +338,7 @@
        the new one is done. Only a changed tree counts.
      - Meshes are retained: 12 bytes per vertex and key, as much again with normals, 12 per triangle with indices. The
        first pktrt_set_positions of a mesh makes room for a second set, which stays; pktrt_set_normals likewise.
-     - Rendering: about 220 KiB for each tile at work, and up to 60 KiB for each generation of rays; 230 bytes for each
+     - Rendering: about 260 KiB for each tile at work, and up to 100 KiB for each generation of rays; 230 bytes for each
        triangle of a mesh that is a light (DRT); 28 bytes for each mesh if one is of glass; if it counts, 8 KiB for each
        tile of the picture; with several passes, 32 bytes for each pixel, 64 more with optional buffers.
      - Stack: at most 64 KiB in a query, about 64 KiB in a render, 17 KiB in a build, if compiled with optimisation, be
@@ -543,7 +543,8 @@ typedef enum pktrt_isa {
   PKTRT_ISA_SSE2,
   PKTRT_ISA_AVX2,
   PKTRT_ISA_AVX512,
-  PKTRT_ISA_NEON
+  PKTRT_ISA_NEON,
+  PKTRT_ISA_COUNT
 } pktrt_isa;
 
 typedef enum pktrt_build_quality {
@@ -1226,17 +1227,21 @@ PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *, const pktrt_render
 
 /* >>extend: how to add what is not there -----------------------------------------------------------------------------
 
-   - A light: an enumerator of pktrt_light_kind, a row of PKTRT__LIGHT_ROWS (>>kinds) with its traits, and a function
-     that takes a point of it (>>lights); another that prepares it if none there does. Checks, reports and sampling
-     follow.
-   - A material: an enumerator of pktrt_specular and a row of PKTRT__SPECULAR_ROWS (>>kinds); then its weights by
-     eights, in pktrt__material_weights8 (>>shade).
-   - A sampler: an enumerator of pktrt_sampler, a row of PKTRT__SAMPLER_ROWS (>>kinds), and its function (>>samplers).
+   - A light: an enumerator of pktrt_light_kind, a row of PKTRT__LIGHT_ROWS (>>kinds) with its traits, a prototype there,
+     and the function (>>lights) that takes a point of it; another that prepares it, if none there does. Checks and
+     reports follow from the traits. RCS and WRT see a light as its middle: give it the trait EACH if that will not do,
+     FLAT if it has a front.
+   - A material: an enumerator of pktrt_specular and a row of PKTRT__SPECULAR_ROWS (>>kinds); then the weights of its
+     rays, in pktrt__material_weights8 (>>shade). Without these it reflects nothing.
+   - A sampler: an enumerator of pktrt_sampler, a row of PKTRT__SAMPLER_ROWS and a prototype (>>kinds), and its function
+     (>>samplers).
    - A feature that builds can leave out: an enumerator of pktrt_feature and a row of PKTRT__FEATURE_ROWS (>>platform),
      by which PKTRT__X is 1 or 0 for all code that asks; and in pktrt__feature_of_render what asks for it (>>request).
-   - An instruction set: PKTRT__HAS_X (>>platform), its operations (>>ops), a stamp (>>stamping), and when to choose it
-     (>>dispatch); an enumerator of pktrt_isa and its name. No kernel changes.
-   Orders and numbers of rows are checked at compile time; `make structure` and the tests find the rest. */
+   - An instruction set: an enumerator of pktrt_isa; PKTRT__HAS_X (>>platform); PKTRT__STAMP_X and a stamp (>>stamping);
+     its operations and, as PKTRT__WITH_..., what it is good at (>>ops); its name, its tables and its rank (>>dispatch).
+     No kernel changes.
+   That each kind of light, material and sampler has a row, and in the order of its enumeration, is checked at compile
+   time, and so are the names of instruction sets. */
 
 /* ---------------------------------------------------------------------------------------------------------------------
    IMPLEMENTATION, compiled once
@@ -3860,42 +3865,46 @@ PKTRT__INLINE uint32_t pktrt__sampler_run_index(uint32_t run, uint32_t sample, u
 
 /* Each table is an X-macro, in the order of its enumeration, which is checked; see >>extend. */
 
-/* Kinds of specular materials: the feature that it is, whether it has no diffuse base, and whether it can have a lobe.
-   */
-#define PKTRT__SPECULAR_ROWS(ROW)                        \
-  ROW(NONE, 0, false, false)                             \
-  ROW(MIRROR, PKTRT_FEATURE_MIRROR, false, true)         \
-  ROW(COAT, PKTRT_FEATURE_MIRROR, false, true)           \
-  ROW(DIELECTRIC, PKTRT_FEATURE_DIELECTRIC, true, false) \
-  ROW(CONDUCTOR, PKTRT_FEATURE_CONDUCTOR, true, true)
-#define PKTRT__SPECULAR_ROW(id, feature, bare, lobes) {feature, bare, lobes},
-#define PKTRT__SPECULAR_PLACE(id, feature, bare, lobes) PKTRT__SPECULAR_ROW_##id,
-#define PKTRT__SPECULAR_CHECK(id, feature, bare, lobes) \
-  PKTRT__STATIC_ASSERT(specular_##id, (int)PKTRT__SPECULAR_ROW_##id == (int)PKTRT_SPECULAR_##id);
+/* Kinds of specular materials: the feature that it needs; whether it has no diffuse base; whether it can have a lobe;
+   and whether its reflectance is what it takes from the albedo: 0 is none then, and both together are at most 1. For
+   others reflectance is a tint, and 0 in all channels means 1. */
+#define PKTRT__SPECULAR_ROWS(ROW)                               \
+  ROW(NONE, 0, false, false, false)                             \
+  ROW(MIRROR, PKTRT_FEATURE_MIRROR, false, true, true)          \
+  ROW(COAT, PKTRT_FEATURE_MIRROR, false, true, false)           \
+  ROW(DIELECTRIC, PKTRT_FEATURE_DIELECTRIC, true, false, false) \
+  ROW(CONDUCTOR, PKTRT_FEATURE_CONDUCTOR, true, true, false)
+#define PKTRT__SPECULAR_ROW(id, feature, bare, lobes, takes) {feature, bare, lobes, takes},
+#define PKTRT__SPECULAR_PLACE(id, feature, bare, lobes, takes) PKTRT__SPECULAR_ROW_##id,
+#define PKTRT__SPECULAR_CHECK(id, feature, bare, lobes, takes) \
+  PKTRT__STATIC_ASSERT(row_of_specular_##id, (int)PKTRT__SPECULAR_ROW_##id == (int)PKTRT_SPECULAR_##id);
 enum { PKTRT__SPECULAR_ROWS(PKTRT__SPECULAR_PLACE) PKTRT__SPECULAR_ROW_COUNT };
 PKTRT__SPECULAR_ROWS(PKTRT__SPECULAR_CHECK)
-PKTRT__STATIC_ASSERT(speculars, (int)PKTRT__SPECULAR_ROW_COUNT == (int)PKTRT_SPECULAR_COUNT);
+PKTRT__STATIC_ASSERT(each_specular_has_a_row, (int)PKTRT__SPECULAR_ROW_COUNT == (int)PKTRT_SPECULAR_COUNT);
 static const struct pktrt__specular_row {
   uint32_t feature;
-  bool bare, lobes;
+  bool bare, lobes, takes;
 } pktrt__specular_rows[PKTRT_SPECULAR_COUNT] = {PKTRT__SPECULAR_ROWS(PKTRT__SPECULAR_ROW)};
 
 /* Kinds of lights: traits, what finds out where one is and how large, and what takes a point of it. */
 typedef enum pktrt__light_trait {
-  PKTRT__LIGHT_PLACED = 1,     /* `position` counts */
-  PKTRT__LIGHT_DIRECTED = 2,   /* `direction` counts */
-  PKTRT__LIGHT_EDGED = 4,      /* `edge` counts */
-  PKTRT__LIGHT_ROUND = 8,      /* `radius` counts */
-  PKTRT__LIGHT_AREA = 16,      /* DRT samples it */
-  PKTRT__LIGHT_INFINITE = 32,  /* its points are directions */
-  PKTRT__LIGHT_BY_SQUARE = 64, /* irradiance falls with the square of the distance, which the sample leaves out; */
-  PKTRT__LIGHT_BY_SQUARE_IF_SAMPLED = 128,
-  PKTRT__LIGHT_HIT = 256, /* rays can hit it: lobes do not show it by value */
-  PKTRT__LIGHT_EACH = 512 /* each surface has a point of its own also where nothing is random */
+  PKTRT__LIGHT_PLACED = 1,    /* `position` counts */
+  PKTRT__LIGHT_DIRECTED = 2,  /* `direction` counts */
+  PKTRT__LIGHT_EDGED = 4,     /* `edge` counts */
+  PKTRT__LIGHT_ROUND = 8,     /* `radius` counts */
+  PKTRT__LIGHT_AREA = 16,     /* DRT samples it */
+  PKTRT__LIGHT_INFINITE = 32, /* its points are directions */
+  PKTRT__LIGHT_EMISSIVE = 64, /* `mesh` counts, and its emission */
+  PKTRT__LIGHT_FLAT = 128,    /* seen as its middle it counts by area and cosine, on the side of `facing` */
+  PKTRT__LIGHT_HIT = 256,     /* rays can hit it: lobes do not show it by value */
+  PKTRT__LIGHT_EACH = 512,    /* it is sampled, for u = NULL, where nothing is random, too: its middle will not do */
+  /* What `sample` returns must still be divided by the square of the distance: always, or where DRT samples it. */
+  PKTRT__LIGHT_BY_SQUARE = 1024,
+  PKTRT__LIGHT_BY_SQUARE_IF_SAMPLED = 2048
 } pktrt__light_trait;
 typedef struct pktrt__light_data pktrt__light_data;
 typedef struct pktrt__render_state pktrt__render_state;
-/* Fills in middle, radius, area and facing, which are 0; false: out of memory. */
+/* Fills in, of middle, radius, area and facing, which are 0, what traits and sample ask for. false: out of memory. */
 typedef bool pktrt__light_prepare(const pktrt__render_state *, const pktrt_light *, pktrt__light_data *);
 /* Takes a point `at` of a light as seen from another, for u in [0,1)^2 (NULL: its middle), at a time. Returns the
    irradiance of a surface that faces it, for radiance or intensity 1, times the squared distance where the traits say
@@ -3906,27 +3915,27 @@ static pktrt__light_prepare pktrt__light_prepare_place, pktrt__light_prepare_dir
     pktrt__light_prepare_mesh;
 static pktrt__light_sample pktrt__light_sample_middle, pktrt__light_sample_quad, pktrt__light_sample_sphere,
     pktrt__light_sample_mesh;
-#define PKTRT__LIGHT_ROWS(ROW)                                                                                     \
-  ROW(POINT, PKTRT__LIGHT_PLACED | PKTRT__LIGHT_BY_SQUARE, pktrt__light_prepare_place, pktrt__light_sample_middle) \
-  ROW(DIRECTIONAL, PKTRT__LIGHT_DIRECTED | PKTRT__LIGHT_INFINITE, pktrt__light_prepare_direction,                  \
-      pktrt__light_sample_middle)                                                                                  \
-  ROW(QUAD, PKTRT__LIGHT_PLACED | PKTRT__LIGHT_EDGED | PKTRT__LIGHT_AREA | PKTRT__LIGHT_BY_SQUARE,                 \
-      pktrt__light_prepare_quad, pktrt__light_sample_quad)                                                         \
-  ROW(SPHERE, PKTRT__LIGHT_PLACED | PKTRT__LIGHT_ROUND | PKTRT__LIGHT_AREA | PKTRT__LIGHT_EACH,                    \
-      pktrt__light_prepare_place, pktrt__light_sample_sphere)                                                      \
-  ROW(MESH, PKTRT__LIGHT_AREA | PKTRT__LIGHT_BY_SQUARE_IF_SAMPLED | PKTRT__LIGHT_HIT, pktrt__light_prepare_mesh,   \
-      pktrt__light_sample_mesh)                                                                                    \
-  ROW(ENVIRONMENT, PKTRT__LIGHT_AREA | PKTRT__LIGHT_INFINITE | PKTRT__LIGHT_HIT | PKTRT__LIGHT_EACH,               \
+#define PKTRT__LIGHT_ROWS(ROW)                                                                                         \
+  ROW(POINT, PKTRT__LIGHT_PLACED | PKTRT__LIGHT_BY_SQUARE, pktrt__light_prepare_place, pktrt__light_sample_middle)     \
+  ROW(DIRECTIONAL, PKTRT__LIGHT_DIRECTED | PKTRT__LIGHT_INFINITE, pktrt__light_prepare_direction,                      \
+      pktrt__light_sample_middle)                                                                                      \
+  ROW(QUAD, PKTRT__LIGHT_PLACED | PKTRT__LIGHT_EDGED | PKTRT__LIGHT_AREA | PKTRT__LIGHT_FLAT | PKTRT__LIGHT_BY_SQUARE, \
+      pktrt__light_prepare_quad, pktrt__light_sample_quad)                                                             \
+  ROW(SPHERE, PKTRT__LIGHT_PLACED | PKTRT__LIGHT_ROUND | PKTRT__LIGHT_AREA | PKTRT__LIGHT_EACH,                        \
+      pktrt__light_prepare_place, pktrt__light_sample_sphere)                                                          \
+  ROW(MESH, PKTRT__LIGHT_EMISSIVE | PKTRT__LIGHT_AREA | PKTRT__LIGHT_HIT | PKTRT__LIGHT_BY_SQUARE_IF_SAMPLED,          \
+      pktrt__light_prepare_mesh, pktrt__light_sample_mesh)                                                             \
+  ROW(ENVIRONMENT, PKTRT__LIGHT_AREA | PKTRT__LIGHT_INFINITE | PKTRT__LIGHT_HIT | PKTRT__LIGHT_EACH,                   \
       pktrt__light_prepare_place, PKTRT__CAST(pktrt__light_sample *, 0)) /* see pktrt__light_sample_environment */
 #define PKTRT__LIGHT_ROW(id, traits, prepare, sample)                                                  \
   {traits, PKTRT__AREA_LIGHTS || !((traits)&PKTRT__LIGHT_AREA) ? prepare : pktrt__light_prepare_place, \
    PKTRT__AREA_LIGHTS || !((traits)&PKTRT__LIGHT_AREA) ? sample : pktrt__light_sample_middle},
 #define PKTRT__LIGHT_PLACE(id, traits, prepare, sample) PKTRT__LIGHT_ROW_##id,
 #define PKTRT__LIGHT_CHECK(id, traits, prepare, sample) \
-  PKTRT__STATIC_ASSERT(light_##id, (int)PKTRT__LIGHT_ROW_##id == (int)PKTRT_LIGHT_##id);
+  PKTRT__STATIC_ASSERT(row_of_light_##id, (int)PKTRT__LIGHT_ROW_##id == (int)PKTRT_LIGHT_##id);
 enum { PKTRT__LIGHT_ROWS(PKTRT__LIGHT_PLACE) PKTRT__LIGHT_ROW_COUNT };
 PKTRT__LIGHT_ROWS(PKTRT__LIGHT_CHECK)
-PKTRT__STATIC_ASSERT(lights, (int)PKTRT__LIGHT_ROW_COUNT == (int)PKTRT_LIGHT_KIND_COUNT);
+PKTRT__STATIC_ASSERT(each_light_has_a_row, (int)PKTRT__LIGHT_ROW_COUNT == (int)PKTRT_LIGHT_KIND_COUNT);
 typedef struct pktrt__light_row {
   uint32_t traits;
   pktrt__light_prepare *prepare;
@@ -3937,30 +3946,31 @@ PKTRT__INLINE bool pktrt__light_has(const pktrt_light *l, uint32_t traits) {
   return (pktrt__light_rows[l->kind].traits & traits) != 0;
 }
 
-/* Samplers: name, whether kernels draw it by PKTRT__DRAWN, and what gives the coordinates of one group: dimension / 4
+/* Samplers: name, what draws PKTRT__DRAWN of it at a time (pktrt__sampler_draw of the kernels), if any, and what gives the coordinates of one group: dimension / 4
    is the same for all n. `samples` is in range, `sample` below it. */
 typedef void pktrt__sampler_group(const pktrt_sampling *, uint32_t x, uint32_t y, uint32_t sample, uint32_t dimension,
                                   uint32_t n, float *out);
 static pktrt__sampler_group pktrt__sampler_sobol, pktrt__sampler_random, pktrt__sampler_jittered,
     pktrt__sampler_interleaved, pktrt__sampler_halton, pktrt__sampler_blue_noise;
-#define PKTRT__SAMPLER_ROWS(ROW)                                     \
-  ROW(SOBOL, "sobol", true, pktrt__sampler_sobol)                    \
-  ROW(RANDOM, "random", true, pktrt__sampler_random)                 \
-  ROW(JITTERED, "jittered", false, pktrt__sampler_jittered)          \
-  ROW(INTERLEAVED, "interleaved", false, pktrt__sampler_interleaved) \
-  ROW(HALTON, "halton", false, pktrt__sampler_halton)                \
-  ROW(HAMMERSLEY, "hammersley", false, pktrt__sampler_halton)        \
-  ROW(BLUE_NOISE, "blue-noise", false, pktrt__sampler_blue_noise)
-#define PKTRT__SAMPLER_ROW(id, name, in_kernels, group) {name, in_kernels, group},
-#define PKTRT__SAMPLER_PLACE(id, name, in_kernels, group) PKTRT__SAMPLER_ROW_##id,
-#define PKTRT__SAMPLER_CHECK(id, name, in_kernels, group) \
-  PKTRT__STATIC_ASSERT(sampler_##id, (int)PKTRT__SAMPLER_ROW_##id == (int)PKTRT_SAMPLER_##id);
+typedef enum pktrt__drawn { PKTRT__DRAWN_SINGLY, PKTRT__DRAWN_SOBOL, PKTRT__DRAWN_RANDOM } pktrt__drawn;
+#define PKTRT__SAMPLER_ROWS(ROW)                                                   \
+  ROW(SOBOL, "sobol", PKTRT__DRAWN_SOBOL, pktrt__sampler_sobol)                    \
+  ROW(RANDOM, "random", PKTRT__DRAWN_RANDOM, pktrt__sampler_random)                \
+  ROW(JITTERED, "jittered", PKTRT__DRAWN_SINGLY, pktrt__sampler_jittered)          \
+  ROW(INTERLEAVED, "interleaved", PKTRT__DRAWN_SINGLY, pktrt__sampler_interleaved) \
+  ROW(HALTON, "halton", PKTRT__DRAWN_SINGLY, pktrt__sampler_halton)                \
+  ROW(HAMMERSLEY, "hammersley", PKTRT__DRAWN_SINGLY, pktrt__sampler_halton)        \
+  ROW(BLUE_NOISE, "blue-noise", PKTRT__DRAWN_SINGLY, pktrt__sampler_blue_noise)
+#define PKTRT__SAMPLER_ROW(id, name, drawn, group) {name, drawn, group},
+#define PKTRT__SAMPLER_PLACE(id, name, drawn, group) PKTRT__SAMPLER_ROW_##id,
+#define PKTRT__SAMPLER_CHECK(id, name, drawn, group) \
+  PKTRT__STATIC_ASSERT(row_of_sampler_##id, (int)PKTRT__SAMPLER_ROW_##id == (int)PKTRT_SAMPLER_##id);
 enum { PKTRT__SAMPLER_ROWS(PKTRT__SAMPLER_PLACE) PKTRT__SAMPLER_ROW_COUNT };
 PKTRT__SAMPLER_ROWS(PKTRT__SAMPLER_CHECK)
-PKTRT__STATIC_ASSERT(samplers, (int)PKTRT__SAMPLER_ROW_COUNT == (int)PKTRT_SAMPLER_COUNT);
+PKTRT__STATIC_ASSERT(each_sampler_has_a_row, (int)PKTRT__SAMPLER_ROW_COUNT == (int)PKTRT_SAMPLER_COUNT);
 static const struct pktrt__sampler_row {
   const char *name;
-  bool in_kernels;
+  pktrt__drawn drawn;
   pktrt__sampler_group *group;
 } pktrt__sampler_rows[PKTRT_SAMPLER_COUNT] = {PKTRT__SAMPLER_ROWS(PKTRT__SAMPLER_ROW)};
 
@@ -4007,6 +4017,7 @@ typedef struct pktrt__surfaces {
   uint8_t shaded[PKTRT__BATCH / 8]; /* shaded completely by a shader hook */
   uint8_t hooked[PKTRT__BATCH / 8]; /* has a texture or a shader */
   uint8_t lobed[PKTRT__BATCH / 8];  /* reflects in a lobe */
+  uint8_t bare[PKTRT__BATCH / 8];   /* has no diffuse base */
   uint8_t lit[PKTRT__BATCH / 8];    /* lights can add to it: not to glass, polished metal and what is shaded already */
   uint8_t kind[PKTRT_SPECULAR_COUNT][PKTRT__BATCH / 8]; /* by pktrt_specular */
   uint32_t first; /* where their rays begin in the wave, packed: see pktrt__surface_gather */
@@ -4030,10 +4041,10 @@ typedef struct pktrt__light_samples {        /* the points of one light that sha
 
 typedef struct pktrt__light_target {  /* one light as the target of shadow rays */
   const pktrt__light_samples *listed; /* a sample for each surface; NULL: the fields below hold for all */
-  pktrt_light_kind kind;
-  double at[3], radius; /* a point of it, or a direction; mesh: middle and radius of a sphere around it */
-  double facing[3];     /* quad: unit normal; mesh: sum of its area vectors. The projected area of a flat */
-  double folded;        /* mesh is |facing . d|; `folded`, a quarter of the rest of the area, is added */
+  bool flat, emissive;                /* as the traits say */
+  double at[3], radius;               /* a point of it, or a direction; mesh: middle and radius of a sphere around it */
+  double facing[3]; /* quad: unit normal; mesh: sum of its area vectors. The projected area of a flat */
+  double folded;    /* mesh is |facing . d|; `folded`, a quarter of the rest of the area, is added */
   double area, strength;
   float arriving[3];        /* relative to strength */
   bool infinite, by_square; /* `at` is a direction; irradiance still has to be divided by distance^2 */
@@ -4786,7 +4797,7 @@ OP v8 dto(d8 a) { PKTRT__EACH(v8, r.f[i] = pktrt__to_float(a.d[i])); }
 #undef OP
 #define OP PKTRT__INLINE
 
-#else /* SSE2 and NEON: two quarters-of-512 registers make a v8 */
+#else /* SSE2 and NEON: two registers of 128 bits make a v8 */
 
 #define q4 PKTRT__NAME(pktrt__q4)
 #define qm PKTRT__NAME(pktrt__qm)
@@ -7744,7 +7755,7 @@ OP void pktrt__sampler_split_halves(const uint64_t *both, uint32_t *low, uint32_
 
 static void pktrt__sampler_draw(const pktrt_sampling *s, pktrt__sample_batch *w, uint32_t i, uint32_t group,
                                 uint32_t first, uint32_t n) {
-  const bool sobol = s->sampler == PKTRT_SAMPLER_SOBOL;
+  const bool sobol = pktrt__sampler_rows[s->sampler].drawn == PKTRT__DRAWN_SOBOL;
   const uint32_t *const sample = w->sample + i, *const x = w->x + i, *const y = w->y + i, *const of = w->group + i;
   uint32_t number[PKTRT__DRAWN], at[PKTRT__DRAWN], low[PKTRT__DRAWN], high[PKTRT__DRAWN], digits[2][PKTRT__DRAWN];
   uint64_t key[PKTRT__DRAWN], keys[PKTRT__DRAWN];
@@ -7891,14 +7902,14 @@ PKTRT__NOINLINE void pktrt__surface_find8(const pktrt_scene *scene, bool smooth,
 PKTRT__NOINLINE void pktrt__surface_read_materials(const pktrt_scene *scene, pktrt__surfaces *s, uint32_t i,
                                                    uint32_t lanes) {
   v8 albedo[3], reflectance[3], emission[3], eta = vset(1);
-  uint32_t shaded = 0, hooked = 0, lobed = 0, kind[PKTRT_SPECULAR_COUNT] = {0};
+  uint32_t shaded = 0, hooked = 0, lobed = 0, bare = 0, kind[PKTRT_SPECULAR_COUNT] = {0};
   ROLL_OUT for (int a = 0; a < 3; a++) albedo[a] = reflectance[a] = emission[a] = vset(0);
   for (uint32_t rest = lanes; rest;) {
     const uint32_t material = s->material[i + pktrt__lowest_bit(rest)],
                    same = rest & veq_u32(s->material + i, material);
     const pktrt_material *mat = pktrt__material_of(scene, material);
     const bool tinted = mat->reflectance[0] > 0 || mat->reflectance[1] > 0 || mat->reflectance[2] > 0;
-    const bool own = tinted || mat->specular == PKTRT_SPECULAR_MIRROR;
+    const bool own = tinted || pktrt__specular_rows[mat->specular].takes;
     const float ior = pktrt__material_ior(mat, 0);
     const m8 m = mfrom(same), within = mfrom(mat->specular == PKTRT_SPECULAR_DIELECTRIC ? s->inside[i / 8] : 0u);
     ROLL_OUT for (int a = 0; a < 3; a++) {
@@ -7909,7 +7920,7 @@ PKTRT__NOINLINE void pktrt__surface_read_materials(const pktrt_scene *scene, pkt
     eta = vsel(m, vsel(within, vset(1 / ior), vset(ior)), eta);
     kind[mat->specular] |= same;
     shaded |= mat->shader ? same : 0, hooked |= mat->shader || mat->texture ? same : 0;
-    lobed |= pktrt__material_has_lobe(mat) ? same : 0;
+    lobed |= pktrt__material_has_lobe(mat) ? same : 0, bare |= pktrt__specular_rows[mat->specular].bare ? same : 0;
     rest &= ~same;
   }
   pktrt__vec_store3(s->albedo, i, albedo);
@@ -7919,6 +7930,7 @@ PKTRT__NOINLINE void pktrt__surface_read_materials(const pktrt_scene *scene, pkt
   kind[PKTRT_SPECULAR_NONE] |= ~lanes; /* lanes without a surface need no work */
   for (int k = 0; k < PKTRT_SPECULAR_COUNT; k++) s->kind[k][i / 8] = (uint8_t)kind[k];
   s->shaded[i / 8] = (uint8_t)shaded, s->hooked[i / 8] = (uint8_t)hooked, s->lobed[i / 8] = (uint8_t)lobed;
+  s->bare[i / 8] = (uint8_t)bare;
 }
 
 static void pktrt__surface_find(const pktrt_scene *scene, bool smooth, const pktrt__wave *w, pktrt__surfaces *s) {
@@ -7980,7 +7992,7 @@ PKTRT__NOINLINE void pktrt__material_weights8(pktrt__surfaces *s, uint32_t i) {
   const m8 mirror = mfrom(s->kind[PKTRT_SPECULAR_MIRROR][i / 8] & live);
   const m8 coat = mfrom(s->kind[PKTRT_SPECULAR_COAT][i / 8] & live);
   const m8 glass = mfrom(s->kind[PKTRT_SPECULAR_DIELECTRIC][i / 8] & live);
-  const m8 bare = mor(glass, mfrom(s->kind[PKTRT_SPECULAR_CONDUCTOR][i / 8] & live));
+  const m8 bare = mfrom(s->bare[i / 8] & live);
   const v8 factor = vsel(mirror, one, vsel(mor(coat, glass), fresnel, zero));
   ROLL_OUT for (int a = 0; a < 3; a++) {
     const v8 albedo = vload(s->albedo[a] + i);
@@ -8005,8 +8017,7 @@ static void pktrt__material_evaluate(const pktrt_scene *scene, const pktrt__glas
       const v8 around = vsel(mfrom(lit & 0xFF), vmul(vload(s->albedo[a] + i), vset(ambient[a])), vset(0));
       vstore(s->radiance[a] + i, vadd(vload(s->emission[a] + i), around));
     }
-    const uint32_t bare = s->kind[PKTRT_SPECULAR_CONDUCTOR][i / 8] | s->kind[PKTRT_SPECULAR_DIELECTRIC][i / 8];
-    s->lit[i / 8] = (uint8_t)(lanes & lit & (follow ? ~bare | s->lobed[i / 8] : ~0u));
+    s->lit[i / 8] = (uint8_t)(lanes & lit & (follow ? ~(uint32_t)s->bare[i / 8] | s->lobed[i / 8] : ~0u));
   }
 }
 
@@ -8020,7 +8031,7 @@ STEP d8 pktrt__light_locate(const pktrt__light_target *l, uint32_t i, d8 p[3], d
     return dload(l->listed->factor + i);
   }
   pktrt__vec_dset3(at, l->at);
-  if (!PKTRT__AREA_LIGHTS || l->kind != PKTRT_LIGHT_MESH) return dset(l->strength);
+  if (!PKTRT__AREA_LIGHTS || !l->emissive) return dset(l->strength);
   ROLL_OUT for (int a = 0; a < 3; a++) to[a] = dsub(at[a], p[a]);
   pktrt__vec_dset3(facing, l->facing);
   const d8 r2 = pktrt__vec_ddot(to, to), r = dsqrt(r2), along = pktrt__vec_ddot(to, facing);
@@ -8049,7 +8060,7 @@ PKTRT__NOINLINE void pktrt__light_shadow_rays8(const pktrt_scene *scene, const p
   lanes &= mbits(dlt(dset(0), pktrt__vec_ddot(to, flat)));
   if (!lanes) return; /* all face away from it */
   const d8 r2 = pktrt__vec_ddot(to, to), r = dsqrt(r2);
-  if (PKTRT__AREA_LIGHTS && l->kind == PKTRT_LIGHT_QUAD && !l->listed) { /* negative behind it */
+  if (PKTRT__AREA_LIGHTS && l->flat && !l->listed) { /* negative behind it */
     pktrt__vec_dset3(at, l->facing);
     factor = dmul(ddiv(dmul(dset(-l->area), pktrt__vec_ddot(to, at)), r), factor);
   }
@@ -8620,6 +8631,21 @@ static const pktrt__fit_table *pktrt__fit_table_of(pktrt_isa isa) {
 #endif
 }
 
+static pktrt_isa pktrt__isa_widest(void) {
+  static const pktrt_isa widest_first[] = {PKTRT_ISA_AVX512, PKTRT_ISA_AVX2, PKTRT_ISA_SSE2, PKTRT_ISA_NEON};
+  for (size_t i = 0; i < sizeof widest_first / sizeof *widest_first; i++)
+    if (pktrt__kernels_of(widest_first[i])) return widest_first[i];
+  return PKTRT_ISA_SCALAR;
+}
+
+static const char *const pktrt__isa_name[] = {"auto", "scalar", "sse2", "avx2", "avx512", "neon"};
+PKTRT__STATIC_ASSERT(each_isa_has_a_name, sizeof pktrt__isa_name / sizeof(char *) == (size_t)PKTRT_ISA_COUNT);
+PKTRT_DEF const char *pktrt_isa_string(pktrt_isa isa) {
+  return (int)isa < 0 || isa >= PKTRT_ISA_COUNT ? "unknown" : pktrt__isa_name[isa];
+}
+
+PKTRT_DEF bool pktrt_isa_available(pktrt_isa isa) { return isa == PKTRT_ISA_AUTO || pktrt__kernels_of(isa) != NULL; }
+
 /* >>scene ---------------------------------------------------------------------------------------------------------- */
 
 PKTRT_DEF const char *pktrt_status_string(pktrt_status status) {
@@ -8643,26 +8669,12 @@ static uint32_t pktrt__check_all_arithmetic(const pktrt__kernel_table *kernels) 
 PKTRT_DEF const char *pktrt_last_error(const pktrt_scene *s) {
   if (s) return s->error;
   uint32_t faults = 0;
-  for (int isa = PKTRT_ISA_SCALAR; isa <= PKTRT_ISA_NEON; isa++) {
+  for (int isa = PKTRT_ISA_SCALAR; isa < PKTRT_ISA_COUNT; isa++) {
     const pktrt__kernel_table *kernels = pktrt__kernels_of((pktrt_isa)isa);
     if (kernels) faults |= pktrt__check_all_arithmetic(kernels);
   }
   return pktrt__check_sentence(faults);
 }
-
-PKTRT_DEF const char *pktrt_isa_string(pktrt_isa isa) {
-  switch (isa) {
-  case PKTRT_ISA_AUTO: return "auto";
-  case PKTRT_ISA_SCALAR: return "scalar";
-  case PKTRT_ISA_SSE2: return "sse2";
-  case PKTRT_ISA_AVX2: return "avx2";
-  case PKTRT_ISA_AVX512: return "avx512";
-  case PKTRT_ISA_NEON: return "neon";
-  default: return "unknown";
-  }
-}
-
-PKTRT_DEF bool pktrt_isa_available(pktrt_isa isa) { return isa == PKTRT_ISA_AUTO || pktrt__kernels_of(isa) != NULL; }
 
 PKTRT_DEF pktrt_scene *pktrt_scene_create(const pktrt_scene_desc *desc) {
   pktrt_scene_desc d;
@@ -8672,12 +8684,7 @@ PKTRT_DEF pktrt_scene *pktrt_scene_create(const pktrt_scene_desc *desc) {
   if ((int)d.quality < 0 || d.quality > PKTRT_BUILD_HIGH || (int)d.rebuild < 0 || d.rebuild > PKTRT_REBUILD_AUTOMATIC)
     return NULL;
   if (!d.allocate) d.allocate = pktrt__mem_malloc, d.release = pktrt__mem_free;
-  if (d.isa == PKTRT_ISA_AUTO) {
-    static const pktrt_isa widest_first[] = {PKTRT_ISA_AVX512, PKTRT_ISA_AVX2, PKTRT_ISA_SSE2, PKTRT_ISA_NEON};
-    for (int i = 0; i < 4 && d.isa == PKTRT_ISA_AUTO; i++)
-      if (pktrt__kernels_of(widest_first[i])) d.isa = widest_first[i];
-    if (d.isa == PKTRT_ISA_AUTO) d.isa = PKTRT_ISA_SCALAR;
-  }
+  if (d.isa == PKTRT_ISA_AUTO) d.isa = pktrt__isa_widest();
   const pktrt__kernel_table *kernels = pktrt__kernels_of(d.isa);
   if (!kernels || pktrt__check_all_arithmetic(kernels)) return NULL;
   pktrt_scene *s = PKTRT__CAST(pktrt_scene *, pktrt__mem_alloc(&d, 1, sizeof *s));
@@ -8939,7 +8946,7 @@ PKTRT__COLD pktrt_status pktrt__material_check(pktrt_scene *s, const pktrt_mater
   if (!st) st = pktrt__check_range(s, whose, index, "absorption", m->absorption, 3, 0, FLT_MAX);
   if (!st) st = pktrt__check_range(s, whose, index, "exponent", &m->exponent, 1, 0, 1e9f);
   if (!st) st = pktrt__check_range(s, whose, index, "emission", m->emission, 3, 0, FLT_MAX);
-  for (int a = 0; !st && a < 3 && m->specular == PKTRT_SPECULAR_MIRROR; a++)
+  for (int a = 0; !st && a < 3 && pktrt__specular_rows[m->specular].takes; a++)
     if (m->albedo[a] + m->reflectance[a] > 1.00001f)
       return pktrt__fail(s, PKTRT_INVALID_ARGUMENT,
                          "material %u: component %d of albedo (%g) and of reflectance (%g) are more than 1 together",
@@ -9844,7 +9851,7 @@ PKTRT__COLD bool pktrt__render_check_scene(const pktrt_scene *s, pktrt__refusal 
       return pktrt__render_refuse(why, "mesh %u names material %u, of %u that were added", (unsigned)i,
                                   (unsigned)s->meshes[i].material, (unsigned)s->material_count);
   for (uint32_t i = 0; i < s->light_count; i++)
-    if (s->lights[i].kind == PKTRT_LIGHT_MESH && s->lights[i].mesh >= s->committed_meshes)
+    if (pktrt__light_has(&s->lights[i], PKTRT__LIGHT_EMISSIVE) && s->lights[i].mesh >= s->committed_meshes)
       return pktrt__render_refuse(why, "light %u names mesh %u, of %u that were committed", (unsigned)i,
                                   (unsigned)s->lights[i].mesh, (unsigned)s->committed_meshes);
   return true;
@@ -10121,8 +10128,8 @@ PKTRT__COLD void pktrt__light_describe(const pktrt__render_state *render, uint32
   const pktrt_light *l = &render->scene->lights[index];
   pktrt__light_target *target = &light->target;
   memset(target, 0, sizeof *target);
-  target->kind = l->kind, target->radius = light->radius, target->area = light->area,
-  target->strength = light->strength;
+  target->flat = pktrt__light_has(l, PKTRT__LIGHT_FLAT), target->emissive = pktrt__light_has(l, PKTRT__LIGHT_EMISSIVE);
+  target->radius = light->radius, target->area = light->area, target->strength = light->strength;
   target->folded = pktrt__max(0, light->area - sqrt(pktrt__dot(light->facing, light->facing))) / 4;
   for (int a = 0; a < 3; a++) {
     target->facing[a] = light->facing[a], target->arriving[a] = light->color[a];
@@ -10170,7 +10177,8 @@ PKTRT__COLD bool pktrt__light_make_all(pktrt__render_state *render) { /* false: 
   for (uint32_t i = 0; i < s->light_count; i++) {
     const pktrt_light *l = &s->lights[i];
     pktrt__light_data *light = &render->lights[i];
-    const pktrt_material *mat = l->kind == PKTRT_LIGHT_MESH ? pktrt__material_of(s, s->meshes[l->mesh].material) : NULL;
+    const bool emissive = pktrt__light_has(l, PKTRT__LIGHT_EMISSIVE);
+    const pktrt_material *mat = emissive ? pktrt__material_of(s, s->meshes[l->mesh].material) : NULL;
     double emitted[3];
     for (int a = 0; a < 3; a++) {
       emitted[a] = (double)l->intensity[a] * (mat ? (double)mat->emission[a] : 1);
@@ -10811,7 +10819,7 @@ static void pktrt__tile_draw(pktrt__tile *tile, uint32_t k, uint32_t dimension, 
   pktrt__sample_batch *g = &tile->draws;
   const pktrt_sampling *s = &tile->sampling;
   const uint32_t first = dimension % 4;
-  if (pktrt__sampler_rows[s->sampler].in_kernels) {
+  if (pktrt__sampler_rows[s->sampler].drawn != PKTRT__DRAWN_SINGLY) {
     tile->render->scene->kernels->draw_samples(s, g, k, dimension / 4, first, n);
     return;
   }
@@ -10981,8 +10989,7 @@ static void pktrt__aov_add_first_hits(pktrt__tile *tile) {
   const pktrt__surfaces *s = &tile->surfaces;
   for (uint32_t k = 0; k < s->count; k++) {
     const uint32_t p = tile->pixel[s->ray[k]];
-    const bool clear = tile->render->follow && (pktrt__bit_of(s->kind[PKTRT_SPECULAR_DIELECTRIC], k) ||
-                                                pktrt__bit_of(s->kind[PKTRT_SPECULAR_CONDUCTOR], k));
+    const bool clear = tile->render->follow && pktrt__bit_of(s->bare, k);
     tile->hit_count[p]++;
     tile->depth[p] += (double)s->distance[k];
     for (int a = 0; a < 3; a++) {

@@ -131,7 +131,7 @@ static void print_help(void) {
 }
 
 static bool parse_isa(const char *text, pktrt_isa *isa) {
-  for (int i = PKTRT_ISA_SCALAR; i <= PKTRT_ISA_NEON; i++)
+  for (int i = PKTRT_ISA_SCALAR; i < PKTRT_ISA_COUNT; i++)
     if (!strcmp(text, pktrt_isa_string((pktrt_isa)i))) {
       *isa = (pktrt_isa)i;
       return pktrt_isa_available(*isa) || ex_fail("--isa: this machine or this build has no %s", text);

@@ -305,7 +305,7 @@ int main(void) {
   for (size_t i = 0; i < sizeof parts / sizeof parts[0]; i++) {
     uint64_t want = 0;
     part_now = parts[i].name;
-    for (int isa = PKTRT_ISA_SCALAR, first = 0; isa <= PKTRT_ISA_NEON; isa++) {
+    for (int isa = PKTRT_ISA_SCALAR, first = 0; isa < PKTRT_ISA_COUNT; isa++) {
       if (!pktrt_isa_available((pktrt_isa)isa)) continue;
       isa_now = pktrt_isa_string((pktrt_isa)isa);
       const uint64_t state = parts[i].of((pktrt_isa)isa);
@@ -318,7 +318,7 @@ int main(void) {
   }
   print_sum("all", whole.state);
   printf("by");
-  for (int isa = PKTRT_ISA_SCALAR; isa <= PKTRT_ISA_NEON; isa++) {
+  for (int isa = PKTRT_ISA_SCALAR; isa < PKTRT_ISA_COUNT; isa++) {
     if (pktrt_isa_available((pktrt_isa)isa)) printf(" %s", pktrt_isa_string((pktrt_isa)isa));
   }
   printf("\n");

@@ -216,7 +216,7 @@ int main(int argc, char **argv) {
     } else filters[filter_count++] = argv[i];
   }
   if (!(thoroughness > 0)) thoroughness = small_run ? 0.001 : 0.01;
-  for (int i = PKTRT_ISA_SCALAR; i <= PKTRT_ISA_NEON; i++) {
+  for (int i = PKTRT_ISA_SCALAR; i < PKTRT_ISA_COUNT; i++) {
     if (pktrt_isa_available((pktrt_isa)i)) isas[isa_count++] = (pktrt_isa)i;
   }
   if (!list_only) {

@@ -341,7 +341,7 @@ static void refuse_lights(void) {
   CHECK(pktrt_add_light(s, NULL, &index) == PKTRT_INVALID_ARGUMENT);
   names("NULL light", pktrt_last_error(s), "NULL");
   CHECK(index == 4242, "refused calls write no index");
-  for (int kind = 0; kind <= PKTRT_LIGHT_ENVIRONMENT; kind++) {
+  for (int kind = 0; kind < PKTRT_LIGHT_KIND_COUNT; kind++) {
     pktrt_light l = good_light((pktrt_light_kind)kind);
     CHECK(pktrt_add_light(s, &l, &index) == PKTRT_OK && index == (uint32_t)kind, "the control: %u", index);
   }
@@ -413,7 +413,7 @@ static void refuse_materials(void) {
   CHECK(pktrt_add_material(s, NULL, &index) == PKTRT_INVALID_ARGUMENT);
   names("NULL material", pktrt_last_error(s), "NULL");
   CHECK(index == 4242, "refused calls write no index");
-  for (int i = 0; i <= PKTRT_SPECULAR_CONDUCTOR; i++) {
+  for (int i = 0; i < PKTRT_SPECULAR_COUNT; i++) {
     pktrt_material m = good_material((pktrt_specular)i);
     CHECK(pktrt_add_material(s, &m, &index) == PKTRT_OK && index == (uint32_t)i + 1, "the control: %u", index);
   }
@@ -560,7 +560,7 @@ static void refuse_create(void) {
   CHECK(pktrt_scene_create(&d) == NULL);
   names("release alone", pktrt_last_error(NULL), "allocate");
   int refused = 0;
-  for (int i = PKTRT_ISA_SCALAR; i <= PKTRT_ISA_NEON; i++) {
+  for (int i = PKTRT_ISA_SCALAR; i < PKTRT_ISA_COUNT; i++) {
     d = good, d.isa = (pktrt_isa)i;
     pktrt_scene *s = pktrt_scene_create(&d);
     CHECK((s != NULL) == pktrt_isa_available((pktrt_isa)i), "isa %d", i);
@@ -609,7 +609,7 @@ static void strings(void) {
     for (int j = 0; j < i && i <= PKTRT_CANCELLED; j++) CHECK(strcmp(t, pktrt_status_string((pktrt_status)j)) != 0);
   }
   static const char *const name[] = {"auto", "scalar", "sse2", "avx2", "avx512", "neon"};
-  for (int i = 0; i <= PKTRT_ISA_NEON; i++) CHECK(strcmp(pktrt_isa_string((pktrt_isa)i), name[i]) == 0, "%d", i);
+  for (int i = 0; i < PKTRT_ISA_COUNT; i++) CHECK(strcmp(pktrt_isa_string((pktrt_isa)i), name[i]) == 0, "%d", i);
   CHECK(pktrt_isa_string((pktrt_isa)77) != NULL && pktrt_isa_string((pktrt_isa)-1) != NULL);
   CHECK(pktrt_isa_available(PKTRT_ISA_AUTO));
 #ifndef PKTRT_NO_SCALAR

@@ -452,12 +452,14 @@ static void slopes_of(int sampler, uint32_t dimension, uint32_t replicates, doub
 
 /* Bounds leave room for the scatter of a run. For a step across it, a grid of sqrt(n) columns has -3/4, not -1. */
 static void convergence(void) {
-  static const double least[PKTRT_SAMPLER_COUNT][INTEGRANDS] = {
+  static const double least[][INTEGRANDS] = {
       {-1.40, -1.30, -1.10, -0.90, -0.70, -0.53}, {-0.40, -0.40, -0.40, -0.40, -0.40, -0.40},
       {-0.90, -0.90, -0.60, -0.70, -0.65, -0.48}, {-1.40, -1.30, -1.10, -0.90, -0.70, -0.53},
       {-1.40, -0.95, -0.90, -0.90, -0.66, -0.53}, {-1.40, -1.00, -0.90, -0.90, -0.70, -0.53},
       {-1.40, -1.30, -1.10, -0.90, -0.70, -0.53}};
   const double slack = small_run ? 0.2 : 0.03;
+  CHECK(sizeof least / sizeof *least == PKTRT_SAMPLER_COUNT, "a row for each sampler");
+  if (sizeof least / sizeof *least != PKTRT_SAMPLER_COUNT) return;
   for (int sampler = 0; sampler < PKTRT_SAMPLER_COUNT; sampler++) {
     double slope[INTEGRANDS];
     slopes_of(sampler, 0, small_run ? 40 : sampler == 0 ? 1000 : 400, slope);

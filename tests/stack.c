@@ -113,7 +113,7 @@ static void look_around(pktrt_isa isa) {
 int main(int argc, char **argv) {
   const size_t limit = argc > 1 ? (size_t)atol(argv[1]) : 64 << 10;
   size_t most = 0;
-  for (int isa = PKTRT_ISA_SCALAR; isa <= PKTRT_ISA_NEON; isa++) {
+  for (int isa = PKTRT_ISA_SCALAR; isa < PKTRT_ISA_COUNT; isa++) {
     if (!pktrt_isa_available((pktrt_isa)isa)) continue;
     isa_now = pktrt_isa_string((pktrt_isa)isa), part_now = "stack";
     now.s = world((pktrt_isa)isa, true);

@@ -100,7 +100,7 @@ static pktrt_status render(pktrt_scene *s) {
 
 int main(void) {
   make_ground();
-  for (int isa = PKTRT_ISA_SCALAR; isa <= PKTRT_ISA_NEON; isa++) {
+  for (int isa = PKTRT_ISA_SCALAR; isa < PKTRT_ISA_COUNT; isa++) {
     pktrt_scene_desc desc;
     memset(&desc, 0, sizeof desc);
     desc.isa = (pktrt_isa)isa;

@@ -133,7 +133,7 @@ pktrt_material fuzz_material(feed *b, bool *good) {
   m.exponent = (float)(take_u8(b) * take_u8(b));
   float *const fields[] = {m.albedo, m.reflectance, m.ior, m.extinction, m.absorption, m.emission, &m.exponent};
   if (odd) fields[odd % 7][odd % 7 < 6 ? odd / 7 % 3 : 0] = take_float(b);
-  *good = (int)m.specular >= 0 && m.specular <= PKTRT_SPECULAR_CONDUCTOR && (int)m.lobe >= 0 &&
+  *good = (int)m.specular >= 0 && m.specular < PKTRT_SPECULAR_COUNT && (int)m.lobe >= 0 &&
           m.lobe <= PKTRT_LOBE_PHONG && within(m.albedo, 3, 0, 1) && within(m.reflectance, 3, 0, 1) &&
           within(m.ior, 3, 0, 1e6f) && within(m.extinction, 3, 0, 1e6f) && within(m.absorption, 3, 0, FLT_MAX) &&
           within(m.emission, 3, 0, FLT_MAX) && within(&m.exponent, 1, 0, 1e9f);
@@ -154,7 +154,7 @@ pktrt_light fuzz_light(feed *b, bool *good) {
   float *const fields[] = {l.position, l.direction, l.intensity, l.edge[0], l.edge[1], &l.radius};
   if (odd) fields[odd % 6][odd % 6 < 5 ? odd / 6 % 3 : 0] = take_float(b);
   const float far = PKTRT_MAX_COORD;
-  *good = (int)l.kind >= 0 && l.kind <= PKTRT_LIGHT_ENVIRONMENT && within(l.intensity, 3, 0, FLT_MAX);
+  *good = (int)l.kind >= 0 && l.kind < PKTRT_LIGHT_KIND_COUNT && within(l.intensity, 3, 0, FLT_MAX);
   if (l.kind == PKTRT_LIGHT_POINT || l.kind == PKTRT_LIGHT_QUAD || l.kind == PKTRT_LIGHT_SPHERE)
     *good &= within(l.position, 3, -far, far);
   if (l.kind == PKTRT_LIGHT_QUAD) *good &= within(l.edge[0], 3, -far, far) && within(l.edge[1], 3, -far, far);

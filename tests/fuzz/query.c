@@ -193,7 +193,7 @@ const char *fuzz_query(const uint8_t *data, size_t size, bool broken) {
   const uint32_t n = take_rays(&b, &g, rays);
   const char *wrong = try_numbers(odd);
   bool first = true;
-  for (int isa = PKTRT_ISA_SCALAR; isa <= PKTRT_ISA_NEON && !wrong; isa++) {
+  for (int isa = PKTRT_ISA_SCALAR; isa < PKTRT_ISA_COUNT && !wrong; isa++) {
     fuzz_memory memory;
     if (!pktrt_isa_available((pktrt_isa)isa)) continue;
     pktrt_scene *s = build(&g, &memory, (pktrt_isa)isa);

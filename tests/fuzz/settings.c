@@ -316,7 +316,7 @@ static const char *paint_alike(setting *x, bool broken) {
   pktrt_render_desc single = x->d;
   memset(&want, 0, sizeof want);
   bool first = true;
-  for (int isa = PKTRT_ISA_SCALAR; isa <= PKTRT_ISA_NEON && !wrong; isa++) {
+  for (int isa = PKTRT_ISA_SCALAR; isa < PKTRT_ISA_COUNT && !wrong; isa++) {
     fuzz_memory memory;
     if (!pktrt_isa_available((pktrt_isa)isa)) continue;
     pktrt_scene *s = build(x, &memory, (pktrt_isa)isa);

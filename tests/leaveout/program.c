@@ -317,7 +317,7 @@ static const char *set_switch(pktrt_isa isa) {
 }
 
 static void try_sets(void) {
-  for (int i = PKTRT_ISA_SCALAR; i <= PKTRT_ISA_NEON; i++) {
+  for (int i = PKTRT_ISA_SCALAR; i < PKTRT_ISA_COUNT; i++) {
     const pktrt_isa isa = (pktrt_isa)i;
     pktrt_scene *s = make_scene(isa);
     request r;

@@ -149,7 +149,7 @@ $(B)/test: $(TEST_OBJECTS)
 
 test:
 	$(BUILD) $(B)/test $(B)/render $(if $(ONLY),,$(B)/checksum)
-	$(B)/test $(ONLY)
+	$(B)/test --jobs $(JOBS) $(ONLY)
 	$(if $(ONLY),,$(B)/checksum | sed '/^by /d' | diff tests/checksum.txt - && echo "checksum: answers and pictures have the bits that are kept")
 	$(if $(ONLY),,tests/render.sh $(B)/render)
 

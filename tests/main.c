@@ -1,10 +1,14 @@
 /* The test binary: test [--small] [--first] [--list] [--seed N] [filter...] runs the tests whose sentence contains one of the filters.
    --thorough X makes the cases of stability.h longer or shorter (1: as long as they get), --results DIR keeps their figures.
-   --first ends with the first test that fails.
+   --first ends with the first test that fails. --jobs N runs tests in N processes, which take one after the other.
    PKTRT_TEST_ALL=1 in the environment prints every failure, not the first six of a test. */
+#define _DEFAULT_SOURCE /* MAP_ANONYMOUS */
 #include "stability.h"
 #include <stdarg.h>
+#include <sys/mman.h>
+#include <sys/wait.h>
 #include <time.h>
+#include <unistd.h>
 
 bool small_run;
 double thoroughness;
@@ -13,8 +17,16 @@ test_hooks hooks = {PTHREAD_MUTEX_INITIALIZER, 0, 0, 0, 0, 0, false, 0, 0, 0, 0,
 pktrt_isa isas[8];
 int isa_count;
 
+/* What the processes of a run share: how many tests were taken, passed and failed. */
+typedef struct tally {
+  int taken, passed, failed;
+} tally;
+static tally alone, *all = &alone;
+static int met;          /* what this process could have taken so far, whoever did */
+static bool whole_suite; /* this process has taken all tests of a suite */
+
 static char **filters;
-static int filter_count, passed, failed;
+static int filter_count;
 static bool list_only, first_only;
 static int failures; /* of the running test */
 static char remarks[4096];
@@ -72,12 +84,19 @@ static bool wanted(const char *sentence) {
   return in && !out;
 }
 
+/* Takes the next test or suite for this process, unless another has. */
+static bool take(void) {
+  const int number = met++;
+  return __sync_bool_compare_and_swap(&all->taken, number, number + 1);
+}
+
 void run(const char *sentence, void (*test)(void)) {
   if (!wanted(sentence)) return;
   if (list_only) {
     printf("%s\n", sentence);
     return;
   }
+  if (!whole_suite && !take()) return;
   failures = 0;
   remarks[0] = 0;
   hooks.fail_at = hooks.limit = 0;
@@ -88,8 +107,7 @@ void run(const char *sentence, void (*test)(void)) {
   if (failures > 6) printf("    ... %d failures in all\n", failures);
   printf("%s %6.2f s  %s\n%s", failures ? "FAILED" : "passed", seconds() - start, sentence, remarks);
   fflush(stdout);
-  if (failures) failed++;
-  else passed++;
+  __sync_fetch_and_add(failures ? &all->failed : &all->passed, 1);
   if (failures && first_only) exit(1);
 }
 
@@ -197,40 +215,16 @@ pktrt_scene_desc scene_desc_of(pktrt_isa isa, int workers) {
   return d;
 }
 
-int main(int argc, char **argv) {
-  filters = calloc((size_t)argc + 1, sizeof *filters);
-  const char *results = NULL;
-  if (!filters) return 2;
-  small_run = getenv("PKTRT_TEST_SMALL") != NULL;
-  for (int i = 1; i < argc; i++) {
-    if (strcmp(argv[i], "--small") == 0) small_run = true;
-    else if (strcmp(argv[i], "--list") == 0) list_only = true;
-    else if (strcmp(argv[i], "--first") == 0) first_only = true;
-    else if (strcmp(argv[i], "--seed") == 0 && i + 1 < argc) run_seed = strtoull(argv[++i], NULL, 10);
-    else if (strcmp(argv[i], "--thorough") == 0 && i + 1 < argc) thoroughness = atof(argv[++i]);
-    else if (strcmp(argv[i], "--results") == 0 && i + 1 < argc) results = argv[++i];
-    else if (argv[i][0] == '-') {
-      fprintf(stderr, "usage: test [--small] [--first] [--thorough X] [--results DIR] [--list] [--seed N] "
-                      "[words of a test's sentence, or +words not of it ...]\n");
-      return 2;
-    } else filters[filter_count++] = argv[i];
-  }
-  if (!(thoroughness > 0)) thoroughness = small_run ? 0.001 : 0.01;
-  for (int i = PKTRT_ISA_SCALAR; i < PKTRT_ISA_COUNT; i++) {
-    if (pktrt_isa_available((pktrt_isa)i)) isas[isa_count++] = (pktrt_isa)i;
-  }
-  if (!list_only) {
-    printf("instruction sets:");
-    for (int i = 0; i < isa_count; i++) printf(" %s", pktrt_isa_string(isas[i]));
-    printf("%s\n", small_run ? " (small run)" : "");
-  }
+static void run_all(void) {
+  whole_suite = take();
+  if (whole_suite) suite_tree(), suite_stability(); /* the last test looks at the figures of all these */
+  whole_suite = false;
   suite_arithmetic();
   suite_refusals();
   suite_scene();
   suite_events();
   suite_counts();
   suite_memory();
-  suite_tree();
   suite_truth();
   suite_watertight();
   suite_slack();
@@ -248,10 +242,63 @@ int main(int argc, char **argv) {
   suite_mistakes();
   suite_report();
   suite_identity();
-  suite_stability();
+}
+
+/* Runs all tests in so many processes. What a test says is written when it ends. */
+static void run_side_by_side(int jobs) {
+  void *shared = mmap(NULL, sizeof *all, PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0);
+  if (shared == MAP_FAILED) abort();
+  all = shared;
+  fflush(stdout);
+  setvbuf(stdout, NULL, _IOFBF, 1 << 16);
+  for (int i = 1; i < jobs; i++) {
+    if (fork() != 0) continue;
+    run_all();
+    exit(0);
+  }
+  run_all();
+  for (int status; wait(&status) > 0;) {
+    if (status == 0) continue;
+    printf("FAILED  a process ended with status %d, and with it a test\n", status);
+    all->failed++;
+  }
+}
+
+int main(int argc, char **argv) {
+  filters = calloc((size_t)argc + 1, sizeof *filters);
+  const char *results = NULL;
+  int jobs = 1;
+  if (!filters) return 2;
+  small_run = getenv("PKTRT_TEST_SMALL") != NULL;
+  for (int i = 1; i < argc; i++) {
+    if (strcmp(argv[i], "--small") == 0) small_run = true;
+    else if (strcmp(argv[i], "--list") == 0) list_only = true;
+    else if (strcmp(argv[i], "--first") == 0) first_only = true;
+    else if (strcmp(argv[i], "--jobs") == 0 && i + 1 < argc) jobs = atoi(argv[++i]);
+    else if (strcmp(argv[i], "--seed") == 0 && i + 1 < argc) run_seed = strtoull(argv[++i], NULL, 10);
+    else if (strcmp(argv[i], "--thorough") == 0 && i + 1 < argc) thoroughness = atof(argv[++i]);
+    else if (strcmp(argv[i], "--results") == 0 && i + 1 < argc) results = argv[++i];
+    else if (argv[i][0] == '-') {
+      fprintf(stderr, "usage: test [--small] [--first] [--jobs N] [--thorough X] [--results DIR] [--list] [--seed N] "
+                      "[words of a test's sentence, or +words not of it ...]\n");
+      return 2;
+    } else filters[filter_count++] = argv[i];
+  }
+  if (results || list_only) jobs = 1; /* figures are kept by one process */
+  if (!(thoroughness > 0)) thoroughness = small_run ? 0.001 : 0.01;
+  for (int i = PKTRT_ISA_SCALAR; i < PKTRT_ISA_COUNT; i++) {
+    if (pktrt_isa_available((pktrt_isa)i)) isas[isa_count++] = (pktrt_isa)i;
+  }
+  if (!list_only) {
+    printf("instruction sets:");
+    for (int i = 0; i < isa_count; i++) printf(" %s", pktrt_isa_string(isas[i]));
+    printf("%s\n", small_run ? " (small run)" : "");
+  }
+  if (jobs > 1) run_side_by_side(jobs);
+  else run_all();
   free(filters);
   if (list_only) return 0;
-  if (results && !keep_figures(results, argc, argv)) failed++;
-  printf("%d passed, %d failed\n", passed, failed);
-  return failed || passed == 0;
+  if (results && !keep_figures(results, argc, argv)) all->failed++;
+  printf("%d passed, %d failed\n", all->passed, all->failed);
+  return all->failed || all->passed == 0;
 }

@@ -133,9 +133,9 @@ pktrt_material fuzz_material(feed *b, bool *good) {
   m.exponent = (float)(take_u8(b) * take_u8(b));
   float *const fields[] = {m.albedo, m.reflectance, m.ior, m.extinction, m.absorption, m.emission, &m.exponent};
   if (odd) fields[odd % 7][odd % 7 < 6 ? odd / 7 % 3 : 0] = take_float(b);
-  *good = (int)m.specular >= 0 && m.specular < PKTRT_SPECULAR_COUNT && (int)m.lobe >= 0 &&
-          m.lobe <= PKTRT_LOBE_PHONG && within(m.albedo, 3, 0, 1) && within(m.reflectance, 3, 0, 1) &&
-          within(m.ior, 3, 0, 1e6f) && within(m.extinction, 3, 0, 1e6f) && within(m.absorption, 3, 0, FLT_MAX) &&
+  *good = (int)m.specular >= 0 && m.specular < PKTRT_SPECULAR_COUNT && (int)m.lobe >= 0 && m.lobe <= PKTRT_LOBE_PHONG &&
+          within(m.albedo, 3, 0, 1) && within(m.reflectance, 3, 0, 1) && within(m.ior, 3, 0, 1e6f) &&
+          within(m.extinction, 3, 0, 1e6f) && within(m.absorption, 3, 0, FLT_MAX) &&
           within(m.emission, 3, 0, FLT_MAX) && within(&m.exponent, 1, 0, 1e9f);
   for (int a = 0; a < 3 && m.specular == PKTRT_SPECULAR_MIRROR; a++)
     *good &= m.albedo[a] + m.reflectance[a] <= 1.00001f;

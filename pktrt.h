@@ -3525,6 +3525,8 @@ PKTRT__NOINLINE int pktrt__exact_sign(const pktrt__single *q, const float *p, co
   return forward * ((volume > 0) - (volume < 0));
 }
 
+static double pktrt__exact_quotient(double a, double b) { return a < 0 || a > 0 ? a / b : 0; } /* never -0 */
+
 /* Computes t, u and v where doubles do not suffice. */
 PKTRT__NOINLINE void pktrt__exact_solve(const pktrt__single *q, float p[3][3], pktrt_hit *hit) {
   static const float zero[3] = {0, 0, 0};
@@ -3532,8 +3534,9 @@ PKTRT__NOINLINE void pktrt__exact_solve(const pktrt__single *q, float p[3][3], p
   const pktrt__exact_vec e1 = pktrt__exact_difference(p[1], p[0]), e2 = pktrt__exact_difference(p[2], p[0]);
   const pktrt__exact_vec a = pktrt__exact_difference(p[0], q->ray->origin);
   const double det = pktrt__exact_volume(&d, &e1, &e2);
-  hit->t = pktrt__to_float(pktrt__exact_volume(&a, &e1, &e2) / det);
-  hit->u = (float)(pktrt__exact_volume(&d, &e2, &a) / det), hit->v = (float)(pktrt__exact_volume(&d, &a, &e1) / det);
+  hit->t = pktrt__to_float(pktrt__exact_quotient(pktrt__exact_volume(&a, &e1, &e2), det));
+  hit->u = (float)pktrt__exact_quotient(pktrt__exact_volume(&d, &e2, &a), det);
+  hit->v = (float)pktrt__exact_quotient(pktrt__exact_volume(&d, &a, &e1), det);
 }
 
 /* Computes the normal, scaled to a largest component of 1. */
@@ -5759,10 +5762,11 @@ typedef struct pktrt__tri_edges {
   v8 u, v, w, least, most, error;
 } pktrt__tri_edges;
 
-/* Bounds the error of edge functions by the largest |x|, |y| and |z|. In vectors of either width: op is v or f. */
+/* Bounds the error of edge functions by the largest |x|, |y| and |z|; it overflows where one of their products does. In
+   vectors of either width: op is v or f. */
 #define PKTRT__EDGE_ERROR(op, xs, ys, zs)                                                                   \
   op##fma(op##mul(zs, op##set(PKTRT__PAD_SHEAR)), op##fma(zs, op##set(PKTRT__PAD_SHEAR2), op##add(xs, ys)), \
-          op##fma(op##mul(xs, op##set(PKTRT__PAD_CROSS)), ys, op##set(PKTRT__PAD_LEAST)))
+          op##fma(op##mul(xs, ys), op##set(PKTRT__PAD_CROSS), op##set(PKTRT__PAD_LEAST)))
 
 OP pktrt__tri_edges pktrt__tri_edge_functions(const v8 x[3], const v8 y[3], const v8 z[3]) {
   pktrt__tri_edges e;

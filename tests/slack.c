@@ -346,8 +346,9 @@ typedef struct part {
 #define PART(field) #field, offsetof(slack_parts, field)
 static const part parts[] = {
     {PART(m), 18, 2, graze_box_closely, 200}, {PART(m), 18, 1, graze_box_moving, 200},
-    {PART(min), 1, 0, graze_box_tiny, 40},    {PART(spread), 13, 1, edge_on, 400},
-    {PART(tiny), 2, 0, denormal_depth, 40},   {PART(det), 1, 0, denormal_area, 40},
+    {PART(min), 1, 0, graze_box_tiny, 40},    {PART(cross), 20.25f, 1, edge_on, 400},
+    {PART(shear), 8.25f, 1, edge_on, 400},    {PART(least), 1, 0, denormal_area, 40},
+    {PART(tiny), 2, 0, denormal_depth, 40},   {PART(det), 4, 0, denormal_area, 40},
     {PART(sides), 32, 0, at_a_side, 600},
 };
 

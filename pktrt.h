@@ -3204,97 +3204,113 @@ PKTRT__COLD pktrt_status pktrt__commit_rebuild_worn(pktrt_scene *s) {
 }
 /* >>exactness --------------------------------------------------------------------------------------------------------
 
-   THE CANONICAL TRIANGLE TEST. It alone says what a ray hits; all kernels agree because they decide what is certain of
-   it, and leave the rest to it.
+   THE DEFINITION. Rays and vertices are floats, taken at their word: as real numbers. A ray (o, d) has a main axis k,
+   that of its largest |d|, the lowest on ties, and u, v, the next two in cyclic order. Relative to o, and sheared so
+   that d lies along k, a vertex P is
 
-   A ray (o, d) picks the axis k of its largest |d|, lowest axis first on ties, and u, v, the next two in cyclic order.
-   With slopes Su = fl(d_u / d_k), Sv = fl(d_v / d_k), each |S| <= 1, a vertex P becomes, in float and unfused,
+       p = P - o      x = p_u d_k - p_k d_u      y = p_v d_k - p_k d_v      z = p_k
 
-       p = fl(P - o)                    x = fl(p_u - fl(Su p_k))      y = fl(p_v - fl(Sv p_k))      z = p_k
+   so that t = z / d_k where x = y = 0. The edge functions of a triangle a, b, c and their sum,
 
-   The values depend on ray and vertex alone, so triangles that share a vertex share its x, y, z bit for bit. In this
-   sheared frame the ray is the z axis. The edge functions, in double,
+       U = xc yb - yc xb      V = xa yc - ya xc      W = xb ya - yb xa      D = U + V + W
 
-       U = xc yb - yc xb      V = xa yc - ya xc      W = xb ya - yb xa      det = (U + V) + W
+   tell on which side the ray passes: x_p y_q - y_p x_q = d_k d . (p x q), p and q the corners of an edge. Where that
+   is 0 the ray meets the edge's line. It is then taken to be displaced by (e, e^2) in u, v, e being positive and less
+   than any number: d . (p x q) becomes less by e ((q - p) x d)_u + e^2 ((q - p) x d)_v, and the sign is that of the
+   first of
 
-   have exact signs: a product of two 24-bit numbers is exact in 53 bits, |x y| lies in [2^-298, 2^206] so that double
-   neither over- nor underflows, and the sign of one rounded subtraction of two doubles is the sign of the exact
-   difference. An edge seen from its two triangles gives exactly opposite values. The triangle is hit where U, V, W are
-   all >= 0 or all <= 0 and det is not 0. So the 2D images of the triangles of a closed mesh cover the origin whenever
-   they wind around it: no ray leaks through an edge or vertex, and no tolerance is involved (a triangle seen edge-on
-   has det = 0; its neighbours, which contain the same points, are hit instead).
+       d . (p x q)      d_k (Q - P)_v - d_v (Q - P)_k      d_u (Q - P)_k - d_k (Q - P)_u
 
-       r = 1 / (det d_k)      t = fl( ((U za + V zb) + W zc) r )      u = fl(V (d_k r))      v = fl(W (d_k r))
+   that is not 0, times that of d_k. All three are 0 only for an edge along the ray. Exchanging P and Q changes each
+   sign: what one triangle of an edge has on its side the other has not. A ray crosses the triangle where U, V and W have
+   one sign. As the displaced ray meets no edge, each crossing of a closed surface, at shared edges and vertices too,
+   belongs to one triangle, whatever the triangles are; they cannot leak. One without area has none; a silhouette that
+   is touched counts twice or not at all; and by the signs of D a crossing leads in or out.
 
-   (one division serves all three; no product leaves the range of doubles). U/det, V/det, W/det are correct to 2^-50 and
-   not negative: t d_k is a convex combination of za, zb, zc up to 2^-49 of the largest. This holds at any angle of
-   incidence: no special case for grazing rays. Accepted where tmin < t < tmax, comparing floats. The nearest t wins;
-   equal t go to the lower global triangle index (meshes in order, triangles in order). Comparing pairs (t, index) makes
-   the result independent of the order of the tests.
+   The crossing is at t = n . (P - o) / n . d, u = V / D, v = W / D, where nothing is displaced, and is a hit if tmin <
+   t < tmax for the float t. The nearest t wins; equal t go to the lower global triangle index (meshes in order,
+   triangles in order). Comparing pairs (t, index) makes the result independent of the order of the tests.
 
-   Motion: at time weight b = local time in the segment, a = fl(1 - b), a vertex is fl(fl(a P0) + fl(b P1)) by
+   Motion: at time weight b = local time in the segment, a = fl(1 - b), the vertex is fl(fl(a P0) + fl(b P1)) by
    component: one formula for all kernels, exact at the keys, equal for all triangles that share the vertex, and
    monotone in P0 and P1.
 
-   THE FILTER of all kernels: the same x, y; products and difference in float, m1 = fl(xc yb), m2 = fl(yc xb), e = fl(m1
-   - m2). Rounding is monotone, so m1 > m2 implies the exact xc yb > yc xb: a nonzero e has the exact sign, and with
-   gradual underflow e = 0 only for m1 = m2. A triangle is dropped when some e < 0 and some e > 0, and hit for certain
-   when all are nonzero and of one sign. That needs no error bound; NaN, from overflow (|x| > 2^64), says nothing.
+   IN DOUBLES, with h = 2^-53, X and Y the largest |x|, |y| of the corners and Z that of |p_k d_k|. As |d_u| <= |d_k|,
+   |p_u d_k| <= X + Z. Rounding p, two products and their difference, x is wrong by h (3 X + 4 Z), and so is y. Each of
+   two products of these is wrong by X Ey + Y Ex + Ex Ey, and rounded, as is their difference. Hence an edge function is
+   wrong by less than
 
-   THE ESTIMATE of the depth w = s z of a hit takes the e, here u, v, w, as weights. Let eps = 2^-24, X and Y the
-   largest |x| and |y| of the corners, Z the largest |z|, R the range of z, D = u + v + w. Each e is wrong by at most
-   eps (|m1| + |m2|) + eps |e| <= 4 eps X Y. Exact weights and these, each set divided by its sum, differ by 6 (4 eps X
-   Y) / |D| in all, so that two means of z that use them differ by half of that, R times: 12 eps X Y R / |D|. Evaluating
-   the mean takes 4 roundings a weight and 3 for the sum: 7 eps Z, one more to widen it. Two hits must be told apart in
-   t, a float, which takes another 2 eps each. Hence bounds of 13 eps X Y R / |D| + 14 eps Z + tiny about the estimate.
-   For |D| below 2^-100, where underflow would count, or beyond FLT_MAX the bounds are infinite. (Above 2^126 1 / D is
-   denormal and off by 4 eps, not 1: three more, and still 14.)
+       B = 16 h X Y + 8 h Z (X + Y + 32 h Z)
 
-   Any hit needs no depth, only how it compares: all is multiplied by |D|, weights are not divided, and limits take
-   another 2 roundings each. Bounds of 13 eps X Y R + (14 eps Z + tiny) |D| + 2^-126 still suffice: the last term
-   is for products that underflow. Where this is below 2^100, |D| Z is below 2^121: no sum overflows, and a limit whose
-   product with |D| does lies beyond all sums.
+   and beyond it has the exact sign; no value leaves the range of normal doubles. t, u and v are
+
+       t = fl( ((U za + V zb) + W zc) (1 / (D d_k)) )      u = fl(V (d_k / (D d_k)))      v = fl(W (d_k / (D d_k)))
+   where these are calm: V / D is wrong by 2 B / |D|, and rounded to float: B < 2^-25 |D| makes that 2^-23. With the
+   range R of z, t is wrong by less than 3 B R of the sum that is divided: B R < 2^-29 |sum| makes 0.5 ulp 0.6. A normal
+   is wrong by 6 h times the largest |p1 - p0| and |p2 - p0| by component: where that is below 2^-27 of it, by less than
+   2^-22 of its length.
+
+   ELSE EXACTLY. Signs: first x, y and the two products are formed anew, with what each step loses (Dekker's and
+   Knuth's two-term products and sums); where no step but the products of x and y loses anything, as on grids seen
+   along an axis or a diagonal, comparing them decides, 0 included. All else is Shewchuk's expansions: differences of
+   floats are sums of two doubles, the determinant a sum of 48 products of three, added up without any rounding. t, u, v
+   and normals then are quotients of such determinants.
+
+   THE FILTER of kernels is the same in single precision, with S = fl(d_u / d_k) in place of d_u, d_k; eps = 2^-24,
+   and z, Z without the factor d_k. It may fuse or not: results are the same, for what it leaves open is settled. Rounding
+   p, S, their product and the difference makes x wrong by eps (2 X + 4 Z); an edge function, in products of these and
+   their rounding, by eps (12 X Y + 8 Z (X + Y)) and terms of eps^2. Here
+
+       B = 20.25 eps X Y + 8.25 eps Z (X + Y + 8 eps Z) + 2^-126
+
+   is used, since the depth needs as much; the last is for what underflows. Where a product overflows so does B, and
+   nothing is known. A triangle is dropped when some e < -B and some e > B, and hit for certain when all are beyond B on
+   one side.
+
+   THE ESTIMATE of the depth w = s z of a hit, s = sign(d_k), takes the e, here u, v, w, as weights. Take the rounded
+   corners first, and their exact edge functions, of sum D'. The plane over these is z = z' + g . (x, y); at the true
+   weights, none of which is negative, the true x and y sum up to 0 and the rounded ones to their errors at most. So z' is
+   wrong by |g_x| Ex + |g_y| Ey, and |g_x| <= 2 Y R / |D'|, since z - (the middle of its range) is at most R / 2 and the
+   differences of y sum up to 4 Y: in all by R eps (8 X Y + 8 Z (X + Y)) / |D'|. Rounding then makes each e wrong by 2
+   eps X Y, and eps |e|; two means that use such weights differ by (6 eps X Y + eps |D|) R / |D|. For |D| > 4 B, with
+   a = eps X Y, |D| - |D'| is below 7 a, so that D for D' adds less than 2 a: 16 a and the 8 of Z, below B R / |D|.
+   Evaluating the mean takes 4 roundings a weight, 3 for the sum and 1 for z, eps |D| above 2: 10 eps Z, one more to
+   widen it. Two hits must be told apart in t, a float, which takes another 2 eps each. Hence bounds of
+
+       B R / |D| + 16 eps Z + tiny
+
+   about the estimate; for smaller |D|, or beyond FLT_MAX, they are infinite. Any hit needs no depth, only how it
+   compares: all is multiplied by |D|, weights are not divided, and limits take another 2 roundings each: B R + (16 eps Z
+   + tiny) |D| + 2^-126. Where this is below 2^100, |D| Z is below 2^121: no sum overflows, and a limit whose product
+   with |D| does lies beyond all sums.
 
    With them a hit is dropped when it lies beyond what the ray still looks at, and taken when it is certain and lies
-   wholly after tmin and before the nearest hit so far. All else is settled by the canonical test, on both triangles if
-   need be: in the scenes of the examples for one ray in 15 to 2000. A taken hit leaves its bounds, not its t; that is
-   computed once, for the hit that remains.
+   wholly after tmin and before the nearest hit so far. All else is settled in doubles, on both triangles if need be. A
+   taken hit leaves its bounds, not its t; that is computed once, for the hit that remains.
 
-   BOXES must cover the canonical test, not the ideal triangle. Let M >= |P - o| for all vertices of the scene and all
-   axes. Write s = sign(d_k), G = d / |d_k|, w = s z = t |d_k|. At a canonical hit, exactly, sum(lambda x)
-   = 0 with lambda >= 0, sum(lambda) = 1, w* = s sum(lambda z). Then, for the u axis (and v alike), o_u + G_u w* lies in
-   [lo_u - D, hi_u + D], where D collects, in units of eps M:
-       p_u and p_k rounded                              2
-       fl(Su p_k), fl(p_u - ..), |p_u - ..| <= 2 M      3
-       Su against the real slope                        1
-       slopes below 2^-26 raised to 2^-26               1/4
-   and on the k axis the box bounds w* itself: fl is monotone, so z lies in [fl(lo_k - o_k), fl(hi_k - o_k)]. A slab
-   distance is evaluated as plane * r - c, c = o r +- D |r|, r = fl(1 / G): r's own error scales plane - o: 1 eps M; o
-   r, D |r| and c rounded: 3 eps |o|; plane * r, where the machine does not fuse: eps (|o| + M); the result: 1 eps M.
-   Moving: a canonical vertex is within 5/2 eps (|o| + M) of where it belongs. A plane is evaluated as P0 + b fl(P1 -
-   P0), where |P1 - P0| <= 2 M: 2 eps M for the difference, as much for the product where the machine does not fuse, eps
-   (|o| + M) for the sum; as fl(a P0) + b P1 it is nearer to the vertex. Sum: below 17 eps M + 8 eps |o|. We use D = eps
-   (18 M + 8 |o|) + 2^-126, once per ray: no work in the loop. (The last term is for coordinates so small that rounding
-   is absolute, by 2^-150 an operation.) Depth: a hit at w* <= wf must be visited when its t ties with the best t. t =
-   fl(w* / |d_k|), so w* <= t |d_k| (1 + 2^-23) + 2^-149 |d_k|; we use wf = t |d_k| (1 + 2^-22) + tiny, tiny = 2^-125
-   max(|d_k|, 1).
+   BOXES must cover the triangle. Let M >= |P - o| for all vertices of the scene and all axes. Write G = d / |d_k|, w = s
+   z = t |d_k|. At a crossing o + G w lies in the box. A slab distance is evaluated as plane * r - c, c = o r +- D |r|, r
+   = fl(1 / G): r's own error scales plane - o: 1 eps M; slopes below 2^-26 raised to 2^-26: 1/4 eps M; o r, D |r| and
+   c rounded: 3 eps |o|; plane * r, where the machine does not fuse: eps (|o| + M); the result: 1 eps M. Moving: a vertex
+   is within 5/2 eps (|o| + M) of its place between the keys. A plane is evaluated as P0 + b fl(P1 - P0), where |P1 - P0|
+   <= 2 M: 2 eps M for the difference, as much for the product where the machine does not fuse, eps (|o| + M) for the sum;
+   as fl(a P0) + b P1 it is nearer to the vertex. Sum: below 11 eps M + 8 eps |o|. Frusta need more, below. We use D =
+   eps (16 M + 8 |o|) + 2^-126, once per ray: no work in the loop. (The last term is for coordinates so small that
+   rounding is absolute, by 2^-150 an operation.) Depth: a hit at w* <= wf must be visited when its t ties with the best
+   t. t is within 0.7 ulp of w* / |d_k|, so w* <= t |d_k| (1 + 2^-23) + 2^-149 |d_k|; we use wf = t |d_k| (1 + 2^-22) +
+   tiny, tiny = 2^-125 max(|d_k|, 1).
 
    FRUSTUM PACKETS work relative to a reference point, whose distance to the packet's origins is at most rho: C = o_uv -
    ref - G (s o_k - ref_w) is rounded by at most 5 eps rho; its value at the far depth by 2 eps (M + rho); the hull's
-   evaluation by 3 eps (M + rho); plane - ref by eps (M + |o|); of moving nodes and corners as above. With the 6.25 eps
-   M from above the planes are moved
-   outward by max D + 16 eps rho.
+   evaluation by 3 eps (M + rho); plane - ref by eps (M + |o|); slopes by 5/4 eps M; moving nodes and corners as above,
+   by 15/2 eps M + 7/2 eps |o|. The planes are moved outward by max D + 16 eps rho.
 
-   MOVING TRIANGLES of packets are filtered without their canonical corners: P0 + b fl(P1 - P0), as of planes above, is
-   within 15/2 eps M + 7/2 eps |o| of these, and p within 19/2 eps M + 7/2 eps |o|, since o is subtracted from both. x
-   and y, with twice that and 3 eps M of rounding on either side, are within 3/2 pad of the canonical ones, and so U is
-   within 3 pad (X + Y + 3/2 pad) + 4 eps X Y. A ray is dropped when some e < -B and some e > B, B = 4 pad (X + Y + 2
-   pad) + 8 eps X Y + 2^-126. X here bounds |x| over the packet: where a triangle lies beyond all origins, what its
-   corners are away from the planes and 4 pad more; else 2 M, of which 2 pad / (18 eps) is no less.
-
-   AREA of a moving triangle is asked for only where det is small. Without area its sheared corners would be in line if
-   exact; rounding moves each by at most 5 eps M <= pad / 3 in x and y, so each e by 2/3 pad (X + Y) + 2/9 pad^2 + 4 eps
-   X Y, and det by less than 2 pad (X + Y + 2 pad) + 32 eps X Y: beyond that there is area, in double as well.
+   MOVING TRIANGLES of packets are filtered without the vertices that are defined: P0 + b fl(P1 - P0), as of planes
+   above, is within 15/2 eps M + 7/2 eps |o| of these, and p, from which o is subtracted, within 17/2 eps M + 7/2 eps
+   |o|. x and y, with twice that and 4 eps M of rounding, are within 3/2 pad of the exact ones, and so U is within 3 pad
+   (X + Y + 3/2 pad) + 4 eps X Y. A ray is dropped when some e < -B and some e > B, B = 4 pad (X + Y + 2 pad) + 8 eps X Y
+   + 2^-126. X here bounds |x| over the packet: where a triangle lies beyond all origins, what its corners are away from
+   the planes and 4 pad more; else 2 M, of which 2 pad / (16 eps) is no less.
 
    INTERVALS of the paper path take (plane - o -+ D) r at the ends of the packet's intervals of o and r, with its
    largest D: a difference of extremes bounds the differences, and its three roundings cost less than those of a slab
@@ -3304,7 +3320,7 @@ PKTRT__COLD pktrt_status pktrt__commit_rebuild_worn(pktrt_scene *s) {
 #define PKTRT__SLACK(part) 1.0f
 #endif
 #define PKTRT__EPS 5.9604644775390625e-8f /* 2^-24 */
-#define PKTRT__PAD_M (PKTRT__SLACK(m) * 18 * PKTRT__EPS)
+#define PKTRT__PAD_M (PKTRT__SLACK(m) * 16 * PKTRT__EPS)
 #define PKTRT__PAD_O (PKTRT__SLACK(o) * 8 * PKTRT__EPS)
 #define PKTRT__PAD_MIN (PKTRT__SLACK(min) * FLT_MIN)
 #define PKTRT__PAD_RHO (PKTRT__SLACK(rho) * 16 * PKTRT__EPS)
@@ -6236,7 +6252,7 @@ typedef struct pktrt__frustum_corners {
 /* Returns the triangles at rest that all rays of one origin miss beyond one edge. With slopes S0 + s, x = X - s W in
    the corners' X = p_u - S0 W, and so y: the product s_u s_v cancels in U = (x2 y1 - y2 x1) = (X2 Y1 - Y2 X1) + s_u (Y2
    W1 - W2 Y1) + s_v (W2 X1 - X2 W1), linear over the packet. A triangle is missed by all if one edge function is below
-   0 for all rays, and one is above. What rounding may do: the canonical x and X here are each within 3 eps M of p_u - S
+   0 for all rays, and one is above. What rounding may do: X here is within 3 eps M of p_u - S
    W, where pad >= 16 eps M, so that U moves by at most pad (|x| + |y|); and six products of at most (|X| + h |W|) (|Y|
    + h |W|) are rounded and summed. h: the slopes are those of planes, 4 eps wider. */
 PKTRT__NOINLINE uint32_t pktrt__frustum_cull_by_edges(const pktrt__frustum *f, pktrt__frustum_corners *c) {
@@ -6294,7 +6310,7 @@ OP uint32_t pktrt__frustum_reach_inside(const pktrt__frustum_reach *r, const pkt
 }
 
 /* Bounds |x| and |y| of triangles over the rays of a packet: where they lie beyond all origins, by how far they are away
-   from the planes; else by 2 M, of which 2 pad / (18 eps) is no less. */
+   from the planes; else by 2 M, of which 2 pad / (16 eps) is no less. */
 OP void pktrt__frustum_reach_size(const pktrt__frustum_reach *r, const pktrt__frustum *f, v8 size[2]) {
   UNROLL for (int a = 0; a < 2; a++) {
     const v8 from = vsub(r->low[a], vset(f->a[2 * a])), to = vsub(r->high[a], vset(f->a[2 * a + 1]));

@@ -120,8 +120,7 @@ static int length(const big *a) {
 /* Rounds |a|, with an error below 2^-52 of it: two words below the top one hold more than 64 bits of it. */
 static double nearly(const big *a) {
   double x = 0;
-  for (int i = 1; i <= 3 && i <= a->size; i++)
-    x += ldexp((double)a->word[a->size - i], 32 * (a->low + a->size - i));
+  for (int i = 1; i <= 3 && i <= a->size; i++) x += ldexp((double)a->word[a->size - i], 32 * (a->low + a->size - i));
   return x;
 }
 
@@ -557,8 +556,7 @@ static bool hit_before(const pktrt_hit *a, const pktrt_hit *b) {
   return a->mesh != b->mesh ? a->mesh < b->mesh : a->triangle < b->triangle;
 }
 
-static const char *objection_to(const oracle_soup *s, const pktrt_ray *r, const oracle_list *list,
-                                const pktrt_hit *h) {
+static const char *objection_to(const oracle_soup *s, const pktrt_ray *r, const oracle_list *list, const pktrt_hit *h) {
   const oracle_crossing *c = find(s, list, h);
   if (!(h->t > r->tmin && h->t < r->tmax)) return "t is not within tmin and tmax";
   if (!c) return "the triangle is not crossed";

@@ -50,7 +50,7 @@ typedef struct oracle_soup {
   struct oracle_tree *tree; /* of oracle_plant(); NULL: every triangle is looked at */
 } oracle_soup;
 
-oracle_soup oracle_soup_of(const world *, float time); /* all meshes, vertices as ref_vertex() says */
+oracle_soup oracle_soup_of(const world *, float time);           /* all meshes, vertices as ref_vertex() says */
 void oracle_soup_move(oracle_soup *, const world *, float time); /* the same at another time; drops the tree */
 void oracle_soup_free(oracle_soup *);
 void oracle_plant(oracle_soup *); /* makes rays fast. It leaves out what a ray misses for certain, so nothing changes */

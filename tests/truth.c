@@ -276,7 +276,8 @@ static void oracle(world w, uint64_t seed, verdicts *c) {
     c->rays++;
     const char *what = objection(&soup, &rays[j], &list, &h);
     c->wrong += what != NULL;
-    CHECK(!what, "seed %u ray %zu: mesh %u triangle %u t %.9g: %s", (unsigned)seed, j, h.mesh, h.triangle, (double)h.t, what);
+    CHECK(!what, "seed %u ray %zu: mesh %u triangle %u t %.9g: %s", (unsigned)seed, j, h.mesh, h.triangle, (double)h.t,
+          what);
     ref_moller_trumbore(&w, &rays[j], &mt);
     ref_kensler_shirley(&w, &rays[j], &ks);
     memcpy(mt.normal, h.normal, sizeof h.normal), memcpy(ks.normal, h.normal, sizeof h.normal);
@@ -303,8 +304,8 @@ static void oracle_all(void) {
   w = world_of(mesh_soup(300, 0.3f, 4));
   mesh_move(&w.m[0], 3, 0.2f, 0.1f, 5);
   oracle(w, 6, &c);
-  say("%zu rays, %zu hits, %zu wrong; Moeller-Trumbore in float %zu wrong, Kensler-Shirley %zu", c.rays, c.hits, c.wrong,
-      c.wrong_mt, c.wrong_ks);
+  say("%zu rays, %zu hits, %zu wrong; Moeller-Trumbore in float %zu wrong, Kensler-Shirley %zu", c.rays, c.hits,
+      c.wrong, c.wrong_mt, c.wrong_ks);
   CHECK(c.wrong == 0);
   CHECK(c.hits > c.rays / 20);
   CHECK(c.wrong_mt > c.hits / 100 && c.wrong_ks > c.hits / 100, "the controls fail");

@@ -3623,7 +3623,7 @@ typedef struct pktrt__batch {
       float cf[3][PKTRT__ROW]; /* o rd - D |rd|: far slab = plane rd - cf */
     } slab;
     struct {
-      float u[PKTRT__ROW], v[PKTRT__ROW], unused[PKTRT__ROW];
+      float u[PKTRT__ROW], v[PKTRT__ROW], spare[PKTRT__ROW];
       float normal[3][PKTRT__ROW];
     } hit;
   } as;

@@ -699,6 +699,27 @@ typedef struct pktrt_hit {
 PKTRT_DEF bool pktrt_intersect(const pktrt_scene *, const pktrt_ray *, pktrt_hit *);
 PKTRT_DEF bool pktrt_occluded(const pktrt_scene *, const pktrt_ray *);
 
+/* The least (t, mesh, triangle) that is greater than previous's and inside the ray's interval; previous NULL: the first.
+   Where previous is a miss, so is this. A chain of calls, each with the last one's hit, visits every crossing once, those
+   at equal t too: for alpha, decals, thickness, CSG. previous and hit may be the same. Of several rays: an array of as
+   many, or NULL. */
+PKTRT_DEF bool pktrt_intersect_after(const pktrt_scene *, const pktrt_ray *, const pktrt_hit *previous, pktrt_hit *);
+PKTRT_DEF void pktrt_intersect_after_n(const pktrt_scene *, const pktrt_ray *, const pktrt_hit *previous, pktrt_hit *,
+                                       size_t n);
+/* The number of crossings inside the ray's interval; the nearest `capacity` of them in that order, or all if they are
+   less. Of several rays: capacity hits for each, and a count each. */
+PKTRT_DEF size_t pktrt_intersect_all(const pktrt_scene *, const pktrt_ray *, pktrt_hit *hits, size_t capacity);
+PKTRT_DEF void pktrt_intersect_all_n(const pktrt_scene *, const pktrt_ray *, pktrt_hit *hits, size_t capacity,
+                                     size_t *counts, size_t n);
+
+/* How often a closed mesh winds around a point (three floats) at a time: 0 outside, 1 inside where triangles appear
+   counter-clockwise from outside, -1 where clockwise, more where it overlaps itself. Exact, whatever the triangles are;
+   for a point on the surface unspecified, but the same everywhere. An open mesh gets the exits minus the entries of a ray
+   along x. 0 for a mesh that is not there. Of several points: times NULL is 0 for all. */
+PKTRT_DEF int pktrt_winding(const pktrt_scene *, uint32_t mesh, const float point[3], float time);
+PKTRT_DEF void pktrt_winding_n(const pktrt_scene *, uint32_t mesh, const float *points, const float *times, int *out,
+                               size_t n);
+
 /* n rays in any order; neighbours are assumed likely to be similar. The library forms its own packets. Arrays must not
    overlap; n = 0 with NULL is fine. */
 PKTRT_DEF void pktrt_intersect_n(const pktrt_scene *, const pktrt_ray *, pktrt_hit *, size_t n);
@@ -3350,6 +3371,7 @@ typedef struct pktrt__single {
   const pktrt_ray *ray;
   float slope[2], dk, wn, wf, sn, sf, tiny, pad, ta, tb;
   uint32_t id, slot, bvh, octant;
+  uint32_t after;       /* at t = tmin triangles with a higher global index are hit; PKTRT_NONE: none are */
   const uint32_t *axis; /* k, u, v */
 } pktrt__single;
 
@@ -3768,7 +3790,8 @@ PKTRT__NOINLINE bool pktrt__exact_test_single(const pktrt__bvh_segment *seg, pkt
                                               uint32_t slot) {
   const pktrt__bvh *bvh = &seg->bvhs[seg->bvh];
   float t, nearest = q->ray->tmax;
-  if (!pktrt__exact_intersect(bvh, q, slot, &t) || !(q->ray->tmin < t)) return false;
+  if (!pktrt__exact_intersect(bvh, q, slot, &t)) return false;
+  if (!(q->ray->tmin < t || (t == q->ray->tmin && q->after < id))) return false;
   if (q->slot != PKTRT_NONE) pktrt__exact_intersect(&seg->bvhs[q->bvh], q, q->slot, &nearest);
   if (!(t < nearest || (t == nearest && id < q->id))) return false;
   const float w = t * fabsf(q->dk), slack = fabsf(w) * PKTRT__PAD_DEPTH + q->tiny;
@@ -3795,7 +3818,7 @@ static void pktrt__single_from_batch(const pktrt__batch *b, uint32_t r, pktrt_ra
   q->slope[0] = b->slope[0][r], q->slope[1] = b->slope[1][r], q->dk = b->dk[r];
   q->wn = b->wn[r], q->wf = b->wf[r], q->sn = b->sn[r], q->sf = b->sf[r], q->tiny = b->tiny[r];
   q->pad = b->pad[r], q->ta = b->ta[r], q->tb = b->tb[r];
-  q->id = b->id[r], q->slot = b->slot[r], q->bvh = b->bvh[r], q->octant = b->octant[r];
+  q->id = b->id[r], q->slot = b->slot[r], q->bvh = b->bvh[r], q->octant = b->octant[r], q->after = PKTRT_NONE;
   q->axis = pktrt__axes[b->axis[r]];
 }
 PKTRT__INLINE void pktrt__single_to_batch(pktrt__batch *b, uint32_t r, const pktrt__single *q) {
@@ -4331,7 +4354,7 @@ typedef struct pktrt__kernel_table {
   /* Answers the first n rays of a batch whose o, d, tmin, tmax, time are filled in. */
   void (*trace)(const pktrt__query *, pktrt__batch *, uint32_t n);
   /* Answers a single ray without a batch and without counts. */
-  bool (*intersect)(const pktrt_scene *, const pktrt_ray *, pktrt_hit *);
+  bool (*intersect)(const pktrt_scene *, const pktrt_ray *, uint32_t after, pktrt_hit *);
   bool (*occluded)(const pktrt_scene *, const pktrt_ray *);
   uint32_t (*check_arithmetic)(void); /* see pktrt__check_all_arithmetic */
   /* Loads n of the caller's rays into a batch, and stores the answers; order: which rays, NULL for the first ones. */
@@ -5731,7 +5754,7 @@ PKTRT__NOINLINE
   const float n_slack = fabsf(n) * PKTRT__PAD_DEPTH + tiny, f_slack = fabsf(f) * PKTRT__PAD_DEPTH + tiny;
   q->tiny = tiny, q->wn = n - n_slack, q->wf = f + f_slack, q->sn = pktrt__maxf(n + n_slack, n);
   q->sf = pktrt__minf(last - (fabsf(last) * PKTRT__PAD_DEPTH + tiny), last);
-  q->id = 0, q->slot = PKTRT_NONE;
+  q->id = 0, q->slot = q->after = PKTRT_NONE;
   return true;
 }
 
@@ -8453,14 +8476,17 @@ OP bool pktrt__entry_single(const pktrt_scene *scene, pktrt__single *q, const pk
   return pktrt__single_traverse(&bvh->rest, q, 0, is);
 }
 
-/* Finds the closest hit of a single ray. */
-static bool pktrt__entry_intersect(const pktrt_scene *scene, const pktrt_ray *ray, pktrt_hit *hit) {
+/* Finds the closest hit of a single ray; at t = tmin, of triangles after one of the global index `after`. */
+static bool pktrt__entry_intersect(const pktrt_scene *scene, const pktrt_ray *ray, uint32_t after, pktrt_hit *hit) {
   pktrt_counts unread; /* see PKTRT__INSTANCES */
   pktrt__single q;
   uint32_t hint[2] = {0, 0};
   if (!PKTRT__WITH_VECTORS) memset(&unread, 0, sizeof unread);
   const pktrt__variant is = pktrt__variant_of(false, false, false, &unread);
-  if (!pktrt__single_setup(scene, ray, &q) || !pktrt__entry_single(scene, &q, is)) {
+  bool found = pktrt__single_setup(scene, ray, &q);
+  q.after = after;
+  found = found && pktrt__entry_single(scene, &q, is);
+  if (!found) {
     memset(hit, 0, sizeof *hit);
     hit->t = ray->tmax, hit->mesh = hit->triangle = PKTRT_NONE;
     return false;
@@ -9300,7 +9326,7 @@ static void pktrt__query_run(const pktrt_scene *s, const pktrt_query_desc *desc,
   else if (occlusion)
     for (size_t i = 0; i < n; i++) a->occluded[i] = s->kernels->occluded(s, &a->rays[i]);
   else
-    for (size_t i = 0; i < n; i++) s->kernels->intersect(s, &a->rays[i], &a->hits[i]);
+    for (size_t i = 0; i < n; i++) s->kernels->intersect(s, &a->rays[i], PKTRT_NONE, &a->hits[i]);
 }
 
 PKTRT_DEF void pktrt_intersect_ex(const pktrt_scene *s, const pktrt_query_desc *desc, const pktrt_ray *rays,
@@ -9333,7 +9359,7 @@ PKTRT_DEF pktrt_ray pktrt_make_ray(const float origin[3], const float direction[
 
 /* Traces one ray directly, without a batch. */
 PKTRT_DEF bool pktrt_intersect(const pktrt_scene *s, const pktrt_ray *ray, pktrt_hit *hit) {
-  return s->kernels->intersect(s, ray, hit);
+  return s->kernels->intersect(s, ray, PKTRT_NONE, hit);
 }
 PKTRT_DEF bool pktrt_occluded(const pktrt_scene *s, const pktrt_ray *ray) { return s->kernels->occluded(s, ray); }
 PKTRT_DEF void pktrt_intersect_n(const pktrt_scene *s, const pktrt_ray *rays, pktrt_hit *hits, size_t n) {
@@ -9347,6 +9373,139 @@ PKTRT_DEF void pktrt_intersect_soa(const pktrt_scene *s, const pktrt_rays *rays,
 }
 PKTRT_DEF void pktrt_occluded_soa(const pktrt_scene *s, const pktrt_rays *rays, bool *out, size_t n) {
   pktrt_occluded_soa_ex(s, NULL, rays, out, n);
+}
+
+/* >>crossings: all hits along a ray, not only the nearest ---------------------------------------------------------- */
+
+PKTRT_DEF bool pktrt_intersect_after(const pktrt_scene *s, const pktrt_ray *ray, const pktrt_hit *previous,
+                                     pktrt_hit *hit) {
+  pktrt_ray rest = *ray;
+  uint32_t after = PKTRT_NONE;
+  if (previous && (previous->mesh >= s->committed_meshes || ray->tmin < previous->t)) {
+    rest.tmin = previous->mesh < s->committed_meshes ? previous->t : INFINITY;
+    if (rest.tmin < INFINITY) after = s->meshes[previous->mesh].first_id + previous->triangle;
+  }
+  return s->kernels->intersect(s, &rest, after, hit);
+}
+PKTRT_DEF void pktrt_intersect_after_n(const pktrt_scene *s, const pktrt_ray *rays, const pktrt_hit *previous,
+                                       pktrt_hit *hits, size_t n) {
+  for (size_t i = 0; i < n; i++) pktrt_intersect_after(s, &rays[i], previous ? &previous[i] : NULL, &hits[i]);
+}
+
+PKTRT_DEF size_t pktrt_intersect_all(const pktrt_scene *s, const pktrt_ray *ray, pktrt_hit *hits, size_t capacity) {
+  pktrt_hit at[2];
+  size_t n = 0;
+  for (; pktrt_intersect_after(s, ray, n ? &at[(n - 1) & 1] : NULL, &at[n & 1]); n++)
+    if (n < capacity) hits[n] = at[n & 1];
+  return n;
+}
+PKTRT_DEF void pktrt_intersect_all_n(const pktrt_scene *s, const pktrt_ray *rays, pktrt_hit *hits, size_t capacity,
+                                     size_t *counts, size_t n) {
+  for (size_t i = 0; i < n; i++) counts[i] = pktrt_intersect_all(s, &rays[i], hits + i * capacity, capacity);
+}
+
+/* A ray with tmin 0, and who wants to know what it crosses. */
+typedef struct pktrt__line {
+  const pktrt_scene *scene;
+  pktrt__single q;
+  double pad;          /* boxes are widened by so much, see >>exactness */
+  double lo[3], hi[3]; /* the line's own box */
+  uint32_t hint[2];
+  bool (*wants)(const void *of, uint32_t mesh);
+  void (*crosses)(void *of, uint32_t mesh, int exits); /* 1: leaves, -1: enters */
+  void *of;
+} pktrt__line;
+
+static void pktrt__line_cross_block(pktrt__line *c, const pktrt__bvh *bvh, uint32_t block) {
+  const uint32_t *id = pktrt__bvh_block(bvh, block)->id;
+  for (uint32_t lane = 0; lane < 8; lane++) {
+    if (id[lane] == PKTRT_NONE) continue;
+    const uint32_t mesh = pktrt__mesh_lookup(c->scene, id[lane], c->hint);
+    float t;
+    const int exits = c->wants(c->of, mesh) ? pktrt__exact_intersect(bvh, &c->q, block * 8 + lane, &t) : 0;
+    if (exits && 0 < t && t < c->q.ray->tmax) c->crosses(c->of, mesh, exits);
+  }
+}
+
+/* Tells whether a line may meet child i of a node, whose planes at two keys have the weights ta and tb. */
+static bool pktrt__line_may_cross(const pktrt__line *c, const float *k0, const float *k1, float ta, float tb, int i) {
+  double from = 0, to = (double)c->q.ray->tmax;
+  for (int a = 0; a < 3; a++) {
+    const double o = (double)c->q.ray->origin[a], d = (double)c->q.ray->direction[a];
+    const float *lo0 = k0 + 16 * a + i, *lo1 = k1 + 16 * a + i;
+    const double lo = (double)ta * (double)lo0[0] + (double)tb * (double)lo1[0] - c->pad - o;
+    const double hi = (double)ta * (double)lo0[8] + (double)tb * (double)lo1[8] + c->pad - o;
+    if (lo > c->hi[a] || hi < c->lo[a]) return false;
+    if (d == 0) continue;
+    from = pktrt__max(from, (d > 0 ? lo : hi) / d), to = pktrt__min(to, (d > 0 ? hi : lo) / d);
+  }
+  return from <= to;
+}
+
+static void pktrt__line_cross_bvh(pktrt__line *c, const pktrt__bvh *bvh) {
+  uint32_t stack[PKTRT__STACK], top = 0;
+  float ta, tb;
+  const uint32_t key = pktrt__time_segment(c->q.ray->time, bvh->key_count, &ta, &tb),
+                 next = pktrt__has_motion(bvh->key_count) ? key + 1 : key;
+  for (stack[top++] = 0; top;) {
+    const uint32_t ref = stack[--top];
+    if (ref & PKTRT__LEAF) {
+      pktrt__line_cross_block(c, bvh, ref & ~PKTRT__LEAF);
+      continue;
+    }
+    pktrt__node *node = pktrt__bvh_node(bvh, ref);
+    const uint32_t *child = node->child;
+    const float *k0 = pktrt__node_planes(node, key), *k1 = pktrt__node_planes(node, next);
+    for (int i = 0; i < 8; i++)
+      if (child[i] != PKTRT__EMPTY && pktrt__line_may_cross(c, k0, k1, ta, tb, i)) stack[top++] = child[i];
+  }
+}
+
+/* Tells of each crossing of a ray, valid and with tmin 0, with meshes that are wanted, in no order. */
+static void pktrt__line_cross(const pktrt_scene *s, const pktrt_ray *ray, bool (*wants)(const void *, uint32_t),
+                              void (*crosses)(void *, uint32_t, int), void *of) {
+  pktrt__line c;
+  double most = 0, away = 0;
+  uint32_t k = 0;
+  memset(&c, 0, sizeof c);
+  c.scene = s, c.wants = wants, c.crosses = crosses, c.of = of;
+  for (uint32_t a = 0; a < 3; a++) {
+    const double o = (double)ray->origin[a], d = (double)ray->direction[a];
+    const double end = d != 0 ? d * (double)ray->tmax : 0;
+    c.lo[a] = pktrt__min(end, 0), c.hi[a] = pktrt__max(end, 0), away = pktrt__max(away, fabs(o));
+    most = pktrt__max(most, pktrt__max(fabs((double)s->lo[a] - o), fabs((double)s->hi[a] - o)));
+    if (fabsf(ray->direction[a]) > fabsf(ray->direction[k])) k = a;
+  }
+  if (ray->direction[k] == 0) return;
+  c.q.ray = ray, c.q.axis = pktrt__axes[k], c.q.dk = ray->direction[k];
+  c.pad = (double)PKTRT__EPS * (16 * most + 8 * away) + (double)FLT_MIN;
+  for (uint32_t g = 0; g < s->bvh_count; g++) pktrt__line_cross_bvh(&c, &s->bvhs[g]);
+}
+
+typedef struct pktrt__winding {
+  uint32_t mesh;
+  int exits; /* minus entries */
+} pktrt__winding;
+static bool pktrt__winding_wants(const void *of, uint32_t mesh) {
+  return PKTRT__CAST(const pktrt__winding *, of)->mesh == mesh;
+}
+static void pktrt__winding_count(void *of, uint32_t mesh, int exits) {
+  (void)mesh;
+  PKTRT__CAST(pktrt__winding *, of)->exits += exits;
+}
+PKTRT_DEF int pktrt_winding(const pktrt_scene *s, uint32_t mesh, const float point[3], float time) {
+  static const float ahead[3] = {1, 0, 0};
+  pktrt_ray ray = pktrt_make_ray(point, ahead);
+  pktrt__winding w = {mesh, 0};
+  ray.time = time;
+  bool valid = true;
+  for (int a = 0; a < 3; a++) valid = valid && fabsf(point[a]) <= PKTRT_MAX_COORD;
+  if (valid) pktrt__line_cross(s, &ray, pktrt__winding_wants, pktrt__winding_count, &w);
+  return w.exits;
+}
+PKTRT_DEF void pktrt_winding_n(const pktrt_scene *s, uint32_t mesh, const float *points, const float *times, int *out,
+                               size_t n) {
+  for (size_t i = 0; i < n; i++) out[i] = pktrt_winding(s, mesh, points + 3 * i, times ? times[i] : 0);
 }
 
 /* >>spawn ----------------------------------------------------------------------------------------------------------
@@ -10782,15 +10941,21 @@ enum { PKTRT__CROSSED = 8 }; /* crossings are counted for so many meshes at most
 typedef struct pktrt__media_crossings {
   const pktrt_scene *scene;
   const pktrt__glass_mesh *glass;
+  const float *origin;
   uint32_t skip; /* a mesh whose crossings are not counted */
-  pktrt__single q;
-  double pad;          /* boxes are widened by so much, see >>exactness */
-  double lo[3], hi[3]; /* the line's own box */
-  uint32_t mesh[PKTRT__CROSSED], count, hint[2];
+  uint32_t mesh[PKTRT__CROSSED], count;
   int exits[PKTRT__CROSSED]; /* minus entries */
 } pktrt__media_crossings;
 
-static void pktrt__media_count_crossing(pktrt__media_crossings *c, uint32_t mesh, int exits) {
+static bool pktrt__media_wants(const void *of, uint32_t mesh) {
+  const pktrt__media_crossings *c = PKTRT__CAST(const pktrt__media_crossings *, of);
+  const pktrt__glass_mesh *g = &c->glass[mesh];
+  bool inside = mesh != c->skip && g->closed;
+  for (int a = 0; a < 3; a++) inside = inside && g->lo[a] <= c->origin[a] && c->origin[a] <= g->hi[a];
+  return inside;
+}
+static void pktrt__media_count_crossing(void *of, uint32_t mesh, int exits) {
+  pktrt__media_crossings *c = PKTRT__CAST(pktrt__media_crossings *, of);
   uint32_t i = 0;
   while (i < c->count && c->mesh[i] != mesh) i++;
   if (i == PKTRT__CROSSED) return;
@@ -10798,79 +10963,13 @@ static void pktrt__media_count_crossing(pktrt__media_crossings *c, uint32_t mesh
   c->exits[i] += exits;
 }
 
-static void pktrt__media_cross_block(pktrt__media_crossings *c, const pktrt__bvh *bvh, uint32_t block) {
-  const uint32_t *id = pktrt__bvh_block(bvh, block)->id;
-  for (uint32_t lane = 0; lane < 8; lane++) {
-    if (id[lane] == PKTRT_NONE) continue;
-    const uint32_t mesh = pktrt__mesh_lookup(c->scene, id[lane], c->hint), slot = block * 8 + lane;
-    const pktrt_ray *ray = c->q.ray;
-    float t;
-    bool outside = mesh == c->skip || !c->glass[mesh].closed;
-    for (int a = 0; a < 3; a++)
-      outside |= !(c->glass[mesh].lo[a] <= ray->origin[a] && ray->origin[a] <= c->glass[mesh].hi[a]);
-    const int leaves = outside ? 0 : pktrt__exact_intersect(bvh, &c->q, slot, &t);
-    if (leaves && ray->tmin < t && t < ray->tmax) pktrt__media_count_crossing(c, mesh, leaves);
-  }
-}
-
-/* Tells whether a line may meet child i of a node, whose planes at two keys have the weights ta and tb. */
-static bool pktrt__media_may_cross(const pktrt__media_crossings *c, const float *k0, const float *k1, float ta,
-                                   float tb, int i) {
-  double from = 0, to = (double)c->q.ray->tmax;
-  for (int a = 0; a < 3; a++) {
-    const double o = (double)c->q.ray->origin[a], d = (double)c->q.ray->direction[a];
-    const float *lo0 = k0 + 16 * a + i, *lo1 = k1 + 16 * a + i;
-    const double lo = (double)ta * (double)lo0[0] + (double)tb * (double)lo1[0] - c->pad - o;
-    const double hi = (double)ta * (double)lo0[8] + (double)tb * (double)lo1[8] + c->pad - o;
-    if (lo > c->hi[a] || hi < c->lo[a]) return false;
-    if (d == 0) continue;
-    from = pktrt__max(from, (d > 0 ? lo : hi) / d), to = pktrt__min(to, (d > 0 ? hi : lo) / d);
-  }
-  return from <= to;
-}
-
-static void pktrt__media_cross_bvh(pktrt__media_crossings *c, const pktrt__bvh *bvh) {
-  uint32_t stack[PKTRT__STACK], top = 0;
-  float ta, tb;
-  const uint32_t key = pktrt__time_segment(c->q.ray->time, bvh->key_count, &ta, &tb),
-                 next = pktrt__has_motion(bvh->key_count) ? key + 1 : key;
-  for (stack[top++] = 0; top;) {
-    const uint32_t ref = stack[--top];
-    if (ref & PKTRT__LEAF) {
-      pktrt__media_cross_block(c, bvh, ref & ~PKTRT__LEAF);
-      continue;
-    }
-    pktrt__node *node = pktrt__bvh_node(bvh, ref);
-    const uint32_t *child = node->child;
-    const float *k0 = pktrt__node_planes(node, key), *k1 = pktrt__node_planes(node, next);
-    for (int i = 0; i < 8; i++)
-      if (child[i] != PKTRT__EMPTY && pktrt__media_may_cross(c, k0, k1, ta, tb, i)) stack[top++] = child[i];
-  }
-}
-
 /* Counts crossings between o and o + tmax d. */
 static void pktrt__media_count_crossings(pktrt__media_crossings *c, const float o[3], const float d[3], float tmax,
                                          float time) {
-  pktrt_ray ray;
-  double most = 0, away = 0;
-  memset(&ray, 0, sizeof ray);
-  c->count = c->hint[0] = c->hint[1] = 0;
-  uint32_t k = 0;
-  for (uint32_t a = 0; a < 3; a++) {
-    const double lo = fabs((double)c->scene->lo[a] - (double)o[a]), hi = fabs((double)c->scene->hi[a] - (double)o[a]);
-    const double end = d[a] != 0 ? (double)d[a] * (double)tmax : 0;
-    ray.origin[a] = o[a], ray.direction[a] = d[a];
-    c->lo[a] = pktrt__min(end, 0), c->hi[a] = pktrt__max(end, 0);
-    most = pktrt__max(most, pktrt__max(lo, hi)), away = pktrt__max(away, fabs((double)o[a]));
-    if (fabsf(d[a]) > fabsf(d[k])) k = a;
-  }
-  if (d[k] == 0) return;
+  pktrt_ray ray = pktrt_make_ray(o, d);
   ray.tmax = tmax, ray.time = time;
-  memset(&c->q, 0, sizeof c->q);
-  c->q.ray = &ray, c->q.axis = pktrt__axes[k], c->q.dk = d[k];
-  for (int a = 0; a < 2; a++) c->q.slope[a] = d[c->q.axis[1 + a]] / d[k];
-  c->pad = (double)PKTRT__EPS * (18 * most + 8 * away) + (double)FLT_MIN;
-  for (uint32_t g = 0; g < c->scene->bvh_count; g++) pktrt__media_cross_bvh(c, &c->scene->bvhs[g]);
+  c->count = 0, c->origin = ray.origin;
+  pktrt__line_cross(c->scene, &ray, pktrt__media_wants, pktrt__media_count_crossing, c);
 }
 
 static float pktrt__glass_extent(const pktrt__glass_mesh *g) {

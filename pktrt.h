@@ -3267,7 +3267,7 @@ PKTRT__COLD pktrt_status pktrt__commit_rebuild_worn(pktrt_scene *s) {
 
        t = fl( ((U za + V zb) + W zc) (1 / (D d_k)) )      u = fl(V (d_k / (D d_k)))      v = fl(W (d_k / (D d_k)))
    where these are calm: V / D is wrong by 2 B / |D|, and rounded to float: B < 2^-25 |D| makes that 2^-23. With the
-   range R of z, t is wrong by less than 3 B R of the sum that is divided: B R < 2^-29 |sum| makes 0.5 ulp 0.6. A normal
+   range R of z, t is wrong by less than 5 B R of the sum that is divided: B R < 2^-29 |sum| makes 0.5 ulp 0.66. A normal
    is wrong by 6 h times the largest |p1 - p0| and |p2 - p0| by component: where that is below 2^-27 of it, by less than
    2^-22 of its length.
 
@@ -3487,8 +3487,8 @@ static void pktrt__exact_add(pktrt__exact_sum *s, double x) {
   s->n = n;
 }
 static void pktrt__exact_add_product(pktrt__exact_sum *s, double a, double b) {
-  const double product = a * b;
-  pktrt__exact_add(s, pktrt__tail_of_product(a, b, product));
+  const double product = a * b, low = pktrt__tail_of_product(a, b, product);
+  if (low != 0) pktrt__exact_add(s, low);
   pktrt__exact_add(s, product);
 }
 
@@ -3511,56 +3511,85 @@ static double pktrt__exact_volume(const pktrt__exact_vec *a, const pktrt__exact_
   pktrt__exact_sum s;
   double sum = 0;
   s.n = 0;
-  for (uint32_t i = 0; i < 6 * 8; i++) {
-    const uint32_t k = i / 8 % 3, u = (k + 1 + i / 24) % 3, v = 3 - k - u;
-    const double x = a->at[k][i & 1], y = b->at[u][i >> 1 & 1] * (i < 24 ? 1.0 : -1.0), z = c->at[v][i >> 2 & 1];
-    const double product = x * y;
-    if (product == 0) continue;
-    pktrt__exact_add_product(&s, pktrt__tail_of_product(x, y, product), z);
-    pktrt__exact_add_product(&s, product, z);
-  }
+  for (uint32_t k = 0; k < 3; k++)
+    for (uint32_t i = 0; i < 8; i++) { /* a_k (b_u c_v - b_v c_u), by parts */
+      const uint32_t u = (k + 1) % 3, v = (k + 2) % 3;
+      const double x = a->at[k][i & 1], y[2] = {b->at[u][i >> 1 & 1], -b->at[v][i >> 1 & 1]};
+      const double z[2] = {c->at[v][i >> 2 & 1], c->at[u][i >> 2 & 1]};
+      for (int j = 0; j < 2; j++) {
+        const double product = x * y[j];
+        if (product == 0 || z[j] == 0) continue;
+        const double low = pktrt__tail_of_product(x, y[j], product);
+        if (low != 0) pktrt__exact_add_product(&s, low, z[j]);
+        pktrt__exact_add_product(&s, product, z[j]);
+      }
+    }
   for (int i = 0; i < s.n; i++) sum += s.part[i];
   return sum;
 }
 
-/* The edge function of corners p and r, x_p y_r - y_p x_r, is d_k dot(d, cross(p, r)). Finds its sign where each step
-   of it is exact in doubles, as on grids seen along an axis: 2 if one is not. */
-static int pktrt__exact_quick_sign(const pktrt__single *q, const float *p, const float *r) {
-  const float *o = q->ray->origin, *d = q->ray->direction;
-  const double dk = (double)d[q->axis[0]];
-  double x[2][2], lost = 0;
-  for (uint32_t i = 0; i < 4; i++) {
-    const float *at = i < 2 ? p : r;
-    const uint32_t k = q->axis[0], u = q->axis[1 + i % 2];
-    const double pk = (double)at[k] - (double)o[k], pu = (double)at[u] - (double)o[u], du = (double)d[u];
-    const double a = pu * dk, b = pk * du;
-    lost += fabs(pktrt__tail_of_difference((double)at[k], (double)o[k], pk));
-    lost += fabs(pktrt__tail_of_difference((double)at[u], (double)o[u], pu));
-    lost += fabs(pktrt__tail_of_product(pu, dk, a)) + fabs(pktrt__tail_of_product(pk, du, b));
-    x[i / 2][i % 2] = a - b, lost += fabs(pktrt__tail_of_difference(a, b, a - b));
-  }
-  if (lost > 0) return 2;
-  const double a = x[0][0] * x[1][1], b = x[0][1] * x[1][0];
-  if (a < b || a > b) return a < b ? -1 : 1;
-  const double low = pktrt__tail_of_product(x[0][0], x[1][1], a), other = pktrt__tail_of_product(x[0][1], x[1][0], b);
+/* Returns the sign of a b - c d, exactly. */
+static int pktrt__exact_compare(double a, double b, double c, double d) {
+  const double x = a * b, y = c * d;
+  if (x < y || x > y) return x < y ? -1 : 1;
+  const double low = pktrt__tail_of_product(a, b, x), other = pktrt__tail_of_product(c, d, y);
   return (low > other) - (low < other);
+}
+
+/* Computes x and y of a corner; returns whether no step lost anything. */
+static bool pktrt__exact_corner_is_exact(const pktrt__single *q, const float *p, double xy[2]) {
+  const float *o = q->ray->origin, *d = q->ray->direction;
+  const uint32_t k = q->axis[0];
+  const double pk = (double)p[k] - (double)o[k], dk = (double)d[k];
+  double lost = fabs(pktrt__tail_of_difference((double)p[k], (double)o[k], pk));
+  for (uint32_t i = 0; i < 2; i++) {
+    const uint32_t u = q->axis[1 + i];
+    const double pu = (double)p[u] - (double)o[u], du = (double)d[u], a = pu * dk, b = pk * du;
+    lost += fabs(pktrt__tail_of_difference((double)p[u], (double)o[u], pu));
+    lost += fabs(pktrt__tail_of_product(pu, dk, a)) + fabs(pktrt__tail_of_product(pk, du, b));
+    xy[i] = a - b, lost += fabs(pktrt__tail_of_difference(a, b, xy[i]));
+  }
+  return !(lost > 0);
+}
+
+/* The edge function of corners p and r, x_p y_r - y_p x_r, is d_k dot(d, cross(p, r)). Finds its sign where doubles
+   have x and y exactly, as on grids seen along an axis, or where the ray passes a corner: 2 if they do not. */
+static int pktrt__exact_quick_sign(const pktrt__single *q, const float *p, const float *r) {
+  double x[2][2];
+  const bool one = pktrt__exact_corner_is_exact(q, p, x[0]), other = pktrt__exact_corner_is_exact(q, r, x[1]);
+  for (int i = 0; i < 2; i++)
+    if ((i ? other : one) && x[i][0] == 0 && x[i][1] == 0) return 0;
+  return one && other ? pktrt__exact_compare(x[0][0], x[1][1], x[0][1], x[1][0]) : 2;
+}
+
+/* Returns the sign of dot(d, cross(q - p, a unit vector along axis a)); the other axes are b and c, in cyclic order. */
+static int pktrt__exact_tie_sign(const float *d, const float *p, const float *q, uint32_t a) {
+  const uint32_t b = (a + 1) % 3, c = (a + 2) % 3; /* d_b (q - p)_c - d_c (q - p)_b */
+  const pktrt__exact_vec edge = pktrt__exact_difference(q, p);
+  if (edge.at[b][1] == 0 && edge.at[c][1] == 0)
+    return pktrt__exact_compare((double)d[b], edge.at[c][0], (double)d[c], edge.at[b][0]);
+  static const float zero[3] = {0, 0, 0};
+  const pktrt__exact_vec along = pktrt__exact_difference(d, zero);
+  pktrt__exact_vec unit;
+  memset(&unit, 0, sizeof unit), unit.at[a][0] = 1;
+  const double volume = pktrt__exact_volume(&along, &edge, &unit);
+  return (volume > 0) - (volume < 0);
 }
 
 /* Returns the sign of the edge function of corners p and r, whatever it takes; of 0 that beside it, see >>exactness. */
 PKTRT__NOINLINE int pktrt__exact_sign(const pktrt__single *q, const float *p, const float *r) {
   static const float zero[3] = {0, 0, 0};
-  const pktrt__exact_vec d = pktrt__exact_difference(q->ray->direction, zero);
-  const int quick = pktrt__exact_quick_sign(q, p, r), forward = q->dk < 0 ? -1 : 1;
-  if (quick != 2 && quick != 0) return quick;
-  const pktrt__exact_vec a = pktrt__exact_difference(p, q->ray->origin), b = pktrt__exact_difference(r, q->ray->origin);
-  double volume = quick ? pktrt__exact_volume(&d, &a, &b) : 0;
-  const pktrt__exact_vec edge = pktrt__exact_difference(r, p);
-  for (int i = 1; i < 3 && volume == 0; i++) {
-    pktrt__exact_vec along;
-    memset(&along, 0, sizeof along), along.at[q->axis[i]][0] = 1;
-    volume = pktrt__exact_volume(&d, &edge, &along);
+  const float *direction = q->ray->direction, *o = q->ray->origin;
+  int sign = pktrt__exact_quick_sign(q, p, r);
+  if (sign == 1 || sign == -1) return sign;
+  if (sign == 2) {
+    const pktrt__exact_vec d = pktrt__exact_difference(direction, zero), a = pktrt__exact_difference(p, o);
+    const pktrt__exact_vec b = pktrt__exact_difference(r, o);
+    const double volume = pktrt__exact_volume(&d, &a, &b);
+    sign = (volume > 0) - (volume < 0);
   }
-  return forward * ((volume > 0) - (volume < 0));
+  for (int i = 1; i < 3 && sign == 0; i++) sign = pktrt__exact_tie_sign(direction, p, r, q->axis[i]);
+  return q->dk < 0 ? -sign : sign;
 }
 
 static double pktrt__exact_quotient(double a, double b) { return a < 0 || a > 0 ? a / b : 0; } /* never -0 */
@@ -3600,27 +3629,46 @@ PKTRT__NOINLINE void pktrt__exact_resolve(const pktrt__bvh *bvh, const pktrt__si
   if (!pktrt__tri_normal((const float *)(const void *)p, 1, n)) pktrt__exact_normal(p, hit->normal);
 }
 
-/* Runs the canonical test of one triangle. Returns 0 if it is missed; else sets *t and returns 1 where the ray leaves by
-   it, the side where its corners appear clockwise, or -1 where it enters. */
-PKTRT__NOINLINE int pktrt__exact_intersect(const pktrt__bvh *bvh, const pktrt__single *q, uint32_t slot, float *t) {
+/* A crossing of a triangle: its t as doubles have it, and by how much the float of it may differ. */
+typedef struct pktrt__exact_crossing {
+  double t, error;
+  bool calm; /* the float nearest to t is the t of a hit */
+  int exits; /* 1: the ray leaves by it, the side where its corners appear clockwise; -1: enters; 0: misses it */
+} pktrt__exact_crossing;
+
+/* Runs the canonical test of one triangle, but for the interval of t. */
+PKTRT__DIVIDES_BY_ZERO PKTRT__NOINLINE void pktrt__exact_cross(const pktrt__bvh *bvh, const pktrt__single *q, uint32_t slot,
+                                        pktrt__exact_crossing *c) {
   float p[3][3];
   pktrt__tri_corners_at(bvh, slot, q->ray->time, p);
   const pktrt__exact_edges e = pktrt__exact_edge_functions(q, (const float *)(const void *)p, 1);
   bool below = e.u < -e.error || e.v < -e.error || e.w < -e.error;
   bool above = e.u > e.error || e.v > e.error || e.w > e.error;
-  if (below && above) return 0;
+  c->exits = 0;
   const double value[3] = {e.u, e.v, e.w};
   for (int i = 0; i < 3; i++) {
+    if (below && above) return;
     if (fabs(value[i]) > e.error) continue;
     const int sign = pktrt__exact_sign(q, p[(i + 2) % 3], p[(i + 1) % 3]);
-    if (!sign) return 0; /* an edge along the ray */
+    if (!sign) return; /* an edge along the ray */
     below = below || sign < 0, above = above || sign > 0;
-    if (below && above) return 0;
   }
+  if (below && above) return;
+  const double r = 1 / (e.det * (double)q->dk), known = e.error < fabs(e.det) * PKTRT__CALM_UV ? 5 : INFINITY;
+  c->exits = above == (q->dk < 0) ? 1 : -1, c->calm = pktrt__exact_is_calm(&e);
+  c->t = e.depth * r;
+  c->error = known * pktrt__max(e.error * e.range * fabs(r), DBL_MIN) + fabs(c->t) * PKTRT__PAD_DEPTH;
+}
+
+/* Computes the t of a triangle that is crossed. */
+static float pktrt__exact_t(const pktrt__bvh *bvh, const pktrt__single *q, uint32_t slot,
+                            const pktrt__exact_crossing *c) {
+  if (c->calm) return pktrt__to_float(c->t);
+  float p[3][3];
   pktrt_hit hit;
-  if (pktrt__exact_is_calm(&e)) *t = pktrt__to_float(e.depth * (1 / (e.det * (double)q->dk)));
-  else pktrt__exact_solve(q, p, &hit), *t = hit.t;
-  return above == (q->dk < 0) ? 1 : -1;
+  pktrt__tri_corners_at(bvh, slot, q->ray->time, p);
+  pktrt__exact_solve(q, p, &hit);
+  return hit.t;
 }
 
 /* >>batch ---------------------------------------------------------------------------------------------------------- */
@@ -3784,18 +3832,37 @@ PKTRT__INLINE void pktrt__single_set_hit(const pktrt__bvh_segment *seg, pktrt__s
   q->id = id, q->slot = slot, q->bvh = seg->bvh;
 }
 
-/* Decides by the canonical test what single precision leaves open: whether a triangle is hit, and nearer than the
-   closest hit so far, or as near with a lower index. Then it becomes the closest hit, and true is returned. */
+/* Decides what bounds of depths leave open: whether a triangle that is crossed is hit in the ray's interval, and nearer
+   than the closest hit so far, or as near with a lower index. Then its t is that float. */
+PKTRT__NOINLINE bool pktrt__exact_is_nearer(const pktrt__bvh_segment *seg, const pktrt__single *q, uint32_t id,
+                                            uint32_t slot, pktrt__exact_crossing *c) {
+  const float t = pktrt__exact_t(&seg->bvhs[seg->bvh], q, slot, c);
+  float nearest = q->ray->tmax;
+  if (!(q->ray->tmin < t || (t == q->ray->tmin && q->after < id))) return false;
+  c->t = (double)t, c->error = fabs(c->t) * PKTRT__PAD_DEPTH;
+  if (q->slot != PKTRT_NONE) {
+    pktrt__exact_crossing other;
+    pktrt__exact_cross(&seg->bvhs[q->bvh], q, q->slot, &other);
+    nearest = pktrt__exact_t(&seg->bvhs[q->bvh], q, q->slot, &other);
+  }
+  return t < nearest || (t == nearest && id < q->id);
+}
+
+/* Decides by the canonical test what single precision leaves open. A triangle that is hit becomes the closest hit, and
+   true is returned. */
 PKTRT__NOINLINE bool pktrt__exact_test_single(const pktrt__bvh_segment *seg, pktrt__single *q, uint32_t id,
                                               uint32_t slot) {
-  const pktrt__bvh *bvh = &seg->bvhs[seg->bvh];
-  float t, nearest = q->ray->tmax;
-  if (!pktrt__exact_intersect(bvh, q, slot, &t)) return false;
-  if (!(q->ray->tmin < t || (t == q->ray->tmin && q->after < id))) return false;
-  if (q->slot != PKTRT_NONE) pktrt__exact_intersect(&seg->bvhs[q->bvh], q, q->slot, &nearest);
-  if (!(t < nearest || (t == nearest && id < q->id))) return false;
-  const float w = t * fabsf(q->dk), slack = fabsf(w) * PKTRT__PAD_DEPTH + q->tiny;
-  pktrt__single_set_hit(seg, q, w - slack, w + slack, id, slot);
+  pktrt__exact_crossing c;
+  pktrt__exact_cross(&seg->bvhs[seg->bvh], q, slot, &c);
+  if (!c.exits) return false;
+  const double scale = fabs((double)q->dk), tiny = (double)q->tiny;
+  double slack = c.error * scale + tiny, lo = c.t * scale - slack, hi = c.t * scale + slack;
+  if (hi < (double)q->wn || (double)q->wf < lo) return false;
+  if (!((double)q->sn < lo && hi < (double)q->sf)) { /* NaN too */
+    if (!pktrt__exact_is_nearer(seg, q, id, slot, &c)) return false;
+    slack = c.error * scale + tiny, lo = c.t * scale - slack, hi = c.t * scale + slack;
+  }
+  pktrt__single_set_hit(seg, q, (float)lo, (float)hi, id, slot);
   return true;
 }
 
@@ -9421,9 +9488,12 @@ static void pktrt__line_cross_block(pktrt__line *c, const pktrt__bvh *bvh, uint3
   for (uint32_t lane = 0; lane < 8; lane++) {
     if (id[lane] == PKTRT_NONE) continue;
     const uint32_t mesh = pktrt__mesh_lookup(c->scene, id[lane], c->hint);
-    float t;
-    const int exits = c->wants(c->of, mesh) ? pktrt__exact_intersect(bvh, &c->q, block * 8 + lane, &t) : 0;
-    if (exits && 0 < t && t < c->q.ray->tmax) c->crosses(c->of, mesh, exits);
+    if (!c->wants(c->of, mesh)) continue;
+    pktrt__exact_crossing x;
+    pktrt__exact_cross(bvh, &c->q, block * 8 + lane, &x);
+    if (!x.exits || x.t + x.error < 0) continue;
+    const float t = pktrt__exact_t(bvh, &c->q, block * 8 + lane, &x);
+    if (0 < t && t < c->q.ray->tmax) c->crosses(c->of, mesh, x.exits);
   }
 }
 

@@ -141,7 +141,7 @@ static pktrt_ray hard_ray(const oracle_soup *s, float size, float time, rng *r) 
 enum { TIMES = 6, MOST = 64, CHUNK = 128 };
 typedef struct verdicts {
   uint64_t rays, triangles, lists, windings, closed; /* the last: of rays that were asked for windings */
-  uint64_t plain[2], stepping;                       /* controls */
+  uint64_t plain[2], stepping, by_normals;           /* controls */
 } verdicts;
 
 /* Whether a chain of calls gives the same list. */
@@ -173,7 +173,12 @@ static void ask_winding(const oracle_soup *soup, const pktrt_scene *s, const pkt
     winds = oracle_winding(&list);
   }
   oracle_list_free(&list);
-  if (!on) v->closed++, v->windings += pktrt_winding(s, 0, ray->origin, ray->time) != winds;
+  if (on) return;
+  v->closed++, v->windings += pktrt_winding(s, 0, ray->origin, ray->time) != winds;
+  pktrt_ray ahead = pktrt_make_ray(ray->origin, (const float[3]){1, 0, 0}); /* the control: by signs of float normals */
+  pktrt_hit at;
+  for (ahead.time = ray->time; pktrt_intersect(s, &ahead, &at); ahead.tmin = at.t) winds -= at.normal[0] > 0 ? 1 : -1;
+  v->by_normals += winds != 0;
 }
 
 static void judge(const char *name, const oracle_soup *soup, const world *w, const pktrt_scene *s, const pktrt_ray *ray,
@@ -256,6 +261,7 @@ static void exact_case(void *arg, size_t i) {
     count_figure("exact", h.name, isas[k], 3 * v.rays, "wrong hits and misses", v.triangles);
     count_figure("exact", h.name, isas[k], v.rays, "wrong lists of crossings", v.lists);
     if (v.closed) count_figure("exact", h.name, isas[k], v.closed, "wrong winding numbers", v.windings);
+    if (v.closed) control_figure("exact", h.name, "wrong winding numbers", "stepping by tmin", v.closed, v.by_normals);
     control_figure("exact", h.name, "wrong hits and misses", "Moeller-Trumbore", v.rays / 8, v.plain[0]);
     control_figure("exact", h.name, "wrong hits and misses", "Kensler-Shirley", v.rays / 8, v.plain[1]);
     control_figure("exact", h.name, "wrong lists of crossings", "stepping by tmin", v.rays, v.stepping);

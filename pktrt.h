@@ -3266,16 +3266,17 @@ PKTRT__COLD pktrt_status pktrt__commit_rebuild_worn(pktrt_scene *s) {
    and beyond it has the exact sign; no value leaves the range of normal doubles. t, u and v are
 
        t = fl( ((U za + V zb) + W zc) (1 / (D d_k)) )      u = fl(V (d_k / (D d_k)))      v = fl(W (d_k / (D d_k)))
-   where these are calm: V / D is wrong by 2 B / |D|, and rounded to float: B < 2^-25 |D| makes that 2^-23. With the
-   range R of z, t is wrong by less than 5 B R of the sum that is divided: B R < 2^-29 |sum| makes 0.5 ulp 0.66. A normal
-   is wrong by 6 h times the largest |p1 - p0| and |p2 - p0| by component: where that is below 2^-27 of it, by less than
-   2^-22 of its length.
 
-   ELSE EXACTLY. Signs: first x, y and the two products are formed anew, with what each step loses (Dekker's and
-   Knuth's two-term products and sums); where no step but the products of x and y loses anything, as on grids seen
-   along an axis or a diagonal, comparing them decides, 0 included. All else is Shewchuk's expansions: differences of
-   floats are sums of two doubles, the determinant a sum of 48 products of three, added up without any rounding. t, u, v
-   and normals then are quotients of such determinants.
+   where they are calm. V / D is wrong by 2 B / |D|: for B < 2^-25 |D|, and rounded to float, by 2^-23. With the range R
+   of z, and B < 2^-6 |D|, the sum that t comes from is wrong by less than 5 B R: where that is 5 2^-29 of it, t is
+   within 0.67 ulp. A normal is wrong by 6 h times the largest |p1 - p0| and |p2 - p0| by component: where
+   that product is below 2^27 times it, by less than 2^-22 of its length.
+
+   ELSE EXACTLY. Signs: first x and y are formed anew, with what each step loses (Dekker's and Knuth's two-term products
+   and sums). Where nothing is lost, as on grids seen along an axis, or where both are 0 for one corner, which the ray
+   then passes, two products of doubles are compared, by what they lose too; and so are those of a tie. All else is
+   Shewchuk's expansions: differences of floats are sums of two doubles, the determinant a sum of 48 products of three,
+   added up without any rounding. t, u, v and normals are quotients of such determinants.
 
    THE FILTER of kernels is the same in single precision, with S = fl(d_u / d_k) in place of d_u, d_k; eps = 2^-24,
    and z, Z without the factor d_k. It may fuse or not: results are the same, for what it leaves open is settled. Rounding
@@ -3356,6 +3357,7 @@ PKTRT__COLD pktrt_status pktrt__commit_rebuild_worn(pktrt_scene *s) {
 #define PKTRT__LEAST_DET (PKTRT__SLACK(det) * 4) /* times the error of an edge function */
 #define PKTRT__MOST_ERROR 1.2676506e30f          /* 2^100 */
 #define PKTRT__EPS2 1.1102230246251565e-16       /* 2^-53 */
+#define PKTRT__CALM_DET 0.015625                 /* 2^-6 */
 #define PKTRT__CALM_UV 2.9802322387695312e-8     /* 2^-25 */
 #define PKTRT__CALM_T 1.862645149230957e-9       /* 2^-29 */
 #define PKTRT__CALM_NORMAL 7.450580596923828e-9  /* 2^-27 */
@@ -3455,9 +3457,12 @@ PKTRT__INLINE pktrt__exact_edges pktrt__exact_edge_functions(const pktrt__single
   return e;
 }
 
-/* Tells whether doubles suffice for t, u and v. */
-PKTRT__INLINE bool pktrt__exact_is_calm(const pktrt__exact_edges *e) {
-  return e->error < fabs(e->det) * PKTRT__CALM_UV && e->error * e->range < fabs(e->depth) * PKTRT__CALM_T;
+/* Tell whether doubles suffice for t, and for u and v. */
+PKTRT__INLINE bool pktrt__exact_t_is_calm(const pktrt__exact_edges *e) {
+  return e->error < fabs(e->det) * PKTRT__CALM_DET && e->error * e->range < fabs(e->depth) * PKTRT__CALM_T;
+}
+PKTRT__INLINE bool pktrt__exact_uv_is_calm(const pktrt__exact_edges *e) {
+  return e->error < fabs(e->det) * PKTRT__CALM_UV;
 }
 
 /* Computes the last bits of a product, and of a difference, that rounding lost. */
@@ -3594,16 +3599,28 @@ PKTRT__NOINLINE int pktrt__exact_sign(const pktrt__single *q, const float *p, co
 
 static double pktrt__exact_quotient(double a, double b) { return a < 0 || a > 0 ? a / b : 0; } /* never -0 */
 
-/* Computes t, u and v where doubles do not suffice. */
-PKTRT__NOINLINE void pktrt__exact_solve(const pktrt__single *q, float p[3][3], pktrt_hit *hit) {
+/* The determinants of a triangle as a ray sees it: t, u and v are those of t, u and v over det. */
+typedef struct pktrt__exact_frame {
+  pktrt__exact_vec d, e1, e2, a;
+  double det;
+} pktrt__exact_frame;
+static void pktrt__exact_frame_of(const pktrt__single *q, float p[3][3], pktrt__exact_frame *f) {
   static const float zero[3] = {0, 0, 0};
-  const pktrt__exact_vec d = pktrt__exact_difference(q->ray->direction, zero);
-  const pktrt__exact_vec e1 = pktrt__exact_difference(p[1], p[0]), e2 = pktrt__exact_difference(p[2], p[0]);
-  const pktrt__exact_vec a = pktrt__exact_difference(p[0], q->ray->origin);
-  const double det = pktrt__exact_volume(&d, &e1, &e2);
-  hit->t = pktrt__to_float(pktrt__exact_quotient(pktrt__exact_volume(&a, &e1, &e2), det));
-  hit->u = (float)pktrt__exact_quotient(pktrt__exact_volume(&d, &e2, &a), det);
-  hit->v = (float)pktrt__exact_quotient(pktrt__exact_volume(&d, &a, &e1), det);
+  f->d = pktrt__exact_difference(q->ray->direction, zero), f->a = pktrt__exact_difference(p[0], q->ray->origin);
+  f->e1 = pktrt__exact_difference(p[1], p[0]), f->e2 = pktrt__exact_difference(p[2], p[0]);
+  f->det = pktrt__exact_volume(&f->d, &f->e1, &f->e2);
+}
+/* Compute t, and u and v, where doubles do not suffice. */
+PKTRT__NOINLINE float pktrt__exact_solve_t(const pktrt__single *q, float p[3][3]) {
+  pktrt__exact_frame f;
+  pktrt__exact_frame_of(q, p, &f);
+  return pktrt__to_float(pktrt__exact_quotient(pktrt__exact_volume(&f.a, &f.e1, &f.e2), f.det));
+}
+PKTRT__NOINLINE void pktrt__exact_solve_uv(const pktrt__single *q, float p[3][3], pktrt_hit *hit) {
+  pktrt__exact_frame f;
+  pktrt__exact_frame_of(q, p, &f);
+  hit->u = (float)pktrt__exact_quotient(pktrt__exact_volume(&f.d, &f.e2, &f.a), f.det);
+  hit->v = (float)pktrt__exact_quotient(pktrt__exact_volume(&f.d, &f.a, &f.e1), f.det);
 }
 
 /* Computes the normal, scaled to a largest component of 1. */
@@ -3625,7 +3642,8 @@ PKTRT__NOINLINE void pktrt__exact_resolve(const pktrt__bvh *bvh, const pktrt__si
   double n[3];
   pktrt__tri_corners_at(bvh, q->slot, q->ray->time, p);
   const pktrt__exact_edges e = pktrt__exact_edge_functions(q, (const float *)(const void *)p, 1);
-  if (!pktrt__exact_is_calm(&e)) pktrt__exact_solve(q, p, hit);
+  if (!pktrt__exact_t_is_calm(&e)) hit->t = pktrt__exact_solve_t(q, p);
+  if (!pktrt__exact_uv_is_calm(&e)) pktrt__exact_solve_uv(q, p, hit);
   if (!pktrt__tri_normal((const float *)(const void *)p, 1, n)) pktrt__exact_normal(p, hit->normal);
 }
 
@@ -3654,8 +3672,8 @@ PKTRT__DIVIDES_BY_ZERO PKTRT__NOINLINE void pktrt__exact_cross(const pktrt__bvh 
     below = below || sign < 0, above = above || sign > 0;
   }
   if (below && above) return;
-  const double r = 1 / (e.det * (double)q->dk), known = e.error < fabs(e.det) * PKTRT__CALM_UV ? 5 : INFINITY;
-  c->exits = above == (q->dk < 0) ? 1 : -1, c->calm = pktrt__exact_is_calm(&e);
+  const double r = 1 / (e.det * (double)q->dk), known = e.error < fabs(e.det) * PKTRT__CALM_DET ? 5 : INFINITY;
+  c->exits = above == (q->dk < 0) ? 1 : -1, c->calm = pktrt__exact_t_is_calm(&e);
   c->t = e.depth * r;
   c->error = known * pktrt__max(e.error * e.range * fabs(r), DBL_MIN) + fabs(c->t) * PKTRT__PAD_DEPTH;
 }
@@ -3665,10 +3683,8 @@ static float pktrt__exact_t(const pktrt__bvh *bvh, const pktrt__single *q, uint3
                             const pktrt__exact_crossing *c) {
   if (c->calm) return pktrt__to_float(c->t);
   float p[3][3];
-  pktrt_hit hit;
   pktrt__tri_corners_at(bvh, slot, q->ray->time, p);
-  pktrt__exact_solve(q, p, &hit);
-  return hit.t;
+  return pktrt__exact_solve_t(q, p);
 }
 
 /* >>batch ---------------------------------------------------------------------------------------------------------- */
@@ -3921,7 +3937,7 @@ PKTRT__DIVIDES_BY_ZERO static void pktrt__single_resolve(const pktrt_scene *s, c
   /* both are at most 1 */
   hit->u = (float)(e.v * rdet), hit->v = (float)(e.w * rdet);
   hit->normal[0] = (float)(n[0] * unit), hit->normal[1] = (float)(n[1] * unit), hit->normal[2] = (float)(n[2] * unit);
-  if (PKTRT__UNLIKELY(!sharp || !pktrt__exact_is_calm(&e))) pktrt__exact_resolve(bvh, q, hit);
+  if (PKTRT__UNLIKELY(!(sharp && pktrt__exact_t_is_calm(&e) && pktrt__exact_uv_is_calm(&e)))) pktrt__exact_resolve(bvh, q, hit);
 }
 
 /* Prefetches a child that will be visited. Measured worth 5% of a stream's time, and of a single ray's. */
@@ -6432,7 +6448,7 @@ OP uint32_t pktrt__frustum_cull_triangles(const pktrt__frustum *f, const pktrt__
   return lanes;
 }
 
-/* What pktrt__exact_edge_functions and pktrt__exact_is_calm find, for eight lanes: the same bits. */
+/* What pktrt__exact_edge_functions and pktrt__exact_t_is_calm find, for eight lanes: the same bits. */
 typedef struct pktrt__exact_edges8 {
   d8 u, v, w, det, depth, error;
   m8 calm;
@@ -6449,7 +6465,7 @@ OP pktrt__exact_edges8 pktrt__exact_edge_functions8(const d8 x[3], const d8 y[3]
   e.depth = dadd(dadd(dmul(e.u, z[0]), dmul(e.v, z[1])), dmul(e.w, z[2]));
   const d8 near_ = dmul(dmul(dset(8 * PKTRT__EPS2), zs), dadd(dadd(xs, ys), dmul(dset(32 * PKTRT__EPS2), zs)));
   e.error = dadd(dmul(dmul(dset(16 * PKTRT__EPS2), xs), ys), near_);
-  e.calm = mand(dlt(e.error, dmul(dabs(e.det), dset(PKTRT__CALM_UV))),
+  e.calm = mand(dlt(e.error, dmul(dabs(e.det), dset(PKTRT__CALM_DET))),
                 dlt(dmul(e.error, dsub(hi, lo)), dmul(dabs(e.depth), dset(PKTRT__CALM_T))));
   return e;
 }
@@ -7908,7 +7924,8 @@ PKTRT__NOINLINE void pktrt__resolve_hits(const pktrt_scene *scene, pktrt__batch 
       dsub(dmul(e[0][(a + 1) % 3], e[1][(a + 2) % 3]), dmul(e[0][(a + 2) % 3], e[1][(a + 1) % 3]));
   const d8 largest = pktrt__vec_dmax_abs3(n[0], n[1], n[2]), size = pktrt__vec_dmax_abs3(e[0][0], e[0][1], e[0][2]);
   const d8 sizes = dmul(size, pktrt__vec_dmax_abs3(e[1][0], e[1][1], e[1][2]));
-  const m8 calm = mand(edges.calm, dlt(dmul(sizes, dset(PKTRT__CALM_NORMAL)), largest));
+  const m8 sharp = dlt(dmul(sizes, dset(PKTRT__CALM_NORMAL)), largest);
+  const m8 calm = mand(mand(edges.calm, sharp), dlt(edges.error, dmul(dabs(edges.det), dset(PKTRT__CALM_UV))));
   const d8 r = ddiv(one, dmul(edges.det, dk)), rdet = dmul(dk, r), unit = ddiv(one, largest);
   const m8 m = mfrom(hits);
   const v8 zero = vset(0);

@@ -193,7 +193,7 @@ typedef struct seen {
 
 static double most_of3(double a, double b, double c) { return fmax(fabs(a), fmax(fabs(b), fabs(c))); }
 
-static void solve(const pktrt_ray *r, float v[3][3], pktrt_hit *h) {
+DIVIDES_BY_ZERO static void solve(const pktrt_ray *r, float v[3][3], pktrt_hit *h) {
   const int k = oracle_main_axis(r->direction), u = (k + 1) % 3, w = (k + 2) % 3;
   const double dk = (double)r->direction[k], du = (double)r->direction[u], dw = (double)r->direction[w];
   seen s[3];
@@ -219,14 +219,14 @@ static void solve(const pktrt_ray *r, float v[3][3], pktrt_hit *h) {
   const double Z = fmax(hi, -lo) * fabs(dk);
   const double e = 0x1p-53, xy = (16 * e * X) * Y, sum = X + Y, far_ = 32 * e * Z, zs = (8 * e * Z) * (sum + far_);
   const double error = xy + zs;
-  if (error < fabs(det) * 0x1p-25 && error * (hi - lo) < fabs(depth) * 0x1p-29) {
-    const double detdk = det * dk, inverse = 1 / detdk, unit = dk * inverse;
-    h->t = (float)(depth * inverse), h->u = (float)(edge[1] * unit), h->v = (float)(edge[2] * unit);
-  } else {
-    double exact[3];
-    oracle_solve(r, v, exact);
-    h->t = fabs(exact[0]) < 0x1p128 ? (float)exact[0] : INFINITY, h->u = (float)exact[1], h->v = (float)exact[2];
-  }
+  const bool calm = error < fabs(det) * 0x1p-6 && error * (hi - lo) < fabs(depth) * 0x1p-29;
+  const bool fine = error < fabs(det) * 0x1p-25;
+  double exact[3] = {0, 0, 0};
+  if (!calm || !fine) oracle_solve(r, v, exact);
+  const double detdk = det * dk, inverse = 1 / detdk, unit = dk * inverse;
+  const double t = calm ? depth * inverse : exact[0];
+  h->t = fabs(t) < 0x1.ffffffp127 ? (float)t : INFINITY;
+  h->u = (float)(fine ? edge[1] * unit : exact[1]), h->v = (float)(fine ? edge[2] * unit : exact[2]);
 }
 
 static void give_normal(float v[3][3], float normal[3]) {

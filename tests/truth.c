@@ -257,7 +257,7 @@ static const char *objection(const oracle_soup *soup, const pktrt_ray *r, const 
 }
 
 static void oracle(world w, uint64_t seed, verdicts *c) {
-  size_t n = 70 + scaled(150000 / (1 + w.m[0].nt / 100));
+  size_t n = 70 + scaled(40000 / (1 + w.m[0].nt / 100));
   pktrt_ray *rays = calloc(n, sizeof *rays);
   pktrt_scene *s = world_scene(&w, PKTRT_ISA_AUTO, 0);
   oracle_soup soup = oracle_soup_of(&w, 0);

@@ -190,9 +190,9 @@ static void judge(const char *name, const oracle_soup *soup, const world *w, con
   for (int k = 0; k < 3; k++) {
     const char *what = oracle_objection(soup, ray, &list, &got[k], got[k].mesh != PKTRT_NONE, 1);
     v->triangles += what != NULL;
-    CHECK(!what, "%s: way %d: %s; o %a %a %a d %a %a %a time %a", name, k, what, (double)ray->origin[0], (double)ray->origin[1],
-          (double)ray->origin[2], (double)ray->direction[0], (double)ray->direction[1], (double)ray->direction[2],
-          (double)ray->time);
+    CHECK(!what, "%s: way %d: %s; o %a %a %a d %a %a %a time %a", name, k, what, (double)ray->origin[0],
+          (double)ray->origin[1], (double)ray->origin[2], (double)ray->direction[0], (double)ray->direction[1],
+          (double)ray->direction[2], (double)ray->time);
   }
   const size_t n = pktrt_intersect_all(s, ray, all, MOST);
   size_t least, most;
@@ -215,8 +215,8 @@ static void judge(const char *name, const oracle_soup *soup, const world *w, con
   oracle_list_free(&list);
 }
 
-static void ask_chunk(const hard *h, const oracle_soup *soup, const world *w, const pktrt_scene *s, float time, rng *r, size_t n,
-                      verdicts *v) {
+static void ask_chunk(const hard *h, const oracle_soup *soup, const world *w, const pktrt_scene *s, float time, rng *r,
+                      size_t n, verdicts *v) {
   pktrt_ray rays[CHUNK];
   pktrt_hit many[CHUNK], paper[CHUNK];
   pktrt_query_desc q;

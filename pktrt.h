@@ -135,8 +135,8 @@
        >>dispatch     the choice of kernels at run time
        >>scene        meshes, lights and materials come and change
        >>queries      batches out of arrays, and back
-       >>crossings    all hits along a ray; whether a point is inside
        >>spawn        how far a ray starts from the surface it leaves
+       >>crossings    all hits along a ray; whether a point is inside
        >>vectors      the few operations that are not done by eights
        >>samplers     the sets
        >>elementary   exp, log, sine and cosine, the same on every machine
@@ -160,7 +160,6 @@
        >>reporting    the scene report and its text
        >>changes      what came with which version
        >>licence      MIT or public domain
-
 
    WHAT IT DOES NOT DO
 
@@ -707,7 +706,7 @@ PKTRT_DEF bool pktrt_occluded(const pktrt_scene *, const pktrt_ray *);
    at equal t too: for alpha, decals, thickness, CSG. previous and hit may be the same. Of several rays: an array of as
    many, or NULL. */
 PKTRT_DEF bool pktrt_intersect_after(const pktrt_scene *, const pktrt_ray *, const pktrt_hit *previous, pktrt_hit *);
-PKTRT_DEF void pktrt_intersect_after_n(const pktrt_scene *, const pktrt_ray *, const pktrt_hit *previous, pktrt_hit *,
+PKTRT_DEF void pktrt_intersect_after_n(const pktrt_scene *, const pktrt_ray *, const pktrt_hit *, pktrt_hit *,
                                        size_t n);
 /* The number of crossings inside the ray's interval; the nearest `capacity` of them in that order, or all if they are
    less. Of several rays: capacity hits for each, and a count each. */
@@ -3245,8 +3244,8 @@ PKTRT__COLD pktrt_status pktrt__commit_rebuild_worn(pktrt_scene *s) {
 
        d . (p x q)      d_k (Q - P)_v - d_v (Q - P)_k      d_u (Q - P)_k - d_k (Q - P)_u
 
-   that is not 0, times that of d_k. All three are 0 only for an edge along the ray. Exchanging P and Q changes each
-   sign: what one triangle of an edge has on its side the other has not. A ray crosses the triangle where U, V and W have
+   that is not 0, times that of d_k; all are 0 only for an edge along the ray. Exchanging P and Q changes each sign: what
+   one triangle of an edge has on its side the other has not. A ray crosses the triangle where U, V and W have
    one sign. As the displaced ray meets no edge, each crossing of a closed surface, at shared edges and vertices too,
    belongs to one triangle, whatever the triangles are; they cannot leak. One without area has none; a silhouette that
    is touched counts twice or not at all; and by the signs of D a crossing leads in or out.
@@ -3512,7 +3511,10 @@ static pktrt__exact_vec pktrt__exact_difference(const float *a, const float *b) 
   }
   return v;
 }
-
+static pktrt__exact_vec pktrt__exact_vec_of(const float *a) {
+  static const float zero[3] = {0, 0, 0};
+  return pktrt__exact_difference(a, zero);
+}
 /* Computes dot(a, cross(b, c)) without rounding but the last one, so that its sign is exact. No product of parts leaves
    the range of doubles, which are multiples of 2^-447. */
 static double pktrt__exact_volume(const pktrt__exact_vec *a, const pktrt__exact_vec *b, const pktrt__exact_vec *c) {
@@ -3576,8 +3578,7 @@ static int pktrt__exact_tie_sign(const float *d, const float *p, const float *q,
   const pktrt__exact_vec edge = pktrt__exact_difference(q, p);
   if (edge.at[b][1] == 0 && edge.at[c][1] == 0)
     return pktrt__exact_compare((double)d[b], edge.at[c][0], (double)d[c], edge.at[b][0]);
-  static const float zero[3] = {0, 0, 0};
-  const pktrt__exact_vec along = pktrt__exact_difference(d, zero);
+  const pktrt__exact_vec along = pktrt__exact_vec_of(d);
   pktrt__exact_vec unit;
   memset(&unit, 0, sizeof unit), unit.at[a][0] = 1;
   const double volume = pktrt__exact_volume(&along, &edge, &unit);
@@ -3586,12 +3587,11 @@ static int pktrt__exact_tie_sign(const float *d, const float *p, const float *q,
 
 /* Returns the sign of the edge function of corners p and r, whatever it takes; of 0 that beside it, see >>exactness. */
 PKTRT__NOINLINE int pktrt__exact_sign(const pktrt__single *q, const float *p, const float *r) {
-  static const float zero[3] = {0, 0, 0};
   const float *direction = q->ray->direction, *o = q->ray->origin;
   int sign = pktrt__exact_quick_sign(q, p, r);
   if (sign == 1 || sign == -1) return sign;
   if (sign == 2) {
-    const pktrt__exact_vec d = pktrt__exact_difference(direction, zero), a = pktrt__exact_difference(p, o);
+    const pktrt__exact_vec d = pktrt__exact_vec_of(direction), a = pktrt__exact_difference(p, o);
     const pktrt__exact_vec b = pktrt__exact_difference(r, o);
     const double volume = pktrt__exact_volume(&d, &a, &b);
     sign = (volume > 0) - (volume < 0);
@@ -3602,28 +3602,14 @@ PKTRT__NOINLINE int pktrt__exact_sign(const pktrt__single *q, const float *p, co
 
 static double pktrt__exact_quotient(double a, double b) { return a < 0 || a > 0 ? a / b : 0; } /* never -0 */
 
-/* The determinants of a triangle as a ray sees it: t, u and v are those of t, u and v over det. */
-typedef struct pktrt__exact_frame {
-  pktrt__exact_vec d, e1, e2, a;
-  double det;
-} pktrt__exact_frame;
-static void pktrt__exact_frame_of(const pktrt__single *q, float p[3][3], pktrt__exact_frame *f) {
-  static const float zero[3] = {0, 0, 0};
-  f->d = pktrt__exact_difference(q->ray->direction, zero), f->a = pktrt__exact_difference(p[0], q->ray->origin);
-  f->e1 = pktrt__exact_difference(p[1], p[0]), f->e2 = pktrt__exact_difference(p[2], p[0]);
-  f->det = pktrt__exact_volume(&f->d, &f->e1, &f->e2);
-}
-/* Compute t, and u and v, where doubles do not suffice. */
-PKTRT__NOINLINE float pktrt__exact_solve_t(const pktrt__single *q, float p[3][3]) {
-  pktrt__exact_frame f;
-  pktrt__exact_frame_of(q, p, &f);
-  return pktrt__to_float(pktrt__exact_quotient(pktrt__exact_volume(&f.a, &f.e1, &f.e2), f.det));
-}
-PKTRT__NOINLINE void pktrt__exact_solve_uv(const pktrt__single *q, float p[3][3], pktrt_hit *hit) {
-  pktrt__exact_frame f;
-  pktrt__exact_frame_of(q, p, &f);
-  hit->u = (float)pktrt__exact_quotient(pktrt__exact_volume(&f.d, &f.e2, &f.a), f.det);
-  hit->v = (float)pktrt__exact_quotient(pktrt__exact_volume(&f.d, &f.a, &f.e1), f.det);
+/* Computes t, u and v where doubles do not suffice. */
+PKTRT__NOINLINE void pktrt__exact_solve(const pktrt__single *q, float p[3][3], float tuv[3]) {
+  const pktrt__exact_vec e1 = pktrt__exact_difference(p[1], p[0]), e2 = pktrt__exact_difference(p[2], p[0]);
+  const pktrt__exact_vec d = pktrt__exact_vec_of(q->ray->direction), a = pktrt__exact_difference(p[0], q->ray->origin);
+  const double det = pktrt__exact_volume(&d, &e1, &e2);
+  tuv[0] = pktrt__to_float(pktrt__exact_quotient(pktrt__exact_volume(&a, &e1, &e2), det));
+  tuv[1] = (float)pktrt__exact_quotient(pktrt__exact_volume(&d, &e2, &a), det);
+  tuv[2] = (float)pktrt__exact_quotient(pktrt__exact_volume(&d, &a, &e1), det);
 }
 
 /* Computes the normal, scaled to a largest component of 1. */
@@ -3641,12 +3627,14 @@ PKTRT__NOINLINE void pktrt__exact_normal(float p[3][3], float normal[3]) {
 
 /* Computes t, u, v and normal of a hit where doubles do not suffice for all of them. */
 PKTRT__NOINLINE void pktrt__exact_resolve(const pktrt__bvh *bvh, const pktrt__single *q, pktrt_hit *hit) {
-  float p[3][3];
+  float p[3][3], tuv[3];
   double n[3];
   pktrt__tri_corners_at(bvh, q->slot, q->ray->time, p);
   const pktrt__exact_edges e = pktrt__exact_edge_functions(q, (const float *)(const void *)p, 1);
-  if (!pktrt__exact_t_is_calm(&e)) hit->t = pktrt__exact_solve_t(q, p);
-  if (!pktrt__exact_uv_is_calm(&e)) pktrt__exact_solve_uv(q, p, hit);
+  const bool t_is_calm = pktrt__exact_t_is_calm(&e), uv_is_calm = pktrt__exact_uv_is_calm(&e);
+  if (!(t_is_calm && uv_is_calm)) pktrt__exact_solve(q, p, tuv);
+  if (!t_is_calm) hit->t = tuv[0];
+  if (!uv_is_calm) hit->u = tuv[1], hit->v = tuv[2];
   if (!pktrt__tri_normal((const float *)(const void *)p, 1, n)) pktrt__exact_normal(p, hit->normal);
 }
 
@@ -3654,40 +3642,39 @@ PKTRT__NOINLINE void pktrt__exact_resolve(const pktrt__bvh *bvh, const pktrt__si
 typedef struct pktrt__exact_crossing {
   double t, error;
   bool calm; /* the float nearest to t is the t of a hit */
-  int exits; /* 1: the ray leaves by it, the side where its corners appear clockwise; -1: enters; 0: misses it */
 } pktrt__exact_crossing;
 
-/* Runs the canonical test of one triangle, but for the interval of t. */
-PKTRT__DIVIDES_BY_ZERO PKTRT__NOINLINE void pktrt__exact_cross(const pktrt__bvh *bvh, const pktrt__single *q,
+/* Runs the canonical test of one triangle, but for the interval of t; tells whether it is crossed. */
+PKTRT__DIVIDES_BY_ZERO PKTRT__NOINLINE bool pktrt__exact_cross(const pktrt__bvh *bvh, const pktrt__single *q,
                                                                uint32_t slot, pktrt__exact_crossing *c) {
   float p[3][3];
   pktrt__tri_corners_at(bvh, slot, q->ray->time, p);
   const pktrt__exact_edges e = pktrt__exact_edge_functions(q, (const float *)(const void *)p, 1);
   bool below = e.u < -e.error || e.v < -e.error || e.w < -e.error;
   bool above = e.u > e.error || e.v > e.error || e.w > e.error;
-  c->exits = 0;
   const double value[3] = {e.u, e.v, e.w};
   for (int i = 0; i < 3; i++) {
-    if (below && above) return;
+    if (below && above) return false;
     if (fabs(value[i]) > e.error) continue;
     const int sign = pktrt__exact_sign(q, p[(i + 2) % 3], p[(i + 1) % 3]);
-    if (!sign) return; /* an edge along the ray */
+    if (!sign) return false; /* an edge along the ray */
     below = below || sign < 0, above = above || sign > 0;
   }
-  if (below && above) return;
+  if (below && above) return false;
   const double r = 1 / (e.det * (double)q->dk), known = e.error < fabs(e.det) * PKTRT__CALM_DET ? 5 : INFINITY;
-  c->exits = above == (q->dk < 0) ? 1 : -1, c->calm = pktrt__exact_t_is_calm(&e);
-  c->t = e.depth * r;
+  c->t = e.depth * r, c->calm = pktrt__exact_t_is_calm(&e);
   c->error = known * pktrt__max(e.error * e.range * fabs(r), DBL_MIN) + fabs(c->t) * PKTRT__PAD_DEPTH;
+  return true;
 }
 
 /* Computes the t of a triangle that is crossed. */
 static float pktrt__exact_t(const pktrt__bvh *bvh, const pktrt__single *q, uint32_t slot,
                             const pktrt__exact_crossing *c) {
   if (c->calm) return pktrt__to_float(c->t);
-  float p[3][3];
+  float p[3][3], tuv[3];
   pktrt__tri_corners_at(bvh, slot, q->ray->time, p);
-  return pktrt__exact_solve_t(q, p);
+  pktrt__exact_solve(q, p, tuv);
+  return tuv[0];
 }
 
 /* >>batch ---------------------------------------------------------------------------------------------------------- */
@@ -3872,8 +3859,7 @@ PKTRT__NOINLINE bool pktrt__exact_is_nearer(const pktrt__bvh_segment *seg, const
 PKTRT__NOINLINE bool pktrt__exact_test_single(const pktrt__bvh_segment *seg, pktrt__single *q, uint32_t id,
                                               uint32_t slot) {
   pktrt__exact_crossing c;
-  pktrt__exact_cross(&seg->bvhs[seg->bvh], q, slot, &c);
-  if (!c.exits) return false;
+  if (!pktrt__exact_cross(&seg->bvhs[seg->bvh], q, slot, &c)) return false;
   const double scale = fabs((double)q->dk), tiny = (double)q->tiny;
   double slack = c.error * scale + tiny, lo = c.t * scale - slack, hi = c.t * scale + slack;
   if (hi < (double)q->wn || (double)q->wf < lo) return false;
@@ -9467,142 +9453,6 @@ PKTRT_DEF void pktrt_occluded_soa(const pktrt_scene *s, const pktrt_rays *rays, 
   pktrt_occluded_soa_ex(s, NULL, rays, out, n);
 }
 
-/* >>crossings: all hits along a ray, not only the nearest ---------------------------------------------------------- */
-
-PKTRT_DEF bool pktrt_intersect_after(const pktrt_scene *s, const pktrt_ray *ray, const pktrt_hit *previous,
-                                     pktrt_hit *hit) {
-  pktrt_ray rest = *ray;
-  uint32_t after = PKTRT_NONE;
-  if (previous && (previous->mesh >= s->committed_meshes || ray->tmin < previous->t)) {
-    rest.tmin = previous->mesh < s->committed_meshes ? previous->t : INFINITY;
-    if (rest.tmin < INFINITY) after = s->meshes[previous->mesh].first_id + previous->triangle;
-  }
-  return s->kernels->intersect(s, &rest, after, hit);
-}
-PKTRT_DEF void pktrt_intersect_after_n(const pktrt_scene *s, const pktrt_ray *rays, const pktrt_hit *previous,
-                                       pktrt_hit *hits, size_t n) {
-  for (size_t i = 0; i < n; i++) pktrt_intersect_after(s, &rays[i], previous ? &previous[i] : NULL, &hits[i]);
-}
-
-PKTRT_DEF size_t pktrt_intersect_all(const pktrt_scene *s, const pktrt_ray *ray, pktrt_hit *hits, size_t capacity) {
-  pktrt_hit at[2];
-  size_t n = 0;
-  for (; pktrt_intersect_after(s, ray, n ? &at[(n - 1) & 1] : NULL, &at[n & 1]); n++)
-    if (n < capacity) hits[n] = at[n & 1];
-  return n;
-}
-PKTRT_DEF void pktrt_intersect_all_n(const pktrt_scene *s, const pktrt_ray *rays, pktrt_hit *hits, size_t capacity,
-                                     size_t *counts, size_t n) {
-  for (size_t i = 0; i < n; i++) counts[i] = pktrt_intersect_all(s, &rays[i], hits + i * capacity, capacity);
-}
-
-/* A ray with tmin 0, and who wants to know what it crosses. */
-typedef struct pktrt__line {
-  const pktrt_scene *scene;
-  pktrt__single q;
-  double pad;          /* boxes are widened by so much, see >>exactness */
-  double lo[3], hi[3]; /* the line's own box */
-  uint32_t hint[2];
-  bool (*wants)(const void *of, uint32_t mesh);
-  void (*crosses)(void *of, uint32_t mesh, int exits); /* 1: leaves, -1: enters */
-  void *of;
-} pktrt__line;
-
-static void pktrt__line_cross_block(pktrt__line *c, const pktrt__bvh *bvh, uint32_t block) {
-  const uint32_t *id = pktrt__bvh_block(bvh, block)->id;
-  for (uint32_t lane = 0; lane < 8; lane++) {
-    if (id[lane] == PKTRT_NONE) continue;
-    const uint32_t mesh = pktrt__mesh_lookup(c->scene, id[lane], c->hint);
-    if (!c->wants(c->of, mesh)) continue;
-    pktrt__exact_crossing x;
-    pktrt__exact_cross(bvh, &c->q, block * 8 + lane, &x);
-    if (!x.exits || x.t + x.error < 0) continue;
-    const float t = pktrt__exact_t(bvh, &c->q, block * 8 + lane, &x);
-    if (0 < t && t < c->q.ray->tmax) c->crosses(c->of, mesh, x.exits);
-  }
-}
-
-/* Tells whether a line may meet child i of a node, whose planes at two keys have the weights ta and tb. */
-static bool pktrt__line_may_cross(const pktrt__line *c, const float *k0, const float *k1, float ta, float tb, int i) {
-  double from = 0, to = (double)c->q.ray->tmax;
-  for (int a = 0; a < 3; a++) {
-    const double o = (double)c->q.ray->origin[a], d = (double)c->q.ray->direction[a];
-    const float *lo0 = k0 + 16 * a + i, *lo1 = k1 + 16 * a + i;
-    const double lo = (double)ta * (double)lo0[0] + (double)tb * (double)lo1[0] - c->pad - o;
-    const double hi = (double)ta * (double)lo0[8] + (double)tb * (double)lo1[8] + c->pad - o;
-    if (lo > c->hi[a] || hi < c->lo[a]) return false;
-    if (d == 0) continue;
-    from = pktrt__max(from, (d > 0 ? lo : hi) / d), to = pktrt__min(to, (d > 0 ? hi : lo) / d);
-  }
-  return from <= to;
-}
-
-static void pktrt__line_cross_bvh(pktrt__line *c, const pktrt__bvh *bvh) {
-  uint32_t stack[PKTRT__STACK], top = 0;
-  float ta, tb;
-  const uint32_t key = pktrt__time_segment(c->q.ray->time, bvh->key_count, &ta, &tb),
-                 next = pktrt__has_motion(bvh->key_count) ? key + 1 : key;
-  for (stack[top++] = 0; top;) {
-    const uint32_t ref = stack[--top];
-    if (ref & PKTRT__LEAF) {
-      pktrt__line_cross_block(c, bvh, ref & ~PKTRT__LEAF);
-      continue;
-    }
-    pktrt__node *node = pktrt__bvh_node(bvh, ref);
-    const uint32_t *child = node->child;
-    const float *k0 = pktrt__node_planes(node, key), *k1 = pktrt__node_planes(node, next);
-    for (int i = 0; i < 8; i++)
-      if (child[i] != PKTRT__EMPTY && pktrt__line_may_cross(c, k0, k1, ta, tb, i)) stack[top++] = child[i];
-  }
-}
-
-/* Tells of each crossing of a ray, valid and with tmin 0, with meshes that are wanted, in no order. */
-static void pktrt__line_cross(const pktrt_scene *s, const pktrt_ray *ray, bool (*wants)(const void *, uint32_t),
-                              void (*crosses)(void *, uint32_t, int), void *of) {
-  pktrt__line c;
-  double most = 0, away = 0;
-  uint32_t k = 0;
-  memset(&c, 0, sizeof c);
-  c.scene = s, c.wants = wants, c.crosses = crosses, c.of = of;
-  for (uint32_t a = 0; a < 3; a++) {
-    const double o = (double)ray->origin[a], d = (double)ray->direction[a];
-    const double end = d != 0 ? d * (double)ray->tmax : 0;
-    c.lo[a] = pktrt__min(end, 0), c.hi[a] = pktrt__max(end, 0), away = pktrt__max(away, fabs(o));
-    most = pktrt__max(most, pktrt__max(fabs((double)s->lo[a] - o), fabs((double)s->hi[a] - o)));
-    if (fabsf(ray->direction[a]) > fabsf(ray->direction[k])) k = a;
-  }
-  if (ray->direction[k] == 0) return;
-  c.q.ray = ray, c.q.axis = pktrt__axes[k], c.q.dk = ray->direction[k];
-  c.pad = (double)PKTRT__EPS * (16 * most + 8 * away) + (double)FLT_MIN;
-  for (uint32_t g = 0; g < s->bvh_count; g++) pktrt__line_cross_bvh(&c, &s->bvhs[g]);
-}
-
-typedef struct pktrt__winding {
-  uint32_t mesh;
-  int exits; /* minus entries */
-} pktrt__winding;
-static bool pktrt__winding_wants(const void *of, uint32_t mesh) {
-  return PKTRT__CAST(const pktrt__winding *, of)->mesh == mesh;
-}
-static void pktrt__winding_count(void *of, uint32_t mesh, int exits) {
-  (void)mesh;
-  PKTRT__CAST(pktrt__winding *, of)->exits += exits;
-}
-PKTRT_DEF int pktrt_winding(const pktrt_scene *s, uint32_t mesh, const float point[3], float time) {
-  static const float ahead[3] = {1, 0, 0};
-  pktrt_ray ray = pktrt_make_ray(point, ahead);
-  pktrt__winding w = {mesh, 0};
-  ray.time = time;
-  bool valid = true;
-  for (int a = 0; a < 3; a++) valid = valid && fabsf(point[a]) <= PKTRT_MAX_COORD;
-  if (valid) pktrt__line_cross(s, &ray, pktrt__winding_wants, pktrt__winding_count, &w);
-  return w.exits;
-}
-PKTRT_DEF void pktrt_winding_n(const pktrt_scene *s, uint32_t mesh, const float *points, const float *times, int *out,
-                               size_t n) {
-  for (size_t i = 0; i < n; i++) out[i] = pktrt_winding(s, mesh, points + 3 * i, times ? times[i] : 0);
-}
-
 /* >>spawn ----------------------------------------------------------------------------------------------------------
 
    A new ray starts at the surface point, moved along the normal to the side of its direction. How far: at a canonical
@@ -9660,6 +9510,82 @@ PKTRT_DEF void pktrt_spawn(const pktrt_scene *s, const pktrt_ray *ray, const pkt
   pktrt__spawn_origin(m, point, hit->normal, d, out->origin);
   memcpy(out->direction, d, sizeof d);
   out->tmax = INFINITY;
+}
+
+/* >>crossings: all hits along a ray, not only the nearest ---------------------------------------------------------- */
+
+PKTRT_DEF bool pktrt_intersect_after(const pktrt_scene *s, const pktrt_ray *ray, const pktrt_hit *previous,
+                                     pktrt_hit *hit) {
+  pktrt_ray rest = *ray;
+  uint32_t after = PKTRT_NONE;
+  if (previous && (previous->mesh >= s->committed_meshes || ray->tmin < previous->t)) {
+    rest.tmin = previous->mesh < s->committed_meshes ? previous->t : INFINITY;
+    if (rest.tmin < INFINITY) after = s->meshes[previous->mesh].first_id + previous->triangle;
+  }
+  return s->kernels->intersect(s, &rest, after, hit);
+}
+PKTRT_DEF void pktrt_intersect_after_n(const pktrt_scene *s, const pktrt_ray *rays, const pktrt_hit *previous,
+                                       pktrt_hit *hits, size_t n) {
+  for (size_t i = 0; i < n; i++) pktrt_intersect_after(s, &rays[i], previous ? &previous[i] : NULL, &hits[i]);
+}
+
+PKTRT_DEF size_t pktrt_intersect_all(const pktrt_scene *s, const pktrt_ray *ray, pktrt_hit *hits, size_t capacity) {
+  pktrt_hit at[2];
+  size_t n = 0;
+  for (; pktrt_intersect_after(s, ray, n ? &at[(n - 1) & 1] : NULL, &at[n & 1]); n++)
+    if (n < capacity) hits[n] = at[n & 1];
+  return n;
+}
+PKTRT_DEF void pktrt_intersect_all_n(const pktrt_scene *s, const pktrt_ray *rays, pktrt_hit *hits, size_t capacity,
+                                     size_t *counts, size_t n) {
+  for (size_t i = 0; i < n; i++) counts[i] = pktrt_intersect_all(s, &rays[i], hits + i * capacity, capacity);
+}
+
+/* Returns 1 where a ray leaves by the triangle it hits, the side where corners appear clockwise, or -1 where it enters. */
+static int pktrt__crossing_exits(const pktrt_scene *s, const pktrt_ray *ray, const pktrt_hit *hit) {
+  double along = 0, size = 0;
+  for (int a = 0; a < 3; a++) {
+    const double d = (double)ray->direction[a];
+    along += (double)hit->normal[a] * d, size += fabs(d);
+  }
+  if (!(fabs(along) > size * 9.5367431640625e-7)) { /* 2^-20: a normal is wrong by 2^-22 of its length */
+    float p[3][3];
+    for (uint32_t c = 0; c < 3; c++)
+      pktrt__mesh_corner_at(&s->meshes[hit->mesh], s->meshes[hit->mesh].positions, hit->triangle, c, ray->time, p[c]);
+    const pktrt__exact_vec e1 = pktrt__exact_difference(p[1], p[0]), e2 = pktrt__exact_difference(p[2], p[0]);
+    const pktrt__exact_vec d = pktrt__exact_vec_of(ray->direction);
+    along = pktrt__exact_volume(&d, &e1, &e2);
+  }
+  return along > 0 ? 1 : -1;
+}
+
+/* Tells of each crossing of a ray, in order: the mesh, and whether it is left or entered. */
+static void pktrt__crossing_each(const pktrt_scene *s, const pktrt_ray *ray, void (*tell)(void *, uint32_t, int),
+                                 void *of) {
+  pktrt_hit at;
+  for (bool hit = pktrt_intersect_after(s, ray, NULL, &at); hit; hit = pktrt_intersect_after(s, ray, &at, &at))
+    tell(of, at.mesh, pktrt__crossing_exits(s, ray, &at));
+}
+
+typedef struct pktrt__crossing_sum {
+  uint32_t mesh;
+  int exits; /* minus entries */
+} pktrt__crossing_sum;
+static void pktrt__crossing_count(void *of, uint32_t mesh, int exits) {
+  pktrt__crossing_sum *sum = PKTRT__CAST(pktrt__crossing_sum *, of);
+  if (mesh == sum->mesh) sum->exits += exits;
+}
+PKTRT_DEF int pktrt_winding(const pktrt_scene *s, uint32_t mesh, const float point[3], float time) {
+  static const float ahead[3] = {1, 0, 0};
+  pktrt_ray ray = pktrt_make_ray(point, ahead);
+  pktrt__crossing_sum sum = {mesh, 0};
+  ray.time = time;
+  pktrt__crossing_each(s, &ray, pktrt__crossing_count, &sum);
+  return sum.exits;
+}
+PKTRT_DEF void pktrt_winding_n(const pktrt_scene *s, uint32_t mesh, const float *points, const float *times, int *out,
+                               size_t n) {
+  for (size_t i = 0; i < n; i++) out[i] = pktrt_winding(s, mesh, points + 3 * i, times ? times[i] : 0);
 }
 
 #ifndef PKTRT_NO_RENDER
@@ -11042,16 +10968,13 @@ typedef struct pktrt__media_crossings {
   int exits[PKTRT__CROSSED]; /* minus entries */
 } pktrt__media_crossings;
 
-static bool pktrt__media_wants(const void *of, uint32_t mesh) {
-  const pktrt__media_crossings *c = PKTRT__CAST(const pktrt__media_crossings *, of);
-  const pktrt__glass_mesh *g = &c->glass[mesh];
-  bool inside = mesh != c->skip && g->closed;
-  for (int a = 0; a < 3; a++) inside = inside && g->lo[a] <= c->origin[a] && c->origin[a] <= g->hi[a];
-  return inside;
-}
 static void pktrt__media_count_crossing(void *of, uint32_t mesh, int exits) {
   pktrt__media_crossings *c = PKTRT__CAST(pktrt__media_crossings *, of);
+  const pktrt__glass_mesh *g = &c->glass[mesh];
   uint32_t i = 0;
+  if (mesh == c->skip || !g->closed) return;
+  for (int a = 0; a < 3; a++)
+    if (!(g->lo[a] <= c->origin[a] && c->origin[a] <= g->hi[a])) return;
   while (i < c->count && c->mesh[i] != mesh) i++;
   if (i == PKTRT__CROSSED) return;
   if (i == c->count) c->mesh[i] = mesh, c->exits[i] = 0, c->count++;
@@ -11064,7 +10987,7 @@ static void pktrt__media_count_crossings(pktrt__media_crossings *c, const float 
   pktrt_ray ray = pktrt_make_ray(o, d);
   ray.tmax = tmax, ray.time = time;
   c->count = 0, c->origin = ray.origin;
-  pktrt__line_cross(c->scene, &ray, pktrt__media_wants, pktrt__media_count_crossing, c);
+  pktrt__crossing_each(c->scene, &ray, pktrt__media_count_crossing, c);
 }
 
 static float pktrt__glass_extent(const pktrt__glass_mesh *g) {

@@ -240,7 +240,7 @@ static void exact_case(void *arg, size_t i) {
   hard h;
   world w = world_of_scene(i, &h);
   const int times = w.m[0].keys > 1 ? TIMES : 1;
-  const size_t n = 8 + thorough(10000) / (size_t)times;
+  const size_t n = (thoroughness < 0.1 ? 50 : thorough(10000)) / (size_t)times + 1;
   (void)arg;
   oracle_soup soup[TIMES];
   float time[TIMES];

@@ -6053,8 +6053,8 @@ OP bool pktrt__tri_any_hit(const pktrt__bvh_segment *seg, pktrt__batch *b, uint3
   const v8 error = vfma(e.error, vsub(z_hi, z_lo), vfma(reach, size, vset(FLT_MIN)));
   const v8 lo = vsub(depth, error), hi = vadd(depth, error);
   const v8 wf = vset(single ? single->wf : b->wf[r]), sf = vset(single ? single->sf : b->sf[r]);
-  const m8 sized = vlt(vmul(vset(PKTRT__LEAST_DET), e.error), size), small = vlt(error, vset(PKTRT__MOST_ERROR));
-  const uint32_t known = inside & mbits(mand(sized, small));
+  const m8 sized = vlt(vmul(vset(PKTRT__LEAST_DET), e.error), size), bounded = vlt(error, vset(PKTRT__MOST_ERROR));
+  const uint32_t known = inside & mbits(mand(sized, bounded));
   const uint32_t beyond = mbits(vlt(vfms(wf, size, lo), zero)) | mbits(vlt(zero, vfms(q.l.wn, size, hi)));
   const uint32_t open = inside & ~(known & beyond);
   if (!open) return false;

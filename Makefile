@@ -216,7 +216,7 @@ stability-sanitize:
 TIME = 600
 TARGETS = scene query settings mesh_file
 FUZZ_FLAGS = -O1 -g1 -fsanitize=fuzzer-no-link $(SANITIZERS)
-FUZZ_OBJECTS = $(addprefix build/fuzz/,fuzz.o reference.o pktrt.o)
+FUZZ_OBJECTS = $(addprefix build/fuzz/,fuzz.o reference.o oracle.o pktrt.o)
 fuzz:
 	@command -v clang >/dev/null || { echo "fuzz: clang is not installed (make deps-extra)"; exit 1; }
 	$(BUILD) $(TARGETS:%=build/fuzz/%) $(if $(KEEP),$(B)/provenance)
@@ -239,7 +239,7 @@ $(TARGETS:%=build/fuzz/%): build/fuzz/%: tests/fuzz/main.c build/fuzz/%.o $(FUZZ
 build/fuzz/%.o: tests/fuzz/%.c tests/test.h tests/meshes.h tests/fuzz/fuzz.h $(EXAMPLE_HEADERS) pktrt.h | build/fuzz
 	clang $(FUZZ_FLAGS) $(STRICT) -c $< -o $@
 
-build/fuzz/reference.o: tests/reference.c tests/test.h tests/meshes.h pktrt.h | build/fuzz
+build/fuzz/reference.o build/fuzz/oracle.o: build/fuzz/%.o: tests/%.c tests/oracle.h tests/test.h tests/meshes.h pktrt.h | build/fuzz
 	clang $(FUZZ_FLAGS) $(STRICT) -c $< -o $@
 
 build/fuzz/pktrt.o: pktrt.h | build/fuzz

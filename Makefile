@@ -8,9 +8,10 @@ WARNINGS = -Wall -Wextra -Wpedantic -Wshadow -Wconversion
 CFLAGS ?= $(FLAGS_$(config))
 FLAGS_release = -O2
 FLAGS_debug = -O0 -g
-# Float division by zero and overflow of casts are not in `undefined`. Functions that mean it say so.
+# Float division by zero and overflow of casts are not in `undefined`. Functions that mean it say so. Undefined behaviour traps: with
+# sentences instead, VERBOSE=1, clang compiles half as long again.
 SANITIZERS = -fsanitize=address,undefined,float-divide-by-zero,float-cast-overflow -fno-sanitize-recover=all \
-  -fno-omit-frame-pointer
+  -fno-omit-frame-pointer $(if $(VERBOSE),,-fsanitize-undefined-trap-on-error)
 FLAGS_sanitize = -O1 -g1 $(SANITIZERS)
 # Workers run the same code whatever the width of its vectors.
 FLAGS_threads = -O1 -g1 -fsanitize=thread -DPKTRT_NO_AVX512
@@ -180,6 +181,9 @@ SANITIZE_CC ?= $(if $(shell command -v clang),clang,$(CC))
 sanitize:
 	$(BUILD) CC=$(SANITIZE_CC) config=sanitize build/sanitize/test
 	build/sanitize/test --small $(ONLY)
+
+# A copy of the library with less slack, which is for controls only.
+build/sanitize/tests/noslack.o: SANITIZERS =
 
 # What several threads do at once, under TSan.
 sanitize-threads:

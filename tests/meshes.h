@@ -75,7 +75,7 @@ void ref_plant(world *);
 /* Vertex at a time by the canonical formula. */
 void ref_vertex(const mesh *, uint32_t vertex, float time, float out[3]);
 bool ref_valid(const pktrt_ray *);
-/* The canonical test over all triangles: what the library must answer, bit for bit. */
+/* The nearest hit by exact arithmetic, over all triangles: what the library must answer, bit for bit. */
 bool ref_intersect(const world *, const pktrt_ray *, pktrt_hit *);
 /* Plain float tests, for controls: Moeller and Trumbore 1997; Kensler and Shirley 2006. */
 bool ref_moller_trumbore(const world *, const pktrt_ray *, pktrt_hit *);
@@ -83,13 +83,5 @@ bool ref_kensler_shirley(const world *, const pktrt_ray *, pktrt_hit *);
 /* Of one triangle: t, u, v, written even where it is refused for u or v, and whether it is taken. */
 bool plain_moller_trumbore(const pktrt_ray *, float corner[3][3], float *t, float *u, float *v);
 bool plain_kensler_shirley(const pktrt_ray *, float corner[3][3], float *t, float *u, float *v);
-
-/* The ideal answer in double, with intervals for what float rounding may change. */
-typedef enum verdict {
-  VERDICT_RIGHT, /* one answer is possible, and this is it */
-  VERDICT_BAND,  /* several are possible (an edge or another triangle's depth is too near), this is one of them */
-  VERDICT_WRONG
-} verdict;
-verdict ref_oracle(const world *, const pktrt_ray *, const pktrt_hit *, bool *ambiguous);
 
 #endif

@@ -3,6 +3,7 @@
 #pragma GCC diagnostic ignored "-Wunused-function"
 #endif
 #define PKTRT_STATIC
+#define PKTRT_NO_RENDER
 #define PKTRT_IMPLEMENTATION
 #define PKTRT__SLACK(part) slack_left.part
 #include "noslack.h"
@@ -10,9 +11,9 @@
 /* A millionth, not zero: zero times the infinite depth of tmax is NaN, and everything would be lost. The last three
    stay whole: they matter where the others are. */
 #define NONE 1e-6f
-const slack_parts slack_whole = {1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1},
-                  slack_none = {NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, 1, 1, 1};
-slack_parts slack_left = {NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, 1, 1, 1};
+const slack_parts slack_whole = {1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1},
+                  slack_none = {NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, 1, 1, 1};
+slack_parts slack_left = {NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, 1, 1, 1};
 
 pktrt_scene *noslack_scene(const world *w, pktrt_isa isa) {
   const pktrt_scene_desc d = scene_desc_of(isa, 0);

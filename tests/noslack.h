@@ -5,7 +5,8 @@
 
 /* What the bounds of >>exactness are multiplied by: 1 leaves them as they are. Not to be changed while others ask. */
 typedef struct slack_parts {
-  float m, o, min, rho, depth, spread, estimate, area, edge, tiny, det; /* the constants PKTRT__PAD_M, ... LEAST_DET */
+  float m, o, min, rho, depth, cross, shear, moving, least, estimate, tiny,
+      det;          /* the constants PKTRT__PAD_M, ... LEAST_DET */
   float sides, end; /* of frusta: what rounding does to the sides of triangles; what lies beyond the far end */
 } slack_parts;
 extern slack_parts slack_left; /* slack_none at first */

@@ -1,6 +1,7 @@
-/* The truth, in plain loops over all triangles: the canonical test, an ideal double oracle with derived error intervals,
-   and two textbook tests in float that serve as controls. Independent of the header's implementation. */
-#include "meshes.h"
+/* The truth, in plain loops over all triangles: what the oracle says is hit, with t, u, v and normal as the header's opening
+   section on exactness has them, and two textbook tests in float that serve as controls. Independent of the header's
+   implementation. */
+#include "oracle.h"
 
 void ref_vertex(const mesh *m, uint32_t vertex, float time, float out[3]) {
   const float *p = m->p + 3 * (size_t)vertex;
@@ -30,9 +31,9 @@ bool ref_valid(const pktrt_ray *r) {
 }
 
 /* --- which triangles a ray can meet at all ---
-   A binary tree over the boxes of the triangles, at all keys together, cut at medians. What the functions below look at a
-   triangle with, x = p_u - S_u p_k and y alike, is off by less than 10 e M from the ideal, e = 2^-24, M the largest |p|, and
-   vertices between keys by 5/2 e (|o| + M): boxes passed at more than 2^-20 M, or 2^-20 M + 2^-21 |o|, are passed for sure. */
+   A binary tree over the boxes of the triangles, at all keys together, cut at medians. Controls look at a triangle in
+   floats, off by less than 10 e M, e = 2^-24, M the largest |p|, and vertices between keys are off by 5/2 e (|o| + M): boxes
+   passed at more than 2^-20 M, or 2^-20 M + 2^-21 |o|, are passed for sure. */
 typedef struct ref_node {
   float lo[3], hi[3];
   uint32_t left, first, count; /* children left, left + 1; a leaf where count > 0 */
@@ -184,53 +185,62 @@ static void corners(const mesh *m, uint32_t t, float time, float v[3][3]) {
   for (int c = 0; c < 3; c++) ref_vertex(m, m->i[t * 3 + (uint32_t)c], time, v[c]);
 }
 
-static bool normal_of(float v[3][3], double n[3]) {
-  double a[3], b[3];
+/* What a hit says, by the formula of >>exactness in pktrt.h: in doubles where their derived error is small enough, else
+   the exact values, rounded. Which triangles are hit is the oracle's. */
+typedef struct seen {
+  double x, y, z;
+} seen;
+
+static double most_of3(double a, double b, double c) { return fmax(fabs(a), fmax(fabs(b), fabs(c))); }
+
+DIVIDES_BY_ZERO static void solve(const pktrt_ray *r, float v[3][3], pktrt_hit *h) {
+  const int k = oracle_main_axis(r->direction), u = (k + 1) % 3, w = (k + 2) % 3;
+  const double dk = (double)r->direction[k], du = (double)r->direction[u], dw = (double)r->direction[w];
+  seen s[3];
+  for (int c = 0; c < 3; c++) {
+    const double pu = (double)v[c][u] - (double)r->origin[u], pw = (double)v[c][w] - (double)r->origin[w];
+    const double pk = (double)v[c][k] - (double)r->origin[k];
+    const double pudk = pu * dk, pkdu = du * pk, pwdk = pw * dk, pkdw = dw * pk;
+    s[c].x = pudk - pkdu, s[c].y = pwdk - pkdw, s[c].z = pk;
+  }
+  double edge[3], depth = 0;
+  for (int c = 0; c < 3; c++) {
+    const seen *a = &s[(c + 2) % 3], *b = &s[(c + 1) % 3];
+    const double one = a->x * b->y, other = a->y * b->x;
+    edge[c] = one - other;
+  }
+  for (int c = 0; c < 3; c++) {
+    const double part = edge[c] * s[c].z;
+    depth = c ? depth + part : part;
+  }
+  const double det = (edge[0] + edge[1]) + edge[2];
+  const double X = most_of3(s[0].x, s[1].x, s[2].x), Y = most_of3(s[0].y, s[1].y, s[2].y);
+  const double lo = fmin(s[0].z, fmin(s[1].z, s[2].z)), hi = fmax(s[0].z, fmax(s[1].z, s[2].z));
+  const double Z = fmax(hi, -lo) * fabs(dk);
+  const double e = 0x1p-53, xy = (16 * e * X) * Y, sum = X + Y, far_ = 32 * e * Z, zs = (8 * e * Z) * (sum + far_);
+  const double error = xy + zs;
+  const bool calm = error < fabs(det) * 0x1p-6 && error * (hi - lo) < fabs(depth) * 0x1p-29;
+  const bool fine = error < fabs(det) * 0x1p-25;
+  double exact[3] = {0, 0, 0};
+  if (!calm || !fine) oracle_solve(r, v, exact);
+  const double detdk = det * dk, inverse = 1 / detdk, unit = dk * inverse;
+  const double t = calm ? depth * inverse : exact[0];
+  h->t = fabs(t) < 0x1.ffffffp127 ? (float)t : INFINITY;
+  h->u = (float)(fine ? edge[1] * unit : exact[1]), h->v = (float)(fine ? edge[2] * unit : exact[2]);
+}
+
+static void give_normal(float v[3][3], float normal[3]) {
+  double a[3], b[3], n[3];
   for (int k = 0; k < 3; k++) a[k] = (double)v[1][k] - (double)v[0][k], b[k] = (double)v[2][k] - (double)v[0][k];
   for (int k = 0; k < 3; k++) {
-    int i = (k + 1) % 3, j = (k + 2) % 3;
-    double x = a[i] * b[j], y = a[j] * b[i];
+    const double x = a[(k + 1) % 3] * b[(k + 2) % 3], y = a[(k + 2) % 3] * b[(k + 1) % 3];
     n[k] = x - y;
   }
-  return n[0] != 0 || n[1] != 0 || n[2] != 0;
-}
-
-/* The shear of a ray: the axis of the largest direction component, slopes along the other two. */
-typedef struct shear {
-  int k, u, v;
-  float su, sv;
-} shear;
-
-static shear shear_of(const float d[3]) {
-  shear s;
-  s.k = 0;
-  if (fabsf(d[1]) > fabsf(d[s.k])) s.k = 1;
-  if (fabsf(d[2]) > fabsf(d[s.k])) s.k = 2;
-  s.u = (s.k + 1) % 3, s.v = (s.k + 2) % 3;
-  s.su = d[s.u] / d[s.k], s.sv = d[s.v] / d[s.k];
-  return s;
-}
-
-static bool canonical(const shear *s, const pktrt_ray *r, float v[3][3], float *t, float *bu, float *bv) {
-  float x[3], y[3], z[3];
-  for (int i = 0; i < 3; i++) {
-    float pu = v[i][s->u] - r->origin[s->u], pv = v[i][s->v] - r->origin[s->v], pk = v[i][s->k] - r->origin[s->k];
-    float xu = s->su * pk, yv = s->sv * pk;
-    x[i] = pu - xu, y[i] = pv - yv, z[i] = pk;
-  }
-  double xa = (double)x[0], xb = (double)x[1], xc = (double)x[2], ya = (double)y[0], yb = (double)y[1],
-         yc = (double)y[2];
-  double u0 = xc * yb, u1 = yc * xb, v0 = xa * yc, v1 = ya * xc, w0 = xb * ya, w1 = yb * xa;
-  double U = u0 - u1, V = v0 - v1, W = w0 - w1;
-  if (!((U >= 0 && V >= 0 && W >= 0) || (U <= 0 && V <= 0 && W <= 0))) return false;
-  double det = (U + V) + W;
-  if (det == 0) return false;
-  double ta = U * (double)z[0], tb = V * (double)z[1], tc = W * (double)z[2];
-  double dk = (double)r->direction[s->k], inverse = 1 / (det * dk);
-  *t = (float)(((ta + tb) + tc) * inverse);
-  *bu = (float)(V * (dk * inverse));
-  *bv = (float)(W * (dk * inverse));
-  return true;
+  const double sizes = most_of3(a[0], a[1], a[2]) * most_of3(b[0], b[1], b[2]);
+  const bool calm = sizes * 0x1p-27 < most_of3(n[0], n[1], n[2]);
+  if (!calm) oracle_normal(v, n);
+  const double size = most_of3(n[0], n[1], n[2]), unit = 1 / size;
+  for (int k = 0; k < 3; k++) normal[k] = (float)(calm ? n[k] * unit : n[k] / size);
 }
 
 /* Ties go to the lower mesh, then the lower triangle. */
@@ -242,16 +252,15 @@ static bool nearer(const ref_walk *k, float t, const pktrt_hit *h) {
 bool ref_intersect(const world *w, const pktrt_ray *r, pktrt_hit *h) {
   miss(r, h);
   if (!ref_valid(r)) return false;
-  shear s = shear_of(r->direction);
   for (ref_walk k = walk_of(w, r); walk_next(&k);) {
-    float v[3][3], t, bu, bv;
-    double n[3];
+    float v[3][3];
+    pktrt_hit at;
     corners(&w->m[k.mesh], k.triangle, r->time, v);
-    if (!canonical(&s, r, v, &t, &bu, &bv) || !(t > r->tmin && t < r->tmax) || !nearer(&k, t, h) || !normal_of(v, n))
-      continue;
-    double size = fmax(fabs(n[0]), fmax(fabs(n[1]), fabs(n[2])));
-    for (int a = 0; a < 3; a++) h->normal[a] = (float)(n[a] * (1 / size));
-    h->t = t, h->u = bu, h->v = bv, h->mesh = k.mesh, h->triangle = k.triangle;
+    if (!oracle_crosses(r, v)) continue;
+    solve(r, v, &at);
+    if (!(at.t > r->tmin && at.t < r->tmax) || !nearer(&k, at.t, h)) continue;
+    give_normal(v, h->normal);
+    h->t = at.t, h->u = at.u, h->v = at.v, h->mesh = k.mesh, h->triangle = k.triangle;
   }
   return h->mesh != PKTRT_NONE;
 }
@@ -310,97 +319,4 @@ bool ref_moller_trumbore(const world *w, const pktrt_ray *r, pktrt_hit *h) {
 }
 bool ref_kensler_shirley(const world *w, const pktrt_ray *r, pktrt_hit *h) {
   return plain(w, r, h, plain_kensler_shirley);
-}
-
-/* --- oracle ---
-   In the ray's sheared frame (origin 0, direction along z) the ideal vertices are X = p_u - S_u p_k, Y likewise, Z = p_k with
-   p = v - o. The canonical x differs from X by rounding alone: with e = 2^-24, M = max |p| and |S| <= 1 the errors are
-   e M each of p_u, p_k, S and the product, and e 2M of the last difference: 6 e M and terms of e^2. So each vertex lies
-   within D = sqrt(2) * 7 e M of its ideal place (plus 2^-146 for denormals).
-   Inside or not: a point of the border moves by at most D, since it is a mean of corners. If the ideal border passes the
-   origin at more than D, then shrinking the displacement to nothing never sweeps the border across the origin, and the
-   winding number stays: ideal and canonical tests agree. Nearer than D: both answers are possible.
-   Depth: an accepted canonical hit has z = sum l_i z_i with weights l_i >= 0 of sum 1 and sum l_i x_i = 0. The ideal plane
-   over q = sum l_i X_i, |q| <= D, has the height sum l_i Z_i. Hence |z - Z(0)| <= |grad Z| D + e M, the ideal plane's
-   gradient taken in the sheared frame; t = z / d_k is rounded to float once more. Edge-on triangles have gradients without
-   bound and so intervals without end. */
-typedef struct interval {
-  double lo, hi;
-  bool certain; /* hit for sure, at a t in [lo, hi]; else hit perhaps */
-} interval;
-
-static double segment_distance(const double a[2], const double b[2]) {
-  double d[2] = {b[0] - a[0], b[1] - a[1]}, l = d[0] * d[0] + d[1] * d[1];
-  double f = l > 0 ? -(a[0] * d[0] + a[1] * d[1]) / l : 0;
-  f = f < 0 ? 0 : f > 1 ? 1 : f;
-  return hypot(a[0] + f * d[0], a[1] + f * d[1]);
-}
-
-DIVIDES_BY_ZERO static bool ideal(const shear *s, const pktrt_ray *r, float v[3][3], interval *out) {
-  double x[3][2], z[3], M = 0, n[3], dk = (double)r->direction[s->k];
-  double su = (double)r->direction[s->u] / dk, sv = (double)r->direction[s->v] / dk;
-  for (int i = 0; i < 3; i++) {
-    double p[3];
-    for (int k = 0; k < 3; k++) {
-      p[k] = (double)v[i][k] - (double)r->origin[k];
-      M = fmax(M, fabs(p[k]));
-    }
-    z[i] = p[s->k], x[i][0] = p[s->u] - su * z[i], x[i][1] = p[s->v] - sv * z[i];
-  }
-  if (!normal_of(v, n)) return false;
-  const double e = 0x1p-24, D = 1.4143 * 7 * e * M + 0x1p-145;
-  double near = fmin(segment_distance(x[0], x[1]), fmin(segment_distance(x[1], x[2]), segment_distance(x[2], x[0])));
-  double area[3];
-  for (int i = 0; i < 3; i++) {
-    int a = (i + 1) % 3, b = (i + 2) % 3;
-    area[i] = x[a][0] * x[b][1] - x[a][1] * x[b][0];
-  }
-  bool inside = (area[0] > 0 && area[1] > 0 && area[2] > 0) || (area[0] < 0 && area[1] < 0 && area[2] < 0);
-  if (near > D && !inside) return false;
-  double ax = x[1][0] - x[0][0], ay = x[1][1] - x[0][1], bx = x[2][0] - x[0][0], by = x[2][1] - x[0][1];
-  double det = ax * by - ay * bx, za = z[1] - z[0], zb = z[2] - z[0];
-  double gx = (za * by - zb * ay) / det, gy = (ax * zb - bx * za) / det; /* det 0: not finite, so no bound below */
-  double z0 = z[0] - gx * x[0][0] - gy * x[0][1], slack = hypot(gx, gy) * D + 1.01 * e * M;
-  double lo = (z0 - slack) / dk, hi = (z0 + slack) / dk;
-  out->certain = near > D;
-  out->lo = fmin(lo, hi), out->hi = fmax(lo, hi);
-  if (!(out->hi - out->lo < INFINITY)) out->lo = -INFINITY, out->hi = INFINITY;
-  /* 2^-24 for rounding to float; 1e-12 for the double of both sides */
-  double more = fmax(fabs(out->lo), fabs(out->hi)) * (1.01 * e + 1e-12) + 0x1p-149;
-  out->lo -= more, out->hi += more;
-  return true;
-}
-
-verdict ref_oracle(const world *w, const pktrt_ray *r, const pktrt_hit *h, bool *ambiguous) {
-  *ambiguous = false;
-  if (!ref_valid(r)) return h->mesh == PKTRT_NONE ? VERDICT_RIGHT : VERDICT_WRONG;
-  shear s = shear_of(r->direction);
-  double first = INFINITY; /* the nearest certain hit is not beyond this */
-  interval mine = {0, 0, false}, all[64];
-  uint32_t found = 0, at[64][2];
-  for (ref_walk k = walk_of(w, r); walk_next(&k);) {
-    float v[3][3];
-    interval x;
-    corners(&w->m[k.mesh], k.triangle, r->time, v);
-    if (!ideal(&s, r, v, &x) || x.hi <= (double)r->tmin || x.lo >= (double)r->tmax) continue;
-    x.certain &= x.lo > (double)r->tmin && x.hi < (double)r->tmax;
-    if (x.certain) first = fmin(first, x.hi);
-    if (found < COUNT(all)) at[found][0] = k.mesh, at[found][1] = k.triangle, all[found++] = x;
-    else *ambiguous = true;
-  }
-  uint32_t rivals = 0;
-  bool possible = false;
-  for (uint32_t c = 0; c < found; c++) {
-    if (all[c].lo > first) continue;
-    rivals++;
-    if (!all[c].certain) *ambiguous = true;
-    if (at[c][0] == h->mesh && at[c][1] == h->triangle) possible = true, mine = all[c];
-  }
-  *ambiguous |= rivals > 1;
-  if (h->mesh == PKTRT_NONE) {
-    if (first < INFINITY) return VERDICT_WRONG;
-  } else if (found < COUNT(all) && !(possible && (double)h->t >= mine.lo && (double)h->t <= mine.hi)) {
-    return VERDICT_WRONG;
-  }
-  return *ambiguous ? VERDICT_BAND : VERDICT_RIGHT;
 }

@@ -72,23 +72,23 @@ typedef struct climber {
   bool fused;                  /* as single rays are culled with AVX2; not: as on the paper path */
 } climber;
 
-/* How much earlier it leaves the slab of u than it enters that of v, each widened by 2 / 18 of the slack of M, if it
-   hits the triangle's side, which ends at LOWER of the corner's depth. */
+/* How much earlier it leaves the slab of u than it enters that of v, each widened by the slack of o alone, if it hits the
+   triangle's side, which ends at LOWER of the corner's depth. */
 #define LOWER 0.8f
 static float shortage(const climber *x) {
-  const float dk = x->d[2], z[2] = {x->corner[2] - x->o[2], LOWER * x->corner[2] - x->o[2]};
-  const float pad = 0x1p-24f * (2 * z[0] + 8 * fmaxf(fabsf(x->o[0]), fmaxf(fabsf(x->o[1]), fabsf(x->o[2]))));
-  float at[2], seen[2][2];
+  const float dk = x->d[2], ends[2] = {x->corner[2], LOWER * x->corner[2]};
+  const float pad = 0x1p-24f * (8 * fmaxf(fabsf(x->o[0]), fmaxf(fabsf(x->o[1]), fabsf(x->o[2]))));
+  float at[2];
+  double seen[2][2];
   for (int a = 0; a < 2; a++) {
-    const float slope = x->d[a] / dk, back = fabsf(dk) / x->d[a], c = x->o[a] * back, wide = pad * back;
+    const float back = fabsf(dk) / x->d[a], c = x->o[a] * back, wide = pad * back;
     const float plane = x->corner[a] * back, begin = a ? c + wide : c - wide;
-    for (int end = 0; end < 2; end++) {
-      const float far_ = slope * z[end];
-      seen[end][a] = (x->corner[a] - x->o[a]) - far_;
-    }
+    for (int end = 0; end < 2; end++)
+      seen[end][a] = ((double)x->corner[a] - (double)x->o[a]) * (double)dk -
+                     (double)x->d[a] * ((double)ends[end] - (double)x->o[2]);
     at[a] = x->fused ? fmaf(x->corner[a], back, -begin) : plane - begin;
   }
-  const double side = (double)seen[0][0] * (double)seen[1][1] - (double)seen[0][1] * (double)seen[1][0];
+  const double side = seen[0][0] * seen[1][1] - seen[0][1] * seen[1][0];
   return side < 0 ? 1000 * (float)side - 0.001f : at[1] - at[0];
 }
 
@@ -218,6 +218,24 @@ static void edge_on(rng *r, graze *g) {
   look_again(g);
 }
 
+/* Rays at a side of a triangle of so large x, y and z, in their frame. */
+static void at_an_edge(rng *r, graze *g, float across, float deep, float unit) {
+  start(r, g, 1);
+  for (uint32_t c = 0; c < 3; c++)
+    set(g, g->corner + 3 * c, unit * across * rng_sign(r), unit * across * rng_sign(r),
+        unit * deep * 0.1f * rng_sign(r));
+  for (uint32_t i = 0; i < RAYS; i++) {
+    const float *p = g->corner, *q = p + 3, part = rng_unit(r), k = either(r, 1);
+    pktrt_ray *ray = &g->ray[i];
+    set(g, ray->direction, k * rng_sign(r), k * rng_sign(r), k);
+    for (int a = 0; a < 3; a++)
+      ray->origin[a] = jog(r, p[a] + part * (q[a] - p[a]) - unit * deep * ray->direction[a], 3);
+  }
+}
+static void at_a_wide_edge(rng *r, graze *g) { at_an_edge(r, g, 1, 1e-3f, 1); }
+static void at_a_far_edge(rng *r, graze *g) { at_an_edge(r, g, 1e-3f, 1, 1); }
+static void at_a_tiny_edge(rng *r, graze *g) { at_an_edge(r, g, 1, 1e-3f, ldexpf(1, -64 - (int)rng_below(r, 4))); }
+
 /* So near that depths, or what becomes of them along a long direction, are denormal. */
 static void denormal_depth(rng *r, graze *g) {
   start(r, g, 1);
@@ -229,20 +247,6 @@ static void denormal_depth(rng *r, graze *g) {
   for (uint32_t i = 0; i < RAYS; i += 4) {
     const float length = rng_range(r, 1, 2) * (deep ? ldexpf(1, 60) : 1);
     set(g, g->ray[i].direction, rng_sign(r) * length, rng_sign(r) * length, length);
-  }
-  look_again(g);
-}
-
-/* So small, or so thin, that the products of x and y are denormal; far away. */
-static void denormal_area(rng *r, graze *g) {
-  start(r, g, 1);
-  const float size = ldexpf(1, -70), slope[2] = {0, 0}, far_ = ldexpf(1, 60);
-  for (uint32_t c = 0; c < 3; c++)
-    set_seen(g, c, size * ((c == 1 ? 2 : -1) + 0.5f * rng_sign(r)), size * ((c == 2 ? 2 : -1) + 0.5f * rng_sign(r)),
-             far_ * rng_range(r, 1, 9), slope);
-  for (uint32_t i = 0; i < RAYS; i += 4) {
-    for (int a = 0; a < 3; a++) g->ray[i].origin[a] = size * 0.2f * rng_sign(r);
-    g->ray[i].origin[g->axis[0]] = 0, g->ray[i].direction[g->axis[0]] = rng_range(r, 1, 2);
   }
   look_again(g);
 }
@@ -341,14 +345,19 @@ typedef struct part {
   size_t at;      /* in slack_parts */
   float of, left; /* what the constant is a multiple of, and what is left of it */
   make_graze *make;
-  uint32_t triangles;
+  uint32_t triangles, fields; /* how many parts in a row */
 } part;
 #define PART(field) #field, offsetof(slack_parts, field)
 static const part parts[] = {
-    {PART(m), 18, 2, graze_box_closely, 200}, {PART(m), 18, 1, graze_box_moving, 200},
-    {PART(min), 1, 0, graze_box_tiny, 40},    {PART(spread), 13, 1, edge_on, 400},
-    {PART(tiny), 2, 0, denormal_depth, 40},   {PART(det), 1, 0, denormal_area, 40},
-    {PART(sides), 32, 0, at_a_side, 600},
+    {PART(m), 16, 0, graze_box_closely, 200, 1},
+    {PART(m), 16, 0, graze_box_moving, 200, 1},
+    {PART(min), 1, 0, graze_box_tiny, 40, 1},
+    {PART(cross), 20.25f, 0, at_a_wide_edge, 200, 1},
+    {PART(shear), 8.25f, 0, at_a_far_edge, 200, 1},
+    {PART(least), 1, 0, at_a_tiny_edge, 400, 1},
+    {"depth", offsetof(slack_parts, cross), 20.25f, 0, edge_on, 400, 5}, /* cross to estimate */
+    {PART(tiny), 2, 0, denormal_depth, 40, 1},
+    {PART(sides), 32, 0, at_a_side, 600, 1},
 };
 
 /* Whether the copy loses a hit with so much of a part. */
@@ -356,7 +365,7 @@ static bool copy_loses(const part *p, const graze *g, float left) {
   uint64_t lost = 0;
   slack_left = slack_whole;
   left /= p->of;
-  memcpy((char *)&slack_left + p->at, &left, sizeof left);
+  for (uint32_t i = 0; i < p->fields; i++) memcpy((char *)&slack_left + p->at + i * sizeof left, &left, sizeof left);
   pktrt_scene *s = noslack_scene(&g->w, PKTRT_ISA_AUTO);
   if (!CHECK(s != NULL)) return false;
   for (int how = 0; how < ASKED; how++) lost |= lost_by(g, s, true, (asked)how);
@@ -390,12 +399,11 @@ static void parts_are_needed(void) {
 
    Of frusta. Let a ray hit at the depth W from the reference point, and begin at ow. Then ow <= W <= M, for the ray
    whose origin has the point's depth sees the same scene; across, no corner is nearer to both ends of the origins than
-   to their middle. So where it counts, rho <= M. Errors, in units of eps M, without fused operations: 5 of the
-   canonical test, whose slope is the planes' own; 5 of C; 3 of its value at the far end; 4 of the plane there; 1, and
-   |o|, of the box: at rest 18 and |o|, which max D covers by itself. Beyond the far end a hit lies by rounding, by 2 at
-   most, and planes lean by 1 at most; there C errs by 5 eps rho only, and rho has slack of its own. Motion adds 5 1/2
-   and 4 |o|, so it is left to search: packets are moved about until more slack is needed, with nothing of that part and
-   as little of the others as loses a hit. */
+   to their middle. So where it counts, rho <= M. Errors, in units of eps M, without fused operations: 1 of the slope; 5
+   of C; 3 of its value at the far end; 4 of the plane there; 1, and |o|, of the box: at rest 14 and |o|, which max D
+   covers by itself. Beyond the far end a hit lies by rounding, by 2 at most, and planes lean by 1 at most; there C errs
+   by 5 eps rho only, and rho has slack of its own. Motion adds 7 1/2 and 4 |o|, so it is left to search: packets are
+   moved about until more slack is needed, with nothing of that part and as little of the others as loses a hit. */
 
 typedef struct spare_part {
   const char *name;

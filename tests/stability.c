@@ -213,6 +213,7 @@ static void zeros_have_controls(void) {
 }
 
 void suite_stability(void) {
+  suite_stability_exact();
   suite_stability_watertight();
   suite_stability_accuracy();
   suite_stability_culling();

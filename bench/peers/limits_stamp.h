@@ -258,7 +258,7 @@ static uint64_t limit_go_triangles(limit_sample *s, const pktrt__bvh_segment *se
       const uint32_t lane = pktrt__lowest_bit(m);
       pktrt__tri_common tri;
       tri.id = block->id[lane], tri.slot = at->ref * 8 + lane, tri.counts = NULL;
-      tri.pad = s->f.pad, tri.range = s->corners[i].range[lane], tri.far_ = s->corners[i].far_[lane];
+      tri.error = s->corners[i].error[lane], tri.range = s->corners[i].range[lane], tri.far_ = s->corners[i].far_[lane];
       tests += limit_vectors(at->mask);
       if (!plain) pktrt__frustum_test_triangle(&s->f, seg, &s->b, k0, &s->corners[i], lane, &tri, at->mask);
       for (uint32_t r = 0; plain && r < 64; r += FW) {
@@ -322,9 +322,10 @@ static uint64_t limit_go_settle(limit_sample *s, const pktrt__bvh_segment *seg, 
   uint64_t tests = 0;
   for (uint32_t k = 0; k < s->rays; k++) {
     const uint32_t r = s->list[k], slot = s->b.slot[r];
+    uint32_t open = 1u << (r & 7);
     if (slot == PKTRT_NONE) continue;
     if (test == LIMIT_SETTLE) pktrt__exact_test(seg, &s->b, r, s->b.id[r], slot);
-    else pktrt__frustum_exact_test8(seg, &s->b, r & ~7u, 1u << (r & 7), s->b.id[r], slot);
+    else pktrt__frustum_exact_test8(seg, &s->b, r & ~7u, &open, s->b.id[r], slot);
     tests++;
   }
   return tests;

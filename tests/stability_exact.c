@@ -1,0 +1,277 @@
+/* Hits are those of exact arithmetic: against the oracle of oracle.h, which shares no code with the library, on scenes and rays that
+   are hard. Each ray is answered by a single call, by many-ray calls of both paths, and by all its crossings in order; closed
+   meshes are asked for the winding number of the ray's origin. Controls: two textbook tests in floats, and stepping from hit to
+   hit by tmin. */
+#include "oracle.h"
+#include "stability.h"
+
+/* --- scenes --- */
+
+static mesh series(rng *r) { /* of sizes towards a point */
+  mesh m = mesh_of(3 * 5000, 5000);
+  float size = 1;
+  for (uint32_t v = 0; v < m.nv; v++) {
+    if (v % 3 == 0) size *= 0.995f;
+    for (int a = 0; a < 3; a++) m.p[3 * v + (uint32_t)a] = size * (1 + 0.5f * rng_sign(r));
+    m.i[v] = v;
+  }
+  return m;
+}
+
+static mesh needles(rng *r, float thin) { /* one in four shorter than it is thin: of no shape */
+  mesh m = mesh_of(3 * 600, 600);
+  for (uint32_t t = 0; t < m.nt; t++) {
+    float o[3], along[3];
+    for (int a = 0; a < 3; a++) o[a] = rng_sign(r), along[a] = rng_sign(r) * (t % 4 ? 1 : thin);
+    for (uint32_t c = 0; c < 3; c++) {
+      const float part = c == 0 ? 0 : c == 1 ? 1 : rng_unit(r);
+      for (uint32_t a = 0; a < 3; a++) m.p[9 * t + 3 * c + a] = o[a] + part * along[a] + thin * rng_sign(r);
+      m.i[3 * t + c] = 3 * t + c;
+    }
+  }
+  return m;
+}
+
+static mesh mixture(rng *r) { /* of scales within a scene */
+  mesh m = mesh_soup(600, 1, rng_u32(r));
+  for (uint32_t t = 0; t < m.nt; t++) {
+    const float scale = exp2f(rng_range(r, -60, 0));
+    for (uint32_t i = 0; i < 9; i++) m.p[9 * t + i] *= scale;
+  }
+  return m;
+}
+
+/* A closed mesh whose vertices are rounded to a grid: neighbours become one, and triangles lines and points. */
+static mesh coarse(int level, float grid, float offset) {
+  mesh m = mesh_sphere(level, 0.05f, 7);
+  for (uint32_t i = 0; i < 3 * m.nv; i++) m.p[i] = roundf(m.p[i] / grid) * grid;
+  mesh_place(&m, (float[3]){1, 1, 1}, (float[3]){offset, -offset, offset});
+  return m;
+}
+
+static mesh keyed(mesh m, uint32_t keys, uint64_t seed) {
+  mesh_move(&m, keys, 1.3f, 0.3f, seed);
+  return m;
+}
+
+/* Moves so that triangles are flat at a key, or turned over after it. */
+static mesh turning(mesh m, float last) {
+  mesh_move(&m, 2, 0, 0, 1);
+  float *key = m.p + 3 * (size_t)m.nv;
+  for (uint32_t v = 0; v < m.nv; v++) key[3 * v + 1] *= last;
+  return m;
+}
+
+enum { SCENES = 19 };
+typedef struct hard {
+  const char *name;
+  mesh m;
+  bool closed;
+} hard;
+
+static hard hard_scene(size_t i) {
+  rng r = rng_of(900 + i);
+  const float far_ = 1e5f;
+  switch (i) {
+  case 0: return (hard){"globe 131072, offset 1e5", coarse(7, 0x1p-7f, far_), true};
+  case 1: return (hard){"series of 5000 sizes", series(&r), false};
+  case 2: return (hard){"soup", mesh_soup(2000, 0.3f, 3), false};
+  case 3: return (hard){"mixture of scales", mixture(&r), false};
+  case 4: return (hard){"needles 1e-6", needles(&r, 1e-6f), false};
+  case 5: return (hard){"needles 1e-12", needles(&r, 1e-12f), false};
+  case 6: return (hard){"grid, rays along axes", mesh_grid(64, 1), false};
+  case 7: return (hard){"coarse 2^-4", coarse(5, 0x1p-4f, 0), true};
+  case 8: return (hard){"coarse 2^-2, offset 1e3", coarse(5, 0x1p-2f, 1e3f), true};
+  case 9: return (hard){"globe, offset 1e6", coarse(4, 0x1p-10f, 1e6f), true};
+  case 10: return (hard){"soup, 2 keys", keyed(mesh_soup(500, 0.3f, 4), 2, 5), false};
+  case 11: return (hard){"globe, 3 keys", keyed(coarse(3, 0x1p-6f, 0), 3, 6), true};
+  case 12: return (hard){"soup, 5 keys", keyed(mesh_soup(500, 0.3f, 8), 5, 7), false};
+  case 13: return (hard){"globe, flat at a key", turning(coarse(3, 0x1p-10f, 0), 0), true};
+  case 14: return (hard){"globe, turned over", turning(coarse(3, 0x1p-10f, 0), -1), true};
+  case 15: return (hard){"copies", mesh_copies(&(mesh){0}, 0), false};
+  case 16: return (hard){"scale 2^-126", mesh_soup(500, 0.3f, 9), false};
+  case 17: return (hard){"scale 2^-70", mesh_soup(500, 0.3f, 10), false};
+  default: return (hard){"scale 2^97", mesh_soup(500, 0.3f, 11), false};
+  }
+}
+
+static world world_of_scene(size_t i, hard *h) {
+  if (i == 15) {
+    mesh box = coarse(2, 0x1p-6f, 0);
+    h->name = "three copies", h->m = mesh_copies(&box, 3), h->closed = true;
+    mesh_free(&box);
+  } else {
+    *h = hard_scene(i);
+  }
+  world w = world_of(h->m);
+  if (i >= 16) world_place(&w, i == 16 ? 0x1p-126f : i == 17 ? 0x1p-70f : 0x1p97f, 0, 0, 0);
+  return w;
+}
+
+/* --- rays --- */
+
+static void blend(float p[3][3], const float part[3], float out[3]) {
+  for (int a = 0; a < 3; a++) out[a] = part[0] * p[0][a] + part[1] * p[1][a] + part[2] * p[2][a];
+}
+
+/* At a triangle: inside it, at an edge or a vertex; along an edge, in its plane, or grazing that by down to 1e-8. */
+static pktrt_ray hard_ray(const oracle_soup *s, float size, float time, rng *r) {
+  float(*p)[3] = s->p[rng_below(r, (uint32_t)s->n)], part[3], target[3], other[3], origin[3];
+  const uint32_t kind = rng_below(r, 8), c = rng_below(r, 3);
+  part[0] = rng_unit(r), part[1] = (1 - part[0]) * rng_unit(r), part[2] = 1 - part[0] - part[1];
+  if (kind % 4 == 1) part[c] = 0, part[(c + 1) % 3] = 1 - part[(c + 2) % 3];
+  if (kind % 4 == 2) part[c] = 1, part[(c + 1) % 3] = part[(c + 2) % 3] = 0;
+  blend(p, part, target);
+  if (kind == 7) memcpy(target, p[c], sizeof target), memcpy(other, p[(c + 1) % 3], sizeof other); /* along an edge */
+  else blend(p, (float[3]){rng_sign(r), rng_sign(r), rng_sign(r)}, other);
+  const float far_ = exp2f(rng_range(r, -3, 4)), lift = kind == 5 ? exp2f(rng_range(r, -27, -4)) : 0;
+  for (int a = 0; a < 3; a++) {
+    const float away = kind >= 5 ? target[a] - other[a] + lift * size * rng_sign(r) : size * rng_sign(r);
+    origin[a] = target[a] + far_ * away;
+  }
+  pktrt_ray x = ray_towards(origin, target, time);
+  if (kind == 6) x.tmin = -INFINITY;
+  if (kind == 4 && rng_below(r, 2)) /* along an axis, as through a grid */
+    for (int a = 0; a < 3; a++) x.direction[a] = a == (int)c ? 1 : 0, x.origin[a] = a == (int)c ? origin[a] : target[a];
+  return x;
+}
+
+/* --- what is asked --- */
+
+enum { TIMES = 6, MOST = 64, CHUNK = 128 };
+typedef struct verdicts {
+  uint64_t rays, triangles, lists, windings, closed; /* the last: of rays that were asked for windings */
+  uint64_t plain[2], stepping, by_normals;           /* controls */
+} verdicts;
+
+/* Whether a chain of calls gives the same list. */
+static bool chain_differs(const pktrt_scene *s, const pktrt_ray *ray, const pktrt_hit *all, size_t n) {
+  pktrt_hit at;
+  size_t i = 0;
+  for (bool on = pktrt_intersect_after(s, ray, NULL, &at); on; on = pktrt_intersect_after(s, ray, &at, &at), i++)
+    if (i < MOST && !same_bits(&at, &all[i], sizeof at)) return true;
+  return i != n;
+}
+
+static bool stepping_loses(const pktrt_scene *s, pktrt_ray ray, size_t n) {
+  pktrt_hit at;
+  size_t i = 0;
+  for (; i < n && pktrt_intersect(s, &ray, &at); i++) ray.tmin = at.t;
+  return i < n;
+}
+
+/* Asks for the winding number of a ray's origin, unless that is on the surface: on the way to three sides there is none at 0. */
+static void ask_winding(const oracle_soup *soup, const pktrt_scene *s, const pktrt_ray *ray, verdicts *v) {
+  static const float side[3][3] = {{0.3f, 0.5f, -0.8f}, {-0.7f, 0.2f, 0.6f}, {0.1f, -0.9f, 0.4f}};
+  oracle_list list = {NULL, 0, 0};
+  int winds = 0;
+  bool on = false;
+  for (int k = 0; k < 3; k++) {
+    const pktrt_ray x = pktrt_make_ray(ray->origin, side[k]);
+    oracle_crossings(soup, &x, &list);
+    for (size_t i = 0; i < list.n; i++) on |= !list.at[i].ahead;
+    winds = oracle_winding(&list);
+  }
+  oracle_list_free(&list);
+  if (on) return;
+  v->closed++, v->windings += pktrt_winding(s, 0, ray->origin, ray->time) != winds;
+  pktrt_ray ahead = pktrt_make_ray(ray->origin, (const float[3]){1, 0, 0}); /* the control: by signs of float normals */
+  pktrt_hit at;
+  for (ahead.time = ray->time; pktrt_intersect(s, &ahead, &at); ahead.tmin = at.t) winds -= at.normal[0] > 0 ? 1 : -1;
+  v->by_normals += winds != 0;
+}
+
+static void judge(const char *name, const oracle_soup *soup, const world *w, const pktrt_scene *s, const pktrt_ray *ray,
+                  const pktrt_hit got[3], bool closed, verdicts *v) {
+  oracle_list list = {NULL, 0, 0};
+  pktrt_hit all[MOST];
+  oracle_crossings(soup, ray, &list);
+  v->rays++;
+  for (int k = 0; k < 3; k++) {
+    const char *what = oracle_objection(soup, ray, &list, &got[k], got[k].mesh != PKTRT_NONE, 1);
+    v->triangles += what != NULL;
+    CHECK(!what, "%s: way %d: %s; o %a %a %a d %a %a %a time %a", name, k, what, (double)ray->origin[0],
+          (double)ray->origin[1], (double)ray->origin[2], (double)ray->direction[0], (double)ray->direction[1],
+          (double)ray->direction[2], (double)ray->time);
+  }
+  const size_t n = pktrt_intersect_all(s, ray, all, MOST);
+  size_t least, most;
+  oracle_count(ray, &list, &least, &most);
+  const char *what = oracle_objection(soup, ray, &list, all, n < MOST ? n : MOST, MOST);
+  if (n < least || n > most) what = "not as many as there are";
+  v->lists += what != NULL || chain_differs(s, ray, all, n);
+  CHECK(!what, "%s: list of %zu: %s", name, n, what);
+  if (closed) ask_winding(soup, s, ray, v);
+  v->stepping += stepping_loses(s, *ray, n);
+  if (v->rays % 8 == 0) { /* of a few: they look at every triangle */
+    pktrt_hit h;
+    ref_moller_trumbore(w, ray, &h);
+    memcpy(h.normal, got[0].normal, sizeof h.normal);
+    v->plain[0] += oracle_objection(soup, ray, &list, &h, h.mesh != PKTRT_NONE, 1) != NULL;
+    ref_kensler_shirley(w, ray, &h);
+    memcpy(h.normal, got[0].normal, sizeof h.normal);
+    v->plain[1] += oracle_objection(soup, ray, &list, &h, h.mesh != PKTRT_NONE, 1) != NULL;
+  }
+  oracle_list_free(&list);
+}
+
+static void ask_chunk(const hard *h, const oracle_soup *soup, const world *w, const pktrt_scene *s, float time, rng *r,
+                      size_t n, verdicts *v) {
+  pktrt_ray rays[CHUNK];
+  pktrt_hit many[CHUNK], paper[CHUNK];
+  pktrt_query_desc q;
+  pktrt_scene_info info;
+  pktrt_get_scene_info(s, &info);
+  const float size = info.bounds_hi[0] - info.bounds_lo[0];
+  memset(&q, 0, sizeof q);
+  q.path = PKTRT_PATH_PAPER;
+  for (size_t i = 0; i < n; i++) rays[i] = hard_ray(soup, size, time, r);
+  pktrt_intersect_n(s, rays, many, n);
+  pktrt_intersect_ex(s, &q, rays, paper, n);
+  for (size_t i = 0; i < n; i++) {
+    pktrt_hit got[3];
+    pktrt_intersect(s, &rays[i], &got[0]);
+    got[1] = many[i], got[2] = paper[i];
+    if (ref_valid(&rays[i])) judge(h->name, soup, w, s, &rays[i], got, h->closed, v);
+  }
+}
+
+static void exact_case(void *arg, size_t i) {
+  hard h;
+  world w = world_of_scene(i, &h);
+  const int times = w.m[0].keys > 1 ? TIMES : 1;
+  const size_t n = (thoroughness < 0.005 ? 15 : thoroughness < 0.1 ? 50 : thorough(10000)) / (size_t)times + 1;
+  (void)arg;
+  oracle_soup soup[TIMES];
+  float time[TIMES];
+  ref_plant(&w);
+  rng r = rng_of(i + 50);
+  for (int t = 0; t < times; t++) {
+    time[t] = t < 2 ? (float)t : rng_unit(&r), soup[t] = oracle_soup_of(&w, time[t]);
+    oracle_plant(&soup[t]);
+  }
+  for (int k = 0; k < isa_count; k++) {
+    verdicts v;
+    memset(&v, 0, sizeof v);
+    pktrt_scene *s = world_scene(&w, isas[k], 0);
+    for (int t = 0; t < times; t++)
+      for (size_t done = 0; done < n; done += CHUNK)
+        ask_chunk(&h, &soup[t], &w, s, time[t], &r, n - done < CHUNK ? n - done : CHUNK, &v);
+    pktrt_scene_destroy(s);
+    count_figure("exact", h.name, isas[k], 3 * v.rays, "wrong hits and misses", v.triangles);
+    count_figure("exact", h.name, isas[k], v.rays, "wrong lists of crossings", v.lists);
+    if (v.closed) count_figure("exact", h.name, isas[k], v.closed, "wrong winding numbers", v.windings);
+    if (v.closed) control_figure("exact", h.name, "wrong winding numbers", "stepping by tmin", v.closed, v.by_normals);
+    control_figure("exact", h.name, "wrong hits and misses", "Moeller-Trumbore", v.rays / 8, v.plain[0]);
+    control_figure("exact", h.name, "wrong hits and misses", "Kensler-Shirley", v.rays / 8, v.plain[1]);
+    control_figure("exact", h.name, "wrong lists of crossings", "stepping by tmin", v.rays, v.stepping);
+  }
+  for (int t = 0; t < times; t++) oracle_soup_free(&soup[t]);
+  world_free(&w);
+}
+
+static void exact_cases(void) { jobs_for(SCENES, exact_case, NULL); }
+
+void suite_stability_exact(void) {
+  run("stable: hits, lists of crossings and winding numbers are those of exact arithmetic", exact_cases);
+}

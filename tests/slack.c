@@ -379,7 +379,7 @@ static void parts_are_needed(void) {
     const part *p = &parts[i];
     uint32_t lose = 0;
     float most = p->left; /* with which a hit was lost */
-    for (uint32_t seed = 0; seed < p->triangles; seed++) {
+    for (uint32_t seed = 0; seed < p->triangles && !(small_run && lose > 2); seed++) {
       rng r = rng_of(seed + 1000 * i);
       graze g;
       p->make(&r, &g);

@@ -179,7 +179,8 @@ static void brute_scale(void *traced, size_t i) { /* at rest, and moving */
   world_place(&w, scale, 0, 0, 0);
   char name[64];
   snprintf(name, sizeof name, "scale %g%s", (double)scale, moves ? ", moving" : "");
-  const size_t most = (scale < 1e-35f ? 600u : 3000u) / (small_run ? 3 : 1); /* arithmetic on denormal numbers is slow */
+  const size_t most =
+      (scale < 1e-35f ? 600u : 3000u) / (small_run ? 3 : 1); /* arithmetic on denormal numbers is slow */
   ((size_t *)traced)[i] = brute_alone(name, w, 20 + i / 2, scale > 1e-21f && scale < 1e21f, most);
 }
 

@@ -721,6 +721,9 @@ SETUP_OF(sse2, )
 #ifdef PKTRT__HAS_AVX2
 SETUP_OF(avx2, __attribute__((__target__("avx2,fma,bmi,bmi2,popcnt"))))
 #endif
+#ifdef PKTRT__HAS_NEON
+SETUP_OF(neon, )
+#endif
 static void setups_agree(void) {
   for (int axis = 0; axis < 6; axis++) {
     mesh m = mesh_sphere(2, 0, 1);
@@ -741,6 +744,9 @@ static void setups_agree(void) {
 #endif
 #ifdef PKTRT__HAS_AVX2
       if (pktrt_isa_available(PKTRT_ISA_AVX2)) setup_by_avx2(s, &ray);
+#endif
+#ifdef PKTRT__HAS_NEON
+      setup_by_neon(s, &ray);
 #endif
     }
     pktrt_scene_destroy(s);

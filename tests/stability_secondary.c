@@ -1,11 +1,13 @@
-/* Rays that leave surfaces: they do not meet what they left, and pass no wall that is farther away than they are moved.
+/* Rays that leave surfaces: they do not meet what they left, and pass no wall that is farther away than they are moved; and shadows
+   where things touch are there, however large the floor is.
 
-   How far that is, with e = 2^-24, m the largest coordinate of the mesh left and M the extent of the scene (what any
-   vertex can be away from a ray's origin along an axis): pktrt_spawn moves a point by 24 e m, rounding the new origin
-   moves it by another sqrt(3) e m at most. A ray hits what it ideally passes at less than 9 e M, perhaps: so much is
-   the canonical test off (see >>exactness in pktrt.h). The same goes for the far end of a shadow ray, which rounding of
-   its direction moves by sqrt(3) e M more. So a surface that is more than 26 e m + 11 e M from the point left cannot be
-   passed by error: leaks there are wrong, nearer ones are what an offset costs. */
+   How far that is, with e = 2^-24, m the largest coordinate of the mesh left and M the extent of the scene (what any vertex can be
+   away from a ray's origin along an axis): u and v err by 2 e of the edges, so that the point that a ray leaves is within 8 e m of
+   the true one along each axis, and along the normal it is moved by 2 sqrt(3) e m at most (>>spawn in pktrt.h); as much more as the
+   first is the point that is compared with here off, which is that of u and v. Hits are exact; the far end of a shadow ray, whose
+   direction is rounded, is off by sqrt(3) e M. So a surface that is more than 32 e m + 2 e M from the point left cannot be passed
+   by error: leaks there are wrong, nearer ones are what floats cost. */
+#include "pictures.h"
 #include "stability.h"
 
 enum { BATCH = 1024, SCALES = 6, OFFSETS = 4, KINDS = 4, CASES = KINDS * OFFSETS, VARIANTS = 4 };
@@ -271,6 +273,29 @@ static double along_normal(const point *x, const float d[3]) {
   return along;
 }
 
+/* Twice the formula of "Leaving a surface" in pktrt.h, and what doubles do not know of the plane. */
+static bool gap_is_documented(const point *x, const float o[3]) {
+  double p[3][3], n[3], d[3], edge[2] = {0, 0}, most = 0, rounding = 0, sum = 0;
+  memcpy(p, x->corner, sizeof p);
+  normal_of(p, n);
+  for (int k = 0; k < 3; k++) {
+    for (int c = 0; c < 2; c++) edge[c] = fmax(edge[c], fabs(p[c + 1][k] - p[0][k]));
+    d[k] = (double)o[k] - p[0][k], most = fmax(most, fabs(n[k]));
+    rounding += fabs(n[k] * (double)o[k]), sum += fabs((double)o[k]) + fabs(d[k]);
+  }
+  const double kappa = edge[0] * edge[1] / most, length = sqrt(dot(n, n));
+  return fabs(dot(n, d)) / length <= 2.1 * 0x1p-24 * rounding / length +
+                                         (kappa < 0x1p26 ? fmax(0x1p-46 * kappa, 0x1p-38) : 0x1p-20) * sum + 0x1p-124;
+}
+
+/* Corners are multiples of 1/64 of a power of two: so small that doubles have the normal and products with it exactly. */
+static double along_exactly(const point *x, const float d[3]) {
+  double p[3][3], n[3], along[3] = {(double)d[0], (double)d[1], (double)d[2]};
+  memcpy(p, x->corner, sizeof p);
+  normal_of(p, n);
+  return dot(n, along);
+}
+
 /* Ray i of the batch, spawned; and its origins in the controls. */
 static void leave(const place *g, const point *x, const float d[3], size_t i) {
   leaving *b = g->b;
@@ -284,8 +309,9 @@ static void leave(const place *g, const point *x, const float d[3], size_t i) {
   const double by = along_normal(x, d) < 0 ? -far : far;
   for (int k = 0; k < 3; k++) {
     b->plain[i].origin[k] = (float)x->at[k], b->moved[i].origin[k] = (float)(x->at[k] + by * n[k]);
-    CHECK(fabs((double)b->ray[i].origin[k] - x->at[k]) <= 26. / 24 * g->lift, "moved by more than the offset");
+    CHECK(fabs((double)b->ray[i].origin[k] - x->at[k]) <= 34. / 24 * g->lift, "moved by more than the offset");
   }
+  CHECK(gap_is_documented(x, b->ray[i].origin), "moved farther off the plane than documented");
   b->away[i] = -1;
 }
 
@@ -302,7 +328,7 @@ static void leave_body(const place *g, rng *r) {
     if (d[0] == 0 && d[1] == 0 && d[2] == 0) d[0] = 1;
     if (rng_below(r, 2))
       for (int k = 0; k < 3; k++) d[k] = -d[k];
-    b->inward[i] = along_normal(x, d) < 0; /* normals of convex meshes look out */
+    b->inward[i] = along_exactly(x, d) < 0; /* normals of convex meshes look out */
     leave(g, x, d, i);
   }
 }
@@ -333,6 +359,15 @@ static pktrt_ray shadow_ray(const pktrt_ray *from, const pktrt_ray *to) {
   return x;
 }
 
+/* Moves the end of a shadow ray off its surface by what rounding does to the ray's direction, 2^-22 of its length, as "Leaving a
+   surface" in pktrt.h advises. */
+static void move_end(const point *x, const float back[3], pktrt_ray *end) {
+  double n[3], d[3];
+  for (int k = 0; k < 3; k++) n[k] = (double)x->hit.normal[k], d[k] = (double)back[k];
+  const double by = (dot(n, d) < 0 ? -0x1p-22 : 0x1p-22) * sqrt(dot(d, d) / dot(n, n));
+  for (int k = 0; k < 3; k++) end->origin[k] = (float)((double)end->origin[k] + by * n[k]);
+}
+
 /* From wall to wall, both ends moved off. */
 static void leave_wall(const place *g, rng *r) {
   leaving *b = g->b;
@@ -346,7 +381,9 @@ static void leave_wall(const place *g, rng *r) {
     b->from[i] = b->from[j], b->to[i] = b->to[j];
     for (int k = 0; k < 3; k++) d[k] = (float)(b->to[i].at[k] - b->from[i].at[k]), back[k] = -d[k];
     leave(g, &b->to[i], back, i);
-    const pktrt_ray end = b->ray[i], plain_end = b->plain[i];
+    pktrt_ray end = b->ray[i];
+    const pktrt_ray plain_end = b->plain[i];
+    move_end(&b->to[i], back, &end);
     leave(g, &b->from[i], d, i);
     b->ray[i] = shadow_ray(&b->ray[i], &end), b->plain[i] = shadow_ray(&b->plain[i], &plain_end);
   }
@@ -436,7 +473,7 @@ static void set_bounds(place *g) {
   for (int k = 0; k < 3; k++) extent = fmaxf(extent, hi[k] - lo[k]), g->centre[k] = lo[k] / 2 + hi[k] / 2;
   g->size = extent / 2;
   g->lift = 24 * 0x1p-24 * (double)most;
-  g->beyond = 0x1p-24 * (26 * (double)most + 11 * ((double)extent + 2 * g->lift));
+  g->beyond = 0x1p-24 * (32 * (double)most + 2 * ((double)extent + 2 * g->lift));
 }
 
 static void set_up(place *g, int which, int scale, int variant) {
@@ -524,6 +561,104 @@ static void secondary(void) {
   free(run_);
 }
 
+/* --- shadows where a box stands on a floor --- */
+
+enum { FLOORS = 6, VIEW = 160 };
+typedef enum start { SPAWNED, LARGEST, NOT_MOVED } start; /* the controls: 24 e of the largest coordinate; not at all */
+
+/* Turns by an angle of a triangle of sides 3, 4 and 5, so that corners of the floors stay floats. */
+static void tilt(bool tilted, double x, double y, double z, float out[3]) {
+  out[0] = (float)(tilted ? (4 * x - 3 * y) / 5 : x), out[1] = (float)(tilted ? (3 * x + 4 * y) / 5 : y),
+  out[2] = (float)z;
+}
+
+static world floor_and_box(float half, bool tilted) {
+  world w = world_of(mesh_grid(1, half));
+  w.m[1] = mesh_box(), w.n = 2;
+  for (uint32_t i = 0; i < 2; i++)
+    for (uint32_t v = 0; v < w.m[i].nv; v++) {
+      float *p = w.m[i].p + 3 * v;
+      const double size = i ? 0.1 : 1;
+      tilt(tilted, size * (double)p[0], size * ((double)p[1] + i), size * (double)p[2], p);
+    }
+  return w;
+}
+
+static size_t shadowed(const world *w, const pktrt_scene *s, float half, bool tilted, start from) {
+  size_t n = 0;
+  float eye[3], light[3], up[3];
+  tilt(tilted, 0.15, 0.5, 0.6, eye), tilt(tilted, 0.5, 1, 0.3, light), tilt(tilted, 0, 1, 0, up);
+  for (int i = 0; i < VIEW * VIEW; i++) {
+    float at[3];
+    tilt(tilted, 0.5 * (i % VIEW + 0.5) / VIEW - 0.25, 0, 0.5 * (i / VIEW + 0.5) / VIEW - 0.25, at);
+    for (int k = 0; k < 3; k++) at[k] -= eye[k];
+    pktrt_ray ray = pktrt_make_ray(eye, at), shadow;
+    pktrt_hit hit;
+    if (!CHECK(pktrt_intersect(s, &ray, &hit)) || hit.mesh) continue;
+    pktrt_spawn(s, &ray, &hit, light, &shadow);
+    if (from != SPAWNED) {
+      point x = {.ray = ray, .hit = hit};
+      corners_of(w, 0, hit.triangle, 0, x.corner);
+      point_of(x.corner, (double)hit.u, (double)hit.v, x.at);
+      const double by = from == LARGEST ? 24 * 0x1p-24 * (double)half : 0;
+      for (int k = 0; k < 3; k++) shadow.origin[k] = (float)(x.at[k] + by * (double)up[k]);
+    }
+    n += pktrt_occluded(s, &shadow);
+  }
+  return n;
+}
+
+/* The same in a picture: pixels that no light reaches, those of the box among them. */
+static size_t dark_pixels(float half, bool tilted, pktrt_mode mode) {
+  float *pixels = stage_pixels(VIEW * VIEW * 3);
+  world w = floor_and_box(half, tilted);
+  pktrt_scene *s = stage_open();
+  pktrt_material grey = material_of(0.5, PKTRT_SPECULAR_NONE, 0);
+  const uint32_t material = stage_material(s, &grey);
+  pktrt_light l = light_of(PKTRT_LIGHT_DIRECTIONAL, 1);
+  float eye[3], target[3];
+  tilt(tilted, -0.5, -1, -0.3, l.direction), tilt(tilted, 0.15, 0.5, 0.6, eye), tilt(tilted, 0, 0, 0, target);
+  for (uint32_t i = 0; i < 2; i++) stage_mesh(s, &w.m[i], material);
+  stage_light(s, &l), stage_commit(s);
+  pktrt_render_desc d = stage_view(mode, VIEW, VIEW, pixels, vec_from(eye), vec_from(target));
+  stage_render(s, &d);
+  size_t n = 0;
+  for (int i = 0; i < VIEW * VIEW; i++) n += !(pixels[3 * i] > 0);
+  pktrt_scene_destroy(s);
+  world_free(&w);
+  free(pixels);
+  return n;
+}
+
+static bool within_a_hundredth(size_t n, size_t want) { return 100 * (n < want ? want - n : n - want) <= want; }
+
+static void contact_shadows(void) {
+  for (int tilted = 0; tilted < 2; tilted++) {
+    size_t first[2] = {0, 0};
+    float half = 10;
+    for (int i = 0; i < FLOORS; i++, half *= 10) {
+      world w = floor_and_box(half, tilted);
+      pktrt_scene *s = world_scene(&w, PKTRT_ISA_AUTO, 0);
+      const size_t n = shadowed(&w, s, half, tilted, SPAWNED), dark = dark_pixels(half, tilted, PKTRT_MODE_WRT);
+      const size_t old = shadowed(&w, s, half, tilted, LARGEST), none = shadowed(&w, s, half, tilted, NOT_MOVED);
+      if (i == 0) first[0] = n, first[1] = dark;
+      say("%s floor of half-width %g: %zu shadow rays of %d meet the box; moved by its size %zu, not moved %zu; %zu "
+          "dark pixels",
+          tilted ? "tilted" : "flat", (double)half, n, VIEW * VIEW, old, none, dark);
+      CHECK(n > 400 && within_a_hundredth(n, first[0]), "%zu, not %zu", n, first[0]);
+      CHECK(dark > 200 && within_a_hundredth(dark, first[1]), "%zu dark pixels, not %zu", dark, first[1]);
+      if (i >= 4) CHECK(!within_a_hundredth(old, first[0]), "the control: moved by the floor's size, %zu", old);
+      if (i >= 4) CHECK(!within_a_hundredth(none, first[0]), "the control: not moved, %zu", none);
+      const char *name = tilted ? "a box on a tilted floor" : "a box on a floor", *what = "lost by a hundredth or more";
+      count_figure("shadows", name, PKTRT_ISA_AUTO, n, what, !within_a_hundredth(n, first[0]));
+      control_figure("shadows", name, what, "moved by the floor's size", n, !within_a_hundredth(old, first[0]));
+      pktrt_scene_destroy(s);
+      world_free(&w);
+    }
+  }
+}
+
 void suite_stability_secondary(void) {
+  run("stable: a box on a floor has the same shadow, however large the floor", contact_shadows);
   run("stable: spawned rays do not meet what they left, and leak no farther than they are moved", secondary);
 }

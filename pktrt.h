@@ -4960,7 +4960,8 @@ OP v8 dto(d8 a) { return _mm256_set_m128(_mm256_cvtpd_ps(a.h), _mm256_cvtpd_ps(a
 /* Scalar operations are inlined only where there are no vectors: that makes them twice as fast, but the whole header
    takes half as long again to compile. Elsewhere only long tests use the scalar kernels. */
 #undef OP
-#if defined(PKTRT__INLINE_SCALAR) || !(defined(PKTRT__HAS_SSE2) || defined(PKTRT__HAS_NEON))
+#if defined(PKTRT__INLINE_SCALAR) || \
+    !(defined(PKTRT__HAS_SSE2) || defined(PKTRT__HAS_AVX2) || defined(PKTRT__HAS_AVX512) || defined(PKTRT__HAS_NEON))
 #define OP static inline
 #else
 #define OP PKTRT__NOINLINE

@@ -12,9 +12,11 @@ FLAGS_debug = -O0 -g
 # sentences instead, VERBOSE=1, clang compiles half as long again.
 SANITIZERS = -fsanitize=address,undefined,float-divide-by-zero,float-cast-overflow -fno-sanitize-recover=all \
   -fno-omit-frame-pointer $(if $(VERBOSE),,-fsanitize-undefined-trap-on-error)
-FLAGS_sanitize = -O1 -g1 $(SANITIZERS)
+# SETS=-DPKTRT_NO_AVX512 leaves that one out, here and in `make fuzz`: it is the same source, and a third of the time to compile.
+FLAGS_sanitize = -O1 -g1 $(SETS) $(SANITIZERS)
 # Workers run the same code whatever the width of its vectors.
-FLAGS_threads = -O1 -g1 -fsanitize=thread -DPKTRT_NO_AVX512
+FLAGS_threads = -O1 -g1 $(THREADS) -DPKTRT_NO_AVX512
+THREADS = -fsanitize=thread
 ifeq ($(FLAGS_$(config)),)
 $(error config=$(config) is none of: debug, release, sanitize, threads)
 endif
@@ -184,11 +186,12 @@ sanitize:
 
 # A copy of the library with less slack, which is for controls only.
 build/sanitize/tests/noslack.o: SANITIZERS =
+build/threads/tests/noslack.o: THREADS =
 
 # What several threads do at once, under TSan.
 sanitize-threads:
 	$(BUILD) CC=$(SANITIZE_CC) config=threads build/threads/test
-	build/threads/test --small $(or $(ONLY),workers threads "a moving scene's picture" "DRT picture has the same" "no after the last")
+	build/threads/test --small $(or $(ONLY),workers threads "DRT picture has the same" "no after the last")
 
 # The cases of tests/stability_*.c as long as they get; their figures go to $(RESULTS). Elsewhere: a tenth on ARM, emulated, a
 # hundredth under sanitizers. Most of the time is that of the scalar kernels, hence the flag.
@@ -216,7 +219,7 @@ stability-sanitize:
 # many inputs were tried, for bench/README.md.
 TIME = 600
 TARGETS = scene query settings mesh_file
-FUZZ_FLAGS = -O1 -g1 -fsanitize=fuzzer-no-link $(SANITIZERS)
+FUZZ_FLAGS = -O1 -g1 $(SETS) -fsanitize=fuzzer-no-link $(SANITIZERS)
 FUZZ_OBJECTS = $(addprefix build/fuzz/,fuzz.o reference.o oracle.o pktrt.o)
 fuzz:
 	@command -v clang >/dev/null || { echo "fuzz: clang is not installed (make deps-extra)"; exit 1; }

@@ -10,8 +10,7 @@
 
    and include it without the define wherever else you need it. It compiles as C99 and later and as C++11 and later; a
    plain `cc -O2 file.c -lm` uses the widest vectors of the machine it runs on. The API stands first and is short: read
-   on from DECLARATIONS to "stop here if you only want the API", and come back to this comment when you want to know
-   why.
+   on from DECLARATIONS to "stop here if you only want the API", and come back here when you want to know why.
 
 
    QUICK START (compiles as is)
@@ -66,8 +65,7 @@
 
    END OF QUICK START
 
-   It prints what one ray hits (mesh 1, triangle 1, t = 3.8) and a picture of 72 x 18 characters: a pyramid with its
-   shadow.
+   It prints what one ray hits (mesh 1, triangle 1, t = 3.8) and 72 x 18 characters: a pyramid with its shadow.
 
 
    CONTENTS: search for these tags to walk through the file
@@ -222,8 +220,7 @@
    Packet. Neighbouring rays that are traced together through the tree, so that they share its nodes and, better, are
    spared most of the tests. They need no common origin: reflections and shadows qualify as well as camera rays.
 
-   First active ray, active range (paper path). Descending, a packet remembers its first ray that may still hit
-   something:
+   First active ray, active range (paper path). A packet remembers its first ray that may still hit something:
 
        rays            0  1  2  3  4  5  6  7  ...  63
        missed above    -  -  -
@@ -236,13 +233,11 @@
    depths and times of the whole packet as intervals) asks whether any ray at all can hit the box.
 
    Frustum. Four planes around all rays of a packet. A box outside one of them is missed by all, whatever their number.
-   In the paper path it needs a common origin; the fast path bounds rays of any origins by the hull of their positions
-   at two depths.
+   In the paper path it needs a common origin; the fast path takes the hull of the rays' positions at two depths.
 
    Mask stream (fast path). Up to 64 rays of one octant of directions walk the tree together, and each stack entry
    carries a mask of the rays concerned. Every ray does the work it would do alone; what they share is loading nodes,
-   sorting children and the stack. This serves rays that no frustum can hold, and the lower ends of the tree, where a
-   packet has become thin.
+   sorting children and the stack. This serves rays that no frustum can hold, and packets that have become thin.
 
    When culling wins and when it loses. A packet pays off while its rays meet the same boxes: camera rays, shadow rays
    towards one light, mirror reflections off flat or gently curved things; the denser the rays against the triangles,
@@ -328,8 +323,7 @@
    Threads. Many readers or one writer. Queries and pktrt_render_tile are readers of a committed scene. Everything that
    takes a scene that is not const is a writer, but for pktrt_render, which may run beside readers, though not beside
    itself on one scene. parallel_for may use any threads in any order; if it uses several, the other hooks must bear to
-   be called from any of them, and progress from several at once. There are no mutable globals: scenes know nothing of
-   each other.
+   be called from any of them, and progress from several at once. Scenes know nothing of each other.
 
    Memory. Every byte comes from allocate and goes to release, with its size, aligned to 64 bytes. Queries allocate
    nothing. A call that runs out of memory says so and leaves the last committed state.
@@ -362,8 +356,7 @@
    a surface, move its end off by 2^-22 of its length: so far is it off when its direction is rounded.)
 
    Errors. Calls that can fail return a pktrt_status; pktrt_last_error names mesh, triangle and value. Refused input
-   changes nothing. Queries cannot fail; their scene and arrays must not be NULL (arrays may be, for n = 0). Nothing
-   asserts, prints or exits.
+   changes nothing, and nothing asserts, prints or exits. Queries cannot fail; they need scene and, if n > 0, arrays.
 
 
    INSTRUCTION SETS AND COMPILERS
@@ -704,8 +697,7 @@ PKTRT_DEF bool pktrt_occluded(const pktrt_scene *, const pktrt_ray *);
 
 /* The least (t, mesh, triangle) that is greater than previous's and inside the ray's interval; previous NULL: the first.
    Where previous is a miss, so is this. A chain of calls, each with the last one's hit, visits every crossing once, those
-   at equal t too: for alpha, decals, thickness, CSG. previous and hit may be the same. Of several rays: an array of as
-   many, or NULL. */
+   at equal t too: for alpha, decals, thickness, CSG. previous and hit may be the same. For _n: an array, or NULL. */
 PKTRT_DEF bool pktrt_intersect_after(const pktrt_scene *, const pktrt_ray *, const pktrt_hit *previous, pktrt_hit *);
 PKTRT_DEF void pktrt_intersect_after_n(const pktrt_scene *, const pktrt_ray *, const pktrt_hit *, pktrt_hit *,
                                        size_t n);
@@ -882,9 +874,8 @@ typedef struct pktrt_camera { /* right-handed: looking along target - eye, x to 
 
 /* The renderer's own ray, bit for bit, through the place (x, y) of a picture, in pixels from its upper left corner: the
    middle of pixel (i, j) is (i + 0.5, j + 0.5). lens: a point of [0,1)^2 that pktrt_map_disk takes to the lens; NULL:
-   its middle, as in RCS and WRT. time: when the ray starts, in [0,1]; what a camera that does not move does not look
-   at. The direction is not of unit length. False, and a ray that hits nothing, where pktrt_render would refuse the
-   camera. */
+   its middle, as in RCS and WRT. time: when the ray starts, in [0,1]; a camera at rest ignores it. The direction is not
+   of unit length. False, and a ray that hits nothing, where pktrt_render would refuse the camera. */
 PKTRT_DEF bool pktrt_camera_ray(const pktrt_camera *, uint32_t width, uint32_t height, double x, double y,
                                 const float lens[2], float time, pktrt_ray *ray);
 
@@ -1100,8 +1091,7 @@ typedef enum pktrt_phong_mapping {
 typedef enum pktrt_error_measure {
   PKTRT_ERROR_RMSE = 0, /* sqrt(mean of V / 3): of a channel, in units of radiance */
   /* Relative MSE: mean over pixels of V / (|b|^2 + |m|^2 / 100), b: mean colour of the pixel's block, m: of the
-     picture. (A pixel's own mean in place of b is not known while V is large: one too bright by chance would hide its
-     error.) */
+     picture. (A pixel's own mean in place of b is not known while V is large: bright by chance, it hides its error.) */
   PKTRT_ERROR_RELATIVE
 } pktrt_error_measure;
 #define PKTRT_ERROR_BLOCK 16 /* pixels along the edge of the blocks that errors are summed over */
@@ -1733,20 +1723,17 @@ static void pktrt__sort_keys(uint64_t *key, uint32_t n) {
    centroids, no area) the range is halved by index too.
 
    Range of numbers: coordinates up to 2^100 stay as they are; a tree whose largest is below 1 is scaled up to [1,2);
-   areas are taken of extents scaled to [1,2) range by range. So float products neither overflow nor vanish where they
-   matter.
+   areas are taken of extents scaled to [1,2) range by range. So products neither overflow nor vanish where they matter.
 
    Determinism: a range of n triangles at slot s owns the node slots [s, s + 2n - 1): itself s, its left part of m
    triangles s + 1, its right part s + 2m. Nothing is handed out at run time: parallel tasks write disjoint parts of
-   the same arrays, and which tasks there are depends on triangle counts alone. The same tree results for any number of
-   workers.
+   the same arrays, and which tasks there are depends on triangle counts alone. The number of workers changes nothing.
 
    Wide: a node is given the nodes below its binary root that make the whole tree cheapest (Ylitie, Karras and Laine
    2017), at most eight; blocks are merged where that is cheaper. A block costs 3/4 of its area and 1/10 for each
    triangle, a node 1.25: by expected cost, tasks bottom-up and then what lies above them. Of the high quality, the
    nodes of the binary tree move to better places first. Subtrees of up to max(4096, n/64) triangles are tasks: counted,
-   placed by a prefix sum, written in depth-first order. What lies above them, the top, comes first. A tree that is one
-   task has no top.
+   placed by a prefix sum, written in depth-first order. What lies above, the top, comes first, if there are several.
 
    Bounds: fitted bottom-up from the blocks by the function that refit uses, hence equal to it bit by bit. */
 
@@ -2378,13 +2365,6 @@ static bool pktrt__build_binary_tree(pktrt__builder *b) {
 }
 
 /* Blocks */
-
-PKTRT__INLINE bool pktrt__tri_has_area(const float *const v[3]) {
-  double ax = (double)v[1][0] - (double)v[0][0], bx = (double)v[2][0] - (double)v[0][0];
-  double ay = (double)v[1][1] - (double)v[0][1], by = (double)v[2][1] - (double)v[0][1];
-  double az = (double)v[1][2] - (double)v[0][2], bz = (double)v[2][2] - (double)v[0][2];
-  return (ay * bz - az * by != 0.0) | (az * bx - ax * bz != 0.0) | (ax * by - ay * bx != 0.0);
-}
 
 /* The mesh that is being read: blocks take most of their triangles from one. */
 typedef struct pktrt__mesh_reader {
@@ -3221,13 +3201,12 @@ PKTRT__COLD pktrt_status pktrt__commit_rebuild_worn(pktrt_scene *s) {
    triangles in order). Comparing pairs (t, index) makes the result independent of the order of the tests.
 
    Motion: at time weight b = local time in the segment, a = fl(1 - b), the vertex is fl(fl(a P0) + fl(b P1)) by
-   component: one formula for all kernels, exact at the keys, equal for all triangles that share the vertex, and
-   monotone in P0 and P1.
+   component: one formula for all kernels, exact at the keys, the same for all triangles, monotone in P0 and P1.
 
    IN DOUBLES, with h = 2^-53, X and Y the largest |x|, |y| of the corners and Z that of |p_k d_k|. As |d_u| <= |d_k|,
    |p_u d_k| <= X + Z. Rounding p, two products and their difference, x is wrong by h (3 X + 4 Z), and so is y. Each of
-   two products of these is wrong by X Ey + Y Ex + Ex Ey, and rounded, as is their difference. Hence an edge function is
-   wrong by less than
+   two products of these is wrong by X Ey + Y Ex + Ex Ey, and rounded, as is their difference: edge functions by less
+   than
 
        B = 16 h X Y + 8 h Z (X + Y + 32 h Z)
 
@@ -3254,8 +3233,7 @@ PKTRT__COLD pktrt_status pktrt__commit_rebuild_worn(pktrt_scene *s) {
        B = 20.25 eps X Y + 8.25 eps Z (X + Y + 8 eps Z) + 2^-126
 
    is used, since the depth needs as much; the last is for what underflows. Where a product overflows so does B, and
-   nothing is known. A triangle is dropped when some e < -B and some e > B, and hit for certain when all are beyond B on
-   one side.
+   nothing is known. A triangle is dropped when some e < -B and some e > B, and hit when all are beyond B on one side.
 
    THE ESTIMATE of the depth w = s z of a hit, s = sign(d_k), takes the e, here u, v, w, as weights. Take the rounded
    corners first, and their exact edge functions, of sum D'. The plane over these is z = z' + g . (x, y); at the true
@@ -3303,8 +3281,7 @@ PKTRT__COLD pktrt_status pktrt__commit_rebuild_worn(pktrt_scene *s) {
    the planes and 4 pad more; else 2 M, of which 2 pad / (16 eps) is no less.
 
    INTERVALS of the paper path take (plane - o -+ D) r at the ends of the packet's intervals of o and r, with its
-   largest D: a difference of extremes bounds the differences, and its three roundings cost less than those of a slab
-   above. */
+   largest D: a difference of extremes bounds the differences, and its three roundings cost less than a slab's. */
 
 #ifndef PKTRT__SLACK /* the tests take parts of it away: hits are lost then, as they should be */
 #define PKTRT__SLACK(part) 1.0f
@@ -3825,8 +3802,7 @@ PKTRT__NOINLINE bool pktrt__exact_is_nearer(const pktrt__bvh_segment *seg, const
   return t < nearest || (t == nearest && id < q->id);
 }
 
-/* Decides by the canonical test what single precision leaves open. A triangle that is hit becomes the closest hit, and
-   true is returned. */
+/* Decides by the canonical test what single precision leaves open. Makes it the closest hit if it is hit; true then. */
 PKTRT__NOINLINE bool pktrt__exact_test_single(const pktrt__bvh_segment *seg, pktrt__single *q, uint32_t id,
                                               uint32_t slot) {
   pktrt__exact_crossing c;
@@ -4150,8 +4126,7 @@ typedef struct pktrt__render_state pktrt__render_state;
 /* Fills in, of middle, radius, area and facing, which are 0, what traits and sample ask for. false: out of memory. */
 typedef bool pktrt__light_prepare(const pktrt__render_state *, const pktrt_light *, pktrt__light_data *);
 /* Takes a point `at` of a light as seen from another, for u in [0,1)^2 (NULL: its middle), at a time. Returns the
-   irradiance of a surface that faces it, for radiance or intensity 1, times the squared distance where the traits say
-   so. */
+   irradiance of a surface that faces it, for radiance or intensity 1, times the squared distance if traits say so. */
 typedef double pktrt__light_sample(const pktrt__render_state *, uint32_t light, const float u[2], float time,
                                    const double from[3], double at[3]);
 static pktrt__light_prepare pktrt__light_prepare_place, pktrt__light_prepare_direction, pktrt__light_prepare_quad,
@@ -4427,8 +4402,7 @@ typedef struct pktrt__kernel_table {
                            float (*seen)[PKTRT__ROW], uint32_t n);
   uint32_t (*spawn_rays)(const pktrt__spawn_request *, const pktrt__wave *, const pktrt__surfaces *, pktrt__wave *to,
                          uint32_t n);
-  /* Draws coordinates first to first + n - 1 of a group for PKTRT__DRAWN draws from the i-th on, with the samplers
-     Sobol' and random. */
+  /* Draws coordinates first to first + n - 1 of a group for PKTRT__DRAWN draws from the i-th on: Sobol' and random. */
   void (*draw_samples)(const pktrt_sampling *, pktrt__sample_batch *, uint32_t i, uint32_t group, uint32_t first,
                        uint32_t n);
 #endif
@@ -4671,7 +4645,6 @@ PKTRT__COLD const char *pktrt__check_sentence(uint32_t faults) {
 #define v8 PKTRT__NAME(pktrt__v8)
 #define m8 PKTRT__NAME(pktrt__m8)
 #define d8 PKTRT__NAME(pktrt__d8)
-#define dsel PKTRT__NAME(pktrt__dsel)
 #define a8 PKTRT__NAME(pktrt__a8)
 #define vload PKTRT__NAME(pktrt__vload)
 #define vstore PKTRT__NAME(pktrt__vstore)
@@ -4780,11 +4753,6 @@ OP v8 vcopysign(v8 magnitude, v8 sign) { /* magnitude >= 0 */
 }
 OP uint32_t vsignbits(v8 a) { return (uint32_t)_mm256_movemask_ps(a); }
 OP v8 vswap_halves(v8 a) { return _mm256_permute2f128_ps(a, a, 1); } /* its halves */
-OP float vhmin(v8 a) {
-  __m128 x = _mm_min_ps(_mm256_castps256_ps128(a), _mm256_extractf128_ps(a, 1));
-  x = _mm_min_ps(x, _mm_movehl_ps(x, x));
-  return _mm_cvtss_f32(_mm_min_ss(x, _mm_shuffle_ps(x, x, 1)));
-}
 OP float vhmax(v8 a) {
   __m128 x = _mm_max_ps(_mm256_castps256_ps128(a), _mm256_extractf128_ps(a, 1));
   x = _mm_max_ps(x, _mm_movehl_ps(x, x));
@@ -4863,7 +4831,6 @@ OP d8 ddiv(d8 a, d8 b) { return _mm512_div_pd(a, b); }
 OP d8 dmax(d8 a, d8 b) { return _mm512_max_pd(a, b); }
 OP d8 dabs(d8 a) { return _mm512_abs_pd(a); }
 OP m8 dlt(d8 a, d8 b) { return _mm512_cmp_pd_mask(a, b, _CMP_LT_OQ); }
-OP d8 dsel(m8 m, d8 a, d8 b) { return _mm512_mask_blend_pd(m, b, a); }
 OP v8 dto(d8 a) { return _mm512_cvtpd_ps(a); }
 
 typedef __m512i a8; /* eight ray masks, one per child */
@@ -4947,11 +4914,6 @@ OP m8 dlt(d8 a, d8 b) {
   const __m256d mixed = _mm256_castps_pd(_mm256_shuffle_ps(l, h, 0x88)); /* l01 h01 l23 h23 */
   return _mm256_castpd_ps(_mm256_permute4x64_pd(mixed, 0xD8));
 }
-OP d8 dsel(m8 m, d8 a, d8 b) {
-  const __m256d l = _mm256_castsi256_pd(_mm256_cvtepi32_epi64(_mm_castps_si128(_mm256_castps256_ps128(m))));
-  const __m256d h = _mm256_castsi256_pd(_mm256_cvtepi32_epi64(_mm_castps_si128(_mm256_extractf128_ps(m, 1))));
-  return d8_of(_mm256_blendv_pd(b.l, a.l, l), _mm256_blendv_pd(b.h, a.h, h));
-}
 OP v8 dto(d8 a) { return _mm256_set_m128(_mm256_cvtpd_ps(a.h), _mm256_cvtpd_ps(a.l)); }
 #endif
 
@@ -4999,11 +4961,6 @@ OP uint32_t vsignbits(v8 a) {
   return r;
 }
 OP v8 vswap_halves(v8 a) { PKTRT__EACH(v8, r.f[i] = a.f[i ^ 4]); }
-OP float vhmin(v8 a) {
-  float r = a.f[0];
-  for (int i = 1; i < 8; i++) r = r < a.f[i] ? r : a.f[i];
-  return r;
-}
 OP float vhmax(v8 a) {
   float r = a.f[0];
   for (int i = 1; i < 8; i++) r = r > a.f[i] ? r : a.f[i];
@@ -5042,7 +4999,6 @@ PKTRT__DIVIDES_BY_ZERO OP d8 ddiv(d8 a, d8 b) { PKTRT__EACH(d8, r.d[i] = a.d[i] 
 OP d8 dmax(d8 a, d8 b) { PKTRT__EACH(d8, r.d[i] = a.d[i] > b.d[i] ? a.d[i] : b.d[i]); }
 OP d8 dabs(d8 a) { PKTRT__EACH(d8, r.d[i] = fabs(a.d[i])); }
 OP m8 dlt(d8 a, d8 b) { PKTRT__COMPARE(a.d[i] < b.d[i]); }
-OP d8 dsel(m8 m, d8 a, d8 b) { PKTRT__EACH(d8, r.d[i] = m >> i & 1 ? a.d[i] : b.d[i]); }
 OP v8 dto(d8 a) { PKTRT__EACH(v8, r.f[i] = pktrt__to_float(a.d[i])); }
 #undef PKTRT__EACH
 #undef PKTRT__COMPARE
@@ -5097,9 +5053,6 @@ typedef __m128d q2;
 #define Q2_SET(x) _mm_set1_pd(x)
 #define Q2_LOW(a) _mm_cvtps_pd(a)
 #define Q2_HIGH(a) _mm_cvtps_pd(_mm_movehl_ps(a, a))
-#define QM_LOW(m) _mm_castps_pd(_mm_unpacklo_ps(m, m))
-#define QM_HIGH(m) _mm_castps_pd(_mm_unpackhi_ps(m, m))
-#define Q2_SEL(m, a, b) _mm_or_pd(_mm_and_pd(m, a), _mm_andnot_pd(m, b))
 #define Q_FROM2(l, h) _mm_movelh_ps(_mm_cvtpd_ps(l), _mm_cvtpd_ps(h))
 #define QM_LT2(al, bl, ah, bh) \
   _mm_shuffle_ps(_mm_castpd_ps(_mm_cmplt_pd(al, bl)), _mm_castpd_ps(_mm_cmplt_pd(ah, bh)), 0x88)
@@ -5149,9 +5102,6 @@ typedef float64x2_t q2;
 #define Q2_SET(x) vdupq_n_f64(x)
 #define Q2_LOW(a) vcvt_f64_f32(vget_low_f32(a))
 #define Q2_HIGH(a) vcvt_high_f64_f32(a)
-#define QM_LOW(m) vreinterpretq_u64_u32(vzip1q_u32(m, m))
-#define QM_HIGH(m) vreinterpretq_u64_u32(vzip2q_u32(m, m))
-#define Q2_SEL(m, a, b) vbslq_f64(m, a, b)
 #define Q_FROM2(l, h) vcombine_f32(vcvt_f32_f64(l), vcvt_f32_f64(h))
 #define QM_LT2(al, bl, ah, bh) vcombine_u32(vmovn_u64(vcltq_f64(al, bl)), vmovn_u64(vcltq_f64(ah, bh)))
 OP qm qlanes(void) {
@@ -5216,13 +5166,6 @@ OP void vstore_masked_u32(uint32_t *p, m8 m, uint32_t x) {
   for (uint32_t bits = mbits(m); bits; bits &= bits - 1) p[pktrt__lowest_bit(bits)] = x;
 }
 OP uint32_t veq_u32(const uint32_t *p, uint32_t x) { return qsame(p, x) | qsame(p + 4, x) << 4; }
-OP float vhmin(v8 a) {
-  float f[4], r;
-  Q_STORE(f, Q_MIN(a.l, a.h));
-  r = f[0];
-  for (int i = 1; i < 4; i++) r = r < f[i] ? r : f[i];
-  return r;
-}
 OP float vhmax(v8 a) {
   float f[4], r;
   Q_STORE(f, Q_MAX(a.l, a.h));
@@ -5250,12 +5193,6 @@ OP d8 ddiv(d8 a, d8 b) { PKTRT__EACH(Q2_DIV(a.q[i], b.q[i])); }
 OP d8 dmax(d8 a, d8 b) { PKTRT__EACH(Q2_MAX(a.q[i], b.q[i])); }
 OP d8 dabs(d8 a) { PKTRT__EACH(Q2_ABS(a.q[i])); }
 OP m8 dlt(d8 a, d8 b) { return m8_of(QM_LT2(a.q[0], b.q[0], a.q[1], b.q[1]), QM_LT2(a.q[2], b.q[2], a.q[3], b.q[3])); }
-OP d8 dsel(m8 m, d8 a, d8 b) {
-  d8 r;
-  r.q[0] = Q2_SEL(QM_LOW(m.l), a.q[0], b.q[0]), r.q[1] = Q2_SEL(QM_HIGH(m.l), a.q[1], b.q[1]);
-  r.q[2] = Q2_SEL(QM_LOW(m.h), a.q[2], b.q[2]), r.q[3] = Q2_SEL(QM_HIGH(m.h), a.q[3], b.q[3]);
-  return r;
-}
 OP v8 dto(d8 a) { return v8_of(Q_FROM2(a.q[0], a.q[1]), Q_FROM2(a.q[2], a.q[3])); }
 #undef PKTRT__EACH
 #undef Q_LOAD
@@ -5288,9 +5225,6 @@ OP v8 dto(d8 a) { return v8_of(Q_FROM2(a.q[0], a.q[1]), Q_FROM2(a.q[2], a.q[3]))
 #undef Q2_SET
 #undef Q2_LOW
 #undef Q2_HIGH
-#undef QM_LOW
-#undef QM_HIGH
-#undef Q2_SEL
 #undef Q_FROM2
 #undef QM_LT2
 #undef q4
@@ -5317,6 +5251,7 @@ OP uint64_t vorder_children(uint32_t keep, uint32_t perm) {
   return all;
 }
 #endif
+OP float vhmin(v8 a) { return -vhmax(vmul(a, vset(-1))); }
 /* Returns the largest absolute value of two, and of three. */
 OP v8 vmax_abs(v8 a, v8 b) {
 #if PKTRT__STAMP == PKTRT__STAMP_AVX512
@@ -5716,6 +5651,7 @@ typedef __mmask16 mf;
 #define pktrt__vec_dfrom3 PKTRT__NAME(pktrt__vec_dfrom3)
 #define pktrt__vec_dload3 PKTRT__NAME(pktrt__vec_dload3)
 #define pktrt__vec_dmax_abs3 PKTRT__NAME(pktrt__vec_dmax_abs3)
+#define pktrt__vec_dselect PKTRT__NAME(pktrt__vec_dselect)
 #define pktrt__vec_dot PKTRT__NAME(pktrt__vec_dot)
 #define pktrt__vec_dset3 PKTRT__NAME(pktrt__vec_dset3)
 #define pktrt__vec_load3 PKTRT__NAME(pktrt__vec_load3)
@@ -5898,8 +5834,7 @@ OP uint32_t pktrt__tri_inside(const pktrt__tri_edges *e) {
   return mbits(vlt(e->error, vmax(e->least, vsub(vset(0), e->most))));
 }
 
-/* Bounds the error of an estimated depth, see >>exactness: B R / |D| + 16 eps Z + tiny; for any hit all is multiplied by
-   |D|. */
+/* Bounds the error of an estimated depth, see >>exactness: B R / |D| + 16 eps Z + tiny; for any hit all times |D|. */
 #define PKTRT__DEPTH_REACH(op, z, tiny) op##fma(z, op##set(PKTRT__PAD_ESTIMATE), tiny)
 
 /* Bounds the depths of hits by the estimate of >>exactness, for lanes whose edge functions do not rule a hit out. */
@@ -6123,13 +6058,11 @@ PKTRT__NOINLINE uint64_t pktrt__box_test_packet(const pktrt__batch *b, uint32_t 
 
 /* >>frustum ----------------------------------------------------------------------------------------------------------
    Up to 64 rays of one octant with the same main axis k and its sign s, whatever their origins: four planes around
-   all of them cull whole subtrees, one box test per child then tells which rays go on, and packets that become too
-   thin go on as streams.
+   all of them cull whole subtrees, one box test per child tells which rays go on, thin packets go on as streams.
 
    A ray is u(W) = C + G W, where W is the depth along s k from the reference point, common to all rays. At W = 0 and at
    the far end W = Y of the scene take the largest and smallest u over the rays: straight lines through these bound
-   every ray between 0 and Y, because each ray is itself a straight line. That holds for crossing and diverging rays
-   alike.
+   every ray between 0 and Y, because each ray is a straight line, be they crossing or diverging.
 
        u |        ___---  upper(W)
          |  __----   /
@@ -7815,8 +7748,7 @@ PKTRT__NOINLINE uint64_t pktrt__drive_next_packet(const pktrt__batch *b, uint32_
   return packet;
 }
 
-/* Traces a batch on the fast path: as frusta, packets within each 64 neighbours; the rest of the whole batch as
-   streams by octant. */
+/* Traces a batch on the fast path: as frusta, packets within 64 neighbours; the rest as streams by octant. */
 OP void pktrt__drive_fast(const pktrt_scene *scene, pktrt__batch *b, uint32_t n, const pktrt__variant is) {
   uint64_t left[PKTRT__BATCH / 64]; /* rays that no frustum takes */
   memset(left, 0, sizeof left);
@@ -7834,8 +7766,7 @@ OP void pktrt__drive_fast(const pktrt_scene *scene, pktrt__batch *b, uint32_t n,
 
 /* >>resolve ---------------------------------------------------------------------------------------------------------
 
-   t, u, v and normal of the hits, once per ray, in double from the triangle's corners. The normal is scaled to a
-   largest component of 1. */
+   t, u, v and normal of the hits, once per ray, in double from the corners. The normal's largest component is 1. */
 
 /* Gathers the corners of the triangles that eight rays hit, at the rays' times. Neighbours mostly hit the same
    triangle, which, at rest or of two keys, is then read once. */
@@ -8130,6 +8061,12 @@ PKTRT__NOINLINE bool pktrt__surface_gather_normals(const pktrt_scene *scene, con
   return any;
 }
 
+/* Selects a where m is set, else b, both finite. */
+STEP d8 pktrt__vec_dselect(m8 m, d8 a, d8 b) {
+  const d8 first = dfrom(vsel(m, vset(1), vset(0)));
+  return dadd(dmul(first, a), dmul(dsub(dset(1), first), b));
+}
+
 /* Finds the points of surfaces i to i + 7 by their corners and edges, as pktrt__spawn_find does. Returns B of >>spawn. */
 STEP d8 pktrt__surface_point8(const pktrt__batch *b, uint32_t at, const v8 p0[3], d8 e[2][3], pktrt__surfaces *s,
                               uint32_t i) {
@@ -8139,7 +8076,7 @@ STEP d8 pktrt__surface_point8(const pktrt__batch *b, uint32_t at, const v8 p0[3]
     const d8 way = dmul(t, dfrom(vload(b->d[a] + at))), by_t = dadd(dfrom(vload(b->o[a] + at)), way);
     const m8 nearer =
         dlt(dmul(dset(PKTRT__ERROR_T), dabs(way)), dmul(dset(PKTRT__ERROR_UV), dadd(dabs(e[0][a]), dabs(e[1][a]))));
-    q[a] = dsel(nearer, dsub(by_t, dfrom(p0[a])), dadd(dmul(u, e[0][a]), dmul(v, e[1][a])));
+    q[a] = pktrt__vec_dselect(nearer, dsub(by_t, dfrom(p0[a])), dadd(dmul(u, e[0][a]), dmul(v, e[1][a])));
   }
   UNROLL for (int a = 0; a < 3; a++) n[a] =
       dsub(dmul(e[0][(a + 1) % 3], e[1][(a + 2) % 3]), dmul(e[0][(a + 2) % 3], e[1][(a + 1) % 3]));
@@ -8147,7 +8084,7 @@ STEP d8 pktrt__surface_point8(const pktrt__batch *b, uint32_t at, const v8 p0[3]
   const d8 size =
       dmul(pktrt__vec_dmax_abs3(e[0][0], e[0][1], e[0][2]), pktrt__vec_dmax_abs3(e[1][0], e[1][1], e[1][2]));
   const m8 sharp = dlt(dmul(size, dset(PKTRT__CALM_NORMAL)), most);
-  ROLL_OUT for (int a = 0; a < 3; a++) n[a] = dsel(sharp, n[a], dfrom(vload(b->as.hit.normal[a] + at)));
+  ROLL_OUT for (int a = 0; a < 3; a++) n[a] = pktrt__vec_dselect(sharp, n[a], dfrom(vload(b->as.hit.normal[a] + at)));
   const d8 along = ddiv(dadd(dadd(dmul(n[0], q[0]), dmul(n[1], q[1])), dmul(n[2], q[2])),
                         dadd(dadd(dmul(n[0], n[0]), dmul(n[1], n[1])), dmul(n[2], n[2])));
   ROLL_OUT for (int a = 0; a < 3; a++) {
@@ -8156,8 +8093,9 @@ STEP d8 pktrt__surface_point8(const pktrt__batch *b, uint32_t at, const v8 p0[3]
     dstore(s->point[a] + i, point), vstore(s->position[a] + i, dto(point));
     sum = dadd(sum, dadd(dabs(q[a]), dabs(point)));
   }
-  const d8 known = dmax(ddiv(dmul(dset(PKTRT__ERROR_PLANE), size), most), dset(PKTRT__ERROR_LEAST));
-  return dmul(sum, dsel(sharp, known, dset(PKTRT__ERROR_NEEDLE)));
+  const d8 known = dmax(ddiv(dmul(dset(PKTRT__ERROR_PLANE), size), dmax(most, dset(DBL_EPSILON * FLT_MIN))),
+                        dset(PKTRT__ERROR_LEAST));
+  return dmul(sum, pktrt__vec_dselect(sharp, known, dset(PKTRT__ERROR_NEEDLE)));
 }
 
 /* Computes how far rays start from surfaces i to i + 7, of unit normals n: h of >>spawn, or where nobody sees it more, so
@@ -9297,8 +9235,7 @@ PKTRT_DEF pktrt_status pktrt_add_material(pktrt_scene *s, const pktrt_material *
 
 /* >>queries -------------------------------------------------------------------------------------------------------- */
 
-/* Prefetches n of the caller's values, a batch ahead: the hardware's prefetch ends with each page. `left` values follow
-   from `row` on. */
+/* Prefetches n of the caller's `left` values from `row` on, a batch ahead: the hardware's ends with each page. */
 static void pktrt__query_prefetch_row(const void *row, uint32_t n, size_t left) {
   const size_t line = 64 / sizeof(float);
   for (size_t i = PKTRT__BATCH; i < PKTRT__BATCH + n && i < left; i += line) PKTRT__PREFETCH((const float *)row + i);
@@ -9499,9 +9436,10 @@ PKTRT_DEF void pktrt_occluded_soa(const pktrt_scene *s, const pktrt_rays *rays, 
 
      B = max(2^-48 kappa, 2^-40) sum(|q_a| + |q_a - P_a|),  kappa = max |e1| max |e2| / max |N|,  N = e1 x e2
 
-   of the plane: N errs by 2^-51 kappa of itself; nearer than 2^-40 doubles could not tell that the triangle is behind. (Where
-   kappa > 2^27 the normal of the hit serves, which is sharper there: B has 2^-21.) A ray that leaves to the side s of the unit normal n starts at the float o' next
-   to q + s h n. Rounding costs at most eps sum |n_a q'_a| of the distance from the plane, so that
+   of the plane: N errs by 2^-51 kappa of itself; nearer than 2^-40 doubles cannot tell that the triangle is behind.
+   (Where kappa > 2^27 the normal of the hit serves, which is sharper there: B has 2^-21.) A ray that leaves to the side
+   s of the unit normal n starts at the float o' next to q + s h n. Rounding costs at most eps sum |n_a q'_a| of the
+   distance from the plane, so that
 
      h = (1 + 2^-7) (eps sum |n_a q_a| + B) + 2^-147
 
@@ -9538,10 +9476,9 @@ static void pktrt__spawn_find(float p[3][3], const pktrt_ray *ray, const pktrt_h
                : (double)hit->u * e[0][a] + (double)hit->v * e[1][a];
   }
   const bool sharp = pktrt__tri_normal((const float *)(const void *)p, 1, n);
-  double plane = PKTRT__ERROR_NEEDLE; /* B is so much of the sum */
-  if (sharp)
-    plane = pktrt__max(PKTRT__ERROR_PLANE * (most[0] * most[1] / pktrt__max_abs3(n[0], n[1], n[2])),
-                       PKTRT__ERROR_LEAST); /* B is so much of the sum */
+  double plane =
+      sharp ? PKTRT__ERROR_PLANE * (most[0] * most[1] / pktrt__max_abs3(n[0], n[1], n[2])) : PKTRT__ERROR_NEEDLE;
+  plane = pktrt__max(plane, PKTRT__ERROR_LEAST); /* B is so much of the sum */
   for (int a = 0; a < 3; a++) n[a] = sharp ? n[a] : (double)hit->normal[a], along += n[a] * q[a], n2 += n[a] * n[a];
   const double length = sqrt(n2);
   for (int a = 0; a < 3; a++) {
@@ -9729,8 +9666,7 @@ static void pktrt__sampler_jittered_pair(uint32_t sample, uint32_t samples, uint
 
 /* Computes the radical inverse of i < n in a prime base, scrambled in Owen's way: each digit is replaced by that of a
    permutation which depends on all digits before. The permutations are affine, d -> a d + c: any two digits go to any
-   two, equally likely, and that is all that enters the variance. Digits beyond the last that n needs are independent
-   random ones. */
+   two, equally likely, and no more enters the variance. Digits beyond those that n needs are random. */
 static float pktrt__sampler_radical_inverse(uint32_t i, uint32_t n, uint32_t base, uint64_t key) {
   uint32_t reach = 1, digits = 0;
   for (uint32_t rest = i; reach < n; rest /= base) {
@@ -10704,7 +10640,7 @@ static double pktrt__light_weigh_cluster(const pktrt__light_cluster *c, const do
 
 /* Chooses the triangle that u in [0,1) falls to, as seen from a point, and its inverse probability; u becomes uniform
    again. Goes cluster by cluster, until one is far and nearly flat, and by area in there; by area alone if they move.
-   WHY: pool hall, 16 samples: half the error of choosing by area everywhere; from afar, too: another fifth less, for an
+   WHY: pool hall, 16 samples: half the error of choosing by area everywhere; from afar, another fifth less, for an
    eighth more time. */
 static uint32_t pktrt__light_choose_triangle(const pktrt__light_data *light, bool moving, const double from[3],
                                              double *u, double *inverse) {
@@ -11336,8 +11272,7 @@ static void pktrt__material_weights_conductor(const pktrt_scene *scene, pktrt__s
         pktrt_fresnel_conductor(cosine, pktrt__material_ior(mat, a), mat->extinction[a]) * s->reflectance[a][k];
 }
 
-/* Adds to the weights of surfaces i to i + 7 what is not done by eights: Fresnel terms of metals, and absorption on the
-   way. */
+/* Adds to the weights of surfaces i to i + 7 what is not done by eights: metals' Fresnel terms and absorption. */
 static void pktrt__material_weights_rest(const pktrt_scene *scene, const pktrt__glass_mesh *meshes,
                                          const pktrt__wave *w, pktrt__surfaces *s, uint32_t i, uint32_t metal,
                                          uint32_t glass) {
@@ -11409,13 +11344,6 @@ static void pktrt__packet_trace(pktrt__tile *tile, pktrt__batch *b, uint32_t n, 
   pktrt__stats_add_counts(&tile->stats->by_depth[depth], &counts);
 }
 
-/* Copies a ray of a batch and its hit, but for what the hit is of. */
-static void pktrt__media_ray(const pktrt__batch *b, uint32_t i, pktrt_ray *ray, pktrt_hit *hit) {
-  for (int a = 0; a < 3; a++)
-    ray->origin[a] = b->o[a][i], ray->direction[a] = b->d[a][i], hit->normal[a] = b->as.hit.normal[a][i];
-  hit->t = b->t[i], hit->u = b->as.hit.u[i], hit->v = b->as.hit.v[i];
-}
-
 typedef enum pktrt__media_passage { PKTRT__STOPPED, PKTRT__GOES_ON, PKTRT__ARRIVED } pktrt__media_passage;
 /* Lets shadow ray i of tile->glass_batch through the glass that it met: it loses what the surface reflects and the
    glass absorbs, and goes on along the same line as ray j. Anything but glass stops it. */
@@ -11432,7 +11360,9 @@ static pktrt__media_passage pktrt__media_pass_glass(pktrt__tile *tile, uint32_t 
   pktrt_hit hit;
   pktrt__spawn_point x;
   double along = 0, d2 = 0, n2 = 0;
-  pktrt__media_ray(b, i, &ray, &hit);
+  for (int a = 0; a < 3; a++)
+    ray.origin[a] = b->o[a][i], ray.direction[a] = b->d[a][i], hit.normal[a] = b->as.hit.normal[a][i];
+  hit.t = b->t[i], hit.u = b->as.hit.u[i], hit.v = b->as.hit.v[i];
   for (uint32_t c = 0; c < 3; c++) pktrt__mesh_corner_at(m, m->positions, triangle, c, b->time[i], p[c]);
   pktrt__spawn_find(p, &ray, &hit, &x);
   const float *d = ray.direction, *normal = hit.normal;
@@ -11564,8 +11494,7 @@ PKTRT__NOINLINE void pktrt__packet_flush(pktrt__tile *tile, pktrt_ray_type type,
   p->n = 0;
 }
 
-/* Appends rays [from, to) of the list of shadow rays, in the given order (NULL: as they are), to the pending ones, for
-   which there is room. */
+/* Appends rays [from, to) of the list of shadow rays, in the given order (NULL: as they are), to the pending ones. */
 static void pktrt__packet_push_shadows(pktrt__tile *tile, const uint32_t *order, uint32_t from, uint32_t to) {
   pktrt__packet_queue *p = &tile->queue;
   const pktrt__shadow_rays *sh = &tile->shadow_rays;
@@ -12025,8 +11954,7 @@ static void pktrt__wave_shade(pktrt__tile *tile, pktrt__wave *w, uint32_t first,
 /* >>tiles ---------------------------------------------------------------------------------------------------------- */
 
 /* Draws the places of the n samples of the primary wave in pixel and on lens, from the first four dimensions, and their
-   times within the shutter, which its rays get. Without a lens one of its dimensions gives the time, for these four are
-   spread together. */
+   times within the shutter, which its rays get. Without a lens one of its dimensions gives the time. */
 static void pktrt__tile_draw_camera(pktrt__tile *tile, uint32_t n, bool lens, bool shutter) {
   pktrt__sample_batch *g = &tile->draws;
   memcpy(g->x, tile->x, n * sizeof *g->x), memcpy(g->y, tile->y, n * sizeof *g->y);
@@ -12349,8 +12277,7 @@ static void pktrt__pass_estimate(const pktrt__render_state *render, pktrt_report
    A block of c pixels whose passes have variance s each (V n, summed over its pixels) contributes s / R after R passes,
    which cost c R. For a given cost the sum of errors is least if R is in proportion to q = sqrt(s / c), so that blocks
    get more passes where these help more: R = max(done, scale q), for what is done is done. The scale that spends a
-   budget, or reaches an error, follows from the blocks whose R exceeds `done`; these are found by removing the others
-   until none is left. */
+   budget, or reaches an error, follows from the blocks whose R exceeds `done`: found by removing the others. */
 
 enum { PKTRT__PILOT = 2 }; /* passes that all blocks get before errors are known */
 

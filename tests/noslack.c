@@ -4,6 +4,10 @@
 #endif
 #define PKTRT_STATIC
 #define PKTRT_NO_RENDER
+#ifdef __x86_64__ /* of four sets two will do: the best that runs here is asked */
+#define PKTRT_NO_SCALAR
+#define PKTRT_NO_AVX512
+#endif
 #define PKTRT_IMPLEMENTATION
 #define PKTRT__SLACK(part) slack_left.part
 #include "noslack.h"

@@ -15,8 +15,8 @@ macro=$(awk '/^#define PKTRT_VERSION/ {printf "%d.%d.%d", $3 / 10000, $3 / 100 %
 [ -s "$dir/quickstart.c" ] || { echo "quickstart: no quick start in $header" >&2; exit 1; }
 cd "$dir"
 warnings="-Wall -Wextra -Wpedantic -Wshadow -Wconversion -Werror"
-${CC:-cc} -std=c99 -O1 $warnings quickstart.c -o quickstart -lm &
-${CXX:-c++} -x c++ -std=c++11 -O0 $warnings quickstart.c -o quickstart-cpp -lm
+${CC:-cc} -std=c99 ${CFLAGS:--O1} $warnings quickstart.c -o quickstart -lm &
+${CXX:-c++} -x c++ -std=c++11 ${CFLAGS:--O0} $warnings quickstart.c -o quickstart-cpp -lm
 wait $!
 ./quickstart
 ./quickstart-cpp

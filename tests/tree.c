@@ -6,6 +6,14 @@
 /* --- the checker of trees: NULL, or what is wrong. A tree must be up to date with the meshes: after a build or refit, before or
    after the pending positions became the committed ones --- */
 
+/* Straight from the definition, beside the builder. */
+static bool has_area(const float *const v[3]) {
+  const double ax = (double)v[1][0] - (double)v[0][0], bx = (double)v[2][0] - (double)v[0][0];
+  const double ay = (double)v[1][1] - (double)v[0][1], by = (double)v[2][1] - (double)v[0][1];
+  const double az = (double)v[1][2] - (double)v[0][2], bz = (double)v[2][2] - (double)v[0][2];
+  return (ay * bz - az * by != 0.0) | (az * bx - ax * bz != 0.0) | (ax * by - ay * bx != 0.0);
+}
+
 static const char *check_block(const pktrt__bvh *bvh, uint32_t block, const pktrt__mesh *meshes, uint32_t mesh_count,
                                uint64_t *set, uint64_t *count) {
   const uint32_t *tri = bvh->block_triangles + (size_t)block * 8;
@@ -27,7 +35,7 @@ static const char *check_block(const pktrt__bvh *bvh, uint32_t block, const pktr
         if (memcmp(&row[i * 8], &v[i / 3][i % 3], sizeof(float))) return "A vertex is not the owner's.";
         if (k) half[i / 3][i % 3] = 0.5f * before[i / 3][i % 3] + 0.5f * v[i / 3][i % 3];
       }
-      area = area || pktrt__tri_has_area(v) || (k && pktrt__tri_has_area(between));
+      area = area || has_area(v) || (k && has_area(between));
       for (int c = 0; c < 3; c++) before[c] = v[c];
     }
     if (at->id[l] != (area && !none ? t : PKTRT_NONE)) return "An id in a block is wrong.";

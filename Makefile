@@ -371,9 +371,9 @@ exactness: | $(RESULTS)
 	@$(MAKE) --no-print-directory bench-readme
 
 $(B)/plain-%.o: bench/plain.c bench/plain.h bench/plain_tests.h pktrt.h | $(B)
-	$(CC) $(CFLAGS) $(STRICT) $(if $(filter moller,$*),-DPLAIN_MOLLER) -c $< -o $@
+	$(CC) $(CFLAGS) $(STRICT) $(if $(filter moller,$*),-DPLAIN_MOLLER) $(if $(filter stages,$*),-DPLAIN_STAGES) -c $< -o $@
 
-$(B)/exactness: bench/exactness.c $(B)/plain-kensler.o $(B)/plain-moller.o $(wildcard bench/*.h bench/peers/*.h) $(EXAMPLE_HEADERS) pktrt.h
+$(B)/exactness: bench/exactness.c $(B)/plain-kensler.o $(B)/plain-moller.o $(B)/plain-stages.o $(wildcard bench/*.h bench/peers/*.h) $(EXAMPLE_HEADERS) pktrt.h
 	$(CC) $(CFLAGS) $(STRICT) $(ASSIMP_FLAGS) $(filter-out %.h,$^) -o $@ $(LDFLAGS) $(ASSIMP_LIBS) $(LDLIBS)
 
 # Error against run time. References are kept while header and scenes stay the same. It pins itself, but for them.

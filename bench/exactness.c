@@ -6,7 +6,8 @@
 
    A ratio is the time of pktrt_intersect_n or pktrt_occluded_n over that of the same call of the copy: 1.1 means that
    exactness costs a tenth. The copies find t, u, v and the normal of what they hit as pktrt does, in double, once for
-   each ray. What exactness buys is counted: rays for which the copy has another triangle, or none.
+   each ray. What exactness buys is counted: rays for which the copy has another triangle, or none. How many rays need more
+   than floats, asked one by one, is told by a third copy.
 
    Contents: libraries, racing, report, main. */
 #include "peers/rays.h"
@@ -50,6 +51,7 @@ typedef struct line { /* of the report: scene and instruction set */
   bool moving;
   pktrt_isa isa;
   double rays[KINDS], seconds[LIBRARIES][KINDS], other[LIBRARIES][KINDS], lost[LIBRARIES][KINDS];
+  double reached[2][KINDS]; /* rays that come to doubles, and to expansions */
 } line;
 
 typedef struct options {
@@ -75,6 +77,20 @@ static void compare(const ray_set *r, bool occlusion, const answers *a, const an
   *other = (double)differ, *lost = (double)none;
 }
 
+static void count_stages(const pktrt_scene *world, bool occlusion, const ray_set *r, double *doubles,
+                         double *expansions) {
+  size_t n[2] = {0, 0};
+  for (size_t i = 0; i < r->count; i++) {
+    pktrt_hit hit;
+    bool occluded;
+    stages_reached = 0;
+    if (occlusion) stages.occluded(world, &r->ray[i], &occluded, 1);
+    else stages.intersect(world, &r->ray[i], &hit, 1);
+    n[0] += stages_reached & 1, n[1] += stages_reached >> 1;
+  }
+  *doubles = (double)n[0], *expansions = (double)n[1];
+}
+
 /* A first round is not timed but compared. */
 static void race_kind(pktrt_scene *const *world, kind k, const ray_set *r, unsigned rounds, answers *a, line *to) {
   const bool occlusion = kind_occlusion(k);
@@ -93,7 +109,7 @@ static void race_kind(pktrt_scene *const *world, kind k, const ray_set *r, unsig
 
 static void race(const stage *g, bool moving, pktrt_isa isa, const options *o, line *to) {
   const size_t most = (size_t)o->size * o->size;
-  pktrt_scene *world[LIBRARIES];
+  pktrt_scene *world[LIBRARIES], *told = scene_in(&stages, g, isa);
   answers a[LIBRARIES];
   sources s;
   ray_set rays = rays_room(most);
@@ -109,7 +125,9 @@ static void race(const stage *g, bool moving, pktrt_isa isa, const options *o, l
   for (int k = 0; k < KINDS; k++) {
     make_kind(g, world[OURS], (kind)k, &s, &rays);
     if (rays.count) race_kind(world, (kind)k, &rays, o->rounds, a, to);
+    count_stages(told, kind_occlusion((kind)k), &rays, &to->reached[0][k], &to->reached[1][k]);
   }
+  stages.destroy(told);
   for (int l = 0; l < LIBRARIES; l++) {
     libraries[l]->destroy(world[l]);
     free(a[l].hit), free(a[l].occluded);
@@ -181,6 +199,33 @@ static void write_table(FILE *to, const line *lines, size_t n) {
   }
 }
 
+static void write_stages_csv(FILE *to, const line *lines, size_t n) {
+  fprintf(to, "scene,moving,isa,kind,rays,doubles,expansions\n");
+  for (size_t i = 0; i < n; i++)
+    for (int k = 0; k < KINDS; k++)
+      fprintf(to, "%s,%d,%s,%s,%.0f,%.0f,%.0f\n", lines[i].scene, lines[i].moving, pktrt_isa_string(lines[i].isa),
+              kind_names[k], lines[i].rays[k], lines[i].reached[0][k], lines[i].reached[1][k]);
+}
+
+static void write_stages(FILE *to, const line *lines, size_t n) {
+  fprintf(
+      to,
+      "Of a hundred rays, asked one by one: those with a triangle that floats leave to doubles / that doubles leave "
+      "to expansions.\n\n| scene | | kernels |");
+  for (int k = 0; k < KINDS; k++) fprintf(to, " %s |", kind_names[k]);
+  fprintf(to, "\n|---|---|---|");
+  for (int k = 0; k < KINDS; k++) fprintf(to, "--:|");
+  fprintf(to, "\n");
+  for (size_t i = 0; i < n; i++) {
+    const line *x = &lines[i];
+    fprintf(to, "| %s | %s | %s |", x->scene, x->moving ? "moving" : "rest", pktrt_isa_string(x->isa));
+    for (int k = 0; k < KINDS; k++)
+      fprintf(to, " %.2f / %.4f |", 100 * x->reached[0][k] / fmax(x->rays[k], 1),
+              100 * x->reached[1][k] / fmax(x->rays[k], 1));
+    fprintf(to, "\n");
+  }
+}
+
 static bool keep(const char *directory, const char *name, void (*write)(FILE *, const line *, size_t),
                  const line *lines, size_t n) {
   char path[4096];
@@ -232,7 +277,9 @@ int main(int argc, char **argv) {
     }
     close_stage(&g);
   }
-  write_table(stdout, lines, n);
+  write_table(stdout, lines, n), write_stages(stdout, lines, n);
   return o.results && (!keep(o.results, "exactness.csv", write_csv, lines, n) ||
-                       !keep(o.results, "exactness.md", write_table, lines, n));
+                       !keep(o.results, "exactness.md", write_table, lines, n) ||
+                       !keep(o.results, "exactness_stages.csv", write_stages_csv, lines, n) ||
+                       !keep(o.results, "exactness_stages.md", write_stages, lines, n));
 }

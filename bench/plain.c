@@ -1,14 +1,23 @@
-/* plain.c - pktrt once more, with a textbook test of triangles in its kernels (plain_tests.h), for exactness.c. */
+/* plain.c - pktrt once more, for exactness.c: with a textbook test of triangles in its kernels (plain_tests.h), or with its own,
+   which tell what they come to. */
 #define PKTRT_STATIC
 #define PKTRT_IMPLEMENTATION
+#ifdef PLAIN_STAGES
+#define PKTRT__REACHED(stage) (stages_reached |= 1u << (stage))
+unsigned stages_reached = 0;
+#else
 #define PKTRT__OTHER_TESTS "bench/plain_tests.h"
+#endif
 #ifdef __GNUC__ /* the exact tests are there, and nobody calls them */
 #pragma GCC diagnostic ignored "-Wunused-function"
 #endif
 #include "../pktrt.h"
 #include "plain.h"
 
-#ifdef PLAIN_MOLLER
+#ifdef PLAIN_STAGES
+#define PLAIN stages
+#define PLAIN_NAME "stages"
+#elif defined(PLAIN_MOLLER)
 #define PLAIN moller
 #define PLAIN_NAME "Moeller-Trumbore"
 #else

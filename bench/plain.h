@@ -16,4 +16,8 @@ typedef struct library {
 
 extern const library kensler, moller;
 
+/* pktrt itself, which sets bits of stages_reached: 0 when a triangle is tested in doubles, 1 when expansions decide. */
+extern const library stages;
+extern unsigned stages_reached;
+
 #endif /* PLAIN_H */

@@ -5,6 +5,8 @@
 #define PKTRT_STATIC
 #define PKTRT_NO_RENDER
 #ifdef __x86_64__ /* of four sets two will do: the best that runs here is asked */
+#undef PKTRT_NO_SCALAR
+#undef PKTRT_NO_AVX512
 #define PKTRT_NO_SCALAR
 #define PKTRT_NO_AVX512
 #endif

@@ -6,8 +6,8 @@ cd "$(dirname "$0")/.." || exit 1
 work=build/switches
 program=tests/leaveout/program.c
 flags="-Wall -Wextra -Wpedantic -Wshadow -Wconversion -Werror -ffp-contract=off"
-# Two sets of instructions are enough where it is features that are left out, and take half the time; all four are compiled. So do
-# programs of clang -O0, where it is installed.
+# Two sets of instructions are enough where it is features that are left out, and take half the time, as clang -O0 does, where it is
+# installed; that all four compile is seen without making code.
 quick=$(command -v clang >/dev/null && echo "clang -O0" || echo "gcc -O1")
 narrow="PKTRT_NO_AVX2 PKTRT_NO_AVX512"
 pictures="PKTRT_NO_LENS PKTRT_NO_SHUTTER PKTRT_NO_AREA_LIGHTS PKTRT_NO_GLOSS PKTRT_NO_DIELECTRIC PKTRT_NO_CONDUCTOR

@@ -47,7 +47,7 @@ if [ "${1:-}" = --build ]; then
   "$folder/program" >"$folder/new" && mv "$folder/new" "$folder/text"
   # Features are compiled for all sets here; it is warnings that are looked for.
   [ "${switches% "$narrow"}" = "$switches" ] || options=$(options_of "${switches% "$narrow"}")
-  for compiler in "gcc -std=c99" "clang++ -x c++ -std=c++11"; do # one of each kind, for each language
+  for compiler in "gcc -std=c99" "clang -std=c99" "g++ -x c++ -std=c++11" "clang++ -x c++ -std=c++11"; do
     command -v ${compiler%% *} >/dev/null || continue
     attempt "${compiler%% *}, without $name" $compiler -fsyntax-only $flags $options $program
   done

@@ -202,7 +202,7 @@ static uint64_t part_samples(pktrt_isa isa) {
 
 /* --- pictures --- */
 
-enum { PIXELS = WIDTH * HEIGHT, BLOCKS = 3 * 2 };
+enum { PIXELS = WIDTH * HEIGHT, BLOCKS = 2 * 2 };
 typedef struct picture {
   float color[PIXELS * 3], depth[PIXELS], normal[PIXELS * 3], albedo[PIXELS * 3], error[PIXELS], block_error[BLOCKS];
   uint32_t count[PIXELS];
@@ -267,7 +267,7 @@ static uint64_t part_samplers(pktrt_isa isa) {
   sum state = {0};
   for (uint32_t k = 0; k < PKTRT_SAMPLER_COUNT; k++) {
     pktrt_render_desc d = view_of(PKTRT_MODE_DRT, 3 + k % 2);
-    d.width = 20, d.height = 16, d.sampler = (pktrt_sampler)k, d.camera.aperture = 0.25f;
+    d.width = 14, d.height = 12, d.sampler = (pktrt_sampler)k, d.camera.aperture = 0.25f;
     d.phong_mapping = (pktrt_phong_mapping)(k % 2);
     const uint64_t one = see(room(isa, MIRROR | LOBES), d);
     add_word(&state, (uint32_t)one);

@@ -168,7 +168,7 @@ static void run_job(void *arg, size_t index) {
 
 static void identity(world w, ray_kind from, ray_kind to) {
   pktrt_scene *scene[8] = {NULL};
-  size_t n = scaled(720000), count = 0;
+  size_t n = scaled(480000), count = 0;
   shared all = {NULL, PTHREAD_MUTEX_INITIALIZER, 0, 0, 0, 0, 0, 0};
   all.jobs = calloc((n / BATCH + 1) * RAYS_KINDS, sizeof *all.jobs);
   if (!all.jobs) abort();

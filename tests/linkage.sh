@@ -6,7 +6,7 @@ header=$(readlink -f "${1:-pktrt.h}") work=build/linkage
 mkdir -p $work
 passed=0 failed=0 skipped=0
 options=("-DHEADER=\"$header\"" "-DPKTRT_HEADER_FILENAME=HEADER" -Wall -Wextra -Wpedantic -Werror)
-small=(-O0 -DPKTRT_NO_RENDER -DPKTRT_NO_SIMD) # what is exported does not depend on what there is
+small=(-O0 -DPKTRT_NO_RENDER -DPKTRT_NO_SIMD -DPKTRT_NO_MOTION -DPKTRT_NO_PAPER -DPKTRT_NO_STATS) # what is exported does not depend on what there is
 
 printf '#define PKTRT_IMPLEMENTATION\n#include HEADER\n' >$work/all.c
 printf '#include HEADER\n#define PKTRT_STATIC\n#define PKTRT_IMPLEMENTATION\n#include HEADER\n' >$work/late.c

@@ -288,7 +288,7 @@ static void add_light(pktrt_scene *s, pktrt_light_kind kind, float intensity, co
   expect(s, pktrt_add_light(s, &l, NULL));
 }
 
-enum { WIDTH = 40, HEIGHT = 32 };
+enum { WIDTH = 28, HEIGHT = 24 };
 enum { MIRROR = 1, METAL = 2, LOBES = 4, GLASS = 8, COAT = 16, HOOKS = 32, LAMPS = 64, SMOOTH = 128, MOVING = 256 };
 
 /* A ball, a box and a heap on hills, made of what is asked for, under a point light and perhaps all others. */

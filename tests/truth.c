@@ -100,7 +100,7 @@ static void rays_of_all_kinds(const world *w, uint64_t seed, bool wild, pktrt_ra
 static size_t rays_traced;
 static size_t brute_alone(const char *name, world w, uint64_t seed, bool wild,
                           size_t most) { /* returns how many rays */
-  size_t n = 70 + scaled(4000000 / (1 + w.m[0].nt));
+  size_t n = 70 + scaled(2500000 / (1 + w.m[0].nt));
   if (n > most) n = most;
   pktrt_ray *rays = calloc(n, sizeof *rays);
   if (!rays) abort();

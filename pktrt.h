@@ -210,8 +210,7 @@
    Lights and materials count from the next render on.
 
    Trees. All meshes with the same number of motion keys share one tree: static ones never pay for moving ones, and
-   commit rebuilds only those trees in which something changed. A ray visits every tree, so give moving meshes the same
-   number of keys where you can.
+   commit rebuilds only those in which something changed. A ray visits every tree: give moving meshes equal key counts.
 
    Motion keys. A mesh with K keys has K sets of positions, evenly spread over time [0,1]; every ray has its own time,
    and vertices move along straight lines from key to key. The boxes of the tree have K keys too and are interpolated to
@@ -274,8 +273,7 @@
    You need not choose. pktrt_intersect_n and its kin look at the rays in fours of 64: those that look one way become
    frustum packets, others go by octant into streams, and a packet that thins out to 16 rays, or 8 at a leaf (32 and 16
    where any hit will do), becomes a stream on its way down. Fewer than 16 rays of a call (32 for occlusion) go one by
-   one. What helps is order: let neighbours in the array be neighbours in space, such as the pixels of 8 x 8 blocks, and
-   keep shadow rays of different lights apart.
+   one. Order helps: neighbours in the array that are so in space, as in 8 x 8 pixels, and lights' shadow rays apart.
 
 
    CONVENTIONS
@@ -712,8 +710,7 @@ PKTRT_DEF int pktrt_winding(const pktrt_scene *, uint32_t mesh, const float poin
 PKTRT_DEF void pktrt_winding_n(const pktrt_scene *, uint32_t mesh, const float *points, const float *times, int *out,
                                size_t n);
 
-/* n rays in any order; neighbours are assumed likely to be similar. The library forms its own packets. Arrays must not
-   overlap; n = 0 with NULL is fine. */
+/* n rays in any order, best like their neighbours: packets form by themselves. Arrays must not overlap; n may be 0. */
 PKTRT_DEF void pktrt_intersect_n(const pktrt_scene *, const pktrt_ray *, pktrt_hit *, size_t n);
 PKTRT_DEF void pktrt_occluded_n(const pktrt_scene *, const pktrt_ray *, bool *, size_t n);
 /* (In C++ a std::vector<bool> is no array of bool: use std::unique_ptr<bool[]>, or vectors of char and a cast.) */
@@ -735,8 +732,7 @@ PKTRT_DEF void pktrt_intersect_soa(const pktrt_scene *, const pktrt_rays *, cons
 PKTRT_DEF void pktrt_occluded_soa(const pktrt_scene *, const pktrt_rays *, bool *, size_t n);
 
 /* The ray that leaves a hit in the given direction without meeting the triangle it left: see "Leaving a surface" above;
-   same time, tmin 0, tmax INFINITY. Reads origin, direction and time of the ray that hit, and all of the hit. On a miss
-   *out is a ray that hits nothing. */
+   same time, tmin 0, tmax INFINITY. Reads ray and hit but tmin and tmax. After a miss it is a ray that hits nothing. */
 PKTRT_DEF void pktrt_spawn(const pktrt_scene *, const pktrt_ray *, const pktrt_hit *, const float direction[3],
                            pktrt_ray *out);
 
@@ -1050,8 +1046,7 @@ typedef enum pktrt_assembly {
   PKTRT_ASSEMBLY_MATERIALS,     /* groups: of these, those that met the same material */
   PKTRT_ASSEMBLY_OCTANTS,       /* groups: of these, those with the same octant of directions */
   PKTRT_ASSEMBLY_BLIND,         /* one packet of all, shadow rays traced like the others */
-  PKTRT_ASSEMBLY_NONE           /* every secondary ray alone: traced, and what it meets shaded, one by one. Primary rays
-                                   stay in packets, as in the paper's table 1 */
+  PKTRT_ASSEMBLY_NONE /* secondary rays traced and shaded one by one; primary in packets: the paper's table 1 */
 } pktrt_assembly;
 
 /* At a dielectric. */
@@ -1151,8 +1146,7 @@ typedef struct pktrt_render_desc {
   /* Radiance from directions where rays meet nothing, n at a time, in place of background; direction is of unit
      length. Called from any thread, and must depend on the direction alone. NULL: background. */
   void (*environment)(void *user, uint32_t n, const float *const direction[3], float *const radiance[3]);
-  /* Optional buffers, tight, row 0 at the top; NULL: not wanted, not computed. Means over a pixel's samples, of all its
-     passes, of what primary rays meet. */
+  /* Optional buffers, tight, row 0 at the top; NULL: not computed. Means over a pixel's samples of what they see. */
   float *depth;           /* distance from the lens, of the samples that met something; INFINITY where none did */
   float *normal;          /* three floats, unit shading normals towards the viewer, averaged; 0 for nothing */
   float *albedo;          /* three floats, diffuse reflectance; 0 for glass and metal, unless in RCS */
@@ -1323,8 +1317,7 @@ PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *, const pktrt_render
 
 /* The compiler must compute what is written: sums in their order, divisions that divide, products and sums rounded
    separately. The same bits on every instruction set depend on it. One guard, opened here and closed at the end, covers
-   the whole implementation; pktrt__check_all_arithmetic finds what it cannot prevent. It binds the intrinsics too if
-   they are included here for the first time. */
+   all of it, and intrinsics first included here; pktrt__check_all_arithmetic finds what it cannot prevent. */
 #if defined(__clang__)
 #if __clang_major__ >= 13 && (defined(__x86_64__) || defined(__i386__)) /* clang 14 has no other that knows it */
 #define PKTRT__FLOAT_CONTROL 1
@@ -1778,8 +1771,7 @@ static uint32_t pktrt__mesh_of_triangle(const pktrt__mesh *meshes, uint32_t mesh
 }
 
 /* A box of the build is lo x,y,z,-, -hi x,y,z,-: two vectors that grow by minima. The free elements of a prim hold the
-   halves of the global triangle index as floats in [1,2), because vectors compute with them too, and other bits might
-   be denormal numbers, which are slow. */
+   halves of the global triangle index as floats in [1,2): vectors compute with them too, and denormals are slow. */
 typedef struct pktrt__build_prim {
   float box[8];
 } pktrt__build_prim;
@@ -2030,8 +2022,7 @@ static float pktrt__build_best_bin(pktrt__build_bins *s, float unit) {
   return best;
 }
 
-/* Partitions prims without branches: each is written to the next place of both sides, one of which then moves on.
-   Returns how many are on the left. */
+/* Partitions prims without branches: each goes to both sides, one of which then moves on. Returns how many are left. */
 static uint32_t pktrt__build_partition(const pktrt__build_bins *s, const pktrt__build_prim *from, pktrt__build_prim *to,
                                        uint32_t n) {
   uint32_t l = 0, r = n - 1, axis = s->axis;
@@ -2770,8 +2761,7 @@ static void pktrt__build_set_quality(pktrt__builder *b) {
   }
 }
 
-/* Builds the tree over all meshes with key_count keys, which have at least one triangle. Returns false when out of
-   memory, and leaves *out as it was. */
+/* Builds the tree over all meshes with key_count keys, which are not empty. False: no memory, *out stays as is. */
 static bool pktrt__build_bvh(const pktrt_scene_desc *desc, const pktrt__mesh *meshes, uint32_t mesh_count,
                              uint32_t key_count, bool use_pending, pktrt__bvh *out) {
   pktrt__builder b;
@@ -3344,9 +3334,8 @@ PKTRT__INLINE double pktrt__max_abs3(double a, double b, double c) {
   return pktrt__max(fabs(a), pktrt__max(fabs(b), fabs(c)));
 }
 
-/* Computes cross(p1 - p0, p2 - p0) in double, of coordinates `step` floats apart; returns whether its direction is as
-   sharp as hits report it. */
-PKTRT__INLINE bool pktrt__tri_normal(const float *p0, uint32_t step, double n[3]) {
+/* Computes cross(p1 - p0, p2 - p0), coordinates `step` floats apart; returns the product of the edges' largest. */
+PKTRT__INLINE double pktrt__tri_normal_size(const float *p0, uint32_t step, double n[3]) {
   const float *p1 = p0 + 3 * step, *p2 = p1 + 3 * step;
   const double x = (double)p0[0], y = (double)p0[step], z = (double)p0[2 * step];
   const double ax = (double)p1[0] - x, ay = (double)p1[step] - y, az = (double)p1[2 * step] - z;
@@ -3354,8 +3343,11 @@ PKTRT__INLINE bool pktrt__tri_normal(const float *p0, uint32_t step, double n[3]
   n[0] = ay * bz - az * by;
   n[1] = az * bx - ax * bz;
   n[2] = ax * by - ay * bx;
-  const double error = pktrt__max_abs3(ax, ay, az) * pktrt__max_abs3(bx, by, bz) * PKTRT__CALM_NORMAL;
-  return error < pktrt__max_abs3(n[0], n[1], n[2]);
+  return pktrt__max_abs3(ax, ay, az) * pktrt__max_abs3(bx, by, bz);
+}
+/* Tells whether its direction is as sharp as hits report it. */
+PKTRT__INLINE bool pktrt__tri_normal(const float *p0, uint32_t step, double n[3]) {
+  return pktrt__tri_normal_size(p0, step, n) * PKTRT__CALM_NORMAL < pktrt__max_abs3(n[0], n[1], n[2]);
 }
 
 /* Computes the corners of a triangle at a ray's time; for work that is done once per ray, or seldom. */
@@ -3800,11 +3792,27 @@ PKTRT__NOINLINE bool pktrt__exact_is_nearer(const pktrt__bvh_segment *seg, const
   return t < nearest || (t == nearest && id < q->id);
 }
 
+/* Tells whether a ray meets the plane of a triangle at t < 0 for certain: mostly of the one that it leaves, as near as
+   arithmetic permits. t = n (P - o) / n d; either product errs by less than 64 u of its bound. */
+PKTRT__INLINE bool pktrt__exact_is_behind(const pktrt__bvh *bvh, uint32_t slot, const float o[3], const float d[3],
+                                          float dk) {
+  if (pktrt__has_motion(bvh->key_count)) return false;
+  const float *p = &pktrt__bvh_block(bvh, slot / 8)->vertex[0][0][slot % 8];
+  double n[3];
+  const double x = (double)p[0] - (double)o[0], y = (double)p[8] - (double)o[1], z = (double)p[16] - (double)o[2];
+  const double size = pktrt__tri_normal_size(p, 8, n) * (64 * PKTRT__EPS2);
+  const double f = n[0] * x + n[1] * y + n[2] * z, g = n[0] * (double)d[0] + n[1] * (double)d[1] + n[2] * (double)d[2];
+  return (g > 0 ? -f : f) > size * pktrt__max_abs3(x, y, z) && fabs(g) > size * fabs((double)dk);
+}
+
 /* Decides by the canonical test what single precision leaves open. Makes it the closest hit if it is hit; true then. */
 PKTRT__NOINLINE bool pktrt__exact_test_single(const pktrt__bvh_segment *seg, pktrt__single *q, uint32_t id,
                                               uint32_t slot) {
+  const bool starts = q->ray->tmin >= 0 && q->after == PKTRT_NONE; /* t = -0 may come after t = 0 */
   pktrt__exact_crossing c;
   PKTRT__REACHED(0);
+  if (starts && pktrt__exact_is_behind(&seg->bvhs[seg->bvh], slot, q->ray->origin, q->ray->direction, q->dk))
+    return false;
   if (!pktrt__exact_cross(&seg->bvhs[seg->bvh], q, slot, &c)) return false;
   const double scale = fabs((double)q->dk), tiny = (double)q->tiny;
   double slack = c.error * scale + tiny, lo = c.t * scale - slack, hi = c.t * scale + slack;
@@ -3845,6 +3853,8 @@ PKTRT__INLINE void pktrt__single_to_batch(pktrt__batch *b, uint32_t r, const pkt
 
 PKTRT__NOINLINE bool pktrt__exact_test(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, uint32_t id,
                                        uint32_t slot) {
+  const float o[3] = {b->o[0][r], b->o[1][r], b->o[2][r]}, d[3] = {b->d[0][r], b->d[1][r], b->d[2][r]};
+  if (b->tmin[r] >= 0 && pktrt__exact_is_behind(&seg->bvhs[seg->bvh], slot, o, d, b->dk[r])) return false;
   pktrt_ray ray;
   pktrt__single q;
   pktrt__single_from_batch(b, r, &ray, &q);
@@ -3853,8 +3863,7 @@ PKTRT__NOINLINE bool pktrt__exact_test(const pktrt__bvh_segment *seg, pktrt__bat
   return true;
 }
 
-/* Computes t, u, v and normal of a single ray's hit, as in >>resolve. WHY corners at rest are read in place: a copy, just
-   written, would be read back late. */
+/* Computes t, u, v and normal of a single ray's hit, as in >>resolve. WHY in place at rest: copies are read late. */
 PKTRT__DIVIDES_BY_ZERO static void pktrt__single_resolve(const pktrt_scene *s, const pktrt__single *q, pktrt_hit *hit) {
   const pktrt__bvh *bvh = &s->bvhs[q->bvh];
   const bool moving = pktrt__has_motion(bvh->key_count);
@@ -4012,8 +4021,7 @@ PKTRT__INLINE uint32_t pktrt__sampler_pascal(uint32_t x) {
 }
 
 /* Sobol's points (1967): the radical inverse, Pascal's matrix, and his third dimension, by direction numbers 1, 3,
-   whose bits stand here lowest digit first. Any 2^k points from a multiple of 2^k on are spread evenly: t = 0 for the
-   first two dimensions, 1 for three. */
+   whose bits stand here lowest digit first. Any 2^k points from a multiple of 2^k on are even: t = 0 in 2D, 1 in 3D. */
 static const uint16_t pktrt__sampler_third[16] = {0x1,   0x3,   0x6,   0x9,   0x17,   0x3A,   0x71,   0xA3,
                                                   0x116, 0x339, 0x677, 0x9AA, 0x1601, 0x3903, 0x7706, 0xAA09};
 
@@ -4459,8 +4467,7 @@ PKTRT__COLD uint32_t pktrt__check_thread(void) {
   return (nearest ? 0 : PKTRT__ROUNDS_OTHERWISE) | (kept ? 0 : PKTRT__FLUSHES);
 }
 
-/* Tests what the compiler made of C's arithmetic. With e = 2^-12, and 2^-27, (1 + e)^2 - (1 + 2 e) is e^2 when fused
-   and 0 when each operation is rounded. */
+/* Tests what the compiler made of arithmetic: (1 + e)^2 - (1 + 2 e), e = 2^-12 or 2^-27, is e^2 if fused, else 0. */
 PKTRT__DIVIDES_BY_ZERO PKTRT__COLD uint32_t pktrt__check_compiler(void) {
   volatile float x = 1.000244140625f, y = 1.00048828125f; /* read anew: a product with two uses would not be fused */
   volatile double v = 1.00000000745058059692, w = 1.00000001490116119385;
@@ -5821,8 +5828,7 @@ typedef struct pktrt__tri_edges {
   v8 u, v, w, least, most, error;
 } pktrt__tri_edges;
 
-/* Bounds the error of edge functions by the largest |x|, |y| and |z|; it overflows where one of their products does. In
-   vectors of either width: op is v or f. */
+/* Bounds the error of edge functions by the largest |x|, |y|, |z|; overflows where a product does. op is v or f. */
 #define PKTRT__EDGE_ERROR(op, xs, ys, zs)                                                                   \
   op##fma(op##mul(zs, op##set(PKTRT__PAD_SHEAR)), op##fma(zs, op##set(PKTRT__PAD_SHEAR2), op##add(xs, ys)), \
           op##fma(op##mul(xs, ys), op##set(PKTRT__PAD_CROSS), op##set(PKTRT__PAD_LEAST)))
@@ -6385,7 +6391,7 @@ OP uint32_t pktrt__frustum_cull_triangles(const pktrt__frustum *f, const pktrt__
 /* What pktrt__exact_edge_functions and pktrt__exact_t_is_calm find, for eight lanes: the same bits. */
 typedef struct pktrt__exact_edges8 {
   d8 u, v, w, det, depth, error;
-  m8 calm;
+  m8 calm, known; /* whether the float nearest to t is known; the sign of t */
 } pktrt__exact_edges8;
 OP d8 pktrt__vec_dmax_abs3(d8 a, d8 b, d8 c) { return dmax(dabs(a), dmax(dabs(b), dabs(c))); }
 OP pktrt__exact_edges8 pktrt__exact_edge_functions8(const d8 x[3], const d8 y[3], const d8 z[3], d8 dk) {
@@ -6399,8 +6405,10 @@ OP pktrt__exact_edges8 pktrt__exact_edge_functions8(const d8 x[3], const d8 y[3]
   e.depth = dadd(dadd(dmul(e.u, z[0]), dmul(e.v, z[1])), dmul(e.w, z[2]));
   const d8 near_ = dmul(dmul(dset(8 * PKTRT__EPS2), zs), dadd(dadd(xs, ys), dmul(dset(32 * PKTRT__EPS2), zs)));
   e.error = dadd(dmul(dmul(dset(16 * PKTRT__EPS2), xs), ys), near_);
-  e.calm = mand(dlt(e.error, dmul(dabs(e.det), dset(PKTRT__CALM_DET))),
-                dlt(dmul(e.error, dsub(hi, lo)), dmul(dabs(e.depth), dset(PKTRT__CALM_T))));
+  const d8 wrong = dmul(e.error, dsub(hi, lo)), depth = dabs(e.depth); /* of depth, 5 times that at most */
+  const m8 flat = dlt(e.error, dmul(dabs(e.det), dset(PKTRT__CALM_DET)));
+  e.calm = mand(flat, dlt(wrong, dmul(depth, dset(PKTRT__CALM_T)))),
+  e.known = mand(flat, dlt(dmul(dset(8), wrong), depth));
   return e;
 }
 
@@ -6449,8 +6457,7 @@ PKTRT__NOINLINE uint32_t pktrt__paper_accept8(const pktrt__bvh_segment *seg, pkt
 }
 
 /* Runs the exact test of eight rays of a frustum, for those of *open that hit nothing yet, as far as doubles decide it;
-   returns those that are hit, and leaves the undecided open. WHY: shadow rays from a light end at surfaces, and a hit
-   near tmax is always left open. */
+   returns those that are hit, leaves the undecided open. WHY: many rays begin or end at a surface, left open before. */
 PKTRT__NOINLINE uint32_t pktrt__frustum_exact_test8(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r,
                                                     uint32_t *open, uint32_t id, uint32_t slot) {
   const uint32_t *k = pktrt__axes[b->axis[r + pktrt__lowest_bit(*open)]];
@@ -6478,7 +6485,8 @@ PKTRT__NOINLINE uint32_t pktrt__frustum_exact_test8(const pktrt__bvh_segment *se
   const uint32_t taken = *open & inside & within;
   const v8 far_ = vmul(t, vabs(d[0])), slack = vadd(vmul(vabs(far_), relative), vload(b->tiny + r));
   pktrt__frustum_set_hits(seg, b, r, taken, fwide(vsub(far_, slack)), fwide(vadd(far_, slack)), id, slot);
-  *open &= ~(inside | outside);
+  const m8 behind = mand(e.known, dlt(dmul(e.depth, dmul(e.det, dk)), zero)); /* t < 0: mostly of what rays leave */
+  *open &= ~(inside | outside | (mbits(behind) & mbits(vle(vset(0), vload(b->tmin + r)))));
   return taken;
 }
 
@@ -7882,8 +7890,7 @@ static void pktrt__resolve_batch(const pktrt__query *call, pktrt__batch *b, uint
 #ifndef PKTRT_NO_RENDER
 /* >>shade ---------------------------------------------------------------------------------------------------------- */
 
-/* STEP and ROLL_OUT: on narrow vectors, whose registers are too few anyway, loops are not unrolled and larger steps not
-   inlined, which halves the code. */
+/* STEP and ROLL_OUT: on narrow vectors, short of registers, loops stay loops and larger steps calls: half the code. */
 #if PKTRT__WITH_V8_REGISTERS
 #define STEP OP
 #define ROLL_OUT UNROLL
@@ -7914,8 +7921,7 @@ STEP void pktrt__vec_store3(float (*p)[PKTRT__ROW], uint32_t i, const v8 a[3]) {
   ROLL_OUT for (int k = 0; k < 3; k++) vstore(p[k] + i, a[k]);
 }
 
-/* Normalises eight vectors; zero, infinite and NaN ones become `instead`. They are scaled first, for squares of large
-   and small numbers leave the range. */
+/* Normalises eight vectors, scaled first: squares may leave the range. Zero, infinite and NaN ones become `instead`. */
 STEP void pktrt__vec_normalise(v8 a[3], const v8 instead[3]) {
   const v8 m = vmax(vabs(a[0]), vmax(vabs(a[1]), vabs(a[2])));
   v8 s[3];
@@ -8240,8 +8246,7 @@ STEP void pktrt__material_scatter(pktrt__surfaces *s, uint32_t i) {
   pktrt__vec_store3(s->refracted, i, t);
 }
 
-/* Computes weights of reflection and refraction of surfaces i to i + 7, and what is left for the diffuse base; metals
-   follow in pktrt__material_weights_rest. */
+/* Computes weights of reflection, refraction and diffuse base of eight; metals: pktrt__material_weights_rest. */
 PKTRT__NOINLINE void pktrt__material_weights8(pktrt__surfaces *s, uint32_t i) {
   const uint32_t live = ~(uint32_t)s->shaded[i / 8], glossy = live & ~(uint32_t)s->kind[PKTRT_SPECULAR_NONE][i / 8];
   const v8 zero = vset(0), one = vset(1);
@@ -8302,8 +8307,7 @@ STEP d8 pktrt__light_locate(const pktrt__light_target *l, uint32_t i, d8 p[3], d
   return dmul(ddiv(dadd(ddiv(dabs(along), r), dset(l->folded)), r2), dset(l->strength));
 }
 
-/* Appends the shadow rays of surfaces i to i + 7 to the list. They start at s->start, off the surface along ng, on the
-   viewer's side, which is the light's. */
+/* Appends the shadow rays of surfaces i to i + 7 to the list, from s->start: off along ng, on the viewer's side. */
 PKTRT__NOINLINE void pktrt__light_shadow_rays8(const pktrt_scene *scene, const pktrt__light_target *l,
                                                const pktrt__wave *w, pktrt__surfaces *s, uint32_t i, uint32_t lanes,
                                                pktrt__shadow_rays *sh) {
@@ -9633,8 +9637,7 @@ PKTRT__INLINE uint32_t pktrt__sampler_spread_bits(uint32_t x) { /* x < 256 */
   return (x | x << 1) & 0x5555u;
 }
 
-/* Returns the place of a pixel on a Morton curve through 256 x 256 pixels whose four quarters, and theirs in turn, come
-   in random order (Ahmed and Wonka 2020). */
+/* Returns a pixel's place on a Morton curve in 256 x 256, with quarters in random order (Ahmed and Wonka 2020). */
 static uint32_t pktrt__sampler_shuffled_morton(uint32_t x, uint32_t y, uint64_t key) {
   static const uint8_t orders[24] = {0x1B, 0x1E, 0x27, 0x2D, 0x36, 0x39, 0x4B, 0x4E, 0x63, 0x6C, 0x72, 0x78,
                                      0x87, 0x8D, 0x93, 0x9C, 0xB1, 0xB4, 0xC6, 0xC9, 0xD2, 0xD8, 0xE1, 0xE4};
@@ -10368,8 +10371,7 @@ static uint64_t pktrt__light_morton_key(const pktrt__mesh *m, uint32_t triangle,
   return key | triangle;
 }
 
-/* Makes clusters by halving: that of n triangles stands at some index, that of the first n / 2 of them behind it, and
-   that of the others 2 (n / 2) behind it. */
+/* Makes clusters by halving: next to that of n triangles stands that of the first n / 2, the rest's 2 (n / 2) after. */
 static void pktrt__light_make_clusters(pktrt__light_data *light) {
   struct {
     uint32_t at, first, n;
@@ -11027,8 +11029,7 @@ static uint32_t pktrt__media_around(const pktrt_scene *s, const pktrt__glass_mes
   return pktrt__media_enter_meshes(s, glass, 0, mesh, n);
 }
 
-/* Returns the stack of a ray that leaves or enters `mesh`, a mesh of glass, and goes on at `behind`; `before` is as far
-   from the surface on this side. */
+/* Returns the stack of a ray that leaves or enters `mesh`, of glass, and goes on at `behind`; `before` is this side. */
 static uint32_t pktrt__media_pass_surface(const pktrt_scene *s, const pktrt__glass_mesh *glass, uint32_t stack,
                                           uint32_t mesh, bool leaves, const float before[3], const float behind[3],
                                           float time) {
@@ -12587,8 +12588,7 @@ static bool pktrt__warn_light_shines(const pktrt_render_desc *d, const pktrt__li
   return light->strength > 0;
 }
 
-/* Tells whether there is no light but a mesh that needs some: that neither emits, nor has a shader, nor only reflects
-   or refracts. */
+/* Tells whether there is no light but a mesh that needs some: no emission, no shader, not all mirrored or refracted. */
 PKTRT__COLD bool pktrt__warn_is_dark(const pktrt__render_state *render) {
   const pktrt_scene *s = render->scene;
   bool dark = false, lit = pktrt__any_positive(render->desc->ambient);

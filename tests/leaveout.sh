@@ -47,7 +47,9 @@ if [ "${1:-}" = --build ]; then
   "$folder/program" >"$folder/new" && mv "$folder/new" "$folder/text"
   # Features are compiled for all sets here; it is warnings that are looked for.
   [ "${switches% "$narrow"}" = "$switches" ] || options=$(options_of "${switches% "$narrow"}")
-  for compiler in "gcc -std=c99" "clang -std=c99" "g++ -x c++ -std=c++11" "clang++ -x c++ -std=c++11"; do
+  # One compiler of each language and each kind for one switch, all four for none and for all of them.
+  case " $switches " in "  " | *" PKTRT_NO_LENS "*PKTRT_NO_GLOSS*) set -- "clang -std=c99" "g++ -x c++ -std=c++11" ;; *) set -- ;; esac
+  for compiler in "gcc -std=c99" "clang++ -x c++ -std=c++11" "$@"; do
     command -v ${compiler%% *} >/dev/null || continue
     attempt "${compiler%% *}, without $name" $compiler -fsyntax-only $flags $options $program
   done

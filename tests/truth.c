@@ -100,7 +100,7 @@ static void rays_of_all_kinds(const world *w, uint64_t seed, bool wild, pktrt_ra
 static size_t rays_traced;
 static size_t brute_alone(const char *name, world w, uint64_t seed, bool wild,
                           size_t most) { /* returns how many rays */
-  size_t n = 70 + scaled(2500000 / (1 + w.m[0].nt));
+  size_t n = 70 + scaled(4000000 / (1 + w.m[0].nt));
   if (n > most) n = most;
   pktrt_ray *rays = calloc(n, sizeof *rays);
   if (!rays) abort();
@@ -112,7 +112,7 @@ static size_t brute_alone(const char *name, world w, uint64_t seed, bool wild,
   return n;
 }
 static void brute(const char *name, world w, uint64_t seed, bool wild) {
-  rays_traced += brute_alone(name, w, seed, wild, 6000);
+  rays_traced += brute_alone(name, w, seed, wild, 4000);
 }
 
 static void brute_static(void) {
@@ -180,7 +180,7 @@ static void brute_scale(void *traced, size_t i) { /* at rest, and moving */
   char name[64];
   snprintf(name, sizeof name, "scale %g%s", (double)scale, moves ? ", moving" : "");
   const size_t most =
-      (scale < 1e-35f ? 600u : 3000u) / (small_run ? 3 : 1); /* arithmetic on denormal numbers is slow */
+      (scale < 1e-35f ? 400u : 2000u) / (small_run ? 3 : 1); /* arithmetic on denormal numbers is slow */
   ((size_t *)traced)[i] = brute_alone(name, w, 20 + i / 2, scale > 1e-21f && scale < 1e21f, most);
 }
 

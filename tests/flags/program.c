@@ -65,27 +65,24 @@ static void make_ground(void) {
   }
 }
 
-static pktrt_status fill(pktrt_scene *s) {
-  pktrt_mesh_desc ground, object;
+#ifdef PKTRT_NO_RENDER
+static pktrt_status add_looks(pktrt_scene *s, pktrt_mesh_desc *ground, pktrt_mesh_desc *object) {
+  return (void)s, (void)ground, (void)object, PKTRT_OK;
+}
+static pktrt_status render(pktrt_scene *s) { return (void)s, PKTRT_OK; }
+#else
+static pktrt_status add_looks(pktrt_scene *s, pktrt_mesh_desc *ground, pktrt_mesh_desc *object) {
   pktrt_material glass, gold;
   pktrt_light lamp;
-  memset(&ground, 0, sizeof ground), memset(&object, 0, sizeof object), memset(&lamp, 0, sizeof lamp);
-  memset(&glass, 0, sizeof glass), memset(&gold, 0, sizeof gold);
+  memset(&glass, 0, sizeof glass), memset(&gold, 0, sizeof gold), memset(&lamp, 0, sizeof lamp);
   glass.specular = PKTRT_SPECULAR_DIELECTRIC, glass.absorption[0] = 0.25f;
   gold.specular = PKTRT_SPECULAR_CONDUCTOR, gold.lobe = PKTRT_LOBE_PHONG, gold.exponent = 20;
   for (int a = 0; a < 3; a++) gold.ior[a] = 0.25f, gold.extinction[a] = 2.5f, lamp.intensity[a] = 8;
   lamp.kind = PKTRT_LIGHT_QUAD, lamp.position[0] = 1010, lamp.position[1] = 20, lamp.position[2] = 10;
   lamp.edge[0][0] = 4, lamp.edge[1][2] = 4;
-  ground.positions = ground_xyz[0], ground.vertex_count = VERTICES, ground.indices = ground_index[0];
-  ground.triangle_count = GROUND;
-  object.positions = object_xyz[0], object.vertex_count = 6, object.indices = object_index[0],
-  object.triangle_count = 8;
-  pktrt_status status = pktrt_add_material(s, &gold, &ground.material);
-  if (!status) status = pktrt_add_material(s, &glass, &object.material);
-  if (!status) status = pktrt_add_light(s, &lamp, NULL);
-  if (!status) status = pktrt_add_mesh(s, &ground, NULL);
-  if (!status) status = pktrt_add_mesh(s, &object, NULL);
-  return status ? status : pktrt_commit(s);
+  pktrt_status status = pktrt_add_material(s, &gold, &ground->material);
+  if (!status) status = pktrt_add_material(s, &glass, &object->material);
+  return status ? status : pktrt_add_light(s, &lamp, NULL);
 }
 
 static pktrt_status render(pktrt_scene *s) {
@@ -96,6 +93,20 @@ static pktrt_status render(pktrt_scene *s) {
   d.camera.target[0] = d.camera.eye[0], d.camera.target[2] = 20;
   d.camera.aperture = 0.5f, d.background[2] = 1, d.ambient[0] = 0.25f, d.ambient[1] = 0.125f;
   return pktrt_render(s, &d);
+}
+#endif
+
+static pktrt_status fill(pktrt_scene *s) {
+  pktrt_mesh_desc ground, object;
+  memset(&ground, 0, sizeof ground), memset(&object, 0, sizeof object);
+  ground.positions = ground_xyz[0], ground.vertex_count = VERTICES, ground.indices = ground_index[0];
+  ground.triangle_count = GROUND;
+  object.positions = object_xyz[0], object.vertex_count = 6, object.indices = object_index[0],
+  object.triangle_count = 8;
+  pktrt_status status = add_looks(s, &ground, &object);
+  if (!status) status = pktrt_add_mesh(s, &ground, NULL);
+  if (!status) status = pktrt_add_mesh(s, &object, NULL);
+  return status ? status : pktrt_commit(s);
 }
 
 int main(void) {

@@ -210,7 +210,7 @@
    Lights and materials count from the next render on.
 
    Trees. All meshes with the same number of motion keys share one tree: static ones never pay for moving ones, and
-   commit rebuilds only those in which something changed. A ray visits every tree: give moving meshes equal key counts.
+   commit rebuilds only trees that changed. A ray visits every tree: give moving meshes equal key counts if you can.
 
    Motion keys. A mesh with K keys has K sets of positions, evenly spread over time [0,1]; every ray has its own time,
    and vertices move along straight lines from key to key. The boxes of the tree have K keys too and are interpolated to
@@ -273,7 +273,7 @@
    You need not choose. pktrt_intersect_n and its kin look at the rays in fours of 64: those that look one way become
    frustum packets, others go by octant into streams, and a packet that thins out to 16 rays, or 8 at a leaf (32 and 16
    where any hit will do), becomes a stream on its way down. Fewer than 16 rays of a call (32 for occlusion) go one by
-   one. Order helps: neighbours in the array that are so in space, as in 8 x 8 pixels, and lights' shadow rays apart.
+   one. Order helps: neighbours in space, such as 8 x 8 pixels, next to each other, shadow rays of each light apart.
 
 
    CONVENTIONS
@@ -710,7 +710,7 @@ PKTRT_DEF int pktrt_winding(const pktrt_scene *, uint32_t mesh, const float poin
 PKTRT_DEF void pktrt_winding_n(const pktrt_scene *, uint32_t mesh, const float *points, const float *times, int *out,
                                size_t n);
 
-/* n rays in any order, best like their neighbours: packets form by themselves. Arrays must not overlap; n may be 0. */
+/* n rays in any order, best like their neighbours: packets form by themselves. No overlaps; n = 0 with NULL is fine. */
 PKTRT_DEF void pktrt_intersect_n(const pktrt_scene *, const pktrt_ray *, pktrt_hit *, size_t n);
 PKTRT_DEF void pktrt_occluded_n(const pktrt_scene *, const pktrt_ray *, bool *, size_t n);
 /* (In C++ a std::vector<bool> is no array of bool: use std::unique_ptr<bool[]>, or vectors of char and a cast.) */
@@ -732,7 +732,7 @@ PKTRT_DEF void pktrt_intersect_soa(const pktrt_scene *, const pktrt_rays *, cons
 PKTRT_DEF void pktrt_occluded_soa(const pktrt_scene *, const pktrt_rays *, bool *, size_t n);
 
 /* The ray that leaves a hit in the given direction without meeting the triangle it left: see "Leaving a surface" above;
-   same time, tmin 0, tmax INFINITY. Reads ray and hit but tmin and tmax. After a miss it is a ray that hits nothing. */
+   same time, tmin 0, tmax INFINITY. Reads the hit, and the ray but tmin and tmax. On a miss *out hits nothing. */
 PKTRT_DEF void pktrt_spawn(const pktrt_scene *, const pktrt_ray *, const pktrt_hit *, const float direction[3],
                            pktrt_ray *out);
 
@@ -1146,7 +1146,7 @@ typedef struct pktrt_render_desc {
   /* Radiance from directions where rays meet nothing, n at a time, in place of background; direction is of unit
      length. Called from any thread, and must depend on the direction alone. NULL: background. */
   void (*environment)(void *user, uint32_t n, const float *const direction[3], float *const radiance[3]);
-  /* Optional buffers, tight, row 0 at the top; NULL: not computed. Means over a pixel's samples of what they see. */
+  /* Optional buffers, tight, row 0 at the top; NULL: none. Means over all passes' samples of what primary rays meet. */
   float *depth;           /* distance from the lens, of the samples that met something; INFINITY where none did */
   float *normal;          /* three floats, unit shading normals towards the viewer, averaged; 0 for nothing */
   float *albedo;          /* three floats, diffuse reflectance; 0 for glass and metal, unless in RCS */
@@ -2022,7 +2022,7 @@ static float pktrt__build_best_bin(pktrt__build_bins *s, float unit) {
   return best;
 }
 
-/* Partitions prims without branches: each goes to both sides, one of which then moves on. Returns how many are left. */
+/* Partitions prims without branches: each goes to both sides, of which one moves on. Returns how many go left. */
 static uint32_t pktrt__build_partition(const pktrt__build_bins *s, const pktrt__build_prim *from, pktrt__build_prim *to,
                                        uint32_t n) {
   uint32_t l = 0, r = n - 1, axis = s->axis;
@@ -8246,7 +8246,7 @@ STEP void pktrt__material_scatter(pktrt__surfaces *s, uint32_t i) {
   pktrt__vec_store3(s->refracted, i, t);
 }
 
-/* Computes weights of reflection, refraction and diffuse base of eight; metals: pktrt__material_weights_rest. */
+/* Computes weights of reflection, refraction and base of eight surfaces; metals: pktrt__material_weights_rest. */
 PKTRT__NOINLINE void pktrt__material_weights8(pktrt__surfaces *s, uint32_t i) {
   const uint32_t live = ~(uint32_t)s->shaded[i / 8], glossy = live & ~(uint32_t)s->kind[PKTRT_SPECULAR_NONE][i / 8];
   const v8 zero = vset(0), one = vset(1);
@@ -12588,7 +12588,7 @@ static bool pktrt__warn_light_shines(const pktrt_render_desc *d, const pktrt__li
   return light->strength > 0;
 }
 
-/* Tells whether there is no light but a mesh that needs some: no emission, no shader, not all mirrored or refracted. */
+/* Tells whether there is no light but a mesh that needs some: no emission, no shader, not only mirror or glass. */
 PKTRT__COLD bool pktrt__warn_is_dark(const pktrt__render_state *render) {
   const pktrt_scene *s = render->scene;
   bool dark = false, lit = pktrt__any_positive(render->desc->ambient);

@@ -1627,20 +1627,21 @@ PKTRT__INLINE uint32_t pktrt__sign_bit(float x) {
 }
 
 #if defined(__GNUC__) || defined(__clang__)
-PKTRT__INLINE uint32_t pktrt__popcount(uint64_t x) { return (uint32_t)__builtin_popcountll(x); }
 PKTRT__INLINE uint32_t pktrt__lowest_bit(uint64_t x) { return (uint32_t)__builtin_ctzll(x); } /* x != 0 */
 #else
-PKTRT__INLINE uint32_t pktrt__popcount(uint64_t x) {
-  uint32_t n = 0;
-  for (; x; x &= x - 1) n++;
-  return n;
-}
 PKTRT__INLINE uint32_t pktrt__lowest_bit(uint64_t x) {
   uint32_t n = 0;
   for (; !(x & 1); x >>= 1) n++;
   return n;
 }
 #endif
+
+/* Counts ones. WHY written out: compilers know this form, and without the instruction theirs is a call. */
+PKTRT__INLINE uint32_t pktrt__popcount(uint64_t x) {
+  x -= x >> 1 & UINT64_C(0x5555555555555555);
+  x = (x & UINT64_C(0x3333333333333333)) + (x >> 2 & UINT64_C(0x3333333333333333));
+  return (uint32_t)(((x + (x >> 4)) & UINT64_C(0x0F0F0F0F0F0F0F0F)) * UINT64_C(0x0101010101010101) >> 56);
+}
 
 /* Counts ones in 8 bits. WHY: without the instruction, counting 64 is a call; the paper path counts at every test. */
 PKTRT__INLINE uint32_t pktrt__popcount8(uint32_t x) {
@@ -3334,26 +3335,29 @@ PKTRT__INLINE double pktrt__max_abs3(double a, double b, double c) {
   return pktrt__max(fabs(a), pktrt__max(fabs(b), fabs(c)));
 }
 
-/* Computes cross(p1 - p0, p2 - p0), coordinates `step` floats apart; returns the product of the edges' largest. */
-PKTRT__INLINE double pktrt__tri_normal_size(const float *p0, uint32_t step, double n[3]) {
-  const float *p1 = p0 + 3 * step, *p2 = p1 + 3 * step;
-  const double x = (double)p0[0], y = (double)p0[step], z = (double)p0[2 * step];
-  const double ax = (double)p1[0] - x, ay = (double)p1[step] - y, az = (double)p1[2 * step] - z;
-  const double bx = (double)p2[0] - x, by = (double)p2[step] - y, bz = (double)p2[2 * step] - z;
+/* Computes cross(p1 - p0, p2 - p0); returns the product of the edges' largest coordinates. */
+PKTRT__INLINE double pktrt__tri_normal_size(double p[3][3], double n[3]) {
+  const double ax = p[1][0] - p[0][0], ay = p[1][1] - p[0][1], az = p[1][2] - p[0][2];
+  const double bx = p[2][0] - p[0][0], by = p[2][1] - p[0][1], bz = p[2][2] - p[0][2];
   n[0] = ay * bz - az * by;
   n[1] = az * bx - ax * bz;
   n[2] = ax * by - ay * bx;
   return pktrt__max_abs3(ax, ay, az) * pktrt__max_abs3(bx, by, bz);
 }
 /* Tells whether its direction is as sharp as hits report it. */
-PKTRT__INLINE bool pktrt__tri_normal(const float *p0, uint32_t step, double n[3]) {
-  return pktrt__tri_normal_size(p0, step, n) * PKTRT__CALM_NORMAL < pktrt__max_abs3(n[0], n[1], n[2]);
+PKTRT__INLINE bool pktrt__tri_normal_of(double p[3][3], double n[3]) {
+  return pktrt__tri_normal_size(p, n) * PKTRT__CALM_NORMAL < pktrt__max_abs3(n[0], n[1], n[2]);
+}
+static bool pktrt__tri_normal(float p[3][3], double n[3]) {
+  double q[3][3];
+  for (int i = 0; i < 9; i++) q[i / 3][i % 3] = (double)p[i / 3][i % 3];
+  return pktrt__tri_normal_of(q, n);
 }
 
 /* Computes the corners of a triangle at a ray's time; for work that is done once per ray, or seldom. */
 static void pktrt__tri_corners_at(const pktrt__bvh *bvh, uint32_t slot, float time, float p[3][3]) {
   pktrt__block *block = pktrt__bvh_block(bvh, slot / 8);
-  float a, b;
+  float a, b, *to = p[0];
   const uint32_t segment = pktrt__time_segment(time, bvh->key_count, &a, &b);
   const uint32_t next = pktrt__has_motion(bvh->key_count) ? segment + 1 : 0;
   const float *k0 = pktrt__block_vertices(block, segment) + slot % 8,
@@ -3361,39 +3365,63 @@ static void pktrt__tri_corners_at(const pktrt__bvh *bvh, uint32_t slot, float ti
   if (!pktrt__has_motion(bvh->key_count))
     for (int c = 0; c < 3; c++, k0 += 24) p[c][0] = k0[0], p[c][1] = k0[8], p[c][2] = k0[16];
   else
-    for (int i = 0; i < 9; i++) p[i / 3][i % 3] = a * k0[8 * i] + b * k1[8 * i];
+    for (int i = 0; i < 9; i++) to[i] = a * k0[8 * i] + b * k1[8 * i];
 }
 
-/* A corner in the ray's frame, in double: x = p_u d_k - p_k d_u, y likewise, z = p_k, with p = P - o. */
-typedef struct pktrt__exact_corner {
-  double x, y, z;
-} pktrt__exact_corner;
-PKTRT__INLINE pktrt__exact_corner pktrt__exact_shear(const pktrt__single *q, const float *p, uint32_t step) {
-  const float *o = q->ray->origin, *d = q->ray->direction;
-  const uint32_t k = q->axis[0], u = q->axis[1], v = q->axis[2];
-  const double dk = (double)d[k];
-  pktrt__exact_corner c;
-  c.z = (double)p[step * k] - (double)o[k];
-  c.x = ((double)p[step * u] - (double)o[u]) * dk - (double)d[u] * c.z;
-  c.y = ((double)p[step * v] - (double)o[v]) * dk - (double)d[v] * c.z;
-  return c;
+/* A triangle as a ray sees it, in doubles: corners, what they are away from its origin, its direction; the ray's main axis
+   first, then u and v. */
+typedef struct pktrt__exact_view {
+  double p[3][3], from_o[3][3], d[3];
+} pktrt__exact_view;
+/* `row` and `step`: how many floats the coordinates of the ray and of corners are apart. */
+PKTRT__INLINE void pktrt__exact_see(pktrt__exact_view *v, int to, uint32_t axis, const float *o, const float *d,
+                                    uint32_t row, const float *p, uint32_t step) {
+  const double origin = (double)o[row * axis];
+  v->d[to] = (double)d[row * axis], p += step * axis;
+  v->p[0][to] = (double)p[0], v->p[1][to] = (double)p[3 * step], v->p[2][to] = (double)p[6 * step];
+  for (int c = 0; c < 3; c++) v->from_o[c][to] = v->p[c][to] - origin;
 }
+PKTRT__INLINE pktrt__exact_view pktrt__exact_view_of(const uint32_t *axis, const float *o, const float *d, uint32_t row,
+                                                     const float *p, uint32_t step) {
+  pktrt__exact_view v;
+  pktrt__exact_see(&v, 0, axis[0], o, d, row, p, step);
+  pktrt__exact_see(&v, 1, axis[1], o, d, row, p, step);
+  pktrt__exact_see(&v, 2, axis[2], o, d, row, p, step);
+  return v;
+}
+/* Of a triangle at the ray's time. WHY in place at rest: copies are read late. */
+PKTRT__INLINE pktrt__exact_view pktrt__exact_view_at(const pktrt__bvh *bvh, uint32_t slot, float time,
+                                                     const uint32_t *axis, const float *o, const float *d,
+                                                     uint32_t row) {
+  float copy[3][3];
+  if (!pktrt__has_motion(bvh->key_count))
+    return pktrt__exact_view_of(axis, o, d, row, &pktrt__bvh_block(bvh, slot / 8)->vertex[0][0][slot % 8], 8);
+  pktrt__tri_corners_at(bvh, slot, time, copy);
+  return pktrt__exact_view_of(axis, o, d, row, copy[0], 1);
+}
+
 typedef struct pktrt__exact_edges {
   double u, v, w, det, depth; /* the edge functions, their sum, and their products with z, summed up */
   double error, range;        /* of each edge function; of z */
 } pktrt__exact_edges;
-PKTRT__INLINE pktrt__exact_edges pktrt__exact_edge_functions(const pktrt__single *q, const float *p, uint32_t step) {
-  const pktrt__exact_corner a = pktrt__exact_shear(q, p, step), b = pktrt__exact_shear(q, p + 3 * step, step);
-  const pktrt__exact_corner c = pktrt__exact_shear(q, p + 6 * step, step);
-  const double x = pktrt__max_abs3(a.x, b.x, c.x), y = pktrt__max_abs3(a.y, b.y, c.y);
-  const double lo = -pktrt__max(-a.z, pktrt__max(-b.z, -c.z)), hi = pktrt__max(a.z, pktrt__max(b.z, c.z));
-  const double z = pktrt__max(hi, -lo) * fabs((double)q->dk);
+PKTRT__INLINE pktrt__exact_edges pktrt__exact_edge_functions(const pktrt__exact_view *s) {
+  const double k = s->d[0], u = s->d[1], v = s->d[2];
+  const double az = s->from_o[0][0], ax = s->from_o[0][1] * k - u * az, ay = s->from_o[0][2] * k - v * az;
+  const double bz = s->from_o[1][0], bx = s->from_o[1][1] * k - u * bz, by = s->from_o[1][2] * k - v * bz;
+  const double cz = s->from_o[2][0], cx = s->from_o[2][1] * k - u * cz, cy = s->from_o[2][2] * k - v * cz;
+  const double x = pktrt__max_abs3(ax, bx, cx), y = pktrt__max_abs3(ay, by, cy);
+  const double z = pktrt__max_abs3(az, bz, cz) * fabs(k);
   pktrt__exact_edges e;
-  e.u = c.x * b.y - c.y * b.x, e.v = a.x * c.y - a.y * c.x, e.w = b.x * a.y - b.y * a.x;
-  e.det = (e.u + e.v) + e.w, e.depth = (e.u * a.z + e.v * b.z) + e.w * c.z;
+  e.u = cx * by - cy * bx, e.v = ax * cy - ay * cx, e.w = bx * ay - by * ax;
+  e.det = (e.u + e.v) + e.w, e.depth = (e.u * az + e.v * bz) + e.w * cz;
   e.error = (16 * PKTRT__EPS2 * x) * y + (8 * PKTRT__EPS2 * z) * ((x + y) + 32 * PKTRT__EPS2 * z);
-  e.range = hi - lo;
+  e.range = pktrt__max(az, pktrt__max(bz, cz)) - pktrt__min(az, pktrt__min(bz, cz));
   return e;
+}
+/* For work that is done seldom: of a single ray, and corners one after the other. */
+static pktrt__exact_edges pktrt__exact_edges_of(const pktrt__single *q, float p[3][3]) {
+  const pktrt__exact_view v = pktrt__exact_view_of(q->axis, q->ray->origin, q->ray->direction, 1, p[0], 1);
+  return pktrt__exact_edge_functions(&v);
 }
 
 /* Tell whether doubles suffice for t, and for u and v. */
@@ -3568,12 +3596,12 @@ PKTRT__NOINLINE void pktrt__exact_resolve(const pktrt__bvh *bvh, const pktrt__si
   float p[3][3], tuv[3];
   double n[3];
   pktrt__tri_corners_at(bvh, q->slot, q->ray->time, p);
-  const pktrt__exact_edges e = pktrt__exact_edge_functions(q, (const float *)(const void *)p, 1);
+  const pktrt__exact_edges e = pktrt__exact_edges_of(q, p);
   const bool t_is_calm = pktrt__exact_t_is_calm(&e), uv_is_calm = pktrt__exact_uv_is_calm(&e);
   if (!(t_is_calm && uv_is_calm)) pktrt__exact_solve(q, p, tuv);
   if (!t_is_calm) hit->t = tuv[0];
   if (!uv_is_calm) hit->u = tuv[1], hit->v = tuv[2];
-  if (!pktrt__tri_normal((const float *)(const void *)p, 1, n)) pktrt__exact_normal(p, hit->normal);
+  if (!pktrt__tri_normal(p, n)) pktrt__exact_normal(p, hit->normal);
 }
 
 /* A crossing of a triangle: its t as doubles have it, and by how much the float of it may differ. */
@@ -3587,7 +3615,7 @@ PKTRT__DIVIDES_BY_ZERO PKTRT__NOINLINE bool pktrt__exact_cross(const pktrt__bvh 
                                                                uint32_t slot, pktrt__exact_crossing *c) {
   float p[3][3];
   pktrt__tri_corners_at(bvh, slot, q->ray->time, p);
-  const pktrt__exact_edges e = pktrt__exact_edge_functions(q, (const float *)(const void *)p, 1);
+  const pktrt__exact_edges e = pktrt__exact_edges_of(q, p);
   bool below = e.u < -e.error || e.v < -e.error || e.w < -e.error;
   bool above = e.u > e.error || e.v > e.error || e.w > e.error;
   const double value[3] = {e.u, e.v, e.w};
@@ -3792,17 +3820,19 @@ PKTRT__NOINLINE bool pktrt__exact_is_nearer(const pktrt__bvh_segment *seg, const
   return t < nearest || (t == nearest && id < q->id);
 }
 
-/* Tells whether a ray meets the plane of a triangle at t < 0 for certain: mostly of the one that it leaves, as near as
-   arithmetic permits. t = n (P - o) / n d; either product errs by less than 64 u of its bound. */
-PKTRT__INLINE bool pktrt__exact_is_behind(const pktrt__bvh *bvh, uint32_t slot, const float o[3], const float d[3],
-                                          float dk) {
-  if (pktrt__has_motion(bvh->key_count)) return false;
-  const float *p = &pktrt__bvh_block(bvh, slot / 8)->vertex[0][0][slot % 8];
+/* Tells whether a ray meets the plane of a triangle at t < 0 (if that is before its interval) or t > tmax for certain: mostly
+   that of a surface where it begins or ends, as near as arithmetic permits. t = f / g, f = n (P - o), g = n d, which err by less
+   than 42 u of their bounds, and f - tmax g by 12 more. */
+PKTRT__INLINE bool pktrt__exact_is_apart(const pktrt__bvh *bvh, uint32_t slot, float time, const float *o,
+                                         const float *d, uint32_t row, float dk, bool starts, float tmax) {
+  pktrt__exact_view v = pktrt__exact_view_at(bvh, slot, time, pktrt__axes[0], o, d, row);
   double n[3];
-  const double x = (double)p[0] - (double)o[0], y = (double)p[8] - (double)o[1], z = (double)p[16] - (double)o[2];
-  const double size = pktrt__tri_normal_size(p, 8, n) * (64 * PKTRT__EPS2);
-  const double f = n[0] * x + n[1] * y + n[2] * z, g = n[0] * (double)d[0] + n[1] * (double)d[1] + n[2] * (double)d[2];
-  return (g > 0 ? -f : f) > size * pktrt__max_abs3(x, y, z) && fabs(g) > size * fabs((double)dk);
+  const double x = v.from_o[0][0], y = v.from_o[0][1], z = v.from_o[0][2];
+  const double size = pktrt__tri_normal_size(v.p, n) * (64 * PKTRT__EPS2), most = size * pktrt__max_abs3(x, y, z);
+  double f = n[0] * x + n[1] * y + n[2] * z, g = n[0] * v.d[0] + n[1] * v.d[1] + n[2] * v.d[2];
+  if (g < 0) f = -f, g = -g;
+  const double wrong = size * fabs((double)dk), end = (double)tmax;
+  return g > wrong && ((starts && f < -most) || f - end * g > most + fabs(end) * wrong);
 }
 
 /* Decides by the canonical test what single precision leaves open. Makes it the closest hit if it is hit; true then. */
@@ -3811,7 +3841,9 @@ PKTRT__NOINLINE bool pktrt__exact_test_single(const pktrt__bvh_segment *seg, pkt
   const bool starts = q->ray->tmin >= 0 && q->after == PKTRT_NONE; /* t = -0 may come after t = 0 */
   pktrt__exact_crossing c;
   PKTRT__REACHED(0);
-  if (starts && pktrt__exact_is_behind(&seg->bvhs[seg->bvh], slot, q->ray->origin, q->ray->direction, q->dk))
+  const pktrt_ray *ray = q->ray;
+  if (pktrt__exact_is_apart(&seg->bvhs[seg->bvh], slot, ray->time, ray->origin, ray->direction, 1, q->dk, starts,
+                            ray->tmax))
     return false;
   if (!pktrt__exact_cross(&seg->bvhs[seg->bvh], q, slot, &c)) return false;
   const double scale = fabs((double)q->dk), tiny = (double)q->tiny;
@@ -3851,10 +3883,8 @@ PKTRT__INLINE void pktrt__single_to_batch(pktrt__batch *b, uint32_t r, const pkt
   b->wf[r] = q->wf, b->sf[r] = q->sf, b->id[r] = q->id, b->slot[r] = q->slot, b->bvh[r] = q->bvh;
 }
 
-PKTRT__NOINLINE bool pktrt__exact_test(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, uint32_t id,
-                                       uint32_t slot) {
-  const float o[3] = {b->o[0][r], b->o[1][r], b->o[2][r]}, d[3] = {b->d[0][r], b->d[1][r], b->d[2][r]};
-  if (b->tmin[r] >= 0 && pktrt__exact_is_behind(&seg->bvhs[seg->bvh], slot, o, d, b->dk[r])) return false;
+PKTRT__NOINLINE bool pktrt__exact_test_rest(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, uint32_t id,
+                                            uint32_t slot) {
   pktrt_ray ray;
   pktrt__single q;
   pktrt__single_from_batch(b, r, &ray, &q);
@@ -3862,39 +3892,70 @@ PKTRT__NOINLINE bool pktrt__exact_test(const pktrt__bvh_segment *seg, pktrt__bat
   pktrt__single_to_batch(b, r, &q);
   return true;
 }
-
-/* Computes t, u, v and normal of a single ray's hit, as in >>resolve. WHY in place at rest: copies are read late. */
-PKTRT__DIVIDES_BY_ZERO static void pktrt__single_resolve(const pktrt_scene *s, const pktrt__single *q, pktrt_hit *hit) {
-  const pktrt__bvh *bvh = &s->bvhs[q->bvh];
-  const bool moving = pktrt__has_motion(bvh->key_count);
-  float copy[3][3];
-  if (moving) pktrt__tri_corners_at(bvh, q->slot, q->ray->time, copy);
-  const float *p =
-      moving ? (const float *)(const void *)copy : &pktrt__bvh_block(bvh, q->slot / 8)->vertex[0][0][q->slot % 8];
-  const uint32_t step = moving ? 1 : 8;
-  const pktrt__exact_edges e = pktrt__exact_edge_functions(q, p, step);
-  double n[3];
-  const bool sharp = pktrt__tri_normal(p, step, n);
-  const double dk = (double)q->dk, r = 1 / (e.det * dk), rdet = dk * r;
-  const double unit = 1 / pktrt__max_abs3(n[0], n[1], n[2]);
-  hit->t = pktrt__to_float(e.depth * r);
-  hit->u = (float)(e.v * rdet), hit->v = (float)(e.w * rdet); /* at most 1 */
-  hit->normal[0] = (float)(n[0] * unit), hit->normal[1] = (float)(n[1] * unit), hit->normal[2] = (float)(n[2] * unit);
-  if (PKTRT__UNLIKELY(!(sharp && pktrt__exact_t_is_calm(&e) && pktrt__exact_uv_is_calm(&e))))
-    pktrt__exact_resolve(bvh, q, hit);
+PKTRT__NOINLINE bool pktrt__exact_test(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, uint32_t id,
+                                       uint32_t slot) {
+  if (pktrt__exact_is_apart(&seg->bvhs[seg->bvh], slot, b->time[r], &b->o[0][r], &b->d[0][r], PKTRT__ROW, b->dk[r],
+                            b->tmin[r] >= 0, b->tmax[r]))
+    return false;
+  return pktrt__exact_test_rest(seg, b, r, id, slot);
 }
 
-/* Does so for ray r of a batch. */
-PKTRT__NOINLINE void pktrt__single_resolve_of(const pktrt_scene *s, pktrt__batch *b, uint32_t r) {
+/* Compute t, u and v of a hit, and its normal, as in >>resolve; they return whether doubles suffice. */
+PKTRT__DIVIDES_BY_ZERO PKTRT__INLINE bool pktrt__single_resolve_tuv(const pktrt__exact_view *v, float *t, float *u,
+                                                                    float *w) {
+  const pktrt__exact_edges e = pktrt__exact_edge_functions(v);
+  const double r = 1 / (e.det * v->d[0]), rdet = v->d[0] * r;
+  *t = pktrt__to_float(e.depth * r);
+  *u = (float)(e.v * rdet), *w = (float)(e.w * rdet); /* at most 1 */
+  return pktrt__exact_t_is_calm(&e) && pktrt__exact_uv_is_calm(&e);
+}
+PKTRT__DIVIDES_BY_ZERO PKTRT__INLINE bool pktrt__single_resolve_normal(pktrt__exact_view *v, const uint32_t *axis,
+                                                                       float *normal, uint32_t row) {
+  double n[3];
+  const bool sharp = pktrt__tri_normal_of(v->p, n);
+  const double unit = 1 / pktrt__max_abs3(n[0], n[1], n[2]);
+  normal[row * axis[0]] = (float)(n[0] * unit), normal[row * axis[1]] = (float)(n[1] * unit);
+  normal[row * axis[2]] = (float)(n[2] * unit);
+  return sharp;
+}
+static void pktrt__single_resolve(const pktrt_scene *s, const pktrt__single *q, pktrt_hit *hit) {
+  const pktrt__bvh *bvh = &s->bvhs[q->bvh];
+  const pktrt_ray *ray = q->ray;
+  pktrt__exact_view v = pktrt__exact_view_at(bvh, q->slot, ray->time, q->axis, ray->origin, ray->direction, 1);
+  const bool calm = pktrt__single_resolve_tuv(&v, &hit->t, &hit->u, &hit->v);
+  if (!(pktrt__single_resolve_normal(&v, q->axis, hit->normal, 1) && calm)) pktrt__exact_resolve(bvh, q, hit);
+}
+PKTRT__NOINLINE void pktrt__exact_resolve_of(const pktrt__bvh *bvh, pktrt__batch *b, uint32_t r) {
   pktrt_ray ray;
   pktrt_hit hit;
   pktrt__single q;
-  for (int a = 0; a < 3; a++) ray.origin[a] = b->o[a][r], ray.direction[a] = b->d[a][r];
-  ray.time = b->time[r], q.ray = &ray, q.axis = pktrt__axes[b->axis[r]], q.dk = b->dk[r];
-  q.slot = b->slot[r], q.bvh = b->bvh[r];
-  pktrt__single_resolve(s, &q, &hit);
+  pktrt__single_from_batch(b, r, &ray, &q);
+  hit.t = b->t[r], hit.u = b->as.hit.u[r], hit.v = b->as.hit.v[r];
+  for (int a = 0; a < 3; a++) hit.normal[a] = b->as.hit.normal[a][r];
+  pktrt__exact_resolve(bvh, &q, &hit);
   b->t[r] = hit.t, b->as.hit.u[r] = hit.u, b->as.hit.v[r] = hit.v;
   for (int a = 0; a < 3; a++) b->as.hit.normal[a][r] = hit.normal[a];
+}
+/* Does so for `hits` of rays i to i+7 of a batch. Neighbours from one point mostly hit the same triangle: what does not depend on
+   the direction is kept. */
+PKTRT__NOINLINE void pktrt__single_resolve_hits(const pktrt_scene *s, pktrt__batch *b, uint32_t i, uint32_t hits) {
+  pktrt__exact_view v;
+  bool sharp = false;
+  for (uint32_t last = PKTRT_NONE, r; hits; hits &= hits - 1, last = r) {
+    r = i + pktrt__lowest_bit(hits);
+    const pktrt__bvh *bvh = &s->bvhs[b->bvh[r]];
+    const uint32_t *axis = pktrt__axes[b->axis[r]];
+    if (last != PKTRT_NONE && b->slot[r] == b->slot[last] && b->bvh[r] == b->bvh[last] && b->axis[r] == b->axis[last] &&
+        b->o[0][r] == b->o[0][last] && b->o[1][r] == b->o[1][last] && b->o[2][r] == b->o[2][last] &&
+        !pktrt__has_motion(bvh->key_count)) {
+      for (int a = 0; a < 3; a++) v.d[a] = (double)b->d[axis[a]][r], b->as.hit.normal[a][r] = b->as.hit.normal[a][last];
+    } else {
+      v = pktrt__exact_view_at(bvh, b->slot[r], b->time[r], axis, &b->o[0][r], &b->d[0][r], PKTRT__ROW);
+      sharp = pktrt__single_resolve_normal(&v, axis, &b->as.hit.normal[0][r], PKTRT__ROW);
+    }
+    if (!(pktrt__single_resolve_tuv(&v, &b->t[r], &b->as.hit.u[r], &b->as.hit.v[r]) && sharp))
+      pktrt__exact_resolve_of(bvh, b, r);
+  }
 }
 
 /* Prefetches a child that will be visited. Measured worth 5% of a stream's time, and of a single ray's. */
@@ -5025,168 +5086,122 @@ OP v8 dto(d8 a) { PKTRT__EACH(v8, r.f[i] = pktrt__to_float(a.d[i])); }
 
 #else /* SSE2 and NEON: two registers of 128 bits make a v8 */
 
-#define q4 PKTRT__NAME(pktrt__q4)
-#define qm PKTRT__NAME(pktrt__qm)
-#define q2 PKTRT__NAME(pktrt__q2)
-#define qbits PKTRT__NAME(pktrt__qbits)
-#define qsigns PKTRT__NAME(pktrt__qsigns)
-#define qfrom PKTRT__NAME(pktrt__qfrom)
-#define qsame PKTRT__NAME(pktrt__qsame)
-#define qlanes PKTRT__NAME(pktrt__qlanes)
-#define v8_of PKTRT__NAME(pktrt__v8_of)
-#define m8_of PKTRT__NAME(pktrt__m8_of)
-
 #if PKTRT__STAMP == PKTRT__STAMP_SSE2
 
-typedef __m128 q4;
-typedef __m128 qm;
-typedef __m128d q2;
-#define Q_LOAD(p) _mm_loadu_ps(p)
-#define Q_STORE(p, a) _mm_storeu_ps(p, a)
-#define Q_SET(x) _mm_set1_ps(x)
-#define Q_ADD(a, b) _mm_add_ps(a, b)
-#define Q_SUB(a, b) _mm_sub_ps(a, b)
-#define Q_MUL(a, b) _mm_mul_ps(a, b)
-#define Q_DIV(a, b) _mm_div_ps(a, b)
-#define Q_SQRT(a) _mm_sqrt_ps(a)
-#define Q_MIN(a, b) _mm_min_ps(a, b)
-#define Q_MAX(a, b) _mm_max_ps(a, b)
-#define Q_ABS(a) _mm_andnot_ps(_mm_set1_ps(-0.0f), a)
-#define Q_SIGN(m, s) _mm_or_ps(m, _mm_and_ps(_mm_set1_ps(-0.0f), s))
-#define Q_LT(a, b) _mm_cmplt_ps(a, b)
-#define Q_LE(a, b) _mm_cmple_ps(a, b)
-#define Q_EQ(a, b) _mm_cmpeq_ps(a, b)
-#define QM_AND(a, b) _mm_and_ps(a, b)
-#define QM_OR(a, b) _mm_or_ps(a, b)
-#define Q_SEL(m, a, b) _mm_or_ps(_mm_and_ps(m, a), _mm_andnot_ps(m, b))
-#define Q2_ADD(a, b) _mm_add_pd(a, b)
-#define Q2_SUB(a, b) _mm_sub_pd(a, b)
-#define Q2_MUL(a, b) _mm_mul_pd(a, b)
-#define Q2_DIV(a, b) _mm_div_pd(a, b)
-#define Q2_SQRT(a) _mm_sqrt_pd(a)
-#define Q2_LOAD(p) _mm_loadu_pd(p)
-#define Q2_STORE(p, a) _mm_storeu_pd(p, a)
-#define Q2_MAX(a, b) _mm_max_pd(a, b)
-#define Q2_ABS(a) _mm_andnot_pd(_mm_set1_pd(-0.0), a)
-#define Q2_SET(x) _mm_set1_pd(x)
-#define Q2_LOW(a) _mm_cvtps_pd(a)
-#define Q2_HIGH(a) _mm_cvtps_pd(_mm_movehl_ps(a, a))
-#define Q_FROM2(l, h) _mm_movelh_ps(_mm_cvtpd_ps(l), _mm_cvtpd_ps(h))
-#define QM_LT2(al, bl, ah, bh) \
-  _mm_shuffle_ps(_mm_castpd_ps(_mm_cmplt_pd(al, bl)), _mm_castpd_ps(_mm_cmplt_pd(ah, bh)), 0x88)
-OP uint32_t qbits(qm m) { return (uint32_t)_mm_movemask_ps(m); }
-OP uint32_t qsigns(q4 a) { return (uint32_t)_mm_movemask_ps(a); }
-OP qm qfrom(uint32_t bits) {
+#define PKTRT__Q(sse2, neon) sse2
+typedef __m128 pktrt__q4;
+typedef __m128 pktrt__qm;
+typedef __m128d pktrt__q2;
+OP pktrt__q4 pktrt__qmin(pktrt__q4 a, pktrt__q4 b) { return _mm_min_ps(a, b); }
+OP pktrt__q4 pktrt__qmax(pktrt__q4 a, pktrt__q4 b) { return _mm_max_ps(a, b); }
+OP pktrt__q4 pktrt__qabs(pktrt__q4 a) { return _mm_andnot_ps(_mm_set1_ps(-0.0f), a); }
+OP pktrt__q4 pktrt__qsign(pktrt__q4 a, pktrt__q4 s) { return _mm_or_ps(a, _mm_and_ps(_mm_set1_ps(-0.0f), s)); }
+OP pktrt__q4 pktrt__qsel(pktrt__qm m, pktrt__q4 a, pktrt__q4 b) {
+  return _mm_or_ps(_mm_and_ps(m, a), _mm_andnot_ps(m, b));
+}
+OP uint32_t pktrt__qbits(pktrt__qm m) { return (uint32_t)_mm_movemask_ps(m); }
+OP uint32_t pktrt__qsigns(pktrt__q4 a) { return (uint32_t)_mm_movemask_ps(a); }
+OP pktrt__qm pktrt__qfrom(uint32_t bits) {
   const __m128i lane = _mm_setr_epi32(1, 2, 4, 8);
   return _mm_castsi128_ps(_mm_cmpeq_epi32(_mm_and_si128(_mm_set1_epi32((int)bits), lane), lane));
 }
-OP uint32_t qsame(const uint32_t *p, uint32_t x) {
+OP uint32_t pktrt__qsame(const uint32_t *p, uint32_t x) {
   const __m128i same = _mm_cmpeq_epi32(_mm_loadu_si128((const __m128i *)(const void *)p), _mm_set1_epi32((int)x));
   return (uint32_t)_mm_movemask_ps(_mm_castsi128_ps(same));
+}
+OP pktrt__q2 pktrt__q2max(pktrt__q2 a, pktrt__q2 b) { return _mm_max_pd(a, b); }
+OP pktrt__q2 pktrt__q2abs(pktrt__q2 a) { return _mm_andnot_pd(_mm_set1_pd(-0.0), a); }
+OP pktrt__q2 pktrt__q2low(pktrt__q4 a) { return _mm_cvtps_pd(a); }
+OP pktrt__q2 pktrt__q2high(pktrt__q4 a) { return _mm_cvtps_pd(_mm_movehl_ps(a, a)); }
+OP pktrt__q4 pktrt__qfrom2(const pktrt__q2 *q) { return _mm_movelh_ps(_mm_cvtpd_ps(q[0]), _mm_cvtpd_ps(q[1])); }
+OP pktrt__qm pktrt__q2lt(const pktrt__q2 *a, const pktrt__q2 *b) {
+  const __m128 l = _mm_castpd_ps(_mm_cmplt_pd(a[0], b[0])), h = _mm_castpd_ps(_mm_cmplt_pd(a[1], b[1]));
+  return _mm_shuffle_ps(l, h, 0x88);
 }
 
 #else /* NEON; its min and max treat NaN and zeros differently, hence the selections */
 
-typedef float32x4_t q4;
-typedef uint32x4_t qm;
-typedef float64x2_t q2;
-#define Q_LOAD(p) vld1q_f32(p)
-#define Q_STORE(p, a) vst1q_f32(p, a)
-#define Q_SET(x) vdupq_n_f32(x)
-#define Q_ADD(a, b) vaddq_f32(a, b)
-#define Q_SUB(a, b) vsubq_f32(a, b)
-#define Q_MUL(a, b) vmulq_f32(a, b)
-#define Q_DIV(a, b) vdivq_f32(a, b)
-#define Q_SQRT(a) vsqrtq_f32(a)
-#define Q_MIN(a, b) vbslq_f32(vcltq_f32(a, b), a, b)
-#define Q_MAX(a, b) vbslq_f32(vcgtq_f32(a, b), a, b)
-#define Q_ABS(a) vabsq_f32(a)
-#define Q_SIGN(m, s) vbslq_f32(vdupq_n_u32(0x80000000u), s, m)
-#define Q_LT(a, b) vcltq_f32(a, b)
-#define Q_LE(a, b) vcleq_f32(a, b)
-#define Q_EQ(a, b) vceqq_f32(a, b)
-#define QM_AND(a, b) vandq_u32(a, b)
-#define QM_OR(a, b) vorrq_u32(a, b)
-#define Q_SEL(m, a, b) vbslq_f32(m, a, b)
-#define Q2_ADD(a, b) vaddq_f64(a, b)
-#define Q2_SUB(a, b) vsubq_f64(a, b)
-#define Q2_MUL(a, b) vmulq_f64(a, b)
-#define Q2_DIV(a, b) vdivq_f64(a, b)
-#define Q2_SQRT(a) vsqrtq_f64(a)
-#define Q2_LOAD(p) vld1q_f64(p)
-#define Q2_STORE(p, a) vst1q_f64(p, a)
-#define Q2_MAX(a, b) vbslq_f64(vcgtq_f64(a, b), a, b)
-#define Q2_ABS(a) vabsq_f64(a)
-#define Q2_SET(x) vdupq_n_f64(x)
-#define Q2_LOW(a) vcvt_f64_f32(vget_low_f32(a))
-#define Q2_HIGH(a) vcvt_high_f64_f32(a)
-#define Q_FROM2(l, h) vcombine_f32(vcvt_f32_f64(l), vcvt_f32_f64(h))
-#define QM_LT2(al, bl, ah, bh) vcombine_u32(vmovn_u64(vcltq_f64(al, bl)), vmovn_u64(vcltq_f64(ah, bh)))
-OP qm qlanes(void) {
+#define PKTRT__Q(sse2, neon) neon
+typedef float32x4_t pktrt__q4;
+typedef uint32x4_t pktrt__qm;
+typedef float64x2_t pktrt__q2;
+OP pktrt__q4 pktrt__qmin(pktrt__q4 a, pktrt__q4 b) { return vbslq_f32(vcltq_f32(a, b), a, b); }
+OP pktrt__q4 pktrt__qmax(pktrt__q4 a, pktrt__q4 b) { return vbslq_f32(vcgtq_f32(a, b), a, b); }
+OP pktrt__q4 pktrt__qabs(pktrt__q4 a) { return vabsq_f32(a); }
+OP pktrt__q4 pktrt__qsign(pktrt__q4 a, pktrt__q4 s) { return vbslq_f32(vdupq_n_u32(0x80000000u), s, a); }
+OP pktrt__q4 pktrt__qsel(pktrt__qm m, pktrt__q4 a, pktrt__q4 b) { return vbslq_f32(m, a, b); }
+OP pktrt__qm pktrt__qlanes(void) {
   const uint32_t lane[4] = {1, 2, 4, 8};
   return vld1q_u32(lane);
 }
-OP uint32_t qbits(qm m) { return vaddvq_u32(vandq_u32(m, qlanes())); }
-OP uint32_t qsigns(q4 a) { return vaddvq_u32(vandq_u32(vcltzq_s32(vreinterpretq_s32_f32(a)), qlanes())); }
-OP qm qfrom(uint32_t bits) { return vtstq_u32(vdupq_n_u32(bits), qlanes()); }
-OP uint32_t qsame(const uint32_t *p, uint32_t x) { return qbits(vceqq_u32(vld1q_u32(p), vdupq_n_u32(x))); }
+OP uint32_t pktrt__qbits(pktrt__qm m) { return vaddvq_u32(vandq_u32(m, pktrt__qlanes())); }
+OP uint32_t pktrt__qsigns(pktrt__q4 a) { return pktrt__qbits(vcltzq_s32(vreinterpretq_s32_f32(a))); }
+OP pktrt__qm pktrt__qfrom(uint32_t bits) { return vtstq_u32(vdupq_n_u32(bits), pktrt__qlanes()); }
+OP uint32_t pktrt__qsame(const uint32_t *p, uint32_t x) {
+  return pktrt__qbits(vceqq_u32(vld1q_u32(p), vdupq_n_u32(x)));
+}
+OP pktrt__q2 pktrt__q2max(pktrt__q2 a, pktrt__q2 b) { return vbslq_f64(vcgtq_f64(a, b), a, b); }
+OP pktrt__q2 pktrt__q2abs(pktrt__q2 a) { return vabsq_f64(a); }
+OP pktrt__q2 pktrt__q2low(pktrt__q4 a) { return vcvt_f64_f32(vget_low_f32(a)); }
+OP pktrt__q2 pktrt__q2high(pktrt__q4 a) { return vcvt_high_f64_f32(a); }
+OP pktrt__q4 pktrt__qfrom2(const pktrt__q2 *q) { return vcombine_f32(vcvt_f32_f64(q[0]), vcvt_f32_f64(q[1])); }
+OP pktrt__qm pktrt__q2lt(const pktrt__q2 *a, const pktrt__q2 *b) {
+  return vcombine_u32(vmovn_u64(vcltq_f64(a[0], b[0])), vmovn_u64(vcltq_f64(a[1], b[1])));
+}
 
 #endif
 
 typedef struct v8 {
-  q4 l, h;
+  pktrt__q4 l, h;
 } v8;
 typedef struct m8 {
-  qm l, h;
+  pktrt__qm l, h;
 } m8;
 typedef struct d8 {
-  q2 q[4];
+  pktrt__q2 q[4];
 } d8;
-OP v8 v8_of(q4 l, q4 h) {
-  v8 r;
-  r.l = l, r.h = h;
-  return r;
+#define PKTRT__OF(type, low, high) \
+  type r;                          \
+  r.l = low, r.h = high;           \
+  return r
+#define PKTRT__TWO(type, f) PKTRT__OF(type, f(a.l, b.l), f(a.h, b.h))
+OP v8 vload(const float *p) {
+  PKTRT__OF(v8, PKTRT__Q(_mm_loadu_ps, vld1q_f32)(p), PKTRT__Q(_mm_loadu_ps, vld1q_f32)(p + 4));
 }
-OP m8 m8_of(qm l, qm h) {
-  m8 r;
-  r.l = l, r.h = h;
-  return r;
-}
-OP v8 vload(const float *p) { return v8_of(Q_LOAD(p), Q_LOAD(p + 4)); }
 OP void vstore(float *p, v8 a) {
-  Q_STORE(p, a.l);
-  Q_STORE(p + 4, a.h);
+  PKTRT__Q(_mm_storeu_ps, vst1q_f32)(p, a.l);
+  PKTRT__Q(_mm_storeu_ps, vst1q_f32)(p + 4, a.h);
 }
-OP v8 vset(float x) { return v8_of(Q_SET(x), Q_SET(x)); }
-OP v8 vadd(v8 a, v8 b) { return v8_of(Q_ADD(a.l, b.l), Q_ADD(a.h, b.h)); }
-OP v8 vsub(v8 a, v8 b) { return v8_of(Q_SUB(a.l, b.l), Q_SUB(a.h, b.h)); }
-OP v8 vmul(v8 a, v8 b) { return v8_of(Q_MUL(a.l, b.l), Q_MUL(a.h, b.h)); }
-OP v8 vdiv(v8 a, v8 b) { return v8_of(Q_DIV(a.l, b.l), Q_DIV(a.h, b.h)); }
-OP v8 vsqrt(v8 a) { return v8_of(Q_SQRT(a.l), Q_SQRT(a.h)); }
+OP v8 vset(float x) { PKTRT__OF(v8, PKTRT__Q(_mm_set1_ps, vdupq_n_f32)(x), r.l); }
+OP v8 vadd(v8 a, v8 b) { PKTRT__TWO(v8, PKTRT__Q(_mm_add_ps, vaddq_f32)); }
+OP v8 vsub(v8 a, v8 b) { PKTRT__TWO(v8, PKTRT__Q(_mm_sub_ps, vsubq_f32)); }
+OP v8 vmul(v8 a, v8 b) { PKTRT__TWO(v8, PKTRT__Q(_mm_mul_ps, vmulq_f32)); }
+OP v8 vdiv(v8 a, v8 b) { PKTRT__TWO(v8, PKTRT__Q(_mm_div_ps, vdivq_f32)); }
+OP v8 vsqrt(v8 a) { PKTRT__OF(v8, PKTRT__Q(_mm_sqrt_ps, vsqrtq_f32)(a.l), PKTRT__Q(_mm_sqrt_ps, vsqrtq_f32)(a.h)); }
 OP v8 vfma(v8 a, v8 b, v8 c) { return vadd(vmul(a, b), c); }
 OP v8 vfms(v8 a, v8 b, v8 c) { return vsub(vmul(a, b), c); }
-OP v8 vmin(v8 a, v8 b) { return v8_of(Q_MIN(a.l, b.l), Q_MIN(a.h, b.h)); }
-OP v8 vmax(v8 a, v8 b) { return v8_of(Q_MAX(a.l, b.l), Q_MAX(a.h, b.h)); }
-OP v8 vabs(v8 a) { return v8_of(Q_ABS(a.l), Q_ABS(a.h)); }
-OP v8 vcopysign(v8 magnitude, v8 sign) { return v8_of(Q_SIGN(magnitude.l, sign.l), Q_SIGN(magnitude.h, sign.h)); }
-OP uint32_t vsignbits(v8 a) { return qsigns(a.l) | qsigns(a.h) << 4; }
-OP m8 vlt(v8 a, v8 b) { return m8_of(Q_LT(a.l, b.l), Q_LT(a.h, b.h)); }
-OP m8 vle(v8 a, v8 b) { return m8_of(Q_LE(a.l, b.l), Q_LE(a.h, b.h)); }
-OP m8 veq(v8 a, v8 b) { return m8_of(Q_EQ(a.l, b.l), Q_EQ(a.h, b.h)); }
-OP m8 mand(m8 a, m8 b) { return m8_of(QM_AND(a.l, b.l), QM_AND(a.h, b.h)); }
-OP m8 mor(m8 a, m8 b) { return m8_of(QM_OR(a.l, b.l), QM_OR(a.h, b.h)); }
-OP uint32_t mbits(m8 m) { return qbits(m.l) | qbits(m.h) << 4; }
-OP m8 mfrom(uint32_t bits) { return m8_of(qfrom(bits), qfrom(bits >> 4)); }
-OP v8 vswap_halves(v8 a) { return v8_of(a.h, a.l); }
-OP v8 vsel(m8 m, v8 a, v8 b) { return v8_of(Q_SEL(m.l, a.l, b.l), Q_SEL(m.h, a.h, b.h)); }
+OP v8 vmin(v8 a, v8 b) { PKTRT__TWO(v8, pktrt__qmin); }
+OP v8 vmax(v8 a, v8 b) { PKTRT__TWO(v8, pktrt__qmax); }
+OP v8 vabs(v8 a) { PKTRT__OF(v8, pktrt__qabs(a.l), pktrt__qabs(a.h)); }
+OP v8 vcopysign(v8 a, v8 b) { PKTRT__TWO(v8, pktrt__qsign); }
+OP uint32_t vsignbits(v8 a) { return pktrt__qsigns(a.l) | pktrt__qsigns(a.h) << 4; }
+OP m8 vlt(v8 a, v8 b) { PKTRT__TWO(m8, PKTRT__Q(_mm_cmplt_ps, vcltq_f32)); }
+OP m8 vle(v8 a, v8 b) { PKTRT__TWO(m8, PKTRT__Q(_mm_cmple_ps, vcleq_f32)); }
+OP m8 veq(v8 a, v8 b) { PKTRT__TWO(m8, PKTRT__Q(_mm_cmpeq_ps, vceqq_f32)); }
+OP m8 mand(m8 a, m8 b) { PKTRT__TWO(m8, PKTRT__Q(_mm_and_ps, vandq_u32)); }
+OP m8 mor(m8 a, m8 b) { PKTRT__TWO(m8, PKTRT__Q(_mm_or_ps, vorrq_u32)); }
+OP uint32_t mbits(m8 m) { return pktrt__qbits(m.l) | pktrt__qbits(m.h) << 4; }
+OP m8 mfrom(uint32_t bits) { PKTRT__OF(m8, pktrt__qfrom(bits), pktrt__qfrom(bits >> 4)); }
+OP v8 vswap_halves(v8 a) { PKTRT__OF(v8, a.h, a.l); }
+OP v8 vsel(m8 m, v8 a, v8 b) { PKTRT__OF(v8, pktrt__qsel(m.l, a.l, b.l), pktrt__qsel(m.h, a.h, b.h)); }
 OP void vstore_masked(float *p, m8 m, v8 a) { vstore(p, vsel(m, a, vload(p))); }
 OP void vstore_masked_u32(uint32_t *p, m8 m, uint32_t x) {
   for (uint32_t bits = mbits(m); bits; bits &= bits - 1) p[pktrt__lowest_bit(bits)] = x;
 }
-OP uint32_t veq_u32(const uint32_t *p, uint32_t x) { return qsame(p, x) | qsame(p + 4, x) << 4; }
+OP uint32_t veq_u32(const uint32_t *p, uint32_t x) { return pktrt__qsame(p, x) | pktrt__qsame(p + 4, x) << 4; }
 OP float vhmax(v8 a) {
   float f[4], r;
-  Q_STORE(f, Q_MAX(a.l, a.h));
+  PKTRT__Q(_mm_storeu_ps, vst1q_f32)(f, pktrt__qmax(a.l, a.h));
   r = f[0];
   for (int i = 1; i < 4; i++) r = r > f[i] ? r : f[i];
   return r;
@@ -5197,64 +5212,27 @@ OP float vhmax(v8 a) {
   return r
 OP d8 dfrom(v8 a) {
   d8 r;
-  r.q[0] = Q2_LOW(a.l), r.q[1] = Q2_HIGH(a.l), r.q[2] = Q2_LOW(a.h), r.q[3] = Q2_HIGH(a.h);
+  r.q[0] = pktrt__q2low(a.l), r.q[1] = pktrt__q2high(a.l), r.q[2] = pktrt__q2low(a.h), r.q[3] = pktrt__q2high(a.h);
   return r;
 }
-OP d8 dload(const double *p) { PKTRT__EACH(Q2_LOAD(p + 2 * i)); }
-OP void dstore(double *p, d8 a) { UNROLL for (int i = 0; i < 4; i++) Q2_STORE(p + 2 * i, a.q[i]); }
-OP d8 dsqrt(d8 a) { PKTRT__EACH(Q2_SQRT(a.q[i])); }
-OP d8 dset(double x) { PKTRT__EACH(Q2_SET(x)); }
-OP d8 dadd(d8 a, d8 b) { PKTRT__EACH(Q2_ADD(a.q[i], b.q[i])); }
-OP d8 dsub(d8 a, d8 b) { PKTRT__EACH(Q2_SUB(a.q[i], b.q[i])); }
-OP d8 dmul(d8 a, d8 b) { PKTRT__EACH(Q2_MUL(a.q[i], b.q[i])); }
-OP d8 ddiv(d8 a, d8 b) { PKTRT__EACH(Q2_DIV(a.q[i], b.q[i])); }
-OP d8 dmax(d8 a, d8 b) { PKTRT__EACH(Q2_MAX(a.q[i], b.q[i])); }
-OP d8 dabs(d8 a) { PKTRT__EACH(Q2_ABS(a.q[i])); }
-OP m8 dlt(d8 a, d8 b) { return m8_of(QM_LT2(a.q[0], b.q[0], a.q[1], b.q[1]), QM_LT2(a.q[2], b.q[2], a.q[3], b.q[3])); }
-OP v8 dto(d8 a) { return v8_of(Q_FROM2(a.q[0], a.q[1]), Q_FROM2(a.q[2], a.q[3])); }
+OP d8 dload(const double *p) { PKTRT__EACH(PKTRT__Q(_mm_loadu_pd, vld1q_f64)(p + 2 * i)); }
+OP void dstore(double *p, d8 a) {
+  UNROLL for (int i = 0; i < 4; i++) PKTRT__Q(_mm_storeu_pd, vst1q_f64)(p + 2 * i, a.q[i]);
+}
+OP d8 dsqrt(d8 a) { PKTRT__EACH(PKTRT__Q(_mm_sqrt_pd, vsqrtq_f64)(a.q[i])); }
+OP d8 dset(double x) { PKTRT__EACH(PKTRT__Q(_mm_set1_pd, vdupq_n_f64)(x)); }
+OP d8 dadd(d8 a, d8 b) { PKTRT__EACH(PKTRT__Q(_mm_add_pd, vaddq_f64)(a.q[i], b.q[i])); }
+OP d8 dsub(d8 a, d8 b) { PKTRT__EACH(PKTRT__Q(_mm_sub_pd, vsubq_f64)(a.q[i], b.q[i])); }
+OP d8 dmul(d8 a, d8 b) { PKTRT__EACH(PKTRT__Q(_mm_mul_pd, vmulq_f64)(a.q[i], b.q[i])); }
+OP d8 ddiv(d8 a, d8 b) { PKTRT__EACH(PKTRT__Q(_mm_div_pd, vdivq_f64)(a.q[i], b.q[i])); }
+OP d8 dmax(d8 a, d8 b) { PKTRT__EACH(pktrt__q2max(a.q[i], b.q[i])); }
+OP d8 dabs(d8 a) { PKTRT__EACH(pktrt__q2abs(a.q[i])); }
+OP m8 dlt(d8 a, d8 b) { PKTRT__OF(m8, pktrt__q2lt(a.q, b.q), pktrt__q2lt(a.q + 2, b.q + 2)); }
+OP v8 dto(d8 a) { PKTRT__OF(v8, pktrt__qfrom2(a.q), pktrt__qfrom2(a.q + 2)); }
 #undef PKTRT__EACH
-#undef Q_LOAD
-#undef Q_STORE
-#undef Q_SET
-#undef Q_ADD
-#undef Q_SUB
-#undef Q_MUL
-#undef Q_DIV
-#undef Q_SQRT
-#undef Q_MIN
-#undef Q_MAX
-#undef Q_ABS
-#undef Q_SIGN
-#undef Q_LT
-#undef Q_LE
-#undef Q_EQ
-#undef QM_AND
-#undef QM_OR
-#undef Q_SEL
-#undef Q2_ADD
-#undef Q2_SUB
-#undef Q2_MUL
-#undef Q2_DIV
-#undef Q2_SQRT
-#undef Q2_LOAD
-#undef Q2_STORE
-#undef Q2_MAX
-#undef Q2_ABS
-#undef Q2_SET
-#undef Q2_LOW
-#undef Q2_HIGH
-#undef Q_FROM2
-#undef QM_LT2
-#undef q4
-#undef qm
-#undef q2
-#undef v8_of
-#undef m8_of
-#undef qbits
-#undef qsigns
-#undef qfrom
-#undef qsame
-#undef qlanes
+#undef PKTRT__TWO
+#undef PKTRT__OF
+#undef PKTRT__Q
 
 #endif
 
@@ -5320,40 +5298,9 @@ OP a8 azero(void) {
 OP a8 aor(a8 a, m8 m, uint32_t bit) {
 #define PKTRT__BITS4(i) UINT32_C(1) << (i), UINT32_C(2) << (i), UINT32_C(4) << (i), UINT32_C(8) << (i)
 #define PKTRT__BITS16(i) PKTRT__BITS4(i), PKTRT__BITS4(i + 4), PKTRT__BITS4(i + 8), PKTRT__BITS4(i + 12)
-  static const uint32_t halves[96] = {0,
-                                      0,
-                                      0,
-                                      0,
-                                      0,
-                                      0,
-                                      0,
-                                      0,
-                                      0,
-                                      0,
-                                      0,
-                                      0,
-                                      0,
-                                      0,
-                                      0,
-                                      0,
-                                      0,
-                                      0,
-                                      0,
-                                      0,
-                                      0,
-                                      0,
-                                      0,
-                                      0,
-                                      0,
-                                      0,
-                                      0,
-                                      0,
-                                      0,
-                                      0,
-                                      0,
-                                      0,
-                                      PKTRT__BITS16(0),
-                                      PKTRT__BITS16(16)};
+#define PKTRT__ZERO16 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0
+  static const uint32_t halves[96] = {PKTRT__ZERO16, PKTRT__ZERO16, PKTRT__BITS16(0), PKTRT__BITS16(16)};
+#undef PKTRT__ZERO16
 #undef PKTRT__BITS16
 #undef PKTRT__BITS4
   const __m256i i = _mm256_castps_si256(m);
@@ -7860,12 +7807,11 @@ PKTRT__NOINLINE void pktrt__resolve_hits(const pktrt_scene *scene, pktrt__batch 
   vstore(b->as.hit.u + i, dto(dmul(edges.v, rdet)));
   vstore(b->as.hit.v + i, dto(dmul(edges.w, rdet)));
   UNROLL for (int a = 0; a < 3; a++) vstore(b->as.hit.normal[a] + i, dto(dmul(n[a], unit)));
-  for (uint32_t left = hits & ~mbits(calm); PKTRT__UNLIKELY(left); left &= left - 1)
-    pktrt__single_resolve_of(scene, b, i + pktrt__lowest_bit(left));
+  if (PKTRT__UNLIKELY(hits & ~mbits(calm))) pktrt__single_resolve_hits(scene, b, i, hits & ~mbits(calm));
 }
 #else /* eight vectors of doubles would not fit into registers */
 OP void pktrt__resolve_hits(const pktrt_scene *scene, pktrt__batch *b, uint32_t i, uint32_t hits) {
-  for (uint32_t left = hits; left; left &= left - 1) pktrt__single_resolve_of(scene, b, i + pktrt__lowest_bit(left));
+  pktrt__single_resolve_hits(scene, b, i, hits);
 }
 #endif
 
@@ -9480,7 +9426,7 @@ static void pktrt__spawn_find(float p[3][3], const pktrt_ray *ray, const pktrt_h
                ? ((double)ray->origin[a] + way) - p0
                : (double)hit->u * e[0][a] + (double)hit->v * e[1][a];
   }
-  const bool sharp = pktrt__tri_normal((const float *)(const void *)p, 1, n);
+  const bool sharp = pktrt__tri_normal(p, n);
   double plane =
       sharp ? PKTRT__ERROR_PLANE * (most[0] * most[1] / pktrt__max_abs3(n[0], n[1], n[2])) : PKTRT__ERROR_NEEDLE;
   plane = pktrt__max(plane, PKTRT__ERROR_LEAST); /* B is so much of the sum */
@@ -10319,7 +10265,7 @@ static bool pktrt__render_check(const pktrt_scene *s, const pktrt_render_desc *d
 /* >>lights --------------------------------------------------------------------------------------------------------- */
 
 static void pktrt__light_place_triangle(float p[3][3], pktrt__light_triangle *f) {
-  (void)pktrt__tri_normal((const float *)(const void *)p, 1, f->normal);
+  (void)pktrt__tri_normal(p, f->normal);
   f->length = sqrt(pktrt__dot(f->normal, f->normal));
   for (int a = 0; a < 3; a++) {
     f->corner[a] = (double)p[0][a];
@@ -10339,9 +10285,8 @@ static double pktrt__light_set_triangle(const pktrt__mesh *m, uint32_t triangle,
     pktrt__mesh_triangle(m, false, triangle, key, p);
     for (int i = 0; key + 1 < m->key_count && i < 9; i++)
       half[i / 3][i % 3] = 0.5f * p[i / 3][i % 3] + 0.5f * next[i / 3][i % 3];
-    if (key + 1 < m->key_count)
-      (void)pktrt__tri_normal((const float *)(const void *)half, 1, n), largest = pktrt__max(largest, pktrt__dot(n, n));
-    (void)pktrt__tri_normal((const float *)(const void *)p, 1, n);
+    if (key + 1 < m->key_count) (void)pktrt__tri_normal(half, n), largest = pktrt__max(largest, pktrt__dot(n, n));
+    (void)pktrt__tri_normal(p, n);
     largest = pktrt__max(largest, pktrt__dot(n, n));
   }
   largest = 0.5 * sqrt(largest);

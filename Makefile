@@ -382,6 +382,22 @@ $(B)/plain-%.o: bench/plain.c bench/plain.h bench/plain_tests.h pktrt.h | $(B)
 $(B)/exactness: bench/exactness.c $(B)/plain-kensler.o $(B)/plain-moller.o $(B)/plain-stages.o $(wildcard bench/*.h bench/peers/*.h) $(EXAMPLE_HEADERS) pktrt.h
 	$(CC) $(CFLAGS) $(STRICT) $(ASSIMP_FLAGS) $(filter-out %.h,$^) -o $@ $(LDFLAGS) $(ASSIMP_LIBS) $(LDLIBS)
 
+# pktrt beside itself as it was at commit BEFORE.
+BEFORE ?= HEAD
+before: | $(RESULTS)
+	mkdir -p $(B)/before
+	git show $(BEFORE):pktrt.h >$(B)/before/new
+	cmp -s $(B)/before/new $(B)/before/pktrt.h || mv $(B)/before/new $(B)/before/pktrt.h
+	$(BUILD) $(B)/before/race
+	$(PIN) $(B)/before/race $(BENCH_ARGS) $(MESHES)
+
+$(B)/before/version_before.o: $(B)/before/pktrt.h
+$(B)/before/version_%.o: bench/before_version.c bench/before.h pktrt.h
+	$(CC) $(CFLAGS) $(STRICT) -DVERSION=version_$* -DHEADER='"../$(if $(filter before,$*),$(B)/before/)pktrt.h"' -c $< -o $@
+
+$(B)/before/race: bench/before.c $(B)/before/version_before.o $(B)/before/version_now.o $(wildcard bench/*.h bench/peers/*.h) $(EXAMPLE_HEADERS) pktrt.h
+	$(CC) $(CFLAGS) $(STRICT) $(ASSIMP_FLAGS) $(filter-out %.h,$^) -o $@ $(LDFLAGS) $(ASSIMP_LIBS) $(LDLIBS)
+
 # Error against run time. References are kept while header and scenes stay the same. It pins itself, but for them.
 REFERENCES = $(B)/references
 comma := ,

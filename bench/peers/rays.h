@@ -48,6 +48,10 @@ static void make_primary(const stage *g, unsigned size, bool moving, pktrt_ray *
   }
 }
 
+#ifndef SPAWN /* makes the rays that leave hits */
+#define SPAWN pktrt_spawn
+#endif
+
 /* >>secondary ------------------------------------------------------------------------------------------------------ */
 
 /* A direction of the hemisphere about n, with density cos / pi: a uniform point of the disc below it, lifted up. */
@@ -89,7 +93,7 @@ static bool make_secondary(const stage *g, const pktrt_scene *world, kind k, siz
     const unsigned dimension = k == DIFFUSE ? 1 : 3;
     sample_cosine(n, uniform(i, dimension), uniform(i, dimension + 1), d);
   }
-  pktrt_spawn(world, from, hit, d, out);
+  SPAWN(world, from, hit, d, out);
   if (k == SHADOW || k == FROM_LIGHT) aim(g->light, k == FROM_LIGHT, out);
   if (k == AO) out->tmax = 0.1f * (float)g->diagonal;
   return true;

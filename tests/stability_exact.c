@@ -272,6 +272,122 @@ static void exact_case(void *arg, size_t i) {
 
 static void exact_cases(void) { jobs_for(SCENES, exact_case, NULL); }
 
+/* --- closed meshes --- */
+
+/* Globes of radius 1 or so, rounded to grids; where they lie floats round them too. */
+static const struct {
+  float grid, offset;
+} globes[] = {{0x1p-12f, 0}, {0x1p-7f, 0}, {0x1p-5f, 0}, {0x1p-3f, 0}, {0x1p-9f, 1e3f}, {0x1p-7f, 1e5f}, {0x1p-10f, 1e6f}};
+
+enum { BUNDLE = 64, CALL = 4 * BUNDLE };
+typedef struct leaks { /* how many of how many */
+  uint64_t rays, lost, plain[2], crossings, parity, points, winds, stepped, wrong;
+} leaks;
+
+/* From within the ball of half the radius, or from around the globe, to vertices and edges: bundles of 64 from one place to
+   neighbours. */
+static void aim_at(const mesh *m, float offset, bool inside, rng *r, pktrt_ray out[CALL]) {
+  float o[3];
+  uint32_t first = 0;
+  for (int j = 0; j < CALL; j++) {
+    if (j % BUNDLE == 0) {
+      const float far_ = inside ? 0.28f : 2;
+      for (int a = 0; a < 3; a++) o[a] = far_ * rng_sign(r);
+      if (!inside) o[rng_below(r, 3)] = rng_below(r, 2) ? 2 : -2;
+      for (int a = 0; a < 3; a++) o[a] += a == 1 ? -offset : offset;
+      first = rng_below(r, m->nt);
+    }
+    const uint32_t *corner = m->i + 3 * (size_t)((first + rng_below(r, 64)) % m->nt), c = rng_below(r, 3);
+    const float *p = m->p + 3 * (size_t)corner[c], *q = m->p + 3 * (size_t)corner[(c + 1) % 3];
+    const float f = rng_below(r, 2) ? 0 : rng_unit(r);
+    float target[3];
+    for (int a = 0; a < 3; a++) target[a] = p[a] + f * (q[a] - p[a]);
+    out[j] = ray_towards(o, target, 0);
+  }
+}
+
+static size_t count_lost(const pktrt_scene *s, const pktrt_ray rays[CALL], uint64_t way) {
+  pktrt_hit hit[CALL];
+  bool occluded[CALL];
+  size_t n = 0;
+  if (way % 16 == 0) {
+    for (int j = 0; j < CALL; j++) n += !(way & 16 ? pktrt_occluded(s, &rays[j]) : pktrt_intersect(s, &rays[j], &hit[j]));
+  } else if (way % 3) {
+    pktrt_intersect_n(s, rays, hit, CALL);
+    for (int j = 0; j < CALL; j++) n += hit[j].mesh == PKTRT_NONE;
+  } else {
+    pktrt_occluded_n(s, rays, occluded, CALL);
+    for (int j = 0; j < CALL; j++) n += !occluded[j];
+  }
+  return n;
+}
+
+/* From within a number that is odd cross the surface, from around it an even one, and the winding number is 1 or 0. The control
+   counts by stepping with tmin. */
+static void count_crossings(const pktrt_scene *s, const pktrt_ray rays[CALL], bool inside, leaks *to) {
+  int winds[CALL];
+  float points[CALL][3];
+  for (int j = 0; j < CALL; j++) {
+    pktrt_ray x = rays[j];
+    const size_t n = pktrt_intersect_all(s, &x, NULL, 0);
+    to->crossings++, to->parity += n % 2 != (inside ? 1 : 0);
+    if (j % 64 == 0) {
+      pktrt_hit at;
+      size_t stepped = 0;
+      for (; stepped < 64 && pktrt_intersect(s, &x, &at); stepped++) x.tmin = at.t;
+      to->stepped++, to->wrong += stepped % 2 != (inside ? 1 : 0);
+    }
+    memcpy(points[j], rays[j].origin, sizeof points[j]);
+    for (int a = 0; a < 3; a++) points[j][a] += inside ? 0.1f * rays[j].direction[a] : 0;
+  }
+  pktrt_winding_n(s, 0, points[0], 0, winds, CALL);
+  for (int j = 0; j < CALL; j++) to->points++, to->winds += winds[j] != (inside ? 1 : 0);
+}
+
+/* Part i of a globe's rays; scalar kernels, which take long, get a tenth. */
+static void closed_globe(void *arg, size_t i) {
+  const size_t g = i % COUNT(globes), parts = *(const size_t *)arg;
+  const uint64_t rays = (thoroughness < 1 ? thorough(20000000) : 1000000000) / (3 * COUNT(globes) * parts) + 1;
+  world w = world_of(coarse(g < 4 ? 6 : 5, globes[g].grid, globes[g].offset));
+  pktrt_scene *s[8];
+  leaks all[8];
+  char name[64];
+  memset(all, 0, sizeof all);
+  ref_plant(&w);
+  snprintf(name, sizeof name, "globe %u, grid %g, offset %g", w.m[0].nt, (double)globes[g].grid, (double)globes[g].offset);
+  for (int k = 0; k < isa_count; k++) s[k] = world_scene(&w, isas[k], 0);
+  rng r = rng_of(7000 + i);
+  for (uint64_t call = 0; call * CALL < rays; call++) {
+    pktrt_ray inside[CALL], around[CALL];
+    aim_at(&w.m[0], globes[g].offset, true, &r, inside);
+    if (call % 16 == 0) aim_at(&w.m[0], globes[g].offset, false, &r, around);
+    for (int k = 0; k < isa_count; k++) {
+      if (isas[k] == PKTRT_ISA_SCALAR && call % 10) continue;
+      for (int j = 0; k == 0 && j < CALL; j += call % 8 ? CALL : BUNDLE) {
+        pktrt_hit h;
+        all[k].plain[0]++, all[k].plain[1] += !ref_moller_trumbore(&w, &inside[j], &h);
+      }
+      all[k].rays += CALL, all[k].lost += count_lost(s[k], inside, mix64(call));
+      if (call % 16 == 0) count_crossings(s[k], inside, true, &all[k]), count_crossings(s[k], around, false, &all[k]);
+    }
+  }
+  for (int k = 0; k < isa_count; k++) {
+    pktrt_scene_destroy(s[k]);
+    count_figure("exact", name, isas[k], all[k].rays, "leaks", all[k].lost);
+    if (k == 0) control_figure("exact", name, "leaks", "Moeller-Trumbore", all[k].plain[0], all[k].plain[1]);
+    count_figure("exact", name, isas[k], all[k].crossings, "wrong counts of crossings", all[k].parity);
+    count_figure("exact", name, isas[k], all[k].points, "wrong winding numbers", all[k].winds);
+    control_figure("exact", name, "wrong counts of crossings", "stepping by tmin", all[k].stepped, all[k].wrong);
+  }
+  world_free(&w);
+}
+
+static void closed_globes(void) {
+  size_t parts = thoroughness < 1 ? 1 : 4;
+  jobs_for(COUNT(globes) * parts, closed_globe, &parts);
+}
+
 void suite_stability_exact(void) {
   run("stable: hits, lists of crossings and winding numbers are those of exact arithmetic", exact_cases);
+  run("stable: closed meshes with collapsed triangles do not leak, and each ray crosses them as often as it must", closed_globes);
 }

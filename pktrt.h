@@ -3173,7 +3173,7 @@ PKTRT__COLD pktrt_status pktrt__commit_rebuild_worn(pktrt_scene *s) {
    is 0 the ray meets the edge's line. It is then taken to be displaced by (e, e^2) in u, v, e being positive and less
    than any number: d . (p x q) becomes less by e ((q - p) x d)_u + e^2 ((q - p) x d)_v, with the sign of the first of
 
-       d . (p x q)      d_k (Q - P)_v - d_v (Q - P)_k      d_u (Q - P)_k - d_k (Q - P)_u
+       d . (p x q)      d_v (Q - P)_k - d_k (Q - P)_v      d_k (Q - P)_u - d_u (Q - P)_k
 
    that is not 0, times that of d_k; all are 0 only for an edge along the ray. Exchanging P and Q changes each sign: what
    one triangle of an edge has on its side the other has not. A ray crosses the triangle where U, V and W have
@@ -3289,6 +3289,8 @@ PKTRT__COLD pktrt_status pktrt__commit_rebuild_worn(pktrt_scene *s) {
 #define PKTRT__PAD_TINY (PKTRT__SLACK(tiny) * 2 * FLT_MIN)
 #define PKTRT__LEAST_DET (PKTRT__SLACK(det) * 4) /* times the error of an edge function */
 #define PKTRT__MOST_ERROR 1.2676506e30f          /* 2^100 */
+#define PKTRT__GRID_LEAST 9.094947e-13f          /* 2^-40 */
+#define PKTRT__GRID_MOST 2.8823038e17f           /* 2^58 */
 #define PKTRT__EPS2 1.1102230246251565e-16       /* 2^-53 */
 #define PKTRT__CALM_DET 0.015625                 /* 2^-6 */
 #define PKTRT__CALM_UV 2.9802322387695312e-8     /* 2^-25 */
@@ -3368,39 +3370,39 @@ static void pktrt__tri_corners_at(const pktrt__bvh *bvh, uint32_t slot, float ti
     for (int i = 0; i < 9; i++) to[i] = a * k0[8 * i] + b * k1[8 * i];
 }
 
-/* A triangle as a ray sees it, in doubles: corners, what they are away from its origin, its direction; the ray's main axis
-   first, then u and v. */
+/* A triangle as a ray sees it, in doubles: corners, what they are away from its origin, its origin and direction; the ray's
+   main axis first, then u and v. */
 typedef struct pktrt__exact_view {
-  double p[3][3], from_o[3][3], d[3];
+  double p[3][3], from_o[3][3], o[3], d[3];
 } pktrt__exact_view;
 /* `row` and `step`: how many floats the coordinates of the ray and of corners are apart. */
 PKTRT__INLINE void pktrt__exact_see(pktrt__exact_view *v, int to, uint32_t axis, const float *o, const float *d,
                                     uint32_t row, const float *p, uint32_t step) {
-  const double origin = (double)o[row * axis];
+  const double origin = v->o[to] = (double)o[row * axis];
   v->d[to] = (double)d[row * axis], p += step * axis;
   v->p[0][to] = (double)p[0], v->p[1][to] = (double)p[3 * step], v->p[2][to] = (double)p[6 * step];
   for (int c = 0; c < 3; c++) v->from_o[c][to] = v->p[c][to] - origin;
 }
-PKTRT__INLINE pktrt__exact_view pktrt__exact_view_of(const uint32_t *axis, const float *o, const float *d, uint32_t row,
-                                                     const float *p, uint32_t step) {
-  pktrt__exact_view v;
-  pktrt__exact_see(&v, 0, axis[0], o, d, row, p, step);
-  pktrt__exact_see(&v, 1, axis[1], o, d, row, p, step);
-  pktrt__exact_see(&v, 2, axis[2], o, d, row, p, step);
-  return v;
+PKTRT__INLINE void pktrt__exact_view_of(pktrt__exact_view *v, const uint32_t *axis, const float *o, const float *d,
+                                        uint32_t row, const float *p, uint32_t step) {
+  pktrt__exact_see(v, 0, axis[0], o, d, row, p, step);
+  pktrt__exact_see(v, 1, axis[1], o, d, row, p, step);
+  pktrt__exact_see(v, 2, axis[2], o, d, row, p, step);
 }
 /* Of a triangle at the ray's time. WHY in place at rest: copies are read late. */
-PKTRT__INLINE pktrt__exact_view pktrt__exact_view_at(const pktrt__bvh *bvh, uint32_t slot, float time,
-                                                     const uint32_t *axis, const float *o, const float *d,
-                                                     uint32_t row) {
+PKTRT__INLINE void pktrt__exact_view_at(pktrt__exact_view *v, const pktrt__bvh *bvh, uint32_t slot, float time,
+                                        const uint32_t *axis, const float *o, const float *d, uint32_t row) {
   float copy[3][3];
-  if (!pktrt__has_motion(bvh->key_count))
-    return pktrt__exact_view_of(axis, o, d, row, &pktrt__bvh_block(bvh, slot / 8)->vertex[0][0][slot % 8], 8);
+  if (!pktrt__has_motion(bvh->key_count)) {
+    pktrt__exact_view_of(v, axis, o, d, row, &pktrt__bvh_block(bvh, slot / 8)->vertex[0][0][slot % 8], 8);
+    return;
+  }
   pktrt__tri_corners_at(bvh, slot, time, copy);
-  return pktrt__exact_view_of(axis, o, d, row, copy[0], 1);
+  pktrt__exact_view_of(v, axis, o, d, row, copy[0], 1);
 }
 
 typedef struct pktrt__exact_edges {
+  double x[3], y[3];          /* of the corners */
   double u, v, w, det, depth; /* the edge functions, their sum, and their products with z, summed up */
   double error, range;        /* of each edge function; of z */
 } pktrt__exact_edges;
@@ -3412,18 +3414,13 @@ PKTRT__INLINE pktrt__exact_edges pktrt__exact_edge_functions(const pktrt__exact_
   const double x = pktrt__max_abs3(ax, bx, cx), y = pktrt__max_abs3(ay, by, cy);
   const double z = pktrt__max_abs3(az, bz, cz) * fabs(k);
   pktrt__exact_edges e;
+  e.x[0] = ax, e.x[1] = bx, e.x[2] = cx, e.y[0] = ay, e.y[1] = by, e.y[2] = cy;
   e.u = cx * by - cy * bx, e.v = ax * cy - ay * cx, e.w = bx * ay - by * ax;
   e.det = (e.u + e.v) + e.w, e.depth = (e.u * az + e.v * bz) + e.w * cz;
   e.error = (16 * PKTRT__EPS2 * x) * y + (8 * PKTRT__EPS2 * z) * ((x + y) + 32 * PKTRT__EPS2 * z);
   e.range = pktrt__max(az, pktrt__max(bz, cz)) - pktrt__min(az, pktrt__min(bz, cz));
   return e;
 }
-/* For work that is done seldom: of a single ray, and corners one after the other. */
-static pktrt__exact_edges pktrt__exact_edges_of(const pktrt__single *q, float p[3][3]) {
-  const pktrt__exact_view v = pktrt__exact_view_of(q->axis, q->ray->origin, q->ray->direction, 1, p[0], 1);
-  return pktrt__exact_edge_functions(&v);
-}
-
 /* Tell whether doubles suffice for t, and for u and v. */
 PKTRT__INLINE bool pktrt__exact_t_is_calm(const pktrt__exact_edges *e) {
   return e->error < fabs(e->det) * PKTRT__CALM_DET && e->error * e->range < fabs(e->depth) * PKTRT__CALM_T;
@@ -3468,16 +3465,13 @@ static void pktrt__exact_add_product(pktrt__exact_sum *s, double a, double b) {
 typedef struct pktrt__exact_vec {
   double at[3][2];
 } pktrt__exact_vec;
-static pktrt__exact_vec pktrt__exact_difference(const float *a, const float *b) {
+static pktrt__exact_vec pktrt__exact_difference(const double *a, const double *b) {
   pktrt__exact_vec v;
-  for (int i = 0; i < 3; i++) {
-    v.at[i][0] = (double)a[i] - (double)b[i];
-    v.at[i][1] = pktrt__tail_of_difference((double)a[i], (double)b[i], v.at[i][0]);
-  }
+  for (int i = 0; i < 3; i++) v.at[i][0] = a[i] - b[i], v.at[i][1] = pktrt__tail_of_difference(a[i], b[i], v.at[i][0]);
   return v;
 }
-static pktrt__exact_vec pktrt__exact_vec_of(const float *a) {
-  static const float zero[3] = {0, 0, 0};
+static pktrt__exact_vec pktrt__exact_vec_of(const double *a) {
+  static const double zero[3] = {0, 0, 0};
   return pktrt__exact_difference(a, zero);
 }
 /* Computes dot(a, cross(b, c)) without rounding but the last one, so that its sign is exact. No product of parts leaves
@@ -3508,100 +3502,122 @@ static double pktrt__exact_volume(const pktrt__exact_vec *a, const pktrt__exact_
 static int pktrt__exact_compare(double a, double b, double c, double d) {
   const double x = a * b, y = c * d;
   if (x < y || x > y) return x < y ? -1 : 1;
+  if (!(fabs(x) > 0)) return 0; /* no product of these underflows */
   const double low = pktrt__tail_of_product(a, b, x), other = pktrt__tail_of_product(c, d, y);
   return (low > other) - (low < other);
 }
 
-/* Computes x and y of a corner; returns whether no step lost anything. */
-static bool pktrt__exact_corner_is_exact(const pktrt__single *q, const float *p, double xy[2]) {
-  const float *o = q->ray->origin, *d = q->ray->direction;
-  const uint32_t k = q->axis[0];
-  const double pk = (double)p[k] - (double)o[k], dk = (double)d[k];
-  double lost = fabs(pktrt__tail_of_difference((double)p[k], (double)o[k], pk));
-  for (uint32_t i = 0; i < 2; i++) {
-    const uint32_t u = q->axis[1 + i];
-    const double pu = (double)p[u] - (double)o[u], du = (double)d[u], a = pu * dk, b = pk * du;
-    lost += fabs(pktrt__tail_of_difference((double)p[u], (double)o[u], pu));
-    lost += fabs(pktrt__tail_of_product(pu, dk, a)) + fabs(pktrt__tail_of_product(pk, du, b));
-    xy[i] = a - b, lost += fabs(pktrt__tail_of_difference(a, b, xy[i]));
+/* Tells whether a grid of doubles holds corners, origin and direction so that no step to x and y, and to differences of corners,
+   loses anything: adding C = 2^27 most makes a coordinate a multiple of 2^-27 of the power of two above, adding D = 2^30 |d_k|
+   one of direction a multiple of 2^-24 of it. Differences have 28 bits, x and y 53. */
+PKTRT__INLINE double pktrt__exact_off_grid(const double *p, double c) {
+  return fabs(p[0] - ((p[0] + c) - c)) + (fabs(p[1] - ((p[1] + c) - c)) + fabs(p[2] - ((p[2] + c) - c)));
+}
+static bool pktrt__exact_on_grid(const pktrt__exact_view *v) {
+  const double a = pktrt__max_abs3(v->p[0][0], v->p[0][1], v->p[0][2]);
+  const double b = pktrt__max_abs3(v->p[1][0], v->p[1][1], v->p[1][2]);
+  const double c = pktrt__max_abs3(v->p[2][0], v->p[2][1], v->p[2][2]);
+  const double o = pktrt__max_abs3(v->o[0], v->o[1], v->o[2]), d = fabs(v->d[0]) * 1073741824.0;
+  const double most = pktrt__max(pktrt__max(a, b), pktrt__max(c, o)) * 134217728.0;
+  return !((pktrt__exact_off_grid(v->p[0], most) + pktrt__exact_off_grid(v->p[1], most)) +
+               (pktrt__exact_off_grid(v->p[2], most) + pktrt__exact_off_grid(v->o, most)) +
+               pktrt__exact_off_grid(v->d, d) >
+           0);
+}
+
+/* Tells whether no step to x and y of a corner loses anything. */
+static bool pktrt__exact_corner_is_exact(const pktrt__exact_view *v, int c, double x, double y) {
+  const double *p = v->from_o[c], *d = v->d, to[3] = {0, x, y};
+  double lost = fabs(pktrt__tail_of_difference(v->p[c][0], v->o[0], p[0]));
+  for (int i = 1; i < 3; i++) {
+    const double a = p[i] * d[0], b = p[0] * d[i];
+    lost += fabs(pktrt__tail_of_difference(v->p[c][i], v->o[i], p[i]));
+    lost += fabs(pktrt__tail_of_product(p[i], d[0], a)) + fabs(pktrt__tail_of_product(p[0], d[i], b));
+    lost += fabs(pktrt__tail_of_difference(a, b, to[i]));
   }
   return !(lost > 0);
 }
 
-/* The edge function of corners p and r, x_p y_r - y_p x_r, is d_k dot(d, cross(p, r)). Finds its sign where doubles
-   have x and y exactly, as on grids seen along an axis, or where the ray passes a corner: 2 if they do not. */
-static int pktrt__exact_quick_sign(const pktrt__single *q, const float *p, const float *r) {
-  double x[2][2];
-  const bool one = pktrt__exact_corner_is_exact(q, p, x[0]), other = pktrt__exact_corner_is_exact(q, r, x[1]);
-  for (int i = 0; i < 2; i++)
-    if ((i ? other : one) && x[i][0] == 0 && x[i][1] == 0) return 0;
-  return one && other ? pktrt__exact_compare(x[0][0], x[1][1], x[0][1], x[1][0]) : 2;
-}
-
-/* Returns the sign of dot(d, cross(q - p, a unit vector along axis a)); the other axes are b and c, in cyclic order. */
-static int pktrt__exact_tie_sign(const float *d, const float *p, const float *q, uint32_t a) {
-  const uint32_t b = (a + 1) % 3, c = (a + 2) % 3; /* d_b (q - p)_c - d_c (q - p)_b */
-  const pktrt__exact_vec edge = pktrt__exact_difference(q, p);
-  if (edge.at[b][1] == 0 && edge.at[c][1] == 0)
-    return pktrt__exact_compare((double)d[b], edge.at[c][0], (double)d[c], edge.at[b][0]);
-  const pktrt__exact_vec along = pktrt__exact_vec_of(d);
-  pktrt__exact_vec unit;
-  memset(&unit, 0, sizeof unit), unit.at[a][0] = 1;
-  const double volume = pktrt__exact_volume(&along, &edge, &unit);
+/* Returns the sign of the edge function of corners p and r, which is d_k dot(d, cross(p, r)). Doubles have it where they
+   have x and y exactly, as on grids seen along an axis, or where the ray passes a corner. */
+PKTRT__NOINLINE int pktrt__exact_sign(const pktrt__exact_view *v, const pktrt__exact_edges *e, int p, int r) {
+  for (int i = 1; i < 3; i++) /* in a plane along two axes */
+    if (!(fabs(v->d[i]) + fabs(v->from_o[p][i]) + fabs(v->from_o[r][i]) > 0)) return 0;
+  const bool one = pktrt__exact_corner_is_exact(v, p, e->x[p], e->y[p]);
+  const bool other = pktrt__exact_corner_is_exact(v, r, e->x[r], e->y[r]);
+  if ((one && e->x[p] == 0 && e->y[p] == 0) || (other && e->x[r] == 0 && e->y[r] == 0)) return 0;
+  if (one && other) return pktrt__exact_compare(e->x[p], e->y[r], e->y[p], e->x[r]);
+  const pktrt__exact_vec a = pktrt__exact_difference(v->p[p], v->o), b = pktrt__exact_difference(v->p[r], v->o);
+  const pktrt__exact_vec d = pktrt__exact_vec_of(v->d);
+  const double volume = pktrt__exact_volume(&d, &a, &b) * v->d[0];
   return (volume > 0) - (volume < 0);
 }
 
-/* Returns the sign of the edge function of corners p and r, whatever it takes; of 0 that beside it, see >>exactness. */
-PKTRT__NOINLINE int pktrt__exact_sign(const pktrt__single *q, const float *p, const float *r) {
-  const float *direction = q->ray->direction, *o = q->ray->origin;
-  int sign = pktrt__exact_quick_sign(q, p, r);
-  if (sign == 1 || sign == -1) return sign;
-  if (sign == 2) {
-    const pktrt__exact_vec d = pktrt__exact_vec_of(direction), a = pktrt__exact_difference(p, o);
-    const pktrt__exact_vec b = pktrt__exact_difference(r, o);
-    const double volume = pktrt__exact_volume(&d, &a, &b);
-    sign = (volume > 0) - (volume < 0);
+/* Returns the sign of d_k dot(d, cross(q - p, a unit vector along axis a)); the other axes are b and c, in cyclic order. */
+static int pktrt__exact_tie_sign(const double *d, const double *p, const double *q, uint32_t a) {
+  const uint32_t b = (a + 1) % 3, c = (a + 2) % 3; /* d_b (q - p)_c - d_c (q - p)_b */
+  const double x = q[b] - p[b], y = q[c] - p[c];
+  if (pktrt__tail_of_difference(q[b], p[b], x) == 0 && pktrt__tail_of_difference(q[c], p[c], y) == 0)
+    return pktrt__exact_compare(d[b], y, d[c], x) * (d[0] < 0 ? -1 : 1);
+  const pktrt__exact_vec along = pktrt__exact_vec_of(d), edge = pktrt__exact_difference(q, p);
+  pktrt__exact_vec unit;
+  memset(&unit, 0, sizeof unit), unit.at[a][0] = 1;
+  const double volume = pktrt__exact_volume(&along, &edge, &unit) * d[0];
+  return (volume > 0) - (volume < 0);
+}
+
+/* Tell whether a ray crosses a triangle, if some edge functions are below 0 or above for certain: find the sign of each other,
+   and of 0 that beside it, see >>exactness. On a grid products of directions and differences of corners are exact. */
+PKTRT__INLINE double pktrt__exact_sign_on_grid(const pktrt__exact_view *v, const pktrt__exact_edges *e, double value,
+                                               int p, int r) {
+  const double *d = v->d, *from = v->p[p], *to = v->p[r];
+  if (value < 0 || value > 0) return value;
+  if (e->x[p] * e->y[r] != 0) value = pktrt__exact_compare(e->x[p], e->y[r], e->y[p], e->x[r]);
+  if (!(value < 0 || value > 0)) value = d[0] * (d[2] * (to[0] - from[0]) - d[0] * (to[2] - from[2]));
+  if (!(value < 0 || value > 0)) value = d[0] * (d[0] * (to[1] - from[1]) - d[1] * (to[0] - from[0]));
+  return value;
+}
+PKTRT__NOINLINE bool pktrt__exact_decide(const pktrt__exact_view *v, const pktrt__exact_edges *e, bool below,
+                                         bool above) {
+  const double value[3] = {e->u, e->v, e->w};
+  const bool on_grid = pktrt__exact_on_grid(v);
+  for (int i = 0, p = 2, r = 1; i < 3 && !(below && above); r = p, p = i++) {
+    if (fabs(value[i]) > e->error) continue;
+    double sign = on_grid ? pktrt__exact_sign_on_grid(v, e, value[i], p, r) : pktrt__exact_sign(v, e, p, r);
+    for (uint32_t a = 1; a < 3 && sign == 0 && !on_grid; a++) sign = pktrt__exact_tie_sign(v->d, v->p[p], v->p[r], a);
+    if (!(sign < 0 || sign > 0)) return false; /* an edge along the ray */
+    below = below || sign < 0, above = above || sign > 0;
   }
-  for (int i = 1; i < 3 && sign == 0; i++) sign = pktrt__exact_tie_sign(direction, p, r, q->axis[i]);
-  return q->dk < 0 ? -sign : sign;
+  return !(below && above);
 }
 
 static double pktrt__exact_quotient(double a, double b) { return a < 0 || a > 0 ? a / b : 0; } /* never -0 */
 
 /* Computes t, u and v where doubles do not suffice. */
-PKTRT__NOINLINE void pktrt__exact_solve(const pktrt__single *q, float p[3][3], float tuv[3]) {
-  const pktrt__exact_vec e1 = pktrt__exact_difference(p[1], p[0]), e2 = pktrt__exact_difference(p[2], p[0]);
-  const pktrt__exact_vec d = pktrt__exact_vec_of(q->ray->direction), a = pktrt__exact_difference(p[0], q->ray->origin);
+PKTRT__NOINLINE void pktrt__exact_solve(const pktrt__exact_view *v, float tuv[3]) {
+  const pktrt__exact_vec e1 = pktrt__exact_difference(v->p[1], v->p[0]), e2 = pktrt__exact_difference(v->p[2], v->p[0]);
+  const pktrt__exact_vec d = pktrt__exact_vec_of(v->d), a = pktrt__exact_difference(v->p[0], v->o);
   const double det = pktrt__exact_volume(&d, &e1, &e2);
   tuv[0] = pktrt__to_float(pktrt__exact_quotient(pktrt__exact_volume(&a, &e1, &e2), det));
   tuv[1] = (float)pktrt__exact_quotient(pktrt__exact_volume(&d, &e2, &a), det);
   tuv[2] = (float)pktrt__exact_quotient(pktrt__exact_volume(&d, &a, &e1), det);
 }
 
-/* Computes the normal, scaled to a largest component of 1. */
-PKTRT__NOINLINE void pktrt__exact_normal(float p[3][3], float normal[3]) {
-  const pktrt__exact_vec e1 = pktrt__exact_difference(p[1], p[0]), e2 = pktrt__exact_difference(p[2], p[0]);
-  double n[3];
-  for (int a = 0; a < 3; a++) {
-    pktrt__exact_vec along;
-    memset(&along, 0, sizeof along), along.at[a][0] = 1;
-    n[a] = pktrt__exact_volume(&along, &e1, &e2);
-  }
-  const double most = pktrt__max_abs3(n[0], n[1], n[2]);
-  for (int a = 0; a < 3; a++) normal[a] = (float)(n[a] / most);
+/* Computes the volume of the ray's direction and two edges, without rounding but the last one. */
+static double pktrt__exact_along(const pktrt__exact_view *v) {
+  const pktrt__exact_vec e1 = pktrt__exact_difference(v->p[1], v->p[0]), e2 = pktrt__exact_difference(v->p[2], v->p[0]);
+  const pktrt__exact_vec d = pktrt__exact_vec_of(v->d);
+  return pktrt__exact_volume(&d, &e1, &e2);
 }
 
-/* Computes t, u, v and normal of a hit where doubles do not suffice for all of them. */
-PKTRT__NOINLINE void pktrt__exact_resolve(const pktrt__bvh *bvh, const pktrt__single *q, pktrt_hit *hit) {
-  float p[3][3], tuv[3];
-  double n[3];
-  pktrt__tri_corners_at(bvh, q->slot, q->ray->time, p);
-  const pktrt__exact_edges e = pktrt__exact_edges_of(q, p);
-  const bool t_is_calm = pktrt__exact_t_is_calm(&e), uv_is_calm = pktrt__exact_uv_is_calm(&e);
-  if (!(t_is_calm && uv_is_calm)) pktrt__exact_solve(q, p, tuv);
-  if (!t_is_calm) hit->t = tuv[0];
-  if (!uv_is_calm) hit->u = tuv[1], hit->v = tuv[2];
-  if (!pktrt__tri_normal(p, n)) pktrt__exact_normal(p, hit->normal);
+/* Computes the normal, scaled to a largest component of 1. */
+PKTRT__NOINLINE void pktrt__exact_normal(pktrt__exact_view v, double n[3]) {
+  for (int a = 0; a < 3; a++) {
+    for (int i = 0; i < 3; i++) v.d[i] = i == a;
+    n[a] = pktrt__exact_along(&v);
+  }
+  const double most = pktrt__max_abs3(n[0], n[1], n[2]);
+  for (int a = 0; a < 3; a++) n[a] /= most;
 }
 
 /* A crossing of a triangle: its t as doubles have it, and by how much the float of it may differ. */
@@ -3611,35 +3627,23 @@ typedef struct pktrt__exact_crossing {
 } pktrt__exact_crossing;
 
 /* Runs the canonical test of one triangle, but for the interval of t; tells whether it is crossed. */
-PKTRT__DIVIDES_BY_ZERO PKTRT__NOINLINE bool pktrt__exact_cross(const pktrt__bvh *bvh, const pktrt__single *q,
-                                                               uint32_t slot, pktrt__exact_crossing *c) {
-  float p[3][3];
-  pktrt__tri_corners_at(bvh, slot, q->ray->time, p);
-  const pktrt__exact_edges e = pktrt__exact_edges_of(q, p);
-  bool below = e.u < -e.error || e.v < -e.error || e.w < -e.error;
-  bool above = e.u > e.error || e.v > e.error || e.w > e.error;
-  const double value[3] = {e.u, e.v, e.w};
-  for (int i = 0; i < 3; i++) {
-    if (below && above) return false;
-    if (fabs(value[i]) > e.error) continue;
-    const int sign = pktrt__exact_sign(q, p[(i + 2) % 3], p[(i + 1) % 3]);
-    if (!sign) return false; /* an edge along the ray */
-    below = below || sign < 0, above = above || sign > 0;
-  }
+PKTRT__DIVIDES_BY_ZERO PKTRT__NOINLINE bool pktrt__exact_cross(const pktrt__exact_view *v, pktrt__exact_crossing *c) {
+  const pktrt__exact_edges e = pktrt__exact_edge_functions(v);
+  const double least = pktrt__min(e.u, pktrt__min(e.v, e.w)), most = pktrt__max(e.u, pktrt__max(e.v, e.w));
+  const bool below = least<-e.error, above = most> e.error;
   if (below && above) return false;
-  const double r = 1 / (e.det * (double)q->dk), known = e.error < fabs(e.det) * PKTRT__CALM_DET ? 5 : INFINITY;
+  if (!(least > e.error || most < -e.error) && !pktrt__exact_decide(v, &e, below, above)) return false;
+  const double r = 1 / (e.det * v->d[0]), known = e.error < fabs(e.det) * PKTRT__CALM_DET ? 5 : INFINITY;
   c->t = e.depth * r, c->calm = pktrt__exact_t_is_calm(&e);
   c->error = known * pktrt__max(e.error * e.range * fabs(r), DBL_MIN) + fabs(c->t) * PKTRT__PAD_DEPTH;
   return true;
 }
 
 /* Computes the t of a triangle that is crossed. */
-static float pktrt__exact_t(const pktrt__bvh *bvh, const pktrt__single *q, uint32_t slot,
-                            const pktrt__exact_crossing *c) {
+static float pktrt__exact_t(const pktrt__exact_view *v, const pktrt__exact_crossing *c) {
+  float tuv[3];
   if (c->calm) return pktrt__to_float(c->t);
-  float p[3][3], tuv[3];
-  pktrt__tri_corners_at(bvh, slot, q->ray->time, p);
-  pktrt__exact_solve(q, p, tuv);
+  pktrt__exact_solve(v, tuv);
   return tuv[0];
 }
 
@@ -3807,15 +3811,20 @@ PKTRT__INLINE void pktrt__single_set_hit(const pktrt__bvh_segment *seg, pktrt__s
 /* Decides what bounds of depths leave open: whether a triangle that is crossed is hit in the ray's interval, and nearer
    than the closest hit so far, or as near with a lower index. Then its t is that float. */
 PKTRT__NOINLINE bool pktrt__exact_is_nearer(const pktrt__bvh_segment *seg, const pktrt__single *q, uint32_t id,
-                                            uint32_t slot, pktrt__exact_crossing *c) {
-  const float t = pktrt__exact_t(&seg->bvhs[seg->bvh], q, slot, c);
-  float nearest = q->ray->tmax;
-  if (!(q->ray->tmin < t || (t == q->ray->tmin && q->after < id))) return false;
+                                            const pktrt__exact_view *v, pktrt__exact_crossing *c) {
+  const float t = pktrt__exact_t(v, c);
+  const pktrt_ray *ray = q->ray;
+  float nearest = ray->tmax;
+  if (!(ray->tmin < t || (t == ray->tmin && q->after < id))) return false;
   c->t = (double)t, c->error = fabs(c->t) * PKTRT__PAD_DEPTH;
   if (q->slot != PKTRT_NONE) {
-    pktrt__exact_crossing other;
-    pktrt__exact_cross(&seg->bvhs[q->bvh], q, q->slot, &other);
-    nearest = pktrt__exact_t(&seg->bvhs[q->bvh], q, q->slot, &other);
+    pktrt__exact_crossing other = {0, 0, false};
+    pktrt__exact_view of;
+    float p[3][3];
+    pktrt__tri_corners_at(&seg->bvhs[q->bvh], q->slot, ray->time, p);
+    pktrt__exact_view_of(&of, q->axis, ray->origin, ray->direction, 1, p[0], 1);
+    pktrt__exact_cross(&of, &other);
+    nearest = pktrt__exact_t(&of, &other);
   }
   return t < nearest || (t == nearest && id < q->id);
 }
@@ -3823,35 +3832,25 @@ PKTRT__NOINLINE bool pktrt__exact_is_nearer(const pktrt__bvh_segment *seg, const
 /* Tells whether a ray meets the plane of a triangle at t < 0 (if that is before its interval) or t > tmax for certain: mostly
    that of a surface where it begins or ends, as near as arithmetic permits. t = f / g, f = n (P - o), g = n d, which err by less
    than 42 u of their bounds, and f - tmax g by 12 more. */
-PKTRT__INLINE bool pktrt__exact_is_apart(const pktrt__bvh *bvh, uint32_t slot, float time, const float *o,
-                                         const float *d, uint32_t row, float dk, bool starts, float tmax) {
-  pktrt__exact_view v = pktrt__exact_view_at(bvh, slot, time, pktrt__axes[0], o, d, row);
+PKTRT__INLINE bool pktrt__exact_is_apart(pktrt__exact_view *v, float dk, bool starts, float tmax) {
+  const double x = v->from_o[0][0], y = v->from_o[0][1], z = v->from_o[0][2];
   double n[3];
-  const double x = v.from_o[0][0], y = v.from_o[0][1], z = v.from_o[0][2];
-  const double size = pktrt__tri_normal_size(v.p, n) * (64 * PKTRT__EPS2), most = size * pktrt__max_abs3(x, y, z);
-  double f = n[0] * x + n[1] * y + n[2] * z, g = n[0] * v.d[0] + n[1] * v.d[1] + n[2] * v.d[2];
+  const double size = pktrt__tri_normal_size(v->p, n) * (64 * PKTRT__EPS2), most = size * pktrt__max_abs3(x, y, z);
+  double f = n[0] * x + n[1] * y + n[2] * z, g = n[0] * v->d[0] + n[1] * v->d[1] + n[2] * v->d[2];
   if (g < 0) f = -f, g = -g;
   const double wrong = size * fabs((double)dk), end = (double)tmax;
   return g > wrong && ((starts && f < -most) || f - end * g > most + fabs(end) * wrong);
 }
 
-/* Decides by the canonical test what single precision leaves open. Makes it the closest hit if it is hit; true then. */
-PKTRT__NOINLINE bool pktrt__exact_test_single(const pktrt__bvh_segment *seg, pktrt__single *q, uint32_t id,
-                                              uint32_t slot) {
-  const bool starts = q->ray->tmin >= 0 && q->after == PKTRT_NONE; /* t = -0 may come after t = 0 */
-  pktrt__exact_crossing c;
-  PKTRT__REACHED(0);
-  const pktrt_ray *ray = q->ray;
-  if (pktrt__exact_is_apart(&seg->bvhs[seg->bvh], slot, ray->time, ray->origin, ray->direction, 1, q->dk, starts,
-                            ray->tmax))
-    return false;
-  if (!pktrt__exact_cross(&seg->bvhs[seg->bvh], q, slot, &c)) return false;
+/* Makes a triangle that is crossed the closest hit, if it is hit; true then. */
+PKTRT__NOINLINE bool pktrt__exact_take(const pktrt__bvh_segment *seg, pktrt__single *q, uint32_t id, uint32_t slot,
+                                       const pktrt__exact_view *v, pktrt__exact_crossing *c) {
   const double scale = fabs((double)q->dk), tiny = (double)q->tiny;
-  double slack = c.error * scale + tiny, lo = c.t * scale - slack, hi = c.t * scale + slack;
+  double slack = c->error * scale + tiny, lo = c->t * scale - slack, hi = c->t * scale + slack;
   if (hi < (double)q->wn || (double)q->wf < lo) return false;
   if (!((double)q->sn < lo && hi < (double)q->sf)) { /* NaN too */
-    if (!pktrt__exact_is_nearer(seg, q, id, slot, &c)) return false;
-    slack = c.error * scale + tiny, lo = c.t * scale - slack, hi = c.t * scale + slack;
+    if (!pktrt__exact_is_nearer(seg, q, id, v, c)) return false;
+    slack = c->error * scale + tiny, lo = c->t * scale - slack, hi = c->t * scale + slack;
   }
   pktrt__single_set_hit(seg, q, (float)lo, (float)hi, id, slot);
   return true;
@@ -3883,21 +3882,43 @@ PKTRT__INLINE void pktrt__single_to_batch(pktrt__batch *b, uint32_t r, const pkt
   b->wf[r] = q->wf, b->sf[r] = q->sf, b->id[r] = q->id, b->slot[r] = q->slot, b->bvh[r] = q->bvh;
 }
 
-PKTRT__NOINLINE bool pktrt__exact_test_rest(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, uint32_t id,
+/* Decide by the canonical test what single precision leaves open. WHY what is apart first, in a view of its own: most are,
+   and values that nobody else reads stay in registers. */
+PKTRT__NOINLINE bool pktrt__exact_test_rest(const pktrt__bvh_segment *seg, pktrt__single *q, uint32_t id,
                                             uint32_t slot) {
+  const pktrt_ray *ray = q->ray;
+  pktrt__exact_crossing c;
+  pktrt__exact_view v;
+  float p[3][3];
+  PKTRT__REACHED(0);
+  pktrt__tri_corners_at(&seg->bvhs[seg->bvh], slot, ray->time, p);
+  pktrt__exact_view_of(&v, q->axis, ray->origin, ray->direction, 1, p[0], 1);
+  return pktrt__exact_cross(&v, &c) && pktrt__exact_take(seg, q, id, slot, &v, &c);
+}
+PKTRT__NOINLINE bool pktrt__exact_test_rest_of(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, uint32_t id,
+                                               uint32_t slot) {
   pktrt_ray ray;
   pktrt__single q;
   pktrt__single_from_batch(b, r, &ray, &q);
-  if (!pktrt__exact_test_single(seg, &q, id, slot)) return false;
+  if (!pktrt__exact_test_rest(seg, &q, id, slot)) return false;
   pktrt__single_to_batch(b, r, &q);
   return true;
 }
 PKTRT__NOINLINE bool pktrt__exact_test(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, uint32_t id,
                                        uint32_t slot) {
-  if (pktrt__exact_is_apart(&seg->bvhs[seg->bvh], slot, b->time[r], &b->o[0][r], &b->d[0][r], PKTRT__ROW, b->dk[r],
-                            b->tmin[r] >= 0, b->tmax[r]))
-    return false;
-  return pktrt__exact_test_rest(seg, b, r, id, slot);
+  pktrt__exact_view v;
+  pktrt__exact_view_at(&v, &seg->bvhs[seg->bvh], slot, b->time[r], pktrt__axes[0], &b->o[0][r], &b->d[0][r],
+                       PKTRT__ROW);
+  return !pktrt__exact_is_apart(&v, b->dk[r], b->tmin[r] >= 0, b->tmax[r]) &&
+         pktrt__exact_test_rest_of(seg, b, r, id, slot);
+}
+PKTRT__NOINLINE bool pktrt__exact_test_single(const pktrt__bvh_segment *seg, pktrt__single *q, uint32_t id,
+                                              uint32_t slot) {
+  const pktrt_ray *ray = q->ray;
+  const bool starts = ray->tmin >= 0 && q->after == PKTRT_NONE; /* t = -0 may come after t = 0 */
+  pktrt__exact_view v;
+  pktrt__exact_view_at(&v, &seg->bvhs[seg->bvh], slot, ray->time, pktrt__axes[0], ray->origin, ray->direction, 1);
+  return !pktrt__exact_is_apart(&v, q->dk, starts, ray->tmax) && pktrt__exact_test_rest(seg, q, id, slot);
 }
 
 /* Compute t, u and v of a hit, and its normal, as in >>resolve; they return whether doubles suffice. */
@@ -3918,23 +3939,28 @@ PKTRT__DIVIDES_BY_ZERO PKTRT__INLINE bool pktrt__single_resolve_normal(pktrt__ex
   normal[row * axis[2]] = (float)(n[2] * unit);
   return sharp;
 }
+/* Computes them anew where doubles do not suffice for all. */
+PKTRT__NOINLINE void pktrt__exact_resolve(pktrt__exact_view *v, const uint32_t *axis, float *t, float *u, float *w,
+                                          float *normal, uint32_t row) {
+  const pktrt__exact_edges e = pktrt__exact_edge_functions(v);
+  const bool t_is_calm = pktrt__exact_t_is_calm(&e), uv_is_calm = pktrt__exact_uv_is_calm(&e);
+  float tuv[3];
+  double n[3];
+  if (!(t_is_calm && uv_is_calm)) pktrt__exact_solve(v, tuv);
+  if (!t_is_calm) *t = tuv[0];
+  if (!uv_is_calm) *u = tuv[1], *w = tuv[2];
+  if (pktrt__tri_normal_of(v->p, n)) return;
+  pktrt__exact_normal(*v, n);
+  for (int a = 0; a < 3; a++) normal[row * axis[a]] = (float)n[a];
+}
 static void pktrt__single_resolve(const pktrt_scene *s, const pktrt__single *q, pktrt_hit *hit) {
   const pktrt__bvh *bvh = &s->bvhs[q->bvh];
   const pktrt_ray *ray = q->ray;
-  pktrt__exact_view v = pktrt__exact_view_at(bvh, q->slot, ray->time, q->axis, ray->origin, ray->direction, 1);
+  pktrt__exact_view v;
+  pktrt__exact_view_at(&v, bvh, q->slot, ray->time, q->axis, ray->origin, ray->direction, 1);
   const bool calm = pktrt__single_resolve_tuv(&v, &hit->t, &hit->u, &hit->v);
-  if (!(pktrt__single_resolve_normal(&v, q->axis, hit->normal, 1) && calm)) pktrt__exact_resolve(bvh, q, hit);
-}
-PKTRT__NOINLINE void pktrt__exact_resolve_of(const pktrt__bvh *bvh, pktrt__batch *b, uint32_t r) {
-  pktrt_ray ray;
-  pktrt_hit hit;
-  pktrt__single q;
-  pktrt__single_from_batch(b, r, &ray, &q);
-  hit.t = b->t[r], hit.u = b->as.hit.u[r], hit.v = b->as.hit.v[r];
-  for (int a = 0; a < 3; a++) hit.normal[a] = b->as.hit.normal[a][r];
-  pktrt__exact_resolve(bvh, &q, &hit);
-  b->t[r] = hit.t, b->as.hit.u[r] = hit.u, b->as.hit.v[r] = hit.v;
-  for (int a = 0; a < 3; a++) b->as.hit.normal[a][r] = hit.normal[a];
+  if (!(pktrt__single_resolve_normal(&v, q->axis, hit->normal, 1) && calm))
+    pktrt__exact_resolve(&v, q->axis, &hit->t, &hit->u, &hit->v, hit->normal, 1);
 }
 /* Does so for `hits` of rays i to i+7 of a batch. Neighbours from one point mostly hit the same triangle: what does not depend on
    the direction is kept. */
@@ -3950,11 +3976,11 @@ PKTRT__NOINLINE void pktrt__single_resolve_hits(const pktrt_scene *s, pktrt__bat
         !pktrt__has_motion(bvh->key_count)) {
       for (int a = 0; a < 3; a++) v.d[a] = (double)b->d[axis[a]][r], b->as.hit.normal[a][r] = b->as.hit.normal[a][last];
     } else {
-      v = pktrt__exact_view_at(bvh, b->slot[r], b->time[r], axis, &b->o[0][r], &b->d[0][r], PKTRT__ROW);
+      pktrt__exact_view_at(&v, bvh, b->slot[r], b->time[r], axis, &b->o[0][r], &b->d[0][r], PKTRT__ROW);
       sharp = pktrt__single_resolve_normal(&v, axis, &b->as.hit.normal[0][r], PKTRT__ROW);
     }
     if (!(pktrt__single_resolve_tuv(&v, &b->t[r], &b->as.hit.u[r], &b->as.hit.v[r]) && sharp))
-      pktrt__exact_resolve_of(bvh, b, r);
+      pktrt__exact_resolve(&v, axis, &b->t[r], &b->as.hit.u[r], &b->as.hit.v[r], &b->as.hit.normal[0][r], PKTRT__ROW);
   }
 }
 
@@ -4780,11 +4806,8 @@ PKTRT__COLD const char *pktrt__check_sentence(uint32_t faults) {
 #define apush PKTRT__NAME(pktrt__apush)
 #define OP PKTRT__INLINE
 /* Capabilities of the instruction set, which kernels may test. */
-#if PKTRT__STAMP == PKTRT__STAMP_AVX2 || PKTRT__STAMP == PKTRT__STAMP_AVX512
-#define PKTRT__WITH_V8_REGISTERS 1 /* a v8 is one register: larger functions are worth inlining */
-#else
-#define PKTRT__WITH_V8_REGISTERS 0
-#endif
+/* A v8 is one register: larger functions are worth inlining. */
+#define PKTRT__WITH_V8_REGISTERS (PKTRT__STAMP == PKTRT__STAMP_AVX2 || PKTRT__STAMP == PKTRT__STAMP_AVX512)
 /* Sixteen registers do not hold the nine vectors of a ray that box tests need, and to broadcast one from memory costs
    no more than to load it: each is broadcast where it is used. Measured worth 5% of a single ray's time. */
 #define PKTRT__WITH_FEW_REGISTERS (PKTRT__STAMP == PKTRT__STAMP_AVX2)
@@ -5092,8 +5115,6 @@ OP v8 dto(d8 a) { PKTRT__EACH(v8, r.f[i] = pktrt__to_float(a.d[i])); }
 typedef __m128 pktrt__q4;
 typedef __m128 pktrt__qm;
 typedef __m128d pktrt__q2;
-OP pktrt__q4 pktrt__qmin(pktrt__q4 a, pktrt__q4 b) { return _mm_min_ps(a, b); }
-OP pktrt__q4 pktrt__qmax(pktrt__q4 a, pktrt__q4 b) { return _mm_max_ps(a, b); }
 OP pktrt__q4 pktrt__qabs(pktrt__q4 a) { return _mm_andnot_ps(_mm_set1_ps(-0.0f), a); }
 OP pktrt__q4 pktrt__qsign(pktrt__q4 a, pktrt__q4 s) { return _mm_or_ps(a, _mm_and_ps(_mm_set1_ps(-0.0f), s)); }
 OP pktrt__q4 pktrt__qsel(pktrt__qm m, pktrt__q4 a, pktrt__q4 b) {
@@ -5109,9 +5130,7 @@ OP uint32_t pktrt__qsame(const uint32_t *p, uint32_t x) {
   const __m128i same = _mm_cmpeq_epi32(_mm_loadu_si128((const __m128i *)(const void *)p), _mm_set1_epi32((int)x));
   return (uint32_t)_mm_movemask_ps(_mm_castsi128_ps(same));
 }
-OP pktrt__q2 pktrt__q2max(pktrt__q2 a, pktrt__q2 b) { return _mm_max_pd(a, b); }
 OP pktrt__q2 pktrt__q2abs(pktrt__q2 a) { return _mm_andnot_pd(_mm_set1_pd(-0.0), a); }
-OP pktrt__q2 pktrt__q2low(pktrt__q4 a) { return _mm_cvtps_pd(a); }
 OP pktrt__q2 pktrt__q2high(pktrt__q4 a) { return _mm_cvtps_pd(_mm_movehl_ps(a, a)); }
 OP pktrt__q4 pktrt__qfrom2(const pktrt__q2 *q) { return _mm_movelh_ps(_mm_cvtpd_ps(q[0]), _mm_cvtpd_ps(q[1])); }
 OP pktrt__qm pktrt__q2lt(const pktrt__q2 *a, const pktrt__q2 *b) {
@@ -5127,9 +5146,7 @@ typedef uint32x4_t pktrt__qm;
 typedef float64x2_t pktrt__q2;
 OP pktrt__q4 pktrt__qmin(pktrt__q4 a, pktrt__q4 b) { return vbslq_f32(vcltq_f32(a, b), a, b); }
 OP pktrt__q4 pktrt__qmax(pktrt__q4 a, pktrt__q4 b) { return vbslq_f32(vcgtq_f32(a, b), a, b); }
-OP pktrt__q4 pktrt__qabs(pktrt__q4 a) { return vabsq_f32(a); }
 OP pktrt__q4 pktrt__qsign(pktrt__q4 a, pktrt__q4 s) { return vbslq_f32(vdupq_n_u32(0x80000000u), s, a); }
-OP pktrt__q4 pktrt__qsel(pktrt__qm m, pktrt__q4 a, pktrt__q4 b) { return vbslq_f32(m, a, b); }
 OP pktrt__qm pktrt__qlanes(void) {
   const uint32_t lane[4] = {1, 2, 4, 8};
   return vld1q_u32(lane);
@@ -5141,9 +5158,7 @@ OP uint32_t pktrt__qsame(const uint32_t *p, uint32_t x) {
   return pktrt__qbits(vceqq_u32(vld1q_u32(p), vdupq_n_u32(x)));
 }
 OP pktrt__q2 pktrt__q2max(pktrt__q2 a, pktrt__q2 b) { return vbslq_f64(vcgtq_f64(a, b), a, b); }
-OP pktrt__q2 pktrt__q2abs(pktrt__q2 a) { return vabsq_f64(a); }
 OP pktrt__q2 pktrt__q2low(pktrt__q4 a) { return vcvt_f64_f32(vget_low_f32(a)); }
-OP pktrt__q2 pktrt__q2high(pktrt__q4 a) { return vcvt_high_f64_f32(a); }
 OP pktrt__q4 pktrt__qfrom2(const pktrt__q2 *q) { return vcombine_f32(vcvt_f32_f64(q[0]), vcvt_f32_f64(q[1])); }
 OP pktrt__qm pktrt__q2lt(const pktrt__q2 *a, const pktrt__q2 *b) {
   return vcombine_u32(vmovn_u64(vcltq_f64(a[0], b[0])), vmovn_u64(vcltq_f64(a[1], b[1])));
@@ -5180,9 +5195,9 @@ OP v8 vdiv(v8 a, v8 b) { PKTRT__TWO(v8, PKTRT__Q(_mm_div_ps, vdivq_f32)); }
 OP v8 vsqrt(v8 a) { PKTRT__OF(v8, PKTRT__Q(_mm_sqrt_ps, vsqrtq_f32)(a.l), PKTRT__Q(_mm_sqrt_ps, vsqrtq_f32)(a.h)); }
 OP v8 vfma(v8 a, v8 b, v8 c) { return vadd(vmul(a, b), c); }
 OP v8 vfms(v8 a, v8 b, v8 c) { return vsub(vmul(a, b), c); }
-OP v8 vmin(v8 a, v8 b) { PKTRT__TWO(v8, pktrt__qmin); }
-OP v8 vmax(v8 a, v8 b) { PKTRT__TWO(v8, pktrt__qmax); }
-OP v8 vabs(v8 a) { PKTRT__OF(v8, pktrt__qabs(a.l), pktrt__qabs(a.h)); }
+OP v8 vmin(v8 a, v8 b) { PKTRT__TWO(v8, PKTRT__Q(_mm_min_ps, pktrt__qmin)); }
+OP v8 vmax(v8 a, v8 b) { PKTRT__TWO(v8, PKTRT__Q(_mm_max_ps, pktrt__qmax)); }
+OP v8 vabs(v8 a) { PKTRT__OF(v8, PKTRT__Q(pktrt__qabs, vabsq_f32)(a.l), PKTRT__Q(pktrt__qabs, vabsq_f32)(a.h)); }
 OP v8 vcopysign(v8 a, v8 b) { PKTRT__TWO(v8, pktrt__qsign); }
 OP uint32_t vsignbits(v8 a) { return pktrt__qsigns(a.l) | pktrt__qsigns(a.h) << 4; }
 OP m8 vlt(v8 a, v8 b) { PKTRT__TWO(m8, PKTRT__Q(_mm_cmplt_ps, vcltq_f32)); }
@@ -5193,7 +5208,9 @@ OP m8 mor(m8 a, m8 b) { PKTRT__TWO(m8, PKTRT__Q(_mm_or_ps, vorrq_u32)); }
 OP uint32_t mbits(m8 m) { return pktrt__qbits(m.l) | pktrt__qbits(m.h) << 4; }
 OP m8 mfrom(uint32_t bits) { PKTRT__OF(m8, pktrt__qfrom(bits), pktrt__qfrom(bits >> 4)); }
 OP v8 vswap_halves(v8 a) { PKTRT__OF(v8, a.h, a.l); }
-OP v8 vsel(m8 m, v8 a, v8 b) { PKTRT__OF(v8, pktrt__qsel(m.l, a.l, b.l), pktrt__qsel(m.h, a.h, b.h)); }
+OP v8 vsel(m8 m, v8 a, v8 b) {
+  PKTRT__OF(v8, PKTRT__Q(pktrt__qsel, vbslq_f32)(m.l, a.l, b.l), PKTRT__Q(pktrt__qsel, vbslq_f32)(m.h, a.h, b.h));
+}
 OP void vstore_masked(float *p, m8 m, v8 a) { vstore(p, vsel(m, a, vload(p))); }
 OP void vstore_masked_u32(uint32_t *p, m8 m, uint32_t x) {
   for (uint32_t bits = mbits(m); bits; bits &= bits - 1) p[pktrt__lowest_bit(bits)] = x;
@@ -5201,7 +5218,7 @@ OP void vstore_masked_u32(uint32_t *p, m8 m, uint32_t x) {
 OP uint32_t veq_u32(const uint32_t *p, uint32_t x) { return pktrt__qsame(p, x) | pktrt__qsame(p + 4, x) << 4; }
 OP float vhmax(v8 a) {
   float f[4], r;
-  PKTRT__Q(_mm_storeu_ps, vst1q_f32)(f, pktrt__qmax(a.l, a.h));
+  PKTRT__Q(_mm_storeu_ps, vst1q_f32)(f, PKTRT__Q(_mm_max_ps, pktrt__qmax)(a.l, a.h));
   r = f[0];
   for (int i = 1; i < 4; i++) r = r > f[i] ? r : f[i];
   return r;
@@ -5212,7 +5229,8 @@ OP float vhmax(v8 a) {
   return r
 OP d8 dfrom(v8 a) {
   d8 r;
-  r.q[0] = pktrt__q2low(a.l), r.q[1] = pktrt__q2high(a.l), r.q[2] = pktrt__q2low(a.h), r.q[3] = pktrt__q2high(a.h);
+  r.q[0] = PKTRT__Q(_mm_cvtps_pd, pktrt__q2low)(a.l), r.q[1] = PKTRT__Q(pktrt__q2high, vcvt_high_f64_f32)(a.l);
+  r.q[2] = PKTRT__Q(_mm_cvtps_pd, pktrt__q2low)(a.h), r.q[3] = PKTRT__Q(pktrt__q2high, vcvt_high_f64_f32)(a.h);
   return r;
 }
 OP d8 dload(const double *p) { PKTRT__EACH(PKTRT__Q(_mm_loadu_pd, vld1q_f64)(p + 2 * i)); }
@@ -5225,8 +5243,8 @@ OP d8 dadd(d8 a, d8 b) { PKTRT__EACH(PKTRT__Q(_mm_add_pd, vaddq_f64)(a.q[i], b.q
 OP d8 dsub(d8 a, d8 b) { PKTRT__EACH(PKTRT__Q(_mm_sub_pd, vsubq_f64)(a.q[i], b.q[i])); }
 OP d8 dmul(d8 a, d8 b) { PKTRT__EACH(PKTRT__Q(_mm_mul_pd, vmulq_f64)(a.q[i], b.q[i])); }
 OP d8 ddiv(d8 a, d8 b) { PKTRT__EACH(PKTRT__Q(_mm_div_pd, vdivq_f64)(a.q[i], b.q[i])); }
-OP d8 dmax(d8 a, d8 b) { PKTRT__EACH(pktrt__q2max(a.q[i], b.q[i])); }
-OP d8 dabs(d8 a) { PKTRT__EACH(pktrt__q2abs(a.q[i])); }
+OP d8 dmax(d8 a, d8 b) { PKTRT__EACH(PKTRT__Q(_mm_max_pd, pktrt__q2max)(a.q[i], b.q[i])); }
+OP d8 dabs(d8 a) { PKTRT__EACH(PKTRT__Q(pktrt__q2abs, vabsq_f64)(a.q[i])); }
 OP m8 dlt(d8 a, d8 b) { PKTRT__OF(m8, pktrt__q2lt(a.q, b.q), pktrt__q2lt(a.q + 2, b.q + 2)); }
 OP v8 dto(d8 a) { PKTRT__OF(v8, pktrt__qfrom2(a.q), pktrt__qfrom2(a.q + 2)); }
 #undef PKTRT__EACH
@@ -5523,6 +5541,7 @@ typedef __mmask16 mf;
 #define pktrt__glass_find_rays PKTRT__NAME(pktrt__glass_find_rays)
 #define pktrt__kernels PKTRT__NAME(pktrt__kernels)
 #define pktrt__lanes_first PKTRT__NAME(pktrt__lanes_first)
+#define pktrt__frustum_view8 PKTRT__NAME(pktrt__frustum_view8)
 #define pktrt__lanes_occupied PKTRT__NAME(pktrt__lanes_occupied)
 #define pktrt__lanes_unhit PKTRT__NAME(pktrt__lanes_unhit)
 #define pktrt__light_add PKTRT__NAME(pktrt__light_add)
@@ -5583,10 +5602,10 @@ typedef __mmask16 mf;
 #define pktrt__surface_find PKTRT__NAME(pktrt__surface_find)
 #define pktrt__surface_find8 PKTRT__NAME(pktrt__surface_find8)
 #define pktrt__surface_gather_normals PKTRT__NAME(pktrt__surface_gather_normals)
-#define pktrt__surface_pack PKTRT__NAME(pktrt__surface_pack)
-#define pktrt__surface_read_materials PKTRT__NAME(pktrt__surface_read_materials)
 #define pktrt__surface_offset8 PKTRT__NAME(pktrt__surface_offset8)
+#define pktrt__surface_pack PKTRT__NAME(pktrt__surface_pack)
 #define pktrt__surface_point8 PKTRT__NAME(pktrt__surface_point8)
+#define pktrt__surface_read_materials PKTRT__NAME(pktrt__surface_read_materials)
 #define pktrt__surface_start PKTRT__NAME(pktrt__surface_start)
 #define pktrt__tri_any_hit PKTRT__NAME(pktrt__tri_any_hit)
 #define pktrt__tri_block_template PKTRT__NAME(pktrt__tri_block_template)
@@ -5594,11 +5613,11 @@ typedef __mmask16 mf;
 #define pktrt__tri_common PKTRT__NAME(pktrt__tri_common)
 #define pktrt__tri_corner PKTRT__NAME(pktrt__tri_corner)
 #define pktrt__tri_corner_of_one PKTRT__NAME(pktrt__tri_corner_of_one)
+#define pktrt__tri_decide_on_grid PKTRT__NAME(pktrt__tri_decide_on_grid)
 #define pktrt__tri_depth_bounds PKTRT__NAME(pktrt__tri_depth_bounds)
 #define pktrt__tri_edge_functions PKTRT__NAME(pktrt__tri_edge_functions)
 #define pktrt__tri_edges PKTRT__NAME(pktrt__tri_edges)
 #define pktrt__tri_estimate PKTRT__NAME(pktrt__tri_estimate)
-#define pktrt__tri_exact_test_lanes PKTRT__NAME(pktrt__tri_exact_test_lanes)
 #define pktrt__tri_filter_block PKTRT__NAME(pktrt__tri_filter_block)
 #define pktrt__tri_inside PKTRT__NAME(pktrt__tri_inside)
 #define pktrt__tri_limits PKTRT__NAME(pktrt__tri_limits)
@@ -5606,6 +5625,9 @@ typedef __mmask16 mf;
 #define pktrt__tri_ray_block PKTRT__NAME(pktrt__tri_ray_block)
 #define pktrt__tri_ray_block_inline PKTRT__NAME(pktrt__tri_ray_block_inline)
 #define pktrt__tri_record PKTRT__NAME(pktrt__tri_record)
+#define pktrt__tri_settle PKTRT__NAME(pktrt__tri_settle)
+#define pktrt__tri_settle_any PKTRT__NAME(pktrt__tri_settle_any)
+#define pktrt__tri_settle_edges PKTRT__NAME(pktrt__tri_settle_edges)
 #define pktrt__tri_shear PKTRT__NAME(pktrt__tri_shear)
 #define pktrt__tri_shear_batch PKTRT__NAME(pktrt__tri_shear_batch)
 #define pktrt__tri_shear_block PKTRT__NAME(pktrt__tri_shear_block)
@@ -5615,8 +5637,8 @@ typedef __mmask16 mf;
 #define pktrt__vec_dfrom3 PKTRT__NAME(pktrt__vec_dfrom3)
 #define pktrt__vec_dload3 PKTRT__NAME(pktrt__vec_dload3)
 #define pktrt__vec_dmax_abs3 PKTRT__NAME(pktrt__vec_dmax_abs3)
-#define pktrt__vec_dselect PKTRT__NAME(pktrt__vec_dselect)
 #define pktrt__vec_dot PKTRT__NAME(pktrt__vec_dot)
+#define pktrt__vec_dselect PKTRT__NAME(pktrt__vec_dselect)
 #define pktrt__vec_dset3 PKTRT__NAME(pktrt__vec_dset3)
 #define pktrt__vec_load3 PKTRT__NAME(pktrt__vec_load3)
 #define pktrt__vec_normalise PKTRT__NAME(pktrt__vec_normalise)
@@ -5761,8 +5783,9 @@ OP uint32_t pktrt__lanes_unhit(const uint32_t *slot) { return veq_u32(slot, PKTR
 
 /* The result of the filter in single precision for eight lanes, each a ray and a triangle. */
 typedef struct pktrt__tri_estimate {
-  v8 lo, hi;            /* bounds of the depth of a hit */
-  uint32_t maybe, sure; /* lanes that may be hits worth recording; lanes that are hits, certainly after tmin */
+  v8 lo, hi; /* bounds of the depth of a hit */
+  uint32_t maybe, inside,
+      after; /* lanes that may be hits worth recording; that are crossed; are after tmin, if crossed */
 } pktrt__tri_estimate;
 
 /* The values of rays that the filter needs, by lanes. */
@@ -5812,7 +5835,7 @@ OP pktrt__tri_estimate pktrt__tri_depth_bounds(const pktrt__tri_edges *q, const 
   pktrt__tri_estimate e;
   e.lo = vsub(depth, bound), e.hi = vadd(depth, bound);
   e.maybe = 0xFFu & ~mbits(mor(vlt(l->wf, e.lo), vlt(e.hi, l->wn)));
-  e.sure = pktrt__tri_inside(q) & mbits(vlt(l->sn, e.lo));
+  e.inside = pktrt__tri_inside(q), e.after = mbits(vlt(l->sn, e.lo));
   return e;
 }
 
@@ -5874,7 +5897,7 @@ OP pktrt__tri_estimate pktrt__tri_filter_block(const pktrt__tri_shear *q, const 
   const uint32_t inside = pktrt__lanes_occupied(id) & ~pktrt__tri_outside(&edges);
   pktrt__tri_estimate e;
   if (early && !inside) {
-    e.lo = e.hi = vset(0), e.maybe = e.sure = 0;
+    e.lo = e.hi = vset(0), e.maybe = e.inside = e.after = 0;
     return e;
   }
   pktrt__tri_limits l = q->l;
@@ -5884,46 +5907,159 @@ OP pktrt__tri_estimate pktrt__tri_filter_block(const pktrt__tri_shear *q, const 
   return e;
 }
 
+/* What pktrt__exact_edge_functions and pktrt__exact_t_is_calm find, for eight lanes: the same bits. */
+typedef struct pktrt__exact_edges8 {
+  d8 u, v, w, det, depth, error;
+  m8 calm, known; /* whether the float nearest to t is known; the sign of t */
+} pktrt__exact_edges8;
+OP d8 pktrt__vec_dmax_abs3(d8 a, d8 b, d8 c) { return dmax(dabs(a), dmax(dabs(b), dabs(c))); }
+OP pktrt__exact_edges8 pktrt__exact_edge_functions8(const d8 x[3], const d8 y[3], const d8 z[3], d8 dk) {
+  const d8 zero = dset(0), xs = pktrt__vec_dmax_abs3(x[0], x[1], x[2]), ys = pktrt__vec_dmax_abs3(y[0], y[1], y[2]);
+  const d8 hi = dmax(z[0], dmax(z[1], z[2]));
+  const d8 lo = dsub(zero, dmax(dsub(zero, z[0]), dmax(dsub(zero, z[1]), dsub(zero, z[2]))));
+  const d8 zs = dmul(dmax(hi, dsub(zero, lo)), dabs(dk));
+  pktrt__exact_edges8 e;
+  e.u = dsub(dmul(x[2], y[1]), dmul(y[2], x[1])), e.v = dsub(dmul(x[0], y[2]), dmul(y[0], x[2]));
+  e.w = dsub(dmul(x[1], y[0]), dmul(y[1], x[0])), e.det = dadd(dadd(e.u, e.v), e.w);
+  e.depth = dadd(dadd(dmul(e.u, z[0]), dmul(e.v, z[1])), dmul(e.w, z[2]));
+  const d8 near_ = dmul(dmul(dset(8 * PKTRT__EPS2), zs), dadd(dadd(xs, ys), dmul(dset(32 * PKTRT__EPS2), zs)));
+  e.error = dadd(dmul(dmul(dset(16 * PKTRT__EPS2), xs), ys), near_);
+  const d8 wrong = dmul(e.error, dsub(hi, lo)), depth = dabs(e.depth); /* of depth, 5 times that at most */
+  const m8 flat = dlt(e.error, dmul(dabs(e.det), dset(PKTRT__CALM_DET)));
+  e.calm = mand(flat, dlt(wrong, dmul(depth, dset(PKTRT__CALM_T)))),
+  e.known = mand(flat, dlt(dmul(dset(8), wrong), depth));
+  return e;
+}
+
+/* The corners of eight triangles, or of one as eight rays see it, in the rays' frames, as in >>exactness. */
+OP void pktrt__exact_shear8(const v8 p[3], const v8 o[3], const v8 d[3], d8 *x, d8 *y, d8 *z) {
+  const d8 dk = dfrom(d[0]);
+  *z = dsub(dfrom(p[0]), dfrom(o[0]));
+  *x = dsub(dmul(dsub(dfrom(p[1]), dfrom(o[1])), dk), dmul(dfrom(d[1]), *z));
+  *y = dsub(dmul(dsub(dfrom(p[2]), dfrom(o[2])), dk), dmul(dfrom(d[2]), *z));
+}
+
+/* Decides edges of those of eight lanes whose coordinates lie on a coarse grid, as those of lattices do: of `open` it takes
+   those that are not crossed from *maybe, and adds the others to *crossed. With C = 2^7 M, M the largest of all, adding C makes
+   coordinates multiples of 2^-17 of the power of two above, adding 2^21 |d_k| those of directions of 2^-3. Differences have 19
+   bits then, x and y 24, and so have ties; where M |d_k| is moderate, doubles have their products. */
+PKTRT__NOINLINE void pktrt__tri_decide_on_grid(v8 p[3][3], const v8 o[3], const v8 d[3], uint32_t open, uint32_t *maybe,
+                                               uint32_t *crossed) {
+#define PKTRT__OFF(x, c) vabs(vsub(x, vsub(vadd(x, c), c)))
+  const v8 zero = vset(0), adk = vabs(d[0]), sign = vcopysign(vset(1), d[0]), turn = vmul(adk, vset(2097152));
+  v8 most = vmax_abs3(o[0], o[1], o[2]), lost = vadd(PKTRT__OFF(d[1], turn), PKTRT__OFF(d[2], turn)), x[3], y[3];
+  for (int c = 0; c < 3; c++) most = vmax(most, vmax_abs3(p[c][0], p[c][1], p[c][2]));
+  const v8 coarse = vmul(most, vset(128)), size = vmul(most, adk);
+  lost = vadd(lost, PKTRT__OFF(d[0], turn));
+  for (int a = 0; a < 3; a++) {
+    lost = vadd(lost, PKTRT__OFF(o[a], coarse));
+    for (int c = 0; c < 3; c++) lost = vadd(lost, PKTRT__OFF(p[c][a], coarse));
+  }
+#undef PKTRT__OFF
+  open &= mbits(mand(vle(lost, zero), mand(vlt(vset(PKTRT__GRID_LEAST), size), vlt(size, vset(PKTRT__GRID_MOST)))));
+  if (!open) return;
+  for (int c = 0; c < 3; c++) {
+    const v8 z = vsub(p[c][0], o[0]);
+    x[c] = vsub(vmul(vsub(p[c][1], o[1]), d[0]), vmul(d[1], z)),
+    y[c] = vsub(vmul(vsub(p[c][2], o[2]), d[0]), vmul(d[2], z));
+  }
+  uint32_t above = 0, below = 0, along = 0;
+  for (int i = 0, a = 2, b = 1; i < 3; b = a, a = i++) {
+    const v8 one = vmul(x[a], y[b]), other = vmul(y[a], x[b]);
+    v8 value = vsub(one, other);
+    if (open & mbits(veq(one, other)) & ~mbits(veq(one, zero))) /* in doubles exactly */
+      value = dto(dsub(dmul(dfrom(x[a]), dfrom(y[b])), dmul(dfrom(y[a]), dfrom(x[b]))));
+    if (open & mbits(veq(value, zero))) {
+      const v8 ek = vsub(p[b][0], p[a][0]);
+      const v8 first = vmul(sign, vsub(vmul(d[2], ek), vmul(d[0], vsub(p[b][2], p[a][2]))));
+      const v8 second = vmul(sign, vsub(vmul(d[0], vsub(p[b][1], p[a][1])), vmul(d[1], ek)));
+      value = vsel(veq(value, zero), vsel(veq(first, zero), second, first), value);
+    }
+    above |= mbits(vlt(zero, value)), below |= mbits(vlt(value, zero)), along |= mbits(veq(value, zero));
+  }
+  *maybe &= ~(open & ((above & below) | along)), *crossed |= open & ~((above & below) | along);
+}
+
 /* Lanes of a block that the filter did not drop. */
 typedef struct pktrt__tri_candidates {
   uint32_t index; /* of the block */
   const uint32_t *id;
-  const float *lo, *hi; /* bounds of depths */
-  uint32_t maybe, sure;
+  float *lo, *hi;                /* bounds of depths */
+  uint32_t maybe, inside, after; /* as in pktrt__tri_estimate; for any hit `after` is within the ray's interval */
+  bool settled;                  /* all that is open, as far as that goes */
 } pktrt__tri_candidates;
+
+/* Decides candidates whose edges the filter left open, several at once: drops them, or makes them sure, where it can. */
+PKTRT__NOINLINE void pktrt__tri_settle_edges(const pktrt__bvh_segment *seg, const pktrt__batch *b, uint32_t r,
+                                             const pktrt__single *single, pktrt__tri_candidates *c) {
+  const pktrt__block *block = pktrt__segment_block(seg, c->index, true);
+  const float *k0 = pktrt__segment_vertices(seg, block, 0, true), *k1 = pktrt__segment_vertices(seg, block, 1, true);
+  const uint32_t *axis = single ? single->axis : pktrt__axes[b->axis[r]];
+  const v8 ta = vset(single ? single->ta : b->ta[r]), tb = vset(single ? single->tb : b->tb[r]);
+  v8 p[3][3], o[3], d[3];
+  for (int i = 0; i < 3; i++) {
+    const uint32_t a = axis[i];
+    o[i] = vset(single ? single->ray->origin[a] : b->o[a][r]);
+    d[i] = vset(single ? single->ray->direction[a] : b->d[a][r]);
+    for (int j = 0; j < 3; j++) p[j][i] = pktrt__tri_corner(k0 + 24 * j + 8 * a, k1 + 24 * j + 8 * a, ta, tb, k0 != k1);
+  }
+  pktrt__tri_decide_on_grid(p, o, d, c->maybe & ~c->inside, &c->maybe, &c->inside);
+}
+
+/* Decides whether a candidate is the closest hit so far, and makes it that. WHY edges first, and not depths: where these
+   are open the ray mostly leaves a surface, of one triangle, see pktrt__exact_is_apart. */
+PKTRT__NOINLINE bool pktrt__tri_settle(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r,
+                                       pktrt__single *single, pktrt__tri_candidates *c, uint32_t lane) {
+  const uint32_t slot = c->index * 8 + lane, id = c->id[lane];
+  if (PKTRT__WITH_VECTORS && (c->maybe & ~c->inside) && !c->settled) {
+    pktrt__tri_settle_edges(seg, b, r, single, c);
+    c->settled = true;
+    if (!(c->maybe >> lane & 1)) return false;
+    if ((c->inside & c->after) >> lane & 1 && c->hi[lane] < (single ? single->sf : b->sf[r])) {
+      if (single) pktrt__single_set_hit(seg, single, c->lo[lane], c->hi[lane], id, slot);
+      else pktrt__batch_set_hit(seg, b, r, c->lo[lane], c->hi[lane], id, slot);
+      return true;
+    }
+  }
+  return single ? pktrt__exact_test_single(seg, single, id, slot) : pktrt__exact_test(seg, b, r, id, slot);
+}
 
 /* Records each candidate that is hit nearer than the closest hit before it, for a ray of a batch or, if `single` is not
    NULL, for a single ray; returns their lanes. For occlusion the first hit is the last. */
 OP uint32_t pktrt__tri_record(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, pktrt__single *single,
-                              const pktrt__tri_candidates *c, const pktrt__variant is) {
+                              pktrt__tri_candidates *c, const pktrt__variant is) {
   uint32_t nearer = 0;
   COUNT(canonical_tests, pktrt__popcount(c->maybe));
-  for (uint32_t maybe = c->maybe; maybe; maybe &= maybe - 1) {
-    const uint32_t lane = pktrt__lowest_bit(maybe), slot = c->index * 8 + lane, id = c->id[lane];
+  for (uint32_t lane; c->maybe; c->maybe &= ~(1u << lane)) {
+    lane = pktrt__lowest_bit(c->maybe);
+    const uint32_t slot = c->index * 8 + lane, id = c->id[lane];
     if (c->lo[lane] > (single ? single->wf : b->wf[r])) continue;
-    if ((c->sure >> lane & 1) && c->hi[lane] < (single ? single->sf : b->sf[r])) {
+    if ((c->inside & c->after) >> lane & 1 && c->hi[lane] < (single ? single->sf : b->sf[r])) {
       if (!is.occlusion && single) pktrt__single_set_hit(seg, single, c->lo[lane], c->hi[lane], id, slot);
       else if (!is.occlusion) pktrt__batch_set_hit(seg, b, r, c->lo[lane], c->hi[lane], id, slot);
       nearer |= 1u << lane;
     } else {
       COUNT(settlings, 1);
-      if (single ? pktrt__exact_test_single(seg, single, id, slot) : pktrt__exact_test(seg, b, r, id, slot))
-        nearer |= 1u << lane;
+      if (pktrt__tri_settle(seg, b, r, single, c, lane)) nearer |= 1u << lane;
     }
     if (is.occlusion && nearer) return nearer;
   }
   return nearer;
 }
 
-/* Tests the lanes of a block that the filter left open, until one is hit; returns whether one is. */
-PKTRT__NOINLINE bool pktrt__tri_exact_test_lanes(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r,
-                                                 pktrt__single *single, uint32_t index, uint32_t open) {
+/* Tests the lanes of a block that the filter left open, until one is hit; returns whether one is. `inside`: those crossed,
+   `within`: those within the ray's interval, if they are. */
+PKTRT__NOINLINE bool pktrt__tri_settle_any(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r,
+                                           pktrt__single *single, uint32_t index, uint32_t open, uint32_t inside,
+                                           uint32_t within) {
   const pktrt__block *block = pktrt__segment_block(seg, index, true);
   const uint32_t *id = block->id;
-  for (; open; open &= open - 1) {
-    const uint32_t lane = pktrt__lowest_bit(open), slot = index * 8 + lane;
-    if (single ? pktrt__exact_test_single(seg, single, id[lane], slot) : pktrt__exact_test(seg, b, r, id[lane], slot))
-      return true;
+  float lo[8], hi[8];
+  pktrt__tri_candidates c = {index, id, lo, hi, open, inside, within, false};
+  vstore(lo, vset(-INFINITY)), vstore(hi, vset(-INFINITY)); /* as near as can be: any will do */
+  for (uint32_t lane; c.maybe; c.maybe &= ~(1u << lane)) {
+    lane = pktrt__lowest_bit(c.maybe);
+    if (pktrt__tri_settle(seg, b, r, single, &c, lane)) return true;
   }
   return false;
 }
@@ -5954,8 +6090,9 @@ OP bool pktrt__tri_any_hit(const pktrt__bvh_segment *seg, pktrt__batch *b, uint3
   const uint32_t open = inside & ~(known & beyond);
   if (!open) return false;
   const uint32_t within = mbits(vlt(vfms(q.l.sn, size, lo), zero)) & mbits(vlt(zero, vfms(sf, size, hi)));
-  if (PKTRT__UNLIKELY(!(known & within & pktrt__tri_inside(&e))))
-    return pktrt__tri_exact_test_lanes(seg, b, r, single, index, open);
+  const uint32_t crossed = pktrt__tri_inside(&e);
+  if (PKTRT__UNLIKELY(!(known & within & crossed)))
+    return pktrt__tri_settle_any(seg, b, r, single, index, open, crossed, known & within);
   return true;
 }
 
@@ -6335,38 +6472,6 @@ OP uint32_t pktrt__frustum_cull_triangles(const pktrt__frustum *f, const pktrt__
   return lanes;
 }
 
-/* What pktrt__exact_edge_functions and pktrt__exact_t_is_calm find, for eight lanes: the same bits. */
-typedef struct pktrt__exact_edges8 {
-  d8 u, v, w, det, depth, error;
-  m8 calm, known; /* whether the float nearest to t is known; the sign of t */
-} pktrt__exact_edges8;
-OP d8 pktrt__vec_dmax_abs3(d8 a, d8 b, d8 c) { return dmax(dabs(a), dmax(dabs(b), dabs(c))); }
-OP pktrt__exact_edges8 pktrt__exact_edge_functions8(const d8 x[3], const d8 y[3], const d8 z[3], d8 dk) {
-  const d8 zero = dset(0), xs = pktrt__vec_dmax_abs3(x[0], x[1], x[2]), ys = pktrt__vec_dmax_abs3(y[0], y[1], y[2]);
-  const d8 hi = dmax(z[0], dmax(z[1], z[2]));
-  const d8 lo = dsub(zero, dmax(dsub(zero, z[0]), dmax(dsub(zero, z[1]), dsub(zero, z[2]))));
-  const d8 zs = dmul(dmax(hi, dsub(zero, lo)), dabs(dk));
-  pktrt__exact_edges8 e;
-  e.u = dsub(dmul(x[2], y[1]), dmul(y[2], x[1])), e.v = dsub(dmul(x[0], y[2]), dmul(y[0], x[2]));
-  e.w = dsub(dmul(x[1], y[0]), dmul(y[1], x[0])), e.det = dadd(dadd(e.u, e.v), e.w);
-  e.depth = dadd(dadd(dmul(e.u, z[0]), dmul(e.v, z[1])), dmul(e.w, z[2]));
-  const d8 near_ = dmul(dmul(dset(8 * PKTRT__EPS2), zs), dadd(dadd(xs, ys), dmul(dset(32 * PKTRT__EPS2), zs)));
-  e.error = dadd(dmul(dmul(dset(16 * PKTRT__EPS2), xs), ys), near_);
-  const d8 wrong = dmul(e.error, dsub(hi, lo)), depth = dabs(e.depth); /* of depth, 5 times that at most */
-  const m8 flat = dlt(e.error, dmul(dabs(e.det), dset(PKTRT__CALM_DET)));
-  e.calm = mand(flat, dlt(wrong, dmul(depth, dset(PKTRT__CALM_T)))),
-  e.known = mand(flat, dlt(dmul(dset(8), wrong), depth));
-  return e;
-}
-
-/* The corners of eight triangles, or of one as eight rays see it, in the rays' frames: see pktrt__exact_shear. */
-OP void pktrt__exact_shear8(const v8 p[3], const v8 o[3], const v8 d[3], d8 *x, d8 *y, d8 *z) {
-  const d8 dk = dfrom(d[0]);
-  *z = dsub(dfrom(p[0]), dfrom(o[0]));
-  *x = dsub(dmul(dsub(dfrom(p[1]), dfrom(o[1])), dk), dmul(dfrom(d[1]), *z));
-  *y = dsub(dmul(dsub(dfrom(p[2]), dfrom(o[2])), dk), dmul(dfrom(d[2]), *z));
-}
-
 /* Makes a triangle the closest hit of those of rays r, r+1, ... in `taken`, as pktrt__batch_set_hit does. */
 OP void pktrt__frustum_set_hits(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, uint32_t taken, vf lo,
                                 vf hi, uint32_t id, uint32_t slot) {
@@ -6394,7 +6499,7 @@ PKTRT__NOINLINE uint32_t pktrt__paper_accept8(const pktrt__bvh_segment *seg, pkt
   l.wn = vload(b->wn + r), l.wf = vload(b->wf + r), l.sn = vload(b->sn + r);
   const pktrt__tri_estimate e = pktrt__tri_depth_bounds(edges, z, &l);
   bits &= e.maybe;
-  uint32_t taken = bits & e.sure & mbits(vlt(e.hi, vload(b->sf + r))), open = bits & ~taken;
+  uint32_t taken = bits & e.inside & e.after & mbits(vlt(e.hi, vload(b->sf + r))), open = bits & ~taken;
   if (tri->counts)
     tri->counts->canonical_tests += pktrt__popcount(bits), tri->counts->settlings += pktrt__popcount(open);
   pktrt__frustum_set_hits(seg, b, r, taken, fwide(e.lo), fwide(e.hi), tri->id, tri->slot);
@@ -6403,37 +6508,53 @@ PKTRT__NOINLINE uint32_t pktrt__paper_accept8(const pktrt__bvh_segment *seg, pkt
   return taken;
 }
 
-/* Runs the exact test of eight rays of a frustum, for those of *open that hit nothing yet, as far as doubles decide it;
-   returns those that are hit, leaves the undecided open. WHY: many rays begin or end at a surface, left open before. */
-PKTRT__NOINLINE uint32_t pktrt__frustum_exact_test8(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r,
-                                                    uint32_t *open, uint32_t id, uint32_t slot) {
-  const uint32_t *k = pktrt__axes[b->axis[r + pktrt__lowest_bit(*open)]];
+/* Loads a triangle as rays r to r+7 of a frustum see it. */
+OP void pktrt__frustum_view8(const pktrt__bvh_segment *seg, const pktrt__batch *b, uint32_t r, uint32_t axis,
+                             uint32_t slot, v8 p[3][3], v8 o[3], v8 d[3]) {
+  const uint32_t *k = pktrt__axes[axis];
   const pktrt__block *block = pktrt__segment_block(seg, slot / 8, true);
   const float *k0 = pktrt__segment_vertices(seg, block, 0, true) + slot % 8;
   const float *k1 = pktrt__segment_vertices(seg, block, 1, true) + slot % 8;
   const bool moving = k0 != k1; /* at rest weights 1 and 0 give the same bits */
   const v8 ta = moving ? vload(b->ta + r) : vset(1), tb = moving ? vload(b->tb + r) : vset(0);
-  const v8 o[3] = {vload(b->o[k[0]] + r), vload(b->o[k[1]] + r), vload(b->o[k[2]] + r)};
-  const v8 d[3] = {vload(b->d[k[0]] + r), vload(b->d[k[1]] + r), vload(b->d[k[2]] + r)};
-  d8 x[3], y[3], z[3];
-  for (int c = 0; c < 3; c++, k0 += 24, k1 += 24) {
-    v8 p[3];
-    UNROLL for (int j = 0; j < 3; j++) p[j] = vadd(vmul(ta, vset(k0[8 * k[j]])), vmul(tb, vset(k1[8 * k[j]])));
-    pktrt__exact_shear8(p, o, d, &x[c], &y[c], &z[c]);
+  for (int i = 0; i < 3; i++) {
+    o[i] = vload(b->o[k[i]] + r), d[i] = vload(b->d[k[i]] + r);
+    for (uint32_t c = 0; c < 3; c++)
+      p[c][i] = vadd(vmul(ta, vset(k0[24 * c + 8 * k[i]])), vmul(tb, vset(k1[24 * c + 8 * k[i]])));
   }
+}
+
+/* Runs the exact test of eight rays of a frustum, for those in *open, as far as doubles or a grid decide it; returns those
+   that are hit and had no hit, leaves the undecided open. WHY: many rays begin or end at a surface, left open before. */
+PKTRT__NOINLINE uint32_t pktrt__frustum_exact_test8(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r,
+                                                    uint32_t *open, uint32_t id, uint32_t slot) {
+  v8 p[3][3], o[3], d[3];
+  uint32_t crossed = 0, maybe = *open, taken = 0;
+  pktrt__frustum_view8(seg, b, r, b->axis[r + pktrt__lowest_bit(*open)], slot, p, o, d);
+#if PKTRT__WITH_V8_REGISTERS /* or eight vectors of doubles would not fit: each ray does that by itself */
+  d8 x[3], y[3], z[3];
+  UNROLL for (int c = 0; c < 3; c++) pktrt__exact_shear8(p[c], o, d, &x[c], &y[c], &z[c]);
   const d8 dk = dfrom(d[0]), zero = dset(0);
   const pktrt__exact_edges8 e = pktrt__exact_edge_functions8(x, y, z, dk);
   const d8 least = dsub(zero, dmax(dsub(zero, e.u), dmax(dsub(zero, e.v), dsub(zero, e.w))));
   const d8 most = dmax(e.u, dmax(e.v, e.w)), minus = dsub(zero, e.error);
-  const uint32_t outside = mbits(mand(dlt(least, minus), dlt(e.error, most)));
-  const uint32_t inside = mbits(mor(dlt(e.error, least), dlt(most, minus))) & mbits(e.calm);
-  const v8 relative = vset(PKTRT__PAD_DEPTH), t = dto(dmul(e.depth, ddiv(dset(1), dmul(e.det, dk))));
+  crossed = mbits(mor(dlt(e.error, least), dlt(most, minus)));
+  maybe &= ~mbits(mand(dlt(least, minus), dlt(e.error, most)));
+#endif
+  if (maybe & ~crossed) pktrt__tri_decide_on_grid(p, o, d, maybe & ~crossed, &maybe, &crossed);
+#if PKTRT__WITH_V8_REGISTERS
+  const v8 t = dto(dmul(e.depth, ddiv(dset(1), dmul(e.det, dk)))), far_ = vmul(t, vabs(d[0]));
+  const v8 slack = vadd(vmul(vabs(far_), vset(PKTRT__PAD_DEPTH)), vload(b->tiny + r));
   const uint32_t within = mbits(mand(vlt(vload(b->tmin + r), t), vlt(t, vload(b->tmax + r))));
-  const uint32_t taken = *open & inside & within;
-  const v8 far_ = vmul(t, vabs(d[0])), slack = vadd(vmul(vabs(far_), relative), vload(b->tiny + r));
+  const uint32_t unhit = pktrt__lanes_unhit(b->slot + r), inside = crossed & mbits(e.calm);
+  taken = maybe & inside & unhit & within;
   pktrt__frustum_set_hits(seg, b, r, taken, fwide(vsub(far_, slack)), fwide(vadd(far_, slack)), id, slot);
   const m8 behind = mand(e.known, dlt(dmul(e.depth, dmul(e.det, dk)), zero)); /* t < 0: mostly of what rays leave */
-  *open &= ~(inside | outside | (mbits(behind) & mbits(vle(vset(0), vload(b->tmin + r)))));
+  maybe &= ~(inside & (unhit | ~within)) & ~(mbits(behind) & mbits(vle(vset(0), vload(b->tmin + r))));
+#else
+  (void)id;
+#endif
+  *open = maybe;
   return taken;
 }
 
@@ -6464,8 +6585,8 @@ PKTRT__NOINLINE uint32_t pktrt__frustum_accept(const pktrt__bvh_segment *seg, pk
   if (tri->counts)
     tri->counts->canonical_tests += pktrt__popcount(bits), tri->counts->settlings += pktrt__popcount(open);
   pktrt__frustum_set_hits(seg, b, r, taken, lo, hi, tri->id, tri->slot);
-  for (uint32_t i = 0; open && i < FW; i += 8) {
-    const uint32_t some = open >> i & pktrt__lanes_unhit(b->slot + r + i);
+  for (uint32_t i = 0; (PKTRT__WITH_V8_REGISTERS ? open : open & ~sure) && i < FW; i += 8) {
+    const uint32_t some = open >> i & 0xFF;
     uint32_t left = some;
     if (some) taken |= pktrt__frustum_exact_test8(seg, b, r + i, &left, tri->id, tri->slot) << i;
     open &= ~((some & ~left) << i);
@@ -6546,7 +6667,7 @@ OP uint32_t pktrt__tri_block_template(const pktrt__bvh_segment *seg, pktrt__batc
   PKTRT__ALIGN64 float lo[8], hi[8];
   vstore(lo, e.lo);
   vstore(hi, e.hi);
-  const pktrt__tri_candidates c = {index, id, lo, hi, e.maybe, e.sure};
+  pktrt__tri_candidates c = {index, id, lo, hi, e.maybe, e.inside, e.after, false};
   return pktrt__tri_record(seg, b, r, single, &c, is);
 }
 
@@ -6558,7 +6679,7 @@ OP uint64_t pktrt__stream_closest_block(const pktrt__bvh_segment *seg, pktrt__ba
   const uint32_t *id = block->id;
   enum { NOTES = 24 };
   PKTRT__ALIGN64 float lo[NOTES][8], hi[NOTES][8];
-  uint8_t maybe[NOTES], sure[NOTES], ray[NOTES];
+  uint8_t maybe[NOTES], inside[NOTES], after[NOTES], ray[NOTES];
   uint64_t hit = 0;
   while (mask) {
     uint32_t n = 0;
@@ -6568,12 +6689,12 @@ OP uint64_t pktrt__stream_closest_block(const pktrt__bvh_segment *seg, pktrt__ba
       const pktrt__tri_estimate e = pktrt__tri_filter_block(&q, seg, block, b->wf[r], false, moving);
       vstore(lo[n], e.lo);
       vstore(hi[n], e.hi);
-      maybe[n] = (uint8_t)e.maybe, sure[n] = (uint8_t)e.sure, ray[n] = (uint8_t)i;
+      maybe[n] = (uint8_t)e.maybe, inside[n] = (uint8_t)e.inside, after[n] = (uint8_t)e.after, ray[n] = (uint8_t)i;
       n += e.maybe != 0;
     }
     for (uint32_t j = 0; j < n; j++) {
       const uint32_t r = list[ray[j]];
-      const pktrt__tri_candidates c = {index, id, lo[j], hi[j], maybe[j], sure[j]};
+      pktrt__tri_candidates c = {index, id, lo[j], hi[j], maybe[j], inside[j], after[j], false};
       if (pktrt__tri_record(seg, b, r, NULL, &c, pktrt__variant_of(false, moving, false, NULL)))
         hit |= (uint64_t)1 << ray[j];
     }
@@ -8588,14 +8709,9 @@ static void pktrt__batch_store_hits(const pktrt_scene *s, const pktrt__batch *b,
       for (uint32_t j = 0; j < 8; j++) mesh[j] = hint[0];
     else
       for (uint32_t j = 0; j < 8; j++) pktrt__mesh_name_triangle(s, b->id[i + j], hint, &mesh[j], &triangle[j]);
-    v8 r[8] = {vload(b->t + i),
-               vload(b->as.hit.u + i),
-               vload(b->as.hit.v + i),
-               vload(b->as.hit.normal[0] + i),
-               vload(b->as.hit.normal[1] + i),
-               vload(b->as.hit.normal[2] + i),
-               vload((const float *)(const void *)mesh),
-               vload((const float *)(const void *)triangle)};
+    v8 r[8] = {vload(b->t + i), vload(b->as.hit.u + i), vload(b->as.hit.v + i)};
+    UNROLL for (int a = 0; a < 3; a++) r[3 + a] = vload(b->as.hit.normal[a] + i);
+    r[6] = vload((const float *)(const void *)mesh), r[7] = vload((const float *)(const void *)triangle);
     vtranspose(r);
     UNROLL for (uint32_t j = 0; j < 8; j++) vstore((float *)(void *)&hits[pktrt__batch_place(order, i + j)], r[j]);
   }
@@ -8644,25 +8760,20 @@ PKTRT__DIVIDES_BY_ZERO PKTRT__COLD uint32_t pktrt__check_arithmetic(void) {
 
 /* >>table ---------------------------------------------------------------------------------------------------------- */
 
+#ifndef PKTRT_NO_RENDER
+#define PKTRT__RENDER_KERNELS                                                                                          \
+  , pktrt__camera_rays8, pktrt__surface_pack, pktrt__surface_find, pktrt__material_evaluate, pktrt__light_shadow_rays, \
+      pktrt__light_visibility, pktrt__light_add, pktrt__spawn_rays, pktrt__sampler_draw
+#else
+#define PKTRT__RENDER_KERNELS
+#endif
 static const pktrt__kernel_table pktrt__kernels = {pktrt__entry_trace,
                                                    pktrt__entry_intersect,
                                                    pktrt__entry_occluded,
                                                    pktrt__check_arithmetic,
                                                    pktrt__batch_load_rays,
                                                    pktrt__batch_store_hits,
-                                                   pktrt__batch_store_occluded,
-#ifndef PKTRT_NO_RENDER
-                                                   pktrt__camera_rays8,
-                                                   pktrt__surface_pack,
-                                                   pktrt__surface_find,
-                                                   pktrt__material_evaluate,
-                                                   pktrt__light_shadow_rays,
-                                                   pktrt__light_visibility,
-                                                   pktrt__light_add,
-                                                   pktrt__spawn_rays,
-                                                   pktrt__sampler_draw
-#endif
-};
+                                                   pktrt__batch_store_occluded PKTRT__RENDER_KERNELS};
 
 #ifdef PKTRT__ALSO_STAMP /* for benchmarks: the quoted path, from here, of a file on the same vectors */
 #include PKTRT__ALSO_STAMP
@@ -8761,21 +8872,14 @@ static const pktrt__kernel_table pktrt__kernels = {pktrt__entry_trace,
 #undef OP
 #undef UNROLL
 #undef UNROLL_WIDE
-#undef PKTRT__WITH_FEW_REGISTERS
-#undef PKTRT__WITH_V8_REGISTERS
-#undef PKTRT__WITH_VECTORS
 #undef PKTRT__WITH_FIT
 #undef STEP
 #undef ROLL_OUT
 #undef COUNT
-#undef PKTRT__PICK
-#undef PKTRT__DEPTH_ERROR
-#undef PKTRT__DEPTH_REACH
 #undef PKTRT__WITH_FEW_INSTANCES
 #undef FRUSTA
 #undef IF_COUNTED
 #undef IF_MOVING
-#undef PKTRT__INSTANCES
 
 #ifdef PKTRT__EDITOR
 #undef PKTRT__STAMP
@@ -9449,9 +9553,9 @@ static int pktrt__spawn_side(float p[3][3], const pktrt__spawn_point *x, const f
   double along = 0, size = 0;
   for (int a = 0; a < 3; a++) along += x->normal[a] * (double)d[a], size += fabs((double)d[a]);
   if (fabs(along) > PKTRT__ERROR_NEEDLE * size) return along < 0 ? -1 : 1;
-  const pktrt__exact_vec e1 = pktrt__exact_difference(p[1], p[0]), e2 = pktrt__exact_difference(p[2], p[0]);
-  const pktrt__exact_vec v = pktrt__exact_vec_of(d);
-  return pktrt__exact_volume(&v, &e1, &e2) < 0 ? -1 : 1;
+  pktrt__exact_view v;
+  pktrt__exact_view_of(&v, pktrt__axes[0], d, d, 1, p[0], 1);
+  return pktrt__exact_along(&v) < 0 ? -1 : 1;
 }
 
 PKTRT_DEF void pktrt_spawn(const pktrt_scene *s, const pktrt_ray *ray, const pktrt_hit *hit, const float direction[3],
@@ -9511,9 +9615,9 @@ static int pktrt__crossing_exits(const pktrt_scene *s, const pktrt_ray *ray, con
     float p[3][3];
     for (uint32_t c = 0; c < 3; c++)
       pktrt__mesh_corner_at(&s->meshes[hit->mesh], s->meshes[hit->mesh].positions, hit->triangle, c, ray->time, p[c]);
-    const pktrt__exact_vec e1 = pktrt__exact_difference(p[1], p[0]), e2 = pktrt__exact_difference(p[2], p[0]);
-    const pktrt__exact_vec d = pktrt__exact_vec_of(ray->direction);
-    along = pktrt__exact_volume(&d, &e1, &e2);
+    pktrt__exact_view v;
+    pktrt__exact_view_of(&v, pktrt__axes[0], ray->origin, ray->direction, 1, p[0], 1);
+    along = pktrt__exact_along(&v);
   }
   return along > 0 ? 1 : -1;
 }

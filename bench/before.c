@@ -105,7 +105,10 @@ static void hard_stage(hard h, stage *g) {
 }
 
 static void hard_ray(hard h, const scene_mesh *m, uint64_t i, pktrt_ray *r) {
-  const uint32_t x = 1 + (uint32_t)random_below(i, 1, CELLS - 1), y = 1 + (uint32_t)random_below(i, 2, CELLS - 1);
+  const bool in_turn = h == VERTICES || h == EDGES || h == DIAGONALS; /* as a picture's rays are; others go anywhere */
+  const uint32_t x = 1 + (in_turn ? (uint32_t)(i % (CELLS - 1)) : (uint32_t)random_below(i, 1, CELLS - 1));
+  const uint32_t y =
+      1 + (in_turn ? (uint32_t)(i / (CELLS - 1) % (CELLS - 1)) : (uint32_t)random_below(i, 2, CELLS - 1));
   const float *v = &m->positions[3 * (y * (CELLS + 1) + x)];
   memset(r, 0, sizeof *r);
   r->tmax = HUGE_VALF;

@@ -374,78 +374,74 @@
 
    THE PAPER, SECTION BY SECTION (it numbers no equations; `make map` checks that what is named here is there)
 
-     1, figure 1 (RCS, WRT, DRT)     >>render, pktrt_mode; `make demo` has each scene in all three.
-     2, shadow rays                  >>direct, pktrt__light_add_direct(), chooses lights and makes packets; >>shade,
-                                     pktrt__light_shadow_rays8(), makes the rays: from surface to light, where the paper
-                                     mentions light to surface. Packets need no common origin here, and the ray leaves
-                                     the surface it must not hit.
-     3.1, figure 2: general packets  >>paper, 1 to 256 rays; pktrt__paper_find_first() has steps 1 to 4. SIMD is 8 rays
-                                     wide, not 4: step 1 tests the whole group of the first active ray.
-     3.1, amortisation               >>paper: first active ray (1), interval arithmetic (2,
-                                     pktrt__paper_interval_misses()), the other rays (4). Planes around the rays (3,
-                                     pktrt__paper_frustum_misses(), where origin and main axis are common) are not the
-                                     paper's: it speaks of a frustum only with the grid (3.3). Planes around general
-                                     packets, as >>frustum has them, are from the report to which it refers for
-                                     intervals, UUCS-06-010. A child is tested when its turn comes rather than when its
-                                     parent is opened: hits found meanwhile have shortened the rays. Nothing starts
-                                     below the root, as MLRT does. >>frustum and >>stream are this library's own answer
-                                     to the same question. They test every ray against every box that the planes keep:
-                                     the paper's packets test fewer boxes of camera rays and more of others. (Ours also
-                                     know where the active range ends, pktrt__paper_trim(), after Overbeck et al., and
-                                     test leaves' boxes by groups, pktrt__paper_leaf(): the paper's tested more
-                                     triangles.)
-     3.2, figure 3: assembly         >>assembly, pktrt__packet_assemble(); pktrt_assembly has all of them, and
-                                     tests/assembly.c figure 3 with the packets of 3.2.1. Shadow rays make one packet
-                                     for each light by default, and one for all lights as in the paper if asked for
-                                     (PKTRT_SHADOWS_TOGETHER). On the fast path, ray types take the surfaces of several
-                                     packets at once, which keeps packets full as rays thin out, and reflected and
-                                     refracted rays share a wave where they fit.
-     3.2, NO PACKETS                 PKTRT_ASSEMBLY_NONE: of secondary rays, as in the paper. Primary rays keep their
-                                     packets, as under "Single Ray" in table 1; PKTRT_PATH_SINGLE traces these alone,
-                                     too.
-     3.2, BLIND                      >>generations, pktrt__packet_push_blindly(); halved above 128 rays.
-     3.2.2, octants                  PKTRT_ASSEMBLY_OCTANTS: of each type, that is, up to 8 groups each of reflected
-                                     rays, of refracted rays, and of shadow rays to each light. In the paper there are
-                                     at most 16, 8 of shadow rays and 8 of all others.
-     3.3: a BVH                      >>build. Eight children, not two: one load and one vector test serve all of them,
-                                     for one ray or a frustum, and all paths share one tree. Built by binned SAH with
-                                     exact sweeps near the leaves. Box tests per ray are therefore not comparable with
-                                     the paper's one by one.
-     3.3, deformation                >>refit: fixed connectivity, bounds refitted; SAH cost against the cost at build
-                                     tells when to rebuild.
-     4, figure 4: DRT                >>lens, >>direct, >>scattering. Shadow rays go to a point of each light, reflected
-                                     rays into a Phong lobe; at glass one ray goes on, or both if asked for
-                                     (pktrt_branching). examples/effects.c shows the effects one by one.
-     4, triangle test                >>exactness, >>triangles: barycentric in place like Kensler and Shirley's, for the
-                                     reason the paper gives (nothing precomputed, so triangles can move), but in the
-                                     sheared frame of Woop et al., with edge signs that are exact, so that edges do not
-                                     leak and all kernels agree.
-     4, motion blur                  Times belong to rays, as in the paper. Boxes are interpolated to the ray's time,
-                                     for packets to the interval of their times (>>paper, pktrt__paper_box()); in the
-                                     paper boxes grow with the shutter (5.3.1).
-     4, sampling                     >>sampler: interleaved sampling among them, and its modern answer, samples whose
-                                     error is blue noise. All are static: the same for each frame. >>mappings: the
-                                     lobe's mapping with the paper's care, pktrt_map_phong(), and the naive one,
-                                     pktrt_map_phong_naive(). What they cost: section4 of bench/paper/paper.c.
-     5.1, figure 5: the scenes       examples/scenes.h: pool hall, conference and rtrt, made by code, about as many
-                                     triangles each.
-     5.1, tests per ray              >>stats: tests are counted in lanes, one ray against one box or triangle; a test
-                                     of a whole packet counts as a cull, by its kind.
-     5.1, shading, attenuation       >>fresnel: exact terms. Depth to 50 (PKTRT_MAX_DEPTH); `attenuation` of
-                                     pktrt_render_desc cuts off rays by their weight.
-     5.2, table 1, figure 6          table1 and figure6 of bench/paper/paper.c (`make bench`, bench/README.md), which
-                                     measures all results again, and what other sections claim; section31: what SIMD
-                                     and amortisation give.
-     5.3, table 2, table 3           table2, rays per second of the three modes; table3, of DRT, a pixel to a packet;
-                                     section5: time of more samples.
-     5.3.1, figure 7                 figure7: lens, lights, gloss and shutter; boxes that move beside such as grow with
-                                     the shutter.
-     5.4, figure 8                   figure8. To compare with the figure read vector_box_tests and
-                                     vector_triangle_tests of by_depth in pktrt_stats, tests of eight lanes of which
-                                     some may be idle: ray types need fewer of both, as in the paper. Read from
-                                     box_tests it comes out reversed, since packets of few rays, as runs leave them,
-                                     test few rays in mostly idle lanes.
-     6, shading in bulk              >>shade: by eights. Materials' hooks see many points at once. section6: its share.
+     1, figure 1               >>render, pktrt_mode; `make demo` has each scene in all three.
+     2, shadow rays            >>direct, pktrt__light_add_direct(), chooses lights and makes packets; >>shade,
+                               pktrt__light_shadow_rays8(), makes the rays: from surface to light, where the paper
+                               mentions light to surface. Packets need no common origin here, and the ray leaves the
+                               surface it must not hit.
+     3.1, figure 2: packets    >>paper, 1 to 256 rays; pktrt__paper_find_first() has steps 1 to 4. SIMD is 8 rays wide,
+                               not 4: step 1 tests the whole group of the first active ray.
+     3.1, amortisation         >>paper: first active ray (1), interval arithmetic (2, pktrt__paper_interval_misses()),
+                               the other rays (4). Planes around the rays (3, pktrt__paper_frustum_misses(), where
+                               origin and main axis are common) are not the paper's: it speaks of a frustum only with
+                               the grid (3.3). Planes around general packets, as >>frustum has them, are from the report
+                               to which it refers for intervals, UUCS-06-010. A child is tested when its turn comes
+                               rather than when its parent is opened: hits found meanwhile have shortened the rays.
+                               Nothing starts below the root, as MLRT does. >>frustum and >>stream are this library's
+                               own answer to the same question. They test every ray against every box that the planes
+                               keep: the paper's packets test fewer boxes of camera rays and more of others. (Ours also
+                               know where the active range ends, pktrt__paper_trim(), after Overbeck et al., and test
+                               leaves' boxes by groups, pktrt__paper_leaf(): the paper's tested more triangles.)
+     3.2, figure 3             >>assembly, pktrt__packet_assemble(); pktrt_assembly has all of them, and
+                               tests/assembly.c figure 3 with the packets of 3.2.1. Shadow rays make one packet for each
+                               light by default, and one for all lights as in the paper if asked for
+                               (PKTRT_SHADOWS_TOGETHER). On the fast path, ray types take the surfaces of several
+                               packets at once, which keeps packets full as rays thin out, and reflected and refracted
+                               rays share a wave where they fit.
+     3.2, NO PACKETS           PKTRT_ASSEMBLY_NONE: of secondary rays, as in the paper. Primary rays keep their packets,
+                               as under "Single Ray" in table 1; PKTRT_PATH_SINGLE traces these alone, too.
+     3.2, BLIND                >>generations, pktrt__packet_push_blindly(); halved above 128 rays.
+     3.2.2, octants            PKTRT_ASSEMBLY_OCTANTS: of each type, that is, up to 8 groups each of reflected rays, of
+                               refracted rays, and of shadow rays to each light. In the paper there are at most 16, 8 of
+                               shadow rays and 8 of all others.
+     3.3: a BVH                >>build. Eight children, not two: one load and one vector test serve all of them, for one
+                               ray or a frustum, and all paths share one tree. Built by binned SAH with exact sweeps
+                               near the leaves. Box tests per ray are therefore not comparable with the paper's one by
+                               one.
+     3.3, deformation          >>refit: fixed connectivity, bounds refitted; SAH cost against the cost at build tells
+                               when to rebuild.
+     4, figure 4: DRT          >>lens, >>direct, >>scattering. Shadow rays go to a point of each light, reflected rays
+                               into a Phong lobe; at glass one ray goes on, or both if asked for (pktrt_branching).
+                               examples/effects.c shows the effects one by one.
+     4, triangle test          >>exactness, >>triangles: barycentric in place like Kensler and Shirley's, for the reason
+                               the paper gives (nothing precomputed, so triangles can move), but in the sheared frame of
+                               Woop et al., with edge signs that are exact, so that edges do not leak and all kernels
+                               agree.
+     4, motion blur            Times belong to rays, as in the paper. Boxes are interpolated to the ray's time, for
+                               packets to the interval of their times (>>paper, pktrt__paper_box()); in the paper boxes
+                               grow with the shutter (5.3.1).
+     4, sampling               >>sampler: interleaved sampling among them, and its modern answer, samples whose error is
+                               blue noise. All are static: the same for each frame. >>mappings: the lobe's mapping with
+                               the paper's care, pktrt_map_phong(), and the naive one, pktrt_map_phong_naive(). What
+                               they cost: section4 of bench/paper/paper.c.
+     5.1, figure 5: scenes     examples/scenes.h: pool hall, conference and rtrt, made by code, about as many triangles
+                               each.
+     5.1, tests per ray        >>stats: tests are counted in lanes, one ray against one box or triangle; a test of a
+                               whole packet counts as a cull, by its kind.
+     5.1, shading              >>fresnel: exact terms. Depth to 50 (PKTRT_MAX_DEPTH); `attenuation` of pktrt_render_desc
+                               cuts off rays by their weight.
+     5.2, table 1, figure 6    table1 and figure6 of bench/paper/paper.c (`make bench`, bench/README.md), which measures
+                               all results again, and what other sections claim; section31: what SIMD and amortisation
+                               give.
+     5.3, table 2, table 3     table2, rays per second of the three modes; table3, of DRT, a pixel to a packet;
+                               section5: time of more samples.
+     5.3.1, figure 7           figure7: lens, lights, gloss and shutter; boxes that move beside such as grow with the
+                               shutter.
+     5.4, figure 8             figure8. To compare with the figure read vector_box_tests and vector_triangle_tests of
+                               by_depth in pktrt_stats, tests of eight lanes of which some may be idle: ray types need
+                               fewer of both, as in the paper. Read from box_tests it comes out reversed, since packets
+                               of few rays, as runs leave them, test few rays in mostly idle lanes.
+     6, shading in bulk        >>shade: by eights. Materials' hooks see many points at once. section6: its share.
 
    The paper path keeps count even if you do not ask for it: it is for reading and comparing tests, not for racing.
 
@@ -458,22 +454,19 @@
        technical report UUCS-06-010, 2006. (Intervals, and planes around any packet.)
      Wald, Boulos, Shirley: Ray Tracing Deformable Scenes using Dynamic Bounding Volume Hierarchies. ACM Transactions on
        Graphics 26(1), 2007. (First active ray, refit.)
-     Overbeck, Ramamoorthi, Mark: Large Ray Packets for Real-time Whitted Ray Tracing. IEEE Symposium on Interactive Ray
-       Tracing 2008. (Ranges that also know their last active ray.)
-     Wald: On fast Construction of SAH-based Bounding Volume Hierarchies. IEEE Symposium on Interactive Ray Tracing
-       2007.
+     Overbeck, Ramamoorthi, Mark: Large Ray Packets for Real-time Whitted Ray Tracing. IEEE Interactive Ray Tracing
+       2008. (Ranges that also know their last active ray.)
+     Wald: On fast Construction of SAH-based Bounding Volume Hierarchies. IEEE Interactive Ray Tracing 2007.
      Dammertz, Hanika, Keller: Shallow Bounding Volume Hierarchies for Fast SIMD Ray Tracing of Incoherent Rays.
        Computer Graphics Forum 27(4), 2008.
-     Ernst, Greiner: Multi Bounding Volume Hierarchies. IEEE Symposium on Interactive Ray Tracing 2008.
-     Barringer, Akenine-Moeller: Dynamic Ray Stream Traversal. ACM Transactions on Graphics 33(4), 2014. (A relative of
-       >>stream.)
-     Kensler, Shirley: Optimizing Ray-Triangle Intersection via Automated Search. IEEE Symposium on Interactive Ray
-       Tracing 2006.
+     Ernst, Greiner: Multi Bounding Volume Hierarchies. IEEE Interactive Ray Tracing 2008.
+     Barringer, Akenine-Moeller: Dynamic Ray Stream Traversal. ACM TOG 33(4), 2014. (A relative of >>stream.)
+     Kensler, Shirley: Optimizing Ray-Triangle Intersection via Automated Search. IEEE Interactive Ray Tracing 2006.
      Whitted: An Improved Illumination Model for Shaded Display. Communications of the ACM 23(6), 1980.
      Cook, Porter, Carpenter: Distributed Ray Tracing. SIGGRAPH 1984.
      Keller, Heidrich: Interleaved Sampling. Eurographics Workshop on Rendering 2001.
      Ahmed, Wonka: Screen-Space Blue-Noise Diffusion of Monte Carlo Sampling Error via Hierarchical Ordering of Pixels.
-       ACM Transactions on Graphics 39(6), 2020.
+       ACM TOG 39(6), 2020.
      Laine, Karras: Stratified Sampling for Stochastic Transparency. Eurographics Symposium on Rendering 2011.
      Burley: Practical Hash-based Owen Scrambling. Journal of Computer Graphics Techniques 9(4), 2020.
      Kensler: Correlated Multi-Jittered Sampling. Pixar technical memo 13-01, 2013.
@@ -1590,7 +1583,6 @@ static void *pktrt__mem_malloc(void *user, size_t size, size_t align) {
   if (large) pktrt__mem_want_large_pages(raw + shift, size);
   return raw + shift;
 }
-
 static void pktrt__mem_free(void *user, void *p, size_t size) {
   (void)user, (void)size;
   size_t shift;
@@ -1604,7 +1596,6 @@ static void *pktrt__mem_alloc(const pktrt_scene_desc *desc, uint64_t count, size
   size_t bytes = (size_t)count * size;
   return desc->allocate(desc->user, bytes ? bytes : 64, 64);
 }
-
 static void pktrt__mem_release(const pktrt_scene_desc *desc, void *p, uint64_t count, size_t size) {
   size_t bytes = (size_t)count * size;
   if (p) desc->release(desc->user, p, bytes ? bytes : 64);
@@ -1657,7 +1648,6 @@ PKTRT__INLINE float pktrt__to_float(double x) {
   const double limit = 3.4028235677973366e38; /* FLT_MAX and half a step: rounds to infinity from here on */
   return x >= limit ? INFINITY : x <= -limit ? -INFINITY : (float)x;
 }
-
 PKTRT__INLINE float pktrt__minf(float a, float b) { return a < b ? a : b; }
 PKTRT__INLINE float pktrt__maxf(float a, float b) { return a > b ? a : b; }
 PKTRT__INLINE double pktrt__min(double a, double b) { return a < b ? a : b; } /* fmin may be a call */
@@ -1886,7 +1876,6 @@ static void pktrt__build_fill_chunk(void *arg, size_t chunk) {
     base += m->triangle_count;
   }
 }
-
 static void pktrt__build_scale_chunk(void *arg, size_t chunk) {
   pktrt__builder *b = PKTRT__CAST(pktrt__builder *, arg);
   uint32_t begin = (uint32_t)chunk * PKTRT__CHUNK;
@@ -2741,7 +2730,6 @@ static bool pktrt__collapse_build(pktrt__builder *b, pktrt__bvh *bvh) {
   pktrt__mem_release(desc, c.subs, count, sizeof(pktrt__collapse_subtree));
   return ok;
 }
-
 static void pktrt__bvh_free(const pktrt_scene_desc *desc, pktrt__bvh *bvh) {
   pktrt__mem_release(desc, bvh->nodes, bvh->node_count, bvh->node_bytes);
   pktrt__mem_release(desc, bvh->blocks, bvh->block_count, bvh->block_bytes);
@@ -3204,11 +3192,13 @@ PKTRT__COLD pktrt_status pktrt__commit_rebuild_worn(pktrt_scene *s) {
    within 0.67 ulp. A normal is wrong by 6 h times the largest |p1 - p0| and |p2 - p0| by component: where
    that product is below 2^27 times it, by less than 2^-22 of its length.
 
-   ELSE EXACTLY. Signs: first x and y are formed anew, with what each step loses (Dekker's and Knuth's two-term products
-   and sums). Where nothing is lost, as on grids seen along an axis, or where both are 0 for one corner, which the ray
-   then passes, two products of doubles are compared, by what they lose too; and so are those of a tie. All else is
-   Shewchuk's expansions: differences of floats are sums of two doubles, the determinant a sum of 48 products of three,
-   added up without any rounding. t, u, v and normals are quotients of such determinants.
+   ELSE EXACTLY. Signs: where no step to x and y loses anything two products are compared, by what they lose too (Dekker's
+   and Knuth's two-term products and sums), and so are those of a tie. That is so on a grid, as lattices are: if adding
+   2^k M to numbers up to M and taking it away again leaves them as they are, they have at most f + 1 - k bits, f = 53 or
+   24 being those of the format. Of coordinates with m bits and directions with n, differences have m + 1, x and y m + n + 2,
+   no more than f. Kernels try it in floats (m = 18, n = 4) for eight lanes, then doubles (27, 24) for one; else what each
+   step loses is looked at. All else is Shewchuk's expansions: differences of floats are sums of two doubles, the
+   determinant a sum of 48 products of three, added up without any rounding; t, u, v and normals are their quotients.
 
    THE FILTER of kernels is the same in single precision, with S = fl(d_u / d_k) in place of d_u, d_k; eps = 2^-24,
    and z, Z without the factor d_k. It may fuse or not: results are the same, for what it leaves open is settled. Rounding
@@ -3507,22 +3497,16 @@ static int pktrt__exact_compare(double a, double b, double c, double d) {
   return (low > other) - (low < other);
 }
 
-/* Tells whether a grid of doubles holds corners, origin and direction so that no step to x and y, and to differences of corners,
-   loses anything: adding C = 2^27 most makes a coordinate a multiple of 2^-27 of the power of two above, adding D = 2^30 |d_k|
-   one of direction a multiple of 2^-24 of it. Differences have 28 bits, x and y 53. */
-PKTRT__INLINE double pktrt__exact_off_grid(const double *p, double c) {
-  return fabs(p[0] - ((p[0] + c) - c)) + (fabs(p[1] - ((p[1] + c) - c)) + fabs(p[2] - ((p[2] + c) - c)));
-}
+/* Tells whether coordinates and direction lie on grids of doubles so that no step to x, y and ties loses anything. */
 static bool pktrt__exact_on_grid(const pktrt__exact_view *v) {
-  const double a = pktrt__max_abs3(v->p[0][0], v->p[0][1], v->p[0][2]);
-  const double b = pktrt__max_abs3(v->p[1][0], v->p[1][1], v->p[1][2]);
-  const double c = pktrt__max_abs3(v->p[2][0], v->p[2][1], v->p[2][2]);
-  const double o = pktrt__max_abs3(v->o[0], v->o[1], v->o[2]), d = fabs(v->d[0]) * 1073741824.0;
-  const double most = pktrt__max(pktrt__max(a, b), pktrt__max(c, o)) * 134217728.0;
-  return !((pktrt__exact_off_grid(v->p[0], most) + pktrt__exact_off_grid(v->p[1], most)) +
-               (pktrt__exact_off_grid(v->p[2], most) + pktrt__exact_off_grid(v->o, most)) +
-               pktrt__exact_off_grid(v->d, d) >
-           0);
+  double most = pktrt__max_abs3(v->o[0], v->o[1], v->o[2]), lost = 0;
+  for (int c = 0; c < 3; c++) most = pktrt__max(most, pktrt__max_abs3(v->p[c][0], v->p[c][1], v->p[c][2]));
+  const double coarse = most * 134217728.0, turn = fabs(v->d[0]) * 1073741824.0;
+  for (int a = 0; a < 3; a++) {
+    lost += fabs(v->o[a] - ((v->o[a] + coarse) - coarse)) + fabs(v->d[a] - ((v->d[a] + turn) - turn));
+    for (int c = 0; c < 3; c++) lost += fabs(v->p[c][a] - ((v->p[c][a] + coarse) - coarse));
+  }
+  return !(lost > 0);
 }
 
 /* Tells whether no step to x and y of a corner loses anything. */
@@ -3767,7 +3751,6 @@ PKTRT__INLINE void pktrt__mesh_name_triangle(const pktrt_scene *s, uint32_t id, 
   *mesh = pktrt__mesh_lookup(s, id, hint);
   *triangle = id - s->meshes[*mesh].first_id;
 }
-
 static void pktrt__batch_store_rest(const pktrt_scene *s, const pktrt__batch *b, pktrt_hit *hits, const uint16_t *order,
                                     uint32_t i, uint32_t n) {
   uint32_t hint[2] = {0, 0};
@@ -4076,13 +4059,11 @@ PKTRT__INLINE uint32_t pktrt__sampler_permute_round(uint32_t i, uint32_t ones, u
   i = (i ^ i * (key >> 8 & ~1u)) & ones;
   return i ^ i >> 1;
 }
-
 PKTRT__INLINE uint32_t pktrt__sampler_permute_rounds(uint32_t i, uint32_t ones, uint32_t shift, uint64_t key) {
   i = pktrt__sampler_permute_round(i, ones, shift, (uint32_t)key);
   i = pktrt__sampler_permute_round(i, ones, shift, (uint32_t)(key >> 32));
   return pktrt__sampler_permute_round(i, ones, shift, (uint32_t)(key >> 16));
 }
-
 PKTRT__INLINE uint32_t pktrt__sampler_rotate(uint32_t i, uint32_t n, uint64_t key) {
   i += pktrt__sampler_below((uint32_t)key * 0x9E3779B9u + (uint32_t)(key >> 32), n);
   return i < n ? i : i - n;
@@ -4136,22 +4117,19 @@ PKTRT__INLINE void pktrt__sampler_net(uint32_t i, uint32_t n, uint32_t x[4]) {
    but his third and fourth alone are no (0,2)-sequence. Tables for four columns at a time. */
 PKTRT__INLINE uint32_t pktrt__sampler_second_pair(uint32_t index) {
   static const uint32_t sums[8][16] = {
-      {0x00000000, 0x00000001, 0x00000003, 0x00000002, 0x00000007, 0x00000006, 0x00000004, 0x00000005, 0x0000000E,
-       0x0000000F, 0x0000000D, 0x0000000C, 0x00000009, 0x00000008, 0x0000000A, 0x0000000B},
-      {0x00000000, 0x00000012, 0x00000031, 0x00000023, 0x00000062, 0x00000070, 0x00000053, 0x00000041, 0x000000E7,
-       0x000000F5, 0x000000D6, 0x000000C4, 0x00000085, 0x00000097, 0x000000B4, 0x000000A6},
-      {0x00000000, 0x00000103, 0x0000021D, 0x0000031E, 0x0000076C, 0x0000066F, 0x00000571, 0x00000472, 0x00000966,
-       0x00000865, 0x00000B7B, 0x00000A78, 0x00000E0A, 0x00000F09, 0x00000C17, 0x00000D14},
-      {0x00000000, 0x0000112B, 0x00002336, 0x0000321D, 0x00007BB5, 0x00006A9E, 0x00005883, 0x000049A8, 0x0000C12E,
-       0x0000D005, 0x0000E218, 0x0000F333, 0x0000BA9B, 0x0000ABB0, 0x000099AD, 0x00008886},
-      {0x00000000, 0x0001B937, 0x0003925D, 0x00022B6A, 0x0006BEB7, 0x00070780, 0x00052CEA, 0x000495DD, 0x00095FA5,
-       0x0008E692, 0x000ACDF8, 0x000B74CF, 0x000FE112, 0x000E5825, 0x000C734F, 0x000DCA78},
-      {0x00000000, 0x0015C4E6, 0x003449E0, 0x00218D06, 0x005C1244, 0x0049D6A2, 0x00685BA4, 0x007D9F42, 0x00E46750,
-       0x00F1A3B6, 0x00D02EB0, 0x00C5EA56, 0x00B87514, 0x00ADB1F2, 0x008C3CF4, 0x0099F812},
-      {0x00000000, 0x01727BC7, 0x03C1633D, 0x02B318FA, 0x06171B22, 0x076560E5, 0x05D6781F, 0x04A403D8, 0x0CAC3369,
-       0x0DDE48AE, 0x0F6D5054, 0x0E1F2B93, 0x0ABB284B, 0x0BC9538C, 0x097A4B76, 0x080830B1},
-      {0x00000000, 0x170C1663, 0x3FAB3E5C, 0x28A7283F, 0x6E869CD2, 0x798A8AB1, 0x512DA28E, 0x4621B4ED, 0xAB80B177,
-       0xBC8CA714, 0x942B8F2B, 0x83279948, 0xC5062DA5, 0xD20A3BC6, 0xFAAD13F9, 0xEDA1059A}};
+      {0x0, 0x1, 0x3, 0x2, 0x7, 0x6, 0x4, 0x5, 0xE, 0xF, 0xD, 0xC, 0x9, 0x8, 0xA, 0xB},
+      {0x0, 0x12, 0x31, 0x23, 0x62, 0x70, 0x53, 0x41, 0xE7, 0xF5, 0xD6, 0xC4, 0x85, 0x97, 0xB4, 0xA6},
+      {0x0, 0x103, 0x21D, 0x31E, 0x76C, 0x66F, 0x571, 0x472, 0x966, 0x865, 0xB7B, 0xA78, 0xE0A, 0xF09, 0xC17, 0xD14},
+      {0x0, 0x112B, 0x2336, 0x321D, 0x7BB5, 0x6A9E, 0x5883, 0x49A8, 0xC12E, 0xD005, 0xE218, 0xF333, 0xBA9B, 0xABB0,
+       0x99AD, 0x8886},
+      {0x0, 0x1B937, 0x3925D, 0x22B6A, 0x6BEB7, 0x70780, 0x52CEA, 0x495DD, 0x95FA5, 0x8E692, 0xACDF8, 0xB74CF, 0xFE112,
+       0xE5825, 0xC734F, 0xDCA78},
+      {0x0, 0x15C4E6, 0x3449E0, 0x218D06, 0x5C1244, 0x49D6A2, 0x685BA4, 0x7D9F42, 0xE46750, 0xF1A3B6, 0xD02EB0,
+       0xC5EA56, 0xB87514, 0xADB1F2, 0x8C3CF4, 0x99F812},
+      {0x0, 0x1727BC7, 0x3C1633D, 0x2B318FA, 0x6171B22, 0x76560E5, 0x5D6781F, 0x4A403D8, 0xCAC3369, 0xDDE48AE,
+       0xF6D5054, 0xE1F2B93, 0xABB284B, 0xBC9538C, 0x97A4B76, 0x80830B1},
+      {0x0, 0x170C1663, 0x3FAB3E5C, 0x28A7283F, 0x6E869CD2, 0x798A8AB1, 0x512DA28E, 0x4621B4ED, 0xAB80B177, 0xBC8CA714,
+       0x942B8F2B, 0x83279948, 0xC5062DA5, 0xD20A3BC6, 0xFAAD13F9, 0xEDA1059A}};
   uint32_t x = sums[0][index & 15] ^ sums[1][index >> 4 & 15] ^ sums[2][index >> 8 & 15] ^ sums[3][index >> 12 & 15];
   if (index >> 16)
     x ^= sums[4][index >> 16 & 15] ^ sums[5][index >> 20 & 15] ^ sums[6][index >> 24 & 15] ^ sums[7][index >> 28];
@@ -5541,7 +5519,6 @@ typedef __mmask16 mf;
 #define pktrt__glass_find_rays PKTRT__NAME(pktrt__glass_find_rays)
 #define pktrt__kernels PKTRT__NAME(pktrt__kernels)
 #define pktrt__lanes_first PKTRT__NAME(pktrt__lanes_first)
-#define pktrt__frustum_view8 PKTRT__NAME(pktrt__frustum_view8)
 #define pktrt__lanes_occupied PKTRT__NAME(pktrt__lanes_occupied)
 #define pktrt__lanes_unhit PKTRT__NAME(pktrt__lanes_unhit)
 #define pktrt__light_add PKTRT__NAME(pktrt__light_add)
@@ -5629,9 +5606,8 @@ typedef __mmask16 mf;
 #define pktrt__tri_settle_any PKTRT__NAME(pktrt__tri_settle_any)
 #define pktrt__tri_settle_edges PKTRT__NAME(pktrt__tri_settle_edges)
 #define pktrt__tri_shear PKTRT__NAME(pktrt__tri_shear)
-#define pktrt__tri_shear_batch PKTRT__NAME(pktrt__tri_shear_batch)
 #define pktrt__tri_shear_block PKTRT__NAME(pktrt__tri_shear_block)
-#define pktrt__tri_shear_single PKTRT__NAME(pktrt__tri_shear_single)
+#define pktrt__tri_shear_of PKTRT__NAME(pktrt__tri_shear_of)
 #define pktrt__tri_single_block PKTRT__NAME(pktrt__tri_single_block)
 #define pktrt__vec_ddot PKTRT__NAME(pktrt__vec_ddot)
 #define pktrt__vec_dfrom3 PKTRT__NAME(pktrt__vec_dfrom3)
@@ -5851,25 +5827,21 @@ typedef struct pktrt__tri_shear {
   uint32_t at[3]; /* where a corner's coordinates stand, in floats */
 } pktrt__tri_shear;
 
-OP pktrt__tri_shear pktrt__tri_shear_batch(const pktrt__batch *b, uint32_t r, const bool moving) {
+/* Of a ray of a batch or, if `single` is not NULL, of a single ray. */
+OP pktrt__tri_shear pktrt__tri_shear_of(const pktrt__batch *b, uint32_t r, const pktrt__single *single,
+                                        const bool moving) {
   pktrt__tri_shear q;
-  const uint32_t *axis = pktrt__axes[b->axis[r]];
-  UNROLL for (int a = 0; a < 3; a++) q.o[a] = vset(b->o[axis[a]][r]), q.at[a] = 8 * axis[a];
-  q.slope[0] = vset(b->slope[0][r]), q.slope[1] = vset(b->slope[1][r]);
+  const uint32_t *axis = single ? single->axis : pktrt__axes[b->axis[r]];
+  UNROLL for (int i = 0; i < 3; i++) {
+    const uint32_t a = axis[i];
+    q.o[i] = vset(single ? single->ray->origin[a] : b->o[a][r]), q.at[i] = 8 * a;
+  }
+  UNROLL for (int i = 0; i < 2; i++) q.slope[i] = vset(single ? single->slope[i] : b->slope[i][r]);
   q.ta = q.tb = q.o[0];
-  if (moving) q.ta = vset(b->ta[r]), q.tb = vset(b->tb[r]);
-  q.l.sign = vcopysign(vset(1), vset(b->dk[r])), q.l.tiny = vset(b->tiny[r]);
-  q.l.wn = vset(b->wn[r]), q.l.sn = vset(b->sn[r]), q.l.wf = q.l.wn;
-  return q;
-}
-OP pktrt__tri_shear pktrt__tri_shear_single(const pktrt__single *b, const bool moving) {
-  pktrt__tri_shear q;
-  UNROLL for (int a = 0; a < 3; a++) q.o[a] = vset(b->ray->origin[b->axis[a]]), q.at[a] = 8 * b->axis[a];
-  q.slope[0] = vset(b->slope[0]), q.slope[1] = vset(b->slope[1]);
-  q.ta = q.tb = q.o[0];
-  if (moving) q.ta = vset(b->ta), q.tb = vset(b->tb);
-  q.l.sign = vcopysign(vset(1), vset(b->dk)), q.l.tiny = vset(b->tiny);
-  q.l.wn = vset(b->wn), q.l.sn = vset(b->sn), q.l.wf = q.l.wn;
+  if (moving) q.ta = vset(single ? single->ta : b->ta[r]), q.tb = vset(single ? single->tb : b->tb[r]);
+  q.l.sign = vcopysign(vset(1), vset(single ? single->dk : b->dk[r])),
+  q.l.tiny = vset(single ? single->tiny : b->tiny[r]);
+  q.l.wn = q.l.wf = vset(single ? single->wn : b->wn[r]), q.l.sn = vset(single ? single->sn : b->sn[r]);
   return q;
 }
 
@@ -5939,10 +5911,8 @@ OP void pktrt__exact_shear8(const v8 p[3], const v8 o[3], const v8 d[3], d8 *x, 
   *y = dsub(dmul(dsub(dfrom(p[2]), dfrom(o[2])), dk), dmul(dfrom(d[2]), *z));
 }
 
-/* Decides edges of those of eight lanes whose coordinates lie on a coarse grid, as those of lattices do: of `open` it takes
-   those that are not crossed from *maybe, and adds the others to *crossed. With C = 2^7 M, M the largest of all, adding C makes
-   coordinates multiples of 2^-17 of the power of two above, adding 2^21 |d_k| those of directions of 2^-3. Differences have 19
-   bits then, x and y 24, and so have ties; where M |d_k| is moderate, doubles have their products. */
+/* Decides edges of those of eight lanes that lie on grids of floats, for `open`: takes those that are not crossed from *maybe,
+   adds the others to *crossed. Doubles have the products of x and y exactly, where M |d_k| is moderate floats their signs. */
 PKTRT__NOINLINE void pktrt__tri_decide_on_grid(v8 p[3][3], const v8 o[3], const v8 d[3], uint32_t open, uint32_t *maybe,
                                                uint32_t *crossed) {
 #define PKTRT__OFF(x, c) vabs(vsub(x, vsub(vadd(x, c), c)))
@@ -6070,7 +6040,7 @@ OP bool pktrt__tri_any_hit(const pktrt__bvh_segment *seg, pktrt__batch *b, uint3
                            uint32_t index, const bool moving) {
   const pktrt__block *block = pktrt__segment_block(seg, index, moving);
   const uint32_t *id = block->id;
-  const pktrt__tri_shear q = single ? pktrt__tri_shear_single(single, moving) : pktrt__tri_shear_batch(b, r, moving);
+  const pktrt__tri_shear q = pktrt__tri_shear_of(b, r, single, moving);
   v8 x[3], y[3], z[3];
   pktrt__tri_shear_block(&q, seg, block, x, y, z, moving);
   const pktrt__tri_edges e = pktrt__tri_edge_functions(x, y, z);
@@ -6508,29 +6478,22 @@ PKTRT__NOINLINE uint32_t pktrt__paper_accept8(const pktrt__bvh_segment *seg, pkt
   return taken;
 }
 
-/* Loads a triangle as rays r to r+7 of a frustum see it. */
-OP void pktrt__frustum_view8(const pktrt__bvh_segment *seg, const pktrt__batch *b, uint32_t r, uint32_t axis,
-                             uint32_t slot, v8 p[3][3], v8 o[3], v8 d[3]) {
-  const uint32_t *k = pktrt__axes[axis];
-  const pktrt__block *block = pktrt__segment_block(seg, slot / 8, true);
-  const float *k0 = pktrt__segment_vertices(seg, block, 0, true) + slot % 8;
-  const float *k1 = pktrt__segment_vertices(seg, block, 1, true) + slot % 8;
-  const bool moving = k0 != k1; /* at rest weights 1 and 0 give the same bits */
-  const v8 ta = moving ? vload(b->ta + r) : vset(1), tb = moving ? vload(b->tb + r) : vset(0);
-  for (int i = 0; i < 3; i++) {
-    o[i] = vload(b->o[k[i]] + r), d[i] = vload(b->d[k[i]] + r);
-    for (uint32_t c = 0; c < 3; c++)
-      p[c][i] = vadd(vmul(ta, vset(k0[24 * c + 8 * k[i]])), vmul(tb, vset(k1[24 * c + 8 * k[i]])));
-  }
-}
-
 /* Runs the exact test of eight rays of a frustum, for those in *open, as far as doubles or a grid decide it; returns those
    that are hit and had no hit, leaves the undecided open. WHY: many rays begin or end at a surface, left open before. */
 PKTRT__NOINLINE uint32_t pktrt__frustum_exact_test8(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r,
                                                     uint32_t *open, uint32_t id, uint32_t slot) {
   v8 p[3][3], o[3], d[3];
   uint32_t crossed = 0, maybe = *open, taken = 0;
-  pktrt__frustum_view8(seg, b, r, b->axis[r + pktrt__lowest_bit(*open)], slot, p, o, d);
+  const uint32_t *k = pktrt__axes[b->axis[r + pktrt__lowest_bit(*open)]];
+  const pktrt__block *block = pktrt__segment_block(seg, slot / 8, true);
+  const float *k0 = pktrt__segment_vertices(seg, block, 0, true) + slot % 8;
+  const float *k1 = pktrt__segment_vertices(seg, block, 1, true) + slot % 8;
+  const bool moving = k0 != k1; /* at rest weights 1 and 0 give the same bits */
+  const v8 ta = moving ? vload(b->ta + r) : vset(1), tb = moving ? vload(b->tb + r) : vset(0);
+  for (uint32_t i = 0; i < 9; i++)
+    p[i / 3][i % 3] =
+        vadd(vmul(ta, vset(k0[24 * (i / 3) + 8 * k[i % 3]])), vmul(tb, vset(k1[24 * (i / 3) + 8 * k[i % 3]])));
+  for (int i = 0; i < 3; i++) o[i] = vload(b->o[k[i]] + r), d[i] = vload(b->d[k[i]] + r);
 #if PKTRT__WITH_V8_REGISTERS /* or eight vectors of doubles would not fit: each ray does that by itself */
   d8 x[3], y[3], z[3];
   UNROLL for (int c = 0; c < 3; c++) pktrt__exact_shear8(p[c], o, d, &x[c], &y[c], &z[c]);
@@ -6658,8 +6621,7 @@ OP uint32_t pktrt__tri_block_template(const pktrt__bvh_segment *seg, pktrt__batc
   if (is.occlusion && !is.stats) return pktrt__tri_any_hit(seg, b, r, single, index, is.moving);
   const pktrt__block *block = pktrt__segment_block(seg, index, is.moving);
   const uint32_t *id = block->id;
-  const pktrt__tri_shear q =
-      single ? pktrt__tri_shear_single(single, is.moving) : pktrt__tri_shear_batch(b, r, is.moving);
+  const pktrt__tri_shear q = pktrt__tri_shear_of(b, r, single, is.moving);
   const pktrt__tri_estimate e =
       pktrt__tri_filter_block(&q, seg, block, single ? single->wf : b->wf[r], true, is.moving);
   COUNT(triangle_tests, pktrt__popcount(pktrt__lanes_occupied(id)));
@@ -6685,7 +6647,7 @@ OP uint64_t pktrt__stream_closest_block(const pktrt__bvh_segment *seg, pktrt__ba
     uint32_t n = 0;
     for (; mask && n < NOTES; mask &= mask - 1) {
       const uint32_t i = pktrt__lowest_bit(mask), r = list[i];
-      const pktrt__tri_shear q = pktrt__tri_shear_batch(b, r, moving);
+      const pktrt__tri_shear q = pktrt__tri_shear_of(b, r, NULL, moving);
       const pktrt__tri_estimate e = pktrt__tri_filter_block(&q, seg, block, b->wf[r], false, moving);
       vstore(lo[n], e.lo);
       vstore(hi[n], e.hi);
@@ -7248,7 +7210,6 @@ typedef struct pktrt__paper_packet {
 OP uint32_t pktrt__paper_active(const pktrt__paper_packet *p, uint32_t r) { /* of rays r to r+7, r a multiple of 8 */
   return (uint32_t)(p->active[r / 64] >> r % 64) & 0xFF;
 }
-
 OP void pktrt__paper_event(const pktrt__paper_packet *p, pktrt_event_kind kind, uint32_t index, uint32_t child,
                            uint32_t ray, const pktrt__variant is) {
   if (!is.stats || !p->call->desc->trace) return;
@@ -8030,13 +7991,11 @@ OP void pktrt__sampler_second_pairs(uint32_t n, const uint32_t *at, uint32_t *x,
   }
   for (int j = 0; (n & (n - 1)) && j < PKTRT__DRAWN; j++) x[j] = pktrt__sampler_digits(at[j], n);
 }
-
 OP void pktrt__sampler_scramble_rows(const uint32_t *x, const uint32_t *key, float *out) {
   uint32_t bits[PKTRT__DRAWN];
   for (int j = 0; j < PKTRT__DRAWN; j++) bits[j] = pktrt__reverse_bits(pktrt__sampler_owen(x[j], key[j]));
   for (int j = 0; j < PKTRT__DRAWN; j++) out[j] = pktrt__sampler_unit(bits[j]);
 }
-
 OP void pktrt__sampler_split_halves(const uint64_t *both, uint32_t *low, uint32_t *high) {
   for (int j = 0; j < PKTRT__DRAWN; j++) low[j] = (uint32_t)both[j], high[j] = (uint32_t)(both[j] >> 32);
 }
@@ -8696,7 +8655,6 @@ static void pktrt__batch_load_rays(pktrt__batch *b, const pktrt_ray *rays, const
 #endif
   pktrt__batch_load_rest(b, rays, order, i, n);
 }
-
 static void pktrt__batch_store_hits(const pktrt_scene *s, const pktrt__batch *b, pktrt_hit *hits, const uint16_t *order,
                                     uint32_t n) {
   uint32_t i = 0;
@@ -8718,7 +8676,6 @@ static void pktrt__batch_store_hits(const pktrt_scene *s, const pktrt__batch *b,
 #endif
   pktrt__batch_store_rest(s, b, hits, order, i, n);
 }
-
 static void pktrt__batch_store_occluded(const pktrt__batch *b, bool *occluded, uint32_t n) {
   uint32_t i = 0;
   for (; i + 8 <= n && sizeof(bool) == 1; i += 8)
@@ -9318,7 +9275,6 @@ static void pktrt__query_load_soa(pktrt__batch *b, const pktrt_rays *rays, size_
 static void pktrt__query_store_row(float *to, const float *row, size_t first, uint32_t n, size_t left) {
   if (to) memcpy(to + first, row, n * sizeof(float)), pktrt__query_prefetch_row(to + first, n, left);
 }
-
 static void pktrt__query_store_soa(const pktrt_scene *s, const pktrt__batch *b, const pktrt_hits *hits, size_t first,
                                    uint32_t n, size_t left) {
   uint32_t hint[2] = {0, 0}, mesh, triangle;
@@ -9770,7 +9726,6 @@ static void pktrt__sampler_random(const pktrt_sampling *s, uint32_t x, uint32_t 
   for (uint32_t i = 0, d = dimension % 4; i < n; i++, d++)
     out[i] = pktrt__sampler_unit((uint32_t)(bits[d / 2] >> d % 2 * 32));
 }
-
 static void pktrt__sampler_jittered(const pktrt_sampling *s, uint32_t x, uint32_t y, uint32_t sample,
                                     uint32_t dimension, uint32_t n, float *out) {
   for (uint32_t i = 0, d = dimension % 4; i < n;) {
@@ -9781,7 +9736,6 @@ static void pktrt__sampler_jittered(const pktrt_sampling *s, uint32_t x, uint32_
     while (i < n && d % 2);
   }
 }
-
 static void pktrt__sampler_halton(const pktrt_sampling *s, uint32_t x, uint32_t y, uint32_t sample, uint32_t dimension,
                                   uint32_t n, float *out) {
   for (uint32_t i = 0; i < n; i++) out[i] = pktrt__sampler_halton_number(s, x, y, sample, dimension + i);
@@ -9797,7 +9751,6 @@ static void pktrt__sampler_interleaved(const pktrt_sampling *s, uint32_t x, uint
   pktrt__sampler_sequence(pktrt__sampler_run_index(run, sample, s->samples, pktrt__hash(key + 4 + run)), digits);
   pktrt__sampler_scramble(digits, key, dimension % 4, n, out);
 }
-
 static void pktrt__sampler_blue_noise(const pktrt_sampling *s, uint32_t x, uint32_t y, uint32_t sample,
                                       uint32_t dimension, uint32_t n, float *out) {
   const uint64_t key = pktrt__sampler_key(s->seed, dimension / 4, x >> 8, y >> 8);
@@ -10616,14 +10569,12 @@ PKTRT__COLD bool pktrt__light_make_all(pktrt__render_state *render) { /* false: 
   }
   return true;
 }
-
 static double pktrt__light_sample_middle(const pktrt__render_state *render, uint32_t light, const float u[2],
                                          float time, const double from[3], double at[3]) {
   (void)u, (void)time, (void)from;
   memcpy(at, render->lights[light].middle, 3 * sizeof *at);
   return 1;
 }
-
 static double pktrt__light_sample_quad(const pktrt__render_state *render, uint32_t index, const float u[2], float time,
                                        const double from[3], double at[3]) {
   const pktrt_light *l = &render->scene->lights[index];
@@ -10787,11 +10738,9 @@ static uint32_t pktrt__ordered_bits(float x) {
   memcpy(&bits, &x, sizeof bits);
   return bits >> 31 ? ~bits : bits | 0x80000000u;
 }
-
 static void pktrt__glass_empty_box(pktrt__glass_box *box) {
   for (int a = 0; a < 3; a++) box->lo[a] = INFINITY, box->hi[a] = -INFINITY;
 }
-
 static bool pktrt__glass_boxes_touch(const pktrt__glass_box *a, const pktrt__glass_box *b) {
   bool apart = false;
   for (int k = 0; k < 3; k++) apart |= a->hi[k] < b->lo[k] || b->hi[k] < a->lo[k];
@@ -11312,7 +11261,6 @@ static void pktrt__surface_absorb(const pktrt_scene *scene, const pktrt__glass_m
     s->albedo[a][k] *= kept, s->emission[a][k] *= kept, s->reflected[a][k] *= kept, s->transmitted[a][k] *= kept;
   }
 }
-
 static void pktrt__material_weights_conductor(const pktrt_scene *scene, pktrt__surfaces *s, uint32_t k) {
   const pktrt_material *mat = pktrt__material_of(scene, s->material[k]);
   float cosine = 0;
@@ -11952,7 +11900,6 @@ static bool pktrt__media_any(const pktrt__wave *w, const pktrt__surfaces *s) {
   for (uint32_t k = 0; k < s->count; k++) any |= w->medium[s->first + k];
   return any != 0;
 }
-
 static uint32_t pktrt__surface_count_glass(const pktrt__surfaces *s) {
   uint32_t n = 0;
   for (uint32_t i = 0; i < s->count; i += 8) n += pktrt__popcount8(s->kind[PKTRT_SPECULAR_DIELECTRIC][i / 8]);
@@ -12177,7 +12124,6 @@ static void pktrt__tile_free(pktrt__tile *tile) {
   pktrt__mem_release(d, tile->spare, 1, sizeof(pktrt__wave));
   pktrt__mem_release(d, tile, 1, sizeof *tile);
 }
-
 static pktrt__tile *pktrt__tile_make(const pktrt__render_state *render, struct pktrt__pass_rounds *rounds,
                                      pktrt_stats *stats) { /* NULL: out of memory */
   pktrt__tile *tile = PKTRT__CAST(pktrt__tile *, pktrt__mem_alloc(&render->scene->desc, 1, sizeof *tile));
@@ -12259,7 +12205,6 @@ PKTRT__INLINE double pktrt__pass_spread(const pktrt__pixel_sums *s, double n, do
 static double pktrt__pass_squared_error(const pktrt__pixel_sums *s, double n) { /* V of pktrt_error_measure */
   return n < 2 ? INFINITY : pktrt__pass_spread(s, n, 1 / n) / (n * (n - 1));
 }
-
 static void pktrt__pass_block_area(const pktrt__pass_sums *p, uint32_t column, uint32_t row, uint32_t area[4]) {
   const uint32_t b = PKTRT_ERROR_BLOCK, x = column * b, y = row * b;
   area[0] = x, area[1] = y, area[2] = p->w - x < b ? p->w : x + b, area[3] = p->h - y < b ? p->h : y + b;
@@ -12913,13 +12858,11 @@ PKTRT_DEF size_t pktrt_scene_report_text(const pktrt_scene_report *r, char *text
      0.8.0    Hits are those of exact arithmetic on the floats that are given, t within 0.7 ulp, and each crossing belongs to
               one triangle: closed meshes with collapsed triangles do not leak, and can be asked what they contain.
               pktrt_intersect_after, pktrt_intersect_all, pktrt_winding. pktrt_spawn moves by the rounding of a point.
-     0.7.0    The inside speaks one language, in rooms, and editors see the kernels; no bit of an answer changes.
-              Renamed: pktrt_report_text to pktrt_scene_report_text; uv of pktrt_points to barycentric; of
-              pktrt_scene_report, looks to materials, names to ids, and what pktrt_scene_info has is its `info`.
-     0.6.0    Rays know the glasses that they are in, nested, touching, overlapping, and around the camera. Marks
-              outlive refits; mesh lights with area between keys only shine; stray vertices do not count. What is likely
-              to be a mistake is said in the log; pictures of meshes that were never committed are refused, and can be
-              cancelled within a tile. pktrt_make_ray, pktrt_camera_ray, pktrt_version.
+     0.7.0    The inside speaks one language, and editors see the kernels. Renamed: pktrt_report_text to
+              pktrt_scene_report_text; uv of pktrt_points to barycentric; looks, names and what is `info` of
+              pktrt_scene_report.
+     0.6.0    Rays know the glasses that they are in. Marks outlive refits; stray vertices do not count. What is likely to be a
+              mistake is said in the log. pktrt_make_ray, pktrt_camera_ray, pktrt_version.
      0.5      Sobol' points that err as little as points can; mesh lights sampled by what of them a point sees; samples drawn
               by 64. What moves costs rays that pass it next to nothing.
      0.4      What a scene has not got costs it nothing: features are found, told, and can be left out by switches.

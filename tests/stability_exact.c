@@ -277,7 +277,8 @@ static void exact_cases(void) { jobs_for(SCENES, exact_case, NULL); }
 /* Globes of radius 1 or so, rounded to grids; where they lie floats round them too. */
 static const struct {
   float grid, offset;
-} globes[] = {{0x1p-12f, 0}, {0x1p-7f, 0}, {0x1p-5f, 0}, {0x1p-3f, 0}, {0x1p-9f, 1e3f}, {0x1p-7f, 1e5f}, {0x1p-10f, 1e6f}};
+} globes[] = {{0x1p-12f, 0},   {0x1p-7f, 0},    {0x1p-5f, 0},    {0x1p-3f, 0},
+              {0x1p-9f, 1e3f}, {0x1p-7f, 1e5f}, {0x1p-10f, 1e6f}};
 
 enum { BUNDLE = 64, CALL = 4 * BUNDLE };
 typedef struct leaks { /* how many of how many */
@@ -311,7 +312,8 @@ static size_t count_lost(const pktrt_scene *s, const pktrt_ray rays[CALL], uint6
   bool occluded[CALL];
   size_t n = 0;
   if (way % 16 == 0) {
-    for (int j = 0; j < CALL; j++) n += !(way & 16 ? pktrt_occluded(s, &rays[j]) : pktrt_intersect(s, &rays[j], &hit[j]));
+    for (int j = 0; j < CALL; j++)
+      n += !(way & 16 ? pktrt_occluded(s, &rays[j]) : pktrt_intersect(s, &rays[j], &hit[j]));
   } else if (way % 3) {
     pktrt_intersect_n(s, rays, hit, CALL);
     for (int j = 0; j < CALL; j++) n += hit[j].mesh == PKTRT_NONE;
@@ -354,7 +356,8 @@ static void closed_globe(void *arg, size_t i) {
   char name[64];
   memset(all, 0, sizeof all);
   ref_plant(&w);
-  snprintf(name, sizeof name, "globe %u, grid %g, offset %g", w.m[0].nt, (double)globes[g].grid, (double)globes[g].offset);
+  snprintf(name, sizeof name, "globe %u, grid %g, offset %g", w.m[0].nt, (double)globes[g].grid,
+           (double)globes[g].offset);
   for (int k = 0; k < isa_count; k++) s[k] = world_scene(&w, isas[k], 0);
   rng r = rng_of(7000 + i);
   for (uint64_t call = 0; call * CALL < rays; call++) {
@@ -389,5 +392,6 @@ static void closed_globes(void) {
 
 void suite_stability_exact(void) {
   run("stable: hits, lists of crossings and winding numbers are those of exact arithmetic", exact_cases);
-  run("stable: closed meshes with collapsed triangles do not leak, and each ray crosses them as often as it must", closed_globes);
+  run("stable: closed meshes with collapsed triangles do not leak, and each ray crosses them as often as it must",
+      closed_globes);
 }

@@ -49,7 +49,7 @@ ifeq ($(MAKELEVEL),0)
 endif
 
 .PHONY: all demo effects deform view test-view readme-pictures test test-leaveout sanitize test-neon matrix platforms checksum flags test-guards deps deps-extra format format-check clean help
-.PHONY: mutants map structure figures parts bench bench-check bench-plots bench-readme bench-pictures bench-tests peers exactness error error-check leaveout leaveout-check
+.PHONY: mutants map structure figures parts bench bench-check bench-plots bench-readme bench-pictures bench-tests peers exactness before error error-check leaveout leaveout-check
 .PHONY: stability stability-neon stability-sanitize sanitize-threads fuzz
 .DELETE_ON_ERROR:
 
@@ -83,6 +83,7 @@ help:
 	@echo "parts       whether each header of the benches compiles by itself"
 	@echo "peers       races Embree in ten minutes; MESHES=\"FILE DIR\" of these too, FULL=1 everything, BENCH_ARGS=... options"
 	@echo "exactness   pktrt beside copies of itself with textbook tests of triangles, in three minutes"
+	@echo "before      pktrt beside itself as it was at commit BEFORE=..., in ten minutes"
 	@echo "error       error against run time in ten minutes; NAME=\"slopes closed\" of these; error-check what must hold, in two"
 	@echo "leaveout    what features cost where a scene has them not, in ten minutes; leaveout-check what must hold"
 	@echo "format      rewrites all C files by clang-format; format-check names those that it would change"
@@ -389,7 +390,8 @@ before: | $(RESULTS)
 	git show $(BEFORE):pktrt.h >$(B)/before/new
 	cmp -s $(B)/before/new $(B)/before/pktrt.h || mv $(B)/before/new $(B)/before/pktrt.h
 	$(BUILD) $(B)/before/race
-	$(PIN) $(B)/before/race $(BENCH_ARGS) $(MESHES)
+	$(PIN) $(B)/before/race --results $(RESULTS) $(BENCH_ARGS) $(MESHES)
+	@$(MAKE) --no-print-directory bench-readme
 
 $(B)/before/version_before.o: $(B)/before/pktrt.h
 $(B)/before/version_%.o: bench/before_version.c bench/before.h pktrt.h

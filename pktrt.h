@@ -3873,7 +3873,6 @@ PKTRT__NOINLINE bool pktrt__exact_test_rest(const pktrt__bvh_segment *seg, pktrt
   pktrt__exact_crossing c;
   pktrt__exact_view v;
   float p[3][3];
-  PKTRT__REACHED(0);
   pktrt__tri_corners_at(&seg->bvhs[seg->bvh], slot, ray->time, p);
   pktrt__exact_view_of(&v, q->axis, ray->origin, ray->direction, 1, p[0], 1);
   return pktrt__exact_cross(&v, &c) && pktrt__exact_take(seg, q, id, slot, &v, &c);
@@ -3900,6 +3899,7 @@ PKTRT__NOINLINE bool pktrt__exact_test_single(const pktrt__bvh_segment *seg, pkt
   const pktrt_ray *ray = q->ray;
   const bool starts = ray->tmin >= 0 && q->after == PKTRT_NONE; /* t = -0 may come after t = 0 */
   pktrt__exact_view v;
+  PKTRT__REACHED(0);
   pktrt__exact_view_at(&v, &seg->bvhs[seg->bvh], slot, ray->time, pktrt__axes[0], ray->origin, ray->direction, 1);
   return !pktrt__exact_is_apart(&v, q->dk, starts, ray->tmax) && pktrt__exact_test_rest(seg, q, id, slot);
 }

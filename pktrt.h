@@ -6024,6 +6024,12 @@ PKTRT__NOINLINE bool pktrt__tri_settle_any(const pktrt__bvh_segment *seg, pktrt_
                                            uint32_t within) {
   const pktrt__block *block = pktrt__segment_block(seg, index, true);
   const uint32_t *id = block->id;
+  for (; open && !(open & ~inside); open &= open - 1) { /* mostly of the surface where the ray ends */
+    const uint32_t lane = pktrt__lowest_bit(open), slot = index * 8 + lane;
+    if (single ? pktrt__exact_test_single(seg, single, id[lane], slot) : pktrt__exact_test(seg, b, r, id[lane], slot))
+      return true;
+  }
+  if (!open) return false;
   float lo[8], hi[8];
   pktrt__tri_candidates c = {index, id, lo, hi, open, inside, within, false};
   vstore(lo, vset(-INFINITY)), vstore(hi, vset(-INFINITY)); /* as near as can be: any will do */

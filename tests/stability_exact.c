@@ -255,7 +255,7 @@ static void ask_chunk(const hard *h, const oracle_soup *soup, const world *w, co
    mixed two thousand, most of which need expansions. */
 static size_t rays_of_case(size_t i) {
   if (thoroughness < 0.1) return thoroughness < 0.005 ? 15 : 50;
-  return thorough(i < 2 ? 10000 : i == 3 ? 2000 : 61500);
+  return thorough(i < 2 ? 10000 : i == 3 ? 2000 : 63000);
 }
 
 static void exact_case(void *arg, size_t i) {

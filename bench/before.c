@@ -245,25 +245,25 @@ static size_t race_hard(hard h, pktrt_isa isa, const options *o, line *to) {
 
 static const char *name_of(int k) { return k < KINDS ? kind_names[k] : hard_names[k - KINDS]; }
 
-static void write_csv(FILE *to, const line *lines, size_t n) {
-  fprintf(to, "scene,moving,isa,kind,rays,other_triangle,way,seconds_before,seconds_now,speed\n");
+static void write_csv(const results *to, const line *lines, size_t n) {
+  csv(to, "scene,moving,isa,kind,rays,other_triangle,way,seconds_before,seconds_now,speed\n");
   for (size_t i = 0; i < n; i++)
     for (int w = 0; w < WAYS; w++)
-      fprintf(to, "%s,%d,%s,\"%s\",%.0f,%.0f,%s,%.6f,%.6f,%.4f\n", lines[i].scene, lines[i].moving,
-              pktrt_isa_string(lines[i].isa), name_of(lines[i].k), lines[i].rays, lines[i].other, way_names[w],
-              lines[i].seconds[BEFORE][w], lines[i].seconds[NOW][w], lines[i].speed[w]);
+      csv(to, "%s,%d,%s,\"%s\",%.0f,%.0f,%s,%.6f,%.6f,%.4f\n", lines[i].scene, lines[i].moving,
+          pktrt_isa_string(lines[i].isa), name_of(lines[i].k), lines[i].rays, lines[i].other, way_names[w],
+          lines[i].seconds[BEFORE][w], lines[i].seconds[NOW][w], lines[i].speed[w]);
 }
 
 /* The geometric mean over scenes at rest and moving, and the worst of them. */
-static void write_cell(FILE *to, const line *lines, size_t n, pktrt_isa isa, int w, int k) {
+static void write_cell(const results *to, const line *lines, size_t n, pktrt_isa isa, int w, int k) {
   double sum = 0, count = 0, worst = HUGE_VAL;
   for (size_t i = 0; i < n; i++) {
     if (lines[i].isa != isa || lines[i].k >= KINDS || (k < KINDS && lines[i].k != k)) continue;
     sum += log(lines[i].speed[w]), count++;
     worst = fmin(worst, lines[i].speed[w]);
   }
-  if (count > 0) fprintf(to, " %.3f (%.3f) |", exp(sum / count), worst);
-  else fprintf(to, " |");
+  if (count > 0) say(to, " %.3f (%.3f) |", exp(sum / count), worst);
+  else say(to, " |");
 }
 
 static bool raced(const line *lines, size_t n, int isa, bool hard_ones) {
@@ -272,51 +272,40 @@ static bool raced(const line *lines, size_t n, int isa, bool hard_ones) {
   return false;
 }
 
-static void write_kinds(FILE *to, const line *lines, size_t n) {
-  fprintf(to, "| kernels | calls |");
-  for (int k = 0; k < KINDS; k++) fprintf(to, " %s |", kind_names[k]);
-  fprintf(to, " all |\n|---|---|");
-  for (int k = 0; k <= KINDS; k++) fprintf(to, "--:|");
-  fprintf(to, "\n");
+static void write_kinds(const results *to, const line *lines, size_t n) {
+  say(to, "| kernels | calls |");
+  for (int k = 0; k < KINDS; k++) say(to, " %s |", kind_names[k]);
+  say(to, " all |\n|---|---|");
+  for (int k = 0; k <= KINDS; k++) say(to, "--:|");
+  say(to, "\n");
   for (int isa = PKTRT_ISA_NEON; isa > PKTRT_ISA_AUTO; isa--)
     for (int w = 0; w < WAYS && raced(lines, n, isa, false); w++) {
-      fprintf(to, "| %s | %s |", pktrt_isa_string((pktrt_isa)isa), way_names[w]);
+      say(to, "| %s | %s |", pktrt_isa_string((pktrt_isa)isa), way_names[w]);
       for (int k = 0; k <= KINDS; k++) write_cell(to, lines, n, (pktrt_isa)isa, w, k);
-      fprintf(to, "\n");
+      say(to, "\n");
     }
 }
 
-static void write_hard(FILE *to, const line *lines, size_t n) {
-  fprintf(to, "\nHard rays: ns a ray before, ns now, and the speed.\n\n| rays | kernels | many | single "
-              "|\n|---|---|--:|--:|\n");
+static void write_hard(const results *to, const line *lines, size_t n) {
+  say(to, "\nHard rays: ns a ray before, ns now, and the speed.\n\n| rays | kernels | many | single "
+          "|\n|---|---|--:|--:|\n");
   for (int k = KINDS; k < KINDS + HARD_KINDS; k++)
     for (size_t i = n; i-- > 0;) {
       if (lines[i].k != k) continue;
-      fprintf(to, "| %s | %s |", name_of(k), pktrt_isa_string(lines[i].isa));
+      say(to, "| %s | %s |", name_of(k), pktrt_isa_string(lines[i].isa));
       for (int w = MANY; w < WAYS; w += SINGLE - MANY)
-        fprintf(to, " %.0f, %.0f: %.2f |", 1e9 * lines[i].seconds[BEFORE][w] / lines[i].rays,
-                1e9 * lines[i].seconds[NOW][w] / lines[i].rays, lines[i].speed[w]);
-      fprintf(to, "\n");
+        say(to, " %.0f, %.0f: %.2f |", 1e9 * lines[i].seconds[BEFORE][w] / lines[i].rays,
+            1e9 * lines[i].seconds[NOW][w] / lines[i].rays, lines[i].speed[w]);
+      say(to, "\n");
     }
 }
 
-static void write_table(FILE *to, const line *lines, size_t n) {
+static void write_table(const results *to, const line *lines, size_t n) {
   bool any = false, any_hard = false;
   for (size_t i = 0; i < n; i++) any = any || lines[i].k < KINDS, any_hard = any_hard || lines[i].k >= KINDS;
-  if (any) fprintf(to, "Speed, the geometric mean over three scenes at rest and moving; in brackets the worst.\n\n");
+  if (any) say(to, "Speed, the geometric mean over scenes at rest and moving; in brackets the worst.\n\n");
   if (any) write_kinds(to, lines, n);
   if (any_hard) write_hard(to, lines, n);
-}
-
-static bool keep(const char *directory, const char *name, void (*write)(FILE *, const line *, size_t),
-                 const line *lines, size_t n) {
-  char path[4096];
-  snprintf(path, sizeof path, "%s/%s", directory, name);
-  FILE *to = fopen(path, "w");
-  if (!to) return ex_fail("%s: cannot be written: %s", path, strerror(errno));
-  if (strstr(name, ".csv")) write_provenance(to, bench_command);
-  write(to, lines, n);
-  return fclose(to) == 0 || ex_fail("%s: cannot be written: %s", path, strerror(errno));
 }
 
 /* >>main ----------------------------------------------------------------------------------------------------------- */
@@ -388,7 +377,9 @@ int main(int argc, char **argv) {
     for (int isa = PKTRT_ISA_AUTO + 1; isa <= PKTRT_ISA_NEON; isa++)
       if (chosen(&o, isa) && o.kinds >> (KINDS + h) & 1 && n < MAX_LINES)
         n += race_hard((hard)h, (pktrt_isa)isa, &o, &lines[n]);
-  write_table(stdout, lines, n);
-  return o.results &&
-         (!keep(o.results, "before.csv", write_csv, lines, n) || !keep(o.results, "before.md", write_table, lines, n));
+  results to;
+  results_open(&to, o.results, "before");
+  write_csv(&to, lines, n), write_table(&to, lines, n);
+  results_close(&to);
+  return 0;
 }

@@ -3382,13 +3382,11 @@ PKTRT__INLINE void pktrt__exact_view_of(pktrt__exact_view *v, const uint32_t *ax
 /* Of a triangle at the ray's time. WHY in place at rest: copies are read late. */
 PKTRT__INLINE void pktrt__exact_view_at(pktrt__exact_view *v, const pktrt__bvh *bvh, uint32_t slot, float time,
                                         const uint32_t *axis, const float *o, const float *d, uint32_t row) {
+  const bool moving = pktrt__has_motion(bvh->key_count);
   float copy[3][3];
-  if (!pktrt__has_motion(bvh->key_count)) {
-    pktrt__exact_view_of(v, axis, o, d, row, &pktrt__bvh_block(bvh, slot / 8)->vertex[0][0][slot % 8], 8);
-    return;
-  }
-  pktrt__tri_corners_at(bvh, slot, time, copy);
-  pktrt__exact_view_of(v, axis, o, d, row, copy[0], 1);
+  if (moving) pktrt__tri_corners_at(bvh, slot, time, copy);
+  pktrt__exact_view_of(v, axis, o, d, row, moving ? copy[0] : &pktrt__bvh_block(bvh, slot / 8)->vertex[0][0][slot % 8],
+                       moving ? 1 : 8);
 }
 
 typedef struct pktrt__exact_edges {
@@ -3872,9 +3870,7 @@ PKTRT__NOINLINE bool pktrt__exact_test_rest(const pktrt__bvh_segment *seg, pktrt
   const pktrt_ray *ray = q->ray;
   pktrt__exact_crossing c;
   pktrt__exact_view v;
-  float p[3][3];
-  pktrt__tri_corners_at(&seg->bvhs[seg->bvh], slot, ray->time, p);
-  pktrt__exact_view_of(&v, q->axis, ray->origin, ray->direction, 1, p[0], 1);
+  pktrt__exact_view_at(&v, &seg->bvhs[seg->bvh], slot, ray->time, q->axis, ray->origin, ray->direction, 1);
   return pktrt__exact_cross(&v, &c) && pktrt__exact_take(seg, q, id, slot, &v, &c);
 }
 PKTRT__NOINLINE bool pktrt__exact_test_rest_of(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, uint32_t id,
@@ -5471,7 +5467,6 @@ typedef __mmask16 mf;
 #define pktrt__entry_occluded PKTRT__NAME(pktrt__entry_occluded)
 #define pktrt__entry_single PKTRT__NAME(pktrt__entry_single)
 #define pktrt__entry_trace PKTRT__NAME(pktrt__entry_trace)
-#define pktrt__entry_trace_template PKTRT__NAME(pktrt__entry_trace_template)
 #define pktrt__exact_edge_functions8 PKTRT__NAME(pktrt__exact_edge_functions8)
 #define pktrt__exact_edges8 PKTRT__NAME(pktrt__exact_edges8)
 #define pktrt__exact_shear8 PKTRT__NAME(pktrt__exact_shear8)
@@ -5591,6 +5586,7 @@ typedef __mmask16 mf;
 #define pktrt__tri_corner PKTRT__NAME(pktrt__tri_corner)
 #define pktrt__tri_corner_of_one PKTRT__NAME(pktrt__tri_corner_of_one)
 #define pktrt__tri_decide_on_grid PKTRT__NAME(pktrt__tri_decide_on_grid)
+#define pktrt__tri_directions_on_grid PKTRT__NAME(pktrt__tri_directions_on_grid)
 #define pktrt__tri_depth_bounds PKTRT__NAME(pktrt__tri_depth_bounds)
 #define pktrt__tri_edge_functions PKTRT__NAME(pktrt__tri_edge_functions)
 #define pktrt__tri_edges PKTRT__NAME(pktrt__tri_edges)
@@ -5609,6 +5605,7 @@ typedef __mmask16 mf;
 #define pktrt__tri_shear_block PKTRT__NAME(pktrt__tri_shear_block)
 #define pktrt__tri_shear_of PKTRT__NAME(pktrt__tri_shear_of)
 #define pktrt__tri_single_block PKTRT__NAME(pktrt__tri_single_block)
+#define pktrt__vec_on_grid PKTRT__NAME(pktrt__vec_on_grid)
 #define pktrt__vec_ddot PKTRT__NAME(pktrt__vec_ddot)
 #define pktrt__vec_dfrom3 PKTRT__NAME(pktrt__vec_dfrom3)
 #define pktrt__vec_dload3 PKTRT__NAME(pktrt__vec_dload3)
@@ -5621,6 +5618,15 @@ typedef __mmask16 mf;
 #define pktrt__vec_store3 PKTRT__NAME(pktrt__vec_store3)
 
 /* >>setup ---------------------------------------------------------------------------------------------------------- */
+
+/* STEP and ROLL_OUT: on narrow vectors, short of registers, loops stay loops and larger steps calls: half the code. */
+#if PKTRT__WITH_V8_REGISTERS
+#define STEP OP
+#define ROLL_OUT UNROLL
+#else
+#define STEP PKTRT__NOINLINE
+#define ROLL_OUT
+#endif
 
 #define COUNT(field, n)                                              \
   do {                                                               \
@@ -5904,50 +5910,61 @@ OP pktrt__exact_edges8 pktrt__exact_edge_functions8(const d8 x[3], const d8 y[3]
 }
 
 /* The corners of eight triangles, or of one as eight rays see it, in the rays' frames, as in >>exactness. */
-OP void pktrt__exact_shear8(const v8 p[3], const v8 o[3], const v8 d[3], d8 *x, d8 *y, d8 *z) {
+STEP void pktrt__exact_shear8(const v8 p[3], const v8 o[3], const v8 d[3], d8 *x, d8 *y, d8 *z) {
   const d8 dk = dfrom(d[0]);
   *z = dsub(dfrom(p[0]), dfrom(o[0]));
   *x = dsub(dmul(dsub(dfrom(p[1]), dfrom(o[1])), dk), dmul(dfrom(d[1]), *z));
   *y = dsub(dmul(dsub(dfrom(p[2]), dfrom(o[2])), dk), dmul(dfrom(d[2]), *z));
 }
 
-/* Decides edges of those of eight lanes that lie on grids of floats, for `open`: takes those that are not crossed from *maybe,
-   adds the others to *crossed. Doubles have the products of x and y exactly, where M |d_k| is moderate floats their signs. */
+/* Tells which of eight values are multiples of the last bit of a number. */
+OP m8 pktrt__vec_on_grid(v8 x, v8 of) { return veq(x, vsub(vadd(x, of), of)); }
+/* Tells which of eight directions lie on the grid of their own, see >>exactness: few but those of lattices. */
+OP uint32_t pktrt__tri_directions_on_grid(const v8 d[3]) {
+  const v8 turn = vmul(vabs(d[0]), vset(2097152));
+  const m8 sides = mand(pktrt__vec_on_grid(d[1], turn), pktrt__vec_on_grid(d[2], turn));
+  return mbits(mand(pktrt__vec_on_grid(d[0], turn), sides));
+}
+
+/* Decides edges of lanes in `open`, whose directions lie on grids, where all else does: takes those not crossed from *maybe,
+   adds the others to *crossed. Doubles have products of x and y exactly, floats their signs, where M |d_k| is moderate. */
 PKTRT__NOINLINE void pktrt__tri_decide_on_grid(v8 p[3][3], const v8 o[3], const v8 d[3], uint32_t open, uint32_t *maybe,
                                                uint32_t *crossed) {
-#define PKTRT__OFF(x, c) vabs(vsub(x, vsub(vadd(x, c), c)))
-  const v8 zero = vset(0), adk = vabs(d[0]), sign = vcopysign(vset(1), d[0]), turn = vmul(adk, vset(2097152));
-  v8 most = vmax_abs3(o[0], o[1], o[2]), lost = vadd(PKTRT__OFF(d[1], turn), PKTRT__OFF(d[2], turn)), x[3], y[3];
-  for (int c = 0; c < 3; c++) most = vmax(most, vmax_abs3(p[c][0], p[c][1], p[c][2]));
-  const v8 coarse = vmul(most, vset(128)), size = vmul(most, adk);
-  lost = vadd(lost, PKTRT__OFF(d[0], turn));
-  for (int a = 0; a < 3; a++) {
-    lost = vadd(lost, PKTRT__OFF(o[a], coarse));
-    for (int c = 0; c < 3; c++) lost = vadd(lost, PKTRT__OFF(p[c][a], coarse));
+  const v8 zero = vset(0), sign = vcopysign(vset(1), d[0]);
+  v8 most = vmax_abs3(o[0], o[1], o[2]), x[3], y[3];
+  UNROLL for (int c = 0; c < 3; c++) most = vmax(most, vmax_abs3(p[c][0], p[c][1], p[c][2]));
+  const v8 coarse = vmul(most, vset(128)), size = vmul(most, vabs(d[0]));
+  m8 even = mand(vlt(vset(PKTRT__GRID_LEAST), size), vlt(size, vset(PKTRT__GRID_MOST)));
+  UNROLL for (int a = 0; a < 3; a++) {
+    even = mand(even, pktrt__vec_on_grid(o[a], coarse));
+    UNROLL for (int c = 0; c < 3; c++) even = mand(even, pktrt__vec_on_grid(p[c][a], coarse));
   }
-#undef PKTRT__OFF
-  open &= mbits(mand(vle(lost, zero), mand(vlt(vset(PKTRT__GRID_LEAST), size), vlt(size, vset(PKTRT__GRID_MOST)))));
+  open &= mbits(even);
   if (!open) return;
-  for (int c = 0; c < 3; c++) {
+  UNROLL for (int c = 0; c < 3; c++) {
     const v8 z = vsub(p[c][0], o[0]);
     x[c] = vsub(vmul(vsub(p[c][1], o[1]), d[0]), vmul(d[1], z)),
     y[c] = vsub(vmul(vsub(p[c][2], o[2]), d[0]), vmul(d[2], z));
   }
-  uint32_t above = 0, below = 0, along = 0;
+  m8 above = mfrom(0), below = above;
+  uint32_t along = 0;
   for (int i = 0, a = 2, b = 1; i < 3; b = a, a = i++) {
     const v8 one = vmul(x[a], y[b]), other = vmul(y[a], x[b]);
     v8 value = vsub(one, other);
-    if (open & mbits(veq(one, other)) & ~mbits(veq(one, zero))) /* in doubles exactly */
+    const uint32_t same = open & mbits(veq(one, other));
+    if (same & ~mbits(veq(one, zero))) /* in doubles exactly */
       value = dto(dsub(dmul(dfrom(x[a]), dfrom(y[b])), dmul(dfrom(y[a]), dfrom(x[b]))));
-    if (open & mbits(veq(value, zero))) {
+    if (same) {
       const v8 ek = vsub(p[b][0], p[a][0]);
       const v8 first = vmul(sign, vsub(vmul(d[2], ek), vmul(d[0], vsub(p[b][2], p[a][2]))));
       const v8 second = vmul(sign, vsub(vmul(d[0], vsub(p[b][1], p[a][1])), vmul(d[1], ek)));
       value = vsel(veq(value, zero), vsel(veq(first, zero), second, first), value);
+      along |= mbits(veq(value, zero));
     }
-    above |= mbits(vlt(zero, value)), below |= mbits(vlt(value, zero)), along |= mbits(veq(value, zero));
+    above = mor(above, vlt(zero, value)), below = mor(below, vlt(value, zero));
   }
-  *maybe &= ~(open & ((above & below) | along)), *crossed |= open & ~((above & below) | along);
+  along |= mbits(mand(above, below));
+  *maybe &= ~(open & along), *crossed |= open & ~along;
 }
 
 /* Lanes of a block that the filter did not drop. */
@@ -5959,19 +5976,19 @@ typedef struct pktrt__tri_candidates {
   bool settled;                  /* all that is open, as far as that goes */
 } pktrt__tri_candidates;
 
-/* Decides candidates whose edges the filter left open, several at once: drops them, or makes them sure, where it can. */
+/* Decides candidates at rest whose edges the filter left open, as far as it can: drops them, or makes them sure. */
 PKTRT__NOINLINE void pktrt__tri_settle_edges(const pktrt__bvh_segment *seg, const pktrt__batch *b, uint32_t r,
                                              const pktrt__single *single, pktrt__tri_candidates *c) {
   const pktrt__block *block = pktrt__segment_block(seg, c->index, true);
-  const float *k0 = pktrt__segment_vertices(seg, block, 0, true), *k1 = pktrt__segment_vertices(seg, block, 1, true);
-  const uint32_t *axis = single ? single->axis : pktrt__axes[b->axis[r]];
-  const v8 ta = vset(single ? single->ta : b->ta[r]), tb = vset(single ? single->tb : b->tb[r]);
+  const float *k = pktrt__segment_vertices(seg, block, 0, true), *from = single ? single->ray->origin : &b->o[0][r];
+  const float *along = single ? single->ray->direction : &b->d[0][r];
+  const uint32_t *axis = single ? single->axis : pktrt__axes[b->axis[r]], row = single ? 1 : PKTRT__ROW;
   v8 p[3][3], o[3], d[3];
-  for (int i = 0; i < 3; i++) {
-    const uint32_t a = axis[i];
-    o[i] = vset(single ? single->ray->origin[a] : b->o[a][r]);
-    d[i] = vset(single ? single->ray->direction[a] : b->d[a][r]);
-    for (int j = 0; j < 3; j++) p[j][i] = pktrt__tri_corner(k0 + 24 * j + 8 * a, k1 + 24 * j + 8 * a, ta, tb, k0 != k1);
+  UNROLL for (int i = 0; i < 3; i++) d[i] = vset(along[row * axis[i]]);
+  if (pktrt__segment_vertices(seg, block, 1, true) != k || !pktrt__tri_directions_on_grid(d)) return;
+  UNROLL for (int i = 0; i < 3; i++) {
+    o[i] = vset(from[row * axis[i]]);
+    UNROLL for (int j = 0; j < 3; j++) p[j][i] = vload(k + 24 * j + 8 * axis[i]);
   }
   pktrt__tri_decide_on_grid(p, o, d, c->maybe & ~c->inside, &c->maybe, &c->inside);
 }
@@ -5991,6 +6008,8 @@ PKTRT__NOINLINE bool pktrt__tri_settle(const pktrt__bvh_segment *seg, pktrt__bat
       return true;
     }
   }
+  if (c->after >> lane & 1) /* not apart */
+    return single ? pktrt__exact_test_rest(seg, single, id, slot) : pktrt__exact_test_rest_of(seg, b, r, id, slot);
   return single ? pktrt__exact_test_single(seg, single, id, slot) : pktrt__exact_test(seg, b, r, id, slot);
 }
 
@@ -6510,7 +6529,9 @@ PKTRT__NOINLINE uint32_t pktrt__frustum_exact_test8(const pktrt__bvh_segment *se
   crossed = mbits(mor(dlt(e.error, least), dlt(most, minus)));
   maybe &= ~mbits(mand(dlt(least, minus), dlt(e.error, most)));
 #endif
-  if (maybe & ~crossed) pktrt__tri_decide_on_grid(p, o, d, maybe & ~crossed, &maybe, &crossed);
+  uint32_t even = maybe & ~crossed;
+  if (even && (even &= pktrt__tri_directions_on_grid(d)) != 0)
+    pktrt__tri_decide_on_grid(p, o, d, even, &maybe, &crossed);
 #if PKTRT__WITH_V8_REGISTERS
   const v8 t = dto(dmul(e.depth, ddiv(dset(1), dmul(e.det, dk)))), far_ = vmul(t, vabs(d[0]));
   const v8 slack = vadd(vmul(vabs(far_), vset(PKTRT__PAD_DEPTH)), vload(b->tiny + r));
@@ -7505,13 +7526,13 @@ OP void pktrt__paper_traverse(pktrt__paper_packet *p, const pktrt__variant is) {
   }
 }
 
-/* The two variants of pktrt__paper_traverse. Both always count: this path is for reading and comparing. */
+/* The variants of pktrt__paper_traverse. They always count; on narrow vectors the moving one serves what is at rest, too. */
 #if !defined(PKTRT_NO_MOTION)
 PKTRT__NOINLINE void pktrt__paper_traverse_moving(pktrt__paper_packet *p, bool occlusion, pktrt_counts *counts) {
   pktrt__paper_traverse(p, pktrt__variant_of(occlusion, true, PKTRT__STATS != 0, counts));
 }
 #endif
-#if !(!defined(PKTRT_NO_MOTION) && PKTRT__WITH_FEW_INSTANCES)
+#if defined(PKTRT_NO_MOTION) || PKTRT__WITH_V8_REGISTERS
 PKTRT__NOINLINE void pktrt__paper_traverse_static(pktrt__paper_packet *p, bool occlusion, pktrt_counts *counts) {
   pktrt__paper_traverse(p, pktrt__variant_of(occlusion, false, PKTRT__STATS != 0, counts));
 }
@@ -7544,7 +7565,7 @@ PKTRT__NOINLINE void pktrt__drive_paper(const pktrt__query *call, pktrt__batch *
         p.seg = &seg;
 #if defined(PKTRT_NO_MOTION)
         pktrt__paper_traverse_static(&p, occlusion, counts);
-#elif PKTRT__WITH_FEW_INSTANCES
+#elif !PKTRT__WITH_V8_REGISTERS
         pktrt__paper_traverse_moving(&p, occlusion, counts);
 #else
         (moving ? pktrt__paper_traverse_moving : pktrt__paper_traverse_static)(&p, occlusion, counts);
@@ -7825,7 +7846,7 @@ OP void pktrt__drive_fast(const pktrt_scene *scene, pktrt__batch *b, uint32_t n,
    triangle, which, at rest or of two keys, is then read once. */
 PKTRT__NOINLINE void pktrt__resolve_gather_corners(const pktrt_scene *scene, const uint32_t *slot_of,
                                                    const uint32_t *bvhs, const float *time, uint32_t hits, v8 p[3][3]) {
-  UNROLL for (int c = 0; c < 9; c++) p[c / 3][c % 3] = vset(0);
+  ROLL_OUT for (int c = 0; c < 9; c++) p[c / 3][c % 3] = vset(0);
   for (uint32_t rest = hits; rest;) {
     const uint32_t r = pktrt__lowest_bit(rest), slot = slot_of[r];
     const pktrt__bvh *bvh = &scene->bvhs[bvhs[r]];
@@ -7835,7 +7856,7 @@ PKTRT__NOINLINE void pktrt__resolve_gather_corners(const pktrt_scene *scene, con
       const float *k0 = &block->vertex[0][0][slot % 8];
       const m8 m = mfrom(lanes);
       for (int c = 0; c < 3; c++, k0 += 24)
-        UNROLL for (int a = 0; a < 3; a++) p[c][a] = vsel(m, vset(k0[8 * a]), p[c][a]);
+        ROLL_OUT for (int a = 0; a < 3; a++) p[c][a] = vsel(m, vset(k0[8 * a]), p[c][a]);
     } else {
       v8 tb = vmin(vmax(vload(time), vset(0)), vset(1)), ta = vsub(vset(1), tb); /* pktrt__time_segment of two keys */
       uint32_t segment = 0;
@@ -7848,14 +7869,14 @@ PKTRT__NOINLINE void pktrt__resolve_gather_corners(const pktrt_scene *scene, con
       const float *k1 = pktrt__block_vertices(block, segment + 1) + slot % 8;
       const m8 m = mfrom(lanes);
       for (int c = 0; c < 3; c++, k0 += 24, k1 += 24)
-        UNROLL for (int a = 0; a < 3; a++) p[c][a] =
+        ROLL_OUT for (int a = 0; a < 3; a++) p[c][a] =
             vsel(m, vadd(vmul(ta, vset(k0[8 * a])), vmul(tb, vset(k1[8 * a]))), p[c][a]);
     }
     rest &= ~lanes;
   }
 }
 
-#if PKTRT__WITH_V8_REGISTERS
+#if PKTRT__WITH_VECTORS
 /* Turns the axes of eight vectors so that the rays' main axis comes first, where kx and then ky, or else z. */
 OP void pktrt__resolve_turn(m8 kx, m8 ky, v8 x, v8 y, v8 z, v8 turned[3]) {
   turned[0] = vsel(kx, x, vsel(ky, y, z));
@@ -7872,18 +7893,18 @@ PKTRT__NOINLINE void pktrt__resolve_hits(const pktrt_scene *scene, pktrt__batch 
   pktrt__resolve_turn(kx, ky, vload(b->o[0] + i), vload(b->o[1] + i), vload(b->o[2] + i), o);
   pktrt__resolve_turn(kx, ky, dx, dy, dz, d);
   d8 x[3], y[3], z[3], e[2][3], n[3];
-  UNROLL for (int c = 0; c < 3; c++) {
+  ROLL_OUT for (int c = 0; c < 3; c++) {
     pktrt__resolve_turn(kx, ky, p[c][0], p[c][1], p[c][2], turned);
     pktrt__exact_shear8(turned, o, d, &x[c], &y[c], &z[c]);
   }
-  UNROLL for (int a = 0; a < 3; a++) {
+  ROLL_OUT for (int a = 0; a < 3; a++) {
     const d8 p0 = dfrom(p[0][a]);
     e[0][a] = dsub(dfrom(p[1][a]), p0);
     e[1][a] = dsub(dfrom(p[2][a]), p0);
   }
   const d8 one = dset(1), dk = dfrom(d[0]);
   const pktrt__exact_edges8 edges = pktrt__exact_edge_functions8(x, y, z, dk);
-  UNROLL for (int a = 0; a < 3; a++) n[a] =
+  ROLL_OUT for (int a = 0; a < 3; a++) n[a] =
       dsub(dmul(e[0][(a + 1) % 3], e[1][(a + 2) % 3]), dmul(e[0][(a + 2) % 3], e[1][(a + 1) % 3]));
   const d8 largest = pktrt__vec_dmax_abs3(n[0], n[1], n[2]), size = pktrt__vec_dmax_abs3(e[0][0], e[0][1], e[0][2]);
   const d8 sizes = dmul(size, pktrt__vec_dmax_abs3(e[1][0], e[1][1], e[1][2]));
@@ -7894,10 +7915,10 @@ PKTRT__NOINLINE void pktrt__resolve_hits(const pktrt_scene *scene, pktrt__batch 
   vstore_masked(b->t + i, m, dto(dmul(edges.depth, r)));
   vstore(b->as.hit.u + i, dto(dmul(edges.v, rdet)));
   vstore(b->as.hit.v + i, dto(dmul(edges.w, rdet)));
-  UNROLL for (int a = 0; a < 3; a++) vstore(b->as.hit.normal[a] + i, dto(dmul(n[a], unit)));
+  ROLL_OUT for (int a = 0; a < 3; a++) vstore(b->as.hit.normal[a] + i, dto(dmul(n[a], unit)));
   if (PKTRT__UNLIKELY(hits & ~mbits(calm))) pktrt__single_resolve_hits(scene, b, i, hits & ~mbits(calm));
 }
-#else /* eight vectors of doubles would not fit into registers */
+#else
 OP void pktrt__resolve_hits(const pktrt_scene *scene, pktrt__batch *b, uint32_t i, uint32_t hits) {
   pktrt__single_resolve_hits(scene, b, i, hits);
 }
@@ -7923,15 +7944,6 @@ static void pktrt__resolve_batch(const pktrt__query *call, pktrt__batch *b, uint
 
 #ifndef PKTRT_NO_RENDER
 /* >>shade ---------------------------------------------------------------------------------------------------------- */
-
-/* STEP and ROLL_OUT: on narrow vectors, short of registers, loops stay loops and larger steps calls: half the code. */
-#if PKTRT__WITH_V8_REGISTERS
-#define STEP OP
-#define ROLL_OUT UNROLL
-#else
-#define STEP PKTRT__NOINLINE
-#define ROLL_OUT
-#endif
 
 STEP v8 pktrt__vec_dot(const v8 a[3], const v8 b[3]) {
   return vadd(vadd(vmul(a[0], b[0]), vmul(a[1], b[1])), vmul(a[2], b[2]));
@@ -8593,8 +8605,12 @@ static bool pktrt__entry_occluded(const pktrt_scene *scene, const pktrt_ray *ray
          pktrt__entry_single(scene, &q, pktrt__variant_of(true, false, false, &unread));
 }
 
-OP void pktrt__entry_trace_template(const pktrt__query *call, pktrt__batch *b, uint32_t n, const pktrt__variant is) {
+static void pktrt__entry_trace(const pktrt__query *call, pktrt__batch *b, uint32_t n) {
   const pktrt_scene *scene = call->scene;
+  pktrt_counts unread, *counts = call->counts;
+  if (!PKTRT__WITH_VECTORS && !counts) /* see PKTRT__INSTANCES */
+    memset(&unread, 0, sizeof unread), counts = &unread;
+  const pktrt__variant is = pktrt__variant_of(call->occlusion, false, PKTRT__STATS && call->counts, counts);
   pktrt__batch_pad(b, n);
   memset(b->valid, 0, sizeof b->valid);
   for (uint32_t i = 0; i < n; i += FW) {
@@ -8624,20 +8640,6 @@ OP void pktrt__entry_trace_template(const pktrt__query *call, pktrt__batch *b, u
   if (is.stats)
     for (uint32_t i = 0; i < n; i++) is.counts->hits += b->slot[i] != PKTRT_NONE;
   if (!is.occlusion) pktrt__resolve_batch(call, b, n);
-}
-
-static void pktrt__entry_trace(const pktrt__query *call, pktrt__batch *b, uint32_t n) {
-  pktrt_counts *counts = call->counts, unread;
-  const bool stats = PKTRT__STATS && counts;
-  if (!PKTRT__WITH_VECTORS && !counts) /* see PKTRT__INSTANCES */
-    memset(&unread, 0, sizeof unread), counts = &unread;
-  if (call->occlusion) {
-    if (stats) pktrt__entry_trace_template(call, b, n, pktrt__variant_of(true, false, true, counts));
-    else pktrt__entry_trace_template(call, b, n, pktrt__variant_of(true, false, false, counts));
-  } else {
-    if (stats) pktrt__entry_trace_template(call, b, n, pktrt__variant_of(false, false, true, counts));
-    else pktrt__entry_trace_template(call, b, n, pktrt__variant_of(false, false, false, counts));
-  }
 }
 
 /* >>arrays ---------------------------------------------------------------------------------------------------------

@@ -82,6 +82,7 @@ typedef enum hard { VERTICES, EDGES, DIAGONALS, OBLIQUE, OTHERS, TINY, HARD_KIND
 static const char *const hard_names[HARD_KINDS] = {"through vertices, along z",  "through edges, along z",
                                                    "through diagonals, along z", "through vertices, oblique",
                                                    "random, on the same grid",   "triangles of a millionth"};
+static const char *const hard_words[HARD_KINDS] = {"vertices", "edges", "diagonals", "oblique", "others", "tiny"};
 enum { CELLS = 256 };
 
 static int random_below(uint64_t i, unsigned dimension, int n) { return (int)(uniform(i, dimension) * (float)n); }
@@ -325,11 +326,11 @@ static bool parse(int argc, char **argv, options *o) {
                                         {"kinds", 1, NULL, 'k'}, {"spawn", 1, NULL, 'p'},  {"results", 1, NULL, 'o'},
                                         {NULL, 0, NULL, 0}};
   static const char *const isas[] = {"auto", "scalar", "sse2", "avx2", "avx512", "neon", NULL}; /* as pktrt_isa */
-  static const char *words[KINDS + 2]; /* "hard" is all of these */
+  static const char *words[KINDS + HARD_KINDS + 2] = {NULL}; /* "hard" is all of the hard ones */
   static const char *const spawns[] = {"before", "now", NULL};
   int key, now = 0;
   for (int k = 0; k < KINDS; k++) words[k] = kind_names[k];
-  words[KINDS] = "hard";
+  memcpy(words + KINDS, hard_words, sizeof hard_words), words[KINDS + HARD_KINDS] = "hard";
   while ((key = getopt_long(argc, argv, "", names, NULL)) != -1) {
     if (key == 's' && (!ex_parse_uint("size", optarg, 16, 4096, &o->size) || o->size % 16))
       return ex_fail("--size: want a multiple of 16 up to 4096");
@@ -341,7 +342,7 @@ static bool parse(int argc, char **argv, options *o) {
     if (key == '?') return false;
   }
   o->new_spawn = now != 0;
-  if (o->kinds >> KINDS & 1) o->kinds = ~0u >> 1 & (o->kinds | ~0u << KINDS);
+  if (o->kinds >> (KINDS + HARD_KINDS) & 1) o->kinds |= ~0u << KINDS;
   return true;
 }
 
@@ -359,7 +360,8 @@ int main(int argc, char **argv) {
   for (int v = 0; v < VERSIONS; v++)
     if (versions[v]->ray_bytes != sizeof(pktrt_ray) || versions[v]->hit_bytes != sizeof(pktrt_hit))
       fatal("rays or hits of the two versions differ");
-  for (int i = 0; i < (argc > optind ? argc - optind : 3); i++) {
+  const int scene_count = argc > optind ? argc - optind : 3;
+  for (int i = 0; i < (o.kinds & ((1u << KINDS) - 1) ? scene_count : 0); i++) {
     stage g;
     if (!open_stage(argc > optind ? argv[optind + i] : scenes[i], &o.view, &g)) return 1;
     for (int moving = 0; moving < 2; moving++) {

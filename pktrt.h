@@ -75,6 +75,7 @@
        >>errors       status codes, and the sentence that says what was wrong
        >>hooks        allocator, parallel_for, log; creating a scene
        >>mesh         adding, committing, deforming and refitting meshes; what a scene is made of
+       >>instance     models, and instances that place them
        >>query        rays, hits, one or many, arrays of structures or structures of arrays; leaving a surface
        >>stats        counts of work, events for teaching, queries with everything spelled out
        >>report       what a scene has, what a render runs, and what was left out
@@ -101,6 +102,7 @@
        >>exactness    THE definition of a hit, and the bound of every culling test: read this one
        >>exact        the canonical test itself
        >>batch        rays as the kernels see them
+       >>places       how instances lie, and rays in their frames
        >>random       what samples are made of: permutations, scrambling, Sobol's points
        >>kinds        materials, lights and samplers, a row for each
        >>waves        rays and surfaces as the renderer sees them
@@ -124,6 +126,7 @@
        >>resolve      u, v and normal, once for each ray
        >>shade        surfaces, scattering and shadow rays, eight at a time
        >>fit          blocks and nodes of builds and refits
+       >>instances    rays at the top level, and in the models there
        >>entry        one batch of rays
        >>arrays       arrays of structures to batches and back
        >>selftest     what the compiler made of the vectors
@@ -162,7 +165,7 @@
    WHAT IT DOES NOT DO
 
    - No window, no files, no threads of its own: pictures are arrays of floats, threads come through parallel_for.
-   - No any-hit filters, ray masks, instances, or removing a mesh. Triangles only.
+   - No any-hit filters, ray masks, or removing a mesh. Triangles only.
    - Pictures are ray traced after Whitted and Cook, not path traced: no light from diffuse surface to diffuse surface
      (an ambient constant and an environment light stand for it), and no caustics.
    - MSVC is untested. gcc, clang, tcc, MinGW and emscripten are, on 32 and 64 bits, little-endian and big-endian.
@@ -192,6 +195,8 @@
                               it is declared. As the next one, define it before the file's first #include.
      PKTRT_NO_NORMALS         Shading normals are not kept; pktrt_set_normals is not declared.
      PKTRT_NO_MOTION          Meshes have one key, cameras stand still.
+     PKTRT_NO_INSTANCES       No models and instances; what is declared for them is not. Define it before the file's
+                              first #include, too.
      PKTRT_NO_STATS           No counts of work, no events of the paper's path.
      PKTRT_NO_PAPER           Not the paper's path.
      PKTRT_NO_FRUSTA          The fast path has streams, but no frustum packets: coherent rays take longer.
@@ -211,6 +216,8 @@
 
    Trees. All meshes with the same number of motion keys share one tree: static ones never pay for moving ones, and
    commit rebuilds only trees that changed. A ray visits every tree: give moving meshes equal key counts if you can.
+   Instances show a model, a set of meshes with trees of its own, wherever a matrix places it; above them is one tree more,
+   of their boxes. To move one costs what that tree costs, not what the models and all else do.
 
    Motion keys. A mesh with K keys has K sets of positions, evenly spread over time [0,1]; every ray has its own time,
    and vertices move along straight lines from key to key. The boxes of the tree have K keys too and are interpolated to
@@ -628,8 +635,35 @@ PKTRT_DEF pktrt_status pktrt_set_positions(pktrt_scene *, uint32_t mesh, uint32_
 PKTRT_DEF pktrt_status pktrt_set_normals(pktrt_scene *, uint32_t mesh, uint32_t key, const float *normals);
 #endif
 
-/* Fits the boxes above changed meshes, exactly as if computed anew. Meshes not committed yet: PKTRT_NOT_COMMITTED. */
+/* Fits the boxes above changed meshes and instances, exactly as if computed anew. What is not committed yet, mesh or
+   instance: PKTRT_NOT_COMMITTED. */
 PKTRT_DEF pktrt_status pktrt_refit(pktrt_scene *);
+
+#ifndef PKTRT_NO_INSTANCES
+/* >>instance ------------------------------------------------------------------------------------------------------- */
+
+/* A model is a set of meshes that is built once, when it is added, and shown by instances alone. Meshes are as in
+   pktrt_add_mesh, motion keys and materials of the scene included. *model may be NULL. */
+PKTRT_DEF pktrt_status pktrt_add_model(pktrt_scene *, const pktrt_mesh_desc *meshes, uint32_t mesh_count,
+                                       uint32_t *model);
+
+typedef struct pktrt_instance_desc {
+  uint32_t model;
+  uint32_t key_count;      /* motion keys spread evenly over time [0,1]; 0 and 1 both mean at rest */
+  const float *transforms; /* key_count matrices of 3 x 4 by rows: place = matrix (x, y, z, 1); NULL: the identity */
+} pktrt_instance_desc;
+
+/* Places a model: turned, scaled unevenly, sheared or mirrored as you like. Elements move along straight lines from key
+   to key. An instance takes a mesh index for each mesh of its model, from the next one on: hits, materials, ties and
+   pktrt_spawn go by these. It is seen from the next commit on, as meshes are. A transform that flattens space at any
+   time, or may, is refused. *instance may be NULL. */
+PKTRT_DEF pktrt_status pktrt_add_instance(pktrt_scene *, const pktrt_instance_desc *, uint32_t *instance);
+/* Replaces one key's 12 elements, for the next commit or refit; either costs by the number of instances alone. */
+PKTRT_DEF pktrt_status pktrt_set_transform(pktrt_scene *, uint32_t instance, uint32_t key, const float *transform);
+/* Tells which instance a mesh index belongs to, and which mesh of its model it stands for (either may be NULL); false
+   for a mesh that was added directly, or does not exist. */
+PKTRT_DEF bool pktrt_get_mesh_source(const pktrt_scene *, uint32_t mesh, uint32_t *instance, uint32_t *model_mesh);
+#endif
 
 /* What the committed scene is made of. */
 typedef struct pktrt_scene_info {
@@ -646,6 +680,8 @@ typedef struct pktrt_scene_info {
   double sah_at_build;              /* expected node visits of a random line through the bounds; over trees, by area */
   double sah_now;                   /* the same after refits; sah_now > 1.5 * sah_at_build asks for a rebuild */
   bool rebuild_advised;
+  uint32_t
+      instance_count; /* committed instances; triangles, nodes and bytes count each model once, with what places it */
 } pktrt_scene_info;
 PKTRT_DEF void pktrt_get_scene_info(const pktrt_scene *, pktrt_scene_info *);
 
@@ -818,7 +854,8 @@ typedef enum pktrt_feature {
   PKTRT_FEATURE_TEXTURES = 512,     /* textures and shaders of materials */
   PKTRT_FEATURE_AREA_LIGHTS = 1024, /* lights that are quads, spheres, meshes or the environment */
   PKTRT_FEATURE_LENS = 2048,
-  PKTRT_FEATURE_SHUTTER = 4096
+  PKTRT_FEATURE_SHUTTER = 4096,
+  PKTRT_FEATURE_INSTANCES = 8192
 } pktrt_feature;
 PKTRT_DEF const char *pktrt_feature_string(pktrt_feature); /* "motion", "stats", ...; of one bit; never NULL */
 
@@ -834,8 +871,9 @@ typedef struct pktrt_scene_report {
   uint64_t positions, normals, indices; /* bytes of what was copied in; positions: with those that wait for a commit */
   uint64_t ids;                         /* which triangles a block holds, for refits */
   uint64_t materials;                   /* bytes of materials and lights */
-  uint64_t worker; /* bytes that a worker has while it renders a tile, for a generation of secondary rays */
-  uint64_t passes; /* bytes that a render keeps for its pixels, if it makes several passes */
+  uint64_t worker;    /* bytes that a worker has while it renders a tile, for a generation of secondary rays */
+  uint64_t passes;    /* bytes that a render keeps for its pixels, if it makes several passes */
+  uint64_t instances; /* bytes of what places instances, but for the tree above them, which is among those of trees */
 } pktrt_scene_report;
 /* For a render with this description (whose pixels may be NULL), or if it is NULL, for queries. */
 PKTRT_DEF void pktrt_get_scene_report(const pktrt_scene *, const struct pktrt_render_desc *, pktrt_scene_report *);
@@ -1373,7 +1411,8 @@ PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *, const pktrt_render
   ROW(TEXTURES, "textures", PKTRT_NO_TEXTURES, PKTRT_NO_RENDER)          \
   ROW(AREA_LIGHTS, "area lights", PKTRT_NO_AREA_LIGHTS, PKTRT_NO_RENDER) \
   ROW(LENS, "lens", PKTRT_NO_LENS, PKTRT_NO_RENDER)                      \
-  ROW(SHUTTER, "shutter", PKTRT_NO_SHUTTER, PKTRT_NO_RENDER)
+  ROW(SHUTTER, "shutter", PKTRT_NO_SHUTTER, PKTRT_NO_RENDER)             \
+  ROW(INSTANCES, "instances", PKTRT_NO_INSTANCES, PKTRT_NO_INSTANCES)
 /* A macro that is not defined stands for itself: for a text as long as its name. */
 #define PKTRT__TEXT_OF(x) #x
 #define PKTRT__IS_DEFINED(x, name) (sizeof PKTRT__TEXT_OF(x) != sizeof name)
@@ -1455,6 +1494,7 @@ typedef struct pktrt__mesh {
   uint32_t *indices; /* triangle_count * 3, or NULL for a soup */
   uint32_t vertex_count, triangle_count, key_count, stride, material;
   uint32_t first_id; /* global index of triangle 0 */
+  uint32_t instance; /* 1 more than that of the instance which it belongs to: it has no key, nor arrays of its own */
   bool committed, dirty, dirty_normals;
   bool marked; /* the next commit rebuilds its tree */
 } pktrt__mesh;
@@ -1533,6 +1573,20 @@ PKTRT__INLINE const float *pktrt__segment_vertices(const pktrt__bvh_segment *seg
   return (const float *)(const void *)((const unsigned char *)(const void *)block + at);
 }
 
+/* How an instance lies at a time: a point p of its model is at a p + shift. */
+typedef struct pktrt__place {
+  double a[3][3], shift[3], inverse[3][3];
+  bool straight; /* a has a diagonal only */
+} pktrt__place;
+typedef struct pktrt__instance {
+  const pktrt_scene *model;
+  float *keys, *pending; /* key_count * 12; as positions of meshes */
+  uint32_t key_count, first_mesh, first_id;
+  bool dirty;
+  double kappa;      /* of the keys that were given, see >>places */
+  pktrt__place rest; /* of one key, committed */
+} pktrt__instance;
+
 struct pktrt_scene {
   pktrt_scene_desc desc;
   pktrt_isa isa;
@@ -1540,7 +1594,7 @@ struct pktrt_scene {
   pktrt__mesh *meshes;
   uint32_t mesh_count, mesh_capacity, committed_meshes;
   pktrt__bvh *bvhs; /* in ascending order of their boxes' areas: small ones shorten rays for the large */
-  uint32_t bvh_count;
+  uint32_t bvh_count, bvh_room;
 #ifndef PKTRT_NO_RENDER
   pktrt_material plain; /* for meshes that name none */
   pktrt_material *materials;
@@ -1550,9 +1604,19 @@ struct pktrt_scene {
 #endif
   uint32_t total_triangles;    /* of all meshes, committed or not */
   float lo[3], hi[3], largest; /* the largest |coordinate| */
+  float stretch;               /* of D of >>exactness: 1, or more for instances, see >>places */
+  bool single_tree;            /* there is one tree, at rest, and no instance */
+  pktrt_scene **models;        /* each a scene of its own */
+  uint32_t model_count, model_capacity;
+  pktrt__instance *instances;
+  uint32_t instance_count, instance_capacity;
+  pktrt_scene
+      *boxes; /* a mesh for each instance, of one triangle across its box at each key: their tree is the top level */
   bool rebuild_advised;
   char error[256];
 };
+/* Tells whether a scene has instances; never, where the build leaves them out. */
+PKTRT__INLINE bool pktrt__has_instances(const pktrt_scene *s) { return PKTRT__INSTANCES && s->boxes; }
 /* >>memory --------------------------------------------------------------------------------------------------------- */
 
 /* WHY large pages: traversal jumps about in memory, and with pages of 4 KiB each step may also miss the TLB. Large
@@ -3047,6 +3111,14 @@ static void pktrt__commit_promote(pktrt__mesh *m) {
 
 static pktrt__bvh_segment pktrt__bvh_segment_of(const pktrt__bvh *bvhs, uint32_t index, uint32_t segment);
 
+/* Widens the scene's bounds by those of its instances. */
+PKTRT__COLD void pktrt__commit_summarise_instances(pktrt_scene *s) {
+  for (uint32_t i = 0; i < s->boxes->committed_meshes; i++)
+    s->stretch = pktrt__maxf(s->stretch, (float)((11 + 3 * s->instances[i].kappa) / 16));
+  for (int a = 0; a < 3; a++)
+    s->lo[a] = pktrt__minf(s->lo[a], s->boxes->lo[a]), s->hi[a] = pktrt__maxf(s->hi[a], s->boxes->hi[a]);
+}
+
 /* Derives from the trees their order and first segments, the scene's bounds, and whether a rebuild is advised. */
 PKTRT__COLD void pktrt__commit_summarise(pktrt_scene *s) {
   for (uint32_t i = 1; i < s->bvh_count; i++) /* insertion sort: few trees */
@@ -3065,8 +3137,10 @@ PKTRT__COLD void pktrt__commit_summarise(pktrt_scene *s) {
     }
     if (s->desc.rebuild != PKTRT_REBUILD_NEVER && bvh->sah_now > 1.5 * bvh->sah_at_build) s->rebuild_advised = true;
   }
-  s->largest = 0;
-  for (int a = 0; a < 3 && s->bvh_count; a++)
+  s->stretch = 1, s->largest = 0;
+  s->single_tree = s->bvh_count == 1 && !pktrt__has_motion(s->bvhs->key_count) && !s->boxes;
+  if (s->boxes) pktrt__commit_summarise_instances(s);
+  for (int a = 0; a < 3 && s->lo[0] <= s->hi[0]; a++)
     s->largest = pktrt__maxf(s->largest, pktrt__maxf(fabsf(s->lo[a]), fabsf(s->hi[a])));
 }
 
@@ -3092,37 +3166,57 @@ static const pktrt__bvh *pktrt__commit_find_bvh(const pktrt_scene *s, uint32_t k
   return NULL;
 }
 
-/* Builds the trees that changed into a new list, then swaps lists: a failure leaves the old one. */
-PKTRT__COLD pktrt_status pktrt__commit_build_changed(pktrt_scene *s) {
-  uint32_t kinds = 0, n = 0;
+/* The trees of the next state of a scene. */
+typedef struct pktrt__commit_list {
+  pktrt__bvh *bvhs;
+  uint32_t n, room;
+} pktrt__commit_list;
+/* Frees the list, and the trees in it that are new. */
+PKTRT__COLD void pktrt__commit_drop(const pktrt_scene *s, pktrt__commit_list *list) {
+  while (list->n--) {
+    const pktrt__bvh *kept = pktrt__commit_find_bvh(s, list->bvhs[list->n].key_count);
+    if (!kept || kept->nodes != list->bvhs[list->n].nodes) pktrt__bvh_free(&s->desc, &list->bvhs[list->n]);
+  }
+  pktrt__mem_release(&s->desc, list->bvhs, list->room, sizeof *list->bvhs);
+}
+/* Builds the trees that changed into a new list; the names in messages are those of `told`. */
+PKTRT__COLD pktrt_status pktrt__commit_build_changed(const pktrt_scene *s, pktrt_scene *told,
+                                                     pktrt__commit_list *list) {
   bool seen[PKTRT_MAX_KEYS + 1];
-  memset(seen, 0, sizeof seen);
-  for (uint32_t i = 0; i < s->mesh_count; i++)
-    if (s->meshes[i].triangle_count && !seen[s->meshes[i].key_count]) seen[s->meshes[i].key_count] = true, kinds++;
-  pktrt__bvh *bvhs = PKTRT__CAST(pktrt__bvh *, pktrt__mem_alloc(&s->desc, kinds, sizeof *bvhs));
-  if (!bvhs) return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "commit: no memory for the list of trees");
+  memset(seen, 0, sizeof seen), memset(list, 0, sizeof *list);
+  for (uint32_t i = 0; i < s->mesh_count; i++) {
+    const uint32_t keys = s->meshes[i].key_count;
+    if (keys && s->meshes[i].triangle_count && !seen[keys]) seen[keys] = true, list->room++;
+  }
+  list->bvhs = PKTRT__CAST(pktrt__bvh *, pktrt__mem_alloc(&s->desc, list->room, sizeof *list->bvhs));
+  if (!list->bvhs) return pktrt__fail(told, PKTRT_OUT_OF_MEMORY, "commit: no memory for the list of trees");
   for (uint32_t k = 1; k <= PKTRT_MAX_KEYS; k++) {
     if (!seen[k]) continue;
     const pktrt__bvh *old = pktrt__commit_find_bvh(s, k);
     if (old && !pktrt__commit_bvh_changed(s, k)) {
-      bvhs[n++] = *old;
-    } else if (pktrt__build_bvh(&s->desc, s->meshes, s->mesh_count, k, true, &bvhs[n])) {
-      n++;
+      list->bvhs[list->n++] = *old;
+    } else if (pktrt__build_bvh(&s->desc, s->meshes, s->mesh_count, k, true, &list->bvhs[list->n])) {
+      list->n++;
     } else {
-      while (n--) {
-        const pktrt__bvh *kept = pktrt__commit_find_bvh(s, bvhs[n].key_count);
-        if (!kept || kept->nodes != bvhs[n].nodes) pktrt__bvh_free(&s->desc, &bvhs[n]);
-      }
-      pktrt__mem_release(&s->desc, bvhs, kinds, sizeof *bvhs);
-      return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "commit: no memory to build the tree of the meshes with %u key%s",
-                         (unsigned)k, k > 1 ? "s" : "");
+      pktrt__commit_drop(s, list);
+      return pktrt__fail(told, PKTRT_OUT_OF_MEMORY, "commit: no memory to build the tree of the %s with %u key%s",
+                         s == told ? "meshes" : "instances", (unsigned)k, k > 1 ? "s" : "");
     }
   }
-  for (uint32_t i = 0; i < s->bvh_count; i++)
-    if (pktrt__commit_bvh_changed(s, s->bvhs[i].key_count)) pktrt__bvh_free(&s->desc, &s->bvhs[i]);
-  pktrt__mem_release(&s->desc, s->bvhs, s->bvh_count, sizeof *bvhs);
-  s->bvhs = bvhs, s->bvh_count = n;
   return PKTRT_OK;
+}
+
+/* Makes a list of trees, and what waits for them, the state of a scene. */
+PKTRT__COLD void pktrt__commit_take(pktrt_scene *s, const pktrt__commit_list *list) {
+  for (uint32_t i = 0; i < s->bvh_count; i++) {
+    uint32_t k = 0;
+    while (k < list->n && list->bvhs[k].nodes != s->bvhs[i].nodes) k++;
+    if (k == list->n) pktrt__bvh_free(&s->desc, &s->bvhs[i]);
+  }
+  pktrt__mem_release(&s->desc, s->bvhs, s->bvh_room, sizeof *s->bvhs);
+  s->bvhs = list->bvhs, s->bvh_count = list->n, s->bvh_room = list->room;
+  for (uint32_t i = 0; i < s->mesh_count; i++) pktrt__commit_promote(&s->meshes[i]), s->meshes[i].marked = false;
+  s->committed_meshes = s->mesh_count;
 }
 
 PKTRT__COLD pktrt_status pktrt__commit_rebuild_worn(pktrt_scene *s) {
@@ -3301,8 +3395,8 @@ static const uint32_t pktrt__axes[3][3] = {{0, 1, 2}, {1, 2, 0}, {2, 0, 1}};
 typedef struct pktrt__single {
   PKTRT__ALIGN64 float rd[8], cn[8], cf[8]; /* by axis; the other lanes are unused */
   const pktrt_ray *ray;
-  float slope[2], dk, wn, wf, sn, sf, tiny, pad, ta, tb;
-  uint32_t id, slot, bvh, octant;
+  float slope[2], dk, wn, wf, sn, sf, tiny, pad, ta, tb, t;
+  uint32_t id, slot, bvh, place, octant;
   uint32_t after;       /* at t = tmin triangles with a higher global index are hit; PKTRT_NONE: none are */
   const uint32_t *axis; /* k, u, v */
 } pktrt__single;
@@ -3633,10 +3727,11 @@ static float pktrt__exact_t(const pktrt__exact_view *v, const pktrt__exact_cross
 
 enum {
   PKTRT__BATCH = 256,            /* rays handled together: a packet of the paper path, four of the fast path */
+  PKTRT__SPARE = 64,             /* of these lanes, those that instances need for rays in their frames, see >>places */
   PKTRT__ROW = PKTRT__BATCH + 16 /* a cache line more than a power of two, or all rows would share cache sets */
 };
 
-/* Rays, structure of arrays, with what the kernels derive from them. 36 KiB, on the stack of a query. */
+/* Rays, structure of arrays, with what the kernels derive from them. 37 KiB, on the stack of a query. */
 typedef struct pktrt__batch {
   PKTRT__ALIGN64 float o[3][PKTRT__ROW];
   float d[3][PKTRT__ROW];
@@ -3660,15 +3755,17 @@ typedef struct pktrt__batch {
   float tiny[PKTRT__ROW];
   float pad[PKTRT__ROW];                /* D */
   float ta[PKTRT__ROW], tb[PKTRT__ROW]; /* time weights a, b within the segment, for the BVH being traversed */
-  uint32_t id[PKTRT__ROW];   /* global index of the closest hit's triangle; 0 at first: no tie with tmax is won.
+  uint32_t id[PKTRT__ROW];    /* global index of the closest hit's triangle; 0 at first: no tie with tmax is won.
                                     After resolving PKTRT_NONE where nothing is hit */
-  uint32_t slot[PKTRT__ROW]; /* block * 8 + lane; PKTRT_NONE: no hit. For occlusion: 0 when occluded */
-  uint32_t bvh[PKTRT__ROW];  /* of the closest hit */
+  uint32_t slot[PKTRT__ROW];  /* block * 8 + lane; PKTRT_NONE: no hit. For occlusion: 0 when occluded */
+  uint32_t bvh[PKTRT__ROW];   /* of the closest hit */
+  uint32_t place[PKTRT__ROW]; /* 1 more than the instance of the closest hit, whose t is known; 0: hit without one */
   uint8_t axis[PKTRT__ROW], octant[PKTRT__ROW];
   uint16_t segment[PKTRT__ROW];
   uint64_t valid[PKTRT__BATCH / 64];
   uint64_t moving[PKTRT__BATCH / 64]; /* rays of streams that may meet moving triangles, at any time */
   bool coherent;                      /* frustum packets took most of the last rays */
+  uint32_t spare;                     /* the first lane of those that instances use */
 } pktrt__batch;
 
 /* Copies n rays, from lane `first` of a batch on, to lanes `at` and on of another; their intervals are not copied. */
@@ -3685,6 +3782,7 @@ PKTRT__INLINE void pktrt__batch_copy_hits(pktrt__batch *to, uint32_t at, const p
   const size_t size = n * sizeof(float);
   memcpy(to->id + at, from->id + first, size), memcpy(to->slot + at, from->slot + first, size);
   memcpy(to->bvh + at, from->bvh + first, size), memcpy(to->t + at, from->t + first, size);
+  memcpy(to->place + at, from->place + first, size);
   memcpy(to->as.hit.u + at, from->as.hit.u + first, size), memcpy(to->as.hit.v + at, from->as.hit.v + first, size);
   for (int a = 0; a < 3; a++) memcpy(to->as.hit.normal[a] + at, from->as.hit.normal[a] + first, size);
 }
@@ -3789,6 +3887,16 @@ PKTRT__INLINE void pktrt__single_set_hit(const pktrt__bvh_segment *seg, pktrt__s
   q->id = id, q->slot = slot, q->bvh = seg->bvh;
 }
 
+/* Computes the t of the closest hit so far. */
+PKTRT__NOINLINE float pktrt__exact_t_of_hit(const pktrt__bvh *bvhs, const pktrt__single *q) {
+  const pktrt_ray *ray = q->ray;
+  pktrt__exact_crossing c = {0, 0, false};
+  pktrt__exact_view v;
+  pktrt__exact_view_at(&v, &bvhs[q->bvh], q->slot, ray->time, q->axis, ray->origin, ray->direction, 1);
+  pktrt__exact_cross(&v, &c);
+  return pktrt__exact_t(&v, &c);
+}
+
 /* Decides what bounds of depths leave open: whether a triangle that is crossed is hit in the ray's interval, and nearer
    than the closest hit so far, or as near with a lower index. Then its t is that float. */
 PKTRT__NOINLINE bool pktrt__exact_is_nearer(const pktrt__bvh_segment *seg, const pktrt__single *q, uint32_t id,
@@ -3798,15 +3906,7 @@ PKTRT__NOINLINE bool pktrt__exact_is_nearer(const pktrt__bvh_segment *seg, const
   float nearest = ray->tmax;
   if (!(ray->tmin < t || (t == ray->tmin && q->after < id))) return false;
   c->t = (double)t, c->error = fabs(c->t) * PKTRT__PAD_DEPTH;
-  if (q->slot != PKTRT_NONE) {
-    pktrt__exact_crossing other = {0, 0, false};
-    pktrt__exact_view of;
-    float p[3][3];
-    pktrt__tri_corners_at(&seg->bvhs[q->bvh], q->slot, ray->time, p);
-    pktrt__exact_view_of(&of, q->axis, ray->origin, ray->direction, 1, p[0], 1);
-    pktrt__exact_cross(&of, &other);
-    nearest = pktrt__exact_t(&of, &other);
-  }
+  if (q->slot != PKTRT_NONE) nearest = pktrt__exact_t_of_hit(seg->bvhs, q);
   return t < nearest || (t == nearest && id < q->id);
 }
 
@@ -3857,10 +3957,12 @@ static void pktrt__single_from_batch(const pktrt__batch *b, uint32_t r, pktrt_ra
   q->wn = b->wn[r], q->wf = b->wf[r], q->sn = b->sn[r], q->sf = b->sf[r], q->tiny = b->tiny[r];
   q->pad = b->pad[r], q->ta = b->ta[r], q->tb = b->tb[r];
   q->id = b->id[r], q->slot = b->slot[r], q->bvh = b->bvh[r], q->octant = b->octant[r], q->after = PKTRT_NONE;
+  q->t = b->t[r], q->place = b->place[r];
   q->axis = pktrt__axes[b->axis[r]];
 }
 PKTRT__INLINE void pktrt__single_to_batch(pktrt__batch *b, uint32_t r, const pktrt__single *q) {
   b->wf[r] = q->wf, b->sf[r] = q->sf, b->id[r] = q->id, b->slot[r] = q->slot, b->bvh[r] = q->bvh;
+  b->t[r] = q->t, b->place[r] = q->place;
 }
 
 /* Decide by the canonical test what single precision leaves open. WHY what is apart first, in a view of its own: most are,
@@ -3932,7 +4034,7 @@ PKTRT__NOINLINE void pktrt__exact_resolve(pktrt__exact_view *v, const uint32_t *
   pktrt__exact_normal(*v, n);
   for (int a = 0; a < 3; a++) normal[row * axis[a]] = (float)n[a];
 }
-static void pktrt__single_resolve(const pktrt_scene *s, const pktrt__single *q, pktrt_hit *hit) {
+PKTRT__NOINLINE void pktrt__single_resolve(const pktrt_scene *s, const pktrt__single *q, pktrt_hit *hit) {
   const pktrt__bvh *bvh = &s->bvhs[q->bvh];
   const pktrt_ray *ray = q->ray;
   pktrt__exact_view v;
@@ -3962,6 +4064,206 @@ PKTRT__NOINLINE void pktrt__single_resolve_hits(const pktrt_scene *s, pktrt__bat
       pktrt__exact_resolve(&v, axis, &b->t[r], &b->as.hit.u[r], &b->as.hit.v[r], &b->as.hit.normal[0][r], PKTRT__ROW);
   }
 }
+
+/* >>places: how instances lie, and rays in their frames ------------------------------------------------------------
+
+   DEFINITION. At a ray's time, with the weights a and b of >>exactness, an instance has the matrix (A s) = a (A0 s0) + b (A1
+   s1), in doubles, and the inverse R, the adjugate of A times 1 / det A. In its frame a ray (o, d) is the ray
+
+       o' = fl( R (o - s) )      d' = fl( R d )
+
+   each a sum of three products in doubles, from left to right, rounded to float at the end, or of one where A is diagonal
+   (zeros would lose signs, and nothing would be as it is without an instance); its t is that of the scene's
+   ray, for nothing is normalised. One ray serves all triangles of the instance: these are hit as >>exactness has it, their
+   exactness and all that follows from it included. Where the largest |d'| is below 2^-100 or above 2^100, or o' leaves the
+   range of origins, the ray misses. Normals are cross products of the edges A e.
+
+   BOXES of instances must hold what such rays hit. A hit at p = o' + t d' is seen at o + t d, which is A p + s but for A
+   (e_o + t e_d), |e_o| <= eps |o'|, |e_d| <= eps |d'|. As t |d'| <= |p| + |o'|, that is at most eps |A| (2 |o'| + |p|), and
+   |o'| <= |R| |o - s|, where |o - s| <= M + mu, mu = |A| m, m the largest |p| of the model: below
+
+       eps (2 kappa (M + mu) + mu)      kappa: the largest sum of a row of |A| |R|
+
+   mu's part widens the box, by 3 for 2 to pay for doubles; M's part is in D, which is `stretch` times what >>exactness
+   asks for: 16 stretch >= 11 + 3 kappa. kappa does not depend on the length of columns; between two keys, with columns of
+   at most 1 and det A >= c, the least of its Bernstein coefficients, it is at most 18 / c. */
+
+#define PKTRT__PLACE_LEAST 7.888609052210118e-31 /* 2^-100 */
+#define PKTRT__PLACE_FLAT 9.313225746154785e-10  /* 2^-30: of a determinant, for columns of length 1 */
+
+/* Computes how an instance lies between two keys. */
+static void pktrt__place_between(const float *k0, const float *k1, float ta, float tb, pktrt__place *p) {
+  double adjugate[3][3];
+  for (int i = 0; i < 12; i++)
+    *(i % 4 < 3 ? &p->a[i / 4][i % 4] : &p->shift[i / 4]) = (double)ta * (double)k0[i] + (double)tb * (double)k1[i];
+  for (int i = 0; i < 3; i++)
+    for (int j = 0; j < 3; j++) {
+      const double *u = p->a[(i + 1) % 3], *v = p->a[(i + 2) % 3];
+      adjugate[j][i] = u[(j + 1) % 3] * v[(j + 2) % 3] - u[(j + 2) % 3] * v[(j + 1) % 3];
+    }
+  const double det = (p->a[0][0] * adjugate[0][0] + p->a[0][1] * adjugate[1][0]) + p->a[0][2] * adjugate[2][0];
+  const double r = 1 / det;
+  p->straight = true;
+  for (int i = 0; i < 9; i++) {
+    p->inverse[i / 3][i % 3] = adjugate[i / 3][i % 3] * r;
+    p->straight = p->straight && (i % 4 == 0 || p->a[i / 3][i % 3] == 0);
+  }
+}
+
+/* Returns how an instance lies at a time, in *moving if it moves. */
+PKTRT__INLINE const pktrt__place *pktrt__place_at(const pktrt__instance *in, float time, pktrt__place *moving) {
+  float ta, tb;
+  if (!pktrt__has_motion(in->key_count)) return &in->rest;
+  const float *key = in->keys + 12 * (size_t)pktrt__time_segment(time, in->key_count, &ta, &tb);
+  pktrt__place_between(key, key + 12, ta, tb, moving);
+  return moving;
+}
+
+/* Returns -1 where an instance is mirrored, else 1. */
+static int pktrt__place_side(const pktrt__place *p) {
+  const double *x = p->a[0], *y = p->a[1], *z = p->a[2];
+  return x[0] * (y[1] * z[2] - y[2] * z[1]) + x[1] * (y[2] * z[0] - y[0] * z[2]) + x[2] * (y[0] * z[1] - y[1] * z[0]) <
+                 0
+             ? -1
+             : 1;
+}
+
+/* Multiplies a vector by a matrix, which may have a diagonal only. */
+PKTRT__INLINE void pktrt__place_turn(const double (*m)[3], bool straight, const double x[3], double out[3]) {
+  for (int i = 0; i < 3; i++) out[i] = straight ? m[i][i] * x[i] : (m[i][0] * x[0] + m[i][1] * x[1]) + m[i][2] * x[2];
+}
+
+/* Computes a ray in the frame of an instance; `row` and `to_row`: how many floats coordinates are apart. */
+PKTRT__NOINLINE void pktrt__place_ray(const pktrt__place *p, const float *o, const float *d, size_t row, float *to_o,
+                                      float *to_d, size_t to_row) {
+  double x[3], along[3], there[3], way[3];
+  for (size_t i = 0; i < 3; i++) x[i] = (double)o[i * row] - p->shift[i], along[i] = (double)d[i * row];
+  pktrt__place_turn(p->inverse, p->straight, x, there), pktrt__place_turn(p->inverse, p->straight, along, way);
+  for (size_t i = 0; i < 3; i++)
+    to_o[i * to_row] = pktrt__to_float(there[i]), to_d[i * to_row] = pktrt__to_float(way[i]);
+  const double most = pktrt__max_abs3(way[0], way[1], way[2]);
+  if (!(most >= PKTRT__PLACE_LEAST && most <= 1 / PKTRT__PLACE_LEAST)) to_d[0] = to_d[to_row] = to_d[2 * to_row] = 0;
+}
+
+#ifndef PKTRT_NO_INSTANCES
+/* Returns a tmax for a ray in an instance, which leaves what ties with the closest hit so far, at depths up to wf. */
+PKTRT__INLINE float pktrt__place_tmax(uint32_t slot, float wf, float dk, float tmax) {
+  return slot == PKTRT_NONE ? tmax : pktrt__minf(wf / fabsf(dk), tmax);
+}
+
+/* Tells whether a hit in an instance is nearer than the closest hit of a ray so far, or as near with a lower index. */
+static bool pktrt__place_is_nearer(const pktrt_scene *s, const pktrt__single *q, float t, uint32_t id) {
+  float nearest = q->t;
+  if (q->slot == PKTRT_NONE) return true;
+  if (!q->place) {
+    const double w = (double)t * fabs((double)q->dk), slack = fabs(w) * PKTRT__PAD_DEPTH + (double)q->tiny;
+    if (w + slack < (double)q->sf || (double)q->wf < w - slack) return w < (double)q->sf;
+    nearest = pktrt__exact_t_of_hit(s->bvhs, q);
+  }
+  return t < nearest || (t == nearest && id < q->id);
+}
+
+/* Makes the closest hit of a ray in an instance that of the ray. */
+static void pktrt__place_set_hit(pktrt__single *q, uint32_t place, float t, uint32_t id, uint32_t slot, uint32_t bvh) {
+  const float f = t * fabsf(q->dk), slack = fabsf(f) * PKTRT__PAD_DEPTH + q->tiny;
+  q->t = t, q->wf = f + slack, q->sf = f - slack;
+  q->id = id, q->slot = slot, q->bvh = bvh, q->place = place;
+}
+
+/* Copies rays of a batch, those in mask of a list, to its spare lanes, in the frame of an instance. Returns how many. */
+static uint32_t pktrt__place_rays(const pktrt_scene *s, uint32_t index, pktrt__batch *b, const uint8_t *list,
+                                  uint64_t mask, bool closest) {
+  const pktrt__instance *in = &s->instances[index];
+  uint32_t n = b->spare;
+  for (; mask; mask &= mask - 1, n++) {
+    const uint32_t r = list[pktrt__lowest_bit(mask)];
+    pktrt__place moving;
+    const pktrt__place *p = pktrt__place_at(in, b->time[r], &moving);
+    pktrt__place_ray(p, &b->o[0][r], &b->d[0][r], PKTRT__ROW, &b->o[0][n], &b->d[0][n], PKTRT__ROW);
+    b->tmin[n] = b->tmin[r], b->time[n] = b->time[r];
+    b->tmax[n] = closest ? pktrt__place_tmax(b->slot[r], b->wf[r], b->dk[r], b->tmax[r]) : b->tmax[r];
+  }
+  pktrt__batch_pad(b, n);
+  return n - b->spare;
+}
+
+/* Takes over what the spare lanes have found, for the rays in mask of a list; returns those that are hit, or nearer. */
+static uint64_t pktrt__place_take(const pktrt_scene *s, uint32_t index, pktrt__batch *b, const uint8_t *list,
+                                  uint64_t mask, bool closest) {
+  uint64_t hit = 0;
+  for (uint32_t j = b->spare; mask; mask &= mask - 1, j++) {
+    const uint32_t r = list[pktrt__lowest_bit(mask)], id = s->instances[index].first_id + b->id[j];
+    pktrt_ray ray;
+    pktrt__single q;
+    if (b->slot[j] == PKTRT_NONE) continue;
+    if (closest) {
+      pktrt__single_from_batch(b, r, &ray, &q);
+      if (!pktrt__place_is_nearer(s, &q, b->t[j], id)) continue;
+      pktrt__place_set_hit(&q, index + 1, b->t[j], id, b->slot[j], b->bvh[j]);
+      pktrt__single_to_batch(b, r, &q);
+    }
+    hit |= mask & (0u - mask);
+  }
+  return hit;
+}
+
+/* Sees the triangle of a hit in an instance as its ray does. */
+static const pktrt__place *pktrt__place_view(const pktrt__instance *in, uint32_t bvh, uint32_t slot,
+                                             const pktrt_ray *ray, pktrt__exact_view *v, pktrt__place *moving,
+                                             const uint32_t **axis) {
+  const pktrt__place *p = pktrt__place_at(in, ray->time, moving);
+  float o[3], d[3];
+  pktrt__place_ray(p, ray->origin, ray->direction, 1, o, d, 1);
+  const bool not_x = fabsf(d[0]) < fabsf(d[1]) || fabsf(d[0]) < fabsf(d[2]);
+  *axis = pktrt__axes[!not_x ? 0 : fabsf(d[1]) < fabsf(d[2]) ? 2 : 1];
+  pktrt__exact_view_at(v, &in->model->bvhs[bvh], slot, ray->time, *axis, o, d, 1);
+  return p;
+}
+
+/* Computes t, u, v and normal of a hit in an instance. */
+static void pktrt__place_resolve(const pktrt_scene *s, uint32_t place, uint32_t bvh, uint32_t slot,
+                                 const pktrt_ray *ray, pktrt_hit *hit) {
+  const uint32_t *axis;
+  pktrt__exact_view v;
+  pktrt__place moving;
+  const pktrt__place *p = pktrt__place_view(&s->instances[place - 1], bvh, slot, ray, &v, &moving, &axis);
+  double edge[3][3] = {{0, 0, 0}, {0, 0, 0}, {0, 0, 0}}, n[3], exact[3];
+  if (!pktrt__single_resolve_tuv(&v, &hit->t, &hit->u, &hit->v))
+    pktrt__exact_resolve(&v, axis, &hit->t, &hit->u, &hit->v, hit->normal, 1);
+  for (int c = 1; c < 3; c++) {
+    double e[3];
+    for (int a = 0; a < 3; a++) e[axis[a]] = v.p[c][a] - v.p[0][a];
+    pktrt__place_turn(p->a, p->straight, e, edge[c]);
+  }
+  if (!pktrt__tri_normal_of(edge, n)) { /* by the cofactors of A */
+    pktrt__exact_normal(v, exact);
+    for (int i = 0; i < 3; i++) {
+      const double *x = p->a[(i + 1) % 3], *y = p->a[(i + 2) % 3];
+      n[i] = 0;
+      for (int a = 0; a < 3; a++) {
+        const uint32_t j = axis[a], k = (j + 1) % 3, l = (j + 2) % 3;
+        n[i] += (x[k] * y[l] - x[l] * y[k]) * exact[a];
+      }
+    }
+  }
+  const double unit = 1 / pktrt__max_abs3(n[0], n[1], n[2]);
+  for (int a = 0; a < 3; a++) hit->normal[a] = (float)(n[a] * unit);
+}
+/* Does so for the rays i to i+7 of a batch in `hits`. */
+static void pktrt__place_resolve_hits(const pktrt_scene *s, pktrt__batch *b, uint32_t i, uint32_t hits) {
+  for (; hits; hits &= hits - 1) {
+    const uint32_t r = i + pktrt__lowest_bit(hits);
+    pktrt_ray ray;
+    pktrt_hit hit;
+    for (int a = 0; a < 3; a++) ray.origin[a] = b->o[a][r], ray.direction[a] = b->d[a][r];
+    ray.time = b->time[r], ray.tmin = ray.tmax = 0;
+    pktrt__place_resolve(s, b->place[r], b->bvh[r], b->slot[r], &ray, &hit);
+    b->t[r] = hit.t, b->as.hit.u[r] = hit.u, b->as.hit.v[r] = hit.v;
+    for (int a = 0; a < 3; a++) b->as.hit.normal[a][r] = hit.normal[a];
+  }
+}
+
+#endif
 
 /* Prefetches a child that will be visited. Measured worth 5% of a stream's time, and of a single ray's. */
 PKTRT__INLINE void pktrt__bvh_prefetch(const pktrt__bvh_segment *seg, uint32_t ref, const bool moving) {
@@ -4409,6 +4711,10 @@ PKTRT__INLINE float pktrt__material_ior(const pktrt_material *mat, int a) {
 static bool pktrt__material_has_lobe(const pktrt_material *mat) {
   return mat->lobe == PKTRT_LOBE_PHONG && pktrt__specular_rows[mat->specular].lobes;
 }
+static const pktrt__mesh *pktrt__mesh_source(const pktrt_scene *, uint32_t mesh);
+static void pktrt__surface_place(const pktrt_scene *, const pktrt__wave *, pktrt__surfaces *, uint32_t i);
+PKTRT__COLD void pktrt__surface_place_normals(const pktrt_scene *, uint32_t mesh, uint32_t triangle, float time,
+                                              float n[3][3]);
 static void pktrt__mesh_corner_at(const pktrt__mesh *, const float *data, uint32_t triangle, uint32_t c, float time,
                                   float out[3]);
 static void pktrt__material_weights_rest(const pktrt_scene *, const pktrt__glass_mesh *, const pktrt__wave *,
@@ -4450,8 +4756,8 @@ PKTRT__INLINE pktrt__variant pktrt__variant_moving(pktrt__variant is, const bool
 }
 
 typedef struct pktrt__kernel_table {
-  /* Answers the first n rays of a batch whose o, d, tmin, tmax, time are filled in. */
-  void (*trace)(const pktrt__query *, pktrt__batch *, uint32_t n);
+  /* Answers rays [begin, end) of a batch whose o, d, tmin, tmax, time are filled in; see pktrt__query_trace. */
+  void (*trace)(const pktrt__query *, pktrt__batch *, uint32_t begin, uint32_t end);
   /* Answers a single ray without a batch and without counts. */
   bool (*intersect)(const pktrt_scene *, const pktrt_ray *, uint32_t after, pktrt_hit *);
   bool (*occluded)(const pktrt_scene *, const pktrt_ray *);
@@ -4786,7 +5092,7 @@ PKTRT__COLD const char *pktrt__check_sentence(uint32_t faults) {
    no more than to load it: each is broadcast where it is used. Measured worth 5% of a single ray's time. */
 #define PKTRT__WITH_FEW_REGISTERS (PKTRT__STAMP == PKTRT__STAMP_AVX2)
 #define PKTRT__WITH_VECTORS (PKTRT__STAMP != PKTRT__STAMP_SCALAR)
-/* Where there are vectors, scalar kernels need not be fast: they have fewer instances, see PKTRT__INSTANCES. */
+/* Where there are vectors, scalar kernels need not be fast: they have fewer instances, see PKTRT__VARIANTS. */
 #if PKTRT__STAMP == PKTRT__STAMP_SCALAR && (defined(PKTRT__HAS_SSE2) || defined(PKTRT__HAS_NEON))
 #define PKTRT__WITH_FEW_INSTANCES 1
 #else
@@ -5544,6 +5850,16 @@ typedef __mmask16 mf;
 #define pktrt__paper_traverse_static PKTRT__NAME(pktrt__paper_traverse_static)
 #define pktrt__paper_trim PKTRT__NAME(pktrt__paper_trim)
 #define pktrt__paper_update_depth PKTRT__NAME(pktrt__paper_update_depth)
+#define pktrt__place_slabs PKTRT__NAME(pktrt__place_slabs)
+#define pktrt__place_test_boxes PKTRT__NAME(pktrt__place_test_boxes)
+#define pktrt__place_trace PKTRT__NAME(pktrt__place_trace)
+#define pktrt__place_leaf PKTRT__NAME(pktrt__place_leaf)
+#define pktrt__place_stream_in PKTRT__NAME(pktrt__place_stream_in)
+#define pktrt__place_stream PKTRT__NAME(pktrt__place_stream)
+#define pktrt__place_packets PKTRT__NAME(pktrt__place_packets)
+#define pktrt__place_trace_single PKTRT__NAME(pktrt__place_trace_single)
+#define pktrt__place_single_in PKTRT__NAME(pktrt__place_single_in)
+#define pktrt__place_single PKTRT__NAME(pktrt__place_single)
 #define pktrt__resolve_batch PKTRT__NAME(pktrt__resolve_batch)
 #define pktrt__resolve_gather_corners PKTRT__NAME(pktrt__resolve_gather_corners)
 #define pktrt__resolve_hits PKTRT__NAME(pktrt__resolve_hits)
@@ -5619,12 +5935,14 @@ typedef __mmask16 mf;
 
 /* >>setup ---------------------------------------------------------------------------------------------------------- */
 
-/* STEP and ROLL_OUT: on narrow vectors, short of registers, loops stay loops and larger steps calls: half the code. */
+/* STEP, SMALL and ROLL_OUT: on narrow vectors, short of registers, loops stay loops and larger steps calls: half the code. */
 #if PKTRT__WITH_V8_REGISTERS
 #define STEP OP
+#define SMALL PKTRT__NOINLINE
 #define ROLL_OUT UNROLL
 #else
 #define STEP PKTRT__NOINLINE
+#define SMALL PKTRT__COLD
 #define ROLL_OUT
 #endif
 
@@ -5655,7 +5973,9 @@ PKTRT__NOINLINE uint32_t pktrt__batch_setup(const pktrt_scene *scene, pktrt__bat
     m = fmax_(m, fmax_(fsub(fset(scene->hi[a]), o), fsub(o, fset(scene->lo[a]))));
     o_max = fmax_(o_max, fabs_(o));
   }
-  const vf pad = fadd(fadd(fmul(m, fset(PKTRT__PAD_M)), fmul(o_max, fset(PKTRT__PAD_O))), fset(PKTRT__PAD_MIN));
+  const vf pad =
+      fadd(fadd(fmul(m, fset(PKTRT__PAD_M * scene->stretch)), fmul(o_max, fset(PKTRT__PAD_O * scene->stretch))),
+           fset(PKTRT__PAD_MIN));
   fstore(b->pad + i, pad);
 
   /* 1/G; directions below 2^-60 are scaled first, where |d_k| 2^-26 would lose bits */
@@ -5682,6 +6002,7 @@ PKTRT__NOINLINE uint32_t pktrt__batch_setup(const pktrt_scene *scene, pktrt__bat
   fstore(b->t + i, tmax);
   memset(b->id + i, 0, FW * sizeof *b->id);
   memset(b->slot + i, 0xFF, FW * sizeof *b->slot); /* PKTRT_NONE */
+  memset(b->place + i, 0, FW * sizeof *b->place);
 
   const vf largest = fset(FLT_MAX), longest = fmax_(ax, fmax_(ay, az)); /* may drop a NaN: all three are tested below */
   mf ok = fmand(fmand(flt(zero, longest), flt(tmin, tmax)), fle(o_max, fset(PKTRT_MAX_COORD)));
@@ -5716,7 +6037,7 @@ PKTRT__NOINLINE
   const float mx = pktrt__maxf(hi[0] - o[0], o[0] - lo[0]), my = pktrt__maxf(hi[1] - o[1], o[1] - lo[1]);
   const float m = pktrt__maxf(pktrt__maxf(hi[2] - o[2], o[2] - lo[2]), pktrt__maxf(mx, my));
   const float o_max = pktrt__maxf(fabsf(o[0]), pktrt__maxf(fabsf(o[1]), fabsf(o[2])));
-  q->pad = (m * PKTRT__PAD_M + o_max * PKTRT__PAD_O) + PKTRT__PAD_MIN;
+  q->pad = (m * PKTRT__PAD_M + o_max * PKTRT__PAD_O) * scene->stretch + PKTRT__PAD_MIN;
   const float up = 18446744073709551616.0f;
   float length = adk;
   v8 along = vswap_halves(od);
@@ -5732,7 +6053,7 @@ PKTRT__NOINLINE
   const float n_slack = fabsf(n) * PKTRT__PAD_DEPTH + tiny, f_slack = fabsf(f) * PKTRT__PAD_DEPTH + tiny;
   q->tiny = tiny, q->wn = n - n_slack, q->wf = f + f_slack, q->sn = pktrt__maxf(n + n_slack, n);
   q->sf = pktrt__minf(last - (fabsf(last) * PKTRT__PAD_DEPTH + tiny), last);
-  q->id = 0, q->slot = q->after = PKTRT_NONE;
+  q->id = q->place = 0, q->slot = q->after = PKTRT_NONE, q->t = tmax;
   return true;
 }
 
@@ -6770,9 +7091,9 @@ OP uint32_t pktrt__tri_ray_block_inline(const pktrt__bvh_segment *seg, pktrt__ba
   return pktrt__tri_block_template(seg, b, r, NULL, index, is);
 }
 
-/* Kernels are templates over three flags known at compile time; these are their instances. Only the moving instance
-   counts, also where nothing moves (but for blocks of packets): weights 1 and 0 of one and the same key give the same
-   bits. Where there are vectors, scalar kernels need not be fast: there, moving instances always count, paper packets
+/* Kernels are templates over three flags known at compile time; these are their instances. One of them counts, for closest
+   and any hits (`any`), for what moves and what does not (but for blocks of packets): weights 1 and 0 of one and the same key
+   give the same bits. Where there are vectors, scalar kernels need not be fast: there, moving instances always count, paper packets
    have only moving ones, and the fast path has streams, but no frusta, which would be a third of their code. */
 #if defined(PKTRT_NO_FRUSTA) || PKTRT__WITH_FEW_INSTANCES
 #define FRUSTA 0
@@ -6789,33 +7110,32 @@ OP uint32_t pktrt__tri_ray_block_inline(const pktrt__bvh_segment *seg, pktrt__ba
 #else
 #define IF_MOVING(x)
 #endif
-#define PKTRT__INSTANCES(INSTANCE)                                            \
+#define PKTRT__VARIANTS(INSTANCE)                                             \
   INSTANCE(00, false, false, false)                                           \
   INSTANCE(10, true, false, false)                                            \
   IF_MOVING(INSTANCE(01, false, true, false) INSTANCE(11, true, true, false)) \
-  IF_COUNTED(INSTANCE(0s, false, PKTRT__MOTION != 0, PKTRT__STATS != 0)       \
-                 INSTANCE(1s, true, PKTRT__MOTION != 0, PKTRT__STATS != 0))
-#define PKTRT__PICK(name)                                                                                     \
-  (is.occlusion ? IF_COUNTED(is.stats || (PKTRT__WITH_FEW_INSTANCES && is.moving) ? PKTRT__NAME(name##_1s) :) \
-                      IF_MOVING(is.moving ? PKTRT__NAME(name##_11) :) PKTRT__NAME(name##_10)                  \
-                : IF_COUNTED(is.stats || (PKTRT__WITH_FEW_INSTANCES && is.moving) ? PKTRT__NAME(name##_0s) :) \
-                      IF_MOVING(is.moving ? PKTRT__NAME(name##_01) :) PKTRT__NAME(name##_00))
+  IF_COUNTED(INSTANCE(s, any, PKTRT__MOTION != 0, PKTRT__STATS != 0))
+#define PKTRT__PICK(name)                                                                                  \
+  (IF_COUNTED(is.stats || (PKTRT__WITH_FEW_INSTANCES && is.moving) ? PKTRT__NAME(name##_s) :) is.occlusion \
+       ? IF_MOVING(is.moving ? PKTRT__NAME(name##_11) :) PKTRT__NAME(name##_10)                            \
+       : IF_MOVING(is.moving ? PKTRT__NAME(name##_01) :) PKTRT__NAME(name##_00))
 
 #if !PKTRT__WITH_V8_REGISTERS
 /* Instances are not inlined: that would make the code a third longer, and no faster. */
 #define INSTANCE(tag, o, m, s)                                                                                    \
   PKTRT__NOINLINE uint32_t PKTRT__NAME(pktrt__tri_block_##tag)(const pktrt__bvh_segment *seg, pktrt__batch *b,    \
                                                                uint32_t r, pktrt__single *single, uint32_t index, \
-                                                               pktrt_counts *counts) {                            \
+                                                               bool any, pktrt_counts *counts) {                  \
+    (void)any;                                                                                                    \
     return pktrt__tri_block_template(seg, b, r, single, index, pktrt__variant_of(o, m, s, counts));               \
   }
-PKTRT__INSTANCES(INSTANCE) struct pktrt_scene;
+PKTRT__VARIANTS(INSTANCE) struct pktrt_scene;
 #undef INSTANCE
 #endif
 OP uint32_t pktrt__tri_ray_block(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, uint32_t index,
                                  const pktrt__variant is) {
 #if !PKTRT__WITH_V8_REGISTERS
-  return PKTRT__PICK(pktrt__tri_block)(seg, b, r, NULL, index, is.counts);
+  return PKTRT__PICK(pktrt__tri_block)(seg, b, r, NULL, index, is.occlusion, is.counts);
 #else
   return pktrt__tri_ray_block_inline(seg, b, r, index, is);
 #endif
@@ -6823,7 +7143,7 @@ OP uint32_t pktrt__tri_ray_block(const pktrt__bvh_segment *seg, pktrt__batch *b,
 OP bool pktrt__tri_single_block(const pktrt__bvh_segment *seg, pktrt__single *single, uint32_t index,
                                 const pktrt__variant is) {
 #if !PKTRT__WITH_V8_REGISTERS
-  return PKTRT__PICK(pktrt__tri_block)(seg, NULL, 0, single, index, is.counts) != 0;
+  return PKTRT__PICK(pktrt__tri_block)(seg, NULL, 0, single, index, is.occlusion, is.counts) != 0;
 #else
   return pktrt__tri_block_template(seg, NULL, 0, single, index, is) != 0;
 #endif
@@ -7090,21 +7410,23 @@ OP uint64_t pktrt__stream_template(const pktrt__bvh_segment *seg, pktrt__batch *
 
 #define INSTANCE(tag, o, m, s)                                                                                \
   PKTRT__NOINLINE bool PKTRT__NAME(pktrt__single_##tag)(const pktrt__bvh_segment *seg, pktrt__single *ray,    \
-                                                        uint32_t ref, pktrt_counts *counts) {                 \
+                                                        uint32_t ref, bool any, pktrt_counts *counts) {       \
+    (void)any;                                                                                                \
     return o ? pktrt__single_any_hit(seg, ray, ref, pktrt__variant_of(o, m, s, counts))                       \
              : pktrt__single_closest_hit(seg, ray, ref, pktrt__variant_of(o, m, s, counts));                  \
   }                                                                                                           \
   PKTRT__NOINLINE uint64_t PKTRT__NAME(pktrt__stream_##tag)(const pktrt__bvh_segment *seg, pktrt__batch *b,   \
                                                             const uint8_t *list, uint64_t mask, uint32_t ref, \
-                                                            pktrt_counts *counts) {                           \
+                                                            bool any, pktrt_counts *counts) {                 \
+    (void)any;                                                                                                \
     return pktrt__stream_template(seg, b, list, mask, ref, pktrt__variant_of(o, m, s, counts));               \
   }
-PKTRT__INSTANCES(INSTANCE) struct pktrt_scene;
+PKTRT__VARIANTS(INSTANCE) struct pktrt_scene;
 #undef INSTANCE
 
 OP bool pktrt__single_traverse(const pktrt__bvh_segment *seg, pktrt__single *ray, uint32_t ref,
                                const pktrt__variant is) {
-  return PKTRT__PICK(pktrt__single)(seg, ray, ref, is.counts);
+  return PKTRT__PICK(pktrt__single)(seg, ray, ref, is.occlusion, is.counts);
 }
 /* Traces the rays of mask through a subtree, one alone as a single ray; returns those that hit something. */
 OP uint64_t pktrt__stream_traverse(const pktrt__bvh_segment *seg, pktrt__batch *b, const uint8_t *list, uint64_t mask,
@@ -7118,7 +7440,7 @@ OP uint64_t pktrt__stream_traverse(const pktrt__bvh_segment *seg, pktrt__batch *
     pktrt__single_to_batch(b, r, &q);
     return mask;
   }
-  return PKTRT__PICK(pktrt__stream)(seg, b, list, mask, ref, is.counts);
+  return PKTRT__PICK(pktrt__stream)(seg, b, list, mask, ref, is.occlusion, is.counts);
 }
 
 /* >>packets: frustum packets through the tree ---------------------------------------------------------------------- */
@@ -7166,7 +7488,7 @@ OP uint64_t pktrt__frustum_template(pktrt__frustum *f, const pktrt__bvh_segment 
   pktrt__frustum_entry stack[PKTRT__STACK + 8];
   const ptrdiff_t to_key1 =
       is.moving ? ((ptrdiff_t)seg->plane1 - (ptrdiff_t)seg->plane0) / (ptrdiff_t)sizeof(float) : 0;
-  const bool still = !is.moving || (is.stats && !seg->vertex1); /* at rest, counted: see PKTRT__INSTANCES */
+  const bool still = !is.moving || (is.stats && !seg->vertex1); /* at rest, counted: see PKTRT__VARIANTS */
   const uint64_t mask_all = mask;
   uint64_t alive = mask, hit = 0;
   uint32_t sp = 0, ref = 0;
@@ -7198,6 +7520,12 @@ OP uint64_t pktrt__frustum_template(pktrt__frustum *f, const pktrt__bvh_segment 
     } while (!mask);
   }
 }
+
+#if !defined(PKTRT_NO_INSTANCES)
+SMALL void pktrt__place_stream(const pktrt__query *call, const pktrt_scene *scene, pktrt__batch *b, const uint8_t *list,
+                               uint64_t mask, const pktrt__variant *what);
+SMALL bool pktrt__place_single(const pktrt_scene *scene, pktrt__single *q, const pktrt__variant *what);
+#endif
 
 #if !defined(PKTRT_NO_PAPER)
 /* >>paper ------------------------------------------------------------------------------------------------------------
@@ -7341,8 +7669,8 @@ OP pktrt__paper_child pktrt__paper_child_of(const float *p0, const float *p1, ui
 }
 
 /* Returns those of rays r to r+7 that are active, in `among`, and may hit a child. */
-OP uint32_t pktrt__paper_test_group(const pktrt__paper_packet *p, const pktrt__paper_child *c, uint32_t r,
-                                    uint32_t among, const pktrt__variant is) {
+STEP uint32_t pktrt__paper_test_group(const pktrt__paper_packet *p, const pktrt__paper_child *c, uint32_t r,
+                                      uint32_t among, const pktrt__variant is) {
   const uint32_t active = pktrt__paper_active(p, r) & among;
   COUNT(box_tests, pktrt__popcount8(active));
   COUNT(vector_box_tests, 1);
@@ -7365,8 +7693,8 @@ OP void pktrt__paper_trim(pktrt__paper_packet *p, const pktrt__paper_child *c, u
 }
 
 /* Finds the first ray from `first` on that may hit a child (steps 1 to 4), or returns p->end. */
-OP uint32_t pktrt__paper_find_first(pktrt__paper_packet *p, const pktrt__paper_child *c, uint32_t first,
-                                    const pktrt__variant is) {
+STEP uint32_t pktrt__paper_find_first(pktrt__paper_packet *p, const pktrt__paper_child *c, uint32_t first,
+                                      const pktrt__variant is) {
   uint32_t r = first & ~7u;
   p->entering = pktrt__paper_test_group(p, c, r, ~0u << first % 8, is);
   if (p->entering) {
@@ -7409,8 +7737,8 @@ OP v8 pktrt__tri_corner_of_one(const float *k0, const float *k1, v8 ta, v8 tb, c
 }
 
 /* Tests one triangle against the rays `bits` of r to r+7, which share a main axis. Returns those that hit it. */
-OP uint32_t pktrt__paper_test_triangle(const pktrt__paper_packet *p, const float *k0, const float *k1, uint32_t r,
-                                       uint32_t bits, uint32_t id, uint32_t slot, const pktrt__variant is) {
+STEP uint32_t pktrt__paper_test_triangle(const pktrt__paper_packet *p, const float *k0, const float *k1, uint32_t r,
+                                         uint32_t bits, uint32_t id, uint32_t slot, const pktrt__variant is) {
   pktrt__batch *b = p->b;
   const uint32_t k = b->axis[r + pktrt__lowest_bit(bits)], ku = (k + 1) % 3, kv = (k + 2) % 3;
   const v8 ok = vload(b->o[k] + r), ou = vload(b->o[ku] + r), ov = vload(b->o[kv] + r);
@@ -7538,9 +7866,10 @@ PKTRT__NOINLINE void pktrt__paper_traverse_static(pktrt__paper_packet *p, bool o
 }
 #endif
 
-/* Traces a batch in packets of desc->packet_size rays, each through all trees and all segments of those that move. */
-PKTRT__NOINLINE void pktrt__drive_paper(const pktrt__query *call, pktrt__batch *b, uint32_t n, const bool occlusion) {
-  const pktrt_scene *scene = call->scene;
+/* Traces rays [begin, end) of a batch in packets of desc->packet_size, each through all trees of a scene, or of a model,
+   and all segments of those that move. */
+PKTRT__NOINLINE void pktrt__drive_paper(const pktrt__query *call, const pktrt_scene *scene, pktrt__batch *b,
+                                        uint32_t begin, uint32_t end, const bool occlusion) {
   pktrt_counts unwanted, *counts = call->counts ? call->counts : &unwanted;
   const pktrt__variant is = pktrt__variant_of(occlusion, false, PKTRT__STATS != 0, counts);
   memset(&unwanted, 0, sizeof unwanted);
@@ -7549,9 +7878,9 @@ PKTRT__NOINLINE void pktrt__drive_paper(const pktrt__query *call, pktrt__batch *
   for (uint32_t i = 0; i < scene->bvh_count; i++) {
     const pktrt__bvh *bvh = &scene->bvhs[i];
     const bool moving = pktrt__has_motion(bvh->key_count);
-    pktrt__batch_time_weights(b, 0, n, bvh->key_count);
-    for (p.base = 0; p.base < n; p.base = p.end) {
-      p.end = n - p.base < call->desc->packet_size ? n : p.base + call->desc->packet_size;
+    pktrt__batch_time_weights(b, begin, end - begin, bvh->key_count);
+    for (p.base = begin; p.base < end; p.base = p.end) {
+      p.end = end - p.base < call->desc->packet_size ? end : p.base + call->desc->packet_size;
       if (!i) COUNT(packets, 1);
       for (uint32_t segment = 0; segment + 1 < bvh->key_count || !segment; segment++) {
         memset(p.active, 0, sizeof p.active);
@@ -7580,17 +7909,19 @@ PKTRT__NOINLINE void pktrt__drive_paper(const pktrt__query *call, pktrt__batch *
 #endif /* PKTRT__PAPER */
 
 #if FRUSTA
-#define INSTANCE(tag, o, m, s)                                                                                       \
-  PKTRT__NOINLINE uint64_t PKTRT__NAME(pktrt__frustum_##tag)(pktrt__frustum * f, const pktrt__bvh_segment *seg,      \
-                                                             pktrt__batch *b, uint64_t mask, pktrt_counts *counts) { \
-    return pktrt__frustum_template(f, seg, b, mask, pktrt__variant_of(o, m, s, counts));                             \
+#define INSTANCE(tag, o, m, s)                                                                                  \
+  PKTRT__NOINLINE uint64_t PKTRT__NAME(pktrt__frustum_##tag)(pktrt__frustum * f, const pktrt__bvh_segment *seg, \
+                                                             pktrt__batch *b, uint64_t mask, bool any,          \
+                                                             pktrt_counts *counts) {                            \
+    (void)any;                                                                                                  \
+    return pktrt__frustum_template(f, seg, b, mask, pktrt__variant_of(o, m, s, counts));                        \
   }
-PKTRT__INSTANCES(INSTANCE) struct pktrt_scene;
+PKTRT__VARIANTS(INSTANCE) struct pktrt_scene;
 #undef INSTANCE
 
 OP uint64_t pktrt__frustum_traverse(pktrt__frustum *f, const pktrt__bvh_segment *seg, pktrt__batch *b, uint64_t mask,
                                     const pktrt__variant is) {
-  return PKTRT__PICK(pktrt__frustum)(f, seg, b, mask, is.counts);
+  return PKTRT__PICK(pktrt__frustum)(f, seg, b, mask, is.occlusion, is.counts);
 }
 #endif
 
@@ -7661,6 +7992,9 @@ PKTRT__NOINLINE void pktrt__drive_stream(const pktrt_scene *scene, pktrt__batch 
       mask &= ~hit;
     }
   }
+#if !defined(PKTRT_NO_INSTANCES)
+  if (scene->boxes && mask) pktrt__place_stream(NULL, scene, b, list, mask, &is);
+#endif
 }
 
 #if FRUSTA
@@ -7699,6 +8033,9 @@ PKTRT__NOINLINE void pktrt__drive_frustum(const pktrt_scene *scene, pktrt__batch
       mask &= ~hit;
     }
   }
+#if !defined(PKTRT_NO_INSTANCES)
+  if (scene->boxes && mask) pktrt__place_stream(NULL, scene, b, f.list, mask, &is);
+#endif
 }
 #endif
 
@@ -7717,6 +8054,9 @@ PKTRT__NOINLINE bool pktrt__drive_single(const pktrt_scene *scene, pktrt__single
       hit |= pktrt__single_traverse(&seg, ray, 0, pktrt__variant_moving(is, true));
     }
   }
+#if !defined(PKTRT_NO_INSTANCES)
+  if (scene->boxes && !(is.occlusion && hit)) hit |= pktrt__place_single(scene, ray, &is);
+#endif
   return hit;
 }
 PKTRT__NOINLINE void pktrt__drive_batch_ray(const pktrt_scene *scene, pktrt__batch *b, uint32_t r,
@@ -7822,11 +8162,14 @@ PKTRT__NOINLINE uint64_t pktrt__drive_next_packet(const pktrt__batch *b, uint32_
   return packet;
 }
 
-/* Traces a batch on the fast path: as frusta, packets within 64 neighbours; the rest as streams by octant. */
-OP void pktrt__drive_fast(const pktrt_scene *scene, pktrt__batch *b, uint32_t n, const pktrt__variant is) {
+/* Traces rays [begin, end) of a batch on the fast path: as frusta, packets within 64 neighbours; the rest as streams by
+   octant. */
+PKTRT__NOINLINE void pktrt__drive_fast(const pktrt_scene *scene, pktrt__batch *b, uint32_t begin, uint32_t end,
+                                       const pktrt__variant *what) {
+  const pktrt__variant is = *what;
   uint64_t left[PKTRT__BATCH / 64]; /* rays that no frustum takes */
   memset(left, 0, sizeof left);
-  for (uint32_t base = 0; base < n; base += 64) {
+  for (uint32_t base = begin; base < end; base += 64) {
     uint64_t rest = b->valid[base / 64];
 #if FRUSTA
     const bool one_way = rest && pktrt__drive_is_coherent(b, base, rest);
@@ -7835,7 +8178,7 @@ OP void pktrt__drive_fast(const pktrt_scene *scene, pktrt__batch *b, uint32_t n,
 #endif
     left[base / 64] = rest;
   }
-  if (pktrt__batch_note_coherence(b, left, n)) pktrt__drive_octants(scene, b, left, &is);
+  if (pktrt__batch_note_coherence(b, left, end - begin)) pktrt__drive_octants(scene, b, left, &is);
 }
 
 /* >>resolve ---------------------------------------------------------------------------------------------------------
@@ -7932,12 +8275,16 @@ OP void pktrt__resolve_misses(pktrt__batch *b, uint32_t i, uint32_t hits) {
   UNROLL for (int a = 0; a < 3; a++) vstore_masked(b->as.hit.normal[a] + i, missed, vset(0));
 }
 
-static void pktrt__resolve_batch(const pktrt__query *call, pktrt__batch *b, uint32_t n) {
+static void pktrt__resolve_batch(const pktrt__query *call, pktrt__batch *b, uint32_t begin, uint32_t end) {
   const pktrt_scene *scene = call->scene;
-  for (uint32_t i = 0; i < n; i += 8) {
-    if (call->place && i + 8 <= n) pktrt__prefetch_lines(call->place + i, 8 * sizeof *call->place);
+  for (uint32_t i = begin; i < end; i += 8) {
+    if (call->place && i + 8 <= end) pktrt__prefetch_lines(call->place + i, 8 * sizeof *call->place);
     const uint32_t hits = pktrt__lanes_occupied(b->slot + i);
-    if (hits) pktrt__resolve_hits(scene, b, i, hits);
+    const uint32_t placed = pktrt__has_instances(scene) ? hits & ~veq_u32(b->place + i, 0) : 0;
+    if (hits & ~placed) pktrt__resolve_hits(scene, b, i, hits & ~placed);
+#if !defined(PKTRT_NO_INSTANCES)
+    if (placed) pktrt__place_resolve_hits(scene, b, i, placed);
+#endif
     pktrt__resolve_misses(b, i, hits);
   }
 }
@@ -8059,9 +8406,9 @@ OP uint32_t pktrt__lanes_first(uint32_t n) { return n < 8 ? 0xFFu >> (8 - n) : 0
 static void pktrt__surface_pack(pktrt__wave *w, uint32_t first, uint32_t n, pktrt__surfaces *s) {
   pktrt__batch *b = &w->rays;
   float(*const normal)[PKTRT__ROW] = b->as.hit.normal;
-  void *const rows[] = {b->o[0],   b->o[1],   b->o[2],       b->d[0],     b->d[1],     b->d[2], normal[0],
-                        normal[1], normal[2], b->t,          b->as.hit.u, b->as.hit.v, b->time, b->id,
-                        b->slot,   b->bvh,    w->importance, w->medium,   w->key,      w->root};
+  void *const rows[] = {b->o[0],   b->o[1],   b->o[2],  b->d[0],       b->d[1],     b->d[2], normal[0],
+                        normal[1], normal[2], b->t,     b->as.hit.u,   b->as.hit.v, b->time, b->id,
+                        b->slot,   b->bvh,    b->place, w->importance, w->medium,   w->key,  w->root};
   uint32_t k = 0;
   for (uint32_t i = 0; i < n; i += 8) {
     const uint32_t from = first + i, to = first + k, all = pktrt__lanes_first(n - i);
@@ -8088,14 +8435,16 @@ PKTRT__NOINLINE bool pktrt__surface_gather_normals(const pktrt_scene *scene, con
   ROLL_OUT for (int c = 0; c < 9; c++) q[c / 3][c % 3] = n[c % 3];
   for (uint32_t rest = lanes; rest;) {
     const uint32_t r = pktrt__lowest_bit(rest), triangle = s->triangle[i + r];
-    const pktrt__mesh *mesh = &scene->meshes[s->mesh[i + r]];
+    const pktrt__mesh *mesh = pktrt__mesh_source(scene, s->mesh[i + r]);
+    const bool placed = scene->meshes[s->mesh[i + r]].instance != 0;
     uint32_t same = rest & veq_u32(s->mesh + i, s->mesh[i + r]);
     if (mesh->normals) {
       float corner[3][3];
       any = true;
-      same = !pktrt__has_motion(mesh->key_count) ? same & veq_u32(s->triangle + i, triangle) : rest & (0u - rest);
+      same = !placed && !pktrt__has_motion(mesh->key_count) ? same & veq_u32(s->triangle + i, triangle)
+                                                            : rest & (0u - rest);
       const m8 m = mfrom(same);
-      if (!pktrt__has_motion(mesh->key_count) && mesh->indices) {
+      if (!placed && !pktrt__has_motion(mesh->key_count) && mesh->indices) {
         const uint32_t *v = mesh->indices + (size_t)triangle * 3;
         UNROLL for (int c = 0; c < 3; c++) {
           const float *k = mesh->normals + (size_t)v[c] * 3;
@@ -8104,7 +8453,9 @@ PKTRT__NOINLINE bool pktrt__surface_gather_normals(const pktrt_scene *scene, con
         rest &= ~same;
         continue;
       }
-      for (uint32_t c = 0; c < 3; c++) pktrt__mesh_corner_at(mesh, mesh->normals, triangle, c, time[r], corner[c]);
+      if (placed) pktrt__surface_place_normals(scene, s->mesh[i + r], triangle, time[r], corner);
+      else
+        for (uint32_t c = 0; c < 3; c++) pktrt__mesh_corner_at(mesh, mesh->normals, triangle, c, time[r], corner[c]);
       ROLL_OUT for (int c = 0; c < 9; c++) q[c / 3][c % 3] = vsel(m, vset(corner[c / 3][c % 3]), q[c / 3][c % 3]);
     }
     rest &= ~same;
@@ -8175,7 +8526,9 @@ PKTRT__NOINLINE void pktrt__surface_find8(const pktrt_scene *scene, bool smooth,
   const v8 u = vload(b->as.hit.u + at), v = vload(b->as.hit.v + at), zero = vset(0);
   v8 p[3][3], n[3], d[3], q[3];
   d8 e[2][3], length2 = dset(0);
-  pktrt__resolve_gather_corners(scene, b->slot + at, b->bvh + at, b->time + at, lanes, p);
+  const uint32_t placed =
+      pktrt__has_instances(scene) ? lanes & ~veq_u32(b->place + at, 0) : 0; /* their points come last */
+  pktrt__resolve_gather_corners(scene, b->slot + at, b->bvh + at, b->time + at, lanes & ~placed, p);
   ROLL_OUT for (int a = 0; a < 3; a++) {
     const d8 p0 = dfrom(p[0][a]);
     e[0][a] = dsub(dfrom(p[1][a]), p0), e[1][a] = dsub(dfrom(p[2][a]), p0);
@@ -8206,6 +8559,7 @@ PKTRT__NOINLINE void pktrt__surface_find8(const pktrt_scene *scene, bool smooth,
   ROLL_OUT for (int a = 0; a < 3; a++) vstore(s->nf[a] + i, vsel(away, n[a], q[a]));
   s->inside[i / 8] = (uint8_t)mbits(inside);
   pktrt__surface_offset8(scene->largest, n, bound, s, i);
+  for (uint32_t m = placed; m; m &= m - 1) pktrt__surface_place(scene, w, s, i + pktrt__lowest_bit(m));
   pktrt__surface_start(s, i, 1, p[0]);
   pktrt__vec_store3(s->start, i, p[0]);
 }
@@ -8569,18 +8923,267 @@ static double pktrt__fit_nodes(const pktrt__bvh *bvh, uint32_t first, uint32_t c
 static const pktrt__fit_table pktrt__fit_kernels = {pktrt__fit_lanes_with_area, pktrt__fit_nodes};
 #endif
 
+#if !defined(PKTRT_NO_INSTANCES)
+/* >>instances: rays at the top level, and in the models there --------------------------------------------------------
+
+   The top level is a tree of a scene of boxes, in whose leaf blocks a triangle's first two corners are the corners of an
+   instance's box. Rays have been through all other trees before, so that a hit in an instance is never replaced by one of
+   these. Within a model they are traced as elsewhere, in spare lanes of the batch. */
+
+/* What box tests need of a ray, wherever it is kept: `step` is the distance from one axis to the next in rd, cn and cf. */
+typedef struct pktrt__place_slabs {
+  const float *rd, *cn, *cf;
+  size_t step;
+  float wn, wf, tb;
+} pktrt__place_slabs;
+
+/* Returns those boxes of a block of instances that a ray may hit at its time, and finds their entry depths. */
+OP uint32_t pktrt__place_test_boxes(const pktrt__bvh_segment *seg, uint32_t index, const pktrt__place_slabs *q,
+                                    float *entry) {
+  const pktrt__block *block = pktrt__segment_block(seg, index, true);
+  const float *k0 = pktrt__segment_vertices(seg, block, 0, true), *k1 = pktrt__segment_vertices(seg, block, 1, true);
+  const v8 t = vset(q->tb);
+  v8 n = vset(q->wn), f = vset(q->wf);
+  UNROLL for (uint32_t a = 0; a < 3; a++, k0 += 8, k1 += 8) {
+    const v8 lo0 = vload(k0), hi0 = vload(k0 + 24), r = vset(q->rd[q->step * a]);
+    const v8 lo = vmul(vfma(t, vsub(vload(k1), lo0), lo0), r), hi = vmul(vfma(t, vsub(vload(k1 + 24), hi0), hi0), r);
+    n = vmax(vsub(vmin(lo, hi), vset(q->cn[q->step * a])), n),
+    f = vmin(vsub(vmax(lo, hi), vset(q->cf[q->step * a])), f);
+  }
+  vstore(entry, n);
+  return mbits(vle(n, f)) & pktrt__lanes_occupied(seg->bvhs[seg->bvh].block_triangles + (size_t)index * 8);
+}
+
+/* Traces a single ray through an instance; tells whether it hits, or hits nearer. */
+SMALL bool pktrt__place_trace_single(const pktrt_scene *scene, pktrt__single *q, uint32_t index,
+                                     const pktrt__variant *what) {
+  const pktrt__instance *in = &scene->instances[index];
+  const pktrt_ray *from = q->ray;
+  pktrt_ray ray = *from;
+  pktrt__single within;
+  pktrt__place moving;
+  pktrt_hit hit;
+  pktrt__place_ray(pktrt__place_at(in, ray.time, &moving), from->origin, from->direction, 1, ray.origin, ray.direction,
+                   1);
+  if (!what->occlusion) ray.tmax = pktrt__place_tmax(q->slot, q->wf, q->dk, ray.tmax);
+  if (q->after != PKTRT_NONE && q->after < in->first_id) ray.tmin = nextafterf(ray.tmin, -INFINITY);
+  if (!pktrt__single_setup(in->model, &ray, &within)) return false;
+  if (q->after != PKTRT_NONE && q->after >= in->first_id) within.after = q->after - in->first_id;
+  if (!pktrt__drive_single(in->model, &within, what)) return false;
+  if (what->occlusion) return true;
+  pktrt__single_resolve(in->model, &within, &hit);
+  if (!pktrt__place_is_nearer(scene, q, hit.t, in->first_id + within.id)) return false;
+  pktrt__place_set_hit(q, index + 1, hit.t, in->first_id + within.id, within.slot, within.bvh);
+  return true;
+}
+
+/* Traces a single ray through the instances above a tree of the top level, nearest child first. */
+OP bool pktrt__place_single_in(const pktrt_scene *scene, const pktrt__bvh_segment *seg, pktrt__single *q,
+                               const pktrt__variant is) {
+  struct {
+    uint32_t ref;
+    float dist;
+  } stack[PKTRT__STACK + 8], *top = stack, swap;
+  PKTRT__ALIGN64 float dist[8];
+  const pktrt__single_slabs slabs = pktrt__single_slabs_of(q, true);
+  bool hit = false;
+  for (uint32_t ref = 0;; ref = top->ref) {
+    uint32_t bits;
+    if (ref & PKTRT__LEAF) {
+      const uint32_t *instance = seg->bvhs[seg->bvh].block_triangles + (size_t)(ref & ~PKTRT__LEAF) * 8;
+      const pktrt__place_slabs box = {q->rd, q->cn, q->cf, 1, q->wn, q->wf, q->tb};
+      bits = pktrt__place_test_boxes(seg, ref & ~PKTRT__LEAF, &box, dist);
+      while (bits) {
+        uint32_t c = pktrt__lowest_bit(bits);
+        for (uint32_t m = bits & (bits - 1); m; m &= m - 1)
+          if (dist[pktrt__lowest_bit(m)] < dist[c]) c = pktrt__lowest_bit(m);
+        bits &= ~(1u << c);
+        if (dist[c] <= q->wf) hit |= pktrt__place_trace_single(scene, q, instance[c], &is);
+        if (is.occlusion && hit) return true;
+      }
+    } else {
+      const uint32_t *child;
+      v8 entry;
+      bits = pktrt__single_open_node(&slabs, seg, ref, q->wf, &child, &entry, is);
+      vstore(dist, entry);
+      for (uint32_t n = 0; bits; bits &= bits - 1, n++) { /* the nearest on top */
+        top->ref = child[pktrt__lowest_bit(bits)], top->dist = dist[pktrt__lowest_bit(bits)];
+        if (n && top[-1].dist < top->dist) swap = top[-1], top[-1] = *top, *top = swap;
+        top++;
+      }
+    }
+    do {
+      if (top == stack) return hit;
+      top--;
+    } while (top->dist > q->wf);
+  }
+}
+SMALL bool pktrt__place_single(const pktrt_scene *scene, pktrt__single *q, const pktrt__variant *what) {
+  const pktrt__variant is = pktrt__variant_moving(*what, true);
+  const pktrt_scene *boxes = scene->boxes;
+  bool hit = false;
+  for (uint32_t i = 0; i < boxes->bvh_count && !(is.occlusion && hit); i++) {
+    const uint32_t segment = pktrt__time_segment(q->ray->time, boxes->bvhs[i].key_count, &q->ta, &q->tb);
+    const pktrt__bvh_segment seg = pktrt__bvh_segment_of(boxes->bvhs, i, segment);
+    hit |= pktrt__place_single_in(scene, &seg, q, is);
+  }
+  return hit;
+}
+
+#if PKTRT__WITH_FEW_INSTANCES
+/* Traces the rays in mask of a list through all instances, one by one; for occlusion marks those that are hit. */
+SMALL void pktrt__place_stream(const pktrt__query *call, const pktrt_scene *scene, pktrt__batch *b, const uint8_t *list,
+                               uint64_t mask, const pktrt__variant *what) {
+  (void)call;
+  for (; mask; mask &= mask - 1) {
+    const uint32_t r = list[pktrt__lowest_bit(mask)];
+    pktrt_ray ray;
+    pktrt__single q;
+    pktrt__single_from_batch(b, r, &ray, &q);
+    if (!pktrt__place_single(scene, &q, what)) continue;
+    pktrt__single_to_batch(b, r, &q);
+    if (what->occlusion) b->slot[r] = 0;
+  }
+}
+#else
+/* Traces the rays in mask of a list, all of one octant, through an instance; returns those that hit, or hit nearer. */
+PKTRT__NOINLINE uint64_t pktrt__place_trace(const pktrt__query *call, const pktrt_scene *scene, pktrt__batch *b,
+                                            const uint8_t *list, uint64_t mask, uint32_t index,
+                                            const pktrt__variant *what) {
+  const pktrt__variant is = *what;
+  const pktrt_scene *model = scene->instances[index].model;
+  const uint32_t first = b->spare, n = pktrt__place_rays(scene, index, b, list, mask, !is.occlusion);
+  uint64_t valid = 0;
+  for (uint32_t i = 0; i < n; i += FW) valid |= (uint64_t)pktrt__batch_setup(model, b, first + i) << i;
+  b->valid[first / 64] = valid;
+#if !defined(PKTRT_NO_PAPER)
+  if (call) {
+    pktrt__drive_paper(call, model, b, first, first + n, is.occlusion);
+  } else
+#endif
+      if (n < 4) {
+    for (uint64_t m = valid; m; m &= m - 1) pktrt__drive_batch_ray(model, b, first + pktrt__lowest_bit(m), &is);
+  } else if (valid) {
+    pktrt__drive_fast(model, b, first, first + n, &is);
+  }
+  for (uint32_t i = first; i < first + n && !is.occlusion; i += 8) {
+    const uint32_t hits = pktrt__lanes_occupied(b->slot + i);
+    if (hits) pktrt__resolve_hits(model, b, i, hits);
+  }
+  (void)call;
+  return pktrt__place_take(scene, index, b, list, mask, !is.occlusion);
+}
+
+/* Traces rays through the instances of a block, the nearest first; returns those that hit, or hit nearer. */
+OP uint64_t pktrt__place_leaf(const pktrt__query *call, const pktrt_scene *scene, const pktrt__bvh_segment *seg,
+                              pktrt__batch *b, const uint8_t *list, uint64_t mask, uint32_t index,
+                              const pktrt__variant is) {
+  const uint32_t *instance = seg->bvhs[seg->bvh].block_triangles + (size_t)index * 8;
+  PKTRT__ALIGN64 float entry[8], nearest[8];
+  uint64_t rays[8] = {0, 0, 0, 0, 0, 0, 0, 0}, hit = 0;
+  uint32_t met = 0;
+  vstore(nearest, vset(INFINITY));
+  for (uint64_t m = mask; m; m &= m - 1) {
+    const uint32_t r = list[pktrt__lowest_bit(m)];
+    const pktrt__place_slabs slabs = {
+        &b->rd[0][r], &b->as.slab.cn[0][r], &b->as.slab.cf[0][r], PKTRT__ROW, b->wn[r], b->wf[r], b->tb[r]};
+    uint32_t boxes = pktrt__place_test_boxes(seg, index, &slabs, entry);
+    for (met |= boxes; boxes; boxes &= boxes - 1) {
+      const uint32_t c = pktrt__lowest_bit(boxes);
+      rays[c] |= m & (0u - m), nearest[c] = pktrt__minf(nearest[c], entry[c]);
+    }
+  }
+  while (met) {
+    uint32_t c = pktrt__lowest_bit(met);
+    for (uint32_t m = met & (met - 1); m; m &= m - 1)
+      if (nearest[pktrt__lowest_bit(m)] < nearest[c]) c = pktrt__lowest_bit(m);
+    met &= ~(1u << c);
+    if (is.occlusion) rays[c] &= ~hit;
+    if (rays[c]) hit |= pktrt__place_trace(call, scene, b, list, rays[c], instance[c], &is);
+  }
+  return hit;
+}
+
+/* Traces the rays in mask of a list, all of one octant, through the instances above a tree of the top level. */
+OP uint64_t pktrt__place_stream_in(const pktrt__query *call, const pktrt_scene *scene, const pktrt__bvh_segment *seg,
+                                   pktrt__batch *b, const uint8_t *list, uint64_t mask, const pktrt__variant is) {
+  pktrt__stream_stack stack;
+  uint64_t hit = 0;
+  const uint32_t octant = b->octant[list[pktrt__lowest_bit(mask)]];
+  stack.n = 0;
+  for (uint32_t ref = 0;; ref = stack.refs[stack.n]) {
+    if (ref & PKTRT__LEAF) {
+      hit |= pktrt__place_leaf(call, scene, seg, b, list, mask, ref & ~PKTRT__LEAF, is);
+    } else {
+      COUNT(node_visits, 1);
+      COUNT(box_tests, pktrt__bvh_child_count(pktrt__bvh_children(seg, ref, true)) * pktrt__popcount(mask));
+      pktrt__stream_open_node(seg, b, list, mask, ref, octant, &stack, is);
+    }
+    do {
+      if (!stack.n) return hit;
+      mask = stack.masks[--stack.n];
+      if (is.occlusion) mask &= ~hit;
+      else if (!(mask & (mask - 1)) && stack.dists[stack.n] > b->wf[list[pktrt__lowest_bit(mask)]]) mask = 0;
+    } while (!mask);
+  }
+}
+/* Does so for all trees of the top level; for occlusion marks the rays that are hit. */
+SMALL void pktrt__place_stream(const pktrt__query *call, const pktrt_scene *scene, pktrt__batch *b, const uint8_t *list,
+                               uint64_t mask, const pktrt__variant *what) {
+  const pktrt__variant is = pktrt__variant_moving(*what, true);
+  const pktrt_scene *boxes = scene->boxes;
+  uint64_t hit = 0;
+  for (uint32_t i = 0; i < boxes->bvh_count; i++) {
+    const uint32_t keys = boxes->bvhs[i].key_count;
+    for (uint64_t m = mask; m; m &= m - 1) pktrt__batch_time_weights(b, list[pktrt__lowest_bit(m)], 1, keys);
+    for (uint64_t rest = is.occlusion ? mask & ~hit : mask; rest;) {
+      const uint32_t segment = b->segment[list[pktrt__lowest_bit(rest)]];
+      const uint64_t same = keys > 2 ? pktrt__drive_rays_of_segment(b, list, rest, segment) : rest;
+      const pktrt__bvh_segment seg = pktrt__bvh_segment_of(boxes->bvhs, i, segment);
+      hit |= pktrt__place_stream_in(call, scene, &seg, b, list, same, is);
+      rest &= ~same;
+    }
+  }
+  for (uint64_t m = is.occlusion ? hit : 0; m; m &= m - 1) b->slot[list[pktrt__lowest_bit(m)]] = 0;
+}
+#endif
+
+#if !defined(PKTRT_NO_PAPER)
+/* Traces rays [begin, end) of a batch of the paper path through the instances, 64 neighbours of one octant at a time. */
+PKTRT__COLD void pktrt__place_packets(const pktrt__query *call, pktrt__batch *b, uint32_t begin, uint32_t end,
+                                      const pktrt__variant *what) {
+  pktrt_counts unwanted;
+  pktrt__variant is = pktrt__variant_of(what->occlusion, true, PKTRT__STATS != 0, what->counts);
+  memset(&unwanted, 0, sizeof unwanted);
+  if (!call->counts) is.counts = &unwanted;
+  for (uint32_t base = begin; base < end; base += 64) {
+    uint8_t list[64];
+    uint64_t rest = b->valid[base / 64];
+    for (uint32_t i = 0; i < 64; i++) {
+      list[i] = (uint8_t)(base + i);
+      if (is.occlusion && !b->slot[base + i]) rest &= ~((uint64_t)1 << i);
+    }
+    while (rest) {
+      const uint64_t same = rest & veq_u8x64(b->octant + base, b->octant[base + pktrt__lowest_bit(rest)]);
+      pktrt__place_stream(call, call->scene, b, list, same, &is);
+      rest &= ~same;
+    }
+  }
+}
+#endif
+#endif /* PKTRT_NO_INSTANCES */
+
 /* >>entry ---------------------------------------------------------------------------------------------------------- */
 
 /* Traces a single ray through all trees, of which there is mostly one, at rest. */
 OP bool pktrt__entry_single(const pktrt_scene *scene, pktrt__single *q, const pktrt__variant is) {
-  const pktrt__bvh *bvh = scene->bvhs;
-  if (scene->bvh_count != 1 || pktrt__has_motion(bvh->key_count)) return pktrt__drive_single(scene, q, &is);
-  return pktrt__single_traverse(&bvh->rest, q, 0, is);
+  if (!scene->single_tree) return pktrt__drive_single(scene, q, &is);
+  return pktrt__single_traverse(&scene->bvhs->rest, q, 0, is);
 }
 
 /* Finds the closest hit of a single ray; at t = tmin, of triangles after one of the global index `after`. */
 static bool pktrt__entry_intersect(const pktrt_scene *scene, const pktrt_ray *ray, uint32_t after, pktrt_hit *hit) {
-  pktrt_counts unread; /* see PKTRT__INSTANCES */
+  pktrt_counts unread; /* see PKTRT__VARIANTS */
   pktrt__single q;
   uint32_t hint[2] = {0, 0};
   if (!PKTRT__WITH_VECTORS) memset(&unread, 0, sizeof unread);
@@ -8593,7 +9196,11 @@ static bool pktrt__entry_intersect(const pktrt_scene *scene, const pktrt_ray *ra
     hit->t = ray->tmax, hit->mesh = hit->triangle = PKTRT_NONE;
     return false;
   }
-  pktrt__single_resolve(scene, &q, hit);
+#if !defined(PKTRT_NO_INSTANCES)
+  if (q.place) pktrt__place_resolve(scene, q.place, q.bvh, q.slot, ray, hit);
+  else
+#endif
+    pktrt__single_resolve(scene, &q, hit);
   pktrt__mesh_name_triangle(scene, q.id, hint, &hit->mesh, &hit->triangle);
   return true;
 }
@@ -8605,41 +9212,45 @@ static bool pktrt__entry_occluded(const pktrt_scene *scene, const pktrt_ray *ray
          pktrt__entry_single(scene, &q, pktrt__variant_of(true, false, false, &unread));
 }
 
-static void pktrt__entry_trace(const pktrt__query *call, pktrt__batch *b, uint32_t n) {
+/* Traces rays [begin, end) of a batch. */
+static void pktrt__entry_trace(const pktrt__query *call, pktrt__batch *b, uint32_t begin, uint32_t end) {
   const pktrt_scene *scene = call->scene;
   pktrt_counts unread, *counts = call->counts;
-  if (!PKTRT__WITH_VECTORS && !counts) /* see PKTRT__INSTANCES */
+  if (!PKTRT__WITH_VECTORS && !counts) /* see PKTRT__VARIANTS */
     memset(&unread, 0, sizeof unread), counts = &unread;
   const pktrt__variant is = pktrt__variant_of(call->occlusion, false, PKTRT__STATS && call->counts, counts);
-  pktrt__batch_pad(b, n);
+  pktrt__batch_pad(b, end);
   memset(b->valid, 0, sizeof b->valid);
-  for (uint32_t i = 0; i < n; i += FW) {
+  for (uint32_t i = begin; i < end; i += FW) {
     const uint32_t valid = pktrt__batch_setup(scene, b, i);
     if (call->next) pktrt__prefetch_lines(call->next + i, FW * sizeof *call->next);
     b->valid[i / 64] |= (uint64_t)valid << (i % 64);
     COUNT(rays, pktrt__popcount(valid));
   }
-  if (!scene->bvh_count) {
-    if (!is.occlusion) pktrt__resolve_batch(call, b, n);
+  if (!scene->bvh_count && !pktrt__has_instances(scene)) {
+    if (!is.occlusion) pktrt__resolve_batch(call, b, begin, end);
     return;
   }
 #if !defined(PKTRT_NO_PAPER)
   if (call->desc->path == PKTRT_PATH_PAPER) {
-    pktrt__drive_paper(call, b, n, is.occlusion);
+    pktrt__drive_paper(call, scene, b, begin, end, is.occlusion);
+#if !defined(PKTRT_NO_INSTANCES)
+    if (scene->boxes) pktrt__place_packets(call, b, begin, end, &is);
+#endif
   } else
 #endif
-      if (call->desc->path == PKTRT_PATH_SINGLE || pktrt__too_few(n, is.occlusion)) {
-    for (uint32_t i = 0; i < n; i += 64)
+      if (call->desc->path == PKTRT_PATH_SINGLE || pktrt__too_few(end - begin, is.occlusion)) {
+    for (uint32_t i = begin; i < end; i += 64)
       for (uint64_t m = b->valid[i / 64]; m; m &= m - 1) {
         COUNT(packets, 1);
         pktrt__drive_batch_ray(scene, b, i + pktrt__lowest_bit(m), &is);
       }
   } else {
-    pktrt__drive_fast(scene, b, n, is);
+    pktrt__drive_fast(scene, b, begin, end, &is);
   }
   if (is.stats)
-    for (uint32_t i = 0; i < n; i++) is.counts->hits += b->slot[i] != PKTRT_NONE;
-  if (!is.occlusion) pktrt__resolve_batch(call, b, n);
+    for (uint32_t i = begin; i < end; i++) is.counts->hits += b->slot[i] != PKTRT_NONE;
+  if (!is.occlusion) pktrt__resolve_batch(call, b, begin, end);
 }
 
 /* >>arrays ---------------------------------------------------------------------------------------------------------
@@ -8839,6 +9450,7 @@ static const pktrt__kernel_table pktrt__kernels = {pktrt__entry_trace,
 #undef UNROLL_WIDE
 #undef PKTRT__WITH_FIT
 #undef STEP
+#undef SMALL
 #undef ROLL_OUT
 #undef COUNT
 #undef PKTRT__WITH_FEW_INSTANCES
@@ -8958,6 +9570,28 @@ PKTRT_DEF const char *pktrt_last_error(const pktrt_scene *s) {
   return pktrt__check_sentence(faults);
 }
 
+/* Takes over the transforms that were set, as pktrt__commit_promote does positions. */
+PKTRT__COLD void pktrt__instance_promote_all(pktrt_scene *s) {
+  for (uint32_t i = 0; i < s->instance_count; i++) {
+    pktrt__instance *in = &s->instances[i];
+    if (!in->dirty) continue;
+    if (in->pending) pktrt__commit_swap(&in->keys, &in->pending);
+    pktrt__place_between(in->keys, in->keys, 1, 0, &in->rest);
+    in->dirty = false;
+  }
+}
+PKTRT__COLD void pktrt__instance_free(const pktrt_scene *s, pktrt__instance *in) {
+  pktrt__mem_release(&s->desc, in->keys, in->key_count, 12 * sizeof(float));
+  pktrt__mem_release(&s->desc, in->pending, in->key_count, 12 * sizeof(float));
+}
+PKTRT__COLD void pktrt__instance_free_all(pktrt_scene *s) {
+  for (uint32_t i = 0; i < s->instance_count; i++) pktrt__instance_free(s, &s->instances[i]);
+  for (uint32_t i = 0; i < s->model_count; i++) pktrt_scene_destroy(s->models[i]);
+  pktrt__mem_release(&s->desc, s->instances, s->instance_capacity, sizeof *s->instances);
+  pktrt__mem_release(&s->desc, s->models, s->model_capacity, sizeof *s->models);
+  pktrt_scene_destroy(s->boxes);
+}
+
 PKTRT_DEF pktrt_scene *pktrt_scene_create(const pktrt_scene_desc *desc) {
   pktrt_scene_desc d;
   memset(&d, 0, sizeof d);
@@ -8988,7 +9622,8 @@ PKTRT_DEF void pktrt_scene_destroy(pktrt_scene *s) {
   for (uint32_t i = 0; i < s->mesh_count; i++) pktrt__mesh_free(&d, &s->meshes[i]);
   for (uint32_t i = 0; i < s->bvh_count; i++) pktrt__bvh_free(&d, &s->bvhs[i]);
   pktrt__mem_release(&d, s->meshes, s->mesh_capacity, sizeof *s->meshes);
-  pktrt__mem_release(&d, s->bvhs, s->bvh_count, sizeof *s->bvhs);
+  pktrt__mem_release(&d, s->bvhs, s->bvh_room, sizeof *s->bvhs);
+  pktrt__instance_free_all(s);
 #ifndef PKTRT_NO_RENDER
   pktrt__mem_release(&d, s->materials, s->material_capacity, sizeof *s->materials);
   pktrt__mem_release(&d, s->lights, s->light_capacity, sizeof *s->lights);
@@ -9028,10 +9663,16 @@ PKTRT_DEF pktrt_status pktrt_add_mesh(pktrt_scene *s, const pktrt_mesh_desc *d, 
 PKTRT_DEF pktrt_status pktrt_commit(pktrt_scene *s) {
   if (!s) return PKTRT_INVALID_ARGUMENT;
   s->error[0] = 0;
-  const pktrt_status st = pktrt__commit_build_changed(s);
+  pktrt__commit_list own, top;
+  pktrt_status st = pktrt__commit_build_changed(s, s, &own);
   if (st != PKTRT_OK) return st;
-  for (uint32_t i = 0; i < s->mesh_count; i++) pktrt__commit_promote(&s->meshes[i]), s->meshes[i].marked = false;
-  s->committed_meshes = s->mesh_count;
+  if (s->boxes) st = pktrt__commit_build_changed(s->boxes, s, &top);
+  if (st != PKTRT_OK) {
+    pktrt__commit_drop(s, &own);
+    return st;
+  }
+  pktrt__commit_take(s, &own);
+  if (s->boxes) pktrt__commit_take(s->boxes, &top), pktrt__commit_summarise(s->boxes), pktrt__instance_promote_all(s);
   pktrt__commit_summarise(s);
   return PKTRT_OK;
 }
@@ -9045,6 +9686,11 @@ PKTRT__COLD pktrt__mesh *pktrt__mesh_to_deform(pktrt_scene *s, uint32_t mesh, ui
     return NULL;
   }
   pktrt__mesh *m = &s->meshes[mesh];
+  if (m->instance) {
+    pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "%s: mesh %u belongs to instance %u, whose model keeps its shape", what,
+                (unsigned)mesh, (unsigned)m->instance - 1);
+    return NULL;
+  }
   if (key >= m->key_count) {
     pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "%s: mesh %u has no key %u, it has %u", what, (unsigned)mesh, (unsigned)key,
                 (unsigned)m->key_count);
@@ -9108,12 +9754,16 @@ PKTRT_DEF pktrt_status pktrt_set_normals(pktrt_scene *s, uint32_t mesh, uint32_t
 PKTRT_DEF pktrt_status pktrt_refit(pktrt_scene *s) {
   if (!s) return PKTRT_INVALID_ARGUMENT;
   s->error[0] = 0;
+  if (s->boxes && s->boxes->committed_meshes < s->instance_count)
+    return pktrt__fail(s, PKTRT_NOT_COMMITTED, "refit: instance %u was added since the last commit",
+                       (unsigned)s->boxes->committed_meshes);
   for (uint32_t i = s->committed_meshes; i < s->mesh_count; i++)
     return pktrt__fail(s, PKTRT_NOT_COMMITTED, "refit: mesh %u was added since the last commit", (unsigned)i);
   for (uint32_t i = 0; i < s->bvh_count; i++)
     if (pktrt__commit_bvh_moved(s, s->bvhs[i].key_count))
       pktrt__refit_bvh(&s->desc, &s->bvhs[i], s->meshes, s->mesh_count);
   for (uint32_t i = 0; i < s->mesh_count; i++) pktrt__commit_promote(&s->meshes[i]);
+  if (s->boxes && !pktrt_refit(s->boxes)) pktrt__instance_promote_all(s);
   pktrt__commit_summarise(s);
   return pktrt__commit_rebuild_worn(s);
 }
@@ -9122,8 +9772,236 @@ PKTRT_DEF pktrt_status pktrt_mark_changed(pktrt_scene *s) {
   if (!s) return PKTRT_INVALID_ARGUMENT;
   s->error[0] = 0;
   for (uint32_t i = 0; i < s->mesh_count; i++) s->meshes[i].marked = true;
+  return s->boxes ? pktrt_mark_changed(s->boxes) : PKTRT_OK;
+}
+
+#ifndef PKTRT_NO_INSTANCES
+PKTRT_DEF pktrt_status pktrt_add_model(pktrt_scene *s, const pktrt_mesh_desc *meshes, uint32_t mesh_count,
+                                       uint32_t *model) {
+  if (!s) return PKTRT_INVALID_ARGUMENT;
+  s->error[0] = 0;
+  const unsigned index = (unsigned)s->model_count;
+  if (!meshes || !mesh_count) return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "model %u: it has no meshes", index);
+  void *models = s->models;
+  if (!pktrt__mem_grow(&s->desc, &models, s->model_count, &s->model_capacity, sizeof *s->models))
+    return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "model %u: no memory for the list of models", index);
+  s->models = PKTRT__CAST(pktrt_scene **, models);
+  pktrt_scene *m = pktrt_scene_create(&s->desc);
+  if (!m) return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "model %u: no memory", index);
+  pktrt_status st = PKTRT_OK;
+  for (uint32_t i = 0; i < mesh_count && st == PKTRT_OK; i++) st = pktrt_add_mesh(m, &meshes[i], NULL);
+  if (st == PKTRT_OK) st = pktrt_commit(m);
+  if (st != PKTRT_OK) {
+    pktrt__fail(s, st, "model %u: %.200s", index, m->error);
+    pktrt_scene_destroy(m);
+    return st;
+  }
+  s->models[s->model_count++] = m;
+  if (model) *model = index;
   return PKTRT_OK;
 }
+
+/* Computes det(a) with row i, if it is one, taken from b. */
+static double pktrt__place_det(double a[3][3], double b[3][3], int i) {
+  const double *x = i == 0 ? b[0] : a[0], *y = i == 1 ? b[1] : a[1], *z = i == 2 ? b[2] : a[2];
+  return x[0] * (y[1] * z[2] - y[2] * z[1]) + x[1] * (y[2] * z[0] - y[0] * z[2]) + x[2] * (y[0] * z[1] - y[1] * z[0]);
+}
+/* Finds the least Bernstein coefficient of the determinant between two keys, whose columns have been scaled to at most 1
+   in common; below 0 if not all have the sign of the first. */
+static double pktrt__place_least_det(const float *k0, const float *k1) {
+  double a[3][3], b[3][3], c[4] = {0, 0, 0, 0};
+  for (int j = 0; j < 3; j++) {
+    double most = 0;
+    for (int i = 0; i < 3; i++)
+      most = pktrt__max(most, pktrt__max(fabs((double)k0[4 * i + j]), fabs((double)k1[4 * i + j])));
+    if (!(most > 0)) return 0;
+    for (int i = 0; i < 3; i++) a[i][j] = (double)k0[4 * i + j] / most, b[i][j] = (double)k1[4 * i + j] / most;
+  }
+  c[0] = pktrt__place_det(a, b, 3), c[3] = pktrt__place_det(b, a, 3);
+  for (int i = 0; i < 3; i++) c[1] += pktrt__place_det(a, b, i) / 3, c[2] += pktrt__place_det(b, a, i) / 3;
+  const double sign = c[0] < 0 ? -1 : 1;
+  return pktrt__min(pktrt__min(sign * c[0], sign * c[1]), pktrt__min(sign * c[2], sign * c[3]));
+}
+/* Computes kappa of an instance at rest. */
+static double pktrt__place_kappa(const float *key) {
+  pktrt__place p;
+  double kappa = 0;
+  pktrt__place_between(key, key, 1, 0, &p);
+  for (int i = 0; i < 3; i++) {
+    double sum = 0;
+    for (int j = 0; j < 9; j++) sum += fabs(p.a[i][j / 3]) * fabs(p.inverse[j / 3][j % 3]);
+    kappa = pktrt__max(kappa, sum);
+  }
+  return kappa;
+}
+
+/* Computes the corners of an instance's box at a key, and a third one beside their line. */
+static bool pktrt__place_box(const pktrt_scene *model, const float *key, double kappa, float box[9]) {
+  double middle[3], half[3], mu[3], most = 0;
+  for (int i = 0; i < 3; i++) {
+    middle[i] = (double)key[4 * i + 3], half[i] = mu[i] = 0;
+    for (int j = 0; j < 3; j++) {
+      const double a = (double)key[4 * i + j], lo = (double)model->lo[j], hi = (double)model->hi[j];
+      middle[i] += a * (0.5 * (lo + hi)), half[i] += fabs(a) * (0.5 * (hi - lo));
+      mu[i] += fabs(a) * pktrt__max(fabs(lo), fabs(hi));
+    }
+    most = pktrt__max(most, mu[i]);
+  }
+  for (int i = 0; i < 3; i++) {
+    const double size = fabs((double)key[4 * i + 3]) + mu[i];
+    const double wide = half[i] + PKTRT__EPS * (3 * kappa * most + 3 * mu[i] + 2 * (fabs(middle[i]) + half[i])) +
+                        size * 8.8817841970012523e-16 + (double)FLT_MIN; /* 2^-50 */
+    if (!(fabs(middle[i]) + wide <= (double)PKTRT_MAX_COORD)) return false;
+    box[i] = (float)(middle[i] - wide), box[3 + i] = (float)(middle[i] + wide);
+    box[6 + i] = i ? box[i] : box[3];
+  }
+  return true;
+}
+
+/* Checks transforms of an instance, all keys of them, and finds kappa. */
+PKTRT__COLD pktrt_status pktrt__instance_check(pktrt_scene *s, pktrt__instance *in, const float *keys, unsigned index) {
+  float box[9];
+  for (uint32_t i = 0; i < in->key_count * 12; i++)
+    if (!(fabsf(keys[i]) <= PKTRT_MAX_COORD))
+      return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "instance %u, key %u: element %u of its transform is %g, beyond %g",
+                         index, (unsigned)i / 12, (unsigned)i % 12, (double)keys[i], (double)PKTRT_MAX_COORD);
+  in->kappa = in->key_count > 1 ? 0 : pktrt__place_kappa(keys);
+  for (uint32_t i = 0; i + 1 < in->key_count || !i; i++) {
+    const float *k0 = keys + 12 * (size_t)i, *k1 = in->key_count > 1 ? k0 + 12 : k0;
+    const double least = pktrt__place_least_det(k0, k1);
+    if (!(least > PKTRT__PLACE_FLAT) && in->key_count > 1)
+      return pktrt__fail(s, PKTRT_INVALID_ARGUMENT,
+                         "instance %u: between keys %u and %u its transform may flatten it; give it more keys between",
+                         index, (unsigned)i, (unsigned)i + 1);
+    if (!(least > PKTRT__PLACE_FLAT))
+      return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "instance %u: its transform flattens it", index);
+    if (in->key_count > 1) in->kappa = pktrt__max(in->kappa, 18 / least);
+  }
+  for (uint32_t i = 0; i < in->key_count; i++)
+    if (!pktrt__place_box(in->model, keys + 12 * (size_t)i, in->kappa, box))
+      return pktrt__fail(s, PKTRT_LIMIT, "instance %u, key %u: it reaches beyond the limit of %g", index, (unsigned)i,
+                         (double)PKTRT_MAX_COORD);
+  return PKTRT_OK;
+}
+
+/* Adds the meshes that stand for those of the model. */
+PKTRT__COLD bool pktrt__instance_add_meshes(pktrt_scene *s, const pktrt__instance *in, uint32_t index) {
+  const uint32_t count = s->mesh_count;
+  for (uint32_t i = 0; i < in->model->mesh_count; i++) {
+    pktrt__mesh m;
+    void *meshes = s->meshes;
+    if (!pktrt__mem_grow(&s->desc, &meshes, s->mesh_count, &s->mesh_capacity, sizeof *s->meshes)) {
+      s->mesh_count = count;
+      return false;
+    }
+    memset(&m, 0, sizeof m);
+    m.triangle_count = in->model->meshes[i].triangle_count, m.material = in->model->meshes[i].material;
+    m.first_id = in->first_id + in->model->meshes[i].first_id, m.instance = index + 1;
+    s->meshes = PKTRT__CAST(pktrt__mesh *, meshes), s->meshes[s->mesh_count++] = m;
+  }
+  return true;
+}
+
+/* Makes room for one more instance, in the scene of boxes too, and for its transforms. */
+PKTRT__COLD bool pktrt__instance_make_room(pktrt_scene *s, pktrt__instance *in) {
+  void *instances = s->instances;
+  pktrt_scene_desc d = s->desc;
+  d.rebuild = PKTRT_REBUILD_AUTOMATIC, d.log = NULL;
+  if (!s->boxes) s->boxes = pktrt_scene_create(&d);
+  if (!s->boxes || !pktrt__mem_grow(&s->desc, &instances, s->instance_count, &s->instance_capacity, sizeof *in))
+    return false;
+  s->instances = PKTRT__CAST(pktrt__instance *, instances);
+  in->keys = PKTRT__CAST(float *, pktrt__mem_alloc(&s->desc, in->key_count, 12 * sizeof(float)));
+  return in->keys != NULL;
+}
+
+/* Adds an instance whose transforms are in place. */
+PKTRT__COLD pktrt_status pktrt__instance_add(pktrt_scene *s, pktrt__instance *in, uint32_t index) {
+  const pktrt_status st = pktrt__instance_check(s, in, in->keys, (unsigned)index);
+  if (st != PKTRT_OK) return st;
+  const uint32_t first = s->mesh_count;
+  pktrt_mesh_desc box;
+  float(*boxes)[9] = PKTRT__CAST(float(*)[9], pktrt__mem_alloc(&s->desc, in->key_count, sizeof *boxes));
+  memset(&box, 0, sizeof box);
+  for (uint32_t k = 0; boxes && k < in->key_count; k++)
+    (void)pktrt__place_box(in->model, in->keys + 12 * (size_t)k, in->kappa, boxes[k]);
+  box.positions = boxes ? boxes[0] : NULL, box.vertex_count = 3, box.triangle_count = 1, box.key_count = in->key_count;
+  const bool done = boxes && pktrt__instance_add_meshes(s, in, index) && !pktrt_add_mesh(s->boxes, &box, NULL);
+  pktrt__mem_release(&s->desc, boxes, in->key_count, sizeof *boxes);
+  if (!done) {
+    s->mesh_count = first;
+    return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "instance %u: no memory", (unsigned)index);
+  }
+  pktrt__place_between(in->keys, in->keys, 1, 0, &in->rest);
+  s->instances[s->instance_count++] = *in;
+  s->total_triangles += in->model->total_triangles;
+  return PKTRT_OK;
+}
+
+PKTRT_DEF pktrt_status pktrt_add_instance(pktrt_scene *s, const pktrt_instance_desc *d, uint32_t *instance) {
+  static const float identity[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+  if (!s) return PKTRT_INVALID_ARGUMENT;
+  s->error[0] = 0;
+  const uint32_t index = s->instance_count;
+  const unsigned i = (unsigned)index;
+  if (!d) return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "instance %u: the description is NULL", i);
+  if (d->model >= s->model_count)
+    return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "instance %u: there is no model %u among %u", i, (unsigned)d->model,
+                       (unsigned)s->model_count);
+  if (d->key_count > (PKTRT__MOTION ? PKTRT_MAX_KEYS : 1))
+    return pktrt__fail(s, PKTRT_LIMIT, "instance %u: key_count %u is above %u", i, (unsigned)d->key_count,
+                       PKTRT__MOTION ? PKTRT_MAX_KEYS : 1);
+  pktrt__instance in;
+  memset(&in, 0, sizeof in);
+  in.model = s->models[d->model], in.key_count = d->key_count ? d->key_count : 1;
+  in.first_mesh = s->mesh_count, in.first_id = s->total_triangles;
+  if (in.model->total_triangles > PKTRT_MAX_TRIANGLES - s->total_triangles)
+    return pktrt__fail(s, PKTRT_LIMIT, "instance %u: %u triangles more than the %u of the scene pass %u", i,
+                       (unsigned)in.model->total_triangles, (unsigned)s->total_triangles, PKTRT_MAX_TRIANGLES);
+  if (!pktrt__instance_make_room(s, &in)) return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "instance %u: no memory", i);
+  for (uint32_t k = 0; k < in.key_count; k++)
+    memcpy(in.keys + 12 * (size_t)k, d->transforms ? d->transforms + 12 * (size_t)k : identity, 12 * sizeof(float));
+  const pktrt_status st = pktrt__instance_add(s, &in, index);
+  if (st != PKTRT_OK) pktrt__instance_free(s, &in);
+  else if (instance) *instance = index;
+  return st;
+}
+
+PKTRT_DEF pktrt_status pktrt_set_transform(pktrt_scene *s, uint32_t instance, uint32_t key, const float *transform) {
+  if (!s) return PKTRT_INVALID_ARGUMENT;
+  s->error[0] = 0;
+  const unsigned i = (unsigned)instance;
+  if (instance >= s->instance_count)
+    return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "set_transform: there is no instance %u among %u", i,
+                       (unsigned)s->instance_count);
+  pktrt__instance *in = &s->instances[instance], changed = *in;
+  if (key >= in->key_count || !transform)
+    return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "set_transform: instance %u, key %u: %s", i, (unsigned)key,
+                       transform ? "there is no such key" : "the array is NULL");
+  if (!in->pending) in->pending = PKTRT__CAST(float *, pktrt__mem_alloc(&s->desc, in->key_count, 12 * sizeof(float)));
+  if (!in->pending) return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "set_transform: instance %u: no memory", i);
+  if (!in->dirty) memcpy(in->pending, in->keys, in->key_count * 12 * sizeof(float));
+  float before[12], box[9], *at = in->pending + 12 * (size_t)key;
+  memcpy(before, at, sizeof before), memcpy(at, transform, sizeof before);
+  pktrt_status st = pktrt__instance_check(s, &changed, in->pending, i);
+  for (uint32_t k = 0; k < in->key_count && st == PKTRT_OK; k++) { /* without memory, the first fails */
+    (void)pktrt__place_box(in->model, in->pending + 12 * (size_t)k, changed.kappa, box);
+    st = pktrt_set_positions(s->boxes, instance, k, box);
+    if (st != PKTRT_OK) pktrt__fail(s, st, "set_transform: instance %u: no memory", i);
+  }
+  if (st != PKTRT_OK) memcpy(at, before, sizeof before);
+  else in->dirty = true, in->kappa = pktrt__max(in->kappa, changed.kappa);
+  return st;
+}
+
+PKTRT_DEF bool pktrt_get_mesh_source(const pktrt_scene *s, uint32_t mesh, uint32_t *instance, uint32_t *model_mesh) {
+  if (!s || mesh >= s->mesh_count || !s->meshes[mesh].instance) return false;
+  const uint32_t index = s->meshes[mesh].instance - 1;
+  if (instance) *instance = index;
+  if (model_mesh) *model_mesh = mesh - s->instances[index].first_mesh;
+  return true;
+}
+#endif
 
 PKTRT__COLD void pktrt__report_info(const pktrt_scene *s, pktrt_scene_info *info) {
   memset(info, 0, sizeof *info);
@@ -9154,6 +10032,14 @@ PKTRT__COLD void pktrt__report_info(const pktrt_scene *s, pktrt_scene_info *info
     area += weight;
   }
   if (area > 0) info->sah_at_build /= area, info->sah_now /= area;
+  for (uint32_t i = 0; i <= s->model_count && s->boxes; i++) { /* each model once, then the top level */
+    pktrt_scene_info of;
+    pktrt__report_info(i < s->model_count ? s->models[i] : s->boxes, &of);
+    info->nodes += of.nodes, info->leaf_blocks += of.leaf_blocks, info->tree_bytes += of.tree_bytes;
+    info->mesh_bytes += of.mesh_bytes;
+    if (i < s->model_count) info->triangles += of.triangles, info->degenerate += of.degenerate;
+  }
+  info->instance_count = s->boxes ? s->boxes->committed_meshes : 0;
 }
 
 PKTRT_DEF void pktrt_get_scene_info(const pktrt_scene *s, pktrt_scene_info *info) { pktrt__report_info(s, info); }
@@ -9316,6 +10202,33 @@ static pktrt__query pktrt__query_make(const pktrt_scene *s, const pktrt_query_de
   return call;
 }
 
+enum { PKTRT__FIRST_SPARE = PKTRT__BATCH - PKTRT__SPARE };
+
+/* Answers more rays of a batch than leave lanes for instances: the last ones when others' lanes have been put aside. */
+PKTRT__COLD void pktrt__query_trace_split(const pktrt__query *call, pktrt__batch *b, uint32_t n) {
+  float(*const normal)[PKTRT__ROW] = b->as.hit.normal, *const u = b->as.hit.u, *const v = b->as.hit.v;
+  void *const row[] = {b->o[0], b->o[1], b->o[2], b->d[0],  b->d[1], b->d[2], b->tmin,   b->tmax,   b->time,  b->id,
+                       b->slot, b->bvh,  b->t,    b->place, u,       v,       normal[0], normal[1], normal[2]};
+  const size_t rows = sizeof row / sizeof *row, size = PKTRT__SPARE * sizeof(float);
+  float last[sizeof row / sizeof *row][PKTRT__SPARE], first[sizeof row / sizeof *row][PKTRT__SPARE];
+  for (size_t i = 0; i < rows; i++) memcpy(last[i], PKTRT__CAST(float *, row[i]) + PKTRT__FIRST_SPARE, size);
+  b->spare = PKTRT__FIRST_SPARE;
+  call->scene->kernels->trace(call, b, 0, PKTRT__FIRST_SPARE);
+  for (size_t i = 0; i < rows; i++) {
+    memcpy(first[i], row[i], size);
+    memcpy(PKTRT__CAST(float *, row[i]) + PKTRT__FIRST_SPARE, last[i], size);
+  }
+  b->spare = 0;
+  call->scene->kernels->trace(call, b, PKTRT__FIRST_SPARE, n);
+  for (size_t i = 0; i < rows; i++) memcpy(row[i], first[i], size);
+}
+/* Answers the first n rays of a batch. */
+static void pktrt__query_trace(const pktrt__query *call, pktrt__batch *b, uint32_t n) {
+  b->spare = PKTRT__FIRST_SPARE;
+  if (n > PKTRT__FIRST_SPARE && pktrt__has_instances(call->scene)) pktrt__query_trace_split(call, b, n);
+  else call->scene->kernels->trace(call, b, 0, n);
+}
+
 /* The caller's arrays, NULL if not used. */
 typedef struct pktrt__query_arrays {
   const pktrt_ray *rays;
@@ -9345,9 +10258,10 @@ PKTRT__NOINLINE void pktrt__query_sort(const pktrt_ray *rays, uint32_t n, uint16
 
 /* Tells how many of `left` rays to take next: on the paper path whole packets; on the fast path one packet while rays
    are coherent, whose rows then stay in the nearest cache, else a batch, or so many that it pays to sort them. */
-static uint32_t pktrt__query_next_count(const pktrt_query_desc *d, const pktrt__batch *b, bool sorts, size_t left) {
-  uint32_t n = PKTRT__BATCH;
-  if (d->path == PKTRT_PATH_PAPER) n = n / d->packet_size * d->packet_size;
+static uint32_t pktrt__query_next_count(const pktrt_query_desc *d, const pktrt__batch *b, bool sorts, uint32_t batch,
+                                        size_t left) {
+  uint32_t n = batch;
+  if (d->path == PKTRT_PATH_PAPER && d->packet_size <= n) n = n / d->packet_size * d->packet_size;
   else if (d->path == PKTRT_PATH_FAST && b->coherent) n = 64;
   else if (d->path == PKTRT_PATH_FAST && sorts) n = PKTRT__SORTED;
   return left < n ? (uint32_t)left : n;
@@ -9359,19 +10273,20 @@ PKTRT__NOINLINE void pktrt__query_run_batches(const pktrt_scene *s, const pktrt_
   pktrt__query call = pktrt__query_make(s, desc, &d, occlusion);
   pktrt__batch b;
   uint16_t sorted[PKTRT__SORTED];
+  const uint32_t batch = pktrt__has_instances(s) ? (uint32_t)PKTRT__FIRST_SPARE : (uint32_t)PKTRT__BATCH;
   b.coherent = true;
   for (size_t i = 0; i < n;) {
     const size_t left = n - i;
-    const uint32_t all = pktrt__query_next_count(&d, &b, a->rays && !occlusion, left);
-    if (all > PKTRT__BATCH) pktrt__query_sort(a->rays + i, all, sorted);
+    const uint32_t all = pktrt__query_next_count(&d, &b, a->rays && !occlusion, batch, left);
+    if (all > batch) pktrt__query_sort(a->rays + i, all, sorted);
     for (uint32_t from = 0, m; from < all; from += m) {
-      const uint16_t *order = all > PKTRT__BATCH ? sorted + from : NULL;
-      m = all - from < PKTRT__BATCH ? all - from : (uint32_t)PKTRT__BATCH;
+      const uint16_t *order = all > batch ? sorted + from : NULL;
+      m = all - from < batch ? all - from : batch;
       if (a->rays) s->kernels->load_rays(&b, a->rays + i, order, m);
       else pktrt__query_load_soa(&b, a->ray_rows, i, m, left);
       call.next = a->rays && !order && left > 2 * PKTRT__BATCH ? a->rays + i + PKTRT__BATCH : NULL;
       call.place = a->hits && !order ? a->hits + i : NULL;
-      s->kernels->trace(&call, &b, m);
+      pktrt__query_trace(&call, &b, m);
       if (a->hits) s->kernels->store_hits(s, &b, a->hits + i, order, m);
       else if (a->hit_rows) pktrt__query_store_soa(s, &b, a->hit_rows, i, m, left);
       if (occlusion) s->kernels->store_occluded(&b, a->occluded + i, m);
@@ -9463,7 +10378,11 @@ PKTRT_DEF void pktrt_occluded_soa(const pktrt_scene *s, const pktrt_rays *rays, 
      h = (1 + 2^-7) (eps sum |n_a q_a| + B) + 2^-147
 
    leaves s n . (o' - P) > 0: with s n . d >= 0 the exact t of the triangle is negative, so is its float, and no ray meets
-   the triangle it left, nor another of a convex mesh. */
+   the triangle it left, nor another of a convex mesh.
+
+   In an instance (>>places) all this holds of the ray in its frame, h' there. As n . R v = g N . v, with the unit normal
+   N of the scene along transpose(R) n and g its length, a way h along N is g h in the frame, and what rounding o costs
+   there is g eps sum |N_a o_a|: h = h' / g + (1 + 2^-7) eps sum |N_a q_a|, and 2^-48 kappa of q and s for doubles. */
 
 /* Computes the position or normal, from `data`, of corner c of a triangle at the ray's time. */
 static void pktrt__mesh_corner_at(const pktrt__mesh *m, const float *data, uint32_t triangle, uint32_t c, float time,
@@ -9477,6 +10396,14 @@ static void pktrt__mesh_corner_at(const pktrt__mesh *m, const float *data, uint3
   const uint32_t key = pktrt__time_segment(time, m->key_count, &ta, &tb);
   const float *k0 = data + ((uint64_t)key * m->vertex_count + v) * 3, *k1 = k0 + (uint64_t)m->vertex_count * 3;
   for (int a = 0; a < 3; a++) out[a] = ta * k0[a] + tb * k1[a];
+}
+
+/* Returns the mesh that has the arrays: of an instance that of its model. */
+static const pktrt__mesh *pktrt__mesh_source(const pktrt_scene *s, uint32_t mesh) {
+  const pktrt__mesh *m = &s->meshes[mesh];
+  if (!PKTRT__INSTANCES || !m->instance) return m;
+  const pktrt__instance *in = &s->instances[m->instance - 1];
+  return &in->model->meshes[mesh - in->first_mesh];
 }
 
 /* A point that rays leave: the surface's, and what it takes to start beside it. */
@@ -9522,6 +10449,63 @@ static int pktrt__spawn_side(float p[3][3], const pktrt__spawn_point *x, const f
   return pktrt__exact_along(&v) < 0 ? -1 : 1;
 }
 
+/* Finds corners and ray in the frame of what a mesh belongs to; returns how that lies, NULL if directly in the scene. */
+static const pktrt__place *pktrt__spawn_frame(const pktrt_scene *s, uint32_t mesh, uint32_t triangle,
+                                              const pktrt_ray *ray, float p[3][3], pktrt_ray *within,
+                                              pktrt__place *moving) {
+  const pktrt__mesh *m = pktrt__mesh_source(s, mesh);
+  *within = *ray;
+  for (uint32_t c = 0; c < 3; c++) pktrt__mesh_corner_at(m, m->positions, triangle, c, ray->time, p[c]);
+  if (!PKTRT__INSTANCES || !s->meshes[mesh].instance) return NULL;
+  const pktrt__place *place = pktrt__place_at(&s->instances[s->meshes[mesh].instance - 1], ray->time, moving);
+  pktrt__place_ray(place, ray->origin, ray->direction, 1, within->origin, within->direction, 1);
+  return place;
+}
+
+/* Moves a point from the frame of an instance to the scene. */
+PKTRT__COLD void pktrt__spawn_place(const pktrt__place *p, double kappa, pktrt__spawn_point *x) {
+  double n[3], at[3], g = 0, rounding = 0, size = 0;
+  const double side = pktrt__place_side(p);
+  for (int a = 0; a < 3; a++) {
+    const double *row = p->a[a];
+    at[a] = ((row[0] * x->at[0] + row[1] * x->at[1]) + row[2] * x->at[2]) + p->shift[a];
+    n[a] = (p->inverse[0][a] * x->normal[0] + p->inverse[1][a] * x->normal[1]) + p->inverse[2][a] * x->normal[2];
+    g += n[a] * n[a];
+  }
+  g = sqrt(g);
+  for (int a = 0; a < 3; a++) {
+    x->at[a] = at[a], x->normal[a] = side * n[a] / g;
+    rounding += fabs(x->normal[a] * at[a]), size += fabs(at[a]) + fabs(p->shift[a]);
+  }
+  x->offset = x->offset / g + 1.0078125 * (PKTRT__EPS * rounding + PKTRT__ERROR_PLANE * kappa * size);
+}
+
+/* Finds the point of a hit of any mesh, and the side of it that a direction leads to, if one is given. */
+static int pktrt__spawn_from(const pktrt_scene *s, const pktrt_ray *ray, const pktrt_hit *hit, const float *direction,
+                             pktrt__spawn_point *x) {
+  float p[3][3];
+  pktrt_ray within;
+  pktrt_hit there = *hit;
+  pktrt__place moving;
+  pktrt_ray from = *ray;
+  for (int a = 0; a < 3 && direction; a++) from.direction[a] = direction[a];
+  const pktrt__place *place = pktrt__spawn_frame(s, hit->mesh, hit->triangle, &from, p, &within, &moving);
+  if (!place) {
+    pktrt__spawn_find(p, ray, hit, x);
+    return direction ? pktrt__spawn_side(p, x, direction) : 1;
+  }
+  float along[3];
+  memcpy(along, within.direction, sizeof along);
+  pktrt__place_ray(place, ray->origin, ray->direction, 1, within.origin, within.direction, 1);
+  for (int a = 0; a < 3; a++) /* along transpose(A) n */
+    there.normal[a] = (float)(place->a[0][a] * (double)hit->normal[0] + place->a[1][a] * (double)hit->normal[1] +
+                              place->a[2][a] * (double)hit->normal[2]);
+  pktrt__spawn_find(p, &within, &there, x);
+  const int side = direction ? pktrt__spawn_side(p, x, along) : 1;
+  pktrt__spawn_place(place, s->instances[s->meshes[hit->mesh].instance - 1].kappa, x);
+  return side * pktrt__place_side(place);
+}
+
 PKTRT_DEF void pktrt_spawn(const pktrt_scene *s, const pktrt_ray *ray, const pktrt_hit *hit, const float direction[3],
                            pktrt_ray *out) {
   const pktrt_ray from = *ray;
@@ -9529,12 +10513,9 @@ PKTRT_DEF void pktrt_spawn(const pktrt_scene *s, const pktrt_ray *ray, const pkt
   memset(out, 0, sizeof *out);
   out->time = from.time;
   if (!s || hit->mesh >= s->committed_meshes || hit->triangle >= s->meshes[hit->mesh].triangle_count) return;
-  const pktrt__mesh *m = &s->meshes[hit->mesh];
-  float p[3][3];
   pktrt__spawn_point x;
-  for (uint32_t c = 0; c < 3; c++) pktrt__mesh_corner_at(m, m->positions, hit->triangle, c, from.time, p[c]);
-  pktrt__spawn_find(p, &from, hit, &x);
-  pktrt__spawn_origin(&x, pktrt__spawn_side(p, &x, d), out->origin);
+  const int side = pktrt__spawn_from(s, &from, hit, d, &x);
+  pktrt__spawn_origin(&x, side, out->origin);
   memcpy(out->direction, d, sizeof d);
   out->tmax = INFINITY;
 }
@@ -9570,20 +10551,22 @@ PKTRT_DEF void pktrt_intersect_all_n(const pktrt_scene *s, const pktrt_ray *rays
 
 /* Returns 1 where a ray leaves by the triangle it hits, the side where corners appear clockwise, or -1 where it enters. */
 static int pktrt__crossing_exits(const pktrt_scene *s, const pktrt_ray *ray, const pktrt_hit *hit) {
-  double along = 0, size = 0;
+  float p[3][3];
+  double n[3], along = 0, size = 0;
+  pktrt_ray within;
+  pktrt__place moving;
+  const pktrt__place *place = pktrt__spawn_frame(s, hit->mesh, hit->triangle, ray, p, &within, &moving);
+  const bool sharp = pktrt__tri_normal(p, n);
   for (int a = 0; a < 3; a++) {
-    const double d = (double)ray->direction[a];
-    along += (double)hit->normal[a] * d, size += fabs(d);
+    const double d = (double)within.direction[a];
+    along += n[a] * d, size += fabs(d);
   }
-  if (!(fabs(along) > size * 9.5367431640625e-7)) { /* 2^-20: a normal is wrong by 2^-22 of its length */
-    float p[3][3];
-    for (uint32_t c = 0; c < 3; c++)
-      pktrt__mesh_corner_at(&s->meshes[hit->mesh], s->meshes[hit->mesh].positions, hit->triangle, c, ray->time, p[c]);
+  if (!sharp || !(fabs(along) > size * pktrt__max_abs3(n[0], n[1], n[2]) * 9.5367431640625e-7)) { /* 2^-20 */
     pktrt__exact_view v;
-    pktrt__exact_view_of(&v, pktrt__axes[0], ray->origin, ray->direction, 1, p[0], 1);
+    pktrt__exact_view_of(&v, pktrt__axes[0], within.origin, within.direction, 1, p[0], 1);
     along = pktrt__exact_along(&v);
   }
-  return along > 0 ? 1 : -1;
+  return (along > 0 ? 1 : -1) * (place ? pktrt__place_side(place) : 1);
 }
 
 /* Tells of each crossing of a ray, in order: the mesh, and whether it is left or entered. */
@@ -10239,6 +11222,11 @@ PKTRT__COLD bool pktrt__render_check_scene(const pktrt_scene *s, pktrt__refusal 
     if (pktrt__light_has(&s->lights[i], PKTRT__LIGHT_EMISSIVE) && s->lights[i].mesh >= s->committed_meshes)
       return pktrt__render_refuse(why, "light %u names mesh %u, of %u that were committed", (unsigned)i,
                                   (unsigned)s->lights[i].mesh, (unsigned)s->committed_meshes);
+  for (uint32_t i = 0; i < s->light_count; i++)
+    if (pktrt__light_has(&s->lights[i], PKTRT__LIGHT_EMISSIVE) && s->meshes[s->lights[i].mesh].instance)
+      return pktrt__render_refuse(why,
+                                  "light %u names mesh %u, of an instance: lights are meshes that were added directly",
+                                  (unsigned)i, (unsigned)s->lights[i].mesh);
   return true;
 }
 
@@ -10248,8 +11236,11 @@ static uint32_t pktrt__feature_of_scene(const pktrt_scene *s) {
   for (uint32_t i = 0; i < s->committed_meshes; i++) {
     const pktrt__mesh *m = &s->meshes[i];
     if (!m->triangle_count) continue;
-    if (m->key_count > 1) found |= PKTRT_FEATURE_MOTION;
-    if (m->normals) found |= PKTRT_FEATURE_NORMALS;
+    const pktrt__mesh *source = pktrt__mesh_source(s, i);
+    if (m->instance) found |= PKTRT_FEATURE_INSTANCES;
+    if (source->key_count > 1 || (m->instance && s->instances[m->instance - 1].key_count > 1))
+      found |= PKTRT_FEATURE_MOTION;
+    if (source->normals) found |= PKTRT_FEATURE_NORMALS;
     if (m->material > s->material_count) continue; /* refused by renders */
     const pktrt_material *mat = pktrt__material_of(s, m->material);
     if (mat->texture || mat->shader) found |= PKTRT_FEATURE_TEXTURES;
@@ -10756,7 +11747,13 @@ static bool pktrt__glass_boxes_touch(const pktrt__glass_box *a, const pktrt__gla
 }
 
 /* Widens a box by a triangle at all its keys. */
-static void pktrt__glass_widen_by(const pktrt__mesh *m, uint32_t triangle, pktrt__glass_box *box) {
+static void pktrt__glass_widen_by(const pktrt_scene *s, const pktrt__mesh *m, uint32_t triangle,
+                                  pktrt__glass_box *box) {
+  if (m->instance) { /* by all of it */
+    const pktrt__mesh *all = &s->boxes->meshes[m->instance - 1];
+    for (uint32_t key = 0; key < all->key_count; key++)
+      pktrt__glass_widen(box, all->positions + 9 * (size_t)key, all->positions + 9 * (size_t)key + 3);
+  }
   for (uint32_t key = 0; key < m->key_count; key++) {
     float p[3][3];
     pktrt__mesh_triangle(m, false, triangle, key, p);
@@ -10764,15 +11761,20 @@ static void pktrt__glass_widen_by(const pktrt__mesh *m, uint32_t triangle, pktrt
   }
 }
 
+/* Returns how many parts of a mesh have boxes of their own: all of an instance has one. */
+static uint32_t pktrt__glass_parts(const pktrt__mesh *m) {
+  return m->instance && m->triangle_count ? 1 : m->triangle_count;
+}
+
 /* Makes boxes of meshes of glass or, if `fine`, of a few adjacent triangles that touch. Returns how many. */
 static uint32_t pktrt__glass_make_boxes(const pktrt_scene *s, bool fine, pktrt__glass_box *boxes) {
   uint32_t n = 0, held = 0; /* held: triangles in the last box */
   for (uint32_t i = 0; i < s->committed_meshes; i++) {
     const pktrt__mesh *m = &s->meshes[i];
-    for (uint32_t t = 0; t < m->triangle_count && pktrt__material_is_glass(s, m); t++) {
+    for (uint32_t t = 0; t < pktrt__glass_parts(m) && pktrt__material_is_glass(s, m); t++) {
       pktrt__glass_box box;
       pktrt__glass_empty_box(&box);
-      pktrt__glass_widen_by(m, t, &box);
+      pktrt__glass_widen_by(s, m, t, &box);
       if (t && (!fine || (held < 16 && pktrt__glass_boxes_touch(&boxes[n - 1], &box))))
         pktrt__glass_widen(&boxes[n - 1], box.lo, box.hi);
       else boxes[n++] = box, held = 0;
@@ -10857,9 +11859,10 @@ static bool pktrt__glass_find_meshes(pktrt__render_state *render, float slack) {
     const pktrt__mesh *m = &s->meshes[i];
     pktrt__glass_box box;
     pktrt__glass_empty_box(&box);
-    g[i].closed = m->triangle_count && pktrt__material_is_glass(s, m) && pktrt__glass_is_closed(m),
+    g[i].closed =
+        m->triangle_count && pktrt__material_is_glass(s, m) && pktrt__glass_is_closed(pktrt__mesh_source(s, i)),
     g[i].touches = false;
-    for (uint32_t t = 0; t < m->triangle_count && g[i].closed; t++) pktrt__glass_widen_by(m, t, &box);
+    for (uint32_t t = 0; t < pktrt__glass_parts(m) && g[i].closed; t++) pktrt__glass_widen_by(s, m, t, &box);
     for (int a = 0; a < 3; a++) g[i].lo[a] = box.lo[a] - slack, g[i].hi[a] = box.hi[a] + slack;
     if (!g[i].closed) continue;
     order[n++] = (uint64_t)pktrt__ordered_bits(g[i].lo[0]) << 32 | i;
@@ -10878,7 +11881,7 @@ static bool pktrt__glass_find(pktrt__render_state *render, uint64_t samples) {
   if (!pktrt__render_uses(render, PKTRT_FEATURE_DIELECTRIC)) return true;
   for (uint32_t i = 0; i < s->committed_meshes; i++) {
     const pktrt__mesh *m = &s->meshes[i];
-    if (pktrt__material_is_glass(s, m)) n += m->triangle_count, meshes += m->triangle_count > 0;
+    if (pktrt__material_is_glass(s, m)) n += pktrt__glass_parts(m), meshes += m->triangle_count > 0;
   }
   if (!n) return true;
   if (!pktrt__glass_find_meshes(render, 4e-6f * s->largest)) return false;
@@ -11156,7 +12159,7 @@ static void pktrt__surface_identify(const pktrt_scene *scene, bool smooth, const
     if (id - first >= n) {
       mesh = pktrt__mesh_lookup(scene, id, hint), m = &scene->meshes[mesh];
       first = m->first_id, n = m->triangle_count;
-      bent = smooth && m->normals && m->indices;
+      bent = smooth && m->normals && m->indices; /* of an instance, no: it has no arrays */
     }
     s->mesh[k] = mesh, s->triangle[k] = id - first, s->material[k] = m->material;
     if (bent) PKTRT__PREFETCH(m->indices + (size_t)(id - first) * 3);
@@ -11167,6 +12170,42 @@ static void pktrt__surface_identify(const pktrt_scene *scene, bool smooth, const
     if (!m->normals || !m->indices || pktrt__has_motion(m->key_count)) continue;
     for (uint32_t c = 0; c < 3; c++)
       PKTRT__PREFETCH(m->normals + (size_t)m->indices[(size_t)s->triangle[k] * 3 + c] * 3);
+  }
+}
+
+/* Finds the point of surface i, which belongs to an instance, and how far rays start from it. */
+static void pktrt__surface_place(const pktrt_scene *scene, const pktrt__wave *w, pktrt__surfaces *s, uint32_t i) {
+  const pktrt__batch *b = &w->rays;
+  const uint32_t r = s->first + i;
+  pktrt_ray ray;
+  pktrt_hit hit;
+  pktrt__spawn_point x;
+  for (int a = 0; a < 3; a++) {
+    ray.origin[a] = b->o[a][r], ray.direction[a] = b->d[a][r];
+    hit.normal[a] = b->as.hit.normal[a][r];
+  }
+  ray.tmin = 0, ray.tmax = INFINITY, ray.time = b->time[r];
+  hit.t = b->t[r], hit.u = b->as.hit.u[r], hit.v = b->as.hit.v[r], hit.mesh = s->mesh[i], hit.triangle = s->triangle[i];
+  (void)pktrt__spawn_from(scene, &ray, &hit, NULL, &x);
+  for (int a = 0; a < 3; a++) s->point[a][i] = x.at[a], s->position[a][i] = (float)x.at[a];
+  const float more = pktrt__minf(24 * PKTRT__EPS * scene->largest, 3.814697265625e-6f * s->distance[i]);
+  s->offset[i] = pktrt__maxf((float)x.offset, more);
+}
+/* Computes the shading normals of a triangle of an instance: of length 1, as columns of different lengths would bend them. */
+PKTRT__COLD void pktrt__surface_place_normals(const pktrt_scene *scene, uint32_t mesh, uint32_t triangle, float time,
+                                              float n[3][3]) {
+  const pktrt__mesh *m = pktrt__mesh_source(scene, mesh);
+  pktrt__place moving;
+  const pktrt__place *p = pktrt__place_at(&scene->instances[scene->meshes[mesh].instance - 1], time, &moving);
+  const double side = pktrt__place_side(p);
+  for (uint32_t c = 0; c < 3; c++) {
+    double x[3];
+    pktrt__mesh_corner_at(m, m->normals, triangle, c, time, n[c]);
+    for (int a = 0; a < 3; a++)
+      x[a] = side * ((p->inverse[0][a] * (double)n[c][0] + p->inverse[1][a] * (double)n[c][1]) +
+                     p->inverse[2][a] * (double)n[c][2]);
+    (void)pktrt__normalise(x);
+    for (int a = 0; a < 3; a++) n[c][a] = (float)x[a];
   }
 }
 
@@ -11344,7 +12383,7 @@ static void pktrt__packet_trace(pktrt__tile *tile, pktrt__batch *b, uint32_t n, 
   d.path = alone && render->desc->path == PKTRT_PATH_FAST ? PKTRT_PATH_SINGLE : render->desc->path;
   d.packet_size = alone ? 1 : n;
   if (PKTRT__STATS && tile->stats) memset(&counts, 0, sizeof counts), call.counts = &counts;
-  render->scene->kernels->trace(&call, b, n);
+  pktrt__query_trace(&call, b, n);
   if (!PKTRT__STATS || !tile->stats) return;
   pktrt__stats_add_counts(&tile->stats->by_type[type], &counts);
   pktrt__stats_add_counts(&tile->stats->by_depth[depth], &counts);
@@ -11361,7 +12400,7 @@ static pktrt__media_passage pktrt__media_pass_glass(pktrt__tile *tile, uint32_t 
   const pktrt__mesh *m = &scene->meshes[mesh];
   const pktrt_material *mat = pktrt__material_of(scene, m->material);
   if (mat->specular != PKTRT_SPECULAR_DIELECTRIC || mat->shader) return PKTRT__STOPPED;
-  float p[3][3], origin[3], before[3];
+  float origin[3], before[3];
   pktrt_ray ray;
   pktrt_hit hit;
   pktrt__spawn_point x;
@@ -11369,8 +12408,8 @@ static pktrt__media_passage pktrt__media_pass_glass(pktrt__tile *tile, uint32_t 
   for (int a = 0; a < 3; a++)
     ray.origin[a] = b->o[a][i], ray.direction[a] = b->d[a][i], hit.normal[a] = b->as.hit.normal[a][i];
   hit.t = b->t[i], hit.u = b->as.hit.u[i], hit.v = b->as.hit.v[i];
-  for (uint32_t c = 0; c < 3; c++) pktrt__mesh_corner_at(m, m->positions, triangle, c, b->time[i], p[c]);
-  pktrt__spawn_find(p, &ray, &hit, &x);
+  hit.mesh = mesh, hit.triangle = triangle, ray.tmin = 0, ray.tmax = INFINITY, ray.time = b->time[i];
+  (void)pktrt__spawn_from(scene, &ray, &hit, NULL, &x);
   const float *d = ray.direction, *normal = hit.normal;
   for (int a = 0; a < 3; a++) {
     along += (double)normal[a] * (double)d[a];
@@ -12750,7 +13789,8 @@ PKTRT_DEF const char *pktrt_feature_string(pktrt_feature feature) {
 PKTRT__COLD void pktrt__report_meshes(const pktrt_scene *s, pktrt_scene_report *r) {
   for (uint32_t i = 0; i < s->mesh_count; i++) {
     const pktrt__mesh *m = &s->meshes[i];
-    const uint64_t all = pktrt__mesh_floats(m) * sizeof(float), key = all / m->key_count, further = all - key;
+    const uint64_t all = pktrt__mesh_floats(m) * sizeof(float), key = all / (m->key_count ? m->key_count : 1),
+                   further = all - key;
     const uint64_t places = 1u + (m->pending != NULL), bends = 0u + (m->normals != NULL) + (m->pending_normals != NULL);
     r->positions += places * key, r->normals += bends * key, r->motion += (places + bends) * further;
     if (m->indices) r->indices += (uint64_t)m->triangle_count * 3 * sizeof(uint32_t);
@@ -12775,12 +13815,22 @@ PKTRT_DEF void pktrt_get_scene_report(const pktrt_scene *s, const struct pktrt_r
   pktrt_get_scene_info(s, &r->info);
   pktrt__report_meshes(s, r);
   pktrt__report_trees(s, r);
+  for (uint32_t i = 0; i <= s->model_count && s->boxes; i++) {
+    pktrt__report_meshes(i < s->model_count ? s->models[i] : s->boxes, r);
+    pktrt__report_trees(i < s->model_count ? s->models[i] : s->boxes, r);
+  }
+  for (uint32_t i = 0; i < s->instance_count; i++)
+    r->instances +=
+        sizeof *s->instances + (s->instances[i].pending ? 2u : 1u) * s->instances[i].key_count * 12 * sizeof(float);
 #ifdef PKTRT_NO_RENDER
   (void)d;
-  r->found = r->used = r->info.moving_meshes ? PKTRT_FEATURE_MOTION : 0;
+  r->found = r->info.moving_meshes ? PKTRT_FEATURE_MOTION : 0;
+  if (pktrt__has_instances(s)) r->found |= PKTRT_FEATURE_INSTANCES;
+  r->used = r->found;
 #else
   r->materials = s->material_count * sizeof *s->materials + s->light_count * sizeof *s->lights;
-  r->found = pktrt__feature_of_scene(s) & PKTRT__BUILT, r->used = r->found & PKTRT_FEATURE_MOTION;
+  r->found = pktrt__feature_of_scene(s) & PKTRT__BUILT,
+  r->used = r->found & (PKTRT_FEATURE_MOTION | PKTRT_FEATURE_INSTANCES);
   if (d) {
     r->found = pktrt__feature_of_render(s, d), r->used = pktrt__feature_used(d, r->found);
     const uint32_t waves = !(r->used & PKTRT__SPECULAR) ? 0 : r->used & PKTRT_FEATURE_DIELECTRIC ? 3 : 2;
@@ -12789,7 +13839,8 @@ PKTRT_DEF void pktrt_get_scene_report(const pktrt_scene *s, const struct pktrt_r
     if (passes) r->passes = (uint64_t)d->width * d->height * sizeof(pktrt__pixel_sums);
   }
 #endif
-  r->bytes = r->nodes + r->blocks + r->motion + r->positions + r->normals + r->indices + r->ids + r->materials;
+  r->bytes =
+      r->nodes + r->blocks + r->motion + r->positions + r->normals + r->indices + r->ids + r->materials + r->instances;
 }
 
 /* Adds to a text of `used` characters, of which `room` are kept. */

@@ -12,7 +12,7 @@ quick=$(command -v clang >/dev/null && echo "clang -O0" || echo "gcc -O1")
 narrow="PKTRT_NO_AVX2 PKTRT_NO_AVX512"
 pictures="PKTRT_NO_LENS PKTRT_NO_SHUTTER PKTRT_NO_AREA_LIGHTS PKTRT_NO_GLOSS PKTRT_NO_DIELECTRIC PKTRT_NO_CONDUCTOR
   PKTRT_NO_NORMALS PKTRT_NO_TEXTURES"
-features=$(echo PKTRT_NO_MOTION PKTRT_NO_STATS PKTRT_NO_PAPER $pictures)
+features=$(echo PKTRT_NO_MOTION PKTRT_NO_STATS PKTRT_NO_PAPER PKTRT_NO_INSTANCES $pictures)
 
 # A line for each build: what is left out. The first is the full library.
 builds() {
@@ -86,7 +86,7 @@ not_built() { # switches
   local name switch list="not built"
   while read -r switch name; do
     case " $1 " in *" PKTRT_NO_$switch "* | *" PKTRT_NO_RENDER "*) ;; *) continue ;; esac
-    case $switch in MOTION | STATS | PAPER) [ "${1/PKTRT_NO_$switch/}" != "$1" ] || continue ;; esac
+    case $switch in MOTION | STATS | PAPER | INSTANCES) [ "${1/PKTRT_NO_$switch/}" != "$1" ] || continue ;; esac
     list="$list, $name"
   done <<'FEATURES'
 MOTION motion
@@ -102,6 +102,7 @@ TEXTURES textures
 AREA_LIGHTS area lights
 LENS lens
 SHUTTER shutter
+INSTANCES instances
 FEATURES
   echo "$list"
 }

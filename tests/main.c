@@ -241,6 +241,7 @@ static void run_all(void) {
   suite_passes();
   suite_mistakes();
   suite_report();
+  suite_instances();
   suite_identity();
 }
 

@@ -1,13 +1,13 @@
 /* The report of a scene: what is found, what of it runs, where the bytes are, and the same as text. */
 #include "pictures.h"
 
-enum { W = 40, H = 30, NAMES = 13 };
+enum { W = 40, H = 30, NAMES = 14 };
 
 /* --- a scene with one thing in it --- */
 
 typedef struct request {
   uint32_t keys; /* of the ball */
-  bool normals, lit;
+  bool normals, lit, placed;
   pktrt_material look;
   pktrt_light light;
   pktrt_render_desc view;
@@ -36,7 +36,10 @@ static pktrt_scene *make(const request *r) {
   d.material = stage_material(s, &r->look);
   if (r->normals) d.normals = ball.p;
   stage_mesh(s, &floor, 0);
-  CHECK(pktrt_add_mesh(s, &d, NULL) == PKTRT_OK, "%s", pktrt_last_error(s));
+  const pktrt_instance_desc at = {0, 1, NULL};
+  CHECK((r->placed ? pktrt_add_model(s, &d, 1, NULL) || pktrt_add_instance(s, &at, NULL)
+                   : pktrt_add_mesh(s, &d, NULL)) == 0,
+        "%s", pktrt_last_error(s));
   if (r->lit) stage_light(s, &r->light);
   stage_commit(s);
   mesh_free(&floor), mesh_free(&ball);
@@ -103,6 +106,7 @@ static void add_shutter(request *r) { r->view.camera.time = 0, r->view.camera.sh
 static void add_texture_in_time(request *r) { r->look.texture = time_colour, r->view.camera.time = 0.5f; }
 static void open_shutter_on_texture(request *r) { add_texture_in_time(r), add_shutter(r); }
 static void open_shutter_on_motion(request *r) { add_motion(r), add_shutter(r); }
+static void add_instance(request *r) { r->placed = true; }
 static void add_paper(request *r) { r->view.path = PKTRT_PATH_PAPER; }
 static void add_stats(request *r) { r->view.stats = &r->stats; }
 
@@ -133,6 +137,7 @@ static const struct feature_case {
     {"a shutter where a texture looks at times", add_texture_in_time, open_shutter_on_texture, PKTRT_FEATURE_SHUTTER,
      TEXTURES, DRT, DRT},
     {"a shutter where a mesh moves", add_motion, open_shutter_on_motion, PKTRT_FEATURE_SHUTTER, MOTION, DRT, DRT},
+    {"an instance", NULL, add_instance, PKTRT_FEATURE_INSTANCES, 0, ALL, NONE},
     {"the paper's path", NULL, add_paper, PKTRT_FEATURE_PAPER, 0, ALL, NONE},
     {"counting", NULL, add_stats, PKTRT_FEATURE_STATS, 0, ALL, NONE},
 };

@@ -639,8 +639,11 @@ static void stack_bound(void) {
   pktrt_hit *hits = calloc(2 * n, sizeof *hits);
   bool *occluded = calloc(2 * n, sizeof *occluded);
   if (!rays || !hits || !occluded) abort();
-  for (int k = 0; k < isa_count; k++) {
-    pktrt_scene *s = world_scene(&w, isas[k], 0);
+  for (int k = 0; k < 2 * isa_count; k++) { /* the second half: an instance beside */
+    pktrt_scene *s = world_scene(&w, isas[k / 2], 0);
+    const pktrt_mesh_desc ball = mesh_desc(&w.m[0]);
+    const pktrt_instance_desc at = {0, 1, NULL};
+    if (k % 2) CHECK(!pktrt_add_model(s, &ball, 1, NULL) && !pktrt_add_instance(s, &at, NULL) && !pktrt_commit(s));
     make_rays(&w, s, RAYS_CAMERA, 1, 0, rays, n);
     make_rays(&w, s, RAYS_EDGE, 1, 0, rays + n, n);
     stack_probe p = {s, rays, hits, occluded, 2 * n, 9, NULL};
@@ -649,7 +652,8 @@ static void stack_bound(void) {
       size_t used = stack_used(&p);
       CHECK(used > nothing + 64 || p.what == 4, "the probe sees something");
 #ifdef __OPTIMIZE__ /* unoptimised code keeps every temporary in memory: its figure is only reported */
-      CHECK(used <= ALLOWED, "%s, way %d: %zu bytes", pktrt_isa_string(isas[k]), p.what, used);
+      CHECK(used <= ALLOWED, "%s, way %d%s: %zu bytes", pktrt_isa_string(isas[k / 2]), p.what,
+            k % 2 ? ", with an instance" : "", used);
 #endif
       if (used > most) most = used;
     }

@@ -29,7 +29,7 @@ static struct tap {
   ray_list *list[2]; /* of rays to be intersected, of rays asked for occlusion */
 } tap;
 
-static void tap_open(pktrt_scene *tree, void (*trace)(const pktrt__query *, pktrt__batch *, uint32_t)) {
+static void tap_open(pktrt_scene *tree, void (*trace)(const pktrt__query *, pktrt__batch *, uint32_t, uint32_t)) {
   tap.behind = tree->kernels, tap.front = *tree->kernels;
   tap.front.trace = trace;
   tap.seconds = 0, tap.batches = 0;
@@ -38,29 +38,29 @@ static void tap_open(pktrt_scene *tree, void (*trace)(const pktrt__query *, pktr
 static void tap_close(pktrt_scene *tree) { tree->kernels = tap.behind; }
 
 /* Rays of path SINGLE go the paper path, as packets of one. */
-static void trace_alone(const pktrt__query *call, pktrt__batch *b, uint32_t n) {
+static void trace_alone(const pktrt__query *call, pktrt__batch *b, uint32_t begin, uint32_t end) {
   pktrt__query c = *call;
   pktrt_query_desc alone = *call->desc;
   if (alone.path == PKTRT_PATH_SINGLE) alone.path = PKTRT_PATH_PAPER, alone.packet_size = 1;
   c.desc = &alone;
-  tap.behind->trace(&c, b, n);
+  tap.behind->trace(&c, b, begin, end);
 }
 
-static void trace_clocked(const pktrt__query *call, pktrt__batch *b, uint32_t n) {
+static void trace_clocked(const pktrt__query *call, pktrt__batch *b, uint32_t begin, uint32_t end) {
   const double start = ex_seconds();
-  tap.behind->trace(call, b, n);
+  tap.behind->trace(call, b, begin, end);
   tap.seconds += ex_seconds() - start;
   tap.batches++;
 }
 
 /* Keeps the rays that count, and what became of them. */
-EX_UNUSED static void trace_recorded(const pktrt__query *call, pktrt__batch *b, uint32_t n) {
+EX_UNUSED static void trace_recorded(const pktrt__query *call, pktrt__batch *b, uint32_t begin, uint32_t end) {
   ray_list *to = tap.list[call->occlusion];
-  tap.behind->trace(call, b, n);
+  tap.behind->trace(call, b, begin, end);
   if (!to) return;
-  if (to->room - to->count < n) fatal("more rays than there is room for");
+  if (to->room - to->count < end - begin) fatal("more rays than there is room for");
   to->chunk[to->chunks++] = to->count;
-  for (uint32_t i = 0; i < n; i++) {
+  for (uint32_t i = begin; i < end; i++) {
     pktrt_ray *r = &to->ray[to->count];
     if (!(b->valid[i / 64] >> i % 64 & 1)) continue;
     for (int a = 0; a < 3; a++) r->origin[a] = b->o[a][i], r->direction[a] = b->d[a][i];

@@ -1,6 +1,7 @@
 /* rays.h - part of peers.c: rays of all kinds. Both libraries get the same floats.
 
-   All but camera rays leave what earlier ones hit by pktrt_spawn, in the order of the pixels, without gaps.
+   All but camera rays leave what earlier ones hit by pktrt_spawn, in the order of the pixels, without gaps; a little farther,
+   APART of the diagonal, where both libraries are to tell them from the surface that they leave.
 
    Contents: kinds, primary, secondary, sets. */
 #ifndef PEERS_RAYS_H
@@ -51,6 +52,9 @@ static void make_primary(const stage *g, unsigned size, bool moving, pktrt_ray *
 #ifndef SPAWN /* makes the rays that leave hits */
 #define SPAWN pktrt_spawn
 #endif
+#ifndef APART
+#define APART 0
+#endif
 
 /* >>secondary ------------------------------------------------------------------------------------------------------ */
 
@@ -94,6 +98,7 @@ static bool make_secondary(const stage *g, const pktrt_scene *world, kind k, siz
     sample_cosine(n, uniform(i, dimension), uniform(i, dimension + 1), d);
   }
   SPAWN(world, from, hit, d, out);
+  for (int a = 0; a < 3; a++) out->origin[a] += APART * (float)g->diagonal * n[a];
   if (k == SHADOW || k == FROM_LIGHT) aim(g->light, k == FROM_LIGHT, out);
   if (k == AO) out->tmax = 0.1f * (float)g->diagonal;
   return true;

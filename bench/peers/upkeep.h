@@ -297,13 +297,13 @@ static void add_workers(report *to, const options *o, const stage *g, const sett
 /* Clock reads around the kernel that sets up, traces and resolves rays, of a scene whose kernels are replaced so. The
    rest of a render is shading, and half of what reading the clock takes. */
 static struct {
-  void (*trace)(const pktrt__query *, pktrt__batch *, uint32_t);
+  void (*trace)(const pktrt__query *, pktrt__batch *, uint32_t, uint32_t);
   double seconds;
 } traced;
 
-static void trace_by_clock(const pktrt__query *call, pktrt__batch *b, uint32_t n) {
+static void trace_by_clock(const pktrt__query *call, pktrt__batch *b, uint32_t begin, uint32_t end) {
   const double start = ex_seconds();
-  traced.trace(call, b, n);
+  traced.trace(call, b, begin, end);
   traced.seconds += ex_seconds() - start;
 }
 

@@ -17,6 +17,7 @@ static const uint32_t object_index[OBJECT][3] = {{4, 0, 2}, {4, 2, 1}, {4, 1, 3}
 
 typedef struct request { /* what a case asks for */
   pktrt_mesh_desc object;
+  bool placed; /* as an instance */
 #ifndef PKTRT_NO_RENDER
   pktrt_material look;
   pktrt_light light;
@@ -156,7 +157,13 @@ static pktrt_status fill(pktrt_scene *s, const request *r) {
   ground.positions = &ground_xyz[0][0], ground.vertex_count = GROUND_VERTICES;
   ground.indices = &ground_index[0][0], ground.triangle_count = GROUND;
   pktrt_status status = pktrt_add_mesh(s, &ground, NULL);
-  if (status == PKTRT_OK) status = pktrt_add_mesh(s, &r->object, NULL);
+#ifndef PKTRT_NO_INSTANCES
+  static const float aside[12] = {0.75f, 0.25f, 0, 0.5f, 0, 1, 0, 0, 0, 0, -1, 0.25f};
+  const pktrt_instance_desc place = {0, 1, aside};
+  if (status == PKTRT_OK && r->placed) status = pktrt_add_model(s, &r->object, 1, NULL);
+  if (status == PKTRT_OK && r->placed) status = pktrt_add_instance(s, &place, NULL);
+#endif
+  if (status == PKTRT_OK && !r->placed) status = pktrt_add_mesh(s, &r->object, NULL);
 #ifndef PKTRT_NO_RENDER
   if (status == PKTRT_OK) status = add_looks(s, r);
 #endif
@@ -190,6 +197,9 @@ static void try_case(const char *left_out_by, const char *name, void (*change)(r
 
 /* --- the cases --- */
 
+#ifndef PKTRT_NO_INSTANCES
+static void placed(request *r) { r->placed = true; }
+#endif
 static void moving_mesh(request *r) {
   r->object.key_count = 2;
 #ifndef PKTRT_NO_RENDER
@@ -335,7 +345,7 @@ static void print_built(void) {
   pktrt_scene_report r;
   pktrt_get_scene_report(s, NULL, &r);
   printf("not built");
-  for (uint32_t bit = 1; bit <= PKTRT_FEATURE_SHUTTER; bit *= 2)
+  for (uint32_t bit = 1; bit <= PKTRT_FEATURE_INSTANCES; bit *= 2)
     if (!(r.built & bit)) printf(", %s", pktrt_feature_string((pktrt_feature)bit));
   printf("\n");
   pktrt_scene_destroy(s);
@@ -348,6 +358,11 @@ int main(void) {
   try_query();
   try_case("-", "static, diffuse", NULL);
   try_case("PKTRT_NO_MOTION", "moving mesh", moving_mesh);
+#ifndef PKTRT_NO_INSTANCES
+  try_case("PKTRT_NO_INSTANCES", "instance", placed);
+#else
+  printf("PKTRT_NO_INSTANCES\tinstance\tleft out\n");
+#endif
 #ifndef PKTRT_NO_RENDER
   try_pictures();
 #endif

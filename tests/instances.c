@@ -1,0 +1,549 @@
+/* Models and instances: the same bits as of meshes that are added directly, where these exist; the documented ray, asked of
+   the model alone, elsewhere. Changes, refusals, failures of memory, pictures. */
+#include "meshes.h"
+
+static const float identity[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+
+static uint32_t add_model(pktrt_scene *s, const world *w) {
+  pktrt_mesh_desc d[WORLD_MESHES];
+  uint32_t model = PKTRT_NONE;
+  for (uint32_t i = 0; i < w->n; i++) d[i] = mesh_desc(&w->m[i]);
+  CHECK(pktrt_add_model(s, d, w->n, &model) == PKTRT_OK, "%s", pktrt_last_error(s));
+  return model;
+}
+static uint32_t add_instance(pktrt_scene *s, uint32_t model, uint32_t keys, const float *transforms) {
+  const pktrt_instance_desc d = {model, keys, transforms};
+  uint32_t instance = PKTRT_NONE;
+  CHECK(pktrt_add_instance(s, &d, &instance) == PKTRT_OK, "%s", pktrt_last_error(s));
+  return instance;
+}
+static void commit(pktrt_scene *s) { CHECK(pktrt_commit(s) == PKTRT_OK, "%s", pktrt_last_error(s)); }
+static pktrt_scene *open_scene(pktrt_isa isa) {
+  const pktrt_scene_desc d = scene_desc_of(isa, 0);
+  return pktrt_scene_create(&d);
+}
+/* A world as an instance at rest, alone in a scene. */
+static pktrt_scene *placed(const world *w, pktrt_isa isa, const float *transform) {
+  pktrt_scene *s = open_scene(isa);
+  add_instance(s, add_model(s, w), 1, transform);
+  commit(s);
+  return s;
+}
+
+/* --- every way to ask --- */
+
+enum { MANY = 1536, WAYS = 7 };
+typedef struct answers {
+  pktrt_hit hit[MANY];
+  bool occluded[MANY];
+} answers;
+static void ask(const pktrt_scene *s, int way, const pktrt_ray *rays, size_t n, answers *a) {
+  static const uint32_t packet[WAYS] = {0, 0, 1, 64, 256, 0, 0};
+  pktrt_stats stats;
+  pktrt_query_desc q;
+  memset(&q, 0, sizeof q), memset(&stats, 0, sizeof stats), memset(a, 0x77, sizeof *a);
+  if (way == 0) {
+    for (size_t i = 0; i < n; i++) {
+      pktrt_intersect(s, &rays[i], &a->hit[i]);
+      a->occluded[i] = pktrt_occluded(s, &rays[i]);
+    }
+    return;
+  }
+  q.path = way == 1 || way == 6 ? PKTRT_PATH_FAST : way == 5 ? PKTRT_PATH_SINGLE : PKTRT_PATH_PAPER;
+  q.packet_size = packet[way], q.stats = way >= 5 ? &stats : NULL;
+  pktrt_intersect_ex(s, &q, rays, a->hit, n);
+  pktrt_occluded_ex(s, &q, rays, a->occluded, n);
+}
+
+static size_t differ(const answers *a, const answers *b, size_t n) {
+  size_t wrong = 0;
+  for (size_t i = 0; i < n; i++)
+    wrong += !same_bits(&a->hit[i], &b->hit[i], sizeof *a->hit) || a->occluded[i] != b->occluded[i];
+  return wrong;
+}
+static size_t hits_of(const answers *a, size_t n) {
+  size_t hits = 0;
+  for (size_t i = 0; i < n; i++) hits += a->hit[i].mesh != PKTRT_NONE;
+  return hits;
+}
+
+/* Compares two scenes on rays of all kinds of a world, all crossings too; returns the hits. */
+static size_t compare(const pktrt_scene *flat, const pktrt_scene *instanced, const world *w, size_t n, size_t *wrong) {
+  static answers want, got;
+  static pktrt_ray rays[MANY];
+  size_t hits = 0;
+  for (int kind = 0; kind < RAYS_KINDS; kind++) {
+    make_rays(w, flat, (ray_kind)kind, 7, 0, rays, n);
+    ask(flat, 0, rays, n, &want);
+    hits += hits_of(&want, n);
+    for (int way = 0; way < WAYS; way++) ask(instanced, way, rays, n, &got), *wrong += differ(&want, &got, n);
+    for (size_t i = 0; i < n / 16; i++) {
+      pktrt_hit a[16], b[16];
+      const size_t na = pktrt_intersect_all(flat, &rays[i], a, 16),
+                   nb = pktrt_intersect_all(instanced, &rays[i], b, 16);
+      *wrong += na != nb || !same_bits(a, b, (na < 16 ? na : 16) * sizeof *a);
+      *wrong += pktrt_winding(flat, 0, rays[i].origin, 0.5f) != pktrt_winding(instanced, 0, rays[i].origin, 0.5f);
+    }
+  }
+  return hits;
+}
+
+static void identity_has_the_bits(void) {
+  const size_t n = small_run ? 256 : MANY;
+  size_t wrong = 0, hits = 0, control = 0, rays = 0;
+  for (int moving = 0; moving < 2; moving++) {
+    world w = moving ? world_moving(3) : world_static(3);
+    for (int k = 0; k < isa_count; k++) {
+      pktrt_scene *flat = world_scene(&w, isas[k], 0), *s = placed(&w, isas[k], NULL);
+      static const float beside[12] = {1, 0, 0, 0.001f, 0, 1, 0, 0, 0, 0, 1, 0};
+      pktrt_scene *other = placed(&w, isas[k], beside);
+      hits += compare(flat, s, &w, n, &wrong), rays += n * RAYS_KINDS;
+      if (k == 0) (void)compare(flat, other, &w, 64, &control);
+      pktrt_scene_destroy(flat), pktrt_scene_destroy(s), pktrt_scene_destroy(other);
+    }
+    world_free(&w);
+  }
+  CHECK(wrong == 0, "%zu answers differ", wrong);
+  CHECK(control > 100, "the control, a thousandth beside, differs");
+  say("%zu rays, %zu hits, seven ways each: %zu differ; control, a thousandth beside: %zu differ", rays, hits, wrong,
+      control);
+}
+
+/* On a grid of 2^-10 scales by powers of two and integer shifts are exact, for vertices and for rays. */
+static void to_grid(float *p, size_t n) {
+  for (size_t i = 0; i < n; i++) p[i] = roundf(p[i] * 1024) / 1024;
+}
+static void powers_of_two_are_predicted(void) {
+  const float transform[12] = {4, 0, 0, -3, 0, 4, 0, 8, 0, 0, 4, 5};
+  const size_t n = small_run ? 256 : MANY;
+  static pktrt_ray rays[MANY];
+  static answers want, got;
+  size_t wrong = 0, hits = 0;
+  world w = world_static(3), scaled_up = world_static(3);
+  for (uint32_t m = 0; m < w.n; m++) {
+    to_grid(w.m[m].p, (size_t)w.m[m].nv * 3);
+    for (size_t i = 0; i < (size_t)w.m[m].nv * 3; i++) scaled_up.m[m].p[i] = 4 * w.m[m].p[i] + transform[i % 3 * 4 + 3];
+  }
+  for (int k = 0; k < isa_count; k++) {
+    pktrt_scene *flat = world_scene(&scaled_up, isas[k], 0), *s = placed(&w, isas[k], transform);
+    for (int kind = 0; kind < RAYS_KINDS; kind++) {
+      if (kind == RAYS_INVALID) continue;
+      make_rays(&scaled_up, flat, (ray_kind)kind, 3, 0, rays, n);
+      for (size_t i = 0; i < n; i++) to_grid(rays[i].origin, 3);
+      ask(flat, 0, rays, n, &want);
+      hits += hits_of(&want, n);
+      for (int way = 0; way < WAYS; way++) ask(s, way, rays, n, &got), wrong += differ(&want, &got, n);
+    }
+    pktrt_scene_destroy(flat), pktrt_scene_destroy(s);
+  }
+  CHECK(wrong == 0 && hits > n, "%zu of %zu hits differ", wrong, hits);
+  say("four times as large, shifted by integers: %zu hits, %zu answers differ", hits, wrong);
+  world_free(&w), world_free(&scaled_up);
+}
+
+/* --- anything else: the ray that >>places defines, asked of the model alone --- */
+
+enum { FIELD = 48, KEYS = 3 };
+typedef struct field {
+  world w[2];
+  pktrt_scene *model[2], *s[8];
+  uint32_t first[FIELD], of[FIELD], keys[FIELD]; /* first mesh, model, motion keys */
+  float transform[FIELD][KEYS * 12];
+} field;
+
+/* Turned, scaled unevenly, sheared, half of them mirrored; later keys a little aside. */
+static void random_transform(rng *r, float *m, const float *before) {
+  const int turn = (int)rng_below(r, 3);
+  for (int i = 0; i < 3; i++)
+    for (int j = 0; j < 4; j++) {
+      const float aside = (j < 3 ? 0.02f : 0.1f) * rng_sign(r), diagonal = i == (j + turn) % 3 ? 0.5f : 0;
+      m[4 * i + j] = before ? before[4 * i + j] + aside : j == 3 ? 5 * rng_sign(r) : 0.12f * rng_sign(r) + diagonal;
+    }
+  for (int i = 0; i < 3 && !before && turn; i++) m[4 * i] = -0.3f * m[4 * i];
+}
+static void field_open(field *f, uint64_t seed) {
+  rng r = rng_of(seed);
+  memset(f, 0, sizeof *f);
+  f->w[0] = world_of(mesh_sphere(2, 0.1f, 3)), f->w[1] = world_moving(1);
+  for (uint32_t i = 0; i < 2; i++) f->model[i] = world_scene(&f->w[i], PKTRT_ISA_AUTO, 0);
+  for (int k = 0; k < isa_count; k++) {
+    f->s[k] = open_scene(isas[k]);
+    const uint32_t model[2] = {add_model(f->s[k], &f->w[0]), add_model(f->s[k], &f->w[1])};
+    uint32_t meshes = 0;
+    for (uint32_t i = 0; i < FIELD; i++) {
+      f->of[i] = i % 5 == 4, f->keys[i] = 1 + i % KEYS;
+      for (uint32_t key = 0; k == 0 && key < f->keys[i]; key++)
+        random_transform(&r, f->transform[i] + 12 * key, key ? f->transform[i] + 12 * (key - 1) : NULL);
+      CHECK(add_instance(f->s[k], model[f->of[i]], f->keys[i], f->transform[i]) == i);
+      f->first[i] = meshes, meshes += f->w[f->of[i]].n;
+    }
+    commit(f->s[k]);
+  }
+}
+static void field_close(field *f) {
+  for (int i = 0; i < 2; i++) pktrt_scene_destroy(f->model[i]), world_free(&f->w[i]);
+  for (int k = 0; k < isa_count; k++) pktrt_scene_destroy(f->s[k]);
+}
+
+/* The documented formula, written once more; `rough`: in floats, for the control. */
+static pktrt_ray ray_within(const field *f, uint32_t i, const pktrt_ray *ray, bool rough) {
+  const float time = ray->time > 0 ? ray->time < 1 ? ray->time : 1 : 0, *key = f->transform[i];
+  float b = 0;
+  if (f->keys[i] > 1) {
+    const float at = time * (float)(f->keys[i] - 1);
+    uint32_t segment = (uint32_t)at;
+    if (segment > f->keys[i] - 2) segment = f->keys[i] - 2;
+    b = at - (float)segment, key += 12 * segment;
+  }
+  const float *next = f->keys[i] > 1 ? key + 12 : key;
+  double m[12], adjugate[3][3], x[3], d[3];
+  for (int k = 0; k < 12; k++) m[k] = (double)(1 - b) * (double)key[k] + (double)b * (double)next[k];
+  for (int p = 0; p < 3; p++)
+    for (int q = 0; q < 3; q++) {
+      const double *u = m + (p + 1) % 3 * 4, *v = m + (p + 2) % 3 * 4;
+      adjugate[q][p] = u[(q + 1) % 3] * v[(q + 2) % 3] - u[(q + 2) % 3] * v[(q + 1) % 3];
+    }
+  const double inverse = 1 / ((m[0] * adjugate[0][0] + m[1] * adjugate[1][0]) + m[2] * adjugate[2][0]);
+  for (int a = 0; a < 3; a++) x[a] = (double)ray->origin[a] - m[4 * a + 3], d[a] = (double)ray->direction[a];
+  pktrt_ray out = *ray;
+  for (int a = 0; a < 3; a++) {
+    const double r0 = adjugate[a][0] * inverse, r1 = adjugate[a][1] * inverse, r2 = adjugate[a][2] * inverse;
+    out.origin[a] = (float)((r0 * x[0] + r1 * x[1]) + r2 * x[2]);
+    out.direction[a] = (float)((r0 * d[0] + r1 * d[1]) + r2 * d[2]);
+    if (rough) out.origin[a] = ((float)r0 * (float)x[0] + (float)r1 * (float)x[1]) + (float)r2 * (float)x[2];
+  }
+  return out;
+}
+
+/* The least (t, mesh, triangle) over all instances; the normal is that of another test. */
+static pktrt_hit expected(const field *f, const pktrt_ray *ray, bool rough) {
+  pktrt_hit best;
+  memset(&best, 0, sizeof best);
+  best.t = ray->tmax, best.mesh = best.triangle = PKTRT_NONE;
+  for (uint32_t i = 0; i < FIELD; i++) {
+    const pktrt_ray within = ray_within(f, i, ray, rough);
+    pktrt_hit hit;
+    if (pktrt_intersect(f->model[f->of[i]], &within, &hit) && (best.mesh == PKTRT_NONE || hit.t < best.t))
+      best = hit, best.mesh += f->first[i];
+  }
+  return best;
+}
+
+static pktrt_ray field_ray(const field *f, rng *r) {
+  const uint32_t i = rng_below(r, FIELD);
+  const world *w = &f->w[f->of[i]];
+  float target[3], at[3], origin[3];
+  const float time = rng_unit(r);
+  if (rng_u32(r) & 1) pick_vertex(w, r, time, target); /* rays that touch silhouettes are the hard ones for boxes */
+  else pick_edge(w, r, time, target);
+  const float *m = f->transform[i];
+  for (int a = 0; a < 3; a++) {
+    at[a] = m[4 * a] * target[0] + m[4 * a + 1] * target[1] + m[4 * a + 2] * target[2] + m[4 * a + 3];
+    origin[a] = 8 * rng_sign(r);
+  }
+  return ray_towards(origin, at, time);
+}
+
+static void hits_are_those_of_the_documented_ray(void) {
+  const size_t n = scaled(40000) / MANY * MANY + (small_run ? 512 : 0), step = small_run ? 512 : MANY;
+  static field f;
+  static pktrt_ray rays[MANY];
+  static answers got;
+  size_t wrong = 0, control = 0, hits = 0;
+  rng r = rng_of(11);
+  field_open(&f, 5);
+  for (size_t done = 0; done < n; done += step) {
+    static pktrt_hit want[MANY];
+    for (size_t i = 0; i < step; i++) {
+      rays[i] = field_ray(&f, &r);
+      want[i] = expected(&f, &rays[i], false);
+      hits += want[i].mesh != PKTRT_NONE;
+      const pktrt_hit other = expected(&f, &rays[i], true);
+      control += !same_bits(&other.t, &want[i].t, 3 * sizeof(float)) || other.triangle != want[i].triangle;
+    }
+    for (int k = 0; k < isa_count; k++)
+      for (int way = 0; way < WAYS; way++) {
+        ask(f.s[k], way, rays, step, &got);
+        for (size_t i = 0; i < step; i++) {
+          const pktrt_hit *h = &got.hit[i];
+          wrong += !same_bits(&h->t, &want[i].t, 3 * sizeof(float)) || h->mesh != want[i].mesh ||
+                   h->triangle != want[i].triangle || got.occluded[i] != (want[i].mesh != PKTRT_NONE);
+        }
+      }
+  }
+  CHECK(wrong == 0, "%zu answers are wrong", wrong);
+  CHECK(hits > n / 2 && control > n / 50, "%zu hits, control %zu", hits, control);
+  say("%zu rays at vertices and edges of %d instances, %d ways on each instruction set: %zu hits, %zu wrong; control "
+      "in floats: %zu",
+      n, FIELD, WAYS, hits, wrong, control);
+  field_close(&f);
+}
+
+/* All crossings: each instance's, in order of (t, mesh, triangle). */
+static void crossings_come_one_by_one(void) {
+  static field f;
+  size_t wrong = 0, crossings = 0;
+  rng r = rng_of(12);
+  field_open(&f, 6);
+  for (size_t i = 0; i < scaled(2000); i++) {
+    const pktrt_ray ray = field_ray(&f, &r);
+    pktrt_hit list[64], one[64];
+    size_t want = 0;
+    for (uint32_t k = 0; k < FIELD; k++) {
+      const pktrt_ray within = ray_within(&f, k, &ray, false);
+      want += pktrt_intersect_all(f.model[f.of[k]], &within, one, 64);
+    }
+    const size_t n = pktrt_intersect_all(f.s[0], &ray, list, 64);
+    wrong += n != want;
+    for (size_t k = 1; k < n && k < 64; k++)
+      wrong += list[k].t < list[k - 1].t || (list[k].t == list[k - 1].t && list[k].mesh < list[k - 1].mesh);
+    crossings += n;
+  }
+  CHECK(wrong == 0 && crossings > scaled(2000), "%zu wrong of %zu", wrong, crossings);
+  say("%zu crossings, %zu lists wrong", crossings, wrong);
+  field_close(&f);
+}
+
+/* Normals are crosses of transformed edges. */
+static void normals_are_crosses_of_transformed_edges(void) {
+  static field f;
+  double worst = 0;
+  size_t turned = 0, hits = 0;
+  rng r = rng_of(13);
+  field_open(&f, 7);
+  for (size_t i = 0; i < scaled(20000); i++) {
+    pktrt_ray ray = field_ray(&f, &r);
+    pktrt_hit hit;
+    uint32_t instance, of;
+    ray.time = 0;
+    if (!pktrt_intersect(f.s[0], &ray, &hit) || !CHECK(pktrt_get_mesh_source(f.s[0], hit.mesh, &instance, &of)))
+      continue;
+    const mesh *m = &f.w[f.of[instance]].m[of];
+    const float *t = f.transform[instance];
+    double p[3][3], n[3], dot = 0, nn = 0, hh = 0;
+    for (int c = 0; c < 3; c++) {
+      const float *v = m->p + 3 * (size_t)m->i[3 * (size_t)hit.triangle + (size_t)c];
+      for (int a = 0; a < 3; a++)
+        p[c][a] =
+            (double)t[4 * a] * (double)v[0] + (double)t[4 * a + 1] * (double)v[1] + (double)t[4 * a + 2] * (double)v[2];
+    }
+    for (int a = 0; a < 3; a++) {
+      const int b = (a + 1) % 3, c = (a + 2) % 3;
+      n[a] = (p[1][b] - p[0][b]) * (p[2][c] - p[0][c]) - (p[1][c] - p[0][c]) * (p[2][b] - p[0][b]);
+      dot += n[a] * (double)hit.normal[a], nn += n[a] * n[a], hh += (double)hit.normal[a] * (double)hit.normal[a];
+    }
+    hits++;
+    worst = fmax(worst, sqrt(fmax(0, 1 - dot * dot / (nn * hh))));
+    turned += dot < 0;
+  }
+  CHECK(hits > 100 && turned == 0 && worst < 1e-6, "%zu hits, %zu turned, worst %g", hits, turned, worst);
+  field_close(&f);
+}
+
+/* Rays that leave a surface of an instance do not meet the triangle that they left, though they nearly do. */
+static void rays_leave_instances(void) {
+  static field f;
+  size_t met = 0, control = 0, rays = 0;
+  rng r = rng_of(14);
+  field_open(&f, 8);
+  for (size_t i = 0; i < scaled(20000); i++) {
+    const pktrt_ray ray = field_ray(&f, &r);
+    pktrt_hit hit, again;
+    if (!pktrt_intersect(f.s[0], &ray, &hit)) continue;
+    for (int side = 0; side < 4; side++) {
+      float d[3];
+      pktrt_ray out, plain = ray;
+      for (int a = 0; a < 3; a++) d[a] = rng_sign(&r);
+      pktrt_spawn(f.s[0], &ray, &hit, d, &out);
+      for (int a = 0; a < 3; a++) plain.origin[a] = ray.origin[a] + hit.t * ray.direction[a], plain.direction[a] = d[a];
+      met += pktrt_intersect(f.s[0], &out, &again) && again.mesh == hit.mesh && again.triangle == hit.triangle;
+      control += pktrt_intersect(f.s[0], &plain, &again) && again.mesh == hit.mesh && again.triangle == hit.triangle;
+      rays++;
+    }
+  }
+  CHECK(rays > 100 && met == 0 && control > rays / 20, "%zu rays, %zu meet what they left, control %zu", rays, met,
+        control);
+  say("%zu rays: %zu meet the triangle that they left; control without pktrt_spawn: %zu", rays, met, control);
+  field_close(&f);
+}
+
+/* --- changes --- */
+
+static void transforms_change_at_commit_and_refit(void) {
+  world w = world_static(2);
+  static pktrt_ray rays[MANY];
+  static answers before, now, want;
+  float turn[12] = {0, 0, 1, 0.5f, 0, 1, 0, 0, -1, 0, 0, 0};
+  pktrt_scene *s = placed(&w, PKTRT_ISA_AUTO, NULL), *fresh = placed(&w, PKTRT_ISA_AUTO, turn);
+  make_rays(&w, s, RAYS_RANDOM, 1, 0, rays, MANY);
+  ask(s, 1, rays, MANY, &before), ask(fresh, 1, rays, MANY, &want);
+  for (int refit = 0; refit < 2; refit++) {
+    CHECK(pktrt_set_transform(s, 0, 0, turn) == PKTRT_OK, "%s", pktrt_last_error(s));
+    ask(s, 1, rays, MANY, &now);
+    CHECK(differ(&now, &before, MANY) == 0, "what is set waits");
+    CHECK((refit ? pktrt_refit(s) : pktrt_commit(s)) == PKTRT_OK, "%s", pktrt_last_error(s));
+    ask(s, 1, rays, MANY, &now);
+    CHECK(differ(&now, &want, MANY) == 0, "%zu answers differ from those of a new scene", differ(&now, &want, MANY));
+    CHECK(pktrt_set_transform(s, 0, 0, identity) == PKTRT_OK && pktrt_refit(s) == PKTRT_OK);
+    ask(s, 1, rays, MANY, &now);
+    CHECK(differ(&now, &before, MANY) == 0, "and back");
+  }
+  CHECK(differ(&before, &want, MANY) > 100, "the control: turned, other things are hit");
+  pktrt_scene_destroy(s), pktrt_scene_destroy(fresh);
+  world_free(&w);
+}
+
+static bool says(pktrt_scene *s, pktrt_status status, pktrt_status want, const char *words) {
+  return CHECK(status == want && strstr(pktrt_last_error(s), words), "%d, \"%s\", not \"%s\"", (int)status,
+               pktrt_last_error(s), words);
+}
+static void mistakes_are_refused_by_name(void) {
+  const pktrt_status no = PKTRT_INVALID_ARGUMENT;
+  world w = world_static(1);
+  pktrt_scene *s = placed(&w, PKTRT_ISA_AUTO, NULL);
+  pktrt_mesh_desc bad = mesh_desc(&w.m[0]);
+  float flat[12] = {1, 0, 0, 0, 0, 1, 0, 0, 1, 1, 0, 0}, through[24], far[12], nan[12];
+  memcpy(through, identity, sizeof identity), memcpy(through + 12, identity, sizeof identity), through[12] = -1;
+  memcpy(far, identity, sizeof identity), far[0] = far[3] = 1e30f;
+  memcpy(nan, identity, sizeof identity), nan[7] = NAN;
+  pktrt_instance_desc d = {1, 1, NULL};
+  says(s, pktrt_add_model(s, NULL, 1, NULL), no, "model 1: it has no meshes");
+  bad.vertex_count = 1;
+  says(s, pktrt_add_model(s, &bad, 1, NULL), no, "model 1: mesh 0");
+  says(s, pktrt_add_instance(s, NULL, NULL), no, "instance 1: the description is NULL");
+  says(s, pktrt_add_instance(s, &d, NULL), no, "instance 1: there is no model 1 among 1");
+  d.model = 0, d.key_count = 5000;
+  says(s, pktrt_add_instance(s, &d, NULL), PKTRT_LIMIT, "instance 1: key_count 5000");
+  d.key_count = 1, d.transforms = flat;
+  says(s, pktrt_add_instance(s, &d, NULL), no, "instance 1: its transform flattens it");
+  d.transforms = nan;
+  says(s, pktrt_add_instance(s, &d, NULL), no, "instance 1, key 0: element 7");
+  d.transforms = far;
+  says(s, pktrt_add_instance(s, &d, NULL), PKTRT_LIMIT, "instance 1, key 0: it reaches beyond");
+  d.key_count = 2, d.transforms = through;
+  says(s, pktrt_add_instance(s, &d, NULL), no, "give it more keys");
+  says(s, pktrt_set_transform(s, 7, 0, identity), no, "there is no instance 7 among 1");
+  says(s, pktrt_set_transform(s, 0, 3, identity), no, "there is no such key");
+  says(s, pktrt_set_transform(s, 0, 0, NULL), no, "the array is NULL");
+  says(s, pktrt_set_transform(s, 0, 0, flat), no, "flattens");
+  says(s, pktrt_set_positions(s, 0, 0, w.m[0].p), no, "mesh 0 belongs to instance 0");
+  d.key_count = 1, d.transforms = NULL;
+  CHECK(pktrt_add_instance(s, &d, NULL) == PKTRT_OK && pktrt_set_transform(s, 0, 0, identity) == PKTRT_OK);
+  says(s, pktrt_refit(s), PKTRT_NOT_COMMITTED, "instance 1 was added");
+  commit(s);
+  pktrt_scene_info info;
+  pktrt_get_scene_info(s, &info);
+  CHECK(info.instance_count == 2 && info.mesh_count == 2 * w.n);
+  uint32_t instance = 9, of = 9;
+  CHECK(pktrt_get_mesh_source(s, w.n + 1, &instance, &of) && instance == 1 && of == 1);
+  CHECK(!pktrt_get_mesh_source(s, 2 * w.n, NULL, NULL) && !pktrt_get_mesh_source(NULL, 0, NULL, NULL));
+  CHECK(pktrt_add_instance(NULL, &d, NULL) == no && pktrt_add_model(NULL, &bad, 1, NULL) == no);
+  pktrt_scene_destroy(s);
+  world_free(&w);
+}
+
+/* A model and an instance more, then a move: whatever allocation fails, the scene answers as before, or as after. */
+static void allocations_that_fail_lose_nothing(void) {
+  world w = world_moving(1);
+  static pktrt_ray rays[MANY];
+  static answers before, now;
+  size_t failed = 0;
+  float aside[12];
+  memcpy(aside, identity, sizeof aside), aside[3] = 3;
+  for (size_t n = 1;; n++) {
+    pktrt_scene *s = placed(&w, PKTRT_ISA_AUTO, NULL);
+    pktrt_mesh_desc d = mesh_desc(&w.m[0]);
+    make_rays(&w, s, RAYS_RANDOM, 2, 0, rays, 256);
+    ask(s, 1, rays, 256, &before);
+    hooks.fail_at = n, hooks.failed = 0;
+    const pktrt_instance_desc more = {1, 1, aside};
+    const bool all = !pktrt_add_model(s, &d, 1, NULL) && !pktrt_add_instance(s, &more, NULL) &&
+                     !pktrt_set_transform(s, 0, 0, aside) && !pktrt_commit(s);
+    hooks.fail_at = 0;
+    ask(s, 1, rays, 256, &now);
+    if (!all) CHECK(differ(&before, &now, 256) == 0, "allocation %zu failed, and other things are hit", n);
+    if (!all) CHECK(strstr(pktrt_last_error(s), "memory"), "%s", pktrt_last_error(s));
+    failed += !all;
+    if (!all) CHECK(pktrt_commit(s) == PKTRT_OK, "%s", pktrt_last_error(s));
+    pktrt_scene_destroy(s);
+    if (all) break;
+  }
+  CHECK(failed > 10, "%zu", failed);
+  world_free(&w);
+}
+
+/* Translated rigidly, an instance is where the same mesh is whose vertices have keys. */
+static void moving_instances_are_where_moving_vertices_are(void) {
+  world w = world_of(mesh_sphere(3, 0.05f, 2));
+  float keys[24];
+  memcpy(keys, identity, sizeof identity), memcpy(keys + 12, identity, sizeof identity), keys[15] = 2, keys[19] = 0.5f;
+  pktrt_scene *s = open_scene(PKTRT_ISA_AUTO);
+  add_instance(s, add_model(s, &w), 2, keys);
+  commit(s);
+  mesh *m = &w.m[0];
+  float *p = malloc((size_t)m->nv * 6 * sizeof *p);
+  if (!p) abort();
+  for (size_t i = 0; i < (size_t)m->nv * 3; i++)
+    p[i] = m->p[i], p[(size_t)m->nv * 3 + i] = m->p[i] + keys[12 + i % 3 * 4 + 3];
+  free(m->p);
+  m->p = p, m->keys = 2;
+  pktrt_scene *flat = world_scene(&w, PKTRT_ISA_AUTO, 0);
+  size_t hits = 0, other = 0;
+  double worst = 0;
+  static pktrt_ray rays[MANY];
+  make_rays(&w, flat, RAYS_CAMERA, 1, 0, rays, MANY);
+  for (size_t i = 0; i < MANY; i++) {
+    pktrt_hit a, b;
+    const bool one = pktrt_intersect(flat, &rays[i], &a), two = pktrt_intersect(s, &rays[i], &b);
+    hits += one;
+    if (one != two || a.triangle != b.triangle) other++;
+    else if (one) worst = fmax(worst, fabs((double)a.t - (double)b.t) / fabs((double)a.t));
+  }
+  CHECK(hits > 50 && other <= 2 && worst < 1e-5, "%zu hits, %zu others, t within %g", hits, other, worst);
+  pktrt_scene_destroy(s), pktrt_scene_destroy(flat);
+  world_free(&w);
+}
+
+static void thousands_take_little_memory(void) {
+  enum { N = 2000 };
+  world w = world_of(mesh_sphere(3, 0.05f, 2));
+  size_t bytes[2];
+  for (int flat = 0; flat < 2; flat++) {
+    const size_t none = hooks.live_bytes;
+    pktrt_scene *s = open_scene(PKTRT_ISA_AUTO);
+    const uint32_t model = flat ? 0 : add_model(s, &w);
+    const pktrt_mesh_desc d = mesh_desc(&w.m[0]);
+    for (uint32_t i = 0; i < (flat ? N / 20 : N); i++) {
+      const float at[12] = {1, 0, 0, (float)(i % 50) * 3, 0, 1, 0, (float)(i / 50) * 3, 0, 0, 1, 0};
+      if (flat) CHECK(pktrt_add_mesh(s, &d, NULL) == PKTRT_OK);
+      else add_instance(s, model, 1, at);
+    }
+    commit(s);
+    bytes[flat] = (hooks.live_bytes - none) * (flat ? 20 : 1);
+    pktrt_scene_destroy(s);
+  }
+  CHECK(bytes[0] < bytes[1] / 50, "%zu bytes, flat %zu", bytes[0], bytes[1]);
+  say("%d instances of %u triangles: %.2f MB, flat about %.0f MB", N, (unsigned)w.m[0].nt, (double)bytes[0] / 1e6,
+      (double)bytes[1] / 1e6);
+  world_free(&w);
+}
+
+void suite_instances(void) {
+  run("an instance under the identity has the bits of its meshes added directly", identity_has_the_bits);
+  run("scaled by a power of two and shifted by integers, instances have the bits that are predicted",
+      powers_of_two_are_predicted);
+  run("hits in instances are those of the documented ray in the model alone, whatever the transform",
+      hits_are_those_of_the_documented_ray);
+  run("all crossings of instances come one by one, in order", crossings_come_one_by_one);
+  run("normals of instances are crosses of transformed edges, mirrored or not",
+      normals_are_crosses_of_transformed_edges);
+  run("rays leave instances without meeting the triangle that they left", rays_leave_instances);
+  run("transforms that are set wait for a commit or refit, which makes them what a new scene has",
+      transforms_change_at_commit_and_refit);
+  run("mistakes with models and instances are refused by name", mistakes_are_refused_by_name);
+  run("each allocation of models and instances failing, the scene answers as before",
+      allocations_that_fail_lose_nothing);
+  run("a moving instance is where the same mesh is with moving vertices",
+      moving_instances_are_where_moving_vertices_are);
+  run("thousands of instances take a fiftieth of the memory of their triangles", thousands_take_little_memory);
+}

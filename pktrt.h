@@ -1576,7 +1576,7 @@ PKTRT__INLINE const float *pktrt__segment_vertices(const pktrt__bvh_segment *seg
 /* How an instance lies at a time: a point p of its model is at a p + shift. */
 typedef struct pktrt__place {
   double a[3][3], shift[3], inverse[3][3];
-  bool straight; /* a has a diagonal only */
+  bool straight; /* a has a diagonal only, at both keys */
 } pktrt__place;
 typedef struct pktrt__instance {
   const pktrt_scene *model;
@@ -4091,6 +4091,13 @@ PKTRT__NOINLINE void pktrt__single_resolve_hits(const pktrt_scene *s, pktrt__bat
 #define PKTRT__PLACE_LEAST 7.888609052210118e-31 /* 2^-100 */
 #define PKTRT__PLACE_FLAT 9.313225746154785e-10  /* 2^-30: of a determinant, for columns of length 1 */
 
+/* Tells whether matrices of two keys have diagonals only. */
+static bool pktrt__place_is_straight(const float *k0, const float *k1) {
+  bool straight = true;
+  for (int i = 0; i < 11; i++) straight = straight && (i % 5 == 0 || i % 4 == 3 || (k0[i] == 0 && k1[i] == 0));
+  return straight;
+}
+
 /* Computes how an instance lies between two keys. */
 static void pktrt__place_between(const float *k0, const float *k1, float ta, float tb, pktrt__place *p) {
   double adjugate[3][3];
@@ -4103,11 +4110,8 @@ static void pktrt__place_between(const float *k0, const float *k1, float ta, flo
     }
   const double det = (p->a[0][0] * adjugate[0][0] + p->a[0][1] * adjugate[1][0]) + p->a[0][2] * adjugate[2][0];
   const double r = 1 / det;
-  p->straight = true;
-  for (int i = 0; i < 9; i++) {
-    p->inverse[i / 3][i % 3] = adjugate[i / 3][i % 3] * r;
-    p->straight = p->straight && (i % 4 == 0 || p->a[i / 3][i % 3] == 0);
-  }
+  for (int i = 0; i < 9; i++) p->inverse[i / 3][i % 3] = adjugate[i / 3][i % 3] * r;
+  p->straight = pktrt__place_is_straight(k0, k1);
 }
 
 /* Returns how an instance lies at a time, in *moving if it moves. */
@@ -4170,21 +4174,25 @@ static void pktrt__place_set_hit(pktrt__single *q, uint32_t place, float t, uint
   q->id = id, q->slot = slot, q->bvh = bvh, q->place = place;
 }
 
-/* Copies rays of a batch, those in mask of a list, to its spare lanes, in the frame of an instance. Returns how many. */
-static uint32_t pktrt__place_rays(const pktrt_scene *s, uint32_t index, pktrt__batch *b, const uint8_t *list,
-                                  uint64_t mask, bool closest) {
-  const pktrt__instance *in = &s->instances[index];
+/* Copies rays of a batch, those in mask of a list, to its spare lanes; returns how many. */
+static uint32_t pktrt__place_copy_rays(pktrt__batch *b, const uint8_t *list, uint64_t mask, bool closest) {
   uint32_t n = b->spare;
   for (; mask; mask &= mask - 1, n++) {
     const uint32_t r = list[pktrt__lowest_bit(mask)];
-    pktrt__place moving;
-    const pktrt__place *p = pktrt__place_at(in, b->time[r], &moving);
-    pktrt__place_ray(p, &b->o[0][r], &b->d[0][r], PKTRT__ROW, &b->o[0][n], &b->d[0][n], PKTRT__ROW);
+    for (int a = 0; a < 3; a++) b->o[a][n] = b->o[a][r], b->d[a][n] = b->d[a][r];
     b->tmin[n] = b->tmin[r], b->time[n] = b->time[r];
     b->tmax[n] = closest ? pktrt__place_tmax(b->slot[r], b->wf[r], b->dk[r], b->tmax[r]) : b->tmax[r];
   }
   pktrt__batch_pad(b, n);
   return n - b->spare;
+}
+/* Moves rays [begin, end) of a batch to the frame of an instance. */
+static void pktrt__place_move_rays(const pktrt__instance *in, pktrt__batch *b, uint32_t begin, uint32_t end) {
+  for (uint32_t r = begin; r < end; r++) {
+    pktrt__place moving;
+    const pktrt__place *p = pktrt__place_at(in, b->time[r], &moving);
+    pktrt__place_ray(p, &b->o[0][r], &b->d[0][r], PKTRT__ROW, &b->o[0][r], &b->d[0][r], PKTRT__ROW);
+  }
 }
 
 /* Takes over what the spare lanes have found, for the rays in mask of a list; returns those that are hit, or nearer. */
@@ -5850,6 +5858,9 @@ typedef __mmask16 mf;
 #define pktrt__paper_traverse_static PKTRT__NAME(pktrt__paper_traverse_static)
 #define pktrt__paper_trim PKTRT__NAME(pktrt__paper_trim)
 #define pktrt__paper_update_depth PKTRT__NAME(pktrt__paper_update_depth)
+#define pktrt__place_between8 PKTRT__NAME(pktrt__place_between8)
+#define pktrt__place_rays PKTRT__NAME(pktrt__place_rays)
+#define pktrt__place_rays8 PKTRT__NAME(pktrt__place_rays8)
 #define pktrt__place_slabs PKTRT__NAME(pktrt__place_slabs)
 #define pktrt__place_test_boxes PKTRT__NAME(pktrt__place_test_boxes)
 #define pktrt__place_trace PKTRT__NAME(pktrt__place_trace)
@@ -7856,7 +7867,7 @@ OP void pktrt__paper_traverse(pktrt__paper_packet *p, const pktrt__variant is) {
 
 /* The variants of pktrt__paper_traverse. They always count; on narrow vectors the moving one serves what is at rest, too. */
 #if !defined(PKTRT_NO_MOTION)
-PKTRT__NOINLINE void pktrt__paper_traverse_moving(pktrt__paper_packet *p, bool occlusion, pktrt_counts *counts) {
+PKTRT__COLD void pktrt__paper_traverse_moving(pktrt__paper_packet *p, bool occlusion, pktrt_counts *counts) {
   pktrt__paper_traverse(p, pktrt__variant_of(occlusion, true, PKTRT__STATS != 0, counts));
 }
 #endif
@@ -9046,13 +9057,70 @@ SMALL void pktrt__place_stream(const pktrt__query *call, const pktrt_scene *scen
   }
 }
 #else
+#if PKTRT__WITH_V8_REGISTERS
+/* Computes the inverses of the matrices of an instance between two keys, at eight times, and what points are shifted by. */
+OP void pktrt__place_between8(const float *k0, const float *k1, v8 time, d8 inverse[3][3], d8 shift[3]) {
+  const v8 tb = vmin(vmax(time, vset(0)), vset(1));
+  const d8 b = dfrom(tb), a = dfrom(vsub(vset(1), tb));
+  d8 m[3][3], x[3][3];
+  for (int i = 0; i < 3; i++) {
+    for (int j = 0; j < 3; j++)
+      m[i][j] = dadd(dmul(a, dset((double)k0[4 * i + j])), dmul(b, dset((double)k1[4 * i + j])));
+    shift[i] = dadd(dmul(a, dset((double)k0[4 * i + 3])), dmul(b, dset((double)k1[4 * i + 3])));
+  }
+  for (int i = 0; i < 3; i++) {
+    const d8 *u = m[(i + 1) % 3], *v = m[(i + 2) % 3];
+    for (int j = 0; j < 3; j++)
+      x[j][i] = dsub(dmul(u[(j + 1) % 3], v[(j + 2) % 3]), dmul(u[(j + 2) % 3], v[(j + 1) % 3]));
+  }
+  const d8 det = dadd(dadd(dmul(m[0][0], x[0][0]), dmul(m[0][1], x[1][0])), dmul(m[0][2], x[2][0]));
+  const d8 r = ddiv(dset(1), det);
+  for (int i = 0; i < 9; i++) inverse[i / 3][i % 3] = dmul(x[i / 3][i % 3], r);
+}
+
+/* Does for eight rays what pktrt__place_ray does, all at rest or between the same two keys. */
+PKTRT__NOINLINE void pktrt__place_rays8(const pktrt__instance *in, pktrt__batch *b, uint32_t i) {
+  const bool moving = pktrt__has_motion(in->key_count);
+  const bool straight = moving ? pktrt__place_is_straight(in->keys, in->keys + 12) : in->rest.straight;
+  d8 m[3][3], s[3], x[3], d[3], way[3];
+  if (moving) {
+    pktrt__place_between8(in->keys, in->keys + 12, vload(b->time + i), m, s);
+  } else {
+    for (int k = 0; k < 9; k++) m[k / 3][k % 3] = dset(in->rest.inverse[k / 3][k % 3]);
+    for (int a = 0; a < 3; a++) s[a] = dset(in->rest.shift[a]);
+  }
+  for (int a = 0; a < 3; a++) x[a] = dsub(dfrom(vload(b->o[a] + i)), s[a]), d[a] = dfrom(vload(b->d[a] + i));
+  for (int a = 0; a < 3; a++) {
+    d8 at = dmul(m[a][a], x[a]);
+    way[a] = dmul(m[a][a], d[a]);
+    if (!straight) {
+      at = dadd(dadd(dmul(m[a][0], x[0]), dmul(m[a][1], x[1])), dmul(m[a][2], x[2]));
+      way[a] = dadd(dadd(dmul(m[a][0], d[0]), dmul(m[a][1], d[1])), dmul(m[a][2], d[2]));
+    }
+    vstore(b->o[a] + i, dto(at));
+  }
+  const d8 most = pktrt__vec_dmax_abs3(way[0], way[1], way[2]);
+  const m8 out = mor(dlt(most, dset(PKTRT__PLACE_LEAST)), dlt(dset(1 / PKTRT__PLACE_LEAST), most));
+  for (int a = 0; a < 3; a++) vstore(b->d[a] + i, vsel(out, vset(0), dto(way[a])));
+}
+#endif
+/* Moves rays [begin, end) of a batch to the frame of an instance. */
+OP void pktrt__place_rays(const pktrt__instance *in, pktrt__batch *b, uint32_t begin, uint32_t end) {
+#if PKTRT__WITH_V8_REGISTERS
+  for (uint32_t i = begin; i < end && in->key_count < 3; i += 8) pktrt__place_rays8(in, b, i);
+  if (in->key_count < 3) return;
+#endif
+  pktrt__place_move_rays(in, b, begin, end);
+}
+
 /* Traces the rays in mask of a list, all of one octant, through an instance; returns those that hit, or hit nearer. */
 PKTRT__NOINLINE uint64_t pktrt__place_trace(const pktrt__query *call, const pktrt_scene *scene, pktrt__batch *b,
                                             const uint8_t *list, uint64_t mask, uint32_t index,
                                             const pktrt__variant *what) {
   const pktrt__variant is = *what;
   const pktrt_scene *model = scene->instances[index].model;
-  const uint32_t first = b->spare, n = pktrt__place_rays(scene, index, b, list, mask, !is.occlusion);
+  const uint32_t first = b->spare, n = pktrt__place_copy_rays(b, list, mask, !is.occlusion);
+  pktrt__place_rays(&scene->instances[index], b, first, first + n);
   uint64_t valid = 0;
   for (uint32_t i = 0; i < n; i += FW) valid |= (uint64_t)pktrt__batch_setup(model, b, first + i) << i;
   b->valid[first / 64] = valid;

@@ -35,7 +35,7 @@ SDL_FLAGS := $(if $(SDL),$(patsubst -I%,-isystem %,$(shell pkg-config --cflags s
 SDL_LIBS := $(if $(SDL),$(shell pkg-config --libs sdl2))
 EMBREE := $(wildcard /usr/include/embree3/rtcore.h /usr/local/include/embree3/rtcore.h)
 
-EXAMPLES = $(B)/hello $(B)/query $(B)/packets $(B)/effects $(B)/deform $(B)/render $(if $(SDL),$(B)/view)
+EXAMPLES = $(B)/hello $(B)/instances $(B)/query $(B)/packets $(B)/effects $(B)/deform $(B)/render $(if $(SDL),$(B)/view)
 EXAMPLE_HEADERS = $(wildcard examples/*.h)
 # checksum.c and stack.c are programs of their own: see `platforms`.
 TEST_SOURCES = $(sort $(filter-out tests/fuzz/main.c tests/checksum.c tests/stack.c,$(wildcard tests/*.c tests/fuzz/*.c)))
@@ -106,7 +106,7 @@ $(B)/render: examples/render.c $(EXAMPLE_HEADERS) $(B)/pktrt.o
 $(B)/view: examples/view.c $(EXAMPLE_HEADERS) $(B)/pktrt.o
 	$(CC) $(CFLAGS) $(STRICT) $(SHARED) $(SDL_FLAGS) $< $(B)/pktrt.o -o $@ $(LDFLAGS) $(SDL_LIBS) $(LDLIBS)
 
-$(B)/effects $(B)/deform: $(EXAMPLE_HEADERS)
+$(B)/effects $(B)/deform $(B)/instances: $(EXAMPLE_HEADERS)
 
 $(B)/%: examples/%.c $(B)/pktrt.o
 	$(CC) $(CFLAGS) $(STRICT) $(SHARED) $< $(B)/pktrt.o -o $@ $(LDFLAGS) $(LDLIBS)

@@ -9933,7 +9933,7 @@ PKTRT__COLD pktrt_status pktrt__instance_check(pktrt_scene *s, pktrt__instance *
     if (!(fabsf(keys[i]) <= PKTRT_MAX_COORD))
       return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "instance %u, key %u: element %u of its transform is %g, beyond %g",
                          index, (unsigned)i / 12, (unsigned)i % 12, (double)keys[i], (double)PKTRT_MAX_COORD);
-  in->kappa = in->key_count > 1 ? 0 : pktrt__place_kappa(keys);
+  in->kappa = 0;
   for (uint32_t i = 0; i + 1 < in->key_count || !i; i++) {
     const float *k0 = keys + 12 * (size_t)i, *k1 = in->key_count > 1 ? k0 + 12 : k0;
     const double least = pktrt__place_least_det(k0, k1);
@@ -9943,7 +9943,7 @@ PKTRT__COLD pktrt_status pktrt__instance_check(pktrt_scene *s, pktrt__instance *
                          index, (unsigned)i, (unsigned)i + 1);
     if (!(least > PKTRT__PLACE_FLAT))
       return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "instance %u: its transform flattens it", index);
-    if (in->key_count > 1) in->kappa = pktrt__max(in->kappa, 18 / least);
+    in->kappa = pktrt__max(in->kappa, in->key_count > 1 ? 18 / least : pktrt__place_kappa(keys));
   }
   for (uint32_t i = 0; i < in->key_count; i++)
     if (!pktrt__place_box(in->model, keys + 12 * (size_t)i, in->kappa, box))

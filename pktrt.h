@@ -1,4 +1,4 @@
-/* pktrt.h - v0.8.0 - packet ray tracing in one C header: queries, for one ray or for millions, and pictures
+/* pktrt.h - v0.9.0 - packet ray tracing in one C header: queries, for one ray or for millions, and pictures
 
    After Boulos, Edwards, Lacewell, Kniss, Kautz, Shirley and Wald, "Packet-based Whitted and Distribution Ray Tracing",
    Graphics Interface 2007. MIT or public domain, at your choice (>>licence, at the end of the file).
@@ -165,7 +165,7 @@
    WHAT IT DOES NOT DO
 
    - No window, no files, no threads of its own: pictures are arrays of floats, threads come through parallel_for.
-   - No any-hit filters, ray masks, or removing a mesh. Triangles only.
+   - No any-hit filters, ray masks, or removing a mesh. Triangles only; models have no instances, and instances no lights.
    - Pictures are ray traced after Whitted and Cook, not path traced: no light from diffuse surface to diffuse surface
      (an ambient constant and an environment light stand for it), and no caustics.
    - MSVC is untested. gcc, clang, tcc, MinGW and emscripten are, on 32 and 64 bits, little-endian and big-endian.
@@ -339,6 +339,8 @@
        the new one is done. Only a changed tree counts.
      - Meshes are retained: 12 bytes per vertex and key, as much again with normals, 12 per triangle with indices. The
        first pktrt_set_positions of a mesh makes room for a second set, which stays; pktrt_set_normals likewise.
+     - Instances: about 430 bytes each and 72 for each mesh of its model, 84 more from its first pktrt_set_transform on;
+       another key 150. The model once.
      - Rendering: about 260 KiB for each tile at work, and up to 100 KiB for each generation of rays; 230 bytes for each
        triangle of a mesh that is a light (DRT); 28 bytes for each mesh if one is of glass; if it counts, 8 KiB for each
        tile of the picture; with several passes, 32 bytes for each pixel, 64 more with optional buffers.
@@ -516,7 +518,7 @@
 extern "C" {
 #endif
 
-#define PKTRT_VERSION 800               /* major * 10000 + minor * 100 + patch */
+#define PKTRT_VERSION 900               /* major * 10000 + minor * 100 + patch */
 #define PKTRT_NONE 0xFFFFFFFFu          /* "no mesh", "no triangle" */
 #define PKTRT_MAX_TRIANGLES 2147483647u /* of a scene; more: PKTRT_LIMIT */
 #define PKTRT_MAX_KEYS 1024u            /* motion keys of one mesh; more: PKTRT_LIMIT */
@@ -13982,6 +13984,8 @@ PKTRT_DEF size_t pktrt_scene_report_text(const pktrt_scene_report *r, char *text
 #endif /* the public functions */
 /* >>changes ----------------------------------------------------------------------------------------------------------
 
+     0.9.0    Models, and instances that place them and move: pktrt_add_model, pktrt_add_instance, pktrt_set_transform,
+              pktrt_get_mesh_source.
      0.8.0    Hits are those of exact arithmetic on the floats that are given, t within 0.7 ulp, and each crossing belongs to
               one triangle: closed meshes with collapsed triangles do not leak, and can be asked what they contain.
               pktrt_intersect_after, pktrt_intersect_all, pktrt_winding. pktrt_spawn moves by the rounding of a point.

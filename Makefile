@@ -49,7 +49,7 @@ ifeq ($(MAKELEVEL),0)
 endif
 
 .PHONY: all demo effects deform view test-view readme-pictures test test-leaveout sanitize test-neon matrix platforms checksum flags test-guards deps deps-extra format format-check clean help
-.PHONY: mutants map structure figures parts bench bench-check bench-plots bench-readme bench-pictures bench-tests peers exactness before error error-check leaveout leaveout-check
+.PHONY: mutants map structure figures parts bench bench-check bench-plots bench-readme bench-pictures bench-tests peers exactness before instances error error-check leaveout leaveout-check
 .PHONY: stability stability-neon stability-sanitize sanitize-threads fuzz
 .DELETE_ON_ERROR:
 
@@ -84,6 +84,7 @@ help:
 	@echo "peers       races Embree in ten minutes; MESHES=\"FILE DIR\" of these too, FULL=1 everything, BENCH_ARGS=... options"
 	@echo "exactness   pktrt beside copies of itself with textbook tests of triangles, in three minutes"
 	@echo "before      pktrt beside itself as it was at commit BEFORE=..., in ten minutes"
+	@echo "instances   instances beside the same triangles added directly, at rest and moving, in two minutes"
 	@echo "error       error against run time in ten minutes; NAME=\"slopes closed\" of these; error-check what must hold, in two"
 	@echo "leaveout    what features cost where a scene has them not, in ten minutes; leaveout-check what must hold"
 	@echo "format      rewrites all C files by clang-format; format-check names those that it would change"
@@ -382,6 +383,15 @@ $(B)/plain-%.o: bench/plain.c bench/plain.h bench/plain_tests.h pktrt.h | $(B)
 
 $(B)/exactness: bench/exactness.c $(B)/plain-kensler.o $(B)/plain-moller.o $(B)/plain-stages.o $(wildcard bench/*.h bench/peers/*.h) $(EXAMPLE_HEADERS) pktrt.h
 	$(CC) $(CFLAGS) $(STRICT) $(ASSIMP_FLAGS) $(filter-out %.h,$^) -o $@ $(LDFLAGS) $(ASSIMP_LIBS) $(LDLIBS)
+
+# Instances beside the same triangles added directly.
+instances: | $(RESULTS)
+	$(BUILD) $(B)/instances-bench
+	$(PIN) $(B)/instances-bench --results $(RESULTS) $(BENCH_ARGS)
+	@$(MAKE) --no-print-directory bench-readme
+
+$(B)/instances-bench: bench/instances.c $(wildcard bench/*.h) $(EXAMPLE_HEADERS) $(B)/pktrt.o
+	$(CC) $(CFLAGS) $(STRICT) $(SHARED) $< $(B)/pktrt.o -o $@ $(LDFLAGS) $(LDLIBS)
 
 # pktrt beside itself as it was at commit BEFORE.
 BEFORE ?= HEAD

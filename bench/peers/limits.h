@@ -43,8 +43,9 @@ static struct { /* what stands in for the kernels of a scene */
   char *samples;
 } counted;
 
-static void walk_instead(const pktrt__query *call, pktrt__batch *b, uint32_t n) {
-  counted.set->walk(call->scene, b, n, call->occlusion, &counted.t, counted.samples);
+static void walk_instead(const pktrt__query *call, pktrt__batch *b, uint32_t begin, uint32_t end) {
+  (void)begin; /* 0: no instances here */
+  counted.set->walk(call->scene, b, end, call->occlusion, &counted.t, counted.samples);
 }
 
 /* Runs of rays from all over the set; how many there are in them. `library`: by pktrt's own counts. */

@@ -67,7 +67,7 @@ help:
 	@echo "mutants     how many of 400 single faults, planted in every room of the header, the tests notice, in three hours"
 	@echo "map         whether what the header's map from the paper to the code names is there"
 	@echo "structure   the header inside: tags, kernels that ctags and clang see, long functions, instruction sets in one place"
-	@echo "stability   the extremes at length, in five minutes; figures go to bench/README.md"
+	@echo "stability   the extremes at length, in half an hour; figures go to bench/README.md"
 	@echo "stability-neon  a tenth of it on ARM, emulated        stability-sanitize  a hundredth under ASan and UBSan"
 	@echo "fuzz        libFuzzer for TIME=600 seconds each: TARGETS=\"scene query settings mesh_file\""
 	@echo "sanitize-threads  what several threads do at once, under TSan"

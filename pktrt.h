@@ -9910,7 +9910,7 @@ static bool pktrt__place_box(const pktrt_scene *model, const float *key, double 
   double middle[3], half[3], mu[3], most = 0;
   for (int i = 0; i < 3; i++) {
     middle[i] = (double)key[4 * i + 3], half[i] = mu[i] = 0;
-    for (int j = 0; j < 3; j++) {
+    for (int j = 0; j < 3 && model->bvh_count; j++) { /* without triangles, a point */
       const double a = (double)key[4 * i + j], lo = (double)model->lo[j], hi = (double)model->hi[j];
       middle[i] += a * (0.5 * (lo + hi)), half[i] += fabs(a) * (0.5 * (hi - lo));
       mu[i] += fabs(a) * pktrt__max(fabs(lo), fabs(hi));

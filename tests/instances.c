@@ -427,6 +427,12 @@ static void mistakes_are_refused_by_name(void) {
   says(s, pktrt_set_transform(s, 0, 0, NULL), no, "the array is NULL");
   says(s, pktrt_set_transform(s, 0, 0, flat), no, "flattens");
   says(s, pktrt_set_positions(s, 0, 0, w.m[0].p), no, "mesh 0 belongs to instance 0");
+  bad = mesh_desc(&w.m[0]), bad.triangle_count = 0, d.model = 1, d.key_count = 1, d.transforms = NULL;
+  pktrt_scene *empty = placed(&w, PKTRT_ISA_AUTO, NULL);
+  CHECK(!pktrt_add_model(empty, &bad, 1, NULL) && !pktrt_add_instance(empty, &d, NULL) && !pktrt_commit(empty),
+        "a model without triangles is fine: %s", pktrt_last_error(empty));
+  pktrt_scene_destroy(empty);
+  d.model = 0;
   d.key_count = 1, d.transforms = NULL;
   CHECK(pktrt_add_instance(s, &d, NULL) == PKTRT_OK && pktrt_set_transform(s, 0, 0, identity) == PKTRT_OK);
   says(s, pktrt_refit(s), PKTRT_NOT_COMMITTED, "instance 1 was added");

@@ -27,7 +27,7 @@ static void make_top(void) {
   uint32_t n = 0;
   for (uint32_t i = 0; i <= RINGS; i++)
     for (uint32_t j = 0; j < SIDES; j++) {
-      const float h = (float)i / RINGS, angle = 6.2831853f * (float)j / SIDES;
+      const float h = (float)i / (float)RINGS, angle = 6.2831853f * (float)j / (float)SIDES;
       const float radius =
           0.33f * sqrtf(h) * (h < 0.7f ? 1 : 1.05f - powf((h - 0.7f) / 0.3f, 2)) * (1 + 0.08f * cosf(3 * angle));
       top[i * SIDES + j][0] = radius * cosf(angle), top[i * SIDES + j][1] = h,

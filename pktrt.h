@@ -197,6 +197,9 @@
      PKTRT_NO_MOTION          Meshes have one key, cameras stand still.
      PKTRT_NO_INSTANCES       No models and instances; what is declared for them is not. Define it before the file's
                               first #include, too.
+     PKTRT_NO_GROUPS          No groups and masks of meshes and instances, no masks of queries.
+     PKTRT_NO_REMOVAL         Meshes and instances stay, and are seen; what would remove or hide them is not declared.
+                              Define it before the file's first #include, too.
      PKTRT_NO_STATS           No counts of work, no events of the paper's path.
      PKTRT_NO_PAPER           Not the paper's path.
      PKTRT_NO_FRUSTA          The fast path has streams, but no frustum packets: coherent rays take longer.
@@ -620,6 +623,8 @@ typedef struct pktrt_mesh_desc {
   uint32_t key_count;   /* motion keys spread evenly over time [0,1]; 0 and 1 both mean static */
   const float *normals; /* optional shading normals of equal lengths, tight, key_count blocks */
   uint32_t material;    /* 0 = the default one; else an index from pktrt_add_material, looked at when rendering */
+  uint32_t group;       /* any number: what changes in a group is built anew without the others. 0: the rest */
+  uint32_t mask;        /* queries whose masks share no bit with it do not see the mesh; 0: all bits */
 } pktrt_mesh_desc;
 
 /* *mesh (may be NULL) receives the index that hits report. Bad input (index out of range, NaN, infinity, counts that
@@ -627,8 +632,8 @@ typedef struct pktrt_mesh_desc {
    triangles are accepted and never hit. */
 PKTRT_DEF pktrt_status pktrt_add_mesh(pktrt_scene *, const pktrt_mesh_desc *, uint32_t *mesh);
 
-/* Builds what changed: the trees of those meshes (same number of keys) of which one is new or has new positions.
-   An empty scene is fine. On failure the last committed state stays. */
+/* Builds what changed: the trees of those meshes (same group, number of keys and mask) of which one is new, removed or
+   has new positions. An empty scene is fine. On failure the last committed state stays. */
 PKTRT_DEF pktrt_status pktrt_commit(pktrt_scene *);
 
 /* Deformation with fixed connectivity: replace one key's positions (and normals), then refit. Stride as at add_mesh. */
@@ -637,15 +642,24 @@ PKTRT_DEF pktrt_status pktrt_set_positions(pktrt_scene *, uint32_t mesh, uint32_
 PKTRT_DEF pktrt_status pktrt_set_normals(pktrt_scene *, uint32_t mesh, uint32_t key, const float *normals);
 #endif
 
-/* Fits the boxes above changed meshes and instances, exactly as if computed anew. What is not committed yet, mesh or
-   instance: PKTRT_NOT_COMMITTED. */
+/* Fits the boxes above changed meshes and instances, exactly as if computed anew. Where a mesh or an instance was added
+   or removed since the last commit: PKTRT_NOT_COMMITTED. */
 PKTRT_DEF pktrt_status pktrt_refit(pktrt_scene *);
+
+#ifndef PKTRT_NO_REMOVAL
+/* Removes a mesh: the next commit, until which queries still see it, gives its memory back. Other indices stay as they
+   are. Its own has no triangles then, and is given to a mesh that is added later, if that has no more triangles. */
+PKTRT_DEF pktrt_status pktrt_remove_mesh(pktrt_scene *, uint32_t mesh);
+/* Hides a mesh from rays, or shows it again, from the next commit or refit on; either costs what fitting its tree does.
+   A mesh of an instance stands for all of the instance, at no cost but that of fitting the tree above instances. */
+PKTRT_DEF pktrt_status pktrt_set_enabled(pktrt_scene *, uint32_t mesh, bool enabled);
+#endif
 
 #ifndef PKTRT_NO_INSTANCES
 /* >>instance ------------------------------------------------------------------------------------------------------- */
 
 /* A model is a set of meshes that is built once, when it is added, and shown by instances alone. Meshes are as in
-   pktrt_add_mesh, motion keys and materials of the scene included. *model may be NULL. */
+   pktrt_add_mesh, motion keys and materials of the scene included; groups mean nothing there. *model may be NULL. */
 PKTRT_DEF pktrt_status pktrt_add_model(pktrt_scene *, const pktrt_mesh_desc *meshes, uint32_t mesh_count,
                                        uint32_t *model);
 
@@ -653,6 +667,7 @@ typedef struct pktrt_instance_desc {
   uint32_t model;
   uint32_t key_count;      /* motion keys spread evenly over time [0,1]; 0 and 1 both mean at rest */
   const float *transforms; /* key_count matrices of 3 x 4 by rows: place = matrix (x, y, z, 1); NULL: the identity */
+  uint32_t mask;           /* as of meshes, for all of them; those of the model's meshes count too */
 } pktrt_instance_desc;
 
 /* Places a model: turned, scaled unevenly, sheared or mirrored as you like. Elements move along straight lines from key
@@ -662,6 +677,10 @@ typedef struct pktrt_instance_desc {
 PKTRT_DEF pktrt_status pktrt_add_instance(pktrt_scene *, const pktrt_instance_desc *, uint32_t *instance);
 /* Replaces one key's 12 elements, for the next commit or refit; either costs by the number of instances alone. */
 PKTRT_DEF pktrt_status pktrt_set_transform(pktrt_scene *, uint32_t instance, uint32_t key, const float *transform);
+#ifndef PKTRT_NO_REMOVAL
+/* Removes an instance with its meshes, as pktrt_remove_mesh does. Its indices wait for another instance of its model. */
+PKTRT_DEF pktrt_status pktrt_remove_instance(pktrt_scene *, uint32_t instance);
+#endif
 /* Tells which instance a mesh index belongs to, and which mesh of its model it stands for (either may be NULL); false
    for a mesh that was added directly, or does not exist. */
 PKTRT_DEF bool pktrt_get_mesh_source(const pktrt_scene *, uint32_t mesh, uint32_t *instance, uint32_t *model_mesh);
@@ -670,10 +689,10 @@ PKTRT_DEF bool pktrt_get_mesh_source(const pktrt_scene *, uint32_t mesh, uint32_
 /* What the committed scene is made of. */
 typedef struct pktrt_scene_info {
   pktrt_isa isa;                    /* the instruction set in use, never AUTO */
-  uint32_t mesh_count;              /* committed meshes */
+  uint32_t mesh_count;              /* committed mesh indices, those that wait for a mesh included */
   uint32_t moving_meshes;           /* of these, meshes with two or more keys */
   uint64_t triangles;               /* committed, degenerate ones included */
-  uint64_t degenerate;              /* of these, triangles without area at any time */
+  uint64_t degenerate;              /* of these, triangles without area at any time, or hidden */
   uint64_t nodes;                   /* 8-wide nodes */
   uint64_t leaf_blocks;             /* blocks of up to 8 triangles */
   uint64_t tree_bytes;              /* nodes and leaf blocks */
@@ -824,6 +843,7 @@ typedef struct pktrt_event {
 /* Queries with everything spelled out. A zeroed desc is pktrt_intersect_n. */
 typedef struct pktrt_query_desc {
   pktrt_path path;
+  uint32_t mask;                                  /* see pktrt_mesh_desc; 0: all bits */
   uint32_t packet_size;                           /* rays in a packet of the paper path, 1 to 256; 0: 64 */
   pktrt_ray_type type;                            /* which row of *stats to add to */
   pktrt_stats *stats;                             /* NULL: count nothing, at no cost (the paper path always counts) */
@@ -857,7 +877,9 @@ typedef enum pktrt_feature {
   PKTRT_FEATURE_AREA_LIGHTS = 1024, /* lights that are quads, spheres, meshes or the environment */
   PKTRT_FEATURE_LENS = 2048,
   PKTRT_FEATURE_SHUTTER = 4096,
-  PKTRT_FEATURE_INSTANCES = 8192
+  PKTRT_FEATURE_INSTANCES = 8192,
+  PKTRT_FEATURE_GROUPS = 16384, /* groups and masks */
+  PKTRT_FEATURE_REMOVAL = 32768 /* meshes that were removed or are hidden */
 } pktrt_feature;
 PKTRT_DEF const char *pktrt_feature_string(pktrt_feature); /* "motion", "stats", ...; of one bit; never NULL */
 
@@ -1414,7 +1436,12 @@ PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *, const pktrt_render
   ROW(AREA_LIGHTS, "area lights", PKTRT_NO_AREA_LIGHTS, PKTRT_NO_RENDER) \
   ROW(LENS, "lens", PKTRT_NO_LENS, PKTRT_NO_RENDER)                      \
   ROW(SHUTTER, "shutter", PKTRT_NO_SHUTTER, PKTRT_NO_RENDER)             \
-  ROW(INSTANCES, "instances", PKTRT_NO_INSTANCES, PKTRT_NO_INSTANCES)
+  ROW(INSTANCES, "instances", PKTRT_NO_INSTANCES, PKTRT_NO_INSTANCES)    \
+  ROW(GROUPS, "groups", PKTRT_NO_GROUPS, PKTRT_NO_GROUPS)                \
+  ROW(REMOVAL, "removal", PKTRT_NO_REMOVAL, PKTRT_NO_REMOVAL)
+#if defined(PKTRT_NO_INSTANCES) && defined(PKTRT_NO_GROUPS)
+#define PKTRT__NO_TOP /* no tree above others */
+#endif
 /* A macro that is not defined stands for itself: for a text as long as its name. */
 #define PKTRT__TEXT_OF(x) #x
 #define PKTRT__IS_DEFINED(x, name) (sizeof PKTRT__TEXT_OF(x) != sizeof name)
@@ -1497,9 +1524,22 @@ typedef struct pktrt__mesh {
   uint32_t vertex_count, triangle_count, key_count, stride, material;
   uint32_t first_id; /* global index of triangle 0 */
   uint32_t instance; /* 1 more than that of the instance which it belongs to: it has no key, nor arrays of its own */
+  uint32_t set;      /* of meshes, that it belongs to; PKTRT_NONE: none, for an instance has its trees elsewhere */
   bool committed, dirty, dirty_normals;
-  bool marked; /* the next commit rebuilds its tree */
+  bool marked;       /* the next commit rebuilds its tree */
+  bool hide, hidden; /* as the next commit or refit will have it; as its tree has it */
+  bool gone, free;   /* the next commit removes it; there is none: the index waits for another */
 } pktrt__mesh;
+
+/* Meshes that share a tree: those of one group, number of keys and mask. */
+typedef struct pktrt__set {
+  uint32_t group, key_count, mask;
+  uint32_t first_mesh, end_mesh; /* its meshes are among these */
+  uint32_t tree;                 /* committed; PKTRT_NONE: none */
+  /* What a commit or a refit finds: triangles of the next state, its tree there; whether this must be built or fitted. */
+  uint32_t triangles, next;
+  bool changed, moved;
+} pktrt__set;
 
 /* The run of nodes and blocks that one task of the build writes; refit has the same tasks. */
 typedef struct pktrt__bvh_task {
@@ -1515,8 +1555,9 @@ typedef struct pktrt__bvh_segment {
   uint32_t bvh;
 } pktrt__bvh_segment;
 
-/* The tree over all meshes with the same number of keys. Static meshes never pay for moving ones. */
+/* The tree over a set of meshes. Static meshes never pay for moving ones. */
 typedef struct pktrt__bvh {
+  uint32_t set, mask; /* mask: queries with none of its bits pass by */
   uint32_t key_count, node_count, block_count, task_count;
   uint32_t node_bytes, block_bytes; /* with all keys */
   uint32_t triangle_count, degenerate_count;
@@ -1584,9 +1625,10 @@ typedef struct pktrt__instance {
   const pktrt_scene *model;
   float *keys, *pending; /* key_count * 12; as positions of meshes */
   uint32_t key_count, first_mesh, first_id;
-  bool dirty;
-  double kappa;      /* of the keys that were given, see >>places */
-  pktrt__place rest; /* of one key, committed */
+  uint32_t mask, seen;          /* seen: the mask as committed, 0 where hidden */
+  bool dirty, hide, gone, free; /* as of meshes; one that is free keeps model and indices */
+  double kappa;                 /* of the keys that were given, see >>places */
+  pktrt__place rest;            /* of one key, committed */
 } pktrt__instance;
 
 struct pktrt_scene {
@@ -1595,8 +1637,14 @@ struct pktrt_scene {
   const struct pktrt__kernel_table *kernels;
   pktrt__mesh *meshes;
   uint32_t mesh_count, mesh_capacity, committed_meshes;
-  pktrt__bvh *bvhs; /* in ascending order of their boxes' areas: small ones shorten rays for the large */
-  uint32_t bvh_count, bvh_room;
+  uint32_t free_meshes; /* indices that any mesh may have anew */
+  pktrt__set *sets;
+  uint32_t set_count, set_capacity;
+  pktrt__bvh *bvhs; /* first those that all rays visit, in ascending order of their boxes' areas: small ones shorten
+                       rays for the large; then those under a tree of their boxes */
+  uint32_t bvh_count, bvh_room, direct_count;
+  pktrt_scene
+      *groups; /* that tree: a mesh for each tree under it, of one triangle across its box at each key; or NULL */
 #ifndef PKTRT_NO_RENDER
   pktrt_material plain; /* for meshes that name none */
   pktrt_material *materials;
@@ -1608,12 +1656,12 @@ struct pktrt_scene {
   float lo[3], hi[3], largest; /* the largest |coordinate| */
   float stretch;               /* of D of >>exactness: 1, or more for instances, see >>places */
   bool single_tree;            /* there is one tree, at rest, and no instance */
+  bool has_top;                /* there are instances, or trees under another */
   pktrt_scene **models;        /* each a scene of its own */
   uint32_t model_count, model_capacity;
   pktrt__instance *instances;
-  uint32_t instance_count, instance_capacity;
-  pktrt_scene
-      *boxes; /* a mesh for each instance, of one triangle across its box at each key: their tree is the top level */
+  uint32_t instance_count, instance_capacity, free_instances;
+  pktrt_scene *boxes; /* as groups, of a mesh for each instance */
   bool rebuild_advised;
   char error[256];
 };
@@ -1859,7 +1907,7 @@ typedef struct pktrt__builder {
   const pktrt_scene_desc *desc;
   const struct pktrt__fit_table *fit;
   const pktrt__mesh *meshes;
-  uint32_t mesh_count, key_count, count;
+  uint32_t mesh_count, first_mesh, end_mesh, set, key_count, count;
   bool use_pending;
   uint32_t bins, few_bins, few, many; /* `bins` from `many` triangles on, few_bins below `few`, half of bins between */
   uint32_t sweep, sampled;            /* up to `sweep` triangles are swept; from `sampled` on only a part is binned */
@@ -1928,9 +1976,9 @@ static void pktrt__build_fill_chunk(void *arg, size_t chunk) {
   uint32_t end = b->count - begin < PKTRT__CHUNK ? b->count : begin + PKTRT__CHUNK;
   float *all = b->chunks[chunk].box;
   pktrt__build_box_clear(all);
-  for (uint32_t i = 0; i < b->mesh_count && base < end; i++) {
+  for (uint32_t i = b->first_mesh; i < b->end_mesh && base < end; i++) {
     const pktrt__mesh *m = &b->meshes[i];
-    if (m->key_count != b->key_count) continue;
+    if (m->set != b->set || m->gone) continue;
     uint32_t from = base > begin ? base : begin;
     uint32_t to = m->triangle_count < end - base ? base + m->triangle_count : end;
     for (uint32_t j = from; j < to; j++) {
@@ -2415,7 +2463,7 @@ typedef struct pktrt__mesh_reader {
   const uint32_t *indices;
   size_t step; /* floats to the next key */
   uint32_t mesh_count, first, count;
-  bool use_pending;
+  bool use_pending, hide;
 } pktrt__mesh_reader;
 
 static pktrt__mesh_reader pktrt__mesh_reader_make(const pktrt__mesh *meshes, uint32_t mesh_count, bool use_pending) {
@@ -2428,7 +2476,7 @@ static pktrt__mesh_reader pktrt__mesh_reader_seek(pktrt__mesh_reader r, uint32_t
   const pktrt__mesh *m = &r.meshes[pktrt__mesh_of_triangle(r.meshes, r.mesh_count, triangle, 0)];
   r.positions = r.use_pending && m->dirty && m->pending ? m->pending : m->positions;
   r.indices = m->indices, r.step = (size_t)m->vertex_count * 3;
-  r.first = m->first_id, r.count = m->triangle_count;
+  r.first = m->first_id, r.count = m->triangle_count, r.hide = m->hide;
   return r;
 }
 
@@ -2438,6 +2486,7 @@ enum { PKTRT__AHEAD = 8 };
 typedef struct pktrt__block_source {
   const float *corner[8][3]; /* at key 0; free lanes repeat lane 0 */
   size_t step[8];            /* floats to the next key */
+  uint32_t hide;             /* lanes of hidden meshes */
 } pktrt__block_source;
 
 static void pktrt__block_find_source(const pktrt__bvh *bvh, uint32_t block, uint32_t end, pktrt__mesh_reader *reader,
@@ -2447,6 +2496,7 @@ static void pktrt__block_find_source(const pktrt__bvh *bvh, uint32_t block, uint
   pktrt__mesh_reader r = *reader;
   for (uint32_t i = 0; i < PKTRT__BLOCK_BYTES; i += 64)
     PKTRT__PREFETCH(bvh->blocks + (size_t)block * bvh->block_bytes + i);
+  s->hide = 0;
   for (uint32_t l = 0; l < 8; l++) {
     if (tri[l] == PKTRT_NONE) {
       memcpy(s->corner[l], s->corner[0], sizeof s->corner[0]);
@@ -2464,6 +2514,7 @@ static void pktrt__block_find_source(const pktrt__bvh *bvh, uint32_t block, uint
     PKTRT__PREFETCH(s->corner[l][1] = r.positions + 3 * j);
     PKTRT__PREFETCH(s->corner[l][2] = r.positions + 3 * k);
     s->step[l] = r.step;
+    s->hide |= (uint32_t)r.hide << l;
   }
   *reader = r;
 }
@@ -2501,7 +2552,7 @@ static uint32_t pktrt__block_write(const pktrt__fit_table *fit, const pktrt__bvh
     area |= fit->lanes_with_area(middle);
   }
   for (uint32_t l = 0; l < 8; l++) {
-    id[l] = area >> l & 1 ? tri[l] : PKTRT_NONE;
+    id[l] = (area & ~s->hide) >> l & 1 ? tri[l] : PKTRT_NONE;
     flat += id[l] != tri[l];
   }
   return flat;
@@ -2816,18 +2867,20 @@ static void pktrt__build_set_quality(pktrt__builder *b) {
   }
 }
 
-/* Builds the tree over all meshes with key_count keys, which are not empty. False: no memory, *out stays as is. */
-static bool pktrt__build_bvh(const pktrt_scene_desc *desc, const pktrt__mesh *meshes, uint32_t mesh_count,
-                             uint32_t key_count, bool use_pending, pktrt__bvh *out) {
+/* Builds the tree over a set of meshes, which are not empty. False: no memory, *out stays as is. */
+static bool pktrt__build_bvh(const pktrt_scene *s, uint32_t set_index, bool use_pending, pktrt__bvh *out) {
+  const pktrt_scene_desc *desc = &s->desc;
+  const pktrt__set *set = &s->sets[set_index];
+  const uint32_t key_count = set->key_count;
+  const uint64_t count = set->triangles;
   pktrt__builder b;
   pktrt__bvh bvh;
-  uint64_t count = 0;
-  for (uint32_t i = 0; i < mesh_count; i++) count += meshes[i].key_count == key_count ? meshes[i].triangle_count : 0;
   if (count >= PKTRT__LEAF) return false; /* no room for as many blocks in a reference */
   memset(&b, 0, sizeof b), memset(&bvh, 0, sizeof bvh);
   b.desc = desc, b.fit = pktrt__fit_table_of(desc->isa);
-  b.meshes = meshes, b.mesh_count = mesh_count, b.key_count = key_count, b.use_pending = use_pending;
-  b.count = bvh.triangle_count = (uint32_t)count;
+  b.meshes = s->meshes, b.mesh_count = s->mesh_count, b.first_mesh = set->first_mesh, b.end_mesh = set->end_mesh;
+  b.set = bvh.set = set_index, b.key_count = key_count, b.use_pending = use_pending;
+  b.count = bvh.triangle_count = set->triangles, bvh.mask = set->mask;
   b.limit = b.count / PKTRT__TASK_PARTS;
   if (b.limit < PKTRT__TASK_MIN) b.limit = PKTRT__TASK_MIN;
   pktrt__build_set_quality(&b);
@@ -2870,12 +2923,15 @@ typedef struct pktrt__refit {
   bool all; /* every mesh of the tree changed */
 } pktrt__refit;
 
+/* Tells whether a refit must look at a mesh's triangles. */
+PKTRT__INLINE bool pktrt__mesh_moves(const pktrt__mesh *m) { return m->dirty || m->hide != m->hidden; }
+
 static bool pktrt__refit_block_changed(const pktrt__refit *r, uint32_t block) {
   const uint32_t *tri = r->bvh->block_triangles + (size_t)block * 8;
   uint32_t mesh = 0;
   for (int l = 0; l < 8 && !r->all && tri[l] != PKTRT_NONE; l++) {
     mesh = pktrt__mesh_of_triangle(r->meshes, r->mesh_count, tri[l], mesh);
-    if (r->meshes[mesh].dirty) return true;
+    if (pktrt__mesh_moves(&r->meshes[mesh])) return true;
   }
   return r->all;
 }
@@ -2915,10 +2971,12 @@ static void pktrt__refit_job(void *arg, size_t i) {
   if (sum->changed) sum->area = r->fit->nodes(r->bvh, t->first_node, t->node_count);
 }
 
-static void pktrt__refit_bvh(const pktrt_scene_desc *desc, pktrt__bvh *bvh, const pktrt__mesh *meshes,
-                             uint32_t mesh_count) {
-  pktrt__refit r = {pktrt__fit_table_of(desc->isa), bvh, meshes, mesh_count, true};
-  for (uint32_t i = 0; i < mesh_count; i++) r.all = r.all && (meshes[i].dirty || meshes[i].key_count != bvh->key_count);
+static void pktrt__refit_bvh(const pktrt_scene *s, pktrt__bvh *bvh) {
+  const pktrt_scene_desc *desc = &s->desc;
+  const pktrt__set *set = &s->sets[bvh->set];
+  pktrt__refit r = {pktrt__fit_table_of(desc->isa), bvh, s->meshes, s->mesh_count, true};
+  for (uint32_t i = set->first_mesh; i < set->end_mesh; i++)
+    r.all = r.all && (s->meshes[i].set != bvh->set || pktrt__mesh_moves(&s->meshes[i]));
   const pktrt__bvh_task *top = &bvh->tasks[bvh->task_count];
   pktrt__bvh_sum *sums = pktrt__bvh_sums(bvh);
   pktrt__parallel_for(desc, bvh->task_count, pktrt__refit_job, &r);
@@ -3042,6 +3100,9 @@ PKTRT__COLD pktrt_status pktrt__mesh_check(pktrt_scene *s, const pktrt_mesh_desc
                        (unsigned)d->key_count);
   if (d->key_count > PKTRT_MAX_KEYS)
     return pktrt__fail(s, PKTRT_LIMIT, "mesh %u: key_count %u is above %u", m, (unsigned)d->key_count, PKTRT_MAX_KEYS);
+  if (!PKTRT__GROUPS && (d->group || d->mask))
+    return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "mesh %u has a %s, but this build has PKTRT_NO_GROUPS", m,
+                       d->group ? "group" : "mask");
   if (d->position_stride && (d->position_stride < 12 || d->position_stride % 4))
     return pktrt__fail(s, PKTRT_INVALID_ARGUMENT,
                        "mesh %u: position_stride %u is neither 0 nor a multiple of 4 from 12 on", m,
@@ -3108,7 +3169,16 @@ static void pktrt__commit_promote(pktrt__mesh *m) {
   if (m->dirty && m->pending) pktrt__commit_swap(&m->positions, &m->pending);
   if (m->dirty_normals) pktrt__commit_swap(&m->normals, &m->pending_normals);
   m->dirty = m->dirty_normals = false;
-  m->committed = true;
+  m->hidden = m->hide;
+  m->committed = !m->free;
+}
+/* Makes a mesh that is gone an index that waits for another. */
+PKTRT__COLD void pktrt__mesh_clear(pktrt_scene *s, pktrt__mesh *m) {
+  const uint32_t first_id = m->first_id, instance = m->instance;
+  pktrt__mesh_free(&s->desc, m);
+  memset(m, 0, sizeof *m);
+  m->first_id = first_id, m->instance = instance, m->set = PKTRT_NONE, m->free = true;
+  s->free_meshes += !instance;
 }
 
 static pktrt__bvh_segment pktrt__bvh_segment_of(const pktrt__bvh *bvhs, uint32_t index, uint32_t segment);
@@ -3123,7 +3193,7 @@ PKTRT__COLD void pktrt__commit_summarise_instances(pktrt_scene *s) {
 
 /* Derives from the trees their order and first segments, the scene's bounds, and whether a rebuild is advised. */
 PKTRT__COLD void pktrt__commit_summarise(pktrt_scene *s) {
-  for (uint32_t i = 1; i < s->bvh_count; i++) /* insertion sort: few trees */
+  for (uint32_t i = 1; i < s->direct_count; i++) /* insertion sort: few trees */
     for (uint32_t j = i; j > 0 && s->bvhs[j].area < s->bvhs[j - 1].area; j--) {
       const pktrt__bvh swap = s->bvhs[j];
       s->bvhs[j] = s->bvhs[j - 1], s->bvhs[j - 1] = swap;
@@ -3132,7 +3202,7 @@ PKTRT__COLD void pktrt__commit_summarise(pktrt_scene *s) {
   for (int a = 0; a < 3; a++) s->lo[a] = FLT_MAX, s->hi[a] = -FLT_MAX;
   for (uint32_t i = 0; i < s->bvh_count; i++) {
     pktrt__bvh *bvh = &s->bvhs[i];
-    bvh->rest = pktrt__bvh_segment_of(s->bvhs, i, 0);
+    bvh->rest = pktrt__bvh_segment_of(s->bvhs, i, 0), s->sets[bvh->set].tree = i;
     for (int a = 0; a < 3; a++) {
       s->lo[a] = pktrt__minf(s->lo[a], bvh->lo[a]);
       s->hi[a] = pktrt__maxf(s->hi[a], bvh->hi[a]);
@@ -3140,84 +3210,153 @@ PKTRT__COLD void pktrt__commit_summarise(pktrt_scene *s) {
     if (s->desc.rebuild != PKTRT_REBUILD_NEVER && bvh->sah_now > 1.5 * bvh->sah_at_build) s->rebuild_advised = true;
   }
   s->stretch = 1, s->largest = 0;
-  s->single_tree = s->bvh_count == 1 && !pktrt__has_motion(s->bvhs->key_count) && !s->boxes;
+  s->has_top = s->boxes || s->groups;
+  s->single_tree = s->bvh_count == 1 && !pktrt__has_motion(s->bvhs->key_count) && !s->has_top;
   if (s->boxes) pktrt__commit_summarise_instances(s);
   for (int a = 0; a < 3 && s->lo[0] <= s->hi[0]; a++)
     s->largest = pktrt__maxf(s->largest, pktrt__maxf(fabsf(s->lo[a]), fabsf(s->hi[a])));
 }
 
-/* Tells whether a commit has to build the tree of the meshes with so many keys. */
-PKTRT__COLD bool pktrt__commit_bvh_changed(const pktrt_scene *s, uint32_t keys) {
+/* Finds what each set will have, and whether its tree must be built, or fitted. */
+PKTRT__COLD void pktrt__commit_survey(const pktrt_scene *s) {
+  for (uint32_t i = 0; i < s->set_count; i++) s->sets[i].triangles = 0, s->sets[i].changed = s->sets[i].moved = false;
   for (uint32_t i = 0; i < s->mesh_count; i++) {
     const pktrt__mesh *m = &s->meshes[i];
-    if (m->key_count == keys && m->triangle_count && (m->dirty || m->marked || !m->committed)) return true;
+    if (m->set == PKTRT_NONE || !m->triangle_count) continue;
+    pktrt__set *set = &s->sets[m->set];
+    set->changed = set->changed || m->dirty || m->marked || m->gone || !m->committed;
+    set->moved = set->moved || pktrt__mesh_moves(m);
+    if (!m->gone) set->triangles += m->triangle_count;
   }
-  return false;
-}
-
-/* Tells whether a refit has to fit the tree of the meshes with so many keys: vertices have moved. */
-PKTRT__COLD bool pktrt__commit_bvh_moved(const pktrt_scene *s, uint32_t keys) {
-  for (uint32_t i = 0; i < s->mesh_count; i++)
-    if (s->meshes[i].key_count == keys && s->meshes[i].triangle_count && s->meshes[i].dirty) return true;
-  return false;
-}
-
-static const pktrt__bvh *pktrt__commit_find_bvh(const pktrt_scene *s, uint32_t keys) {
-  for (uint32_t i = 0; i < s->bvh_count; i++)
-    if (s->bvhs[i].key_count == keys) return &s->bvhs[i];
-  return NULL;
 }
 
 /* The trees of the next state of a scene. */
 typedef struct pktrt__commit_list {
   pktrt__bvh *bvhs;
-  uint32_t n, room;
+  uint32_t n, room, direct;
+  pktrt_scene *groups; /* over those that are not direct */
 } pktrt__commit_list;
-/* Frees the list, and the trees in it that are new. */
+/* Frees the list, and what in it is new. */
 PKTRT__COLD void pktrt__commit_drop(const pktrt_scene *s, pktrt__commit_list *list) {
   while (list->n--) {
-    const pktrt__bvh *kept = pktrt__commit_find_bvh(s, list->bvhs[list->n].key_count);
-    if (!kept || kept->nodes != list->bvhs[list->n].nodes) pktrt__bvh_free(&s->desc, &list->bvhs[list->n]);
+    const pktrt__bvh *fresh = &list->bvhs[list->n];
+    const uint32_t tree = s->sets[fresh->set].tree;
+    if (tree == PKTRT_NONE || s->bvhs[tree].nodes != fresh->nodes) pktrt__bvh_free(&s->desc, &list->bvhs[list->n]);
   }
+  if (list->groups != s->groups) pktrt_scene_destroy(list->groups);
   pktrt__mem_release(&s->desc, list->bvhs, list->room, sizeof *list->bvhs);
+}
+
+/* Computes a triangle across the box of a tree at a key. */
+static void pktrt__group_box(const pktrt__bvh *bvh, uint32_t key, float box[9]) {
+  const float *plane = pktrt__node_planes(pktrt__bvh_node(bvh, 0), key);
+  for (int a = 0; a < 3; a++) {
+    box[a] = pktrt__min8(plane + 16 * a), box[3 + a] = pktrt__max8(plane + 16 * a + 8);
+    if (!(box[a] <= box[3 + a])) box[a] = box[3 + a] = 0; /* all of it is hidden */
+    box[6 + a] = a ? box[a] : box[3];
+  }
+}
+/* Returns the scene of the boxes of trees: a tree above them. NULL: no memory. */
+PKTRT__COLD pktrt_scene *pktrt__group_make(const pktrt_scene *s, const pktrt__bvh *bvhs, uint32_t n) {
+  pktrt_scene_desc d = s->desc;
+  d.rebuild = PKTRT_REBUILD_AUTOMATIC, d.log = NULL;
+  pktrt_scene *top = pktrt_scene_create(&d);
+  bool ok = top != NULL;
+  for (uint32_t i = 0; ok && i < n; i++) {
+    const uint32_t keys = bvhs[i].key_count;
+    float *box = PKTRT__CAST(float *, pktrt__mem_alloc(&d, keys, 9 * sizeof *box));
+    pktrt_mesh_desc mesh;
+    memset(&mesh, 0, sizeof mesh);
+    mesh.positions = box, mesh.vertex_count = 3, mesh.triangle_count = 1, mesh.key_count = keys;
+    for (uint32_t k = 0; box && k < keys; k++) pktrt__group_box(&bvhs[i], k, box + 9 * (size_t)k);
+    ok = box && !pktrt_add_mesh(top, &mesh, NULL);
+    pktrt__mem_release(&d, box, keys, 9 * sizeof *box);
+  }
+  if (ok && !pktrt_commit(top)) return top;
+  pktrt_scene_destroy(top);
+  return NULL;
+}
+/* Fits the tree above those that were fitted. */
+PKTRT__COLD void pktrt__group_refit(pktrt_scene *s) {
+  for (uint32_t i = s->direct_count; i < s->bvh_count; i++) {
+    pktrt__mesh *box = &s->groups->meshes[i - s->direct_count];
+    if (!s->sets[s->bvhs[i].set].moved) continue;
+    for (uint32_t k = 0; k < box->key_count; k++) pktrt__group_box(&s->bvhs[i], k, box->positions + 9 * (size_t)k);
+    box->dirty = true;
+  }
+  (void)pktrt_refit(s->groups);
+}
+
+/* How many trees of groups rays visit one after the other. More have a tree above them, which knows no frusta. */
+enum { PKTRT__FEW_GROUPS = 4 };
+
+/* Puts the trees of the next state into a list, those of groups last: those that changed anew. */
+PKTRT__COLD bool pktrt__commit_list_trees(const pktrt_scene *s, pktrt__commit_list *list, uint32_t *failed) {
+  bool same = true; /* those of groups are what and where they were */
+  for (int grouped = 0; grouped <= PKTRT__GROUPS; grouped++) {
+    for (uint32_t i = 0; i < s->set_count; i++) {
+      pktrt__set *set = &s->sets[i];
+      const bool kept = set->tree != PKTRT_NONE && !set->changed;
+      if ((set->group != 0) != grouped) continue;
+      *failed = i, set->next = set->triangles ? list->n : PKTRT_NONE;
+      same = same && (!grouped || (set->next == set->tree && !set->changed));
+      if (set->triangles && kept) list->bvhs[list->n] = s->bvhs[set->tree];
+      else if (set->triangles && !pktrt__build_bvh(s, i, true, &list->bvhs[list->n])) return false;
+      list->n += set->triangles != 0;
+    }
+    if (!grouped) list->direct = list->n;
+  }
+  if (list->n - list->direct <= PKTRT__FEW_GROUPS) list->direct = list->n;
+  if (!PKTRT__GROUPS || list->n == list->direct) return true;
+  list->groups = same && list->direct == s->direct_count ? s->groups : NULL;
+  if (!list->groups) list->groups = pktrt__group_make(s, list->bvhs + list->direct, list->n - list->direct);
+  return list->groups != NULL;
 }
 /* Builds the trees that changed into a new list; the names in messages are those of `told`. */
 PKTRT__COLD pktrt_status pktrt__commit_build_changed(const pktrt_scene *s, pktrt_scene *told,
                                                      pktrt__commit_list *list) {
-  bool seen[PKTRT_MAX_KEYS + 1];
-  memset(seen, 0, sizeof seen), memset(list, 0, sizeof *list);
-  for (uint32_t i = 0; i < s->mesh_count; i++) {
-    const uint32_t keys = s->meshes[i].key_count;
-    if (keys && s->meshes[i].triangle_count && !seen[keys]) seen[keys] = true, list->room++;
-  }
+  uint32_t failed = 0;
+  memset(list, 0, sizeof *list);
+  pktrt__commit_survey(s);
+  for (uint32_t i = 0; i < s->set_count; i++) list->room += s->sets[i].triangles != 0;
   list->bvhs = PKTRT__CAST(pktrt__bvh *, pktrt__mem_alloc(&s->desc, list->room, sizeof *list->bvhs));
   if (!list->bvhs) return pktrt__fail(told, PKTRT_OUT_OF_MEMORY, "commit: no memory for the list of trees");
-  for (uint32_t k = 1; k <= PKTRT_MAX_KEYS; k++) {
-    if (!seen[k]) continue;
-    const pktrt__bvh *old = pktrt__commit_find_bvh(s, k);
-    if (old && !pktrt__commit_bvh_changed(s, k)) {
-      list->bvhs[list->n++] = *old;
-    } else if (pktrt__build_bvh(&s->desc, s->meshes, s->mesh_count, k, true, &list->bvhs[list->n])) {
-      list->n++;
-    } else {
-      pktrt__commit_drop(s, list);
-      return pktrt__fail(told, PKTRT_OUT_OF_MEMORY, "commit: no memory to build the tree of the %s with %u key%s",
-                         s == told ? "meshes" : "instances", (unsigned)k, k > 1 ? "s" : "");
-    }
+  if (pktrt__commit_list_trees(s, list, &failed)) return PKTRT_OK;
+  pktrt__commit_drop(s, list);
+  return pktrt__fail(told, PKTRT_OUT_OF_MEMORY, "commit: no memory to build the tree of the %s with %u key%s",
+                     s == told ? "meshes" : "instances", (unsigned)s->sets[failed].key_count,
+                     s->sets[failed].key_count > 1 ? "s" : "");
+}
+
+/* Fits the trees that are left as they are but for what has moved. */
+PKTRT__COLD void pktrt__commit_fit_moved(pktrt_scene *s) {
+  bool grouped = false;
+  for (uint32_t i = 0; i < s->bvh_count; i++) {
+    pktrt__set *set = &s->sets[s->bvhs[i].set];
+    if (!set->moved) continue;
+    pktrt__refit_bvh(s, &s->bvhs[i]);
+    grouped = grouped || i >= s->direct_count;
   }
-  return PKTRT_OK;
+  if (PKTRT__GROUPS && grouped) pktrt__group_refit(s);
 }
 
 /* Makes a list of trees, and what waits for them, the state of a scene. */
 PKTRT__COLD void pktrt__commit_take(pktrt_scene *s, const pktrt__commit_list *list) {
   for (uint32_t i = 0; i < s->bvh_count; i++) {
-    uint32_t k = 0;
-    while (k < list->n && list->bvhs[k].nodes != s->bvhs[i].nodes) k++;
-    if (k == list->n) pktrt__bvh_free(&s->desc, &s->bvhs[i]);
+    const uint32_t next = s->sets[s->bvhs[i].set].next;
+    if (next == PKTRT_NONE || list->bvhs[next].nodes != s->bvhs[i].nodes) pktrt__bvh_free(&s->desc, &s->bvhs[i]);
   }
   pktrt__mem_release(&s->desc, s->bvhs, s->bvh_room, sizeof *s->bvhs);
-  s->bvhs = list->bvhs, s->bvh_count = list->n, s->bvh_room = list->room;
-  for (uint32_t i = 0; i < s->mesh_count; i++) pktrt__commit_promote(&s->meshes[i]), s->meshes[i].marked = false;
+  s->bvhs = list->bvhs, s->bvh_count = list->n, s->bvh_room = list->room, s->direct_count = list->direct;
+  if (list->groups != s->groups) pktrt_scene_destroy(s->groups);
+  s->groups = list->groups;
+  for (uint32_t i = 0; i < s->set_count; i++)
+    s->sets[i].tree = s->sets[i].next, s->sets[i].moved = s->sets[i].moved && !s->sets[i].changed;
+  pktrt__commit_fit_moved(s);
+  for (uint32_t i = 0; i < s->mesh_count; i++) {
+    if (s->meshes[i].gone) pktrt__mesh_clear(s, &s->meshes[i]);
+    else pktrt__commit_promote(&s->meshes[i]), s->meshes[i].marked = false;
+  }
   s->committed_meshes = s->mesh_count;
 }
 
@@ -3230,7 +3369,7 @@ PKTRT__COLD pktrt_status pktrt__commit_rebuild_worn(pktrt_scene *s) {
   for (uint32_t i = 0; i < s->bvh_count; i++) {
     pktrt__bvh *bvh = &s->bvhs[i], fresh;
     if (!(bvh->sah_now > 1.5 * bvh->sah_at_build)) continue;
-    if (!pktrt__build_bvh(&s->desc, s->meshes, s->mesh_count, bvh->key_count, false, &fresh)) {
+    if (!pktrt__build_bvh(s, bvh->set, false, &fresh)) {
       pktrt__log_sentence(s, 0, "no memory for an automatic rebuild: the refitted tree stays");
       continue;
     }
@@ -4151,7 +4290,7 @@ PKTRT__NOINLINE void pktrt__place_ray(const pktrt__place *p, const float *o, con
   if (!(most >= PKTRT__PLACE_LEAST && most <= 1 / PKTRT__PLACE_LEAST)) to_d[0] = to_d[to_row] = to_d[2 * to_row] = 0;
 }
 
-#ifndef PKTRT_NO_INSTANCES
+#ifndef PKTRT__NO_TOP
 /* Returns a tmax for a ray in an instance, which leaves what ties with the closest hit so far, at depths up to wf. */
 PKTRT__INLINE float pktrt__place_tmax(uint32_t slot, float wf, float dk, float tmax) {
   return slot == PKTRT_NONE ? tmax : pktrt__minf(wf / fabsf(dk), tmax);
@@ -4174,6 +4313,11 @@ static void pktrt__place_set_hit(pktrt__single *q, uint32_t place, float t, uint
   const float f = t * fabsf(q->dk), slack = fabsf(f) * PKTRT__PAD_DEPTH + q->tiny;
   q->t = t, q->wf = f + slack, q->sf = f - slack;
   q->id = id, q->slot = slot, q->bvh = bvh, q->place = place;
+}
+
+/* Tells whether what a tree of the top level is above are trees of the scene. */
+PKTRT__INLINE bool pktrt__place_is_group(const pktrt_scene *scene, const pktrt__bvh_segment *seg) {
+  return PKTRT__GROUPS && scene->groups && seg->bvhs == scene->groups->bvhs;
 }
 
 /* Copies rays of a batch, those in mask of a list, to its spare lanes; returns how many. */
@@ -4752,12 +4896,13 @@ typedef struct pktrt__query { /* one query, as the kernels see it */
 /* The variant of a kernel, whose flags each instance knows at compile time; counts is written only if stats is set. */
 typedef struct pktrt__variant {
   bool occlusion, moving, stats;
+  uint32_t mask; /* of the query, for those who choose trees */
   pktrt_counts *counts;
 } pktrt__variant;
 PKTRT__INLINE pktrt__variant pktrt__variant_of(const bool occlusion, const bool moving, const bool stats,
                                                pktrt_counts *counts) {
   pktrt__variant is;
-  is.occlusion = occlusion, is.moving = moving, is.stats = stats, is.counts = counts;
+  is.occlusion = occlusion, is.moving = moving, is.stats = stats, is.mask = UINT32_MAX, is.counts = counts;
   return is;
 }
 PKTRT__INLINE pktrt__variant pktrt__variant_moving(pktrt__variant is, const bool moving) {
@@ -5777,7 +5922,9 @@ typedef __mmask16 mf;
 #define pktrt__drive_rays_near PKTRT__NAME(pktrt__drive_rays_near)
 #define pktrt__drive_rays_of_segment PKTRT__NAME(pktrt__drive_rays_of_segment)
 #define pktrt__drive_single PKTRT__NAME(pktrt__drive_single)
+#define pktrt__drive_single_in PKTRT__NAME(pktrt__drive_single_in)
 #define pktrt__drive_stream PKTRT__NAME(pktrt__drive_stream)
+#define pktrt__drive_stream_in PKTRT__NAME(pktrt__drive_stream_in)
 #define pktrt__entry_intersect PKTRT__NAME(pktrt__entry_intersect)
 #define pktrt__entry_occluded PKTRT__NAME(pktrt__entry_occluded)
 #define pktrt__entry_single PKTRT__NAME(pktrt__entry_single)
@@ -7533,7 +7680,7 @@ OP uint64_t pktrt__frustum_template(pktrt__frustum *f, const pktrt__bvh_segment 
   }
 }
 
-#if !defined(PKTRT_NO_INSTANCES)
+#ifndef PKTRT__NO_TOP
 SMALL void pktrt__place_stream(const pktrt__query *call, const pktrt_scene *scene, pktrt__batch *b, const uint8_t *list,
                                uint64_t mask, const pktrt__variant *what);
 SMALL bool pktrt__place_single(const pktrt_scene *scene, pktrt__single *q, const pktrt__variant *what);
@@ -7890,9 +8037,10 @@ PKTRT__NOINLINE void pktrt__drive_paper(const pktrt__query *call, const pktrt_sc
   memset(&unwanted, 0, sizeof unwanted);
   pktrt__paper_packet p;
   p.call = call, p.b = b;
-  for (uint32_t i = 0; i < scene->bvh_count; i++) {
+  for (uint32_t i = 0; i < scene->direct_count; i++) {
     const pktrt__bvh *bvh = &scene->bvhs[i];
     const bool moving = pktrt__has_motion(bvh->key_count);
+    if (!(bvh->mask & call->desc->mask)) continue;
     pktrt__batch_time_weights(b, begin, end - begin, bvh->key_count);
     for (p.base = begin; p.base < end; p.base = p.end) {
       p.end = end - p.base < call->desc->packet_size ? end : p.base + call->desc->packet_size;
@@ -7979,36 +8127,41 @@ OP uint64_t pktrt__drive_rays_near(const pktrt__bvh *bvh, const pktrt__batch *b,
   return near_;
 }
 
-/* Traces a stream, rays of one octant, through all trees. */
+/* Traces a stream, rays of one octant, through a tree; returns those that hit, or hit nearer. */
+PKTRT__NOINLINE uint64_t pktrt__drive_stream_in(const pktrt_scene *scene, pktrt__batch *b, const uint8_t *list,
+                                                uint64_t mask, uint32_t tree, const pktrt__variant *what) {
+  const pktrt__variant is = *what;
+  const pktrt__bvh *bvh = &scene->bvhs[tree];
+  uint64_t hit = 0;
+  if (!(bvh->mask & is.mask)) return 0;
+  if (!pktrt__has_motion(bvh->key_count)) {
+    for (uint64_t m = is.stats ? mask : 0; m; m &= m - 1)
+      pktrt__batch_time_weights(b, list[pktrt__lowest_bit(m)], 1, 1);
+    return pktrt__stream_traverse(&bvh->rest, b, list, mask, 0, pktrt__variant_moving(is, false));
+  }
+  if (tree < scene->direct_count) mask = pktrt__drive_rays_near(bvh, b, list, mask); /* else they meet its box */
+  for (uint64_t m = mask; m; m &= m - 1) pktrt__batch_time_weights(b, list[pktrt__lowest_bit(m)], 1, bvh->key_count);
+  while (mask) {
+    const uint32_t segment = b->segment[list[pktrt__lowest_bit(mask)]];
+    const uint64_t same = bvh->key_count > 2 ? pktrt__drive_rays_of_segment(b, list, mask, segment) : mask;
+    pktrt__bvh_segment seg = pktrt__bvh_segment_of(scene->bvhs, tree, segment);
+    hit |= pktrt__stream_traverse(&seg, b, list, same, 0, pktrt__variant_moving(is, true));
+    mask &= ~same;
+  }
+  return hit;
+}
+/* Traces a stream through all trees. */
 PKTRT__NOINLINE void pktrt__drive_stream(const pktrt_scene *scene, pktrt__batch *b, const uint8_t *list, uint64_t mask,
                                          const pktrt__variant *what) {
   const pktrt__variant is = *what;
-  for (uint32_t i = 0; i < scene->bvh_count && mask; i++) {
-    const pktrt__bvh *bvh = &scene->bvhs[i];
-    uint64_t hit = 0;
-    if (!pktrt__has_motion(bvh->key_count)) {
-      for (uint64_t m = is.stats ? mask : 0; m; m &= m - 1)
-        pktrt__batch_time_weights(b, list[pktrt__lowest_bit(m)], 1, 1);
-      hit = pktrt__stream_traverse(&bvh->rest, b, list, mask, 0, pktrt__variant_moving(is, false));
-    } else {
-      const uint64_t near_ = pktrt__drive_rays_near(bvh, b, list, mask);
-      for (uint64_t m = near_; m; m &= m - 1)
-        pktrt__batch_time_weights(b, list[pktrt__lowest_bit(m)], 1, bvh->key_count);
-      for (uint64_t rest = near_; rest;) {
-        const uint32_t segment = b->segment[list[pktrt__lowest_bit(rest)]];
-        const uint64_t same = bvh->key_count > 2 ? pktrt__drive_rays_of_segment(b, list, rest, segment) : rest;
-        pktrt__bvh_segment seg = pktrt__bvh_segment_of(scene->bvhs, i, segment);
-        hit |= pktrt__stream_traverse(&seg, b, list, same, 0, pktrt__variant_moving(is, true));
-        rest &= ~same;
-      }
-    }
-    if (is.occlusion) {
-      for (uint64_t m = hit; m; m &= m - 1) b->slot[list[pktrt__lowest_bit(m)]] = 0;
-      mask &= ~hit;
-    }
+  for (uint32_t i = 0; i < scene->direct_count && mask; i++) {
+    const uint64_t hit = pktrt__drive_stream_in(scene, b, list, mask, i, &is);
+    if (!is.occlusion) continue;
+    for (uint64_t m = hit; m; m &= m - 1) b->slot[list[pktrt__lowest_bit(m)]] = 0;
+    mask &= ~hit;
   }
-#if !defined(PKTRT_NO_INSTANCES)
-  if (scene->boxes && mask) pktrt__place_stream(NULL, scene, b, list, mask, &is);
+#ifndef PKTRT__NO_TOP
+  if (scene->has_top && mask) pktrt__place_stream(NULL, scene, b, list, mask, &is);
 #endif
 }
 
@@ -8021,10 +8174,11 @@ PKTRT__NOINLINE void pktrt__drive_frustum(const pktrt_scene *scene, pktrt__batch
   pktrt__frustum_setup(&f, scene, b, base, mask);
   COUNT(packets, 1);
   uint64_t asked = mask; /* the rays whose depth the frustum has */
-  for (uint32_t i = 0; i < scene->bvh_count && mask; i++) {
+  for (uint32_t i = 0; i < scene->direct_count && mask; i++) {
     const pktrt__bvh *bvh = &scene->bvhs[i];
     const bool moving = pktrt__has_motion(bvh->key_count);
-    uint64_t hit = 0, rest = moving ? pktrt__box_test_packet(b, base, mask, bvh->lo, bvh->hi) : mask;
+    uint64_t hit = 0, rest = bvh->mask & is.mask ? mask : 0;
+    if (moving && rest) rest = pktrt__box_test_packet(b, base, mask, bvh->lo, bvh->hi);
     if (!rest) continue;
     if (!moving) {
       if (rest != asked || (i > 0 && !is.occlusion)) pktrt__frustum_update_depth(&f, b, asked = rest);
@@ -8048,29 +8202,33 @@ PKTRT__NOINLINE void pktrt__drive_frustum(const pktrt_scene *scene, pktrt__batch
       mask &= ~hit;
     }
   }
-#if !defined(PKTRT_NO_INSTANCES)
-  if (scene->boxes && mask) pktrt__place_stream(NULL, scene, b, f.list, mask, &is);
+#ifndef PKTRT__NO_TOP
+  if (scene->has_top && mask) pktrt__place_stream(NULL, scene, b, f.list, mask, &is);
 #endif
 }
 #endif
 
+/* Traces one ray through a tree, and tells whether it hits, or hits nearer. */
+OP bool pktrt__drive_single_in(const pktrt_scene *scene, pktrt__single *ray, uint32_t tree, const pktrt__variant is) {
+  const pktrt__bvh *bvh = &scene->bvhs[tree];
+  if (!(bvh->mask & is.mask)) return false;
+  if (!pktrt__has_motion(bvh->key_count)) {
+    if (is.stats) ray->ta = 1, ray->tb = 0; /* the only key has all the weight */
+    return pktrt__single_traverse(&bvh->rest, ray, 0, pktrt__variant_moving(is, false));
+  }
+  if (!pktrt__drive_may_meet(bvh, ray->rd, ray->cn, ray->cf, 1, ray->wn, ray->wf)) return false;
+  const uint32_t segment = pktrt__time_segment(ray->ray->time, bvh->key_count, &ray->ta, &ray->tb);
+  pktrt__bvh_segment seg = pktrt__bvh_segment_of(scene->bvhs, tree, segment);
+  return pktrt__single_traverse(&seg, ray, 0, pktrt__variant_moving(is, true));
+}
 /* Traces one ray through all trees and tells whether it hits. */
 PKTRT__NOINLINE bool pktrt__drive_single(const pktrt_scene *scene, pktrt__single *ray, const pktrt__variant *what) {
   const pktrt__variant is = *what;
   bool hit = false;
-  for (uint32_t i = 0; i < scene->bvh_count && !(is.occlusion && hit); i++) {
-    const pktrt__bvh *bvh = &scene->bvhs[i];
-    if (!pktrt__has_motion(bvh->key_count)) {
-      if (is.stats) ray->ta = 1, ray->tb = 0; /* the only key has all the weight */
-      hit |= pktrt__single_traverse(&bvh->rest, ray, 0, pktrt__variant_moving(is, false));
-    } else if (pktrt__drive_may_meet(bvh, ray->rd, ray->cn, ray->cf, 1, ray->wn, ray->wf)) {
-      const uint32_t segment = pktrt__time_segment(ray->ray->time, bvh->key_count, &ray->ta, &ray->tb);
-      pktrt__bvh_segment seg = pktrt__bvh_segment_of(scene->bvhs, i, segment);
-      hit |= pktrt__single_traverse(&seg, ray, 0, pktrt__variant_moving(is, true));
-    }
-  }
-#if !defined(PKTRT_NO_INSTANCES)
-  if (scene->boxes && !(is.occlusion && hit)) hit |= pktrt__place_single(scene, ray, &is);
+  for (uint32_t i = 0; i < scene->direct_count && !(is.occlusion && hit); i++)
+    hit |= pktrt__drive_single_in(scene, ray, i, is);
+#ifndef PKTRT__NO_TOP
+  if (scene->has_top && !(is.occlusion && hit)) hit |= pktrt__place_single(scene, ray, &is);
 #endif
   return hit;
 }
@@ -8088,7 +8246,7 @@ PKTRT__NOINLINE void pktrt__drive_batch_ray(const pktrt_scene *scene, pktrt__bat
 /* Finds which of the rays may meet a moving tree, and sets b->moving. */
 OP void pktrt__drive_find_moving(const pktrt_scene *scene, pktrt__batch *b, const uint64_t *rays) {
   memset(b->moving, 0, sizeof b->moving);
-  for (uint32_t i = 0; i < scene->bvh_count; i++) {
+  for (uint32_t i = 0; i < scene->direct_count; i++) {
     const pktrt__bvh *bvh = &scene->bvhs[i];
     for (uint32_t w = 0; w < PKTRT__BATCH / 64 && pktrt__has_motion(bvh->key_count); w++)
       if (rays[w]) b->moving[w] |= pktrt__box_test_packet(b, 64 * w, rays[w], bvh->lo, bvh->hi);
@@ -8938,7 +9096,7 @@ static double pktrt__fit_nodes(const pktrt__bvh *bvh, uint32_t first, uint32_t c
 static const pktrt__fit_table pktrt__fit_kernels = {pktrt__fit_lanes_with_area, pktrt__fit_nodes};
 #endif
 
-#if !defined(PKTRT_NO_INSTANCES)
+#ifndef PKTRT__NO_TOP
 /* >>instances: rays at the top level, and in the models there --------------------------------------------------------
 
    The top level is a tree of a scene of boxes, in whose leaf blocks a triangle's first two corners are the corners of an
@@ -9013,7 +9171,11 @@ OP bool pktrt__place_single_in(const pktrt_scene *scene, const pktrt__bvh_segmen
         for (uint32_t m = bits & (bits - 1); m; m &= m - 1)
           if (dist[pktrt__lowest_bit(m)] < dist[c]) c = pktrt__lowest_bit(m);
         bits &= ~(1u << c);
-        if (dist[c] <= q->wf) hit |= pktrt__place_trace_single(scene, q, instance[c], &is);
+        if (dist[c] > q->wf) continue;
+        if (pktrt__place_is_group(scene, seg))
+          hit |= pktrt__drive_single_in(scene, q, scene->direct_count + instance[c], is);
+        else if (PKTRT__INSTANCES && (scene->instances[instance[c]].seen & is.mask))
+          hit |= pktrt__place_trace_single(scene, q, instance[c], &is);
         if (is.occlusion && hit) return true;
       }
     } else {
@@ -9035,12 +9197,14 @@ OP bool pktrt__place_single_in(const pktrt_scene *scene, const pktrt__bvh_segmen
 }
 SMALL bool pktrt__place_single(const pktrt_scene *scene, pktrt__single *q, const pktrt__variant *what) {
   const pktrt__variant is = pktrt__variant_moving(*what, true);
-  const pktrt_scene *boxes = scene->boxes;
   bool hit = false;
-  for (uint32_t i = 0; i < boxes->bvh_count && !(is.occlusion && hit); i++) {
-    const uint32_t segment = pktrt__time_segment(q->ray->time, boxes->bvhs[i].key_count, &q->ta, &q->tb);
-    const pktrt__bvh_segment seg = pktrt__bvh_segment_of(boxes->bvhs, i, segment);
-    hit |= pktrt__place_single_in(scene, &seg, q, is);
+  for (int which = 0; which < 2; which++) {
+    const pktrt_scene *top = which ? scene->boxes : scene->groups;
+    for (uint32_t i = 0; top && i < top->bvh_count && !(is.occlusion && hit); i++) {
+      const uint32_t segment = pktrt__time_segment(q->ray->time, top->bvhs[i].key_count, &q->ta, &q->tb);
+      const pktrt__bvh_segment seg = pktrt__bvh_segment_of(top->bvhs, i, segment);
+      hit |= pktrt__place_single_in(scene, &seg, q, is);
+    }
   }
   return hit;
 }
@@ -9171,7 +9335,11 @@ OP uint64_t pktrt__place_leaf(const pktrt__query *call, const pktrt_scene *scene
       if (nearest[pktrt__lowest_bit(m)] < nearest[c]) c = pktrt__lowest_bit(m);
     met &= ~(1u << c);
     if (is.occlusion) rays[c] &= ~hit;
-    if (rays[c]) hit |= pktrt__place_trace(call, scene, b, list, rays[c], instance[c], &is);
+    if (!rays[c]) continue;
+    if (pktrt__place_is_group(scene, seg))
+      hit |= pktrt__drive_stream_in(scene, b, list, rays[c], scene->direct_count + instance[c], &is);
+    else if (PKTRT__INSTANCES && (scene->instances[instance[c]].seen & is.mask))
+      hit |= pktrt__place_trace(call, scene, b, list, rays[c], instance[c], &is);
   }
   return hit;
 }
@@ -9203,17 +9371,19 @@ OP uint64_t pktrt__place_stream_in(const pktrt__query *call, const pktrt_scene *
 SMALL void pktrt__place_stream(const pktrt__query *call, const pktrt_scene *scene, pktrt__batch *b, const uint8_t *list,
                                uint64_t mask, const pktrt__variant *what) {
   const pktrt__variant is = pktrt__variant_moving(*what, true);
-  const pktrt_scene *boxes = scene->boxes;
   uint64_t hit = 0;
-  for (uint32_t i = 0; i < boxes->bvh_count; i++) {
-    const uint32_t keys = boxes->bvhs[i].key_count;
-    for (uint64_t m = mask; m; m &= m - 1) pktrt__batch_time_weights(b, list[pktrt__lowest_bit(m)], 1, keys);
-    for (uint64_t rest = is.occlusion ? mask & ~hit : mask; rest;) {
-      const uint32_t segment = b->segment[list[pktrt__lowest_bit(rest)]];
-      const uint64_t same = keys > 2 ? pktrt__drive_rays_of_segment(b, list, rest, segment) : rest;
-      const pktrt__bvh_segment seg = pktrt__bvh_segment_of(boxes->bvhs, i, segment);
-      hit |= pktrt__place_stream_in(call, scene, &seg, b, list, same, is);
-      rest &= ~same;
+  for (int which = 0; which < 2; which++) {
+    const pktrt_scene *top = which ? scene->boxes : scene->groups;
+    for (uint32_t i = 0; top && i < top->bvh_count; i++) {
+      const uint32_t keys = top->bvhs[i].key_count;
+      for (uint64_t m = mask; m; m &= m - 1) pktrt__batch_time_weights(b, list[pktrt__lowest_bit(m)], 1, keys);
+      for (uint64_t rest = is.occlusion ? mask & ~hit : mask; rest;) {
+        const uint32_t segment = b->segment[list[pktrt__lowest_bit(rest)]];
+        const uint64_t same = keys > 2 ? pktrt__drive_rays_of_segment(b, list, rest, segment) : rest;
+        const pktrt__bvh_segment seg = pktrt__bvh_segment_of(top->bvhs, i, segment);
+        hit |= pktrt__place_stream_in(call, scene, &seg, b, list, same, is);
+        rest &= ~same;
+      }
     }
   }
   for (uint64_t m = is.occlusion ? hit : 0; m; m &= m - 1) b->slot[list[pktrt__lowest_bit(m)]] = 0;
@@ -9226,6 +9396,7 @@ PKTRT__COLD void pktrt__place_packets(const pktrt__query *call, pktrt__batch *b,
                                       const pktrt__variant *what) {
   pktrt_counts unwanted;
   pktrt__variant is = pktrt__variant_of(what->occlusion, true, PKTRT__STATS != 0, what->counts);
+  is.mask = what->mask;
   memset(&unwanted, 0, sizeof unwanted);
   if (!call->counts) is.counts = &unwanted;
   for (uint32_t base = begin; base < end; base += 64) {
@@ -9243,7 +9414,7 @@ PKTRT__COLD void pktrt__place_packets(const pktrt__query *call, pktrt__batch *b,
   }
 }
 #endif
-#endif /* PKTRT_NO_INSTANCES */
+#endif /* PKTRT__NO_TOP */
 
 /* >>entry ---------------------------------------------------------------------------------------------------------- */
 
@@ -9290,7 +9461,8 @@ static void pktrt__entry_trace(const pktrt__query *call, pktrt__batch *b, uint32
   pktrt_counts unread, *counts = call->counts;
   if (!PKTRT__WITH_VECTORS && !counts) /* see PKTRT__VARIANTS */
     memset(&unread, 0, sizeof unread), counts = &unread;
-  const pktrt__variant is = pktrt__variant_of(call->occlusion, false, PKTRT__STATS && call->counts, counts);
+  pktrt__variant is = pktrt__variant_of(call->occlusion, false, PKTRT__STATS && call->counts, counts);
+  is.mask = call->desc->mask;
   pktrt__batch_pad(b, end);
   memset(b->valid, 0, sizeof b->valid);
   for (uint32_t i = begin; i < end; i += FW) {
@@ -9306,8 +9478,8 @@ static void pktrt__entry_trace(const pktrt__query *call, pktrt__batch *b, uint32
 #if !defined(PKTRT_NO_PAPER)
   if (call->desc->path == PKTRT_PATH_PAPER) {
     pktrt__drive_paper(call, scene, b, begin, end, is.occlusion);
-#if !defined(PKTRT_NO_INSTANCES)
-    if (scene->boxes) pktrt__place_packets(call, b, begin, end, &is);
+#ifndef PKTRT__NO_TOP
+    if (scene->has_top) pktrt__place_packets(call, b, begin, end, &is);
 #endif
   } else
 #endif
@@ -9643,19 +9815,25 @@ PKTRT_DEF const char *pktrt_last_error(const pktrt_scene *s) {
   return pktrt__check_sentence(faults);
 }
 
-/* Takes over the transforms that were set, as pktrt__commit_promote does positions. */
+PKTRT__COLD void pktrt__instance_free(const pktrt_scene *s, pktrt__instance *in) {
+  pktrt__mem_release(&s->desc, in->keys, in->key_count, 12 * sizeof(float));
+  pktrt__mem_release(&s->desc, in->pending, in->key_count, 12 * sizeof(float));
+}
+/* Takes over the transforms that were set, as pktrt__commit_promote does positions, and what else waits. */
 PKTRT__COLD void pktrt__instance_promote_all(pktrt_scene *s) {
   for (uint32_t i = 0; i < s->instance_count; i++) {
     pktrt__instance *in = &s->instances[i];
+    in->seen = in->hide ? 0 : in->mask;
+    if (in->gone) {
+      pktrt__instance_free(s, in);
+      in->keys = in->pending = NULL, in->gone = in->dirty = false, in->free = true, in->kappa = 0;
+      s->free_instances++;
+    }
     if (!in->dirty) continue;
     if (in->pending) pktrt__commit_swap(&in->keys, &in->pending);
     pktrt__place_between(in->keys, in->keys, 1, 0, &in->rest);
     in->dirty = false;
   }
-}
-PKTRT__COLD void pktrt__instance_free(const pktrt_scene *s, pktrt__instance *in) {
-  pktrt__mem_release(&s->desc, in->keys, in->key_count, 12 * sizeof(float));
-  pktrt__mem_release(&s->desc, in->pending, in->key_count, 12 * sizeof(float));
 }
 PKTRT__COLD void pktrt__instance_free_all(pktrt_scene *s) {
   for (uint32_t i = 0; i < s->instance_count; i++) pktrt__instance_free(s, &s->instances[i]);
@@ -9696,6 +9874,8 @@ PKTRT_DEF void pktrt_scene_destroy(pktrt_scene *s) {
   for (uint32_t i = 0; i < s->bvh_count; i++) pktrt__bvh_free(&d, &s->bvhs[i]);
   pktrt__mem_release(&d, s->meshes, s->mesh_capacity, sizeof *s->meshes);
   pktrt__mem_release(&d, s->bvhs, s->bvh_room, sizeof *s->bvhs);
+  pktrt__mem_release(&d, s->sets, s->set_capacity, sizeof *s->sets);
+  pktrt_scene_destroy(s->groups);
   pktrt__instance_free_all(s);
 #ifndef PKTRT_NO_RENDER
   pktrt__mem_release(&d, s->materials, s->material_capacity, sizeof *s->materials);
@@ -9704,33 +9884,67 @@ PKTRT_DEF void pktrt_scene_destroy(pktrt_scene *s) {
   pktrt__mem_release(&d, s, 1, sizeof *s);
 }
 
-PKTRT_DEF pktrt_status pktrt_add_mesh(pktrt_scene *s, const pktrt_mesh_desc *d, uint32_t *mesh) {
-  if (!s) return PKTRT_INVALID_ARGUMENT;
-  s->error[0] = 0;
-  const uint32_t index = s->mesh_count;
-  pktrt_status st = pktrt__mesh_check(s, d, index);
-  if (st != PKTRT_OK) return st;
+/* Returns the set that a mesh belongs to, a new one or an empty one if there is none; PKTRT_NONE: no memory. */
+PKTRT__COLD uint32_t pktrt__set_of(pktrt_scene *s, const pktrt_mesh_desc *d, uint32_t mesh) {
+  const uint32_t keys = d->key_count ? d->key_count : 1, mask = d->mask ? d->mask : UINT32_MAX;
+  uint32_t i = s->set_count;
+  while (i-- && !(s->sets[i].group == d->group && s->sets[i].key_count == keys && s->sets[i].mask == mask)) {}
+  if (i == PKTRT_NONE) {
+    void *sets = s->sets;
+    pktrt__set made;
+    if (!pktrt__mem_grow(&s->desc, &sets, s->set_count, &s->set_capacity, sizeof made)) return PKTRT_NONE;
+    memset(&made, 0, sizeof made);
+    made.group = d->group, made.key_count = keys, made.mask = mask, made.first_mesh = mesh, made.tree = PKTRT_NONE;
+    s->sets = PKTRT__CAST(pktrt__set *, sets), s->sets[i = s->set_count++] = made;
+  }
+  if (mesh < s->sets[i].first_mesh) s->sets[i].first_mesh = mesh;
+  if (mesh >= s->sets[i].end_mesh) s->sets[i].end_mesh = mesh + 1;
+  return i;
+}
+
+/* Finds an index for so many triangles: the first that waits for them, or the next. */
+PKTRT__COLD uint32_t pktrt__mesh_find_index(const pktrt_scene *s, uint32_t triangles) {
+  for (uint32_t i = 0; s->free_meshes && i < s->mesh_count; i++) {
+    const uint32_t end = i + 1 < s->mesh_count ? s->meshes[i + 1].first_id : s->total_triangles;
+    if (s->meshes[i].free && !s->meshes[i].instance && end - s->meshes[i].first_id >= triangles) return i;
+  }
+  return s->mesh_count;
+}
+
+/* Adds a mesh at an index. */
+PKTRT__COLD pktrt_status pktrt__mesh_add(pktrt_scene *s, const pktrt_mesh_desc *d, uint32_t index) {
   void *meshes = s->meshes;
-  if (!pktrt__mem_grow(&s->desc, &meshes, index, &s->mesh_capacity, sizeof *s->meshes))
-    return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "mesh %u: no memory for the list of meshes", (unsigned)index);
-  s->meshes = PKTRT__CAST(pktrt__mesh *, meshes);
   pktrt__mesh m;
   memset(&m, 0, sizeof m);
+  m.set = pktrt__set_of(s, d, index);
+  if (m.set == PKTRT_NONE || !pktrt__mem_grow(&s->desc, &meshes, s->mesh_count, &s->mesh_capacity, sizeof m))
+    return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "mesh %u: no memory for the list of meshes", (unsigned)index);
+  s->meshes = PKTRT__CAST(pktrt__mesh *, meshes);
   m.vertex_count = d->vertex_count;
   m.triangle_count = d->triangle_count;
   m.key_count = d->key_count ? d->key_count : 1;
   m.stride = d->position_stride ? d->position_stride : 12;
   m.material = d->material;
-  m.first_id = s->total_triangles;
-  st = pktrt__mesh_copy(s, d, &m, index);
+  m.first_id = index < s->mesh_count ? s->meshes[index].first_id : s->total_triangles;
+  const pktrt_status st = pktrt__mesh_copy(s, d, &m, index);
   if (st != PKTRT_OK) {
     pktrt__mesh_free(&s->desc, &m);
     return st;
   }
-  s->meshes[s->mesh_count++] = m;
-  s->total_triangles += m.triangle_count;
-  if (mesh) *mesh = index;
+  if (index == s->mesh_count) s->mesh_count++, s->total_triangles += m.triangle_count;
+  else s->free_meshes -= !s->meshes[index].instance;
+  s->meshes[index] = m;
   return PKTRT_OK;
+}
+
+PKTRT_DEF pktrt_status pktrt_add_mesh(pktrt_scene *s, const pktrt_mesh_desc *d, uint32_t *mesh) {
+  if (!s) return PKTRT_INVALID_ARGUMENT;
+  s->error[0] = 0;
+  const uint32_t index = pktrt__mesh_find_index(s, d ? d->triangle_count : 0);
+  pktrt_status st = pktrt__mesh_check(s, d, index);
+  if (st == PKTRT_OK) st = pktrt__mesh_add(s, d, index);
+  if (st == PKTRT_OK && mesh) *mesh = index;
+  return st;
 }
 
 PKTRT_DEF pktrt_status pktrt_commit(pktrt_scene *s) {
@@ -9750,15 +9964,32 @@ PKTRT_DEF pktrt_status pktrt_commit(pktrt_scene *s) {
   return PKTRT_OK;
 }
 
-/* Returns the mesh that a deformation names, or NULL and a detail. */
-PKTRT__COLD pktrt__mesh *pktrt__mesh_to_deform(pktrt_scene *s, uint32_t mesh, uint32_t key, const float *data,
-                                               const char *what) {
-  if (mesh >= s->mesh_count) {
+/* Returns the instance that a call names, or NULL and a detail. */
+PKTRT__COLD pktrt__instance *pktrt__instance_named(pktrt_scene *s, uint32_t instance, const char *what) {
+  s->error[0] = 0;
+  if (instance < s->instance_count && !s->instances[instance].gone && !s->instances[instance].free)
+    return &s->instances[instance];
+  if (instance < s->instance_count)
+    pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "%s: instance %u was removed", what, (unsigned)instance);
+  else
+    pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "%s: there is no instance %u among %u", what, (unsigned)instance,
+                (unsigned)s->instance_count);
+  return NULL;
+}
+/* Returns the mesh that a call names, or NULL and a detail. */
+PKTRT__COLD pktrt__mesh *pktrt__mesh_named(pktrt_scene *s, uint32_t mesh, const char *what) {
+  s->error[0] = 0;
+  if (mesh < s->mesh_count && !s->meshes[mesh].gone && !s->meshes[mesh].free) return &s->meshes[mesh];
+  if (mesh < s->mesh_count) pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "%s: mesh %u was removed", what, (unsigned)mesh);
+  else
     pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "%s: there is no mesh %u among %u", what, (unsigned)mesh,
                 (unsigned)s->mesh_count);
-    return NULL;
-  }
-  pktrt__mesh *m = &s->meshes[mesh];
+  return NULL;
+}
+PKTRT__COLD pktrt__mesh *pktrt__mesh_to_deform(pktrt_scene *s, uint32_t mesh, uint32_t key, const float *data,
+                                               const char *what) {
+  pktrt__mesh *m = pktrt__mesh_named(s, mesh, what);
+  if (!m) return NULL;
   if (m->instance) {
     pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "%s: mesh %u belongs to instance %u, whose model keeps its shape", what,
                 (unsigned)mesh, (unsigned)m->instance - 1);
@@ -9803,7 +10034,6 @@ static pktrt_status pktrt__mesh_set_vectors(pktrt_scene *s, pktrt__mesh *m, floa
 
 PKTRT_DEF pktrt_status pktrt_set_positions(pktrt_scene *s, uint32_t mesh, uint32_t key, const float *positions) {
   if (!s) return PKTRT_INVALID_ARGUMENT;
-  s->error[0] = 0;
   pktrt__mesh *m = pktrt__mesh_to_deform(s, mesh, key, positions, "set_positions");
   if (!m) return PKTRT_INVALID_ARGUMENT;
   const pktrt__mesh_vectors v = {positions, m->vertex_count, m->stride, PKTRT_MAX_COORD, mesh, key, "vertex"};
@@ -9813,7 +10043,6 @@ PKTRT_DEF pktrt_status pktrt_set_positions(pktrt_scene *s, uint32_t mesh, uint32
 #ifndef PKTRT_NO_NORMALS
 PKTRT_DEF pktrt_status pktrt_set_normals(pktrt_scene *s, uint32_t mesh, uint32_t key, const float *normals) {
   if (!s) return PKTRT_INVALID_ARGUMENT;
-  s->error[0] = 0;
   pktrt__mesh *m = pktrt__mesh_to_deform(s, mesh, key, normals, "set_normals");
   if (!m) return PKTRT_INVALID_ARGUMENT;
   if (!PKTRT__NORMALS) return PKTRT_OK; /* queries only: nobody reads them */
@@ -9827,24 +10056,70 @@ PKTRT_DEF pktrt_status pktrt_set_normals(pktrt_scene *s, uint32_t mesh, uint32_t
 PKTRT_DEF pktrt_status pktrt_refit(pktrt_scene *s) {
   if (!s) return PKTRT_INVALID_ARGUMENT;
   s->error[0] = 0;
-  if (s->boxes && s->boxes->committed_meshes < s->instance_count)
-    return pktrt__fail(s, PKTRT_NOT_COMMITTED, "refit: instance %u was added since the last commit",
-                       (unsigned)s->boxes->committed_meshes);
-  for (uint32_t i = s->committed_meshes; i < s->mesh_count; i++)
-    return pktrt__fail(s, PKTRT_NOT_COMMITTED, "refit: mesh %u was added since the last commit", (unsigned)i);
-  for (uint32_t i = 0; i < s->bvh_count; i++)
-    if (pktrt__commit_bvh_moved(s, s->bvhs[i].key_count))
-      pktrt__refit_bvh(&s->desc, &s->bvhs[i], s->meshes, s->mesh_count);
+  for (uint32_t i = 0; i < s->mesh_count; i++) {
+    const pktrt__mesh *m = &s->meshes[i];
+    if (m->free || (m->committed && !m->gone)) continue;
+    return pktrt__fail(s, PKTRT_NOT_COMMITTED, "refit: %s %u was %s since the last commit",
+                       m->instance ? "instance" : "mesh", (unsigned)(m->instance ? m->instance - 1 : i),
+                       m->gone ? "removed" : "added");
+  }
+  pktrt__commit_survey(s);
+  pktrt__commit_fit_moved(s);
   for (uint32_t i = 0; i < s->mesh_count; i++) pktrt__commit_promote(&s->meshes[i]);
   if (s->boxes && !pktrt_refit(s->boxes)) pktrt__instance_promote_all(s);
   pktrt__commit_summarise(s);
   return pktrt__commit_rebuild_worn(s);
 }
 
+#ifndef PKTRT_NO_REMOVAL
+PKTRT_DEF pktrt_status pktrt_remove_mesh(pktrt_scene *s, uint32_t mesh) {
+  if (!s) return PKTRT_INVALID_ARGUMENT;
+  pktrt__mesh *m = pktrt__mesh_named(s, mesh, "remove_mesh");
+  if (!m) return PKTRT_INVALID_ARGUMENT;
+  if (m->instance)
+    return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "remove_mesh: mesh %u belongs to instance %u, which goes as a whole",
+                       (unsigned)mesh, (unsigned)m->instance - 1);
+  m->gone = true;
+  return PKTRT_OK;
+}
+
+/* Tells the range of meshes that go with one: all of its instance. */
+PKTRT__COLD pktrt__mesh *pktrt__mesh_with_others(const pktrt_scene *s, pktrt__mesh *m, uint32_t *count) {
+  *count = 1;
+  if (!m->instance) return m;
+  *count = s->instances[m->instance - 1].model->mesh_count;
+  return &s->meshes[s->instances[m->instance - 1].first_mesh];
+}
+
+PKTRT_DEF pktrt_status pktrt_set_enabled(pktrt_scene *s, uint32_t mesh, bool enabled) {
+  if (!s) return PKTRT_INVALID_ARGUMENT;
+  uint32_t count = 0;
+  pktrt__mesh *m = pktrt__mesh_named(s, mesh, "set_enabled");
+  if (!m) return PKTRT_INVALID_ARGUMENT;
+  if (m->instance) s->instances[m->instance - 1].hide = !enabled;
+  m = pktrt__mesh_with_others(s, m, &count);
+  for (uint32_t i = 0; i < count; i++) m[i].hide = !enabled;
+  return PKTRT_OK;
+}
+
+#ifndef PKTRT_NO_INSTANCES
+PKTRT_DEF pktrt_status pktrt_remove_instance(pktrt_scene *s, uint32_t instance) {
+  if (!s) return PKTRT_INVALID_ARGUMENT;
+  uint32_t count = 0;
+  pktrt__instance *in = pktrt__instance_named(s, instance, "remove_instance");
+  if (!in) return PKTRT_INVALID_ARGUMENT;
+  pktrt__mesh *m = pktrt__mesh_with_others(s, &s->meshes[in->first_mesh], &count);
+  for (uint32_t i = 0; i < count; i++) m[i].gone = true;
+  in->gone = s->boxes->meshes[instance].gone = true;
+  return PKTRT_OK;
+}
+#endif
+#endif
+
 PKTRT_DEF pktrt_status pktrt_mark_changed(pktrt_scene *s) {
   if (!s) return PKTRT_INVALID_ARGUMENT;
   s->error[0] = 0;
-  for (uint32_t i = 0; i < s->mesh_count; i++) s->meshes[i].marked = true;
+  for (uint32_t i = 0; i < s->mesh_count; i++) s->meshes[i].marked = !s->meshes[i].free;
   return s->boxes ? pktrt_mark_changed(s->boxes) : PKTRT_OK;
 }
 
@@ -9862,7 +10137,11 @@ PKTRT_DEF pktrt_status pktrt_add_model(pktrt_scene *s, const pktrt_mesh_desc *me
   pktrt_scene *m = pktrt_scene_create(&s->desc);
   if (!m) return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "model %u: no memory", index);
   pktrt_status st = PKTRT_OK;
-  for (uint32_t i = 0; i < mesh_count && st == PKTRT_OK; i++) st = pktrt_add_mesh(m, &meshes[i], NULL);
+  for (uint32_t i = 0; i < mesh_count && st == PKTRT_OK; i++) {
+    pktrt_mesh_desc mesh = meshes[i];
+    mesh.group = 0; /* it is built once */
+    st = pktrt_add_mesh(m, &mesh, NULL);
+  }
   if (st == PKTRT_OK) st = pktrt_commit(m);
   if (st != PKTRT_OK) {
     pktrt__fail(s, st, "model %u: %.200s", index, m->error);
@@ -9957,7 +10236,7 @@ PKTRT__COLD pktrt_status pktrt__instance_check(pktrt_scene *s, pktrt__instance *
   return PKTRT_OK;
 }
 
-/* Adds the meshes that stand for those of the model. */
+/* Adds the meshes that stand for those of the model, or puts them where such were. */
 PKTRT__COLD bool pktrt__instance_add_meshes(pktrt_scene *s, const pktrt__instance *in, uint32_t index) {
   const uint32_t count = s->mesh_count;
   for (uint32_t i = 0; i < in->model->mesh_count; i++) {
@@ -9969,8 +10248,9 @@ PKTRT__COLD bool pktrt__instance_add_meshes(pktrt_scene *s, const pktrt__instanc
     }
     memset(&m, 0, sizeof m);
     m.triangle_count = in->model->meshes[i].triangle_count, m.material = in->model->meshes[i].material;
-    m.first_id = in->first_id + in->model->meshes[i].first_id, m.instance = index + 1;
-    s->meshes = PKTRT__CAST(pktrt__mesh *, meshes), s->meshes[s->mesh_count++] = m;
+    m.first_id = in->first_id + in->model->meshes[i].first_id, m.instance = index + 1, m.set = PKTRT_NONE;
+    s->meshes = PKTRT__CAST(pktrt__mesh *, meshes), s->meshes[in->first_mesh + i] = m;
+    if (in->first_mesh + i == s->mesh_count) s->mesh_count++;
   }
   return true;
 }
@@ -9992,32 +10272,43 @@ PKTRT__COLD bool pktrt__instance_make_room(pktrt_scene *s, pktrt__instance *in) 
 PKTRT__COLD pktrt_status pktrt__instance_add(pktrt_scene *s, pktrt__instance *in, uint32_t index) {
   const pktrt_status st = pktrt__instance_check(s, in, in->keys, (unsigned)index);
   if (st != PKTRT_OK) return st;
-  const uint32_t first = s->mesh_count;
   pktrt_mesh_desc box;
   float(*boxes)[9] = PKTRT__CAST(float(*)[9], pktrt__mem_alloc(&s->desc, in->key_count, sizeof *boxes));
   memset(&box, 0, sizeof box);
   for (uint32_t k = 0; boxes && k < in->key_count; k++)
     (void)pktrt__place_box(in->model, in->keys + 12 * (size_t)k, in->kappa, boxes[k]);
   box.positions = boxes ? boxes[0] : NULL, box.vertex_count = 3, box.triangle_count = 1, box.key_count = in->key_count;
-  const bool done = boxes && pktrt__instance_add_meshes(s, in, index) && !pktrt_add_mesh(s->boxes, &box, NULL);
+  const bool added = boxes && pktrt__instance_add_meshes(s, in, index);
+  const bool done = added && !pktrt__mesh_add(s->boxes, &box, index);
   pktrt__mem_release(&s->desc, boxes, in->key_count, sizeof *boxes);
   if (!done) {
-    s->mesh_count = first;
+    for (uint32_t i = 0; added && i < in->model->mesh_count; i++) pktrt__mesh_clear(s, &s->meshes[in->first_mesh + i]);
+    if (index == s->instance_count) s->mesh_count = in->first_mesh;
     return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "instance %u: no memory", (unsigned)index);
   }
   pktrt__place_between(in->keys, in->keys, 1, 0, &in->rest);
-  s->instances[s->instance_count++] = *in;
-  s->total_triangles += in->model->total_triangles;
+  if (index == s->instance_count) s->instance_count++, s->total_triangles += in->model->total_triangles;
+  else s->free_instances--;
+  s->instances[index] = *in;
   return PKTRT_OK;
+}
+
+/* Finds an index for an instance: the first that waits for one of its model, or the next. */
+PKTRT__COLD uint32_t pktrt__instance_find_index(const pktrt_scene *s, const pktrt_instance_desc *d) {
+  uint32_t i = s->free_instances && d && d->model < s->model_count ? 0 : s->instance_count;
+  while (i < s->instance_count && !(s->instances[i].free && s->instances[i].model == s->models[d->model])) i++;
+  return i;
 }
 
 PKTRT_DEF pktrt_status pktrt_add_instance(pktrt_scene *s, const pktrt_instance_desc *d, uint32_t *instance) {
   static const float identity[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
   if (!s) return PKTRT_INVALID_ARGUMENT;
   s->error[0] = 0;
-  const uint32_t index = s->instance_count;
+  const uint32_t index = pktrt__instance_find_index(s, d);
   const unsigned i = (unsigned)index;
   if (!d) return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "instance %u: the description is NULL", i);
+  if (!PKTRT__GROUPS && d->mask)
+    return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "instance %u has a mask, but this build has PKTRT_NO_GROUPS", i);
   if (d->model >= s->model_count)
     return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "instance %u: there is no model %u among %u", i, (unsigned)d->model,
                        (unsigned)s->model_count);
@@ -10027,7 +10318,10 @@ PKTRT_DEF pktrt_status pktrt_add_instance(pktrt_scene *s, const pktrt_instance_d
   pktrt__instance in;
   memset(&in, 0, sizeof in);
   in.model = s->models[d->model], in.key_count = d->key_count ? d->key_count : 1;
+  in.mask = d->mask ? d->mask : UINT32_MAX;
   in.first_mesh = s->mesh_count, in.first_id = s->total_triangles;
+  if (index < s->instance_count)
+    in.first_mesh = s->instances[index].first_mesh, in.first_id = s->instances[index].first_id;
   if (in.model->total_triangles > PKTRT_MAX_TRIANGLES - s->total_triangles)
     return pktrt__fail(s, PKTRT_LIMIT, "instance %u: %u triangles more than the %u of the scene pass %u", i,
                        (unsigned)in.model->total_triangles, (unsigned)s->total_triangles, PKTRT_MAX_TRIANGLES);
@@ -10042,12 +10336,10 @@ PKTRT_DEF pktrt_status pktrt_add_instance(pktrt_scene *s, const pktrt_instance_d
 
 PKTRT_DEF pktrt_status pktrt_set_transform(pktrt_scene *s, uint32_t instance, uint32_t key, const float *transform) {
   if (!s) return PKTRT_INVALID_ARGUMENT;
-  s->error[0] = 0;
   const unsigned i = (unsigned)instance;
-  if (instance >= s->instance_count)
-    return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "set_transform: there is no instance %u among %u", i,
-                       (unsigned)s->instance_count);
-  pktrt__instance *in = &s->instances[instance], changed = *in;
+  pktrt__instance *in = pktrt__instance_named(s, instance, "set_transform");
+  if (!in) return PKTRT_INVALID_ARGUMENT;
+  pktrt__instance changed = *in;
   if (key >= in->key_count || !transform)
     return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "set_transform: instance %u, key %u: %s", i, (unsigned)key,
                        transform ? "there is no such key" : "the array is NULL");
@@ -10105,14 +10397,14 @@ PKTRT__COLD void pktrt__report_info(const pktrt_scene *s, pktrt_scene_info *info
     area += weight;
   }
   if (area > 0) info->sah_at_build /= area, info->sah_now /= area;
-  for (uint32_t i = 0; i <= s->model_count && s->boxes; i++) { /* each model once, then the top level */
+  for (uint32_t i = 0; i < s->model_count + 2; i++) { /* each model once, then the trees above others */
     pktrt_scene_info of;
-    pktrt__report_info(i < s->model_count ? s->models[i] : s->boxes, &of);
+    pktrt__report_info(i < s->model_count ? s->models[i] : i == s->model_count ? s->boxes : s->groups, &of);
     info->nodes += of.nodes, info->leaf_blocks += of.leaf_blocks, info->tree_bytes += of.tree_bytes;
     info->mesh_bytes += of.mesh_bytes;
     if (i < s->model_count) info->triangles += of.triangles, info->degenerate += of.degenerate;
   }
-  info->instance_count = s->boxes ? s->boxes->committed_meshes : 0;
+  for (uint32_t i = 0; i < s->instance_count; i++) info->instance_count += s->boxes->meshes[i].committed;
 }
 
 PKTRT_DEF void pktrt_get_scene_info(const pktrt_scene *s, pktrt_scene_info *info) { pktrt__report_info(s, info); }
@@ -10264,6 +10556,7 @@ static pktrt__query pktrt__query_make(const pktrt_scene *s, const pktrt_query_de
   if ((int)d->path < 0 || d->path > PKTRT_PATH_SINGLE) d->path = PKTRT_PATH_FAST;
   if (!PKTRT__PAPER && d->path == PKTRT_PATH_PAPER) d->path = PKTRT_PATH_FAST;
   if ((int)d->type < 0 || d->type >= PKTRT_RAY_TYPE_COUNT) d->type = PKTRT_RAY_PRIMARY;
+  if (!d->mask) d->mask = UINT32_MAX;
   if (!d->packet_size || d->packet_size > PKTRT__BATCH) d->packet_size = 64;
   if (d->path != PKTRT_PATH_PAPER) d->trace = NULL;
   pktrt__query call;
@@ -11308,9 +11601,11 @@ static uint32_t pktrt__feature_of_scene(const pktrt_scene *s) {
   uint32_t found = 0;
   for (uint32_t i = 0; i < s->committed_meshes; i++) {
     const pktrt__mesh *m = &s->meshes[i];
+    if (m->free || m->hidden) found |= PKTRT_FEATURE_REMOVAL;
     if (!m->triangle_count) continue;
     const pktrt__mesh *source = pktrt__mesh_source(s, i);
     if (m->instance) found |= PKTRT_FEATURE_INSTANCES;
+    else if (s->sets[m->set].group || s->sets[m->set].mask != UINT32_MAX) found |= PKTRT_FEATURE_GROUPS;
     if (source->key_count > 1 || (m->instance && s->instances[m->instance - 1].key_count > 1))
       found |= PKTRT_FEATURE_MOTION;
     if (source->normals) found |= PKTRT_FEATURE_NORMALS;
@@ -13740,9 +14035,12 @@ PKTRT__COLD void pktrt__warn_of_changes(const pktrt_scene *s) {
   char text[160];
   for (uint32_t i = 0; i < s->mesh_count; i++) {
     const pktrt__mesh *m = &s->meshes[i];
-    if (m->committed && !m->dirty && !m->dirty_normals) continue;
+    if (m->free || (m->committed && !m->dirty && !m->dirty_normals && !m->gone && m->hide == m->hidden)) continue;
     (void)snprintf(text, sizeof text, "render: mesh %u %s since the last commit, which the picture does not show",
-                   (unsigned)i, m->committed ? "was changed" : "was added");
+                   (unsigned)i,
+                   m->gone        ? "was removed"
+                   : m->committed ? "was changed"
+                                  : "was added");
     pktrt__log_sentence(s, 0, text);
     return;
   }

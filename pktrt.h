@@ -139,6 +139,7 @@
        >>spawn        how far a ray starts from the surface it leaves
        >>crossings    all hits along a ray; whether a point is inside
        >>vectors      the few operations that are not done by eights
+       >>shading      what one shades with: normals, texture coordinates; rays from points of triangles
        >>samplers     the sets
        >>elementary   exp, log, sine and cosine, the same on every machine
        >>mappings     from the unit square to disk, sphere, hemisphere and lobe
@@ -191,14 +192,16 @@
      Parts. What is left out takes no code; pictures and hits of what stays are the same bits. Whatever asks for such a
      part is refused, in a sentence that names its switch. A scene that has not got a part does not run its code anyway:
      these are for programs that never will. pktrt_get_scene_report tells what a scene has.
-     PKTRT_NO_RENDER          Queries only: no pictures, lights, materials, samplers; normals are not kept. Nothing of
-                              it is declared. As the next one, define it before the file's first #include.
+     PKTRT_NO_RENDER          Queries only: no pictures, lights, materials, samplers. Nothing of it is declared. As the
+                              next one, define it before the file's first #include.
      PKTRT_NO_NORMALS         Shading normals are not kept; pktrt_set_normals is not declared.
      PKTRT_NO_MOTION          Meshes have one key, cameras stand still.
      PKTRT_NO_INSTANCES       No models and instances; what is declared for them is not. Define it before the file's
                               first #include, too.
      PKTRT_NO_GROUPS          No groups and masks of meshes and instances, no masks of queries.
      PKTRT_NO_REMOVAL         Meshes and instances stay, and are seen; what would remove or hide them is not declared.
+                              Define it before the file's first #include, too.
+     PKTRT_NO_SURFACES        No texture coordinates, no cutouts; pktrt_surface and pktrt_spawn_at are not declared.
                               Define it before the file's first #include, too.
      PKTRT_NO_STATS           No counts of work, no events of the paper's path.
      PKTRT_NO_PAPER           Not the paper's path.
@@ -620,11 +623,12 @@ typedef struct pktrt_mesh_desc {
   uint32_t position_stride; /* bytes from vertex to vertex; 0 = 12. No alignment beyond a float's is asked for. */
   const uint32_t *indices;  /* triangle_count * 3; NULL: 0,1,2, 3,4,5, ... (a triangle soup) */
   uint32_t triangle_count;
-  uint32_t key_count;   /* motion keys spread evenly over time [0,1]; 0 and 1 both mean static */
-  const float *normals; /* optional shading normals of equal lengths, tight, key_count blocks */
-  uint32_t material;    /* 0 = the default one; else an index from pktrt_add_material, looked at when rendering */
-  uint32_t group;       /* any number: what changes in a group is built anew without the others. 0: the rest */
-  uint32_t mask;        /* queries whose masks share no bit with it do not see the mesh; 0: all bits */
+  uint32_t key_count;     /* motion keys spread evenly over time [0,1]; 0 and 1 both mean static */
+  const float *normals;   /* optional shading normals of equal lengths, tight, key_count blocks */
+  uint32_t material;      /* 0 = the default one; else an index from pktrt_add_material, looked at when rendering */
+  uint32_t group;         /* any number: what changes in a group is built anew without the others. 0: the rest */
+  uint32_t mask;          /* queries whose masks share no bit with it do not see the mesh; 0: all bits */
+  const float *texcoords; /* optional: vertex_count pairs, tight, for all keys; any finite values */
 } pktrt_mesh_desc;
 
 /* *mesh (may be NULL) receives the index that hits report. Bad input (index out of range, NaN, infinity, counts that
@@ -786,6 +790,32 @@ PKTRT_DEF void pktrt_occluded_soa(const pktrt_scene *, const pktrt_rays *, bool 
 PKTRT_DEF void pktrt_spawn(const pktrt_scene *, const pktrt_ray *, const pktrt_hit *, const float direction[3],
                            pktrt_ray *out);
 
+PKTRT_DEF void pktrt_spawn_n(const pktrt_scene *, const pktrt_ray *, const pktrt_hit *, const float *directions,
+                             pktrt_ray *out, size_t n); /* 3 floats for each direction */
+
+#ifndef PKTRT_NO_SURFACES
+/* What one shades with; zeros and PKTRT_NONE on a miss. */
+typedef struct pktrt_surface_info {
+  float position[3];       /* of the hit, as exactly as pktrt_spawn has it */
+  float normal[3];         /* unit, of the triangle, on the side that the ray came from */
+  float shading_normal[3]; /* unit, interpolated where the mesh has normals, else as `normal`; on the same side */
+  float texcoord[2];       /* interpolated; 0 where the mesh has none */
+  uint32_t material;       /* that of the mesh */
+  uint32_t instance;       /* PKTRT_NONE: the mesh was added directly */
+  bool inside;             /* the ray came from where corners appear clockwise */
+} pktrt_surface_info;
+PKTRT_DEF void pktrt_surface(const pktrt_scene *, const pktrt_ray *, const pktrt_hit *, pktrt_surface_info *);
+PKTRT_DEF void pktrt_surface_n(const pktrt_scene *, const pktrt_ray *, const pktrt_hit *, pktrt_surface_info *,
+                               size_t n);
+/* As pktrt_spawn, from a point of a triangle: for lightmaps, where no ray was before. u and v outside the triangle are
+   points of its plane. Where there is no such triangle, or it has no area at that time, *out hits nothing. */
+PKTRT_DEF void pktrt_spawn_at(const pktrt_scene *, uint32_t mesh, uint32_t triangle, float u, float v, float time,
+                              const float direction[3], pktrt_ray *out);
+/* The same for mesh, triangle, u and v of n hits, of which nothing else is read; times NULL: 0 for all. */
+PKTRT_DEF void pktrt_spawn_at_n(const pktrt_scene *, const pktrt_hit *, const float *times, const float *directions,
+                                pktrt_ray *out, size_t n);
+#endif
+
 /* >>stats ---------------------------------------------------------------------------------------------------------- */
 
 /* Counts of work; added to, never reset. A "lane" is one ray against one box or triangle. */
@@ -878,8 +908,9 @@ typedef enum pktrt_feature {
   PKTRT_FEATURE_LENS = 2048,
   PKTRT_FEATURE_SHUTTER = 4096,
   PKTRT_FEATURE_INSTANCES = 8192,
-  PKTRT_FEATURE_GROUPS = 16384, /* groups and masks */
-  PKTRT_FEATURE_REMOVAL = 32768 /* meshes that were removed or are hidden */
+  PKTRT_FEATURE_GROUPS = 16384,  /* groups and masks */
+  PKTRT_FEATURE_REMOVAL = 32768, /* meshes that were removed or are hidden */
+  PKTRT_FEATURE_SURFACES = 65536 /* texture coordinates and cutouts */
 } pktrt_feature;
 PKTRT_DEF const char *pktrt_feature_string(pktrt_feature); /* "motion", "stats", ...; of one bit; never NULL */
 
@@ -1005,9 +1036,11 @@ typedef struct pktrt_points {
   uint32_t n;
   const float *position[3], *direction[3]; /* direction: unit, of the ray that arrived */
   const float *normal[3];                  /* unit shading normal, on the side that the ray came from */
-  const float *barycentric[2], *time;      /* u and v of the hit: no texture coordinates, but what interpolates yours */
+  const float *barycentric[2], *time;      /* u and v of the hit */
+  const float *texcoord[2];                /* interpolated; 0 where the mesh has none */
   const uint32_t *mesh, *triangle;
   float *albedo[3], *reflectance[3], *emission[3]; /* as the material has them; a texture changes them */
+  float *opacity; /* 1; where the texture of a cutout sets less than a half, there is nothing */
 } pktrt_points;
 
 typedef struct pktrt_material { /* a zeroed one is black */
@@ -1025,7 +1058,9 @@ typedef struct pktrt_material { /* a zeroed one is black */
   void (*texture)(void *user, const pktrt_points *);
   /* Replaces everything else that happens at these points: the radiance towards the viewer, by channel. NULL: none */
   void (*shader)(void *user, const pktrt_points *, float *radiance[3]);
-  void *user; /* handed to both, from any thread */
+  void *user;  /* handed to both, from any thread */
+  bool cutout; /* its texture may make points transparent: all rays of a picture go on there, shadow rays too. A texture
+                  is called for each such point of a ray, and once more where the ray ends. Queries see all of a mesh. */
 } pktrt_material;
 /* *material receives an index from 1 on; 0 is the default, albedo 0.8. */
 PKTRT_DEF pktrt_status pktrt_add_material(pktrt_scene *, const pktrt_material *, uint32_t *material);
@@ -1431,14 +1466,15 @@ PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *, const pktrt_render
   ROW(DIELECTRIC, "dielectric", PKTRT_NO_DIELECTRIC, PKTRT_NO_RENDER)    \
   ROW(CONDUCTOR, "conductor", PKTRT_NO_CONDUCTOR, PKTRT_NO_RENDER)       \
   ROW(GLOSS, "gloss", PKTRT_NO_GLOSS, PKTRT_NO_RENDER)                   \
-  ROW(NORMALS, "normals", PKTRT_NO_NORMALS, PKTRT_NO_RENDER)             \
+  ROW(NORMALS, "normals", PKTRT_NO_NORMALS, PKTRT_NO_NORMALS)            \
   ROW(TEXTURES, "textures", PKTRT_NO_TEXTURES, PKTRT_NO_RENDER)          \
   ROW(AREA_LIGHTS, "area lights", PKTRT_NO_AREA_LIGHTS, PKTRT_NO_RENDER) \
   ROW(LENS, "lens", PKTRT_NO_LENS, PKTRT_NO_RENDER)                      \
   ROW(SHUTTER, "shutter", PKTRT_NO_SHUTTER, PKTRT_NO_RENDER)             \
   ROW(INSTANCES, "instances", PKTRT_NO_INSTANCES, PKTRT_NO_INSTANCES)    \
   ROW(GROUPS, "groups", PKTRT_NO_GROUPS, PKTRT_NO_GROUPS)                \
-  ROW(REMOVAL, "removal", PKTRT_NO_REMOVAL, PKTRT_NO_REMOVAL)
+  ROW(REMOVAL, "removal", PKTRT_NO_REMOVAL, PKTRT_NO_REMOVAL)            \
+  ROW(SURFACES, "surfaces", PKTRT_NO_SURFACES, PKTRT_NO_SURFACES)
 #if defined(PKTRT_NO_INSTANCES) && defined(PKTRT_NO_GROUPS)
 #define PKTRT__NO_TOP /* no tree above others */
 #endif
@@ -1518,6 +1554,7 @@ enum {
 typedef struct pktrt__mesh {
   float *positions; /* key_count * vertex_count * 3, committed */
   float *normals;   /* the same shape, or NULL */
+  float *texcoords; /* vertex_count pairs, or NULL */
   float *pending;   /* as positions, from the first set_positions on; taken over by the next commit or refit */
   float *pending_normals;
   uint32_t *indices; /* triangle_count * 3, or NULL for a soup */
@@ -3073,6 +3110,7 @@ static uint64_t pktrt__mesh_floats(const pktrt__mesh *m) { return (uint64_t)m->v
 PKTRT__COLD void pktrt__mesh_free(const pktrt_scene_desc *d, pktrt__mesh *m) {
   pktrt__mem_release(d, m->positions, pktrt__mesh_floats(m), sizeof(float));
   pktrt__mem_release(d, m->normals, pktrt__mesh_floats(m), sizeof(float));
+  pktrt__mem_release(d, m->texcoords, (uint64_t)m->vertex_count * 2, sizeof(float));
   pktrt__mem_release(d, m->pending, pktrt__mesh_floats(m), sizeof(float));
   pktrt__mem_release(d, m->pending_normals, pktrt__mesh_floats(m), sizeof(float));
   pktrt__mem_release(d, m->indices, (uint64_t)m->triangle_count * 3, sizeof(uint32_t));
@@ -3103,6 +3141,8 @@ PKTRT__COLD pktrt_status pktrt__mesh_check(pktrt_scene *s, const pktrt_mesh_desc
   if (!PKTRT__GROUPS && (d->group || d->mask))
     return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "mesh %u has a %s, but this build has PKTRT_NO_GROUPS", m,
                        d->group ? "group" : "mask");
+  if (!PKTRT__SURFACES && d->texcoords)
+    return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "mesh %u has texcoords, but this build has PKTRT_NO_SURFACES", m);
   if (d->position_stride && (d->position_stride < 12 || d->position_stride % 4))
     return pktrt__fail(s, PKTRT_INVALID_ARGUMENT,
                        "mesh %u: position_stride %u is neither 0 nor a multiple of 4 from 12 on", m,
@@ -3134,7 +3174,9 @@ static pktrt_status pktrt__mesh_copy(pktrt_scene *s, const pktrt_mesh_desc *d, p
   if (normals) m->normals = PKTRT__CAST(float *, pktrt__mem_alloc(&s->desc, floats, sizeof(float)));
   if (d->indices)
     m->indices = PKTRT__CAST(uint32_t *, pktrt__mem_alloc(&s->desc, (uint64_t)d->triangle_count * 3, sizeof(uint32_t)));
-  if (!m->positions || (normals && !m->normals) || (d->indices && !m->indices))
+  const uint64_t pairs = d->texcoords ? (uint64_t)m->vertex_count * 2 : 0;
+  if (pairs) m->texcoords = PKTRT__CAST(float *, pktrt__mem_alloc(&s->desc, pairs, sizeof(float)));
+  if (!m->positions || (normals && !m->normals) || (d->indices && !m->indices) || (pairs && !m->texcoords))
     return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "mesh %u: no memory for %u vertices at %u keys and %u triangles",
                        (unsigned)mesh, (unsigned)m->vertex_count, (unsigned)m->key_count, (unsigned)m->triangle_count);
   for (uint64_t i = 0; d->indices && i < (uint64_t)d->triangle_count * 3; i++) {
@@ -3142,6 +3184,12 @@ static pktrt_status pktrt__mesh_copy(pktrt_scene *s, const pktrt_mesh_desc *d, p
     if (m->indices[i] >= d->vertex_count)
       return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "mesh %u, triangle %u: index %u is not below vertex_count %u",
                          (unsigned)mesh, (unsigned)(i / 3), (unsigned)m->indices[i], (unsigned)d->vertex_count);
+  }
+  for (uint64_t i = 0; i < pairs; i++) {
+    memcpy(&m->texcoords[i], d->texcoords + i, sizeof *m->texcoords);
+    if (!pktrt__is_finite(m->texcoords[i]))
+      return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "mesh %u, texcoord %u: %c is %g", (unsigned)mesh, (unsigned)(i / 2),
+                         i % 2 ? 'v' : 'u', (double)m->texcoords[i]);
   }
   const uint64_t key_bytes = (uint64_t)m->stride * m->vertex_count;
   for (uint32_t k = 0; m->vertex_count && k < m->key_count; k++) {
@@ -3834,7 +3882,7 @@ PKTRT__NOINLINE void pktrt__exact_normal(pktrt__exact_view v, double n[3]) {
     n[a] = pktrt__exact_along(&v);
   }
   const double most = pktrt__max_abs3(n[0], n[1], n[2]);
-  for (int a = 0; a < 3; a++) n[a] /= most;
+  for (int a = 0; a < 3 && most > 0; a++) n[a] /= most;
 }
 
 /* A crossing of a triangle: its t as doubles have it, and by how much the float of it may differ. */
@@ -4914,7 +4962,7 @@ typedef struct pktrt__kernel_table {
   /* Answers rays [begin, end) of a batch whose o, d, tmin, tmax, time are filled in; see pktrt__query_trace. */
   void (*trace)(const pktrt__query *, pktrt__batch *, uint32_t begin, uint32_t end);
   /* Answers a single ray without a batch and without counts. */
-  bool (*intersect)(const pktrt_scene *, const pktrt_ray *, uint32_t after, pktrt_hit *);
+  bool (*intersect)(const pktrt_scene *, const pktrt_ray *, uint32_t after, pktrt_hit *, uint32_t *where);
   bool (*occluded)(const pktrt_scene *, const pktrt_ray *);
   uint32_t (*check_arithmetic)(void); /* see pktrt__check_all_arithmetic */
   /* Loads n of the caller's rays into a batch, and stores the answers; order: which rays, NULL for the first ones. */
@@ -9424,8 +9472,10 @@ OP bool pktrt__entry_single(const pktrt_scene *scene, pktrt__single *q, const pk
   return pktrt__single_traverse(&scene->bvhs->rest, q, 0, is);
 }
 
-/* Finds the closest hit of a single ray; at t = tmin, of triangles after one of the global index `after`. */
-static bool pktrt__entry_intersect(const pktrt_scene *scene, const pktrt_ray *ray, uint32_t after, pktrt_hit *hit) {
+/* Finds the closest hit of a single ray; at t = tmin, of triangles after one of the global index `after`. Tells its slot,
+   tree and place, if `where` is not NULL. */
+static bool pktrt__entry_intersect(const pktrt_scene *scene, const pktrt_ray *ray, uint32_t after, pktrt_hit *hit,
+                                   uint32_t *where) {
   pktrt_counts unread; /* see PKTRT__VARIANTS */
   pktrt__single q;
   uint32_t hint[2] = {0, 0};
@@ -9444,6 +9494,7 @@ static bool pktrt__entry_intersect(const pktrt_scene *scene, const pktrt_ray *ra
   else
 #endif
     pktrt__single_resolve(scene, &q, hit);
+  if (where) where[0] = q.slot, where[1] = q.bvh, where[2] = q.place;
   pktrt__mesh_name_triangle(scene, q.id, hint, &hit->mesh, &hit->triangle);
   return true;
 }
@@ -10381,6 +10432,7 @@ PKTRT__COLD void pktrt__report_info(const pktrt_scene *s, pktrt_scene_info *info
     const uint64_t arrays = 1u + (m->normals != NULL) + (m->pending != NULL) + (m->pending_normals != NULL);
     info->mesh_bytes += arrays * pktrt__mesh_floats(m) * sizeof(float);
     if (m->indices) info->mesh_bytes += (uint64_t)m->triangle_count * 3 * sizeof(uint32_t);
+    if (m->texcoords) info->mesh_bytes += (uint64_t)m->vertex_count * 2 * sizeof(float);
     if (m->committed && m->key_count > 1) info->moving_meshes++;
   }
   double area = 0;
@@ -10468,10 +10520,13 @@ PKTRT__COLD pktrt_status pktrt__material_check(pktrt_scene *s, const pktrt_mater
                         : !PKTRT__CONDUCTOR && m->specular == PKTRT_SPECULAR_CONDUCTOR ? "CONDUCTOR"
                         : !PKTRT__GLOSS && pktrt__material_has_lobe(m)                 ? "GLOSS"
                         : !PKTRT__TEXTURES && (m->texture || m->shader)                ? "TEXTURES"
+                        : !PKTRT__SURFACES && m->cutout                                ? "SURFACES"
                                                                                        : NULL;
   if (missing)
     return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "material %u asks for what this build leaves out by PKTRT_NO_%s",
                        index, missing);
+  if (m->cutout && !m->texture)
+    return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "material %u is a cutout, but has no texture to tell where", index);
   pktrt_status st = pktrt__check_range(s, whose, index, "albedo", m->albedo, 3, 0, 1);
   if (!st) st = pktrt__check_range(s, whose, index, "reflectance", m->reflectance, 3, 0, 1);
   if (!st) st = pktrt__check_range(s, whose, index, "ior", m->ior, 3, 0, 1e6f);
@@ -10678,7 +10733,7 @@ static void pktrt__query_run(const pktrt_scene *s, const pktrt_query_desc *desc,
   else if (occlusion)
     for (size_t i = 0; i < n; i++) a->occluded[i] = s->kernels->occluded(s, &a->rays[i]);
   else
-    for (size_t i = 0; i < n; i++) s->kernels->intersect(s, &a->rays[i], PKTRT_NONE, &a->hits[i]);
+    for (size_t i = 0; i < n; i++) s->kernels->intersect(s, &a->rays[i], PKTRT_NONE, &a->hits[i], NULL);
 }
 
 PKTRT_DEF void pktrt_intersect_ex(const pktrt_scene *s, const pktrt_query_desc *desc, const pktrt_ray *rays,
@@ -10711,7 +10766,7 @@ PKTRT_DEF pktrt_ray pktrt_make_ray(const float origin[3], const float direction[
 
 /* Traces one ray directly, without a batch. */
 PKTRT_DEF bool pktrt_intersect(const pktrt_scene *s, const pktrt_ray *ray, pktrt_hit *hit) {
-  return s->kernels->intersect(s, ray, PKTRT_NONE, hit);
+  return s->kernels->intersect(s, ray, PKTRT_NONE, hit, NULL);
 }
 PKTRT_DEF bool pktrt_occluded(const pktrt_scene *s, const pktrt_ray *ray) { return s->kernels->occluded(s, ray); }
 PKTRT_DEF void pktrt_intersect_n(const pktrt_scene *s, const pktrt_ray *rays, pktrt_hit *hits, size_t n) {
@@ -10886,17 +10941,27 @@ PKTRT_DEF void pktrt_spawn(const pktrt_scene *s, const pktrt_ray *ray, const pkt
   out->tmax = INFINITY;
 }
 
+PKTRT_DEF void pktrt_spawn_n(const pktrt_scene *s, const pktrt_ray *rays, const pktrt_hit *hits,
+                             const float *directions, pktrt_ray *out, size_t n) {
+  for (size_t i = 0; i < n; i++) pktrt_spawn(s, &rays[i], &hits[i], directions + 3 * i, &out[i]);
+}
+
 /* >>crossings: all hits along a ray, not only the nearest ---------------------------------------------------------- */
 
-PKTRT_DEF bool pktrt_intersect_after(const pktrt_scene *s, const pktrt_ray *ray, const pktrt_hit *previous,
-                                     pktrt_hit *hit) {
+/* Finds the next hit, and where it is, see pktrt__entry_intersect. */
+static bool pktrt__crossing_next(const pktrt_scene *s, const pktrt_ray *ray, const pktrt_hit *previous, pktrt_hit *hit,
+                                 uint32_t *where) {
   pktrt_ray rest = *ray;
   uint32_t after = PKTRT_NONE;
   if (previous && (previous->mesh >= s->committed_meshes || ray->tmin < previous->t)) {
     rest.tmin = previous->mesh < s->committed_meshes ? previous->t : INFINITY;
     if (rest.tmin < INFINITY) after = s->meshes[previous->mesh].first_id + previous->triangle;
   }
-  return s->kernels->intersect(s, &rest, after, hit);
+  return s->kernels->intersect(s, &rest, after, hit, where);
+}
+PKTRT_DEF bool pktrt_intersect_after(const pktrt_scene *s, const pktrt_ray *ray, const pktrt_hit *previous,
+                                     pktrt_hit *hit) {
+  return pktrt__crossing_next(s, ray, previous, hit, NULL);
 }
 PKTRT_DEF void pktrt_intersect_after_n(const pktrt_scene *s, const pktrt_ray *rays, const pktrt_hit *previous,
                                        pktrt_hit *hits, size_t n) {
@@ -10964,7 +11029,6 @@ PKTRT_DEF void pktrt_winding_n(const pktrt_scene *s, uint32_t mesh, const float 
   for (size_t i = 0; i < n; i++) out[i] = pktrt_winding(s, mesh, points + 3 * i, times ? times[i] : 0);
 }
 
-#ifndef PKTRT_NO_RENDER
 /* >>vectors -------------------------------------------------------------------------------------------------------- */
 
 static double pktrt__dot(const double a[3], const double b[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
@@ -10985,6 +11049,118 @@ static bool pktrt__normalise(double v[3]) {
   return true;
 }
 
+/* >>shading: what one shades with --------------------------------------------------------------------------------- */
+
+/* Computes the shading normals of a triangle of an instance: of length 1, as columns of different lengths would bend them. */
+PKTRT__COLD void pktrt__surface_place_normals(const pktrt_scene *scene, uint32_t mesh, uint32_t triangle, float time,
+                                              float n[3][3]) {
+  const pktrt__mesh *m = pktrt__mesh_source(scene, mesh);
+  pktrt__place moving;
+  const pktrt__place *p = pktrt__place_at(&scene->instances[scene->meshes[mesh].instance - 1], time, &moving);
+  const double side = pktrt__place_side(p);
+  for (uint32_t c = 0; c < 3; c++) {
+    double x[3];
+    pktrt__mesh_corner_at(m, m->normals, triangle, c, time, n[c]);
+    for (int a = 0; a < 3; a++)
+      x[a] = side * ((p->inverse[0][a] * (double)n[c][0] + p->inverse[1][a] * (double)n[c][1]) +
+                     p->inverse[2][a] * (double)n[c][2]);
+    (void)pktrt__normalise(x);
+    for (int a = 0; a < 3; a++) n[c][a] = (float)x[a];
+  }
+}
+
+/* Interpolates the texture coordinates of a triangle; 0 where its mesh has none. */
+static void pktrt__texcoord_at(const pktrt_scene *s, uint32_t mesh, uint32_t triangle, float u, float v, float out[2]) {
+  const pktrt__mesh *m = pktrt__mesh_source(s, mesh);
+  out[0] = out[1] = 0;
+  if (!PKTRT__SURFACES || !m->texcoords) return;
+  const float weight[3] = {1 - u - v, u, v};
+  for (uint32_t c = 0; c < 3; c++) {
+    const size_t at = (size_t)triangle * 3 + c, vertex = m->indices ? m->indices[at] : at;
+    for (int i = 0; i < 2; i++) out[i] += weight[c] * m->texcoords[2 * vertex + (size_t)i];
+  }
+}
+
+#ifndef PKTRT_NO_SURFACES
+/* Interpolates the shading normal of a hit; false where its mesh has none. */
+static bool pktrt__shading_normal(const pktrt_scene *s, const pktrt_hit *hit, float time, double n[3]) {
+  const pktrt__mesh *m = pktrt__mesh_source(s, hit->mesh);
+  float corner[3][3];
+  if (!m->normals) return false;
+  if (s->meshes[hit->mesh].instance) pktrt__surface_place_normals(s, hit->mesh, hit->triangle, time, corner);
+  else
+    for (uint32_t c = 0; c < 3; c++) pktrt__mesh_corner_at(m, m->normals, hit->triangle, c, time, corner[c]);
+  for (int a = 0; a < 3; a++) {
+    const double x = (double)corner[0][a];
+    n[a] = x + (double)hit->u * ((double)corner[1][a] - x) + (double)hit->v * ((double)corner[2][a] - x);
+  }
+  return pktrt__normalise(n);
+}
+
+PKTRT_DEF void pktrt_surface(const pktrt_scene *s, const pktrt_ray *ray, const pktrt_hit *hit,
+                             pktrt_surface_info *out) {
+  memset(out, 0, sizeof *out);
+  out->instance = PKTRT_NONE;
+  if (!s || hit->mesh >= s->committed_meshes || hit->triangle >= s->meshes[hit->mesh].triangle_count) return;
+  const pktrt__mesh *m = &s->meshes[hit->mesh];
+  pktrt__spawn_point x;
+  double n[3], ns[3], d[3];
+  (void)pktrt__spawn_from(s, ray, hit, NULL, &x);
+  for (int a = 0; a < 3; a++) n[a] = (double)hit->normal[a], d[a] = (double)ray->direction[a];
+  (void)pktrt__normalise(n);
+  out->inside = pktrt__dot(n, d) > 0;
+  for (int a = 0; a < 3; a++) ns[a] = n[a] = out->inside ? -n[a] : n[a];
+  if (!pktrt__shading_normal(s, hit, ray->time, ns)) memcpy(ns, n, sizeof ns);
+  const double side = pktrt__dot(n, ns) < 0 ? -1 : 1;
+  for (int a = 0; a < 3; a++)
+    out->position[a] = (float)x.at[a], out->normal[a] = (float)n[a], out->shading_normal[a] = (float)(side * ns[a]);
+  pktrt__texcoord_at(s, hit->mesh, hit->triangle, hit->u, hit->v, out->texcoord);
+  out->material = m->material;
+  if (m->instance) out->instance = m->instance - 1;
+}
+PKTRT_DEF void pktrt_surface_n(const pktrt_scene *s, const pktrt_ray *rays, const pktrt_hit *hits,
+                               pktrt_surface_info *out, size_t n) {
+  for (size_t i = 0; i < n; i++) pktrt_surface(s, &rays[i], &hits[i], &out[i]);
+}
+
+/* Finds the normal of a triangle, as that of a hit; false where it has no area. */
+static bool pktrt__spawn_normal(const pktrt_scene *s, const pktrt_ray *ray, pktrt_hit *hit) {
+  float p[3][3];
+  double n[3], at[3];
+  pktrt_ray within;
+  pktrt__place moving;
+  pktrt__exact_view v;
+  const pktrt__place *place = pktrt__spawn_frame(s, hit->mesh, hit->triangle, ray, p, &within, &moving);
+  pktrt__exact_view_of(&v, pktrt__axes[0], within.origin, within.direction, 1, p[0], 1);
+  if (!pktrt__tri_normal(p, n)) pktrt__exact_normal(v, n);
+  memcpy(at, n, sizeof at);
+  for (int a = 0; a < 3 && place; a++)
+    at[a] = pktrt__place_side(place) *
+            (place->inverse[0][a] * n[0] + place->inverse[1][a] * n[1] + place->inverse[2][a] * n[2]);
+  const double most = pktrt__max_abs3(at[0], at[1], at[2]);
+  for (int a = 0; a < 3 && most > 0; a++) hit->normal[a] = (float)(at[a] / most);
+  return most > 0;
+}
+PKTRT_DEF void pktrt_spawn_at(const pktrt_scene *s, uint32_t mesh, uint32_t triangle, float u, float v, float time,
+                              const float direction[3], pktrt_ray *out) {
+  pktrt_ray ray = pktrt_make_ray(direction, direction);
+  pktrt_hit hit;
+  ray.time = time;
+  hit.t = NAN, hit.u = u, hit.v = v, hit.mesh = mesh, hit.triangle = triangle; /* known by u and v alone */
+  memset(out, 0, sizeof *out);
+  out->time = time;
+  if (!s || mesh >= s->committed_meshes || triangle >= s->meshes[mesh].triangle_count) return;
+  if (pktrt__spawn_normal(s, &ray, &hit)) pktrt_spawn(s, &ray, &hit, ray.direction, out);
+}
+PKTRT_DEF void pktrt_spawn_at_n(const pktrt_scene *s, const pktrt_hit *hits, const float *times,
+                                const float *directions, pktrt_ray *out, size_t n) {
+  for (size_t i = 0; i < n; i++)
+    pktrt_spawn_at(s, hits[i].mesh, hits[i].triangle, hits[i].u, hits[i].v, times ? times[i] : 0, directions + 3 * i,
+                   &out[i]);
+}
+#endif
+
+#ifndef PKTRT_NO_RENDER
 /* >>samplers ------------------------------------------------------------------------------------------------------- */
 
 PKTRT_DEF const char *pktrt_sampler_string(pktrt_sampler sampler) {
@@ -11516,6 +11692,8 @@ struct pktrt__render_state {
   pktrt__glass_boxes glass;
   pktrt__glass_mesh *glass_meshes; /* for each committed mesh; NULL: no glass is seen */
   bool starts_in_glass;            /* perhaps: the camera stands in the box of a mesh of glass */
+  bool passes_glass;               /* shadow rays do */
+  bool cutouts;                    /* there are materials with transparent points */
 };
 
 PKTRT__COLD bool pktrt__render_check_sizes(const pktrt_render_desc *d, pktrt__refusal *why) {
@@ -11612,6 +11790,7 @@ static uint32_t pktrt__feature_of_scene(const pktrt_scene *s) {
     if (m->material > s->material_count) continue; /* refused by renders */
     const pktrt_material *mat = pktrt__material_of(s, m->material);
     if (mat->texture || mat->shader) found |= PKTRT_FEATURE_TEXTURES;
+    if (source->texcoords || mat->cutout) found |= PKTRT_FEATURE_SURFACES;
     if (pktrt__material_has_lobe(mat)) found |= PKTRT_FEATURE_GLOSS;
     found |= pktrt__specular_rows[mat->specular].feature;
   }
@@ -12085,6 +12264,15 @@ static bool pktrt__material_is_glass(const pktrt_scene *s, const pktrt__mesh *m)
   return mat->specular == PKTRT_SPECULAR_DIELECTRIC && !mat->shader;
 }
 
+static bool pktrt__material_is_cutout(const pktrt_scene *s, const pktrt__mesh *m) {
+  return PKTRT__SURFACES && pktrt__material_of(s, m->material)->cutout;
+}
+/* Tells whether shadow rays may pass a mesh. */
+static bool pktrt__glass_is_passed(const pktrt__render_state *render, const pktrt__mesh *m) {
+  return (render->passes_glass && pktrt__material_is_glass(render->scene, m)) ||
+         pktrt__material_is_cutout(render->scene, m);
+}
+
 static void pktrt__glass_widen(pktrt__glass_box *box, const float lo[3], const float hi[3]) {
   for (int a = 0; a < 3; a++) box->lo[a] = pktrt__minf(box->lo[a], lo[a]), box->hi[a] = pktrt__maxf(box->hi[a], hi[a]);
 }
@@ -12135,11 +12323,12 @@ static uint32_t pktrt__glass_parts(const pktrt__mesh *m) {
 }
 
 /* Makes boxes of meshes of glass or, if `fine`, of a few adjacent triangles that touch. Returns how many. */
-static uint32_t pktrt__glass_make_boxes(const pktrt_scene *s, bool fine, pktrt__glass_box *boxes) {
+static uint32_t pktrt__glass_make_boxes(const pktrt__render_state *render, bool fine, pktrt__glass_box *boxes) {
+  const pktrt_scene *s = render->scene;
   uint32_t n = 0, held = 0; /* held: triangles in the last box */
   for (uint32_t i = 0; i < s->committed_meshes; i++) {
     const pktrt__mesh *m = &s->meshes[i];
-    for (uint32_t t = 0; t < pktrt__glass_parts(m) && pktrt__material_is_glass(s, m); t++) {
+    for (uint32_t t = 0; t < pktrt__glass_parts(m) && pktrt__glass_is_passed(render, m); t++) {
       pktrt__glass_box box;
       pktrt__glass_empty_box(&box);
       pktrt__glass_widen_by(s, m, t, &box);
@@ -12246,14 +12435,19 @@ static bool pktrt__glass_find(pktrt__render_state *render, uint64_t samples) {
   const pktrt_scene *s = render->scene;
   pktrt__glass_boxes *glass = &render->glass;
   uint64_t n = 0, meshes = 0;
-  if (!pktrt__render_uses(render, PKTRT_FEATURE_DIELECTRIC)) return true;
+  bool glassy = false;
+  render->passes_glass =
+      pktrt__render_uses(render, PKTRT_FEATURE_DIELECTRIC) && render->desc->glass_shadows == PKTRT_GLASS_SHADOWS_PASS;
   for (uint32_t i = 0; i < s->committed_meshes; i++) {
     const pktrt__mesh *m = &s->meshes[i];
-    if (pktrt__material_is_glass(s, m)) n += pktrt__glass_parts(m), meshes += m->triangle_count > 0;
+    if (!m->triangle_count) continue;
+    if (pktrt__glass_is_passed(render, m)) n += pktrt__glass_parts(m), meshes++;
+    glassy = glassy || pktrt__material_is_glass(s, m), render->cutouts |= pktrt__material_is_cutout(s, m);
   }
+  if (pktrt__render_uses(render, PKTRT_FEATURE_DIELECTRIC) && glassy &&
+      !pktrt__glass_find_meshes(render, 4e-6f * s->largest))
+    return false;
   if (!n) return true;
-  if (!pktrt__glass_find_meshes(render, 4e-6f * s->largest)) return false;
-  if (render->desc->glass_shadows != PKTRT_GLASS_SHADOWS_PASS) return true;
   const bool fine = n / 4 < samples;
   n = fine ? n : meshes;
   glass->least = 1e-7f * pktrt__minf(1, s->largest);
@@ -12261,7 +12455,7 @@ static bool pktrt__glass_find(pktrt__render_state *render, uint64_t samples) {
   glass->boxes = PKTRT__CAST(pktrt__glass_box *, pktrt__mem_alloc(&s->desc, glass->room, sizeof *glass->boxes));
   pktrt__glass_box *in = PKTRT__CAST(pktrt__glass_box *, pktrt__mem_alloc(&s->desc, n, sizeof *in));
   if (in && glass->boxes)
-    (void)pktrt__glass_nest_boxes(in, pktrt__glass_make_boxes(s, fine, in), 0, 4e-6f * s->largest, glass->boxes);
+    (void)pktrt__glass_nest_boxes(in, pktrt__glass_make_boxes(render, fine, in), 0, 4e-6f * s->largest, glass->boxes);
   pktrt__mem_release(&s->desc, in, n, sizeof *in);
   return in && glass->boxes;
 }
@@ -12559,24 +12753,6 @@ static void pktrt__surface_place(const pktrt_scene *scene, const pktrt__wave *w,
   const float more = pktrt__minf(24 * PKTRT__EPS * scene->largest, 3.814697265625e-6f * s->distance[i]);
   s->offset[i] = pktrt__maxf((float)x.offset, more);
 }
-/* Computes the shading normals of a triangle of an instance: of length 1, as columns of different lengths would bend them. */
-PKTRT__COLD void pktrt__surface_place_normals(const pktrt_scene *scene, uint32_t mesh, uint32_t triangle, float time,
-                                              float n[3][3]) {
-  const pktrt__mesh *m = pktrt__mesh_source(scene, mesh);
-  pktrt__place moving;
-  const pktrt__place *p = pktrt__place_at(&scene->instances[scene->meshes[mesh].instance - 1], time, &moving);
-  const double side = pktrt__place_side(p);
-  for (uint32_t c = 0; c < 3; c++) {
-    double x[3];
-    pktrt__mesh_corner_at(m, m->normals, triangle, c, time, n[c]);
-    for (int a = 0; a < 3; a++)
-      x[a] = side * ((p->inverse[0][a] * (double)n[c][0] + p->inverse[1][a] * (double)n[c][1]) +
-                     p->inverse[2][a] * (double)n[c][2]);
-    (void)pktrt__normalise(x);
-    for (int a = 0; a < 3; a++) n[c][a] = (float)x[a];
-  }
-}
-
 /* Gets the radiance of the environment in n directions. */
 static void pktrt__environment_radiance(const pktrt__render_state *render, uint32_t n, float (*d)[64],
                                         float (*radiance)[64]) {
@@ -12628,12 +12804,19 @@ PKTRT__NOINLINE void pktrt__surface_gather(pktrt__tile *tile, pktrt__wave *w, ui
 PKTRT__INLINE bool pktrt__bit_of(const uint8_t *bits, uint32_t k) { return bits[k / 8] >> k % 8 & 1; }
 
 /* Calls the hooks of one material on surfaces [k, k + n), n <= 64, in place. */
-static void pktrt__material_call_hooks(const pktrt_material *mat, const pktrt__wave *w, pktrt__surfaces *s, uint32_t k,
+static void pktrt__material_call_hooks(const pktrt_scene *scene, const pktrt__wave *w, pktrt__surfaces *s, uint32_t k,
                                        uint32_t n) {
+  const pktrt_material *mat = pktrt__material_of(scene, s->material[k]);
   const uint32_t lane = s->first + k;
-  float to[3][64], *radiance[3];
+  float to[3][64], texcoord[2][64], opacity[64], *radiance[3];
   pktrt_points p;
-  p.n = n;
+  p.n = n, p.texcoord[0] = texcoord[0], p.texcoord[1] = texcoord[1], p.opacity = opacity;
+  for (uint32_t i = 0; i < n; i++) {
+    float at[2];
+    pktrt__texcoord_at(scene, s->mesh[k + i], s->triangle[k + i], w->rays.as.hit.u[lane + i],
+                       w->rays.as.hit.v[lane + i], at);
+    texcoord[0][i] = at[0], texcoord[1][i] = at[1], opacity[i] = 1;
+  }
   for (int a = 0; a < 3; a++) {
     p.position[a] = s->position[a] + k, p.direction[a] = s->d[a] + k, p.normal[a] = s->ns[a] + k;
     p.albedo[a] = s->albedo[a] + k, p.reflectance[a] = s->reflectance[a] + k, p.emission[a] = s->emission[a] + k;
@@ -12655,7 +12838,7 @@ static void pktrt__material_run_hooks(const pktrt_scene *scene, const pktrt__wav
     end = k + 1;
     if (!pktrt__bit_of(s->hooked, k)) continue;
     while (end < s->count && end < k + 64 && s->material[end] == s->material[k]) end++;
-    pktrt__material_call_hooks(pktrt__material_of(scene, s->material[k]), w, s, k, end - k);
+    pktrt__material_call_hooks(scene, w, s, k, end - k);
   }
 }
 
@@ -12741,6 +12924,58 @@ static void pktrt__stats_add(pktrt_stats *to, const pktrt_stats *from) { pktrt__
 
 /* >>assembly: how rays are put together to packets ---------------------------------------------------------------- */
 
+/* Tells whether a hit of a cutout is at a transparent point. */
+static bool pktrt__cutout_is_clear(const pktrt_scene *s, const pktrt_ray *ray, const pktrt_hit *hit) {
+#ifdef PKTRT_NO_SURFACES
+  (void)s, (void)ray, (void)hit;
+  return false;
+#else
+  pktrt_surface_info x;
+  double d[3] = {(double)ray->direction[0], (double)ray->direction[1], (double)ray->direction[2]};
+  float unit[3], value[3][3], opacity = 1;
+  const pktrt_material *mat = pktrt__material_of(s, s->meshes[hit->mesh].material);
+  pktrt_points p;
+  (void)pktrt__normalise(d);
+  pktrt_surface(s, ray, hit, &x);
+  p.n = 1, p.time = &ray->time, p.mesh = &hit->mesh, p.triangle = &hit->triangle, p.opacity = &opacity;
+  for (int a = 0; a < 3; a++) {
+    unit[a] = (float)d[a], value[0][a] = mat->albedo[a], value[1][a] = mat->reflectance[a];
+    value[2][a] = mat->emission[a];
+    p.position[a] = &x.position[a], p.direction[a] = &unit[a], p.normal[a] = &x.shading_normal[a];
+    p.albedo[a] = &value[0][a], p.reflectance[a] = &value[1][a], p.emission[a] = &value[2][a];
+  }
+  p.barycentric[0] = &hit->u, p.barycentric[1] = &hit->v;
+  p.texcoord[0] = &x.texcoord[0], p.texcoord[1] = &x.texcoord[1];
+  mat->texture(mat->user, &p);
+  return opacity < 0.5f;
+#endif
+}
+/* Lets rays of a batch that hit transparent points of cutouts go on. */
+PKTRT__NOINLINE void pktrt__cutout_pass(const pktrt_scene *s, pktrt__batch *b, uint32_t n) {
+  uint32_t hint[2] = {0, 0};
+  for (uint32_t i = 0; i < n; i++) {
+    pktrt_ray ray;
+    pktrt_hit hit;
+    uint32_t where[3] = {b->slot[i], b->bvh[i], b->place[i]};
+    if (where[0] == PKTRT_NONE) continue;
+    pktrt__mesh_name_triangle(s, b->id[i], hint, &hit.mesh, &hit.triangle);
+    if (!pktrt__material_is_cutout(s, &s->meshes[hit.mesh])) continue;
+    for (int a = 0; a < 3; a++) {
+      ray.origin[a] = b->o[a][i], ray.direction[a] = b->d[a][i];
+      hit.normal[a] = b->as.hit.normal[a][i];
+    }
+    ray.tmin = b->tmin[i], ray.tmax = b->tmax[i], ray.time = b->time[i];
+    hit.t = b->t[i], hit.u = b->as.hit.u[i], hit.v = b->as.hit.v[i];
+    while (where[0] != PKTRT_NONE && pktrt__material_is_cutout(s, &s->meshes[hit.mesh]) &&
+           pktrt__cutout_is_clear(s, &ray, &hit))
+      if (!pktrt__crossing_next(s, &ray, &hit, &hit, where)) where[0] = PKTRT_NONE;
+    for (int a = 0; a < 3; a++) b->as.hit.normal[a][i] = hit.normal[a];
+    b->t[i] = hit.t, b->as.hit.u[i] = hit.u, b->as.hit.v[i] = hit.v;
+    b->slot[i] = where[0], b->bvh[i] = where[1], b->place[i] = where[2];
+    b->id[i] = where[0] == PKTRT_NONE ? PKTRT_NONE : s->meshes[hit.mesh].first_id + hit.triangle;
+  }
+}
+
 /* Traces rays as one packet (on the fast path as one batch) and adds to the statistics. */
 static void pktrt__packet_trace(pktrt__tile *tile, pktrt__batch *b, uint32_t n, pktrt_ray_type type, uint32_t depth,
                                 bool occlusion, bool alone) {
@@ -12752,6 +12987,7 @@ static void pktrt__packet_trace(pktrt__tile *tile, pktrt__batch *b, uint32_t n, 
   d.packet_size = alone ? 1 : n;
   if (PKTRT__STATS && tile->stats) memset(&counts, 0, sizeof counts), call.counts = &counts;
   pktrt__query_trace(&call, b, n);
+  if (PKTRT__SURFACES && render->cutouts && !occlusion) pktrt__cutout_pass(render->scene, b, n);
   if (!PKTRT__STATS || !tile->stats) return;
   pktrt__stats_add_counts(&tile->stats->by_type[type], &counts);
   pktrt__stats_add_counts(&tile->stats->by_depth[depth], &counts);
@@ -12767,7 +13003,7 @@ static pktrt__media_passage pktrt__media_pass_glass(pktrt__tile *tile, uint32_t 
   const uint32_t mesh = pktrt__mesh_lookup(scene, b->id[i], hint), triangle = b->id[i] - scene->meshes[mesh].first_id;
   const pktrt__mesh *m = &scene->meshes[mesh];
   const pktrt_material *mat = pktrt__material_of(scene, m->material);
-  if (mat->specular != PKTRT_SPECULAR_DIELECTRIC || mat->shader) return PKTRT__STOPPED;
+  if (!tile->render->passes_glass || !pktrt__material_is_glass(scene, m)) return PKTRT__STOPPED;
   float origin[3], before[3];
   pktrt_ray ray;
   pktrt_hit hit;
@@ -12893,7 +13129,8 @@ PKTRT__NOINLINE void pktrt__packet_flush(pktrt__tile *tile, pktrt_ray_type type,
   uint32_t lane[PKTRT__BATCH];
   const uint32_t listed = kernels->visibility(&tile->render->glass, b, p->visible, p->n, lane);
   if (PKTRT__DIELECTRIC && tile->in_glass) pktrt__media_dim_unoccluded(tile, type);
-  if (PKTRT__DIELECTRIC && listed) pktrt__media_trace_through_glass(tile, type, depth, lane, listed);
+  if ((PKTRT__DIELECTRIC || PKTRT__SURFACES) && listed)
+    pktrt__media_trace_through_glass(tile, type, depth, lane, listed);
   if (type == PKTRT_RAY_SHADOW) kernels->add_direct_light(s, p->target, p->contribution, p->visible, p->n);
   for (uint32_t i = 0; type == PKTRT_RAY_OTHER && i < p->n; i++) {
     const uint32_t k = p->target[i];

@@ -924,6 +924,7 @@ typedef struct pktrt_scene_report {
   uint64_t nodes, blocks; /* bytes of the trees, at their first keys */
   uint64_t motion;        /* of trees and meshes: what further keys take */
   uint64_t positions, normals, indices; /* bytes of what was copied in; positions: with those that wait for a commit */
+  uint64_t texcoords;                   /* likewise */
   uint64_t ids;                         /* which triangles a block holds, for refits */
   uint64_t materials;                   /* bytes of materials and lights */
   uint64_t worker;    /* bytes that a worker has while it renders a tile, for a generation of secondary rays */
@@ -10419,6 +10420,30 @@ PKTRT_DEF bool pktrt_get_mesh_source(const pktrt_scene *s, uint32_t mesh, uint32
 }
 #endif
 
+/* Returns the mesh that has the arrays: of an instance that of its model. */
+static const pktrt__mesh *pktrt__mesh_source(const pktrt_scene *s, uint32_t mesh) {
+  const pktrt__mesh *m = &s->meshes[mesh];
+  if (!PKTRT__INSTANCES || !m->instance) return m;
+  const pktrt__instance *in = &s->instances[m->instance - 1];
+  return &in->model->meshes[mesh - in->first_mesh];
+}
+
+/* Finds the features that a mesh has, or where there is none any more. */
+PKTRT__COLD uint32_t pktrt__feature_of_mesh(const pktrt_scene *s, uint32_t mesh) {
+  const pktrt__mesh *m = &s->meshes[mesh];
+  uint32_t found = m->free || m->hidden ? PKTRT_FEATURE_REMOVAL : 0;
+  if (!m->triangle_count) return found;
+  const pktrt__mesh *source = pktrt__mesh_source(s, mesh);
+  const pktrt__instance *in = m->instance ? &s->instances[m->instance - 1] : NULL;
+  const pktrt__set *set = &(in ? in->model : s)->sets[source->set];
+  if (in) found |= PKTRT_FEATURE_INSTANCES;
+  if (set->group || set->mask != UINT32_MAX || (in && in->mask != UINT32_MAX)) found |= PKTRT_FEATURE_GROUPS;
+  if (source->key_count > 1 || (in && in->key_count > 1)) found |= PKTRT_FEATURE_MOTION;
+  if (source->normals) found |= PKTRT_FEATURE_NORMALS;
+  if (source->texcoords) found |= PKTRT_FEATURE_SURFACES;
+  return found;
+}
+
 PKTRT__COLD void pktrt__report_info(const pktrt_scene *s, pktrt_scene_info *info) {
   memset(info, 0, sizeof *info);
   if (!s) return;
@@ -10817,14 +10842,6 @@ static void pktrt__mesh_corner_at(const pktrt__mesh *m, const float *data, uint3
   const uint32_t key = pktrt__time_segment(time, m->key_count, &ta, &tb);
   const float *k0 = data + ((uint64_t)key * m->vertex_count + v) * 3, *k1 = k0 + (uint64_t)m->vertex_count * 3;
   for (int a = 0; a < 3; a++) out[a] = ta * k0[a] + tb * k1[a];
-}
-
-/* Returns the mesh that has the arrays: of an instance that of its model. */
-static const pktrt__mesh *pktrt__mesh_source(const pktrt_scene *s, uint32_t mesh) {
-  const pktrt__mesh *m = &s->meshes[mesh];
-  if (!PKTRT__INSTANCES || !m->instance) return m;
-  const pktrt__instance *in = &s->instances[m->instance - 1];
-  return &in->model->meshes[mesh - in->first_mesh];
 }
 
 /* A point that rays leave: the surface's, and what it takes to start beside it. */
@@ -11779,18 +11796,11 @@ static uint32_t pktrt__feature_of_scene(const pktrt_scene *s) {
   uint32_t found = 0;
   for (uint32_t i = 0; i < s->committed_meshes; i++) {
     const pktrt__mesh *m = &s->meshes[i];
-    if (m->free || m->hidden) found |= PKTRT_FEATURE_REMOVAL;
-    if (!m->triangle_count) continue;
-    const pktrt__mesh *source = pktrt__mesh_source(s, i);
-    if (m->instance) found |= PKTRT_FEATURE_INSTANCES;
-    else if (s->sets[m->set].group || s->sets[m->set].mask != UINT32_MAX) found |= PKTRT_FEATURE_GROUPS;
-    if (source->key_count > 1 || (m->instance && s->instances[m->instance - 1].key_count > 1))
-      found |= PKTRT_FEATURE_MOTION;
-    if (source->normals) found |= PKTRT_FEATURE_NORMALS;
-    if (m->material > s->material_count) continue; /* refused by renders */
+    found |= pktrt__feature_of_mesh(s, i);
+    if (!m->triangle_count || m->material > s->material_count) continue; /* refused by renders */
     const pktrt_material *mat = pktrt__material_of(s, m->material);
     if (mat->texture || mat->shader) found |= PKTRT_FEATURE_TEXTURES;
-    if (source->texcoords || mat->cutout) found |= PKTRT_FEATURE_SURFACES;
+    if (mat->cutout) found |= PKTRT_FEATURE_SURFACES;
     if (pktrt__material_has_lobe(mat)) found |= PKTRT_FEATURE_GLOSS;
     found |= pktrt__specular_rows[mat->specular].feature;
   }
@@ -14402,6 +14412,7 @@ PKTRT__COLD void pktrt__report_meshes(const pktrt_scene *s, pktrt_scene_report *
     const uint64_t places = 1u + (m->pending != NULL), bends = 0u + (m->normals != NULL) + (m->pending_normals != NULL);
     r->positions += places * key, r->normals += bends * key, r->motion += (places + bends) * further;
     if (m->indices) r->indices += (uint64_t)m->triangle_count * 3 * sizeof(uint32_t);
+    if (m->texcoords) r->texcoords += (uint64_t)m->vertex_count * 2 * sizeof(float);
   }
 }
 
@@ -14421,24 +14432,22 @@ PKTRT_DEF void pktrt_get_scene_report(const pktrt_scene *s, const struct pktrt_r
   r->built = PKTRT__BUILT;
   if (!s) return;
   pktrt_get_scene_info(s, &r->info);
-  pktrt__report_meshes(s, r);
-  pktrt__report_trees(s, r);
-  for (uint32_t i = 0; i <= s->model_count && s->boxes; i++) {
-    pktrt__report_meshes(i < s->model_count ? s->models[i] : s->boxes, r);
-    pktrt__report_trees(i < s->model_count ? s->models[i] : s->boxes, r);
+  for (uint32_t i = 0; i < s->model_count + 3; i++) {
+    const uint32_t other = i - s->model_count;
+    const pktrt_scene *of = i < s->model_count ? s->models[i] : other == 0 ? s : other == 1 ? s->boxes : s->groups;
+    if (of) pktrt__report_meshes(of, r), pktrt__report_trees(of, r);
   }
   for (uint32_t i = 0; i < s->instance_count; i++)
-    r->instances +=
-        sizeof *s->instances + (s->instances[i].pending ? 2u : 1u) * s->instances[i].key_count * 12 * sizeof(float);
+    r->instances += sizeof *s->instances + ((s->instances[i].keys ? 1u : 0u) + (s->instances[i].pending ? 1u : 0u)) *
+                                               s->instances[i].key_count * 12 * sizeof(float);
+  for (uint32_t i = 0; i < s->committed_meshes; i++) r->found |= pktrt__feature_of_mesh(s, i);
 #ifdef PKTRT_NO_RENDER
   (void)d;
-  r->found = r->info.moving_meshes ? PKTRT_FEATURE_MOTION : 0;
-  if (pktrt__has_instances(s)) r->found |= PKTRT_FEATURE_INSTANCES;
-  r->used = r->found;
+  r->found &= PKTRT__BUILT, r->used = r->found;
 #else
   r->materials = s->material_count * sizeof *s->materials + s->light_count * sizeof *s->lights;
-  r->found = pktrt__feature_of_scene(s) & PKTRT__BUILT,
-  r->used = r->found & (PKTRT_FEATURE_MOTION | PKTRT_FEATURE_INSTANCES);
+  r->found = pktrt__feature_of_scene(s) & PKTRT__BUILT;
+  r->used = r->found & (PKTRT_FEATURE_MOTION | PKTRT_FEATURE_INSTANCES | PKTRT_FEATURE_GROUPS | PKTRT_FEATURE_REMOVAL);
   if (d) {
     r->found = pktrt__feature_of_render(s, d), r->used = pktrt__feature_used(d, r->found);
     const uint32_t waves = !(r->used & PKTRT__SPECULAR) ? 0 : r->used & PKTRT_FEATURE_DIELECTRIC ? 3 : 2;
@@ -14447,8 +14456,8 @@ PKTRT_DEF void pktrt_get_scene_report(const pktrt_scene *s, const struct pktrt_r
     if (passes) r->passes = (uint64_t)d->width * d->height * sizeof(pktrt__pixel_sums);
   }
 #endif
-  r->bytes =
-      r->nodes + r->blocks + r->motion + r->positions + r->normals + r->indices + r->ids + r->materials + r->instances;
+  r->bytes = r->nodes + r->blocks + r->motion + r->positions + r->normals + r->texcoords + r->indices + r->ids +
+             r->materials + r->instances;
 }
 
 /* Adds to a text of `used` characters, of which `room` are kept. */
@@ -14478,6 +14487,7 @@ PKTRT__COLD size_t pktrt__report_text(const pktrt_scene_report *r, char *text, s
   } parts[] = {{"nodes", r->nodes},         {"blocks", r->blocks},
                {"positions", r->positions}, {"indices", r->indices},
                {"further keys", r->motion}, {"normals", r->normals},
+               {"texcoords", r->texcoords}, {"instances", r->instances},
                {"names", r->ids},           {"materials, lights", r->materials}};
   uint32_t all = 0;
   for (int i = 0; i < PKTRT__FEATURES; i++) all |= pktrt__feature_rows[i].bit;

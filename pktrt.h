@@ -1578,7 +1578,7 @@ typedef struct pktrt__mesh {
 /* Meshes that share a tree: those of one group, number of keys and mask. */
 typedef struct pktrt__set {
   uint32_t group, key_count, mask;
-  uint32_t first_mesh, end_mesh; /* its meshes are among these */
+  uint32_t first_mesh, end_mesh, meshes; /* its meshes are among these, and so many; none: the set waits for others */
   uint32_t tree;                 /* committed; PKTRT_NONE: none */
   /* What a commit or a refit finds: triangles of the next state, its tree there; whether this must be built or fitted. */
   uint32_t triangles, next;
@@ -3230,6 +3230,7 @@ static void pktrt__commit_promote(pktrt__mesh *m) {
 /* Makes a mesh that is gone an index that waits for another. */
 PKTRT__COLD void pktrt__mesh_clear(pktrt_scene *s, pktrt__mesh *m) {
   const uint32_t first_id = m->first_id, instance = m->instance;
+  if (m->set != PKTRT_NONE) s->sets[m->set].meshes--;
   pktrt__mesh_free(&s->desc, m);
   memset(m, 0, sizeof *m);
   m->first_id = first_id, m->instance = instance, m->set = PKTRT_NONE, m->free = true;
@@ -9952,15 +9953,16 @@ PKTRT_DEF void pktrt_scene_destroy(pktrt_scene *s) {
 /* Returns the set that a mesh belongs to, a new one or an empty one if there is none; PKTRT_NONE: no memory. */
 PKTRT__COLD uint32_t pktrt__set_of(pktrt_scene *s, const pktrt_mesh_desc *d, uint32_t mesh) {
   const uint32_t keys = d->key_count ? d->key_count : 1, mask = d->mask ? d->mask : UINT32_MAX;
-  uint32_t i = s->set_count;
-  while (i-- && !(s->sets[i].group == d->group && s->sets[i].key_count == keys && s->sets[i].mask == mask)) {}
+  uint32_t i = s->set_count, unused = i;
+  while (i-- && !(s->sets[i].group == d->group && s->sets[i].key_count == keys && s->sets[i].mask == mask))
+    if (!s->sets[i].meshes && s->sets[i].tree == PKTRT_NONE) unused = i;
   if (i == PKTRT_NONE) {
     void *sets = s->sets;
     pktrt__set made;
-    if (!pktrt__mem_grow(&s->desc, &sets, s->set_count, &s->set_capacity, sizeof made)) return PKTRT_NONE;
+    if (!pktrt__mem_grow(&s->desc, &sets, unused, &s->set_capacity, sizeof made)) return PKTRT_NONE;
     memset(&made, 0, sizeof made);
     made.group = d->group, made.key_count = keys, made.mask = mask, made.first_mesh = mesh, made.tree = PKTRT_NONE;
-    s->sets = PKTRT__CAST(pktrt__set *, sets), s->sets[i = s->set_count++] = made;
+    s->sets = PKTRT__CAST(pktrt__set *, sets), s->sets[i = unused] = made, s->set_count += unused == s->set_count;
   }
   if (mesh < s->sets[i].first_mesh) s->sets[i].first_mesh = mesh;
   if (mesh >= s->sets[i].end_mesh) s->sets[i].end_mesh = mesh + 1;
@@ -9998,7 +10000,7 @@ PKTRT__COLD pktrt_status pktrt__mesh_add(pktrt_scene *s, const pktrt_mesh_desc *
   }
   if (index == s->mesh_count) s->mesh_count++, s->total_triangles += m.triangle_count;
   else s->free_meshes -= !s->meshes[index].instance;
-  s->meshes[index] = m;
+  s->meshes[index] = m, s->sets[m.set].meshes++;
   return PKTRT_OK;
 }
 

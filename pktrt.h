@@ -2530,7 +2530,7 @@ enum { PKTRT__AHEAD = 8 };
 typedef struct pktrt__block_source {
   const float *corner[8][3]; /* at key 0; free lanes repeat lane 0 */
   size_t step[8];            /* floats to the next key */
-  uint32_t hide;             /* lanes of hidden meshes */
+  uint32_t hide;             /* lanes of hidden meshes, which repeat others if there are any */
 } pktrt__block_source;
 
 static void pktrt__block_find_source(const pktrt__bvh *bvh, uint32_t block, uint32_t end, pktrt__mesh_reader *reader,
@@ -2544,7 +2544,7 @@ static void pktrt__block_find_source(const pktrt__bvh *bvh, uint32_t block, uint
   for (uint32_t l = 0; l < 8; l++) {
     if (tri[l] == PKTRT_NONE) {
       memcpy(s->corner[l], s->corner[0], sizeof s->corner[0]);
-      s->step[l] = s->step[0];
+      s->step[l] = s->step[0], s->hide |= (s->hide & 1) << l;
       continue;
     }
     if (tri[l] - r.first >= r.count) r = pktrt__mesh_reader_seek(r, tri[l]);
@@ -2578,13 +2578,16 @@ static uint32_t pktrt__block_write(const pktrt__fit_table *fit, const pktrt__bvh
                                    const pktrt__block_source *s) {
   const uint32_t *tri = bvh->block_triangles + (size_t)block * 8;
   pktrt__block *at = pktrt__bvh_block(bvh, block);
-  uint32_t *id = at->id, area = 0, flat = 0;
+  uint32_t *id = at->id, area = 0, flat = 0, from[8];
   float middle[72];
+  for (uint32_t l = 0; l < 8; l++)
+    from[l] = s->hide >> l & 1 && s->hide != 0xFF ? pktrt__lowest_bit(~s->hide) : l;
   for (uint32_t k = 0; k < bvh->key_count; k++) {
     float *v = pktrt__block_vertices(at, k);
     for (uint32_t l = 0; l < 8; l++) {
-      const float *p = s->corner[l][0] + k * s->step[l], *q = s->corner[l][1] + k * s->step[l];
-      const float *r = s->corner[l][2] + k * s->step[l];
+      const float *const *corner = s->corner[from[l]];
+      const size_t step = k * s->step[from[l]];
+      const float *p = corner[0] + step, *q = corner[1] + step, *r = corner[2] + step;
       v[l] = p[0], v[8 + l] = p[1], v[16 + l] = p[2];
       v[24 + l] = q[0], v[32 + l] = q[1], v[40 + l] = q[2];
       v[48 + l] = r[0], v[56 + l] = r[1], v[64 + l] = r[2];
@@ -2628,7 +2631,7 @@ static void pktrt__bvh_node_box(const pktrt__bvh *bvh, uint32_t node, uint32_t k
 
 static double pktrt__bvh_box_area(const float box[6]) {
   double x = (double)box[1] - box[0], y = (double)box[3] - box[2], z = (double)box[5] - box[4];
-  return 2.0 * (x * y + y * z + z * x);
+  return x < 0 ? 0 : 2.0 * (x * y + y * z + z * x); /* 0: of nothing */
 }
 
 /* Returns an integer that orders as x does but for its last three bits, which hold i < 8: no two are equal. */
@@ -9120,18 +9123,20 @@ static uint32_t pktrt__fit_lanes_with_area(const float *v) {
   return mbits(dlt(dset(0), dmax(dabs(x), dmax(dabs(y), dabs(z)))));
 }
 
-/* Computes the planes of a node's children at a key: leaf blocks' from their vertices, nodes' from their children. */
+/* Computes the planes of a node's children at a key: leaf blocks' from their vertices, nodes' from their children. Where no
+   triangle can be hit they are those of an empty child. */
 static void pktrt__fit_children(const pktrt__bvh *bvh, const uint32_t *child, uint32_t key, float *plane) {
   for (int c = 0; c < 8; c++) {
     if (child[c] == PKTRT__EMPTY) continue;
     const bool leaf = (child[c] & PKTRT__LEAF) != 0;
+    const bool bare = leaf && !pktrt__lanes_occupied(pktrt__bvh_block(bvh, child[c] & ~PKTRT__LEAF)->id);
     const float *p = leaf ? pktrt__block_vertices(pktrt__bvh_block(bvh, child[c] & ~PKTRT__LEAF), key)
                           : pktrt__node_planes(pktrt__bvh_node(bvh, child[c]), key);
     for (int a = 0; a < 3; a++) {
       const float *q = leaf ? p + 8 * a : p + 16 * a;
       const v8 x = vload(q), y = leaf ? vload(q + 24) : vload(q + 8), z = leaf ? vload(q + 48) : y;
-      plane[16 * a + c] = vhmin(leaf ? vmin(vmin(x, y), z) : x);
-      plane[16 * a + 8 + c] = vhmax(leaf ? vmax(vmax(x, y), z) : y);
+      plane[16 * a + c] = bare ? PKTRT__FAR : vhmin(leaf ? vmin(vmin(x, y), z) : x);
+      plane[16 * a + 8 + c] = bare ? -PKTRT__FAR : vhmax(leaf ? vmax(vmax(x, y), z) : y);
     }
   }
 }
@@ -9148,7 +9153,7 @@ static double pktrt__fit_nodes(const pktrt__bvh *bvh, uint32_t first, uint32_t c
       const d8 x = dsub(dfrom(vload(p + 8)), dfrom(vload(p))), y = dsub(dfrom(vload(p + 24)), dfrom(vload(p + 16)));
       const d8 z = dsub(dfrom(vload(p + 40)), dfrom(vload(p + 32)));
       dstore(area, dmul(dset(2.0), dadd(dadd(dmul(x, y), dmul(y, z)), dmul(z, x))));
-      for (int c = 0; c < 8; c++) sum += child[c] == PKTRT__EMPTY ? 0.0 : area[c];
+      for (int c = 0; c < 8; c++) sum += p[c] > p[8 + c] ? 0.0 : area[c];
     }
     pktrt__bvh_order_children(bvh, node);
   }
@@ -10767,7 +10772,7 @@ static bool pktrt__query_is_scattered(const pktrt_ray *rays, size_t n, bool occl
 
 static void pktrt__query_run(const pktrt_scene *s, const pktrt_query_desc *desc, bool occlusion,
                              const pktrt__query_arrays *a, size_t n) {
-  if (!a->rays || (desc && (desc->stats || desc->path == PKTRT_PATH_PAPER)) ||
+  if (!a->rays || (desc && (desc->stats || desc->mask || desc->path == PKTRT_PATH_PAPER)) ||
       !pktrt__query_is_scattered(a->rays, n, occlusion))
     pktrt__query_run_batches(s, desc, occlusion, a, n);
   else if (occlusion)

@@ -4410,8 +4410,11 @@ static uint64_t pktrt__place_take(const pktrt_scene *s, uint32_t index, pktrt__b
     pktrt__single q;
     if (b->slot[j] == PKTRT_NONE) continue;
     if (closest) {
-      pktrt__single_from_batch(b, r, &ray, &q);
-      if (!pktrt__place_is_nearer(s, &q, b->t[j], id)) continue;
+      if (b->slot[r] != PKTRT_NONE) { /* else all is nearer */
+        pktrt__single_from_batch(b, r, &ray, &q);
+        if (!pktrt__place_is_nearer(s, &q, b->t[j], id)) continue;
+      }
+      q.dk = b->dk[r], q.tiny = b->tiny[r];
       pktrt__place_set_hit(&q, index + 1, b->t[j], id, b->slot[j], b->bvh[j]);
       pktrt__single_to_batch(b, r, &q);
     }
@@ -4463,7 +4466,7 @@ static void pktrt__place_resolve(const pktrt_scene *s, uint32_t place, uint32_t 
   for (int a = 0; a < 3; a++) hit->normal[a] = (float)(n[a] * unit);
 }
 /* Does so for the rays i to i+7 of a batch in `hits`. */
-static void pktrt__place_resolve_hits(const pktrt_scene *s, pktrt__batch *b, uint32_t i, uint32_t hits) {
+PKTRT__NOINLINE void pktrt__place_resolve_hits(const pktrt_scene *s, pktrt__batch *b, uint32_t i, uint32_t hits) {
   for (; hits; hits &= hits - 1) {
     const uint32_t r = i + pktrt__lowest_bit(hits);
     pktrt_ray ray;
@@ -11070,7 +11073,7 @@ PKTRT_DEF void pktrt_winding_n(const pktrt_scene *s, uint32_t mesh, const float 
 
 static double pktrt__dot(const double a[3], const double b[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
-static void pktrt__cross(const double a[3], const double b[3], double out[3]) {
+PKTRT__INLINE void pktrt__cross(const double a[3], const double b[3], double out[3]) {
   const double x = a[1] * b[2] - a[2] * b[1], y = a[2] * b[0] - a[0] * b[2], z = a[0] * b[1] - a[1] * b[0];
   out[0] = x, out[1] = y, out[2] = z;
 }

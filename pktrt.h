@@ -1579,7 +1579,7 @@ typedef struct pktrt__mesh {
 typedef struct pktrt__set {
   uint32_t group, key_count, mask;
   uint32_t first_mesh, end_mesh, meshes; /* its meshes are among these, and so many; none: the set waits for others */
-  uint32_t tree;                 /* committed; PKTRT_NONE: none */
+  uint32_t tree;                         /* committed; PKTRT_NONE: none */
   /* What a commit or a refit finds: triangles of the next state, its tree there; whether this must be built or fitted. */
   uint32_t triangles, next;
   bool changed, moved;
@@ -2580,8 +2580,7 @@ static uint32_t pktrt__block_write(const pktrt__fit_table *fit, const pktrt__bvh
   pktrt__block *at = pktrt__bvh_block(bvh, block);
   uint32_t *id = at->id, area = 0, flat = 0, from[8];
   float middle[72];
-  for (uint32_t l = 0; l < 8; l++)
-    from[l] = s->hide >> l & 1 && s->hide != 0xFF ? pktrt__lowest_bit(~s->hide) : l;
+  for (uint32_t l = 0; l < 8; l++) from[l] = s->hide >> l & 1 && s->hide != 0xFF ? pktrt__lowest_bit(~s->hide) : l;
   for (uint32_t k = 0; k < bvh->key_count; k++) {
     float *v = pktrt__block_vertices(at, k);
     for (uint32_t l = 0; l < 8; l++) {
@@ -6084,6 +6083,10 @@ typedef __mmask16 mf;
 #define pktrt__place_stream_in PKTRT__NAME(pktrt__place_stream_in)
 #define pktrt__place_stream PKTRT__NAME(pktrt__place_stream)
 #define pktrt__place_packets PKTRT__NAME(pktrt__place_packets)
+#define pktrt__place_matrix8 PKTRT__NAME(pktrt__place_matrix8)
+#define pktrt__place_resolve8 PKTRT__NAME(pktrt__place_resolve8)
+#define pktrt__place_turn8 PKTRT__NAME(pktrt__place_turn8)
+#define pktrt__place_turn_edges8 PKTRT__NAME(pktrt__place_turn_edges8)
 #define pktrt__place_trace_single PKTRT__NAME(pktrt__place_trace_single)
 #define pktrt__place_single_in PKTRT__NAME(pktrt__place_single_in)
 #define pktrt__place_single PKTRT__NAME(pktrt__place_single)
@@ -7752,6 +7755,9 @@ OP uint64_t pktrt__frustum_template(pktrt__frustum *f, const pktrt__bvh_segment 
 SMALL void pktrt__place_stream(const pktrt__query *call, const pktrt_scene *scene, pktrt__batch *b, const uint8_t *list,
                                uint64_t mask, const pktrt__variant *what);
 SMALL bool pktrt__place_single(const pktrt_scene *scene, pktrt__single *q, const pktrt__variant *what);
+#if PKTRT__WITH_V8_REGISTERS && !defined(PKTRT_NO_INSTANCES)
+PKTRT__NOINLINE void pktrt__place_resolve8(const pktrt_scene *scene, pktrt__batch *b, uint32_t i, uint32_t hits);
+#endif
 #endif
 
 #if !PKTRT__WITH_PAPER
@@ -8460,7 +8466,24 @@ PKTRT__NOINLINE void pktrt__resolve_gather_corners(const pktrt_scene *scene, con
   }
 }
 
+/* The matrices of an instance at eight times. */
+typedef struct pktrt__place_turn8 {
+  d8 m[3][3];
+  bool straight; /* as in pktrt__place */
+} pktrt__place_turn8;
+
 #if PKTRT__WITH_VECTORS
+/* Multiplies eight pairs of edges by them, as pktrt__place_turn does. */
+PKTRT__NOINLINE void pktrt__place_turn_edges8(const pktrt__place_turn8 *turn, d8 e[2][3]) {
+  for (int c = 0; c < 2; c++) {
+    const d8 x = e[c][0], y = e[c][1], z = e[c][2];
+    for (int i = 0; i < 3; i++) {
+      const d8 *row = turn->m[i];
+      e[c][i] = turn->straight ? dmul(row[i], e[c][i]) : dadd(dadd(dmul(row[0], x), dmul(row[1], y)), dmul(row[2], z));
+    }
+  }
+}
+
 /* Turns the axes of eight vectors so that the rays' main axis comes first, where kx and then ky, or else z. */
 OP void pktrt__resolve_turn(m8 kx, m8 ky, v8 x, v8 y, v8 z, v8 turned[3]) {
   turned[0] = vsel(kx, x, vsel(ky, y, z));
@@ -8468,8 +8491,10 @@ OP void pktrt__resolve_turn(m8 kx, m8 ky, v8 x, v8 y, v8 z, v8 turned[3]) {
   turned[2] = vsel(kx, z, vsel(ky, x, y));
 }
 
-/* Writes t, u, v and normal of rays i to i+7. */
-PKTRT__NOINLINE void pktrt__resolve_hits(const pktrt_scene *scene, pktrt__batch *b, uint32_t i, uint32_t hits) {
+/* Writes t, u, v and normal of rays i to i+7. In an instance, whose matrices at eight times are given, the normal is that of
+   edges as the scene has them, and what is not calm is left to the caller; returns it. */
+PKTRT__NOINLINE uint32_t pktrt__resolve_hits(const pktrt_scene *scene, pktrt__batch *b, uint32_t i, uint32_t hits,
+                                             const pktrt__place_turn8 *turn) {
   v8 p[3][3], o[3], d[3], turned[3]; /* p[corner][axis] */
   pktrt__resolve_gather_corners(scene, b->slot + i, b->bvh + i, b->time + i, hits, p);
   const v8 dx = vload(b->d[0] + i), dy = vload(b->d[1] + i), dz = vload(b->d[2] + i);
@@ -8486,6 +8511,7 @@ PKTRT__NOINLINE void pktrt__resolve_hits(const pktrt_scene *scene, pktrt__batch 
     e[0][a] = dsub(dfrom(p[1][a]), p0);
     e[1][a] = dsub(dfrom(p[2][a]), p0);
   }
+  if (PKTRT__INSTANCES && turn) pktrt__place_turn_edges8(turn, e);
   const d8 one = dset(1), dk = dfrom(d[0]);
   const pktrt__exact_edges8 edges = pktrt__exact_edge_functions8(x, y, z, dk);
   ROLL_OUT for (int a = 0; a < 3; a++) n[a] =
@@ -8500,11 +8526,16 @@ PKTRT__NOINLINE void pktrt__resolve_hits(const pktrt_scene *scene, pktrt__batch 
   vstore(b->as.hit.u + i, dto(dmul(edges.v, rdet)));
   vstore(b->as.hit.v + i, dto(dmul(edges.w, rdet)));
   ROLL_OUT for (int a = 0; a < 3; a++) vstore(b->as.hit.normal[a] + i, dto(dmul(n[a], unit)));
-  if (PKTRT__UNLIKELY(hits & ~mbits(calm))) pktrt__single_resolve_hits(scene, b, i, hits & ~mbits(calm));
+  hits &= ~mbits(calm);
+  if (PKTRT__UNLIKELY(hits) && !turn) pktrt__single_resolve_hits(scene, b, i, hits);
+  return hits;
 }
 #else
-OP void pktrt__resolve_hits(const pktrt_scene *scene, pktrt__batch *b, uint32_t i, uint32_t hits) {
+OP uint32_t pktrt__resolve_hits(const pktrt_scene *scene, pktrt__batch *b, uint32_t i, uint32_t hits,
+                                const pktrt__place_turn8 *turn) {
+  (void)turn;
   pktrt__single_resolve_hits(scene, b, i, hits);
+  return 0;
 }
 #endif
 
@@ -8522,9 +8553,19 @@ static void pktrt__resolve_batch(const pktrt__query *call, pktrt__batch *b, uint
     if (call->place && i + 8 <= end) pktrt__prefetch_lines(call->place + i, 8 * sizeof *call->place);
     const uint32_t hits = pktrt__lanes_occupied(b->slot + i);
     const uint32_t placed = pktrt__has_instances(scene) ? hits & ~veq_u32(b->place + i, 0) : 0;
-    if (hits & ~placed) pktrt__resolve_hits(scene, b, i, hits & ~placed);
+    if (hits & ~placed) pktrt__resolve_hits(scene, b, i, hits & ~placed, NULL);
 #if !defined(PKTRT_NO_INSTANCES)
-    if (placed) pktrt__place_resolve_hits(scene, b, i, placed);
+    for (uint32_t rest = placed; rest;) {
+      const uint32_t place = b->place[i + pktrt__lowest_bit(rest)], same = rest & veq_u32(b->place + i, place);
+      rest &= ~same;
+#if PKTRT__WITH_V8_REGISTERS
+      if (pktrt__popcount8(same) > 2 && scene->instances[place - 1].key_count < 3) { /* else one by one is as fast */
+        pktrt__place_resolve8(scene, b, i, same);
+        continue;
+      }
+#endif
+      pktrt__place_resolve_hits(scene, b, i, same);
+    }
 #endif
     pktrt__resolve_misses(b, i, hits);
   }
@@ -9296,16 +9337,20 @@ SMALL void pktrt__place_stream(const pktrt__query *call, const pktrt_scene *scen
 }
 #else
 #if PKTRT__WITH_V8_REGISTERS
-/* Computes the inverses of the matrices of an instance between two keys, at eight times, and what points are shifted by. */
-OP void pktrt__place_between8(const float *k0, const float *k1, v8 time, d8 inverse[3][3], d8 shift[3]) {
+/* Computes the matrices of an instance between two keys, at eight times, and what points are shifted by. */
+SMALL void pktrt__place_matrix8(const float *k0, const float *k1, v8 time, d8 m[3][3], d8 shift[3]) {
   const v8 tb = vmin(vmax(time, vset(0)), vset(1));
   const d8 b = dfrom(tb), a = dfrom(vsub(vset(1), tb));
-  d8 m[3][3], x[3][3];
   for (int i = 0; i < 3; i++) {
     for (int j = 0; j < 3; j++)
       m[i][j] = dadd(dmul(a, dset((double)k0[4 * i + j])), dmul(b, dset((double)k1[4 * i + j])));
     shift[i] = dadd(dmul(a, dset((double)k0[4 * i + 3])), dmul(b, dset((double)k1[4 * i + 3])));
   }
+}
+/* Inverts them. */
+OP void pktrt__place_between8(const float *k0, const float *k1, v8 time, d8 inverse[3][3], d8 shift[3]) {
+  d8 m[3][3], x[3][3];
+  pktrt__place_matrix8(k0, k1, time, m, shift);
   for (int i = 0; i < 3; i++) {
     const d8 *u = m[(i + 1) % 3], *v = m[(i + 2) % 3];
     for (int j = 0; j < 3; j++)
@@ -9341,6 +9386,31 @@ PKTRT__NOINLINE void pktrt__place_rays8(const pktrt__instance *in, pktrt__batch 
   const m8 out = mor(dlt(most, dset(PKTRT__PLACE_LEAST)), dlt(dset(1 / PKTRT__PLACE_LEAST), most));
   for (int a = 0; a < 3; a++) vstore(b->d[a] + i, vsel(out, vset(0), dto(way[a])));
 }
+
+/* Resolves those of rays i to i + 7 that hit one instance, as pktrt__place_resolve does, in spare lanes. */
+PKTRT__NOINLINE void pktrt__place_resolve8(const pktrt_scene *scene, pktrt__batch *b, uint32_t i, uint32_t hits) {
+  const pktrt__instance *in = &scene->instances[b->place[i + pktrt__lowest_bit(hits)] - 1];
+  const uint32_t at = b->spare;
+  const m8 some = mfrom(hits);
+  pktrt__place_turn8 turn;
+  d8 shift[3];
+  if (pktrt__has_motion(in->key_count)) {
+    pktrt__place_matrix8(in->keys, in->keys + 12, vload(b->time + i), turn.m, shift);
+    turn.straight = pktrt__place_is_straight(in->keys, in->keys + 12);
+  } else {
+    for (int k = 0; k < 9; k++) turn.m[k / 3][k % 3] = dset(in->rest.a[k / 3][k % 3]);
+    turn.straight = in->rest.straight;
+  }
+  pktrt__batch_copy_rays(b, at, b, i, 8);
+  memcpy(b->slot + at, b->slot + i, 8 * sizeof *b->slot), memcpy(b->bvh + at, b->bvh + i, 8 * sizeof *b->bvh);
+  pktrt__place_rays8(in, b, at);
+  const uint32_t left = pktrt__resolve_hits(in->model, b, at, hits, &turn);
+  vstore_masked(b->t + i, some, vload(b->t + at));
+  vstore_masked(b->as.hit.u + i, some, vload(b->as.hit.u + at));
+  vstore_masked(b->as.hit.v + i, some, vload(b->as.hit.v + at));
+  for (int a = 0; a < 3; a++) vstore_masked(b->as.hit.normal[a] + i, some, vload(b->as.hit.normal[a] + at));
+  if (left) pktrt__place_resolve_hits(scene, b, i, left);
+}
 #endif
 /* Moves rays [begin, end) of a batch to the frame of an instance. */
 OP void pktrt__place_rays(const pktrt__instance *in, pktrt__batch *b, uint32_t begin, uint32_t end) {
@@ -9374,7 +9444,7 @@ PKTRT__NOINLINE uint64_t pktrt__place_trace(const pktrt__query *call, const pktr
   }
   for (uint32_t i = first; i < first + n && !is.occlusion; i += 8) {
     const uint32_t hits = pktrt__lanes_occupied(b->slot + i);
-    if (hits) pktrt__resolve_hits(model, b, i, hits);
+    if (hits) pktrt__resolve_hits(model, b, i, hits, NULL);
   }
   (void)call;
   return pktrt__place_take(scene, index, b, list, mask, !is.occlusion);

@@ -9440,7 +9440,10 @@ PKTRT__NOINLINE uint64_t pktrt__place_trace(const pktrt__query *call, const pktr
       if (n < 4) {
     for (uint64_t m = valid; m; m &= m - 1) pktrt__drive_batch_ray(model, b, first + pktrt__lowest_bit(m), &is);
   } else if (valid) {
+    uint64_t moving[PKTRT__BATCH / 64]; /* what was found of the scene's trees, not the model's */
+    memcpy(moving, b->moving, sizeof moving);
     pktrt__drive_fast(model, b, first, first + n, &is);
+    memcpy(b->moving, moving, sizeof moving);
   }
   for (uint32_t i = first; i < first + n && !is.occlusion; i += 8) {
     const uint32_t hits = pktrt__lanes_occupied(b->slot + i);

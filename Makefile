@@ -35,7 +35,7 @@ SDL_FLAGS := $(if $(SDL),$(patsubst -I%,-isystem %,$(shell pkg-config --cflags s
 SDL_LIBS := $(if $(SDL),$(shell pkg-config --libs sdl2))
 EMBREE := $(wildcard /usr/include/embree3/rtcore.h /usr/local/include/embree3/rtcore.h)
 
-EXAMPLES = $(B)/hello $(B)/instances $(B)/query $(B)/packets $(B)/effects $(B)/deform $(B)/render $(if $(SDL),$(B)/view)
+EXAMPLES = $(addprefix $(B)/,hello spinner cornell query packets pick lightmap instances effects deform render $(if $(SDL),view))
 EXAMPLE_HEADERS = $(wildcard examples/*.h)
 # checksum.c and stack.c are programs of their own: see `platforms`.
 TEST_SOURCES = $(sort $(filter-out tests/fuzz/main.c tests/checksum.c tests/stack.c,$(wildcard tests/*.c tests/fuzz/*.c)))
@@ -451,7 +451,7 @@ $(B)/error: bench/error/error.c $(wildcard bench/error/*.h) bench/bench.h bench/
 # NO_RENDER+NO_SIMD; `full` has none.
 LEAVEOUT = $(B)/leaveout
 LEAVEOUT_SWITCHES = NO_MOTION NO_STATS NO_PAPER NO_LENS NO_SHUTTER NO_AREA_LIGHTS NO_GLOSS NO_DIELECTRIC NO_CONDUCTOR \
-  NO_NORMALS NO_TEXTURES
+  NO_NORMALS NO_TEXTURES NO_INSTANCES NO_GROUPS NO_REMOVAL NO_SURFACES
 empty :=
 LEAVEOUT_ALL = $(subst $(empty) ,+,$(strip $(LEAVEOUT_SWITCHES)))
 # Queries only: the first with one instruction set and at rest, then what that leaves out comes back.

@@ -11,6 +11,7 @@
 
    Contents: field, rays, racing, moving one, main. */
 #include "bench.h"
+#include "field.h"
 
 #define PKTRT_IMPLEMENTATION
 #include "../pktrt.h"
@@ -19,72 +20,42 @@
 
 /* >>field ---------------------------------------------------------------------------------------------------------- */
 
-enum { SIDE = 10, COUNT = SIDE * SIDE * SIDE, RINGS = 16, SLICES = 32, TRIANGLES = RINGS * SLICES * 2 };
-enum { VERTICES = (RINGS + 1) * (SLICES + 1) };
-static float sphere[VERTICES][3];
-static uint32_t faces[TRIANGLES][3];
-
-static uint32_t state = 1;
-static float next(void) { /* of [0, 1) */
-  uint32_t x = state += 0x9E3779B9u;
-  x = (x ^ (x >> 16)) * 0x85EBCA6Bu, x = (x ^ (x >> 13)) * 0xC2B2AE35u;
-  return (float)((x ^ (x >> 16)) >> 8) / 16777216;
-}
-
-static void make_sphere(void) {
-  const float pi = 3.14159265f;
-  uint32_t n = 0;
-  for (uint32_t i = 0; i <= RINGS; i++)
-    for (uint32_t j = 0; j <= SLICES; j++) {
-      const float down = pi * (float)i / RINGS, around = 2 * pi * (float)(j % SLICES) / SLICES;
-      float *v = sphere[i * (SLICES + 1) + j];
-      v[0] = sinf(down) * cosf(around), v[1] = cosf(down), v[2] = sinf(down) * sinf(around);
-    }
-  for (uint32_t i = 0; i < RINGS; i++)
-    for (uint32_t j = 0; j < SLICES; j++) {
-      const uint32_t a = i * (SLICES + 1) + j, b = a + SLICES + 1, both[2][3] = {{a, a + 1, b}, {a + 1, b + 1, b}};
-      memcpy(faces[n], both, sizeof both), n += 2;
-    }
-}
+static field_sphere sphere;
 
 typedef enum way { INSTANCES, MOVING, MESHES, MOVING_MESHES, WAYS } way;
-
-/* Of thing i: turned about two axes; it moves on and turns a little until the second key. */
-static void transform_of(uint32_t i, float keys[2][12]) {
-  state = 977 * i + 1;
-  const float size = 0.3f + 0.15f * next(), a = 6.2831853f * next(), b = 6.2831853f * next();
-  float step[3];
-  for (int k = 0; k < 3; k++) step[k] = 0.3f * (next() - 0.5f);
-  for (int k = 0; k < 2; k++) {
-    const float c = cosf(a + 0.3f * (float)k), s = sinf(a + 0.3f * (float)k), d = cosf(b), e = sinf(b);
-    const float m[12] = {size * c,     -size * s,    0,         (float)(i % SIDE) + (float)k * step[0],
-                         size * s * d, size * c * d, -size * e, (float)(i / SIDE % SIDE) + (float)k * step[1],
-                         size * s * e, size * c * e, size * d,  (float)(i / (SIDE * SIDE)) + (float)k * step[2]};
-    memcpy(keys[k], m, sizeof m);
-  }
-}
 
 static void expect(pktrt_scene *s, pktrt_status status) {
   if (status != PKTRT_OK) fatal(s ? pktrt_last_error(s) : "no scene");
 }
 
+static pktrt_mesh_desc sphere_desc(void) {
+  pktrt_mesh_desc d;
+  memset(&d, 0, sizeof d);
+  d.positions = sphere.positions[0], d.vertex_count = FIELD_VERTICES;
+  d.indices = sphere.indices[0], d.triangle_count = FIELD_TRIANGLES, d.key_count = 1;
+  return d;
+}
+
+static void add_instance(pktrt_scene *s, uint32_t model, uint32_t keys, const float *transforms) {
+  pktrt_instance_desc at;
+  memset(&at, 0, sizeof at);
+  at.model = model, at.key_count = keys, at.transforms = transforms;
+  expect(s, pktrt_add_instance(s, &at, NULL));
+}
+
 static pktrt_scene *field_of(way w, double *build) {
-  static float placed[2 * VERTICES][3];
+  static float placed[2][FIELD_VERTICES][3];
   const uint32_t keys = w == MOVING || w == MOVING_MESHES ? 2 : 1;
-  pktrt_mesh_desc d = {sphere[0], VERTICES, 0, faces[0], TRIANGLES, 1, NULL, 0};
+  pktrt_mesh_desc d = sphere_desc();
   pktrt_scene *s = pktrt_scene_create(NULL);
   uint32_t model = 0;
   if (w <= MOVING) expect(s, pktrt_add_model(s, &d, 1, &model));
-  for (uint32_t i = 0; i < COUNT; i++) {
+  d.positions = placed[0][0], d.key_count = keys;
+  for (uint32_t i = 0; i < FIELD_COUNT; i++) {
     float m[2][12];
-    transform_of(i, m);
-    const pktrt_instance_desc at = {model, keys, m[0]};
-    if (w <= MOVING) expect(s, pktrt_add_instance(s, &at, NULL));
-    for (uint32_t k = 0; k < keys * VERTICES; k++) {
-      const float *v = sphere[k % VERTICES], *row = m[k / VERTICES];
-      for (int a = 0; a < 3; a++, row += 4) placed[k][a] = row[0] * v[0] + row[1] * v[1] + row[2] * v[2] + row[3];
-    }
-    d.positions = placed[0], d.key_count = keys;
+    field_transforms(i, m);
+    if (w <= MOVING) add_instance(s, model, keys, m[0]);
+    for (uint32_t k = 0; k < keys && w > MOVING; k++) field_place(&sphere, m[k], placed[k]);
     if (w > MOVING) expect(s, pktrt_add_mesh(s, &d, NULL));
   }
   const double start = ex_seconds();
@@ -101,10 +72,11 @@ static const char *const kind_names[KINDS] = {"primary", "mirror", "diffuse", "a
 static void make_primary(unsigned size, pktrt_ray *ray) {
   for (unsigned i = 0; i < size * size; i++) {
     const unsigned tile = i / 64, x = tile % (size / 8) * 8 + i % 8, y = tile / (size / 8) * 8 + i / 8 % 8;
-    const float origin[3] = {0.5f * SIDE - 0.5f, 0.5f * SIDE - 0.5f, -0.8f * SIDE};
+    const float origin[3] = {0.5f * FIELD_SIDE - 0.5f, 0.5f * FIELD_SIDE - 0.5f, -0.8f * FIELD_SIDE};
     const float d[3] = {((float)x + 0.5f) / (float)size - 0.5f, ((float)y + 0.5f) / (float)size - 0.5f, 1};
+    uint32_t state = i;
     ray[i] = pktrt_make_ray(origin, d);
-    state = i, ray[i].time = next();
+    ray[i].time = field_random(&state);
   }
 }
 
@@ -118,10 +90,10 @@ static size_t make_secondary(const pktrt_scene *s, kind k, size_t n, const pktrt
     for (int a = 0; a < 3; a++) length += hit[i].normal[a] * hit[i].normal[a];
     for (int a = 0; a < 3; a++) unit[a] = hit[i].normal[a] / sqrtf(length), facing += unit[a] * from[i].direction[a];
     for (int a = 0; a < 3 && facing > 0; a++) unit[a] = -unit[a];
-    state = (uint32_t)i;
+    uint32_t state = (uint32_t)i;
     do {
       around = 0;
-      for (int a = 0; a < 3; a++) q[a] = 2 * next() - 1, around += q[a] * q[a];
+      for (int a = 0; a < 3; a++) q[a] = 2 * field_random(&state) - 1, around += q[a] * q[a];
     } while (around > 1 || around < 1e-6f);
     for (int a = 0; a < 3; a++)
       d[a] = k == MIRROR ? from[i].direction[a] + 2 * fabsf(facing) * unit[a] : unit[a] + q[a] / sqrtf(around);
@@ -220,22 +192,24 @@ static void move_one(const options *o, results *to) {
     const uint32_t a = i / EDGE * (EDGE + 1) + i % EDGE, b = a + EDGE + 1, both[6] = {a, a + 1, b, a + 1, b + 1, b};
     memcpy(quad[i], both, sizeof both);
   }
-  const pktrt_mesh_desc ground = {p[0], (EDGE + 1) * (EDGE + 1), 0, quad[0], 2 * EDGE * EDGE, 1, NULL, 0};
-  const pktrt_mesh_desc ball = {sphere[0], VERTICES, 0, faces[0], TRIANGLES, 1, NULL, 0};
+  pktrt_mesh_desc ground;
+  memset(&ground, 0, sizeof ground);
+  ground.positions = p[0], ground.vertex_count = (EDGE + 1) * (EDGE + 1);
+  ground.indices = quad[0], ground.triangle_count = 2 * EDGE * EDGE;
+  const pktrt_mesh_desc ball = sphere_desc();
   pktrt_scene *s = pktrt_scene_create(NULL);
   uint32_t model;
   float keys[2][12];
   expect(s, pktrt_add_mesh(s, &ground, NULL)), expect(s, pktrt_add_model(s, &ball, 1, &model));
   for (uint32_t i = 0; i < 500; i++) {
-    transform_of(i, keys);
-    const pktrt_instance_desc at = {model, 1, keys[0]};
-    expect(s, pktrt_add_instance(s, &at, NULL));
+    field_transforms(i, keys);
+    add_instance(s, model, 1, keys[0]);
   }
   expect(s, pktrt_commit(s));
   for (unsigned r = 0; r < o->rounds; r++)
     for (int refit = 0; refit < 2; refit++) {
       const double start = ex_seconds();
-      transform_of(600 + r, keys);
+      field_transforms(600 + r, keys);
       expect(s, pktrt_set_transform(s, 7 * r % 500, 0, keys[0]));
       expect(s, refit ? pktrt_refit(s) : pktrt_commit(s));
       seconds[refit][r] = ex_seconds() - start;
@@ -270,14 +244,14 @@ int main(int argc, char **argv) {
   results to = {NULL, NULL, NULL, NULL};
   bench_begin(argc, argv);
   if (!parse(argc, argv, &o)) return 2;
-  make_sphere();
+  field_make_sphere(&sphere);
   for (int w = 0; w < WAYS; w++) s[w] = field_of((way)w, &build[w]), pktrt_get_scene_info(s[w], &info[w]);
   results_open(&to, o.results, "instances");
   say(&to,
       "%d spheres of %d triangles, %u x %u camera rays, medians of %u rounds. At rest: instances %.2f MB of trees and "
       "meshes,"
       " committed in %.2f ms, meshes %.1f MB, %.0f ms.\n\n",
-      COUNT, TRIANGLES, o.size, o.size, o.rounds, (double)(info[0].tree_bytes + info[0].mesh_bytes) / 1e6,
+      FIELD_COUNT, FIELD_TRIANGLES, o.size, o.size, o.rounds, (double)(info[0].tree_bytes + info[0].mesh_bytes) / 1e6,
       1e3 * build[0], (double)(info[2].tree_bytes + info[2].mesh_bytes) / 1e6, 1e3 * build[2]);
   race_all(s, &o, &to);
   move_one(&o, &to);

@@ -3,14 +3,14 @@
 
      make leaveout                          all figures, in ten minutes; bench/leaveout.sh puts them together
      make leaveout-check                    what must hold, and that controls fail
-     leaveout FEATURE with|without render|intersect|occluded [mirror|moving]
+     leaveout FEATURE with|without render|intersect|occluded [mirror|moving|textured]
                                             one call; prints the bytes that the library reports
      leaveout race aside|across ROUNDS      time of rays past a moving mesh, against the same mesh at rest
      leaveout past aside|across static|moving coherent|incoherent intersect|occluded
                                             one call of these
 
-   The library is linked to it: built in full, or with a PKTRT_NO_... switch. A word behind the call puts a mirror or a
-   moving sphere into the scene, with the feature and without.
+   The library is linked to it: built in full, or with a PKTRT_NO_... switch. A word behind the call puts a mirror, a
+   moving sphere or textures into the scene, with the feature and without.
 
    Contents: shapes, scene, call, race, main. */
 #include "bench.h"
@@ -22,6 +22,7 @@ enum { SPHERES = 3, SPHERE_U = 60, SPHERE_V = 32, FLOOR_EDGE = 64, KEYS = 2, SIZ
 
 typedef struct shape {
   float *positions, *normals; /* KEYS blocks each; who stands still takes the first */
+  float *texcoords;
   uint32_t *indices, vertices, triangles;
 } shape;
 
@@ -30,7 +31,12 @@ static shape grid(uint32_t columns, uint32_t rows) {
   s.vertices = (columns + 1) * (rows + 1), s.triangles = 2 * columns * rows;
   s.positions = (float *)take((size_t)s.vertices * 3 * KEYS, sizeof(float));
   s.normals = (float *)take((size_t)s.vertices * 3 * KEYS, sizeof(float));
+  s.texcoords = (float *)take((size_t)s.vertices * 2, sizeof(float));
   s.indices = (uint32_t *)take((size_t)s.triangles * 3, sizeof(uint32_t));
+  for (uint32_t i = 0; i < s.vertices; i++) {
+    s.texcoords[2 * i] = (float)(i % (columns + 1)) / (float)columns;
+    s.texcoords[2 * i + 1] = (float)(i / (columns + 1)) / (float)rows;
+  }
   uint32_t *next = s.indices;
   for (uint32_t y = 0; y < rows; y++)
     for (uint32_t x = 0; x < columns; x++) {
@@ -40,7 +46,7 @@ static shape grid(uint32_t columns, uint32_t rows) {
   return s;
 }
 
-static void free_shape(shape *s) { free(s->positions), free(s->normals), free(s->indices); }
+static void free_shape(shape *s) { free(s->positions), free(s->normals), free(s->texcoords), free(s->indices); }
 
 /* At the last key it stands where `by` leads it. */
 static void set_vertex(shape *s, uint32_t i, const double p[3], const double n[3], const double by[3]) {
@@ -83,14 +89,35 @@ static void must(pktrt_scene *world, pktrt_status status) {
   if (status != PKTRT_OK) fatal(pktrt_last_error(world));
 }
 
-static void add_shape(pktrt_scene *world, const shape *s, uint32_t features, bool moves, const pktrt_material *m) {
+/* Where features ask for it: as an instance, which stands where the shape is; in a group and with a mask of its own;
+   hidden. */
+static void add_desc(pktrt_scene *world, pktrt_mesh_desc *d, uint32_t features, uint32_t nth) {
+  uint32_t mesh = 0;
+  if (features & PKTRT_FEATURE_GROUPS) d->group = nth + 1, d->mask = 1u << nth;
+#ifndef PKTRT_NO_INSTANCES
+  if (features & PKTRT_FEATURE_INSTANCES) {
+    pktrt_instance_desc at;
+    memset(&at, 0, sizeof at);
+    must(world, pktrt_add_model(world, d, 1, &at.model));
+    must(world, pktrt_add_instance(world, &at, NULL));
+    return;
+  }
+#endif
+  must(world, pktrt_add_mesh(world, d, &mesh));
+#ifndef PKTRT_NO_REMOVAL
+  if (features & PKTRT_FEATURE_REMOVAL) must(world, pktrt_set_enabled(world, mesh, false));
+#endif
+}
+
+static void add_shape(pktrt_scene *world, const shape *s, uint32_t features, uint32_t nth, const pktrt_material *m) {
   pktrt_mesh_desc d;
   memset(&d, 0, sizeof d);
   d.positions = s->positions, d.vertex_count = s->vertices, d.indices = s->indices, d.triangle_count = s->triangles;
   d.normals = features & PKTRT_FEATURE_NORMALS ? s->normals : NULL;
-  d.key_count = moves ? KEYS : 1;
+  d.texcoords = features & PKTRT_FEATURE_SURFACES ? s->texcoords : NULL;
+  d.key_count = features & PKTRT_FEATURE_MOTION ? KEYS : 1;
   must(world, pktrt_add_material(world, m, &d.material));
-  must(world, pktrt_add_mesh(world, &d, NULL));
+  add_desc(world, &d, features, nth);
 }
 
 static void checker(void *user, const pktrt_points *p) {
@@ -99,8 +126,13 @@ static void checker(void *user, const pktrt_points *p) {
     for (int a = 0; a < 3; a++) p->albedo[a][i] *= (p->triangle[i] & 2) ? 1.0f : 0.5f;
 }
 
+static void holes(void *user, const pktrt_points *p) {
+  (void)user;
+  for (uint32_t i = 0; i < p->n; i++) p->opacity[i] = fmodf(8 * p->texcoord[0][i], 1) < 0.5f ? 0.0f : 1.0f;
+}
+
 /* As far as the scene has them: the first sphere is glass or a mirror, the second metal, the third and the floor have a
-   texture. */
+   texture, which makes holes into the third where there are cutouts. */
 static pktrt_material look(uint32_t i, uint32_t features) {
   pktrt_material m;
   memset(&m, 0, sizeof m);
@@ -115,6 +147,7 @@ static pktrt_material look(uint32_t i, uint32_t features) {
   const bool reflects = m.specular == PKTRT_SPECULAR_MIRROR || m.specular == PKTRT_SPECULAR_CONDUCTOR;
   if (gloss && reflects) m.lobe = PKTRT_LOBE_PHONG, m.exponent = 50;
   if (i >= 2 && (features & PKTRT_FEATURE_TEXTURES)) m.texture = checker;
+  if (i == 2 && (features & PKTRT_FEATURE_SURFACES)) m.texture = holes, m.cutout = true;
   return m;
 }
 
@@ -132,14 +165,17 @@ static pktrt_scene *make_scene(uint32_t features) {
   static const double by[3] = {0, 0.5, 0};
   pktrt_scene *world = pktrt_scene_create(NULL);
   if (!world) fatal(pktrt_last_error(NULL));
+  /* The third sphere alone moves, is an instance; what is hidden is one more. */
+  const uint32_t third = PKTRT_FEATURE_MOTION | PKTRT_FEATURE_INSTANCES, more = PKTRT_FEATURE_REMOVAL;
   pktrt_material m = look(SPHERES, features);
   shape s = hills();
-  add_shape(world, &s, features, false, &m);
+  add_shape(world, &s, features & ~(third | more), SPHERES, &m);
   free_shape(&s);
   for (uint32_t i = 0; i < SPHERES; i++) {
     const double middle[3] = {2.4 * i - 2.4, 1.2, 0};
     m = look(i, features), s = sphere(middle, 1.1, by);
-    add_shape(world, &s, features, i == 2 && (features & PKTRT_FEATURE_MOTION), &m);
+    add_shape(world, &s, features & ~(i == 2 ? more : third | more), i, &m);
+    if (i == 1 && (features & more)) add_shape(world, &s, features & ~third, i, &m);
     free_shape(&s);
   }
   add_lamp(world, features & PKTRT_FEATURE_AREA_LIGHTS);
@@ -162,14 +198,19 @@ typedef struct plan {
 static const uint32_t all_of_them = PKTRT_FEATURE_MOTION | PKTRT_FEATURE_STATS | PKTRT_FEATURE_PAPER |
                                     PKTRT_FEATURE_LENS | PKTRT_FEATURE_SHUTTER | PKTRT_FEATURE_AREA_LIGHTS |
                                     PKTRT_FEATURE_GLOSS | PKTRT_FEATURE_DIELECTRIC | PKTRT_FEATURE_CONDUCTOR |
-                                    PKTRT_FEATURE_NORMALS | PKTRT_FEATURE_TEXTURES;
+                                    PKTRT_FEATURE_NORMALS | PKTRT_FEATURE_TEXTURES | PKTRT_FEATURE_INSTANCES |
+                                    PKTRT_FEATURE_GROUPS | PKTRT_FEATURE_REMOVAL | PKTRT_FEATURE_SURFACES;
+static const uint32_t of_queries =
+    PKTRT_FEATURE_MOTION | PKTRT_FEATURE_INSTANCES | PKTRT_FEATURE_GROUPS | PKTRT_FEATURE_REMOVAL;
 static const plan plans[] = {
     {"MOTION", PKTRT_FEATURE_MOTION, PKTRT_MODE_WRT},       {"STATS", PKTRT_FEATURE_STATS, PKTRT_MODE_WRT},
     {"PAPER", PKTRT_FEATURE_PAPER, PKTRT_MODE_WRT},         {"LENS", PKTRT_FEATURE_LENS, PKTRT_MODE_DRT},
     {"SHUTTER", PKTRT_FEATURE_SHUTTER, PKTRT_MODE_DRT},     {"AREA_LIGHTS", PKTRT_FEATURE_AREA_LIGHTS, PKTRT_MODE_DRT},
     {"GLOSS", PKTRT_FEATURE_GLOSS, PKTRT_MODE_DRT},         {"DIELECTRIC", PKTRT_FEATURE_DIELECTRIC, PKTRT_MODE_WRT},
     {"CONDUCTOR", PKTRT_FEATURE_CONDUCTOR, PKTRT_MODE_WRT}, {"NORMALS", PKTRT_FEATURE_NORMALS, PKTRT_MODE_WRT},
-    {"TEXTURES", PKTRT_FEATURE_TEXTURES, PKTRT_MODE_WRT},   {"EVERYTHING", all_of_them, PKTRT_MODE_DRT}};
+    {"TEXTURES", PKTRT_FEATURE_TEXTURES, PKTRT_MODE_WRT},   {"INSTANCES", PKTRT_FEATURE_INSTANCES, PKTRT_MODE_WRT},
+    {"GROUPS", PKTRT_FEATURE_GROUPS, PKTRT_MODE_WRT},       {"REMOVAL", PKTRT_FEATURE_REMOVAL, PKTRT_MODE_WRT},
+    {"SURFACES", PKTRT_FEATURE_SURFACES, PKTRT_MODE_WRT},   {"EVERYTHING", all_of_them, PKTRT_MODE_DRT}};
 enum { PLANS = sizeof plans / sizeof *plans };
 
 typedef struct work {
@@ -246,7 +287,7 @@ static const plan *plan_of(const char *name) {
 
 /* Else what is counted would not be what the table says. */
 static void must_be_used(const plan *p, const work *w, bool with, const pktrt_scene_report *r) {
-  const uint32_t looked_at = p->feature & (w->which == RENDER ? ~0u : (uint32_t)PKTRT_FEATURE_MOTION);
+  const uint32_t looked_at = p->feature & (w->which == RENDER ? ~0u : of_queries);
   if ((r->used & looked_at) != (with ? looked_at : 0)) fatal("the report does not say what this call uses");
 }
 
@@ -254,7 +295,9 @@ static uint32_t features_in(const plan *p, bool with, const char *base) {
   uint32_t features = with ? p->feature : 0;
   if (features & PKTRT_FEATURE_SHUTTER) features |= PKTRT_FEATURE_MOTION; /* else nobody sees it */
   if (features & PKTRT_FEATURE_GLOSS) features |= PKTRT_FEATURE_MIRROR;
+  if (features & PKTRT_FEATURE_SURFACES) features |= PKTRT_FEATURE_TEXTURES; /* which make the holes */
   if (!strcmp(base, "mirror")) features |= PKTRT_FEATURE_MIRROR;
+  if (!strcmp(base, "textured")) features |= PKTRT_FEATURE_TEXTURES;
   if (!strcmp(base, "moving")) features |= PKTRT_FEATURE_MOTION;
   return features;
 }
@@ -296,7 +339,7 @@ static pktrt_scene *race_scene(bool aside, bool moves, float lo[3], float hi[3])
   pktrt_scene *world = make_scene(0);
   const pktrt_material m = look(SPHERES, 0);
   shape s = sphere(middle, 2, by);
-  add_shape(world, &s, 0, moves, &m);
+  add_shape(world, &s, moves ? PKTRT_FEATURE_MOTION : 0, 0, &m);
   must(world, pktrt_commit(world));
   for (int a = 0; a < 3; a++) lo[a] = INFINITY, hi[a] = -INFINITY;
   for (uint32_t i = 0; i < 3 * KEYS * s.vertices; i++) {
@@ -407,7 +450,7 @@ int main(int argc, char **argv) {
   if (argc >= 4 && strcmp(argv[1], "race") && strcmp(argv[1], "past"))
     return run_call(argv[1], !strcmp(argv[2], "with"), argv[3], argc > 4 ? argv[4] : "");
   fprintf(stderr,
-          "usage: %s FEATURE with|without render|intersect|occluded [mirror|moving]\n"
+          "usage: %s FEATURE with|without render|intersect|occluded [mirror|moving|textured]\n"
           "       %s race aside|across ROUNDS\n"
           "       %s past aside|across static|moving coherent|incoherent intersect|occluded\n",
           argv[0], argv[0], argv[0]);

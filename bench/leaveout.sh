@@ -48,10 +48,11 @@ costs() { # feature, call, what the scene has anyway (or nothing)
 all_costs() {
   local feature call
   for call in render intersect occluded; do
-    for feature in MOTION STATS PAPER EVERYTHING; do costs $feature $call; done
+    for feature in MOTION STATS PAPER INSTANCES GROUPS REMOVAL EVERYTHING; do costs $feature $call; done
   done
-  for feature in LENS SHUTTER AREA_LIGHTS GLOSS DIELECTRIC CONDUCTOR NORMALS TEXTURES; do costs $feature render; done
+  for feature in LENS SHUTTER AREA_LIGHTS GLOSS DIELECTRIC CONDUCTOR NORMALS TEXTURES SURFACES; do costs $feature render; done
   costs SHUTTER render moving
+  costs SURFACES render textured
   for feature in GLOSS DIELECTRIC CONDUCTOR; do costs $feature render mirror; done
 }
 past() { # rays past a moving mesh (or through it), counted and raced
@@ -123,7 +124,8 @@ table() {
   awk -v all="$ALL" -v queries="$QUERIES" "$READ"'
     function words(name, w, n, text) {
       n = split(name, w, " ")
-      text = plain(w[1]) (n > 2 ? (w[3] == "mirror" ? ", beside a mirror" : ", beside motion") : "")
+      text = plain(w[1])
+      if (n > 2) text = text ", beside " (w[3] == "mirror" ? "a mirror" : w[3] == "moving" ? "motion" : "textures")
       return text " | " w[2]
     }
     function object(name, w) { split(name, w, " "); return w[1] == "EVERYTHING" ? all : "NO_" w[1] }
@@ -198,9 +200,10 @@ claims() {
       judge(control, sentence, get("size", name, "-", "text") / 1024, "%.0f", bar, aim)
     }
     END {
-      # Triangles weigh the same whatever is called, and a worker is none of a query.
+      # Triangles weigh the same whatever is called, and a worker is none of a query. Rays pay nothing for what is hidden.
       for (control = 0; control < 2; control++) {
-        for (i = 1; i <= n["cost"]; i++) if (!is_past(i) && names["cost", i] !~ /^EVERYTHING/) instructions(control, i)
+        for (i = 1; i <= n["cost"]; i++)
+          if (!is_past(i) && names["cost", i] !~ (control ? "^(EVERYTHING|REMOVAL)" : "^EVERYTHING")) instructions(control, i)
         for (i = 1; i <= n["cost"]; i++)
           if (names["cost", i] ~ (control ? "^(MOTION|NORMALS|EVERYTHING) render$" : " render"))
             bytes(control, i, "bytes_per_triangle")

@@ -17,6 +17,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -74,16 +75,32 @@ EX_UNUSED static void ex_log(void *user, int level, const char *sentence) {
 
 /* Each reads the value of the option --name and returns whether it is good; if not, it has said what would be. */
 
-/* A decimal number, alone, within [lo, hi]. */
-EX_UNUSED static bool ex_parse_uint(const char *name, const char *text, unsigned long lo, unsigned long hi,
-                                    unsigned *value) {
+/* A decimal number, alone, within [lo, hi]; of an argument that is no option. */
+EX_UNUSED static bool ex_parse_argument(const char *name, const char *text, unsigned long lo, unsigned long hi,
+                                        unsigned *value) {
   char *end = NULL;
   errno = 0;
   unsigned long v = strtoul(text, &end, 10);
   if (text[0] < '0' || text[0] > '9' || *end || errno || v < lo || v > hi)
-    return ex_fail("--%s: \"%s\" is not a whole number from %lu to %lu", name, text, lo, hi);
+    return ex_fail("%s: \"%s\" is not a whole number from %lu to %lu", name, text, lo, hi);
   *value = (unsigned)v;
   return true;
+}
+
+/* The number that is a program's only argument, or what it is unless told. Ends the program if it is no good. */
+EX_UNUSED static unsigned ex_only_argument(int argc, char **argv, const char *name, unsigned unless_told,
+                                           unsigned long lo, unsigned long hi) {
+  unsigned value = unless_told;
+  if (argc > 2) ex_fail("%s: an argument too many: the only one is %s", argv[2], name);
+  if (argc > 2 || (argc == 2 && !ex_parse_argument(name, argv[1], lo, hi, &value))) exit(1);
+  return value;
+}
+
+EX_UNUSED static bool ex_parse_uint(const char *name, const char *text, unsigned long lo, unsigned long hi,
+                                    unsigned *value) {
+  char option[32];
+  snprintf(option, sizeof option, "--%s", name);
+  return ex_parse_argument(option, text, lo, hi, value);
 }
 
 /* A number, alone, within [lo, hi]; written this way round, NaN is in no range. */
@@ -298,7 +315,9 @@ EX_UNUSED static bool ex_write_channels(const char *path, const float *pixels, u
   return ex_write_stream(file, path, pixels, width, height, channels);
 }
 
+/* Makes the folder out/ if the picture goes there. */
 EX_UNUSED static bool ex_write_picture(const char *path, const float *pixels, unsigned width, unsigned height) {
+  if (!strncmp(path, "out/", 4)) mkdir("out", 0777); /* where that fails, so does what follows, and says why */
   return ex_write_channels(path, pixels, width, height, 3);
 }
 

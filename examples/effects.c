@@ -81,18 +81,22 @@ static bool add_ball(pktrt_scene *scene, const ball *b) {
     const uint32_t square[2][3] = {{i, i + AROUND, next + AROUND}, {i, next + AROUND, next}};
     memcpy(indices[2 * i], square, sizeof square);
   }
-  const pktrt_mesh_desc mesh = {positions[0],      vertices, 0,          indices[0],
-                                2 * AROUND * DOWN, keys,     normals[0], b->material};
+  pktrt_mesh_desc mesh;
+  memset(&mesh, 0, sizeof mesh);
+  mesh.positions = positions[0], mesh.normals = normals[0], mesh.vertex_count = vertices, mesh.key_count = keys;
+  mesh.indices = indices[0], mesh.triangle_count = 2 * AROUND * DOWN, mesh.material = b->material;
   return pktrt_add_mesh(scene, &mesh, NULL) == PKTRT_OK;
 }
 
 static bool make_scene(pktrt_scene *scene, effect last) {
   static const float ground[4][3] = {{-60, 0, 40}, {60, 0, 40}, {60, 0, -80}, {-60, 0, -80}};
   static const uint32_t square[2][3] = {{0, 1, 2}, {0, 2, 3}};
-  const pktrt_mesh_desc floor_mesh = {ground[0], 4, 0, square[0], 2, 1, NULL, FLOOR};
-  const pktrt_mesh_desc lamp_mesh = {lamp[0], 4, 0, square[0], 2, 1, NULL, LAMP};
+  pktrt_mesh_desc floor_mesh, lamp_mesh;
   pktrt_light light;
-  memset(&light, 0, sizeof light);
+  memset(&light, 0, sizeof light), memset(&floor_mesh, 0, sizeof floor_mesh);
+  floor_mesh.positions = ground[0], floor_mesh.vertex_count = 4;
+  floor_mesh.indices = square[0], floor_mesh.triangle_count = 2, floor_mesh.material = FLOOR;
+  lamp_mesh = floor_mesh, lamp_mesh.positions = lamp[0], lamp_mesh.material = LAMP;
   bool ok = make_materials(scene, last >= GLOSS) && !pktrt_add_mesh(scene, &floor_mesh, NULL) &&
             !pktrt_add_mesh(scene, &lamp_mesh, &light.mesh);
   for (size_t i = 0; ok && i < sizeof balls / sizeof *balls; i++) ok = add_ball(scene, &balls[i]);

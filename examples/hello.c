@@ -19,13 +19,17 @@ int main(int argc, char **argv) {
   static const uint32_t floor_triangles[] = {0, 1, 2, 0, 2, 3};
   static const float pyramid_xyz[] = {-1, 0, -1, -1, 0, 1, 1, 0, 1, 1, 0, -1, 0, 1.5f, 0};
   static const uint32_t pyramid_triangles[] = {0, 1, 4, 1, 2, 4, 2, 3, 4, 3, 0, 4};
-  const pktrt_mesh_desc ground = {floor_xyz, 4, 0, floor_triangles, 2, 0, NULL, 0};
-  const pktrt_mesh_desc pyramid = {pyramid_xyz, 5, 0, pyramid_triangles, 4, 0, NULL, 1};
   static pktrt_scene_desc setup;
-  static pktrt_material red; /* static, hence zeroed, hence full of sensible defaults */
+  static pktrt_mesh_desc ground, pyramid; /* static, hence zeroed, hence full of sensible defaults */
+  static pktrt_material red;
   static pktrt_light sun;
   static pktrt_render_desc view;
-  red.albedo[0] = 0.75f, red.albedo[1] = 0.2f, red.albedo[2] = 0.12f; /* the first that is added is number 1 */
+  ground.positions = floor_xyz, ground.vertex_count = 4;
+  ground.indices = floor_triangles, ground.triangle_count = 2;
+  pyramid.positions = pyramid_xyz, pyramid.vertex_count = 5;
+  pyramid.indices = pyramid_triangles, pyramid.triangle_count = 4;
+  red.albedo[0] = 0.75f, red.albedo[1] = 0.2f, red.albedo[2] = 0.12f;
+  pyramid.material = 1; /* the first that is added */
   sun.kind = PKTRT_LIGHT_DIRECTIONAL;
   sun.direction[0] = -4, sun.direction[1] = -2, sun.direction[2] = 0.6f;
   sun.intensity[0] = 3.8f, sun.intensity[1] = 3.6f, sun.intensity[2] = 3.1f;

@@ -64,22 +64,24 @@ static bool move(pktrt_scene *scene, unsigned side, float time) {
 static bool fill(pktrt_scene *scene, unsigned side) {
   static const float corner[4][3] = {{-500, 0, -500}, {-500, 0, 500}, {500, 0, 500}, {500, 0, -500}};
   static const uint32_t half[2][3] = {{0, 1, 2}, {0, 2, 3}};
-  const pktrt_mesh_desc ground = {corner[0], 4, 0, half[0], 2, 1, NULL, 0};
-  pktrt_mesh_desc mesh = {top[0], VERTICES, 0, faces[0], TRIANGLES, 1, NULL, 0};
+  pktrt_mesh_desc ground, mesh;
+  pktrt_instance_desc instance;
   pktrt_material red;
   pktrt_light sun;
-  uint32_t model;
+  memset(&ground, 0, sizeof ground), memset(&mesh, 0, sizeof mesh), memset(&instance, 0, sizeof instance);
   memset(&sun, 0, sizeof sun), memset(&red, 0, sizeof red);
+  ground.positions = corner[0], ground.vertex_count = 4, ground.indices = half[0], ground.triangle_count = 2;
+  mesh.positions = top[0], mesh.vertex_count = VERTICES, mesh.indices = faces[0], mesh.triangle_count = TRIANGLES;
   red.albedo[0] = 0.75f, red.albedo[1] = 0.25f, red.albedo[2] = 0.2f;
   sun.kind = PKTRT_LIGHT_DIRECTIONAL, sun.direction[0] = -3, sun.direction[1] = -4, sun.direction[2] = -1;
   for (int a = 0; a < 3; a++) sun.intensity[a] = 2.5f;
   if (pktrt_add_material(scene, &red, &mesh.material) || pktrt_add_light(scene, &sun, NULL)) return false;
-  if (pktrt_add_model(scene, &mesh, 1, &model)) return false;
+  if (pktrt_add_model(scene, &mesh, 1, &instance.model)) return false;
   for (unsigned i = 0; i < side * side; i++) { /* first, so that their meshes have the numbers of instances */
     float keys[24];
     place(i, side, 0, keys), place(i, side, 0.01f, keys + 12);
-    const pktrt_instance_desc d = {model, 2, keys};
-    if (pktrt_add_instance(scene, &d, NULL)) return false;
+    instance.key_count = 2, instance.transforms = keys;
+    if (pktrt_add_instance(scene, &instance, NULL)) return false;
   }
   return !pktrt_add_mesh(scene, &ground, NULL) && !pktrt_commit(scene);
 }
@@ -106,10 +108,9 @@ static bool show(pktrt_scene *scene, unsigned side) {
 }
 
 int main(int argc, char **argv) {
-  unsigned side = 100;
+  const unsigned side = ex_only_argument(argc, argv, "SIDE", 100, 1, 1000);
   ex_threads threads = {ex_processors()};
   pktrt_scene_desc desc;
-  if (argc > 1 && !ex_parse_uint("SIDE", argv[1], 1, 1000, &side)) return 1;
   memset(&desc, 0, sizeof desc);
   desc.parallel_for = ex_parallel_for, desc.user = &threads, desc.log = ex_log;
   make_top();

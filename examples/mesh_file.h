@@ -68,12 +68,53 @@ static float *mesh_file_read_tri(const char *path, off_t size, uint32_t *count) 
   return positions;
 }
 
-static bool mesh_file_add(pktrt_scene *world, const char *path, const pktrt_mesh_desc *mesh) {
+/* Meshes that are kept for pktrt_add_model, with copies of their own. A zeroed one is empty. */
+typedef struct mesh_file_meshes {
+  pktrt_mesh_desc *mesh;
+  uint32_t count;
+} mesh_file_meshes;
+
+EX_UNUSED static void mesh_file_free(mesh_file_meshes *kept) {
+  for (uint32_t i = 0; i < kept->count; i++) {
+    free((void *)kept->mesh[i].positions);
+    free((void *)kept->mesh[i].normals);
+    free((void *)kept->mesh[i].indices);
+  }
+  free(kept->mesh);
+  memset(kept, 0, sizeof *kept);
+}
+
+/* A copy of n values of 4 bytes, *ok false where memory is lacking; NULL of NULL. */
+static void *mesh_file_duplicate(const void *from, size_t n, bool *ok) {
+  void *to = from ? malloc(n * 4 + 1) : NULL;
+  if (to) memcpy(to, from, n * 4);
+  else if (from) *ok = false;
+  return to;
+}
+
+static bool mesh_file_keep(mesh_file_meshes *kept, const char *path, const pktrt_mesh_desc *mesh) {
+  const size_t values = (size_t)mesh->vertex_count * 3;
+  bool ok = true;
+  pktrt_mesh_desc *grown = (pktrt_mesh_desc *)realloc(kept->mesh, ((size_t)kept->count + 1) * sizeof *grown);
+  if (grown) {
+    pktrt_mesh_desc *copy = &grown[kept->count++];
+    kept->mesh = grown;
+    *copy = *mesh;
+    copy->positions = (const float *)mesh_file_duplicate(mesh->positions, values, &ok);
+    copy->normals = (const float *)mesh_file_duplicate(mesh->normals, values, &ok);
+    copy->indices = (const uint32_t *)mesh_file_duplicate(mesh->indices, (size_t)mesh->triangle_count * 3, &ok);
+  }
+  return (grown && ok) || ex_fail("%s: not enough memory for a model of %lu meshes", path, (unsigned long)kept->count);
+}
+
+/* Adds a mesh to the scene, or if there is a list, keeps it there. */
+static bool mesh_file_add(pktrt_scene *world, const char *path, const pktrt_mesh_desc *mesh, mesh_file_meshes *kept) {
+  if (kept) return mesh_file_keep(kept, path, mesh);
   pktrt_status status = pktrt_add_mesh(world, mesh, NULL);
   return status == PKTRT_OK || ex_fail("%s: %s", path, pktrt_last_error(world));
 }
 
-static bool mesh_file_add_tri(pktrt_scene *world, const char *path, off_t size) {
+static bool mesh_file_add_tri(pktrt_scene *world, const char *path, off_t size, mesh_file_meshes *kept) {
   uint32_t count = 0;
   float *positions = mesh_file_read_tri(path, size, &count);
   if (!positions) return false;
@@ -82,7 +123,7 @@ static bool mesh_file_add_tri(pktrt_scene *world, const char *path, off_t size) 
   mesh.positions = positions;
   mesh.vertex_count = count * 3;
   mesh.triangle_count = count;
-  bool ok = mesh_file_add(world, path, &mesh);
+  bool ok = mesh_file_add(world, path, &mesh, kept);
   free(positions);
   return ok;
 }
@@ -164,7 +205,8 @@ static bool mesh_file_normals_usable(const float *normals, unsigned n) {
   return true;
 }
 
-static bool mesh_file_add_aimesh(pktrt_scene *world, const char *path, const struct aiMesh *from, uint32_t material) {
+static bool mesh_file_add_aimesh(pktrt_scene *world, const char *path, const struct aiMesh *from, uint32_t material,
+                                 mesh_file_meshes *kept) {
   unsigned vertices = from->mNumVertices, triangles = 0;
   float *positions = (float *)malloc(sizeof(float) * 3 * vertices);
   float *normals = (float *)malloc(sizeof(float) * 3 * vertices);
@@ -185,7 +227,7 @@ static bool mesh_file_add_aimesh(pktrt_scene *world, const char *path, const str
     mesh.indices = indices;
     mesh.triangle_count = triangles;
     mesh.material = material;
-    ok = triangles == 0 || mesh_file_add(world, path, &mesh);
+    ok = triangles == 0 || mesh_file_add(world, path, &mesh, kept);
   }
   free(positions);
   free(normals);
@@ -193,7 +235,7 @@ static bool mesh_file_add_aimesh(pktrt_scene *world, const char *path, const str
   return ok;
 }
 
-static bool mesh_file_add_assimp(pktrt_scene *world, const char *path, off_t size) {
+static bool mesh_file_add_assimp(pktrt_scene *world, const char *path, off_t size, mesh_file_meshes *kept) {
   const struct aiScene *file =
       mesh_file_import(path, size,
                        aiProcess_Triangulate | aiProcess_SortByPType | aiProcess_PreTransformVertices |
@@ -209,7 +251,7 @@ static bool mesh_file_add_assimp(pktrt_scene *world, const char *path, off_t siz
     if (!(mesh->mPrimitiveTypes & aiPrimitiveType_TRIANGLE)) continue;
     some = true;
     ok = mesh_file_add_aimesh(world, path, mesh,
-                              mesh->mMaterialIndex < file->mNumMaterials ? materials[mesh->mMaterialIndex] : 0);
+                              mesh->mMaterialIndex < file->mNumMaterials ? materials[mesh->mMaterialIndex] : 0, kept);
   }
   free(materials);
   aiReleaseImport(file);
@@ -217,17 +259,25 @@ static bool mesh_file_add_assimp(pktrt_scene *world, const char *path, off_t siz
 }
 #endif
 
-/* Adds the meshes of a file to the scene; false after one line that says why not. */
-EX_UNUSED static bool mesh_file_load(pktrt_scene *world, const char *path) {
+static bool mesh_file_read(pktrt_scene *world, const char *path, mesh_file_meshes *kept) {
   struct stat info;
   if (stat(path, &info) != 0) return ex_fail("%s: cannot be read: %s", path, strerror(errno));
   if (!S_ISREG(info.st_mode)) return ex_fail("%s: not a regular file", path);
-  if (ex_has_suffix(path, ".tri")) return mesh_file_add_tri(world, path, info.st_size);
+  if (ex_has_suffix(path, ".tri")) return mesh_file_add_tri(world, path, info.st_size, kept);
 #ifdef HAVE_ASSIMP
-  return mesh_file_add_assimp(world, path, info.st_size);
+  return mesh_file_add_assimp(world, path, info.st_size, kept);
 #else
   return ex_fail("%s: this program was built without assimp and reads .tri files only", path);
 #endif
+}
+
+/* Adds the meshes of a file to the scene; false after one line that says why not. */
+EX_UNUSED static bool mesh_file_load(pktrt_scene *world, const char *path) { return mesh_file_read(world, path, NULL); }
+
+/* Adds their materials only, and keeps the meshes, for pktrt_add_model; mesh_file_free them in any case. */
+EX_UNUSED static bool mesh_file_load_kept(pktrt_scene *world, const char *path, mesh_file_meshes *kept) {
+  memset(kept, 0, sizeof *kept);
+  return mesh_file_read(world, path, kept);
 }
 
 #endif /* EXAMPLES_MESH_FILE_H */

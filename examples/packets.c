@@ -114,8 +114,9 @@ int main(void) {
   pktrt_scene *scene = pktrt_scene_create(NULL);
   make_boxes();
   w.hits = -1;
-  const pktrt_mesh_desc mesh = {
-      &positions[0][0], BOXES * BOXES * 8 + 4, 0, &indices[0][0], BOXES * BOXES * 12 + 2, 0, NULL, 0};
+  static pktrt_mesh_desc mesh;
+  mesh.positions = &positions[0][0], mesh.vertex_count = BOXES * BOXES * 8 + 4;
+  mesh.indices = &indices[0][0], mesh.triangle_count = BOXES * BOXES * 12 + 2;
   if (pktrt_add_mesh(scene, &mesh, NULL) || pktrt_commit(scene)) {
     fprintf(stderr, "error: %s\n", pktrt_last_error(scene));
     return 1;

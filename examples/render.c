@@ -13,11 +13,12 @@
 
 /* >>options -------------------------------------------------------------------------------------------------------- */
 
-enum { MAX_FRAMES = 1000000, DRT_SAMPLES = 64, PASS_SAMPLES = 8 };
+enum { MAX_FRAMES = 1000000, MAX_INSTANCES = 1000000, DRT_SAMPLES = 64, PASS_SAMPLES = 8 };
 
 typedef struct options {
   const char *scene, *mesh, *output, *buffers, *error_map;
   unsigned width, height, packet, tile, threads, samples, seed, depth, frame, frames;
+  unsigned instances;                                                  /* 0: the scene itself */
   unsigned passes;                                                     /* 0: as many as it takes */
   int mode, path, sampler, assembly, branching, lights, glass_shadows; /* values of the library's enumerations */
   int normals, shadows, phong;                                         /* the same */
@@ -115,16 +116,18 @@ static void print_help(void) {
          "  --light-size F   quads, spheres and lamp meshes F times as wide about their middles, power unchanged\n"
          "  --mesh FILE      a mesh: .tri%s\n"
          "  --up y|z         what is up in a mesh file (default y)\n"
+         "  --instances N    the mesh or scene as a model, built once and shown N times, 1 to %d, in a square\n"
+         "                   field. A scene is without its own lights then, and seen and lit as a mesh is\n"
          "  --camera EX,EY,EZ,TX,TY,TZ\n"
          "                   eye and target (default: the scene's, or one that frames the mesh)\n"
          "  --aperture D     diameter of the lens (default: the scene's; seen in drt)\n"
          "  --focus D        distance of what is sharp (default: the scene's, else that of the target)\n",
 #ifdef HAVE_ASSIMP
-         ", and what assimp reads: .obj .ply .gltf .glb .stl ..."
+         ", and what assimp reads: .obj .ply .gltf .glb .stl ...",
 #else
-         " (built without assimp: nothing else)"
+         " (built without assimp: nothing else)",
 #endif
-  );
+         MAX_INSTANCES);
   print_help_picture();
   print_help_error();
   print_help_work();
@@ -190,7 +193,7 @@ static bool parse_attenuation(const char *text, double *attenuation) {
 
 /* clang-format off */
 enum option_name {
-  OPT_SCENE = 256, OPT_MESH, OPT_CAMERA, OPT_UP, OPT_FRAME, OPT_FRAMES, OPT_SHUTTER, OPT_LIGHT_SIZE, OPT_APERTURE,
+  OPT_SCENE = 256, OPT_MESH, OPT_INSTANCES, OPT_CAMERA, OPT_UP, OPT_FRAME, OPT_FRAMES, OPT_SHUTTER, OPT_LIGHT_SIZE, OPT_APERTURE,
   OPT_FOCUS, OPT_MODE, OPT_SIZE, OPT_SPP, OPT_SAMPLER, OPT_SEED, OPT_DEPTH, OPT_ATTENUATION, OPT_BRANCHING,
   OPT_LIGHTS, OPT_GLASS_SHADOWS, OPT_NORMALS, OPT_SHADOWS, OPT_PHONG, OPT_EXPOSURE, OPT_BUFFERS, OPT_PASSES,
   OPT_TARGET_ERROR, OPT_MEASURE, OPT_TIME, OPT_ADAPTIVE, OPT_ERROR_MAP, OPT_PATH, OPT_PACKET, OPT_ASSEMBLY,
@@ -200,6 +203,7 @@ enum option_name {
 
 static const struct option option_list[] = {{"scene", required_argument, NULL, OPT_SCENE},
                                             {"mesh", required_argument, NULL, OPT_MESH},
+                                            {"instances", required_argument, NULL, OPT_INSTANCES},
                                             {"camera", required_argument, NULL, OPT_CAMERA},
                                             {"up", required_argument, NULL, OPT_UP},
                                             {"frame", required_argument, NULL, OPT_FRAME},
@@ -245,6 +249,7 @@ static bool parse_option(options *o, int option, const char *text) {
   switch (option) {
   case OPT_SCENE: return parse_scene(text, &o->scene);
   case OPT_MESH: o->mesh = text; return true;
+  case OPT_INSTANCES: return ex_parse_uint("instances", text, 1, MAX_INSTANCES, &o->instances);
   case OPT_CAMERA: o->has_camera = true; return parse_camera(text, o->camera);
   case OPT_UP: return parse_up(text, &o->up_z);
   case OPT_FRAME: o->has_frame = true; return ex_parse_uint("frame", text, 0, MAX_FRAMES - 1, &o->frame);
@@ -311,8 +316,11 @@ static bool complete_options(options *o) {
   if (o->scene && o->mesh) return ex_fail("--scene and --mesh exclude each other");
   if (o->mesh && (o->has_frame || o->shutter > 0)) return ex_fail("--frame, --shutter: a mesh file has no animation");
   if (o->mesh && o->light_size > 0) return ex_fail("--light-size: the lights of a mesh file have no size");
+  if (o->instances > 0 && o->light_size > 0)
+    return ex_fail("--light-size, --instances: a scene in instances is without its lights");
   if (o->frame >= o->frames) return ex_fail("--frame: %u is beyond the last of %u frames", o->frame, o->frames);
   if (!o->scene && !o->mesh) o->scene = scene_names()[0];
+  if (o->scene) o->up_z = false;
   if (o->shutter < 0) o->shutter = o->mode == PKTRT_MODE_DRT && !o->mesh ? 1.0 / o->frames : 0;
   return complete_passes(o);
 }
@@ -350,14 +358,22 @@ static double spacing(double x) {
   return ldexp(1, (x > 0 && exponent > -125 ? exponent : -125) - 24);
 }
 
-/* From the front, a little right and above; from the other side where the eye would lie beyond the largest coordinate.
-   False: there, too. */
-static bool place_eye(const double center[3], double distance, bool up_z, pktrt_camera *camera) {
-  static const double from[2][3] = {{0.45, 0.35, 0.82}, {0.45, -0.82, 0.35}}; /* y up, z up */
+/* What the pictures are of. */
+static const char *seen_name(const options *o) { return o->mesh ? o->mesh : o->scene; }
+
+/* Where one looks from: the front, a little right and above, upon a field more from above. */
+static const double *eye_direction(const options *o) {
+  static const double from[2][2][3] = {{{0.45, 0.35, 0.82}, {0.45, -0.82, 0.35}}, /* y up, z up */
+                                       {{0.35, 0.6, 0.72}, {0.35, -0.72, 0.6}}};
+  return from[o->instances > 0][o->up_z];
+}
+
+/* From the other side where the eye would lie beyond the largest coordinate. False: there, too. */
+static bool place_eye(const double center[3], double distance, const double from[3], pktrt_camera *camera) {
   const double most = (double)PKTRT_MAX_COORD;
   for (int a = 0; a < 3; a++) {
-    double eye = center[a] + distance * from[up_z][a];
-    if (fabs(eye) > most) eye = center[a] - distance * from[up_z][a];
+    double eye = center[a] + distance * from[a];
+    if (fabs(eye) > most) eye = center[a] - distance * from[a];
     if (fabs(eye) > most) return false;
     camera->eye[a] = (float)eye;
     camera->target[a] = (float)center[a];
@@ -377,24 +393,43 @@ static double tangent_of_sphere(const pktrt_camera *camera, const double center[
   return radius / sqrt(distance2 - radius * radius);
 }
 
-/* A camera that sees the whole bounding sphere. In double, whose range holds squares of any coordinate that the library
+/* How far the eye must be from the middle of a box to see all its corners, `tangent` of half the angle up and down. */
+static double distance_of_box(const double half[3], const double from[3], bool up_z, double tangent, double aspect) {
+  const int up = up_z ? 2 : 1, x = 0, z = up_z ? 1 : 2;
+  const double level = sqrt(from[x] * from[x] + from[z] * from[z]), turn = up_z ? -1 : 1;
+  double distance = 0;
+  for (int corner = 0; corner < 8; corner++) {
+    double p[3];
+    for (int a = 0; a < 3; a++) p[a] = corner >> a & 1 ? half[a] : -half[a];
+    const double towards = p[0] * from[0] + p[1] * from[1] + p[2] * from[2];
+    const double across = turn * (p[x] * from[z] - p[z] * from[x]) / level,
+                 above = (p[up] - towards * from[up]) / level;
+    distance = fmax(distance, towards + fmax(fabs(across) / aspect, fabs(above)) / tangent);
+  }
+  return 1.03 * distance;
+}
+
+/* A camera that sees the whole bounding sphere, or all corners of a field. In double, whose range holds squares of any coordinate that the library
    takes. Where floats are too coarse to place an eye near the mesh, it is farther away and its angle smaller. */
 static bool frame_bounds(const pktrt_scene_info *info, const options *o, pktrt_camera *camera) {
   const double degrees = 57.29577951308232, aspect = (double)o->width / o->height, narrow = aspect < 1 ? aspect : 1;
-  double center[3], radius = 0, largest = 0;
+  const double *from = eye_direction(o);
+  double center[3], half[3], radius = 0, largest = 0;
   for (int a = 0; a < 3; a++) {
     double lo = (double)info->bounds_lo[a], hi = (double)info->bounds_hi[a];
     center[a] = 0.5 * (lo + hi);
+    half[a] = 0.5 * (hi - lo);
     radius += 0.25 * (hi - lo) * (hi - lo);
     largest = fmax(largest, fmax(fabs(lo), fabs(hi)));
   }
   radius = sqrt(radius);
   /* sin(20 degrees) = 0.342; a picture higher than wide sees less across: there tan shrinks with the aspect */
   const double tangent = 0.364 * narrow, least = 64 * spacing(largest);
-  const double distance = radius * sqrt(1 + tangent * tangent) / tangent;
-  if (!place_eye(center, fmax(distance, least), o->up_z, camera))
+  const double distance = o->instances > 0 ? distance_of_box(half, from, o->up_z, 0.364, aspect)
+                                           : radius * sqrt(1 + tangent * tangent) / tangent;
+  if (!place_eye(center, fmax(distance, least), from, camera))
     return ex_fail("%s: a camera that sees all of it would lie beyond 2^100, the largest coordinate; see --camera",
-                   o->mesh);
+                   seen_name(o));
   if (distance < least) camera->fov_y = (float)(2 * degrees * atan(tangent_of_sphere(camera, center, radius) / narrow));
   return true;
 }
@@ -463,7 +498,7 @@ typedef struct job {
 static bool commit(job *j) {
   double start = ex_seconds();
   if (pktrt_commit(j->world) != PKTRT_OK) return ex_fail("%s", pktrt_last_error(j->world));
-  j->build_seconds = ex_seconds() - start;
+  j->build_seconds += ex_seconds() - start;
   return true;
 }
 
@@ -516,23 +551,92 @@ static bool load_built_in(job *j) {
   return commit(j);
 }
 
-static bool load_mesh(job *j) {
+/* A view and light for what brings neither. */
+static bool view_bounds(job *j) {
   const options *o = &j->given;
-  double start = ex_seconds();
   pktrt_scene_info info;
-  if (!mesh_file_load(j->world, o->mesh)) return false;
-  j->load_seconds = ex_seconds() - start;
-  if (!commit(j)) return false;
   pktrt_get_scene_info(j->world, &info);
-  if (info.degenerate == info.triangles)
-    return ex_fail("%s: there is nothing to see: as floats, none of its %llu triangles has an area", o->mesh,
-                   (unsigned long long)info.triangles);
   j->view.camera.fov_y = 40;
   if (!o->has_camera && !frame_bounds(&info, o, &j->view.camera)) return false;
   override_camera(j);
+  j->view.camera.shutter = o->shutter > 0 ? 1 : 0; /* as in take_animated_camera */
   j->view.camera.up[o->up_z ? 2 : 1] = 1;
   for (int c = 0; c < 3; c++) j->view.ambient[c] = 0.05f, j->view.background[c] = 0.08f + 0.03f * (float)c;
   return light_mesh(j->world, o, &j->view.camera);
+}
+
+static bool has_area(job *j) {
+  pktrt_scene_info info;
+  pktrt_get_scene_info(j->world, &info);
+  return info.degenerate < info.triangles ||
+         ex_fail("%s: there is nothing to see: as floats, none of its %llu triangles has an area", seen_name(&j->given),
+                 (unsigned long long)info.triangles);
+}
+
+static bool load_mesh(job *j) {
+  const options *o = &j->given;
+  double start = ex_seconds();
+  if (!mesh_file_load(j->world, o->mesh)) return false;
+  j->load_seconds = ex_seconds() - start;
+  return commit(j) && has_area(j) && view_bounds(j);
+}
+
+/* >>field ---------------------------------------------------------------------------------------------------------- */
+
+/* Places in a row of the field, which has as many rows, or one less. */
+static unsigned field_side(const options *o) { return (unsigned)ceil(sqrt((double)o->instances)); }
+
+static bool add_instance(job *j, uint32_t model, const float *transform) {
+  pktrt_instance_desc instance;
+  memset(&instance, 0, sizeof instance);
+  instance.model = model;
+  instance.transforms = transform;
+  return pktrt_add_instance(j->world, &instance, NULL) == PKTRT_OK ||
+         ex_fail("%s: %s", seen_name(&j->given), pktrt_last_error(j->world));
+}
+
+/* Shows a model where it was made, and when it is known how large that is, in the places to the right and behind. */
+static bool place_instances(job *j, uint32_t model) {
+  const options *o = &j->given;
+  const unsigned side = field_side(o), back = o->up_z ? 1 : 2;
+  pktrt_scene_info info;
+  double step[3], largest = 0;
+  if (!add_instance(j, model, NULL) || !commit(j) || !has_area(j)) return false;
+  pktrt_get_scene_info(j->world, &info);
+  for (int a = 0; a < 3; a++) {
+    step[a] = 1.25 * ((double)info.bounds_hi[a] - (double)info.bounds_lo[a]);
+    largest = fmax(largest, step[a]);
+  }
+  for (int a = 0; a < 3; a++) step[a] = fmax(step[a], 0.01 * largest); /* flat things stand behind each other, too */
+  for (unsigned i = 1; i < o->instances; i++) {
+    float place[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+    place[3] = (float)(step[0] * (i % side));
+    place[4 * back + 3] = (float)(step[back] * (i / side) * (o->up_z ? 1 : -1));
+    if (!add_instance(j, model, place)) return false;
+  }
+  return commit(j);
+}
+
+static bool load_field(job *j) {
+  const options *o = &j->given;
+  const double start = ex_seconds();
+  mesh_file_meshes kept = {NULL, 0};
+  uint32_t model = 0;
+  const bool loaded =
+      o->mesh ? mesh_file_load_kept(j->world, o->mesh, &kept)
+              : scene_make(o->scene, &j->built_in) || ex_fail("%s: not enough memory for the scene", o->scene);
+  const double built = ex_seconds();
+  j->load_seconds = built - start;
+  pktrt_status status = PKTRT_OK;
+  if (loaded)
+    status = o->mesh ? pktrt_add_model(j->world, kept.mesh, kept.count, &model)
+                     : scene_add_model(j->world, &j->built_in, (double)o->frame / o->frames, o->shutter, &model);
+  j->build_seconds = ex_seconds() - built;
+  mesh_file_free(&kept);
+  if (status != PKTRT_OK)
+    return ex_fail("%s: %s", seen_name(o),
+                   status == PKTRT_OUT_OF_MEMORY ? "not enough memory" : pktrt_last_error(j->world));
+  return loaded && place_instances(j, model) && view_bounds(j);
 }
 
 /* >>picture -------------------------------------------------------------------------------------------------------- */
@@ -809,12 +913,22 @@ static void print_error(const job *j) {
                                       : "all passes are done");
 }
 
+/* The lines above count the triangles of a model once, and its meshes for each instance. */
+static void print_field(const job *j) {
+  const options *o = &j->given;
+  pktrt_scene_report report;
+  pktrt_get_scene_report(j->world, NULL, &report);
+  printf("field    %u instances of it, %u in a row; %llu bytes in all%s\n", o->instances, field_side(o),
+         (unsigned long long)report.bytes, o->scene ? "; without the scene's own lights" : "");
+}
+
 static void print_table(const job *j) {
   const options *o = &j->given;
   pktrt_scene_info info;
   pktrt_get_scene_info(j->world, &info);
-  printf("scene    %s: %llu triangles in %lu meshes, %lu of them moving\n", o->mesh ? o->mesh : o->scene,
+  printf("scene    %s: %llu triangles in %lu meshes, %lu of them moving\n", seen_name(o),
          (unsigned long long)info.triangles, (unsigned long)info.mesh_count, (unsigned long)info.moving_meshes);
+  if (o->instances > 0) print_field(j);
   printf("picture  %u x %u, %s, %s path, %s, packets %u x %u by %s, tiles %u, threads %u\n", o->width, o->height,
          mode_words[o->mode], path_words[o->path], pktrt_isa_string(info.isa), o->packet, o->packet,
          assembly_names[o->assembly], o->tile, o->threads);
@@ -845,7 +959,10 @@ int main(int argc, char **argv) {
   desc.user = &threads;
   desc.log = ex_log;
   j.world = pktrt_scene_create(&desc);
-  bool ok = j.world ? (j.given.mesh ? load_mesh(&j) : load_built_in(&j)) && render(&j)
+  bool ok = j.world ? (j.given.instances ? load_field(&j)
+                       : j.given.mesh    ? load_mesh(&j)
+                                         : load_built_in(&j)) &&
+                          render(&j)
                     : ex_fail("%s", pktrt_last_error(NULL));
   if (ok) print_table(&j);
   free(j.view.pixels);

@@ -11,6 +11,8 @@
      scene_pose(s, &hall, t, shutter);           for each further frame, then pktrt_refit
      scene_camera(&hall, t, &camera);
 
+   Without its lights it is also a model, for instances: scene_add_model.
+
    Units are metres, y points up. The same bits come out on every machine: sines are a polynomial of our own, all
    arithmetic is in double, and coordinates are snapped to a grid far coarser than any rounding (see sc_snap). Every
    mesh is one material.
@@ -71,6 +73,9 @@ SCENE_DEF uint64_t scene_triangles(const scene *);
 SCENE_DEF pktrt_status scene_add(pktrt_scene *, const scene *); /* at rest; must be the first thing added */
 /* The same in the pose of `time`. shutter > 0: meshes that deform get two keys, at time and at time + shutter. */
 SCENE_DEF pktrt_status scene_add_at(pktrt_scene *, const scene *, double time, double shutter);
+/* The same as a model that instances show, without the lights: meshes of models are none. Its materials come before those
+   that are added later, its meshes are those of each instance. */
+SCENE_DEF pktrt_status scene_add_model(pktrt_scene *, const scene *, double time, double shutter, uint32_t *model);
 /* Gives the meshes that deform another pose, after a scene_add_at with a shutter likewise open or shut. Then refit. */
 SCENE_DEF pktrt_status scene_pose(pktrt_scene *, const scene *, double time, double shutter);
 SCENE_DEF void scene_camera(const scene *, double time, pktrt_camera *);
@@ -841,40 +846,68 @@ static float *sc_poses(const scene *s, const scene_mesh *m, double time, double 
   return room;
 }
 
-static pktrt_status sc_add_mesh(pktrt_scene *to, const scene *s, const scene_mesh *m, uint32_t material, double time,
-                                double shutter) {
-  pktrt_mesh_desc d;
-  pktrt_status status;
-  float *room = NULL;
-  memset(&d, 0, sizeof d);
-  d.positions = m->positions;
-  d.normals = m->normals;
-  d.indices = m->indices;
-  d.vertex_count = m->vertex_count;
-  d.triangle_count = m->triangle_count;
-  d.key_count = m->key_count;
-  d.material = material;
+/* What the library is told of a mesh; *room receives its poses, to be freed, if it deforms. */
+static pktrt_status sc_describe(const scene *s, const scene_mesh *m, uint32_t material, double time, double shutter,
+                                pktrt_mesh_desc *d, float **room) {
+  memset(d, 0, sizeof *d);
+  d->positions = m->positions;
+  d->normals = m->normals;
+  d->indices = m->indices;
+  d->vertex_count = m->vertex_count;
+  d->triangle_count = m->triangle_count;
+  d->key_count = m->key_count;
+  d->material = material;
+  *room = NULL;
   if (m->deforms) {
-    d.key_count = shutter > 0.0 ? 2 : 1;
-    room = sc_poses(s, m, time, shutter, d.key_count);
-    if (!room) return PKTRT_OUT_OF_MEMORY;
-    d.positions = room;
-    if (m->normals) d.normals = room + 3 * (size_t)m->vertex_count * d.key_count;
+    d->key_count = shutter > 0.0 ? 2 : 1;
+    *room = sc_poses(s, m, time, shutter, d->key_count);
+    if (!*room) return PKTRT_OUT_OF_MEMORY;
+    d->positions = *room;
+    if (m->normals) d->normals = *room + 3 * (size_t)m->vertex_count * d->key_count;
   }
-  status = pktrt_add_mesh(to, &d, NULL);
-  free(room);
-  return status;
+  return PKTRT_OK;
+}
+
+/* Adds the materials; their indices, to be freed, or NULL where memory is lacking. */
+static uint32_t *sc_add_materials(pktrt_scene *to, const scene *s, pktrt_status *status) {
+  uint32_t *material = (uint32_t *)malloc((s->material_count + 1) * sizeof(uint32_t));
+  size_t i;
+  *status = material ? PKTRT_OK : PKTRT_OUT_OF_MEMORY;
+  for (i = 0; *status == PKTRT_OK && i < s->material_count; i++)
+    *status = pktrt_add_material(to, &s->materials[i].m, &material[i]);
+  return material;
 }
 
 SCENE_DEF pktrt_status scene_add_at(pktrt_scene *to, const scene *s, double time, double shutter) {
-  uint32_t *material = (uint32_t *)malloc((s->material_count + 1) * sizeof(uint32_t));
-  pktrt_status status = material ? PKTRT_OK : PKTRT_OUT_OF_MEMORY;
+  pktrt_status status;
+  uint32_t *material = sc_add_materials(to, s, &status);
   size_t i;
-  for (i = 0; status == PKTRT_OK && i < s->material_count; i++)
-    status = pktrt_add_material(to, &s->materials[i].m, &material[i]);
-  for (i = 0; status == PKTRT_OK && i < s->mesh_count; i++)
-    status = sc_add_mesh(to, s, &s->meshes[i], material[s->meshes[i].material], time, shutter);
+  for (i = 0; status == PKTRT_OK && i < s->mesh_count; i++) {
+    const scene_mesh *m = &s->meshes[i];
+    pktrt_mesh_desc d;
+    float *room;
+    status = sc_describe(s, m, material[m->material], time, shutter, &d, &room);
+    if (status == PKTRT_OK) status = pktrt_add_mesh(to, &d, NULL);
+    free(room);
+  }
   for (i = 0; status == PKTRT_OK && i < s->light_count; i++) status = pktrt_add_light(to, &s->lights[i], NULL);
+  free(material);
+  return status;
+}
+
+SCENE_DEF pktrt_status scene_add_model(pktrt_scene *to, const scene *s, double time, double shutter, uint32_t *model) {
+  pktrt_status status;
+  uint32_t *material = sc_add_materials(to, s, &status);
+  pktrt_mesh_desc *d = (pktrt_mesh_desc *)calloc(s->mesh_count + 1, sizeof *d);
+  float **rooms = (float **)calloc(s->mesh_count + 1, sizeof *rooms);
+  size_t i;
+  if (!d || !rooms) status = PKTRT_OUT_OF_MEMORY;
+  for (i = 0; status == PKTRT_OK && i < s->mesh_count; i++)
+    status = sc_describe(s, &s->meshes[i], material[s->meshes[i].material], time, shutter, &d[i], &rooms[i]);
+  if (status == PKTRT_OK) status = pktrt_add_model(to, d, (uint32_t)s->mesh_count, model);
+  for (i = 0; rooms && i < s->mesh_count; i++) free(rooms[i]);
+  free(rooms);
+  free(d);
   free(material);
   return status;
 }

@@ -12,7 +12,7 @@ quick=$(command -v clang >/dev/null && echo "clang -O0" || echo "gcc -O1")
 narrow="PKTRT_NO_AVX2 PKTRT_NO_AVX512"
 pictures="PKTRT_NO_LENS PKTRT_NO_SHUTTER PKTRT_NO_AREA_LIGHTS PKTRT_NO_GLOSS PKTRT_NO_DIELECTRIC PKTRT_NO_CONDUCTOR
   PKTRT_NO_NORMALS PKTRT_NO_TEXTURES"
-features=$(echo PKTRT_NO_MOTION PKTRT_NO_STATS PKTRT_NO_PAPER PKTRT_NO_INSTANCES $pictures)
+features=$(echo PKTRT_NO_MOTION PKTRT_NO_STATS PKTRT_NO_PAPER PKTRT_NO_INSTANCES PKTRT_NO_GROUPS PKTRT_NO_REMOVAL PKTRT_NO_SURFACES $pictures)
 
 # A line for each build: what is left out. The first is the full library.
 builds() {
@@ -70,6 +70,7 @@ judge() { # switches, the full library's text, the build's text
       for (i = 1; i <= n; i++) if (own[i] in on) { out = own[i]; if (index($3, own[i])) named = 1 }
       want = full[$2]; got = $3
       if ($2 == "normals" && out) { want = full["normals not looked at"]; out = "" } # stored by nobody
+      if ($2 == "surfaces with normals" && out == "PKTRT_NO_NORMALS") { want = full["surfaces"]; out = "" }
       if (queries) { sub(/ .*/, "", want); sub(/ .*/, "", got) }
       if (out == "" && got != want) complain("expected " want ", got " $3)
       else if (out != "" && $3 != "left out" && !($3 ~ /^refused: / && named)) complain("expected a refusal by " out ", got " $3)
@@ -86,7 +87,7 @@ not_built() { # switches
   local name switch list="not built"
   while read -r switch name; do
     case " $1 " in *" PKTRT_NO_$switch "* | *" PKTRT_NO_RENDER "*) ;; *) continue ;; esac
-    case $switch in MOTION | STATS | PAPER | INSTANCES) [ "${1/PKTRT_NO_$switch/}" != "$1" ] || continue ;; esac
+    case $switch in MOTION | STATS | PAPER | NORMALS | INSTANCES | GROUPS | REMOVAL | SURFACES) [ "${1/PKTRT_NO_$switch/}" != "$1" ] || continue ;; esac
     list="$list, $name"
   done <<'FEATURES'
 MOTION motion
@@ -103,6 +104,9 @@ AREA_LIGHTS area lights
 LENS lens
 SHUTTER shutter
 INSTANCES instances
+GROUPS groups
+REMOVAL removal
+SURFACES surfaces
 FEATURES
   echo "$list"
 }
@@ -119,11 +123,11 @@ fails() { # command...: not just anyhow
   "$@"
   [ $? = 1 ]
 }
-pictures_differ() { # the full library's, but for four that must be as others: a case that changes nothing shows nothing
+pictures_differ() { # the full library's, but for nine that must be as others: a case that changes nothing shows nothing
   local kinds
   kinds=$(awk -F '\t' '$3 ~ /^[0-9a-f]+ [0-9a-f]+$/ {print $3}' "$full" | sort -u | wc -l)
   echo "$kinds different"
-  [ "$kinds" = $(($(grep -c '	[0-9a-f]* [0-9a-f]*$' "$full") - 4)) ]
+  [ "$kinds" = $(($(grep -c '	[0-9a-f]* [0-9a-f]*$' "$full") - 9)) ]
 }
 
 # --- what does not compile ---
@@ -132,7 +136,8 @@ declared_unless() { # switch: names of functions that the header declares only w
   awk -v begin="#ifndef $1" '
     /^\/\* stop here/ { exit }
     $0 == begin { on = 1; next }
-    on && /^#endif/ { on = 0 }
+    on && /^#if/ { on++ }
+    on && /^#endif/ { on-- }
     on && /^PKTRT_DEF/ { sub(/\(.*/, ""); sub(/.*[ *]/, ""); print "(void)&" $0 }
     on && /^}/ { sub(/^} /, ""); sub(/;.*/, ""); print "(void)sizeof(" $0 ")" }' pktrt.h
 }
@@ -187,6 +192,9 @@ builds | tr '\n' '\0' | xargs -0 -P "${JOBS:-$(nproc)}" -n 1 "$0" --build >"$log
   attempt "control: a missing case is seen" fails judge "" "$full" <(sed '/^-	mirror/ d' "$full")
   attempt "a call of what PKTRT_NO_RENDER leaves out does not compile" calls_do_not_compile PKTRT_NO_RENDER 30
   attempt "a call of what PKTRT_NO_NORMALS leaves out does not compile" calls_do_not_compile PKTRT_NO_NORMALS 1
+  attempt "a call of what PKTRT_NO_INSTANCES leaves out does not compile" calls_do_not_compile PKTRT_NO_INSTANCES 6
+  attempt "a call of what PKTRT_NO_REMOVAL leaves out does not compile" calls_do_not_compile PKTRT_NO_REMOVAL 3
+  attempt "a call of what PKTRT_NO_SURFACES leaves out does not compile" calls_do_not_compile PKTRT_NO_SURFACES 5
   attempt "nor does a call without a declaration" does_not_compile "pktrt_set_normals(0, 0, 0, 0)" PKTRT_NO_NORMALS
   attempt "contradicting PKTRT_NO_RENDER is an #error that names it" contradictions_are_refused PKTRT_NO_RENDER
   attempt "contradicting PKTRT_NO_NORMALS is an #error that names it" contradictions_are_refused PKTRT_NO_NORMALS

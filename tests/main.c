@@ -242,6 +242,8 @@ static void run_all(void) {
   suite_mistakes();
   suite_report();
   suite_instances();
+  suite_groups();
+  suite_surfaces();
   suite_identity();
 }
 

@@ -21,18 +21,31 @@ const slack_parts slack_whole = {1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1},
                   slack_none = {NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, 1, 1, 1};
 slack_parts slack_left = {NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, 1, 1, 1};
 
-pktrt_scene *noslack_scene(const world *w, pktrt_isa isa) {
+static pktrt_scene *open_scene(pktrt_isa isa) {
   const pktrt_scene_desc d = scene_desc_of(isa, 0);
-  pktrt_scene *s = pktrt_scene_create(&d);
+  return pktrt_scene_create(&d);
+}
+
+/* Returns the scene, or destroys it where something failed. */
+static pktrt_scene *scene_if(bool ok, pktrt_scene *s) {
+  if (ok) return s;
+  pktrt_scene_destroy(s);
+  return NULL;
+}
+
+pktrt_scene *noslack_scene(const world *w, pktrt_isa isa) {
+  pktrt_scene *s = open_scene(isa);
   bool ok = s != NULL;
   for (uint32_t i = 0; i < w->n && ok; i++) {
     const pktrt_mesh_desc m = mesh_desc(&w->m[i]);
     ok = pktrt_add_mesh(s, &m, NULL) == PKTRT_OK;
   }
-  ok = ok && pktrt_commit(s) == PKTRT_OK;
-  if (ok) return s;
-  pktrt_scene_destroy(s);
-  return NULL;
+  return scene_if(ok && pktrt_commit(s) == PKTRT_OK, s);
+}
+
+pktrt_scene *noslack_placed(const placement *p, pktrt_isa isa) {
+  pktrt_scene *s = open_scene(isa);
+  return scene_if(placement_fill(s, p), s);
 }
 
 void noslack_destroy(pktrt_scene *s) { pktrt_scene_destroy(s); }

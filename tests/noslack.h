@@ -12,9 +12,10 @@ typedef struct slack_parts {
 extern slack_parts slack_left; /* slack_none at first */
 extern const slack_parts slack_whole, slack_none;
 
-#include "meshes.h" /* whose pktrt.h is the one with this slack, in noslack.c */
+#include "placed.h" /* whose pktrt.h is the one with this slack, in noslack.c */
 
-pktrt_scene *noslack_scene(const world *, pktrt_isa); /* committed; NULL on failure */
+pktrt_scene *noslack_scene(const world *, pktrt_isa);      /* committed; NULL on failure */
+pktrt_scene *noslack_placed(const placement *, pktrt_isa); /* the same of models and instances */
 void noslack_destroy(pktrt_scene *);
 void noslack_intersect(const pktrt_scene *, const pktrt_query_desc *, const pktrt_ray *, pktrt_hit *, size_t n);
 void noslack_occluded(const pktrt_scene *, const pktrt_query_desc *, const pktrt_ray *, bool *occluded, size_t n);

@@ -1,13 +1,14 @@
 /* The report of a scene: what is found, what of it runs, where the bytes are, and the same as text. */
 #include "pictures.h"
 
-enum { W = 40, H = 30, NAMES = 14 };
+enum { W = 40, H = 30, NAMES = 17 };
 
 /* --- a scene with one thing in it --- */
 
 typedef struct request {
-  uint32_t keys; /* of the ball */
-  bool normals, lit, placed;
+  uint32_t keys, group, mask; /* of the ball */
+  bool normals, texcoords, lit, placed, hidden;
+  bool removed; /* another mesh, which was there */
   pktrt_material look;
   pktrt_light light;
   pktrt_render_desc view;
@@ -35,13 +36,18 @@ static pktrt_scene *make(const request *r) {
   pktrt_mesh_desc d = mesh_desc(&ball);
   d.material = stage_material(s, &r->look);
   if (r->normals) d.normals = ball.p;
+  if (r->texcoords) d.texcoords = ball.p; /* the first two of three */
+  d.group = r->group, d.mask = r->placed ? 0 : r->mask;
   stage_mesh(s, &floor, 0);
-  const pktrt_instance_desc at = {0, 1, NULL};
+  const pktrt_instance_desc at = {0, 1, NULL, r->mask};
   CHECK((r->placed ? pktrt_add_model(s, &d, 1, NULL) || pktrt_add_instance(s, &at, NULL)
                    : pktrt_add_mesh(s, &d, NULL)) == 0,
         "%s", pktrt_last_error(s));
   if (r->lit) stage_light(s, &r->light);
+  if (r->hidden) CHECK(pktrt_set_enabled(s, 1, false) == PKTRT_OK);
+  const uint32_t other = r->removed ? stage_mesh(s, &floor, 0) : 0;
   stage_commit(s);
+  if (r->removed) CHECK(pktrt_remove_mesh(s, other) == PKTRT_OK), stage_commit(s);
   mesh_free(&floor), mesh_free(&ball);
   return s;
 }
@@ -70,6 +76,14 @@ static void flat_colour(void *user, const pktrt_points *p) {
 static void time_colour(void *user, const pktrt_points *p) {
   (void)user;
   for (uint32_t i = 0; i < p->n; i++) p->albedo[0][i] = 0.5f + 0.5f * p->time[i];
+}
+static void texcoord_colour(void *user, const pktrt_points *p) {
+  (void)user;
+  for (uint32_t i = 0; i < p->n; i++) p->albedo[0][i] = 0.5f + 0.25f * p->texcoord[0][i];
+}
+static void cut(void *user, const pktrt_points *p) {
+  flat_colour(user, p);
+  for (uint32_t i = 0; i < p->n; i++) p->opacity[i] = p->position[1][i] > 0 ? 1.0f : 0.0f;
 }
 static void white(void *user, const pktrt_points *p, float *radiance[3]) {
   (void)user;
@@ -107,6 +121,15 @@ static void add_texture_in_time(request *r) { r->look.texture = time_colour, r->
 static void open_shutter_on_texture(request *r) { add_texture_in_time(r), add_shutter(r); }
 static void open_shutter_on_motion(request *r) { add_motion(r), add_shutter(r); }
 static void add_instance(request *r) { r->placed = true; }
+static void add_group(request *r) { r->group = 3; }
+static void add_mask(request *r) { r->mask = 3; }
+static void add_masked_instance(request *r) { add_instance(r), add_mask(r); }
+static void remove_other(request *r) { r->removed = true; }
+static void hide_ball(request *r) { r->hidden = true; }
+static void add_texcoords(request *r) { r->texcoords = true; }
+static void look_at_texcoords(request *r) { r->look.texture = texcoord_colour; }
+static void add_drawn_texcoords(request *r) { look_at_texcoords(r), add_texcoords(r); }
+static void add_cutout(request *r) { r->look.texture = cut, r->look.cutout = true; }
 static void add_paper(request *r) { r->view.path = PKTRT_PATH_PAPER; }
 static void add_stats(request *r) { r->view.stats = &r->stats; }
 
@@ -138,6 +161,16 @@ static const struct feature_case {
      TEXTURES, DRT, DRT},
     {"a shutter where a mesh moves", add_motion, open_shutter_on_motion, PKTRT_FEATURE_SHUTTER, MOTION, DRT, DRT},
     {"an instance", NULL, add_instance, PKTRT_FEATURE_INSTANCES, 0, ALL, NONE},
+    {"a group", NULL, add_group, PKTRT_FEATURE_GROUPS, 0, ALL, NONE},
+    {"a mask", NULL, add_mask, PKTRT_FEATURE_GROUPS, 0, ALL, NONE},
+    {"a mask of an instance", add_instance, add_masked_instance, PKTRT_FEATURE_GROUPS, PKTRT_FEATURE_INSTANCES, ALL,
+     NONE},
+    {"a removed mesh", NULL, remove_other, PKTRT_FEATURE_REMOVAL, 0, ALL, NONE},
+    {"a hidden mesh", NULL, hide_ball, PKTRT_FEATURE_REMOVAL, 0, ALL, ALL},
+    {"texture coordinates", NULL, add_texcoords, PKTRT_FEATURE_SURFACES, 0, ALL, NONE},
+    {"texture coordinates that a texture looks at", look_at_texcoords, add_drawn_texcoords, PKTRT_FEATURE_SURFACES,
+     TEXTURES, ALL, ALL},
+    {"a cutout", add_texture, add_cutout, PKTRT_FEATURE_SURFACES, TEXTURES, ALL, ALL},
     {"the paper's path", NULL, add_paper, PKTRT_FEATURE_PAPER, 0, ALL, NONE},
     {"counting", NULL, add_stats, PKTRT_FEATURE_STATS, 0, ALL, NONE},
 };
@@ -204,7 +237,8 @@ static void queries_only(void) {
 /* --- bytes --- */
 
 static uint64_t sum_of(const pktrt_scene_report *x) {
-  return x->nodes + x->blocks + x->motion + x->positions + x->normals + x->indices + x->ids + x->materials;
+  return x->nodes + x->blocks + x->motion + x->positions + x->normals + x->texcoords + x->indices + x->ids +
+         x->materials + x->instances;
 }
 
 /* Beside the scene's info, and what the hook has handed out: a little more, for the scene itself and room to grow. */
@@ -222,22 +256,24 @@ static void agree_with_scene(const char *when, const pktrt_scene *s, pktrt_scene
 }
 
 static void bytes(void) {
-  const char *const whens[4] = {"static", "moving", "with normals", "waiting for a refit"};
-  pktrt_scene_report x[4];
-  for (int i = 0; i < 4; i++) {
+  const char *const whens[5] = {"static", "moving", "with normals", "waiting for a refit", "with texture coordinates"};
+  pktrt_scene_report x[5];
+  for (int i = 0; i < 5; i++) {
     mesh ball = mesh_sphere(small_run ? 4 : 6, 0.05f, 1);
     if (i > 0) mesh_move(&ball, 3, 0.4f, 0.05f, 2);
     const uint64_t positions = (uint64_t)ball.nv * 12;
     pktrt_scene *s = stage_open();
     pktrt_mesh_desc d = mesh_desc(&ball);
     if (i > 1) d.normals = ball.p;
+    if (i > 3) d.texcoords = ball.p;
     CHECK(pktrt_add_mesh(s, &d, NULL) == PKTRT_OK);
     stage_commit(s);
     if (i > 2) CHECK(pktrt_set_positions(s, 0, 1, ball.p) == PKTRT_OK);
     agree_with_scene(whens[i], s, &x[i]);
     CHECK(x[i].positions == positions * (i > 2 ? 2 : 1) && x[i].normals == (i > 1 ? positions : 0), "%s", whens[i]);
     CHECK(x[i].indices == (uint64_t)ball.nt * 12, "%s", whens[i]);
-    say("%-20s %5.1f bytes per triangle, %4.1f of them for further keys", whens[i],
+    CHECK(x[i].texcoords == (i > 3 ? (uint64_t)ball.nv * 8 : 0), "%s", whens[i]);
+    say("%-24s %5.1f bytes per triangle, %4.1f of them for further keys", whens[i],
         (double)x[i].bytes / (double)x[i].info.triangles, (double)x[i].motion / (double)x[i].info.triangles);
     pktrt_scene_destroy(s);
     mesh_free(&ball);
@@ -245,6 +281,7 @@ static void bytes(void) {
   CHECK(x[0].motion == 0 && x[1].motion > x[1].positions, "further keys take bytes");
   CHECK(x[1].positions == x[0].positions && x[1].indices == x[0].indices, "of first keys only");
   CHECK(x[3].motion - x[2].motion == 2 * x[2].positions, "what waits has further keys, too");
+  CHECK(x[4].bytes - x[3].bytes == x[4].texcoords, "texture coordinates have none, and are part of the sum");
 }
 
 /* Each material and each light adds to the looks what it takes in an array. */
@@ -388,7 +425,7 @@ static void text_adds_up(void) {
   static char text[4096];
   static request r;
   defaults(&r, PKTRT_MODE_RCS);
-  add_motion(&r), add_normals(&r);
+  add_motion(&r), add_normals(&r), add_texcoords(&r), add_instance(&r);
   const pktrt_scene_report x = report_of(&r);
   pktrt_scene_report_text(&x, text, sizeof text);
   const char *at = strstr(text, "\nbytes ");
@@ -401,7 +438,7 @@ static void text_adds_up(void) {
       char *after;
       sum += strtoull(p, &after, 10), parts++, p = after;
     }
-  CHECK(strtoull(at + 7, NULL, 10) == x.bytes && sum == x.bytes && parts == 8, "%llu parts, %llu bytes: %s",
+  CHECK(strtoull(at + 7, NULL, 10) == x.bytes && sum == x.bytes && parts == 10, "%llu parts, %llu bytes: %s",
         (unsigned long long)parts, (unsigned long long)sum, at);
 }
 

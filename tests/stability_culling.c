@@ -8,30 +8,164 @@ enum { CALL = 1024, BUNDLE = 256, PLACES = 8, STYLES = 8, CASES = 2 * STYLES };
 /* --- where: the same meshes at several scales and distances from the origin --- */
 
 typedef struct stage {
-  world w;
+  world w;         /* what rays aim at, and what they are asked of, unless there are instances */
+  placement place; /* instances, or none */
   float scale, centre[3];
   pktrt_scene *scene[8], *noslack;
 } stage;
 
 static const float places[PLACES][2] = {{1, 0},     {1, 3},       {1, 100},    {1, 1e4f},
                                         {1e-6f, 0}, {1e8f, 1e7f}, {1e-4f, 10}, {1e20f, -1e22f}}; /* scale, offset */
+/* What asks for slack of instances: the shear of one, which is flat at 1, and how far a model is from its origin. */
+static const float extremes[PLACES][2] = {{0.3f, 1e3f}, {0.9997f, 0},  {0.3f, 0}, {0.9f, 0},
+                                          {0.3f, 1e4f}, {0.99997f, 0}, {0.9f, 0}, {0.3f, 0}};
 
-static void raise_stage(stage *g, bool moves, int place) {
-  g->w = world_of(mesh_sphere(3, 0.1f, 3));
-  g->w.m[1] = mesh_soup(60, 0.3f, 4), g->w.m[2] = mesh_box(), g->w.m[3] = mesh_thin(40, 5), g->w.n = 4;
-  mesh_place(&g->w.m[2], (float[3]){0.4f, 0.7f, 0.5f}, (float[3]){1.5f, -0.5f, 0.3f});
+/* Returns a ray that is given in the stage's own frame, where things have sizes of about 1. */
+static pktrt_ray placed(const stage *g, const float o[3], const float d[3], float length) {
+  pktrt_ray x = ray_of(0, 0, 0, 0, 0, 0);
+  for (int k = 0; k < 3; k++) x.origin[k] = g->scale * o[k] + g->centre[k], x.direction[k] = g->scale * length * d[k];
+  return x;
+}
+
+/* Returns the meshes of a stage, those that instances do not place where they should be. */
+static world stage_meshes(bool moves, bool instances) {
+  world w = world_of(mesh_sphere(3, 0.1f, 3));
+  w.m[1] = mesh_soup(60, 0.3f, 4), w.m[2] = mesh_box(), w.m[3] = mesh_thin(40, 5), w.n = 4;
+  if (!instances) mesh_place(&w.m[2], (float[3]){0.4f, 0.7f, 0.5f}, (float[3]){1.5f, -0.5f, 0.3f});
   if (moves) {
-    mesh_move(&g->w.m[0], 2, 0.1f, 0.02f, 6);
-    mesh_move(&g->w.m[1], 3, 0.2f, 0.1f, 7);
-    mesh_move(&g->w.m[2], 2, 0.3f, 0, 8);
+    if (!instances) mesh_move(&w.m[0], 2, 0.1f, 0.02f, 6);
+    mesh_move(&w.m[1], 3, 0.2f, 0.1f, 7);
+    mesh_move(&w.m[2], 2, 0.3f, 0, 8);
   }
+  return w;
+}
+
+/* --- the meshes as models, placed by instances --- */
+
+enum { LAYS = 7, FAR_MODEL = 2 /* the box, whose edges are those of its bounds */ };
+static const struct lay {
+  uint32_t model, keys; /* keys: where instances move */
+  float at[12];
+} lays[LAYS] = {{0, 2, {0.36f, 0.48f, -0.8f, 0, -0.8f, 0.6f, 0, 0, 0.48f, 0.64f, 0.6f, 0}},        /* turned */
+                {1, 1, {1, 0.3f, 0, 0, 0, 1, -0.2f, 0, 0.1f, 0, 1, 0}},                            /* sheared */
+                {2, 3, {0.4f, 0, 0, 1.5f, 0, -0.7f, 0, -0.5f, 0, 0, 0.5f, 0.3f}},                  /* mirrored */
+                {3, 3, {0.72f, -0.4f, 0, 0.1f, 0.96f, 0.3f, 0, -0.2f, 0, 0, 0.8f, 0.1f}},          /* uneven */
+                {0, 3, {0, 0.4f, 0, -1.2f, 0.4f, 0, 0, 0.9f, 0, 0, 0.4f, 0.6f}},                   /* axes swapped */
+                {1, 2, {0.3f, 0.1f, -0.2f, 0.9f, 0, 0.6f, 0.1f, 0.8f, 0.2f, -0.1f, -0.4f, -0.7f}}, /* all of it */
+                {2, 1, {0.01f, 0, 0, -0.3f, 0, 0.01f, 0, -1.3f, 0, 0, 0.01f, -0.4f}}}; /* as `extremes` says */
+
+/* Finds the transforms of an instance: as its lay says, and others of the same lay beside it, half as large. */
+static void place_model(const stage *g, uint32_t i, const float extreme[2], placement *p) {
+  const struct lay *lay = &lays[i % LAYS];
+  rng r = rng_of(900 + i);
+  float at[12], *key = p->transform[i];
+  memcpy(at, lay->at, sizeof at);
+  if (i % LAYS == LAYS - 1) at[1] = at[4] = extreme[0] * at[0];
+  for (int k = 0; k < 12 && i >= LAYS; k++) at[k] = k % 4 == 3 ? 1.4f * rng_sign(&r) : at[k] / 2;
+  for (uint32_t n = 0; n < p->keys[i]; n++, key += 12) {
+    for (int k = 0; k < 12; k++) key[k] = g->scale * at[k];
+    for (int k = 3; k < 12; k += 4) {
+      const float away = lay->model == FAR_MODEL ? extreme[1] * (at[k - 3] + at[k - 2] + at[k - 1]) : 0;
+      key[k] = g->scale * (at[k] - away) + g->centre[k / 4];
+    }
+    for (int k = 0; k < 12; k++) at[k] += (k % 4 == 3 ? 0.2f : 0.04f) * rng_sign(&r);
+  }
+}
+
+/* Lays out the instances of a stage. Two are in the same place, so that all their hits tie. */
+static void place_models(const stage *g, bool moves, const float extreme[2], placement *p) {
+  enum { TWIN = 5 };
+  for (uint32_t i = 0; i < PLACED; i++) {
+    p->of[i] = lays[i % LAYS].model, p->keys[i] = moves ? lays[i % LAYS].keys : 1;
+    place_model(g, i, extreme, p);
+  }
+  memcpy(p->transform[TWIN + LAYS], p->transform[TWIN], sizeof p->transform[TWIN]);
+  p->n = PLACED;
+}
+
+/* Writes where rays aim at the vertices of an instance at a time; returns what is behind. That is where these are, or where
+   rays hit them whose origins are rounded in its frame. */
+static float *aim_at_vertices(const stage *g, uint32_t i, float time, float *to) {
+  const placement *p = &g->place;
+  const mesh *m = &p->model[p->of[i]].m[0];
+  rng r = rng_of(30 + i);
+  double a[12];
+  placed_at(p->transform[i], p->keys[i], time, a);
+  for (uint32_t v = 0; v < m->nv; v++) {
+    const float eye[3] = {3 * rng_sign(&r), 3 * rng_sign(&r), 3 * rng_sign(&r)};
+    const pktrt_ray ray = placed(g, eye, eye, 1), within = ray_within(p->transform[i], p->keys[i], &ray);
+    float at[3];
+    ref_vertex(m, v, time, at);
+    for (int k = 0; k < 3 && i >= LAYS; k++) at[k] += 0x1p-24f * rng_sign(&r) * within.origin[k];
+    for (int c = 0; c < 12; c += 4)
+      *to++ = (float)(a[c] * (double)at[0] + a[c + 1] * (double)at[1] + a[c + 2] * (double)at[2] + a[c + 3]);
+  }
+  return to;
+}
+
+/* Returns one mesh of all instances of a lay, for rays to aim at. Where they and their model move, vertices go along curves:
+   there are so many keys that lines between them are as good. */
+static mesh placed_mesh(const stage *g, uint32_t lay) {
+  const placement *p = &g->place;
+  const mesh *m = &p->model[p->of[lay]].m[0];
+  const uint32_t copies = PLACED / LAYS, keys = p->keys[lay];
+  mesh out = mesh_of(m->nv * copies, m->nt * copies);
+  mesh_move(&out, m->keys == 1 ? keys : keys == 1 ? m->keys : 241, 0, 0, 0); /* makes room for keys */
+  for (uint32_t j = 0; j < 3 * out.nt; j++) out.i[j] = m->i[j % (3 * m->nt)] + m->nv * (j / (3 * m->nt));
+  float *to = out.p;
+  for (uint32_t k = 0; k < out.keys; k++)
+    for (uint32_t i = lay; i < PLACED; i += LAYS)
+      to = aim_at_vertices(g, i, out.keys > 1 ? (float)k / (float)(out.keys - 1) : 0, to);
+  return out;
+}
+
+/* Makes models of the meshes of a stage, and instances of these. */
+static void raise_instances(stage *g, bool moves, const float extreme[2]) {
+  placement *p = &g->place;
+  mesh_shift(&g->w.m[FAR_MODEL], extreme[1], extreme[1], extreme[1]);
+  for (p->models = 0; p->models < g->w.n; p->models++) {
+    p->model[p->models] = world_of(g->w.m[p->models]);
+    ref_plant(&p->model[p->models]);
+  }
+  place_models(g, moves, extreme, p);
+  for (g->w.n = 0; g->w.n < LAYS; g->w.n++) g->w.m[g->w.n] = placed_mesh(g, g->w.n);
+}
+
+static pktrt_scene *instanced_scene(const placement *p, pktrt_isa isa) {
+  const pktrt_scene_desc d = scene_desc_of(isa, 0);
+  pktrt_scene *s = pktrt_scene_create(&d);
+  CHECK(placement_fill(s, p), "%s", pktrt_last_error(s));
+  return s;
+}
+
+/* Finds the nearest hit of the documented rays in all instances, each by the reference. The normal stays that of a mesh. */
+static void placed_intersect(const placement *p, const pktrt_ray *ray, pktrt_hit *best) {
+  memset(best, 0, sizeof *best);
+  best->t = ray->tmax, best->mesh = best->triangle = PKTRT_NONE;
+  for (uint32_t i = 0; i < p->n && ref_valid(ray); i++) {
+    const pktrt_ray within = ray_within(p->transform[i], p->keys[i], ray);
+    pktrt_hit hit;
+    if (!ref_intersect(&p->model[p->of[i]], &within, &hit)) continue;
+    if (best->mesh == PKTRT_NONE || hit.t < best->t) *best = hit, best->mesh = i;
+  }
+}
+
+/* --- stages --- */
+
+static void raise_stage(stage *g, bool instances, bool moves, int place) {
   const float offset = places[place][1];
   g->scale = places[place][0];
   g->centre[0] = offset, g->centre[1] = 0.3f * offset, g->centre[2] = -offset;
-  world_place(&g->w, g->scale, g->centre[0], g->centre[1], g->centre[2]);
-  ref_plant(&g->w);
-  for (int i = 0; i < isa_count; i++) g->scene[i] = world_scene(&g->w, isas[i], 0);
-  g->noslack = noslack_scene(&g->w, PKTRT_ISA_AUTO);
+  g->w = stage_meshes(moves, instances);
+  if (instances) {
+    raise_instances(g, moves, extremes[place]);
+  } else {
+    world_place(&g->w, g->scale, g->centre[0], g->centre[1], g->centre[2]);
+    ref_plant(&g->w);
+  }
+  for (int i = 0; i < isa_count; i++)
+    g->scene[i] = instances ? instanced_scene(&g->place, isas[i]) : world_scene(&g->w, isas[i], 0);
+  g->noslack = instances ? noslack_placed(&g->place, PKTRT_ISA_AUTO) : noslack_scene(&g->w, PKTRT_ISA_AUTO);
   CHECK(g->noslack != NULL);
 }
 
@@ -39,6 +173,7 @@ static void strike_stage(stage *g) {
   for (int i = 0; i < isa_count; i++) pktrt_scene_destroy(g->scene[i]);
   noslack_destroy(g->noslack);
   world_free(&g->w);
+  for (uint32_t i = 0; i < g->place.models; i++) world_free(&g->place.model[i]);
 }
 
 /* --- bundles of rays. In the stage's own frame, where things have sizes of about 1 --- */
@@ -88,12 +223,6 @@ static void pixel(const view *v, size_t j, size_t n, float d[3]) {
   const float x = v->spread * ((float)(j % side) / (float)side - 0.47f);
   const float y = v->spread * ((float)(j / side) / (float)side - 0.47f);
   for (int k = 0; k < 3; k++) d[k] = v->forward[k] + x * v->right[k] + y * v->up[k];
-}
-
-static pktrt_ray placed(const stage *g, const float o[3], const float d[3], float length) {
-  pktrt_ray x = ray_of(0, 0, 0, 0, 0, 0);
-  for (int k = 0; k < 3; k++) x.origin[k] = g->scale * o[k] + g->centre[k], x.direction[k] = g->scale * length * d[k];
-  return x;
 }
 
 typedef void make_bundle(const stage *, rng *, const float *times, pktrt_ray *, size_t n);
@@ -310,6 +439,7 @@ typedef struct buffers {
 } buffers;
 
 typedef struct culling_run {
+  bool instances;
   stage stages[2][PLACES];
   tally (*tallies)[8]; /* by case and instruction set */
   pthread_mutex_t lock;
@@ -384,7 +514,11 @@ static void against_reference(const stage *g, buffers *b, tally *t) {
   pktrt_query_desc q;
   memset(&q, 0, sizeof q);
   q.path = PKTRT_PATH_SINGLE;
-  for (size_t j = 0; j < b->n; j++) ref_intersect(&g->w, &b->ray[j], &b->got[j]);
+  for (size_t j = 0; j < b->n; j++) {
+    if (!g->place.n) ref_intersect(&g->w, &b->ray[j], &b->got[j]);
+    else placed_intersect(&g->place, &b->ray[j], &b->got[j]);
+    if (g->place.n) memcpy(b->got[j].normal, b->want[j].normal, sizeof b->got[j].normal); /* see tests/instances.c */
+  }
   count(t, REFERENCE, b, hits_unlike(b));
   count_control(t, REFERENCE, b, hits_lost(noslack_intersect, g->noslack, &q, false, b));
 }
@@ -413,7 +547,7 @@ static void one_call(const stage *g, int isa, const struct style *style, uint64_
   answers(g->scene[turn % 32 ? isa_count - 1 : isa], tight, b); /* the same of all sets, says the test of identity */
   by_path(g, g->scene[isa], &q, false, turn % 32 == 0, apart, b, t);
   if (turn % (4 * spared) == 0) by_path(g, g->scene[isa], &q, true, turn % 32 == 0, apart, b, t);
-  if (turn % 256 == 0) against_reference(g, b, t);
+  if (turn % (g->place.n ? 64 : 256) == 0) against_reference(g, b, t); /* boxes that are too small show here alone */
   if (turn % (spared * style->paper)) return;
   q.path = PKTRT_PATH_PAPER;
   by_path(g, g->scene[isa], &q, false, turn % 32 == 0, apart, b, t);
@@ -442,7 +576,7 @@ static void culling_job(void *arg, size_t i) {
   if (!b) abort();
   memset(&t, 0, sizeof t);
   for (size_t call = first; call < end; call++) {
-    rng r = rng_of(mix64(which * 8 + (uint64_t)isa) + call);
+    rng r = rng_of(mix64((which + (run_->instances ? CASES : 0)) * 8 + (uint64_t)isa) + call);
     one_call(&run_->stages[which % 2][rng_below(&r, PLACES)], isa, &styles[which / 2], call, &r, b, &t);
   }
   free(b);
@@ -468,6 +602,7 @@ static void control_is_fair(const culling_run *run_) {
 }
 
 static void culling_figures(const culling_run *run_) {
+  const char *part = run_->instances ? "culling of instances" : "culling";
   for (int c = 0; c < CASES; c++) {
     char name[64];
     snprintf(name, sizeof name, "%s, %s", styles[c / 2].name, c % 2 ? "moving" : "static");
@@ -475,19 +610,21 @@ static void culling_figures(const culling_run *run_) {
       uint64_t rays = 0, found = 0;
       for (int i = 0; i < isa_count; i++) {
         const tally *t = &run_->tallies[c][i];
-        if (t->rays[w]) count_figure("culling", name, isas[i], t->rays[w], whats[w], t->lost[w]);
+        if (t->rays[w]) count_figure(part, name, isas[i], t->rays[w], whats[w], t->lost[w]);
         rays += t->control_rays[w], found += t->control[w];
       }
-      if (rays) control_figure("culling", name, whats[w], "no slack", rays, found);
+      if (rays) control_figure(part, name, whats[w], "no slack", rays, found);
     }
   }
 }
 
-static void culling(void) {
+static void cull(bool instances) {
   culling_run *run_ = calloc(1, sizeof *run_);
   if (!run_ || !(run_->tallies = calloc(CASES, sizeof *run_->tallies))) abort();
+  run_->instances = instances;
   pthread_mutex_init(&run_->lock, NULL);
-  for (int p = 0; p < 2 * PLACES; p++) raise_stage(&run_->stages[p / PLACES][p % PLACES], p / PLACES, p % PLACES);
+  for (int p = 0; p < 2 * PLACES; p++)
+    raise_stage(&run_->stages[p / PLACES][p % PLACES], instances, p / PLACES, p % PLACES);
   size_t jobs = 0;
   for (int i = 0; i < isa_count; i++) jobs += CASES * jobs_of(i);
   jobs_for(jobs, culling_job, run_);
@@ -499,4 +636,10 @@ static void culling(void) {
   free(run_);
 }
 
-void suite_stability_culling(void) { run("stable: packets lose no hit that their rays have alone", culling); }
+static void culling(void) { cull(false); }
+static void culling_of_instances(void) { cull(true); }
+
+void suite_stability_culling(void) {
+  run("stable: packets lose no hit that their rays have alone", culling);
+  run("stable: packets lose no hit in instances that their rays have alone", culling_of_instances);
+}

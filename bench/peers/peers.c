@@ -14,10 +14,11 @@
    faster.
 
    Where the two disagree on a hit, truth.h says who is wrong. How near pktrt's kernels are to the time of their
-   tests alone, limits.h.
+   tests alone, limits.h. Instances of both libraries, with a file of results of their own: instances.h.
 
    Contents: options, settings, parts, main. */
 #define APART (24.0f / 16777216) /* with less Embree hits the surface, and the two are not asked the same */
+#include "instances.h"
 #include "limits.h"
 #include "race.h"
 #include "rays.h"
@@ -32,7 +33,7 @@ static const char usage[] =
     "usage: peers [options] [FILE[@CAMERA] | DIR ...]    speed of pktrt beside Embree 3\n"
     "  FILE          a mesh; CAMERA: outside (default), inside, or EX,EY,EZ,TX,TY,TZ[,UX,UY,UZ]: eye, target, up\n"
     "  DIR           all its .tri files, framed from outside\n"
-    "  --scenes LIST of built-in scenes: conference, rtrt, poolhall; generated: hills, chaff; or none\n"
+    "  --scenes LIST of built-in scenes: conference, rtrt, poolhall; generated: hills, chaff; instances; or none\n"
     "  --camera C    of files that come without: 6 or 9 numbers as above;  --up X,Y,Z  (0,1,0)  --light X,Y,Z\n"
     "  --settings LIST  rest, moving, refitted, moving-0.1, moving-5, moving-loose, robust, moving-robust, high\n"
     "  --kinds LIST  primary, shadow, shadow-from-light, mirror, second-mirror, diffuse, ao\n"
@@ -40,13 +41,14 @@ static const char usage[] =
     "  --size N      N x N primary rays, a multiple of 16 up to 4096 (1024, and 640 where things move)\n"
     "  --rounds N    timed, whose median counts, 1 to 64 (3)\n"
     "  --full        everything; --all-modes: every mode of Embree in every round, however slow\n"
-    "  --results DIR peers.csv: all that was measured; peers.md: tables for the README\n";
+    "  --results DIR peers.csv: all that was measured; peers.md: tables for the README; peers_instances likewise\n";
 
 enum { MAX_STAGES = 256 };
 typedef struct programme { /* what is to be done */
   options o;
   char *stages[MAX_STAGES]; /* scenes by name, then files */
   unsigned stage_count, isas;
+  bool instances;
   const char *scenes;
 } programme;
 
@@ -137,12 +139,13 @@ static bool parse_options(int argc, char **argv, programme *p) {
   p->o.size = 1024, p->o.moving_size = 640, p->o.rounds = 3, p->o.kinds = ALL_KINDS, p->o.view.up[1] = 1;
   for (int key; (key = getopt_long(argc, argv, "h", known, NULL)) != -1;)
     if (!parse_option(p, key)) return false;
-  static const char *const names[] = {"conference", "rtrt", "poolhall", "hills", "chaff", "none", NULL};
-  const unsigned all = p->o.full ? BIT(5) - 1 : BIT(3) - 1,
+  static const char *const names[] = {"conference", "rtrt", "poolhall", "hills", "chaff", "none", "instances", NULL};
+  const unsigned all = BIT(6) | (p->o.full ? BIT(5) - 1 : BIT(3) - 1),
                  scenes = p->scenes ? parse_list("scenes", p->scenes, names) : all;
   if (!scenes) return false;
   for (unsigned i = 0; i < 5; i++)
     if (scenes & BIT(i)) add_stage(p, names[i]);
+  p->instances = scenes & BIT(6);
   for (; optind < argc; optind++)
     if (!add_files(p, argv[optind])) return false;
   return true;
@@ -255,7 +258,7 @@ static void print_tables(report *to, const options *o) {
 
 int main(int argc, char **argv) {
   static programme p;
-  static report to;
+  static report to, of_instances;
   pair pairs[MAX_PAIRS];
   double load = 0;
   bench_begin(argc, argv);
@@ -265,11 +268,14 @@ int main(int argc, char **argv) {
   if (getloadavg(&load, 1) == 1 && load > 0.5)
     printf("note: load average %.1f, other work is running: figures are noisy\n", load);
   pin();
-  const size_t wrong = run_all(&to, &p, pairs, count);
-  print_tables(&to, &p.o);
+  size_t wrong = run_all(&to, &p, pairs, count);
+  const unsigned wide = pairs_of(&settings[HEADLINE], pairs, count);
+  if (p.instances) wrong += run_field(&of_instances, &p.o, pairs, wide);
+  if (p.stage_count) print_tables(&to, &p.o);
+  if (p.instances) print_field(&of_instances, &p.o, pairs, wide);
   for (unsigned i = 0; i < count; i++)
     if (pairs[i].device) rtcReleaseDevice(pairs[i].device);
   for (unsigned i = 0; i < p.stage_count; i++) free(p.stages[i]);
-  free(to.rows);
+  free(to.rows), free(of_instances.rows);
   return wrong ? ex_fail("pktrt contradicts itself on %zu rays", wrong), 1 : 0;
 }

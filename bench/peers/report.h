@@ -336,25 +336,36 @@ static void say_upkeep(const report *to) {
   say(&to->out, "\n");
 }
 
-static void say_hits(const report *to) {
-  row sum[2];
-  memset(sum, 0, sizeof sum);
-  for (size_t i = 0; i < to->count; i++) {
-    const row *r = &to->rows[i];
-    if (strcmp(r->library, "ratio") || strcmp(r->mode, "hits")) continue;
-    row *s = &sum[strncmp(r->setting, "moving", 6) == 0];
-    s->rays += r->rays, s->disagree += r->disagree, s->theirs_wrong += r->theirs_wrong, s->ours_wrong += r->ours_wrong;
-    s->band += r->band, s->judged += r->judged, s->caught += r->caught;
-  }
+static void say_hits_head(const report *to) {
   say(&to->out,
       "Hits, against Embree's fastest mode of each kind of rays. Every ray that is disagreed on, and some others of "
       "each kind, are judged by an ideal test in double over all triangles; so is a false answer for each, as a "
       "control.\n\n"
       "| scenes | rays | disagree | of these both possible | judged | Embree wrong | pktrt wrong | control wrong |\n"
       "|---|--:|--:|--:|--:|--:|--:|--:|\n");
-  for (int k = 0; k < 2; k++)
-    say(&to->out, "| %s | %zu | %zu | %zu | %zu | %zu | %zu | %zu |\n", k ? "moving" : "at rest, refitted", sum[k].rays,
-        sum[k].disagree, sum[k].band, sum[k].judged, sum[k].theirs_wrong, sum[k].ours_wrong, sum[k].caught);
+}
+
+/* Of a scene, or if it is NULL, of all. */
+static void say_hits_line(const report *to, const char *of, bool moving) {
+  row sum;
+  memset(&sum, 0, sizeof sum);
+  for (size_t i = 0; i < to->count; i++) {
+    const row *r = &to->rows[i];
+    if (strcmp(r->library, "ratio") || strcmp(r->mode, "hits") || (of && strcmp(r->scene, of))) continue;
+    if (moving != (strncmp(r->setting, "moving", 6) == 0)) continue;
+    sum.rays += r->rays, sum.disagree += r->disagree, sum.band += r->band, sum.judged += r->judged;
+    sum.theirs_wrong += r->theirs_wrong, sum.ours_wrong += r->ours_wrong, sum.caught += r->caught;
+  }
+  say(&to->out, "| %s%s%s | %zu | %zu | %zu | %zu | %zu | %zu | %zu |\n", of ? of : "", of ? ", " : "",
+      moving ? "moving"
+      : of   ? REST
+             : "at rest, refitted",
+      sum.rays, sum.disagree, sum.band, sum.judged, sum.theirs_wrong, sum.ours_wrong, sum.caught);
+}
+
+static void say_hits(const report *to) {
+  say_hits_head(to);
+  say_hits_line(to, NULL, false), say_hits_line(to, NULL, true);
   say(&to->out, "\n");
 }
 

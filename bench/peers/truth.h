@@ -9,7 +9,8 @@
    and Y. If the ideal border passes the origin at more than D, inside or outside is certain; nearer, both are possible.
    The depth of a hit is then within |gradient of the ideal plane| D of the ideal one, plus what Z and t round to.
 
-   With |p| <= 2 C all of that is below 60 e C.
+   With |p| <= 2 C all of that is below 60 e C. Vertices of instances are off by less than what is allowed to those that
+   move: rounded where they are placed here, and the ray in the frame of the instance.
 
    These bounds are pktrt's. Embree's plain test promises less, so an answer of Embree's counts as wrong only if its t
    is off by more besides.
@@ -74,8 +75,9 @@ static bool aside(const scene_mesh *m, const uint32_t *index, const pktrt_ray *r
          (y[0] > slack && y[1] > slack && y[2] > slack) || (y[0] < -slack && y[1] < -slack && y[2] < -slack);
 }
 
-/* false: it lies aside by far. */
-static bool sheared(const scene_mesh *m, const uint32_t *index, const pktrt_ray *r, const shear *s, corners *out) {
+/* false: it lies aside by far. placed: of an instance. */
+static bool sheared(const scene_mesh *m, const uint32_t *index, bool placed, const pktrt_ray *r, const shear *s,
+                    corners *out) {
   const double e = 1.0 / 16777216, time = fmin(fmax((double)r->time, 0), 1);
   const size_t key = (size_t)m->vertex_count * 3;
   double largest = 0, coordinate = 0;
@@ -85,7 +87,8 @@ static bool sheared(const scene_mesh *m, const uint32_t *index, const pktrt_ray 
     for (int a = 0; a < 3; a++) {
       const double v =
           m->key_count > 1 ? (1 - time) * (double)at[a] + time * (double)at[key + (size_t)a] : (double)at[a];
-      if (m->key_count > 1) coordinate = fmax(coordinate, fmax(fabs((double)at[a]), fabs((double)at[key + (size_t)a])));
+      if (m->key_count > 1 || placed) coordinate = fmax(coordinate, fabs((double)at[a]));
+      if (m->key_count > 1) coordinate = fmax(coordinate, fabs((double)at[key + (size_t)a]));
       p[a] = v - (double)r->origin[a];
       largest = fmax(largest, fabs(p[a]));
     }
@@ -131,7 +134,7 @@ static bool hit_of(const corners *c, double dk, interval *out) {
 }
 
 /* far: no coordinate of the scene or of a ray's origin is larger. */
-static void find_truth(const scene *s, double far, const pktrt_ray *r, truth *out) {
+static void find_truth(const scene *s, bool placed, double far, const pktrt_ray *r, truth *out) {
   const shear frame = shear_of(r->direction);
   const double time = fmin(fmax((double)r->time, 0), 1), slack = 60 * far / 16777216 + 1e-43;
   out->count = 0, out->complete = true, out->first = HUGE_VAL;
@@ -141,7 +144,7 @@ static void find_truth(const scene *s, double far, const pktrt_ray *r, truth *ou
       corners c;
       interval x;
       if (aside(m, m->indices + 3 * k, r, time, &frame, slack)) continue;
-      if (!sheared(m, m->indices + 3 * k, r, &frame, &c) || !hit_of(&c, frame.dk, &x)) continue;
+      if (!sheared(m, m->indices + 3 * k, placed, r, &frame, &c) || !hit_of(&c, frame.dk, &x)) continue;
       if (x.hi <= (double)r->tmin || x.lo >= (double)r->tmax) continue;
       x.certain = x.certain && x.lo > (double)r->tmin && x.hi < (double)r->tmax;
       if (x.certain) out->first = fmin(out->first, x.hi);

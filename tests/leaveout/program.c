@@ -11,13 +11,16 @@ enum { EDGE = 12, GROUND_VERTICES = (EDGE + 1) * (EDGE + 1), GROUND = 2 * EDGE *
 enum { OBJECT_VERTICES = 6, OBJECT = 8, WIDTH = 30, HEIGHT = 22 };
 
 static float ground_xyz[GROUND_VERTICES][3], object_xyz[2][OBJECT_VERTICES][3], normals[2][OBJECT_VERTICES][3];
+static const float texcoords[OBJECT_VERTICES][2] = {{0, 0}, {1, 0}, {0, 1}, {1, 1}, {0.5f, 0.25f}, {0.25f, 0.5f}};
 static uint32_t ground_index[GROUND][3];
 static const uint32_t object_index[OBJECT][3] = {{4, 0, 2}, {4, 2, 1}, {4, 1, 3}, {4, 3, 0},
                                                  {5, 2, 0}, {5, 1, 2}, {5, 3, 1}, {5, 0, 3}};
 
 typedef struct request { /* what a case asks for */
   pktrt_mesh_desc object;
-  bool placed; /* as an instance */
+  uint32_t mask;        /* of the instance */
+  bool placed;          /* as an instance */
+  bool hidden, removed; /* the ground, when all is committed */
 #ifndef PKTRT_NO_RENDER
   pktrt_material look;
   pktrt_light light;
@@ -159,7 +162,7 @@ static pktrt_status fill(pktrt_scene *s, const request *r) {
   pktrt_status status = pktrt_add_mesh(s, &ground, NULL);
 #ifndef PKTRT_NO_INSTANCES
   static const float aside[12] = {0.75f, 0.25f, 0, 0.5f, 0, 1, 0, 0, 0, 0, -1, 0.25f};
-  const pktrt_instance_desc place = {0, 1, aside};
+  const pktrt_instance_desc place = {0, 1, aside, r->mask};
   if (status == PKTRT_OK && r->placed) status = pktrt_add_model(s, &r->object, 1, NULL);
   if (status == PKTRT_OK && r->placed) status = pktrt_add_instance(s, &place, NULL);
 #endif
@@ -167,7 +170,13 @@ static pktrt_status fill(pktrt_scene *s, const request *r) {
 #ifndef PKTRT_NO_RENDER
   if (status == PKTRT_OK) status = add_looks(s, r);
 #endif
-  return status == PKTRT_OK ? pktrt_commit(s) : status;
+  if (status == PKTRT_OK) status = pktrt_commit(s);
+#ifndef PKTRT_NO_REMOVAL
+  if (status == PKTRT_OK && r->hidden) status = pktrt_set_enabled(s, 0, false);
+  if (status == PKTRT_OK && r->removed) status = pktrt_remove_mesh(s, 0);
+  if (status == PKTRT_OK && (r->hidden || r->removed)) status = pktrt_commit(s);
+#endif
+  return status;
 }
 
 static pktrt_scene *make_scene(pktrt_isa isa) {
@@ -199,7 +208,15 @@ static void try_case(const char *left_out_by, const char *name, void (*change)(r
 
 #ifndef PKTRT_NO_INSTANCES
 static void placed(request *r) { r->placed = true; }
+static void placed_with_mask(request *r) { placed(r), r->mask = 4; }
 #endif
+#ifndef PKTRT_NO_REMOVAL
+static void hidden(request *r) { r->hidden = true; }
+static void removed(request *r) { r->removed = true; }
+#endif
+static void grouped(request *r) { r->object.group = 1; }
+static void masked(request *r) { r->object.mask = 2; }
+static void with_texcoords(request *r) { r->object.texcoords = &texcoords[0][0]; }
 static void moving_mesh(request *r) {
   r->object.key_count = 2;
 #ifndef PKTRT_NO_RENDER
@@ -224,12 +241,22 @@ static void striped(void *user, const pktrt_points *p) {
   (void)user;
   for (uint32_t i = 0; i < p->n; i++) p->albedo[1][i] = p->barycentric[0][i] > 0.5f ? 1.0f : 0.0f;
 }
+static void drawn(void *user, const pktrt_points *p) {
+  (void)user;
+  for (uint32_t i = 0; i < p->n; i++) p->albedo[1][i] = p->texcoord[0][i];
+}
+static void cut(void *user, const pktrt_points *p) {
+  striped(user, p);
+  for (uint32_t i = 0; i < p->n; i++) p->opacity[i] = p->barycentric[1][i] > 0.25f ? 0.0f : 1.0f;
+}
 static void shader(void *user, const pktrt_points *p, float *radiance[3]) {
   (void)user;
   for (uint32_t i = 0; i < p->n; i++)
     for (int a = 0; a < 3; a++) radiance[a][i] = p->normal[a][i];
 }
 static void textured(request *r) { r->object.material = 1, r->look.texture = striped; }
+static void drawn_by_texcoords(request *r) { textured(r), with_texcoords(r), r->look.texture = drawn; }
+static void cut_out(request *r) { textured(r), r->look.texture = cut, r->look.cutout = true; }
 static void shaded(request *r) { r->object.material = 1, r->look.shader = shader; }
 static void quad_light(request *r) {
   r->light.kind = PKTRT_LIGHT_QUAD; /* that faces down */
@@ -276,6 +303,8 @@ static void try_pictures(void) {
   try_case("PKTRT_NO_GLOSS", "gloss", gloss);
   try_case("PKTRT_NO_TEXTURES", "texture", textured);
   try_case("PKTRT_NO_TEXTURES", "shader", shaded);
+  try_case("PKTRT_NO_SURFACES PKTRT_NO_TEXTURES", "texture by texcoords", drawn_by_texcoords);
+  try_case("PKTRT_NO_SURFACES PKTRT_NO_TEXTURES", "cutout", cut_out);
   try_case("PKTRT_NO_AREA_LIGHTS", "quad light", quad_light);
   try_case("PKTRT_NO_AREA_LIGHTS", "sphere light", sphere_light);
   try_case("PKTRT_NO_AREA_LIGHTS", "mesh light", mesh_light);
@@ -318,6 +347,57 @@ static void try_query(void) {
   pktrt_scene_destroy(s);
 }
 
+/* What a mask leaves of the rays' hits. */
+static void try_masks(void) {
+  static pktrt_ray rays[RAYS];
+  static pktrt_hit hits[RAYS];
+  pktrt_scene *s = make_scene(PKTRT_ISA_AUTO);
+  pktrt_query_desc q;
+  uint32_t state = 7, seen = 0;
+  request r;
+  defaults(&r), masked(&r);
+  memset(&q, 0, sizeof q);
+  printf("PKTRT_NO_GROUPS\tmasks of queries\t");
+  if (!s || fill(s, &r) != PKTRT_OK) {
+    printf("refused: %s\n", pktrt_last_error(s)), pktrt_scene_destroy(s);
+    return;
+  }
+  q.mask = 1; /* sees the ground alone */
+  for (int i = 0; i < RAYS; i++) rays[i] = ray_of(&state);
+  pktrt_intersect_ex(s, &q, rays, hits, RAYS);
+  for (int i = 0; i < RAYS; i++) seen += hits[i].mesh == 1;
+  uint64_t sum = 14695981039346656037u;
+  add_to(&sum, hits, sizeof hits);
+  printf("%016llx%s\n", (unsigned long long)sum, seen ? ", and yet the object is seen" : "");
+  pktrt_scene_destroy(s);
+}
+
+/* Surfaces of hits, and rays from them. */
+static void try_surfaces(const char *left_out_by, const char *name, bool with_normals) {
+#ifndef PKTRT_NO_SURFACES
+  uint32_t state = 7;
+  uint64_t sum = 14695981039346656037u;
+  pktrt_scene *s = make_scene(PKTRT_ISA_AUTO);
+  request r;
+  defaults(&r), with_texcoords(&r);
+  if (with_normals) r.object.normals = &normals[0][0][0];
+  for (int i = 0; i < RAYS && (i || (s && fill(s, &r) == PKTRT_OK)); i++) {
+    const pktrt_ray ray = ray_of(&state);
+    pktrt_surface_info surface;
+    pktrt_hit hit;
+    pktrt_ray out;
+    pktrt_intersect(s, &ray, &hit), pktrt_surface(s, &ray, &hit, &surface);
+    pktrt_spawn_at(s, hit.mesh, hit.triangle, hit.u, hit.v, ray.time, ray.direction, &out);
+    add_to(&sum, surface.position, 11 * sizeof(float)), add_to(&sum, &out, sizeof out);
+  }
+  printf("%s\t%s\t%016llx\n", left_out_by, name, (unsigned long long)sum);
+  pktrt_scene_destroy(s);
+#else
+  (void)with_normals;
+  printf("%s\t%s\tleft out\n", left_out_by, name);
+#endif
+}
+
 static const char *set_switch(pktrt_isa isa) {
   return isa == PKTRT_ISA_AVX512 ? "PKTRT_NO_SIMD PKTRT_NO_AVX512"
          : isa == PKTRT_ISA_AVX2 ? "PKTRT_NO_SIMD PKTRT_NO_AVX2"
@@ -345,7 +425,7 @@ static void print_built(void) {
   pktrt_scene_report r;
   pktrt_get_scene_report(s, NULL, &r);
   printf("not built");
-  for (uint32_t bit = 1; bit <= PKTRT_FEATURE_INSTANCES; bit *= 2)
+  for (uint32_t bit = 1; bit <= PKTRT_FEATURE_SURFACES; bit *= 2)
     if (!(r.built & bit)) printf(", %s", pktrt_feature_string((pktrt_feature)bit));
   printf("\n");
   pktrt_scene_destroy(s);
@@ -360,9 +440,23 @@ int main(void) {
   try_case("PKTRT_NO_MOTION", "moving mesh", moving_mesh);
 #ifndef PKTRT_NO_INSTANCES
   try_case("PKTRT_NO_INSTANCES", "instance", placed);
+  try_case("PKTRT_NO_GROUPS PKTRT_NO_INSTANCES", "mask of an instance", placed_with_mask);
 #else
   printf("PKTRT_NO_INSTANCES\tinstance\tleft out\n");
+  printf("PKTRT_NO_GROUPS PKTRT_NO_INSTANCES\tmask of an instance\tleft out\n");
 #endif
+  try_case("PKTRT_NO_GROUPS", "group", grouped);
+  try_case("PKTRT_NO_GROUPS", "mask", masked);
+  try_masks();
+#ifndef PKTRT_NO_REMOVAL
+  try_case("PKTRT_NO_REMOVAL", "hidden mesh", hidden);
+  try_case("PKTRT_NO_REMOVAL", "removed mesh", removed);
+#else
+  printf("PKTRT_NO_REMOVAL\thidden mesh\tleft out\nPKTRT_NO_REMOVAL\tremoved mesh\tleft out\n");
+#endif
+  try_case("PKTRT_NO_SURFACES", "texcoords", with_texcoords);
+  try_surfaces("PKTRT_NO_SURFACES", "surfaces", false);
+  try_surfaces("PKTRT_NO_NORMALS PKTRT_NO_SURFACES", "surfaces with normals", true);
 #ifndef PKTRT_NO_RENDER
   try_pictures();
 #endif

@@ -107,7 +107,7 @@ $(B)/render: examples/render.c $(EXAMPLE_HEADERS) $(B)/pktrt.o
 $(B)/view: examples/view.c $(EXAMPLE_HEADERS) $(B)/pktrt.o
 	$(CC) $(CFLAGS) $(STRICT) $(SHARED) $(SDL_FLAGS) $< $(B)/pktrt.o -o $@ $(LDFLAGS) $(SDL_LIBS) $(LDLIBS)
 
-$(B)/effects $(B)/deform $(B)/instances: $(EXAMPLE_HEADERS)
+$(addprefix $(B)/,spinner cornell pick lightmap instances effects deform): $(EXAMPLE_HEADERS)
 
 $(B)/%: examples/%.c $(B)/pktrt.o
 	$(CC) $(CFLAGS) $(STRICT) $(SHARED) $< $(B)/pktrt.o -o $@ $(LDFLAGS) $(LDLIBS)

@@ -104,7 +104,7 @@ static bool show(pktrt_scene *scene, unsigned side) {
   start = ex_seconds();
   if (pktrt_render(scene, &view)) return false;
   printf("%d x %d pixels, 16 samples: %.2f s\n", WIDTH, HEIGHT, ex_seconds() - start);
-  return ex_write_picture("out/instances.png", pixels, WIDTH, HEIGHT);
+  return true;
 }
 
 int main(int argc, char **argv) {
@@ -118,5 +118,5 @@ int main(int argc, char **argv) {
   const bool ok = scene && fill(scene, side) && show(scene, side);
   if (!ok) ex_fail("%s", pktrt_last_error(scene));
   pktrt_scene_destroy(scene);
-  return ok ? 0 : 1;
+  return ok && ex_write_picture("out/instances.png", pixels, WIDTH, HEIGHT) ? 0 : 1;
 }

@@ -1,8 +1,8 @@
 /* A lightmap: how much of the sky a surface sees is baked into a picture by threads, which then is put on as a texture.
 
-   Each face of the boxes has a rectangle in the picture, its chart. A texel whose middle lies in the chart of a triangle stands
-   for a point of the triangle. pktrt_spawn_at makes rays that leave there, over the hemisphere by the cosine, so that the part
-   of them that meets nothing is the light of an even sky. `lightmap [RAYS]` for each texel, 128 unless told. */
+   Each face of the boxes has a rectangle in the picture, its chart. A texel whose middle lies in the chart of a triangle
+   stands for a point of the triangle. pktrt_spawn_at makes rays that leave there, over the hemisphere by the cosine, so
+   that the part of them that meets nothing is the light of an even sky. `lightmap [RAYS]` for each texel, 128 unless told. */
 #include "common.h"
 
 #define PKTRT_IMPLEMENTATION
@@ -108,7 +108,7 @@ static void dilate(void) {
   }
 }
 
-/* Gives points that are to be shaded the colour of their box, darkened by the lightmap between the middles of four texels. */
+/* Gives points that are to be shaded the colour of their box, darkened by what lies between four texels of the lightmap. */
 static void look_up(void *user, const pktrt_points *p) {
   (void)user;
   for (uint32_t i = 0; i < p->n; i++) {
@@ -146,7 +146,7 @@ int main(int argc, char **argv) {
   const double start = ex_seconds();
   if (ok) ex_parallel_for(&threads, ATLAS, bake, NULL);
   for (int i = 0; i < TEXELS; i++) known += light[i] >= 0;
-  printf("%u texels with %u rays each: %.2f s\n", known, sampling.samples, ex_seconds() - start);
+  if (ok) printf("%u texels with %u rays each: %.2f s\n", known, sampling.samples, ex_seconds() - start);
   dilate(), dilate();
   for (int i = 0; i < 3 * TEXELS; i++) atlas[i / 3][i % 3] = light[i / 3];
   ok = ok && render();

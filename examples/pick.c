@@ -1,8 +1,8 @@
 /* An editor's mouse among 500 moving things: what is under a pixel, what is behind it when it is hidden, and its end.
 
-   The camera's ray through the pixel finds a mesh index; pktrt_get_mesh_source turns that into the instance, which the editor
-   knows by number, and the part of its model. Hiding an instance fits the tree above instances, removing it builds that tree
-   anew; what lies in the models is not touched. `pick [X Y]`: a pixel of out/pick-before.png, which is 960 x 540. */
+   The camera's ray through the pixel finds a mesh index; pktrt_get_mesh_source turns that into the instance, which the
+   editor knows by number, and the part of its model. Hiding an instance fits the tree above instances, removing it builds
+   that tree anew; what lies in the models is not touched. `pick [X Y]`: a pixel of out/pick-before.png, 960 x 540. */
 #include "common.h"
 
 #define PKTRT_IMPLEMENTATION

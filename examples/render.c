@@ -117,7 +117,7 @@ static void print_help(void) {
          "  --mesh FILE      a mesh: .tri%s\n"
          "  --up y|z         what is up in a mesh file (default y)\n"
          "  --instances N    the mesh or scene as a model, built once and shown N times, 1 to %d, in a square\n"
-         "                   field. A scene is without its own lights then, and seen and lit as a mesh is\n"
+         "                   field; a scene is then without its own lights and camera, seen and lit as a mesh is\n"
          "  --camera EX,EY,EZ,TX,TY,TZ\n"
          "                   eye and target (default: the scene's, or one that frames the mesh)\n"
          "  --aperture D     diameter of the lens (default: the scene's; seen in drt)\n"
@@ -193,9 +193,9 @@ static bool parse_attenuation(const char *text, double *attenuation) {
 
 /* clang-format off */
 enum option_name {
-  OPT_SCENE = 256, OPT_MESH, OPT_INSTANCES, OPT_CAMERA, OPT_UP, OPT_FRAME, OPT_FRAMES, OPT_SHUTTER, OPT_LIGHT_SIZE, OPT_APERTURE,
-  OPT_FOCUS, OPT_MODE, OPT_SIZE, OPT_SPP, OPT_SAMPLER, OPT_SEED, OPT_DEPTH, OPT_ATTENUATION, OPT_BRANCHING,
-  OPT_LIGHTS, OPT_GLASS_SHADOWS, OPT_NORMALS, OPT_SHADOWS, OPT_PHONG, OPT_EXPOSURE, OPT_BUFFERS, OPT_PASSES,
+  OPT_SCENE = 256, OPT_MESH, OPT_INSTANCES, OPT_CAMERA, OPT_UP, OPT_FRAME, OPT_FRAMES, OPT_SHUTTER, OPT_LIGHT_SIZE,
+  OPT_APERTURE, OPT_FOCUS, OPT_MODE, OPT_SIZE, OPT_SPP, OPT_SAMPLER, OPT_SEED, OPT_DEPTH, OPT_ATTENUATION,
+  OPT_BRANCHING, OPT_LIGHTS, OPT_GLASS_SHADOWS, OPT_NORMALS, OPT_SHADOWS, OPT_PHONG, OPT_EXPOSURE, OPT_BUFFERS, OPT_PASSES,
   OPT_TARGET_ERROR, OPT_MEASURE, OPT_TIME, OPT_ADAPTIVE, OPT_ERROR_MAP, OPT_PATH, OPT_PACKET, OPT_ASSEMBLY,
   OPT_ISA, OPT_THREADS, OPT_TILE, OPT_EXPLAIN, OPT_NO_COUNT, OPT_NO_PROGRESS
 };
@@ -409,8 +409,9 @@ static double distance_of_box(const double half[3], const double from[3], bool u
   return 1.03 * distance;
 }
 
-/* A camera that sees the whole bounding sphere, or all corners of a field. In double, whose range holds squares of any coordinate that the library
-   takes. Where floats are too coarse to place an eye near the mesh, it is farther away and its angle smaller. */
+/* A camera that sees the whole bounding sphere, or all corners of a field's box. In double, whose range holds squares of
+   any coordinate that the library takes. Where floats are too coarse to place an eye near the mesh, it is farther away
+   and its angle smaller. */
 static bool frame_bounds(const pktrt_scene_info *info, const options *o, pktrt_camera *camera) {
   const double degrees = 57.29577951308232, aspect = (double)o->width / o->height, narrow = aspect < 1 ? aspect : 1;
   const double *from = eye_direction(o);
@@ -583,7 +584,7 @@ static bool load_mesh(job *j) {
 
 /* >>field ---------------------------------------------------------------------------------------------------------- */
 
-/* Places in a row of the field, which has as many rows, or one less. */
+/* Places in a row of the field, which has as many rows, or fewer where there is nothing to fill them. */
 static unsigned field_side(const options *o) { return (unsigned)ceil(sqrt((double)o->instances)); }
 
 static bool add_instance(job *j, uint32_t model, const float *transform) {

@@ -10340,7 +10340,7 @@ static bool pktrt__place_box(const pktrt_scene *model, const float *key, double 
   double middle[3], half[3], mu[3], most = 0;
   for (int i = 0; i < 3; i++) {
     middle[i] = (double)key[4 * i + 3], half[i] = mu[i] = 0;
-    for (int j = 0; j < 3 && model->bvh_count; j++) { /* without triangles, a point */
+    for (int j = 0; j < 3 && model->lo[0] <= model->hi[0]; j++) { /* without triangles, a point */
       const double a = (double)key[4 * i + j], lo = (double)model->lo[j], hi = (double)model->hi[j];
       middle[i] += a * (0.5 * (lo + hi)), half[i] += fabs(a) * (0.5 * (hi - lo));
       mu[i] += fabs(a) * pktrt__max(fabs(lo), fabs(hi));
@@ -10554,7 +10554,7 @@ PKTRT__COLD void pktrt__report_info(const pktrt_scene *s, pktrt_scene_info *info
     info->mesh_bytes += arrays * pktrt__mesh_floats(m) * sizeof(float);
     if (m->indices) info->mesh_bytes += (uint64_t)m->triangle_count * 3 * sizeof(uint32_t);
     if (m->texcoords) info->mesh_bytes += (uint64_t)m->vertex_count * 2 * sizeof(float);
-    if (m->committed && m->key_count > 1) info->moving_meshes++;
+    if (m->committed && (pktrt__feature_of_mesh(s, i) & PKTRT_FEATURE_MOTION)) info->moving_meshes++;
   }
   double area = 0;
   for (uint32_t i = 0; i < s->bvh_count; i++) {
@@ -13239,7 +13239,7 @@ PKTRT__NOINLINE void pktrt__packet_flush(pktrt__tile *tile, pktrt_ray_type type,
   uint32_t lane[PKTRT__BATCH];
   const uint32_t listed = kernels->visibility(&tile->render->glass, b, p->visible, p->n, lane);
   if (PKTRT__DIELECTRIC && tile->in_glass) pktrt__media_dim_unoccluded(tile, type);
-  if ((PKTRT__DIELECTRIC || PKTRT__SURFACES) && listed)
+  if (listed)
     pktrt__media_trace_through_glass(tile, type, depth, lane, listed);
   if (type == PKTRT_RAY_SHADOW) kernels->add_direct_light(s, p->target, p->contribution, p->visible, p->n);
   for (uint32_t i = 0; type == PKTRT_RAY_OTHER && i < p->n; i++) {

@@ -374,12 +374,12 @@ static void masks_choose_meshes(void) {
       all += compare_parts(&p, 0, n, &wrong); /* which sees everything */
       hide_some(&p), settle(p.s, true);
       hits += compare_parts(&p, 2, n, &wrong);
-      p.of[1].mask = 2; /* of what it is compared with */
+      for (uint32_t i = 1; i < PIECES; i += 7) p.of[i].mask = 2; /* of what it is compared with */
       (void)compare_parts(&p, 2, n, &control);
       parts_close(&p);
     }
   CHECK(wrong == 0, "%zu answers differ", wrong);
-  CHECK(hits > 1000 && all > 1000 && control > 10, "%zu and %zu hits, control %zu", hits, all, control);
+  CHECK(hits > 1000 && all > 300 && control > 10, "%zu and %zu hits, control %zu", hits, all, control);
   say("%zu hits with masks, %zu without: %zu differ from a scene of what the mask sees; control, a mesh's mask said to "
       "be another: %zu differ",
       hits, all, wrong, control);
@@ -460,7 +460,7 @@ static void add_place(places *p, uint32_t k) {
 static void places_open(places *p, pktrt_isa isa) {
   static const uint32_t instance_masks[4] = {0, 1, 6, 8};
   bool all[SOURCES] = {true, true, true, true};
-  rng r = rng_of(5);
+  rng r = {mix64(5)}; /* whatever the seed: others may flatten */
   memset(p, 0, sizeof *p);
   p->w = world_moving(1), p->s = open_scene(isa);
   p->mask[1] = 1, p->mask[2] = 2, p->mask[3] = 12;

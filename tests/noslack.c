@@ -48,6 +48,20 @@ pktrt_scene *noslack_placed(const placement *p, pktrt_isa isa) {
   return scene_if(placement_fill(s, p), s);
 }
 
+void noslack_unstretch(pktrt_scene *s) {
+  bool ok = true;
+  for (uint32_t i = 0; i < s->instance_count; i++) {
+    const pktrt__instance *in = &s->instances[i];
+    for (uint32_t k = 0; k < in->key_count; k++) {
+      float box[9];
+      ok = ok && pktrt__place_box(in->model, in->keys + 12 * (size_t)k, 0, box) &&
+           pktrt_set_positions(s->boxes, i, k, box) == PKTRT_OK;
+    }
+  }
+  CHECK(ok && pktrt_refit(s->boxes) == PKTRT_OK, "boxes do not fit");
+  s->stretch = 1;
+}
+
 void noslack_destroy(pktrt_scene *s) { pktrt_scene_destroy(s); }
 
 void noslack_intersect(const pktrt_scene *s, const pktrt_query_desc *q, const pktrt_ray *rays, pktrt_hit *hits,

@@ -16,6 +16,8 @@ extern const slack_parts slack_whole, slack_none;
 
 pktrt_scene *noslack_scene(const world *, pktrt_isa);      /* committed; NULL on failure */
 pktrt_scene *noslack_placed(const placement *, pktrt_isa); /* the same of models and instances */
+/* Takes away the slack of instances alone, see >>places: fits their boxes, and leaves nothing for rays in their frames. */
+void noslack_unstretch(pktrt_scene *);
 void noslack_destroy(pktrt_scene *);
 void noslack_intersect(const pktrt_scene *, const pktrt_query_desc *, const pktrt_ray *, pktrt_hit *, size_t n);
 void noslack_occluded(const pktrt_scene *, const pktrt_query_desc *, const pktrt_ray *, bool *occluded, size_t n);

@@ -3,7 +3,7 @@
 #include "noslack.h"
 #include "stability.h"
 
-enum { CALL = 1024, BUNDLE = 256, PLACES = 8, STYLES = 8, CASES = 2 * STYLES };
+enum { CALL = 1024, BUNDLE = 256, PLACES = 8, STYLES = 8, SILHOUETTES = 6, CASES = 2 * STYLES };
 
 /* --- where: the same meshes at several scales and distances from the origin --- */
 
@@ -68,7 +68,8 @@ static void place_model(const stage *g, uint32_t i, const float extreme[2], plac
       const float away = lay->model == FAR_MODEL ? extreme[1] * (at[k - 3] + at[k - 2] + at[k - 1]) : 0;
       key[k] = g->scale * (at[k] - away) + g->centre[k / 4];
     }
-    for (int k = 0; k < 12; k++) at[k] += (k % 4 == 3 ? 0.2f : 0.04f) * rng_sign(&r);
+    for (int k = 0; k < 12; k++) /* zeros stay: what is diagonal is so at all keys */
+      at[k] += (k % 4 == 3 ? 0.2f : at[k] != 0 ? 0.04f : 0) * rng_sign(&r);
   }
 }
 
@@ -589,6 +590,50 @@ static void culling_job(void *arg, size_t i) {
   pthread_mutex_unlock(&run_->lock);
 }
 
+/* --- the control of the slack that is for instances alone --- */
+
+/* Makes packets at the instances that need that slack, and asks a scene without it, which has all other slack. */
+static void unstretched_call(const stage *aims, const pktrt_scene *unstretched, rng *r, buffers *b, tally *t) {
+  pktrt_query_desc q;
+  memset(&q, 0, sizeof q);
+  for (b->n = b->packets = 0; b->n < CALL;) {
+    b->n += make_packet(aims, &styles[SILHOUETTES], r, b->ray + b->n, CALL - b->n);
+    b->end[b->packets++] = b->n;
+  }
+  answers(aims->scene[isa_count - 1], false, b);
+  count_control(t, FAST, b, hits_lost(noslack_intersect, unstretched, &q, true, b));
+  count_control(t, FAST_OCCLUSION, b, occlusion_lost(noslack_occluded, unstretched, &q, true, b));
+  q.path = PKTRT_PATH_PAPER;
+  count_control(t, PAPER, b, hits_lost(noslack_intersect, unstretched, &q, true, b));
+  count_control(t, PAPER_OCCLUSION, b, occlusion_lost(noslack_occluded, unstretched, &q, true, b));
+  q.path = PKTRT_PATH_SINGLE;
+  count_control(t, REFERENCE, b, hits_lost(noslack_intersect, unstretched, &q, false, b));
+}
+
+static void unstretched_control(const char *part, const char *name, const stage *stages) {
+  buffers *b = malloc(sizeof *b);
+  tally t;
+  if (!b) abort();
+  memset(&t, 0, sizeof t);
+  slack_left = slack_whole;
+  for (uint32_t p = 0; p < PLACES; p++) {
+    if (extremes[p][0] < 0.99f && extremes[p][1] == 0) continue;
+    stage aims = stages[p];
+    pktrt_scene *unstretched = noslack_placed(&aims.place, PKTRT_ISA_AUTO);
+    aims.w.m[0] = aims.w.m[FAR_MODEL], aims.w.m[1] = aims.w.m[LAYS - 1], aims.w.n = 2;
+    noslack_unstretch(unstretched);
+    for (size_t i = 0; i < 8 + thorough(200); i++) {
+      rng r = rng_of(mix64(p) + i);
+      unstretched_call(&aims, unstretched, &r, b, &t);
+    }
+    noslack_destroy(unstretched);
+  }
+  slack_left = slack_none;
+  for (int w = 0; w < WHATS; w++)
+    control_figure(part, name, whats[w], "none for instances", t.control_rays[w], t.control[w]);
+  free(b);
+}
+
 /* What is lost without slack is what grazes: else it would be lost for another reason. */
 static void control_is_fair(const culling_run *run_) {
   uint64_t rays = 0, lost = 0;
@@ -629,6 +674,8 @@ static void cull(bool instances) {
   for (int i = 0; i < isa_count; i++) jobs += CASES * jobs_of(i);
   jobs_for(jobs, culling_job, run_);
   culling_figures(run_);
+  for (int m = 0; m < 2 && instances; m++)
+    unstretched_control("culling of instances", m ? "silhouettes, moving" : "silhouettes, static", run_->stages[m]);
   control_is_fair(run_);
   for (int p = 0; p < 2 * PLACES; p++) strike_stage(&run_->stages[p / PLACES][p % PLACES]);
   pthread_mutex_destroy(&run_->lock);

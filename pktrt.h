@@ -2591,6 +2591,7 @@ static uint32_t pktrt__block_write(const pktrt__fit_table *fit, const pktrt__bvh
       v[24 + l] = q[0], v[32 + l] = q[1], v[40 + l] = q[2];
       v[48 + l] = r[0], v[56 + l] = r[1], v[64 + l] = r[2];
     }
+    for (int i = 0; s->hide == 0xFF && i < 72; i++) v[i] = 2 * PKTRT__FAR;
     if (area != 0xFF) area |= fit->lanes_with_area(v);
     if (area == 0xFF || !k) continue;
     const float *before = pktrt__block_vertices(at, k - 1);
@@ -9167,15 +9168,15 @@ static uint32_t pktrt__fit_lanes_with_area(const float *v) {
   return mbits(dlt(dset(0), dmax(dabs(x), dmax(dabs(y), dabs(z)))));
 }
 
-/* Computes the planes of a node's children at a key: leaf blocks' from their vertices, nodes' from their children. Where no
-   triangle can be hit they are those of an empty child. */
+/* Computes the planes of a node's children at a key: leaf blocks' from their vertices, nodes' from their children. Where all
+   is hidden they are those of an empty child. */
 static void pktrt__fit_children(const pktrt__bvh *bvh, const uint32_t *child, uint32_t key, float *plane) {
   for (int c = 0; c < 8; c++) {
     if (child[c] == PKTRT__EMPTY) continue;
     const bool leaf = (child[c] & PKTRT__LEAF) != 0;
-    const bool bare = leaf && !pktrt__lanes_occupied(pktrt__bvh_block(bvh, child[c] & ~PKTRT__LEAF)->id);
     const float *p = leaf ? pktrt__block_vertices(pktrt__bvh_block(bvh, child[c] & ~PKTRT__LEAF), key)
                           : pktrt__node_planes(pktrt__bvh_node(bvh, child[c]), key);
+    const bool bare = leaf && p[0] > PKTRT__FAR;
     for (int a = 0; a < 3; a++) {
       const float *q = leaf ? p + 8 * a : p + 16 * a;
       const v8 x = vload(q), y = leaf ? vload(q + 24) : vload(q + 8), z = leaf ? vload(q + 48) : y;
@@ -13239,8 +13240,7 @@ PKTRT__NOINLINE void pktrt__packet_flush(pktrt__tile *tile, pktrt_ray_type type,
   uint32_t lane[PKTRT__BATCH];
   const uint32_t listed = kernels->visibility(&tile->render->glass, b, p->visible, p->n, lane);
   if (PKTRT__DIELECTRIC && tile->in_glass) pktrt__media_dim_unoccluded(tile, type);
-  if (listed)
-    pktrt__media_trace_through_glass(tile, type, depth, lane, listed);
+  if (listed) pktrt__media_trace_through_glass(tile, type, depth, lane, listed);
   if (type == PKTRT_RAY_SHADOW) kernels->add_direct_light(s, p->target, p->contribution, p->visible, p->n);
   for (uint32_t i = 0; type == PKTRT_RAY_OTHER && i < p->n; i++) {
     const uint32_t k = p->target[i];

@@ -25,7 +25,8 @@ EX_UNUSED static void field_make_sphere(field_sphere *s) {
   uint32_t n = 0;
   for (uint32_t i = 0; i <= FIELD_RINGS; i++)
     for (uint32_t j = 0; j <= FIELD_SLICES; j++) {
-      const float down = pi * (float)i / FIELD_RINGS, around = 2 * pi * (float)(j % FIELD_SLICES) / FIELD_SLICES;
+      const float down = pi * (float)i / (int)FIELD_RINGS,
+                  around = 2 * pi * (float)(j % FIELD_SLICES) / (int)FIELD_SLICES;
       float *v = s->positions[i * (FIELD_SLICES + 1) + j];
       v[0] = sinf(down) * cosf(around), v[1] = cosf(down), v[2] = sinf(down) * sinf(around);
     }

@@ -72,7 +72,7 @@ static const char *const kind_names[KINDS] = {"primary", "mirror", "diffuse", "a
 static void make_primary(unsigned size, pktrt_ray *ray) {
   for (unsigned i = 0; i < size * size; i++) {
     const unsigned tile = i / 64, x = tile % (size / 8) * 8 + i % 8, y = tile / (size / 8) * 8 + i / 8 % 8;
-    const float origin[3] = {0.5f * FIELD_SIDE - 0.5f, 0.5f * FIELD_SIDE - 0.5f, -0.8f * FIELD_SIDE};
+    const float origin[3] = {0.5f * (int)FIELD_SIDE - 0.5f, 0.5f * (int)FIELD_SIDE - 0.5f, -0.8f * (int)FIELD_SIDE};
     const float d[3] = {((float)x + 0.5f) / (float)size - 0.5f, ((float)y + 0.5f) / (float)size - 0.5f, 1};
     uint32_t state = i;
     ray[i] = pktrt_make_ray(origin, d);
@@ -162,10 +162,10 @@ static void race_all(pktrt_scene *const s[WAYS], const options *o, results *to) 
     if (k == PRIMARY) memcpy(rays, primary, most * sizeof *rays);
     for (int many = 1; many >= 0; many--) {
       double ns[WAYS];
-      const size_t count = many || n < SINGLES ? n : SINGLES, other = differ(s, INSTANCES, MESHES, rays, count);
+      const size_t count = many || n < SINGLES ? n : (size_t)SINGLES, other = differ(s, INSTANCES, MESHES, rays, count);
       race(s, o, (kind)k, many != 0, rays, count, hit, occluded, ns);
       const double ratio[3] = {ns[MESHES] / ns[INSTANCES], ns[INSTANCES] / ns[MOVING], ns[MOVING_MESHES] / ns[MOVING]};
-      for (int i = 0; i < 3; i++) logs[many][i] += log(ratio[i]) / KINDS;
+      for (int i = 0; i < 3; i++) logs[many][i] += log(ratio[i]) / (int)KINDS;
       say(to, "| %s | %s | %.0f | %.2f | %.0f | %.2f | %.2f | %zu of %zu |\n", kind_names[k], many ? "many" : "single",
           ns[INSTANCES], ratio[0], ns[MOVING], ratio[1], ratio[2], other, count);
       csv(to, "%s,%s,%.2f,%.2f,%.2f,%.2f,%zu,%zu\n", kind_names[k], many ? "many" : "single", ns[INSTANCES], ns[MOVING],

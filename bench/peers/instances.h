@@ -37,8 +37,8 @@ static unsigned field_across(const options *o, const setting *how) {
 
 /* The field as meshes: of instances the names alone differ. */
 static void open_field(const setting *how, stage g[FORMS]) {
-  static const float eye[3] = {0.5f * (FIELD_SIDE - 1), 0.5f * (FIELD_SIDE - 1), -0.8f * FIELD_SIDE};
-  static const float light[3] = {0.4f * FIELD_SIDE, 1.5f * FIELD_SIDE, -0.5f * FIELD_SIDE};
+  static const float eye[3] = {0.5f * (int)FIELD_SIDE - 0.5f, 0.5f * (int)FIELD_SIDE - 0.5f, -0.8f * (int)FIELD_SIDE};
+  static const float light[3] = {0.4f * (int)FIELD_SIDE, 1.5f * (int)FIELD_SIDE, -0.5f * (int)FIELD_SIDE};
   const unsigned keys = field_keys(how);
   memset(g, 0, FORMS * sizeof *g);
   stage_room(&g->s, FIELD_COUNT);

@@ -11184,7 +11184,8 @@ PKTRT__COLD void pktrt__surface_place_normals(const pktrt_scene *scene, uint32_t
 }
 
 /* Interpolates the texture coordinates of a triangle; 0 where its mesh has none. */
-static void pktrt__texcoord_at(const pktrt_scene *s, uint32_t mesh, uint32_t triangle, float u, float v, float out[2]) {
+PKTRT__NOINLINE void pktrt__texcoord_at(const pktrt_scene *s, uint32_t mesh, uint32_t triangle, float u, float v,
+                                        float out[2]) {
   const pktrt__mesh *m = pktrt__mesh_source(s, mesh);
   out[0] = out[1] = 0;
   if (!PKTRT__SURFACES || !m->texcoords) return;

@@ -200,10 +200,11 @@ claims() {
       judge(control, sentence, get("size", name, "-", "text") / 1024, "%.0f", bar, aim)
     }
     END {
-      # Triangles weigh the same whatever is called, and a worker is none of a query. Rays pay nothing for what is hidden.
+      # Triangles weigh the same whatever is called, and a worker is none of a query. Rays pay next to nothing for
+      # groups, and for what is hidden.
       for (control = 0; control < 2; control++) {
         for (i = 1; i <= n["cost"]; i++)
-          if (!is_past(i) && names["cost", i] !~ (control ? "^(EVERYTHING|REMOVAL)" : "^EVERYTHING")) instructions(control, i)
+          if (!is_past(i) && names["cost", i] !~ (control ? "^(EVERYTHING|REMOVAL|GROUPS)" : "^EVERYTHING")) instructions(control, i)
         for (i = 1; i <= n["cost"]; i++)
           if (names["cost", i] ~ (control ? "^(MOTION|NORMALS|EVERYTHING) render$" : " render"))
             bytes(control, i, "bytes_per_triangle")

@@ -1580,9 +1580,10 @@ typedef struct pktrt__set {
   uint32_t group, key_count, mask;
   uint32_t first_mesh, end_mesh, meshes; /* its meshes are among these, and so many; none: the set waits for others */
   uint32_t tree;                         /* committed; PKTRT_NONE: none */
-  /* What a commit or a refit finds: triangles of the next state, its tree there; whether this must be built or fitted. */
+  /* What a commit or a refit finds: triangles of the next state, its tree there; whether this must be built or fitted, and
+     whether some of it is hidden then. */
   uint32_t triangles, next;
-  bool changed, moved;
+  bool changed, moved, hides;
 } pktrt__set;
 
 /* The run of nodes and blocks that one task of the build writes; refit has the same tasks. */
@@ -1952,7 +1953,7 @@ typedef struct pktrt__builder {
   const struct pktrt__fit_table *fit;
   const pktrt__mesh *meshes;
   uint32_t mesh_count, first_mesh, end_mesh, set, key_count, count;
-  bool use_pending;
+  bool use_pending, hides;
   uint32_t bins, few_bins, few, many; /* `bins` from `many` triangles on, few_bins below `few`, half of bins between */
   uint32_t sweep, sampled;            /* up to `sweep` triangles are swept; from `sampled` on only a part is binned */
   uint32_t limit;                     /* triangles of a task */
@@ -2507,20 +2508,21 @@ typedef struct pktrt__mesh_reader {
   const uint32_t *indices;
   size_t step; /* floats to the next key */
   uint32_t mesh_count, first, count;
-  bool use_pending, hide;
+  bool use_pending, hides; /* hides: some mesh of the set is hidden */
 } pktrt__mesh_reader;
 
-static pktrt__mesh_reader pktrt__mesh_reader_make(const pktrt__mesh *meshes, uint32_t mesh_count, bool use_pending) {
+static pktrt__mesh_reader pktrt__mesh_reader_make(const pktrt__mesh *meshes, uint32_t mesh_count, bool use_pending,
+                                                  bool hides) {
   pktrt__mesh_reader r;
   memset(&r, 0, sizeof r);
-  r.meshes = meshes, r.mesh_count = mesh_count, r.use_pending = use_pending;
+  r.meshes = meshes, r.mesh_count = mesh_count, r.use_pending = use_pending, r.hides = hides;
   return r;
 }
 static pktrt__mesh_reader pktrt__mesh_reader_seek(pktrt__mesh_reader r, uint32_t triangle) {
   const pktrt__mesh *m = &r.meshes[pktrt__mesh_of_triangle(r.meshes, r.mesh_count, triangle, 0)];
   r.positions = r.use_pending && m->dirty && m->pending ? m->pending : m->positions;
   r.indices = m->indices, r.step = (size_t)m->vertex_count * 3;
-  r.first = m->first_id, r.count = m->triangle_count, r.hide = m->hide;
+  r.first = m->first_id, r.count = m->triangle_count;
   return r;
 }
 
@@ -2530,8 +2532,24 @@ enum { PKTRT__AHEAD = 8 };
 typedef struct pktrt__block_source {
   const float *corner[8][3]; /* at key 0; free lanes repeat lane 0 */
   size_t step[8];            /* floats to the next key */
-  uint32_t hide;             /* lanes of hidden meshes, which repeat others if there are any */
 } pktrt__block_source;
+
+/* Shrinks the triangles of hidden meshes to a corner of one that is seen, so that they have no area; if there is none, to where
+   no triangle can be. */
+PKTRT__COLD void pktrt__block_hide(const uint32_t *tri, const pktrt__mesh_reader *r, pktrt__block_source *s) {
+  static const float nowhere[3] = {2 * PKTRT__FAR, 2 * PKTRT__FAR, 2 * PKTRT__FAR};
+  uint32_t hide = 0;
+  for (uint32_t l = 0, mesh = 0; l < 8; l++) {
+    if (tri[l] != PKTRT_NONE) mesh = pktrt__mesh_of_triangle(r->meshes, r->mesh_count, tri[l], mesh);
+    hide |= (tri[l] != PKTRT_NONE ? (uint32_t)r->meshes[mesh].hide : hide & 1) << l;
+  }
+  const uint32_t from = pktrt__lowest_bit(~hide);
+  for (uint32_t l = 0; l < 8; l++) {
+    if (!(hide >> l & 1)) continue;
+    for (int c = 0; c < 3; c++) s->corner[l][c] = from < 8 ? s->corner[from][0] : nowhere;
+    s->step[l] = from < 8 ? s->step[from] : 0;
+  }
+}
 
 static void pktrt__block_find_source(const pktrt__bvh *bvh, uint32_t block, uint32_t end, pktrt__mesh_reader *reader,
                                      pktrt__block_source *s) {
@@ -2540,11 +2558,10 @@ static void pktrt__block_find_source(const pktrt__bvh *bvh, uint32_t block, uint
   pktrt__mesh_reader r = *reader;
   for (uint32_t i = 0; i < PKTRT__BLOCK_BYTES; i += 64)
     PKTRT__PREFETCH(bvh->blocks + (size_t)block * bvh->block_bytes + i);
-  s->hide = 0;
   for (uint32_t l = 0; l < 8; l++) {
     if (tri[l] == PKTRT_NONE) {
       memcpy(s->corner[l], s->corner[0], sizeof s->corner[0]);
-      s->step[l] = s->step[0], s->hide |= (s->hide & 1) << l;
+      s->step[l] = s->step[0];
       continue;
     }
     if (tri[l] - r.first >= r.count) r = pktrt__mesh_reader_seek(r, tri[l]);
@@ -2558,9 +2575,9 @@ static void pktrt__block_find_source(const pktrt__bvh *bvh, uint32_t block, uint
     PKTRT__PREFETCH(s->corner[l][1] = r.positions + 3 * j);
     PKTRT__PREFETCH(s->corner[l][2] = r.positions + 3 * k);
     s->step[l] = r.step;
-    s->hide |= (uint32_t)r.hide << l;
   }
   *reader = r;
+  if (PKTRT__UNLIKELY(r.hides)) pktrt__block_hide(tri, reader, s);
 }
 
 /* The kernels of builds and refits: >>fit. The first tells which lanes of a block's vertices at a key have area. The
@@ -2578,20 +2595,17 @@ static uint32_t pktrt__block_write(const pktrt__fit_table *fit, const pktrt__bvh
                                    const pktrt__block_source *s) {
   const uint32_t *tri = bvh->block_triangles + (size_t)block * 8;
   pktrt__block *at = pktrt__bvh_block(bvh, block);
-  uint32_t *id = at->id, area = 0, flat = 0, from[8];
+  uint32_t *id = at->id, area = 0, flat = 0;
   float middle[72];
-  for (uint32_t l = 0; l < 8; l++) from[l] = s->hide >> l & 1 && s->hide != 0xFF ? pktrt__lowest_bit(~s->hide) : l;
   for (uint32_t k = 0; k < bvh->key_count; k++) {
     float *v = pktrt__block_vertices(at, k);
     for (uint32_t l = 0; l < 8; l++) {
-      const float *const *corner = s->corner[from[l]];
-      const size_t step = k * s->step[from[l]];
-      const float *p = corner[0] + step, *q = corner[1] + step, *r = corner[2] + step;
+      const float *p = s->corner[l][0] + k * s->step[l], *q = s->corner[l][1] + k * s->step[l];
+      const float *r = s->corner[l][2] + k * s->step[l];
       v[l] = p[0], v[8 + l] = p[1], v[16 + l] = p[2];
       v[24 + l] = q[0], v[32 + l] = q[1], v[40 + l] = q[2];
       v[48 + l] = r[0], v[56 + l] = r[1], v[64 + l] = r[2];
     }
-    for (int i = 0; s->hide == 0xFF && i < 72; i++) v[i] = 2 * PKTRT__FAR;
     if (area != 0xFF) area |= fit->lanes_with_area(v);
     if (area == 0xFF || !k) continue;
     const float *before = pktrt__block_vertices(at, k - 1);
@@ -2599,7 +2613,7 @@ static uint32_t pktrt__block_write(const pktrt__fit_table *fit, const pktrt__bvh
     area |= fit->lanes_with_area(middle);
   }
   for (uint32_t l = 0; l < 8; l++) {
-    id[l] = (area & ~s->hide) >> l & 1 ? tri[l] : PKTRT_NONE;
+    id[l] = area >> l & 1 ? tri[l] : PKTRT_NONE;
     flat += id[l] != tri[l];
   }
   return flat;
@@ -2827,7 +2841,7 @@ static void pktrt__collapse_count_job(void *arg, size_t i) {
 
 static uint32_t pktrt__block_write_run(const pktrt__builder *b, const pktrt__bvh *bvh, const pktrt__bvh_task *t) {
   pktrt__block_source ahead[PKTRT__AHEAD];
-  pktrt__mesh_reader reader = pktrt__mesh_reader_make(b->meshes, b->mesh_count, b->use_pending);
+  pktrt__mesh_reader reader = pktrt__mesh_reader_make(b->meshes, b->mesh_count, b->use_pending, b->hides);
   uint32_t flat = 0;
   for (uint32_t i = 0; i < t->block_count + PKTRT__AHEAD; i++) {
     pktrt__block_source *s = &ahead[i % PKTRT__AHEAD];
@@ -2926,7 +2940,7 @@ static bool pktrt__build_bvh(const pktrt_scene *s, uint32_t set_index, bool use_
   memset(&b, 0, sizeof b), memset(&bvh, 0, sizeof bvh);
   b.desc = desc, b.fit = pktrt__fit_table_of(desc->isa);
   b.meshes = s->meshes, b.mesh_count = s->mesh_count, b.first_mesh = set->first_mesh, b.end_mesh = set->end_mesh;
-  b.set = bvh.set = set_index, b.key_count = key_count, b.use_pending = use_pending;
+  b.set = bvh.set = set_index, b.key_count = key_count, b.use_pending = use_pending, b.hides = set->hides;
   b.count = bvh.triangle_count = set->triangles, bvh.mask = set->mask;
   b.limit = b.count / PKTRT__TASK_PARTS;
   if (b.limit < PKTRT__TASK_MIN) b.limit = PKTRT__TASK_MIN;
@@ -2967,7 +2981,7 @@ typedef struct pktrt__refit {
   pktrt__bvh *bvh;
   const pktrt__mesh *meshes;
   uint32_t mesh_count;
-  bool all; /* every mesh of the tree changed */
+  bool all, hides; /* every mesh of the tree changed; some are hidden */
 } pktrt__refit;
 
 /* Tells whether a refit must look at a mesh's triangles. */
@@ -2994,7 +3008,7 @@ static uint32_t pktrt__refit_count_degenerate(const pktrt__bvh *bvh, uint32_t bl
 
 static void pktrt__refit_blocks(const pktrt__refit *r, const pktrt__bvh_task *t, pktrt__bvh_sum *sum) {
   pktrt__block_source ahead[PKTRT__AHEAD];
-  pktrt__mesh_reader reader = pktrt__mesh_reader_make(r->meshes, r->mesh_count, true);
+  pktrt__mesh_reader reader = pktrt__mesh_reader_make(r->meshes, r->mesh_count, true, r->hides);
   uint32_t waiting[PKTRT__AHEAD], found = 0, done = 0, block = t->first_block, end = block + t->block_count;
   while (block < end || done < found) {
     if (block == end || found - done == PKTRT__AHEAD) {
@@ -3021,7 +3035,7 @@ static void pktrt__refit_job(void *arg, size_t i) {
 static void pktrt__refit_bvh(const pktrt_scene *s, pktrt__bvh *bvh) {
   const pktrt_scene_desc *desc = &s->desc;
   const pktrt__set *set = &s->sets[bvh->set];
-  pktrt__refit r = {pktrt__fit_table_of(desc->isa), bvh, s->meshes, s->mesh_count, true};
+  pktrt__refit r = {pktrt__fit_table_of(desc->isa), bvh, s->meshes, s->mesh_count, true, set->hides};
   for (uint32_t i = set->first_mesh; i < set->end_mesh; i++)
     r.all = r.all && (s->meshes[i].set != bvh->set || pktrt__mesh_moves(&s->meshes[i]));
   const pktrt__bvh_task *top = &bvh->tasks[bvh->task_count];
@@ -3278,13 +3292,14 @@ PKTRT__COLD void pktrt__commit_summarise(pktrt_scene *s) {
 
 /* Finds what each set will have, and whether its tree must be built, or fitted. */
 PKTRT__COLD void pktrt__commit_survey(const pktrt_scene *s) {
-  for (uint32_t i = 0; i < s->set_count; i++) s->sets[i].triangles = 0, s->sets[i].changed = s->sets[i].moved = false;
+  for (uint32_t i = 0; i < s->set_count; i++)
+    s->sets[i].triangles = 0, s->sets[i].changed = s->sets[i].moved = s->sets[i].hides = false;
   for (uint32_t i = 0; i < s->mesh_count; i++) {
     const pktrt__mesh *m = &s->meshes[i];
     if (m->set == PKTRT_NONE || !m->triangle_count) continue;
     pktrt__set *set = &s->sets[m->set];
     set->changed = set->changed || m->dirty || m->marked || m->gone || !m->committed;
-    set->moved = set->moved || pktrt__mesh_moves(m);
+    set->moved = set->moved || pktrt__mesh_moves(m), set->hides = set->hides || m->hide;
     if (!m->gone) set->triangles += m->triangle_count;
   }
 }
@@ -3306,30 +3321,39 @@ PKTRT__COLD void pktrt__commit_drop(const pktrt_scene *s, pktrt__commit_list *li
   pktrt__mem_release(&s->desc, list->bvhs, list->room, sizeof *list->bvhs);
 }
 
+/* Returns an empty scene for boxes: of trees, or of instances. NULL: no memory. */
+PKTRT__COLD pktrt_scene *pktrt__top_create(const pktrt_scene *s) {
+  pktrt_scene_desc d = s->desc;
+  d.rebuild = PKTRT_REBUILD_AUTOMATIC, d.log = NULL;
+  return pktrt_scene_create(&d);
+}
+/* Completes the corners of a box to a triangle across it. */
+static void pktrt__top_box(float box[9]) {
+  for (int a = 0; a < 3; a++) box[6 + a] = a ? box[a] : box[3];
+}
+
 /* Computes a triangle across the box of a tree at a key. */
 static void pktrt__group_box(const pktrt__bvh *bvh, uint32_t key, float box[9]) {
   const float *plane = pktrt__node_planes(pktrt__bvh_node(bvh, 0), key);
   for (int a = 0; a < 3; a++) {
     box[a] = pktrt__min8(plane + 16 * a), box[3 + a] = pktrt__max8(plane + 16 * a + 8);
     if (!(box[a] <= box[3 + a])) box[a] = box[3 + a] = 0; /* all of it is hidden */
-    box[6 + a] = a ? box[a] : box[3];
   }
+  pktrt__top_box(box);
 }
 /* Returns the scene of the boxes of trees: a tree above them. NULL: no memory. */
 PKTRT__COLD pktrt_scene *pktrt__group_make(const pktrt_scene *s, const pktrt__bvh *bvhs, uint32_t n) {
-  pktrt_scene_desc d = s->desc;
-  d.rebuild = PKTRT_REBUILD_AUTOMATIC, d.log = NULL;
-  pktrt_scene *top = pktrt_scene_create(&d);
+  pktrt_scene *top = pktrt__top_create(s);
   bool ok = top != NULL;
   for (uint32_t i = 0; ok && i < n; i++) {
     const uint32_t keys = bvhs[i].key_count;
-    float *box = PKTRT__CAST(float *, pktrt__mem_alloc(&d, keys, 9 * sizeof *box));
+    float *box = PKTRT__CAST(float *, pktrt__mem_alloc(&s->desc, keys, 9 * sizeof *box));
     pktrt_mesh_desc mesh;
     memset(&mesh, 0, sizeof mesh);
     mesh.positions = box, mesh.vertex_count = 3, mesh.triangle_count = 1, mesh.key_count = keys;
     for (uint32_t k = 0; box && k < keys; k++) pktrt__group_box(&bvhs[i], k, box + 9 * (size_t)k);
     ok = box && !pktrt_add_mesh(top, &mesh, NULL);
-    pktrt__mem_release(&d, box, keys, 9 * sizeof *box);
+    pktrt__mem_release(&s->desc, box, keys, 9 * sizeof *box);
   }
   if (ok && !pktrt_commit(top)) return top;
   pktrt_scene_destroy(top);
@@ -9176,12 +9200,15 @@ static void pktrt__fit_children(const pktrt__bvh *bvh, const uint32_t *child, ui
     const bool leaf = (child[c] & PKTRT__LEAF) != 0;
     const float *p = leaf ? pktrt__block_vertices(pktrt__bvh_block(bvh, child[c] & ~PKTRT__LEAF), key)
                           : pktrt__node_planes(pktrt__bvh_node(bvh, child[c]), key);
-    const bool bare = leaf && p[0] > PKTRT__FAR;
+    if (PKTRT__UNLIKELY(leaf && p[0] > PKTRT__FAR)) {
+      for (int i = 0; i < 6; i++) plane[8 * i + c] = i & 1 ? -PKTRT__FAR : PKTRT__FAR;
+      continue;
+    }
     for (int a = 0; a < 3; a++) {
       const float *q = leaf ? p + 8 * a : p + 16 * a;
       const v8 x = vload(q), y = leaf ? vload(q + 24) : vload(q + 8), z = leaf ? vload(q + 48) : y;
-      plane[16 * a + c] = bare ? PKTRT__FAR : vhmin(leaf ? vmin(vmin(x, y), z) : x);
-      plane[16 * a + 8 + c] = bare ? -PKTRT__FAR : vhmax(leaf ? vmax(vmax(x, y), z) : y);
+      plane[16 * a + c] = vhmin(leaf ? vmin(vmin(x, y), z) : x);
+      plane[16 * a + 8 + c] = vhmax(leaf ? vmax(vmax(x, y), z) : y);
     }
   }
 }
@@ -10194,7 +10221,6 @@ PKTRT_DEF pktrt_status pktrt_set_normals(pktrt_scene *s, uint32_t mesh, uint32_t
   if (!s) return PKTRT_INVALID_ARGUMENT;
   pktrt__mesh *m = pktrt__mesh_to_deform(s, mesh, key, normals, "set_normals");
   if (!m) return PKTRT_INVALID_ARGUMENT;
-  if (!PKTRT__NORMALS) return PKTRT_OK; /* queries only: nobody reads them */
   if (!m->normals)
     return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "set_normals: mesh %u was added without normals", (unsigned)mesh);
   const pktrt__mesh_vectors v = {normals, m->vertex_count, 12, FLT_MAX, mesh, key, "normal"};
@@ -10354,8 +10380,8 @@ static bool pktrt__place_box(const pktrt_scene *model, const float *key, double 
                         size * 8.8817841970012523e-16 + (double)FLT_MIN; /* 2^-50 */
     if (!(fabs(middle[i]) + wide <= (double)PKTRT_MAX_COORD)) return false;
     box[i] = (float)(middle[i] - wide), box[3 + i] = (float)(middle[i] + wide);
-    box[6 + i] = i ? box[i] : box[3];
   }
+  pktrt__top_box(box);
   return true;
 }
 
@@ -10407,9 +10433,7 @@ PKTRT__COLD bool pktrt__instance_add_meshes(pktrt_scene *s, const pktrt__instanc
 /* Makes room for one more instance, in the scene of boxes too, and for its transforms. */
 PKTRT__COLD bool pktrt__instance_make_room(pktrt_scene *s, pktrt__instance *in) {
   void *instances = s->instances;
-  pktrt_scene_desc d = s->desc;
-  d.rebuild = PKTRT_REBUILD_AUTOMATIC, d.log = NULL;
-  if (!s->boxes) s->boxes = pktrt_scene_create(&d);
+  if (!s->boxes) s->boxes = pktrt__top_create(s);
   if (!s->boxes || !pktrt__mem_grow(&s->desc, &instances, s->instance_count, &s->instance_capacity, sizeof *in))
     return false;
   s->instances = PKTRT__CAST(pktrt__instance *, instances);

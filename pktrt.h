@@ -10062,16 +10062,16 @@ PKTRT_DEF void pktrt_scene_destroy(pktrt_scene *s) {
 /* Returns the set that a mesh belongs to, a new one or an empty one if there is none; PKTRT_NONE: no memory. */
 PKTRT__COLD uint32_t pktrt__set_of(pktrt_scene *s, const pktrt_mesh_desc *d, uint32_t mesh) {
   const uint32_t keys = d->key_count ? d->key_count : 1, mask = d->mask ? d->mask : UINT32_MAX;
-  uint32_t i = s->set_count, unused = i;
+  uint32_t i = s->set_count, vacant = i;
   while (i-- && !(s->sets[i].group == d->group && s->sets[i].key_count == keys && s->sets[i].mask == mask))
-    if (!s->sets[i].meshes && s->sets[i].tree == PKTRT_NONE) unused = i;
+    if (!s->sets[i].meshes && s->sets[i].tree == PKTRT_NONE) vacant = i;
   if (i == PKTRT_NONE) {
     void *sets = s->sets;
     pktrt__set made;
-    if (!pktrt__mem_grow(&s->desc, &sets, unused, &s->set_capacity, sizeof made)) return PKTRT_NONE;
+    if (!pktrt__mem_grow(&s->desc, &sets, vacant, &s->set_capacity, sizeof made)) return PKTRT_NONE;
     memset(&made, 0, sizeof made);
     made.group = d->group, made.key_count = keys, made.mask = mask, made.first_mesh = mesh, made.tree = PKTRT_NONE;
-    s->sets = PKTRT__CAST(pktrt__set *, sets), s->sets[i = unused] = made, s->set_count += unused == s->set_count;
+    s->sets = PKTRT__CAST(pktrt__set *, sets), s->sets[i = vacant] = made, s->set_count += vacant == s->set_count;
   }
   if (mesh < s->sets[i].first_mesh) s->sets[i].first_mesh = mesh;
   if (mesh >= s->sets[i].end_mesh) s->sets[i].end_mesh = mesh + 1;

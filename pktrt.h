@@ -4258,17 +4258,20 @@ PKTRT__NOINLINE void pktrt__exact_resolve(pktrt__exact_view *v, const uint32_t *
   pktrt__exact_normal(*v, n);
   for (int a = 0; a < 3; a++) normal[row * axis[a]] = (float)n[a];
 }
-PKTRT__NOINLINE void pktrt__single_resolve(const pktrt_scene *s, const pktrt__single *q, pktrt_hit *hit) {
-  const pktrt__bvh *bvh = &s->bvhs[q->bvh];
+/* In a view of its own: the values of one that nobody else reads stay in registers. */
+PKTRT__COLD void pktrt__single_resolve_exactly(const pktrt_scene *s, const pktrt__single *q, pktrt_hit *hit) {
   const pktrt_ray *ray = q->ray;
   pktrt__exact_view v;
-  pktrt__exact_view_at(&v, bvh, q->slot, ray->time, q->axis, ray->origin, ray->direction, 1);
-  const bool calm = pktrt__single_resolve_tuv(&v, &hit->t, &hit->u, &hit->v);
-  if (!(pktrt__single_resolve_normal(&v, q->axis, hit->normal, 1) && calm))
-    pktrt__exact_resolve(&v, q->axis, &hit->t, &hit->u, &hit->v, hit->normal, 1);
+  pktrt__exact_view_at(&v, &s->bvhs[q->bvh], q->slot, ray->time, q->axis, ray->origin, ray->direction, 1);
+  pktrt__exact_resolve(&v, q->axis, &hit->t, &hit->u, &hit->v, hit->normal, 1);
 }
-/* Does so for `hits` of rays i to i+7 of a batch. Neighbours from one point mostly hit the same triangle: what does not depend on
-   the direction is kept. */
+PKTRT__NOINLINE void pktrt__single_resolve(const pktrt_scene *s, const pktrt__single *q, pktrt_hit *hit) {
+  const pktrt_ray *ray = q->ray;
+  pktrt__exact_view v;
+  pktrt__exact_view_at(&v, &s->bvhs[q->bvh], q->slot, ray->time, q->axis, ray->origin, ray->direction, 1);
+  const bool calm = pktrt__single_resolve_tuv(&v, &hit->t, &hit->u, &hit->v);
+  if (!(pktrt__single_resolve_normal(&v, q->axis, hit->normal, 1) && calm)) pktrt__single_resolve_exactly(s, q, hit);
+}
 PKTRT__NOINLINE void pktrt__single_resolve_hits(const pktrt_scene *s, pktrt__batch *b, uint32_t i, uint32_t hits) {
   pktrt__exact_view v;
   bool sharp = false;
@@ -5295,6 +5298,7 @@ PKTRT__COLD const char *pktrt__check_sentence(uint32_t faults) {
 #define mor PKTRT__NAME(pktrt__mor)
 #define mbits PKTRT__NAME(pktrt__mbits)
 #define mfrom PKTRT__NAME(pktrt__mfrom)
+#define mturn PKTRT__NAME(pktrt__mturn)
 #define vstore_masked PKTRT__NAME(pktrt__vstore_masked)
 #define vstore_masked_u32 PKTRT__NAME(pktrt__vstore_masked_u32)
 #define veq_u32 PKTRT__NAME(pktrt__veq_u32)
@@ -5305,6 +5309,8 @@ PKTRT__COLD const char *pktrt__check_sentence(uint32_t faults) {
 #define vcompress PKTRT__NAME(pktrt__vcompress)
 #define vcompress_from PKTRT__NAME(pktrt__vcompress_from)
 #define vswap_halves PKTRT__NAME(pktrt__vswap_halves)
+#define vload_turn PKTRT__NAME(pktrt__vload_turn)
+#define vturn PKTRT__NAME(pktrt__vturn)
 #define vhmin PKTRT__NAME(pktrt__vhmin)
 #define vhmax PKTRT__NAME(pktrt__vhmax)
 #define dload PKTRT__NAME(pktrt__dload)
@@ -5545,11 +5551,15 @@ OP m8 dlt(d8 a, d8 b) {
 }
 OP v8 dto(d8 a) { return _mm256_set_m128(_mm256_cvtpd_ps(a.h), _mm256_cvtpd_ps(a.l)); }
 #endif
+#define PKTRT__TURNS 1u
+OP v8 vturn(v8 a, uint32_t turn) { return (void)turn, a; }
+OP v8 vload_turn(const float *p, uint32_t turn) { return (void)turn, vload(p); }
+OP uint32_t mturn(m8 m) { return mbits(m); }
 
 #elif PKTRT__STAMP == PKTRT__STAMP_SCALAR
 
 /* Scalar operations are inlined only where there are no vectors: that makes them twice as fast, but the whole header
-   takes half as long again to compile. Elsewhere only long tests use the scalar kernels. */
+   takes half as long again to compile. Elsewhere only long tests use the scalar kernels. Copies are always inlined. */
 #undef OP
 #if defined(PKTRT__INLINE_SCALAR) || \
     !(defined(PKTRT__HAS_SSE2) || defined(PKTRT__HAS_AVX2) || defined(PKTRT__HAS_AVX512) || defined(PKTRT__HAS_NEON))
@@ -5568,9 +5578,13 @@ typedef struct d8 {
   type r;                                 \
   for (int i = 0; i < 8; i++) expression; \
   return r
-OP v8 vload(const float *p) { PKTRT__EACH(v8, r.f[i] = p[i]); }
-OP void vstore(float *p, v8 a) { memcpy(p, a.f, sizeof a.f); }
-OP v8 vset(float x) { PKTRT__EACH(v8, r.f[i] = x); }
+PKTRT__INLINE v8 vload(const float *p) {
+  v8 r;
+  memcpy(r.f, p, sizeof r.f);
+  return r;
+}
+PKTRT__INLINE void vstore(float *p, v8 a) { memcpy(p, a.f, sizeof a.f); }
+PKTRT__INLINE v8 vset(float x) { PKTRT__EACH(v8, r.f[i] = x); }
 OP v8 vadd(v8 a, v8 b) { PKTRT__EACH(v8, r.f[i] = a.f[i] + b.f[i]); }
 OP v8 vsub(v8 a, v8 b) { PKTRT__EACH(v8, r.f[i] = a.f[i] - b.f[i]); }
 OP v8 vmul(v8 a, v8 b) { PKTRT__EACH(v8, r.f[i] = a.f[i] * b.f[i]); }
@@ -5602,10 +5616,14 @@ OP float vhmax(v8 a) {
 OP m8 vlt(v8 a, v8 b) { PKTRT__COMPARE(a.f[i] < b.f[i]); }
 OP m8 vle(v8 a, v8 b) { PKTRT__COMPARE(a.f[i] <= b.f[i]); }
 OP m8 veq(v8 a, v8 b) { PKTRT__COMPARE(a.f[i] == b.f[i]); }
-OP m8 mand(m8 a, m8 b) { return a & b; }
-OP m8 mor(m8 a, m8 b) { return a | b; }
-OP uint32_t mbits(m8 m) { return m; }
-OP m8 mfrom(uint32_t bits) { return bits; }
+PKTRT__INLINE m8 mand(m8 a, m8 b) { return a & b; }
+PKTRT__INLINE m8 mor(m8 a, m8 b) { return a | b; }
+PKTRT__INLINE uint32_t mbits(m8 m) { return m; }
+PKTRT__INLINE m8 mfrom(uint32_t bits) { return bits; }
+#define PKTRT__TURNS 1u
+OP v8 vturn(v8 a, uint32_t turn) { return (void)turn, a; }
+OP v8 vload_turn(const float *p, uint32_t turn) { return (void)turn, vload(p); }
+OP uint32_t mturn(m8 m) { return mbits(m); }
 OP v8 vsel(m8 m, v8 a, v8 b) { PKTRT__EACH(v8, r.f[i] = m >> i & 1 ? a.f[i] : b.f[i]); }
 OP void vstore_masked(float *p, m8 m, v8 a) {
   for (int i = 0; i < 8; i++)
@@ -5734,6 +5752,10 @@ OP m8 mand(m8 a, m8 b) { PKTRT__TWO(m8, PKTRT__Q(_mm_and_ps, vandq_u32)); }
 OP m8 mor(m8 a, m8 b) { PKTRT__TWO(m8, PKTRT__Q(_mm_or_ps, vorrq_u32)); }
 OP uint32_t mbits(m8 m) { return pktrt__qbits(m.l) | pktrt__qbits(m.h) << 4; }
 OP m8 mfrom(uint32_t bits) { PKTRT__OF(m8, pktrt__qfrom(bits), pktrt__qfrom(bits >> 4)); }
+#define PKTRT__TURNS 2u /* in which few lanes are worked on, half a vector in each, whose bits mturn has */
+OP v8 vload_turn(const float *p, uint32_t turn) { PKTRT__OF(v8, PKTRT__Q(_mm_loadu_ps, vld1q_f32)(p + 4 * turn), r.l); }
+OP v8 vturn(v8 a, uint32_t turn) { PKTRT__OF(v8, turn ? a.h : a.l, r.l); }
+OP uint32_t mturn(m8 m) { return pktrt__qbits(m.l); }
 OP v8 vswap_halves(v8 a) { PKTRT__OF(v8, a.h, a.l); }
 OP v8 vsel(m8 m, v8 a, v8 b) {
   PKTRT__OF(v8, PKTRT__Q(pktrt__qsel, vbslq_f32)(m.l, a.l, b.l), PKTRT__Q(pktrt__qsel, vbslq_f32)(m.h, a.h, b.h));
@@ -6157,6 +6179,7 @@ typedef __mmask16 mf;
 #define pktrt__tri_corner PKTRT__NAME(pktrt__tri_corner)
 #define pktrt__tri_corner_of_one PKTRT__NAME(pktrt__tri_corner_of_one)
 #define pktrt__tri_decide_on_grid PKTRT__NAME(pktrt__tri_decide_on_grid)
+#define pktrt__tri_decide_turn PKTRT__NAME(pktrt__tri_decide_turn)
 #define pktrt__tri_directions_on_grid PKTRT__NAME(pktrt__tri_directions_on_grid)
 #define pktrt__tri_depth_bounds PKTRT__NAME(pktrt__tri_depth_bounds)
 #define pktrt__tri_edge_functions PKTRT__NAME(pktrt__tri_edge_functions)
@@ -6503,9 +6526,9 @@ OP uint32_t pktrt__tri_directions_on_grid(const v8 d[3]) {
 }
 
 /* Decides edges of lanes in `open`, whose directions lie on grids, where all else does: takes those not crossed from *maybe,
-   adds the others to *crossed. Doubles have products of x and y exactly, floats their signs, where M |d_k| is moderate. */
-PKTRT__NOINLINE void pktrt__tri_decide_on_grid(v8 p[3][3], const v8 o[3], const v8 d[3], uint32_t open, uint32_t *maybe,
-                                               uint32_t *crossed) {
+   adds the others to *crossed. Doubles have products of x and y exactly, floats their signs, where M |d_k| is moderate.
+   WHY by turns: few lanes are open at a time, and what a turn does not ask of its lanes is not computed. */
+OP uint32_t pktrt__tri_decide_turn(const v8 p[3][3], const v8 o[3], const v8 d[3], uint32_t open, uint32_t *crossed) {
   const v8 zero = vset(0), sign = vcopysign(vset(1), d[0]);
   v8 most = vmax_abs3(o[0], o[1], o[2]), x[3], y[3];
   UNROLL for (int c = 0; c < 3; c++) most = vmax(most, vmax_abs3(p[c][0], p[c][1], p[c][2]));
@@ -6515,8 +6538,8 @@ PKTRT__NOINLINE void pktrt__tri_decide_on_grid(v8 p[3][3], const v8 o[3], const 
     even = mand(even, pktrt__vec_on_grid(o[a], coarse));
     UNROLL for (int c = 0; c < 3; c++) even = mand(even, pktrt__vec_on_grid(p[c][a], coarse));
   }
-  open &= mbits(even);
-  if (!open) return;
+  open &= mturn(even);
+  if (!open) return 0;
   UNROLL for (int c = 0; c < 3; c++) {
     const v8 z = vsub(p[c][0], o[0]);
     x[c] = vsub(vmul(vsub(p[c][1], o[1]), d[0]), vmul(d[1], z)),
@@ -6524,23 +6547,38 @@ PKTRT__NOINLINE void pktrt__tri_decide_on_grid(v8 p[3][3], const v8 o[3], const 
   }
   m8 above = mfrom(0), below = above;
   uint32_t along = 0;
-  for (int i = 0, a = 2, b = 1; i < 3; b = a, a = i++) {
+  UNROLL for (int i = 0, a = 2, b = 1; i < 3; b = a, a = i++) {
     const v8 one = vmul(x[a], y[b]), other = vmul(y[a], x[b]);
     v8 value = vsub(one, other);
-    const uint32_t same = open & mbits(veq(one, other));
-    if (same & ~mbits(veq(one, zero))) /* in doubles exactly */
+    const uint32_t same = open & mturn(veq(one, other));
+    if (same & ~mturn(veq(one, zero))) /* in doubles exactly */
       value = dto(dsub(dmul(dfrom(x[a]), dfrom(y[b])), dmul(dfrom(y[a]), dfrom(x[b]))));
     if (same) {
       const v8 ek = vsub(p[b][0], p[a][0]);
       const v8 first = vmul(sign, vsub(vmul(d[2], ek), vmul(d[0], vsub(p[b][2], p[a][2]))));
       const v8 second = vmul(sign, vsub(vmul(d[0], vsub(p[b][1], p[a][1])), vmul(d[1], ek)));
       value = vsel(veq(value, zero), vsel(veq(first, zero), second, first), value);
-      along |= mbits(veq(value, zero));
+      along |= mturn(veq(value, zero));
     }
     above = mor(above, vlt(zero, value)), below = mor(below, vlt(value, zero));
   }
-  along |= mbits(mand(above, below));
-  *maybe &= ~(open & along), *crossed |= open & ~along;
+  along |= mturn(mand(above, below));
+  *crossed = open & ~along;
+  return open & along;
+}
+PKTRT__NOINLINE void pktrt__tri_decide_on_grid(const float *p, const uint32_t *axis, const v8 o[3], const v8 d[3],
+                                               uint32_t open, uint32_t *maybe, uint32_t *crossed) {
+  for (uint32_t turn = 0; turn < PKTRT__TURNS; turn++) {
+    const uint32_t first = 8 / PKTRT__TURNS * turn, lanes = open >> first & ((1u << 8 / PKTRT__TURNS) - 1);
+    v8 corners[3][3], from[3], along[3];
+    uint32_t yes = 0;
+    if (!lanes) continue;
+    UNROLL for (int i = 0; i < 3; i++) {
+      from[i] = vturn(o[i], turn), along[i] = vturn(d[i], turn);
+      UNROLL for (int c = 0; c < 3; c++) corners[c][i] = vload_turn(p + 24 * c + 8 * axis[i], turn);
+    }
+    *maybe &= ~(pktrt__tri_decide_turn(corners, from, along, lanes, &yes) << first), *crossed |= yes << first;
+  }
 }
 
 /* Lanes of a block that the filter did not drop. */
@@ -6559,14 +6597,10 @@ PKTRT__NOINLINE void pktrt__tri_settle_edges(const pktrt__bvh_segment *seg, cons
   const float *k = pktrt__segment_vertices(seg, block, 0, true), *from = single ? single->ray->origin : &b->o[0][r];
   const float *along = single ? single->ray->direction : &b->d[0][r];
   const uint32_t *axis = single ? single->axis : pktrt__axes[b->axis[r]], row = single ? 1 : PKTRT__ROW;
-  v8 p[3][3], o[3], d[3];
-  UNROLL for (int i = 0; i < 3; i++) d[i] = vset(along[row * axis[i]]);
-  if (pktrt__segment_vertices(seg, block, 1, true) != k || !pktrt__tri_directions_on_grid(d)) return;
-  UNROLL for (int i = 0; i < 3; i++) {
-    o[i] = vset(from[row * axis[i]]);
-    UNROLL for (int j = 0; j < 3; j++) p[j][i] = vload(k + 24 * j + 8 * axis[i]);
-  }
-  pktrt__tri_decide_on_grid(p, o, d, c->maybe & ~c->inside, &c->maybe, &c->inside);
+  v8 o[3], d[3];
+  UNROLL for (int i = 0; i < 3; i++) o[i] = vset(from[row * axis[i]]), d[i] = vset(along[row * axis[i]]);
+  if (pktrt__segment_vertices(seg, block, 1, true) == k && pktrt__tri_directions_on_grid(d))
+    pktrt__tri_decide_on_grid(k, axis, o, d, c->maybe & ~c->inside, &c->maybe, &c->inside);
 }
 
 /* Decides whether a candidate is the closest hit so far, and makes it that. WHY edges first, and not depths: where these
@@ -7106,8 +7140,11 @@ PKTRT__NOINLINE uint32_t pktrt__frustum_exact_test8(const pktrt__bvh_segment *se
   maybe &= ~mbits(mand(dlt(least, minus), dlt(e.error, most)));
 #endif
   uint32_t even = maybe & ~crossed;
-  if (even && (even &= pktrt__tri_directions_on_grid(d)) != 0)
-    pktrt__tri_decide_on_grid(p, o, d, even, &maybe, &crossed);
+  if (even && (even &= pktrt__tri_directions_on_grid(d)) != 0) {
+    float corners[72];
+    for (uint32_t i = 0; i < 9; i++) vstore(corners + 8 * i, p[i / 3][i % 3]);
+    pktrt__tri_decide_on_grid(corners, pktrt__axes[0], o, d, even, &maybe, &crossed);
+  }
 #if PKTRT__WITH_V8_REGISTERS
   const v8 t = dto(dmul(e.depth, ddiv(dset(1), dmul(e.det, dk)))), far_ = vmul(t, vabs(d[0]));
   const v8 slack = vadd(vmul(vabs(far_), vset(PKTRT__PAD_DEPTH)), vload(b->tiny + r));
@@ -9829,6 +9866,7 @@ static const pktrt__kernel_table pktrt__kernels = {pktrt__entry_trace,
 #undef mbits
 #undef mf
 #undef mfrom
+#undef mturn
 #undef mor
 #undef v8
 #undef vabs
@@ -9861,6 +9899,9 @@ static const pktrt__kernel_table pktrt__kernels = {pktrt__entry_trace,
 #undef veq_u8x64
 #undef vsub
 #undef vswap_halves
+#undef vload_turn
+#undef vturn
+#undef PKTRT__TURNS
 #undef vcopysign
 #undef FW
 #undef OP

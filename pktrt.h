@@ -3619,7 +3619,7 @@ static const uint32_t pktrt__axes[3][3] = {{0, 1, 2}, {1, 2, 0}, {2, 0, 1}};
 typedef struct pktrt__single {
   PKTRT__ALIGN64 float rd[8], cn[8], cf[8]; /* by axis; the other lanes are unused */
   const pktrt_ray *ray;
-  float slope[2], dk, wn, wf, sn, sf, tiny, pad, ta, tb, t;
+  float slope[2], dk, wn, wf, sn, sf, tiny, pad, ta, tb;
   uint32_t id, slot, bvh, place, octant;
   uint32_t after;       /* at t = tmin triangles with a higher global index are hit; PKTRT_NONE: none are */
   const uint32_t *axis; /* k, u, v */
@@ -3983,7 +3983,7 @@ typedef struct pktrt__batch {
                                     After resolving PKTRT_NONE where nothing is hit */
   uint32_t slot[PKTRT__ROW];  /* block * 8 + lane; PKTRT_NONE: no hit. For occlusion: 0 when occluded */
   uint32_t bvh[PKTRT__ROW];   /* of the closest hit */
-  uint32_t place[PKTRT__ROW]; /* 1 more than the instance of the closest hit, whose t is known; 0: hit without one */
+  uint32_t place[PKTRT__ROW]; /* 1 more than the instance of the closest hit; 0: hit without one */
   uint8_t axis[PKTRT__ROW], octant[PKTRT__ROW];
   uint16_t segment[PKTRT__ROW];
   uint64_t valid[PKTRT__BATCH / 64];
@@ -4181,12 +4181,12 @@ static void pktrt__single_from_batch(const pktrt__batch *b, uint32_t r, pktrt_ra
   q->wn = b->wn[r], q->wf = b->wf[r], q->sn = b->sn[r], q->sf = b->sf[r], q->tiny = b->tiny[r];
   q->pad = b->pad[r], q->ta = b->ta[r], q->tb = b->tb[r];
   q->id = b->id[r], q->slot = b->slot[r], q->bvh = b->bvh[r], q->octant = b->octant[r], q->after = PKTRT_NONE;
-  q->t = b->t[r], q->place = b->place[r];
+  q->place = b->place[r];
   q->axis = pktrt__axes[b->axis[r]];
 }
 PKTRT__INLINE void pktrt__single_to_batch(pktrt__batch *b, uint32_t r, const pktrt__single *q) {
   b->wf[r] = q->wf, b->sf[r] = q->sf, b->id[r] = q->id, b->slot[r] = q->slot, b->bvh[r] = q->bvh;
-  b->t[r] = q->t, b->place[r] = q->place;
+  b->place[r] = q->place;
 }
 
 /* Decide by the canonical test what single precision leaves open. WHY what is apart first, in a view of its own: most are,
@@ -4382,25 +4382,6 @@ PKTRT__INLINE float pktrt__place_tmax(uint32_t slot, float wf, float dk, float t
   return slot == PKTRT_NONE ? tmax : pktrt__minf(wf / fabsf(dk), tmax);
 }
 
-/* Tells whether a hit in an instance is nearer than the closest hit of a ray so far, or as near with a lower index. */
-static bool pktrt__place_is_nearer(const pktrt_scene *s, const pktrt__single *q, float t, uint32_t id) {
-  float nearest = q->t;
-  if (q->slot == PKTRT_NONE) return true;
-  if (!q->place) {
-    const double w = (double)t * fabs((double)q->dk), slack = fabs(w) * PKTRT__PAD_DEPTH + (double)q->tiny;
-    if (w + slack < (double)q->sf || (double)q->wf < w - slack) return w < (double)q->sf;
-    nearest = pktrt__exact_t_of_hit(s->bvhs, q);
-  }
-  return t < nearest || (t == nearest && id < q->id);
-}
-
-/* Makes the closest hit of a ray in an instance that of the ray. */
-static void pktrt__place_set_hit(pktrt__single *q, uint32_t place, float t, uint32_t id, uint32_t slot, uint32_t bvh) {
-  const float f = t * fabsf(q->dk), slack = fabsf(f) * PKTRT__PAD_DEPTH + q->tiny;
-  q->t = t, q->wf = f + slack, q->sf = f - slack;
-  q->id = id, q->slot = slot, q->bvh = bvh, q->place = place;
-}
-
 /* Tells whether what a tree of the top level is above are trees of the scene. */
 PKTRT__INLINE bool pktrt__place_is_group(const pktrt_scene *scene, const pktrt__bvh_segment *seg) {
   return PKTRT__GROUPS && scene->groups && seg->bvhs == scene->groups->bvhs;
@@ -4427,29 +4408,6 @@ static void pktrt__place_move_rays(const pktrt__instance *in, pktrt__batch *b, u
   }
 }
 
-/* Takes over what the spare lanes have found, for the rays in mask of a list; returns those that are hit, or nearer. */
-static uint64_t pktrt__place_take(const pktrt_scene *s, uint32_t index, pktrt__batch *b, const uint8_t *list,
-                                  uint64_t mask, bool closest) {
-  uint64_t hit = 0;
-  for (uint32_t j = b->spare; mask; mask &= mask - 1, j++) {
-    const uint32_t r = list[pktrt__lowest_bit(mask)], id = s->instances[index].first_id + b->id[j];
-    pktrt_ray ray;
-    pktrt__single q;
-    if (b->slot[j] == PKTRT_NONE) continue;
-    if (closest) {
-      if (b->slot[r] != PKTRT_NONE) { /* else all is nearer */
-        pktrt__single_from_batch(b, r, &ray, &q);
-        if (!pktrt__place_is_nearer(s, &q, b->t[j], id)) continue;
-      }
-      q.dk = b->dk[r], q.tiny = b->tiny[r];
-      pktrt__place_set_hit(&q, index + 1, b->t[j], id, b->slot[j], b->bvh[j]);
-      pktrt__single_to_batch(b, r, &q);
-    }
-    hit |= mask & (0u - mask);
-  }
-  return hit;
-}
-
 /* Sees the triangle of a hit in an instance as its ray does. */
 static const pktrt__place *pktrt__place_view(const pktrt__instance *in, uint32_t bvh, uint32_t slot,
                                              const pktrt_ray *ray, pktrt__exact_view *v, pktrt__place *moving,
@@ -4461,6 +4419,61 @@ static const pktrt__place *pktrt__place_view(const pktrt__instance *in, uint32_t
   *axis = pktrt__axes[!not_x ? 0 : fabsf(d[1]) < fabsf(d[2]) ? 2 : 1];
   pktrt__exact_view_at(v, &in->model->bvhs[bvh], slot, ray->time, *axis, o, d, 1);
   return p;
+}
+
+/* A hit in an instance: its triangle, and bounds of its depth as the scene's ray has it, of those within. Two roundings of
+   these are less than what is added, which also keeps t apart. */
+typedef struct pktrt__place_hit {
+  float lo, hi;
+  uint32_t place, id, slot, bvh;
+} pktrt__place_hit;
+PKTRT__INLINE void pktrt__place_hit_bounds(pktrt__place_hit *h, float lo, float hi, float dk_within, float dk,
+                                           float tiny) {
+  const float unit = fabsf(dk), from = pktrt__minf(lo / fabsf(dk_within), FLT_MAX) * unit,
+              to = hi / fabsf(dk_within) * unit;
+  h->lo = from - (fabsf(from) * PKTRT__PAD_DEPTH + tiny), h->hi = to + (fabsf(to) * PKTRT__PAD_DEPTH + tiny);
+}
+/* Computes the t of a hit in an instance. */
+static float pktrt__place_t(const pktrt_scene *s, uint32_t place, uint32_t bvh, uint32_t slot, const pktrt_ray *ray) {
+  const uint32_t *axis;
+  pktrt__exact_view v;
+  pktrt__exact_crossing c = {0, 0, false};
+  pktrt__place moving;
+  (void)pktrt__place_view(&s->instances[place - 1], bvh, slot, ray, &v, &moving, &axis);
+  pktrt__exact_cross(&v, &c);
+  return pktrt__exact_t(&v, &c);
+}
+/* Decides what bounds of depths leave open: whether a hit in an instance is nearer than the closest hit of a ray so far,
+   or as near with a lower index. */
+PKTRT__NOINLINE bool pktrt__place_is_nearer(const pktrt_scene *s, const pktrt__single *q, const pktrt__place_hit *h) {
+  const float t = pktrt__place_t(s, h->place, h->bvh, h->slot, q->ray);
+  const float nearest =
+      q->place ? pktrt__place_t(s, q->place, q->bvh, q->slot, q->ray) : pktrt__exact_t_of_hit(s->bvhs, q);
+  return t < nearest || (t == nearest && h->id < q->id);
+}
+
+/* Takes over what the spare lanes have found, for the rays in mask of a list; returns those that are hit, or nearer. */
+static uint64_t pktrt__place_take(const pktrt_scene *s, uint32_t index, pktrt__batch *b, const uint8_t *list,
+                                  uint64_t mask, bool closest) {
+  uint64_t hit = 0;
+  for (uint32_t j = b->spare; mask; mask &= mask - 1, j++) {
+    const uint32_t r = list[pktrt__lowest_bit(mask)];
+    if (b->slot[j] == PKTRT_NONE) continue;
+    if (closest) {
+      pktrt__place_hit h = {0, 0, index + 1, s->instances[index].first_id + b->id[j], b->slot[j], b->bvh[j]};
+      pktrt__place_hit_bounds(&h, b->sf[j], b->wf[j], b->dk[j], b->dk[r], b->tiny[r]);
+      if (b->slot[r] != PKTRT_NONE && !(h.hi < b->sf[r])) {
+        pktrt_ray ray;
+        pktrt__single q;
+        if (b->wf[r] < h.lo) continue;
+        pktrt__single_from_batch(b, r, &ray, &q);
+        if (!pktrt__place_is_nearer(s, &q, &h)) continue;
+      }
+      b->sf[r] = h.lo, b->wf[r] = h.hi, b->id[r] = h.id, b->slot[r] = h.slot, b->bvh[r] = h.bvh, b->place[r] = h.place;
+    }
+    hit |= mask & (0u - mask);
+  }
+  return hit;
 }
 
 /* Computes t, u, v and normal of a hit in an instance. */
@@ -5152,6 +5165,7 @@ PKTRT__COLD const char *pktrt__check_sentence(uint32_t faults) {
 #undef COUNT
 #undef OP
 #undef STEP
+#undef SHARED
 #undef UNROLL
 #undef FW
 #undef INSTANCE
@@ -6127,6 +6141,7 @@ typedef __mmask16 mf;
 #define pktrt__place_test_boxes PKTRT__NAME(pktrt__place_test_boxes)
 #define pktrt__place_trace PKTRT__NAME(pktrt__place_trace)
 #define pktrt__place_leaf PKTRT__NAME(pktrt__place_leaf)
+#define pktrt__place_load_slabs PKTRT__NAME(pktrt__place_load_slabs)
 #define pktrt__place_stream_in PKTRT__NAME(pktrt__place_stream_in)
 #define pktrt__place_stream PKTRT__NAME(pktrt__place_stream)
 #define pktrt__place_packets PKTRT__NAME(pktrt__place_packets)
@@ -6213,7 +6228,8 @@ typedef __mmask16 mf;
 
 /* >>setup ---------------------------------------------------------------------------------------------------------- */
 
-/* STEP, SMALL and ROLL_OUT: on narrow vectors, short of registers, loops stay loops and larger steps calls: half the code. */
+/* STEP, SMALL and ROLL_OUT: on narrow vectors, short of registers, loops stay loops and larger steps calls: half the code.
+   SHARED: where operations are calls, what consists of them is one too. */
 #if PKTRT__WITH_V8_REGISTERS
 #define STEP OP
 #define SMALL PKTRT__NOINLINE
@@ -6222,6 +6238,11 @@ typedef __mmask16 mf;
 #define STEP PKTRT__NOINLINE
 #define SMALL PKTRT__COLD
 #define ROLL_OUT
+#endif
+#if PKTRT__WITH_FEW_INSTANCES
+#define SHARED PKTRT__NOINLINE
+#else
+#define SHARED OP
 #endif
 
 #define COUNT(field, n)                                              \
@@ -6331,7 +6352,7 @@ PKTRT__NOINLINE
   const float n_slack = fabsf(n) * PKTRT__PAD_DEPTH + tiny, f_slack = fabsf(f) * PKTRT__PAD_DEPTH + tiny;
   q->tiny = tiny, q->wn = n - n_slack, q->wf = f + f_slack, q->sn = pktrt__maxf(n + n_slack, n);
   q->sf = pktrt__minf(last - (fabsf(last) * PKTRT__PAD_DEPTH + tiny), last);
-  q->id = q->place = 0, q->slot = q->after = PKTRT_NONE, q->t = tmax;
+  q->id = q->place = 0, q->slot = q->after = PKTRT_NONE;
   return true;
 }
 
@@ -6384,7 +6405,7 @@ typedef struct pktrt__tri_edges {
   op##fma(op##mul(zs, op##set(PKTRT__PAD_SHEAR)), op##fma(zs, op##set(PKTRT__PAD_SHEAR2), op##add(xs, ys)), \
           op##fma(op##mul(xs, ys), op##set(PKTRT__PAD_CROSS), op##set(PKTRT__PAD_LEAST)))
 
-OP pktrt__tri_edges pktrt__tri_edge_functions(const v8 x[3], const v8 y[3], const v8 z[3]) {
+SHARED pktrt__tri_edges pktrt__tri_edge_functions(const v8 x[3], const v8 y[3], const v8 z[3]) {
   pktrt__tri_edges e;
   e.u = vfms(x[2], y[1], vmul(y[2], x[1]));
   e.v = vfms(x[0], y[2], vmul(y[0], x[2]));
@@ -6405,7 +6426,8 @@ OP uint32_t pktrt__tri_inside(const pktrt__tri_edges *e) {
 #define PKTRT__DEPTH_REACH(op, z, tiny) op##fma(z, op##set(PKTRT__PAD_ESTIMATE), tiny)
 
 /* Bounds the depths of hits by the estimate of >>exactness, for lanes whose edge functions do not rule a hit out. */
-OP pktrt__tri_estimate pktrt__tri_depth_bounds(const pktrt__tri_edges *q, const v8 z[3], const pktrt__tri_limits *l) {
+SHARED pktrt__tri_estimate pktrt__tri_depth_bounds(const pktrt__tri_edges *q, const v8 z[3],
+                                                   const pktrt__tri_limits *l) {
   const v8 det = vadd(vadd(q->u, q->v), q->w), size = vabs(det), r = vdiv(l->sign, det);
   const v8 z_lo = vmin(z[0], vmin(z[1], z[2])), z_hi = vmax(z[0], vmax(z[1], z[2]));
   const v8 depth = vfma(vmul(q->u, r), z[0], vfma(vmul(q->v, r), z[1], vmul(vmul(q->w, r), z[2])));
@@ -6528,7 +6550,7 @@ OP uint32_t pktrt__tri_directions_on_grid(const v8 d[3]) {
 /* Decides edges of lanes in `open`, whose directions lie on grids, where all else does: takes those not crossed from *maybe,
    adds the others to *crossed. Doubles have products of x and y exactly, floats their signs, where M |d_k| is moderate.
    WHY by turns: few lanes are open at a time, and what a turn does not ask of its lanes is not computed. */
-OP uint32_t pktrt__tri_decide_turn(const v8 p[3][3], const v8 o[3], const v8 d[3], uint32_t open, uint32_t *crossed) {
+OP uint32_t pktrt__tri_decide_turn(v8 p[3][3], const v8 o[3], const v8 d[3], uint32_t open, uint32_t *crossed) {
   const v8 zero = vset(0), sign = vcopysign(vset(1), d[0]);
   v8 most = vmax_abs3(o[0], o[1], o[2]), x[3], y[3];
   UNROLL for (int c = 0; c < 3; c++) most = vmax(most, vmax_abs3(p[c][0], p[c][1], p[c][2]));
@@ -9311,7 +9333,6 @@ SMALL bool pktrt__place_trace_single(const pktrt_scene *scene, pktrt__single *q,
   pktrt_ray ray = *from;
   pktrt__single within;
   pktrt__place moving;
-  pktrt_hit hit;
   pktrt__place_ray(pktrt__place_at(in, ray.time, &moving), from->origin, from->direction, 1, ray.origin, ray.direction,
                    1);
   if (!what->occlusion) ray.tmax = pktrt__place_tmax(q->slot, q->wf, q->dk, ray.tmax);
@@ -9320,9 +9341,11 @@ SMALL bool pktrt__place_trace_single(const pktrt_scene *scene, pktrt__single *q,
   if (q->after != PKTRT_NONE && q->after >= in->first_id) within.after = q->after - in->first_id;
   if (!pktrt__drive_single(in->model, &within, what)) return false;
   if (what->occlusion) return true;
-  pktrt__single_resolve(in->model, &within, &hit);
-  if (!pktrt__place_is_nearer(scene, q, hit.t, in->first_id + within.id)) return false;
-  pktrt__place_set_hit(q, index + 1, hit.t, in->first_id + within.id, within.slot, within.bvh);
+  pktrt__place_hit hit = {0, 0, index + 1, in->first_id + within.id, within.slot, within.bvh};
+  pktrt__place_hit_bounds(&hit, within.sf, within.wf, within.dk, q->dk, q->tiny);
+  if (q->slot != PKTRT_NONE && !(hit.hi < q->sf) && (q->wf < hit.lo || !pktrt__place_is_nearer(scene, q, &hit)))
+    return false;
+  q->sf = hit.lo, q->wf = hit.hi, q->id = hit.id, q->slot = hit.slot, q->bvh = hit.bvh, q->place = hit.place;
   return true;
 }
 
@@ -9510,44 +9533,64 @@ PKTRT__NOINLINE uint64_t pktrt__place_trace(const pktrt__query *call, const pktr
     pktrt__drive_fast(model, b, first, first + n, &is);
     memcpy(b->moving, moving, sizeof moving);
   }
-  for (uint32_t i = first; i < first + n && !is.occlusion; i += 8) {
-    const uint32_t hits = pktrt__lanes_occupied(b->slot + i);
-    if (hits) pktrt__resolve_hits(model, b, i, hits, NULL);
-  }
   (void)call;
   return pktrt__place_take(scene, index, b, list, mask, !is.occlusion);
 }
 
-/* Traces rays through the instances of a block, the nearest first; returns those that hit, or hit nearer. */
-OP uint64_t pktrt__place_leaf(const pktrt__query *call, const pktrt_scene *scene, const pktrt__bvh_segment *seg,
-                              pktrt__batch *b, const uint8_t *list, uint64_t mask, uint32_t index,
-                              const pktrt__variant is) {
-  const uint32_t *instance = seg->bvhs[seg->bvh].block_triangles + (size_t)index * 8;
-  PKTRT__ALIGN64 float entry[8], nearest[8];
-  uint64_t rays[8] = {0, 0, 0, 0, 0, 0, 0, 0}, hit = 0;
-  uint32_t met = 0;
-  vstore(nearest, vset(INFINITY));
-  for (uint64_t m = mask; m; m &= m - 1) {
-    const uint32_t r = list[pktrt__lowest_bit(m)];
-    const pktrt__place_slabs slabs = {
-        &b->rd[0][r], &b->as.slab.cn[0][r], &b->as.slab.cf[0][r], PKTRT__ROW, b->wn[r], b->wf[r], b->tb[r]};
-    uint32_t boxes = pktrt__place_test_boxes(seg, index, &slabs, entry);
-    for (met |= boxes; boxes; boxes &= boxes - 1) {
-      const uint32_t c = pktrt__lowest_bit(boxes);
-      rays[c] |= m & (0u - m), nearest[c] = pktrt__minf(nearest[c], entry[c]);
-    }
+/* Boxes of instances in a block, as rays enter and leave them. */
+OP pktrt__box_slabs pktrt__place_load_slabs(const pktrt__bvh_segment *seg, uint32_t index, uint32_t octant) {
+  const pktrt__block *block = pktrt__segment_block(seg, index, true);
+  const float *k0 = pktrt__segment_vertices(seg, block, 0, true), *k1 = pktrt__segment_vertices(seg, block, 1, true);
+  pktrt__box_slabs s;
+  UNROLL for (uint32_t a = 0; a < 3; a++) {
+    const uint32_t n = 8 * a + 24 * (octant >> a & 1), f = 8 * a + 24 * (~octant >> a & 1);
+    s.near0[a] = vload(k0 + n), s.far0[a] = vload(k0 + f);
+    s.near1[a] = vsub(vload(k1 + n), s.near0[a]), s.far1[a] = vsub(vload(k1 + f), s.far0[a]);
   }
-  while (met) {
-    uint32_t c = pktrt__lowest_bit(met);
-    for (uint32_t m = met & (met - 1); m; m &= m - 1)
+  return s;
+}
+
+/* Traces rays of one octant through the instances of a block, the nearest first; returns those that hit, or hit nearer.
+   Rays that have hit something on the way are asked for the boxes anew. */
+OP uint64_t pktrt__place_leaf(const pktrt__query *call, const pktrt_scene *scene, const pktrt__bvh_segment *seg,
+                              pktrt__batch *b, const uint8_t *list, uint64_t mask, uint32_t index, uint32_t octant,
+                              const pktrt__variant is) {
+  static const uint32_t lanes[8] = {0, 1, 2, 3, 4, 5, 6, 7};
+  const uint32_t *instance = seg->bvhs[seg->bvh].block_triangles + (size_t)index * 8;
+  uint64_t rays[8] = {0, 0, 0, 0, 0, 0, 0, 0}, hit = 0, asked = mask;
+  uint32_t left = pktrt__lanes_occupied(instance);
+  float nearest[8];
+  for (uint32_t c; left; left &= ~(1u << c)) {
+    if (asked) {
+      const pktrt__box_slabs slabs = pktrt__place_load_slabs(seg, index, octant);
+      a8 enter = azero();
+      v8 entry, first = vset(INFINITY);
+      uint64_t masks[8];
+      uint32_t lane[8];
+      float dist[8];
+      for (uint64_t m = asked; m; m &= m - 1) {
+        const uint32_t i = pktrt__lowest_bit(m);
+        const m8 enters = pktrt__box_test_children(&slabs, b, list[i], true, &entry);
+        enter = aor(enter, enters, i), first = vmin(first, vsel(enters, entry, first));
+      }
+      for (c = 0; c < 8; c++) rays[c] &= ~asked;
+      c = apush(enter, lanes, first, PKTRT__IN_ORDER, masks, lane, dist);
+      while (c--) rays[lane[c]] |= masks[c], nearest[lane[c]] = dist[c];
+      for (c = 0; c < 8; c++) left &= ~(rays[c] ? 0 : 1u << c);
+      if (!left) break;
+    }
+    c = pktrt__lowest_bit(left);
+    for (uint32_t m = left & (left - 1); m; m &= m - 1)
       if (nearest[pktrt__lowest_bit(m)] < nearest[c]) c = pktrt__lowest_bit(m);
-    met &= ~(1u << c);
+    asked = 0;
     if (is.occlusion) rays[c] &= ~hit;
     if (!rays[c]) continue;
     if (pktrt__place_is_group(scene, seg))
-      hit |= pktrt__drive_stream_in(scene, b, list, rays[c], scene->direct_count + instance[c], &is);
+      asked = pktrt__drive_stream_in(scene, b, list, rays[c], scene->direct_count + instance[c], &is);
     else if (PKTRT__INSTANCES && (scene->instances[instance[c]].seen & is.mask))
-      hit |= pktrt__place_trace(call, scene, b, list, rays[c], instance[c], &is);
+      asked = pktrt__place_trace(call, scene, b, list, rays[c], instance[c], &is);
+    hit |= asked;
+    if (is.occlusion) asked = 0;
   }
   return hit;
 }
@@ -9561,7 +9604,7 @@ OP uint64_t pktrt__place_stream_in(const pktrt__query *call, const pktrt_scene *
   stack.n = 0;
   for (uint32_t ref = 0;; ref = stack.refs[stack.n]) {
     if (ref & PKTRT__LEAF) {
-      hit |= pktrt__place_leaf(call, scene, seg, b, list, mask, ref & ~PKTRT__LEAF, is);
+      hit |= pktrt__place_leaf(call, scene, seg, b, list, mask, ref & ~PKTRT__LEAF, octant, is);
     } else {
       COUNT(node_visits, 1);
       COUNT(box_tests, pktrt__bvh_child_count(pktrt__bvh_children(seg, ref, true)) * pktrt__popcount(mask));
@@ -9910,6 +9953,7 @@ static const pktrt__kernel_table pktrt__kernels = {pktrt__entry_trace,
 #undef PKTRT__WITH_FIT
 #undef PKTRT__WITH_PAPER
 #undef STEP
+#undef SHARED
 #undef SMALL
 #undef ROLL_OUT
 #undef COUNT
@@ -10403,24 +10447,59 @@ static double pktrt__place_kappa(const float *key) {
   return kappa;
 }
 
+/* Extends intervals by the boxes of a node's children in `lanes`, as a matrix turns them. */
+static void pktrt__place_extend(const float *plane, uint32_t lanes, const float *key, double lo[3], double hi[3]) {
+  for (int i = 0; i < 3; i++) {
+    double middle[8] = {0, 0, 0, 0, 0, 0, 0, 0}, half[8] = {0, 0, 0, 0, 0, 0, 0, 0};
+    for (int j = 0; j < 3; j++) {
+      const double a = 0.5 * (double)key[4 * i + j], size = fabs(a);
+      for (int c = 0; c < 8; c++) {
+        const double from = (double)plane[16 * j + c], to = (double)plane[16 * j + 8 + c];
+        middle[c] += a * (from + to), half[c] += size * (to - from);
+      }
+    }
+    for (uint32_t m = lanes; m; m &= m - 1) {
+      const uint32_t c = pktrt__lowest_bit(m);
+      lo[i] = pktrt__min(lo[i], middle[c] - half[c]), hi[i] = pktrt__max(hi[i], middle[c] + half[c]);
+    }
+  }
+}
+/* Computes how far a model reaches along the axes, turned by a matrix: by the boxes of two levels of its trees. WHY: turned
+   as a whole, the box of something round takes in twice as many rays. */
+static void pktrt__place_reach(const pktrt_scene *model, const float *key, double lo[3], double hi[3]) {
+  for (int i = 0; i < 3; i++) lo[i] = DBL_MAX, hi[i] = -DBL_MAX;
+  for (uint32_t t = 0; t < model->bvh_count; t++)
+    for (uint32_t k = 0; k < model->bvhs[t].key_count; k++) {
+      const pktrt__bvh *bvh = &model->bvhs[t];
+      pktrt__node *root = pktrt__bvh_node(bvh, 0), *node;
+      for (uint32_t c = 0; c < 8; c++) {
+        uint32_t lanes = 0;
+        if (root->child[c] == PKTRT__EMPTY) continue;
+        node = root->child[c] & PKTRT__LEAF ? root : pktrt__bvh_node(bvh, root->child[c]);
+        for (uint32_t i = 0; i < 8; i++) lanes |= (uint32_t)(node->child[i] != PKTRT__EMPTY) << i;
+        pktrt__place_extend(pktrt__node_planes(node, k), node == root ? 1u << c : lanes, key, lo, hi);
+      }
+    }
+}
+
 /* Computes the corners of an instance's box at a key, and a third one beside their line. */
 static bool pktrt__place_box(const pktrt_scene *model, const float *key, double kappa, float box[9]) {
-  double middle[3], half[3], mu[3], most = 0;
+  double lo[3], hi[3], mu[3], most = 0;
+  pktrt__place_reach(model, key, lo, hi);
   for (int i = 0; i < 3; i++) {
-    middle[i] = (double)key[4 * i + 3], half[i] = mu[i] = 0;
-    for (int j = 0; j < 3 && model->lo[0] <= model->hi[0]; j++) { /* without triangles, a point */
-      const double a = (double)key[4 * i + j], lo = (double)model->lo[j], hi = (double)model->hi[j];
-      middle[i] += a * (0.5 * (lo + hi)), half[i] += fabs(a) * (0.5 * (hi - lo));
-      mu[i] += fabs(a) * pktrt__max(fabs(lo), fabs(hi));
-    }
+    mu[i] = 0;
+    if (lo[i] > hi[i]) lo[i] = hi[i] = 0; /* without triangles, a point */
+    for (int j = 0; j < 3 && model->lo[0] <= model->hi[0]; j++)
+      mu[i] += fabs((double)key[4 * i + j]) * (double)pktrt__maxf(fabsf(model->lo[j]), fabsf(model->hi[j]));
     most = pktrt__max(most, mu[i]);
   }
   for (int i = 0; i < 3; i++) {
-    const double size = fabs((double)key[4 * i + 3]) + mu[i];
-    const double wide = half[i] + PKTRT__EPS * (3 * kappa * most + 3 * mu[i] + 2 * (fabs(middle[i]) + half[i])) +
+    const double shift = (double)key[4 * i + 3], size = fabs(shift) + mu[i];
+    const double middle = shift + 0.5 * (lo[i] + hi[i]), half = 0.5 * (hi[i] - lo[i]);
+    const double wide = half + PKTRT__EPS * (3 * kappa * most + 3 * mu[i] + 2 * (fabs(middle) + half)) +
                         size * 8.8817841970012523e-16 + (double)FLT_MIN; /* 2^-50 */
-    if (!(fabs(middle[i]) + wide <= (double)PKTRT_MAX_COORD)) return false;
-    box[i] = (float)(middle[i] - wide), box[3 + i] = (float)(middle[i] + wide);
+    if (!(fabs(middle) + wide <= (double)PKTRT_MAX_COORD)) return false;
+    box[i] = (float)(middle - wide), box[3 + i] = (float)(middle + wide);
   }
   pktrt__top_box(box);
   return true;

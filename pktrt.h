@@ -363,7 +363,7 @@
 
    Limits. Coordinates up to 2^100 (PKTRT_MAX_COORD); 1024 keys (PKTRT_MAX_KEYS); 2^31 - 1 triangles
    (PKTRT_MAX_TRIANGLES); pictures of 65536 x 65536, 65536 samples, 50 generations of rays (PKTRT_MAX_DEPTH).
-   The tree is at most 40 levels deep, whatever the triangles are: stacks have fixed sizes and cannot overflow.
+   The tree is at most 38 levels deep, whatever the triangles are: stacks have fixed sizes and cannot overflow.
 
    NaN and infinity. In meshes, lights, materials and cameras they are refused by name. In rays they never do harm: a
    ray with a NaN or infinity in origin or direction, a zero direction, an origin beyond 2^100, or an empty or NaN
@@ -1524,7 +1524,7 @@ enum {
    serves both has eight lanes on every instruction set, in one register or in several. So one tree serves all of them.
    */
 enum {
-  PKTRT__MAX_DEPTH = 40,                        /* of the binary tree, hence of the wide one */
+  PKTRT__MAX_DEPTH = 38,                        /* of the binary tree, hence of the wide one */
   PKTRT__STACK = PKTRT__MAX_DEPTH * (8 - 1) + 1 /* entries that a depth-first walk can hold */
 };
 
@@ -6095,6 +6095,7 @@ typedef __mmask16 mf;
 #define pktrt__frustum_swept_plane PKTRT__NAME(pktrt__frustum_swept_plane)
 #define pktrt__frustum_template PKTRT__NAME(pktrt__frustum_template)
 #define pktrt__frustum_test_child PKTRT__NAME(pktrt__frustum_test_child)
+#define pktrt__frustum_test_child_moving PKTRT__NAME(pktrt__frustum_test_child_moving)
 #define pktrt__frustum_test_moving PKTRT__NAME(pktrt__frustum_test_moving)
 #define pktrt__frustum_test_triangle PKTRT__NAME(pktrt__frustum_test_triangle)
 #define pktrt__frustum_times PKTRT__NAME(pktrt__frustum_times)
@@ -6140,6 +6141,11 @@ typedef __mmask16 mf;
 #define pktrt__place_slabs PKTRT__NAME(pktrt__place_slabs)
 #define pktrt__place_test_boxes PKTRT__NAME(pktrt__place_test_boxes)
 #define pktrt__place_trace PKTRT__NAME(pktrt__place_trace)
+#define pktrt__place_enter PKTRT__NAME(pktrt__place_enter)
+#define pktrt__place_packet PKTRT__NAME(pktrt__place_packet)
+#define pktrt__place_frustum PKTRT__NAME(pktrt__place_frustum)
+#define pktrt__place_frustum_leaf PKTRT__NAME(pktrt__place_frustum_leaf)
+#define pktrt__drive_mark PKTRT__NAME(pktrt__drive_mark)
 #define pktrt__place_leaf PKTRT__NAME(pktrt__place_leaf)
 #define pktrt__place_load_slabs PKTRT__NAME(pktrt__place_load_slabs)
 #define pktrt__place_stream_in PKTRT__NAME(pktrt__place_stream_in)
@@ -7414,6 +7420,12 @@ OP uint32_t pktrt__tri_ray_block_inline(const pktrt__bvh_segment *seg, pktrt__ba
 #else
 #define FRUSTA 1
 #endif
+/* Whether packets go through the top level as such: where vectors are long, or streams are as fast. */
+#if FRUSTA && PKTRT__WITH_V8_REGISTERS && !defined(PKTRT__NO_TOP)
+#define PKTRT__WITH_TOP_FRUSTA 1
+#else
+#define PKTRT__WITH_TOP_FRUSTA 0
+#endif
 #if !defined(PKTRT_NO_STATS) || (PKTRT__WITH_FEW_INSTANCES && !defined(PKTRT_NO_MOTION))
 #define IF_COUNTED(x) x
 #else
@@ -7796,9 +7808,20 @@ OP bool pktrt__frustum_is_thin(uint64_t mask, uint32_t ref, const bool occlusion
   return pktrt__popcount(mask) <= few * (occlusion ? 4 : moving ? 3 : 2);
 }
 
+#if PKTRT__WITH_TOP_FRUSTA
+PKTRT__NOINLINE uint64_t pktrt__frustum_test_child_moving(const pktrt__frustum *f, const pktrt__batch *b,
+                                                          const float *p0, const float *p1, uint64_t mask) {
+  return pktrt__frustum_test_child(f, b, p0, p1, mask, true);
+}
+#endif
+#if FRUSTA
+#if PKTRT__WITH_TOP_FRUSTA
+SMALL uint64_t pktrt__place_packet(pktrt__frustum *f, const pktrt_scene *scene, const pktrt__bvh_segment *seg,
+                                   pktrt__batch *b, uint64_t mask, uint32_t ref, bool thin, const pktrt__variant *what);
+#endif
 /* Traces a frustum packet through one tree from its root; returns the occluded rays. */
 OP uint64_t pktrt__frustum_template(pktrt__frustum *f, const pktrt__bvh_segment *seg, pktrt__batch *b, uint64_t mask,
-                                    const pktrt__variant is) {
+                                    const pktrt_scene *top, const pktrt__variant is) {
   pktrt__frustum_entry stack[PKTRT__STACK + 8];
   const ptrdiff_t to_key1 =
       is.moving ? ((ptrdiff_t)seg->plane1 - (ptrdiff_t)seg->plane0) / (ptrdiff_t)sizeof(float) : 0;
@@ -7807,8 +7830,15 @@ OP uint64_t pktrt__frustum_template(pktrt__frustum *f, const pktrt__bvh_segment 
   uint64_t alive = mask, hit = 0;
   uint32_t sp = 0, ref = 0;
   for (;;) {
-    if (pktrt__frustum_is_thin(mask, ref, is.occlusion, !still)) {
-      COUNT(fallbacks, 1);
+    const bool thin = pktrt__frustum_is_thin(mask, ref, is.occlusion, !still);
+    if (thin) COUNT(fallbacks, 1);
+    (void)top;
+#if PKTRT__WITH_TOP_FRUSTA
+    if (top && (thin || ref & PKTRT__LEAF)) {
+      hit = pktrt__place_packet(f, top, seg, b, mask, ref, thin, &is);
+    } else
+#endif
+        if (thin) {
       hit = pktrt__stream_traverse(seg, b, f->list, mask, ref, is);
     } else if (ref & PKTRT__LEAF) {
       hit = still ? pktrt__frustum_leaf(f, seg, b, ref & ~PKTRT__LEAF, mask, is)
@@ -7828,17 +7858,26 @@ OP uint64_t pktrt__frustum_template(pktrt__frustum *f, const pktrt__bvh_segment 
       mask = e->w > f->wmax ? 0 : e->mask & alive, ref = e->ref;
       if (mask && e->plane) {
         COUNT(box_tests, pktrt__popcount(mask));
-        mask = pktrt__frustum_test_child(f, b, e->plane, e->plane + to_key1, mask, is.moving);
+#if PKTRT__WITH_TOP_FRUSTA
+        if (top) mask = pktrt__frustum_test_child_moving(f, b, e->plane, e->plane + to_key1, mask);
+        else
+#endif
+          mask = pktrt__frustum_test_child(f, b, e->plane, e->plane + to_key1, mask, is.moving);
         COUNT(ray_culls, !mask);
       }
     } while (!mask);
   }
 }
+#endif
 
 #ifndef PKTRT__NO_TOP
 SMALL void pktrt__place_stream(const pktrt__query *call, const pktrt_scene *scene, pktrt__batch *b, const uint8_t *list,
                                uint64_t mask, const pktrt__variant *what);
 SMALL bool pktrt__place_single(const pktrt_scene *scene, pktrt__single *q, const pktrt__variant *what);
+#if PKTRT__WITH_TOP_FRUSTA
+SMALL void pktrt__place_frustum(pktrt__frustum *f, const pktrt_scene *scene, pktrt__batch *b, uint64_t mask,
+                                const pktrt__variant *what);
+#endif
 #if PKTRT__WITH_V8_REGISTERS && !defined(PKTRT_NO_INSTANCES)
 PKTRT__NOINLINE void pktrt__place_resolve8(const pktrt_scene *scene, pktrt__batch *b, uint32_t i, uint32_t hits);
 #endif
@@ -8235,7 +8274,7 @@ PKTRT__NOINLINE void pktrt__drive_paper(const pktrt__query *call, const pktrt_sc
                                                              pktrt__batch *b, uint64_t mask, bool any,          \
                                                              pktrt_counts *counts) {                            \
     (void)any;                                                                                                  \
-    return pktrt__frustum_template(f, seg, b, mask, pktrt__variant_of(o, m, s, counts));                        \
+    return pktrt__frustum_template(f, seg, b, mask, NULL, pktrt__variant_of(o, m, s, counts));                  \
   }
 PKTRT__VARIANTS(INSTANCE) struct pktrt_scene;
 #undef INSTANCE
@@ -8324,6 +8363,11 @@ PKTRT__NOINLINE void pktrt__drive_stream(const pktrt_scene *scene, pktrt__batch 
 }
 
 #if FRUSTA
+/* Marks rays of a packet as occluded. */
+OP void pktrt__drive_mark(pktrt__batch *b, uint32_t base, uint64_t hit) {
+  for (uint32_t r = 0; r < 64; r += FW)
+    fstore_masked_u32(b->slot + base + r, ffrom((uint32_t)(hit >> r) & ((1u << FW) - 1)), 0);
+}
 /* Traces a packet of rays of one main axis and octant through all trees. */
 PKTRT__NOINLINE void pktrt__drive_frustum(const pktrt_scene *scene, pktrt__batch *b, uint32_t base, uint64_t mask,
                                           const pktrt__variant *what) {
@@ -8354,13 +8398,11 @@ PKTRT__NOINLINE void pktrt__drive_frustum(const pktrt_scene *scene, pktrt__batch
         rest &= ~same;
       }
     }
-    if (is.occlusion) {
-      for (uint32_t r = 0; r < 64; r += FW)
-        fstore_masked_u32(b->slot + base + r, ffrom((uint32_t)(hit >> r) & ((1u << FW) - 1)), 0);
-      mask &= ~hit;
-    }
+    if (is.occlusion) pktrt__drive_mark(b, base, hit), mask &= ~hit;
   }
-#ifndef PKTRT__NO_TOP
+#if PKTRT__WITH_TOP_FRUSTA
+  if (scene->has_top && mask) pktrt__place_frustum(&f, scene, b, mask, &is);
+#elif !defined(PKTRT__NO_TOP)
   if (scene->has_top && mask) pktrt__place_stream(NULL, scene, b, f.list, mask, &is);
 #endif
 }
@@ -9528,9 +9570,11 @@ PKTRT__NOINLINE uint64_t pktrt__place_trace(const pktrt__query *call, const pktr
       if (n < 4) {
     for (uint64_t m = valid; m; m &= m - 1) pktrt__drive_batch_ray(model, b, first + pktrt__lowest_bit(m), &is);
   } else if (valid) {
-    uint64_t moving[PKTRT__BATCH / 64]; /* what was found of the scene's trees, not the model's */
-    memcpy(moving, b->moving, sizeof moving);
-    pktrt__drive_fast(model, b, first, first + n, &is);
+    uint64_t moving[PKTRT__BATCH / 64], rays[PKTRT__BATCH / 64];
+    memcpy(moving, b->moving, sizeof moving); /* what was found of the scene's trees, not the model's */
+    memset(rays, 0, sizeof rays), rays[first / 64] = valid;
+    if (n > 24) pktrt__drive_fast(model, b, first, first + n, &is);
+    else pktrt__drive_octants(model, b, rays, &is); /* too few for packets */
     memcpy(b->moving, moving, sizeof moving);
   }
   (void)call;
@@ -9550,6 +9594,15 @@ OP pktrt__box_slabs pktrt__place_load_slabs(const pktrt__bvh_segment *seg, uint3
   return s;
 }
 
+/* Traces rays through an instance, or through a tree of a group. */
+OP uint64_t pktrt__place_enter(const pktrt__query *call, const pktrt_scene *scene, const pktrt__bvh_segment *seg,
+                               pktrt__batch *b, const uint8_t *list, uint64_t mask, uint32_t index,
+                               const pktrt__variant *is) {
+  if (pktrt__place_is_group(scene, seg))
+    return pktrt__drive_stream_in(scene, b, list, mask, scene->direct_count + index, is);
+  if (!PKTRT__INSTANCES || !(scene->instances[index].seen & is->mask)) return 0;
+  return pktrt__place_trace(call, scene, b, list, mask, index, is);
+}
 /* Traces rays of one octant through the instances of a block, the nearest first; returns those that hit, or hit nearer.
    Rays that have hit something on the way are asked for the boxes anew. */
 OP uint64_t pktrt__place_leaf(const pktrt__query *call, const pktrt_scene *scene, const pktrt__bvh_segment *seg,
@@ -9585,10 +9638,7 @@ OP uint64_t pktrt__place_leaf(const pktrt__query *call, const pktrt_scene *scene
     asked = 0;
     if (is.occlusion) rays[c] &= ~hit;
     if (!rays[c]) continue;
-    if (pktrt__place_is_group(scene, seg))
-      asked = pktrt__drive_stream_in(scene, b, list, rays[c], scene->direct_count + instance[c], &is);
-    else if (PKTRT__INSTANCES && (scene->instances[instance[c]].seen & is.mask))
-      asked = pktrt__place_trace(call, scene, b, list, rays[c], instance[c], &is);
+    asked = pktrt__place_enter(call, scene, seg, b, list, rays[c], instance[c], &is);
     hit |= asked;
     if (is.occlusion) asked = 0;
   }
@@ -9596,13 +9646,15 @@ OP uint64_t pktrt__place_leaf(const pktrt__query *call, const pktrt_scene *scene
 }
 
 /* Traces the rays in mask of a list, all of one octant, through the instances above a tree of the top level. */
-OP uint64_t pktrt__place_stream_in(const pktrt__query *call, const pktrt_scene *scene, const pktrt__bvh_segment *seg,
-                                   pktrt__batch *b, const uint8_t *list, uint64_t mask, const pktrt__variant is) {
+SMALL uint64_t pktrt__place_stream_in(const pktrt__query *call, const pktrt_scene *scene, const pktrt__bvh_segment *seg,
+                                      pktrt__batch *b, const uint8_t *list, uint64_t mask, uint32_t ref,
+                                      const pktrt__variant *what) {
+  const pktrt__variant is = *what;
   pktrt__stream_stack stack;
   uint64_t hit = 0;
   const uint32_t octant = b->octant[list[pktrt__lowest_bit(mask)]];
   stack.n = 0;
-  for (uint32_t ref = 0;; ref = stack.refs[stack.n]) {
+  for (;; ref = stack.refs[stack.n]) {
     if (ref & PKTRT__LEAF) {
       hit |= pktrt__place_leaf(call, scene, seg, b, list, mask, ref & ~PKTRT__LEAF, octant, is);
     } else {
@@ -9632,13 +9684,73 @@ SMALL void pktrt__place_stream(const pktrt__query *call, const pktrt_scene *scen
         const uint32_t segment = b->segment[list[pktrt__lowest_bit(rest)]];
         const uint64_t same = keys > 2 ? pktrt__drive_rays_of_segment(b, list, rest, segment) : rest;
         const pktrt__bvh_segment seg = pktrt__bvh_segment_of(top->bvhs, i, segment);
-        hit |= pktrt__place_stream_in(call, scene, &seg, b, list, same, is);
+        hit |= pktrt__place_stream_in(call, scene, &seg, b, list, same, 0, &is);
         rest &= ~same;
       }
     }
   }
   for (uint64_t m = is.occlusion ? hit : 0; m; m &= m - 1) b->slot[list[pktrt__lowest_bit(m)]] = 0;
 }
+
+#if PKTRT__WITH_TOP_FRUSTA
+/* Traces a packet through the instances of a block, the nearest first; returns the rays that hit, or hit nearer. */
+OP uint64_t pktrt__place_frustum_leaf(pktrt__frustum *f, const pktrt_scene *scene, const pktrt__bvh_segment *seg,
+                                      pktrt__batch *b, uint32_t index, uint64_t mask, const pktrt__variant *is) {
+  const uint32_t *instance = seg->bvhs[seg->bvh].block_triangles + (size_t)index * 8;
+  const pktrt__block *block = pktrt__segment_block(seg, index, true);
+  PKTRT__ALIGN64 float planes[2][48], nearest[8]; /* as a node has them */
+  uint64_t hit = 0;
+  uint32_t whole;
+  v8 entry;
+  for (uint32_t i = 0; i < 12; i++) {
+    const float *from = pktrt__segment_vertices(seg, block, i > 5, true);
+    vstore(planes[i / 6] + 8 * (i % 6), vload(from + 24 * (i % 2) + 8 * (i % 6 / 2)));
+  }
+  uint32_t left = pktrt__frustum_cull_children_moving(f, planes[0], planes[1], &entry, &whole);
+  left &= pktrt__lanes_occupied(instance);
+  vstore(nearest, entry);
+  for (uint32_t c; left && mask; left &= ~(1u << c)) {
+    c = pktrt__lowest_bit(left);
+    for (uint32_t m = left & (left - 1); m; m &= m - 1)
+      if (nearest[pktrt__lowest_bit(m)] < nearest[c]) c = pktrt__lowest_bit(m);
+    const uint64_t rays = pktrt__frustum_test_child_moving(f, b, planes[0] + c, planes[1] + c, mask);
+    if (!rays) continue;
+    const uint64_t found = pktrt__place_enter(NULL, scene, seg, b, f->list, rays, instance[c], is);
+    hit |= found;
+    if (is->occlusion) mask &= ~found;
+  }
+  return hit;
+}
+/* Traces a packet through what is below a leaf of the top level, or, if few of its rays are left, a node. */
+SMALL uint64_t pktrt__place_packet(pktrt__frustum *f, const pktrt_scene *scene, const pktrt__bvh_segment *seg,
+                                   pktrt__batch *b, uint64_t mask, uint32_t ref, bool thin, const pktrt__variant *is) {
+  return thin ? pktrt__place_stream_in(NULL, scene, seg, b, f->list, mask, ref, is)
+              : pktrt__place_frustum_leaf(f, scene, seg, b, ref & ~PKTRT__LEAF, mask, is);
+}
+/* Traces a packet through all trees of the top level; for occlusion marks the rays that are hit. */
+SMALL void pktrt__place_frustum(pktrt__frustum *f, const pktrt_scene *scene, pktrt__batch *b, uint64_t mask,
+                                const pktrt__variant *what) {
+  const pktrt__variant is = pktrt__variant_moving(*what, true);
+  for (uint32_t i = 0; i < 2; i++) {
+    const pktrt_scene *top = i ? scene->boxes : scene->groups;
+    for (uint32_t t = 0; top && t < top->bvh_count && mask; t++) {
+      const uint32_t keys = top->bvhs[t].key_count;
+      uint64_t hit = 0;
+      pktrt__batch_packet_time_weights(b, f->base, keys);
+      for (uint64_t rest = mask; rest;) {
+        const uint32_t segment = keys > 2 ? b->segment[f->base + pktrt__lowest_bit(rest)] : 0;
+        const uint64_t same = keys > 2 ? pktrt__drive_rays_of_segment(b, f->list, rest, segment) : rest;
+        const pktrt__bvh_segment seg = pktrt__bvh_segment_of(top->bvhs, t, segment);
+        pktrt__frustum_times(f, b, same);
+        pktrt__frustum_update_depth(f, b, same);
+        hit |= pktrt__frustum_template(f, &seg, b, same, scene, is);
+        rest &= ~same;
+      }
+      if (is.occlusion) pktrt__drive_mark(b, f->base, hit), mask &= ~hit;
+    }
+  }
+}
+#endif
 #endif
 
 #if !defined(PKTRT_NO_PAPER)
@@ -9958,6 +10070,7 @@ static const pktrt__kernel_table pktrt__kernels = {pktrt__entry_trace,
 #undef ROLL_OUT
 #undef COUNT
 #undef PKTRT__WITH_FEW_INSTANCES
+#undef PKTRT__WITH_TOP_FRUSTA
 #undef FRUSTA
 #undef IF_COUNTED
 #undef pktrt__drive_paper

@@ -25,7 +25,7 @@ static pktrt_scene *scene_of(const world *w, pktrt_isa isa, pktrt_build_quality 
   return s;
 }
 
-/* The depth that the manual promises ("at most 40 levels deep"), and that nothing in the trees is wrong. */
+/* The depth that the manual promises ("at most 38 levels deep"), and that nothing in the trees is wrong. */
 static void check_tree(const char *name, pktrt_isa isa, const pktrt_scene *s) {
   const char *fault = tree_fault(s);
   count_figure(part, name, isa, 1, "trees with a fault", fault != NULL);

@@ -5353,6 +5353,12 @@ PKTRT__COLD const char *pktrt__check_sentence(uint32_t faults) {
    no more than to load it: each is broadcast where it is used. Measured worth 5% of a single ray's time. */
 #define PKTRT__WITH_FEW_REGISTERS (PKTRT__STAMP == PKTRT__STAMP_AVX2)
 #define PKTRT__WITH_VECTORS (PKTRT__STAMP != PKTRT__STAMP_SCALAR)
+/* Packets go through the top level as such, elsewhere as streams, which are as fast there. */
+#if PKTRT__WITH_V8_REGISTERS && !defined(PKTRT_NO_FRUSTA) && !defined(PKTRT__NO_TOP)
+#define PKTRT__WITH_TOP_FRUSTA 1
+#else
+#define PKTRT__WITH_TOP_FRUSTA 0
+#endif
 /* Where there are vectors, scalar kernels need not be fast: they have fewer instances, see PKTRT__VARIANTS. */
 #if PKTRT__STAMP == PKTRT__STAMP_SCALAR && (defined(PKTRT__HAS_SSE2) || defined(PKTRT__HAS_NEON))
 #define PKTRT__WITH_FEW_INSTANCES 1
@@ -5572,8 +5578,8 @@ OP uint32_t mturn(m8 m) { return mbits(m); }
 
 #elif PKTRT__STAMP == PKTRT__STAMP_SCALAR
 
-/* Scalar operations are inlined only where there are no vectors: that makes them twice as fast, but the whole header
-   takes half as long again to compile. Elsewhere only long tests use the scalar kernels. Copies are always inlined. */
+/* Where there are vectors, only those scalar operations are inlined that make less code than a call, which copies its
+   arguments: all of them would be little faster, and the whole header would take longer to compile. */
 #undef OP
 #if defined(PKTRT__INLINE_SCALAR) || \
     !(defined(PKTRT__HAS_SSE2) || defined(PKTRT__HAS_AVX2) || defined(PKTRT__HAS_AVX512) || defined(PKTRT__HAS_NEON))
@@ -5599,17 +5605,17 @@ PKTRT__INLINE v8 vload(const float *p) {
 }
 PKTRT__INLINE void vstore(float *p, v8 a) { memcpy(p, a.f, sizeof a.f); }
 PKTRT__INLINE v8 vset(float x) { PKTRT__EACH(v8, r.f[i] = x); }
-OP v8 vadd(v8 a, v8 b) { PKTRT__EACH(v8, r.f[i] = a.f[i] + b.f[i]); }
-OP v8 vsub(v8 a, v8 b) { PKTRT__EACH(v8, r.f[i] = a.f[i] - b.f[i]); }
-OP v8 vmul(v8 a, v8 b) { PKTRT__EACH(v8, r.f[i] = a.f[i] * b.f[i]); }
-PKTRT__DIVIDES_BY_ZERO OP v8 vdiv(v8 a, v8 b) { PKTRT__EACH(v8, r.f[i] = a.f[i] / b.f[i]); }
-OP v8 vsqrt(v8 a) { PKTRT__EACH(v8, r.f[i] = sqrtf(a.f[i])); }
-OP v8 vfma(v8 a, v8 b, v8 c) { PKTRT__EACH(v8, r.f[i] = a.f[i] * b.f[i] + c.f[i]); }
-OP v8 vfms(v8 a, v8 b, v8 c) { PKTRT__EACH(v8, r.f[i] = a.f[i] * b.f[i] - c.f[i]); }
-OP v8 vmin(v8 a, v8 b) { PKTRT__EACH(v8, r.f[i] = a.f[i] < b.f[i] ? a.f[i] : b.f[i]); }
-OP v8 vmax(v8 a, v8 b) { PKTRT__EACH(v8, r.f[i] = a.f[i] > b.f[i] ? a.f[i] : b.f[i]); }
-OP v8 vabs(v8 a) { PKTRT__EACH(v8, r.f[i] = fabsf(a.f[i])); }
-OP v8 vcopysign(v8 magnitude, v8 sign) {
+PKTRT__INLINE v8 vadd(v8 a, v8 b) { PKTRT__EACH(v8, r.f[i] = a.f[i] + b.f[i]); }
+PKTRT__INLINE v8 vsub(v8 a, v8 b) { PKTRT__EACH(v8, r.f[i] = a.f[i] - b.f[i]); }
+PKTRT__INLINE v8 vmul(v8 a, v8 b) { PKTRT__EACH(v8, r.f[i] = a.f[i] * b.f[i]); }
+PKTRT__DIVIDES_BY_ZERO PKTRT__INLINE v8 vdiv(v8 a, v8 b) { PKTRT__EACH(v8, r.f[i] = a.f[i] / b.f[i]); }
+PKTRT__INLINE v8 vsqrt(v8 a) { PKTRT__EACH(v8, r.f[i] = sqrtf(a.f[i])); }
+PKTRT__INLINE v8 vfma(v8 a, v8 b, v8 c) { PKTRT__EACH(v8, r.f[i] = a.f[i] * b.f[i] + c.f[i]); }
+PKTRT__INLINE v8 vfms(v8 a, v8 b, v8 c) { PKTRT__EACH(v8, r.f[i] = a.f[i] * b.f[i] - c.f[i]); }
+PKTRT__INLINE v8 vmin(v8 a, v8 b) { PKTRT__EACH(v8, r.f[i] = a.f[i] < b.f[i] ? a.f[i] : b.f[i]); }
+PKTRT__INLINE v8 vmax(v8 a, v8 b) { PKTRT__EACH(v8, r.f[i] = a.f[i] > b.f[i] ? a.f[i] : b.f[i]); }
+PKTRT__INLINE v8 vabs(v8 a) { PKTRT__EACH(v8, r.f[i] = fabsf(a.f[i])); }
+PKTRT__INLINE v8 vcopysign(v8 magnitude, v8 sign) {
   PKTRT__EACH(v8, r.f[i] = pktrt__sign_bit(sign.f[i]) ? -magnitude.f[i] : magnitude.f[i]);
 }
 OP uint32_t vsignbits(v8 a) {
@@ -5617,7 +5623,7 @@ OP uint32_t vsignbits(v8 a) {
   for (int i = 0; i < 8; i++) r |= pktrt__sign_bit(a.f[i]) << i;
   return r;
 }
-OP v8 vswap_halves(v8 a) { PKTRT__EACH(v8, r.f[i] = a.f[i ^ 4]); }
+PKTRT__INLINE v8 vswap_halves(v8 a) { PKTRT__EACH(v8, r.f[i] = a.f[i ^ 4]); }
 OP float vhmax(v8 a) {
   float r = a.f[0];
   for (int i = 1; i < 8; i++) r = r > a.f[i] ? r : a.f[i];
@@ -5638,7 +5644,7 @@ PKTRT__INLINE m8 mfrom(uint32_t bits) { return bits; }
 OP v8 vturn(v8 a, uint32_t turn) { return (void)turn, a; }
 OP v8 vload_turn(const float *p, uint32_t turn) { return (void)turn, vload(p); }
 OP uint32_t mturn(m8 m) { return mbits(m); }
-OP v8 vsel(m8 m, v8 a, v8 b) { PKTRT__EACH(v8, r.f[i] = m >> i & 1 ? a.f[i] : b.f[i]); }
+PKTRT__INLINE v8 vsel(m8 m, v8 a, v8 b) { PKTRT__EACH(v8, r.f[i] = m >> i & 1 ? a.f[i] : b.f[i]); }
 OP void vstore_masked(float *p, m8 m, v8 a) {
   for (int i = 0; i < 8; i++)
     if (m >> i & 1) p[i] = a.f[i];
@@ -6461,8 +6467,8 @@ typedef struct pktrt__tri_shear {
 } pktrt__tri_shear;
 
 /* Of a ray of a batch or, if `single` is not NULL, of a single ray. */
-OP pktrt__tri_shear pktrt__tri_shear_of(const pktrt__batch *b, uint32_t r, const pktrt__single *single,
-                                        const bool moving) {
+SHARED pktrt__tri_shear pktrt__tri_shear_of(const pktrt__batch *b, uint32_t r, const pktrt__single *single,
+                                            const bool moving) {
   pktrt__tri_shear q;
   const uint32_t *axis = single ? single->axis : pktrt__axes[b->axis[r]];
   UNROLL for (int i = 0; i < 3; i++) {
@@ -6479,8 +6485,8 @@ OP pktrt__tri_shear pktrt__tri_shear_of(const pktrt__batch *b, uint32_t r, const
 }
 
 /* Shears the corners of a block's triangles to the ray's frame; x and y are both negated, which cancels in products. */
-OP void pktrt__tri_shear_block(const pktrt__tri_shear *q, const pktrt__bvh_segment *seg, const pktrt__block *block,
-                               v8 x[3], v8 y[3], v8 z[3], const bool moving) {
+SHARED void pktrt__tri_shear_block(const pktrt__tri_shear *q, const pktrt__bvh_segment *seg, const pktrt__block *block,
+                                   v8 x[3], v8 y[3], v8 z[3], const bool moving) {
   const float *k0 = pktrt__segment_vertices(seg, block, 0, moving),
               *k1 = pktrt__segment_vertices(seg, block, 1, moving);
   const uint32_t k = q->at[0], u = q->at[1], v = q->at[2];
@@ -6749,8 +6755,8 @@ OP pktrt__box_slabs pktrt__box_load_slabs(const pktrt__bvh_segment *seg, const p
 }
 
 /* Tests one ray against eight children; returns those it may hit, and finds its entry depths. */
-OP m8 pktrt__box_test_children(const pktrt__box_slabs *s, const pktrt__batch *b, uint32_t r, const bool moving,
-                               v8 *entry) {
+SHARED m8 pktrt__box_test_children(const pktrt__box_slabs *s, const pktrt__batch *b, uint32_t r, const bool moving,
+                                   v8 *entry) {
   v8 n = vset(b->wn[r]), f = vset(b->wf[r]);
   UNROLL for (int a = 0; a < 3; a++) {
     const v8 rd = vset(b->rd[a][r]);
@@ -7420,12 +7426,6 @@ OP uint32_t pktrt__tri_ray_block_inline(const pktrt__bvh_segment *seg, pktrt__ba
 #else
 #define FRUSTA 1
 #endif
-/* Whether packets go through the top level as such: where vectors are long, or streams are as fast. */
-#if FRUSTA && PKTRT__WITH_V8_REGISTERS && !defined(PKTRT__NO_TOP)
-#define PKTRT__WITH_TOP_FRUSTA 1
-#else
-#define PKTRT__WITH_TOP_FRUSTA 0
-#endif
 #if !defined(PKTRT_NO_STATS) || (PKTRT__WITH_FEW_INSTANCES && !defined(PKTRT_NO_MOTION))
 #define IF_COUNTED(x) x
 #else
@@ -7586,8 +7586,8 @@ OP const uint32_t *pktrt__bvh_children(const pktrt__bvh_segment *seg, uint32_t r
 OP uint32_t pktrt__bvh_child_count(const uint32_t *child) { return 8 - pktrt__popcount8(veq_u32(child, PKTRT__EMPTY)); }
 
 /* Opens a node: returns the children that a single ray may hit before wf, with references and entry depths. */
-OP uint32_t pktrt__single_open_node(const pktrt__single_slabs *q, const pktrt__bvh_segment *seg, uint32_t ref, float wf,
-                                    const uint32_t **child, v8 *entry, const pktrt__variant is) {
+SHARED uint32_t pktrt__single_open_node(const pktrt__single_slabs *q, const pktrt__bvh_segment *seg, uint32_t ref,
+                                        float wf, const uint32_t **child, v8 *entry, const pktrt__variant is) {
   const pktrt__node *node = pktrt__segment_node(seg, ref, is.moving);
   *child = node->child;
   COUNT(node_visits, 1);
@@ -9351,8 +9351,8 @@ typedef struct pktrt__place_slabs {
 } pktrt__place_slabs;
 
 /* Returns those boxes of a block of instances that a ray may hit at its time, and finds their entry depths. */
-OP uint32_t pktrt__place_test_boxes(const pktrt__bvh_segment *seg, uint32_t index, const pktrt__place_slabs *q,
-                                    float *entry) {
+SHARED uint32_t pktrt__place_test_boxes(const pktrt__bvh_segment *seg, uint32_t index, const pktrt__place_slabs *q,
+                                        float *entry) {
   const pktrt__block *block = pktrt__segment_block(seg, index, true);
   const float *k0 = pktrt__segment_vertices(seg, block, 0, true), *k1 = pktrt__segment_vertices(seg, block, 1, true);
   const v8 t = vset(q->tb);
@@ -9606,7 +9606,7 @@ OP uint64_t pktrt__place_enter(const pktrt__query *call, const pktrt_scene *scen
 /* Traces rays of one octant through the instances of a block, the nearest first; returns those that hit, or hit nearer.
    Rays that have hit something on the way are asked for the boxes anew. */
 OP uint64_t pktrt__place_leaf(const pktrt__query *call, const pktrt_scene *scene, const pktrt__bvh_segment *seg,
-                              pktrt__batch *b, const uint8_t *list, uint64_t mask, uint32_t index, uint32_t octant,
+                              pktrt__batch *b, const uint8_t *list, uint64_t mask, uint32_t index,
                               const pktrt__variant is) {
   static const uint32_t lanes[8] = {0, 1, 2, 3, 4, 5, 6, 7};
   const uint32_t *instance = seg->bvhs[seg->bvh].block_triangles + (size_t)index * 8;
@@ -9615,7 +9615,7 @@ OP uint64_t pktrt__place_leaf(const pktrt__query *call, const pktrt_scene *scene
   float nearest[8];
   for (uint32_t c; left; left &= ~(1u << c)) {
     if (asked) {
-      const pktrt__box_slabs slabs = pktrt__place_load_slabs(seg, index, octant);
+      const pktrt__box_slabs slabs = pktrt__place_load_slabs(seg, index, b->octant[list[pktrt__lowest_bit(asked)]]);
       a8 enter = azero();
       v8 entry, first = vset(INFINITY);
       uint64_t masks[8];
@@ -9656,7 +9656,7 @@ SMALL uint64_t pktrt__place_stream_in(const pktrt__query *call, const pktrt_scen
   stack.n = 0;
   for (;; ref = stack.refs[stack.n]) {
     if (ref & PKTRT__LEAF) {
-      hit |= pktrt__place_leaf(call, scene, seg, b, list, mask, ref & ~PKTRT__LEAF, octant, is);
+      hit |= pktrt__place_leaf(call, scene, seg, b, list, mask, ref & ~PKTRT__LEAF, is);
     } else {
       COUNT(node_visits, 1);
       COUNT(box_tests, pktrt__bvh_child_count(pktrt__bvh_children(seg, ref, true)) * pktrt__popcount(mask));

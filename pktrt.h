@@ -1524,7 +1524,8 @@ enum {
    serves both has eight lanes on every instruction set, in one register or in several. So one tree serves all of them.
    */
 enum {
-  PKTRT__MAX_DEPTH = 38,                        /* of the binary tree, hence of the wide one */
+  PKTRT__MAX_DEPTH =
+      38, /* of the binary tree, hence of the wide one; queries have 64 KiB for two walks, one in the other */
   PKTRT__STACK = PKTRT__MAX_DEPTH * (8 - 1) + 1 /* entries that a depth-first walk can hold */
 };
 
@@ -3950,8 +3951,9 @@ static float pktrt__exact_t(const pktrt__exact_view *v, const pktrt__exact_cross
 /* >>batch ---------------------------------------------------------------------------------------------------------- */
 
 enum {
-  PKTRT__BATCH = 256,            /* rays handled together: a packet of the paper path, four of the fast path */
-  PKTRT__SPARE = 64,             /* of these lanes, those that instances need for rays in their frames, see >>places */
+  PKTRT__BATCH = 256,        /* rays handled together: a packet of the paper path, four of the fast path */
+  PKTRT__FEW_OF_PACKET = 24, /* rays that make no frustum: 16 to 24 of 64, slopes within 0.15 to 0.6, measured flat */
+  PKTRT__SPARE = 64,         /* of these lanes, those that instances need for rays in their frames, see >>places */
   PKTRT__ROW = PKTRT__BATCH + 16 /* a cache line more than a power of two, or all rows would share cache sets */
 };
 
@@ -4380,6 +4382,14 @@ PKTRT__NOINLINE void pktrt__place_ray(const pktrt__place *p, const float *o, con
 /* Returns a tmax for a ray in an instance, which leaves what ties with the closest hit so far, at depths up to wf. */
 PKTRT__INLINE float pktrt__place_tmax(uint32_t slot, float wf, float dk, float tmax) {
   return slot == PKTRT_NONE ? tmax : pktrt__minf(wf / fabsf(dk), tmax);
+}
+
+/* Returns the lane of the nearest of some. */
+PKTRT__INLINE uint32_t pktrt__place_nearest(uint32_t lanes, const float dist[8]) {
+  uint32_t c = pktrt__lowest_bit(lanes);
+  for (uint32_t m = lanes & (lanes - 1); m; m &= m - 1)
+    if (dist[pktrt__lowest_bit(m)] < dist[c]) c = pktrt__lowest_bit(m);
+  return c;
 }
 
 /* Tells whether what a tree of the top level is above are trees of the scene. */
@@ -5353,7 +5363,7 @@ PKTRT__COLD const char *pktrt__check_sentence(uint32_t faults) {
    no more than to load it: each is broadcast where it is used. Measured worth 5% of a single ray's time. */
 #define PKTRT__WITH_FEW_REGISTERS (PKTRT__STAMP == PKTRT__STAMP_AVX2)
 #define PKTRT__WITH_VECTORS (PKTRT__STAMP != PKTRT__STAMP_SCALAR)
-/* Packets go through the top level as such, elsewhere as streams, which are as fast there. */
+/* Packets go through the top level as such; elsewhere as streams, which is less code. */
 #if PKTRT__WITH_V8_REGISTERS && !defined(PKTRT_NO_FRUSTA) && !defined(PKTRT__NO_TOP)
 #define PKTRT__WITH_TOP_FRUSTA 1
 #else
@@ -6559,9 +6569,8 @@ OP uint32_t pktrt__tri_directions_on_grid(const v8 d[3]) {
   return mbits(mand(pktrt__vec_on_grid(d[0], turn), sides));
 }
 
-/* Decides edges of lanes in `open`, whose directions lie on grids, where all else does: takes those not crossed from *maybe,
-   adds the others to *crossed. Doubles have products of x and y exactly, floats their signs, where M |d_k| is moderate.
-   WHY by turns: few lanes are open at a time, and what a turn does not ask of its lanes is not computed. */
+/* Decides edges of lanes in `open`, whose directions lie on grids, where all else does: returns those not crossed, the others
+   are *crossed. Doubles have products of x and y exactly, floats their signs, where M |d_k| is moderate. */
 OP uint32_t pktrt__tri_decide_turn(v8 p[3][3], const v8 o[3], const v8 d[3], uint32_t open, uint32_t *crossed) {
   const v8 zero = vset(0), sign = vcopysign(vset(1), d[0]);
   v8 most = vmax_abs3(o[0], o[1], o[2]), x[3], y[3];
@@ -6600,6 +6609,8 @@ OP uint32_t pktrt__tri_decide_turn(v8 p[3][3], const v8 o[3], const v8 d[3], uin
   *crossed = open & ~along;
   return open & along;
 }
+/* Does so for corners p as a block has them, in turns: takes the former from *maybe, adds the latter to *crossed. WHY turns: few
+   lanes are open at a time, and what is asked of half a vector alone is computed for that half. */
 PKTRT__NOINLINE void pktrt__tri_decide_on_grid(const float *p, const uint32_t *axis, const v8 o[3], const v8 d[3],
                                                uint32_t open, uint32_t *maybe, uint32_t *crossed) {
   for (uint32_t turn = 0; turn < PKTRT__TURNS; turn++) {
@@ -8519,7 +8530,7 @@ PKTRT__NOINLINE bool pktrt__drive_is_coherent(const pktrt__batch *b, uint32_t ba
    packets. WHY so few tries: where the first rays have no company, others have none either. */
 PKTRT__NOINLINE uint64_t pktrt__drive_next_packet(const pktrt__batch *b, uint32_t base, uint64_t *rest, bool one_way,
                                                   bool occlusion) {
-  const uint32_t tries = occlusion ? 0 : 3, many = 24; /* 16 to 24 of 64, slopes within 0.15 to 0.6: measured flat */
+  const uint32_t tries = occlusion ? 0 : 3, many = PKTRT__FEW_OF_PACKET;
   uint64_t packet = 0, among = *rest;
   if (one_way) {
     packet = among ? among & pktrt__drive_rays_along(b, base, base + pktrt__lowest_bit(among)) : 0;
@@ -9408,9 +9419,7 @@ OP bool pktrt__place_single_in(const pktrt_scene *scene, const pktrt__bvh_segmen
       const pktrt__place_slabs box = {q->rd, q->cn, q->cf, 1, q->wn, q->wf, q->tb};
       bits = pktrt__place_test_boxes(seg, ref & ~PKTRT__LEAF, &box, dist);
       while (bits) {
-        uint32_t c = pktrt__lowest_bit(bits);
-        for (uint32_t m = bits & (bits - 1); m; m &= m - 1)
-          if (dist[pktrt__lowest_bit(m)] < dist[c]) c = pktrt__lowest_bit(m);
+        const uint32_t c = pktrt__place_nearest(bits, dist);
         bits &= ~(1u << c);
         if (dist[c] > q->wf) continue;
         if (pktrt__place_is_group(scene, seg))
@@ -9573,7 +9582,7 @@ PKTRT__NOINLINE uint64_t pktrt__place_trace(const pktrt__query *call, const pktr
     uint64_t moving[PKTRT__BATCH / 64], rays[PKTRT__BATCH / 64];
     memcpy(moving, b->moving, sizeof moving); /* what was found of the scene's trees, not the model's */
     memset(rays, 0, sizeof rays), rays[first / 64] = valid;
-    if (n > 24) pktrt__drive_fast(model, b, first, first + n, &is);
+    if (n > PKTRT__FEW_OF_PACKET) pktrt__drive_fast(model, b, first, first + n, &is);
     else pktrt__drive_octants(model, b, rays, &is); /* too few for packets */
     memcpy(b->moving, moving, sizeof moving);
   }
@@ -9632,9 +9641,7 @@ OP uint64_t pktrt__place_leaf(const pktrt__query *call, const pktrt_scene *scene
       for (c = 0; c < 8; c++) left &= ~(rays[c] ? 0 : 1u << c);
       if (!left) break;
     }
-    c = pktrt__lowest_bit(left);
-    for (uint32_t m = left & (left - 1); m; m &= m - 1)
-      if (nearest[pktrt__lowest_bit(m)] < nearest[c]) c = pktrt__lowest_bit(m);
+    c = pktrt__place_nearest(left, nearest);
     asked = 0;
     if (is.occlusion) rays[c] &= ~hit;
     if (!rays[c]) continue;
@@ -9710,9 +9717,7 @@ OP uint64_t pktrt__place_frustum_leaf(pktrt__frustum *f, const pktrt_scene *scen
   left &= pktrt__lanes_occupied(instance);
   vstore(nearest, entry);
   for (uint32_t c; left && mask; left &= ~(1u << c)) {
-    c = pktrt__lowest_bit(left);
-    for (uint32_t m = left & (left - 1); m; m &= m - 1)
-      if (nearest[pktrt__lowest_bit(m)] < nearest[c]) c = pktrt__lowest_bit(m);
+    c = pktrt__place_nearest(left, nearest);
     const uint64_t rays = pktrt__frustum_test_child_moving(f, b, planes[0] + c, planes[1] + c, mask);
     if (!rays) continue;
     const uint64_t found = pktrt__place_enter(NULL, scene, seg, b, f->list, rays, instance[c], is);

@@ -5334,6 +5334,7 @@ PKTRT__COLD const char *pktrt__check_sentence(uint32_t faults) {
 #define vcompress_from PKTRT__NAME(pktrt__vcompress_from)
 #define vswap_halves PKTRT__NAME(pktrt__vswap_halves)
 #define vload_turn PKTRT__NAME(pktrt__vload_turn)
+#define vstore_turn PKTRT__NAME(pktrt__vstore_turn)
 #define vturn PKTRT__NAME(pktrt__vturn)
 #define vhmin PKTRT__NAME(pktrt__vhmin)
 #define vhmax PKTRT__NAME(pktrt__vhmax)
@@ -5584,6 +5585,7 @@ OP v8 dto(d8 a) { return _mm256_set_m128(_mm256_cvtpd_ps(a.h), _mm256_cvtpd_ps(a
 #define PKTRT__TURNS 1u
 OP v8 vturn(v8 a, uint32_t turn) { return (void)turn, a; }
 OP v8 vload_turn(const float *p, uint32_t turn) { return (void)turn, vload(p); }
+OP void vstore_turn(float *p, v8 a) { vstore(p, a); }
 OP uint32_t mturn(m8 m) { return mbits(m); }
 
 #elif PKTRT__STAMP == PKTRT__STAMP_SCALAR
@@ -5653,6 +5655,7 @@ PKTRT__INLINE m8 mfrom(uint32_t bits) { return bits; }
 #define PKTRT__TURNS 1u
 OP v8 vturn(v8 a, uint32_t turn) { return (void)turn, a; }
 OP v8 vload_turn(const float *p, uint32_t turn) { return (void)turn, vload(p); }
+OP void vstore_turn(float *p, v8 a) { vstore(p, a); }
 OP uint32_t mturn(m8 m) { return mbits(m); }
 PKTRT__INLINE v8 vsel(m8 m, v8 a, v8 b) { PKTRT__EACH(v8, r.f[i] = m >> i & 1 ? a.f[i] : b.f[i]); }
 OP void vstore_masked(float *p, m8 m, v8 a) {
@@ -5785,6 +5788,7 @@ OP m8 mfrom(uint32_t bits) { PKTRT__OF(m8, pktrt__qfrom(bits), pktrt__qfrom(bits
 #define PKTRT__TURNS 2u /* in which few lanes are worked on, half a vector in each, whose bits mturn has */
 OP v8 vload_turn(const float *p, uint32_t turn) { PKTRT__OF(v8, PKTRT__Q(_mm_loadu_ps, vld1q_f32)(p + 4 * turn), r.l); }
 OP v8 vturn(v8 a, uint32_t turn) { PKTRT__OF(v8, turn ? a.h : a.l, r.l); }
+OP void vstore_turn(float *p, v8 a) { PKTRT__Q(_mm_storeu_ps, vst1q_f32)(p, a.l); }
 OP uint32_t mturn(m8 m) { return pktrt__qbits(m.l); }
 OP v8 vswap_halves(v8 a) { PKTRT__OF(v8, a.h, a.l); }
 OP v8 vsel(m8 m, v8 a, v8 b) {
@@ -6210,6 +6214,7 @@ typedef __mmask16 mf;
 #define pktrt__surface_read_materials PKTRT__NAME(pktrt__surface_read_materials)
 #define pktrt__surface_start PKTRT__NAME(pktrt__surface_start)
 #define pktrt__tri_any_hit PKTRT__NAME(pktrt__tri_any_hit)
+#define pktrt__tri_any_turn PKTRT__NAME(pktrt__tri_any_turn)
 #define pktrt__tri_block_template PKTRT__NAME(pktrt__tri_block_template)
 #define pktrt__tri_candidates PKTRT__NAME(pktrt__tri_candidates)
 #define pktrt__tri_common PKTRT__NAME(pktrt__tri_common)
@@ -6228,12 +6233,13 @@ typedef __mmask16 mf;
 #define pktrt__tri_outside PKTRT__NAME(pktrt__tri_outside)
 #define pktrt__tri_ray_block PKTRT__NAME(pktrt__tri_ray_block)
 #define pktrt__tri_ray_block_inline PKTRT__NAME(pktrt__tri_ray_block_inline)
+#define pktrt__tri_occluders PKTRT__NAME(pktrt__tri_occluders)
 #define pktrt__tri_record PKTRT__NAME(pktrt__tri_record)
 #define pktrt__tri_settle PKTRT__NAME(pktrt__tri_settle)
 #define pktrt__tri_settle_any PKTRT__NAME(pktrt__tri_settle_any)
 #define pktrt__tri_settle_edges PKTRT__NAME(pktrt__tri_settle_edges)
 #define pktrt__tri_shear PKTRT__NAME(pktrt__tri_shear)
-#define pktrt__tri_shear_block PKTRT__NAME(pktrt__tri_shear_block)
+#define pktrt__tri_shear_turn PKTRT__NAME(pktrt__tri_shear_turn)
 #define pktrt__tri_shear_of PKTRT__NAME(pktrt__tri_shear_of)
 #define pktrt__tri_single_block PKTRT__NAME(pktrt__tri_single_block)
 #define pktrt__vec_on_grid PKTRT__NAME(pktrt__vec_on_grid)
@@ -6266,6 +6272,11 @@ typedef __mmask16 mf;
 #else
 #define SHARED OP
 #endif
+
+/* The lanes of a turn: a ray meets a block's triangles in turns. WHY: fewer values wait for registers, and half a block that
+   the ray passes by costs little. */
+#define PKTRT__TURN_LANES (8 / PKTRT__TURNS)
+#define PKTRT__TURN_MASK ((1u << PKTRT__TURN_LANES) - 1)
 
 #define COUNT(field, n)                                              \
   do {                                                               \
@@ -6464,15 +6475,16 @@ SHARED pktrt__tri_estimate pktrt__tri_depth_bounds(const pktrt__tri_edges *q, co
   return e;
 }
 
-/* Loads one coordinate of a corner of eight triangles, at the ray's time. */
+/* Loads one coordinate of a corner of the triangles of a turn, at the ray's time. */
 OP v8 pktrt__tri_corner(const float *k0, const float *k1, v8 ta, v8 tb, const bool moving) {
-  return moving ? vadd(vmul(ta, vload(k0)), vmul(tb, vload(k1))) : vload(k0);
+  return moving ? vadd(vmul(ta, vload_turn(k0, 0)), vmul(tb, vload_turn(k1, 0))) : vload_turn(k0, 0);
 }
 
 /* A ray as triangle tests need it, the same in every lane. */
 typedef struct pktrt__tri_shear {
   v8 o[3], slope[2], ta, tb; /* by k, u, v */
   pktrt__tri_limits l;
+  v8 sf;
   uint32_t at[3]; /* where a corner's coordinates stand, in floats */
 } pktrt__tri_shear;
 
@@ -6490,15 +6502,16 @@ SHARED pktrt__tri_shear pktrt__tri_shear_of(const pktrt__batch *b, uint32_t r, c
   if (moving) q.ta = vset(single ? single->ta : b->ta[r]), q.tb = vset(single ? single->tb : b->tb[r]);
   q.l.sign = vcopysign(vset(1), vset(single ? single->dk : b->dk[r])),
   q.l.tiny = vset(single ? single->tiny : b->tiny[r]);
-  q.l.wn = q.l.wf = vset(single ? single->wn : b->wn[r]), q.l.sn = vset(single ? single->sn : b->sn[r]);
+  q.l.wn = vset(single ? single->wn : b->wn[r]), q.l.wf = vset(single ? single->wf : b->wf[r]);
+  q.l.sn = vset(single ? single->sn : b->sn[r]), q.sf = vset(single ? single->sf : b->sf[r]);
   return q;
 }
 
-/* Shears the corners of a block's triangles to the ray's frame; x and y are both negated, which cancels in products. */
-SHARED void pktrt__tri_shear_block(const pktrt__tri_shear *q, const pktrt__bvh_segment *seg, const pktrt__block *block,
-                                   v8 x[3], v8 y[3], v8 z[3], const bool moving) {
-  const float *k0 = pktrt__segment_vertices(seg, block, 0, moving),
-              *k1 = pktrt__segment_vertices(seg, block, 1, moving);
+/* Shears the corners of a turn's triangles to the ray's frame; x and y are both negated, which cancels in products. */
+SHARED void pktrt__tri_shear_turn(const pktrt__tri_shear *q, const pktrt__bvh_segment *seg, const pktrt__block *block,
+                                  uint32_t first, v8 x[3], v8 y[3], v8 z[3], const bool moving) {
+  const float *k0 = pktrt__segment_vertices(seg, block, 0, moving) + first,
+              *k1 = pktrt__segment_vertices(seg, block, 1, moving) + first;
   const uint32_t k = q->at[0], u = q->at[1], v = q->at[2];
   UNROLL for (int c = 0; c < 3; c++, k0 += 24, k1 += 24) {
     z[c] = vsub(pktrt__tri_corner(k0 + k, k1 + k, q->ta, q->tb, moving), q->o[0]);
@@ -6507,25 +6520,33 @@ SHARED void pktrt__tri_shear_block(const pktrt__tri_shear *q, const pktrt__bvh_s
   }
 }
 
+/* Lanes of a block that the filter did not drop. */
+typedef struct pktrt__tri_candidates {
+  uint32_t index; /* of the block */
+  const uint32_t *id;
+  float *lo, *hi;                /* bounds of depths */
+  uint32_t maybe, inside, after; /* as in pktrt__tri_estimate; for any hit `after` is within the ray's interval */
+  bool settled;                  /* all that is open, as far as that goes */
+} pktrt__tri_candidates;
+
 /* Filters the triangles of a block in single precision; `early`: without the estimate where nothing is hit. */
-OP pktrt__tri_estimate pktrt__tri_filter_block(const pktrt__tri_shear *q, const pktrt__bvh_segment *seg,
-                                               const pktrt__block *block, float wf, const bool early,
-                                               const bool moving) {
-  const uint32_t *id = block->id;
-  v8 x[3], y[3], z[3];
-  pktrt__tri_shear_block(q, seg, block, x, y, z, moving);
-  const pktrt__tri_edges edges = pktrt__tri_edge_functions(x, y, z);
-  const uint32_t inside = pktrt__lanes_occupied(id) & ~pktrt__tri_outside(&edges);
-  pktrt__tri_estimate e;
-  if (early && !inside) {
-    e.lo = e.hi = vset(0), e.maybe = e.inside = e.after = 0;
-    return e;
+OP pktrt__tri_candidates pktrt__tri_filter_block(const pktrt__tri_shear *q, const pktrt__bvh_segment *seg,
+                                                 const pktrt__block *block, uint32_t index, const bool early, float *lo,
+                                                 float *hi, const bool moving) {
+  const uint32_t occupied = pktrt__lanes_occupied(block->id);
+  pktrt__tri_candidates c = {index, block->id, lo, hi, 0, 0, 0, false};
+  for (uint32_t first = 0; first < 8; first += PKTRT__TURN_LANES) {
+    v8 x[3], y[3], z[3];
+    pktrt__tri_shear_turn(q, seg, block, first, x, y, z, moving);
+    const pktrt__tri_edges edges = pktrt__tri_edge_functions(x, y, z);
+    const uint32_t open = occupied >> first & ~pktrt__tri_outside(&edges) & PKTRT__TURN_MASK;
+    if (early && !open) continue;
+    const pktrt__tri_estimate e = pktrt__tri_depth_bounds(&edges, z, &q->l);
+    vstore_turn(lo + first, e.lo), vstore_turn(hi + first, e.hi);
+    c.maybe |= (e.maybe & open) << first;
+    c.inside |= (e.inside & PKTRT__TURN_MASK) << first, c.after |= (e.after & PKTRT__TURN_MASK) << first;
   }
-  pktrt__tri_limits l = q->l;
-  l.wf = vset(wf);
-  e = pktrt__tri_depth_bounds(&edges, z, &l);
-  e.maybe &= inside;
-  return e;
+  return c;
 }
 
 /* What pktrt__exact_edge_functions and pktrt__exact_t_is_calm find, for eight lanes: the same bits. */
@@ -6588,33 +6609,28 @@ OP uint32_t pktrt__tri_decide_turn(v8 p[3][3], const v8 o[3], const v8 d[3], uin
     x[c] = vsub(vmul(vsub(p[c][1], o[1]), d[0]), vmul(d[1], z)),
     y[c] = vsub(vmul(vsub(p[c][2], o[2]), d[0]), vmul(d[2], z));
   }
-  m8 above = mfrom(0), below = above;
-  uint32_t along = 0;
+  v8 least = zero, largest = zero;
   UNROLL for (int i = 0, a = 2, b = 1; i < 3; b = a, a = i++) {
     const v8 one = vmul(x[a], y[b]), other = vmul(y[a], x[b]);
     v8 value = vsub(one, other);
     const uint32_t same = open & mturn(veq(one, other));
     if (same & ~mturn(veq(one, zero))) /* in doubles exactly */
       value = dto(dsub(dmul(dfrom(x[a]), dfrom(y[b])), dmul(dfrom(y[a]), dfrom(x[b]))));
-    if (same) {
-      const v8 ek = vsub(p[b][0], p[a][0]);
-      const v8 first = vmul(sign, vsub(vmul(d[2], ek), vmul(d[0], vsub(p[b][2], p[a][2]))));
-      const v8 second = vmul(sign, vsub(vmul(d[0], vsub(p[b][1], p[a][1])), vmul(d[1], ek)));
-      value = vsel(veq(value, zero), vsel(veq(first, zero), second, first), value);
-      along |= mturn(veq(value, zero));
+    if (same) { /* what >>exactness compares, for x and y are exact; zero again: the other edges have both signs, or none */
+      const v8 tie = vsel(veq(y[a], y[b]), vsub(x[b], x[a]), vsub(y[a], y[b]));
+      value = vsel(veq(value, zero), vmul(sign, tie), value);
     }
-    above = mor(above, vlt(zero, value)), below = mor(below, vlt(value, zero));
+    least = vmin(least, value), largest = vmax(largest, value);
   }
-  along |= mturn(mand(above, below));
-  *crossed = open & ~along;
-  return open & along;
+  *crossed = open & (mturn(vlt(least, zero)) ^ mturn(vlt(zero, largest)));
+  return open & ~*crossed;
 }
 /* Does so for corners p as a block has them, in turns: takes the former from *maybe, adds the latter to *crossed. WHY turns: few
    lanes are open at a time, and what is asked of half a vector alone is computed for that half. */
 PKTRT__NOINLINE void pktrt__tri_decide_on_grid(const float *p, const uint32_t *axis, const v8 o[3], const v8 d[3],
                                                uint32_t open, uint32_t *maybe, uint32_t *crossed) {
   for (uint32_t turn = 0; turn < PKTRT__TURNS; turn++) {
-    const uint32_t first = 8 / PKTRT__TURNS * turn, lanes = open >> first & ((1u << 8 / PKTRT__TURNS) - 1);
+    const uint32_t first = PKTRT__TURN_LANES * turn, lanes = open >> first & PKTRT__TURN_MASK;
     v8 corners[3][3], from[3], along[3];
     uint32_t yes = 0;
     if (!lanes) continue;
@@ -6625,15 +6641,6 @@ PKTRT__NOINLINE void pktrt__tri_decide_on_grid(const float *p, const uint32_t *a
     *maybe &= ~(pktrt__tri_decide_turn(corners, from, along, lanes, &yes) << first), *crossed |= yes << first;
   }
 }
-
-/* Lanes of a block that the filter did not drop. */
-typedef struct pktrt__tri_candidates {
-  uint32_t index; /* of the block */
-  const uint32_t *id;
-  float *lo, *hi;                /* bounds of depths */
-  uint32_t maybe, inside, after; /* as in pktrt__tri_estimate; for any hit `after` is within the ray's interval */
-  bool settled;                  /* all that is open, as far as that goes */
-} pktrt__tri_candidates;
 
 /* Decides candidates at rest whose edges the filter left open, as far as it can: drops them, or makes them sure. */
 PKTRT__NOINLINE void pktrt__tri_settle_edges(const pktrt__bvh_segment *seg, const pktrt__batch *b, uint32_t r,
@@ -6714,36 +6721,48 @@ PKTRT__NOINLINE bool pktrt__tri_settle_any(const pktrt__bvh_segment *seg, pktrt_
   return false;
 }
 
-/* Tells whether a ray of a batch or a single ray hits anything in a block. Depths are not divided by the determinant;
-   limits are multiplied by it. WHY fused: the product of a tiny limit by itself would be denormal, which is slow. */
+/* Triangles of a turn that may be hit. */
+typedef struct pktrt__tri_occluders {
+  uint32_t open, inside, within; /* not dropped; crossed; within the interval, if crossed, both for certain */
+} pktrt__tri_occluders;
+/* Finds which of them a ray hits within its interval. Depths are not divided by the determinant; limits are multiplied by
+   it. WHY fused: the product of a tiny limit by itself would be denormal, which is slow. */
+OP pktrt__tri_occluders pktrt__tri_any_turn(const pktrt__tri_shear *q, const v8 z[3], const pktrt__tri_edges *e,
+                                            uint32_t may) {
+  const v8 zero = vset(0), det = vadd(vadd(e->u, e->v), e->w), size = vabs(det);
+  const v8 sum = vmul(vfma(e->u, z[0], vfma(e->v, z[1], vmul(e->w, z[2]))), q->l.sign);
+  const v8 depth = vmul(sum, vcopysign(vset(1), det));
+  const v8 z_lo = vmin(z[0], vmin(z[1], z[2])), z_hi = vmax(z[0], vmax(z[1], z[2]));
+  const v8 reach = PKTRT__DEPTH_REACH(v, vmax_abs(z_lo, z_hi), q->l.tiny);
+  const v8 error = vfma(e->error, vsub(z_hi, z_lo), vfma(reach, size, vset(FLT_MIN)));
+  const v8 lo = vsub(depth, error), hi = vadd(depth, error);
+  const m8 sized = vlt(vmul(vset(PKTRT__LEAST_DET), e->error), size), bounded = vlt(error, vset(PKTRT__MOST_ERROR));
+  const uint32_t known = may & mbits(mand(sized, bounded));
+  const uint32_t beyond = mbits(vlt(vfms(q->l.wf, size, lo), zero)) | mbits(vlt(zero, vfms(q->l.wn, size, hi)));
+  pktrt__tri_occluders o;
+  o.open = may & ~(known & beyond), o.inside = pktrt__tri_inside(e);
+  o.within = known & mbits(vlt(vfms(q->l.sn, size, lo), zero)) & mbits(vlt(zero, vfms(q->sf, size, hi)));
+  return o;
+}
+
+/* Tells whether a ray of a batch or a single ray hits anything in a block. */
 OP bool pktrt__tri_any_hit(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, pktrt__single *single,
                            uint32_t index, const bool moving) {
   const pktrt__block *block = pktrt__segment_block(seg, index, moving);
-  const uint32_t *id = block->id;
+  const uint32_t occupied = pktrt__lanes_occupied(block->id);
   const pktrt__tri_shear q = pktrt__tri_shear_of(b, r, single, moving);
-  v8 x[3], y[3], z[3];
-  pktrt__tri_shear_block(&q, seg, block, x, y, z, moving);
-  const pktrt__tri_edges e = pktrt__tri_edge_functions(x, y, z);
-  const uint32_t inside = pktrt__lanes_occupied(id) & ~pktrt__tri_outside(&e);
-  if (!inside) return false;
-  const v8 zero = vset(0), det = vadd(vadd(e.u, e.v), e.w), size = vabs(det);
-  const v8 sum = vmul(vfma(e.u, z[0], vfma(e.v, z[1], vmul(e.w, z[2]))), q.l.sign);
-  const v8 depth = vmul(sum, vcopysign(vset(1), det));
-  const v8 z_lo = vmin(z[0], vmin(z[1], z[2])), z_hi = vmax(z[0], vmax(z[1], z[2]));
-  const v8 reach = PKTRT__DEPTH_REACH(v, vmax_abs(z_lo, z_hi), q.l.tiny);
-  const v8 error = vfma(e.error, vsub(z_hi, z_lo), vfma(reach, size, vset(FLT_MIN)));
-  const v8 lo = vsub(depth, error), hi = vadd(depth, error);
-  const v8 wf = vset(single ? single->wf : b->wf[r]), sf = vset(single ? single->sf : b->sf[r]);
-  const m8 sized = vlt(vmul(vset(PKTRT__LEAST_DET), e.error), size), bounded = vlt(error, vset(PKTRT__MOST_ERROR));
-  const uint32_t known = inside & mbits(mand(sized, bounded));
-  const uint32_t beyond = mbits(vlt(vfms(wf, size, lo), zero)) | mbits(vlt(zero, vfms(q.l.wn, size, hi)));
-  const uint32_t open = inside & ~(known & beyond);
-  if (!open) return false;
-  const uint32_t within = mbits(vlt(vfms(q.l.sn, size, lo), zero)) & mbits(vlt(zero, vfms(sf, size, hi)));
-  const uint32_t crossed = pktrt__tri_inside(&e);
-  if (PKTRT__UNLIKELY(!(known & within & crossed)))
-    return pktrt__tri_settle_any(seg, b, r, single, index, open, crossed, known & within);
-  return true;
+  uint32_t open = 0, inside = 0, within = 0;
+  for (uint32_t first = 0; first < 8; first += PKTRT__TURN_LANES) {
+    v8 x[3], y[3], z[3];
+    pktrt__tri_shear_turn(&q, seg, block, first, x, y, z, moving);
+    const pktrt__tri_edges e = pktrt__tri_edge_functions(x, y, z);
+    const uint32_t may = occupied >> first & ~pktrt__tri_outside(&e) & PKTRT__TURN_MASK;
+    if (!may) continue;
+    const pktrt__tri_occluders o = pktrt__tri_any_turn(&q, z, &e, may);
+    if (o.open & o.inside & o.within) return true;
+    open |= o.open << first, inside |= (o.inside & PKTRT__TURN_MASK) << first, within |= o.within << first;
+  }
+  return PKTRT__UNLIKELY(open) && pktrt__tri_settle_any(seg, b, r, single, index, open, inside, within);
 }
 
 /* >>boxes ---------------------------------------------------------------------------------------------------------- */
@@ -7305,17 +7324,11 @@ OP uint32_t pktrt__tri_block_template(const pktrt__bvh_segment *seg, pktrt__batc
                                       uint32_t index, const pktrt__variant is) {
   if (is.occlusion && !is.stats) return pktrt__tri_any_hit(seg, b, r, single, index, is.moving);
   const pktrt__block *block = pktrt__segment_block(seg, index, is.moving);
-  const uint32_t *id = block->id;
   const pktrt__tri_shear q = pktrt__tri_shear_of(b, r, single, is.moving);
-  const pktrt__tri_estimate e =
-      pktrt__tri_filter_block(&q, seg, block, single ? single->wf : b->wf[r], true, is.moving);
-  COUNT(triangle_tests, pktrt__popcount(pktrt__lanes_occupied(id)));
-  if (!e.maybe) return 0;
   PKTRT__ALIGN64 float lo[8], hi[8];
-  vstore(lo, e.lo);
-  vstore(hi, e.hi);
-  pktrt__tri_candidates c = {index, id, lo, hi, e.maybe, e.inside, e.after, false};
-  return pktrt__tri_record(seg, b, r, single, &c, is);
+  pktrt__tri_candidates c = pktrt__tri_filter_block(&q, seg, block, index, true, lo, hi, is.moving);
+  COUNT(triangle_tests, pktrt__popcount(pktrt__lanes_occupied(block->id)));
+  return c.maybe ? pktrt__tri_record(seg, b, r, single, &c, is) : 0;
 }
 
 /* Finds the closest hits of the rays of mask in a block; returns the rays with a nearer hit. WHY all rays are filtered
@@ -7333,9 +7346,7 @@ OP uint64_t pktrt__stream_closest_block(const pktrt__bvh_segment *seg, pktrt__ba
     for (; mask && n < NOTES; mask &= mask - 1) {
       const uint32_t i = pktrt__lowest_bit(mask), r = list[i];
       const pktrt__tri_shear q = pktrt__tri_shear_of(b, r, NULL, moving);
-      const pktrt__tri_estimate e = pktrt__tri_filter_block(&q, seg, block, b->wf[r], false, moving);
-      vstore(lo[n], e.lo);
-      vstore(hi[n], e.hi);
+      const pktrt__tri_candidates e = pktrt__tri_filter_block(&q, seg, block, index, false, lo[n], hi[n], moving);
       maybe[n] = (uint8_t)e.maybe, inside[n] = (uint8_t)e.inside, after[n] = (uint8_t)e.after, ray[n] = (uint8_t)i;
       n += e.maybe != 0;
     }
@@ -10060,8 +10071,11 @@ static const pktrt__kernel_table pktrt__kernels = {pktrt__entry_trace,
 #undef vsub
 #undef vswap_halves
 #undef vload_turn
+#undef vstore_turn
 #undef vturn
 #undef PKTRT__TURNS
+#undef PKTRT__TURN_LANES
+#undef PKTRT__TURN_MASK
 #undef vcopysign
 #undef FW
 #undef OP

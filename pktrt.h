@@ -1664,8 +1664,9 @@ PKTRT__INLINE const float *pktrt__segment_vertices(const pktrt__bvh_segment *seg
 
 /* How an instance lies at a time: a point p of its model is at a p + shift. */
 typedef struct pktrt__place {
-  double a[3][3], shift[3], inverse[3][3];
-  bool straight; /* a has a diagonal only, at both keys */
+  double inverse[4][4], shift[4]; /* by columns, and then its diagonal; the fourth of each is 0 */
+  double a[3][3];
+  bool straight; /* a has a diagonal only, at all keys */
 } pktrt__place;
 typedef struct pktrt__instance {
   const pktrt_scene *model;
@@ -1674,7 +1675,7 @@ typedef struct pktrt__instance {
   uint32_t mask, seen;          /* seen: the mask as committed, 0 where hidden */
   bool dirty, hide, gone, free; /* as of meshes; one that is free keeps model and indices */
   double kappa;                 /* of the keys that were given, see >>places */
-  pktrt__place rest;            /* of one key, committed */
+  pktrt__place rest;            /* at the first key, committed */
 } pktrt__instance;
 
 struct pktrt_scene {
@@ -1779,10 +1780,16 @@ PKTRT__INLINE uint32_t pktrt__sign_bit(float x) {
 
 #if defined(__GNUC__) || defined(__clang__)
 PKTRT__INLINE uint32_t pktrt__lowest_bit(uint64_t x) { return (uint32_t)__builtin_ctzll(x); } /* x != 0 */
+PKTRT__INLINE uint32_t pktrt__highest_bit(uint64_t x) { return 63 - (uint32_t)__builtin_clzll(x); }
 #else
 PKTRT__INLINE uint32_t pktrt__lowest_bit(uint64_t x) {
   uint32_t n = 0;
   for (; !(x & 1); x >>= 1) n++;
+  return n;
+}
+PKTRT__INLINE uint32_t pktrt__highest_bit(uint64_t x) {
+  uint32_t n = 0;
+  for (; x >>= 1;) n++;
   return n;
 }
 #endif
@@ -3619,6 +3626,7 @@ static const uint32_t pktrt__axes[3][3] = {{0, 1, 2}, {1, 2, 0}, {2, 0, 1}};
 /* A single ray with the values that a batch keeps in rows, which would lie on as many cache lines. */
 typedef struct pktrt__single {
   PKTRT__ALIGN64 float rd[8], cn[8], cf[8]; /* by axis; the other lanes are unused */
+  float there[8]; /* of a hit in an instance: the ray's origin, at 0, and direction, at 4, in the instance's frame */
   const pktrt_ray *ray;
   float slope[2], dk, wn, wf, sn, sf, tiny, pad, ta, tb;
   uint32_t id, slot, bvh, place, octant;
@@ -3951,9 +3959,10 @@ static float pktrt__exact_t(const pktrt__exact_view *v, const pktrt__exact_cross
 /* >>batch ---------------------------------------------------------------------------------------------------------- */
 
 enum {
-  PKTRT__BATCH = 256,        /* rays handled together: a packet of the paper path, four of the fast path */
-  PKTRT__FEW_OF_PACKET = 24, /* rays that make no frustum: 16 to 24 of 64, slopes within 0.15 to 0.6, measured flat */
-  PKTRT__SPARE = 64,         /* of these lanes, those that instances need for rays in their frames, see >>places */
+  PKTRT__BATCH = 256,         /* rays handled together: a packet of the paper path, four of the fast path */
+  PKTRT__FEW_OF_PACKET = 24,  /* rays that make no frustum: 16 to 24 of 64, slopes within 0.15 to 0.6, measured flat */
+  PKTRT__FEW_OF_INSTANCE = 6, /* rays that go through an instance one by one: 4 to 8 measured flat */
+  PKTRT__SPARE = 64,          /* of these lanes, those that instances need for rays in their frames, see >>places */
   PKTRT__ROW = PKTRT__BATCH + 16 /* a cache line more than a power of two, or all rows would share cache sets */
 };
 
@@ -4073,6 +4082,12 @@ PKTRT__INLINE void pktrt__mesh_name_triangle(const pktrt_scene *s, uint32_t id, 
   *mesh = pktrt__mesh_lookup(s, id, hint);
   *triangle = id - s->meshes[*mesh].first_id;
 }
+/* Does so for a ray of a batch. */
+PKTRT__INLINE void pktrt__batch_name_triangle(const pktrt_scene *s, const pktrt__batch *b, uint32_t r, uint32_t hint[2],
+                                              uint32_t *mesh, uint32_t *triangle) {
+  if (PKTRT__INSTANCES && b->slot[r] != PKTRT_NONE && b->place[r]) hint[0] = s->instances[b->place[r] - 1].first_mesh;
+  pktrt__mesh_name_triangle(s, b->id[r], hint, mesh, triangle);
+}
 static void pktrt__batch_store_rest(const pktrt_scene *s, const pktrt__batch *b, pktrt_hit *hits, const uint16_t *order,
                                     uint32_t i, uint32_t n) {
   uint32_t hint[2] = {0, 0};
@@ -4080,7 +4095,7 @@ static void pktrt__batch_store_rest(const pktrt_scene *s, const pktrt__batch *b,
     pktrt_hit *h = &hits[pktrt__batch_place(order, i)];
     h->t = b->t[i], h->u = b->as.hit.u[i], h->v = b->as.hit.v[i];
     for (int a = 0; a < 3; a++) h->normal[a] = b->as.hit.normal[a][i];
-    pktrt__mesh_name_triangle(s, b->id[i], hint, &h->mesh, &h->triangle);
+    pktrt__batch_name_triangle(s, b, i, hint, &h->mesh, &h->triangle);
   }
 }
 
@@ -4302,7 +4317,7 @@ PKTRT__NOINLINE void pktrt__single_resolve_hits(const pktrt_scene *s, pktrt__bat
        o' = fl( R (o - s) )      d' = fl( R d )
 
    each a sum of three products in doubles, from left to right, rounded to float at the end, or of one where A is diagonal
-   (zeros would lose signs, and nothing would be as it is without an instance); its t is that of the scene's
+   at all keys (zeros would lose signs, and nothing would be as it is without an instance); its t is that of the scene's
    ray, for nothing is normalised. One ray serves all triangles of the instance: these are hit as >>exactness has it, their
    exactness and all that follows from it included. Where the largest |d'| is below 2^-100 or above 2^100, or o' leaves the
    range of origins, the ray misses. Normals are cross products of the edges A e.
@@ -4320,18 +4335,25 @@ PKTRT__NOINLINE void pktrt__single_resolve_hits(const pktrt_scene *s, pktrt__bat
 #define PKTRT__PLACE_LEAST 7.888609052210118e-31 /* 2^-100 */
 #define PKTRT__PLACE_FLAT 9.313225746154785e-10  /* 2^-30: of a determinant, for columns of length 1 */
 
-/* Tells whether matrices of two keys have diagonals only. */
-static bool pktrt__place_is_straight(const float *k0, const float *k1) {
+/* Tells whether the matrices of an instance have diagonals only. */
+static bool pktrt__place_is_straight(const float *keys, uint32_t key_count) {
   bool straight = true;
-  for (int i = 0; i < 11; i++) straight = straight && (i % 5 == 0 || i % 4 == 3 || (k0[i] == 0 && k1[i] == 0));
+  for (uint32_t i = 0; i < 12 * key_count; i++) straight = straight && (i % 12 % 5 == 0 || i % 4 == 3 || keys[i] == 0);
   return straight;
 }
 
-/* Computes how an instance lies between two keys. */
-static void pktrt__place_between(const float *k0, const float *k1, float ta, float tb, pktrt__place *p) {
+/* Compute how an instance lies between two keys: its matrix, and all. */
+PKTRT__INLINE void pktrt__place_mix(const float *k0, const float *k1, float ta, float tb, bool straight,
+                                    pktrt__place *p) {
+  for (int i = 0; i < 3; i++, k0 += 4, k1 += 4) {
+    for (int j = 0; j < 3; j++) p->a[i][j] = (double)ta * (double)k0[j] + (double)tb * (double)k1[j];
+    p->shift[i] = (double)ta * (double)k0[3] + (double)tb * (double)k1[3];
+  }
+  p->straight = straight;
+}
+static void pktrt__place_between(const float *k0, const float *k1, float ta, float tb, bool straight, pktrt__place *p) {
   double adjugate[3][3];
-  for (int i = 0; i < 12; i++)
-    *(i % 4 < 3 ? &p->a[i / 4][i % 4] : &p->shift[i / 4]) = (double)ta * (double)k0[i] + (double)tb * (double)k1[i];
+  pktrt__place_mix(k0, k1, ta, tb, straight, p);
   for (int i = 0; i < 3; i++)
     for (int j = 0; j < 3; j++) {
       const double *u = p->a[(i + 1) % 3], *v = p->a[(i + 2) % 3];
@@ -4339,16 +4361,24 @@ static void pktrt__place_between(const float *k0, const float *k1, float ta, flo
     }
   const double det = (p->a[0][0] * adjugate[0][0] + p->a[0][1] * adjugate[1][0]) + p->a[0][2] * adjugate[2][0];
   const double r = 1 / det;
-  for (int i = 0; i < 9; i++) p->inverse[i / 3][i % 3] = adjugate[i / 3][i % 3] * r;
-  p->straight = pktrt__place_is_straight(k0, k1);
+  memset(p->inverse, 0, sizeof p->inverse), p->shift[3] = 0;
+  for (int i = 0; i < 9; i++) p->inverse[i % 3][i / 3] = adjugate[i / 3][i % 3] * r;
+  for (int i = 0; i < 3; i++) p->inverse[3][i] = p->inverse[i][i];
 }
 
-/* Returns how an instance lies at a time, in *moving if it moves. */
+/* Return how an instance lies at a time, in *moving if it moves: its matrix, and all. */
+PKTRT__INLINE const pktrt__place *pktrt__place_matrix_at(const pktrt__instance *in, float time, pktrt__place *moving) {
+  float ta, tb;
+  if (!pktrt__has_motion(in->key_count)) return &in->rest;
+  const float *key = in->keys + 12 * (size_t)pktrt__time_segment(time, in->key_count, &ta, &tb);
+  pktrt__place_mix(key, key + 12, ta, tb, in->rest.straight, moving);
+  return moving;
+}
 PKTRT__INLINE const pktrt__place *pktrt__place_at(const pktrt__instance *in, float time, pktrt__place *moving) {
   float ta, tb;
   if (!pktrt__has_motion(in->key_count)) return &in->rest;
   const float *key = in->keys + 12 * (size_t)pktrt__time_segment(time, in->key_count, &ta, &tb);
-  pktrt__place_between(key, key + 12, ta, tb, moving);
+  pktrt__place_between(key, key + 12, ta, tb, in->rest.straight, moving);
   return moving;
 }
 
@@ -4361,9 +4391,18 @@ static int pktrt__place_side(const pktrt__place *p) {
              : 1;
 }
 
-/* Multiplies a vector by a matrix, which may have a diagonal only. */
-PKTRT__INLINE void pktrt__place_turn(const double (*m)[3], bool straight, const double x[3], double out[3]) {
-  for (int i = 0; i < 3; i++) out[i] = straight ? m[i][i] * x[i] : (m[i][0] * x[0] + m[i][1] * x[1]) + m[i][2] * x[2];
+/* Multiply a vector by a matrix, which may have a diagonal only: by that of an instance, and its inverse. */
+PKTRT__INLINE void pktrt__place_turn(const pktrt__place *p, const double x[3], double out[3]) {
+  const double(*m)[3] = p->a;
+  if (p->straight) out[0] = m[0][0] * x[0], out[1] = m[1][1] * x[1], out[2] = m[2][2] * x[2];
+  else
+    for (int i = 0; i < 3; i++) out[i] = (m[i][0] * x[0] + m[i][1] * x[1]) + m[i][2] * x[2];
+}
+PKTRT__INLINE void pktrt__place_turn_back(const pktrt__place *p, const double x[3], double out[3]) {
+  const double(*m)[4] = p->inverse;
+  if (p->straight) out[0] = m[3][0] * x[0], out[1] = m[3][1] * x[1], out[2] = m[3][2] * x[2];
+  else
+    for (int i = 0; i < 3; i++) out[i] = (m[0][i] * x[0] + m[1][i] * x[1]) + m[2][i] * x[2];
 }
 
 /* Computes a ray in the frame of an instance; `row` and `to_row`: how many floats coordinates are apart. */
@@ -4371,7 +4410,7 @@ PKTRT__NOINLINE void pktrt__place_ray(const pktrt__place *p, const float *o, con
                                       float *to_d, size_t to_row) {
   double x[3], along[3], there[3], way[3];
   for (size_t i = 0; i < 3; i++) x[i] = (double)o[i * row] - p->shift[i], along[i] = (double)d[i * row];
-  pktrt__place_turn(p->inverse, p->straight, x, there), pktrt__place_turn(p->inverse, p->straight, along, way);
+  pktrt__place_turn_back(p, x, there), pktrt__place_turn_back(p, along, way);
   for (size_t i = 0; i < 3; i++)
     to_o[i * to_row] = pktrt__to_float(there[i]), to_d[i * to_row] = pktrt__to_float(way[i]);
   const double most = pktrt__max_abs3(way[0], way[1], way[2]);
@@ -4418,13 +4457,15 @@ static void pktrt__place_move_rays(const pktrt__instance *in, pktrt__batch *b, u
   }
 }
 
-/* Sees the triangle of a hit in an instance as its ray does. */
-static const pktrt__place *pktrt__place_view(const pktrt__instance *in, uint32_t bvh, uint32_t slot,
-                                             const pktrt_ray *ray, pktrt__exact_view *v, pktrt__place *moving,
-                                             const uint32_t **axis) {
-  const pktrt__place *p = pktrt__place_at(in, ray->time, moving);
-  float o[3], d[3];
-  pktrt__place_ray(p, ray->origin, ray->direction, 1, o, d, 1);
+/* Sees the triangle of a hit in an instance as its ray does; `there`: that ray, as pktrt__single has it, or NULL. */
+PKTRT__INLINE const pktrt__place *pktrt__place_view(const pktrt__instance *in, uint32_t bvh, uint32_t slot,
+                                                    const pktrt_ray *ray, const float *there, pktrt__exact_view *v,
+                                                    pktrt__place *moving, const uint32_t **axis) {
+  const pktrt__place *p =
+      there ? pktrt__place_matrix_at(in, ray->time, moving) : pktrt__place_at(in, ray->time, moving);
+  float turned[8];
+  if (!there) pktrt__place_ray(p, ray->origin, ray->direction, 1, turned, turned + 4, 1), there = turned;
+  const float *o = there, *d = there + 4;
   const bool not_x = fabsf(d[0]) < fabsf(d[1]) || fabsf(d[0]) < fabsf(d[2]);
   *axis = pktrt__axes[!not_x ? 0 : fabsf(d[1]) < fabsf(d[2]) ? 2 : 1];
   pktrt__exact_view_at(v, &in->model->bvhs[bvh], slot, ray->time, *axis, o, d, 1);
@@ -4449,7 +4490,7 @@ static float pktrt__place_t(const pktrt_scene *s, uint32_t place, uint32_t bvh, 
   pktrt__exact_view v;
   pktrt__exact_crossing c = {0, 0, false};
   pktrt__place moving;
-  (void)pktrt__place_view(&s->instances[place - 1], bvh, slot, ray, &v, &moving, &axis);
+  (void)pktrt__place_view(&s->instances[place - 1], bvh, slot, ray, NULL, &v, &moving, &axis);
   pktrt__exact_cross(&v, &c);
   return pktrt__exact_t(&v, &c);
 }
@@ -4488,18 +4529,18 @@ static uint64_t pktrt__place_take(const pktrt_scene *s, uint32_t index, pktrt__b
 
 /* Computes t, u, v and normal of a hit in an instance. */
 static void pktrt__place_resolve(const pktrt_scene *s, uint32_t place, uint32_t bvh, uint32_t slot,
-                                 const pktrt_ray *ray, pktrt_hit *hit) {
+                                 const pktrt_ray *ray, const float *there, pktrt_hit *hit) {
   const uint32_t *axis;
   pktrt__exact_view v;
   pktrt__place moving;
-  const pktrt__place *p = pktrt__place_view(&s->instances[place - 1], bvh, slot, ray, &v, &moving, &axis);
+  const pktrt__place *p = pktrt__place_view(&s->instances[place - 1], bvh, slot, ray, there, &v, &moving, &axis);
   double edge[3][3] = {{0, 0, 0}, {0, 0, 0}, {0, 0, 0}}, n[3], exact[3];
   if (!pktrt__single_resolve_tuv(&v, &hit->t, &hit->u, &hit->v))
     pktrt__exact_resolve(&v, axis, &hit->t, &hit->u, &hit->v, hit->normal, 1);
   for (int c = 1; c < 3; c++) {
     double e[3];
     for (int a = 0; a < 3; a++) e[axis[a]] = v.p[c][a] - v.p[0][a];
-    pktrt__place_turn(p->a, p->straight, e, edge[c]);
+    pktrt__place_turn(p, e, edge[c]);
   }
   if (!pktrt__tri_normal_of(edge, n)) { /* by the cofactors of A */
     pktrt__exact_normal(v, exact);
@@ -4523,7 +4564,7 @@ PKTRT__NOINLINE void pktrt__place_resolve_hits(const pktrt_scene *s, pktrt__batc
     pktrt_hit hit;
     for (int a = 0; a < 3; a++) ray.origin[a] = b->o[a][r], ray.direction[a] = b->d[a][r];
     ray.time = b->time[r], ray.tmin = ray.tmax = 0;
-    pktrt__place_resolve(s, b->place[r], b->bvh[r], b->slot[r], &ray, &hit);
+    pktrt__place_resolve(s, b->place[r], b->bvh[r], b->slot[r], &ray, NULL, &hit);
     b->t[r] = hit.t, b->as.hit.u[r] = hit.u, b->as.hit.v[r] = hit.v;
     for (int a = 0; a < 3; a++) b->as.hit.normal[a][r] = hit.normal[a];
   }
@@ -5340,6 +5381,11 @@ PKTRT__COLD const char *pktrt__check_sentence(uint32_t faults) {
 #define vhmax PKTRT__NAME(pktrt__vhmax)
 #define dload PKTRT__NAME(pktrt__dload)
 #define dstore PKTRT__NAME(pktrt__dstore)
+#define dload_low PKTRT__NAME(pktrt__dload_low)
+#define dload_twice PKTRT__NAME(pktrt__dload_twice)
+#define dspread PKTRT__NAME(pktrt__dspread)
+#define dhalves PKTRT__NAME(pktrt__dhalves)
+#define drotate PKTRT__NAME(pktrt__drotate)
 #define dsqrt PKTRT__NAME(pktrt__dsqrt)
 #define dfrom PKTRT__NAME(pktrt__dfrom)
 #define dset PKTRT__NAME(pktrt__dset)
@@ -5486,6 +5532,17 @@ OP void vcompress_from(void *p, uint32_t lanes, const void *from) {
 
 typedef __m512d d8;
 OP d8 dload(const double *p) { return _mm512_loadu_pd(p); }
+OP d8 dload_low(const double *p) { return _mm512_maskz_loadu_pd(0x0F, p); }
+OP d8 dload_twice(const double *p) { return _mm512_broadcast_f64x4(_mm256_loadu_pd(p)); }
+OP d8 dhalves(d8 a, d8 b, const int which) { /* low and low, high and high, or high and low */
+  return which == 0   ? _mm512_shuffle_f64x2(a, b, 0x44)
+         : which == 1 ? _mm512_shuffle_f64x2(a, b, 0xEE)
+                      : _mm512_shuffle_f64x2(a, b, 0x4E);
+}
+OP d8 drotate(d8 a, const int by) { return by == 1 ? _mm512_permutex_pd(a, 0xC9) : _mm512_permutex_pd(a, 0xD2); }
+OP d8 dspread(d8 a, const int i) {
+  return i == 0 ? _mm512_permutex_pd(a, 0) : i == 1 ? _mm512_permutex_pd(a, 0x55) : _mm512_permutex_pd(a, 0xAA);
+}
 OP void dstore(double *p, d8 a) { _mm512_storeu_pd(p, a); }
 OP d8 dsqrt(d8 a) { return _mm512_sqrt_pd(a); }
 OP d8 dfrom(v8 a) { return _mm512_cvtps_pd(a); }
@@ -5559,6 +5616,20 @@ OP d8 dfrom(v8 a) {
   return d8_of(_mm256_cvtps_pd(_mm256_castps256_ps128(a)), _mm256_cvtps_pd(_mm256_extractf128_ps(a, 1)));
 }
 OP d8 dload(const double *p) { return d8_of(_mm256_loadu_pd(p), _mm256_loadu_pd(p + 4)); }
+OP d8 dload_low(const double *p) { return d8_of(_mm256_loadu_pd(p), _mm256_setzero_pd()); }
+OP d8 dload_twice(const double *p) { return d8_of(_mm256_loadu_pd(p), _mm256_loadu_pd(p)); }
+OP d8 dhalves(d8 a, d8 b, const int which) { /* low and low, high and high, or high and low */
+  return d8_of(which ? a.h : a.l, which == 1 ? b.h : b.l);
+}
+OP d8 drotate(d8 a, const int by) {
+  return by == 1 ? d8_of(_mm256_permute4x64_pd(a.l, 0xC9), _mm256_permute4x64_pd(a.h, 0xC9))
+                 : d8_of(_mm256_permute4x64_pd(a.l, 0xD2), _mm256_permute4x64_pd(a.h, 0xD2));
+}
+OP d8 dspread(d8 a, const int i) {
+  return i == 0   ? d8_of(_mm256_permute4x64_pd(a.l, 0), _mm256_permute4x64_pd(a.h, 0))
+         : i == 1 ? d8_of(_mm256_permute4x64_pd(a.l, 0x55), _mm256_permute4x64_pd(a.h, 0x55))
+                  : d8_of(_mm256_permute4x64_pd(a.l, 0xAA), _mm256_permute4x64_pd(a.h, 0xAA));
+}
 OP void dstore(double *p, d8 a) {
   _mm256_storeu_pd(p, a.l);
   _mm256_storeu_pd(p + 4, a.h);
@@ -6156,7 +6227,15 @@ typedef __mmask16 mf;
 #define pktrt__paper_trim PKTRT__NAME(pktrt__paper_trim)
 #define pktrt__paper_update_depth PKTRT__NAME(pktrt__paper_update_depth)
 #define pktrt__place_between8 PKTRT__NAME(pktrt__place_between8)
+#define pktrt__place_cross PKTRT__NAME(pktrt__place_cross)
+#define pktrt__place_frame PKTRT__NAME(pktrt__place_frame)
+#define pktrt__place_load PKTRT__NAME(pktrt__place_load)
+#define pktrt__place_load8 PKTRT__NAME(pktrt__place_load8)
+#define pktrt__place_load_between PKTRT__NAME(pktrt__place_load_between)
+#define pktrt__place_ray_within PKTRT__NAME(pktrt__place_ray_within)
+#define pktrt__place_copy_row PKTRT__NAME(pktrt__place_copy_row)
 #define pktrt__place_rays PKTRT__NAME(pktrt__place_rays)
+#define pktrt__place_ray8 PKTRT__NAME(pktrt__place_ray8)
 #define pktrt__place_rays8 PKTRT__NAME(pktrt__place_rays8)
 #define pktrt__place_slabs PKTRT__NAME(pktrt__place_slabs)
 #define pktrt__place_test_boxes PKTRT__NAME(pktrt__place_test_boxes)
@@ -6169,12 +6248,14 @@ typedef __mmask16 mf;
 #define pktrt__place_leaf PKTRT__NAME(pktrt__place_leaf)
 #define pktrt__place_load_slabs PKTRT__NAME(pktrt__place_load_slabs)
 #define pktrt__place_stream_in PKTRT__NAME(pktrt__place_stream_in)
+#define pktrt__place_stream_template PKTRT__NAME(pktrt__place_stream_template)
 #define pktrt__place_stream PKTRT__NAME(pktrt__place_stream)
 #define pktrt__place_packets PKTRT__NAME(pktrt__place_packets)
 #define pktrt__place_matrix8 PKTRT__NAME(pktrt__place_matrix8)
 #define pktrt__place_resolve8 PKTRT__NAME(pktrt__place_resolve8)
 #define pktrt__place_turn8 PKTRT__NAME(pktrt__place_turn8)
 #define pktrt__place_turn_edges8 PKTRT__NAME(pktrt__place_turn_edges8)
+#define pktrt__place_trace_few PKTRT__NAME(pktrt__place_trace_few)
 #define pktrt__place_trace_single PKTRT__NAME(pktrt__place_trace_single)
 #define pktrt__place_single_in PKTRT__NAME(pktrt__place_single_in)
 #define pktrt__place_single PKTRT__NAME(pktrt__place_single)
@@ -8704,13 +8785,22 @@ static void pktrt__resolve_batch(const pktrt__query *call, pktrt__batch *b, uint
     if (hits & ~placed) pktrt__resolve_hits(scene, b, i, hits & ~placed, NULL);
 #if !defined(PKTRT_NO_INSTANCES)
     for (uint32_t rest = placed; rest;) {
-      const uint32_t place = b->place[i + pktrt__lowest_bit(rest)], same = rest & veq_u32(b->place + i, place);
-      rest &= ~same;
+      const uint32_t place = b->place[i + pktrt__lowest_bit(rest)];
+      uint32_t same = rest & veq_u32(b->place + i, place);
 #if PKTRT__WITH_V8_REGISTERS
-      if (pktrt__popcount8(same) > 2 && scene->instances[place - 1].key_count < 3) { /* else one by one is as fast */
+      const pktrt__instance *in = &scene->instances[place - 1];
+      for (uint32_t m = pktrt__has_motion(in->key_count) ? 0 : rest & ~same; m; m &= m - 1) {
+        const pktrt__instance *other = &scene->instances[b->place[i + pktrt__lowest_bit(m)] - 1];
+        const bool alike = other->model == in->model && other->rest.straight == in->rest.straight;
+        if (alike && !pktrt__has_motion(other->key_count)) same |= m & (0u - m);
+      }
+      rest &= ~same;
+      if (pktrt__popcount8(same) > 2 && in->key_count < 3) { /* else one by one is as fast */
         pktrt__place_resolve8(scene, b, i, same);
         continue;
       }
+#else
+      rest &= ~same;
 #endif
       pktrt__place_resolve_hits(scene, b, i, same);
     }
@@ -9374,14 +9464,16 @@ typedef struct pktrt__place_slabs {
 
 /* Returns those boxes of a block of instances that a ray may hit at its time, and finds their entry depths. */
 SHARED uint32_t pktrt__place_test_boxes(const pktrt__bvh_segment *seg, uint32_t index, const pktrt__place_slabs *q,
-                                        float *entry) {
-  const pktrt__block *block = pktrt__segment_block(seg, index, true);
-  const float *k0 = pktrt__segment_vertices(seg, block, 0, true), *k1 = pktrt__segment_vertices(seg, block, 1, true);
+                                        float *entry, const bool moving) {
+  const pktrt__block *block = pktrt__segment_block(seg, index, moving);
+  const float *k0 = pktrt__segment_vertices(seg, block, 0, moving),
+              *k1 = pktrt__segment_vertices(seg, block, 1, moving);
   const v8 t = vset(q->tb);
   v8 n = vset(q->wn), f = vset(q->wf);
   UNROLL for (uint32_t a = 0; a < 3; a++, k0 += 8, k1 += 8) {
     const v8 lo0 = vload(k0), hi0 = vload(k0 + 24), r = vset(q->rd[q->step * a]);
-    const v8 lo = vmul(vfma(t, vsub(vload(k1), lo0), lo0), r), hi = vmul(vfma(t, vsub(vload(k1 + 24), hi0), hi0), r);
+    const v8 lo = vmul(moving ? vfma(t, vsub(vload(k1), lo0), lo0) : lo0, r),
+             hi = vmul(moving ? vfma(t, vsub(vload(k1 + 24), hi0), hi0) : hi0, r);
     n = vmax(vsub(vmin(lo, hi), vset(q->cn[q->step * a])), n),
     f = vmin(vsub(vmax(lo, hi), vset(q->cf[q->step * a])), f);
   }
@@ -9389,18 +9481,82 @@ SHARED uint32_t pktrt__place_test_boxes(const pktrt__bvh_segment *seg, uint32_t 
   return mbits(vle(n, f)) & pktrt__lanes_occupied(seg->bvhs[seg->bvh].block_triangles + (size_t)index * 8);
 }
 
+#if PKTRT__WITH_V8_REGISTERS
+/* How an instance lies: what pktrt__place has, columns twice. */
+typedef struct pktrt__place_frame {
+  d8 column[3], diagonal, shift;
+} pktrt__place_frame;
+OP pktrt__place_frame pktrt__place_load(const pktrt__place *p) {
+  pktrt__place_frame f;
+  UNROLL for (int i = 0; i < 3; i++) f.column[i] = dload_twice(p->inverse[i]);
+  f.diagonal = dload_twice(p->inverse[3]), f.shift = dload_low(p->shift);
+  return f;
+}
+/* Computes cross products of both halves. */
+OP d8 pktrt__place_cross(d8 a, d8 b) {
+  return dsub(dmul(drotate(a, 1), drotate(b, 2)), dmul(drotate(a, 2), drotate(b, 1)));
+}
+/* Does what pktrt__place_between does, but for the diagonal. */
+OP pktrt__place_frame pktrt__place_load_between(const float *k0, const float *k1, float ta, float tb) {
+  const d8 a = dset((double)ta), b = dset((double)tb); /* rows of the matrix, each with what it is shifted by: */
+  const d8 xy = dadd(dmul(a, dfrom(vload(k0))), dmul(b, dfrom(vload(k1))));
+  const d8 yz = dadd(dmul(a, dfrom(vload(k0 + 4))), dmul(b, dfrom(vload(k1 + 4))));
+  const d8 first = pktrt__place_cross(yz, dhalves(yz, xy, 2)), last = pktrt__place_cross(xy, yz);
+  const d8 product = dmul(xy, first), low = dhalves(product, product, 0);
+  const d8 r = ddiv(dset(1), dadd(dadd(dspread(low, 0), dspread(low, 1)), dspread(low, 2)));
+  double row[16], shift[4];
+  pktrt__place_frame f;
+  f.column[0] = dmul(dhalves(first, first, 0), r), f.column[1] = dmul(dhalves(first, first, 1), r);
+  f.column[2] = f.diagonal = dmul(dhalves(last, last, 0), r);
+  dstore(row, xy), dstore(row + 8, yz);
+  shift[0] = row[3], shift[1] = row[7], shift[2] = row[15], shift[3] = 0;
+  f.shift = dload_low(shift);
+  return f;
+}
+#endif
+
+/* Computes a ray in the frame of an instance, which ends at tmax; returns whether it has a direction there. */
+OP bool pktrt__place_ray_within(const pktrt__instance *in, const pktrt_ray *ray, float tmin, float tmax,
+                                pktrt_ray *within) {
+  pktrt__place moving;
+  within->time = ray->time, within->tmin = tmin, within->tmax = tmax;
+#if PKTRT__WITH_V8_REGISTERS /* origin and direction side by side, in one store */
+  const v8 from = vload((const float *)(const void *)ray);
+  pktrt__place_frame f;
+  if (pktrt__has_motion(in->key_count) && !in->rest.straight) {
+    float ta, tb;
+    const float *key = in->keys + 12 * (size_t)pktrt__time_segment(ray->time, in->key_count, &ta, &tb);
+    f = pktrt__place_load_between(key, key + 12, ta, tb);
+  } else {
+    f = pktrt__place_load(pktrt__place_at(in, ray->time, &moving));
+  }
+  const d8 x = dsub(dfrom(from), f.shift);
+  d8 to = dmul(f.diagonal, x);
+  if (!in->rest.straight)
+    to = dadd(dadd(dmul(f.column[0], dspread(x, 0)), dmul(f.column[1], dspread(x, 1))),
+              dmul(f.column[2], dspread(x, 2)));
+  const d8 size = dabs(to);
+  vstore((float *)(void *)within, vsel(mfrom(0x88), vsel(mfrom(0x80), vset(tmax), vset(tmin)), dto(to)));
+  return (mbits(dlt(size, dset(PKTRT__PLACE_LEAST))) & 0x70) != 0x70 &&
+         !(mbits(dlt(dset(1 / PKTRT__PLACE_LEAST), size)) & 0x70);
+#else
+  pktrt__place_ray(pktrt__place_at(in, ray->time, &moving), ray->origin, ray->direction, 1, within->origin,
+                   within->direction, 1);
+  return true; /* one that has none is refused when it is set up */
+#endif
+}
+
 /* Traces a single ray through an instance; tells whether it hits, or hits nearer. */
 SMALL bool pktrt__place_trace_single(const pktrt_scene *scene, pktrt__single *q, uint32_t index,
                                      const pktrt__variant *what) {
   const pktrt__instance *in = &scene->instances[index];
   const pktrt_ray *from = q->ray;
-  pktrt_ray ray = *from;
+  pktrt_ray ray;
   pktrt__single within;
-  pktrt__place moving;
-  pktrt__place_ray(pktrt__place_at(in, ray.time, &moving), from->origin, from->direction, 1, ray.origin, ray.direction,
-                   1);
-  if (!what->occlusion) ray.tmax = pktrt__place_tmax(q->slot, q->wf, q->dk, ray.tmax);
-  if (q->after != PKTRT_NONE && q->after < in->first_id) ray.tmin = nextafterf(ray.tmin, -INFINITY);
+  const bool earlier = q->after != PKTRT_NONE && q->after < in->first_id;
+  const float tmin = earlier ? nextafterf(from->tmin, -INFINITY) : from->tmin;
+  const float tmax = what->occlusion ? from->tmax : pktrt__place_tmax(q->slot, q->wf, q->dk, from->tmax);
+  if (!pktrt__place_ray_within(in, from, tmin, tmax, &ray)) return false;
   if (!pktrt__single_setup(in->model, &ray, &within)) return false;
   if (q->after != PKTRT_NONE && q->after >= in->first_id) within.after = q->after - in->first_id;
   if (!pktrt__drive_single(in->model, &within, what)) return false;
@@ -9410,6 +9566,7 @@ SMALL bool pktrt__place_trace_single(const pktrt_scene *scene, pktrt__single *q,
   if (q->slot != PKTRT_NONE && !(hit.hi < q->sf) && (q->wf < hit.lo || !pktrt__place_is_nearer(scene, q, &hit)))
     return false;
   q->sf = hit.lo, q->wf = hit.hi, q->id = hit.id, q->slot = hit.slot, q->bvh = hit.bvh, q->place = hit.place;
+  memcpy(q->there, &ray, sizeof q->there);
   return true;
 }
 
@@ -9421,14 +9578,14 @@ OP bool pktrt__place_single_in(const pktrt_scene *scene, const pktrt__bvh_segmen
     float dist;
   } stack[PKTRT__STACK + 8], *top = stack, swap;
   PKTRT__ALIGN64 float dist[8];
-  const pktrt__single_slabs slabs = pktrt__single_slabs_of(q, true);
+  const pktrt__single_slabs slabs = pktrt__single_slabs_of(q, is.moving);
   bool hit = false;
   for (uint32_t ref = 0;; ref = top->ref) {
     uint32_t bits;
     if (ref & PKTRT__LEAF) {
       const uint32_t *instance = seg->bvhs[seg->bvh].block_triangles + (size_t)(ref & ~PKTRT__LEAF) * 8;
       const pktrt__place_slabs box = {q->rd, q->cn, q->cf, 1, q->wn, q->wf, q->tb};
-      bits = pktrt__place_test_boxes(seg, ref & ~PKTRT__LEAF, &box, dist);
+      bits = pktrt__place_test_boxes(seg, ref & ~PKTRT__LEAF, &box, dist, is.moving);
       while (bits) {
         const uint32_t c = pktrt__place_nearest(bits, dist);
         bits &= ~(1u << c);
@@ -9457,14 +9614,16 @@ OP bool pktrt__place_single_in(const pktrt_scene *scene, const pktrt__bvh_segmen
   }
 }
 SMALL bool pktrt__place_single(const pktrt_scene *scene, pktrt__single *q, const pktrt__variant *what) {
-  const pktrt__variant is = pktrt__variant_moving(*what, true);
+  const pktrt__variant is = *what;
   bool hit = false;
   for (int which = 0; which < 2; which++) {
     const pktrt_scene *top = which ? scene->boxes : scene->groups;
     for (uint32_t i = 0; top && i < top->bvh_count && !(is.occlusion && hit); i++) {
+      const bool moving = !PKTRT__WITH_V8_REGISTERS || pktrt__has_motion(top->bvhs[i].key_count);
       const uint32_t segment = pktrt__time_segment(q->ray->time, top->bvhs[i].key_count, &q->ta, &q->tb);
       const pktrt__bvh_segment seg = pktrt__bvh_segment_of(top->bvhs, i, segment);
-      hit |= pktrt__place_single_in(scene, &seg, q, is);
+      hit |= moving ? pktrt__place_single_in(scene, &seg, q, pktrt__variant_moving(is, true))
+                    : pktrt__place_single_in(scene, &seg, q, pktrt__variant_moving(is, false));
     }
   }
   return hit;
@@ -9491,9 +9650,9 @@ SMALL void pktrt__place_stream(const pktrt__query *call, const pktrt_scene *scen
 SMALL void pktrt__place_matrix8(const float *k0, const float *k1, v8 time, d8 m[3][3], d8 shift[3]) {
   const v8 tb = vmin(vmax(time, vset(0)), vset(1));
   const d8 b = dfrom(tb), a = dfrom(vsub(vset(1), tb));
-  for (int i = 0; i < 3; i++) {
-    for (int j = 0; j < 3; j++)
-      m[i][j] = dadd(dmul(a, dset((double)k0[4 * i + j])), dmul(b, dset((double)k1[4 * i + j])));
+  UNROLL for (int i = 0; i < 3; i++) {
+    UNROLL for (int j = 0; j < 3; j++) m[i][j] =
+        dadd(dmul(a, dset((double)k0[4 * i + j])), dmul(b, dset((double)k1[4 * i + j])));
     shift[i] = dadd(dmul(a, dset((double)k0[4 * i + 3])), dmul(b, dset((double)k1[4 * i + 3])));
   }
 }
@@ -9501,59 +9660,97 @@ SMALL void pktrt__place_matrix8(const float *k0, const float *k1, v8 time, d8 m[
 OP void pktrt__place_between8(const float *k0, const float *k1, v8 time, d8 inverse[3][3], d8 shift[3]) {
   d8 m[3][3], x[3][3];
   pktrt__place_matrix8(k0, k1, time, m, shift);
-  for (int i = 0; i < 3; i++) {
+  UNROLL for (int i = 0; i < 3; i++) {
     const d8 *u = m[(i + 1) % 3], *v = m[(i + 2) % 3];
-    for (int j = 0; j < 3; j++)
-      x[j][i] = dsub(dmul(u[(j + 1) % 3], v[(j + 2) % 3]), dmul(u[(j + 2) % 3], v[(j + 1) % 3]));
+    UNROLL for (int j = 0; j < 3; j++) x[j][i] =
+        dsub(dmul(u[(j + 1) % 3], v[(j + 2) % 3]), dmul(u[(j + 2) % 3], v[(j + 1) % 3]));
   }
   const d8 det = dadd(dadd(dmul(m[0][0], x[0][0]), dmul(m[0][1], x[1][0])), dmul(m[0][2], x[2][0]));
   const d8 r = ddiv(dset(1), det);
-  for (int i = 0; i < 9; i++) inverse[i / 3][i % 3] = dmul(x[i / 3][i % 3], r);
+  UNROLL for (int i = 0; i < 3; i++) UNROLL for (int j = 0; j < 3; j++) inverse[i][j] = dmul(x[i][j], r);
 }
 
-/* Does for eight rays what pktrt__place_ray does, all at rest or between the same two keys. */
-PKTRT__NOINLINE void pktrt__place_rays8(const pktrt__instance *in, pktrt__batch *b, uint32_t i) {
-  const bool moving = pktrt__has_motion(in->key_count);
-  const bool straight = moving ? pktrt__place_is_straight(in->keys, in->keys + 12) : in->rest.straight;
-  d8 m[3][3], s[3], x[3], d[3], way[3];
-  if (moving) {
-    pktrt__place_between8(in->keys, in->keys + 12, vload(b->time + i), m, s);
-  } else {
-    for (int k = 0; k < 9; k++) m[k / 3][k % 3] = dset(in->rest.inverse[k / 3][k % 3]);
-    for (int a = 0; a < 3; a++) s[a] = dset(in->rest.shift[a]);
+/* Does for eight rays what pktrt__place_ray does, given how the instance lies at their times. */
+OP void pktrt__place_ray8(d8 m[3][3], const d8 shift[3], bool straight, pktrt__batch *b, uint32_t i) {
+  d8 x[3], d[3], at[3], way[3];
+  UNROLL for (int a = 0; a < 3; a++) {
+    x[a] = dsub(dfrom(vload(b->o[a] + i)), shift[a]), d[a] = dfrom(vload(b->d[a] + i));
+    at[a] = dmul(m[a][a], x[a]), way[a] = dmul(m[a][a], d[a]);
   }
-  for (int a = 0; a < 3; a++) x[a] = dsub(dfrom(vload(b->o[a] + i)), s[a]), d[a] = dfrom(vload(b->d[a] + i));
-  for (int a = 0; a < 3; a++) {
-    d8 at = dmul(m[a][a], x[a]);
-    way[a] = dmul(m[a][a], d[a]);
-    if (!straight) {
-      at = dadd(dadd(dmul(m[a][0], x[0]), dmul(m[a][1], x[1])), dmul(m[a][2], x[2]));
+  if (!straight) {
+    UNROLL for (int a = 0; a < 3; a++) {
+      at[a] = dadd(dadd(dmul(m[a][0], x[0]), dmul(m[a][1], x[1])), dmul(m[a][2], x[2]));
       way[a] = dadd(dadd(dmul(m[a][0], d[0]), dmul(m[a][1], d[1])), dmul(m[a][2], d[2]));
     }
-    vstore(b->o[a] + i, dto(at));
   }
   const d8 most = pktrt__vec_dmax_abs3(way[0], way[1], way[2]);
   const m8 out = mor(dlt(most, dset(PKTRT__PLACE_LEAST)), dlt(dset(1 / PKTRT__PLACE_LEAST), most));
-  for (int a = 0; a < 3; a++) vstore(b->d[a] + i, vsel(out, vset(0), dto(way[a])));
+  UNROLL for (int a = 0; a < 3; a++) vstore(b->o[a] + i, dto(at[a])),
+      vstore(b->d[a] + i, vsel(out, vset(0), dto(way[a])));
+}
+/* Does so for rays [begin, end) of a batch, all at rest or between the same two keys. */
+PKTRT__NOINLINE void pktrt__place_rays8(const pktrt__instance *in, pktrt__batch *b, uint32_t begin, uint32_t end) {
+  const bool straight = in->rest.straight;
+  d8 m[3][3], shift[3];
+  if (pktrt__has_motion(in->key_count)) {
+    for (uint32_t i = begin; i < end; i += 8) {
+      pktrt__place_between8(in->keys, in->keys + 12, vload(b->time + i), m, shift);
+      pktrt__place_ray8(m, shift, straight, b, i);
+    }
+    return;
+  }
+  UNROLL for (int a = 0; a < 3; a++) {
+    UNROLL for (int j = 0; j < 3; j++) m[a][j] = dset(in->rest.inverse[j][a]);
+    shift[a] = dset(in->rest.shift[a]);
+  }
+  for (uint32_t i = begin; i < end; i += 8) pktrt__place_ray8(m, shift, straight, b, i);
 }
 
-/* Resolves those of rays i to i + 7 that hit one instance, as pktrt__place_resolve does, in spare lanes. */
+/* Loads how instances at rest lie, for the lanes in `some` of rays i to i + 7: matrices, inverses and shifts. */
+OP void pktrt__place_load8(const pktrt_scene *scene, const pktrt__batch *b, uint32_t i, uint32_t some, d8 m[3][3],
+                           d8 inverse[3][3], d8 shift[3]) {
+  double lanes[7][3][8];
+  const uint32_t place = b->place[i + pktrt__lowest_bit(some)];
+  if (!(some & ~veq_u32(b->place + i, place))) { /* one */
+    const pktrt__place *p = &scene->instances[place - 1].rest;
+    UNROLL for (int a = 0; a < 3; a++) {
+      UNROLL for (int j = 0; j < 3; j++) m[a][j] = dset(p->a[a][j]), inverse[a][j] = dset(p->inverse[j][a]);
+      shift[a] = dset(p->shift[a]);
+    }
+    return;
+  }
+  memset(lanes, 0, sizeof lanes);
+  for (uint32_t rest = some; rest; rest &= rest - 1) {
+    const uint32_t l = pktrt__lowest_bit(rest);
+    const pktrt__place *p = &scene->instances[b->place[i + l] - 1].rest;
+    UNROLL for (int a = 0; a < 3; a++) {
+      UNROLL for (int j = 0; j < 3; j++) lanes[a][j][l] = p->a[a][j], lanes[3 + a][j][l] = p->inverse[j][a];
+      lanes[6][a][l] = p->shift[a];
+    }
+  }
+  UNROLL for (int a = 0; a < 3; a++) {
+    UNROLL for (int j = 0; j < 3; j++) m[a][j] = dload(lanes[a][j]), inverse[a][j] = dload(lanes[3 + a][j]);
+    shift[a] = dload(lanes[6][a]);
+  }
+}
+/* Resolves those of rays i to i + 7 in `hits`, as pktrt__place_resolve does, in spare lanes: of one moving instance, or of
+   instances of one model at rest, all with diagonals or none. */
 PKTRT__NOINLINE void pktrt__place_resolve8(const pktrt_scene *scene, pktrt__batch *b, uint32_t i, uint32_t hits) {
   const pktrt__instance *in = &scene->instances[b->place[i + pktrt__lowest_bit(hits)] - 1];
   const uint32_t at = b->spare;
   const m8 some = mfrom(hits);
   pktrt__place_turn8 turn;
-  d8 shift[3];
-  if (pktrt__has_motion(in->key_count)) {
-    pktrt__place_matrix8(in->keys, in->keys + 12, vload(b->time + i), turn.m, shift);
-    turn.straight = pktrt__place_is_straight(in->keys, in->keys + 12);
-  } else {
-    for (int k = 0; k < 9; k++) turn.m[k / 3][k % 3] = dset(in->rest.a[k / 3][k % 3]);
-    turn.straight = in->rest.straight;
-  }
+  d8 inverse[3][3], shift[3];
   pktrt__batch_copy_rays(b, at, b, i, 8);
   memcpy(b->slot + at, b->slot + i, 8 * sizeof *b->slot), memcpy(b->bvh + at, b->bvh + i, 8 * sizeof *b->bvh);
-  pktrt__place_rays8(in, b, at);
+  turn.straight = in->rest.straight;
+  if (pktrt__has_motion(in->key_count)) {
+    pktrt__place_matrix8(in->keys, in->keys + 12, vload(b->time + i), turn.m, shift);
+    pktrt__place_rays8(in, b, at, at + 8);
+  } else {
+    pktrt__place_load8(scene, b, i, hits, turn.m, inverse, shift);
+    pktrt__place_ray8(inverse, shift, turn.straight, b, at);
+  }
   const uint32_t left = pktrt__resolve_hits(in->model, b, at, hits, &turn);
   vstore_masked(b->t + i, some, vload(b->t + at));
   vstore_masked(b->as.hit.u + i, some, vload(b->as.hit.u + at));
@@ -9562,13 +9759,56 @@ PKTRT__NOINLINE void pktrt__place_resolve8(const pktrt_scene *scene, pktrt__batc
   if (left) pktrt__place_resolve_hits(scene, b, i, left);
 }
 #endif
+#if PKTRT__WITH_V8_REGISTERS
+/* Does what pktrt__place_copy_rays does, for neighbours: ray i of the list is `base` + i. */
+PKTRT__NOINLINE uint32_t pktrt__place_copy_row(pktrt__batch *b, uint32_t base, uint64_t mask, bool closest) {
+  uint32_t n = b->spare;
+  for (uint32_t r = base; mask; mask >>= 8, r += 8) {
+    const uint32_t lanes = (uint32_t)mask & 0xFF;
+    if (!lanes) continue;
+    UNROLL for (int a = 0; a < 3; a++) {
+      vcompress(b->o[a] + n, lanes, vload(b->o[a] + r));
+      vcompress(b->d[a] + n, lanes, vload(b->d[a] + r));
+    }
+    const v8 tmax = vload(b->tmax + r), nearest = vmin(vdiv(vload(b->wf + r), vabs(vload(b->dk + r))), tmax);
+    const m8 unhit = mfrom(closest ? pktrt__lanes_unhit(b->slot + r) : 0xFF);
+    vcompress(b->tmin + n, lanes, vload(b->tmin + r)), vcompress(b->time + n, lanes, vload(b->time + r));
+    vcompress(b->tmax + n, lanes, vsel(unhit, tmax, nearest));
+    n += pktrt__popcount8(lanes);
+  }
+  pktrt__batch_pad(b, n);
+  return n - b->spare;
+}
+#endif
 /* Moves rays [begin, end) of a batch to the frame of an instance. */
 OP void pktrt__place_rays(const pktrt__instance *in, pktrt__batch *b, uint32_t begin, uint32_t end) {
 #if PKTRT__WITH_V8_REGISTERS
-  for (uint32_t i = begin; i < end && in->key_count < 3; i += 8) pktrt__place_rays8(in, b, i);
-  if (in->key_count < 3) return;
+  if (in->key_count < 3) {
+    pktrt__place_rays8(in, b, begin, end);
+    return;
+  }
 #endif
   pktrt__place_move_rays(in, b, begin, end);
+}
+
+/* Traces a few rays of a list through an instance, one by one; returns those that hit, or hit nearer. */
+PKTRT__NOINLINE uint64_t pktrt__place_trace_few(const pktrt_scene *scene, pktrt__batch *b, const uint8_t *list,
+                                                uint64_t mask, uint32_t index, const pktrt__variant *what) {
+  uint64_t hit = 0;
+  for (; mask; mask &= mask - 1) {
+    const uint32_t r = list[pktrt__lowest_bit(mask)];
+    pktrt_ray ray;
+    pktrt__single q; /* what instances ask of it */
+    for (int a = 0; a < 3; a++) ray.origin[a] = b->o[a][r], ray.direction[a] = b->d[a][r];
+    ray.tmin = b->tmin[r], ray.tmax = b->tmax[r], ray.time = b->time[r];
+    q.ray = &ray, q.dk = b->dk[r], q.tiny = b->tiny[r], q.axis = pktrt__axes[b->axis[r]], q.after = PKTRT_NONE;
+    q.wf = b->wf[r], q.sf = b->sf[r];
+    q.id = b->id[r], q.slot = b->slot[r], q.bvh = b->bvh[r], q.place = b->place[r];
+    if (!pktrt__place_trace_single(scene, &q, index, what)) continue;
+    hit |= mask & (0u - mask);
+    if (!what->occlusion) pktrt__single_to_batch(b, r, &q);
+  }
+  return hit;
 }
 
 /* Traces the rays in mask of a list, all of one octant, through an instance; returns those that hit, or hit nearer. */
@@ -9577,7 +9817,17 @@ PKTRT__NOINLINE uint64_t pktrt__place_trace(const pktrt__query *call, const pktr
                                             const pktrt__variant *what) {
   const pktrt__variant is = *what;
   const pktrt_scene *model = scene->instances[index].model;
-  const uint32_t first = b->spare, n = pktrt__place_copy_rays(b, list, mask, !is.occlusion);
+  if (!call && pktrt__popcount(mask) < PKTRT__FEW_OF_INSTANCE)
+    return pktrt__place_trace_few(scene, b, list, mask, index, what);
+  const uint32_t first = b->spare;
+#if PKTRT__WITH_V8_REGISTERS /* lists ascend */
+  const uint32_t low = pktrt__lowest_bit(mask), high = pktrt__highest_bit(mask);
+  const uint32_t n = (uint32_t)(list[high] - list[low]) == high - low
+                         ? pktrt__place_copy_row(b, list[low] - low, mask, !is.occlusion)
+                         : pktrt__place_copy_rays(b, list, mask, !is.occlusion);
+#else
+  const uint32_t n = pktrt__place_copy_rays(b, list, mask, !is.occlusion);
+#endif
   pktrt__place_rays(&scene->instances[index], b, first, first + n);
   uint64_t valid = 0;
   for (uint32_t i = 0; i < n; i += FW) valid |= (uint64_t)pktrt__batch_setup(model, b, first + i) << i;
@@ -9587,9 +9837,7 @@ PKTRT__NOINLINE uint64_t pktrt__place_trace(const pktrt__query *call, const pktr
     pktrt__drive_paper(call, model, b, first, first + n, is.occlusion);
   } else
 #endif
-      if (n < 4) {
-    for (uint64_t m = valid; m; m &= m - 1) pktrt__drive_batch_ray(model, b, first + pktrt__lowest_bit(m), &is);
-  } else if (valid) {
+      if (valid) {
     uint64_t moving[PKTRT__BATCH / 64], rays[PKTRT__BATCH / 64];
     memcpy(moving, b->moving, sizeof moving); /* what was found of the scene's trees, not the model's */
     memset(rays, 0, sizeof rays), rays[first / 64] = valid;
@@ -9602,14 +9850,16 @@ PKTRT__NOINLINE uint64_t pktrt__place_trace(const pktrt__query *call, const pktr
 }
 
 /* Boxes of instances in a block, as rays enter and leave them. */
-OP pktrt__box_slabs pktrt__place_load_slabs(const pktrt__bvh_segment *seg, uint32_t index, uint32_t octant) {
-  const pktrt__block *block = pktrt__segment_block(seg, index, true);
-  const float *k0 = pktrt__segment_vertices(seg, block, 0, true), *k1 = pktrt__segment_vertices(seg, block, 1, true);
+OP pktrt__box_slabs pktrt__place_load_slabs(const pktrt__bvh_segment *seg, uint32_t index, uint32_t octant,
+                                            const bool moving) {
+  const pktrt__block *block = pktrt__segment_block(seg, index, moving);
+  const float *k0 = pktrt__segment_vertices(seg, block, 0, moving),
+              *k1 = pktrt__segment_vertices(seg, block, 1, moving);
   pktrt__box_slabs s;
   UNROLL for (uint32_t a = 0; a < 3; a++) {
     const uint32_t n = 8 * a + 24 * (octant >> a & 1), f = 8 * a + 24 * (~octant >> a & 1);
     s.near0[a] = vload(k0 + n), s.far0[a] = vload(k0 + f);
-    s.near1[a] = vsub(vload(k1 + n), s.near0[a]), s.far1[a] = vsub(vload(k1 + f), s.far0[a]);
+    if (moving) s.near1[a] = vsub(vload(k1 + n), s.near0[a]), s.far1[a] = vsub(vload(k1 + f), s.far0[a]);
   }
   return s;
 }
@@ -9635,7 +9885,8 @@ OP uint64_t pktrt__place_leaf(const pktrt__query *call, const pktrt_scene *scene
   float nearest[8];
   for (uint32_t c; left; left &= ~(1u << c)) {
     if (asked) {
-      const pktrt__box_slabs slabs = pktrt__place_load_slabs(seg, index, b->octant[list[pktrt__lowest_bit(asked)]]);
+      const pktrt__box_slabs slabs =
+          pktrt__place_load_slabs(seg, index, b->octant[list[pktrt__lowest_bit(asked)]], is.moving);
       a8 enter = azero();
       v8 entry, first = vset(INFINITY);
       uint64_t masks[8];
@@ -9643,7 +9894,7 @@ OP uint64_t pktrt__place_leaf(const pktrt__query *call, const pktrt_scene *scene
       float dist[8];
       for (uint64_t m = asked; m; m &= m - 1) {
         const uint32_t i = pktrt__lowest_bit(m);
-        const m8 enters = pktrt__box_test_children(&slabs, b, list[i], true, &entry);
+        const m8 enters = pktrt__box_test_children(&slabs, b, list[i], is.moving, &entry);
         enter = aor(enter, enters, i), first = vmin(first, vsel(enters, entry, first));
       }
       for (c = 0; c < 8; c++) rays[c] &= ~asked;
@@ -9664,10 +9915,9 @@ OP uint64_t pktrt__place_leaf(const pktrt__query *call, const pktrt_scene *scene
 }
 
 /* Traces the rays in mask of a list, all of one octant, through the instances above a tree of the top level. */
-SMALL uint64_t pktrt__place_stream_in(const pktrt__query *call, const pktrt_scene *scene, const pktrt__bvh_segment *seg,
-                                      pktrt__batch *b, const uint8_t *list, uint64_t mask, uint32_t ref,
-                                      const pktrt__variant *what) {
-  const pktrt__variant is = *what;
+OP uint64_t pktrt__place_stream_template(const pktrt__query *call, const pktrt_scene *scene,
+                                         const pktrt__bvh_segment *seg, pktrt__batch *b, const uint8_t *list,
+                                         uint64_t mask, uint32_t ref, const pktrt__variant is) {
   pktrt__stream_stack stack;
   uint64_t hit = 0;
   const uint32_t octant = b->octant[list[pktrt__lowest_bit(mask)]];
@@ -9677,7 +9927,7 @@ SMALL uint64_t pktrt__place_stream_in(const pktrt__query *call, const pktrt_scen
       hit |= pktrt__place_leaf(call, scene, seg, b, list, mask, ref & ~PKTRT__LEAF, is);
     } else {
       COUNT(node_visits, 1);
-      COUNT(box_tests, pktrt__bvh_child_count(pktrt__bvh_children(seg, ref, true)) * pktrt__popcount(mask));
+      COUNT(box_tests, pktrt__bvh_child_count(pktrt__bvh_children(seg, ref, is.moving)) * pktrt__popcount(mask));
       pktrt__stream_open_node(seg, b, list, mask, ref, octant, &stack, is);
     }
     do {
@@ -9688,15 +9938,23 @@ SMALL uint64_t pktrt__place_stream_in(const pktrt__query *call, const pktrt_scen
     } while (!mask);
   }
 }
+SMALL uint64_t pktrt__place_stream_in(const pktrt__query *call, const pktrt_scene *scene, const pktrt__bvh_segment *seg,
+                                      pktrt__batch *b, const uint8_t *list, uint64_t mask, uint32_t ref,
+                                      const pktrt__variant *what) {
+  const pktrt__variant is = *what;
+  if (PKTRT__WITH_V8_REGISTERS && !is.moving)
+    return pktrt__place_stream_template(call, scene, seg, b, list, mask, ref, pktrt__variant_moving(is, false));
+  return pktrt__place_stream_template(call, scene, seg, b, list, mask, ref, pktrt__variant_moving(is, true));
+}
 /* Does so for all trees of the top level; for occlusion marks the rays that are hit. */
 SMALL void pktrt__place_stream(const pktrt__query *call, const pktrt_scene *scene, pktrt__batch *b, const uint8_t *list,
                                uint64_t mask, const pktrt__variant *what) {
-  const pktrt__variant is = pktrt__variant_moving(*what, true);
   uint64_t hit = 0;
   for (int which = 0; which < 2; which++) {
     const pktrt_scene *top = which ? scene->boxes : scene->groups;
     for (uint32_t i = 0; top && i < top->bvh_count; i++) {
       const uint32_t keys = top->bvhs[i].key_count;
+      const pktrt__variant is = pktrt__variant_moving(*what, pktrt__has_motion(keys));
       for (uint64_t m = mask; m; m &= m - 1) pktrt__batch_time_weights(b, list[pktrt__lowest_bit(m)], 1, keys);
       for (uint64_t rest = is.occlusion ? mask & ~hit : mask; rest;) {
         const uint32_t segment = b->segment[list[pktrt__lowest_bit(rest)]];
@@ -9707,7 +9965,7 @@ SMALL void pktrt__place_stream(const pktrt__query *call, const pktrt_scene *scen
       }
     }
   }
-  for (uint64_t m = is.occlusion ? hit : 0; m; m &= m - 1) b->slot[list[pktrt__lowest_bit(m)]] = 0;
+  for (uint64_t m = what->occlusion ? hit : 0; m; m &= m - 1) b->slot[list[pktrt__lowest_bit(m)]] = 0;
 }
 
 #if PKTRT__WITH_TOP_FRUSTA
@@ -9821,8 +10079,10 @@ static bool pktrt__entry_intersect(const pktrt_scene *scene, const pktrt_ray *ra
     return false;
   }
 #if !defined(PKTRT_NO_INSTANCES)
-  if (q.place) pktrt__place_resolve(scene, q.place, q.bvh, q.slot, ray, hit);
-  else
+  if (q.place) {
+    hint[0] = scene->instances[q.place - 1].first_mesh;
+    pktrt__place_resolve(scene, q.place, q.bvh, q.slot, ray, q.there, hit);
+  } else
 #endif
     pktrt__single_resolve(scene, &q, hit);
   if (where) where[0] = q.slot, where[1] = q.bvh, where[2] = q.place;
@@ -9911,7 +10171,7 @@ static void pktrt__batch_store_hits(const pktrt_scene *s, const pktrt__batch *b,
     if (m && m->triangle_count && vbelow_u32(triangle, b->id + i, m->first_id, m->triangle_count) == 0xFF)
       for (uint32_t j = 0; j < 8; j++) mesh[j] = hint[0];
     else
-      for (uint32_t j = 0; j < 8; j++) pktrt__mesh_name_triangle(s, b->id[i + j], hint, &mesh[j], &triangle[j]);
+      for (uint32_t j = 0; j < 8; j++) pktrt__batch_name_triangle(s, b, i + j, hint, &mesh[j], &triangle[j]);
     v8 r[8] = {vload(b->t + i), vload(b->as.hit.u + i), vload(b->as.hit.v + i)};
     UNROLL for (int a = 0; a < 3; a++) r[3 + a] = vload(b->as.hit.normal[a] + i);
     r[6] = vload((const float *)(const void *)mesh), r[7] = vload((const float *)(const void *)triangle);
@@ -10223,7 +10483,7 @@ PKTRT__COLD void pktrt__instance_promote_all(pktrt_scene *s) {
     }
     if (!in->dirty) continue;
     if (in->pending) pktrt__commit_swap(&in->keys, &in->pending);
-    pktrt__place_between(in->keys, in->keys, 1, 0, &in->rest);
+    pktrt__place_between(in->keys, in->keys, 1, 0, pktrt__place_is_straight(in->keys, in->key_count), &in->rest);
     in->dirty = false;
   }
 }
@@ -10570,10 +10830,10 @@ static double pktrt__place_least_det(const float *k0, const float *k1) {
 static double pktrt__place_kappa(const float *key) {
   pktrt__place p;
   double kappa = 0;
-  pktrt__place_between(key, key, 1, 0, &p);
+  pktrt__place_between(key, key, 1, 0, false, &p);
   for (int i = 0; i < 3; i++) {
     double sum = 0;
-    for (int j = 0; j < 9; j++) sum += fabs(p.a[i][j / 3]) * fabs(p.inverse[j / 3][j % 3]);
+    for (int j = 0; j < 9; j++) sum += fabs(p.a[i][j / 3]) * fabs(p.inverse[j % 3][j / 3]);
     kappa = pktrt__max(kappa, sum);
   }
   return kappa;
@@ -10711,7 +10971,7 @@ PKTRT__COLD pktrt_status pktrt__instance_add(pktrt_scene *s, pktrt__instance *in
     if (index == s->instance_count) s->mesh_count = in->first_mesh;
     return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "instance %u: no memory", (unsigned)index);
   }
-  pktrt__place_between(in->keys, in->keys, 1, 0, &in->rest);
+  pktrt__place_between(in->keys, in->keys, 1, 0, pktrt__place_is_straight(in->keys, in->key_count), &in->rest);
   if (index == s->instance_count) s->instance_count++, s->total_triangles += in->model->total_triangles;
   else s->free_instances--;
   s->instances[index] = *in;
@@ -10995,7 +11255,7 @@ static void pktrt__query_store_soa(const pktrt_scene *s, const pktrt__batch *b, 
   pktrt__query_store_row(hits->v, b->as.hit.v, first, n, left);
   for (int a = 0; a < 3; a++) pktrt__query_store_row(hits->normal[a], b->as.hit.normal[a], first, n, left);
   for (uint32_t i = 0; i < n && (hits->mesh || hits->triangle); i++) {
-    pktrt__mesh_name_triangle(s, b->id[i], hint, &mesh, &triangle);
+    pktrt__batch_name_triangle(s, b, i, hint, &mesh, &triangle);
     if (hits->mesh) hits->mesh[first + i] = mesh;
     if (hits->triangle) hits->triangle[first + i] = triangle;
   }
@@ -11280,7 +11540,7 @@ PKTRT__COLD void pktrt__spawn_place(const pktrt__place *p, double kappa, pktrt__
   for (int a = 0; a < 3; a++) {
     const double *row = p->a[a];
     at[a] = ((row[0] * x->at[0] + row[1] * x->at[1]) + row[2] * x->at[2]) + p->shift[a];
-    n[a] = (p->inverse[0][a] * x->normal[0] + p->inverse[1][a] * x->normal[1]) + p->inverse[2][a] * x->normal[2];
+    n[a] = (p->inverse[a][0] * x->normal[0] + p->inverse[a][1] * x->normal[1]) + p->inverse[a][2] * x->normal[2];
     g += n[a] * n[a];
   }
   g = sqrt(g);
@@ -11452,8 +11712,8 @@ PKTRT__COLD void pktrt__surface_place_normals(const pktrt_scene *scene, uint32_t
     double x[3];
     pktrt__mesh_corner_at(m, m->normals, triangle, c, time, n[c]);
     for (int a = 0; a < 3; a++)
-      x[a] = side * ((p->inverse[0][a] * (double)n[c][0] + p->inverse[1][a] * (double)n[c][1]) +
-                     p->inverse[2][a] * (double)n[c][2]);
+      x[a] = side * ((p->inverse[a][0] * (double)n[c][0] + p->inverse[a][1] * (double)n[c][1]) +
+                     p->inverse[a][2] * (double)n[c][2]);
     (void)pktrt__normalise(x);
     for (int a = 0; a < 3; a++) n[c][a] = (float)x[a];
   }
@@ -11527,7 +11787,7 @@ static bool pktrt__spawn_normal(const pktrt_scene *s, const pktrt_ray *ray, pktr
   memcpy(at, n, sizeof at);
   for (int a = 0; a < 3 && place; a++)
     at[a] = pktrt__place_side(place) *
-            (place->inverse[0][a] * n[0] + place->inverse[1][a] * n[1] + place->inverse[2][a] * n[2]);
+            (place->inverse[a][0] * n[0] + place->inverse[a][1] * n[1] + place->inverse[a][2] * n[2]);
   const double most = pktrt__max_abs3(at[0], at[1], at[2]);
   for (int a = 0; a < 3 && most > 0; a++) hit->normal[a] = (float)(at[a] / most);
   return most > 0;
@@ -13346,7 +13606,7 @@ PKTRT__NOINLINE void pktrt__cutout_pass(const pktrt_scene *s, pktrt__batch *b, u
     pktrt_hit hit;
     uint32_t where[3] = {b->slot[i], b->bvh[i], b->place[i]};
     if (where[0] == PKTRT_NONE) continue;
-    pktrt__mesh_name_triangle(s, b->id[i], hint, &hit.mesh, &hit.triangle);
+    pktrt__batch_name_triangle(s, b, i, hint, &hit.mesh, &hit.triangle);
     if (!pktrt__material_is_cutout(s, &s->meshes[hit.mesh])) continue;
     for (int a = 0; a < 3; a++) {
       ray.origin[a] = b->o[a][i], ray.direction[a] = b->d[a][i];

@@ -511,6 +511,15 @@
 #ifdef PKTRT_NO_NORMALS
 #define PKTRT__DECLARED_NO_NORMALS
 #endif
+#ifdef PKTRT_NO_REMOVAL
+#define PKTRT__DECLARED_NO_REMOVAL
+#endif
+#ifdef PKTRT_NO_INSTANCES
+#define PKTRT__DECLARED_NO_INSTANCES
+#endif
+#ifdef PKTRT_NO_SURFACES
+#define PKTRT__DECLARED_NO_SURFACES
+#endif
 
 #ifdef PKTRT_STATIC
 #define PKTRT__DECLARED_STATIC
@@ -1364,6 +1373,12 @@ PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *, const pktrt_render
 #error "PKTRT_NO_RENDER: define it before the first time that a file includes pktrt.h, or not at all"
 #elif defined(PKTRT_NO_NORMALS) != defined(PKTRT__DECLARED_NO_NORMALS)
 #error "PKTRT_NO_NORMALS: define it before the first time that a file includes pktrt.h, or not at all"
+#elif defined(PKTRT_NO_REMOVAL) != defined(PKTRT__DECLARED_NO_REMOVAL)
+#error "PKTRT_NO_REMOVAL: define it before the first time that a file includes pktrt.h, or not at all"
+#elif defined(PKTRT_NO_INSTANCES) != defined(PKTRT__DECLARED_NO_INSTANCES)
+#error "PKTRT_NO_INSTANCES: define it before the first time that a file includes pktrt.h, or not at all"
+#elif defined(PKTRT_NO_SURFACES) != defined(PKTRT__DECLARED_NO_SURFACES)
+#error "PKTRT_NO_SURFACES: define it before the first time that a file includes pktrt.h, or not at all"
 #elif defined(PKTRT_STATIC) != defined(PKTRT__DECLARED_STATIC)
 #error "PKTRT_STATIC: define it before the first time that a file includes pktrt.h, or not at all"
 #endif
@@ -9559,8 +9574,13 @@ SMALL bool pktrt__place_trace_single(const pktrt_scene *scene, pktrt__single *q,
   if (!pktrt__place_ray_within(in, from, tmin, tmax, &ray)) return false;
   if (!pktrt__single_setup(in->model, &ray, &within)) return false;
   if (q->after != PKTRT_NONE && q->after >= in->first_id) within.after = q->after - in->first_id;
-  if (!pktrt__drive_single(in->model, &within, what)) return false;
-  if (what->occlusion) return true;
+  const pktrt__bvh *bvh = in->model->bvhs;
+  bool found;
+  if (in->model->single_tree && !what->stats) /* as most models are */
+    found =
+        (bvh->mask & what->mask) && pktrt__single_traverse(&bvh->rest, &within, 0, pktrt__variant_moving(*what, false));
+  else found = pktrt__drive_single(in->model, &within, what);
+  if (!found || what->occlusion) return found;
   pktrt__place_hit hit = {0, 0, index + 1, in->first_id + within.id, within.slot, within.bvh};
   pktrt__place_hit_bounds(&hit, within.sf, within.wf, within.dk, q->dk, q->tiny);
   if (q->slot != PKTRT_NONE && !(hit.hi < q->sf) && (q->wf < hit.lo || !pktrt__place_is_nearer(scene, q, &hit)))

@@ -56,6 +56,10 @@ for compiler in "gcc -std=c99" "clang -std=c99" "g++ -x c++ -std=c++11" "clang++
   rm -f $work/*.so $work/user
   attempt "$1: PKTRT_STATIC defined late is an #error" refused 'PKTRT_STATIC: define it before' "$@" "${options[@]}" -fsyntax-only $work/late.c
   attempt "$1: withdrawn too" refused 'PKTRT_STATIC: define it before' "$@" "${options[@]}" -fsyntax-only $work/withdrawn.c
+  for switch in RENDER NORMALS REMOVAL INSTANCES SURFACES; do
+    sed "s/PKTRT_STATIC/PKTRT_NO_$switch/" $work/late.c >$work/switch.c
+    attempt "$1: PKTRT_NO_$switch, too" refused "PKTRT_NO_$switch: define it before" "$@" "${options[@]}" -fsyntax-only $work/switch.c
+  done
   attempt "$1: in time it is none" "$@" "${options[@]}" "${small[@]}" -fsyntax-only $work/early.c
   attempt "$1: PKTRT_STATIC beside PKTRT_DEF is an #error" refused 'define only one of them' \
     "$@" "${options[@]}" -DPKTRT_STATIC -DPKTRT_DEF=extern -fsyntax-only $work/all.c

@@ -9511,9 +9511,10 @@ OP pktrt__place_frame pktrt__place_load(const pktrt__place *p) {
 OP d8 pktrt__place_cross(d8 a, d8 b) {
   return dsub(dmul(drotate(a, 1), drotate(b, 2)), dmul(drotate(a, 2), drotate(b, 1)));
 }
-/* Does what pktrt__place_between does, but for the diagonal. */
+/* Does what pktrt__place_between does, but for the diagonal: rows of the matrix, two at a time, each with its part of the
+   shift, are mixed; the adjugate's columns are their cross products. */
 OP pktrt__place_frame pktrt__place_load_between(const float *k0, const float *k1, float ta, float tb) {
-  const d8 a = dset((double)ta), b = dset((double)tb); /* rows of the matrix, each with what it is shifted by: */
+  const d8 a = dset((double)ta), b = dset((double)tb);
   const d8 xy = dadd(dmul(a, dfrom(vload(k0))), dmul(b, dfrom(vload(k1))));
   const d8 yz = dadd(dmul(a, dfrom(vload(k0 + 4))), dmul(b, dfrom(vload(k1 + 4))));
   const d8 first = pktrt__place_cross(yz, dhalves(yz, xy, 2)), last = pktrt__place_cross(xy, yz);
@@ -9671,8 +9672,9 @@ SMALL void pktrt__place_matrix8(const float *k0, const float *k1, v8 time, d8 m[
   const v8 tb = vmin(vmax(time, vset(0)), vset(1));
   const d8 b = dfrom(tb), a = dfrom(vsub(vset(1), tb));
   UNROLL for (int i = 0; i < 3; i++) {
-    UNROLL for (int j = 0; j < 3; j++) m[i][j] =
-        dadd(dmul(a, dset((double)k0[4 * i + j])), dmul(b, dset((double)k1[4 * i + j])));
+    UNROLL for (int j = 0; j < 3; j++) {
+      m[i][j] = dadd(dmul(a, dset((double)k0[4 * i + j])), dmul(b, dset((double)k1[4 * i + j])));
+    }
     shift[i] = dadd(dmul(a, dset((double)k0[4 * i + 3])), dmul(b, dset((double)k1[4 * i + 3])));
   }
 }
@@ -9682,12 +9684,13 @@ OP void pktrt__place_between8(const float *k0, const float *k1, v8 time, d8 inve
   pktrt__place_matrix8(k0, k1, time, m, shift);
   UNROLL for (int i = 0; i < 3; i++) {
     const d8 *u = m[(i + 1) % 3], *v = m[(i + 2) % 3];
-    UNROLL for (int j = 0; j < 3; j++) x[j][i] =
-        dsub(dmul(u[(j + 1) % 3], v[(j + 2) % 3]), dmul(u[(j + 2) % 3], v[(j + 1) % 3]));
+    UNROLL for (int j = 0; j < 3; j++) {
+      x[j][i] = dsub(dmul(u[(j + 1) % 3], v[(j + 2) % 3]), dmul(u[(j + 2) % 3], v[(j + 1) % 3]));
+    }
   }
   const d8 det = dadd(dadd(dmul(m[0][0], x[0][0]), dmul(m[0][1], x[1][0])), dmul(m[0][2], x[2][0]));
   const d8 r = ddiv(dset(1), det);
-  UNROLL for (int i = 0; i < 3; i++) UNROLL for (int j = 0; j < 3; j++) inverse[i][j] = dmul(x[i][j], r);
+  UNROLL for (int i = 0; i < 3; i++) { UNROLL for (int j = 0; j < 3; j++) inverse[i][j] = dmul(x[i][j], r); }
 }
 
 /* Does for eight rays what pktrt__place_ray does, given how the instance lies at their times. */
@@ -9705,8 +9708,10 @@ OP void pktrt__place_ray8(d8 m[3][3], const d8 shift[3], bool straight, pktrt__b
   }
   const d8 most = pktrt__vec_dmax_abs3(way[0], way[1], way[2]);
   const m8 out = mor(dlt(most, dset(PKTRT__PLACE_LEAST)), dlt(dset(1 / PKTRT__PLACE_LEAST), most));
-  UNROLL for (int a = 0; a < 3; a++) vstore(b->o[a] + i, dto(at[a])),
-      vstore(b->d[a] + i, vsel(out, vset(0), dto(way[a])));
+  UNROLL for (int a = 0; a < 3; a++) {
+    vstore(b->o[a] + i, dto(at[a]));
+    vstore(b->d[a] + i, vsel(out, vset(0), dto(way[a])));
+  }
 }
 /* Does so for rays [begin, end) of a batch, all at rest or between the same two keys. */
 PKTRT__NOINLINE void pktrt__place_rays8(const pktrt__instance *in, pktrt__batch *b, uint32_t begin, uint32_t end) {

@@ -4078,30 +4078,28 @@ static void pktrt__batch_load_rest(pktrt__batch *b, const pktrt_ray *rays, const
   }
 }
 
-/* Returns the mesh of a global triangle index; tries the last two answers first: neighbouring rays mostly hit these. */
-PKTRT__INLINE uint32_t pktrt__mesh_lookup(const pktrt_scene *s, uint32_t id, uint32_t hint[2]) {
+/* Returns the mesh of a global triangle index; tries the first mesh of its instance, *place - 1, before it searches. */
+static uint32_t pktrt__mesh_search_from(const pktrt_scene *s, uint32_t id, const uint32_t *place) {
+  const uint32_t first = pktrt__has_instances(s) && *place ? s->instances[*place - 1].first_mesh : 0;
+  return pktrt__mesh_of_triangle(s->meshes, s->committed_meshes, id, first);
+}
+/* Does so, but tries the last two answers first: neighbouring rays mostly hit these. */
+PKTRT__INLINE uint32_t pktrt__mesh_lookup(const pktrt_scene *s, uint32_t id, const uint32_t *place, uint32_t hint[2]) {
   const pktrt__mesh *m = &s->meshes[hint[0]];
   if (id - m->first_id < m->triangle_count) return hint[0];
   const uint32_t other = hint[1];
   m = &s->meshes[other];
   hint[1] = hint[0];
-  return hint[0] =
-             id - m->first_id < m->triangle_count ? other : pktrt__mesh_search(s->meshes, s->committed_meshes, id);
+  return hint[0] = id - m->first_id < m->triangle_count ? other : pktrt__mesh_search_from(s, id, place);
 }
 
 /* Finds mesh and triangle of a global index. */
-PKTRT__INLINE void pktrt__mesh_name_triangle(const pktrt_scene *s, uint32_t id, uint32_t hint[2], uint32_t *mesh,
-                                             uint32_t *triangle) {
+PKTRT__INLINE void pktrt__mesh_name_triangle(const pktrt_scene *s, uint32_t id, const uint32_t *place, uint32_t hint[2],
+                                             uint32_t *mesh, uint32_t *triangle) {
   *mesh = *triangle = PKTRT_NONE;
   if (id == PKTRT_NONE) return;
-  *mesh = pktrt__mesh_lookup(s, id, hint);
+  *mesh = pktrt__mesh_lookup(s, id, place, hint);
   *triangle = id - s->meshes[*mesh].first_id;
-}
-/* Does so for a ray of a batch. */
-PKTRT__INLINE void pktrt__batch_name_triangle(const pktrt_scene *s, const pktrt__batch *b, uint32_t r, uint32_t hint[2],
-                                              uint32_t *mesh, uint32_t *triangle) {
-  if (PKTRT__INSTANCES && b->slot[r] != PKTRT_NONE && b->place[r]) hint[0] = s->instances[b->place[r] - 1].first_mesh;
-  pktrt__mesh_name_triangle(s, b->id[r], hint, mesh, triangle);
 }
 static void pktrt__batch_store_rest(const pktrt_scene *s, const pktrt__batch *b, pktrt_hit *hits, const uint16_t *order,
                                     uint32_t i, uint32_t n) {
@@ -4110,7 +4108,7 @@ static void pktrt__batch_store_rest(const pktrt_scene *s, const pktrt__batch *b,
     pktrt_hit *h = &hits[pktrt__batch_place(order, i)];
     h->t = b->t[i], h->u = b->as.hit.u[i], h->v = b->as.hit.v[i];
     for (int a = 0; a < 3; a++) h->normal[a] = b->as.hit.normal[a][i];
-    pktrt__batch_name_triangle(s, b, i, hint, &h->mesh, &h->triangle);
+    pktrt__mesh_name_triangle(s, b->id[i], b->place + i, hint, &h->mesh, &h->triangle);
   }
 }
 
@@ -10105,13 +10103,12 @@ static bool pktrt__entry_intersect(const pktrt_scene *scene, const pktrt_ray *ra
   }
 #if !defined(PKTRT_NO_INSTANCES)
   if (q.place) {
-    hint[0] = scene->instances[q.place - 1].first_mesh;
     pktrt__place_resolve(scene, q.place, q.bvh, q.slot, ray, q.there, hit);
   } else
 #endif
     pktrt__single_resolve(scene, &q, hit);
   if (where) where[0] = q.slot, where[1] = q.bvh, where[2] = q.place;
-  pktrt__mesh_name_triangle(scene, q.id, hint, &hit->mesh, &hit->triangle);
+  pktrt__mesh_name_triangle(scene, q.id, &q.place, hint, &hit->mesh, &hit->triangle);
   return true;
 }
 static bool pktrt__entry_occluded(const pktrt_scene *scene, const pktrt_ray *ray) {
@@ -10196,7 +10193,8 @@ static void pktrt__batch_store_hits(const pktrt_scene *s, const pktrt__batch *b,
     if (m && m->triangle_count && vbelow_u32(triangle, b->id + i, m->first_id, m->triangle_count) == 0xFF)
       for (uint32_t j = 0; j < 8; j++) mesh[j] = hint[0];
     else
-      for (uint32_t j = 0; j < 8; j++) pktrt__batch_name_triangle(s, b, i + j, hint, &mesh[j], &triangle[j]);
+      for (uint32_t j = 0; j < 8; j++)
+        pktrt__mesh_name_triangle(s, b->id[i + j], b->place + i + j, hint, &mesh[j], &triangle[j]);
     v8 r[8] = {vload(b->t + i), vload(b->as.hit.u + i), vload(b->as.hit.v + i)};
     UNROLL for (int a = 0; a < 3; a++) r[3 + a] = vload(b->as.hit.normal[a] + i);
     r[6] = vload((const float *)(const void *)mesh), r[7] = vload((const float *)(const void *)triangle);
@@ -11280,7 +11278,7 @@ static void pktrt__query_store_soa(const pktrt_scene *s, const pktrt__batch *b, 
   pktrt__query_store_row(hits->v, b->as.hit.v, first, n, left);
   for (int a = 0; a < 3; a++) pktrt__query_store_row(hits->normal[a], b->as.hit.normal[a], first, n, left);
   for (uint32_t i = 0; i < n && (hits->mesh || hits->triangle); i++) {
-    pktrt__batch_name_triangle(s, b, i, hint, &mesh, &triangle);
+    pktrt__mesh_name_triangle(s, b->id[i], b->place + i, hint, &mesh, &triangle);
     if (hits->mesh) hits->mesh[first + i] = mesh;
     if (hits->triangle) hits->triangle[first + i] = triangle;
   }
@@ -13392,7 +13390,7 @@ static void pktrt__surface_identify(const pktrt_scene *scene, bool smooth, const
   for (uint32_t k = 0; k < s->count; k++) {
     const uint32_t id = w->rays.id[s->first + k];
     if (id - first >= n) {
-      mesh = pktrt__mesh_lookup(scene, id, hint), m = &scene->meshes[mesh];
+      mesh = pktrt__mesh_lookup(scene, id, w->rays.place + s->first + k, hint), m = &scene->meshes[mesh];
       first = m->first_id, n = m->triangle_count;
       bent = smooth && m->normals && m->indices; /* of an instance, no: it has no arrays */
     }
@@ -13631,7 +13629,7 @@ PKTRT__NOINLINE void pktrt__cutout_pass(const pktrt_scene *s, pktrt__batch *b, u
     pktrt_hit hit;
     uint32_t where[3] = {b->slot[i], b->bvh[i], b->place[i]};
     if (where[0] == PKTRT_NONE) continue;
-    pktrt__batch_name_triangle(s, b, i, hint, &hit.mesh, &hit.triangle);
+    pktrt__mesh_name_triangle(s, b->id[i], b->place + i, hint, &hit.mesh, &hit.triangle);
     if (!pktrt__material_is_cutout(s, &s->meshes[hit.mesh])) continue;
     for (int a = 0; a < 3; a++) {
       ray.origin[a] = b->o[a][i], ray.direction[a] = b->d[a][i];
@@ -13673,7 +13671,8 @@ static pktrt__media_passage pktrt__media_pass_glass(pktrt__tile *tile, uint32_t 
                                                     uint32_t *media, float seen[3]) {
   const pktrt_scene *scene = tile->render->scene;
   pktrt__batch *b = &tile->glass_batch;
-  const uint32_t mesh = pktrt__mesh_lookup(scene, b->id[i], hint), triangle = b->id[i] - scene->meshes[mesh].first_id;
+  const uint32_t mesh = pktrt__mesh_lookup(scene, b->id[i], b->place + i, hint),
+                 triangle = b->id[i] - scene->meshes[mesh].first_id;
   const pktrt__mesh *m = &scene->meshes[mesh];
   const pktrt_material *mat = pktrt__material_of(scene, m->material);
   if (!tile->render->passes_glass || !pktrt__material_is_glass(scene, m)) return PKTRT__STOPPED;
@@ -14339,7 +14338,7 @@ static void pktrt__media_start_in_glass(pktrt__tile *tile, uint32_t n) {
 }
 
 /* Traces and shades the n rays of the primary wave and adds them up by pixel, in the order of their samples. */
-static void pktrt__tile_run_wave(pktrt__tile *tile, uint32_t n) {
+PKTRT__NOINLINE void pktrt__tile_run_wave(pktrt__tile *tile, uint32_t n) {
   pktrt__wave *w = &tile->primary;
   tile->one_by_one = false, tile->first = 0;
   pktrt__tile_camera_rays(tile, n);
@@ -14382,8 +14381,10 @@ static void pktrt__pass_add_mean(pktrt__pixel_sums *s, const double mean[3], dou
   }
 }
 
-/* Writes the means of finished pixels to the picture and the optional buffers. */
-static void pktrt__tile_write_pixels(const pktrt__tile *tile, const uint32_t *x, const uint32_t *y, uint32_t pixels) {
+/* Writes the means of finished pixels to the picture and the optional buffers. WHY not inlined, as waves: the loop over samples
+   keeps its registers. */
+PKTRT__NOINLINE void pktrt__tile_write_pixels(const pktrt__tile *tile, const uint32_t *x, const uint32_t *y,
+                                              uint32_t pixels) {
   const pktrt_render_desc *d = tile->render->desc;
   const pktrt__pass_sums *passes = tile->render->passes;
   const bool notes = pktrt__aov_wanted(tile->render), alone = tile->render->samples == 1; /* divisions take time */

@@ -4355,7 +4355,7 @@ static bool pktrt__place_is_straight(const float *keys, uint32_t key_count) {
   return straight;
 }
 
-/* Compute how an instance lies between two keys: its matrix, and all. */
+/* Compute how an instance lies between two keys: its matrix, and then its inverse. */
 PKTRT__INLINE void pktrt__place_mix(const float *k0, const float *k1, float ta, float tb, bool straight,
                                     pktrt__place *p) {
   for (int i = 0; i < 3; i++, k0 += 4, k1 += 4) {
@@ -4364,9 +4364,8 @@ PKTRT__INLINE void pktrt__place_mix(const float *k0, const float *k1, float ta, 
   }
   p->straight = straight;
 }
-static void pktrt__place_between(const float *k0, const float *k1, float ta, float tb, bool straight, pktrt__place *p) {
+PKTRT__NOINLINE void pktrt__place_invert(pktrt__place *p) {
   double adjugate[3][3];
-  pktrt__place_mix(k0, k1, ta, tb, straight, p);
   for (int i = 0; i < 3; i++)
     for (int j = 0; j < 3; j++) {
       const double *u = p->a[(i + 1) % 3], *v = p->a[(i + 2) % 3];
@@ -4388,11 +4387,9 @@ PKTRT__INLINE const pktrt__place *pktrt__place_matrix_at(const pktrt__instance *
   return moving;
 }
 PKTRT__INLINE const pktrt__place *pktrt__place_at(const pktrt__instance *in, float time, pktrt__place *moving) {
-  float ta, tb;
-  if (!pktrt__has_motion(in->key_count)) return &in->rest;
-  const float *key = in->keys + 12 * (size_t)pktrt__time_segment(time, in->key_count, &ta, &tb);
-  pktrt__place_between(key, key + 12, ta, tb, in->rest.straight, moving);
-  return moving;
+  const pktrt__place *place = pktrt__place_matrix_at(in, time, moving);
+  if (place == moving) pktrt__place_invert(moving);
+  return place;
 }
 
 /* Returns -1 where an instance is mirrored, else 1. */
@@ -5869,7 +5866,8 @@ OP m8 mand(m8 a, m8 b) { PKTRT__TWO(m8, PKTRT__Q(_mm_and_ps, vandq_u32)); }
 OP m8 mor(m8 a, m8 b) { PKTRT__TWO(m8, PKTRT__Q(_mm_or_ps, vorrq_u32)); }
 OP uint32_t mbits(m8 m) { return pktrt__qbits(m.l) | pktrt__qbits(m.h) << 4; }
 OP m8 mfrom(uint32_t bits) { PKTRT__OF(m8, pktrt__qfrom(bits), pktrt__qfrom(bits >> 4)); }
-#define PKTRT__TURNS 2u /* in which few lanes are worked on, half a vector in each, whose bits mturn has */
+#define PKTRT__TURNS \
+  2u /* in which a block is met, and few lanes are worked on: half a vector each, its bits by mturn */
 OP v8 vload_turn(const float *p, uint32_t turn) { PKTRT__OF(v8, PKTRT__Q(_mm_loadu_ps, vld1q_f32)(p + 4 * turn), r.l); }
 OP v8 vturn(v8 a, uint32_t turn) { PKTRT__OF(v8, turn ? a.h : a.l, r.l); }
 OP void vstore_turn(float *p, v8 a) { PKTRT__Q(_mm_storeu_ps, vst1q_f32)(p, a.l); }
@@ -6623,7 +6621,8 @@ typedef struct pktrt__tri_candidates {
   bool settled;                  /* all that is open, as far as that goes */
 } pktrt__tri_candidates;
 
-/* Filters the triangles of a block in single precision; `early`: without the estimate where nothing is hit. */
+/* Filters the triangles of a block in single precision, bounds of their depths in lo and hi, 8 floats each; `early`:
+   without the estimate where nothing is hit. */
 OP pktrt__tri_candidates pktrt__tri_filter_block(const pktrt__tri_shear *q, const pktrt__bvh_segment *seg,
                                                  const pktrt__block *block, uint32_t index, const bool early, float *lo,
                                                  float *hi, const bool moving) {
@@ -9509,7 +9508,7 @@ OP pktrt__place_frame pktrt__place_load(const pktrt__place *p) {
 OP d8 pktrt__place_cross(d8 a, d8 b) {
   return dsub(dmul(drotate(a, 1), drotate(b, 2)), dmul(drotate(a, 2), drotate(b, 1)));
 }
-/* Does what pktrt__place_between does, but for the diagonal: rows of the matrix, two at a time, each with its part of the
+/* Does what pktrt__place_mix and _invert do, but for the diagonal: rows of the matrix, two at a time, each with its part of the
    shift, are mixed; the adjugate's columns are their cross products. */
 OP pktrt__place_frame pktrt__place_load_between(const float *k0, const float *k1, float ta, float tb) {
   const d8 a = dset((double)ta), b = dset((double)tb);
@@ -9821,7 +9820,7 @@ PKTRT__NOINLINE uint64_t pktrt__place_trace_few(const pktrt_scene *scene, pktrt_
   for (; mask; mask &= mask - 1) {
     const uint32_t r = list[pktrt__lowest_bit(mask)];
     pktrt_ray ray;
-    pktrt__single q; /* what instances ask of it */
+    pktrt__single q; /* what instances ask of it, a third of pktrt__single_from_batch */
     for (int a = 0; a < 3; a++) ray.origin[a] = b->o[a][r], ray.direction[a] = b->d[a][r];
     ray.tmin = b->tmin[r], ray.tmax = b->tmax[r], ray.time = b->time[r];
     q.ray = &ray, q.dk = b->dk[r], q.tiny = b->tiny[r], q.axis = pktrt__axes[b->axis[r]], q.after = PKTRT_NONE;
@@ -10494,6 +10493,11 @@ PKTRT__COLD void pktrt__instance_free(const pktrt_scene *s, pktrt__instance *in)
   pktrt__mem_release(&s->desc, in->keys, in->key_count, 12 * sizeof(float));
   pktrt__mem_release(&s->desc, in->pending, in->key_count, 12 * sizeof(float));
 }
+/* Computes how an instance lies at its first key, and whether it has diagonals at all. */
+static void pktrt__place_rest(pktrt__instance *in) {
+  pktrt__place_mix(in->keys, in->keys, 1, 0, pktrt__place_is_straight(in->keys, in->key_count), &in->rest);
+  pktrt__place_invert(&in->rest);
+}
 /* Takes over the transforms that were set, as pktrt__commit_promote does positions, and what else waits. */
 PKTRT__COLD void pktrt__instance_promote_all(pktrt_scene *s) {
   for (uint32_t i = 0; i < s->instance_count; i++) {
@@ -10506,7 +10510,7 @@ PKTRT__COLD void pktrt__instance_promote_all(pktrt_scene *s) {
     }
     if (!in->dirty) continue;
     if (in->pending) pktrt__commit_swap(&in->keys, &in->pending);
-    pktrt__place_between(in->keys, in->keys, 1, 0, pktrt__place_is_straight(in->keys, in->key_count), &in->rest);
+    pktrt__place_rest(in);
     in->dirty = false;
   }
 }
@@ -10853,7 +10857,7 @@ static double pktrt__place_least_det(const float *k0, const float *k1) {
 static double pktrt__place_kappa(const float *key) {
   pktrt__place p;
   double kappa = 0;
-  pktrt__place_between(key, key, 1, 0, false, &p);
+  pktrt__place_mix(key, key, 1, 0, false, &p), pktrt__place_invert(&p);
   for (int i = 0; i < 3; i++) {
     double sum = 0;
     for (int j = 0; j < 9; j++) sum += fabs(p.a[i][j / 3]) * fabs(p.inverse[j % 3][j / 3]);
@@ -10994,7 +10998,7 @@ PKTRT__COLD pktrt_status pktrt__instance_add(pktrt_scene *s, pktrt__instance *in
     if (index == s->instance_count) s->mesh_count = in->first_mesh;
     return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "instance %u: no memory", (unsigned)index);
   }
-  pktrt__place_between(in->keys, in->keys, 1, 0, pktrt__place_is_straight(in->keys, in->key_count), &in->rest);
+  pktrt__place_rest(in);
   if (index == s->instance_count) s->instance_count++, s->total_triangles += in->model->total_triangles;
   else s->free_instances--;
   s->instances[index] = *in;

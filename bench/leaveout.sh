@@ -214,7 +214,7 @@ claims() {
         split(queries, q, " ")
         size(control, "KiB of code, queries only, one instruction set" (control ? " (but pictures, too)" : ""),
           control ? "full" : q[1], 100, 60)
-        size(control, "KiB of code, full" (control ? " (but at -O0)" : ""), control ? "full-O0" : "full", 720, 400)
+        size(control, "KiB of code, full" (control ? " (but at -O0)" : ""), control ? "full-O0" : "full", 700, 400)
         judge(control, "time to compile, over that of " (control ? "three headers of the C library" : "stb_image.h"),
           get("compile", "pktrt", "-", "seconds") / \
           (get("compile", control ? "nothing" : "stb_image", "-", "seconds") + 1e-3), "%.1f", 10)

@@ -104,6 +104,10 @@ static void random_transform(rng *r, float *m, const float *before) {
     }
   for (int i = 0; i < 3 && !before && turn; i++) m[4 * i] = -0.3f * m[4 * i];
 }
+static void keep_diagonal(float *m) {
+  for (int k = 0; k < 12; k++)
+    if (k % 4 < 3) m[k] = k % 4 == k / 4 ? 0.5f : 0;
+}
 static void field_open(field *f, uint64_t seed) {
   rng r = rng_of(seed);
   memset(f, 0, sizeof *f);
@@ -115,8 +119,11 @@ static void field_open(field *f, uint64_t seed) {
     uint32_t meshes = 0;
     for (uint32_t i = 0; i < FIELD; i++) {
       f->of[i] = i % 5 == 4, f->keys[i] = 1 + i % KEYS;
-      for (uint32_t key = 0; k == 0 && key < f->keys[i]; key++)
+      for (uint32_t key = 0; k == 0 && key < f->keys[i]; key++) {
         random_transform(&r, f->transform[i] + 12 * key, key ? f->transform[i] + 12 * (key - 1) : NULL);
+        if (i % 7 == 2 && key < 2)
+          keep_diagonal(f->transform[i] + 12 * key); /* not the third: is diagonal at some keys */
+      }
       CHECK(add_instance(f->s[k], model[f->of[i]], f->keys[i], f->transform[i]) == i);
       f->first[i] = meshes, meshes += f->w[f->of[i]].n;
     }

@@ -24,21 +24,20 @@ static inline bool placement_fill(pktrt_scene *s, const placement *p) {
   return ok && pktrt_commit(s) == PKTRT_OK;
 }
 
-/* Computes the matrix of an instance at a time, 3 x 4 by rows; tells whether it is diagonal at the keys around. */
+/* Computes the matrix of an instance at a time, 3 x 4 by rows; tells whether it is diagonal at all keys. */
 static inline bool placed_at(const float *keys, uint32_t key_count, float time, double m[12]) {
   const float *next = keys;
   float b = 0;
   bool diagonal = true;
+  for (uint32_t k = 0; k < 12 * key_count; k++)
+    if (k % 4 < 3 && k % 4 != k % 12 / 4) diagonal = diagonal && keys[k] == 0;
   if (key_count > 1) {
     const float at = (time > 0 ? time < 1 ? time : 1 : 0) * (float)(key_count - 1);
     uint32_t segment = (uint32_t)at;
     if (segment > key_count - 2) segment = key_count - 2;
     b = at - (float)segment, keys += 12 * (size_t)segment, next = keys + 12;
   }
-  for (int k = 0; k < 12; k++) {
-    m[k] = (double)(1 - b) * (double)keys[k] + (double)b * (double)next[k];
-    if (k % 4 < 3 && k % 4 != k / 4) diagonal = diagonal && keys[k] == 0 && next[k] == 0;
-  }
+  for (int k = 0; k < 12; k++) m[k] = (double)(1 - b) * (double)keys[k] + (double)b * (double)next[k];
   return diagonal;
 }
 

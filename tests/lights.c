@@ -219,7 +219,7 @@ static void lamps_at_distances(void) {
       stage_commit(s);
       want = albedo * 2 * d * d * quad_form_factor(p, up, &q);
       pktrt_render_desc view = stage_spot(vec_add(p, vec_mul(vec_of(0.3, 0.2, -0.4), d / 10)), p);
-      estimate e = stage_estimate(s, &view, 16);
+      estimate e = stage_estimate(s, &view, 64);
       if (kind < 2) check_estimate(kind ? "a mesh far away" : "a quad far away", &e, want, want * 0.997, 0.002);
       else CHECK(e.mean[0] == 0, "the control, distance %g: %g behind a screen", d, e.mean[0]);
       if (kind == 1) say("at %g: %.5f of the closed form, +- %.5f", d, e.mean[0] / want, e.error[0] / want);

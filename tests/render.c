@@ -434,7 +434,7 @@ static void refusals(void) {
     case 49: d.branching = (pktrt_branching)3, word = "3"; break;
     case 50: d.glass_shadows = (pktrt_glass_shadows)2, word = "2"; break;
     case 51: d.phong_mapping = (pktrt_phong_mapping)2, word = "2"; break;
-    case 52: d.lights = (pktrt_light_choice)2, word = "2"; break;
+    case 52: d.lights = (pktrt_light_choice)(PKTRT_LIGHTS_ONE + 1), word = "3"; break;
     default: d.ambient[0] = NAN; break;
     }
     pktrt_status st = pktrt_render(s, &d);

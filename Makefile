@@ -49,7 +49,7 @@ ifeq ($(MAKELEVEL),0)
 endif
 
 .PHONY: all demo effects deform view test-view readme-pictures test test-leaveout sanitize test-neon matrix platforms checksum flags test-guards deps deps-extra format format-check clean help
-.PHONY: mutants map structure figures parts bench bench-check bench-plots bench-readme bench-pictures bench-tests peers exactness before instances error error-check error-before error-before-check error-before-samples leaveout leaveout-check
+.PHONY: mutants map structure figures parts bench bench-check bench-plots bench-readme bench-pictures bench-tests peers exactness before instances error error-check error-before error-before-check error-before-samples leaveout leaveout-check leaveout-before
 .PHONY: stability stability-neon stability-sanitize sanitize-threads fuzz
 .DELETE_ON_ERROR:
 
@@ -88,7 +88,8 @@ help:
 	@echo "error       error against run time in ten minutes; NAME=\"slopes closed\" of these; error-check what must hold, in two"
 	@echo "error-before  error at equal time against release 0.5.1, by scene; SCENES=\"sky lamps\" of these, BENCH_ARGS=... options;"
 	@echo "            error-before-samples the time of a sample under 1,000 lamps; error-before-check that differences are found"
-	@echo "leaveout    what features cost where a scene has them not, in ten minutes; leaveout-check what must hold"
+	@echo "leaveout    what features cost where a scene has them not, in ten minutes; leaveout-check what must hold;"
+	@echo "            leaveout-before what pictures under point lights alone cost over the header of commit BEFORE=..."
 	@echo "format      rewrites all C files by clang-format; format-check names those that it would change"
 	@echo "deps        installs what demo and test need      deps-extra  installs what the other targets need"
 	@echo "clean       removes build/ and out/               config=     debug, release (default), sanitize, threads"
@@ -514,6 +515,16 @@ leaveout: | $(RESULTS)
 leaveout-check:
 	$(BUILD) $(LEAVEOUT_BUILT)
 	CC="$(CC)" ALL=$(LEAVEOUT_ALL) QUERIES="$(LEAVEOUT_QUERIES)" $(PIN) bench/leaveout.sh --check $(LEAVEOUT)
+
+# What renders under point lights alone cost over the header of commit BEFORE.
+leaveout-before:
+	mkdir -p $(LEAVEOUT)/before
+	git show $(BEFORE):pktrt.h >$(LEAVEOUT)/before/pktrt.h
+	$(BUILD) $(LEAVEOUT)/full
+	$(LEAVEOUT_CC) -DPKTRT_IMPLEMENTATION -x c -c $(LEAVEOUT)/before/pktrt.h -o $(LEAVEOUT)/before/full.o
+	$(LEAVEOUT_CC) -D_GNU_SOURCE -include $(LEAVEOUT)/before/pktrt.h bench/leaveout.c $(LEAVEOUT)/before/full.o \
+	  -o $(LEAVEOUT)/before/full $(LDFLAGS) $(LDLIBS)
+	ALL= QUERIES= $(PIN) bench/leaveout.sh --before $(LEAVEOUT)
 
 LEAVEOUT_CC = $(CC) -O2 $(STRICT) $(LEAVEOUT_DEFINES)
 $(LEAVEOUT)/full-O0.o: pktrt.h | $(LEAVEOUT)

@@ -56,12 +56,19 @@ static void close_scene(void *opened) {
   free(opened);
 }
 
+/* Takes the least time of some equal pictures where one is too short for the clock and for what else the machine does. */
 static judged take_picture(void *opened, uint32_t samples, uint32_t seed) {
+  enum { MOST = 16 };
+  const double enough = 0.15;
   const shot s = shot_of(PKTRT_SAMPLER_SOBOL, samples, 1, seed);
-  outcome o;
+  double total = 0;
   judged j;
-  take_shot((stage *)opened, &s, &o);
-  j.mse = o.mse, j.seconds = o.seconds;
+  j.mse = 0, j.seconds = HUGE_VAL;
+  for (int i = 0; i < MOST && total < enough; i++) {
+    outcome o;
+    take_shot((stage *)opened, &s, &o);
+    j.mse = o.mse, j.seconds = fmin(j.seconds, o.seconds), total += o.seconds;
+  }
   return j;
 }
 

@@ -18,7 +18,7 @@ typedef struct request { /* a scene, and what its pictures are judged by */
 
 typedef struct judged { /* a picture */
   double mse;           /* of a channel; the truth's own squared error is subtracted */
-  double seconds;       /* processor time of one thread */
+  double seconds;       /* processor time of one thread: the least of several equal ones, where they are short */
 } judged;
 
 typedef struct version {

@@ -116,8 +116,15 @@ static void judge(race *r, rule by) {
   r->figure[by].value = exp(all), r->figure[by].low = exp(all - off), r->figure[by].high = exp(all + off);
 }
 
+/* Spreads the seeds of runs over all that there are. WHY: in rtrt, seeds 1 to 8 erred 11% less than 1001 to 1008, of which
+   the interval knew nothing; spread ones are within it. */
+static uint32_t seed_of(uint32_t first, unsigned k) {
+  const uint32_t golden = 0x9E3779B9u, x = (first + k) * golden;
+  return (x ^ x >> 15) * golden;
+}
+
 static judged take_one(const contest *c, int v, void *scene, uint32_t samples, unsigned k) {
-  judged j = c->by[v]->take(scene, samples, c->seed[v] + k);
+  judged j = c->by[v]->take(scene, samples, seed_of(c->seed[v], k));
   if (v == NOW) j.mse *= c->error_factor * c->error_factor, j.seconds *= c->time_factor;
   return j;
 }

@@ -49,7 +49,7 @@ ifeq ($(MAKELEVEL),0)
 endif
 
 .PHONY: all demo effects deform view test-view readme-pictures test test-leaveout sanitize test-neon matrix platforms checksum flags test-guards deps deps-extra format format-check clean help
-.PHONY: mutants map structure figures parts bench bench-check bench-plots bench-readme bench-pictures bench-tests peers exactness before instances error error-check leaveout leaveout-check
+.PHONY: mutants map structure figures parts bench bench-check bench-plots bench-readme bench-pictures bench-tests peers exactness before instances error error-check error-before error-before-check error-before-samples leaveout leaveout-check leaveout-before
 .PHONY: stability stability-neon stability-sanitize sanitize-threads fuzz
 .DELETE_ON_ERROR:
 
@@ -86,7 +86,10 @@ help:
 	@echo "before      pktrt beside itself as it was at commit BEFORE=..., in ten minutes"
 	@echo "instances   instances beside the same triangles added directly, at rest and moving, in two minutes"
 	@echo "error       error against run time in ten minutes; NAME=\"slopes closed\" of these; error-check what must hold, in two"
-	@echo "leaveout    what features cost where a scene has them not, in ten minutes; leaveout-check what must hold"
+	@echo "error-before  error at equal time against release 0.5.1, by scene; SCENES=\"sky lamps\" of these, BENCH_ARGS=... options;"
+	@echo "            error-before-samples the time of a sample under 1,000 lamps; error-before-check that differences are found"
+	@echo "leaveout    what features cost where a scene has them not, in ten minutes; leaveout-check what must hold;"
+	@echo "            leaveout-before what pictures under point lights alone cost over the header of commit BEFORE=..."
 	@echo "format      rewrites all C files by clang-format; format-check names those that it would change"
 	@echo "deps        installs what demo and test need      deps-extra  installs what the other targets need"
 	@echo "clean       removes build/ and out/               config=     debug, release (default), sanitize, threads"
@@ -449,6 +452,45 @@ $(REFERENCES)/made: pktrt.h $(EXAMPLE_HEADERS)
 $(B)/error: bench/error/error.c $(wildcard bench/error/*.h) bench/bench.h bench/provenance.h $(EXAMPLE_HEADERS) pktrt.h $(B)/pktrt.o
 	$(CC) $(CFLAGS) $(STRICT) $< $(B)/pktrt.o -o $@ $(LDFLAGS) $(LDLIBS)
 
+# Error at equal time against pktrt as it was: at release 0.5.1 unless ERROR_BEFORE says another commit.
+ERROR_BEFORE ?= 5cbfd00
+VERSIONS = $(B)/error-before
+VERSIONS_RUN = $(VERSIONS)/versions --references $(VERSIONS)/references
+error-before: $(VERSIONS)/header
+	mkdir -p $(VERSIONS)/results
+	$(VERSIONS_RUN) --results $(VERSIONS)/results $(BENCH_ARGS) $(SCENES)
+
+# The time of a sample under 1,000 lamps over that under ten, of the choice of lights that BENCH_ARGS="--lights-now one" says.
+error-before-samples: $(VERSIONS)/header
+	$(VERSIONS)/versions --samples $(BENCH_ARGS)
+
+error-before-check: $(VERSIONS)/header
+	$(VERSIONS_RUN) --check --size 64 --seeds 8 $(BENCH_ARGS) $(SCENES)
+
+.PHONY: $(VERSIONS)/header
+$(VERSIONS)/header:
+	mkdir -p $(VERSIONS)
+	git show $(ERROR_BEFORE):pktrt.h >$(VERSIONS)/new
+	cmp -s $(VERSIONS)/new $(VERSIONS)/pktrt.h || mv $(VERSIONS)/new $(VERSIONS)/pktrt.h
+	$(BUILD) $(VERSIONS)/versions $(VERSIONS)/references/version_before/made $(VERSIONS)/references/version_now/made
+
+$(VERSIONS)/pktrt.h: ;
+$(VERSIONS)/version_before.o: $(VERSIONS)/pktrt.h
+$(VERSIONS)/version_now.o: pktrt.h
+VERSION_HEADERS = bench/error/version.h bench/error/closed.h bench/error/error.h bench/bench.h bench/provenance.h
+$(VERSIONS)/version_%.o: bench/error/version.c $(VERSION_HEADERS) $(EXAMPLE_HEADERS)
+	$(CC) $(CFLAGS) $(STRICT) -DVERSION=version_$* -DHEADER='"../../$(if $(filter before,$*),$(VERSIONS)/)pktrt.h"' -c $< -o $@
+
+$(VERSIONS)/versions: bench/error/versions.c $(VERSIONS)/version_before.o $(VERSIONS)/version_now.o $(VERSION_HEADERS) $(EXAMPLE_HEADERS)
+	$(CC) $(CFLAGS) $(STRICT) $(filter-out %.h,$^) -o $@ $(LDFLAGS) $(LDLIBS)
+
+$(VERSIONS)/references/version_before/made: $(VERSIONS)/pktrt.h $(EXAMPLE_HEADERS)
+$(VERSIONS)/references/version_now/made: pktrt.h $(EXAMPLE_HEADERS)
+$(VERSIONS)/references/version_%/made:
+	rm -rf $(@D)
+	mkdir -p $(@D)
+	touch $@
+
 # What features cost where they are not. Objects and programs are named by the switches that they are built with, as in
 # NO_RENDER+NO_SIMD; `full` has none.
 LEAVEOUT = $(B)/leaveout
@@ -473,6 +515,16 @@ leaveout: | $(RESULTS)
 leaveout-check:
 	$(BUILD) $(LEAVEOUT_BUILT)
 	CC="$(CC)" ALL=$(LEAVEOUT_ALL) QUERIES="$(LEAVEOUT_QUERIES)" $(PIN) bench/leaveout.sh --check $(LEAVEOUT)
+
+# What renders under point lights alone cost over the header of commit BEFORE.
+leaveout-before:
+	mkdir -p $(LEAVEOUT)/before
+	git show $(BEFORE):pktrt.h >$(LEAVEOUT)/before/pktrt.h
+	$(BUILD) $(LEAVEOUT)/full
+	$(LEAVEOUT_CC) -DPKTRT_IMPLEMENTATION -x c -c $(LEAVEOUT)/before/pktrt.h -o $(LEAVEOUT)/before/full.o
+	$(LEAVEOUT_CC) -D_GNU_SOURCE -include $(LEAVEOUT)/before/pktrt.h bench/leaveout.c $(LEAVEOUT)/before/full.o \
+	  -o $(LEAVEOUT)/before/full $(LDFLAGS) $(LDLIBS)
+	ALL= QUERIES= $(PIN) bench/leaveout.sh --before $(LEAVEOUT)
 
 LEAVEOUT_CC = $(CC) -O2 $(STRICT) $(LEAVEOUT_DEFINES)
 $(LEAVEOUT)/full-O0.o: pktrt.h | $(LEAVEOUT)

@@ -3,14 +3,14 @@
 
      make leaveout                          all figures, in ten minutes; bench/leaveout.sh puts them together
      make leaveout-check                    what must hold, and that controls fail
-     leaveout FEATURE with|without render|intersect|occluded [mirror|moving|textured]
+     leaveout FEATURE with|without render|intersect|occluded [mirror|moving|textured|lights]
                                             one call; prints the bytes that the library reports
      leaveout race aside|across ROUNDS      time of rays past a moving mesh, against the same mesh at rest
      leaveout past aside|across static|moving coherent|incoherent intersect|occluded
                                             one call of these
 
    The library is linked to it: built in full, or with a PKTRT_NO_... switch. A word behind the call puts a mirror, a
-   moving sphere or textures into the scene, with the feature and without.
+   moving sphere, textures or seven more lights into the scene, with the feature and without.
 
    Contents: shapes, scene, call, race, main. */
 #include "bench.h"
@@ -18,7 +18,16 @@
 
 /* >>shapes --------------------------------------------------------------------------------------------------------- */
 
-enum { SPHERES = 3, SPHERE_U = 60, SPHERE_V = 32, FLOOR_EDGE = 64, KEYS = 2, SIZE = 128, RAYS = SIZE * SIZE };
+enum {
+  SPHERES = 3,
+  SPHERE_U = 60,
+  SPHERE_V = 32,
+  FLOOR_EDGE = 64,
+  MANY_LIGHTS = 8,
+  KEYS = 2,
+  SIZE = 128,
+  RAYS = SIZE * SIZE
+};
 
 typedef struct shape {
   float *positions, *normals; /* KEYS blocks each; who stands still takes the first */
@@ -151,17 +160,20 @@ static pktrt_material look(uint32_t i, uint32_t features) {
   return m;
 }
 
-static void add_lamp(pktrt_scene *world, bool area) {
-  pktrt_light l;
-  memset(&l, 0, sizeof l);
-  l.kind = area ? PKTRT_LIGHT_QUAD : PKTRT_LIGHT_POINT;
-  l.position[0] = -3, l.position[1] = 7, l.position[2] = 4;
-  l.edge[0][0] = 1, l.edge[1][2] = 1; /* shines downwards */
-  for (int a = 0; a < 3; a++) l.intensity[a] = 100;
-  must(world, pktrt_add_light(world, &l, NULL));
+/* Adds lights of equal power; the first has the same place however many there are. */
+static void add_lights(pktrt_scene *world, bool area, uint32_t count) {
+  for (uint32_t i = 0; i < count; i++) {
+    pktrt_light l;
+    memset(&l, 0, sizeof l);
+    l.kind = area ? PKTRT_LIGHT_QUAD : PKTRT_LIGHT_POINT;
+    l.position[0] = -3 + 0.75f * (float)i, l.position[1] = 7, l.position[2] = 4 - 0.5f * (float)i;
+    l.edge[0][0] = 1, l.edge[1][2] = 1; /* shines downwards */
+    for (int a = 0; a < 3; a++) l.intensity[a] = 100 / (float)count;
+    must(world, pktrt_add_light(world, &l, NULL));
+  }
 }
 
-static pktrt_scene *make_scene(uint32_t features) {
+static pktrt_scene *make_scene(uint32_t features, uint32_t lights) {
   static const double by[3] = {0, 0.5, 0};
   pktrt_scene *world = pktrt_scene_create(NULL);
   if (!world) fatal(pktrt_last_error(NULL));
@@ -178,7 +190,7 @@ static pktrt_scene *make_scene(uint32_t features) {
     if (i == 1 && (features & more)) add_shape(world, &s, features & ~third, i, &m);
     free_shape(&s);
   }
-  add_lamp(world, features & PKTRT_FEATURE_AREA_LIGHTS);
+  add_lights(world, features & PKTRT_FEATURE_AREA_LIGHTS, lights);
   must(world, pktrt_commit(world));
   return world;
 }
@@ -315,7 +327,7 @@ static int run_call(const char *name, bool with, const char *word, const char *b
   pktrt_scene_report report;
   int which = 0;
   if (!ex_parse_word("call", word, call_words, &which)) return 1;
-  w.which = (call)which, w.world = make_scene(features);
+  w.which = (call)which, w.world = make_scene(features, !strcmp(base, "lights") ? MANY_LIGHTS : 1);
   describe(&w, features, p->mode, &stats);
   open_rays(&w, RAYS);
   camera_rays(w.rays, SIZE, eye, target);
@@ -336,7 +348,7 @@ enum { RACE_SIZE = 256, RACE_RAYS = RACE_SIZE * RACE_SIZE, MAX_ROUNDS = 1001 };
 static pktrt_scene *race_scene(bool aside, bool moves, float lo[3], float hi[3]) {
   static const double by[3] = {0, 0, 1.5};
   const double middle[3] = {aside ? 20.0 : 2.0, 1, -1};
-  pktrt_scene *world = make_scene(0);
+  pktrt_scene *world = make_scene(0, 1);
   const pktrt_material m = look(SPHERES, 0);
   shape s = sphere(middle, 2, by);
   add_shape(world, &s, moves ? PKTRT_FEATURE_MOTION : 0, 0, &m);
@@ -450,7 +462,7 @@ int main(int argc, char **argv) {
   if (argc >= 4 && strcmp(argv[1], "race") && strcmp(argv[1], "past"))
     return run_call(argv[1], !strcmp(argv[2], "with"), argv[3], argc > 4 ? argv[4] : "");
   fprintf(stderr,
-          "usage: %s FEATURE with|without render|intersect|occluded [mirror|moving|textured]\n"
+          "usage: %s FEATURE with|without render|intersect|occluded [mirror|moving|textured|lights]\n"
           "       %s race aside|across ROUNDS\n"
           "       %s past aside|across static|moving coherent|incoherent intersect|occluded\n",
           argv[0], argv[0], argv[0]);

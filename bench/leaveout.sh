@@ -2,12 +2,14 @@
 # Puts together what bench/leaveout.c counts and measures, object sizes and times of compilation; see its head.
 #   leaveout.sh BUILD RESULTS     writes RESULTS/leaveout.csv and .md
 #   leaveout.sh --check BUILD     says what must hold, and that controls fail; exit status 1 if not
+#   leaveout.sh --before BUILD    says what renders under point lights alone cost in BUILD/full over BUILD/before/full, likewise
 # BUILD holds programs and objects, named by the switches they were built with. From the Makefile: CC, PROVENANCE (a program), ALL (the name
 # with all switches of features), QUERIES (names of objects without renders; the first has one instruction set).
 set -euo pipefail
 cd "$(dirname "$0")/.."
-check=''
+check='' before=''
 [ "${1:-}" != --check ] || check=yes
+[ "${1:-}" != --before ] || before=yes check=yes
 [ -z "$check" ] || shift
 build=$1
 figures=${check:+$build/leaveout.csv}
@@ -226,7 +228,43 @@ claims() {
     }' "$figures"
 }
 
+# Features that nobody asks for choose the mode of the render: MOTION that of WRT, LENS that of DRT.
+against_before() {
+  local feature light
+  for feature in MOTION LENS; do
+    for light in '' lights; do
+      run "$feature render $light" before before/full $feature without render $light
+      run "$feature render $light" now full $feature without render $light
+    done
+  done
+  run "AREA_LIGHTS render" before before/full AREA_LIGHTS without render
+  run "AREA_LIGHTS render" now full AREA_LIGHTS with render
+}
+claims_before() {
+  awk "$READ"'
+    END {
+      for (i = 1; i <= n["cost"]; i++) {
+        name = names["cost", i]; control = name ~ /^AREA/
+        figure = more(cost(i, "now", "instructions"), cost(i, "before", "instructions"))
+        held = figure <= 1
+        if (held == control) bad++
+        printf "%s%s  %s%s, %s: percent of instructions over the version before: %+.3f, wanted at most 1\n",
+          control ? "control " : "", held ? "ok" : "FAILED", name ~ /^MOTION/ ? "WRT" : "DRT",
+          control ? ", a quad light in place of the point" : name ~ /lights$/ ? ", eight point lights" : ", one point light",
+          get("cost", name, "now", "isa"), figure
+      }
+      if (bad) printf "%d of these are not as they should be\n", bad
+      exit bad > 0
+    }' "$figures"
+}
+
 need valgrind
+if [ -n "$before" ]; then
+  echo part,name,variant,figure,value >"$figures"
+  against_before
+  claims_before
+  exit
+fi
 need size
 { if [ -z "$check" ]; then "$PROVENANCE" make leaveout; fi; echo part,name,variant,figure,value; } >"$figures"
 all_costs

@@ -92,6 +92,7 @@ static bool animation(pktrt_scene *world, const scene *s, const options *o) {
   view.camera = s->camera;
   memcpy(view.background, s->background, sizeof view.background);
   memcpy(view.ambient, s->ambient, sizeof view.ambient);
+  view.environment = s->environment;
   if (scene_add(world, s) != PKTRT_OK || pktrt_commit(world) != PKTRT_OK)
     return ex_fail("%s: %s", o->scene, pktrt_last_error(world));
   view.pixels = (float *)calloc((size_t)o->width * o->height * 3, sizeof(float));

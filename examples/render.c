@@ -546,6 +546,7 @@ static bool load_built_in(job *j) {
                    status == PKTRT_OUT_OF_MEMORY ? "not enough memory" : pktrt_last_error(j->world));
   memcpy(j->view.background, j->built_in.background, sizeof j->view.background);
   memcpy(j->view.ambient, j->built_in.ambient, sizeof j->view.ambient);
+  j->view.environment = j->built_in.environment;
   take_animated_camera(j, time);
   override_camera(j);
   j->load_seconds = ex_seconds() - start;

@@ -61,6 +61,8 @@ typedef struct scene {
   size_t light_count;
   pktrt_camera camera; /* that of time 0 */
   float background[3], ambient[3];
+  /* Radiance from where rays meet nothing, as pktrt_render_desc wants it, in place of the background; or NULL. */
+  void (*environment)(void *user, uint32_t n, const float *const direction[3], float *const radiance[3]);
   /* The pose of a mesh that deforms: fills vertex_count * 3 of each. Time 0 and time 1 are at rest, bit for bit. */
   void (*deform)(const struct scene *, const scene_mesh *, double time, float *positions, float *normals);
   void (*camera_path)(double time, pktrt_camera *);
@@ -688,14 +690,15 @@ static void sc_tint(float *const colour[3], uint32_t i, double factor) {
 /* >>scenes --------------------------------------------------------------------------------------------------------- */
 
 /* Each offers an enumeration of its kinds and, with its name in front: _kinds[] (one for each), _make (everything, at
-   rest), _camera (a closed path over time [0,1]) and _deform (the pose of a mesh that deforms, likewise a loop). */
+   rest), _camera (a closed path over time [0,1]) and, if a mesh deforms, _deform (its pose, likewise a loop). */
+#define SC_MAX_LIGHTS 1000
 #include "scene_conference.h"
+#include "scene_lamps.h"
 #include "scene_poolhall.h"
 #include "scene_rtrt.h"
+#include "scene_sky.h"
 
 /* >>interface ------------------------------------------------------------------------------------------------------ */
-
-#define SC_MAX_LIGHTS 8
 
 typedef struct sc_recipe {
   const char *name;
@@ -708,10 +711,17 @@ typedef struct sc_recipe {
 
 #define SC_RECIPE(name) \
   { #name, name##_kinds, SC_COUNT(name##_kinds), name##_make, name##_camera, name##_deform }
-static const sc_recipe sc_recipes[] = {SC_RECIPE(poolhall), SC_RECIPE(conference), SC_RECIPE(rtrt)};
+static const sc_recipe sc_recipes[] = {
+    SC_RECIPE(poolhall),
+    SC_RECIPE(conference),
+    SC_RECIPE(rtrt),
+    {"lamps", lamps_kinds, LAMPS_KINDS, lamps_make, lamps_camera, NULL},
+    {"lamps-few", lamps_kinds, LAMPS_KINDS, lamps_make_few, lamps_camera, NULL},
+    {"sky", sky_kinds, SKY_KINDS, sky_make, sky_camera, NULL},
+};
 
 SCENE_DEF const char *const *scene_names(void) { /* in the order of sc_recipes */
-  static const char *const names[] = {"poolhall", "conference", "rtrt", NULL};
+  static const char *const names[] = {"poolhall", "conference", "rtrt", "lamps", "lamps-few", "sky", NULL};
   return names;
 }
 

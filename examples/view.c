@@ -453,6 +453,7 @@ static void describe(viewer *v, pktrt_render_desc *d) {
   d->camera.shutter = v->posed_shutter > 0 ? 1 : 0;
   memcpy(d->background, v->built_in.background, sizeof d->background);
   memcpy(d->ambient, v->built_in.ambient, sizeof d->ambient);
+  d->environment = v->built_in.environment;
   d->packet_size = s->packet;
   d->path = (pktrt_path)s->path;
   d->sampler = (pktrt_sampler)s->sampler;

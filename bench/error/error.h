@@ -119,6 +119,7 @@ EX_UNUSED static void stage_open(stage *g, const char *name, pktrt_mode mode, ui
   g->view.mode = mode, g->view.camera = g->made.camera;
   memcpy(g->view.background, g->made.background, sizeof g->view.background);
   memcpy(g->view.ambient, g->made.ambient, sizeof g->view.ambient);
+  g->view.environment = g->made.environment;
 }
 
 EX_UNUSED static void stage_close(stage *g) {

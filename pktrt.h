@@ -12859,14 +12859,19 @@ PKTRT__COLD bool pktrt__light_prepare_quad(const pktrt__render_state *render, co
   return true;
 }
 
+static double pktrt__distance2(const double a[3], const double b[3]) {
+  const double d[3] = {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+  return pktrt__dot(d, d);
+}
+
 /* --- one light for all ---
 
    A tree over the lights that are not infinitely far, as over the triangles of a mesh: what `area` is there is the power here,
    as the area of a radiance of 1. Halves are weighed by power, distance and facing, as seen from each point; every half has
    some weight. Lights that are infinitely far count one each against all others together. */
 
-static uint32_t pktrt__light_find(const pktrt__light_data *, bool moving, const double from[3], double *u, uint32_t to,
-                                  double *inverse);
+static double pktrt__light_weigh_cluster(const pktrt__light_cluster *, const double from[3], double d2, double back,
+                                         double *over);
 PKTRT__COLD pktrt__environment *pktrt__environment_make(const pktrt_scene_desc *, const pktrt_render_desc *);
 
 /* Describes a light as the leaf of a tree. */
@@ -12891,14 +12896,16 @@ PKTRT__COLD void pktrt__light_leaf(const pktrt__render_state *render, uint32_t i
 /* Joins two clusters. */
 PKTRT__COLD void pktrt__light_join(const pktrt__light_cluster *x, const pktrt__light_cluster *y,
                                    pktrt__light_cluster *c) {
-  double gap = 0, facing = 0;
+  const double gap = sqrt(pktrt__distance2(x->middle, y->middle)), rx = sqrt(x->r2), ry = sqrt(y->r2);
+  const double r = pktrt__max(pktrt__max(rx, ry), 0.5 * (gap + rx + ry)); /* the sphere around both */
+  const double part = gap > 0 ? pktrt__min(pktrt__max((r - rx) / gap, 0), 1) : 0;
+  double facing = 0;
   c->area = x->area + y->area;
   for (int a = 0; a < 3; a++) {
-    c->middle[a] = 0.5 * (x->middle[a] + y->middle[a]), c->facing[a] = x->facing[a] + y->facing[a];
-    gap += 0.25 * (x->middle[a] - y->middle[a]) * (x->middle[a] - y->middle[a]), facing += c->facing[a] * c->facing[a];
+    c->middle[a] = x->middle[a] + part * (y->middle[a] - x->middle[a]), c->facing[a] = x->facing[a] + y->facing[a];
+    facing += c->facing[a] * c->facing[a];
   }
-  const double r = sqrt(gap) + sqrt(pktrt__max(x->r2, y->r2));
-  c->r2 = r * r, c->bent = c->area > 0 ? pktrt__min(1, 2 * pktrt__max(0, 1 - sqrt(facing) / c->area)) : 0;
+  c->r2 = 1.000001 * r * r, c->bent = c->area > 0 ? pktrt__min(1, 2 * pktrt__max(0, 1 - sqrt(facing) / c->area)) : 0;
 }
 PKTRT__COLD void pktrt__light_make_tree(const pktrt__render_state *render, pktrt__light_cluster *to, uint32_t first,
                                         uint32_t n) {
@@ -12939,20 +12946,71 @@ PKTRT__COLD bool pktrt__light_order(pktrt__render_state *render) {
   return ok;
 }
 
-/* Chooses a light for a point by u in [0,1); *share receives one over its probability. */
-static uint32_t pktrt__light_choose_one(const pktrt__render_state *render, const double from[3], double u,
+/* The parts of the tree that a point chooses from: those that are far for their size, and single lights. */
+
+enum { PKTRT__LIGHT_CUT = 64 };
+typedef struct pktrt__light_cut {
+  double sum[PKTRT__LIGHT_CUT]; /* of the weights up to each, which is included */
+  uint32_t at[PKTRT__LIGHT_CUT], first[PKTRT__LIGHT_CUT], n[PKTRT__LIGHT_CUT], count;
+} pktrt__light_cut;
+
+/* Weighs what light of a cluster a surface may get, as pktrt__light_weigh_cluster does, and less if it lies below. */
+static double pktrt__light_weigh_for(const pktrt__light_cluster *c, const pktrt__light_view *from) {
+  const double x = c->middle[0] - from->point[0], y = c->middle[1] - from->point[1], z = c->middle[2] - from->point[2];
+  const double d2 = x * x + y * y + z * z;
+  if (d2 < 4 * c->r2) return c->area / pktrt__max(d2, c->r2);
+  const double each = 1 / sqrt(d2), along = -(x * c->facing[0] + y * c->facing[1] + z * c->facing[2]) * each;
+  const double up = (x * from->normal[0] + y * from->normal[1] + z * from->normal[2]) * each;
+  const double flat = (1 - c->bent) * pktrt__max(0, along),
+               round = c->bent * pktrt__max(0, 0.25 * c->area + 0.5 * along);
+  return (flat + round + c->area / 32) * each * each * pktrt__min(1, pktrt__max(up + 0.5, 1.0 / 32));
+}
+
+/* Cuts the tree: opens clusters that are near. WHY: what of them a point sees is told by their parts alone, and a
+   lamp close by would be chosen as rarely as all others of its cluster. */
+static void pktrt__light_cut_tree(const pktrt__render_state *render, const pktrt__light_view *from,
+                                  pktrt__light_cut *cut) {
+  uint32_t at[PKTRT__LIGHT_CUT], first[PKTRT__LIGHT_CUT], n[PKTRT__LIGHT_CUT], top = 1;
+  double sum = 0;
+  at[0] = first[0] = 0, n[0] = render->finite, cut->count = 0;
+  while (top--) {
+    const uint32_t i = at[top], begin = first[top], lights = n[top];
+    const pktrt__light_cluster *c = &render->tree[i];
+    const bool near = pktrt__distance2(from->point, c->middle) < 4 * c->r2;
+    if (lights > 1 && near && cut->count + top + 2 <= PKTRT__LIGHT_CUT) {
+      at[top] = i + 2 * (lights / 2), first[top] = begin + lights / 2, n[top++] = lights - lights / 2;
+      at[top] = i + 1, first[top] = begin, n[top++] = lights / 2;
+      continue;
+    }
+    sum += pktrt__light_weigh_for(c, from);
+    cut->at[cut->count] = i, cut->first[cut->count] = begin, cut->n[cut->count] = lights;
+    cut->sum[cut->count++] = sum;
+  }
+}
+
+/* Chooses a light for a surface by u in [0,1); *share receives one over its probability. */
+static uint32_t pktrt__light_choose_one(const pktrt__render_state *render, const pktrt__light_view *from, double u,
                                         double *share) {
   const uint32_t far = render->scene->light_count - render->finite, ways = far + (render->finite > 0);
   const uint32_t way = (uint32_t)(u * ways) < ways ? (uint32_t)(u * ways) : ways - 1;
-  pktrt__light_data all;
+  pktrt__light_cut cut;
+  uint32_t i = 0;
   *share = ways;
   if (way < far) return render->ordered[render->finite + way];
-  double inverse;
-  u = pktrt__min(u * ways - far, 1 - 1e-9);
-  all.clusters = render->tree, all.triangle_count = render->finite, all.cdf = NULL, all.back = 0;
-  const uint32_t place = pktrt__light_find(&all, false, from, &u, 0, &inverse);
-  *share *= inverse;
-  return render->ordered[place];
+  pktrt__light_cut_tree(render, from, &cut);
+  const double all = cut.sum[cut.count - 1], want = (u * ways - far) * all;
+  while (i + 1 < cut.count && cut.sum[i] <= want) i++;
+  const double before = i ? cut.sum[i - 1] : 0, part = cut.sum[i] - before;
+  uint32_t first = cut.first[i], n = cut.n[i];
+  const pktrt__light_cluster *c = &render->tree[cut.at[i]];
+  u = part > 0 ? (want - before) / part : 0, *share *= part > 0 ? all / part : cut.count;
+  while (n > 1) {
+    const double left = pktrt__light_weigh_for(c + 1, from), right = pktrt__light_weigh_for(c + 2 * (n / 2), from);
+    const double split = left + right > 0 ? left / (left + right) : 0.5;
+    if (u < split) c += 1, n = n / 2, u /= split, *share /= split;
+    else c += 2 * (n / 2), first += n / 2, n -= n / 2, u = (u - split) / (1 - split), *share /= 1 - split;
+  }
+  return render->ordered[first];
 }
 
 /* Tells whether rays of lobes share what they find of a light with its samples: if that is the same light. */
@@ -13039,11 +13097,6 @@ PKTRT__COLD bool pktrt__light_make_all(pktrt__render_state *render) { /* false: 
   if (!ok) pktrt__light_free_all(render);
   return ok;
 }
-static double pktrt__distance2(const double a[3], const double b[3]) {
-  const double d[3] = {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
-  return pktrt__dot(d, d);
-}
-
 static double pktrt__light_sample_middle(const pktrt__render_state *render, uint32_t light, const float u[2],
                                          const pktrt__light_view *from, double at[3]) {
   (void)u, (void)from;
@@ -13495,14 +13548,14 @@ static double pktrt__light_weigh_cluster(const pktrt__light_cluster *c, const do
 /* Goes from a light's clusters to one of its triangles, as seen from a point: to the one that u in [0,1) falls to, u becomes
    uniform again; or with u NULL to place `to`. Returns its place; *inverse is one over its probability. Goes cluster by
    cluster, until one is far and nearly flat, and by area in there; by area alone if they move. WHY: pool hall, 16
-   samples: half the error of choosing by area; from afar another fifth less, in 9/8 of the time. Without a cdf, to the end. */
+   samples: half the error of choosing by area; from afar another fifth less, in 9/8 of the time. */
 static uint32_t pktrt__light_find(const pktrt__light_data *light, bool moving, const double from[3], double *u,
                                   uint32_t to, double *inverse) {
   const pktrt__light_cluster *c = light->clusters;
   uint32_t first = 0, n = light->triangle_count;
   double probability = 1, d2 = pktrt__distance2(from, c->middle), over[2];
   const double back = d2 > c->r2 ? light->back : 1; /* within a globe all is seen */
-  while (!moving && n > 1 && (d2 < 4 * c->r2 || c->bent > 0.2 || !light->cdf)) {
+  while (!moving && n > 1 && (d2 < 4 * c->r2 || c->bent > 0.2)) {
     const pktrt__light_cluster *l = c + 1, *r = c + 2 * (n / 2);
     const double left2 = pktrt__distance2(from, l->middle), right2 = pktrt__distance2(from, r->middle);
     double left = pktrt__light_weigh_cluster(l, from, left2, back, &over[0]);
@@ -14660,13 +14713,19 @@ static bool pktrt__light_asks_one(const pktrt__render_state *render, uint32_t de
   return render->distribute && (lights == PKTRT_LIGHTS_ONE || (lights == PKTRT_LIGHTS_ONE_DEEPER && depth > 1));
 }
 
+static void pktrt__light_view_of(const pktrt__wave *w, const pktrt__surfaces *s, uint32_t k, pktrt__light_view *v) {
+  for (int a = 0; a < 3; a++) v->point[a] = s->point[a][k], v->normal[a] = (double)s->ns[a][k];
+  v->time = w->rays.time[s->first + k];
+}
+
 /* Chooses a light for each surface. */
-static void pktrt__light_choose(pktrt__tile *tile) {
+static void pktrt__light_choose(pktrt__tile *tile, const pktrt__wave *w) {
   const pktrt__surfaces *s = &tile->surfaces;
   pktrt__tile_draw_all(tile, 3, 1);
   for (uint32_t k = 0; k < s->count; k++) {
-    const double from[3] = {s->point[0][k], s->point[1][k], s->point[2][k]};
-    tile->chosen[k] = pktrt__light_choose_one(tile->render, from, (double)tile->draws.u[3][k], &tile->share[k]);
+    pktrt__light_view from;
+    pktrt__light_view_of(w, s, k, &from);
+    tile->chosen[k] = pktrt__light_choose_one(tile->render, &from, (double)tile->draws.u[3][k], &tile->share[k]);
   }
 }
 
@@ -14688,11 +14747,6 @@ static uint32_t pktrt__light_of_surface(const pktrt__tile *tile, const pktrt__li
   *share = tile->share[k];
   return pktrt__light_has(&tile->render->scene->lights[light], PKTRT__LIGHT_INFINITE) == look->infinite ? light
                                                                                                         : PKTRT_NONE;
-}
-
-static void pktrt__light_view_of(const pktrt__wave *w, const pktrt__surfaces *s, uint32_t k, pktrt__light_view *v) {
-  for (int a = 0; a < 3; a++) v->point[a] = s->point[a][k], v->normal[a] = (double)s->ns[a][k];
-  v->time = w->rays.time[s->first + k];
 }
 
 /* Tells whether lobes of surface k share a light between both ways to find it: what their rays cannot hit, always. */
@@ -14890,7 +14944,7 @@ PKTRT__NOINLINE void pktrt__light_add_direct(pktrt__tile *tile, const pktrt__wav
   const pktrt_ray_type type = blind ? PKTRT_RAY_OTHER : PKTRT_RAY_SHADOW;
   const uint32_t lights = render->scene->light_count, looks = one && lights ? 2 : lights;
   pktrt__light_place_shadows(tile, at_once);
-  if (one && lights) pktrt__light_choose(tile);
+  if (one && lights) pktrt__light_choose(tile, w);
   for (uint32_t i = 0; i < looks; i++) {
     pktrt__light_look look = {one ? PKTRT_NONE : i, i == 0, false, false};
     if (pktrt__light_aim(tile, w, &look)) pktrt__light_send(tile, type, depth, at_once, together);

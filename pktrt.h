@@ -15300,6 +15300,8 @@ PKTRT_DEF size_t pktrt_scene_report_text(const pktrt_scene_report *r, char *text
 
      0.10.0   Groups of meshes with trees of their own, masks of meshes, instances and queries; pktrt_remove_mesh,
               pktrt_remove_instance, pktrt_set_enabled. Texture coordinates, cutouts; pktrt_surface, pktrt_spawn_at.
+              Adaptive passes go to cells of 4 x 4 pixels; reports say how far to believe them, and unreliable ones end
+              no render at its target.
      0.9.0    Models, and instances that place them and move: pktrt_add_model, pktrt_add_instance, pktrt_set_transform,
               pktrt_get_mesh_source.
      0.8.0    Hits are those of exact arithmetic on the floats that are given, t within 0.7 ulp, and each crossing belongs to

@@ -355,7 +355,7 @@
        another key 150. The model once.
      - Rendering: about 260 KiB for each tile at work, and up to 100 KiB for each generation of rays; 230 bytes for each
        triangle of a mesh that is a light (DRT); 28 bytes for each mesh if one is of glass; if it counts, 8 KiB for each
-       tile of the picture; with several passes, 32 bytes for each pixel, 64 more with optional buffers.
+       tile of the picture; with several passes, 34 bytes for each pixel, 64 more with optional buffers.
      - Stack: at most 64 KiB in a query, about 64 KiB in a render, 17 KiB in a build, if compiled with optimisation, be
        it -O1. Without: up to 128 KiB in a query with gcc, 260 KiB with clang. Mind this when your threads have small
        stacks.
@@ -1216,8 +1216,15 @@ typedef struct pktrt_report { /* after whole rounds of passes: one over the pict
   uint32_t samples_min, samples_max; /* of a pixel */
   double samples_mean;
   double rmse, relative_mse; /* estimated, see pktrt_error_measure; INFINITY while a pixel has had one pass only */
-  uint64_t unknown;          /* pixels whose estimate is not finite, left out of both */
-  double seconds;            /* since the call */
+  /* How far these can be believed. Of both, by pktrt_error_measure: pixels that carry the estimate, (sum V)^2 / sum V^2
+     (0: there is no error); whether it should not be believed, for it may be off by a quarter (of the RMSE) or more, or
+     fewer than 8 passes have been made and less than an eighth of the pixels carry it. Bounds that hold the true error
+     95 times of 100, if what is rare has been seen: nobody knows of light that no sample has met. */
+  double effective_pixels[2];
+  bool unreliable[2];
+  double rmse_low, rmse_high, relative_mse_high;
+  uint64_t unknown; /* pixels whose estimate is not finite, left out of both */
+  double seconds;   /* since the call */
   pktrt_stop stop;
 } pktrt_report;
 
@@ -1270,17 +1277,22 @@ typedef struct pktrt_render_desc {
      and refracted rays in one wave, they are told apart, but numbered on when they send out rays. NULL: none. */
   void (*packet)(void *user, pktrt_ray_type, uint32_t depth, const uint32_t *rays, uint32_t n);
 
-  /* Passes, each with `samples` samples per pixel, until the first of these rules says stop. They cost 32 bytes per
+  /* Passes, each with `samples` samples per pixel, until the first of these rules says stop. They cost 34 bytes per
      pixel; estimates, made if asked for below, need two passes. The picture (and each buffer) is whole after each. */
   uint32_t passes; /* at most, up to 65536; 0: 1, or if there is another rule, 65536 */
   /* Stops when the estimate is not above it; 0: no such rule. It is not met while pixels are not finite (by a hook's
-     NaN, say): when all others meet it, such a render ends as if its passes were done. */
+     NaN, say): when all others meet it, such a render ends as if its passes were done. An unreliable estimate (see
+     pktrt_report) does not meet it: from 8 passes on the upper bound is compared instead. */
   float target_error;
+  bool trust_estimates;        /* the estimate meets it whether reliable or not */
   pktrt_error_measure measure; /* what target_error is compared with, and adaptive passes lower */
   double time_budget;          /* seconds; the first pass (adaptive: two) is always done, others if they should fit, as
                                   those before took. What is done by then depends on the machine. 0: no such rule */
-  /* Gives passes to blocks by their estimated error: two to all of them, then in rounds where they lower the picture's
-     error most. `passes` is a mean over pixels then, to within 0.1 or a pass of one block, whichever is more. */
+  /* Gives passes to cells of 4 x 4 pixels by their estimated error: two to all of them, then in rounds where they lower
+     the picture's error most. `passes` is a mean over pixels then, to within 0.1 or a pass of one cell, whichever is
+     more. Where rare light has been seen it is diluted by further passes, where not, not: means are low by part of
+     their error (built-in scenes, 16 passes of 8 samples: by 0.1 to 0.6% of the mean), and so are estimates, the more
+     the rarer light is. Uniform passes have no such bias. */
   bool adaptive;
   /* Called after each round, from the calling thread; false: stop, which is no failure. NULL: none. */
   bool (*pass)(void *user, const pktrt_report *);
@@ -12410,19 +12422,27 @@ typedef struct pktrt__pixel_sums {
 typedef struct pktrt__aov_sums { /* of all samples */
   double depth, normal[3], albedo[3], met;
 } pktrt__aov_sums;
-typedef struct pktrt__pass_block {
-  double error[2];             /* sums over its pixels: V, and V as in the relative MSE */
-  double mean[3];              /* of its pixels, their sum */
+enum { PKTRT__PASS_CELL = 4 }; /* pixels along the edge of the cells that get passes together */
+typedef struct pktrt__pass_cell {
+  double variance;             /* of one pass, V n: sum over its pixels whose error is known */
   double want;                 /* passes it should have had, see pktrt__pass_share_out */
-  uint32_t unknown;            /* pixels left out */
   uint32_t pixels, done, more; /* passes it has had, and gets in this round */
+} pktrt__pass_cell;
+typedef struct pktrt__pass_block { /* of PKTRT_ERROR_BLOCK^2 pixels */
+  double error[2];                 /* sums over its pixels: V, and V as in the relative MSE */
+  double squares, doubt;           /* sums of V^2, and of what it says of the square of V's distance from the truth */
+  double mean[3];                  /* of its pixels, their sum */
+  double weight;                   /* of V in the relative MSE */
+  uint32_t pixels, unknown;        /* unknown: pixels left out */
 } pktrt__pass_block;
 typedef struct pktrt__pass_sums {
   pktrt__pixel_sums *sums; /* of the pixels of an area */
   pktrt__aov_sums *aovs;   /* NULL: not wanted */
+  pktrt__pass_cell *cells;
   pktrt__pass_block *blocks;
-  uint32_t x, y, w, h;    /* the area */
-  uint32_t columns, rows; /* of blocks */
+  uint32_t x, y, w, h;              /* the area */
+  uint32_t columns, rows;           /* of blocks */
+  uint32_t cell_columns, cell_rows; /* of cells */
 } pktrt__pass_sums;
 
 struct pktrt__render_state {
@@ -15326,19 +15346,11 @@ PKTRT__NOINLINE void pktrt__tile_write_pixels(const pktrt__tile *tile, const uin
   }
 }
 
-/* Renders a block of edge x edge pixels by cells of cell x cell pixels, whose samples all follow each other, so that
-   they fall into one packet. `room` rays go into a wave. */
-static void pktrt__tile_render_block(pktrt__tile *tile, const uint32_t area[4], uint32_t bx, uint32_t by, uint32_t edge,
-                                     uint32_t cell, uint32_t room) {
+/* Renders a list of pixels, waves of `room` rays. */
+static void pktrt__tile_render_pixels(pktrt__tile *tile, const uint32_t *x, const uint32_t *y, uint32_t pixels,
+                                      uint32_t room) {
   const uint32_t samples = tile->render->samples;
-  uint32_t n = 0, x[PKTRT__BATCH], y[PKTRT__BATCH], pixels = 0;
-  for (uint32_t cy = 0; cy < edge; cy += cell)
-    for (uint32_t cx = 0; cx < edge; cx += cell)
-      for (uint32_t i = 0; i < cell * cell; i++) {
-        const uint32_t px = bx + cx + tile->across[i], py = by + cy + tile->down[i];
-        if (px >= area[2] || py >= area[3]) continue;
-        x[pixels] = px, y[pixels++] = py;
-      }
+  uint32_t n = 0;
   memset(tile->sum, 0, sizeof tile->sum);
   if (pktrt__aov_wanted(tile->render)) {
     memset(tile->hit_count, 0, sizeof tile->hit_count), memset(tile->depth, 0, sizeof tile->depth);
@@ -15356,6 +15368,20 @@ static void pktrt__tile_render_block(pktrt__tile *tile, const uint32_t area[4], 
   if (!tile->failed) pktrt__tile_write_pixels(tile, x, y, pixels);
 }
 
+/* Renders a block of edge x edge pixels by cells of cell x cell pixels, whose samples all follow each other, so that
+   they fall into one packet. `room` rays go into a wave. */
+static void pktrt__tile_render_block(pktrt__tile *tile, const uint32_t area[4], uint32_t bx, uint32_t by, uint32_t edge,
+                                     uint32_t cell, uint32_t room) {
+  uint32_t x[PKTRT__BATCH], y[PKTRT__BATCH], pixels = 0;
+  for (uint32_t cy = 0; cy < edge; cy += cell)
+    for (uint32_t cx = 0; cx < edge; cx += cell)
+      for (uint32_t i = 0; i < cell * cell; i++) {
+        const uint32_t px = bx + cx + tile->across[i], py = by + cy + tile->down[i];
+        if (px >= area[2] || py >= area[3]) continue;
+        x[pixels] = px, y[pixels++] = py;
+      }
+  pktrt__tile_render_pixels(tile, x, y, pixels, room);
+}
 /* Returns the largest power of two whose square, times the samples of a pixel, does not exceed a number of rays. */
 static uint32_t pktrt__tile_pixel_edge(uint32_t rays, uint32_t samples) {
   uint32_t edge = 1;
@@ -15394,16 +15420,20 @@ PKTRT__COLD pktrt__tile *pktrt__tile_make(const pktrt__render_state *render, str
   return tile;
 }
 
-/* Renders a pass over pixels [area[0], area[2]) x [area[1], area[3]). Seeds of passes are multiples of 2^32 over the
-   golden ratio, as far apart as can be: up to 65536 passes of a seed meet none of another seed within 29,000 of it. */
+/* Begins a pass. Returns how many rays go into a wave. Seeds of passes are multiples of 2^32 over the golden ratio, as
+   far apart as can be: up to 65536 passes of a seed meet none of another seed within 29,000 of it. */
+static uint32_t pktrt__tile_begin_pass(pktrt__tile *tile, uint32_t pass) {
+  tile->pass = pass, tile->sampling = tile->render->sampling;
+  tile->sampling.seed += pass * 0x9E3779B9u;
+  return tile->large_waves ? (uint32_t)PKTRT__BATCH : tile->render->packet_size * tile->render->packet_size;
+}
+
+/* Renders a pass over pixels [area[0], area[2]) x [area[1], area[3]). */
 static void pktrt__tile_render_area(pktrt__tile *tile, const uint32_t area[4], uint32_t pass) {
   const pktrt__render_state *render = tile->render;
-  const uint32_t packet = render->packet_size * render->packet_size,
-                 room = tile->large_waves ? (uint32_t)PKTRT__BATCH : packet;
+  const uint32_t packet = render->packet_size * render->packet_size, room = pktrt__tile_begin_pass(tile, pass);
   const uint32_t edge = pktrt__tile_pixel_edge(room, render->samples),
                  cell = pktrt__tile_pixel_edge(packet, render->samples);
-  tile->pass = pass, tile->sampling = render->sampling;
-  tile->sampling.seed += pass * 0x9E3779B9u;
   for (uint32_t y = area[1]; y < area[3] && !tile->failed; y += edge)
     for (uint32_t x = area[0]; x < area[2] && !tile->failed; x += edge)
       pktrt__tile_render_block(tile, area, x, y, edge, cell, room);
@@ -15415,7 +15445,15 @@ static void pktrt__pass_free(const pktrt_scene_desc *desc, pktrt__pass_sums *p) 
   const uint64_t pixels = (uint64_t)p->w * p->h;
   pktrt__mem_release(desc, p->sums, pixels, sizeof *p->sums);
   pktrt__mem_release(desc, p->aovs, pixels, sizeof *p->aovs);
+  pktrt__mem_release(desc, p->cells, (uint64_t)p->cell_columns * p->cell_rows, sizeof *p->cells);
   pktrt__mem_release(desc, p->blocks, (uint64_t)p->columns * p->rows, sizeof *p->blocks);
+}
+
+/* Returns the pixels of a square of `edge` pixels, cut off at the right and lower edge. */
+static void pktrt__pass_square(const pktrt__pass_sums *p, uint32_t edge, uint32_t column, uint32_t row,
+                               uint32_t area[4]) {
+  const uint32_t x = column * edge, y = row * edge;
+  area[0] = x, area[1] = y, area[2] = p->w - x < edge ? p->w : x + edge, area[3] = p->h - y < edge ? p->h : y + edge;
 }
 
 /* Makes sums for pixels [area[0], area[2]) x [area[1], area[3]), if there may be several passes. */
@@ -15427,17 +15465,26 @@ static bool pktrt__pass_make(pktrt__render_state *render, const uint32_t area[4]
   p->x = area[0], p->y = area[1], p->w = area[2] - area[0], p->h = area[3] - area[1];
   p->columns = (p->w + PKTRT_ERROR_BLOCK - 1) / PKTRT_ERROR_BLOCK;
   p->rows = (p->h + PKTRT_ERROR_BLOCK - 1) / PKTRT_ERROR_BLOCK;
+  p->cell_columns = (p->w + PKTRT__PASS_CELL - 1) / PKTRT__PASS_CELL;
+  p->cell_rows = (p->h + PKTRT__PASS_CELL - 1) / PKTRT__PASS_CELL;
   const uint64_t pixels = (uint64_t)p->w * p->h, blocks = (uint64_t)p->columns * p->rows;
+  const uint64_t cells = (uint64_t)p->cell_columns * p->cell_rows;
   const bool notes = pktrt__aov_wanted(render);
   p->sums = PKTRT__CAST(pktrt__pixel_sums *, pktrt__mem_alloc(desc, pixels, sizeof *p->sums));
+  p->cells = PKTRT__CAST(pktrt__pass_cell *, pktrt__mem_alloc(desc, cells, sizeof *p->cells));
   p->blocks = PKTRT__CAST(pktrt__pass_block *, pktrt__mem_alloc(desc, blocks, sizeof *p->blocks));
   if (notes) p->aovs = PKTRT__CAST(pktrt__aov_sums *, pktrt__mem_alloc(desc, pixels, sizeof *p->aovs));
-  if (!p->sums || !p->blocks || (notes && !p->aovs)) {
+  if (!p->sums || !p->cells || !p->blocks || (notes && !p->aovs)) {
     pktrt__pass_free(desc, p);
     return false;
   }
   memset(p->sums, 0, (size_t)pixels * sizeof *p->sums);
-  memset(p->blocks, 0, (size_t)blocks * sizeof *p->blocks);
+  memset(p->cells, 0, (size_t)cells * sizeof *p->cells);
+  for (uint64_t i = 0; i < cells; i++) {
+    uint32_t part[4];
+    pktrt__pass_square(p, PKTRT__PASS_CELL, (uint32_t)(i % p->cell_columns), (uint32_t)(i / p->cell_columns), part);
+    p->cells[i].pixels = (part[2] - part[0]) * (part[3] - part[1]);
+  }
   if (notes) memset(p->aovs, 0, (size_t)pixels * sizeof *p->aovs);
   render->passes = p;
   return true;
@@ -15453,49 +15500,57 @@ PKTRT__INLINE double pktrt__pass_spread(const pktrt__pixel_sums *s, double n, do
 static double pktrt__pass_squared_error(const pktrt__pixel_sums *s, double n) { /* V of pktrt_error_measure */
   return n < 2 ? INFINITY : pktrt__pass_spread(s, n, 1 / n) / (n * (n - 1));
 }
-static void pktrt__pass_block_area(const pktrt__pass_sums *p, uint32_t column, uint32_t row, uint32_t area[4]) {
-  const uint32_t b = PKTRT_ERROR_BLOCK, x = column * b, y = row * b;
-  area[0] = x, area[1] = y, area[2] = p->w - x < b ? p->w : x + b, area[3] = p->h - y < b ? p->h : y + b;
-}
-
-/* Sums errors and means of a block's pixels. Unless `all_known`, pixels whose error is not finite are left out. */
-static void pktrt__pass_sum_block(const pktrt__pass_sums *p, const uint32_t area[4], pktrt__pass_block *b,
-                                  bool all_known) {
-  const double n = b->done, each = 1 / n;
-  double spread = 0, r = 0, g = 0, blue = 0;
-  b->unknown = 0;
+/* Adds a cell's errors and means to those of its block, without pixels whose error is not finite. */
+static void pktrt__pass_sum_cell(const pktrt__pass_sums *p, uint32_t column, uint32_t row, pktrt__pass_block *b) {
+  pktrt__pass_cell *cell = &p->cells[(size_t)row * p->cell_columns + column];
+  const double n = cell->done, each = 1 / n, part = n < 2 ? 0 : 1 / (n * (n - 1));
+  double spread = 0, squares = 0, red = 0, green = 0, blue = 0;
+  uint32_t area[4];
+  pktrt__pass_square(p, PKTRT__PASS_CELL, column, row, area);
   for (uint32_t y = area[1]; y < area[3]; y++)
     for (const pktrt__pixel_sums *s = &p->sums[(size_t)y * p->w + area[0]], *end = s + (area[2] - area[0]); s < end;
          s++) {
       const double one = pktrt__pass_spread(s, n, each);
-      if (!all_known && !(one < INFINITY)) {
+      if (n < 2 || !(one < INFINITY)) {
         b->unknown++;
         continue;
       }
-      spread += one, r += s->mean[0], g += s->mean[1], blue += s->mean[2];
+      spread += one, squares += one * one, red += s->mean[0], green += s->mean[1], blue += s->mean[2];
     }
-  b->error[0] = n < 2 ? INFINITY : spread / (n * (n - 1));
-  b->mean[0] = r * each, b->mean[1] = g * each, b->mean[2] = blue * each;
+  squares *= part * part;
+  cell->variance = spread * part * n;
+  b->pixels += cell->pixels, b->error[0] += spread * part, b->squares += squares;
+  b->doubt += squares * 2 * n / (n + 1);
+  b->mean[0] += red * each, b->mean[1] += green * each, b->mean[2] += blue * each;
 }
 
 static void pktrt__pass_sum_errors(void *arg, size_t row) { /* a row of blocks */
   pktrt__pass_sums *p = PKTRT__CAST(pktrt__pass_sums *, arg);
-  for (uint32_t column = 0; column < p->columns; column++) {
-    pktrt__pass_block *b = &p->blocks[row * p->columns + column];
-    uint32_t area[4];
-    pktrt__pass_block_area(p, column, (uint32_t)row, area);
-    b->pixels = (area[2] - area[0]) * (area[3] - area[1]);
-    pktrt__pass_sum_block(p, area, b, true);
-    if (!(b->error[0] < INFINITY)) pktrt__pass_sum_block(p, area, b, false);
-    if (b->done < 2) b->unknown = b->pixels, b->error[0] = 0;
-  }
+  const uint32_t each = PKTRT_ERROR_BLOCK / PKTRT__PASS_CELL, first = (uint32_t)row * each;
+  memset(&p->blocks[row * p->columns], 0, p->columns * sizeof *p->blocks);
+  for (uint32_t y = first; y < first + each && y < p->cell_rows; y++)
+    for (uint32_t x = 0; x < p->cell_columns; x++)
+      pktrt__pass_sum_cell(p, x, y, &p->blocks[row * p->columns + x / each]);
 }
 
-/* Writes the error of the whole picture, as far as known, to the report. */
-static void pktrt__pass_estimate(const pktrt__render_state *render, pktrt_report *r) {
+/* Writes how far an estimate can be believed: `error`, `squares` and `doubt` are sums over `known` pixels. Returns the
+   factor that an interval goes up and down from its root. WHY 2 / (1 + 1 / n): of grey normal scatter, V is off by
+   2 V^2 / (n - 1), the true error by 2 V^2, and V^2 is too large by the factor 1 + 2 / (n - 1). Scatter with rare
+   large values is off by as much, as it counts them in both. WHY 8 and an eighth: where rare light is most of the
+   error, fewer passes have often seen none of it, and would not know. */
+static double pktrt__pass_believe(pktrt_report *r, int measure, const double sums[3], double known, double passes) {
+  const double error = sums[0], squares = sums[1], off = error > 0 ? sqrt(sums[2]) / error : 0;
+  r->effective_pixels[measure] = squares > 0 ? error * error / squares : 0;
+  r->unreliable[measure] = !(error < INFINITY) || !(off <= 0.25) || !(known > 0) ||
+                           (error > 0 && passes < 8 && r->effective_pixels[measure] < known / 8);
+  return off + sqrt(1 + off * off);
+}
+
+/* Writes the error of the whole picture, as far as known, to the report; `passes`: a mean over pixels. */
+static void pktrt__pass_estimate(const pktrt__render_state *render, double passes, pktrt_report *r) {
   pktrt__pass_sums *p = render->passes;
   const uint64_t blocks = (uint64_t)p->columns * p->rows;
-  double error[2] = {0, 0}, mean[3] = {0, 0, 0}, known = 0;
+  double sums[2][3] = {{0, 0, 0}, {0, 0, 0}}, mean[3] = {0, 0, 0}, known = 0; /* of V, V^2 and doubt */
   r->unknown = 0;
   pktrt__parallel_for(&render->scene->desc, p->rows, pktrt__pass_sum_errors, p);
   for (uint64_t i = 0; i < blocks; i++) {
@@ -15508,46 +15563,55 @@ static void pktrt__pass_estimate(const pktrt__render_state *render, pktrt_report
     pktrt__pass_block *b = &p->blocks[i];
     const double pixels = pktrt__max(1, b->pixels - b->unknown);
     const double against = pktrt__dot(b->mean, b->mean) / (pixels * pixels) + least;
-    b->error[1] = against > 0 ? b->error[0] / against : 0; /* negative radiance may make that 0 */
-    for (int k = 0; k < 2; k++) error[k] += b->error[k];
+    b->weight = against > 0 ? 1 / against : 0; /* negative radiance may make that 0 */
+    b->error[1] = b->error[0] * b->weight;
+    for (int k = 0; k < 2; k++) {
+      const double square = k ? b->weight * b->weight : 1;
+      sums[k][0] += b->error[k], sums[k][1] += b->squares * square, sums[k][2] += b->doubt * square;
+    }
   }
-  r->rmse = known > 0 ? sqrt(error[0] / (3 * known)) : INFINITY;
-  r->relative_mse = known > 0 ? error[1] / known : INFINITY;
+  r->rmse = known > 0 ? sqrt(sums[0][0] / (3 * known)) : INFINITY;
+  r->relative_mse = known > 0 ? sums[1][0] / known : INFINITY;
+  const double factor = pktrt__pass_believe(r, 0, sums[0], known, passes);
+  const double other = pktrt__pass_believe(r, 1, sums[1], known, passes);
+  r->rmse_low = r->rmse / factor, r->rmse_high = r->rmse * factor;
+  r->relative_mse_high = r->relative_mse * other * other;
 }
 
 /* --- adaptive passes ---
 
-   A block of c pixels whose passes have variance s each (V n, summed over its pixels) contributes s / R after R passes,
-   which cost c R. For a given cost the sum of errors is least if R is in proportion to q = sqrt(s / c), so that blocks
+   A cell of c pixels whose passes have variance s each (V n, summed over its pixels) contributes s / R after R passes,
+   which cost c R. For a given cost the sum of errors is least if R is in proportion to q = sqrt(s / c), so that cells
    get more passes where these help more: R = max(done, scale q), for what is done is done. The scale that spends a
-   budget, or reaches an error, follows from the blocks whose R exceeds `done`: found by removing the others. */
+   budget, or reaches an error, follows from the cells whose R exceeds `done`: found by removing the others. */
 
-enum { PKTRT__PILOT = 2 }; /* passes that all blocks get before errors are known */
+enum { PKTRT__PILOT = 2 }; /* passes that all cells get before errors are known */
 
-/* Returns s of a block, a quarter of it that of the 3 x 3 blocks around. WHY: two passes may miss what is rare. */
-static double pktrt__pass_block_variance(const pktrt__pass_sums *p, uint32_t column, uint32_t row, int measure) {
+/* Returns s / c of a cell, a quarter of it that of the 3 x 3 cells around. WHY: two passes may miss what is rare. */
+static double pktrt__pass_cell_variance(const pktrt__pass_sums *p, uint32_t column, uint32_t row) {
   double sum = 0, pixels = 0;
-  for (uint32_t y = row ? row - 1 : 0; y <= row + 1 && y < p->rows; y++)
-    for (uint32_t x = column ? column - 1 : 0; x <= column + 1 && x < p->columns; x++) {
-      const pktrt__pass_block *b = &p->blocks[(size_t)y * p->columns + x];
-      sum += b->error[measure] * b->done, pixels += b->pixels;
+  for (uint32_t y = row ? row - 1 : 0; y <= row + 1 && y < p->cell_rows; y++)
+    for (uint32_t x = column ? column - 1 : 0; x <= column + 1 && x < p->cell_columns; x++) {
+      const pktrt__pass_cell *cell = &p->cells[(size_t)y * p->cell_columns + x];
+      sum += cell->variance, pixels += cell->pixels;
     }
-  const pktrt__pass_block *b = &p->blocks[(size_t)row * p->columns + column];
-  const double own = b->error[measure] * b->done, around = sum / pixels * b->pixels;
-  return 0.75 * own + 0.25 * around;
+  const pktrt__pass_cell *cell = &p->cells[(size_t)row * p->cell_columns + column];
+  return 0.75 * cell->variance / cell->pixels + 0.25 * sum / pixels;
 }
 
 /* Returns the scale that spends `budget` pixel passes in all, or with budget 0 leaves `error`; 0 if that is reached. */
 static double pktrt__pass_scale(const pktrt__pass_sums *p, double budget, double error) {
-  const uint64_t blocks = (uint64_t)p->columns * p->rows;
+  const uint64_t cells = (uint64_t)p->cell_columns * p->cell_rows;
   double scale = INFINITY;
   for (;;) {
     double spent = 0, left = 0, open = 0;
-    for (uint64_t i = 0; i < blocks; i++) {
-      const pktrt__pass_block *b = &p->blocks[i];
-      const bool closed = scale * b->want <= b->done || b->want <= 0; /* `want` holds q */
-      if (closed) spent += (double)b->pixels * b->done, left += b->want * b->want * b->pixels / b->done;
-      else open += b->want * b->pixels;
+    for (uint64_t i = 0; i < cells; i++) {
+      const pktrt__pass_cell *cell = &p->cells[i];
+      const bool closed = scale * cell->want <= cell->done || cell->want <= 0; /* `want` holds q */
+      if (closed) {
+        spent += (double)cell->pixels * cell->done;
+        left += cell->want * cell->want * cell->pixels / cell->done;
+      } else open += cell->want * cell->pixels;
     }
     const double by_error = error > left ? open / (error - left) : INFINITY;
     const double next = open <= 0 ? 0 : budget > 0 ? (budget - spent) / open : by_error;
@@ -15556,42 +15620,47 @@ static double pktrt__pass_scale(const pktrt__pass_sums *p, double budget, double
   }
 }
 
-/* Sets `want` of all blocks: q, but at least a quarter of the mean, for error that has not been seen may yet come. */
-static void pktrt__pass_ask_blocks(pktrt__pass_sums *p, int measure) {
+/* Sets `want` of all cells: q, but at least a quarter of the mean, for error that has not been seen may yet come. */
+static void pktrt__pass_ask_cells(pktrt__pass_sums *p, bool relative) {
+  const uint64_t cells = (uint64_t)p->cell_columns * p->cell_rows;
+  const uint32_t each = PKTRT_ERROR_BLOCK / PKTRT__PASS_CELL;
   double sum = 0;
-  for (uint32_t row = 0; row < p->rows; row++)
-    for (uint32_t column = 0; column < p->columns; column++) {
-      pktrt__pass_block *b = &p->blocks[(size_t)row * p->columns + column];
-      b->want = sqrt(pktrt__pass_block_variance(p, column, row, measure) / b->pixels);
-      sum += b->want;
+  for (uint32_t row = 0; relative && row < p->cell_rows; row++)
+    for (uint32_t column = 0; column < p->cell_columns; column++)
+      p->cells[(size_t)row * p->cell_columns + column].variance *=
+          p->blocks[(size_t)(row / each) * p->columns + column / each].weight;
+  for (uint32_t row = 0; row < p->cell_rows; row++)
+    for (uint32_t column = 0; column < p->cell_columns; column++) {
+      pktrt__pass_cell *cell = &p->cells[(size_t)row * p->cell_columns + column];
+      cell->want = sqrt(pktrt__pass_cell_variance(p, column, row));
+      sum += cell->want;
     }
-  const uint64_t blocks = (uint64_t)p->columns * p->rows;
-  const double least = sum > 0 ? sum / (4 * (double)blocks) : 1;
-  for (uint64_t i = 0; i < blocks; i++)
-    if (!(p->blocks[i].want > least && p->blocks[i].want < INFINITY)) p->blocks[i].want = least;
+  const double least = sum > 0 ? sum / (4 * (double)cells) : 1;
+  for (uint64_t i = 0; i < cells; i++)
+    if (!(p->cells[i].want > least && p->cells[i].want < INFINITY)) p->cells[i].want = least;
 }
 
 /* Shares out the next round's passes: up to `budget` pixel passes with the `spent` before, fewer if that reaches the
-   target, but some, since wants are no exact forecast. Blocks want fractions of passes; what one lacks to a whole pass
+   target, but some, since wants are no exact forecast. Cells want fractions of passes; what one lacks to a whole pass
    goes to the next. If none gets any, the one that wants most gets one: every round does something, so rounds end. */
 static void pktrt__pass_share_out(const pktrt__render_state *render, double spent, double budget, double target) {
   pktrt__pass_sums *p = render->passes;
-  pktrt__pass_block *first = NULL;
+  pktrt__pass_cell *first = NULL;
   const uint32_t most = UINT32_MAX / render->samples;
   double carry = 0.5, given = 0;
-  pktrt__pass_ask_blocks(p, render->desc->measure == PKTRT_ERROR_RELATIVE);
+  pktrt__pass_ask_cells(p, render->desc->measure == PKTRT_ERROR_RELATIVE);
   double scale = pktrt__pass_scale(p, budget, 0);
   if (target > 0) {
     const double least = pktrt__pass_scale(p, pktrt__min(budget, 1.03 * spent), 0);
     scale = pktrt__min(scale, pktrt__max(least, pktrt__pass_scale(p, 0, target)));
   }
-  for (uint64_t i = 0; i < (uint64_t)p->columns * p->rows; i++) {
-    pktrt__pass_block *b = &p->blocks[i];
-    const double more = scale * b->want - b->done, room = most - b->done;
+  for (uint64_t i = 0; i < (uint64_t)p->cell_columns * p->cell_rows; i++) {
+    pktrt__pass_cell *cell = &p->cells[i];
+    const double more = scale * cell->want - cell->done, room = most - cell->done;
     carry += more > 0 ? pktrt__min(more, room) : 0;
-    b->more = (uint32_t)pktrt__min(carry, room);
-    carry -= b->more, given += b->more;
-    if (room > 0 && (!first || b->want * first->done > first->want * b->done)) first = b;
+    cell->more = (uint32_t)pktrt__min(carry, room);
+    carry -= cell->more, given += cell->more;
+    if (room > 0 && (!first || cell->want * first->done > first->want * cell->done)) first = cell;
   }
   if (given <= 0 && first) first->more = 1;
 }
@@ -15647,43 +15716,68 @@ static double pktrt__pass_next_round(const pktrt__pass_rounds *t) {
   return pktrt__min(next, left);
 }
 
-/* Plans how many passes each block gets in the next round: all the same while nothing is known. */
+/* Tells whether the estimate may end the render as it is, without regard to its interval. */
+static bool pktrt__pass_believed(const pktrt__pass_rounds *t) {
+  return t->render->desc->trust_estimates || !t->report.unreliable[t->render->desc->measure == PKTRT_ERROR_RELATIVE];
+}
+
+/* Plans how many passes each cell gets in the next round: all the same while nothing is known. */
 static void pktrt__pass_plan_round(pktrt__pass_rounds *t, double next) {
   const pktrt_render_desc *d = t->render->desc;
   const pktrt__pass_sums *p = t->render->passes;
   const double pixels = (double)d->width * d->height, known = pixels - (double)t->report.unknown;
-  const double target = (double)d->target_error;
+  const double target = pktrt__pass_believed(t) ? (double)d->target_error : 0;
   t->alike = d->adaptive && t->spent > 0 ? 0 : (uint32_t)next;
-  for (uint64_t i = 0; p && i < (uint64_t)p->columns * p->rows; i++) p->blocks[i].more = t->alike;
+  for (uint64_t i = 0; p && i < (uint64_t)p->cell_columns * p->cell_rows; i++) p->cells[i].more = t->alike;
   if (t->alike) return;
   const double error = d->measure == PKTRT_ERROR_RELATIVE ? target : 3 * target * target;
   pktrt__pass_share_out(t->render, t->spent * pixels, (t->spent + next) * pixels, 0.98 * error * known);
 }
 
-/* Renders the passes that this round gives to the blocks of an area. False: out of memory. */
-static bool pktrt__pass_render_blocks(pktrt__pass_rounds *t, const uint32_t area[4], pktrt_stats *stats) {
-  const pktrt__render_state *render = t->render;
-  const pktrt__pass_sums *p = render->passes;
-  const uint32_t b = PKTRT_ERROR_BLOCK;
-  pktrt__tile *tile = NULL;
-  bool ok = true;
-  for (uint32_t row = area[1] / b; ok && row <= (area[3] - 1) / b; row++)
-    for (uint32_t column = area[0] / b; ok && column <= (area[2] - 1) / b; column++) {
-      const pktrt__pass_block *block = &p->blocks[(size_t)row * p->columns + column];
-      uint32_t part[4];
-      if (!block->more) continue;
-      if (!tile) tile = pktrt__tile_make(render, t, stats);
-      if (!tile) return false;
-      pktrt__pass_block_area(p, column, row, part);
-      for (int a = 0; a < 2; a++) {
-        if (part[a] < area[a]) part[a] = area[a];
-        if (part[2 + a] > area[2 + a]) part[2 + a] = area[2 + a];
-      }
-      for (uint32_t k = 0; k < block->more && !pktrt__atomic_load(&t->cancelled); k++)
-        pktrt__tile_render_area(tile, part, block->done + k);
-      ok = !tile->failed || tile->stopped;
-    }
-  if (tile) pktrt__tile_free(tile);
+/* Appends the pixels of a cell within an area, in the order of the tile's curve. Returns how many there are now. */
+static uint32_t pktrt__pass_add_pixels(const pktrt__tile *tile, uint32_t left, uint32_t top, const uint32_t area[4],
+                                       uint32_t *x, uint32_t *y, uint32_t pixels) {
+  for (uint32_t i = 0; i < PKTRT__PASS_CELL * PKTRT__PASS_CELL; i++) {
+    const uint32_t px = left + tile->across[i], py = top + tile->down[i];
+    if (px >= area[0] && px < area[2] && py >= area[1] && py < area[3]) x[pixels] = px, y[pixels++] = py;
+  }
+  return pixels;
+}
+
+/* Renders one pass over those cells of a square from (left, top) on that get it in this round. Cells next to each other
+   on the tile's curve share waves. Returns the least number of a later pass, UINT32_MAX: none. */
+static uint32_t pktrt__pass_render_cells(const pktrt__pass_sums *p, pktrt__tile *tile, uint32_t left, uint32_t top,
+                                         const uint32_t area[4], uint32_t pass) {
+  const uint32_t room = pktrt__tile_begin_pass(tile, pass), edge = PKTRT__PASS_CELL, samples = tile->render->samples;
+  uint32_t x[PKTRT__BATCH], y[PKTRT__BATCH], pixels = 0, later = UINT32_MAX;
+  for (uint32_t i = 0; i < PKTRT__BATCH && !tile->failed; i++) {
+    const uint32_t cx = left + tile->across[i] * edge, cy = top + tile->down[i] * edge;
+    if (cx >= area[2] || cy >= area[3]) continue;
+    const pktrt__pass_cell *cell = &p->cells[(size_t)(cy / edge) * p->cell_columns + cx / edge];
+    const uint32_t end = cell->done + cell->more, next = cell->done > pass ? cell->done : pass + 1;
+    if (next < end && next < later) later = next;
+    if (cell->done > pass || pass >= end) continue;
+    pixels = pktrt__pass_add_pixels(tile, cx, cy, area, x, y, pixels);
+    if (pixels + edge * edge <= PKTRT__BATCH && (pixels + edge * edge) * samples <= room) continue;
+    pktrt__tile_render_pixels(tile, x, y, pixels, room);
+    pixels = 0;
+  }
+  if (pixels && !tile->failed) pktrt__tile_render_pixels(tile, x, y, pixels, room);
+  return later;
+}
+
+/* Renders the passes that this round gives to the cells of an area, square by square. False: out of memory. */
+static bool pktrt__pass_render_adaptive(pktrt__pass_rounds *t, const uint32_t area[4], pktrt_stats *stats) {
+  const pktrt__pass_sums *p = t->render->passes;
+  const uint32_t edge = PKTRT_ERROR_BLOCK * PKTRT__PASS_CELL; /* PKTRT__BATCH cells */
+  pktrt__tile *tile = pktrt__tile_make(t->render, t, stats);
+  if (!tile) return false;
+  for (uint32_t y = area[1] / edge * edge; y < area[3] && !tile->failed; y += edge)
+    for (uint32_t x = area[0] / edge * edge; x < area[2] && !tile->failed; x += edge)
+      for (uint32_t pass = 0; pass < UINT32_MAX && !tile->failed && !pktrt__atomic_load(&t->cancelled);)
+        pass = pktrt__pass_render_cells(p, tile, x, y, area, pass);
+  const bool ok = !tile->failed || tile->stopped;
+  pktrt__tile_free(tile);
   return ok;
 }
 
@@ -15721,14 +15815,14 @@ static void pktrt__pass_run_tile(void *arg, size_t i) {
   const uint32_t area[4] = {x, y, x1, y1};
   pktrt_stats *stats = t->stats ? &t->stats[i] : NULL;
   const bool ok = t->alike ? pktrt__pass_render_uniform(t->render, t, area, stats, (uint32_t)t->spent, t->alike)
-                           : pktrt__pass_render_blocks(t, area, stats);
+                           : pktrt__pass_render_adaptive(t, area, stats);
   if (!ok) (void)pktrt__atomic_increment(&t->failed);
   if (pktrt__atomic_load(&t->cancelled)) return; /* the tile may lack pixels or passes */
   const uint32_t done = pktrt__atomic_increment(&t->done);
   if (!pktrt__pass_tell_progress(t, done)) (void)pktrt__atomic_increment(done < t->count ? &t->cancelled : &t->late);
 }
 
-/* Updates blocks and report after a round. */
+/* Updates cells and report after a round. */
 static void pktrt__pass_end_round(pktrt__pass_rounds *t) {
   const pktrt__render_state *render = t->render;
   const pktrt_render_desc *d = render->desc;
@@ -15736,13 +15830,11 @@ static void pktrt__pass_end_round(pktrt__pass_rounds *t) {
   pktrt_report *r = &t->report;
   uint32_t least = UINT32_MAX, most = 0;
   double sum = 0;
-  for (uint64_t i = 0; p && i < (uint64_t)p->columns * p->rows; i++) {
-    pktrt__pass_block *b = &p->blocks[i];
-    uint32_t area[4];
-    pktrt__pass_block_area(p, (uint32_t)(i % p->columns), (uint32_t)(i / p->columns), area);
-    b->done += b->more, b->pixels = (area[2] - area[0]) * (area[3] - area[1]);
-    least = b->done < least ? b->done : least, most = b->done > most ? b->done : most;
-    sum += (double)b->done * b->pixels;
+  for (uint64_t i = 0; p && i < (uint64_t)p->cell_columns * p->cell_rows; i++) {
+    pktrt__pass_cell *cell = &p->cells[i];
+    cell->done += cell->more;
+    least = cell->done < least ? cell->done : least, most = cell->done > most ? cell->done : most;
+    sum += (double)cell->done * cell->pixels;
   }
   t->spent = p ? sum / ((double)d->width * d->height) : 1;
   r->rounds++;
@@ -15758,9 +15850,11 @@ static void pktrt__pass_end_round(pktrt__pass_rounds *t) {
 static pktrt_stop pktrt__pass_judge(const pktrt__pass_rounds *t) {
   const pktrt_render_desc *d = t->render->desc;
   const pktrt_report *r = &t->report;
-  const double error = d->measure == PKTRT_ERROR_RELATIVE ? r->relative_mse : r->rmse;
-  const double block = PKTRT_ERROR_BLOCK * PKTRT_ERROR_BLOCK / ((double)d->width * d->height);
-  const double rest = d->adaptive ? pktrt__max(0.1, 0.5 * block) : 0.5; /* blocks get whole passes */
+  const bool relative = d->measure == PKTRT_ERROR_RELATIVE, believed = pktrt__pass_believed(t);
+  const double high = t->spent < 8 ? INFINITY : relative ? r->relative_mse_high : r->rmse_high;
+  const double error = !believed ? high : relative ? r->relative_mse : r->rmse;
+  const double cell = PKTRT__PASS_CELL * PKTRT__PASS_CELL / ((double)d->width * d->height);
+  const double rest = d->adaptive ? pktrt__max(0.1, 0.5 * cell) : 0.5; /* cells get whole passes */
   if (d->target_error > 0 && error <= (double)d->target_error) return r->unknown ? PKTRT_STOP_PASSES : PKTRT_STOP_ERROR;
   if (d->target_error > 0 && t->spent >= 2 && r->rmse == INFINITY) return PKTRT_STOP_PASSES; /* never to be known */
   if (t->spent > t->render->most_passes - pktrt__min(rest, 0.5)) return PKTRT_STOP_PASSES;
@@ -15795,7 +15889,7 @@ static void pktrt__pass_run(pktrt__pass_rounds *t) {
       return;
     }
     pktrt__pass_end_round(t);
-    if (t->watched && t->render->passes) pktrt__pass_estimate(t->render, r);
+    if (t->watched && t->render->passes) pktrt__pass_estimate(t->render, t->spent, r);
     r->stop = pktrt__pass_judge(t);
     if (t->late && !r->stop) t->cancelled = 1, r->stop = PKTRT_STOP_CANCELLED;
     if (d->pass && !d->pass(d->user, r) && !r->stop) r->stop = PKTRT_STOP_ASKED;
@@ -15810,10 +15904,11 @@ static void pktrt__pass_write_errors(const pktrt__render_state *render) {
   for (uint32_t y = 0; y < d->height; y++)
     for (uint32_t x = 0; x < d->width; x++) {
       const size_t at = (size_t)y * d->width + x, block = (size_t)(y / b) * columns + x / b;
+      const size_t cell = p ? (size_t)(y / PKTRT__PASS_CELL) * p->cell_columns + x / PKTRT__PASS_CELL : 0;
       const double known = p ? p->blocks[block].pixels - p->blocks[block].unknown : 0;
       if (d->pixel_error)
         d->pixel_error[at] =
-            p ? pktrt__to_float(sqrt(pktrt__pass_squared_error(&p->sums[at], p->blocks[block].done) / 3)) : INFINITY;
+            p ? pktrt__to_float(sqrt(pktrt__pass_squared_error(&p->sums[at], p->cells[cell].done) / 3)) : INFINITY;
       if (d->block_error && x % b == 0 && y % b == 0)
         d->block_error[block] = known > 0 ? pktrt__to_float(sqrt(p->blocks[block].error[0] / (3 * known))) : INFINITY;
     }
@@ -15893,7 +15988,8 @@ static pktrt_status pktrt__pass_begin(pktrt_scene *s, pktrt__render_state *rende
   const pktrt_render_desc *d = render->desc;
   const uint32_t area[4] = {0, 0, d->width, d->height};
   memset(t, 0, sizeof *t);
-  t->report.rmse = t->report.relative_mse = INFINITY;
+  t->report.rmse = t->report.relative_mse = t->report.rmse_high = t->report.relative_mse_high = INFINITY;
+  t->report.unreliable[0] = t->report.unreliable[1] = true;
   t->render = render, t->columns = (d->width + render->tile_size - 1) / render->tile_size;
   const uint64_t count = (uint64_t)t->columns * ((d->height + render->tile_size - 1) / render->tile_size);
   if (count > INT32_MAX)
@@ -15923,7 +16019,7 @@ static pktrt_status pktrt__pass_end(pktrt_scene *s, pktrt__render_state *render,
   if (t->failed) return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "render: no memory for the rays of a tile");
   if (t->cancelled) return pktrt__fail(s, PKTRT_CANCELLED, "render: the progress hook asked to stop");
   if (render->passes && !d->pass && (d->report || d->pixel_error || d->block_error))
-    pktrt__pass_estimate(render, &t->report);
+    pktrt__pass_estimate(render, t->spent, &t->report);
   if (d->pixel_error || d->block_error) pktrt__pass_write_errors(render);
   return PKTRT_OK;
 }
@@ -16053,7 +16149,10 @@ PKTRT_DEF void pktrt_get_scene_report(const pktrt_scene *s, const struct pktrt_r
     const uint32_t waves = !(r->used & PKTRT__SPECULAR) ? 0 : r->used & PKTRT_FEATURE_DIELECTRIC ? 3 : 2;
     r->worker = sizeof(pktrt__tile) + waves * sizeof(pktrt__wave);
     const bool passes = d->passes > 1 || d->target_error > 0 || d->time_budget > 0 || (d->pass && !d->passes);
-    if (passes) r->passes = (uint64_t)d->width * d->height * sizeof(pktrt__pixel_sums);
+    if (passes) {
+      const uint64_t e = PKTRT__PASS_CELL, cells = ((d->width + e - 1) / e) * ((d->height + e - 1) / e);
+      r->passes = (uint64_t)d->width * d->height * sizeof(pktrt__pixel_sums) + cells * sizeof(pktrt__pass_cell);
+    }
   }
 #endif
   r->bytes = r->nodes + r->blocks + r->motion + r->positions + r->normals + r->texcoords + r->indices + r->ids +
@@ -16134,6 +16233,8 @@ PKTRT_DEF size_t pktrt_scene_report_text(const pktrt_scene_report *r, char *text
 
      0.10.0   Groups of meshes with trees of their own, masks of meshes, instances and queries; pktrt_remove_mesh,
               pktrt_remove_instance, pktrt_set_enabled. Texture coordinates, cutouts; pktrt_surface, pktrt_spawn_at.
+              Adaptive passes go to cells of 4 x 4 pixels; reports say how far to believe them, and unreliable ones end
+              no render at its target.
      0.9.0    Models, and instances that place them and move: pktrt_add_model, pktrt_add_instance, pktrt_set_transform,
               pktrt_get_mesh_source.
      0.8.0    Hits are those of exact arithmetic on the floats that are given, t within 0.7 ulp, and each crossing belongs to

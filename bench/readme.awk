@@ -189,15 +189,19 @@ function rows_of_points(    f, worst, over, at) {
 }
 function is_drt(scene) { return scene ~ /^(poolhall|conference|rtrt)$/ }
 function percent(part, of) { return sprintf("%.1f%%", 100 * part / of) }
-function rows_of_estimates(    f, n, rmse, relative, g) {
+function rows_of_estimates(    f, n, rmse, relative, g, reliable, among) {
   while (next_row("error_estimates", f)) {
     g = is_drt(f["scene"])
     n[g] += f["runs"]; rmse[g] += f["runs"] * f["rmse_within"]; relative[g] += f["runs"] * f["relative_within"]
+    if (f["unreliable"] < 1) {
+      reliable += f["runs"] * (1 - f["unreliable"]); among += f["runs"] * (1 - f["unreliable"]) * f["reliable_within"]
+    }
   }
   figure_row("estimated error within 25% of the true one: RMSE, relative MSE", "`make error`", "error_estimates",
     percent(rmse[0] + rmse[1], n[0] + n[1]) ", " percent(relative[0] + relative[1], n[0] + n[1]) " of runs" \
     "; scenes with a closed form: " percent(rmse[0], n[0]) ", " percent(relative[0], n[0]) \
-    "; DRT in small pictures: " percent(rmse[1], n[1]) ", " percent(relative[1], n[1]))
+    "; DRT in small pictures: " percent(rmse[1], n[1]) ", " percent(relative[1], n[1]) \
+    "; RMSE of those not called unreliable (" percent(reliable, n[0] + n[1]) "): " percent(among, reliable))
 }
 function rows_of_targets(    f, n, met, m) {
   while (next_row("error_targets", f)) { m = f["measure"]; n[m] += f["runs"]; met[m] += f["runs"] * f["met"] }

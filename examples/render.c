@@ -72,18 +72,18 @@ static void print_help_picture(void) {
 static void print_help_error(void) {
   printf("\nhow wrong it may be by chance:\n"
          "  --passes N       2 to 65536 passes, independent of each other: the error is estimated from their scatter\n"
-         "  --target-error E stop when the estimate is not above E\n"
+         "  --target-error E stop when the estimate is not above E; one that is unreliable does not count\n"
          "  --measure WHAT   what E means and --adaptive lowers; rmse: of a channel, in units of radiance (default),\n"
          "                   or relative: relative MSE, 0.0025 for 5%% of the radiance around\n"
          "  --time SECONDS   stop when another pass would take longer than this in all, building not counted\n"
          "                   (one is always made, adaptively two)\n"
-         "  --adaptive       give passes to blocks of %d x %d pixels by their error; --passes is a mean then\n"
+         "  --adaptive       give passes to cells of 4 x 4 pixels by their error; --passes is a mean then\n"
          "  --error-map FILE the error of each pixel; .pfm: in units of radiance; .png: as a part of the pixel's\n"
          "                   value, from black (0.1%% or less) over red (3%%) to white (100%% or more), green where\n"
          "                   it is unknown (a tenth of the mean is added to all values, for the sake of dark ones)\n"
          "With --passes, --target-error or --time, --spp is that of each pass (default %d), and the first of these\n"
          "rules stops. With --error-map alone, half of the samples each are made in two passes.\n",
-         PKTRT_ERROR_BLOCK, PKTRT_ERROR_BLOCK, PASS_SAMPLES);
+         PASS_SAMPLES);
 }
 
 static void print_help_work(void) {
@@ -907,6 +907,10 @@ static void print_error(const job *j) {
   }
   printf("error    RMSE %.4g, relative MSE %.4g, estimated; RMSE x sqrt(seconds) %.4g\n", r->rmse, r->relative_mse,
          r->rmse * sqrt(seconds));
+  printf("         RMSE %.4g to %.4g (95%%), carried by %.0f pixels%s\n", r->rmse_low, r->rmse_high,
+         r->effective_pixels[0], r->unreliable[0] ? ": unreliable" : "");
+  if (r->unreliable[1])
+    printf("         the relative MSE is unreliable, carried by %.0f pixels\n", r->effective_pixels[1]);
   if (r->unknown > 0) printf("         %llu pixels are not finite and left out\n", (unsigned long long)r->unknown);
   printf("used     %u to %u samples per pixel, mean %.2f, in %u rounds; stopped: %s\n", (unsigned)r->samples_min,
          (unsigned)r->samples_max, r->samples_mean, (unsigned)r->rounds,

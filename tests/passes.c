@@ -3,8 +3,8 @@
 #include "pictures.h"
 
 enum { W = 40, H = 36, PIXELS = W * H, EDGE = PKTRT_ERROR_BLOCK, COLUMNS = 3, ROWS = 3, BLOCKS = COLUMNS * ROWS };
-enum { SINGLES = 6, ROUNDS = 64 };
-#define PASS_SEED 0x9E3779B9u /* from pass to pass */
+enum { SINGLES = 6, ROUNDS = 64, CELL = 4 }; /* cells get passes together */
+#define PASS_SEED 0x9E3779B9u                /* from pass to pass */
 
 /* --- films and hooks --- */
 
@@ -30,7 +30,11 @@ static pktrt_render_desc film_view(film *f) {
 static bool same_report(const pktrt_report *a, const pktrt_report *b) { /* but for the time it took */
   return a->rounds == b->rounds && a->samples_min == b->samples_min && a->samples_max == b->samples_max &&
          same_bits(&a->samples_mean, &b->samples_mean, 8) && same_bits(&a->rmse, &b->rmse, 8) &&
-         same_bits(&a->relative_mse, &b->relative_mse, 8) && a->unknown == b->unknown && a->stop == b->stop;
+         same_bits(&a->relative_mse, &b->relative_mse, 8) &&
+         same_bits(a->effective_pixels, b->effective_pixels, sizeof a->effective_pixels) &&
+         same_bits(&a->rmse_low, &b->rmse_low, 8) && same_bits(&a->rmse_high, &b->rmse_high, 8) &&
+         same_bits(&a->relative_mse_high, &b->relative_mse_high, 8) && a->unreliable[0] == b->unreliable[0] &&
+         a->unreliable[1] == b->unreliable[1] && a->unknown == b->unknown && a->stop == b->stop;
 }
 
 static bool same_film(const film *a, const film *b) {
@@ -197,14 +201,15 @@ static void one_pass(void) {
   CHECK(!same_bits(plain.pixels, two.pixels, sizeof plain.pixels), "the control: two passes make another");
   const pktrt_report *r = &one.report;
   CHECK(r->rounds == 1 && r->samples_min == 1 && r->samples_max == 1 && r->samples_mean == 1 && !r->unknown);
+  CHECK(r->unreliable[0] && r->unreliable[1] && isinf(r->rmse_high), "of one pass nothing is known");
   CHECK(isinf(r->rmse) && isinf(r->relative_mse) && r->stop == PKTRT_STOP_PASSES && r->seconds >= 0);
   for (size_t i = 0; i < PIXELS; i++)
     if (!CHECK(one.pixel_error[i] > FLT_MAX && two.pixel_error[i] <= FLT_MAX, "pixel %zu", i)) break;
   for (size_t i = 0; i < BLOCKS; i++) CHECK(one.block_error[i] > FLT_MAX && two.block_error[i] <= FLT_MAX);
   CHECK(peak[1] == peak[0] && calls[1] == calls[0], "%zu bytes, was %zu", peak[1], peak[0]);
   const size_t notes = 64 * PIXELS; /* sums of what primary rays met: this picture wants all of that */
-  CHECK(peak[2] >= peak[0] + 32 * PIXELS + notes && peak[2] < peak[0] + 33 * PIXELS + notes,
-        "the control: two passes take 32 bytes per pixel: %zu, was %zu", peak[2], peak[0]);
+  CHECK(peak[2] >= peak[0] + 34 * PIXELS + notes && peak[2] < peak[0] + 35 * PIXELS + notes,
+        "the control: two passes take 34 bytes per pixel: %zu, was %zu", peak[2], peak[0]);
   say("bytes while rendering %d pixels: one pass %zu, two %zu, of which %zu for the optional buffers", PIXELS, peak[1],
       peak[2], notes);
   pktrt_scene_destroy(s);
@@ -213,7 +218,7 @@ static void one_pass(void) {
 /* --- what is said of the error --- */
 
 typedef struct formula { /* from single pictures, in double */
-  double pixel[PIXELS], block[BLOCKS], rmse, relative;
+  double pixel[PIXELS], block[BLOCKS], rmse, relative, effective[2], low, high, relative_high;
   uint64_t unknown;
 } formula;
 
@@ -240,8 +245,9 @@ static double squared_error(const film *single, uint32_t n, size_t at, double x[
 
 static void expect(const film *single, uint32_t n, formula *f) {
   double sum = 0, weighted = 0, known = 0, m[4] = {0, 0, 0, 0}, x[3], block[BLOCKS], pixels[BLOCKS], mean[BLOCKS][3];
+  double squares[2] = {0, 0}, own[BLOCKS], factor[2];
   memset(f, 0, sizeof *f), memset(block, 0, sizeof block), memset(pixels, 0, sizeof pixels);
-  memset(mean, 0, sizeof mean);
+  memset(mean, 0, sizeof mean), memset(own, 0, sizeof own);
   for (size_t i = 0; i < PIXELS; i++) {
     const double v = squared_error(single, n, i, x);
     const size_t b = i / W / EDGE * COLUMNS + i % W / EDGE;
@@ -250,7 +256,7 @@ static void expect(const film *single, uint32_t n, formula *f) {
       f->unknown++;
       continue;
     }
-    sum += v, known++, block[b] += v, pixels[b]++;
+    sum += v, known++, block[b] += v, pixels[b]++, own[b] += v * v;
     for (int a = 0; a < 3; a++) m[a] += x[a], mean[b][a] += x[a];
   }
   for (int a = 0; a < 3; a++) m[a] /= known, m[3] += m[a] * m[a];
@@ -259,9 +265,16 @@ static void expect(const film *single, uint32_t n, formula *f) {
     f->block[b] = INFINITY;
     if (pixels[b] == 0) continue;
     for (int a = 0; a < 3; a++) b2 += mean[b][a] * mean[b][a] / (pixels[b] * pixels[b]);
-    f->block[b] = sqrt(block[b] / pixels[b] / 3), weighted += block[b] / (b2 + m[3] / 100);
+    b2 += m[3] / 100;
+    f->block[b] = sqrt(block[b] / pixels[b] / 3), weighted += block[b] / b2;
+    squares[0] += own[b], squares[1] += own[b] / (b2 * b2);
+  }
+  for (int k = 0; k < 2; k++) {
+    const double all = k ? weighted : sum, off = sqrt(2. * n / (n + 1) * squares[k]) / all;
+    f->effective[k] = all * all / squares[k], factor[k] = off + sqrt(1 + off * off);
   }
   f->rmse = sqrt(sum / known / 3), f->relative = weighted / known;
+  f->low = f->rmse / factor[0], f->high = f->rmse * factor[0], f->relative_high = f->relative * factor[1] * factor[1];
 }
 
 static bool near(double a, double b, double off) {
@@ -274,6 +287,10 @@ static size_t errors_off(const film *f, const formula *want) {
   for (size_t b = 0; b < BLOCKS; b++) wrong += !near((double)f->block_error[b], want->block[b], 1e-6);
   wrong += !near(f->report.rmse, want->rmse, 1e-9);
   wrong += !near(f->report.relative_mse, want->relative, 1e-9);
+  for (int k = 0; k < 2; k++) wrong += !near(f->report.effective_pixels[k], want->effective[k], 1e-9);
+  wrong += !near(f->report.rmse_low, want->low, 1e-9);
+  wrong += !near(f->report.rmse_high, want->high, 1e-9);
+  wrong += !near(f->report.relative_mse_high, want->relative_high, 1e-9);
   return wrong + (f->report.unknown != want->unknown);
 }
 
@@ -442,7 +459,7 @@ static void stop_rules(void) {
     const uint32_t ends[4] = {rules[i].passes, rules[i].error, rules[i].clock, rules[i].asked};
     for (int k = 0; k < 4; k++) rounds = ends[k] && ends[k] < rounds ? ends[k] : rounds;
     memset(&w, 0, sizeof w);
-    d = first, d.passes = rules[i].passes, w.stop_after = rules[i].asked, w.step = 1;
+    d = first, d.trust_estimates = true, d.passes = rules[i].passes, w.stop_after = rules[i].asked, w.step = 1;
     if (rules[i].error) { /* between the errors of two rounds; they fall from one to the next */
       const uint32_t k = rules[i].error - 1;
       CHECK(all.report[k].rmse < all.report[k - 1].rmse, "the error falls in round %u", k);
@@ -508,7 +525,7 @@ static void progress_grows(void) {
         : i / 2 == 1 ? "target"
                      : "time",
         f.report.rounds, (double)w.said);
-    CHECK(w.backwards == 0 && w.calls == 9 * f.report.rounds, "%zu calls, %zu backwards", w.calls, w.backwards);
+    CHECK(w.backwards == 0 && w.calls >= 9 * f.report.rounds, "%zu calls, %zu backwards", w.calls, w.backwards);
     CHECK(w.said > (i < 2 ? 0.9999f : 0.75f), "the last is %g", (double)w.said);
   }
   pktrt_scene_destroy(s);
@@ -616,6 +633,50 @@ static void clock_set_back(void) {
   pktrt_scene_destroy(s);
 }
 
+/* Noisy all over: many pixels carry the error. */
+static void even_light(void *user, uint32_t n, const float *const direction[3], float *const radiance[3]) {
+  (void)user;
+  for (uint32_t i = 0; i < n; i++) {
+    const int cell = (int)floorf(direction[0][i] * 401) + (int)floorf(direction[1][i] * 397);
+    for (int a = 0; a < 3; a++) radiance[a][i] = cell & 1 ? 1.5f : 0.1f;
+  }
+}
+
+/* Few pixels carry the error of a corner: two passes do not end at a target that their estimate meets, unless it is
+   trusted. Where all pixels carry it two passes do. */
+static void unreliable_estimates(void) {
+  static film f;
+  pktrt_scene *s = stage_open();
+  stage_commit(s);
+  for (int even = 0; even < 2; even++)
+    for (int adaptive = 0; adaptive < 2; adaptive++)
+      for (int measure = 0; measure < 2; measure++) {
+        uint32_t rounds[2];
+        double mean[2];
+        pktrt_render_desc d = corner_view(&f);
+        if (even) d.environment = even_light;
+        d.passes = 2;
+        stage_render(s, &d);
+        CHECK(f.report.unreliable[0] == !even && f.report.unreliable[1] == !even, "even %d: %g effective pixels", even,
+              f.report.effective_pixels[0]);
+        CHECK((f.report.effective_pixels[0] > PIXELS / 8) == (even != 0), "%g pixels", f.report.effective_pixels[0]);
+        CHECK(f.report.rmse_low < f.report.rmse && f.report.rmse < f.report.rmse_high, "within its interval");
+        d.measure = (pktrt_error_measure)measure, d.adaptive = adaptive != 0, d.passes = 0;
+        d.target_error = (float)(1.01 * (measure ? f.report.relative_mse : f.report.rmse));
+        for (int trust = 0; trust < 2; trust++) {
+          d.trust_estimates = trust != 0;
+          stage_render(s, &d);
+          rounds[trust] = f.report.rounds, mean[trust] = f.report.samples_mean / d.samples;
+          CHECK(f.report.stop == PKTRT_STOP_ERROR, "stop %d", (int)f.report.stop);
+        }
+        CHECK(mean[1] == 2, "trusted: %g passes", mean[1]);
+        CHECK(even ? mean[0] == 2 : mean[0] >= 8 && mean[0] < 14, "careful: %g passes", mean[0]);
+        say("%s, %s: %g passes in %u rounds, %g if trusted", even ? "all over" : "a corner",
+            adaptive ? "adaptive" : "uniform", mean[0], rounds[0], mean[1]);
+      }
+  pktrt_scene_destroy(s);
+}
+
 static double distance2(const float *a, const float *b) {
   double sum = 0;
   for (size_t i = 0; i < PIXELS * 3; i++) sum += ((double)a[i] - (double)b[i]) * ((double)a[i] - (double)b[i]);
@@ -626,7 +687,7 @@ static void check_counts(const film *f) {
   uint32_t least = UINT32_MAX, most = 0;
   double sum = 0;
   for (size_t i = 0; i < PIXELS; i++) {
-    const size_t block = i / W / EDGE * EDGE * W + i % W / EDGE * EDGE; /* its first pixel */
+    const size_t block = i / W / CELL * CELL * W + i % W / CELL * CELL; /* the first pixel of its cell */
     const uint32_t n = f->count[i];
     least = n < least ? n : least, most = n > most ? n : most, sum += n;
     if (!CHECK(n == f->count[block] && n % 2 == 0, "pixel %zu has %u samples", i, n)) break;
@@ -652,7 +713,8 @@ static void passes_go_where_noise_is(void) {
     check_counts(&uniform), check_counts(&adaptive);
     CHECK(uniform.report.samples_min == 2 * PASSES && uniform.report.samples_max == 2 * PASSES, "uniform is uniform");
     const uint32_t noisy = adaptive.count[0], still = adaptive.count[PIXELS - 1];
-    CHECK(noisy == adaptive.report.samples_max && noisy > 6 * still, "%u samples in the corner, %u afar", noisy, still);
+    CHECK(noisy > 6 * still && noisy + 16 > adaptive.report.samples_max, "%u samples in the corner, %u afar", noisy,
+          still);
     CHECK(still <= adaptive.report.samples_min + 2, "%u samples where it is still, least %u", still,
           adaptive.report.samples_min);
     const double mean = adaptive.report.samples_mean / 2;
@@ -720,6 +782,7 @@ static void still_pictures(void) {
                             : i / 2 == 1 ? PKTRT_STOP_ERROR
                                          : PKTRT_STOP_TIME),
           "case %d", i);
+    CHECK(!f.report.unreliable[0] && f.report.effective_pixels[0] == 0 && f.report.rmse_high == 0, "case %d", i);
     CHECK(f.report.rmse == 0 && f.report.relative_mse == 0 && f.report.unknown == 0, "case %d: %g", i, f.report.rmse);
     CHECK(i / 2 != 0 || near(f.report.samples_mean, 21, 0.02), "case %d: %g samples", i, f.report.samples_mean);
     CHECK(i / 2 != 1 || f.report.samples_max == 6, "case %d: %u samples", i, f.report.samples_max);
@@ -903,7 +966,8 @@ static void refused_rules(void) {
           value);
   }
   CHECK(same_bits(&f, &clean, sizeof f), "refused calls write nothing");
-  d = film_view(&f), d.passes = 65536, d.samples = 65535, d.target_error = FLT_MAX; /* just within the limits */
+  d = film_view(&f), d.trust_estimates = true, d.passes = 65536, d.samples = 65535,
+  d.target_error = FLT_MAX; /* just within the limits */
   d.width = d.height = 1;
   CHECK(pktrt_render(s, &d) == PKTRT_OK && f.report.rounds == 2 && f.count[0] == 2 * 65535, "%s", pktrt_last_error(s));
   pktrt_scene_destroy(s);
@@ -1004,6 +1068,7 @@ void suite_passes(void) {
   run("passes know the error where the scatter within a set does not", scatter_within_a_set);
   run("passes, errors and reports have the same bits for all settings, workers and threads", same_whatever);
   run("each rule stops after the right round, and of several the first", stop_rules);
+  run("a target error does not end passes whose estimate is unreliable, unless it is trusted", unreliable_estimates);
   run("time budgets are used, and kept", budgets_kept);
   run("a clock that is set back counts as no time", clock_set_back);
   run("a picture cancelled in a later pass is whole", cancelled_later);

@@ -53,10 +53,28 @@ static double part_of(ratios *r, double share) { /* a quantile; sorts */
   return r->n ? r->value[(unsigned)(share * (r->n - 1) + 0.5)] : NAN;
 }
 
-/* Estimated over true RMSE, and relative MSE. `naive`: what the variance within a set would say instead, if its samples
+typedef struct sayings { /* estimated over true RMSE and relative MSE; of those runs that call theirs reliable */
+  ratios rmse, relative, reliable, relative_reliable;
+  ratios held; /* whether the true RMSE is in the interval, 1 or 0 */
+} sayings;
+
+static void clear_sayings(sayings *to) {
+  to->rmse.n = to->relative.n = to->reliable.n = to->relative_reliable.n = to->held.n = 0;
+}
+
+static void add_ratios(ratios *to, const ratios *more) {
+  for (unsigned i = 0; i < more->n; i++) add_ratio(to, more->value[i]);
+}
+
+static void add_sayings(sayings *to, const sayings *more) {
+  add_ratios(&to->rmse, &more->rmse), add_ratios(&to->relative, &more->relative);
+  add_ratios(&to->reliable, &more->reliable), add_ratios(&to->relative_reliable, &more->relative_reliable);
+  add_ratios(&to->held, &more->held);
+}
+
+/* Adds estimated over true RMSE, and relative MSE. `naive`: what the variance within a set would say instead, if its samples
    were taken as independent: the estimate that as many independent samples have. */
-static void run_estimates(stage *g, pktrt_sampler sampler, unsigned p, unsigned seeds, bool naive, ratios *rmse,
-                          ratios *relative) {
+static void run_estimates(stage *g, pktrt_sampler sampler, unsigned p, unsigned seeds, bool naive, sayings *to) {
   for (unsigned k = 0; k < seeds; k++) {
     const shot s = shot_of(sampler, plans[p].samples, plans[p].passes, FIRST_SEED + k);
     shot other = s;
@@ -65,8 +83,12 @@ static void run_estimates(stage *g, pktrt_sampler sampler, unsigned p, unsigned 
     take_shot(g, &s, &o);
     said = o;
     if (naive) take_shot(g, &other, &said);
-    add_ratio(rmse, said.report.rmse / sqrt(fmax(o.mse, 1e-30)));
-    add_ratio(relative, said.report.relative_mse / fmax(o.relative, 1e-30));
+    const double truth = sqrt(fmax(o.mse, 1e-30)), ratio = said.report.rmse / truth,
+                 relative = said.report.relative_mse / fmax(o.relative, 1e-30);
+    add_ratio(&to->rmse, ratio), add_ratio(&to->relative, relative);
+    if (!said.report.unreliable[PKTRT_ERROR_RMSE]) add_ratio(&to->reliable, ratio);
+    if (!said.report.unreliable[PKTRT_ERROR_RELATIVE]) add_ratio(&to->relative_reliable, relative);
+    add_ratio(&to->held, truth >= said.report.rmse_low && truth <= said.report.rmse_high ? 1 : 0);
   }
 }
 
@@ -79,6 +101,7 @@ enum { TARGETS = sizeof target_parts / sizeof *target_parts };
 typedef struct aims { /* true error over target; times and samples */
   ratios met;
   double samples, unmet; /* mean over runs; runs that ended by another rule */
+  double doubted;        /* runs that ended with an estimate called unreliable */
 } aims;
 
 /* `lax`: the renderer is told twice the target. */
@@ -95,6 +118,7 @@ static void run_targets(stage *g, bool adaptive, pktrt_error_measure measure, un
       s.adaptive = adaptive, s.measure = measure, s.target = target * (lax ? 2 : 1);
       take_shot(g, &s, &o);
       to->samples += o.report.samples_mean, to->unmet += o.report.stop != PKTRT_STOP_ERROR;
+      to->doubted += o.report.unreliable[measure];
       add_ratio(&to->met, (relative ? o.relative : sqrt(fmax(o.mse, 0))) / target);
     }
 }
@@ -149,60 +173,101 @@ static double time_ratio(const effort *a, const effort *uniform, pktrt_error_mea
 
 /* >>report --------------------------------------------------------------------------------------------------------- */
 
-enum { CLOSED_SEEDS = 12, DRT_SEEDS = 4 };
+enum { SEEDS = 12 };
 
 /* Two passes of 8 samples of the scenes with a closed form: a line for each sampler. */
 static void estimates_by_sampler(const bench *b) {
   enum { PLAN = 1 };
-  static ratios rmse[PKTRT_SAMPLER_COUNT], relative[PKTRT_SAMPLER_COUNT];
+  static sayings said[PKTRT_SAMPLER_COUNT];
   static stage g;
-  for (int s = 0; s < PKTRT_SAMPLER_COUNT; s++) rmse[s].n = relative[s].n = 0;
+  for (int s = 0; s < PKTRT_SAMPLER_COUNT; s++) clear_sayings(&said[s]);
   for (unsigned k = 0; k < CLOSED_SCENES; k++) {
     closed_open(&g, k, widths[MIDDLE], heights[MIDDLE]);
-    for (int s = 0; s < PKTRT_SAMPLER_COUNT; s++)
-      run_estimates(&g, (pktrt_sampler)s, PLAN, CLOSED_SEEDS, false, &rmse[s], &relative[s]);
+    for (int s = 0; s < PKTRT_SAMPLER_COUNT; s++) run_estimates(&g, (pktrt_sampler)s, PLAN, SEEDS, false, &said[s]);
     stage_close(&g);
   }
   say(&b->out,
       "By sampler, all scenes with a closed form, two passes of 8 samples:\n\n| sampler | RMSE | within 25%% | "
       "relative MSE | within 25%% |\n|---|--:|--:|--:|--:|\n");
   for (int s = 0; s < PKTRT_SAMPLER_COUNT; s++) {
-    say(&b->out, "| %s | %.2f (%.2f, %.2f) | %.0f%% |", pktrt_sampler_string((pktrt_sampler)s), part_of(&rmse[s], 0.5),
-        part_of(&rmse[s], 0.05), part_of(&rmse[s], 0.95), 100 * share_within(&rmse[s], 0.75, 1.25));
-    say(&b->out, " %.2f | %.0f%% |\n", part_of(&relative[s], 0.5), 100 * share_within(&relative[s], 0.75, 1.25));
+    ratios *rmse = &said[s].rmse, *relative = &said[s].relative;
+    say(&b->out, "| %s | %.2f (%.2f, %.2f) | %.0f%% |", pktrt_sampler_string((pktrt_sampler)s), part_of(rmse, 0.5),
+        part_of(rmse, 0.05), part_of(rmse, 0.95), 100 * share_within(rmse, 0.75, 1.25));
+    say(&b->out, " %.2f | %.0f%% |\n", part_of(relative, 0.5), 100 * share_within(relative, 0.75, 1.25));
   }
   say(&b->out, "\n");
 }
 
-static void part_estimates(bench *b) {
-  static ratios rmse, relative, all[2];
+/* A share in percent, or a dash if there is none. */
+static void say_share(const bench *b, double share) {
+  if (share >= 0) say(&b->out, " %.0f%% |", 100 * share);
+  else say(&b->out, " - |");
+}
+
+/* One line of the table, and of the CSV file. */
+static void say_estimates(const bench *b, const stage *g, const struct plan *plan, sayings *said) {
+  const double runs = said->rmse.n, within = share_within(&said->rmse, 0.75, 1.25),
+               unreliable = 1 - said->reliable.n / runs, among = share_within(&said->reliable, 0.75, 1.25),
+               held = share_within(&said->held, 1, 1);
+  say(&b->out, "| %s, %u x %u | %u x %u | %.2f (%.2f, %.2f) | %.0f%% | %.0f%% |", g->name, (unsigned)g->view.width,
+      (unsigned)g->view.height, (unsigned)plan->passes, (unsigned)plan->samples, part_of(&said->rmse, 0.5),
+      part_of(&said->rmse, 0.05), part_of(&said->rmse, 0.95), 100 * within, 100 * unreliable);
+  say_share(b, among), say_share(b, held);
+  say(&b->out, " %.2f | %.0f%% | %.0f%% |", part_of(&said->relative, 0.5),
+      100 * share_within(&said->relative, 0.75, 1.25), 100 * (1 - said->relative_reliable.n / runs));
+  say_share(b, share_within(&said->relative_reliable, 0.75, 1.25));
+  say(&b->out, "\n");
+  csv(&b->out, "%s,%u,%u,%u,%u,%u,%.4f,%.4f,%.4f,%.4f,%.4f,%.4f,%.4f,", g->name, (unsigned)g->view.width,
+      (unsigned)g->view.height, (unsigned)plan->samples, (unsigned)plan->passes, said->rmse.n,
+      part_of(&said->rmse, 0.5), part_of(&said->rmse, 0.05), part_of(&said->rmse, 0.95), within, unreliable, among,
+      held);
+  csv(&b->out, "%.4f,%.4f,%.4f,%.4f\n", part_of(&said->relative, 0.5), share_within(&said->relative, 0.75, 1.25),
+      1 - said->relative_reliable.n / runs, share_within(&said->relative_reliable, 0.75, 1.25));
+}
+
+/* All plans of a picture: lines, and what they add to the sums over scenes. */
+static void estimate_picture(bench *b, unsigned k, unsigned seeds, sayings *all, sayings *long_runs) {
+  static sayings said;
   static stage g;
-  csv(&b->out,
-      "scene,samples,passes,runs,rmse_median,rmse_low,rmse_high,rmse_within,relative_median,relative_within\n");
-  say(&b->out,
-      "Estimated over true error: median over runs (in brackets the middle nine tenths of RMSE), and the part of runs "
-      "within 25%%. Sobol' points, passes x samples; pictures of 64 x 48 and %d seeds, DRT scenes 128 x 96 and %d.\n\n"
-      "| scene | passes | RMSE | within 25%% | relative MSE | within 25%% |\n|---|--:|--:|--:|--:|--:|\n",
-      CLOSED_SEEDS, DRT_SEEDS);
-  all[0].n = all[1].n = 0;
-  for (unsigned k = 0; k < CHECKED_STAGES; k++) {
-    open_whole(b, &g, k, k < CLOSED_SCENES ? MIDDLE : LARGE);
-    for (unsigned p = 0; p < PLANS; p++) {
-      rmse.n = relative.n = 0;
-      run_estimates(&g, PKTRT_SAMPLER_SOBOL, p, k < CLOSED_SCENES ? CLOSED_SEEDS : DRT_SEEDS, false, &rmse, &relative);
-      for (unsigned i = 0; i < rmse.n; i++) add_ratio(&all[0], rmse.value[i]), add_ratio(&all[1], relative.value[i]);
-      const double within[2] = {share_within(&rmse, 0.75, 1.25), share_within(&relative, 0.75, 1.25)};
-      say(&b->out, "| %s | %u x %u | %.2f (%.2f, %.2f) | %.0f%% | %.2f | %.0f%% |\n", g.name, (unsigned)plans[p].passes,
-          (unsigned)plans[p].samples, part_of(&rmse, 0.5), part_of(&rmse, 0.05), part_of(&rmse, 0.95), 100 * within[0],
-          part_of(&relative, 0.5), 100 * within[1]);
-      csv(&b->out, "%s,%u,%u,%u,%.4f,%.4f,%.4f,%.4f,%.4f,%.4f\n", g.name, (unsigned)plans[p].samples,
-          (unsigned)plans[p].passes, rmse.n, part_of(&rmse, 0.5), part_of(&rmse, 0.05), part_of(&rmse, 0.95), within[0],
-          part_of(&relative, 0.5), within[1]);
-    }
-    stage_close(&g);
+  open_whole(b, &g, k, MIDDLE);
+  for (unsigned p = 0; p < PLANS; p++) {
+    clear_sayings(&said);
+    run_estimates(&g, PKTRT_SAMPLER_SOBOL, p, seeds, false, &said);
+    add_sayings(all, &said);
+    if (plans[p].samples * plans[p].passes == 64) add_sayings(long_runs, &said);
+    say_estimates(b, &g, &plans[p], &said);
   }
-  say(&b->out, "\nOf all %u runs %.1f%% are within 25%% of the true RMSE, %.1f%% of the true relative MSE.\n\n",
-      all[0].n, 100 * share_within(&all[0], 0.75, 1.25), 100 * share_within(&all[1], 0.75, 1.25));
+  stage_close(&g);
+}
+
+static void say_sayings(const bench *b, const char *what, const sayings *of) {
+  say(&b->out,
+      "Of %s, %u runs, %.1f%% are within 25%% of the true RMSE; %.1f%% are called unreliable, of the others %.1f%% "
+      "are; "
+      "intervals hold the truth in %.1f%%. Relative MSE: %.1f%%; %.1f%% called unreliable, of the others %.1f%%.\n\n",
+      what, of->rmse.n, 100 * share_within(&of->rmse, 0.75, 1.25), 100 * (1 - (double)of->reliable.n / of->rmse.n),
+      100 * share_within(&of->reliable, 0.75, 1.25), 100 * share_within(&of->held, 1, 1),
+      100 * share_within(&of->relative, 0.75, 1.25), 100 * (1 - (double)of->relative_reliable.n / of->relative.n),
+      100 * share_within(&of->relative_reliable, 0.75, 1.25));
+}
+
+static void part_estimates(bench *b) {
+  static sayings all, long_runs;
+  csv(&b->out, "scene,width,height,samples,passes,runs,rmse_median,rmse_low,rmse_high,rmse_within,unreliable,"
+               "reliable_within,interval_held,relative_median,relative_within,relative_unreliable,"
+               "relative_reliable_within\n");
+  say(&b->out,
+      "Estimated over true error: median over runs (in brackets the middle nine tenths of RMSE), the part of runs "
+      "within 25%%, the part called unreliable, the part within 25%% of the others, and how often the true RMSE is in "
+      "the interval. Sobol' points, passes x samples; pictures of 64 x 48, %d seeds.\n\n"
+      "| scene | passes | RMSE | within | unreliable | within, others | interval | relative MSE | within | unreliable "
+      "| "
+      "within, others |\n|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n",
+      SEEDS);
+  clear_sayings(&all), clear_sayings(&long_runs);
+  for (unsigned k = 0; k < CHECKED_STAGES; k++) estimate_picture(b, k, SEEDS, &all, &long_runs);
+  say(&b->out, "\n");
+  say_sayings(b, "all", &all), say_sayings(b, "those of 64 samples", &long_runs);
   estimates_by_sampler(b);
 }
 
@@ -211,30 +276,27 @@ static void part_targets(bench *b) {
   static aims a;
   static stage g;
   all[0].n = all[1].n = 0;
-  csv(&b->out, "scene,adaptive,measure,runs,met,true_over_target_median,high,samples_mean,ended_otherwise\n");
+  csv(&b->out,
+      "scene,adaptive,measure,runs,met,true_over_target_median,high,samples_mean,ended_otherwise,unreliable\n");
   say(&b->out,
       "Targets of %.2f, %.2f and %.2f times the error of the first two passes (squared for the relative MSE): the part "
       "of runs whose true error is at most 1.15 times the target, the median of true error over target, samples used. "
-      "Pictures of 64 x 48, of DRT scenes 128 x 96.\n\n"
-      "| scene | measure | passes | met | median | samples |\n|---|---|---|--:|--:|--:|\n",
+      "Unreliable: runs that the upper bound has ended, or the 256th pass. Pictures of 64 x 48.\n\n"
+      "| scene | measure | passes | met | median | samples | unreliable |\n|---|---|---|--:|--:|--:|--:|\n",
       target_parts[0], target_parts[1], target_parts[2]);
   for (unsigned k = 0; k < CHECKED_STAGES; k++) {
     const bool drt = k >= CLOSED_SCENES;
-    open_whole(b, &g, k, drt ? LARGE : MIDDLE);
+    open_whole(b, &g, k, MIDDLE);
     for (int i = 0; i < 4; i++) {
       const bool adaptive = i % 2 != 0, relative = i / 2 != 0;
       memset(&a, 0, sizeof a);
-      run_targets(&g, adaptive, relative ? PKTRT_ERROR_RELATIVE : PKTRT_ERROR_RMSE,
-                  !drt       ? 4u
-                  : relative ? 1u
-                             : 2u,
-                  false, &a);
+      run_targets(&g, adaptive, relative ? PKTRT_ERROR_RELATIVE : PKTRT_ERROR_RMSE, drt ? 2u : 4u, false, &a);
       const double met = share_within(&a.met, 0, 1.15);
       const char *const words[2] = {relative ? "relative MSE" : "RMSE", adaptive ? "adaptive" : "uniform"};
-      say(&b->out, "| %s | %s | %s | %.0f%% | %.2f | %.0f |\n", g.name, words[0], words[1], 100 * met,
-          part_of(&a.met, 0.5), a.samples / a.met.n);
-      csv(&b->out, "%s,%d,%s,%u,%.4f,%.4f,%.4f,%.2f,%.0f\n", g.name, adaptive, words[0], a.met.n, met,
-          part_of(&a.met, 0.5), part_of(&a.met, 0.95), a.samples / a.met.n, a.unmet);
+      say(&b->out, "| %s | %s | %s | %.0f%% | %.2f | %.0f | %.0f%% |\n", g.name, words[0], words[1], 100 * met,
+          part_of(&a.met, 0.5), a.samples / a.met.n, 100 * a.doubted / a.met.n);
+      csv(&b->out, "%s,%d,%s,%u,%.4f,%.4f,%.4f,%.2f,%.0f,%.0f\n", g.name, adaptive, words[0], a.met.n, met,
+          part_of(&a.met, 0.5), part_of(&a.met, 0.95), a.samples / a.met.n, a.unmet, a.doubted);
       for (unsigned run = 0; run < a.met.n; run++) add_ratio(&all[relative], a.met.value[run]);
     }
     stage_close(&g);
@@ -254,15 +316,15 @@ static void part_adaptive(bench *b) {
   csv(&b->out, "scene,way,samples,seconds,rmse,root_relative_mse\n");
   say(&b->out,
       "Time of adaptive over that of uniform passes for the same true error, pilot passes and estimates included, at "
-      "budgets of 8 and 16 passes of %d samples; pictures of 64 x 48, DRT scenes 128 x 96. Adaptive passes lower the "
+      "budgets of 8 and 16 passes of %d samples; pictures of 64 x 48. Adaptive passes lower the "
       "measure that is compared.\n\n| scene | RMSE: 8 | 16 | relative MSE: 8 | 16 |\n|---|--:|--:|--:|--:|\n",
       ADAPTIVE_SAMPLES);
   for (unsigned k = 0; k < CHECKED_STAGES; k++) {
-    const unsigned seeds = k < CLOSED_SCENES ? 4 : 2;
+    const unsigned seeds = k < CLOSED_SCENES ? 4 : 12;
     effort e[3];
     shot ways[3];
     memset(e, 0, sizeof e);
-    open_whole(b, &g, k, k < CLOSED_SCENES ? MIDDLE : LARGE);
+    open_whole(b, &g, k, MIDDLE);
     three_ways(ways);
     measure_efforts(&g, ways, 3, 0, ADAPTIVE_POINTS - 1, seeds, e);
     effort_csv(b, &g, "uniform", &e[0]), effort_csv(b, &g, "adaptive rmse", &e[1]);
@@ -294,20 +356,21 @@ static stage *checked_stage(const bench *b, unsigned k, picture size) {
 
 /* The part of runs whose estimated RMSE is within 25% of the true one. */
 static double check_estimates(bench *b, const claim *c, bool control, char details[DETAILS]) {
-  static ratios rmse, relative;
-  rmse.n = relative.n = 0;
+  static sayings said;
+  const ratios *rmse = &said.rmse;
+  clear_sayings(&said);
   for (unsigned k = first_stage(c); k < end_stage(c); k++) {
-    const unsigned from = rmse.n;
+    const unsigned from = rmse->n;
     stage *g = checked_stage(b, k, k < CLOSED_SCENES ? SMALL : LARGE);
     for (unsigned p = 0; p < (control ? 2 : CHECKED_PLANS); p++)
-      run_estimates(g, PKTRT_SAMPLER_SOBOL, p, 2, control, &rmse, &relative);
+      run_estimates(g, PKTRT_SAMPLER_SOBOL, p, 2, control, &said);
     unsigned within = 0;
-    for (unsigned i = from; i < rmse.n; i++) within += rmse.value[i] >= 0.75 && rmse.value[i] <= 1.25;
+    for (unsigned i = from; i < rmse->n; i++) within += rmse->value[i] >= 0.75 && rmse->value[i] <= 1.25;
     const size_t at = strlen(details);
     snprintf(details + at, DETAILS - at, "%s%s %.2f", at ? ", " : "", checked_name(k),
-             (double)within / (rmse.n - from));
+             (double)within / (rmse->n - from));
   }
-  return share_within(&rmse, 0.75, 1.25);
+  return share_within(rmse, 0.75, 1.25);
 }
 
 /* The part of runs that met their target: true RMSE at most 1.15 of it. c->number: adaptive passes. */

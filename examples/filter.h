@@ -55,8 +55,8 @@ typedef struct filter_picture { /* all tight, row 0 at the top */
 /* Filters the pixels [x, x+w) x [y, y+h) into their place in `out`, a whole picture. `error`, if not NULL, gets the
    estimated squared error of each of them, summed over channels: some are below 0 by chance, means over many are not.
    False: no memory. */
-FILTER_API bool filter_rectangle(const filter_picture *picture, uint32_t x, uint32_t y, uint32_t w, uint32_t h,
-                                 float *out, float *error);
+FILTER_API bool filter_rectangle(const filter_picture *from, uint32_t x, uint32_t y, uint32_t w, uint32_t h, float *out,
+                                 float *error);
 
 /* The picture in tiles, each by a call of filter_tile, from any thread. */
 enum { FILTER_TILE = 128 };
@@ -65,7 +65,7 @@ typedef struct filter_job {
   float *out, *error; /* as above */
   bool *failed;       /* one for each tile: there was no memory */
 } filter_job;
-FILTER_API size_t filter_tiles(const filter_picture *picture);
+FILTER_API size_t filter_tiles(const filter_picture *from);
 FILTER_API void filter_tile(void *job, size_t i);
 
 typedef struct filter_halves { /* gathers passes */
@@ -77,7 +77,7 @@ typedef struct filter_halves { /* gathers passes */
 
 FILTER_API bool filter_begin(filter_halves *halves, uint32_t width, uint32_t height); /* false: no memory */
 FILTER_API void filter_add_pass(filter_halves *halves, const float *pixels); /* pixels: the mean of all passes so far */
-FILTER_API bool filter_finish(filter_halves *halves, filter_picture *picture); /* false: fewer than two passes */
+FILTER_API bool filter_finish(filter_halves *halves, filter_picture *to);    /* false: fewer than two passes */
 FILTER_API void filter_end(filter_halves *halves);
 
 /* >>passes --------------------------------------------------------------------------------------------------------- */
@@ -120,11 +120,11 @@ FILTER_API void filter_add_pass(filter_halves *halves, const float *pixels) {
   }
 }
 
-FILTER_API bool filter_finish(filter_halves *halves, filter_picture *picture) {
+FILTER_API bool filter_finish(filter_halves *halves, filter_picture *to) {
   const size_t n = (size_t)halves->width * halves->height;
-  memset(picture, 0, sizeof *picture);
+  memset(to, 0, sizeof *to);
   if (halves->passes < 2) return false;
-  picture->width = halves->width, picture->height = halves->height;
+  to->width = halves->width, to->height = halves->height;
   for (uint32_t k = 0; k < 2; k++) {
     const double count = (halves->passes + 1 - k) / 2;
     for (size_t i = 0; i < n * 3; i++) halves->half[k][i] = (float)halves->mean[k][i];
@@ -136,7 +136,7 @@ FILTER_API bool filter_finish(filter_halves *halves, filter_picture *picture) {
       }
       halves->variance[k][i] = (float)(halves->passes < 4 ? squared : halves->spread[k][i] / (count * (count - 1)));
     }
-    picture->half[k] = halves->half[k], picture->variance[k] = halves->variance[k];
+    to->half[k] = halves->half[k], to->variance[k] = halves->variance[k];
   }
   return true;
 }
@@ -336,12 +336,12 @@ static void filter__choose(const filter__room *room, int32_t p, float *out, floa
         0.25f * (room->variance[0][p] + room->variance[1][p]) - part * room->gain[p] + part * part * room->change[p];
 }
 
-FILTER_API bool filter_rectangle(const filter_picture *picture, uint32_t x, uint32_t y, uint32_t w, uint32_t h,
-                                 float *out, float *error) {
+FILTER_API bool filter_rectangle(const filter_picture *from, uint32_t x, uint32_t y, uint32_t w, uint32_t h, float *out,
+                                 float *error) {
   const int32_t border = FILTER_BORDER, near = FILTER_BORDER - FILTER_MIX;
   filter__room room;
   memset(&room, 0, sizeof room);
-  room.picture = picture;
+  room.picture = from;
   room.x = (int32_t)x - border, room.y = (int32_t)y - border;
   room.width = (int32_t)w + 2 * border, room.height = (int32_t)h + 2 * border;
   if (!filter__open(&room)) return false;
@@ -351,7 +351,7 @@ FILTER_API bool filter_rectangle(const filter_picture *picture, uint32_t x, uint
     for (int32_t p = row * room.width + near; p < (row + 1) * room.width - near; p++) filter__judge(&room, p);
   for (uint32_t j = 0; j < h; j++)
     for (uint32_t i = 0; i < w; i++) {
-      const size_t at = (size_t)(y + j) * picture->width + x + i;
+      const size_t at = (size_t)(y + j) * from->width + x + i;
       const int32_t p = ((int32_t)j + border) * room.width + (int32_t)i + border;
       filter__choose(&room, p, out + 3 * at, error ? error + at : NULL);
     }
@@ -359,9 +359,9 @@ FILTER_API bool filter_rectangle(const filter_picture *picture, uint32_t x, uint
   return true;
 }
 
-FILTER_API size_t filter_tiles(const filter_picture *picture) {
+FILTER_API size_t filter_tiles(const filter_picture *from) {
   const size_t edge = FILTER_TILE;
-  return (picture->width + edge - 1) / edge * ((picture->height + edge - 1) / edge);
+  return (from->width + edge - 1) / edge * ((from->height + edge - 1) / edge);
 }
 
 FILTER_API void filter_tile(void *job, size_t i) {

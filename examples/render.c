@@ -5,6 +5,7 @@
 #define PKTRT_IMPLEMENTATION
 #include "../pktrt.h"
 
+#include "filter.h"
 #include "mesh_file.h"
 #include "output.h"
 #include "scenes.h"
@@ -24,7 +25,7 @@ typedef struct options {
   int normals, shadows, phong;                                         /* the same */
   int measure;                                                         /* such a value; -1: not given */
   pktrt_isa isa;
-  bool up_z, has_camera, has_frame, progress, count, adaptive, explain;
+  bool up_z, has_camera, has_frame, progress, count, adaptive, explain, filter;
   float camera[6];                             /* eye, target */
   double aperture, focus, shutter, light_size; /* negative: not given */
   double attenuation, exposure;                /* attenuation negative: off; 0: the library's own */
@@ -70,20 +71,23 @@ static void print_help_picture(void) {
 }
 
 static void print_help_error(void) {
-  printf("\nhow wrong it may be by chance:\n"
-         "  --passes N       2 to 65536 passes, independent of each other: the error is estimated from their scatter\n"
-         "  --target-error E stop when the estimate is not above E; one that is unreliable does not count\n"
-         "  --measure WHAT   what E means and --adaptive lowers; rmse: of a channel, in units of radiance (default),\n"
-         "                   or relative: relative MSE, 0.0025 for 5%% of the radiance around\n"
-         "  --time SECONDS   stop when another pass would take longer than this in all, building not counted\n"
-         "                   (one is always made, adaptively two)\n"
-         "  --adaptive       give passes to cells of 4 x 4 pixels by their error; --passes is a mean then\n"
-         "  --error-map FILE the error of each pixel; .pfm: in units of radiance; .png: as a part of the pixel's\n"
-         "                   value, from black (0.1%% or less) over red (3%%) to white (100%% or more), green where\n"
-         "                   it is unknown (a tenth of the mean is added to all values, for the sake of dark ones)\n"
-         "With --passes, --target-error or --time, --spp is that of each pass (default %d), and the first of these\n"
-         "rules stops. With --error-map alone, half of the samples each are made in two passes.\n",
-         PASS_SAMPLES);
+  printf(
+      "\nhow wrong it may be by chance:\n"
+      "  --passes N       2 to 65536 passes, independent of each other: the error is estimated from their scatter\n"
+      "  --target-error E stop when the estimate is not above E; one that is unreliable does not count\n"
+      "  --measure WHAT   what E means and --adaptive lowers; rmse: of a channel, in units of radiance (default),\n"
+      "                   or relative: relative MSE, 0.0025 for 5%% of the radiance around\n"
+      "  --time SECONDS   stop when another pass would take longer than this in all, building not counted\n"
+      "                   (one is always made, adaptively two)\n"
+      "  --adaptive       give passes to cells of 4 x 4 pixels by their error; --passes is a mean then\n"
+      "  --error-map FILE the error of each pixel; .pfm: in units of radiance; .png: as a part of the pixel's\n"
+      "                   value, from black (0.1%% or less) over red (3%%) to white (100%% or more), green where\n"
+      "                   it is unknown (a tenth of the mean is added to all values, for the sake of dark ones)\n"
+      "  --filter         take noise out of the picture: pixels that passes cannot tell apart share their means. The\n"
+      "                   samples are made in 2 to 8 passes; an error map is of the picture before\n"
+      "With --passes, --target-error or --time, --spp is that of each pass (default %d), and the first of these\n"
+      "rules stops. With --error-map alone, half of the samples each are made in two passes.\n",
+      PASS_SAMPLES);
 }
 
 static void print_help_work(void) {
@@ -196,7 +200,7 @@ enum option_name {
   OPT_SCENE = 256, OPT_MESH, OPT_INSTANCES, OPT_CAMERA, OPT_UP, OPT_FRAME, OPT_FRAMES, OPT_SHUTTER, OPT_LIGHT_SIZE,
   OPT_APERTURE, OPT_FOCUS, OPT_MODE, OPT_SIZE, OPT_SPP, OPT_SAMPLER, OPT_SEED, OPT_DEPTH, OPT_ATTENUATION,
   OPT_BRANCHING, OPT_LIGHTS, OPT_GLASS_SHADOWS, OPT_NORMALS, OPT_SHADOWS, OPT_PHONG, OPT_EXPOSURE, OPT_BUFFERS, OPT_PASSES,
-  OPT_TARGET_ERROR, OPT_MEASURE, OPT_TIME, OPT_ADAPTIVE, OPT_ERROR_MAP, OPT_PATH, OPT_PACKET, OPT_ASSEMBLY,
+  OPT_TARGET_ERROR, OPT_MEASURE, OPT_TIME, OPT_ADAPTIVE, OPT_ERROR_MAP, OPT_FILTER, OPT_PATH, OPT_PACKET, OPT_ASSEMBLY,
   OPT_ISA, OPT_THREADS, OPT_TILE, OPT_EXPLAIN, OPT_NO_COUNT, OPT_NO_PROGRESS
 };
 /* clang-format on */
@@ -233,6 +237,7 @@ static const struct option option_list[] = {{"scene", required_argument, NULL, O
                                             {"time", required_argument, NULL, OPT_TIME},
                                             {"adaptive", no_argument, NULL, OPT_ADAPTIVE},
                                             {"error-map", required_argument, NULL, OPT_ERROR_MAP},
+                                            {"filter", no_argument, NULL, OPT_FILTER},
                                             {"path", required_argument, NULL, OPT_PATH},
                                             {"packet", required_argument, NULL, OPT_PACKET},
                                             {"assembly", required_argument, NULL, OPT_ASSEMBLY},
@@ -279,6 +284,7 @@ static bool parse_option(options *o, int option, const char *text) {
   case OPT_TIME: return ex_parse_real("time", text, 1e-3, 1e9, &o->time);
   case OPT_ADAPTIVE: o->adaptive = true; return true;
   case OPT_ERROR_MAP: return parse_output("--error-map", text, &o->error_map);
+  case OPT_FILTER: o->filter = true; return true;
   case OPT_PATH: return ex_parse_word("path", text, path_words, &o->path);
   case OPT_PACKET: return parse_packet(text, &o->packet);
   case OPT_ASSEMBLY: return ex_parse_word("assembly", text, assembly_names, &o->assembly);
@@ -294,6 +300,14 @@ static bool parse_option(options *o, int option, const char *text) {
   return false;
 }
 
+/* Splits the samples into passes for the filter, of at least two samples each where there are four. */
+static bool complete_filter(options *o) {
+  if (o->samples < 2) return ex_fail("--filter: one sample has no known error; see --spp, --passes");
+  o->passes = o->samples >= 16 ? 8 : o->samples >= 8 ? 4 : 2;
+  o->samples = (o->samples + o->passes - 1) / o->passes;
+  return true;
+}
+
 /* One unsplit set of samples, or passes: by the options, or as two halves if nothing but their error is wanted. */
 static bool complete_passes(options *o) {
   const bool rules = o->passes > 0 || o->target_error > 0 || o->time > 0;
@@ -304,7 +318,9 @@ static bool complete_passes(options *o) {
   if (o->samples == 0) o->samples = rules ? PASS_SAMPLES : o->mode == PKTRT_MODE_DRT ? DRT_SAMPLES : 1;
   if ((uint64_t)o->passes * o->samples > UINT32_MAX)
     return ex_fail("--passes, --spp: %u passes of %u samples are too many, 2^32 or more", o->passes, o->samples);
+  if (o->filter && o->adaptive) return ex_fail("--filter, --adaptive: the filter takes passes over the whole picture");
   if (rules) return true;
+  if (o->filter) return complete_filter(o);
   o->passes = o->error_map ? 2 : 1;
   if (o->error_map && o->samples < 2) return ex_fail("--error-map: one sample has no known error; see --spp, --passes");
   if (o->error_map) o->samples = (o->samples + 1) / 2;
@@ -493,6 +509,8 @@ typedef struct job {
   pktrt_report report;
   pktrt_stats stats;
   double load_seconds, build_seconds, render_seconds;
+  filter_halves halves; /* of the passes, for --filter */
+  double filter_seconds, filtered_rmse;
   uint64_t checksum;
 } job;
 
@@ -665,7 +683,7 @@ static bool allocate(job *j) {
   const size_t pixels = (size_t)o->width * o->height;
   j->view.pixels = (float *)calloc(pixels * 3, sizeof(float));
   bool ok = j->view.pixels != NULL;
-  for (int b = 0; ok && o->buffers && b < BUFFERS; b++) {
+  for (int b = 0; ok && (o->buffers || o->filter) && b < BUFFERS; b++) {
     j->buffers[b] = (float *)calloc(pixels * buffer_kinds[b].channels, sizeof(float));
     ok = j->buffers[b] != NULL;
   }
@@ -673,6 +691,7 @@ static bool allocate(job *j) {
     j->error = (float *)calloc(pixels, sizeof(float));
     ok = j->error != NULL;
   }
+  if (ok && o->filter) ok = filter_begin(&j->halves, o->width, o->height);
   j->view.depth = j->buffers[0], j->view.normal = j->buffers[1], j->view.albedo = j->buffers[2];
   return ok || ex_fail("not enough memory for a picture of %u x %u", o->width, o->height);
 }
@@ -818,26 +837,67 @@ static void explain(const job *j) {
   fflush(stdout);
 }
 
+/* What the hooks of the render see. */
+typedef struct watch {
+  ex_progress progress;
+  job *of;
+} watch;
+
 /* The bar, and false after an interrupt, which cancels the picture. */
-static bool go_on(void *user, float done) { return ex_progress_show(user, done) && !interrupt_number; }
+static bool go_on(void *user, float done) {
+  return ex_progress_show(&((watch *)user)->progress, done) && !interrupt_number;
+}
+
+static bool gather_pass(void *user, const pktrt_report *report) {
+  job *j = ((watch *)user)->of;
+  (void)report;
+  filter_add_pass(&j->halves, j->view.pixels);
+  return true;
+}
+
+/* Filters in place, and sums up what error it leaves. */
+static bool filter(job *j) {
+  const size_t pixels = (size_t)j->given.width * j->given.height;
+  const double start = ex_seconds();
+  double sum = 0;
+  filter_picture picture;
+  if (!filter_finish(&j->halves, &picture)) return true; /* of one pass, which the table tells */
+  picture.depth = j->buffers[0], picture.normal = j->buffers[1], picture.albedo = j->buffers[2];
+  const size_t tiles = filter_tiles(&picture);
+  float *error = (float *)malloc(pixels * sizeof *error);
+  bool *failed = (bool *)calloc(tiles, sizeof *failed), ok = error && failed;
+  filter_job work = {&picture, j->view.pixels, error, failed};
+  ex_threads threads = {j->given.threads};
+  if (ok) ex_parallel_for(&threads, tiles, filter_tile, &work);
+  for (size_t i = 0; ok && i < tiles; i++) ok = !failed[i];
+  for (size_t i = 0; ok && i < pixels; i++)
+    if (error[i] < INFINITY) sum += (double)error[i];
+  free(error);
+  free(failed);
+  j->filtered_rmse = sqrt(fmax(0, sum) / (3 * (double)pixels));
+  j->filter_seconds = ex_seconds() - start;
+  return ok || ex_fail("--filter: not enough memory");
+}
 
 static bool render(job *j) {
-  ex_progress progress;
+  watch seen;
+  seen.of = j;
   if (!allocate(j)) return false;
   describe(j);
   if (j->given.explain) explain(j);
   j->view.progress = go_on;
-  j->view.user = &progress;
-  ex_progress_start(&progress, j->given.progress);
+  j->view.pass = j->given.filter ? gather_pass : NULL;
+  j->view.user = &seen;
+  ex_progress_start(&seen.progress, j->given.progress);
   double start = ex_seconds();
   interrupt_does = INTERRUPT_CANCELS;
   pktrt_status status = pktrt_render(j->world, &j->view);
   interrupt_does = INTERRUPT_WAITS;
   j->render_seconds = ex_seconds() - start;
-  ex_progress_end(&progress);
+  ex_progress_end(&seen.progress);
   if (status != PKTRT_OK && interrupt_number) return false; /* which has been said */
   if (status != PKTRT_OK) return ex_fail("%s", pktrt_last_error(j->world));
-  return put_pictures(j);
+  return (!j->given.filter || filter(j)) && put_pictures(j);
 }
 
 /* >>table ---------------------------------------------------------------------------------------------------------- */
@@ -919,6 +979,11 @@ static void print_error(const job *j) {
                                       : "all passes are done");
 }
 
+static void print_filter(const job *j) {
+  if (j->halves.passes < 2) printf("filter   not applied: the time was up after one pass\n");
+  else printf("filter   RMSE %.4g, estimated; %.3f seconds\n", j->filtered_rmse, j->filter_seconds);
+}
+
 /* The lines above count the triangles of a model once, and its meshes for each instance. */
 static void print_field(const job *j) {
   const options *o = &j->given;
@@ -945,6 +1010,7 @@ static void print_table(const job *j) {
          o->count ? " (with counting; --no-count is a little faster)" : "");
   printf("pixels   checksum %016llx\n", (unsigned long long)j->checksum);
   print_error(j);
+  if (o->filter) print_filter(j);
   if (o->count) print_rays(j);
 }
 
@@ -973,6 +1039,7 @@ int main(int argc, char **argv) {
   if (ok) print_table(&j);
   free(j.view.pixels);
   free(j.error);
+  filter_end(&j.halves);
   for (int b = 0; b < BUFFERS; b++) free(j.buffers[b]);
   scene_free(&j.built_in);
   pktrt_scene_destroy(j.world);

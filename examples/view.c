@@ -1,7 +1,8 @@
 /* Looks around in a scene: a window in which one can orbit, let the scene move, and change how the picture is made.
    `view --help` tells options and keys. Needs SDL2.
 
-   While anything moves, the picture is a single pass at as many pixels as fit into a fifteenth of a second. When all is
+   While anything moves, the picture is a single pass, or with the filter two, at as many pixels as fit into a fifteenth of
+   a second. When all is
    still, it is rendered at full size in passes, each of which is shown; the title tells what error is left, as
    estimated from the scatter of the passes. Whatever the user does ends that at once.
 
@@ -12,6 +13,7 @@
 #define PKTRT_IMPLEMENTATION
 #include "../pktrt.h"
 
+#include "filter.h"
 #include "scenes.h"
 #include "words.h"
 #include <SDL.h>
@@ -25,7 +27,7 @@ typedef struct settings {
   int mode, sampler, path; /* values of the library's enumerations */
   unsigned packet;
   double shutter, time; /* parts of the animation, which is a loop */
-  bool adaptive;
+  bool adaptive, filter;
 } settings;
 
 typedef struct options {
@@ -45,7 +47,7 @@ static void print_keys(void) {
          "        . ,     shutter (drt)            N       next sampler\n"
          "        A       adaptive or uniform      R       everything as at the start\n"
          "        S       save what is shown       H       this text\n"
-         "        Esc, Q  quit\n");
+         "        F       filter while it moves    Esc, Q  quit\n");
   fflush(stdout);
 }
 
@@ -171,7 +173,9 @@ typedef struct viewer {
   SDL_atomic_t stop;      /* the render shall end: set by the main thread, read by all */
   unsigned width, height; /* of texture and buffers */
   float *pixels;
-  unsigned char *codes; /* what is shown, sRGB, shown_width x shown_height */
+  float *depth, *normal, *albedo; /* for the filter, in one block */
+  filter_halves halves;           /* of a preview's passes */
+  unsigned char *codes;           /* what is shown, sRGB, shown_width x shown_height */
   unsigned shown_width, shown_height;
 
   double preview_pixels;          /* how many a preview may have */
@@ -236,15 +240,19 @@ static bool fit_window(viewer *v) {
   const size_t n = (size_t)v->width * v->height * 3;
   if (v->texture) SDL_DestroyTexture(v->texture);
   free(v->pixels);
+  free(v->depth);
   free(v->codes);
   v->shown_width = v->shown_height = 0;
   v->texture =
       SDL_CreateTexture(v->renderer, SDL_PIXELFORMAT_RGB24, SDL_TEXTUREACCESS_STREAMING, (int)v->width, (int)v->height);
   v->pixels = (float *)calloc(n, sizeof(float));
   v->codes = (unsigned char *)malloc(n);
+  v->depth = (float *)calloc(n / 3 * 7, sizeof(float));
+  v->normal = v->depth ? v->depth + n / 3 : NULL, v->albedo = v->depth ? v->depth + n / 3 * 4 : NULL;
   v->resized = false;
   if (!v->texture) return sdl_failed("the window's picture");
-  return (v->pixels && v->codes) || ex_fail("not enough memory for a picture of %u x %u", v->width, v->height);
+  return (v->pixels && v->codes && v->depth) ||
+         ex_fail("not enough memory for a picture of %u x %u", v->width, v->height);
 }
 
 static bool open_window(viewer *v) {
@@ -263,6 +271,7 @@ static void close_window(viewer *v) {
   if (v->window) SDL_DestroyWindow(v->window);
   SDL_Quit();
   free(v->pixels);
+  free(v->depth);
   free(v->codes);
 }
 
@@ -281,10 +290,13 @@ static void show_title(viewer *v) {
   char text[256], error[32] = "-";
   if (v->refining && v->report.rmse < INFINITY) snprintf(error, sizeof error, "%.5f", v->report.rmse);
   snprintf(text, sizeof text,
-           "%s %s, %.1f frames/s, error %s, %.4g spp%s%s - packets %u %s, %s, aperture %.3g, shutter %.3g, "
+           "%s %s, %.1f frames/s, error %s, %.4g spp%s%s%s - packets %u %s, %s, aperture %.3g, shutter %.3g, "
            "time %.2f",
            v->given.scene, mode_words[s->mode], v->frame_seconds > 0 ? 1 / v->frame_seconds : 0.0, error,
-           v->refining ? v->report.samples_mean : 1.0, s->adaptive ? " adaptive" : "",
+           v->refining ? v->report.samples_mean
+           : s->filter ? 4.0
+                       : 1.0,
+           s->adaptive ? " adaptive" : "", s->filter ? " filter" : "",
            v->done        ? ", done"
            : v->animating ? ", moving"
                           : "",
@@ -342,6 +354,7 @@ static bool change_settings(settings *s, const settings *first, SDL_Keycode key)
   case SDLK_t: s->path = (s->path + 1) % 3; return true;
   case SDLK_n: s->sampler = (s->sampler + 1) % PKTRT_SAMPLER_COUNT; return true;
   case SDLK_p: s->packet = s->packet < 16 ? 2 * s->packet : 2; return true;
+  case SDLK_f: s->filter = !s->filter; return true;
   case SDLK_a: s->adaptive = !s->adaptive; return true;
   case SDLK_PLUS:
   case SDLK_EQUALS: /* the same key without shift */
@@ -462,6 +475,36 @@ static void describe(viewer *v, pktrt_render_desc *d) {
 
 static const double loop_seconds = 10, preview_seconds = 1.0 / 15;
 
+static bool gather_pass(void *user, const pktrt_report *report) {
+  viewer *v = (viewer *)user;
+  (void)report;
+  filter_add_pass(&v->halves, v->pixels);
+  return true;
+}
+
+/* Renders a preview; for the filter in two passes, of two samples, as a single one would lie in the middle each time. */
+static bool render_preview(viewer *v, pktrt_render_desc *d) {
+  filter_picture picture;
+  if (!v->now.filter) return pktrt_render(v->world, d) == PKTRT_OK || ex_fail("%s", pktrt_last_error(v->world));
+  d->depth = v->depth, d->normal = v->normal, d->albedo = v->albedo;
+  d->samples = d->passes = 2, d->pass = gather_pass, d->user = v;
+  if (!filter_begin(&v->halves, d->width, d->height)) return ex_fail("not enough memory for the filter");
+  bool ok = pktrt_render(v->world, d) == PKTRT_OK || ex_fail("%s", pktrt_last_error(v->world));
+  if (ok && filter_finish(&v->halves, &picture)) {
+    picture.depth = v->depth, picture.normal = v->normal, picture.albedo = v->albedo;
+    const size_t tiles = filter_tiles(&picture);
+    bool *failed = (bool *)calloc(tiles, sizeof *failed);
+    filter_job job = {&picture, v->pixels, NULL, failed};
+    if (failed) ex_parallel_for(&v->threads, tiles, filter_tile, &job);
+    ok = failed != NULL;
+    for (size_t i = 0; ok && i < tiles; i++) ok = !failed[i];
+    free(failed);
+    ok = ok || ex_fail("not enough memory for the filter");
+  }
+  filter_end(&v->halves);
+  return ok;
+}
+
 /* One pass over fewer pixels, of the window's shape: as many as the last preview's speed allows. */
 static bool preview(viewer *v) {
   const double start = ex_seconds();
@@ -482,7 +525,7 @@ static bool preview(viewer *v) {
     v->refining = v->done = false;
     show_title(v);
   }
-  if (pktrt_render(v->world, &d) != PKTRT_OK) return ex_fail("%s", pktrt_last_error(v->world));
+  if (!render_preview(v, &d)) return false;
   if (!show_picture(v, d.width, d.height)) return false;
   const double factor = preview_seconds / (ex_seconds() - start);
   if (!built && (factor < 0.8 || factor > 1.2)) /* else the size would never be at rest */

@@ -230,6 +230,7 @@ static void run_all(void) {
   suite_slack();
   suite_work();
   suite_examples();
+  suite_filter();
   suite_spawn();
   suite_sampler();
   suite_render();

@@ -12,6 +12,7 @@
 #include "curves.h"
 #include "error.h"
 #include "estimates.h"
+#include "filter.h"
 #include "flicker.h"
 #include "slopes.h"
 #include "split.h"
@@ -66,6 +67,7 @@ static const struct part {
     {"bias", "what ray-tree attenuation takes from pictures, and the time it saves", part_bias},
     {"split", "what N samples in several passes lose against one set", part_split},
     {"cost", "what passes and estimates cost in instructions", part_cost},
+    {"filter", "what examples/filter.h leaves of the error", part_filter},
     {"cost-run", NULL, part_cost_run}, /* of the part cost, under callgrind */
     {"cost-floor", NULL, part_cost_floor},
 };

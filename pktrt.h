@@ -1,4 +1,4 @@
-/* pktrt.h - v0.10.0 - packet ray tracing in one C header: queries, for one ray or for millions, and pictures
+/* pktrt.h - v0.11.0 - packet ray tracing in one C header: queries, for one ray or for millions, and pictures
 
    After Boulos, Edwards, Lacewell, Kniss, Kautz, Shirley and Wald, "Packet-based Whitted and Distribution Ray Tracing",
    Graphics Interface 2007. MIT or public domain, at your choice (>>licence, at the end of the file).
@@ -353,8 +353,9 @@
        first pktrt_set_positions of a mesh makes room for a second set, which stays; pktrt_set_normals likewise.
      - Instances: about 430 bytes each and 72 for each mesh of its model, 84 more from its first pktrt_set_transform on;
        another key 150. The model once.
-     - Rendering: about 260 KiB for each tile at work, and up to 100 KiB for each generation of rays; 230 bytes for each
-       triangle of a mesh that is a light (DRT); 28 bytes for each mesh if one is of glass; if it counts, 8 KiB for each
+     - Rendering: about 260 KiB for each tile at work, 40 more where one light is asked for all, and up to 100 KiB for each
+       generation of rays; 230 bytes for each triangle of a mesh that is a light (DRT), 180 for each light that is chosen
+       from or visible, 2 MiB for a callback environment that is one, twice that while it is looked at; 28 bytes for each mesh if one is of glass; if it counts, 8 KiB for each
        tile of the picture; with several passes, 34 bytes for each pixel, 64 more with optional buffers.
      - Stack: at most 64 KiB in a query, about 64 KiB in a render, 17 KiB in a build, if compiled with optimisation, be
        it -O1. Without: up to 128 KiB in a query with gcc, 260 KiB with clang. Mind this when your threads have small
@@ -539,7 +540,7 @@
 extern "C" {
 #endif
 
-#define PKTRT_VERSION 1000              /* major * 10000 + minor * 100 + patch */
+#define PKTRT_VERSION 1100              /* major * 10000 + minor * 100 + patch */
 #define PKTRT_NONE 0xFFFFFFFFu          /* "no mesh", "no triangle" */
 #define PKTRT_MAX_TRIANGLES 2147483647u /* of a scene; more: PKTRT_LIMIT */
 #define PKTRT_MAX_KEYS 1024u            /* motion keys of one mesh; more: PKTRT_LIMIT */
@@ -1362,8 +1363,8 @@ PKTRT_DEF pktrt_status pktrt_prepare_environment(pktrt_scene *, const pktrt_rend
 /* >>extend: how to add what is not there -----------------------------------------------------------------------------
 
    - A light: an enumerator of pktrt_light_kind, a row of PKTRT__LIGHT_ROWS (>>kinds) with its traits, a prototype there,
-     and the function (>>lights) that takes a point of it; another that prepares it, if none there does. Checks and
-     reports follow from the traits. RCS and WRT see a light as its middle: give it the trait EACH if that will not do,
+     and the function (>>lights) that takes a point of it; another that prepares it, if none there does; and one that finds
+     the point in a direction, if it has an extent but is nothing that rays hit. Checks and reports follow from the traits. RCS and WRT see a light as its middle: give it the trait EACH if that will not do,
      FLAT if it has a front.
    - A material: an enumerator of pktrt_specular and a row of PKTRT__SPECULAR_ROWS (>>kinds); then the weights of its
      rays, in pktrt__material_weights8 (>>shade). Without these it reflects nothing.
@@ -5278,6 +5279,7 @@ PKTRT__COLD const char *pktrt__check_sentence(uint32_t faults) {
 #undef STEP
 #undef SHARED
 #undef LONG
+#undef PKTRT__SAMPLER_DRAW
 #undef LONG_STEP
 #undef UNROLL
 #undef FW
@@ -5493,7 +5495,8 @@ PKTRT__COLD const char *pktrt__check_sentence(uint32_t faults) {
 #else
 #define PKTRT__WITH_FIT 0
 #endif
-/* The set has kernels for the paper's path. WHY not AVX-512: it gains 1% to 3% there, with 18 KB; AVX2 serves for it. */
+/* The set has kernels for the paper's path, and draws samples. WHY not AVX-512: it gains 1% to 3% there, with 18 KB, and
+   little of what samples cost, with 4; AVX2 serves for it. */
 #if PKTRT__STAMP == PKTRT__STAMP_AVX512 && defined(PKTRT__HAS_AVX2) && !defined(PKTRT__ALSO_STAMP)
 #define PKTRT__WITH_PAPER 0
 #else
@@ -8912,6 +8915,7 @@ STEP void pktrt__vec_normalise(v8 a[3], const v8 instead[3]) {
   ROLL_OUT for (int k = 0; k < 3; k++) a[k] = vsel(good, vdiv(s[k], length), instead[k]);
 }
 
+#if PKTRT__WITH_PAPER
 /* Here samples are drawn PKTRT__DRAWN at once: compilers vectorise loops of known length. */
 
 /* Finds the points of Sobol's net that samples take, see pktrt__sampler_point_index. If n is 2^k, all are permuted at
@@ -8977,6 +8981,10 @@ static void pktrt__sampler_draw(const pktrt_sampling *s, pktrt__sample_batch *w,
     }
   }
 }
+#define PKTRT__SAMPLER_DRAW pktrt__sampler_draw
+#else
+#define PKTRT__SAMPLER_DRAW pktrt__sampler_draw_avx2
+#endif
 
 /* Makes the rays of a pinhole camera through eight places of the picture. */
 static void pktrt__camera_rays8(const pktrt__camera_plane *p, const double *x, const double *y, pktrt__wave *w,
@@ -10303,7 +10311,7 @@ PKTRT__DIVIDES_BY_ZERO PKTRT__COLD uint32_t pktrt__check_arithmetic(void) {
 #ifndef PKTRT_NO_RENDER
 #define PKTRT__RENDER_KERNELS                                                                                          \
   , pktrt__camera_rays8, pktrt__surface_pack, pktrt__surface_find, pktrt__material_evaluate, pktrt__light_shadow_rays, \
-      pktrt__light_visibility, pktrt__light_add, pktrt__spawn_rays, pktrt__sampler_draw
+      pktrt__light_visibility, pktrt__light_add, pktrt__spawn_rays, PKTRT__SAMPLER_DRAW
 #else
 #define PKTRT__RENDER_KERNELS
 #endif
@@ -10424,6 +10432,7 @@ static const pktrt__kernel_table pktrt__kernels = {pktrt__entry_trace,
 #undef STEP
 #undef SHARED
 #undef LONG
+#undef PKTRT__SAMPLER_DRAW
 #undef LONG_STEP
 #undef SMALL
 #undef ROLL_OUT
@@ -11861,7 +11870,7 @@ PKTRT_DEF void pktrt_surface_n(const pktrt_scene *s, const pktrt_ray *rays, cons
 }
 
 /* Finds the normal of a triangle, as that of a hit; false where it has no area. */
-static bool pktrt__spawn_normal(const pktrt_scene *s, const pktrt_ray *ray, pktrt_hit *hit) {
+PKTRT__COLD bool pktrt__spawn_normal(const pktrt_scene *s, const pktrt_ray *ray, pktrt_hit *hit) {
   float p[3][3];
   double n[3], at[3];
   pktrt_ray within;
@@ -12189,7 +12198,7 @@ static void pktrt__map_phong_lobe(const float u[2], const double axis[3], double
   pktrt__map_around(axis, 1 + x, sqrt(-x * (2 + x)), pktrt__map_clamp_unit(u[1]), out);
 }
 
-static void pktrt__map_phong_lobe_naive(const float u[2], const double axis[3], double exponent, double out[3]) {
+PKTRT__COLD void pktrt__map_phong_lobe_naive(const float u[2], const double axis[3], double exponent, double out[3]) {
   const double z = pktrt__math_pow(pktrt__map_clamp_unit(u[0]), 1 / ((exponent > 0 ? exponent : 0) + 1));
   pktrt__map_around(axis, z, sqrt(1 - z * z), pktrt__map_clamp_unit(u[1]), out);
 }
@@ -12385,6 +12394,16 @@ typedef struct pktrt__light_cdf {
   double sum;     /* of the areas up to this triangle's, which is included */
   uint32_t start; /* entry i: the first triangle that part i of as many equal parts of the sum can fall to */
 } pktrt__light_cdf;
+
+/* The parts of the tree over all lights that surfaces in a cell of space choose from, if they face one of six ways: those
+   that are far for their size, and single lights. */
+enum { PKTRT__LIGHT_CUT = 64, PKTRT__LIGHT_CUTS = 32 };
+typedef struct pktrt__light_cut {
+  int32_t cell[4]; /* and the way; -1: it holds nothing */
+  uint32_t count;
+  double sum[PKTRT__LIGHT_CUT]; /* of the weights up to each, which is included */
+  uint32_t at[PKTRT__LIGHT_CUT], first[PKTRT__LIGHT_CUT], n[PKTRT__LIGHT_CUT];
+} pktrt__light_cut;
 
 /* A table of what an environment has beyond twice its mean, in rows from the zenith (+y) down, of equal angles. */
 typedef struct pktrt__environment {
@@ -12966,29 +12985,22 @@ PKTRT__COLD bool pktrt__light_order(pktrt__render_state *render) {
   return ok;
 }
 
-/* The parts of the tree that a point chooses from: those that are far for their size, and single lights. */
-
-enum { PKTRT__LIGHT_CUT = 64 };
-typedef struct pktrt__light_cut {
-  double sum[PKTRT__LIGHT_CUT]; /* of the weights up to each, which is included */
-  uint32_t at[PKTRT__LIGHT_CUT], first[PKTRT__LIGHT_CUT], n[PKTRT__LIGHT_CUT], count;
-} pktrt__light_cut;
-
-/* Weighs what light of a cluster a surface may get, as pktrt__light_weigh_cluster does, and less if it lies below. */
-static double pktrt__light_weigh_for(const pktrt__light_cluster *c, const pktrt__light_view *from) {
+/* Weighs what light of a cluster surfaces within `r2` of a point may get, as pktrt__light_weigh_cluster does, and less if
+   it lies below. */
+static double pktrt__light_weigh_for(const pktrt__light_cluster *c, const pktrt__light_view *from, double r2) {
   const double x = c->middle[0] - from->point[0], y = c->middle[1] - from->point[1], z = c->middle[2] - from->point[2];
   const double d2 = x * x + y * y + z * z;
-  if (d2 < 4 * c->r2) return c->area / pktrt__max(d2, c->r2);
+  if (d2 < 4 * (c->r2 + r2)) return c->area / pktrt__max(d2, c->r2 + r2);
   const double each = 1 / sqrt(d2), along = -(x * c->facing[0] + y * c->facing[1] + z * c->facing[2]) * each;
   const double up = (x * from->normal[0] + y * from->normal[1] + z * from->normal[2]) * each;
   const double flat = (1 - c->bent) * pktrt__max(0, along),
                round = c->bent * pktrt__max(0, 0.25 * c->area + 0.5 * along);
-  return (flat + round + c->area / 32) * each * each * pktrt__min(1, pktrt__max(up + 0.5, 1.0 / 32));
+  return (flat + round + c->area / 32) * each * each * pktrt__min(1, pktrt__max(up + 0.75, 1.0 / 32));
 }
 
-/* Cuts the tree: opens clusters that are near. WHY: what of them a point sees is told by their parts alone, and a
-   lamp close by would be chosen as rarely as all others of its cluster. */
-static void pktrt__light_cut_tree(const pktrt__render_state *render, const pktrt__light_view *from,
+/* Cuts the tree for surfaces within `r2` of a point: opens clusters that are near. WHY: what of them is seen is told by
+   their parts alone, and a light close by would be chosen as rarely as all others of its cluster. */
+static void pktrt__light_cut_tree(const pktrt__render_state *render, const pktrt__light_view *from, double r2,
                                   pktrt__light_cut *cut) {
   uint32_t at[PKTRT__LIGHT_CUT], first[PKTRT__LIGHT_CUT], n[PKTRT__LIGHT_CUT], top = 1;
   double sum = 0;
@@ -12996,36 +13008,64 @@ static void pktrt__light_cut_tree(const pktrt__render_state *render, const pktrt
   while (top--) {
     const uint32_t i = at[top], begin = first[top], lights = n[top];
     const pktrt__light_cluster *c = &render->tree[i];
-    const bool near = pktrt__distance2(from->point, c->middle) < 4 * c->r2;
+    const bool near = pktrt__distance2(from->point, c->middle) < 4 * (c->r2 + r2);
     if (lights > 1 && near && cut->count + top + 2 <= PKTRT__LIGHT_CUT) {
       at[top] = i + 2 * (lights / 2), first[top] = begin + lights / 2, n[top++] = lights - lights / 2;
       at[top] = i + 1, first[top] = begin, n[top++] = lights / 2;
       continue;
     }
-    sum += pktrt__light_weigh_for(c, from);
+    sum += pktrt__light_weigh_for(c, from, r2);
     cut->at[cut->count] = i, cut->first[cut->count] = begin, cut->n[cut->count] = lights;
     cut->sum[cut->count++] = sum;
   }
 }
 
+/* Returns the cut for a surface, from those that a tile has made. WHY by cells: neighbours share it, and what it is depends on
+   where the surface is alone, not on who came before. */
+static const pktrt__light_cut *pktrt__light_cut_for(const pktrt__render_state *render, const pktrt__light_view *from,
+                                                    pktrt__light_cut *cuts) {
+  const double size = sqrt(render->tree->r2) / 128;
+  pktrt__light_view view;
+  int32_t cell[4] = {0, 0, 0, 0};
+  uint32_t hash = 0;
+  memset(&view, 0, sizeof view);
+  for (int a = 0; a < 3; a++) {
+    const double x = size > 0 ? (from->point[a] - render->tree->middle[a]) / size : 0;
+    cell[a] = (int32_t)pktrt__min(pktrt__max(x < 0 ? x - 1 : x, -1e9), 1e9);
+    view.point[a] = render->tree->middle[a] + (cell[a] + 0.5) * size;
+    hash = hash * 0x9E3779B1u + (uint32_t)cell[a];
+    if (fabs(from->normal[a]) > fabs(from->normal[cell[3] / 2])) cell[3] = 2 * a;
+  }
+  const int axis = cell[3] / 2;
+  if (from->normal[axis] < 0) cell[3]++;
+  view.normal[axis] = from->normal[axis] < 0 ? -1 : 1;
+  pktrt__light_cut *cut = &cuts[(hash ^ hash >> 15 ^ (uint32_t)cell[3] * 5) % PKTRT__LIGHT_CUTS];
+  if (memcmp(cut->cell, cell, sizeof cell) != 0) {
+    memcpy(cut->cell, cell, sizeof cell);
+    pktrt__light_cut_tree(render, &view, 0.75 * size * size, cut);
+  }
+  return cut;
+}
+
 /* Chooses a light for a surface by u in [0,1); *share receives one over its probability. */
-static uint32_t pktrt__light_choose_one(const pktrt__render_state *render, const pktrt__light_view *from, double u,
-                                        double *share) {
+static uint32_t pktrt__light_choose_one(const pktrt__render_state *render, pktrt__light_cut *cuts,
+                                        const pktrt__light_view *from, double u, double *share) {
   const uint32_t far = render->scene->light_count - render->finite, ways = far + (render->finite > 0);
   const uint32_t way = (uint32_t)(u * ways) < ways ? (uint32_t)(u * ways) : ways - 1;
-  pktrt__light_cut cut;
-  uint32_t i = 0;
   *share = ways;
   if (way < far) return render->ordered[render->finite + way];
-  pktrt__light_cut_tree(render, from, &cut);
-  const double all = cut.sum[cut.count - 1], want = (u * ways - far) * all;
-  while (i + 1 < cut.count && cut.sum[i] <= want) i++;
-  const double before = i ? cut.sum[i - 1] : 0, part = cut.sum[i] - before;
-  uint32_t first = cut.first[i], n = cut.n[i];
-  const pktrt__light_cluster *c = &render->tree[cut.at[i]];
-  u = part > 0 ? (want - before) / part : 0, *share *= part > 0 ? all / part : cut.count;
+  const pktrt__light_cut *cut = pktrt__light_cut_for(render, from, cuts);
+  const double all = cut->sum[cut->count - 1], want = (u * ways - far) * all;
+  uint32_t i = 0;
+  for (uint32_t step = PKTRT__LIGHT_CUT / 2; step; step /= 2)
+    if (i + step < cut->count && cut->sum[i + step - 1] <= want) i += step;
+  const double before = i ? cut->sum[i - 1] : 0, part = cut->sum[i] - before;
+  uint32_t first = cut->first[i], n = cut->n[i];
+  const pktrt__light_cluster *c = &render->tree[cut->at[i]];
+  u = part > 0 ? (want - before) / part : 0, *share *= part > 0 ? all / part : cut->count;
   while (n > 1) {
-    const double left = pktrt__light_weigh_for(c + 1, from), right = pktrt__light_weigh_for(c + 2 * (n / 2), from);
+    const double left = pktrt__light_weigh_for(c + 1, from, 0),
+                 right = pktrt__light_weigh_for(c + 2 * (n / 2), from, 0);
     const double split = left + right > 0 ? left / (left + right) : 0.5;
     if (u < split) c += 1, n = n / 2, u /= split, *share /= split;
     else c += 2 * (n / 2), first += n / 2, n -= n / 2, u = (u - split) / (1 - split), *share /= 1 - split;
@@ -13206,7 +13246,7 @@ typedef struct pktrt__light_quad {
   pktrt__solid_angle half[2];       /* else */
 } pktrt__light_quad;
 
-static void pktrt__light_look_at_rectangle(pktrt__light_quad *q) {
+PKTRT__COLD void pktrt__light_look_at_rectangle(pktrt__light_quad *q) {
   double n[4], c[4], s[4];
   for (int i = 0; i < 2; i++) q->low[i] = pktrt__dot(q->to, q->edge[i]) / q->length[i];
   n[0] = -q->low[1], n[1] = q->low[0] + q->length[0], n[2] = q->low[1] + q->length[1], n[3] = -q->low[0];
@@ -13291,8 +13331,8 @@ static double pktrt__light_sample_quad(const pktrt__render_state *render, uint32
   for (int a = 0; a < 3; a++) at[a] = from->point[a] + q.to[a] + (part[0] * q.edge[0][a] + part[1] * q.edge[1][a]);
   return pktrt__light_quad_spread(&q, render->lights[index].area, from->point, at);
 }
-static double pktrt__light_meet_quad(const pktrt__render_state *render, uint32_t index, const pktrt__light_view *from,
-                                     const double direction[3], double at[3]) {
+PKTRT__COLD double pktrt__light_meet_quad(const pktrt__render_state *render, uint32_t index,
+                                          const pktrt__light_view *from, const double direction[3], double at[3]) {
   const pktrt__light_data *light = &render->lights[index];
   pktrt__light_quad q;
   double across[3], turned[3];
@@ -13339,8 +13379,8 @@ static double pktrt__light_sample_sphere(const pktrt__render_state *render, uint
   for (int a = 0; a < 3; a++) at[a] = from->point[a] + depth * (cosine * axis[a] + sine * (x * t[a] + y * b[a]));
   return 2 * PKTRT__PI * rise;
 }
-static double pktrt__light_meet_sphere(const pktrt__render_state *render, uint32_t index, const pktrt__light_view *from,
-                                       const double direction[3], double at[3]) {
+PKTRT__COLD double pktrt__light_meet_sphere(const pktrt__render_state *render, uint32_t index,
+                                            const pktrt__light_view *from, const double direction[3], double at[3]) {
   const pktrt_light *l = &render->scene->lights[index];
   double to[3], aside[3];
   const double r2 = (double)l->radius * (double)l->radius;
@@ -13364,8 +13404,8 @@ static bool pktrt__light_may_meet(const pktrt__light_cluster *c, const double fr
 }
 
 /* Finds the first visible light that a ray meets before a depth, which becomes that of the light; or PKTRT_NONE. */
-static uint32_t pktrt__light_see(const pktrt__render_state *render, const double from[3], const double direction[3],
-                                 double *depth) {
+PKTRT__COLD uint32_t pktrt__light_see(const pktrt__render_state *render, const double from[3],
+                                      const double direction[3], double *depth) {
   struct {
     uint32_t at, first, n;
   } stack[34] = {{0, 0, render->finite}};
@@ -14081,6 +14121,7 @@ typedef struct pktrt__tile {
   pktrt_stats *stats;
   pktrt__wave *reflected[PKTRT_MAX_DEPTH + 1], *refracted[PKTRT_MAX_DEPTH + 1], *spare; /* by depth */
   uint32_t order[PKTRT__BATCH], packet[PKTRT__BATCH], sender[PKTRT__BATCH];             /* see pktrt__packet_assemble */
+  pktrt__light_cut *cuts;        /* NULL where all lights are asked */
   uint32_t chosen[PKTRT__BATCH]; /* the light that each surface samples, if it samples only one, */
   double share[PKTRT__BATCH];    /* and one over the probability of this choice */
   uint32_t first;                /* in the wave being shaded: the first ray of `surfaces` */
@@ -14215,8 +14256,8 @@ static void pktrt__surface_shade_misses(const pktrt__render_state *render, pktrt
 }
 
 /* Ends rays at visible lights that lie before what they hit. Rays of lobes bring nothing from there: direct light has. */
-PKTRT__NOINLINE void pktrt__surface_show_lights(const pktrt__render_state *render, pktrt__wave *w, uint32_t first,
-                                                uint32_t n, uint32_t depth) {
+PKTRT__COLD void pktrt__surface_show_lights(const pktrt__render_state *render, pktrt__wave *w, uint32_t first,
+                                            uint32_t n, uint32_t depth) {
   const pktrt_scene *scene = render->scene;
   pktrt__batch *b = &w->rays;
   for (uint32_t i = first; i < first + n; i++) {
@@ -14745,7 +14786,8 @@ static void pktrt__light_choose(pktrt__tile *tile, const pktrt__wave *w) {
   for (uint32_t k = 0; k < s->count; k++) {
     pktrt__light_view from;
     pktrt__light_view_of(w, s, k, &from);
-    tile->chosen[k] = pktrt__light_choose_one(tile->render, &from, (double)tile->draws.u[3][k], &tile->share[k]);
+    tile->chosen[k] =
+        pktrt__light_choose_one(tile->render, tile->cuts, &from, (double)tile->draws.u[3][k], &tile->share[k]);
   }
 }
 
@@ -14923,7 +14965,8 @@ static bool pktrt__light_aim(pktrt__tile *tile, const pktrt__wave *w, const pktr
 }
 
 /* Sends the shadow rays that have been made, in packets; `at_once`: they lie where they are traced. */
-static void pktrt__light_send(pktrt__tile *tile, pktrt_ray_type type, uint32_t depth, bool at_once, bool together) {
+PKTRT__COLD void pktrt__light_send(pktrt__tile *tile, pktrt_ray_type type, uint32_t depth, bool at_once,
+                                   bool together) {
   const pktrt__render_state *render = tile->render;
   const pktrt__shadow_rays *sh = &tile->shadow_rays;
   uint32_t *sender = tile->sender;
@@ -15396,12 +15439,23 @@ PKTRT__COLD void pktrt__tile_free(pktrt__tile *tile) {
     pktrt__mem_release(d, tile->refracted[i], 1, sizeof(pktrt__wave));
   }
   pktrt__mem_release(d, tile->spare, 1, sizeof(pktrt__wave));
+  pktrt__mem_release(d, tile->cuts, PKTRT__LIGHT_CUTS, sizeof *tile->cuts);
   pktrt__mem_release(d, tile, 1, sizeof *tile);
 }
 PKTRT__COLD pktrt__tile *pktrt__tile_make(const pktrt__render_state *render, struct pktrt__pass_rounds *rounds,
                                           pktrt_stats *stats) { /* NULL: out of memory */
   pktrt__tile *tile = PKTRT__CAST(pktrt__tile *, pktrt__mem_alloc(&render->scene->desc, 1, sizeof *tile));
   if (!tile) return NULL;
+  tile->cuts = NULL;
+  if (render->tree && render->desc->lights != PKTRT_LIGHTS_ALL) {
+    tile->cuts =
+        PKTRT__CAST(pktrt__light_cut *, pktrt__mem_alloc(&render->scene->desc, PKTRT__LIGHT_CUTS, sizeof *tile->cuts));
+    for (uint32_t i = 0; tile->cuts && i < PKTRT__LIGHT_CUTS; i++) tile->cuts[i].cell[3] = -1;
+    if (!tile->cuts) {
+      pktrt__mem_release(&render->scene->desc, tile, 1, sizeof *tile);
+      return NULL;
+    }
+  }
   memset(tile->reflected, 0, sizeof tile->reflected);
   memset(tile->refracted, 0, sizeof tile->refracted);
   tile->spare = NULL, tile->queue.n = 0, tile->failed = tile->stopped = false, tile->glass_stops = false;
@@ -15524,7 +15578,7 @@ static void pktrt__pass_sum_cell(const pktrt__pass_sums *p, uint32_t column, uin
   b->mean[0] += red * each, b->mean[1] += green * each, b->mean[2] += blue * each;
 }
 
-static void pktrt__pass_sum_errors(void *arg, size_t row) { /* a row of blocks */
+PKTRT__COLD void pktrt__pass_sum_errors(void *arg, size_t row) { /* a row of blocks */
   pktrt__pass_sums *p = PKTRT__CAST(pktrt__pass_sums *, arg);
   const uint32_t each = PKTRT_ERROR_BLOCK / PKTRT__PASS_CELL, first = (uint32_t)row * each;
   memset(&p->blocks[row * p->columns], 0, p->columns * sizeof *p->blocks);
@@ -16231,6 +16285,9 @@ PKTRT_DEF size_t pktrt_scene_report_text(const pktrt_scene_report *r, char *text
 #endif /* the public functions */
 /* >>changes ----------------------------------------------------------------------------------------------------------
 
+     0.11.0   Light with less error: by solid angle, by lights and lobes together, environments by where they are bright
+              (pktrt_prepare_environment), one light of many by a tree (PKTRT_LIGHTS_ONE); lights can be visible. Adaptive
+              passes by cells of 4 x 4. Estimates tell their interval, and when they are not to be believed (trust_estimates).
      0.10.0   Groups of meshes with trees of their own, masks of meshes, instances and queries; pktrt_remove_mesh,
               pktrt_remove_instance, pktrt_set_enabled. Texture coordinates, cutouts; pktrt_surface, pktrt_spawn_at.
               Adaptive passes go to cells of 4 x 4 pixels; reports say how far to believe them, and unreliable ones end

@@ -109,6 +109,46 @@ static void sphere_lights(void) {
   }
 }
 
+/* Next to a light, and far from it: samples by solid angle have bounded variance. `skew`: of a parallelogram. */
+static void near_light(const char *name, int kind, double distance) {
+  const double skew = kind == 1 ? 0.4 : 0, radiance = fmax(1, distance * distance);
+  quad q = quad_of(vec_of(-0.4, distance, -0.3), vec_of(1, 0, skew), vec_of(0, 0, 1));
+  pktrt_scene *s = patch_open(NULL);
+  pktrt_material lamp = lamp_of(radiance);
+  pktrt_light l = kind < 2 ? quad_light(&q, radiance) : light_of(PKTRT_LIGHT_MESH, 1);
+  double want = radiance * albedo * quad_form_factor(vec_of(0, 0, 0), up, &q);
+  if (kind == 2) l.mesh = stage_quad(s, &q, stage_material(s, &lamp));
+  if (kind == 3) {
+    l = sphere_light(vec_of(0, distance + 0.5, 0), 0.5, radiance);
+    want = radiance * albedo * 0.25 / ((distance + 0.5) * (distance + 0.5));
+  }
+  stage_light(s, &l);
+  stage_commit(s);
+  pktrt_render_desc d = stage_spot(vec_of(-0.3 * distance, 0.2 * distance, 0.1 * distance), vec_of(0, 0, 0));
+  d.camera.fov_y = 0.01f;
+  estimate e = stage_estimate(s, &d, 16);
+  check_estimate(name, &e, want, want * 0.9, small_run ? 0.1 : 0.03);
+  pktrt_scene_destroy(s);
+}
+static void near_lights(void) {
+  static const char *const names[4] = {"a rectangle", "a parallelogram", "a mesh", "a sphere"};
+  for (int kind = 0; kind < 4; kind++)
+    for (int e = -4; e <= 2; e++) near_light(names[kind], kind, pow(10, e));
+}
+
+/* In a sphere that is a light, everything is lit from all sides; lit of itself it is not. */
+static void within_a_sphere(void) {
+  pktrt_scene *s = patch_open(NULL);
+  pktrt_light l = sphere_light(vec_of(0.2, 0.5, 0), 9, 2);
+  stage_light(s, &l);
+  stage_commit(s);
+  pktrt_render_desc d = patch_spot();
+  estimate e = stage_estimate(s, &d, 16);
+  check_estimate("within a sphere", &e, albedo * 2, albedo, 0.02);
+  CHECK(patch_value(s, PKTRT_MODE_WRT) == 0, "WRT has no direction to take");
+  pktrt_scene_destroy(s);
+}
+
 /* RCS and WRT take a quad in its middle: L A cos cos / (pi d^2). */
 static void middles(void) {
   quad_case c[3];
@@ -379,6 +419,32 @@ static void environment_callbacks(void) {
   estimate e = stage_estimate(s, &d, 16);
   check_estimate("a sky that is brighter above", &e, albedo * 2, albedo * 1.95, 0.01);
   pktrt_scene_destroy(s);
+}
+
+/* A sun in a black sky, of 0.03 sr and of 7e-5: sampled by where the environment is bright. Its middle is 45 degrees high. */
+static double sun_cosine = 0;
+static void sun(void *user, uint32_t n, const float *const direction[3], float *const radiance[3]) {
+  (void)user;
+  for (uint32_t i = 0; i < n; i++)
+    for (int a = 0; a < 3; a++)
+      radiance[a][i] = ((double)direction[0][i] + (double)direction[1][i]) * sqrt(0.5) > sun_cosine ? 1000 : 0;
+}
+static void suns(void) {
+  for (int small = 0; small < 2; small++)
+    for (int prepared = 0; prepared < 2; prepared++) {
+      const double angle = small ? 0.0047 : 0.1;
+      pktrt_scene *s = patch_open(NULL);
+      pktrt_light l = light_of(PKTRT_LIGHT_ENVIRONMENT, 1);
+      stage_light(s, &l);
+      stage_commit(s);
+      pktrt_render_desc d = patch_spot();
+      sun_cosine = cos(angle), d.environment = sun, d.samples = small && !prepared ? 4096 : 64;
+      if (prepared) CHECK(pktrt_prepare_environment(s, &d) == PKTRT_OK);
+      estimate e = stage_estimate(s, &d, 16);
+      const double want = albedo * 1000 * sin(angle) * sin(angle) * sqrt(0.5);
+      check_estimate(small ? "a small sun" : "a large sun", &e, want, want * 0.9, 0.03);
+      pktrt_scene_destroy(s);
+    }
 }
 
 /* --- several lights, shadows --- */
@@ -662,6 +728,32 @@ static void light_choice(void) {
   }
 }
 
+/* One for all everywhere: the mean of all, of 60 lamps of all kinds. */
+static void one_of_many(void) {
+  rng r = rng_of(26);
+  pktrt_scene *s = patch_open(NULL);
+  for (int i = 0; i < 60; i++) {
+    const vec at = vec_of(3 * (double)rng_sign(&r), 1.5 + (double)rng_sign(&r), 3 * (double)rng_sign(&r));
+    quad q = quad_of(at, vec_of(0.2, 0, 0), vec_of(0, 0, 0.3));
+    pktrt_light l = i % 3 == 0   ? light_of(PKTRT_LIGHT_POINT, 0.1 + 0.01 * i)
+                    : i % 3 == 1 ? quad_light(&q, 2)
+                                 : sphere_light(at, 0.1, 1);
+    if (i % 3 == 0) vec_put(at, l.position);
+    if (i == 9) l = light_of(PKTRT_LIGHT_ENVIRONMENT, 1);
+    stage_light(s, &l);
+  }
+  stage_commit(s);
+  estimate e[2];
+  for (int one = 0; one < 2; one++) {
+    pktrt_render_desc d = patch_spot();
+    d.background[0] = 0.5f, d.samples = one ? 1024 : 16;
+    d.lights = one ? PKTRT_LIGHTS_ONE : PKTRT_LIGHTS_ALL;
+    e[one] = stage_estimate(s, &d, 16);
+  }
+  check_estimate("one of sixty", &e[1], e[0].mean[0], e[0].mean[0] * 0.95, 0.02);
+  pktrt_scene_destroy(s);
+}
+
 /* --- highlights, and each emitter counted once --- */
 
 /* Integral of the lobe around `axis` over what a quad covers, seen from the origin; weighted by `power` of its own
@@ -711,6 +803,55 @@ static void counted_once(void) {
                                  : "a light only",
                      &e, want, kind == 0 ? want + 2 * diffuse : want + 2 * specular, 0.02);
       CHECK(small_run || (!agrees(&e, 0, want * 1.08) && !agrees(&e, 0, want * 0.92)), "the control: not by a twelfth");
+    }
+    pktrt_scene_destroy(s);
+  }
+}
+
+/* Wide lobes and narrow ones get what they see of a light, however that is found; visible or not. */
+static void both_ways(void) {
+  static const double exponents[3] = {1, 60, 3000};
+  quad lamp = quad_of(vec_of(1.2, 2, -0.8), vec_of(0.9, 0, 0), vec_of(0, 0, 0.7));
+  for (int e = 0; e < 3; e++)
+    for (int kind = 0; kind < 3; kind++) { /* a mesh, a quad, one that is visible */
+      const double want = 2 * (albedo * quad_form_factor(vec_of(0, 0, 0), up, &lamp) +
+                               gloss * lobe_over_quad(&lamp, mirror_axis(), exponents[e]));
+      pktrt_scene *s = glossy_open(exponents[e]);
+      pktrt_material m = lamp_of(2);
+      pktrt_light l = kind ? quad_light(&lamp, 2) : light_of(PKTRT_LIGHT_MESH, 1);
+      if (kind == 0) l.mesh = stage_quad(s, &lamp, stage_material(s, &m));
+      l.visible = kind == 2;
+      stage_light(s, &l);
+      stage_commit(s);
+      pktrt_render_desc d = patch_spot();
+      estimate got = stage_estimate(s, &d, 16);
+      check_estimate("both ways", &got, want, want * 0.93, 0.02);
+      pktrt_scene_destroy(s);
+    }
+}
+
+/* A quad and a sphere that are visible: from before, not from behind; in a mirror; not behind what hides them. */
+static void visible_lights(void) {
+  quad lamp = quad_of(vec_of(-1, 3, -1), vec_of(2, 0, 0), vec_of(0, 0, 2)),
+       lid = quad_of(vec_of(-2, 2.5, -2), vec_of(4, 0, 0), vec_of(0, 0, 4));
+  for (int kind = 0; kind < 8; kind++) { /* bits: a sphere; visible; a lid before it */
+    pktrt_scene *s = patch_open(NULL);
+    pktrt_light l = kind & 1 ? sphere_light(vec_of(0, 4, 0), 1, 2) : quad_light(&lamp, 2);
+    l.visible = (kind & 2) != 0;
+    stage_light(s, &l);
+    if (kind & 4) stage_quad(s, &lid, 0);
+    stage_commit(s);
+    for (int mode = 0; mode < 3; mode++) {
+      float below[3], above[3];
+      pktrt_render_desc d = stage_view((pktrt_mode)mode, 1, 1, below, vec_of(0.2, 1, 0.1), vec_of(0.2, 3, 0.1));
+      d.camera.up[2] = 1, d.camera.fov_y = 1, d.samples = 1;
+      stage_render(s, &d);
+      const bool seen = (kind & 2) && !(kind & 4);
+      CHECK((below[0] == 2) == seen, "kind %d, mode %d: from below %g", kind, mode, (double)below[0]);
+      d = stage_view((pktrt_mode)mode, 1, 1, above, vec_of(0.2, 9, 0.1), vec_of(0.2, 3, 0.1));
+      d.camera.up[2] = 1, d.camera.fov_y = 1, d.samples = 1;
+      stage_render(s, &d);
+      CHECK((above[0] == 2) == (kind % 4 == 3), "kind %d, mode %d: from above %g", kind, mode, (double)above[0]);
     }
     pktrt_scene_destroy(s);
   }
@@ -846,6 +987,8 @@ static void lamps_with_strays(void) {
 void suite_lights(void) {
   run("a quad light gives its form factor, by every sampler", quad_lights);
   run("a sphere light gives pi L (R / d)^2 cos", sphere_lights);
+  run("a light next to a surface gives what it gives, to a distance of 1/10000 of its size", near_lights);
+  run("within a sphere that is a light all is lit", within_a_sphere);
   run("RCS and WRT take a quad light in its middle", middles);
   run("an emissive mesh is a light like the quad of the same shape, and is seen", mesh_lights);
   run("a moving mesh shines that has area between its keys only", lamps_between_keys);
@@ -857,7 +1000,9 @@ void suite_lights(void) {
   run("triangles of a lamp that hide among others which look away are asked, too", pairs_that_look_away);
   run("an environment lights what it sees, without noise where nothing is in the way", environments);
   run("an environment callback lights by direction", environment_callbacks);
+  run("a sun in a callback is found, however small", suns);
   run("lights add up", light_sums);
+  run("one light chosen for all everywhere has the mean of all, of many kinds", one_of_many);
   run("one light chosen for all has the mean of all, deeper in the ray tree", light_choice);
   run("a screen takes its part of an area light", penumbra);
   run("shadow rays pass glass with Fresnel and Beer's law, or not at all", glass_shadows);
@@ -866,6 +1011,8 @@ void suite_lights(void) {
   run("the length of a light's direction means nothing, bit for bit", direction_lengths);
   run("no scale lets light through a wall or changes its brightness", scales);
   run("an emitter that is a light is counted once", counted_once);
+  run("lobes wide and narrow get what they see of a light, found in both ways", both_ways);
+  run("quads and spheres are seen if they are visible", visible_lights);
   run("the environment is counted once", environment_once);
   run("lights show in Phong lobes by the value of the lobe", highlights);
   run("the camera and ideal mirrors see emitting meshes, not lights", unseen);

@@ -5002,7 +5002,8 @@ typedef struct pktrt__light_samples {        /* the points of one light that sha
   PKTRT__ALIGN64 double at[3][PKTRT__BATCH]; /* a point; a direction if the light is infinitely far */
   double factor[PKTRT__BATCH];               /* irradiance of a surface that faces it, for radiance or intensity 1 */
   float arriving[3][PKTRT__BATCH];           /* radiance or intensity */
-  float shared[PKTRT__BATCH];                /* lobes share the light between both ways: 1 / strength; 0: they do not */
+  float shared
+      [PKTRT__BATCH]; /* lobes share the light between both ways: 1 / strength; 0: samples alone count; -1: rays alone */
 } pktrt__light_samples;
 
 typedef struct pktrt__light_target {  /* one light as the target of shadow rays */
@@ -14855,6 +14856,7 @@ static void pktrt__light_sample_each(pktrt__tile *tile, const pktrt__wave *w, co
       for (int a = 0; a < 3; a++) g->at[a][k] = at[a], g->arriving[a][k] = light->color[a];
       g->factor[k] = factor * share * light->strength;
       g->shared[k] = pktrt__light_is_shared(tile, index, k) ? pktrt__to_float(1 / (light->strength * share)) : 0;
+      if (look->light == PKTRT_NONE && pktrt__light_has(l, PKTRT__LIGHT_HIT)) g->shared[k] = -1;
       if (l->kind == PKTRT_LIGHT_ENVIRONMENT) {
         for (int a = 0; a < 3; a++) d[a][n] = (float)at[a];
         listed[n++] = k;
@@ -14916,7 +14918,8 @@ static void pktrt__light_lobe_values(const pktrt_scene *scene, const pktrt__surf
       const double n = (double)pktrt__material_of(scene, s->material[i + j])->exponent;
       const double cosine = pktrt__lobe_cosine((double)to[0][j], (double)to[1][j], (double)to[2][j], s, i + j);
       value = pktrt__lobe_density(n, cosine) * pktrt__min((double)lobe[j], (double)FLT_MAX);
-      if (listed) value /= 1 + value * (double)listed->shared[i + j];
+      const double shared = listed ? (double)listed->shared[i + j] : 0;
+      value = shared < 0 ? 0 : value / (1 + value * shared);
     }
     lobe[j] = (float)value;
   }

@@ -729,9 +729,12 @@ static void light_choice(void) {
 }
 
 /* One for all everywhere: the mean of all, of 60 lamps of all kinds. */
-static void one_of_many(void) {
+static void one_of_many_on(bool glossy) {
   rng r = rng_of(26);
-  pktrt_scene *s = patch_open(NULL);
+  pktrt_material m = material_of(albedo, PKTRT_SPECULAR_MIRROR, 0.3), lamp = lamp_of(3);
+  quad shining = quad_of(vec_of(1, 1.6, -0.8), vec_of(0.9, 0, 0), vec_of(0, 0, 0.7));
+  m.lobe = PKTRT_LOBE_PHONG, m.exponent = 12;
+  pktrt_scene *s = patch_open(glossy ? &m : NULL);
   for (int i = 0; i < 60; i++) {
     const vec at = vec_of(3 * (double)rng_sign(&r), 1.5 + (double)rng_sign(&r), 3 * (double)rng_sign(&r));
     quad q = quad_of(at, vec_of(0.2, 0, 0), vec_of(0, 0, 0.3));
@@ -740,6 +743,7 @@ static void one_of_many(void) {
                                  : sphere_light(at, 0.1, 1);
     if (i % 3 == 0) vec_put(at, l.position);
     if (i == 9) l = light_of(PKTRT_LIGHT_ENVIRONMENT, 1);
+    if (i == 30) l = light_of(PKTRT_LIGHT_MESH, 1), l.mesh = stage_quad(s, &shining, stage_material(s, &lamp));
     stage_light(s, &l);
   }
   stage_commit(s);
@@ -753,6 +757,7 @@ static void one_of_many(void) {
   check_estimate("one of sixty", &e[1], e[0].mean[0], e[0].mean[0] * 0.95, 0.02);
   pktrt_scene_destroy(s);
 }
+static void one_of_many(void) { one_of_many_on(false), one_of_many_on(true); }
 
 /* --- highlights, and each emitter counted once --- */
 

@@ -14393,7 +14393,7 @@ static void pktrt__aov_add_first_hits(pktrt__tile *tile) {
 }
 
 /* Leaves of emission that rays of lobes found the part that samples of the light do not count. */
-static void pktrt__surface_share_emission(const pktrt__tile *tile, const pktrt__wave *w, pktrt__surfaces *s) {
+PKTRT__COLD void pktrt__surface_share_emission(const pktrt__tile *tile, const pktrt__wave *w, pktrt__surfaces *s) {
   const pktrt__render_state *render = tile->render;
   for (uint32_t k = 0; k < s->count; k++) {
     const double density = (double)w->density[s->ray[k]];

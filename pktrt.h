@@ -984,7 +984,8 @@ PKTRT_DEF bool pktrt_camera_ray(const pktrt_camera *, uint32_t width, uint32_t h
      the value of the lobe towards them. Ideal mirrors and the camera see quads and spheres that are `visible`, else none.
    - In DRT what a lobe gets of a light with extent is shared between samples of the light and of the lobe, by their
      densities, so that neither narrow lobes nor wide ones are noisy. (Meshes and the environment: if intensity is 1 and
-     no texture or shader changes the emission; else lobes alone find them.)
+     no texture or shader changes the emission, and parts of the environment are far brighter than its mean; else lobes
+     alone find them.)
    - A mesh that emits without being a light is visible, but does not light diffuse surfaces.
    DRT samples quads, spheres and triangles by the solid angle in which they are seen where that is large, the environment
    by cosine and by where it is bright. RCS and WRT send one ray to the middle of a light, and none from within a sphere. A mesh counts there as a point, where
@@ -13100,8 +13101,9 @@ PKTRT__COLD bool pktrt__light_link(pktrt__render_state *render) {
     pktrt__light_data *light = &render->lights[i];
     light->both = pktrt__light_is_found(render, i);
     if (!light->both) continue;
-    if (!pktrt__light_has(l, PKTRT__LIGHT_EMISSIVE)) {
-      render->sky_light = i;
+    if (!pktrt__light_has(l, PKTRT__LIGHT_EMISSIVE)) { /* by cosine alone it would share noise, and gain nothing */
+      light->both = render->environment && render->environment->share > 0;
+      if (light->both) render->sky_light = i;
       continue;
     }
     if (!render->light_of_mesh) {
@@ -13149,7 +13151,7 @@ PKTRT__COLD bool pktrt__light_make_all(pktrt__render_state *render) { /* false: 
     for (int a = 0; a < 3; a++) light->color[a] = light->strength > 0 ? (float)(emitted[a] / light->strength) : 0;
     ok = pktrt__light_rows[l->kind].prepare(render, l, light);
   }
-  ok = ok && pktrt__light_link(render) && pktrt__light_prepare_environment(render);
+  ok = ok && pktrt__light_prepare_environment(render) && pktrt__light_link(render);
   for (uint32_t i = 0; i < s->light_count; i++)
     render->shown = render->shown || (s->lights[i].visible && pktrt__light_rows[s->lights[i].kind].meet);
   if (ok && (render->shown || (s->light_count && render->distribute && render->desc->lights != PKTRT_LIGHTS_ALL)))

@@ -338,7 +338,7 @@ static void filter__choose(const filter__room *room, int32_t p, float *out, floa
 
 FILTER_API bool filter_rectangle(const filter_picture *from, uint32_t x, uint32_t y, uint32_t w, uint32_t h, float *out,
                                  float *error) {
-  const int32_t border = FILTER_BORDER, near = FILTER_BORDER - FILTER_MIX;
+  const int32_t border = FILTER_BORDER, mix = FILTER_MIX, near = border - mix;
   filter__room room;
   memset(&room, 0, sizeof room);
   room.picture = from;

@@ -13394,7 +13394,7 @@ PKTRT__COLD double pktrt__light_meet_sphere(const pktrt__render_state *render, u
   if (!(rest > 0) || (outside > 0 && !(along > 0))) return 0;
   const double depth = outside > 0 ? (d2 - r2) / (along + sqrt(rest)) : along + sqrt(rest);
   for (int a = 0; a < 3; a++) at[a] = from->point[a] + depth * direction[a];
-  const double s2 = r2 / d2;
+  const double s2 = outside > 0 ? r2 / d2 : 1;
   return outside > 0 ? 2 * PKTRT__PI * s2 / (1 + sqrt(1 - s2)) : 4 * PKTRT__PI;
 }
 
@@ -13458,7 +13458,7 @@ static double pktrt__light_environment_density(const pktrt__render_state *render
                                                const double d[3]) {
   const pktrt__environment *e = render->environment;
   const double cosine = pktrt__max(0, pktrt__dot(d, from->normal)) / PKTRT__PI;
-  if (!e) return cosine;
+  if (!e || !(e->share > 0)) return cosine;
   const uint32_t columns = 2 * e->rows, cell = pktrt__environment_cell(e, d), row = cell / columns;
   const double all = (double)e->along[row * columns + columns - 1];
   const double part = all > 0 ? pktrt__environment_part(e->along + (size_t)row * columns, cell % columns) / all : 0;
@@ -13468,7 +13468,7 @@ static double pktrt__light_environment_density(const pktrt__render_state *render
 }
 
 /* Draws a direction from a table. */
-static void pktrt__environment_draw(const pktrt__environment *e, double u, double v, double d[3]) {
+PKTRT__COLD void pktrt__environment_draw(const pktrt__environment *e, double u, double v, double d[3]) {
   const uint32_t columns = 2 * e->rows;
   const double want = u * e->sum[e->rows - 1];
   double sine, cosine;

@@ -409,6 +409,11 @@ static void sky_height(void *user, uint32_t n, const float *const direction[3], 
   }
 }
 
+static void sky_even(void *user, uint32_t n, const float *const direction[3], float *const radiance[3]) {
+  (void)user, (void)direction;
+  for (uint32_t i = 0; i < n; i++)
+    for (int a = 0; a < 3; a++) radiance[a][i] = 1;
+}
 static void environment_callbacks(void) {
   pktrt_scene *s = patch_open(NULL);
   pktrt_light l = light_of(PKTRT_LIGHT_ENVIRONMENT, 1);
@@ -418,6 +423,9 @@ static void environment_callbacks(void) {
   d.environment = sky_height, d.background[0] = 77;
   estimate e = stage_estimate(s, &d, 16);
   check_estimate("a sky that is brighter above", &e, albedo * 2, albedo * 1.95, 0.01);
+  d.environment = sky_even;
+  e = stage_estimate(s, &d, 16);
+  CHECK(fabs(e.mean[0] - albedo) < 1e-5, "a sky that is the same everywhere: %g", e.mean[0]);
   pktrt_scene_destroy(s);
 }
 

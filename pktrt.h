@@ -355,8 +355,9 @@
        another key 150. The model once.
      - Rendering: about 260 KiB for each tile at work, 40 more where one light is asked for all, and up to 100 KiB for each
        generation of rays; 230 bytes for each triangle of a mesh that is a light (DRT), 180 for each light that is chosen
-       from or visible, 2 MiB for a callback environment that is one, twice that while it is looked at; 28 bytes for each mesh if one is of glass; if it counts, 8 KiB for each
-       tile of the picture; with several passes, 34 bytes for each pixel, 64 more with optional buffers.
+       from or visible, 2 MiB for a callback environment that is one, twice that while it is looked at; 28 bytes for each
+       mesh if one is of glass; if it counts, 8 KiB for each tile of the picture; with several passes, 34 bytes for each
+       pixel, 64 more with optional buffers.
      - Stack: at most 64 KiB in a query, about 64 KiB in a render, 17 KiB in a build, if compiled with optimisation, be
        it -O1. Without: up to 128 KiB in a query with gcc, 260 KiB with clang. Mind this when your threads have small
        stacks.
@@ -988,7 +989,8 @@ PKTRT_DEF bool pktrt_camera_ray(const pktrt_camera *, uint32_t width, uint32_t h
      alone find them.)
    - A mesh that emits without being a light is visible, but does not light diffuse surfaces.
    DRT samples quads, spheres and triangles by the solid angle in which they are seen where that is large, the environment
-   by cosine and by where it is bright. RCS and WRT send one ray to the middle of a light, and none from within a sphere. A mesh counts there as a point, where
+   by cosine and by where it is bright. RCS and WRT send one ray to the middle of a light, and none from within a sphere. A
+   mesh counts there as a point, where
    it is at time 0, with the light of all its triangles, which nothing inside its bounding sphere (that of all times)
    shadows, and the environment as its light from above the surface.
    Shadow rays are stopped by everything, or pass glass: see pktrt_glass_shadows. */
@@ -1012,9 +1014,9 @@ typedef struct pktrt_light {
   float edge[2][3];   /* quad: from the corner along its sides */
   float radius;       /* sphere, >= 0; a sphere or quad without area gives no light */
   uint32_t mesh;      /* mesh light: the index of a mesh, looked at when rendering */
-  bool
-      visible; /* quad (from its front) and sphere: rays see it and end there, but it casts no shadow. false: only what it
-                   lights is seen, as of what shines beside the camera in a studio; a mesh light is visible by itself */
+  /* Quad (from its front) and sphere: rays see it and end there, but it casts no shadow. false: what it lights alone is
+     seen, as of what shines beside a camera in a studio. A mesh light is seen by itself. */
+  bool visible;
 } pktrt_light;
 PKTRT_DEF pktrt_status pktrt_add_light(pktrt_scene *, const pktrt_light *, uint32_t *light);
 
@@ -1365,8 +1367,8 @@ PKTRT_DEF pktrt_status pktrt_prepare_environment(pktrt_scene *, const pktrt_rend
 
    - A light: an enumerator of pktrt_light_kind, a row of PKTRT__LIGHT_ROWS (>>kinds) with its traits, a prototype there,
      and the function (>>lights) that takes a point of it; another that prepares it, if none there does; and one that finds
-     the point in a direction, if it has an extent but is nothing that rays hit. Checks and reports follow from the traits. RCS and WRT see a light as its middle: give it the trait EACH if that will not do,
-     FLAT if it has a front.
+     the point in a direction, if it has an extent but is nothing that rays hit. Checks and reports follow
+     from the traits. RCS and WRT see a light as its middle: give it the trait EACH if that will not do, FLAT if it has a front.
    - A material: an enumerator of pktrt_specular and a row of PKTRT__SPECULAR_ROWS (>>kinds); then the weights of its
      rays, in pktrt__material_weights8 (>>shade). Without these it reflects nothing.
    - A sampler: an enumerator of pktrt_sampler, a row of PKTRT__SAMPLER_ROWS and a prototype (>>kinds), and its function
@@ -5282,6 +5284,8 @@ PKTRT__COLD const char *pktrt__check_sentence(uint32_t faults) {
 #undef SHARED
 #undef LONG
 #undef PKTRT__SAMPLER_DRAW
+#undef PKTRT__SPAWN_RAYS
+#undef PKTRT__MATERIAL_EVALUATE
 #undef LONG_STEP
 #undef UNROLL
 #undef FW
@@ -5497,8 +5501,8 @@ PKTRT__COLD const char *pktrt__check_sentence(uint32_t faults) {
 #else
 #define PKTRT__WITH_FIT 0
 #endif
-/* The set has kernels for the paper's path, and draws samples. WHY not AVX-512: it gains 1% to 3% there, with 18 KB, and
-   little of what samples cost, with 4; AVX2 serves for it. */
+/* The set has kernels for the paper's path, draws samples, evaluates materials and spawns rays. WHY not AVX-512: 1% to 3% there,
+   with 18 KB, and little of what the others cost, with 7; AVX2 serves for it. */
 #if PKTRT__STAMP == PKTRT__STAMP_AVX512 && defined(PKTRT__HAS_AVX2) && !defined(PKTRT__ALSO_STAMP)
 #define PKTRT__WITH_PAPER 0
 #else
@@ -5923,8 +5927,7 @@ OP m8 mand(m8 a, m8 b) { PKTRT__TWO(m8, PKTRT__Q(_mm_and_ps, vandq_u32)); }
 OP m8 mor(m8 a, m8 b) { PKTRT__TWO(m8, PKTRT__Q(_mm_or_ps, vorrq_u32)); }
 OP uint32_t mbits(m8 m) { return pktrt__qbits(m.l) | pktrt__qbits(m.h) << 4; }
 OP m8 mfrom(uint32_t bits) { PKTRT__OF(m8, pktrt__qfrom(bits), pktrt__qfrom(bits >> 4)); }
-#define PKTRT__TURNS \
-  2u /* in which a block is met, and few lanes are worked on: half a vector each, its bits by mturn */
+#define PKTRT__TURNS 2u /* in which blocks are met and few lanes worked on: half a vector each */
 OP v8 vload_turn(const float *p, uint32_t turn) { PKTRT__OF(v8, PKTRT__Q(_mm_loadu_ps, vld1q_f32)(p + 4 * turn), r.l); }
 OP v8 vturn(v8 a, uint32_t turn) { PKTRT__OF(v8, turn ? a.h : a.l, r.l); }
 OP void vstore_turn(float *p, v8 a) { PKTRT__Q(_mm_storeu_ps, vst1q_f32)(p, a.l); }
@@ -9203,6 +9206,7 @@ static void pktrt__surface_find(const pktrt_scene *scene, bool smooth, const pkt
   }
 }
 
+#if PKTRT__WITH_PAPER
 /* Computes k = eta^2 - (1 - c^2), where c is the cosine before a surface and sqrt(k) / eta the one behind it: for small
    eta as eta^2 - (1 - c) (1 + c), which is accurate head on, else as c^2 + (eta^2 - 1), accurate at grazing angles. The
    differences of squares are products. */
@@ -9281,6 +9285,10 @@ static void pktrt__material_evaluate(const pktrt_scene *scene, const pktrt__glas
     s->lit[i / 8] = (uint8_t)(lanes & lit & (follow ? ~(uint32_t)s->bare[i / 8] | s->lobed[i / 8] : ~0u));
   }
 }
+#define PKTRT__MATERIAL_EVALUATE pktrt__material_evaluate
+#else
+#define PKTRT__MATERIAL_EVALUATE pktrt__material_evaluate_avx2
+#endif
 
 /* Finds the point `at` of a light for surfaces i to i + 7 at p. Returns the irradiance of what faces it there, without
    a quad's cosine. For a mesh the point lies on the line to its middle, outside the sphere around it; a surface in the
@@ -9421,6 +9429,7 @@ static void pktrt__light_add(pktrt__surfaces *s, const uint32_t *surface, float 
   }
 }
 
+#if PKTRT__WITH_PAPER
 /* Appends rays from surfaces i to i + 7, those worth following, to the n of a wave. Returns how many it has then. */
 LONG uint32_t pktrt__spawn_rays8(const pktrt__spawn_request *g, const pktrt__wave *w, const pktrt__surfaces *s,
                                  uint32_t i, uint32_t lanes, pktrt__wave *to, uint32_t n) {
@@ -9465,6 +9474,10 @@ static uint32_t pktrt__spawn_rays(const pktrt__spawn_request *g, const pktrt__wa
   }
   return n;
 }
+#define PKTRT__SPAWN_RAYS pktrt__spawn_rays
+#else
+#define PKTRT__SPAWN_RAYS pktrt__spawn_rays_avx2
+#endif
 
 #endif /* PKTRT_NO_RENDER */
 
@@ -10312,8 +10325,8 @@ PKTRT__DIVIDES_BY_ZERO PKTRT__COLD uint32_t pktrt__check_arithmetic(void) {
 
 #ifndef PKTRT_NO_RENDER
 #define PKTRT__RENDER_KERNELS                                                                                          \
-  , pktrt__camera_rays8, pktrt__surface_pack, pktrt__surface_find, pktrt__material_evaluate, pktrt__light_shadow_rays, \
-      pktrt__light_visibility, pktrt__light_add, pktrt__spawn_rays, PKTRT__SAMPLER_DRAW
+  , pktrt__camera_rays8, pktrt__surface_pack, pktrt__surface_find, PKTRT__MATERIAL_EVALUATE, pktrt__light_shadow_rays, \
+      pktrt__light_visibility, pktrt__light_add, PKTRT__SPAWN_RAYS, PKTRT__SAMPLER_DRAW
 #else
 #define PKTRT__RENDER_KERNELS
 #endif
@@ -10435,6 +10448,8 @@ static const pktrt__kernel_table pktrt__kernels = {pktrt__entry_trace,
 #undef SHARED
 #undef LONG
 #undef PKTRT__SAMPLER_DRAW
+#undef PKTRT__SPAWN_RAYS
+#undef PKTRT__MATERIAL_EVALUATE
 #undef LONG_STEP
 #undef SMALL
 #undef ROLL_OUT
@@ -11872,7 +11887,7 @@ PKTRT_DEF void pktrt_surface_n(const pktrt_scene *s, const pktrt_ray *rays, cons
 }
 
 /* Finds the normal of a triangle, as that of a hit; false where it has no area. */
-PKTRT__COLD bool pktrt__spawn_normal(const pktrt_scene *s, const pktrt_ray *ray, pktrt_hit *hit) {
+static bool pktrt__spawn_normal(const pktrt_scene *s, const pktrt_ray *ray, pktrt_hit *hit) {
   float p[3][3];
   double n[3], at[3];
   pktrt_ray within;
@@ -12272,8 +12287,8 @@ PKTRT_DEF float pktrt_fresnel_conductor(float cosine, float eta, float k) {
 /* >>lens ----------------------------------------------------------------------------------------------------------- */
 
 /* Computes the camera at a time, 0 if it does not move. False if it has no direction, or up is parallel to that. */
-PKTRT__COLD bool pktrt__camera_plane_at(const pktrt_camera *c, uint32_t width, uint32_t height, double time,
-                                        pktrt__camera_plane *p) {
+static bool pktrt__camera_plane_at(const pktrt_camera *c, uint32_t width, uint32_t height, double time,
+                                   pktrt__camera_plane *p) {
   double forward[3], up[3], s, k;
   const bool turns = c->moving && (c->up_end[0] != 0 || c->up_end[1] != 0 || c->up_end[2] != 0);
   for (int a = 0; a < 3; a++) {
@@ -12472,12 +12487,11 @@ struct pktrt__render_state {
   pktrt__camera_plane plane;       /* of a camera that does not move */
   pktrt__light_data *lights;       /* one for each light */
   pktrt__environment *environment; /* to draw from; NULL: by cosine alone */
-  pktrt__light_cluster
-      *tree;         /* over the lights that are not infinitely far, in the order of `ordered`; NULL if all are asked */
-  uint32_t *ordered; /* these lights, then the others */
-  uint32_t finite;   /* how many they are */
-  bool shown;        /* some lights are visible */
-  uint32_t sky_light;       /* the environment light that lobes share, or NONE */
+  pktrt__light_cluster *tree;      /* over lights that are not infinitely far, as `ordered`; NULL: all are asked */
+  uint32_t *ordered;               /* these lights, then the others */
+  uint32_t finite;                 /* how many they are */
+  bool shown;                      /* some lights are visible */
+  uint32_t sky_light;              /* the environment light that lobes share, or NONE */
   uint32_t *light_of_mesh;  /* for each committed mesh: the light whose light is shared, or NONE; NULL: there is none */
   pktrt_sampling sampling;  /* of the first pass */
   pktrt__pass_sums *passes; /* NULL: there is one */
@@ -12630,8 +12644,8 @@ static const char *pktrt__render_left_out(const pktrt_render_desc *d) {
   return NULL;
 }
 
-PKTRT__COLD bool pktrt__render_check(const pktrt_scene *s, const pktrt_render_desc *d, pktrt__render_state *render,
-                                     pktrt__refusal *why) {
+static bool pktrt__render_check(const pktrt_scene *s, const pktrt_render_desc *d, pktrt__render_state *render,
+                                pktrt__refusal *why) {
   memset(render, 0, sizeof *render);
   if (!d) return pktrt__render_refuse(why, "the description is NULL");
   if (!pktrt__render_check_sizes(d, why) || !pktrt__render_check_enums(d, why) || !pktrt__render_check_rules(d, why) ||
@@ -12900,7 +12914,7 @@ PKTRT__COLD bool pktrt__light_prepare_quad(const pktrt__render_state *render, co
   return true;
 }
 
-static double pktrt__distance2(const double a[3], const double b[3]) {
+PKTRT__NOINLINE double pktrt__distance2(const double a[3], const double b[3]) {
   const double d[3] = {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
   return pktrt__dot(d, d);
 }
@@ -12911,8 +12925,7 @@ static double pktrt__distance2(const double a[3], const double b[3]) {
    as the area of a radiance of 1. Halves are weighed by power, distance and facing, as seen from each point; every half has
    some weight. Lights that are infinitely far count one each against all others together. */
 
-static double pktrt__light_weigh_cluster(const pktrt__light_cluster *, const double from[3], double d2, double back,
-                                         double *over);
+static double pktrt__light_projected_area(const pktrt__light_cluster *, double along, double d);
 PKTRT__COLD pktrt__environment *pktrt__environment_make(const pktrt_scene_desc *, const pktrt_render_desc *);
 
 /* Describes a light as the leaf of a tree. */
@@ -12995,9 +13008,8 @@ static double pktrt__light_weigh_for(const pktrt__light_cluster *c, const pktrt_
   if (d2 < 4 * (c->r2 + r2)) return c->area / pktrt__max(d2, c->r2 + r2);
   const double each = 1 / sqrt(d2), along = -(x * c->facing[0] + y * c->facing[1] + z * c->facing[2]) * each;
   const double up = (x * from->normal[0] + y * from->normal[1] + z * from->normal[2]) * each;
-  const double flat = (1 - c->bent) * pktrt__max(0, along),
-               round = c->bent * pktrt__max(0, 0.25 * c->area + 0.5 * along);
-  return (flat + round + c->area / 32) * each * each * pktrt__min(1, pktrt__max(up + 0.75, 1.0 / 32));
+  return (pktrt__light_projected_area(c, along, 1) + c->area / 32) * each * each *
+         pktrt__min(1, pktrt__max(up + 0.75, 1.0 / 32));
 }
 
 /* Cuts the tree for surfaces within `r2` of a point: opens clusters that are near. WHY: what of them is seen is told by
@@ -13388,14 +13400,15 @@ PKTRT__COLD double pktrt__light_meet_sphere(const pktrt__render_state *render, u
   double to[3], aside[3];
   const double r2 = (double)l->radius * (double)l->radius;
   for (int a = 0; a < 3; a++) to[a] = (double)l->position[a] - from->point[a];
-  const double d2 = pktrt__dot(to, to), along = pktrt__dot(to, direction), outside = d2 > r2;
+  const double d2 = pktrt__dot(to, to), along = pktrt__dot(to, direction);
+  const bool outside = d2 > r2;
   for (int a = 0; a < 3; a++) aside[a] = to[a] - along * direction[a];
   const double rest = r2 - pktrt__dot(aside, aside); /* of half the chord, squared */
-  if (!(rest > 0) || (outside > 0 && !(along > 0))) return 0;
-  const double depth = outside > 0 ? (d2 - r2) / (along + sqrt(rest)) : along + sqrt(rest);
+  if (!(rest > 0) || (outside && !(along > 0))) return 0;
+  const double depth = outside ? (d2 - r2) / (along + sqrt(rest)) : along + sqrt(rest);
   for (int a = 0; a < 3; a++) at[a] = from->point[a] + depth * direction[a];
-  const double s2 = outside > 0 ? r2 / d2 : 1;
-  return outside > 0 ? 2 * PKTRT__PI * s2 / (1 + sqrt(1 - s2)) : 4 * PKTRT__PI;
+  const double s2 = outside ? r2 / d2 : 1;
+  return outside ? 2 * PKTRT__PI * s2 / (1 + sqrt(1 - s2)) : 4 * PKTRT__PI;
 }
 
 /* Tells whether a ray with a direction of unit length meets the sphere around a cluster of lights, before a depth. */
@@ -13930,14 +13943,14 @@ PKTRT__COLD bool pktrt__glass_find(pktrt__render_state *render, uint64_t samples
 }
 
 /* Frees what pktrt__render_prepare makes once for a render. */
-PKTRT__COLD void pktrt__render_unprepare(pktrt__render_state *render) {
+static void pktrt__render_unprepare(pktrt__render_state *render) {
   const pktrt_scene *s = render->scene;
   pktrt__mem_release(&s->desc, render->glass.boxes, render->glass.room, sizeof *render->glass.boxes);
   pktrt__mem_release(&s->desc, render->glass_meshes, s->committed_meshes, sizeof *render->glass_meshes);
   pktrt__light_free_all(render);
 }
-PKTRT__COLD bool pktrt__render_prepare(pktrt__render_state *render,
-                                       uint64_t pixels) { /* false: out of memory, and nothing is left */
+static bool pktrt__render_prepare(pktrt__render_state *render,
+                                  uint64_t pixels) { /* false: out of memory, and nothing is left */
   if (!pktrt__light_make_all(render)) return false;
   if (pktrt__glass_find(render, pixels * render->samples)) return true;
   pktrt__render_unprepare(render);
@@ -14093,7 +14106,7 @@ static uint32_t pktrt__media_pass_surface(const pktrt_scene *s, const pktrt__gla
 /* >>workspace ------------------------------------------------------------------------------------------------------ */
 
 /* Fills n values of a row and up to seven behind them, for compilers vectorise loops of known length. */
-PKTRT__INLINE void pktrt__fill_row(float *row, uint32_t n, float x) {
+PKTRT__NOINLINE void pktrt__fill_row(float *row, uint32_t n, float x) {
   for (uint32_t i = 0; i < n; i += 8)
     for (uint32_t j = 0; j < 8; j++) row[i + j] = x;
 }
@@ -14176,7 +14189,7 @@ static void pktrt__tile_draw(pktrt__tile *tile, uint32_t k, uint32_t dimension, 
   }
 }
 
-static void pktrt__tile_draw_all(pktrt__tile *tile, uint32_t dimension, uint32_t n) {
+PKTRT__NOINLINE void pktrt__tile_draw_all(pktrt__tile *tile, uint32_t dimension, uint32_t n) {
   for (uint32_t k = 0; k < tile->draws.count; k += PKTRT__DRAWN) pktrt__tile_draw(tile, k, dimension, n);
 }
 
@@ -14238,11 +14251,11 @@ static void pktrt__environment_radiance(const pktrt__render_state *render, uint3
 }
 
 static void pktrt__surface_shade_misses(const pktrt__render_state *render, pktrt__wave *w, uint32_t first, uint32_t n) {
-  const bool shared = render->sky_light != PKTRT_NONE;
+  const bool shared = render->sky_light != PKTRT_NONE, shown = render->shown;
   float d[3][64], radiance[3][64];
   uint32_t lane[64], m = 0;
   for (uint32_t i = first; i < first + n; i++) {
-    if (w->rays.slot[i] == PKTRT_NONE && !(render->shown && w->rays.t[i] < 0)) {
+    if (w->rays.slot[i] == PKTRT_NONE && !(shown && w->rays.t[i] < 0)) {
       double v[3] = {(double)w->rays.d[0][i], (double)w->rays.d[1][i], (double)w->rays.d[2][i]};
       const bool somewhere = pktrt__normalise(v); /* false where a moving camera stands in its target */
       for (int a = 0; a < 3; a++) d[a][m] = (float)v[a], w->radiance[a][i] = render->desc->background[a];
@@ -14251,8 +14264,9 @@ static void pktrt__surface_shade_misses(const pktrt__render_state *render, pktrt
     if (m == 64 || (m && i + 1 == first + n)) {
       pktrt__environment_radiance(render, m, d, radiance);
       for (uint32_t k = 0; k < m; k++)
-        for (int a = 0; a < 3; a++)
-          w->radiance[a][lane[k]] = shared ? radiance[a][k] * w->sky[lane[k]] : radiance[a][k];
+        for (int a = 0; a < 3; a++) w->radiance[a][lane[k]] = radiance[a][k];
+      for (uint32_t k = 0; shared && k < m; k++)
+        for (int a = 0; a < 3; a++) w->radiance[a][lane[k]] *= w->sky[lane[k]];
       m = 0;
     }
   }
@@ -14777,7 +14791,8 @@ static bool pktrt__light_asks_one(const pktrt__render_state *render, uint32_t de
   return render->distribute && (lights == PKTRT_LIGHTS_ONE || (lights == PKTRT_LIGHTS_ONE_DEEPER && depth > 1));
 }
 
-static void pktrt__light_view_of(const pktrt__wave *w, const pktrt__surfaces *s, uint32_t k, pktrt__light_view *v) {
+PKTRT__NOINLINE void pktrt__light_view_of(const pktrt__wave *w, const pktrt__surfaces *s, uint32_t k,
+                                          pktrt__light_view *v) {
   for (int a = 0; a < 3; a++) v->point[a] = s->point[a][k], v->normal[a] = (double)s->ns[a][k];
   v->time = w->rays.time[s->first + k];
 }
@@ -14970,8 +14985,7 @@ static bool pktrt__light_aim(pktrt__tile *tile, const pktrt__wave *w, const pktr
 }
 
 /* Sends the shadow rays that have been made, in packets; `at_once`: they lie where they are traced. */
-PKTRT__COLD void pktrt__light_send(pktrt__tile *tile, pktrt_ray_type type, uint32_t depth, bool at_once,
-                                   bool together) {
+static void pktrt__light_send(pktrt__tile *tile, pktrt_ray_type type, uint32_t depth, bool at_once, bool together) {
   const pktrt__render_state *render = tile->render;
   const pktrt__shadow_rays *sh = &tile->shadow_rays;
   uint32_t *sender = tile->sender;
@@ -15437,7 +15451,7 @@ static uint32_t pktrt__tile_pixel_edge(uint32_t rays, uint32_t samples) {
   return edge;
 }
 
-PKTRT__COLD void pktrt__tile_free(pktrt__tile *tile) {
+static void pktrt__tile_free(pktrt__tile *tile) {
   const pktrt_scene_desc *d = &tile->render->scene->desc;
   for (uint32_t i = 0; i <= PKTRT_MAX_DEPTH; i++) {
     pktrt__mem_release(d, tile->reflected[i], 1, sizeof(pktrt__wave));
@@ -15447,8 +15461,8 @@ PKTRT__COLD void pktrt__tile_free(pktrt__tile *tile) {
   pktrt__mem_release(d, tile->cuts, PKTRT__LIGHT_CUTS, sizeof *tile->cuts);
   pktrt__mem_release(d, tile, 1, sizeof *tile);
 }
-PKTRT__COLD pktrt__tile *pktrt__tile_make(const pktrt__render_state *render, struct pktrt__pass_rounds *rounds,
-                                          pktrt_stats *stats) { /* NULL: out of memory */
+static pktrt__tile *pktrt__tile_make(const pktrt__render_state *render, struct pktrt__pass_rounds *rounds,
+                                     pktrt_stats *stats) { /* NULL: out of memory */
   pktrt__tile *tile = PKTRT__CAST(pktrt__tile *, pktrt__mem_alloc(&render->scene->desc, 1, sizeof *tile));
   if (!tile) return NULL;
   tile->cuts = NULL;

@@ -34,7 +34,7 @@ typedef struct options {
 
 static const char *const assembly_names[] = {"types", "runs", "materials", "octants", "blind", "none", NULL};
 static const char *const branching_names[] = {"mode", "both", "choose", NULL};
-static const char *const light_names[] = {"all", "one", NULL};
+static const char *const light_names[] = {"all", "one", "one-everywhere", NULL};
 static const char *const glass_names[] = {"pass", "block", NULL};
 static const char *const normal_names[] = {"smooth", "geometric", NULL};
 static const char *const shadow_names[] = {"per-light", "together", NULL};
@@ -57,17 +57,19 @@ static void print_help_picture(void) {
          "  --branching WHEN at glass: follow both rays, choose one, or as the mode does (default):",
          PKTRT_MAX_DEPTH, PKTRT_MAX_DEPTH);
   print_words("", branching_names);
-  printf("  --lights all|one drt: deeper than where a primary ray ends, ask all lights or one at random (default all)\n"
-         "  --glass-shadows pass|block\n"
-         "                   whether light passes glass (default pass; rcs: block)\n"
-         "  --normals smooth|geometric\n"
-         "                   interpolated where the mesh has normals (default), or of the triangle everywhere\n"
-         "  --phong careful|naive\n"
-         "                   drt: how directions of glossy reflections are drawn (default careful; naive to compare)\n"
-         "  --exposure E     factor on the picture as it is written (default 1)\n"
-         "  -o FILE          .png (8 bit sRGB) or .pfm (linear floats); without it no picture is written. A device or\n"
-         "                   a pipe of any other name gets a .png\n"
-         "  --buffers PREFIX also write PREFIX-depth.pfm, PREFIX-normal.pfm and PREFIX-albedo.pfm\n");
+  printf(
+      "  --lights all|one drt: deeper than where a primary ray ends, ask all lights or one at random (default all);\n"
+      "                   one-everywhere: one where it ends, too, as for the 1,000 of --scene lamps\n"
+      "  --glass-shadows pass|block\n"
+      "                   whether light passes glass (default pass; rcs: block)\n"
+      "  --normals smooth|geometric\n"
+      "                   interpolated where the mesh has normals (default), or of the triangle everywhere\n"
+      "  --phong careful|naive\n"
+      "                   drt: how directions of glossy reflections are drawn (default careful; naive to compare)\n"
+      "  --exposure E     factor on the picture as it is written (default 1)\n"
+      "  -o FILE          .png (8 bit sRGB) or .pfm (linear floats); without it no picture is written. A device or\n"
+      "                   a pipe of any other name gets a .png\n"
+      "  --buffers PREFIX also write PREFIX-depth.pfm, PREFIX-normal.pfm and PREFIX-albedo.pfm\n");
 }
 
 static void print_help_error(void) {

@@ -33,7 +33,7 @@ typedef struct options {
 } options;
 
 static const char *const assembly_names[] = {"types", "runs", "materials", "octants", "blind", "none", NULL};
-static const char *const branching_names[] = {"mode", "both", "choose", NULL};
+static const char *const branching_names[] = {"mode", "both", "choose", "first", NULL};
 static const char *const light_names[] = {"all", "one", "one-everywhere", NULL};
 static const char *const glass_names[] = {"pass", "block", NULL};
 static const char *const normal_names[] = {"smooth", "geometric", NULL};
@@ -51,11 +51,13 @@ static void print_help_picture(void) {
          "  --spp N          samples per pixel, 1 to 65536 (default: drt %d, else 1)\n",
          DRT_SAMPLES);
   print_words("  --sampler NAME   where the samples lie:", sampler_words());
-  printf("  --seed N         of the sampler (default 0)\n"
-         "  --depth N        generations of secondary rays, 1 to %d (default %d)\n"
-         "  --attenuation A  do not follow rays that could add less than this to a sample, or off (default 1/256)\n"
-         "  --branching WHEN at glass: follow both rays, choose one, or as the mode does (default):",
-         PKTRT_MAX_DEPTH, PKTRT_MAX_DEPTH);
+  printf(
+      "  --seed N         of the sampler (default 0)\n"
+      "  --depth N        generations of secondary rays, 1 to %d (default %d)\n"
+      "  --attenuation A  do not follow rays that could add less than this to a sample, or off (default 1/256)\n"
+      "  --branching WHEN at glass: follow both rays, choose one, both where a primary ray ends and choose deeper, or\n"
+      "                   as the mode does (default):",
+      PKTRT_MAX_DEPTH, PKTRT_MAX_DEPTH);
   print_words("", branching_names);
   printf(
       "  --lights all|one drt: deeper than where a primary ray ends, ask all lights or one at random (default all);\n"
@@ -81,7 +83,9 @@ static void print_help_error(void) {
       "                   or relative: relative MSE, 0.0025 for 5%% of the radiance around\n"
       "  --time SECONDS   stop when another pass would take longer than this in all, building not counted\n"
       "                   (one is always made, adaptively two)\n"
-      "  --adaptive       give passes to cells of 4 x 4 pixels by their error; --passes is a mean then\n"
+      "  --adaptive       give passes to cells of 4 x 4 pixels by their error; --passes is a mean then. Without "
+      "rules,\n"
+      "                   --spp is a mean, made in 4 or 8 passes\n"
       "  --error-map FILE the error of each pixel; .pfm: in units of radiance; .png: as a part of the pixel's\n"
       "                   value, from black (0.1%% or less) over red (3%%) to white (100%% or more), green where\n"
       "                   it is unknown (a tenth of the mean is added to all values, for the sake of dark ones)\n"
@@ -302,9 +306,10 @@ static bool parse_option(options *o, int option, const char *text) {
   return false;
 }
 
-/* Splits the samples into passes for the filter, of at least two samples each where there are four. */
-static bool complete_filter(options *o) {
-  if (o->samples < 2) return ex_fail("--filter: one sample has no known error; see --spp, --passes");
+/* Splits the samples into passes for the filter or adaptive ones, of at least two samples each where there are four. */
+static bool split_samples(options *o) {
+  if (o->filter && o->samples < 2) return ex_fail("--filter: one sample has no known error; see --spp, --passes");
+  if (o->adaptive && o->samples < 8) return ex_fail("--adaptive: takes 8 samples at least; see --spp, --passes");
   o->passes = o->samples >= 16 ? 8 : o->samples >= 8 ? 4 : 2;
   o->samples = (o->samples + o->passes - 1) / o->passes;
   return true;
@@ -313,7 +318,6 @@ static bool complete_filter(options *o) {
 /* One unsplit set of samples, or passes: by the options, or as two halves if nothing but their error is wanted. */
 static bool complete_passes(options *o) {
   const bool rules = o->passes > 0 || o->target_error > 0 || o->time > 0;
-  if (o->adaptive && !rules) return ex_fail("--adaptive: until when? See --passes, --target-error and --time");
   if (o->measure >= 0 && !o->adaptive && !(o->target_error > 0))
     return ex_fail("--measure: says how --target-error or --adaptive measure, and there is neither");
   if (o->measure < 0) o->measure = PKTRT_ERROR_RMSE;
@@ -322,7 +326,7 @@ static bool complete_passes(options *o) {
     return ex_fail("--passes, --spp: %u passes of %u samples are too many, 2^32 or more", o->passes, o->samples);
   if (o->filter && o->adaptive) return ex_fail("--filter, --adaptive: the filter takes passes over the whole picture");
   if (rules) return true;
-  if (o->filter) return complete_filter(o);
+  if (o->filter || o->adaptive) return split_samples(o);
   o->passes = o->error_map ? 2 : 1;
   if (o->error_map && o->samples < 2) return ex_fail("--error-map: one sample has no known error; see --spp, --passes");
   if (o->error_map) o->samples = (o->samples + 1) / 2;

@@ -398,6 +398,9 @@ static void counts_of_threads(void) {
 
 /* --- branching --- */
 
+enum { BOTH, CHOOSE, FIRST, WAYS };
+static const pktrt_branching ways[WAYS] = {PKTRT_BRANCHING_BOTH, PKTRT_BRANCHING_CHOOSE, PKTRT_BRANCHING_FIRST};
+
 /* Glass everywhere: by choosing, each hit sends out one ray. */
 static void n_in_n_out(void) {
   enum { N = 16, DEPTH = 8 };
@@ -412,24 +415,24 @@ static void n_in_n_out(void) {
   }
   stage_commit(s);
   for (int mode = PKTRT_MODE_WRT; mode <= PKTRT_MODE_DRT; mode++) {
-    for (int choose = 0; choose < 2; choose++) {
+    for (int way = 0; way < WAYS; way++) {
       pktrt_stats stats;
       memset(&stats, 0, sizeof stats);
       pktrt_render_desc d = stage_view((pktrt_mode)mode, N, N, got, vec_of(0, 0, 4), vec_of(0, 0, 0));
-      d.branching = choose ? PKTRT_BRANCHING_CHOOSE : PKTRT_BRANCHING_BOTH;
-      if (choose == (mode == PKTRT_MODE_DRT)) d.branching = PKTRT_BRANCHING_BY_MODE; /* that of the mode */
+      d.branching = ways[way];
+      if (way == (mode == PKTRT_MODE_DRT ? CHOOSE : BOTH)) d.branching = PKTRT_BRANCHING_BY_MODE; /* that of the mode */
       d.max_depth = DEPTH, d.samples = 4, d.stats = &stats, d.background[0] = 1;
       stage_render(s, &d);
       CHECK(stats.samples == 4 * N * N && stats.by_depth[0].rays == stats.samples);
       size_t more = 0;
       for (int k = 0; k < DEPTH; k++) {
         uint64_t in = stats.by_depth[k].hits, out = stats.by_depth[k + 1].rays;
-        CHECK(choose ? in == out : in <= out && out <= 2 * in,
-              "mode %d, choose %d, depth %d: %llu rays hit, %llu go on", mode, choose, k, (unsigned long long)in,
-              (unsigned long long)out);
+        bool one = way == CHOOSE || (way == FIRST && k > 0);
+        CHECK(one ? in == out : in <= out && out <= 2 * in, "mode %d, way %d, depth %d: %llu rays hit, %llu go on",
+              mode, way, k, (unsigned long long)in, (unsigned long long)out);
         more += out > in;
       }
-      CHECK(choose ? more == 0 : more >= 3, "the control: branching sends more");
+      CHECK(way == CHOOSE ? more == 0 : way == FIRST ? more == 1 : more >= 3, "the control: branching sends more");
       CHECK(stats.by_depth[DEPTH + 1].rays == 0 && stats.by_depth[2].rays > 0);
     }
   }
@@ -438,7 +441,7 @@ static void n_in_n_out(void) {
   free(got);
 }
 
-/* Both ways of branching have the same mean, in parts of the picture. */
+/* All ways of branching have the same mean, in parts of the picture. */
 static void branching_mean(void) {
   pktrt_scene *s = busy(0);
   for (int part = 0; part < 3; part++) {
@@ -447,16 +450,17 @@ static void branching_mean(void) {
     d.camera.fov_y = part == 0 ? 45 : 12;
     if (part == 1) d.camera.target[0] = 1.2f;
     if (part == 2) d.camera.target[0] = 1.8f, d.camera.target[1] = -1;
-    estimate e[2];
-    for (int choose = 0; choose < 2; choose++) {
-      d.branching = choose ? PKTRT_BRANCHING_CHOOSE : PKTRT_BRANCHING_BOTH;
-      e[choose] = stage_estimate(s, &d, small_run ? 5 : 16);
+    estimate e[WAYS];
+    for (int way = 0; way < WAYS; way++) {
+      d.branching = ways[way];
+      e[way] = stage_estimate(s, &d, small_run ? 5 : 16);
     }
-    for (int k = 0; k < 3; k++) {
-      double error = sqrt(e[0].error[k] * e[0].error[k] + e[1].error[k] * e[1].error[k]);
-      CHECK(fabs(e[0].mean[k] - e[1].mean[k]) <= 4 * error + 1e-5, "part %d: both %.5f, one %.5f, +- %.5f", part,
-            e[0].mean[k], e[1].mean[k], error);
-      CHECK(error < 0.02 * e[0].mean[k], "part %d: precise: %.5f +- %.5f", part, e[0].mean[k], error);
+    for (int k = 0; k < 3 * (WAYS - 1); k++) {
+      const estimate *one = &e[1 + k / 3];
+      double error = sqrt(e->error[k % 3] * e->error[k % 3] + one->error[k % 3] * one->error[k % 3]);
+      CHECK(fabs(e->mean[k % 3] - one->mean[k % 3]) <= 4 * error + 1e-5, "part %d: both %.5f, way %d %.5f, +- %.5f",
+            part, e->mean[k % 3], 1 + k / 3, one->mean[k % 3], error);
+      CHECK(error < 0.02 * e->mean[k % 3], "part %d: precise: %.5f +- %.5f", part, e->mean[k % 3], error);
     }
   }
   pktrt_scene_destroy(s);
@@ -470,14 +474,14 @@ static void branching_noise(void) {
   quad floor = quad_of(vec_of(0, -1, 0), vec_of(0, 0, 20), vec_of(20, 0, 0));
   stage_quad(s, &pane, stage_material(s, &glass)), stage_quad(s, &floor, stage_material(s, &black));
   stage_commit(s);
-  for (int choose = 0; choose < 2; choose++) {
+  for (int way = 0; way < WAYS; way++) {
     pktrt_render_desc d = stage_spot(vec_of(2 * sin(PI * 70 / 180), 2 * cos(PI * 70 / 180), 0), vec_of(0, 0, 0));
     d.background[0] = 1, d.sampler = PKTRT_SAMPLER_RANDOM;
-    d.branching = choose ? PKTRT_BRANCHING_CHOOSE : PKTRT_BRANCHING_BOTH;
+    d.branching = ways[way];
     estimate e = stage_estimate(s, &d, 16);
     double want = fresnel_exact(cos(PI * 70 / 180), 1.5);
-    CHECK(agrees(&e, 0, want), "choose %d: %.6f +- %.6f, not %.6f", choose, e.mean[0], e.error[0], want);
-    CHECK(choose ? e.error[0] > 1e-3 : e.error[0] < 1e-6, "choose %d: +- %g", choose, e.error[0]);
+    CHECK(agrees(&e, 0, want), "way %d: %.6f +- %.6f, not %.6f", way, e.mean[0], e.error[0], want);
+    CHECK(way == CHOOSE ? e.error[0] > 1e-3 : e.error[0] < 1e-6, "way %d: +- %g", way, e.error[0]);
   }
   pktrt_scene_destroy(s);
 }

@@ -461,7 +461,7 @@ static void refuse_words(void) {
       {offsetof(pktrt_render_desc, shadows), 2, "pktrt_shadow_packets"},
       {offsetof(pktrt_render_desc, sampler), PKTRT_SAMPLER_COUNT, "pktrt_sampler"},
       {offsetof(pktrt_render_desc, assembly), 6, "pktrt_assembly"},
-      {offsetof(pktrt_render_desc, branching), 3, "pktrt_branching"},
+      {offsetof(pktrt_render_desc, branching), 4, "pktrt_branching"},
       {offsetof(pktrt_render_desc, lights), PKTRT_LIGHTS_ONE + 1, "pktrt_light_choice"},
       {offsetof(pktrt_render_desc, glass_shadows), 2, "pktrt_glass_shadows"},
       {offsetof(pktrt_render_desc, phong_mapping), 2, "pktrt_phong_mapping"},

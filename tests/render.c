@@ -431,7 +431,7 @@ static void refusals(void) {
     case 46: d.attenuation = NAN, word = "attenuation"; break;
     case 47: d.attenuation = INFINITY, word = "attenuation"; break;
     case 48: d.assembly = (pktrt_assembly)6, word = "6"; break;
-    case 49: d.branching = (pktrt_branching)3, word = "3"; break;
+    case 49: d.branching = (pktrt_branching)4, word = "4"; break;
     case 50: d.glass_shadows = (pktrt_glass_shadows)2, word = "2"; break;
     case 51: d.phong_mapping = (pktrt_phong_mapping)2, word = "2"; break;
     case 52: d.lights = (pktrt_light_choice)(PKTRT_LIGHTS_ONE + 1), word = "3"; break;

@@ -36,10 +36,17 @@ static bool open_closed(stage *g, const request *r) {
   return false;
 }
 
+typedef struct opened {
+  stage g;
+  bool adaptive; /* see request */
+} opened;
+
 static void *open_scene(const request *r) {
-  stage *g = (stage *)calloc(1, sizeof *g);
+  opened *o = (opened *)calloc(1, sizeof *o);
   bench b;
-  if (!g) fatal("not enough memory");
+  if (!o) fatal("not enough memory");
+  stage *g = &o->g;
+  o->adaptive = r->adaptive;
   memset(&b, 0, sizeof b);
   b.given.references = r->references, b.given.threads = r->threads;
   if (!open_closed(g, r)) {
@@ -48,32 +55,35 @@ static void *open_scene(const request *r) {
   }
   g->view.lights = (pktrt_light_choice)r->lights;
   pin(true);
-  return g;
+  return o;
 }
 
-static void close_scene(void *opened) {
-  stage_close((stage *)opened);
-  free(opened);
+static void close_scene(void *scene) {
+  stage_close(&((opened *)scene)->g);
+  free(scene);
 }
 
 /* Takes the least time of some equal pictures where one is too short for the clock and for what else the machine does. */
-static judged take_picture(void *opened, uint32_t samples, uint32_t seed) {
-  enum { MOST = 16 };
+static judged take_picture(void *scene, uint32_t samples, uint32_t seed) {
+  enum { MOST = 16, PASSES = 8 };
   const double enough = 0.15;
-  const shot s = shot_of(PKTRT_SAMPLER_SOBOL, samples, 1, seed);
+  opened *of = (opened *)scene;
+  const uint32_t part = of->adaptive && samples > PASSES ? samples / PASSES : of->adaptive ? 1 : samples;
+  shot s = shot_of(PKTRT_SAMPLER_SOBOL, part, samples / part, seed);
+  s.adaptive = samples > part;
   double total = 0;
   judged j;
   j.mse = 0, j.seconds = HUGE_VAL;
   for (int i = 0; i < MOST && total < enough; i++) {
     outcome o;
-    take_shot((stage *)opened, &s, &o);
+    take_shot(&of->g, &s, &o);
     j.mse = o.mse, j.seconds = fmin(j.seconds, o.seconds), total += o.seconds;
   }
   return j;
 }
 
-static const double *truth_of(const void *opened, const double **doubt) {
-  const stage *g = (const stage *)opened;
+static const double *truth_of(const void *scene, const double **doubt) {
+  const stage *g = &((const opened *)scene)->g;
   *doubt = g->doubt;
   return g->truth;
 }

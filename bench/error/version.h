@@ -2,6 +2,7 @@
 #ifndef ERROR_VERSION_H
 #define ERROR_VERSION_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -12,8 +13,9 @@ typedef struct request { /* a scene, and what its pictures are judged by */
   uint32_t width, height;
   uint32_t reference_samples; /* 0: no truth is wanted */
   int lights;                 /* of the runs; references take LIGHTS_ALL */
-  const char *references;     /* a directory of this version's own */
-  unsigned threads;           /* for references */
+  bool adaptive;          /* runs are in adaptive passes of an eighth of their samples; else all pixels get the same */
+  const char *references; /* a directory of this version's own */
+  unsigned threads;       /* for references */
 } request;
 
 typedef struct judged { /* a picture */

@@ -27,6 +27,7 @@ static const uint32_t counts[FEW] = {16, 64};
 typedef struct options {
   unsigned width, height, seeds, reference, threads;
   int lights[VERSIONS];
+  bool adaptive[VERSIONS];
   const char *results, *references;
   const char *scenes[MAX_SCENES];
   unsigned scene_count;
@@ -182,18 +183,18 @@ static const char *directory_of(const options *o, const version *v, char *path, 
   return path;
 }
 
-static void *open_for(const options *o, const version *v, const char *scene, int lights) {
+static void *open_for(const options *o, const version *v, const char *scene, int of) {
   char path[4096];
   request q;
   q.scene = scene, q.width = o->width, q.height = o->height, q.reference_samples = o->reference;
-  q.lights = lights, q.threads = o->threads;
+  q.lights = o->lights[of], q.adaptive = o->adaptive[of], q.threads = o->threads;
   q.references = directory_of(o, v, path, sizeof path);
   return v->open(&q);
 }
 
 static void race_scene(const options *o, const contest *c, const char *scene, race out[FEW]) {
   void *open[VERSIONS];
-  for (int v = 0; v < VERSIONS; v++) open[v] = open_for(o, c->by[v], scene, o->lights[v]);
+  for (int v = 0; v < VERSIONS; v++) open[v] = open_for(o, c->by[v], scene, v);
   const double apart = truths_apart(c, open, (size_t)o->width * o->height);
   for (int i = 0; i < FEW; i++) {
     memset(&out[i], 0, sizeof out[i]);
@@ -273,7 +274,7 @@ static void report_samples(const options *given, const results *to) {
     static const char *const names[LIGHTS] = {"all", "one deeper", "one"};
     double seconds[2][MAX_SEEDS], each[2];
     void *open[2];
-    for (int i = 0; i < 2; i++) open[i] = open_for(&o, versions[v], scenes[i], o.lights[v]);
+    for (int i = 0; i < 2; i++) open[i] = open_for(&o, versions[v], scenes[i], v);
     for (unsigned k = 0; k < o.seeds; k++)
       for (int i = 0; i < 2; i++) seconds[i][k] = versions[v]->take(open[i], counts[0], 1 + k).seconds;
     for (int i = 0; i < 2; i++) each[i] = 1e3 * median_of(seconds[i], o.seeds) / counts[0], versions[v]->close(open[i]);
@@ -330,6 +331,8 @@ static void print_help(void) {
       "  --threads N         for references (default: as many as there are cores)\n"
       "  --lights-before W   all|one-deeper: of the version before (default all)\n"
       "  --lights-now W      all|one-deeper|one: of today's (default all); of pktrt_light_choice the first to third\n"
+      "  --adaptive W        before|now|both: pictures in adaptive passes of an eighth of the samples (default: in "
+      "one, uniform)\n"
       "  --samples           instead: the time of a sample under 1,000 lamps over that under ten\n"
       "  --results DIR       error_before.csv and .md\n"
       "  --check             instead: controls; exit status 1 if they do not come out as they must\n"
@@ -341,6 +344,8 @@ static void print_help(void) {
 }
 
 static bool parse_option(options *o, int key) {
+  static const char *const whose[] = {"before", "now", "both", NULL};
+  int way;
   static const char *const choices[LIGHTS + 1] = {"all", "one-deeper", "one", NULL};
   switch (key) {
   case 'w': return ex_parse_uint("size", optarg, 4, 4096, &o->width);
@@ -349,6 +354,9 @@ static bool parse_option(options *o, int key) {
   case 't': return ex_parse_uint("threads", optarg, 1, EX_MAX_THREADS, &o->threads);
   case 'b': return ex_parse_word("lights-before", optarg, choices, &o->lights[BEFORE]);
   case 'l': return ex_parse_word("lights-now", optarg, choices, &o->lights[NOW]);
+  case 'a':
+    if (!ex_parse_word("adaptive", optarg, whose, &way)) return false;
+    return o->adaptive[BEFORE] = way != NOW, o->adaptive[NOW] = way != BEFORE, true;
   case 'r': o->references = optarg; return true;
   case 'o': o->results = optarg; return true;
   case 'm': return o->samples = true;
@@ -378,6 +386,7 @@ static bool parse(int argc, char **argv, options *o) {
                                        {"threads", required_argument, NULL, 't'},
                                        {"lights-before", required_argument, NULL, 'b'},
                                        {"lights-now", required_argument, NULL, 'l'},
+                                       {"adaptive", required_argument, NULL, 'a'},
                                        {"results", required_argument, NULL, 'o'},
                                        {"samples", no_argument, NULL, 'm'},
                                        {"check", no_argument, NULL, 'k'},

@@ -353,7 +353,7 @@
        first pktrt_set_positions of a mesh makes room for a second set, which stays; pktrt_set_normals likewise.
      - Instances: about 430 bytes each and 72 for each mesh of its model, 84 more from its first pktrt_set_transform on;
        another key 150. The model once.
-     - Rendering: about 260 KiB for each tile at work, 40 more where one light is asked for all, and up to 100 KiB for each
+     - Rendering: about 280 KiB for each tile at work, 80 more where one light is asked for all, and up to 100 KiB for each
        generation of rays; 230 bytes for each triangle of a mesh that is a light (DRT), 180 for each light that is chosen
        from or visible, 2 MiB for a callback environment that is one, twice that while it is looked at; 28 bytes for each
        mesh if one is of glass; if it counts, 8 KiB for each tile of the picture; with several passes, 34 bytes for each
@@ -1327,7 +1327,7 @@ PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *, const pktrt_render
 
 /* Looks at desc->environment in some 500,000 directions and keeps where it is bright, for all further renders and tiles of
    the scene with the same function and user. Else every render with a PKTRT_LIGHT_ENVIRONMENT in DRT does so for itself
-   (if small, in 32,000). It says where samples go, not what they bring: pictures are without bias whatever it is, and the
+   (if it takes less than a million samples, in 32,000). It says where samples go, not what they bring: pictures are without bias whatever it is, and the
    better the fresher it is. NULL as environment forgets it. Not while renders of the scene are under way. */
 PKTRT_DEF pktrt_status pktrt_prepare_environment(pktrt_scene *, const pktrt_render_desc *);
 
@@ -12428,7 +12428,7 @@ typedef struct pktrt__light_cdf {
 
 /* The parts of the tree over all lights that surfaces in a cell of space choose from, if they face one of six ways: those
    that are far for their size, and single lights. */
-enum { PKTRT__LIGHT_CUT = 64, PKTRT__LIGHT_CUTS = 32 };
+enum { PKTRT__LIGHT_CUT = 64, PKTRT__LIGHT_CUTS = 64 };
 typedef struct pktrt__light_cut {
   int32_t cell[4]; /* and the way; -1: it holds nothing */
   uint32_t count;
@@ -12452,6 +12452,7 @@ typedef struct pktrt__environment {
 struct pktrt__light_data {
   double middle[3], radius; /* mesh: of a sphere around it */
   double area;              /* quad, mesh */
+  double near2;             /* quad: squared distance of its middle, within which its solid angle is sampled */
   double facing[3];         /* quad: unit normal; directional: unit, towards it; mesh: sum of its areas as vectors */
   double strength;          /* radiance or intensity: of its largest component, */
   float color[3];           /* and all three relative to that; products stay in range so */
@@ -12916,6 +12917,11 @@ PKTRT__COLD bool pktrt__light_prepare_direction(const pktrt__render_state *rende
   return true;
 }
 
+/* Returns the squared distance within which the solid angle of a parallelogram or triangle is worth the while: about one
+   and a half times the radius of a circle around it. */
+static double pktrt__light_near2(const double e0[3], const double e1[3]) {
+  return 0.5 * (pktrt__dot(e0, e0) + pktrt__dot(e1, e1));
+}
 PKTRT__COLD bool pktrt__light_prepare_quad(const pktrt__render_state *render, const pktrt_light *l,
                                            pktrt__light_data *light) {
   double e[2][3];
@@ -12924,6 +12930,7 @@ PKTRT__COLD bool pktrt__light_prepare_quad(const pktrt__render_state *render, co
   for (int a = 0; a < 3; a++) light->middle[a] += 0.5 * e[0][a], light->middle[a] += 0.5 * e[1][a];
   pktrt__cross(e[0], e[1], light->facing);
   light->area = sqrt(pktrt__dot(light->facing, light->facing));
+  light->near2 = pktrt__light_near2(e[0], e[1]);
   (void)pktrt__normalise(light->facing);
   return true;
 }
@@ -12940,7 +12947,8 @@ PKTRT__NOINLINE double pktrt__distance2(const double a[3], const double b[3]) {
    some weight. Lights that are infinitely far count one each against all others together. */
 
 static double pktrt__light_projected_area(const pktrt__light_cluster *, double along, double d);
-PKTRT__COLD pktrt__environment *pktrt__environment_make(const pktrt_scene_desc *, const pktrt_render_desc *);
+PKTRT__COLD pktrt__environment *pktrt__environment_make(const pktrt_scene_desc *, const pktrt_render_desc *,
+                                                        uint32_t rows);
 
 /* Describes a light as the leaf of a tree. */
 PKTRT__COLD void pktrt__light_leaf(const pktrt__render_state *render, uint32_t index, pktrt__light_cluster *c) {
@@ -13094,9 +13102,10 @@ static uint32_t pktrt__light_choose_one(const pktrt__render_state *render, pktrt
   while (n > 1) {
     const double left = pktrt__light_weigh_for(c + 1, from, 0),
                  right = pktrt__light_weigh_for(c + 2 * (n / 2), from, 0);
-    const double split = left + right > 0 ? left / (left + right) : 0.5;
-    if (u < split) c += 1, n = n / 2, u /= split, *share /= split;
-    else c += 2 * (n / 2), first += n / 2, n -= n / 2, u = (u - split) / (1 - split), *share /= 1 - split;
+    const double both = left + right, t = u * both, inverse = 1 / pktrt__max(t < left ? left : right, DBL_MIN);
+    *share *= both * inverse;
+    if (t < left) c += 1, n = n / 2, u = t * inverse;
+    else c += 2 * (n / 2), first += n / 2, n -= n / 2, u = (t - left) * inverse;
   }
   return render->ordered[first];
 }
@@ -13154,7 +13163,10 @@ PKTRT__COLD bool pktrt__light_prepare_environment(pktrt__render_state *render) {
   for (uint32_t i = 0; i < s->light_count; i++) lit = lit || s->lights[i].kind == PKTRT_LIGHT_ENVIRONMENT;
   if (!PKTRT__AREA_LIGHTS || !lit || !d->environment || !render->distribute) return true;
   const bool prepared = s->environment && s->environment->radiance == d->environment && s->environment->user == d->user;
-  render->environment = prepared ? s->environment : pktrt__environment_make(&s->desc, d);
+  const uint64_t passes = d->passes ? d->passes : 1,
+                 samples = (uint64_t)d->width * d->height * render->samples * passes;
+  const uint32_t rows = samples < 1 << 20 ? 128 : 512; /* looking should not take longer than the render */
+  render->environment = prepared ? s->environment : pktrt__environment_make(&s->desc, d, rows);
   return render->environment != NULL;
 }
 
@@ -13257,14 +13269,6 @@ static double pktrt__light_least_height(const double from[3]) {
   return 16 * PKTRT__ERROR_PLANE * (fabs(from[0]) + fabs(from[1]) + fabs(from[2]));
 }
 
-/* Tells whether a parallelogram, or triangle, is so near that its solid angle is worth the while: within about one
-   and a half times the radius of a circle around it. `part` of its edges is its middle. */
-static bool pktrt__light_is_near(const double to[3], const double e0[3], const double e1[3], double part) {
-  double d[3];
-  for (int a = 0; a < 3; a++) d[a] = to[a] + part * (e0[a] + e1[a]);
-  return pktrt__dot(d, d) < 0.5 * (pktrt__dot(e0, e0) + pktrt__dot(e1, e1));
-}
-
 /* How a quad is seen. */
 typedef struct pktrt__light_quad {
   double edge[2][3], to[3], height; /* to its corner; of the point over its plane */
@@ -13291,26 +13295,34 @@ PKTRT__COLD void pktrt__light_look_at_rectangle(pktrt__light_quad *q) {
   q->n[0] = n[0], q->n[1] = n[2];
 }
 
-/* Looks at a quad from a point. False: from behind. */
-static bool pktrt__light_look_at_quad(const pktrt__render_state *render, uint32_t index, const double from[3],
-                                      pktrt__light_quad *q) {
-  const pktrt_light *l = &render->scene->lights[index];
-  const pktrt__light_data *light = &render->lights[index];
+/* Looks at a quad that is near. */
+PKTRT__COLD void pktrt__light_look_closely_at_quad(const pktrt__light_data *light, pktrt__light_quad *q) {
   double corner[3][3];
+  for (int i = 0; i < 2; i++) q->length[i] = sqrt(pktrt__dot(q->edge[i], q->edge[i]));
+  q->right = fabs(pktrt__dot(q->edge[0], q->edge[1])) <= 1e-6 * q->length[0] * q->length[1];
+  if (q->right) {
+    pktrt__light_look_at_rectangle(q);
+    return;
+  }
   for (int a = 0; a < 3; a++) {
-    q->edge[0][a] = (double)l->edge[0][a], q->edge[1][a] = (double)l->edge[1][a];
-    q->to[a] = (double)l->position[a] - from[a];
     corner[0][a] = q->to[a] + q->edge[0][a], corner[1][a] = corner[0][a] + q->edge[1][a];
     corner[2][a] = q->to[a] + q->edge[1][a];
   }
-  q->height = -pktrt__dot(q->to, light->facing), q->angle = 0;
-  if (!(q->height > pktrt__light_least_height(from)) || !(light->area > 0)) return false;
-  if (!pktrt__light_is_near(q->to, q->edge[0], q->edge[1], 0.5)) return true;
-  for (int i = 0; i < 2; i++) q->length[i] = sqrt(pktrt__dot(q->edge[i], q->edge[i]));
-  q->right = fabs(pktrt__dot(q->edge[0], q->edge[1])) <= 1e-6 * q->length[0] * q->length[1];
-  if (q->right) pktrt__light_look_at_rectangle(q);
-  for (int i = 0; i < 2 && !q->right; i++)
+  for (int i = 0; i < 2; i++)
     q->angle += pktrt__solid_angle_of(corner[i], q->to, corner[i + 1], q->height * light->area, &q->half[i]);
+}
+/* Looks at a quad from a point. False: from behind. */
+PKTRT__INLINE bool pktrt__light_look_at_quad(const pktrt__render_state *render, uint32_t index, const double from[3],
+                                             pktrt__light_quad *q) {
+  const pktrt_light *l = &render->scene->lights[index];
+  const pktrt__light_data *light = &render->lights[index];
+  for (int a = 0; a < 3; a++) {
+    q->edge[0][a] = (double)l->edge[0][a], q->edge[1][a] = (double)l->edge[1][a];
+    q->to[a] = (double)l->position[a] - from[a];
+  }
+  q->height = -pktrt__dot(q->to, light->facing), q->angle = 0;
+  if (!(q->height > pktrt__light_least_height(from))) return false;
+  if (pktrt__distance2(from, light->middle) < light->near2) pktrt__light_look_closely_at_quad(light, q);
   return true;
 }
 
@@ -13590,11 +13602,12 @@ PKTRT__COLD void pktrt__environment_free(const pktrt_scene_desc *desc, pktrt__en
   pktrt__mem_release(desc, e->along, 2 * (uint64_t)e->rows * e->rows, sizeof *e->along);
   pktrt__mem_release(desc, e, 1, sizeof *e);
 }
-/* Makes the table of a render's environment; NULL: out of memory. */
-PKTRT__COLD pktrt__environment *pktrt__environment_make(const pktrt_scene_desc *desc, const pktrt_render_desc *d) {
+/* Makes the table of a render's environment, of 2 rows^2 cells; NULL: out of memory. */
+PKTRT__COLD pktrt__environment *pktrt__environment_make(const pktrt_scene_desc *desc, const pktrt_render_desc *d,
+                                                        uint32_t rows) {
   pktrt__environment *e = PKTRT__CAST(pktrt__environment *, pktrt__mem_alloc(desc, 1, sizeof *e));
   if (!e) return NULL;
-  e->rows = (uint64_t)d->width * d->height * (d->samples ? d->samples : 1) < 65536 ? 128 : 512;
+  e->rows = rows;
   e->radiance = d->environment, e->user = d->user, e->share = 0;
   const uint64_t cells = 2 * (uint64_t)e->rows * e->rows;
   float *radiance = PKTRT__CAST(float *, pktrt__mem_alloc(desc, cells, sizeof *radiance));
@@ -13647,7 +13660,7 @@ static uint32_t pktrt__light_find(const pktrt__light_data *light, bool moving, c
                                   uint32_t to, double *inverse) {
   const pktrt__light_cluster *c = light->clusters;
   uint32_t first = 0, n = light->triangle_count;
-  double probability = 1, d2 = pktrt__distance2(from, c->middle), over[2], *way = u;
+  double times = 1, d2 = pktrt__distance2(from, c->middle), over[2], *way = u;
   const double back = d2 > c->r2 ? light->back : 1; /* within a globe all is seen */
   const double blind = moving ? 0 : 1.0 / 8, all = light->cdf[n - 1].sum, want = u ? *u * all / blind : 0;
   if (u && *u < blind) way = NULL, to = pktrt__light_find_triangle(light, want);
@@ -13658,21 +13671,21 @@ static uint32_t pktrt__light_find(const pktrt__light_data *light, bool moving, c
     double left = pktrt__light_weigh_cluster(l, from, left2, back, &over[0]);
     double right = pktrt__light_weigh_cluster(r, from, right2, back, &over[1]);
     left *= over[1], right *= over[0];
-    const double part = left + right > 0 ? left / (left + right) : l->area > 0;
-    if (way ? *way < part || part == 1 : to < first + n / 2) {
-      c = l, probability *= part, n = n / 2, d2 = left2;
-      if (way) *way /= part;
-    } else {
-      c = r, probability *= 1 - part, first += n / 2, n -= n / 2, d2 = right2;
-      if (way) *way = (*way - part) / (1 - part);
-    }
+    if (!(left + right > 0)) left = l->area > 0 ? 1 : 0, right = 1 - left;
+    const double sum = left + right, t = way ? *way * sum : 0;
+    const bool goes_left = way ? t < left || !(right > 0) : to < first + n / 2;
+    const double each = 1 / pktrt__max(goes_left ? left : right, DBL_MIN);
+    times *= sum * each;
+    if (way) *way = (goes_left ? t : t - left) * each;
+    if (goes_left) c = l, n = n / 2, d2 = left2;
+    else c = r, first += n / 2, n -= n / 2, d2 = right2;
   }
   const double sum = light->cdf[first + n - 1].sum, before = first ? light->cdf[first - 1].sum : 0;
   const double here = !way ? want : before + *way * (sum - before);
   uint32_t i = way && n > 1 ? pktrt__light_find_triangle(light, here) : way ? first : to;
   i = i < first ? first : i < first + n ? i : first + n - 1;
   const double area = light->triangles[i].area, of = sum - before;
-  *inverse = area > 0 ? 1 / ((1 - blind) * probability * area / of + blind * area / all) : 0;
+  *inverse = area > 0 ? 1 / (area * ((1 - blind) / (times * of) + blind / all)) : 0;
   if (u && (n > 1 || !way)) *u = area > 0 ? 1 - (light->cdf[i].sum - here) / area : 0;
   return i;
 }
@@ -13690,10 +13703,11 @@ static const pktrt__light_triangle *pktrt__light_triangle_at(const pktrt__mesh *
 /* Looks at a triangle from a point. Returns the solid angle, or 0: it is sampled by area. */
 static double pktrt__light_look_at_triangle(const pktrt__light_triangle *f, const double from[3],
                                             pktrt__solid_angle *s) {
-  double c[3][3];
+  double c[3][3], middle[3];
   for (int a = 0; a < 3; a++)
     c[0][a] = f->corner[a] - from[a], c[1][a] = c[0][a] + f->edge[0][a], c[2][a] = c[0][a] + f->edge[1][a];
-  if (!pktrt__light_is_near(c[0], f->edge[0], f->edge[1], 1.0 / 3)) return 0;
+  for (int a = 0; a < 3; a++) middle[a] = (c[0][a] + c[1][a] + c[2][a]) / 3;
+  if (!(pktrt__dot(middle, middle) < pktrt__light_near2(f->edge[0], f->edge[1]))) return 0;
   return pktrt__solid_angle_of(c[1], c[0], c[2], pktrt__dot(c[0], f->normal), s);
 }
 /* Returns one over the density by area of a point `at`: with N the cross product of the edges, the light's cosine times the
@@ -16131,9 +16145,7 @@ PKTRT_DEF pktrt_status pktrt_prepare_environment(pktrt_scene *s, const pktrt_ren
   s->error[0] = 0;
   if (!d) return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "environment: the description is NULL");
   pktrt__environment *made = NULL;
-  pktrt_render_desc large = *d;
-  large.width = large.height = 256;
-  if (d->environment && !(made = pktrt__environment_make(&s->desc, &large)))
+  if (d->environment && !(made = pktrt__environment_make(&s->desc, d, 512)))
     return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "environment: no memory for its table");
   pktrt__environment_free(&s->desc, s->environment);
   s->environment = made;

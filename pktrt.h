@@ -1327,7 +1327,7 @@ PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *, const pktrt_render
 
 /* Looks at desc->environment in some 500,000 directions and keeps where it is bright, for all further renders and tiles of
    the scene with the same function and user. Else every render with a PKTRT_LIGHT_ENVIRONMENT in DRT does so for itself
-   (if it takes less than a million samples, in 32,000). It says where samples go, not what they bring: pictures are without bias whatever it is, and the
+   (if it takes less than 16,384 samples, in 32,000). It says where samples go, not what they bring: pictures are without bias whatever it is, and the
    better the fresher it is. NULL as environment forgets it. Not while renders of the scene are under way. */
 PKTRT_DEF pktrt_status pktrt_prepare_environment(pktrt_scene *, const pktrt_render_desc *);
 
@@ -13165,7 +13165,7 @@ PKTRT__COLD bool pktrt__light_prepare_environment(pktrt__render_state *render) {
   const bool prepared = s->environment && s->environment->radiance == d->environment && s->environment->user == d->user;
   const uint64_t passes = d->passes ? d->passes : 1,
                  samples = (uint64_t)d->width * d->height * render->samples * passes;
-  const uint32_t rows = samples < 1 << 20 ? 128 : 512; /* looking should not take longer than the render */
+  const uint32_t rows = samples < 1 << 14 ? 128 : 512; /* with fewer cells a small sun is missed */
   render->environment = prepared ? s->environment : pktrt__environment_make(&s->desc, d, rows);
   return render->environment != NULL;
 }

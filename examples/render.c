@@ -85,7 +85,7 @@ static void print_help_error(void) {
       "                   (one is always made, adaptively two)\n"
       "  --adaptive       give passes to cells of 4 x 4 pixels by their error; --passes is a mean then. Without "
       "rules,\n"
-      "                   --spp is a mean, made in 4 or 8 passes\n"
+      "                   --spp is a mean, made in 4 passes\n"
       "  --error-map FILE the error of each pixel; .pfm: in units of radiance; .png: as a part of the pixel's\n"
       "                   value, from black (0.1%% or less) over red (3%%) to white (100%% or more), green where\n"
       "                   it is unknown (a tenth of the mean is added to all values, for the sake of dark ones)\n"
@@ -310,7 +310,7 @@ static bool parse_option(options *o, int option, const char *text) {
 static bool split_samples(options *o) {
   if (o->filter && o->samples < 2) return ex_fail("--filter: one sample has no known error; see --spp, --passes");
   if (o->adaptive && o->samples < 8) return ex_fail("--adaptive: takes 8 samples at least; see --spp, --passes");
-  o->passes = o->samples >= 16 ? 8 : o->samples >= 8 ? 4 : 2;
+  o->passes = o->samples < 8 ? 2 : o->samples < 16 || o->adaptive ? 4 : 8;
   o->samples = (o->samples + o->passes - 1) / o->passes;
   return true;
 }

@@ -178,6 +178,9 @@ check "is what it had" test "$(sum)" = "$plain"
 check "other words are refused: normals" refused 'none of: smooth, geometric' --normals bumpy
 check "shadows" refused 'none of: per-light, together' --shadows apart
 check "phong" refused 'none of: careful, naive' --phong clever
+check "adaptive passes of too few samples are refused" refused '8 samples at least' --adaptive --spp 7
+check "of 8 they are made in four" quiet --mesh unit.tri --size 32x32 --adaptive --spp 8
+check "of two samples each" grep -q '2 per pixel and pass' table.txt
 
 [ $failed = 0 ] && echo "render: $checks checks passed" && exit
 echo "render: $failed of $checks checks failed"

@@ -65,7 +65,7 @@ static void close_scene(void *scene) {
 
 /* Takes the least time of some equal pictures where one is too short for the clock and for what else the machine does. */
 static judged take_picture(void *scene, uint32_t samples, uint32_t seed) {
-  enum { MOST = 16, PASSES = 8 };
+  enum { MOST = 16, PASSES = 4 };
   const double enough = 0.15;
   opened *of = (opened *)scene;
   const uint32_t part = of->adaptive && samples > PASSES ? samples / PASSES : of->adaptive ? 1 : samples;

@@ -13,7 +13,7 @@ typedef struct request { /* a scene, and what its pictures are judged by */
   uint32_t width, height;
   uint32_t reference_samples; /* 0: no truth is wanted */
   int lights;                 /* of the runs; references take LIGHTS_ALL */
-  bool adaptive;          /* runs are in adaptive passes of an eighth of their samples; else all pixels get the same */
+  bool adaptive;          /* runs are in adaptive passes of a quarter of their samples; else all pixels get the same */
   const char *references; /* a directory of this version's own */
   unsigned threads;       /* for references */
 } request;

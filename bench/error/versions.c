@@ -331,7 +331,7 @@ static void print_help(void) {
       "  --threads N         for references (default: as many as there are cores)\n"
       "  --lights-before W   all|one-deeper: of the version before (default all)\n"
       "  --lights-now W      all|one-deeper|one: of today's (default all); of pktrt_light_choice the first to third\n"
-      "  --adaptive W        before|now|both: pictures in adaptive passes of an eighth of the samples (default: in "
+      "  --adaptive W        before|now|both: pictures in adaptive passes of a quarter of the samples (default: in "
       "one, uniform)\n"
       "  --samples           instead: the time of a sample under 1,000 lamps over that under ten\n"
       "  --results DIR       error_before.csv and .md\n"

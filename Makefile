@@ -438,7 +438,7 @@ error-check:
 ifeq ($(NAME),)
 	@$(ERROR) --check $(BENCH_ARGS) estimate target "slope on the DRT" >build/error-check.txt 2>&1 & pictures=$$!; \
 	  $(if $(SECOND),taskset -c $(SECOND)) $(ERROR) --check $(BENCH_ARGS) "slope on s" "slope on the closed" "equal time" \
-	    "time of" "the same" flicker instructions; curves=$$?; \
+	    "time of" "the same" flicker filtered instructions; curves=$$?; \
 	  wait $$pictures; held=$$?; cat build/error-check.txt; [ $$curves = 0 ] && [ $$held = 0 ]
 else
 	$(ERROR) --check $(BENCH_ARGS) $(NAME)

@@ -1327,8 +1327,9 @@ PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *, const pktrt_render
 
 /* Looks at desc->environment in some 500,000 directions and keeps where it is bright, for all further renders and tiles of
    the scene with the same function and user. Else every render with a PKTRT_LIGHT_ENVIRONMENT in DRT does so for itself
-   (if it takes less than 16,384 samples, in 32,000). It says where samples go, not what they bring: pictures are without bias whatever it is, and the
-   better the fresher it is. NULL as environment forgets it. Not while renders of the scene are under way. */
+   (if it takes less than 16,384 samples, in 32,000). It says where samples go, not what they bring: pictures are without
+   bias whatever it is, and the better the fresher it is. NULL as environment forgets it. Not while renders of the scene
+   are under way. */
 PKTRT_DEF pktrt_status pktrt_prepare_environment(pktrt_scene *, const pktrt_render_desc *);
 
 #endif /* PKTRT_NO_RENDER */

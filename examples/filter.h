@@ -20,8 +20,9 @@
    |F - m|^2, where x is a pixel's mean, V its squared error, F the filtered mean and m the truth; of the mean of
    two, |(F + G)/2 - m|^2 = (|F - m|^2 + |G - m|^2) / 2 - |F - G|^2 / 4. Summed over 11 x 11 pixels this tells what part
    of the way from the picture to the filtered one has the least error: that part is gone. Where filtering does harm, it
-   is 0. So it is where the gain is below twice its own standard error (and less than all below six times), counted over pixels that are known well enough to lose
-   something: with many samples a few of them have most of the error, and the best part for them is told by chance.
+   is 0. So it is where the gain is below twice its own standard error, and it is less up to six times; pixels that are not
+   known well enough to lose something do not count for that. WHY: with many samples a few pixels have most of the error,
+   and the best part for them is told by chance.
 
    Convergence: as passes grow, variances shrink as one over their number, and the test tells apart any two pixels whose
    true means differ. What then still is averaged has the same mean.

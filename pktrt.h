@@ -1428,7 +1428,8 @@ PKTRT_DEF pktrt_status pktrt_prepare_environment(pktrt_scene *, const pktrt_rend
 #elif defined(__NO_SIGNED_ZEROS__)
 #error "pktrt.h needs the sign of zeros: drop -fno-signed-zeros"
 #endif
-#if defined(FLT_EVAL_METHOD) && FLT_EVAL_METHOD != 0
+#if defined(FLT_EVAL_METHOD) && FLT_EVAL_METHOD != 0 && \
+    FLT_EVAL_METHOD != 16 /* 16: as 0, where there is half precision */
 #error \
     "pktrt.h needs float arithmetic in float: drop -mfpmath=387; with -msse2 -mfpmath=sse (32-bit x86), -fexcess-precision=fast (s390x)"
 #endif
@@ -13044,8 +13045,8 @@ static void pktrt__light_cut_tree(const pktrt__render_state *render, const pktrt
   while (top--) {
     const uint32_t i = at[top], begin = first[top], lights = n[top];
     const pktrt__light_cluster *c = &render->tree[i];
-    const bool near = pktrt__distance2(from->point, c->middle) < 4 * (c->r2 + r2);
-    if (lights > 1 && near && cut->count + top + 2 <= PKTRT__LIGHT_CUT) {
+    const bool opens = pktrt__distance2(from->point, c->middle) < 4 * (c->r2 + r2);
+    if (lights > 1 && opens && cut->count + top + 2 <= PKTRT__LIGHT_CUT) {
       at[top] = i + 2 * (lights / 2), first[top] = begin + lights / 2, n[top++] = lights - lights / 2;
       at[top] = i + 1, first[top] = begin, n[top++] = lights / 2;
       continue;
@@ -13086,12 +13087,12 @@ static const pktrt__light_cut *pktrt__light_cut_for(const pktrt__render_state *r
 /* Chooses a light for a surface by u in [0,1); *share receives one over its probability. */
 static uint32_t pktrt__light_choose_one(const pktrt__render_state *render, pktrt__light_cut *cuts,
                                         const pktrt__light_view *from, double u, double *share) {
-  const uint32_t far = render->scene->light_count - render->finite, ways = far + (render->finite > 0);
+  const uint32_t infinite = render->scene->light_count - render->finite, ways = infinite + (render->finite > 0);
   const uint32_t way = (uint32_t)(u * ways) < ways ? (uint32_t)(u * ways) : ways - 1;
   *share = ways;
-  if (way < far) return render->ordered[render->finite + way];
+  if (way < infinite) return render->ordered[render->finite + way];
   const pktrt__light_cut *cut = pktrt__light_cut_for(render, from, cuts);
-  const double all = cut->sum[cut->count - 1], want = (u * ways - far) * all;
+  const double all = cut->sum[cut->count - 1], want = (u * ways - infinite) * all;
   uint32_t i = 0;
   for (uint32_t step = PKTRT__LIGHT_CUT / 2; step; step /= 2)
     if (i + step < cut->count && cut->sum[i + step - 1] <= want) i += step;
@@ -13468,8 +13469,8 @@ PKTRT__COLD uint32_t pktrt__light_see(const pktrt__render_state *render, const d
     if (!l->visible || !pktrt__light_rows[l->kind].meet ||
         !(pktrt__light_rows[l->kind].meet(render, light, &view, direction, found) > 0))
       continue;
-    const double far = sqrt(pktrt__distance2(from, found));
-    if (far < *depth || (far <= *depth && light < seen)) *depth = far, seen = light;
+    const double away = sqrt(pktrt__distance2(from, found));
+    if (away < *depth || (away <= *depth && light < seen)) *depth = away, seen = light;
   }
   return seen;
 }

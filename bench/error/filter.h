@@ -3,8 +3,8 @@
 #ifndef ERROR_FILTER_H
 #define ERROR_FILTER_H
 
-#include "../../examples/filter.h"
 #include "error.h"
+#include "../../examples/filter.h"
 
 enum { FILTER_WIDTH = 128, FILTER_HEIGHT = 96, FILTER_TRUTH = 1024 };
 enum { FILTER_FEW = 5, FILTER_LEVELS = 11, FILTER_SCENES = 3 }; /* few: levels of the larger picture */

@@ -68,7 +68,7 @@ static judged take_picture(void *scene, uint32_t samples, uint32_t seed) {
   enum { MOST = 16, PASSES = 4 };
   const double enough = 0.15;
   opened *of = (opened *)scene;
-  const uint32_t part = of->adaptive && samples > PASSES ? samples / PASSES : of->adaptive ? 1 : samples;
+  const uint32_t part = !of->adaptive ? samples : samples > PASSES ? samples / PASSES : 1;
   shot s = shot_of(PKTRT_SAMPLER_SOBOL, part, samples / part, seed);
   s.adaptive = samples > part;
   double total = 0;

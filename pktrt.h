@@ -13028,7 +13028,7 @@ PKTRT__COLD bool pktrt__light_order(pktrt__render_state *render) {
 static double pktrt__light_weigh_for(const pktrt__light_cluster *c, const pktrt__light_view *from, double r2) {
   const double x = c->middle[0] - from->point[0], y = c->middle[1] - from->point[1], z = c->middle[2] - from->point[2];
   const double d2 = x * x + y * y + z * z;
-  if (d2 < 4 * (c->r2 + r2)) return c->area / pktrt__max(d2, c->r2 + r2);
+  if (!(d2 > 4 * (c->r2 + r2))) return c->area / pktrt__max(pktrt__max(d2, c->r2 + r2), 1e-200); /* a point: 0 */
   const double each = 1 / sqrt(d2), along = -(x * c->facing[0] + y * c->facing[1] + z * c->facing[2]) * each;
   const double up = (x * from->normal[0] + y * from->normal[1] + z * from->normal[2]) * each;
   return (pktrt__light_projected_area(c, along, 1) + c->area / 32) * each * each *

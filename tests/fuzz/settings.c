@@ -110,7 +110,7 @@ static void take_render(feed *b, setting *x) {
   d->normals = (pktrt_normals)take_word(b, 2);
   d->shadows = (pktrt_shadow_packets)take_word(b, 2), d->sampler = (pktrt_sampler)take_word(b, PKTRT_SAMPLER_COUNT);
   d->assembly = (pktrt_assembly)take_word(b, 6), d->branching = (pktrt_branching)take_word(b, 4);
-  d->lights = (pktrt_light_choice)take_word(b, 2), d->glass_shadows = (pktrt_glass_shadows)take_word(b, 2);
+  d->lights = (pktrt_light_choice)take_word(b, 3), d->glass_shadows = (pktrt_glass_shadows)take_word(b, 2);
   d->phong_mapping = (pktrt_phong_mapping)take_word(b, 2);
   d->packet_size = take_below(b, 16) ? (uint32_t) "\0\2\4\10\20"[take_below(b, 5)] : take_u8(b);
   d->tile_size = take_number(b, 9, 1024), d->samples = take_number(b, 4, 65536), d->max_depth = take_number(b, 6, 50);
@@ -189,7 +189,7 @@ static int good_settings(const setting *x) {
   ok &= d->tile_size <= 1024 && d->samples <= 65536 && d->max_depth <= PKTRT_MAX_DEPTH && d->attenuation <= 1;
   ok &= word((int)d->mode, 3) && word((int)d->path, 3) && word((int)d->normals, 2) && word((int)d->shadows, 2) &&
         word((int)d->sampler, PKTRT_SAMPLER_COUNT) && word((int)d->assembly, 6) && word((int)d->branching, 4) &&
-        word((int)d->lights, 2) && word((int)d->glass_shadows, 2) && word((int)d->phong_mapping, 2);
+        word((int)d->lights, 3) && word((int)d->glass_shadows, 2) && word((int)d->phong_mapping, 2);
   ok &= fuzz_all_finite(d->background, 3) && fuzz_all_finite(d->ambient, 3);
   ok &= good_rules(x);
   for (int i = 0; i < 3; i++) ok &= x->mesh_material[i] <= x->materials;

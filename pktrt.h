@@ -14285,6 +14285,7 @@ static void pktrt__environment_radiance(const pktrt__render_state *render, uint3
   desc->environment(desc->user, n, from, to);
 }
 
+/* Gives rays that met nothing the radiance of where they go; those that end at a light that is seen have theirs. */
 static void pktrt__surface_shade_misses(const pktrt__render_state *render, pktrt__wave *w, uint32_t first, uint32_t n) {
   const bool shared = render->sky_light != PKTRT_NONE, shown = render->shown;
   float d[3][64], radiance[3][64];
@@ -14292,18 +14293,17 @@ static void pktrt__surface_shade_misses(const pktrt__render_state *render, pktrt
   for (uint32_t i = first; i < first + n; i++) {
     if (w->rays.slot[i] == PKTRT_NONE && !(shown && w->rays.t[i] < 0)) {
       double v[3] = {(double)w->rays.d[0][i], (double)w->rays.d[1][i], (double)w->rays.d[2][i]};
-      const bool somewhere = pktrt__normalise(v); /* false where a moving camera stands in its target */
-      for (int a = 0; a < 3; a++) d[a][m] = (float)v[a], w->radiance[a][i] = render->desc->background[a];
-      if (somewhere) lane[m++] = i;
+      for (int a = 0; a < 3; a++) w->radiance[a][i] = render->desc->background[a] * (shared ? w->sky[i] : 1);
+      if (render->desc->environment && pktrt__normalise(v)) { /* false where a moving camera stands in its target */
+        for (int a = 0; a < 3; a++) d[a][m] = (float)v[a];
+        lane[m++] = i;
+      }
     }
-    if (m == 64 || (m && i + 1 == first + n)) {
-      pktrt__environment_radiance(render, m, d, radiance);
-      for (uint32_t k = 0; k < m; k++)
-        for (int a = 0; a < 3; a++) w->radiance[a][lane[k]] = radiance[a][k];
-      for (uint32_t k = 0; shared && k < m; k++)
-        for (int a = 0; a < 3; a++) w->radiance[a][lane[k]] *= w->sky[lane[k]];
-      m = 0;
-    }
+    if (m < 64 && (!m || i + 1 < first + n)) continue;
+    pktrt__environment_radiance(render, m, d, radiance);
+    for (uint32_t k = 0; k < m; k++)
+      for (int a = 0; a < 3; a++) w->radiance[a][lane[k]] = radiance[a][k] * (shared ? w->sky[lane[k]] : 1);
+    m = 0;
   }
 }
 

@@ -5288,7 +5288,6 @@ PKTRT__COLD const char *pktrt__check_sentence(uint32_t faults) {
 #undef STEP
 #undef SHARED
 #undef LONG
-#undef PKTRT__SAMPLER_DRAW
 #undef PKTRT__SPAWN_RAYS
 #undef PKTRT__MATERIAL_EVALUATE
 #undef LONG_STEP
@@ -5506,8 +5505,8 @@ PKTRT__COLD const char *pktrt__check_sentence(uint32_t faults) {
 #else
 #define PKTRT__WITH_FIT 0
 #endif
-/* The set has kernels for the paper's path, draws samples, evaluates materials and spawns rays. WHY not AVX-512: 1% to 3% there,
-   with 18 KB, and 2% of DRT's time by the others, with 7; AVX2 serves for it. */
+/* The set has kernels for the paper's path, evaluates materials and spawns rays. WHY not AVX-512: 1% to 3% there, with
+   18 KB, and less of DRT's time by the others; AVX2 serves for it. */
 #if PKTRT__STAMP == PKTRT__STAMP_AVX512 && defined(PKTRT__HAS_AVX2) && !defined(PKTRT__ALSO_STAMP)
 #define PKTRT__WITH_PAPER 0
 #else
@@ -7281,7 +7280,7 @@ OP void pktrt__frustum_reach_size(const pktrt__frustum_reach *r, const pktrt__fr
 }
 
 /* Returns the triangles of a block at rest that reach into the frustum, and computes their shared values. */
-OP uint32_t pktrt__frustum_cull_triangles(const pktrt__frustum *f, const pktrt__batch *b, const float *k0,
+STEP uint32_t pktrt__frustum_cull_triangles(const pktrt__frustum *f, const pktrt__batch *b, const float *k0,
                                           pktrt__frustum_corners *corners) {
   const uint32_t axis[3] = {f->ku, f->kv, f->k};
   pktrt__frustum_reach reach = pktrt__frustum_reach_none();
@@ -7523,7 +7522,7 @@ OP uint64_t pktrt__stream_closest_block(const pktrt__bvh_segment *seg, pktrt__ba
 }
 
 /* Tests one triangle at rest (lane of a block) against the rays of mask; returns those that hit it. */
-OP uint64_t pktrt__frustum_test_triangle(const pktrt__frustum *f, const pktrt__bvh_segment *seg, pktrt__batch *b,
+STEP uint64_t pktrt__frustum_test_triangle(const pktrt__frustum *f, const pktrt__bvh_segment *seg, pktrt__batch *b,
                                          const float *k0, const pktrt__frustum_corners *corners, uint32_t lane,
                                          const pktrt__tri_common *tri, uint64_t mask) {
   const uint32_t axis[3] = {f->ku, f->kv, f->k};
@@ -8925,7 +8924,6 @@ STEP void pktrt__vec_normalise(v8 a[3], const v8 instead[3]) {
   ROLL_OUT for (int k = 0; k < 3; k++) a[k] = vsel(good, vdiv(s[k], length), instead[k]);
 }
 
-#if PKTRT__WITH_PAPER
 /* Here samples are drawn PKTRT__DRAWN at once: compilers vectorise loops of known length. */
 
 /* Finds the points of Sobol's net that samples take, see pktrt__sampler_point_index. If n is 2^k, all are permuted at
@@ -8991,10 +8989,6 @@ static void pktrt__sampler_draw(const pktrt_sampling *s, pktrt__sample_batch *w,
     }
   }
 }
-#define PKTRT__SAMPLER_DRAW pktrt__sampler_draw
-#else
-#define PKTRT__SAMPLER_DRAW pktrt__sampler_draw_avx2
-#endif
 
 /* Makes the rays of a pinhole camera through eight places of the picture. */
 static void pktrt__camera_rays8(const pktrt__camera_plane *p, const double *x, const double *y, pktrt__wave *w,
@@ -10333,7 +10327,7 @@ PKTRT__DIVIDES_BY_ZERO PKTRT__COLD uint32_t pktrt__check_arithmetic(void) {
 #ifndef PKTRT_NO_RENDER
 #define PKTRT__RENDER_KERNELS                                                                                          \
   , pktrt__camera_rays8, pktrt__surface_pack, pktrt__surface_find, PKTRT__MATERIAL_EVALUATE, pktrt__light_shadow_rays, \
-      pktrt__light_visibility, pktrt__light_add, PKTRT__SPAWN_RAYS, PKTRT__SAMPLER_DRAW
+      pktrt__light_visibility, pktrt__light_add, PKTRT__SPAWN_RAYS, pktrt__sampler_draw
 #else
 #define PKTRT__RENDER_KERNELS
 #endif
@@ -10454,7 +10448,6 @@ static const pktrt__kernel_table pktrt__kernels = {pktrt__entry_trace,
 #undef STEP
 #undef SHARED
 #undef LONG
-#undef PKTRT__SAMPLER_DRAW
 #undef PKTRT__SPAWN_RAYS
 #undef PKTRT__MATERIAL_EVALUATE
 #undef LONG_STEP

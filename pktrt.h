@@ -5019,6 +5019,7 @@ typedef struct pktrt__light_target {  /* one light as the target of shadow rays 
   double facing[3]; /* quad: unit normal; mesh: sum of its area vectors. The projected area of a flat */
   double folded;    /* mesh is |facing . d|; `folded`, a quarter of the rest of the area, is added */
   double area, strength;
+  double near2;             /* quad: squared distance of its middle, within which its solid angle is sampled */
   float arriving[3];        /* relative to strength */
   bool infinite, by_square; /* `at` is a direction; irradiance still has to be divided by distance^2 */
   bool lobes;               /* Phong lobes are evaluated for it, */
@@ -5160,6 +5161,10 @@ typedef struct pktrt__kernel_table {
                              const pktrt__wave *, pktrt__surfaces *);
   void (*shadow_rays)(const pktrt_scene *, const pktrt__light_target *, const pktrt__wave *, pktrt__surfaces *,
                       pktrt__shadow_rays *);
+  /* Samples points of a quad, and their factors, by u and v for all surfaces; factors of those that it is near to are
+     -1. Tells whether there are any. */
+  bool (*sample_quads)(const pktrt_light *, const pktrt__light_target *, const float *u, const float *v,
+                       const pktrt__surfaces *, pktrt__light_samples *);
   uint32_t (*visibility)(const pktrt__glass_boxes *, const pktrt__batch *, float (*seen)[PKTRT__ROW], uint32_t n,
                          uint32_t *lane);
   void (*add_direct_light)(pktrt__surfaces *, const uint32_t *surface, float (*arriving)[PKTRT__ROW],
@@ -6275,6 +6280,7 @@ typedef __mmask16 mf;
 #define pktrt__lanes_unhit PKTRT__NAME(pktrt__lanes_unhit)
 #define pktrt__light_add PKTRT__NAME(pktrt__light_add)
 #define pktrt__light_locate PKTRT__NAME(pktrt__light_locate)
+#define pktrt__light_sample_quads PKTRT__NAME(pktrt__light_sample_quads)
 #define pktrt__light_shadow_rays PKTRT__NAME(pktrt__light_shadow_rays)
 #define pktrt__light_shadow_rays8 PKTRT__NAME(pktrt__light_shadow_rays8)
 #define pktrt__light_visibility PKTRT__NAME(pktrt__light_visibility)
@@ -6297,8 +6303,7 @@ typedef __mmask16 mf;
 #define pktrt__paper_test_group PKTRT__NAME(pktrt__paper_test_group)
 #define pktrt__paper_test_triangle PKTRT__NAME(pktrt__paper_test_triangle)
 #define pktrt__paper_traverse PKTRT__NAME(pktrt__paper_traverse)
-#define pktrt__paper_traverse_moving PKTRT__NAME(pktrt__paper_traverse_moving)
-#define pktrt__paper_traverse_static PKTRT__NAME(pktrt__paper_traverse_static)
+#define pktrt__paper_traverse_any PKTRT__NAME(pktrt__paper_traverse_any)
 #define pktrt__paper_trim PKTRT__NAME(pktrt__paper_trim)
 #define pktrt__paper_update_depth PKTRT__NAME(pktrt__paper_update_depth)
 #define pktrt__place_between8 PKTRT__NAME(pktrt__place_between8)
@@ -7281,7 +7286,7 @@ OP void pktrt__frustum_reach_size(const pktrt__frustum_reach *r, const pktrt__fr
 
 /* Returns the triangles of a block at rest that reach into the frustum, and computes their shared values. */
 STEP uint32_t pktrt__frustum_cull_triangles(const pktrt__frustum *f, const pktrt__batch *b, const float *k0,
-                                          pktrt__frustum_corners *corners) {
+                                            pktrt__frustum_corners *corners) {
   const uint32_t axis[3] = {f->ku, f->kv, f->k};
   pktrt__frustum_reach reach = pktrt__frustum_reach_none();
   UNROLL for (int c = 0; c < 3; c++) {
@@ -7523,8 +7528,8 @@ OP uint64_t pktrt__stream_closest_block(const pktrt__bvh_segment *seg, pktrt__ba
 
 /* Tests one triangle at rest (lane of a block) against the rays of mask; returns those that hit it. */
 STEP uint64_t pktrt__frustum_test_triangle(const pktrt__frustum *f, const pktrt__bvh_segment *seg, pktrt__batch *b,
-                                         const float *k0, const pktrt__frustum_corners *corners, uint32_t lane,
-                                         const pktrt__tri_common *tri, uint64_t mask) {
+                                           const float *k0, const pktrt__frustum_corners *corners, uint32_t lane,
+                                           const pktrt__tri_common *tri, uint64_t mask) {
   const uint32_t axis[3] = {f->ku, f->kv, f->k};
   uint64_t result = 0;
   for (uint32_t i = 0; i < 64; i += FW) {
@@ -8235,8 +8240,8 @@ OP void pktrt__paper_trim(pktrt__paper_packet *p, const pktrt__paper_child *c, u
 }
 
 /* Finds the first ray from `first` on that may hit a child (steps 1 to 4), or returns p->end. */
-STEP uint32_t pktrt__paper_find_first(pktrt__paper_packet *p, const pktrt__paper_child *c, uint32_t first,
-                                      const pktrt__variant is) {
+PKTRT__NOINLINE uint32_t pktrt__paper_find_first(pktrt__paper_packet *p, const pktrt__paper_child *c, uint32_t first,
+                                                 const pktrt__variant is) {
   uint32_t r = first & ~7u;
   p->entering = pktrt__paper_test_group(p, c, r, ~0u << first % 8, is);
   if (p->entering) {
@@ -8279,8 +8284,9 @@ OP v8 pktrt__tri_corner_of_one(const float *k0, const float *k1, v8 ta, v8 tb, c
 }
 
 /* Tests one triangle against the rays `bits` of r to r+7, which share a main axis. Returns those that hit it. */
-STEP uint32_t pktrt__paper_test_triangle(const pktrt__paper_packet *p, const float *k0, const float *k1, uint32_t r,
-                                         uint32_t bits, uint32_t id, uint32_t slot, const pktrt__variant is) {
+PKTRT__NOINLINE uint32_t pktrt__paper_test_triangle(const pktrt__paper_packet *p, const float *k0, const float *k1,
+                                                    uint32_t r, uint32_t bits, uint32_t id, uint32_t slot,
+                                                    const pktrt__variant is) {
   pktrt__batch *b = p->b;
   const uint32_t k = b->axis[r + pktrt__lowest_bit(bits)], ku = (k + 1) % 3, kv = (k + 2) % 3;
   const v8 ok = vload(b->o[k] + r), ou = vload(b->o[ku] + r), ov = vload(b->o[kv] + r);
@@ -8396,17 +8402,10 @@ OP void pktrt__paper_traverse(pktrt__paper_packet *p, const pktrt__variant is) {
   }
 }
 
-/* The variants of pktrt__paper_traverse. They always count; on narrow vectors the moving one serves what is at rest, too. */
-#if !defined(PKTRT_NO_MOTION)
-PKTRT__COLD void pktrt__paper_traverse_moving(pktrt__paper_packet *p, bool occlusion, pktrt_counts *counts) {
-  pktrt__paper_traverse(p, pktrt__variant_of(occlusion, true, PKTRT__STATS != 0, counts));
+/* The only variant of pktrt__paper_traverse: it always counts, and where there is motion serves what is at rest, too. */
+PKTRT__COLD void pktrt__paper_traverse_any(pktrt__paper_packet *p, bool occlusion, pktrt_counts *counts) {
+  pktrt__paper_traverse(p, pktrt__variant_of(occlusion, PKTRT__MOTION, PKTRT__STATS != 0, counts));
 }
-#endif
-#if defined(PKTRT_NO_MOTION) || PKTRT__WITH_V8_REGISTERS
-PKTRT__NOINLINE void pktrt__paper_traverse_static(pktrt__paper_packet *p, bool occlusion, pktrt_counts *counts) {
-  pktrt__paper_traverse(p, pktrt__variant_of(occlusion, false, PKTRT__STATS != 0, counts));
-}
-#endif
 
 /* Traces rays [begin, end) of a batch in packets of desc->packet_size, each through all trees of a scene, or of a model,
    and all segments of those that move. */
@@ -8435,13 +8434,7 @@ PKTRT__NOINLINE void pktrt__drive_paper(const pktrt__query *call, const pktrt_sc
         memcpy(before, p.active, sizeof before);
         pktrt__bvh_segment seg = pktrt__bvh_segment_of(scene->bvhs, i, moving ? segment : 0);
         p.seg = &seg;
-#if defined(PKTRT_NO_MOTION)
-        pktrt__paper_traverse_static(&p, occlusion, counts);
-#elif !PKTRT__WITH_V8_REGISTERS
-        pktrt__paper_traverse_moving(&p, occlusion, counts);
-#else
-        (moving ? pktrt__paper_traverse_moving : pktrt__paper_traverse_static)(&p, occlusion, counts);
-#endif
+        pktrt__paper_traverse_any(&p, occlusion, counts);
         for (uint32_t r = p.base; occlusion && r < p.end; r++)
           if ((before[r / 64] & ~p.active[r / 64]) >> r % 64 & 1) b->slot[r] = 0;
       }
@@ -9100,13 +9093,13 @@ LONG_STEP d8 pktrt__surface_point8(const pktrt__batch *b, uint32_t at, const v8 
 }
 
 /* Computes how far rays start from surfaces i to i + 7, of unit normals n: h of >>spawn, or where nobody sees it more, so
-   that they start outside the leaf that they left, which every box is wide enough to take for theirs. WHY 2^-18: of the
-   way that the ray came, less than a hundredth of a pixel. Without it pictures of mirrors took a fifth longer. */
+   that they start outside the leaf that they left, which every box is wide enough to take for theirs. WHY 6e-6: of the
+   way that the ray came, less than a fiftieth of a pixel. Without it pictures of mirrors took a fifth longer. */
 STEP void pktrt__surface_offset8(float largest, const v8 n[3], d8 bound, pktrt__surfaces *s, uint32_t i) {
   d8 rounding = dset(0);
   ROLL_OUT for (int a = 0; a < 3; a++) rounding = dadd(rounding, dabs(dmul(dfrom(n[a]), dload(s->point[a] + i))));
   const d8 offset = dmul(dset(1.0078125), dadd(dmul(dset((double)PKTRT__EPS), rounding), bound));
-  const v8 more = vmin(vset(24 * PKTRT__EPS * largest), vmul(vset(3.814697265625e-6f), vload(s->distance + i)));
+  const v8 more = vmin(vset(24 * PKTRT__EPS * largest), vmul(vset(5.7220458984375e-6f), vload(s->distance + i)));
   vstore(s->offset + i, vmax(dto(dadd(offset, dset(FLT_MIN * PKTRT__ERROR_NEEDLE))), more));
 }
 
@@ -9368,6 +9361,35 @@ static void pktrt__light_shadow_rays(const pktrt_scene *scene, const pktrt__ligh
   sh->count = 0, sh->tmax = l->infinite ? INFINITY : 1;
   for (uint32_t i = 0; i < s->count; i += 8)
     if (s->lit[i / 8]) pktrt__light_shadow_rays8(scene, l, w, s, i, s->lit[i / 8], sh);
+}
+
+/* Does operation by operation what pktrt__light_sample_quad does, so that one may take the place of the other. */
+LONG bool pktrt__light_sample_quads(const pktrt_light *l, const pktrt__light_target *t, const float *u, const float *v,
+                                    const pktrt__surfaces *s, pktrt__light_samples *g) {
+  uint32_t close = 0;
+  for (uint32_t i = 0; i < s->count; i += 8) {
+    const d8 x = dfrom(vload(u + i)), y = dfrom(vload(v + i)), zero = dset(0);
+    d8 d2 = zero, r2 = zero, height = zero, least = zero;
+    ROLL_OUT for (int a = 0; a < 3; a++) {
+      const d8 from = dload(s->point[a] + i), to = dsub(dset((double)l->position[a]), from);
+      const d8 across = dadd(dmul(x, dset((double)l->edge[0][a])), dmul(y, dset((double)l->edge[1][a])));
+      const d8 middle = dsub(from, dset(t->at[a])), at = dadd(dadd(from, to), across), way = dsub(at, from);
+      height = dadd(height, dmul(to, dset(t->facing[a]))), least = dadd(least, dabs(from));
+      d2 = dadd(d2, dmul(middle, middle)), r2 = dadd(r2, dmul(way, way));
+      dstore(g->at[a] + i, at);
+    }
+    height = dsub(zero, height), least = dmul(dset(16 * PKTRT__ERROR_PLANE), least);
+    const d8 spread = ddiv(dmul(dset(t->area), height), dmul(r2, dsqrt(r2)));
+    const uint32_t all = pktrt__lanes_first(s->count - i), before = all & mbits(dlt(least, height)),
+                   near_ = before & mbits(dlt(d2, dset(t->near2)));
+    dstore(g->factor + i, dmul(spread, dset(t->strength)));
+    for (uint32_t m = 0xFF & (~before | near_); m; m &= m - 1) {
+      const uint32_t k = pktrt__lowest_bit(m);
+      g->factor[i + k] = near_ >> k & 1 ? -1 : 0;
+    }
+    close |= near_;
+  }
+  return close != 0;
 }
 
 /* Clips the intervals [from, to] of lines to what lies between two planes. */
@@ -10327,7 +10349,7 @@ PKTRT__DIVIDES_BY_ZERO PKTRT__COLD uint32_t pktrt__check_arithmetic(void) {
 #ifndef PKTRT_NO_RENDER
 #define PKTRT__RENDER_KERNELS                                                                                          \
   , pktrt__camera_rays8, pktrt__surface_pack, pktrt__surface_find, PKTRT__MATERIAL_EVALUATE, pktrt__light_shadow_rays, \
-      pktrt__light_visibility, pktrt__light_add, PKTRT__SPAWN_RAYS, pktrt__sampler_draw
+      pktrt__light_sample_quads, pktrt__light_visibility, pktrt__light_add, PKTRT__SPAWN_RAYS, pktrt__sampler_draw
 #else
 #define PKTRT__RENDER_KERNELS
 #endif
@@ -12500,6 +12522,7 @@ struct pktrt__render_state {
   uint32_t *ordered;               /* these lights, then the others */
   uint32_t finite;                 /* how many they are */
   bool shown;                      /* some lights are visible */
+  bool two_ways;                   /* of some lights, both samples and lobes may find the light */
   uint32_t sky_light;              /* the environment light that lobes share, or NONE */
   uint32_t *light_of_mesh;  /* for each committed mesh: the light whose light is shared, or NONE; NULL: there is none */
   pktrt_sampling sampling;  /* of the first pass */
@@ -12883,6 +12906,7 @@ PKTRT__COLD void pktrt__light_describe(const pktrt__render_state *render, uint32
   memset(target, 0, sizeof *target);
   target->flat = pktrt__light_has(l, PKTRT__LIGHT_FLAT), target->emissive = pktrt__light_has(l, PKTRT__LIGHT_EMISSIVE);
   target->radius = light->radius, target->area = light->area, target->strength = light->strength;
+  target->near2 = light->near2;
   target->folded = pktrt__max(0, light->area - sqrt(pktrt__dot(light->facing, light->facing))) / 4;
   for (int a = 0; a < 3; a++) {
     target->facing[a] = light->facing[a], target->arriving[a] = light->color[a];
@@ -13129,6 +13153,7 @@ PKTRT__COLD bool pktrt__light_link(pktrt__render_state *render) {
     const pktrt_light *l = &s->lights[i];
     pktrt__light_data *light = &render->lights[i];
     light->both = pktrt__light_is_found(render, i);
+    render->two_ways = render->two_ways || light->both || pktrt__light_rows[l->kind].meet;
     if (!light->both) continue;
     if (!pktrt__light_has(l, PKTRT__LIGHT_EMISSIVE)) { /* by cosine alone it would share noise, and gain nothing */
       light->both = render->environment && render->environment->share > 0;
@@ -13542,50 +13567,54 @@ static double pktrt__light_sample_environment(const pktrt__render_state *render,
   return density > 0 ? 1 / density : 0;
 }
 
-/* Fills a row of a table with radiance, summed over channels: what is not a positive number counts as none. */
-PKTRT__COLD void pktrt__environment_look(const pktrt__environment *e, uint32_t row, float *to) {
+/* Fills 64 columns of a table with radiance, summed over channels: what is not a positive number counts as none. */
+PKTRT__NOINLINE void pktrt__environment_look(const pktrt__environment *e, uint32_t first, float *to) {
   const uint32_t columns = 2 * e->rows;
-  double high, low, sine, cosine;
-  pktrt__math_sincos_turn((row + 0.5) / columns, &high, &low);
-  for (uint32_t i = 0; i < columns; i += 64) {
+  double sine[64], cosine[64];
+  for (uint32_t k = 0; k < 64; k++) pktrt__math_sincos_turn((first + k + 0.5) / columns, &sine[k], &cosine[k]);
+  for (uint32_t row = 0; row < e->rows; row++, to += columns) {
     float d[3][64], radiance[3][64];
-    for (uint32_t k = 0; k < 64; k++) {
-      pktrt__math_sincos_turn((i + k + 0.5) / columns, &sine, &cosine);
-      d[0][k] = (float)(high * cosine), d[1][k] = (float)low, d[2][k] = (float)(high * sine);
-    }
+    double high, low;
+    pktrt__math_sincos_turn((row + 0.5) / columns, &high, &low);
+    for (uint32_t k = 0; k < 64; k++)
+      d[0][k] = (float)(high * cosine[k]), d[1][k] = (float)low, d[2][k] = (float)(high * sine[k]);
     const float *const from[3] = {d[0], d[1], d[2]};
     float *const into[3] = {radiance[0], radiance[1], radiance[2]};
     e->radiance(e->user, 64, from, into);
     for (uint32_t k = 0; k < 64; k++) {
       const float sum = radiance[0][k] + radiance[1][k] + radiance[2][k];
-      to[i + k] = sum > 0 && sum < 1e30f ? sum : 0;
+      to[first + k] = sum > 0 && sum < 1e30f ? sum : 0;
     }
   }
 }
 
 /* Makes sums of what a table of radiance has beyond twice the mean. Cells count at least a quarter of their neighbours: a
    small sun may lie partly in a cell whose middle it misses. */
-PKTRT__COLD void pktrt__environment_sum(pktrt__environment *e, const float *radiance) {
+PKTRT__NOINLINE void pktrt__environment_sum(pktrt__environment *e, const float *radiance) {
   const uint32_t columns = 2 * e->rows;
-  double all = 0, beyond = 0, sum = 0;
-  for (uint32_t row = 0; row < e->rows; row++)
-    for (uint32_t i = 0; i < columns; i++)
-      all += (double)radiance[row * columns + i] * (e->edge[row] - e->edge[row + 1]);
+  double all = 0, beyond = 0;
+  for (uint32_t row = 0; row < e->rows; row++) {
+    double sum = 0;
+    for (uint32_t i = 0; i < columns; i++) sum += (double)radiance[row * columns + i];
+    all += sum * (e->edge[row] - e->edge[row + 1]);
+  }
   all /= columns; /* now twice the mean: the edges' differences sum up to 2 */
   for (uint32_t row = 0; row < e->rows; row++) {
-    double row_sum = 0;
-    for (uint32_t i = 0; i < columns; i++) {
-      float most = 4 * radiance[row * columns + i];
-      for (uint32_t k = 0; k < 9; k++) {
-        const uint32_t y = row + k / 3 > 1 ? row + k / 3 - 1 : 0, x = (i + k % 3 + columns - 1) % columns;
-        most = pktrt__maxf(most, radiance[(y < e->rows ? y : row) * columns + x]);
-      }
-      row_sum += pktrt__max(0, 0.25 * (double)most - all);
-      e->along[row * columns + i] = (float)row_sum;
+    const float *at = radiance + row * columns, *above = row ? at - columns : at,
+                *below = row + 1 < e->rows ? at + columns : at;
+    float *to = e->along + row * columns, most[3] = {0, 0, 0}; /* of three rows: the columns before, here, behind */
+    double sum = 0;
+    for (uint32_t i = columns - 2; i < 2 * columns; i++) {
+      const uint32_t x = (i + 1) % columns;
+      most[0] = most[1], most[1] = most[2], most[2] = pktrt__maxf(at[x], pktrt__maxf(above[x], below[x]));
+      if (i < columns) continue;
+      const float here = pktrt__maxf(4 * at[i - columns], pktrt__maxf(most[0], pktrt__maxf(most[1], most[2])));
+      sum += pktrt__max(0, 0.25 * (double)here - all);
+      to[i - columns] = (float)sum;
     }
-    beyond += row_sum * (e->edge[row] - e->edge[row + 1]), e->sum[row] = sum = beyond;
+    beyond += sum * (e->edge[row] - e->edge[row + 1]), e->sum[row] = beyond;
   }
-  e->share = sum > 0 ? pktrt__min(0.9, sum / (sum + 0.5 * all * columns)) : 0;
+  e->share = beyond > 0 ? pktrt__min(0.9, beyond / (beyond + 0.5 * all * columns)) : 0;
   if (e->share < 1.0 / 32) e->share = 0;
 }
 
@@ -13613,8 +13642,7 @@ PKTRT__COLD pktrt__environment *pktrt__environment_make(const pktrt_scene_desc *
     double sine;
     pktrt__math_sincos_turn(i / (2.0 * e->rows), &sine, &e->edge[i]);
   }
-  for (uint32_t row = 0; ok && row < e->rows; row++)
-    pktrt__environment_look(e, row, radiance + (size_t)row * 2 * e->rows);
+  for (uint32_t i = 0; ok && i < 2 * e->rows; i += 64) pktrt__environment_look(e, i, radiance);
   if (ok) pktrt__environment_sum(e, radiance);
   pktrt__mem_release(desc, radiance, cells, sizeof *radiance);
   if (ok) return e;
@@ -14263,7 +14291,7 @@ static void pktrt__surface_place(const pktrt_scene *scene, const pktrt__wave *w,
   hit.t = b->t[r], hit.u = b->as.hit.u[r], hit.v = b->as.hit.v[r], hit.mesh = s->mesh[i], hit.triangle = s->triangle[i];
   (void)pktrt__spawn_from(scene, &ray, &hit, NULL, &x);
   for (int a = 0; a < 3; a++) s->point[a][i] = x.at[a], s->position[a][i] = (float)x.at[a];
-  const float more = pktrt__minf(24 * PKTRT__EPS * scene->largest, 3.814697265625e-6f * s->distance[i]);
+  const float more = pktrt__minf(24 * PKTRT__EPS * scene->largest, 5.7220458984375e-6f * s->distance[i]);
   s->offset[i] = pktrt__maxf((float)x.offset, more);
 }
 /* Gets the radiance of the environment in n directions. */
@@ -14862,6 +14890,20 @@ static void pktrt__light_list_sky(pktrt__tile *tile, const uint32_t *listed, uin
     for (uint32_t i = 0; i < n; i++) tile->light_samples.arriving[a][listed[i]] *= radiance[a][i];
 }
 
+/* Samples a quad for all surfaces but those that it is near to, whose factors are -1. Tells whether there are any. */
+static bool pktrt__light_sample_far(pktrt__tile *tile, uint32_t index) {
+  const pktrt__render_state *render = tile->render;
+  const pktrt__light_data *light = &render->lights[index];
+  const pktrt__surfaces *s = &tile->surfaces;
+  pktrt__light_samples *g = &tile->light_samples;
+  const float *const u = tile->draws.u[2 * (index % 2)], *const v = tile->draws.u[2 * (index % 2) + 1];
+  for (int a = 0; a < 3; a++) pktrt__fill_row(g->arriving[a], s->count, light->color[a]);
+  const float shared = pktrt__to_float(1 / light->strength);
+  for (uint32_t k = 0; pktrt__render_uses(render, PKTRT_FEATURE_GLOSS) && k < s->count; k++)
+    g->shared[k] = pktrt__light_is_shared(tile, index, k) ? shared : 0;
+  return render->scene->kernels->sample_quads(&render->scene->lights[index], &light->target, u, v, s, g);
+}
+
 /* Samples a point of a light for each surface, where that is random or takes more than the kernels know. */
 static void pktrt__light_sample_each(pktrt__tile *tile, const pktrt__wave *w, const pktrt__light_look *look) {
   const pktrt__render_state *render = tile->render;
@@ -14871,9 +14913,13 @@ static void pktrt__light_sample_each(pktrt__tile *tile, const pktrt__wave *w, co
   float d[3][64];
   uint32_t listed[64], n = 0;
   if (render->distribute) pktrt__tile_draw_all(tile, 4 + 2 * place, 2);
+  const bool quads = PKTRT__AREA_LIGHTS && render->distribute && look->light != PKTRT_NONE &&
+                     render->scene->lights[look->light].kind == PKTRT_LIGHT_QUAD;
+  if (quads && !pktrt__light_sample_far(tile, look->light)) return;
   for (uint32_t k = 0; k < s->count; k++) {
     double share, at[3];
     const uint32_t index = pktrt__light_of_surface(tile, look, k, &share);
+    if (quads && !(g->factor[k] < 0)) continue;
     g->factor[k] = 0, g->shared[k] = 0;
     if (index != PKTRT_NONE) {
       const pktrt_light *l = &render->scene->lights[index];
@@ -15105,6 +15151,8 @@ static void pktrt__spawn_draw_lobe(pktrt__tile *tile, const pktrt__wave *w, uint
   for (int a = 0; a < 3; a++) side += out[a] * s->ng[a][k], s->lobe[a][k] = out[a];
   if (followed) s->followed[k / 8] = (uint8_t)(s->followed[k / 8] | 1u << k % 8);
   if (!(side > 0)) return;
+  s->density[k] = 1; /* any: who asks for more? */
+  if (!render->two_ways) return;
   const double cosine = pktrt__lobe_cosine((double)out[0], (double)out[1], (double)out[2], s, k);
   const double density = pktrt__min(pktrt__max(pktrt__lobe_density((double)mat->exponent, cosine), FLT_MIN), FLT_MAX);
   s->density[k] = (float)density;

@@ -356,7 +356,7 @@
      - Rendering: about 280 KiB for each tile at work, 80 more where one light is asked for all, and up to 100 KiB for each
        generation of rays; 230 bytes for each triangle of a mesh that is a light (DRT), 180 for each light that is chosen
        from or visible, 2 MiB for a callback environment that is one, twice that while it is looked at; 28 bytes for each
-       mesh if one is of glass; if it counts, 8 KiB for each tile of the picture; with several passes, 34 bytes for each
+       mesh if one is of glass; if it counts, 8 KiB for each tile of the picture; with several passes, 42 bytes for each
        pixel, 64 more with optional buffers.
      - Stack: at most 64 KiB in a query, about 64 KiB in a render, 17 KiB in a build, if compiled with optimisation, be
        it -O1. Without: up to 128 KiB in a query with gcc, 260 KiB with clang. Mind this when your threads have small
@@ -1166,11 +1166,12 @@ typedef enum pktrt_assembly {
 
 /* At a dielectric. */
 typedef enum pktrt_branching {
-  PKTRT_BRANCHING_BY_MODE = 0, /* WRT branches, DRT chooses */
+  PKTRT_BRANCHING_BY_MODE = 0, /* WRT follows both, DRT chooses; adaptive passes in DRT follow both where a primary ray
+                                  ends, if they find that variance times rays is less so: 1% to 4% less noise in rtrt */
   PKTRT_BRANCHING_BOTH,        /* follow reflection and refraction, weighted */
   PKTRT_BRANCHING_CHOOSE,      /* follow one of them, at random, by Fresnel weight: N rays in, N rays out */
-  PKTRT_BRANCHING_FIRST        /* follow both where a primary ray ends, choose deeper: 4% to 9% less noise in the
-                                  built-in scenes, in 3% to 7% more time */
+  PKTRT_BRANCHING_FIRST        /* follow both where a primary ray ends, choose deeper: 4% less noise in rtrt, in 2% more
+                                  time; elsewhere no more than chance */
 } pktrt_branching;
 
 /* DRT: which lights a surface asks. */
@@ -1282,7 +1283,7 @@ typedef struct pktrt_render_desc {
      and refracted rays in one wave, they are told apart, but numbered on when they send out rays. NULL: none. */
   void (*packet)(void *user, pktrt_ray_type, uint32_t depth, const uint32_t *rays, uint32_t n);
 
-  /* Passes, each with `samples` samples per pixel, until the first of these rules says stop. They cost 34 bytes per
+  /* Passes, each with `samples` samples per pixel, until the first of these rules says stop. They cost 42 bytes per
      pixel; estimates, made if asked for below, need two passes. The picture (and each buffer) is whole after each. */
   uint32_t passes; /* at most, up to 65536; 0: 1, or if there is another rule, 65536 */
   /* Stops when the estimate is not above it; 0: no such rule. It is not met while pixels are not finite (by a hook's
@@ -12485,15 +12486,20 @@ struct pktrt__light_data {
 /* What pixels have had so far, where there are several passes. */
 typedef struct pktrt__pixel_sums {
   double mean[3], squares; /* of the means of passes: their sum, and that of their squares over all channels */
+  float gain, splits;      /* see pktrt__split_end */
 } pktrt__pixel_sums;
 typedef struct pktrt__aov_sums { /* of all samples */
   double depth, normal[3], albedo[3], met;
 } pktrt__aov_sums;
-enum { PKTRT__PASS_CELL = 4 }; /* pixels along the edge of the cells that get passes together */
+enum {
+  PKTRT__PASS_CELL = 4, /* pixels along the edge of the cells that get passes together */
+  PKTRT__PILOT = 2      /* passes that all cells get before errors are known */
+};
 typedef struct pktrt__pass_cell {
   double variance;             /* of one pass, V n: sum over its pixels whose error is known */
   double want;                 /* passes it should have had, see pktrt__pass_share_out */
   uint32_t pixels, done, more; /* passes it has had, and gets in this round */
+  bool split;                  /* both rays are followed at its first glass */
 } pktrt__pass_cell;
 typedef struct pktrt__pass_block { /* of PKTRT_ERROR_BLOCK^2 pixels */
   double error[2];                 /* sums over its pixels: V, and V as in the relative MSE */
@@ -12510,6 +12516,7 @@ typedef struct pktrt__pass_sums {
   uint32_t x, y, w, h;              /* the area */
   uint32_t columns, rows;           /* of blocks */
   uint32_t cell_columns, cell_rows; /* of cells */
+  double samples;                   /* of a pass */
 } pktrt__pass_sums;
 
 struct pktrt__render_state {
@@ -12522,6 +12529,7 @@ struct pktrt__render_state {
   uint32_t *ordered;               /* these lights, then the others */
   uint32_t finite;                 /* how many they are */
   bool shown;                      /* some lights are visible */
+  bool splits;                     /* passes find out where it pays to follow both rays at the first glass */
   bool two_ways;                   /* of some lights, both samples and lobes may find the light */
   uint32_t sky_light;              /* the environment light that lobes share, or NONE */
   uint32_t *light_of_mesh;  /* for each committed mesh: the light whose light is shared, or NONE; NULL: there is none */
@@ -12702,6 +12710,8 @@ static bool pktrt__render_check(const pktrt_scene *s, const pktrt_render_desc *d
   render->most_passes = d->passes;
   if (!d->passes) render->most_passes = d->target_error > 0 || d->time_budget > 0 || d->pass ? 65536 : 1;
   if (render->most_passes > UINT32_MAX / render->samples) render->most_passes = UINT32_MAX / render->samples;
+  render->splits = render->distribute && d->branching == PKTRT_BRANCHING_BY_MODE && d->adaptive &&
+                   pktrt__render_uses(render, PKTRT_FEATURE_DIELECTRIC);
   render->random = render->distribute || render->samples > 1 || render->most_passes > 1;
   render->event_dimensions = 4 + (d->lights == PKTRT_LIGHTS_ONE ? 4 : (2 * s->light_count + 3) / 4 * 4);
   return pktrt__camera_check(&d->camera, d->width, d->height, &render->plane, why);
@@ -14206,7 +14216,11 @@ typedef struct pktrt__tile {
   uint32_t pixel[PKTRT__BATCH];                     /* of the primary rays: index of a pixel of the block */
   uint8_t across[PKTRT__BATCH], down[PKTRT__BATCH]; /* places of a cell's pixels in the cell */
   uint8_t deepest[PKTRT__BATCH];
-  double sum[3][PKTRT__BATCH]; /* of the pixels of the block */
+  bool split[PKTRT__BATCH];                           /* pixels of the block where both rays are followed */
+  bool refracts[PKTRT__BATCH];                        /* of the rays from there, */
+  float fresnel[PKTRT__BATCH], fork[3][PKTRT__BATCH]; /* of the primary rays: see pktrt__split_end */
+  double sum[3][PKTRT__BATCH];                        /* of the pixels of the block */
+  float gain[PKTRT__BATCH], splits[PKTRT__BATCH];     /* see pktrt__pixel_sums */
   double depth[PKTRT__BATCH], normal[3][PKTRT__BATCH], albedo[3][PKTRT__BATCH];
   uint32_t hit_count[PKTRT__BATCH];
   bool failed; /* out of memory, or stopped: nothing more is traced or written */
@@ -15174,16 +15188,24 @@ static void pktrt__spawn_turn_to_lobes(pktrt__surfaces *s) {
     }
 }
 
-/* Tells whether one way is chosen at glass where rays of a wave end. */
+/* Tells whether one way is chosen at all glass where rays of a wave end. */
 static bool pktrt__spawn_chooses(const pktrt__tile *tile, const pktrt__wave *w) {
-  return tile->render->choose && (w != &tile->primary || tile->render->desc->branching != PKTRT_BRANCHING_FIRST);
+  const bool first = tile->render->splits || tile->render->desc->branching == PKTRT_BRANCHING_FIRST;
+  return tile->render->choose && !(first && w == &tile->primary);
+}
+
+/* Tells whether surface k of glass, where one way may be chosen, sends both rays. */
+static bool pktrt__spawn_splits(pktrt__tile *tile, const pktrt__wave *w, uint32_t k) {
+  const uint32_t ray = tile->surfaces.ray[k]; /* that of a primary wave is its root */
+  if (pktrt__spawn_chooses(tile, w) || !tile->split[tile->pixel[ray]]) return false;
+  tile->fresnel[ray] = tile->surfaces.fresnel[k];
+  return true;
 }
 
 /* Makes the random choices of surfaces: a direction within each lobe; one of the two rays at glass. */
 static void pktrt__spawn_scatter(pktrt__tile *tile, const pktrt__wave *w, uint32_t depth) {
   pktrt__surfaces *s = &tile->surfaces;
   const bool gloss = pktrt__render_uses(tile->render, PKTRT_FEATURE_GLOSS) && tile->render->distribute;
-  const bool choose = pktrt__spawn_chooses(tile, w);
   uint32_t drawn = 0;
   if (gloss) {
     memset(s->followed, 0, sizeof s->followed), pktrt__fill_row(s->density, s->count, 0);
@@ -15191,7 +15213,7 @@ static void pktrt__spawn_scatter(pktrt__tile *tile, const pktrt__wave *w, uint32
   }
   for (uint32_t i = 0; i < s->count; i += 8) {
     uint32_t lobes = gloss ? s->lobed[i / 8] : 0;
-    uint32_t glass = PKTRT__DIELECTRIC && choose ? s->kind[PKTRT_SPECULAR_DIELECTRIC][i / 8] & ~lobes : 0;
+    uint32_t glass = PKTRT__DIELECTRIC && tile->render->choose ? s->kind[PKTRT_SPECULAR_DIELECTRIC][i / 8] & ~lobes : 0;
     if ((lobes | glass) && i >= drawn) {
       drawn = i - i % PKTRT__DRAWN;
       pktrt__tile_draw(tile, drawn, 0, 2), drawn += PKTRT__DRAWN;
@@ -15199,6 +15221,7 @@ static void pktrt__spawn_scatter(pktrt__tile *tile, const pktrt__wave *w, uint32
     for (; lobes; lobes &= lobes - 1) pktrt__spawn_draw_lobe(tile, w, i + pktrt__lowest_bit(lobes), depth);
     for (; glass; glass &= glass - 1) {
       const uint32_t k = i + pktrt__lowest_bit(glass);
+      if (pktrt__spawn_splits(tile, w, k)) continue;
       const bool refraction = tile->draws.u[0][k] >= s->fresnel[k];
       for (int a = 0; a < 3; a++) {
         s->reflected[a][k] = refraction ? 0 : s->reflected[a][k] / s->fresnel[k];
@@ -15240,6 +15263,38 @@ static void pktrt__wave_trace(pktrt__tile *tile, pktrt__wave *w, uint32_t first,
   pktrt__packet_trace(tile, &w->rays, n, type, depth, false, tile->one_by_one);
 }
 
+/* --- splitting ---
+
+   Where a primary ray ends at glass of Fresnel reflectance F, let r and t be what its reflected and its refracted ray
+   add if both are followed. If one is chosen by F the pixel gets r / F or t / (1 - F), whose mean is the same and whose
+   variance is more by F (1 - F) (r / F - t / (1 - F))^2. Adaptive renders follow both in the passes that all cells get,
+   and sum that up. A cell of which a part g of the samples splits has, with both, about 1 + 2 g trees of rays a sample,
+   else 1 + g. Time times variance is less with both, and later passes follow both, where (V + D) (1 + g) > V (1 + 2 g),
+   V being the variance of a pass with both, D what choosing would add. Numbers of rays decide, not clocks: bits are
+   the same on all machines. */
+
+/* Notes which of the n rays of a wave from the first glass are refracted. WHY before they are shaded: keys move then. */
+static void pktrt__split_mark(pktrt__tile *tile, const pktrt__wave *w, uint32_t n) {
+  for (uint32_t i = 0; i < n; i++) tile->refracts[i] = w->key[i] != 1; /* reflected rays take the next key */
+}
+/* Notes what these rays have added: r / F - t / (1 - F). */
+static void pktrt__split_note(pktrt__tile *tile, const pktrt__wave *w, uint32_t n) {
+  for (uint32_t i = 0; i < n; i++) {
+    const uint32_t from = w->parent[i];
+    const float f = tile->fresnel[from], part = tile->refracts[i] ? f - 1 : f;
+    for (int a = 0; f > 0 && f < 1 && a < 3; a++) tile->fork[a][from] += w->weight[a][i] * w->radiance[a][i] / part;
+  }
+}
+/* Adds for the pixels of the n primary rays what following both was worth: D, and how often. */
+static void pktrt__split_end(pktrt__tile *tile, uint32_t n) {
+  for (uint32_t i = 0; i < n; i++) {
+    const float f = tile->fresnel[i], *const x = tile->fork[0], *const y = tile->fork[1], *const z = tile->fork[2];
+    if (!(f > 0 && f < 1)) continue;
+    tile->gain[tile->pixel[i]] += f * (1 - f) * (x[i] * x[i] + y[i] * y[i] + z[i] * z[i]);
+    tile->splits[tile->pixel[i]]++;
+  }
+}
+
 /* Traces and shades the n rays of a wave packet by packet, with all generations that follow, and adds their weighted
    radiance to the rays of the parent wave. Rays from `split` on are refracted; they are traced with the others unless
    statistics or the packet hook tell them apart. */
@@ -15256,6 +15311,8 @@ static void pktrt__wave_follow(pktrt__tile *tile, pktrt__wave *parent, pktrt__wa
   else memcpy(w->end, tile->packet, n * sizeof *w->end);
   for (uint32_t i = 0; PKTRT__STATS && tile->stats && i < n; i++)
     if (tile->deepest[w->root[i]] < depth) tile->deepest[w->root[i]] = (uint8_t)depth;
+  const bool splits = tile->render->splits && depth == 1;
+  if (splits) pktrt__split_mark(tile, w, n);
   for (uint32_t i = 0; i < n; i = w->end[i]) {
     tile->first = first, tile->one_by_one = tile->render->desc->assembly == PKTRT_ASSEMBLY_NONE;
     if (!traced && split < n) { /* by ray types: one packet */
@@ -15266,6 +15323,7 @@ static void pktrt__wave_follow(pktrt__tile *tile, pktrt__wave *parent, pktrt__wa
     }
     pktrt__wave_shade(tile, w, i, w->end[i] - i, depth);
   }
+  if (splits) pktrt__split_note(tile, w, n);
   for (int a = 0; a < 3; a++)
     for (uint32_t i = 0; i < n; i++) parent->radiance[a][w->parent[i]] += w->weight[a][i] * w->radiance[a][i];
 }
@@ -15408,6 +15466,7 @@ PKTRT__NOINLINE void pktrt__tile_run_wave(pktrt__tile *tile, uint32_t n) {
   pktrt__wave *w = &tile->primary;
   tile->one_by_one = false, tile->first = 0;
   pktrt__tile_camera_rays(tile, n);
+  if (tile->render->splits) memset(tile->fresnel, 0, sizeof tile->fresnel), memset(tile->fork, 0, sizeof tile->fork);
   if (PKTRT__DIELECTRIC && tile->render->starts_in_glass) pktrt__media_start_in_glass(tile, n);
   pktrt__wave_trace(tile, w, 0, n, n, 0, PKTRT_RAY_PRIMARY);
   const bool blind =
@@ -15416,6 +15475,7 @@ PKTRT__NOINLINE void pktrt__tile_run_wave(pktrt__tile *tile, uint32_t n) {
   for (uint32_t i = 0; i < n; i += step) pktrt__wave_shade(tile, w, i, n - i < step ? n - i : step, 0);
   for (uint32_t i = 0; i < n; i++)
     for (int a = 0; a < 3; a++) tile->sum[a][tile->pixel[i]] += (double)w->radiance[a][i];
+  if (tile->render->splits && tile->pass < PKTRT__PILOT) pktrt__split_end(tile, n);
   if (!PKTRT__STATS || !tile->stats) return;
   tile->stats->samples += n;
   for (uint32_t i = 0; i < n; i++) tile->stats->tree_depth += tile->deepest[i];
@@ -15462,11 +15522,21 @@ PKTRT__NOINLINE void pktrt__tile_write_pixels(const pktrt__tile *tile, const uin
     double mean[3];
     for (int a = 0; a < 3; a++) mean[a] = alone ? tile->sum[a][p] : tile->sum[a][p] / n;
     if (passes) pktrt__pass_add_mean(&passes->sums[own], mean, tile->pass + 1, to);
-    else
-      for (int a = 0; a < 3; a++) to[a] = pktrt__to_float(mean[a]);
+    if (tile->render->splits) passes->sums[own].gain += tile->gain[p], passes->sums[own].splits += tile->splits[p];
+    for (int a = 0; !passes && a < 3; a++) to[a] = pktrt__to_float(mean[a]);
     if (notes) pktrt__aov_add_pixel(tile, passes ? &passes->aovs[own] : NULL, p, at);
     if (d->sample_count) d->sample_count[at] = (tile->pass + 1) * tile->render->samples;
   }
+}
+
+/* Sets which pixels of a list send both rays from their first glass in this pass. */
+static void pktrt__split_begin(pktrt__tile *tile, const uint32_t *x, const uint32_t *y, uint32_t pixels) {
+  const bool all = !tile->render->splits || tile->pass < PKTRT__PILOT;
+  const pktrt__pass_sums *p = tile->render->passes;
+  memset(tile->gain, 0, sizeof tile->gain), memset(tile->splits, 0, sizeof tile->splits);
+  for (uint32_t i = 0; i < pixels; i++)
+    tile->split[i] =
+        all || p->cells[(size_t)(y[i] / PKTRT__PASS_CELL) * p->cell_columns + x[i] / PKTRT__PASS_CELL].split;
 }
 
 /* Renders a list of pixels, waves of `room` rays. */
@@ -15475,6 +15545,7 @@ static void pktrt__tile_render_pixels(pktrt__tile *tile, const uint32_t *x, cons
   const uint32_t samples = tile->render->samples;
   uint32_t n = 0;
   memset(tile->sum, 0, sizeof tile->sum);
+  if (tile->render->choose) pktrt__split_begin(tile, x, y, pixels);
   if (pktrt__aov_wanted(tile->render)) {
     memset(tile->hit_count, 0, sizeof tile->hit_count), memset(tile->depth, 0, sizeof tile->depth);
     memset(tile->normal, 0, sizeof tile->normal), memset(tile->albedo, 0, sizeof tile->albedo);
@@ -15596,7 +15667,7 @@ static bool pktrt__pass_make(pktrt__render_state *render, const uint32_t area[4]
   const pktrt_scene_desc *desc = &render->scene->desc;
   memset(p, 0, sizeof *p);
   if (render->most_passes == 1) return true;
-  p->x = area[0], p->y = area[1], p->w = area[2] - area[0], p->h = area[3] - area[1];
+  p->x = area[0], p->y = area[1], p->w = area[2] - area[0], p->h = area[3] - area[1], p->samples = render->samples;
   p->columns = (p->w + PKTRT_ERROR_BLOCK - 1) / PKTRT_ERROR_BLOCK;
   p->rows = (p->h + PKTRT_ERROR_BLOCK - 1) / PKTRT_ERROR_BLOCK;
   p->cell_columns = (p->w + PKTRT__PASS_CELL - 1) / PKTRT__PASS_CELL;
@@ -15637,14 +15708,16 @@ static double pktrt__pass_squared_error(const pktrt__pixel_sums *s, double n) { 
 /* Adds a cell's errors and means to those of its block, without pixels whose error is not finite. */
 static void pktrt__pass_sum_cell(const pktrt__pass_sums *p, uint32_t column, uint32_t row, pktrt__pass_block *b) {
   pktrt__pass_cell *cell = &p->cells[(size_t)row * p->cell_columns + column];
-  const double n = cell->done, each = 1 / n, part = n < 2 ? 0 : 1 / (n * (n - 1));
-  double spread = 0, squares = 0, red = 0, green = 0, blue = 0;
+  const double n = cell->done, each = 1 / n, part = n < 2 ? 0 : 1 / (n * (n - 1)),
+               all = (double)PKTRT__PILOT * p->samples;
+  double spread = 0, squares = 0, red = 0, green = 0, blue = 0, gain = 0, splits = 0;
   uint32_t area[4];
   pktrt__pass_square(p, PKTRT__PASS_CELL, column, row, area);
   for (uint32_t y = area[1]; y < area[3]; y++)
     for (const pktrt__pixel_sums *s = &p->sums[(size_t)y * p->w + area[0]], *end = s + (area[2] - area[0]); s < end;
          s++) {
       const double one = pktrt__pass_spread(s, n, each);
+      gain += (double)s->gain, splits += (double)s->splits;
       if (n < 2 || !(one < INFINITY)) {
         b->unknown++;
         continue;
@@ -15653,6 +15726,8 @@ static void pktrt__pass_sum_cell(const pktrt__pass_sums *p, uint32_t column, uin
     }
   squares *= part * part;
   cell->variance = spread * part * n;
+  /* With S samples in each of P pilot passes, D is gain / (P S^2), and g splits / (P S) over the number of pixels. */
+  cell->split = gain * (all * cell->pixels + splits) > cell->variance * splits * all * p->samples;
   b->pixels += cell->pixels, b->error[0] += spread * part, b->squares += squares;
   b->doubt += squares * 2 * n / (n + 1);
   b->mean[0] += red * each, b->mean[1] += green * each, b->mean[2] += blue * each;
@@ -15718,8 +15793,6 @@ static void pktrt__pass_estimate(const pktrt__render_state *render, double passe
    which cost c R. For a given cost the sum of errors is least if R is in proportion to q = sqrt(s / c), so that cells
    get more passes where these help more: R = max(done, scale q), for what is done is done. The scale that spends a
    budget, or reaches an error, follows from the cells whose R exceeds `done`: found by removing the others. */
-
-enum { PKTRT__PILOT = 2 }; /* passes that all cells get before errors are known */
 
 /* Returns s / c of a cell, a quarter of it that of the 3 x 3 cells around. WHY: two passes may miss what is rare. */
 static double pktrt__pass_cell_variance(const pktrt__pass_sums *p, uint32_t column, uint32_t row) {

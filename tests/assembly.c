@@ -486,6 +486,38 @@ static void branching_noise(void) {
   pktrt_scene_destroy(s);
 }
 
+/* Before a black floor the pane's two rays differ, and adaptive passes follow both; where all is alike, only those do
+   that all cells get. */
+static void adaptive_splitting(void) {
+  enum { N = 16, PASSES = 10, SAMPLES = 2 };
+  float got[N * N * 3];
+  for (int alike = 0; alike < 2; alike++) {
+    pktrt_scene *s = stage_open();
+    pktrt_material glass = material_of(0, PKTRT_SPECULAR_DIELECTRIC, 0), black = material_of(0, PKTRT_SPECULAR_NONE, 0);
+    quad pane = quad_of(vec_of(0, 0, 0), vec_of(0, 0, 20), vec_of(20, 0, 0));
+    quad floor = quad_of(vec_of(0, -1, 0), vec_of(0, 0, 90), vec_of(90, 0, 0));
+    stage_quad(s, &pane, stage_material(s, &glass));
+    if (!alike) stage_quad(s, &floor, stage_material(s, &black));
+    stage_commit(s);
+    for (int way = 0; way < 2; way++) {
+      pktrt_stats stats;
+      memset(&stats, 0, sizeof stats);
+      pktrt_render_desc d = stage_view(PKTRT_MODE_DRT, N, N, got, vec_of(0, 2, 1), vec_of(0, 0, 0));
+      d.background[0] = 1, d.samples = SAMPLES, d.passes = PASSES, d.adaptive = true, d.stats = &stats;
+      d.branching = way ? PKTRT_BRANCHING_CHOOSE : PKTRT_BRANCHING_BY_MODE;
+      stage_render(s, &d);
+      const uint64_t pilots = 2 * SAMPLES * N * N, in = stats.by_depth[0].hits, out = stats.by_depth[1].rays;
+      say("%s, %s: %llu rays from %llu", alike ? "alike" : "different", way ? "choosing" : "as passes find",
+          (unsigned long long)out, (unsigned long long)in);
+      CHECK(in == stats.samples && out == (way     ? in
+                                           : alike ? in + pilots
+                                                   : 2 * in),
+            "%llu rays from %llu", (unsigned long long)out, (unsigned long long)in);
+    }
+    pktrt_scene_destroy(s);
+  }
+}
+
 /* --- depth and attenuation: between two mirrors --- */
 
 static pktrt_scene *between_mirrors(double reflectance) {
@@ -567,6 +599,7 @@ void suite_assembly(void) {
   run("choosing at glass, N rays in are N rays out", n_in_n_out);
   run("choosing at glass has the mean of following both", branching_mean);
   run("choosing at glass is noise that following both does not have", branching_noise);
+  run("adaptive passes follow both rays at the first glass where choosing would be noise", adaptive_splitting);
   run("max_depth is the depth of the ray tree", depth_limit);
   run("attenuation cuts off what could add less, and no more", attenuation);
 }

@@ -13053,48 +13053,49 @@ PKTRT__COLD bool pktrt__light_order(pktrt__render_state *render) {
 /* Weighs what light of a cluster surfaces within `r2` of a point may get, as pktrt__light_weigh_cluster does, and less if
    it lies below. */
 static double pktrt__light_weigh_for(const pktrt__light_cluster *c, const pktrt__light_view *from, double r2) {
-  const double x = c->middle[0] - from->point[0], y = c->middle[1] - from->point[1], z = c->middle[2] - from->point[2];
-  const double d2 = x * x + y * y + z * z;
+  const double to[3] = {c->middle[0] - from->point[0], c->middle[1] - from->point[1], c->middle[2] - from->point[2]};
+  const double d2 = pktrt__dot(to, to);
   if (!(d2 > 4 * (c->r2 + r2))) return c->area / pktrt__max(pktrt__max(d2, c->r2 + r2), 1e-200); /* a point: 0 */
-  const double each = 1 / sqrt(d2), along = -(x * c->facing[0] + y * c->facing[1] + z * c->facing[2]) * each;
-  const double up = (x * from->normal[0] + y * from->normal[1] + z * from->normal[2]) * each;
-  return (pktrt__light_projected_area(c, along, 1) + c->area / 32) * each * each *
-         pktrt__min(1, pktrt__max(up + 0.75, 1.0 / 32));
+  const double d = sqrt(d2), each = 1 / pktrt__max(d2, 1e-140), along = -pktrt__dot(to, c->facing);
+  const double up = pktrt__dot(to, from->normal) + 0.75 * d;
+  return (pktrt__light_projected_area(c, along, d) + c->area * d * (1.0 / 32)) *
+         pktrt__min(d, pktrt__max(up, d * (1.0 / 32))) * (each * each);
 }
 
 /* Cuts the tree for surfaces within `r2` of a point: opens clusters that are near. WHY: what of them is seen is told by
    their parts alone, and a light close by would be chosen as rarely as all others of its cluster. */
 static void pktrt__light_cut_tree(const pktrt__render_state *render, const pktrt__light_view *from, double r2,
                                   pktrt__light_cut *cut) {
-  uint32_t at[PKTRT__LIGHT_CUT], first[PKTRT__LIGHT_CUT], n[PKTRT__LIGHT_CUT], top = 1;
+  uint32_t at[PKTRT__LIGHT_CUT], first[PKTRT__LIGHT_CUT], n[PKTRT__LIGHT_CUT], top = 1, count = 0;
   double sum = 0;
-  at[0] = first[0] = 0, n[0] = render->finite, cut->count = 0;
+  at[0] = first[0] = 0, n[0] = render->finite;
   while (top--) {
     const uint32_t i = at[top], begin = first[top], lights = n[top];
     const pktrt__light_cluster *c = &render->tree[i];
-    const bool opens = pktrt__distance2(from->point, c->middle) < 4 * (c->r2 + r2);
-    if (lights > 1 && opens && cut->count + top + 2 <= PKTRT__LIGHT_CUT) {
+    const double x = from->point[0] - c->middle[0], y = from->point[1] - c->middle[1],
+                 z = from->point[2] - c->middle[2];
+    if (lights > 1 && x * x + y * y + z * z < 4 * (c->r2 + r2) && count + top + 2 <= PKTRT__LIGHT_CUT) {
       at[top] = i + 2 * (lights / 2), first[top] = begin + lights / 2, n[top++] = lights - lights / 2;
       at[top] = i + 1, first[top] = begin, n[top++] = lights / 2;
       continue;
     }
-    sum += pktrt__light_weigh_for(c, from, r2);
-    cut->at[cut->count] = i, cut->first[cut->count] = begin, cut->n[cut->count] = lights;
-    cut->sum[cut->count++] = sum;
+    cut->at[count] = i, cut->first[count] = begin, cut->n[count++] = lights;
   }
+  for (uint32_t i = 0; i < count; i++) cut->sum[i] = sum += pktrt__light_weigh_for(&render->tree[cut->at[i]], from, r2);
+  cut->count = count;
 }
 
 /* Returns the cut for a surface, from those that a tile has made. WHY by cells: neighbours share it, and what it is depends on
    where the surface is alone, not on who came before. */
 static const pktrt__light_cut *pktrt__light_cut_for(const pktrt__render_state *render, const pktrt__light_view *from,
                                                     pktrt__light_cut *cuts) {
-  const double size = sqrt(render->tree->r2) / 128;
+  const double size = sqrt(render->tree->r2) / 128, inverse = size > 0 ? 1 / size : 0;
   pktrt__light_view view;
   int32_t cell[4] = {0, 0, 0, 0};
   uint32_t hash = 0;
   memset(&view, 0, sizeof view);
   for (int a = 0; a < 3; a++) {
-    const double x = size > 0 ? (from->point[a] - render->tree->middle[a]) / size : 0;
+    const double x = (from->point[a] - render->tree->middle[a]) * inverse;
     cell[a] = (int32_t)pktrt__min(pktrt__max(x < 0 ? x - 1 : x, -1e9), 1e9);
     view.point[a] = render->tree->middle[a] + (cell[a] + 0.5) * size;
     hash = hash * 0x9E3779B1u + (uint32_t)cell[a];
@@ -13111,31 +13112,40 @@ static const pktrt__light_cut *pktrt__light_cut_for(const pktrt__render_state *r
   return cut;
 }
 
-/* Chooses a light for a surface by u in [0,1); *share receives one over its probability. */
-static uint32_t pktrt__light_choose_one(const pktrt__render_state *render, pktrt__light_cut *cuts,
-                                        const pktrt__light_view *from, double u, double *share) {
+/* Where a choice of a light stands: at a cluster of n lights, the first of which lies at a place of `ordered`. */
+typedef struct pktrt__light_descent {
+  const pktrt__light_cluster *c;
+  uint32_t first, n;
+  double u, share; /* uniform in [0,1), and one over the probability so far */
+} pktrt__light_descent;
+
+/* Begins to choose a light for a surface by u in [0,1). */
+static void pktrt__light_choose_part(const pktrt__render_state *render, pktrt__light_cut *cuts,
+                                     const pktrt__light_view *from, double u, pktrt__light_descent *to) {
   const uint32_t infinite = render->scene->light_count - render->finite, ways = infinite + (render->finite > 0);
   const uint32_t way = (uint32_t)(u * ways) < ways ? (uint32_t)(u * ways) : ways - 1;
-  *share = ways;
-  if (way < infinite) return render->ordered[render->finite + way];
+  to->c = NULL, to->first = render->finite + way, to->n = 1, to->share = ways;
+  if (way < infinite) return;
   const pktrt__light_cut *cut = pktrt__light_cut_for(render, from, cuts);
   const double all = cut->sum[cut->count - 1], want = (u * ways - infinite) * all;
   uint32_t i = 0;
   for (uint32_t step = PKTRT__LIGHT_CUT / 2; step; step /= 2)
     if (i + step < cut->count && cut->sum[i + step - 1] <= want) i += step;
   const double before = i ? cut->sum[i - 1] : 0, part = cut->sum[i] - before;
-  uint32_t first = cut->first[i], n = cut->n[i];
-  const pktrt__light_cluster *c = &render->tree[cut->at[i]];
-  u = part > 0 ? (want - before) / part : 0, *share *= part > 0 ? all / part : cut->count;
-  while (n > 1) {
-    const double left = pktrt__light_weigh_for(c + 1, from, 0),
-                 right = pktrt__light_weigh_for(c + 2 * (n / 2), from, 0);
-    const double both = left + right, t = u * both, inverse = 1 / pktrt__max(t < left ? left : right, DBL_MIN);
-    *share *= both * inverse;
-    if (t < left) c += 1, n = n / 2, u = t * inverse;
-    else c += 2 * (n / 2), first += n / 2, n -= n / 2, u = (t - left) * inverse;
-  }
-  return render->ordered[first];
+  to->c = &render->tree[cut->at[i]], to->first = cut->first[i], to->n = cut->n[i];
+  to->u = part > 0 ? (want - before) / part : 0, to->share *= part > 0 ? all / part : cut->count;
+}
+
+/* Chooses the half of a cluster in which it goes on, without branches: nothing foretells which. */
+static void pktrt__light_choose_half(const pktrt__light_view *from, pktrt__light_descent *at) {
+  const uint32_t half = at->n / 2;
+  const double left = pktrt__light_weigh_for(at->c + 1, from, 0),
+               weight[2] = {left, pktrt__light_weigh_for(at->c + 2 * half, from, 0)};
+  const double both = left + weight[1], t = at->u * both;
+  const uint32_t right = !(t < left);
+  const double inverse = 1 / pktrt__max(weight[right], DBL_MIN);
+  at->share *= both * inverse, at->u = (t - right * left) * inverse;
+  at->c += 1 + right * (2 * half - 1), at->first += right * half, at->n = half + right * (at->n - 2 * half);
 }
 
 /* Tells whether rays of lobes share what they find of a light with its samples: if that is the same light. */
@@ -14856,15 +14866,26 @@ PKTRT__NOINLINE void pktrt__light_view_of(const pktrt__wave *w, const pktrt__sur
   v->time = w->rays.time[s->first + k];
 }
 
-/* Chooses a light for each surface. */
+/* Chooses a light for each surface. WHY level by level: what one surface waits for, a processor computes for others. */
 static void pktrt__light_choose(pktrt__tile *tile, const pktrt__wave *w) {
+  enum { TOGETHER = 64 };
   const pktrt__surfaces *s = &tile->surfaces;
+  pktrt__light_descent at[TOGETHER];
+  pktrt__light_view from[TOGETHER];
   pktrt__tile_draw_all(tile, 3, 1);
-  for (uint32_t k = 0; k < s->count; k++) {
-    pktrt__light_view from;
-    pktrt__light_view_of(w, s, k, &from);
-    tile->chosen[k] =
-        pktrt__light_choose_one(tile->render, tile->cuts, &from, (double)tile->draws.u[3][k], &tile->share[k]);
+  for (uint32_t k = 0; k < s->count; k += TOGETHER) {
+    const uint32_t n = s->count - k < TOGETHER ? s->count - k : TOGETHER;
+    for (uint32_t i = 0; i < n; i++) {
+      pktrt__light_view_of(w, s, k + i, &from[i]);
+      pktrt__light_choose_part(tile->render, tile->cuts, &from[i], (double)tile->draws.u[3][k + i], &at[i]);
+    }
+    for (bool on = true; on;) {
+      on = false;
+      for (uint32_t i = 0; i < n; i++)
+        if (at[i].n > 1) pktrt__light_choose_half(&from[i], &at[i]), on = true;
+    }
+    for (uint32_t i = 0; i < n; i++)
+      tile->chosen[k + i] = tile->render->ordered[at[i].first], tile->share[k + i] = at[i].share;
   }
 }
 

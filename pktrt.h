@@ -2637,12 +2637,23 @@ static void pktrt__block_find_source(const pktrt__bvh *bvh, uint32_t block, uint
   if (PKTRT__UNLIKELY(r.hides)) pktrt__block_hide(tri, reader, s);
 }
 
-/* The kernels of builds and refits: >>fit. The first tells which lanes of a block's vertices at a key have area. The
-   second fits bounds and child orders of a run of nodes whose blocks, and nodes below in other runs, are done; it
-   returns the sum of the children's areas over all keys. */
+#ifndef PKTRT_NO_RENDER
+struct pktrt__light_target;
+struct pktrt__surfaces;
+struct pktrt__light_samples;
+#endif
+/* The kernels of builds and refits, >>fit, and of samples of lights, >>shade. The first tells which lanes of a block's
+   vertices at a key have area. The second fits bounds and child orders of a run of nodes whose blocks, and nodes below
+   in other runs, are done; it returns the sum of the children's areas over all keys. The third samples points of a
+   quad, a sphere or an environment without a table, and their factors, by u and v for all surfaces; factors of those
+   that take a closer look are -1, and it tells whether there are any. */
 typedef struct pktrt__fit_table {
   uint32_t (*lanes_with_area)(const float *vertices);
   double (*nodes)(const pktrt__bvh *, uint32_t first, uint32_t count);
+#ifndef PKTRT_NO_RENDER
+  bool (*sample_light)(const pktrt_light *, const struct pktrt__light_target *, const float *u, const float *v,
+                       const struct pktrt__surfaces *, struct pktrt__light_samples *);
+#endif
 } pktrt__fit_table;
 static const pktrt__fit_table *pktrt__fit_table_of(pktrt_isa);
 
@@ -5087,6 +5098,14 @@ PKTRT__INLINE float pktrt__material_ior(const pktrt_material *mat, int a) {
   return mat->ior[a] > 0 ? mat->ior[a] : 1.5f;
 }
 
+#define PKTRT__PI 3.14159265358979323846
+/* The series of sine and cosine, from the last term on; see pktrt__math_sincos. */
+static const double pktrt__math_sine_terms[7] = {-1.0 / 1307674368000, 1.0 / 6227020800, -1.0 / 39916800, 1.0 / 362880,
+                                                 -1.0 / 5040,          1.0 / 120,        -1.0 / 6};
+static const double pktrt__math_cosine_terms[8] = {
+    1.0 / 20922789888000, -1.0 / 87178291200, 1.0 / 479001600, -1.0 / 3628800, 1.0 / 40320, -1.0 / 720, 1.0 / 24, -0.5};
+#define PKTRT__DISK_LEAST 1e-30 /* less than any coordinate but 0 in pktrt__map_to_disk */
+
 static bool pktrt__material_has_lobe(const pktrt_material *mat) {
   return mat->lobe == PKTRT_LOBE_PHONG && pktrt__specular_rows[mat->specular].lobes;
 }
@@ -5162,10 +5181,6 @@ typedef struct pktrt__kernel_table {
                              const pktrt__wave *, pktrt__surfaces *);
   void (*shadow_rays)(const pktrt_scene *, const pktrt__light_target *, const pktrt__wave *, pktrt__surfaces *,
                       pktrt__shadow_rays *);
-  /* Samples points of a quad, and their factors, by u and v for all surfaces; factors of those that it is near to are
-     -1. Tells whether there are any. */
-  bool (*sample_quads)(const pktrt_light *, const pktrt__light_target *, const float *u, const float *v,
-                       const pktrt__surfaces *, pktrt__light_samples *);
   uint32_t (*visibility)(const pktrt__glass_boxes *, const pktrt__batch *, float (*seen)[PKTRT__ROW], uint32_t n,
                          uint32_t *lane);
   void (*add_direct_light)(pktrt__surfaces *, const uint32_t *surface, float (*arriving)[PKTRT__ROW],
@@ -5476,6 +5491,7 @@ PKTRT__COLD const char *pktrt__check_sentence(uint32_t faults) {
 #define dmax PKTRT__NAME(pktrt__dmax)
 #define dabs PKTRT__NAME(pktrt__dabs)
 #define dlt PKTRT__NAME(pktrt__dlt)
+#define dsel PKTRT__NAME(pktrt__dsel)
 #define dto PKTRT__NAME(pktrt__dto)
 #define vmax_abs PKTRT__NAME(pktrt__vmax_abs)
 #define vmax_abs3 PKTRT__NAME(pktrt__vmax_abs3)
@@ -5502,8 +5518,8 @@ PKTRT__COLD const char *pktrt__check_sentence(uint32_t faults) {
 #else
 #define PKTRT__WITH_FEW_INSTANCES 0
 #endif
-/* The instruction sets with kernels for builds and refits. WHY not all: 512 bits would gain nothing here, and the set
-   that every x86 or ARM has serves scalar scenes as well, with the same bits and less code. */
+/* The instruction sets with kernels for builds, refits and samples of lights. WHY not all: 512 bits would gain nothing
+   here, and the set that every x86 or ARM has serves scalar scenes as well, with the same bits and less code. */
 #if PKTRT__STAMP == PKTRT__STAMP_AVX2 || PKTRT__STAMP == PKTRT__STAMP_SSE2 || PKTRT__STAMP == PKTRT__STAMP_NEON || \
     (PKTRT__STAMP == PKTRT__STAMP_SCALAR && !defined(PKTRT__HAS_SSE2) && !defined(PKTRT__HAS_NEON)) ||             \
     !(defined(PKTRT__HAS_SCALAR) || defined(PKTRT__HAS_SSE2) || defined(PKTRT__HAS_AVX2))
@@ -5635,6 +5651,7 @@ OP d8 ddiv(d8 a, d8 b) { return _mm512_div_pd(a, b); }
 OP d8 dmax(d8 a, d8 b) { return _mm512_max_pd(a, b); }
 OP d8 dabs(d8 a) { return _mm512_abs_pd(a); }
 OP m8 dlt(d8 a, d8 b) { return _mm512_cmp_pd_mask(a, b, _CMP_LT_OQ); }
+OP d8 dsel(m8 m, d8 a, d8 b) { return _mm512_mask_blend_pd(m, b, a); }
 OP v8 dto(d8 a) { return _mm512_cvtpd_ps(a); }
 
 typedef __m512i a8; /* eight ray masks, one per child */
@@ -5731,6 +5748,11 @@ OP m8 dlt(d8 a, d8 b) {
   const __m256 h = _mm256_castpd_ps(_mm256_cmp_pd(a.h, b.h, _CMP_LT_OQ));
   const __m256d mixed = _mm256_castps_pd(_mm256_shuffle_ps(l, h, 0x88)); /* l01 h01 l23 h23 */
   return _mm256_castpd_ps(_mm256_permute4x64_pd(mixed, 0xD8));
+}
+OP d8 dsel(m8 m, d8 a, d8 b) {
+  const __m128i l = _mm_castps_si128(_mm256_castps256_ps128(m)), h = _mm_castps_si128(_mm256_extractf128_ps(m, 1));
+  return d8_of(_mm256_blendv_pd(b.l, a.l, _mm256_castsi256_pd(_mm256_cvtepi32_epi64(l))),
+               _mm256_blendv_pd(b.h, a.h, _mm256_castsi256_pd(_mm256_cvtepi32_epi64(h))));
 }
 OP v8 dto(d8 a) { return _mm256_set_m128(_mm256_cvtpd_ps(a.h), _mm256_cvtpd_ps(a.l)); }
 #endif
@@ -5831,6 +5853,7 @@ PKTRT__DIVIDES_BY_ZERO OP d8 ddiv(d8 a, d8 b) { PKTRT__EACH(d8, r.d[i] = a.d[i] 
 OP d8 dmax(d8 a, d8 b) { PKTRT__EACH(d8, r.d[i] = a.d[i] > b.d[i] ? a.d[i] : b.d[i]); }
 OP d8 dabs(d8 a) { PKTRT__EACH(d8, r.d[i] = fabs(a.d[i])); }
 OP m8 dlt(d8 a, d8 b) { PKTRT__COMPARE(a.d[i] < b.d[i]); }
+OP d8 dsel(m8 m, d8 a, d8 b) { PKTRT__EACH(d8, r.d[i] = m >> i & 1 ? a.d[i] : b.d[i]); }
 OP v8 dto(d8 a) { PKTRT__EACH(v8, r.f[i] = pktrt__to_float(a.d[i])); }
 #undef PKTRT__EACH
 #undef PKTRT__COMPARE
@@ -5867,6 +5890,10 @@ OP pktrt__qm pktrt__q2lt(const pktrt__q2 *a, const pktrt__q2 *b) {
   const __m128 l = _mm_castpd_ps(_mm_cmplt_pd(a[0], b[0])), h = _mm_castpd_ps(_mm_cmplt_pd(a[1], b[1]));
   return _mm_shuffle_ps(l, h, 0x88);
 }
+OP pktrt__q2 pktrt__q2sel(pktrt__qm m, const int high, pktrt__q2 a, pktrt__q2 b) {
+  const __m128d wide = _mm_castps_pd(high ? _mm_unpackhi_ps(m, m) : _mm_unpacklo_ps(m, m));
+  return _mm_or_pd(_mm_and_pd(wide, a), _mm_andnot_pd(wide, b));
+}
 
 #else /* NEON; its min and max treat NaN and zeros differently, hence the selections */
 
@@ -5892,6 +5919,10 @@ OP pktrt__q2 pktrt__q2low(pktrt__q4 a) { return vcvt_f64_f32(vget_low_f32(a)); }
 OP pktrt__q4 pktrt__qfrom2(const pktrt__q2 *q) { return vcombine_f32(vcvt_f32_f64(q[0]), vcvt_f32_f64(q[1])); }
 OP pktrt__qm pktrt__q2lt(const pktrt__q2 *a, const pktrt__q2 *b) {
   return vcombine_u32(vmovn_u64(vcltq_f64(a[0], b[0])), vmovn_u64(vcltq_f64(a[1], b[1])));
+}
+OP pktrt__q2 pktrt__q2sel(pktrt__qm m, const int high, pktrt__q2 a, pktrt__q2 b) {
+  const int32x4_t wide = vreinterpretq_s32_u32(m);
+  return vbslq_f64(vreinterpretq_u64_s64(vmovl_s32(high ? vget_high_s32(wide) : vget_low_s32(wide))), a, b);
 }
 
 #endif
@@ -5981,6 +6012,7 @@ OP d8 ddiv(d8 a, d8 b) { PKTRT__EACH(PKTRT__Q(_mm_div_pd, vdivq_f64)(a.q[i], b.q
 OP d8 dmax(d8 a, d8 b) { PKTRT__EACH(PKTRT__Q(_mm_max_pd, pktrt__q2max)(a.q[i], b.q[i])); }
 OP d8 dabs(d8 a) { PKTRT__EACH(PKTRT__Q(pktrt__q2abs, vabsq_f64)(a.q[i])); }
 OP m8 dlt(d8 a, d8 b) { PKTRT__OF(m8, pktrt__q2lt(a.q, b.q), pktrt__q2lt(a.q + 2, b.q + 2)); }
+OP d8 dsel(m8 m, d8 a, d8 b) { PKTRT__EACH(pktrt__q2sel(i < 2 ? m.l : m.h, i % 2, a.q[i], b.q[i])); }
 OP v8 dto(d8 a) { PKTRT__OF(v8, pktrt__qfrom2(a.q), pktrt__qfrom2(a.q + 2)); }
 #undef PKTRT__EACH
 #undef PKTRT__TWO
@@ -6281,7 +6313,10 @@ typedef __mmask16 mf;
 #define pktrt__lanes_unhit PKTRT__NAME(pktrt__lanes_unhit)
 #define pktrt__light_add PKTRT__NAME(pktrt__light_add)
 #define pktrt__light_locate PKTRT__NAME(pktrt__light_locate)
-#define pktrt__light_sample_quads PKTRT__NAME(pktrt__light_sample_quads)
+#define pktrt__light_sample_all PKTRT__NAME(pktrt__light_sample_all)
+#define pktrt__light_sample_quad8 PKTRT__NAME(pktrt__light_sample_quad8)
+#define pktrt__light_sample_sky8 PKTRT__NAME(pktrt__light_sample_sky8)
+#define pktrt__light_sample_sphere8 PKTRT__NAME(pktrt__light_sample_sphere8)
 #define pktrt__light_shadow_rays PKTRT__NAME(pktrt__light_shadow_rays)
 #define pktrt__light_shadow_rays8 PKTRT__NAME(pktrt__light_shadow_rays8)
 #define pktrt__light_visibility PKTRT__NAME(pktrt__light_visibility)
@@ -6404,16 +6439,18 @@ typedef __mmask16 mf;
 #define pktrt__tri_shear_turn PKTRT__NAME(pktrt__tri_shear_turn)
 #define pktrt__tri_shear_of PKTRT__NAME(pktrt__tri_shear_of)
 #define pktrt__tri_single_block PKTRT__NAME(pktrt__tri_single_block)
+#define pktrt__vec_along PKTRT__NAME(pktrt__vec_along)
 #define pktrt__vec_on_grid PKTRT__NAME(pktrt__vec_on_grid)
 #define pktrt__vec_ddot PKTRT__NAME(pktrt__vec_ddot)
 #define pktrt__vec_dfrom3 PKTRT__NAME(pktrt__vec_dfrom3)
 #define pktrt__vec_dload3 PKTRT__NAME(pktrt__vec_dload3)
 #define pktrt__vec_dmax_abs3 PKTRT__NAME(pktrt__vec_dmax_abs3)
 #define pktrt__vec_dot PKTRT__NAME(pktrt__vec_dot)
-#define pktrt__vec_dselect PKTRT__NAME(pktrt__vec_dselect)
 #define pktrt__vec_dset3 PKTRT__NAME(pktrt__vec_dset3)
+#define pktrt__vec_disk PKTRT__NAME(pktrt__vec_disk)
 #define pktrt__vec_load3 PKTRT__NAME(pktrt__vec_load3)
 #define pktrt__vec_normalise PKTRT__NAME(pktrt__vec_normalise)
+#define pktrt__vec_sincos PKTRT__NAME(pktrt__vec_sincos)
 #define pktrt__vec_store3 PKTRT__NAME(pktrt__vec_store3)
 
 /* >>setup ---------------------------------------------------------------------------------------------------------- */
@@ -9056,12 +9093,6 @@ LONG bool pktrt__surface_gather_normals(const pktrt_scene *scene, const float *t
   return any;
 }
 
-/* Selects a where m is set, else b, both finite. */
-STEP d8 pktrt__vec_dselect(m8 m, d8 a, d8 b) {
-  const d8 first = dfrom(vsel(m, vset(1), vset(0)));
-  return dadd(dmul(first, a), dmul(dsub(dset(1), first), b));
-}
-
 /* Finds the points of surfaces i to i + 7 by their corners and edges, as pktrt__spawn_find does. Returns B of >>spawn. */
 LONG_STEP d8 pktrt__surface_point8(const pktrt__batch *b, uint32_t at, const v8 p0[3], d8 e[2][3], pktrt__surfaces *s,
                                    uint32_t i) {
@@ -9071,7 +9102,7 @@ LONG_STEP d8 pktrt__surface_point8(const pktrt__batch *b, uint32_t at, const v8 
     const d8 way = dmul(t, dfrom(vload(b->d[a] + at))), by_t = dadd(dfrom(vload(b->o[a] + at)), way);
     const m8 nearer =
         dlt(dmul(dset(PKTRT__ERROR_T), dabs(way)), dmul(dset(PKTRT__ERROR_UV), dadd(dabs(e[0][a]), dabs(e[1][a]))));
-    q[a] = pktrt__vec_dselect(nearer, dsub(by_t, dfrom(p0[a])), dadd(dmul(u, e[0][a]), dmul(v, e[1][a])));
+    q[a] = dsel(nearer, dsub(by_t, dfrom(p0[a])), dadd(dmul(u, e[0][a]), dmul(v, e[1][a])));
   }
   UNROLL for (int a = 0; a < 3; a++) n[a] =
       dsub(dmul(e[0][(a + 1) % 3], e[1][(a + 2) % 3]), dmul(e[0][(a + 2) % 3], e[1][(a + 1) % 3]));
@@ -9079,7 +9110,7 @@ LONG_STEP d8 pktrt__surface_point8(const pktrt__batch *b, uint32_t at, const v8 
   const d8 size =
       dmul(pktrt__vec_dmax_abs3(e[0][0], e[0][1], e[0][2]), pktrt__vec_dmax_abs3(e[1][0], e[1][1], e[1][2]));
   const m8 sharp = dlt(dmul(size, dset(PKTRT__CALM_NORMAL)), most);
-  ROLL_OUT for (int a = 0; a < 3; a++) n[a] = pktrt__vec_dselect(sharp, n[a], dfrom(vload(b->as.hit.normal[a] + at)));
+  ROLL_OUT for (int a = 0; a < 3; a++) n[a] = dsel(sharp, n[a], dfrom(vload(b->as.hit.normal[a] + at)));
   const d8 along = ddiv(dadd(dadd(dmul(n[0], q[0]), dmul(n[1], q[1])), dmul(n[2], q[2])),
                         dadd(dadd(dmul(n[0], n[0]), dmul(n[1], n[1])), dmul(n[2], n[2])));
   ROLL_OUT for (int a = 0; a < 3; a++) {
@@ -9090,7 +9121,7 @@ LONG_STEP d8 pktrt__surface_point8(const pktrt__batch *b, uint32_t at, const v8 
   }
   const d8 known = dmax(ddiv(dmul(dset(PKTRT__ERROR_PLANE), size), dmax(most, dset(DBL_EPSILON * FLT_MIN))),
                         dset(PKTRT__ERROR_LEAST));
-  return dmul(sum, pktrt__vec_dselect(sharp, known, dset(PKTRT__ERROR_NEEDLE)));
+  return dmul(sum, dsel(sharp, known, dset(PKTRT__ERROR_NEEDLE)));
 }
 
 /* Computes how far rays start from surfaces i to i + 7, of unit normals n: h of >>spawn, or where nobody sees it more, so
@@ -9364,34 +9395,117 @@ static void pktrt__light_shadow_rays(const pktrt_scene *scene, const pktrt__ligh
     if (s->lit[i / 8]) pktrt__light_shadow_rays8(scene, l, w, s, i, s->lit[i / 8], sh);
 }
 
-/* Does operation by operation what pktrt__light_sample_quad does, so that one may take the place of the other. */
-LONG bool pktrt__light_sample_quads(const pktrt_light *l, const pktrt__light_target *t, const float *u, const float *v,
-                                    const pktrt__surfaces *s, pktrt__light_samples *g) {
-  uint32_t close = 0;
-  for (uint32_t i = 0; i < s->count; i += 8) {
-    const d8 x = dfrom(vload(u + i)), y = dfrom(vload(v + i)), zero = dset(0);
-    d8 d2 = zero, r2 = zero, height = zero, least = zero;
-    ROLL_OUT for (int a = 0; a < 3; a++) {
-      const d8 from = dload(s->point[a] + i), to = dsub(dset((double)l->position[a]), from);
-      const d8 across = dadd(dmul(x, dset((double)l->edge[0][a])), dmul(y, dset((double)l->edge[1][a])));
-      const d8 middle = dsub(from, dset(t->at[a])), at = dadd(dadd(from, to), across), way = dsub(at, from);
-      height = dadd(height, dmul(to, dset(t->facing[a]))), least = dadd(least, dabs(from));
-      d2 = dadd(d2, dmul(middle, middle)), r2 = dadd(r2, dmul(way, way));
-      dstore(g->at[a] + i, at);
-    }
-    height = dsub(zero, height), least = dmul(dset(16 * PKTRT__ERROR_PLANE), least);
-    const d8 spread = ddiv(dmul(dset(t->area), height), dmul(r2, dsqrt(r2)));
-    const uint32_t all = pktrt__lanes_first(s->count - i), before = all & mbits(dlt(least, height)),
-                   near_ = before & mbits(dlt(d2, dset(t->near2)));
-    dstore(g->factor + i, dmul(spread, dset(t->strength)));
-    for (uint32_t m = 0xFF & (~before | near_); m; m &= m - 1) {
-      const uint32_t k = pktrt__lowest_bit(m);
-      g->factor[i + k] = near_ >> k & 1 ? -1 : 0;
-    }
-    close |= near_;
+#if PKTRT__WITH_FIT
+/* Here eight surfaces sample a light. Each step does operation by operation what its namesake does for one, so that one
+   may take the place of the other. */
+
+/* Turns p[0] to sine and cosine, as pktrt__math_sincos does. */
+SMALL void pktrt__vec_sincos(d8 p[2]) {
+  const d8 x = p[0], q = dmul(x, x);
+  d8 s = dset(0), c = dset(pktrt__math_cosine_terms[0]);
+  for (int k = 0; k < 7; k++) {
+    s = dmul(dadd(s, dset(pktrt__math_sine_terms[k])), q);
+    c = dadd(dmul(c, q), dset(pktrt__math_cosine_terms[k + 1]));
   }
-  return close != 0;
+  p[0] = dadd(x, dmul(x, s)), p[1] = dadd(dset(1), dmul(c, q));
 }
+
+/* Takes points p of the square to the disk, as pktrt__map_to_disk does. */
+SMALL void pktrt__vec_disk(d8 p[2]) {
+  const d8 one = dset(1), a = dsub(dadd(p[0], p[0]), one), b = dsub(dadd(p[1], p[1]), one);
+  const m8 wide = dlt(dabs(b), dabs(a));
+  const d8 along = dsel(wide, a, b), size = dmax(dabs(along), dset(PKTRT__DISK_LEAST));
+  p[0] = dmul(ddiv(dsel(wide, b, a), size), dset(PKTRT__PI / 4));
+  pktrt__vec_sincos(p);
+  const d8 s = dmul(size, p[0]), c = dmul(along, p[1]);
+  p[0] = dsel(wide, c, s), p[1] = dsel(wide, s, c);
+}
+
+/* Turns vectors p as z is turned to the unit vectors n, as pktrt__map_along does. */
+SMALL void pktrt__vec_along(const d8 n[3], d8 p[3]) {
+  const d8 one = dset(1), minus = dset(-1), sign = dsel(dlt(n[2], dset(0)), minus, one);
+  const d8 a = ddiv(minus, dadd(sign, n[2])), c = dmul(dmul(n[0], n[1]), a), w = dmul(sign, n[0]);
+  const d8 t[3] = {dadd(one, dmul(dmul(w, n[0]), a)), dmul(sign, c), dmul(minus, w)};
+  const d8 b[3] = {c, dadd(sign, dmul(dmul(n[1], n[1]), a)), dmul(minus, n[1])}, x = p[0], y = p[1], z = p[2];
+  ROLL_OUT for (int k = 0; k < 3; k++) p[k] = dadd(dmul(z, n[k]), dadd(dmul(x, t[k]), dmul(y, b[k])));
+}
+
+/* Samples a quad at p. Returns which of the surfaces it is near to. */
+SMALL uint32_t pktrt__light_sample_quad8(const pktrt_light *l, const pktrt__light_target *t, const d8 p[2],
+                                         const pktrt__surfaces *s, uint32_t i, pktrt__light_samples *g) {
+  const d8 zero = dset(0);
+  d8 d2 = zero, r2 = zero, height = zero, least = zero;
+  ROLL_OUT for (int a = 0; a < 3; a++) {
+    const d8 from = dload(s->point[a] + i), to = dsub(dset((double)l->position[a]), from);
+    const d8 across = dadd(dmul(p[0], dset((double)l->edge[0][a])), dmul(p[1], dset((double)l->edge[1][a])));
+    const d8 middle = dsub(from, dset(t->at[a])), at = dadd(dadd(from, to), across), way = dsub(at, from);
+    height = dadd(height, dmul(to, dset(t->facing[a]))), least = dadd(least, dabs(from));
+    d2 = dadd(d2, dmul(middle, middle)), r2 = dadd(r2, dmul(way, way));
+    dstore(g->at[a] + i, at);
+  }
+  height = dsub(zero, height), least = dmul(dset(16 * PKTRT__ERROR_PLANE), least);
+  const d8 spread = ddiv(dmul(dset(t->area), height), dmul(r2, dsqrt(r2)));
+  const m8 before = dlt(least, height);
+  dstore(g->factor + i, dsel(before, dmul(spread, dset(t->strength)), zero));
+  return mbits(before) & mbits(dlt(d2, dset(t->near2)));
+}
+
+/* Samples a sphere at p. Returns which of the surfaces are not outside it. */
+SMALL uint32_t pktrt__light_sample_sphere8(const pktrt_light *l, const pktrt__light_target *t, d8 p[3],
+                                           const pktrt__surfaces *s, uint32_t i, pktrt__light_samples *g) {
+  const d8 one = dset(1), zero = dset(0), r2 = dset((double)l->radius * (double)l->radius);
+  d8 axis[3], d2 = zero;
+  ROLL_OUT for (int a = 0; a < 3; a++) {
+    axis[a] = dsub(dset((double)l->position[a]), dload(s->point[a] + i));
+    d2 = dadd(d2, dmul(axis[a], axis[a]));
+  }
+  const d8 distance = dsqrt(d2), s2 = ddiv(r2, d2), rise = ddiv(s2, dadd(one, dsqrt(dsub(one, s2))));
+  ROLL_OUT for (int a = 0; a < 3; a++) axis[a] = ddiv(axis[a], distance);
+  pktrt__vec_disk(p);
+  const d8 down = dmul(dadd(dmul(p[0], p[0]), dmul(p[1], p[1])), rise), cosine = dsub(one, down);
+  const d8 more = dadd(one, cosine), sine = dsqrt(dmul(rise, more));
+  const d8 half = dsqrt(dmax(zero, dsub(r2, dmul(d2, dmul(down, more)))));
+  const d8 depth = dsub(dmul(distance, cosine), half);
+  p[0] = dmul(sine, p[0]), p[1] = dmul(sine, p[1]), p[2] = cosine;
+  pktrt__vec_along(axis, p);
+  ROLL_OUT for (int a = 0; a < 3; a++) dstore(g->at[a] + i, dadd(dload(s->point[a] + i), dmul(depth, p[a])));
+  dstore(g->factor + i, dmul(dmul(dset(2 * PKTRT__PI), rise), dset(t->strength)));
+  return ~mbits(dlt(s2, one));
+}
+
+/* Samples an environment that has no table at p. */
+SMALL void pktrt__light_sample_sky8(const pktrt__light_target *t, d8 p[3], const pktrt__surfaces *s, uint32_t i,
+                                    pktrt__light_samples *g) {
+  const d8 one = dset(1), zero = dset(0), high = dsqrt(dsub(one, p[0])), wide = dsqrt(p[0]);
+  d8 n[3];
+  ROLL_OUT for (int a = 0; a < 3; a++) n[a] = dfrom(vload(s->ns[a] + i));
+  const d8 quarters = dsub(dmul(p[1], dset(4)), dset(2));
+  p[0] = dmul(dsub(dabs(quarters), one), dset(PKTRT__PI / 4));
+  pktrt__vec_sincos(p);
+  const d8 twice = dadd(p[0], p[0]), aside = dmul(wide, dsub(one, dmul(twice, p[0])));
+  p[0] = dmul(wide, dmul(twice, p[1])), p[1] = dsel(dlt(quarters, zero), aside, dsub(zero, aside)), p[2] = high;
+  pktrt__vec_along(n, p);
+  ROLL_OUT for (int a = 0; a < 3; a++) dstore(g->at[a] + i, p[a]);
+  const d8 density = ddiv(dmax(zero, pktrt__vec_ddot(p, n)), dset(PKTRT__PI));
+  dstore(g->factor + i, dsel(dlt(zero, density), dmul(ddiv(one, density), dset(t->strength)), zero));
+}
+
+SMALL bool pktrt__light_sample_all(const pktrt_light *l, const pktrt__light_target *t, const float *u, const float *v,
+                                   const pktrt__surfaces *s, pktrt__light_samples *g) {
+  uint32_t any = 0;
+  for (uint32_t i = 0; i < s->count; i += 8) {
+    d8 p[3];
+    uint32_t rest = pktrt__lanes_first(s->count - i);
+    p[0] = dfrom(vload(u + i)), p[1] = dfrom(vload(v + i));
+    if (l->kind == PKTRT_LIGHT_QUAD) rest &= pktrt__light_sample_quad8(l, t, p, s, i, g);
+    else if (l->kind == PKTRT_LIGHT_SPHERE) rest &= pktrt__light_sample_sphere8(l, t, p, s, i, g);
+    else pktrt__light_sample_sky8(t, p, s, i, g), rest = 0;
+    any |= rest;
+    for (; rest; rest &= rest - 1) g->factor[i + pktrt__lowest_bit(rest)] = -1;
+  }
+  return any != 0;
+}
+#endif
 
 /* Clips the intervals [from, to] of lines to what lies between two planes. */
 STEP void pktrt__glass_clip(float lo, float hi, vf rd, vf shift, vf *from, vf *to) {
@@ -9560,7 +9674,12 @@ static double pktrt__fit_nodes(const pktrt__bvh *bvh, uint32_t first, uint32_t c
   return sum;
 }
 
+#ifndef PKTRT_NO_RENDER
+static const pktrt__fit_table pktrt__fit_kernels = {pktrt__fit_lanes_with_area, pktrt__fit_nodes,
+                                                    pktrt__light_sample_all};
+#else
 static const pktrt__fit_table pktrt__fit_kernels = {pktrt__fit_lanes_with_area, pktrt__fit_nodes};
+#endif
 #endif
 
 #ifndef PKTRT__NO_TOP
@@ -10350,7 +10469,7 @@ PKTRT__DIVIDES_BY_ZERO PKTRT__COLD uint32_t pktrt__check_arithmetic(void) {
 #ifndef PKTRT_NO_RENDER
 #define PKTRT__RENDER_KERNELS                                                                                          \
   , pktrt__camera_rays8, pktrt__surface_pack, pktrt__surface_find, PKTRT__MATERIAL_EVALUATE, pktrt__light_shadow_rays, \
-      pktrt__light_sample_quads, pktrt__light_visibility, pktrt__light_add, PKTRT__SPAWN_RAYS, pktrt__sampler_draw
+      pktrt__light_visibility, pktrt__light_add, PKTRT__SPAWN_RAYS, pktrt__sampler_draw
 #else
 #define PKTRT__RENDER_KERNELS
 #endif
@@ -10381,6 +10500,7 @@ static const pktrt__kernel_table pktrt__kernels = {pktrt__entry_trace,
 #undef dlt
 #undef dmax
 #undef dmul
+#undef dsel
 #undef dset
 #undef dsub
 #undef dto
@@ -12102,20 +12222,23 @@ PKTRT_DEF void pktrt_sample(const pktrt_sampling *s, uint32_t x, uint32_t y, uin
    quotients and square roots in a fixed order. Errors were found by comparing with libm over the ranges; they are
    relative, those of sine and cosine absolute. */
 
-#define PKTRT__PI 3.14159265358979323846
 #define PKTRT__LOG2_HIGH 0.693147180369123816490 /* log 2, to so few bits that multiples up to 2^11 are exact */
 #define PKTRT__LOG2_LOW 1.90821492927058770002e-10
 
+/* Computes sine and cosine for |x| <= pi / 4, where their series end. Errors below 2^-51. */
+static void pktrt__math_sincos(double x, double *sine, double *cosine) {
+  const double q = x * x;
+  double s = 0, c = pktrt__math_cosine_terms[0];
+  for (int k = 0; k < 7; k++) s = (s + pktrt__math_sine_terms[k]) * q, c = c * q + pktrt__math_cosine_terms[k + 1];
+  *sine = x + x * s, *cosine = 1 + c * q;
+}
+
 /* Computes sine and cosine of 2 pi turns, |turns| < 2^50. The nearest quarter turn is taken off exactly; what remains
-   is within pi / 4, where the series end. Errors below 2^-51. */
+   is within pi / 4. */
 static void pktrt__math_sincos_turn(double turns, double *sine, double *cosine) {
   const double quarters = turns * 4, whole = (double)(int64_t)(quarters < 0 ? quarters - 0.5 : quarters + 0.5);
-  const double x = (quarters - whole) * (PKTRT__PI / 2), q = x * x;
-  double s = -1.0 / 1307674368000 * q, c = 1.0 / 20922789888000 * q;
-  s = (s + 1.0 / 6227020800) * q, s = (s - 1.0 / 39916800) * q, s = (s + 1.0 / 362880) * q;
-  s = (s - 1.0 / 5040) * q, s = (s + 1.0 / 120) * q, s = x + x * ((s - 1.0 / 6) * q);
-  c = (c - 1.0 / 87178291200) * q, c = (c + 1.0 / 479001600) * q, c = (c - 1.0 / 3628800) * q;
-  c = (c + 1.0 / 40320) * q, c = (c - 1.0 / 720) * q, c = (c + 1.0 / 24) * q, c = 1 + (c - 0.5) * q;
+  double s, c;
+  pktrt__math_sincos((quarters - whole) * (PKTRT__PI / 2), &s, &c);
   const int64_t turn = (int64_t)whole & 3;
   *sine = turn == 0 ? s : turn == 1 ? c : turn == 2 ? -s : -c;
   *cosine = turn == 0 ? c : turn == 1 ? -s : turn == 2 ? -c : s;
@@ -12209,12 +12332,22 @@ static void pktrt__map_basis(const double n[3], double t[3], double b[3]) {
   b[0] = c, b[1] = sign + n[1] * n[1] * a, b[2] = -n[1];
 }
 
-/* Computes the direction at height z along an axis and w = sqrt(1 - z^2) away from it. */
-static void pktrt__map_around(const double axis[3], double z, double w, double turns, double out[3]) {
-  double t[3], b[3], sine, cosine;
+/* Turns the vector (x, y, z) as z is turned to an axis. */
+static void pktrt__map_along(const double axis[3], double x, double y, double z, double out[3]) {
+  double t[3], b[3];
   pktrt__map_basis(axis, t, b);
-  pktrt__math_sincos_turn(turns, &sine, &cosine);
-  for (int a = 0; a < 3; a++) out[a] = z * axis[a] + w * (cosine * t[a] + sine * b[a]);
+  for (int a = 0; a < 3; a++) out[a] = z * axis[a] + (x * t[a] + y * b[a]);
+}
+
+/* Computes the direction at height z along an axis and w = sqrt(1 - z^2) away from it, for turns in [0,1). Folds the
+   turn to half of one about 1/4 and 3/4, where cosines are exactly 0. WHY: the series give half of that angle, which is
+   doubled, and nothing has to be chosen by the quarter. */
+static void pktrt__map_around(const double axis[3], double z, double w, double turns, double out[3]) {
+  const double quarters = 4 * turns - 2;
+  double s, c;
+  pktrt__math_sincos((fabs(quarters) - 1) * (PKTRT__PI / 4), &s, &c);
+  const double aside = w * (1 - (s + s) * s);
+  pktrt__map_along(axis, w * ((s + s) * c), quarters < 0 ? aside : 0 - aside, z, out);
 }
 
 /* Clamps u to [0,1). */
@@ -12223,11 +12356,11 @@ PKTRT__INLINE double pktrt__map_clamp_unit(float u) { return u > 0 ? (double)pkt
 /* Maps the square to the disk: squares around the centre become circles, evenly by angle (Shirley and Chiu 1997). */
 static void pktrt__map_to_disk(const float u[2], double out[2]) {
   const double a = 2 * pktrt__map_clamp_unit(u[0]) - 1, b = 2 * pktrt__map_clamp_unit(u[1]) - 1;
-  const bool wide = a * a > b * b;
-  const double r = wide ? a : b, turns = wide ? b / a * 0.125 : b != 0 ? 0.25 - a / b * 0.125 : 0;
+  const bool wide = fabs(a) > fabs(b);
+  const double along = wide ? a : b, size = pktrt__max(fabs(along), PKTRT__DISK_LEAST);
   double s, c;
-  pktrt__math_sincos_turn(turns, &s, &c);
-  out[0] = r * c, out[1] = r * s;
+  pktrt__math_sincos((wide ? b : a) / size * (PKTRT__PI / 4), &s, &c);
+  out[wide ? 0 : 1] = along * c, out[wide ? 1 : 0] = size * s;
 }
 
 /* Maps the square to a cosine lobe: u[0] is the part nearer to the axis, u[1] the turn around it. Neighbours in the
@@ -13433,7 +13566,7 @@ PKTRT__COLD double pktrt__light_meet_quad(const pktrt__render_state *render, uin
 static double pktrt__light_sample_sphere(const pktrt__render_state *render, uint32_t index, const float u[2],
                                          const pktrt__light_view *from, double at[3]) {
   const pktrt_light *l = &render->scene->lights[index];
-  double axis[3], t[3], b[3], d2 = 0;
+  double axis[3], disk[2], to[3], d2 = 0;
   const double radius = (double)l->radius;
   for (int a = 0; a < 3; a++) axis[a] = (double)l->position[a] - from->point[a], d2 += axis[a] * axis[a];
   const double distance = sqrt(d2), s2 = radius * radius / d2;
@@ -13441,22 +13574,21 @@ static double pktrt__light_sample_sphere(const pktrt__render_state *render, uint
   if (!(s2 < 1)) {
     float d[3];
     pktrt_map_sphere(u, d);
-    for (int a = 0; a < 3; a++) t[a] = (double)d[a];
-    return pktrt__light_meet_sphere(render, index, from, t, at);
+    for (int a = 0; a < 3; a++) to[a] = (double)d[a];
+    return pktrt__light_meet_sphere(render, index, from, to, at);
   }
   for (int a = 0; a < 3; a++) axis[a] /= distance;
   if (!u) {
     for (int a = 0; a < 3; a++) at[a] = from->point[a] + (distance - radius) * axis[a];
     return PKTRT__PI * s2;
   }
-  float disk[2];
-  pktrt_map_disk(u, disk);
-  pktrt__map_basis(axis, t, b);
-  const double x = (double)disk[0], y = (double)disk[1], rise = s2 / (1 + sqrt(1 - s2)); /* 1 - cos */
+  pktrt__map_to_disk(u, disk);
+  const double x = disk[0], y = disk[1], rise = s2 / (1 + sqrt(1 - s2)); /* 1 - cos */
   const double down = (x * x + y * y) * rise, cosine = 1 - down, sine = sqrt(rise * (1 + cosine));
   const double sin2 = down * (1 + cosine);
   const double depth = distance * cosine - sqrt(pktrt__max(0, radius * radius - d2 * sin2));
-  for (int a = 0; a < 3; a++) at[a] = from->point[a] + depth * (cosine * axis[a] + sine * (x * t[a] + y * b[a]));
+  pktrt__map_along(axis, sine * x, sine * y, cosine, to);
+  for (int a = 0; a < 3; a++) at[a] = from->point[a] + depth * to[a];
   return 2 * PKTRT__PI * rise;
 }
 PKTRT__COLD double pktrt__light_meet_sphere(const pktrt__render_state *render, uint32_t index,
@@ -13572,15 +13704,12 @@ static double pktrt__light_sample_environment(const pktrt__render_state *render,
                                               const pktrt__light_view *from, double at[3]) {
   const pktrt__environment *e = render->environment;
   const double share = e ? e->share : 0;
-  const float normal[3] = {(float)from->normal[0], (float)from->normal[1], (float)from->normal[2]};
   (void)index;
   if (u && (double)u[0] < share) {
     pktrt__environment_draw(e, (double)u[0] / share, (double)u[1], at);
   } else { /* the normal itself, where nothing is random */
     const float part[2] = {u ? (float)(((double)u[0] - share) / (1 - share)) : 0, u ? u[1] : 0};
-    float to[3];
-    pktrt_map_cosine(part, normal, to);
-    for (int a = 0; a < 3; a++) at[a] = (double)to[a];
+    pktrt__map_cosine_lobe(part, from->normal, at);
   }
   const double density =
       u ? pktrt__light_environment_density(render, from, at) : pktrt__dot(at, from->normal) / PKTRT__PI;
@@ -14925,8 +15054,9 @@ static void pktrt__light_list_sky(pktrt__tile *tile, const uint32_t *listed, uin
     for (uint32_t i = 0; i < n; i++) tile->light_samples.arriving[a][listed[i]] *= radiance[a][i];
 }
 
-/* Samples a quad for all surfaces but those that it is near to, whose factors are -1. Tells whether there are any. */
-static bool pktrt__light_sample_far(pktrt__tile *tile, uint32_t index) {
+/* Samples a light for all surfaces, by the kernels; factors of those that take a closer look are -1. Tells whether
+   there are any. */
+static bool pktrt__light_sample_together(pktrt__tile *tile, uint32_t index) {
   const pktrt__render_state *render = tile->render;
   const pktrt__light_data *light = &render->lights[index];
   const pktrt__surfaces *s = &tile->surfaces;
@@ -14936,7 +15066,38 @@ static bool pktrt__light_sample_far(pktrt__tile *tile, uint32_t index) {
   const float shared = pktrt__to_float(1 / light->strength);
   for (uint32_t k = 0; pktrt__render_uses(render, PKTRT_FEATURE_GLOSS) && k < s->count; k++)
     g->shared[k] = pktrt__light_is_shared(tile, index, k) ? shared : 0;
-  return render->scene->kernels->sample_quads(&render->scene->lights[index], &light->target, u, v, s, g);
+  return pktrt__fit_table_of(render->scene->desc.isa)
+      ->sample_light(&render->scene->lights[index], &light->target, u, v, s, g);
+}
+
+/* Tells whether kernels know how to sample what surfaces look at. */
+static bool pktrt__light_goes_together(const pktrt__render_state *render, const pktrt__light_look *look) {
+  if (!PKTRT__AREA_LIGHTS || !render->distribute || look->light == PKTRT_NONE) return false;
+  const pktrt_light_kind kind = render->scene->lights[look->light].kind;
+  if (kind == PKTRT_LIGHT_ENVIRONMENT) return !(render->environment && render->environment->share > 0);
+  return kind == PKTRT_LIGHT_QUAD || kind == PKTRT_LIGHT_SPHERE;
+}
+
+/* Samples a point of a light for surface k, for which it counts `share` times. */
+static void pktrt__light_sample_one(pktrt__tile *tile, const pktrt__wave *w, const pktrt__light_look *look,
+                                    uint32_t index, uint32_t k, double share) {
+  const pktrt__render_state *render = tile->render;
+  const pktrt_light *l = &render->scene->lights[index];
+  const pktrt__light_data *light = &render->lights[index];
+  pktrt__light_samples *g = &tile->light_samples;
+  const bool area = pktrt__light_has(l, PKTRT__LIGHT_AREA), random = render->distribute && area;
+  const uint32_t place = look->light == PKTRT_NONE ? 0 : 2 * (index % 2);
+  const float u[2] = {random ? tile->draws.u[place][k] : 0, random ? tile->draws.u[place + 1][k] : 0};
+  pktrt__light_view from;
+  double at[3];
+  pktrt__light_view_of(w, &tile->surfaces, k, &from);
+  double factor = pktrt__light_rows[l->kind].sample(render, index, random ? u : NULL, &from, at);
+  if (look->light == PKTRT_NONE && pktrt__light_has(l, PKTRT__LIGHT_BY_SQUARE) && !area)
+    factor /= pktrt__distance2(from.point, at);
+  for (int a = 0; a < 3; a++) g->at[a][k] = at[a], g->arriving[a][k] = light->color[a];
+  g->factor[k] = factor * share * light->strength;
+  g->shared[k] = pktrt__light_is_shared(tile, index, k) ? pktrt__to_float(1 / (light->strength * share)) : 0;
+  if (look->light == PKTRT_NONE && pktrt__light_has(l, PKTRT__LIGHT_HIT)) g->shared[k] = -1;
 }
 
 /* Samples a point of a light for each surface, where that is random or takes more than the kernels know. */
@@ -14944,37 +15105,23 @@ static void pktrt__light_sample_each(pktrt__tile *tile, const pktrt__wave *w, co
   const pktrt__render_state *render = tile->render;
   const pktrt__surfaces *s = &tile->surfaces;
   pktrt__light_samples *g = &tile->light_samples;
-  const uint32_t place = look->light == PKTRT_NONE ? 0 : look->light;
   float d[3][64];
   uint32_t listed[64], n = 0;
-  if (render->distribute) pktrt__tile_draw_all(tile, 4 + 2 * place, 2);
-  const bool quads = PKTRT__AREA_LIGHTS && render->distribute && look->light != PKTRT_NONE &&
-                     render->scene->lights[look->light].kind == PKTRT_LIGHT_QUAD;
-  if (quads && !pktrt__light_sample_far(tile, look->light)) return;
+  if (render->distribute) pktrt__tile_draw_all(tile, 4 + (look->light == PKTRT_NONE ? 0 : 2 * look->light), 2);
+  const bool together = pktrt__light_goes_together(render, look);
+  if (together && !pktrt__light_sample_together(tile, look->light) &&
+      render->scene->lights[look->light].kind != PKTRT_LIGHT_ENVIRONMENT)
+    return;
   for (uint32_t k = 0; k < s->count; k++) {
-    double share, at[3];
+    double share;
     const uint32_t index = pktrt__light_of_surface(tile, look, k, &share);
-    if (quads && !(g->factor[k] < 0)) continue;
-    g->factor[k] = 0, g->shared[k] = 0;
-    if (index != PKTRT_NONE) {
-      const pktrt_light *l = &render->scene->lights[index];
-      const pktrt__light_data *light = &render->lights[index];
-      const bool area = pktrt__light_has(l, PKTRT__LIGHT_AREA), random = render->distribute && area;
-      const float u[2] = {random ? tile->draws.u[2 * (place % 2)][k] : 0,
-                          random ? tile->draws.u[2 * (place % 2) + 1][k] : 0};
-      pktrt__light_view from;
-      pktrt__light_view_of(w, s, k, &from);
-      double factor = pktrt__light_rows[l->kind].sample(render, index, random ? u : NULL, &from, at);
-      if (look->light == PKTRT_NONE && pktrt__light_has(l, PKTRT__LIGHT_BY_SQUARE) && !area)
-        factor /= pktrt__distance2(from.point, at);
-      for (int a = 0; a < 3; a++) g->at[a][k] = at[a], g->arriving[a][k] = light->color[a];
-      g->factor[k] = factor * share * light->strength;
-      g->shared[k] = pktrt__light_is_shared(tile, index, k) ? pktrt__to_float(1 / (light->strength * share)) : 0;
-      if (look->light == PKTRT_NONE && pktrt__light_has(l, PKTRT__LIGHT_HIT)) g->shared[k] = -1;
-      if (l->kind == PKTRT_LIGHT_ENVIRONMENT) {
-        for (int a = 0; a < 3; a++) d[a][n] = (float)at[a];
-        listed[n++] = k;
-      }
+    if (!together || g->factor[k] < 0) {
+      g->factor[k] = 0, g->shared[k] = 0;
+      if (index != PKTRT_NONE) pktrt__light_sample_one(tile, w, look, index, k, share);
+    }
+    if (index != PKTRT_NONE && render->scene->lights[index].kind == PKTRT_LIGHT_ENVIRONMENT) {
+      for (int a = 0; a < 3; a++) d[a][n] = (float)g->at[a][k];
+      listed[n++] = k;
     }
     if (n < 64 && (k + 1 < s->count || !n)) continue;
     pktrt__light_list_sky(tile, listed, n, d), n = 0;

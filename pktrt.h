@@ -15761,8 +15761,8 @@ static void pktrt__tile_free(pktrt__tile *tile) {
   pktrt__mem_release(d, tile->cuts, PKTRT__LIGHT_CUTS, sizeof *tile->cuts);
   pktrt__mem_release(d, tile, 1, sizeof *tile);
 }
-static pktrt__tile *pktrt__tile_make(const pktrt__render_state *render, struct pktrt__pass_rounds *rounds,
-                                     pktrt_stats *stats) { /* NULL: out of memory */
+PKTRT__COLD pktrt__tile *pktrt__tile_make(const pktrt__render_state *render, struct pktrt__pass_rounds *rounds,
+                                          pktrt_stats *stats) { /* NULL: out of memory */
   pktrt__tile *tile = PKTRT__CAST(pktrt__tile *, pktrt__mem_alloc(&render->scene->desc, 1, sizeof *tile));
   if (!tile) return NULL;
   tile->cuts = NULL;

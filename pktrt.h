@@ -15063,7 +15063,7 @@ static bool pktrt__light_sample_together(pktrt__tile *tile, uint32_t index) {
   pktrt__light_samples *g = &tile->light_samples;
   const float *const u = tile->draws.u[2 * (index % 2)], *const v = tile->draws.u[2 * (index % 2) + 1];
   for (int a = 0; a < 3; a++) pktrt__fill_row(g->arriving[a], s->count, light->color[a]);
-  const float shared = pktrt__to_float(1 / light->strength);
+  const float shared = pktrt__to_float(1 / pktrt__max(light->strength, DBL_MIN));
   for (uint32_t k = 0; pktrt__render_uses(render, PKTRT_FEATURE_GLOSS) && k < s->count; k++)
     g->shared[k] = pktrt__light_is_shared(tile, index, k) ? shared : 0;
   return pktrt__fit_table_of(render->scene->desc.isa)
@@ -15096,7 +15096,8 @@ static void pktrt__light_sample_one(pktrt__tile *tile, const pktrt__wave *w, con
     factor /= pktrt__distance2(from.point, at);
   for (int a = 0; a < 3; a++) g->at[a][k] = at[a], g->arriving[a][k] = light->color[a];
   g->factor[k] = factor * share * light->strength;
-  g->shared[k] = pktrt__light_is_shared(tile, index, k) ? pktrt__to_float(1 / (light->strength * share)) : 0;
+  g->shared[k] =
+      pktrt__light_is_shared(tile, index, k) ? pktrt__to_float(1 / pktrt__max(light->strength * share, DBL_MIN)) : 0;
   if (look->light == PKTRT_NONE && pktrt__light_has(l, PKTRT__LIGHT_HIT)) g->shared[k] = -1;
 }
 

@@ -15003,7 +15003,7 @@ static void pktrt__light_choose(pktrt__tile *tile, const pktrt__wave *w) {
   pktrt__light_view from[TOGETHER];
   pktrt__tile_draw_all(tile, 3, 1);
   for (uint32_t k = 0; k < s->count; k += TOGETHER) {
-    const uint32_t n = s->count - k < TOGETHER ? s->count - k : TOGETHER;
+    const uint32_t n = s->count - k < (uint32_t)TOGETHER ? s->count - k : (uint32_t)TOGETHER;
     for (uint32_t i = 0; i < n; i++) {
       pktrt__light_view_of(w, s, k + i, &from[i]);
       pktrt__light_choose_part(tile->render, tile->cuts, &from[i], (double)tile->draws.u[3][k + i], &at[i]);

@@ -865,10 +865,25 @@ typedef struct pktrt_stats {
   uint64_t tree_depth;                        /* summed over samples: bounces of the deepest ray, shadow rays apart */
 } pktrt_stats;
 
+/* What a packet of the paper path does besides testing its rays, see >>paper. No answer depends on it, only counts of work
+   and events do. Or them together; 0 means all. */
+typedef enum pktrt_paper_step {
+  PKTRT_PAPER_STEP_GROUP = 1,       /* tests the whole group of the first active ray; without: this ray alone */
+  PKTRT_PAPER_STEP_INTERVALS = 2,   /* asks interval arithmetic, if the first active ray misses */
+  PKTRT_PAPER_STEP_FRUSTUM = 4,     /* asks four planes, where origin and main axis are common */
+  PKTRT_PAPER_STEP_TRIM = 8,        /* looks for the end of the active range, where its beginning has moved */
+  PKTRT_PAPER_STEP_LEAF_BOXES = 16, /* tests groups against the box of a leaf before its triangles */
+  PKTRT_PAPER_STEP_ORDER = 32,      /* visits children from near to far; without: those in places 7, 6, ... 0 */
+  PKTRT_PAPER_STEP_NONE = 64,       /* alone: takes none of them */
+  PKTRT_PAPER_STEPS_2007 = /* those of Boulos et al. 2007. Eight children share a node here, where theirs had two,
+                                       so compare triangle tests with theirs, and not box tests */
+  PKTRT_PAPER_STEP_GROUP | PKTRT_PAPER_STEP_INTERVALS | PKTRT_PAPER_STEP_ORDER
+} pktrt_paper_step;
+
 /* Paper path only, for teaching: one call per decision about a packet. A node that is opened has up to eight children.
-   Each of them gets one verdict when its turn comes, FIRST_HIT to ALL_MISS or, for any hit, NONE_LEFT; of empty slots
+   Each of them gets one verdict when its turn comes, FIRST_HIT to ALL_MISS or, for any hit, NONE_LEFT; of empty places
    nothing is told. A packet goes through the trees of the scene one by one, and where keys are several, once for each
-   interval of time that its rays lie in: each time from node 0 on. Indices are those of the tree at hand. */
+   interval of time that its rays lie in: each time from node 0 on. */
 typedef enum pktrt_event_kind {
   PKTRT_EVENT_NODE = 0,      /* the packet opens node `index`; first active ray in `ray` */
   PKTRT_EVENT_FIRST_HIT,     /* child `child` of node `index` is entered: the first active ray hit it */
@@ -876,15 +891,21 @@ typedef enum pktrt_event_kind {
   PKTRT_EVENT_FRUSTUM_CULL,  /* child dropped: it lies outside one of the four planes */
   PKTRT_EVENT_LATER_HIT,     /* child entered: a later ray, now the first active one, hit it */
   PKTRT_EVENT_ALL_MISS,      /* child dropped: every active ray was tested and missed */
-  PKTRT_EVENT_LEAF,     /* the packet enters block `index`: rays of its range that hit the box meet the triangles */
-  PKTRT_EVENT_HIT,      /* ray `ray` found a nearer hit (any hit: its hit), in lane `child` of block `index`; each
+  PKTRT_EVENT_LEAF,      /* the packet enters block `index`: rays of its range that hit the box meet the triangles */
+  PKTRT_EVENT_HIT,       /* ray `ray` found a nearer hit (any hit: its hit), in lane `child` of block `index`; each
                                is told once, and the last one of a ray is its answer */
-  PKTRT_EVENT_NONE_LEFT /* any hit: child dropped, since no ray of its range, which began at `ray`, is left */
+  PKTRT_EVENT_NONE_LEFT, /* any hit: child dropped, since no ray of its range, which began at `ray`, is left */
+  PKTRT_EVENT_TRIM,      /* before a LATER_HIT: the active range of the child ends earlier, see `active` */
+  PKTRT_EVENT_LEAF_TEST  /* in block `index`, of a group of rays from `ray` on: `active` of them meet the triangles */
 } pktrt_event_kind;
 typedef struct pktrt_event {
   pktrt_event_kind kind;
-  uint32_t index, child, ray; /* `ray`: index within the packet */
+  uint32_t index, child, ray; /* `ray`: index within the packet, in an instance among those that enter it together */
   uint32_t active;            /* rays from `ray` to the end of the active range; not all of them need be tested */
+  uint32_t tested; /* rays tested against a box since the event before: for all events, they add up to box_tests */
+  uint32_t tree;   /* whose indices these are, see pktrt_get_tree */
+  uint32_t packet; /* number of the packet in the call, from 0; in an instance PKTRT_NONE; of a render 0 */
+  uint32_t depth;  /* of the node at hand, or of the child at hand: how many are above it */
 } pktrt_event;
 
 /* Queries with everything spelled out. A zeroed desc is pktrt_intersect_n. */
@@ -896,6 +917,7 @@ typedef struct pktrt_query_desc {
   pktrt_stats *stats;                             /* NULL: count nothing, at no cost (the paper path always counts) */
   void (*trace)(void *user, const pktrt_event *); /* paper path; NULL: none */
   void *user;
+  uint32_t paper_steps; /* bits of pktrt_paper_step; 0: all */
 } pktrt_query_desc;
 /* As the _n and _soa calls. Values out of range are taken as their defaults: queries never fail. */
 PKTRT_DEF void pktrt_intersect_ex(const pktrt_scene *, const pktrt_query_desc *, const pktrt_ray *, pktrt_hit *,
@@ -905,6 +927,27 @@ PKTRT_DEF void pktrt_intersect_soa_ex(const pktrt_scene *, const pktrt_query_des
                                       const pktrt_hits *, size_t n);
 PKTRT_DEF void pktrt_occluded_soa_ex(const pktrt_scene *, const pktrt_query_desc *, const pktrt_rays *, bool *,
                                      size_t n);
+
+/* >>tree ----------------------------------------------------------------------------------------------------------- */
+
+/* The trees of a committed scene, to look at: one for the meshes of each group, mask and number of keys, then those of
+   models. Builds with PKTRT_NO_STATS have nothing to show. */
+typedef struct pktrt_tree {
+  uint32_t group, mask, keys; /* of its meshes */
+  uint32_t model;             /* in the order in which they were added; PKTRT_NONE: its meshes were added directly */
+  uint32_t nodes, leaves;     /* how many; node 0 is the root */
+  float lo[3], hi[3];         /* bounds of all it holds, at all times */
+} pktrt_tree;
+typedef struct pktrt_node { /* places for eight children; events call them `child`, and the lanes of a leaf as well */
+  uint32_t child[8];        /* index of a node, or of a leaf; PKTRT_NONE: the place is empty */
+  bool leaf[8];
+  float lo[8][3], hi[8][3];            /* boxes of the children at the time that was asked for */
+  uint32_t mesh[8][8], triangle[8][8]; /* of a leaf: its triangles, as in pktrt_hit; PKTRT_NONE: none in this lane */
+  uint8_t order[8][8]; /* for each octant of directions (bit a: component a is negative): places from near to far */
+} pktrt_node;
+/* Fill *out. false: there is no tree or node of this number, and *out is zeroed. */
+PKTRT_DEF bool pktrt_get_tree(const pktrt_scene *, uint32_t tree, pktrt_tree *out);
+PKTRT_DEF bool pktrt_get_node(const pktrt_scene *, uint32_t tree, uint32_t index, float time, pktrt_node *out);
 
 /* >>report --------------------------------------------------------------------------------------------------------- */
 
@@ -1109,7 +1152,8 @@ typedef enum pktrt_sampler {
   PKTRT_SAMPLER_HAMMERSLEY,  /* the same with i / n as the first dimension */
   PKTRT_SAMPLER_BLUE_NOISE,  /* Sobol' points dealt out along a shuffled Morton curve, so that neighbouring pixels
                                 err in opposite ways (Ahmed and Wonka 2020) */
-  PKTRT_SAMPLER_COUNT
+  PKTRT_SAMPLER_COUNT,
+  PKTRT_SAMPLER_CUSTOM = PKTRT_SAMPLER_COUNT /* asks a function of yours */
 } pktrt_sampler;
 PKTRT_DEF const char *pktrt_sampler_string(pktrt_sampler); /* "sobol", "random", ...; never NULL */
 
@@ -1217,6 +1261,27 @@ typedef enum pktrt_stop {
   PKTRT_STOP_CANCELLED /* the hook `progress` said so, or a tile ran out of memory */
 } pktrt_stop;
 
+/* Of PKTRT_SAMPLER_CUSTOM: returns one coordinate, in [0,1); what is not in there is taken as the nearest that is, NaN as 0. Called from any
+   thread; must depend on the arguments alone. `seed` is another for each pass. */
+typedef float pktrt_custom_sampler(void *user, uint32_t x, uint32_t y, uint32_t sample, uint32_t dimension,
+                                   uint32_t seed);
+
+/* For teaching: a packet (fast path: a batch) of a render before it is traced. Rows of n, there during the call. */
+typedef struct pktrt_packet {
+  pktrt_ray_type type;
+  uint32_t depth, n;              /* bounces since the camera: 0 is primary, shadow rays one more than their surface */
+  const uint32_t *rays;           /* numbers in the packet that sent them out; primary rays: in their own */
+  const uint32_t *x, *y, *sample; /* what the rays add to: pixels, and samples of them, over all passes */
+  const float *origin[3], *direction[3];
+} pktrt_packet;
+
+/* What `cost` of pktrt_render_desc counts, as pktrt_counts has it. */
+typedef enum pktrt_cost {
+  PKTRT_COST_BOXES = 0, /* lanes */
+  PKTRT_COST_TRIANGLES, /* lanes */
+  PKTRT_COST_VECTORS    /* paper path: tests of eight lanes, against boxes or triangles */
+} pktrt_cost;
+
 typedef struct pktrt_report { /* after whole rounds of passes: one over the picture, or if adaptive over parts of it */
   uint32_t rounds;
   uint32_t samples_min, samples_max; /* of a pixel */
@@ -1277,11 +1342,20 @@ typedef struct pktrt_render_desc {
   float *normal;          /* three floats, unit shading normals towards the viewer, averaged; 0 for nothing */
   float *albedo;          /* three floats, diffuse reflectance; 0 for glass and metal, unless in RCS */
   uint32_t *sample_count; /* samples that a pixel has had */
-  /* For teaching: called for each packet (fast path: batch) before it is traced, from any thread, with the rays'
-     numbers in the packet that sent them out (primary rays: in their own packet; blindly, a packet is halved above 128
-     rays). Depth 0 is primary. Shadow rays on their way behind glass are not told of. Where the fast path has reflected
-     and refracted rays in one wave, they are told apart, but numbered on when they send out rays. NULL: none. */
-  void (*packet)(void *user, pktrt_ray_type, uint32_t depth, const uint32_t *rays, uint32_t n);
+  /* Work per sample: that of a packet is shared out evenly among its rays, so the finer the smaller packet_size, which the
+     fast path keeps to where cost is asked for. Differs by path and instruction set, as counts do. */
+  float *cost;
+  pktrt_cost cost_of;
+  /* Called for each packet before it is traced, from any thread; blindly, a packet is halved above 128 rays. Shadow rays
+     on their way behind glass are not told of. Where the fast path has reflected and refracted rays in one wave, they
+     are told apart, but numbered on when they send out rays. NULL: none. */
+  void (*packet)(void *user, const pktrt_packet *);
+  /* Paper path: called for each event of packets with rays that add to pixels in trace_area, from the thread that has told
+     `packet` of them: x, y, width and height, all 0 for the whole picture. NULL: none. */
+  void (*trace)(void *user, const pktrt_event *);
+  uint32_t trace_area[4];
+  uint32_t paper_steps;                 /* bits of pktrt_paper_step; 0: all */
+  pktrt_custom_sampler *custom_sampler; /* for PKTRT_SAMPLER_CUSTOM */
 
   /* Passes, each with `samples` samples per pixel, until the first of these rules says stop. They cost 42 bytes per
      pixel; estimates, made if asked for below, need two passes. The picture (and each buffer) is whole after each. */
@@ -5135,7 +5209,15 @@ typedef struct pktrt__query { /* one query, as the kernels see it */
      meanwhile: prefetched in a row, lines wait for one another. Spread over the work it saves 10% of easy scenes. */
   const pktrt_ray *next;
   const pktrt_hit *place;
+  size_t first; /* of the batch's rays in the call, for events */
 } pktrt__query;
+
+/* Returns the number of the first tree of a scene, or of a model in it. */
+static uint32_t pktrt__tree_first(const pktrt_scene *s, const pktrt_scene *of) {
+  uint32_t first = s == of ? 0 : s->bvh_count;
+  for (uint32_t i = 0; s != of && s->models[i] != of; i++) first += s->models[i]->bvh_count;
+  return first;
+}
 
 /* The variant of a kernel, whose flags each instance knows at compile time; counts is written only if stats is set. */
 typedef struct pktrt__variant {
@@ -5533,6 +5615,12 @@ PKTRT__COLD const char *pktrt__check_sentence(uint32_t faults) {
 #define PKTRT__WITH_PAPER 0
 #else
 #define PKTRT__WITH_PAPER 1
+#endif
+/* WHY not the scalar set where there are vectors: it would be 10 KB for a path that is there to be read and compared. */
+#if !PKTRT__WITH_PAPER || (PKTRT__WITH_FEW_INSTANCES && !defined(PKTRT__ALSO_STAMP) && !defined(PKTRT__EDITOR))
+#define PKTRT__WITH_PAPER_PATH 0
+#else
+#define PKTRT__WITH_PAPER_PATH 1
 #endif
 /* UNROLL stands before short loops over axes or corners: gcc -O2 would keep their vectors in memory otherwise. */
 #if PKTRT__STAMP != PKTRT__STAMP_SCALAR && defined(__GNUC__) && !defined(__clang__) && defined(__OPTIMIZE__)
@@ -6336,6 +6424,7 @@ typedef __mmask16 mf;
 #define pktrt__paper_intervals PKTRT__NAME(pktrt__paper_intervals)
 #define pktrt__paper_leaf PKTRT__NAME(pktrt__paper_leaf)
 #define pktrt__paper_packet PKTRT__NAME(pktrt__paper_packet)
+#define pktrt__paper_tell PKTRT__NAME(pktrt__paper_tell)
 #define pktrt__paper_test_group PKTRT__NAME(pktrt__paper_test_group)
 #define pktrt__paper_test_triangle PKTRT__NAME(pktrt__paper_test_triangle)
 #define pktrt__paper_traverse PKTRT__NAME(pktrt__paper_traverse)
@@ -7363,24 +7452,6 @@ typedef struct pktrt__tri_common {
   pktrt_counts *counts;     /* NULL: do not count */
 } pktrt__tri_common;
 
-/* Tests one triangle, given its edge functions, against those of rays r to r+7 in bits; returns those that take it. */
-PKTRT__NOINLINE uint32_t pktrt__paper_accept8(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, uint32_t bits,
-                                              const pktrt__tri_edges *edges, const v8 *z,
-                                              const pktrt__tri_common *tri) {
-  pktrt__tri_limits l;
-  l.sign = vcopysign(vset(1), vload(b->dk + r)), l.tiny = vload(b->tiny + r);
-  l.wn = vload(b->wn + r), l.wf = vload(b->wf + r), l.sn = vload(b->sn + r);
-  const pktrt__tri_estimate e = pktrt__tri_depth_bounds(edges, z, &l);
-  bits &= e.maybe;
-  uint32_t taken = bits & e.inside & e.after & mbits(vlt(e.hi, vload(b->sf + r))), open = bits & ~taken;
-  if (tri->counts)
-    tri->counts->canonical_tests += pktrt__popcount(bits), tri->counts->settlings += pktrt__popcount(open);
-  pktrt__frustum_set_hits(seg, b, r, taken, fwide(e.lo), fwide(e.hi), tri->id, tri->slot);
-  for (; PKTRT__UNLIKELY(open); open &= open - 1)
-    if (pktrt__exact_test(seg, b, r + pktrt__lowest_bit(open), tri->id, tri->slot)) taken |= open & (0u - open);
-  return taken;
-}
-
 /* Runs the exact test of eight rays of a frustum, for those in *open, as far as doubles or a grid decide it; returns those
    that are hit and had no hit, leaves the undecided open. WHY: many rays begin or end at a surface, left open before. */
 PKTRT__NOINLINE uint32_t pktrt__frustum_exact_test8(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r,
@@ -8111,6 +8182,14 @@ PKTRT__NOINLINE void pktrt__place_resolve8(const pktrt_scene *scene, pktrt__batc
 
 #if !PKTRT__WITH_PAPER
 #define pktrt__drive_paper pktrt__drive_paper_avx2
+#elif !PKTRT__WITH_PAPER_PATH && !defined(PKTRT_NO_PAPER)
+#ifdef PKTRT__HAS_SSE2
+#define pktrt__drive_paper pktrt__drive_paper_sse2
+#else
+#define pktrt__drive_paper pktrt__drive_paper_neon
+#endif
+static void pktrt__drive_paper(const pktrt__query *call, const pktrt_scene *scene, pktrt__batch *b, uint32_t begin,
+                               uint32_t end, const bool occlusion);
 #elif !defined(PKTRT_NO_PAPER)
 #define pktrt__drive_paper PKTRT__NAME(pktrt__drive_paper)
 /* >>paper ------------------------------------------------------------------------------------------------------------
@@ -8145,17 +8224,26 @@ typedef struct pktrt__paper_packet {
   float sign, slope_lo[2], slope_hi[2];
   float ta[2], tb[2]; /* the keys' weights at the packet's earliest and latest time */
   uint32_t entering;  /* the rays of the first active ray's group that may hit the child just entered */
+  uint32_t steps;     /* bits of pktrt_paper_step */
+  uint32_t tree, number, depth, tested; /* as in pktrt_event */
 } pktrt__paper_packet;
 
 OP uint32_t pktrt__paper_active(const pktrt__paper_packet *p, uint32_t r) { /* of rays r to r+7, r a multiple of 8 */
   return (uint32_t)(p->active[r / 64] >> r % 64) & 0xFF;
 }
-OP void pktrt__paper_event(const pktrt__paper_packet *p, pktrt_event_kind kind, uint32_t index, uint32_t child,
-                           uint32_t ray, const pktrt__variant is) {
+static void pktrt__paper_tell(pktrt__paper_packet *p, pktrt_event_kind kind, uint32_t index, uint32_t child,
+                              uint32_t ray, uint32_t active, const pktrt__variant is) {
   if (!is.stats || !p->call->desc->trace) return;
   pktrt_event e;
-  e.kind = kind, e.index = index, e.child = child, e.ray = ray - p->base, e.active = p->last - ray;
+  e.kind = kind, e.index = index, e.child = child, e.ray = ray - p->base, e.active = active;
+  e.tested = p->tested, e.tree = p->tree, e.packet = p->number, e.depth = p->depth;
+  p->tested = 0;
   p->call->desc->trace(p->call->desc->user, &e);
+}
+/* Tells of a packet's active range from a ray on. */
+OP void pktrt__paper_event(pktrt__paper_packet *p, pktrt_event_kind kind, uint32_t index, uint32_t child, uint32_t ray,
+                           const pktrt__variant is) {
+  pktrt__paper_tell(p, kind, index, child, ray, p->last - ray, is);
 }
 
 /* Computes the intervals over the active rays, and whether they can have a frustum. */
@@ -8189,7 +8277,7 @@ static void pktrt__paper_intervals(pktrt__paper_packet *p) {
     t_lo = pktrt__minf(t_lo, b->tb[r]), t_hi = pktrt__maxf(t_hi, b->tb[r]);
     first = false;
   }
-  p->has_frustum = one_axis && p->wn >= -p->pad;
+  p->has_frustum = one_axis && p->wn >= -p->pad && (p->steps & PKTRT_PAPER_STEP_FRUSTUM);
   for (int a = 0; a < 3; a++) {
     p->forward[a] = p->r_lo[a] > 0;
     p->one_sign[a] = p->forward[a] || p->r_hi[a] < 0;
@@ -8254,9 +8342,10 @@ OP pktrt__paper_child pktrt__paper_child_of(const float *p0, const float *p1, ui
 }
 
 /* Returns those of rays r to r+7 that are active, in `among`, and may hit a child. */
-STEP uint32_t pktrt__paper_test_group(const pktrt__paper_packet *p, const pktrt__paper_child *c, uint32_t r,
-                                      uint32_t among, const pktrt__variant is) {
+STEP uint32_t pktrt__paper_test_group(pktrt__paper_packet *p, const pktrt__paper_child *c, uint32_t r, uint32_t among,
+                                      const pktrt__variant is) {
   const uint32_t active = pktrt__paper_active(p, r) & among;
+  if (is.stats) p->tested += pktrt__popcount8(active);
   COUNT(box_tests, pktrt__popcount8(active));
   COUNT(vector_box_tests, 1);
   if (!is.moving) return pktrt__box_test_rays(p->b, r, c->lo, c->hi) & active;
@@ -8269,56 +8358,73 @@ STEP uint32_t pktrt__paper_test_group(const pktrt__paper_packet *p, const pktrt_
   return pktrt__box_test_rays(p->b, r, lo, hi) & active;
 }
 
-/* Ends the active range behind the last group with a ray that may hit a child, and not before group r. */
-OP void pktrt__paper_trim(pktrt__paper_packet *p, const pktrt__paper_child *c, uint32_t r, const pktrt__variant is) {
-  for (uint32_t i = (p->last - 1) & ~7u; i > r; i -= 8) {
-    if (pktrt__paper_active(p, i) && pktrt__paper_test_group(p, c, i, ~0u, is)) return;
-    p->last = i;
-  }
+/* Ends the active range behind the last group with a ray that may hit a child, and not before `ray`'s. */
+OP void pktrt__paper_trim(pktrt__paper_packet *p, const pktrt__paper_child *c, uint32_t ray, const pktrt__variant is) {
+  const uint32_t last = p->last;
+  for (uint32_t i = (last - 1) & ~7u; i > ray; p->last = i, i -= 8)
+    if (pktrt__paper_active(p, i) && pktrt__paper_test_group(p, c, i, ~0u, is)) break;
+  if (p->last < last) pktrt__paper_event(p, PKTRT_EVENT_TRIM, c->node, c->index, ray, is);
 }
 
 /* Finds the first ray from `first` on that may hit a child (steps 1 to 4), or returns p->end. */
 PKTRT__NOINLINE uint32_t pktrt__paper_find_first(pktrt__paper_packet *p, const pktrt__paper_child *c, uint32_t first,
                                                  const pktrt__variant is) {
-  uint32_t r = first & ~7u;
-  p->entering = pktrt__paper_test_group(p, c, r, ~0u << first % 8, is);
-  if (p->entering) {
-    const uint32_t ray = r + pktrt__lowest_bit(p->entering);
-    COUNT(first_hits, ray == first);
-    COUNT(later_hits, ray != first);
-    pktrt__paper_event(p, ray == first ? PKTRT_EVENT_FIRST_HIT : PKTRT_EVENT_LATER_HIT, c->node, c->index, ray, is);
-    return ray;
+  const uint32_t from = ~0u << first % 8, with = p->steps & PKTRT_PAPER_STEP_GROUP ? from : from & ~(from << 1);
+  uint32_t r = first & ~7u, among = from & ~with; /* of group r: rays that are still to be tested */
+  pktrt_event_kind verdict = PKTRT_EVENT_FIRST_HIT;
+  p->entering = pktrt__paper_test_group(p, c, r, with, is);
+  if (!p->entering) {
+    float lo[3], hi[3];
+    pktrt__paper_box(p, c->p0, c->p1, lo, hi, is.moving);
+    if ((p->steps & PKTRT_PAPER_STEP_INTERVALS) && pktrt__paper_interval_misses(p, lo, hi)) {
+      COUNT(interval_culls, 1);
+      pktrt__paper_event(p, PKTRT_EVENT_INTERVAL_CULL, c->node, c->index, first, is);
+      return p->end;
+    }
+    if (p->has_frustum && pktrt__paper_frustum_misses(p, lo, hi)) {
+      COUNT(frustum_culls, 1);
+      pktrt__paper_event(p, PKTRT_EVENT_FRUSTUM_CULL, c->node, c->index, first, is);
+      return p->end;
+    }
+    for (; r < p->last; r += 8, among = ~0u)
+      if ((pktrt__paper_active(p, r) & among) && (p->entering = pktrt__paper_test_group(p, c, r, among, is)) != 0)
+        break;
+    if (!p->entering) {
+      COUNT(ray_culls, 1);
+      pktrt__paper_event(p, PKTRT_EVENT_ALL_MISS, c->node, c->index, first, is);
+      return p->end;
+    }
+    if (p->steps & PKTRT_PAPER_STEP_TRIM) pktrt__paper_trim(p, c, r + pktrt__lowest_bit(p->entering), is);
   }
-  float lo[3], hi[3];
-  pktrt__paper_box(p, c->p0, c->p1, lo, hi, is.moving);
-  if (pktrt__paper_interval_misses(p, lo, hi)) {
-    COUNT(interval_culls, 1);
-    pktrt__paper_event(p, PKTRT_EVENT_INTERVAL_CULL, c->node, c->index, first, is);
-    return p->end;
-  }
-  if (p->has_frustum && pktrt__paper_frustum_misses(p, lo, hi)) {
-    COUNT(frustum_culls, 1);
-    pktrt__paper_event(p, PKTRT_EVENT_FRUSTUM_CULL, c->node, c->index, first, is);
-    return p->end;
-  }
-  for (r += 8; r < p->last; r += 8) {
-    if (!pktrt__paper_active(p, r)) continue;
-    p->entering = pktrt__paper_test_group(p, c, r, ~0u, is);
-    if (!p->entering) continue;
-    pktrt__paper_trim(p, c, r, is);
-    const uint32_t ray = r + pktrt__lowest_bit(p->entering);
-    COUNT(later_hits, 1);
-    pktrt__paper_event(p, PKTRT_EVENT_LATER_HIT, c->node, c->index, ray, is);
-    return ray;
-  }
-  COUNT(ray_culls, 1);
-  pktrt__paper_event(p, PKTRT_EVENT_ALL_MISS, c->node, c->index, first, is);
-  return p->end;
+  const uint32_t ray = r + pktrt__lowest_bit(p->entering);
+  if (ray != first) verdict = PKTRT_EVENT_LATER_HIT;
+  COUNT(first_hits, ray == first);
+  COUNT(later_hits, ray != first);
+  pktrt__paper_event(p, verdict, c->node, c->index, ray, is);
+  return ray;
 }
 
 /* Returns one coordinate of one corner of a triangle, at the times of eight rays. */
 OP v8 pktrt__tri_corner_of_one(const float *k0, const float *k1, v8 ta, v8 tb, const bool moving) {
   return moving ? vadd(vmul(ta, vset(*k0)), vmul(tb, vset(*k1))) : vset(*k0);
+}
+
+/* Tests one triangle, given its edge functions, against those of rays r to r+7 in bits; returns those that take it. */
+PKTRT__NOINLINE uint32_t pktrt__paper_accept8(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, uint32_t bits,
+                                              const pktrt__tri_edges *edges, const v8 *z,
+                                              const pktrt__tri_common *tri) {
+  pktrt__tri_limits l;
+  l.sign = vcopysign(vset(1), vload(b->dk + r)), l.tiny = vload(b->tiny + r);
+  l.wn = vload(b->wn + r), l.wf = vload(b->wf + r), l.sn = vload(b->sn + r);
+  const pktrt__tri_estimate e = pktrt__tri_depth_bounds(edges, z, &l);
+  bits &= e.maybe;
+  uint32_t taken = bits & e.inside & e.after & mbits(vlt(e.hi, vload(b->sf + r))), open = bits & ~taken;
+  if (tri->counts)
+    tri->counts->canonical_tests += pktrt__popcount(bits), tri->counts->settlings += pktrt__popcount(open);
+  pktrt__frustum_set_hits(seg, b, r, taken, fwide(e.lo), fwide(e.hi), tri->id, tri->slot);
+  for (; PKTRT__UNLIKELY(open); open &= open - 1)
+    if (pktrt__exact_test(seg, b, r + pktrt__lowest_bit(open), tri->id, tri->slot)) taken |= open & (0u - open);
+  return taken;
 }
 
 /* Tests one triangle against the rays `bits` of r to r+7, which share a main axis. Returns those that hit it. */
@@ -8354,11 +8460,14 @@ OP bool pktrt__paper_leaf(pktrt__paper_packet *p, const pktrt__paper_child *c, u
   const float *k0 = pktrt__segment_vertices(p->seg, block, 0, true);
   const float *k1 = pktrt__segment_vertices(p->seg, block, 1, true);
   const uint32_t *id = block->id;
-  bool any = false;
+  bool any = false, known = p->steps & PKTRT_PAPER_STEP_GROUP; /* which of the first group hit the box */
   pktrt__paper_event(p, PKTRT_EVENT_LEAF, index, 0, first, is);
-  for (uint32_t r = first & ~7u; r < p->last; r += 8) {
-    uint32_t bits = p->entering, hits = 0;
-    if (r > first) bits = pktrt__paper_active(p, r) ? pktrt__paper_test_group(p, c, r, ~0u, is) : 0;
+  for (uint32_t r = first & ~7u, among = ~0u << first % 8; r < p->last; r += 8, among = ~0u, known = false) {
+    uint32_t bits = pktrt__paper_active(p, r) & among, hits = 0;
+    if (!bits) continue;
+    if (p->steps & PKTRT_PAPER_STEP_LEAF_BOXES)
+      bits = known ? p->entering : pktrt__paper_test_group(p, c, r, among, is);
+    pktrt__paper_tell(p, PKTRT_EVENT_LEAF_TEST, index, 0, r > first ? r : first, pktrt__popcount8(bits), is);
     const bool same = p->one_axis[r / 8];
     for (uint32_t m = same ? pktrt__lanes_occupied(id) : 0; m && bits; m &= m - 1) {
       const uint32_t lane = pktrt__lowest_bit(m);
@@ -8394,12 +8503,13 @@ OP void pktrt__paper_update_depth(pktrt__paper_packet *p) {
 OP void pktrt__paper_traverse(pktrt__paper_packet *p, const pktrt__variant is) {
   struct {
     const float *plane; /* of the child, at key 0 of the segment */
-    uint32_t ref, first, last, node, child;
+    uint32_t ref, first, last, node, child, depth;
   } stack[PKTRT__STACK + 8];
   const pktrt__bvh_segment *seg = p->seg;
   const ptrdiff_t to_key1 =
       is.moving ? ((ptrdiff_t)seg->plane1 - (ptrdiff_t)seg->plane0) / (ptrdiff_t)sizeof(float) : 0;
   uint32_t sp = 0, ref = 0, first = p->base;
+  p->depth = p->tested = 0;
   while (first < p->end && !(p->active[first / 64] >> first % 64 & 1)) first++;
   if (first == p->end) return;
   pktrt__paper_intervals(p);
@@ -8412,7 +8522,7 @@ OP void pktrt__paper_traverse(pktrt__paper_packet *p, const pktrt__variant is) {
     } else { /* push a node's children, the first one in the direction of the first active ray on top */
       const pktrt__node *node = pktrt__segment_node(seg, ref, true);
       const uint32_t *child = node->child;
-      uint32_t perm = node->order[p->b->octant[first]];
+      uint32_t perm = p->steps & PKTRT_PAPER_STEP_ORDER ? node->order[p->b->octant[first]] : 076543210;
       COUNT(node_visits, 1);
       pktrt__paper_event(p, PKTRT_EVENT_NODE, ref, 0, first, is);
       for (int i = 0; i < 8; i++, perm >>= 3) {
@@ -8420,12 +8530,12 @@ OP void pktrt__paper_traverse(pktrt__paper_packet *p, const pktrt__variant is) {
         if (child[k] == PKTRT__EMPTY) continue;
         stack[sp].plane = pktrt__segment_planes(seg, node, 0, true) + k;
         stack[sp].ref = child[k], stack[sp].first = first, stack[sp].last = p->last;
-        stack[sp].node = ref, stack[sp++].child = k;
+        stack[sp].depth = p->depth + 1, stack[sp].node = ref, stack[sp++].child = k;
       }
     }
     do {
       if (!sp) return;
-      first = stack[--sp].first, p->last = stack[sp].last;
+      first = stack[--sp].first, p->last = stack[sp].last, p->depth = stack[sp].depth;
       while (first < p->last && !(p->active[first / 64] >> first % 64 & 1)) first++; /* occluded by now */
       if (first >= p->last) {
         pktrt__paper_event(p, PKTRT_EVENT_NONE_LEFT, stack[sp].node, stack[sp].child, stack[sp].first, is);
@@ -8453,14 +8563,17 @@ PKTRT__NOINLINE void pktrt__drive_paper(const pktrt__query *call, const pktrt_sc
   const pktrt__variant is = pktrt__variant_of(occlusion, false, PKTRT__STATS != 0, counts);
   memset(&unwanted, 0, sizeof unwanted);
   pktrt__paper_packet p;
-  p.call = call, p.b = b;
+  p.call = call, p.b = b, p.steps = call->desc->paper_steps;
+  const uint32_t tree = PKTRT__STATS && call->desc->trace ? pktrt__tree_first(call->scene, scene) : 0;
   for (uint32_t i = 0; i < scene->direct_count; i++) {
     const pktrt__bvh *bvh = &scene->bvhs[i];
     const bool moving = pktrt__has_motion(bvh->key_count);
+    p.tree = tree + i;
     if (!(bvh->mask & call->desc->mask)) continue;
     pktrt__batch_time_weights(b, begin, end - begin, bvh->key_count);
     for (p.base = begin; p.base < end; p.base = p.end) {
       p.end = end - p.base < call->desc->packet_size ? end : p.base + call->desc->packet_size;
+      p.number = scene == call->scene ? (uint32_t)((call->first + p.base) / call->desc->packet_size) : PKTRT_NONE;
       if (!i) COUNT(packets, 1);
       for (uint32_t segment = 0; segment + 1 < bvh->key_count || !segment; segment++) {
         memset(p.active, 0, sizeof p.active);
@@ -10588,6 +10701,7 @@ static const pktrt__kernel_table pktrt__kernels = {pktrt__entry_trace,
 #undef UNROLL_WIDE
 #undef PKTRT__WITH_FIT
 #undef PKTRT__WITH_PAPER
+#undef PKTRT__WITH_PAPER_PATH
 #undef STEP
 #undef SHARED
 #undef LONG
@@ -11526,13 +11640,14 @@ static pktrt__query pktrt__query_make(const pktrt_scene *s, const pktrt_query_de
   if ((int)d->type < 0 || d->type >= PKTRT_RAY_TYPE_COUNT) d->type = PKTRT_RAY_PRIMARY;
   if (!d->mask) d->mask = UINT32_MAX;
   if (!d->packet_size || d->packet_size > PKTRT__BATCH) d->packet_size = 64;
+  if (!d->paper_steps) d->paper_steps = UINT32_MAX;
   if (d->path != PKTRT_PATH_PAPER) d->trace = NULL;
   pktrt__query call;
   call.scene = s;
   call.desc = d;
   call.counts = PKTRT__STATS && d->stats ? &d->stats->by_type[d->type] : NULL;
   call.occlusion = occlusion;
-  call.next = NULL, call.place = NULL;
+  call.next = NULL, call.place = NULL, call.first = 0;
   return call;
 }
 
@@ -11609,6 +11724,7 @@ PKTRT__NOINLINE void pktrt__query_run_batches(const pktrt_scene *s, const pktrt_
   uint16_t sorted[PKTRT__SORTED];
   const uint32_t batch = pktrt__has_instances(s) ? (uint32_t)PKTRT__FIRST_SPARE : (uint32_t)PKTRT__BATCH;
   b.coherent = true;
+  if (d.packet_size > batch) d.packet_size = batch;
   for (size_t i = 0; i < n;) {
     const size_t left = n - i;
     const uint32_t all = pktrt__query_next_count(&d, &b, a->rays && !occlusion, batch, left);
@@ -11619,7 +11735,7 @@ PKTRT__NOINLINE void pktrt__query_run_batches(const pktrt_scene *s, const pktrt_
       if (a->rays) s->kernels->load_rays(&b, a->rays + i, order, m);
       else pktrt__query_load_soa(&b, a->ray_rows, i, m, left);
       call.next = a->rays && !order && left > 2 * PKTRT__BATCH ? a->rays + i + PKTRT__BATCH : NULL;
-      call.place = a->hits && !order ? a->hits + i : NULL;
+      call.place = a->hits && !order ? a->hits + i : NULL, call.first = i;
       pktrt__query_trace(&call, &b, m);
       if (a->hits) s->kernels->store_hits(s, &b, a->hits + i, order, m);
       else if (a->hit_rows) pktrt__query_store_soa(s, &b, a->hit_rows, i, m, left);
@@ -11668,6 +11784,62 @@ PKTRT_DEF void pktrt_occluded_soa_ex(const pktrt_scene *s, const pktrt_query_des
                                      bool *out, size_t n) {
   const pktrt__query_arrays a = {NULL, rays, NULL, NULL, out};
   pktrt__query_run(s, desc, true, &a, n);
+}
+
+/* Finds a tree by its number, and the scene or model that it is of. */
+static const pktrt__bvh *pktrt__tree_find(const pktrt_scene *s, uint32_t tree, const pktrt_scene **of,
+                                          uint32_t *model) {
+  *of = s, *model = PKTRT_NONE;
+  for (uint32_t i = 0; PKTRT__STATS; i++) {
+    if (tree < (*of)->bvh_count) return &(*of)->bvhs[tree];
+    if (i == s->model_count) break;
+    tree -= (*of)->bvh_count, *of = s->models[i], *model = i;
+  }
+  return NULL;
+}
+PKTRT_DEF bool pktrt_get_tree(const pktrt_scene *s, uint32_t tree, pktrt_tree *out) {
+  const pktrt_scene *of;
+  memset(out, 0, sizeof *out);
+  const pktrt__bvh *bvh = pktrt__tree_find(s, tree, &of, &out->model);
+  if (!bvh) {
+    out->model = 0;
+    return false;
+  }
+  out->group = of->sets[bvh->set].group, out->mask = bvh->mask, out->keys = bvh->key_count;
+  out->nodes = bvh->node_count, out->leaves = bvh->block_count;
+  memcpy(out->lo, bvh->lo, sizeof out->lo), memcpy(out->hi, bvh->hi, sizeof out->hi);
+  return true;
+}
+
+PKTRT_DEF bool pktrt_get_node(const pktrt_scene *s, uint32_t tree, uint32_t index, float time, pktrt_node *out) {
+  const pktrt_scene *of;
+  uint32_t model, hint[2] = {0, 0};
+  float ta, tb;
+  memset(out, 0, sizeof *out);
+  const pktrt__bvh *bvh = pktrt__tree_find(s, tree, &of, &model);
+  if (!bvh || index >= bvh->node_count) return false;
+  pktrt__node *node = pktrt__bvh_node(bvh, index);
+  const bool moving = pktrt__has_motion(bvh->key_count);
+  const uint32_t segment = pktrt__time_segment(time, bvh->key_count, &ta, &tb), next = segment + (moving ? 1 : 0);
+  const float *first = pktrt__node_planes(node, segment), *second = pktrt__node_planes(node, next);
+  for (int k = 0; k < 8; k++) {
+    const uint32_t child = node->child[k];
+    const bool leaf = child != PKTRT__EMPTY && (child & PKTRT__LEAF);
+    out->leaf[k] = leaf, out->child[k] = child == PKTRT__EMPTY ? PKTRT_NONE : child & ~PKTRT__LEAF;
+    for (int plane = 0; plane < 6; plane++) { /* interpolated, it is rounded by less than 3 half units of the larger */
+      const float a = first[8 * plane + k], b = second[8 * plane + k];
+      const float off = moving ? 4 * PKTRT__EPS * pktrt__maxf(fabsf(a), fabsf(b)) : 0;
+      const float at = moving ? ta * a + tb * b : a;
+      if (plane % 2) out->hi[k][plane / 2] = at + off;
+      else out->lo[k][plane / 2] = at - off;
+    }
+    for (int i = 0; i < 8; i++) {
+      const uint32_t id = leaf ? pktrt__bvh_block(bvh, out->child[k])->id[i] : PKTRT_NONE, none = 0;
+      pktrt__mesh_name_triangle(of, id, &none, hint, &out->mesh[k][i], &out->triangle[k][i]);
+      out->order[k][i] = (uint8_t)(node->order[k] >> (21 - 3 * i) & 7);
+    }
+  }
+  return true;
 }
 
 PKTRT_DEF pktrt_ray pktrt_make_ray(const float origin[3], const float direction[3]) {
@@ -12070,6 +12242,7 @@ PKTRT_DEF void pktrt_spawn_at_n(const pktrt_scene *s, const pktrt_hit *hits, con
 /* >>samplers ------------------------------------------------------------------------------------------------------- */
 
 PKTRT_DEF const char *pktrt_sampler_string(pktrt_sampler sampler) {
+  if (sampler == PKTRT_SAMPLER_CUSTOM) return "custom";
   return (int)sampler >= 0 && sampler < PKTRT_SAMPLER_COUNT ? pktrt__sampler_rows[sampler].name : "no sampler";
 }
 
@@ -12622,7 +12795,7 @@ typedef struct pktrt__pixel_sums {
   float gain, splits;      /* see pktrt__split_end */
 } pktrt__pixel_sums;
 typedef struct pktrt__aov_sums { /* of all samples */
-  double depth, normal[3], albedo[3], met;
+  double depth, normal[3], albedo[3], met, cost;
 } pktrt__aov_sums;
 enum {
   PKTRT__PASS_CELL = 4, /* pixels along the edge of the cells that get passes together */
@@ -12677,6 +12850,7 @@ struct pktrt__render_state {
   uint32_t features;               /* of pktrt_feature: those that run; ask by pktrt__render_uses */
   bool follow, distribute, choose; /* secondary rays; random lens, lights and lobes; one ray at a dielectric */
   bool draws;                      /* scattering events or lights take samples */
+  bool watched;                    /* who looks at packets wants to know what their rays add to */
   pktrt__glass_boxes glass;
   pktrt__glass_mesh *glass_meshes; /* for each committed mesh; NULL: no glass is seen */
   bool starts_in_glass;            /* perhaps: the camera stands in the box of a mesh of glass */
@@ -12714,16 +12888,19 @@ PKTRT__COLD bool pktrt__render_check_enums(const pktrt_render_desc *d, pktrt__re
                {(int)d->path, PKTRT_PATH_SINGLE, "pktrt_path"},
                {(int)d->normals, PKTRT_NORMALS_GEOMETRIC, "pktrt_normals"},
                {(int)d->shadows, PKTRT_SHADOWS_TOGETHER, "pktrt_shadow_packets"},
-               {(int)d->sampler, PKTRT_SAMPLER_COUNT - 1, "pktrt_sampler"},
+               {(int)d->sampler, PKTRT_SAMPLER_CUSTOM, "pktrt_sampler"},
                {(int)d->assembly, PKTRT_ASSEMBLY_NONE, "pktrt_assembly"},
                {(int)d->branching, PKTRT_BRANCHING_FIRST, "pktrt_branching"},
                {(int)d->lights, PKTRT_LIGHTS_ONE, "pktrt_light_choice"},
                {(int)d->glass_shadows, PKTRT_GLASS_SHADOWS_BLOCK, "pktrt_glass_shadows"},
                {(int)d->phong_mapping, PKTRT_PHONG_NAIVE, "pktrt_phong_mapping"},
-               {(int)d->measure, PKTRT_ERROR_RELATIVE, "pktrt_error_measure"}};
+               {(int)d->measure, PKTRT_ERROR_RELATIVE, "pktrt_error_measure"},
+               {(int)d->cost_of, PKTRT_COST_VECTORS, "pktrt_cost"}};
   for (size_t i = 0; i < sizeof words / sizeof *words; i++)
     if (words[i].value < 0 || words[i].value > words[i].last)
       return pktrt__render_refuse(why, "%d is no %s", words[i].value, words[i].name);
+  if (d->sampler == PKTRT_SAMPLER_CUSTOM && !d->custom_sampler)
+    return pktrt__render_refuse(why, "sampler is PKTRT_SAMPLER_CUSTOM, but custom_sampler is NULL");
   for (int a = 0; a < 3; a++)
     if (!pktrt__is_finite(d->background[a]) || !pktrt__is_finite(d->ambient[a]))
       return pktrt__render_refuse(why, "component %d of background and ambient is %g and %g", a,
@@ -12788,7 +12965,7 @@ static uint32_t pktrt__feature_of_render(const pktrt_scene *s, const pktrt_rende
   if (d->camera.aperture > 0) found |= PKTRT_FEATURE_LENS;
   if (d->camera.shutter > 0) found |= PKTRT_FEATURE_SHUTTER;
   if (d->path == PKTRT_PATH_PAPER) found |= PKTRT_FEATURE_PAPER;
-  if (d->stats) found |= PKTRT_FEATURE_STATS;
+  if (d->stats || d->trace || d->cost) found |= PKTRT_FEATURE_STATS;
   return found & PKTRT__BUILT;
 }
 
@@ -12813,7 +12990,8 @@ static const char *pktrt__render_left_out(const pktrt_render_desc *d) {
   if (!PKTRT__LENS && d->camera.aperture > 0) return "camera: it has an aperture, but this build has PKTRT_NO_LENS";
   if (!PKTRT__SHUTTER && d->camera.shutter > 0) return "camera: it has a shutter, but this build has PKTRT_NO_SHUTTER";
   if (!PKTRT__PAPER && d->path == PKTRT_PATH_PAPER) return "path is the paper's, but this build has PKTRT_NO_PAPER";
-  if (!PKTRT__STATS && d->stats) return "stats are asked for, but this build has PKTRT_NO_STATS";
+  if (!PKTRT__STATS && (d->stats || d->trace || d->cost))
+    return "stats, events or cost are asked for, but this build has PKTRT_NO_STATS";
   return NULL;
 }
 
@@ -12840,6 +13018,7 @@ static bool pktrt__render_check(const pktrt_scene *s, const pktrt_render_desc *d
   render->draws = (render->distribute && (random_lights || pktrt__render_uses(render, PKTRT_FEATURE_GLOSS))) ||
                   (render->choose && pktrt__render_uses(render, PKTRT_FEATURE_DIELECTRIC));
   render->sampling.sampler = d->sampler, render->sampling.samples = render->samples, render->sampling.seed = d->seed;
+  render->watched = d->packet || (PKTRT__STATS && (d->trace || d->cost));
   render->most_passes = d->passes;
   if (!d->passes) render->most_passes = d->target_error > 0 || d->time_budget > 0 || d->pass ? 65536 : 1;
   if (render->most_passes > UINT32_MAX / render->samples) render->most_passes = UINT32_MAX / render->samples;
@@ -14360,7 +14539,7 @@ typedef struct pktrt__tile {
   float fresnel[PKTRT__BATCH], fork[3][PKTRT__BATCH]; /* of the primary rays: see pktrt__split_end */
   double sum[3][PKTRT__BATCH];                        /* of the pixels of the block */
   float gain[PKTRT__BATCH], splits[PKTRT__BATCH];     /* see pktrt__pixel_sums */
-  double depth[PKTRT__BATCH], normal[3][PKTRT__BATCH], albedo[3][PKTRT__BATCH];
+  double depth[PKTRT__BATCH], normal[3][PKTRT__BATCH], albedo[3][PKTRT__BATCH], cost[PKTRT__BATCH];
   uint32_t hit_count[PKTRT__BATCH];
   bool failed; /* out of memory, or stopped: nothing more is traced or written */
   bool stopped;
@@ -14382,11 +14561,27 @@ static void pktrt__sample_batch_end(pktrt__sample_batch *g, uint32_t n) {
   for (g->count = n; n % PKTRT__DRAWN; n++) g->x[n] = g->y[n] = g->sample[n] = g->group[n] = 0;
 }
 
+/* Draws as pktrt__tile_draw does from the caller's function; what is not in [0,1) is moved there, NaN to 0. */
+PKTRT__COLD void pktrt__tile_draw_custom(pktrt__tile *tile, uint32_t k, uint32_t dimension, uint32_t n) {
+  pktrt__sample_batch *g = &tile->draws;
+  const pktrt_render_desc *d = tile->render->desc;
+  for (uint32_t i = k; i < k + PKTRT__DRAWN && i < g->count; i++)
+    for (uint32_t a = dimension; a < dimension + n; a++) {
+      const float u =
+          d->custom_sampler(d->user, g->x[i], g->y[i], g->sample[i], 4 * g->group[i] + a, tile->sampling.seed);
+      g->u[a % 4][i] = !(u > 0) ? 0 : pktrt__minf(u, 1 - FLT_EPSILON / 2);
+    }
+}
+
 /* Draws n dimensions, from a given one on and all of one group, of PKTRT__DRAWN samples from k on. */
 static void pktrt__tile_draw(pktrt__tile *tile, uint32_t k, uint32_t dimension, uint32_t n) {
   pktrt__sample_batch *g = &tile->draws;
   const pktrt_sampling *s = &tile->sampling;
   const uint32_t first = dimension % 4;
+  if (s->sampler == PKTRT_SAMPLER_CUSTOM) {
+    pktrt__tile_draw_custom(tile, k, dimension, n);
+    return;
+  }
   if (pktrt__sampler_rows[s->sampler].drawn != PKTRT__DRAWN_SINGLY) {
     tile->render->scene->kernels->draw_samples(s, g, k, dimension / 4, first, n);
     return;
@@ -14599,7 +14794,8 @@ static void pktrt__material_weights_rest(const pktrt_scene *scene, const pktrt__
 }
 
 static bool pktrt__aov_wanted(const pktrt__render_state *render) {
-  return render->desc->depth || render->desc->normal || render->desc->albedo;
+  const pktrt_render_desc *d = render->desc;
+  return d->depth || d->normal || d->albedo || d->cost;
 }
 
 /* Adds what primary rays met to the sums of the optional buffers (AOVs). */
@@ -14715,18 +14911,52 @@ PKTRT__NOINLINE void pktrt__cutout_pass(const pktrt_scene *s, pktrt__batch *b, u
   }
 }
 
-/* Traces rays as one packet (on the fast path as one batch) and adds to the statistics. */
+/* Returns the primary ray that pending ray k descends from. */
+static uint32_t pktrt__packet_root(const pktrt__tile *tile, uint32_t k) {
+  const pktrt__packet_queue *p = &tile->queue;
+  return p->wave[k] ? p->wave[k]->root[p->target[k]] : tile->shaded->root[tile->surfaces.first + p->target[k]];
+}
+
+/* Tells whether some of n rays add to pixels whose events are wanted. Those are pending rays `lane`; NULL: the first n. */
+PKTRT__COLD bool pktrt__packet_is_traced(const pktrt__tile *tile, const uint32_t *lane, uint32_t n) {
+  const uint32_t *area = tile->render->desc->trace_area;
+  bool any = !(area[0] | area[1] | area[2] | area[3]);
+  for (uint32_t i = 0; i < n && !any; i++) {
+    const uint32_t root = pktrt__packet_root(tile, lane ? lane[i] : i);
+    any = tile->x[root] - area[0] < area[2] && tile->y[root] - area[1] < area[3];
+  }
+  return any;
+}
+
+/* Shares the work of a packet out among what its rays add to. */
+PKTRT__COLD void pktrt__packet_share_cost(pktrt__tile *tile, const uint32_t *lane, uint32_t n, const pktrt_counts *c) {
+  const pktrt_cost of = tile->render->desc->cost_of;
+  const double each = (double)(of == PKTRT_COST_BOXES       ? c->box_tests
+                               : of == PKTRT_COST_TRIANGLES ? c->triangle_tests
+                                                            : c->vector_box_tests + c->vector_triangle_tests) /
+                      n;
+  for (uint32_t i = 0; i < n; i++) tile->cost[tile->pixel[pktrt__packet_root(tile, lane ? lane[i] : i)]] += each;
+}
+
+/* Traces rays as one packet (on the fast path as one batch) and adds to the statistics; `lane` as above. */
 static void pktrt__packet_trace(pktrt__tile *tile, pktrt__batch *b, uint32_t n, pktrt_ray_type type, uint32_t depth,
-                                bool occlusion, bool alone) {
+                                bool occlusion, const uint32_t *lane) {
+  const bool alone = tile->one_by_one;
   const pktrt__render_state *render = tile->render;
   pktrt_query_desc d;
   pktrt_counts counts;
   pktrt__query call = pktrt__query_make(render->scene, NULL, &d, occlusion);
   d.path = alone && render->desc->path == PKTRT_PATH_FAST ? PKTRT_PATH_SINGLE : render->desc->path;
   d.packet_size = alone ? 1 : n;
-  if (PKTRT__STATS && tile->stats) memset(&counts, 0, sizeof counts), call.counts = &counts;
+  if (render->desc->paper_steps) d.paper_steps = render->desc->paper_steps;
+  if (PKTRT__STATS && PKTRT__PAPER && d.path == PKTRT_PATH_PAPER && render->desc->trace &&
+      pktrt__packet_is_traced(tile, lane, n))
+    d.trace = render->desc->trace, d.user = render->desc->user;
+  const bool counted = PKTRT__STATS && (tile->stats || render->desc->cost);
+  if (counted) memset(&counts, 0, sizeof counts), call.counts = &counts;
   pktrt__query_trace(&call, b, n);
   if (PKTRT__SURFACES && render->cutouts && !occlusion) pktrt__cutout_pass(render->scene, b, n);
+  if (PKTRT__STATS && render->desc->cost) pktrt__packet_share_cost(tile, lane, n, &counts);
   if (!PKTRT__STATS || !tile->stats) return;
   pktrt__stats_add_counts(&tile->stats->by_type[type], &counts);
   pktrt__stats_add_counts(&tile->stats->by_depth[depth], &counts);
@@ -14820,7 +15050,7 @@ static void pktrt__media_trace_through_glass(pktrt__tile *tile, pktrt_ray_type t
   }
   for (uint32_t round = 0; n && round <= 2 * PKTRT_MAX_DEPTH; round++) {
     uint32_t left = 0;
-    pktrt__packet_trace(tile, b, n, type, depth, false, tile->one_by_one);
+    pktrt__packet_trace(tile, b, n, type, depth, false, lane);
     for (uint32_t i = 0; i < n; i++) {
       const uint32_t k = lane[i];
       float seen[3] = {p->visible[0][k], p->visible[1][k], p->visible[2][k]};
@@ -14841,16 +15071,20 @@ static void pktrt__media_trace_through_glass(pktrt__tile *tile, pktrt_ray_type t
     for (int a = 0; a < 3; a++) p->visible[a][lane[i]] = 0;
 }
 
-static void pktrt__packet_tell(const pktrt__tile *tile, pktrt_ray_type type, uint32_t depth, uint32_t first) {
+PKTRT__COLD void pktrt__packet_tell(const pktrt__tile *tile, pktrt_ray_type type, uint32_t depth, uint32_t first) {
   const pktrt__packet_queue *p = &tile->queue;
-  uint32_t number[PKTRT__BATCH];
-  for (uint32_t i = 0; i < p->n; i++)
+  const pktrt__render_state *render = tile->render;
+  uint32_t number[PKTRT__BATCH], x[PKTRT__BATCH], y[PKTRT__BATCH], sample[PKTRT__BATCH];
+  for (uint32_t i = 0; i < p->n; i++) {
+    const uint32_t root = pktrt__packet_root(tile, i);
     number[i] = (p->wave[i] ? p->wave[i]->parent[p->target[i]] : tile->surfaces.ray[p->target[i]]) - first;
-  if (!tile->one_by_one) {
-    tile->render->desc->packet(tile->render->desc->user, type, depth, number, p->n);
-  } else {
-    for (uint32_t i = 0; i < p->n; i++)
-      tile->render->desc->packet(tile->render->desc->user, type, depth, &number[i], 1);
+    x[i] = tile->x[root], y[i] = tile->y[root], sample[i] = tile->pass * render->samples + tile->sample[root];
+  }
+  const uint32_t n = tile->one_by_one ? 1 : p->n;
+  for (uint32_t i = 0; i < p->n; i += n) {
+    pktrt_packet told = {type, depth, n, number + i, x + i, y + i, sample + i, {NULL, NULL, NULL}, {NULL, NULL, NULL}};
+    for (int a = 0; a < 3; a++) told.origin[a] = p->batch.o[a] + i, told.direction[a] = p->batch.d[a] + i;
+    render->desc->packet(render->desc->user, &told);
   }
 }
 
@@ -14862,7 +15096,7 @@ PKTRT__NOINLINE void pktrt__packet_flush(pktrt__tile *tile, pktrt_ray_type type,
   pktrt__surfaces *s = &tile->surfaces;
   if (!p->n) return;
   if (tile->render->desc->packet) pktrt__packet_tell(tile, type, depth, tile->first);
-  pktrt__packet_trace(tile, b, p->n, type, depth, type == PKTRT_RAY_SHADOW, tile->one_by_one);
+  pktrt__packet_trace(tile, b, p->n, type, depth, type == PKTRT_RAY_SHADOW, NULL);
   if (type != PKTRT_RAY_SHADOW && type != PKTRT_RAY_OTHER) {
     pktrt__batch_copy_hits(&p->wave[0]->rays, p->target[0], b, 0, p->n); /* adjacent lanes of one wave */
     p->n = 0;
@@ -14904,9 +15138,10 @@ PKTRT__COLD void pktrt__packet_push_shadows(pktrt__tile *tile, const uint32_t *o
 /* Appends rays [from, to) of a wave to the pending ones. Only the first gets wave and lane, unless rays of several
    types may be pending or the packet hook needs them of each. */
 static void pktrt__packet_push_wave(pktrt__tile *tile, pktrt__wave *w, uint32_t from, uint32_t to) {
-  const pktrt_render_desc *d = tile->render->desc;
+  const pktrt__render_state *render = tile->render;
   pktrt__packet_queue *p = &tile->queue;
-  const uint32_t n = p->n, m = to - from, told = d->packet || d->assembly == PKTRT_ASSEMBLY_BLIND ? m : 1;
+  const uint32_t n = p->n, m = to - from,
+                 told = render->watched || render->desc->assembly == PKTRT_ASSEMBLY_BLIND ? m : 1;
   pktrt__batch_copy_rays(&p->batch, n, &w->rays, from, m);
   pktrt__fill_row(p->batch.tmax + n, m, INFINITY);
   for (uint32_t i = 0; i < told; i++) p->target[n + i] = from + i, p->wave[n + i] = w;
@@ -15263,7 +15498,7 @@ PKTRT__NOINLINE void pktrt__light_add_direct(pktrt__tile *tile, const pktrt__wav
   const pktrt__render_state *render = tile->render;
   const bool blind = render->desc->assembly == PKTRT_ASSEMBLY_BLIND;
   const bool together = blind || render->desc->shadows == PKTRT_SHADOWS_TOGETHER;
-  const bool at_once = render->desc->assembly == PKTRT_ASSEMBLY_RAY_TYPES && !together && !render->desc->packet;
+  const bool at_once = render->desc->assembly == PKTRT_ASSEMBLY_RAY_TYPES && !together && !render->watched;
   const bool lobes = render->follow && render->distribute && pktrt__render_uses(render, PKTRT_FEATURE_GLOSS),
              one = pktrt__light_asks_one(render, depth);
   const pktrt_ray_type type = blind ? PKTRT_RAY_OTHER : PKTRT_RAY_SHADOW;
@@ -15419,17 +15654,17 @@ static uint32_t pktrt__spawn_wave(const pktrt__tile *tile, const pktrt__wave *w,
 static void pktrt__wave_shade(pktrt__tile *tile, pktrt__wave *w, uint32_t first, uint32_t n, uint32_t depth);
 
 /* Traces rays [first, first + n) of a wave of `all`, which are of one type, as one packet: where they lie if they are the
-   whole wave, or else from a copy, for lanes behind a packet are padded. The packet hook looks at the copy. */
+   whole wave, or else from a copy, for lanes behind a packet are padded. Who watches looks at the copy. */
 static void pktrt__wave_trace(pktrt__tile *tile, pktrt__wave *w, uint32_t first, uint32_t n, uint32_t all,
                               uint32_t depth, pktrt_ray_type type) {
-  if (n < all || tile->render->desc->packet) {
+  if (n < all || tile->render->watched) {
     pktrt__packet_push_wave(tile, w, first, first + n);
     pktrt__packet_flush(tile, type, depth);
     return;
   }
   pktrt__fill_row(w->rays.tmin, n, 0);
   pktrt__fill_row(w->rays.tmax, n, INFINITY);
-  pktrt__packet_trace(tile, &w->rays, n, type, depth, false, tile->one_by_one);
+  pktrt__packet_trace(tile, &w->rays, n, type, depth, false, NULL);
 }
 
 /* --- splitting ---
@@ -15470,7 +15705,7 @@ static void pktrt__split_end(pktrt__tile *tile, uint32_t n) {
 static void pktrt__wave_follow(pktrt__tile *tile, pktrt__wave *parent, pktrt__wave **wave, uint32_t n, uint32_t split,
                                uint32_t depth, pktrt_ray_type type) {
   if (!n) return;
-  if (!(PKTRT__STATS && tile->stats) && !tile->render->desc->packet) split = n;
+  if (!(PKTRT__STATS && tile->stats) && !tile->render->watched) split = n;
   const uint32_t first = tile->first;
   const bool traced = type == PKTRT_RAY_OTHER;
   if (!traced) pktrt__packet_assemble_wave(tile, wave, n);
@@ -15657,13 +15892,14 @@ static void pktrt__aov_write(const pktrt_render_desc *d, const pktrt__aov_sums *
     if (d->albedo) d->albedo[at * 3 + a] = (float)(sums->albedo[a] / n);
   }
   if (d->depth) d->depth[at] = sums->met > 0 ? (float)(sums->depth / sums->met) : INFINITY;
+  if (d->cost) d->cost[at] = (float)(sums->cost / n);
 }
 
 /* Adds the AOVs of pixel p of the block to those of the passes before, and writes their means. */
 static void pktrt__aov_add_pixel(const pktrt__tile *tile, pktrt__aov_sums *before, uint32_t p, size_t at) {
   pktrt__aov_sums one, *to = before ? before : &one;
   if (!before) memset(&one, 0, sizeof one);
-  to->depth += tile->depth[p], to->met += tile->hit_count[p];
+  to->depth += tile->depth[p], to->met += tile->hit_count[p], to->cost += tile->cost[p];
   for (int a = 0; a < 3; a++) to->normal[a] += tile->normal[a][p], to->albedo[a] += tile->albedo[a][p];
   pktrt__aov_write(tile->render->desc, to, (double)(tile->pass + 1) * tile->render->samples, at);
 }
@@ -15718,6 +15954,7 @@ static void pktrt__tile_render_pixels(pktrt__tile *tile, const uint32_t *x, cons
   if (pktrt__aov_wanted(tile->render)) {
     memset(tile->hit_count, 0, sizeof tile->hit_count), memset(tile->depth, 0, sizeof tile->depth);
     memset(tile->normal, 0, sizeof tile->normal), memset(tile->albedo, 0, sizeof tile->albedo);
+    memset(tile->cost, 0, sizeof tile->cost);
   }
   for (uint32_t p = 0; p < pixels; p++)
     for (uint32_t s = 0; s < samples; s++) {
@@ -15790,7 +16027,8 @@ PKTRT__COLD pktrt__tile *pktrt__tile_make(const pktrt__render_state *render, str
   }
   /* The fast path takes many packets at once, which keeps secondary packets full. If an assembly is asked for, and on
      the paper path, each packet spawns its rays by itself, as in the paper. */
-  tile->large_waves = render->desc->path != PKTRT_PATH_PAPER && render->desc->assembly == PKTRT_ASSEMBLY_RAY_TYPES;
+  tile->large_waves = render->desc->path != PKTRT_PATH_PAPER && !render->desc->cost &&
+                      render->desc->assembly == PKTRT_ASSEMBLY_RAY_TYPES;
   return tile;
 }
 

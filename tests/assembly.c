@@ -16,15 +16,17 @@ static int by_number(const void *a, const void *b) {
   return x < y ? -1 : x > y;
 }
 
-static void log_packet(void *user, pktrt_ray_type type, uint32_t depth, const uint32_t *rays, uint32_t n) {
+static void log_packet(void *user, const pktrt_packet *packet) {
   static const char *const name[PKTRT_RAY_TYPE_COUNT] = {"primary", "shadow", "reflection", "refraction", "other"};
   packet_log *l = user;
+  const pktrt_ray_type type = packet->type;
+  const uint32_t depth = packet->depth, n = packet->n;
   CHECK(n > 0 && type < PKTRT_RAY_TYPE_COUNT, "%u rays of type %d", n, (int)type);
   if (depth < 8) l->by[type][depth] += n;
   if (n > l->largest) l->largest = n;
   if (depth != 1 || !CHECK(n <= 256)) return;
   uint32_t sorted[256], at = 0;
-  memcpy(sorted, rays, n * sizeof *rays);
+  memcpy(sorted, packet->rays, n * sizeof *sorted);
   qsort(sorted, n, sizeof *sorted, by_number);
   l->rays += n;
   if (l->packets == PACKETS) return;

@@ -448,6 +448,11 @@ static void refuse_mesh_lights(void) {
 
 /* --- render --- */
 
+static float in_the_middle(void *user, uint32_t x, uint32_t y, uint32_t sample, uint32_t dimension, uint32_t seed) {
+  (void)user, (void)x, (void)y, (void)sample, (void)dimension, (void)seed;
+  return 0.5f;
+}
+
 /* Every enumerator of a render below its first and above its last value; render.c has what else may be wrong with it. */
 static void refuse_words(void) {
   static const struct {
@@ -459,13 +464,14 @@ static void refuse_words(void) {
       {offsetof(pktrt_render_desc, path), 3, "pktrt_path"},
       {offsetof(pktrt_render_desc, normals), 2, "pktrt_normals"},
       {offsetof(pktrt_render_desc, shadows), 2, "pktrt_shadow_packets"},
-      {offsetof(pktrt_render_desc, sampler), PKTRT_SAMPLER_COUNT, "pktrt_sampler"},
+      {offsetof(pktrt_render_desc, sampler), PKTRT_SAMPLER_CUSTOM + 1, "pktrt_sampler"},
       {offsetof(pktrt_render_desc, assembly), 6, "pktrt_assembly"},
       {offsetof(pktrt_render_desc, branching), 4, "pktrt_branching"},
       {offsetof(pktrt_render_desc, lights), PKTRT_LIGHTS_ONE + 1, "pktrt_light_choice"},
       {offsetof(pktrt_render_desc, glass_shadows), 2, "pktrt_glass_shadows"},
       {offsetof(pktrt_render_desc, phong_mapping), 2, "pktrt_phong_mapping"},
       {offsetof(pktrt_render_desc, measure), 2, "pktrt_error_measure"},
+      {offsetof(pktrt_render_desc, cost_of), 3, "pktrt_cost"},
   };
   pktrt_scene *s = some_scene();
   float pixels[3] = {-7, -7, -7};
@@ -474,7 +480,7 @@ static void refuse_words(void) {
       pktrt_render_desc d;
       char number[16];
       memset(&d, 0, sizeof d);
-      d.width = d.height = 1, d.pixels = pixels, d.camera.eye[2] = 5;
+      d.width = d.height = 1, d.pixels = pixels, d.camera.eye[2] = 5, d.custom_sampler = in_the_middle;
       memcpy((char *)&d + words[i].at, &value, sizeof value); /* enumerations are as large as int here */
       const bool good = value >= 0 && value < words[i].count;
       snprintf(number, sizeof number, "%d", value);

@@ -16,6 +16,7 @@ typedef struct setting { /* all that is taken from the feed */
   pktrt_render_desc d;
   uint32_t materials, lights, mesh_material[3], fail_at;
   bool tame;                                    /* nothing shines so brightly that sums could overflow */
+  uint32_t watched; /* 1: cost is asked for; 2: hooks look at packets */
   bool cancel, buffers, parallel, hook, errors; /* hook: the hook `pass`; errors: they are wanted */
   float vertex[2][8 * 3];
 } setting;
@@ -121,6 +122,13 @@ static void take_render(feed *b, setting *x) {
   x->fail_at = flags >> 5 == 7 ? 1 + take_below(b, 12) : 0;
 }
 
+/* A sampler of its own, which now and then leaves [0,1). */
+static float odd_numbers(void *user, uint32_t x, uint32_t y, uint32_t sample, uint32_t dimension, uint32_t seed) {
+  const uint32_t n = (x * 7 + y * 13 + sample * 31 + dimension * 61 + seed) * 2654435761u;
+  (void)user;
+  return n >> 28 == 0 ? NAN : n >> 28 == 1 ? -INFINITY : n >> 28 == 2 ? 1.0f : (float)(n >> 8) / 16777216;
+}
+
 /* After all else: inputs from before there were passes mean what they meant. */
 static void take_rules(feed *b, setting *x) {
   pktrt_render_desc *d = &x->d;
@@ -131,6 +139,11 @@ static void take_rules(feed *b, setting *x) {
   d->adaptive = (flags & 12) == 12;
   if (odd > 128) d->measure = (pktrt_error_measure)take_word(b, 2);
   x->hook = (flags & 48) == 48, x->errors = flags >> 6 & 1;
+  const uint32_t watched = take_u8(b); /* inputs from before pictures could be watched have none */
+  x->watched = watched & 3;
+  if (watched & 4) d->custom_sampler = odd_numbers;
+  d->paper_steps = take_u8(b), d->cost_of = (pktrt_cost)(watched & 8 ? take_word(b, 3) : 0);
+  for (int i = 0; watched & 16 && i < 4; i++) d->trace_area[i] = take_number(b, 8, 65536);
 }
 
 /* --- which settings are good: what the header's comments say --- */
@@ -188,8 +201,9 @@ static int good_settings(const setting *x) {
   ok &= p == 0 || p == 2 || p == 4 || p == 8 || p == 16;
   ok &= d->tile_size <= 1024 && d->samples <= 65536 && d->max_depth <= PKTRT_MAX_DEPTH && d->attenuation <= 1;
   ok &= word((int)d->mode, 3) && word((int)d->path, 3) && word((int)d->normals, 2) && word((int)d->shadows, 2) &&
-        word((int)d->sampler, PKTRT_SAMPLER_COUNT) && word((int)d->assembly, 6) && word((int)d->branching, 4) &&
-        word((int)d->lights, 3) && word((int)d->glass_shadows, 2) && word((int)d->phong_mapping, 2);
+        word((int)d->sampler, PKTRT_SAMPLER_COUNT + (d->custom_sampler != NULL)) && word((int)d->assembly, 6) && word((int)d->branching, 4) &&
+        word((int)d->lights, 3) && word((int)d->glass_shadows, 2) && word((int)d->phong_mapping, 2) &&
+        word((int)d->cost_of, 3);
   ok &= fuzz_all_finite(d->background, 3) && fuzz_all_finite(d->ambient, 3);
   ok &= good_rules(x);
   for (int i = 0; i < 3; i++) ok &= x->mesh_material[i] <= x->materials;
@@ -211,7 +225,7 @@ static void blank(picture *p) {
 /* The user of all hooks: a clock of whole seconds, and an end to what may go on for long. */
 typedef struct pacer {
   double now;
-  uint32_t rounds;
+  uint32_t rounds, seen;
 } pacer;
 static double pace(void *user) { return ((pacer *)user)->now++; }
 static bool few_rounds(void *user, const pktrt_report *r) {
@@ -286,6 +300,12 @@ static const char *bad_report(const pktrt_render_desc *d, const pktrt_report *r,
   return NULL;
 }
 
+static void see_packet(void *user, const pktrt_packet *p) {
+  pacer *q = user;
+  for (uint32_t i = 0; i < p->n; i++) q->seen += p->x[i] + p->y[i] + p->sample[i] + (p->origin[0][i] > p->direction[0][i]);
+}
+static void see_event(void *user, const pktrt_event *e) { ((pacer *)user)->seen += (uint32_t)e->kind + e->tested; }
+
 static const char *paint(pktrt_scene *s, fuzz_memory *memory, setting *x, const picture *want, bool broken) {
   picture got;
   pktrt_render_desc d = x->d;
@@ -296,6 +316,9 @@ static const char *paint(pktrt_scene *s, fuzz_memory *memory, setting *x, const 
   point_at(&d, &got, x->buffers);
   rule(x, &d, &p, &report, &got);
   d.stats = &stats;
+  float cost[W * H];
+  if (x->watched & 1) d.cost = cost;
+  if (x->watched & 2) d.packet = see_packet, d.trace = see_event;
   if (x->cancel) d.progress = say_no;
   memory->fail_at = x->fail_at;
   const pktrt_status st = pktrt_render(s, &d);

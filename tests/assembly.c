@@ -158,7 +158,11 @@ static void figure_3_octants(void) {
           bool here = (order[i] % 4 >= 2) == (quarter % 2 == 1) && (order[i] / 4 >= 2) == (quarter >= 2);
           if (here && strchr(makes[type], figure[i])) rays[n++] = i;
         }
-        if (n) log_packet(&want, (pktrt_ray_type)type, 1, rays, n);
+        if (!n) continue;
+        pktrt_packet made;
+        memset(&made, 0, sizeof made);
+        made.type = (pktrt_ray_type)type, made.depth = 1, made.n = n, made.rays = rays;
+        log_packet(&want, &made);
       }
     }
     pktrt_scene *s = sixteen(figure, order);

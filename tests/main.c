@@ -223,6 +223,7 @@ static void run_all(void) {
   suite_refusals();
   suite_scene();
   suite_events();
+  suite_teaching();
   suite_counts();
   suite_memory();
   suite_truth();

@@ -54,6 +54,7 @@ typedef struct setup { /* how pictures are made: as whitted() and one_frame() fi
   pktrt_branching branching;
   pktrt_phong_mapping mapping;
   pktrt_normals normals;
+  uint32_t steps;     /* of the paper path, see pktrt_paper_step; 0: all */
   bool differs;       /* makes another picture than the way it is measured beside */
   const char *varied; /* what the CSV file says of this way: NULL, or a word and its value */
   double value;
@@ -192,6 +193,7 @@ static void describe(bench *b, const setup *s, unsigned frame, pktrt_stats *stat
   d->width = d->height = b->given.size;
   d->pixels = b->pixels;
   d->mode = s->mode, d->path = s->path, d->packet_size = s->packet, d->assembly = s->assembly;
+  d->paper_steps = s->steps;
   d->samples = s->samples, d->max_depth = s->depth, d->attenuation = s->attenuation;
   d->sampler = s->sampler, d->branching = s->branching, d->phong_mapping = s->mapping, d->normals = s->normals;
   d->stats = stats;

@@ -16,7 +16,7 @@ typedef struct setting { /* all that is taken from the feed */
   pktrt_render_desc d;
   uint32_t materials, lights, mesh_material[3], fail_at;
   bool tame;                                    /* nothing shines so brightly that sums could overflow */
-  uint32_t watched; /* 1: cost is asked for; 2: hooks look at packets */
+  uint32_t watched;                             /* 1: cost is asked for; 2: hooks look at packets */
   bool cancel, buffers, parallel, hook, errors; /* hook: the hook `pass`; errors: they are wanted */
   float vertex[2][8 * 3];
 } setting;
@@ -201,9 +201,9 @@ static int good_settings(const setting *x) {
   ok &= p == 0 || p == 2 || p == 4 || p == 8 || p == 16;
   ok &= d->tile_size <= 1024 && d->samples <= 65536 && d->max_depth <= PKTRT_MAX_DEPTH && d->attenuation <= 1;
   ok &= word((int)d->mode, 3) && word((int)d->path, 3) && word((int)d->normals, 2) && word((int)d->shadows, 2) &&
-        word((int)d->sampler, PKTRT_SAMPLER_COUNT + (d->custom_sampler != NULL)) && word((int)d->assembly, 6) && word((int)d->branching, 4) &&
-        word((int)d->lights, 3) && word((int)d->glass_shadows, 2) && word((int)d->phong_mapping, 2) &&
-        word((int)d->cost_of, 3);
+        word((int)d->sampler, PKTRT_SAMPLER_COUNT + (d->custom_sampler != NULL)) && word((int)d->assembly, 6) &&
+        word((int)d->branching, 4) && word((int)d->lights, 3) && word((int)d->glass_shadows, 2) &&
+        word((int)d->phong_mapping, 2) && word((int)d->cost_of, 3);
   ok &= fuzz_all_finite(d->background, 3) && fuzz_all_finite(d->ambient, 3);
   ok &= good_rules(x);
   for (int i = 0; i < 3; i++) ok &= x->mesh_material[i] <= x->materials;
@@ -302,7 +302,8 @@ static const char *bad_report(const pktrt_render_desc *d, const pktrt_report *r,
 
 static void see_packet(void *user, const pktrt_packet *p) {
   pacer *q = user;
-  for (uint32_t i = 0; i < p->n; i++) q->seen += p->x[i] + p->y[i] + p->sample[i] + (p->origin[0][i] > p->direction[0][i]);
+  for (uint32_t i = 0; i < p->n; i++)
+    q->seen += p->x[i] + p->y[i] + p->sample[i] + (p->origin[0][i] > p->direction[0][i]);
 }
 static void see_event(void *user, const pktrt_event *e) { ((pacer *)user)->seen += (uint32_t)e->kind + e->tested; }
 

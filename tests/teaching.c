@@ -1,0 +1,355 @@
+/* What is there to look at: steps of the paper path that can be left out, trees, events, packets and cost of renders, and
+   a sampler of one's own. */
+#include "pictures.h"
+
+enum { RAYS = 3000, EDGE = 24, STEPS = 6 };
+
+static world moving_or_not(bool moving) { return moving ? world_moving(2) : world_static(2); }
+
+/* --- steps --- */
+
+static void add_event(void *user, const pktrt_event *e) {
+  uint64_t *n = user;
+  n[0]++, n[1] += e->tested;
+  n[2] += e->kind == PKTRT_EVENT_TRIM, n[3] += e->kind == PKTRT_EVENT_LEAF_TEST,
+      n[4] += e->kind == PKTRT_EVENT_FRUSTUM_CULL;
+  n[5] += e->kind == PKTRT_EVENT_INTERVAL_CULL;
+  if (e->kind == PKTRT_EVENT_LEAF_TEST) n[6] += e->active;
+}
+
+static pktrt_counts by_steps(const pktrt_scene *s, uint32_t steps, uint32_t size, const pktrt_ray *ray, pktrt_hit *hit,
+                             bool *occluded, uint64_t told[7]) {
+  static pktrt_stats stats;
+  pktrt_query_desc q;
+  memset(&q, 0, sizeof q), memset(&stats, 0, sizeof stats), memset(told, 0, 7 * sizeof *told);
+  q.path = PKTRT_PATH_PAPER, q.packet_size = size, q.paper_steps = steps, q.stats = &stats;
+  q.trace = add_event, q.user = told;
+  if (hit) pktrt_intersect_ex(s, &q, ray, hit, RAYS);
+  else pktrt_occluded_ex(s, &q, ray, occluded, RAYS);
+  return stats.by_type[0];
+}
+
+static void steps_change_no_answer(void) {
+  static pktrt_ray ray[RAYS];
+  static pktrt_hit hit[RAYS], want[RAYS];
+  static bool dark[RAYS], dark_too[RAYS];
+  uint64_t asked = 0, told[7];
+  for (int moving = 0; moving < 2; moving++) {
+    world w = moving_or_not(moving);
+    pktrt_scene *s = world_scene(&w, PKTRT_ISA_AUTO, 1);
+    for (int kind = RAYS_CAMERA; kind <= RAYS_SPAWNED; kind++) {
+      make_rays(&w, s, (ray_kind)kind, 5, 0, ray, RAYS);
+      pktrt_intersect_n(s, ray, want, RAYS), pktrt_occluded_n(s, ray, dark, RAYS);
+      for (uint32_t i = 0; i < 3 + 2 * STEPS; i++) {
+        const uint32_t one = 1u << i % STEPS, mask = i < STEPS       ? one
+                                                     : i < 2 * STEPS ? 63 & ~one
+                                                     : i % STEPS > 1 ? 0
+                                                     : i % STEPS     ? PKTRT_PAPER_STEPS_2007
+                                                                     : PKTRT_PAPER_STEP_NONE;
+        const uint32_t size = (uint32_t[]){64, 16, 256, 1, 37}[i % 5];
+        pktrt_counts c = by_steps(s, mask, size, ray, hit, NULL, told);
+        CHECK(memcmp(hit, want, sizeof hit) == 0, "steps %x", mask);
+        CHECK(told[1] == c.box_tests, "events tell of every box that was tested: %llu of %llu",
+              (unsigned long long)told[1], (unsigned long long)c.box_tests);
+        const uint32_t all = mask ? mask : 63;
+        CHECK(all & PKTRT_PAPER_STEP_TRIM || told[2] == 0), CHECK(all & PKTRT_PAPER_STEP_FRUSTUM || told[4] == 0);
+        CHECK(all & PKTRT_PAPER_STEP_INTERVALS || told[5] == 0);
+        by_steps(s, mask, size, ray, NULL, dark_too, told);
+        CHECK(memcmp(dark, dark_too, sizeof dark) == 0, "steps %x", mask);
+        asked += 2 * RAYS;
+      }
+    }
+    pktrt_scene_destroy(s);
+    world_free(&w);
+  }
+  say("%llu rays asked with some of the steps", (unsigned long long)asked);
+}
+
+/* Each step does what it says it does: without it there is more of something, or less. */
+static void each_step_counts(void) {
+  static pktrt_ray ray[RAYS];
+  static pktrt_hit hit[RAYS];
+  world w = world_static(4);
+  pktrt_scene *s = world_scene(&w, PKTRT_ISA_AUTO, 1);
+  uint64_t told[7];
+  for (uint32_t i = 0; i < RAYS; i++) { /* of a pinhole, packets of 8 x 8 */
+    const uint32_t x = i / 64 % 8 * 8 + i % 8, y = i / 512 * 8 + i / 8 % 8;
+    const float eye[3] = {0.3f, 1.5f, 4}, to[3] = {((float)x - 31.3f) / 40, ((float)y - 22.4f) / 40 - 0.3f, -1};
+    ray[i] = pktrt_make_ray(eye, to);
+  }
+  const pktrt_counts all = by_steps(s, 0, 64, ray, hit, NULL, told);
+  const pktrt_counts same = by_steps(s, 63, 64, ray, hit, NULL, told);
+  CHECK(!memcmp(&all, &same, sizeof all) && told[2] > 0 && told[3] > 0 && told[4] > 0 && told[5] > 0);
+  pktrt_counts less[STEPS];
+  for (int i = 0; i < STEPS; i++) less[i] = by_steps(s, 63u & ~(1u << i), 64, ray, hit, NULL, told);
+  CHECK(less[0].vector_box_tests > all.vector_box_tests, "groups of the first active ray");
+  CHECK(less[1].box_tests > all.box_tests && less[1].interval_culls == 0, "interval arithmetic");
+  CHECK(less[2].box_tests > all.box_tests && less[2].frustum_culls == 0, "frustum");
+  CHECK(less[3].box_tests != all.box_tests, "trimming");
+  CHECK(less[4].triangle_tests > all.triangle_tests, "boxes of leaves");
+  CHECK(less[5].triangle_tests > all.triangle_tests && less[5].node_visits > all.node_visits, "order of children");
+  pktrt_scene_destroy(s);
+  world_free(&w);
+}
+
+/* --- trees --- */
+
+static bool box_may_be_hit(const pktrt_node *n, int k, const pktrt_ray *r, double far_) {
+  double in = r->tmin, out = far_;
+  for (int a = 0; a < 3; a++) {
+    const double lo = (double)n->lo[k][a] - (double)r->origin[a], hi = (double)n->hi[k][a] - (double)r->origin[a];
+    const double d = r->direction[a], slack = 1e-6 * (fabs(lo) + fabs(hi) + fabs((double)r->origin[a]));
+    if (d == 0) {
+      if (lo - slack > 0 || hi + slack < 0) return false;
+      continue;
+    }
+    in = fmax(in, fmin((lo - slack) / d, (hi + slack) / d)), out = fmin(out, fmax((lo - slack) / d, (hi + slack) / d));
+  }
+  return in <= out * (1 + 1e-6);
+}
+
+/* The nearest hit by walking the trees that the library shows; triangles are tested by the reference. shrink: of boxes, the
+   control. */
+static bool walk(const world *w, const pktrt_scene *s, const pktrt_ray *ray, double shrink, pktrt_hit *hit) {
+  pktrt_tree t;
+  bool any = false;
+  memset(hit, 0, sizeof *hit);
+  hit->t = ray->tmax;
+  for (uint32_t tree = 0; pktrt_get_tree(s, tree, &t); tree++) {
+    uint32_t stack[512], sp = 0;
+    stack[sp++] = 0;
+    while (sp) {
+      pktrt_node n;
+      if (!CHECK(pktrt_get_node(s, tree, stack[--sp], ray->time, &n))) break;
+      for (int k = 0; k < 8; k++) {
+        if (n.child[k] == PKTRT_NONE) continue;
+        for (int a = 0; a < 3; a++) n.lo[k][a] += (float)shrink, n.hi[k][a] -= (float)shrink;
+        if (!box_may_be_hit(&n, k, ray, hit->t)) continue;
+        if (!n.leaf[k]) stack[sp++] = n.child[k];
+        for (int i = 0; n.leaf[k] && i < 8; i++) {
+          float corner[9];
+          uint32_t index[3] = {0, 1, 2};
+          pktrt_hit one_hit;
+          world one = world_none();
+          if (n.mesh[k][i] == PKTRT_NONE) continue;
+          const mesh *m = &w->m[n.mesh[k][i]];
+          for (uint32_t c = 0; c < 3; c++) ref_vertex(m, m->i[3 * n.triangle[k][i] + c], ray->time, corner + 3 * c);
+          one.m[0].p = corner, one.m[0].i = index, one.m[0].nv = 3, one.m[0].nt = one.m[0].keys = 1, one.n = 1;
+          if (!ref_intersect(&one, ray, &one_hit)) continue;
+          one_hit.mesh = n.mesh[k][i], one_hit.triangle = n.triangle[k][i];
+          const bool first = !any || one_hit.t < hit->t ||
+                             (one_hit.t == hit->t && (one_hit.mesh < hit->mesh ||
+                                                      (one_hit.mesh == hit->mesh && one_hit.triangle < hit->triangle)));
+          if (first) *hit = one_hit, any = true;
+        }
+      }
+    }
+  }
+  return any;
+}
+
+static void walks_find_hits(void) {
+  static pktrt_ray ray[RAYS];
+  uint64_t hits = 0, lost = 0, wrong = 0;
+  for (int moving = 0; moving < 2; moving++) {
+    world w = moving_or_not(moving);
+    pktrt_scene *s = world_scene(&w, PKTRT_ISA_AUTO, 1);
+    for (int kind = RAYS_CAMERA; kind <= RAYS_SPAWNED; kind++) {
+      make_rays(&w, s, (ray_kind)kind, 6, 0, ray, RAYS);
+      for (uint32_t i = 0; i < RAYS; i += 10) {
+        pktrt_hit want, got;
+        const bool hit = pktrt_intersect(s, &ray[i], &want);
+        if (!ref_valid(&ray[i])) continue;
+        const bool found = walk(&w, s, &ray[i], 0, &got);
+        wrong += found != hit || (hit && (got.t != want.t || got.mesh != want.mesh || got.triangle != want.triangle));
+        hits += hit;
+        lost += hit && (!walk(&w, s, &ray[i], 0.02, &got) || got.t != want.t);
+      }
+    }
+    pktrt_scene_destroy(s);
+    world_free(&w);
+  }
+  CHECK(wrong == 0, "%llu of %llu", (unsigned long long)wrong, (unsigned long long)hits);
+  CHECK(hits > 500 && lost > 20, "%llu hits, %llu lost with boxes too small", (unsigned long long)hits,
+        (unsigned long long)lost);
+}
+
+/* Every triangle lies in one lane, in the boxes above it, and what there is not is told. */
+static void trees_are_whole(void) {
+  world w = world_moving(2);
+  pktrt_scene *s = world_scene(&w, PKTRT_ISA_AUTO, 1);
+  pktrt_tree t;
+  pktrt_node n;
+  uint64_t triangles = 0, of = 0;
+  uint32_t trees = 0;
+  for (; pktrt_get_tree(s, trees, &t); trees++) {
+    uint32_t nodes = 1, leaves = 0;
+    CHECK(t.model == PKTRT_NONE && t.keys >= 1 && t.mask != 0);
+    for (uint32_t i = 0; i < t.nodes; i++) {
+      if (!CHECK(pktrt_get_node(s, trees, i, 0.3f, &n))) break;
+      for (int k = 0; k < 8; k++) {
+        uint32_t seen = 0;
+        for (int j = 0; j < 8; j++) seen |= 1u << n.order[k][j];
+        CHECK(seen == 255, "an order names each place once");
+        nodes += n.child[k] != PKTRT_NONE && !n.leaf[k], leaves += n.leaf[k];
+        for (int j = 0; j < 8; j++) {
+          if (n.mesh[k][j] == PKTRT_NONE) continue;
+          const mesh *m = &w.m[n.mesh[k][j]];
+          CHECK(n.leaf[k] && m->keys == t.keys), triangles++;
+          for (uint32_t c = 0; c < 3; c++) {
+            float v[3];
+            ref_vertex(m, m->i[3 * n.triangle[k][j] + c], 0.3f, v);
+            for (int a = 0; a < 3; a++)
+              CHECK(v[a] >= n.lo[k][a] && v[a] <= n.hi[k][a] && v[a] >= t.lo[a] && v[a] <= t.hi[a]);
+          }
+        }
+      }
+    }
+    CHECK(nodes == t.nodes && leaves == t.leaves);
+    CHECK(!pktrt_get_node(s, trees, t.nodes, 0, &n) && n.child[0] == 0 && !pktrt_get_node(s, trees, PKTRT_NONE, 0, &n));
+  }
+  for (uint32_t i = 0; i < w.n; i++) of += w.m[i].nt;
+  CHECK(triangles > of * 9 / 10 && triangles <= of && trees == 4, "%llu of %llu triangles in %u trees",
+        (unsigned long long)triangles, (unsigned long long)of, trees);
+  CHECK(!pktrt_get_node(s, trees, 0, 0, &n) && !pktrt_get_tree(s, PKTRT_NONE, &t) && t.nodes == 0);
+  pktrt_scene_destroy(s);
+  world_free(&w);
+}
+
+/* --- renders --- */
+
+/* A mirror and a floor under a lamp. */
+static pktrt_scene *mirror_and_floor(void) {
+  pktrt_scene *s = stage_open();
+  pktrt_material m[2] = {material_of(0.7, PKTRT_SPECULAR_NONE, 0), material_of(0.2, PKTRT_SPECULAR_MIRROR, 0.6)};
+  quad floor = quad_of(vec_of(0, -1, 0), vec_of(0, 0, 4), vec_of(4, 0, 0));
+  quad mirror = quad_of(vec_of(0, 0, -2), vec_of(2, 0, 0.3), vec_of(0, 1.5, 0));
+  stage_quad(s, &floor, stage_material(s, &m[0])), stage_quad(s, &mirror, stage_material(s, &m[1]));
+  pktrt_light l = light_of(PKTRT_LIGHT_POINT, 30);
+  l.position[1] = 4, l.position[2] = 2;
+  stage_light(s, &l);
+  stage_commit(s);
+  return s;
+}
+
+typedef struct seen {
+  uint64_t events, packets, rays, in_area, told, off;
+  bool last_in_area, counts_area;
+  uint32_t samples[EDGE][EDGE];
+} seen;
+static void see_event(void *user, const pktrt_event *e) {
+  seen *l = user;
+  l->events++, l->told += e->tested, l->off += e->packet != 0 || (l->counts_area && !l->last_in_area);
+}
+static void see_packet(void *user, const pktrt_packet *p) {
+  seen *l = user;
+  l->packets++, l->rays += p->n, l->last_in_area = false;
+  for (uint32_t i = 0; i < p->n; i++) {
+    if (p->x[i] >= EDGE || p->y[i] >= EDGE || p->sample[i] >= 2) {
+      l->off++;
+      continue;
+    }
+    if (p->type == PKTRT_RAY_PRIMARY) l->samples[p->y[i]][p->x[i]] |= 1u << p->sample[i];
+    if (p->x[i] >= 3 && p->x[i] < 8 && p->y[i] >= 9 && p->y[i] < 11) l->last_in_area = true;
+    const double d2 =
+        pow((double)p->direction[0][i], 2) + pow((double)p->direction[1][i], 2) + pow((double)p->direction[2][i], 2);
+    l->off += !(d2 > 0) || (p->type == PKTRT_RAY_PRIMARY && fabs((double)p->origin[2][i] - 5) > 1e-6);
+  }
+  l->in_area += l->last_in_area;
+}
+
+static void renders_can_be_watched(void) {
+  pktrt_scene *s = mirror_and_floor();
+  float *want = stage_pixels(EDGE * EDGE * 3), *got = stage_pixels(EDGE * EDGE * 3);
+  pktrt_render_desc d = stage_view(PKTRT_MODE_WRT, EDGE, EDGE, want, vec_of(0, 0.5, 5), vec_of(0, 0, 0));
+  d.samples = 2;
+  stage_render(s, &d);
+  for (int path = 0; path < 3; path++)
+    for (int assembly = 0; assembly <= PKTRT_ASSEMBLY_NONE; assembly++)
+      for (int area = 0; area < 2; area++) {
+        static seen l;
+        static pktrt_stats stats;
+        float cost[3][EDGE * EDGE];
+        uint64_t sum[3] = {0};
+        memset(&l, 0, sizeof l);
+        d.pixels = got, d.path = (pktrt_path)path, d.assembly = (pktrt_assembly)assembly, d.packet_size = 4;
+        d.packet = see_packet, d.trace = see_event, d.user = &l, l.counts_area = area;
+        for (int i = 0; i < 4; i++) d.trace_area[i] = area ? (uint32_t[]){3, 9, 5, 2}[i] : 0;
+        d.stats = &stats;
+        for (int of = 0; of < 3; of++) {
+          memset(&stats, 0, sizeof stats);
+          d.cost = cost[of], d.cost_of = (pktrt_cost)of;
+          stage_render(s, &d);
+          CHECK(memcmp(got, want, EDGE * EDGE * 3 * sizeof *got) == 0, "path %d, assembly %d", path, assembly);
+          for (int i = 0; i < PKTRT_RAY_TYPE_COUNT; i++) {
+            const pktrt_counts *c = &stats.by_type[i];
+            sum[of] += of == 0   ? c->box_tests
+                       : of == 1 ? c->triangle_tests
+                                 : c->vector_box_tests + c->vector_triangle_tests;
+          }
+          double all = 0;
+          for (int i = 0; i < EDGE * EDGE; i++) all += 2 * (double)cost[of][i];
+          CHECK(fabs(all - (double)sum[of]) <= 1e-5 * (double)sum[of], "cost %d: %g of %llu", of, all,
+                (unsigned long long)sum[of]);
+        }
+        CHECK(l.off == 0 && l.rays > 3 * 2 * EDGE * EDGE, "%llu faults", (unsigned long long)l.off);
+        for (int i = 0; i < EDGE * EDGE; i++) CHECK(l.samples[i / EDGE][i % EDGE] == 3, "every sample is told");
+        if (path != PKTRT_PATH_PAPER) CHECK(l.events == 0);
+        else if (area) CHECK(l.events > 0 && l.told < 3 * sum[0] / 2 && l.in_area < l.packets);
+        else CHECK(l.told > 0 && (assembly == PKTRT_ASSEMBLY_NONE || l.told == 3 * sum[0]));
+      }
+  free(want), free(got);
+  pktrt_scene_destroy(s);
+}
+
+/* --- samplers --- */
+
+static uint64_t asked_for;
+static float as_sobol(void *user, uint32_t x, uint32_t y, uint32_t sample, uint32_t dimension, uint32_t seed) {
+  const pktrt_sampling sampling = {PKTRT_SAMPLER_SOBOL, 4, seed};
+  float u;
+  (void)user;
+  asked_for++;
+  pktrt_sample(&sampling, x, y, sample, dimension, 1, &u);
+  return u;
+}
+static float outside(void *user, uint32_t x, uint32_t y, uint32_t sample, uint32_t dimension, uint32_t seed) {
+  (void)user, (void)seed;
+  return (x + y + sample + dimension) % 3 ? NAN : dimension % 2 ? 7.0f : -INFINITY;
+}
+
+static void samplers_of_ones_own(void) {
+  pktrt_scene *s = mirror_and_floor();
+  quad lamp = quad_of(vec_of(0, 3, 0), vec_of(1, 0, 0), vec_of(0, 0, 1));
+  pktrt_light l = quad_light(&lamp, 4);
+  stage_light(s, &l);
+  float *want = stage_pixels(EDGE * EDGE * 3), *got = stage_pixels(EDGE * EDGE * 3);
+  pktrt_render_desc d = stage_view(PKTRT_MODE_DRT, EDGE, EDGE, want, vec_of(0, 0.5, 5), vec_of(0, 0, 0));
+  d.samples = 4, d.passes = 3, d.camera.aperture = 0.1f, d.seed = 9;
+  stage_render(s, &d);
+  d.sampler = PKTRT_SAMPLER_CUSTOM, d.custom_sampler = as_sobol, d.pixels = got;
+  stage_render(s, &d);
+  CHECK(memcmp(got, want, EDGE * EDGE * 3 * sizeof *got) == 0);
+  CHECK(asked_for > 4 * 3 * EDGE * EDGE * 4, "%llu numbers", (unsigned long long)asked_for);
+  d.custom_sampler = outside;
+  stage_render(s, &d);
+  CHECK(memcmp(got, want, EDGE * EDGE * 3 * sizeof *got) != 0, "another sampler, other bits");
+  for (int i = 0; i < EDGE * EDGE * 3; i++) CHECK(isfinite(got[i]));
+  d.custom_sampler = NULL;
+  CHECK(pktrt_render(s, &d) == PKTRT_INVALID_ARGUMENT && strstr(pktrt_last_error(s), "custom_sampler is NULL"));
+  CHECK(!strcmp(pktrt_sampler_string(PKTRT_SAMPLER_CUSTOM), "custom"));
+  free(want), free(got);
+  pktrt_scene_destroy(s);
+}
+
+void suite_teaching(void) {
+  run("the paper path answers the same with any of its steps left out, and its events tell of every box",
+      steps_change_no_answer);
+  run("each step of the paper path saves what it is there for", each_step_counts);
+  run("a walk over the trees that the library shows finds its hits, and with boxes too small does not",
+      walks_find_hits);
+  run("the trees that are shown hold every triangle once, within the boxes above it", trees_are_whole);
+  run("who watches packets, events and cost of a render sees every sample, and the picture stays the same",
+      renders_can_be_watched);
+  run("a sampler of one's own gives the picture that a built-in one of the same numbers gives", samplers_of_ones_own);
+}

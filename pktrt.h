@@ -12795,7 +12795,7 @@ typedef struct pktrt__pixel_sums {
   float gain, splits;      /* see pktrt__split_end */
 } pktrt__pixel_sums;
 typedef struct pktrt__aov_sums { /* of all samples */
-  double depth, normal[3], albedo[3], met, cost;
+  double depth, normal[3], albedo[3], met;
 } pktrt__aov_sums;
 enum {
   PKTRT__PASS_CELL = 4, /* pixels along the edge of the cells that get passes together */
@@ -14794,8 +14794,7 @@ static void pktrt__material_weights_rest(const pktrt_scene *scene, const pktrt__
 }
 
 static bool pktrt__aov_wanted(const pktrt__render_state *render) {
-  const pktrt_render_desc *d = render->desc;
-  return d->depth || d->normal || d->albedo || d->cost;
+  return render->desc->depth || render->desc->normal || render->desc->albedo;
 }
 
 /* Adds what primary rays met to the sums of the optional buffers (AOVs). */
@@ -15892,14 +15891,13 @@ static void pktrt__aov_write(const pktrt_render_desc *d, const pktrt__aov_sums *
     if (d->albedo) d->albedo[at * 3 + a] = (float)(sums->albedo[a] / n);
   }
   if (d->depth) d->depth[at] = sums->met > 0 ? (float)(sums->depth / sums->met) : INFINITY;
-  if (d->cost) d->cost[at] = (float)(sums->cost / n);
 }
 
 /* Adds the AOVs of pixel p of the block to those of the passes before, and writes their means. */
 static void pktrt__aov_add_pixel(const pktrt__tile *tile, pktrt__aov_sums *before, uint32_t p, size_t at) {
   pktrt__aov_sums one, *to = before ? before : &one;
   if (!before) memset(&one, 0, sizeof one);
-  to->depth += tile->depth[p], to->met += tile->hit_count[p], to->cost += tile->cost[p];
+  to->depth += tile->depth[p], to->met += tile->hit_count[p];
   for (int a = 0; a < 3; a++) to->normal[a] += tile->normal[a][p], to->albedo[a] += tile->albedo[a][p];
   pktrt__aov_write(tile->render->desc, to, (double)(tile->pass + 1) * tile->render->samples, at);
 }
@@ -15930,6 +15928,10 @@ PKTRT__NOINLINE void pktrt__tile_write_pixels(const pktrt__tile *tile, const uin
     if (tile->render->splits) passes->sums[own].gain += tile->gain[p], passes->sums[own].splits += tile->splits[p];
     for (int a = 0; !passes && a < 3; a++) to[a] = pktrt__to_float(mean[a]);
     if (notes) pktrt__aov_add_pixel(tile, passes ? &passes->aovs[own] : NULL, p, at);
+    if (d->cost) {
+      const double before = tile->pass ? (double)d->cost[at] : 0;
+      d->cost[at] = (float)(before + (tile->cost[p] / n - before) / (tile->pass + 1));
+    }
     if (d->sample_count) d->sample_count[at] = (tile->pass + 1) * tile->render->samples;
   }
 }
@@ -15950,11 +15952,11 @@ static void pktrt__tile_render_pixels(pktrt__tile *tile, const uint32_t *x, cons
   const uint32_t samples = tile->render->samples;
   uint32_t n = 0;
   memset(tile->sum, 0, sizeof tile->sum);
+  if (tile->render->desc->cost) memset(tile->cost, 0, sizeof tile->cost);
   if (tile->render->choose) pktrt__split_begin(tile, x, y, pixels);
   if (pktrt__aov_wanted(tile->render)) {
     memset(tile->hit_count, 0, sizeof tile->hit_count), memset(tile->depth, 0, sizeof tile->depth);
     memset(tile->normal, 0, sizeof tile->normal), memset(tile->albedo, 0, sizeof tile->albedo);
-    memset(tile->cost, 0, sizeof tile->cost);
   }
   for (uint32_t p = 0; p < pixels; p++)
     for (uint32_t s = 0; s < samples; s++) {

@@ -424,7 +424,7 @@ static void refusals(void) {
     case 39: d.mode = (pktrt_mode)3, word = "3"; break;
     case 40: d.samples = 65537, word = "65537"; break;
     case 41: d.samples = 0xFFFFFFFFu, word = "4294967295"; break;
-    case 42: d.sampler = PKTRT_SAMPLER_COUNT, word = "7"; break;
+    case 42: d.sampler = (pktrt_sampler)(PKTRT_SAMPLER_COUNT + 1), word = "8"; break;
     case 43: d.sampler = (pktrt_sampler)-1, word = "-1"; break;
     case 44: d.max_depth = 51, word = "51"; break;
     case 45: d.attenuation = 1.25f, word = "1.25"; break;

@@ -668,10 +668,10 @@ static void stack_bound(void) {
 
 /* --- statistics --- */
 
-static uint64_t event_count[8];
+static uint64_t event_count[PKTRT_EVENT_LEAF_TEST + 1];
 static void count_event(void *user, const pktrt_event *e) {
   (void)user;
-  if (CHECK((unsigned)e->kind < 8)) event_count[e->kind]++;
+  if (CHECK((unsigned)e->kind < COUNT(event_count))) event_count[e->kind]++;
 }
 
 static void statistics(void) {

@@ -6,6 +6,7 @@
 #include "../pktrt.h"
 
 #include "filter.h"
+#include "heat.h"
 #include "mesh_file.h"
 #include "output.h"
 #include "scenes.h"
@@ -23,7 +24,7 @@ typedef struct options {
   unsigned passes;                                                     /* 0: as many as it takes */
   int mode, path, sampler, assembly, branching, lights, glass_shadows; /* values of the library's enumerations */
   int normals, shadows, phong;                                         /* the same */
-  int measure;                                                         /* such a value; -1: not given */
+  int measure, heat;                                                   /* such values; -1: not given */
   pktrt_isa isa;
   bool up_z, has_camera, has_frame, progress, count, adaptive, explain, filter;
   float camera[6];                             /* eye, target */
@@ -71,6 +72,10 @@ static void print_help_picture(void) {
       "  --exposure E     factor on the picture as it is written (default 1)\n"
       "  -o FILE          .png (8 bit sRGB) or .pfm (linear floats); without it no picture is written. A device or\n"
       "                   a pipe of any other name gets a .png\n"
+      "  --heat WHAT      instead of the picture what it costs: boxes, triangles or vectors (paper path) tested per "
+      "sample;\n"
+      "                   finer for small --packet; .png: in colours, white is the number beside the bar; .pfm: "
+      "numbers\n"
       "  --buffers PREFIX also write PREFIX-depth.pfm, PREFIX-normal.pfm and PREFIX-albedo.pfm\n");
 }
 
@@ -205,7 +210,7 @@ static bool parse_attenuation(const char *text, double *attenuation) {
 enum option_name {
   OPT_SCENE = 256, OPT_MESH, OPT_INSTANCES, OPT_CAMERA, OPT_UP, OPT_FRAME, OPT_FRAMES, OPT_SHUTTER, OPT_LIGHT_SIZE,
   OPT_APERTURE, OPT_FOCUS, OPT_MODE, OPT_SIZE, OPT_SPP, OPT_SAMPLER, OPT_SEED, OPT_DEPTH, OPT_ATTENUATION,
-  OPT_BRANCHING, OPT_LIGHTS, OPT_GLASS_SHADOWS, OPT_NORMALS, OPT_SHADOWS, OPT_PHONG, OPT_EXPOSURE, OPT_BUFFERS, OPT_PASSES,
+  OPT_BRANCHING, OPT_LIGHTS, OPT_GLASS_SHADOWS, OPT_NORMALS, OPT_SHADOWS, OPT_PHONG, OPT_EXPOSURE, OPT_HEAT, OPT_BUFFERS, OPT_PASSES,
   OPT_TARGET_ERROR, OPT_MEASURE, OPT_TIME, OPT_ADAPTIVE, OPT_ERROR_MAP, OPT_FILTER, OPT_PATH, OPT_PACKET, OPT_ASSEMBLY,
   OPT_ISA, OPT_THREADS, OPT_TILE, OPT_EXPLAIN, OPT_NO_COUNT, OPT_NO_PROGRESS
 };
@@ -236,6 +241,7 @@ static const struct option option_list[] = {{"scene", required_argument, NULL, O
                                             {"shadows", required_argument, NULL, OPT_SHADOWS},
                                             {"phong", required_argument, NULL, OPT_PHONG},
                                             {"exposure", required_argument, NULL, OPT_EXPOSURE},
+                                            {"heat", required_argument, NULL, OPT_HEAT},
                                             {"buffers", required_argument, NULL, OPT_BUFFERS},
                                             {"passes", required_argument, NULL, OPT_PASSES},
                                             {"target-error", required_argument, NULL, OPT_TARGET_ERROR},
@@ -283,6 +289,7 @@ static bool parse_option(options *o, int option, const char *text) {
   case OPT_SHADOWS: return ex_parse_word("shadows", text, shadow_names, &o->shadows);
   case OPT_PHONG: return ex_parse_word("phong", text, phong_names, &o->phong);
   case OPT_EXPOSURE: return ex_parse_real("exposure", text, 1e-6, 1e6, &o->exposure);
+  case OPT_HEAT: return ex_parse_word("heat", text, heat_words, &o->heat);
   case OPT_BUFFERS: o->buffers = text; return true;
   case OPT_PASSES: return ex_parse_uint("passes", text, 2, 65536, &o->passes);
   case OPT_TARGET_ERROR: return ex_parse_real("target-error", text, 1e-9, 1e9, &o->target_error);
@@ -341,6 +348,9 @@ static bool complete_options(options *o) {
   if (o->instances > 0 && o->light_size > 0)
     return ex_fail("--light-size, --instances: a scene in instances is without its lights");
   if (o->frame >= o->frames) return ex_fail("--frame: %u is beyond the last of %u frames", o->frame, o->frames);
+  if (o->heat == PKTRT_COST_VECTORS && o->path != PKTRT_PATH_PAPER)
+    return ex_fail("--heat: vectors are counted on the paper path only; see --path");
+  if (o->heat >= 0 && o->filter) return ex_fail("--heat, --filter: what a picture costs has no noise to take out");
   if (!o->scene && !o->mesh) o->scene = scene_names()[0];
   if (o->scene) o->up_z = false;
   if (o->shutter < 0) o->shutter = o->mode == PKTRT_MODE_DRT && !o->mesh ? 1.0 / o->frames : 0;
@@ -358,7 +368,7 @@ static bool parse_options(options *o, int argc, char **argv) {
   o->progress = o->count = true;
   o->aperture = o->focus = o->shutter = o->light_size = -1;
   o->exposure = 1;
-  o->measure = -1;
+  o->measure = o->heat = -1;
   opterr = 0; /* our own line instead */
   for (;;) {
     int at = optind, option = getopt_long(argc, argv, "o:h", option_list, NULL);
@@ -512,6 +522,7 @@ typedef struct job {
   pktrt_render_desc view;
   float *buffers[BUFFERS];
   float *error; /* of each pixel, for the map; NULL: not wanted */
+  float *cost;  /* of each pixel, for --heat; NULL: not wanted */
   pktrt_report report;
   pktrt_stats stats;
   double load_seconds, build_seconds, render_seconds;
@@ -697,6 +708,10 @@ static bool allocate(job *j) {
     j->error = (float *)calloc(pixels, sizeof(float));
     ok = j->error != NULL;
   }
+  if (ok && o->heat >= 0) {
+    j->cost = (float *)calloc((size_t)o->width * o->height, sizeof *j->cost);
+    ok = j->cost != NULL;
+  }
   if (ok && o->filter) ok = filter_begin(&j->halves, o->width, o->height);
   j->view.depth = j->buffers[0], j->view.normal = j->buffers[1], j->view.albedo = j->buffers[2];
   return ok || ex_fail("not enough memory for a picture of %u x %u", o->width, o->height);
@@ -715,22 +730,9 @@ static uint64_t checksum(const float *pixels, size_t n) {
 
 /* Colour of a relative error, linear: from black over red to white as its logarithm grows from 0.1% to 100%. */
 static void error_colour(double error, float rgb[3]) {
-  enum { STEPS = 6 };
-  static const unsigned char stops[STEPS + 1][3] = {{0, 0, 0},      {35, 15, 95},   {110, 25, 120}, {205, 50, 70},
-                                                    {245, 125, 25}, {250, 205, 70}, {255, 255, 255}};
   static const float none[3] = {0, 1, 0};
-  if (!(error < INFINITY)) {
-    memcpy(rgb, none, sizeof none);
-    return;
-  }
-  const double last = (double)STEPS;
-  double at = error > 0 ? (log10(error) + 3) * last / 3 : 0;
-  at = at < 0 ? 0 : at > last ? last : at;
-  const int below = at < last ? (int)at : STEPS - 1;
-  for (int c = 0; c < 3; c++) {
-    const double code = stops[below][c] + (at - below) * (stops[below + 1][c] - stops[below][c]);
-    rgb[c] = (float)ex_srgb_decode(code / 255);
-  }
+  if (error < INFINITY) heat_colour(error > 0 ? (log10(error) + 3) / 3 : 0, rgb);
+  else memcpy(rgb, none, sizeof none);
 }
 
 /* The squared mean of the pixels in [x, x+w) x [y, y+h) whose error is known. */
@@ -775,13 +777,26 @@ static bool write_error_map(job *j) {
   return ok;
 }
 
+/* Paints over the picture. */
+static bool write_heat(job *j) {
+  const options *o = &j->given;
+  output_file *file = &j->outputs[OUTPUT_PICTURE];
+  if (ex_has_suffix(o->output, ".pfm")) return output_write(file, j->cost, o->width, o->height, 1);
+  const double scale = heat_scale(j->cost, (size_t)o->width * o->height);
+  const heat_picture to = {j->view.pixels, o->width, o->height};
+  if (scale < 0) return ex_fail("%s: not enough memory", o->output);
+  heat_paint(j->cost, scale, &to);
+  return output_write(file, j->view.pixels, o->width, o->height, 3);
+}
+
 static bool write_pictures(job *j) {
   const options *o = &j->given;
   const size_t n = (size_t)o->width * o->height * 3;
   j->checksum = checksum(j->view.pixels, n); /* of what was rendered: exposure is a matter of looking at it */
   if (o->error_map && !write_error_map(j)) return false;
   for (size_t i = 0; i < n; i++) j->view.pixels[i] *= (float)o->exposure;
-  bool ok = !o->output || output_write(&j->outputs[OUTPUT_PICTURE], j->view.pixels, o->width, o->height, 3);
+  bool ok = !o->output || (j->cost ? write_heat(j)
+                                   : output_write(&j->outputs[OUTPUT_PICTURE], j->view.pixels, o->width, o->height, 3));
   for (int b = 0; ok && o->buffers && b < BUFFERS; b++)
     ok = output_write(&j->outputs[OUTPUT_BUFFERS + b], j->buffers[b], o->width, o->height, buffer_kinds[b].channels);
   return ok;
@@ -830,6 +845,8 @@ static void describe(job *j) {
   view->adaptive = o->adaptive;
   view->report = &j->report;
   view->pixel_error = j->error;
+  view->cost = j->cost;
+  view->cost_of = (pktrt_cost)(j->cost ? o->heat : 0);
 }
 
 /* Before the picture, which may take long. */
@@ -1045,6 +1062,7 @@ int main(int argc, char **argv) {
   if (ok) print_table(&j);
   free(j.view.pixels);
   free(j.error);
+  free(j.cost);
   filter_end(&j.halves);
   for (int b = 0; b < BUFFERS; b++) free(j.buffers[b]);
   scene_free(&j.built_in);

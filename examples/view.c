@@ -14,6 +14,7 @@
 #include "../pktrt.h"
 
 #include "filter.h"
+#include "heat.h"
 #include "scenes.h"
 #include "words.h"
 #include <SDL.h>
@@ -28,6 +29,7 @@ typedef struct settings {
   unsigned packet;
   double shutter, time; /* parts of the animation, which is a loop */
   bool adaptive, filter;
+  int heat; /* 0: the picture; else, less 1, what of its cost is shown */
 } settings;
 
 typedef struct options {
@@ -47,7 +49,8 @@ static void print_keys(void) {
          "        . ,     shutter (drt)            N       next sampler\n"
          "        A       adaptive or uniform      R       everything as at the start\n"
          "        S       save what is shown       H       this text\n"
-         "        F       filter while it moves    Esc, Q  quit\n");
+         "        F       filter while it moves    Esc, Q  quit\n"
+         "        C       what it costs: boxes, triangles, vectors (paper path), and again the picture\n");
   fflush(stdout);
 }
 
@@ -174,6 +177,7 @@ typedef struct viewer {
   unsigned width, height; /* of texture and buffers */
   float *pixels;
   float *depth, *normal, *albedo; /* for the filter, in one block */
+  float *cost, *heat;             /* tests per sample, and their colours, in another */
   filter_halves halves;           /* of a preview's passes */
   unsigned char *codes;           /* what is shown, sRGB, shown_width x shown_height */
   unsigned shown_width, shown_height;
@@ -241,6 +245,7 @@ static bool fit_window(viewer *v) {
   if (v->texture) SDL_DestroyTexture(v->texture);
   free(v->pixels);
   free(v->depth);
+  free(v->cost);
   free(v->codes);
   v->shown_width = v->shown_height = 0;
   v->texture =
@@ -249,9 +254,10 @@ static bool fit_window(viewer *v) {
   v->codes = (unsigned char *)malloc(n);
   v->depth = (float *)calloc(n / 3 * 7, sizeof(float));
   v->normal = v->depth ? v->depth + n / 3 : NULL, v->albedo = v->depth ? v->depth + n / 3 * 4 : NULL;
+  v->cost = (float *)calloc(n / 3 * 4, sizeof(float)), v->heat = v->cost ? v->cost + n / 3 : NULL;
   v->resized = false;
   if (!v->texture) return sdl_failed("the window's picture");
-  return (v->pixels && v->codes && v->depth) ||
+  return (v->pixels && v->codes && v->depth && v->cost) ||
          ex_fail("not enough memory for a picture of %u x %u", v->width, v->height);
 }
 
@@ -272,6 +278,7 @@ static void close_window(viewer *v) {
   SDL_Quit();
   free(v->pixels);
   free(v->depth);
+  free(v->cost);
   free(v->codes);
 }
 
@@ -284,15 +291,18 @@ static void present(viewer *v) {
   SDL_RenderPresent(v->renderer);
 }
 
+static const char *const heat_titles[] = {": boxes", ": triangles", ": vectors"};
+
 /* Frames per second are previews, or passes, shown within a second. */
 static void show_title(viewer *v) {
   const settings *s = &v->now;
   char text[256], error[32] = "-";
   if (v->refining && v->report.rmse < INFINITY) snprintf(error, sizeof error, "%.5f", v->report.rmse);
   snprintf(text, sizeof text,
-           "%s %s, %.1f frames/s, error %s, %.4g spp%s%s%s - packets %u %s, %s, aperture %.3g, shutter %.3g, "
+           "%s %s%s, %.1f frames/s, error %s, %.4g spp%s%s%s - packets %u %s, %s, aperture %.3g, shutter %.3g, "
            "time %.2f",
-           v->given.scene, mode_words[s->mode], v->frame_seconds > 0 ? 1 / v->frame_seconds : 0.0, error,
+           v->given.scene, mode_words[s->mode], s->heat ? heat_titles[s->heat - 1] : "",
+           v->frame_seconds > 0 ? 1 / v->frame_seconds : 0.0, error,
            v->refining ? v->report.samples_mean
            : s->filter ? 4.0
                        : 1.0,
@@ -306,11 +316,17 @@ static void show_title(viewer *v) {
   v->titled_at = ex_seconds();
 }
 
-/* Shows a picture of linear floats, at most as large as the window. */
+/* Shows a picture of linear floats, at most as large as the window, or its cost. */
 static bool show_picture(viewer *v, unsigned width, unsigned height) {
   SDL_Rect part;
   part.x = part.y = 0, part.w = (int)width, part.h = (int)height;
-  ex_srgb_encode(v->pixels, v->codes, (size_t)width * height * 3);
+  if (v->now.heat) {
+    const heat_picture to = {v->heat, width, height};
+    const double scale = heat_scale(v->cost, (size_t)width * height);
+    if (scale < 0) return ex_fail("not enough memory for the colours of cost");
+    heat_paint(v->cost, scale, &to);
+  }
+  ex_srgb_encode(v->now.heat ? v->heat : v->pixels, v->codes, (size_t)width * height * 3);
   v->shown_width = width, v->shown_height = height;
   if (SDL_UpdateTexture(v->texture, &part, v->codes, (int)width * 3) != 0) return sdl_failed("the window's picture");
   present(v);
@@ -351,9 +367,13 @@ static void step_aperture(settings *s, bool up) {
 static bool change_settings(settings *s, const settings *first, SDL_Keycode key) {
   switch (key) {
   case SDLK_m: s->mode = (s->mode + 1) % 3; return true;
-  case SDLK_t: s->path = (s->path + 1) % 3; return true;
+  case SDLK_t:
+    s->path = (s->path + 1) % 3;
+    if (s->heat > PKTRT_COST_VECTORS) s->heat = 1; /* which this path does not count */
+    return true;
   case SDLK_n: s->sampler = (s->sampler + 1) % PKTRT_SAMPLER_COUNT; return true;
   case SDLK_p: s->packet = s->packet < 16 ? 2 * s->packet : 2; return true;
+  case SDLK_c: s->heat = (s->heat + 1) % (s->path == PKTRT_PATH_PAPER ? 4 : 3); return true;
   case SDLK_f: s->filter = !s->filter; return true;
   case SDLK_a: s->adaptive = !s->adaptive; return true;
   case SDLK_PLUS:
@@ -470,6 +490,7 @@ static void describe(viewer *v, pktrt_render_desc *d) {
   d->packet_size = s->packet;
   d->path = (pktrt_path)s->path;
   d->sampler = (pktrt_sampler)s->sampler;
+  if (s->heat) d->cost = v->cost, d->cost_of = (pktrt_cost)(s->heat - 1);
   d->tile_size = 32; /* the time of a tile is how long the user may have to wait */
 }
 

@@ -78,6 +78,7 @@
        >>instance     models, and instances that place them
        >>query        rays, hits, one or many, arrays of structures or structures of arrays; leaving a surface
        >>stats        counts of work, events for teaching, queries with everything spelled out
+       >>tree         the trees, to look at
        >>report       what a scene has, what a render runs, and what was left out
        >>camera       a pinhole or a thin lens, a shutter, between two poses
        >>light        point, directional, quad, sphere, mesh, environment; which light is counted where
@@ -453,7 +454,8 @@
                                whole packet counts as a cull, by its kind.
      5.1, shading              >>fresnel: exact terms. Depth to 50 (PKTRT_MAX_DEPTH); `attenuation` of pktrt_render_desc
                                cuts off rays by their weight.
-     5.2, table 1, figure 6    table1 and figure6 of bench/paper/paper.c (`make bench`, bench/README.md), which measures
+     5.2, table 1, figure 6    pktrt_paper_step leaves out what the paper's packets did not do: triangle tests then grow with
+                               packets as in figure 6. table1 and figure6 of bench/paper/paper.c (`make bench`, bench/README.md), which measures
                                all results again, and what other sections claim; section31: what SIMD and amortisation
                                give.
      5.3, table 2, table 3     table2, rays per second of the three modes; table3, of DRT, a pixel to a packet;
@@ -541,7 +543,7 @@
 extern "C" {
 #endif
 
-#define PKTRT_VERSION 1100              /* major * 10000 + minor * 100 + patch */
+#define PKTRT_VERSION 1200              /* major * 10000 + minor * 100 + patch */
 #define PKTRT_NONE 0xFFFFFFFFu          /* "no mesh", "no triangle" */
 #define PKTRT_MAX_TRIANGLES 2147483647u /* of a scene; more: PKTRT_LIMIT */
 #define PKTRT_MAX_KEYS 1024u            /* motion keys of one mesh; more: PKTRT_LIMIT */
@@ -5622,6 +5624,11 @@ PKTRT__COLD const char *pktrt__check_sentence(uint32_t faults) {
 #else
 #define PKTRT__WITH_PAPER_PATH 1
 #endif
+#ifdef PKTRT__HAS_NEON
+#define PKTRT__VECTOR_PAPER pktrt__drive_paper_neon
+#else
+#define PKTRT__VECTOR_PAPER pktrt__drive_paper_sse2
+#endif
 /* UNROLL stands before short loops over axes or corners: gcc -O2 would keep their vectors in memory otherwise. */
 #if PKTRT__STAMP != PKTRT__STAMP_SCALAR && defined(__GNUC__) && !defined(__clang__) && defined(__OPTIMIZE__)
 #define UNROLL _Pragma("GCC unroll 8")
@@ -8183,11 +8190,7 @@ PKTRT__NOINLINE void pktrt__place_resolve8(const pktrt_scene *scene, pktrt__batc
 #if !PKTRT__WITH_PAPER
 #define pktrt__drive_paper pktrt__drive_paper_avx2
 #elif !PKTRT__WITH_PAPER_PATH && !defined(PKTRT_NO_PAPER)
-#ifdef PKTRT__HAS_SSE2
-#define pktrt__drive_paper pktrt__drive_paper_sse2
-#else
-#define pktrt__drive_paper pktrt__drive_paper_neon
-#endif
+#define pktrt__drive_paper PKTRT__VECTOR_PAPER
 static void pktrt__drive_paper(const pktrt__query *call, const pktrt_scene *scene, pktrt__batch *b, uint32_t begin,
                                uint32_t end, const bool occlusion);
 #elif !defined(PKTRT_NO_PAPER)
@@ -10702,6 +10705,7 @@ static const pktrt__kernel_table pktrt__kernels = {pktrt__entry_trace,
 #undef PKTRT__WITH_FIT
 #undef PKTRT__WITH_PAPER
 #undef PKTRT__WITH_PAPER_PATH
+#undef PKTRT__VECTOR_PAPER
 #undef STEP
 #undef SHARED
 #undef LONG
@@ -16845,6 +16849,9 @@ PKTRT_DEF size_t pktrt_scene_report_text(const pktrt_scene_report *r, char *text
 #endif /* the public functions */
 /* >>changes ----------------------------------------------------------------------------------------------------------
 
+     0.12.0   To look inside: pktrt_get_tree, pktrt_get_node; steps of the paper's path left out (paper_steps); events of leaves
+              and trimming, with tree, packet, depth and rays tested, from renders as well; cost of pixels;
+              PKTRT_SAMPLER_CUSTOM. Changed: `packet` of pktrt_render_desc gets a pktrt_packet.
      0.11.0   Light with less error: by solid angle, by lights and lobes together, environments by where they are bright
               (pktrt_prepare_environment), one light of many by a tree (PKTRT_LIGHTS_ONE); lights can be visible. Adaptive
               passes by cells of 4 x 4. Estimates tell their interval, and when they are not to be believed (trust_estimates).

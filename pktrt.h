@@ -5214,12 +5214,14 @@ typedef struct pktrt__query { /* one query, as the kernels see it */
   size_t first; /* of the batch's rays in the call, for events */
 } pktrt__query;
 
+#ifndef PKTRT_NO_PAPER
 /* Returns the number of the first tree of a scene, or of a model in it. */
 static uint32_t pktrt__tree_first(const pktrt_scene *s, const pktrt_scene *of) {
   uint32_t first = s == of ? 0 : s->bvh_count;
   for (uint32_t i = 0; s != of && s->models[i] != of; i++) first += s->models[i]->bvh_count;
   return first;
 }
+#endif
 
 /* The variant of a kernel, whose flags each instance knows at compile time; counts is written only if stats is set. */
 typedef struct pktrt__variant {
@@ -14952,8 +14954,7 @@ static void pktrt__packet_trace(pktrt__tile *tile, pktrt__batch *b, uint32_t n, 
   d.path = alone && render->desc->path == PKTRT_PATH_FAST ? PKTRT_PATH_SINGLE : render->desc->path;
   d.packet_size = alone ? 1 : n;
   if (render->desc->paper_steps) d.paper_steps = render->desc->paper_steps;
-  if (PKTRT__STATS && PKTRT__PAPER && d.path == PKTRT_PATH_PAPER && render->desc->trace &&
-      pktrt__packet_is_traced(tile, lane, n))
+  if (PKTRT__STATS && d.path == PKTRT_PATH_PAPER && render->desc->trace && pktrt__packet_is_traced(tile, lane, n))
     d.trace = render->desc->trace, d.user = render->desc->user;
   const bool counted = PKTRT__STATS && (tile->stats || render->desc->cost);
   if (counted) memset(&counts, 0, sizeof counts), call.counts = &counts;

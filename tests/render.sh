@@ -77,6 +77,20 @@ check "a line" refused 'line.tri: there is nothing to see' --mesh line.tri --siz
 check "one that fills the range of coordinates" refused 'all.tri: a camera' --mesh all.tri --size 32x32
 check "which a camera within it makes no error" quiet --mesh all.tri --camera 0,0,1e30,0,0,-1e30 --size 32x32
 
+# --- what pixels cost ---
+
+costs() { tail -c $((32 * 32 * 4)) cost.pfm | od -An -v -tf4 -w4 | awk '{ sum += $1 } END { print sum }'; }
+counted() { awk -v column="$1" '$1 == "all" { print $2 * $column }' table.txt; } # of the table: tests per ray
+heat() { # what, the table's column, arguments...: the pixels' costs are all of what was counted
+  quiet --mesh unit.tri --size 32x32 --heat "$1" -o cost.pfm "${@:3}" && within "$(costs)" "$(counted "$2")" 0.01
+}
+check "pixels share what boxes cost" heat boxes 4
+check "and triangles, one by one" heat triangles 5 --path single
+check "and on the path of the paper" heat boxes 4 --path paper --packet 2
+check "control: boxes are no triangles" fails heat boxes 5
+check "colours are a picture" quiet --mesh unit.tri --size 128x64 --path paper --heat vectors -o heat.png
+check "vectors are refused on other paths by name" refused '--heat: vectors' --mesh unit.tri --heat vectors
+
 # --- files ---
 
 start() { # an empty folder for the files, with one of before

@@ -162,6 +162,16 @@ check "R changes it back" title_has '^rtrt drt.*done'
 check "S saves the picture" saved again
 check "which is the first again" cmp "$dir/first.png" "$dir/again.png"
 
+press c
+check "C shows what it costs" title_has '^rtrt drt: boxes.*done'
+check "S saves the colours" saved heat
+check "which are another picture" differ "$dir/first.png" "$dir/heat.png"
+check "the screen shows them" screen_shows heat
+press c c
+check "C shows the picture again" title_has '^rtrt drt, .*done'
+check "S saves the picture" saved cold
+check "which is the first again" cmp "$dir/first.png" "$dir/cold.png"
+
 echo "mouse"
 drag 1
 check "S saves the picture" saved orbit

@@ -51,6 +51,7 @@ endif
 .PHONY: all demo effects deform view test-view readme-pictures test test-leaveout sanitize test-neon matrix platforms checksum flags test-guards deps deps-extra format format-check clean help
 .PHONY: mutants map structure figures parts bench bench-check bench-plots bench-readme bench-pictures bench-tests peers exactness before instances error error-check error-before error-before-check error-before-samples leaveout leaveout-check leaveout-before
 .PHONY: stability stability-neon stability-sanitize sanitize-threads fuzz
+.PHONY: course course-check course-test course-text course-check-text course-pictures
 .DELETE_ON_ERROR:
 
 all:
@@ -62,6 +63,10 @@ help:
 	@echo "effects     makes out/effects-*.png               deform      makes the frames out/deform-*.png"
 	@echo "view        looks around in a scene; ARGS=\"--scene conference\", ARGS=--help for keys"
 	@echo "test-view   drives it under Xvfb and looks at the screen"
+	@echo "course      builds and runs the course's programs: figures and out/course/*; the way through: examples/course/README.md"
+	@echo "course-check  N=2 FILE=mine.c: whether that solves the exercise of chapter 2"
+	@echo "course-test  solutions pass, skeletons fail, listings are the code's; course-check-text only the last"
+	@echo "course-text  puts the code into the texts anew        course-pictures  keeps the small pictures of the texts"
 	@echo "test        runs all tests                        sanitize    runs a smaller set under ASan and UBSan"
 	@echo "test-leaveout  the PKTRT_NO_... switches, each alone and all together"
 	@echo "mutants     how many of 400 single faults, planted in every room of the header, the tests notice, in three hours"
@@ -152,6 +157,75 @@ readme-pictures: effects
 	  picture --scene $$scene --mode $$mode --spp 256 --size 256x256 -o .pictures/$$scene-$$mode.png; \
 	done; done
 	cp out/effects-*.png .pictures/
+
+# --- the course ---
+
+# Chapters and labs are found by their names, as examples/course/README.md says. A program's figures stand beside its pictures.
+COURSE = examples/course
+COURSE_HEADERS = $(COURSE)/course.h $(EXAMPLE_HEADERS)
+COURSE_FILES = $(sort $(patsubst $(COURSE)/%.c,%,$(wildcard $(COURSE)/*.c)))
+COURSE_PROGRAMS = $(filter-out %_check %_exercise %_solution,$(COURSE_FILES))
+COURSE_CHECKS = $(patsubst %_check,%,$(filter %_check,$(COURSE_FILES)))
+COURSE_TEXTS = $(sort $(wildcard $(COURSE)/*.md))
+COURSE_CC = $(CC) $(CFLAGS) $(STRICT) $(SHARED) -I$(COURSE)
+
+course:
+	$(BUILD) $(COURSE_PROGRAMS:%=out/course/%.txt)
+	@cat $(COURSE_PROGRAMS:%=out/course/%.txt)
+
+out/course/%.txt: $(B)/course/% | out/course
+	$< >$@ || { cat $@; exit 1; }
+
+$(B)/course/%: $(COURSE)/%.c $(COURSE_HEADERS) $(B)/pktrt.o | $(B)/course
+	$(COURSE_CC) $< $(B)/pktrt.o -o $@ $(LDFLAGS) $(LDLIBS)
+
+.SECONDARY: $(COURSE_PROGRAMS:%=$(B)/course/%)
+
+# An answer is compiled with the check of its chapter.
+$(B)/course/%_exercise $(B)/course/%_solution: $(COURSE)/%_check.c $(COURSE_HEADERS) $(B)/pktrt.o | $(B)/course
+	$(COURSE_CC) $< $(COURSE)/$(@F).c $(B)/pktrt.o -o $@ $(LDFLAGS) $(LDLIBS)
+$(foreach n,$(COURSE_CHECKS),$(eval $(addprefix $(B)/course/$n_,exercise): $(COURSE)/$n_exercise.c))
+$(foreach n,$(COURSE_CHECKS),$(eval $(addprefix $(B)/course/$n_,solution): $(COURSE)/$n_solution.c))
+
+CHAPTER = $(if $(filter 1 2 3 4 5 6 7 8 9,$(N)),0)$(N)
+course-check: | $(B)/course out/course
+	@[ -f "$(COURSE)/$(CHAPTER)_check.c" ] && [ -f "$(FILE)" ] || \
+	  { echo "course-check: of which chapter, and which file? As in make course-check N=2 FILE=mine.c"; exit 1; }
+	$(BUILD) $(B)/pktrt.o
+	$(COURSE_CC) $(COURSE)/$(CHAPTER)_check.c $(FILE) $(B)/pktrt.o -o $(B)/course/$(CHAPTER)_mine $(LDFLAGS) $(LDLIBS)
+	$(B)/course/$(CHAPTER)_mine
+
+TCC := $(shell command -v tcc)
+course-test: course-check-text | out/course
+	$(BUILD) $(COURSE_PROGRAMS:%=$(B)/course/%) $(foreach n,$(COURSE_CHECKS),$(B)/course/$n_exercise $(B)/course/$n_solution) \
+	  $(if $(TCC),$(COURSE_FILES:%=$(B)/course/tcc/%.o))
+	@echo "course-test: $(if $(TCC),all $(words $(COURSE_FILES)) files compile with tcc,tcc is not installed (make deps-extra), nothing is compiled by it)"
+	tests/course.sh $(B)/course $(COURSE_CHECKS)
+
+$(B)/course/tcc/%.o: $(COURSE)/%.c $(COURSE_HEADERS) pktrt.h | $(B)/course/tcc
+	$(TCC) -std=c99 -Wall -Werror $(SHARED) -c $< -o $@
+
+# Listings are the code between marks: see listings.awk there.
+course-text: | $(B)/course
+	@set -e; for text in $(COURSE_TEXTS); do \
+	  awk -f $(COURSE)/listings.awk $$text >$(B)/course/text; cmp -s $(B)/course/text $$text || cp $(B)/course/text $$text; \
+	done
+
+course-check-text: | $(B)/course
+	@good=0; for text in $(COURSE_TEXTS); do \
+	  awk -f $(COURSE)/listings.awk $$text >$(B)/course/text || good=1; diff -u $$text $(B)/course/text || good=1; \
+	done; [ $$good = 0 ] && echo "course-check-text: the listings of $(words $(COURSE_TEXTS)) texts are those of the code"
+
+# What is small is kept under version control: the texts show it.
+course-pictures: course
+	mkdir -p .pictures/course
+	@for file in out/course/*.png out/course/*.svg; do [ -e "$$file" ] || continue; \
+	  size=$$(wc -c <$$file); case $$file in *.svg) most=100000 ;; *) most=60000 ;; esac; \
+	  if [ $$size -le $$most ]; then cp $$file .pictures/course/; else echo "$$file: $$size bytes, it is not kept"; fi; \
+	done
+
+$(B)/course $(B)/course/tcc out/course:
+	mkdir -p $@
 
 # --- tests ---
 
@@ -564,7 +638,7 @@ deps-extra:
 
 # By .clang-format, as its version 14 reads it: others break lines elsewhere.
 CLANG_FORMAT ?= $(firstword $(shell command -v clang-format-14 clang-format))
-FORMAT_FILES = $(wildcard $(foreach folder,examples tests tests/* bench bench/*,$(folder)/*.c $(folder)/*.h)) pktrt.h
+FORMAT_FILES = $(wildcard $(foreach folder,examples examples/* tests tests/* bench bench/*,$(folder)/*.c $(folder)/*.h)) pktrt.h
 format:
 	@[ -n "$(CLANG_FORMAT)" ] || { echo "format: clang-format is not installed (make deps-extra)"; exit 1; }
 	$(CLANG_FORMAT) -i $(FORMAT_FILES)

@@ -1,0 +1,370 @@
+/* course.h - what the chapters share: vectors, rays, pictures, a scene, and the library's answers to compare with.
+
+     course_scene scene = course_scene_make();               some three thousand triangles, as positions and corners
+     course_ray ray = course_camera_ray(x, y, 256, 192);     the camera of chapter 1, for the chapters after it
+     pktrt_scene *library = course_library(&scene);          the same triangles in the library
+     course_hit theirs = course_library_hit(library, ray);
+     course_same_hit(&scene, ray, &mine, &theirs, &tally);   says what differs, but for edges and ties
+
+   Programs and checks define PKTRT_IMPLEMENTATION before they include this file; exercises do not. So a file can be
+   compiled by hand:
+
+     cc -O2 examples/course/01_ray.c -o ray -lm
+     cc -O2 examples/course/01_check.c mine.c -o check -lm
+
+   Contents: vectors, random, scene, camera, pictures, library, comparing, nodes and events. */
+#ifndef COURSE_H
+#define COURSE_H
+
+#include "../common.h"
+#include "../../pktrt.h"
+
+#define COURSE_NONE PKTRT_NONE /* no triangle */
+#define COURSE_EDGE 1e-4       /* nearer to an edge than this, in barycentric coordinates, answers may differ */
+
+/* >>vectors -------------------------------------------------------------------------------------------------------- */
+
+typedef struct vec { /* a point or a direction; an array, since boxes are walked axis by axis */
+  float at[3];
+} vec;
+
+EX_UNUSED static vec vec_make(float x, float y, float z) {
+  vec v = {{x, y, z}};
+  return v;
+}
+EX_UNUSED static vec vec_add(vec a, vec b) { return vec_make(a.at[0] + b.at[0], a.at[1] + b.at[1], a.at[2] + b.at[2]); }
+EX_UNUSED static vec vec_sub(vec a, vec b) { return vec_make(a.at[0] - b.at[0], a.at[1] - b.at[1], a.at[2] - b.at[2]); }
+EX_UNUSED static vec vec_scale(vec a, float s) { return vec_make(a.at[0] * s, a.at[1] * s, a.at[2] * s); }
+EX_UNUSED static float vec_dot(vec a, vec b) { return a.at[0] * b.at[0] + a.at[1] * b.at[1] + a.at[2] * b.at[2]; }
+EX_UNUSED static vec vec_cross(vec a, vec b) {
+  return vec_make(a.at[1] * b.at[2] - a.at[2] * b.at[1], a.at[2] * b.at[0] - a.at[0] * b.at[2],
+                  a.at[0] * b.at[1] - a.at[1] * b.at[0]);
+}
+EX_UNUSED static vec vec_unit(vec a) { return vec_scale(a, 1 / sqrtf(vec_dot(a, a))); }
+
+typedef struct course_ray { /* the points origin + t direction with tmin < t < tmax */
+  vec origin, direction;    /* direction need not have unit length */
+  float tmin, tmax;
+} course_ray;
+
+typedef struct course_hit {
+  float t, u, v;     /* the point is (1-u-v) p0 + u p1 + v p2; of a miss, t is the ray's tmax */
+  uint32_t triangle; /* COURSE_NONE: a miss */
+} course_hit;
+
+/* >>random --------------------------------------------------------------------------------------------------------- */
+
+/* The next of a sequence of numbers spread evenly over [0,1): the same on every machine. A counter is multiplied and
+   folded until each of its bits has touched all below and above. */
+EX_UNUSED static float course_random(uint32_t *state) {
+  uint32_t x = (*state += 0x9E3779B9u);
+  x = (x ^ x >> 16) * 0x21F0AAADu;
+  x = (x ^ x >> 15) * 0x735A2D97u;
+  return (float)((x ^ x >> 15) >> 8) / 16777216.0f;
+}
+
+/* >>scene ---------------------------------------------------------------------------------------------------------- */
+
+typedef struct course_scene {
+  vec *position;         /* of each vertex */
+  uint32_t (*corner)[3]; /* of each triangle: three vertices, counter-clockwise from outside */
+  uint32_t vertices, triangles;
+} course_scene;
+
+/* Memory, or the end of the program. */
+EX_UNUSED static void *course_memory(size_t count, size_t size) {
+  void *p = calloc(count ? count : 1, size);
+  if (!p) ex_fail("out of memory"), exit(1);
+  return p;
+}
+
+#define COURSE_TURN 6.28318530717958648 /* radians of a full turn */
+
+/* Surfaces over the unit square. All are curved or turned, so that no triangle lies in a face of its box and no two
+   rays meet things at the same t: what chapters compare should not hang on ties. */
+static void course_ground(double u, double v, double p[3]) {
+  const double x = 14 * u - 7, z = 14 * v - 7;
+  p[0] = 0.9 * x - 0.4 * z, p[2] = 0.4 * x + 0.9 * z;
+  p[1] = 0.12 * sin(0.9 * p[0] + 0.4) * cos(0.7 * p[2]) + 0.02 * x;
+}
+static void course_ball(double u, double v, double p[3]) {
+  const double a = COURSE_TURN * u, b = COURSE_TURN / 2 * v, r = 0.85 + 0.07 * sin(5 * b) * sin(4 * a + 1);
+  p[0] = 1.2 + r * sin(b) * sin(a), p[1] = 1.0 + r * cos(b) + 0.2 * r * sin(b) * sin(a),
+  p[2] = 1.6 + r * sin(b) * cos(a);
+}
+static void course_ring(double u, double v, double p[3]) {
+  const double a = COURSE_TURN * u, b = COURSE_TURN * v, r = 1.1 + 0.32 * cos(b), y = 0.32 * sin(b);
+  p[0] = 1.5 + r * cos(a) * 0.8 + y * 0.6, p[1] = 1.4 - r * cos(a) * 0.6 + y * 0.8, p[2] = -1.3 + r * sin(a);
+}
+/* A tube along a trefoil knot c(a), whose tangent d is never upright: so d x up is a frame that closes. */
+static void course_knot(double u, double v, double p[3]) {
+  const double a = COURSE_TURN * u, b = -COURSE_TURN * v, r = 0.22;
+  const double c[3] = {sin(a) + 2 * sin(2 * a), -sin(3 * a), cos(a) - 2 * cos(2 * a)};
+  const double d[3] = {cos(a) + 4 * cos(2 * a), -3 * cos(3 * a), -sin(a) + 4 * sin(2 * a)};
+  const double side = sqrt(d[0] * d[0] + d[2] * d[2]), all = sqrt(side * side + d[1] * d[1]);
+  const double n[3] = {-d[2] / side, 0, d[0] / side};
+  const double m[3] = {-d[1] * d[0] / (side * all), side / all, -d[1] * d[2] / (side * all)};
+  double q[3];
+  for (int k = 0; k < 3; k++) q[k] = 0.62 * c[k] + r * (cos(b) * n[k] + sin(b) * m[k]);
+  p[0] = -1.2 + q[0], p[1] = 1.8 + 0.6 * q[1] + 0.8 * q[2], p[2] = -0.2 + 0.6 * q[2] - 0.8 * q[1];
+}
+
+/* Adds a surface as a grid of nu by nv squares, two triangles each. Positions are snapped to 2^-16, far coarser than
+   libraries' sines differ, so the scene has the same bits everywhere; triangles whose corners meet, at poles, are left
+   out. */
+static void course_add(course_scene *s, void (*surface)(double, double, double *), uint32_t nu, uint32_t nv) {
+  const uint32_t first = s->vertices, row = nu + 1;
+  for (uint32_t i = 0; i < row * (nv + 1); i++) {
+    double p[3];
+    surface((double)(i % row) / nu, (double)(i / row) / nv, p);
+    for (int k = 0; k < 3; k++) s->position[s->vertices].at[k] = (float)(floor(p[k] * 65536 + 0.5137) / 65536);
+    s->vertices++;
+  }
+  for (uint32_t i = 0; i < 2 * nu * nv; i++) {
+    const uint32_t a = first + i / 2 / nu * row + i / 2 % nu, b = a + row,
+                   corner[2][3] = {{a, b, b + 1}, {a, b + 1, a + 1}};
+    const vec *p[3];
+    for (int k = 0; k < 3; k++) s->corner[s->triangles][k] = corner[i % 2][k], p[k] = s->position + corner[i % 2][k];
+    if (memcmp(p[0], p[1], sizeof *p[0]) && memcmp(p[1], p[2], sizeof *p[0]) && memcmp(p[2], p[0], sizeof *p[0]))
+      s->triangles++;
+  }
+}
+
+/* A knot, a ring and a ball above uneven ground. */
+EX_UNUSED static course_scene course_scene_make(void) {
+  enum { ROOM = 4096 };
+  course_scene s = {NULL, NULL, 0, 0};
+  s.position = (vec *)course_memory(ROOM, sizeof *s.position);
+  s.corner = (uint32_t(*)[3])course_memory(ROOM, sizeof *s.corner);
+  course_add(&s, course_ground, 16, 16);
+  course_add(&s, course_knot, 96, 8);
+  course_add(&s, course_ring, 28, 14);
+  course_add(&s, course_ball, 24, 14);
+  return s;
+}
+
+EX_UNUSED static void course_scene_free(course_scene *s) {
+  free(s->position);
+  free(s->corner);
+  memset(s, 0, sizeof *s);
+}
+
+/* >>camera --------------------------------------------------------------------------------------------------------- */
+
+/* The ray through a place of the picture, in pixels from its upper left corner: chapter 1 derives it. */
+EX_UNUSED static course_ray course_camera_ray(float x, float y, uint32_t width, uint32_t height) {
+  const vec eye = {{2.7f, 4.1f, 7.3f}}, target = {{0.1f, 1.2f, -0.1f}}, up = {{0, 1, 0}};
+  const vec forward = vec_unit(vec_sub(target, eye)), right = vec_unit(vec_cross(forward, up)),
+            above = vec_cross(right, forward);
+  const float half = 0.36f, h = (float)height; /* the tangent of half the angle of view */
+  const float dx = half * (2 * x - (float)width) / h, dy = half * (h - 2 * y) / h;
+  course_ray ray = {eye, vec_add(forward, vec_add(vec_scale(right, dx), vec_scale(above, dy))), 0, INFINITY};
+  return ray;
+}
+
+/* >>pictures ------------------------------------------------------------------------------------------------------- */
+
+typedef struct course_picture {
+  uint32_t width, height;
+  vec *pixel; /* linear RGB, row 0 at the top */
+} course_picture;
+
+EX_UNUSED static course_picture course_picture_make(uint32_t width, uint32_t height) {
+  course_picture p = {width, height, NULL};
+  p.pixel = (vec *)course_memory((size_t)width * height, sizeof *p.pixel);
+  return p;
+}
+
+/* The folder for pictures, made if need be. */
+EX_UNUSED static void course_make_folder(void) {
+  mkdir("out", 0777); /* where that fails, so does what follows, and says why */
+  mkdir("out/course", 0777);
+}
+
+/* Writes the picture as a PNG and frees it; the program ends if it cannot be written. */
+EX_UNUSED static void course_picture_write(course_picture *p, const char *path) {
+  course_make_folder();
+  if (!ex_write_picture(path, p->pixel[0].at, p->width, p->height)) exit(1);
+  free(p->pixel);
+  p->pixel = NULL;
+}
+
+/* The colour of a value in [0,1]: black, blue, orange, white. For heat maps. */
+EX_UNUSED static vec course_heat(float x) {
+  static const vec stop[4] = {{{0, 0, 0.02f}}, {{0.02f, 0.12f, 0.5f}}, {{1, 0.35f, 0.02f}}, {{1, 1, 0.85f}}};
+  const float at = x < 0 ? 0 : x > 1 ? 3 : 3 * x;
+  const int i = at < 1 ? 0 : at < 2 ? 1 : 2;
+  return vec_add(vec_scale(stop[i], (float)(i + 1) - at), vec_scale(stop[i + 1], at - (float)i));
+}
+
+/* >>library -------------------------------------------------------------------------------------------------------- */
+
+/* The scene in the library, as one mesh: its triangles have the same numbers. The caller destroys it. */
+EX_UNUSED static pktrt_scene *course_library(const course_scene *s) {
+  pktrt_scene *library = pktrt_scene_create(NULL);
+  pktrt_mesh_desc mesh;
+  memset(&mesh, 0, sizeof mesh);
+  mesh.positions = s->position[0].at, mesh.vertex_count = s->vertices;
+  mesh.indices = s->corner[0], mesh.triangle_count = s->triangles;
+  if (!library || pktrt_add_mesh(library, &mesh, NULL) || pktrt_commit(library))
+    ex_fail("%s", pktrt_last_error(library)), exit(1);
+  return library;
+}
+
+EX_UNUSED static pktrt_ray course_library_ray(course_ray ray) {
+  pktrt_ray r = pktrt_make_ray(ray.origin.at, ray.direction.at);
+  r.tmin = ray.tmin, r.tmax = ray.tmax;
+  return r;
+}
+
+EX_UNUSED static course_hit course_library_hit(const pktrt_scene *library, course_ray ray) {
+  const pktrt_ray r = course_library_ray(ray);
+  pktrt_hit hit;
+  pktrt_intersect(library, &r, &hit);
+  course_hit h = {hit.t, hit.u, hit.v, hit.triangle};
+  return h;
+}
+
+EX_UNUSED static bool course_library_occluded(const pktrt_scene *library, course_ray ray) {
+  const pktrt_ray r = course_library_ray(ray);
+  return pktrt_occluded(library, &r);
+}
+
+/* >>comparing ------------------------------------------------------------------------------------------------------ */
+
+/* What became of the rays that were compared. */
+typedef struct course_tally {
+  uint64_t rays, excused, different; /* excused: at an edge or in a tie, where roundings decide */
+} course_tally;
+
+/* Where a ray meets the plane of a triangle, in double; how deep inside the triangle: its least barycentric coordinate,
+   negative outside. */
+EX_UNUSED static double course_inside(const course_scene *s, course_ray ray, uint32_t triangle, double *t) {
+  double p[3][3], e[3], f[3], r[3], q[3], n[3], det = 0, u = 0, v = 0, depth = 0;
+  for (int c = 0; c < 3; c++)
+    for (int k = 0; k < 3; k++) p[c][k] = (double)s->position[s->corner[triangle][c]].at[k] - (double)ray.origin.at[k];
+  for (int k = 0; k < 3; k++) e[k] = p[1][k] - p[0][k], f[k] = p[2][k] - p[0][k], r[k] = (double)ray.direction.at[k];
+  for (int k = 0; k < 3; k++) {
+    const int i = (k + 1) % 3, j = (k + 2) % 3;
+    n[k] = e[i] * f[j] - e[j] * f[i], q[k] = r[i] * p[0][j] - r[j] * p[0][i];
+  }
+  for (int k = 0; k < 3; k++) det += n[k] * r[k], depth += n[k] * p[0][k], u += f[k] * q[k], v -= e[k] * q[k];
+  *t = depth / det, u /= det, v /= det;
+  return fmin(fmin(u, v), 1 - u - v);
+}
+
+static void course_say_hit(const char *who, const course_hit *hit) {
+  if (hit->triangle == COURSE_NONE) printf("  %s: nothing\n", who);
+  else printf("  %s: triangle %u at t = %.7g\n", who, (unsigned)hit->triangle, (double)hit->t);
+}
+
+static void course_say_ray(uint64_t number, course_ray ray) {
+  const float *o = ray.origin.at, *d = ray.direction.at;
+  printf("ray %u from (%.7g, %.7g, %.7g) along (%.7g, %.7g, %.7g), t from %g to %g\n", (unsigned)number, (double)o[0],
+         (double)o[1], (double)o[2], (double)d[0], (double)d[1], (double)d[2], (double)ray.tmin, (double)ray.tmax);
+}
+
+/* Compares a hit with the library's, and counts. They are the same if the triangles are, and t within 1e-4 of it. A
+   difference is excused where the nearer of the two is hit within COURSE_EDGE of an edge, or both at nearly the same
+   t. The first one that is not excused is printed. */
+EX_UNUSED static bool course_same_hit(const course_scene *s, course_ray ray, const course_hit *mine,
+                                      const course_hit *theirs, course_tally *tally) {
+  const bool far_apart = !(fabsf(mine->t - theirs->t) <= 1e-4f * fabsf(theirs->t)) && mine->t != theirs->t;
+  tally->rays++;
+  if (mine->triangle == theirs->triangle && !far_apart) return true;
+  const course_hit *nearer = mine->t < theirs->t ? mine : theirs;
+  double t;
+  if (mine->triangle != theirs->triangle && (mine->triangle < s->triangles || mine->triangle == COURSE_NONE) &&
+      (!far_apart || fabs(course_inside(s, ray, nearer->triangle, &t)) < COURSE_EDGE)) {
+    tally->excused++;
+    return true;
+  }
+  if (!tally->different++) {
+    course_say_ray(tally->rays - 1, ray);
+    course_say_hit("expected", theirs);
+    course_say_hit("got", mine);
+  }
+  return false;
+}
+
+/* The same of whether anything is hit. A difference is excused where all that decides is a triangle that is hit within
+   COURSE_EDGE of an edge, or at an end of the ray. */
+EX_UNUSED static bool course_same_occlusion(const course_scene *s, course_ray ray, bool mine, bool theirs,
+                                            course_tally *tally) {
+  tally->rays++;
+  if (mine == theirs) return true;
+  bool surely = false, perhaps = false;
+  for (uint32_t i = 0; i < s->triangles; i++) {
+    double t, slack = COURSE_EDGE, inside = course_inside(s, ray, i, &t);
+    const double lo = (double)ray.tmin, hi = (double)ray.tmax;
+    perhaps |= inside > -slack && t > lo - slack && t < hi + slack;
+    surely |= inside > slack && t > lo + slack && t < hi - slack;
+  }
+  if (perhaps && !surely) {
+    tally->excused++;
+    return true;
+  }
+  if (!tally->different++) {
+    course_say_ray(tally->rays - 1, ray);
+    printf("  expected: %s\n  got: %s\n", theirs ? "something is hit" : "nothing is hit", mine ? "yes" : "no");
+  }
+  return false;
+}
+
+/* The last line of a check, and its exit status. why: NULL if all is well. */
+EX_UNUSED static int course_result(int chapter, const char *why) {
+  if (why) printf("chapter %d: failed: %s\n", chapter, why);
+  else printf("chapter %d: passed\n", chapter);
+  return why != NULL;
+}
+
+/* >>nodes and events ----------------------------------------------------------------------------------------------- */
+
+#if PKTRT_VERSION >= 1200 || defined COURSE_NODES /* what the library tells of its tree and of a packet's way */
+
+/* All nodes of the scene's only tree, at rest; node 0 is the root. To be freed. */
+EX_UNUSED static pktrt_node *course_library_nodes(const pktrt_scene *library, uint32_t *count) {
+  pktrt_tree tree;
+  if (!pktrt_get_tree(library, 0, &tree)) ex_fail("the scene has no tree"), exit(1);
+  pktrt_node *node = (pktrt_node *)course_memory(tree.nodes, sizeof *node);
+  for (uint32_t i = 0; i < tree.nodes; i++)
+    if (!pktrt_get_node(library, 0, i, 0, &node[i])) ex_fail("node %u cannot be read", (unsigned)i), exit(1);
+  *count = tree.nodes;
+  return node;
+}
+
+typedef struct course_log { /* events in the order in which they were told; zeroed: empty */
+  pktrt_event *event;
+  size_t count, room;
+} course_log;
+
+EX_UNUSED static void course_log_event(void *user, const pktrt_event *event) {
+  course_log *log = (course_log *)user;
+  if (log->count == log->room) {
+    log->room = log->room ? 2 * log->room : 256;
+    log->event = (pktrt_event *)realloc(log->event, log->room * sizeof *log->event);
+    if (!log->event) ex_fail("out of memory"), exit(1);
+  }
+  log->event[log->count++] = *event;
+}
+
+/* Traces up to 256 rays as one packet on the paper's path, of which `steps` are taken (see pktrt_paper_step), and logs
+   its events. hits may be NULL. */
+EX_UNUSED static void course_library_packet(const pktrt_scene *library, const course_ray *rays, uint32_t n,
+                                            uint32_t steps, course_hit *hits, course_log *log) {
+  pktrt_ray ray[256];
+  pktrt_hit hit[256];
+  pktrt_query_desc query;
+  memset(&query, 0, sizeof query);
+  query.path = PKTRT_PATH_PAPER, query.packet_size = n, query.paper_steps = steps;
+  query.trace = course_log_event, query.user = log;
+  for (uint32_t i = 0; i < n; i++) ray[i] = course_library_ray(rays[i]);
+  pktrt_intersect_ex(library, &query, ray, hit, n);
+  for (uint32_t i = 0; hits && i < n; i++) {
+    const course_hit h = {hit[i].t, hit[i].u, hit[i].v, hit[i].triangle};
+    hits[i] = h;
+  }
+}
+#endif
+
+#endif /* COURSE_H */

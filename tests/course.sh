@@ -1,0 +1,43 @@
+#!/usr/bin/env bash
+# The exercises of the course: solutions pass, skeletons fail, and both say so; listings that are not the code's are noticed.
+# usage: course.sh FOLDER CHAPTERS..., as in build/course 01 02: the folder has NN_solution and NN_exercise, compiled with the checks.
+set -u
+built=$1 failed=0
+shift
+bad() {
+  echo "$@"
+  failed=1
+}
+
+for n; do
+  chapter=${n#0}
+  "$built/${n}_solution" >"$built/$n.txt" 2>&1 && [ "$(tail -1 "$built/$n.txt")" = "chapter $chapter: passed" ] ||
+    { cat "$built/$n.txt"; bad "the solution of chapter $chapter does not pass"; }
+  "$built/${n}_exercise" >"$built/$n.txt" 2>&1
+  [ $? = 1 ] && tail -1 "$built/$n.txt" | grep -q "^chapter $chapter: failed: ." ||
+    { cat "$built/$n.txt"; bad "the skeleton of chapter $chapter is not refused as it should be"; }
+done
+
+# --- controls: texts that must not pass for filled in ---
+
+listings=examples/course/listings.awk text=$built/wrong.md
+printf '/* [part] */\nint x;\n/* [end] */\n' >"$built/wrong.c"
+cp "$built/wrong.c" "$built/wrong_solution.c"
+control() { # what is wrong, mark, code, what awk must say of it; or nothing: it must change the text
+  printf '%s\n```c\n%s\n```\n' "$2" "$3" >"$text"
+  if awk -f "$listings" "$text" >"$text.new" 2>"$text.said"; then
+    [ -z "$4" ] && ! cmp -s "$text" "$text.new"
+  else
+    [ -n "$4" ] && grep -q "$4" "$text.said"
+  fi || bad "not noticed: $1"
+}
+control 'other code' '<!-- listing wrong.c part -->' 'int y;' ''
+control 'no such part' '<!-- listing wrong.c other -->' 'int x;' 'no part'
+control 'no such file' '<!-- listing absent.c part -->' 'int x;' 'not there'
+control 'a mark that is none' '<!-- listing wrong.c -->' 'int x;' 'not of the form'
+control 'code of a solution' '<!-- listing wrong_solution.c part -->' 'int x;' 'a solution'
+printf '<!-- listing wrong.c part -->\n```c\nint x;\n```\n' | tee "$text" >"$text.new"
+awk -f "$listings" "$text" | cmp -s - "$text.new" || bad "what is right is changed"
+
+[ $failed = 0 ] && echo "course: of $# chapters solutions pass and skeletons fail; of 5 wrong listings each is noticed"
+exit $failed

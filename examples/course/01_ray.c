@@ -74,11 +74,9 @@ int main(void) {
   }
   course_picture_write(&picture, "out/course/01_depth.png");
 
-  printf("01_ray: %u rays, %u triangles: %.0f million tests\n", WIDTH * HEIGHT, (unsigned)scene.triangles,
-         (double)tally.rays * scene.triangles / 1e6);
-  printf("  %u rays hit something; %u differ from the library, %u more at edges or in ties\n", (unsigned)hits,
-         (unsigned)tally.different, (unsigned)tally.excused);
+  printf("01_ray: %u rays, %u triangles: %.0f million tests; %u rays hit something\n", WIDTH * HEIGHT,
+         (unsigned)scene.triangles, (double)tally.rays * scene.triangles / 1e6, (unsigned)hits);
+  course_tally_print(&tally);
   pktrt_scene_destroy(library);
-  course_scene_free(&scene);
   return tally.different != 0;
 }

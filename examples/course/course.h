@@ -12,7 +12,7 @@
      cc -O2 examples/course/01_ray.c -o ray -lm
      cc -O2 examples/course/01_check.c mine.c -o check -lm
 
-   Contents: vectors, random, scene, camera, pictures, library, comparing, nodes and events. */
+   Contents: vectors, rays and boxes; random, scene, chapter 1, sorting, pictures, library, comparing, nodes and events. */
 #ifndef COURSE_H
 #define COURSE_H
 
@@ -52,6 +52,27 @@ typedef struct course_hit {
   uint32_t triangle; /* COURSE_NONE: a miss */
 } course_hit;
 
+typedef struct course_box { /* the points between two corners; lo > hi: none */
+  vec lo, hi;
+} course_box;
+
+/* Around a box and two points more, in any order. Starting from course_box_empty(), boxes grow around whatever comes. */
+EX_UNUSED static course_box course_box_grow(course_box b, vec p, vec q) {
+  for (int a = 0; a < 3; a++) {
+    b.lo.at[a] = fminf(b.lo.at[a], fminf(p.at[a], q.at[a]));
+    b.hi.at[a] = fmaxf(b.hi.at[a], fmaxf(p.at[a], q.at[a]));
+  }
+  return b;
+}
+EX_UNUSED static float course_box_area(course_box b) { /* half of its surface; of no empty box */
+  const vec d = vec_sub(b.hi, b.lo);
+  return d.at[0] * d.at[1] + d.at[1] * d.at[2] + d.at[2] * d.at[0];
+}
+EX_UNUSED static course_box course_box_empty(void) {
+  const course_box b = {{{INFINITY, INFINITY, INFINITY}}, {{-INFINITY, -INFINITY, -INFINITY}}};
+  return b;
+}
+
 /* >>random --------------------------------------------------------------------------------------------------------- */
 
 /* The next of a sequence of numbers spread evenly over [0,1): the same on every machine. A counter is multiplied and
@@ -71,11 +92,17 @@ typedef struct course_scene {
   uint32_t vertices, triangles;
 } course_scene;
 
-/* Memory, or the end of the program. */
+/* Zeroed memory, or the end of the program. It is kept until then: programs of the course are short. */
 EX_UNUSED static void *course_memory(size_t count, size_t size) {
   void *p = calloc(count ? count : 1, size);
   if (!p) ex_fail("out of memory"), exit(1);
   return p;
+}
+
+EX_UNUSED static course_box course_box_of(const course_scene *s, uint32_t triangle) {
+  const uint32_t *c = s->corner[triangle];
+  const course_box b = course_box_grow(course_box_empty(), s->position[c[0]], s->position[c[1]]);
+  return course_box_grow(b, s->position[c[2]], s->position[c[2]]);
 }
 
 #define COURSE_TURN 6.28318530717958648 /* radians of a full turn */
@@ -143,15 +170,11 @@ EX_UNUSED static course_scene course_scene_make(void) {
   return s;
 }
 
-EX_UNUSED static void course_scene_free(course_scene *s) {
-  free(s->position);
-  free(s->corner);
-  memset(s, 0, sizeof *s);
-}
+/* >>chapter 1 ------------------------------------------------------------------------------------------------------ */
 
-/* >>camera --------------------------------------------------------------------------------------------------------- */
+/* What chapter 1 makes, for the chapters after it. */
 
-/* The ray through a place of the picture, in pixels from its upper left corner: chapter 1 derives it. */
+/* The ray through a place of the picture, in pixels from its upper left corner. */
 EX_UNUSED static course_ray course_camera_ray(float x, float y, uint32_t width, uint32_t height) {
   const vec eye = {{2.7f, 4.1f, 7.3f}}, target = {{0.1f, 1.2f, -0.1f}}, up = {{0, 1, 0}};
   const vec forward = vec_unit(vec_sub(target, eye)), right = vec_unit(vec_cross(forward, up)),
@@ -160,6 +183,45 @@ EX_UNUSED static course_ray course_camera_ray(float x, float y, uint32_t width, 
   const float dx = half * (2 * x - (float)width) / h, dy = half * (h - 2 * y) / h;
   course_ray ray = {eye, vec_add(forward, vec_add(vec_scale(right, dx), vec_scale(above, dy))), 0, INFINITY};
   return ray;
+}
+
+/* Whether the ray meets a triangle nearer than *hit, which it then becomes. */
+EX_UNUSED static bool course_meet(const course_scene *scene, const course_ray *ray, uint32_t triangle,
+                                  course_hit *hit) {
+  const uint32_t *c = scene->corner[triangle];
+  const vec p0 = scene->position[c[0]], e = vec_sub(scene->position[c[1]], p0), f = vec_sub(scene->position[c[2]], p0);
+  const vec s = vec_sub(ray->origin, p0), p = vec_cross(ray->direction, f), q = vec_cross(s, e);
+  const float det = vec_dot(e, p);
+  if (det == 0) return false;
+  const float u = vec_dot(s, p) / det, v = vec_dot(ray->direction, q) / det, t = vec_dot(f, q) / det;
+  if (!(u >= 0 && v >= 0 && u + v <= 1 && ray->tmin < t && t < hit->t)) return false;
+  hit->t = t, hit->u = u, hit->v = v, hit->triangle = triangle;
+  return true;
+}
+
+/* >>sorting -------------------------------------------------------------------------------------------------------- */
+
+typedef struct course_item {
+  float centre;
+  uint32_t index;
+} course_item;
+
+static int course_compare(const void *a, const void *b) {
+  const course_item *x = (const course_item *)a, *y = (const course_item *)b;
+  if (x->centre != y->centre) return x->centre < y->centre ? -1 : 1;
+  return x->index < y->index ? -1 : 1; /* qsort need not be stable, and shall do the same everywhere */
+}
+
+/* Sorts numbers of boxes by where the boxes' centres are along an axis. */
+EX_UNUSED static void course_sort(const course_box *box, int axis, uint32_t *order, uint32_t count) {
+  course_item *item = (course_item *)course_memory(count, sizeof *item);
+  for (uint32_t i = 0; i < count; i++) {
+    item[i].centre = (box[order[i]].lo.at[axis] + box[order[i]].hi.at[axis]) / 2;
+    item[i].index = order[i];
+  }
+  qsort(item, count, sizeof *item, course_compare);
+  for (uint32_t i = 0; i < count; i++) order[i] = item[i].index;
+  free(item);
 }
 
 /* >>pictures ------------------------------------------------------------------------------------------------------- */
@@ -181,12 +243,10 @@ EX_UNUSED static void course_make_folder(void) {
   mkdir("out/course", 0777);
 }
 
-/* Writes the picture as a PNG and frees it; the program ends if it cannot be written. */
-EX_UNUSED static void course_picture_write(course_picture *p, const char *path) {
+/* Writes the picture as a PNG; the program ends if it cannot be written. */
+EX_UNUSED static void course_picture_write(const course_picture *p, const char *path) {
   course_make_folder();
   if (!ex_write_picture(path, p->pixel[0].at, p->width, p->height)) exit(1);
-  free(p->pixel);
-  p->pixel = NULL;
 }
 
 /* The colour of a value in [0,1]: black, blue, orange, white. For heat maps. */
@@ -311,6 +371,11 @@ EX_UNUSED static bool course_same_occlusion(const course_scene *s, course_ray ra
   return false;
 }
 
+EX_UNUSED static void course_tally_print(const course_tally *t) {
+  printf("  %u of %u rays differ from the library, %u more at edges or in ties\n", (unsigned)t->different,
+         (unsigned)t->rays, (unsigned)t->excused);
+}
+
 /* The last line of a check, and its exit status. why: NULL if all is well. */
 EX_UNUSED static int course_result(int chapter, const char *why) {
   if (why) printf("chapter %d: failed: %s\n", chapter, why);
@@ -322,7 +387,7 @@ EX_UNUSED static int course_result(int chapter, const char *why) {
 
 #if PKTRT_VERSION >= 1200 || defined COURSE_NODES /* what the library tells of its tree and of a packet's way */
 
-/* All nodes of the scene's only tree, at rest; node 0 is the root. To be freed. */
+/* All nodes of the scene's only tree, at rest; node 0 is the root. */
 EX_UNUSED static pktrt_node *course_library_nodes(const pktrt_scene *library, uint32_t *count) {
   pktrt_tree tree;
   if (!pktrt_get_tree(library, 0, &tree)) ex_fail("the scene has no tree"), exit(1);
@@ -341,9 +406,9 @@ typedef struct course_log { /* events in the order in which they were told; zero
 EX_UNUSED static void course_log_event(void *user, const pktrt_event *event) {
   course_log *log = (course_log *)user;
   if (log->count == log->room) {
-    log->room = log->room ? 2 * log->room : 256;
-    log->event = (pktrt_event *)realloc(log->event, log->room * sizeof *log->event);
-    if (!log->event) ex_fail("out of memory"), exit(1);
+    pktrt_event *more = (pktrt_event *)course_memory(log->room = 2 * log->room + 256, sizeof *more);
+    if (log->count) memcpy(more, log->event, log->count * sizeof *more);
+    log->event = more;
   }
   log->event[log->count++] = *event;
 }

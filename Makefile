@@ -181,11 +181,12 @@ $(B)/course/%: $(COURSE)/%.c $(COURSE_HEADERS) $(B)/pktrt.o | $(B)/course
 
 .SECONDARY: $(COURSE_PROGRAMS:%=$(B)/course/%)
 
-# An answer is compiled with the check of its chapter.
-$(B)/course/%_exercise $(B)/course/%_solution: $(COURSE)/%_check.c $(COURSE_HEADERS) $(B)/pktrt.o | $(B)/course
-	$(COURSE_CC) $< $(COURSE)/$(@F).c $(B)/pktrt.o -o $@ $(LDFLAGS) $(LDLIBS)
-$(foreach n,$(COURSE_CHECKS),$(eval $(addprefix $(B)/course/$n_,exercise): $(COURSE)/$n_exercise.c))
-$(foreach n,$(COURSE_CHECKS),$(eval $(addprefix $(B)/course/$n_,solution): $(COURSE)/$n_solution.c))
+# An answer is compiled with the check of its chapter, which may include programs.
+COURSE_ANSWER = $(COURSE_CC) $< $(COURSE)/$(@F).c $(B)/pktrt.o -o $@ $(LDFLAGS) $(LDLIBS)
+$(B)/course/%_exercise: $(COURSE)/%_check.c $(COURSE)/%_exercise.c $(COURSE_PROGRAMS:%=$(COURSE)/%.c) $(COURSE_HEADERS) $(B)/pktrt.o | $(B)/course
+	$(COURSE_ANSWER)
+$(B)/course/%_solution: $(COURSE)/%_check.c $(COURSE)/%_solution.c $(COURSE_PROGRAMS:%=$(COURSE)/%.c) $(COURSE_HEADERS) $(B)/pktrt.o | $(B)/course
+	$(COURSE_ANSWER)
 
 CHAPTER = $(if $(filter 1 2 3 4 5 6 7 8 9,$(N)),0)$(N)
 course-check: | $(B)/course out/course

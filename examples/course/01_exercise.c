@@ -1,0 +1,16 @@
+/* Exercise 1: shadows. Fill in in_shadow(), then    make course-check N=1 FILE=mine.c */
+#include "course.h"
+
+/* Whether any triangle of the scene stands between a point of a surface and a light.
+
+   point    where a ray met the surface, as nearly as floats have it
+   normal   of unit length, to the side of the surface that the light is on
+   light    where the light is
+
+   The ray must not meet the surface that it leaves, so it begins 0.001 off the point, along the normal; and what stands
+   behind the light casts no shadow. course_meet() in course.h is the test of a triangle from the chapter. Nothing needs to
+   be the nearest here: the first triangle that is met settles the matter. */
+bool in_shadow(const course_scene *scene, vec point, vec normal, vec light) {
+  (void)scene, (void)point, (void)normal, (void)light;
+  return false;
+}

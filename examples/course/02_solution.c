@@ -1,0 +1,39 @@
+/* A solution of exercise 2. */
+#include "course.h"
+
+/* Divides `count` triangles, at least two, into those of the left child and those of the right one.
+
+   box     of each triangle of the scene: that of the i-th here is box[order[i]]
+   order   the triangles; they are to be arranged so that those of the left child come first
+
+   Returns how many go to the left: at least one, and not all. Of all divisions that come from sorting the triangles by
+   their centres along x, y or z and cutting the sequence in two, it takes the one with the least
+
+     area(box of the left ones) * how many they are + area(box of the right ones) * how many they are.
+
+   course_sort() sorts; course_box_empty(), course_box_grow() and course_box_area() are the boxes of course.h. A sweep from the
+   right tells the areas of all boxes that end a sequence, one from the left those that begin it: this takes no longer
+   than sorting. course_memory() has room for what is to be remembered. */
+uint32_t split_sah(const course_box *box, uint32_t *order, uint32_t count) {
+  float *right = (float *)course_memory(count, sizeof *right); /* of the triangles from i on: their part of the cost */
+  float least = INFINITY;
+  int best_axis = 0;
+  uint32_t best = count / 2;
+  for (int axis = 0; axis < 3; axis++) {
+    course_sort(box, axis, order, count);
+    course_box b = course_box_empty();
+    for (uint32_t i = count - 1; i > 0; i--) {
+      b = course_box_grow(b, box[order[i]].lo, box[order[i]].hi);
+      right[i] = course_box_area(b) * (float)(count - i);
+    }
+    b = course_box_empty();
+    for (uint32_t i = 1; i < count; i++) {
+      b = course_box_grow(b, box[order[i - 1]].lo, box[order[i - 1]].hi);
+      const float cost = course_box_area(b) * (float)i + right[i];
+      if (cost < least) least = cost, best = i, best_axis = axis;
+    }
+  }
+  free(right);
+  course_sort(box, best_axis, order, count);
+  return best;
+}

@@ -157,12 +157,17 @@ static void course_add(course_scene *s, void (*surface)(double, double, double *
   }
 }
 
-/* A knot, a ring and a ball above uneven ground. */
-EX_UNUSED static course_scene course_scene_make(void) {
+EX_UNUSED static course_scene course_scene_empty(void) {
   enum { ROOM = 4096 };
   course_scene s = {NULL, NULL, 0, 0};
   s.position = (vec *)course_memory(ROOM, sizeof *s.position);
   s.corner = (uint32_t(*)[3])course_memory(ROOM, sizeof *s.corner);
+  return s;
+}
+
+/* A knot, a ring and a ball above uneven ground. */
+EX_UNUSED static course_scene course_scene_make(void) {
+  course_scene s = course_scene_empty();
   course_add(&s, course_ground, 16, 16);
   course_add(&s, course_knot, 96, 8);
   course_add(&s, course_ring, 28, 14);

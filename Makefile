@@ -217,12 +217,14 @@ course-check-text: | $(B)/course
 	  awk -f $(COURSE)/listings.awk $$text >$(B)/course/text || good=1; diff -u $$text $(B)/course/text || good=1; \
 	done; [ $$good = 0 ] && echo "course-check-text: the listings of $(words $(COURSE_TEXTS)) texts are those of the code"
 
-# What is small is kept under version control: the texts show it.
+# The pictures that texts show are kept under version control, if they are small.
 course-pictures: course
 	mkdir -p .pictures/course
-	@for file in out/course/*.png out/course/*.svg; do [ -e "$$file" ] || continue; \
-	  size=$$(wc -c <$$file); case $$file in *.svg) most=100000 ;; *) most=60000 ;; esac; \
-	  if [ $$size -le $$most ]; then cp $$file .pictures/course/; else echo "$$file: $$size bytes, it is not kept"; fi; \
+	@for name in $$(grep -ohE '\.pictures/course/[A-Za-z0-9_]+\.(png|svg)' $(COURSE_TEXTS) | sort -u); do \
+	  file=out/course/$${name##*/}; case $$file in *.svg) most=100000 ;; *) most=60000 ;; esac; \
+	  [ -s $$file ] || { echo "$$file is not made by a program of the course"; exit 1; }; \
+	  [ $$(wc -c <$$file) -le $$most ] || { echo "$$file has more than $$most bytes"; exit 1; }; \
+	  cmp -s $$file $$name || cp $$file $$name; \
 	done
 
 $(B)/course $(B)/course/tcc out/course:

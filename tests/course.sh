@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# The exercises of the course: solutions pass, skeletons fail, and both say so; listings that are not the code's are noticed.
+# The exercises of the course: solutions pass, skeletons fail, and both say so; the texts' pictures are there; listings that are not
+# the code's are noticed.
 # usage: course.sh FOLDER CHAPTERS..., as in build/course 01 02: the folder has NN_solution and NN_exercise, compiled with the checks.
 set -u
 built=$1 failed=0
@@ -16,6 +17,10 @@ for n; do
   "$built/${n}_exercise" >"$built/$n.txt" 2>&1
   [ $? = 1 ] && tail -1 "$built/$n.txt" | grep -q "^chapter $chapter: failed: ." ||
     { cat "$built/$n.txt"; bad "the skeleton of chapter $chapter is not refused as it should be"; }
+done
+
+for picture in $(grep -ohE '\.pictures/course/[A-Za-z0-9_]+\.(png|svg)' examples/course/*.md | sort -u); do
+  [ -s "$picture" ] || bad "a text shows $picture, which is not there (make course-pictures)"
 done
 
 # --- controls: texts that must not pass for filled in ---

@@ -107,6 +107,7 @@ int main(void) {
                                         "Kensler-Shirley, moving"};
   const vec eye = {{1.23f, 1.04f, 1.57f}};
   ball b = {course_scene_empty(), false};
+  bool wrong = false;
   svg s;
   course_add(&b.scene, course_ball, 24, 14);
   for (uint32_t i = 0, n = b.scene.vertices; i < n;
@@ -137,10 +138,11 @@ int main(void) {
       r.time = time;
       leaks[3] += !pktrt_occluded(library, &r);
     }
+    wrong |= leaks[2] || leaks[3];
     pktrt_scene_destroy(library);
     printf("  leak, %s: Moeller-Trumbore %u, Kensler-Shirley %u, sheared %u, the library %u\n",
            moving ? "moving" : "at rest", (unsigned)leaks[0], (unsigned)leaks[1], (unsigned)leaks[2],
            (unsigned)leaks[3]);
   }
-  return !svg_end(&s);
+  return !svg_end(&s) || wrong;
 }

@@ -12,12 +12,13 @@
      cc -O2 examples/course/01_ray.c -o ray -lm
      cc -O2 examples/course/01_check.c mine.c -o check -lm
 
-   Contents: vectors, rays and boxes; random, scene, chapter 1, sorting, pictures, library, comparing, nodes and events. */
+   Contents: vectors, rays and boxes; random, scene, chapter 1, sorting, pictures, library, comparing, nodes and events, boxes. */
 #ifndef COURSE_H
 #define COURSE_H
 
 #include "../common.h"
 #include "../../pktrt.h"
+#include <float.h>
 
 #define COURSE_NONE PKTRT_NONE /* no triangle */
 #define COURSE_EDGE 1e-4       /* nearer to an edge than this, in barycentric coordinates, answers may differ */
@@ -313,7 +314,7 @@ EX_UNUSED static double course_inside(const course_scene *s, course_ray ray, uin
     const int i = (k + 1) % 3, j = (k + 2) % 3;
     n[k] = e[i] * f[j] - e[j] * f[i], q[k] = r[i] * p[0][j] - r[j] * p[0][i];
   }
-  for (int k = 0; k < 3; k++) det += n[k] * r[k], depth += n[k] * p[0][k], u += f[k] * q[k], v -= e[k] * q[k];
+  for (int k = 0; k < 3; k++) det += n[k] * r[k], depth += n[k] * p[0][k], u -= f[k] * q[k], v += e[k] * q[k];
   *t = depth / det, u /= det, v /= det;
   return fmin(fmin(u, v), 1 - u - v);
 }
@@ -390,8 +391,6 @@ EX_UNUSED static int course_result(int chapter, const char *why) {
 
 /* >>nodes and events ----------------------------------------------------------------------------------------------- */
 
-#if PKTRT_VERSION >= 1200 || defined COURSE_NODES /* what the library tells of its tree and of a packet's way */
-
 /* All nodes of the scene's only tree, at rest; node 0 is the root. */
 EX_UNUSED static pktrt_node *course_library_nodes(const pktrt_scene *library, uint32_t *count) {
   pktrt_tree tree;
@@ -435,6 +434,93 @@ EX_UNUSED static void course_library_packet(const pktrt_scene *library, const co
     hits[i] = h;
   }
 }
-#endif
+
+/* >>boxes ---------------------------------------------------------------------------------------------------------- */
+
+/* [slabs] */
+/* What the box test needs of a ray. Depths are distances along the ray's main axis, that of its largest component: the
+   point of parameter t has depth t * scale, and a step of 1 in depth is a step of 1 / r[a] along axis a. */
+typedef struct course_slabs {
+  float r[3], near_[3], far_[3]; /* plane * r - near_, - far_: the least and the largest depth at which it is crossed */
+  float first, last;             /* the depths that the ray still looks at; a hit lowers last */
+  float scale, tiny, pad;        /* pad: how far boxes are widened, for what rounding may take */
+  uint32_t octant;               /* bit a: component a of the direction is negative */
+} course_slabs;
+/* [end] */
+
+/* Derives them as the library does, bit for bit, but for directions shorter than 2^-60. Its section >>exactness shows
+   why pad is enough: 16 + 8 roundings of the largest numbers in the scene, seen from the ray's origin. */
+EX_UNUSED static course_slabs course_slabs_make(const pktrt_node *root, course_ray ray) {
+  const float eps = 1.0f / 16777216; /* 2^-24: a float's rounding */
+  course_slabs s;
+  float reach = 0, origin = 0;
+  s.octant = 0, s.scale = 0;
+  for (uint32_t a = 0; a < 3; a++) {
+    const float o = ray.origin.at[a], d = ray.direction.at[a];
+    for (int k = 0; k < 8; k++)
+      if (root->child[k] != PKTRT_NONE) reach = fmaxf(reach, fmaxf(root->hi[k][a] - o, o - root->lo[k][a]));
+    origin = fmaxf(origin, fabsf(o)), s.scale = fmaxf(s.scale, fabsf(d));
+    s.octant |= (signbit(d) ? 1u : 0u) << a;
+  }
+  s.pad = reach * (16 * eps) + origin * (8 * eps) + FLT_MIN;
+  for (int a = 0; a < 3; a++) {
+    const float o = ray.origin.at[a], d = ray.direction.at[a];
+    s.r[a] = s.scale / copysignf(fmaxf(fabsf(d), s.scale * (eps / 4)), d); /* never infinite */
+    s.near_[a] = o * s.r[a] + s.pad * fabsf(s.r[a]), s.far_[a] = o * s.r[a] - s.pad * fabsf(s.r[a]);
+  }
+  s.tiny = fmaxf(s.scale, 1) * (2 * FLT_MIN);
+  s.first = ray.tmin * s.scale, s.last = ray.tmax * s.scale;
+  s.first -= fabsf(s.first) * (4 * eps) + s.tiny, s.last += fabsf(s.last) * (4 * eps) + s.tiny;
+  return s;
+}
+
+/* [enter] */
+/* Tells whether the ray may meet what is in a box, and if so from which depth on. A ray within rounding of the box
+   enters it, which costs time; one that enters never misses it, which would cost a hit. */
+EX_UNUSED static bool course_slabs_enter(const course_slabs *s, const float lo[3], const float hi[3], float *depth) {
+  float enter = s->first, leave = s->last;
+  for (int a = 0; a < 3; a++) {
+    const float l = lo[a] * s->r[a], h = hi[a] * s->r[a];
+    enter = fmaxf((l < h ? l : h) - s->near_[a], enter);
+    leave = fminf((l > h ? l : h) - s->far_[a], leave);
+  }
+  if (depth) *depth = enter;
+  return enter <= leave;
+}
+/* [end] */
+
+/* Makes a triangle the ray's hit, and the ray shorter, if it is nearer than the hit so far; tells whether it is. A hit
+   begins as {tmax, 0, 0, COURSE_NONE}; u and v stay as they are. */
+EX_UNUSED static bool course_slabs_meet(course_slabs *s, const course_scene *scene, course_ray ray, uint32_t triangle,
+                                        course_hit *hit) {
+  double t;
+  if (!(course_inside(scene, ray, triangle, &t) > 0 && t > (double)ray.tmin && (float)t < hit->t)) return false;
+  hit->t = (float)t, hit->triangle = triangle;
+  s->last = hit->t * s->scale;
+  s->last += fabsf(s->last) * (4.0f / 16777216) + s->tiny;
+  return true;
+}
+
+/* [bounds] */
+/* What all rays of a packet have in common: intervals of their origins, reciprocal directions, and depths. */
+typedef struct course_bounds {
+  float o_lo[3], o_hi[3], r_lo[3], r_hi[3]; /* r as in course_slabs */
+  float first, last, pad;                   /* the least first; the largest last, the largest pad */
+} course_bounds;
+/* [end] */
+
+EX_UNUSED static course_bounds course_bounds_make(const course_ray *rays, const course_slabs *s, uint32_t n) {
+  course_bounds b;
+  for (uint32_t i = 0; i < n; i++) {
+    for (int a = 0; a < 3; a++) {
+      const float o = rays[i].origin.at[a], r = s[i].r[a];
+      b.o_lo[a] = i ? fminf(b.o_lo[a], o) : o, b.o_hi[a] = i ? fmaxf(b.o_hi[a], o) : o;
+      b.r_lo[a] = i ? fminf(b.r_lo[a], r) : r, b.r_hi[a] = i ? fmaxf(b.r_hi[a], r) : r;
+    }
+    b.first = i ? fminf(b.first, s[i].first) : s[i].first;
+    b.last = i ? fmaxf(b.last, s[i].last) : s[i].last, b.pad = i ? fmaxf(b.pad, s[i].pad) : s[i].pad;
+  }
+  return b;
+}
 
 #endif /* COURSE_H */

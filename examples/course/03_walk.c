@@ -1,0 +1,119 @@
+/* Chapter 3: one ray walks down the library's tree. Makes out/course/03_section.svg and 03_heat.png, and prints what
+   the chapter quotes. */
+#define PKTRT_IMPLEMENTATION
+#include "course.h"
+#include "section.h"
+
+enum { WIDTH = 256, HEIGHT = 192, BRIGHTEST = 16 /* nodes */ };
+
+typedef struct tally { /* what walks did */
+  uint64_t opened, boxes, triangles;
+  section *draw; /* NULL: nothing is drawn */
+} tally;
+
+/* The colours of boxes in the section: of nodes that were opened, of leaves, of children that the ray misses. */
+static void draw_box(tally *work, const pktrt_node *node, int k, bool entered) {
+  if (!work->draw) return;
+  if (!entered) section_box(work->draw, node->lo[k], node->hi[k], NULL, "#bbb");
+  else if (node->leaf[k]) section_box(work->draw, node->lo[k], node->hi[k], "#fb88", "#d60");
+  else section_box(work->draw, node->lo[k], node->hi[k], "#48f1", "#26c");
+}
+
+/* [walk] */
+/* Finds the nearest hit of a ray, children in the order in which they stand in their nodes. */
+static course_hit walk(const course_scene *scene, const pktrt_node *nodes, course_ray ray, tally *work) {
+  course_slabs slabs = course_slabs_make(&nodes[0], ray);
+  course_hit hit = {ray.tmax, 0, 0, COURSE_NONE};
+  uint32_t stack[38 * 7 + 1], top = 0;
+  stack[top++] = 0;
+  while (top) {
+    const pktrt_node *node = &nodes[stack[--top]];
+    work->opened++;
+    for (int k = 0; k < 8; k++) {
+      if (node->child[k] == PKTRT_NONE) continue;
+      const bool entered = course_slabs_enter(&slabs, node->lo[k], node->hi[k], NULL);
+      work->boxes++;
+      draw_box(work, node, k, entered);
+      if (!entered) continue;
+      if (!node->leaf[k]) {
+        stack[top++] = node->child[k];
+        continue;
+      }
+      for (int i = 0; i < 8 && node->triangle[k][i] != PKTRT_NONE; i++) {
+        work->triangles++;
+        course_slabs_meet(&slabs, scene, ray, node->triangle[k][i], &hit);
+      }
+    }
+  }
+  return hit;
+}
+/* [end] */
+
+/* How many nodes the library opens for the same ray, traced alone: it knows what is nearer. */
+static uint64_t library_opens(const pktrt_scene *library, course_ray ray) {
+  static pktrt_stats stats;
+  pktrt_query_desc query;
+  pktrt_hit hit;
+  memset(&query, 0, sizeof query), memset(&stats, 0, sizeof stats);
+  query.path = PKTRT_PATH_SINGLE, query.stats = &stats;
+  const pktrt_ray r = course_library_ray(ray);
+  pktrt_intersect_ex(library, &query, &r, &hit, 1);
+  return stats.by_type[PKTRT_RAY_PRIMARY].node_visits;
+}
+
+/* A ray in the plane of the section. */
+static void draw_section(const course_scene *scene, const pktrt_node *nodes) {
+  const course_ray ray = {vec_make(1.25f, 3.0f, 5.6f), vec_make(0, -0.55f, -2), 0, INFINITY};
+  section s = section_begin("out/course/03_section.svg", ray.origin.at[0], 6.2, -6.4, -0.7, 3.6, 58);
+  tally work = {0, 0, 0, &s};
+  const course_hit hit = walk(scene, nodes, ray, &work);
+  section_scene(&s, scene);
+  section_ray(&s, ray, hit.t, "#c00", 2);
+  section_end(&s);
+  printf("the ray of the section hits triangle %u at t = %.3f; it opens %u nodes, tests %u boxes and %u triangles\n",
+         (unsigned)hit.triangle, (double)hit.t, (unsigned)work.opened, (unsigned)work.boxes, (unsigned)work.triangles);
+}
+
+/* Nodes opened for each pixel: left in the order of places, right by the library. */
+static void draw_heat(const course_scene *scene, const pktrt_node *nodes, const pktrt_scene *library) {
+  course_picture picture = course_picture_make(2 * WIDTH, HEIGHT);
+  tally work = {0, 0, 0, NULL};
+  course_tally same = {0, 0, 0};
+  uint64_t most = 0, theirs = 0;
+  for (uint32_t y = 0; y < HEIGHT; y++)
+    for (uint32_t x = 0; x < WIDTH; x++) {
+      const course_ray ray = course_camera_ray((float)x + 0.5f, (float)y + 0.5f, WIDTH, HEIGHT);
+      const uint64_t before = work.opened, opens = library_opens(library, ray);
+      const course_hit hit = walk(scene, nodes, ray, &work), expected = course_library_hit(library, ray);
+      vec *row = picture.pixel + y * picture.width;
+      row[x] = course_heat((float)(work.opened - before) / BRIGHTEST);
+      row[WIDTH + x] = course_heat((float)opens / BRIGHTEST);
+      most = work.opened - before > most ? work.opened - before : most, theirs += opens;
+      course_same_hit(scene, ray, &hit, &expected, &same);
+    }
+  const double rays = (double)same.rays;
+  printf("%u rays of the camera: %u hits differ from the library's, %u of them at edges\n", (unsigned)same.rays,
+         (unsigned)(same.different + same.excused), (unsigned)same.excused);
+  printf("in the order of places a ray opens %.2f nodes, at most %u, tests %.1f boxes and %.1f triangles\n",
+         (double)work.opened / rays, (unsigned)most, (double)work.boxes / rays, (double)work.triangles / rays);
+  printf("the library opens %.2f nodes for a ray traced alone\n", (double)theirs / rays);
+  course_picture_write(&picture, "out/course/03_heat.png");
+}
+
+int main(void) {
+  course_scene scene = course_scene_make();
+  pktrt_scene *library = course_library(&scene);
+  uint32_t count, leaves = 0, children = 0;
+  pktrt_node *nodes = course_library_nodes(library, &count);
+  for (uint32_t i = 0; i < count; i++)
+    for (int k = 0; k < 8; k++)
+      if (nodes[i].child[k] != PKTRT_NONE) children++, leaves += nodes[i].leaf[k];
+  printf("%u triangles in a tree of %u nodes and %u leaves; a node has %.2f children\n", (unsigned)scene.triangles,
+         (unsigned)count, (unsigned)leaves, (double)children / count);
+  draw_section(&scene, nodes);
+  draw_heat(&scene, nodes, library);
+  free(nodes);
+  pktrt_scene_destroy(library);
+  course_scene_free(&scene);
+  return 0;
+}

@@ -435,6 +435,58 @@ EX_UNUSED static void course_library_packet(const pktrt_scene *library, const co
   }
 }
 
+/* Leaves in a log what does not hang on the order of tests in a leaf: what is told of nodes, of their children and of
+   leaves; and of the hits in a leaf the last one of each ray, by rays. */
+static void course_log_tidy(course_log *log) {
+  size_t n = 0;
+  for (size_t i = 0; i < log->count; i++) {
+    const pktrt_event e = log->event[i];
+    if (e.kind == PKTRT_EVENT_LEAF_TEST || e.kind == PKTRT_EVENT_TRIM) continue;
+    size_t at = n;
+    if (e.kind == PKTRT_EVENT_HIT) {
+      while (at > 0 && log->event[at - 1].kind == PKTRT_EVENT_HIT && log->event[at - 1].ray >= e.ray) at--;
+      if (at < n && log->event[at].ray == e.ray) {
+        log->event[at] = e;
+        continue;
+      }
+    }
+    memmove(log->event + at + 1, log->event + at, (n - at) * sizeof e);
+    log->event[at] = e, n++;
+  }
+  log->count = n;
+}
+
+static void course_say_event(const char *who, const course_log *log, size_t i) {
+  static const char *const kind[] = {"NODE",     "FIRST_HIT", "INTERVAL_CULL", "FRUSTUM_CULL", "LATER_HIT",
+                                     "ALL_MISS", "LEAF",      "HIT",           "NONE_LEFT"};
+  if (i >= log->count) {
+    printf("  %s: nothing more\n", who);
+    return;
+  }
+  const pktrt_event *e = &log->event[i];
+  printf("  %s: %s, index %u, child %u, ray %u\n", who,
+         e->kind <= PKTRT_EVENT_NONE_LEFT ? kind[e->kind] : "what is unknown", (unsigned)e->index, (unsigned)e->child,
+         (unsigned)e->ray);
+}
+
+/* Tidies two logs of a packet and compares them, event by event: kind, index, child and ray. Says what differs first,
+   unless quiet. */
+EX_UNUSED static bool course_same_log(course_log *mine, course_log *theirs, uint32_t packet, bool quiet) {
+  course_log_tidy(mine), course_log_tidy(theirs);
+  for (size_t i = 0; i < mine->count || i < theirs->count; i++) {
+    if (i < mine->count && i < theirs->count) {
+      const pktrt_event *x = &mine->event[i], *y = &theirs->event[i];
+      if (x->kind == y->kind && x->index == y->index && x->child == y->child && x->ray == y->ray) continue;
+    }
+    if (!quiet) {
+      printf("packet %u, event %u of %u\n", (unsigned)packet, (unsigned)i, (unsigned)theirs->count);
+      course_say_event("expected", theirs, i), course_say_event("got", mine, i);
+    }
+    return false;
+  }
+  return true;
+}
+
 /* >>boxes ---------------------------------------------------------------------------------------------------------- */
 
 /* [slabs] */

@@ -39,7 +39,8 @@ static course_hit walk(const course_scene *scene, const pktrt_node *nodes, cours
         stack[top++] = node->child[k];
         continue;
       }
-      for (int i = 0; i < 8 && node->triangle[k][i] != PKTRT_NONE; i++) {
+      for (int i = 0; i < 8; i++) {
+        if (node->triangle[k][i] == PKTRT_NONE) continue;
         work->triangles++;
         course_slabs_meet(&slabs, scene, ray, node->triangle[k][i], &hit);
       }

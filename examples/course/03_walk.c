@@ -65,12 +65,16 @@ static uint64_t library_opens(const pktrt_scene *library, course_ray ray) {
 /* A ray in the plane of the section. */
 static void draw_section(const course_scene *scene, const pktrt_node *nodes) {
   const course_ray ray = {vec_make(1.25f, 3.0f, 5.6f), vec_make(0, -0.55f, -2), 0, INFINITY};
-  section s = section_begin("out/course/03_section.svg", ray.origin.at[0], 6.2, -6.4, -0.7, 3.6, 58);
+  svg drawing;
+  course_make_folder();
+  if (!svg_begin(&drawing, "out/course/03_section.svg", 730, 250)) exit(1);
+  section s = section_begin(&drawing, 1, 6.2, -0.7, 58, 0, 0, 730, 250);
   tally work = {0, 0, 0, &s};
   const course_hit hit = walk(scene, nodes, ray, &work);
-  section_scene(&s, scene);
+  section_scene(&s, scene, ray.origin.at[0]);
   section_ray(&s, ray, hit.t, "#c00", 2);
   section_end(&s);
+  if (!svg_end(&drawing)) exit(1);
   printf("the ray of the section hits triangle %u at t = %.3f; it opens %u nodes, tests %u boxes and %u triangles\n",
          (unsigned)hit.triangle, (double)hit.t, (unsigned)work.opened, (unsigned)work.boxes, (unsigned)work.triangles);
 }

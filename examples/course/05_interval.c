@@ -1,0 +1,150 @@
+/* Chapter 5: one test for a whole packet. Makes out/course/05_boxes.svg, and prints what the chapter quotes. */
+#define PKTRT_IMPLEMENTATION
+#include "course.h"
+#include "section.h"
+
+enum { WIDTH = 256, HEIGHT = 192, SIDE = 8, RAYS = SIDE * SIDE, PACKETS = WIDTH * HEIGHT / RAYS };
+
+/* [planes] */
+/* Four planes around the rays of a packet that start at one point and share a main axis and its sign. At depth w, the
+   distance along the main axis, all rays are between slope_lo[a] * w and slope_hi[a] * w along the two other axes. */
+typedef struct planes {
+  const float *origin;
+  int main, other[2];
+  float sign, slope_lo[2], slope_hi[2], pad;
+} planes;
+
+/* Returns false if the rays have no such planes. */
+static bool planes_make(planes *p, const course_ray *rays, uint32_t n, float pad) {
+  p->origin = rays[0].origin.at, p->pad = pad;
+  for (uint32_t i = 0; i < n; i++) {
+    const float *d = rays[i].direction.at;
+    const int k = fabsf(d[1]) <= fabsf(d[0]) && fabsf(d[2]) <= fabsf(d[0]) ? 0 : fabsf(d[2]) <= fabsf(d[1]) ? 1 : 2;
+    const float sign = d[k] < 0 ? -1.0f : 1.0f;
+    if (!i) p->main = k, p->sign = sign, p->other[0] = (k + 1) % 3, p->other[1] = (k + 2) % 3;
+    if (k != p->main || sign != p->sign || memcmp(p->origin, rays[i].origin.at, sizeof(vec))) return false;
+    for (int a = 0; a < 2; a++) {
+      const float slope = sign * (d[p->other[a]] / d[k]);
+      p->slope_lo[a] = i ? fminf(p->slope_lo[a], slope) : slope;
+      p->slope_hi[a] = i ? fmaxf(p->slope_hi[a], slope) : slope;
+    }
+  }
+  return true;
+}
+
+/* Tells whether a box lies outside one of the planes, or behind the origin: then all rays miss it. */
+static bool planes_miss(const planes *p, const float lo[3], const float hi[3]) {
+  const int k = p->main;
+  const float o = p->origin[k], nearest = p->sign > 0 ? lo[k] - o : o - hi[k],
+              farthest = p->sign > 0 ? hi[k] - o : o - lo[k];
+  const float w0 = fmaxf(nearest - p->pad, 0), w1 = farthest + p->pad; /* the depths of the box */
+  for (int a = 0; a < 2; a++) {
+    const float l = lo[p->other[a]] - p->origin[p->other[a]] - p->pad;
+    const float h = hi[p->other[a]] - p->origin[p->other[a]] + p->pad;
+    if (l > fmaxf(p->slope_hi[a] * w0, p->slope_hi[a] * w1)) return true;
+    if (h < fminf(p->slope_lo[a] * w0, p->slope_lo[a] * w1)) return true;
+  }
+  return w1 < 0;
+}
+/* [end] */
+
+/* The camera's rays through 8 x 8 pixels; or shadow rays from what they hit, which share no origin. */
+static bool aim(course_ray *rays, uint32_t i, const pktrt_scene *library, bool shadow) {
+  const vec light = {{-3, 7, 5}};
+  for (uint32_t r = 0; r < RAYS; r++) {
+    const uint32_t x = i * SIDE % WIDTH + r % SIDE, y = i * SIDE / WIDTH * SIDE + r / SIDE;
+    rays[r] = course_camera_ray((float)x + 0.5f, (float)y + 0.5f, WIDTH, HEIGHT);
+    if (!shadow) continue;
+    const course_hit hit = course_library_hit(library, rays[r]);
+    if (hit.triangle == COURSE_NONE) return false;
+    rays[r].origin = vec_add(rays[r].origin, vec_scale(rays[r].direction, 0.999f * hit.t));
+    rays[r].direction = vec_sub(light, rays[r].origin), rays[r].tmax = 1;
+  }
+  return true;
+}
+
+/* What becomes of the children of all packets, by the steps that are taken. */
+static void table(const pktrt_scene *library, bool shadow, const char *name, uint32_t steps) {
+  double told[PKTRT_EVENT_LEAF_TEST + 1] = {0}, tests = 0, packets = 0;
+  course_log log = {NULL, 0, 0};
+  course_ray rays[RAYS];
+  for (uint32_t i = 0; i < PACKETS; i++)
+    if (aim(rays, i, library, shadow))
+      course_library_packet(library, rays, RAYS, steps | PKTRT_PAPER_STEP_ORDER, NULL, &log), packets++;
+  for (size_t i = 0; i < log.count; i++) told[log.event[i].kind]++, tests += log.event[i].tested;
+  const double intervals = told[PKTRT_EVENT_INTERVAL_CULL], four = told[PKTRT_EVENT_FRUSTUM_CULL];
+  printf("%s: of %.0f children that no ray enters, intervals drop %.0f and planes %.0f; a ray is tested against %.2f "
+         "boxes\n",
+         name, told[PKTRT_EVENT_ALL_MISS] + intervals + four, intervals, four, tests / packets / RAYS);
+  free(log.event);
+}
+
+/* Our planes against the library's, for all children that the first active ray misses. */
+static void compare(const pktrt_scene *library, const pktrt_node *nodes) {
+  uint32_t verdicts = 0, same = 0;
+  course_log log = {NULL, 0, 0};
+  course_ray rays[RAYS];
+  for (uint32_t i = 0; i < PACKETS; i++) {
+    planes p;
+    aim(rays, i, library, false);
+    const bool have = planes_make(&p, rays, RAYS, course_slabs_make(nodes, rays[0]).pad);
+    log.count = 0;
+    course_library_packet(library, rays, RAYS, PKTRT_PAPER_STEP_FRUSTUM | PKTRT_PAPER_STEP_ORDER, NULL, &log);
+    for (size_t j = 0; j < log.count; j++) {
+      const pktrt_event *e = &log.event[j];
+      const bool dropped = e->kind == PKTRT_EVENT_FRUSTUM_CULL;
+      if (!dropped && e->kind != PKTRT_EVENT_LATER_HIT && e->kind != PKTRT_EVENT_ALL_MISS) continue;
+      same += (have && planes_miss(&p, nodes[e->index].lo[e->child], nodes[e->index].hi[e->child])) == dropped;
+      verdicts++;
+    }
+  }
+  printf("our planes and the library's: %u verdicts, %u the same\n", (unsigned)verdicts, (unsigned)same);
+  free(log.event);
+}
+
+/* One packet and the boxes that it came by, coloured by verdict; from the side and from above. */
+static void draw(const pktrt_scene *library, const pktrt_node *nodes) {
+  static const char *const fill[] = {"", "#3a32", NULL, "#29d2", "#e802", "#d332"};
+  static const char *const line[] = {"", "#3a3", "#98c", "#29d", "#e80", "#d33"};
+  svg drawing;
+  course_log log = {NULL, 0, 0};
+  course_ray rays[RAYS];
+  course_hit hit[RAYS];
+  course_make_folder();
+  aim(rays, 12 * WIDTH / SIDE + 26, library, false);
+  course_library_packet(library, rays, RAYS,
+                        PKTRT_PAPER_STEP_INTERVALS | PKTRT_PAPER_STEP_FRUSTUM | PKTRT_PAPER_STEP_ORDER, hit, &log);
+  if (!svg_begin(&drawing, "out/course/05_boxes.svg", 730, 500)) exit(1);
+  for (int above = 0; above < 2; above++) {
+    const section s =
+        section_begin(&drawing, !above, 7.6, above ? -1 : -1.2, 45, 0, above ? 240 : 0, 730, above ? 260 : 230);
+    for (uint32_t r = 0; r < RAYS; r++) section_ray(&s, rays[r], fminf(hit[r].t, 20), "#aaa", 0.5);
+    for (size_t j = 0; j < log.count; j++) {
+      const pktrt_event *e = &log.event[j];
+      if (e->kind == PKTRT_EVENT_NODE || e->kind > PKTRT_EVENT_ALL_MISS) continue;
+      section_box(&s, nodes[e->index].lo[e->child], nodes[e->index].hi[e->child], fill[e->kind], line[e->kind]);
+    }
+    section_end(&s);
+  }
+  if (!svg_end(&drawing)) exit(1);
+  free(log.event);
+}
+
+int main(void) {
+  course_scene scene = course_scene_make();
+  pktrt_scene *library = course_library(&scene);
+  uint32_t count;
+  pktrt_node *nodes = course_library_nodes(library, &count);
+  table(library, false, "camera, no step", 0);
+  table(library, false, "camera, intervals", PKTRT_PAPER_STEP_INTERVALS);
+  table(library, false, "camera, planes", PKTRT_PAPER_STEP_FRUSTUM);
+  table(library, false, "camera, both", PKTRT_PAPER_STEP_INTERVALS | PKTRT_PAPER_STEP_FRUSTUM);
+  table(library, true, "shadow rays, no step", 0);
+  table(library, true, "shadow rays, intervals", PKTRT_PAPER_STEP_INTERVALS);
+  compare(library, nodes);
+  draw(library, nodes);
+  free(nodes);
+  pktrt_scene_destroy(library);
+  course_scene_free(&scene);
+  return 0;
+}

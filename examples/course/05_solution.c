@@ -1,0 +1,26 @@
+/* The exercise of chapter 5: one test in interval arithmetic for a whole packet.
+
+   What is known of the rays is in course_bounds: each origin lies in [o_lo, o_hi], each reciprocal direction in
+   [r_lo, r_hi], by axis, and each ray looks at depths from `first` to `last`. Return true only if no ray of such a
+   packet can enter the box. That means: the least depth at which any of them can be in all three slabs is beyond the
+   largest.
+
+   Along an axis whose r_lo and r_hi have different signs the text tells why nothing follows: leave it out. Widen the
+   box by pad; course_slabs_enter() does the same for one ray. */
+#include "course.h"
+
+/* The check calls it. */
+bool intervals_miss(const course_bounds *p, const float lo[3], const float hi[3]);
+
+bool intervals_miss(const course_bounds *p, const float lo[3], const float hi[3]) {
+  float enter = p->first, leave = p->last;
+  for (int a = 0; a < 3; a++) {
+    const bool up = p->r_lo[a] > 0;
+    if (!up && p->r_hi[a] >= 0) continue;
+    const float below = lo[a] - p->o_hi[a] - p->pad, above = hi[a] - p->o_lo[a] + p->pad;
+    const float near_ = up ? below : above, far_ = up ? above : below;
+    enter = fmaxf(enter, fminf(near_ * p->r_lo[a], near_ * p->r_hi[a]));
+    leave = fminf(leave, fmaxf(far_ * p->r_lo[a], far_ * p->r_hi[a]));
+  }
+  return enter > leave;
+}

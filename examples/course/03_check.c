@@ -52,8 +52,6 @@ int main(void) {
   }
   const char *why = check("camera", &scene, library, camera, RAYS, 3.079),
              *other = check("anywhere", &scene, library, any, RAYS, 2.316);
-  free(nodes);
   pktrt_scene_destroy(library);
-  course_scene_free(&scene);
   return course_result(3, why ? why : other);
 }

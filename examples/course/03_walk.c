@@ -117,8 +117,6 @@ int main(void) {
          (unsigned)count, (unsigned)leaves, (double)children / count);
   draw_section(&scene, nodes);
   draw_heat(&scene, nodes, library);
-  free(nodes);
   pktrt_scene_destroy(library);
-  course_scene_free(&scene);
   return 0;
 }

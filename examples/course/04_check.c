@@ -48,7 +48,6 @@ static const char *check(const char *what, uint32_t (*make)(course_ray *, uint32
     same += good, events += theirs.count;
     for (uint32_t r = 0; r < n; r++) course_same_hit(scene, rays[r], &hit[r], &expected[r], &hits);
   }
-  free(mine.event), free(theirs.event);
   printf("%s: %u packets, %u events; %u packets tell the library's\n", what, (unsigned)packets, (unsigned)events,
          (unsigned)same);
   printf("%s: of %u hits %u differ from the library's\n", what, (unsigned)hits.rays, (unsigned)hits.different);
@@ -62,8 +61,6 @@ int main(void) {
   pktrt_node *nodes = course_library_nodes(library, &count);
   const char *why = check("camera", camera_packet, WIDTH * HEIGHT / 64, &scene, library, nodes),
              *other = check("general", general_packet, 4000, &scene, library, nodes);
-  free(nodes);
   pktrt_scene_destroy(library);
-  course_scene_free(&scene);
   return course_result(4, why ? why : other);
 }

@@ -76,7 +76,6 @@ static void table(const pktrt_scene *library, bool shadow, const char *name, uin
   printf("%s: of %.0f children that no ray enters, intervals drop %.0f and planes %.0f; a ray is tested against %.2f "
          "boxes\n",
          name, told[PKTRT_EVENT_ALL_MISS] + intervals + four, intervals, four, tests / packets / RAYS);
-  free(log.event);
 }
 
 /* Our planes against the library's, for all children that the first active ray misses. */
@@ -99,7 +98,6 @@ static void compare(const pktrt_scene *library, const pktrt_node *nodes) {
     }
   }
   printf("our planes and the library's: %u verdicts, %u the same\n", (unsigned)verdicts, (unsigned)same);
-  free(log.event);
 }
 
 /* One packet and the boxes that it came by, coloured by verdict; from the side and from above. */
@@ -127,7 +125,6 @@ static void draw(const pktrt_scene *library, const pktrt_node *nodes) {
     section_end(&s);
   }
   if (!svg_end(&drawing)) exit(1);
-  free(log.event);
 }
 
 int main(void) {
@@ -143,8 +140,6 @@ int main(void) {
   table(library, true, "shadow rays, intervals", PKTRT_PAPER_STEP_INTERVALS);
   compare(library, nodes);
   draw(library, nodes);
-  free(nodes);
   pktrt_scene_destroy(library);
-  course_scene_free(&scene);
   return 0;
 }

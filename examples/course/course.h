@@ -12,7 +12,8 @@
      cc -O2 examples/course/01_ray.c -o ray -lm
      cc -O2 examples/course/01_check.c mine.c -o check -lm
 
-   Contents: vectors, rays and boxes; random, scene, chapter 1, sorting, pictures, library, comparing, nodes and events, boxes. */
+   Contents: vectors, rays and boxes; random, scene, chapter 1, sorting, pictures, library, comparing, nodes and events,
+   boxes. */
 #ifndef COURSE_H
 #define COURSE_H
 

@@ -1,4 +1,4 @@
-/* Checks the exercise of chapter 3: the hits are the library's, and few nodes are opened for them. */
+/* Checks exercise 3: the hits are the library's, and few nodes are opened for them. */
 #define PKTRT_IMPLEMENTATION
 #include "course.h"
 

@@ -1,4 +1,5 @@
-/* The exercise of chapter 3: the nearest hit of a ray, nearest child first.
+/* Exercise 3: the nearest hit of a ray, nearest child first. Fill in nearest_first(), then
+   make course-check N=3 FILE=mine.c
 
    The chapter's walk takes children as they stand in their nodes, and opens all that the ray enters at the time. Write
    one that opens fewer:

@@ -1,5 +1,6 @@
-/* Chapter 3: one ray walks down the library's tree. Makes out/course/03_section.svg and 03_heat.png, and prints what
-   the chapter quotes. */
+/* Chapter 3: one ray walks down the library's tree. Makes out/course/03_section.svg and 03_heat.png.
+
+   Prints what it cost.    cc -O2 examples/course/03_walk.c -o walk -lm && ./walk */
 #define PKTRT_IMPLEMENTATION
 #include "course.h"
 #include "section.h"

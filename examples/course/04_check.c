@@ -1,4 +1,4 @@
-/* Checks the exercise of chapter 4: packets tell the same events as the library's, one by one, and have its hits. */
+/* Checks exercise 4: packets tell the same events as the library's, one by one, and have its hits. */
 #define PKTRT_IMPLEMENTATION
 #include "course.h"
 

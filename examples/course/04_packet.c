@@ -1,5 +1,5 @@
-/* Chapter 4: a packet walks down the library's tree, as plainly as can be. Makes out/course/04_range.svg, and prints
-   what the chapter quotes. */
+/* Chapter 4: a packet walks down the library's tree, as plainly as can be. Makes out/course/04_range.svg.
+   Prints what it cost.    cc -O2 examples/course/04_packet.c -o packet -lm && ./packet */
 #define PKTRT_IMPLEMENTATION
 #include "course.h"
 #include "../svg.h"

@@ -1,4 +1,5 @@
-/* The exercise of chapter 4: a packet that keeps its children on a stack, and goes to near ones first.
+/* Exercise 4: a packet that keeps its children on a stack, and goes to near ones first. Fill in trace_packet(), then
+   make course-check N=4 FILE=mine.c
 
    The chapter's packet calls itself, and takes children by their places. Write one that has a stack of its own and does
    what the library does with PKTRT_PAPER_STEP_ORDER, event by event:

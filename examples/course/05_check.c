@@ -1,4 +1,4 @@
-/* Checks the exercise of chapter 5: the test never drops a box that a ray of the packet hits, and drops most of the
+/* Checks exercise 5: the test never drops a box that a ray of the packet hits, and drops most of the
    others. As a control it is run with bounds that are too narrow, and must then be caught. */
 #define PKTRT_IMPLEMENTATION
 #include "course.h"

@@ -27,7 +27,7 @@ static void make_packet(course_ray *rays, uint32_t kind) {
   }
 }
 
-/* A box anywhere; or one that a ray touches, in a corner, an edge or a face as likely as not. */
+/* A box anywhere; or one around a point of a ray, which then is in a corner, an edge or a face as likely as not. */
 static void make_box(const course_ray *rays, uint32_t kind, float lo[3], float hi[3]) {
   const course_ray *ray = &rays[kind / 2 % RAYS];
   const float t = between(0, fminf(ray->tmax, 8)), size = between(0, 2);

@@ -162,7 +162,7 @@ readme-pictures: effects
 
 # Chapters and labs are found by their names, as examples/course/README.md says. A program's figures stand beside its pictures.
 COURSE = examples/course
-COURSE_HEADERS = $(COURSE)/course.h $(EXAMPLE_HEADERS)
+COURSE_HEADERS = $(wildcard $(COURSE)/*.h) $(EXAMPLE_HEADERS)
 COURSE_FILES = $(sort $(patsubst $(COURSE)/%.c,%,$(wildcard $(COURSE)/*.c)))
 COURSE_PROGRAMS = $(filter-out %_check %_exercise %_solution,$(COURSE_FILES))
 COURSE_CHECKS = $(patsubst %_check,%,$(filter %_check,$(COURSE_FILES)))

@@ -76,7 +76,7 @@ static void draw_section(const course_scene *scene, const pktrt_node *nodes) {
   section_ray(&s, ray, hit.t, "#c00", 2);
   section_end(&s);
   if (!svg_end(&drawing)) exit(1);
-  printf("the ray of the section hits triangle %u at t = %.3f; it opens %u nodes, tests %u boxes and %u triangles\n",
+  printf("  the ray of the section hits triangle %u at t = %.3f; it opens %u nodes, tests %u boxes and %u triangles\n",
          (unsigned)hit.triangle, (double)hit.t, (unsigned)work.opened, (unsigned)work.boxes, (unsigned)work.triangles);
 }
 
@@ -98,11 +98,11 @@ static void draw_heat(const course_scene *scene, const pktrt_node *nodes, const 
       course_same_hit(scene, ray, &hit, &expected, &same);
     }
   const double rays = (double)same.rays;
-  printf("%u rays of the camera: %u hits differ from the library's, %u of them at edges\n", (unsigned)same.rays,
+  printf("  %u rays of the camera: %u hits differ from the library's, %u of them at edges\n", (unsigned)same.rays,
          (unsigned)(same.different + same.excused), (unsigned)same.excused);
-  printf("in the order of places a ray opens %.2f nodes, at most %u, tests %.1f boxes and %.1f triangles\n",
+  printf("  in the order of places a ray opens %.2f nodes, at most %u, tests %.1f boxes and %.1f triangles\n",
          (double)work.opened / rays, (unsigned)most, (double)work.boxes / rays, (double)work.triangles / rays);
-  printf("the library opens %.2f nodes for a ray traced alone\n", (double)theirs / rays);
+  printf("  the library opens %.2f nodes for a ray traced alone\n", (double)theirs / rays);
   course_picture_write(&picture, "out/course/03_heat.png");
 }
 
@@ -114,8 +114,8 @@ int main(void) {
   for (uint32_t i = 0; i < count; i++)
     for (int k = 0; k < 8; k++)
       if (nodes[i].child[k] != PKTRT_NONE) children++, leaves += nodes[i].leaf[k];
-  printf("%u triangles in a tree of %u nodes and %u leaves; a node has %.2f children\n", (unsigned)scene.triangles,
-         (unsigned)count, (unsigned)leaves, (double)children / count);
+  printf("03_walk: %u triangles in a tree of %u nodes and %u leaves; a node has %.2f children\n",
+         (unsigned)scene.triangles, (unsigned)count, (unsigned)leaves, (double)children / count);
   draw_section(&scene, nodes);
   draw_heat(&scene, nodes, library);
   pktrt_scene_destroy(library);

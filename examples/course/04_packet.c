@@ -31,11 +31,9 @@ static uint32_t find_first(packet *p, uint32_t index, uint32_t k, uint32_t first
   uint32_t ray = first;
   while (ray < p->n && !course_slabs_enter(&p->slabs[ray], node->lo[k], node->hi[k], NULL)) ray++;
   p->boxes += ray - first + (ray < p->n);
-  tell(p,
-       ray == first ? PKTRT_EVENT_FIRST_HIT
-       : ray < p->n ? PKTRT_EVENT_LATER_HIT
-                    : PKTRT_EVENT_ALL_MISS,
-       index, k, ray < p->n ? ray : first, depth);
+  pktrt_event_kind verdict = PKTRT_EVENT_FIRST_HIT;
+  if (ray > first) verdict = ray < p->n ? PKTRT_EVENT_LATER_HIT : PKTRT_EVENT_ALL_MISS;
+  tell(p, verdict, index, k, ray < p->n ? ray : first, depth);
   return ray;
 }
 
@@ -137,13 +135,15 @@ int main(void) {
       same += course_same_log(&mine, &theirs, packets, false);
     }
   const double n = packets, rays = n * RAYS;
-  printf("%u packets of %u rays: %u tell the same events as the library's\n", (unsigned)packets, RAYS, (unsigned)same);
-  printf("a packet opens %.1f nodes; the first active ray enters %.1f of their children, a later one %.1f, none %.1f\n",
-         told[PKTRT_EVENT_NODE] / n, told[PKTRT_EVENT_FIRST_HIT] / n, told[PKTRT_EVENT_LATER_HIT] / n,
-         told[PKTRT_EVENT_ALL_MISS] / n);
-  printf("a ray meets %.1f boxes and %.1f triangles; %.0f%% of the box tests are of children that no ray enters\n",
+  printf("04_packet: %u packets of %u rays: %u tell the same events as the library's\n", (unsigned)packets, RAYS,
+         (unsigned)same);
+  printf(
+      "  a packet opens %.1f nodes; the first active ray enters %.1f of their children, a later one %.1f, none %.1f\n",
+      told[PKTRT_EVENT_NODE] / n, told[PKTRT_EVENT_FIRST_HIT] / n, told[PKTRT_EVENT_LATER_HIT] / n,
+      told[PKTRT_EVENT_ALL_MISS] / n);
+  printf("  a ray meets %.1f boxes and %.1f triangles; %.0f%% of the box tests are of children that no ray enters\n",
          (double)p.boxes / rays, (double)p.triangles / rays, 100 * vain / (double)p.boxes);
-  printf("the library tests %.1f boxes a ray from near to far, %.1f with all steps\n", ordered / rays, all / rays);
+  printf("  the library tests %.1f boxes a ray from near to far, %.1f with all steps\n", ordered / rays, all / rays);
   draw(library, &p, &theirs);
   pktrt_scene_destroy(library);
   return 0;

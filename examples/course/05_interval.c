@@ -75,7 +75,7 @@ static void table(const pktrt_scene *library, bool shadow, const char *name, uin
       course_library_packet(library, rays, RAYS, steps | PKTRT_PAPER_STEP_ORDER, NULL, &log), packets++;
   for (size_t i = 0; i < log.count; i++) told[log.event[i].kind]++, tests += log.event[i].tested;
   const double intervals = told[PKTRT_EVENT_INTERVAL_CULL], four = told[PKTRT_EVENT_FRUSTUM_CULL];
-  printf("%s: of %.0f children that no ray enters, intervals drop %.0f and planes %.0f; a ray is tested against %.2f "
+  printf("  %s: of %.0f children that no ray enters, intervals drop %.0f and planes %.0f; a ray is tested against %.2f "
          "boxes\n",
          name, told[PKTRT_EVENT_ALL_MISS] + intervals + four, intervals, four, tests / packets / RAYS);
 }
@@ -99,7 +99,7 @@ static void compare(const pktrt_scene *library, const pktrt_node *nodes) {
       verdicts++;
     }
   }
-  printf("our planes and the library's: %u verdicts, %u the same\n", (unsigned)verdicts, (unsigned)same);
+  printf("  our planes and the library's: %u verdicts, %u the same\n", (unsigned)verdicts, (unsigned)same);
 }
 
 /* One packet and the boxes that it came by, coloured by verdict; from the side and from above. */
@@ -134,6 +134,7 @@ int main(void) {
   pktrt_scene *library = course_library(&scene);
   uint32_t count;
   pktrt_node *nodes = course_library_nodes(library, &count);
+  printf("05_interval: %u packets of %u rays\n", PACKETS, RAYS);
   table(library, false, "camera, no step", 0);
   table(library, false, "camera, intervals", PKTRT_PAPER_STEP_INTERVALS);
   table(library, false, "camera, planes", PKTRT_PAPER_STEP_FRUSTUM);

@@ -12,8 +12,8 @@ typedef enum ablate_cost { ABLATE_BOX_TESTS, ABLATE_TRIANGLE_TESTS, ABLATE_VECTO
 uint32_t ablate_fewest(const pktrt_scene *, const pktrt_ray *rays, size_t n, uint32_t packet_size, int count,
                        ablate_cost cost);
 
-/* The bits of i at even places, pushed together. Numbers the pixels of a square in Morton's order, so that any 4, 16, 64
-   or 256 rays in a row are a square block of pixels. */
+/* The bits of i at even places, pushed together. With them pixels are numbered in Morton's order, where 4, 16, 64 or 256
+   rays in a row, from a multiple of that on, are a square of pixels. */
 EX_UNUSED static uint32_t ablate_even_bits(uint32_t i) {
   uint32_t out = 0;
   for (uint32_t k = 0; k < 16; k++) out |= (i >> 2 * k & 1) << k;

@@ -1,0 +1,136 @@
+/* Chapter 9: a lens, a shutter, a lamp with a size, a lobe: what each of them adds to a picture, and what it costs.
+
+   Prints rays and tests by effect, and the price of motion with boxes that move and with such as hold all of it. Makes
+   out/course/09_effects.png and out/course/09_cost.png. */
+#define PKTRT_IMPLEMENTATION
+#include "09_scene.h"
+
+static void effects(void) {
+  course_picture strip = course_picture_make(EFFECTS * WIDTH, HEIGHT);
+  printf("rays per sample, and tests of boxes per primary, shadow, reflected and refracted ray\n");
+  for (int with = IDEAL; with < EFFECTS; with++) {
+    pktrt_stats stats = {0};
+    pktrt_render_desc view = {.pixels = strip.pixel[with * WIDTH].at,
+                              .row_stride = 3 * EFFECTS * WIDTH,
+                              .samples = SAMPLES,
+                              .stats = &stats,
+                              .path = PKTRT_PATH_PAPER};
+    pktrt_scene *scene = make_scene((effect)with);
+    double rays = 0, boxes[4];
+    render(scene, &view, (effect)with);
+    pktrt_scene_destroy(scene);
+    for (int t = 0; t < 4; t++) {
+      const pktrt_counts *c = &stats.by_type[t];
+      boxes[t] = (double)c->box_tests / (double)c->rays, rays += (double)c->rays;
+    }
+    printf("  %-8s %.2f  %5.1f %5.1f %5.1f %5.1f\n", names[with], rays / (double)stats.samples, boxes[0], boxes[1],
+           boxes[2], boxes[3]);
+  }
+  course_picture_write(&strip, "out/course/09_effects.png");
+}
+
+/* [branching] */
+/* Counts what it costs to follow both ways at glass, and what to choose one. */
+static void branching(void) {
+  static vec pixels[WIDTH * HEIGHT];
+  pktrt_scene *scene = make_scene(IDEAL);
+  for (int b = PKTRT_BRANCHING_BOTH; b <= PKTRT_BRANCHING_CHOOSE; b++) {
+    pktrt_stats stats = {0};
+    pktrt_render_desc view = {.pixels = pixels[0].at, .samples = 4, .stats = &stats, .branching = (pktrt_branching)b};
+    render(scene, &view, IDEAL);
+    const pktrt_counts *count = stats.by_type;
+    printf("%s: reflected and refracted rays per sample %.2f\n", b == PKTRT_BRANCHING_BOTH ? "both ways" : "one way",
+           (double)(count[PKTRT_RAY_REFLECTION].rays + count[PKTRT_RAY_REFRACTION].rays) / (double)stats.samples);
+  }
+  pktrt_scene_destroy(scene);
+}
+/* [end] */
+
+/* [united] */
+/* Makes each box hold what passes through it while the shutter is open, as the paper's boxes do. */
+static void unite(pktrt_node *node, const pktrt_node *end) {
+  for (int k = 0; k < 8; k++)
+    for (int a = 0; a < 3; a++) {
+      node->lo[k][a] = fminf(node->lo[k][a], end->lo[k][a]);
+      node->hi[k][a] = fmaxf(node->hi[k][a], end->hi[k][a]);
+    }
+}
+/* [end] */
+
+static bool meets_box(const pktrt_ray *ray, const float lo[3], const float hi[3]) {
+  float in = ray->tmin, out = ray->tmax;
+  for (int a = 0; a < 3; a++) {
+    const float t0 = (lo[a] - ray->origin[a]) / ray->direction[a], t1 = (hi[a] - ray->origin[a]) / ray->direction[a];
+    in = fmaxf(in, fminf(t0, t1)), out = fminf(out, fmaxf(t0, t1));
+  }
+  return in <= out;
+}
+
+/* [walk] */
+/* Counts the boxes that a ray is tested against in a tree, if it knows from the beginning where it ends. */
+static uint32_t walk(const pktrt_scene *scene, uint32_t tree, const pktrt_ray *ray, bool united) {
+  uint32_t stack[256], n = 1, tests = 0;
+  stack[0] = 0;
+  while (n > 0) {
+    pktrt_node node, end;
+    const uint32_t index = stack[--n];
+    pktrt_get_node(scene, tree, index, united ? 0 : ray->time, &node);
+    if (united) pktrt_get_node(scene, tree, index, 1, &end), unite(&node, &end);
+    for (int k = 0; k < 8; k++) {
+      if (node.child[k] == PKTRT_NONE) continue;
+      tests++;
+      if (meets_box(ray, node.lo[k], node.hi[k]) && !node.leaf[k]) stack[n++] = node.child[k];
+    }
+  }
+  return tests;
+}
+/* [end] */
+
+/* Maps of what camera rays cost while the shutter is open: all boxes, as the library counts them; those of the tree that
+   moves, as they move; these united. */
+static void cost(void) {
+  enum { RAYS = 4 };
+  static float boxes[3][WIDTH * HEIGHT];
+  double mean[3] = {0};
+  course_picture map = course_picture_make(3 * WIDTH, HEIGHT);
+  pktrt_scene *scene = make_scene(EFFECTS); /* without a lamp: no shadow rays */
+  const pktrt_camera camera = make_camera(SHUTTER);
+  const pktrt_sampling sampling = {.samples = RAYS};
+  pktrt_render_desc view = {.pixels = map.pixel[0].at,
+                            .row_stride = 9 * WIDTH,
+                            .samples = RAYS,
+                            .attenuation = 1,
+                            .branching = PKTRT_BRANCHING_BOTH,
+                            .path = PKTRT_PATH_SINGLE,
+                            .packet_size = 2,
+                            .cost = boxes[0],
+                            .cost_of = PKTRT_COST_BOXES};
+  pktrt_tree tree;
+  uint32_t moving = 0;
+  render(scene, &view, SHUTTER);
+  while (pktrt_get_tree(scene, moving, &tree) && tree.keys == 1) moving++;
+  for (uint32_t i = 0; i < WIDTH * HEIGHT * RAYS; i++) {
+    const uint32_t x = i / RAYS % WIDTH, y = i / RAYS / WIDTH;
+    float u[3];
+    pktrt_ray ray;
+    pktrt_hit hit;
+    pktrt_sample(&sampling, x, y, i % RAYS, 0, 3, u);
+    pktrt_camera_ray(&camera, WIDTH, HEIGHT, (double)x + (double)u[0], (double)y + (double)u[1], NULL, u[2], &ray);
+    if (pktrt_intersect(scene, &ray, &hit)) ray.tmax = hit.t;
+    for (int k = 0; k < 2; k++) boxes[1 + k][i / RAYS] += (float)walk(scene, moving, &ray, k == 1) / RAYS;
+  }
+  for (int i = 0; i < 3 * WIDTH * HEIGHT; i++) {
+    const int k = i / WIDTH % 3;
+    const float value = boxes[k][i / (3 * WIDTH) * WIDTH + i % WIDTH];
+    map.pixel[i] = course_heat(value / 100), mean[k] += (double)value / WIDTH / HEIGHT;
+  }
+  printf("boxes per camera ray: all %.1f; of the knot, if it knew its end: moving %.1f, united %.1f\n", mean[0],
+         mean[1], mean[2]);
+  pktrt_scene_destroy(scene);
+  course_picture_write(&map, "out/course/09_cost.png");
+}
+
+int main(void) {
+  effects(), branching(), cost();
+  return 0;
+}

@@ -1,0 +1,25 @@
+/* 09_exercise.h - what the exercise of chapter 9 is given, and what it gives. */
+#ifndef COURSE_09_EXERCISE_H
+#define COURSE_09_EXERCISE_H
+#include "course.h"
+
+typedef struct box {
+  vec lo, hi;
+} box;
+
+/* What a ray meets in a world of glass. */
+typedef struct glass {
+  bool sky;                       /* nothing: it sees the sky, and ends */
+  float radiance;                 /* of the sky there */
+  float reflectance;              /* else: the part of the light that is reflected; the rest is refracted */
+  pktrt_ray reflected, refracted; /* the two rays that go on */
+} glass;
+enum { GLASS_DEPTH = 8 }; /* a ray that has met as many surfaces before this one ends there, and brings nothing */
+
+/* Given by the check, which counts the calls. */
+glass glass_trace(const pktrt_scene *scene, const pktrt_ray *ray);
+
+/* Yours. */
+void student_box(const box *first, const box *last, float time, box *now);
+float student_radiance(const pktrt_scene *scene, pktrt_ray ray, uint32_t *random);
+#endif

@@ -1,0 +1,72 @@
+/* 09_scene.h - the scene, the camera and the effects of chapter 9. */
+#include "course.h"
+
+enum { WIDTH = 112, HEIGHT = 84, SAMPLES = 64 };
+typedef enum effect { IDEAL, LENS, SHUTTER, LAMP, LOBE, EFFECTS } effect;
+static const char *const names[EFFECTS] = {"ideal", "lens", "shutter", "lamp", "lobe"};
+
+static void fail(const pktrt_scene *scene) { ex_fail("%s", pktrt_last_error(scene)), exit(1); }
+
+/* [motion] */
+/* Adds a part of the scene. What moves has its positions twice: those of time 0, and those of time 1. */
+static void add_part(pktrt_scene *scene, const course_scene *s, uint32_t first, uint32_t last, uint32_t material,
+                     vec step) {
+  vec *positions = (vec *)course_memory(2 * s->vertices, sizeof *positions);
+  memcpy(positions, s->position, s->vertices * sizeof *positions);
+  for (uint32_t i = 0; i < s->vertices; i++) positions[s->vertices + i] = vec_add(positions[i], step);
+  const pktrt_mesh_desc mesh = {.positions = positions[0].at,
+                                .vertex_count = s->vertices,
+                                .indices = s->corner[first],
+                                .triangle_count = last - first,
+                                .key_count = vec_dot(step, step) > 0 ? 2 : 1,
+                                .material = material};
+  if (pktrt_add_mesh(scene, &mesh, NULL)) fail(scene);
+  free(positions);
+}
+/* [end] */
+
+/* The course's scene in parts: uneven ground, a knot that moves, a ring of metal, a ball of glass. */
+static pktrt_scene *make_scene(effect with) {
+  enum { GROUND = 512, KNOT = 2048, RING = 2832 }; /* where the triangles of a part end */
+  course_scene s = course_scene_make();
+  const pktrt_material materials[4] = {{.albedo = {0.5f, 0.45f, 0.4f}},
+                                       {.albedo = {0.6f, 0.1f, 0.05f}, .specular = PKTRT_SPECULAR_COAT},
+                                       {.specular = PKTRT_SPECULAR_CONDUCTOR,
+                                        .ior = {0.18f, 0.42f, 1.37f},
+                                        .extinction = {3.42f, 2.35f, 1.77f},
+                                        .lobe = with == LOBE ? PKTRT_LOBE_PHONG : PKTRT_LOBE_IDEAL,
+                                        .exponent = 60},
+                                       {.specular = PKTRT_SPECULAR_DIELECTRIC}};
+  const float size = with == LAMP ? 2 : 0.02f, radiance = 400 / (size * size); /* as much light from any size */
+  const pktrt_light lamp = {.kind = PKTRT_LIGHT_QUAD,
+                            .position = {-3 - size / 2, 7, 2 - size / 2},
+                            .edge = {{size, 0, 0}, {0, 0, size}},
+                            .intensity = {radiance, radiance, radiance}};
+  const vec still = {{0, 0, 0}}, step = {{-0.6f, 0.3f, 0.6f}};
+  pktrt_scene *scene = pktrt_scene_create(NULL);
+  for (int i = 0; i < 4; i++) pktrt_add_material(scene, &materials[i], NULL);
+  add_part(scene, &s, 0, GROUND, 1, still), add_part(scene, &s, GROUND, KNOT, 2, step);
+  add_part(scene, &s, KNOT, RING, 3, still), add_part(scene, &s, RING, s.triangles, 4, still);
+  if ((with < EFFECTS && pktrt_add_light(scene, &lamp, NULL)) || pktrt_commit(scene)) fail(scene);
+  course_scene_free(&s);
+  return scene;
+}
+
+/* [camera] */
+/* Every effect has one number that switches it on, and the middle of what it spreads where it is off. */
+static pktrt_camera make_camera(effect with) {
+  const pktrt_camera camera = {.eye = {3.6f, 3.3f, 6.1f},
+                               .target = {0.1f, 0.8f, -0.1f},
+                               .aperture = with == LENS ? 0.6f : 0, /* a diameter; what is at `focus` stays sharp */
+                               .focus = 5.6f,
+                               .time = with == SHUTTER ? 0 : 0.5f,
+                               .shutter = with == SHUTTER ? 1.0f : 0}; /* open from time 0 to 1 */
+  return camera;
+}
+/* [end] */
+
+static void render(pktrt_scene *scene, pktrt_render_desc *view, effect with) {
+  view->width = WIDTH, view->height = HEIGHT, view->mode = PKTRT_MODE_DRT, view->camera = make_camera(with);
+  for (int c = 0; c < 3; c++) view->background[c] = 0.25f + 0.1f * (float)c, view->ambient[c] = 0.2f;
+  if (pktrt_render(scene, view)) fail(scene);
+}

@@ -1,0 +1,149 @@
+/* Chapter 10: samplers, one of one's own among them, and how the error of a picture falls with samples.
+
+   Prints errors, slopes, times, and what a render says of its own error beside the truth. Makes out/course/10_noise.png and
+   out/course/10_error.svg. */
+#define PKTRT_IMPLEMENTATION
+#include "course.h"
+#include "../svg.h"
+
+enum { SAMPLERS = PKTRT_SAMPLER_COUNT + 1, STEPS = 5 }; /* those of the library and ours; 1, 4, ... 256 samples */
+enum { WIDTH = 48, HEIGHT = 36, PIXELS = WIDTH * HEIGHT, NOISE_WIDTH = 72, NOISE_HEIGHT = 54 };
+
+/* [hash] */
+/* Folds another number into a hash; its bits depend on all bits of both. */
+static uint32_t hash(uint32_t h, uint32_t value) {
+  h = (h ^ value) * 0x9E3779B1u;
+  h = (h ^ h >> 15) * 0x85EBCA77u;
+  return h ^ h >> 13;
+}
+/* [end] */
+
+/* [custom] */
+/* An additive recurrence: each sample is the one before and an irrational step further on, round a circle, from a place that
+   is another one for each pixel and dimension. The steps are 2^32 times the fractional parts of roots of primes. */
+static float additive(void *user, uint32_t x, uint32_t y, uint32_t sample, uint32_t dimension, uint32_t seed) {
+  static const uint32_t steps[8] = {0x6A09E667u, 0xBB67AE85u, 0x3C6EF372u, 0xA54FF53Au,
+                                    0x510E527Fu, 0x9B05688Cu, 0x1F83D9ABu, 0x5BE0CD19u};
+  (void)user;
+  const uint32_t start = hash(hash(hash(seed, x), y), dimension);
+  return (float)((start + sample * steps[dimension % 8]) >> 8) / 16777216.0f;
+}
+/* [end] */
+
+static const char *name_of(int sampler) {
+  return sampler < PKTRT_SAMPLER_COUNT ? pktrt_sampler_string((pktrt_sampler)sampler) : "additive";
+}
+
+/* The course's scene under a lamp of some size: a pixel is an integral over four dimensions. */
+static pktrt_scene *make_scene(void) {
+  const pktrt_light lamp = {
+      .kind = PKTRT_LIGHT_QUAD, .position = {-5, 7, 0}, .edge = {{4, 0, 0}, {0, 0, 4}}, .intensity = {6, 6, 6}};
+  course_scene s = course_scene_make();
+  pktrt_scene *scene = course_library(&s);
+  course_scene_free(&s);
+  if (pktrt_add_light(scene, &lamp, NULL)) ex_fail("%s", pktrt_last_error(scene)), exit(1);
+  return scene;
+}
+
+static void render(pktrt_scene *scene, pktrt_render_desc *view, int sampler) {
+  const pktrt_camera camera = {.eye = {3.6f, 3.3f, 6.1f}, .target = {0.1f, 0.8f, -0.1f}};
+  view->camera = camera, view->mode = PKTRT_MODE_DRT;
+  view->sampler = (pktrt_sampler)sampler, view->custom_sampler = additive;
+  for (int c = 0; c < 3; c++) view->background[c] = 0.3f, view->ambient[c] = 0.05f;
+  if (pktrt_render(scene, view)) ex_fail("%s", pktrt_last_error(scene)), exit(1);
+}
+
+/* Pictures of four samples per pixel side by side, twice as large: the samplers as the eye sees them. */
+static void noise(pktrt_scene *scene) {
+  static vec pixels[NOISE_WIDTH * NOISE_HEIGHT];
+  course_picture all = course_picture_make(8 * NOISE_WIDTH, SAMPLERS / 4 * 2 * NOISE_HEIGHT);
+  for (int s = 0; s < SAMPLERS; s++) {
+    pktrt_render_desc view = {.width = NOISE_WIDTH, .height = NOISE_HEIGHT, .pixels = pixels[0].at, .samples = 4};
+    render(scene, &view, s);
+    for (int y = 0; y < 2 * NOISE_HEIGHT; y++)
+      for (int x = 0; x < 2 * NOISE_WIDTH; x++)
+        all.pixel[((s / 4 * 2 * NOISE_HEIGHT) + y) * 8 * NOISE_WIDTH + s % 4 * 2 * NOISE_WIDTH + x] =
+            pixels[y / 2 * NOISE_WIDTH + x / 2];
+  }
+  course_picture_write(&all, "out/course/10_noise.png");
+}
+
+/* Renders a small picture with some seeds; returns its RMSE against the truth, of one channel, since all is grey. */
+static double error_of(pktrt_scene *scene, int sampler, pktrt_render_desc view, uint32_t seeds, const vec *truth) {
+  static vec pixels[PIXELS];
+  double sum = 0;
+  view.width = WIDTH, view.height = HEIGHT, view.pixels = pixels[0].at;
+  for (view.seed = 0; view.seed < seeds; view.seed++) {
+    render(scene, &view, sampler);
+    for (int i = 0; i < PIXELS; i++) sum += pow((double)pixels[i].at[0] - (double)truth[i].at[0], 2);
+  }
+  return sqrt(sum / PIXELS / seeds);
+}
+
+/* The slope of the line through the logarithms of errors over those of samples: least squares, in steps of log 4. */
+static double slope_of(const double error[STEPS]) {
+  double sum = 0, weight = 0;
+  for (int k = 1; k < STEPS; k++) { /* one sample lies at random for all: it is left out */
+    const double at = k - 0.5 * STEPS;
+    sum += at * log(error[k]), weight += at * at;
+  }
+  return sum / weight / log(4);
+}
+
+static void plot(const double error[SAMPLERS][STEPS], const double estimate[STEPS]) {
+  static const char *const colors[SAMPLERS] = {"#d33", "#888", "#d90", "#393", "#27c", "#0aa", "#93c", "#000"};
+  svg s;
+  if (!svg_begin(&s, "out/course/10_error.svg", 560, 380)) exit(1);
+#define PLOT_X(k) (60.0 + 90.0 * (k))
+#define PLOT_Y(e) (30.0 - 70.0 * log2((e) / 0.25) / 2) /* a factor of four is 70 high */
+  for (int k = 0; k < STEPS; k++) {
+    svg_line(&s, PLOT_X(k), 20, PLOT_X(k), 350, "#ddd", 1),
+        svg_text(&s, PLOT_X(k), 368, 12, SVG_MIDDLE, "%d", 1 << 2 * k);
+    svg_line(&s, 60, PLOT_Y(pow(0.25, k + 1)), 420, PLOT_Y(pow(0.25, k + 1)), "#ddd", 1);
+    svg_text(&s, 54, PLOT_Y(pow(0.25, k + 1)) + 4, 12, SVG_RIGHT, "%.4f", pow(0.25, k + 1));
+  }
+  for (int i = 0; i < SAMPLERS; i++) {
+    for (int k = 1; k < STEPS; k++)
+      svg_line(&s, PLOT_X(k - 1), PLOT_Y(error[i][k - 1]), PLOT_X(k), PLOT_Y(error[i][k]), colors[i], 1.5);
+    svg_line(&s, 440, 40 + 18 * i, 460, 40 + 18 * i, colors[i], 1.5),
+        svg_text(&s, 466, 44 + 18 * i, 12, SVG_LEFT, "%s", name_of(i));
+  }
+  for (int k = 1; k < STEPS; k++) svg_dot(&s, PLOT_X(k), PLOT_Y(estimate[k]), 4, colors[0]);
+  svg_dot(&s, 450, 40 + 18 * SAMPLERS, 4, colors[0]),
+      svg_text(&s, 466, 44 + 18 * SAMPLERS, 12, SVG_LEFT, "its estimate");
+  svg_text(&s, 240, 14, 12, SVG_MIDDLE, "RMSE of a pixel over samples");
+  if (!svg_end(&s)) exit(1);
+}
+
+int main(void) {
+  static vec truth[PIXELS];
+  double error[SAMPLERS][STEPS], estimate[STEPS] = {0}, seconds = 0;
+  pktrt_scene *scene = make_scene();
+  pktrt_render_desc view = {
+      .width = WIDTH, .height = HEIGHT, .pixels = truth[0].at, .samples = 256, .passes = 16, .seed = 99};
+  noise(scene);
+  render(scene, &view, PKTRT_SAMPLER_SOBOL);
+  printf("RMSE with 1, 4, 16, 64, 256 samples; slope; seconds for 256\n");
+  for (int s = 0; s < SAMPLERS; s++) {
+    printf("  %-12s", name_of(s));
+    for (int k = 0; k < STEPS; k++) {
+      seconds = ex_seconds();
+      const pktrt_render_desc of = {.samples = 1u << 2 * k};
+      error[s][k] = error_of(scene, s, of, 4, truth);
+      printf(" %.5f", error[s][k]), seconds = (ex_seconds() - seconds) / 4;
+    }
+    printf(" %6.2f %6.2f s\n", slope_of(error[s]), seconds);
+  }
+  printf("Sobol' points in four passes: true RMSE, and the render's own estimate with its interval\n");
+  for (int k = 1; k < STEPS; k++) {
+    pktrt_report report;
+    const pktrt_render_desc of = {.samples = 1u << 2 * (k - 1), .passes = 4, .report = &report};
+    const double rmse = error_of(scene, PKTRT_SAMPLER_SOBOL, of, 1, truth);
+    estimate[k] = report.rmse;
+    printf("  %3d samples: %.5f, estimated %.5f, %.5f to %.5f\n", 1 << 2 * k, rmse, report.rmse, report.rmse_low,
+           report.rmse_high);
+  }
+  plot((const double(*)[STEPS])error, estimate);
+  pktrt_scene_destroy(scene);
+  return 0;
+}

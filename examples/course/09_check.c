@@ -8,12 +8,12 @@ enum { GROUPS = 64, EACH = 8, RAYS = 4000, TRIALS = 20000, PLACES = 8, WALKS = 4
 
 typedef struct mover { /* a triangle that moves, and its boxes at both ends */
   vec corner[2][3];
-  box key[2];
+  course_box key[2];
 } mover;
 
 static float between(float lo, float hi, uint32_t *random) { return lo + (hi - lo) * course_random(random); }
 
-static void grow(box *b, const box *other) {
+static void grow(course_box *b, const course_box *other) {
   for (int a = 0; a < 3; a++) {
     b->lo.at[a] = fminf(b->lo.at[a], other->lo.at[a]);
     b->hi.at[a] = fmaxf(b->hi.at[a], other->hi.at[a]);
@@ -26,7 +26,7 @@ static mover make_mover(vec center, vec step, float size, uint32_t *random) {
     for (int c = 0; c < 3; c++) {
       for (int a = 0; a < 3; a++)
         m.corner[key][c].at[a] = center.at[a] + (key ? step.at[a] : 0) + between(-size, size, random);
-      const box corner = {m.corner[key][c], m.corner[key][c]};
+      const course_box corner = {m.corner[key][c], m.corner[key][c]};
       if (c == 0) m.key[key] = corner;
       else grow(&m.key[key], &corner);
     }
@@ -34,22 +34,22 @@ static mover make_mover(vec center, vec step, float size, uint32_t *random) {
 }
 
 /* What the exercise is about, forgotten: interpolation in floats, rounded as it comes. */
-static void careless_box(const box *first, const box *last, float time, box *now) {
+static void careless_box(const course_box *first, const course_box *last, float time, course_box *now) {
   now->lo = vec_add(vec_scale(first->lo, 1 - time), vec_scale(last->lo, time));
   now->hi = vec_add(vec_scale(first->hi, 1 - time), vec_scale(last->hi, time));
 }
 
 /* The other way: all that passes. */
-static void united_box(const box *first, const box *last, float time, box *now) {
+static void united_box(const course_box *first, const course_box *last, float time, course_box *now) {
   (void)time;
   *now = *first;
   grow(now, last);
 }
 
-typedef void box_at(const box *first, const box *last, float time, box *now);
+typedef void box_rule(const course_box *first, const course_box *last, float time, course_box *now);
 
 /* Counts corners that leave their box by more than double's own rounding; says where the first one does. */
-static unsigned count_escapes(box_at *boxes, bool aloud) {
+static unsigned count_escapes(box_rule *boxes, bool aloud) {
   uint32_t random = 9;
   unsigned escapes = 0;
   for (int i = 0; i < TRIALS; i++) {
@@ -58,7 +58,7 @@ static unsigned count_escapes(box_at *boxes, bool aloud) {
     for (int a = 0; a < 3; a++)
       center.at[a] = scale * between(-9, 9, &random), step.at[a] = scale * between(-5, 5, &random);
     const mover m = make_mover(center, i % 7 ? step : vec_make(0, 0, 0), scale, &random);
-    box now;
+    course_box now;
     boxes(&m.key[0], &m.key[1], time, &now);
     for (int j = 0; j < 9; j++) {
       const int a = j % 3;
@@ -74,7 +74,7 @@ static unsigned count_escapes(box_at *boxes, bool aloud) {
   return escapes;
 }
 
-static bool meets(const pktrt_ray *ray, const box *b) {
+static bool meets(const pktrt_ray *ray, const course_box *b) {
   float in = 0, out = INFINITY;
   for (int a = 0; a < 3; a++) {
     const float t0 = (b->lo.at[a] - ray->origin[a]) / ray->direction[a],
@@ -86,9 +86,9 @@ static bool meets(const pktrt_ray *ray, const box *b) {
 
 /* A tree of two levels: groups of triangles that move together. Counts the tests that follow where a ray meets the box of
    a group. */
-static unsigned count_tests(box_at *boxes) {
+static unsigned count_tests(box_rule *boxes) {
   static mover movers[GROUPS][EACH];
-  box group[GROUPS][2];
+  course_box group[GROUPS][2];
   uint32_t random = 99;
   unsigned tests = 0;
   for (int g = 0; g < GROUPS; g++) {
@@ -108,7 +108,7 @@ static unsigned count_tests(box_at *boxes) {
     for (int a = 0; a < 3; a++) ray.origin[a] = between(-5, 5, &random), ray.direction[a] = between(-1, 1, &random);
     ray.time = course_random(&random);
     for (int g = 0; g < GROUPS; g++) {
-      box now;
+      course_box now;
       boxes(&group[g][0], &group[g][1], ray.time, &now);
       if (!meets(&ray, &now)) continue;
       for (int i = 0; i < EACH; i++) {
@@ -124,9 +124,9 @@ static const char *check_boxes(void) {
   const unsigned careless = count_escapes(careless_box, false);
   printf("boxes that forget rounding lose %u of %d corners: the check sees it\n", careless, 9 * TRIALS);
   if (careless == 0) return "the control passes: careless boxes lose nothing here";
-  const unsigned escapes = count_escapes(student_box, true);
+  const unsigned escapes = count_escapes(box_at, true);
   if (escapes) return "a box does not hold what moves";
-  const unsigned mine = count_tests(student_box), least = count_tests(careless_box), united = count_tests(united_box);
+  const unsigned mine = count_tests(box_at), least = count_tests(careless_box), united = count_tests(united_box);
   printf("tests below the boxes of groups: yours %u, united boxes %u, without any margin %u\n", mine, united, least);
   if ((double)mine > 0.25 * (double)united)
     return "the boxes spare less than three quarters of the tests of united ones";
@@ -211,9 +211,9 @@ static int count_wrong(const pktrt_scene *scene, estimator *estimate, bool aloud
 static const char *check_glass(void) {
   course_scene s = course_scene_make();
   pktrt_scene *scene = course_library(&s);
-  const int careless = count_wrong(scene, careless_radiance, false), mine = count_wrong(scene, student_radiance, true);
+  const int careless = count_wrong(scene, careless_radiance, false), mine = count_wrong(scene, radiance_of_one, true);
   printf("choosing evenly is wrong for %d of %d rays: the check sees it\n", careless, PLACES);
-  pktrt_scene_destroy(scene), course_scene_free(&s);
+  pktrt_scene_destroy(scene);
   if (careless == 0) return "the control passes: choosing evenly is right here";
   return mine ? "an estimate has another mean than both ways together, or follows more than one ray" : NULL;
 }

@@ -3,10 +3,6 @@
 #define COURSE_09_EXERCISE_H
 #include "course.h"
 
-typedef struct box {
-  vec lo, hi;
-} box;
-
 /* What a ray meets in a world of glass. */
 typedef struct glass {
   bool sky;                       /* nothing: it sees the sky, and ends */
@@ -20,6 +16,6 @@ enum { GLASS_DEPTH = 8 }; /* a ray that has met as many surfaces before this one
 glass glass_trace(const pktrt_scene *scene, const pktrt_ray *ray);
 
 /* Yours. */
-void student_box(const box *first, const box *last, float time, box *now);
-float student_radiance(const pktrt_scene *scene, pktrt_ray ray, uint32_t *random);
+void box_at(const course_box *first, const course_box *last, float time, course_box *now);
+float radiance_of_one(const pktrt_scene *scene, pktrt_ray ray, uint32_t *random);
 #endif

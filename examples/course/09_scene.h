@@ -48,17 +48,17 @@ static pktrt_scene *make_scene(effect with) {
   add_part(scene, &s, 0, GROUND, 1, still), add_part(scene, &s, GROUND, KNOT, 2, step);
   add_part(scene, &s, KNOT, RING, 3, still), add_part(scene, &s, RING, s.triangles, 4, still);
   if ((with < EFFECTS && pktrt_add_light(scene, &lamp, NULL)) || pktrt_commit(scene)) fail(scene);
-  course_scene_free(&s);
   return scene;
 }
 
 /* [camera] */
 /* Every effect has one number that switches it on, and the middle of what it spreads where it is off. */
 static pktrt_camera make_camera(effect with) {
-  const pktrt_camera camera = {.eye = {3.6f, 3.3f, 6.1f},
-                               .target = {0.1f, 0.8f, -0.1f},
+  const pktrt_camera camera = {.eye = {2.7f, 4.1f, 7.3f},
+                               .target = {0.1f, 1.2f, -0.1f},
+                               .fov_y = 39.6f,
                                .aperture = with == LENS ? 0.6f : 0, /* a diameter; what is at `focus` stays sharp */
-                               .focus = 5.6f,
+                               .focus = 7.2f,
                                .time = with == SHUTTER ? 0 : 0.5f,
                                .shutter = with == SHUTTER ? 1.0f : 0}; /* open from time 0 to 1 */
   return camera;

@@ -3,7 +3,7 @@
 
 /* Interpolates in double, whose error is far below a float's last place, and rounds outwards where it was rounded inwards.
    What double itself rounds off is at most 2^-51 of the larger corner: the margin holds it. */
-void student_box(const box *first, const box *last, float time, box *now) {
+void box_at(const course_box *first, const course_box *last, float time, course_box *now) {
   for (int a = 0; a < 3; a++) {
     const double t = (double)time;
     const double lo0 = (double)first->lo.at[a], lo1 = (double)last->lo.at[a], lo = (1 - t) * lo0 + t * lo1;
@@ -16,7 +16,7 @@ void student_box(const box *first, const box *last, float time, box *now) {
 }
 
 /* A way that is chosen with the probability that is its weight has the weight 1 in the estimate. */
-float student_radiance(const pktrt_scene *scene, pktrt_ray ray, uint32_t *random) {
+float radiance_of_one(const pktrt_scene *scene, pktrt_ray ray, uint32_t *random) {
   for (int depth = 0;; depth++) {
     const glass met = glass_trace(scene, &ray);
     if (met.sky) return met.radiance;

@@ -11,8 +11,8 @@
    Two ways: intervals in a shuffled order, and a random place in each (jittered strata); or the bits of `sample` reversed and
    scrambled (a radical inverse), by another matrix of bits for each second dimension, and for each pair of dimensions with the
    samples in an order of its own. */
-float student_sample(void *user, uint32_t x, uint32_t y, uint32_t sample, uint32_t dimension, uint32_t seed);
-float student_sample(void *user, uint32_t x, uint32_t y, uint32_t sample, uint32_t dimension, uint32_t seed) {
+float own_sample(void *user, uint32_t x, uint32_t y, uint32_t sample, uint32_t dimension, uint32_t seed);
+float own_sample(void *user, uint32_t x, uint32_t y, uint32_t sample, uint32_t dimension, uint32_t seed) {
   const uint32_t n = *(const uint32_t *)user;
   (void)x, (void)y, (void)dimension, (void)seed;
   return ((float)sample + 0.5f) / (float)n;

@@ -40,13 +40,12 @@ static pktrt_scene *make_scene(void) {
       .kind = PKTRT_LIGHT_QUAD, .position = {-5, 7, 0}, .edge = {{4, 0, 0}, {0, 0, 4}}, .intensity = {6, 6, 6}};
   course_scene s = course_scene_make();
   pktrt_scene *scene = course_library(&s);
-  course_scene_free(&s);
   if (pktrt_add_light(scene, &lamp, NULL)) ex_fail("%s", pktrt_last_error(scene)), exit(1);
   return scene;
 }
 
 static void render(pktrt_scene *scene, pktrt_render_desc *view, int sampler) {
-  const pktrt_camera camera = {.eye = {3.6f, 3.3f, 6.1f}, .target = {0.1f, 0.8f, -0.1f}};
+  const pktrt_camera camera = {.eye = {2.7f, 4.1f, 7.3f}, .target = {0.1f, 1.2f, -0.1f}, .fov_y = 39.6f};
   view->camera = camera, view->mode = PKTRT_MODE_DRT;
   view->sampler = (pktrt_sampler)sampler, view->custom_sampler = additive;
   for (int c = 0; c < 3; c++) view->background[c] = 0.3f, view->ambient[c] = 0.05f;

@@ -1,7 +1,7 @@
 /* A solution of the exercise of chapter 10: pairs of dimensions are points of Sobol' in two dimensions, scrambled after Owen. */
 #include "course.h"
 
-float student_sample(void *user, uint32_t x, uint32_t y, uint32_t sample, uint32_t dimension, uint32_t seed);
+float own_sample(void *user, uint32_t x, uint32_t y, uint32_t sample, uint32_t dimension, uint32_t seed);
 
 static uint32_t hash(uint32_t h, uint32_t value) {
   h = (h ^ value) * 0x9E3779B1u;
@@ -37,7 +37,7 @@ static uint32_t second(uint32_t index) {
 
 /* The index is shuffled for each pair, so that pairs are independent of each other. By scrambling, too: n aligned indices stay n
    aligned ones, in another order. */
-float student_sample(void *user, uint32_t x, uint32_t y, uint32_t sample, uint32_t dimension, uint32_t seed) {
+float own_sample(void *user, uint32_t x, uint32_t y, uint32_t sample, uint32_t dimension, uint32_t seed) {
   (void)user;
   const uint32_t pixel = hash(hash(hash(seed, 7), x), y);
   const uint32_t index = scramble(sample, 32, hash(pixel, dimension / 2));

@@ -6,6 +6,7 @@
 
 enum { SIZE = 96, ZOOM = 3, PLACES = SIZE / ZOOM, TERMS = 1 << 20, BLOCKS = 64 };
 static course_picture picture; /* four panels side by side */
+static course_scene shape;
 
 /* [edge] */
 /* On which side of the edge from a to b the ray lies, which is the origin here: the sign of a_x b_y - a_y b_x. */
@@ -78,10 +79,11 @@ static void backwards(void *user, size_t n, void (*body)(void *arg, size_t i), v
 /* Renders the scene under three lamps, which are added from number `first` on. */
 static void render(pktrt_isa isa, int first, bool last_piece_first, pktrt_render_desc *view) {
   static const float lamps[3][6] = {{-3, 6, 1, 90, 24, 9}, {2, 5, 4, 21, 60, 27}, {1, 7, -2, 9, 27, 120}};
-  course_scene s = course_scene_make();
   const pktrt_scene_desc desc = {.isa = isa, .parallel_for = last_piece_first ? backwards : NULL};
-  const pktrt_mesh_desc mesh = {
-      .positions = s.position[0].at, .vertex_count = s.vertices, .indices = s.corner[0], .triangle_count = s.triangles};
+  const pktrt_mesh_desc mesh = {.positions = shape.position[0].at,
+                                .vertex_count = shape.vertices,
+                                .indices = shape.corner[0],
+                                .triangle_count = shape.triangles};
   pktrt_scene *scene = pktrt_scene_create(&desc);
   bool ok = scene && !pktrt_add_mesh(scene, &mesh, NULL);
   for (int i = 0; ok && i < 3; i++) {
@@ -90,10 +92,11 @@ static void render(pktrt_isa isa, int first, bool last_piece_first, pktrt_render
     memcpy(light.position, lamp, sizeof light.position), memcpy(light.intensity, lamp + 3, sizeof light.intensity);
     ok = !pktrt_add_light(scene, &light, NULL);
   }
-  const pktrt_camera camera = {.eye = {3.6f, 3.3f, 6.1f}, .target = {0.1f, 0.8f, -0.1f}, .aperture = 0.1f};
+  const pktrt_camera camera = {
+      .eye = {2.7f, 4.1f, 7.3f}, .target = {0.1f, 1.2f, -0.1f}, .fov_y = 39.6f, .aperture = 0.1f};
   view->width = view->height = SIZE, view->mode = PKTRT_MODE_DRT, view->samples = 1, view->camera = camera;
   if (!ok || pktrt_commit(scene) || pktrt_render(scene, view)) ex_fail("%s", pktrt_last_error(scene)), exit(1);
-  pktrt_scene_destroy(scene), course_scene_free(&s);
+  pktrt_scene_destroy(scene);
 }
 
 /* Adds the same lamps in two orders: each pixel is then the sum of the same numbers in two orders. */
@@ -138,7 +141,7 @@ static void promises(void) {
 }
 
 int main(void) {
-  picture = course_picture_make(4 * SIZE, SIZE);
+  picture = course_picture_make(4 * SIZE, SIZE), shape = course_scene_make();
   edges(), sums(), lamps(), promises();
   course_picture_write(&picture, "out/course/lab_differences.png");
   return 0;

@@ -24,6 +24,11 @@ static void effects(pktrt_path path) {
     }
     printf("  %-8s %.2f  %5.1f %5.1f %5.1f %5.1f\n", names[with], rays / (double)stats.samples, boxes[0], boxes[1],
            boxes[2], boxes[3]);
+    const pktrt_counts *primary = &stats.by_type[PKTRT_RAY_PRIMARY];
+    if (path == PKTRT_PATH_PAPER && with <= LENS)
+      printf("    children that a primary packet drops: %.1f by intervals, %.1f ray by ray\n",
+             (double)primary->interval_culls / (double)primary->packets,
+             (double)primary->ray_culls / (double)primary->packets);
   }
   course_picture_write(&strip, "out/course/09_effects.png"); /* the same bits from both paths */
 }

@@ -6,7 +6,7 @@
      svg_text(&s, 15, 25, 12, SVG_LEFT, "node %u", n);
      if (!svg_end(&s)) ...                                   the file is closed in any case
 
-   Include "common.h" before. */
+   Include this file early, since common.h, which it includes, asks the system headers for POSIX. */
 #ifndef SVG_H
 #define SVG_H
 

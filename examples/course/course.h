@@ -10,7 +10,7 @@
    compiled by hand:
 
      cc -O2 examples/course/01_ray.c -o ray -lm
-     cc -O2 examples/course/01_check.c mine.c -o check -lm
+     cc -O2 -Iexamples/course examples/course/01_check.c mine.c -o check -lm
 
    Contents: vectors, rays and boxes; random, scene, chapter 1, sorting, pictures, library, comparing, nodes and events,
    boxes. */

@@ -454,10 +454,10 @@
                                whole packet counts as a cull, by its kind.
      5.1, shading              >>fresnel: exact terms. Depth to 50 (PKTRT_MAX_DEPTH); `attenuation` of pktrt_render_desc
                                cuts off rays by their weight.
-     5.2, table 1, figure 6    pktrt_paper_step leaves out what the paper's packets did not do: triangle tests then grow with
-                               packets as in figure 6. table1 and figure6 of bench/paper/paper.c (`make bench`, bench/README.md), which measures
+     5.2, table 1, figure 6    table1 and figure6 of bench/paper/paper.c (`make bench`, bench/README.md), which measures
                                all results again, and what other sections claim; section31: what SIMD and amortisation
-                               give.
+                               give. PKTRT_PAPER_STEPS_2007 leaves out what the paper's packets did not do: triangle
+                               tests then grow with packets as in figure 6.
      5.3, table 2, table 3     table2, rays per second of the three modes; table3, of DRT, a pixel to a packet;
                                section5: time of more samples.
      5.3.1, figure 7           figure7: lens, lights, gloss and shutter; boxes that move beside such as grow with the
@@ -877,9 +877,9 @@ typedef enum pktrt_paper_step {
   PKTRT_PAPER_STEP_LEAF_BOXES = 16, /* tests groups against the box of a leaf before its triangles */
   PKTRT_PAPER_STEP_ORDER = 32,      /* visits children from near to far; without: those in places 7, 6, ... 0 */
   PKTRT_PAPER_STEP_NONE = 64,       /* alone: takes none of them */
-  PKTRT_PAPER_STEPS_2007 = /* those of Boulos et al. 2007. Eight children share a node here, where theirs had two,
-                                       so compare triangle tests with theirs, and not box tests */
-  PKTRT_PAPER_STEP_GROUP | PKTRT_PAPER_STEP_INTERVALS | PKTRT_PAPER_STEP_ORDER
+  /* Those of Boulos et al. 2007. Eight children share a node here, where theirs had two: compare triangle tests with
+     theirs, and not box tests. */
+  PKTRT_PAPER_STEPS_2007 = PKTRT_PAPER_STEP_GROUP | PKTRT_PAPER_STEP_INTERVALS | PKTRT_PAPER_STEP_ORDER
 } pktrt_paper_step;
 
 /* Paper path only, for teaching: one call per decision about a packet. A node that is opened has up to eight children.
@@ -943,8 +943,9 @@ typedef struct pktrt_tree {
 typedef struct pktrt_node { /* places for eight children; events call them `child`, and the lanes of a leaf as well */
   uint32_t child[8];        /* index of a node, or of a leaf; PKTRT_NONE: the place is empty */
   bool leaf[8];
-  float lo[8][3], hi[8][3];            /* boxes of the children at the time that was asked for */
-  uint32_t mesh[8][8], triangle[8][8]; /* of a leaf: its triangles, as in pktrt_hit; PKTRT_NONE: none in this lane */
+  float lo[8][3], hi[8][3]; /* boxes of the children at the time that was asked for */
+  /* Of a leaf: its triangles, as in pktrt_hit, of a model as they were given to it; PKTRT_NONE: none in this lane. */
+  uint32_t mesh[8][8], triangle[8][8];
   uint8_t order[8][8]; /* for each octant of directions (bit a: component a is negative): places from near to far */
 } pktrt_node;
 /* Fill *out. false: there is no tree or node of this number, and *out is zeroed. */
@@ -1155,7 +1156,7 @@ typedef enum pktrt_sampler {
   PKTRT_SAMPLER_BLUE_NOISE,  /* Sobol' points dealt out along a shuffled Morton curve, so that neighbouring pixels
                                 err in opposite ways (Ahmed and Wonka 2020) */
   PKTRT_SAMPLER_COUNT,
-  PKTRT_SAMPLER_CUSTOM = PKTRT_SAMPLER_COUNT /* asks a function of yours */
+  PKTRT_SAMPLER_CUSTOM = PKTRT_SAMPLER_COUNT /* of renders: asks a function of yours, custom_sampler */
 } pktrt_sampler;
 PKTRT_DEF const char *pktrt_sampler_string(pktrt_sampler); /* "sobol", "random", ...; never NULL */
 
@@ -1263,8 +1264,8 @@ typedef enum pktrt_stop {
   PKTRT_STOP_CANCELLED /* the hook `progress` said so, or a tile ran out of memory */
 } pktrt_stop;
 
-/* Of PKTRT_SAMPLER_CUSTOM: returns one coordinate, in [0,1); what is not in there is taken as the nearest that is, NaN as 0. Called from any
-   thread; must depend on the arguments alone. `seed` is another for each pass. */
+/* PKTRT_SAMPLER_CUSTOM: returns one coordinate, in [0,1); what is not in there is taken as the nearest that is, NaN as
+   0. Called from any thread; must depend on the arguments alone. `seed` is another for each pass. */
 typedef float pktrt_custom_sampler(void *user, uint32_t x, uint32_t y, uint32_t sample, uint32_t dimension,
                                    uint32_t seed);
 
@@ -8376,7 +8377,6 @@ PKTRT__NOINLINE uint32_t pktrt__paper_find_first(pktrt__paper_packet *p, const p
                                                  const pktrt__variant is) {
   const uint32_t from = ~0u << first % 8, with = p->steps & PKTRT_PAPER_STEP_GROUP ? from : from & ~(from << 1);
   uint32_t r = first & ~7u, among = from & ~with; /* of group r: rays that are still to be tested */
-  pktrt_event_kind verdict = PKTRT_EVENT_FIRST_HIT;
   p->entering = pktrt__paper_test_group(p, c, r, with, is);
   if (!p->entering) {
     float lo[3], hi[3];
@@ -8402,10 +8402,9 @@ PKTRT__NOINLINE uint32_t pktrt__paper_find_first(pktrt__paper_packet *p, const p
     if (p->steps & PKTRT_PAPER_STEP_TRIM) pktrt__paper_trim(p, c, r + pktrt__lowest_bit(p->entering), is);
   }
   const uint32_t ray = r + pktrt__lowest_bit(p->entering);
-  if (ray != first) verdict = PKTRT_EVENT_LATER_HIT;
   COUNT(first_hits, ray == first);
   COUNT(later_hits, ray != first);
-  pktrt__paper_event(p, verdict, c->node, c->index, ray, is);
+  pktrt__paper_event(p, ray == first ? PKTRT_EVENT_FIRST_HIT : PKTRT_EVENT_LATER_HIT, c->node, c->index, ray, is);
   return ray;
 }
 

@@ -49,10 +49,8 @@ static void make_boxes(void) {
 
 /* The library tells one event at a time; this remembers what the next one needs. */
 typedef struct walk {
-  int depth_of[256]; /* of each node that was opened */
-  int depth;         /* of the child at hand */
-  int hits;          /* in the leaf at hand; -1: not in a leaf */
-  int children;      /* that something was said about */
+  int hits;     /* in the leaf at hand; -1: not in a leaf */
+  int children; /* that something was said about */
 } walk;
 
 static void end_leaf(walk *w) {
@@ -69,6 +67,8 @@ static void tell(void *user, const pktrt_event *e) {
                                         "dropped: every active ray was tested and misses"};
   walk *w = (walk *)user;
   const unsigned index = (unsigned)e->index, ray = (unsigned)e->ray, last = ray + (unsigned)e->active - 1;
+  const int depth = 2 * (int)e->depth;
+  if (e->kind == PKTRT_EVENT_LEAF_TEST) return; /* of each group of eight rays: too much to print */
   if (e->kind == PKTRT_EVENT_HIT) {
     w->hits++;
     return;
@@ -76,17 +76,16 @@ static void tell(void *user, const pktrt_event *e) {
   end_leaf(w);
   switch (e->kind) {
   case PKTRT_EVENT_NODE: /* the child just entered, or the root */
-    if (index < 256) w->depth_of[index] = w->depth;
-    printf("%*snode %u is opened for rays %u to %u\n", 2 * w->depth, "", index, ray, last);
+    printf("%*snode %u is opened for rays %u to %u\n", depth, "", index, ray, last);
     break;
   case PKTRT_EVENT_LEAF:
-    printf("%*sleaf %u is met by those of rays %u to %u that hit its box", 2 * w->depth, "", index, ray, last);
+    printf("%*sleaf %u is met by those of rays %u to %u that hit its box", depth, "", index, ray, last);
     w->hits = 0;
     break;
+  case PKTRT_EVENT_TRIM: printf("%*srays behind %u miss the child that comes next\n", depth, "", last); break;
   default: /* about a child of the node `index` */
-    w->depth = (index < 256 ? w->depth_of[index] : 0) + 1;
     w->children++;
-    printf("%*schild %u of node %u ", 2 * w->depth, "", (unsigned)e->child, index);
+    printf("%*schild %u of node %u ", depth, "", (unsigned)e->child, index);
     printf(verdict[e->kind], ray);
     printf("\n");
   }

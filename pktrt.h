@@ -564,6 +564,7 @@ typedef enum pktrt_isa {
   PKTRT_ISA_AVX2,
   PKTRT_ISA_AVX512,
   PKTRT_ISA_NEON,
+  PKTRT_ISA_WASM, /* WebAssembly's 128 bits, if compiled with -msimd128 */
   PKTRT_ISA_COUNT
 } pktrt_isa;
 
@@ -732,7 +733,7 @@ PKTRT_DEF void pktrt_get_scene_info(const pktrt_scene *, pktrt_scene_info *);
 /* Marks all as changed: the next commit builds all trees anew (where a rebuild is advised). Refits leave the mark. */
 PKTRT_DEF pktrt_status pktrt_mark_changed(pktrt_scene *);
 
-/* "scalar", "sse2", "avx2", "avx512", "neon", "auto"; never NULL */
+/* "scalar", "sse2", "avx2", "avx512", "neon", "wasm", "auto"; never NULL */
 PKTRT_DEF const char *pktrt_isa_string(pktrt_isa);
 /* Whether this build and this machine (CPU and operating system) can run it. */
 PKTRT_DEF bool pktrt_isa_available(pktrt_isa);
@@ -1579,11 +1580,18 @@ PKTRT_DEF pktrt_status pktrt_prepare_environment(pktrt_scene *, const pktrt_rend
 #elif defined(__aarch64__) && defined(__ARM_NEON)
 #define PKTRT__HAS_NEON 1
 #include <arm_neon.h>
+#elif defined(__wasm_simd128__)
+#define PKTRT__HAS_WASM 1
+#include <wasm_simd128.h>
+#endif
+/* There are vectors on all machines that this build runs on. */
+#if defined(PKTRT__HAS_SSE2) || defined(PKTRT__HAS_NEON) || defined(PKTRT__HAS_WASM)
+#define PKTRT__HAS_BASE 1
 #endif
 #if defined(PKTRT_NO_SCALAR) && defined(PKTRT_NO_SIMD)
 #error "PKTRT_NO_SCALAR and PKTRT_NO_SIMD leave no kernels: define only one of them"
-#elif !defined(PKTRT__HAS_SCALAR) && !defined(PKTRT__HAS_SSE2) && !defined(PKTRT__HAS_AVX2) && \
-    !defined(PKTRT__HAS_AVX512) && !defined(PKTRT__HAS_NEON)
+#elif !defined(PKTRT__HAS_SCALAR) && !defined(PKTRT__HAS_BASE) && !defined(PKTRT__HAS_AVX2) && \
+    !defined(PKTRT__HAS_AVX512)
 #error "PKTRT_NO_SCALAR: no other kernels are left for this machine; define it only where vectors stay"
 #endif
 
@@ -5285,6 +5293,7 @@ typedef struct pktrt__kernel_table {
 #define PKTRT__STAMP_AVX2 3
 #define PKTRT__STAMP_AVX512 4
 #define PKTRT__STAMP_NEON 5
+#define PKTRT__STAMP_WASM 6
 
 /* >>check: arithmetic that is not what the code asks for ----------------------------------------------------------- */
 
@@ -5484,6 +5493,14 @@ PKTRT__COLD const char *pktrt__check_sentence(uint32_t faults) {
 #undef PKTRT__STAMP
 #undef PKTRT__SUFFIX
 #endif
+
+#ifdef PKTRT__HAS_WASM
+#define PKTRT__STAMP PKTRT__STAMP_WASM
+#define PKTRT__SUFFIX wasm
+#include PKTRT_HEADER_FILENAME
+#undef PKTRT__STAMP
+#undef PKTRT__SUFFIX
+#endif
 #endif /* PKTRT__EDITOR */
 
 #pragma pop_macro("COUNT")
@@ -5600,7 +5617,7 @@ PKTRT__COLD const char *pktrt__check_sentence(uint32_t faults) {
 #define PKTRT__WITH_TOP_FRUSTA 0
 #endif
 /* Where there are vectors, scalar kernels need not be fast: they have fewer instances, see PKTRT__VARIANTS. */
-#if PKTRT__STAMP == PKTRT__STAMP_SCALAR && (defined(PKTRT__HAS_SSE2) || defined(PKTRT__HAS_NEON))
+#if PKTRT__STAMP == PKTRT__STAMP_SCALAR && defined(PKTRT__HAS_BASE)
 #define PKTRT__WITH_FEW_INSTANCES 1
 #else
 #define PKTRT__WITH_FEW_INSTANCES 0
@@ -5608,7 +5625,7 @@ PKTRT__COLD const char *pktrt__check_sentence(uint32_t faults) {
 /* The instruction sets with kernels for builds, refits and samples of lights. WHY not all: 512 bits would gain nothing
    here, and the set that every x86 or ARM has serves scalar scenes as well, with the same bits and less code. */
 #if PKTRT__STAMP == PKTRT__STAMP_AVX2 || PKTRT__STAMP == PKTRT__STAMP_SSE2 || PKTRT__STAMP == PKTRT__STAMP_NEON || \
-    (PKTRT__STAMP == PKTRT__STAMP_SCALAR && !defined(PKTRT__HAS_SSE2) && !defined(PKTRT__HAS_NEON)) ||             \
+    PKTRT__STAMP == PKTRT__STAMP_WASM || (PKTRT__STAMP == PKTRT__STAMP_SCALAR && !defined(PKTRT__HAS_BASE)) ||     \
     !(defined(PKTRT__HAS_SCALAR) || defined(PKTRT__HAS_SSE2) || defined(PKTRT__HAS_AVX2))
 #define PKTRT__WITH_FIT 1
 #else
@@ -5627,8 +5644,10 @@ PKTRT__COLD const char *pktrt__check_sentence(uint32_t faults) {
 #else
 #define PKTRT__WITH_PAPER_PATH 1
 #endif
-#ifdef PKTRT__HAS_NEON
+#if defined(PKTRT__HAS_NEON)
 #define PKTRT__VECTOR_PAPER pktrt__drive_paper_neon
+#elif defined(PKTRT__HAS_WASM)
+#define PKTRT__VECTOR_PAPER pktrt__drive_paper_wasm
 #else
 #define PKTRT__VECTOR_PAPER pktrt__drive_paper_sse2
 #endif
@@ -5866,7 +5885,7 @@ OP uint32_t mturn(m8 m) { return mbits(m); }
    arguments: all of them would be little faster, and the whole header would take longer to compile. */
 #undef OP
 #if defined(PKTRT__INLINE_SCALAR) || \
-    !(defined(PKTRT__HAS_SSE2) || defined(PKTRT__HAS_AVX2) || defined(PKTRT__HAS_AVX512) || defined(PKTRT__HAS_NEON))
+    !(defined(PKTRT__HAS_BASE) || defined(PKTRT__HAS_AVX2) || defined(PKTRT__HAS_AVX512))
 #define OP static inline
 #else
 #define OP PKTRT__NOINLINE
@@ -5958,11 +5977,11 @@ OP v8 dto(d8 a) { PKTRT__EACH(v8, r.f[i] = pktrt__to_float(a.d[i])); }
 #undef OP
 #define OP PKTRT__INLINE
 
-#else /* SSE2 and NEON: two registers of 128 bits make a v8 */
+#else /* SSE2, NEON and WebAssembly: two registers of 128 bits make a v8 */
 
 #if PKTRT__STAMP == PKTRT__STAMP_SSE2
 
-#define PKTRT__Q(sse2, neon) sse2
+#define PKTRT__Q(sse2, neon, wasm) sse2
 typedef __m128 pktrt__q4;
 typedef __m128 pktrt__qm;
 typedef __m128d pktrt__q2;
@@ -5993,9 +6012,9 @@ OP pktrt__q2 pktrt__q2sel(pktrt__qm m, const int high, pktrt__q2 a, pktrt__q2 b)
   return _mm_or_pd(_mm_and_pd(wide, a), _mm_andnot_pd(wide, b));
 }
 
-#else /* NEON; its min and max treat NaN and zeros differently, hence the selections */
+#elif PKTRT__STAMP == PKTRT__STAMP_NEON /* its min and max treat NaN and zeros differently, hence the selections */
 
-#define PKTRT__Q(sse2, neon) neon
+#define PKTRT__Q(sse2, neon, wasm) neon
 typedef float32x4_t pktrt__q4;
 typedef uint32x4_t pktrt__qm;
 typedef float64x2_t pktrt__q2;
@@ -6023,6 +6042,37 @@ OP pktrt__q2 pktrt__q2sel(pktrt__qm m, const int high, pktrt__q2 a, pktrt__q2 b)
   return vbslq_f64(vreinterpretq_u64_s64(vmovl_s32(high ? vget_high_s32(wide) : vget_low_s32(wide))), a, b);
 }
 
+#else /* WebAssembly; pmin and pmax are those of SSE with swapped operands. Not relaxed: its results differ by machine */
+
+#define PKTRT__Q(sse2, neon, wasm) wasm
+typedef v128_t pktrt__q4;
+typedef v128_t pktrt__qm;
+typedef v128_t pktrt__q2;
+OP pktrt__q4 pktrt__qmin(pktrt__q4 a, pktrt__q4 b) { return wasm_f32x4_pmin(b, a); }
+OP pktrt__q4 pktrt__qmax(pktrt__q4 a, pktrt__q4 b) { return wasm_f32x4_pmax(b, a); }
+OP pktrt__q4 pktrt__qsign(pktrt__q4 a, pktrt__q4 s) { return wasm_v128_bitselect(s, a, wasm_f32x4_splat(-0.0f)); }
+OP pktrt__q4 pktrt__qsel(pktrt__qm m, pktrt__q4 a, pktrt__q4 b) { return wasm_v128_bitselect(a, b, m); }
+OP uint32_t pktrt__qbits(pktrt__qm m) { return (uint32_t)wasm_i32x4_bitmask(m); }
+OP uint32_t pktrt__qsigns(pktrt__q4 a) { return (uint32_t)wasm_i32x4_bitmask(a); }
+OP pktrt__qm pktrt__qfrom(uint32_t bits) {
+  const v128_t lane = wasm_i32x4_const(1, 2, 4, 8);
+  return wasm_i32x4_eq(wasm_v128_and(wasm_i32x4_splat((int)bits), lane), lane);
+}
+OP uint32_t pktrt__qsame(const uint32_t *p, uint32_t x) {
+  return (uint32_t)wasm_i32x4_bitmask(wasm_i32x4_eq(wasm_v128_load(p), wasm_i32x4_splat((int)x)));
+}
+OP pktrt__q2 pktrt__q2max(pktrt__q2 a, pktrt__q2 b) { return wasm_f64x2_pmax(b, a); }
+OP pktrt__q2 pktrt__q2high(pktrt__q4 a) { return wasm_f64x2_promote_low_f32x4(wasm_i64x2_shuffle(a, a, 1, 1)); }
+OP pktrt__q4 pktrt__qfrom2(const pktrt__q2 *q) {
+  return wasm_i64x2_shuffle(wasm_f32x4_demote_f64x2_zero(q[0]), wasm_f32x4_demote_f64x2_zero(q[1]), 0, 2);
+}
+OP pktrt__qm pktrt__q2lt(const pktrt__q2 *a, const pktrt__q2 *b) {
+  return wasm_i32x4_shuffle(wasm_f64x2_lt(a[0], b[0]), wasm_f64x2_lt(a[1], b[1]), 0, 2, 4, 6);
+}
+OP pktrt__q2 pktrt__q2sel(pktrt__qm m, const int high, pktrt__q2 a, pktrt__q2 b) {
+  return wasm_v128_bitselect(a, b, high ? wasm_i32x4_shuffle(m, m, 2, 2, 3, 3) : wasm_i32x4_shuffle(m, m, 0, 0, 1, 1));
+}
+
 #endif
 
 typedef struct v8 {
@@ -6040,40 +6090,50 @@ typedef struct d8 {
   return r
 #define PKTRT__TWO(type, f) PKTRT__OF(type, f(a.l, b.l), f(a.h, b.h))
 OP v8 vload(const float *p) {
-  PKTRT__OF(v8, PKTRT__Q(_mm_loadu_ps, vld1q_f32)(p), PKTRT__Q(_mm_loadu_ps, vld1q_f32)(p + 4));
+  PKTRT__OF(v8, PKTRT__Q(_mm_loadu_ps, vld1q_f32, wasm_v128_load)(p),
+            PKTRT__Q(_mm_loadu_ps, vld1q_f32, wasm_v128_load)(p + 4));
 }
 OP void vstore(float *p, v8 a) {
-  PKTRT__Q(_mm_storeu_ps, vst1q_f32)(p, a.l);
-  PKTRT__Q(_mm_storeu_ps, vst1q_f32)(p + 4, a.h);
+  PKTRT__Q(_mm_storeu_ps, vst1q_f32, wasm_v128_store)(p, a.l);
+  PKTRT__Q(_mm_storeu_ps, vst1q_f32, wasm_v128_store)(p + 4, a.h);
 }
-OP v8 vset(float x) { PKTRT__OF(v8, PKTRT__Q(_mm_set1_ps, vdupq_n_f32)(x), r.l); }
-OP v8 vadd(v8 a, v8 b) { PKTRT__TWO(v8, PKTRT__Q(_mm_add_ps, vaddq_f32)); }
-OP v8 vsub(v8 a, v8 b) { PKTRT__TWO(v8, PKTRT__Q(_mm_sub_ps, vsubq_f32)); }
-OP v8 vmul(v8 a, v8 b) { PKTRT__TWO(v8, PKTRT__Q(_mm_mul_ps, vmulq_f32)); }
-OP v8 vdiv(v8 a, v8 b) { PKTRT__TWO(v8, PKTRT__Q(_mm_div_ps, vdivq_f32)); }
-OP v8 vsqrt(v8 a) { PKTRT__OF(v8, PKTRT__Q(_mm_sqrt_ps, vsqrtq_f32)(a.l), PKTRT__Q(_mm_sqrt_ps, vsqrtq_f32)(a.h)); }
+OP v8 vset(float x) { PKTRT__OF(v8, PKTRT__Q(_mm_set1_ps, vdupq_n_f32, wasm_f32x4_splat)(x), r.l); }
+OP v8 vadd(v8 a, v8 b) { PKTRT__TWO(v8, PKTRT__Q(_mm_add_ps, vaddq_f32, wasm_f32x4_add)); }
+OP v8 vsub(v8 a, v8 b) { PKTRT__TWO(v8, PKTRT__Q(_mm_sub_ps, vsubq_f32, wasm_f32x4_sub)); }
+OP v8 vmul(v8 a, v8 b) { PKTRT__TWO(v8, PKTRT__Q(_mm_mul_ps, vmulq_f32, wasm_f32x4_mul)); }
+OP v8 vdiv(v8 a, v8 b) { PKTRT__TWO(v8, PKTRT__Q(_mm_div_ps, vdivq_f32, wasm_f32x4_div)); }
+OP v8 vsqrt(v8 a) {
+  PKTRT__OF(v8, PKTRT__Q(_mm_sqrt_ps, vsqrtq_f32, wasm_f32x4_sqrt)(a.l),
+            PKTRT__Q(_mm_sqrt_ps, vsqrtq_f32, wasm_f32x4_sqrt)(a.h));
+}
 OP v8 vfma(v8 a, v8 b, v8 c) { return vadd(vmul(a, b), c); }
 OP v8 vfms(v8 a, v8 b, v8 c) { return vsub(vmul(a, b), c); }
-OP v8 vmin(v8 a, v8 b) { PKTRT__TWO(v8, PKTRT__Q(_mm_min_ps, pktrt__qmin)); }
-OP v8 vmax(v8 a, v8 b) { PKTRT__TWO(v8, PKTRT__Q(_mm_max_ps, pktrt__qmax)); }
-OP v8 vabs(v8 a) { PKTRT__OF(v8, PKTRT__Q(pktrt__qabs, vabsq_f32)(a.l), PKTRT__Q(pktrt__qabs, vabsq_f32)(a.h)); }
+OP v8 vmin(v8 a, v8 b) { PKTRT__TWO(v8, PKTRT__Q(_mm_min_ps, pktrt__qmin, pktrt__qmin)); }
+OP v8 vmax(v8 a, v8 b) { PKTRT__TWO(v8, PKTRT__Q(_mm_max_ps, pktrt__qmax, pktrt__qmax)); }
+OP v8 vabs(v8 a) {
+  PKTRT__OF(v8, PKTRT__Q(pktrt__qabs, vabsq_f32, wasm_f32x4_abs)(a.l),
+            PKTRT__Q(pktrt__qabs, vabsq_f32, wasm_f32x4_abs)(a.h));
+}
 OP v8 vcopysign(v8 a, v8 b) { PKTRT__TWO(v8, pktrt__qsign); }
 OP uint32_t vsignbits(v8 a) { return pktrt__qsigns(a.l) | pktrt__qsigns(a.h) << 4; }
-OP m8 vlt(v8 a, v8 b) { PKTRT__TWO(m8, PKTRT__Q(_mm_cmplt_ps, vcltq_f32)); }
-OP m8 vle(v8 a, v8 b) { PKTRT__TWO(m8, PKTRT__Q(_mm_cmple_ps, vcleq_f32)); }
-OP m8 veq(v8 a, v8 b) { PKTRT__TWO(m8, PKTRT__Q(_mm_cmpeq_ps, vceqq_f32)); }
-OP m8 mand(m8 a, m8 b) { PKTRT__TWO(m8, PKTRT__Q(_mm_and_ps, vandq_u32)); }
-OP m8 mor(m8 a, m8 b) { PKTRT__TWO(m8, PKTRT__Q(_mm_or_ps, vorrq_u32)); }
+OP m8 vlt(v8 a, v8 b) { PKTRT__TWO(m8, PKTRT__Q(_mm_cmplt_ps, vcltq_f32, wasm_f32x4_lt)); }
+OP m8 vle(v8 a, v8 b) { PKTRT__TWO(m8, PKTRT__Q(_mm_cmple_ps, vcleq_f32, wasm_f32x4_le)); }
+OP m8 veq(v8 a, v8 b) { PKTRT__TWO(m8, PKTRT__Q(_mm_cmpeq_ps, vceqq_f32, wasm_f32x4_eq)); }
+OP m8 mand(m8 a, m8 b) { PKTRT__TWO(m8, PKTRT__Q(_mm_and_ps, vandq_u32, wasm_v128_and)); }
+OP m8 mor(m8 a, m8 b) { PKTRT__TWO(m8, PKTRT__Q(_mm_or_ps, vorrq_u32, wasm_v128_or)); }
 OP uint32_t mbits(m8 m) { return pktrt__qbits(m.l) | pktrt__qbits(m.h) << 4; }
 OP m8 mfrom(uint32_t bits) { PKTRT__OF(m8, pktrt__qfrom(bits), pktrt__qfrom(bits >> 4)); }
 #define PKTRT__TURNS 2u /* in which blocks are met and few lanes worked on: half a vector each */
-OP v8 vload_turn(const float *p, uint32_t turn) { PKTRT__OF(v8, PKTRT__Q(_mm_loadu_ps, vld1q_f32)(p + 4 * turn), r.l); }
+OP v8 vload_turn(const float *p, uint32_t turn) {
+  PKTRT__OF(v8, PKTRT__Q(_mm_loadu_ps, vld1q_f32, wasm_v128_load)(p + 4 * turn), r.l);
+}
 OP v8 vturn(v8 a, uint32_t turn) { PKTRT__OF(v8, turn ? a.h : a.l, r.l); }
-OP void vstore_turn(float *p, v8 a) { PKTRT__Q(_mm_storeu_ps, vst1q_f32)(p, a.l); }
+OP void vstore_turn(float *p, v8 a) { PKTRT__Q(_mm_storeu_ps, vst1q_f32, wasm_v128_store)(p, a.l); }
 OP uint32_t mturn(m8 m) { return pktrt__qbits(m.l); }
 OP v8 vswap_halves(v8 a) { PKTRT__OF(v8, a.h, a.l); }
 OP v8 vsel(m8 m, v8 a, v8 b) {
-  PKTRT__OF(v8, PKTRT__Q(pktrt__qsel, vbslq_f32)(m.l, a.l, b.l), PKTRT__Q(pktrt__qsel, vbslq_f32)(m.h, a.h, b.h));
+  PKTRT__OF(v8, PKTRT__Q(pktrt__qsel, vbslq_f32, pktrt__qsel)(m.l, a.l, b.l),
+            PKTRT__Q(pktrt__qsel, vbslq_f32, pktrt__qsel)(m.h, a.h, b.h));
 }
 OP void vstore_masked(float *p, m8 m, v8 a) { vstore(p, vsel(m, a, vload(p))); }
 OP void vstore_masked_u32(uint32_t *p, m8 m, uint32_t x) {
@@ -6082,7 +6142,7 @@ OP void vstore_masked_u32(uint32_t *p, m8 m, uint32_t x) {
 OP uint32_t veq_u32(const uint32_t *p, uint32_t x) { return pktrt__qsame(p, x) | pktrt__qsame(p + 4, x) << 4; }
 OP float vhmax(v8 a) {
   float f[4], r;
-  PKTRT__Q(_mm_storeu_ps, vst1q_f32)(f, PKTRT__Q(_mm_max_ps, pktrt__qmax)(a.l, a.h));
+  PKTRT__Q(_mm_storeu_ps, vst1q_f32, wasm_v128_store)(f, PKTRT__Q(_mm_max_ps, pktrt__qmax, pktrt__qmax)(a.l, a.h));
   r = f[0];
   for (int i = 1; i < 4; i++) r = r > f[i] ? r : f[i];
   return r;
@@ -6093,22 +6153,24 @@ OP float vhmax(v8 a) {
   return r
 OP d8 dfrom(v8 a) {
   d8 r;
-  r.q[0] = PKTRT__Q(_mm_cvtps_pd, pktrt__q2low)(a.l), r.q[1] = PKTRT__Q(pktrt__q2high, vcvt_high_f64_f32)(a.l);
-  r.q[2] = PKTRT__Q(_mm_cvtps_pd, pktrt__q2low)(a.h), r.q[3] = PKTRT__Q(pktrt__q2high, vcvt_high_f64_f32)(a.h);
+  r.q[0] = PKTRT__Q(_mm_cvtps_pd, pktrt__q2low, wasm_f64x2_promote_low_f32x4)(a.l),
+  r.q[1] = PKTRT__Q(pktrt__q2high, vcvt_high_f64_f32, pktrt__q2high)(a.l);
+  r.q[2] = PKTRT__Q(_mm_cvtps_pd, pktrt__q2low, wasm_f64x2_promote_low_f32x4)(a.h),
+  r.q[3] = PKTRT__Q(pktrt__q2high, vcvt_high_f64_f32, pktrt__q2high)(a.h);
   return r;
 }
-OP d8 dload(const double *p) { PKTRT__EACH(PKTRT__Q(_mm_loadu_pd, vld1q_f64)(p + 2 * i)); }
+OP d8 dload(const double *p) { PKTRT__EACH(PKTRT__Q(_mm_loadu_pd, vld1q_f64, wasm_v128_load)(p + 2 * i)); }
 OP void dstore(double *p, d8 a) {
-  UNROLL for (int i = 0; i < 4; i++) PKTRT__Q(_mm_storeu_pd, vst1q_f64)(p + 2 * i, a.q[i]);
+  UNROLL for (int i = 0; i < 4; i++) PKTRT__Q(_mm_storeu_pd, vst1q_f64, wasm_v128_store)(p + 2 * i, a.q[i]);
 }
-OP d8 dsqrt(d8 a) { PKTRT__EACH(PKTRT__Q(_mm_sqrt_pd, vsqrtq_f64)(a.q[i])); }
-OP d8 dset(double x) { PKTRT__EACH(PKTRT__Q(_mm_set1_pd, vdupq_n_f64)(x)); }
-OP d8 dadd(d8 a, d8 b) { PKTRT__EACH(PKTRT__Q(_mm_add_pd, vaddq_f64)(a.q[i], b.q[i])); }
-OP d8 dsub(d8 a, d8 b) { PKTRT__EACH(PKTRT__Q(_mm_sub_pd, vsubq_f64)(a.q[i], b.q[i])); }
-OP d8 dmul(d8 a, d8 b) { PKTRT__EACH(PKTRT__Q(_mm_mul_pd, vmulq_f64)(a.q[i], b.q[i])); }
-OP d8 ddiv(d8 a, d8 b) { PKTRT__EACH(PKTRT__Q(_mm_div_pd, vdivq_f64)(a.q[i], b.q[i])); }
-OP d8 dmax(d8 a, d8 b) { PKTRT__EACH(PKTRT__Q(_mm_max_pd, pktrt__q2max)(a.q[i], b.q[i])); }
-OP d8 dabs(d8 a) { PKTRT__EACH(PKTRT__Q(pktrt__q2abs, vabsq_f64)(a.q[i])); }
+OP d8 dsqrt(d8 a) { PKTRT__EACH(PKTRT__Q(_mm_sqrt_pd, vsqrtq_f64, wasm_f64x2_sqrt)(a.q[i])); }
+OP d8 dset(double x) { PKTRT__EACH(PKTRT__Q(_mm_set1_pd, vdupq_n_f64, wasm_f64x2_splat)(x)); }
+OP d8 dadd(d8 a, d8 b) { PKTRT__EACH(PKTRT__Q(_mm_add_pd, vaddq_f64, wasm_f64x2_add)(a.q[i], b.q[i])); }
+OP d8 dsub(d8 a, d8 b) { PKTRT__EACH(PKTRT__Q(_mm_sub_pd, vsubq_f64, wasm_f64x2_sub)(a.q[i], b.q[i])); }
+OP d8 dmul(d8 a, d8 b) { PKTRT__EACH(PKTRT__Q(_mm_mul_pd, vmulq_f64, wasm_f64x2_mul)(a.q[i], b.q[i])); }
+OP d8 ddiv(d8 a, d8 b) { PKTRT__EACH(PKTRT__Q(_mm_div_pd, vdivq_f64, wasm_f64x2_div)(a.q[i], b.q[i])); }
+OP d8 dmax(d8 a, d8 b) { PKTRT__EACH(PKTRT__Q(_mm_max_pd, pktrt__q2max, pktrt__q2max)(a.q[i], b.q[i])); }
+OP d8 dabs(d8 a) { PKTRT__EACH(PKTRT__Q(pktrt__q2abs, vabsq_f64, wasm_f64x2_abs)(a.q[i])); }
 OP m8 dlt(d8 a, d8 b) { PKTRT__OF(m8, pktrt__q2lt(a.q, b.q), pktrt__q2lt(a.q + 2, b.q + 2)); }
 OP d8 dsel(m8 m, d8 a, d8 b) { PKTRT__EACH(pktrt__q2sel(i < 2 ? m.l : m.h, i % 2, a.q[i], b.q[i])); }
 OP v8 dto(d8 a) { PKTRT__OF(v8, pktrt__qfrom2(a.q), pktrt__qfrom2(a.q + 2)); }
@@ -10768,6 +10830,9 @@ static const pktrt__kernel_table *pktrt__kernels_of(pktrt_isa isa) {
 #ifdef PKTRT__HAS_NEON
   case PKTRT_ISA_NEON: return &pktrt__kernels_neon;
 #endif
+#ifdef PKTRT__HAS_WASM
+  case PKTRT_ISA_WASM: return &pktrt__kernels_wasm;
+#endif
   default: return NULL;
   }
 }
@@ -10781,6 +10846,8 @@ static const pktrt__fit_table *pktrt__fit_table_of(pktrt_isa isa) {
   return &pktrt__fit_kernels_sse2;
 #elif defined(PKTRT__HAS_NEON)
   return &pktrt__fit_kernels_neon;
+#elif defined(PKTRT__HAS_WASM)
+  return &pktrt__fit_kernels_wasm;
 #elif defined(PKTRT__HAS_SCALAR)
   return &pktrt__fit_kernels_scalar;
 #elif defined(PKTRT__HAS_AVX2)
@@ -10791,13 +10858,14 @@ static const pktrt__fit_table *pktrt__fit_table_of(pktrt_isa isa) {
 }
 
 static pktrt_isa pktrt__isa_widest(void) {
-  static const pktrt_isa widest_first[] = {PKTRT_ISA_AVX512, PKTRT_ISA_AVX2, PKTRT_ISA_SSE2, PKTRT_ISA_NEON};
+  static const pktrt_isa widest_first[] = {PKTRT_ISA_AVX512, PKTRT_ISA_AVX2, PKTRT_ISA_SSE2, PKTRT_ISA_NEON,
+                                           PKTRT_ISA_WASM};
   for (size_t i = 0; i < sizeof widest_first / sizeof *widest_first; i++)
     if (pktrt__kernels_of(widest_first[i])) return widest_first[i];
   return PKTRT_ISA_SCALAR;
 }
 
-static const char *const pktrt__isa_name[] = {"auto", "scalar", "sse2", "avx2", "avx512", "neon"};
+static const char *const pktrt__isa_name[] = {"auto", "scalar", "sse2", "avx2", "avx512", "neon", "wasm"};
 PKTRT__STATIC_ASSERT(each_isa_has_a_name, sizeof pktrt__isa_name / sizeof(char *) == (size_t)PKTRT_ISA_COUNT);
 PKTRT_DEF const char *pktrt_isa_string(pktrt_isa isa) {
   return (int)isa < 0 || isa >= PKTRT_ISA_COUNT ? "unknown" : pktrt__isa_name[isa];

@@ -77,7 +77,7 @@ help:
 	@echo "fuzz        libFuzzer for TIME=600 seconds each: TARGETS=\"scene query settings mesh_file\""
 	@echo "sanitize-threads  what several threads do at once, under TSan"
 	@echo "matrix      C99 to C++23, compilers, platforms    test-neon   runs a smaller set on ARM, emulated"
-	@echo "platforms   one checksum on ten of them: a table  checksum    writes anew what must come out, tests/checksum.txt"
+	@echo "platforms   one checksum on eleven of them: a table  checksum    writes anew what must come out, tests/checksum.txt"
 	@echo "flags       compiler flags, each refused by name or without effect"
 	@echo "test-guards the header behind hostile macros and windows.h; what a library exports"
 	@echo "bench       measures the paper's results, all or NAME=\"table1 figure6\"; BENCH_ARGS=... passes options"

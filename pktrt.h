@@ -386,9 +386,9 @@
    gcc and clang on x86: SSE2, AVX2 (with FMA, BMI, BMI2) and AVX-512 (F, DQ, BW, VL) are all compiled, each function
    for its own set, so there is no need for -mavx2 or -march=native. When a scene is created, CPU and operating system
    are asked, and the widest wins; pktrt_scene_desc.isa asks for a certain one. AVX-512 uses vectors of 16 rays in
-   frustum packets, all other kernels are 8 wide everywhere (SSE2 and NEON: two registers). On 32-bit x86 compile with
+   frustum packets, all other kernels are 8 wide everywhere (SSE2, NEON, WebAssembly: two registers). On 32-bit x86 compile with
    -msse2 -mfpmath=sse, on s390x where gcc is given a -std=c... with -fexcess-precision=fast as well.
-   64-bit ARM: NEON. gcc for MinGW: SSE2 at most, since it may misalign wide variables on the stack (GCC bug 54412). tcc
+   64-bit ARM: NEON. WebAssembly: its vectors, if compiled with -msimd128. gcc for MinGW: SSE2 at most, since it may misalign wide variables on the stack (GCC bug 54412). tcc
    and all else: scalar, the same code with loops over eight floats: good for stepping through in a debugger.
    Flags that change values are refused, see GUARANTEES; so is x87 arithmetic.
    A kernel has one name in this file, and one for each instruction set in a program: in a debugger (-g -O0)
@@ -16919,7 +16919,7 @@ PKTRT_DEF size_t pktrt_scene_report_text(const pktrt_scene_report *r, char *text
 
      0.12.0   To look inside: pktrt_get_tree, pktrt_get_node; steps of the paper's path left out (paper_steps); events of leaves
               and trimming, with tree, packet, depth and rays tested, from renders as well; cost of pixels;
-              PKTRT_SAMPLER_CUSTOM. Changed: `packet` of pktrt_render_desc gets a pktrt_packet.
+              PKTRT_SAMPLER_CUSTOM. Vectors of WebAssembly. Changed: `packet` of pktrt_render_desc gets a pktrt_packet.
      0.11.0   Light with less error: by solid angle, by lights and lobes together, environments by where they are bright
               (pktrt_prepare_environment), one light of many by a tree (PKTRT_LIGHTS_ONE); lights can be visible. Adaptive
               passes by cells of 4 x 4. Estimates tell their interval, and when they are not to be believed (trust_estimates).

@@ -614,7 +614,7 @@ static void strings(void) {
     CHECK(t && strlen(t) > 3, "status %d", i);
     for (int j = 0; j < i && i <= PKTRT_CANCELLED; j++) CHECK(strcmp(t, pktrt_status_string((pktrt_status)j)) != 0);
   }
-  static const char *const name[] = {"auto", "scalar", "sse2", "avx2", "avx512", "neon"};
+  static const char *const name[] = {"auto", "scalar", "sse2", "avx2", "avx512", "neon", "wasm"};
   for (int i = 0; i < PKTRT_ISA_COUNT; i++) CHECK(strcmp(pktrt_isa_string((pktrt_isa)i), name[i]) == 0, "%d", i);
   CHECK(pktrt_isa_string((pktrt_isa)77) != NULL && pktrt_isa_string((pktrt_isa)-1) != NULL);
   CHECK(pktrt_isa_available(PKTRT_ISA_AUTO));

@@ -384,12 +384,14 @@
    INSTRUCTION SETS AND COMPILERS
 
    gcc and clang on x86: SSE2, AVX2 (with FMA, BMI, BMI2) and AVX-512 (F, DQ, BW, VL) are all compiled, each function
-   for its own set, so there is no need for -mavx2 or -march=native. When a scene is created, CPU and operating system
-   are asked, and the widest wins; pktrt_scene_desc.isa asks for a certain one. AVX-512 uses vectors of 16 rays in
-   frustum packets, all other kernels are 8 wide everywhere (SSE2, NEON, WebAssembly: two registers). On 32-bit x86 compile with
-   -msse2 -mfpmath=sse, on s390x where gcc is given a -std=c... with -fexcess-precision=fast as well.
-   64-bit ARM: NEON. WebAssembly: its vectors, if compiled with -msimd128. gcc for MinGW: SSE2 at most, since it may misalign wide variables on the stack (GCC bug 54412). tcc
-   and all else: scalar, the same code with loops over eight floats: good for stepping through in a debugger.
+   for its own set, so there is no need for -mavx2 or -march=native. When a scene is created, CPU and operating
+   system are asked, and the widest wins; pktrt_scene_desc.isa asks for a certain one. AVX-512 uses vectors of 16
+   rays in frustum packets, all other kernels are 8 wide everywhere (SSE2, NEON, WebAssembly: two registers). On
+   32-bit x86 compile with -msse2 -mfpmath=sse, on s390x where gcc is given a -std=c... with -fexcess-precision=fast
+   as well.
+   64-bit ARM: NEON. WebAssembly: its vectors, if compiled with -msimd128. gcc for MinGW: SSE2 at most, since it may
+   misalign wide variables on the stack (GCC bug 54412). tcc and all else: scalar, the same code with loops over
+   eight floats: good for stepping through in a debugger.
    Flags that change values are refused, see GUARANTEES; so is x87 arithmetic.
    A kernel has one name in this file, and one for each instruction set in a program: in a debugger (-g -O0)
    `break pktrt__single_closest_hit_avx2` stops in it; the scalar ones show arrays where others have vectors. An editor

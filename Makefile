@@ -51,6 +51,7 @@ endif
 .PHONY: all demo effects deform view test-view readme-pictures test test-leaveout sanitize test-neon matrix platforms checksum flags test-guards deps deps-extra format format-check clean help
 .PHONY: mutants map structure figures parts bench bench-check bench-plots bench-readme bench-pictures bench-tests peers exactness before instances error error-check error-before error-before-check error-before-samples leaveout leaveout-check leaveout-before
 .PHONY: stability stability-neon stability-sanitize sanitize-threads fuzz
+.PHONY: bench-wasm
 .PHONY: course course-check course-test course-text course-check-text course-pictures
 .DELETE_ON_ERROR:
 
@@ -87,6 +88,7 @@ help:
 	@echo "figures     names the tables of figures that are older than the header; each must say where it is from"
 	@echo "parts       whether each header of the benches compiles by itself"
 	@echo "peers       races Embree in a quarter of an hour; MESHES=\"FILE DIR\" of these too, FULL=1 everything, BENCH_ARGS=... options"
+	@echo "bench-wasm  WebAssembly's vectors beside its scalar code, in node, in a minute"
 	@echo "exactness   pktrt beside copies of itself with textbook tests of triangles, in three minutes"
 	@echo "before      pktrt beside itself as it was at commit BEFORE=..., in ten minutes"
 	@echo "instances   instances beside the same triangles added directly, at rest and moving, in two minutes"
@@ -388,6 +390,9 @@ bench-check:
 	$(BUILD) $(B)/paper
 	$(PIN) $(B)/paper --check $(BENCH_ARGS); held=$$?; \
 	  $(PIN) $(B)/paper --check-controls $(BENCH_ARGS) && exit $$held
+
+bench-wasm:
+	@bench/wasm.sh
 
 # Of what has been measured; the CSV files stay when the plots are made anew.
 READMES = README.md $(wildcard bench/README.md bench/*/README.md)

@@ -64,8 +64,9 @@ help:
 	@echo "effects     makes out/effects-*.png               deform      makes the frames out/deform-*.png"
 	@echo "view        looks around in a scene; ARGS=\"--scene conference\", ARGS=--help for keys"
 	@echo "test-view   drives it under Xvfb and looks at the screen"
-	@echo "course      builds and runs the course's programs: figures and out/course/*; the way through: examples/course/README.md"
-	@echo "course-check  N=2 FILE=mine.c: whether that solves the exercise of chapter 2"
+	@echo "course      builds and runs the course's programs: figures and out/course/*; N=2: only that of chapter 2;"
+	@echo "            the way through: examples/course/README.md"
+	@echo "course-check  N=2 FILE=mine_02.c: whether that solves the exercise of chapter 2"
 	@echo "course-test  solutions pass, skeletons fail, listings are the code's; course-check-text only the last"
 	@echo "course-text  puts the code into the texts anew        course-pictures  keeps the small pictures of the texts"
 	@echo "test        runs all tests                        sanitize    runs a smaller set under ASan and UBSan"
@@ -171,9 +172,13 @@ COURSE_CHECKS = $(patsubst %_check,%,$(filter %_check,$(COURSE_FILES)))
 COURSE_TEXTS = $(sort $(wildcard $(COURSE)/*.md))
 COURSE_CC = $(CC) $(CFLAGS) $(STRICT) $(SHARED) -I$(COURSE)
 
+# All programs, or those of chapter N.
+CHAPTER = $(if $(filter 1 2 3 4 5 6 7 8 9,$(N)),0)$(N)
+COURSE_RUN = $(if $(N),$(filter $(CHAPTER)_%,$(COURSE_PROGRAMS)),$(COURSE_PROGRAMS))
 course:
-	$(BUILD) $(COURSE_PROGRAMS:%=out/course/%.txt)
-	@cat $(COURSE_PROGRAMS:%=out/course/%.txt)
+	@[ -n "$(COURSE_RUN)" ] || { echo "course: there is no chapter $(N)"; exit 1; }
+	$(BUILD) $(COURSE_RUN:%=out/course/%.txt)
+	@cat $(COURSE_RUN:%=out/course/%.txt)
 
 out/course/%.txt: $(B)/course/% | out/course
 	$< >$@ || { cat $@; exit 1; }
@@ -190,13 +195,12 @@ $(B)/course/%_exercise: $(COURSE)/%_check.c $(COURSE)/%_exercise.c $(COURSE_PROG
 $(B)/course/%_solution: $(COURSE)/%_check.c $(COURSE)/%_solution.c $(COURSE_PROGRAMS:%=$(COURSE)/%.c) $(COURSE_HEADERS) $(B)/pktrt.o | $(B)/course
 	$(COURSE_ANSWER)
 
-CHAPTER = $(if $(filter 1 2 3 4 5 6 7 8 9,$(N)),0)$(N)
 course-check: | $(B)/course out/course
 	@[ -f "$(COURSE)/$(CHAPTER)_check.c" ] && [ -f "$(FILE)" ] || \
-	  { echo "course-check: of which chapter, and which file? As in make course-check N=2 FILE=mine.c"; exit 1; }
-	$(BUILD) $(B)/pktrt.o
-	$(COURSE_CC) $(COURSE)/$(CHAPTER)_check.c $(FILE) $(B)/pktrt.o -o $(B)/course/$(CHAPTER)_mine $(LDFLAGS) $(LDLIBS)
-	$(B)/course/$(CHAPTER)_mine
+	  { echo "course-check: of which chapter, and which file? As in make course-check N=2 FILE=mine_02.c"; exit 1; }
+	@$(MAKE) --no-print-directory -q $(B)/pktrt.o || $(MAKE) --no-print-directory $(B)/pktrt.o
+	@$(COURSE_CC) $(COURSE)/$(CHAPTER)_check.c $(FILE) $(B)/pktrt.o -o $(B)/course/$(CHAPTER)_mine $(LDFLAGS) $(LDLIBS)
+	@$(B)/course/$(CHAPTER)_mine
 
 TCC := $(shell command -v tcc)
 course-test: course-check-text | out/course

@@ -35,7 +35,7 @@ static course_ray camera_ray(const camera *c, float x, float y) {
 static bool meet_triangle(const course_ray *ray, vec p0, vec p1, vec p2, course_hit *hit) {
   const vec e = vec_sub(p1, p0), f = vec_sub(p2, p0), s = vec_sub(ray->origin, p0);
   const vec p = vec_cross(ray->direction, f), q = vec_cross(s, e);
-  const float det = vec_dot(e, p); /* 0: the ray runs along the plane */
+  const float det = vec_dot(e, p); /* 0: the ray runs along the plane, or there is none */
   if (det == 0) return false;
   const float u = vec_dot(s, p) / det, v = vec_dot(ray->direction, q) / det, t = vec_dot(f, q) / det;
   if (!(u >= 0 && v >= 0 && u + v <= 1 && ray->tmin < t && t < hit->t)) return false;
@@ -61,7 +61,7 @@ int main(void) {
   const camera eye = look(vec_make(2.7f, 4.1f, 7.3f), vec_make(0.1f, 1.2f, -0.1f), 0.36f);
   course_picture picture = course_picture_make(WIDTH, HEIGHT);
   course_tally tally = {0, 0, 0};
-  const float near = 5.5f, far = 13; /* what is white, what is black */
+  const float near = 4.5f, far = 13; /* what is white, what is black */
   uint32_t hits = 0;
   for (uint32_t i = 0; i < WIDTH * HEIGHT; i++) {
     const course_ray ray = camera_ray(&eye, (float)(i % WIDTH) + 0.5f, (float)(i / WIDTH) + 0.5f);

@@ -7,8 +7,9 @@
    normal   of unit length, to the side of the surface that the light is on
    light    where the light is
 
-   The ray must not meet the surface that it leaves, so it begins 0.001 off the point, along the normal; and what stands
-   behind the light casts no shadow. course_meet() in course.h is the test of a triangle from the chapter. Nothing needs to
+   The ray must not meet the surface that it leaves, so it begins 0.001 off the point, along the normal. It goes from
+   where it begins, not from the point, to the light, and is there at t = 1: what stands behind the light casts no shadow.
+   course_meet() in course.h is the test of a triangle from the chapter. Nothing needs to
    be the nearest here: the first triangle that is met settles the matter. */
 bool in_shadow(const course_scene *scene, vec point, vec normal, vec light) {
   const vec start = vec_add(point, vec_scale(normal, 0.001f));

@@ -1,5 +1,4 @@
 /* Chapter 2: a binary tree of boxes over the triangles, split at the median; what it saves, and what it looks like.
-
    Prints tests per ray.    cc -O2 examples/course/02_bvh.c -o bvh -lm && ./bvh */
 #define PKTRT_IMPLEMENTATION
 #include "course.h"
@@ -97,8 +96,7 @@ static uint32_t split_median(const course_box *box, uint32_t *order, uint32_t co
 }
 /* [end] */
 
-/* Above, a node is as wide as its triangles are many, and as red as its box has of its parent's area; below, boxes of
-   some levels are seen from above. */
+/* Above, a node is as wide as it has triangles, as red as its box has of its parent's area; below, boxes from above. */
 static void draw(const tree *t, svg *s, uint32_t index, uint32_t parent, int level) {
   const node *n = &t->node[index];
   const double wide = 600.0 / t->scene->triangles, left = 20 + wide * n->first, top = 8 + 20 * level;
@@ -130,19 +128,21 @@ int main(void) {
   course_picture picture = course_picture_make(WIDTH, HEIGHT);
   course_tally tally = {0, 0, 0};
   work all = {0, 0};
+  static uint32_t boxes[RAYS], triangle[RAYS]; /* tests of each ray, and what it hits */
   for (uint32_t i = 0; i < RAYS; i++) {
     const course_ray ray = course_camera_ray((float)(i % WIDTH) + 0.5f, (float)(i / WIDTH) + 0.5f, WIDTH, HEIGHT);
-    const course_hit theirs = course_library_hit(library, ray);
-    course_hit hit = {ray.tmax, 0, 0, COURSE_NONE};
-    const uint64_t before = all.boxes;
-    walk(&t, 0, &ray, &hit, &all);
+    course_hit hit = {ray.tmax, 0, 0, COURSE_NONE}, theirs = course_library_hit(library, ray);
+    work one = {0, 0};
+    walk(&t, 0, &ray, &hit, &one);
+    boxes[i] = (uint32_t)one.boxes, all.boxes += one.boxes, all.triangles += one.triangles, triangle[i] = hit.triangle;
     course_same_hit(&scene, ray, &hit, &theirs, &tally);
-    picture.pixel[i] = course_heat((float)(all.boxes - before) / 250);
+    picture.pixel[i] = course_heat((float)one.boxes / 210);
   }
   course_picture_write(&picture, "out/course/02_heat.png");
   if (!draw_tree(&t, "out/course/02_tree.svg")) return 1;
   printf("02_bvh: %u triangles, %u nodes; a ray meets %.1f boxes and %.1f triangles\n", (unsigned)scene.triangles,
          (unsigned)t.nodes, (double)all.boxes / RAYS, (double)all.triangles / RAYS);
+  course_print_by_hit(boxes, triangle, RAYS);
   course_tally_print(&tally);
   pktrt_scene_destroy(library);
   return tally.different != 0;

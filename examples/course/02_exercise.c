@@ -1,10 +1,11 @@
-/* Exercise 2: the surface area heuristic. Fill in split_sah(), then    make course-check N=2 FILE=mine.c */
+/* Exercise 2: the surface area heuristic. Fill in split_sah(), then    make course-check N=2 FILE=mine_02.c */
 #include "course.h"
 
 /* Divides `count` triangles, at least two, into those of the left child and those of the right one.
 
    box     of each triangle of the scene: that of the i-th here is box[order[i]]
-   order   the triangles; they are to be arranged so that those of the left child come first
+   order   the triangles; they are to be arranged so that those of the left child come first: sorted once more along the
+           best axis, if another was tried after it
 
    Returns how many go to the left: at least one, and not all. Of all divisions that come from sorting the triangles by
    their centres along x, y or z and cutting the sequence in two, it takes the one with the least

@@ -32,13 +32,14 @@ static const char *check(const char *what, const course_scene *scene, const pktr
   const double each = (double)opened / n;
   printf("%s: %u rays, %u of which hit something; %u answers differ, %u more are excused at edges\n", what, (unsigned)n,
          (unsigned)hits, (unsigned)tally.different, (unsigned)tally.excused);
-  printf("%s: %.3f nodes below the root are opened for a ray, at most %.3f may be\n", what, each, 1.02 * most);
+  printf("%s: a ray opens %.3f nodes below the root; %.3f are allowed\n", what, each, 1.02 * most);
   return tally.different ? "hits differ from the library's" : each > 1.02 * most ? "too many nodes are opened" : NULL;
 }
 
 int main(void) {
   enum { WIDTH = 128, HEIGHT = 96, RAYS = WIDTH * HEIGHT };
   static course_ray camera[RAYS], any[RAYS];
+  course_check_begins(3);
   course_scene scene = course_scene_make();
   pktrt_scene *library = course_library(&scene);
   nodes = course_library_nodes(library, &node_count);

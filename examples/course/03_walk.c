@@ -21,7 +21,8 @@ static void draw_box(tally *work, const pktrt_node *node, int k, bool entered) {
 }
 
 /* [walk] */
-/* Finds the nearest hit of a ray, children in the order in which they stand in their nodes. */
+/* Finds the nearest hit of a ray. Leaves are tested as they come; nodes wait on the stack and are opened last place
+   first: an order that knows nothing of the ray. */
 static course_hit walk(const course_scene *scene, const pktrt_node *nodes, course_ray ray, tally *work) {
   course_slabs slabs = course_slabs_make(&nodes[0], ray);
   course_hit hit = {ray.tmax, 0, 0, COURSE_NONE};
@@ -80,7 +81,7 @@ static void draw_section(const course_scene *scene, const pktrt_node *nodes) {
          (unsigned)hit.triangle, (double)hit.t, (unsigned)work.opened, (unsigned)work.boxes, (unsigned)work.triangles);
 }
 
-/* Nodes opened for each pixel: left in the order of places, right by the library. */
+/* Nodes opened for each pixel: left by the walk above, right by the library. */
 static void draw_heat(const course_scene *scene, const pktrt_node *nodes, const pktrt_scene *library) {
   course_picture picture = course_picture_make(2 * WIDTH, HEIGHT);
   tally work = {0, 0, 0, NULL};
@@ -100,7 +101,8 @@ static void draw_heat(const course_scene *scene, const pktrt_node *nodes, const 
   const double rays = (double)same.rays;
   printf("  %u rays of the camera: %u hits differ from the library's, %u of them at edges\n", (unsigned)same.rays,
          (unsigned)(same.different + same.excused), (unsigned)same.excused);
-  printf("  in the order of places a ray opens %.2f nodes, at most %u, tests %.1f boxes and %.1f triangles\n",
+  printf("  in an order that knows nothing of it a ray opens %.2f nodes, at most %u, tests %.1f boxes and %.1f "
+         "triangles\n",
          (double)work.opened / rays, (unsigned)most, (double)work.boxes / rays, (double)work.triangles / rays);
   printf("  the library opens %.2f nodes for a ray traced alone\n", (double)theirs / rays);
   course_picture_write(&picture, "out/course/03_heat.png");

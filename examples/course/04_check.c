@@ -46,7 +46,7 @@ static const char *check(const char *what, uint32_t (*make)(course_ray *, uint32
     course_library_packet(library, rays, n, PKTRT_PAPER_STEP_ORDER, expected, &theirs);
     const bool good = course_same_log(&mine, &theirs, i, same < i);
     same += good, events += theirs.count;
-    for (uint32_t r = 0; r < n; r++) course_same_hit(scene, rays[r], &hit[r], &expected[r], &hits);
+    for (uint32_t r = 0; r < n; r++) course_same_hit_of(scene, rays[r], &hit[r], &expected[r], &hits, i, r);
   }
   printf("%s: %u packets, %u events; %u packets tell the library's\n", what, (unsigned)packets, (unsigned)events,
          (unsigned)same);
@@ -55,6 +55,7 @@ static const char *check(const char *what, uint32_t (*make)(course_ray *, uint32
 }
 
 int main(void) {
+  course_check_begins(4);
   course_scene scene = course_scene_make();
   pktrt_scene *library = course_library(&scene);
   uint32_t count;

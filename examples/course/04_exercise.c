@@ -1,12 +1,13 @@
 /* Exercise 4: a packet that keeps its children on a stack, and goes to near ones first. Fill in trace_packet(), then
-   make course-check N=4 FILE=mine.c
+   make course-check N=4 FILE=mine_04.c
 
    The chapter's packet calls itself, and takes children by their places. Write one that has a stack of its own and does
    what the library does with PKTRT_PAPER_STEP_ORDER, event by event:
 
      1. Ray 0 is the first active one at node 0. Opening a node is told, with the first active ray.
      2. Its children wait on the stack, each with the first active ray of the node. Their turn comes in the node's order
-        for the octant of that ray: node->order[slabs[ray].octant] lists places from near to far, empty ones included.
+        for the octant of that ray: node->order[slabs[ray].octant] lists all eight places from near to far. Skip
+        the empty ones (child is PKTRT_NONE): nothing is told of them, and the box test would let rays in.
      3. When a child's turn comes, and not before, rays are tested against its box from its first active one on, and
         one of FIRST_HIT, LATER_HIT, ALL_MISS is told. Hits that were found meanwhile have shortened the rays.
      4. A child that is entered is opened if it is a node. If it is a leaf, that is told, and all rays from the first

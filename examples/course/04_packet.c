@@ -53,7 +53,7 @@ static void meet_leaf(packet *p, const pktrt_node *node, uint32_t k, uint32_t fi
 static void descend(packet *p, uint32_t index, uint32_t first, uint32_t depth) {
   tell(p, PKTRT_EVENT_NODE, index, 0, first, depth);
   const pktrt_node *node = &p->nodes[index];
-  for (uint32_t k = 8; k-- > 0;) {
+  for (uint32_t k = 8; k-- > 0;) { /* from place 7 to 0, as the library does without PKTRT_PAPER_STEP_ORDER */
     if (node->child[k] == PKTRT_NONE) continue;
     const uint32_t ray = find_first(p, index, k, first, depth + 1);
     if (ray == p->n) continue;
@@ -76,7 +76,7 @@ static void aim(packet *p, uint32_t x, uint32_t y) {
 
 /* A row for each verdict: which child, and which rays go on from it or were dropped with it. */
 static void draw_log(svg *s, double x, const char *title, const course_log *log) {
-  static const char *const colour[] = {"", "#3a3", "#cbe", "#9cf", "#e80", "#faa"};
+  static const char *const colour[] = {"", "#3a3", "#95d", "#9cf", "#e80", "#e55"};
   double y = 30;
   svg_text(s, x, 16, 11, SVG_LEFT, "%s", title);
   for (size_t i = 0; i < log->count; i++) {
@@ -106,7 +106,7 @@ static void draw(const pktrt_scene *library, packet *p, course_log *theirs) {
   if (!svg_begin(&s, "out/course/04_range.svg", 740, 360)) exit(1);
   aim(p, 96, 32);
   descend(p, 0, 0, 0);
-  draw_log(&s, 15, "first active ray alone, children by their places", p->log);
+  draw_log(&s, 15, "first active ray alone, children from place 7 to 0", p->log);
   library_tests(library, p, 0, theirs);
   draw_log(&s, 385, "the library: all of its steps, children from near to far", theirs);
   if (!svg_end(&s)) exit(1);

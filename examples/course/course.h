@@ -10,7 +10,7 @@
    compiled by hand:
 
      cc -O2 examples/course/01_ray.c -o ray -lm
-     cc -O2 -Iexamples/course examples/course/01_check.c mine.c -o check -lm
+     cc -O2 -Iexamples/course examples/course/01_check.c mine_01.c -o check -lm
 
    Contents: vectors, rays and boxes; random, scene, chapter 1, sorting, pictures, library, comparing, nodes and events,
    boxes. */
@@ -20,6 +20,7 @@
 #include "../common.h"
 #include "../../pktrt.h"
 #include <float.h>
+#include <signal.h>
 
 #define COURSE_NONE PKTRT_NONE /* no triangle */
 #define COURSE_EDGE 1e-4       /* nearer to an edge than this, in barycentric coordinates, answers may differ */
@@ -94,7 +95,7 @@ typedef struct course_scene {
   uint32_t vertices, triangles;
 } course_scene;
 
-/* Zeroed memory, or the end of the program. It is kept until then: programs of the course are short. */
+/* Zeroed memory, or the end of the program. Little of it is freed: programs of the course are short. */
 EX_UNUSED static void *course_memory(size_t count, size_t size) {
   void *p = calloc(count ? count : 1, size);
   if (!p) ex_fail("out of memory"), exit(1);
@@ -166,6 +167,8 @@ EX_UNUSED static course_scene course_scene_empty(void) {
   s.corner = (uint32_t(*)[3])course_memory(ROOM, sizeof *s.corner);
   return s;
 }
+
+enum { COURSE_GROUND = 2 * 16 * 16 }; /* the first triangles are the ground's */
 
 /* A knot, a ring and a ball above uneven ground. */
 EX_UNUSED static course_scene course_scene_make(void) {
@@ -264,6 +267,25 @@ EX_UNUSED static vec course_heat(float x) {
   return vec_add(vec_scale(stop[i], (float)(i + 1) - at), vec_scale(stop[i + 1], at - (float)i));
 }
 
+/* Prints the mean of what rays cost, pixel by pixel, by the triangles that they hit; and of those that pass a knot, a
+   ring or a ball: one of three pixels to the left or right hits one. */
+EX_UNUSED static void course_print_by_hit(const uint32_t *cost, const uint32_t *triangle, uint32_t pixels) {
+  double sum[4] = {0}, count[4] = {0};
+  uint32_t most = 0;
+  for (uint32_t i = 0; i < pixels; i++) {
+    const int what = triangle[i] == COURSE_NONE ? 0 : triangle[i] < COURSE_GROUND ? 1 : 2;
+    bool near = false;
+    for (uint32_t j = i < 3 ? 0 : i - 3; j <= i + 3 && j < pixels; j++)
+      near |= triangle[j] != COURSE_NONE && triangle[j] >= COURSE_GROUND;
+    sum[what] += cost[i], count[what]++;
+    if (what < 2 && near) sum[3] += cost[i], count[3]++;
+    if (cost[i] > most) most = cost[i];
+  }
+  printf(
+      "  where nothing is hit %.1f, the ground %.1f, a thing above it %.1f; within 3 pixels of one %.1f; at most %u\n",
+      sum[0] / count[0], sum[1] / count[1], sum[2] / count[2], sum[3] / count[3], (unsigned)most);
+}
+
 /* >>library -------------------------------------------------------------------------------------------------------- */
 
 /* The scene in the library, as one mesh: its triangles have the same numbers. The caller destroys it. */
@@ -321,7 +343,7 @@ EX_UNUSED static double course_inside(const course_scene *s, course_ray ray, uin
 }
 
 static void course_say_hit(const char *who, const course_hit *hit) {
-  if (hit->triangle == COURSE_NONE) printf("  %s: nothing\n", who);
+  if (hit->triangle == COURSE_NONE) printf("  %s: nothing, with t = %.7g\n", who, (double)hit->t);
   else printf("  %s: triangle %u at t = %.7g\n", who, (unsigned)hit->triangle, (double)hit->t);
 }
 
@@ -333,28 +355,38 @@ static void course_say_ray(uint64_t number, course_ray ray) {
 
 /* Compares a hit with the library's, and counts. They are the same if the triangles are, and t within 1e-4 of it. A
    difference is excused where the nearer of the two is hit within COURSE_EDGE of an edge, or both at nearly the same
-   t. The first one that is not excused is printed. */
-EX_UNUSED static bool course_same_hit(const course_scene *s, course_ray ray, const course_hit *mine,
-                                      const course_hit *theirs, course_tally *tally) {
+   t. The first one that is not excused is printed, as ray `number` of a
+   packet, or of those that are traced alone (packet: PKTRT_NONE). */
+EX_UNUSED static bool course_same_hit_of(const course_scene *s, course_ray ray, const course_hit *mine,
+                                         const course_hit *theirs, course_tally *tally, uint32_t packet,
+                                         uint64_t number) {
   const bool far_apart = !(fabsf(mine->t - theirs->t) <= 1e-4f * fabsf(theirs->t)) && mine->t != theirs->t;
   tally->rays++;
   if (mine->triangle == theirs->triangle && !far_apart) return true;
   const course_hit *nearer = mine->t < theirs->t ? mine : theirs;
   double t;
   if (mine->triangle != theirs->triangle && (mine->triangle < s->triangles || mine->triangle == COURSE_NONE) &&
+      nearer->triangle < s->triangles &&
       (!far_apart || fabs(course_inside(s, ray, nearer->triangle, &t)) < COURSE_EDGE)) {
     tally->excused++;
     return true;
   }
   if (!tally->different++) {
-    course_say_ray(tally->rays - 1, ray);
+    if (packet != PKTRT_NONE) printf("packet %u, ", (unsigned)packet);
+    course_say_ray(number, ray);
     course_say_hit("expected", theirs);
     course_say_hit("got", mine);
   }
   return false;
 }
 
-/* The same of whether anything is hit. A difference is excused where all that decides is a triangle that is hit within
+/* The same of rays that are traced alone: they are numbered as they come. */
+EX_UNUSED static bool course_same_hit(const course_scene *s, course_ray ray, const course_hit *mine,
+                                      const course_hit *theirs, course_tally *tally) {
+  return course_same_hit_of(s, ray, mine, theirs, tally, PKTRT_NONE, tally->rays);
+}
+
+/* Compares whether anything is hit: shadows. A difference is excused where all that decides is a triangle that is hit within
    COURSE_EDGE of an edge, or at an end of the ray. */
 EX_UNUSED static bool course_same_occlusion(const course_scene *s, course_ray ray, bool mine, bool theirs,
                                             course_tally *tally) {
@@ -372,8 +404,9 @@ EX_UNUSED static bool course_same_occlusion(const course_scene *s, course_ray ra
     return true;
   }
   if (!tally->different++) {
+    printf("the check's ");
     course_say_ray(tally->rays - 1, ray);
-    printf("  expected: %s\n  got: %s\n", theirs ? "something is hit" : "nothing is hit", mine ? "yes" : "no");
+    printf("  expected: %s\n  got: %s\n", theirs ? "in shadow" : "not in shadow", mine ? "in shadow" : "not in shadow");
   }
   return false;
 }
@@ -381,6 +414,25 @@ EX_UNUSED static bool course_same_occlusion(const course_scene *s, course_ray ra
 EX_UNUSED static void course_tally_print(const course_tally *t) {
   printf("  %u of %u rays differ from the library, %u more at edges or in ties\n", (unsigned)t->different,
          (unsigned)t->rays, (unsigned)t->excused);
+}
+
+static int course_checked; /* the chapter */
+
+/* What standard C forbids in a handler: but the program is at its end, and what it has printed should be seen. */
+static void course_crashed(int signal_number) {
+  (void)signal_number;
+  printf("chapter %d: failed: it reads or writes where nothing is, as with a number of no node or triangle\n",
+         course_checked);
+  fflush(stdout);
+  _Exit(1);
+}
+
+/* Lets a check end with a sentence where an answer crashes; address sanitizers say more and are left alone. */
+EX_UNUSED static void course_check_begins(int chapter) {
+  course_checked = chapter;
+#ifndef __SANITIZE_ADDRESS__
+  signal(SIGSEGV, course_crashed);
+#endif
 }
 
 /* The last line of a check, and its exit status. why: NULL if all is well. */
@@ -480,7 +532,8 @@ EX_UNUSED static bool course_same_log(course_log *mine, course_log *theirs, uint
       if (x->kind == y->kind && x->index == y->index && x->child == y->child && x->ray == y->ray) continue;
     }
     if (!quiet) {
-      printf("packet %u, event %u of %u\n", (unsigned)packet, (unsigned)i, (unsigned)theirs->count);
+      printf("packet %u: of its %u events number %u is the first that differs; events count from 1, packets from 0\n",
+             (unsigned)packet, (unsigned)theirs->count, (unsigned)i + 1);
       course_say_event("expected", theirs, i), course_say_event("got", mine, i);
     }
     return false;
@@ -529,7 +582,7 @@ EX_UNUSED static course_slabs course_slabs_make(const pktrt_node *root, course_r
 
 /* [enter] */
 /* Tells whether the ray may meet what is in a box, and if so from which depth on. A ray within rounding of the box
-   enters it, which costs time; one that enters never misses it, which would cost a hit. */
+   enters it, which costs time; a ray that meets what is in it is never turned away, which would cost a hit. */
 EX_UNUSED static bool course_slabs_enter(const course_slabs *s, const float lo[3], const float hi[3], float *depth) {
   float enter = s->first, leave = s->last;
   for (int a = 0; a < 3; a++) {

@@ -35,7 +35,7 @@ static course_ray camera_ray(const camera *c, float x, float y) {
 static bool meet_triangle(const course_ray *ray, vec p0, vec p1, vec p2, course_hit *hit) {
   const vec e = vec_sub(p1, p0), f = vec_sub(p2, p0), s = vec_sub(ray->origin, p0);
   const vec p = vec_cross(ray->direction, f), q = vec_cross(s, e);
-  const float det = vec_dot(e, p); /* 0: the ray runs along the plane, or there is none */
+  const float det = vec_dot(e, p); /* 0: the ray runs along the plane, or the triangle has no area */
   if (det == 0) return false;
   const float u = vec_dot(s, p) / det, v = vec_dot(ray->direction, q) / det, t = vec_dot(f, q) / det;
   if (!(u >= 0 && v >= 0 && u + v <= 1 && ray->tmin < t && t < hit->t)) return false;

@@ -10,16 +10,16 @@ enum { EDGE = 8, BLOCKS = REFLECT_SIZE / EDGE, WALL = 3, BALL = 4 + 5 }; /* numb
 static const char *const colours[] = {"#999", "#27b", "#e80", "#c22"};
 
 /* [lanes] */
+static double tests(const pktrt_counts *c) { return (double)(c->box_tests + c->triangle_tests); }
 static double vectors(const pktrt_counts *c) { return (double)(c->vector_box_tests + c->vector_triangle_tests); }
 
 /* Of the eight lanes of a vector test, those that had a ray to test. */
-static double lanes(const pktrt_counts *c) { return (double)(c->box_tests + c->triangle_tests) / vectors(c); }
+static double lanes(const pktrt_counts *c) { return tests(c) / vectors(c); }
 /* [end] */
 
 static void render(pktrt_scene *s, const pktrt_render_desc *d) {
   if (pktrt_render(s, d)) ex_fail("%s", pktrt_last_error(s)), exit(1);
 }
-
 static pktrt_ray query_ray(const reflect_ray *r) { return pktrt_make_ray(r->origin, r->direction); }
 
 static uint32_t block_of(const reflect_ray *r) { return r->y / EDGE * BLOCKS + r->x / EDGE; }
@@ -48,7 +48,7 @@ static void draw_block(svg *g, const pktrt_scene *s, const reflect_log *log, uin
                        const char *name) {
   const double scale = 30, x0 = left + 5.2 * scale, y0 = 30 + 5.2 * scale;
   svg_text(g, left + 6, 20, 13, SVG_LEFT, "%s", name);
-  svg_line(g, x0 + 5 * scale, y0 - 5 * scale, x0 + 5 * scale, y0 + 7.6 * scale, "#27b", 4);
+  svg_line(g, x0 + 5 * scale, y0 - 5 * scale, x0 + 5 * scale, y0 + 7.6 * scale, "#444", 4); /* the mirror */
   svg_line(g, x0 - 5 * scale, y0 - 5 * scale, x0 + 5 * scale, y0 - 5 * scale, "#b74", 4);
   svg_line(g, x0 - 5 * scale, y0 - 5 * scale, x0 - 5 * scale, y0 + 7.6 * scale, "#583", 4);
   for (int i = 0; i < 9; i++) {
@@ -94,6 +94,7 @@ static void print_block(const pktrt_scene *s, const reflect_log *log, uint32_t b
 static void draw_bars(svg *g, double left, const char *what, pktrt_stats stats[2], bool of_lanes) {
   svg_text(g, left, 20, 13, SVG_LEFT, "%s", what);
   svg_line(g, left, 200, left + 330, 200, "#888", 1);
+  if (of_lanes) svg_line(g, left, 40, left + 330, 40, "#888", 1), svg_text(g, left + 336, 44, 11, SVG_LEFT, "8");
   for (uint32_t depth = 0; depth <= REFLECT_DEPTH; depth++) {
     const double x = left + 6 + 36 * depth;
     svg_text(g, x + 14, 214, 11, SVG_MIDDLE, "%u", (unsigned)depth);
@@ -109,7 +110,7 @@ static void draw_bars(svg *g, double left, const char *what, pktrt_stats stats[2
 int main(void) {
   enum { LARGE = 320 };
   static float pixels[LARGE * LARGE * 3];
-  static pktrt_stats stats[2];
+  static pktrt_stats stats[3];
   svg g;
   pktrt_scene *s = reflect_scene();
   reflect_log log = reflect_log_make();
@@ -118,19 +119,24 @@ int main(void) {
   render(s, &d);
   d.packet = NULL, d.stats = &stats[1], d.assembly = PKTRT_ASSEMBLY_RUNS;
   render(s, &d);
-  printf("by bounce: rays; lanes in use, of 8, and vector tests per ray, of ray types and of runs\n");
+  d.stats = &stats[2], d.path = PKTRT_PATH_SINGLE;
+  render(s, &d);
+  printf("by bounce: rays; tests per ray, alone and in packets of ray types;\n"
+         "           lanes in use, of 8, and vector tests per ray, of ray types and of runs\n");
   for (int depth = 0; depth <= REFLECT_DEPTH; depth++) {
-    const pktrt_counts *t = &stats[0].by_depth[depth], *r = &stats[1].by_depth[depth];
-    printf("  %d: %6u  %5.1f %5.1f  %6.1f %6.1f\n", depth, (unsigned)t->rays, lanes(t), lanes(r),
-           vectors(t) / (double)t->rays, vectors(r) / (double)r->rays);
+    const pktrt_counts *t = &stats[0].by_depth[depth], *r = &stats[1].by_depth[depth], *o = &stats[2].by_depth[depth];
+    printf("  %d: %6u  %6.1f %6.1f  %5.1f %5.1f  %6.1f %6.1f\n", depth, (unsigned)t->rays, tests(o) / (double)o->rays,
+           tests(t) / (double)t->rays, lanes(t), lanes(r), vectors(t) / (double)t->rays, vectors(r) / (double)r->rays);
   }
   course_make_folder();
   const uint32_t wall = block_that_hits(s, &log, WALL), ball = block_that_hits(s, &log, BALL);
   print_block(s, &log, wall, "a packet at the mirror wall");
   print_block(s, &log, ball, "a packet at a mirror ball");
-  if (!svg_begin(&g, "out/course/08_packets.svg", 640, 430)) return 1;
+  if (!svg_begin(&g, "out/course/08_packets.svg", 640, 475)) return 1;
   draw_block(&g, s, &log, wall, 0, "at the mirror wall");
   draw_block(&g, s, &log, ball, 325, "at a mirror ball");
+  svg_text(&g, 6, 468, 12, SVG_LEFT,
+           "Camera rays grey, then blue, orange, red; those into the sky end in the air. Dark: the mirror.");
   if (!svg_end(&g) || !svg_begin(&g, "out/course/08_bounces.svg", 720, 225)) return 1;
   draw_bars(&g, 10, "Lanes in use: ray types (blue), runs (orange)", stats, true);
   draw_bars(&g, 380, "Vector tests per ray by bounce", stats, false);

@@ -61,6 +61,7 @@ static void unite(pktrt_node *node, const pktrt_node *end) {
 }
 /* [end] */
 
+/* For counting only: no margin for rounding, and no care for zeros in the direction. */
 static bool meets_box(const pktrt_ray *ray, const float lo[3], const float hi[3]) {
   float in = ray->tmin, out = ray->tmax;
   for (int a = 0; a < 3; a++) {

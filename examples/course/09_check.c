@@ -122,12 +122,16 @@ static unsigned count_tests(box_rule *boxes) {
 
 static const char *check_boxes(void) {
   const unsigned careless = count_escapes(careless_box, false);
-  printf("boxes that forget rounding lose %u of %d corners: the check sees it\n", careless, 9 * TRIALS);
+  printf("boxes that forget rounding lose %u of %d coordinates, 9 of each of %d triangles: the check sees it\n",
+         careless, 9 * TRIALS, TRIALS);
   if (careless == 0) return "the control passes: careless boxes lose nothing here";
   const unsigned escapes = count_escapes(box_at, true);
   if (escapes) return "a box does not hold what moves";
   const unsigned mine = count_tests(box_at), least = count_tests(careless_box), united = count_tests(united_box);
-  printf("tests below the boxes of groups: yours %u, united boxes %u, without any margin %u\n", mine, united, least);
+  printf(
+      "tests of boxes and triangles of a group, where a ray meets the group's box: yours %u, united boxes %u, without "
+      "any margin %u\n",
+      mine, united, least);
   if ((double)mine > 0.25 * (double)united)
     return "the boxes spare less than three quarters of the tests of united ones";
   if ((double)mine > 1.02 * (double)least) return "the boxes are larger than they must be";
@@ -136,13 +140,18 @@ static const char *check_boxes(void) {
 
 /* >>glass ---------------------------------------------------------------------------------------------------------- */
 
-static unsigned calls; /* of glass_trace */
+static unsigned calls;  /* of glass_trace */
+static unsigned tunnel; /* if not 0: after so many surfaces there is the sky, whichever way one goes */
 
 glass glass_trace(const pktrt_scene *scene, const pktrt_ray *ray) {
   glass g = {0};
   pktrt_hit hit;
   pktrt_surface_info at;
   calls++;
+  if (tunnel > 0) {
+    g.sky = calls > tunnel, g.radiance = 1, g.reflectance = 0.5f, g.reflected = g.refracted = *ray;
+    return g;
+  }
   g.sky = !pktrt_intersect(scene, ray, &hit);
   vec d = vec_make(ray->direction[0], ray->direction[1], ray->direction[2]);
   d = vec_unit(d);
@@ -181,8 +190,9 @@ static float careless_radiance(const pktrt_scene *scene, pktrt_ray ray, uint32_t
 
 typedef float estimator(const pktrt_scene *scene, pktrt_ray ray, uint32_t *random);
 
-/* Compares means at some places. Returns how many are off by more than 4 standard errors. */
-static int count_wrong(const pktrt_scene *scene, estimator *estimate, bool aloud) {
+/* Compares means at some places. Returns how many are off by more than 4 standard errors; counts those where an estimate
+   follows more than one ray. */
+static int count_wrong(const pktrt_scene *scene, estimator *estimate, bool aloud, int *branching) {
   int wrong = 0;
   for (int i = 0; i < PLACES; i++) {
     const pktrt_ray ray =
@@ -202,20 +212,44 @@ static int count_wrong(const pktrt_scene *scene, estimator *estimate, bool aloud
     if (aloud)
       printf("ray %d: both ways %.4f, yours %.4f, standard error %.4f, %.1f rays each\n", i, expected, mean, error,
              (double)all / WALKS);
-    if (aloud && many && wrong == 0) printf("  expected: at most %d rays, got: up to %u\n", GLASS_DEPTH + 1, most);
-    wrong += !good || many;
+    if (aloud && !good) printf("  expected: within 4 standard errors of both ways\n");
+    if (aloud && many) printf("  expected: at most %d rays, got: up to %u\n", GLASS_DEPTH + 1, most);
+    wrong += !good, *branching += many;
   }
   return wrong;
+}
+
+/* The sky behind as many surfaces as a path may meet, and behind one more. */
+static bool check_depth(const pktrt_scene *scene) {
+  const pktrt_ray ray = course_library_ray(course_camera_ray(128, 96, 256, 192));
+  uint32_t random = 1;
+  bool good = true;
+  for (tunnel = GLASS_DEPTH; tunnel <= GLASS_DEPTH + 1; tunnel++) {
+    const bool sees = tunnel == GLASS_DEPTH;
+    calls = 0;
+    const float got = radiance_of_one(scene, ray, &random);
+    if ((got > 0) == sees && calls == GLASS_DEPTH + 1) continue;
+    printf("a sky of radiance 1 behind %u surfaces\n  expected: %s by %d rays\n  got: %g by %u rays\n", tunnel,
+           sees ? "1" : "0", GLASS_DEPTH + 1, (double)got, calls);
+    good = false;
+  }
+  tunnel = 0;
+  return good;
 }
 
 static const char *check_glass(void) {
   course_scene s = course_scene_make();
   pktrt_scene *scene = course_library(&s);
-  const int careless = count_wrong(scene, careless_radiance, false), mine = count_wrong(scene, radiance_of_one, true);
+  int others = 0, branching = 0;
+  const int careless = count_wrong(scene, careless_radiance, false, &others);
+  const int mine = count_wrong(scene, radiance_of_one, true, &branching);
+  const bool deep = check_depth(scene);
   printf("choosing evenly is wrong for %d of %d rays: the check sees it\n", careless, PLACES);
   pktrt_scene_destroy(scene);
   if (careless == 0) return "the control passes: choosing evenly is right here";
-  return mine ? "an estimate has another mean than both ways together, or follows more than one ray" : NULL;
+  if (branching) return "an estimate traces more rays than one for each surface";
+  if (mine) return "an estimate has another mean than both ways together";
+  return deep ? NULL : "a path ends too early or too late";
 }
 
 int main(void) {

@@ -12,8 +12,9 @@ void box_at(const course_box *first, const course_box *last, float time, course_
 }
 
 /* Returns an estimate of the radiance along a ray: where it meets glass, ONE of the two rays goes on, so glass_trace is called
-   once for each surface. The mean over many estimates must be what comes out if both are followed, weighted by
-   reflectance and 1 - reflectance. course_random(random) is a number in [0,1). Mind GLASS_DEPTH. */
+   once for each ray, the last one included. The mean over many estimates must be what comes out if both are followed, weighted by
+   reflectance and 1 - reflectance. course_random(random) is a number in [0,1). Mind GLASS_DEPTH, and that
+   there is no refracted ray where reflectance is 1. */
 float radiance_of_one(const pktrt_scene *scene, pktrt_ray ray, uint32_t *random) {
   (void)scene, (void)ray, (void)random;
   return 0;

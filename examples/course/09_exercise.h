@@ -5,12 +5,16 @@
 
 /* What a ray meets in a world of glass. */
 typedef struct glass {
-  bool sky;                       /* nothing: it sees the sky, and ends */
-  float radiance;                 /* of the sky there */
-  float reflectance;              /* else: the part of the light that is reflected; the rest is refracted */
-  pktrt_ray reflected, refracted; /* the two rays that go on */
+  bool sky;          /* nothing: it sees the sky, and ends */
+  float radiance;    /* of the sky there */
+  float reflectance; /* else: the part of the light that is reflected; the rest is refracted */
+  pktrt_ray reflected,
+      refracted; /* the two rays that go on; where reflectance is 1 there is no refracted one (direction 0) */
 } glass;
-enum { GLASS_DEPTH = 8 }; /* a ray that has met as many surfaces before this one ends there, and brings nothing */
+
+/* A path goes on at 8 surfaces. Where it meets a ninth it ends and brings nothing, but if it then sees the sky it brings
+   that: up to 9 calls of glass_trace. */
+enum { GLASS_DEPTH = 8 };
 
 /* Given by the check, which counts the calls. */
 glass glass_trace(const pktrt_scene *scene, const pktrt_ray *ray);

@@ -1,6 +1,7 @@
 /* Exercise of chapter 9: boxes that move, and one ray in, one ray out.
 
-     make course-check N=9 FILE=examples/course/09_exercise.c */
+     cp examples/course/09_exercise.c mine.c
+     make course-check N=9 FILE=mine.c */
 #include "09_exercise.h"
 
 /* A box holds things that move along straight lines: `first` at time 0, `last` at time 1. Sets *now to a box that holds them

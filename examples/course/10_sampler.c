@@ -1,7 +1,6 @@
 /* Chapter 10: samplers, one of one's own among them, and how the error of a picture falls with samples.
 
-   Prints errors, slopes, times, and what a render says of its own error beside the truth. Makes out/course/10_noise.png and
-   out/course/10_error.svg. */
+   Prints errors, slopes, times, and a render's own estimate beside the truth; makes out/course/10_noise.png, 10_error.svg. */
 #define PKTRT_IMPLEMENTATION
 #include "course.h"
 #include "../svg.h"
@@ -19,8 +18,8 @@ static uint32_t hash(uint32_t h, uint32_t value) {
 /* [end] */
 
 /* [custom] */
-/* An additive recurrence: each sample is the one before and an irrational step further on, round a circle, from a place that
-   is another one for each pixel and dimension. The steps are 2^32 times the fractional parts of roots of primes. */
+/* An additive recurrence: each sample is an irrational step beyond the one before, round a circle, from a start of its own for
+   each pixel and dimension. Steps: 2^32 times the fractional parts of the square roots of the first eight primes. */
 static float additive(void *user, uint32_t x, uint32_t y, uint32_t sample, uint32_t dimension, uint32_t seed) {
   static const uint32_t steps[8] = {0x6A09E667u, 0xBB67AE85u, 0x3C6EF372u, 0xA54FF53Au,
                                     0x510E527Fu, 0x9B05688Cu, 0x1F83D9ABu, 0x5BE0CD19u};
@@ -89,10 +88,10 @@ static double slope_of(const double error[STEPS]) {
   return sum / weight / log(4);
 }
 
-static void plot(const double error[SAMPLERS][STEPS], const double estimate[STEPS]) {
+static void plot(const double error[SAMPLERS][STEPS], const double passes[STEPS], const double estimate[STEPS]) {
   static const char *const colors[SAMPLERS] = {"#d33", "#888", "#d90", "#393", "#27c", "#0aa", "#93c", "#000"};
   svg s;
-  if (!svg_begin(&s, "out/course/10_error.svg", 560, 380)) exit(1);
+  if (!svg_begin(&s, "out/course/10_error.svg", 580, 380)) exit(1);
 #define PLOT_X(k) (60.0 + 90.0 * (k))
 #define PLOT_Y(e) (30.0 - 70.0 * log2((e) / 0.25) / 2) /* a factor of four is 70 high */
   for (int k = 0; k < STEPS; k++) {
@@ -107,16 +106,19 @@ static void plot(const double error[SAMPLERS][STEPS], const double estimate[STEP
     svg_line(&s, 440, 40 + 18 * i, 460, 40 + 18 * i, colors[i], 1.5),
         svg_text(&s, 466, 44 + 18 * i, 12, SVG_LEFT, "%s", name_of(i));
   }
-  for (int k = 1; k < STEPS; k++) svg_dot(&s, PLOT_X(k), PLOT_Y(estimate[k]), 4, colors[0]);
-  svg_dot(&s, 450, 40 + 18 * SAMPLERS, 4, colors[0]),
-      svg_text(&s, 466, 44 + 18 * SAMPLERS, 12, SVG_LEFT, "its estimate");
+  for (int k = 1; k < STEPS; k++) svg_dot(&s, PLOT_X(k), PLOT_Y(estimate[k]), 4, "#730");
+  for (int k = 2; k < STEPS; k++)
+    fprintf(s.file, "<path d=\"M%g %gL%g %g\" stroke=\"#730\" stroke-dasharray=\"6 4\"/>\n", PLOT_X(k - 1),
+            PLOT_Y(passes[k - 1]), PLOT_X(k), PLOT_Y(passes[k]));
+  svg_text(&s, 440, 194, 12, SVG_LEFT, "dashed: four passes"),
+      svg_text(&s, 440, 212, 12, SVG_LEFT, "dots: their estimate");
   svg_text(&s, 240, 14, 12, SVG_MIDDLE, "RMSE of a pixel over samples");
   if (!svg_end(&s)) exit(1);
 }
 
 int main(void) {
   static vec truth[PIXELS];
-  double error[SAMPLERS][STEPS], estimate[STEPS] = {0}, seconds = 0;
+  double error[SAMPLERS][STEPS], passes[STEPS] = {0}, estimate[STEPS] = {0}, seconds = 0;
   pktrt_scene *scene = make_scene();
   pktrt_render_desc view = {
       .width = WIDTH, .height = HEIGHT, .pixels = truth[0].at, .samples = 256, .passes = 16, .seed = 99};
@@ -137,12 +139,12 @@ int main(void) {
   for (int k = 1; k < STEPS; k++) {
     pktrt_report report;
     const pktrt_render_desc of = {.samples = 1u << 2 * (k - 1), .passes = 4, .report = &report};
-    const double rmse = error_of(scene, PKTRT_SAMPLER_SOBOL, of, 1, truth);
+    passes[k] = error_of(scene, PKTRT_SAMPLER_SOBOL, of, 1, truth);
     estimate[k] = report.rmse;
-    printf("  %3d samples: %.5f, estimated %.5f, %.5f to %.5f\n", 1 << 2 * k, rmse, report.rmse, report.rmse_low,
+    printf("  %3d samples: %.5f, estimated %.5f, %.5f to %.5f\n", 1 << 2 * k, passes[k], report.rmse, report.rmse_low,
            report.rmse_high);
   }
-  plot((const double(*)[STEPS])error, estimate);
+  plot((const double(*)[STEPS])error, passes, estimate);
   pktrt_scene_destroy(scene);
   return 0;
 }

@@ -1,5 +1,5 @@
 /* Exercise 5: one test in interval arithmetic for a whole packet. Fill in intervals_miss(), then
-   make course-check N=5 FILE=mine.c
+   make course-check N=5 FILE=mine_05.c
 
    What is known of the rays is in course_bounds: each origin lies in [o_lo, o_hi], each reciprocal direction in
    [r_lo, r_hi], by axis, and each ray looks at depths from `first` to `last`. Return true only if no ray of such a

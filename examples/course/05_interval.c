@@ -3,52 +3,10 @@
    Prints what steps save.    cc -O2 examples/course/05_interval.c -o interval -lm && ./interval */
 #define PKTRT_IMPLEMENTATION
 #include "course.h"
+#include "05_planes.h"
 #include "section.h"
 
 enum { WIDTH = 256, HEIGHT = 192, SIDE = 8, RAYS = SIDE * SIDE, PACKETS = WIDTH * HEIGHT / RAYS };
-
-/* [planes] */
-/* Four planes around the rays of a packet that start at one point and share a main axis and its sign. At depth w, the
-   distance along the main axis, all rays are between slope_lo[a] * w and slope_hi[a] * w along the two other axes. */
-typedef struct planes {
-  const float *origin;
-  int main, other[2];
-  float sign, slope_lo[2], slope_hi[2], pad;
-} planes;
-
-/* Returns false if the rays have no such planes. */
-static bool planes_make(planes *p, const course_ray *rays, uint32_t n, float pad) {
-  p->origin = rays[0].origin.at, p->pad = pad;
-  for (uint32_t i = 0; i < n; i++) {
-    const float *d = rays[i].direction.at;
-    const int k = fabsf(d[1]) <= fabsf(d[0]) && fabsf(d[2]) <= fabsf(d[0]) ? 0 : fabsf(d[2]) <= fabsf(d[1]) ? 1 : 2;
-    const float sign = d[k] < 0 ? -1.0f : 1.0f;
-    if (!i) p->main = k, p->sign = sign, p->other[0] = (k + 1) % 3, p->other[1] = (k + 2) % 3;
-    if (k != p->main || sign != p->sign || memcmp(p->origin, rays[i].origin.at, sizeof(vec))) return false;
-    for (int a = 0; a < 2; a++) {
-      const float slope = sign * (d[p->other[a]] / d[k]);
-      p->slope_lo[a] = i ? fminf(p->slope_lo[a], slope) : slope;
-      p->slope_hi[a] = i ? fmaxf(p->slope_hi[a], slope) : slope;
-    }
-  }
-  return true;
-}
-
-/* Tells whether a box lies outside one of the planes, or behind the origin: then all rays miss it. */
-static bool planes_miss(const planes *p, const float lo[3], const float hi[3]) {
-  const int k = p->main;
-  const float o = p->origin[k], nearest = p->sign > 0 ? lo[k] - o : o - hi[k],
-              farthest = p->sign > 0 ? hi[k] - o : o - lo[k];
-  const float w0 = fmaxf(nearest - p->pad, 0), w1 = farthest + p->pad; /* the depths of the box */
-  for (int a = 0; a < 2; a++) {
-    const float l = lo[p->other[a]] - p->origin[p->other[a]] - p->pad;
-    const float h = hi[p->other[a]] - p->origin[p->other[a]] + p->pad;
-    if (l > fmaxf(p->slope_hi[a] * w0, p->slope_hi[a] * w1)) return true;
-    if (h < fminf(p->slope_lo[a] * w0, p->slope_lo[a] * w1)) return true;
-  }
-  return w1 < 0;
-}
-/* [end] */
 
 /* The camera's rays through 8 x 8 pixels; or shadow rays from what they hit, which share no origin. */
 static bool aim(course_ray *rays, uint32_t i, const pktrt_scene *library, bool shadow) {
@@ -65,19 +23,34 @@ static bool aim(course_ray *rays, uint32_t i, const pktrt_scene *library, bool s
   return true;
 }
 
+/* Asks of a packet of shadow rays whether anything is in their way: a ray that has found something is done. */
+static void occlude(const pktrt_scene *library, const course_ray *rays, uint32_t steps, course_log *log) {
+  pktrt_query_desc query;
+  pktrt_ray ray[RAYS];
+  bool occluded[RAYS];
+  memset(&query, 0, sizeof query);
+  query.path = PKTRT_PATH_PAPER, query.packet_size = RAYS, query.paper_steps = steps;
+  query.type = PKTRT_RAY_SHADOW, query.trace = course_log_event, query.user = log;
+  for (uint32_t r = 0; r < RAYS; r++) ray[r] = course_library_ray(rays[r]);
+  pktrt_occluded_ex(library, &query, ray, occluded, RAYS);
+}
+
 /* What becomes of the children of all packets, by the steps that are taken. */
 static void table(const pktrt_scene *library, bool shadow, const char *name, uint32_t steps) {
   double told[PKTRT_EVENT_LEAF_TEST + 1] = {0}, tests = 0, packets = 0;
   course_log log = {NULL, 0, 0};
   course_ray rays[RAYS];
-  for (uint32_t i = 0; i < PACKETS; i++)
-    if (aim(rays, i, library, shadow))
-      course_library_packet(library, rays, RAYS, steps | PKTRT_PAPER_STEP_ORDER, NULL, &log), packets++;
+  for (uint32_t i = 0; i < PACKETS; i++) {
+    if (!aim(rays, i, library, shadow)) continue;
+    if (shadow) occlude(library, rays, steps | PKTRT_PAPER_STEP_ORDER, &log);
+    else course_library_packet(library, rays, RAYS, steps | PKTRT_PAPER_STEP_ORDER, NULL, &log);
+    packets++;
+  }
   for (size_t i = 0; i < log.count; i++) told[log.event[i].kind]++, tests += log.event[i].tested;
   const double intervals = told[PKTRT_EVENT_INTERVAL_CULL], four = told[PKTRT_EVENT_FRUSTUM_CULL];
-  printf("  %s: of %.0f children that no ray enters, intervals drop %.0f and planes %.0f; a ray is tested against %.2f "
+  printf("  %s: %.0f packets; of %.0f children that no ray enters, intervals drop %.0f and planes %.0f; a ray is tested against %.2f "
          "boxes\n",
-         name, told[PKTRT_EVENT_ALL_MISS] + intervals + four, intervals, four, tests / packets / RAYS);
+         name, packets, told[PKTRT_EVENT_ALL_MISS] + intervals + four, intervals, four, tests / packets / RAYS);
 }
 
 /* Our planes against the library's, for all children that the first active ray misses. */
@@ -102,9 +75,10 @@ static void compare(const pktrt_scene *library, const pktrt_node *nodes) {
   printf("  our planes and the library's: %u verdicts, %u the same\n", (unsigned)verdicts, (unsigned)same);
 }
 
-/* One packet and the boxes that it came by, coloured by verdict; from the side and from above. */
+/* One packet and the boxes that it came by, coloured by verdict; from the side and from above. What planes drop and the
+   packet itself are drawn last, with thick lines. */
 static void draw(const pktrt_scene *library, const pktrt_node *nodes) {
-  static const char *const fill[] = {"", "#3a32", NULL, "#29d2", "#e802", "#d332"};
+  static const char *const fill[] = {"", "#3a32", "#98c2", "#29d3", "#e802", "#d332"};
   static const char *const line[] = {"", "#3a3", "#98c", "#29d", "#e80", "#d33"};
   svg drawing;
   course_log log = {NULL, 0, 0};
@@ -117,13 +91,22 @@ static void draw(const pktrt_scene *library, const pktrt_node *nodes) {
   if (!svg_begin(&drawing, "out/course/05_boxes.svg", 730, 500)) exit(1);
   for (int above = 0; above < 2; above++) {
     const section s =
-        section_begin(&drawing, !above, 7.6, above ? -1 : -1.2, 45, 0, above ? 240 : 0, 730, above ? 260 : 230);
-    for (uint32_t r = 0; r < RAYS; r++) section_ray(&s, rays[r], fminf(hit[r].t, 20), "#aaa", 0.5);
-    for (size_t j = 0; j < log.count; j++) {
-      const pktrt_event *e = &log.event[j];
-      if (e->kind == PKTRT_EVENT_NODE || e->kind > PKTRT_EVENT_ALL_MISS) continue;
-      section_box(&s, nodes[e->index].lo[e->child], nodes[e->index].hi[e->child], fill[e->kind], line[e->kind]);
+        section_begin(&drawing, !above, 7.6, above ? -1 : -0.7, 45, 0, above ? 240 : 0, 730, above ? 260 : 230);
+    const float *eye = rays[0].origin.at;
+    for (int thick = 0; thick < 2; thick++) {
+      fprintf(drawing.file, "<g stroke-width=\"%g\">\n", thick ? 2.5 : 0.7);
+      for (size_t j = 0; j < log.count; j++) {
+        const pktrt_event *e = &log.event[j];
+        if (e->kind == PKTRT_EVENT_NODE || e->kind > PKTRT_EVENT_ALL_MISS) continue;
+        if ((e->kind == PKTRT_EVENT_FRUSTUM_CULL) != thick) continue;
+        section_box(&s, nodes[e->index].lo[e->child], nodes[e->index].hi[e->child], fill[e->kind], line[e->kind]);
+      }
+      fprintf(drawing.file, "</g>\n");
     }
+    for (uint32_t r = 0; r < RAYS; r++) section_ray(&s, rays[r], fminf(hit[r].t, 20), "#555", 1.2);
+    svg_dot(&drawing, section_u(&s, eye), section_v(&s, eye), 5, "#000");
+    svg_text(&drawing, section_u(&s, eye) + 8, section_v(&s, eye) + 18, 13, SVG_LEFT, "eye");
+    svg_text(&drawing, 720, 18, 14, SVG_RIGHT, above ? "from above" : "from the side");
     section_end(&s);
   }
   if (!svg_end(&drawing)) exit(1);

@@ -143,7 +143,7 @@ int main(void) {
   course_make_folder();
   if (!draw_steps(got) || !svg_begin(&s, "out/course/06_figure6.svg", 720, 255)) return 1;
   draw_graph(&s, 30, "Triangle tests per ray", got, false);
-  draw_graph(&s, 390, "Box tests per ray", got, true);
+  draw_graph(&s, 390, "Box tests per ray (same scale)", got, true);
   pktrt_scene_destroy(library);
   scene_free(&room);
   return !svg_end(&s);

@@ -50,9 +50,10 @@ static bool measure(const pktrt_scene *s, const pktrt_ray *rays, uint32_t packet
   return true;
 }
 
-static bool meets(const pktrt_scene *s, const pktrt_ray *rays, const struct demand *d) {
+/* Returns what is wrong with the answer to a question, or NULL. */
+static const char *fault(const pktrt_scene *s, const pktrt_ray *rays, const struct demand *d) {
   static uint64_t tests[3][SETS];
-  if (!measure(s, rays, d->packet, tests)) return ex_fail("hits differ between sets of steps");
+  if (!measure(s, rays, d->packet, tests)) return "hits differ between sets of steps";
   const uint64_t *t = tests[d->cost];
   uint32_t best = 0;
   for (uint32_t i = 1; i < SETS; i++)
@@ -61,15 +62,19 @@ static bool meets(const pktrt_scene *s, const pktrt_ray *rays, const struct dema
   const uint32_t steps = answer == PKTRT_PAPER_STEP_NONE ? 0 : answer;
   printf("%s rays, packets of %u, fewest %s with at most %d of the steps: ", d->mirrored ? "mirrored" : "camera",
          (unsigned)d->packet, kinds[d->cost], d->count);
-  if (answer > 64 || answer == 0) return printf("got %u, which is no such set\n", (unsigned)answer), false;
+  if (answer == 0)
+    return printf("got 0, which means all steps; none is PKTRT_PAPER_STEP_NONE\n"), "an answer is 0, which is no set";
+  if (answer > PKTRT_PAPER_STEP_NONE)
+    return printf("got %u, which is no such set\n", (unsigned)answer), "an answer is no set of steps";
   print_steps(steps);
-  if (count_of(steps) > d->count) return printf(", which are %d\n", count_of(steps)), false;
+  if (count_of(steps) > d->count)
+    return printf(", which are %d\n", count_of(steps)), "a set has more steps than were asked for";
   printf(", %.1f a ray\n", (double)t[steps] / RAYS);
-  if (t[steps] == t[best]) return true;
+  if (t[steps] == t[best]) return NULL;
   printf("  expected: ");
   print_steps(best);
   printf(", %.1f a ray\n", (double)t[best] / RAYS);
-  return false;
+  return "another set takes fewer tests";
 }
 
 int main(void) {
@@ -82,8 +87,7 @@ int main(void) {
   ablate_camera_rays(&room.camera, SIZE, rays[0]);
   memcpy(rays[1], rays[0], sizeof rays[0]);
   ablate_reflect(s, rays[1], RAYS);
-  for (int i = 0; i < DEMANDS && !why; i++)
-    if (!meets(s, rays[demands[i].mirrored], &demands[i])) why = "another set takes fewer tests, or is asked for";
+  for (int i = 0; i < DEMANDS && !why; i++) why = fault(s, rays[demands[i].mirrored], &demands[i]);
   if (!why) printf("Hits are the same bits with every set.\n");
   pktrt_scene_destroy(s);
   scene_free(&room);

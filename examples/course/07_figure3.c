@@ -26,13 +26,13 @@ static uint32_t packet_of(const figure_log *log, pktrt_ray_type type, uint32_t i
   return PKTRT_NONE;
 }
 
-/* Draws a short secondary ray in the colour of its packet: hues a golden ratio of the circle apart never come close. */
+/* Draws a short secondary ray in the colour of its packet: nine hues a ninth of the circle apart, then those between. */
 static void draw_secondary(svg *s, const figure_log *log, pktrt_ray_type type, uint32_t i, double x, double y,
                            double dx, double dy) {
   char colour[64];
   const uint32_t packet = packet_of(log, type, i);
   if (packet == PKTRT_NONE || !figure_sends(FIGURE_MET[i], type)) return;
-  snprintf(colour, sizeof colour, "hsl(%d,75%%,%d%%)", (int)(packet * 222.5) % 360, packet % 2 ? 38 : 50);
+  snprintf(colour, sizeof colour, "hsl(%u,75%%,%d%%)", (unsigned)(packet * 5 % 9 * 40 + packet / 9 * 13), packet % 2 ? 38 : 50);
   const double l = (type == PKTRT_RAY_SHADOW ? 46 : 34) / hypot(dx, dy);
   svg_ray(s, x, y, x + l * dx, y + l * dy, colour, 2);
   if (type == PKTRT_RAY_SHADOW) svg_dot(s, x + l * dx, y + l * dy, 3, colour);

@@ -48,7 +48,8 @@ static void table(const pktrt_scene *library, bool shadow, const char *name, uin
   }
   for (size_t i = 0; i < log.count; i++) told[log.event[i].kind]++, tests += log.event[i].tested;
   const double intervals = told[PKTRT_EVENT_INTERVAL_CULL], four = told[PKTRT_EVENT_FRUSTUM_CULL];
-  printf("  %s: %.0f packets; of %.0f children that no ray enters, intervals drop %.0f and planes %.0f; a ray is tested against %.2f "
+  printf("  %s: %.0f packets; of %.0f children that no ray enters, intervals drop %.0f and planes %.0f; a ray is "
+         "tested against %.2f "
          "boxes\n",
          name, packets, told[PKTRT_EVENT_ALL_MISS] + intervals + four, intervals, four, tests / packets / RAYS);
 }

@@ -32,7 +32,8 @@ static void draw_secondary(svg *s, const figure_log *log, pktrt_ray_type type, u
   char colour[64];
   const uint32_t packet = packet_of(log, type, i);
   if (packet == PKTRT_NONE || !figure_sends(FIGURE_MET[i], type)) return;
-  snprintf(colour, sizeof colour, "hsl(%u,75%%,%d%%)", (unsigned)(packet * 5 % 9 * 40 + packet / 9 * 13), packet % 2 ? 38 : 50);
+  snprintf(colour, sizeof colour, "hsl(%u,75%%,%d%%)", (unsigned)(packet * 5 % 9 * 40 + packet / 9 * 13),
+           packet % 2 ? 38 : 50);
   const double l = (type == PKTRT_RAY_SHADOW ? 46 : 34) / hypot(dx, dy);
   svg_ray(s, x, y, x + l * dx, y + l * dy, colour, 2);
   if (type == PKTRT_RAY_SHADOW) svg_dot(s, x + l * dx, y + l * dy, 3, colour);

@@ -4,7 +4,7 @@
 #define PKTRT_IMPLEMENTATION
 #include "course.h"
 
-enum { SIZE = 96, ZOOM = 3, PLACES = SIZE / ZOOM, TERMS = 1 << 20, BLOCKS = 64 };
+enum { SIZE = 96, ZOOM = 3, PLACES = SIZE / ZOOM, LARGER = 3, TERMS = 1 << 20, BLOCKS = 64 };
 static course_picture picture; /* four panels side by side */
 static course_scene shape;
 
@@ -143,6 +143,8 @@ static void promises(void) {
 int main(void) {
   picture = course_picture_make(4 * SIZE, SIZE), shape = course_scene_make();
   edges(), sums(), lamps(), promises();
-  course_picture_write(&picture, "out/course/lab_differences.png");
-  return 0;
+  course_picture large = course_picture_make(LARGER * 4 * SIZE, LARGER * SIZE);
+  for (int i = 0; i < LARGER * 4 * SIZE * LARGER * SIZE; i++)
+    large.pixel[i] = picture.pixel[i / (LARGER * 4 * SIZE) / LARGER * 4 * SIZE + i % (LARGER * 4 * SIZE) / LARGER];
+  return course_picture_write(&large, "out/course/lab_differences.png"), 0;
 }

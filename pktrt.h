@@ -8301,9 +8301,8 @@ typedef struct pktrt__paper_packet {
 OP uint32_t pktrt__paper_active(const pktrt__paper_packet *p, uint32_t r) { /* of rays r to r+7, r a multiple of 8 */
   return (uint32_t)(p->active[r / 64] >> r % 64) & 0xFF;
 }
-static void pktrt__paper_tell(pktrt__paper_packet *p, pktrt_event_kind kind, uint32_t index, uint32_t child,
-                              uint32_t ray, uint32_t active, const pktrt__variant is) {
-  if (!is.stats || !p->call->desc->trace) return;
+PKTRT__COLD void pktrt__paper_tell(pktrt__paper_packet *p, pktrt_event_kind kind, uint32_t index, uint32_t child,
+                                   uint32_t ray, uint32_t active) {
   pktrt_event e;
   e.kind = kind, e.index = index, e.child = child, e.ray = ray - p->base, e.active = active;
   e.tested = p->tested, e.tree = p->tree, e.packet = p->number, e.depth = p->depth;
@@ -8313,7 +8312,7 @@ static void pktrt__paper_tell(pktrt__paper_packet *p, pktrt_event_kind kind, uin
 /* Tells of a packet's active range from a ray on. */
 OP void pktrt__paper_event(pktrt__paper_packet *p, pktrt_event_kind kind, uint32_t index, uint32_t child, uint32_t ray,
                            const pktrt__variant is) {
-  pktrt__paper_tell(p, kind, index, child, ray, p->last - ray, is);
+  if (is.stats && p->call->desc->trace) pktrt__paper_tell(p, kind, index, child, ray, p->last - ray);
 }
 
 /* Computes the intervals over the active rays, and whether they can have a frustum. */
@@ -8535,7 +8534,8 @@ OP bool pktrt__paper_leaf(pktrt__paper_packet *p, const pktrt__paper_child *c, u
     if (!bits) continue;
     if (p->steps & PKTRT_PAPER_STEP_LEAF_BOXES)
       bits = known ? p->entering : pktrt__paper_test_group(p, c, r, among, is);
-    pktrt__paper_tell(p, PKTRT_EVENT_LEAF_TEST, index, 0, r > first ? r : first, pktrt__popcount8(bits), is);
+    if (is.stats && p->call->desc->trace)
+      pktrt__paper_tell(p, PKTRT_EVENT_LEAF_TEST, index, 0, r > first ? r : first, pktrt__popcount8(bits));
     const bool same = p->one_axis[r / 8];
     for (uint32_t m = same ? pktrt__lanes_occupied(id) : 0; m && bits; m &= m - 1) {
       const uint32_t lane = pktrt__lowest_bit(m);

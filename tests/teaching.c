@@ -216,6 +216,50 @@ static void trees_are_whole(void) {
   world_free(&w);
 }
 
+/* A model's tree comes after those of the scene, and events in its instances name it. */
+static void note_tree(void *user, const pktrt_event *e) {
+  uint64_t *n = user;
+  if (e->tree < 3) n[e->tree]++;
+  n[3] += e->tree >= 3 || (e->packet == PKTRT_NONE) != (e->tree == 2);
+}
+static void models_are_shown(void) {
+  world w = world_static(2);
+  pktrt_scene *s = world_scene(&w, PKTRT_ISA_AUTO, 1);
+  mesh ball = mesh_sphere(2, 0, 1);
+  pktrt_instance_desc in;
+  pktrt_tree t;
+  pktrt_node n;
+  uint32_t model = 7, triangles = 0;
+  memset(&in, 0, sizeof in);
+  const pktrt_mesh_desc d = mesh_desc(&ball);
+  for (int i = 0; i < 2; i++) CHECK(pktrt_add_model(s, &d, 1, &model) == PKTRT_OK);
+  in.model = model;
+  CHECK(pktrt_add_instance(s, &in, NULL) == PKTRT_OK && pktrt_commit(s) == PKTRT_OK);
+  CHECK(pktrt_get_tree(s, 0, &t) && t.model == PKTRT_NONE && pktrt_get_tree(s, 1, &t) && t.model == 0);
+  CHECK(pktrt_get_tree(s, 2, &t) && t.model == 1 && !pktrt_get_tree(s, 3, &t));
+  pktrt_get_tree(s, 2, &t);
+  for (uint32_t i = 0; i < t.nodes; i++) {
+    CHECK(pktrt_get_node(s, 2, i, 0, &n));
+    for (int k = 0; k < 64; k++) {
+      triangles += n.mesh[k / 8][k % 8] != PKTRT_NONE;
+      CHECK(n.mesh[k / 8][k % 8] == PKTRT_NONE || (n.mesh[k / 8][k % 8] == 0 && n.triangle[k / 8][k % 8] < ball.nt));
+    }
+  }
+  CHECK(triangles == ball.nt, "%u of %u triangles", triangles, ball.nt);
+  static pktrt_ray ray[RAYS];
+  static pktrt_hit hit[RAYS];
+  uint64_t told[4] = {0};
+  pktrt_query_desc q;
+  memset(&q, 0, sizeof q);
+  q.path = PKTRT_PATH_PAPER, q.trace = note_tree, q.user = told;
+  make_rays(&w, s, RAYS_CAMERA, 5, 0, ray, RAYS);
+  pktrt_intersect_ex(s, &q, ray, hit, RAYS);
+  CHECK(told[0] > 100 && told[1] == 0 && told[2] > 100 && told[3] == 0, "%llu, %llu, %llu events",
+        (unsigned long long)told[0], (unsigned long long)told[1], (unsigned long long)told[2]);
+  pktrt_scene_destroy(s);
+  mesh_free(&ball), world_free(&w);
+}
+
 /* --- renders --- */
 
 /* A mirror and a floor under a lamp. */
@@ -349,6 +393,7 @@ void suite_teaching(void) {
   run("a walk over the trees that the library shows finds its hits, and with boxes too small does not",
       walks_find_hits);
   run("the trees that are shown hold every triangle once, within the boxes above it", trees_are_whole);
+  run("trees of models come after those of the scene, and events in instances name them", models_are_shown);
   run("who watches packets, events and cost of a render sees every sample, and the picture stays the same",
       renders_can_be_watched);
   run("a sampler of one's own gives the picture that a built-in one of the same numbers gives", samplers_of_ones_own);

@@ -48,7 +48,7 @@ ifeq ($(MAKELEVEL),0)
 .NOTPARALLEL:
 endif
 
-.PHONY: all demo effects deform view test-view readme-pictures test test-leaveout sanitize test-neon matrix platforms checksum flags test-guards deps deps-extra format format-check clean help
+.PHONY: all demo effects deform view test-view web web-serve test-web readme-pictures test test-leaveout sanitize test-neon matrix platforms checksum flags test-guards deps deps-extra format format-check clean help
 .PHONY: mutants map structure figures parts bench bench-check bench-plots bench-readme bench-pictures bench-tests peers exactness before instances error error-check error-before error-before-check error-before-samples leaveout leaveout-check leaveout-before
 .PHONY: stability stability-neon stability-sanitize sanitize-threads fuzz
 .PHONY: bench-wasm
@@ -64,6 +64,8 @@ help:
 	@echo "effects     makes out/effects-*.png               deform      makes the frames out/deform-*.png"
 	@echo "view        looks around in a scene; ARGS=\"--scene conference\", ARGS=--help for keys"
 	@echo "test-view   drives it under Xvfb and looks at the screen"
+	@echo "web         makes the page out/web, in which one looks around by WebAssembly; web-serve  shows it at http://localhost:8000,"
+	@echo "            PORT=8001 elsewhere; test-web  whether its pictures have the bits of build/render"
 	@echo "course      builds and runs the course's programs: figures and out/course/*; N=2: only that of chapter 2;"
 	@echo "            the way through: examples/course/README.md"
 	@echo "course-check  N=2 FILE=mine_02.c: whether that solves the exercise of chapter 2"
@@ -151,6 +153,48 @@ else
 	$(BUILD) $(B)/view
 	$(B)/view $(ARGS)
 endif
+
+# --- the web page ---
+
+# A folder of static files. The module has WebAssembly's vectors alone: who has no SIMD gets a sentence from the page. NODE_PATH:
+# Debian's emcc looks for its parser there.
+WEB = out/web
+WEB_CC = NODE_PATH=/usr/share/nodejs$(if $(NODE_PATH),:$(NODE_PATH)) emcc -O2 -msimd128 $(STRICT)
+WEB_OBJECTS = build/web/pktrt.o $(patsubst examples/web/%.c,build/web/%.o,$(wildcard examples/web/*.c))
+WEB_LINK = -s MODULARIZE=1 -s EXPORT_NAME=pktrt -s ENVIRONMENT=web,worker,node -s ALLOW_MEMORY_GROWTH=1 -s FILESYSTEM=0 \
+  -s EXPORTED_RUNTIME_METHODS=UTF8ToString --no-entry
+WEB_PAGE = $(patsubst examples/web/%,$(WEB)/%,$(wildcard $(addprefix examples/web/*.,html css js)))
+PORT ?= 8000
+web:
+ifeq ($(shell command -v emcc),)
+	@echo "web: emcc is not installed (make deps-extra installs emscripten), there is no page"; exit 1
+else
+	$(BUILD) $(WEB)/pktrt.js $(WEB_PAGE)
+	@echo "web: $(WEB) is ready, $$(cat $(WEB)/* | gzip -9 | wc -c) bytes compressed; make web-serve shows it"
+endif
+
+web-serve: web
+	python3 examples/web/serve.py $(WEB) $(PORT)
+
+# What node can see of it: the bits of build/render, memory that stays, time; ARGS=--quick leaves out the last two.
+test-web: web
+	$(BUILD) build/render
+	node tests/web.js $(WEB) build/render $(ARGS)
+
+$(WEB)/pktrt.js: $(WEB_OBJECTS) | $(WEB)
+	$(WEB_CC) $(WEB_OBJECTS) $(WEB_LINK) -o $@
+
+build/web/pktrt.o: pktrt.h | build/web
+	$(WEB_CC) -DPKTRT_NO_SCALAR -DPKTRT_IMPLEMENTATION -x c -c $< -o $@
+
+build/web/%.o: examples/web/%.c examples/web/web.h $(EXAMPLE_HEADERS) pktrt.h | build/web
+	$(WEB_CC) $(SHARED) -c $< -o $@
+
+$(WEB_PAGE): $(WEB)/%: examples/web/% | $(WEB)
+	cp $< $@
+
+build/web $(WEB):
+	mkdir -p $@
 
 # Small, hence with more samples per pixel. The README shows them; they are kept under version control.
 readme-pictures: effects

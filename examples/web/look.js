@@ -1,0 +1,538 @@
+// Looks around in a scene, as examples/view.c does in a window. While anything moves, a picture is one sample for each of as
+// many pixels as fit into a fifteenth of a second. When all is still, passes at full size refine it, and their scatter tells
+// what error is left.
+//
+// Pictures are made by workers, band by band (worker.js). This page sums up passes, and shows them. A band's floats depend on
+// what was asked for alone, not on who made it or when.
+import { byId, given, moduleCode } from "./page.js";
+
+const SAMPLES = 2; // of a pixel and pass: a single one would lie in the middle each time, but in DRT
+const MOST_PASSES = 128;
+const LOOP_SECONDS = 10; // of the animation
+const PREVIEW_MS = 1000 / 15;
+const BAND_MS = 30; // how long the user may have to wait for a worker
+const BLOCK = 16;   // pixels along the edge of what errors are relative to: PKTRT_ERROR_BLOCK
+
+const control = Object.fromEntries(
+  ["scene", "mode", "animate", "time", "aperture", "focus", "shutter", "light", "size", "full", "packet", "workers", "over",
+    "strength"].map((id) => [id, byId(id)]));
+const number = (id) => Number(control[id].value);
+const section = byId("look"), picture = byId("picture"), overlay = byId("overlay");
+const show = (id, text) => { byId(id).textContent = text; };
+const say = (text) => show("message", text);
+
+// --- camera ---
+
+let camera = null;      // eye, target, fov in degrees
+let firstCamera = null; // the scene's own, as the worker tells it, with aperture and focus
+let cameraScene = -1;   // whose that is
+
+const sub = (a, b) => a.map((x, i) => x - b[i]);
+const add = (a, b, s) => a.map((x, i) => x + s * b[i]);
+const unit = (a) => a.map((x) => x / Math.hypot(...a));
+const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+
+function setNumber(id, value) {
+  control[id].value = value;
+  showNumbers();
+}
+
+// Around the target: angles in radians, to the right and up, not quite to the poles.
+function orbit(right, up) {
+  const [x, y, z] = sub(camera.eye, camera.target), distance = Math.hypot(x, y, z);
+  const turn = Math.atan2(x, z) + right, rise = Math.max(-1.5, Math.min(1.5, Math.asin(y / distance) + up));
+  camera.eye = add(camera.target,
+    [Math.cos(rise) * Math.sin(turn), Math.sin(rise), Math.cos(rise) * Math.cos(turn)], distance);
+}
+
+// Nearer to the target or farther; what is sharp stays as far before or behind it, in proportion.
+function zoom(factor) {
+  const back = sub(camera.eye, camera.target), distance = factor * Math.hypot(...back);
+  if (distance < 0.02 || distance > 200) return;
+  camera.eye = add(camera.target, back, factor);
+  setNumber("focus", factor * number("focus"));
+}
+
+// Eye and target sideways and up, by parts of the picture's height as it is at the target.
+function pan(right, up) {
+  const back = sub(camera.eye, camera.target), height = 2 * Math.hypot(...back) * Math.tan((camera.fov * Math.PI) / 360);
+  const x = unit(cross([0, 1, 0], back)), y = cross(unit(back), x);
+  for (const point of ["eye", "target"]) camera[point] = add(add(camera[point], x, height * right), y, height * up);
+}
+
+// --- workers ---
+
+const workers = [];  // the first one makes the first picture of a scene, the others come to help then
+let seen = "";       // the scene of which there has been a picture
+let job = null;      // the picture that is being made
+let jobs = 0;
+
+const wanted = () => `${control.scene.selectedIndex} ${control.light.value}`;
+const paused = () => document.hidden || section.hidden;
+
+function setWorkers(count) {
+  while (workers.length > count) workers.pop().thread.terminate();
+  while (workers.length < count) {
+    const one = { thread: new Worker("worker.js"), scene: "", busy: true };
+    workers.push(one);
+    one.thread.onmessage = ({ data }) => take(one, data);
+    one.thread.onerror = (event) => say(`A worker failed: ${event.message}`);
+    moduleCode().then((code) => one.thread.postMessage({ code }),
+      (error) => say(`This browser cannot run it; WebAssembly with SIMD is needed. ${error.message}`));
+  }
+}
+
+function send(one, request) {
+  one.busy = true;
+  one.thread.postMessage(request);
+}
+
+// Gives work to all who have none.
+function feed() {
+  if (paused()) return;
+  if (!job) begin();
+  const scene = wanted();
+  for (const one of workers) {
+    if (one.busy) continue;
+    if (one.scene !== scene) {
+      if (one !== workers[0] && seen !== scene) continue;
+      one.scene = scene;
+      send(one, { open: { scene: control.scene.selectedIndex, light: number("light") } });
+    } else if (job && job.bands.length) send(one, { id: job.id, band: job.bands.shift() });
+  }
+}
+
+function take(one, answer) {
+  if (!workers.includes(one)) return;
+  if (answer.failed) return say(answer.failed); // it stays busy, and is asked for nothing any more
+  one.busy = false;
+  if (answer.opened) takeScene(answer);
+  if (answer.band && job && answer.id === job.id) takeBand(answer);
+  feed();
+}
+
+// A worker that was the last to hear of a scene may tell of one that is no longer wanted.
+function takeScene({ camera: told, triangles }) {
+  if (cameraScene === control.scene.selectedIndex || workers[0].scene !== wanted()) return;
+  const keep = cameraScene < 0 ? given : new Map(); // what the address says counts once
+  firstCamera = { eye: told.slice(0, 3), target: told.slice(3, 6), fov: told[6], aperture: told[7], focus: told[8] };
+  cameraScene = control.scene.selectedIndex;
+  camera = { ...firstCamera };
+  if (!keep.has("aperture")) setNumber("aperture", told[7]);
+  if (!keep.has("focus")) setNumber("focus", told[8] || Math.hypot(...sub(camera.eye, camera.target)));
+  show("triangles", triangles.toLocaleString("en"));
+}
+
+// --- pictures ---
+
+let changed = true; // by the user, since the last preview began
+let passes = 0;     // whole ones, of the picture as it stands
+let previewPixels = 20000, msPerSample = 0.003, refitMs = 0;
+let frameMs = 0, shownAt = 0, ticked = 0;
+let sums = null; // of passes: colours, squares of colours, costs
+let report = null;
+
+const size = () => control.size.value.split("x").map(Number);
+
+// What the user has done counts at once. A preview that is under way is let go on, unless what it shows is another scene.
+function change() {
+  if (!job || job.pass >= 0 || job.scene !== wanted()) job = null;
+  changed = true;
+  passes = 0;
+  report = null;
+  feed();
+}
+
+function begin() {
+  if (cameraScene !== control.scene.selectedIndex) return;
+  const [width, height] = size();
+  if (!changed && !control.animate.checked) {
+    if (passes < MOST_PASSES) beginPass(width, height);
+    return;
+  }
+  if (control.animate.checked) {
+    const now = performance.now();
+    setNumber("time", (number("time") + (now - ticked) / 1000 / LOOP_SECONDS) % 1);
+    ticked = now;
+  }
+  const scale = control.full.checked ? 1 : Math.sqrt(Math.min(1, previewPixels / (width * height)));
+  passes = 0;
+  changed = false;
+  beginJob(Math.ceil(scale * width), Math.ceil(scale * height), 1, -1);
+}
+
+function beginPass(width, height) {
+  const n = width * height;
+  if (passes === 0) {
+    if (!sums || sums.cost.length !== n)
+      sums = { colour: new Float64Array(3 * n), square: new Float64Array(n), cost: new Float64Array(n) };
+    for (const sum of Object.values(sums)) sum.fill(0);
+    frameMs = 0;
+  }
+  beginJob(width, height, SAMPLES, passes);
+}
+
+// Cuts a picture into bands: several for each worker, since none is as much work as another.
+function beginJob(width, height, samples, pass) {
+  const expected = width * height * samples * msPerSample;
+  const count = Math.max(expected / BAND_MS, workers.length > 1 ? 3 * workers.length : 1);
+  const rows = Math.max(8, 8 * Math.round(height / count / 8));
+  const common = {
+    width, height, samples, pass: Math.max(0, pass), eye: camera.eye, target: camera.target, aperture: number("aperture"),
+    focus: number("focus"), time: number("time"), shutter: control.mode.value === "drt" ? number("shutter") : 0,
+    mode: control.mode.selectedIndex, packet: number("packet"), cost: { boxes: 1, triangles: 2 }[control.over.value] || 0,
+  };
+  job = { id: ++jobs, scene: wanted(), width, height, pass, bands: [], began: performance.now() };
+  for (let y = 0; y < height; y += rows) job.bands.push({ ...common, y, rows: Math.min(rows, height - y) });
+  job.left = job.bands.length;
+  job.image = pass < 0 || !passImage || passImage.width !== width || passImage.height !== height
+    ? new ImageData(width, height) : passImage;
+  if (pass >= 0) passImage = job.image;
+  job.cost = common.cost ? new Float32Array(width * height) : null;
+}
+
+let passImage = null;
+const pen = picture.getContext("2d", { alpha: false });
+const scratch = document.createElement("canvas");
+
+// Codes of linear values, by 1/16383.
+const codes = Uint8Array.from({ length: 16384 }, (_, i) => {
+  const x = i / 16383;
+  return Math.round(255 * (x <= 0.0031308 ? 12.92 * x : 1.055 * x ** (1 / 2.4) - 0.055));
+});
+
+// Puts values, times a factor, into an image's rows from `y` on.
+function encode(image, y, values, from, count, factor) {
+  const out = image.data, scale = 16383 * factor;
+  for (let i = 0, to = 4 * y * image.width, at = from; i < count; i++, to += 4, at += 3) {
+    out[to] = codes[Math.min(16383, values[at] * scale) | 0];
+    out[to + 1] = codes[Math.min(16383, values[at + 1] * scale) | 0];
+    out[to + 2] = codes[Math.min(16383, values[at + 2] * scale) | 0];
+    out[to + 3] = 255;
+  }
+}
+
+function takeBand({ band, pixels, cost, posing, rendering }) {
+  const { width, pass, image } = job, first = band.y * width, n = band.rows * width;
+  msPerSample += 0.2 * (rendering / n / (pass < 0 ? 1 : SAMPLES) - msPerSample);
+  if (posing > 0.2 && control.animate.checked) refitMs += (refitMs ? 0.1 : 1) * (posing - refitMs);
+  if (cost) job.cost.set(cost, first);
+  if (pass < 0) encode(image, band.y, pixels, 0, n, 1);
+  else {
+    for (let i = 0, at = 3 * first, from = 0; i < n; i++, at += 3, from += 3) {
+      const r = pixels[from], g = pixels[from + 1], b = pixels[from + 2];
+      sums.colour[at] += r, sums.colour[at + 1] += g, sums.colour[at + 2] += b;
+      sums.square[first + i] += r * r + g * g + b * b;
+      if (cost) sums.cost[first + i] += cost[i];
+    }
+    encode(image, band.y, sums.colour, 3 * first, n, 1 / (pass + 1));
+    pen.putImageData(image, 0, 0, 0, band.y, width, band.rows);
+  }
+  if (--job.left === 0) finish();
+}
+
+// A picture is whole: shows it, if that has not been done band by band, and goes on.
+function finish() {
+  const done = job, now = performance.now();
+  job = null;
+  if (done.pass < 0) stretch(pen, done.image, true);
+  if (!seen) show("first", `${(now / 1000).toFixed(2)} s`);
+  if (seen !== done.scene) {
+    seen = done.scene;
+    say("");
+  }
+  const took = now - (frameMs ? shownAt : done.began);
+  frameMs += (frameMs ? 0.2 : 1) * (took - frameMs);
+  shownAt = now;
+  if (done.pass >= 0) {
+    passes++;
+    report = passes > 1 ? estimate(done.width, done.height) : null;
+  } else adapt(PREVIEW_MS / (now - done.began));
+  layOver(done);
+  showFigures(done);
+}
+
+// As many pixels as fit; a size that is about right stays, else it would never be at rest.
+function adapt(factor) {
+  const [width, height] = size();
+  if (factor < 0.8 || factor > 1.2)
+    previewPixels = Math.max(256, Math.min(width * height, previewPixels * Math.max(0.25, Math.min(2, factor))));
+}
+
+// Draws an image as large as the canvas.
+function stretch(to, image, smooth) {
+  scratch.width = image.width, scratch.height = image.height;
+  scratch.getContext("2d").putImageData(image, 0, 0);
+  to.imageSmoothingEnabled = smooth;
+  to.drawImage(scratch, 0, 0, to.canvas.width, to.canvas.height);
+}
+
+// --- errors and costs ---
+
+// Estimates how wrong the mean of passes is, as pktrt_error_measure has it: V of a pixel is the scatter of its passes over
+// their number; RMSE is that of a channel, the relative MSE divides V by what is around the pixel. Also tells its square
+// root for each pixel, and how many pixels carry the sum of V: where they are few, it may be far off.
+function estimate(width, height) {
+  const n = passes, v = new Float32Array(width * height), below = new Float32Array(width * height);
+  const columns = Math.ceil(width / BLOCK), blocks = new Float64Array(4 * columns * Math.ceil(height / BLOCK));
+  const whole = [0, 0, 0];
+  let all = 0, squared = 0;
+  for (let y = 0, i = 0; y < height; y++)
+    for (let x = 0; x < width; x++, i++) {
+      const block = 4 * (Math.floor(y / BLOCK) * columns + Math.floor(x / BLOCK));
+      let squares = 0;
+      for (let c = 0; c < 3; c++) {
+        const mean = sums.colour[3 * i + c] / n;
+        squares += mean * mean, blocks[block + c] += mean, whole[c] += mean;
+      }
+      blocks[block + 3]++;
+      v[i] = Math.max(0, sums.square[i] - n * squares) / (n * (n - 1));
+      all += v[i], squared += v[i] * v[i];
+    }
+  const pixels = width * height, least = whole.reduce((sum, x) => sum + (x / pixels) ** 2, 0) / 100;
+  let relative = 0;
+  for (let y = 0, i = 0; y < height; y++)
+    for (let x = 0; x < width; x++, i++) {
+      const b = 4 * (Math.floor(y / BLOCK) * columns + Math.floor(x / BLOCK)), k = blocks[b + 3];
+      const part = v[i] / ((blocks[b] ** 2 + blocks[b + 1] ** 2 + blocks[b + 2] ** 2) / (k * k) + least || 1);
+      relative += part;
+      below[i] = Math.sqrt(part);
+    }
+  return { rmse: Math.sqrt(all / 3 / pixels), relative: Math.sqrt(relative / pixels), below, carried: squared > 0 ? (all * all) / squared : 0 };
+}
+
+// Colours from black over red to white: those of examples/heat.h.
+const heat = [[0, 0, 0], [35, 15, 95], [110, 25, 120], [205, 50, 70], [245, 125, 25], [250, 205, 70], [255, 255, 255]];
+const heatCodes = Uint8ClampedArray.from({ length: 768 }, (_, i) => {
+  const at = (Math.floor(i / 3) / 255) * 6, below = Math.min(5, Math.floor(at));
+  return heat[below][i % 3] + (at - below) * (heat[below + 1][i % 3] - heat[below][i % 3]);
+});
+
+// What is white: 1, 2 or 5 times a power of ten, which about one pixel of 200 exceeds.
+function heatScale(values) {
+  const some = values.filter((_, i) => i % Math.ceil(values.length / 20000) === 0).sort();
+  const most = Math.max(1, some[some.length - 1 - Math.floor(some.length / 200)]);
+  const ten = 10 ** Math.floor(Math.log10(most));
+  return [1, 2, 5, 10].find((step) => step * ten >= most) * ten;
+}
+
+function paintHeat(values, width, height, place) {
+  const image = new ImageData(width, height), out = image.data;
+  for (let i = 0; i < values.length; i++) {
+    const code = 3 * Math.round(255 * Math.max(0, Math.min(1, place(values[i]))));
+    out.set(heatCodes.subarray(code, code + 3), 4 * i);
+    out[4 * i + 3] = 255;
+  }
+  stretch(overlay.getContext("2d"), image, false);
+}
+
+// Shows what the user wants over the picture, of which it is the latest that is known.
+function layOver(done) {
+  const what = control.over.value, [least, most] = [byId("legend-least"), byId("legend-most")];
+  const there = what === "error" ? report !== null : done.cost !== null;
+  overlay.hidden = byId("legend").hidden = !there;
+  if (!there) return;
+  if (what === "error") {
+    paintHeat(report.below, done.width, done.height, (x) => (x > 0 ? (Math.log10(x) + 3) / 3 : 0));
+    least.textContent = "0.1%", most.textContent = "100%";
+    show("legend-what", "of the light around, logarithmic");
+  } else {
+    const scale = heatScale(done.cost);
+    paintHeat(done.cost, done.width, done.height, (x) => x / scale);
+    least.textContent = "0", most.textContent = scale.toLocaleString("en");
+    show("legend-what", `${what} tested for a sample`);
+  }
+}
+
+// --- figures ---
+
+let labelledAt = 0;
+
+function showFigures(done) {
+  const refining = done.pass >= 0;
+  show("rate-name", refining ? "Passes per second" : "Frames per second");
+  show("rate", (1000 / frameMs).toFixed(1));
+  show("samples", refining ? passes * SAMPLES : 1);
+  show("rmse", report ? report.rmse.toPrecision(2) : "-");
+  show("relative", report ? `${(100 * report.relative).toPrecision(2)}%` : "-");
+  show("carried", report ? `${Math.round(report.carried).toLocaleString("en")} pixels` : "-");
+  show("pixels", `${done.width} x ${done.height}`);
+  show("refit", refitMs ? `${refitMs.toFixed(1)} ms` : "-");
+  const now = performance.now(), last = passes === MOST_PASSES;
+  if (now - labelledAt < 2000 && !last) return; // a screen reader would never come to an end
+  labelledAt = now;
+  const chosen = (id) => control[id].selectedOptions[0].text;
+  picture.setAttribute("aria-label", `${chosen("scene")}. ${chosen("mode")}. ` +
+    (report ? `${passes * SAMPLES} samples per pixel, estimated error ${report.rmse.toPrecision(2)}` +
+      ` or ${(100 * report.relative).toPrecision(2)}%.` : "Estimated error not yet known.") +
+    (control.over.value === "none" ? "" : ` Laid over it: ${chosen("over")}.`));
+}
+
+function showNumbers() {
+  for (const output of document.querySelectorAll("#controls output"))
+    output.textContent = Number(byId(output.htmlFor[0]).value).toFixed(output.htmlFor[0] === "strength" ? 2 : 3)
+      .replace(/\.?0+$/, "");
+  byId("drt-only").classList.toggle("off", control.mode.value !== "drt");
+  overlay.style.opacity = control.strength.value;
+}
+
+function fit() {
+  const [width, height] = size();
+  for (const canvas of [picture, overlay]) canvas.width = width, canvas.height = height;
+  const frame = picture.parentElement.style;
+  frame.aspectRatio = `${width} / ${height}`;
+  frame.maxWidth = `min(${2.5 * width}px, ${(80 * width) / height}vh)`;
+  overlay.hidden = byId("legend").hidden = true;
+}
+
+// --- what the user does ---
+
+const resettable = ["mode", "time", "aperture", "focus", "shutter", "light", "packet", "over", "strength"];
+let atStart = null; // their values
+
+function reset() {
+  if (!firstCamera) return;
+  for (const id of resettable) control[id].value = atStart[id];
+  control.aperture.value = firstCamera.aperture;
+  control.focus.value = firstCamera.focus || Math.hypot(...sub(firstCamera.eye, firstCamera.target));
+  control.animate.checked = false;
+  camera = { ...firstCamera };
+  showNumbers();
+  change();
+}
+
+function save() {
+  const copy = document.createElement("canvas"), to = copy.getContext("2d");
+  copy.width = picture.width, copy.height = picture.height;
+  to.drawImage(picture, 0, 0);
+  to.globalAlpha = number("strength");
+  if (!overlay.hidden) to.drawImage(overlay, 0, 0);
+  copy.toBlob((blob) => {
+    const link = document.createElement("a");
+    link.href = URL.createObjectURL(blob);
+    link.download = `${control.scene.value}-${control.mode.value}.png`;
+    link.click();
+    URL.revokeObjectURL(link.href);
+  });
+}
+
+// The next of a list, from the last one to the first.
+function next(id) {
+  control[id].selectedIndex = (control[id].selectedIndex + 1) % control[id].length;
+  control[id].dispatchEvent(new Event("change", { bubbles: true }));
+}
+
+// Larger or smaller by a quarter; below the least there is nothing.
+function step(id, least, up) {
+  const value = number(id);
+  setNumber(id, up ? (value > 0 ? 1.25 * value : least) : value > 1.1 * least ? value / 1.25 : 0);
+  change();
+}
+
+function move(how, ...by) {
+  if (!camera) return;
+  how(...by);
+  change();
+}
+
+const keys = {
+  ArrowLeft: (e) => move(e.shiftKey ? pan : orbit, e.shiftKey ? -0.02 : -0.05, 0),
+  ArrowRight: (e) => move(e.shiftKey ? pan : orbit, e.shiftKey ? 0.02 : 0.05, 0),
+  ArrowUp: (e) => move(e.shiftKey ? pan : orbit, 0, e.shiftKey ? 0.02 : 0.05),
+  ArrowDown: (e) => move(e.shiftKey ? pan : orbit, 0, e.shiftKey ? -0.02 : -0.05),
+  i: () => move(zoom, 0.9),
+  o: () => move(zoom, 1 / 0.9),
+  m: () => next("mode"),
+  p: () => next("packet"),
+  c: () => next("over"),
+  " ": () => control.animate.click(),
+  "+": () => step("aperture", 0.01, true),
+  "=": () => step("aperture", 0.01, true), // the same key without shift
+  "-": () => step("aperture", 0.01, false),
+  ".": () => step("shutter", 0.001, true),
+  ",": () => step("shutter", 0.001, false),
+  r: reset,
+  s: save,
+  h: () => { byId("keys-shown").open = !byId("keys-shown").open; },
+};
+
+picture.addEventListener("keydown", (event) => {
+  const action = keys[event.key.length === 1 ? event.key.toLowerCase() : event.key];
+  if (!action || event.ctrlKey || event.metaKey || event.altKey) return;
+  event.preventDefault();
+  action(event);
+});
+
+const pointers = new Map(); // those that are down: where, and with which button
+
+picture.addEventListener("pointerdown", (event) => {
+  picture.focus({ preventScroll: true });
+  picture.setPointerCapture(event.pointerId);
+  pointers.set(event.pointerId, { x: event.clientX, y: event.clientY, sideways: event.button > 0 || event.shiftKey });
+});
+for (const end of ["pointerup", "pointercancel"])
+  picture.addEventListener(end, (event) => pointers.delete(event.pointerId));
+picture.addEventListener("pointermove", (event) => {
+  const at = pointers.get(event.pointerId), height = picture.clientHeight;
+  if (!at || !camera) return;
+  const right = (event.clientX - at.x) / height, up = (event.clientY - at.y) / height;
+  const other = [...pointers.values()].find((one) => one !== at);
+  const before = other && Math.hypot(at.x - other.x, at.y - other.y);
+  at.x = event.clientX, at.y = event.clientY;
+  if (other) {
+    pan(-right / 2, up / 2);
+    zoom(before / Math.max(1, Math.hypot(at.x - other.x, at.y - other.y)));
+  } else if (at.sideways) pan(-right, up);
+  else orbit(-Math.PI * right, Math.PI * up);
+  change();
+});
+picture.addEventListener("wheel", (event) => {
+  event.preventDefault();
+  move(zoom, 0.9 ** (-event.deltaY / (event.deltaMode ? 3 : 100)));
+}, { passive: false });
+picture.addEventListener("contextmenu", (event) => event.preventDefault());
+
+byId("reset").addEventListener("click", reset);
+byId("save").addEventListener("click", save);
+byId("controls").addEventListener("submit", (event) => event.preventDefault());
+byId("controls").addEventListener("input", ({ target }) => {
+  showNumbers();
+  // A light of another size has everything built anew: not before the user has let go of it.
+  if (target.type === "range" && target !== control.light && target !== control.strength) change();
+});
+byId("controls").addEventListener("change", ({ target }) => {
+  showNumbers();
+  if (target === control.strength) return;
+  if (target === control.animate) ticked = performance.now();
+  if (target === control.workers) {
+    setWorkers(number("workers"));
+    job = null;
+  }
+  if (target === control.size) {
+    fit();
+    job = null;
+  }
+  if (target === control.scene) say(`Building: ${control.scene.selectedOptions[0].text}`);
+  if (target.type !== "range" || target === control.light) change();
+});
+
+function resume() {
+  ticked = shownAt = performance.now();
+  feed();
+}
+document.addEventListener("visibilitychange", resume);
+section.addEventListener("shown", resume);
+
+// --- the beginning ---
+
+const most = Math.min(navigator.hardwareConcurrency || 1, navigator.deviceMemory < 4 ? 2 : 8);
+for (let i = 1; i <= most; i++) control.workers.add(new Option(i, i));
+control.workers.value = Math.min(most, Number(given.get("workers")) || most);
+if (!given.has("size"))
+  control.size.value = picture.parentElement.clientWidth * devicePixelRatio < 600 ? "320x240" : "640x480";
+atStart = Object.fromEntries(resettable.map((id) => [id, control[id].value]));
+ticked = performance.now();
+fit();
+showNumbers();
+say(`Building: ${control.scene.selectedOptions[0].text}`);
+setWorkers(number("workers"));

@@ -1,0 +1,50 @@
+// What belongs to no tab: choosing one of them, and settings that come with the address, as in
+// #scene=rtrt&mode=drt&size=256x256: the names are ids of controls, and `tab` is one of "look" and "walk".
+export const byId = (id) => document.getElementById(id);
+
+const tabs = [...document.querySelectorAll('[role="tab"]')];
+
+// Shows a tab. Its section hears of it by an event "shown", the one that was seen before by "hidden".
+function showTab(tab) {
+  for (const other of tabs) {
+    const section = byId(other.getAttribute("aria-controls")), wasHidden = section.hidden;
+    other.setAttribute("aria-selected", other === tab);
+    other.tabIndex = other === tab ? 0 : -1;
+    section.hidden = other !== tab;
+    if (section.hidden !== wasHidden) section.dispatchEvent(new Event(section.hidden ? "hidden" : "shown"));
+  }
+}
+
+for (const tab of tabs) {
+  tab.addEventListener("click", () => showTab(tab));
+  tab.addEventListener("keydown", (event) => {
+    const step = { ArrowRight: 1, ArrowLeft: -1 }[event.key];
+    if (!step) return;
+    const next = tabs[(tabs.indexOf(tab) + step + tabs.length) % tabs.length];
+    next.focus();
+    showTab(next);
+  });
+}
+
+// Compiles the module once for all who want an instance of it, workers and the page itself.
+let compiled = null;
+export function moduleCode() {
+  compiled ??= fetch("pktrt.wasm").then(async (answer) => {
+    if (!answer.ok) throw new Error(`pktrt.wasm: ${answer.status} ${answer.statusText}`);
+    return WebAssembly.compile(await answer.arrayBuffer());
+  });
+  return compiled;
+}
+
+export const given = new URLSearchParams(location.hash.slice(1));
+for (const [id, value] of given) {
+  const control = byId(id);
+  if (!control || !("value" in control)) continue;
+  if (control.type === "checkbox") control.checked = value !== "0";
+  else control.value = value;
+}
+// After all scripts have run, so that they hear of it.
+addEventListener("DOMContentLoaded", () => {
+  const tab = tabs.find((one) => one.getAttribute("aria-controls") === given.get("tab"));
+  if (tab) showTab(tab);
+});

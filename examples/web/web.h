@@ -1,0 +1,34 @@
+/* web.h - what the C files of the page share: its functions for JavaScript, and the scene that web.c holds. */
+#ifndef WEB_H
+#define WEB_H
+
+#include "../../pktrt.h"
+
+/* Stands before each function that JavaScript calls, as module._web_open(0, 1). */
+#ifdef __EMSCRIPTEN__
+#include <emscripten.h>
+#define WEB_EXPORT EMSCRIPTEN_KEEPALIVE
+#else
+#define WEB_EXPORT
+#endif
+
+/* web.c: the scene as it stands, NULL before web_open; and how a picture of it is asked for, camera and size included. */
+pktrt_scene *web_scene(void);
+const pktrt_render_desc *web_view(void);
+
+WEB_EXPORT int web_open(unsigned number, double light_size);
+WEB_EXPORT int web_pose(double time, double shutter);
+WEB_EXPORT int web_resize(unsigned width, unsigned height);
+WEB_EXPORT void web_camera(double eye_x, double eye_y, double eye_z, double target_x, double target_y, double target_z,
+                           double aperture, double focus);
+WEB_EXPORT void web_settings(unsigned mode, unsigned packet, unsigned cost);
+WEB_EXPORT int web_render_band(unsigned y, unsigned rows, unsigned samples, unsigned pass);
+WEB_EXPORT const float *web_first_camera(void);
+WEB_EXPORT const float *web_pixels(void);
+WEB_EXPORT const float *web_cost(void);
+WEB_EXPORT const char *web_scene_name(unsigned number);
+WEB_EXPORT double web_triangles(void);
+WEB_EXPORT const char *web_checksum(void);
+WEB_EXPORT const char *web_error(void);
+
+#endif /* WEB_H */

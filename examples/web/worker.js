@@ -1,0 +1,63 @@
+// Renders bands of pictures: one of several workers, each with a module and a scene of its own. Requests are those of
+// look.js, one at a time: {code} the compiled module, {open} a scene, {band} some rows of a picture. What it cannot do it
+// says in {failed}.
+"use strict";
+importScripts("pktrt.js");
+
+let module = null;
+
+// Instantiates what the page has compiled once for all workers.
+function start(code) {
+  return pktrt({
+    instantiateWasm(imports, done) {
+      WebAssembly.instantiate(code, imports).then(done, (error) => postMessage({ failed: String(error) }));
+      return {};
+    },
+  });
+}
+
+function must(status) {
+  if (status) throw new Error(module.UTF8ToString(module._web_error()));
+}
+
+// The views of the memory are looked up anew each time, for growth replaces them.
+function floats(pointer, count) {
+  return module.HEAPF32.slice(pointer >> 2, (pointer >> 2) + count);
+}
+
+function open({ scene, light }) {
+  must(module._web_open(scene, light));
+  return { opened: true, camera: [...floats(module._web_first_camera(), 9)], triangles: module._web_triangles() };
+}
+
+function render(band) {
+  const begin = performance.now();
+  must(module._web_pose(band.time, band.shutter));
+  must(module._web_resize(band.width, band.height));
+  const posed = performance.now();
+  module._web_camera(...band.eye, ...band.target, band.aperture, band.focus);
+  module._web_settings(band.mode, band.packet, band.cost);
+  must(module._web_render_band(band.y, band.rows, band.samples, band.pass));
+  const first = band.y * band.width, count = band.rows * band.width;
+  return {
+    band: { y: band.y, rows: band.rows },
+    pixels: floats(module._web_pixels() + 12 * first, 3 * count),
+    cost: band.cost ? floats(module._web_cost() + 4 * first, count) : null,
+    posing: posed - begin,
+    rendering: performance.now() - posed,
+  };
+}
+
+onmessage = async ({ data }) => {
+  try {
+    let answer;
+    if (data.code) {
+      module = await start(data.code);
+      answer = { ready: true };
+    } else answer = data.open ? open(data.open) : render(data.band);
+    const moved = [answer.pixels, answer.cost].filter(Boolean).map((array) => array.buffer);
+    postMessage({ ...answer, id: data.id }, moved);
+  } catch (error) {
+    postMessage({ failed: error.message || String(error), id: data.id });
+  }
+};

@@ -160,7 +160,8 @@ endif
 # Debian's emcc looks for its parser there.
 WEB = out/web
 WEB_CC = NODE_PATH=/usr/share/nodejs$(if $(NODE_PATH),:$(NODE_PATH)) emcc -O2 -msimd128 $(STRICT)
-WEB_OBJECTS = build/web/pktrt.o $(patsubst examples/web/%.c,build/web/%.o,$(wildcard examples/web/*.c))
+WEB_OBJECTS = build/web/pktrt.o \
+  $(patsubst examples/web/%.c,build/web/%.o,$(filter-out %/walk_events.c,$(wildcard examples/web/*.c)))
 WEB_LINK = -s MODULARIZE=1 -s EXPORT_NAME=pktrt -s ENVIRONMENT=web,worker,node -s ALLOW_MEMORY_GROWTH=1 -s FILESYSTEM=0 \
   -s EXPORTED_RUNTIME_METHODS=UTF8ToString --no-entry
 WEB_PAGE = $(patsubst examples/web/%,$(WEB)/%,$(wildcard $(addprefix examples/web/*.,html css js)))
@@ -189,6 +190,12 @@ build/web/pktrt.o: pktrt.h | build/web
 
 build/web/%.o: examples/web/%.c examples/web/web.h $(EXAMPLE_HEADERS) pktrt.h | build/web
 	$(WEB_CC) $(SHARED) -c $< -o $@
+
+# What the page shows of a packet's walk, as text. stb's header, which walk.c includes and does not use, is among the system's.
+build/web/walk.o: WEB_CC += -idirafter /usr/include
+build/web/walk.o $(B)/walk_events: examples/web/walk.c examples/course/course.h examples/course/07_figure3.h
+$(B)/walk_events: examples/web/walk_events.c $(EXAMPLE_HEADERS) $(B)/pktrt.o
+	$(CC) $(CFLAGS) $(STRICT) $(SHARED) $< $(B)/pktrt.o -o $@ $(LDFLAGS) $(LDLIBS)
 
 $(WEB_PAGE): $(WEB)/%: examples/web/% | $(WEB)
 	cp $< $@

@@ -179,8 +179,9 @@ web-serve: web
 
 # What node can see of it: the bits of build/render, memory that stays, time; ARGS=--quick leaves out the last two.
 test-web: web
-	$(BUILD) build/render
+	$(BUILD) build/render $(B)/walk_events
 	node tests/web.js $(WEB) build/render $(ARGS)
+	node tests/walk.js $(WEB) $(B)/walk_events
 
 $(WEB)/pktrt.js: $(WEB_OBJECTS) | $(WEB)
 	$(WEB_CC) $(WEB_OBJECTS) $(WEB_LINK) -o $@

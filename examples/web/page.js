@@ -36,7 +36,8 @@ export function moduleCode() {
   return compiled;
 }
 
-export const given = new URLSearchParams(location.hash.slice(1));
+// (#walk?... is for the other tab, and its names are other ones: walk_data.js has them.)
+export const given = new URLSearchParams(/^#walk\b/.test(location.hash) ? "tab=walk" : location.hash.slice(1));
 for (const [id, value] of given) {
   const control = byId(id);
   if (!control || !("value" in control)) continue;

@@ -1,2 +1,536 @@
-// The packet's walk: its section hears "shown" and "hidden" from page.js.
-export {};
+// walk.js - the tab "The packet's walk": a packet goes down a tree, decision by decision, and figure 3 of the paper.
+//
+//   walk_start(section, module)   brings the section to life; module is a WebAssembly one with the exports of walk.c
+//
+// What is shown is in the address: see walk_data.js.
+import { byId, moduleCode } from "./page.js";
+import {
+  along, brief, clamp, corner, E, figure, hashOf, HEIGHT, makePacket, makeWorld, many, PRESETS, projection, raysText,
+  replay, sentence, stateOf, tidy, trace, traceEnd, TYPES, VERDICTS, WALK_DEFAULTS, WIDTH, within,
+} from "./walk_data.js";
+
+export function walk_start(section, module) {
+  const find = (selector) => section.querySelector(selector);
+  const all = (selector) => [...section.querySelectorAll(selector)];
+  const [view, bar, strip, picture, slider, log, figureCanvas] =
+    ["view", "bar", "strip", "picture", "slider", "log", "figure"].map((name) => find(`.walk-${name}`));
+  let state = stateOf(location.hash), world, rays, events, now, totals;
+  let zoom = 1, pan = [0, 0], yaw = 0.5, pitch = 0.45, timer = 0, colours = {};
+  const worlds = {};
+  const shadow = () => state.packet === "shadow";
+
+  // ---- colours and canvases ----
+
+  function readColours() {
+    const style = getComputedStyle(section);
+    colours = new Proxy({}, { get: (known, name) => known[name] ??= style.getPropertyValue(name).trim() });
+  }
+  // Fits a canvas to its place on the screen; returns its context, in CSS pixels, and its size.
+  function begin(canvas, height) {
+    const ratio = window.devicePixelRatio || 1;
+    if (height) canvas.style.height = `${height}px`;
+    const w = canvas.clientWidth, h = canvas.clientHeight;
+    if (canvas.width !== Math.round(w * ratio) || canvas.height !== Math.round(h * ratio))
+      canvas.width = Math.round(w * ratio), canvas.height = Math.round(h * ratio);
+    const c = canvas.getContext("2d");
+    c.setTransform(ratio, 0, 0, ratio, 0, 0), c.clearRect(0, 0, w, h);
+    return { c, w, h };
+  }
+
+  // ---- the view ----
+
+  let still = null, stillOf = ""; // what does not change from event to event, drawn once
+
+  // Finds how the world comes onto the canvas: all of it, with where rays begin, or the node whose children are at
+  // hand.
+  function placing(w, h) {
+    const project = projection(state.view, yaw, pitch), node = world.nodeBox(now.opened[now.opened.length - 1]);
+    const box = state.follow && node ? node : { lo: [...world.lo], hi: [...world.hi] };
+    for (const ray of box === node ? [] : rays)
+      for (let a = 0; a < 3; a++)
+        box.lo[a] = Math.min(box.lo[a], ray.origin[a]), box.hi[a] = Math.max(box.hi[a], ray.origin[a]);
+    let u0 = Infinity, u1 = -Infinity, v0 = Infinity, v1 = -Infinity;
+    for (let i = 0; i < 8; i++) {
+      const [u, v] = project(corner(box, i));
+      u0 = Math.min(u0, u), u1 = Math.max(u1, u), v0 = Math.min(v0, v), v1 = Math.max(v1, v);
+    }
+    const margin = box === node ? 0.25 * Math.min(w, h) : 24;
+    const scale = zoom * Math.min((w - margin) / (u1 - u0), (h - margin) / (v1 - v0));
+    const cu = (u0 + u1) / 2 + pan[0], cv = (v0 + v1) / 2 + pan[1];
+    const to = (p) => {
+      const [u, v] = project(p);
+      return [w / 2 + (u - cu) * scale, h / 2 - (v - cv) * scale];
+    };
+    return { to, scale, key: [scale, cu, cv].join() };
+  }
+  function pathBox(c, to, b) {
+    const p = Array.from({ length: 8 }, (_, i) => to(corner(b, i)));
+    if (state.view !== "3d") {
+      const x = p.map((q) => q[0]), y = p.map((q) => q[1]), x0 = Math.min(...x), y0 = Math.min(...y);
+      c.rect(x0, y0, Math.max(Math.max(...x) - x0, 1), Math.max(Math.max(...y) - y0, 1));
+      return;
+    }
+    for (let i = 0; i < 8; i++)
+      for (const bit of [1, 2, 4]) if (!(i & bit)) c.moveTo(...p[i]), c.lineTo(...p[i | bit]);
+  }
+  function pathPoints(c, points) {
+    points.forEach((p, k) => c[k ? "lineTo" : "moveTo"](...p));
+    c.closePath();
+  }
+  function fillBox(c, to, b) { // in 3D its three sides that face us, or all: they are translucent
+    c.beginPath();
+    if (state.view !== "3d") pathBox(c, to, b);
+    else
+      for (const face of [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]])
+        pathPoints(c, face.map((i) => to(corner(b, i))));
+    c.fill();
+  }
+  function drawStill(w, h, { to, key }) {
+    const mesh = find("[name=walk-mesh]").checked, tree = find("[name=walk-tree]").checked;
+    const ratio = window.devicePixelRatio || 1;
+    const all = [key, w, h, ratio, state.scene, state.view, yaw, pitch, mesh, tree, colours["--walk-mesh"]].join();
+    if (all === stillOf) return still;
+    stillOf = all, still ??= document.createElement("canvas");
+    still.width = Math.round(w * ratio), still.height = Math.round(h * ratio);
+    const c = still.getContext("2d");
+    c.setTransform(ratio, 0, 0, ratio, 0, 0), c.lineWidth = 0.7;
+    if (mesh) { // two edges of each triangle: its neighbour has the third
+      c.strokeStyle = colours["--walk-mesh"], c.beginPath();
+      for (const t of world.triangles) c.moveTo(...to(t)), c.lineTo(...to(t.slice(3))), c.lineTo(...to(t.slice(6)));
+      c.stroke();
+    }
+    if (tree) {
+      c.strokeStyle = colours["--walk-tree"], c.beginPath();
+      for (const b of world.boxes) pathBox(c, to, b);
+      c.stroke();
+    }
+    return still;
+  }
+  function drawRays(c, to) {
+    const colour = VERDICTS[now.event.kind]?.colour || "--walk-ray";
+    const reach = Math.hypot(...world.hi.map((x, a) => x - world.lo[a]));
+    const end = (ray, i) => {
+      if (Number.isFinite(now.t[i])) return now.t[i];
+      const inside = within(ray, world.lo, world.hi, Infinity);
+      return inside ? inside[1] : reach / Math.hypot(...ray.direction);
+    };
+    const draw = (ray, i) => (c.moveTo(...to(ray.origin)), c.lineTo(...to(along(ray, end(ray, i)))));
+    const active = (i) => i >= now.first && i <= now.last && !now.done[i];
+    const sets = [
+      ["--walk-idle", 1, (i) => !active(i) && now.event.kind !== E.END],
+      ["--walk-ray", 0.6, (i) => (active(i) && !now.inBox[i]) || now.event.kind === E.END],
+      [colour, 1, (i) => active(i) && now.inBox[i]],
+      [colour, 2.5, (i) => i === now.first && active(i)],
+    ];
+    for (const [name, width, chosen] of sets) {
+      c.strokeStyle = colours[name], c.lineWidth = width, c.beginPath();
+      rays.forEach((ray, i) => chosen(i) && draw(ray, i));
+      c.stroke();
+    }
+    c.fillStyle = colours["--walk-hit"];
+    rays.forEach((ray, i) => {
+      if (!now.hit[i]) return;
+      const [x, y] = to(along(ray, now.t[i])), r = now.event.kind === E.HIT && now.event.ray === i ? 4 : 1.6;
+      c.beginPath(), c.arc(x, y, r, 0, 7), c.fill();
+    });
+  }
+  function drawView() {
+    const { c, w, h } = begin(view), placed = placing(w, h), { to } = placed;
+    if (!w || !h) return;
+    c.drawImage(drawStill(w, h, placed), 0, 0, w, h);
+    const past = find("[name=walk-past]").checked;
+    c.lineWidth = 1;
+    for (const [kind, style] of Object.entries(VERDICTS)) { // those so far, faintly
+      if (!past) break;
+      c.strokeStyle = colours[style.colour], c.setLineDash(style.dash), c.globalAlpha = 0.55, c.beginPath();
+      for (const [id, verdict] of now.verdicts) if (verdict === Number(kind)) pathBox(c, to, world.boxes[id]);
+      c.stroke();
+    }
+    c.globalAlpha = 1, c.setLineDash([2, 2]), c.strokeStyle = colours["--walk-wait"], c.beginPath();
+    for (const b of now.waiting.values()) if (b.node === now.opened[now.opened.length - 1]) pathBox(c, to, b);
+    c.stroke();
+    c.setLineDash([]), c.strokeStyle = colours["--walk-node"], c.lineWidth = 1.2, c.beginPath(); // the nodes above
+    for (const index of now.opened) pathBox(c, to, world.nodeBox(index));
+    c.stroke();
+    drawRays(c, to);
+    if (now.box) {
+      const style = VERDICTS[now.event.kind] || { colour: "--walk-node", dash: [] };
+      c.strokeStyle = c.fillStyle = colours[style.colour];
+      c.globalAlpha = 0.16, fillBox(c, to, now.box), c.globalAlpha = 1;
+      c.lineWidth = 3, c.setLineDash(style.dash.map((x) => 1.5 * x));
+      c.beginPath(), pathBox(c, to, now.box), c.stroke(), c.setLineDash([]);
+    }
+    if (now.event.kind === E.HIT) {
+      const t = world.triangles[now.event.triangle];
+      c.fillStyle = colours["--walk-later"], c.beginPath();
+      pathPoints(c, [0, 3, 6].map((k) => to(t.slice(k, k + 3)))), c.fill();
+    }
+    c.fillStyle = colours["--walk-soft"], c.font = "12px system-ui, sans-serif";
+    c.fillText({ yz: "from the side: z to the left, y up", xz: "from above: x to the right, z down",
+      xy: "from the front: x to the right, y up", "3d": "drag to turn" }[state.view], 10, h - 8);
+  }
+
+  // ---- the range ----
+
+  function drawBar() {
+    const n = Math.max(rays.length, 1), perRow = Math.min(n, bar.clientWidth < 600 ? 32 : 64), high = 26;
+    const { c, w } = begin(bar, Math.ceil(n / perRow) * high + 2), cell = Math.min(w / perRow, 26);
+    const colour = colours[VERDICTS[now.event.kind]?.colour || "--walk-ray"];
+    const group = [E.LEAF_TEST, E.HIT].includes(now.event.kind) ? now.event.ray >> 3 : -1;
+    rays.forEach((_, i) => {
+      const x = i % perRow * cell, y = Math.floor(i / perRow) * high + 6, size = cell * (i % 8 === 7 ? 0.8 : 0.94);
+      const inRange = i >= now.first && i <= now.last;
+      c.fillStyle = colours["--walk-ink"];
+      if (i >> 3 === group) c.fillRect(x, y + 17.5, size, 2);
+      c.strokeStyle = inRange ? colour : colours["--walk-line"], c.fillStyle = colour, c.lineWidth = 1;
+      c.globalAlpha = now.inBox[i] ? 1 : 0.25;
+      if (inRange && !now.done[i]) c.fillRect(x, y, size, 16);
+      c.globalAlpha = now.done[i] ? 0.35 : 1;
+      c.strokeRect(x + 0.5, y + 0.5, size - 1, 15);
+      c.globalAlpha = 1;
+      if (i === now.first && now.last >= now.first) {
+        const middle = x + size / 2;
+        c.fillStyle = colours["--walk-ink"], c.beginPath();
+        pathPoints(c, [[middle, y + 1], [middle - 4, y - 6], [middle + 4, y - 6]]), c.fill();
+      }
+      if (now.hit[i]) {
+        c.fillStyle = colours["--walk-hit"], c.strokeStyle = colours["--walk-back"];
+        c.beginPath(), c.arc(x + size / 2, y + 12, Math.min(2.4, size / 3), 0, 7), c.fill(), c.stroke();
+      }
+    });
+    const hits = now.inBox.filter((yes, i) => yes && i >= now.first && i <= now.last).length;
+    bar.setAttribute("aria-label", now.last < now.first ? "No active range"
+      : `Active range: ${raysText(now.first, now.last)} of ${n}; ${hits} of them hit the box at hand`);
+  }
+  function drawStrip() {
+    const { c, w, h } = begin(strip), n = events.length;
+    events.forEach((e, i) => {
+      if (!VERDICTS[e.kind] && e.kind !== E.HIT) return;
+      c.fillStyle = colours[VERDICTS[e.kind]?.colour || "--walk-hit"];
+      const x = 8 + (w - 16) * i / n; // the slider's thumb has a width, too
+      if (e.kind === E.HIT) c.fillRect(x, h - 4, Math.max((w - 16) / n, 0.6), 4);
+      else c.fillRect(x, 0, Math.max((w - 16) / n, 0.8), h - 5);
+    });
+    c.fillStyle = colours["--walk-ink"], c.fillRect(8 + (w - 16) * (state.event + 0.5) / n - 1, 0, 2, h);
+  }
+
+  // ---- text ----
+
+  function tellLog() {
+    const lines = 11, from = clamp(state.event - 5, 0, Math.max(events.length - lines, 0));
+    log.replaceChildren(...events.slice(from, from + lines).map((e, k) => {
+      const li = document.createElement("li"), i = from + k;
+      li.textContent = brief(e), li.style.textIndent = `${0.9 * e.depth}em`, li.dataset.event = i;
+      if (VERDICTS[e.kind]) li.style.borderLeftColor = `var(${VERDICTS[e.kind].colour})`;
+      if (i === state.event) li.setAttribute("aria-current", "step");
+      return li;
+    }));
+  }
+  function row(head, cells, swatch) {
+    const tr = document.createElement("tr"), th = document.createElement("th");
+    th.scope = "row";
+    if (swatch) {
+      const mark = document.createElement("span");
+      mark.className = "walk-swatch", mark.style.borderColor = `var(${swatch.colour})`;
+      if (swatch.dash.length) mark.style.borderStyle = "dashed";
+      else mark.style.background = `var(${swatch.colour})`;
+      th.append(mark);
+    }
+    th.append(head), tr.append(th);
+    for (const text of cells) tr.append(Object.assign(document.createElement("td"), { textContent: text }));
+    return tr;
+  }
+  function tellCounts() {
+    const end = events[events.length - 1], kinds = Object.keys(VERDICTS).map(Number);
+    const shown = kinds.filter((kind) => kind !== E.NONE_LEFT || shadow());
+    find(".walk-verdicts tbody").replaceChildren(...shown.map((kind) =>
+      row(VERDICTS[kind].text, [now.counts[kind] || 0, `of ${totals.verdicts[kind] || 0}`], VERDICTS[kind])));
+    const e = now.event, n = Math.max(rays.length, 1);
+    const work = [["nodes opened", (x) => x.nodes], ["box tests", (x) => x.boxes], ["box vectors", (x) => x.boxVectors],
+      ["triangle tests", (x) => x.triangles], ["triangle vectors", (x) => x.triangleVectors],
+      ["vectors a ray", (x) => ((x.boxVectors + x.triangleVectors) / n).toFixed(1)]];
+    find(".walk-counters tbody").replaceChildren(...work.map(([name, of]) =>
+      row(name, [e, end, totals.all, totals[2007], totals.none].map(of))));
+    const hits = rays.filter((ray) => ray.hits).length;
+    find(".walk-count").textContent = rays.length === 0 ? "No ray: the camera's meet nothing here."
+      : `${many(rays.length, "ray")}, ${hits} ${shadow() ? "in shadow" : `${hits === 1 ? "hits" : "hit"} something`}.`;
+  }
+
+  // ---- the picture to choose from ----
+
+  function drawPicture() {
+    const c = picture.getContext("2d"), image = c.createImageData(WIDTH, HEIGHT);
+    world.shades.forEach((shade, i) => {
+      image.data.set(shade ? [shade, shade, shade, 255] : [40, 44, 60, 255], 4 * i);
+    });
+    c.putImageData(image, 0, 0);
+    const size = state.size * state.spacing;
+    c.strokeStyle = "#fff", c.lineWidth = 3, c.strokeRect(state.x - 0.5, state.y - 0.5, size + 1, size + 1);
+    c.strokeStyle = "#d60", c.lineWidth = 1.5, c.strokeRect(state.x - 0.5, state.y - 0.5, size + 1, size + 1);
+  }
+
+  // ---- figure 3 ----
+
+  let places = []; // of the squares, to be clicked
+
+  function drawFigure() {
+    const members = figure(module, state.assembly, state.met), packets = [];
+    for (const m of members) (packets[m.packet] ??= { type: m.type, rays: [] }).rays.push(m.ray);
+    const dark = matchMedia("(prefers-color-scheme: dark)").matches;
+    const colour = (k) => `hsl(${Math.floor(k * 222.5) % 360},75%,${dark ? (k % 2 ? 72 : 60) : k % 2 ? 34 : 45}%)`;
+    const find3 = (type, ray) => packets.findIndex((p) => (p.type === type || p.type === 4) && p.rays.includes(ray));
+    const { c, w, h } = begin(figureCanvas), unit = Math.min(w / 17.5, 70), left = Math.max((w - 17.5 * unit) / 2, 1);
+    const y = h * 0.52, eye = [left + 0.2 * unit, 18], light = [left + 5 * unit, 18];
+    const fills = { d: "--walk-diffuse", f: "--walk-floor", m: "--walk-metal", g: "--walk-glass", ".": "--walk-back" };
+    const arrow = (x0, y0, dx, dy, length, k, dot) => {
+      const l = length / Math.hypot(dx, dy), x = x0 + l * dx, y1 = y0 + l * dy, a = Math.atan2(dy, dx);
+      c.strokeStyle = c.fillStyle = colour(k), c.lineWidth = 2.5;
+      c.beginPath(), c.moveTo(x0, y0), c.lineTo(x, y1), c.stroke(), c.beginPath();
+      if (dot) c.arc(x, y1, 3.5, 0, 7);
+      else for (const d of [0, 2.6, -2.6]) c.lineTo(x + 7 * Math.cos(a + d), y1 + 7 * Math.sin(a + d));
+      c.fill();
+    };
+    places = [], c.textAlign = "center", c.font = "12px system-ui, sans-serif";
+    for (let i = 0; i < 16; i++) {
+      const x = left + (i + 0.5) * unit;
+      c.strokeStyle = colours["--walk-line"], c.lineWidth = 1;
+      c.beginPath(), c.moveTo(...eye), c.lineTo(x, y), c.stroke();
+      c.fillStyle = colours[fills[state.met[i]]];
+      for (const paint of ["fillRect", "strokeRect"]) c[paint](x - unit / 2 + 1, y, unit - 2, 20);
+      c.fillStyle = colours[state.met[i] === "." ? "--walk-soft" : "--walk-ink"], c.fillText(i + 1, x, y + 14.5);
+      places.push([x - unit / 2, x + unit / 2]);
+    }
+    for (let i = 0; i < 16; i++) {
+      const x = left + (i + 0.5) * unit, dx = x - eye[0], dy = y - eye[1], met = state.met[i];
+      const shadowPacket = "df".includes(met) ? find3(1, i) : -1;
+      const reflected = "fmg".includes(met) ? find3(2, i) : -1, refracted = met === "g" ? find3(3, i) : -1;
+      if (shadowPacket >= 0) arrow(x, y, light[0] - x, light[1] - y, h * 0.26, shadowPacket, true);
+      if (reflected >= 0) arrow(x, y, 0.7 * dx, -dy, h * 0.2, reflected, false);
+      if (refracted >= 0) arrow(x, y + 20, 0.35 * dx, dy, h * 0.2, refracted, false);
+    }
+    c.fillStyle = colours["--walk-ink"], c.beginPath(), c.arc(...eye, 5, 0, 7), c.fill();
+    c.fillStyle = colours["--walk-light"], c.beginPath(), c.arc(...light, 7, 0, 7), c.fill();
+    c.fillStyle = colours["--walk-soft"], c.textAlign = "left";
+    c.fillText("eye", eye[0] + 9, 16), c.fillText("light", light[0] + 11, 16);
+    const text = find(".walk-figure-text"), order = packets.map((p, k) => ({ ...p, k }))
+      .sort((a, b) => a.type - b.type || a.rays[0] - b.rays[0]);
+    text.replaceChildren(`${many(members.length, "ray")} in ${many(packets.length, "packet")}: `);
+    order.forEach((p, i) => {
+      if (!i || order[i - 1].type !== p.type) text.append(`${i ? "; " : ""}${TYPES[p.type]} `);
+      const chip = document.createElement("span");
+      chip.className = "walk-chip", chip.style.borderColor = colour(p.k);
+      chip.textContent = `(${p.rays.map((r) => r + 1).join(", ")})`;
+      text.append(chip);
+    });
+  }
+
+  // ---- keeping it all together ----
+
+  let hashTimer = 0, hashWritten = "";
+  function writeHash() { // not at once: browsers count such calls
+    clearTimeout(hashTimer);
+    hashTimer = setTimeout(() => {
+      hashWritten = hashOf(state);
+      if (section.offsetParent !== null) history.replaceState(null, "", hashWritten);
+    }, 250);
+  }
+  function showEvent() {
+    state.event = clamp(state.event, 0, events.length - 1);
+    now = replay(world, rays, events, state.event, shadow());
+    const said = sentence(now.event, world, rays.length, shadow());
+    const numbered = `Event ${state.event + 1} of ${events.length}. ${said}`, told = find(".walk-sentence");
+    const mark = `var(${VERDICTS[now.event.kind]?.colour || "--walk-line"})`;
+    told.textContent = numbered, told.style.setProperty("--walk-mark", mark);
+    const from = { yz: "from the side", xz: "from above", xy: "from the front", "3d": "in space" }[state.view];
+    view.setAttribute("aria-label", `Boxes of the tree and ${many(rays.length, "ray")}, ${from}. ${numbered}`);
+    slider.max = events.length - 1, slider.value = state.event, slider.setAttribute("aria-valuetext", numbered);
+    drawView(), drawBar(), drawStrip(), tellLog(), tellCounts(), writeHash();
+  }
+  // After a change of the packet or its steps: all is traced anew.
+  function showPacket() {
+    world = worlds[state.scene] ??= makeWorld(module, state.scene);
+    rays = makePacket(module, state);
+    totals = { verdicts: {} };
+    for (const [name, steps] of Object.entries(PRESETS)) totals[name] = traceEnd(module, steps);
+    events = trace(module, state.steps);
+    for (const e of events) totals.verdicts[e.kind] = (totals.verdicts[e.kind] || 0) + 1;
+    drawPicture(), showEvent();
+  }
+  function showControls(typing) { // all but the one that is being typed into
+    for (const name of ["scene", "packet", "size", "x", "y", "spacing", "order", "met"]) {
+      const control = find(`[name=walk-${name}]`);
+      if (control !== typing) control.value = state[name];
+    }
+    for (const name of ["view", "assembly"]) find(`[name=walk-${name}][value="${state[name]}"]`).checked = true;
+    for (const box of all(".walk-steps input")) box.checked = (state.steps & Number(box.value)) !== 0;
+    find("[name=walk-follow]").checked = state.follow !== 0;
+    for (const button of all("[data-steps]"))
+      button.setAttribute("aria-pressed", Number(button.dataset.steps) === state.steps);
+  }
+  function change(what, typing) {
+    const old = { ...state };
+    Object.assign(state, what), tidy(state), showControls(typing);
+    const differ = (names) => names.some((name) => state[name] !== old[name]);
+    const packet = differ(["scene", "packet", "size", "x", "y", "spacing", "order", "steps"]);
+    if (differ(["view", "follow"])) pan = [0, 0], zoom = 1;
+    if (packet) showPacket();
+    else showEvent();
+    if (differ(["assembly", "met"])) drawFigure();
+  }
+  function showAll() {
+    readColours(), showControls(), stillOf = "", showPacket(), drawFigure();
+  }
+
+  // ---- playing ----
+
+  function play(on) {
+    const button = find("[data-do=play]");
+    clearTimeout(timer), timer = 0;
+    button.setAttribute("aria-pressed", on), button.textContent = on ? "pause" : "play";
+    find(".walk-sentence").setAttribute("aria-live", on ? "off" : "polite");
+    if (!on) return;
+    if (state.event >= events.length - 1) change({ event: 0 });
+    const tick = () => {
+      if (section.offsetParent === null || state.event >= events.length - 1) return play(false);
+      const rate = Number(find("[name=walk-speed]").value), atOnce = Math.max(1, Math.round(rate / 30));
+      change({ event: Math.min(state.event + atOnce, events.length - 1) });
+      timer = setTimeout(tick, 1000 * atOnce / rate);
+    };
+    timer = setTimeout(tick, 150);
+  }
+  const ACTIONS = {
+    first: () => (play(false), change({ event: 0 })),
+    back: () => (play(false), change({ event: Math.max(state.event - 1, 0) })),
+    step: () => (play(false), change({ event: state.event + 1 })),
+    last: () => (play(false), change({ event: events.length - 1 })),
+    play: () => play(!timer),
+    in: () => (zoom = Math.min(zoom * 1.4, 60), drawView()),
+    out: () => (zoom = Math.max(zoom / 1.4, 0.4), drawView()),
+    fit: () => (zoom = 1, pan = [0, 0], yaw = 0.5, pitch = 0.45, drawView()),
+    paper: () => change({ met: WALK_DEFAULTS.met }),
+  };
+
+  // ---- what one does ----
+
+  section.addEventListener("click", (event) => {
+    const button = event.target.closest("button"), line = event.target.closest(".walk-log li");
+    if (line) play(false), change({ event: Number(line.dataset.event) });
+    if (button?.dataset.do) ACTIONS[button.dataset.do]();
+    if (button?.dataset.steps) change({ steps: Number(button.dataset.steps) });
+  });
+  section.addEventListener("input", (event) => {
+    const control = event.target, name = control.name?.replace("walk-", "");
+    const steps = () => all(".walk-steps input").reduce((sum, x) => sum + (x.checked ? Number(x.value) : 0), 0);
+    if (control === slider) play(false), change({ event: Number(slider.value) });
+    else if (control.closest(".walk-steps")) change({ steps: steps() || PRESETS.none });
+    else if (name === "follow") change({ follow: Number(control.checked) });
+    else if (["mesh", "tree", "past"].includes(name)) drawView();
+    else if (name !== "met" && name in WALK_DEFAULTS && control.value !== "") {
+      const value = typeof WALK_DEFAULTS[name] === "number" ? Number(control.value) : control.value;
+      change({ [name]: value }, control.type === "number" ? control : null);
+    }
+  });
+  section.addEventListener("change", (event) => { // what was typed is complete
+    if (event.target.name === "walk-met") change({ met: event.target.value });
+    else if (event.target.type === "number") showControls();
+  });
+  document.addEventListener("keydown", (event) => {
+    const at = event.target;
+    if (section.offsetParent === null || event.ctrlKey || event.altKey || event.metaKey) return;
+    if (at !== document.body && !section.contains(at)) return;
+    const typed = at.closest("input:not([type=checkbox]), select"), pressed = at.closest("button, input");
+    const action = { ArrowLeft: "back", ArrowRight: "step", " ": "play", Home: "first", End: "last" }[event.key];
+    if (!action || typed || (event.key === " " && pressed)) return;
+    event.preventDefault(), ACTIONS[action]();
+  });
+
+  // Dragging moves the view, or turns it in 3D; two fingers and the wheel make it larger.
+  const fingers = new Map();
+  view.addEventListener("pointerdown", (event) => {
+    fingers.set(event.pointerId, [event.clientX, event.clientY]), view.setPointerCapture(event.pointerId);
+  });
+  view.addEventListener("pointermove", (event) => {
+    const before = fingers.get(event.pointerId);
+    if (!before) return;
+    const dx = event.clientX - before[0], dy = event.clientY - before[1];
+    const { scale } = placing(view.clientWidth, view.clientHeight);
+    if (fingers.size === 2) {
+      const [, [x, y]] = [...fingers].find(([id]) => id !== event.pointerId);
+      const was = Math.max(Math.hypot(before[0] - x, before[1] - y), 1);
+      zoom = clamp(zoom * Math.hypot(event.clientX - x, event.clientY - y) / was, 0.4, 60);
+    } else if (state.view === "3d" && !event.shiftKey) yaw -= dx / 150, pitch = clamp(pitch + dy / 150, -1.5, 1.5);
+    else pan = [pan[0] - dx / scale, pan[1] + dy / scale];
+    fingers.set(event.pointerId, [event.clientX, event.clientY]);
+    drawView();
+  });
+  for (const name of ["pointerup", "pointercancel"])
+    view.addEventListener(name, (event) => fingers.delete(event.pointerId));
+  view.addEventListener("wheel", (event) => {
+    if (document.activeElement !== view && !event.ctrlKey) return; // else the page scrolls
+    event.preventDefault();
+    const r = view.getBoundingClientRect();
+    const x = event.clientX - r.left - r.width / 2, y = event.clientY - r.top - r.height / 2;
+    const before = placing(r.width, r.height).scale;
+    zoom = clamp(zoom * Math.exp(-event.deltaY / 500), 0.4, 60);
+    const after = placing(r.width, r.height).scale;
+    pan = [pan[0] + x / before - x / after, pan[1] - y / before + y / after];
+    drawView();
+  }, { passive: false });
+
+  const choose = (event) => {
+    const r = picture.getBoundingClientRect(), half = state.size * state.spacing / 2;
+    const to = (at, of) => Math.max(Math.round(at * of - half), 0);
+    change({ x: to((event.clientX - r.left) / r.width, WIDTH), y: to((event.clientY - r.top) / r.height, HEIGHT) });
+  };
+  picture.addEventListener("pointerdown", (event) => {
+    play(false), picture.setPointerCapture(event.pointerId), choose(event);
+  });
+  picture.addEventListener("pointermove", (event) => event.buttons && choose(event));
+  figureCanvas.addEventListener("click", (event) => {
+    const x = event.clientX - figureCanvas.getBoundingClientRect().left;
+    const i = places.findIndex(([x0, x1]) => x >= x0 && x < x1);
+    if (i < 0) return;
+    const next = "dfmg."[("dfmg.".indexOf(state.met[i]) + 1) % 5];
+    change({ met: state.met.slice(0, i) + next + state.met.slice(i + 1) });
+  });
+
+  // ---- the address, other tabs, and what else changes around ----
+
+  addEventListener("hashchange", () => {
+    if (!location.hash.startsWith("#walk") || location.hash === hashWritten) return;
+    play(false), state = stateOf(location.hash), showAll();
+  });
+  section.addEventListener("shown", showAll);
+  section.addEventListener("hidden", () => {
+    play(false), clearTimeout(hashTimer);
+    if (location.hash.startsWith("#walk")) history.replaceState(null, "", location.pathname + location.search);
+  });
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", showAll);
+  new ResizeObserver(() => section.offsetParent !== null && (showEvent(), drawFigure())).observe(section);
+  showAll();
+}
+
+// page.js says when the section is shown, and has the compiled module; this is an instance of its own.
+async function start() {
+  try {
+    const script = Object.assign(document.createElement("script"), { src: "pktrt.js" });
+    const loaded = new Promise((good, bad) => (script.onload = good, script.onerror = bad));
+    document.head.append(script);
+    const [code] = await Promise.all([moduleCode(), loaded]);
+    walk_start(section, await pktrt({
+      instantiateWasm(imports, done) {
+        WebAssembly.instantiate(code, imports).then(done);
+        return {};
+      },
+    }));
+  } catch (error) {
+    const why = error.message || "pktrt.js did not load";
+    section.querySelector(".walk-sentence").textContent = `This cannot be shown: ${why}.`;
+  }
+}
+
+const section = byId("walk");
+section.addEventListener("shown", start, { once: true });
+addEventListener("hashchange", () => {
+  if (location.hash.startsWith("#walk") && section.hidden) byId("tab-walk").click();
+});

@@ -381,7 +381,7 @@ function fit() {
   for (const canvas of [picture, overlay]) canvas.width = width, canvas.height = height;
   const frame = picture.parentElement.style;
   frame.aspectRatio = `${width} / ${height}`;
-  frame.maxWidth = `min(${2.5 * width}px, ${(80 * width) / height}vh)`;
+  frame.maxWidth = `min(${2.5 * width}px, ${(76 * width) / height}vh)`;
   overlay.hidden = byId("legend").hidden = true;
 }
 

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Serves a folder, out/web unless told, at http://localhost:8000: `serve.py [FOLDER [PORT]]`.
+"""Serves a folder, out/web unless told, at http://localhost:8000: `serve.py [FOLDER [PORT]]`. Port 0 is any that is free.
 
 The headers isolate the page from other origins, which gives it finer clocks and would allow it shared memory; the page
 works without them as well.
@@ -29,7 +29,7 @@ try:
     server = http.server.ThreadingHTTPServer(("localhost", port), functools.partial(Handler, directory=folder))
 except OSError as error:
     sys.exit(f"serve.py: port {port}: {error.strerror}; name another one: make web-serve PORT=8001")
-print(f"{folder} is at http://localhost:{port}; Ctrl-C ends it", flush=True)
+print(f"{folder} is at http://localhost:{server.server_port}; Ctrl-C ends it", flush=True)
 try:
     server.serve_forever()
 except KeyboardInterrupt:

@@ -64,8 +64,9 @@ help:
 	@echo "effects     makes out/effects-*.png               deform      makes the frames out/deform-*.png"
 	@echo "view        looks around in a scene; ARGS=\"--scene conference\", ARGS=--help for keys"
 	@echo "test-view   drives it under Xvfb and looks at the screen"
-	@echo "web         makes the page out/web, in which one looks around by WebAssembly; web-serve  shows it at http://localhost:8000,"
-	@echo "            PORT=8001 elsewhere; test-web  whether its pictures have the bits of build/render"
+	@echo "web         makes the page out/web, in which one looks around by WebAssembly and follows a packet down the tree"
+	@echo "web-serve   shows it at http://localhost:8000, PORT=8001 elsewhere"
+	@echo "test-web    drives it in Chromium by keys, mouse and touch; its pictures have the bits of render"
 	@echo "course      builds and runs the course's programs: figures and out/course/*; N=2: only that of chapter 2;"
 	@echo "            the way through: examples/course/README.md"
 	@echo "course-check  N=2 FILE=mine_02.c: whether that solves the exercise of chapter 2"
@@ -177,11 +178,13 @@ endif
 web-serve: web
 	python3 examples/web/serve.py $(WEB) $(PORT)
 
-# What node can see of it: the bits of build/render, memory that stays, time; ARGS=--quick leaves out the last two.
+# What node can see of it: the bits of build/render and build/walk_events, memory that stays, time; ARGS=--quick leaves out the last
+# two. Then the page as someone would use it, in Chromium; ONLY="pictures walk" picks functions of tests/web_page.js.
 test-web: web
-	$(BUILD) build/render $(B)/walk_events
-	node tests/web.js $(WEB) build/render $(ARGS)
+	$(BUILD) $(B)/render $(B)/walk_events
+	node tests/web.js $(WEB) $(B)/render $(ARGS)
 	node tests/walk.js $(WEB) $(B)/walk_events
+	ONLY="$(ONLY)" tests/web.sh $(WEB) $(B)
 
 $(WEB)/pktrt.js: $(WEB_OBJECTS) | $(WEB)
 	$(WEB_CC) $(WEB_OBJECTS) $(WEB_LINK) -o $@
@@ -685,7 +688,8 @@ DEPS_EXTRA = pkg-config glpk-utils libassimp-dev libembree-dev clang clang-forma
   clang-tools universal-ctags \
   g++-mingw-w64-x86-64 gcc-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user gnuplot valgrind libsdl2-dev xvfb xdotool \
   gcc-i686-linux-gnu libc6-dev-i386-cross gcc-riscv64-linux-gnu libc6-dev-riscv64-cross gcc-s390x-linux-gnu \
-  libc6-dev-s390x-cross musl-tools wine64 emscripten nodejs
+  libc6-dev-s390x-cross musl-tools wine64 emscripten nodejs chromium $(if $(shell command -v npm),,npm)
+# (nodejs from elsewhere than Debian brings an npm, and bears none beside it.)
 INSTALL = $(if $(filter 0,$(shell id -u)),,sudo) env DEBIAN_FRONTEND=noninteractive apt-get
 
 deps:

@@ -1,0 +1,394 @@
+// Drives the web page in Chromium by keys, mouse and fingers, and looks at what it shows: pictures are those of build/render, the
+// packet's walk is that of build/walk_events, controls have names, nothing is wider than the screen, and it is quick enough.
+// Screenshots go to out/web-*.png. Chromium is PUPPETEER's, see web.sh.
+// node tests/web_page.js http://localhost:8000 out/web build
+"use strict";
+const fs = require("fs");
+const path = require("path");
+const zlib = require("zlib");
+const { execFileSync } = require("child_process");
+const puppeteer = require(path.resolve(process.env.PUPPETEER));
+
+const [url, folder, bin] = process.argv.slice(2);
+const SECONDS_TO_FIRST = 3, FRAMES_PER_SECOND = 15, MOST_BYTES = 1e6, MOST_GROWTH = 8e6;
+let failures = 0;
+
+function check(sentence, good, told = "") {
+  console.log(`  ${good ? "ok    " : "FAILED"}  ${sentence}${told === "" ? "" : `: ${told}`}`);
+  if (!good) failures++;
+  return good;
+}
+// What other work of the machine may spoil is tried three times.
+async function checkTime(sentence, measure, good, told) {
+  let value;
+  for (let i = 0; i < 3; i++) if (good(value = await measure())) break;
+  return check(sentence, good(value), told(value));
+}
+
+// --- what programs say ---
+
+function native(scene, mode, size, options = []) { // checksum of a picture
+  const told = execFileSync(`${bin}/render`, ["--scene", scene, "--mode", mode, "--size", size, "--no-count", "--no-progress",
+    ...options], { encoding: "utf8", stdio: ["ignore", "pipe", "ignore"] });
+  return /checksum ([0-9a-f]{16})/.exec(told)[1];
+}
+const EVENT = "kind index child ray active tested tree packet depth nodes boxes boxVectors triangles triangleVectors triangle t".split(" ");
+function nativeWalk(...numbers) { // of scene kind side x y spacing morton steps: how many rays, and all events
+  const lines = execFileSync(`${bin}/walk_events`, numbers.map(String), { encoding: "utf8" }).trim().split("\n")
+    .map((line) => line.split(" ").map(Number));
+  const of = (words) => lines.filter((line) => line.length === words);
+  const events = of(EVENT.length).map((line) => Object.fromEntries(EVENT.map((name, i) => [name, line[i]])));
+  for (const e of events) e.t = new Float32Array(Uint32Array.of(e.t).buffer)[0];
+  return { rays: of(11).length, events };
+}
+
+// --- pages ---
+
+// In the page, before its scripts: notes what is asked of workers and what they answer. `frames` counts whole previews; `picture`
+// is the latest first pass, `preview` the latest preview, `sums` what the canvas must show.
+function record() {
+  const noted = window.noted = { last: 0, frames: 0, picture: null, preview: null, sums: null, keep: null };
+  const asked = new Map();
+  let job = { id: 0 };
+  function answered({ id, band, pixels }) {
+    const settings = asked.get(`${id} ${band.y}`), { width, height } = settings;
+    asked.delete(`${id} ${band.y}`);
+    if (id < job.id) return;
+    if (id > job.id) job = { id, settings, rows: 0, floats: new Float32Array(3 * width * height) };
+    job.floats.set(pixels, 3 * band.y * width);
+    job.rows += band.rows;
+    const pass = settings.samples > 1;
+    if (pass && settings.pass === 0 && job.rows === band.rows)
+      noted.sums = { width, height, colour: new Float64Array(3 * width * height), count: new Uint8Array(height) };
+    if (pass && noted.sums) {
+      pixels.forEach((x, i) => noted.sums.colour[3 * band.y * width + i] += x);
+      for (let y = band.y; y < band.y + band.rows; y++) noted.sums.count[y]++;
+    }
+    if (noted.keep) noted.keep.push(Array.from(pixels.subarray(0, 20000)));
+    if (job.rows < height) return;
+    if (!pass) noted.frames++, noted.preview = job;
+    else if (settings.pass === 0) noted.picture = job;
+  }
+  window.Worker = class extends Worker {
+    constructor(...of) {
+      super(...of);
+      this.addEventListener("message", ({ data }) => data.band && answered(data));
+    }
+    postMessage(message, ...more) {
+      if (message.band) asked.set(`${message.id} ${message.band.y}`, message.band), noted.last = message.id;
+      super.postMessage(message, ...more);
+    }
+  };
+  window.checksumOf = (floats) => { // FNV-1a over the bits
+    let sum = 14695981039346656037n;
+    for (const byte of new Uint8Array(floats.buffer)) sum = BigInt.asUintN(64, (sum ^ BigInt(byte)) * 1099511628211n);
+    return sum.toString(16).padStart(16, "0");
+  };
+}
+
+const complaints = []; // of all pages
+const hosts = new Set();
+let browser = null;
+
+async function open(hash, { width = 1280, height = 900, touch = false, dark = false } = {}) {
+  const page = await browser.newPage();
+  await page.setViewport({ width, height, hasTouch: touch });
+  await page.emulateMediaFeatures([{ name: "prefers-color-scheme", value: dark ? "dark" : "light" }]);
+  page.on("console", (message) => message.type() === "error" && complaints.push(message.text()));
+  page.on("pageerror", (error) => complaints.push(error.message));
+  page.on("requestfailed", (request) => complaints.push(`${request.url()}: ${request.failure().errorText}`));
+  page.on("request", (request) => /^https?:/.test(request.url()) && hosts.add(new URL(request.url()).host));
+  await page.evaluateOnNewDocument(record);
+  await page.goto(`${url}/${hash}`);
+  return page;
+}
+const text = (page, selector) => page.$eval(selector, (it) => it.textContent);
+const label = (page, selector) => page.$eval(selector, (it) => it.getAttribute("aria-label"));
+
+// The first pass that is asked for after something has been done; {settings, checksum}.
+async function pictureAfter(page, action, kind = "picture") {
+  const before = await page.evaluate(() => noted.last);
+  await action();
+  await page.waitForFunction((id, which) => noted[which]?.id > id, { timeout: 60000, polling: 50 }, before, kind);
+  return page.evaluate((which) => ({ settings: noted[which].settings, checksum: checksumOf(noted[which].floats) }), kind);
+}
+const firstPicture = async (page) => {
+  await page.waitForFunction(() => noted.picture, { timeout: 60000, polling: 50 });
+  return page.evaluate(() => ({ settings: noted.picture.settings, checksum: checksumOf(noted.picture.floats) }));
+};
+
+// How far the canvas is from what workers have answered, in codes: {differs: of the worst channel}. `scale` for a control.
+const canvasDiffers = (page, scale = 1) => page.evaluate((factor) => {
+  const { width, height, colour, count } = noted.sums, canvas = document.getElementById("picture");
+  if (canvas.width !== width || canvas.height !== height || count.includes(0)) return 255;
+  const shown = canvas.getContext("2d").getImageData(0, 0, width, height).data;
+  let most = 0;
+  for (let i = 0; i < width * height; i++)
+    for (let c = 0; c < 3; c++) {
+      const x = Math.min(1, factor * colour[3 * i + c] / count[Math.floor(i / width)]);
+      const code = 255 * (x <= 0.0031308 ? 12.92 * x : 1.055 * x ** (1 / 2.4) - 0.055);
+      most = Math.max(most, Math.abs(shown[4 * i + c] - code));
+    }
+  return most;
+}, scale);
+
+// Controls that a screen reader has no name for.
+async function nameless(page) {
+  const session = await page.createCDPSession();
+  const { nodes } = await session.send("Accessibility.getFullAXTree");
+  await session.detach();
+  const roles = ["button", "checkbox", "combobox", "radio", "slider", "spinbutton", "tab", "textbox", "img", "application"];
+  const controls = nodes.filter((node) => !node.ignored && roles.includes(node.role?.value));
+  return { count: controls.length, without: controls.filter((node) => !node.name?.value.trim()).map((node) => node.role.value) };
+}
+const tooWide = (page) => page.evaluate(() => document.documentElement.scrollWidth > innerWidth);
+
+async function checkLook(page, where) {
+  const { count, without } = await nameless(page);
+  check(`${where}: all controls have names`, count > 5 && without.length === 0, without.length ? without.join(", ") : `${count} of them`);
+  check(`${where}: nothing is wider than the screen`, !await tooWide(page));
+}
+
+// --- what is checked ---
+
+async function pictures() {
+  console.log("pictures");
+  const page = await open("#scene=poolhall&mode=wrt&size=256x256");
+  const wrt = await firstPicture(page), there = native("poolhall", "wrt", "256x256", ["--spp", "2"]);
+  check("the pool hall has the floats of build/render", wrt.checksum === there, wrt.checksum);
+  await page.waitForFunction(() => !document.getElementById("message").textContent);
+  check("the canvas shows them", await canvasDiffers(page) < 1.01, `${(await canvasDiffers(page)).toFixed(2)} codes aside at most`);
+  check("control: not a picture a tenth brighter", await canvasDiffers(page, 1.1) > 2);
+  const said = await label(page, "#picture");
+
+  await page.focus("#picture");
+  const drt = await pictureAfter(page, () => page.keyboard.press("m"));
+  check("M goes on to distribution ray tracing", await page.$eval("#mode", (it) => it.value) === "drt");
+  const { aperture, focus, shutter, time } = drt.settings;
+  check("it has the floats of build/render", time === 0 && drt.checksum === native("poolhall", "drt", "256x256",
+    ["--spp", "2", "--aperture", aperture, "--focus", focus, "--shutter", shutter].map(String)), drt.checksum);
+  const rcs = await pictureAfter(page, () => page.keyboard.press("m"));
+  check("M goes on to ray casting, with the floats of build/render",
+    rcs.checksum === native("poolhall", "rcs", "256x256", ["--spp", "2"]), rcs.checksum);
+  check("control: another mode has other floats", new Set([wrt.checksum, drt.checksum, rcs.checksum]).size === 3);
+  await page.waitForFunction((was) => document.getElementById("picture").ariaLabel !== was, { timeout: 10000 }, said);
+  check("the picture's label has changed", true, await label(page, "#picture"));
+
+  console.log("keys");
+  let last = rcs.checksum;
+  for (const [key, sentence, same] of [["ArrowLeft", "the left arrow orbits"], ["ArrowUp", "so does the one upwards"],
+    ["i", "I goes nearer"], ["p", "P changes the packets, not the floats", true]]) {
+    const one = await pictureAfter(page, () => page.keyboard.press(key));
+    check(sentence, same ? one.checksum === last && one.settings.packet === 16 : one.checksum !== last);
+    last = one.checksum;
+  }
+  const again = await pictureAfter(page, () => page.keyboard.press("r"));
+  check("R brings back the first picture", again.checksum === wrt.checksum);
+  await page.keyboard.press("c");
+  await page.waitForFunction(() => !document.getElementById("overlay").hidden, { timeout: 20000 });
+  check("C lays the error over it", true, await text(page, "#legend-what"));
+  const frames = () => page.evaluate(() => noted.frames);
+  await page.keyboard.press("r");
+  await page.keyboard.press(" ");
+  const began = await frames();
+  await page.waitForFunction((n) => noted.frames > n + 3, { timeout: 20000 }, began);
+  check("space starts the animation", Number(await page.$eval("#time", (it) => it.value)) > 0);
+  await pictureAfter(page, () => page.keyboard.press(" "));
+  check("space ends it", !await page.$eval("#animate", (it) => it.checked));
+  await page.close();
+}
+
+async function drag(page, from, by, fingers = 1) { // by touch; a second finger stays where it is
+  const session = await page.createCDPSession();
+  const at = (i) => [{ x: from[0] + i * by[0], y: from[1] + i * by[1], id: 1 },
+    ...(fingers > 1 ? [{ x: from[0] - 60, y: from[1], id: 2 }] : [])];
+  await session.send("Input.dispatchTouchEvent", { type: "touchStart", touchPoints: at(0) });
+  for (let i = 1; i <= 6; i++) await session.send("Input.dispatchTouchEvent", { type: "touchMove", touchPoints: at(i / 6) });
+  await session.send("Input.dispatchTouchEvent", { type: "touchEnd", touchPoints: [] });
+  await session.detach();
+}
+async function middle(page, selector) {
+  const box = await (await page.$(selector)).boundingBox();
+  return [box.x + box.width / 2, box.y + box.height / 2];
+}
+
+async function touch() {
+  console.log("touch, 360 wide");
+  const page = await open("#scene=rtrt", { width: 360, height: 760, touch: true });
+  const first = await firstPicture(page), at = await middle(page, "#picture");
+  const turned = await pictureAfter(page, () => drag(page, at, [60, 20]));
+  const distance = ({ eye, target }) => Math.hypot(...eye.map((x, a) => x - target[a]));
+  check("a finger orbits", turned.checksum !== first.checksum && Math.abs(distance(turned.settings) / distance(first.settings) - 1) < 1e-3);
+  const near = await pictureAfter(page, () => drag(page, at, [60, 0], 2));
+  check("two go nearer", distance(near.settings) < 0.7 * distance(turned.settings),
+    `${distance(turned.settings).toFixed(2)} m, then ${distance(near.settings).toFixed(2)} m`);
+  check("the canvas shows that", await canvasDiffers(page) < 1.01);
+  check("the page has not been moved by it", await page.evaluate(() => scrollY) === 0);
+  await checkLook(page, "the picture");
+  await page.screenshot({ path: "out/web-360.png", fullPage: true });
+  await page.tap("#tab-walk");
+  await page.waitForFunction(() => /^Event 1 of/.test(document.querySelector(".walk-sentence").textContent), { timeout: 20000 });
+  await page.tap("[data-do=step]");
+  check("a tap steps on in the walk", /^Event 2 of/.test(await text(page, ".walk-sentence")));
+  const looks = () => page.$eval(".walk-view", (it) => it.toDataURL());
+  const before = await looks();
+  await page.evaluate(() => scrollTo(0, 0));
+  await drag(page, await middle(page, ".walk-view"), [50, 0]);
+  check("a finger moves the boxes", await looks() !== before);
+  await checkLook(page, "the walk");
+  await page.screenshot({ path: "out/web-walk-360.png", fullPage: true });
+  await page.evaluate(() => document.body.append(document.createElement("button"), Object.assign(document.createElement("div"),
+    { style: "width: 400px; height: 1px" })));
+  check("control: a button without a name is noticed", (await nameless(page)).without.join() === "button");
+  check("control: what is too wide is noticed", await tooWide(page));
+  await page.close();
+}
+
+async function wide() {
+  console.log("1920 wide");
+  const page = await open("#scene=conference&mode=rcs", { width: 1920, height: 1080 });
+  await firstPicture(page);
+  await page.waitForFunction(() => document.getElementById("rmse").textContent !== "-", { timeout: 20000 });
+  await checkLook(page, "the picture");
+  await page.screenshot({ path: "out/web-1920.png" });
+  await page.click("#tab-walk");
+  await page.waitForFunction(() => /^Event 1 of/.test(document.querySelector(".walk-sentence").textContent), { timeout: 20000 });
+  await checkLook(page, "the walk");
+  await page.screenshot({ path: "out/web-walk-1920.png", fullPage: true });
+  await page.close();
+}
+
+// What the page must say of a program's events, in its own words.
+const sentences = (page, scene, { rays, events }, shadow) => page.evaluate(async (of, list, n, dark) => {
+  const walk = await import(`${location.origin}/walk_data.js`), { moduleCode } = await import(`${location.origin}/page.js`);
+  const code = await moduleCode();
+  const module = await pktrt({ instantiateWasm: (imports, done) => (WebAssembly.instantiate(code, imports).then(done), {}) });
+  const world = walk.makeWorld(module, of);
+  return list.map((e, i) => `Event ${i + 1} of ${list.length}. ${walk.sentence(e, world, n, dark)}`);
+}, scene, events, rays, shadow);
+
+async function walk() {
+  console.log("the packet's walk");
+  const page = await open("#walk"), said = () => text(page, ".walk-sentence");
+  await page.waitForFunction(() => /^Event 1 of/.test(document.querySelector(".walk-sentence").textContent), { timeout: 20000 });
+  const there = nativeWalk(0, 0, 8, 96, 32, 1, 0, 63), must = await sentences(page, "course", there, false);
+  const steps = [await said()], labels = new Set([await label(page, ".walk-view")]);
+  for (let i = 1; i < must.length; i++) {
+    await page.keyboard.press("ArrowRight");
+    steps.push(await said());
+    labels.add(await label(page, ".walk-view"));
+  }
+  check("step by step it says the events of build/walk_events", must.length > 20 && steps.join("\n") === must.join("\n"),
+    `${must.length} events, ${there.rays} rays`);
+  check("control: those of a packet beside it are others",
+    (await sentences(page, "course", nativeWalk(0, 0, 8, 104, 32, 1, 0, 63), false)).join("\n") !== steps.join("\n"));
+  check("the canvas has a label for each", labels.size === must.length);
+  const work = await page.$$eval(".walk-counters tbody td:first-of-type", (cells) => cells.map((it) => it.textContent));
+  const end = there.events[there.events.length - 1];
+  check("the table counts what the program counts", work.slice(0, 5).join() ===
+    [end.nodes, end.boxes, end.boxVectors, end.triangles, end.triangleVectors].join(), work.slice(0, 5).join(", "));
+  await page.keyboard.press("ArrowLeft");
+  check("the left arrow goes back", await said() === must[must.length - 2]);
+  await page.keyboard.press("Home");
+  check("Home goes to the first", await said() === must[0]);
+  await page.keyboard.press(" ");
+  await page.waitForFunction(() => /^Event [3-9] of/.test(document.querySelector(".walk-sentence").textContent), { timeout: 20000 });
+  await page.keyboard.press(" ");
+  check("space plays and pauses it", await page.$eval("[data-do=play]", (it) => it.ariaPressed) === "false");
+
+  // The address says what is shown, and shows what it says.
+  await page.evaluate(() => { location.hash = "#walk?scene=boxes&packet=shadow&size=16&x=80&y=60&spacing=4&steps=2007&event=40"; });
+  const shadow = await sentences(page, "boxes", nativeWalk(1, 1, 16, 80, 60, 4, 0, 35), true);
+  await page.waitForFunction((it) => document.querySelector(".walk-sentence").textContent === it, { timeout: 10000 }, shadow[39])
+    .catch(() => {});
+  check("an address leads to an event of shadow rays among boxes", await said() === shadow[39], await said());
+  await page.keyboard.press("End");
+  check("End goes to the last", await said() === shadow[shadow.length - 1], await said());
+  await page.evaluate(() => { location.hash = "#walk?view=3d&size=16&spacing=4&event=61"; });
+  await page.waitForFunction(() => /^Event 61 of/.test(document.querySelector(".walk-sentence").textContent), { timeout: 10000 });
+  await page.screenshot({ path: "out/web-walk.png", fullPage: true });
+  await page.close();
+  const dark = await open("#walk", { dark: true });
+  await dark.waitForFunction(() => /^Event 1 of/.test(document.querySelector(".walk-sentence").textContent), { timeout: 20000 });
+  await dark.screenshot({ path: "out/web-walk-dark.png" });
+  await dark.close();
+}
+
+async function quick() {
+  console.log("time and memory");
+  const bytes = fs.readdirSync(folder).reduce((sum, name) => sum + zlib.gzipSync(fs.readFileSync(path.join(folder, name))).length, 0);
+  check(`less than ${MOST_BYTES / 1e6} MB to load, compressed`, bytes < MOST_BYTES, `${(bytes / 1e6).toFixed(2)} MB`);
+  await checkTime(`the first picture comes within ${SECONDS_TO_FIRST} s`, async () => {
+    const page = await open("");
+    await page.waitForFunction(() => document.getElementById("first").textContent !== "-", { timeout: 60000, polling: 50 });
+    const seconds = parseFloat(await text(page, "#first"));
+    await page.close();
+    return seconds;
+  }, (x) => x < SECONDS_TO_FIRST, (x) => `${x} s`);
+
+  const page = await open("#scene=poolhall&mode=wrt&size=256x256&full=1&animate=1");
+  await page.waitForFunction(() => noted.frames > 3, { timeout: 60000 });
+  const counted = (ms) => page.evaluate((wait) => new Promise((done) => {
+    const from = noted.frames, began = performance.now();
+    setTimeout(() => done((noted.frames - from) / (performance.now() - began) * 1000), wait);
+  }), ms);
+  await checkTime(`at least ${FRAMES_PER_SECOND} frames a second of the pool hall, 256 x 256, Whitted's mode`, () => counted(2000),
+    (x) => x >= FRAMES_PER_SECOND, (x) => `${x.toFixed(1)} with ${page.workers().length} workers`);
+  const preview = await page.evaluate(() => [noted.preview.settings.width, noted.preview.settings.height]);
+  check("these had all pixels", preview.join() === "256,256");
+  check("the page shows that figure", Number(await text(page, "#rate")) > 1, await text(page, "#rate"));
+
+  // Memory: of the modules, and of the page when what is garbage has been collected.
+  await page.select("#mode", "rcs");
+  const session = await page.createCDPSession();
+  const memory = async () => {
+    await session.send("HeapProfiler.collectGarbage");
+    const modules = await Promise.all(page.workers().map((one) => one.evaluate("module.HEAPU8.length")));
+    return { modules: modules.reduce((sum, x) => sum + x, 0), page: await page.evaluate(() => performance.memory.usedJSHeapSize) };
+  };
+  const after = async (frames) => {
+    const from = await page.evaluate(() => noted.frames);
+    await page.waitForFunction((n) => noted.frames >= n, { timeout: 120000, polling: 100 }, from + frames);
+    return memory();
+  };
+  const early = await after(50), late = await after(500), mb = (x) => (x / 1e6).toFixed(1);
+  check("500 frames leave the modules' memory as it is", late.modules === early.modules, `${mb(early.modules)} MB of all workers`);
+  check("and the page's", late.page - early.page < MOST_GROWTH, `${mb(early.page)} MB, then ${mb(late.page)} MB`);
+  await page.evaluate(() => { noted.keep = []; });
+  const kept = await after(30);
+  check("control: frames that are kept are noticed", kept.page - late.page > MOST_GROWTH, `${mb(kept.page)} MB`);
+  await page.close();
+}
+
+async function complaining() {
+  console.log("complaints");
+  check("the console has no errors", complaints.length === 0, complaints.slice(0, 3).join("; "));
+  check("nothing is asked of other hosts", [...hosts].join() === new URL(url).host, [...hosts].join(", "));
+  const page = await open("");
+  await page.evaluate(() => {
+    console.error("planted");
+    return fetch("http://elsewhere.invalid/").catch(() => {});
+  });
+  check("control: errors are noticed", complaints.includes("planted"));
+  check("control: so are other hosts", hosts.has("elsewhere.invalid"));
+  await page.close();
+}
+
+async function main() {
+  browser = await puppeteer.launch({ executablePath: process.env.CHROMIUM, headless: true, args: ["--no-sandbox",
+    "--disable-dev-shm-usage", "--enable-precise-memory-info", "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE localhost"] });
+  try {
+    const only = process.env.ONLY?.split(" ").filter(Boolean) || [];
+    for (const part of [pictures, touch, wide, walk, quick, complaining])
+      if (!only.length || only.includes(part.name)) await part();
+  } finally {
+    await browser.close();
+  }
+  console.log(failures ? `web: ${failures} checks failed` : "web: all checks passed");
+  process.exitCode = failures ? 1 : 0;
+}
+
+main().catch((error) => {
+  console.log(`  FAILED  ${error.stack}`);
+  process.exitCode = 1;
+});

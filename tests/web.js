@@ -35,14 +35,14 @@ async function main() {
     must(module._web_open(scenes.indexOf(scene), light));
     must(module._web_resize(width, height));
     must(module._web_pose(0, mode === "drt" ? 1 / 240 : 0)); // one frame, as there
-    module._web_settings(modes.indexOf(mode), 8, 0);
+    module._web_settings(modes.indexOf(mode), 8, 0, 0);
     must(module._web_render_band(0, height, samples, 0));
     const whole = checksum(), there = native(scene, mode, width, height, samples, light);
     check(whole === there, `${scene}, ${mode}, ${samples} per pixel, lights ${light} times as wide: ${whole}, ${there}`);
     must(module._web_render_band(0, height, samples, 1));
     const alone = samples === 1 && mode !== "drt"; // in the middle of the pixel, in every pass
     check((checksum() === whole) === alone, `another pass is ${alone ? "the same" : "another"} picture`);
-    module._web_settings(modes.indexOf(mode), 4, 1);
+    module._web_settings(modes.indexOf(mode), 4, 1, 0);
     for (let y = 64; y >= 0; y -= 16) must(module._web_render_band(y, Math.min(16, height - y), samples, 0));
     must(module._web_render_band(80, 8, samples, 0));
     check(checksum() === whole, "the same in bands from the lowest up, in packets of 4 x 4, its cost counted");
@@ -52,7 +52,7 @@ async function main() {
   if (!quick) {
     must(module._web_open(0, 1));
     must(module._web_resize(64, 64));
-    module._web_settings(1, 8, 0);
+    module._web_settings(1, 8, 0, 0);
     must(module._web_render_band(0, 64, 1, 0));
     const rest = checksum();
     let early = 0;
@@ -70,8 +70,8 @@ async function main() {
 
     must(module._web_open(0, 1));
     must(module._web_resize(256, 256));
-    for (const [number, mode] of modes.entries()) {
-      module._web_settings(number, 8, 0);
+    for (const [number, mode, attenuation] of [[0, "rcs", 0], [1, "wrt", 0], [1, "wrt without faint rays", 1 / 20], [2, "drt", 0]]) {
+      module._web_settings(number, 8, 0, attenuation);
       let best = Infinity;
       for (let i = 0; i < 6; i++) {
         const before = process.cpuUsage();

@@ -10,12 +10,13 @@ const SAMPLES = 2; // of a pixel and pass: a single one would lie in the middle 
 const MOST_PASSES = 128;
 const LOOP_SECONDS = 10; // of the animation
 const PREVIEW_MS = 1000 / 15;
-const BAND_MS = 30; // how long the user may have to wait for a worker
+const BAND_MS = 80; // how long the user may have to wait for a worker; each band costs some milliseconds by itself
+const FAINT = 1 / 20; // what a ray can add at most that may be left out while things move
 const BLOCK = 16;   // pixels along the edge of what errors are relative to: PKTRT_ERROR_BLOCK
 
 const control = Object.fromEntries(
-  ["scene", "mode", "animate", "time", "aperture", "focus", "shutter", "light", "size", "full", "packet", "workers", "over",
-    "strength"].map((id) => [id, byId(id)]));
+  ["scene", "mode", "animate", "time", "aperture", "focus", "shutter", "light", "size", "full", "faint", "packet", "workers",
+    "over", "strength"].map((id) => [id, byId(id)]));
 const number = (id) => Number(control[id].value);
 const section = byId("look"), picture = byId("picture"), overlay = byId("overlay");
 const show = (id, text) => { byId(id).textContent = text; };
@@ -172,18 +173,33 @@ function beginPass(width, height) {
   beginJob(width, height, SAMPLES, passes);
 }
 
-// Cuts a picture into bands: several for each worker, since none is as much work as another.
+// How much work rows are, by parts of the height: what bands took when they were made last.
+const work = new Float32Array(64).fill(1);
+
+// Cuts a height into bands that should be about as much work each.
+function cut(height, count) {
+  const all = work.reduce((sum, x) => sum + x), bands = [];
+  for (let y = 0, from = 0, sum = 0; y < height; y += 8) {
+    const end = Math.min(height, y + 8);
+    sum += (work[Math.floor((64 * y) / height)] * 64 * 8) / height;
+    if (end < height && sum < (all * (bands.length + 1)) / count) continue;
+    bands.push({ y: from, rows: end - from });
+    from = end;
+  }
+  return bands;
+}
+
 function beginJob(width, height, samples, pass) {
   const expected = width * height * samples * msPerSample;
-  const count = Math.max(expected / BAND_MS, workers.length > 1 ? 3 * workers.length : 1);
-  const rows = Math.max(8, 8 * Math.round(height / count / 8));
   const common = {
     width, height, samples, pass: Math.max(0, pass), eye: camera.eye, target: camera.target, aperture: number("aperture"),
     focus: number("focus"), time: number("time"), shutter: control.mode.value === "drt" ? number("shutter") : 0,
     mode: control.mode.selectedIndex, packet: number("packet"), cost: { boxes: 1, triangles: 2 }[control.over.value] || 0,
+    attenuation: pass < 0 && control.faint.checked ? FAINT : 0,
   };
-  job = { id: ++jobs, scene: wanted(), width, height, pass, bands: [], began: performance.now() };
-  for (let y = 0; y < height; y += rows) job.bands.push({ ...common, y, rows: Math.min(rows, height - y) });
+  job = { id: ++jobs, scene: wanted(), width, height, pass, began: performance.now() };
+  job.bands = cut(height, Math.max(expected / BAND_MS, workers.length > 1 ? 2 * workers.length : 1))
+    .map((band) => ({ ...common, ...band }));
   job.left = job.bands.length;
   job.image = pass < 0 || !passImage || passImage.width !== width || passImage.height !== height
     ? new ImageData(width, height) : passImage;
@@ -213,8 +229,10 @@ function encode(image, y, values, from, count, factor) {
 }
 
 function takeBand({ band, pixels, cost, posing, rendering }) {
-  const { width, pass, image } = job, first = band.y * width, n = band.rows * width;
+  const { width, height, pass, image } = job, first = band.y * width, n = band.rows * width;
   msPerSample += 0.2 * (rendering / n / (pass < 0 ? 1 : SAMPLES) - msPerSample);
+  for (let i = Math.ceil((64 * band.y) / height); i < (64 * (band.y + band.rows)) / height; i++)
+    work[i] += 0.5 * (rendering / n / msPerSample - work[i]);
   if (posing > 0.2 && control.animate.checked) refitMs += (refitMs ? 0.1 : 1) * (posing - refitMs);
   if (cost) job.cost.set(cost, first);
   if (pass < 0) encode(image, band.y, pixels, 0, n, 1);

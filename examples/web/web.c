@@ -98,11 +98,12 @@ WEB_EXPORT void web_camera(double eye_x, double eye_y, double eye_z, double targ
 }
 
 /* Mode as in pktrt_mode, rays along a packet's edge, and what is counted for web_cost: 0 nothing, else, less 1, a
-   pktrt_cost. */
-WEB_EXPORT void web_settings(unsigned mode, unsigned packet, unsigned cost) {
+   pktrt_cost. Rays that could add less than `attenuation` are not followed; 0: the library's own 1/256. */
+WEB_EXPORT void web_settings(unsigned mode, unsigned packet, unsigned cost, double attenuation) {
   web.view.mode = (pktrt_mode)mode;
   web.view.packet_size = packet;
   web.view.cost = cost ? web.cost : NULL;
+  web.view.attenuation = (float)attenuation;
   web.view.cost_of = (pktrt_cost)(cost ? cost - 1 : 0);
 }
 

@@ -36,7 +36,7 @@ function render(band) {
   must(module._web_resize(band.width, band.height));
   const posed = performance.now();
   module._web_camera(...band.eye, ...band.target, band.aperture, band.focus);
-  module._web_settings(band.mode, band.packet, band.cost);
+  module._web_settings(band.mode, band.packet, band.cost, band.attenuation);
   must(module._web_render_band(band.y, band.rows, band.samples, band.pass));
   const first = band.y * band.width, count = band.rows * band.width;
   return {

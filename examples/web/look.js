@@ -99,7 +99,10 @@ function feed() {
       if (one !== workers[0] && seen !== scene) continue;
       one.scene = scene;
       send(one, { open: { scene: control.scene.selectedIndex, light: number("light") } });
-    } else if (job && job.bands.length) send(one, { id: job.id, band: job.bands.shift() });
+    } else if (job && job.bands.length) {
+      job.began ??= performance.now();
+      send(one, { id: job.id, band: job.bands.shift() });
+    }
   }
 }
 
@@ -197,7 +200,7 @@ function beginJob(width, height, samples, pass) {
     mode: control.mode.selectedIndex, packet: number("packet"), cost: { boxes: 1, triangles: 2 }[control.over.value] || 0,
     attenuation: pass < 0 && control.faint.checked ? FAINT : 0,
   };
-  job = { id: ++jobs, scene: wanted(), width, height, pass, began: performance.now() };
+  job = { id: ++jobs, scene: wanted(), width, height, pass, began: null, built: false };
   job.bands = cut(height, Math.max(expected / BAND_MS, workers.length > 1 ? 2 * workers.length : 1))
     .map((band) => ({ ...common, ...band }));
   job.left = job.bands.length;
@@ -228,12 +231,13 @@ function encode(image, y, values, from, count, factor) {
   }
 }
 
-function takeBand({ band, pixels, cost, posing, rendering }) {
+function takeBand({ band, pixels, cost, built, posing, rendering }) {
   const { width, height, pass, image } = job, first = band.y * width, n = band.rows * width;
   msPerSample += 0.2 * (rendering / n / (pass < 0 ? 1 : SAMPLES) - msPerSample);
   for (let i = Math.ceil((64 * band.y) / height); i < (64 * (band.y + band.rows)) / height; i++)
     work[i] += 0.5 * (rendering / n / msPerSample - work[i]);
-  if (posing > 0.2 && control.animate.checked) refitMs += (refitMs ? 0.1 : 1) * (posing - refitMs);
+  if (built) job.built = true; // which is no measure of what fits into a frame
+  else if (posing > 0.2 && control.animate.checked) refitMs += (refitMs ? 0.1 : 1) * (posing - refitMs);
   if (cost) job.cost.set(cost, first);
   if (pass < 0) encode(image, band.y, pixels, 0, n, 1);
   else {
@@ -265,7 +269,7 @@ function finish() {
   if (done.pass >= 0) {
     passes++;
     report = passes > 1 ? estimate(done.width, done.height) : null;
-  } else adapt(PREVIEW_MS / (now - done.began));
+  } else if (!done.built) adapt(PREVIEW_MS / (now - done.began));
   layOver(done);
   showFigures(done);
 }
@@ -377,7 +381,7 @@ function showFigures(done) {
   show("pixels", `${done.width} x ${done.height}`);
   show("refit", refitMs ? `${refitMs.toFixed(1)} ms` : "-");
   const now = performance.now(), last = passes === MOST_PASSES;
-  if (now - labelledAt < 2000 && !last) return; // a screen reader would never come to an end
+  if (now - labelledAt < 2000 && passes !== 2 && !last) return; // a screen reader would never come to an end
   labelledAt = now;
   const chosen = (id) => control[id].selectedOptions[0].text;
   picture.setAttribute("aria-label", `${chosen("scene")}. ${chosen("mode")}. ` +
@@ -521,6 +525,7 @@ byId("controls").addEventListener("input", ({ target }) => {
 byId("controls").addEventListener("change", ({ target }) => {
   showNumbers();
   if (target === control.strength) return;
+  labelledAt = 0;
   if (target === control.animate) ticked = performance.now();
   if (target === control.workers) {
     setWorkers(number("workers"));

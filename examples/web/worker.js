@@ -5,6 +5,7 @@
 importScripts("pktrt.js");
 
 let module = null;
+let shutterOpen = false; // as the scene was built
 
 // Instantiates what the page has compiled once for all workers.
 function start(code) {
@@ -26,12 +27,14 @@ function floats(pointer, count) {
 }
 
 function open({ scene, light }) {
+  shutterOpen = false;
   must(module._web_open(scene, light));
   return { opened: true, camera: [...floats(module._web_first_camera(), 9)], triangles: module._web_triangles() };
 }
 
 function render(band) {
-  const begin = performance.now();
+  const begin = performance.now(), built = shutterOpen !== band.shutter > 0;
+  shutterOpen = band.shutter > 0;
   must(module._web_pose(band.time, band.shutter));
   must(module._web_resize(band.width, band.height));
   const posed = performance.now();
@@ -43,6 +46,7 @@ function render(band) {
     band: { y: band.y, rows: band.rows },
     pixels: floats(module._web_pixels() + 12 * first, 3 * count),
     cost: band.cost ? floats(module._web_cost() + 4 * first, count) : null,
+    built,
     posing: posed - begin,
     rendering: performance.now() - posed,
   };

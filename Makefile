@@ -167,8 +167,9 @@ WEB_LINK = -s MODULARIZE=1 -s EXPORT_NAME=pktrt -s ENVIRONMENT=web,worker,node -
   -s EXPORTED_RUNTIME_METHODS=UTF8ToString --no-entry
 WEB_PAGE = $(patsubst examples/web/%,$(WEB)/%,$(wildcard $(addprefix examples/web/*.,html css js)))
 PORT ?= 8000
+EMCC := $(shell command -v emcc)
 web:
-ifeq ($(shell command -v emcc),)
+ifeq ($(EMCC),)
 	@echo "web: emcc is not installed (make deps-extra installs emscripten), there is no page"; exit 1
 else
 	$(BUILD) $(WEB)/pktrt.js $(WEB_PAGE)

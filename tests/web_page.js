@@ -32,14 +32,16 @@ function native(scene, mode, size, options = []) { // checksum of a picture
     ...options], { encoding: "utf8", stdio: ["ignore", "pipe", "ignore"] });
   return /checksum ([0-9a-f]{16})/.exec(told)[1];
 }
-const EVENT = "kind index child ray active tested tree packet depth nodes boxes boxVectors triangles triangleVectors triangle t".split(" ");
+const EVENT = ["kind", "index", "child", "ray", "active", "tested", "tree", "packet", "depth", "nodes", "boxes", "boxVectors",
+  "triangles", "triangleVectors", "triangle", "t"]; // the words of walk_event
+const RAY_WORDS = 11;
 function nativeWalk(...numbers) { // of scene kind side x y spacing morton steps: how many rays, and all events
   const lines = execFileSync(`${bin}/walk_events`, numbers.map(String), { encoding: "utf8" }).trim().split("\n")
     .map((line) => line.split(" ").map(Number));
   const of = (words) => lines.filter((line) => line.length === words);
   const events = of(EVENT.length).map((line) => Object.fromEntries(EVENT.map((name, i) => [name, line[i]])));
   for (const e of events) e.t = new Float32Array(Uint32Array.of(e.t).buffer)[0];
-  return { rays: of(11).length, events };
+  return { rays: of(RAY_WORDS).length, events };
 }
 
 // --- pages ---
@@ -47,7 +49,7 @@ function nativeWalk(...numbers) { // of scene kind side x y spacing morton steps
 // In the page, before its scripts: notes what is asked of workers and what they answer. `frames` counts whole previews; `picture`
 // is the latest first pass, `preview` the latest preview, `sums` what the canvas must show.
 function record() {
-  const noted = window.noted = { last: 0, frames: 0, picture: null, preview: null, sums: null, keep: null };
+  const noted = window.noted = { last: 0, frames: 0, pixels: 0, picture: null, preview: null, sums: null, keep: null };
   const asked = new Map();
   let job = { id: 0 };
   function answered({ id, band, pixels }) {
@@ -66,7 +68,7 @@ function record() {
     }
     if (noted.keep) noted.keep.push(Array.from(pixels.subarray(0, 20000)));
     if (job.rows < height) return;
-    if (!pass) noted.frames++, noted.preview = job;
+    if (!pass) noted.frames++, noted.pixels += width * height, noted.preview = job;
     else if (settings.pass === 0) noted.picture = job;
   }
   window.Worker = class extends Worker {
@@ -105,7 +107,11 @@ async function open(hash, { width = 1280, height = 900, touch = false, dark = fa
 const text = (page, selector) => page.$eval(selector, (it) => it.textContent);
 const label = (page, selector) => page.$eval(selector, (it) => it.getAttribute("aria-label"));
 
-// The first pass that is asked for after something has been done; {settings, checksum}.
+const eventShown = (page, number) => // of the walk; a pattern
+  page.waitForFunction((of) => new RegExp(`^Event ${of} of`).test(document.querySelector(".walk-sentence").textContent),
+    { timeout: 20000 }, number);
+
+// The first pass, or preview, that is asked for after something has been done: {settings, checksum}.
 async function pictureAfter(page, action, kind = "picture") {
   const before = await page.evaluate(() => noted.last);
   await action();
@@ -145,7 +151,7 @@ const tooWide = (page) => page.evaluate(() => document.documentElement.scrollWid
 
 async function checkLook(page, where) {
   const { count, without } = await nameless(page);
-  check(`${where}: all controls have names`, count > 5 && without.length === 0, without.length ? without.join(", ") : `${count} of them`);
+  check(`${where}: all controls have names`, count > 5 && without.length === 0, without.join(", ") || `${count} of them`);
   check(`${where}: nothing is wider than the screen`, !await tooWide(page));
 }
 
@@ -218,7 +224,8 @@ async function touch() {
   const first = await firstPicture(page), at = await middle(page, "#picture");
   const turned = await pictureAfter(page, () => drag(page, at, [60, 20]));
   const distance = ({ eye, target }) => Math.hypot(...eye.map((x, a) => x - target[a]));
-  check("a finger orbits", turned.checksum !== first.checksum && Math.abs(distance(turned.settings) / distance(first.settings) - 1) < 1e-3);
+  check("a finger orbits", turned.checksum !== first.checksum &&
+    Math.abs(distance(turned.settings) / distance(first.settings) - 1) < 1e-3);
   const near = await pictureAfter(page, () => drag(page, at, [60, 0], 2));
   check("two go nearer", distance(near.settings) < 0.7 * distance(turned.settings),
     `${distance(turned.settings).toFixed(2)} m, then ${distance(near.settings).toFixed(2)} m`);
@@ -227,7 +234,7 @@ async function touch() {
   await checkLook(page, "the picture");
   await page.screenshot({ path: "out/web-360.png", fullPage: true });
   await page.tap("#tab-walk");
-  await page.waitForFunction(() => /^Event 1 of/.test(document.querySelector(".walk-sentence").textContent), { timeout: 20000 });
+  await eventShown(page, "1");
   await page.tap("[data-do=step]");
   check("a tap steps on in the walk", /^Event 2 of/.test(await text(page, ".walk-sentence")));
   const looks = () => page.$eval(".walk-view", (it) => it.toDataURL());
@@ -252,7 +259,7 @@ async function wide() {
   await checkLook(page, "the picture");
   await page.screenshot({ path: "out/web-1920.png" });
   await page.click("#tab-walk");
-  await page.waitForFunction(() => /^Event 1 of/.test(document.querySelector(".walk-sentence").textContent), { timeout: 20000 });
+  await eventShown(page, "1");
   await checkLook(page, "the walk");
   await page.screenshot({ path: "out/web-walk-1920.png", fullPage: true });
   await page.close();
@@ -270,7 +277,7 @@ const sentences = (page, scene, { rays, events }, shadow) => page.evaluate(async
 async function walk() {
   console.log("the packet's walk");
   const page = await open("#walk"), said = () => text(page, ".walk-sentence");
-  await page.waitForFunction(() => /^Event 1 of/.test(document.querySelector(".walk-sentence").textContent), { timeout: 20000 });
+  await eventShown(page, "1");
   const there = nativeWalk(0, 0, 8, 96, 32, 1, 0, 63), must = await sentences(page, "course", there, false);
   const steps = [await said()], labels = new Set([await label(page, ".walk-view")]);
   for (let i = 1; i < must.length; i++) {
@@ -292,7 +299,7 @@ async function walk() {
   await page.keyboard.press("Home");
   check("Home goes to the first", await said() === must[0]);
   await page.keyboard.press(" ");
-  await page.waitForFunction(() => /^Event [3-9] of/.test(document.querySelector(".walk-sentence").textContent), { timeout: 20000 });
+  await eventShown(page, "[3-9]");
   await page.keyboard.press(" ");
   check("space plays and pauses it", await page.$eval("[data-do=play]", (it) => it.ariaPressed) === "false");
 
@@ -305,18 +312,19 @@ async function walk() {
   await page.keyboard.press("End");
   check("End goes to the last", await said() === shadow[shadow.length - 1], await said());
   await page.evaluate(() => { location.hash = "#walk?view=3d&size=16&spacing=4&event=61"; });
-  await page.waitForFunction(() => /^Event 61 of/.test(document.querySelector(".walk-sentence").textContent), { timeout: 10000 });
+  await eventShown(page, "61");
   await page.screenshot({ path: "out/web-walk.png", fullPage: true });
   await page.close();
   const dark = await open("#walk", { dark: true });
-  await dark.waitForFunction(() => /^Event 1 of/.test(document.querySelector(".walk-sentence").textContent), { timeout: 20000 });
+  await eventShown(dark, "1");
   await dark.screenshot({ path: "out/web-walk-dark.png" });
   await dark.close();
 }
 
 async function quick() {
   console.log("time and memory");
-  const bytes = fs.readdirSync(folder).reduce((sum, name) => sum + zlib.gzipSync(fs.readFileSync(path.join(folder, name))).length, 0);
+  const packed = (name) => zlib.gzipSync(fs.readFileSync(path.join(folder, name))).length;
+  const bytes = fs.readdirSync(folder).reduce((sum, name) => sum + packed(name), 0);
   check(`less than ${MOST_BYTES / 1e6} MB to load, compressed`, bytes < MOST_BYTES, `${(bytes / 1e6).toFixed(2)} MB`);
   await checkTime(`the first picture comes within ${SECONDS_TO_FIRST} s`, async () => {
     const page = await open("");
@@ -326,21 +334,8 @@ async function quick() {
     return seconds;
   }, (x) => x < SECONDS_TO_FIRST, (x) => `${x} s`);
 
-  const page = await open("#scene=poolhall&mode=wrt&size=256x256&full=1&animate=1");
-  await page.waitForFunction(() => noted.frames > 3, { timeout: 60000 });
-  const counted = (ms) => page.evaluate((wait) => new Promise((done) => {
-    const from = noted.frames, began = performance.now();
-    setTimeout(() => done((noted.frames - from) / (performance.now() - began) * 1000), wait);
-  }), ms);
-  await checkTime(`at least ${FRAMES_PER_SECOND} frames a second of the pool hall, 256 x 256, Whitted's mode`, () => counted(2000),
-    (x) => x >= FRAMES_PER_SECOND, (x) => `${x.toFixed(1)} with ${page.workers().length} workers`);
-  const preview = await page.evaluate(() => [noted.preview.settings.width, noted.preview.settings.height]);
-  check("these had all pixels", preview.join() === "256,256");
-  check("the page shows that figure", Number(await text(page, "#rate")) > 1, await text(page, "#rate"));
-
   // Memory: of the modules, and of the page when what is garbage has been collected.
-  await page.select("#mode", "rcs");
-  const session = await page.createCDPSession();
+  const page = await open("#scene=poolhall&mode=rcs&size=256x256&full=1&animate=1"), session = await page.createCDPSession();
   const memory = async () => {
     await session.send("HeapProfiler.collectGarbage");
     const modules = await Promise.all(page.workers().map((one) => one.evaluate("module.HEAPU8.length")));
@@ -357,6 +352,47 @@ async function quick() {
   await page.evaluate(() => { noted.keep = []; });
   const kept = await after(30);
   check("control: frames that are kept are noticed", kept.page - late.page > MOST_GROWTH, `${mb(kept.page)} MB`);
+  await page.close();
+}
+
+// Frames a second while one orbits, and of each: pixels, and milliseconds of processors.
+async function orbiting(page, seconds) {
+  const session = await browser.target().createCDPSession();
+  const processors = async () => (await session.send("SystemInfo.getProcessInfo")).processInfo
+    .reduce((sum, one) => sum + (one.type === "renderer" ? 1000 * one.cpuTime : 0), 0);
+  const before = await processors();
+  const [count, pixels, took] = await page.evaluate((wait) => new Promise((done) => {
+    const { frames, pixels: sum } = noted, began = performance.now(), canvas = document.getElementById("picture");
+    const keys = setInterval(() => canvas.dispatchEvent(new KeyboardEvent("keydown", { key: "ArrowLeft" })), 10);
+    setTimeout(() => (clearInterval(keys), done([noted.frames - frames, noted.pixels - sum, performance.now() - began])),
+      1000 * wait);
+  }), seconds);
+  const ms = (await processors() - before) / count;
+  await session.detach();
+  return { frames: 1000 * count / took, pixels: Math.round(pixels / count), ms };
+}
+
+async function speed() {
+  console.log("frames per second: the pool hall, Whitted's mode");
+  const page = await open("#scene=poolhall&mode=wrt&size=256x256");
+  const alone = ({ ms }) => 1000 * page.workers().length / ms; // if nothing else had these processors
+  const told = (one) => `${one.frames.toFixed(1)} of ${one.pixels} pixels, ${one.ms.toFixed(0)} ms of ${page.workers().length} ` +
+    `processors each: up to ${alone(one).toFixed(1)} a second`;
+  await firstPicture(page);
+  await orbiting(page, 2); // until it knows how many pixels fit
+  console.log(`          as many pixels as fit: ${told(await orbiting(page, 2))}`);
+  await page.click("#full");
+  console.log(`          all pixels: ${told(await orbiting(page, 2))}`);
+  await page.click("#faint");
+  let all = true;
+  await checkTime(`${FRAMES_PER_SECOND} frames a second of 256 x 256, or so few ms, faint rays left out`, async () => {
+    await orbiting(page, 0.5);
+    const one = await orbiting(page, 2);
+    all &&= one.pixels === 256 * 256;
+    return one;
+  }, (one) => Math.max(one.frames, alone(one)) >= FRAMES_PER_SECOND, told);
+  check("these had all pixels", all);
+  check("the page shows a figure", Number(await text(page, "#rate")) > 1, await text(page, "#rate"));
   await page.close();
 }
 
@@ -379,7 +415,7 @@ async function main() {
     "--disable-dev-shm-usage", "--enable-precise-memory-info", "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE localhost"] });
   try {
     const only = process.env.ONLY?.split(" ").filter(Boolean) || [];
-    for (const part of [pictures, touch, wide, walk, quick, complaining])
+    for (const part of [pictures, touch, wide, walk, quick, speed, complaining])
       if (!only.length || only.includes(part.name)) await part();
   } finally {
     await browser.close();

@@ -20,6 +20,7 @@ if [ ! -s "$driver/node_modules/puppeteer-core/package.json" ]; then
     { cat "$driver/npm.txt"; echo "web.sh: puppeteer-core cannot be installed, the page is not opened"; exit 1; }
 fi
 
+: >"$driver/serve.txt" # not the address of before
 python3 -u examples/web/serve.py "$page" 0 >"$driver/serve.txt" 2>&1 &
 server=$!
 trap 'kill $server 2>/dev/null' EXIT

@@ -320,7 +320,8 @@ function estimate(width, height) {
       relative += part;
       below[i] = Math.sqrt(part);
     }
-  return { rmse: Math.sqrt(all / 3 / pixels), relative: Math.sqrt(relative / pixels), below, carried: squared > 0 ? (all * all) / squared : 0 };
+  const carried = squared > 0 ? (all * all) / squared : 0;
+  return { rmse: Math.sqrt(all / 3 / pixels), relative: Math.sqrt(relative / pixels), below, carried };
 }
 
 // Colours from black over red to white: those of examples/heat.h.

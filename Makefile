@@ -48,7 +48,7 @@ ifeq ($(MAKELEVEL),0)
 .NOTPARALLEL:
 endif
 
-.PHONY: all demo effects deform view test-view web web-serve test-web readme-pictures test test-leaveout sanitize test-neon matrix platforms checksum flags test-guards deps deps-extra format format-check clean help
+.PHONY: all demo effects deform view test-view web web-serve test-web readme-pictures test test-leaveout sanitize test-neon matrix platforms checksum flags test-guards deps deps-extra deps-web format format-check clean help
 .PHONY: mutants map structure figures parts bench bench-check bench-plots bench-readme bench-pictures bench-tests peers exactness before instances error error-check error-before error-before-check error-before-samples leaveout leaveout-check leaveout-before
 .PHONY: stability stability-neon stability-sanitize sanitize-threads fuzz
 .PHONY: bench-wasm
@@ -66,7 +66,7 @@ help:
 	@echo "test-view   drives it under Xvfb and looks at the screen"
 	@echo "web         makes the page out/web, in which one looks around by WebAssembly and follows a packet down the tree"
 	@echo "web-serve   shows it at http://localhost:8000, PORT=8001 elsewhere"
-	@echo "test-web    drives it in Chromium by keys, mouse and touch; its pictures have the bits of render"
+	@echo "test-web    drives it in Chromium by keys, mouse and touch; its pictures have the bits of render (make deps-web installs it)"
 	@echo "course      builds and runs the course's programs: figures and out/course/*; N=2: only that of chapter 2;"
 	@echo "            the way through: examples/course/README.md"
 	@echo "course-check  N=2 FILE=mine_02.c: whether that solves the exercise of chapter 2"
@@ -689,8 +689,7 @@ DEPS_EXTRA = pkg-config glpk-utils libassimp-dev libembree-dev clang clang-forma
   clang-tools universal-ctags \
   g++-mingw-w64-x86-64 gcc-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user gnuplot valgrind libsdl2-dev xvfb xdotool \
   gcc-i686-linux-gnu libc6-dev-i386-cross gcc-riscv64-linux-gnu libc6-dev-riscv64-cross gcc-s390x-linux-gnu \
-  libc6-dev-s390x-cross musl-tools wine64 emscripten nodejs chromium $(if $(shell command -v npm),,npm)
-# (nodejs from elsewhere than Debian brings an npm, and bears none beside it.)
+  libc6-dev-s390x-cross musl-tools wine64 emscripten nodejs
 INSTALL = $(if $(filter 0,$(shell id -u)),,sudo) env DEBIAN_FRONTEND=noninteractive apt-get
 
 deps:
@@ -702,6 +701,10 @@ deps-extra:
 	@echo "Installing what the optional parts need: $(DEPS_EXTRA)"
 	$(INSTALL) -q update
 	$(INSTALL) -q install -y --no-install-recommends $(DEPS_EXTRA)
+
+# By themselves, since they are large, and nodejs from elsewhere than Debian brings an npm and bears none beside it.
+deps-web: deps-extra
+	$(INSTALL) -q install -y --no-install-recommends chromium $$(command -v npm >/dev/null || echo npm)
 
 # --- upkeep ---
 

@@ -152,7 +152,7 @@ static size_t faults_of_children(const told *p, uint64_t *children) {
 
 static size_t faults_of_counts(const told *p, uint64_t children) {
   const pktrt_counts *c = &p->counts;
-  uint64_t n[PKTRT_EVENT_NONE_LEFT + 1];
+  uint64_t n[PKTRT_EVENT_LEAF_TEST + 1];
   memset(n, 0, sizeof n);
   for (size_t i = 0; i < p->events; i++) n[p->event[i].kind]++;
   return (size_t)(c->node_visits != n[PKTRT_EVENT_NODE]) + (c->first_hits != n[PKTRT_EVENT_FIRST_HIT]) +

@@ -11,8 +11,8 @@ static void heat_colour(double x, float rgb[3]) {
   enum { STEPS = 6 };
   static const unsigned char stops[STEPS + 1][3] = {{0, 0, 0},      {35, 15, 95},   {110, 25, 120}, {205, 50, 70},
                                                     {245, 125, 25}, {250, 205, 70}, {255, 255, 255}};
-  const double at = x > 0 ? fmin(x, 1) * STEPS : 0;
-  const int below = at < STEPS ? (int)at : STEPS - 1;
+  const double at = x > 0 ? fmin(x, 1) * (int)STEPS : 0;
+  const int below = at < (int)STEPS ? (int)at : STEPS - 1;
   for (int c = 0; c < 3; c++) {
     const double code = stops[below][c] + (at - below) * (stops[below + 1][c] - stops[below][c]);
     rgb[c] = (float)ex_srgb_decode(code / 255);

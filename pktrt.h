@@ -7791,7 +7791,7 @@ OP uint32_t pktrt__tri_ray_block_inline(const pktrt__bvh_segment *seg, pktrt__ba
 /* Kernels are templates over three flags known at compile time; these are their instances. One of them counts, for closest
    and any hits (`any`), for what moves and what does not (but for blocks of packets): weights 1 and 0 of one and the same key
    give the same bits. Where there are vectors, scalar kernels need not be fast: there, moving instances always count, paper packets
-   have only moving ones, and the fast path has streams, but no frusta, which would be a third of their code. */
+   are those of vectors, and the fast path has streams, but no frusta, which would be a third of their code. */
 #if defined(PKTRT_NO_FRUSTA) || PKTRT__WITH_FEW_INSTANCES
 #define FRUSTA 0
 #else

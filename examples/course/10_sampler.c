@@ -88,63 +88,63 @@ static double slope_of(const double error[STEPS]) {
   return sum / weight / log(4);
 }
 
-static void plot(const double error[SAMPLERS][STEPS], const double passes[STEPS], const double estimate[STEPS]) {
+/* Plots errors over what they took, by factors of four from `least` on. passes NULL: there are none. */
+static void plot(const char *path, const char *title, double least, double x[SAMPLERS][STEPS],
+                 double error[SAMPLERS][STEPS], const double *passes, const double *estimate) {
   static const char *const colors[SAMPLERS] = {"#d33", "#888", "#d90", "#393", "#27c", "#0aa", "#93c", "#000"};
   svg s;
-  if (!svg_begin(&s, "out/course/10_error.svg", 580, 380)) exit(1);
-#define PLOT_X(k) (60.0 + 90.0 * (k))
-#define PLOT_Y(e) (30.0 - 70.0 * log2((e) / 0.25) / 2) /* a factor of four is 70 high */
+  if (!svg_begin(&s, path, 580, 380)) exit(1);
+#define PLOT_X(x) (60 + 80 * log2((x) / least) / 2)
+#define PLOT_Y(e) (30.0 - 70.0 * log2((e) / 0.25) / 2)
   for (int k = 0; k < STEPS; k++) {
-    svg_line(&s, PLOT_X(k), 20, PLOT_X(k), 350, "#ddd", 1),
-        svg_text(&s, PLOT_X(k), 368, 12, SVG_MIDDLE, "%d", 1 << 2 * k);
-    svg_line(&s, 60, PLOT_Y(pow(0.25, k + 1)), 420, PLOT_Y(pow(0.25, k + 1)), "#ddd", 1);
-    svg_text(&s, 54, PLOT_Y(pow(0.25, k + 1)) + 4, 12, SVG_RIGHT, "%.4f", pow(0.25, k + 1));
+    const double at = 60 + 80 * k, y = 30 + 70 * k;
+    svg_line(&s, at, 20, at, 350, "#ddd", 1), svg_line(&s, 60, y, 430, y, "#ddd", 1);
+    svg_text(&s, at, 368, 12, SVG_MIDDLE, "%.3g", least * pow(4, k));
+    svg_text(&s, 54, y + 4, 12, SVG_RIGHT, "%.4f", pow(0.25, k + 1));
   }
   for (int i = 0; i < SAMPLERS; i++) {
     for (int k = 1; k < STEPS; k++)
-      svg_line(&s, PLOT_X(k - 1), PLOT_Y(error[i][k - 1]), PLOT_X(k), PLOT_Y(error[i][k]), colors[i], 1.5);
+      svg_line(&s, PLOT_X(x[i][k - 1]), PLOT_Y(error[i][k - 1]), PLOT_X(x[i][k]), PLOT_Y(error[i][k]), colors[i], 1.5);
     svg_line(&s, 440, 40 + 18 * i, 460, 40 + 18 * i, colors[i], 1.5),
         svg_text(&s, 466, 44 + 18 * i, 12, SVG_LEFT, "%s", name_of(i));
   }
-  for (int k = 1; k < STEPS; k++) svg_dot(&s, PLOT_X(k), PLOT_Y(estimate[k]), 4, "#730");
-  for (int k = 2; k < STEPS; k++)
-    fprintf(s.file, "<path d=\"M%g %gL%g %g\" stroke=\"#730\" stroke-dasharray=\"6 4\"/>\n", PLOT_X(k - 1),
-            PLOT_Y(passes[k - 1]), PLOT_X(k), PLOT_Y(passes[k]));
-  svg_text(&s, 440, 194, 12, SVG_LEFT, "dashed: four passes"),
-      svg_text(&s, 440, 212, 12, SVG_LEFT, "dots: their estimate");
-  svg_text(&s, 240, 14, 12, SVG_MIDDLE, "RMSE of a pixel over samples");
+  for (int k = 1; passes && k < STEPS; k++) {
+    svg_dot(&s, PLOT_X(x[0][k]), PLOT_Y(estimate[k]), 4, "#730");
+    if (k > 1) svg_line(&s, PLOT_X(x[0][k - 1]), PLOT_Y(passes[k - 1]), PLOT_X(x[0][k]), PLOT_Y(passes[k]), "#730", 1);
+  }
+  svg_text(&s, 240, 14, 12, SVG_MIDDLE, "%s", title);
   if (!svg_end(&s)) exit(1);
 }
 
 int main(void) {
   static vec truth[PIXELS];
-  double error[SAMPLERS][STEPS], passes[STEPS] = {0}, estimate[STEPS] = {0}, seconds = 0;
+  double error[SAMPLERS][STEPS], passes[STEPS] = {0}, estimate[STEPS] = {0}, least = INFINITY;
+  double samples[SAMPLERS][STEPS], ms[SAMPLERS][STEPS];
   pktrt_scene *scene = make_scene();
   pktrt_render_desc view = {
       .width = WIDTH, .height = HEIGHT, .pixels = truth[0].at, .samples = 256, .passes = 16, .seed = 99};
-  noise(scene);
-  render(scene, &view, PKTRT_SAMPLER_SOBOL);
+  noise(scene), render(scene, &view, PKTRT_SAMPLER_SOBOL);
   printf("RMSE with 1, 4, 16, 64, 256 samples; slope; seconds for 256\n");
   for (int s = 0; s < SAMPLERS; s++) {
     printf("  %-12s", name_of(s));
     for (int k = 0; k < STEPS; k++) {
-      seconds = ex_seconds();
-      const pktrt_render_desc of = {.samples = 1u << 2 * k};
-      error[s][k] = error_of(scene, s, of, 4, truth);
-      printf(" %.5f", error[s][k]), seconds = (ex_seconds() - seconds) / 4;
+      const double start = ex_seconds();
+      error[s][k] = error_of(scene, s, (pktrt_render_desc){.samples = 1u << 2 * k}, 4, truth);
+      samples[s][k] = pow(4, k), ms[s][k] = 1000 * (ex_seconds() - start) / 4, least = fmin(least, ms[s][k]);
+      printf(" %.5f", error[s][k]);
     }
-    printf(" %6.2f %6.2f s\n", slope_of(error[s]), seconds);
+    printf(" %6.2f %6.2f s\n", slope_of(error[s]), ms[s][STEPS - 1] / 1000);
   }
   printf("Sobol' points in four passes: true RMSE, and the render's own estimate with its interval\n");
   for (int k = 1; k < STEPS; k++) {
     pktrt_report report;
     const pktrt_render_desc of = {.samples = 1u << 2 * (k - 1), .passes = 4, .report = &report};
-    passes[k] = error_of(scene, PKTRT_SAMPLER_SOBOL, of, 1, truth);
-    estimate[k] = report.rmse;
+    passes[k] = error_of(scene, PKTRT_SAMPLER_SOBOL, of, 1, truth), estimate[k] = report.rmse;
     printf("  %3d samples: %.5f, estimated %.5f, %.5f to %.5f\n", 1 << 2 * k, passes[k], report.rmse, report.rmse_low,
            report.rmse_high);
   }
-  plot((const double(*)[STEPS])error, passes, estimate);
+  plot("out/course/10_error.svg", "RMSE over samples; brown: four passes", 1, samples, error, passes, estimate);
+  plot("out/course/10_time.svg", "RMSE over milliseconds of a picture", least, ms, error, NULL, NULL);
   pktrt_scene_destroy(scene);
   return 0;
 }

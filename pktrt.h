@@ -4735,6 +4735,19 @@ PKTRT__INLINE void pktrt__prefetch_lines(const void *at, size_t bytes) {
 
 #define PKTRT__IN_ORDER 076543210u /* a perm that leaves children in their order */
 
+/* Returns the halves of a ray mask that has one bit: its high one first, its low one 32 further on. WHY a table: vectors
+   are broadcast from memory faster than from a register. */
+PKTRT__INLINE const uint32_t *pktrt__mask_halves(uint32_t bit) {
+#define PKTRT__BITS4(i) UINT32_C(1) << (i), UINT32_C(2) << (i), UINT32_C(4) << (i), UINT32_C(8) << (i)
+#define PKTRT__BITS16(i) PKTRT__BITS4(i), PKTRT__BITS4(i + 4), PKTRT__BITS4(i + 8), PKTRT__BITS4(i + 12)
+#define PKTRT__ZERO16 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0
+  static const uint32_t halves[96] = {PKTRT__ZERO16, PKTRT__ZERO16, PKTRT__BITS16(0), PKTRT__BITS16(16)};
+  return halves + bit;
+#undef PKTRT__ZERO16
+#undef PKTRT__BITS16
+#undef PKTRT__BITS4
+}
+
 /* Pushes the children with a non-empty ray mask in the order of perm, without branches; returns how many. */
 PKTRT__INLINE uint32_t pktrt__stream_push_children(const uint64_t *mask, const uint32_t *child, const float *dist,
                                                    uint32_t perm, uint64_t *masks, uint32_t *refs, float *dists) {
@@ -5993,6 +6006,8 @@ OP pktrt__q4 pktrt__qsel(pktrt__qm m, pktrt__q4 a, pktrt__q4 b) {
   return _mm_or_ps(_mm_and_ps(m, a), _mm_andnot_ps(m, b));
 }
 OP uint32_t pktrt__qbits(pktrt__qm m) { return (uint32_t)_mm_movemask_ps(m); }
+OP pktrt__qm pktrt__qpattern_of(uint32_t x) { return _mm_castsi128_ps(_mm_set1_epi32((int)x)); }
+OP void pktrt__qstore(uint32_t *p, pktrt__qm m) { _mm_storeu_si128((__m128i *)(void *)p, _mm_castps_si128(m)); }
 OP uint32_t pktrt__qsigns(pktrt__q4 a) { return (uint32_t)_mm_movemask_ps(a); }
 OP pktrt__qm pktrt__qfrom(uint32_t bits) {
   const __m128i lane = _mm_setr_epi32(1, 2, 4, 8);
@@ -6176,6 +6191,30 @@ OP d8 dabs(d8 a) { PKTRT__EACH(PKTRT__Q(pktrt__q2abs, vabsq_f64, wasm_f64x2_abs)
 OP m8 dlt(d8 a, d8 b) { PKTRT__OF(m8, pktrt__q2lt(a.q, b.q), pktrt__q2lt(a.q + 2, b.q + 2)); }
 OP d8 dsel(m8 m, d8 a, d8 b) { PKTRT__EACH(pktrt__q2sel(i < 2 ? m.l : m.h, i % 2, a.q[i], b.q[i])); }
 OP v8 dto(d8 a) { PKTRT__OF(v8, pktrt__qfrom2(a.q), pktrt__qfrom2(a.q + 2)); }
+
+typedef struct a8 { /* eight ray masks, one per child: low halves, high halves */
+  m8 l, h;
+} a8;
+OP m8 pktrt__qpattern(uint32_t x) {
+  PKTRT__OF(m8, PKTRT__Q(pktrt__qpattern_of, vdupq_n_u32, wasm_u32x4_splat)(x), r.l);
+}
+OP a8 azero(void) { PKTRT__OF(a8, pktrt__qpattern(0), r.l); }
+OP a8 aor(a8 a, m8 m, uint32_t bit) {
+  PKTRT__OF(a8, mor(a.l, mand(m, pktrt__qpattern(pktrt__mask_halves(bit)[32]))),
+            mor(a.h, mand(m, pktrt__qpattern(pktrt__mask_halves(bit)[0]))));
+}
+OP uint32_t apush(a8 a, const uint32_t *child, v8 dist, uint32_t perm, uint64_t *masks, uint32_t *refs, float *nears) {
+  float near_w[8];
+  uint32_t l[8], h[8];
+  uint64_t mask[8];
+  vstore(near_w, dist);
+  for (int i = 0; i < 2; i++) {
+    PKTRT__Q(pktrt__qstore, vst1q_u32, wasm_v128_store)(l + 4 * i, i ? a.l.h : a.l.l);
+    PKTRT__Q(pktrt__qstore, vst1q_u32, wasm_v128_store)(h + 4 * i, i ? a.h.h : a.h.l);
+  }
+  for (int i = 0; i < 8; i++) mask[i] = (uint64_t)h[i] << 32 | l[i];
+  return pktrt__stream_push_children(mask, child, near_w, perm, masks, refs, nears);
+}
 #undef PKTRT__EACH
 #undef PKTRT__TWO
 #undef PKTRT__OF
@@ -6240,19 +6279,10 @@ OP a8 azero(void) {
   r.l = r.h = _mm256_setzero_si256();
   return r;
 }
-/* Sets a bit in the ray masks of the lanes in m. WHY a table: vectors are broadcast from memory faster than from a
-   register. The high half of bit i is at i, the low one at i + 32. */
 OP a8 aor(a8 a, m8 m, uint32_t bit) {
-#define PKTRT__BITS4(i) UINT32_C(1) << (i), UINT32_C(2) << (i), UINT32_C(4) << (i), UINT32_C(8) << (i)
-#define PKTRT__BITS16(i) PKTRT__BITS4(i), PKTRT__BITS4(i + 4), PKTRT__BITS4(i + 8), PKTRT__BITS4(i + 12)
-#define PKTRT__ZERO16 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0
-  static const uint32_t halves[96] = {PKTRT__ZERO16, PKTRT__ZERO16, PKTRT__BITS16(0), PKTRT__BITS16(16)};
-#undef PKTRT__ZERO16
-#undef PKTRT__BITS16
-#undef PKTRT__BITS4
   const __m256i i = _mm256_castps_si256(m);
-  a.l = _mm256_or_si256(a.l, _mm256_and_si256(i, _mm256_set1_epi32((int)halves[bit + 32])));
-  a.h = _mm256_or_si256(a.h, _mm256_and_si256(i, _mm256_set1_epi32((int)halves[bit])));
+  a.l = _mm256_or_si256(a.l, _mm256_and_si256(i, _mm256_set1_epi32((int)pktrt__mask_halves(bit)[32])));
+  a.h = _mm256_or_si256(a.h, _mm256_and_si256(i, _mm256_set1_epi32((int)pktrt__mask_halves(bit)[0])));
   return a;
 }
 OP uint32_t apush(a8 a, const uint32_t *child, v8 dist, uint32_t perm, uint64_t *masks, uint32_t *refs, float *nears) {
@@ -6269,7 +6299,7 @@ OP uint32_t apush(a8 a, const uint32_t *child, v8 dist, uint32_t perm, uint64_t 
   _mm256_storeu_ps(nears, _mm256_permutevar8x32_ps(dist, order));
   return pktrt__popcount(some);
 }
-#elif PKTRT__STAMP != PKTRT__STAMP_AVX512
+#elif PKTRT__STAMP == PKTRT__STAMP_SCALAR
 typedef struct a8 { /* eight ray masks, one per child */
   uint64_t mask[8];
 } a8;

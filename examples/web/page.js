@@ -42,7 +42,7 @@ for (const [id, value] of given) {
   const control = byId(id);
   if (!control || !("value" in control)) continue;
   if (control.type === "checkbox") control.checked = value !== "0";
-  else control.value = value;
+  else if (!control.options || [...control.options].some((one) => one.value === value)) control.value = value;
 }
 // After all scripts have run, so that they hear of it.
 addEventListener("DOMContentLoaded", () => {

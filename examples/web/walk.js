@@ -5,8 +5,8 @@
 // What is shown is in the address: see walk_data.js.
 import { byId, moduleCode } from "./page.js";
 import {
-  along, brief, clamp, corner, E, figure, hashOf, HEIGHT, makePacket, makeWorld, many, PRESETS, projection, raysText,
-  replay, sentence, stateOf, tidy, trace, traceEnd, TYPES, VERDICTS, WALK_DEFAULTS, WIDTH, within,
+  along, brief, clamp, corner, E, figure, hashOf, HEIGHT, leadsToFigure, makePacket, makeWorld, many, PRESETS, projection,
+  raysText, replay, sentence, stateOf, tidy, trace, traceEnd, TYPES, VERDICTS, WALK_DEFAULTS, WIDTH, within,
 } from "./walk_data.js";
 
 export function walk_start(section, module) {
@@ -165,9 +165,11 @@ export function walk_start(section, module) {
       c.fillStyle = colours["--walk-later"], c.beginPath();
       pathPoints(c, [0, 3, 6].map((k) => to(t.slice(k, k + 3)))), c.fill();
     }
-    c.fillStyle = colours["--walk-soft"], c.font = "12px system-ui, sans-serif";
-    c.fillText({ yz: "from the side: z to the left, y up", xz: "from above: x to the right, z down",
-      xy: "from the front: x to the right, y up", "3d": "drag to turn" }[state.view], 10, h - 8);
+    const caption = { yz: "from the side: z to the left, y up", xz: "from above: x to the right, z down",
+      xy: "from the front: x to the right, y up", "3d": "drag to turn" }[state.view];
+    c.fillStyle = colours["--walk-back"], c.font = "12px system-ui, sans-serif"; // over what lies behind it
+    c.globalAlpha = 0.8, c.fillRect(6, h - 21, c.measureText(caption).width + 8, 17), c.globalAlpha = 1;
+    c.fillStyle = colours["--walk-soft"], c.fillText(caption, 10, h - 8);
   }
 
   // ---- the range ----
@@ -280,7 +282,7 @@ export function walk_start(section, module) {
     const colour = (k) => `hsl(${Math.floor(k * 222.5) % 360},75%,${dark ? (k % 2 ? 72 : 60) : k % 2 ? 34 : 45}%)`;
     const find3 = (type, ray) => packets.findIndex((p) => (p.type === type || p.type === 4) && p.rays.includes(ray));
     const { c, w, h } = begin(figureCanvas), unit = Math.min(w / 17.5, 70), left = Math.max((w - 17.5 * unit) / 2, 1);
-    const y = h * 0.52, eye = [left + 0.2 * unit, 18], light = [left + 5 * unit, 18];
+    const y = h * 0.58, eye = [left + 0.2 * unit, 18], light = [left + 5 * unit, 18];
     const fills = { d: "--walk-diffuse", f: "--walk-floor", m: "--walk-metal", g: "--walk-glass", ".": "--walk-back" };
     const arrow = (x0, y0, dx, dy, length, k, dot) => {
       const l = length / Math.hypot(dx, dy), x = x0 + l * dx, y1 = y0 + l * dy, a = Math.atan2(dy, dx);
@@ -290,14 +292,14 @@ export function walk_start(section, module) {
       else for (const d of [0, 2.6, -2.6]) c.lineTo(x + 7 * Math.cos(a + d), y1 + 7 * Math.sin(a + d));
       c.fill();
     };
-    places = [], c.textAlign = "center", c.font = "12px system-ui, sans-serif";
+    places = [], c.textAlign = "center", c.font = `${unit < 24 ? 10 : 12}px system-ui, sans-serif`;
     for (let i = 0; i < 16; i++) {
       const x = left + (i + 0.5) * unit;
       c.strokeStyle = colours["--walk-line"], c.lineWidth = 1;
       c.beginPath(), c.moveTo(...eye), c.lineTo(x, y), c.stroke();
       c.fillStyle = colours[fills[state.met[i]]];
       for (const paint of ["fillRect", "strokeRect"]) c[paint](x - unit / 2 + 1, y, unit - 2, 20);
-      c.fillStyle = colours[state.met[i] === "." ? "--walk-soft" : "--walk-ink"], c.fillText(i + 1, x, y + 14.5);
+      c.fillStyle = colours[state.met[i] === "." ? "--walk-soft" : "--walk-ink"], c.fillText(i + 1, x, y + 14);
       places.push([x - unit / 2, x + unit / 2]);
     }
     for (let i = 0; i < 16; i++) {
@@ -305,12 +307,13 @@ export function walk_start(section, module) {
       const shadowPacket = "df".includes(met) ? find3(1, i) : -1;
       const reflected = "fmg".includes(met) ? find3(2, i) : -1, refracted = met === "g" ? find3(3, i) : -1;
       if (shadowPacket >= 0) arrow(x, y, light[0] - x, light[1] - y, h * 0.26, shadowPacket, true);
-      if (reflected >= 0) arrow(x, y, 0.7 * dx, -dy, h * 0.2, reflected, false);
-      if (refracted >= 0) arrow(x, y + 20, 0.35 * dx, dy, h * 0.2, refracted, false);
+      const length = Math.min(h * 0.2, 2 * unit);
+      if (reflected >= 0) arrow(x, y, 0.7 * dx, -dy, length, reflected, false);
+      if (refracted >= 0) arrow(x, y + 20, 0.35 * dx, dy, length, refracted, false);
     }
     c.fillStyle = colours["--walk-ink"], c.beginPath(), c.arc(...eye, 5, 0, 7), c.fill();
     c.fillStyle = colours["--walk-light"], c.beginPath(), c.arc(...light, 7, 0, 7), c.fill();
-    c.fillStyle = colours["--walk-soft"], c.textAlign = "left";
+    c.fillStyle = colours["--walk-soft"], c.textAlign = "left", c.font = "12px system-ui, sans-serif";
     c.fillText("eye", eye[0] + 9, 16), c.fillText("light", light[0] + 11, 16);
     const text = find(".walk-figure-text"), order = packets.map((p, k) => ({ ...p, k }))
       .sort((a, b) => a.type - b.type || a.rays[0] - b.rays[0]);
@@ -379,6 +382,9 @@ export function walk_start(section, module) {
   }
   function showAll() {
     readColours(), showControls(), stillOf = "", showPacket(), drawFigure();
+  }
+  function followAddress() { // as far as figure 3, if it is about that
+    if (leadsToFigure(location.hash)) byId("walk-figure-title").scrollIntoView();
   }
 
   // ---- playing ----
@@ -498,7 +504,7 @@ export function walk_start(section, module) {
 
   addEventListener("hashchange", () => {
     if (!location.hash.startsWith("#walk") || location.hash === hashWritten) return;
-    play(false), state = stateOf(location.hash), showAll();
+    play(false), state = stateOf(location.hash), showAll(), followAddress();
   });
   section.addEventListener("shown", showAll);
   section.addEventListener("hidden", () => {
@@ -507,7 +513,7 @@ export function walk_start(section, module) {
   });
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", showAll);
   new ResizeObserver(() => section.offsetParent !== null && (showEvent(), drawFigure())).observe(section);
-  showAll();
+  showAll(), followAddress();
 }
 
 // page.js says when the section is shown, and has the compiled module; this is an instance of its own.

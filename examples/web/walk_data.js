@@ -2,7 +2,7 @@
 //
 // A state is what one can link to: #walk?packet=shadow&size=16&steps=2007&event=40. Its names are those of WALK_DEFAULTS,
 // and what is not named is as there. steps: "all", "2007", "none", or names of STEPS with + between them. event: counted
-// from 1 on there, as on the page.
+// from 1 on there, as on the page. Whoever names an assembly, or what rays meet, and no event is led to figure 3.
 
 // What the words of walk.c are: u a number, f a float, a digit before it how many.
 const KINDS = {
@@ -35,7 +35,7 @@ export const WIDTH = 256, HEIGHT = 192; // of the picture
 
 export const WALK_DEFAULTS = { scene: "course", packet: "camera", size: 8, x: 96, y: 32, spacing: 1, order: "rows",
   steps: 63, view: "yz", follow: 0, event: 0, assembly: "groups", met: "ddddffmmggmmgggg" };
-const CHOICES = { scene: ["course", "boxes"], packet: ["camera", "shadow", "mirror"], size: [2, 4, 8, 16],
+const CHOICES = { scene: ["course", "boxes"], packet: ["camera", "shadow", "mirror"], size: [1, 2, 4, 8, 16],
   order: ["rows", "morton"], view: ["yz", "xz", "xy", "3d"], assembly: Object.keys(ASSEMBLIES) };
 
 // ---- what walk.c gives ----
@@ -123,6 +123,7 @@ export function stateOf(hash) {
     else if (name in s) s[name] = typeof s[name] === "number" ? Number(value) : value;
   return tidy(s);
 }
+export const leadsToFigure = (hash) => /^#walk\?(.*&)?(assembly|met)=/.test(hash) && !/[?&]event=/.test(hash);
 export function hashOf(s) {
   const value = (name) => name === "steps" ? stepsText(s.steps) : name === "event" ? s.event + 1 : s[name];
   const text = Object.keys(s).filter((name) => s[name] !== WALK_DEFAULTS[name]).map((name) => `${name}=${value(name)}`);
@@ -152,10 +153,11 @@ export function sentence(e, world, n, shadow) {
     return `${name} is entered by ${range}: ${e.ray} is the first to hit it, and the first active one below. ` +
       price;
   case E.INTERVAL_CULL:
-    return `${name} is dropped: interval arithmetic shows that ${range} all miss it. ${price}`;
+    return `${name} is dropped: interval arithmetic shows that ${range} ${e.active === 1 ? "misses" : "all miss"} it. ` +
+      price;
   case E.FRUSTUM_CULL:
     return `${name} is dropped: it lies outside one of the four planes around the rays. ${price}`;
-  case E.ALL_MISS: return `${name} is dropped: of ${range} each one misses it. ${price}`;
+  case E.ALL_MISS: return `${name} is dropped: ${e.active === 1 ? range : `of ${range} each one`} misses it. ${price}`;
   case E.NONE_LEFT: return `${name} is dropped: all its rays have found something in their way.`;
   case E.TRIM:
     return `The range ends at ray ${last}: those behind it miss child ${e.child} of node ${e.index}. ${price}`;

@@ -48,7 +48,7 @@ ifeq ($(MAKELEVEL),0)
 .NOTPARALLEL:
 endif
 
-.PHONY: all demo effects deform view test-view web web-serve test-web readme-pictures test test-leaveout sanitize test-neon matrix platforms checksum flags test-guards deps deps-extra deps-web format format-check clean help
+.PHONY: all demo effects deform view test-view web web-serve test-web test-web-node readme-pictures test test-leaveout sanitize test-neon matrix platforms checksum flags test-guards deps deps-extra deps-web format format-check clean help
 .PHONY: mutants map structure figures parts bench bench-check bench-plots bench-readme bench-pictures bench-tests peers exactness before instances error error-check error-before error-before-check error-before-samples leaveout leaveout-check leaveout-before
 .PHONY: stability stability-neon stability-sanitize sanitize-threads fuzz
 .PHONY: bench-wasm
@@ -66,7 +66,8 @@ help:
 	@echo "test-view   drives it under Xvfb and looks at the screen"
 	@echo "web         makes the page out/web, in which one looks around by WebAssembly and follows a packet down the tree"
 	@echo "web-serve   shows it at http://localhost:8000, PORT=8001 elsewhere"
-	@echo "test-web    drives it in Chromium by keys, mouse and touch; its pictures have the bits of render (make deps-web installs it)"
+	@echo "test-web    drives it in Chromium by keys, mouse and touch; its pictures have the bits of render (make deps-web installs it);"
+	@echo "            test-web-node  what needs no browser of it"
 	@echo "course      builds and runs the course's programs: figures and out/course/*; N=2: only that of chapter 2;"
 	@echo "            the way through: examples/course/README.md"
 	@echo "course-check  N=2 FILE=mine_02.c: whether that solves the exercise of chapter 2"
@@ -179,13 +180,16 @@ endif
 web-serve: web
 	python3 examples/web/serve.py $(WEB) $(PORT)
 
-# What node can see of it: the bits of build/render and build/walk_events, memory that stays, time; ARGS=--quick leaves out the last
-# two. Then the page as someone would use it, in Chromium; ONLY="pictures walk" picks functions of tests/web_page.js.
-test-web: web
+# What node can see of it: the bits of build/render and build/walk_events, memory that stays, time (ARGS=--quick leaves out the last
+# two), and whether the course's links lead where they say. Then the page as someone would use it, in Chromium; ONLY="pictures walk"
+# picks functions of tests/web_page.js.
+test-web: test-web-node
+	ONLY="$(ONLY)" tests/web.sh $(WEB) $(B)
+
+test-web-node: web
 	$(BUILD) $(B)/render $(B)/walk_events
 	node tests/web.js $(WEB) $(B)/render $(ARGS)
 	node tests/walk.js $(WEB) $(B)/walk_events
-	ONLY="$(ONLY)" tests/web.sh $(WEB) $(B)
 
 $(WEB)/pktrt.js: $(WEB_OBJECTS) | $(WEB)
 	$(WEB_CC) $(WEB_OBJECTS) $(WEB_LINK) -o $@

@@ -1,9 +1,11 @@
 // Compares what the web page shows of a packet's walk with what a program tells: rays, events and the packets of figure 3,
-// word by word. node tests/walk.js out/web build/walk_events
+// word by word; and whether the course's links lead to states that say what the links announce.
+// node tests/walk.js out/web build/walk_events
 "use strict";
 const fs = require("fs");
 const { execFileSync } = require("child_process");
 const path = require("path");
+const { linksOf, courseLinks } = require("./web_links.js");
 
 const [folder, program] = process.argv.slice(2);
 const hashes = ["#walk", "#walk?packet=shadow&size=16&steps=2007&event=40", "#walk?x=7&view=3d&follow=1",
@@ -43,7 +45,28 @@ async function main() {
     const back = walk.hashOf(walk.stateOf(hash));
     if (back !== hash) fail(`${hash} comes back as ${back}`);
   }
-  if (!failures) console.log(`passed  ${walks} walks of ${told} events are those of the program`);
+
+  // What the page says of a link's state; "": the address is not as the page would write it, or there is no such event.
+  function saidOf(hash) {
+    const state = walk.stateOf(hash), world = walk.makeWorld(module, state.scene), rays = walk.makePacket(module, state);
+    const events = walk.trace(module, state.steps), members = walk.figure(module, state.assembly, state.met);
+    if (walk.hashOf(state) !== hash || state.event >= events.length) return "";
+    const packets = new Set(members.map((member) => member.packet)).size;
+    if (walk.leadsToFigure(hash)) return `${walk.many(members.length, "ray")} in ${walk.many(packets, "packet")}`;
+    return walk.sentence(events[state.event], world, rays.length, state.packet === "shadow");
+  }
+  const holds = ({ hash, title }) => saidOf(hash).includes(title);
+  const links = courseLinks().filter(({ hash }) => hash.startsWith("#walk"));
+  for (const link of links) if (!holds(link)) fail(`${link.file}: ${link.hash} does not say "${link.title}"`);
+  if (links.length < 6) fail(`the course has ${links.length} links to walks`);
+  for (const [hash, title] of [["#walk?evnt=3", "is"], ["#walk?event=9999", "is"], ["#walk?event=2", "is entered"],
+    ["#walk?assembly=run", "rays in"]])
+    if (holds({ hash, title })) fail(`not noticed: ${hash} "${title}"`);
+  if (linksOf("[a](http://localhost:8080/#walk \"b\") [c](http://localhost:8000/#walk)").some((link) => link))
+    fail("not noticed: links of another form");
+
+  if (!failures)
+    console.log(`passed  ${walks} walks of ${told} events are those of the program; ${links.length} links lead where they say`);
   process.exitCode = failures ? 1 : 0;
 }
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Opens the web page in Chromium without a window, and drives it: web_page.js. puppeteer-core, which talks to Chromium, is kept
-# beside the page's objects.
+# beside the page's objects. Exit status 77: there is no browser, or no driver of it, so nothing has been tested.
 # usage: web.sh [the page's folder [directory of render and walk_events]], from the project's directory
 set -u
 page=${1:-out/web} bin=${2:-build} driver=build/web
@@ -8,16 +8,16 @@ for browser in chromium chromium-browser google-chrome ''; do command -v "$brows
 for tool in node python3; do
   command -v $tool >/dev/null || { echo "web.sh: $tool is not installed (make deps-extra)"; exit 1; }
 done
-[ -n "$browser" ] || { echo "web.sh: Chromium is not installed (make deps-extra), the page is not opened"; exit 1; }
+[ -n "$browser" ] || { echo "web.sh: Chromium is not installed (make deps-web), the page is not opened"; exit 77; }
 
 # Of the 24th version: later ones ask for a newer node than Debian has.
 if [ ! -s "$driver/node_modules/puppeteer-core/package.json" ]; then
-  command -v npm >/dev/null || { echo "web.sh: npm is not installed (make deps-extra), the page is not opened"; exit 1; }
+  command -v npm >/dev/null || { echo "web.sh: npm is not installed (make deps-web), the page is not opened"; exit 77; }
   echo "web.sh: npm installs puppeteer-core into $driver"
   mkdir -p "$driver"
   PUPPETEER_SKIP_DOWNLOAD=1 npm install --prefix "$driver" --no-save --no-package-lock --no-audit --no-fund --loglevel=error \
-    puppeteer-core@24 >"$driver/npm.txt" 2>&1 ||
-    { cat "$driver/npm.txt"; echo "web.sh: puppeteer-core cannot be installed, the page is not opened"; exit 1; }
+    --fetch-timeout=30000 --fetch-retries=1 puppeteer-core@24 >"$driver/npm.txt" 2>&1 ||
+    { echo "web.sh: puppeteer-core cannot be installed ($driver/npm.txt says why), the page is not opened"; exit 77; }
 fi
 
 : >"$driver/serve.txt" # not the address of before

@@ -372,7 +372,7 @@ async function quick() {
   };
   const after = async (more) => {
     const from = await page.evaluate(() => noted.frames);
-    await page.waitForFunction((n) => noted.frames >= n, { timeout: 120000, polling: 100 }, from + more);
+    await page.waitForFunction((n) => noted.frames >= n, { timeout: 400000, polling: 100 }, from + more);
     return memory();
   };
   const early = await after(50), frames = reported ? 100 : 500, late = await after(frames), mb = (x) => (x / 1e6).toFixed(1);

@@ -325,7 +325,7 @@ async function walk() {
   await dark.close();
 }
 
-// Opens a link of the course: whether the page says its title in sight, and its controls and address are as the link has them.
+// Opens a link of the course: whether the page says its title in sight, and controls and address are as the link has them.
 async function leads({ hash, title }, timeout = 20000) {
   const page = await open(hash);
   const good = await page.waitForFunction((words, where) => {
@@ -440,8 +440,9 @@ async function complaining() {
 }
 
 async function main() {
-  browser = await puppeteer.launch({ executablePath: process.env.CHROMIUM, headless: true, args: ["--no-sandbox",
-    "--disable-dev-shm-usage", "--enable-precise-memory-info", "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE localhost"] });
+  browser = await puppeteer.launch({ executablePath: process.env.CHROMIUM, headless: true, protocolTimeout: 500000,
+    args: ["--no-sandbox", "--disable-dev-shm-usage", "--enable-precise-memory-info",
+      "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE localhost"] });
   try {
     const only = process.env.ONLY?.split(" ").filter(Boolean) || [];
     for (const part of [pictures, touch, wide, walk, links, quick, speed, complaining])

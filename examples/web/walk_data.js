@@ -140,7 +140,8 @@ export function sentence(e, world, n, shadow) {
   const child = world.childOf(e.index, e.child), last = e.ray + e.active - 1, range = raysText(e.ray, last);
   const leaf = () => `leaf ${child.index} with ${many(child.triangles, "triangle")}`;
   const kind = !child ? "" : child.triangles ? leaf() : `node ${child.index}`;
-  const name = `Child ${e.child} of node ${e.index}, ${kind},`, price = `${many(e.tested, "ray")} tested for that.`;
+  const name = `Child ${e.child} of node ${e.index}, ${kind},`;
+  const price = `${e.tested ? `${many(e.tested, "ray")} tested` : "No further test"} for that.`;
   switch (e.kind) {
   case E.NODE: {
     const waiting = world.childrenOf(e.index).length;

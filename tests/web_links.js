@@ -1,4 +1,4 @@
-// The links of the course's texts to states of the web page, as (http://localhost:8000/#walk?event=3 "what it says there").
+// The links of the course's texts to states of the web page, as (http://localhost:8000/#walk?event=3 "what it says").
 "use strict";
 const fs = require("fs");
 const path = require("path");

@@ -1,7 +1,7 @@
 // Drives the web page in Chromium by keys, mouse and fingers, and looks at what it shows: pictures are those of build/render, the
 // packet's walk is that of build/walk_events, controls have names, nothing is wider than the screen, and it is quick enough.
-// With TIMES=report, as in CI, figures of time are told and fail nothing, and fewer frames are counted. Screenshots go to
-// out/web-*.png. Chromium is PUPPETEER's, see web.sh.
+// With TIMES=report, as in CI, figures of time are told and fail nothing, and fewer frames are counted. Screenshots
+// go to out/web-*.png. Chromium is PUPPETEER's, see web.sh.
 // node tests/web_page.js http://localhost:8000 out/web build
 "use strict";
 const fs = require("fs");
@@ -25,7 +25,8 @@ const reported = process.env.TIMES === "report";
 async function checkTime(sentence, measure, good, told) {
   let value;
   for (let i = 0; i < (reported ? 1 : 3); i++) if (good(value = await measure())) break;
-  if (reported) return console.log(`  ${good(value) ? "ok    " : "missed"}  ${sentence}: ${told(value)} (reported, fails nothing)`);
+  if (reported)
+    return console.log(`  ${good(value) ? "ok    " : "missed"}  ${sentence}: ${told(value)} (reported, fails nothing)`);
   return check(sentence, good(value), told(value));
 }
 
@@ -325,13 +326,15 @@ async function walk() {
   await dark.close();
 }
 
-// Opens a link of the course: whether the page says its title in sight, and controls and address are as the link has them.
+// Opens a link of the course: whether the page says its title in sight, with controls and address as the link has them.
 async function leads({ hash, title }, timeout = 20000) {
   const page = await open(hash);
   const good = await page.waitForFunction((words, where) => {
     const walks = where.startsWith("#walk"), named = [...new URLSearchParams(where.replace(/^#(walk\??)?/, ""))];
-    const control = (name) => document.querySelector(walks ? `[name=walk-${name}]:is(select, [type=number], :checked)` : `#${name}`);
-    const inSight = (it) => it.offsetParent && it.getBoundingClientRect().top < innerHeight && it.textContent.includes(words);
+    const chosen = ":is(select, [type=number], :checked)";
+    const control = (name) => document.querySelector(walks ? `[name=walk-${name}]${chosen}` : `#${name}`);
+    const inSight = (it) => it.textContent.includes(words) && it.offsetParent &&
+      it.getBoundingClientRect().top < innerHeight;
     return [...document.querySelectorAll("#walk p, #legend")].some(inSight) && // which says step and event, too
       named.every(([name, value]) => (walks && /^(steps|event)$/.test(name)) || control(name)?.value === value);
   }, { timeout, polling: 100 }, title, hash).then(() => true, () => false);
@@ -375,8 +378,10 @@ async function quick() {
     await page.waitForFunction((n) => noted.frames >= n, { timeout: 400000, polling: 100 }, from + more);
     return memory();
   };
-  const early = await after(50), frames = reported ? 100 : 500, late = await after(frames), mb = (x) => (x / 1e6).toFixed(1);
-  check(`${frames} frames leave the modules' memory as it is`, late.modules === early.modules, `${mb(early.modules)} MB of all workers`);
+  const mb = (x) => (x / 1e6).toFixed(1), frames = reported ? 100 : 500;
+  const early = await after(50), late = await after(frames);
+  check(`${frames} frames leave the modules' memory as it is`, late.modules === early.modules,
+    `${mb(early.modules)} MB of all workers`);
   check("and the page's", late.page - early.page < MOST_GROWTH, `${mb(early.page)} MB, then ${mb(late.page)} MB`);
   await page.evaluate(() => { noted.keep = []; });
   const kept = await after(30);

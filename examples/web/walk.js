@@ -5,8 +5,8 @@
 // What is shown is in the address: see walk_data.js.
 import { byId, moduleCode } from "./page.js";
 import {
-  along, brief, clamp, corner, E, figure, hashOf, HEIGHT, leadsToFigure, makePacket, makeWorld, many, PRESETS, projection,
-  raysText, replay, sentence, stateOf, tidy, trace, traceEnd, TYPES, VERDICTS, WALK_DEFAULTS, WIDTH, within,
+  along, brief, clamp, corner, E, figure, hashOf, HEIGHT, leadsToFigure, makePacket, makeWorld, many, PRESETS,
+  projection, raysText, replay, sentence, stateOf, tidy, trace, traceEnd, TYPES, VERDICTS, WALK_DEFAULTS, WIDTH, within,
 } from "./walk_data.js";
 
 export function walk_start(section, module) {

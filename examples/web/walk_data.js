@@ -154,8 +154,8 @@ export function sentence(e, world, n, shadow) {
     return `${name} is entered by ${range}: ${e.ray} is the first to hit it, and the first active one below. ` +
       price;
   case E.INTERVAL_CULL:
-    return `${name} is dropped: interval arithmetic shows that ${range} ${e.active === 1 ? "misses" : "all miss"} it. ` +
-      price;
+    return `${name} is dropped: interval arithmetic shows that ${range} ` +
+      `${e.active === 1 ? "misses" : "all miss"} it. ${price}`;
   case E.FRUSTUM_CULL:
     return `${name} is dropped: it lies outside one of the four planes around the rays. ${price}`;
   case E.ALL_MISS: return `${name} is dropped: ${e.active === 1 ? range : `of ${range} each one`} misses it. ${price}`;

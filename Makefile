@@ -48,7 +48,7 @@ ifeq ($(MAKELEVEL),0)
 .NOTPARALLEL:
 endif
 
-.PHONY: all demo effects deform view test-view web web-serve test-web test-web-node readme-pictures test test-leaveout sanitize test-neon matrix platforms checksum flags test-guards deps deps-extra deps-web format format-check clean help
+.PHONY: all demo effects deform view test-view web web-serve test-web test-web-node readme-pictures test test-leaveout sanitize test-neon test-wasm matrix platforms checksum flags test-guards deps deps-extra deps-web format format-check clean help
 .PHONY: mutants map structure figures parts bench bench-check bench-plots bench-readme bench-pictures bench-tests peers exactness before instances error error-check error-before error-before-check error-before-samples leaveout leaveout-check leaveout-before
 .PHONY: stability stability-neon stability-sanitize sanitize-threads fuzz
 .PHONY: bench-wasm
@@ -83,6 +83,7 @@ help:
 	@echo "fuzz        libFuzzer for TIME=600 seconds each: TARGETS=\"scene query settings mesh_file\""
 	@echo "sanitize-threads  what several threads do at once, under TSan"
 	@echo "matrix      C99 to C++23, compilers, platforms    test-neon   runs a smaller set on ARM, emulated"
+	@echo "test-wasm   runs a smaller set in node, by WebAssembly's vectors; SIMD= by its scalar code"
 	@echo "platforms   one checksum on eleven of them: a table  checksum    writes anew what must come out, tests/checksum.txt"
 	@echo "flags       compiler flags, each refused by name or without effect"
 	@echo "test-guards the header behind hostile macros and windows.h; what a library exports"
@@ -361,6 +362,20 @@ test-neon stability-neon:
 	@command -v qemu-aarch64 >/dev/null || { echo "$@: qemu-aarch64 is not installed (make deps-extra)"; exit 1; }
 	$(BUILD) CC=$(ARM_CC) CFLAGS="-O2 -DPKTRT_NO_SCALAR" LDFLAGS=-static config=release B=build/neon build/neon/test
 	qemu-aarch64 build/neon/test --small $(if $(filter stability-neon,$@),--thorough 0.1 --results build/neon stable,$(ONLY))
+
+# WebAssembly in node, by its vectors or, with SIMD= on the command line, by scalar code. Node has no fork, hence one process, and
+# threads are none without workers: parallel_for runs what it is given in turn. One test says that it is skipped, that of rounding.
+SIMD = -msimd128 -DPKTRT_NO_SCALAR
+WASM_TESTS = build/wasm-tests$(if $(SIMD),,-scalar)
+WASM_LINK = -s SINGLE_FILE=1 -s NODERAWFS=1 -s EXIT_RUNTIME=1 -s ALLOW_MEMORY_GROWTH=1 -s MAXIMUM_MEMORY=4GB \
+  -s TOTAL_MEMORY=64MB -s TOTAL_STACK=8MB
+test-wasm: export NODE_PATH := /usr/share/nodejs$(if $(NODE_PATH),:$(NODE_PATH))
+test-wasm:
+	@for program in emcc node; do command -v $$program >/dev/null || { \
+	  echo "$@: $$program is not installed (make deps-extra)"; exit 1; }; done
+	$(BUILD) CC=emcc CFLAGS="-O1 $(SIMD) -idirafter /usr/include" LDFLAGS="$(WASM_LINK)" config=release B=$(WASM_TESTS) \
+	  $(WASM_TESTS)/test
+	node $(WASM_TESTS)/test --small $(ONLY)
 
 stability-sanitize:
 	$(BUILD) CC=$(SANITIZE_CC) config=sanitize build/sanitize/test

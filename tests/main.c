@@ -188,6 +188,28 @@ void threads_for(int workers, size_t n, void (*body)(void *arg, size_t i), void 
   while (started > 0) pthread_join(thread[--started], NULL);
 }
 
+#ifdef __EMSCRIPTEN__ /* there are no threads without workers, but a stack is memory like any other */
+void *stackSave(void);
+void stackRestore(void *top);
+void run_on_stack(void *memory, size_t size, void *(*body)(void *arg), void *arg) {
+  void *const before = stackSave(), *mine = NULL;
+  if (!memory && posix_memalign(&mine, 4096, size)) abort();
+  stackRestore((char *)(memory ? memory : mine) + size);
+  body(arg);
+  stackRestore(before);
+  free(mine);
+}
+#else
+void run_on_stack(void *memory, size_t size, void *(*body)(void *arg), void *arg) {
+  pthread_attr_t attr;
+  pthread_t t;
+  pthread_attr_init(&attr);
+  CHECK((memory ? pthread_attr_setstack(&attr, memory, size) : pthread_attr_setstacksize(&attr, size)) == 0);
+  if (CHECK(pthread_create(&t, &attr, body, arg) == 0)) pthread_join(t, NULL);
+  pthread_attr_destroy(&attr);
+}
+#endif
+
 static void hook_parallel(void *user, size_t n, void (*body)(void *arg, size_t i), void *arg) {
   threads_for(((test_hooks *)user)->workers, n, body, arg);
 }

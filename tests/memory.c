@@ -174,7 +174,7 @@ static void failing_rebuild(void) {
     for (; !rebuilt && n < 1000; n++) {
       set_up(&f, workers, PKTRT_BUILD_DEFAULT, PKTRT_REBUILD_AUTOMATIC, true);
       CHECK(op_positions(&f) == PKTRT_OK);
-      hooks.fail_at = n, hooks.fail_after = n % 2 == 0, hooks.failed = 0, hooks.warnings = hooks.notes = 0;
+      hooks.fail_at = (size_t)n, hooks.fail_after = n % 2 == 0, hooks.failed = 0, hooks.warnings = hooks.notes = 0;
       CHECK(pktrt_refit(f.s) == PKTRT_OK, "allocation %llu: %s", (unsigned long long)n, pktrt_last_error(f.s));
       hooks.fail_at = 0, hooks.fail_after = false;
       rebuilt = hooks.failed == 0;

@@ -354,7 +354,7 @@ void make_rays(const world *w, const pktrt_scene *s, ray_kind kind, uint64_t see
       break;
     }
     case RAYS_INVALID: /* packets of all sorts with holes, often right at the start */
-      make_rays(w, s, i / 64 % 2 ? RAYS_CAMERA : RAYS_EDGE, seed, i, &x, 1);
+      make_rays(w, s, i / 64 % 2 ? RAYS_CAMERA : RAYS_EDGE, seed, (size_t)i, &x, 1);
       if (i % 64 < i / 128 % 4 || rng_below(&r, 3) == 0) x = invalid_ray(&r, x);
       break;
     default: break;

@@ -832,27 +832,13 @@ static void *deep_thread(void *arg) {
 /* Paints a larger stack and sees how deep the paint is gone; so too much fails and does not crash. */
 static size_t deep_painted(deep_render *r) {
   char *memory = NULL, *low;
-  pthread_attr_t attr;
-  pthread_t t;
   if (posix_memalign((void **)&memory, 4096, DEEP_PAINTED)) abort();
   memset(memory, 0xA5, DEEP_PAINTED);
-  pthread_attr_init(&attr);
-  CHECK(pthread_attr_setstack(&attr, memory, DEEP_PAINTED) == 0);
-  if (CHECK(pthread_create(&t, &attr, deep_thread, r) == 0)) pthread_join(t, NULL);
-  pthread_attr_destroy(&attr);
+  run_on_stack(memory, DEEP_PAINTED, deep_thread, r);
   for (low = memory; low < memory + DEEP_PAINTED && *low == (char)0xA5; low++) {}
   size_t used = (size_t)(memory + DEEP_PAINTED - low); /* with what the thread itself keeps there */
   free(memory);
   return used;
-}
-
-static void deep_small(deep_render *r) {
-  pthread_attr_t attr;
-  pthread_t t;
-  pthread_attr_init(&attr);
-  CHECK(pthread_attr_setstacksize(&attr, DEEP_STACK) == 0);
-  if (CHECK(pthread_create(&t, &attr, deep_thread, r) == 0)) pthread_join(t, NULL);
-  pthread_attr_destroy(&attr);
 }
 
 /* Between two mirrors, or in a box of glass, where rays near its diagonals are reflected totally. Everything that lies
@@ -910,7 +896,7 @@ static void deep_stack(void) {
     if (used > most) most = used;
     if (CHECK(used <= DEEP_STACK, "%s, mode %d, %s: %zu bytes of stack", isa, (int)mode, where, used)) {
       d.pixels = got;
-      deep_small(&r);
+      run_on_stack(NULL, DEEP_STACK, deep_thread, &r);
       CHECK(r.status == PKTRT_OK && same_bits(want, got, sizeof got), "%s, %s: the same on a small stack", isa, where);
     }
     pktrt_scene_destroy(s);

@@ -612,15 +612,9 @@ static void *stack_thread(void *arg) {
 
 static size_t stack_used(stack_probe *p) {
   char *memory = NULL;
-  pthread_attr_t attr;
-  pthread_t t;
   if (posix_memalign((void **)&memory, 4096, STACK)) abort();
   memset(memory, 0xA5, STACK);
-  pthread_attr_init(&attr);
-  CHECK(pthread_attr_setstack(&attr, memory, STACK) == 0);
-  CHECK(pthread_create(&t, &attr, stack_thread, p) == 0);
-  pthread_join(t, NULL);
-  pthread_attr_destroy(&attr);
+  run_on_stack(memory, STACK, stack_thread, p);
   char *low = memory;
   while (low < p->top && *low == (char)0xA5) low++;
   size_t used = (size_t)(p->top - low);

@@ -483,7 +483,7 @@ static void terrain_answers(void *arg, size_t i) {
 
 static void rays_over_terrain(const char *name, uint32_t n, const mesh *m, pktrt_scene *s) {
   terrain_trial t = {m, s, n, (thorough(1000000) + PARTS - 1) / PARTS, NULL, NULL, {0}, {0}, {0}};
-  const uint64_t rays = (uint64_t)t.rays * PARTS;
+  const size_t rays = t.rays * PARTS;
   t.ray = room(rays, sizeof *t.ray), t.want = room(rays, sizeof *t.want);
   jobs_for(PARTS, terrain_truth, &t);
   uint64_t plain = 0, hits = 0;
@@ -583,7 +583,7 @@ static void ask_fresh(film *f, const pktrt_scene *s, const world *w, const pktrt
 
 static void one_frame(film *f, pktrt_scene *s, world *w, const world *rest, uint64_t frame) {
   const uint64_t apart = f->frames > 100 ? DEFORMATIONS - 1 : 1; /* all deformations have their turn */
-  const size_t n = frame % apart ? 0 : thorough(125000) * apart / f->frames + 20;
+  const size_t n = frame % apart ? 0 : (size_t)(thorough(125000) * apart / f->frames) + 20;
   const uint32_t changed = deform(w, rest, frame);
   pktrt_ray *rays = room(n, sizeof *rays);
   pktrt_hit *stale = room(n, sizeof *stale);

@@ -112,6 +112,8 @@ typedef struct test_hooks { /* the user pointer of scene_desc_of() */
 extern test_hooks hooks;                                    /* the one that all tests share */
 pktrt_scene_desc scene_desc_of(pktrt_isa isa, int workers); /* workers 0: no parallel_for */
 void threads_for(int workers, size_t n, void (*body)(void *arg, size_t i), void *arg);
+/* On a stack of that size; memory NULL: one that crashes, where it can, on who needs more. */
+void run_on_stack(void *memory, size_t size, void *(*body)(void *arg), void *arg);
 
 /* Instruction sets that run here. */
 extern pktrt_isa isas[8];

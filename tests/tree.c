@@ -732,6 +732,9 @@ SETUP_OF(avx2, __attribute__((__target__("avx2,fma,bmi,bmi2,popcnt"))))
 #ifdef PKTRT__HAS_NEON
 SETUP_OF(neon, )
 #endif
+#ifdef PKTRT__HAS_WASM
+SETUP_OF(wasm, )
+#endif
 static void setups_agree(void) {
   for (int axis = 0; axis < 6; axis++) {
     mesh m = mesh_sphere(2, 0, 1);
@@ -755,6 +758,9 @@ static void setups_agree(void) {
 #endif
 #ifdef PKTRT__HAS_NEON
       setup_by_neon(s, &ray);
+#endif
+#ifdef PKTRT__HAS_WASM
+      setup_by_wasm(s, &ray);
 #endif
     }
     pktrt_scene_destroy(s);

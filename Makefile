@@ -51,7 +51,7 @@ endif
 .PHONY: all demo effects deform view test-view web web-serve test-web test-web-node readme-pictures test test-leaveout sanitize test-neon test-wasm matrix platforms checksum flags test-guards deps deps-extra deps-web format format-check clean help
 .PHONY: mutants map structure figures parts bench bench-check bench-plots bench-readme bench-pictures bench-tests peers exactness before instances error error-check error-before error-before-check error-before-samples leaveout leaveout-check leaveout-before
 .PHONY: stability stability-neon stability-sanitize sanitize-threads fuzz
-.PHONY: bench-wasm
+.PHONY: bench-wasm bench-three
 .PHONY: course course-check course-test course-text course-check-text course-pictures
 .DELETE_ON_ERROR:
 
@@ -95,6 +95,7 @@ help:
 	@echo "parts       whether each header of the benches compiles by itself"
 	@echo "peers       races Embree in a quarter of an hour; MESHES=\"FILE DIR\" of these too, FULL=1 everything, BENCH_ARGS=... options"
 	@echo "bench-wasm  WebAssembly's vectors beside its scalar code, in node, in a minute"
+	@echo "bench-three  the same beside three-mesh-bvh, which npm brings, in a few minutes; SCENE=conference"
 	@echo "exactness   pktrt beside copies of itself with textbook tests of triangles, in three minutes"
 	@echo "before      pktrt beside itself as it was at commit BEFORE=..., in ten minutes"
 	@echo "instances   instances beside the same triangles added directly, at rest and moving, in two minutes"
@@ -472,6 +473,12 @@ bench-check:
 
 bench-wasm:
 	@bench/wasm.sh
+
+# SCENE=conference races in another one, ROUNDS=9 takes the best of more. What npm brings goes to build/three.
+bench-three: | $(RESULTS)
+	$(BUILD) $(B)/provenance
+	@SCENE="$(SCENE)" ROUNDS="$(ROUNDS)" bench/three.sh $(B)/provenance $(RESULTS)
+	@$(MAKE) --no-print-directory bench-readme
 
 # Of what has been measured; the CSV files stay when the plots are made anew.
 READMES = README.md $(wildcard bench/README.md bench/*/README.md)

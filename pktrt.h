@@ -2229,6 +2229,12 @@ static uint32_t pktrt__build_split_half(const pktrt__build_range *r, const pktrt
   return left;
 }
 
+/* Returns the unit of a range's areas, by its longest extent. */
+static float pktrt__build_unit_of(const pktrt__build_range *r) {
+  const double x = (double)r->box[0] + r->box[4], y = (double)r->box[1] + r->box[5], z = (double)r->box[2] + r->box[6];
+  return pktrt__build_unit_scale((float)-(x < y ? (x < z ? x : z) : (y < z ? y : z)));
+}
+
 typedef struct pktrt__build_bins {
   float box[3][PKTRT__MAX_BINS][8];
   uint32_t count[3][PKTRT__MAX_BINS];
@@ -2236,17 +2242,22 @@ typedef struct pktrt__build_bins {
   uint32_t bins, best, axis, total;
 } pktrt__build_bins;
 
-/* Places the bins on each axis whose extent does not make the scale overflow; returns false if there is none. */
-static bool pktrt__build_place_bins(pktrt__build_bins *s, const pktrt__build_prim *p, uint32_t n) {
-  float lo[4], hi[4];
-  for (int a = 0; a < 4; a++) lo[a] = 2.0f * PKTRT__FAR, hi[a] = -2.0f * PKTRT__FAR;
+/* Finds the extent, from lo to hi, of the centroids of prims. */
+static void pktrt__build_find_extent(const pktrt__build_prim *p, uint32_t n, float lo[4], float hi[4]) {
+  float least[4], most[4];
+  for (int a = 0; a < 4; a++) least[a] = 2.0f * PKTRT__FAR, most[a] = -2.0f * PKTRT__FAR;
   for (uint32_t i = 0; i < n; i++) {
     const float *b = p[i].box;
     for (int a = 0; a < 4; a++) { /* the fourth only fills the vector */
       float c = b[a] - b[a + 4];
-      lo[a] = c < lo[a] ? c : lo[a], hi[a] = c > hi[a] ? c : hi[a];
+      least[a] = c < least[a] ? c : least[a], most[a] = c > most[a] ? c : most[a];
     }
   }
+  for (int a = 0; a < 4; a++) lo[a] = least[a], hi[a] = most[a];
+}
+
+/* Places the bins on each axis whose extent does not make the scale overflow; returns false if there is none. */
+static bool pktrt__build_place_bins(pktrt__build_bins *s, const float lo[4], const float hi[4]) {
   bool any = false;
   for (int a = 0; a < 3; a++) {
     float extent = hi[a] - lo[a];
@@ -2268,25 +2279,27 @@ PKTRT__INLINE void pktrt__build_put_in_bins(pktrt__build_bins *s, const float *b
   pktrt__build_box_grow(s->box[2][z], b), s->count[2][z] += weight;
 }
 
-/* Puts all prims into bins, or one in four, which stands for the others; but none that is longer along an axis than a
-   32nd of the range is left out: the few large ones decide what a side costs. */
-static void pktrt__build_fill_bins(pktrt__build_bins *s, const pktrt__build_prim *p, const pktrt__build_range *r,
-                                   bool all) {
+/* Puts n prims of a range into bins, or one in four, which stands for the others; but none that is longer along an axis
+   than a 32nd of the range is left out: the few large ones decide what a side costs. */
+static void pktrt__build_fill_bins(pktrt__build_bins *s, const pktrt__build_prim *p, uint32_t n,
+                                   const pktrt__build_range *r, bool all) {
   for (int a = 0; a < 3; a++) {
     for (uint32_t i = 0; i < s->bins; i++) pktrt__build_box_clear(s->box[a][i]), s->count[a][i] = 0;
   }
   const float low[3] = {s->low[0], s->low[1], s->low[2]}, scale[3] = {s->scale[0], s->scale[1], s->scale[2]};
   float large[3];
   for (int a = 0; a < 3; a++) large[a] = (r->box[a] + r->box[a + 4]) * 0.03125f; /* negative, as all extents here */
-  s->total = 0;
-  for (uint32_t i = 0; i < r->count; i++) {
-    const float *b = p[i].box;
+  uint32_t total = 0;
+  for (uint32_t i = 0; i < n; i++) {
+    float b[8]; /* a copy, which bins cannot overlap */
+    memcpy(b, p[i].box, sizeof b);
     const bool alone = all || (b[0] + b[4] < large[0]) | (b[1] + b[5] < large[1]) | (b[2] + b[6] < large[2]);
     if (i % 4 && !alone) continue;
     const uint32_t weight = alone ? 1 : 4;
     pktrt__build_put_in_bins(s, b, low, scale, weight);
-    s->total += weight;
+    total += weight;
   }
+  s->total = total;
 }
 
 /* Finds the cheapest border between bins and returns its cost, FLT_MAX if all prims share one bin on every axis. */
@@ -2315,32 +2328,56 @@ static float pktrt__build_best_bin(pktrt__build_bins *s, float unit) {
   return best;
 }
 
-/* Partitions prims without branches: each goes to both sides, of which one moves on. Returns how many go left. */
+/* Partitions n prims without branches, from l up and from r down. Returns where the next left one would go. */
 static uint32_t pktrt__build_partition(const pktrt__build_bins *s, const pktrt__build_prim *from, pktrt__build_prim *to,
-                                       uint32_t n) {
-  uint32_t l = 0, r = n - 1, axis = s->axis;
-  float low = s->low[axis], scale = s->scale[axis], border = (float)(int32_t)(s->best + 1);
+                                       uint32_t n, uint32_t l, uint32_t r) {
+  const uint32_t axis = s->axis;
+  const float low = s->low[axis], scale = s->scale[axis], border = (float)(int32_t)(s->best + 1);
   for (uint32_t i = 0; i < n; i++) {
-    uint32_t right = (from[i].box[axis] - from[i].box[axis + 4] - low) * scale >= border;
-    to[l] = to[r] = from[i];
+    const uint32_t right = (from[i].box[axis] - from[i].box[axis + 4] - low) * scale >= border;
+    to[l + (r - l) * right] = from[i];
     l += 1 - right, r -= right;
   }
   return l;
 }
 
-/* Splits a large range by bins; returns how many prims are on the left, 0 if no border separates any. */
-static uint32_t pktrt__build_split_binned(pktrt__builder *b, const pktrt__build_range *r, float unit,
-                                          pktrt__build_range part[2]) {
-  const pktrt__build_prim *from = (r->away ? b->away : b->prims) + r->first;
-  pktrt__build_prim *to = (r->away ? b->prims : b->away) + r->first;
-  pktrt__build_bins s;
-  s.bins = r->count < b->few ? b->few_bins : r->count < b->many ? b->bins / 2 : b->bins;
-  if (!pktrt__build_place_bins(&s, from, r->count)) return 0;
-  pktrt__build_fill_bins(&s, from, r, r->count < b->sampled);
-  if (!(pktrt__build_best_bin(&s, unit) < FLT_MAX)) return 0;
+static uint32_t pktrt__build_count_left(const pktrt__build_bins *s, const pktrt__build_prim *p, uint32_t n) {
+  const uint32_t axis = s->axis;
+  const float low = s->low[axis], scale = s->scale[axis], border = (float)(int32_t)(s->best + 1);
+  uint32_t left = 0;
+  for (uint32_t i = 0; i < n; i++) left += !((p[i].box[axis] - p[i].box[axis + 4] - low) * scale >= border);
+  return left;
+}
+
+static uint32_t pktrt__build_bin_count(const pktrt__builder *b, uint32_t prims) {
+  return prims < b->few ? b->few_bins : prims < b->many ? b->bins / 2 : b->bins;
+}
+static const pktrt__build_prim *pktrt__build_from(const pktrt__builder *b, const pktrt__build_range *r) {
+  return (r->away ? b->away : b->prims) + r->first;
+}
+static pktrt__build_prim *pktrt__build_to(const pktrt__builder *b, const pktrt__build_range *r) {
+  return (r->away ? b->prims : b->away) + r->first;
+}
+
+/* Finds the parts' boxes by the best border between full bins; returns false if none separates any prims. */
+static bool pktrt__build_choose_bin(pktrt__build_bins *s, const pktrt__build_range *r, pktrt__build_range part[2]) {
+  if (!(pktrt__build_best_bin(s, pktrt__build_unit_of(r)) < FLT_MAX)) return false;
   pktrt__build_box_clear(part[0].box), pktrt__build_box_clear(part[1].box);
-  for (uint32_t i = 0; i < s.bins; i++) pktrt__build_box_grow(part[i > s.best].box, s.box[s.axis][i]);
-  const uint32_t left = pktrt__build_partition(&s, from, to, r->count);
+  for (uint32_t i = 0; i < s->bins; i++) pktrt__build_box_grow(part[i > s->best].box, s->box[s->axis][i]);
+  return true;
+}
+
+/* Splits a large range by bins; returns how many prims are on the left, 0 if no border separates any. */
+static uint32_t pktrt__build_split_binned(pktrt__builder *b, const pktrt__build_range *r, pktrt__build_range part[2]) {
+  const pktrt__build_prim *from = pktrt__build_from(b, r);
+  float lo[4], hi[4];
+  pktrt__build_bins s;
+  s.bins = pktrt__build_bin_count(b, r->count);
+  pktrt__build_find_extent(from, r->count, lo, hi);
+  if (!pktrt__build_place_bins(&s, lo, hi)) return 0;
+  pktrt__build_fill_bins(&s, from, r->count, r, r->count < b->sampled);
+  if (!pktrt__build_choose_bin(&s, r, part)) return 0;
+  const uint32_t left = pktrt__build_partition(&s, from, pktrt__build_to(b, r), r->count, 0, r->count - 1);
   pktrt__build_make_parts(r, left, !r->away, part);
   return left;
 }
@@ -2363,8 +2400,9 @@ static void pktrt__build_sort_axis(const pktrt__build_prim *p, uint32_t n, uint3
 
 /* Splits a small range at the cheapest cut of its sorted prims on any axis, and moves the prims; returns how many are
    on the left, 0 for a range that had better stay a leaf. */
-static uint32_t pktrt__build_split_sweep(pktrt__build_prim *p, const pktrt__build_range *r, float unit, float area,
+static uint32_t pktrt__build_split_sweep(pktrt__build_prim *p, const pktrt__build_range *r,
                                          pktrt__build_range part[2]) {
+  const float unit = pktrt__build_unit_of(r), area = pktrt__build_box_area(r->box, unit);
   uint8_t order[3][PKTRT__MAX_SWEEP];
   float right[PKTRT__MAX_SWEEP], best = FLT_MAX, box[8];
   uint32_t n = r->count, axis = 0, left = 0;
@@ -2394,26 +2432,34 @@ static uint32_t pktrt__build_split_sweep(pktrt__build_prim *p, const pktrt__buil
   return left;
 }
 
-/* Splits a range and writes its binary node; returns false if it is a leaf. */
-static bool pktrt__build_split(pktrt__builder *b, pktrt__build_range *r, pktrt__build_range part[2]) {
-  pktrt__build_prim *p = b->prims + r->first;
-  if (r->away && r->count <= b->sweep) {
-    memcpy(p, b->away + r->first, r->count * sizeof *p);
-    r->away = 0;
-  }
-  double x = (double)r->box[0] + r->box[4], y = (double)r->box[1] + r->box[5], z = (double)r->box[2] + r->box[6];
-  double most = -(x < y ? (x < z ? x : z) : (y < z ? y : z));
-  float unit = pktrt__build_unit_scale((float)most), area = pktrt__build_box_area(r->box, unit);
-  uint32_t spare = PKTRT__MAX_DEPTH - r->depth - pktrt__build_halvings(r->count), left = 0;
-  bool blind = !(area > 0.0f), few = r->count <= b->sweep;
-  if (r->count > 1 && spare > 0 && !(blind && r->count <= 8)) {
-    if (!blind && few) left = pktrt__build_split_sweep(p, r, unit, area, part);
-    if (!blind && !few) left = pktrt__build_split_binned(b, r, unit, part);
-  }
-  if (!left && r->count > 8) left = pktrt__build_split_half(r, r->away ? b->away + r->first : p, part);
+/* Tells whether a range can be split by where its prims are: its boxes have an area, and levels are left for halving. */
+static bool pktrt__build_is_seen(const pktrt__build_range *r) {
+  const uint32_t spare = PKTRT__MAX_DEPTH - r->depth - pktrt__build_halvings(r->count);
+  return r->count > 1 && spare > 0 && pktrt__build_box_area(r->box, pktrt__build_unit_of(r)) > 0.0f;
+}
+
+/* Writes a range's binary node, after halving it if it is too large for a leaf and not split yet (left: 0); returns
+   false if it is a leaf. */
+static bool pktrt__build_write_node(const pktrt__builder *b, const pktrt__build_range *r, uint32_t left,
+                                    pktrt__build_range part[2]) {
+  const double x = (double)r->box[0] + r->box[4], y = (double)r->box[1] + r->box[5], z = (double)r->box[2] + r->box[6];
+  if (!left && r->count > 8) left = pktrt__build_split_half(r, pktrt__build_from(b, r), part);
   pktrt__build_node *node = &b->nodes[r->slot];
   node->size = (float)sqrt(x * y + y * z + z * x), node->left = left;
   return left != 0;
+}
+
+/* Splits a range and writes its binary node; returns false if it is a leaf. */
+static bool pktrt__build_split(pktrt__builder *b, pktrt__build_range *r, pktrt__build_range part[2]) {
+  const bool few = r->count <= b->sweep;
+  uint32_t left = 0;
+  if (r->away && few) {
+    memcpy(b->prims + r->first, b->away + r->first, r->count * sizeof *b->prims);
+    r->away = 0;
+  }
+  if (pktrt__build_is_seen(r))
+    left = few ? pktrt__build_split_sweep(b->prims + r->first, r, part) : pktrt__build_split_binned(b, r, part);
+  return pktrt__build_write_node(b, r, left, part);
 }
 
 /* Reinsertion (Bittner, Hapala and Havran 2013; the search as in Meister and Bittner 2018): each node of the binary
@@ -2600,15 +2646,110 @@ static void pktrt__build_range_tree(void *arg, size_t index) {
   if (!b->passes) pktrt__collapse_plan_range(b, &b->chunks[index]);
 }
 
-/* One round splits all ranges above the tasks by one level: range i into parts 2i and 2i + 1. */
+/* One round splits all ranges above the tasks by one level: range i into parts 2i and 2i + 1. Where ranges are few, each
+   is cut into pieces, which many workers treat step by step: centroids' extent, bins, then the prims' new places. What
+   pieces find adds up to what one worker would find, whatever their number: smallest and largest values, and counts. */
+enum { PKTRT__PIECE = 4096, PKTRT__FEW_RANGES = 16, PKTRT__MOST_PIECES = 1024 };
+
+typedef struct pktrt__build_piece {
+  pktrt__build_bins bins; /* those of a range's first piece become all its pieces' */
+  float lo[4], hi[4];
+  uint32_t head;                /* the first piece of its range, whose `binned` tells whether that is split so */
+  uint32_t range, first, count; /* first: in the range, a multiple of four */
+  uint32_t left, l, r;          /* prims that go left, and where they go */
+  bool binned;
+} pktrt__build_piece;
+
 typedef struct pktrt__build_round {
   pktrt__builder *b;
   pktrt__build_range *ranges, *parts;
+  pktrt__build_piece *pieces; /* NULL: one worker a range */
+  uint32_t step;
 } pktrt__build_round;
 
 static void pktrt__build_split_job(void *arg, size_t i) {
   pktrt__build_round *round = PKTRT__CAST(pktrt__build_round *, arg);
   pktrt__build_split(round->b, &round->ranges[i], &round->parts[2 * i]); /* ranges of more than 8 always split */
+}
+
+static void pktrt__build_piece_job(void *arg, size_t i) {
+  const pktrt__build_round *round = PKTRT__CAST(const pktrt__build_round *, arg);
+  pktrt__build_piece *piece = &round->pieces[i];
+  const pktrt__build_piece *head = &round->pieces[piece->head];
+  const pktrt__build_range *r = &round->ranges[piece->range];
+  const pktrt__build_prim *from = pktrt__build_from(round->b, r) + piece->first;
+  if (!head->binned) return;
+  switch (round->step) {
+  case 0:
+    piece->bins.bins = pktrt__build_bin_count(round->b, r->count);
+    pktrt__build_find_extent(from, piece->count, piece->lo, piece->hi);
+    break;
+  case 1:
+    for (int a = 0; piece != head && a < 4; a++)
+      piece->bins.low[a] = head->bins.low[a], piece->bins.scale[a] = head->bins.scale[a];
+    pktrt__build_fill_bins(&piece->bins, from, piece->count, r, r->count < round->b->sampled);
+    break;
+  case 2: piece->left = pktrt__build_count_left(&head->bins, from, piece->count); break;
+  default:
+    pktrt__build_partition(&head->bins, from, pktrt__build_to(round->b, r), piece->count, piece->l, piece->r);
+    break;
+  }
+}
+
+/* Cuts the ranges of a round into pieces; returns how many. */
+static uint32_t pktrt__build_cut_pieces(pktrt__build_round *round, uint32_t ranges) {
+  const uint32_t most = PKTRT__MOST_PIECES / PKTRT__FEW_RANGES;
+  uint32_t n = 0;
+  for (uint32_t i = 0; i < ranges; i++) {
+    const uint32_t all = round->ranges[i].count, head = n;
+    const uint32_t each = all / PKTRT__PIECE < most ? PKTRT__PIECE : (all / most / 4 + 1) * 4;
+    for (uint32_t first = 0; first < all; first += each, n++) {
+      pktrt__build_piece *piece = &round->pieces[n];
+      piece->head = head, piece->range = i, piece->binned = true, piece->first = first;
+      piece->count = all - first < each ? all - first : each;
+    }
+  }
+  return n;
+}
+
+/* Adds up in a range's first piece what its pieces, up to end, have found in a step. */
+static void pktrt__build_join_pieces(pktrt__build_round *round, pktrt__build_piece *head,
+                                     const pktrt__build_piece *end) {
+  const pktrt__build_range *r = &round->ranges[head->range];
+  pktrt__build_range *part = &round->parts[2 * head->range];
+  uint32_t left = 0;
+  for (pktrt__build_piece *p = head; p < end; p++) {
+    if (round->step == 2) p->l = left, p->r = r->count - 1 - (p->first - left), left += p->left;
+    if (round->step == 1 && p != head) {
+      for (int a = 0; a < 3; a++) {
+        for (uint32_t i = 0; i < head->bins.bins; i++) {
+          pktrt__build_box_grow(head->bins.box[a][i], p->bins.box[a][i]);
+          head->bins.count[a][i] += p->bins.count[a][i];
+        }
+      }
+      head->bins.total += p->bins.total;
+    }
+    for (int a = 0; a < 4 && round->step == 0; a++)
+      head->lo[a] = pktrt__minf(head->lo[a], p->lo[a]), head->hi[a] = pktrt__maxf(head->hi[a], p->hi[a]);
+  }
+  if (round->step == 0)
+    head->binned = pktrt__build_is_seen(r) && pktrt__build_place_bins(&head->bins, head->lo, head->hi);
+  if (round->step == 1) head->binned = pktrt__build_choose_bin(&head->bins, r, part);
+  if (round->step == 2) pktrt__build_make_parts(r, left, !r->away, part);
+  if (round->step == 2 || !head->binned) pktrt__build_write_node(round->b, r, left, part);
+}
+
+/* Splits the few ranges of a round, piece by piece. */
+static void pktrt__build_split_pieces(pktrt__build_round *round, uint32_t ranges) {
+  const uint32_t n = pktrt__build_cut_pieces(round, ranges);
+  for (round->step = 0; round->step < 4; round->step++) {
+    pktrt__parallel_for(round->b->desc, n, pktrt__build_piece_job, round);
+    for (uint32_t head = 0, end; head < n; head = end) {
+      for (end = head + 1; end < n && round->pieces[end].head == head;) end++;
+      if (round->pieces[head].binned && round->step < 3)
+        pktrt__build_join_pieces(round, &round->pieces[head], &round->pieces[end]);
+    }
+  }
 }
 
 /* Bounds the number of ranges in a round: those of more than `limit` triangles are disjoint, so there are at most count
@@ -2618,6 +2759,12 @@ static uint64_t pktrt__build_most_done(const pktrt__builder *b) {
   return pktrt__build_most_wide(b) * PKTRT__MAX_DEPTH + 1;
 }
 
+/* Bounds the pieces of a round; 0 where nobody would share them. */
+static uint64_t pktrt__build_most_pieces(const pktrt__builder *b) {
+  const uint32_t n = b->count / PKTRT__PIECE + PKTRT__FEW_RANGES;
+  return !b->desc->parallel_for || b->count <= b->limit ? 0 : n < PKTRT__MOST_PIECES ? n : PKTRT__MOST_PIECES;
+}
+
 static bool pktrt__build_binary_tree(pktrt__builder *b) {
   pktrt__build_range root;
   pktrt__build_fill(b, &root);
@@ -2625,10 +2772,15 @@ static bool pktrt__build_binary_tree(pktrt__builder *b) {
   pktrt__build_round round;
   round.b = b, round.ranges = done + pktrt__build_most_done(b), round.parts = round.ranges + pktrt__build_most_wide(b);
   uint32_t done_count = 0, wide_count = 0;
+  const uint64_t pieces = pktrt__build_most_pieces(b);
+  round.pieces =
+      pieces ? PKTRT__CAST(pktrt__build_piece *, pktrt__mem_alloc(b->desc, pieces, sizeof *round.pieces)) : NULL;
+  if (pieces && !round.pieces) return false;
   if (root.count <= b->limit) done[done_count++] = root;
   else round.ranges[wide_count++] = root;
   while (wide_count) {
-    pktrt__parallel_for(b->desc, wide_count, pktrt__build_split_job, &round);
+    if (round.pieces && wide_count <= PKTRT__FEW_RANGES) pktrt__build_split_pieces(&round, wide_count);
+    else pktrt__parallel_for(b->desc, wide_count, pktrt__build_split_job, &round);
     uint32_t parts = 2 * wide_count;
     wide_count = 0;
     for (uint32_t i = 0; i < parts; i++) {
@@ -2636,6 +2788,7 @@ static bool pktrt__build_binary_tree(pktrt__builder *b) {
       else round.ranges[wide_count++] = round.parts[i];
     }
   }
+  pktrt__mem_release(b->desc, round.pieces, pieces, sizeof *round.pieces);
   pktrt__parallel_for(b->desc, done_count, pktrt__build_range_tree, b);
   double cost[8];
   if (b->passes && !pktrt__reinsert_nodes(b)) return false;

@@ -1,4 +1,5 @@
-/* What several examples share and what is no ray tracing: arguments, time, threads, a progress bar, picture files.
+/* What several examples share and what is no ray tracing: arguments, time, threads (threads.h), a progress bar, picture
+   files.
 
    Include this file first: it asks the system headers for POSIX and getopt_long. It is all static, so that every
    example stays one translation unit; some examples use only a part of it. C99 and C++11. */
@@ -24,6 +25,8 @@
 #define STB_IMAGE_WRITE_STATIC
 #define STB_IMAGE_WRITE_IMPLEMENTATION
 #include <stb/stb_image_write.h>
+
+#include "threads.h"
 
 #ifdef __GNUC__
 #define EX_UNUSED __attribute__((unused))
@@ -142,57 +145,6 @@ EX_UNUSED static double ex_seconds(void) {
   struct timespec now;
   clock_gettime(CLOCK_MONOTONIC, &now);
   return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
-
-/* >>threads -------------------------------------------------------------------------------------------------------- */
-
-typedef struct ex_threads { /* the `user` of ex_parallel_for */
-  unsigned count;           /* threads that work on a call, the calling one included; 0 and 1: no further thread */
-} ex_threads;
-
-enum { EX_MAX_THREADS = 256 };
-
-EX_UNUSED static unsigned ex_processors(void) {
-  long n = sysconf(_SC_NPROCESSORS_ONLN);
-  return n < 1 ? 1u : n > EX_MAX_THREADS ? (unsigned)EX_MAX_THREADS : (unsigned)n;
-}
-
-typedef struct ex_job {
-  void (*body)(void *arg, size_t i);
-  void *arg;
-  size_t n, next; /* next: the first index that nobody has taken, guarded by lock */
-  pthread_mutex_t lock;
-} ex_job;
-
-static void *ex_work(void *user) {
-  ex_job *job = (ex_job *)user;
-  for (;;) {
-    pthread_mutex_lock(&job->lock);
-    size_t i = job->next < job->n ? job->next++ : job->n;
-    pthread_mutex_unlock(&job->lock);
-    if (i == job->n) return NULL;
-    job->body(job->arg, i);
-  }
-}
-
-/* A parallel_for for pktrt_scene_desc. Threads live for one call: a few tens of microseconds each, little beside a
-   build or a picture. A program with a thread pool would plug in that. Threads that cannot be had are done without. */
-EX_UNUSED static void ex_parallel_for(void *user, size_t n, void (*body)(void *arg, size_t i), void *arg) {
-  const ex_threads *threads = (const ex_threads *)user;
-  pthread_t helpers[EX_MAX_THREADS];
-  unsigned started = 0;
-  ex_job job;
-  job.body = body;
-  job.arg = arg;
-  job.n = n;
-  job.next = 0;
-  pthread_mutex_init(&job.lock, NULL);
-  while (started < EX_MAX_THREADS && started + 1 < threads->count && started + 1 < n &&
-         pthread_create(&helpers[started], NULL, ex_work, &job) == 0)
-    started++;
-  ex_work(&job);
-  while (started > 0) pthread_join(helpers[--started], NULL);
-  pthread_mutex_destroy(&job.lock);
 }
 
 /* >>progress ------------------------------------------------------------------------------------------------------- */

@@ -47,13 +47,13 @@ static void shade(void *user, size_t p) { /* pixel p: light of the lamp, and of 
 int main(void) {
   static pktrt_mesh_desc mesh;
   static pktrt_instance_desc thing;
-  ex_threads threads = {ex_processors()};
+  ex_threads threads = ex_threads_of(ex_processors());
   for (int i = 0; i < 90; i++) cube[i] = (float)("273267023031457476046062137175"[i / 3] >> i % 3 & 1);
   mesh.positions = cube, mesh.vertex_count = 30, mesh.triangle_count = 10;
   pktrt_scene *scene = pktrt_scene_create(NULL);
   bool ok = scene && !pktrt_add_model(scene, &mesh, 1, NULL);
   for (int i = 0; ok && i <= LAMP; i++) thing.transforms = places[i], ok = !pktrt_add_instance(scene, &thing, NULL);
   if (!ok || pktrt_commit(scene)) return ex_fail("%s", pktrt_last_error(scene)), 1;
-  ex_parallel_for(&threads, SIZE * SIZE, shade, scene);
+  ex_parallel_for(&threads, SIZE * SIZE, shade, scene), ex_threads_stop(&threads);
   return pktrt_scene_destroy(scene), ex_write_picture("out/cornell.png", pixels[0], SIZE, SIZE) ? 0 : 1;
 }

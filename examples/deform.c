@@ -107,7 +107,7 @@ int main(int argc, char **argv) {
   options o;
   scene s;
   pktrt_scene_desc desc;
-  ex_threads threads = {ex_processors()};
+  ex_threads threads = ex_threads_of(ex_processors());
   memset(&desc, 0, sizeof desc);
   if (!parse_options(&o, argc, argv)) return 1;
   if (!scene_make(o.scene, &s)) return ex_fail("%s: not enough memory for the scene", o.scene), 1;
@@ -118,6 +118,7 @@ int main(int argc, char **argv) {
   pktrt_scene *world = pktrt_scene_create(&desc);
   bool ok = world ? animation(world, &s, &o) : ex_fail("%s", pktrt_last_error(NULL));
   pktrt_scene_destroy(world);
+  ex_threads_stop(&threads);
   scene_free(&s);
   return ok ? 0 : 1;
 }

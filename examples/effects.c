@@ -141,8 +141,9 @@ static bool picture(effect last, float *pixels, ex_threads *threads) {
 
 int main(void) {
   static float pixels[HEIGHT * WIDTH * 3];
-  ex_threads threads = {ex_processors()};
-  for (int last = LENS; last < EFFECTS; last++)
-    if (!picture((effect)last, pixels, &threads)) return 1;
-  return 0;
+  ex_threads threads = ex_threads_of(ex_processors());
+  bool ok = true;
+  for (int last = LENS; ok && last < EFFECTS; last++) ok = picture((effect)last, pixels, &threads);
+  ex_threads_stop(&threads);
+  return ok ? 0 : 1;
 }

@@ -109,7 +109,7 @@ static bool show(pktrt_scene *scene, unsigned side) {
 
 int main(int argc, char **argv) {
   const unsigned side = ex_only_argument(argc, argv, "SIDE", 100, 1, 1000);
-  ex_threads threads = {ex_processors()};
+  ex_threads threads = ex_threads_of(ex_processors());
   pktrt_scene_desc desc;
   memset(&desc, 0, sizeof desc);
   desc.parallel_for = ex_parallel_for, desc.user = &threads, desc.log = ex_log;
@@ -118,5 +118,6 @@ int main(int argc, char **argv) {
   const bool ok = scene && fill(scene, side) && show(scene, side);
   if (!ok) ex_fail("%s", pktrt_last_error(scene));
   pktrt_scene_destroy(scene);
+  ex_threads_stop(&threads);
   return ok && ex_write_picture("out/instances.png", pixels, WIDTH, HEIGHT) ? 0 : 1;
 }

@@ -132,7 +132,7 @@ static bool render(void) {
 int main(int argc, char **argv) {
   static pktrt_material baked; /* static, hence zeroed */
   static pktrt_mesh_desc mesh;
-  ex_threads threads = {ex_processors()};
+  ex_threads threads = ex_threads_of(ex_processors());
   unsigned known = 0;
   sampling.sampler = PKTRT_SAMPLER_BLUE_NOISE, sampling.samples = ex_only_argument(argc, argv, "RAYS", 128, 1, MOST);
   if (!make_faces()) return 1;
@@ -145,6 +145,7 @@ int main(int argc, char **argv) {
   bool ok = !pktrt_add_material(scene, &baked, NULL) && !pktrt_add_mesh(scene, &mesh, NULL) && !pktrt_commit(scene);
   const double start = ex_seconds();
   if (ok) ex_parallel_for(&threads, ATLAS, bake, NULL);
+  ex_threads_stop(&threads);
   for (int i = 0; i < TEXELS; i++) known += light[i] >= 0;
   if (ok) printf("%u texels with %u rays each: %.2f s\n", known, sampling.samples, ex_seconds() - start);
   dilate(), dilate();

@@ -890,8 +890,9 @@ static bool filter(job *j) {
   float *error = (float *)malloc(pixels * sizeof *error);
   bool *failed = (bool *)calloc(tiles, sizeof *failed), ok = error && failed;
   filter_job work = {&picture, j->view.pixels, error, failed};
-  ex_threads threads = {j->given.threads};
+  ex_threads threads = ex_threads_of(j->given.threads);
   if (ok) ex_parallel_for(&threads, tiles, filter_tile, &work);
+  ex_threads_stop(&threads);
   for (size_t i = 0; ok && i < tiles; i++) ok = !failed[i];
   for (size_t i = 0; ok && i < pixels; i++)
     if (error[i] < INFINITY) sum += (double)error[i];
@@ -1039,7 +1040,7 @@ static void print_table(const job *j) {
 
 int main(int argc, char **argv) {
   static job j; /* static: zeroed */
-  ex_threads threads = {1};
+  ex_threads threads = ex_threads_of(1);
   pktrt_scene_desc desc;
   if (!parse_options(&j.given, argc, argv)) return 1;
   interrupt_does = INTERRUPT_WAITS;
@@ -1067,6 +1068,7 @@ int main(int argc, char **argv) {
   for (int b = 0; b < BUFFERS; b++) free(j.buffers[b]);
   scene_free(&j.built_in);
   pktrt_scene_destroy(j.world);
+  ex_threads_stop(&threads);
   if (ok && fflush(stdout) != 0) ok = ex_fail("the table could not be written: %s", strerror(errno));
   return ok ? 0 : interrupt_number ? interrupt_status() : 1;
 }

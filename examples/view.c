@@ -622,6 +622,7 @@ int main(int argc, char **argv) {
   const bool ok = open_window(&v) && look_around(&v);
   close_window(&v);
   pktrt_scene_destroy(v.world);
+  ex_threads_stop(&v.threads);
   scene_free(&v.built_in);
   return ok ? 0 : 1;
 }

@@ -93,7 +93,7 @@ static void stage_block(const stage *g, uint32_t i, uint32_t area[4]) {
 static void stage_world(stage *g) { /* empty, with threads as the stage says */
   pktrt_scene_desc desc;
   memset(&desc, 0, sizeof desc);
-  g->threads.count = 1;
+  g->threads = ex_threads_of(1);
   desc.parallel_for = ex_parallel_for, desc.user = &g->threads;
   g->world = pktrt_scene_create(&desc);
   if (!g->world) fatal("no scene could be created");
@@ -124,6 +124,7 @@ EX_UNUSED static void stage_open(stage *g, const char *name, pktrt_mode mode, ui
 
 EX_UNUSED static void stage_close(stage *g) {
   pktrt_scene_destroy(g->world);
+  ex_threads_stop(&g->threads);
   if (g->built_in) scene_free(&g->made);
   free(g->truth), free(g->doubt), free(g->pixels), free(g->own);
   memset(g, 0, sizeof *g);

@@ -276,7 +276,7 @@ static void measure_threads(bench *b, const setup *s, const unsigned *count, siz
   enum { MOST = 16 };
   double took[MOST][MAX_ROUNDS];
   pktrt_render_desc d;
-  ex_threads threads;
+  ex_threads threads = ex_threads_of(1);
   if (n > MOST) fatal("more numbers of threads than there is room for");
   open_setup(&b->now, s);
   describe(b, s, 0, NULL, &d);
@@ -289,6 +289,7 @@ static void measure_threads(bench *b, const setup *s, const unsigned *count, siz
       took[i][k] = ex_seconds() - start;
     }
   set_threads(b->now.tree, NULL);
+  ex_threads_stop(&threads);
   for (size_t i = 0; i < n; i++) seconds[i] = median_of(took[i], b->given.rounds);
 }
 
@@ -527,10 +528,11 @@ static void report_frames(bench *b, float *pixels, unsigned size, unsigned cores
       for (int i = 0; i < n; i++)
         for (int r = 0; r < 3; r++) {
           setup s = one_frame(b, scenes[k], (pktrt_mode)m, roots[r]);
-          ex_threads threads;
-          s.path = PKTRT_PATH_FAST, s.isa = widest(), threads.count = counts[i];
+          ex_threads threads = ex_threads_of(counts[i]);
+          s.path = PKTRT_PATH_FAST, s.isa = widest();
           open_setup(&b->now, &s);
           const double seconds = frame_seconds(b, &s, pixels, size, &threads);
+          ex_threads_stop(&threads);
           const bool fast = seconds * INTERACTIVE <= 1;
           say(&b->out, fast ? " **%.1f** |" : " %.2f |", 1 / seconds);
           csv(&b->out, "%s,%s,%u,%u,%u,%s,%.6f,%.4f,%d\n", scenes[k], mode_names[m], size, s.samples, counts[i],

@@ -263,11 +263,11 @@ static double time_picture(pktrt_scene *world, const stage *g, float *pixels, un
 
 static void work(const stage *g, pktrt_isa isa, unsigned workers, float *pixels, unsigned size, double *build,
                  double *render) {
-  ex_threads threads;
-  threads.count = workers;
+  ex_threads threads = ex_threads_of(workers);
   pktrt_scene *world = open_world(g, isa, &threads);
   *build = time_build(world), *render = time_picture(world, g, pixels, size);
   pktrt_scene_destroy(world);
+  ex_threads_stop(&threads);
 }
 
 static void add_workers(report *to, const options *o, const stage *g, const setting *how, const pair *pairs,
@@ -312,8 +312,7 @@ static void add_shading(report *to, const options *o, const stage *g, const sett
                         unsigned count) {
   const unsigned size = o->size;
   float *pixels = (float *)take((size_t)size * size * 3, sizeof(float));
-  ex_threads alone;
-  alone.count = 1;
+  ex_threads alone = ex_threads_of(1);
   for (unsigned p = 0; p < count && pairs[p].isa != PKTRT_ISA_SCALAR; p++) {
     pktrt_scene *world = open_world(g, pairs[p].isa, &alone);
     double share[MAX_ROUNDS], rest[MAX_ROUNDS];

@@ -17129,6 +17129,12 @@ PKTRT_DEF size_t pktrt_scene_report_text(const pktrt_scene_report *r, char *text
      0.3      Rendering in passes that know their error: estimates, rules when to stop, adaptive passes.
      0.2      Pictures by Whitted and by distribution ray tracing, packet assembly, optional buffers.
      0.1      Meshes with motion, queries on two paths and five instruction sets, ray casting with shadows.
+
+   What may change. While the first number is 0, a new second one may rename and remove, move what structs hold, and
+   change hits and pictures by their last bits or more; its entry above says what programs have to change. A new third
+   one corrects: names, structs and bits stay, but for those that were wrong. At any time: speed, memory, the words of
+   errors and of the log, and all that begins with pktrt__ or PKTRT__. Structs of two versions do not mix: compile all
+   files that exchange them with one header; pktrt_version tells that of the implementation.
 */
 /* >>licence ----------------------------------------------------------------------------------------------------------
 

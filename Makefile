@@ -52,6 +52,7 @@ endif
 .PHONY: mutants map structure figures parts bench bench-check bench-plots bench-readme bench-pictures bench-tests peers exactness before instances error error-check error-before error-before-check error-before-samples leaveout leaveout-check leaveout-before
 .PHONY: stability stability-neon stability-sanitize sanitize-threads fuzz
 .PHONY: bench-wasm bench-three
+.PHONY: install uninstall test-install
 .PHONY: course course-check course-test course-text course-check-text course-pictures
 .DELETE_ON_ERROR:
 
@@ -106,6 +107,8 @@ help:
 	@echo "            leaveout-before what pictures under point lights alone cost over the header of commit BEFORE=..."
 	@echo "format      rewrites all C files by clang-format; format-check names those that it would change"
 	@echo "deps        installs what demo and test need      deps-extra  installs what the other targets need"
+	@echo "install     the header and its pkg-config file: PREFIX=/usr/local DESTDIR=        uninstall   takes them away"
+	@echo "test-install  in half a minute: programs by pkg-config and CMake, several copies of the header in one program"
 	@echo "clean       removes build/ and out/               config=     debug, release (default), sanitize, threads"
 	@echo "readme-pictures  makes the small pictures of the README anew"
 
@@ -455,6 +458,10 @@ test-guards:
 	tests/hostile.sh
 	tests/linkage.sh
 
+# What install puts is found by pkg-config and CMake; copies of the header bear each other in one program.
+test-install:
+	@CC="$(CC)" tests/install.sh
+
 # --- benchmarks ---
 
 # On the last of the cores that this process may use: the first serves most interrupts.
@@ -708,11 +715,31 @@ $(LEAVEOUT)/%: bench/leaveout.c bench/bench.h bench/provenance.h examples/common
 $(LEAVEOUT):
 	mkdir -p $@
 
+# --- installing ---
+
+# Nothing is compiled. The pkg-config file finds the header from where it lies itself, so the folder may be moved.
+PREFIX ?= /usr/local
+VERSION = $(shell awk '$$2 == "PKTRT_VERSION" { printf "%d.%d.%d", $$3 / 10000, $$3 / 100 % 100, $$3 % 100; exit }' pktrt.h)
+quoted = '$(subst ','\'',$(1))'
+INSTALLED_HEADER = $(call quoted,$(DESTDIR)$(PREFIX)/include/pktrt.h)
+INSTALLED_PC = $(call quoted,$(DESTDIR)$(PREFIX)/share/pkgconfig/pktrt.pc)
+install:
+	umask 022; install -d $(call quoted,$(DESTDIR)$(PREFIX)/include) $(call quoted,$(DESTDIR)$(PREFIX)/share/pkgconfig)
+	install -m 644 pktrt.h $(INSTALLED_HEADER)
+	@rm -f $(INSTALLED_PC)
+	umask 022; printf '%s\n' 'prefix=$${pcfiledir}/../..' 'includedir=$${prefix}/include' '' 'Name: pktrt' \
+	  'Description: packet ray tracing in one C header' 'Version: $(VERSION)' 'Cflags: -I$${includedir}' 'Libs: -lm' \
+	  >$(INSTALLED_PC)
+
+# Folders stay: who made them is not known.
+uninstall:
+	rm -f $(INSTALLED_HEADER) $(INSTALLED_PC)
+
 # --- what to install, on Debian 12 and its relatives ---
 
 DEPS = gcc g++ libc6-dev libstb-dev
 DEPS_EXTRA = pkg-config glpk-utils libassimp-dev libembree-dev clang clang-format libclang-rt-14-dev lld tcc gcc-mingw-w64-x86-64 \
-  clang-tools universal-ctags \
+  clang-tools universal-ctags cmake \
   g++-mingw-w64-x86-64 gcc-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user gnuplot valgrind libsdl2-dev xvfb xdotool \
   gcc-i686-linux-gnu libc6-dev-i386-cross gcc-riscv64-linux-gnu libc6-dev-riscv64-cross gcc-s390x-linux-gnu \
   libc6-dev-s390x-cross musl-tools wine64 emscripten nodejs

@@ -52,7 +52,7 @@ endif
 .PHONY: mutants map structure figures parts bench bench-check bench-plots bench-readme bench-pictures bench-tests peers exactness before instances error error-check error-before error-before-check error-before-samples leaveout leaveout-check leaveout-before
 .PHONY: stability stability-neon stability-sanitize sanitize-threads fuzz
 .PHONY: bench-wasm bench-three
-.PHONY: install uninstall test-install
+.PHONY: install uninstall dist test-install test-dist
 .PHONY: course course-check course-test course-text course-check-text course-pictures
 .DELETE_ON_ERROR:
 
@@ -109,6 +109,8 @@ help:
 	@echo "deps        installs what demo and test need      deps-extra  installs what the other targets need"
 	@echo "install     the header and its pkg-config file: PREFIX=/usr/local DESTDIR=        uninstall   takes them away"
 	@echo "test-install  in half a minute: programs by pkg-config and CMake, several copies of the header in one program"
+	@echo "dist        packs build/pktrt-VERSION.tar.gz, the same bytes for everyone who packs this commit"
+	@echo "test-dist   its bytes and what is in it; FULL=1: in a quarter of an hour, its own make deps demo test, too"
 	@echo "clean       removes build/ and out/               config=     debug, release (default), sanitize, threads"
 	@echo "readme-pictures  makes the small pictures of the README anew"
 
@@ -462,6 +464,10 @@ test-guards:
 test-install:
 	@CC="$(CC)" tests/install.sh
 
+# The tarball has the same bytes wherever it is packed, from a clone or from itself. FULL=1 follows the README in it.
+test-dist:
+	@FULL="$(FULL)" tests/dist.sh
+
 # --- benchmarks ---
 
 # On the last of the cores that this process may use: the first serves most interrupts.
@@ -575,7 +581,9 @@ $(B)/instances-bench: bench/instances.c $(wildcard bench/*.h) $(EXAMPLE_HEADERS)
 
 # pktrt beside itself as it was at commit BEFORE.
 BEFORE ?= HEAD
+CLONE = @[ -e .git ] || { echo "this takes a header of before from git: it needs a clone"; exit 1; }
 before: | $(RESULTS)
+	$(CLONE)
 	mkdir -p $(B)/before
 	git show $(BEFORE):pktrt.h >$(B)/before/new
 	cmp -s $(B)/before/new $(B)/before/pktrt.h || mv $(B)/before/new $(B)/before/pktrt.h
@@ -644,6 +652,7 @@ error-before-check: $(VERSIONS)/header
 
 .PHONY: $(VERSIONS)/header
 $(VERSIONS)/header:
+	$(CLONE)
 	mkdir -p $(VERSIONS)
 	git show $(ERROR_BEFORE):pktrt.h >$(VERSIONS)/new
 	cmp -s $(VERSIONS)/new $(VERSIONS)/pktrt.h || mv $(VERSIONS)/new $(VERSIONS)/pktrt.h
@@ -693,6 +702,7 @@ leaveout-check:
 
 # What renders under point lights alone cost over the header of commit BEFORE.
 leaveout-before:
+	$(CLONE)
 	mkdir -p $(LEAVEOUT)/before
 	git show $(BEFORE):pktrt.h >$(LEAVEOUT)/before/pktrt.h
 	$(BUILD) $(LEAVEOUT)/full
@@ -715,7 +725,7 @@ $(LEAVEOUT)/%: bench/leaveout.c bench/bench.h bench/provenance.h examples/common
 $(LEAVEOUT):
 	mkdir -p $@
 
-# --- installing ---
+# --- installing and releasing ---
 
 # Nothing is compiled. The pkg-config file finds the header from where it lies itself, so the folder may be moved.
 PREFIX ?= /usr/local
@@ -735,11 +745,30 @@ install:
 uninstall:
 	rm -f $(INSTALLED_HEADER) $(INSTALLED_PC)
 
+# The files that git knows, as they are now; where there is no git, as in an unpacked tarball, all but what is made. They get the
+# time of the last commit, or that of SOURCE_DATE_EPOCH, and neither owner nor umask of who packs.
+DIST = pktrt-$(VERSION)
+dist: | $(B)
+	@tar --version 2>/dev/null | grep -q 'GNU tar' || { echo "dist: GNU tar is not installed"; exit 1; }
+	@[ ! -e .git ] || git --version >/dev/null 2>&1 || { echo "dist: git is not installed, and here it knows the files"; exit 1; }
+	@set -e; list=$(B)/$(DIST).list tarball=$(B)/$(DIST).tar; \
+	  if [ -e .git ]; then \
+	    git ls-files -z >"$$list"; date=$$(git log -1 --format=%ct); \
+	    git diff --quiet HEAD || echo "dist: with changes that are not committed"; \
+	  else \
+	    find . -type f ! -path './build/*' ! -path './out/*' ! -path './mine*.c' -printf '%P\0' >"$$list"; date=$$(date -r pktrt.h +%s); \
+	  fi; \
+	  LC_ALL=C sort -z -o "$$list" "$$list"; \
+	  tar --null --no-recursion -T "$$list" --transform 's,^,$(DIST)/,' --format=ustar --mode=u=rwX,go=rX --owner=0 --group=0 \
+	    --numeric-owner --mtime="@$${SOURCE_DATE_EPOCH:-$$date}" -cf "$$tarball"; \
+	  gzip -9nf "$$tarball"; rm "$$list"
+	@sha256sum $(B)/$(DIST).tar.gz
+
 # --- what to install, on Debian 12 and its relatives ---
 
 DEPS = gcc g++ libc6-dev libstb-dev
 DEPS_EXTRA = pkg-config glpk-utils libassimp-dev libembree-dev clang clang-format libclang-rt-14-dev lld tcc gcc-mingw-w64-x86-64 \
-  clang-tools universal-ctags cmake \
+  clang-tools universal-ctags cmake git \
   g++-mingw-w64-x86-64 gcc-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user gnuplot valgrind libsdl2-dev xvfb xdotool \
   gcc-i686-linux-gnu libc6-dev-i386-cross gcc-riscv64-linux-gnu libc6-dev-riscv64-cross gcc-s390x-linux-gnu \
   libc6-dev-s390x-cross musl-tools wine64 emscripten nodejs

@@ -53,6 +53,7 @@ endif
 .PHONY: stability stability-neon stability-sanitize sanitize-threads fuzz
 .PHONY: bench-wasm bench-three
 .PHONY: install uninstall dist test-install test-dist
+.PHONY: test-python
 .PHONY: course course-check course-test course-text course-check-text course-pictures
 .DELETE_ON_ERROR:
 
@@ -75,6 +76,7 @@ help:
 	@echo "course-test  solutions pass, skeletons fail, listings are the code's; course-check-text only the last"
 	@echo "course-text  puts the code into the texts anew        course-pictures  keeps the small pictures of the texts"
 	@echo "test        runs all tests                        sanitize    runs a smaller set under ASan and UBSan"
+	@echo "test-python  examples/python/pktrt.py, by cffi and numpy, beside C: the same bits, no copies, the same sentences"
 	@echo "test-leaveout  the PKTRT_NO_... switches, each alone and all together"
 	@echo "mutants     how many of 400 single faults, planted in every room of the header, the tests notice, in three hours"
 	@echo "map         whether what the header's map from the paper to the code names is there"
@@ -337,6 +339,23 @@ endif
 
 $(B)/screenshot: tests/view/screenshot.c examples/common.h | $(B)
 	$(CC) $(CFLAGS) $(STRICT) $< -o $@ $(LDFLAGS) $(LDLIBS)
+
+# Python by cffi and numpy: the same bits as C, no copies, the library's sentences. The library that Python loads is compiled into
+# build/python, once for each header, compiler and CFLAGS.
+PYTHON = $(firstword $(foreach python,python3 /usr/bin/python3,$(shell $(python) -c 'import cffi, numpy' 2>/dev/null && echo $(python))))
+PYTHON_RUN = CC="$(CC)" CFLAGS="$(CFLAGS)" PKTRT_CACHE=$(B)/python $(PYTHON) tests/python/test.py $(B)
+test-python:
+	@if [ -n "$(PYTHON)" ]; then $(MAKE) --no-print-directory -j$(JOBS) $(B)/render $(B)/python/answers $(B)/python/scene.so && $(PYTHON_RUN); \
+	  else echo "test-python: there is no python3 with cffi and numpy (make deps-extra), nothing is compared"; fi
+
+$(B)/python/answers: tests/python/answers.c $(B)/pktrt.o | $(B)/python
+	$(CC) $(CFLAGS) $(STRICT) $(SHARED) $< $(B)/pktrt.o -o $@ $(LDFLAGS) $(LDLIBS)
+
+$(B)/python/scene.so: tests/python/scene.c $(EXAMPLE_HEADERS) pktrt.h | $(B)/python
+	$(CC) $(CFLAGS) $(STRICT) $(SHARED) -fPIC -shared $< -o $@ $(LDFLAGS) -lm
+
+$(B)/python:
+	mkdir -p $@
 
 # The smaller set: the same tests with fewer rays. ONLY="words" picks tests by their sentences. clang, where there is one, sees
 # more kinds of undefined behaviour than gcc.
@@ -771,7 +790,8 @@ DEPS_EXTRA = pkg-config glpk-utils libassimp-dev libembree-dev clang clang-forma
   clang-tools universal-ctags cmake git \
   g++-mingw-w64-x86-64 gcc-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user gnuplot valgrind libsdl2-dev xvfb xdotool \
   gcc-i686-linux-gnu libc6-dev-i386-cross gcc-riscv64-linux-gnu libc6-dev-riscv64-cross gcc-s390x-linux-gnu \
-  libc6-dev-s390x-cross musl-tools wine64 emscripten nodejs
+  libc6-dev-s390x-cross musl-tools wine64 emscripten nodejs \
+  python3-cffi python3-numpy
 INSTALL = $(if $(filter 0,$(shell id -u)),,sudo) env DEBIAN_FRONTEND=noninteractive apt-get
 
 deps:

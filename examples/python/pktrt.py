@@ -1,0 +1,377 @@
+"""pktrt.h in Python: one file over cffi, with numpy arrays in and out. Needs a C compiler, cffi and numpy.
+
+    scene = pktrt.Scene()
+    mesh = scene.add_mesh(positions, triangles)          # arrays of (n, 3) and (m, 3)
+    scene.commit()
+    hits = scene.intersect(pktrt.rays(origins, directions))
+    hits["t"][hits["mesh"] != pktrt.NONE]
+
+Names are those of the header without pktrt_: any call on a scene is a method, scene.refit() and scene.set_enabled(3, False) as
+well as those below, and constants are pktrt.MODE_WRT, pktrt.NONE and so on. pktrt.lib and pktrt.ffi have everything as C has
+it, scene.handle is the pktrt_scene. What fails raises pktrt.Error with the library's sentence. What the library wonders about goes
+to the logger "pktrt".
+
+Nothing is declared here: the declarations are the header's own, as the compiler's preprocessor leaves them. The implementation
+is compiled into a cache folder when it is first needed, which takes half a minute, and again when header, compiler or flags
+are others. The environment says where and how: PKTRT_HEADER, PKTRT_CACHE (else ~/.cache/pktrt), CC, CFLAGS (else -O2).
+
+Copies. Rays, hits and surfaces are arrays of the C structures (pktrt.RAY, HIT, SURFACE), of any shape: the library reads and writes
+their memory. It reads that of positions (float32), triangles (uint32), normals and others, too, in the call alone, as it keeps
+copies of its own. Only arrays of other types, with gaps or in another order of axes are copied before. `out` takes arrays to
+write to, so that no new ones are made.
+
+Threads. Python's other threads run during each call. Queries of a committed scene may come from many at once; while a call
+changes the scene there must be no other. The library's own threads build and render: Scene(threads=1) has none.
+"""
+import hashlib
+import logging
+import os
+import pathlib
+import platform
+import re
+import shlex
+import subprocess
+import tempfile
+
+import cffi
+import numpy as np
+
+# --- the library ---
+
+# Distributes work among threads of C, which neither wait for Python's lock nor stop at its interrupts.
+_SOURCE = r"""
+#define PKTRT_IMPLEMENTATION
+#include PKTRT_HEADER_FILENAME
+#include <pthread.h>
+typedef struct job {
+  void (*body)(void *arg, size_t i);
+  void *arg;
+  size_t n, next;
+  pthread_mutex_t lock;
+} job;
+static void *work(void *of) {
+  job *j = (job *)of;
+  for (;;) {
+    pthread_mutex_lock(&j->lock);
+    const size_t i = j->next++;
+    pthread_mutex_unlock(&j->lock);
+    if (i >= j->n) return NULL;
+    j->body(j->arg, i);
+  }
+}
+extern void pktrt_parallel_for(void *user, size_t n, void (*body)(void *arg, size_t i), void *arg) {
+  enum { MOST = 255 };
+  pthread_t thread[MOST];
+  size_t count = 0;
+  job j = {body, arg, n, 0, PTHREAD_MUTEX_INITIALIZER};
+  while (count + 1 < (uintptr_t)user && count + 1 < n && count < MOST && !pthread_create(&thread[count], NULL, work, &j))
+    count++;
+  work(&j);
+  while (count) pthread_join(thread[--count], NULL);
+}
+"""
+_OWN = "void pktrt_parallel_for(void *user, size_t n, void (*body)(void *arg, size_t i), void *arg);"
+
+
+def _run(*command):
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+    except OSError as error:
+        raise RuntimeError(f"{command[0]} cannot be run: {error.strerror}") from None
+    if done.returncode:
+        raise RuntimeError(f"{' '.join(command)}:\n{done.stderr.strip()}")
+    return done.stdout
+
+
+def _declarations(compile_with, header):
+    """Hides what the header includes behind empty files, for cffi knows these types. Of macros keeps whole numbers."""
+    with tempfile.TemporaryDirectory() as empty:
+        for name in ("stdbool.h", "stddef.h", "stdint.h"):
+            pathlib.Path(empty, name).touch()
+        text = _run(*compile_with, "-E", "-dD", "-P", "-D__attribute__(x)=", "-I" + empty, "-x", "c", header)
+    number = re.compile(r"#define PKTRT_[A-Z]\w* (0[xX])?[0-9A-Fa-f]+[uU]?\s*$")
+    return "\n".join(line for line in text.splitlines() if not line.startswith("#") or number.match(line)) + _OWN
+
+
+def _library(compile_with, header, folder):
+    """Compiles the header, unless that has been done. Others may do the same at a time: the file gets its name when it is whole."""
+    key = hashlib.sha256(pathlib.Path(header).read_bytes())
+    version = _run(*compile_with[:1], "--version")
+    key.update("\0".join([_SOURCE, *compile_with, version, platform.machine()]).encode())
+    path = pathlib.Path(folder, f"pktrt-{key.hexdigest()[:16]}.so")
+    if not path.exists():
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=path.parent) as room:
+            source, made = pathlib.Path(room, "pktrt.c"), pathlib.Path(room, "pktrt.so")
+            source.write_text(_SOURCE)
+            named = f'-DPKTRT_HEADER_FILENAME="{header}"'
+            _run(*compile_with, "-shared", "-fPIC", named, str(source), "-o", str(made), "-lm", "-lpthread")
+            os.replace(made, path)
+    return str(path)
+
+
+def _load():
+    here = pathlib.Path(__file__).resolve()
+    beside = here.with_name("pktrt.h")
+    header = os.environ.get("PKTRT_HEADER") or str(beside if beside.exists() else here.parents[2] / "pktrt.h")
+    header = str(pathlib.Path(header).resolve())
+    caches = os.environ.get("XDG_CACHE_HOME") or pathlib.Path.home() / ".cache"
+    folder = os.environ.get("PKTRT_CACHE") or pathlib.Path(caches, "pktrt")
+    compile_with = shlex.split(os.environ.get("CC") or "cc") + shlex.split(os.environ.get("CFLAGS") or "-O2")
+    interface = cffi.FFI()
+    interface.cdef(_declarations(compile_with, header))
+    path = _library(compile_with, header, folder)
+    return interface, interface.dlopen(path), path
+
+
+ffi, lib, library_path = _load()
+
+
+def __getattr__(name):
+    """Offers the header's constants: pktrt.MODE_WRT is PKTRT_MODE_WRT."""
+    if name.isupper() and hasattr(lib, "PKTRT_" + name):
+        return getattr(lib, "PKTRT_" + name)
+    raise AttributeError(f"pktrt.h has no PKTRT_{name}")
+
+
+@ffi.callback("void(void *, int, const char *)")
+def _log(_user, level, sentence):
+    logging.getLogger("pktrt").log(logging.INFO if level else logging.WARNING, "%s", ffi.string(sentence).decode())
+
+
+class Error(Exception):
+    """What the library has refused: its sentence, and as `status` one of pktrt.INVALID_ARGUMENT, LIMIT, ..."""
+
+    def __init__(self, status, sentence):
+        super().__init__(sentence)
+        self.status = status
+
+
+# --- arrays ---
+
+
+def _dtype(kind):
+    """The numpy twin of a C type: the offsets are those that cffi has."""
+    if kind.kind == "array":
+        return np.dtype((_dtype(kind.item), (kind.length,)))
+    if kind.kind == "struct":
+        of = dict(names=[], formats=[], offsets=[], itemsize=ffi.sizeof(kind))
+        for name, field in kind.fields:
+            of["names"].append(name)
+            of["formats"].append(_dtype(field.type))
+            of["offsets"].append(field.offset)
+        return np.dtype(of, align=True)
+    if kind.cname == "_Bool":
+        return np.dtype(bool)
+    name = {"float": "f", "double": "f"}.get(kind.cname) or ("u" if int(ffi.cast(kind, -1)) > 0 else "i")
+    return np.dtype(f"{name}{ffi.sizeof(kind)}")
+
+
+RAY, HIT, SURFACE = (_dtype(ffi.typeof(kind)) for kind in ("pktrt_ray", "pktrt_hit", "pktrt_surface_info"))
+
+
+def _values(values, dtype, shape, name):
+    """An array that C can read, of any size where `shape` has None. Copies only where type or order are others."""
+    array = np.asarray(values)
+    if array.dtype != dtype and (dtype.names or array.dtype.names):
+        raise TypeError(f"{name}: an array of {array.dtype} is none of {dtype}")
+    if array.dtype != dtype and dtype.kind == "u" and array.size:  # where numpy would wrap around
+        if array.dtype.kind not in "iu" or array.min() < 0 or array.max() > np.iinfo(dtype).max:
+            raise ValueError(f"{name}: not all of them are whole numbers of 32 bits")
+    if len(array.shape) != len(shape) or any(want not in (None, have) for want, have in zip(shape, array.shape)):
+        raise ValueError(f"{name}: the shape is {array.shape}, not {str(shape).replace('None', 'any')}")
+    return np.require(array, dtype, "CA")
+
+
+def _structs(values, dtype, name):
+    return _values(values, dtype, np.shape(values), name)
+
+
+def _output(out, dtype, shape):
+    if out is None:
+        return np.empty(shape, dtype)
+    if out.dtype != dtype or out.shape != shape or not (out.flags.c_contiguous and out.flags.aligned):
+        raise ValueError(f"out: not a contiguous array of shape {shape} and type {dtype}")
+    return out
+
+
+def _read(array, kind):
+    return ffi.NULL if array is None else ffi.from_buffer(kind + "[]", array)
+
+
+def _write(array, kind):
+    return ffi.from_buffer(kind + "[]", array, require_writable=True)
+
+
+def _plain(value):
+    if isinstance(value, dict):
+        return {key: _plain(part) for key, part in value.items()}
+    return value.tolist() if isinstance(value, (np.ndarray, np.generic)) else value
+
+
+def rays(origins, directions, tmin=0, tmax=np.inf, time=0):
+    """An array of rays; what is given is repeated where others have more, as numpy does it."""
+    origins, directions = np.asarray(origins), np.asarray(directions)
+    shape = np.broadcast_shapes(origins.shape[:-1], directions.shape[:-1], *map(np.shape, (tmin, tmax, time)))
+    made = np.empty(shape, RAY)
+    made["origin"], made["direction"], made["tmin"], made["tmax"], made["time"] = origins, directions, tmin, tmax, time
+    return made
+
+
+# --- scenes ---
+
+
+class Scene:
+    """A pktrt_scene. Fields are those of pktrt_scene_desc; threads: how many build and render, by default one per processor."""
+
+    def __init__(self, threads=None, **fields):
+        threads = threads or os.cpu_count() or 1
+        hooks = dict(log=_log, user=ffi.cast("void *", threads))
+        if threads > 1:
+            hooks["parallel_for"] = ffi.addressof(lib, "pktrt_parallel_for")
+        handle = lib.pktrt_scene_create(ffi.new("pktrt_scene_desc *", {**hooks, **_plain(fields)}))
+        if handle == ffi.NULL:
+            raise Error(None, ffi.string(lib.pktrt_last_error(ffi.NULL)).decode())
+        self.handle = ffi.gc(handle, lib.pktrt_scene_destroy)
+        self._meshes, self._kept = {}, []
+
+    def _must(self, status):
+        if status != lib.PKTRT_OK:
+            raise Error(status, ffi.string(lib.pktrt_last_error(self.handle)).decode())
+
+    def __getattr__(self, name):
+        """Offers the header's other calls on a scene: pktrt_NAME(scene, ...) is scene.NAME(...)."""
+        call = getattr(lib, "pktrt_" + name, None)
+        kind = call is not None and ffi.typeof(call)
+        if not kind or kind.kind != "function" or name == "scene_destroy" or not kind.args or \
+                kind.args[0] not in (ffi.typeof("pktrt_scene *"), ffi.typeof("const pktrt_scene *")):
+            raise AttributeError(f"pktrt.h has no pktrt_{name} of a scene")
+        if kind.result == ffi.typeof("pktrt_status"):
+            return lambda *arguments: self._must(call(self.handle, *arguments))
+        return lambda *arguments: call(self.handle, *arguments)
+
+    def _add(self, call, kind, fields):
+        index = ffi.new("uint32_t *")
+        self._must(call(self.handle, ffi.new(kind + " *", fields), index))
+        return index[0]
+
+    def add_mesh(self, positions, triangles=None, normals=None, texcoords=None, **fields):
+        """Adds (n, 3) positions, or (keys, n, 3) that move; triangles: (m, 3), None: each three positions are one. Returns the index
+        that hits report. Normals are like positions, texcoords (n, 2); fields are those of pktrt_mesh_desc."""
+        keys = np.shape(positions)[:-2]
+        xyz = _values(positions, np.dtype("f4"), ((None,) if keys else ()) + (None, 3), "positions")
+        n = xyz.shape[-2]
+        if triangles is not None:
+            triangles = _values(triangles, np.dtype("u4"), (None, 3), "triangles")
+        if normals is not None:
+            normals = _values(normals, np.dtype("f4"), xyz.shape, "normals")
+        if texcoords is not None:
+            texcoords = _values(texcoords, np.dtype("f4"), (n, 2), "texcoords")
+        counts = dict(vertex_count=n, triangle_count=n // 3 if triangles is None else len(triangles))
+        arrays = dict(positions=xyz, normals=normals, texcoords=texcoords)
+        pointers = {name: _read(array, "float") for name, array in arrays.items()}
+        pointers["indices"] = _read(triangles, "uint32_t")
+        if keys:
+            counts["key_count"] = keys[0]
+        mesh = self._add(lib.pktrt_add_mesh, "pktrt_mesh_desc", {**pointers, **counts, **_plain(fields)})
+        self._meshes[mesh] = n
+        return mesh
+
+    def _replace(self, call, mesh, key, values, name):
+        if mesh not in self._meshes:
+            raise ValueError(f"mesh {mesh} has not been added by add_mesh")
+        self._must(call(self.handle, mesh, key, _read(_values(values, np.dtype("f4"), (self._meshes[mesh], 3), name), "float")))
+
+    def set_positions(self, mesh, positions, key=0):
+        """Replaces the positions of one key, for the next refit or commit."""
+        self._replace(lib.pktrt_set_positions, mesh, key, positions, "positions")
+
+    def set_normals(self, mesh, normals, key=0):
+        self._replace(lib.pktrt_set_normals, mesh, key, normals, "normals")
+
+    def add_light(self, **fields):
+        return self._add(lib.pktrt_add_light, "pktrt_light", _plain(fields))
+
+    def add_material(self, **fields):
+        """Adds a material, and keeps its hooks, if any. Returns its index."""
+        self._kept.append(fields)
+        return self._add(lib.pktrt_add_material, "pktrt_material", _plain(fields))
+
+    def info(self):
+        """What the committed scene is made of: a pktrt_scene_info."""
+        info = ffi.new("pktrt_scene_info *")
+        lib.pktrt_get_scene_info(self.handle, info)
+        return info
+
+    # Queries: arrays of rays of any shape, and such answers. That of one ray, as rays[0], has the shape ().
+
+    def intersect(self, rays, out=None):
+        """The nearest hits; their mesh is pktrt.NONE where a ray hits nothing."""
+        rays = _structs(rays, RAY, "rays")
+        out = _output(out, HIT, rays.shape)
+        if rays.ndim == 0:
+            lib.pktrt_intersect(self.handle, _read(rays, "pktrt_ray"), _write(out, "pktrt_hit"))
+        else:
+            lib.pktrt_intersect_n(self.handle, _read(rays, "pktrt_ray"), _write(out, "pktrt_hit"), rays.size)
+        return out
+
+    def occluded(self, rays, out=None):
+        """Whether anything is in the way."""
+        rays = _structs(rays, RAY, "rays")
+        out = _output(out, np.dtype(bool), rays.shape)
+        if rays.ndim == 0:
+            out[...] = lib.pktrt_occluded(self.handle, _read(rays, "pktrt_ray"))
+        else:
+            lib.pktrt_occluded_n(self.handle, _read(rays, "pktrt_ray"), _write(out, "bool"), rays.size)
+        return out
+
+    def intersect_after(self, rays, previous, out=None):
+        """The hits that follow previous ones; previous and out may be the same array."""
+        rays = _structs(rays, RAY, "rays")
+        previous = _values(previous, HIT, rays.shape, "previous")
+        out = _output(out, HIT, rays.shape)
+        lib.pktrt_intersect_after_n(self.handle, _read(rays, "pktrt_ray"), _read(previous, "pktrt_hit"),
+                                    _write(out, "pktrt_hit"), rays.size)
+        return out
+
+    def spawn(self, rays, hits, directions, out=None):
+        """Rays that leave the hits, (..., 3) directions, without meeting what they leave."""
+        rays = _structs(rays, RAY, "rays")
+        hits = _values(hits, HIT, rays.shape, "hits")
+        directions = _values(directions, np.dtype("f4"), rays.shape + (3,), "directions")
+        out = _output(out, RAY, rays.shape)
+        lib.pktrt_spawn_n(self.handle, _read(rays, "pktrt_ray"), _read(hits, "pktrt_hit"), _read(directions, "float"),
+                          _write(out, "pktrt_ray"), rays.size)
+        return out
+
+    def surface(self, rays, hits, out=None):
+        """What one shades with: position, normal, shading_normal, texcoord, material, ..."""
+        rays = _structs(rays, RAY, "rays")
+        hits = _values(hits, HIT, rays.shape, "hits")
+        out = _output(out, SURFACE, rays.shape)
+        lib.pktrt_surface_n(self.handle, _read(rays, "pktrt_ray"), _read(hits, "pktrt_hit"),
+                            _write(out, "pktrt_surface_info"), rays.size)
+        return out
+
+    def winding(self, mesh, points, time=0):
+        """How often a closed mesh winds around points (..., 3): 0 is outside."""
+        shape = np.shape(points)[:-1]
+        points = _values(points, np.dtype("f4"), shape + (3,), "points")
+        times = np.ascontiguousarray(np.broadcast_to(np.asarray(time, "f4"), shape))
+        out = np.empty(shape, "i4")
+        lib.pktrt_winding_n(self.handle, mesh, _read(points, "float"), _read(times, "float"), _write(out, "int"), out.size)
+        return out
+
+    def render(self, width, height, buffers=(), **fields):
+        """A picture, (height, width, 3) float32 of linear light; fields are those of pktrt_render_desc, as camera=dict(eye=...).
+        With names of buffers, as ("depth", "normal"), returns them behind it."""
+        made = {}
+        for name in ("pixels", *buffers):
+            one = {"depth": 1, "cost": 1, "pixel_error": 1, "sample_count": 1}.get(name) or \
+                {"pixels": 3, "normal": 3, "albedo": 3}[name]
+            made[name] = np.zeros((height, width) + (() if one == 1 else (3,)), "u4" if name == "sample_count" else "f4")
+        desc = ffi.new("pktrt_render_desc *", {"width": width, "height": height, **_plain(fields)})
+        for name, array in made.items():
+            setattr(desc, name, _write(array, "uint32_t" if name == "sample_count" else "float"))
+        self._must(lib.pktrt_render(self.handle, desc))
+        return (made["pixels"], *(made[name] for name in buffers)) if buffers else made["pixels"]

@@ -1,0 +1,314 @@
+"""Compares examples/python/pktrt.py with C, bit for bit: queries, pictures, sentences; looks at addresses and at Python's lock.
+Each check has a control that must fail.
+
+usage: test.py BUILD      the folder of render, python/answers and python/scene.so
+       test.py BUILD --picture SCENE MODE WIDTH HEIGHT     prints the checksum that build/render has of the same picture"""
+import ctypes
+import pathlib
+import subprocess
+import sys
+import threading
+import time
+
+sys.dont_write_bytecode = True
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "examples" / "python"))
+import numpy as np  # noqa: E402
+import pktrt  # noqa: E402
+
+BUILD = pathlib.Path(sys.argv[1]).resolve()
+ffi = pktrt.ffi
+checks = failures = 0
+
+
+def check(good, sentence):
+    global checks, failures
+    checks += 1
+    failures += not good
+    print(f"  {'ok     ' if good else 'FAILED '} {sentence}")
+
+
+def same(a, b):
+    """Whether two arrays have the same bits, padding of structures left out."""
+    if a.dtype.names:
+        return all(same(a[name], b[name]) for name in a.dtype.names)
+    return a.shape == b.shape and a.dtype == b.dtype and a.tobytes() == b.tobytes()
+
+
+# --- pictures of the examples' scenes ---
+
+
+def checksum(pixels):
+    total = 14695981039346656037
+    for byte in pixels.astype("<f4").tobytes():
+        total = (total ^ byte) * 1099511628211 % 2 ** 64
+    return f"{total:016x}"
+
+
+def picture(scene, mode, width, height, **fields):
+    """The scene is made by C, which calls the library that Python has loaded. The picture is made by Python."""
+    ffi.dlopen(pktrt.library_path, ffi.RTLD_NOW | ffi.RTLD_GLOBAL)
+    ffi.cdef("bool scene_for_python(pktrt_scene *, const char *, pktrt_camera *, float *, float *);", override=True)
+    scenes = ffi.dlopen(str(BUILD / "python" / "scene.so"))
+    world, camera = pktrt.Scene(), ffi.new("pktrt_camera *")
+    background, ambient = ffi.new("float[3]"), ffi.new("float[3]")
+    if not scenes.scene_for_python(world.handle, scene.encode(), camera, background, ambient):
+        sys.exit(f"test.py: there is no scene {scene}")
+    world.commit()
+    mode = getattr(pktrt, "MODE_" + mode.upper())
+    fields = {"camera": camera[0], "background": list(background), "ambient": list(ambient), **fields}
+    return checksum(world.render(width, height, mode=mode, **fields))
+
+
+if len(sys.argv) > 2:
+    print(picture(sys.argv[3], sys.argv[4], int(sys.argv[5]), int(sys.argv[6])))
+    sys.exit()
+
+# --- arrays for both ---
+
+numbers = np.random.default_rng(1)
+N = 6000
+grid = np.arange(33)
+x, z = [v.ravel() for v in np.meshgrid(grid, grid)]
+positions0 = np.stack([x / 4 - 4, numbers.uniform(-1, 0, x.size), z / 4 - 4], axis=1).astype("f4")
+corner = (x + 33 * z)[(x < 32) & (z < 32)]
+triangles0 = np.concatenate([np.stack([corner, corner + 33, corner + 34], 1), np.stack([corner, corner + 34, corner + 1], 1)])
+triangles0 = triangles0.astype("u4")
+positions1 = numbers.uniform(-1, 1, (2, 300, 3)).astype("f4")  # moves, with two keys
+triangles1 = numbers.integers(300, size=(400, 3)).astype("u4")
+rays = pktrt.rays(numbers.uniform(-4, 4, (N, 3)), numbers.uniform(-1, 1, (N, 3)), time=numbers.random(N))
+rays["origin"][::3, 1], rays["direction"][::3] = 4, positions0[numbers.integers(len(positions0), size=N // 3)]  # at vertices
+rays["direction"][::3] -= rays["origin"][::3]
+rays["direction"][1::7, 0], rays["tmin"][::5], rays["tmax"][::4] = 0, 0.25, 1
+rays["origin"][5], rays["direction"][6], rays["tmax"][7] = np.nan, 0, np.nan
+
+folder = BUILD / "python" / "arrays"
+folder.mkdir(parents=True, exist_ok=True)
+for name in ("positions0", "triangles0", "positions1", "triangles1", "rays"):
+    globals()[name].tofile(folder / name)
+subprocess.run([BUILD / "python" / "answers"], cwd=folder, check=True)
+
+
+def from_c(name, dtype):
+    return np.fromfile(folder / name, dtype)
+
+
+def make(**fields):
+    scene = pktrt.Scene(**fields)
+    scene.add_material(specular=pktrt.SPECULAR_MIRROR, albedo=[0.5, 0, 0], reflectance=np.array([0, 0.75, 0.25]))
+    scene.add_light(kind=pktrt.LIGHT_POINT, position=[0, 4, 2], intensity=[40, 30, 20])
+    return scene
+
+
+world, other = make(), make()
+world.add_mesh(positions0, triangles0)
+world.add_mesh(positions1, triangles1, material=1)
+world.commit()
+other.add_mesh(positions1 + np.float32(2 ** -20), triangles1[::-1], material=1)  # the control: all that answers tell is different
+other.add_mesh(positions0 + np.float32(2 ** -20), triangles0[::-1])
+other.commit()
+
+# --- the same answers ---
+
+hits, others = world.intersect(rays), other.intersect(rays)
+for field in pktrt.HIT.names:
+    check(same(hits[field], from_c("many", pktrt.HIT)[field]), f"{N} rays at once: {field} has the bits that C gets")
+    check(not same(others[field], hits[field]), f"control: other meshes have other bits in {field}")
+check(N / 4 < np.count_nonzero(hits["mesh"] != pktrt.NONE) < N * 3 / 4, "some rays hit and some do not")
+single = np.array([world.intersect(ray) for ray in rays])
+check(same(single, from_c("single", pktrt.HIT)), "rays one by one: the same bits")
+single[N // 2]["u"] = np.nextafter(single[N // 2]["u"], np.float32(1))
+check(not same(single, from_c("single", pktrt.HIT)), "control: a single bit is noticed")
+blocked = world.occluded(rays)
+check(same(blocked, from_c("blocked", bool)), "what is in the way of many rays is what C gets")
+check(same(np.array([world.occluded(ray) for ray in rays]), from_c("blocked_single", bool)), "and of single rays")
+check(not same(other.occluded(rays), blocked), "control: other things are in the way with other meshes")
+check(same(world.intersect_after(rays, hits), from_c("after", pktrt.HIT)), "hits behind hits are what C gets")
+check(not same(world.intersect_after(rays, others), from_c("after", pktrt.HIT)), "control: behind others there are others")
+check(same(world.spawn(rays, hits, rays["direction"]), from_c("next", pktrt.RAY)), "rays that leave are what C gets")
+check(not same(world.spawn(rays, others, rays["direction"]), from_c("next", pktrt.RAY)), "control: others leave elsewhere")
+check(same(world.surface(rays, hits), from_c("surface", pktrt.SURFACE)), "surfaces are what C gets")
+check(not same(other.surface(rays, others), from_c("surface", pktrt.SURFACE)), "control: other surfaces")
+shaped = world.intersect(rays.reshape(20, -1, 3))
+check(same(shaped.ravel(), hits) and shaped.shape == (20, N // 60, 3), "arrays keep their shape")
+world.set_positions(0, positions0 + np.float32(1))
+world.refit()
+lifted = world.intersect(rays)
+check(not same(lifted, hits), "a mesh that is deformed is hit elsewhere")
+world.set_positions(0, positions0)
+world.refit()
+check(same(world.intersect(rays), hits), "and where it was when it is back")
+
+# --- the same pictures ---
+
+view = dict(mode=pktrt.MODE_DRT, samples=2, seed=7, background=(0, 0, 0.5),
+            camera=dict(eye=np.array([0, 2, 5]), fov_y=50, shutter=1))
+pixels, normal = world.render(48, 32, ("normal",), **view)
+check(same(pixels.ravel(), from_c("pixels", "f4")), "a picture has the bits that C's has")
+check(same(normal.ravel(), from_c("normal", "f4")), "and so have its normals")
+check(not same(world.render(48, 32, **{**view, "seed": 8}).ravel(), from_c("pixels", "f4")), "control: another seed")
+alone = make(threads=1)
+alone.add_mesh(positions0, triangles0)
+alone.add_mesh(positions1, triangles1, material=1)
+alone.commit()
+check(same(alone.render(48, 32, **view), pixels), "one thread makes the same picture as several")
+told = subprocess.run([BUILD / "render", *"--scene conference --mode wrt --size 40x30 --no-count --no-progress".split()],
+                      check=True, capture_output=True, text=True).stdout
+want, got = told.split("checksum ")[1][:16], picture("conference", "wrt", 40, 30)
+check(got == want, f"a picture of a built-in scene: {got}, by build/render {want}")
+check(picture("conference", "wrt", 40, 30, ambient=[0, 0, 0]) != want, "control: with other light it has another checksum")
+
+# --- the same structures ---
+
+layout = (folder / "layout").read_text().split("\n")[:-1]
+
+
+def offset(line, twins):
+    kind, *field = line.split()[:-1]
+    if kind in twins:
+        return twins[kind].fields[field[0]][1] if field else twins[kind].itemsize
+    return ffi.offsetof(kind, field[0]) if field else ffi.sizeof(kind)
+
+
+twins = dict(pktrt_ray=pktrt.RAY, pktrt_hit=pktrt.HIT, pktrt_surface_info=pktrt.SURFACE)
+wrong = [line for line in layout if offset(line, twins) != int(line.split()[-1])]
+check(not wrong and len(layout) == 33, f"{len(layout)} sizes and offsets are those of C {wrong}")
+formats = [pktrt.RAY.fields[name][0] for name in pktrt.RAY.names]
+twins["pktrt_ray"] = np.dtype(dict(names=pktrt.RAY.names, formats=formats, offsets=[0, 12, 16, 32, 28], itemsize=36))
+check(sum(offset(line, twins) != int(line.split()[-1]) for line in layout) == 2, "control: two that are exchanged are noticed")
+
+# --- the same sentences ---
+
+sentences = (folder / "sentences").read_text().split("\n")[:-1]
+
+
+def sentence_of(call):
+    try:
+        call()
+    except pktrt.Error as error:
+        return str(error), error.status
+    return None, pktrt.OK
+
+
+bad = [[0, 1, 5]]
+check(sentence_of(lambda: world.add_mesh(np.zeros((3, 3)), bad)) == (sentences[0], pktrt.INVALID_ARGUMENT), f"raised: {sentences[0]}")
+check(sentence_of(lambda: world.set_enabled(7, False))[0] == sentences[1], f"raised: {sentences[1]}")
+check(sentence_of(lambda: world.add_mesh(np.zeros((3, 3)), [[0, 1, 4]]))[0] != sentences[0], "control: another mistake, another sentence")
+check(sentence_of(lambda: world.set_enabled(1, True))[0] is None, "control: what is right raises nothing")
+check(sentence_of(lambda: pktrt.Scene(isa=pktrt.ISA_NEON + 99))[0], "a scene that cannot be made says why")
+
+
+def refused(error, call):
+    try:
+        call()
+    except error:
+        return True
+    return False
+
+
+check(refused(ValueError, lambda: world.add_mesh(np.zeros((3, 2)))), "positions that are pairs are refused")
+check(refused(ValueError, lambda: world.add_mesh(np.zeros((3, 3)), [[0, 1, -1]])), "indices below 0 are refused")
+check(refused(ValueError, lambda: world.add_mesh(np.zeros((3, 3)), [[0, 1, 2 ** 32]])), "indices of more than 32 bits are refused")
+check(refused(ValueError, lambda: world.set_positions(0, positions0[1:])), "less positions than before are refused")
+check(refused(TypeError, lambda: world.intersect(np.zeros((3, 9), "f4"))), "an array that is none of rays is refused")
+check(refused(ValueError, lambda: world.intersect(rays, out=hits[1:])), "an array of another length is not written to")
+frozen = hits.copy()
+frozen.flags.writeable = False
+check(refused((ValueError, BufferError), lambda: world.intersect(rays, out=frozen)) and same(frozen, hits), "nor is one that is read-only")
+
+# --- no copies ---
+
+passed = {}
+
+
+class Spy:
+    """The library, whose calls leave word of what addresses they get."""
+
+    def __init__(self, of):
+        self.of = of
+
+    def __getattr__(self, name):
+        call = getattr(self.of, name)
+        return (lambda *a: (passed.__setitem__(name, self.addresses(a)), call(*a))[1]) if callable(call) else call
+
+    @staticmethod
+    def addresses(arguments):
+        pointers = [a for a in arguments[1:] if isinstance(a, ffi.CData)]
+        if pointers and ffi.typeof(pointers[0]).cname == "pktrt_mesh_desc *":
+            pointers = [pointers[0].positions, pointers[0].indices, pointers[0].normals]
+        return [int(ffi.cast("uintptr_t", pointer)) for pointer in pointers]
+
+
+def at(*arrays):
+    return [array.ctypes.data for array in arrays]
+
+
+kept, pktrt.lib = pktrt.lib, Spy(pktrt.lib)
+out, seen = np.empty(N, pktrt.HIT), np.empty(N, bool)
+check(world.intersect(rays, out=out) is out and passed["pktrt_intersect_n"] == at(rays, out), "rays and hits are where C works on them")
+made = world.intersect(rays)
+check(passed["pktrt_intersect_n"] == at(rays, made), "so are hits that are made anew")
+world.intersect(rays[::2])
+check(passed["pktrt_intersect_n"][0] != at(rays)[0], "control: rays with gaps are copied")
+check(same(world.intersect(rays[::2]), hits[::2]), "and have the same hits")
+world.occluded(rays, out=seen)
+check(passed["pktrt_occluded_n"] == at(rays, seen), "so are flags of what is in the way")
+up = np.ones((len(positions0), 3), "f4")
+world.add_mesh(positions0, triangles0, normals=up)
+check(passed["pktrt_add_mesh"] == at(positions0, triangles0, up), "positions, triangles and normals are where C reads them")
+world.add_mesh(positions0.astype("f8"), triangles0.astype("i8"))
+check(not set(passed["pktrt_add_mesh"]) & set(at(positions0, triangles0)), "control: other types are copied")
+later = positions0.copy()
+world.set_positions(0, later)
+check(passed["pktrt_set_positions"] == at(later), "so are positions that replace others")
+world.set_positions(0, np.asfortranarray(later))
+check(passed["pktrt_set_positions"] != at(later), "control: those in another order of axes are copied")
+pktrt.lib = kept
+
+# --- threads ---
+
+many = np.tile(rays, 100)
+want = np.tile(hits, 100)
+answers = [None] * 4
+threads = [threading.Thread(target=lambda k: answers.__setitem__(k, alone.intersect(many)), args=(k,)) for k in range(4)]
+for thread in threads:
+    thread.start()
+for thread in threads:
+    thread.join()
+check(all(same(answer, want) for answer in answers), "four threads ask at a time, and get the same bits")
+
+
+def steps_during(call):
+    """How often this thread gets on while another one is in a call of half a second or so."""
+    state = []
+    thread = threading.Thread(target=lambda: (state.append("begun"), call(), state.append("done")))
+    steps = 0
+    thread.start()
+    while len(state) < 2:
+        time.sleep(0.001)
+        steps += len(state) == 1
+    thread.join()
+    return steps
+
+
+held = ctypes.PyDLL(pktrt.library_path).pktrt_intersect_n  # keeps Python's lock
+held.argtypes, held.restype = [ctypes.c_void_p, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_size_t], None
+out = np.empty(len(many), pktrt.HIT)
+handle = int(ffi.cast("uintptr_t", alone.handle))
+free = steps_during(lambda: alone.intersect(many, out=out))
+stuck = steps_during(lambda: held(handle, *at(many, out), len(many)))
+check(free > 4, f"other threads get on during a call: {free} steps")
+check(stuck < 4, f"control: by a call that keeps Python's lock they do not: {stuck} steps")
+
+# --- the example ---
+
+ao = [sys.executable, "-B", ROOT / "examples" / "python" / "ao.py"]
+first = subprocess.run(ao, check=True, capture_output=True).stdout
+second = subprocess.run(ao, check=True, capture_output=True).stdout
+check(first == second and len(first) == 15 + 480 * 320 and len(set(first)) > 50, "ao.py makes a picture, and the same again")
+np.concatenate([np.array([len(triangles0)], "<u4").view("<f4"), positions0[triangles0].astype("<f4").ravel()]).tofile(folder / "hill.tri")
+hill = subprocess.run([*ao, folder / "hill.tri"], check=True, capture_output=True).stdout
+check(hill != first and len(set(hill)) > 50, "and another one of a .tri file")
+
+print(f"test-python: {checks - failures} of {checks} checks passed")
+sys.exit(failures != 0)

@@ -53,7 +53,7 @@ endif
 .PHONY: stability stability-neon stability-sanitize sanitize-threads fuzz
 .PHONY: bench-wasm bench-three
 .PHONY: install uninstall dist test-install test-dist
-.PHONY: test-python
+.PHONY: test-python python-picture checksums
 .PHONY: course course-check course-test course-text course-check-text course-pictures
 .DELETE_ON_ERROR:
 
@@ -88,6 +88,7 @@ help:
 	@echo "matrix      C99 to C++23, compilers, platforms    test-neon   runs a smaller set on ARM, emulated"
 	@echo "test-wasm   runs a smaller set in node, by WebAssembly's vectors; SIMD= by its scalar code"
 	@echo "platforms   one checksum on eleven of them: a table  checksum    writes anew what must come out, tests/checksum.txt"
+	@echo "checksums   one picture by all instruction sets, some platforms, from Python and by MPI: the README's table"
 	@echo "flags       compiler flags, each refused by name or without effect"
 	@echo "test-guards the header behind hostile macros and windows.h; what a library exports"
 	@echo "bench       measures the paper's results, all or NAME=\"table1 figure6\"; BENCH_ARGS=... passes options"
@@ -348,6 +349,11 @@ test-python:
 	@if [ -n "$(PYTHON)" ]; then $(MAKE) --no-print-directory -j$(JOBS) $(B)/render $(B)/python/answers $(B)/python/scene.so && $(PYTHON_RUN); \
 	  else echo "test-python: there is no python3 with cffi and numpy (make deps-extra), nothing is compared"; fi
 
+# The checksum of one picture, for .ci/checksums: PICTURE="poolhall wrt 64 48".
+python-picture:
+	@if [ -n "$(PYTHON)" ]; then $(MAKE) -s $(B)/python/scene.so && $(PYTHON_RUN) --picture $(PICTURE); \
+	  else echo "python-picture: there is no python3 with cffi and numpy (make deps-extra)" >&2; fi
+
 $(B)/python/answers: tests/python/answers.c $(B)/pktrt.o | $(B)/python
 	$(CC) $(CFLAGS) $(STRICT) $(SHARED) $< $(B)/pktrt.o -o $@ $(LDFLAGS) $(LDLIBS)
 
@@ -469,6 +475,12 @@ checksum: $(B)/checksum
 	$< | sed '/^by /d' >$(B)/checksum.txt
 	@was=$$(sed -n 's/^all *//p' tests/checksum.txt); is=$$(sed -n 's/^all *//p' $(B)/checksum.txt); \
 	  sed -i "s/$$was/$$is/" README.md; mv $(B)/checksum.txt tests/checksum.txt; echo "$$was -> $$is"
+
+# One picture's checksum from all instruction sets, some platforms, Python and MPI: the README's table of it.
+checksums: | $(RESULTS)
+	@NEW=1 .ci/checksums
+	@cp build/checksums.csv $(RESULTS)/checksums.csv
+	@$(MAKE) --no-print-directory bench-readme
 
 # Compiler flags that change values are refused by name; under all others the bits are the same.
 flags:

@@ -297,12 +297,23 @@ function table_fuzz(    f, feeds) {
   print ""
 }
 
+# Of what was not there a cell says so.
+function table_checksums(    f, sum) {
+  print "| where | by | checksum |\n|---|---|---|"
+  while (next_row("checksums", f)) {
+    sum = f["checksum"]
+    printf "| %s | %s | %s |\n", f["where"], f["by"], sub(/^0x/, "", sum) ? "`" sum "`" : sum
+  }
+  print ""
+}
+
 # --- the marks ---
 
 BEGIN {
   needs["first"] = "table1 table3 section31 embree_rcs"
   needs["figures"] = "pictures tests stability error_slopes error_bounds error_estimates error_targets error_adaptive exactness"
   needs["pictures"] = "pictures"; needs["peers_poolhall"] = "peers_poolhall"; needs["fuzz"] = "fuzz"
+  needs["checksums"] = "checksums"
 }
 function table(name,    file, line, blank) {
   print ""
@@ -311,6 +322,7 @@ function table(name,    file, line, blank) {
   else if (name == "pictures") table_pictures()
   else if (name == "peers_poolhall") table_peers_poolhall()
   else if (name == "fuzz") table_fuzz()
+  else if (name == "checksums") table_checksums()
   else {
     file = results "/" name ".md"
     while ((getline line < file) > 0) { print line; blank = line == "" }

@@ -6,22 +6,23 @@
     hits = scene.intersect(pktrt.rays(origins, directions))
     hits["t"][hits["mesh"] != pktrt.NONE]
 
-Names are those of the header without pktrt_: any call on a scene is a method, scene.refit() and scene.set_enabled(3, False) as
-well as those below, and constants are pktrt.MODE_WRT, pktrt.NONE and so on. pktrt.lib and pktrt.ffi have everything as C has
-it, scene.handle is the pktrt_scene. What fails raises pktrt.Error with the library's sentence. What the library wonders about goes
-to the logger "pktrt".
+Names are those of the header without pktrt_: any call on a scene is a method, scene.refit() and scene.set_enabled(3,
+False) as well as those below, and constants are pktrt.MODE_WRT, pktrt.NONE and so on. pktrt.lib and pktrt.ffi have
+everything as C has it, scene.handle is the pktrt_scene. What fails raises pktrt.Error with the library's sentence.
+What the library wonders about goes to the logger "pktrt".
 
-Nothing is declared here: the declarations are the header's own, as the compiler's preprocessor leaves them. The implementation
-is compiled into a cache folder when it is first needed, which takes half a minute, and again when header, compiler or flags
-are others. The environment says where and how: PKTRT_HEADER, PKTRT_CACHE (else ~/.cache/pktrt), CC, CFLAGS (else -O2).
+Nothing is declared here: the declarations are the header's own, as the compiler's preprocessor leaves them. The
+implementation is compiled into a cache folder when it is first needed, which takes half a minute, and again when
+header, compiler or flags are others. The environment says where and how: PKTRT_HEADER, PKTRT_CACHE (else
+~/.cache/pktrt), CC, CFLAGS (else -O2).
 
-Copies. Rays, hits and surfaces are arrays of the C structures (pktrt.RAY, HIT, SURFACE), of any shape: the library reads and writes
-their memory. It reads that of positions (float32), triangles (uint32), normals and others, too, in the call alone, as it keeps
-copies of its own. Only arrays of other types, with gaps or in another order of axes are copied before. `out` takes arrays to
-write to, so that no new ones are made.
+Copies. Rays, hits and surfaces are arrays of the C structures (pktrt.RAY, HIT, SURFACE), of any shape: the library
+reads and writes their memory. It reads that of positions (float32), triangles (uint32), normals and others, too, in
+the call alone, as it keeps copies of its own. Only arrays of other types, with gaps or in another order of axes are
+copied before. `out` takes arrays to write to, so that no new ones are made.
 
-Threads. Python's other threads run during each call. Queries of a committed scene may come from many at once; while a call
-changes the scene there must be no other. The library's own threads build and render: Scene(threads=1) has none.
+Threads. Python's other threads run during each call. Queries of a committed scene may come from many at once; while a
+call changes the scene there must be no other. The library's own threads build and render: Scene(threads=1) has none.
 """
 import hashlib
 import logging
@@ -64,8 +65,8 @@ extern void pktrt_parallel_for(void *user, size_t n, void (*body)(void *arg, siz
   pthread_t thread[MOST];
   size_t count = 0;
   job j = {body, arg, n, 0, PTHREAD_MUTEX_INITIALIZER};
-  while (count + 1 < (uintptr_t)user && count + 1 < n && count < MOST && !pthread_create(&thread[count], NULL, work, &j))
-    count++;
+  const size_t most = (uintptr_t)user < n ? (uintptr_t)user : n;
+  while (count + 1 < most && count < MOST && !pthread_create(&thread[count], NULL, work, &j)) count++;
   work(&j);
   while (count) pthread_join(thread[--count], NULL);
 }
@@ -94,7 +95,7 @@ def _declarations(compile_with, header):
 
 
 def _library(compile_with, header, folder):
-    """Compiles the header, unless that has been done. Others may do the same at a time: the file gets its name when it is whole."""
+    """Compiles the header, unless that is done. The file gets its name when it is whole: others may do the same."""
     key = hashlib.sha256(pathlib.Path(header).read_bytes())
     version = _run(*compile_with[:1], "--version")
     key.update("\0".join([_SOURCE, *compile_with, version, platform.machine()]).encode())
@@ -222,7 +223,7 @@ def rays(origins, directions, tmin=0, tmax=np.inf, time=0):
 
 
 class Scene:
-    """A pktrt_scene. Fields are those of pktrt_scene_desc; threads: how many build and render, by default one per processor."""
+    """A pktrt_scene. threads: how many build and render, by default one per processor; fields: of pktrt_scene_desc."""
 
     def __init__(self, threads=None, **fields):
         threads = threads or os.cpu_count() or 1
@@ -256,8 +257,9 @@ class Scene:
         return index[0]
 
     def add_mesh(self, positions, triangles=None, normals=None, texcoords=None, **fields):
-        """Adds (n, 3) positions, or (keys, n, 3) that move; triangles: (m, 3), None: each three positions are one. Returns the index
-        that hits report. Normals are like positions, texcoords (n, 2); fields are those of pktrt_mesh_desc."""
+        """Adds (n, 3) positions, or (keys, n, 3) that move; triangles: (m, 3), None: each three positions are one.
+        Normals are like positions, texcoords (n, 2); fields are those of pktrt_mesh_desc. Returns the index that hits
+        report."""
         keys = np.shape(positions)[:-2]
         xyz = _values(positions, np.dtype("f4"), ((None,) if keys else ()) + (None, 3), "positions")
         n = xyz.shape[-2]
@@ -280,7 +282,8 @@ class Scene:
     def _replace(self, call, mesh, key, values, name):
         if mesh not in self._meshes:
             raise ValueError(f"mesh {mesh} has not been added by add_mesh")
-        self._must(call(self.handle, mesh, key, _read(_values(values, np.dtype("f4"), (self._meshes[mesh], 3), name), "float")))
+        values = _values(values, np.dtype("f4"), (self._meshes[mesh], 3), name)
+        self._must(call(self.handle, mesh, key, _read(values, "float")))
 
     def set_positions(self, mesh, positions, key=0):
         """Replaces the positions of one key, for the next refit or commit."""
@@ -359,17 +362,19 @@ class Scene:
         points = _values(points, np.dtype("f4"), shape + (3,), "points")
         times = np.ascontiguousarray(np.broadcast_to(np.asarray(time, "f4"), shape))
         out = np.empty(shape, "i4")
-        lib.pktrt_winding_n(self.handle, mesh, _read(points, "float"), _read(times, "float"), _write(out, "int"), out.size)
+        lib.pktrt_winding_n(self.handle, mesh, _read(points, "float"), _read(times, "float"), _write(out, "int"),
+                            out.size)
         return out
 
     def render(self, width, height, buffers=(), **fields):
-        """A picture, (height, width, 3) float32 of linear light; fields are those of pktrt_render_desc, as camera=dict(eye=...).
-        With names of buffers, as ("depth", "normal"), returns them behind it."""
+        """A picture, (height, width, 3) float32 of linear light; fields are those of pktrt_render_desc, as
+        camera=dict(eye=...). With names of buffers, as ("depth", "normal"), returns them behind it."""
         made = {}
         for name in ("pixels", *buffers):
             one = {"depth": 1, "cost": 1, "pixel_error": 1, "sample_count": 1}.get(name) or \
                 {"pixels": 3, "normal": 3, "albedo": 3}[name]
-            made[name] = np.zeros((height, width) + (() if one == 1 else (3,)), "u4" if name == "sample_count" else "f4")
+            shape = (height, width) if one == 1 else (height, width, 3)
+            made[name] = np.zeros(shape, "u4" if name == "sample_count" else "f4")
         desc = ffi.new("pktrt_render_desc *", {"width": width, "height": height, **_plain(fields)})
         for name, array in made.items():
             setattr(desc, name, _write(array, "uint32_t" if name == "sample_count" else "float"))

@@ -1,5 +1,5 @@
-/* What C gets from pktrt.h of the arrays in the current directory, for tests/python/test.py, which asks the same from Python.
-   Reads positions0, triangles0, positions1 (two keys), triangles1 and rays; writes an array for each call. */
+/* What C gets from pktrt.h of the arrays in the current directory, for tests/python/test.py, which asks the same from
+   Python. Reads positions0, triangles0, positions1 (two keys), triangles1 and rays; writes an array for each call. */
 #include "../../pktrt.h"
 #include <stdio.h>
 #include <stdlib.h>

@@ -1,5 +1,5 @@
-/* The scenes of examples/scenes.h as a library that Python loads: it fills a pktrt_scene that Python has made, for pictures that
-   build/render makes, too. */
+/* The scenes of examples/scenes.h as a library that Python loads: it fills a pktrt_scene that Python has made, for
+   pictures that build/render makes, too. */
 #include "../../pktrt.h"
 
 #include "../../examples/scenes.h"

@@ -1,8 +1,8 @@
-"""Compares examples/python/pktrt.py with C, bit for bit: queries, pictures, sentences; looks at addresses and at Python's lock.
-Each check has a control that must fail.
+"""Compares examples/python/pktrt.py with C, bit for bit: queries, pictures, sentences; looks at addresses and at
+Python's lock. Each check has a control that must fail.
 
 usage: test.py BUILD      the folder of render, python/answers and python/scene.so
-       test.py BUILD --picture SCENE MODE WIDTH HEIGHT     prints the checksum that build/render has of the same picture"""
+       test.py BUILD --picture SCENE MODE WIDTH HEIGHT     prints the checksum, which build/render has, too"""
 import ctypes
 import pathlib
 import subprocess
@@ -72,13 +72,13 @@ grid = np.arange(33)
 x, z = [v.ravel() for v in np.meshgrid(grid, grid)]
 positions0 = np.stack([x / 4 - 4, numbers.uniform(-1, 0, x.size), z / 4 - 4], axis=1).astype("f4")
 corner = (x + 33 * z)[(x < 32) & (z < 32)]
-triangles0 = np.concatenate([np.stack([corner, corner + 33, corner + 34], 1), np.stack([corner, corner + 34, corner + 1], 1)])
-triangles0 = triangles0.astype("u4")
+triangles0 = np.stack([corner, corner + 33, corner + 34, corner, corner + 34, corner + 1], axis=1)
+triangles0 = triangles0.reshape(-1, 3).astype("u4")
 positions1 = numbers.uniform(-1, 1, (2, 300, 3)).astype("f4")  # moves, with two keys
 triangles1 = numbers.integers(300, size=(400, 3)).astype("u4")
 rays = pktrt.rays(numbers.uniform(-4, 4, (N, 3)), numbers.uniform(-1, 1, (N, 3)), time=numbers.random(N))
-rays["origin"][::3, 1], rays["direction"][::3] = 4, positions0[numbers.integers(len(positions0), size=N // 3)]  # at vertices
-rays["direction"][::3] -= rays["origin"][::3]
+rays["origin"][::3, 1] = 4
+rays["direction"][::3] = positions0[numbers.integers(len(positions0), size=N // 3)] - rays["origin"][::3]  # at vertices
 rays["direction"][1::7, 0], rays["tmin"][::5], rays["tmax"][::4] = 0, 0.25, 1
 rays["origin"][5], rays["direction"][6], rays["tmax"][7] = np.nan, 0, np.nan
 
@@ -104,7 +104,8 @@ world, other = make(), make()
 world.add_mesh(positions0, triangles0)
 world.add_mesh(positions1, triangles1, material=1)
 world.commit()
-other.add_mesh(positions1 + np.float32(2 ** -20), triangles1[::-1], material=1)  # the control: all that answers tell is different
+# The control: all that answers tell is different.
+other.add_mesh(positions1 + np.float32(2 ** -20), triangles1[::-1], material=1)
 other.add_mesh(positions0 + np.float32(2 ** -20), triangles0[::-1])
 other.commit()
 
@@ -124,9 +125,11 @@ check(same(blocked, from_c("blocked", bool)), "what is in the way of many rays i
 check(same(np.array([world.occluded(ray) for ray in rays]), from_c("blocked_single", bool)), "and of single rays")
 check(not same(other.occluded(rays), blocked), "control: other things are in the way with other meshes")
 check(same(world.intersect_after(rays, hits), from_c("after", pktrt.HIT)), "hits behind hits are what C gets")
-check(not same(world.intersect_after(rays, others), from_c("after", pktrt.HIT)), "control: behind others there are others")
+check(not same(world.intersect_after(rays, others), from_c("after", pktrt.HIT)),
+      "control: behind others there are others")
 check(same(world.spawn(rays, hits, rays["direction"]), from_c("next", pktrt.RAY)), "rays that leave are what C gets")
-check(not same(world.spawn(rays, others, rays["direction"]), from_c("next", pktrt.RAY)), "control: others leave elsewhere")
+check(not same(world.spawn(rays, others, rays["direction"]), from_c("next", pktrt.RAY)),
+      "control: others leave elsewhere")
 check(same(world.surface(rays, hits), from_c("surface", pktrt.SURFACE)), "surfaces are what C gets")
 check(not same(other.surface(rays, others), from_c("surface", pktrt.SURFACE)), "control: other surfaces")
 shaped = world.intersect(rays.reshape(20, -1, 3))
@@ -152,11 +155,12 @@ alone.add_mesh(positions0, triangles0)
 alone.add_mesh(positions1, triangles1, material=1)
 alone.commit()
 check(same(alone.render(48, 32, **view), pixels), "one thread makes the same picture as several")
-told = subprocess.run([BUILD / "render", *"--scene conference --mode wrt --size 40x30 --no-count --no-progress".split()],
-                      check=True, capture_output=True, text=True).stdout
+arguments = "--scene conference --mode wrt --size 40x30 --no-count --no-progress".split()
+told = subprocess.run([BUILD / "render", *arguments], check=True, capture_output=True, text=True).stdout
 want, got = told.split("checksum ")[1][:16], picture("conference", "wrt", 40, 30)
 check(got == want, f"a picture of a built-in scene: {got}, by build/render {want}")
-check(picture("conference", "wrt", 40, 30, ambient=[0, 0, 0]) != want, "control: with other light it has another checksum")
+check(picture("conference", "wrt", 40, 30, ambient=[0, 0, 0]) != want,
+      "control: with other light it has another checksum")
 
 # --- the same structures ---
 
@@ -175,7 +179,8 @@ wrong = [line for line in layout if offset(line, twins) != int(line.split()[-1])
 check(not wrong and len(layout) == 33, f"{len(layout)} sizes and offsets are those of C {wrong}")
 formats = [pktrt.RAY.fields[name][0] for name in pktrt.RAY.names]
 twins["pktrt_ray"] = np.dtype(dict(names=pktrt.RAY.names, formats=formats, offsets=[0, 12, 16, 32, 28], itemsize=36))
-check(sum(offset(line, twins) != int(line.split()[-1]) for line in layout) == 2, "control: two that are exchanged are noticed")
+check(sum(offset(line, twins) != int(line.split()[-1]) for line in layout) == 2,
+      "control: two that are exchanged are noticed")
 
 # --- the same sentences ---
 
@@ -191,9 +196,11 @@ def sentence_of(call):
 
 
 bad = [[0, 1, 5]]
-check(sentence_of(lambda: world.add_mesh(np.zeros((3, 3)), bad)) == (sentences[0], pktrt.INVALID_ARGUMENT), f"raised: {sentences[0]}")
+check(sentence_of(lambda: world.add_mesh(np.zeros((3, 3)), bad)) == (sentences[0], pktrt.INVALID_ARGUMENT),
+      f"raised: {sentences[0]}")
 check(sentence_of(lambda: world.set_enabled(7, False))[0] == sentences[1], f"raised: {sentences[1]}")
-check(sentence_of(lambda: world.add_mesh(np.zeros((3, 3)), [[0, 1, 4]]))[0] != sentences[0], "control: another mistake, another sentence")
+check(sentence_of(lambda: world.add_mesh(np.zeros((3, 3)), [[0, 1, 4]]))[0] != sentences[0],
+      "control: another mistake, another sentence")
 check(sentence_of(lambda: world.set_enabled(1, True))[0] is None, "control: what is right raises nothing")
 check(sentence_of(lambda: pktrt.Scene(isa=pktrt.ISA_NEON + 99))[0], "a scene that cannot be made says why")
 
@@ -208,13 +215,15 @@ def refused(error, call):
 
 check(refused(ValueError, lambda: world.add_mesh(np.zeros((3, 2)))), "positions that are pairs are refused")
 check(refused(ValueError, lambda: world.add_mesh(np.zeros((3, 3)), [[0, 1, -1]])), "indices below 0 are refused")
-check(refused(ValueError, lambda: world.add_mesh(np.zeros((3, 3)), [[0, 1, 2 ** 32]])), "indices of more than 32 bits are refused")
+check(refused(ValueError, lambda: world.add_mesh(np.zeros((3, 3)), [[0, 1, 2 ** 32]])),
+      "indices of more than 32 bits are refused")
 check(refused(ValueError, lambda: world.set_positions(0, positions0[1:])), "less positions than before are refused")
 check(refused(TypeError, lambda: world.intersect(np.zeros((3, 9), "f4"))), "an array that is none of rays is refused")
 check(refused(ValueError, lambda: world.intersect(rays, out=hits[1:])), "an array of another length is not written to")
 frozen = hits.copy()
 frozen.flags.writeable = False
-check(refused((ValueError, BufferError), lambda: world.intersect(rays, out=frozen)) and same(frozen, hits), "nor is one that is read-only")
+check(refused((ValueError, BufferError), lambda: world.intersect(rays, out=frozen)) and same(frozen, hits),
+      "nor is one that is read-only")
 
 # --- no copies ---
 
@@ -245,7 +254,8 @@ def at(*arrays):
 
 kept, pktrt.lib = pktrt.lib, Spy(pktrt.lib)
 out, seen = np.empty(N, pktrt.HIT), np.empty(N, bool)
-check(world.intersect(rays, out=out) is out and passed["pktrt_intersect_n"] == at(rays, out), "rays and hits are where C works on them")
+check(world.intersect(rays, out=out) is out and passed["pktrt_intersect_n"] == at(rays, out),
+      "rays and hits are where C works on them")
 made = world.intersect(rays)
 check(passed["pktrt_intersect_n"] == at(rays, made), "so are hits that are made anew")
 world.intersect(rays[::2])
@@ -255,7 +265,8 @@ world.occluded(rays, out=seen)
 check(passed["pktrt_occluded_n"] == at(rays, seen), "so are flags of what is in the way")
 up = np.ones((len(positions0), 3), "f4")
 world.add_mesh(positions0, triangles0, normals=up)
-check(passed["pktrt_add_mesh"] == at(positions0, triangles0, up), "positions, triangles and normals are where C reads them")
+check(passed["pktrt_add_mesh"] == at(positions0, triangles0, up),
+      "positions, triangles and normals are where C reads them")
 world.add_mesh(positions0.astype("f8"), triangles0.astype("i8"))
 check(not set(passed["pktrt_add_mesh"]) & set(at(positions0, triangles0)), "control: other types are copied")
 later = positions0.copy()
@@ -270,7 +281,13 @@ pktrt.lib = kept
 many = np.tile(rays, 100)
 want = np.tile(hits, 100)
 answers = [None] * 4
-threads = [threading.Thread(target=lambda k: answers.__setitem__(k, alone.intersect(many)), args=(k,)) for k in range(4)]
+
+
+def ask(k):
+    answers[k] = alone.intersect(many)
+
+
+threads = [threading.Thread(target=ask, args=(k,)) for k in range(4)]
 for thread in threads:
     thread.start()
 for thread in threads:
@@ -305,8 +322,10 @@ check(stuck < 4, f"control: by a call that keeps Python's lock they do not: {stu
 ao = [sys.executable, "-B", ROOT / "examples" / "python" / "ao.py"]
 first = subprocess.run(ao, check=True, capture_output=True).stdout
 second = subprocess.run(ao, check=True, capture_output=True).stdout
-check(first == second and len(first) == 15 + 480 * 320 and len(set(first)) > 50, "ao.py makes a picture, and the same again")
-np.concatenate([np.array([len(triangles0)], "<u4").view("<f4"), positions0[triangles0].astype("<f4").ravel()]).tofile(folder / "hill.tri")
+check(first == second and len(first) == 15 + 480 * 320 and len(set(first)) > 50,
+      "ao.py makes a picture, and the same again")
+soup = np.array([len(triangles0)], "<u4").tobytes() + positions0[triangles0].astype("<f4").tobytes()
+(folder / "hill.tri").write_bytes(soup)
 hill = subprocess.run([*ao, folder / "hill.tri"], check=True, capture_output=True).stdout
 check(hill != first and len(set(hill)) > 50, "and another one of a .tri file")
 

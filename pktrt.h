@@ -338,7 +338,7 @@
    creates a scene is tested, the others are yours. (A program linked with -ffast-math flushes in all of them.)
    Statistics may differ slightly by instruction set: what is culled is not promised, only what is hit.
 
-   Threads. Many readers or one writer. Queries and pktrt_render_tile are readers of a committed scene. Everything that
+   Threads. Many readers or one writer. Queries, pktrt_render_tile and pktrt_render_pass are readers of a committed scene. Everything that
    takes a scene that is not const is a writer, but for pktrt_render, which may run beside readers, though not beside
    itself on one scene. parallel_for may use any threads in any order; if it uses several, the other hooks must bear to
    be called from any of them, and progress from several at once. Scenes know nothing of each other.
@@ -1404,6 +1404,30 @@ PKTRT_DEF pktrt_status pktrt_render(pktrt_scene *, const pktrt_render_desc *);
    each call: let tiles be large where these are. */
 PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *, const pktrt_render_desc *, uint32_t x, uint32_t y,
                                          uint32_t w, uint32_t h);
+
+/* To make a picture's passes in several places, processes or machines, with the bits of pktrt_render. The three of them
+   take a desc that pktrt_render would take, with its rules, but adaptive, time_budget and the optional buffers of what
+   primary rays meet, cost and sample_count are refused; progress and `pass` are not called. */
+
+/* Renders one pass, the first is 0, over the pixels [x, x+w) x [y, y+h), and writes the means of its samples: three
+   doubles for each pixel, tight, row by row. pixels is left alone, and may be NULL. Else as pktrt_render_tile. */
+PKTRT_DEF pktrt_status pktrt_render_pass(const pktrt_scene *, const pktrt_render_desc *, uint32_t pass, uint32_t x,
+                                         uint32_t y, uint32_t w, uint32_t h, double *means);
+
+/* What a pixel has had: the sum of its passes' means, and that of their squares over all channels. All zero at first. */
+typedef struct pktrt_pixel_sums {
+  double mean[3], squares;
+} pktrt_pixel_sums;
+
+/* Adds a pass to the sums of n pixels that follow each other. Bits are those of pktrt_render if each pixel gets its
+   passes one after the other, from the first on; pixels may be at different passes. */
+PKTRT_DEF void pktrt_add_pass(const double *means, size_t n, pktrt_pixel_sums *);
+
+/* Makes of the whole picture's sums, tight, each of as many passes, what pktrt_render has then: pixels, report (but
+   seconds: 0), pixel_error, block_error. Whether the rules end the render, report->stop says; if not, another pass over
+   all pixels is to be made. What is in the scene does not matter. */
+PKTRT_DEF pktrt_status pktrt_finish_passes(pktrt_scene *, const pktrt_render_desc *, uint32_t passes,
+                                           const pktrt_pixel_sums *);
 
 /* Looks at desc->environment in some 500,000 directions and keeps where it is bright, for all further renders and tiles of
    the scene with the same function and user. Else every render with a PKTRT_LIGHT_ENVIRONMENT in DRT does so for itself
@@ -13105,6 +13129,7 @@ struct pktrt__render_state {
   uint32_t event_dimensions; /* sample dimensions of one scattering event: 4, and 2 for each light */
   float threshold;           /* of importance */
   size_t row_stride;
+  bool sums_only;                  /* pixels are not written */
   uint32_t features;               /* of pktrt_feature: those that run; ask by pktrt__render_uses */
   bool follow, distribute, choose; /* secondary rays; random lens, lights and lobes; one ray at a dielectric */
   bool draws;                      /* scattering events or lights take samples */
@@ -16159,12 +16184,11 @@ static void pktrt__aov_add_pixel(const pktrt__tile *tile, pktrt__aov_sums *befor
   pktrt__aov_write(tile->render->desc, to, (double)(tile->pass + 1) * tile->render->samples, at);
 }
 
-/* Adds the mean of a pass to those of the passes before, and sets the pixel to the mean of all. */
-static void pktrt__pass_add_mean(pktrt__pixel_sums *s, const double mean[3], double passes, float *pixel) {
-  for (int a = 0; a < 3; a++) {
-    s->mean[a] += mean[a], s->squares += mean[a] * mean[a];
-    pixel[a] = pktrt__to_float(s->mean[a] / passes);
-  }
+PKTRT__INLINE void pktrt__pass_add(const double mean[3], double sum[3], double *squares) {
+  for (int a = 0; a < 3; a++) sum[a] += mean[a], *squares += mean[a] * mean[a];
+}
+PKTRT__INLINE void pktrt__pass_write_mean(const double sum[3], double passes, float *pixel) {
+  for (int a = 0; a < 3; a++) pixel[a] = pktrt__to_float(sum[a] / passes);
 }
 
 /* Writes the means of finished pixels to the picture and the optional buffers. WHY not inlined, as waves: the loop over samples
@@ -16176,12 +16200,13 @@ PKTRT__NOINLINE void pktrt__tile_write_pixels(const pktrt__tile *tile, const uin
   const bool notes = pktrt__aov_wanted(tile->render), alone = tile->render->samples == 1; /* divisions take time */
   const double n = tile->render->samples;
   for (uint32_t p = 0; p < pixels; p++) {
-    float *to = d->pixels + y[p] * tile->render->row_stride + (size_t)x[p] * 3;
+    float *to = tile->render->sums_only ? NULL : d->pixels + y[p] * tile->render->row_stride + (size_t)x[p] * 3;
     const size_t at = (size_t)y[p] * d->width + x[p];
     const size_t own = passes ? (size_t)(y[p] - passes->y) * passes->w + (x[p] - passes->x) : 0;
     double mean[3];
     for (int a = 0; a < 3; a++) mean[a] = alone ? tile->sum[a][p] : tile->sum[a][p] / n;
-    if (passes) pktrt__pass_add_mean(&passes->sums[own], mean, tile->pass + 1, to);
+    if (passes) pktrt__pass_add(mean, passes->sums[own].mean, &passes->sums[own].squares);
+    if (passes && !tile->render->sums_only) pktrt__pass_write_mean(passes->sums[own].mean, tile->pass + 1, to);
     if (tile->render->splits) passes->sums[own].gain += tile->gain[p], passes->sums[own].splits += tile->splits[p];
     for (int a = 0; !passes && a < 3; a++) to[a] = pktrt__to_float(mean[a]);
     if (notes) pktrt__aov_add_pixel(tile, passes ? &passes->aovs[own] : NULL, p, at);
@@ -16855,15 +16880,21 @@ PKTRT__COLD void pktrt__warn_all(const pktrt_scene *s, const pktrt__render_state
     pktrt__log_sentence(s, 0, "render: there is no light and no ambient: what does not shine by itself is black");
 }
 
+/* Sets what is known before the first round. */
+static void pktrt__pass_start(const pktrt__render_state *render, pktrt__pass_rounds *t) {
+  memset(t, 0, sizeof *t);
+  t->report.rmse = t->report.relative_mse = t->report.rmse_high = t->report.relative_mse_high = INFINITY;
+  t->report.unreliable[0] = t->report.unreliable[1] = true;
+  t->render = render;
+}
+
 /* Prepares everything that the first round needs. */
 static pktrt_status pktrt__pass_begin(pktrt_scene *s, pktrt__render_state *render, pktrt__pass_sums *passes,
                                       pktrt__pass_rounds *t) {
   const pktrt_render_desc *d = render->desc;
   const uint32_t area[4] = {0, 0, d->width, d->height};
-  memset(t, 0, sizeof *t);
-  t->report.rmse = t->report.relative_mse = t->report.rmse_high = t->report.relative_mse_high = INFINITY;
-  t->report.unreliable[0] = t->report.unreliable[1] = true;
-  t->render = render, t->columns = (d->width + render->tile_size - 1) / render->tile_size;
+  pktrt__pass_start(render, t);
+  t->columns = (d->width + render->tile_size - 1) / render->tile_size;
   const uint64_t count = (uint64_t)t->columns * ((d->height + render->tile_size - 1) / render->tile_size);
   if (count > INT32_MAX)
     return pktrt__fail(s, PKTRT_LIMIT, "render: %llu tiles are too many", (unsigned long long)count);
@@ -16953,6 +16984,88 @@ PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *s, const pktrt_rende
   if (render.passes) pktrt__pass_free(&s->desc, &passes);
   pktrt__render_unprepare(&render);
   return ok ? PKTRT_OK : PKTRT_OUT_OF_MEMORY;
+}
+
+/* --- passes made in several places --- */
+
+/* Tells whether a pass over some pixels is all that they need from this one place. */
+static bool pktrt__pass_is_separate(const pktrt_render_desc *d) {
+  return !d->adaptive && !(d->time_budget > 0) && !d->depth && !d->normal && !d->albedo && !d->sample_count && !d->cost;
+}
+
+PKTRT_DEF pktrt_status pktrt_render_pass(const pktrt_scene *s, const pktrt_render_desc *d, uint32_t pass, uint32_t x,
+                                         uint32_t y, uint32_t w, uint32_t h, double *means) {
+  pktrt__render_state render;
+  pktrt__pass_sums passes;
+  pktrt__refusal why;
+  float none[3];
+  if (!s || !d || !means) return PKTRT_INVALID_ARGUMENT;
+  pktrt_render_desc own = *d;
+  if (!own.pixels) own.pixels = none;
+  if (!pktrt__render_check(s, &own, &render, &why) || !pktrt__pass_is_separate(d)) return PKTRT_INVALID_ARGUMENT;
+  if (x > d->width || y > d->height || w > d->width - x || h > d->height - y || pass >= render.most_passes)
+    return PKTRT_INVALID_ARGUMENT;
+  if (pktrt__render_is_uncommitted(s)) return PKTRT_NOT_COMMITTED;
+  if (!w || !h) return PKTRT_OK;
+  const uint32_t area[4] = {x, y, x + w, y + h};
+  render.sums_only = true, render.most_passes = UINT32_MAX; /* sums are made of a single pass, too */
+  if (!pktrt__render_prepare(&render, (uint64_t)w * h)) return PKTRT_OUT_OF_MEMORY;
+  const bool ok =
+      pktrt__pass_make(&render, area, &passes) && pktrt__pass_render_uniform(&render, NULL, area, d->stats, pass, 1);
+  for (size_t i = 0; ok && i < (size_t)w * h; i++) memcpy(means + 3 * i, passes.sums[i].mean, 3 * sizeof *means);
+  if (render.passes) pktrt__pass_free(&s->desc, &passes);
+  pktrt__render_unprepare(&render);
+  return ok ? PKTRT_OK : PKTRT_OUT_OF_MEMORY;
+}
+
+PKTRT_DEF void pktrt_add_pass(const double *means, size_t n, pktrt_pixel_sums *sums) {
+  for (size_t i = 0; i < n; i++) pktrt__pass_add(means + 3 * i, sums[i].mean, &sums[i].squares);
+}
+
+/* Fills in what the passes of a whole picture leave behind, as if they had been rounds of this process. */
+static void pktrt__pass_take_sums(pktrt__pass_rounds *t, uint32_t passes, const pktrt_pixel_sums *sums) {
+  const pktrt_render_desc *d = t->render->desc;
+  pktrt__pass_sums *p = t->render->passes;
+  for (uint32_t y = 0; y < d->height; y++)
+    for (uint32_t x = 0; x < d->width; x++) {
+      const pktrt_pixel_sums *s = &sums[(size_t)y * d->width + x];
+      pktrt__pass_write_mean(s->mean, passes, d->pixels + y * t->render->row_stride + (size_t)x * 3);
+      if (!p) continue; /* of a single pass no error is known */
+      pktrt__pixel_sums *own = &p->sums[(size_t)y * d->width + x];
+      memcpy(own->mean, s->mean, sizeof own->mean), own->squares = s->squares;
+    }
+  for (uint64_t i = 0; p && i < (uint64_t)p->cell_columns * p->cell_rows; i++) p->cells[i].more = passes;
+  pktrt__pass_end_round(t);
+  t->report.rounds = passes;
+  if (p) pktrt__pass_estimate(t->render, t->spent, &t->report);
+  t->report.stop = pktrt__pass_judge(t);
+}
+
+PKTRT_DEF pktrt_status pktrt_finish_passes(pktrt_scene *s, const pktrt_render_desc *d, uint32_t passes,
+                                           const pktrt_pixel_sums *sums) {
+  if (!s) return PKTRT_INVALID_ARGUMENT;
+  s->error[0] = 0;
+  pktrt__render_state render;
+  pktrt__pass_sums own;
+  pktrt__pass_rounds t;
+  pktrt__refusal why;
+  if (!pktrt__render_check(s, d, &render, &why)) return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "passes: %s", why.text);
+  if (!pktrt__pass_is_separate(d))
+    return pktrt__fail(s, PKTRT_INVALID_ARGUMENT,
+                       "passes: adaptive, time_budget and optional buffers need pktrt_render");
+  if (!sums || !passes || passes > render.most_passes)
+    return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "passes: %s, %u of 1 to %u passes", sums ? "sums" : "no sums",
+                       (unsigned)passes, (unsigned)render.most_passes);
+  const uint32_t area[4] = {0, 0, d->width, d->height};
+  if (!pktrt__pass_make(&render, area, &own))
+    return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "passes: no memory for the sums of %u x %u pixels", (unsigned)d->width,
+                       (unsigned)d->height);
+  pktrt__pass_start(&render, &t);
+  pktrt__pass_take_sums(&t, passes, sums);
+  if (d->pixel_error || d->block_error) pktrt__pass_write_errors(&render);
+  if (d->report) *d->report = t.report;
+  if (render.passes) pktrt__pass_free(&s->desc, &own);
+  return PKTRT_OK;
 }
 #endif /* PKTRT_NO_RENDER */
 
@@ -17104,7 +17217,8 @@ PKTRT_DEF size_t pktrt_scene_report_text(const pktrt_scene_report *r, char *text
 
      0.12.0   To look inside: pktrt_get_tree, pktrt_get_node; steps of the paper's path left out (paper_steps); events of leaves
               and trimming, with tree, packet, depth and rays tested, from renders as well; cost of pixels;
-              PKTRT_SAMPLER_CUSTOM. Vectors of WebAssembly. Changed: `packet` of pktrt_render_desc gets a pktrt_packet.
+              PKTRT_SAMPLER_CUSTOM. Vectors of WebAssembly. Passes made in several places: pktrt_render_pass,
+              pktrt_add_pass, pktrt_finish_passes. Changed: `packet` of pktrt_render_desc gets a pktrt_packet.
      0.11.0   Light with less error: by solid angle, by lights and lobes together, environments by where they are bright
               (pktrt_prepare_environment), one light of many by a tree (PKTRT_LIGHTS_ONE); lights can be visible. Adaptive
               passes by cells of 4 x 4. Estimates tell their interval, and when they are not to be believed (trust_estimates).

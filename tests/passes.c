@@ -1022,6 +1022,91 @@ static void tiles_by_hand(void) {
   pktrt_scene_destroy(s);
 }
 
+/* One pass of a view by tiles of 8 x 12 pixels, backwards, from two scenes in turns, onto the sums. */
+static void add_pass_by_hand(pktrt_scene *const s[2], const pktrt_render_desc *d, uint32_t pass,
+                             pktrt_pixel_sums *sums) {
+  double means[8 * 12 * 3];
+  for (uint32_t y = H; y > 0; y -= 12)
+    for (uint32_t x = W; x > 0; x -= 8) {
+      CHECK(pktrt_render_pass(s[(x / 8 + y / 12) % 2], d, pass, x - 8, y - 12, 8, 12, means) == PKTRT_OK);
+      for (uint32_t row = 0; row < 12; row++)
+        pktrt_add_pass(means + (size_t)row * 8 * 3, 8, &sums[(y - 12 + row) * W + x - 8]);
+    }
+}
+
+/* Passes from several places, scalar and with vectors, and what an empty scene makes of them, are the picture's. */
+static void passes_by_hand(void) {
+  static film want, got;
+  static pktrt_pixel_sums sums[PIXELS], other[PIXELS];
+  pktrt_scene *const s[2] = {room(PKTRT_ISA_AUTO, 0), room(PKTRT_ISA_SCALAR, 0)}, *empty = stage_open();
+  for (uint32_t i = 0; i < 6; i++) { /* one pass, several, and those that a rule asks for */
+    pktrt_render_desc d[2];
+    for (int k = 0; k < 2; k++) {
+      d[k] = film_view(k ? &got : &want);
+      d[k].depth = d[k].normal = d[k].albedo = NULL, d[k].sample_count = NULL;
+      d[k].samples = 1 + i % 2 * 2, d[k].passes = i < 2 ? 1 : i < 4 ? 3 : 0;
+      d[k].target_error = i < 4 ? 0 : i == 4 ? 0.05f : 0.2f;
+      d[k].measure = i == 5 ? PKTRT_ERROR_RELATIVE : PKTRT_ERROR_RMSE;
+    }
+    stage_render(s[0], &d[0]);
+    memset(sums, 0, sizeof sums);
+    uint32_t passes = 0;
+    do {
+      float *const pixels = d[1].pixels;
+      d[1].pixels = NULL;
+      add_pass_by_hand(s, &d[1], passes++, sums);
+      d[1].pixels = pixels;
+      CHECK(pktrt_finish_passes(empty, &d[1], passes, sums) == PKTRT_OK, "%s", pktrt_last_error(empty));
+    } while (got.report.stop == PKTRT_STOP_NOT_YET && passes < ROUNDS);
+    CHECK(same_bits(&got, &want, offsetof(film, report)) && same_report(&got.report, &want.report),
+          "case %u: %u passes, %u", i, got.report.rounds, want.report.rounds);
+    CHECK((i < 4) == (passes <= 3) && passes < ROUNDS, "the control: the rule asks for %u passes", passes);
+    memset(other, 0, sizeof other);
+    for (uint32_t k = passes; k > 0; k--) add_pass_by_hand(s, &d[1], k - 1, other);
+    CHECK(same_bits(sums, other, sizeof sums) == (passes == 1), "the control: in another order sums are others");
+  }
+  pktrt_scene_destroy(empty), pktrt_scene_destroy(s[0]), pktrt_scene_destroy(s[1]);
+}
+
+/* Neither of the calls can do what needs all passes in one place; nothing is written then. */
+static void refused_passes(void) {
+  static film f;
+  static pktrt_pixel_sums sums[PIXELS];
+  double means[3] = {-7, -7, -7};
+  pktrt_scene *s = room(PKTRT_ISA_AUTO, 0);
+  for (int i = 0; i < 9; i++) {
+    pktrt_render_desc d = plain_view(&f);
+    const pktrt_status status = i < 8 ? PKTRT_INVALID_ARGUMENT : PKTRT_OK;
+    d.depth = d.normal = d.albedo = NULL, d.sample_count = NULL, d.passes = 3;
+    switch (i) {
+    case 0: d.adaptive = true; break;
+    case 1: d.time_budget = 1; break;
+    case 2: d.depth = f.depth; break;
+    case 3: d.normal = f.normal; break;
+    case 4: d.albedo = f.albedo; break;
+    case 5: d.sample_count = f.count; break;
+    case 6: d.cost = f.depth; break;
+    case 7: d.samples = 65537; break;
+    default: break; /* the control */
+    }
+    CHECK(pktrt_render_pass(s, &d, 2, 4, 4, 1, 1, means) == status && (means[0] < 0) == (i < 8), "case %d", i);
+    CHECK(pktrt_finish_passes(s, &d, 3, sums) == status && (f.pixels[0] < 0) == (i < 8), "case %d", i);
+    CHECK(i == 8 || strlen(pktrt_last_error(s)) > 10, "case %d: \"%s\"", i, pktrt_last_error(s));
+    if (i < 8) continue;
+    CHECK(pktrt_render_pass(s, &d, 3, 4, 4, 1, 1, means) == PKTRT_INVALID_ARGUMENT, "beyond the last pass");
+    CHECK(pktrt_render_pass(s, &d, 0, W, 4, 1, 1, means) == PKTRT_INVALID_ARGUMENT, "beyond the right border");
+    CHECK(pktrt_render_pass(s, &d, 0, 4, 4, 1, 1, NULL) == PKTRT_INVALID_ARGUMENT, "nowhere to write to");
+    CHECK(pktrt_render_pass(s, NULL, 0, 4, 4, 1, 1, means) == PKTRT_INVALID_ARGUMENT, "no description");
+    CHECK(pktrt_render_pass(s, &d, 0, 4, 4, 0, 1, means) == PKTRT_OK, "an empty tile is fine");
+    CHECK(pktrt_finish_passes(s, &d, 4, sums) == PKTRT_INVALID_ARGUMENT && strstr(pktrt_last_error(s), "4 of 1 to 3"));
+    CHECK(pktrt_finish_passes(s, &d, 0, sums) == PKTRT_INVALID_ARGUMENT, "no pass");
+    CHECK(pktrt_finish_passes(s, &d, 3, NULL) == PKTRT_INVALID_ARGUMENT && strstr(pktrt_last_error(s), "no sums"));
+    CHECK(pktrt_finish_passes(s, NULL, 3, sums) == PKTRT_INVALID_ARGUMENT);
+    CHECK(pktrt_finish_passes(NULL, &d, 3, sums) == PKTRT_INVALID_ARGUMENT);
+  }
+  pktrt_scene_destroy(s);
+}
+
 /* --- memory --- */
 
 enum { SMALL = 20 };
@@ -1085,5 +1170,7 @@ void suite_passes(void) {
   run("contradictory rules are refused by name", refused_rules);
   run("tiles refuse what needs the whole picture", refused_tiles);
   run("tiles make the passes of the picture", tiles_by_hand);
+  run("passes made in several places are those of one picture, and so are errors and rules", passes_by_hand);
+  run("they refuse what needs all passes in one place", refused_passes);
   run("each allocation of several rounds failing in turn leaks nothing", failing_allocations);
 }

@@ -33,9 +33,13 @@ ASSIMP_LIBS := $(if $(ASSIMP),$(shell pkg-config --libs assimp))
 SDL := $(shell pkg-config --exists sdl2 2>/dev/null && echo yes)
 SDL_FLAGS := $(if $(SDL),$(patsubst -I%,-isystem %,$(shell pkg-config --cflags sdl2)))
 SDL_LIBS := $(if $(SDL),$(shell pkg-config --libs sdl2))
+# OpenMPI, for a program that runs on many machines; the pkg-config file comes with mpicc, mpirun by itself.
+MPI := $(shell pkg-config --exists ompi-c 2>/dev/null && command -v mpirun >/dev/null && echo yes)
+MPI_FLAGS := $(if $(MPI),$(patsubst -I%,-isystem %,$(shell pkg-config --cflags ompi-c)))
+MPI_LIBS := $(if $(MPI),$(shell pkg-config --libs ompi-c))
 EMBREE := $(wildcard /usr/include/embree3/rtcore.h /usr/local/include/embree3/rtcore.h)
 
-EXAMPLES = $(addprefix $(B)/,hello spinner cornell query packets pick lightmap instances effects deform render $(if $(SDL),view))
+EXAMPLES = $(addprefix $(B)/,hello spinner cornell query packets pick lightmap instances effects deform render $(if $(SDL),view) $(if $(MPI),mpi))
 EXAMPLE_HEADERS = $(wildcard examples/*.h)
 # checksum.c and stack.c are programs of their own: see `platforms`.
 TEST_SOURCES = $(sort $(filter-out tests/fuzz/main.c tests/checksum.c tests/stack.c,$(wildcard tests/*.c tests/fuzz/*.c)))
@@ -48,7 +52,7 @@ ifeq ($(MAKELEVEL),0)
 .NOTPARALLEL:
 endif
 
-.PHONY: all demo effects deform view test-view web web-serve test-web test-web-node readme-pictures test test-leaveout sanitize test-neon test-wasm matrix platforms checksum flags test-guards deps deps-extra deps-web format format-check clean help
+.PHONY: all demo effects deform view test-view mpi test-mpi web web-serve test-web test-web-node readme-pictures test test-leaveout sanitize test-neon test-wasm matrix platforms checksum flags test-guards deps deps-extra deps-web format format-check clean help
 .PHONY: mutants map structure figures parts bench bench-check bench-plots bench-readme bench-pictures bench-tests peers exactness before instances error error-check error-before error-before-check error-before-samples leaveout leaveout-check leaveout-before
 .PHONY: stability stability-neon stability-sanitize sanitize-threads fuzz
 .PHONY: bench-wasm bench-three
@@ -60,12 +64,15 @@ endif
 all:
 	$(BUILD) $(EXAMPLES) $(B)/test
 	@$(if $(SDL),:,echo "all: without SDL2 the viewer is not built (make deps-extra installs it)")
+	@$(if $(MPI),:,echo "all: without OpenMPI the program for many machines is not built (make deps-extra installs it)")
 
 help:
 	@echo "all         examples and the test binary          demo        makes nine pictures: three scenes, three modes"
 	@echo "effects     makes out/effects-*.png               deform      makes the frames out/deform-*.png"
 	@echo "view        looks around in a scene; ARGS=\"--scene conference\", ARGS=--help for keys"
 	@echo "test-view   drives it under Xvfb and looks at the screen"
+	@echo "mpi         builds build/mpi: render on many machines, by OpenMPI; mpirun -n 8 build/mpi --help"
+	@echo "test-mpi    4 and 7 ranks on this machine have the bits of render; ranks that die, runs that are resumed, in a minute"
 	@echo "web         makes the page out/web, in which one looks around by WebAssembly and follows a packet down the tree"
 	@echo "web-serve   shows it at http://localhost:8000, PORT=8001 elsewhere"
 	@echo "test-web    drives it in Chromium by keys, mouse and touch; its pictures have the bits of render (make deps-web installs it);"
@@ -132,6 +139,9 @@ $(B)/render: examples/render.c $(EXAMPLE_HEADERS) $(B)/pktrt.o
 $(B)/view: examples/view.c $(EXAMPLE_HEADERS) $(B)/pktrt.o
 	$(CC) $(CFLAGS) $(STRICT) $(SHARED) $(SDL_FLAGS) $< $(B)/pktrt.o -o $@ $(LDFLAGS) $(SDL_LIBS) $(LDLIBS)
 
+$(B)/mpi: examples/mpi.c examples/render.c $(EXAMPLE_HEADERS) $(B)/pktrt.o
+	$(CC) $(CFLAGS) $(STRICT) $(SHARED) $(ASSIMP_FLAGS) $(MPI_FLAGS) $< $(B)/pktrt.o -o $@ $(LDFLAGS) $(MPI_LIBS) $(ASSIMP_LIBS) $(LDLIBS)
+
 $(addprefix $(B)/,spinner cornell pick lightmap instances effects deform): $(EXAMPLE_HEADERS)
 
 $(B)/%: examples/%.c $(B)/pktrt.o
@@ -164,6 +174,13 @@ ifeq ($(SDL),)
 else
 	$(BUILD) $(B)/view
 	$(B)/view $(ARGS)
+endif
+
+mpi:
+ifeq ($(MPI),)
+	@echo "mpi: OpenMPI is not installed (make deps-extra installs libopenmpi-dev and openmpi-bin), there is no program for many machines"; exit 1
+else
+	$(BUILD) $(B)/mpi
 endif
 
 # --- the web page ---
@@ -336,6 +353,15 @@ ifeq ($(SDL),)
 else
 	$(BUILD) $(B)/view $(B)/render $(B)/screenshot
 	tests/view.sh $(B)
+endif
+
+# Many ranks on one machine: their bits, deaths and resumptions.
+test-mpi:
+ifeq ($(MPI),)
+	@echo "test-mpi: OpenMPI is not installed (make deps-extra installs libopenmpi-dev and openmpi-bin), nothing is tested"
+else
+	$(BUILD) $(B)/mpi $(B)/render
+	tests/mpi.sh $(B)
 endif
 
 $(B)/screenshot: tests/view/screenshot.c examples/common.h | $(B)
@@ -803,7 +829,7 @@ DEPS_EXTRA = pkg-config glpk-utils libassimp-dev libembree-dev clang clang-forma
   g++-mingw-w64-x86-64 gcc-aarch64-linux-gnu libc6-dev-arm64-cross qemu-user gnuplot valgrind libsdl2-dev xvfb xdotool \
   gcc-i686-linux-gnu libc6-dev-i386-cross gcc-riscv64-linux-gnu libc6-dev-riscv64-cross gcc-s390x-linux-gnu \
   libc6-dev-s390x-cross musl-tools wine64 emscripten nodejs \
-  python3-cffi python3-numpy
+  python3-cffi python3-numpy libopenmpi-dev openmpi-bin
 INSTALL = $(if $(filter 0,$(shell id -u)),,sudo) env DEBIAN_FRONTEND=noninteractive apt-get
 
 deps:

@@ -357,7 +357,7 @@ static bool complete_options(options *o) {
   return complete_passes(o);
 }
 
-static bool parse_options(options *o, int argc, char **argv) {
+static void default_options(options *o) {
   memset(o, 0, sizeof *o);
   o->width = o->height = 1024;
   o->packet = 8;
@@ -369,6 +369,10 @@ static bool parse_options(options *o, int argc, char **argv) {
   o->aperture = o->focus = o->shutter = o->light_size = -1;
   o->exposure = 1;
   o->measure = o->heat = -1;
+}
+
+static bool parse_options(options *o, int argc, char **argv) {
+  default_options(o);
   opterr = 0; /* our own line instead */
   for (;;) {
     int at = optind, option = getopt_long(argc, argv, "o:h", option_list, NULL);
@@ -674,6 +678,11 @@ static bool load_field(job *j) {
     return ex_fail("%s: %s", seen_name(o),
                    status == PKTRT_OUT_OF_MEMORY ? "not enough memory" : pktrt_last_error(j->world));
   return loaded && place_instances(j, model) && view_bounds(j);
+}
+
+/* What is seen, its tree, and where one looks from. */
+static bool load(job *j) {
+  return j->given.instances ? load_field(j) : j->given.mesh ? load_mesh(j) : load_built_in(j);
 }
 
 /* >>picture -------------------------------------------------------------------------------------------------------- */
@@ -1055,11 +1064,7 @@ int main(int argc, char **argv) {
   desc.user = &threads;
   desc.log = ex_log;
   j.world = pktrt_scene_create(&desc);
-  bool ok = j.world ? (j.given.instances ? load_field(&j)
-                       : j.given.mesh    ? load_mesh(&j)
-                                         : load_built_in(&j)) &&
-                          render(&j)
-                    : ex_fail("%s", pktrt_last_error(NULL));
+  bool ok = j.world ? load(&j) && render(&j) : ex_fail("%s", pktrt_last_error(NULL));
   if (ok) print_table(&j);
   free(j.view.pixels);
   free(j.error);

@@ -1,9 +1,9 @@
 /* Renders pictures and animations on many machines, by MPI: `mpirun -n 8 build/mpi --help`.
 
-   Rank 0 hands out units of work, a pass over a tile of a frame each, to whoever is free, and adds up what comes back; every
-   rank loads the scene and builds the trees for itself. Pictures have the bits of build/render: each pixel's passes are
-   added in their order, whoever made them and whenever they arrive (pktrt_render_pass and its neighbours). What has been
-   added is kept in a folder of tiles until all pictures are written, so that a run whose machines fail can be resumed. */
+   Rank 0 hands out units of work, a pass over a tile of a frame each, to whoever is free, and adds up what comes back;
+   every rank loads the scene and builds the trees for itself. Pictures have the bits of build/render: a pixel's passes
+   are added in their order, whoever made them and whenever they arrive (pktrt_render_pass and its neighbours). What has
+   been added is kept in a folder of tiles until all pictures are written, so that a run that fails can be resumed. */
 #include "common.h"
 
 #define PKTRT_IMPLEMENTATION
@@ -388,9 +388,9 @@ static double busy_seconds(void) {
 
 /* >>keep: tiles on disk -------------------------------------------------------------------------------------------- */
 
-/* A file is words of 64 bits: the head, four doubles for each pixel, and the hash of all of these. It gets its name when
-   it is written, so a process that is killed leaves none half-written. It is not synced: after a power failure it may be
-   damaged, which the hash tells. */
+/* A file is words of 64 bits: the head, four doubles for each pixel, and the hash of all of these. It gets its name
+   when it is written, so a process that is killed leaves none half-written. It is not synced: after a power failure it
+   may be damaged, which the hash tells. */
 enum { KEPT_MAGIC, KEPT_KEY, KEPT_FRAME, KEPT_TILE, KEPT_PASSES, KEPT_HEAD };
 static const uint64_t kept_magic = 0x31656c697472746b; /* of other byte order: others' */
 
@@ -545,8 +545,8 @@ static bool end_rounds(desk *d, frame_state *f) {
   return true;
 }
 
-/* Opens the next frame, which may be done already by what an earlier run has left. A tile that has had a pass of a round
-   tells that the rounds before did not end the picture. */
+/* Opens the next frame, which may be done already by what an earlier run has left. A tile that has had a pass of a
+   round tells that the rounds before did not end the picture. */
 static bool open_frame(desk *d, frame_state *f) {
   const options *o = &d->given->of;
   const uint32_t tiles = tile_count(o);
@@ -712,8 +712,8 @@ static bool hand_out(desk *d) {
 
 /* >>ends: of ranks that die, and of runs --------------------------------------------------------------------------- */
 
-/* When a rank dies, mpirun ends the others by SIGTERM. They wait a little, so that rank 0, or rank 1 if it is rank 0 that
-   died, can tell which process is missing. */
+/* When a rank dies, mpirun ends the others by SIGTERM. They wait a little, so that rank 0, or rank 1 if it is rank 0
+   that died, can tell which process is missing. */
 static char last_words[OUTPUT_PATH + 128];
 static const place *all_places;
 static int own_rank;

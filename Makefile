@@ -57,7 +57,7 @@ endif
 .PHONY: stability stability-neon stability-sanitize sanitize-threads fuzz
 .PHONY: bench-wasm bench-three
 .PHONY: install uninstall dist test-install test-dist
-.PHONY: test-python python-picture checksums
+.PHONY: test-python python-picture checksums test-threads bench-threads
 .PHONY: course course-check course-test course-text course-check-text course-pictures
 .DELETE_ON_ERROR:
 
@@ -93,6 +93,8 @@ help:
 	@echo "fuzz        libFuzzer for TIME=600 seconds each: TARGETS=\"scene query settings mesh_file\""
 	@echo "sanitize-threads  what several threads do at once, under TSan"
 	@echo "matrix      C99 to C++23, compilers, platforms    test-neon   runs a smaller set on ARM, emulated"
+	@echo "test-threads  examples/threads.h by pthreads, under TSan, and by Win32 (MinGW, wine)"
+	@echo "bench-threads  what threads reach of what as many copies of a program do: trees and pictures"
 	@echo "test-wasm   runs a smaller set in node, by WebAssembly's vectors; SIMD= by its scalar code"
 	@echo "platforms   one checksum on eleven of them: a table  checksum    writes anew what must come out, tests/checksum.txt"
 	@echo "checksums   one picture by all instruction sets, some platforms, from Python and by MPI: the README's table"
@@ -401,6 +403,12 @@ build/sanitize/tests/noslack.o: SANITIZERS =
 build/threads/tests/noslack.o: THREADS = -O0
 
 # What several threads do at once, under TSan.
+# Threads of the examples: what a parallel_for promises, and what it reaches.
+test-threads: | $(B)
+	CC="$(CC)" tests/threads/threads.sh $(B)
+bench-threads: | $(B)
+	bench/threads.sh
+
 sanitize-threads:
 	$(BUILD) CC=$(SANITIZE_CC) config=threads build/threads/test
 	build/threads/test --small $(or $(ONLY),workers threads "a moving scene's picture" "DRT picture has the same" "no after the last")

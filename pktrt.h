@@ -1,4 +1,4 @@
-/* pktrt.h - v0.12.0 - packet ray tracing in one C header: queries, for one ray or for millions, and pictures
+/* pktrt.h - v0.13.0 - packet ray tracing in one C header: queries, for one ray or for millions, and pictures
 
    After Boulos, Edwards, Lacewell, Kniss, Kautz, Shirley and Wald, "Packet-based Whitted and Distribution Ray Tracing",
    Graphics Interface 2007. MIT or public domain, at your choice (>>licence, at the end of the file).
@@ -545,7 +545,7 @@
 extern "C" {
 #endif
 
-#define PKTRT_VERSION 1200              /* major * 10000 + minor * 100 + patch */
+#define PKTRT_VERSION 1300              /* major * 10000 + minor * 100 + patch */
 #define PKTRT_NONE 0xFFFFFFFFu          /* "no mesh", "no triangle" */
 #define PKTRT_MAX_TRIANGLES 2147483647u /* of a scene; more: PKTRT_LIMIT */
 #define PKTRT_MAX_KEYS 1024u            /* motion keys of one mesh; more: PKTRT_LIMIT */
@@ -2726,7 +2726,7 @@ static uint32_t pktrt__build_cut_pieces(pktrt__build_round *round, uint32_t rang
   uint32_t n = 0;
   for (uint32_t i = 0; i < ranges; i++) {
     const uint32_t all = round->ranges[i].count, head = n;
-    const uint32_t each = all / PKTRT__PIECE < most ? PKTRT__PIECE : (all / most / 4 + 1) * 4;
+    const uint32_t each = all / PKTRT__PIECE < most ? (uint32_t)PKTRT__PIECE : (all / most / 4 + 1) * 4;
     for (uint32_t first = 0; first < all; first += each, n++) {
       pktrt__build_piece *piece = &round->pieces[n];
       piece->head = head, piece->range = i, piece->binned = true, piece->first = first;
@@ -2786,7 +2786,7 @@ static uint64_t pktrt__build_most_done(const pktrt__builder *b) {
 /* Bounds the pieces of a round; 0 where nobody would share them. */
 static uint64_t pktrt__build_most_pieces(const pktrt__builder *b) {
   const uint32_t n = b->count / PKTRT__PIECE + PKTRT__FEW_RANGES;
-  return !b->desc->parallel_for || b->count <= b->limit ? 0 : n < PKTRT__MOST_PIECES ? n : PKTRT__MOST_PIECES;
+  return !b->desc->parallel_for || b->count <= b->limit ? 0 : n < PKTRT__MOST_PIECES ? n : (uint32_t)PKTRT__MOST_PIECES;
 }
 
 static bool pktrt__build_binary_tree(pktrt__builder *b) {
@@ -17215,10 +17215,12 @@ PKTRT_DEF size_t pktrt_scene_report_text(const pktrt_scene_report *r, char *text
 #endif /* the public functions */
 /* >>changes ----------------------------------------------------------------------------------------------------------
 
+     0.13.0   Passes made in several places: pktrt_render_pass, pktrt_add_pass, pktrt_finish_passes. Trees are split by all
+              workers from the first level on.
      0.12.0   To look inside: pktrt_get_tree, pktrt_get_node; steps of the paper's path left out (paper_steps); events of leaves
               and trimming, with tree, packet, depth and rays tested, from renders as well; cost of pixels;
-              PKTRT_SAMPLER_CUSTOM. Vectors of WebAssembly. Passes made in several places: pktrt_render_pass,
-              pktrt_add_pass, pktrt_finish_passes. Changed: `packet` of pktrt_render_desc gets a pktrt_packet.
+              PKTRT_SAMPLER_CUSTOM. Vectors of WebAssembly. Changed: `packet` of
+              pktrt_render_desc gets a pktrt_packet.
      0.11.0   Light with less error: by solid angle, by lights and lobes together, environments by where they are bright
               (pktrt_prepare_environment), one light of many by a tree (PKTRT_LIGHTS_ONE); lights can be visible. Adaptive
               passes by cells of 4 x 4. Estimates tell their interval, and when they are not to be believed (trust_estimates).

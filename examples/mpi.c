@@ -919,6 +919,7 @@ static void free_run(run *r) {
   free(r->at.ranks);
   free(r->at.words);
   free(r->own.message);
+  ex_threads_stop(&r->own.threads);
 }
 
 static bool run_all(run *r, place *places) {

@@ -8,8 +8,8 @@
 
    What an index took is remembered, and the next call with the same body and as many indices, the next pass or frame,
    hands out the dearest first: so the last to be finished is a cheap one, and nobody waits long for it. No result
-   depends on it. A call from within a call, or while another thread makes one, is run by its caller alone. All static;
-   C99 and C++11. */
+   depends on it. A call from within a call, or while another thread makes one, is run by its caller alone; the
+   first of all must not have such company. All static; C99 and C++11. */
 #ifndef EXAMPLES_THREADS_H
 #define EXAMPLES_THREADS_H
 
@@ -46,7 +46,6 @@ static void ex_thread_join(ex_thread t) {
 static void ex_mutex_make(ex_mutex *m) { InitializeCriticalSection(m); }
 static void ex_mutex_free(ex_mutex *m) { DeleteCriticalSection(m); }
 static void ex_mutex_lock(ex_mutex *m) { EnterCriticalSection(m); }
-static bool ex_mutex_try(ex_mutex *m) { return TryEnterCriticalSection(m) != 0; }
 static void ex_mutex_unlock(ex_mutex *m) { LeaveCriticalSection(m); }
 static void ex_signal_make(ex_signal *s) { InitializeConditionVariable(s); }
 static void ex_signal_free(ex_signal *s) { (void)s; }
@@ -79,7 +78,6 @@ static void ex_thread_join(ex_thread t) { pthread_join(t, NULL); }
 static void ex_mutex_make(ex_mutex *m) { pthread_mutex_init(m, NULL); }
 static void ex_mutex_free(ex_mutex *m) { pthread_mutex_destroy(m); }
 static void ex_mutex_lock(ex_mutex *m) { pthread_mutex_lock(m); }
-static bool ex_mutex_try(ex_mutex *m) { return pthread_mutex_trylock(m) == 0; }
 static void ex_mutex_unlock(ex_mutex *m) { pthread_mutex_unlock(m); }
 static void ex_signal_make(ex_signal *s) { pthread_cond_init(s, NULL); }
 static void ex_signal_free(ex_signal *s) { pthread_cond_destroy(s); }
@@ -112,13 +110,12 @@ typedef struct ex_costs {
 } ex_costs;
 
 typedef struct ex_pool {
-  ex_mutex calling; /* held during a call: the others' callers work alone */
-  ex_mutex lock;    /* of all that follows */
+  ex_mutex lock; /* of all that follows */
   ex_signal begin, end;
   ex_thread helpers[EX_MAX_THREADS];
   unsigned asked, started, working; /* threads that were asked for; helpers there are; those still in the call */
   uint64_t calls;
-  bool quit;
+  bool busy, quit; /* busy: during a call; the callers of others work alone */
   ex_body *body;
   void *arg;
   size_t n, next, share; /* next: the first that nobody has taken; share: how many are taken at a time */
@@ -172,7 +169,6 @@ static EX_THREAD_RETURNS ex_pool_help(void *user) {
 static ex_pool *ex_pool_start(unsigned count) {
   ex_pool *p = (ex_pool *)calloc(1, sizeof *p);
   if (!p) return NULL;
-  ex_mutex_make(&p->calling);
   ex_mutex_make(&p->lock);
   ex_signal_make(&p->begin);
   ex_signal_make(&p->end);
@@ -205,6 +201,15 @@ static ex_costs *ex_pool_recall(ex_pool *p, ex_body *body, size_t n) {
   return c->of ? c : NULL;
 }
 
+/* Takes a pool for a call; false: another call has it, or it has no threads. */
+static bool ex_pool_take(ex_pool *p) {
+  ex_mutex_lock(&p->lock);
+  const bool taken = !p->busy && p->started;
+  p->busy |= taken;
+  ex_mutex_unlock(&p->lock);
+  return taken;
+}
+
 /* Ends the threads; a later call would start new ones. */
 EX_UNUSED static void ex_threads_stop(ex_threads *threads) {
   ex_pool *p = threads->pool;
@@ -218,7 +223,6 @@ EX_UNUSED static void ex_threads_stop(ex_threads *threads) {
   ex_signal_free(&p->begin);
   ex_signal_free(&p->end);
   ex_mutex_free(&p->lock);
-  ex_mutex_free(&p->calling);
   free(p);
   threads->pool = NULL;
 }
@@ -227,10 +231,10 @@ EX_UNUSED static void ex_threads_stop(ex_threads *threads) {
 EX_UNUSED static void ex_parallel_for(void *user, size_t n, ex_body *body, void *arg) {
   ex_threads *threads = (ex_threads *)user;
   const bool shared = threads->count > 1 && n > 1;
-  if (shared && threads->pool && threads->pool->asked != threads->count) ex_threads_stop(threads);
+  if (shared && threads->pool && threads->pool->asked != threads->count) ex_threads_stop(threads); /* no call is on */
   if (shared && !threads->pool) threads->pool = ex_pool_start(threads->count);
   ex_pool *p = shared ? threads->pool : NULL;
-  if (!p || !p->started || !ex_mutex_try(&p->calling)) {
+  if (!p || !ex_pool_take(p)) {
     for (size_t i = 0; i < n; i++) body(arg, i);
     return;
   }
@@ -242,8 +246,8 @@ EX_UNUSED static void ex_parallel_for(void *user, size_t n, ex_body *body, void 
   ex_signal_all(&p->begin);
   ex_pool_work(p);
   while (p->working) ex_signal_wait(&p->end, &p->lock);
+  p->busy = false;
   ex_mutex_unlock(&p->lock);
-  ex_mutex_unlock(&p->calling);
 }
 
 #endif

@@ -102,8 +102,9 @@ static void keeps_its_threads(void) {
 
 static void call_again(void *arg, size_t i) {
   job *j = (job *)arg;
-  if (i % 2) ex_parallel_for(j->threads, 1, count_run, j); /* by its caller alone, one index; hence under the lock */
-  else ex_mutex_lock(&j->lock), ex_parallel_for(j->threads, 10, count_run, j), ex_mutex_unlock(&j->lock);
+  ex_mutex_lock(&j->lock); /* of the runs, which others count, too */
+  ex_parallel_for(j->threads, i % 2 ? 1 : 10, count_run, j);
+  ex_mutex_unlock(&j->lock);
 }
 
 static void bears_calls_within_calls(void) {

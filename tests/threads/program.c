@@ -153,7 +153,8 @@ enum { EDGE = 200, CORNERS = (EDGE + 1) * (EDGE + 1), TRIANGLES = 2 * EDGE * EDG
 static void make_hills(float (*corner)[3], uint32_t (*triangle)[3]) {
   for (uint32_t i = 0; i < CORNERS; i++) {
     const uint32_t x = i % (EDGE + 1), y = i / (EDGE + 1);
-    corner[i][0] = (float)x / EDGE, corner[i][1] = (float)(x * y * 7919 % 97) / 900, corner[i][2] = (float)y / EDGE;
+    corner[i][0] = (float)x / (float)(int)EDGE, corner[i][1] = (float)(x * y * 7919 % 97) / 900,
+    corner[i][2] = (float)y / (float)(int)EDGE;
   }
   for (uint32_t i = 0; i < EDGE * EDGE; i++) {
     const uint32_t a = i / EDGE * (EDGE + 1) + i % EDGE, b = a + EDGE + 1;

@@ -338,10 +338,11 @@
    creates a scene is tested, the others are yours. (A program linked with -ffast-math flushes in all of them.)
    Statistics may differ slightly by instruction set: what is culled is not promised, only what is hit.
 
-   Threads. Many readers or one writer. Queries, pktrt_render_tile and pktrt_render_pass are readers of a committed scene. Everything that
-   takes a scene that is not const is a writer, but for pktrt_render, which may run beside readers, though not beside
-   itself on one scene. parallel_for may use any threads in any order; if it uses several, the other hooks must bear to
-   be called from any of them, and progress from several at once. Scenes know nothing of each other.
+   Threads. Many readers or one writer. Queries, pktrt_render_tile and pktrt_render_pass are readers of a committed
+   scene. Everything that takes a scene that is not const is a writer, but for pktrt_render, which may run beside
+   readers, though not beside itself on one scene. parallel_for may use any threads in any order; if it uses several, the
+   other hooks must bear to be called from any of them, and progress from several at once. Scenes know nothing of each
+   other.
 
    Memory. Every byte comes from allocate and goes to release, with its size, aligned to 64 bytes. Queries allocate
    nothing. A call that runs out of memory says so and leaves the last committed state.

@@ -1038,7 +1038,7 @@ static void add_pass_by_hand(pktrt_scene *const s[2], const pktrt_render_desc *d
 static void passes_by_hand(void) {
   static film want, got;
   static pktrt_pixel_sums sums[PIXELS], other[PIXELS];
-  pktrt_scene *const s[2] = {room(PKTRT_ISA_AUTO, 0), room(PKTRT_ISA_SCALAR, 0)}, *empty = stage_open();
+  pktrt_scene *const s[2] = {room(PKTRT_ISA_AUTO, 0), room(isas[0], 0)}, *empty = stage_open();
   for (uint32_t i = 0; i < 6; i++) { /* one pass, several, and those that a rule asks for */
     pktrt_render_desc d[2];
     for (int k = 0; k < 2; k++) {

@@ -2353,25 +2353,30 @@ static float pktrt__build_best_bin(pktrt__build_bins *s, float unit) {
   return best;
 }
 
+/* Tells whether a prim lies beyond the best border. */
+PKTRT__INLINE uint32_t pktrt__build_is_right(const pktrt__build_prim *p, uint32_t axis, float low, float scale,
+                                             float border) {
+  return (p->box[axis] - p->box[axis + 4] - low) * scale >= border;
+}
+
 /* Partitions n prims without branches, from l up and from r down. Returns where the next left one would go. */
 static uint32_t pktrt__build_partition(const pktrt__build_bins *s, const pktrt__build_prim *from, pktrt__build_prim *to,
                                        uint32_t n, uint32_t l, uint32_t r) {
-  const uint32_t axis = s->axis;
-  const float low = s->low[axis], scale = s->scale[axis], border = (float)(int32_t)(s->best + 1);
-  for (uint32_t i = 0; i < n; i++) {
-    const uint32_t right = (from[i].box[axis] - from[i].box[axis + 4] - low) * scale >= border;
+  const float low = s->low[s->axis], scale = s->scale[s->axis], border = (float)(int32_t)(s->best + 1);
+  for (uint32_t i = 0, axis = s->axis; i < n; i++) {
+    const uint32_t right = pktrt__build_is_right(&from[i], axis, low, scale, border);
     to[l + (r - l) * right] = from[i];
     l += 1 - right, r -= right;
   }
   return l;
 }
 
+/* Counts what a partition would send left. */
 static uint32_t pktrt__build_count_left(const pktrt__build_bins *s, const pktrt__build_prim *p, uint32_t n) {
-  const uint32_t axis = s->axis;
-  const float low = s->low[axis], scale = s->scale[axis], border = (float)(int32_t)(s->best + 1);
-  uint32_t left = 0;
-  for (uint32_t i = 0; i < n; i++) left += !((p[i].box[axis] - p[i].box[axis + 4] - low) * scale >= border);
-  return left;
+  const float low = s->low[s->axis], scale = s->scale[s->axis], border = (float)(int32_t)(s->best + 1);
+  uint32_t right = 0;
+  for (uint32_t i = 0; i < n; i++) right += pktrt__build_is_right(&p[i], s->axis, low, scale, border);
+  return n - right;
 }
 
 static uint32_t pktrt__build_bin_count(const pktrt__builder *b, uint32_t prims) {
@@ -16965,26 +16970,38 @@ PKTRT_DEF pktrt_status pktrt_prepare_environment(pktrt_scene *s, const pktrt_ren
   return PKTRT_OK;
 }
 
+static bool pktrt__pass_is_within(const pktrt_render_desc *d, uint32_t x, uint32_t y, uint32_t w, uint32_t h) {
+  return x <= d->width && y <= d->height && w <= d->width - x && h <= d->height - y;
+}
+
+/* Renders passes [first, first + count) of an area. Where `means` is given, one pass's go there. */
+static pktrt_status pktrt__pass_render_area(pktrt__render_state *render, const uint32_t area[4], uint32_t first,
+                                            uint32_t count, double *means) {
+  const pktrt_scene *s = render->scene;
+  const uint64_t pixels = (uint64_t)(area[2] - area[0]) * (area[3] - area[1]);
+  pktrt__pass_sums passes;
+  if (pktrt__render_is_uncommitted(s)) return PKTRT_NOT_COMMITTED;
+  if (!pixels) return PKTRT_OK;
+  if (!pktrt__render_prepare(render, pixels)) return PKTRT_OUT_OF_MEMORY;
+  const bool ok = pktrt__pass_make(render, area, &passes) &&
+                  pktrt__pass_render_uniform(render, NULL, area, render->desc->stats, first, count);
+  for (size_t i = 0; ok && means && i < pixels; i++) memcpy(means + 3 * i, passes.sums[i].mean, 3 * sizeof *means);
+  if (render->passes) pktrt__pass_free(&s->desc, &passes);
+  pktrt__render_unprepare(render);
+  return ok ? PKTRT_OK : PKTRT_OUT_OF_MEMORY;
+}
+
 PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *s, const pktrt_render_desc *d, uint32_t x, uint32_t y,
                                          uint32_t w, uint32_t h) {
   pktrt__render_state render;
-  pktrt__pass_sums passes;
   pktrt__refusal why;
   if (!s || !pktrt__render_check(s, d, &render, &why)) return PKTRT_INVALID_ARGUMENT;
-  if (x > d->width || y > d->height || w > d->width - x || h > d->height - y) return PKTRT_INVALID_ARGUMENT;
-  if (render.most_passes > 1 && !d->passes) return PKTRT_INVALID_ARGUMENT;
+  if (!pktrt__pass_is_within(d, x, y, w, h) || (render.most_passes > 1 && !d->passes)) return PKTRT_INVALID_ARGUMENT;
   if (d->adaptive || d->pass || d->report || d->pixel_error || d->block_error || d->target_error > 0 ||
       d->time_budget > 0)
     return PKTRT_INVALID_ARGUMENT;
-  if (pktrt__render_is_uncommitted(s)) return PKTRT_NOT_COMMITTED;
-  if (!w || !h) return PKTRT_OK;
   const uint32_t area[4] = {x, y, x + w, y + h};
-  if (!pktrt__render_prepare(&render, (uint64_t)w * h)) return PKTRT_OUT_OF_MEMORY;
-  const bool ok = pktrt__pass_make(&render, area, &passes) &&
-                  pktrt__pass_render_uniform(&render, NULL, area, d->stats, 0, render.most_passes);
-  if (render.passes) pktrt__pass_free(&s->desc, &passes);
-  pktrt__render_unprepare(&render);
-  return ok ? PKTRT_OK : PKTRT_OUT_OF_MEMORY;
+  return pktrt__pass_render_area(&render, area, 0, render.most_passes, NULL);
 }
 
 /* --- passes made in several places --- */
@@ -16997,26 +17014,16 @@ static bool pktrt__pass_is_separate(const pktrt_render_desc *d) {
 PKTRT_DEF pktrt_status pktrt_render_pass(const pktrt_scene *s, const pktrt_render_desc *d, uint32_t pass, uint32_t x,
                                          uint32_t y, uint32_t w, uint32_t h, double *means) {
   pktrt__render_state render;
-  pktrt__pass_sums passes;
   pktrt__refusal why;
   float none[3];
   if (!s || !d || !means) return PKTRT_INVALID_ARGUMENT;
   pktrt_render_desc own = *d;
   if (!own.pixels) own.pixels = none;
   if (!pktrt__render_check(s, &own, &render, &why) || !pktrt__pass_is_separate(d)) return PKTRT_INVALID_ARGUMENT;
-  if (x > d->width || y > d->height || w > d->width - x || h > d->height - y || pass >= render.most_passes)
-    return PKTRT_INVALID_ARGUMENT;
-  if (pktrt__render_is_uncommitted(s)) return PKTRT_NOT_COMMITTED;
-  if (!w || !h) return PKTRT_OK;
+  if (!pktrt__pass_is_within(d, x, y, w, h) || pass >= render.most_passes) return PKTRT_INVALID_ARGUMENT;
   const uint32_t area[4] = {x, y, x + w, y + h};
   render.sums_only = true, render.most_passes = UINT32_MAX; /* sums are made of a single pass, too */
-  if (!pktrt__render_prepare(&render, (uint64_t)w * h)) return PKTRT_OUT_OF_MEMORY;
-  const bool ok =
-      pktrt__pass_make(&render, area, &passes) && pktrt__pass_render_uniform(&render, NULL, area, d->stats, pass, 1);
-  for (size_t i = 0; ok && i < (size_t)w * h; i++) memcpy(means + 3 * i, passes.sums[i].mean, 3 * sizeof *means);
-  if (render.passes) pktrt__pass_free(&s->desc, &passes);
-  pktrt__render_unprepare(&render);
-  return ok ? PKTRT_OK : PKTRT_OUT_OF_MEMORY;
+  return pktrt__pass_render_area(&render, area, pass, 1, means);
 }
 
 PKTRT_DEF void pktrt_add_pass(const double *means, size_t n, pktrt_pixel_sums *sums) {
@@ -17220,8 +17227,8 @@ PKTRT_DEF size_t pktrt_scene_report_text(const pktrt_scene_report *r, char *text
               workers from the first level on.
      0.12.0   To look inside: pktrt_get_tree, pktrt_get_node; steps of the paper's path left out (paper_steps); events of leaves
               and trimming, with tree, packet, depth and rays tested, from renders as well; cost of pixels;
-              PKTRT_SAMPLER_CUSTOM. Vectors of WebAssembly. Changed: `packet` of
-              pktrt_render_desc gets a pktrt_packet.
+              PKTRT_SAMPLER_CUSTOM. Vectors of WebAssembly. Changed: `packet` of pktrt_render_desc gets a
+              pktrt_packet.
      0.11.0   Light with less error: by solid angle, by lights and lobes together, environments by where they are bright
               (pktrt_prepare_environment), one light of many by a tree (PKTRT_LIGHTS_ONE); lights can be visible. Adaptive
               passes by cells of 4 x 4. Estimates tell their interval, and when they are not to be believed (trust_estimates).

@@ -10,18 +10,8 @@ root="$PWD/$work/with two blanks"
 mkdir -p "$root"
 name=pktrt-$(sed -n '1s/.* v\([0-9.]*\) .*/\1/p' pktrt.h)
 tarball="$PWD/build/$name.tar.gz"
-passed=0 failed=0 skipped=0
+. tests/attempt.sh
 
-attempt() { # what, command...
-  local what=$1 out
-  shift
-  if out=$("$@" 2>&1); then
-    passed=$((passed + 1)) && echo "passed  $what"
-  else
-    failed=$((failed + 1)) && printf 'FAILED  %s\n%s\n' "$what" "$(printf '%s\n' "$out" | head -20)"
-  fi
-}
-fails() { ! "$@"; }
 pack() { # folder, command...
   (cd "$1" && shift && "$@" make --no-print-directory dist)
 }

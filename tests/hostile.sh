@@ -5,7 +5,8 @@ set -u
 header=$(readlink -f "${1:-pktrt.h}") work=build/hostile
 mkdir -p $work
 warnings="-Wall -Wextra -Wpedantic -Werror -fsyntax-only"
-passed=0 failed=0 skipped=0
+. tests/attempt.sh
+excerpt() { grep -m 6 'error\|warning'; }
 
 # What the header itself includes comes first, for that is not its own.
 cat >$work/list.c <<'C'
@@ -53,16 +54,6 @@ for name in tgmath x11 curses posix windows windows_all; do
   printf '#define PKTRT_IMPLEMENTATION\n#include HEADER\n' | cat $work/$name.c - >$work/with_$name.c
 done
 
-attempt() { # what, command...
-  local what=$1 out
-  shift
-  if out=$("$@" 2>&1); then
-    passed=$((passed + 1)) && echo "passed  $what"
-  else
-    failed=$((failed + 1)) && printf 'FAILED  %s\n%s\n' "$what" "$(printf '%s\n' "$out" | grep -m 6 'error\|warning')"
-  fi
-}
-fails() { ! "$@"; }
 behind() { # file, compiler...: skipped where the compiler has not got what the file includes
   local name=$1 what="$2 ${*: -1}, $1"
   shift

@@ -9,29 +9,13 @@ rm -rf $work
 root="$PWD/$work/with two blanks"
 mkdir -p "$root"
 CC=${CC:-cc} CXX=${CXX:-c++}
-passed=0 failed=0 skipped=0
+. tests/attempt.sh
 warnings=(-Wall -Wextra -Wpedantic -Werror)
 small=(-O0 -DPKTRT_NO_RENDER -DPKTRT_NO_SIMD -DPKTRT_NO_MOTION -DPKTRT_NO_PAPER -DPKTRT_NO_STATS -DPKTRT_NO_INSTANCES
   -DPKTRT_NO_GROUPS -DPKTRT_NO_REMOVAL -DPKTRT_NO_SURFACES -DPKTRT_NO_FRUSTA) # where it is found does not depend on what it has
 version=$(awk '/^#define PKTRT_VERSION/ {print $3}' pktrt.h)
 
-attempt() { # what, command...
-  local what=$1 out
-  shift
-  if out=$("$@" 2>&1); then
-    passed=$((passed + 1)) && echo "passed  $what"
-  else
-    failed=$((failed + 1)) && printf 'FAILED  %s\n%s\n' "$what" "$(printf '%s\n' "$out" | head -20)"
-  fi
-}
-fails() { ! "$@"; }
 clashes() { "$@" 2>&1 | grep -i 'multiple definition\|duplicate symbol'; } # command...: a linker's complaint
-have() {
-  local tool
-  for tool; do
-    command -v "$tool" >/dev/null || { echo "skipped: $tool is not installed (make deps-extra)"; skipped=$((skipped + 1)); return 1; }
-  done
-}
 says() { # words, command...
   local words=$1 out
   shift

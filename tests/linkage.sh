@@ -4,7 +4,8 @@
 set -u
 header=$(readlink -f "${1:-pktrt.h}") work=build/linkage
 mkdir -p $work
-passed=0 failed=0 skipped=0
+. tests/attempt.sh
+excerpt() { head -6; }
 options=("-DHEADER=\"$header\"" "-DPKTRT_HEADER_FILENAME=HEADER" -Wall -Wextra -Wpedantic -Werror)
 small=(-O0 -DPKTRT_NO_RENDER -DPKTRT_NO_SIMD -DPKTRT_NO_MOTION -DPKTRT_NO_PAPER -DPKTRT_NO_STATS) # what is exported does not depend on what there is
 
@@ -17,16 +18,6 @@ cat >$work/user.c <<'C'
 int main(void) { return pktrt_isa_available(PKTRT_ISA_AUTO) ? 0 : 1; }
 C
 
-attempt() { # what, command...
-  local what=$1 out
-  shift
-  if out=$("$@" 2>&1); then
-    passed=$((passed + 1)) && echo "passed  $what"
-  else
-    failed=$((failed + 1)) && printf 'FAILED  %s\n%s\n' "$what" "$(printf '%s\n' "$out" | head -6)"
-  fi
-}
-have() { command -v "$1" >/dev/null || { echo "skipped: $1 is not installed (make deps-extra)"; skipped=$((skipped + 1)); return 1; }; }
 refused() { # words of the #error, command...
   local words=$1 out
   shift

@@ -3,22 +3,13 @@
 # and their instruction sets; ranks that die; runs that are resumed. Each check has a control that must fail.
 # usage: mpi.sh [directory of mpi and render], from the project's directory
 set -u
+. tests/check.sh
+said="table.txt errors.txt" aloud=1
 bin=$(realpath "${1:-build}")
 dir=$(mktemp -d)
 trap 'rm -rf "$dir"' EXIT
 cd "$dir" || exit 1
-failed=0 checks=0
 
-check() { # sentence, command...
-  local sentence=$1
-  shift
-  checks=$((checks + 1))
-  "$@" && echo "  ok      $sentence" && return
-  echo "  FAILED  $sentence: $*"
-  sed 's/^/          it said: /' table.txt errors.txt | head -20
-  failed=$((failed + 1))
-}
-fails() { ! "$@"; } # for controls
 
 # More ranks than cores are wanted; root, as containers have it, must say that it means it; and containers forbid processes to read
 # each other's memory.

@@ -3,22 +3,12 @@
 # whether options and warnings get through.
 # usage: render.sh [render], from the project's directory
 set -u
+. tests/check.sh
 render=$(realpath "${1:-build/render}")
 dir=$(mktemp -d)
 trap 'rm -rf "$dir"' EXIT
 cd "$dir" || exit 1
-failed=0 checks=0
 
-check() { # sentence, command...
-  local sentence=$1
-  shift
-  checks=$((checks + 1))
-  "$@" && return
-  echo "  FAILED  $sentence: $*"
-  sed 's/^/          it said: /' errors.txt | head -5
-  failed=$((failed + 1))
-}
-fails() { ! "$@"; } # for controls
 run() { "$render" --no-progress "$@" >table.txt 2>errors.txt; }
 quiet() { run "$@" && [ ! -s errors.txt ]; }
 ended() { # status, word, command...: that status, and one line on standard error with the word

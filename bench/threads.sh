@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Compares N threads of one build/render with N copies of it that have a thread each: what the threads reach of what the
-# copies do, for trees and for pictures, in the same time. Copies and threads take turns; of each the best of ROUNDS.
+# copies do, for trees and for pictures, in the same time. Copies and threads take turns; the median of ROUNDS.
 # usage: bench/threads.sh [N]     N: all processors of this machine unless told
 set -u
 n=${1:-$(nproc)} rounds=${ROUNDS:-7} work=build/bench-threads
@@ -11,29 +11,26 @@ run() { # file, thread count, options of render: leaves "build seconds, render s
     sed -n 's/^seconds .*build \([0-9.]*\), render \([0-9.]*\).*/\1 \2/p' >"$1"
 }
 
-# The slowest copy counts: all the others' work is done by then, too.
+# What copies do in the same time is the sum of what each does, hence the harmonic mean of their times.
 measure() { # name, options of render
   local name=$1 i
   shift
-  : >"$work/copies"
-  : >"$work/threads"
   for ((r = 0; r < rounds; r++)); do
     for ((i = 0; i < n; i++)); do run "$work/$i" 1 "$@" & done
     wait
-    cat $(seq -f "$work/%.0f" 0 $((n - 1))) | awk '{ if ($1 > b) b = $1; if ($2 > p) p = $2 } END { print b, p }' >>"$work/copies"
     run "$work/one" "$n" "$@"
-    cat "$work/one" >>"$work/threads"
-  done
-  awk -v name="$name" -v n="$n" 'NR == 1 || $1 < b[FILENAME] || !b[FILENAME] { b[FILENAME] = $1 }
-    !p[FILENAME] || $2 < p[FILENAME] { p[FILENAME] = $2 }
-    END { c = ARGV[1]; t = ARGV[2]
-      printf "%-28s build %.3f s, by threads %.3f: %.2f    picture %.3f s, by threads %.3f: %.2f\n", name, b[c], b[t],
-        b[c] / b[t] / n, p[c], p[t], p[c] / p[t] / n }' "$work/copies" "$work/threads"
+    cat $(seq -f "$work/%.0f" 0 $((n - 1))) "$work/one" |
+      awk -v n="$n" 'NR <= n { b += 1 / $1; p += 1 / $2 } END { print 1 / (b * $1), 1 / (p * $2), $1, $2 }'
+  done >"$work/rounds"
+  for column in 1 2 3 4; do sort -n -k "$column,$column" "$work/rounds" | awk "NR == int(($rounds + 1) / 2) { print \$$column }"; done |
+    tee -a "$work/all" | xargs printf "$name:  trees %.2f, pictures %.2f;  by threads %.3f s, %.3f s\n"
 }
 
+: >"$work/all"
 make -s build/render || exit 1
-echo "$n copies of one thread, one of $n threads: seconds, and what threads reach of copies (pictures: 0.95, trees: 0.8)"
+echo "$n copies of one thread, one of $n threads: what threads reach of copies (pictures: 0.95, trees: 0.8)"
 for scene in poolhall conference rtrt; do
   for mode in rcs wrt; do measure "$scene $mode 1024 x 768" --scene $scene --mode $mode --size 1024x768; done
 done
 measure "poolhall drt 512 x 384, 4" --scene poolhall --mode drt --size 512x384 --spp 4
+awk '{ at = (NR - 1) % 4; s[at] += log($1); k[at]++ } END { printf "geometric mean:  trees %.2f, pictures %.2f\n", exp(s[0] / k[0]), exp(s[1] / k[1]) }' "$work/all"

@@ -1838,13 +1838,15 @@ typedef struct pktrt__instance {
   pktrt__place rest;            /* at the first key, committed */
 } pktrt__instance;
 
+enum { PKTRT__STARTS = 64 };
 struct pktrt_scene {
   pktrt_scene_desc desc;
   pktrt_isa isa;
   const struct pktrt__kernel_table *kernels;
   pktrt__mesh *meshes;
   uint32_t mesh_count, mesh_capacity, committed_meshes;
-  uint32_t free_meshes; /* indices that any mesh may have anew */
+  uint32_t start_shift, starts[PKTRT__STARTS + 1]; /* the mesh of each 2^start_shift-th global triangle index */
+  uint32_t free_meshes;                            /* indices that any mesh may have anew */
   pktrt__set *sets;
   uint32_t set_count, set_capacity;
   pktrt__bvh *bvhs; /* first those that all rays visit, in ascending order of their boxes' areas: small ones shorten
@@ -3778,7 +3780,10 @@ PKTRT__COLD void pktrt__commit_take(pktrt_scene *s, const pktrt__commit_list *li
     if (s->meshes[i].gone) pktrt__mesh_clear(s, &s->meshes[i]);
     else pktrt__commit_promote(&s->meshes[i]), s->meshes[i].marked = false;
   }
-  s->committed_meshes = s->mesh_count;
+  s->committed_meshes = s->mesh_count, s->start_shift = 0;
+  while (s->total_triangles >> s->start_shift >= PKTRT__STARTS) s->start_shift++;
+  for (uint32_t i = 0; i <= PKTRT__STARTS; i++)
+    s->starts[i] = pktrt__mesh_search(s->meshes, s->mesh_count, i << s->start_shift);
 }
 
 PKTRT__COLD pktrt_status pktrt__commit_rebuild_worn(pktrt_scene *s) {
@@ -4330,6 +4335,8 @@ typedef struct pktrt__batch {
   uint64_t valid[PKTRT__BATCH / 64];
   uint64_t moving[PKTRT__BATCH / 64]; /* rays of streams that may meet moving triangles, at any time */
   bool coherent;                      /* frustum packets took most of the last rays */
+  const void *occluder_tree;          /* the blocks of the last leaf that hid rays of a frustum; NULL: none, at first */
+  uint32_t occluder;                  /* its reference */
   uint32_t spare;                     /* the first lane of those that instances use */
 } pktrt__batch;
 
@@ -4396,7 +4403,9 @@ static void pktrt__batch_load_rest(pktrt__batch *b, const pktrt_ray *rays, const
 /* Returns the mesh of a global triangle index; tries the first mesh of its instance, *place - 1, before it searches. */
 static uint32_t pktrt__mesh_search_from(const pktrt_scene *s, uint32_t id, const uint32_t *place) {
   const uint32_t first = pktrt__has_instances(s) && *place ? s->instances[*place - 1].first_mesh : 0;
-  return pktrt__mesh_of_triangle(s->meshes, s->committed_meshes, id, first);
+  if (id - s->meshes[first].first_id < s->meshes[first].triangle_count) return first;
+  const uint32_t *start = &s->starts[id >> s->start_shift];
+  return start[0] + pktrt__mesh_search(s->meshes + start[0], start[1] - start[0] + 1, id);
 }
 /* Does so, but tries the last two answers first: neighbouring rays mostly hit these. */
 PKTRT__INLINE uint32_t pktrt__mesh_lookup(const pktrt_scene *s, uint32_t id, const uint32_t *place, uint32_t hint[2]) {
@@ -5458,6 +5467,8 @@ typedef struct pktrt__kernel_table {
   void (*load_rays)(pktrt__batch *, const pktrt_ray *, const uint16_t *order, uint32_t n);
   void (*store_hits)(const pktrt_scene *, const pktrt__batch *, pktrt_hit *, const uint16_t *order, uint32_t n);
   void (*store_occluded)(const pktrt__batch *, bool *occluded, uint32_t n);
+  void (*copy_row)(float *to, const float *from, uint32_t n);
+  void (*store_names)(const pktrt_scene *, const pktrt__batch *, uint32_t *mesh, uint32_t *triangle, uint32_t n);
 #ifndef PKTRT_NO_RENDER
   /* Writes the rays of a pinhole through eight places of the picture to lanes i to i + 7 of a wave. */
   void (*camera_rays)(const pktrt__camera_plane *, const double *x, const double *y, pktrt__wave *, uint32_t i);
@@ -5583,6 +5594,7 @@ PKTRT__COLD const char *pktrt__check_sentence(uint32_t faults) {
 #endif
 /* Kernels use short macros, which are undefined after each stamp; macros of a program or <tgmath.h> are put aside. */
 #pragma push_macro("COUNT")
+#pragma push_macro("COUNTED")
 #pragma push_macro("OP")
 #pragma push_macro("STEP")
 #pragma push_macro("UNROLL")
@@ -5599,6 +5611,7 @@ PKTRT__COLD const char *pktrt__check_sentence(uint32_t faults) {
 #pragma push_macro("fmul")
 #pragma push_macro("fsub")
 #undef COUNT
+#undef COUNTED
 #undef OP
 #undef STEP
 #undef SHARED
@@ -5702,6 +5715,7 @@ PKTRT__COLD const char *pktrt__check_sentence(uint32_t faults) {
 #endif /* PKTRT__EDITOR */
 
 #pragma pop_macro("COUNT")
+#pragma pop_macro("COUNTED")
 #pragma pop_macro("OP")
 #pragma pop_macro("STEP")
 #pragma pop_macro("UNROLL")
@@ -6603,6 +6617,9 @@ typedef __mmask16 mf;
 #define pktrt__batch_packet_time_weights PKTRT__NAME(pktrt__batch_packet_time_weights)
 #define pktrt__batch_setup PKTRT__NAME(pktrt__batch_setup)
 #define pktrt__batch_store_hits PKTRT__NAME(pktrt__batch_store_hits)
+#define pktrt__batch_copy_row PKTRT__NAME(pktrt__batch_copy_row)
+#define pktrt__batch_name_hits PKTRT__NAME(pktrt__batch_name_hits)
+#define pktrt__batch_store_names PKTRT__NAME(pktrt__batch_store_names)
 #define pktrt__batch_store_occluded PKTRT__NAME(pktrt__batch_store_occluded)
 #define pktrt__batch_time_weights PKTRT__NAME(pktrt__batch_time_weights)
 #define pktrt__box_load_slabs PKTRT__NAME(pktrt__box_load_slabs)
@@ -6645,6 +6662,7 @@ typedef __mmask16 mf;
 #define pktrt__fit_nodes PKTRT__NAME(pktrt__fit_nodes)
 #define pktrt__frustum PKTRT__NAME(pktrt__frustum)
 #define pktrt__frustum_accept PKTRT__NAME(pktrt__frustum_accept)
+#define pktrt__frustum_apart8 PKTRT__NAME(pktrt__frustum_apart8)
 #define pktrt__frustum_common_origin PKTRT__NAME(pktrt__frustum_common_origin)
 #define pktrt__frustum_corners PKTRT__NAME(pktrt__frustum_corners)
 #define pktrt__frustum_cull_by_edges PKTRT__NAME(pktrt__frustum_cull_by_edges)
@@ -6654,7 +6672,12 @@ typedef __mmask16 mf;
 #define pktrt__frustum_cull_triangles PKTRT__NAME(pktrt__frustum_cull_triangles)
 #define pktrt__frustum_edges PKTRT__NAME(pktrt__frustum_edges)
 #define pktrt__frustum_entry PKTRT__NAME(pktrt__frustum_entry)
+#define pktrt__frustum_exact8 PKTRT__NAME(pktrt__frustum_exact8)
 #define pktrt__frustum_exact_test8 PKTRT__NAME(pktrt__frustum_exact_test8)
+#define pktrt__frustum_nearer8 PKTRT__NAME(pktrt__frustum_nearer8)
+#define pktrt__frustum_see8 PKTRT__NAME(pktrt__frustum_see8)
+#define pktrt__frustum_solve8 PKTRT__NAME(pktrt__frustum_solve8)
+#define pktrt__frustum_view8 PKTRT__NAME(pktrt__frustum_view8)
 #define pktrt__frustum_filter PKTRT__NAME(pktrt__frustum_filter)
 #define pktrt__frustum_filter_moving PKTRT__NAME(pktrt__frustum_filter_moving)
 #define pktrt__frustum_is_thin PKTRT__NAME(pktrt__frustum_is_thin)
@@ -6751,6 +6774,7 @@ typedef __mmask16 mf;
 #define pktrt__place_trace_single PKTRT__NAME(pktrt__place_trace_single)
 #define pktrt__place_single_in PKTRT__NAME(pktrt__place_single_in)
 #define pktrt__place_single PKTRT__NAME(pktrt__place_single)
+#define pktrt__resolve_axes PKTRT__NAME(pktrt__resolve_axes)
 #define pktrt__resolve_batch PKTRT__NAME(pktrt__resolve_batch)
 #define pktrt__resolve_gather_corners PKTRT__NAME(pktrt__resolve_gather_corners)
 #define pktrt__resolve_hits PKTRT__NAME(pktrt__resolve_hits)
@@ -6861,6 +6885,9 @@ typedef __mmask16 mf;
   do {                                                               \
     if (PKTRT__STATS && is.stats) is.counts->field += (uint64_t)(n); \
   } while (0)
+
+/* Tells whether the instance of a kernel that counts is run, which asks for weights of time at rest as well. */
+#define COUNTED(is) ((is).stats || PKTRT__WITH_FEW_INSTANCES)
 
 /* Derives the fields of a vector of rays from o, d, tmin, tmax; returns the bits of those that can hit anything. */
 PKTRT__NOINLINE uint32_t pktrt__batch_setup(const pktrt_scene *scene, pktrt__batch *b, uint32_t i) {
@@ -7132,7 +7159,7 @@ OP pktrt__tri_candidates pktrt__tri_filter_block(const pktrt__tri_shear *q, cons
 /* What pktrt__exact_edge_functions and pktrt__exact_t_is_calm find, for eight lanes: the same bits. */
 typedef struct pktrt__exact_edges8 {
   d8 u, v, w, det, depth, error;
-  m8 calm, known; /* whether the float nearest to t is known; the sign of t */
+  m8 calm; /* whether the float nearest to t is known */
 } pktrt__exact_edges8;
 OP d8 pktrt__vec_dmax_abs3(d8 a, d8 b, d8 c) { return dmax(dabs(a), dmax(dabs(b), dabs(c))); }
 OP pktrt__exact_edges8 pktrt__exact_edge_functions8(const d8 x[3], const d8 y[3], const d8 z[3], d8 dk) {
@@ -7148,8 +7175,7 @@ OP pktrt__exact_edges8 pktrt__exact_edge_functions8(const d8 x[3], const d8 y[3]
   e.error = dadd(dmul(dmul(dset(16 * PKTRT__EPS2), xs), ys), near_);
   const d8 wrong = dmul(e.error, dsub(hi, lo)), depth = dabs(e.depth); /* of depth, 5 times that at most */
   const m8 flat = dlt(e.error, dmul(dabs(e.det), dset(PKTRT__CALM_DET)));
-  e.calm = mand(flat, dlt(wrong, dmul(depth, dset(PKTRT__CALM_T)))),
-  e.known = mand(flat, dlt(dmul(dset(8), wrong), depth));
+  e.calm = mand(flat, dlt(wrong, dmul(depth, dset(PKTRT__CALM_T))));
   return e;
 }
 
@@ -7739,47 +7765,112 @@ typedef struct pktrt__tri_common {
   pktrt_counts *counts;     /* NULL: do not count */
 } pktrt__tri_common;
 
-/* Runs the exact test of eight rays of a frustum, for those in *open, as far as doubles or a grid decide it; returns those
-   that are hit and had no hit, leaves the undecided open. WHY: many rays begin or end at a surface, left open before. */
-PKTRT__NOINLINE uint32_t pktrt__frustum_exact_test8(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r,
-                                                    uint32_t *open, uint32_t id, uint32_t slot) {
+/* One triangle as eight rays of a frustum see it: corners, origins and directions, the rays' main axis first. */
+typedef struct pktrt__frustum_view8 {
   v8 p[3][3], o[3], d[3];
-  uint32_t crossed = 0, maybe = *open, taken = 0;
-  const uint32_t *k = pktrt__axes[b->axis[r + pktrt__lowest_bit(*open)]];
+} pktrt__frustum_view8;
+OP void pktrt__frustum_see8(const pktrt__bvh_segment *seg, const pktrt__batch *b, uint32_t r, uint32_t slot,
+                            const uint32_t *k, pktrt__frustum_view8 *s) {
   const pktrt__block *block = pktrt__segment_block(seg, slot / 8, true);
   const float *k0 = pktrt__segment_vertices(seg, block, 0, true) + slot % 8;
   const float *k1 = pktrt__segment_vertices(seg, block, 1, true) + slot % 8;
   const bool moving = k0 != k1; /* at rest weights 1 and 0 give the same bits */
   const v8 ta = moving ? vload(b->ta + r) : vset(1), tb = moving ? vload(b->tb + r) : vset(0);
   for (uint32_t i = 0; i < 9; i++)
-    p[i / 3][i % 3] =
+    s->p[i / 3][i % 3] =
         vadd(vmul(ta, vset(k0[24 * (i / 3) + 8 * k[i % 3]])), vmul(tb, vset(k1[24 * (i / 3) + 8 * k[i % 3]])));
-  for (int i = 0; i < 3; i++) o[i] = vload(b->o[k[i]] + r), d[i] = vload(b->d[k[i]] + r);
+  for (int i = 0; i < 3; i++) s->o[i] = vload(b->o[k[i]] + r), s->d[i] = vload(b->d[k[i]] + r);
+}
+
 #if PKTRT__WITH_V8_REGISTERS /* or eight vectors of doubles would not fit: each ray does that by itself */
+/* Does what pktrt__exact_is_apart does. */
+PKTRT__NOINLINE uint32_t pktrt__frustum_apart8(const pktrt__frustum_view8 *s, v8 tmin, v8 tmax) {
+  d8 e[2][3], from[3], n[3];
+  UNROLL for (int a = 0; a < 3; a++) {
+    const d8 p = dfrom(s->p[0][a]);
+    from[a] = dsub(p, dfrom(s->o[a])), e[0][a] = dsub(dfrom(s->p[1][a]), p), e[1][a] = dsub(dfrom(s->p[2][a]), p);
+  }
+  UNROLL for (int a = 0, b = 1, c = 2; a < 3; b = c, c = a++) n[a] =
+      dsub(dmul(e[0][b], e[1][c]), dmul(e[0][c], e[1][b]));
+  const d8 size = dmul(dmul(pktrt__vec_dmax_abs3(e[0][0], e[0][1], e[0][2]), dset(64 * PKTRT__EPS2)),
+                       pktrt__vec_dmax_abs3(e[1][0], e[1][1], e[1][2]));
+  const d8 most = dmul(size, pktrt__vec_dmax_abs3(from[0], from[1], from[2])), dk = dfrom(s->d[0]), zero = dset(0);
+  const d8 f = dadd(dadd(dmul(n[0], from[0]), dmul(n[1], from[1])), dmul(n[2], from[2])), wrong = dmul(size, dabs(dk));
+  const d8 g = dadd(dadd(dmul(n[0], dk), dmul(n[1], dfrom(s->d[1]))), dmul(n[2], dfrom(s->d[2])));
+  const d8 end = dfrom(tmax), over = dsub(f, dmul(end, g));
+  const m8 before = mand(dlt(dmul(f, g), zero), dlt(most, dabs(f)));
+  const m8 after = mand(dlt(zero, dmul(over, g)), dlt(dadd(most, dmul(dabs(end), wrong)), dabs(over)));
+  return mbits(dlt(wrong, dabs(g))) & ((mbits(before) & mbits(vle(vset(0), tmin))) | mbits(after));
+}
+
+/* What doubles tell of it: t, where calm; lanes that cross it, that do not, and whose t is known. */
+typedef struct pktrt__frustum_exact8 {
+  v8 t;
+  uint32_t crossed, missed, calm;
+} pktrt__frustum_exact8;
+PKTRT__NOINLINE void pktrt__frustum_solve8(const pktrt__frustum_view8 *s, pktrt__frustum_exact8 *out) {
   d8 x[3], y[3], z[3];
-  UNROLL for (int c = 0; c < 3; c++) pktrt__exact_shear8(p[c], o, d, &x[c], &y[c], &z[c]);
-  const d8 dk = dfrom(d[0]), zero = dset(0);
+  UNROLL for (int c = 0; c < 3; c++) pktrt__exact_shear8(s->p[c], s->o, s->d, &x[c], &y[c], &z[c]);
+  const d8 dk = dfrom(s->d[0]), zero = dset(0);
   const pktrt__exact_edges8 e = pktrt__exact_edge_functions8(x, y, z, dk);
   const d8 least = dsub(zero, dmax(dsub(zero, e.u), dmax(dsub(zero, e.v), dsub(zero, e.w))));
-  const d8 most = dmax(e.u, dmax(e.v, e.w)), minus = dsub(zero, e.error);
-  crossed = mbits(mor(dlt(e.error, least), dlt(most, minus)));
-  maybe &= ~mbits(mand(dlt(least, minus), dlt(e.error, most)));
+  const d8 most = dmax(e.u, dmax(e.v, e.w)), minus = dsub(zero, e.error), scale = dmul(e.det, dk);
+  out->crossed = mbits(mor(dlt(e.error, least), dlt(most, minus)));
+  out->missed = mbits(mand(dlt(least, minus), dlt(e.error, most)));
+  out->t = dto(dmul(e.depth, ddiv(dset(1), scale)));
+  out->calm = mbits(e.calm);
+}
+
+/* Tells which of the rays in `same`, whose t of a triangle are known, hit it nearer than the one they share as closest hit so
+   far, or as near with a lower index; takes those it cannot tell from *same. */
+OP uint32_t pktrt__frustum_nearer8(const pktrt__bvh_segment *seg, const pktrt__batch *b, uint32_t r, v8 t, uint32_t id,
+                                   const uint32_t *k, uint32_t *same) {
+  const uint32_t first = r + pktrt__lowest_bit(*same);
+  pktrt__frustum_view8 s;
+  pktrt__frustum_exact8 e;
+  pktrt__frustum_see8(seg, b, r, b->slot[first], k, &s);
+  pktrt__frustum_solve8(&s, &e);
+  *same &= e.calm;
+  return *same & (mbits(vlt(t, e.t)) | (id < b->id[first] ? mbits(veq(t, e.t)) : 0));
+}
+#endif
+
+/* Runs the exact test of eight rays of a frustum, for those in *open, as far as doubles or a grid decide it; returns those
+   that are hit, leaves the undecided open. WHY: many rays begin or end at a surface, which is told first, or meet two that
+   coincide. */
+PKTRT__NOINLINE uint32_t pktrt__frustum_exact_test8(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r,
+                                                    uint32_t *open, uint32_t id, uint32_t slot) {
+  pktrt__frustum_view8 s;
+  uint32_t crossed = 0, maybe = *open, taken = 0;
+  const uint32_t *k = pktrt__axes[b->axis[r + pktrt__lowest_bit(*open)]];
+  pktrt__frustum_see8(seg, b, r, slot, k, &s);
+#if PKTRT__WITH_V8_REGISTERS
+  pktrt__frustum_exact8 e;
+  maybe &= ~pktrt__frustum_apart8(&s, vload(b->tmin + r), vload(b->tmax + r));
+  if (!maybe) return *open = 0;
+  pktrt__frustum_solve8(&s, &e);
+  crossed = e.crossed, maybe &= ~e.missed;
 #endif
   uint32_t even = maybe & ~crossed;
-  if (even && (even &= pktrt__tri_directions_on_grid(d)) != 0) {
+  if (even && (even &= pktrt__tri_directions_on_grid(s.d)) != 0) {
     float corners[72];
-    for (uint32_t i = 0; i < 9; i++) vstore(corners + 8 * i, p[i / 3][i % 3]);
-    pktrt__tri_decide_on_grid(corners, pktrt__axes[0], o, d, even, &maybe, &crossed);
+    for (uint32_t i = 0; i < 9; i++) vstore(corners + 8 * i, s.p[i / 3][i % 3]);
+    pktrt__tri_decide_on_grid(corners, pktrt__axes[0], s.o, s.d, even, &maybe, &crossed);
   }
 #if PKTRT__WITH_V8_REGISTERS
-  const v8 t = dto(dmul(e.depth, ddiv(dset(1), dmul(e.det, dk)))), far_ = vmul(t, vabs(d[0]));
-  const v8 slack = vadd(vmul(vabs(far_), vset(PKTRT__PAD_DEPTH)), vload(b->tiny + r));
-  const uint32_t within = mbits(mand(vlt(vload(b->tmin + r), t), vlt(t, vload(b->tmax + r))));
-  const uint32_t unhit = pktrt__lanes_unhit(b->slot + r), inside = crossed & mbits(e.calm);
-  taken = maybe & inside & unhit & within;
+  const v8 far_ = vmul(e.t, vabs(s.d[0])), slack = vadd(vmul(vabs(far_), vset(PKTRT__PAD_DEPTH)), vload(b->tiny + r));
+  const uint32_t within = mbits(mand(vlt(vload(b->tmin + r), e.t), vlt(e.t, vload(b->tmax + r))));
+  const uint32_t inside = maybe & crossed & e.calm;
+  taken = inside & within & pktrt__lanes_unhit(b->slot + r);
+  uint32_t told = taken | (inside & ~within);
+  for (uint32_t rest = inside & ~told & veq_u32(b->bvh + r, seg->bvh); rest;) {
+    uint32_t same = rest & veq_u32(b->slot + r, b->slot[r + pktrt__lowest_bit(rest)]);
+    rest &= ~same;
+    taken |= pktrt__frustum_nearer8(seg, b, r, e.t, id, k, &same);
+    told |= same;
+  }
   pktrt__frustum_set_hits(seg, b, r, taken, fwide(vsub(far_, slack)), fwide(vadd(far_, slack)), id, slot);
-  const m8 behind = mand(e.known, dlt(dmul(e.depth, dmul(e.det, dk)), zero)); /* t < 0: mostly of what rays leave */
-  maybe &= ~(inside & (unhit | ~within)) & ~(mbits(behind) & mbits(vle(vset(0), vload(b->tmin + r))));
+  maybe &= ~told;
 #else
   (void)id;
 #endif
@@ -8003,14 +8094,14 @@ OP uint32_t pktrt__tri_ray_block_inline(const pktrt__bvh_segment *seg, pktrt__ba
 
 /* Kernels are templates over three flags known at compile time; these are their instances. One of them counts, for closest
    and any hits (`any`), for what moves and what does not (but for blocks of packets): weights 1 and 0 of one and the same key
-   give the same bits. Where there are vectors, scalar kernels need not be fast: there, moving instances always count, paper packets
-   are those of vectors, and the fast path has streams, but no frusta, which would be a third of their code. */
+   give the same bits. Where there are vectors, scalar kernels need not be fast: there, all always count, paper packets are
+   those of vectors, and the fast path has streams, but no frusta, which would be a third of their code. */
 #if defined(PKTRT_NO_FRUSTA) || PKTRT__WITH_FEW_INSTANCES
 #define FRUSTA 0
 #else
 #define FRUSTA 1
 #endif
-#if !defined(PKTRT_NO_STATS) || (PKTRT__WITH_FEW_INSTANCES && !defined(PKTRT_NO_MOTION))
+#if !defined(PKTRT_NO_STATS) || PKTRT__WITH_FEW_INSTANCES
 #define IF_COUNTED(x) x
 #else
 #define IF_COUNTED(x)
@@ -8020,15 +8111,20 @@ OP uint32_t pktrt__tri_ray_block_inline(const pktrt__bvh_segment *seg, pktrt__ba
 #else
 #define IF_MOVING(x)
 #endif
+#if PKTRT__WITH_FEW_INSTANCES
+#define IF_FAST(x)
+#define PKTRT__PICK(name) PKTRT__NAME(name##_s)
+#else
+#define IF_FAST(x) x
+#define PKTRT__PICK(name)                                                       \
+  (IF_COUNTED(is.stats ? PKTRT__NAME(name##_s) :) is.occlusion                  \
+       ? IF_MOVING(is.moving ? PKTRT__NAME(name##_11) :) PKTRT__NAME(name##_10) \
+       : IF_MOVING(is.moving ? PKTRT__NAME(name##_01) :) PKTRT__NAME(name##_00))
+#endif
 #define PKTRT__VARIANTS(INSTANCE)                                             \
-  INSTANCE(00, false, false, false)                                           \
-  INSTANCE(10, true, false, false)                                            \
+  IF_FAST(INSTANCE(00, false, false, false) INSTANCE(10, true, false, false)) \
   IF_MOVING(INSTANCE(01, false, true, false) INSTANCE(11, true, true, false)) \
   IF_COUNTED(INSTANCE(s, any, PKTRT__MOTION != 0, PKTRT__STATS != 0))
-#define PKTRT__PICK(name)                                                                                  \
-  (IF_COUNTED(is.stats || (PKTRT__WITH_FEW_INSTANCES && is.moving) ? PKTRT__NAME(name##_s) :) is.occlusion \
-       ? IF_MOVING(is.moving ? PKTRT__NAME(name##_11) :) PKTRT__NAME(name##_10)                            \
-       : IF_MOVING(is.moving ? PKTRT__NAME(name##_01) :) PKTRT__NAME(name##_00))
 
 #if !PKTRT__WITH_V8_REGISTERS
 /* Instances are not inlined: that would make the code a third longer, and no faster. */
@@ -8086,9 +8182,8 @@ OP uint64_t pktrt__frustum_leaf(const pktrt__frustum *f, const pktrt__bvh_segmen
 
 /* Tests a moving leaf block against the rays of mask; returns those that hit something in it. `counts` is NULL where
    nothing is counted. WHY not inlined: less code. */
-PKTRT__NOINLINE uint64_t pktrt__frustum_leaf_moving(const pktrt__frustum *f, const pktrt__bvh_segment *seg,
-                                                    pktrt__batch *b, uint32_t index, uint64_t mask, bool occlusion,
-                                                    pktrt_counts *counts) {
+SMALL uint64_t pktrt__frustum_leaf_moving(const pktrt__frustum *f, const pktrt__bvh_segment *seg, pktrt__batch *b,
+                                          uint32_t index, uint64_t mask, bool occlusion, pktrt_counts *counts) {
   const pktrt__block *block = pktrt__segment_block(seg, index, true);
   const float *k0 = pktrt__segment_vertices(seg, block, 0, true), *k1 = pktrt__segment_vertices(seg, block, 1, true);
   const uint32_t *id = block->id;
@@ -8413,6 +8508,11 @@ OP uint64_t pktrt__frustum_template(pktrt__frustum *f, const pktrt__bvh_segment 
   const uint64_t mask_all = mask;
   uint64_t alive = mask, hit = 0;
   uint32_t sp = 0, ref = 0;
+  /* What hid rays of the last packet is asked first. WHY not where counted: counts depend on rays alone. */
+  if (is.occlusion && !is.stats && !is.moving && b->occluder_tree == seg->blocks) {
+    stack[0].mask = mask, stack[0].plane = NULL, stack[0].w = -INFINITY, stack[0].ref = 0;
+    sp = 1, ref = b->occluder, b->occluder_tree = NULL;
+  }
   for (;;) {
     const bool thin = pktrt__frustum_is_thin(mask, ref, is.occlusion, !still);
     if (thin) COUNT(fallbacks, 1);
@@ -8432,6 +8532,8 @@ OP uint64_t pktrt__frustum_template(pktrt__frustum *f, const pktrt__bvh_segment 
       sp += pktrt__frustum_open_node(f, seg, ref, mask, stack + sp, is);
     }
     if (hit) {
+      if (is.occlusion && !is.stats && !is.moving && ref & PKTRT__LEAF && pktrt__popcount(hit) > 16)
+        b->occluder_tree = seg->blocks, b->occluder = ref;
       if (is.occlusion && !(alive &= ~hit)) return mask_all;
       pktrt__frustum_update_depth(f, b, alive);
       hit = 0;
@@ -8940,7 +9042,7 @@ PKTRT__NOINLINE uint64_t pktrt__drive_stream_in(const pktrt_scene *scene, pktrt_
   uint64_t hit = 0;
   if (!(bvh->mask & is.mask)) return 0;
   if (!pktrt__has_motion(bvh->key_count)) {
-    for (uint64_t m = is.stats ? mask : 0; m; m &= m - 1)
+    for (uint64_t m = COUNTED(is) ? mask : 0; m; m &= m - 1)
       pktrt__batch_time_weights(b, list[pktrt__lowest_bit(m)], 1, 1);
     return pktrt__stream_traverse(&bvh->rest, b, list, mask, 0, pktrt__variant_moving(is, false));
   }
@@ -9021,7 +9123,7 @@ OP bool pktrt__drive_single_in(const pktrt_scene *scene, pktrt__single *ray, uin
   const pktrt__bvh *bvh = &scene->bvhs[tree];
   if (!(bvh->mask & is.mask)) return false;
   if (!pktrt__has_motion(bvh->key_count)) {
-    if (is.stats) ray->ta = 1, ray->tb = 0; /* the only key has all the weight */
+    if (COUNTED(is)) ray->ta = 1, ray->tb = 0; /* the only key has all the weight */
     return pktrt__single_traverse(&bvh->rest, ray, 0, pktrt__variant_moving(is, false));
   }
   if (!pktrt__drive_may_meet(bvh, ray->rd, ray->cn, ray->cf, 1, ray->wn, ray->wf)) return false;
@@ -9166,10 +9268,11 @@ PKTRT__NOINLINE void pktrt__drive_fast(const pktrt_scene *scene, pktrt__batch *b
 
    t, u, v and normal of the hits, once per ray, in double from the corners. The normal's largest component is 1. */
 
-/* Gathers the corners of the triangles that eight rays hit, at the rays' times. Neighbours mostly hit the same
-   triangle, which, at rest or of two keys, is then read once. */
+/* Gathers the corners of the triangles that eight rays hit, at the rays' times, of axes k[0], k[1], k[2]. Neighbours mostly
+   hit the same triangle, which, at rest or of two keys, is then read once. */
 PKTRT__NOINLINE void pktrt__resolve_gather_corners(const pktrt_scene *scene, const uint32_t *slot_of,
-                                                   const uint32_t *bvhs, const float *time, uint32_t hits, v8 p[3][3]) {
+                                                   const uint32_t *bvhs, const float *time, uint32_t hits,
+                                                   const uint32_t *k, v8 p[3][3]) {
   ROLL_OUT for (int c = 0; c < 9; c++) p[c / 3][c % 3] = vset(0);
   for (uint32_t rest = hits; rest;) {
     const uint32_t r = pktrt__lowest_bit(rest), slot = slot_of[r];
@@ -9180,7 +9283,7 @@ PKTRT__NOINLINE void pktrt__resolve_gather_corners(const pktrt_scene *scene, con
       const float *k0 = &block->vertex[0][0][slot % 8];
       const m8 m = mfrom(lanes);
       for (int c = 0; c < 3; c++, k0 += 24)
-        ROLL_OUT for (int a = 0; a < 3; a++) p[c][a] = vsel(m, vset(k0[8 * a]), p[c][a]);
+        ROLL_OUT for (int a = 0; a < 3; a++) p[c][a] = vsel(m, vset(k0[8 * k[a]]), p[c][a]);
     } else {
       v8 tb = vmin(vmax(vload(time), vset(0)), vset(1)), ta = vsub(vset(1), tb); /* pktrt__time_segment of two keys */
       uint32_t segment = 0;
@@ -9194,7 +9297,7 @@ PKTRT__NOINLINE void pktrt__resolve_gather_corners(const pktrt_scene *scene, con
       const m8 m = mfrom(lanes);
       for (int c = 0; c < 3; c++, k0 += 24, k1 += 24)
         ROLL_OUT for (int a = 0; a < 3; a++) p[c][a] =
-            vsel(m, vadd(vmul(ta, vset(k0[8 * a])), vmul(tb, vset(k1[8 * a]))), p[c][a]);
+            vsel(m, vadd(vmul(ta, vset(k0[8 * k[a]])), vmul(tb, vset(k1[8 * k[a]]))), p[c][a]);
     }
     rest &= ~lanes;
   }
@@ -9219,25 +9322,36 @@ PKTRT__NOINLINE void pktrt__place_turn_edges8(const pktrt__place_turn8 *turn, d8
 }
 
 /* Turns the axes of eight vectors so that the rays' main axis comes first, where kx and then ky, or else z. */
-OP void pktrt__resolve_turn(m8 kx, m8 ky, v8 x, v8 y, v8 z, v8 turned[3]) {
+OP void pktrt__resolve_turn(m8 kx, m8 ky, v8 turned[3]) {
+  const v8 x = turned[0], y = turned[1], z = turned[2];
   turned[0] = vsel(kx, x, vsel(ky, y, z));
   turned[1] = vsel(kx, y, vsel(ky, z, x));
   turned[2] = vsel(kx, z, vsel(ky, x, y));
 }
+/* Returns the axes of eight rays of which those in `hits` have one main axis, else NULL. */
+OP const uint32_t *pktrt__resolve_axes(const uint8_t *axis, uint32_t hits) {
+  uint64_t all;
+  const uint32_t k = axis[pktrt__lowest_bit(hits)];
+  memcpy(&all, axis, 8);
+  return (all ^ k * UINT64_C(0x0101010101010101)) & pktrt__bits_to_bytes(hits) * 3 ? NULL : pktrt__axes[k];
+}
 
 /* Writes t, u, v and normal of rays i to i+7. In an instance, whose matrices at eight times are given, the normal is that of
    edges as the scene has them, and what is not calm is left to the caller; returns it. */
-PKTRT__NOINLINE uint32_t pktrt__resolve_hits(const pktrt_scene *scene, pktrt__batch *b, uint32_t i, uint32_t hits,
-                                             const pktrt__place_turn8 *turn) {
+SMALL uint32_t pktrt__resolve_hits(const pktrt_scene *scene, pktrt__batch *b, uint32_t i, uint32_t hits,
+                                   const pktrt__place_turn8 *turn) {
+  const uint32_t *const common = turn ? NULL : pktrt__resolve_axes(b->axis + i, hits), *k = pktrt__axes[0];
   v8 p[3][3], o[3], d[3], turned[3]; /* p[corner][axis] */
-  pktrt__resolve_gather_corners(scene, b->slot + i, b->bvh + i, b->time + i, hits, p);
-  const v8 dx = vload(b->d[0] + i), dy = vload(b->d[1] + i), dz = vload(b->d[2] + i);
-  const m8 kx = mand(vle(vabs(dy), vabs(dx)), vle(vabs(dz), vabs(dx))), ky = vle(vabs(dz), vabs(dy)); /* as in setup */
-  pktrt__resolve_turn(kx, ky, vload(b->o[0] + i), vload(b->o[1] + i), vload(b->o[2] + i), o);
-  pktrt__resolve_turn(kx, ky, dx, dy, dz, d);
+  if (common) k = common;
+  pktrt__resolve_gather_corners(scene, b->slot + i, b->bvh + i, b->time + i, hits, k, p);
+  ROLL_OUT for (int a = 0; a < 3; a++) o[a] = vload(b->o[k[a]] + i), d[a] = vload(b->d[k[a]] + i);
+  const v8 ax = vabs(d[0]), ay = vabs(d[1]), az = vabs(d[2]);
+  const m8 kx = mand(vle(ay, ax), vle(az, ax)), ky = vle(az, ay); /* as in setup */
+  if (!common) pktrt__resolve_turn(kx, ky, o), pktrt__resolve_turn(kx, ky, d);
   d8 x[3], y[3], z[3], e[2][3], n[3];
   ROLL_OUT for (int c = 0; c < 3; c++) {
-    pktrt__resolve_turn(kx, ky, p[c][0], p[c][1], p[c][2], turned);
+    ROLL_OUT for (int a = 0; a < 3; a++) turned[a] = p[c][a];
+    if (!common) pktrt__resolve_turn(kx, ky, turned);
     pktrt__exact_shear8(turned, o, d, &x[c], &y[c], &z[c]);
   }
   ROLL_OUT for (int a = 0; a < 3; a++) {
@@ -9259,7 +9373,7 @@ PKTRT__NOINLINE uint32_t pktrt__resolve_hits(const pktrt_scene *scene, pktrt__ba
   vstore_masked(b->t + i, m, dto(dmul(edges.depth, r)));
   vstore(b->as.hit.u + i, dto(dmul(edges.v, rdet)));
   vstore(b->as.hit.v + i, dto(dmul(edges.w, rdet)));
-  ROLL_OUT for (int a = 0; a < 3; a++) vstore(b->as.hit.normal[a] + i, dto(dmul(n[a], unit)));
+  ROLL_OUT for (int a = 0; a < 3; a++) vstore(b->as.hit.normal[k[a]] + i, dto(dmul(n[a], unit)));
   hits &= ~mbits(calm);
   if (PKTRT__UNLIKELY(hits) && !turn) pktrt__single_resolve_hits(scene, b, i, hits);
   return hits;
@@ -9546,7 +9660,7 @@ LONG void pktrt__surface_find8(const pktrt_scene *scene, bool smooth, const pktr
   d8 e[2][3], length2 = dset(0);
   const uint32_t placed =
       pktrt__has_instances(scene) ? lanes & ~veq_u32(b->place + at, 0) : 0; /* their points come last */
-  pktrt__resolve_gather_corners(scene, b->slot + at, b->bvh + at, b->time + at, lanes & ~placed, p);
+  pktrt__resolve_gather_corners(scene, b->slot + at, b->bvh + at, b->time + at, lanes & ~placed, pktrt__axes[0], p);
   ROLL_OUT for (int a = 0; a < 3; a++) {
     const d8 p0 = dfrom(p[0][a]);
     e[0][a] = dsub(dfrom(p[1][a]), p0), e[1][a] = dsub(dfrom(p[2][a]), p0);
@@ -10190,7 +10304,7 @@ SMALL bool pktrt__place_trace_single(const pktrt_scene *scene, pktrt__single *q,
   if (q->after != PKTRT_NONE && q->after >= in->first_id) within.after = q->after - in->first_id;
   const pktrt__bvh *bvh = in->model->bvhs;
   bool found;
-  if (in->model->single_tree && !what->stats) /* as most models are */
+  if (in->model->single_tree && !COUNTED(*what)) /* as most models are */
     found =
         (bvh->mask & what->mask) && pktrt__single_traverse(&bvh->rest, &within, 0, pktrt__variant_moving(*what, false));
   else found = pktrt__drive_single(in->model, &within, what);
@@ -10695,7 +10809,7 @@ PKTRT__COLD void pktrt__place_packets(const pktrt__query *call, pktrt__batch *b,
 
 /* Traces a single ray through all trees, of which there is mostly one, at rest. */
 OP bool pktrt__entry_single(const pktrt_scene *scene, pktrt__single *q, const pktrt__variant is) {
-  if (!scene->single_tree) return pktrt__drive_single(scene, q, &is);
+  if (!scene->single_tree || COUNTED(is)) return pktrt__drive_single(scene, q, &is);
   return pktrt__single_traverse(&scene->bvhs->rest, q, 0, is);
 }
 
@@ -10797,6 +10911,25 @@ static void pktrt__batch_load_rays(pktrt__batch *b, const pktrt_ray *rays, const
 #endif
   pktrt__batch_load_rest(b, rays, order, i, n);
 }
+/* Finds meshes and triangles of n hits, at most eight: of eight together, where they are of one mesh. */
+PKTRT__NOINLINE void pktrt__batch_name_hits(const pktrt_scene *s, const pktrt__batch *b, uint32_t i, uint32_t n,
+                                            uint32_t hint[2], uint32_t *mesh, uint32_t *triangle) {
+#if PKTRT__WITH_V8_REGISTERS
+  const pktrt__mesh *m = n == 8 && s->bvh_count ? &s->meshes[hint[0]] : NULL;
+  if (m && m->triangle_count && vbelow_u32(triangle, b->id + i, m->first_id, m->triangle_count) == 0xFF)
+    vstore_masked_u32(mesh, mfrom(0xFF), hint[0]);
+  else
+#endif
+    for (uint32_t j = 0; j < n; j++)
+      pktrt__mesh_name_triangle(s, b->id[i + j], b->place + i + j, hint, &mesh[j], &triangle[j]);
+}
+static void pktrt__batch_store_names(const pktrt_scene *s, const pktrt__batch *b, uint32_t *mesh, uint32_t *triangle,
+                                     uint32_t n) {
+  uint32_t hint[2] = {0, 0}, unread[8];
+  for (uint32_t i = 0; i < n; i += 8)
+    pktrt__batch_name_hits(s, b, i, n - i < 8 ? n - i : 8, hint, mesh ? mesh + i : unread,
+                           triangle ? triangle + i : unread);
+}
 static void pktrt__batch_store_hits(const pktrt_scene *s, const pktrt__batch *b, pktrt_hit *hits, const uint16_t *order,
                                     uint32_t n) {
   uint32_t i = 0;
@@ -10804,12 +10937,7 @@ static void pktrt__batch_store_hits(const pktrt_scene *s, const pktrt__batch *b,
   uint32_t hint[2] = {0, 0};
   for (; i + 8 <= n; i += 8) {
     PKTRT__ALIGN64 uint32_t mesh[8], triangle[8];
-    const pktrt__mesh *m = s->bvh_count ? &s->meshes[hint[0]] : NULL;
-    if (m && m->triangle_count && vbelow_u32(triangle, b->id + i, m->first_id, m->triangle_count) == 0xFF)
-      for (uint32_t j = 0; j < 8; j++) mesh[j] = hint[0];
-    else
-      for (uint32_t j = 0; j < 8; j++)
-        pktrt__mesh_name_triangle(s, b->id[i + j], b->place + i + j, hint, &mesh[j], &triangle[j]);
+    pktrt__batch_name_hits(s, b, i, 8, hint, mesh, triangle);
     v8 r[8] = {vload(b->t + i), vload(b->as.hit.u + i), vload(b->as.hit.v + i)};
     UNROLL for (int a = 0; a < 3; a++) r[3 + a] = vload(b->as.hit.normal[a] + i);
     r[6] = vload((const float *)(const void *)mesh), r[7] = vload((const float *)(const void *)triangle);
@@ -10818,6 +10946,11 @@ static void pktrt__batch_store_hits(const pktrt_scene *s, const pktrt__batch *b,
   }
 #endif
   pktrt__batch_store_rest(s, b, hits, order, i, n);
+}
+static void pktrt__batch_copy_row(float *to, const float *from, uint32_t n) {
+  uint32_t i = 0;
+  for (; i + 8 <= n; i += 8) vstore(to + i, vload(from + i));
+  for (; i < n; i++) to[i] = from[i];
 }
 static void pktrt__batch_store_occluded(const pktrt__batch *b, bool *occluded, uint32_t n) {
   uint32_t i = 0;
@@ -10867,13 +11000,10 @@ PKTRT__DIVIDES_BY_ZERO PKTRT__COLD uint32_t pktrt__check_arithmetic(void) {
 #else
 #define PKTRT__RENDER_KERNELS
 #endif
-static const pktrt__kernel_table pktrt__kernels = {pktrt__entry_trace,
-                                                   pktrt__entry_intersect,
-                                                   pktrt__entry_occluded,
-                                                   pktrt__check_arithmetic,
-                                                   pktrt__batch_load_rays,
-                                                   pktrt__batch_store_hits,
-                                                   pktrt__batch_store_occluded PKTRT__RENDER_KERNELS};
+static const pktrt__kernel_table pktrt__kernels = {
+    pktrt__entry_trace,          pktrt__entry_intersect, pktrt__entry_occluded,
+    pktrt__check_arithmetic,     pktrt__batch_load_rays, pktrt__batch_store_hits,
+    pktrt__batch_store_occluded, pktrt__batch_copy_row,  pktrt__batch_store_names PKTRT__RENDER_KERNELS};
 
 #ifdef PKTRT__ALSO_STAMP /* for benchmarks: the quoted path, from here, of a file on the same vectors */
 #include PKTRT__ALSO_STAMP
@@ -10993,10 +11123,14 @@ static const pktrt__kernel_table pktrt__kernels = {pktrt__entry_trace,
 #undef SMALL
 #undef ROLL_OUT
 #undef COUNT
+#undef COUNTED
 #undef PKTRT__WITH_FEW_INSTANCES
 #undef PKTRT__WITH_TOP_FRUSTA
 #undef FRUSTA
 #undef IF_COUNTED
+#undef PKTRT__PICK
+#undef PKTRT__VARIANTS
+#undef IF_FAST
 #undef pktrt__drive_paper
 #undef IF_MOVING
 
@@ -11883,39 +12017,39 @@ static void pktrt__query_prefetch_row(const void *row, uint32_t n, size_t left) 
 }
 
 /* Fills one row of a batch from n of the caller's `left` values, or with `instead` if he has none. */
-static void pktrt__query_load_row(float *row, const float *from, float instead, uint32_t n, size_t left) {
-  if (from) memcpy(row, from, n * sizeof(float)), pktrt__query_prefetch_row(from, n, left);
+static void pktrt__query_load_row(const pktrt_scene *s, float *row, const float *from, float instead, uint32_t n,
+                                  size_t left) {
+  if (from) s->kernels->copy_row(row, from, n), pktrt__query_prefetch_row(from, n, left);
   for (uint32_t i = 0; !from && i < n; i++) row[i] = instead;
 }
 
 /* Returns a row of the caller's from the i-th value on. */
 PKTRT__INLINE const float *pktrt__query_row(const float *row, size_t i) { return row ? row + i : NULL; }
 
-static void pktrt__query_load_soa(pktrt__batch *b, const pktrt_rays *rays, size_t first, uint32_t n, size_t left) {
+static void pktrt__query_load_soa(const pktrt_scene *s, pktrt__batch *b, const pktrt_rays *rays, size_t first,
+                                  uint32_t n, size_t left) {
   for (int a = 0; a < 3; a++) {
-    pktrt__query_load_row(b->o[a], rays->origin[a] + first, 0, n, left);
-    pktrt__query_load_row(b->d[a], rays->direction[a] + first, 0, n, left);
+    pktrt__query_load_row(s, b->o[a], rays->origin[a] + first, 0, n, left);
+    pktrt__query_load_row(s, b->d[a], rays->direction[a] + first, 0, n, left);
   }
-  pktrt__query_load_row(b->tmin, pktrt__query_row(rays->tmin, first), 0, n, left);
-  pktrt__query_load_row(b->tmax, pktrt__query_row(rays->tmax, first), INFINITY, n, left);
-  pktrt__query_load_row(b->time, pktrt__query_row(rays->time, first), 0, n, left);
+  pktrt__query_load_row(s, b->tmin, pktrt__query_row(rays->tmin, first), 0, n, left);
+  pktrt__query_load_row(s, b->tmax, pktrt__query_row(rays->tmax, first), INFINITY, n, left);
+  pktrt__query_load_row(s, b->time, pktrt__query_row(rays->time, first), 0, n, left);
 }
 
-static void pktrt__query_store_row(float *to, const float *row, size_t first, uint32_t n, size_t left) {
-  if (to) memcpy(to + first, row, n * sizeof(float)), pktrt__query_prefetch_row(to + first, n, left);
+static void pktrt__query_store_row(const pktrt_scene *s, float *to, const float *row, size_t first, uint32_t n,
+                                   size_t left) {
+  if (to) s->kernels->copy_row(to + first, row, n), pktrt__query_prefetch_row(to + first, n, left);
 }
 static void pktrt__query_store_soa(const pktrt_scene *s, const pktrt__batch *b, const pktrt_hits *hits, size_t first,
                                    uint32_t n, size_t left) {
-  uint32_t hint[2] = {0, 0}, mesh, triangle;
-  pktrt__query_store_row(hits->t, b->t, first, n, left);
-  pktrt__query_store_row(hits->u, b->as.hit.u, first, n, left);
-  pktrt__query_store_row(hits->v, b->as.hit.v, first, n, left);
-  for (int a = 0; a < 3; a++) pktrt__query_store_row(hits->normal[a], b->as.hit.normal[a], first, n, left);
-  for (uint32_t i = 0; i < n && (hits->mesh || hits->triangle); i++) {
-    pktrt__mesh_name_triangle(s, b->id[i], b->place + i, hint, &mesh, &triangle);
-    if (hits->mesh) hits->mesh[first + i] = mesh;
-    if (hits->triangle) hits->triangle[first + i] = triangle;
-  }
+  pktrt__query_store_row(s, hits->t, b->t, first, n, left);
+  pktrt__query_store_row(s, hits->u, b->as.hit.u, first, n, left);
+  pktrt__query_store_row(s, hits->v, b->as.hit.v, first, n, left);
+  for (int a = 0; a < 3; a++) pktrt__query_store_row(s, hits->normal[a], b->as.hit.normal[a], first, n, left);
+  if (hits->mesh || hits->triangle)
+    s->kernels->store_names(s, b, hits->mesh ? hits->mesh + first : NULL,
+                            hits->triangle ? hits->triangle + first : NULL, n);
 }
 
 /* Makes a query whose values are all in range. */
@@ -12011,7 +12145,7 @@ PKTRT__NOINLINE void pktrt__query_run_batches(const pktrt_scene *s, const pktrt_
   pktrt__batch b;
   uint16_t sorted[PKTRT__SORTED];
   const uint32_t batch = pktrt__has_instances(s) ? (uint32_t)PKTRT__FIRST_SPARE : (uint32_t)PKTRT__BATCH;
-  b.coherent = true;
+  b.coherent = true, b.occluder_tree = NULL;
   if (d.packet_size > batch) d.packet_size = batch;
   for (size_t i = 0; i < n;) {
     const size_t left = n - i;
@@ -12021,7 +12155,7 @@ PKTRT__NOINLINE void pktrt__query_run_batches(const pktrt_scene *s, const pktrt_
       const uint16_t *order = all > batch ? sorted + from : NULL;
       m = all - from < batch ? all - from : batch;
       if (a->rays) s->kernels->load_rays(&b, a->rays + i, order, m);
-      else pktrt__query_load_soa(&b, a->ray_rows, i, m, left);
+      else pktrt__query_load_soa(s, &b, a->ray_rows, i, m, left);
       call.next = a->rays && !order && left > 2 * PKTRT__BATCH ? a->rays + i + PKTRT__BATCH : NULL;
       call.place = a->hits && !order ? a->hits + i : NULL, call.first = i;
       pktrt__query_trace(&call, &b, m);
@@ -16308,6 +16442,7 @@ PKTRT__COLD pktrt__tile *pktrt__tile_make(const pktrt__render_state *render, str
   tile->spare = NULL, tile->queue.n = 0, tile->failed = tile->stopped = tile->apart = false;
   tile->rounds = rounds, tile->shaded_packets = 0;
   memset(tile->queue.batch.tmin, 0, sizeof tile->queue.batch.tmin);
+  tile->queue.batch.occluder_tree = tile->glass_batch.occluder_tree = NULL;
   for (uint32_t i = 0; i < PKTRT__BATCH; i++) tile->surfaces.number[i] = i;
   tile->render = render, tile->stats = stats;
   tile->across[0] = tile->down[0] = 0;

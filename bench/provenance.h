@@ -16,7 +16,7 @@
 
 /* What /proc/cpuinfo says of the first processor, "" or 0 where it says nothing. */
 typedef struct processor {
-  char name[128], flags[8192];
+  char vendor[32], name[128], flags[8192];
   int family, model;
 } processor;
 
@@ -29,7 +29,8 @@ static void read_processor(processor *p) {
     if (!value) continue;
     value += value[1] == ' ' ? 2 : 1;
     value[strcspn(value, "\n;")] = 0; /* a semicolon would end the machine */
-    if (!strncmp(line, "model name", 10)) snprintf(p->name, sizeof p->name, "%.127s", value);
+    if (!strncmp(line, "vendor_id", 9)) snprintf(p->vendor, sizeof p->vendor, "%.31s", value);
+    else if (!strncmp(line, "model name", 10)) snprintf(p->name, sizeof p->name, "%.127s", value);
     else if (!strncmp(line, "cpu family", 10)) p->family = atoi(value);
     else if (!strncmp(line, "model", 5)) p->model = atoi(value);
     else if (!strncmp(line, "flags", 5) || !strncmp(line, "Features", 8))

@@ -266,7 +266,7 @@ function table_peers_poolhall(    f, v, kinds, names, n, i, k, runs, line, movin
     }
     if (ratio) v[f["isa"], k, f["mode"]] = f["median"]
     else if (f["isa"] == "avx512") {
-      if (f["library"] == "pktrt" && f["mode"] !~ /^(_n|_soa|time)$/) continue
+      if (f["library"] == "pktrt" && f["mode"] !~ /^(_n|_soa|time)$/ || f["mode"] ~ /robust/) continue
       if (f["unit"] !~ /^(Mrays\/s|ms)$/) continue
       if (f["unit"] == "ms" ? !((f["library"], k) in v) || f["median"] < v[f["library"], k] : f["median"] > v[f["library"], k])
         v[f["library"], k] = f["median"]

@@ -277,7 +277,7 @@ static void print_field(report *to, const options *o, const pair *pairs, unsigne
   say_speeds(to, "single", "Single calls: Mrays/s of pktrt, and the ratio to Embree's:");
   say_hits_head(to);
   for (int f = 0; f < FORMS; f++)
-    for (int moves = 0; moves < 2; moves++) say_hits_line(to, form_names[f], moves != 0);
+    for (int moves = 0; moves < 2; moves++) say_hits_line(to, form_names[f], moves != 0, "hits");
   say(&to->out, "\n");
   write_csv(to);
   results_close(&to->out);

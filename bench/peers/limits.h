@@ -147,8 +147,7 @@ static void find_numbers(const pktrt_scene *world, double number[LIMIT_TESTS]) {
 }
 
 static bool has_limits(const stage *g, const setting *how, const pair *p) {
-  return g->of == BUILT_IN && how->share == 0 && !how->high && !how->robust && p->isa > PKTRT_ISA_SSE2 &&
-         p->ours->bvh_count == 1;
+  return g->of == BUILT_IN && how->share == 0 && !how->high && p->isa > PKTRT_ISA_SSE2 && p->ours->bvh_count == 1;
 }
 
 /* Of the rays in j, which took `seconds`. */

@@ -1,17 +1,18 @@
 /* Speed beside Embree 3, on the same rays, in one process and on one core:
 
-     make peers                            the headline set: built-in scenes at rest and moving, in ten minutes
+     make peers                            the headline set: built-in scenes at rest and moving, in a quarter of an
+                                           hour
      make peers MESHES="FILE.tri DIR"      of these files and directories besides
-     make peers FULL=1                     everything: more motion, Embree's robust mode, high trees, all instruction
-                                           sets, refitted trees
+     make peers FULL=1                     everything: more motion, high trees of all, all instruction sets, refitted
+                                           trees
      build/peers --help                    all options
 
    Each kind of ray is made once by pktrt and handed to both libraries, the same floats. Every round runs all modes of
    both, one after the other, so that a slow moment hurts all alike; a first round is not timed but compared. Time is
    processor time. Embree gets its rays in its own layouts and with fresh hit records, which is not timed, and runs
    with denormals flushed, as its manual advises; pktrt_ray and pktrt_hit arrays, and the arrays of the _soa calls, are
-   used as they are. Embree's fastest mode counts. A ratio is pktrt / Embree in rays per second: above 1, pktrt is the
-   faster.
+   used as they are. Embree's fastest mode counts, and apart from it the fastest of its robust ones, which run in the
+   same rounds. A ratio is pktrt / Embree in rays per second: above 1, pktrt is the faster.
 
    Where the two disagree on a hit, truth.h says who is wrong. How near pktrt's kernels are to the time of their
    tests alone, limits.h. Instances of both libraries, with a file of results of their own: instances.h.
@@ -35,12 +36,13 @@ static const char usage[] =
     "  DIR           all its .tri files, framed from outside\n"
     "  --scenes LIST of built-in scenes: conference, rtrt, poolhall; generated: hills, chaff; instances; or none\n"
     "  --camera C    of files that come without: 6 or 9 numbers as above;  --up X,Y,Z  (0,1,0)  --light X,Y,Z\n"
-    "  --settings LIST  rest, moving, refitted, moving-0.1, moving-5, moving-loose, robust, moving-robust, high\n"
+    "  --settings LIST  rest, moving, refitted, moving-0.1, moving-5, moving-loose, high\n"
     "  --kinds LIST  primary, shadow, shadow-from-light, mirror, second-mirror, diffuse, ao\n"
     "  --isa LIST    avx512, avx2, sse2, scalar, neon\n"
     "  --size N      N x N primary rays, a multiple of 16 up to 4096 (1024, and 640 where things move)\n"
     "  --rounds N    timed, whose median counts, 1 to 64 (3)\n"
     "  --full        everything; --all-modes: every mode of Embree in every round, however slow\n"
+    "  --no-robust   without Embree's robust modes, in two thirds of the time\n"
     "  --results DIR peers.csv: all that was measured; peers.md: tables for the README; peers_instances likewise\n";
 
 enum { MAX_STAGES = 256 };
@@ -94,8 +96,8 @@ static bool add_files(programme *p, const char *text) {
   return true;
 }
 
-static const char *const setting_words[] = {"rest",         "moving", "refitted",      "moving-0.1", "moving-5",
-                                            "moving-loose", "robust", "moving-robust", "high",       NULL};
+static const char *const setting_words[] = {"rest",     "moving",       "refitted", "moving-0.1",
+                                            "moving-5", "moving-loose", "high",     NULL};
 static const char *const isa_words[] = {"auto", "scalar", "sse2", "avx2", "avx512", "neon", NULL}; /* as pktrt_isa */
 
 static bool parse_option(programme *p, int key) {
@@ -120,6 +122,7 @@ static bool parse_option(programme *p, int key) {
   case 'i': return (p->isas = parse_list("isa", optarg, isa_words)) != 0;
   case 'f': return o->full = true;
   case 'a': return o->all_modes = true;
+  case 'p': return o->plain_only = true;
   case 'o': o->results = optarg; return true;
   case 'h': fputs(usage, stdout); exit(0);
   default: return false; /* getopt has said what */
@@ -127,14 +130,21 @@ static bool parse_option(programme *p, int key) {
 }
 
 static bool parse_options(int argc, char **argv, programme *p) {
-  static const struct option known[] = {
-      {"scenes", required_argument, NULL, 'n'},   {"camera", required_argument, NULL, 'c'},
-      {"up", required_argument, NULL, 'u'},       {"light", required_argument, NULL, 'l'},
-      {"settings", required_argument, NULL, 't'}, {"kinds", required_argument, NULL, 'k'},
-      {"isa", required_argument, NULL, 'i'},      {"size", required_argument, NULL, 's'},
-      {"rounds", required_argument, NULL, 'r'},   {"full", no_argument, NULL, 'f'},
-      {"all-modes", no_argument, NULL, 'a'},      {"results", required_argument, NULL, 'o'},
-      {"help", no_argument, NULL, 'h'},           {NULL, 0, NULL, 0}};
+  static const struct option known[] = {{"scenes", required_argument, NULL, 'n'},
+                                        {"camera", required_argument, NULL, 'c'},
+                                        {"up", required_argument, NULL, 'u'},
+                                        {"light", required_argument, NULL, 'l'},
+                                        {"settings", required_argument, NULL, 't'},
+                                        {"kinds", required_argument, NULL, 'k'},
+                                        {"isa", required_argument, NULL, 'i'},
+                                        {"size", required_argument, NULL, 's'},
+                                        {"rounds", required_argument, NULL, 'r'},
+                                        {"full", no_argument, NULL, 'f'},
+                                        {"all-modes", no_argument, NULL, 'a'},
+                                        {"results", required_argument, NULL, 'o'},
+                                        {"no-robust", no_argument, NULL, 'p'},
+                                        {"help", no_argument, NULL, 'h'},
+                                        {NULL, 0, NULL, 0}};
   memset(p, 0, sizeof *p);
   p->o.size = 1024, p->o.moving_size = 640, p->o.rounds = 3, p->o.kinds = ALL_KINDS, p->o.view.up[1] = 1;
   for (int key; (key = getopt_long(argc, argv, "h", known, NULL)) != -1;)
@@ -153,19 +163,37 @@ static bool parse_options(int argc, char **argv, programme *p) {
 
 /* >>settings ------------------------------------------------------------------------------------------------------- */
 
-enum { SETTINGS = 9, HEADLINE = 3 };
-static const setting settings[SETTINGS] = {{REST, 0, 0, false, false, false},
-                                           {MOVES, 0.01, 0, false, false, false},
+enum { SETTINGS = 7, HEADLINE = 3 };
+static const setting settings[SETTINGS] = {{REST, 0, 0, false, true, false},
+                                           {MOVES, 0.01, 0, false, true, false},
                                            {"refitted 1%", 0.01, 0, false, false, true}, /* no rays unless full */
                                            {"moving 0.1%", 0.001, 0, false, false, false},
                                            {"moving 5%", 0.05, 0, false, false, false},
                                            {"moving 1% loosely", 0.01, 0.1, false, false, false},
-                                           {"at rest robust", 0, 0, false, true, false},
-                                           {"moving 1% robust", 0.01, 0, false, true, false},
-                                           {"at rest high", 0, 0, true, false, false}};
+                                           {HIGH, 0, 0, true, false, false}};
 
-static bool setting_wanted(const options *o, unsigned i) {
-  return o->settings ? o->settings & BIT(i) : o->full || i < HEADLINE;
+/* Whether one sees it from within its box, as an apartment. */
+static bool seen_from_inside(const stage *g) {
+  double lo[3], hi[3];
+  bool inside = true;
+  scene_bounds(&g->s, lo, hi);
+  for (int a = 0; a < 3; a++)
+    inside = inside && (double)g->s.camera.eye[a] > lo[a] && (double)g->s.camera.eye[a] < hi[a];
+  return inside;
+}
+
+/* The dearest trees are of the headline set for meshes that are like apartments. */
+static bool setting_wanted(const options *o, const stage *g, unsigned i) {
+  if (o->settings) return o->settings & BIT(i);
+  return o->full || i < HEADLINE || (settings[i].high && o->kinds & CLOSEST && g->of == MESHES && seen_from_inside(g));
+}
+
+/* There, closest hits alone, and fewer rays. */
+static options options_of(const options *o, const setting *how) {
+  options these = *o;
+  if (!how->high || o->full || o->settings) return these;
+  these.kinds &= CLOSEST, these.size = o->moving_size;
+  return these;
 }
 
 /* >>parts ---------------------------------------------------------------------------------------------------------- */
@@ -209,9 +237,11 @@ static size_t run_setting(report *to, const options *o, stage *g, const setting 
   for (size_t m = 0; m < g->s.mesh_count && how->refit; m++) g->s.meshes[m].key_count = 1;
   build_pairs(pairs, count, g, how, how->refit ? 1 : o->rounds);
   if (how->refit) add_refits(to, g, how, pairs, count, o->rounds);
-  else add_trees(to, g, how, pairs, count, o->rounds);
+  else add_trees(to, g, how, pairs, count, o->rounds, false);
+  if (how->robust && !o->plain_only) build_robust(pairs, count, g, how);
   if (!fits_only) wrong = race(to, o, g, how, pairs, count, &r->s, &r->j);
   if (how == &settings[0] && g->of == BUILT_IN) run_extras(to, o, g, how, pairs, count, r);
+  if (how == &settings[0] && !g->soup) add_soup(to, g, how, pairs, count, o->rounds);
   if (how->refit) swap_poses(g);
   close_scenes(pairs, count);
   return wrong;
@@ -227,9 +257,11 @@ static size_t run_all(report *to, const programme *p, pair *pairs, unsigned coun
   for (unsigned i = 0; i < p->stage_count; i++) {
     stage g;
     if (!open_stage(p->stages[i], &p->o.view, &g)) exit(1);
-    for (unsigned k = 0; k < SETTINGS; k++)
-      if (setting_wanted(&p->o, k))
-        wrong += run_setting(to, &p->o, &g, &settings[k], pairs, pairs_of(&settings[k], pairs, count), &r);
+    for (unsigned k = 0; k < SETTINGS; k++) {
+      const options these = options_of(&p->o, &settings[k]);
+      if (setting_wanted(&p->o, &g, k))
+        wrong += run_setting(to, &these, &g, &settings[k], pairs, pairs_of(&settings[k], pairs, count), &r);
+    }
     close_stage(&g);
     fprintf(stderr, "peers: %s: done, %.0f s\n", g.name, ex_seconds() - start);
   }
@@ -241,14 +273,18 @@ static size_t run_all(report *to, const programme *p, pair *pairs, unsigned coun
 /* >>main ----------------------------------------------------------------------------------------------------------- */
 
 static void print_tables(report *to, const options *o) {
+  static processor here;
+  read_processor(&here);
   results_open(&to->out, o->results, "peers");
   printf("\n");
   say(&to->out, "Embree %s, one core, %u x %u primary rays (%u x %u where things move), medians of %u rounds.\n\n",
       RTC_VERSION_STRING, o->size, o->size, o->moving_size, o->moving_size, o->rounds);
-  say_lines(to);
-  say_speeds(to, "many",
-             "Many rays: Mrays/s of pktrt's faster call (`_n`, `_soa`), and the ratio to Embree's fastest mode:");
-  say_speeds(to, "single", "Single calls: Mrays/s of pktrt, and the ratio to Embree's:");
+  say_lines(to, &here);
+  say_speeds(
+      to, "many",
+      "Many rays: Mrays/s of pktrt's faster call (`_n`, `_soa`), the ratio to Embree's fastest mode, and that to its "
+      "fastest robust one:");
+  say_speeds(to, "single", "Single calls: Mrays/s of pktrt, the ratio to Embree's, and that to Embree's robust ones:");
   say_limits(to);
   say_upkeep(to);
   say_hits(to);

@@ -13,10 +13,11 @@ set output sprintf("%s/peers.%s", results, exists("png") ? "png" : "svg")
 set datafile separator ","
 
 kinds = "primary shadow shadow-from-light mirror second-mirror diffuse ao"
-# Ratios of one panel, at the place of their kind; of the scenes "built-in", "generated" or "meshes", or their means.
-of(setting, isa, scenes, means) = \
+# Ratios of one panel, at the place of their kind, to the fastest mode ("many") or the fastest robust one ("many robust"); of the
+# scenes "built-in", "generated" or "meshes", or their means.
+of(setting, isa, scenes, means, mode) = \
   sprintf("< awk -F, 'BEGIN {n = split(\"%s\", k, \" \"); for (i = 1; i <= n; i++) at[k[i]] = i} ", kinds) \
-  .sprintf("$8 == \"ratio\" && $9 == \"many\" && $4 == \"%s\" && $5 == \"%s\" && ", setting, isa) \
+  .sprintf("$8 == \"ratio\" && $9 == \"%s\" && $4 == \"%s\" && $5 == \"%s\" && ", mode, setting, isa) \
   .sprintf("$2 == \"%s\" && ($1 == \"mean\") == %d && $6 in at ", scenes, means) \
   ."{print at[$6] \",\" $11 \",\" ($20 > 0 ? $20 : \"-\") \",\" ($21 > 0 ? $21 : \"-\")} " \
   ."END {print \"0,-,-,-\"}' ".csv # a line for those that have none
@@ -41,12 +42,13 @@ set multiplot layout 2, 2 title "Rays per second of pktrt in those of Embree's f
 do for [setting in "'at rest' 'moving 1%'"] {
   do for [isa in "avx512 avx2"] {
     set title setting.", ".isa
-    plot of(setting, isa, "built-in", 1) using 1:3:(0.38) with xerrorbars pt 0 lw 2 lc rgb leaf title "required", \
-         of(setting, isa, "built-in", 1) using 1:4:(0.38) with xerrorbars pt 0 lw 2 dt 3 lc rgb plum title "aim", \
-         of(setting, isa, "built-in", 0) using ($1 - 0.08):2 with points pt 6 ps 0.6 lc rgb ink title "built-in", \
-         of(setting, isa, "built-in", 1) using ($1 - 0.08):2 with points pt 13 ps 1.3 lc rgb ink title "mean", \
-         of(setting, isa, "meshes", 0) using ($1 + 0.12):2 with points pt 4 ps 0.6 lc rgb fire title "meshes", \
-         of(setting, isa, "meshes", 1) using ($1 + 0.12):2 with points pt 5 ps 1 lc rgb fire title "mean"
+    plot of(setting, isa, "built-in", 1, "many") using 1:3:(0.38) with xerrorbars pt 0 lw 2 lc rgb leaf title "required", \
+         of(setting, isa, "built-in", 1, "many") using 1:4:(0.38) with xerrorbars pt 0 lw 2 dt 3 lc rgb plum title "aim", \
+         of(setting, isa, "built-in", 0, "many") using ($1 - 0.08):2 with points pt 6 ps 0.6 lc rgb ink title "built-in", \
+         of(setting, isa, "built-in", 1, "many") using ($1 - 0.08):2 with points pt 13 ps 1.3 lc rgb ink title "mean", \
+         of(setting, isa, "built-in", 1, "many robust") using ($1 - 0.24):2 with points pt 12 ps 1.2 lc rgb sand title "mean, robust", \
+         of(setting, isa, "meshes", 0, "many") using ($1 + 0.12):2 with points pt 4 ps 0.6 lc rgb fire title "meshes", \
+         of(setting, isa, "meshes", 1, "many") using ($1 + 0.12):2 with points pt 5 ps 1 lc rgb fire title "mean"
   }
 }
 unset multiplot

@@ -17,7 +17,7 @@ typedef struct options {
   const char *results;                /* a directory, NULL: none */
   unsigned size, moving_size, rounds; /* N x N primary rays: of what is at rest, and of what moves */
   unsigned kinds, settings;           /* bits; no setting: those of the headline set, or all */
-  bool full, all_modes;
+  bool full, all_modes, plain_only;   /* plain_only: without Embree's robust modes */
 } options;
 
 /* How many primary rays there are across. Embree takes five times as long where things move. */
@@ -32,8 +32,8 @@ typedef struct pair {   /* an instruction set of ours, and Embree's device for t
   pktrt_isa isa;
   bool instanced; /* see instances.h */
   pktrt_scene *ours;
-  RTCDevice device; /* NULL: Embree has none so narrow */
-  RTCScene theirs;
+  RTCDevice device;                                    /* NULL: Embree has none so narrow */
+  RTCScene theirs, robust;                             /* robust NULL: is not raced */
   int64_t their_bytes;                                 /* what Embree's commit keeps */
   double our_time[MAX_ROUNDS], their_time[MAX_ROUNDS]; /* of building */
 } pair;
@@ -74,23 +74,26 @@ static double build_ours(pair *p, const stage *g, const setting *how) {
 }
 
 /* Embree refits geometries whose quality says so, in scenes of two levels. */
-static double build_theirs(pair *p, const stage *g, const setting *how) {
-  if (p->theirs) rtcReleaseScene(p->theirs);
-  rtcSetDeviceMemoryMonitorFunction(p->device, count_bytes, &p->their_bytes);
-  p->theirs = rtcNewScene(p->device);
-  rtcSetSceneBuildQuality(p->theirs, how->refit  ? RTC_BUILD_QUALITY_LOW
-                                     : how->high ? RTC_BUILD_QUALITY_HIGH
-                                                 : RTC_BUILD_QUALITY_MEDIUM);
-  rtcSetSceneFlags(p->theirs, how->refit    ? RTC_SCENE_FLAG_DYNAMIC
-                              : how->robust ? RTC_SCENE_FLAG_ROBUST
-                                            : RTC_SCENE_FLAG_NONE);
+static RTCScene open_theirs(RTCDevice device, const stage *g, const setting *how, enum RTCSceneFlags flags) {
+  const RTCScene s = rtcNewScene(device);
+  rtcSetSceneBuildQuality(s, how->refit  ? RTC_BUILD_QUALITY_LOW
+                             : how->high ? RTC_BUILD_QUALITY_HIGH
+                                         : RTC_BUILD_QUALITY_MEDIUM);
+  rtcSetSceneFlags(s, how->refit ? RTC_SCENE_FLAG_DYNAMIC : flags);
   for (size_t m = 0; m < g->s.mesh_count; m++) {
-    embree_add(p->device, p->theirs, &g->s.meshes[m]);
+    embree_add(device, s, &g->s.meshes[m]);
     if (!how->refit) continue;
-    const RTCGeometry geometry = rtcGetGeometry(p->theirs, (unsigned)m);
+    const RTCGeometry geometry = rtcGetGeometry(s, (unsigned)m);
     rtcSetGeometryBuildQuality(geometry, RTC_BUILD_QUALITY_REFIT);
     rtcCommitGeometry(geometry);
   }
+  return s;
+}
+
+static double build_theirs(pair *p, const stage *g, const setting *how) {
+  if (p->theirs) rtcReleaseScene(p->theirs);
+  rtcSetDeviceMemoryMonitorFunction(p->device, count_bytes, &p->their_bytes);
+  p->theirs = open_theirs(p->device, g, how, RTC_SCENE_FLAG_NONE);
   p->their_bytes = 0;
   const double start = cpu_seconds();
   rtcCommitScene(p->theirs);
@@ -108,11 +111,23 @@ static void build_pairs(pair *pairs, unsigned count, const stage *g, const setti
     }
 }
 
+/* Gives Embree's robust modes, which race beside the others, a scene of their own: built once, untimed, and after the
+   bytes of the others have been read. */
+static void build_robust(pair *pairs, unsigned count, const stage *g, const setting *how) {
+  for (unsigned i = 0; i < count; i++) {
+    if (!pairs[i].device) continue;
+    pairs[i].robust = open_theirs(pairs[i].device, g, how, RTC_SCENE_FLAG_ROBUST);
+    rtcCommitScene(pairs[i].robust);
+    if (rtcGetDeviceError(pairs[i].device) != RTC_ERROR_NONE) fatal("Embree reports an error after a robust build");
+  }
+}
+
 static void close_scenes(pair *pairs, unsigned count) {
   for (unsigned i = 0; i < count; i++) {
     pktrt_scene_destroy(pairs[i].ours);
     if (pairs[i].theirs) rtcReleaseScene(pairs[i].theirs);
-    pairs[i].ours = NULL, pairs[i].theirs = NULL;
+    if (pairs[i].robust) rtcReleaseScene(pairs[i].robust);
+    pairs[i].ours = NULL, pairs[i].theirs = pairs[i].robust = NULL;
   }
 }
 
@@ -133,7 +148,8 @@ typedef struct mode {
 
 #define PLAIN RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT
 #define COHERENT RTC_INTERSECT_CONTEXT_FLAG_COHERENT
-enum { SINGLE_OURS = 2, SINGLE_EMBREE = 3, FIRST_EMBREE = 3, MODES = 12 };
+/* Embree's modes stand twice: as they are, and robust in the same order. */
+enum { SINGLE_OURS = 2, FIRST_EMBREE = 3, FIRST_ROBUST = 12, MODES = 21, WAYS = FIRST_ROBUST - FIRST_EMBREE };
 static const mode modes[MODES] = {{"_n", OURS_N, {0, false, PLAIN}},
                                   {"_soa", OURS_SOA, {0, false, PLAIN}},
                                   {"single", OURS_SINGLE, {0, false, PLAIN}},
@@ -145,7 +161,19 @@ static const mode modes[MODES] = {{"_n", OURS_N, {0, false, PLAIN}},
                                   {"stream", EMBREE, {1, true, PLAIN}},
                                   {"stream coherent", EMBREE, {1, true, COHERENT}},
                                   {"arrays", EMBREE, {EMBREE_ARRAYS, true, PLAIN}},
-                                  {"arrays coherent", EMBREE, {EMBREE_ARRAYS, true, COHERENT}}};
+                                  {"arrays coherent", EMBREE, {EMBREE_ARRAYS, true, COHERENT}},
+                                  {"single robust", EMBREE, {1, false, PLAIN}},
+                                  {"8 robust", EMBREE, {8, false, PLAIN}},
+                                  {"8 coherent robust", EMBREE, {8, false, COHERENT}},
+                                  {"16 robust", EMBREE, {16, false, PLAIN}},
+                                  {"16 coherent robust", EMBREE, {16, false, COHERENT}},
+                                  {"stream robust", EMBREE, {1, true, PLAIN}},
+                                  {"stream coherent robust", EMBREE, {1, true, COHERENT}},
+                                  {"arrays robust", EMBREE, {EMBREE_ARRAYS, true, PLAIN}},
+                                  {"arrays coherent robust", EMBREE, {EMBREE_ARRAYS, true, COHERENT}}};
+
+static bool is_robust(int m) { return m >= FIRST_ROBUST; }
+static int first_like(int m) { return is_robust(m) ? FIRST_ROBUST : FIRST_EMBREE; } /* its single calls */
 
 typedef struct job { /* one kind of rays and room for all answers */
   ray_set r;
@@ -228,11 +256,12 @@ typedef struct figure { /* of one mode */
 } figure;
 typedef figure figures[MAX_PAIRS][MODES];
 
-static double run_timed(const pair *p, const mode *m, const job *j) {
+static double run_timed(const pair *p, int which, const job *j) {
   const embree_rays r = theirs_of(j);
+  const mode *m = &modes[which];
   if (m->run == EMBREE) embree_fill(&r, m->way.width);
   const double start = cpu_seconds();
-  if (m->run == EMBREE) embree_trace(p->theirs, &m->way, &r);
+  if (m->run == EMBREE) embree_trace(is_robust(which) ? p->robust : p->theirs, &m->way, &r);
   else run_ours(p->ours, m->run, j);
   return cpu_seconds() - start;
 }
@@ -243,50 +272,91 @@ static bool exists(const pair *p, int m, bool occlusion) {
   const embree_way *way = &modes[m].way;
   const bool narrow = p->isa != PKTRT_ISA_AVX512 || way->width == 8;
   const bool stuck = p->instanced && occlusion && way->flags == COHERENT && !narrow;
-  return modes[m].run != EMBREE || (p->device && !stuck);
+  return modes[m].run != EMBREE || (p->device && !stuck && (!is_robust(m) || p->robust));
 }
 
-static void first_round(const pair *pairs, unsigned count, job *j, figures f) {
-  for (unsigned p = 0; p < count; p++)
+static bool has_run(const figure *f) { return !isinf(f->best); } /* in the first round */
+
+/* Seconds that a mode of Embree's takes for runs of rays from all over the set, an eighth of them. */
+static double time_some(const pair *p, int m, const job *j) {
+  enum { RUN = 4096, STEP = 8 * RUN };
+  job part = *j;
+  double seconds = 0;
+  for (size_t i = 0; i < j->r.count; i += STEP) {
+    part.r.ray = j->r.ray + i, part.r.count = j->r.count - i < RUN ? j->r.count - i : RUN;
+    seconds += run_timed(p, m, &part);
+  }
+  return seconds;
+}
+
+/* Whether mode m is among so many of the fastest of Embree's that are robust as it is; single calls always are, since
+   they are compared apart. */
+static bool among_fastest(const double seconds[MODES], int m, int most) {
+  const int first = first_like(m);
+  int faster = 0;
+  for (int k = first; k < first + WAYS; k++) faster += seconds[k] < seconds[m];
+  return m == first || faster < most;
+}
+
+/* Tells which modes of a pair are worth all rays: all of ours, and the fastest of Embree's for some of them. */
+static void look_ahead(const pair *p, const job *j, bool all_modes, bool worth[MODES]) {
+  double seconds[MODES];
+  for (int m = 0; m < MODES; m++) {
+    worth[m] = exists(p, m, j->occlusion), seconds[m] = HUGE_VAL;
+    if (worth[m] && m >= FIRST_EMBREE && !all_modes) seconds[m] = time_some(p, m, j);
+  }
+  for (int m = FIRST_EMBREE; m < MODES && !all_modes; m++)
+    worth[m] = worth[m] && among_fastest(seconds, m, is_robust(m) ? 3 : 4);
+}
+
+static void first_round(const pair *pairs, unsigned count, job *j, bool all_modes, figures f) {
+  for (unsigned p = 0; p < count; p++) {
+    bool worth[MODES];
+    look_ahead(&pairs[p], j, all_modes, worth);
     for (int m = 0; m < MODES; m++) {
       memset(&f[p][m], 0, sizeof f[p][m]);
       f[p][m].best = HUGE_VAL;
-      if (!exists(&pairs[p], m, j->occlusion)) continue;
-      f[p][m].best = f[p][m].median = run_timed(&pairs[p], &modes[m], j);
+      if (!worth[m]) continue;
+      f[p][m].best = f[p][m].median = run_timed(&pairs[p], m, j);
       for (size_t i = 0; i < j->r.count; i++) j->answer[p][m][i] = answer_of(j, &modes[m], i);
     }
+  }
 }
 
 /* Embree's modes that fall behind those that they compete with are not run again: by the best times after the first
-   round, which is not timed, those that took 1.4 times as long, then 1.2, then 1.1 times. Single calls compete with
-   single calls, since these are compared apart. */
+   round, which is not timed, those that took 1.4 times as long, then 1.2, then 1.1 times, and those of a pair that three
+   others (robust ones: two) are faster than. Single calls compete with single calls, and robust modes with robust ones,
+   since these are compared apart. */
 static bool behind(const pair *pairs, unsigned count, figures f, unsigned p, int m, unsigned round) {
-  double best = HUGE_VAL;
+  double best = HUGE_VAL, own[MODES];
+  if (m < FIRST_EMBREE) return false;
+  for (int k = 0; k < MODES; k++) own[k] = f[p][k].best;
   for (unsigned q = 0; q < count; q++)
-    for (int k = FIRST_EMBREE; k < MODES && rivals(&pairs[p], &pairs[q]); k++)
-      if (m != SINGLE_EMBREE || k == SINGLE_EMBREE) best = fmin(best, f[q][k].best);
-  return m >= FIRST_EMBREE && f[p][m].best > best * (round == 0 ? 1.4 : round == 1 ? 1.2 : 1.1);
+    for (int i = 0; i < WAYS && rivals(&pairs[p], &pairs[q]); i++)
+      if (m != first_like(m) || i == 0) best = fmin(best, f[q][first_like(m) + i].best);
+  return own[m] > best * (round == 0 ? 1.4 : round == 1 ? 1.2 : 1.1) || !among_fastest(own, m, is_robust(m) ? 2 : 3);
 }
 
 static void run_round(const pair *pairs, unsigned count, job *j, unsigned round, bool all_modes, figures f) {
   static bool out[MAX_PAIRS][MODES];
   for (unsigned p = 0; p < count; p++)
     for (int m = 0; m < MODES; m++) {
-      if (round == 0) out[p][m] = !exists(&pairs[p], m, j->occlusion);
+      if (round == 0) out[p][m] = !has_run(&f[p][m]);
       out[p][m] = out[p][m] || (!all_modes && behind(pairs, count, f, p, m, round));
     }
   for (unsigned k = 0; k < count * MODES; k++) {
     const unsigned turn = (k + round * 5) % (count * MODES); /* so that nobody always runs after the same one */
-    const unsigned p = turn / MODES, m = turn % MODES;
+    const unsigned p = turn / MODES;
+    const int m = (int)(turn % MODES);
     figure *g = &f[p][m];
     if (out[p][m]) continue;
-    g->seconds[g->rounds] = run_timed(&pairs[p], &modes[m], j);
+    g->seconds[g->rounds] = run_timed(&pairs[p], m, j);
     g->best = fmin(g->best, g->seconds[g->rounds++]);
   }
 }
 
 static void measure(const pair *pairs, unsigned count, job *j, const options *o, figures f) {
-  first_round(pairs, count, j, f);
+  first_round(pairs, count, j, o->all_modes, f);
   for (unsigned r = 0; r < o->rounds; r++) run_round(pairs, count, j, r, o->all_modes, f);
   for (unsigned p = 0; p < count; p++)
     for (int m = 0; m < MODES; m++) {
@@ -332,14 +402,14 @@ static void compare_hits(const stage *g, const pair *pairs, unsigned count, cons
     bool judged = i % step == 0;
     for (unsigned p = 0; p < count; p++)
       for (int m = FIRST_EMBREE; m < MODES; m++)
-        judged = judged || (exists(&pairs[p], m, j->occlusion) && !agree(j->answer[p][m][i], ours[i], slack));
+        judged = judged || (has_run(&f[p][m]) && !agree(j->answer[p][m][i], ours[i], slack));
     if (!judged) continue;
     find_truth(&g->s, pairs->instanced, far, &j->r.ray[i], &t);
     const bool we_can = possible(&t, j->occlusion, ours[i], 0, 0);
     const bool lie = possible(&t, j->occlusion, false_answer(j->occlusion, ours[i]), 0, 0);
     for (unsigned p = 0; p < count; p++)
       for (int m = FIRST_EMBREE; m < MODES; m++) {
-        if (!exists(&pairs[p], m, j->occlusion)) continue;
+        if (!has_run(&f[p][m])) continue;
         const float theirs = j->answer[p][m][i];
         const bool same = agree(theirs, ours[i], slack),
                    they_can = possible(&t, j->occlusion, theirs, TOLERANCE, slack);
@@ -361,13 +431,13 @@ static size_t contradictions(unsigned count, const job *j) {
 
 /* >>figures -------------------------------------------------------------------------------------------------------- */
 
-/* Embree's fastest of the modes first to last against pair p, by the median, of those that ran in all rounds, as ours
+/* Embree's fastest of some modes, from the first, against pair p, by the median, of those that ran in all rounds, as ours
    did; *of: whose it is. */
-static const figure *embree_best(figures f, const pair *pairs, unsigned p, unsigned count, int first, int last,
+static const figure *embree_best(figures f, const pair *pairs, unsigned p, unsigned count, int first, int some,
                                  unsigned *of) {
   const figure *best = NULL;
   for (unsigned q = 0; q < count; q++)
-    for (int m = first; m <= last && rivals(&pairs[p], &pairs[q]); m++)
+    for (int m = first; m < first + some && rivals(&pairs[p], &pairs[q]); m++)
       if (f[q][m].rounds == f[p][0].rounds && (!best || f[q][m].median < best->median))
         best = &f[q][m], *of = q * MODES + (unsigned)m;
   return best;
@@ -393,30 +463,61 @@ static void add_modes(report *to, const stage *g, const setting *how, const pair
   }
 }
 
-/* All of one kind and pair: rows, and a line for who is watching. */
-static void add_figures(report *to, const stage *g, const setting *how, const pair *pairs, unsigned p, unsigned count,
-                        kind k, size_t n, figures f) {
-  unsigned at = 0, single_at = 0;
-  const char *what = kind_names[k];
-  add_modes(to, g, how, &pairs[p], what, n, f[p]);
-  const figure *e = embree_best(f, pairs, p, count, FIRST_EMBREE, MODES - 1, &at);
-  const figure *s = embree_best(f, pairs, p, count, SINGLE_EMBREE, SINGLE_EMBREE, &single_at);
-  if (!e || !s) return;
-  const figure *ours = f[p][0].median < f[p][1].median ? &f[p][0] : &f[p][1], *single = &f[p][SINGLE_OURS];
-  ratio_row(to, g, how, &pairs[p], what, "many", e->median / ours->median, e->best / ours->best);
-  ratio_row(to, g, how, &pairs[p], what, "single", s->median / single->median, s->best / single->best);
-  ratio_row(to, g, how, &pairs[p], what, "_n/_soa", f[p][1].median / f[p][0].median, f[p][1].best / f[p][0].best);
-  row *hits = ratio_row(to, g, how, &pairs[p], what, "hits", (double)e->disagree / (double)n, 0);
+/* Rays that Embree's mode e disagrees on, of n. */
+static void add_hits(report *to, const stage *g, const setting *how, const pair *p, const char *what, const char *of,
+                     const figure *e, size_t n) {
+  row *hits = ratio_row(to, g, how, p, what, of, (double)e->disagree / (double)n, 0);
   hits->rays = n, hits->disagree = e->disagree, hits->band = e->band;
   hits->theirs_wrong = e->theirs_wrong, hits->ours_wrong = e->ours_wrong;
   hits->judged = e->judged, hits->caught = e->caught;
+}
+
+typedef struct
+    rivalry { /* Embree's fastest modes against a pair: of all, whose it is, and of single calls; and ratios */
+  const figure *many, *single;
+  unsigned at;
+  double ratio, best_ratio, single_ratio;
+} rivalry;
+
+/* The rows of Embree's plain modes, or of its robust ones: false, and none, if these were not raced. */
+static bool add_ratios(report *to, const stage *g, const setting *how, const pair *pairs, unsigned p, unsigned count,
+                       const char *what, size_t n, bool robust, figures f, rivalry *r) {
+  const int first = robust ? FIRST_ROBUST : FIRST_EMBREE;
+  unsigned at = 0;
+  r->many = embree_best(f, pairs, p, count, first, WAYS, &r->at);
+  r->single = embree_best(f, pairs, p, count, first, 1, &at);
+  if (!r->many || !r->single) return false;
+  const figure *ours = f[p][0].median < f[p][1].median ? &f[p][0] : &f[p][1], *single = &f[p][SINGLE_OURS];
+  r->ratio = r->many->median / ours->median, r->best_ratio = r->many->best / ours->best;
+  r->single_ratio = r->single->median / single->median;
+  ratio_row(to, g, how, &pairs[p], what, robust ? "many robust" : "many", r->ratio, r->best_ratio);
+  ratio_row(to, g, how, &pairs[p], what, robust ? "single robust" : "single", r->single_ratio,
+            r->single->best / single->best);
+  add_hits(to, g, how, &pairs[p], what, robust ? "hits robust" : "hits", r->many, n);
+  return true;
+}
+
+/* All of one kind and pair: rows, and a line for who is watching. */
+static void add_figures(report *to, const stage *g, const setting *how, const pair *pairs, unsigned p, unsigned count,
+                        kind k, size_t n, figures f) {
+  const char *what = kind_names[k], *isa = pktrt_isa_string(pairs[p].isa);
   const double mega = 1e-6 * (double)n;
+  rivalry plain, robust;
   char name[40];
-  snprintf(name, sizeof name, "%s %s", modes[at % MODES].name, pktrt_isa_string(pairs[at / MODES].isa));
+  add_modes(to, g, how, &pairs[p], what, n, f[p]);
+  if (!add_ratios(to, g, how, pairs, p, count, what, n, false, f, &plain)) return;
+  ratio_row(to, g, how, &pairs[p], what, "_n/_soa", f[p][1].median / f[p][0].median, f[p][1].best / f[p][0].best);
+  snprintf(name, sizeof name, "%s %s", modes[plain.at % MODES].name, pktrt_isa_string(pairs[plain.at / MODES].isa));
   printf("  %-18s %-6s %7zu | %6.2f %-22s | _n %6.2f  _soa %6.2f  %5.2f (%5.2f) | single %5.2f %5.2f  %5.2f | %zu\n",
-         what, pktrt_isa_string(pairs[p].isa), n, mega / e->median, name, mega / f[p][0].median, mega / f[p][1].median,
-         e->median / ours->median, e->best / ours->best, mega / s->median, mega / single->median,
-         s->median / single->median, e->disagree);
+         what, isa, n, mega / plain.many->median, name, mega / f[p][0].median, mega / f[p][1].median, plain.ratio,
+         plain.best_ratio, mega / plain.single->median, mega / f[p][SINGLE_OURS].median, plain.single_ratio,
+         plain.many->disagree);
+  if (add_ratios(to, g, how, pairs, p, count, what, n, true, f, &robust)) {
+    snprintf(name, sizeof name, "%s %s", modes[robust.at % MODES].name, pktrt_isa_string(pairs[robust.at / MODES].isa));
+    printf("  %-18s %-6s         | %6.2f %-29s                 %5.2f (%5.2f) | single %5.2f        %5.2f | %zu\n", what,
+           isa, mega / robust.many->median, name, robust.ratio, robust.best_ratio, mega / robust.single->median,
+           robust.single_ratio, robust.many->disagree);
+  }
   fflush(stdout);
 }
 

@@ -22,6 +22,7 @@ typedef struct stage { /* a scene with all that its rays need */
   char name[48];
   group of;
   scene s;         /* meshes at rest are key 0 of one or two */
+  bool soup;       /* of triangles without indices: pktrt is given none, though s has some for all others */
   float light[3];  /* the point where shadow rays end or begin */
   double diagonal; /* of the box around it at rest */
 } stage;
@@ -70,10 +71,18 @@ static void scene_bounds(const scene *s, double lo[3], double hi[3]) { /* at res
 /* The scene in a pktrt_scene of its own, for those who make rays. */
 static pktrt_scene *stage_scene(const stage *g, pktrt_isa isa, bool high) {
   pktrt_scene_desc desc;
+  scene s = g->s;
+  s.meshes = (scene_mesh *)calloc(s.mesh_count + 1, sizeof *s.meshes);
+  if (!s.meshes) fatal("not enough memory");
+  for (size_t m = 0; m < s.mesh_count; m++) {
+    s.meshes[m] = g->s.meshes[m];
+    if (g->soup) s.meshes[m].indices = NULL;
+  }
   memset(&desc, 0, sizeof desc);
   desc.isa = isa, desc.quality = high ? PKTRT_BUILD_HIGH : PKTRT_BUILD_DEFAULT;
   pktrt_scene *world = pktrt_scene_create(&desc);
-  if (!world || scene_add(world, &g->s) != PKTRT_OK) fatal(pktrt_last_error(world));
+  if (!world || scene_add(world, &s) != PKTRT_OK) fatal(pktrt_last_error(world));
+  free(s.meshes);
   return world;
 }
 
@@ -113,16 +122,19 @@ static void mesh_room(scene_mesh *m, uint32_t vertices, uint32_t triangles) {
 
 /* >>files ---------------------------------------------------------------------------------------------------------- */
 
-/* Whatever the examples read: the file's meshes go into a pktrt_scene, and are copied from there. */
-static bool load_meshes(const char *path, scene *s) {
+/* Whatever the examples read: the file's meshes go into a pktrt_scene, and are copied from there. *soup: none has indices;
+   they get some, as Embree wants them. */
+static bool load_meshes(const char *path, scene *s, bool *soup) {
   pktrt_scene *world = pktrt_scene_create(NULL);
   if (!world) fatal("not enough memory");
   const bool ok = mesh_file_load(world, path);
   stage_room(s, ok ? world->mesh_count : 0);
+  *soup = true;
   for (size_t i = 0; i < s->mesh_count; i++) {
     const pktrt__mesh *from = &world->meshes[i];
     scene_mesh *m = &s->meshes[i];
     mesh_room(m, from->vertex_count, from->triangle_count);
+    *soup = *soup && !from->indices;
     memcpy(m->positions, from->positions, (size_t)m->vertex_count * 3 * sizeof(float));
     for (uint32_t k = 0; k < m->triangle_count * 3; k++) m->indices[k] = from->indices ? from->indices[k] : k;
   }
@@ -302,7 +314,7 @@ static bool open_stage(const char *text, const view_options *o, stage *g) {
   snprintf(name, sizeof name, "%.40s", slash ? slash + 1 : path);
   char *dot_at = strrchr(name, '.');
   if (dot_at) *dot_at = '\0';
-  if (!load_meshes(path, &g->s)) return false;
+  if (!load_meshes(path, &g->s, &g->soup)) return false;
   stage_finish(g, name, MESHES);
   return set_view(g, camera, o);
 }

@@ -6827,6 +6827,8 @@ typedef __mmask16 mf;
 #define pktrt__tri_filter_block PKTRT__NAME(pktrt__tri_filter_block)
 #define pktrt__tri_inside PKTRT__NAME(pktrt__tri_inside)
 #define pktrt__tri_limits PKTRT__NAME(pktrt__tri_limits)
+#define pktrt__tri_limits_of PKTRT__NAME(pktrt__tri_limits_of)
+#define pktrt__tri_rows PKTRT__NAME(pktrt__tri_rows)
 #define pktrt__tri_outside PKTRT__NAME(pktrt__tri_outside)
 #define pktrt__tri_ray_block PKTRT__NAME(pktrt__tri_ray_block)
 #define pktrt__tri_ray_block_inline PKTRT__NAME(pktrt__tri_ray_block_inline)
@@ -7031,7 +7033,7 @@ typedef struct pktrt__tri_estimate {
 
 /* The values of rays that the filter needs, by lanes. */
 typedef struct pktrt__tri_limits {
-  v8 sign, tiny, wn, wf, sn;
+  v8 sign, tiny, wn, wf, sn, sf;
 } pktrt__tri_limits;
 
 /* The edge functions of eight lanes, the least and the largest of the three, and how wrong they may be, see >>exactness. */
@@ -7089,28 +7091,33 @@ OP v8 pktrt__tri_corner(const float *k0, const float *k1, v8 ta, v8 tb, const bo
 /* A ray as triangle tests need it, the same in every lane. */
 typedef struct pktrt__tri_shear {
   v8 o[3], slope[2], ta, tb; /* by k, u, v */
-  pktrt__tri_limits l;
-  v8 sf;
-  uint32_t at[3]; /* where a corner's coordinates stand, in floats */
+  uint32_t at[3];            /* where a corner's coordinates stand, in floats */
 } pktrt__tri_shear;
+
+/* Where the coordinates along a ray's axes k, u and v stand in a batch. */
+static const uint32_t pktrt__tri_rows[3][3] = {
+    {0, PKTRT__ROW, 2 * PKTRT__ROW}, {PKTRT__ROW, 2 * PKTRT__ROW, 0}, {2 * PKTRT__ROW, 0, PKTRT__ROW}};
 
 /* Of a ray of a batch or, if `single` is not NULL, of a single ray. */
 SHARED pktrt__tri_shear pktrt__tri_shear_of(const pktrt__batch *b, uint32_t r, const pktrt__single *single,
                                             const bool moving) {
   pktrt__tri_shear q;
   const uint32_t *axis = single ? single->axis : pktrt__axes[b->axis[r]];
-  UNROLL for (int i = 0; i < 3; i++) {
-    const uint32_t a = axis[i];
-    q.o[i] = vset(single ? single->ray->origin[a] : b->o[a][r]), q.at[i] = 8 * a;
-  }
+  const uint32_t *row = single ? axis : pktrt__tri_rows[b->axis[r]];
+  const float *o = single ? single->ray->origin : &b->o[0][r];
+  UNROLL for (int i = 0; i < 3; i++) q.o[i] = vset(o[row[i]]), q.at[i] = 8 * axis[i];
   UNROLL for (int i = 0; i < 2; i++) q.slope[i] = vset(single ? single->slope[i] : b->slope[i][r]);
   q.ta = q.tb = q.o[0];
   if (moving) q.ta = vset(single ? single->ta : b->ta[r]), q.tb = vset(single ? single->tb : b->tb[r]);
-  q.l.sign = vcopysign(vset(1), vset(single ? single->dk : b->dk[r])),
-  q.l.tiny = vset(single ? single->tiny : b->tiny[r]);
-  q.l.wn = vset(single ? single->wn : b->wn[r]), q.l.wf = vset(single ? single->wf : b->wf[r]);
-  q.l.sn = vset(single ? single->sn : b->sn[r]), q.sf = vset(single ? single->sf : b->sf[r]);
   return q;
+}
+/* WHY apart: most blocks are dropped before depths are looked at. */
+SHARED pktrt__tri_limits pktrt__tri_limits_of(const pktrt__batch *b, uint32_t r, const pktrt__single *single) {
+  pktrt__tri_limits l;
+  l.sign = vcopysign(vset(1), vset(single ? single->dk : b->dk[r])), l.tiny = vset(single ? single->tiny : b->tiny[r]);
+  l.wn = vset(single ? single->wn : b->wn[r]), l.wf = vset(single ? single->wf : b->wf[r]);
+  l.sn = vset(single ? single->sn : b->sn[r]), l.sf = vset(single ? single->sf : b->sf[r]);
+  return l;
 }
 
 /* Shears the corners of a turn's triangles to the ray's frame; x and y are both negated, which cancels in products. */
@@ -7137,18 +7144,21 @@ typedef struct pktrt__tri_candidates {
 
 /* Filters the triangles of a block in single precision, bounds of their depths in lo and hi, 8 floats each; `early`:
    without the estimate where nothing is hit. */
-OP pktrt__tri_candidates pktrt__tri_filter_block(const pktrt__tri_shear *q, const pktrt__bvh_segment *seg,
-                                                 const pktrt__block *block, uint32_t index, const bool early, float *lo,
-                                                 float *hi, const bool moving) {
+OP pktrt__tri_candidates pktrt__tri_filter_block(const pktrt__batch *b, uint32_t r, const pktrt__single *single,
+                                                 const pktrt__bvh_segment *seg, const pktrt__block *block,
+                                                 uint32_t index, const bool early, float *lo, float *hi,
+                                                 const bool moving) {
+  const pktrt__tri_shear q = pktrt__tri_shear_of(b, r, single, moving);
   const uint32_t occupied = pktrt__lanes_occupied(block->id);
   pktrt__tri_candidates c = {index, block->id, lo, hi, 0, 0, 0, false};
   for (uint32_t first = 0; first < 8; first += PKTRT__TURN_LANES) {
     v8 x[3], y[3], z[3];
-    pktrt__tri_shear_turn(q, seg, block, first, x, y, z, moving);
+    pktrt__tri_shear_turn(&q, seg, block, first, x, y, z, moving);
     const pktrt__tri_edges edges = pktrt__tri_edge_functions(x, y, z);
     const uint32_t open = occupied >> first & ~pktrt__tri_outside(&edges) & PKTRT__TURN_MASK;
     if (early && !open) continue;
-    const pktrt__tri_estimate e = pktrt__tri_depth_bounds(&edges, z, &q->l);
+    const pktrt__tri_limits l = pktrt__tri_limits_of(b, r, single);
+    const pktrt__tri_estimate e = pktrt__tri_depth_bounds(&edges, z, &l);
     vstore_turn(lo + first, e.lo), vstore_turn(hi + first, e.hi);
     c.maybe |= (e.maybe & open) << first;
     c.inside |= (e.inside & PKTRT__TURN_MASK) << first, c.after |= (e.after & PKTRT__TURN_MASK) << first;
@@ -7333,21 +7343,21 @@ typedef struct pktrt__tri_occluders {
 } pktrt__tri_occluders;
 /* Finds which of them a ray hits within its interval. Depths are not divided by the determinant; limits are multiplied by
    it. WHY fused: the product of a tiny limit by itself would be denormal, which is slow. */
-OP pktrt__tri_occluders pktrt__tri_any_turn(const pktrt__tri_shear *q, const v8 z[3], const pktrt__tri_edges *e,
+OP pktrt__tri_occluders pktrt__tri_any_turn(const pktrt__tri_limits *l, const v8 z[3], const pktrt__tri_edges *e,
                                             uint32_t may) {
   const v8 zero = vset(0), det = vadd(vadd(e->u, e->v), e->w), size = vabs(det);
-  const v8 sum = vmul(vfma(e->u, z[0], vfma(e->v, z[1], vmul(e->w, z[2]))), q->l.sign);
+  const v8 sum = vmul(vfma(e->u, z[0], vfma(e->v, z[1], vmul(e->w, z[2]))), l->sign);
   const v8 depth = vmul(sum, vcopysign(vset(1), det));
   const v8 z_lo = vmin(z[0], vmin(z[1], z[2])), z_hi = vmax(z[0], vmax(z[1], z[2]));
-  const v8 reach = PKTRT__DEPTH_REACH(v, vmax_abs(z_lo, z_hi), q->l.tiny);
+  const v8 reach = PKTRT__DEPTH_REACH(v, vmax_abs(z_lo, z_hi), l->tiny);
   const v8 error = vfma(e->error, vsub(z_hi, z_lo), vfma(reach, size, vset(FLT_MIN)));
   const v8 lo = vsub(depth, error), hi = vadd(depth, error);
   const m8 sized = vlt(vmul(vset(PKTRT__LEAST_DET), e->error), size), bounded = vlt(error, vset(PKTRT__MOST_ERROR));
   const uint32_t known = may & mbits(mand(sized, bounded));
-  const uint32_t beyond = mbits(vlt(vfms(q->l.wf, size, lo), zero)) | mbits(vlt(zero, vfms(q->l.wn, size, hi)));
+  const uint32_t beyond = mbits(vlt(vfms(l->wf, size, lo), zero)) | mbits(vlt(zero, vfms(l->wn, size, hi)));
   pktrt__tri_occluders o;
   o.open = may & ~(known & beyond), o.inside = pktrt__tri_inside(e);
-  o.within = known & mbits(vlt(vfms(q->l.sn, size, lo), zero)) & mbits(vlt(zero, vfms(q->sf, size, hi)));
+  o.within = known & mbits(vlt(vfms(l->sn, size, lo), zero)) & mbits(vlt(zero, vfms(l->sf, size, hi)));
   return o;
 }
 
@@ -7364,7 +7374,8 @@ OP bool pktrt__tri_any_hit(const pktrt__bvh_segment *seg, pktrt__batch *b, uint3
     const pktrt__tri_edges e = pktrt__tri_edge_functions(x, y, z);
     const uint32_t may = occupied >> first & ~pktrt__tri_outside(&e) & PKTRT__TURN_MASK;
     if (!may) continue;
-    const pktrt__tri_occluders o = pktrt__tri_any_turn(&q, z, &e, may);
+    const pktrt__tri_limits l = pktrt__tri_limits_of(b, r, single);
+    const pktrt__tri_occluders o = pktrt__tri_any_turn(&l, z, &e, may);
     if (o.open & o.inside & o.within) return true;
     open |= o.open << first, inside |= (o.inside & PKTRT__TURN_MASK) << first, within |= o.within << first;
   }
@@ -7977,9 +7988,8 @@ OP uint32_t pktrt__tri_block_template(const pktrt__bvh_segment *seg, pktrt__batc
                                       uint32_t index, const pktrt__variant is) {
   if (is.occlusion && !is.stats) return pktrt__tri_any_hit(seg, b, r, single, index, is.moving);
   const pktrt__block *block = pktrt__segment_block(seg, index, is.moving);
-  const pktrt__tri_shear q = pktrt__tri_shear_of(b, r, single, is.moving);
   PKTRT__ALIGN64 float lo[8], hi[8];
-  pktrt__tri_candidates c = pktrt__tri_filter_block(&q, seg, block, index, true, lo, hi, is.moving);
+  pktrt__tri_candidates c = pktrt__tri_filter_block(b, r, single, seg, block, index, true, lo, hi, is.moving);
   COUNT(triangle_tests, pktrt__popcount(pktrt__lanes_occupied(block->id)));
   return c.maybe ? pktrt__tri_record(seg, b, r, single, &c, is) : 0;
 }
@@ -7998,8 +8008,8 @@ OP uint64_t pktrt__stream_closest_block(const pktrt__bvh_segment *seg, pktrt__ba
     uint32_t n = 0;
     for (; mask && n < NOTES; mask &= mask - 1) {
       const uint32_t i = pktrt__lowest_bit(mask), r = list[i];
-      const pktrt__tri_shear q = pktrt__tri_shear_of(b, r, NULL, moving);
-      const pktrt__tri_candidates e = pktrt__tri_filter_block(&q, seg, block, index, false, lo[n], hi[n], moving);
+      const pktrt__tri_candidates e =
+          pktrt__tri_filter_block(b, r, NULL, seg, block, index, false, lo[n], hi[n], moving);
       maybe[n] = (uint8_t)e.maybe, inside[n] = (uint8_t)e.inside, after[n] = (uint8_t)e.after, ray[n] = (uint8_t)i;
       n += e.maybe != 0;
     }
@@ -8484,7 +8494,7 @@ OP uint32_t pktrt__frustum_open_node(const pktrt__frustum *f, const pktrt__bvh_s
 /* Tells whether so few rays are left that a stream is faster. Times, as measured, are flat around the numbers here. */
 OP bool pktrt__frustum_is_thin(uint64_t mask, uint32_t ref, const bool occlusion, const bool moving) {
   const uint32_t few = ref & PKTRT__LEAF ? 4 : 8;
-  return pktrt__popcount(mask) <= few * (occlusion ? 4 : moving ? 3 : 2);
+  return pktrt__popcount(mask) <= few * (occlusion ? (moving ? 6 : 4) : moving ? 4 : 2);
 }
 
 #if PKTRT__WITH_TOP_FRUSTA

@@ -349,8 +349,8 @@
      - Tree: 50 to 60 bytes per triangle for ordinary meshes (a smooth height field; the pool hall), nearly 50 more for
        each further key, and 4 to 5 for the list that refit needs. Loose triangles that overlap in heaps fill their
        blocks badly: expect 250 to 300 bytes.
-     - While building: 88 bytes per triangle besides (of the high quality 20 more, at worst 104), and the old tree until
-       the new one is done. Only a changed tree counts.
+     - While building: 88 bytes per triangle besides (of the high quality 38 more, at worst 136), and the old tree until
+       the new one is done. Only a changed tree counts. A tree of the high quality holds up to a sixth more.
      - Meshes are retained: 12 bytes per vertex and key, as much again with normals, 12 per triangle with indices. The
        first pktrt_set_positions of a mesh makes room for a second set, which stays; pktrt_set_normals likewise.
      - Instances: about 430 bytes each and 72 for each mesh of its model, 84 more from its first pktrt_set_transform on;
@@ -574,7 +574,8 @@ typedef enum pktrt_isa {
 typedef enum pktrt_build_quality {
   PKTRT_BUILD_DEFAULT = 0,
   PKTRT_BUILD_FAST, /* coarser bins: for scenes rebuilt every frame */
-  PKTRT_BUILD_HIGH  /* finer bins, then subtrees move to better places: twice the time, a part of it not in parallel */
+  PKTRT_BUILD_HIGH  /* finer bins, large triangles in several leaves, then subtrees move to better places: three times
+                       the time, a part of it not in parallel. For what stays: refits give leaves whole triangles */
 } pktrt_build_quality;
 
 /* What refit does when deformation has made the tree bad (its SAH cost exceeds 1.5 times the cost at build). */
@@ -1692,6 +1693,8 @@ enum {
 /* A child reference: PKTRT__LEAF | block, or the index of a node, or PKTRT__EMPTY. */
 #define PKTRT__LEAF 0x80000000u
 #define PKTRT__EMPTY 0xFFFFFFFFu
+/* Beside a triangle's index in pktrt__bvh.block_triangles: another block has it, too. */
+#define PKTRT__AGAIN 0x80000000u
 /* Bounds of an empty child: finite, so that interpolation in time makes no NaN of them; beyond PKTRT_MAX_COORD. */
 #define PKTRT__FAR 1.0e32f
 
@@ -1768,9 +1771,11 @@ typedef struct pktrt__bvh {
   uint32_t node_bytes, block_bytes; /* with all keys */
   uint32_t triangle_count, degenerate_count;
   unsigned char *nodes, *blocks; /* see pktrt__bvh_node. Node 0 is the root; a child's index is above its parent's */
-  uint32_t *block_triangles;     /* block_count * 8 global indices, those without area included */
+  uint32_t *block_triangles;     /* block_count * 8 global indices, those without area included; with PKTRT__AGAIN, of
+                                    triangles that another block has without */
   pktrt__bvh_task *tasks;        /* disjoint subtrees; the nodes above them come first */
   float lo[3], hi[3];            /* over all keys */
+  bool split;                    /* while it is built: planes of leaves are there, of parts of triangles */
   double sah_at_build, sah_now, area;
   pktrt__bvh_segment rest; /* the first segment, the only one of a tree at rest; set with the scene's bounds */
 } pktrt__bvh;
@@ -1867,6 +1872,7 @@ struct pktrt_scene {
   float stretch;               /* of D of >>exactness: 1, or more for instances, see >>places */
   bool single_tree;            /* there is one tree, at rest, and no instance */
   bool has_top;                /* there are instances, or trees under another */
+  bool of_boxes;               /* its triangles stand for boxes, of trees or of instances */
   pktrt_scene **models;        /* each a scene of its own */
   uint32_t model_count, model_capacity;
   pktrt__instance *instances;
@@ -2041,10 +2047,38 @@ static void pktrt__sort_keys(uint64_t *key, uint32_t n) {
    Wide: a node is given the nodes below its binary root that make the whole tree cheapest (Ylitie, Karras and Laine
    2017), at most eight; blocks are merged where that is cheaper. A block costs 3/4 of its area and 1/10 for each
    triangle, a node 1.25: by expected cost, tasks bottom-up and then what lies above them. Of the high quality, the
-   nodes of the binary tree move to better places first. Subtrees of up to max(4096, n/64) triangles are tasks: counted,
-   placed by a prefix sum, written in depth-first order. What lies above, the top, comes first, if there are several.
+   nodes of the binary tree move to better places first, which leaves no room between prims. Subtrees of up to max(4096,
+   n/64) triangles are tasks: counted, placed by a prefix sum, written in depth-first order. What lies above, the top,
+   comes first, if there are several.
 
-   Bounds: fitted bottom-up from the blocks by the function that refit uses, hence equal to it bit by bit. */
+   Bounds: fitted bottom-up from the blocks by the function that refit uses, hence equal to it bit by bit; but leaves of
+   a tree with split triangles come with the boxes of their prims.
+
+   Splits (Stich, Friedrich and Dietrich 2009; of the high quality, at rest): where the parts of a large range would
+   overlap, and that is cheaper by a twentieth, a plane cuts it instead, and a triangle on both sides becomes two prims,
+   each with the box of what lies on its side. A range has room for more prims than it holds, a sixth more at the root,
+   which its parts share by what they hold; it owns the node slots of its room. Neither part has more prims than the
+   range, so that depth is bounded as above. Blocks have whole triangles, and a ray that meets one of them again finds
+   the same t and index, which is no nearer: no answer, and no count of crossings, knows of splits.
+
+   The boxes of a triangle's prims cover it. Let it lie, as far as a prim stands for it, in the prim's box. What of that
+   lies at x_a <= c is part of the hull of corners there and points where edges cross the plane: it lies in the box of
+   these, and in the prim's. With h = 2^-53, and M the larger of |P_b| and |Q_b|, an edge from P to Q crosses it at
+
+       y = P_b + (Q_b - P_b) ((c - P_a) / (Q_a - P_a))
+
+   in doubles, wrong by h M for the sum and by 2 M (5 h) for five roundings of a term of at most 2 M: below 2^-49 M,
+   and none vanishes. Boxes are widened by 2^-23 M + 2^-149; to be floats they are rounded by less than 2^-24 M + 2^-149
+   of that. Corners are floats and stay: the union of the boxes is the triangle's. c is a float in coordinates of
+   meshes; boxes are scaled by a power of two, not below 1, and nothing is lost on the way there or back. A part whose
+   box is empty has no point. A crossing lies on the triangle, hence in a box that covers it: culling asks no more.
+
+   What deforms is not split, nor what is hidden: refits, which know of whole triangles only, would widen its boxes. */
+
+#ifndef PKTRT__SPLIT_PAD                       /* a test makes it negative: hits are lost then, as they should be */
+#define PKTRT__SPLIT_PAD 1.1920928955078125e-7 /* 2^-23 */
+#endif
+#define PKTRT__SPLIT_LEAST_PAD 1.401298464324817e-45 /* 2^-149 */
 
 enum {
   PKTRT__TASK_MIN = 4096, /* triangles */
@@ -2109,14 +2143,14 @@ PKTRT__INLINE uint32_t pktrt__build_prim_id(const pktrt__build_prim *p) {
 
 typedef struct pktrt__build_node {
   float size;    /* square root of the area, so that no float overflows */
-  uint32_t left; /* prims of the left part; 0: a leaf */
-  uint32_t plan; /* how the subtree is collapsed: see pktrt__collapse_plan */
+  uint32_t left; /* prims of the left part, or for how many there is room; 0: a leaf */
+  uint32_t plan; /* how the subtree is collapsed: see pktrt__collapse_plan; before that: prims */
 } pktrt__build_node;
 
 typedef struct pktrt__build_range {
   float box[8];
-  uint32_t slot, first, count;
-  uint16_t depth, away; /* away: the prims lie in the second buffer */
+  uint32_t slot, first, count, room; /* room: prims that there may be, count or more */
+  uint16_t depth, away;              /* away: the prims lie in the second buffer */
 } pktrt__build_range;
 
 typedef struct pktrt__builder {
@@ -2129,9 +2163,10 @@ typedef struct pktrt__builder {
   uint32_t sweep, sampled;            /* up to `sweep` triangles are swept; from `sampled` on only a part is binned */
   uint32_t limit;                     /* triangles of a task */
   uint32_t passes;                    /* of reinsertion */
+  uint32_t room;                      /* prims that there may be: more than count where triangles are split */
   float scale;
-  pktrt__build_prim *prims, *away; /* count each */
-  pktrt__build_node *nodes;        /* 2 * count - 1 slots */
+  pktrt__build_prim *prims, *away; /* room each */
+  pktrt__build_node *nodes;        /* 2 * room - 1 slots */
   pktrt__build_range *chunks;      /* boxes of the chunks in the first pass, later ranges of the top */
 } pktrt__builder;
 
@@ -2220,7 +2255,7 @@ static void pktrt__build_fill(pktrt__builder *b, pktrt__build_range *root) {
   uint32_t chunks = (b->count + PKTRT__CHUNK - 1) / PKTRT__CHUNK;
   pktrt__parallel_for(b->desc, chunks, pktrt__build_fill_chunk, b);
   memset(root, 0, sizeof *root);
-  root->count = b->count;
+  root->count = b->count, root->room = b->room;
   pktrt__build_box_clear(root->box);
   for (uint32_t i = 0; i < chunks; i++) pktrt__build_box_grow(root->box, b->chunks[i].box);
   root->box[3] = root->box[7] = 0.0f;
@@ -2238,21 +2273,26 @@ static void pktrt__build_fill(pktrt__builder *b, pktrt__build_range *root) {
 
 /* Splitting a range */
 
-static void pktrt__build_make_parts(const pktrt__build_range *r, uint32_t left, bool away, pktrt__build_range part[2]) {
-  part[0].slot = r->slot + 1, part[1].slot = r->slot + 2 * left;
-  part[0].first = r->first, part[1].first = r->first + left;
-  part[0].count = left, part[1].count = r->count - left;
+/* Places the parts of a range, which share what room is left by their counts. */
+static void pktrt__build_make_parts(const pktrt__build_range *r, uint32_t left, uint32_t right, bool away,
+                                    pktrt__build_range part[2]) {
+  const uint64_t all = (uint64_t)left + right, spare = (r->room - all) * left / all;
+  const uint32_t room = left + (uint32_t)spare;
+  part[0].slot = r->slot + 1, part[1].slot = r->slot + 2 * room;
+  part[0].first = r->first, part[1].first = r->first + room;
+  part[0].count = left, part[1].count = right;
+  part[0].room = room, part[1].room = r->room - room;
   part[0].depth = part[1].depth = (uint16_t)(r->depth + 1);
   part[0].away = part[1].away = away;
 }
 
-/* Halves a range by index, in whole blocks; prims stay where they are. */
-static uint32_t pktrt__build_split_half(const pktrt__build_range *r, const pktrt__build_prim *p,
-                                        pktrt__build_range part[2]) {
+/* Halves a range by index, in whole blocks. */
+static uint32_t pktrt__build_split_half(const pktrt__build_range *r, pktrt__build_prim *p, pktrt__build_range part[2]) {
   uint32_t left = (r->count + 15) / 16 * 8;
-  pktrt__build_make_parts(r, left, r->away != 0, part);
+  pktrt__build_make_parts(r, left, r->count - left, r->away != 0, part);
   pktrt__build_box_clear(part[0].box), pktrt__build_box_clear(part[1].box);
   for (uint32_t i = 0; i < r->count; i++) pktrt__build_box_grow(part[i >= left].box, p[i].box);
+  memmove(p + part[0].room, p + left, part[1].count * sizeof *p);
   return left;
 }
 
@@ -2384,19 +2424,147 @@ static uint32_t pktrt__build_count_left(const pktrt__build_bins *s, const pktrt_
 static uint32_t pktrt__build_bin_count(const pktrt__builder *b, uint32_t prims) {
   return prims < b->few ? b->few_bins : prims < b->many ? b->bins / 2 : b->bins;
 }
-static const pktrt__build_prim *pktrt__build_from(const pktrt__builder *b, const pktrt__build_range *r) {
+static pktrt__build_prim *pktrt__build_from(const pktrt__builder *b, const pktrt__build_range *r) {
   return (r->away ? b->away : b->prims) + r->first;
 }
 static pktrt__build_prim *pktrt__build_to(const pktrt__builder *b, const pktrt__build_range *r) {
   return (r->away ? b->prims : b->away) + r->first;
 }
 
-/* Finds the parts' boxes by the best border between full bins; returns false if none separates any prims. */
-static bool pktrt__build_choose_bin(pktrt__build_bins *s, const pktrt__build_range *r, pktrt__build_range part[2]) {
-  if (!(pktrt__build_best_bin(s, pktrt__build_unit_of(r)) < FLT_MAX)) return false;
+/* Finds the parts' boxes by the best border between full bins; returns its cost, FLT_MAX if none separates prims. */
+static float pktrt__build_choose_bin(pktrt__build_bins *s, const pktrt__build_range *r, pktrt__build_range part[2]) {
+  const float cost = pktrt__build_best_bin(s, pktrt__build_unit_of(r));
   pktrt__build_box_clear(part[0].box), pktrt__build_box_clear(part[1].box);
-  for (uint32_t i = 0; i < s->bins; i++) pktrt__build_box_grow(part[i > s->best].box, s->box[s->axis][i]);
-  return true;
+  for (uint32_t i = 0; cost < FLT_MAX && i < s->bins; i++)
+    pktrt__build_box_grow(part[i > s->best].box, s->box[s->axis][i]);
+  return cost;
+}
+
+/* Planes that cut ranges: triangles on both sides are split */
+
+enum {
+  PKTRT__SPLIT_BINS = 16,
+  PKTRT__SPLIT_LEAST = 256 /* prims of a range: below, it hardly pays */
+};
+
+/* Cuts a prim by a plane at x_a = at, in coordinates of meshes, into boxes of both sides; returns which there are. */
+static uint32_t pktrt__split_prim(const pktrt__builder *b, const float *prim, uint32_t a, float at, float part[2][8]) {
+  pktrt__build_prim whole;
+  memcpy(whole.box, prim, sizeof whole.box);
+  const uint32_t id = pktrt__build_prim_id(&whole) & ~PKTRT__AGAIN;
+  const pktrt__mesh *m = &b->meshes[pktrt__mesh_of_triangle(b->meshes, b->mesh_count, id, b->first_mesh)];
+  const float *v[3];
+  uint32_t there = 0;
+  pktrt__mesh_corners(m, b->use_pending, id - m->first_id, 0, v);
+  pktrt__build_box_clear(part[0]), pktrt__build_box_clear(part[1]);
+  for (uint32_t c = 0, d = 2; c < 3; d = c++) {
+    const float *p = v[c], *q = v[d], from = p[a], to = q[a];
+    const bool crossed = (from < at && at < to) || (to < at && at < from);
+    const double f = crossed ? ((double)at - (double)from) / ((double)to - (double)from) : 0;
+    for (uint32_t i = 0; i < 3; i++) {
+      for (uint32_t s = 0; s < 2; s++) {
+        if (s ? from < at : from > at) continue;
+        part[s][i] = pktrt__minf(part[s][i], p[i]), part[s][i + 4] = pktrt__minf(part[s][i + 4], -p[i]);
+      }
+      if (!crossed) continue;
+      const double y = (double)p[i] + ((double)q[i] - (double)p[i]) * f;
+      const double wide = (double)pktrt__maxf(fabsf(p[i]), fabsf(q[i])) * PKTRT__SPLIT_PAD + PKTRT__SPLIT_LEAST_PAD;
+      const float lo = (float)(y - wide), hi = (float)(-y - wide);
+      for (uint32_t s = 0; s < 2; s++)
+        part[s][i] = pktrt__minf(part[s][i], lo), part[s][i + 4] = pktrt__minf(part[s][i + 4], hi);
+    }
+  }
+  part[0][a + 4] = pktrt__maxf(part[0][a + 4], -at), part[1][a] = pktrt__maxf(part[1][a], at);
+  for (uint32_t s = 0; s < 2; s++) {
+    bool empty = false;
+    for (uint32_t i = 0; i < 8; i++) part[s][i] = pktrt__maxf(part[s][i] * b->scale, prim[i]);
+    for (uint32_t i = 0; i < 3; i++) empty = empty || part[s][i] > -part[s][i + 4];
+    part[s][3] = prim[3], part[s][7] = prim[7];
+    if (empty) pktrt__build_box_clear(part[s]);
+    else there |= 1u << s;
+  }
+  return there;
+}
+
+/* Finds the cheapest plane across the longest side of a range, in coordinates of meshes, and its cost. */
+static float pktrt__split_find_plane(const pktrt__builder *b, const pktrt__build_range *r, uint32_t *axis,
+                                     float *best) {
+  const pktrt__build_prim *p = pktrt__build_from(b, r);
+  const float unit = pktrt__build_unit_of(r);
+  float box[PKTRT__SPLIT_BINS][8], at[PKTRT__SPLIT_BINS], right[PKTRT__SPLIT_BINS], all[8], least = FLT_MAX;
+  uint32_t enter[PKTRT__SPLIT_BINS], leave[PKTRT__SPLIT_BINS], a = 0, i, l = 0, n = 0;
+  for (i = 1; i < 3; i++) a = r->box[i] + r->box[i + 4] < r->box[a] + r->box[a + 4] ? i : a;
+  for (i = 0; i < PKTRT__SPLIT_BINS; i++) {
+    pktrt__build_box_clear(box[i]), enter[i] = leave[i] = 0;
+    at[i] = (r->box[a] - (r->box[a] + r->box[a + 4]) * (float)(int32_t)i / (float)(int)PKTRT__SPLIT_BINS) / b->scale;
+  }
+  for (uint32_t j = 0; j < r->count; j++) {
+    float rest[8], part[2][8];
+    memcpy(rest, p[j].box, sizeof rest);
+    for (i = 1; i < PKTRT__SPLIT_BINS && at[i] * b->scale <= p[j].box[a];) i++;
+    for (enter[i - 1]++; i < PKTRT__SPLIT_BINS && at[i] * b->scale < -p[j].box[a + 4]; i++) {
+      pktrt__split_prim(b, rest, a, at[i], part);
+      pktrt__build_box_grow(box[i - 1], part[0]);
+      memcpy(rest, part[1], 3 * sizeof *rest), memcpy(rest + 4, part[1] + 4, 3 * sizeof *rest);
+    }
+    pktrt__build_box_grow(box[i - 1], rest), leave[i - 1]++;
+  }
+  pktrt__build_box_clear(all);
+  for (i = PKTRT__SPLIT_BINS - 1; i > 0; i--) {
+    pktrt__build_box_grow(all, box[i]), n += leave[i];
+    right[i] = n ? pktrt__build_box_area(all, unit) * pktrt__build_side_cost(n) : 0.0f;
+  }
+  pktrt__build_box_clear(all);
+  for (i = 1, n = r->count; i < PKTRT__SPLIT_BINS; i++) {
+    pktrt__build_box_grow(all, box[i - 1]), l += enter[i - 1], n -= leave[i - 1];
+    if (!l || !n || l + n > r->room) continue;
+    const float cost = pktrt__build_box_area(all, unit) * pktrt__build_side_cost(l) + right[i];
+    if (cost < least) least = cost, *axis = a, *best = at[i];
+  }
+  return least;
+}
+
+/* Cuts a range by a plane; returns how many prims are on the left, 0 if the range stays as it is. */
+static uint32_t pktrt__split_range(const pktrt__builder *b, const pktrt__build_range *r, uint32_t axis, float at,
+                                   pktrt__build_range part[2]) {
+  const pktrt__build_prim *from = pktrt__build_from(b, r);
+  pktrt__build_prim *to = pktrt__build_to(b, r), side[2];
+  pktrt__build_range cut[2];
+  uint32_t n[2] = {0, 0};
+  pktrt__build_box_clear(cut[0].box), pktrt__build_box_clear(cut[1].box);
+  for (uint32_t i = 0; i < r->count; i++) {
+    float both[2][8];
+    uint32_t sides = -from[i].box[axis + 4] <= at * b->scale ? 1 : from[i].box[axis] >= at * b->scale ? 2 : 3;
+    const bool across = sides == 3;
+    if (across) sides = pktrt__split_prim(b, from[i].box, axis, at, both);
+    for (uint32_t s = 0; s < 2; s++) {
+      side[s] = from[i];
+      if (across && sides) memcpy(side[s].box, both[s], sizeof both[s]);
+      if (s ? !(sides & 2) : sides == 2) continue;
+      if (s && sides == 3) pktrt__build_set_prim_id(&side[s], pktrt__build_prim_id(&side[s]) | PKTRT__AGAIN);
+      pktrt__build_box_grow(cut[s].box, side[s].box);
+      to[s ? r->room - ++n[1] : n[0]++] = side[s];
+    }
+  }
+  if (!n[0] || !n[1]) return 0;
+  pktrt__build_make_parts(r, n[0], n[1], !r->away, cut);
+  memmove(to + cut[0].room, to + r->room - n[1], n[1] * sizeof *to);
+  part[0] = cut[0], part[1] = cut[1];
+  return n[0];
+}
+
+/* Cuts a range by a plane where its best parts, of that cost, overlap and a plane is cheaper; as pktrt__split_range. */
+static uint32_t pktrt__split_if_cheaper(const pktrt__builder *b, const pktrt__build_range *r, float cost,
+                                        pktrt__build_range part[2]) {
+  const float unit = pktrt__build_unit_of(r);
+  float both[8], at = 0;
+  uint32_t axis = 0;
+  for (int i = 0; i < 8; i++) both[i] = pktrt__maxf(part[0].box[i], part[1].box[i]);
+  for (int i = 0; i < 3; i++)
+    if (both[i] > -both[i + 4] && cost < FLT_MAX) return 0;
+  if (cost < FLT_MAX && pktrt__build_box_area(both, unit) < 0.1f * pktrt__build_box_area(r->box, unit)) return 0;
+  if (!(pktrt__split_find_plane(b, r, &axis, &at) < 0.95f * cost)) return 0;
+  return pktrt__split_range(b, r, axis, at, part);
 }
 
 /* Splits a large range by bins; returns how many prims are on the left, 0 if no border separates any. */
@@ -2408,9 +2576,17 @@ static uint32_t pktrt__build_split_binned(pktrt__builder *b, const pktrt__build_
   pktrt__build_find_extent(from, r->count, lo, hi);
   if (!pktrt__build_place_bins(&s, lo, hi)) return 0;
   pktrt__build_fill_bins(&s, from, r->count, r, r->count < b->sampled);
-  if (!pktrt__build_choose_bin(&s, r, part)) return 0;
-  const uint32_t left = pktrt__build_partition(&s, from, pktrt__build_to(b, r), r->count, 0, r->count - 1);
-  pktrt__build_make_parts(r, left, !r->away, part);
+  const float cost = pktrt__build_choose_bin(&s, r, part);
+  uint32_t left = 0, last = r->count - 1;
+  if (r->room > r->count && r->count >= PKTRT__SPLIT_LEAST) left = pktrt__split_if_cheaper(b, r, cost, part);
+  if (left || !(cost < FLT_MAX)) return left;
+  if (r->room > r->count) {
+    left = pktrt__build_count_left(&s, from, r->count);
+    pktrt__build_make_parts(r, left, r->count - left, !r->away, part);
+    last += part[0].room - left;
+  }
+  left = pktrt__build_partition(&s, from, pktrt__build_to(b, r), r->count, 0, last);
+  pktrt__build_make_parts(r, left, r->count - left, !r->away, part);
   return left;
 }
 
@@ -2459,8 +2635,8 @@ static uint32_t pktrt__build_split_sweep(pktrt__build_prim *p, const pktrt__buil
     sorted[i] = p[order[axis][i]];
     pktrt__build_box_grow(part[i >= left].box, sorted[i].box);
   }
-  memcpy(p, sorted, n * sizeof *p);
-  pktrt__build_make_parts(r, left, false, part);
+  pktrt__build_make_parts(r, left, n - left, false, part);
+  memcpy(p, sorted, left * sizeof *p), memcpy(p + part[0].room, sorted + left, (n - left) * sizeof *p);
   return left;
 }
 
@@ -2477,7 +2653,7 @@ static bool pktrt__build_write_node(const pktrt__builder *b, const pktrt__build_
   const double x = (double)r->box[0] + r->box[4], y = (double)r->box[1] + r->box[5], z = (double)r->box[2] + r->box[6];
   if (!left && r->count > 8) left = pktrt__build_split_half(r, pktrt__build_from(b, r), part);
   pktrt__build_node *node = &b->nodes[r->slot];
-  node->size = (float)sqrt(x * y + y * z + z * x), node->left = left;
+  node->size = (float)sqrt(x * y + y * z + z * x), node->left = left ? part[0].room : 0, node->plan = r->count;
   return left != 0;
 }
 
@@ -2521,12 +2697,12 @@ PKTRT__NOINLINE uint32_t pktrt__reinsert_count_nodes(const pktrt__build_node *no
 
 /* Makes the nodes of a range's subtree; returns the number of the next free node. */
 static uint32_t pktrt__reinsert_make_nodes(const pktrt__builder *b, pktrt__reinsert_node *nodes, uint32_t at,
-                                           uint32_t slot, uint32_t first, uint32_t count) {
+                                           uint32_t slot, uint32_t first) {
   pktrt__reinsert_node *t = &nodes[at];
-  const uint32_t left = b->nodes[slot].left, l = at + 1;
+  const uint32_t left = b->nodes[slot].left, count = b->nodes[slot].plan, l = at + 1;
   if (left) {
-    const uint32_t r = pktrt__reinsert_make_nodes(b, nodes, l, slot + 1, first, left);
-    const uint32_t next = pktrt__reinsert_make_nodes(b, nodes, r, slot + 2 * left, first + left, count - left);
+    const uint32_t r = pktrt__reinsert_make_nodes(b, nodes, l, slot + 1, first);
+    const uint32_t next = pktrt__reinsert_make_nodes(b, nodes, r, slot + 2 * left, first + left);
     t->child[0] = l, t->child[1] = r, nodes[l].parent = nodes[r].parent = at;
     pktrt__reinsert_update_node(nodes, at);
     return next;
@@ -2599,13 +2775,13 @@ static void pktrt__reinsert_lay_out(const pktrt__builder *b, const pktrt__reinse
   pktrt__reinsert_lay_out(b, nodes, t->child[1], slot + 2 * left, first + left);
 }
 
-/* Reinserts all nodes of the binary tree; returns false when out of memory. */
+/* Reinserts all nodes of the binary tree, and leaves no room between prims; returns false when out of memory. */
 static bool pktrt__reinsert_nodes(pktrt__builder *b) {
   const uint32_t n = pktrt__reinsert_count_nodes(b->nodes, 0);
   pktrt__reinsert_node *nodes = PKTRT__CAST(pktrt__reinsert_node *, pktrt__mem_alloc(b->desc, n, sizeof *nodes));
   if (!nodes) return false;
-  pktrt__reinsert_make_nodes(b, nodes, 0, 0, 0, b->count);
-  nodes[0].parent = 0;
+  pktrt__reinsert_make_nodes(b, nodes, 0, 0, 0);
+  nodes[0].parent = 0, b->count = nodes[0].count;
   float most = 0.0f;
   for (int a = 0; a < 3; a++) most = pktrt__maxf(most, -(nodes[0].box[a] + nodes[0].box[a + 4]));
   const float unit = pktrt__build_unit_scale(most);
@@ -2766,8 +2942,8 @@ static void pktrt__build_join_pieces(pktrt__build_round *round, pktrt__build_pie
   }
   if (round->step == 0)
     head->binned = pktrt__build_is_seen(r) && pktrt__build_place_bins(&head->bins, head->lo, head->hi);
-  if (round->step == 1) head->binned = pktrt__build_choose_bin(&head->bins, r, part);
-  if (round->step == 2) pktrt__build_make_parts(r, left, !r->away, part);
+  if (round->step == 1) head->binned = pktrt__build_choose_bin(&head->bins, r, part) < FLT_MAX;
+  if (round->step == 2) pktrt__build_make_parts(r, left, r->count - left, !r->away, part);
   if (round->step == 2 || !head->binned) pktrt__build_write_node(round->b, r, left, part);
 }
 
@@ -2784,17 +2960,18 @@ static void pktrt__build_split_pieces(pktrt__build_round *round, uint32_t ranges
   }
 }
 
-/* Bounds the number of ranges in a round: those of more than `limit` triangles are disjoint, so there are at most count
+/* Bounds the number of ranges in a round: those of more than `limit` prims are disjoint, so there are at most room
    / limit of them in each of MAX_DEPTH rounds; each split adds at most one range to the list of those done. */
-static uint64_t pktrt__build_most_wide(const pktrt__builder *b) { return b->count / b->limit + 1; }
+static uint64_t pktrt__build_most_wide(const pktrt__builder *b) { return b->room / b->limit + 1; }
 static uint64_t pktrt__build_most_done(const pktrt__builder *b) {
   return pktrt__build_most_wide(b) * PKTRT__MAX_DEPTH + 1;
 }
 
-/* Bounds the pieces of a round; 0 where nobody would share them. */
+/* Bounds the pieces of a round; 0 where nobody would share them, or planes may cut ranges. */
 static uint64_t pktrt__build_most_pieces(const pktrt__builder *b) {
   const uint32_t n = b->count / PKTRT__PIECE + PKTRT__FEW_RANGES;
-  return !b->desc->parallel_for || b->count <= b->limit ? 0 : n < PKTRT__MOST_PIECES ? n : (uint32_t)PKTRT__MOST_PIECES;
+  if (!b->desc->parallel_for || b->count <= b->limit || b->room > b->count) return 0;
+  return n < PKTRT__MOST_PIECES ? n : (uint32_t)PKTRT__MOST_PIECES;
 }
 
 static bool pktrt__build_binary_tree(pktrt__builder *b) {
@@ -2869,7 +3046,7 @@ PKTRT__COLD void pktrt__block_hide(const uint32_t *tri, const pktrt__mesh_reader
   static const float nowhere[3] = {2 * PKTRT__FAR, 2 * PKTRT__FAR, 2 * PKTRT__FAR};
   uint32_t hide = 0;
   for (uint32_t l = 0, mesh = 0; l < 8; l++) {
-    if (tri[l] != PKTRT_NONE) mesh = pktrt__mesh_of_triangle(r->meshes, r->mesh_count, tri[l], mesh);
+    if (tri[l] != PKTRT_NONE) mesh = pktrt__mesh_of_triangle(r->meshes, r->mesh_count, tri[l] & ~PKTRT__AGAIN, mesh);
     hide |= (tri[l] != PKTRT_NONE ? (uint32_t)r->meshes[mesh].hide : hide & 1) << l;
   }
   const uint32_t from = pktrt__lowest_bit(~hide);
@@ -2893,8 +3070,9 @@ static void pktrt__block_find_source(const pktrt__bvh *bvh, uint32_t block, uint
       s->step[l] = s->step[0];
       continue;
     }
-    if (tri[l] - r.first >= r.count) r = pktrt__mesh_reader_seek(r, tri[l]);
-    const size_t at = (size_t)(tri[l] - r.first) * 3;
+    const uint32_t triangle = tri[l] & ~PKTRT__AGAIN;
+    if (triangle - r.first >= r.count) r = pktrt__mesh_reader_seek(r, triangle);
+    const size_t at = (size_t)(triangle - r.first) * 3;
     size_t i = at, j = at + 1, k = at + 2;
     if (r.indices) {
       if (later[l] - r.first < r.count) PKTRT__PREFETCH(r.indices + (size_t)(later[l] - r.first) * 3);
@@ -2929,13 +3107,20 @@ typedef struct pktrt__fit_table {
 } pktrt__fit_table;
 static const pktrt__fit_table *pktrt__fit_table_of(pktrt_isa);
 
+/* Counts the triangles of a block that have no area, each in one of its blocks. */
+static uint32_t pktrt__block_count_degenerate(const uint32_t *tri, const uint32_t *id) {
+  uint32_t flat = 0;
+  for (int l = 0; l < 8; l++) flat += id[l] == PKTRT_NONE && tri[l] < PKTRT__AGAIN;
+  return flat;
+}
+
 /* Writes vertices and ids of a block. Returns the number of triangles without area at any time: between two keys the
    normal is a quadratic function of time; if it is zero at both and half-way, it is zero throughout. */
 static uint32_t pktrt__block_write(const pktrt__fit_table *fit, const pktrt__bvh *bvh, uint32_t block,
                                    const pktrt__block_source *s) {
   const uint32_t *tri = bvh->block_triangles + (size_t)block * 8;
   pktrt__block *at = pktrt__bvh_block(bvh, block);
-  uint32_t *id = at->id, area = 0, flat = 0;
+  uint32_t *id = at->id, area = 0;
   float middle[72];
   for (uint32_t k = 0; k < bvh->key_count; k++) {
     float *v = pktrt__block_vertices(at, k);
@@ -2952,11 +3137,8 @@ static uint32_t pktrt__block_write(const pktrt__fit_table *fit, const pktrt__bvh
     for (int i = 0; i < 72; i++) middle[i] = 0.5f * before[i] + 0.5f * v[i];
     area |= fit->lanes_with_area(middle);
   }
-  for (uint32_t l = 0; l < 8; l++) {
-    id[l] = area >> l & 1 ? tri[l] : PKTRT_NONE;
-    flat += id[l] != tri[l];
-  }
-  return flat;
+  for (uint32_t l = 0; l < 8; l++) id[l] = tri[l] != PKTRT_NONE && area >> l & 1 ? tri[l] & ~PKTRT__AGAIN : PKTRT_NONE;
+  return pktrt__block_count_degenerate(tri, id);
 }
 
 /* Bounds */
@@ -3124,10 +3306,25 @@ static void pktrt__bvh_clear_node(const pktrt__bvh *bvh, pktrt__node *node) {
   }
 }
 
-static void pktrt__collapse_write_ids(const pktrt__collapse_walk *w, pktrt__collapse_subtree leaf, uint32_t block) {
-  uint32_t *tri = w->bvh->block_triangles + (size_t)block * 8;
+/* Writes which triangles a block has, each once, and of a tree with split ones its box. */
+static void pktrt__collapse_write_leaf(const pktrt__collapse_walk *w, pktrt__collapse_subtree leaf, uint32_t block,
+                                       float *plane) {
+  uint32_t *tri = w->bvh->block_triangles + (size_t)block * 8, n = 0;
   const pktrt__build_prim *p = w->b->prims + leaf.first;
-  for (uint32_t l = 0; l < 8; l++) tri[l] = l < leaf.count ? pktrt__build_prim_id(&p[l]) : PKTRT_NONE;
+  const float unscale = 1 / w->b->scale;
+  float box[8];
+  pktrt__build_box_clear(box);
+  for (uint32_t l = 0; l < leaf.count; l++) {
+    const uint32_t id = pktrt__build_prim_id(&p[l]);
+    uint32_t same = w->bvh->split ? 0 : n;
+    while (same < n && (tri[same] ^ id) << 1) same++;
+    if (same < n) tri[same] &= id;
+    else tri[n++] = id;
+    if (w->bvh->split) pktrt__build_box_grow(box, p[l].box);
+  }
+  while (n < 8) tri[n++] = PKTRT_NONE;
+  for (int a = 0; w->bvh->split && a < 3; a++)
+    plane[16 * a] = box[a] * unscale, plane[16 * a + 8] = -box[a + 4] * unscale;
 }
 
 /* Walks the wide tree below root in depth-first order, numbers its nodes and blocks from the first ones in *t on, and
@@ -3142,18 +3339,19 @@ static void pktrt__collapse_walk_tree(pktrt__collapse_walk *w, pktrt__collapse_s
   while (top) {
     pktrt__collapse_subtree child[8], sub = stack[--top].sub;
     uint32_t n = pktrt__collapse_open(w->b->nodes, sub, child), *refs = &ignored;
+    float *planes = NULL;
     if (w->bvh || w->subs) pktrt__collapse_order_children(w->b->nodes, child, n);
     if (w->bvh) {
       pktrt__node *at = pktrt__bvh_node(w->bvh, node);
       pktrt__bvh_clear_node(w->bvh, at);
-      refs = at->child;
+      refs = at->child, planes = at->plane[0];
       *stack[top].ref = node;
     }
     node++;
     for (uint32_t c = 0; c < n; c++) {
       uint32_t *ref = w->bvh ? &refs[c] : &ignored;
       if (!w->b->nodes[child[c].slot].left) {
-        if (w->bvh) pktrt__collapse_write_ids(w, child[c], block);
+        if (w->bvh) pktrt__collapse_write_leaf(w, child[c], block, planes + c);
         *ref = PKTRT__LEAF | block++;
       } else if (child[c].count <= w->limit) {
         if (w->subs) w->subs[w->task_count] = child[c];
@@ -3268,12 +3466,23 @@ static void pktrt__build_set_quality(pktrt__builder *b) {
   }
 }
 
+/* Returns how many prims the triangles of a set may be split into. WHY none of what deforms, or is hidden: refits would
+   widen boxes of parts to those of whole triangles. */
+PKTRT__COLD uint64_t pktrt__split_room(const pktrt_scene *s, uint32_t set_index) {
+  const pktrt__set *set = &s->sets[set_index];
+  const uint64_t count = set->triangles, room = count + count / 6;
+  bool may = s->desc.quality == PKTRT_BUILD_HIGH && !s->of_boxes && !pktrt__has_motion(set->key_count) && !set->hides;
+  for (uint32_t i = set->first_mesh; i < set->end_mesh; i++)
+    may = may && (s->meshes[i].set != set_index || !s->meshes[i].pending);
+  return may && room < PKTRT__LEAF ? room : count;
+}
+
 /* Builds the tree over a set of meshes, which are not empty. False: no memory, *out stays as is. */
 static bool pktrt__build_bvh(const pktrt_scene *s, uint32_t set_index, bool use_pending, pktrt__bvh *out) {
   const pktrt_scene_desc *desc = &s->desc;
   const pktrt__set *set = &s->sets[set_index];
   const uint32_t key_count = set->key_count;
-  const uint64_t count = set->triangles;
+  const uint64_t count = pktrt__split_room(s, set_index);
   pktrt__builder b;
   pktrt__bvh bvh;
   if (count >= PKTRT__LEAF) return false; /* no room for as many blocks in a reference */
@@ -3281,7 +3490,7 @@ static bool pktrt__build_bvh(const pktrt_scene *s, uint32_t set_index, bool use_
   b.desc = desc, b.fit = pktrt__fit_table_of(desc->isa);
   b.meshes = s->meshes, b.mesh_count = s->mesh_count, b.first_mesh = set->first_mesh, b.end_mesh = set->end_mesh;
   b.set = bvh.set = set_index, b.key_count = key_count, b.use_pending = use_pending, b.hides = set->hides;
-  b.count = bvh.triangle_count = set->triangles, bvh.mask = set->mask;
+  b.count = bvh.triangle_count = set->triangles, bvh.mask = set->mask, b.room = (uint32_t)count;
   b.limit = b.count / PKTRT__TASK_PARTS;
   if (b.limit < PKTRT__TASK_MIN) b.limit = PKTRT__TASK_MIN;
   pktrt__build_set_quality(&b);
@@ -3296,6 +3505,7 @@ static bool pktrt__build_bvh(const pktrt_scene *s, uint32_t set_index, bool use_
   b.nodes = PKTRT__CAST(pktrt__build_node *, pktrt__mem_alloc(desc, 2 * count, sizeof(pktrt__build_node)));
   b.chunks = PKTRT__CAST(pktrt__build_range *, pktrt__mem_alloc(desc, ranges, sizeof(pktrt__build_range)));
   bool ok = b.prims && b.away && b.nodes && b.chunks && pktrt__build_binary_tree(&b);
+  bvh.split = b.count > bvh.triangle_count;
   pktrt__mem_release(desc, b.away, count, sizeof(pktrt__build_prim)); /* makes room for what follows */
   ok = ok && pktrt__collapse_build(&b, &bvh);
   pktrt__mem_release(desc, b.prims, count, sizeof(pktrt__build_prim));
@@ -3306,7 +3516,7 @@ static bool pktrt__build_bvh(const pktrt_scene *s, uint32_t set_index, bool use_
     return false;
   }
   pktrt__bvh_sum_up(&bvh);
-  bvh.sah_at_build = bvh.sah_now;
+  bvh.sah_at_build = bvh.sah_now, bvh.split = false;
   *out = bvh;
   return true;
 }
@@ -3314,7 +3524,8 @@ static bool pktrt__build_bvh(const pktrt_scene *s, uint32_t set_index, bool use_
 /* >>refit ---------------------------------------------------------------------------------------------------------- */
 
 /* A refit goes through the runs of the build: it rewrites blocks with a triangle of a changed mesh, then all bounds of
-   runs with such a block, then those of the top. A run without one keeps its bounds and its sums. */
+   runs with such a block, then those of the top. A run without one keeps its bounds and its sums. Blocks of split
+   triangles are bounded by all of these then: right, but larger. The next build does not split what has moved. */
 
 typedef struct pktrt__refit {
   const pktrt__fit_table *fit;
@@ -3331,19 +3542,10 @@ static bool pktrt__refit_block_changed(const pktrt__refit *r, uint32_t block) {
   const uint32_t *tri = r->bvh->block_triangles + (size_t)block * 8;
   uint32_t mesh = 0;
   for (int l = 0; l < 8 && !r->all && tri[l] != PKTRT_NONE; l++) {
-    mesh = pktrt__mesh_of_triangle(r->meshes, r->mesh_count, tri[l], mesh);
+    mesh = pktrt__mesh_of_triangle(r->meshes, r->mesh_count, tri[l] & ~PKTRT__AGAIN, mesh);
     if (pktrt__mesh_moves(&r->meshes[mesh])) return true;
   }
   return r->all;
-}
-
-/* Counts the triangles of a block that had no area. */
-static uint32_t pktrt__refit_count_degenerate(const pktrt__bvh *bvh, uint32_t block) {
-  const uint32_t *tri = bvh->block_triangles + (size_t)block * 8;
-  const uint32_t *id = pktrt__bvh_block(bvh, block)->id;
-  uint32_t flat = 0;
-  for (int l = 0; l < 8; l++) flat += id[l] != tri[l];
-  return flat;
 }
 
 static void pktrt__refit_blocks(const pktrt__refit *r, const pktrt__bvh_task *t, pktrt__bvh_sum *sum) {
@@ -3352,7 +3554,8 @@ static void pktrt__refit_blocks(const pktrt__refit *r, const pktrt__bvh_task *t,
   uint32_t waiting[PKTRT__AHEAD], found = 0, done = 0, block = t->first_block, end = block + t->block_count;
   while (block < end || done < found) {
     if (block == end || found - done == PKTRT__AHEAD) {
-      const uint32_t which = done++ % PKTRT__AHEAD, flat = pktrt__refit_count_degenerate(r->bvh, waiting[which]);
+      const uint32_t which = done++ % PKTRT__AHEAD, *tri = r->bvh->block_triangles + (size_t)waiting[which] * 8;
+      const uint32_t flat = pktrt__block_count_degenerate(tri, pktrt__bvh_block(r->bvh, waiting[which])->id);
       sum->degenerate += pktrt__block_write(r->fit, r->bvh, waiting[which], &ahead[which]) - flat;
     }
     for (; block < end && found - done < PKTRT__AHEAD; block++) {
@@ -3665,7 +3868,9 @@ PKTRT__COLD void pktrt__commit_drop(const pktrt_scene *s, pktrt__commit_list *li
 PKTRT__COLD pktrt_scene *pktrt__top_create(const pktrt_scene *s) {
   pktrt_scene_desc d = s->desc;
   d.rebuild = PKTRT_REBUILD_AUTOMATIC, d.log = NULL;
-  return pktrt_scene_create(&d);
+  pktrt_scene *top = pktrt_scene_create(&d);
+  if (top) top->of_boxes = true;
+  return top;
 }
 /* Completes the corners of a box to a triangle across it. */
 static void pktrt__top_box(float box[9]) {
@@ -10156,8 +10361,8 @@ static uint32_t pktrt__fit_lanes_with_area(const float *v) {
    is hidden they are those of an empty child. */
 static void pktrt__fit_children(const pktrt__bvh *bvh, const uint32_t *child, uint32_t key, float *plane) {
   for (int c = 0; c < 8; c++) {
-    if (child[c] == PKTRT__EMPTY) continue;
     const bool leaf = (child[c] & PKTRT__LEAF) != 0;
+    if (child[c] == PKTRT__EMPTY || (leaf && bvh->split)) continue;
     const float *p = leaf ? pktrt__block_vertices(pktrt__bvh_block(bvh, child[c] & ~PKTRT__LEAF), key)
                           : pktrt__node_planes(pktrt__bvh_node(bvh, child[c]), key);
     if (PKTRT__UNLIKELY(leaf && p[0] > PKTRT__FAR)) {

@@ -251,6 +251,7 @@ static void run_all(void) {
   suite_truth();
   suite_watertight();
   suite_slack();
+  suite_splits();
   suite_work();
   suite_examples();
   suite_filter();

@@ -12,17 +12,19 @@
 #endif
 #define PKTRT_IMPLEMENTATION
 #define PKTRT__SLACK(part) slack_left.part
+#define PKTRT__SPLIT_PAD ((double)slack_left.parts * 0x1p-23)
 #include "noslack.h"
 
-/* A millionth, not zero: zero times the infinite depth of tmax is NaN, and everything would be lost. The last three
+/* A millionth, not zero: zero times the infinite depth of tmax is NaN, and everything would be lost. The last four
    stay whole: they matter where the others are. */
 #define NONE 1e-6f
-const slack_parts slack_whole = {1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1},
-                  slack_none = {NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, 1, 1, 1};
-slack_parts slack_left = {NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, 1, 1, 1};
+const slack_parts slack_whole = {1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1},
+                  slack_none = {NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, 1, 1, 1, 1};
+slack_parts slack_left = {NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, 1, 1, 1, 1};
 
-static pktrt_scene *open_scene(pktrt_isa isa) {
-  const pktrt_scene_desc d = scene_desc_of(isa, 0);
+static pktrt_scene *open_scene(pktrt_isa isa, pktrt_build_quality quality) {
+  pktrt_scene_desc d = scene_desc_of(isa, 0);
+  d.quality = quality;
   return pktrt_scene_create(&d);
 }
 
@@ -33,8 +35,8 @@ static pktrt_scene *scene_if(bool ok, pktrt_scene *s) {
   return NULL;
 }
 
-pktrt_scene *noslack_scene(const world *w, pktrt_isa isa) {
-  pktrt_scene *s = open_scene(isa);
+static pktrt_scene *scene_of(const world *w, pktrt_isa isa, pktrt_build_quality quality) {
+  pktrt_scene *s = open_scene(isa, quality);
   bool ok = s != NULL;
   for (uint32_t i = 0; i < w->n && ok; i++) {
     const pktrt_mesh_desc m = mesh_desc(&w->m[i]);
@@ -43,8 +45,11 @@ pktrt_scene *noslack_scene(const world *w, pktrt_isa isa) {
   return scene_if(ok && pktrt_commit(s) == PKTRT_OK, s);
 }
 
+pktrt_scene *noslack_scene(const world *w, pktrt_isa isa) { return scene_of(w, isa, PKTRT_BUILD_DEFAULT); }
+pktrt_scene *noslack_split(const world *w, pktrt_isa isa) { return scene_of(w, isa, PKTRT_BUILD_HIGH); }
+
 pktrt_scene *noslack_placed(const placement *p, pktrt_isa isa) {
-  pktrt_scene *s = open_scene(isa);
+  pktrt_scene *s = open_scene(isa, PKTRT_BUILD_DEFAULT);
   return scene_if(placement_fill(s, p), s);
 }
 

@@ -8,6 +8,7 @@ typedef struct slack_parts {
   float m, o, min, rho, depth, cross, shear, moving, least, estimate, tiny,
       det;          /* the constants PKTRT__PAD_M, ... LEAST_DET */
   float sides, end; /* of frusta: what rounding does to the sides of triangles; what lies beyond the far end */
+  float parts;      /* how much boxes of parts of split triangles are widened, in steps of floats */
 } slack_parts;
 extern slack_parts slack_left; /* slack_none at first */
 extern const slack_parts slack_whole, slack_none;
@@ -15,6 +16,7 @@ extern const slack_parts slack_whole, slack_none;
 #include "placed.h" /* whose pktrt.h is the one with this slack, in noslack.c */
 
 pktrt_scene *noslack_scene(const world *, pktrt_isa);      /* committed; NULL on failure */
+pktrt_scene *noslack_split(const world *, pktrt_isa);      /* of the high quality */
 pktrt_scene *noslack_placed(const placement *, pktrt_isa); /* the same of models and instances */
 /* Takes away the slack of instances alone, see >>places: fits their boxes, and leaves nothing for rays in their frames. */
 void noslack_unstretch(pktrt_scene *);

@@ -21,8 +21,10 @@ static const char *check_block(const pktrt__bvh *bvh, uint32_t block, const pktr
   if (tri[0] == PKTRT_NONE) return "A block has no triangle.";
   for (size_t l = 0; l < 8; l++) {
     bool area = false, none = tri[l] == PKTRT_NONE;
+    for (size_t i = 0; i < l; i++)
+      if (!none && (tri[i] ^ tri[l]) << 1 == 0) return "A block has a triangle twice.";
     if (!none && l && tri[l - 1] == PKTRT_NONE) return "A block has a triangle behind a free lane.";
-    uint32_t t = tri[none ? 0 : l], owner = pktrt__mesh_of_triangle(meshes, mesh_count, t, 0);
+    uint32_t t = tri[none ? 0 : l] & ~PKTRT__AGAIN, owner = pktrt__mesh_of_triangle(meshes, mesh_count, t, 0);
     const pktrt__mesh *m = &meshes[owner];
     float half[3][3]; /* the corners half-way from the key before */
     const float *const between[3] = {half[0], half[1], half[2]}, *before[3] = {NULL, NULL, NULL};
@@ -39,13 +41,20 @@ static const char *check_block(const pktrt__bvh *bvh, uint32_t block, const pktr
       for (int c = 0; c < 3; c++) before[c] = v[c];
     }
     if (at->id[l] != (area && !none ? t : PKTRT_NONE)) return "An id in a block is wrong.";
-    if (!none) *set += pktrt__hash(t), *count += 1;
+    if (!none && !(tri[l] & PKTRT__AGAIN)) *set += pktrt__hash(t), *count += 1;
   }
   return NULL;
 }
 
+/* Whether triangles of a tree are split. Then boxes of leaves may be smaller than those of their triangles; see tree_uncovered. */
+static bool is_split(const pktrt__bvh *bvh) {
+  for (size_t i = 0; i < (size_t)bvh->block_count * 8; i++)
+    if (bvh->block_triangles[i] != PKTRT_NONE && bvh->block_triangles[i] & PKTRT__AGAIN) return true;
+  return false;
+}
+
 /* Straight from the definition, beside the kernel. */
-static const char *check_child(const pktrt__bvh *bvh, pktrt__node *node, int c) {
+static const char *check_child(const pktrt__bvh *bvh, pktrt__node *node, int c, bool split) {
   uint32_t ref = node->child[c];
   for (uint32_t k = 0; k < bvh->key_count; k++) {
     for (int p = 0; p < 6; p++) {
@@ -64,6 +73,7 @@ static const char *check_child(const pktrt__bvh *bvh, pktrt__node *node, int c) 
         if (p & 1 ? x > want : x < want) want = x;
       }
       if (got <= want && got >= want) continue;
+      if (split && ref & PKTRT__LEAF && (p & 1 ? got < want : got > want)) continue;
       return ref == PKTRT__EMPTY ? "An empty child has bounds." : "Bounds are not exact.";
     }
   }
@@ -87,6 +97,7 @@ static const char *check_tree(const pktrt__bvh *bvh, const pktrt__mesh *meshes, 
   uint64_t nodes = 0, blocks = 0, tris = 0, nodes_set = 0, blocks_set = 0, tris_set = 0;
   uint32_t top = 0;
   const char *wrong = NULL;
+  const bool split = is_split(bvh);
   stack[top].node = 0, stack[top++].depth = 0;
   while (top) {
     uint32_t n = stack[--top].node, depth = stack[top].depth, used = 0;
@@ -106,7 +117,7 @@ static const char *check_tree(const pktrt__bvh *bvh, const pktrt__mesh *meshes, 
         if (leaf) wrong = check_block(bvh, ref & ~PKTRT__LEAF, meshes, mesh_count, &tris_set, &tris);
         if (leaf) blocks++, blocks_set += pktrt__hash(ref & ~PKTRT__LEAF);
       }
-      if (!wrong) wrong = check_child(bvh, node, c);
+      if (!wrong) wrong = check_child(bvh, node, c, split);
     }
     if (wrong) return wrong;
     if (!used) return "A node has no child.";
@@ -129,6 +140,89 @@ const char *tree_fault(const pktrt_scene *s) {
   return wrong;
 }
 
+/* --- of split triangles --- */
+
+typedef struct leaf_box {
+  uint32_t id;
+  float lo[3], hi[3];
+} leaf_box;
+static int by_id(const void *a, const void *b) {
+  const uint32_t x = ((const leaf_box *)a)->id, y = ((const leaf_box *)b)->id;
+  return (x > y) - (x < y);
+}
+
+/* Whether the point where an edge crosses the plane at x_a = at lies in one of the boxes. Exact on grids of few bits. */
+static bool crossing_is_covered(const float *p, const float *q, int a, float at, const leaf_box *box, size_t n) {
+  const double all = (double)q[a] - (double)p[a], part = (double)at - (double)p[a], sign = all < 0 ? -1 : 1;
+  for (size_t i = 0; i < n; i++) {
+    bool within = box[i].lo[a] <= at && at <= box[i].hi[a];
+    for (int b = 0; b < 3; b++) {
+      const double way = ((double)q[b] - (double)p[b]) * part * sign, size = all * sign;
+      if (b == a) continue;
+      within = within && ((double)box[i].lo[b] - (double)p[b]) * size <= way;
+      within = within && way <= ((double)box[i].hi[b] - (double)p[b]) * size;
+    }
+    if (within) return true;
+  }
+  return false;
+}
+
+static uint64_t triangle_uncovered(float v[3][3], const leaf_box *box, size_t n, uint64_t *points) {
+  uint64_t lost = 0;
+  for (size_t i = 0; i < 6 * n; i++) {
+    const int a = (int)(i % 3);
+    const float at = i % 6 < 3 ? box[i / 6].lo[a] : box[i / 6].hi[a];
+    for (int c = 0, d = 2; c < 3; d = c++) {
+      if (!((v[c][a] <= at && at < v[d][a]) || (v[d][a] <= at && at < v[c][a]))) continue;
+      lost += !crossing_is_covered(v[c], v[d], a, at, box, n);
+      *points += 1;
+    }
+  }
+  return lost;
+}
+
+uint64_t tree_uncovered(const pktrt_scene *s, float shrink, uint64_t *points) {
+  uint64_t lost = 0;
+  for (uint32_t g = 0; g < s->bvh_count; g++) {
+    const pktrt__bvh *x = &s->bvhs[g];
+    leaf_box *box = calloc((size_t)x->block_count * 8, sizeof *box);
+    size_t n = 0;
+    if (!box) abort();
+    for (uint32_t i = 0; i < x->node_count * 8; i++) {
+      pktrt__node *node = pktrt__bvh_node(x, i / 8);
+      const uint32_t ref = node->child[i % 8];
+      for (uint32_t l = 0; l < 8 && ref != PKTRT__EMPTY && ref & PKTRT__LEAF; l++) {
+        const uint32_t id = pktrt__bvh_block(x, ref & ~PKTRT__LEAF)->id[l];
+        if (id == PKTRT_NONE) continue;
+        for (uint32_t a = 0; a < 3; a++) {
+          box[n].lo[a] = node->plane[2 * a][i % 8], box[n].hi[a] = node->plane[2 * a + 1][i % 8];
+          box[n].lo[a] += shrink * fabsf(box[n].lo[a]), box[n].hi[a] -= shrink * fabsf(box[n].hi[a]);
+        }
+        box[n++].id = id;
+      }
+    }
+    qsort(box, n, sizeof *box, by_id);
+    for (size_t i = 0, end; i < n; i = end) {
+      const uint32_t m = pktrt__mesh_of_triangle(s->meshes, s->mesh_count, box[i].id, 0);
+      float v[3][3];
+      for (end = i + 1; end < n && box[end].id == box[i].id;) end++;
+      pktrt__mesh_triangle(&s->meshes[m], false, box[i].id - s->meshes[m].first_id, 0, v);
+      lost += triangle_uncovered(v, box + i, end - i, points);
+    }
+    free(box);
+  }
+  return lost;
+}
+
+uint64_t tree_split(const pktrt_scene *s) {
+  uint64_t again = 0;
+  for (uint32_t g = 0; g < s->bvh_count; g++)
+    for (size_t i = 0; i < (size_t)s->bvhs[g].block_count * 8; i++)
+      again += s->bvhs[g].block_triangles[i] != PKTRT_NONE && s->bvhs[g].block_triangles[i] & PKTRT__AGAIN;
+  for (uint32_t m = 0; m < s->model_count; m++) again += tree_split(s->models[m]);
+  return again;
+}
+
 static bool sound(const pktrt_scene *s, const char *when) {
   const char *wrong = tree_fault(s);
   return CHECK(wrong == NULL, "%s: %s", when, wrong);
@@ -143,10 +237,11 @@ static void box_grow_by_block(float box[6], const pktrt_scene *s, const pktrt__b
                               uint32_t key) {
   const uint32_t *id = g->block_triangles + (size_t)block * 8;
   for (uint32_t l = 0, m = 0; l < 8 && id[l] != PKTRT_NONE; l++) {
-    while (id[l] < s->meshes[m].first_id || id[l] - s->meshes[m].first_id >= w->m[m].nt) m = (m + 1) % w->n;
+    const uint32_t which = id[l] & ~PKTRT__AGAIN;
+    while (which < s->meshes[m].first_id || which - s->meshes[m].first_id >= w->m[m].nt) m = (m + 1) % w->n;
     const mesh *from = &w->m[m];
     for (uint32_t c = 0; c < 3; c++) {
-      const uint32_t vertex = from->i[3 * (id[l] - s->meshes[m].first_id) + c];
+      const uint32_t vertex = from->i[3 * (which - s->meshes[m].first_id) + c];
       const float *p = from->p + 3 * ((size_t)key * from->nv + vertex);
       box_grow(box, (float[6]){p[0], p[0], p[1], p[1], p[2], p[2]});
     }
@@ -218,8 +313,8 @@ uint32_t tree_depth(const pktrt_scene *s) {
 bool tree_lane(const pktrt_scene *s, uint32_t group, uint32_t block, uint32_t lane, uint32_t *of, uint32_t *triangle) {
   const pktrt__bvh *g = &s->bvhs[group];
   if (block >= g->block_count || lane >= 8) return false;
-  const uint32_t id = g->block_triangles[(size_t)block * 8 + lane];
-  for (uint32_t m = 0; id != PKTRT_NONE && m < s->mesh_count; m++) {
+  const uint32_t kept = g->block_triangles[(size_t)block * 8 + lane], id = kept & ~PKTRT__AGAIN;
+  for (uint32_t m = 0; kept != PKTRT_NONE && m < s->mesh_count; m++) {
     *of = m, *triangle = id - s->meshes[m].first_id;
     if (id >= s->meshes[m].first_id && *triangle < s->meshes[m].triangle_count) return true;
   }

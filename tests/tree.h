@@ -5,6 +5,11 @@
 
 /* NULL, or what is wrong with a tree of the scene: a bound that is not exact, a triangle that is not there once, ... */
 const char *tree_fault(const pktrt_scene *);
+/* How many of the points where edges of triangles cross sides of their leaves' boxes, so much smaller, lie in none of these; exact
+   for vertices on grids of few bits, at rest. Adds to *points what was looked at. */
+uint64_t tree_uncovered(const pktrt_scene *, float shrink, uint64_t *points);
+/* How many triangles of blocks, models' included, are in another block, too. */
+uint64_t tree_split(const pktrt_scene *);
 /* How many bounds, of all children and keys and of the scene, are not those of the vertices that the world has now. The
    trees must be without fault, or have been so before the world's vertices changed. Adds to *compared what was looked
    at. */

@@ -1,0 +1,254 @@
+/* Split triangles, of trees of the high quality: the same bits as whole ones, boxes that cover them, so many prims and no
+   more, whatever the number of workers. */
+#include "noslack.h"
+#include "tree.h"
+#include "ways.h"
+
+/* Long thin triangles criss-cross among small ones and large walls that lie askew; some twice, so that there are ties. All on a
+   grid of 2^-10. */
+static mesh crossed(uint32_t beams, uint64_t seed) {
+  mesh m = mesh_soup(8 * beams, 0.05f, seed);
+  for (uint32_t t = 0; t < 2 * beams; t++) {
+    rng r = rng_of(seed + (t < beams ? t : t - beams % 7)); /* beams % 7 of the first come again */
+    float *p = m.p + 9 * (size_t)t;
+    for (uint32_t c = 0; c < 9; c++) p[c] = rng_sign(&r);
+    for (uint32_t a = 0; a < 3 && t % 64; a++) p[6 + a] = p[3 + a] + 0.02f * rng_sign(&r);
+  }
+  for (size_t i = 0; i < (size_t)m.nv * 3; i++) m.p[i] = roundf(m.p[i] * 1024) / 1024;
+  return m;
+}
+static world crossed_world(void) {
+  world w = world_of(crossed(small_run ? 100 : 400, 5));
+  w.m[w.n++] = mesh_grid(8, 1.5f);
+  return w;
+}
+
+static pktrt_scene *high_scene(const world *w, pktrt_isa isa, int workers) {
+  pktrt_scene_desc d = scene_desc_of(isa, workers);
+  d.quality = PKTRT_BUILD_HIGH, d.rebuild = PKTRT_REBUILD_NEVER;
+  pktrt_scene *s = pktrt_scene_create(&d);
+  for (uint32_t i = 0; i < w->n; i++) CHECK(mesh_add(s, &w->m[i], NULL) == PKTRT_OK, "%s", pktrt_last_error(s));
+  CHECK(pktrt_commit(s) == PKTRT_OK, "%s", pktrt_last_error(s));
+  return s;
+}
+static void sound(const pktrt_scene *s) {
+  const char *fault = tree_fault(s);
+  CHECK(!fault, "%s", fault);
+}
+
+static void same_bits_as_whole(void) {
+  const size_t n = small_run ? 256 : MANY;
+  size_t wrong = 0, hits = 0;
+  uint64_t split = 0;
+  world w = crossed_world();
+  for (int k = 0; k < isa_count; k++) {
+    pktrt_scene *whole = world_scene(&w, isas[k], 0), *s = high_scene(&w, isas[k], 0);
+    CHECK(tree_split(whole) == 0), split = tree_split(s);
+    sound(s);
+    hits += compare(whole, s, &w, n, &wrong);
+    pktrt_scene_destroy(whole), pktrt_scene_destroy(s);
+  }
+  world_free(&w);
+  CHECK(split > 50, "%u prims more", (unsigned)split);
+  CHECK(wrong == 0, "%zu answers differ", wrong);
+  say("%u prims more than triangles; %zu hits, seven ways each, and all crossings: %zu differ", (unsigned)split, hits,
+      wrong);
+}
+
+static void deform(world *w, pktrt_scene *s) {
+  mesh_place(&w->m[0], (float[3]){1, 0.5f, 1.25f}, (float[3]){0, 0.5f, 0});
+  CHECK(pktrt_set_positions(s, 0, 0, w->m[0].p) == PKTRT_OK && pktrt_refit(s) == PKTRT_OK, "%s", pktrt_last_error(s));
+}
+static void deformed_and_hidden(void) {
+  const size_t n = small_run ? 256 : MANY / 2;
+  size_t wrong = 0, hits = 0;
+  for (int k = 0; k < isa_count; k++) {
+    world w = crossed_world();
+    pktrt_scene *s = high_scene(&w, isas[k], 0);
+    const uint64_t split = tree_split(s);
+    deform(&w, s);
+    sound(s);
+    CHECK(tree_split(s) == split && split > 0, "a refit leaves prims as they are");
+    pktrt_scene *whole = world_scene(&w, isas[k], 0);
+    hits += compare(whole, s, &w, n, &wrong);
+    for (int shown = 0; shown < 2; shown++) {
+      CHECK(pktrt_set_enabled(s, 0, shown) == PKTRT_OK && pktrt_refit(s) == PKTRT_OK);
+      CHECK(pktrt_set_enabled(whole, 0, shown) == PKTRT_OK && pktrt_refit(whole) == PKTRT_OK);
+      hits += compare(whole, s, &w, n, &wrong);
+    }
+    CHECK(pktrt_mark_changed(s) == PKTRT_OK && pktrt_commit(s) == PKTRT_OK);
+    CHECK(tree_split(s) == 0, "what deforms is not split again");
+    hits += compare(whole, s, &w, n, &wrong);
+    pktrt_scene_destroy(whole), pktrt_scene_destroy(s);
+    world_free(&w);
+  }
+  CHECK(wrong == 0, "%zu answers differ", wrong);
+  say("%zu hits: %zu differ", hits, wrong);
+}
+
+/* A model in two places, and many, whose boxes have a tree of the high quality. */
+static pktrt_scene *placed(const world *w, pktrt_isa isa, pktrt_build_quality quality) {
+  static const float straight[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0},
+                     turned[12] = {0, 1, 0, 0.5f, -1, 0, 0, 0, 0, 0, 2, 1};
+  pktrt_scene_desc d = scene_desc_of(isa, 0);
+  const pktrt_mesh_desc beams = mesh_desc(&w->m[0]), floor = mesh_desc(&w->m[1]);
+  uint32_t model = 0, small = 0;
+  d.quality = quality;
+  pktrt_scene *s = pktrt_scene_create(&d);
+  bool ok = pktrt_add_model(s, &beams, 1, &model) == PKTRT_OK && pktrt_add_model(s, &floor, 1, &small) == PKTRT_OK;
+  for (uint32_t i = 0; i < 300 && ok; i++) {
+    const float along[12] = {4, 0, 0, 0.02f * (float)i, 0.25f, 1, 0.25f, -3, 0, 0, 4, -0.04f * (float)i};
+    const pktrt_instance_desc in = {i < 2 ? model : small, 1, i > 1 ? along : i ? turned : straight, 0};
+    ok = pktrt_add_instance(s, &in, NULL) == PKTRT_OK;
+  }
+  CHECK(ok && pktrt_commit(s) == PKTRT_OK, "%s", pktrt_last_error(s));
+  return s;
+}
+static void placed_has_the_bits(void) {
+  const size_t n = small_run ? 64 : 256;
+  size_t wrong = 0, hits = 0;
+  world w = crossed_world();
+  for (int k = 0; k < isa_count; k++) {
+    pktrt_scene *whole = placed(&w, isas[k], PKTRT_BUILD_DEFAULT), *s = placed(&w, isas[k], PKTRT_BUILD_HIGH);
+    CHECK(tree_split(s) > 0 && tree_split(whole) == 0);
+    hits += compare(whole, s, &w, n, &wrong);
+    pktrt_scene_destroy(whole), pktrt_scene_destroy(s);
+  }
+  world_free(&w);
+  CHECK(wrong == 0, "%zu answers differ", wrong);
+  say("%zu hits: %zu differ", hits, wrong);
+}
+
+/* Rays through points of the long triangles; those that meet nothing there. */
+static size_t missed(const world *w, const pktrt_scene *s, bool copy) {
+  static pktrt_ray ray[MANY];
+  static pktrt_hit hit[MANY];
+  static bool hidden[MANY];
+  pktrt_query_desc q;
+  size_t lost = 0;
+  memset(&q, 0, sizeof q);
+  for (uint32_t i = 0; i < MANY; i++) {
+    rng r = rng_of(i);
+    const mesh *m = &w->m[0];
+    const uint32_t *c = m->i + 3 * (size_t)rng_below(&r, m->nt / 4);
+    const float u = rng_unit(&r), v = rng_unit(&r) * (1 - u);
+    float p[3], d[3];
+    for (uint32_t a = 0; a < 3; a++) {
+      p[a] = (1 - u - v) * m->p[3 * c[0] + a] + u * m->p[3 * c[1] + a] + v * m->p[3 * c[2] + a];
+      d[a] = rng_sign(&r);
+    }
+    ray[i] = ray_of(p[0] - d[0], p[1] - d[1], p[2] - d[2], d[0], d[1], d[2]);
+    ray[i].tmin = 1 - 0x1p-10f, ray[i].tmax = 1 + 0x1p-10f;
+  }
+  for (int path = PKTRT_PATH_FAST; path <= PKTRT_PATH_SINGLE; path++) {
+    q.path = (pktrt_path)path;
+    (copy ? noslack_intersect : pktrt_intersect_ex)(s, &q, ray, hit, MANY);
+    (copy ? noslack_occluded : pktrt_occluded_ex)(s, &q, ray, hidden, MANY);
+    for (uint32_t i = 0; i < MANY; i++) {
+      pktrt_hit want;
+      const bool there = ref_intersect(w, &ray[i], &want);
+      lost += there && (!same_bits(&hit[i], &want, sizeof want) || !hidden[i]);
+    }
+  }
+  return lost;
+}
+static void covered(void) {
+  uint64_t points = 0, ignored = 0;
+  world w = crossed_world();
+  pktrt_scene *s = high_scene(&w, PKTRT_ISA_AUTO, 0);
+  const uint64_t lost = tree_uncovered(s, 0, &points), control = tree_uncovered(s, 0x1p-20f, &ignored);
+  CHECK(lost == 0 && points > 1000, "%u of %u points", (unsigned)lost, (unsigned)points);
+  CHECK(control > 100, "the control, boxes smaller by a millionth, leaves %u out", (unsigned)control);
+  const size_t rays = missed(&w, s, false);
+  pktrt_scene_destroy(s);
+  slack_left = slack_whole;
+  size_t missed_by[2];
+  for (int i = 0; i < 2; i++) {
+    slack_left.parts = i ? -0x1p18f : 1;
+    pktrt_scene *copy = noslack_split(&w, PKTRT_ISA_AUTO);
+    if (!CHECK(copy != NULL)) break;
+    missed_by[i] = missed(&w, copy, true);
+    noslack_destroy(copy);
+  }
+  slack_left = slack_none;
+  CHECK(rays == 0 && missed_by[0] == 0, "%zu, and by the copy %zu", rays, missed_by[0]);
+  CHECK(missed_by[1] > 20, "the control, parts with smaller boxes, misses %zu", missed_by[1]);
+  say("%u points of edges, %u outside all boxes, control, smaller boxes: %u; rays to triangles: %zu miss, control, "
+      "boxes of "
+      "parts smaller by 2^-5: %zu",
+      (unsigned)points, (unsigned)lost, (unsigned)control, rays, missed_by[1]);
+  world_free(&w);
+}
+
+static void bounded(void) {
+  world w = world_of(crossed(small_run ? 100 : 400, 7));
+  const uint32_t n = w.m[0].nt;
+  pktrt_scene_info info, whole_info;
+  for (uint32_t i = 0; i < n / 4; i++) /* long ones everywhere: more would be split than may be */
+    for (uint32_t a = 0; a < 9; a++) w.m[0].p[9 * (n - 1 - i) + a] = w.m[0].p[9 * i + a];
+  memset(w.m[0].p, 0, 9 * sizeof *w.m[0].p); /* one has no area */
+  pktrt_scene *s = high_scene(&w, PKTRT_ISA_AUTO, 0), *whole = world_scene(&w, PKTRT_ISA_AUTO, 0);
+  const uint64_t split = tree_split(s);
+  CHECK(split > n / 24 && split <= n / 6, "%u of %u are split", (unsigned)split, (unsigned)n);
+  for (int flat = 0; flat < 2; flat++) {
+    pktrt_get_scene_info(s, &info), pktrt_get_scene_info(whole, &whole_info);
+    CHECK(info.triangles == n && info.degenerate == whole_info.degenerate, "%u without area, not %u",
+          (unsigned)info.degenerate, (unsigned)whole_info.degenerate);
+    for (int a = 0; a < 3; a++)
+      CHECK(info.bounds_lo[a] == whole_info.bounds_lo[a] && info.bounds_hi[a] == whole_info.bounds_hi[a],
+            "bounds differ");
+    for (size_t i = 0; i < (size_t)n * 9; i++) w.m[0].p[i] = i % 3 ? 0 : w.m[0].p[i]; /* now none has */
+    CHECK(pktrt_set_positions(s, 0, 0, w.m[0].p) == PKTRT_OK && pktrt_refit(s) == PKTRT_OK);
+    CHECK(pktrt_set_positions(whole, 0, 0, w.m[0].p) == PKTRT_OK && pktrt_refit(whole) == PKTRT_OK);
+  }
+  say("%u prims more than %u triangles", (unsigned)split, (unsigned)n);
+  pktrt_scene_destroy(s), pktrt_scene_destroy(whole);
+  world_free(&w);
+}
+
+/* The memory at most, of the high quality and of the default one, per triangle. */
+static void memory_is_stated(void) {
+  world w = world_of(crossed(small_run ? 1000 : 8000, 3));
+  double peak[2], bytes[2];
+  for (int high = 0; high < 2; high++) {
+    const size_t before = hooks.peak_bytes = hooks.live_bytes;
+    pktrt_scene *s = high ? high_scene(&w, PKTRT_ISA_AUTO, 0) : world_scene(&w, PKTRT_ISA_AUTO, 0);
+    peak[high] = (double)(hooks.peak_bytes - before) / w.m[0].nt;
+    bytes[high] = (double)(hooks.live_bytes - before) / w.m[0].nt;
+    pktrt_scene_destroy(s);
+  }
+  CHECK(bytes[1] < 1.35 * bytes[0], "%g bytes per triangle, not %g", bytes[1], bytes[0]);
+  CHECK(peak[1] < peak[0] + 88 / 6.0 + 7 / 6.0 * 104, "%g bytes per triangle while built, default %g", peak[1],
+        peak[0]);
+  say("bytes per triangle %.1f, while built %.1f; default %.1f, %.1f", bytes[1], peak[1], bytes[0], peak[0]);
+  world_free(&w);
+}
+
+static bool same_tree(const pktrt_scene *a, const pktrt_scene *b) {
+  pktrt_node x, y;
+  uint32_t i = 0;
+  for (; pktrt_get_node(a, 0, i, 0, &x); i++)
+    if (!pktrt_get_node(b, 0, i, 0, &y) || !same_bits(&x, &y, sizeof x)) return false;
+  return i > 1 && !pktrt_get_node(b, 0, i, 0, &y);
+}
+static void workers(void) {
+  static const int count[4] = {0, 1, 2, 7};
+  world w = world_of(crossed(small_run ? 1200 : 4000, 1));
+  pktrt_scene *s[4];
+  for (int i = 0; i < 4; i++) s[i] = high_scene(&w, PKTRT_ISA_AUTO, count[i]);
+  for (int i = 1; i < 4; i++) CHECK(same_tree(s[0], s[i]), "%d workers build another tree", count[i]);
+  CHECK(tree_split(s[0]) > 100);
+  sound(s[3]);
+  for (int i = 0; i < 4; i++) pktrt_scene_destroy(s[i]);
+  world_free(&w);
+}
+
+void suite_splits(void) {
+  run("split triangles have the bits of whole ones, every way", same_bits_as_whole);
+  run("split triangles that are deformed or hidden have the bits of whole ones", deformed_and_hidden);
+  run("instances of split models have the bits of whole ones", placed_has_the_bits);
+  run("boxes cover split triangles, and smaller ones would not", covered);
+  run("at most a sixth more prims than triangles are made, and triangles are counted once", bounded);
+  run("split triangles take the memory that is stated", memory_is_stated);
+  run("any number of workers splits the same triangles", workers);
+}

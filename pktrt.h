@@ -7481,6 +7481,8 @@ PKTRT__NOINLINE void pktrt__tri_settle_edges(const pktrt__bvh_segment *seg, cons
 PKTRT__NOINLINE bool pktrt__tri_settle(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r,
                                        pktrt__single *single, pktrt__tri_candidates *c, uint32_t lane) {
   const uint32_t slot = c->index * 8 + lane, id = c->id[lane];
+  if (id == (single ? single->id : b->id[r]) && (single ? single->slot : b->slot[r]) != PKTRT_NONE)
+    return false; /* a split triangle, again */
   if (PKTRT__WITH_VECTORS && (c->maybe & ~c->inside) && !c->settled) {
     pktrt__tri_settle_edges(seg, b, r, single, c);
     c->settled = true;
@@ -8118,6 +8120,8 @@ PKTRT__NOINLINE uint32_t pktrt__frustum_accept(const pktrt__bvh_segment *seg, pk
   const uint32_t sure = fbits(flt(edge, fmax_(least, fsub(zero, most))));
   uint32_t taken = bits & sure & fbits(fmand(flt(fload(b->sn + r), lo), flt(hi, fload(b->sf + r))));
   uint32_t open = bits & ~taken;
+  for (uint32_t i = 0; open && i < FW; i += 8) /* a split triangle, again */
+    open &= ~((veq_u32(b->id + r + i, tri->id) & ~pktrt__lanes_unhit(b->slot + r + i) & 0xFF) << i);
   if (tri->counts)
     tri->counts->canonical_tests += pktrt__popcount(bits), tri->counts->settlings += pktrt__popcount(open);
   pktrt__frustum_set_hits(seg, b, r, taken, lo, hi, tri->id, tri->slot);

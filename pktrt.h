@@ -1,4 +1,4 @@
-/* pktrt.h - v0.13.0 - packet ray tracing in one C header: queries, for one ray or for millions, and pictures
+/* pktrt.h - v0.14.0 - packet ray tracing in one C header: queries, for one ray or for millions, and pictures
 
    After Boulos, Edwards, Lacewell, Kniss, Kautz, Shirley and Wald, "Packet-based Whitted and Distribution Ray Tracing",
    Graphics Interface 2007. MIT or public domain, at your choice (>>licence, at the end of the file).
@@ -546,7 +546,7 @@
 extern "C" {
 #endif
 
-#define PKTRT_VERSION 1300              /* major * 10000 + minor * 100 + patch */
+#define PKTRT_VERSION 1400              /* major * 10000 + minor * 100 + patch */
 #define PKTRT_NONE 0xFFFFFFFFu          /* "no mesh", "no triangle" */
 #define PKTRT_MAX_TRIANGLES 2147483647u /* of a scene; more: PKTRT_LIMIT */
 #define PKTRT_MAX_KEYS 1024u            /* motion keys of one mesh; more: PKTRT_LIMIT */
@@ -7297,6 +7297,9 @@ OP v8 pktrt__tri_corner(const float *k0, const float *k1, v8 ta, v8 tb, const bo
 typedef struct pktrt__tri_shear {
   v8 o[3], slope[2], ta, tb; /* by k, u, v */
   uint32_t at[3];            /* where a corner's coordinates stand, in floats */
+  const pktrt__batch *b;     /* whose ray r it is, if not a single one */
+  const pktrt__single *single;
+  uint32_t r;
 } pktrt__tri_shear;
 
 /* Where the coordinates along a ray's axes k, u and v stand in a batch. */
@@ -7312,12 +7315,15 @@ SHARED pktrt__tri_shear pktrt__tri_shear_of(const pktrt__batch *b, uint32_t r, c
   const float *o = single ? single->ray->origin : &b->o[0][r];
   UNROLL for (int i = 0; i < 3; i++) q.o[i] = vset(o[row[i]]), q.at[i] = 8 * axis[i];
   UNROLL for (int i = 0; i < 2; i++) q.slope[i] = vset(single ? single->slope[i] : b->slope[i][r]);
-  q.ta = q.tb = q.o[0];
+  q.ta = q.tb = q.o[0], q.b = b, q.single = single, q.r = r;
   if (moving) q.ta = vset(single ? single->ta : b->ta[r]), q.tb = vset(single ? single->tb : b->tb[r]);
   return q;
 }
 /* WHY apart: most blocks are dropped before depths are looked at. */
-SHARED pktrt__tri_limits pktrt__tri_limits_of(const pktrt__batch *b, uint32_t r, const pktrt__single *single) {
+SHARED pktrt__tri_limits pktrt__tri_limits_of(const pktrt__tri_shear *q) {
+  const pktrt__batch *b = q->b;
+  const pktrt__single *single = q->single;
+  const uint32_t r = q->r;
   pktrt__tri_limits l;
   l.sign = vcopysign(vset(1), vset(single ? single->dk : b->dk[r])), l.tiny = vset(single ? single->tiny : b->tiny[r]);
   l.wn = vset(single ? single->wn : b->wn[r]), l.wf = vset(single ? single->wf : b->wf[r]);
@@ -7349,20 +7355,18 @@ typedef struct pktrt__tri_candidates {
 
 /* Filters the triangles of a block in single precision, bounds of their depths in lo and hi, 8 floats each; `early`:
    without the estimate where nothing is hit. */
-OP pktrt__tri_candidates pktrt__tri_filter_block(const pktrt__batch *b, uint32_t r, const pktrt__single *single,
-                                                 const pktrt__bvh_segment *seg, const pktrt__block *block,
-                                                 uint32_t index, const bool early, float *lo, float *hi,
-                                                 const bool moving) {
-  const pktrt__tri_shear q = pktrt__tri_shear_of(b, r, single, moving);
+OP pktrt__tri_candidates pktrt__tri_filter_block(const pktrt__tri_shear *q, const pktrt__bvh_segment *seg,
+                                                 const pktrt__block *block, uint32_t index, const bool early, float *lo,
+                                                 float *hi, const bool moving) {
   const uint32_t occupied = pktrt__lanes_occupied(block->id);
   pktrt__tri_candidates c = {index, block->id, lo, hi, 0, 0, 0, false};
   for (uint32_t first = 0; first < 8; first += PKTRT__TURN_LANES) {
     v8 x[3], y[3], z[3];
-    pktrt__tri_shear_turn(&q, seg, block, first, x, y, z, moving);
+    pktrt__tri_shear_turn(q, seg, block, first, x, y, z, moving);
     const pktrt__tri_edges edges = pktrt__tri_edge_functions(x, y, z);
     const uint32_t open = occupied >> first & ~pktrt__tri_outside(&edges) & PKTRT__TURN_MASK;
     if (early && !open) continue;
-    const pktrt__tri_limits l = pktrt__tri_limits_of(b, r, single);
+    const pktrt__tri_limits l = pktrt__tri_limits_of(q);
     const pktrt__tri_estimate e = pktrt__tri_depth_bounds(&edges, z, &l);
     vstore_turn(lo + first, e.lo), vstore_turn(hi + first, e.hi);
     c.maybe |= (e.maybe & open) << first;
@@ -7581,7 +7585,7 @@ OP bool pktrt__tri_any_hit(const pktrt__bvh_segment *seg, pktrt__batch *b, uint3
     const pktrt__tri_edges e = pktrt__tri_edge_functions(x, y, z);
     const uint32_t may = occupied >> first & ~pktrt__tri_outside(&e) & PKTRT__TURN_MASK;
     if (!may) continue;
-    const pktrt__tri_limits l = pktrt__tri_limits_of(b, r, single);
+    const pktrt__tri_limits l = pktrt__tri_limits_of(&q);
     const pktrt__tri_occluders o = pktrt__tri_any_turn(&l, z, &e, may);
     if (o.open & o.inside & o.within) return true;
     open |= o.open << first, inside |= (o.inside & PKTRT__TURN_MASK) << first, within |= o.within << first;
@@ -8198,7 +8202,8 @@ OP uint32_t pktrt__tri_block_template(const pktrt__bvh_segment *seg, pktrt__batc
   if (is.occlusion && !is.stats) return pktrt__tri_any_hit(seg, b, r, single, index, is.moving);
   const pktrt__block *block = pktrt__segment_block(seg, index, is.moving);
   PKTRT__ALIGN64 float lo[8], hi[8];
-  pktrt__tri_candidates c = pktrt__tri_filter_block(b, r, single, seg, block, index, true, lo, hi, is.moving);
+  const pktrt__tri_shear q = pktrt__tri_shear_of(b, r, single, is.moving);
+  pktrt__tri_candidates c = pktrt__tri_filter_block(&q, seg, block, index, true, lo, hi, is.moving);
   COUNT(triangle_tests, pktrt__popcount(pktrt__lanes_occupied(block->id)));
   return c.maybe ? pktrt__tri_record(seg, b, r, single, &c, is) : 0;
 }
@@ -8217,8 +8222,8 @@ OP uint64_t pktrt__stream_closest_block(const pktrt__bvh_segment *seg, pktrt__ba
     uint32_t n = 0;
     for (; mask && n < NOTES; mask &= mask - 1) {
       const uint32_t i = pktrt__lowest_bit(mask), r = list[i];
-      const pktrt__tri_candidates e =
-          pktrt__tri_filter_block(b, r, NULL, seg, block, index, false, lo[n], hi[n], moving);
+      const pktrt__tri_shear q = pktrt__tri_shear_of(b, r, NULL, moving);
+      const pktrt__tri_candidates e = pktrt__tri_filter_block(&q, seg, block, index, false, lo[n], hi[n], moving);
       maybe[n] = (uint8_t)e.maybe, inside[n] = (uint8_t)e.inside, after[n] = (uint8_t)e.after, ray[n] = (uint8_t)i;
       n += e.maybe != 0;
     }
@@ -17577,6 +17582,8 @@ PKTRT_DEF size_t pktrt_scene_report_text(const pktrt_scene_report *r, char *text
 #endif /* the public functions */
 /* >>changes ----------------------------------------------------------------------------------------------------------
 
+     0.14.0   Faster: ties and surfaces that rays leave are told apart eight rays at a time, the last occluder is asked first,
+              rows are copied by vectors. PKTRT_BUILD_HIGH splits: large triangles at rest lie in several leaves.
      0.13.0   Passes made in several places: pktrt_render_pass, pktrt_add_pass, pktrt_finish_passes. Trees are split by all
               workers from the first level on.
      0.12.0   To look inside: pktrt_get_tree, pktrt_get_node; steps of the paper's path left out (paper_steps); events of leaves

@@ -615,7 +615,7 @@ else
 	$(BUILD) $(B)/peers
 	touch $(B)/peers.begun
 	$(B)/peers --results $(RESULTS) $(if $(FULL),--full) $(BENCH_ARGS) $(MESHES)
-	[ ! $(RESULTS)/peers.csv -nt $(B)/peers.begun ] || \
+	[ ! $(RESULTS)/peers.csv -nt $(B)/peers.begun ] || ! grep -q avx512 $(RESULTS)/peers.csv || \
 	  grep -E '^(#|scene,|poolhall,)' $(RESULTS)/peers.csv >$(RESULTS)/peers_poolhall.csv
 	@$(MAKE) --no-print-directory bench-plots bench-readme
 endif

@@ -174,14 +174,13 @@ static void covered(void) {
   CHECK(rays == 0 && missed_by[0] == 0, "%zu, and by the copy %zu", rays, missed_by[0]);
   CHECK(missed_by[1] > 20, "the control, parts with smaller boxes, misses %zu", missed_by[1]);
   say("%u points of edges, %u outside all boxes, control, smaller boxes: %u; rays to triangles: %zu miss, control, "
-      "boxes of "
-      "parts smaller by 2^-5: %zu",
+      "boxes of parts smaller by 2^-5: %zu",
       (unsigned)points, (unsigned)lost, (unsigned)control, rays, missed_by[1]);
   world_free(&w);
 }
 
 static void bounded(void) {
-  world w = world_of(crossed(small_run ? 100 : 400, 7));
+  world w = world_of(crossed(400, 7));
   const uint32_t n = w.m[0].nt;
   pktrt_scene_info info, whole_info;
   for (uint32_t i = 0; i < n / 4; i++) /* long ones everywhere: more would be split than may be */

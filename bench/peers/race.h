@@ -150,27 +150,19 @@ typedef struct mode {
 #define COHERENT RTC_INTERSECT_CONTEXT_FLAG_COHERENT
 /* Embree's modes stand twice: as they are, and robust in the same order. */
 enum { SINGLE_OURS = 2, FIRST_EMBREE = 3, FIRST_ROBUST = 12, MODES = 21, WAYS = FIRST_ROBUST - FIRST_EMBREE };
+#define EMBREE_MODES(robust)                                                                              \
+  {"single" robust, EMBREE, {1, false, PLAIN}}, {"8" robust, EMBREE, {8, false, PLAIN}},                  \
+      {"8 coherent" robust, EMBREE, {8, false, COHERENT}}, {"16" robust, EMBREE, {16, false, PLAIN}},     \
+      {"16 coherent" robust, EMBREE, {16, false, COHERENT}}, {"stream" robust, EMBREE, {1, true, PLAIN}}, \
+      {"stream coherent" robust, EMBREE, {1, true, COHERENT}},                                            \
+      {"arrays" robust, EMBREE, {EMBREE_ARRAYS, true, PLAIN}}, {                                          \
+    "arrays coherent" robust, EMBREE, { EMBREE_ARRAYS, true, COHERENT }                                   \
+  }
 static const mode modes[MODES] = {{"_n", OURS_N, {0, false, PLAIN}},
                                   {"_soa", OURS_SOA, {0, false, PLAIN}},
                                   {"single", OURS_SINGLE, {0, false, PLAIN}},
-                                  {"single", EMBREE, {1, false, PLAIN}},
-                                  {"8", EMBREE, {8, false, PLAIN}},
-                                  {"8 coherent", EMBREE, {8, false, COHERENT}},
-                                  {"16", EMBREE, {16, false, PLAIN}},
-                                  {"16 coherent", EMBREE, {16, false, COHERENT}},
-                                  {"stream", EMBREE, {1, true, PLAIN}},
-                                  {"stream coherent", EMBREE, {1, true, COHERENT}},
-                                  {"arrays", EMBREE, {EMBREE_ARRAYS, true, PLAIN}},
-                                  {"arrays coherent", EMBREE, {EMBREE_ARRAYS, true, COHERENT}},
-                                  {"single robust", EMBREE, {1, false, PLAIN}},
-                                  {"8 robust", EMBREE, {8, false, PLAIN}},
-                                  {"8 coherent robust", EMBREE, {8, false, COHERENT}},
-                                  {"16 robust", EMBREE, {16, false, PLAIN}},
-                                  {"16 coherent robust", EMBREE, {16, false, COHERENT}},
-                                  {"stream robust", EMBREE, {1, true, PLAIN}},
-                                  {"stream coherent robust", EMBREE, {1, true, COHERENT}},
-                                  {"arrays robust", EMBREE, {EMBREE_ARRAYS, true, PLAIN}},
-                                  {"arrays coherent robust", EMBREE, {EMBREE_ARRAYS, true, COHERENT}}};
+                                  EMBREE_MODES(""),
+                                  EMBREE_MODES(" robust")};
 
 static bool is_robust(int m) { return m >= FIRST_ROBUST; }
 static int first_like(int m) { return is_robust(m) ? FIRST_ROBUST : FIRST_EMBREE; } /* its single calls */

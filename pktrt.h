@@ -6903,6 +6903,7 @@ typedef __mmask16 mf;
 #define pktrt__frustum_template PKTRT__NAME(pktrt__frustum_template)
 #define pktrt__frustum_test_child PKTRT__NAME(pktrt__frustum_test_child)
 #define pktrt__frustum_test_child_from PKTRT__NAME(pktrt__frustum_test_child_from)
+#define pktrt__frustum_test_child_template PKTRT__NAME(pktrt__frustum_test_child_template)
 #define pktrt__frustum_test_child_moving PKTRT__NAME(pktrt__frustum_test_child_moving)
 #define pktrt__frustum_test_moving PKTRT__NAME(pktrt__frustum_test_moving)
 #define pktrt__frustum_test_triangle PKTRT__NAME(pktrt__frustum_test_triangle)
@@ -7870,27 +7871,35 @@ OP uint64_t pktrt__frustum_test_child(const pktrt__frustum *f, const pktrt__batc
   return result;
 }
 /* Does so for rays of one origin: what is taken from the planes, o +- D, is the same for all of them. */
-OP uint64_t pktrt__frustum_test_child_from(const pktrt__frustum *f, const pktrt__batch *b, const float *p0,
-                                           const float *p1, uint64_t mask, const bool moving) {
-  vf l0[3], h0[3], way[2][3];
+OP uint64_t pktrt__frustum_test_child_template(const pktrt__frustum *f, const pktrt__batch *b, const float *p0,
+                                               const float *p1, uint64_t mask, const bool moving) {
+  vf l0[3], h0[3], l_way[3], h_way[3];
   uint64_t result = 0;
   UNROLL for (uint32_t a = 0; a < 3; a++) {
     const uint32_t back = f->octant >> a & 1, n = 16 * a + 8 * back, x = n ^ 8;
     const float o = b->o[a][f->first], pad = back ? -b->pad[f->first] : b->pad[f->first];
     l0[a] = fset(p0[n] - (o + pad)), h0[a] = fset(p0[x] - (o - pad));
-    if (moving) way[0][a] = fset(p1[n] - p0[n]), way[1][a] = fset(p1[x] - p0[x]);
+    if (moving) l_way[a] = fset(p1[n] - p0[n]), h_way[a] = fset(p1[x] - p0[x]);
   }
-  UNROLL_WIDE for (uint32_t i = 0; i < 64; i += FW) {
+  for (uint32_t i = 0; i < 64; i += FW) {
     const uint32_t bits = (uint32_t)(mask >> i) & ((1u << FW) - 1), r = f->base + i;
     vf n = fload(b->wn + r), x = fload(b->wf + r);
     UNROLL for (int a = 0; a < 3; a++) {
       const vf rd = fload(b->rd[a] + r), t = fload(b->tb + r);
-      n = fmax_(fmul(moving ? ffma(t, way[0][a], l0[a]) : l0[a], rd), n);
-      x = fmin_(fmul(moving ? ffma(t, way[1][a], h0[a]) : h0[a], rd), x);
+      n = fmax_(fmul(moving ? ffma(t, l_way[a], l0[a]) : l0[a], rd), n);
+      x = fmin_(fmul(moving ? ffma(t, h_way[a], h0[a]) : h0[a], rd), x);
     }
     result |= (uint64_t)(fbits(fle(n, x)) & bits) << i;
   }
   return result;
+}
+PKTRT__NOINLINE uint64_t pktrt__frustum_test_child_from(const pktrt__frustum *f, const pktrt__batch *b, const float *p0, uint64_t mask) {
+  return pktrt__frustum_test_child_template(f, b, p0, p0, mask, false);
+}
+PKTRT__NOINLINE uint64_t pktrt__frustum_test_child_moving(const pktrt__frustum *f, const pktrt__batch *b,
+                                                          const float *p0, const float *p1, uint64_t mask) {
+  return f->common ? pktrt__frustum_test_child_template(f, b, p0, p1, mask, true)
+                   : pktrt__frustum_test_child(f, b, p0, p1, mask, true);
 }
 
 /* Values of the triangles of a block that all rays of a packet share. */
@@ -8735,12 +8744,6 @@ OP bool pktrt__frustum_is_thin(uint64_t mask, uint32_t ref, const bool occlusion
   return pktrt__popcount(mask) <= few * (occlusion ? (moving ? 6 : 4) : moving ? 4 : 2);
 }
 
-#if PKTRT__WITH_TOP_FRUSTA
-PKTRT__NOINLINE uint64_t pktrt__frustum_test_child_moving(const pktrt__frustum *f, const pktrt__batch *b,
-                                                          const float *p0, const float *p1, uint64_t mask) {
-  return pktrt__frustum_test_child(f, b, p0, p1, mask, true);
-}
-#endif
 #if FRUSTA
 #if PKTRT__WITH_TOP_FRUSTA
 SMALL uint64_t pktrt__place_packet(pktrt__frustum *f, const pktrt_scene *scene, const pktrt__bvh_segment *seg,
@@ -8792,12 +8795,9 @@ OP uint64_t pktrt__frustum_template(pktrt__frustum *f, const pktrt__bvh_segment 
       mask = e->w > f->wmax ? 0 : e->mask & alive, ref = e->ref;
       if (mask && e->plane) {
         COUNT(box_tests, pktrt__popcount(mask));
-#if PKTRT__WITH_TOP_FRUSTA
-        if (top) mask = pktrt__frustum_test_child_moving(f, b, e->plane, e->plane + to_key1, mask);
-        else
-#endif
-          mask = f->common ? pktrt__frustum_test_child_from(f, b, e->plane, e->plane + to_key1, mask, is.moving)
-                           : pktrt__frustum_test_child(f, b, e->plane, e->plane + to_key1, mask, is.moving);
+        if (is.moving) mask = pktrt__frustum_test_child_moving(f, b, e->plane, e->plane + to_key1, mask);
+        else if (f->common) mask = pktrt__frustum_test_child_from(f, b, e->plane, mask);
+        else mask = pktrt__frustum_test_child(f, b, e->plane, e->plane, mask, false);
         COUNT(ray_culls, !mask);
       }
     } while (!mask);

@@ -2178,8 +2178,9 @@ PKTRT__INLINE void pktrt__build_box_grow(float *b, const float *p) {
 }
 /* Returns half the surface area of a box scaled by s. */
 PKTRT__INLINE float pktrt__build_box_area(const float *b, float s) {
-  float x = (b[0] + b[4]) * s, y = (b[1] + b[5]) * s, z = (b[2] + b[6]) * s; /* all signs flipped */
-  return x * (y + z) + y * z;
+  float e[4]; /* extents, all signs flipped; the fourth only fills the vector */
+  for (int i = 0; i < 4; i++) e[i] = (b[i] + b[i + 4]) * s;
+  return e[0] * (e[1] + e[2]) + e[1] * e[2];
 }
 /* Returns the cost of a side with n triangles, per area. */
 PKTRT__INLINE float pktrt__build_side_cost(uint32_t n) {
@@ -2590,20 +2591,42 @@ static uint32_t pktrt__build_split_binned(pktrt__builder *b, const pktrt__build_
   return left;
 }
 
-/* Sorts prims by centroid along an axis: ranks from all pairs, ties by index. Quadratic, but branchless; n is small. */
-static void pktrt__build_sort_axis(const pktrt__build_prim *p, uint32_t n, uint32_t axis, uint8_t *order) {
-  float c[PKTRT__MAX_SWEEP];
-  uint32_t rank[PKTRT__MAX_SWEEP];
-  for (uint32_t i = 0; i < n; i++) {
-    uint32_t mine = 0;
-    float ci = p[i].box[axis] - p[i].box[axis + 4];
-    for (uint32_t j = 0; j < i; j++) {
-      uint32_t before = c[j] <= ci;
-      mine += before, rank[j] += 1 - before;
-    }
-    c[i] = ci, rank[i] = mine;
+/* Makes the lesser of two keys the first, on each axis. */
+PKTRT__INLINE void pktrt__build_exchange(float *first, float *second) {
+  float least[4], most[4];
+  for (int a = 0; a < 4; a++) { /* the fourth only fills the vector */
+    const float x = first[a], y = second[a];
+    least[a] = x < y ? x : y, most[a] = x > y ? x : y;
   }
-  for (uint32_t i = 0; i < n; i++) order[rank[i]] = (uint8_t)i;
+  memcpy(first, least, sizeof least), memcpy(second, most, sizeof most);
+}
+
+/* Sorts the prims of a range by centroid along all axes at once, by Batcher's network (1968): the same exchanges whatever the
+   keys are. These are distances from the range's low side, with the prims' numbers for last bits. */
+static void pktrt__build_sort(const pktrt__build_prim *p, const pktrt__build_range *r, uint8_t order[3][PKTRT__MAX_SWEEP]) {
+  float key[PKTRT__MAX_SWEEP][4];
+  const uint32_t n = r->count;
+  uint32_t bits;
+  for (uint32_t i = 0; i < n; i++) {
+    for (int a = 0; a < 4; a++) key[i][a] = p[i].box[a] - p[i].box[a + 4] - 2 * r->box[a];
+    for (int a = 0; a < 3; a++) {
+      memcpy(&bits, &key[i][a], 4);
+      bits = (bits & ~(PKTRT__MAX_SWEEP - 1u)) | i;
+      memcpy(&key[i][a], &bits, 4);
+    }
+  }
+  for (uint32_t whole = 1; whole < n; whole *= 2) /* merges sorted parts of that many keys */
+    for (uint32_t apart = whole; apart; apart /= 2)
+      for (uint32_t from = apart % whole; from + apart < n; from += 2 * apart) {
+        const uint32_t end = from + 2 * apart < n ? from + apart : n - apart;
+        for (uint32_t i = from; i < end; i++)
+          if (!((i ^ (i + apart)) & 2 * whole)) pktrt__build_exchange(key[i], key[i + apart]);
+      }
+  for (uint32_t i = 0; i < n; i++)
+    for (int a = 0; a < 3; a++) {
+      memcpy(&bits, &key[i][a], 4);
+      order[a][i] = (uint8_t)(bits & (PKTRT__MAX_SWEEP - 1u));
+    }
 }
 
 /* Splits a small range at the cheapest cut of its sorted prims on any axis, and moves the prims; returns how many are
@@ -2612,19 +2635,20 @@ static uint32_t pktrt__build_split_sweep(pktrt__build_prim *p, const pktrt__buil
                                          pktrt__build_range part[2]) {
   const float unit = pktrt__build_unit_of(r), area = pktrt__build_box_area(r->box, unit);
   uint8_t order[3][PKTRT__MAX_SWEEP];
-  float right[PKTRT__MAX_SWEEP], best = FLT_MAX, box[8];
+  float right[PKTRT__MAX_SWEEP], cost_of[PKTRT__MAX_SWEEP], best = FLT_MAX, box[8];
   uint32_t n = r->count, axis = 0, left = 0;
+  for (uint32_t i = 0; i < n; i++) cost_of[i] = pktrt__build_side_cost(i);
+  pktrt__build_sort(p, r, order);
   for (uint32_t a = 0; a < 3; a++) {
-    pktrt__build_sort_axis(p, n, a, order[a]);
     pktrt__build_box_clear(box);
     for (uint32_t i = n - 1; i > 0; i--) {
       pktrt__build_box_grow(box, p[order[a][i]].box);
-      right[i] = pktrt__build_box_area(box, unit) * pktrt__build_side_cost(n - i);
+      right[i] = pktrt__build_box_area(box, unit) * cost_of[n - i];
     }
     pktrt__build_box_clear(box);
     for (uint32_t i = 1; i < n; i++) {
       pktrt__build_box_grow(box, p[order[a][i - 1]].box);
-      float cost = pktrt__build_box_area(box, unit) * pktrt__build_side_cost(i) + right[i];
+      float cost = pktrt__build_box_area(box, unit) * cost_of[i] + right[i];
       if (cost < best) best = cost, axis = a, left = i;
     }
   }

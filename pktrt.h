@@ -2182,9 +2182,9 @@ PKTRT__INLINE float pktrt__build_box_area(const float *b, float s) {
   for (int i = 0; i < 4; i++) e[i] = (b[i] + b[i + 4]) * s;
   return e[0] * (e[1] + e[2]) + e[1] * e[2];
 }
-/* Returns the cost of a side with n triangles, per area. */
+/* Returns the cost of a side with n triangles, per area: 3/4 a block and 1/32 a triangle. */
 PKTRT__INLINE float pktrt__build_side_cost(uint32_t n) {
-  return 0.75f * (float)(int32_t)((n + 7) >> 3) + 0.03125f * (float)(int32_t)n;
+  return 0.03125f * (float)(24 * ((int64_t)(n + 7) >> 3) + (int64_t)n);
 }
 /* Returns the power of two that brings x >= 0 to [1,2), as far as there is one. */
 static float pktrt__build_unit_scale(float x) {

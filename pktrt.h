@@ -3479,7 +3479,7 @@ static void pktrt__bvh_free(const pktrt_scene_desc *desc, pktrt__bvh *bvh) {
 }
 
 static void pktrt__build_set_quality(pktrt__builder *b) {
-  b->sampled = 8192;
+  b->sampled = 2048;
   switch (b->desc->quality) {
   case PKTRT_BUILD_FAST: b->bins = 12, b->few_bins = 8, b->few = b->many = 32, b->sweep = 8; break;
   case PKTRT_BUILD_HIGH:

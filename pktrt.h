@@ -8653,7 +8653,9 @@ OP void pktrt__stream_open_node(const pktrt__bvh_segment *seg, pktrt__batch *b, 
   }
   stack->n += apush(rays, child, dist, is.occlusion ? PKTRT__IN_ORDER : node->order[octant], stack->masks + sp,
                     stack->refs + sp, stack->dists + sp);
-  for (uint32_t i = sp; i < stack->n; i++) pktrt__bvh_prefetch(seg, stack->refs[i], is.moving);
+  const uint32_t top = stack->n ? stack->n - 1 : 0; /* WHY two, always: how many there are is hard to predict */
+  pktrt__bvh_prefetch(seg, stack->refs[top], is.moving);
+  pktrt__bvh_prefetch(seg, stack->refs[top ? top - 1 : 0], is.moving);
 }
 
 /* Tests the rays of mask against a block, together where that is faster, else one by one; returns those that hit. */
@@ -8675,7 +8677,7 @@ OP uint64_t pktrt__stream_template(const pktrt__bvh_segment *seg, pktrt__batch *
   pktrt__stream_stack stack;
   uint64_t hit = 0;
   const uint32_t octant = b->octant[list[pktrt__lowest_bit(mask)]];
-  stack.n = 0;
+  stack.n = 0, stack.refs[0] = 0; /* which is read */
   for (;;) {
     if (ref & PKTRT__LEAF) {
       hit |= pktrt__stream_leaf(seg, b, list, mask, ref & ~PKTRT__LEAF, is);
@@ -10946,7 +10948,7 @@ OP uint64_t pktrt__place_stream_template(const pktrt__query *call, const pktrt_s
   pktrt__stream_stack stack;
   uint64_t hit = 0;
   const uint32_t octant = b->octant[list[pktrt__lowest_bit(mask)]];
-  stack.n = 0;
+  stack.n = 0, stack.refs[0] = 0; /* which is read */
   for (;; ref = stack.refs[stack.n]) {
     if (ref & PKTRT__LEAF) {
       hit |= pktrt__place_leaf(call, scene, seg, b, list, mask, ref & ~PKTRT__LEAF, is);

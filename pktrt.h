@@ -2603,7 +2603,8 @@ PKTRT__INLINE void pktrt__build_exchange(float *first, float *second) {
 
 /* Sorts the prims of a range by centroid along all axes at once, by Batcher's network (1968): the same exchanges whatever the
    keys are. These are distances from the range's low side, with the prims' numbers for last bits. */
-static void pktrt__build_sort(const pktrt__build_prim *p, const pktrt__build_range *r, uint8_t order[3][PKTRT__MAX_SWEEP]) {
+static void pktrt__build_sort(const pktrt__build_prim *p, const pktrt__build_range *r,
+                              uint8_t order[3][PKTRT__MAX_SWEEP]) {
   float key[PKTRT__MAX_SWEEP][4];
   const uint32_t n = r->count;
   uint32_t bits;
@@ -5593,10 +5594,12 @@ typedef struct pktrt__glass_box {
   float lo[3], hi[3];
   uint32_t next;
 } pktrt__glass_box;
+enum { PKTRT__BESIDE = 6 };
 typedef struct pktrt__glass_mesh { /* the box of one mesh, over all its keys */
   float lo[3], hi[3];
-  bool closed;  /* a closed mesh of glass: only these have a box */
-  bool touches; /* the box touches that of another closed mesh */
+  bool closed;                    /* a closed mesh of glass: only these have a box */
+  uint32_t beside[PKTRT__BESIDE]; /* other closed meshes whose boxes touch this one, as far as there is room, */
+  uint32_t beside_count;          /* and how many there are */
 } pktrt__glass_mesh;
 typedef struct pktrt__glass_boxes {
   pktrt__glass_box *boxes; /* NULL: shadow rays pass nothing */
@@ -7917,7 +7920,8 @@ OP uint64_t pktrt__frustum_test_child_template(const pktrt__frustum *f, const pk
   }
   return result;
 }
-PKTRT__NOINLINE uint64_t pktrt__frustum_test_child_from(const pktrt__frustum *f, const pktrt__batch *b, const float *p0, uint64_t mask) {
+PKTRT__NOINLINE uint64_t pktrt__frustum_test_child_from(const pktrt__frustum *f, const pktrt__batch *b, const float *p0,
+                                                        uint64_t mask) {
   return pktrt__frustum_test_child_template(f, b, p0, p0, mask, false);
 }
 PKTRT__NOINLINE uint64_t pktrt__frustum_test_child_moving(const pktrt__frustum *f, const pktrt__batch *b,
@@ -14866,8 +14870,8 @@ static bool pktrt__glass_boxes_touch(const pktrt__glass_box *a, const pktrt__gla
 }
 
 /* Widens a box by a triangle at all its keys. */
-PKTRT__COLD void pktrt__glass_widen_by(const pktrt_scene *s, const pktrt__mesh *m, uint32_t triangle,
-                                       pktrt__glass_box *box) {
+static void pktrt__glass_widen_by(const pktrt_scene *s, const pktrt__mesh *m, uint32_t triangle,
+                                  pktrt__glass_box *box) {
   if (m->instance) { /* by all of it */
     const pktrt__mesh *all = &s->boxes->meshes[m->instance - 1];
     for (uint32_t key = 0; key < all->key_count; key++)
@@ -14886,7 +14890,7 @@ static uint32_t pktrt__glass_parts(const pktrt__mesh *m) {
 }
 
 /* Makes boxes of meshes of glass or, if `fine`, of a few adjacent triangles that touch. Returns how many. */
-PKTRT__COLD uint32_t pktrt__glass_make_boxes(const pktrt__render_state *render, bool fine, pktrt__glass_box *boxes) {
+static uint32_t pktrt__glass_make_boxes(const pktrt__render_state *render, bool fine, pktrt__glass_box *boxes) {
   const pktrt_scene *s = render->scene;
   uint32_t n = 0, held = 0; /* held: triangles in the last box */
   for (uint32_t i = 0; i < s->committed_meshes; i++) {
@@ -14905,8 +14909,8 @@ PKTRT__COLD uint32_t pktrt__glass_make_boxes(const pktrt__render_state *render, 
 }
 
 /* Nests n > 0 boxes in a tree of boxes, halving them along the longest axis. Returns how many boxes that makes. */
-PKTRT__COLD uint32_t pktrt__glass_nest_boxes(pktrt__glass_box *in, uint32_t n, uint32_t depth, float slack,
-                                             pktrt__glass_box *to) {
+static uint32_t pktrt__glass_nest_boxes(pktrt__glass_box *in, uint32_t n, uint32_t depth, float slack,
+                                        pktrt__glass_box *to) {
   uint32_t half = 0;
   int axis = 0;
   pktrt__glass_empty_box(to);
@@ -14924,6 +14928,10 @@ PKTRT__COLD uint32_t pktrt__glass_nest_boxes(pktrt__glass_box *in, uint32_t n, u
   return to->next += pktrt__glass_nest_boxes(in + half, n - half, depth + 1, slack, to + to->next);
 }
 
+static void pktrt__glass_put_beside(pktrt__glass_mesh *g, uint32_t other) {
+  if (g->beside_count < PKTRT__BESIDE) g->beside[g->beside_count] = other;
+  g->beside_count++;
+}
 /* Finds out which of n meshes of glass have boxes that touch, by a sweep in the order in which the boxes begin. */
 PKTRT__COLD void pktrt__glass_find_touching(pktrt__glass_mesh *g, uint64_t *order, uint32_t n) {
   pktrt__sort_keys(order, n);
@@ -14932,7 +14940,7 @@ PKTRT__COLD void pktrt__glass_find_touching(pktrt__glass_mesh *g, uint64_t *orde
     for (uint32_t j = i + 1; j < n && g[(uint32_t)order[j]].lo[0] <= a->hi[0]; j++) {
       pktrt__glass_mesh *b = &g[(uint32_t)order[j]];
       if (a->hi[1] < b->lo[1] || b->hi[1] < a->lo[1] || a->hi[2] < b->lo[2] || b->hi[2] < a->lo[2]) continue;
-      a->touches = b->touches = true;
+      pktrt__glass_put_beside(a, (uint32_t)order[j]), pktrt__glass_put_beside(b, (uint32_t)order[i]);
     }
   }
 }
@@ -14957,7 +14965,7 @@ static uint64_t pktrt__glass_edge_hash(uint64_t a, uint64_t b) {
 
 /* Tells whether each edge of a mesh, by position, has as many triangles in one direction as in the other: then what the
    mesh bounds has an inside. Hashes of edges sum up to 0 then, and else but by a chance of 2^-64. */
-PKTRT__COLD bool pktrt__glass_is_closed(const pktrt__mesh *m) {
+static bool pktrt__glass_is_closed(const pktrt__mesh *m) {
   uint64_t sum = 0;
   for (uint64_t i = 0; i < (uint64_t)m->triangle_count * 3; i += 3) {
     uint64_t v[3];
@@ -14968,7 +14976,7 @@ PKTRT__COLD bool pktrt__glass_is_closed(const pktrt__mesh *m) {
 }
 
 /* Finds the closed meshes of glass and their boxes, and whether the camera may stand in one. False: out of memory. */
-PKTRT__COLD bool pktrt__glass_find_meshes(pktrt__render_state *render, float slack) {
+static bool pktrt__glass_find_meshes(pktrt__render_state *render, float slack) {
   const pktrt_scene *s = render->scene;
   const uint32_t meshes = s->committed_meshes;
   uint32_t n = 0;
@@ -14981,7 +14989,7 @@ PKTRT__COLD bool pktrt__glass_find_meshes(pktrt__render_state *render, float sla
     pktrt__glass_empty_box(&box);
     g[i].closed =
         m->triangle_count && pktrt__material_is_glass(s, m) && pktrt__glass_is_closed(pktrt__mesh_source(s, i)),
-    g[i].touches = false;
+    g[i].beside_count = 0;
     for (uint32_t t = 0; t < pktrt__glass_parts(m) && g[i].closed; t++) pktrt__glass_widen_by(s, m, t, &box);
     for (int a = 0; a < 3; a++) g[i].lo[a] = box.lo[a] - slack, g[i].hi[a] = box.hi[a] + slack;
     if (!g[i].closed) continue;
@@ -15050,7 +15058,7 @@ static bool pktrt__render_prepare(pktrt__render_state *render,
    meets a glass from the inside that its stack lacks, it came in through another mesh, or the glass was forgotten.
 
    Faces that coincide hide each other: where two glasses touch, a ray meets the face of one mesh, and starts behind
-   both. So if the box of a closed mesh touches another's, faces are searched for in the layer that the refracted ray
+   both. So in the box of another closed mesh that touches its own, faces are searched for in the layer that the refracted ray
    skips. For this, and for the glasses around the camera, crossings are counted along a line, in plain C. Of glasses
    that are entered at once, or found around the camera, the one with the smaller box is the inner one. */
 
@@ -15109,13 +15117,25 @@ typedef struct pktrt__media_crossings {
   int exits[PKTRT__CROSSED]; /* minus entries */
 } pktrt__media_crossings;
 
+static bool pktrt__glass_contains(const pktrt__glass_mesh *g, const float p[3]) {
+  for (int a = 0; a < 3; a++)
+    if (!(g->lo[a] <= p[a] && p[a] <= g->hi[a])) return false;
+  return true;
+}
+/* Tells whether a point at a mesh of glass may be in another: whether the box of one that touches it contains the point. */
+static bool pktrt__glass_is_beside(const pktrt__glass_mesh *glass, uint32_t mesh, const float p[3]) {
+  const pktrt__glass_mesh *g = &glass[mesh];
+  bool any = g->beside_count > PKTRT__BESIDE;
+  for (uint32_t i = 0; i < g->beside_count && !any; i++) any = pktrt__glass_contains(&glass[g->beside[i]], p);
+  return any;
+}
+
 static void pktrt__media_count_crossing(void *of, uint32_t mesh, int exits) {
   pktrt__media_crossings *c = PKTRT__CAST(pktrt__media_crossings *, of);
   const pktrt__glass_mesh *g = &c->glass[mesh];
   uint32_t i = 0;
   if (mesh == c->skip || !g->closed) return;
-  for (int a = 0; a < 3; a++)
-    if (!(g->lo[a] <= c->origin[a] && c->origin[a] <= g->hi[a])) return;
+  if (!pktrt__glass_contains(g, c->origin)) return;
   while (i < c->count && c->mesh[i] != mesh) i++;
   if (i == PKTRT__CROSSED) return;
   if (i == c->count) c->mesh[i] = mesh, c->exits[i] = 0, c->count++;
@@ -15170,7 +15190,7 @@ static uint32_t pktrt__media_pass_surface(const pktrt_scene *s, const pktrt__gla
   uint32_t entered[PKTRT__CROSSED + 1], n = 0;
   pktrt__media_crossings c;
   c.count = 0;
-  if (glass[mesh].touches) {
+  if (pktrt__glass_is_beside(glass, mesh, before)) {
     const float d[3] = {behind[0] - before[0], behind[1] - before[1], behind[2] - before[2]};
     c.scene = s, c.glass = glass, c.skip = mesh;
     pktrt__media_count_crossings(&c, before, d, 1, time);

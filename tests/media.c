@@ -2,7 +2,7 @@
    it. Indices of 1 leave rays straight, so that what is left of light is exp(-sum of absorption times length). */
 #include "pictures.h"
 
-enum { BOXES = 6 };
+enum { BOXES = 9 };
 
 typedef struct slab { /* a box from z = lo to z = hi, wider than what is looked at; hi = lo: none */
   double lo, hi, absorption;
@@ -37,6 +37,19 @@ static const stack_case cases[] = {
     {"three of one glass that touch", {{1, 3, 0.25}, {-1, 1, 0.25}, {-3, -1, 0.25}}, 6, -6, 1.5},
     {"a box in a box, with one face", {{-3, 3, 0.5}, {-3, 0, 0.25}}, 6, -6, 2.25},
     {"the same from the other side", {{-3, 3, 0.5}, {0, 3, 0.25}}, 6, -6, 2.25},
+    {"eight boxes that touch, in one whose faces they share",
+     {{-4, 4, 0.5},
+      {-4, -3, 0.25},
+      {-3, -2, 0.125},
+      {-2, -1, 0.25},
+      {-1, 0, 0.125},
+      {0, 1, 0.25},
+      {1, 2, 0.125},
+      {2, 3, 0.25},
+      {3, 4, 0.125}},
+     6,
+     -6,
+     1.5},
     {"boxes that overlap: the one entered last absorbs", {{-1, 3, 0.5}, {-3, 1, 0.25}}, 6, -6, 2},
     {"the same from the other side", {{-3, 1, 0.5}, {-1, 3, 0.25}}, 6, -6, 2.5},
 };

@@ -6797,6 +6797,7 @@ typedef __mmask16 mf;
 #define flt(a, b) _mm512_cmp_ps_mask(a, b, _CMP_LT_OQ)
 #define feq(a, b) _mm512_cmp_ps_mask(a, b, _CMP_EQ_OQ)
 #define fmand(a, b) (mf)((a) & (b))
+#define fmor(a, b) (mf)((a) | (b))
 #define fbits(m) (uint32_t)(m)
 #define ffrom(bits) (mf)(bits)
 #define fhmin(a) _mm512_reduce_min_ps(a)
@@ -6830,6 +6831,7 @@ typedef __mmask16 mf;
 #define flt vlt
 #define feq veq
 #define fmand mand
+#define fmor mor
 #define fbits mbits
 #define ffrom mfrom
 #define fhmin vhmin
@@ -8180,8 +8182,8 @@ PKTRT__NOINLINE uint32_t pktrt__frustum_accept(const pktrt__bvh_segment *seg, pk
       ffma(fmul(edge, fabs_(inverse)), fset(tri->range), PKTRT__DEPTH_REACH(f, fset(tri->far_), fload(b->tiny + r)));
   const mf known = fmand(flt(fmul(fset(PKTRT__LEAST_DET), edge), size), fle(size, fset(FLT_MAX)));
   const vf bound = fsel(known, error, fset(INFINITY)), lo = fsub(depth, bound), hi = fadd(depth, bound);
-  bits &= ~(fbits(flt(fload(b->wf + r), lo)) | fbits(flt(hi, fload(b->wn + r)))); /* NaN leaves it open */
-  bits &= ~fbits(flt(edge, fmin_(most, minus)));
+  const mf beyond = fmor(flt(fload(b->wf + r), lo), flt(hi, fload(b->wn + r))); /* NaN leaves it open */
+  bits &= ~fbits(fmor(beyond, flt(edge, fmin_(most, minus))));
   const uint32_t sure = fbits(flt(edge, fmax_(least, fsub(zero, most))));
   uint32_t taken = bits & sure & fbits(fmand(flt(fload(b->sn + r), lo), flt(hi, fload(b->sf + r))));
   uint32_t open = bits & ~taken;
@@ -11330,6 +11332,7 @@ static const pktrt__kernel_table pktrt__kernels = {
 #undef flt
 #undef feq
 #undef fmand
+#undef fmor
 #undef fmax_
 #undef fmin_
 #undef fmul

@@ -8661,6 +8661,10 @@ OP void pktrt__stream_open_node(const pktrt__bvh_segment *seg, pktrt__batch *b, 
   }
   stack->n += apush(rays, child, dist, is.occlusion ? PKTRT__IN_ORDER : node->order[octant], stack->masks + sp,
                     stack->refs + sp, stack->dists + sp);
+  if (!is.occlusion) {
+    for (uint32_t i = sp; i < stack->n; i++) pktrt__bvh_prefetch(seg, stack->refs[i], is.moving);
+    return;
+  }
   const uint32_t top = stack->n ? stack->n - 1 : 0; /* WHY two, always: how many there are is hard to predict */
   pktrt__bvh_prefetch(seg, stack->refs[top], is.moving);
   pktrt__bvh_prefetch(seg, stack->refs[top ? top - 1 : 0], is.moving);

@@ -2601,8 +2601,8 @@ PKTRT__INLINE void pktrt__build_exchange(float *first, float *second) {
   memcpy(first, least, sizeof least), memcpy(second, most, sizeof most);
 }
 
-/* Sorts the prims of a range by centroid along all axes at once, by Batcher's network (1968): the same exchanges whatever the
-   keys are. These are distances from the range's low side, with the prims' numbers for last bits. */
+/* Sorts the prims of a range by centroid along all axes at once, by Batcher's network (1968): the same exchanges
+   whatever the keys are. These are distances from the range's low side, with the prims' numbers for last bits. */
 static void pktrt__build_sort(const pktrt__build_prim *p, const pktrt__build_range *r,
                               uint8_t order[3][PKTRT__MAX_SWEEP]) {
   float key[PKTRT__MAX_SWEEP][4];
@@ -4138,8 +4138,8 @@ PKTRT__COLD pktrt_status pktrt__commit_rebuild_worn(pktrt_scene *s) {
    ref - G (s o_k - ref_w) is rounded by at most 5 eps rho; its value at the far depth by 2 eps (M + rho); the hull's
    evaluation by 3 eps (M + rho); plane - ref by eps (M + |o|); slopes by 5/4 eps M; moving nodes and corners as above,
    by 15/2 eps M + 7/2 eps |o|. The planes are moved outward by max D + 16 eps rho. Rays of one origin have o +- D in
-   common, which is taken from the planes of a box before r multiplies: both differences are rounded by eps (|o| + M), less
-   than c and plane * r.
+   common, which is taken from the planes of a box before r multiplies: both differences are rounded by eps (|o| + M),
+   less than c and plane * r.
 
    MOVING TRIANGLES of packets are filtered without the vertices that are defined: P0 + b fl(P1 - P0), as of planes
    above, is within 15/2 eps M + 7/2 eps |o| of these, and p, from which o is subtracted, within 17/2 eps M + 7/2 eps
@@ -7901,7 +7901,7 @@ OP uint64_t pktrt__frustum_test_child(const pktrt__frustum *f, const pktrt__batc
   }
   return result;
 }
-/* Does so for rays of one origin: what is taken from the planes, o +- D, is the same for all of them. */
+/* Does so for rays of one origin: o +- D, which is taken from the planes, is the same for all, see >>exactness. */
 OP uint64_t pktrt__frustum_test_child_template(const pktrt__frustum *f, const pktrt__batch *b, const float *p0,
                                                const float *p1, uint64_t mask, const bool moving) {
   vf l0[3], h0[3], l_way[3], h_way[3];
@@ -7924,6 +7924,7 @@ OP uint64_t pktrt__frustum_test_child_template(const pktrt__frustum *f, const pk
   }
   return result;
 }
+/* Does so at rest, and of moving nodes for rays of any origins. WHY not inlined: less code, and as fast. */
 PKTRT__NOINLINE uint64_t pktrt__frustum_test_child_from(const pktrt__frustum *f, const pktrt__batch *b, const float *p0,
                                                         uint64_t mask) {
   return pktrt__frustum_test_child_template(f, b, p0, p0, mask, false);
@@ -8661,13 +8662,7 @@ OP void pktrt__stream_open_node(const pktrt__bvh_segment *seg, pktrt__batch *b, 
   }
   stack->n += apush(rays, child, dist, is.occlusion ? PKTRT__IN_ORDER : node->order[octant], stack->masks + sp,
                     stack->refs + sp, stack->dists + sp);
-  if (!is.occlusion) {
-    for (uint32_t i = sp; i < stack->n; i++) pktrt__bvh_prefetch(seg, stack->refs[i], is.moving);
-    return;
-  }
-  const uint32_t top = stack->n ? stack->n - 1 : 0; /* WHY two, always: how many there are is hard to predict */
-  pktrt__bvh_prefetch(seg, stack->refs[top], is.moving);
-  pktrt__bvh_prefetch(seg, stack->refs[top ? top - 1 : 0], is.moving);
+  for (uint32_t i = sp; i < stack->n; i++) pktrt__bvh_prefetch(seg, stack->refs[i], is.moving);
 }
 
 /* Tests the rays of mask against a block, together where that is faster, else one by one; returns those that hit. */
@@ -8689,7 +8684,7 @@ OP uint64_t pktrt__stream_template(const pktrt__bvh_segment *seg, pktrt__batch *
   pktrt__stream_stack stack;
   uint64_t hit = 0;
   const uint32_t octant = b->octant[list[pktrt__lowest_bit(mask)]];
-  stack.n = 0, stack.refs[0] = 0; /* which is read */
+  stack.n = 0;
   for (;;) {
     if (ref & PKTRT__LEAF) {
       hit |= pktrt__stream_leaf(seg, b, list, mask, ref & ~PKTRT__LEAF, is);
@@ -10960,7 +10955,7 @@ OP uint64_t pktrt__place_stream_template(const pktrt__query *call, const pktrt_s
   pktrt__stream_stack stack;
   uint64_t hit = 0;
   const uint32_t octant = b->octant[list[pktrt__lowest_bit(mask)]];
-  stack.n = 0, stack.refs[0] = 0; /* which is read */
+  stack.n = 0;
   for (;; ref = stack.refs[stack.n]) {
     if (ref & PKTRT__LEAF) {
       hit |= pktrt__place_leaf(call, scene, seg, b, list, mask, ref & ~PKTRT__LEAF, is);
@@ -15067,9 +15062,9 @@ static bool pktrt__render_prepare(pktrt__render_state *render,
    meets a glass from the inside that its stack lacks, it came in through another mesh, or the glass was forgotten.
 
    Faces that coincide hide each other: where two glasses touch, a ray meets the face of one mesh, and starts behind
-   both. So in the box of another closed mesh that touches its own, faces are searched for in the layer that the refracted ray
-   skips. For this, and for the glasses around the camera, crossings are counted along a line, in plain C. Of glasses
-   that are entered at once, or found around the camera, the one with the smaller box is the inner one. */
+   both. So within the box of another closed mesh that touches its own, faces are searched for in the layer that the
+   refracted ray skips. For this, and for the glasses around the camera, crossings are counted along a line, in plain C.
+   Of glasses that are entered at once, or found around the camera, the one with the smaller box is the inner one. */
 
 static uint32_t pktrt__media_entry(const pktrt_scene *s, const pktrt__glass_mesh *glass, uint32_t mesh) {
   return s->meshes[mesh].material << 1 | !glass[mesh].closed;
@@ -15131,7 +15126,7 @@ static bool pktrt__glass_contains(const pktrt__glass_mesh *g, const float p[3]) 
     if (!(g->lo[a] <= p[a] && p[a] <= g->hi[a])) return false;
   return true;
 }
-/* Tells whether a point at a mesh of glass may be in another: whether the box of one that touches it contains the point. */
+/* Tells whether a point at a mesh of glass may be in another: whether the box of one that touches it contains it. */
 static bool pktrt__glass_is_beside(const pktrt__glass_mesh *glass, uint32_t mesh, const float p[3]) {
   const pktrt__glass_mesh *g = &glass[mesh];
   bool any = g->beside_count > PKTRT__BESIDE;

@@ -65,8 +65,8 @@ function pan(right, up) {
 
 const workers = [];  // the first one makes the first picture of a scene, the others come to help then
 let seen = "";       // the scene of which there has been a picture
-let job = null;      // the picture that is being made
-let jobs = 0;
+let jobs = [];       // pictures that are being made, the oldest first: two where things move, so that no worker waits
+let jobsBegun = 0;
 
 const wanted = () => `${control.scene.selectedIndex} ${control.light.value}`;
 const paused = () => document.hidden || section.hidden;
@@ -88,10 +88,16 @@ function send(one, request) {
   one.thread.postMessage(request);
 }
 
+// The picture that needs a worker. One is begun before that before it is whole only if both are previews.
+function nextJob() {
+  const waits = () => jobs.find((one) => one.bands.length);
+  if (!waits() && (!jobs.length || (jobs.length === 1 && jobs[0].pass < 0 && moves()))) begin();
+  return waits();
+}
+
 // Gives work to all who have none.
 function feed() {
   if (paused()) return;
-  if (!job) begin();
   const scene = wanted();
   for (const one of workers) {
     if (one.busy) continue;
@@ -99,7 +105,9 @@ function feed() {
       if (one !== workers[0] && seen !== scene) continue;
       one.scene = scene;
       send(one, { open: { scene: control.scene.selectedIndex, light: number("light") } });
-    } else if (job && job.bands.length) {
+    } else {
+      const job = nextJob();
+      if (!job) continue;
       job.began ??= performance.now();
       send(one, { id: job.id, band: job.bands.shift() });
     }
@@ -111,7 +119,8 @@ function take(one, answer) {
   if (answer.failed) return say(answer.failed); // it stays busy, and is asked for nothing any more
   one.busy = false;
   if (answer.opened) takeScene(answer);
-  if (answer.band && job && answer.id === job.id) takeBand(answer);
+  const job = answer.band && jobs.find((one) => one.id === answer.id);
+  if (job) takeBand(job, answer);
   feed();
 }
 
@@ -138,9 +147,11 @@ let report = null;
 
 const size = () => control.size.value.split("x").map(Number);
 
+const moves = () => changed || control.animate.checked;
+
 // What the user has done counts at once. A preview that is under way is let go on, unless what it shows is another scene.
 function change() {
-  if (!job || job.pass >= 0 || job.scene !== wanted()) job = null;
+  jobs = jobs.filter((one) => one.pass < 0 && one.scene === wanted());
   changed = true;
   passes = 0;
   report = null;
@@ -150,7 +161,7 @@ function change() {
 function begin() {
   if (cameraScene !== control.scene.selectedIndex) return;
   const [width, height] = size();
-  if (!changed && !control.animate.checked) {
+  if (!moves()) {
     if (passes < MOST_PASSES) beginPass(width, height);
     return;
   }
@@ -200,14 +211,15 @@ function beginJob(width, height, samples, pass) {
     mode: control.mode.selectedIndex, packet: number("packet"), cost: { boxes: 1, triangles: 2 }[control.over.value] || 0,
     attenuation: pass < 0 && control.faint.checked ? FAINT : 0,
   };
-  job = { id: ++jobs, scene: wanted(), width, height, pass, began: null, built: false };
-  job.bands = cut(height, Math.max(expected / BAND_MS, workers.length > 1 ? 2 * workers.length : 1))
+  const job = { id: ++jobsBegun, scene: wanted(), width, height, pass, began: null, built: false };
+  job.bands = cut(height, Math.max(expected / BAND_MS, pass < 0 ? workers.length : 2 * workers.length))
     .map((band) => ({ ...common, ...band }));
   job.left = job.bands.length;
   job.image = pass < 0 || !passImage || passImage.width !== width || passImage.height !== height
     ? new ImageData(width, height) : passImage;
   if (pass >= 0) passImage = job.image;
   job.cost = common.cost ? new Float32Array(width * height) : null;
+  jobs.push(job);
 }
 
 let passImage = null;
@@ -231,7 +243,7 @@ function encode(image, y, values, from, count, factor) {
   }
 }
 
-function takeBand({ band, pixels, cost, built, posing, rendering }) {
+function takeBand(job, { band, pixels, cost, built, posing, rendering }) {
   const { width, height, pass, image } = job, first = band.y * width, n = band.rows * width;
   msPerSample += 0.2 * (rendering / n / (pass < 0 ? 1 : SAMPLES) - msPerSample);
   for (let i = Math.ceil((64 * band.y) / height); i < (64 * (band.y + band.rows)) / height; i++)
@@ -250,13 +262,13 @@ function takeBand({ band, pixels, cost, built, posing, rendering }) {
     encode(image, band.y, sums.colour, 3 * first, n, 1 / (pass + 1));
     pen.putImageData(image, 0, 0, 0, band.y, width, band.rows);
   }
-  if (--job.left === 0) finish();
+  job.left--;
+  while (jobs.length && jobs[0].left === 0) finish(jobs.shift());
 }
 
-// A picture is whole: shows it, if that has not been done band by band, and goes on.
-function finish() {
-  const done = job, now = performance.now();
-  job = null;
+// A picture is whole: shows it, if that has not been done band by band.
+function finish(done) {
+  const now = performance.now(), alone = Math.max(done.began, shownAt); // since when it has had the workers for itself
   if (done.pass < 0) stretch(pen, done.image, true);
   if (!seen) show("first", `${(now / 1000).toFixed(2)} s`);
   if (seen !== done.scene) {
@@ -269,7 +281,7 @@ function finish() {
   if (done.pass >= 0) {
     passes++;
     report = passes > 1 ? estimate(done.width, done.height) : null;
-  } else if (!done.built) adapt(PREVIEW_MS / (now - done.began));
+  } else if (!done.built) adapt(PREVIEW_MS / (now - alone));
   layOver(done);
   showFigures(done);
 }
@@ -530,11 +542,11 @@ byId("controls").addEventListener("change", ({ target }) => {
   if (target === control.animate) ticked = performance.now();
   if (target === control.workers) {
     setWorkers(number("workers"));
-    job = null;
+    jobs = [];
   }
   if (target === control.size) {
     fit();
-    job = null;
+    jobs = [];
   }
   if (target === control.scene) say(`Building: ${control.scene.selectedOptions[0].text}`);
   if (target.type !== "range" || target === control.light) change();

@@ -6911,7 +6911,10 @@ typedef __mmask16 mf;
 #define pktrt__frustum_exact8 PKTRT__NAME(pktrt__frustum_exact8)
 #define pktrt__frustum_exact_test8 PKTRT__NAME(pktrt__frustum_exact_test8)
 #define pktrt__frustum_nearer8 PKTRT__NAME(pktrt__frustum_nearer8)
+#define pktrt__frustum_plane8 PKTRT__NAME(pktrt__frustum_plane8)
+#define pktrt__frustum_plane_of PKTRT__NAME(pktrt__frustum_plane_of)
 #define pktrt__frustum_see8 PKTRT__NAME(pktrt__frustum_see8)
+#define pktrt__frustum_see_rays8 PKTRT__NAME(pktrt__frustum_see_rays8)
 #define pktrt__frustum_solve8 PKTRT__NAME(pktrt__frustum_solve8)
 #define pktrt__frustum_view8 PKTRT__NAME(pktrt__frustum_view8)
 #define pktrt__frustum_filter PKTRT__NAME(pktrt__frustum_filter)
@@ -7759,7 +7762,7 @@ OP void pktrt__frustum_origins(pktrt__frustum *f, const pktrt__batch *b, uint64_
 }
 
 /* Computes the four planes around the rays from the extremes of C, and of C + G Y. */
-OP void pktrt__frustum_planes(pktrt__frustum *f, const pktrt__batch *b, uint64_t mask) {
+OP void pktrt__frustum_planes(pktrt__frustum *f, const pktrt__batch *b, uint64_t mask, const bool common) {
   const vf inf = fset(INFINITY), ninf = fset(-INFINITY), s = fset(f->sign);
   const uint32_t axis[2] = {f->ku, f->kv};
   vf n0[2] = {inf, inf}, n1[2] = {inf, inf}, x0[2] = {ninf, ninf}, x1[2] = {ninf, ninf};
@@ -7768,23 +7771,23 @@ OP void pktrt__frustum_planes(pktrt__frustum *f, const pktrt__batch *b, uint64_t
     const uint32_t bits = (uint32_t)(mask >> i) & ((1u << FW) - 1), r = f->base + i;
     if (!bits) continue;
     const mf m = ffrom(bits);
-    const vf ow = fsub(fmul(s, fload(b->o[f->k] + r)), fset(f->ref[2]));
+    const vf ow = common ? fset(0) : fsub(fmul(s, fload(b->o[f->k] + r)), fset(f->ref[2]));
     const vf wn = fadd(ow, fload(b->wn + r)), wf = fadd(ow, fload(b->wf + r));
     fstore(f->ow + i, ow);
-    depth = fmax_masked(m, depth, ow);
+    if (!common) depth = fmax_masked(m, depth, ow);
     wmin = fmin_masked(m, wmin, wn);
     wmax = fmax_masked(m, wmax, wf);
     UNROLL for (int a = 0; a < 2; a++) {
       const vf g = fmul(s, fload(b->slope[a] + r));
-      const vf c = fsub(fsub(fload(b->o[axis[a]] + r), fset(f->ref[a])), fmul(g, ow));
+      const vf c = common ? fset(0) : fsub(fsub(fload(b->o[axis[a]] + r), fset(f->ref[a])), fmul(g, ow));
       const vf end = ffma(g, fset(f->far_), c);
-      n0[a] = fmin_masked(m, n0[a], c), x0[a] = fmax_masked(m, x0[a], c);
+      if (!common) n0[a] = fmin_masked(m, n0[a], c), x0[a] = fmax_masked(m, x0[a], c);
       n1[a] = fmin_masked(m, n1[a], end), x1[a] = fmax_masked(m, x1[a], end);
     }
   }
-  f->wmin = fhmin(wmin), f->wmax = fhmax(wmax), f->depth = f->common ? 0 : fhmax(depth);
+  f->wmin = fhmin(wmin), f->wmax = fhmax(wmax), f->depth = common ? 0 : fhmax(depth);
   UNROLL for (int a = 0; a < 2; a++) { /* a common origin is the reference point, and C is 0 */
-    const float upper = f->common ? 0 : fhmax(x0[a]), lower = f->common ? 0 : fhmin(n0[a]);
+    const float upper = common ? 0 : fhmax(x0[a]), lower = common ? 0 : fhmin(n0[a]);
     f->a[2 * a] = upper, f->b[2 * a] = (fhmax(x1[a]) - upper) / f->far_;
     f->a[2 * a + 1] = lower, f->b[2 * a + 1] = (fhmin(n1[a]) - lower) / f->far_;
   }
@@ -7801,7 +7804,8 @@ PKTRT__NOINLINE void pktrt__frustum_setup(pktrt__frustum *f, const pktrt_scene *
   pktrt__frustum_origins(f, b, mask);
   const float exit_ = (sign > 0 ? scene->hi[k] : -scene->lo[k]) - f->ref[2];
   f->far_ = pktrt__maxf(exit_ * (1 + PKTRT__SLACK(end) * 16 * PKTRT__EPS) + PKTRT__SLACK(end) * f->pad, 1e-30f);
-  pktrt__frustum_planes(f, b, mask);
+  if (f->common) pktrt__frustum_planes(f, b, mask, true);
+  else pktrt__frustum_planes(f, b, mask, false);
   for (uint32_t i = 0; i < 64; i++) f->list[i] = (uint8_t)(base + i);
 }
 
@@ -8046,18 +8050,29 @@ OP void pktrt__frustum_set_hits(const pktrt__bvh_segment *seg, pktrt__batch *b, 
   fstore_masked_u32(b->bvh + r, m, seg->bvh);
 }
 
+/* The plane of a triangle as eight rays have it: a corner, the normal, and what their errors are measured by. */
+typedef struct pktrt__frustum_plane8 {
+  d8 p[3], n[3], size;
+} pktrt__frustum_plane8;
+
 /* Values of one triangle that all rays of a packet share. */
 typedef struct pktrt__tri_common {
   uint32_t id, slot;
-  float range, far_, error; /* as in pktrt__frustum_corners */
-  pktrt_counts *counts;     /* NULL: do not count */
+  float range, far_, error;    /* as in pktrt__frustum_corners */
+  bool planar;                 /* the plane is known, as it is the same for all rays */
+  pktrt__frustum_plane8 plane; /* unset before */
+  pktrt_counts *counts;        /* NULL: do not count */
 } pktrt__tri_common;
 
-/* One triangle as eight rays of a frustum see it: corners, origins and directions, the rays' main axis first. */
+/* One triangle as eight rays of a frustum see it: corners, origins and directions, the rays' main axis first. Returns whether
+   it moves. */
 typedef struct pktrt__frustum_view8 {
   v8 p[3][3], o[3], d[3];
 } pktrt__frustum_view8;
-OP void pktrt__frustum_see8(const pktrt__bvh_segment *seg, const pktrt__batch *b, uint32_t r, uint32_t slot,
+OP void pktrt__frustum_see_rays8(const pktrt__batch *b, uint32_t r, const uint32_t *k, pktrt__frustum_view8 *s) {
+  for (int i = 0; i < 3; i++) s->o[i] = vload(b->o[k[i]] + r), s->d[i] = vload(b->d[k[i]] + r);
+}
+OP bool pktrt__frustum_see8(const pktrt__bvh_segment *seg, const pktrt__batch *b, uint32_t r, uint32_t slot,
                             const uint32_t *k, pktrt__frustum_view8 *s) {
   const pktrt__block *block = pktrt__segment_block(seg, slot / 8, true);
   const float *k0 = pktrt__segment_vertices(seg, block, 0, true) + slot % 8;
@@ -8067,25 +8082,33 @@ OP void pktrt__frustum_see8(const pktrt__bvh_segment *seg, const pktrt__batch *b
   for (uint32_t i = 0; i < 9; i++)
     s->p[i / 3][i % 3] =
         vadd(vmul(ta, vset(k0[24 * (i / 3) + 8 * k[i % 3]])), vmul(tb, vset(k1[24 * (i / 3) + 8 * k[i % 3]])));
-  for (int i = 0; i < 3; i++) s->o[i] = vload(b->o[k[i]] + r), s->d[i] = vload(b->d[k[i]] + r);
+  pktrt__frustum_see_rays8(b, r, k, s);
+  return moving;
 }
 
 #if PKTRT__WITH_V8_REGISTERS /* or eight vectors of doubles would not fit: each ray does that by itself */
-/* Does what pktrt__exact_is_apart does. */
-PKTRT__NOINLINE uint32_t pktrt__frustum_apart8(const pktrt__frustum_view8 *s, v8 tmin, v8 tmax) {
-  d8 e[2][3], from[3], n[3];
+/* Finds the plane of a triangle, from corners at the rays' times. */
+OP void pktrt__frustum_plane_of(const pktrt__frustum_view8 *s, pktrt__frustum_plane8 *plane) {
+  d8 e[2][3];
   UNROLL for (int a = 0; a < 3; a++) {
-    const d8 p = dfrom(s->p[0][a]);
-    from[a] = dsub(p, dfrom(s->o[a])), e[0][a] = dsub(dfrom(s->p[1][a]), p), e[1][a] = dsub(dfrom(s->p[2][a]), p);
+    const d8 p = plane->p[a] = dfrom(s->p[0][a]);
+    e[0][a] = dsub(dfrom(s->p[1][a]), p), e[1][a] = dsub(dfrom(s->p[2][a]), p);
   }
-  UNROLL for (int a = 0, b = 1, c = 2; a < 3; b = c, c = a++) n[a] =
+  UNROLL for (int a = 0, b = 1, c = 2; a < 3; b = c, c = a++) plane->n[a] =
       dsub(dmul(e[0][b], e[1][c]), dmul(e[0][c], e[1][b]));
-  const d8 size = dmul(dmul(pktrt__vec_dmax_abs3(e[0][0], e[0][1], e[0][2]), dset(64 * PKTRT__EPS2)),
-                       pktrt__vec_dmax_abs3(e[1][0], e[1][1], e[1][2]));
-  const d8 most = dmul(size, pktrt__vec_dmax_abs3(from[0], from[1], from[2])), dk = dfrom(s->d[0]), zero = dset(0);
-  const d8 f = dadd(dadd(dmul(n[0], from[0]), dmul(n[1], from[1])), dmul(n[2], from[2])), wrong = dmul(size, dabs(dk));
-  const d8 g = dadd(dadd(dmul(n[0], dk), dmul(n[1], dfrom(s->d[1]))), dmul(n[2], dfrom(s->d[2])));
-  const d8 end = dfrom(tmax), over = dsub(f, dmul(end, g));
+  plane->size = dmul(dmul(pktrt__vec_dmax_abs3(e[0][0], e[0][1], e[0][2]), dset(64 * PKTRT__EPS2)),
+                     pktrt__vec_dmax_abs3(e[1][0], e[1][1], e[1][2]));
+}
+/* Does what pktrt__exact_is_apart does. */
+PKTRT__NOINLINE uint32_t pktrt__frustum_apart8(const pktrt__frustum_plane8 *plane, const pktrt__frustum_view8 *s,
+                                               v8 tmin, v8 tmax) {
+  d8 from[3], along[3];
+  UNROLL for (int a = 0; a < 3; a++) from[a] = dsub(plane->p[a], dfrom(s->o[a])), along[a] = dfrom(s->d[a]);
+  const d8 *n = plane->n, size = plane->size, zero = dset(0), wrong = dmul(size, dabs(along[0]));
+  const d8 most = dmul(size, pktrt__vec_dmax_abs3(from[0], from[1], from[2])), end = dfrom(tmax);
+  const d8 f = dadd(dadd(dmul(n[0], from[0]), dmul(n[1], from[1])), dmul(n[2], from[2]));
+  const d8 g = dadd(dadd(dmul(n[0], along[0]), dmul(n[1], along[1])), dmul(n[2], along[2]));
+  const d8 over = dsub(f, dmul(end, g));
   const m8 before = mand(dlt(dmul(f, g), zero), dlt(most, dabs(f)));
   const m8 after = mand(dlt(zero, dmul(over, g)), dlt(dadd(most, dmul(dabs(end), wrong)), dabs(over)));
   return mbits(dlt(wrong, dabs(g))) & ((mbits(before) & mbits(vle(vset(0), tmin))) | mbits(after));
@@ -8127,17 +8150,22 @@ OP uint32_t pktrt__frustum_nearer8(const pktrt__bvh_segment *seg, const pktrt__b
    that are hit, leaves the undecided open. WHY: many rays begin or end at a surface, which is told first, or meet two that
    coincide. */
 PKTRT__NOINLINE uint32_t pktrt__frustum_exact_test8(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r,
-                                                    uint32_t *open, uint32_t id, uint32_t slot) {
+                                                    uint32_t *open, pktrt__tri_common *tri) {
   pktrt__frustum_view8 s;
   uint32_t crossed = 0, maybe = *open, taken = 0;
-  const uint32_t *k = pktrt__axes[b->axis[r + pktrt__lowest_bit(*open)]];
-  pktrt__frustum_see8(seg, b, r, slot, k, &s);
+  const uint32_t *k = pktrt__axes[b->axis[r + pktrt__lowest_bit(*open)]], id = tri->id, slot = tri->slot;
 #if PKTRT__WITH_V8_REGISTERS
   pktrt__frustum_exact8 e;
-  maybe &= ~pktrt__frustum_apart8(&s, vload(b->tmin + r), vload(b->tmax + r));
+  const bool planar = tri->planar;
+  if (planar) pktrt__frustum_see_rays8(b, r, k, &s);
+  else tri->planar = !pktrt__frustum_see8(seg, b, r, slot, k, &s), pktrt__frustum_plane_of(&s, &tri->plane);
+  maybe &= ~pktrt__frustum_apart8(&tri->plane, &s, vload(b->tmin + r), vload(b->tmax + r));
   if (!maybe) return *open = 0;
+  if (planar) pktrt__frustum_see8(seg, b, r, slot, k, &s);
   pktrt__frustum_solve8(&s, &e);
   crossed = e.crossed, maybe &= ~e.missed;
+#else
+  pktrt__frustum_see8(seg, b, r, slot, k, &s);
 #endif
   uint32_t even = maybe & ~crossed;
   if (even && (even &= pktrt__tri_directions_on_grid(s.d)) != 0) {
@@ -8173,8 +8201,7 @@ typedef struct pktrt__frustum_edges {
 
 /* Makes the triangle the closest hit of those of a vector of rays that hit nothing nearer so far; returns them. */
 PKTRT__NOINLINE uint32_t pktrt__frustum_accept(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r,
-                                               uint32_t bits, const pktrt__frustum_edges *s,
-                                               const pktrt__tri_common *tri) {
+                                               uint32_t bits, const pktrt__frustum_edges *s, pktrt__tri_common *tri) {
   const vf e[3] = {s->e[0], s->e[1], s->e[2]}, z[3] = {s->z[0], s->z[1], s->z[2]};
   const vf zero = fset(0), dk = fload(b->dk + r), edge = PKTRT__EDGE_ERROR(f, s->xs, s->ys, fset(tri->far_));
   const vf least = fmin_(e[0], fmin_(e[1], e[2])), most = fmax_(e[0], fmax_(e[1], e[2])), minus = fsub(zero, least);
@@ -8198,7 +8225,7 @@ PKTRT__NOINLINE uint32_t pktrt__frustum_accept(const pktrt__bvh_segment *seg, pk
   for (uint32_t i = 0; (PKTRT__WITH_V8_REGISTERS ? open : open & ~sure) && i < FW; i += 8) {
     const uint32_t some = open >> i & 0xFF;
     uint32_t left = some;
-    if (some) taken |= pktrt__frustum_exact_test8(seg, b, r + i, &left, tri->id, tri->slot) << i;
+    if (some) taken |= pktrt__frustum_exact_test8(seg, b, r + i, &left, tri) << i;
     open &= ~((some & ~left) << i);
   }
   for (; PKTRT__UNLIKELY(open); open &= open - 1)
@@ -8208,7 +8235,7 @@ PKTRT__NOINLINE uint32_t pktrt__frustum_accept(const pktrt__bvh_segment *seg, pk
 
 /* Tests one triangle, given its sheared corners, against a vector of rays; returns those that hit it. */
 OP uint32_t pktrt__frustum_filter(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, uint32_t rays,
-                                  const vf x[3], const vf y[3], const vf z[3], const pktrt__tri_common *tri) {
+                                  const vf x[3], const vf y[3], const vf z[3], pktrt__tri_common *tri) {
   pktrt__frustum_edges s;
   s.e[0] = ffms(x[2], y[1], fmul(y[2], x[1])), s.e[1] = ffms(x[0], y[2], fmul(y[0], x[2]));
   s.e[2] = ffms(x[1], y[0], fmul(y[1], x[0]));
@@ -8306,7 +8333,7 @@ OP uint64_t pktrt__stream_closest_block(const pktrt__bvh_segment *seg, pktrt__ba
 /* Tests one triangle at rest (lane of a block) against the rays of mask; returns those that hit it. */
 STEP uint64_t pktrt__frustum_test_triangle(const pktrt__frustum *f, const pktrt__bvh_segment *seg, pktrt__batch *b,
                                            const float *k0, const pktrt__frustum_corners *corners, uint32_t lane,
-                                           const pktrt__tri_common *tri, uint64_t mask) {
+                                           pktrt__tri_common *tri, uint64_t mask) {
   const uint32_t axis[3] = {f->ku, f->kv, f->k};
   uint64_t result = 0;
   for (uint32_t i = 0; i < 64; i += FW) {
@@ -8334,7 +8361,7 @@ STEP uint64_t pktrt__frustum_test_triangle(const pktrt__frustum *f, const pktrt_
    returns those that hit it. */
 PKTRT__NOINLINE uint32_t pktrt__frustum_test_moving(const pktrt__frustum *f, const pktrt__bvh_segment *seg,
                                                     pktrt__batch *b, uint32_t r, uint32_t rays, const float *k0,
-                                                    const float *k1, const pktrt__tri_common *tri) {
+                                                    const float *k1, pktrt__tri_common *tri) {
   const uint32_t axis[3] = {f->ku, f->kv, f->k};
   const vf ta = fload(b->ta + r), tb = fload(b->tb + r), su = fload(b->slope[0] + r), sv = fload(b->slope[1] + r);
   vf x[3], y[3], z[3];
@@ -8460,7 +8487,7 @@ OP uint64_t pktrt__frustum_leaf(const pktrt__frustum *f, const pktrt__bvh_segmen
   uint64_t hit = 0;
   for (; lanes && mask; lanes &= lanes - 1) {
     const uint32_t lane = pktrt__lowest_bit(lanes);
-    tri.id = id[lane], tri.slot = index * 8 + lane;
+    tri.id = id[lane], tri.slot = index * 8 + lane, tri.planar = false;
     tri.range = corners.range[lane], tri.far_ = corners.far_[lane], tri.error = corners.error[lane];
     COUNT(triangle_tests, pktrt__popcount(mask));
     const uint64_t h = pktrt__frustum_test_triangle(f, seg, b, k0, &corners, lane, &tri, mask);
@@ -8488,7 +8515,7 @@ SMALL uint64_t pktrt__frustum_leaf_moving(const pktrt__frustum *f, const pktrt__
     maybe[n++] = pktrt__frustum_filter_moving(f, b, &motion, pktrt__lowest_bit(m));
   for (uint32_t m = lanes, n = 0; m; m &= m - 1, n++) {
     const uint32_t lane = pktrt__lowest_bit(m);
-    tri.id = id[lane], tri.slot = index * 8 + lane;
+    tri.id = id[lane], tri.slot = index * 8 + lane, tri.planar = false;
     tri.range = motion.range[lane], tri.far_ = motion.far_[lane], tri.error = motion.error[lane];
     for (uint64_t rest = maybe[n] & mask; rest;) {
       const uint32_t i = pktrt__lowest_bit(rest) & ~(FW - 1u);
@@ -9075,8 +9102,7 @@ OP v8 pktrt__tri_corner_of_one(const float *k0, const float *k1, v8 ta, v8 tb, c
 
 /* Tests one triangle, given its edge functions, against those of rays r to r+7 in bits; returns those that take it. */
 PKTRT__NOINLINE uint32_t pktrt__paper_accept8(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, uint32_t bits,
-                                              const pktrt__tri_edges *edges, const v8 *z,
-                                              const pktrt__tri_common *tri) {
+                                              const pktrt__tri_edges *edges, const v8 *z, pktrt__tri_common *tri) {
   pktrt__tri_limits l;
   l.sign = vcopysign(vset(1), vload(b->dk + r)), l.tiny = vload(b->tiny + r);
   l.wn = vload(b->wn + r), l.wf = vload(b->wf + r), l.sn = vload(b->sn + r);
@@ -9112,7 +9138,8 @@ PKTRT__NOINLINE uint32_t pktrt__paper_test_triangle(const pktrt__paper_packet *p
   bits &= ~pktrt__tri_outside(&e);
   if (!bits) return 0;
   pktrt__tri_common tri;
-  tri.id = id, tri.slot = slot, tri.range = tri.far_ = tri.error = 0, tri.counts = is.stats ? is.counts : NULL;
+  tri.id = id, tri.slot = slot, tri.planar = false, tri.range = tri.far_ = tri.error = 0,
+  tri.counts = is.stats ? is.counts : NULL;
   return pktrt__paper_accept8(p->seg, b, r, bits, &e, z, &tri);
 }
 

@@ -169,7 +169,7 @@ OP void plain_origin(plain_triangle *x, const vf *o) {
 
 /* A vector of rays against one triangle. */
 OP uint32_t plain_rays(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, uint32_t bits,
-                       const plain_triangle *x, const pktrt__tri_common *tri) {
+                       const plain_triangle *x, pktrt__tri_common *tri) {
   vf d[3], i[3], u, v, det;
   UNROLL for (int a = 0; a < 3; a++) d[a] = fload(b->d[a] + r);
 #ifdef PLAIN_MOLLER
@@ -190,7 +190,7 @@ OP uint32_t plain_rays(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t 
 
 OP uint64_t pktrt__frustum_test_triangle(const pktrt__frustum *f, const pktrt__bvh_segment *seg, pktrt__batch *b,
                                          const float *k0, const pktrt__frustum_corners *corners, uint32_t lane,
-                                         const pktrt__tri_common *tri, uint64_t mask) {
+                                         pktrt__tri_common *tri, uint64_t mask) {
   plain_triangle x;
   float e[2][3];
   vf o[3];
@@ -221,7 +221,7 @@ OP uint64_t pktrt__frustum_test_triangle(const pktrt__frustum *f, const pktrt__b
 
 OP uint32_t pktrt__frustum_test_moving(const pktrt__frustum *f, const pktrt__bvh_segment *seg, pktrt__batch *b,
                                        uint32_t r, uint32_t rays, const float *k0, const float *k1,
-                                       const pktrt__tri_common *tri) {
+                                       pktrt__tri_common *tri) {
   const vf ta = fload(b->ta + r), tb = fload(b->tb + r);
   plain_triangle x;
   vf p[3][3], o[3];

@@ -214,7 +214,7 @@ static void limit_walk(const pktrt_scene *scene, pktrt__batch *b, uint32_t n, bo
 /* One triangle at rest against a vector of rays, by Kensler and Shirley's test, fused: kensler_rays, as wide as
    pktrt__frustum_test_triangle, with one origin for all where that has it. */
 OP void limit_plain_triangle(const pktrt__frustum *f, pktrt__batch *b, const float *k0, uint32_t r, uint32_t bits,
-                             const pktrt__tri_common *tri) {
+                             pktrt__tri_common *tri) {
   float p[3], e0[3], e1[3];
   vf n[3], d[3], o[3], i[3];
   UNROLL for (uint32_t a = 0; a < 3; a++) {
@@ -257,7 +257,8 @@ static uint64_t limit_go_triangles(limit_sample *s, const pktrt__bvh_segment *se
     for (uint32_t m = at->lanes; m; m &= m - 1) {
       const uint32_t lane = pktrt__lowest_bit(m);
       pktrt__tri_common tri;
-      tri.id = block->id[lane], tri.slot = at->ref * 8 + lane, tri.counts = NULL;
+      tri.id = block->id[lane], tri.slot = at->ref * 8 + lane, tri.planar = false;
+      tri.counts = NULL;
       tri.error = s->corners[i].error[lane], tri.range = s->corners[i].range[lane], tri.far_ = s->corners[i].far_[lane];
       tests += limit_vectors(at->mask);
       if (!plain) pktrt__frustum_test_triangle(&s->f, seg, &s->b, k0, &s->corners[i], lane, &tri, at->mask);
@@ -323,9 +324,11 @@ static uint64_t limit_go_settle(limit_sample *s, const pktrt__bvh_segment *seg, 
   for (uint32_t k = 0; k < s->rays; k++) {
     const uint32_t r = s->list[k], slot = s->b.slot[r];
     uint32_t open = 1u << (r & 7);
+    pktrt__tri_common tri;
     if (slot == PKTRT_NONE) continue;
+    tri.id = s->b.id[r], tri.slot = slot, tri.planar = false;
     if (test == LIMIT_SETTLE) pktrt__exact_test(seg, &s->b, r, s->b.id[r], slot);
-    else pktrt__frustum_exact_test8(seg, &s->b, r & ~7u, &open, s->b.id[r], slot);
+    else pktrt__frustum_exact_test8(seg, &s->b, r & ~7u, &open, &tri);
     tests++;
   }
   return tests;

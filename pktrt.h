@@ -8794,6 +8794,7 @@ OP uint32_t pktrt__frustum_open_node(const pktrt__frustum *f, const pktrt__bvh_s
   for (uint32_t i = 0; i < n; i++, order >>= 8) {
     const uint32_t c = order & 7;
     stack[i].mask = mask, stack[i].plane = whole >> c & 1 ? NULL : p0 + c, stack[i].w = w[c], stack[i].ref = child[c];
+    if (i + 1 < n) pktrt__bvh_prefetch(seg, child[c], is.moving); /* the last one is opened at once */
   }
   return n;
 }
@@ -9477,29 +9478,21 @@ PKTRT__NOINLINE void pktrt__drive_octants(const pktrt_scene *scene, pktrt__batch
                                           const pktrt__variant *what) {
   const pktrt__variant is = *what;
   uint8_t list[PKTRT__BATCH];
-  uint32_t end[8], sum = 0;
-  memset(end, 0, sizeof end);
   pktrt__drive_find_moving(scene, b, rays);
-  for (uint32_t w = 0; w < PKTRT__BATCH / 64; w++)
-    for (uint64_t m = rays[w]; m; m &= m - 1) end[b->octant[64 * w + pktrt__lowest_bit(m)]]++;
-  for (uint32_t o = 0; o < 8; o++) {
-    const uint32_t n = end[o];
-    end[o] = sum, sum += n;
-  }
-  for (uint32_t w = 0; w < PKTRT__BATCH / 64; w++)
-    for (uint64_t m = rays[w]; m; m &= m - 1) {
-      const uint32_t r = 64 * w + pktrt__lowest_bit(m);
-      list[end[b->octant[r]]++] = (uint8_t)r;
-    }
-  for (uint32_t o = 0, i = 0; o < 8; o++)
-    while (i < end[o]) {
-      const uint32_t n = end[o] - i < 64 ? end[o] - i : 64, to = i + n;
+  for (uint8_t o = 0; o < 8; o++) {
+    uint32_t end = 0;
+    for (uint32_t w = 0; w < PKTRT__BATCH / 64; w++)
+      for (uint64_t m = rays[w] ? rays[w] & veq_u8x64(b->octant + 64 * w, o) : 0; m; m &= m - 1)
+        list[end++] = (uint8_t)(64 * w + pktrt__lowest_bit(m));
+    for (uint32_t i = 0; i < end;) {
+      const uint32_t n = end - i < 64 ? end - i : 64, to = i + n;
       COUNT(packets, n < 4 ? n : 1);
       if (n >= 4) pktrt__drive_stream(scene, b, list + i, ~(uint64_t)0 >> (64 - n), &is);
       else /* too few to gain from sharing: measured slower as a stream */
         for (uint32_t k = i; k < to; k++) pktrt__drive_batch_ray(scene, b, list[k], &is);
       i = to;
     }
+  }
 }
 
 /* Returns the rays of [base, base + 64) with the main axis and octant of ray r. */

@@ -8794,7 +8794,7 @@ OP uint32_t pktrt__frustum_open_node(const pktrt__frustum *f, const pktrt__bvh_s
   for (uint32_t i = 0; i < n; i++, order >>= 8) {
     const uint32_t c = order & 7;
     stack[i].mask = mask, stack[i].plane = whole >> c & 1 ? NULL : p0 + c, stack[i].w = w[c], stack[i].ref = child[c];
-    if (i + 1 < n) pktrt__bvh_prefetch(seg, child[c], is.moving); /* the last one is opened at once */
+    if (!is.moving && i + 1 < n) pktrt__bvh_prefetch(seg, child[c], false); /* the last one is opened at once */
   }
   return n;
 }

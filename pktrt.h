@@ -1,4 +1,4 @@
-/* pktrt.h - v0.15.0 - packet ray tracing in one C header: queries, for one ray or for millions, and pictures
+/* pktrt.h - v0.15.1 - packet ray tracing in one C header: queries, for one ray or for millions, and pictures
 
    After Boulos, Edwards, Lacewell, Kniss, Kautz, Shirley and Wald, "Packet-based Whitted and Distribution Ray Tracing",
    Graphics Interface 2007. MIT or public domain, at your choice (>>licence, at the end of the file).
@@ -546,7 +546,7 @@
 extern "C" {
 #endif
 
-#define PKTRT_VERSION 1500              /* major * 10000 + minor * 100 + patch */
+#define PKTRT_VERSION 1501              /* major * 10000 + minor * 100 + patch */
 #define PKTRT_NONE 0xFFFFFFFFu          /* "no mesh", "no triangle" */
 #define PKTRT_MAX_TRIANGLES 2147483647u /* of a scene; more: PKTRT_LIMIT */
 #define PKTRT_MAX_KEYS 1024u            /* motion keys of one mesh; more: PKTRT_LIMIT */
@@ -8800,9 +8800,10 @@ OP uint32_t pktrt__frustum_open_node(const pktrt__frustum *f, const pktrt__bvh_s
 }
 
 /* Tells whether so few rays are left that a stream is faster. Times, as measured, are flat around the numbers here. */
-OP bool pktrt__frustum_is_thin(uint64_t mask, uint32_t ref, const bool occlusion, const bool moving) {
+OP bool pktrt__frustum_is_thin(const pktrt__frustum *f, uint64_t mask, uint32_t ref, const bool occlusion,
+                               const bool moving) {
   const uint32_t few = ref & PKTRT__LEAF ? 4 : 8;
-  return pktrt__popcount(mask) <= few * (occlusion ? (moving ? 6 : 4) : moving ? 4 : 2);
+  return pktrt__popcount(mask) <= few * (moving ? (occlusion ? 6 : 4) : 2u + occlusion + !f->common);
 }
 
 #if FRUSTA
@@ -8826,7 +8827,7 @@ OP uint64_t pktrt__frustum_template(pktrt__frustum *f, const pktrt__bvh_segment 
     sp = 1, ref = b->occluder, b->occluder_tree = NULL;
   }
   for (;;) {
-    const bool thin = pktrt__frustum_is_thin(mask, ref, is.occlusion, !still);
+    const bool thin = pktrt__frustum_is_thin(f, mask, ref, is.occlusion, !still);
     if (thin) COUNT(fallbacks, 1);
     (void)top;
 #if PKTRT__WITH_TOP_FRUSTA
@@ -17677,6 +17678,7 @@ PKTRT_DEF size_t pktrt_scene_report_text(const pktrt_scene_report *r, char *text
 #endif /* the public functions */
 /* >>changes ----------------------------------------------------------------------------------------------------------
 
+     0.15.1   Faster: frusta prefetch, and give up later where rays have many origins; shadow rays that end at surfaces.
      0.15.0   Faster: boxes for rays of one origin; builds, by a twelfth; pictures of glass that touches glass.
      0.14.0   Faster: ties and surfaces that rays leave are told apart eight rays at a time, the last occluder is asked first,
               rows are copied by vectors. PKTRT_BUILD_HIGH splits: large triangles at rest lie in several leaves.

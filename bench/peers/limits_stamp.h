@@ -113,7 +113,7 @@ static void limit_walk_frustum(pktrt__frustum *f, const pktrt__bvh_segment *seg,
   uint64_t alive = mask, hit = 0;
   uint32_t sp = 0, ref = 0;
   for (;;) {
-    if (pktrt__frustum_is_thin(mask, ref, occlusion, false)) {
+    if (pktrt__frustum_is_thin(f, mask, ref, occlusion, false)) {
       hit = pktrt__stream_traverse(seg, b, f->list, mask, ref, stream);
     } else if (ref & PKTRT__LEAF) {
       hit = limit_walk_block(f, seg, b, ref, mask, occlusion, t, s);

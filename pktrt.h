@@ -4747,6 +4747,42 @@ PKTRT__NOINLINE bool pktrt__exact_take(const pktrt__bvh_segment *seg, pktrt__sin
   return true;
 }
 
+/* A packet of >>frustum. */
+typedef struct pktrt__frustum {
+  PKTRT__ALIGN64 float ow[64]; /* depth of the origin */
+  float a[4], b[4];            /* planes a + b W: upper u, lower u, upper v, lower v */
+  float slope[4];              /* bounds of the rays' slopes, in the same order */
+  float apex[3], apex_pad;     /* where rays meet: u, v, k; and four times by what they may miss it */
+  float ref[3];                /* reference point: u, v, depth */
+  float sign, pad, far_, wmin, wmax;
+  float depth; /* of the farthest origin */
+  float tb[2]; /* weights b of the earliest and the latest ray */
+  uint32_t k, ku, kv, octant;
+  uint32_t base, first; /* lanes in the batch: the packet's first one, and that of its first ray */
+  uint8_t list[64];     /* base + i: the packet's rays as streams list them */
+  bool common;          /* all rays have one origin */
+  bool pointed;         /* all nearly meet in the apex */
+} pktrt__frustum;
+
+/* Makes planes of the extremes that u and v have at W = 0 and at Y, upper and lower ones. Where rays end at Y, also bounds
+   their slopes, and finds their apex there, which they miss by half their extent. */
+PKTRT__NOINLINE void pktrt__frustum_bound(pktrt__frustum *f, float (*extreme)[4], bool ends) {
+  f->pointed = ends || f->common, f->apex[2] = f->sign * (ends ? f->ref[2] + f->far_ : f->ref[2]);
+  float miss = 0, most = fabsf(f->apex[2]);
+  for (int a = 0; a < 2; a++) {
+    const float upper = extreme[a][0], lower = extreme[a][1], top = extreme[a][2], bottom = extreme[a][3];
+    f->a[2 * a] = upper, f->slope[2 * a] = f->b[2 * a] = (top - upper) / f->far_;
+    f->a[2 * a + 1] = lower, f->slope[2 * a + 1] = f->b[2 * a + 1] = (bottom - lower) / f->far_;
+    f->apex[a] = f->ref[a];
+    if (!ends) continue;
+    f->slope[2 * a] = (top - lower + 4 * f->pad) / f->far_;
+    f->slope[2 * a + 1] = (bottom - upper - 4 * f->pad) / f->far_;
+    f->apex[a] += 0.5f * (top + bottom), f->pointed = f->pointed && 32 * (top - bottom) < upper - lower;
+    miss = pktrt__maxf(miss, 0.5f * (top - bottom)), most = pktrt__maxf(most, fabsf(f->apex[a]));
+  }
+  f->apex_pad = ends ? PKTRT__SLACK(apex) * (8 * (f->pad + miss) + 16 * PKTRT__EPS * most) : f->pad;
+}
+
 /* Notes whether frustum packets took most of the last n rays; returns how many they left. */
 PKTRT__INLINE uint32_t pktrt__batch_note_coherence(pktrt__batch *b, const uint64_t *left, uint32_t n) {
   uint32_t count = 0;
@@ -6896,7 +6932,6 @@ typedef __mmask16 mf;
 #define pktrt__fit_kernels PKTRT__NAME(pktrt__fit_kernels)
 #define pktrt__fit_lanes_with_area PKTRT__NAME(pktrt__fit_lanes_with_area)
 #define pktrt__fit_nodes PKTRT__NAME(pktrt__fit_nodes)
-#define pktrt__frustum PKTRT__NAME(pktrt__frustum)
 #define pktrt__frustum_accept PKTRT__NAME(pktrt__frustum_accept)
 #define pktrt__frustum_apart8 PKTRT__NAME(pktrt__frustum_apart8)
 #define pktrt__frustum_common_origin PKTRT__NAME(pktrt__frustum_common_origin)
@@ -7694,8 +7729,9 @@ PKTRT__NOINLINE uint64_t pktrt__box_test_packet(const pktrt__batch *b, uint32_t 
    all of them cull whole subtrees, one box test per child tells which rays go on, thin packets go on as streams.
 
    A ray is u(W) = C + G W, where W is the depth along s k from the reference point, common to all rays. At W = 0 and at
-   the far end W = Y of the scene take the largest and smallest u over the rays: straight lines through these bound
-   every ray between 0 and Y, because each ray is a straight line, be they crossing or diverging.
+   W = Y, the far end of the scene or of the rays, take the largest and smallest u over the rays: straight lines through
+   these bound every ray between 0 and Y, because each ray is a straight line, be they crossing or diverging. Shadow
+   rays that end at one light get a cone.
 
        u |        ___---  upper(W)
          |  __----   /
@@ -7704,19 +7740,6 @@ PKTRT__NOINLINE uint64_t pktrt__box_test_packet(const pktrt__batch *b, uint32_t 
          |      ---\___  lower(W)
          +--------------------> W
        0                    Y                                                                                    */
-
-typedef struct pktrt__frustum {
-  PKTRT__ALIGN64 float ow[64]; /* depth of the origin */
-  float a[4], b[4];            /* planes a + b W: upper u, lower u, upper v, lower v */
-  float ref[3];                /* reference point: u, v, depth */
-  float sign, pad, far_, wmin, wmax;
-  float depth; /* of the farthest origin */
-  float tb[2]; /* weights b of the earliest and the latest ray */
-  uint32_t k, ku, kv, octant;
-  uint32_t base, first; /* lanes in the batch: the packet's first one, and that of its first ray */
-  uint8_t list[64];     /* base + i: the packet's rays as streams list them */
-  bool common;          /* all rays have one origin */
-} pktrt__frustum;
 
 /* Tells whether the rays in mask have one origin. */
 OP bool pktrt__frustum_common_origin(const pktrt__frustum *f, const pktrt__batch *b, uint64_t mask) {
@@ -7730,12 +7753,13 @@ OP bool pktrt__frustum_common_origin(const pktrt__frustum *f, const pktrt__batch
   return !(mask & ~same);
 }
 
-/* Computes the reference point, rho and the padding from the box of the origins of the rays in mask. */
-OP void pktrt__frustum_origins(pktrt__frustum *f, const pktrt__batch *b, uint64_t mask) {
+/* Computes the reference point, rho and the padding from the box of the origins of the rays in mask; if `ends`, also how far
+   the farthest ends. */
+OP void pktrt__frustum_origins(pktrt__frustum *f, const pktrt__batch *b, uint64_t mask, bool ends) {
   const float *o[3] = {b->o[f->ku] + f->base, b->o[f->kv] + f->base, b->o[f->k] + f->base};
   const vf inf = fset(INFINITY), ninf = fset(-INFINITY);
-  vf lo[3] = {inf, inf, inf}, hi[3] = {ninf, ninf, ninf}, pad = fset(0);
-  f->common = pktrt__frustum_common_origin(f, b, mask);
+  vf lo[3] = {inf, inf, inf}, hi[3] = {ninf, ninf, ninf}, pad = fset(0), end = ninf;
+  f->common = pktrt__frustum_common_origin(f, b, mask), f->far_ = INFINITY;
   if (f->common) {
     const uint32_t i = f->first - f->base;
     f->ref[0] = o[0][i], f->ref[1] = o[1][i], f->ref[2] = f->sign * o[2][i], f->pad = b->pad[f->first];
@@ -7749,6 +7773,7 @@ OP void pktrt__frustum_origins(pktrt__frustum *f, const pktrt__batch *b, uint64_
       const vf x = a == 2 ? fmul(fset(f->sign), fload(o[a] + i)) : fload(o[a] + i);
       lo[a] = fmin_masked(m, lo[a], x);
       hi[a] = fmax_masked(m, hi[a], x);
+      if (a == 2 && ends) end = fmax_masked(m, end, fadd(x, fload(b->wf + f->base + i)));
     }
     pad = fmax_masked(m, pad, fload(b->pad + f->base + i));
   }
@@ -7759,10 +7784,11 @@ OP void pktrt__frustum_origins(pktrt__frustum *f, const pktrt__batch *b, uint64_
     rho = pktrt__maxf(rho, pktrt__maxf(h - f->ref[a], f->ref[a] - l));
   }
   f->pad = fhmax(pad) + PKTRT__PAD_RHO * rho;
+  if (ends) f->far_ = fhmax(end) - f->ref[2];
 }
 
-/* Computes the four planes around the rays from the extremes of C, and of C + G Y. */
-OP void pktrt__frustum_planes(pktrt__frustum *f, const pktrt__batch *b, uint64_t mask, const bool common) {
+/* Computes the four planes around the rays from the extremes of C, and of C + G Y; `ends`: rays end at Y. */
+OP void pktrt__frustum_planes(pktrt__frustum *f, const pktrt__batch *b, uint64_t mask, const bool common, bool ends) {
   const vf inf = fset(INFINITY), ninf = fset(-INFINITY), s = fset(f->sign);
   const uint32_t axis[2] = {f->ku, f->kv};
   vf n0[2] = {inf, inf}, n1[2] = {inf, inf}, x0[2] = {ninf, ninf}, x1[2] = {ninf, ninf};
@@ -7786,26 +7812,29 @@ OP void pktrt__frustum_planes(pktrt__frustum *f, const pktrt__batch *b, uint64_t
     }
   }
   f->wmin = fhmin(wmin), f->wmax = fhmax(wmax), f->depth = common ? 0 : fhmax(depth);
+  float extreme[2][4];
   UNROLL for (int a = 0; a < 2; a++) { /* a common origin is the reference point, and C is 0 */
-    const float upper = common ? 0 : fhmax(x0[a]), lower = common ? 0 : fhmin(n0[a]);
-    f->a[2 * a] = upper, f->b[2 * a] = (fhmax(x1[a]) - upper) / f->far_;
-    f->a[2 * a + 1] = lower, f->b[2 * a + 1] = (fhmin(n1[a]) - lower) / f->far_;
+    extreme[a][0] = common ? 0 : fhmax(x0[a]), extreme[a][1] = common ? 0 : fhmin(n0[a]);
+    extreme[a][2] = fhmax(x1[a]), extreme[a][3] = fhmin(n1[a]);
   }
+  pktrt__frustum_bound(f, extreme, ends);
 }
 
-/* Makes the frustum of rays [base, base + 64) in mask, all of one axis and octant. */
+/* Makes the frustum of rays [base, base + 64) in mask, all of one axis and octant; `ends`: they may end together. */
 PKTRT__NOINLINE void pktrt__frustum_setup(pktrt__frustum *f, const pktrt_scene *scene, const pktrt__batch *b,
-                                          uint32_t base, uint64_t mask) {
+                                          uint32_t base, uint64_t mask, bool ends) {
   f->base = base, f->first = base + pktrt__lowest_bit(mask);
   const uint32_t k = b->axis[f->first];
   f->k = k, f->ku = (k + 1) % 3, f->kv = (k + 2) % 3;
   f->octant = b->octant[f->first];
   const float sign = f->sign = f->octant >> k & 1 ? -1.0f : 1.0f;
-  pktrt__frustum_origins(f, b, mask);
+  pktrt__frustum_origins(f, b, mask, ends);
   const float exit_ = (sign > 0 ? scene->hi[k] : -scene->lo[k]) - f->ref[2];
-  f->far_ = pktrt__maxf(exit_ * (1 + PKTRT__SLACK(end) * 16 * PKTRT__EPS) + PKTRT__SLACK(end) * f->pad, 1e-30f);
-  if (f->common) pktrt__frustum_planes(f, b, mask, true);
-  else pktrt__frustum_planes(f, b, mask, false);
+  ends = f->far_ < 8 * exit_;
+  if (!ends) f->far_ = exit_;
+  f->far_ = pktrt__maxf(f->far_ * (1 + PKTRT__SLACK(end) * 16 * PKTRT__EPS) + PKTRT__SLACK(end) * f->pad, 1e-30f);
+  if (f->common) pktrt__frustum_planes(f, b, mask, true, false);
+  else pktrt__frustum_planes(f, b, mask, false, ends);
   for (uint32_t i = 0; i < 64; i++) f->list[i] = (uint8_t)(base + i);
 }
 
@@ -7941,24 +7970,27 @@ PKTRT__NOINLINE uint64_t pktrt__frustum_test_child_moving(const pktrt__frustum *
 
 /* Values of the triangles of a block that all rays of a packet share. */
 typedef struct pktrt__frustum_corners {
-  PKTRT__ALIGN64 float p[3][3][8]; /* of one origin at rest: corners relative to it, [corner][u, v, k][lane] */
+  PKTRT__ALIGN64 float p[3][3][8]; /* of pointed frusta: corners relative to the apex, [corner][u, v, k][lane] */
   float range[8], far_[8];         /* depths: at least the range over corners, the largest |z| */
   float error[8];                  /* of edge functions, of all rays */
 } pktrt__frustum_corners;
 
-/* Returns the triangles at rest that all rays of one origin miss beyond one edge. With slopes S0 + s, x = X - s W in
-   the corners' X = p_u - S0 W, and so y: the product s_u s_v cancels in U = (x2 y1 - y2 x1) = (X2 Y1 - Y2 X1) + s_u (Y2
-   W1 - W2 Y1) + s_v (W2 X1 - X2 W1), linear over the packet. A triangle is missed by all if one edge function is below
-   0 for all rays, and one is above. What rounding may do: X here is within 3 eps M of p_u - S
+/* Returns the triangles at rest that all rays of a pointed frustum miss beyond one edge. Relative to the apex and with
+   slopes S0 + s, x = X - s W in the corners' X = p_u - S0 W, and so y: the product s_u s_v cancels in U = (x2 y1 - y2 x1)
+   = (X2 Y1 - Y2 X1) + s_u (Y2 W1 - W2 Y1) + s_v (W2 X1 - X2 W1), linear over the packet. A triangle is missed by all if
+   one edge function is below 0 for all rays, and one is above. What rounding may do: X here is within 3 eps M of p_u - S
    W, where pad >= 16 eps M, so that U moves by at most pad (|x| + |y|); and six products of at most (|X| + h |W|) (|Y|
-   + h |W|) are rounded and summed. h: the slopes are those of planes, 4 eps wider. */
+   + h |W|) are rounded and summed. h: the slopes are those of planes, 4 eps wider.
+   Rays that end together have their apex there and miss it by q at most: by half their extent, and by what rounds it and
+   corners relative to it, less than 2 pad + 4 eps |apex|. Then U moves by 2 q (|x| + |y|) + 2 q^2, for which the padding
+   is 4 q; their slopes are bounded by extents at both ends, each of which is within pad, and padded by 2 pad each. */
 PKTRT__NOINLINE uint32_t pktrt__frustum_cull_by_edges(const pktrt__frustum *f, pktrt__frustum_corners *c) {
   const v8 s = vset(f->sign);
   v8 x[3], y[3], w[3], m[2], h[2], least = vset(INFINITY), most = vset(-INFINITY);
   UNROLL for (int a = 0; a < 2; a++) {
-    const float up = f->b[2 * a], down = f->b[2 * a + 1];
+    const float up = f->slope[2 * a], down = f->slope[2 * a + 1];
     h[a] = vset(0.5f * (up - down) + 4 * PKTRT__EPS * (fabsf(up) + fabsf(down)));
-    m[a] = vset(f->pad);
+    m[a] = vset(f->apex_pad);
     UNROLL for (int i = 0; i < 3; i++) {
       w[i] = vmul(vload(c->p[i][2]), s);
       const v8 q = vsub(vload(c->p[i][a]), vmul(vset(0.5f * (up + down)), w[i]));
@@ -7976,7 +8008,7 @@ PKTRT__NOINLINE uint32_t pktrt__frustum_cull_by_edges(const pktrt__frustum *f, p
   }
   const v8 error =
       vfma(vmul(m[0], m[1]), vset(PKTRT__SLACK(sides) * 32 * PKTRT__EPS),
-           vfma(vadd(m[0], m[1]), vset(PKTRT__SLACK(sides) * f->pad), vset(PKTRT__SLACK(sides) * FLT_MIN)));
+           vfma(vadd(m[0], m[1]), vset(PKTRT__SLACK(sides) * f->apex_pad), vset(PKTRT__SLACK(sides) * FLT_MIN)));
   return mbits(mand(vlt(vadd(least, error), vset(0)), vlt(error, most)));
 }
 
@@ -8007,25 +8039,26 @@ OP uint32_t pktrt__frustum_reach_inside(const pktrt__frustum_reach *r, const pkt
 }
 
 /* Bounds |x| and |y| of triangles over the rays of a packet: where they lie beyond all origins, by how far they are away
-   from the planes; else by 2 M, of which 2 pad / (16 eps) is no less. */
+   from the planes, and, where they lie beyond Y, by how far rays may be beyond these; else by 2 M, of which 2 pad / (16
+   eps) is no less. */
 OP void pktrt__frustum_reach_size(const pktrt__frustum_reach *r, const pktrt__frustum *f, v8 size[2]) {
+  const v8 behind = vmax(vsub(r->whi, vset(f->far_)), vset(0));
   UNROLL for (int a = 0; a < 2; a++) {
     const v8 from = vsub(r->low[a], vset(f->a[2 * a])), to = vsub(r->high[a], vset(f->a[2 * a + 1]));
-    const v8 beyond = vadd(vmax(vabs(from), vabs(to)), vset(4 * f->pad));
+    const float leave = pktrt__maxf(f->slope[2 * a] - f->b[2 * a], f->b[2 * a + 1] - f->slope[2 * a + 1]);
+    const v8 beyond = vfma(behind, vset(leave), vadd(vmax(vabs(from), vabs(to)), vset(4 * f->pad)));
     size[a] = vsel(vlt(vset(f->pad), r->wlo), beyond, vset(f->pad * (2 / PKTRT__PAD_M)));
   }
 }
 
 /* Returns the triangles of a block at rest that reach into the frustum, and computes their shared values. */
-STEP uint32_t pktrt__frustum_cull_triangles(const pktrt__frustum *f, const pktrt__batch *b, const float *k0,
-                                            pktrt__frustum_corners *corners) {
+STEP uint32_t pktrt__frustum_cull_triangles(const pktrt__frustum *f, const float *k0, pktrt__frustum_corners *corners) {
   const uint32_t axis[3] = {f->ku, f->kv, f->k};
   pktrt__frustum_reach reach = pktrt__frustum_reach_none();
   UNROLL for (int c = 0; c < 3; c++) {
     v8 q[3];
     UNROLL for (int j = 0; j < 3; j++) q[j] = vload(k0 + 24 * (uint32_t)c + 8 * axis[j]);
-    if (f->common)
-      UNROLL for (int j = 0; j < 3; j++) vstore(corners->p[c][j], vsub(q[j], vset(b->o[axis[j]][f->first])));
+    if (f->pointed) UNROLL for (int j = 0; j < 3; j++) vstore(corners->p[c][j], vsub(q[j], vset(f->apex[j])));
     pktrt__frustum_reach_add(&reach, f, q);
   }
   const v8 far_ = vadd(vmax(vabs(reach.wlo), vabs(reach.whi)), vset(f->depth + f->pad));
@@ -8035,7 +8068,7 @@ STEP uint32_t pktrt__frustum_cull_triangles(const pktrt__frustum *f, const pktrt
   vstore(corners->far_, far_);
   vstore(corners->error, PKTRT__EDGE_ERROR(v, size[0], size[1], far_));
   uint32_t lanes = pktrt__frustum_reach_inside(&reach, f);
-  if (f->common && lanes) lanes &= ~pktrt__frustum_cull_by_edges(f, corners);
+  if (f->pointed && lanes) lanes &= ~pktrt__frustum_cull_by_edges(f, corners);
   return lanes;
 }
 
@@ -8480,7 +8513,7 @@ OP uint64_t pktrt__frustum_leaf(const pktrt__frustum *f, const pktrt__bvh_segmen
   const uint32_t *id = block->id;
   pktrt__frustum_corners corners;
   const uint32_t all = pktrt__lanes_occupied(id);
-  uint32_t lanes = pktrt__frustum_cull_triangles(f, b, k0, &corners) & all;
+  uint32_t lanes = pktrt__frustum_cull_triangles(f, k0, &corners) & all;
   COUNT(triangle_culls, pktrt__popcount(all & ~lanes));
   pktrt__tri_common tri;
   tri.counts = is.stats ? is.counts : NULL;
@@ -9394,7 +9427,7 @@ PKTRT__NOINLINE void pktrt__drive_frustum(const pktrt_scene *scene, pktrt__batch
                                           const pktrt__variant *what) {
   const pktrt__variant is = *what;
   pktrt__frustum f;
-  pktrt__frustum_setup(&f, scene, b, base, mask);
+  pktrt__frustum_setup(&f, scene, b, base, mask, is.occlusion);
   COUNT(packets, 1);
   uint64_t asked = mask; /* the rays whose depth the frustum has */
   for (uint32_t i = 0; i < scene->direct_count && mask; i++) {

@@ -7,7 +7,8 @@
 typedef struct slack_parts {
   float m, o, min, rho, depth, cross, shear, moving, least, estimate, tiny,
       det;          /* the constants PKTRT__PAD_M, ... LEAST_DET */
-  float sides, end; /* of frusta: what rounding does to the sides of triangles; what lies beyond the far end */
+  float sides, end; /* of frusta: what rounding does to the sides of triangles; what lies beyond the far end, */
+  float apex;       /* and by what rays that end together miss each other */
   float parts;      /* how much boxes of parts of split triangles are widened, in steps of floats */
 } slack_parts;
 extern slack_parts slack_left; /* slack_none at first */

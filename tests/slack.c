@@ -272,6 +272,30 @@ static void at_a_side(rng *r, graze *g) {
   }
 }
 
+/* Sides near where rays end together, or nearly, as those to a light do; the first alone can hit the triangle. */
+static void in_a_cone(rng *r, graze *g) {
+  start(r, g, 1);
+  const float lean = powf(10, rng_range(r, -3, -1)), angle = 7 * rng_unit(r), x = cosf(angle), y = sinf(angle);
+  const float least[2] = {either(r, 0.3f), either(r, 0.3f)}, s = rng_range(r, 0.02f, 0.1f), k = either(r, 1);
+  const float swing[2] = {y < 0 ? -lean : lean, x > 0 ? -lean : lean};
+  const float slope[2] = {k * (least[0] + swing[0]), k * (least[1] + swing[1])};
+  float to[3], aside[3] = {0, 0, 0};
+  for (int a = 0; a < 3; a++) to[a] = rng_sign(r);
+  set_seen(g, 0, s * x, s * y, -k * rng_range(r, 0.02f, 0.1f), slope);
+  set_seen(g, 1, -s * x, -s * y, -k * rng_range(r, 0.02f, 0.1f), slope);
+  set_seen(g, 2, -y * s, x * s, -k * rng_range(r, 0.02f, 0.1f), slope);
+  for (int c = 0; c < 9; c++) g->corner[c] += to[c % 3];
+  for (uint32_t i = 0; i < RAYS; i++) {
+    const float part = i ? rng_range(r, -1, 0.99f) : 1, other = i ? rng_range(r, -1, 0.99f) : 1;
+    const float miss = i % 2 ? lean * 1e-3f * rng_unit(r) : 0;
+    pktrt_ray *ray = &g->ray[i];
+    set(g, ray->direction, least[0] + part * swing[0], least[1] + other * swing[1], k);
+    set(g, aside, miss * y, -miss * x, 0);
+    for (int a = 0; a < 3; a++) ray->origin[a] = to[a] + aside[a] - ray->direction[a];
+    ray->tmax = 1;
+  }
+}
+
 /* Planes. Parallel rays of many origins, the first of which is the outermost one all the way: it grazes a side of the
    triangle, which lies beyond all others, at their common time. */
 static void at_a_plane(rng *r, graze *g, uint32_t keys) {
@@ -358,6 +382,7 @@ static const part parts[] = {
     {"depth", offsetof(slack_parts, cross), 20.25f, 0, edge_on, 400, 5}, /* cross to estimate */
     {PART(tiny), 2, 0, denormal_depth, 40, 1},
     {PART(sides), 32, 0, at_a_side, 600, 1},
+    {PART(apex), 8, 0, in_a_cone, 600, 1},
 };
 
 /* Whether the copy loses a hit with so much of a part. */

@@ -159,7 +159,7 @@ static void limit_close_sample(limit_sample *s, const pktrt__bvh_segment *seg, c
   }
   for (uint32_t i = 0; i < s->blocks; i++) {
     const pktrt__block *block = pktrt__segment_block(seg, s->block[i].ref, false);
-    s->block[i].lanes = pktrt__frustum_cull_triangles(&s->f, &s->b, &block->vertex[0][0][0], &s->corners[i]) &
+    s->block[i].lanes = pktrt__frustum_cull_triangles(&s->f, &block->vertex[0][0][0], &s->corners[i]) &
                         pktrt__lanes_occupied(block->id);
   }
 }
@@ -169,7 +169,7 @@ static void limit_walk_packet(const pktrt_scene *scene, pktrt__batch *b, uint32_
   const pktrt__bvh_segment seg = pktrt__bvh_segment_of(scene->bvhs, 0, 0);
   limit_sample *s = limit_next_sample(t, samples, false, pktrt__popcount(mask));
   pktrt__frustum f;
-  pktrt__frustum_setup(&f, scene, b, base, mask);
+  pktrt__frustum_setup(&f, scene, b, base, mask, occlusion);
   pktrt__batch_time_weights(b, base, 64, 1);
   t->packet.packets++;
   if (s) {
@@ -290,7 +290,7 @@ static uint64_t limit_go_packet(limit_sample *s, const pktrt__bvh_segment *seg, 
   if (test == LIMIT_BLOCK)
     for (; tests < s->blocks; tests++) {
       const pktrt__block *block = pktrt__segment_block(seg, s->block[tests].ref, false);
-      sink += pktrt__frustum_cull_triangles(&s->f, &s->b, &block->vertex[0][0][0], &s->corners[tests]);
+      sink += pktrt__frustum_cull_triangles(&s->f, &block->vertex[0][0][0], &s->corners[tests]);
     }
   (void)sink;
   return tests;

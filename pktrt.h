@@ -5912,17 +5912,33 @@ PKTRT__COLD const char *pktrt__check_sentence(uint32_t faults) {
 #define PKTRT__STAMP PKTRT__STAMP_SCALAR
 #define PKTRT__SUFFIX scalar
 #else
-#ifdef PKTRT__HAS_SCALAR
-#define PKTRT__STAMP PKTRT__STAMP_SCALAR
-#define PKTRT__SUFFIX scalar
+#ifdef PKTRT__HAS_SSE2
+#define PKTRT__STAMP PKTRT__STAMP_SSE2
+#define PKTRT__SUFFIX sse2
 #include PKTRT_HEADER_FILENAME
 #undef PKTRT__STAMP
 #undef PKTRT__SUFFIX
 #endif
 
-#ifdef PKTRT__HAS_SSE2
-#define PKTRT__STAMP PKTRT__STAMP_SSE2
-#define PKTRT__SUFFIX sse2
+#ifdef PKTRT__HAS_NEON
+#define PKTRT__STAMP PKTRT__STAMP_NEON
+#define PKTRT__SUFFIX neon
+#include PKTRT_HEADER_FILENAME
+#undef PKTRT__STAMP
+#undef PKTRT__SUFFIX
+#endif
+
+#ifdef PKTRT__HAS_WASM
+#define PKTRT__STAMP PKTRT__STAMP_WASM
+#define PKTRT__SUFFIX wasm
+#include PKTRT_HEADER_FILENAME
+#undef PKTRT__STAMP
+#undef PKTRT__SUFFIX
+#endif
+
+#ifdef PKTRT__HAS_SCALAR
+#define PKTRT__STAMP PKTRT__STAMP_SCALAR
+#define PKTRT__SUFFIX scalar
 #include PKTRT_HEADER_FILENAME
 #undef PKTRT__STAMP
 #undef PKTRT__SUFFIX
@@ -5967,21 +5983,6 @@ PKTRT__COLD const char *pktrt__check_sentence(uint32_t faults) {
 #endif
 #endif
 
-#ifdef PKTRT__HAS_NEON
-#define PKTRT__STAMP PKTRT__STAMP_NEON
-#define PKTRT__SUFFIX neon
-#include PKTRT_HEADER_FILENAME
-#undef PKTRT__STAMP
-#undef PKTRT__SUFFIX
-#endif
-
-#ifdef PKTRT__HAS_WASM
-#define PKTRT__STAMP PKTRT__STAMP_WASM
-#define PKTRT__SUFFIX wasm
-#include PKTRT_HEADER_FILENAME
-#undef PKTRT__STAMP
-#undef PKTRT__SUFFIX
-#endif
 #endif /* PKTRT__EDITOR */
 
 #pragma pop_macro("COUNT")
@@ -6113,12 +6114,19 @@ PKTRT__COLD const char *pktrt__check_sentence(uint32_t faults) {
 #else
 #define PKTRT__WITH_FIT 0
 #endif
-/* The set has kernels for the paper's path, evaluates materials and spawns rays. WHY not AVX-512: 1% to 3% there, with
-   18 KB, and less of DRT's time by the others; AVX2 serves for it. */
+/* The set has kernels for the paper's path, counts, evaluates materials and spawns rays. WHY not AVX-512: 1% to 3% there,
+   with 18 KB, and less of DRT's time by the others; nobody races what counts. AVX2 serves for it. */
 #if PKTRT__STAMP == PKTRT__STAMP_AVX512 && defined(PKTRT__HAS_AVX2) && !defined(PKTRT__ALSO_STAMP)
 #define PKTRT__WITH_PAPER 0
 #else
 #define PKTRT__WITH_PAPER 1
+#endif
+/* WHY not the scalar set where there are vectors: shading with all its instances would be a twentieth of the time that the
+   header takes to compile. */
+#if PKTRT__WITH_FEW_INSTANCES && !defined(PKTRT__EDITOR)
+#define PKTRT__WITH_SHADE 0
+#else
+#define PKTRT__WITH_SHADE 1
 #endif
 /* WHY not the scalar set where there are vectors: it would be 10 KB for a path that is there to be read and compared. */
 #if !PKTRT__WITH_PAPER || (PKTRT__WITH_FEW_INSTANCES && !defined(PKTRT__ALSO_STAMP) && !defined(PKTRT__EDITOR))
@@ -6126,12 +6134,13 @@ PKTRT__COLD const char *pktrt__check_sentence(uint32_t faults) {
 #else
 #define PKTRT__WITH_PAPER_PATH 1
 #endif
+/* The kernels that scalar ones are stamped behind, and which serve for what these lack. */
 #if defined(PKTRT__HAS_NEON)
-#define PKTRT__VECTOR_PAPER pktrt__drive_paper_neon
+#define PKTRT__BASE(x) x##_neon
 #elif defined(PKTRT__HAS_WASM)
-#define PKTRT__VECTOR_PAPER pktrt__drive_paper_wasm
+#define PKTRT__BASE(x) x##_wasm
 #else
-#define PKTRT__VECTOR_PAPER pktrt__drive_paper_sse2
+#define PKTRT__BASE(x) x##_sse2
 #endif
 /* UNROLL stands before short loops over axes or corners: gcc -O2 would keep their vectors in memory otherwise. */
 #if PKTRT__STAMP != PKTRT__STAMP_SCALAR && defined(__GNUC__) && !defined(__clang__) && defined(__OPTIMIZE__)
@@ -8451,7 +8460,7 @@ OP uint32_t pktrt__tri_ray_block_inline(const pktrt__bvh_segment *seg, pktrt__ba
 #else
 #define FRUSTA 1
 #endif
-#if !defined(PKTRT_NO_STATS) || PKTRT__WITH_FEW_INSTANCES
+#if (!defined(PKTRT_NO_STATS) && PKTRT__WITH_PAPER) || PKTRT__WITH_FEW_INSTANCES
 #define IF_COUNTED(x) x
 #else
 #define IF_COUNTED(x)
@@ -8914,11 +8923,8 @@ PKTRT__NOINLINE void pktrt__place_resolve8(const pktrt_scene *scene, pktrt__batc
 #endif
 
 #if !PKTRT__WITH_PAPER
-#define pktrt__drive_paper pktrt__drive_paper_avx2
 #elif !PKTRT__WITH_PAPER_PATH && !defined(PKTRT_NO_PAPER)
-#define pktrt__drive_paper PKTRT__VECTOR_PAPER
-static void pktrt__drive_paper(const pktrt__query *call, const pktrt_scene *scene, pktrt__batch *b, uint32_t begin,
-                               uint32_t end, const bool occlusion);
+#define pktrt__drive_paper PKTRT__BASE(pktrt__drive_paper)
 #elif !defined(PKTRT_NO_PAPER)
 #define pktrt__drive_paper PKTRT__NAME(pktrt__drive_paper)
 /* >>paper ------------------------------------------------------------------------------------------------------------
@@ -9561,11 +9567,10 @@ PKTRT__NOINLINE bool pktrt__drive_is_coherent(const pktrt__batch *b, uint32_t ba
 }
 
 /* Removes the next frustum packet from *rest, of [base, base + 64), and returns it, or 0. If all go one way, its rays
-   share main axis and octant. Else they have similar directions, as after a mirror; any hit gains nothing from such
-   packets. WHY so few tries: where the first rays have no company, others have none either. */
-PKTRT__NOINLINE uint64_t pktrt__drive_next_packet(const pktrt__batch *b, uint32_t base, uint64_t *rest, bool one_way,
-                                                  bool occlusion) {
-  const uint32_t tries = occlusion ? 0 : 3, many = PKTRT__FEW_OF_PACKET;
+   share main axis and octant. Else they have similar directions, as after a mirror. WHY so few tries: where the first
+   rays have no company, others have none either. */
+PKTRT__NOINLINE uint64_t pktrt__drive_next_packet(const pktrt__batch *b, uint32_t base, uint64_t *rest, bool one_way) {
+  const uint32_t tries = 3, many = PKTRT__FEW_OF_PACKET;
   uint64_t packet = 0, among = *rest;
   if (one_way) {
     packet = among ? among & pktrt__drive_rays_along(b, base, base + pktrt__lowest_bit(among)) : 0;
@@ -9592,7 +9597,7 @@ PKTRT__NOINLINE void pktrt__drive_fast(const pktrt_scene *scene, pktrt__batch *b
     uint64_t rest = b->valid[base / 64];
 #if FRUSTA
     const bool one_way = rest && pktrt__drive_is_coherent(b, base, rest);
-    for (uint64_t packet; (packet = pktrt__drive_next_packet(b, base, &rest, one_way, is.occlusion)) != 0;)
+    for (uint64_t packet; (packet = pktrt__drive_next_packet(b, base, &rest, one_way)) != 0;)
       pktrt__drive_frustum(scene, b, base, packet, &is);
 #endif
     left[base / 64] = rest;
@@ -9764,7 +9769,7 @@ static void pktrt__resolve_batch(const pktrt__query *call, pktrt__batch *b, uint
   }
 }
 
-#ifndef PKTRT_NO_RENDER
+#if !defined(PKTRT_NO_RENDER) && PKTRT__WITH_SHADE
 /* >>shade ---------------------------------------------------------------------------------------------------------- */
 
 STEP v8 pktrt__vec_dot(const v8 a[3], const v8 b[3]) {
@@ -10920,7 +10925,7 @@ PKTRT__NOINLINE uint64_t pktrt__place_trace(const pktrt__query *call, const pktr
   uint64_t valid = 0;
   for (uint32_t i = 0; i < n; i += FW) valid |= (uint64_t)pktrt__batch_setup(model, b, first + i) << i;
   b->valid[first / 64] = valid;
-#if !defined(PKTRT_NO_PAPER)
+#if !defined(PKTRT_NO_PAPER) && PKTRT__WITH_PAPER
   if (call) {
     pktrt__drive_paper(call, model, b, first, first + n, is.occlusion);
   } else
@@ -11115,7 +11120,7 @@ SMALL void pktrt__place_frustum(pktrt__frustum *f, const pktrt_scene *scene, pkt
 #endif
 #endif
 
-#if !defined(PKTRT_NO_PAPER)
+#if !defined(PKTRT_NO_PAPER) && PKTRT__WITH_PAPER
 /* Traces rays [begin, end) of a batch of the paper path through the instances, 64 neighbours of one octant at a time. */
 PKTRT__COLD void pktrt__place_packets(const pktrt__query *call, pktrt__batch *b, uint32_t begin, uint32_t end,
                                       const pktrt__variant *what) {
@@ -11188,9 +11193,16 @@ static bool pktrt__entry_occluded(const pktrt_scene *scene, const pktrt_ray *ray
 static void pktrt__entry_trace(const pktrt__query *call, pktrt__batch *b, uint32_t begin, uint32_t end) {
   const pktrt_scene *scene = call->scene;
   pktrt_counts unread, *counts = call->counts;
+#if !PKTRT__WITH_PAPER
+  if (counts || call->desc->path == PKTRT_PATH_PAPER) {
+    pktrt__entry_trace_avx2(call, b, begin, end);
+    return;
+  }
+#endif
   if (!PKTRT__WITH_VECTORS && !counts) /* see PKTRT__VARIANTS */
     memset(&unread, 0, sizeof unread), counts = &unread;
-  pktrt__variant is = pktrt__variant_of(call->occlusion, false, PKTRT__STATS && call->counts, counts);
+  pktrt__variant is =
+      pktrt__variant_of(call->occlusion, false, PKTRT__STATS && PKTRT__WITH_PAPER && call->counts, counts);
   is.mask = call->desc->mask;
   pktrt__batch_pad(b, end);
   memset(b->valid, 0, sizeof b->valid);
@@ -11204,7 +11216,7 @@ static void pktrt__entry_trace(const pktrt__query *call, pktrt__batch *b, uint32
     if (!is.occlusion) pktrt__resolve_batch(call, b, begin, end);
     return;
   }
-#if !defined(PKTRT_NO_PAPER)
+#if !defined(PKTRT_NO_PAPER) && PKTRT__WITH_PAPER
   if (call->desc->path == PKTRT_PATH_PAPER) {
     pktrt__drive_paper(call, scene, b, begin, end, is.occlusion);
 #ifndef PKTRT__NO_TOP
@@ -11329,7 +11341,13 @@ PKTRT__DIVIDES_BY_ZERO PKTRT__COLD uint32_t pktrt__check_arithmetic(void) {
 
 /* >>table ---------------------------------------------------------------------------------------------------------- */
 
-#ifndef PKTRT_NO_RENDER
+#if !defined(PKTRT_NO_RENDER) && !PKTRT__WITH_SHADE
+#define PKTRT__RENDER_KERNELS                                                                              \
+  , PKTRT__BASE(pktrt__camera_rays8), PKTRT__BASE(pktrt__surface_pack), PKTRT__BASE(pktrt__surface_find),  \
+      PKTRT__BASE(pktrt__material_evaluate), PKTRT__BASE(pktrt__light_shadow_rays),                        \
+      PKTRT__BASE(pktrt__light_visibility), PKTRT__BASE(pktrt__light_add), PKTRT__BASE(pktrt__spawn_rays), \
+      PKTRT__BASE(pktrt__sampler_draw)
+#elif !defined(PKTRT_NO_RENDER)
 #define PKTRT__RENDER_KERNELS                                                                                          \
   , pktrt__camera_rays8, pktrt__surface_pack, pktrt__surface_find, PKTRT__MATERIAL_EVALUATE, pktrt__light_shadow_rays, \
       pktrt__light_visibility, pktrt__light_add, PKTRT__SPAWN_RAYS, pktrt__sampler_draw
@@ -11450,7 +11468,9 @@ static const pktrt__kernel_table pktrt__kernels = {
 #undef PKTRT__WITH_FIT
 #undef PKTRT__WITH_PAPER
 #undef PKTRT__WITH_PAPER_PATH
-#undef PKTRT__VECTOR_PAPER
+#undef PKTRT__BASE
+#undef PKTRT__WITH_SHADE
+#undef PKTRT__RENDER_KERNELS
 #undef STEP
 #undef SHARED
 #undef LONG

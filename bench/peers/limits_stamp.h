@@ -186,7 +186,7 @@ static uint64_t limit_walk_64(const pktrt_scene *scene, pktrt__batch *b, uint32_
                               void *samples) {
   uint64_t rest = b->valid[base / 64], packet;
   const bool one_way = rest && pktrt__drive_is_coherent(b, base, rest);
-  while ((packet = pktrt__drive_next_packet(b, base, &rest, one_way, occlusion)) != 0)
+  while ((packet = pktrt__drive_next_packet(b, base, &rest, one_way)) != 0)
     limit_walk_packet(scene, b, base, packet, occlusion, t, samples);
   return rest;
 }

@@ -5885,10 +5885,8 @@ PKTRT__COLD const char *pktrt__check_sentence(uint32_t faults) {
 #undef OP
 #undef STEP
 #undef SHARED
-#undef LONG
 #undef PKTRT__SPAWN_RAYS
 #undef PKTRT__MATERIAL_EVALUATE
-#undef LONG_STEP
 #undef UNROLL
 #undef FW
 #undef INSTANCE
@@ -7143,7 +7141,7 @@ typedef __mmask16 mf;
 /* >>setup ---------------------------------------------------------------------------------------------------------- */
 
 /* STEP, SMALL and ROLL_OUT: on narrow vectors, short of registers, loops stay loops and larger steps calls: half the code.
-   SHARED: where operations are calls, what consists of them is one too; and LONG: long steps are rather small than fast. */
+   SHARED: where operations are calls, what consists of them is one too. */
 #if PKTRT__WITH_V8_REGISTERS
 #define STEP OP
 #define SMALL PKTRT__NOINLINE
@@ -7155,12 +7153,8 @@ typedef __mmask16 mf;
 #endif
 #if PKTRT__WITH_FEW_INSTANCES
 #define SHARED PKTRT__NOINLINE
-#define LONG PKTRT__COLD
-#define LONG_STEP PKTRT__COLD
 #else
 #define SHARED OP
-#define LONG PKTRT__NOINLINE
-#define LONG_STEP STEP
 #endif
 
 /* The lanes of a turn: a ray meets a block's triangles in turns. WHY: fewer values wait for registers, and half a block that
@@ -7839,7 +7833,7 @@ PKTRT__NOINLINE void pktrt__frustum_setup(pktrt__frustum *f, const pktrt_scene *
   const float sign = f->sign = f->octant >> k & 1 ? -1.0f : 1.0f;
   pktrt__frustum_origins(f, b, mask, ends);
   const float exit_ = (sign > 0 ? scene->hi[k] : -scene->lo[k]) - f->ref[2];
-  ends = f->far_ < 8 * exit_;
+  ends = f->far_ < 8 * exit_; /* not at a light so far away that extents there are what is rounded */
   if (!ends) f->far_ = exit_;
   f->far_ = pktrt__maxf(f->far_ * (1 + PKTRT__SLACK(end) * 16 * PKTRT__EPS) + PKTRT__SLACK(end) * f->pad, 1e-30f);
   if (f->common) pktrt__frustum_planes(f, b, mask, true, false);
@@ -8922,8 +8916,7 @@ PKTRT__NOINLINE void pktrt__place_resolve8(const pktrt_scene *scene, pktrt__batc
 #endif
 #endif
 
-#if !PKTRT__WITH_PAPER
-#elif !PKTRT__WITH_PAPER_PATH && !defined(PKTRT_NO_PAPER)
+#if !PKTRT__WITH_PAPER_PATH
 #define pktrt__drive_paper PKTRT__BASE(pktrt__drive_paper)
 #elif !defined(PKTRT_NO_PAPER)
 #define pktrt__drive_paper PKTRT__NAME(pktrt__drive_paper)
@@ -9570,12 +9563,12 @@ PKTRT__NOINLINE bool pktrt__drive_is_coherent(const pktrt__batch *b, uint32_t ba
    share main axis and octant. Else they have similar directions, as after a mirror. WHY so few tries: where the first
    rays have no company, others have none either. */
 PKTRT__NOINLINE uint64_t pktrt__drive_next_packet(const pktrt__batch *b, uint32_t base, uint64_t *rest, bool one_way) {
-  const uint32_t tries = 3, many = PKTRT__FEW_OF_PACKET;
+  const uint32_t many = PKTRT__FEW_OF_PACKET;
   uint64_t packet = 0, among = *rest;
   if (one_way) {
     packet = among ? among & pktrt__drive_rays_along(b, base, base + pktrt__lowest_bit(among)) : 0;
   } else {
-    for (uint32_t i = 0; i < tries && pktrt__popcount(among) > many && !packet; i++) {
+    for (uint32_t i = 0; i < 3 && pktrt__popcount(among) > many && !packet; i++) {
       const uint32_t first = pktrt__lowest_bit(among);
       const uint64_t alike = among & pktrt__drive_rays_alike(b, base, base + first);
       if (pktrt__popcount(alike) > many) packet = alike;
@@ -9908,8 +9901,9 @@ static void pktrt__surface_pack(pktrt__wave *w, uint32_t first, uint32_t n, pktr
 }
 
 /* Gathers the vertex normals of the triangles of surfaces i to i + 7; n if there are none. Tells whether any has. */
-LONG bool pktrt__surface_gather_normals(const pktrt_scene *scene, const float *time, const pktrt__surfaces *s,
-                                        uint32_t i, uint32_t lanes, const v8 n[3], v8 q[3][3]) {
+PKTRT__NOINLINE bool pktrt__surface_gather_normals(const pktrt_scene *scene, const float *time,
+                                                   const pktrt__surfaces *s, uint32_t i, uint32_t lanes, const v8 n[3],
+                                                   v8 q[3][3]) {
   bool any = false;
   ROLL_OUT for (int c = 0; c < 9; c++) q[c / 3][c % 3] = n[c % 3];
   for (uint32_t rest = lanes; rest;) {
@@ -9943,8 +9937,8 @@ LONG bool pktrt__surface_gather_normals(const pktrt_scene *scene, const float *t
 }
 
 /* Finds the points of surfaces i to i + 7 by their corners and edges, as pktrt__spawn_find does. Returns B of >>spawn. */
-LONG_STEP d8 pktrt__surface_point8(const pktrt__batch *b, uint32_t at, const v8 p0[3], d8 e[2][3], pktrt__surfaces *s,
-                                   uint32_t i) {
+STEP d8 pktrt__surface_point8(const pktrt__batch *b, uint32_t at, const v8 p0[3], d8 e[2][3], pktrt__surfaces *s,
+                              uint32_t i) {
   const d8 u = dfrom(vload(b->as.hit.u + at)), v = dfrom(vload(b->as.hit.v + at)), t = dfrom(vload(b->t + at));
   d8 q[3], n[3], sum = dset(0);
   ROLL_OUT for (int a = 0; a < 3; a++) {
@@ -9992,8 +9986,8 @@ STEP void pktrt__surface_start(const pktrt__surfaces *s, uint32_t i, double side
 }
 
 /* Computes points and normals of surfaces i to i + 7, of which those in `lanes` exist. */
-LONG void pktrt__surface_find8(const pktrt_scene *scene, bool smooth, const pktrt__wave *w, pktrt__surfaces *s,
-                               uint32_t i, uint32_t lanes) {
+PKTRT__NOINLINE void pktrt__surface_find8(const pktrt_scene *scene, bool smooth, const pktrt__wave *w,
+                                          pktrt__surfaces *s, uint32_t i, uint32_t lanes) {
   const pktrt__batch *b = &w->rays;
   const uint32_t at = s->first + i;
   const v8 u = vload(b->as.hit.u + at), v = vload(b->as.hit.v + at), zero = vset(0);
@@ -10038,7 +10032,8 @@ LONG void pktrt__surface_find8(const pktrt_scene *scene, bool smooth, const pktr
 }
 
 /* Reads the materials of surfaces i to i + 7, before hooks and the viewing angle change their values. */
-LONG void pktrt__surface_read_materials(const pktrt_scene *scene, pktrt__surfaces *s, uint32_t i, uint32_t lanes) {
+PKTRT__NOINLINE void pktrt__surface_read_materials(const pktrt_scene *scene, pktrt__surfaces *s, uint32_t i,
+                                                   uint32_t lanes) {
   v8 albedo[3], reflectance[3], emission[3], eta = vset(1);
   uint32_t shaded = 0, hooked = 0, lobed = 0, bare = 0, kind[PKTRT_SPECULAR_COUNT] = {0};
   ROLL_OUT for (int a = 0; a < 3; a++) albedo[a] = reflectance[a] = emission[a] = vset(0);
@@ -10183,8 +10178,9 @@ STEP d8 pktrt__light_locate(const pktrt__light_target *l, uint32_t i, d8 p[3], d
 }
 
 /* Appends the shadow rays of surfaces i to i + 7 to the list, from s->start: off along ng, on the viewer's side. */
-LONG void pktrt__light_shadow_rays8(const pktrt_scene *scene, const pktrt__light_target *l, const pktrt__wave *w,
-                                    pktrt__surfaces *s, uint32_t i, uint32_t lanes, pktrt__shadow_rays *sh) {
+PKTRT__NOINLINE void pktrt__light_shadow_rays8(const pktrt_scene *scene, const pktrt__light_target *l,
+                                               const pktrt__wave *w, pktrt__surfaces *s, uint32_t i, uint32_t lanes,
+                                               pktrt__shadow_rays *sh) {
   d8 to[3], p[3], at[3], flat[3], shade[3];
   v8 o[3], d[3], arriving[3], through[3], lobe = vset(0), largest = vset(0);
   pktrt__vec_load3(o, s->start, i);
@@ -10418,8 +10414,9 @@ static void pktrt__light_add(pktrt__surfaces *s, const uint32_t *surface, float 
 
 #if PKTRT__WITH_PAPER
 /* Appends rays from surfaces i to i + 7, those worth following, to the n of a wave. Returns how many it has then. */
-LONG uint32_t pktrt__spawn_rays8(const pktrt__spawn_request *g, const pktrt__wave *w, const pktrt__surfaces *s,
-                                 uint32_t i, uint32_t lanes, pktrt__wave *to, uint32_t n) {
+PKTRT__NOINLINE uint32_t pktrt__spawn_rays8(const pktrt__spawn_request *g, const pktrt__wave *w,
+                                            const pktrt__surfaces *s, uint32_t i, uint32_t lanes, pktrt__wave *to,
+                                            uint32_t n) {
   const uint32_t at = s->first + i;
   uint32_t medium[8], key[8];
   v8 weight[3], o[3], d[3];
@@ -11473,10 +11470,8 @@ static const pktrt__kernel_table pktrt__kernels = {
 #undef PKTRT__RENDER_KERNELS
 #undef STEP
 #undef SHARED
-#undef LONG
 #undef PKTRT__SPAWN_RAYS
 #undef PKTRT__MATERIAL_EVALUATE
-#undef LONG_STEP
 #undef SMALL
 #undef ROLL_OUT
 #undef COUNT

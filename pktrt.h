@@ -12465,15 +12465,19 @@ typedef struct pktrt__query_arrays {
    mirror rays gain 7%, diffuse ones 3%. Any hit gains nothing, and rows are too slow to sort. */
 enum { PKTRT__SORTED = 1024 };
 
-PKTRT__NOINLINE void pktrt__query_sort(const pktrt_ray *rays, uint32_t n, uint16_t *order) {
+/* Finds the order of n rays. WHY no branches: they would be mispredicted. WHY hits are prefetched: they are not written
+   in the order of their addresses. */
+PKTRT__NOINLINE void pktrt__query_sort(const pktrt_ray *rays, const pktrt_hit *hits, uint32_t n, uint16_t *order) {
   uint8_t key[PKTRT__SORTED];
   uint32_t end[24], sum = 0;
   memset(end, 0, sizeof end);
   for (uint32_t i = 0; i < n; i++) {
     const float *d = rays[i].direction, x = fabsf(d[0]), y = fabsf(d[1]), z = fabsf(d[2]);
     const uint32_t octant = pktrt__sign_bit(d[0]) | pktrt__sign_bit(d[1]) << 1 | pktrt__sign_bit(d[2]) << 2;
-    key[i] = (uint8_t)(3 * octant + (y > x ? z > y ? 2u : 1u : z > x ? 2u : 0u));
+    const uint32_t third = z > pktrt__maxf(x, y), second = y > x;
+    key[i] = (uint8_t)(3 * octant + (third << 1 | (second & ~third)));
     end[key[i]]++;
+    if (i % 2 == 0) PKTRT__PREFETCH(hits + i); /* two have one cache line */
   }
   for (uint32_t k = 0; k < 24; k++) sum += end[k], end[k] = sum - end[k];
   for (uint32_t i = 0; i < n; i++) order[end[key[i]]++] = (uint16_t)i;
@@ -12502,7 +12506,7 @@ PKTRT__NOINLINE void pktrt__query_run_batches(const pktrt_scene *s, const pktrt_
   for (size_t i = 0; i < n;) {
     const size_t left = n - i;
     const uint32_t all = pktrt__query_next_count(&d, &b, a->rays && !occlusion, batch, left);
-    if (all > batch) pktrt__query_sort(a->rays + i, all, sorted);
+    if (all > batch) pktrt__query_sort(a->rays + i, a->hits + i, all, sorted);
     for (uint32_t from = 0, m; from < all; from += m) {
       const uint16_t *order = all > batch ? sorted + from : NULL;
       m = all - from < batch ? all - from : batch;

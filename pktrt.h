@@ -8839,7 +8839,7 @@ OP uint32_t pktrt__frustum_open_node(const pktrt__frustum *f, const pktrt__bvh_s
 OP bool pktrt__frustum_is_thin(const pktrt__frustum *f, uint64_t mask, uint32_t ref, const bool occlusion,
                                const bool moving) {
   const uint32_t few = ref & PKTRT__LEAF ? 4 : 8;
-  return pktrt__popcount(mask) <= few * (moving ? (occlusion ? 6 : 4) : 2u + occlusion + !f->common);
+  return pktrt__popcount(mask) <= few * ((moving ? 4u : 2u) + occlusion + !f->common);
 }
 
 #if FRUSTA

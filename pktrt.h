@@ -4590,11 +4590,6 @@ PKTRT__INLINE void pktrt__batch_copy_hits(pktrt__batch *to, uint32_t at, const p
   memcpy(to->as.hit.u + at, from->as.hit.u + first, size), memcpy(to->as.hit.v + at, from->as.hit.v + first, size);
   for (int a = 0; a < 3; a++) memcpy(to->as.hit.normal[a] + at, from->as.hit.normal[a] + first, size);
 }
-/* Turns bit j of a number up to 255 into byte j, 0 or 1: copies it to all bytes, masks, and shifts by a carry. */
-PKTRT__INLINE uint64_t pktrt__bits_to_bytes(uint32_t bits) {
-  const uint64_t each = bits * UINT64_C(0x0101010101010101) & UINT64_C(0x8040201008040201);
-  return (each + UINT64_C(0x7F7F7F7F7F7F7F7F)) >> 7 & UINT64_C(0x0101010101010101);
-}
 /* Stores eight bytes, the lowest first. */
 PKTRT__INLINE void pktrt__store_bytes(void *to, uint64_t bytes) {
 #if defined(__BYTE_ORDER__) && __BYTE_ORDER__ == __ORDER_BIG_ENDIAN__
@@ -4602,12 +4597,6 @@ PKTRT__INLINE void pktrt__store_bytes(void *to, uint64_t bytes) {
 #else
   memcpy(to, &bytes, 8);
 #endif
-}
-/* Stores eight bytes; bits 0, 1, 2 of byte j are bit j of the three numbers. */
-PKTRT__INLINE void pktrt__store_bits(uint8_t *to, uint32_t bit0, uint32_t bit1, uint32_t bit2) {
-  const uint64_t all = pktrt__bits_to_bytes(bit0 & 0xFF) | pktrt__bits_to_bytes(bit1 & 0xFF) << 1 |
-                       pktrt__bits_to_bytes(bit2 & 0xFF) << 2;
-  pktrt__store_bytes(to, all);
 }
 
 /* Fills the lanes behind the last ray with rays that hit nothing, up to a whole vector. */
@@ -6050,6 +6039,8 @@ PKTRT__COLD const char *pktrt__check_sentence(uint32_t faults) {
 #define vtranspose PKTRT__NAME(pktrt__vtranspose)
 #define vbelow_u32 PKTRT__NAME(pktrt__vbelow_u32)
 #define vorder_children PKTRT__NAME(pktrt__vorder_children)
+#define vbytes PKTRT__NAME(pktrt__vbytes)
+#define vstore_bytes PKTRT__NAME(pktrt__vstore_bytes)
 #define veq_u8x64 PKTRT__NAME(pktrt__veq_u8x64)
 #define vcompress PKTRT__NAME(pktrt__vcompress)
 #define vcompress_from PKTRT__NAME(pktrt__vcompress_from)
@@ -6727,6 +6718,20 @@ OP v8 vmax_abs3(v8 a, v8 b, v8 c) {
   return vmax(vabs(a), vmax_abs(b, c));
 #endif
 }
+/* Turns bit j of a number into byte j, 0 or 1, for its lowest eight bits. */
+OP uint64_t vbytes(uint32_t bits) {
+#if (PKTRT__STAMP == PKTRT__STAMP_AVX512 || PKTRT__STAMP == PKTRT__STAMP_AVX2) && \
+    (defined(__x86_64__) || defined(_M_X64))
+  return _pdep_u64(bits, UINT64_C(0x0101010101010101));
+#else
+  const uint64_t all = (bits & 0xFF) * UINT64_C(0x0101010101010101), each = all & UINT64_C(0x8040201008040201);
+  return (each + UINT64_C(0x7F7F7F7F7F7F7F7F)) >> 7 & UINT64_C(0x0101010101010101); /* a bit that is set carries */
+#endif
+}
+/* Stores eight bytes; bits 0, 1, 2 of byte j are bit j of the three numbers. */
+OP void vstore_bytes(uint8_t *to, uint32_t bit0, uint32_t bit1, uint32_t bit2) {
+  pktrt__store_bytes(to, vbytes(bit0) | vbytes(bit1) << 1 | vbytes(bit2) << 2);
+}
 /* Returns which of 64 bytes equal x. */
 OP uint64_t veq_u8x64(const uint8_t *p, uint8_t x) {
 #if PKTRT__STAMP == PKTRT__STAMP_AVX512
@@ -7181,8 +7186,8 @@ PKTRT__NOINLINE uint32_t pktrt__batch_setup(const pktrt_scene *scene, pktrt__bat
   fstore(b->dk + i, dk);
   const uint32_t x_bits = fbits(not_y), y_bits = fbits(y), sx = fsignbits(dx), sy = fsignbits(dy), sz = fsignbits(dz);
   for (uint32_t j = 0; j < FW; j += 8) {
-    pktrt__store_bits(b->axis + i + j, (~x_bits & y_bits) >> j, ~(x_bits | y_bits) >> j, 0);
-    pktrt__store_bits(b->octant + i + j, sx >> j, sy >> j, sz >> j);
+    vstore_bytes(b->axis + i + j, (~x_bits & y_bits) >> j, ~(x_bits | y_bits) >> j, 0);
+    vstore_bytes(b->octant + i + j, sx >> j, sy >> j, sz >> j);
   }
 
   /* M and |o|, then D */
@@ -7223,8 +7228,8 @@ PKTRT__NOINLINE uint32_t pktrt__batch_setup(const pktrt_scene *scene, pktrt__bat
   memset(b->slot + i, 0xFF, FW * sizeof *b->slot); /* PKTRT_NONE */
   memset(b->place + i, 0, FW * sizeof *b->place);
 
-  const vf largest = fset(FLT_MAX), longest = fmax_(ax, fmax_(ay, az)); /* may drop a NaN: all three are tested below */
-  mf ok = fmand(fmand(flt(zero, longest), flt(tmin, tmax)), fle(o_max, fset(PKTRT_MAX_COORD)));
+  const vf largest = fset(FLT_MAX); /* adk may be no NaN where there is one: all three are tested */
+  mf ok = fmand(flt(zero, adk), flt(tmin, tmax));
   ok = fmand(ok, fmand(fle(ax, largest), fmand(fle(ay, largest), fle(az, largest))));
   UNROLL for (int a = 0; a < 3; a++) ok = fmand(ok, fle(fabs_(fload(b->o[a] + i)), fset(PKTRT_MAX_COORD)));
   /* Nothing can lie beyond the range of floats, where wn or wf would be NaN and spoil a packet's extremes. */
@@ -9667,7 +9672,7 @@ OP const uint32_t *pktrt__resolve_axes(const uint8_t *axis, uint32_t hits) {
   uint64_t all;
   const uint32_t k = axis[pktrt__lowest_bit(hits)];
   memcpy(&all, axis, 8);
-  return (all ^ k * UINT64_C(0x0101010101010101)) & pktrt__bits_to_bytes(hits) * 3 ? NULL : pktrt__axes[k];
+  return (all ^ k * UINT64_C(0x0101010101010101)) & vbytes(hits) * 3 ? NULL : pktrt__axes[k];
 }
 
 /* Writes t, u, v and normal of rays i to i+7. In an instance, whose matrices at eight times are given, the normal is that of
@@ -9723,6 +9728,7 @@ OP uint32_t pktrt__resolve_hits(const pktrt_scene *scene, pktrt__batch *b, uint3
 
 /* Writes PKTRT_NONE to those of rays i to i+7 that hit nothing, and zeros. */
 OP void pktrt__resolve_misses(pktrt__batch *b, uint32_t i, uint32_t hits) {
+  if (hits == 0xFF) return;
   const m8 missed = mfrom(0xFFu & ~hits);
   vstore_masked_u32(b->id + i, missed, PKTRT_NONE);
   vstore_masked(b->as.hit.u + i, missed, vset(0)), vstore_masked(b->as.hit.v + i, missed, vset(0));
@@ -11300,7 +11306,7 @@ static void pktrt__batch_copy_row(float *to, const float *from, uint32_t n) {
 static void pktrt__batch_store_occluded(const pktrt__batch *b, bool *occluded, uint32_t n) {
   uint32_t i = 0;
   for (; i + 8 <= n && sizeof(bool) == 1; i += 8)
-    pktrt__store_bytes(occluded + i, pktrt__bits_to_bytes(0xFFu & ~pktrt__lanes_unhit(b->slot + i)));
+    pktrt__store_bytes(occluded + i, vbytes(~pktrt__lanes_unhit(b->slot + i)));
   for (; i < n; i++) occluded[i] = b->slot[i] != PKTRT_NONE;
 }
 
@@ -11448,6 +11454,8 @@ static const pktrt__kernel_table pktrt__kernels = {
 #undef vtranspose
 #undef vbelow_u32
 #undef vorder_children
+#undef vbytes
+#undef vstore_bytes
 #undef veq_u8x64
 #undef vsub
 #undef vswap_halves

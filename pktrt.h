@@ -17739,7 +17739,7 @@ PKTRT_DEF size_t pktrt_scene_report_text(const pktrt_scene_report *r, char *text
 #endif /* the public functions */
 /* >>changes ----------------------------------------------------------------------------------------------------------
 
-     0.15.3   Faster: sorting incoherent rays; moving frusta give up earlier.
+     0.15.3   Faster: rays are set up and put in order with less work; moving frusta give up earlier.
      0.15.2   Faster: frusta of rays that end together are cones. Less code, which compiles faster: where there are vectors,
               they shade scalar scenes too, and AVX2 counts for AVX-512.
      0.15.1   Faster: frusta prefetch, and give up later where rays have many origins; shadow rays that end at surfaces.

@@ -4084,6 +4084,11 @@ PKTRT__COLD pktrt_status pktrt__commit_rebuild_worn(pktrt_scene *s) {
    within 0.67 ulp. A normal is wrong by 6 h times the largest |p1 - p0| and |p2 - p0| by component: where
    that product is below 2^27 times it, by less than 2^-22 of its length.
 
+   A hit that the filter below takes is calm by its depth's bounds lo and hi, if 5 (hi - lo) < hi. B of doubles is below h / eps =
+   2^-29 of the filter's, b; that knows D for |D| > 4 b, where it is off by 3 b: B < 2^-28 |D|. The bounds are at least r =
+   b R / |D| about their middle, so that lo > 8 r: z of the hit is above B R 2^29 / |D|, as that is b R / (|D| - 3 b) <= 4 r.
+   A hit that doubles take leaves lo <= 0 where it is not calm.
+
    ELSE EXACTLY. Signs: where no step to x and y loses anything two products are compared, by what they lose too (Dekker's
    and Knuth's two-term products and sums), and so are those of a tie. That is so on a grid, as lattices are: if adding
    2^k M to numbers up to M and taking it away again leaves them as they are, they have at most f + 1 - k bits, f = 53 or
@@ -4180,6 +4185,7 @@ PKTRT__COLD pktrt_status pktrt__commit_rebuild_worn(pktrt_scene *s) {
 #define PKTRT__CALM_UV 2.9802322387695312e-8     /* 2^-25 */
 #define PKTRT__CALM_T 1.862645149230957e-9       /* 2^-29 */
 #define PKTRT__CALM_NORMAL 7.450580596923828e-9  /* 2^-27 */
+#define PKTRT__CALM_DEPTH (PKTRT__SLACK(calm) * 5)
 #define PKTRT__ERROR_T (1.4 * PKTRT__EPS)        /* of t */
 #define PKTRT__ERROR_UV (2.0 * PKTRT__EPS)       /* of u and v */
 #define PKTRT__ERROR_PLANE 3.552713678800501e-15 /* of planes, 2^-48 */
@@ -4310,6 +4316,9 @@ PKTRT__INLINE bool pktrt__exact_t_is_calm(const pktrt__exact_edges *e) {
 }
 PKTRT__INLINE bool pktrt__exact_uv_is_calm(const pktrt__exact_edges *e) {
   return e->error < fabs(e->det) * PKTRT__CALM_UV;
+}
+PKTRT__INLINE bool pktrt__exact_is_calm(const pktrt__exact_edges *e) {
+  return pktrt__exact_t_is_calm(e) && pktrt__exact_uv_is_calm(e);
 }
 
 /* Computes the last bits of a product, and of a difference, that rounding lost. */
@@ -4500,7 +4509,8 @@ PKTRT__NOINLINE void pktrt__exact_normal(pktrt__exact_view v, double n[3]) {
 /* A crossing of a triangle: its t as doubles have it, and by how much the float of it may differ. */
 typedef struct pktrt__exact_crossing {
   double t, error;
-  bool calm; /* the float nearest to t is the t of a hit */
+  bool calm;     /* the float nearest to t is the t of a hit */
+  bool all_calm; /* and so are u and v */
 } pktrt__exact_crossing;
 
 /* Runs the canonical test of one triangle, but for the interval of t; tells whether it is crossed. */
@@ -4511,7 +4521,7 @@ PKTRT__DIVIDES_BY_ZERO PKTRT__NOINLINE bool pktrt__exact_cross(const pktrt__exac
   if (below && above) return false;
   if (!(least > e.error || most < -e.error) && !pktrt__exact_decide(v, &e, below, above)) return false;
   const double r = 1 / (e.det * v->d[0]), known = e.error < fabs(e.det) * PKTRT__CALM_DET ? 5 : INFINITY;
-  c->t = e.depth * r, c->calm = pktrt__exact_t_is_calm(&e);
+  c->t = e.depth * r, c->calm = pktrt__exact_t_is_calm(&e), c->all_calm = pktrt__exact_is_calm(&e);
   c->error = known * pktrt__max(e.error * e.range * fabs(r), DBL_MIN) + fabs(c->t) * PKTRT__PAD_DEPTH;
   return true;
 }
@@ -4690,7 +4700,7 @@ PKTRT__INLINE void pktrt__single_set_hit(const pktrt__bvh_segment *seg, pktrt__s
 /* Computes the t of the closest hit so far. */
 PKTRT__NOINLINE float pktrt__exact_t_of_hit(const pktrt__bvh *bvhs, const pktrt__single *q) {
   const pktrt_ray *ray = q->ray;
-  pktrt__exact_crossing c = {0, 0, false};
+  pktrt__exact_crossing c = {0, 0, false, false};
   pktrt__exact_view v;
   pktrt__exact_view_at(&v, &bvhs[q->bvh], q->slot, ray->time, q->axis, ray->origin, ray->direction, 1);
   pktrt__exact_cross(&v, &c);
@@ -4733,6 +4743,7 @@ PKTRT__NOINLINE bool pktrt__exact_take(const pktrt__bvh_segment *seg, pktrt__sin
     if (!pktrt__exact_is_nearer(seg, q, id, v, c)) return false;
     slack = c->error * scale + tiny, lo = c->t * scale - slack, hi = c->t * scale + slack;
   }
+  if (!c->all_calm) lo = pktrt__min(lo, 0);
   pktrt__single_set_hit(seg, q, (float)lo, (float)hi, id, slot);
   return true;
 }
@@ -4838,14 +4849,15 @@ PKTRT__NOINLINE bool pktrt__exact_test_single(const pktrt__bvh_segment *seg, pkt
   return !pktrt__exact_is_apart(&v, q->dk, starts, ray->tmax) && pktrt__exact_test_rest(seg, q, id, slot);
 }
 
-/* Compute t, u and v of a hit, and its normal, as in >>resolve; they return whether doubles suffice. */
+/* Compute t, u and v of a hit, and its normal, as in >>resolve; they return whether doubles suffice, of t, u and v where
+   bounds of the depth do not say so, too. */
 PKTRT__DIVIDES_BY_ZERO PKTRT__INLINE bool pktrt__single_resolve_tuv(const pktrt__exact_view *v, float *t, float *u,
                                                                     float *w) {
   const pktrt__exact_edges e = pktrt__exact_edge_functions(v);
   const double r = 1 / (e.det * v->d[0]), rdet = v->d[0] * r;
   *t = pktrt__to_float(e.depth * r);
   *u = (float)(e.v * rdet), *w = (float)(e.w * rdet); /* at most 1 */
-  return pktrt__exact_t_is_calm(&e) && pktrt__exact_uv_is_calm(&e);
+  return pktrt__exact_is_calm(&e);
 }
 PKTRT__DIVIDES_BY_ZERO PKTRT__INLINE bool pktrt__single_resolve_normal(pktrt__exact_view *v, const uint32_t *axis,
                                                                        float *normal, uint32_t row) {
@@ -4881,8 +4893,10 @@ PKTRT__NOINLINE void pktrt__single_resolve(const pktrt_scene *s, const pktrt__si
   const pktrt_ray *ray = q->ray;
   pktrt__exact_view v;
   pktrt__exact_view_at(&v, &s->bvhs[q->bvh], q->slot, ray->time, q->axis, ray->origin, ray->direction, 1);
-  const bool calm = pktrt__single_resolve_tuv(&v, &hit->t, &hit->u, &hit->v);
-  if (!(pktrt__single_resolve_normal(&v, q->axis, hit->normal, 1) && calm)) pktrt__single_resolve_exactly(s, q, hit);
+  (void)pktrt__single_resolve_tuv(&v, &hit->t, &hit->u, &hit->v);
+  const bool calm = (q->wf - q->sf) * PKTRT__CALM_DEPTH < q->wf,
+             sharp = pktrt__single_resolve_normal(&v, q->axis, hit->normal, 1);
+  if (!(calm && sharp)) pktrt__single_resolve_exactly(s, q, hit);
 }
 PKTRT__NOINLINE void pktrt__single_resolve_hits(const pktrt_scene *s, pktrt__batch *b, uint32_t i, uint32_t hits) {
   pktrt__exact_view v;
@@ -5080,7 +5094,7 @@ PKTRT__INLINE void pktrt__place_hit_bounds(pktrt__place_hit *h, float lo, float 
 static float pktrt__place_t(const pktrt_scene *s, uint32_t place, uint32_t bvh, uint32_t slot, const pktrt_ray *ray) {
   const uint32_t *axis;
   pktrt__exact_view v;
-  pktrt__exact_crossing c = {0, 0, false};
+  pktrt__exact_crossing c = {0, 0, false, false};
   pktrt__place moving;
   (void)pktrt__place_view(&s->instances[place - 1], bvh, slot, ray, NULL, &v, &moving, &axis);
   pktrt__exact_cross(&v, &c);
@@ -6938,6 +6952,7 @@ typedef __mmask16 mf;
 #define pktrt__entry_occluded PKTRT__NAME(pktrt__entry_occluded)
 #define pktrt__entry_single PKTRT__NAME(pktrt__entry_single)
 #define pktrt__entry_trace PKTRT__NAME(pktrt__entry_trace)
+#define pktrt__exact_calm8 PKTRT__NAME(pktrt__exact_calm8)
 #define pktrt__exact_edge_functions8 PKTRT__NAME(pktrt__exact_edge_functions8)
 #define pktrt__exact_edges8 PKTRT__NAME(pktrt__exact_edges8)
 #define pktrt__exact_shear8 PKTRT__NAME(pktrt__exact_shear8)
@@ -7455,27 +7470,30 @@ OP pktrt__tri_candidates pktrt__tri_filter_block(const pktrt__tri_shear *q, cons
   return c;
 }
 
-/* What pktrt__exact_edge_functions and pktrt__exact_t_is_calm find, for eight lanes: the same bits. */
+/* What pktrt__exact_edge_functions finds, for eight lanes: the same bits. */
 typedef struct pktrt__exact_edges8 {
-  d8 u, v, w, det, depth, error;
-  m8 calm; /* whether the float nearest to t is known */
+  d8 u, v, w, det, depth;
 } pktrt__exact_edges8;
 OP d8 pktrt__vec_dmax_abs3(d8 a, d8 b, d8 c) { return dmax(dabs(a), dmax(dabs(b), dabs(c))); }
-OP pktrt__exact_edges8 pktrt__exact_edge_functions8(const d8 x[3], const d8 y[3], const d8 z[3], d8 dk) {
-  const d8 zero = dset(0), xs = pktrt__vec_dmax_abs3(x[0], x[1], x[2]), ys = pktrt__vec_dmax_abs3(y[0], y[1], y[2]);
-  const d8 hi = dmax(z[0], dmax(z[1], z[2]));
-  const d8 lo = dsub(zero, dmax(dsub(zero, z[0]), dmax(dsub(zero, z[1]), dsub(zero, z[2]))));
-  const d8 zs = dmul(dmax(hi, dsub(zero, lo)), dabs(dk));
+OP pktrt__exact_edges8 pktrt__exact_edge_functions8(const d8 x[3], const d8 y[3], const d8 z[3]) {
   pktrt__exact_edges8 e;
   e.u = dsub(dmul(x[2], y[1]), dmul(y[2], x[1])), e.v = dsub(dmul(x[0], y[2]), dmul(y[0], x[2]));
   e.w = dsub(dmul(x[1], y[0]), dmul(y[1], x[0])), e.det = dadd(dadd(e.u, e.v), e.w);
   e.depth = dadd(dadd(dmul(e.u, z[0]), dmul(e.v, z[1])), dmul(e.w, z[2]));
-  const d8 near_ = dmul(dmul(dset(8 * PKTRT__EPS2), zs), dadd(dadd(xs, ys), dmul(dset(32 * PKTRT__EPS2), zs)));
-  e.error = dadd(dmul(dmul(dset(16 * PKTRT__EPS2), xs), ys), near_);
-  const d8 wrong = dmul(e.error, dsub(hi, lo)), depth = dabs(e.depth); /* of depth, 5 times that at most */
-  const m8 flat = dlt(e.error, dmul(dabs(e.det), dset(PKTRT__CALM_DET)));
-  e.calm = mand(flat, dlt(wrong, dmul(depth, dset(PKTRT__CALM_T))));
   return e;
+}
+/* Finds their error, and the lanes where t, u and v are calm. */
+OP uint32_t pktrt__exact_calm8(const pktrt__exact_edges8 *e, const d8 x[3], const d8 y[3], const d8 z[3], d8 dk,
+                               d8 *error) {
+  const d8 zero = dset(0), xs = pktrt__vec_dmax_abs3(x[0], x[1], x[2]), ys = pktrt__vec_dmax_abs3(y[0], y[1], y[2]);
+  const d8 hi = dmax(z[0], dmax(z[1], z[2]));
+  const d8 lo = dsub(zero, dmax(dsub(zero, z[0]), dmax(dsub(zero, z[1]), dsub(zero, z[2]))));
+  const d8 zs = dmul(dmax(hi, dsub(zero, lo)), dabs(dk));
+  const d8 near_ = dmul(dmul(dset(8 * PKTRT__EPS2), zs), dadd(dadd(xs, ys), dmul(dset(32 * PKTRT__EPS2), zs)));
+  *error = dadd(dmul(dmul(dset(16 * PKTRT__EPS2), xs), ys), near_);
+  const d8 wrong = dmul(*error, dsub(hi, lo)), depth = dabs(e->depth);      /* of depth, 5 times that at most */
+  const m8 calm_uv = dlt(*error, dmul(dabs(e->det), dset(PKTRT__CALM_UV))); /* and so as t needs it */
+  return mbits(mand(calm_uv, dlt(wrong, dmul(depth, dset(PKTRT__CALM_T)))));
 }
 
 /* The corners of eight triangles, or of one as eight rays see it, in the rays' frames, as in >>exactness. */
@@ -8156,7 +8174,7 @@ PKTRT__NOINLINE uint32_t pktrt__frustum_apart8(const pktrt__frustum_plane8 *plan
   return mbits(dlt(wrong, dabs(g))) & ((mbits(before) & mbits(vle(vset(0), tmin))) | mbits(after));
 }
 
-/* What doubles tell of it: t, where calm; lanes that cross it, that do not, and whose t is known. */
+/* What doubles tell of it: t, where calm; lanes that cross it, that do not, and whose t, u and v are calm. */
 typedef struct pktrt__frustum_exact8 {
   v8 t;
   uint32_t crossed, missed, calm;
@@ -8165,13 +8183,14 @@ PKTRT__NOINLINE void pktrt__frustum_solve8(const pktrt__frustum_view8 *s, pktrt_
   d8 x[3], y[3], z[3];
   UNROLL for (int c = 0; c < 3; c++) pktrt__exact_shear8(s->p[c], s->o, s->d, &x[c], &y[c], &z[c]);
   const d8 dk = dfrom(s->d[0]), zero = dset(0);
-  const pktrt__exact_edges8 e = pktrt__exact_edge_functions8(x, y, z, dk);
+  const pktrt__exact_edges8 e = pktrt__exact_edge_functions8(x, y, z);
+  d8 error;
+  out->calm = pktrt__exact_calm8(&e, x, y, z, dk, &error);
   const d8 least = dsub(zero, dmax(dsub(zero, e.u), dmax(dsub(zero, e.v), dsub(zero, e.w))));
-  const d8 most = dmax(e.u, dmax(e.v, e.w)), minus = dsub(zero, e.error), scale = dmul(e.det, dk);
-  out->crossed = mbits(mor(dlt(e.error, least), dlt(most, minus)));
-  out->missed = mbits(mand(dlt(least, minus), dlt(e.error, most)));
+  const d8 most = dmax(e.u, dmax(e.v, e.w)), minus = dsub(zero, error), scale = dmul(e.det, dk);
+  out->crossed = mbits(mor(dlt(error, least), dlt(most, minus)));
+  out->missed = mbits(mand(dlt(least, minus), dlt(error, most)));
   out->t = dto(dmul(e.depth, ddiv(dset(1), scale)));
-  out->calm = mbits(e.calm);
 }
 
 /* Tells which of the rays in `same`, whose t of a triangle are known, hit it nearer than the one they share as closest hit so
@@ -9678,7 +9697,7 @@ OP const uint32_t *pktrt__resolve_axes(const uint8_t *axis, uint32_t hits) {
 }
 
 /* Writes t, u, v and normal of rays i to i+7. In an instance, whose matrices at eight times are given, the normal is that of
-   edges as the scene has them, and what is not calm is left to the caller; returns it. */
+   edges as the scene has them, no depth is bounded, and what is not calm is left to the caller; returns it. */
 SMALL uint32_t pktrt__resolve_hits(const pktrt_scene *scene, pktrt__batch *b, uint32_t i, uint32_t hits,
                                    const pktrt__place_turn8 *turn) {
   const uint32_t *const common = turn ? NULL : pktrt__resolve_axes(b->axis + i, hits), *k = pktrt__axes[0];
@@ -9702,20 +9721,25 @@ SMALL uint32_t pktrt__resolve_hits(const pktrt_scene *scene, pktrt__batch *b, ui
   }
   if (PKTRT__INSTANCES && turn) pktrt__place_turn_edges8(turn, e);
   const d8 one = dset(1), dk = dfrom(d[0]);
-  const pktrt__exact_edges8 edges = pktrt__exact_edge_functions8(x, y, z, dk);
+  const pktrt__exact_edges8 edges = pktrt__exact_edge_functions8(x, y, z);
   ROLL_OUT for (int a = 0; a < 3; a++) n[a] =
       dsub(dmul(e[0][(a + 1) % 3], e[1][(a + 2) % 3]), dmul(e[0][(a + 2) % 3], e[1][(a + 1) % 3]));
   const d8 largest = pktrt__vec_dmax_abs3(n[0], n[1], n[2]), size = pktrt__vec_dmax_abs3(e[0][0], e[0][1], e[0][2]);
   const d8 sizes = dmul(size, pktrt__vec_dmax_abs3(e[1][0], e[1][1], e[1][2]));
   const m8 sharp = dlt(dmul(sizes, dset(PKTRT__CALM_NORMAL)), largest);
-  const m8 calm = mand(mand(edges.calm, sharp), dlt(edges.error, dmul(dabs(edges.det), dset(PKTRT__CALM_UV))));
   const d8 r = ddiv(one, dmul(edges.det, dk)), rdet = dmul(dk, r), unit = ddiv(one, largest);
   const m8 m = mfrom(hits);
   vstore_masked(b->t + i, m, dto(dmul(edges.depth, r)));
   vstore(b->as.hit.u + i, dto(dmul(edges.v, rdet)));
   vstore(b->as.hit.v + i, dto(dmul(edges.w, rdet)));
   ROLL_OUT for (int a = 0; a < 3; a++) vstore(b->as.hit.normal[k[a]] + i, dto(dmul(n[a], unit)));
-  hits &= ~mbits(calm);
+  const v8 hi = vload(b->wf + i), range = vsub(hi, vload(b->sf + i));
+  uint32_t calm = turn ? 0 : mbits(vlt(vmul(range, vset(PKTRT__CALM_DEPTH)), hi));
+  if (PKTRT__UNLIKELY(hits & ~calm)) {
+    d8 unread;
+    calm |= pktrt__exact_calm8(&edges, x, y, z, dk, &unread);
+  }
+  hits &= ~(calm & mbits(sharp));
   if (PKTRT__UNLIKELY(hits) && !turn) pktrt__single_resolve_hits(scene, b, i, hits);
   return hits;
 }

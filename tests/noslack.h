@@ -9,6 +9,7 @@ typedef struct slack_parts {
       det;          /* the constants PKTRT__PAD_M, ... LEAST_DET */
   float sides, end; /* of frusta: what rounding does to the sides of triangles; what lies beyond the far end, */
   float apex;       /* and by what rays that end together miss each other */
+  float calm;       /* by how much bounds of depths that say that doubles suffice may differ */
   float parts;      /* how much boxes of parts of split triangles are widened, in steps of floats */
 } slack_parts;
 extern slack_parts slack_left; /* slack_none at first */

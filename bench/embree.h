@@ -80,13 +80,15 @@ EX_UNUSED static void embree_fill(const embree_rays *r, unsigned width) {
   }
 }
 
-static void embree_packets(RTCScene in, struct RTCIntersectContext *context, const embree_rays *r, unsigned width) {
+/* Rays [first, end) of those laid out; first is a multiple of EMBREE_STREAM. */
+static void embree_packets(RTCScene in, struct RTCIntersectContext *context, const embree_rays *r, unsigned width,
+                           size_t first, size_t end) {
   const size_t step = (r->occlusion ? EMBREE_RAY_WORDS : EMBREE_RAY_HIT_WORDS) * width, n = r->count;
   RTC_ALIGN(64) int all[16];  /* Embree wants them aligned */
   RTC_ALIGN(64) int last[16]; /* of the last packet: lanes beyond the last ray are off */
   for (size_t k = 0; k < 16; k++) all[k] = -1, last[k] = n / width * width + k < n ? -1 : 0;
-  embree_word *p = r->words;
-  for (size_t i = 0; i < n; i += width, p += step) {
+  embree_word *p = r->words + first / width * step;
+  for (size_t i = first; i < end; i += width, p += step) {
     const int *valid = i + width <= n ? all : last;
     void *packet = p;
     if (width == 1 && r->occlusion) rtcOccluded1(in, context, (struct RTCRay *)packet);
@@ -98,9 +100,10 @@ static void embree_packets(RTCScene in, struct RTCIntersectContext *context, con
   }
 }
 
-static void embree_streams(RTCScene in, struct RTCIntersectContext *context, const embree_rays *r) {
-  for (size_t i = 0; i < r->count; i += EMBREE_STREAM) {
-    const unsigned n = (unsigned)(r->count - i < EMBREE_STREAM ? r->count - i : EMBREE_STREAM);
+static void embree_streams(RTCScene in, struct RTCIntersectContext *context, const embree_rays *r, size_t first,
+                           size_t end) {
+  for (size_t i = first; i < end; i += EMBREE_STREAM) {
+    const unsigned n = (unsigned)(end - i < EMBREE_STREAM ? end - i : EMBREE_STREAM);
     if (r->occlusion)
       rtcOccluded1M(in, context, (struct RTCRay *)(void *)(r->words + i * EMBREE_RAY_WORDS), n, 4 * EMBREE_RAY_WORDS);
     else
@@ -110,12 +113,13 @@ static void embree_streams(RTCScene in, struct RTCIntersectContext *context, con
 }
 
 /* The structures of pointers hold 12 and 20 of them, in the order of the fields. */
-static void embree_array_streams(RTCScene in, struct RTCIntersectContext *context, const embree_rays *r) {
+static void embree_array_streams(RTCScene in, struct RTCIntersectContext *context, const embree_rays *r, size_t first,
+                                 size_t end) {
   void *at[EMBREE_RAY_HIT_WORDS];
   struct RTCRayNp rays;
   struct RTCRayHitNp hits;
-  for (size_t i = 0; i < r->count; i += EMBREE_STREAM) {
-    const unsigned n = (unsigned)(r->count - i < EMBREE_STREAM ? r->count - i : EMBREE_STREAM);
+  for (size_t i = first; i < end; i += EMBREE_STREAM) {
+    const unsigned n = (unsigned)(end - i < EMBREE_STREAM ? end - i : EMBREE_STREAM);
     const unsigned fields = r->occlusion ? EMBREE_RAY_WORDS : EMBREE_RAY_HIT_WORDS;
     for (unsigned k = 0; k < fields; k++) at[k] = embree_field(r, EMBREE_ARRAYS, i, k);
     if (r->occlusion) memcpy(&rays, at, sizeof rays), rtcOccludedNp(in, context, &rays, n);
@@ -123,8 +127,8 @@ static void embree_array_streams(RTCScene in, struct RTCIntersectContext *contex
   }
 }
 
-/* Traces rays that embree_fill has laid out for this width. */
-EX_UNUSED static void embree_trace(RTCScene in, const embree_way *way, const embree_rays *r) {
+/* Traces rays [first, end) of those that embree_fill has laid out for this width. */
+EX_UNUSED static void embree_trace(RTCScene in, const embree_way *way, const embree_rays *r, size_t first, size_t end) {
   struct RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   context.flags = way->flags;
@@ -132,9 +136,9 @@ EX_UNUSED static void embree_trace(RTCScene in, const embree_way *way, const emb
   const unsigned state = _mm_getcsr();
   _mm_setcsr(state | 0x8040u); /* flush denormals, read them as zero */
 #endif
-  if (way->stream && way->width == EMBREE_ARRAYS) embree_array_streams(in, &context, r);
-  else if (way->stream) embree_streams(in, &context, r);
-  else embree_packets(in, &context, r, way->width);
+  if (way->stream && way->width == EMBREE_ARRAYS) embree_array_streams(in, &context, r, first, end);
+  else if (way->stream) embree_streams(in, &context, r, first, end);
+  else embree_packets(in, &context, r, way->width, first, end);
 #ifdef __SSE2__
   _mm_setcsr(state);
 #endif

@@ -135,7 +135,7 @@ static double run_rival(const rival *r, const embree_rays *rays) {
   const embree_way *way = &ways_of_embree[r->way].way;
   embree_fill(rays, way->width);
   const double start = cpu_seconds();
-  embree_trace(r->scene, way, rays);
+  embree_trace(r->scene, way, rays, 0, rays->count);
   return cpu_seconds() - start;
 }
 

@@ -40,7 +40,7 @@ static const char usage[] =
     "  --kinds LIST  primary, shadow, shadow-from-light, mirror, second-mirror, diffuse, ao\n"
     "  --isa LIST    avx512, avx2, sse2, scalar, neon\n"
     "  --size N      N x N primary rays, a multiple of 16 up to 4096 (1024, and 640 where things move)\n"
-    "  --rounds N    timed, whose median counts, 1 to 64 (3)\n"
+    "  --rounds N    timed, of which each part's least time counts, 1 to 64 (3)\n"
     "  --full        everything; --all-modes: every mode of Embree in every round, however slow\n"
     "  --no-robust   without Embree's robust modes, in two thirds of the time\n"
     "  --results DIR peers.csv: all that was measured; peers.md: tables for the README; peers_instances likewise\n";
@@ -229,10 +229,9 @@ static size_t run_setting(report *to, const options *o, stage *g, const setting 
   const bool fits_only = how->refit && !o->full && !o->settings;
   size_t wrong = 0;
   const unsigned across = rays_across(o, how);
-  printf(
-      "\n%s, %s: %llu triangles; %u x %u primary rays; Mrays/s, medians of %u rounds: Embree's fastest, pktrt, ratio "
-      "(by the best rounds), single calls of both, rays that disagree\n",
-      g->name, how->name, (unsigned long long)scene_triangles(&g->s), across, across, o->rounds);
+  printf("\n%s, %s: %llu triangles; %u x %u primary rays; Mrays/s, the best of %u rounds: Embree's fastest, pktrt, "
+         "ratio, single calls of both, rays that disagree\n",
+         g->name, how->name, (unsigned long long)scene_triangles(&g->s), across, across, o->rounds);
   set_motion(g, how->share, how->loose);
   for (size_t m = 0; m < g->s.mesh_count && how->refit; m++) g->s.meshes[m].key_count = 1;
   build_pairs(pairs, count, g, how, how->refit ? 1 : o->rounds);
@@ -277,7 +276,8 @@ static void print_tables(report *to, const options *o) {
   read_processor(&here);
   results_open(&to->out, o->results, "peers");
   printf("\n");
-  say(&to->out, "Embree %s, one core, %u x %u primary rays (%u x %u where things move), medians of %u rounds.\n\n",
+  say(&to->out,
+      "Embree %s, one core, %u x %u primary rays (%u x %u where things move), the least times of %u rounds.\n\n",
       RTC_VERSION_STRING, o->size, o->size, o->moving_size, o->moving_size, o->rounds);
   say_lines(to, &here);
   say_speeds(

@@ -1,6 +1,6 @@
 # Plot of what bench/peers.c has measured: gnuplot bench/peers.gp
 # reads bench/results/peers.csv and writes bench/results/peers.svg (or .png with -e "png=1").
-# Columns: 1 scene, 2 scenes, 4 setting, 5 isa, 6 what, 8 library, 9 mode, 11 median, 20 required, 21 aim.
+# Columns: 1 scene, 2 scenes, 4 setting, 5 isa, 6 what, 8 library, 9 mode, 12 best, 20 required, 21 aim.
 
 results = exists("results") ? results : "bench/results"
 csv = sprintf("%s/peers.csv", results)
@@ -19,7 +19,7 @@ of(setting, isa, scenes, means, mode) = \
   sprintf("< awk -F, 'BEGIN {n = split(\"%s\", k, \" \"); for (i = 1; i <= n; i++) at[k[i]] = i} ", kinds) \
   .sprintf("$8 == \"ratio\" && $9 == \"%s\" && $4 == \"%s\" && $5 == \"%s\" && ", mode, setting, isa) \
   .sprintf("$2 == \"%s\" && ($1 == \"mean\") == %d && $6 in at ", scenes, means) \
-  ."{print at[$6] \",\" $11 \",\" ($20 > 0 ? $20 : \"-\") \",\" ($21 > 0 ? $21 : \"-\")} " \
+  ."{print at[$6] \",\" $12 \",\" ($20 > 0 ? $20 : \"-\") \",\" ($21 > 0 ? $21 : \"-\")} " \
   ."END {print \"0,-,-,-\"}' ".csv # a line for those that have none
 
 ink = "#1f5fa8"; fire = "#c8501e"; leaf = "#3b8c3b"; plum = "#7a4a9e"; sand = "#b8860b"

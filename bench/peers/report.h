@@ -241,9 +241,9 @@ static verdict sum_line(const report *of, const line *l, const char *isa, group 
   for (size_t i = 0; i < of->count; i++) {
     const row *r = &of->rows[i];
     if (r->of != scenes || strcmp(r->isa, isa) || !row_of_line(r, l)) continue;
-    n++, logs += log(fmax(r->median, 1e-30)), all += (double)r->rays;
+    n++, logs += log(fmax(r->best, 1e-30)), all += (double)r->rays;
     disagree += (double)r->disagree, faults += (double)r->ours_wrong;
-    worst = less_is_better(l) ? fmax(worst, r->median) : fmin(worst, r->median);
+    worst = less_is_better(l) ? fmax(worst, r->best) : fmin(worst, r->best);
   }
   if (n == 0) return v;
   v.measured = true, v.worst = worst;
@@ -440,7 +440,7 @@ static bool opens_block(const report *in, size_t i) {
 static double our_speed(const report *in, const row *like, const char *what, bool many) {
   const row *a = find_row(in, like, what, "pktrt", many ? "_n" : "single");
   const row *b = many ? find_row(in, like, what, "pktrt", "_soa") : a;
-  return a && b ? fmax(a->median, b->median) : 0;
+  return a && b ? fmax(a->best, b->best) : 0;
 }
 
 /* The head of a table of kinds, and which rows have a line in it: those that open a block with such a ratio. */
@@ -469,8 +469,8 @@ static void say_speeds(const report *to, const char *style, const char *head) {
     for (int k = 0; k < KINDS; k++) {
       const row *r = find_row(to, x, kind_names[k], "ratio", style),
                 *robust = find_row(to, x, kind_names[k], "ratio", many ? "many robust" : "single robust");
-      if (r) say(&to->out, " %.1f: **%.2f**", our_speed(to, x, kind_names[k], many), r->median);
-      if (robust) say(&to->out, ", %.2f", robust->median);
+      if (r) say(&to->out, " %.1f: **%.2f**", our_speed(to, x, kind_names[k], many), r->best);
+      if (robust) say(&to->out, ", %.2f", robust->best);
       say(&to->out, " |");
     }
     say(&to->out, "\n");
@@ -504,8 +504,8 @@ static void say_cell(const report *to, const row *like, const char *what, const 
                      const char *format) {
   const row *r = find_row(to, like, what, library, mode);
   say(&to->out, " ");
-  if (r && !strcmp(format, "%.2f")) say(&to->out, "%.2f", r->median);
-  else if (r) say(&to->out, "%.1f", r->median);
+  if (r && !strcmp(format, "%.2f")) say(&to->out, "%.2f", r->best);
+  else if (r) say(&to->out, "%.1f", r->best);
   say(&to->out, " |");
 }
 

@@ -193,7 +193,7 @@ static void make_order(const stage *g, const pktrt_scene *world, order how, cons
 
 static double run_in_calls(const pktrt_scene *s, const job *j, size_t n) { /* n 0: single calls */
   const double start = cpu_seconds();
-  if (n == 0) run_ours(s, OURS_SINGLE, j);
+  if (n == 0) run_ours(s, OURS_SINGLE, j, 0, j->r.count);
   for (size_t i = 0; n && i < j->r.count; i += n) {
     const size_t some = j->r.count - i < n ? j->r.count - i : n;
     if (j->occlusion) pktrt_occluded_n(s, j->r.ray + i, j->occluded + i, some);
@@ -353,7 +353,7 @@ static void add_shading(report *to, const options *o, const stage *g, const sett
     }
     pktrt_scene_destroy(world);
     const double median = median_of(share, o->rounds);
-    ratio_row(to, g, how, &pairs[p], "render", "shading", median, share[0])->rounds = o->rounds;
+    ratio_row(to, g, how, &pairs[p], "render", "shading", median, median)->rounds = o->rounds;
     printf("  shading, %s: %.1f%% of a render, %.0f ns per sample\n", pktrt_isa_string(pairs[p].isa), 1e2 * median,
            1e9 * median_of(rest, o->rounds) / ((double)size * size));
   }

@@ -6057,6 +6057,8 @@ PKTRT__COLD const char *pktrt__check_sentence(uint32_t faults) {
 #define vbytes PKTRT__NAME(pktrt__vbytes)
 #define vstore_bytes PKTRT__NAME(pktrt__vstore_bytes)
 #define veq_u8x64 PKTRT__NAME(pktrt__veq_u8x64)
+#define c8 PKTRT__NAME(pktrt__c8)
+#define vchoose PKTRT__NAME(pktrt__vchoose)
 #define vcompress PKTRT__NAME(pktrt__vcompress)
 #define vcompress_from PKTRT__NAME(pktrt__vcompress_from)
 #define vswap_halves PKTRT__NAME(pktrt__vswap_halves)
@@ -6232,11 +6234,13 @@ OP uint32_t veq_u32(const uint32_t *p, uint32_t x) { /* the lanes that equal x *
 }
 
 /* Packs the chosen lanes of a vector to p (vcompress_from: of eight floats or integers in memory, which may be those at
-   p). What follows them, up to eight values in all, may be overwritten: masked stores were slower. */
-OP void vcompress(float *p, uint32_t lanes, v8 a) { _mm256_storeu_ps(p, _mm256_maskz_compress_ps((m8)lanes, a)); }
-OP void vcompress_from(void *p, uint32_t lanes, const void *from) {
+   p). What follows them, up to eight values in all, may be overwritten: masked stores were slower. vchoose: the choice. */
+typedef m8 c8;
+OP c8 vchoose(uint32_t lanes) { return (m8)lanes; }
+OP void vcompress(float *p, c8 lanes, v8 a) { _mm256_storeu_ps(p, _mm256_maskz_compress_ps(lanes, a)); }
+OP void vcompress_from(void *p, c8 lanes, const void *from) {
   const __m256i a = _mm256_loadu_si256(PKTRT__CAST(const __m256i *, from));
-  _mm256_storeu_si256(PKTRT__CAST(__m256i *, p), _mm256_maskz_compress_epi32((m8)lanes, a));
+  _mm256_storeu_si256(PKTRT__CAST(__m256i *, p), _mm256_maskz_compress_epi32(lanes, a));
 }
 
 typedef __m512d d8;
@@ -6815,20 +6819,24 @@ OP uint32_t apush(a8 a, const uint32_t *child, v8 dist, uint32_t perm, uint64_t 
 #endif
 
 #if PKTRT__STAMP == PKTRT__STAMP_AVX2 && (defined(__x86_64__) || defined(_M_X64))
-PKTRT__NOINLINE void vcompress(float *p, uint32_t lanes, v8 a) {
+typedef __m256i c8;
+OP c8 vchoose(uint32_t lanes) {
   const uint64_t bytes = _pdep_u64(lanes, 0x0101010101010101u) * 0xFF, order = _pext_u64(0x0706050403020100u, bytes);
-  vstore(p, _mm256_permutevar8x32_ps(a, _mm256_cvtepu8_epi32(_mm_cvtsi64_si128((long long)order))));
+  return _mm256_cvtepu8_epi32(_mm_cvtsi64_si128((long long)order));
 }
-PKTRT__NOINLINE void vcompress_from(void *p, uint32_t lanes, const void *from) { /* bits are kept */
-  vcompress(PKTRT__CAST(float *, p), lanes, vload(PKTRT__CAST(const float *, from)));
+OP void vcompress(float *p, c8 order, v8 a) { vstore(p, _mm256_permutevar8x32_ps(a, order)); }
+OP void vcompress_from(void *p, c8 order, const void *from) { /* bits are kept */
+  vcompress(PKTRT__CAST(float *, p), order, vload(PKTRT__CAST(const float *, from)));
 }
 #elif PKTRT__STAMP != PKTRT__STAMP_AVX512
-PKTRT__NOINLINE void vcompress(float *p, uint32_t lanes, v8 a) {
+typedef uint32_t c8;
+OP c8 vchoose(uint32_t lanes) { return lanes; }
+PKTRT__NOINLINE void vcompress(float *p, c8 lanes, v8 a) {
   float f[8];
   vstore(lanes == 0xFF ? p : f, a);
   for (uint32_t i = 0; lanes != 0xFF && lanes; lanes &= lanes - 1) p[i++] = f[pktrt__lowest_bit(lanes)];
 }
-PKTRT__NOINLINE void vcompress_from(void *p, uint32_t lanes, const void *from) {
+PKTRT__NOINLINE void vcompress_from(void *p, c8 lanes, const void *from) {
   for (char *to = PKTRT__CAST(char *, p); lanes; lanes &= lanes - 1, to += 4)
     memmove(to, PKTRT__CAST(const char *, from) + 4 * pktrt__lowest_bit(lanes), 4);
 }
@@ -9918,12 +9926,13 @@ static void pktrt__surface_pack(pktrt__wave *w, uint32_t first, uint32_t n, pktr
   for (uint32_t i = 0; i < n; i += 8) {
     const uint32_t from = first + i, to = first + k, all = pktrt__lanes_first(n - i);
     const uint32_t hits = all & pktrt__lanes_occupied(b->slot + from);
-    vcompress_from(s->ray + k, hits, s->number + from);
+    const c8 chosen = vchoose(hits);
+    vcompress_from(s->ray + k, chosen, s->number + from);
     k += pktrt__popcount8(hits);
     if (from == to && hits == all) continue;
     for (size_t row = 0; row < sizeof rows / sizeof *rows; row++) {
       char *data = PKTRT__CAST(char *, rows[row]), *end = data + to * sizeof(float);
-      if (all == 0xFF) vcompress_from(end, hits, data + from * sizeof(float));
+      if (all == 0xFF) vcompress_from(end, chosen, data + from * sizeof(float));
       else /* rays behind these are still to be packed */
         for (uint32_t m = hits; m; m &= m - 1, end += sizeof(float))
           memmove(end, data + (from + pktrt__lowest_bit(m)) * sizeof(float), sizeof(float));
@@ -10252,15 +10261,16 @@ PKTRT__NOINLINE void pktrt__light_shadow_rays8(const pktrt_scene *scene, const p
   }
   lanes &= mbits(vlt(vset(0), largest));
   const uint32_t n = sh->count;
+  const c8 chosen = vchoose(lanes);
   ROLL_OUT for (int a = 0; a < 3; a++) {
-    vcompress(sh->o[a] + n, lanes, o[a]);
-    vcompress(sh->d[a] + n, lanes, d[a]);
-    vcompress(sh->contribution[a] + n, lanes, arriving[a]);
-    if (PKTRT__GLOSS && sh->through[0]) vcompress(sh->through[a] + n, lanes, through[a]);
+    vcompress(sh->o[a] + n, chosen, o[a]);
+    vcompress(sh->d[a] + n, chosen, d[a]);
+    vcompress(sh->contribution[a] + n, chosen, arriving[a]);
+    if (PKTRT__GLOSS && sh->through[0]) vcompress(sh->through[a] + n, chosen, through[a]);
   }
-  vcompress_from(sh->time + n, lanes, w->rays.time + s->first + i);
-  vcompress_from(sh->surface + n, lanes, s->number + i);
-  if (sh->material) vcompress_from(sh->material + n, lanes, s->material + i);
+  vcompress_from(sh->time + n, chosen, w->rays.time + s->first + i);
+  vcompress_from(sh->surface + n, chosen, s->number + i);
+  if (sh->material) vcompress_from(sh->material + n, chosen, s->material + i);
   if (sh->tmax_row) vstore(sh->tmax_row + n, vset(sh->tmax));
   sh->count += pktrt__popcount8(lanes);
 }
@@ -10462,21 +10472,22 @@ PKTRT__NOINLINE uint32_t pktrt__spawn_rays8(const pktrt__spawn_request *g, const
   lanes &= mbits(vlt(vset(0), largest)) & ~mbits(vlt(importance, vset(g->threshold)));
   if (!lanes) return n;
   if (g->refraction) pktrt__surface_start(s, i, -1, o);
-  ROLL_OUT for (int a = 0; a < 3; a++) {
-    vcompress(to->rays.o[a] + n, lanes, o[a]);
-    vcompress(to->rays.d[a] + n, lanes, d[a]);
-    vcompress(to->weight[a] + n, lanes, weight[a]);
-  }
   pktrt__spawn_inherit(g, w, s, i, lanes, medium, key);
-  vcompress_from(to->rays.time + n, lanes, w->rays.time + at);
-  vcompress(to->importance + n, lanes, importance);
-  vcompress_from(to->medium + n, lanes, medium);
-  vcompress_from(to->key + n, lanes, key);
-  vcompress_from(to->parent + n, lanes, s->ray + i);
-  vcompress_from(to->material + n, lanes, s->material + i);
-  vcompress_from(to->root + n, lanes, w->root + at);
+  const c8 chosen = vchoose(lanes);
+  ROLL_OUT for (int a = 0; a < 3; a++) {
+    vcompress(to->rays.o[a] + n, chosen, o[a]);
+    vcompress(to->rays.d[a] + n, chosen, d[a]);
+    vcompress(to->weight[a] + n, chosen, weight[a]);
+  }
+  vcompress_from(to->rays.time + n, chosen, w->rays.time + at);
+  vcompress(to->importance + n, chosen, importance);
+  vcompress_from(to->medium + n, chosen, medium);
+  vcompress_from(to->key + n, chosen, key);
+  vcompress_from(to->parent + n, chosen, s->ray + i);
+  vcompress_from(to->material + n, chosen, s->material + i);
+  vcompress_from(to->root + n, chosen, w->root + at);
   if (PKTRT__GLOSS && g->lobes)
-    vcompress_from(to->density + n, lanes, s->shared + i), vcompress_from(to->sky + n, lanes, s->sky + i);
+    vcompress_from(to->density + n, chosen, s->shared + i), vcompress_from(to->sky + n, chosen, s->sky + i);
   return n + pktrt__popcount8(lanes);
 }
 
@@ -10888,14 +10899,15 @@ PKTRT__NOINLINE uint32_t pktrt__place_copy_row(pktrt__batch *b, uint32_t base, u
   for (uint32_t r = base; mask; mask >>= 8, r += 8) {
     const uint32_t lanes = (uint32_t)mask & 0xFF;
     if (!lanes) continue;
+    const c8 chosen = vchoose(lanes);
     UNROLL for (int a = 0; a < 3; a++) {
-      vcompress(b->o[a] + n, lanes, vload(b->o[a] + r));
-      vcompress(b->d[a] + n, lanes, vload(b->d[a] + r));
+      vcompress(b->o[a] + n, chosen, vload(b->o[a] + r));
+      vcompress(b->d[a] + n, chosen, vload(b->d[a] + r));
     }
     const v8 tmax = vload(b->tmax + r), nearest = vmin(vdiv(vload(b->wf + r), vabs(vload(b->dk + r))), tmax);
     const m8 unhit = mfrom(closest ? pktrt__lanes_unhit(b->slot + r) : 0xFF);
-    vcompress(b->tmin + n, lanes, vload(b->tmin + r)), vcompress(b->time + n, lanes, vload(b->time + r));
-    vcompress(b->tmax + n, lanes, vsel(unhit, tmax, nearest));
+    vcompress(b->tmin + n, chosen, vload(b->tmin + r)), vcompress(b->time + n, chosen, vload(b->time + r));
+    vcompress(b->tmax + n, chosen, vsel(unhit, tmax, nearest));
     n += pktrt__popcount8(lanes);
   }
   pktrt__batch_pad(b, n);
@@ -11463,6 +11475,8 @@ static const pktrt__kernel_table pktrt__kernels = {
 #undef vhmax
 #undef vhmin
 #undef veq_u32
+#undef c8
+#undef vchoose
 #undef vcompress
 #undef vcompress_from
 #undef vle

@@ -1,4 +1,4 @@
-/* pktrt.h - v0.15.3 - packet ray tracing in one C header: queries, for one ray or for millions, and pictures
+/* pktrt.h - v0.15.4 - packet ray tracing in one C header: queries, for one ray or for millions, and pictures
 
    After Boulos, Edwards, Lacewell, Kniss, Kautz, Shirley and Wald, "Packet-based Whitted and Distribution Ray Tracing",
    Graphics Interface 2007. MIT or public domain, at your choice (>>licence, at the end of the file).
@@ -547,7 +547,7 @@
 extern "C" {
 #endif
 
-#define PKTRT_VERSION 1503              /* major * 10000 + minor * 100 + patch */
+#define PKTRT_VERSION 1504              /* major * 10000 + minor * 100 + patch */
 #define PKTRT_NONE 0xFFFFFFFFu          /* "no mesh", "no triangle" */
 #define PKTRT_MAX_TRIANGLES 2147483647u /* of a scene; more: PKTRT_LIMIT */
 #define PKTRT_MAX_KEYS 1024u            /* motion keys of one mesh; more: PKTRT_LIMIT */
@@ -17779,6 +17779,8 @@ PKTRT_DEF size_t pktrt_scene_report_text(const pktrt_scene_report *r, char *text
 #endif /* the public functions */
 /* >>changes ----------------------------------------------------------------------------------------------------------
 
+     0.15.4   Faster: pictures (AVX2), whose lanes are packed by one choice for all rows; hits, where their depths tell that
+              doubles suffice.
      0.15.3   Faster: rays are set up and put in order with less work; moving frusta give up earlier.
      0.15.2   Faster: frusta of rays that end together are cones. Less code, which compiles faster: where there are vectors,
               they shade scalar scenes too, and AVX2 counts for AVX-512.

@@ -4849,8 +4849,7 @@ PKTRT__NOINLINE bool pktrt__exact_test_single(const pktrt__bvh_segment *seg, pkt
   return !pktrt__exact_is_apart(&v, q->dk, starts, ray->tmax) && pktrt__exact_test_rest(seg, q, id, slot);
 }
 
-/* Compute t, u and v of a hit, and its normal, as in >>resolve; they return whether doubles suffice, of t, u and v where
-   bounds of the depth do not say so, too. */
+/* Compute t, u and v of a hit, and its normal, as in >>resolve; they return whether doubles suffice. */
 PKTRT__DIVIDES_BY_ZERO PKTRT__INLINE bool pktrt__single_resolve_tuv(const pktrt__exact_view *v, float *t, float *u,
                                                                     float *w) {
   const pktrt__exact_edges e = pktrt__exact_edge_functions(v);
@@ -4893,7 +4892,7 @@ PKTRT__NOINLINE void pktrt__single_resolve(const pktrt_scene *s, const pktrt__si
   const pktrt_ray *ray = q->ray;
   pktrt__exact_view v;
   pktrt__exact_view_at(&v, &s->bvhs[q->bvh], q->slot, ray->time, q->axis, ray->origin, ray->direction, 1);
-  (void)pktrt__single_resolve_tuv(&v, &hit->t, &hit->u, &hit->v);
+  (void)pktrt__single_resolve_tuv(&v, &hit->t, &hit->u, &hit->v); /* bounds of its depth tell for less */
   const bool calm = (q->wf - q->sf) * PKTRT__CALM_DEPTH < q->wf,
              sharp = pktrt__single_resolve_normal(&v, q->axis, hit->normal, 1);
   if (!(calm && sharp)) pktrt__single_resolve_exactly(s, q, hit);

@@ -1688,7 +1688,8 @@ enum {
 enum {
   PKTRT__MAX_DEPTH =
       38, /* of the binary tree, hence of the wide one; queries have 64 KiB for two walks, one in the other */
-  PKTRT__STACK = PKTRT__MAX_DEPTH * (8 - 1) + 1 /* entries that a depth-first walk can hold */
+  PKTRT__STACK = PKTRT__MAX_DEPTH * (8 - 1) + 1, /* entries that a depth-first walk can hold */
+  PKTRT__NOTES = 10                              /* rays of a stream that are noted at a time: more gain nothing */
 };
 
 /* A child reference: PKTRT__LEAF | block, or the index of a node, or PKTRT__EMPTY. */
@@ -6971,6 +6972,7 @@ typedef __mmask16 mf;
 #define pktrt__frustum_apart8 PKTRT__NAME(pktrt__frustum_apart8)
 #define pktrt__frustum_common_origin PKTRT__NAME(pktrt__frustum_common_origin)
 #define pktrt__frustum_corners PKTRT__NAME(pktrt__frustum_corners)
+#define pktrt__frustum_crossed PKTRT__NAME(pktrt__frustum_crossed)
 #define pktrt__frustum_cull_by_edges PKTRT__NAME(pktrt__frustum_cull_by_edges)
 #define pktrt__frustum_cull_children PKTRT__NAME(pktrt__frustum_cull_children)
 #define pktrt__frustum_cull_children_moving PKTRT__NAME(pktrt__frustum_cull_children_moving)
@@ -6980,11 +6982,13 @@ typedef __mmask16 mf;
 #define pktrt__frustum_entry PKTRT__NAME(pktrt__frustum_entry)
 #define pktrt__frustum_exact8 PKTRT__NAME(pktrt__frustum_exact8)
 #define pktrt__frustum_exact_test8 PKTRT__NAME(pktrt__frustum_exact_test8)
+#define pktrt__frustum_filter_resting PKTRT__NAME(pktrt__frustum_filter_resting)
 #define pktrt__frustum_nearer8 PKTRT__NAME(pktrt__frustum_nearer8)
 #define pktrt__frustum_plane8 PKTRT__NAME(pktrt__frustum_plane8)
 #define pktrt__frustum_plane_of PKTRT__NAME(pktrt__frustum_plane_of)
 #define pktrt__frustum_see8 PKTRT__NAME(pktrt__frustum_see8)
 #define pktrt__frustum_see_rays8 PKTRT__NAME(pktrt__frustum_see_rays8)
+#define pktrt__frustum_shear PKTRT__NAME(pktrt__frustum_shear)
 #define pktrt__frustum_solve8 PKTRT__NAME(pktrt__frustum_solve8)
 #define pktrt__frustum_view8 PKTRT__NAME(pktrt__frustum_view8)
 #define pktrt__frustum_filter PKTRT__NAME(pktrt__frustum_filter)
@@ -7107,9 +7111,12 @@ typedef __mmask16 mf;
 #define pktrt__single_traverse PKTRT__NAME(pktrt__single_traverse)
 #define pktrt__spawn_rays PKTRT__NAME(pktrt__spawn_rays)
 #define pktrt__spawn_rays8 PKTRT__NAME(pktrt__spawn_rays8)
+#define pktrt__stream_any_block PKTRT__NAME(pktrt__stream_any_block)
 #define pktrt__stream_closest_block PKTRT__NAME(pktrt__stream_closest_block)
 #define pktrt__stream_leaf PKTRT__NAME(pktrt__stream_leaf)
+#define pktrt__stream_notes PKTRT__NAME(pktrt__stream_notes)
 #define pktrt__stream_open_node PKTRT__NAME(pktrt__stream_open_node)
+#define pktrt__stream_record PKTRT__NAME(pktrt__stream_record)
 #define pktrt__stream_stack PKTRT__NAME(pktrt__stream_stack)
 #define pktrt__stream_template PKTRT__NAME(pktrt__stream_template)
 #define pktrt__stream_traverse PKTRT__NAME(pktrt__stream_traverse)
@@ -7121,6 +7128,7 @@ typedef __mmask16 mf;
 #define pktrt__surface_point8 PKTRT__NAME(pktrt__surface_point8)
 #define pktrt__surface_read_materials PKTRT__NAME(pktrt__surface_read_materials)
 #define pktrt__surface_start PKTRT__NAME(pktrt__surface_start)
+#define pktrt__tri_any_block PKTRT__NAME(pktrt__tri_any_block)
 #define pktrt__tri_any_hit PKTRT__NAME(pktrt__tri_any_hit)
 #define pktrt__tri_any_turn PKTRT__NAME(pktrt__tri_any_turn)
 #define pktrt__tri_block_template PKTRT__NAME(pktrt__tri_block_template)
@@ -7677,25 +7685,32 @@ OP pktrt__tri_occluders pktrt__tri_any_turn(const pktrt__tri_limits *l, const v8
   return o;
 }
 
+/* Finds what a ray may hit within its interval in a block; `early`: without depths where it crosses nothing, and no further once
+   it hits something for certain. */
+OP pktrt__tri_occluders pktrt__tri_any_block(const pktrt__tri_shear *q, const pktrt__bvh_segment *seg,
+                                             const pktrt__block *block, const bool early, const bool moving) {
+  const uint32_t occupied = pktrt__lanes_occupied(block->id);
+  pktrt__tri_occluders all = {0, 0, 0};
+  for (uint32_t first = 0; first < 8 && !(early && (all.open & all.inside & all.within)); first += PKTRT__TURN_LANES) {
+    v8 x[3], y[3], z[3];
+    pktrt__tri_shear_turn(q, seg, block, first, x, y, z, moving);
+    const pktrt__tri_edges e = pktrt__tri_edge_functions(x, y, z);
+    const uint32_t may = occupied >> first & ~pktrt__tri_outside(&e) & PKTRT__TURN_MASK;
+    if (early && !may) continue;
+    const pktrt__tri_limits l = pktrt__tri_limits_of(q);
+    const pktrt__tri_occluders o = pktrt__tri_any_turn(&l, z, &e, may);
+    all.open |= o.open << first, all.inside |= (o.inside & PKTRT__TURN_MASK) << first, all.within |= o.within << first;
+  }
+  return all;
+}
+
 /* Tells whether a ray of a batch or a single ray hits anything in a block. */
 OP bool pktrt__tri_any_hit(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, pktrt__single *single,
                            uint32_t index, const bool moving) {
-  const pktrt__block *block = pktrt__segment_block(seg, index, moving);
-  const uint32_t occupied = pktrt__lanes_occupied(block->id);
   const pktrt__tri_shear q = pktrt__tri_shear_of(b, r, single, moving);
-  uint32_t open = 0, inside = 0, within = 0;
-  for (uint32_t first = 0; first < 8; first += PKTRT__TURN_LANES) {
-    v8 x[3], y[3], z[3];
-    pktrt__tri_shear_turn(&q, seg, block, first, x, y, z, moving);
-    const pktrt__tri_edges e = pktrt__tri_edge_functions(x, y, z);
-    const uint32_t may = occupied >> first & ~pktrt__tri_outside(&e) & PKTRT__TURN_MASK;
-    if (!may) continue;
-    const pktrt__tri_limits l = pktrt__tri_limits_of(&q);
-    const pktrt__tri_occluders o = pktrt__tri_any_turn(&l, z, &e, may);
-    if (o.open & o.inside & o.within) return true;
-    open |= o.open << first, inside |= (o.inside & PKTRT__TURN_MASK) << first, within |= o.within << first;
-  }
-  return PKTRT__UNLIKELY(open) && pktrt__tri_settle_any(seg, b, r, single, index, open, inside, within);
+  const pktrt__tri_occluders o = pktrt__tri_any_block(&q, seg, pktrt__segment_block(seg, index, moving), true, moving);
+  if (o.open & o.inside & o.within) return true;
+  return PKTRT__UNLIKELY(o.open) && pktrt__tri_settle_any(seg, b, r, single, index, o.open, o.inside, o.within);
 }
 
 /* >>boxes ---------------------------------------------------------------------------------------------------------- */
@@ -8353,6 +8368,13 @@ OP uint32_t pktrt__frustum_cull_moving(const pktrt__frustum *f, const float *k0,
 
 /* >>leaves: rays and packets at leaf blocks ------------------------------------------------------------------------ */
 
+/* What the filter left open of a block, for the rays of a stream in turn. */
+typedef struct pktrt__stream_notes {
+  PKTRT__ALIGN64 float lo[PKTRT__NOTES][8], hi[PKTRT__NOTES][8];
+  uint8_t maybe[PKTRT__NOTES], inside[PKTRT__NOTES], after[PKTRT__NOTES], ray[PKTRT__NOTES];
+  uint32_t n, index; /* of the block */
+} pktrt__stream_notes;
+
 #ifdef PKTRT__OTHER_TESTS /* a file with other tests of triangles in place of these; its path from here, in quotes */
 #include PKTRT__OTHER_TESTS
 #else
@@ -8369,58 +8391,116 @@ OP uint32_t pktrt__tri_block_template(const pktrt__bvh_segment *seg, pktrt__batc
   return c.maybe ? pktrt__tri_record(seg, b, r, single, &c, is) : 0;
 }
 
-/* Finds the closest hits of the rays of mask in a block; returns the rays with a nearer hit. WHY all rays are filtered
-   before anything is recorded: without a branch between them, the work on one ray overlaps that on the next. */
-OP uint64_t pktrt__stream_closest_block(const pktrt__bvh_segment *seg, pktrt__batch *b, const uint8_t *list,
-                                        uint64_t mask, uint32_t index, const bool moving) {
-  const pktrt__block *block = pktrt__segment_block(seg, index, moving);
-  const uint32_t *id = block->id;
-  enum { NOTES = 24 };
-  PKTRT__ALIGN64 float lo[NOTES][8], hi[NOTES][8];
-  uint8_t maybe[NOTES], inside[NOTES], after[NOTES], ray[NOTES];
+/* Records what is noted, and returns the rays with a nearer hit. */
+PKTRT__NOINLINE uint64_t pktrt__stream_record(const pktrt__bvh_segment *seg, pktrt__batch *b, const uint8_t *list,
+                                              pktrt__stream_notes *s, const bool moving) {
+  const uint32_t *id = pktrt__segment_block(seg, s->index, moving)->id;
   uint64_t hit = 0;
-  while (mask) {
+  for (uint32_t j = 0; j < s->n; j++) {
+    const uint32_t r = list[s->ray[j]];
+    pktrt__tri_candidates c = {s->index, id, s->lo[j], s->hi[j], s->maybe[j], s->inside[j], s->after[j], false};
+    if (pktrt__tri_record(seg, b, r, NULL, &c, pktrt__variant_of(false, moving, false, NULL)))
+      hit |= (uint64_t)1 << s->ray[j];
+  }
+  s->n = 0;
+  return hit;
+}
+
+/* Notes what the rays of mask may hit in a block; returns those with a nearer hit where there are too many for the notes. WHY all
+   rays are filtered before anything is recorded: without a branch between them, the work on one ray overlaps that on the next. */
+OP uint64_t pktrt__stream_closest_block(const pktrt__bvh_segment *seg, pktrt__batch *b, const uint8_t *list,
+                                        uint64_t mask, uint32_t index, pktrt__stream_notes *s, const bool moving) {
+  const pktrt__block *block = pktrt__segment_block(seg, index, moving);
+  uint64_t hit = 0;
+  for (s->index = index;;) {
     uint32_t n = 0;
-    for (; mask && n < NOTES; mask &= mask - 1) {
+    for (; mask && n < PKTRT__NOTES; mask &= mask - 1) {
       const uint32_t i = pktrt__lowest_bit(mask), r = list[i];
       const pktrt__tri_shear q = pktrt__tri_shear_of(b, r, NULL, moving);
-      const pktrt__tri_candidates e = pktrt__tri_filter_block(&q, seg, block, index, false, lo[n], hi[n], moving);
-      maybe[n] = (uint8_t)e.maybe, inside[n] = (uint8_t)e.inside, after[n] = (uint8_t)e.after, ray[n] = (uint8_t)i;
+      const pktrt__tri_candidates e = pktrt__tri_filter_block(&q, seg, block, index, false, s->lo[n], s->hi[n], moving);
+      s->maybe[n] = (uint8_t)e.maybe, s->inside[n] = (uint8_t)e.inside, s->after[n] = (uint8_t)e.after;
+      s->ray[n] = (uint8_t)i;
       n += e.maybe != 0;
     }
-    for (uint32_t j = 0; j < n; j++) {
-      const uint32_t r = list[ray[j]];
-      pktrt__tri_candidates c = {index, id, lo[j], hi[j], maybe[j], inside[j], after[j], false};
-      if (pktrt__tri_record(seg, b, r, NULL, &c, pktrt__variant_of(false, moving, false, NULL)))
-        hit |= (uint64_t)1 << ray[j];
-    }
+    s->n = n;
+    if (!mask) return hit;
+    hit |= pktrt__stream_record(seg, b, list, s, moving);
+  }
+}
+
+/* Returns the rays of mask that hit anything in a block. WHY without branches: whether a ray crosses any of eight triangles is
+   mispredicted every other time, which costs more than their depths. */
+OP uint64_t pktrt__stream_any_block(const pktrt__bvh_segment *seg, pktrt__batch *b, const uint8_t *list, uint64_t mask,
+                                    uint32_t index, const bool moving) {
+  const pktrt__block *block = pktrt__segment_block(seg, index, moving);
+  uint8_t open[64], inside[64], within[64];
+  uint64_t hit = 0, unsure = 0;
+  for (; mask; mask &= mask - 1) {
+    const uint32_t i = pktrt__lowest_bit(mask);
+    const pktrt__tri_shear q = pktrt__tri_shear_of(b, list[i], NULL, moving);
+    const pktrt__tri_occluders o = pktrt__tri_any_block(&q, seg, block, false, moving);
+    const uint32_t sure = o.open & o.inside & o.within;
+    open[i] = (uint8_t)o.open, inside[i] = (uint8_t)o.inside, within[i] = (uint8_t)o.within;
+    hit |= (uint64_t)(sure != 0) << i, unsure |= (uint64_t)(!sure & (o.open != 0)) << i;
+  }
+  for (; unsure; unsure &= unsure - 1) {
+    const uint32_t i = pktrt__lowest_bit(unsure);
+    const bool hits = pktrt__tri_settle_any(seg, b, list[i], NULL, index, open[i], inside[i], within[i]);
+    hit |= (uint64_t)hits << i;
   }
   return hit;
+}
+
+/* Shears a triangle at rest (lane of a block) to the frames of a vector of rays; x and y are both negated, which cancels in
+   products. */
+OP void pktrt__frustum_shear(const pktrt__frustum *f, const pktrt__batch *b, uint32_t r, const float *k0,
+                             const pktrt__frustum_corners *corners, uint32_t lane, vf p[3][3]) {
+  const uint32_t axis[3] = {f->ku, f->kv, f->k};
+  const vf su = fload(b->slope[0] + r), sv = fload(b->slope[1] + r);
+  UNROLL for (int c = 0; c < 3; c++) {
+    vf q[3];
+    UNROLL for (int j = 0; j < 3; j++) {
+      if (f->common) q[j] = fset(corners->p[c][j][lane]);
+      else q[j] = fsub(fset(k0[24 * (uint32_t)c + 8 * axis[j] + lane]), fload(b->o[axis[j]] + r));
+    }
+    p[2][c] = q[2];
+    p[0][c] = ffms(su, q[2], q[0]);
+    p[1][c] = ffms(sv, q[2], q[1]);
+  }
+}
+
+/* Returns the rays whose edge functions of a triangle, given its sheared corners, do not rule a hit out. */
+OP uint32_t pktrt__frustum_crossed(const vf x[3], const vf y[3], float error) {
+  const vf e0 = ffms(x[2], y[1], fmul(y[2], x[1])), e1 = ffms(x[0], y[2], fmul(y[0], x[2]));
+  const vf e2 = ffms(x[1], y[0], fmul(y[1], x[0]));
+  const vf least = fmin_(e0, fmin_(e1, e2)), most = fmax_(e0, fmax_(e1, e2));
+  return ((1u << FW) - 1) & ~fbits(fmand(flt(least, fset(-error)), flt(fset(error), most)));
+}
+
+/* Returns the rays of a packet that may hit a triangle at rest. WHY all vectors, also those without rays: a branch costs more. */
+OP uint64_t pktrt__frustum_filter_resting(const pktrt__frustum *f, const pktrt__batch *b, const float *k0,
+                                          const pktrt__frustum_corners *corners, uint32_t lane) {
+  uint64_t out = 0;
+  for (uint32_t i = 0; i < 64; i += FW) {
+    vf p[3][3];
+    pktrt__frustum_shear(f, b, f->base + i, k0, corners, lane, p);
+    out |= (uint64_t)pktrt__frustum_crossed(p[0], p[1], corners->error[lane]) << i;
+  }
+  return out;
 }
 
 /* Tests one triangle at rest (lane of a block) against the rays of mask; returns those that hit it. */
 STEP uint64_t pktrt__frustum_test_triangle(const pktrt__frustum *f, const pktrt__bvh_segment *seg, pktrt__batch *b,
                                            const float *k0, const pktrt__frustum_corners *corners, uint32_t lane,
                                            pktrt__tri_common *tri, uint64_t mask) {
-  const uint32_t axis[3] = {f->ku, f->kv, f->k};
   uint64_t result = 0;
-  for (uint32_t i = 0; i < 64; i += FW) {
+  while (mask) {
+    const uint32_t i = pktrt__lowest_bit(mask) & ~(FW - 1u), r = f->base + i;
     const uint32_t rays = (uint32_t)(mask >> i) & ((1u << FW) - 1);
-    if (!rays) continue;
-    const uint32_t r = f->base + i;
-    vf x[3], y[3], z[3];
-    const vf su = fload(b->slope[0] + r), sv = fload(b->slope[1] + r);
-    UNROLL for (int c = 0; c < 3; c++) {
-      vf q[3];
-      UNROLL for (int j = 0; j < 3; j++) {
-        if (f->common) q[j] = fset(corners->p[c][j][lane]);
-        else q[j] = fsub(fset(k0[24 * (uint32_t)c + 8 * axis[j] + lane]), fload(b->o[axis[j]] + r));
-      }
-      z[c] = q[2];
-      x[c] = ffms(su, q[2], q[0]);
-      y[c] = ffms(sv, q[2], q[1]);
-    }
-    result |= (uint64_t)pktrt__frustum_filter(seg, b, r, rays, x, y, z, tri) << i;
+    vf p[3][3];
+    pktrt__frustum_shear(f, b, r, k0, corners, lane, p);
+    result |= (uint64_t)pktrt__frustum_filter(seg, b, r, rays, p[0], p[1], p[2], tri) << i;
+    mask &= ~((uint64_t)rays << i);
   }
   return result;
 }
@@ -8448,7 +8528,6 @@ PKTRT__NOINLINE uint32_t pktrt__frustum_test_moving(const pktrt__frustum *f, con
    are both negated, which cancels in products. WHY all vectors, also those without rays: a branch costs more. */
 OP uint64_t pktrt__frustum_filter_moving(const pktrt__frustum *f, const pktrt__batch *b,
                                          const pktrt__frustum_motion *motion, uint32_t lane) {
-  const vf wrong = fset(motion->error[lane]), minus = fset(-motion->error[lane]);
   const uint32_t axis[3] = {f->ku, f->kv, f->k};
   uint64_t out = 0;
   for (uint32_t i = 0; i < 64; i += FW) {
@@ -8463,12 +8542,9 @@ OP uint64_t pktrt__frustum_filter_moving(const pktrt__frustum *f, const pktrt__b
       }
       x[c] = ffms(su, q[2], q[0]), y[c] = ffms(sv, q[2], q[1]);
     }
-    const vf e0 = ffms(x[2], y[1], fmul(y[2], x[1])), e1 = ffms(x[0], y[2], fmul(y[0], x[2]));
-    const vf e2 = ffms(x[1], y[0], fmul(y[1], x[0]));
-    const vf least = fmin_(e0, fmin_(e1, e2)), most = fmax_(e0, fmax_(e1, e2));
-    out |= (uint64_t)fbits(fmand(flt(least, minus), flt(wrong, most))) << i;
+    out |= (uint64_t)pktrt__frustum_crossed(x, y, motion->error[lane]) << i;
   }
-  return ~out;
+  return out;
 }
 #endif /* PKTRT__OTHER_TESTS */
 
@@ -8540,7 +8616,8 @@ OP bool pktrt__tri_single_block(const pktrt__bvh_segment *seg, pktrt__single *si
 #endif
 }
 
-/* Tests a leaf block at rest against the rays of mask; returns those that hit something in it. */
+/* Tests a leaf block at rest against the rays of mask; returns those that hit something in it. WHY all triangles are filtered before
+   one is tested, if there is more than one: most rays miss them, without a branch that would be mispredicted. */
 OP uint64_t pktrt__frustum_leaf(const pktrt__frustum *f, const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t index,
                                 uint64_t mask, const pktrt__variant is) {
   const pktrt__block *block = pktrt__segment_block(seg, index, false);
@@ -8552,13 +8629,16 @@ OP uint64_t pktrt__frustum_leaf(const pktrt__frustum *f, const pktrt__bvh_segmen
   COUNT(triangle_culls, pktrt__popcount(all & ~lanes));
   pktrt__tri_common tri;
   tri.counts = is.stats ? is.counts : NULL;
-  uint64_t hit = 0;
-  for (; lanes && mask; lanes &= lanes - 1) {
+  uint64_t maybe[8] = {UINT64_MAX}, hit = 0;
+  if (lanes & (lanes - 1))
+    for (uint32_t m = lanes, n = 0; m; m &= m - 1)
+      maybe[n++] = pktrt__frustum_filter_resting(f, b, k0, &corners, pktrt__lowest_bit(m));
+  for (uint32_t n = 0; lanes && mask; lanes &= lanes - 1, n++) {
     const uint32_t lane = pktrt__lowest_bit(lanes);
     tri.id = id[lane], tri.slot = index * 8 + lane, tri.planar = false;
     tri.range = corners.range[lane], tri.far_ = corners.far_[lane], tri.error = corners.error[lane];
     COUNT(triangle_tests, pktrt__popcount(mask));
-    const uint64_t h = pktrt__frustum_test_triangle(f, seg, b, k0, &corners, lane, &tri, mask);
+    const uint64_t h = pktrt__frustum_test_triangle(f, seg, b, k0, &corners, lane, &tri, mask & maybe[n]);
     hit |= h;
     if (is.occlusion) mask &= ~h;
   }
@@ -8760,13 +8840,12 @@ OP void pktrt__stream_open_node(const pktrt__bvh_segment *seg, pktrt__batch *b, 
   for (uint32_t i = sp; i < stack->n; i++) pktrt__bvh_prefetch(seg, stack->refs[i], is.moving);
 }
 
-/* Tests the rays of mask against a block, together where that is faster, else one by one; returns those that hit. */
+/* Tests the rays of mask against a block one by one, or for any hit together where that is faster; returns those that hit. */
 OP uint64_t pktrt__stream_leaf(const pktrt__bvh_segment *seg, pktrt__batch *b, const uint8_t *list, uint64_t mask,
                                uint32_t index, const pktrt__variant is) {
   uint64_t hit = 0;
-#if PKTRT__WITH_V8_REGISTERS
-  if (!is.occlusion && !is.stats) return pktrt__stream_closest_block(seg, b, list, mask, index, is.moving);
-#endif
+  if (PKTRT__WITH_V8_REGISTERS && is.occlusion && !is.stats)
+    return pktrt__stream_any_block(seg, b, list, mask, index, is.moving);
   for (; mask; mask &= mask - 1) {
     const uint32_t i = pktrt__lowest_bit(mask);
     if (pktrt__tri_ray_block(seg, b, list[i], index, is)) hit |= (uint64_t)1 << i;
@@ -8774,22 +8853,33 @@ OP uint64_t pktrt__stream_leaf(const pktrt__bvh_segment *seg, pktrt__batch *b, c
   return hit;
 }
 
+/* Traces a stream through a subtree; returns the rays that hit something. WHY closest hits in a block are recorded after the next
+   block's are noted, or before the next node is opened: whether there are any is known late, and need not be waited for. */
 OP uint64_t pktrt__stream_template(const pktrt__bvh_segment *seg, pktrt__batch *b, const uint8_t *list, uint64_t mask,
                                    uint32_t ref, const pktrt__variant is) {
   pktrt__stream_stack stack;
+  pktrt__stream_notes notes[2];
   uint64_t hit = 0;
   const uint32_t octant = b->octant[list[pktrt__lowest_bit(mask)]];
+  const bool noted = PKTRT__WITH_V8_REGISTERS && !is.occlusion && !is.stats;
+  uint32_t last = 0; /* whose notes are the last block's */
   stack.n = 0;
+  if (noted) notes[0].n = notes[1].n = 0;
   for (;;) {
-    if (ref & PKTRT__LEAF) {
-      hit |= pktrt__stream_leaf(seg, b, list, mask, ref & ~PKTRT__LEAF, is);
-    } else {
+    if (!(ref & PKTRT__LEAF)) {
+      if (noted && notes[last].n) hit |= pktrt__stream_record(seg, b, list, &notes[last], is.moving);
       COUNT(node_visits, 1);
       COUNT(box_tests, pktrt__bvh_child_count(pktrt__bvh_children(seg, ref, is.moving)) * pktrt__popcount(mask));
       pktrt__stream_open_node(seg, b, list, mask, ref, octant, &stack, is);
+    } else if (noted) {
+      hit |= pktrt__stream_closest_block(seg, b, list, mask, ref & ~PKTRT__LEAF, &notes[1 - last], is.moving);
+      hit |= pktrt__stream_record(seg, b, list, &notes[last], is.moving);
+      last = 1 - last;
+    } else {
+      hit |= pktrt__stream_leaf(seg, b, list, mask, ref & ~PKTRT__LEAF, is);
     }
     do { /* masks of entries pushed earlier may hold rays that are done */
-      if (!stack.n) return hit;
+      if (!stack.n) return noted ? hit | pktrt__stream_record(seg, b, list, &notes[last], is.moving) : hit;
       mask = stack.masks[--stack.n];
       if (is.occlusion) mask &= ~hit;
       else if (!(mask & (mask - 1)) && stack.dists[stack.n] > b->wf[list[pktrt__lowest_bit(mask)]]) mask = 0;

@@ -114,28 +114,47 @@ OP uint32_t pktrt__tri_block_template(const pktrt__bvh_segment *seg, pktrt__batc
   return plain_take(seg, b, r, single, block, index, depth, bits);
 }
 
-/* As pktrt's: noted of all rays before the first is looked at. */
-OP uint64_t pktrt__stream_closest_block(const pktrt__bvh_segment *seg, pktrt__batch *b, const uint8_t *list,
-                                        uint64_t mask, uint32_t index, const bool moving) {
-  const pktrt__block *block = pktrt__segment_block(seg, index, moving);
-  enum { NOTES = 24 };
-  PKTRT__ALIGN64 float depth[NOTES][8];
-  uint8_t bits[NOTES], ray[NOTES];
+/* As pktrt's: noted of all rays before the first is looked at, depths in lo. */
+OP uint64_t pktrt__stream_record(const pktrt__bvh_segment *seg, pktrt__batch *b, const uint8_t *list,
+                                 pktrt__stream_notes *s, const bool moving) {
+  const pktrt__block *block = pktrt__segment_block(seg, s->index, moving);
   uint64_t hit = 0;
-  while (mask) {
+  for (uint32_t j = 0; j < s->n; j++) {
+    plain_take(seg, b, list[s->ray[j]], NULL, block, s->index, s->lo[j], s->maybe[j]);
+    hit |= (uint64_t)1 << s->ray[j];
+  }
+  s->n = 0;
+  return hit;
+}
+
+OP uint64_t pktrt__stream_closest_block(const pktrt__bvh_segment *seg, pktrt__batch *b, const uint8_t *list,
+                                        uint64_t mask, uint32_t index, pktrt__stream_notes *s, const bool moving) {
+  const pktrt__block *block = pktrt__segment_block(seg, index, moving);
+  uint64_t hit = 0;
+  for (s->index = index;;) {
     uint32_t n = 0;
-    for (; mask && n < NOTES; mask &= mask - 1) {
+    for (; mask && n < PKTRT__NOTES; mask &= mask - 1) {
       const uint32_t i = pktrt__lowest_bit(mask);
       v8 w;
-      bits[n] = (uint8_t)plain_block(seg, b, list[i], NULL, block, moving, &w);
-      vstore(depth[n], w);
-      ray[n] = (uint8_t)i;
-      n += bits[n] != 0;
+      s->maybe[n] = (uint8_t)plain_block(seg, b, list[i], NULL, block, moving, &w);
+      vstore(s->lo[n], w);
+      s->ray[n] = (uint8_t)i;
+      n += s->maybe[n] != 0;
     }
-    for (uint32_t j = 0; j < n; j++) {
-      plain_take(seg, b, list[ray[j]], NULL, block, index, depth[j], bits[j]);
-      hit |= (uint64_t)1 << ray[j];
-    }
+    s->n = n;
+    if (!mask) return hit;
+    hit |= pktrt__stream_record(seg, b, list, s, moving);
+  }
+}
+
+OP uint64_t pktrt__stream_any_block(const pktrt__bvh_segment *seg, pktrt__batch *b, const uint8_t *list, uint64_t mask,
+                                    uint32_t index, const bool moving) {
+  const pktrt__block *block = pktrt__segment_block(seg, index, moving);
+  uint64_t hit = 0;
+  for (; mask; mask &= mask - 1) {
+    const uint32_t i = pktrt__lowest_bit(mask);
+    v8 w;
+    hit |= (uint64_t)(plain_block(seg, b, list[i], NULL, block, moving, &w) != 0) << i;
   }
   return hit;
 }
@@ -236,7 +255,12 @@ OP uint32_t pktrt__frustum_test_moving(const pktrt__frustum *f, const pktrt__bvh
   return plain_rays(seg, b, r, rays, &x, tri);
 }
 
-/* No filter comes before it: it costs hardly more than that would. */
+/* No filter comes before these: they cost hardly more than that would. */
+OP uint64_t pktrt__frustum_filter_resting(const pktrt__frustum *f, const pktrt__batch *b, const float *k0,
+                                          const pktrt__frustum_corners *corners, uint32_t lane) {
+  (void)f, (void)b, (void)k0, (void)corners, (void)lane;
+  return ~(uint64_t)0;
+}
 OP uint64_t pktrt__frustum_filter_moving(const pktrt__frustum *f, const pktrt__batch *b,
                                          const pktrt__frustum_motion *motion, uint32_t lane) {
   (void)f, (void)b, (void)motion, (void)lane;

@@ -50,6 +50,7 @@ typedef struct limit_step { /* of a packet on its way: a node, a box or a block,
 } limit_step;
 #endif
 
+#define limit_closest_block PKTRT__NAME(limit_closest_block)
 #define limit_close_sample PKTRT__NAME(limit_close_sample)
 #define limit_go PKTRT__NAME(limit_go)
 #define limit_go_packet PKTRT__NAME(limit_go_packet)
@@ -296,6 +297,16 @@ static uint64_t limit_go_packet(limit_sample *s, const pktrt__bvh_segment *seg, 
   return tests;
 }
 
+static void limit_closest_block(limit_sample *s, const pktrt__bvh_segment *seg, uint64_t mask, uint32_t block) {
+#if PKTRT__WITH_V8_REGISTERS
+  pktrt__stream_notes notes;
+  pktrt__stream_closest_block(seg, &s->b, s->list, mask, block, &notes, false);
+  pktrt__stream_record(seg, &s->b, s->list, &notes, false);
+#else
+  pktrt__stream_leaf(seg, &s->b, s->list, mask, block, pktrt__variant_of(false, false, false, NULL));
+#endif
+}
+
 /* Nodes and blocks from all over the scene: nothing here depends on what is hit. */
 static uint64_t limit_go_stream(const pktrt__bvh *bvh, limit_sample *s, const pktrt__bvh_segment *seg, bool occlusion,
                                 limit_test test) {
@@ -310,7 +321,8 @@ static uint64_t limit_go_stream(const pktrt__bvh *bvh, limit_sample *s, const pk
       stack.n = 0;
       pktrt__stream_open_node(seg, &s->b, s->list, mask, node, s->octant, &stack, is);
     } else if (test == LIMIT_LEAF) {
-      pktrt__stream_leaf(seg, &s->b, s->list, mask, block, is);
+      if (occlusion) pktrt__stream_leaf(seg, &s->b, s->list, mask, block, is);
+      else limit_closest_block(s, seg, mask, block);
     } else {
       for (uint32_t k = 0; k < n; k++) kensler_block(seg, &s->b, s->list[k], block, false);
     }

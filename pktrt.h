@@ -1,4 +1,4 @@
-/* pktrt.h - v0.15.4 - packet ray tracing in one C header: queries, for one ray or for millions, and pictures
+/* pktrt.h - v0.15.5 - packet ray tracing in one C header: queries, for one ray or for millions, and pictures
 
    After Boulos, Edwards, Lacewell, Kniss, Kautz, Shirley and Wald, "Packet-based Whitted and Distribution Ray Tracing",
    Graphics Interface 2007. MIT or public domain, at your choice (>>licence, at the end of the file).
@@ -547,7 +547,7 @@
 extern "C" {
 #endif
 
-#define PKTRT_VERSION 1504              /* major * 10000 + minor * 100 + patch */
+#define PKTRT_VERSION 1505              /* major * 10000 + minor * 100 + patch */
 #define PKTRT_NONE 0xFFFFFFFFu          /* "no mesh", "no triangle" */
 #define PKTRT_MAX_TRIANGLES 2147483647u /* of a scene; more: PKTRT_LIMIT */
 #define PKTRT_MAX_KEYS 1024u            /* motion keys of one mesh; more: PKTRT_LIMIT */
@@ -1689,7 +1689,7 @@ enum {
   PKTRT__MAX_DEPTH =
       38, /* of the binary tree, hence of the wide one; queries have 64 KiB for two walks, one in the other */
   PKTRT__STACK = PKTRT__MAX_DEPTH * (8 - 1) + 1, /* entries that a depth-first walk can hold */
-  PKTRT__NOTES = 10                              /* rays of a stream that are noted at a time: more gain nothing */
+  PKTRT__NOTES = 8                               /* rays of a stream that are noted at a time: more gain nothing */
 };
 
 /* A child reference: PKTRT__LEAF | block, or the index of a node, or PKTRT__EMPTY. */
@@ -12598,10 +12598,10 @@ typedef struct pktrt__query_arrays {
   bool *occluded;
 } pktrt__query_arrays;
 
-/* How many incoherent rays are sorted at a time, by octant and main axis. WHY: of 256 there are too few of an octant.
-   Moving mirror rays gain 6%, a quarter among large surfaces; at rest on average none gain on a Zen 3, and 3 to 7% did
-   on a Zen 5. Any hit gains nothing, and rows are too slow to sort. */
-enum { PKTRT__SORTED = 1024 };
+/* How many incoherent rays are sorted at a time, by octant and main axis; fewer in scenes with instances, where the stack is for
+   two walks. WHY: of 256 there are too few of an octant. On a Zen 5 mirror and diffuse rays gain 8% at rest, 10 to 14% moving,
+   half of it beyond 1024. Any hit gains nothing, and rows are too slow to sort. */
+enum { PKTRT__SORTED = 4096, PKTRT__SORTED_PLACED = 1024 };
 
 /* Finds the order of n rays. WHY no branches: they would be mispredicted. WHY hits are prefetched: they are not written
    in the order of their addresses. */
@@ -12622,28 +12622,29 @@ PKTRT__NOINLINE void pktrt__query_sort(const pktrt_ray *rays, const pktrt_hit *h
 }
 
 /* Tells how many of `left` rays to take next: on the paper path whole packets; on the fast path one packet while rays
-   are coherent, whose rows then stay in the nearest cache, else a batch, or so many that it pays to sort them. */
-static uint32_t pktrt__query_next_count(const pktrt_query_desc *d, const pktrt__batch *b, bool sorts, uint32_t batch,
-                                        size_t left) {
+   are coherent, whose rows then stay in the nearest cache, else a batch, or as many as are sorted, if not 0. */
+static uint32_t pktrt__query_next_count(const pktrt_query_desc *d, const pktrt__batch *b, uint32_t sorts,
+                                        uint32_t batch, size_t left) {
   uint32_t n = batch;
   if (d->path == PKTRT_PATH_PAPER && d->packet_size <= n) n = n / d->packet_size * d->packet_size;
   else if (d->path == PKTRT_PATH_FAST && b->coherent) n = 64;
-  else if (d->path == PKTRT_PATH_FAST && sorts) n = PKTRT__SORTED;
+  else if (d->path == PKTRT_PATH_FAST && sorts) n = sorts;
   return left < n ? (uint32_t)left : n;
 }
 
+/* Answers rays in batches, `sorts` at a time in the order that `sorted` has room for. */
 PKTRT__NOINLINE void pktrt__query_run_batches(const pktrt_scene *s, const pktrt_query_desc *desc, bool occlusion,
-                                              const pktrt__query_arrays *a, size_t n) {
+                                              const pktrt__query_arrays *a, size_t n, uint16_t *sorted,
+                                              uint32_t sorts) {
   pktrt_query_desc d;
   pktrt__query call = pktrt__query_make(s, desc, &d, occlusion);
   pktrt__batch b;
-  uint16_t sorted[PKTRT__SORTED];
   const uint32_t batch = pktrt__has_instances(s) ? (uint32_t)PKTRT__FIRST_SPARE : (uint32_t)PKTRT__BATCH;
   b.coherent = true, b.occluder_tree = NULL;
   if (d.packet_size > batch) d.packet_size = batch;
   for (size_t i = 0; i < n;) {
     const size_t left = n - i;
-    const uint32_t all = pktrt__query_next_count(&d, &b, a->rays && !occlusion, batch, left);
+    const uint32_t all = pktrt__query_next_count(&d, &b, a->rays && !occlusion ? sorts : 0, batch, left);
     if (all > batch) pktrt__query_sort(a->rays + i, a->hits + i, all, sorted);
     for (uint32_t from = 0, m; from < all; from += m) {
       const uint16_t *order = all > batch ? sorted + from : NULL;
@@ -12661,6 +12662,17 @@ PKTRT__NOINLINE void pktrt__query_run_batches(const pktrt_scene *s, const pktrt_
   }
 }
 
+PKTRT__NOINLINE void pktrt__query_run_many(const pktrt_scene *s, const pktrt_query_desc *desc, bool occlusion,
+                                           const pktrt__query_arrays *a, size_t n) {
+  uint16_t sorted[PKTRT__SORTED];
+  pktrt__query_run_batches(s, desc, occlusion, a, n, sorted, PKTRT__SORTED);
+}
+PKTRT__NOINLINE void pktrt__query_run_placed(const pktrt_scene *s, const pktrt_query_desc *desc, bool occlusion,
+                                             const pktrt__query_arrays *a, size_t n) {
+  uint16_t sorted[PKTRT__SORTED_PLACED];
+  pktrt__query_run_batches(s, desc, occlusion, a, n, sorted, PKTRT__SORTED_PLACED);
+}
+
 /* Tells whether rays are better traced one by one: if they are few, or not many and of different octants. */
 static bool pktrt__query_is_scattered(const pktrt_ray *rays, size_t n, bool occlusion) {
   if (pktrt__too_few(n, occlusion)) return true;
@@ -12674,7 +12686,7 @@ static void pktrt__query_run(const pktrt_scene *s, const pktrt_query_desc *desc,
                              const pktrt__query_arrays *a, size_t n) {
   if (!a->rays || (desc && (desc->stats || desc->mask || desc->path == PKTRT_PATH_PAPER)) ||
       !pktrt__query_is_scattered(a->rays, n, occlusion))
-    pktrt__query_run_batches(s, desc, occlusion, a, n);
+    (pktrt__has_instances(s) ? pktrt__query_run_placed : pktrt__query_run_many)(s, desc, occlusion, a, n);
   else if (occlusion)
     for (size_t i = 0; i < n; i++) a->occluded[i] = s->kernels->occluded(s, &a->rays[i]);
   else
@@ -17868,6 +17880,8 @@ PKTRT_DEF size_t pktrt_scene_report_text(const pktrt_scene_report *r, char *text
 #endif /* the public functions */
 /* >>changes ----------------------------------------------------------------------------------------------------------
 
+     0.15.5   Faster: streams, which find any hit without branches and record closest ones while they test the next block; packets,
+              which filter all triangles of a block before one is tested; incoherent rays, of which more are sorted at a time.
      0.15.4   Faster: pictures (AVX2), whose lanes are packed by one choice for all rows; hits, where their depths tell that
               doubles suffice.
      0.15.3   Faster: rays are set up and put in order with less work; moving frusta give up earlier.

@@ -8478,8 +8478,8 @@ OP uint32_t pktrt__frustum_crossed(const vf x[3], const vf y[3], float error) {
 }
 
 /* Returns the rays of a packet that may hit a triangle at rest. WHY all vectors, also those without rays: a branch costs more. */
-OP uint64_t pktrt__frustum_filter_resting(const pktrt__frustum *f, const pktrt__batch *b, const float *k0,
-                                          const pktrt__frustum_corners *corners, uint32_t lane) {
+PKTRT__NOINLINE uint64_t pktrt__frustum_filter_resting(const pktrt__frustum *f, const pktrt__batch *b, const float *k0,
+                                                       const pktrt__frustum_corners *corners, uint32_t lane) {
   uint64_t out = 0;
   for (uint32_t i = 0; i < 64; i += FW) {
     vf p[3][3];

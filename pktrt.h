@@ -7685,8 +7685,8 @@ OP pktrt__tri_occluders pktrt__tri_any_turn(const pktrt__tri_limits *l, const v8
   return o;
 }
 
-/* Finds what a ray may hit within its interval in a block; `early`: without depths where it crosses nothing, and no further once
-   it hits something for certain. */
+/* Finds what a ray may hit within its interval in a block; `early`: without depths where it crosses nothing, and no
+   further once it hits something for certain. */
 OP pktrt__tri_occluders pktrt__tri_any_block(const pktrt__tri_shear *q, const pktrt__bvh_segment *seg,
                                              const pktrt__block *block, const bool early, const bool moving) {
   const uint32_t occupied = pktrt__lanes_occupied(block->id);
@@ -8406,8 +8406,9 @@ PKTRT__NOINLINE uint64_t pktrt__stream_record(const pktrt__bvh_segment *seg, pkt
   return hit;
 }
 
-/* Notes what the rays of mask may hit in a block; returns those with a nearer hit where there are too many for the notes. WHY all
-   rays are filtered before anything is recorded: without a branch between them, the work on one ray overlaps that on the next. */
+/* Notes what the rays of mask may hit in a block; returns those with a nearer hit where there are too many for the
+   notes. WHY all rays are filtered before anything is recorded: without a branch between them, the work on one ray
+   overlaps that on the next. */
 OP uint64_t pktrt__stream_closest_block(const pktrt__bvh_segment *seg, pktrt__batch *b, const uint8_t *list,
                                         uint64_t mask, uint32_t index, pktrt__stream_notes *s, const bool moving) {
   const pktrt__block *block = pktrt__segment_block(seg, index, moving);
@@ -8428,8 +8429,8 @@ OP uint64_t pktrt__stream_closest_block(const pktrt__bvh_segment *seg, pktrt__ba
   }
 }
 
-/* Returns the rays of mask that hit anything in a block. WHY without branches: whether a ray crosses any of eight triangles is
-   mispredicted every other time, which costs more than their depths. */
+/* Returns the rays of mask that hit anything in a block. WHY without branches: whether a ray crosses any of eight
+   triangles is often mispredicted, which costs more than their depths. */
 OP uint64_t pktrt__stream_any_block(const pktrt__bvh_segment *seg, pktrt__batch *b, const uint8_t *list, uint64_t mask,
                                     uint32_t index, const bool moving) {
   const pktrt__block *block = pktrt__segment_block(seg, index, moving);
@@ -8477,7 +8478,8 @@ OP uint32_t pktrt__frustum_crossed(const vf x[3], const vf y[3], float error) {
   return ((1u << FW) - 1) & ~fbits(fmand(flt(least, fset(-error)), flt(fset(error), most)));
 }
 
-/* Returns the rays of a packet that may hit a triangle at rest. WHY all vectors, also those without rays: a branch costs more. */
+/* Returns the rays of a packet that may hit a triangle at rest. WHY all vectors, also those without rays: a branch costs
+   more. */
 PKTRT__NOINLINE uint64_t pktrt__frustum_filter_resting(const pktrt__frustum *f, const pktrt__batch *b, const float *k0,
                                                        const pktrt__frustum_corners *corners, uint32_t lane) {
   uint64_t out = 0;
@@ -8616,8 +8618,9 @@ OP bool pktrt__tri_single_block(const pktrt__bvh_segment *seg, pktrt__single *si
 #endif
 }
 
-/* Tests a leaf block at rest against the rays of mask; returns those that hit something in it. WHY all triangles are filtered before
-   one is tested, if there is more than one: most rays miss them, without a branch that would be mispredicted. */
+/* Tests a leaf block at rest against the rays of mask; returns those that hit something in it. WHY all triangles are
+   filtered before one is tested, if there is more than one: most rays miss them, and a branch for each vector of rays
+   would be mispredicted. */
 OP uint64_t pktrt__frustum_leaf(const pktrt__frustum *f, const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t index,
                                 uint64_t mask, const pktrt__variant is) {
   const pktrt__block *block = pktrt__segment_block(seg, index, false);
@@ -8840,7 +8843,8 @@ OP void pktrt__stream_open_node(const pktrt__bvh_segment *seg, pktrt__batch *b, 
   for (uint32_t i = sp; i < stack->n; i++) pktrt__bvh_prefetch(seg, stack->refs[i], is.moving);
 }
 
-/* Tests the rays of mask against a block one by one, or for any hit together where that is faster; returns those that hit. */
+/* Tests the rays of mask against a block one by one, or for any hit together where that is faster; returns those that
+   hit. */
 OP uint64_t pktrt__stream_leaf(const pktrt__bvh_segment *seg, pktrt__batch *b, const uint8_t *list, uint64_t mask,
                                uint32_t index, const pktrt__variant is) {
   uint64_t hit = 0;
@@ -8853,8 +8857,9 @@ OP uint64_t pktrt__stream_leaf(const pktrt__bvh_segment *seg, pktrt__batch *b, c
   return hit;
 }
 
-/* Traces a stream through a subtree; returns the rays that hit something. WHY closest hits in a block are recorded after the next
-   block's are noted, or before the next node is opened: whether there are any is known late, and need not be waited for. */
+/* Traces a stream through a subtree; returns the rays that hit something. WHY closest hits in a block are recorded after
+   the next block's are noted, or before the next node is opened: whether there are any is known late, and need not be
+   waited for. */
 OP uint64_t pktrt__stream_template(const pktrt__bvh_segment *seg, pktrt__batch *b, const uint8_t *list, uint64_t mask,
                                    uint32_t ref, const pktrt__variant is) {
   pktrt__stream_stack stack;
@@ -12598,9 +12603,9 @@ typedef struct pktrt__query_arrays {
   bool *occluded;
 } pktrt__query_arrays;
 
-/* How many incoherent rays are sorted at a time, by octant and main axis; fewer in scenes with instances, where the stack is for
-   two walks. WHY: of 256 there are too few of an octant. On a Zen 5 mirror and diffuse rays gain 8% at rest, 10 to 14% moving,
-   half of it beyond 1024. Any hit gains nothing, and rows are too slow to sort. */
+/* How many incoherent rays are sorted at a time, by octant and main axis; fewer in scenes with instances, where the
+   stack is for two walks. WHY: of 256 there are too few of an octant. On a Zen 5 mirror and diffuse rays gain 8 to 10%
+   at rest, 10 to 14% moving, half of it beyond 1024. Any hit gains nothing, and rows are too slow to sort. */
 enum { PKTRT__SORTED = 4096, PKTRT__SORTED_PLACED = 1024 };
 
 /* Finds the order of n rays. WHY no branches: they would be mispredicted. WHY hits are prefetched: they are not written
@@ -12662,6 +12667,7 @@ PKTRT__NOINLINE void pktrt__query_run_batches(const pktrt_scene *s, const pktrt_
   }
 }
 
+/* Do so with the stack that there is, without instances and with them. */
 PKTRT__NOINLINE void pktrt__query_run_many(const pktrt_scene *s, const pktrt_query_desc *desc, bool occlusion,
                                            const pktrt__query_arrays *a, size_t n) {
   uint16_t sorted[PKTRT__SORTED];
@@ -17880,8 +17886,8 @@ PKTRT_DEF size_t pktrt_scene_report_text(const pktrt_scene_report *r, char *text
 #endif /* the public functions */
 /* >>changes ----------------------------------------------------------------------------------------------------------
 
-     0.15.5   Faster: streams, which find any hit without branches and record closest ones while they test the next block; packets,
-              which filter all triangles of a block before one is tested; incoherent rays, of which more are sorted at a time.
+     0.15.5   Faster: streams, which find any hit without branches and record closest ones a block later; packets, which
+              filter all triangles of a block before one is tested; incoherent rays, of which more are sorted at a time.
      0.15.4   Faster: pictures (AVX2), whose lanes are packed by one choice for all rows; hits, where their depths tell that
               doubles suffice.
      0.15.3   Faster: rays are set up and put in order with less work; moving frusta give up earlier.

@@ -1,4 +1,4 @@
-/* pktrt.h - v0.15.5 - packet ray tracing in one C header: queries, for one ray or for millions, and pictures
+/* pktrt.h - v0.15.6 - packet ray tracing in one C header: queries, for one ray or for millions, and pictures
 
    After Boulos, Edwards, Lacewell, Kniss, Kautz, Shirley and Wald, "Packet-based Whitted and Distribution Ray Tracing",
    Graphics Interface 2007. MIT or public domain, at your choice (>>licence, at the end of the file).
@@ -547,7 +547,7 @@
 extern "C" {
 #endif
 
-#define PKTRT_VERSION 1505              /* major * 10000 + minor * 100 + patch */
+#define PKTRT_VERSION 1506              /* major * 10000 + minor * 100 + patch */
 #define PKTRT_NONE 0xFFFFFFFFu          /* "no mesh", "no triangle" */
 #define PKTRT_MAX_TRIANGLES 2147483647u /* of a scene; more: PKTRT_LIMIT */
 #define PKTRT_MAX_KEYS 1024u            /* motion keys of one mesh; more: PKTRT_LIMIT */
@@ -4567,8 +4567,8 @@ typedef struct pktrt__batch {
   float wn[PKTRT__ROW], wf[PKTRT__ROW]; /* depths outside [wn, wf] cannot be the closest hit; see >>exactness */
   float sn[PKTRT__ROW], sf[PKTRT__ROW]; /* depths between these are certainly after tmin and nearer */
   float tiny[PKTRT__ROW];
-  float pad[PKTRT__ROW];                /* D */
-  float ta[PKTRT__ROW], tb[PKTRT__ROW]; /* time weights a, b within the segment, for the BVH being traversed */
+  float pad[PKTRT__ROW];      /* D */
+  float tb[PKTRT__ROW];       /* time weight b within the segment, for the BVH being traversed; a = 1 - b */
   uint32_t id[PKTRT__ROW];    /* global index of the closest hit's triangle; 0 at first: no tie with tmax is won.
                                     After resolving PKTRT_NONE where nothing is hit */
   uint32_t slot[PKTRT__ROW];  /* block * 8 + lane; PKTRT_NONE: no hit. For occlusion: 0 when occluded */
@@ -4579,6 +4579,7 @@ typedef struct pktrt__batch {
   uint64_t valid[PKTRT__BATCH / 64];
   uint64_t moving[PKTRT__BATCH / 64]; /* rays of streams that may meet moving triangles, at any time */
   bool coherent;                      /* frustum packets took most of the last rays */
+  uint32_t hits;                      /* closest hits that were found, added up */
   const void *occluder_tree;          /* the blocks of the last leaf that hid rays of a frustum; NULL: none, at first */
   uint32_t occluder;                  /* its reference */
   uint32_t spare;                     /* the first lane of those that instances use */
@@ -4803,7 +4804,7 @@ static void pktrt__single_from_batch(const pktrt__batch *b, uint32_t r, pktrt_ra
   q->ray = ray;
   q->slope[0] = b->slope[0][r], q->slope[1] = b->slope[1][r], q->dk = b->dk[r];
   q->wn = b->wn[r], q->wf = b->wf[r], q->sn = b->sn[r], q->sf = b->sf[r], q->tiny = b->tiny[r];
-  q->pad = b->pad[r], q->ta = b->ta[r], q->tb = b->tb[r];
+  q->pad = b->pad[r], q->tb = b->tb[r], q->ta = 1 - q->tb;
   q->id = b->id[r], q->slot = b->slot[r], q->bvh = b->bvh[r], q->octant = b->octant[r], q->after = PKTRT_NONE;
   q->place = b->place[r];
   q->axis = pktrt__axes[b->axis[r]];
@@ -7314,8 +7315,9 @@ PKTRT__NOINLINE
 
 /* Computes the time weights of rays [first, first + n) for a BVH of `keys` keys. */
 OP void pktrt__batch_time_weights(pktrt__batch *b, uint32_t first, uint32_t n, uint32_t keys) {
+  float ta;
   for (uint32_t i = first; i < first + n; i++)
-    b->segment[i] = (uint16_t)pktrt__time_segment(b->time[i], keys, &b->ta[i], &b->tb[i]);
+    b->segment[i] = (uint16_t)pktrt__time_segment(b->time[i], keys, &ta, &b->tb[i]);
 }
 
 /* Computes the time weights of the 64 rays of a packet; two keys have but one segment. */
@@ -7324,11 +7326,7 @@ OP void pktrt__batch_packet_time_weights(pktrt__batch *b, uint32_t base, uint32_
     pktrt__batch_time_weights(b, base, 64, keys);
     return;
   }
-  for (uint32_t r = base; r < base + 64; r += 8) {
-    const v8 tb = vmin(vmax(vload(b->time + r), vset(0)), vset(1));
-    vstore(b->tb + r, tb);
-    vstore(b->ta + r, vsub(vset(1), tb));
-  }
+  for (uint32_t r = base; r < base + 64; r += 8) vstore(b->tb + r, vmin(vmax(vload(b->time + r), vset(0)), vset(1)));
 }
 
 /* >>triangles ------------------------------------------------------------------------------------------------------ */
@@ -7426,7 +7424,7 @@ SHARED pktrt__tri_shear pktrt__tri_shear_of(const pktrt__batch *b, uint32_t r, c
   UNROLL for (int i = 0; i < 3; i++) q.o[i] = vset(o[row[i]]), q.at[i] = 8 * axis[i];
   UNROLL for (int i = 0; i < 2; i++) q.slope[i] = vset(single ? single->slope[i] : b->slope[i][r]);
   q.ta = q.tb = q.o[0], q.b = b, q.single = single, q.r = r;
-  if (moving) q.ta = vset(single ? single->ta : b->ta[r]), q.tb = vset(single ? single->tb : b->tb[r]);
+  if (moving) q.tb = vset(single ? single->tb : b->tb[r]), q.ta = vsub(vset(1), q.tb);
   return q;
 }
 /* WHY apart: most blocks are dropped before depths are looked at. */
@@ -8160,7 +8158,7 @@ OP bool pktrt__frustum_see8(const pktrt__bvh_segment *seg, const pktrt__batch *b
   const float *k0 = pktrt__segment_vertices(seg, block, 0, true) + slot % 8;
   const float *k1 = pktrt__segment_vertices(seg, block, 1, true) + slot % 8;
   const bool moving = k0 != k1; /* at rest weights 1 and 0 give the same bits */
-  const v8 ta = moving ? vload(b->ta + r) : vset(1), tb = moving ? vload(b->tb + r) : vset(0);
+  const v8 tb = moving ? vload(b->tb + r) : vset(0), ta = vsub(vset(1), tb);
   for (uint32_t i = 0; i < 9; i++)
     s->p[i / 3][i % 3] =
         vadd(vmul(ta, vset(k0[24 * (i / 3) + 8 * k[i % 3]])), vmul(tb, vset(k1[24 * (i / 3) + 8 * k[i % 3]])));
@@ -8513,7 +8511,7 @@ PKTRT__NOINLINE uint32_t pktrt__frustum_test_moving(const pktrt__frustum *f, con
                                                     pktrt__batch *b, uint32_t r, uint32_t rays, const float *k0,
                                                     const float *k1, pktrt__tri_common *tri) {
   const uint32_t axis[3] = {f->ku, f->kv, f->k};
-  const vf ta = fload(b->ta + r), tb = fload(b->tb + r), su = fload(b->slope[0] + r), sv = fload(b->slope[1] + r);
+  const vf tb = fload(b->tb + r), ta = fsub(fset(1), tb), su = fload(b->slope[0] + r), sv = fload(b->slope[1] + r);
   vf x[3], y[3], z[3];
   UNROLL for (int c = 0; c < 3; c++, k0 += 24, k1 += 24) {
     vf q[3];
@@ -9204,7 +9202,7 @@ STEP uint32_t pktrt__paper_test_group(pktrt__paper_packet *p, const pktrt__paper
   COUNT(box_tests, pktrt__popcount8(active));
   COUNT(vector_box_tests, 1);
   if (!is.moving) return pktrt__box_test_rays(p->b, r, c->lo, c->hi) & active;
-  const v8 ta = vload(p->b->ta + r), tb = vload(p->b->tb + r);
+  const v8 tb = vload(p->b->tb + r), ta = vsub(vset(1), tb);
   v8 lo[3], hi[3];
   UNROLL for (int a = 0; a < 3; a++) {
     lo[a] = vfma(ta, c->lo[a], vmul(tb, vset(c->p1[16 * a])));
@@ -9287,7 +9285,7 @@ PKTRT__NOINLINE uint32_t pktrt__paper_test_triangle(const pktrt__paper_packet *p
   const uint32_t k = b->axis[r + pktrt__lowest_bit(bits)], ku = (k + 1) % 3, kv = (k + 2) % 3;
   const v8 ok = vload(b->o[k] + r), ou = vload(b->o[ku] + r), ov = vload(b->o[kv] + r);
   const v8 su = vload(b->slope[0] + r), sv = vload(b->slope[1] + r);
-  const v8 ta = is.moving ? vload(b->ta + r) : ok, tb = is.moving ? vload(b->tb + r) : ok;
+  const v8 tb = is.moving ? vload(b->tb + r) : ok, ta = is.moving ? vsub(vset(1), tb) : ok;
   v8 x[3], y[3], z[3];
   UNROLL for (uint32_t c = 0; c < 3; c++, k0 += 24, k1 += 24) {
     z[c] = vsub(pktrt__tri_corner_of_one(k0 + 8 * k, k1 + 8 * k, ta, tb, is.moving), ok);
@@ -9865,6 +9863,7 @@ OP void pktrt__resolve_misses(pktrt__batch *b, uint32_t i, uint32_t hits) {
 
 static void pktrt__resolve_batch(const pktrt__query *call, pktrt__batch *b, uint32_t begin, uint32_t end) {
   const pktrt_scene *scene = call->scene;
+  uint32_t found = 0;
   for (uint32_t i = begin; i < end; i += 8) {
     if (call->place && i + 8 <= end) pktrt__prefetch_lines(call->place + i, 8 * sizeof *call->place);
     const uint32_t hits = pktrt__lanes_occupied(b->slot + i);
@@ -9893,7 +9892,9 @@ static void pktrt__resolve_batch(const pktrt__query *call, pktrt__batch *b, uint
     }
 #endif
     pktrt__resolve_misses(b, i, hits);
+    found += pktrt__popcount8(hits);
   }
+  b->hits += found;
 }
 
 #if !defined(PKTRT_NO_RENDER) && PKTRT__WITH_SHADE
@@ -12504,46 +12505,98 @@ PKTRT_DEF pktrt_status pktrt_add_material(pktrt_scene *s, const pktrt_material *
 
 /* >>queries -------------------------------------------------------------------------------------------------------- */
 
-/* Prefetches n of the caller's `left` values from `row` on, a batch ahead: the hardware's ends with each page. */
-static void pktrt__query_prefetch_row(const void *row, uint32_t n, size_t left) {
-  const size_t line = 64 / sizeof(float);
-  for (size_t i = PKTRT__BATCH; i < PKTRT__BATCH + n && i < left; i += line) PKTRT__PREFETCH((const float *)row + i);
-}
+/* The caller's arrays, NULL if not used. */
+typedef struct pktrt__query_arrays {
+  const pktrt_ray *rays;
+  const pktrt_rays *ray_rows;
+  pktrt_hit *hits;
+  const pktrt_hits *hit_rows;
+  bool *occluded;
+} pktrt__query_arrays;
 
-/* Fills one row of a batch from n of the caller's `left` values, or with `instead` if he has none. */
-static void pktrt__query_load_row(const pktrt_scene *s, float *row, const float *from, float instead, uint32_t n,
-                                  size_t left) {
-  if (from) s->kernels->copy_row(row, from, n), pktrt__query_prefetch_row(from, n, left);
-  for (uint32_t i = 0; !from && i < n; i++) row[i] = instead;
-}
+/* The caller's rays that a batch has: n of the `left` ones from the first on, or in an order from there. */
+typedef struct pktrt__query_part {
+  size_t first, left;
+  const uint16_t *order; /* NULL: none */
+  uint32_t n;
+  const float *row[3]; /* tmin, tmax, time; NULL: rays have the value instead */
+  float instead[3];
+} pktrt__query_part;
 
-/* Returns a row of the caller's from the i-th value on. */
-PKTRT__INLINE const float *pktrt__query_row(const float *row, size_t i) { return row ? row + i : NULL; }
-
-static void pktrt__query_load_soa(const pktrt_scene *s, pktrt__batch *b, const pktrt_rays *rays, size_t first,
-                                  uint32_t n, size_t left) {
-  for (int a = 0; a < 3; a++) {
-    pktrt__query_load_row(s, b->o[a], rays->origin[a] + first, 0, n, left);
-    pktrt__query_load_row(s, b->d[a], rays->direction[a] + first, 0, n, left);
+/* Finds these rows of n rays. WHY a row of equal values is not used if there is an order: loading it takes longer. */
+static void pktrt__query_find_rows(const pktrt_rays *rays, size_t n, pktrt__query_part *p) {
+  const float *const row[3] = {rays->tmin, rays->tmax, rays->time}, none[3] = {0, INFINITY, 0};
+  for (int i = 0; i < 3; i++) {
+    const float *at = row[i] ? row[i] + p->first : NULL;
+    const bool equal = at && p->order && !memcmp(at, at + 1, (n - 1) * sizeof *at);
+    p->row[i] = equal ? NULL : row[i], p->instead[i] = equal ? *at : none[i];
   }
-  pktrt__query_load_row(s, b->tmin, pktrt__query_row(rays->tmin, first), 0, n, left);
-  pktrt__query_load_row(s, b->tmax, pktrt__query_row(rays->tmax, first), INFINITY, n, left);
-  pktrt__query_load_row(s, b->time, pktrt__query_row(rays->time, first), 0, n, left);
 }
 
-static void pktrt__query_store_row(const pktrt_scene *s, float *to, const float *row, size_t first, uint32_t n,
-                                   size_t left) {
-  if (to) s->kernels->copy_row(to + first, row, n), pktrt__query_prefetch_row(to + first, n, left);
+/* Prefetches a row of the caller's a batch ahead: the hardware's prefetching ends with each page. */
+PKTRT__INLINE void pktrt__query_prefetch_row(const float *row, const pktrt__query_part *p) {
+  const size_t line = 64 / sizeof *row;
+  for (size_t i = PKTRT__BATCH; i < PKTRT__BATCH + p->n && i < p->left; i += line) PKTRT__PREFETCH(row + p->first + i);
 }
-static void pktrt__query_store_soa(const pktrt_scene *s, const pktrt__batch *b, const pktrt_hits *hits, size_t first,
-                                   uint32_t n, size_t left) {
-  pktrt__query_store_row(s, hits->t, b->t, first, n, left);
-  pktrt__query_store_row(s, hits->u, b->as.hit.u, first, n, left);
-  pktrt__query_store_row(s, hits->v, b->as.hit.v, first, n, left);
-  for (int a = 0; a < 3; a++) pktrt__query_store_row(s, hits->normal[a], b->as.hit.normal[a], first, n, left);
-  if (hits->mesh || hits->triangle)
-    s->kernels->store_names(s, b, hits->mesh ? hits->mesh + first : NULL,
-                            hits->triangle ? hits->triangle + first : NULL, n);
+
+/* Fills one row of a batch from the caller's, or with `instead` if there is none. */
+static void pktrt__query_load_row(const pktrt_scene *s, float *row, const float *from, float instead,
+                                  const pktrt__query_part *p) {
+  const uint16_t *order = p->order;
+  const uint32_t n = p->n;
+  if (!from) {
+    for (uint32_t i = 0; i < n; i++) row[i] = instead;
+  } else if (order) {
+    for (uint32_t i = 0; i < n; i++) row[i] = from[p->first + order[i]];
+  } else {
+    s->kernels->copy_row(row, from + p->first, n), pktrt__query_prefetch_row(from, p);
+  }
+}
+static void pktrt__query_load(const pktrt_scene *s, pktrt__batch *b, const pktrt__query_arrays *a,
+                              const pktrt__query_part *p) {
+  float *const rows[3] = {b->tmin, b->tmax, b->time};
+  if (a->rays) {
+    s->kernels->load_rays(b, a->rays + p->first, p->order, p->n);
+    return;
+  }
+  for (int i = 0; i < 3; i++) {
+    pktrt__query_load_row(s, b->o[i], a->ray_rows->origin[i], 0, p);
+    pktrt__query_load_row(s, b->d[i], a->ray_rows->direction[i], 0, p);
+    pktrt__query_load_row(s, rows[i], p->row[i], p->instead[i], p);
+  }
+}
+
+/* Stores one row of a batch to the caller's, if there is one. */
+static void pktrt__query_store_row(const pktrt_scene *s, float *to, const float *row, const pktrt__query_part *p) {
+  const uint16_t *order = p->order;
+  const uint32_t n = to ? p->n : 0;
+  if (order) {
+    for (uint32_t i = 0; i < n; i++) to[p->first + order[i]] = row[i];
+  } else if (to) {
+    s->kernels->copy_row(to + p->first, row, n), pktrt__query_prefetch_row(to, p);
+  }
+}
+static void pktrt__query_store_names(const pktrt_scene *s, pktrt__batch *b, const pktrt_hits *hits,
+                                     const pktrt__query_part *p) {
+  uint32_t *mesh = hits->mesh ? hits->mesh + p->first : NULL;
+  uint32_t *triangle = hits->triangle ? hits->triangle + p->first : NULL;
+  const uint16_t *order = p->order;
+  if (mesh || triangle) /* in order by rows that are needed no more */
+    s->kernels->store_names(s, b, order ? b->slot : mesh, order ? b->bvh : triangle, p->n);
+  for (uint32_t i = 0; order && mesh && i < p->n; i++) mesh[order[i]] = b->slot[i];
+  for (uint32_t i = 0; order && triangle && i < p->n; i++) triangle[order[i]] = b->bvh[i];
+}
+static void pktrt__query_store(const pktrt_scene *s, pktrt__batch *b, const pktrt__query_arrays *a,
+                               const pktrt__query_part *p) {
+  const pktrt_hits *rows = a->hit_rows;
+  if (a->occluded) s->kernels->store_occluded(b, a->occluded + p->first, p->n);
+  if (a->hits) s->kernels->store_hits(s, b, a->hits + p->first, p->order, p->n);
+  if (!rows) return;
+  pktrt__query_store_row(s, rows->t, b->t, p);
+  pktrt__query_store_row(s, rows->u, b->as.hit.u, p);
+  pktrt__query_store_row(s, rows->v, b->as.hit.v, p);
+  for (int i = 0; i < 3; i++) pktrt__query_store_row(s, rows->normal[i], b->as.hit.normal[i], p);
+  pktrt__query_store_names(s, b, rows, p);
 }
 
 /* Makes a query whose values are all in range. */
@@ -12594,33 +12647,41 @@ static void pktrt__query_trace(const pktrt__query *call, pktrt__batch *b, uint32
   else call->scene->kernels->trace(call, b, 0, n);
 }
 
-/* The caller's arrays, NULL if not used. */
-typedef struct pktrt__query_arrays {
-  const pktrt_ray *rays;
-  const pktrt_rays *ray_rows;
-  pktrt_hit *hits;
-  const pktrt_hits *hit_rows;
-  bool *occluded;
-} pktrt__query_arrays;
-
 /* How many incoherent rays are sorted at a time, by octant and main axis; fewer in scenes with instances, where the
-   stack is for two walks. WHY: of 256 there are too few of an octant. On a Zen 5 mirror and diffuse rays gain 8 to 10%
-   at rest, 10 to 14% moving, half of it beyond 1024. Any hit gains nothing, and rows are too slow to sort. */
+   stack is for two walks. WHY: of 256 there are too few of an octant. On a Zen 5 mirror and diffuse rays gain 5 to 10%
+   at rest, 10 to 14% moving. Any hit gains nothing. */
 enum { PKTRT__SORTED = 4096, PKTRT__SORTED_PLACED = 1024 };
 
-/* Finds the order of n rays. WHY no branches: they would be mispredicted. WHY hits are prefetched: they are not written
-   in the order of their addresses. */
-PKTRT__NOINLINE void pktrt__query_sort(const pktrt_ray *rays, const pktrt_hit *hits, uint32_t n, uint16_t *order) {
+/* Prefetches what will be asked for later and not in the order of its addresses: of the i-th ray from the first on the
+   place of its hit, or if rays are rows, those of hits, and all but directions. */
+PKTRT__INLINE void pktrt__query_prefetch_ahead(const pktrt__query_arrays *a, size_t first, uint32_t i) {
+  const pktrt_rays *r = a->ray_rows;
+  const pktrt_hits *h = a->hit_rows;
+  if (a->hits && i % 2 == 0) PKTRT__PREFETCH(a->hits + first + i); /* two have one cache line */
+  if (a->hits || i % 16) return;
+  const void *const row[11] = {r->origin[0], r->origin[1], r->origin[2], h->t,    h->u,       h->v,
+                               h->normal[0], h->normal[1], h->normal[2], h->mesh, h->triangle};
+  for (int j = 0; j < 11; j++)
+    if (row[j]) PKTRT__PREFETCH(PKTRT__CAST(const float *, row[j]) + first + i);
+}
+
+/* Finds the order of n rays by octant and main axis, or by octant only. WHY no branches: they would be mispredicted. */
+PKTRT__NOINLINE void pktrt__query_sort(const pktrt__query_arrays *a, size_t first, uint32_t n, bool octants,
+                                       uint16_t *order) {
+  const size_t step = a->rays ? sizeof(pktrt_ray) / sizeof(float) : 1;
+  const float *d[3];
   uint8_t key[PKTRT__SORTED];
   uint32_t end[24], sum = 0;
+  for (int c = 0; c < 3; c++) d[c] = a->rays ? a->rays[first].direction + c : a->ray_rows->direction[c] + first;
   memset(end, 0, sizeof end);
   for (uint32_t i = 0; i < n; i++) {
-    const float *d = rays[i].direction, x = fabsf(d[0]), y = fabsf(d[1]), z = fabsf(d[2]);
-    const uint32_t octant = pktrt__sign_bit(d[0]) | pktrt__sign_bit(d[1]) << 1 | pktrt__sign_bit(d[2]) << 2;
-    const uint32_t third = z > pktrt__maxf(x, y), second = y > x;
-    key[i] = (uint8_t)(3 * octant + (third << 1 | (second & ~third)));
+    const float dx = d[0][i * step], dy = d[1][i * step], dz = d[2][i * step];
+    const float x = fabsf(dx), y = fabsf(dy), z = fabsf(dz);
+    const uint32_t octant = pktrt__sign_bit(dx) | pktrt__sign_bit(dy) << 1 | pktrt__sign_bit(dz) << 2;
+    const uint32_t third = z > pktrt__maxf(x, y), second = (y > x) & ~third;
+    key[i] = (uint8_t)(3 * octant + (octants ? 0 : third << 1 | second));
     end[key[i]]++;
-    if (i % 2 == 0) PKTRT__PREFETCH(hits + i); /* two have one cache line */
+    pktrt__query_prefetch_ahead(a, first, i);
   }
   for (uint32_t k = 0; k < 24; k++) sum += end[k], end[k] = sum - end[k];
   for (uint32_t i = 0; i < n; i++) order[end[key[i]]++] = (uint16_t)i;
@@ -12637,33 +12698,32 @@ static uint32_t pktrt__query_next_count(const pktrt_query_desc *d, const pktrt__
   return left < n ? (uint32_t)left : n;
 }
 
-/* Answers rays in batches, `sorts` at a time in the order that `sorted` has room for. */
+/* Answers rays in batches, `room` at a time in an order. */
 PKTRT__NOINLINE void pktrt__query_run_batches(const pktrt_scene *s, const pktrt_query_desc *desc, bool occlusion,
-                                              const pktrt__query_arrays *a, size_t n, uint16_t *sorted,
-                                              uint32_t sorts) {
+                                              const pktrt__query_arrays *a, size_t n, uint16_t *order, uint32_t room) {
   pktrt_query_desc d;
   pktrt__query call = pktrt__query_make(s, desc, &d, occlusion);
   pktrt__batch b;
   const uint32_t batch = pktrt__has_instances(s) ? (uint32_t)PKTRT__FIRST_SPARE : (uint32_t)PKTRT__BATCH;
-  b.coherent = true, b.occluder_tree = NULL;
+  b.coherent = true, b.occluder_tree = NULL, b.hits = 0;
   if (d.packet_size > batch) d.packet_size = batch;
-  for (size_t i = 0; i < n;) {
-    const size_t left = n - i;
-    const uint32_t all = pktrt__query_next_count(&d, &b, a->rays && !occlusion ? sorts : 0, batch, left);
-    if (all > batch) pktrt__query_sort(a->rays + i, a->hits + i, all, sorted);
-    for (uint32_t from = 0, m; from < all; from += m) {
-      const uint16_t *order = all > batch ? sorted + from : NULL;
-      m = all - from < batch ? all - from : batch;
-      if (a->rays) s->kernels->load_rays(&b, a->rays + i, order, m);
-      else pktrt__query_load_soa(s, &b, a->ray_rows, i, m, left);
-      call.next = a->rays && !order && left > 2 * PKTRT__BATCH ? a->rays + i + PKTRT__BATCH : NULL;
-      call.place = a->hits && !order ? a->hits + i : NULL, call.first = i;
-      pktrt__query_trace(&call, &b, m);
-      if (a->hits) s->kernels->store_hits(s, &b, a->hits + i, order, m);
-      else if (a->hit_rows) pktrt__query_store_soa(s, &b, a->hit_rows, i, m, left);
-      if (occlusion) s->kernels->store_occluded(&b, a->occluded + i, m);
+  for (size_t i = 0, last = 0; i < n; i += last) {
+    const bool few_hit = 2 * b.hits < last; /* then axes tell little, and sorting rows gains less than it costs */
+    last = pktrt__query_next_count(&d, &b, occlusion || (few_hit && !a->rays) ? 0 : room, batch, n - i), b.hits = 0;
+    const bool sorts = last > batch;
+    pktrt__query_part part;
+    part.first = i, part.left = n - i, part.order = sorts ? order : NULL;
+    if (sorts) pktrt__query_sort(a, i, (uint32_t)last, few_hit, order);
+    if (!a->rays) pktrt__query_find_rows(a->ray_rows, last, &part);
+    call.next = a->rays && !sorts && n - i > 2 * PKTRT__BATCH ? a->rays + i + PKTRT__BATCH : NULL;
+    call.place = a->hits && !sorts ? a->hits + i : NULL, call.first = i;
+    for (uint32_t from = 0; from < last; from += part.n) {
+      part.n = last - from < batch ? (uint32_t)last - from : batch;
+      if (sorts) part.order = order + from;
+      pktrt__query_load(s, &b, a, &part);
+      pktrt__query_trace(&call, &b, part.n);
+      pktrt__query_store(s, &b, a, &part);
     }
-    i += all;
   }
 }
 
@@ -17886,6 +17946,8 @@ PKTRT_DEF size_t pktrt_scene_report_text(const pktrt_scene_report *r, char *text
 #endif /* the public functions */
 /* >>changes ----------------------------------------------------------------------------------------------------------
 
+     0.15.6   Faster: incoherent rays that are rows, which are sorted as well; scenes that most rays leave, where they are
+              sorted by octants alone.
      0.15.5   Faster: streams, which find any hit without branches and record closest ones a block later; packets, which
               filter all triangles of a block before one is tested; incoherent rays, of which more are sorted at a time.
      0.15.4   Faster: pictures (AVX2), whose lanes are packed by one choice for all rows; hits, where their depths tell that

@@ -78,7 +78,7 @@ OP void kensler_block(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r
   const float *k0 = pktrt__segment_vertices(seg, block, 0, moving),
               *k1 = pktrt__segment_vertices(seg, block, 1, moving);
   const uint32_t *id = block->id;
-  const v8 ta = vset(b->ta[r]), tb = vset(b->tb[r]);
+  const v8 tb = vset(b->tb[r]), ta = vsub(vset(1), tb);
   v8 p0[3], e0[3], e1[3], n[3], o[3], d[3], t;
   UNROLL for (uint32_t a = 0; a < 3; a++) {
     p0[a] = pktrt__tri_corner(k0 + 8 * a, k1 + 8 * a, ta, tb, moving);
@@ -103,7 +103,7 @@ OP void kensler_rays(pktrt__batch *b, const float *k0, const float *k1, uint32_t
                      uint32_t slot, const bool moving) {
   v8 p0[3], e0[3], e1[3], n[3], o[3], d[3], t;
   if (moving) {
-    const v8 ta = vload(b->ta + r), tb = vload(b->tb + r);
+    const v8 tb = vload(b->tb + r), ta = vsub(vset(1), tb);
     v8 p[9];
     UNROLL for (uint32_t i = 0; i < 9; i++) p[i] = vadd(vmul(ta, vset(k0[8 * i])), vmul(tb, vset(k1[8 * i])));
     UNROLL for (uint32_t a = 0; a < 3; a++) p0[a] = p[a], e0[a] = vsub(p[3 + a], p[a]), e1[a] = vsub(p[a], p[6 + a]);

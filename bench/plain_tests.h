@@ -71,7 +71,7 @@ OP uint32_t plain_block(const pktrt__bvh_segment *seg, const pktrt__batch *b, ui
                         const pktrt__block *block, const bool moving, v8 *w) {
   const float *k0 = pktrt__segment_vertices(seg, block, 0, moving),
               *k1 = pktrt__segment_vertices(seg, block, 1, moving);
-  const v8 ta = vset(single ? single->ta : b->ta[r]), tb = vset(single ? single->tb : b->tb[r]);
+  const v8 tb = vset(single ? single->tb : b->tb[r]), ta = vsub(vset(1), tb);
   v8 p[3][3], o[3], d[3], top, det;
   UNROLL for (int a = 0; a < 3; a++) {
     UNROLL for (int c = 0; c < 3; c++) p[c][a] =
@@ -241,7 +241,7 @@ OP uint64_t pktrt__frustum_test_triangle(const pktrt__frustum *f, const pktrt__b
 OP uint32_t pktrt__frustum_test_moving(const pktrt__frustum *f, const pktrt__bvh_segment *seg, pktrt__batch *b,
                                        uint32_t r, uint32_t rays, const float *k0, const float *k1,
                                        pktrt__tri_common *tri) {
-  const vf ta = fload(b->ta + r), tb = fload(b->tb + r);
+  const vf tb = fload(b->tb + r), ta = fsub(fset(1), tb);
   plain_triangle x;
   vf p[3][3], o[3];
   (void)f;

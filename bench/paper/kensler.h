@@ -158,11 +158,12 @@ static double go(const course *c, const race_set *set, bool kensler, bool groups
 }
 
 static void set_up(course *c, const race_set *set) {
+  float ta;
   for (size_t i = 0; i < c->batches; i++) {
     for (uint32_t k = 0; k < PKTRT__BATCH; k++) {
       pktrt__batch *b = &c->batch[i];
       if (k % 8 == 0) set->setup(c->tree, b, k);
-      pktrt__time_segment(b->time[k], c->moving ? 2 : 1, &b->ta[k], &b->tb[k]);
+      pktrt__time_segment(b->time[k], c->moving ? 2 : 1, &ta, &b->tb[k]);
     }
     memcpy(c->fresh[i].wf, c->batch[i].wf, sizeof c->fresh[i].wf);
     memcpy(c->fresh[i].sf, c->batch[i].sf, sizeof c->fresh[i].sf);

@@ -4579,7 +4579,6 @@ typedef struct pktrt__batch {
   uint64_t valid[PKTRT__BATCH / 64];
   uint64_t moving[PKTRT__BATCH / 64]; /* rays of streams that may meet moving triangles, at any time */
   bool coherent;                      /* frustum packets took most of the last rays */
-  uint32_t hits;                      /* closest hits that were found, added up */
   const void *occluder_tree;          /* the blocks of the last leaf that hid rays of a frustum; NULL: none, at first */
   uint32_t occluder;                  /* its reference */
   uint32_t spare;                     /* the first lane of those that instances use */
@@ -9863,7 +9862,6 @@ OP void pktrt__resolve_misses(pktrt__batch *b, uint32_t i, uint32_t hits) {
 
 static void pktrt__resolve_batch(const pktrt__query *call, pktrt__batch *b, uint32_t begin, uint32_t end) {
   const pktrt_scene *scene = call->scene;
-  uint32_t found = 0;
   for (uint32_t i = begin; i < end; i += 8) {
     if (call->place && i + 8 <= end) pktrt__prefetch_lines(call->place + i, 8 * sizeof *call->place);
     const uint32_t hits = pktrt__lanes_occupied(b->slot + i);
@@ -9892,9 +9890,7 @@ static void pktrt__resolve_batch(const pktrt__query *call, pktrt__batch *b, uint
     }
 #endif
     pktrt__resolve_misses(b, i, hits);
-    found += pktrt__popcount8(hits);
   }
-  b->hits += found;
 }
 
 #if !defined(PKTRT_NO_RENDER) && PKTRT__WITH_SHADE
@@ -12552,17 +12548,13 @@ static void pktrt__query_load_row(const pktrt_scene *s, float *row, const float 
     s->kernels->copy_row(row, from + p->first, n), pktrt__query_prefetch_row(from, p);
   }
 }
-static void pktrt__query_load(const pktrt_scene *s, pktrt__batch *b, const pktrt__query_arrays *a,
-                              const pktrt__query_part *p) {
-  float *const rows[3] = {b->tmin, b->tmax, b->time};
-  if (a->rays) {
-    s->kernels->load_rays(b, a->rays + p->first, p->order, p->n);
-    return;
-  }
+static void pktrt__query_load_soa(const pktrt_scene *s, pktrt__batch *b, const pktrt_rays *rays,
+                                  const pktrt__query_part *p) {
+  float *const row[3] = {b->tmin, b->tmax, b->time};
   for (int i = 0; i < 3; i++) {
-    pktrt__query_load_row(s, b->o[i], a->ray_rows->origin[i], 0, p);
-    pktrt__query_load_row(s, b->d[i], a->ray_rows->direction[i], 0, p);
-    pktrt__query_load_row(s, rows[i], p->row[i], p->instead[i], p);
+    pktrt__query_load_row(s, b->o[i], rays->origin[i], 0, p);
+    pktrt__query_load_row(s, b->d[i], rays->direction[i], 0, p);
+    pktrt__query_load_row(s, row[i], p->row[i], p->instead[i], p);
   }
 }
 
@@ -12586,17 +12578,13 @@ static void pktrt__query_store_names(const pktrt_scene *s, pktrt__batch *b, cons
   for (uint32_t i = 0; order && mesh && i < p->n; i++) mesh[order[i]] = b->slot[i];
   for (uint32_t i = 0; order && triangle && i < p->n; i++) triangle[order[i]] = b->bvh[i];
 }
-static void pktrt__query_store(const pktrt_scene *s, pktrt__batch *b, const pktrt__query_arrays *a,
-                               const pktrt__query_part *p) {
-  const pktrt_hits *rows = a->hit_rows;
-  if (a->occluded) s->kernels->store_occluded(b, a->occluded + p->first, p->n);
-  if (a->hits) s->kernels->store_hits(s, b, a->hits + p->first, p->order, p->n);
-  if (!rows) return;
-  pktrt__query_store_row(s, rows->t, b->t, p);
-  pktrt__query_store_row(s, rows->u, b->as.hit.u, p);
-  pktrt__query_store_row(s, rows->v, b->as.hit.v, p);
-  for (int i = 0; i < 3; i++) pktrt__query_store_row(s, rows->normal[i], b->as.hit.normal[i], p);
-  pktrt__query_store_names(s, b, rows, p);
+static void pktrt__query_store_soa(const pktrt_scene *s, pktrt__batch *b, const pktrt_hits *hits,
+                                   const pktrt__query_part *p) {
+  pktrt__query_store_row(s, hits->t, b->t, p);
+  pktrt__query_store_row(s, hits->u, b->as.hit.u, p);
+  pktrt__query_store_row(s, hits->v, b->as.hit.v, p);
+  for (int i = 0; i < 3; i++) pktrt__query_store_row(s, hits->normal[i], b->as.hit.normal[i], p);
+  pktrt__query_store_names(s, b, hits, p);
 }
 
 /* Makes a query whose values are all in range. */
@@ -12652,27 +12640,27 @@ static void pktrt__query_trace(const pktrt__query *call, pktrt__batch *b, uint32
    at rest, 10 to 14% moving. Any hit gains nothing. */
 enum { PKTRT__SORTED = 4096, PKTRT__SORTED_PLACED = 1024 };
 
-/* Prefetches what will be asked for later and not in the order of its addresses: of the i-th ray from the first on the
-   place of its hit, or if rays are rows, those of hits, and all but directions. */
-PKTRT__INLINE void pktrt__query_prefetch_ahead(const pktrt__query_arrays *a, size_t first, uint32_t i) {
+/* Prefetches what will be asked for later and not in the order of its addresses: of rays from `at` on, the i-th that are
+   sorted, the places of their hits, and if they are rows all but directions. */
+PKTRT__INLINE void pktrt__query_prefetch_ahead(const pktrt__query_arrays *a, size_t at, uint32_t i, const bool rows) {
   const pktrt_rays *r = a->ray_rows;
   const pktrt_hits *h = a->hit_rows;
-  if (a->hits && i % 2 == 0) PKTRT__PREFETCH(a->hits + first + i); /* two have one cache line */
-  if (a->hits || i % 16) return;
+  if (!rows && i % 2 == 0) PKTRT__PREFETCH(a->hits + at); /* two have one cache line */
+  if (!rows || i % 16) return;
   const void *const row[11] = {r->origin[0], r->origin[1], r->origin[2], h->t,    h->u,       h->v,
                                h->normal[0], h->normal[1], h->normal[2], h->mesh, h->triangle};
   for (int j = 0; j < 11; j++)
-    if (row[j]) PKTRT__PREFETCH(PKTRT__CAST(const float *, row[j]) + first + i);
+    if (row[j]) PKTRT__PREFETCH(PKTRT__CAST(const float *, row[j]) + at);
 }
 
 /* Finds the order of n rays by octant and main axis, or by octant only. WHY no branches: they would be mispredicted. */
-PKTRT__NOINLINE void pktrt__query_sort(const pktrt__query_arrays *a, size_t first, uint32_t n, bool octants,
-                                       uint16_t *order) {
-  const size_t step = a->rays ? sizeof(pktrt_ray) / sizeof(float) : 1;
+PKTRT__INLINE void pktrt__query_sort_from(const pktrt__query_arrays *a, size_t first, uint32_t n, bool octants,
+                                          uint16_t *order, const bool rows) {
+  const size_t step = rows ? 1 : sizeof(pktrt_ray) / sizeof(float);
   const float *d[3];
   uint8_t key[PKTRT__SORTED];
   uint32_t end[24], sum = 0;
-  for (int c = 0; c < 3; c++) d[c] = a->rays ? a->rays[first].direction + c : a->ray_rows->direction[c] + first;
+  for (int c = 0; c < 3; c++) d[c] = rows ? a->ray_rows->direction[c] + first : a->rays[first].direction + c;
   memset(end, 0, sizeof end);
   for (uint32_t i = 0; i < n; i++) {
     const float dx = d[0][i * step], dy = d[1][i * step], dz = d[2][i * step];
@@ -12681,10 +12669,15 @@ PKTRT__NOINLINE void pktrt__query_sort(const pktrt__query_arrays *a, size_t firs
     const uint32_t third = z > pktrt__maxf(x, y), second = (y > x) & ~third;
     key[i] = (uint8_t)(3 * octant + (octants ? 0 : third << 1 | second));
     end[key[i]]++;
-    pktrt__query_prefetch_ahead(a, first, i);
+    pktrt__query_prefetch_ahead(a, first + i, i, rows);
   }
   for (uint32_t k = 0; k < 24; k++) sum += end[k], end[k] = sum - end[k];
   for (uint32_t i = 0; i < n; i++) order[end[key[i]]++] = (uint16_t)i;
+}
+PKTRT__NOINLINE void pktrt__query_sort(const pktrt__query_arrays *a, size_t first, uint32_t n, bool octants,
+                                       uint16_t *order) {
+  if (a->rays) pktrt__query_sort_from(a, first, n, octants, order, false);
+  else pktrt__query_sort_from(a, first, n, octants, order, true);
 }
 
 /* Tells how many of `left` rays to take next: on the paper path whole packets; on the fast path one packet while rays
@@ -12705,11 +12698,12 @@ PKTRT__NOINLINE void pktrt__query_run_batches(const pktrt_scene *s, const pktrt_
   pktrt__query call = pktrt__query_make(s, desc, &d, occlusion);
   pktrt__batch b;
   const uint32_t batch = pktrt__has_instances(s) ? (uint32_t)PKTRT__FIRST_SPARE : (uint32_t)PKTRT__BATCH;
-  b.coherent = true, b.occluder_tree = NULL, b.hits = 0;
+  b.coherent = true, b.occluder_tree = NULL;
   if (d.packet_size > batch) d.packet_size = batch;
-  for (size_t i = 0, last = 0; i < n; i += last) {
-    const bool few_hit = 2 * b.hits < last; /* then axes tell little, and sorting rows gains less than it costs */
-    last = pktrt__query_next_count(&d, &b, occlusion || (few_hit && !a->rays) ? 0 : room, batch, n - i), b.hits = 0;
+  size_t looked = 0, hits = 0;
+  for (size_t i = 0, last; i < n; i += last) {
+    const bool few_hit = 2 * hits < looked; /* then axes tell little, and sorting rows gains less than it costs */
+    last = pktrt__query_next_count(&d, &b, occlusion || (few_hit && !a->rays) ? 0 : room, batch, n - i);
     const bool sorts = last > batch;
     pktrt__query_part part;
     part.first = i, part.left = n - i, part.order = sorts ? order : NULL;
@@ -12717,12 +12711,17 @@ PKTRT__NOINLINE void pktrt__query_run_batches(const pktrt_scene *s, const pktrt_
     if (!a->rays) pktrt__query_find_rows(a->ray_rows, last, &part);
     call.next = a->rays && !sorts && n - i > 2 * PKTRT__BATCH ? a->rays + i + PKTRT__BATCH : NULL;
     call.place = a->hits && !sorts ? a->hits + i : NULL, call.first = i;
+    looked = hits = 0;
     for (uint32_t from = 0; from < last; from += part.n) {
       part.n = last - from < batch ? (uint32_t)last - from : batch;
       if (sorts) part.order = order + from;
-      pktrt__query_load(s, &b, a, &part);
+      if (a->rays) s->kernels->load_rays(&b, a->rays + i, part.order, part.n);
+      else pktrt__query_load_soa(s, &b, a->ray_rows, &part);
       pktrt__query_trace(&call, &b, part.n);
-      pktrt__query_store(s, &b, a, &part);
+      if (a->hits) s->kernels->store_hits(s, &b, a->hits + i, part.order, part.n);
+      else if (a->hit_rows) pktrt__query_store_soa(s, &b, a->hit_rows, &part);
+      if (occlusion) s->kernels->store_occluded(&b, a->occluded + i, part.n);
+      for (uint32_t k = 0; !occlusion && k < part.n; k += 8, looked++) hits += b.id[k] != PKTRT_NONE;
     }
   }
 }

@@ -12640,8 +12640,8 @@ static void pktrt__query_trace(const pktrt__query *call, pktrt__batch *b, uint32
    at rest, 10 to 14% moving. Any hit gains nothing. */
 enum { PKTRT__SORTED = 4096, PKTRT__SORTED_PLACED = 1024 };
 
-/* Prefetches what will be asked for later and not in the order of its addresses: of rays from `at` on, the i-th that are
-   sorted, the places of their hits, and if they are rows all but directions. */
+/* Prefetches what will be asked for later and not in the order of its addresses: the place of the hit of the ray `at`, the
+   i-th of those that are sorted; of 16 rays that are rows those places, and all but directions. */
 PKTRT__INLINE void pktrt__query_prefetch_ahead(const pktrt__query_arrays *a, size_t at, uint32_t i, const bool rows) {
   const pktrt_rays *r = a->ray_rows;
   const pktrt_hits *h = a->hit_rows;
@@ -12703,7 +12703,8 @@ PKTRT__NOINLINE void pktrt__query_run_batches(const pktrt_scene *s, const pktrt_
   size_t looked = 0, hits = 0;
   for (size_t i = 0, last; i < n; i += last) {
     const bool few_hit = 2 * hits < looked; /* then axes tell little, and sorting rows gains less than it costs */
-    last = pktrt__query_next_count(&d, &b, occlusion || (few_hit && !a->rays) ? 0 : room, batch, n - i);
+    const bool may_sort = a->hits || (a->hit_rows && !few_hit);
+    last = pktrt__query_next_count(&d, &b, may_sort ? room : 0, batch, n - i);
     const bool sorts = last > batch;
     pktrt__query_part part;
     part.first = i, part.left = n - i, part.order = sorts ? order : NULL;

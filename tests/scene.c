@@ -766,6 +766,41 @@ static void beyond_range(void) {
   world_free(&w);
 }
 
+/* Rows of one value are not read ray by ray where rays are sorted; rows that only their last value makes others are. */
+static void rows_of_one_value(void) {
+  enum { N = 4000 };
+  static float row[9][N], t[N];
+  world w = world_moving(4);
+  pktrt_scene *s = world_scene(&w, PKTRT_ISA_AUTO, 0);
+  pktrt_ray *rays = calloc(N, sizeof *rays);
+  if (!rays) abort();
+  make_rays(&w, s, RAYS_RANDOM, 5, 0, rays, N);
+  const pktrt_rays in = {{row[0], row[1], row[2]}, {row[3], row[4], row[5]}, row[6], row[7], row[8]};
+  const pktrt_hits out = {t, NULL, NULL, {NULL, NULL, NULL}, NULL, NULL};
+  size_t wrong = 0, hits = 0, otherwise = 0;
+  for (int last = 0; last < 2; last++) {
+    for (int i = 0; i < N; i++) {
+      const bool other = last && i == N - 1;
+      for (int a = 0; a < 3; a++) row[a][i] = rays[i].origin[a], row[3 + a][i] = rays[i].direction[a];
+      row[6][i] = rays[i].tmin = other ? 0 : 0.25f, row[7][i] = rays[i].tmax = other ? INFINITY : 3;
+      row[8][i] = rays[i].time = other ? 0 : 0.75f;
+    }
+    pktrt_intersect_soa(s, &in, &out, N);
+    for (int i = 0; i < N; i++) {
+      pktrt_hit h;
+      hits += pktrt_intersect(s, &rays[i], &h), wrong += !same_bits(&h.t, &t[i], sizeof t[i]);
+      rays[i].tmin = 0, rays[i].tmax = INFINITY, rays[i].time = 0; /* the control */
+      pktrt_intersect(s, &rays[i], &h), otherwise += !same_bits(&h.t, &t[i], sizeof t[i]);
+    }
+  }
+  CHECK(wrong == 0 && hits > N / 2, "%zu of %zu hits wrong", wrong, hits);
+  CHECK(otherwise > N / 2, "other values matter: %zu", otherwise);
+  say("%zu hits of %d rays; with the values of rows left out %zu differ", hits, 2 * N, otherwise);
+  pktrt_scene_destroy(s);
+  free(rays);
+  world_free(&w);
+}
+
 /* Where 64 rays are two bundles, they are two packets and some rays beside; rays all over are no packets. */
 static void bundles_in_packets(void) {
   enum { N = 64 * 200 };
@@ -840,6 +875,7 @@ void suite_scene(void) {
   run("rays beyond the range of floats hit nothing and cost their neighbours nothing", beyond_range);
   run("meshes move linearly between their keys, time is clamped", motion);
   run("rows of rays that are NULL mean tmin 0, tmax infinite and time 0", rows_left_out);
+  run("rows of one value count for every ray", rows_of_one_value);
   run("a moving triangle without area at the ray's time is no hit, by rounding neither", no_area_at_the_time);
   run("a moving triangle that is a line at the ray's time is no hit behind its origin either", line_before_the_start);
   run("changes show at commit or refit, not before", when_changes_show);

@@ -192,7 +192,8 @@ static uint64_t limit_walk_64(const pktrt_scene *scene, pktrt__batch *b, uint32_
   return rest;
 }
 
-/* In place of pktrt__entry_trace. */
+/* In place of pktrt__entry_trace, without resolve: of hits the caller is told only which rays have none, by which
+   pktrt__query_run_batches decides how to sort the next ones. */
 static void limit_walk(const pktrt_scene *scene, pktrt__batch *b, uint32_t n, bool occlusion, tally *t, void *samples) {
   const pktrt__bvh_segment seg = pktrt__bvh_segment_of(scene->bvhs, 0, 0);
   uint64_t left[PKTRT__BATCH / 64];
@@ -201,13 +202,16 @@ static void limit_walk(const pktrt_scene *scene, pktrt__batch *b, uint32_t n, bo
   memset(left, 0, sizeof left);
   for (uint32_t i = 0; i < n; i += FW) b->valid[i / 64] |= (uint64_t)pktrt__batch_setup(scene, b, i) << i % 64;
   for (uint32_t base = 0; base < n; base += 64) left[base / 64] = limit_walk_64(scene, b, base, occlusion, t, samples);
-  if (!pktrt__batch_note_coherence(b, left, n)) return;
-  const pktrt__variant counted = pktrt__variant_of(occlusion, false, true, &t->stream);
-  pktrt__drive_octants(scene, b, left, &counted);
-  for (uint32_t i = 0; i < PKTRT__BATCH / 64; i++) {
-    limit_sample *s = left[i] ? limit_next_sample(t, samples, true, pktrt__popcount(left[i])) : NULL;
-    if (s) limit_close_sample(s, &seg, b, left[i], 64 * i);
+  if (pktrt__batch_note_coherence(b, left, n)) {
+    const pktrt__variant counted = pktrt__variant_of(occlusion, false, true, &t->stream);
+    pktrt__drive_octants(scene, b, left, &counted);
+    for (uint32_t i = 0; i < PKTRT__BATCH / 64; i++) {
+      limit_sample *s = left[i] ? limit_next_sample(t, samples, true, pktrt__popcount(left[i])) : NULL;
+      if (s) limit_close_sample(s, &seg, b, left[i], 64 * i);
+    }
   }
+  for (uint32_t i = 0; i < n && !occlusion; i++)
+    if (b->slot[i] == PKTRT_NONE) b->id[i] = PKTRT_NONE;
 }
 
 /* --- tests in loops --- */

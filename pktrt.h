@@ -1,4 +1,4 @@
-/* pktrt.h - v0.15.6 - packet ray tracing in one C header: queries, for one ray or for millions, and pictures
+/* pktrt.h - v0.15.7 - packet ray tracing in one C header: queries, for one ray or for millions, and pictures
 
    After Boulos, Edwards, Lacewell, Kniss, Kautz, Shirley and Wald, "Packet-based Whitted and Distribution Ray Tracing",
    Graphics Interface 2007. MIT or public domain, at your choice (>>licence, at the end of the file).
@@ -547,7 +547,7 @@
 extern "C" {
 #endif
 
-#define PKTRT_VERSION 1506              /* major * 10000 + minor * 100 + patch */
+#define PKTRT_VERSION 1507              /* major * 10000 + minor * 100 + patch */
 #define PKTRT_NONE 0xFFFFFFFFu          /* "no mesh", "no triangle" */
 #define PKTRT_MAX_TRIANGLES 2147483647u /* of a scene; more: PKTRT_LIMIT */
 #define PKTRT_MAX_KEYS 1024u            /* motion keys of one mesh; more: PKTRT_LIMIT */
@@ -7114,9 +7114,12 @@ typedef __mmask16 mf;
 #define pktrt__stream_any_block PKTRT__NAME(pktrt__stream_any_block)
 #define pktrt__stream_closest_block PKTRT__NAME(pktrt__stream_closest_block)
 #define pktrt__stream_leaf PKTRT__NAME(pktrt__stream_leaf)
+#define pktrt__stream_leaves PKTRT__NAME(pktrt__stream_leaves)
+#define pktrt__stream_meet_leaf PKTRT__NAME(pktrt__stream_meet_leaf)
 #define pktrt__stream_notes PKTRT__NAME(pktrt__stream_notes)
 #define pktrt__stream_open_node PKTRT__NAME(pktrt__stream_open_node)
 #define pktrt__stream_record PKTRT__NAME(pktrt__stream_record)
+#define pktrt__stream_record_last PKTRT__NAME(pktrt__stream_record_last)
 #define pktrt__stream_stack PKTRT__NAME(pktrt__stream_stack)
 #define pktrt__stream_template PKTRT__NAME(pktrt__stream_template)
 #define pktrt__stream_traverse PKTRT__NAME(pktrt__stream_traverse)
@@ -8854,34 +8857,60 @@ OP uint64_t pktrt__stream_leaf(const pktrt__bvh_segment *seg, pktrt__batch *b, c
   return hit;
 }
 
-/* Traces a stream through a subtree; returns the rays that hit something. WHY closest hits in a block are recorded after
-   the next block's are noted, or before the next node is opened: whether there are any is known late, and need not be
-   waited for. */
+/* Leaves on the way of a stream for closest hits: one waits until the next is met, the one before is noted. */
+typedef struct pktrt__stream_leaves {
+  uint64_t mask;        /* of the rays at the one that waits; 0: none waits */
+  uint32_t index, last; /* its block; whose notes are the last block's */
+  pktrt__stream_notes notes[2];
+} pktrt__stream_leaves;
+
+OP uint64_t pktrt__stream_record_last(const pktrt__bvh_segment *seg, pktrt__batch *b, const uint8_t *list,
+                                      pktrt__stream_leaves *l, const bool moving) {
+  return pktrt__stream_record(seg, b, list, &l->notes[l->last], moving);
+}
+
+/* Lets a leaf wait, tests the one that did, and records what was noted before; returns the rays with a nearer hit. WHY
+   wait: when a node is opened, its leaves are fetched, and the nearest is met at once; far from the core, in a large
+   scene, its lines come while others are tested. WHY note: whether there are hits is known late, and need not be waited for. */
+OP uint64_t pktrt__stream_meet_leaf(const pktrt__bvh_segment *seg, pktrt__batch *b, const uint8_t *list, uint64_t mask,
+                                    uint32_t index, pktrt__stream_leaves *l, const bool moving) {
+  const uint64_t waited = l->mask;
+  const uint32_t block = l->index;
+  l->mask = mask, l->index = index;
+  if (!waited) return 0;
+  const uint64_t hit = pktrt__stream_closest_block(seg, b, list, waited, block, &l->notes[1 - l->last], moving);
+  const uint64_t before = pktrt__stream_record_last(seg, b, list, l, moving);
+  l->last = 1 - l->last;
+  return hit | before;
+}
+
+/* Traces a stream through a subtree; returns the rays that hit something. */
 OP uint64_t pktrt__stream_template(const pktrt__bvh_segment *seg, pktrt__batch *b, const uint8_t *list, uint64_t mask,
                                    uint32_t ref, const pktrt__variant is) {
   pktrt__stream_stack stack;
-  pktrt__stream_notes notes[2];
+  pktrt__stream_leaves leaves;
   uint64_t hit = 0;
   const uint32_t octant = b->octant[list[pktrt__lowest_bit(mask)]];
-  const bool noted = PKTRT__WITH_V8_REGISTERS && !is.occlusion && !is.stats;
-  uint32_t last = 0; /* whose notes are the last block's */
+  const bool waits = PKTRT__WITH_V8_REGISTERS && !is.occlusion && !is.stats;
   stack.n = 0;
-  if (noted) notes[0].n = notes[1].n = 0;
+  if (waits) leaves.mask = 0, leaves.index = leaves.last = leaves.notes[0].n = leaves.notes[1].n = 0;
   for (;;) {
     if (!(ref & PKTRT__LEAF)) {
-      if (noted && notes[last].n) hit |= pktrt__stream_record(seg, b, list, &notes[last], is.moving);
+      if (waits && leaves.notes[leaves.last].n) hit |= pktrt__stream_record_last(seg, b, list, &leaves, is.moving);
       COUNT(node_visits, 1);
       COUNT(box_tests, pktrt__bvh_child_count(pktrt__bvh_children(seg, ref, is.moving)) * pktrt__popcount(mask));
       pktrt__stream_open_node(seg, b, list, mask, ref, octant, &stack, is);
-    } else if (noted) {
-      hit |= pktrt__stream_closest_block(seg, b, list, mask, ref & ~PKTRT__LEAF, &notes[1 - last], is.moving);
-      hit |= pktrt__stream_record(seg, b, list, &notes[last], is.moving);
-      last = 1 - last;
+    } else if (waits) {
+      hit |= pktrt__stream_meet_leaf(seg, b, list, mask, ref & ~PKTRT__LEAF, &leaves, is.moving);
     } else {
       hit |= pktrt__stream_leaf(seg, b, list, mask, ref & ~PKTRT__LEAF, is);
     }
     do { /* masks of entries pushed earlier may hold rays that are done */
-      if (!stack.n) return noted ? hit | pktrt__stream_record(seg, b, list, &notes[last], is.moving) : hit;
+      if (!stack.n) {
+        if (!waits) return hit;
+        hit |= pktrt__stream_meet_leaf(seg, b, list, 0, 0, &leaves, is.moving);
+        return hit | pktrt__stream_record_last(seg, b, list, &leaves, is.moving);
+      }
       mask = stack.masks[--stack.n];
       if (is.occlusion) mask &= ~hit;
       else if (!(mask & (mask - 1)) && stack.dists[stack.n] > b->wf[list[pktrt__lowest_bit(mask)]]) mask = 0;
@@ -12635,10 +12664,10 @@ static void pktrt__query_trace(const pktrt__query *call, pktrt__batch *b, uint32
   else call->scene->kernels->trace(call, b, 0, n);
 }
 
-/* How many incoherent rays are sorted at a time, by octant and main axis; fewer in scenes with instances, where the
-   stack is for two walks. WHY: of 256 there are too few of an octant. On a Zen 5 mirror and diffuse rays gain 6 to 7%
-   at rest, 12 to 14% moving. Any hit gains nothing. */
-enum { PKTRT__SORTED = 4096, PKTRT__SORTED_PLACED = 1024 };
+/* How many incoherent rays are sorted at a time, by octant, main axis, and in which of ten slabs they start; fewer in
+   scenes with instances, where the stack is for two walks. WHY: of 256 there are too few of an octant. On a Zen 5 mirror
+   and diffuse rays gain 6 to 8% at rest, 12 to 15% moving. Any hit gains nothing. */
+enum { PKTRT__SORTED = 4096, PKTRT__SORTED_PLACED = 1024, PKTRT__CELLS = 10 };
 
 /* Prefetches what will be asked for later and not in the order of its addresses: the place of the hit of the ray `at`,
    the i-th of those that are sorted; of 16 rays that are rows those places, and all but directions. WHY in line: gcc
@@ -12654,25 +12683,47 @@ PKTRT__INLINE void pktrt__query_prefetch_ahead(const pktrt__query_arrays *a, siz
     if (row[j]) PKTRT__PREFETCH(PKTRT__CAST(const float *, row[j]) + at);
 }
 
-/* Finds the order of n rays by octant and main axis, or by octant only. WHY no branches: they would be mispredicted. */
+/* Finds the component of n rays' origins that extends furthest, by every 32nd ray, where it begins, and cells per unit. */
+PKTRT__INLINE const float *pktrt__query_find_cells(const float *const o[3], uint32_t n, size_t step, float *low,
+                                                   float *scale) {
+  const float *from = o[0];
+  float extent = -1;
+  *low = *o[0];
+  for (int c = 0; c < 3; c++) {
+    float lo = *o[c], hi = *o[c];
+    for (uint32_t i = 0; i < n; i += 32) lo = pktrt__minf(lo, o[c][i * step]), hi = pktrt__maxf(hi, o[c][i * step]);
+    if (hi - lo > extent) from = o[c], *low = lo, extent = hi - lo;
+  }
+  *scale = (float)PKTRT__CELLS / extent;
+  return from;
+}
+
+/* Finds the order of n rays by octant and main axis, or by octant only; then by cells of origins. WHY no branches: they
+   would be mispredicted. */
 PKTRT__INLINE void pktrt__query_sort_from(const pktrt__query_arrays *a, size_t first, uint32_t n, bool octants,
                                           uint16_t *order, const bool rows) {
   const size_t step = rows ? 1 : sizeof(pktrt_ray) / sizeof(float);
-  const float *d[3];
+  const float *o[3], *d[3];
   uint8_t key[PKTRT__SORTED];
-  uint32_t end[24], sum = 0;
-  for (int c = 0; c < 3; c++) d[c] = rows ? a->ray_rows->direction[c] + first : a->rays[first].direction + c;
+  uint32_t end[24 * PKTRT__CELLS], sum = 0;
+  float low, scale;
+  for (int c = 0; c < 3; c++) {
+    o[c] = rows ? a->ray_rows->origin[c] + first : a->rays[first].origin + c;
+    d[c] = rows ? a->ray_rows->direction[c] + first : a->rays[first].direction + c;
+  }
+  const float *const from = pktrt__query_find_cells(o, n, step, &low, &scale);
   memset(end, 0, sizeof end);
   for (uint32_t i = 0; i < n; i++) {
     const float dx = d[0][i * step], dy = d[1][i * step], dz = d[2][i * step];
-    const float x = fabsf(dx), y = fabsf(dy), z = fabsf(dz);
+    const float x = fabsf(dx), y = fabsf(dy), z = fabsf(dz), at = (from[i * step] - low) * scale;
     const uint32_t octant = pktrt__sign_bit(dx) | pktrt__sign_bit(dy) << 1 | pktrt__sign_bit(dz) << 2;
     const uint32_t third = z > pktrt__maxf(x, y), second = (y > x) & ~third;
-    key[i] = (uint8_t)(3 * octant + (octants ? 0 : third << 1 | second));
+    const uint32_t cell = (uint32_t)(int32_t)pktrt__minf(PKTRT__CELLS - 1, pktrt__maxf(at, 0)); /* 0 for a NaN */
+    key[i] = (uint8_t)((3 * octant + (octants ? 0 : third << 1 | second)) * PKTRT__CELLS + cell);
     end[key[i]]++;
     pktrt__query_prefetch_ahead(a, first + i, i, rows);
   }
-  for (uint32_t k = 0; k < 24; k++) sum += end[k], end[k] = sum - end[k];
+  for (uint32_t k = 0; k < 24 * PKTRT__CELLS; k++) sum += end[k], end[k] = sum - end[k];
   for (uint32_t i = 0; i < n; i++) order[end[key[i]]++] = (uint16_t)i;
 }
 PKTRT__NOINLINE void pktrt__query_sort(const pktrt__query_arrays *a, size_t first, uint32_t n, bool octants,
@@ -17947,6 +17998,7 @@ PKTRT_DEF size_t pktrt_scene_report_text(const pktrt_scene_report *r, char *text
 #endif /* the public functions */
 /* >>changes ----------------------------------------------------------------------------------------------------------
 
+     0.15.7   Faster: mirror and diffuse rays, sorted by where they start as well, and whose leaves are fetched in time.
      0.15.6   Faster: incoherent rays that are rows, which are sorted as well; scenes that most rays leave, where rays are
               sorted by octants alone.
      0.15.5   Faster: streams, which find any hit without branches and record closest ones a block later; packets, which

@@ -8763,6 +8763,7 @@ OP bool pktrt__single_closest_hit(const pktrt__bvh_segment *seg, pktrt__single *
         uint32_t c = pktrt__lowest_bit(bits);
         ref = child[c];
         if (!(bits &= bits - 1)) continue;
+        pktrt__bvh_prefetch(seg, ref, is.moving);
         vstore(dist, entry);
         float best = dist[c];
         do { /* the nearest child is next, the others are pushed */
@@ -9715,14 +9716,14 @@ PKTRT__NOINLINE bool pktrt__drive_is_coherent(const pktrt__batch *b, uint32_t ba
 
 /* Removes the next frustum packet from *rest, of [base, base + 64), and returns it, or 0. If all go one way, its rays
    share main axis and octant. Else they have similar directions, as after a mirror. WHY so few tries: where the first
-   rays have no company, others have none either. */
+   rays have no company, or most of the last batch's had none, others have none either. */
 PKTRT__NOINLINE uint64_t pktrt__drive_next_packet(const pktrt__batch *b, uint32_t base, uint64_t *rest, bool one_way) {
-  const uint32_t many = PKTRT__FEW_OF_PACKET;
+  const uint32_t many = PKTRT__FEW_OF_PACKET, tries = b->coherent ? 3 : 1;
   uint64_t packet = 0, among = *rest;
   if (one_way) {
     packet = among ? among & pktrt__drive_rays_along(b, base, base + pktrt__lowest_bit(among)) : 0;
   } else {
-    for (uint32_t i = 0; i < 3 && pktrt__popcount(among) > many && !packet; i++) {
+    for (uint32_t i = 0; i < tries && pktrt__popcount(among) > many && !packet; i++) {
       const uint32_t first = pktrt__lowest_bit(among);
       const uint64_t alike = among & pktrt__drive_rays_alike(b, base, base + first);
       if (pktrt__popcount(alike) > many) packet = alike;

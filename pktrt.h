@@ -5741,7 +5741,7 @@ typedef struct pktrt__kernel_table {
   void (*load_rays)(pktrt__batch *, const pktrt_ray *, const uint16_t *order, uint32_t n);
   void (*store_hits)(const pktrt_scene *, const pktrt__batch *, pktrt_hit *, const uint16_t *order, uint32_t n);
   void (*store_occluded)(const pktrt__batch *, bool *occluded, uint32_t n);
-  void (*copy_row)(float *to, const float *from, uint32_t n);
+  void (*copy_row)(float *to, const float *from, const float *later, uint32_t n);
   void (*store_names)(const pktrt_scene *, const pktrt__batch *, uint32_t *mesh, uint32_t *triangle, uint32_t n);
 #ifndef PKTRT_NO_RENDER
   /* Writes the rays of a pinhole through eight places of the picture to lanes i to i + 7 of a wave. */
@@ -11422,8 +11422,8 @@ static void pktrt__batch_load_rays(pktrt__batch *b, const pktrt_ray *rays, const
   pktrt__batch_load_rest(b, rays, order, i, n);
 }
 /* Finds meshes and triangles of n hits, at most eight: of eight together, where they are of one mesh. */
-PKTRT__NOINLINE void pktrt__batch_name_hits(const pktrt_scene *s, const pktrt__batch *b, uint32_t i, uint32_t n,
-                                            uint32_t hint[2], uint32_t *mesh, uint32_t *triangle) {
+OP void pktrt__batch_name_hits(const pktrt_scene *s, const pktrt__batch *b, uint32_t i, uint32_t n, uint32_t hint[2],
+                               uint32_t *mesh, uint32_t *triangle) {
 #if PKTRT__WITH_V8_REGISTERS
   const pktrt__mesh *m = n == 8 && s->bvh_count ? &s->meshes[hint[0]] : NULL;
   if (m && m->triangle_count && vbelow_u32(triangle, b->id + i, m->first_id, m->triangle_count) == 0xFF)
@@ -11457,9 +11457,13 @@ static void pktrt__batch_store_hits(const pktrt_scene *s, const pktrt__batch *b,
 #endif
   pktrt__batch_store_rest(s, b, hits, order, i, n);
 }
-static void pktrt__batch_copy_row(float *to, const float *from, uint32_t n) {
+/* Copies n values, and prefetches as many from `later` on. */
+static void pktrt__batch_copy_row(float *to, const float *from, const float *later, uint32_t n) {
   uint32_t i = 0;
-  for (; i + 8 <= n; i += 8) vstore(to + i, vload(from + i));
+  for (; i + 16 <= n; i += 16) {
+    PKTRT__PREFETCH(later + i);
+    vstore(to + i, vload(from + i)), vstore(to + i + 8, vload(from + i + 8));
+  }
   for (; i < n; i++) to[i] = from[i];
 }
 static void pktrt__batch_store_occluded(const pktrt__batch *b, bool *occluded, uint32_t n) {
@@ -12559,10 +12563,10 @@ static void pktrt__query_find_rows(const pktrt_rays *rays, size_t n, pktrt__quer
   }
 }
 
-/* Prefetches a row of the caller's a batch ahead: the hardware's prefetching ends with each page. */
-PKTRT__INLINE void pktrt__query_prefetch_row(const float *row, const pktrt__query_part *p) {
-  const size_t line = 64 / sizeof *row;
-  for (size_t i = PKTRT__BATCH; i < PKTRT__BATCH + p->n && i < p->left; i += line) PKTRT__PREFETCH(row + p->first + i);
+/* Returns what will be copied of a row of the caller's when a batch has been, if there is so much. WHY: the hardware's
+   prefetching ends with each page. */
+PKTRT__INLINE const float *pktrt__query_later(const float *row, const pktrt__query_part *p) {
+  return row + p->first + (p->left >= PKTRT__BATCH + p->n ? PKTRT__BATCH : 0);
 }
 
 /* Fills one row of a batch from the caller's, or with `instead` if there is none. */
@@ -12575,7 +12579,7 @@ static void pktrt__query_load_row(const pktrt_scene *s, float *row, const float 
   } else if (order) {
     for (uint32_t i = 0; i < n; i++) row[i] = from[p->first + order[i]];
   } else {
-    s->kernels->copy_row(row, from + p->first, n), pktrt__query_prefetch_row(from, p);
+    s->kernels->copy_row(row, from + p->first, pktrt__query_later(from, p), n);
   }
 }
 static void pktrt__query_load_soa(const pktrt_scene *s, pktrt__batch *b, const pktrt_rays *rays,
@@ -12595,7 +12599,7 @@ static void pktrt__query_store_row(const pktrt_scene *s, float *to, const float 
   if (order) {
     for (uint32_t i = 0; i < n; i++) to[p->first + order[i]] = row[i];
   } else if (to) {
-    s->kernels->copy_row(to + p->first, row, n), pktrt__query_prefetch_row(to, p);
+    s->kernels->copy_row(to + p->first, row, pktrt__query_later(to, p), n);
   }
 }
 static void pktrt__query_store_names(const pktrt_scene *s, pktrt__batch *b, const pktrt_hits *hits,

@@ -8909,8 +8909,9 @@ OP uint64_t pktrt__stream_template(const pktrt__bvh_segment *seg, pktrt__batch *
     do { /* masks of entries pushed earlier may hold rays that are done */
       if (!stack.n) {
         if (!waits) return hit;
-        hit |= pktrt__stream_meet_leaf(seg, b, list, 0, 0, &leaves, is.moving);
-        return hit | pktrt__stream_record_last(seg, b, list, &leaves, is.moving);
+        if (!leaves.mask) return hit | pktrt__stream_record_last(seg, b, list, &leaves, is.moving);
+        mask = 0, stack.refs[0] = PKTRT__LEAF; /* only the leaf that waits is left: as if another were met */
+        break;
       }
       mask = stack.masks[--stack.n];
       if (is.occlusion) mask &= ~hit;

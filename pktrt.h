@@ -18004,7 +18004,8 @@ PKTRT_DEF size_t pktrt_scene_report_text(const pktrt_scene_report *r, char *text
 #endif /* the public functions */
 /* >>changes ----------------------------------------------------------------------------------------------------------
 
-     0.15.7   Faster: mirror and diffuse rays, sorted by where they start as well, and whose leaves are fetched in time.
+     0.15.7   Faster: mirror and diffuse rays, sorted by where they start as well, and whose leaves are fetched in time; rows,
+              which are copied with less work; single rays, which fetch all children.
      0.15.6   Faster: incoherent rays that are rows, which are sorted as well; scenes that most rays leave, where rays are
               sorted by octants alone.
      0.15.5   Faster: streams, which find any hit without branches and record closest ones a block later; packets, which

@@ -6956,6 +6956,7 @@ typedef __mmask16 mf;
 #define pktrt__drive_single_in PKTRT__NAME(pktrt__drive_single_in)
 #define pktrt__drive_stream PKTRT__NAME(pktrt__drive_stream)
 #define pktrt__drive_stream_in PKTRT__NAME(pktrt__drive_stream_in)
+#define pktrt__drive_tries PKTRT__NAME(pktrt__drive_tries)
 #define pktrt__entry_intersect PKTRT__NAME(pktrt__entry_intersect)
 #define pktrt__entry_occluded PKTRT__NAME(pktrt__entry_occluded)
 #define pktrt__entry_single PKTRT__NAME(pktrt__entry_single)
@@ -9716,10 +9717,11 @@ PKTRT__NOINLINE bool pktrt__drive_is_coherent(const pktrt__batch *b, uint32_t ba
 }
 
 /* Removes the next frustum packet from *rest, of [base, base + 64), and returns it, or 0. If all go one way, its rays
-   share main axis and octant. Else they have similar directions, as after a mirror. WHY so few tries: where the first
-   rays have no company, or most of the last batch's had none, others have none either. */
-PKTRT__NOINLINE uint64_t pktrt__drive_next_packet(const pktrt__batch *b, uint32_t base, uint64_t *rest, bool one_way) {
-  const uint32_t many = PKTRT__FEW_OF_PACKET, tries = b->coherent ? 3 : 1;
+   share main axis and octant. Else they have similar directions, as after a mirror, and it is sought at one ray for each
+   of the tries. WHY so few: where the first rays have no company, others have none either. */
+PKTRT__NOINLINE uint64_t pktrt__drive_next_packet(const pktrt__batch *b, uint32_t base, uint64_t *rest, bool one_way,
+                                                  uint32_t tries) {
+  const uint32_t many = PKTRT__FEW_OF_PACKET;
   uint64_t packet = 0, among = *rest;
   if (one_way) {
     packet = among ? among & pktrt__drive_rays_along(b, base, base + pktrt__lowest_bit(among)) : 0;
@@ -9735,19 +9737,25 @@ PKTRT__NOINLINE uint64_t pktrt__drive_next_packet(const pktrt__batch *b, uint32_
   return packet;
 }
 
+/* Returns how often to look for a packet among the next 64 rays of a batch, when those had `before` and `left` is left. */
+OP uint32_t pktrt__drive_tries(uint64_t before, uint64_t left) { return left && left == before ? 1 : 3; }
+
 /* Traces rays [begin, end) of a batch on the fast path: as frusta, packets within 64 neighbours; the rest as streams by
    octant. */
 PKTRT__NOINLINE void pktrt__drive_fast(const pktrt_scene *scene, pktrt__batch *b, uint32_t begin, uint32_t end,
                                        const pktrt__variant *what) {
   const pktrt__variant is = *what;
   uint64_t left[PKTRT__BATCH / 64]; /* rays that no frustum takes */
+  uint32_t tries = 3;
+  (void)tries;
   memset(left, 0, sizeof left);
   for (uint32_t base = begin; base < end; base += 64) {
     uint64_t rest = b->valid[base / 64];
 #if FRUSTA
     const bool one_way = rest && pktrt__drive_is_coherent(b, base, rest);
-    for (uint64_t packet; (packet = pktrt__drive_next_packet(b, base, &rest, one_way)) != 0;)
+    for (uint64_t packet; (packet = pktrt__drive_next_packet(b, base, &rest, one_way, tries)) != 0;)
       pktrt__drive_frustum(scene, b, base, packet, &is);
+    tries = pktrt__drive_tries(b->valid[base / 64], rest);
 #endif
     left[base / 64] = rest;
   }
@@ -12700,7 +12708,7 @@ PKTRT__INLINE const float *pktrt__query_find_cells(const float *const o[3], uint
     for (uint32_t i = 0; i < n; i += 32) lo = pktrt__minf(lo, o[c][i * step]), hi = pktrt__maxf(hi, o[c][i * step]);
     if (hi - lo > extent) from = o[c], *low = lo, extent = hi - lo;
   }
-  *scale = (float)PKTRT__CELLS / extent;
+  *scale = extent > 0 ? (float)PKTRT__CELLS / extent : 0;
   return from;
 }
 

@@ -183,11 +183,11 @@ static void limit_walk_packet(const pktrt_scene *scene, pktrt__batch *b, uint32_
 }
 
 /* As pktrt__drive_fast: those of [base, base + 64) that no packet takes. */
-static uint64_t limit_walk_64(const pktrt_scene *scene, pktrt__batch *b, uint32_t base, bool occlusion, tally *t,
-                              void *samples) {
+static uint64_t limit_walk_64(const pktrt_scene *scene, pktrt__batch *b, uint32_t base, uint32_t tries, bool occlusion,
+                              tally *t, void *samples) {
   uint64_t rest = b->valid[base / 64], packet;
   const bool one_way = rest && pktrt__drive_is_coherent(b, base, rest);
-  while ((packet = pktrt__drive_next_packet(b, base, &rest, one_way)) != 0)
+  while ((packet = pktrt__drive_next_packet(b, base, &rest, one_way, tries)) != 0)
     limit_walk_packet(scene, b, base, packet, occlusion, t, samples);
   return rest;
 }
@@ -201,7 +201,10 @@ static void limit_walk(const pktrt_scene *scene, pktrt__batch *b, uint32_t n, bo
   memset(b->valid, 0, sizeof b->valid);
   memset(left, 0, sizeof left);
   for (uint32_t i = 0; i < n; i += FW) b->valid[i / 64] |= (uint64_t)pktrt__batch_setup(scene, b, i) << i % 64;
-  for (uint32_t base = 0; base < n; base += 64) left[base / 64] = limit_walk_64(scene, b, base, occlusion, t, samples);
+  for (uint32_t base = 0, tries = 3; base < n; base += 64) {
+    left[base / 64] = limit_walk_64(scene, b, base, tries, occlusion, t, samples);
+    tries = pktrt__drive_tries(b->valid[base / 64], left[base / 64]);
+  }
   if (pktrt__batch_note_coherence(b, left, n)) {
     const pktrt__variant counted = pktrt__variant_of(occlusion, false, true, &t->stream);
     pktrt__drive_octants(scene, b, left, &counted);

@@ -2808,7 +2808,7 @@ typedef struct pktrt__reinsert_tree {
 
 enum {
   PKTRT__SEARCH = 512, /* the most nodes that a search visits: among heaps of boxes nothing is pruned */
-  PKTRT__PARTS = 64,   /* nodes of a job */
+  PKTRT__PARTS = 64,   /* nodes of a task */
   PKTRT__AREA = 3      /* in the box of a node */
 };
 
@@ -2851,9 +2851,9 @@ static uint32_t pktrt__reinsert_make_nodes(const pktrt__reinsert_tree *w, uint32
 }
 
 /* Finds bounds, height and costs of the parts among nodes. */
-static void pktrt__reinsert_parts_job(void *arg, size_t job) {
+static void pktrt__reinsert_parts_job(void *arg, size_t task) {
   const pktrt__reinsert_tree *w = PKTRT__CAST(pktrt__reinsert_tree *, arg);
-  for (size_t i = job * PKTRT__PARTS; i < (job + 1) * PKTRT__PARTS && i < w->node_count; i++) {
+  for (size_t i = task * PKTRT__PARTS; i < (task + 1) * PKTRT__PARTS && i < w->node_count; i++) {
     pktrt__reinsert_node *t = &w->nodes[i];
     if (t->child[0] != PKTRT_NONE) continue;
     const pktrt__build_prim *p = w->b->prims + t->child[1];
@@ -2866,9 +2866,9 @@ static void pktrt__reinsert_parts_job(void *arg, size_t job) {
 }
 
 /* Moves the prims of parts among nodes to where they belong. */
-static void pktrt__reinsert_prims_job(void *arg, size_t job) {
+static void pktrt__reinsert_prims_job(void *arg, size_t task) {
   const pktrt__reinsert_tree *w = PKTRT__CAST(pktrt__reinsert_tree *, arg);
-  for (size_t i = job * PKTRT__PARTS; i < (job + 1) * PKTRT__PARTS && i < w->node_count; i++) {
+  for (size_t i = task * PKTRT__PARTS; i < (task + 1) * PKTRT__PARTS && i < w->node_count; i++) {
     const pktrt__reinsert_node *t = &w->nodes[i];
     if (t->child[0] == PKTRT_NONE)
       memcpy(w->b->away + t->parent, w->b->prims + t->child[1], t->count * sizeof *w->b->prims);
@@ -2946,9 +2946,9 @@ static void pktrt__reinsert_link(const pktrt__reinsert_tree *w, uint32_t at, uin
 /* Finds what is known of the nodes, moves them, links them, and puts the prims in order, without room between. */
 static void pktrt__reinsert_run(pktrt__reinsert_tree *w) {
   pktrt__builder *b = w->b;
-  const uint32_t n = w->node_count, runs = n / PKTRT__PARTS + 1;
+  const uint32_t n = w->node_count, tasks = n / PKTRT__PARTS + 1;
   double cost[8];
-  pktrt__parallel_for(b->desc, runs, pktrt__reinsert_parts_job, w);
+  pktrt__parallel_for(b->desc, tasks, pktrt__reinsert_parts_job, w);
   for (uint32_t x = n; x--;)
     if (w->nodes[x].child[0] != PKTRT_NONE) pktrt__reinsert_update_node(w, x);
   for (uint32_t pass = 0; pass < b->passes; pass++) {
@@ -2959,7 +2959,7 @@ static void pktrt__reinsert_run(pktrt__reinsert_tree *w) {
   }
   b->count = w->nodes[0].count;
   pktrt__reinsert_link(w, 0, 0, cost);
-  pktrt__parallel_for(b->desc, runs, pktrt__reinsert_prims_job, w);
+  pktrt__parallel_for(b->desc, tasks, pktrt__reinsert_prims_job, w);
   pktrt__build_prim *prims = b->prims;
   b->prims = b->away, b->away = prims;
 }

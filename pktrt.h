@@ -1548,6 +1548,7 @@ PKTRT_DEF pktrt_status pktrt_prepare_environment(pktrt_scene *, const pktrt_rend
 #define PKTRT__INLINE static inline __attribute__((__always_inline__, __unused__))
 #define PKTRT__NOINLINE static __attribute__((__noinline__, __unused__))
 #define PKTRT__COLD static __attribute__((__cold__, __noinline__, __unused__)) /* checks: small rather than fast */
+#define PKTRT__HOT static __attribute__((__hot__, __noinline__, __unused__))   /* fast, though only checks lead there */
 #define PKTRT__ALIGN64 __attribute__((__aligned__(64)))
 #define PKTRT__UNLIKELY(x) __builtin_expect(!!(x), 0)
 #define PKTRT__PREFETCH(p) __builtin_prefetch(p)
@@ -1555,6 +1556,7 @@ PKTRT_DEF pktrt_status pktrt_prepare_environment(pktrt_scene *, const pktrt_rend
 #define PKTRT__INLINE static inline
 #define PKTRT__NOINLINE static
 #define PKTRT__COLD static
+#define PKTRT__HOT static
 #define PKTRT__ALIGN64
 #define PKTRT__UNLIKELY(x) (x)
 #define PKTRT__PREFETCH(p) (void)(p)
@@ -2050,7 +2052,7 @@ static void pktrt__sort_keys(uint64_t *key, uint32_t n) {
    Wide: a node is given the nodes below its binary root that make the whole tree cheapest (Ylitie, Karras and Laine
    2017), at most eight; blocks are merged where that is cheaper. A block costs 3/4 of its area and 1/10 for each
    triangle, a node 1.25: by expected cost, tasks bottom-up and then what lies above them. Unless the quality is fast,
-   nodes of the binary tree move to better places first: the largest, one for 128 triangles, or of the high quality all.
+   nodes of the binary tree move to better places first: the largest, one for 64 triangles, or of the high quality all.
    These are linked then, and the prims lie in the new order, without room between. Subtrees of up to max(4096, n/64)
    triangles are tasks: counted, placed by a prefix sum, written in depth-first order. What lies above, the top, comes
    first, if there are several.
@@ -2790,7 +2792,7 @@ static uint32_t pktrt__collapse_plan_whole(const pktrt__builder *b, uint32_t slo
    binary tree, the upper tree, are taken out one after the other, each with all below it, and put back where the areas
    of all boxes sum up to the least; so the tree depends on the order alone. What hangs below the upper tree, its
    parts, stays as it is. Then upper nodes are linked to where their children have their slots, and prims get their
-   order. WHY not all nodes: those of one in 128 triangles gain as much, in a thirtieth of the time of a build. */
+   order. WHY not all nodes: one for 64 triangles gains as much, in a thirtieth of the time of a build. */
 
 typedef struct pktrt__reinsert_node {           /* a node of the upper tree, or a part; node 0 stays the root */
   float box[8];                                 /* the fourth is its area */
@@ -2812,7 +2814,7 @@ enum {
   PKTRT__AREA = 3      /* in the box of a node */
 };
 
-static void pktrt__reinsert_update_node(const pktrt__reinsert_tree *w, uint32_t at) {
+PKTRT__HOT void pktrt__reinsert_update_node(const pktrt__reinsert_tree *w, uint32_t at) {
   pktrt__reinsert_node *t = &w->nodes[at];
   const pktrt__reinsert_node *l = &w->nodes[t->child[0]], *r = &w->nodes[t->child[1]];
   for (int i = 0; i < 8; i++) t->box[i] = l->box[i] < r->box[i] ? l->box[i] : r->box[i];
@@ -2876,7 +2878,7 @@ static void pktrt__reinsert_prims_job(void *arg, size_t task) {
 }
 
 /* Finds the best new sibling for node x, by the sum of all boxes' areas; returns PKTRT_NONE if x had better stay. */
-static uint32_t pktrt__reinsert_find_place(const pktrt__reinsert_tree *w, uint32_t x) {
+PKTRT__HOT uint32_t pktrt__reinsert_find_place(const pktrt__reinsert_tree *w, uint32_t x) {
   struct {
     uint32_t node;
     float gain;
@@ -2907,7 +2909,7 @@ static uint32_t pktrt__reinsert_find_place(const pktrt__reinsert_tree *w, uint32
 }
 
 /* Takes a node and its parent out of the tree and puts both beside another node, unless the tree became too deep. */
-static void pktrt__reinsert_move_node(const pktrt__reinsert_tree *w, uint32_t x, uint32_t place) {
+PKTRT__NOINLINE void pktrt__reinsert_move_node(const pktrt__reinsert_tree *w, uint32_t x, uint32_t place) {
   pktrt__reinsert_node *nodes = w->nodes;
   const uint32_t p = nodes[x].parent, above = nodes[p].parent, other = nodes[p].child[nodes[p].child[0] == x];
   uint32_t depth = 1 + (nodes[x].height > nodes[place].height ? nodes[x].height : nodes[place].height);
@@ -2953,7 +2955,10 @@ static void pktrt__reinsert_run(pktrt__reinsert_tree *w) {
     if (w->nodes[x].child[0] != PKTRT_NONE) pktrt__reinsert_update_node(w, x);
   for (uint32_t pass = 0; pass < b->passes; pass++) {
     for (uint32_t x = 1; x < n; x++) {
-      const uint32_t place = w->nodes[x].parent ? pktrt__reinsert_find_place(w, x) : PKTRT_NONE;
+      const pktrt__reinsert_node *t = &w->nodes[x];
+      const bool stays =
+          !t->parent || (t->child[0] == PKTRT_NONE && b->nodes[t->slot].left); /* parts, but for leaves */
+      const uint32_t place = !stays ? pktrt__reinsert_find_place(w, x) : PKTRT_NONE;
       if (place != PKTRT_NONE) pktrt__reinsert_move_node(w, x, place);
     }
   }
@@ -3580,7 +3585,7 @@ static void pktrt__bvh_free(const pktrt_scene_desc *desc, pktrt__bvh *bvh) {
 }
 
 static void pktrt__build_set_quality(pktrt__builder *b) {
-  b->sampled = 2048, b->passes = 2, b->upper = b->count / 128 + 16;
+  b->sampled = 2048, b->passes = 2, b->upper = b->count / 64 + 16;
   switch (b->desc->quality) {
   case PKTRT_BUILD_FAST: b->passes = 0, b->bins = 12, b->few_bins = 8, b->few = b->many = 32, b->sweep = 8; break;
   case PKTRT_BUILD_HIGH:

@@ -350,7 +350,7 @@
      - Tree: 50 to 60 bytes per triangle for ordinary meshes (a smooth height field; the pool hall), nearly 50 more for
        each further key, and 4 to 5 for the list that refit needs. Loose triangles that overlap in heaps fill their
        blocks badly: expect 250 to 300 bytes.
-     - While building: 88 bytes per triangle besides (of the high quality 38 more, at worst 136), and the old tree until
+     - While building: 91 bytes per triangle besides (of the high quality 35 more, at worst 157), and the old tree until
        the new one is done. Only a changed tree counts. A tree of the high quality holds up to a sixth more.
      - Meshes are retained: 12 bytes per vertex and key, as much again with normals, 12 per triangle with indices. The
        first pktrt_set_positions of a mesh makes room for a second set, which stays; pktrt_set_normals likewise.
@@ -2955,10 +2955,7 @@ static void pktrt__reinsert_run(pktrt__reinsert_tree *w) {
     if (w->nodes[x].child[0] != PKTRT_NONE) pktrt__reinsert_update_node(w, x);
   for (uint32_t pass = 0; pass < b->passes; pass++) {
     for (uint32_t x = 1; x < n; x++) {
-      const pktrt__reinsert_node *t = &w->nodes[x];
-      const bool stays =
-          !t->parent || (t->child[0] == PKTRT_NONE && b->nodes[t->slot].left); /* parts, but for leaves */
-      const uint32_t place = !stays ? pktrt__reinsert_find_place(w, x) : PKTRT_NONE;
+      const uint32_t place = w->nodes[x].parent ? pktrt__reinsert_find_place(w, x) : PKTRT_NONE;
       if (place != PKTRT_NONE) pktrt__reinsert_move_node(w, x, place);
     }
   }

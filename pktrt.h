@@ -1548,7 +1548,7 @@ PKTRT_DEF pktrt_status pktrt_prepare_environment(pktrt_scene *, const pktrt_rend
 #define PKTRT__INLINE static inline __attribute__((__always_inline__, __unused__))
 #define PKTRT__NOINLINE static __attribute__((__noinline__, __unused__))
 #define PKTRT__COLD static __attribute__((__cold__, __noinline__, __unused__)) /* checks: small rather than fast */
-#define PKTRT__HOT static __attribute__((__hot__, __noinline__, __unused__))   /* fast, though only checks lead there */
+#define PKTRT__HOT static __attribute__((__hot__, __noinline__, __unused__))   /* fast, though cold functions call it */
 #define PKTRT__ALIGN64 __attribute__((__aligned__(64)))
 #define PKTRT__UNLIKELY(x) __builtin_expect(!!(x), 0)
 #define PKTRT__PREFETCH(p) __builtin_prefetch(p)
@@ -2202,7 +2202,7 @@ typedef struct pktrt__builder {
   uint32_t bins, few_bins, few, many; /* `bins` from `many` triangles on, few_bins below `few`, half of bins between */
   uint32_t sweep, sampled;            /* up to `sweep` triangles are swept; from `sampled` on only a part is binned */
   uint32_t limit;                     /* triangles of a task */
-  uint32_t passes, upper;             /* of reinsertion, and how many nodes these may move, with those around */
+  uint32_t passes, upper;             /* of reinsertion; how many inner nodes the upper tree may have, then has */
   uint32_t room;                      /* prims that there may be: more than count where triangles are split */
   float scale, unit;                  /* of boxes, and of areas of the whole */
   pktrt__build_prim *prims, *away;    /* room each */

@@ -269,6 +269,7 @@ static void run_all(void) {
   suite_instances();
   suite_groups();
   suite_surfaces();
+  suite_guards();
   suite_identity();
 }
 

@@ -270,6 +270,7 @@ static void run_all(void) {
   suite_groups();
   suite_surfaces();
   suite_guards();
+  suite_pairs();
   suite_identity();
 }
 

@@ -271,9 +271,31 @@ static void target_of_broken_pixels(void) {
   }
 }
 
+/* An environment light shines as the environment or the background does: without either it is none, and the log says so. */
+static void skies_of_nothing(void) {
+  for (int background = 0; background < 2; background++)
+    for (int mode = PKTRT_MODE_RCS; mode <= PKTRT_MODE_DRT; mode++) {
+      float pixel[3];
+      pktrt_scene *s = stage_open();
+      stage_quad(s, &wall, 0);
+      const pktrt_light sky = light_of(PKTRT_LIGHT_ENVIRONMENT, 1);
+      stage_light(s, &sky);
+      stage_commit(s);
+      pktrt_render_desc d = stage_view((pktrt_mode)mode, 1, 1, pixel, vec_of(0, 0, 3), vec_of(0, 0, 0));
+      for (int k = 0; k < 3; k++) d.background[k] = (float)background;
+      hooks.warnings = 0;
+      stage_render(s, &d);
+      CHECK((hooks.warnings == 1) == !background && (pixel[0] > 0) == background,
+            "mode %d, background %d: %d warnings, %g", mode, background, hooks.warnings, (double)pixel[0]);
+      CHECK(background || strstr(hooks.last_log, "no light"), "%s", hooks.last_log);
+      pktrt_scene_destroy(s);
+    }
+}
+
 void suite_mistakes(void) {
   run("a picture of meshes that were never committed is refused", uncommitted);
   run("what a picture silently lacks is said once in the log", warnings);
+  run("an environment light without environment or background is no light, and the log says so", skies_of_nothing);
   run("a ray that is made goes from 0 to infinity", made_rays);
   run("a camera's ray is the renderer's, through lens and shutter, at rest and moving", camera_rays);
   run("a picture is cancelled within a pixel that would take ages", cancelled_within_a_tile);

@@ -248,8 +248,9 @@ static void agree_with_scene(const char *when, const pktrt_scene *s, pktrt_scene
   pktrt_get_scene_info(s, &info);
   pktrt_get_scene_report(s, NULL, x);
   CHECK(x->bytes == sum_of(x), "%s: %llu bytes in all", when, (unsigned long long)x->bytes);
-  CHECK(x->bytes - x->ids - x->materials == info.tree_bytes + info.mesh_bytes, "%s: %llu and %llu bytes of info", when,
-        (unsigned long long)info.tree_bytes, (unsigned long long)info.mesh_bytes);
+  CHECK(x->bytes - x->ids - x->materials - x->instances == info.tree_bytes + info.mesh_bytes,
+        "%s: %llu and %llu bytes of info", when, (unsigned long long)info.tree_bytes,
+        (unsigned long long)info.mesh_bytes);
   CHECK(same_bits(&x->info, &info, sizeof info), "%s: the info within it", when);
   CHECK(x->bytes <= hooks.live_bytes && hooks.live_bytes < x->bytes + x->bytes / 8 + OTHER,
         "%s: %llu bytes, %zu handed out", when, (unsigned long long)x->bytes, hooks.live_bytes);
@@ -282,6 +283,98 @@ static void bytes(void) {
   CHECK(x[1].positions == x[0].positions && x[1].indices == x[0].indices, "of first keys only");
   CHECK(x[3].motion - x[2].motion == 2 * x[2].positions, "what waits has further keys, too");
   CHECK(x[4].bytes - x[3].bytes == x[4].texcoords, "texture coordinates have none, and are part of the sum");
+}
+
+/* States that a scene passes through: after each the report agrees with the scene's info and the hooks, and says what waits. */
+static void bytes_in_rare_states(void) {
+  pktrt_scene_report x;
+  mesh ball = mesh_sphere(small_run ? 3 : 5, 0.05f, 1);
+  const uint64_t one = (uint64_t)ball.nv * 12;
+  pktrt_scene *s = stage_open();
+  pktrt_mesh_desc d = mesh_desc(&ball);
+  d.normals = ball.p;
+  for (int i = 0; i < 2; i++) CHECK(pktrt_add_mesh(s, &d, NULL) == PKTRT_OK);
+  stage_commit(s);
+  agree_with_scene("two meshes", s, &x);
+  CHECK(x.positions == 2 * one && x.normals == 2 * one, "%llu and %llu bytes", (unsigned long long)x.positions,
+        (unsigned long long)x.normals);
+
+  CHECK(pktrt_set_normals(s, 1, 0, ball.p) == PKTRT_OK);
+  agree_with_scene("normals that wait", s, &x);
+  CHECK(x.positions == 2 * one && x.normals == 3 * one, "%llu bytes of normals", (unsigned long long)x.normals);
+  CHECK(pktrt_set_positions(s, 0, 0, ball.p) == PKTRT_OK);
+  agree_with_scene("normals of one and positions of another mesh that wait", s, &x);
+  CHECK(x.positions == 3 * one && x.normals == 3 * one, "%llu bytes of positions", (unsigned long long)x.positions);
+  CHECK(pktrt_refit(s) == PKTRT_OK);
+  agree_with_scene("after their refit", s, &x);
+  CHECK(x.positions <= 3 * one && x.normals <= 3 * one);
+
+  CHECK(pktrt_remove_mesh(s, 0) == PKTRT_OK);
+  agree_with_scene("a mesh that is to be removed", s, &x);
+  stage_commit(s);
+  agree_with_scene("a mesh that was removed", s, &x);
+  CHECK(x.indices == (uint64_t)ball.nt * 12 && x.info.triangles == ball.nt, "one mesh is left");
+  CHECK(x.found & PKTRT_FEATURE_REMOVAL, "an index waits for another mesh");
+
+  pktrt_instance_desc place;
+  memset(&place, 0, sizeof place);
+  CHECK(pktrt_add_model(s, &d, 1, &place.model) == PKTRT_OK);
+  uint32_t instance[3];
+  for (int i = 0; i < 3; i++) CHECK(pktrt_add_instance(s, &place, &instance[i]) == PKTRT_OK);
+  agree_with_scene("instances that wait", s, &x);
+  CHECK(x.info.instance_count == 0);
+  stage_commit(s);
+  agree_with_scene("instances", s, &x);
+  const uint64_t of_three = x.instances;
+  CHECK(x.info.instance_count == 3 && (x.found & PKTRT_FEATURE_INSTANCES));
+  CHECK(pktrt_remove_instance(s, instance[1]) == PKTRT_OK);
+  agree_with_scene("an instance that is to be removed", s, &x);
+  CHECK(x.info.instance_count == 3, "until the commit it is there");
+  stage_commit(s);
+  agree_with_scene("an instance that was removed", s, &x);
+  CHECK(x.info.instance_count == 2 && x.instances <= of_three, "%u instances", (unsigned)x.info.instance_count);
+  for (int i = 0; i < 3; i += 2) CHECK(pktrt_remove_instance(s, instance[i]) == PKTRT_OK);
+  stage_commit(s);
+  agree_with_scene("no instance left", s, &x);
+  CHECK(x.info.instance_count == 0 && x.instances < of_three && !(x.found & PKTRT_FEATURE_INSTANCES), "%llu bytes",
+        (unsigned long long)x.instances);
+  pktrt_scene_destroy(s);
+  mesh_free(&ball);
+}
+
+static bool never_enough(void *user, const pktrt_report *r) {
+  (void)user;
+  return r->rounds < 3;
+}
+
+/* A hook that decides about further passes is a rule: without a number of passes the render keeps sums for it, and the report says so. */
+static void passes_of_a_hook(void) {
+  static float pixels[3 * 16 * 16];
+  pktrt_scene *s = stage_open();
+  mesh ball = mesh_sphere(2, 0, 1);
+  stage_mesh(s, &ball, 0);
+  mesh_free(&ball);
+  stage_commit(s);
+  pktrt_render_desc view = stage_view(PKTRT_MODE_DRT, 16, 16, pixels, vec_of(0, 0, 4), vec_of(0, 0, 0));
+  pktrt_scene_report none, one, numbered, hooked;
+  pktrt_report report;
+  view.report = &report;
+  pktrt_get_scene_report(s, &view, &none);
+  view.pass = never_enough;
+  pktrt_get_scene_report(s, &view, &hooked);
+  stage_render(s, &view);
+  CHECK(report.rounds == 3 && report.stop == PKTRT_STOP_ASKED, "%u rounds", (unsigned)report.rounds);
+  view.passes = 1;
+  pktrt_get_scene_report(s, &view, &one);
+  stage_render(s, &view);
+  CHECK(report.rounds == 1, "%u rounds", (unsigned)report.rounds);
+  view.pass = NULL;
+  view.passes = 3;
+  pktrt_get_scene_report(s, &view, &numbered);
+  CHECK(none.passes == 0 && one.passes == 0, "one pass keeps nothing");
+  CHECK(numbered.passes > 0 && hooked.passes == numbered.passes, "%llu and %llu bytes",
+        (unsigned long long)hooked.passes, (unsigned long long)numbered.passes);
+  pktrt_scene_destroy(s);
 }
 
 /* Each material and each light adds to the looks what it takes in an array. */
@@ -473,6 +566,8 @@ void suite_report(void) {
   run("each feature is reported where it is, and runs in the modes that show it", features);
   run("for queries, what only pictures show does not run", queries_only);
   run("the report's bytes add up, and are those of the scene's info and of the hooks", bytes);
+  run("the report's bytes agree in states that are rarely met: what waits, what was removed", bytes_in_rare_states);
+  run("a hook that asks for passes, without a number of them, is reported like a number", passes_of_a_hook);
   run("materials and lights are counted among the looks", looks);
   run("a worker's bytes are what a picture takes, more where rays go on", workers);
   run("the bytes of passes are those that they take", passes);

@@ -11,6 +11,10 @@ False) as well as those below, and constants are pktrt.MODE_WRT, pktrt.NONE and 
 everything as C has it, scene.handle is the pktrt_scene. What fails raises pktrt.Error with the library's sentence.
 What the library wonders about goes to the logger "pktrt".
 
+Memory. Counts, strides and key counts are taken from arrays, and refused as arguments; so are pointers, where a method
+here takes arrays. Calls that have no method here take pointers as C does: what pktrt.ffi.new makes, never a list, whose
+length nobody would look at. Callbacks that a scene or a material has been given live as long as the scene.
+
 Nothing is declared here: the declarations are the header's own, as the compiler's preprocessor leaves them. The
 implementation is compiled into a cache folder when it is first needed, which takes half a minute, and again when
 header, compiler or flags are others. The environment says where and how: PKTRT_HEADER, PKTRT_CACHE (else
@@ -196,6 +200,26 @@ def _output(out, dtype, shape):
     return out
 
 
+def _new(kind, fields, call, taken=None):
+    """A new C structure of these fields. Refuses names it has not got, and those that `taken` has reasons for."""
+    _check_fields(ffi.typeof(kind), fields, call, taken or {})
+    return ffi.new(kind + " *", _plain(fields))
+
+
+def _check_fields(kind, fields, where, taken):
+    known = dict(kind.fields)
+    for name, value in fields.items():
+        if name in taken:
+            raise TypeError(f"{where}: {name} is no argument: {taken[name]}")
+        if name not in known:
+            names = ", ".join(sorted(set(known) - set(taken)))
+            raise TypeError(f"{where}: there is no field {name} in {kind.cname}, but these: {names}")
+        if isinstance(value, dict):
+            if known[name].type.kind != "struct":
+                raise TypeError(f"{where}: {name} is {known[name].type.cname}, which no dict can be")
+            _check_fields(known[name].type, value, f"{where}: {name}", {})
+
+
 def _read(array, kind):
     return ffi.NULL if array is None else ffi.from_buffer(kind + "[]", array)
 
@@ -221,6 +245,15 @@ def rays(origins, directions, tmin=0, tmax=np.inf, time=0):
 
 # --- scenes ---
 
+# What is known of arrays, and no argument.
+_OF_ARRAYS = {name: "it is taken from the arrays" for name in (
+    "vertex_count", "triangle_count", "key_count", "position_stride", "row_stride")}
+_OF_ARRAYS["indices"] = "give triangles"
+
+# What a render can write: values of a pixel, and how many pixels wide and high that is.
+_BUFFERS = {"depth": (1, 1), "normal": (3, 1), "albedo": (3, 1), "sample_count": (1, 1), "cost": (1, 1),
+            "pixel_error": (1, 1), "block_error": (1, lib.PKTRT_ERROR_BLOCK)}
+
 
 class Scene:
     """A pktrt_scene. threads: how many build and render, by default one per processor; fields: of pktrt_scene_desc."""
@@ -230,11 +263,20 @@ class Scene:
         hooks = dict(log=_log, user=ffi.cast("void *", threads))
         if threads > 1:
             hooks["parallel_for"] = ffi.addressof(lib, "pktrt_parallel_for")
-        handle = lib.pktrt_scene_create(ffi.new("pktrt_scene_desc *", {**hooks, **_plain(fields)}))
+        own_threads = threads > 1 and "parallel_for" not in fields
+        taken = {"user": "the threads made here use it; give threads=1, or a parallel_for that knows it"}
+        _check_fields(ffi.typeof("pktrt_scene_desc"), fields, "Scene", taken if own_threads else {})
+        handle = lib.pktrt_scene_create(_new("pktrt_scene_desc", {**hooks, **fields}, "Scene"))
         if handle == ffi.NULL:
             raise Error(None, ffi.string(lib.pktrt_last_error(ffi.NULL)).decode())
-        self.handle = ffi.gc(handle, lib.pktrt_scene_destroy)
-        self._meshes, self._kept = {}, []
+        kept = [fields]
+
+        def destroy(scene):  # holds the callbacks, which are called to the end
+            lib.pktrt_scene_destroy(scene)
+            kept.clear()
+
+        self.handle = ffi.gc(handle, destroy)
+        self._meshes, self._kept = {}, kept
 
     def _must(self, status):
         if status != lib.PKTRT_OK:
@@ -247,19 +289,27 @@ class Scene:
         if not kind or kind.kind != "function" or name == "scene_destroy" or not kind.args or \
                 kind.args[0] not in (ffi.typeof("pktrt_scene *"), ffi.typeof("const pktrt_scene *")):
             raise AttributeError(f"pktrt.h has no pktrt_{name} of a scene")
-        if kind.result == ffi.typeof("pktrt_status"):
-            return lambda *arguments: self._must(call(self.handle, *arguments))
-        return lambda *arguments: call(self.handle, *arguments)
 
-    def _add(self, call, kind, fields):
-        index = ffi.new("uint32_t *")
-        self._must(call(self.handle, ffi.new(kind + " *", fields), index))
+        def checked(*arguments):
+            for position, (want, argument) in enumerate(zip(kind.args[1:], arguments), 1):
+                if want.kind == "pointer" and not isinstance(argument, ffi.CData):
+                    raise TypeError(f"{name}: argument {position} is {want.cname}, which pktrt.ffi.new makes, and not "
+                                    f"{type(argument).__name__}")
+            return call(self.handle, *arguments)
+
+        if kind.result == ffi.typeof("pktrt_status"):
+            return lambda *arguments: self._must(checked(*arguments))
+        return checked
+
+    def _add(self, call, kind, fields, name):
+        index, desc = ffi.new("uint32_t *"), _new(kind, fields, name)
+        self._must(call(self.handle, desc, index))
         return index[0]
 
-    def add_mesh(self, positions, triangles=None, normals=None, texcoords=None, **fields):
-        """Adds (n, 3) positions, or (keys, n, 3) that move; triangles: (m, 3), None: each three positions are one.
-        Normals are like positions, texcoords (n, 2); fields are those of pktrt_mesh_desc. Returns the index that hits
-        report."""
+    @staticmethod
+    def _mesh(call, positions, triangles=None, normals=None, texcoords=None, **fields):
+        """The fields of a pktrt_mesh_desc, whose counts are those of the arrays. They hold what they point to."""
+        _check_fields(ffi.typeof("pktrt_mesh_desc"), fields, call, _OF_ARRAYS)
         keys = np.shape(positions)[:-2]
         xyz = _values(positions, np.dtype("f4"), ((None,) if keys else ()) + (None, 3), "positions")
         n = xyz.shape[-2]
@@ -269,15 +319,47 @@ class Scene:
             normals = _values(normals, np.dtype("f4"), xyz.shape, "normals")
         if texcoords is not None:
             texcoords = _values(texcoords, np.dtype("f4"), (n, 2), "texcoords")
-        counts = dict(vertex_count=n, triangle_count=n // 3 if triangles is None else len(triangles))
         arrays = dict(positions=xyz, normals=normals, texcoords=texcoords)
-        pointers = {name: _read(array, "float") for name, array in arrays.items()}
-        pointers["indices"] = _read(triangles, "uint32_t")
-        if keys:
-            counts["key_count"] = keys[0]
-        mesh = self._add(lib.pktrt_add_mesh, "pktrt_mesh_desc", {**pointers, **counts, **_plain(fields)})
-        self._meshes[mesh] = n
+        desc = {**fields, **{name: _read(array, "float") for name, array in arrays.items()}}
+        desc["indices"] = _read(triangles, "uint32_t")
+        desc["vertex_count"] = n
+        desc["triangle_count"] = -(-n // 3) if triangles is None else len(triangles)  # C refuses an incomplete one
+        desc["key_count"] = keys[0] if keys else 1
+        if keys and not keys[0]:
+            raise ValueError("positions: there is no key")
+        return desc
+
+    def add_mesh(self, positions, triangles=None, normals=None, texcoords=None, **fields):
+        """Adds (n, 3) positions, or (keys, n, 3) that move; triangles: (m, 3), None: each three positions are one.
+        Normals are like positions, texcoords (n, 2); fields are those of pktrt_mesh_desc that describe no array:
+        material, group, mask. Returns the index that hits report."""
+        desc = self._mesh("add_mesh", positions, triangles, normals, texcoords, **fields)
+        mesh = self._add(lib.pktrt_add_mesh, "pktrt_mesh_desc", desc, "add_mesh")
+        self._meshes[mesh] = desc["vertex_count"]
         return mesh
+
+    def add_model(self, *meshes):
+        """Adds a model of meshes, each a dict of what add_mesh takes. Returns its index, for add_instance."""
+        descs = [self._mesh("add_model", **mesh) for mesh in meshes]
+        array, index = ffi.new("pktrt_mesh_desc[]", [_plain(desc) for desc in descs]), ffi.new("uint32_t *")
+        self._must(lib.pktrt_add_model(self.handle, array, len(descs), index))
+        return index[0]
+
+    def add_instance(self, model, transforms, **fields):
+        """Places a model by a (3, 4) matrix, or by (keys, 3, 4) that it moves between; fields: mask. Returns its
+        index."""
+        _check_fields(ffi.typeof("pktrt_instance_desc"), fields, "add_instance", _OF_ARRAYS)
+        keys = np.shape(transforms)[:-2]
+        matrices = _values(transforms, np.dtype("f4"), ((None,) if keys else ()) + (3, 4), "transforms")
+        if keys and not keys[0]:
+            raise ValueError("transforms: there is no key")
+        desc = {"model": model, "key_count": keys[0] if keys else 1, "transforms": _read(matrices, "float"), **fields}
+        return self._add(lib.pktrt_add_instance, "pktrt_instance_desc", desc, "add_instance")
+
+    def set_transform(self, instance, transform, key=0):
+        """Replaces the (3, 4) matrix of one key, for the next refit or commit."""
+        matrix = _values(transform, np.dtype("f4"), (3, 4), "transform")
+        self._must(lib.pktrt_set_transform(self.handle, instance, key, _read(matrix, "float")))
 
     def _replace(self, call, mesh, key, values, name):
         if mesh not in self._meshes:
@@ -293,12 +375,12 @@ class Scene:
         self._replace(lib.pktrt_set_normals, mesh, key, normals, "normals")
 
     def add_light(self, **fields):
-        return self._add(lib.pktrt_add_light, "pktrt_light", _plain(fields))
+        return self._add(lib.pktrt_add_light, "pktrt_light", fields, "add_light")
 
     def add_material(self, **fields):
         """Adds a material, and keeps its hooks, if any. Returns its index."""
         self._kept.append(fields)
-        return self._add(lib.pktrt_add_material, "pktrt_material", _plain(fields))
+        return self._add(lib.pktrt_add_material, "pktrt_material", fields, "add_material")
 
     def info(self):
         """What the committed scene is made of: a pktrt_scene_info."""
@@ -367,16 +449,24 @@ class Scene:
         return out
 
     def render(self, width, height, buffers=(), **fields):
-        """A picture, (height, width, 3) float32 of linear light; fields are those of pktrt_render_desc, as
-        camera=dict(eye=...). With names of buffers, as ("depth", "normal"), returns them behind it."""
+        """A picture, (height, width, 3) float32 of linear light; fields are those of pktrt_render_desc that describe
+        no array, as camera=dict(eye=...). With names of buffers, as ("depth", "normal"), returns them behind it;
+        block_error is (rows, columns) of blocks."""
+        taken = dict.fromkeys(_BUFFERS, "name it among buffers=, and get it back")
+        taken["pixels"] = "the picture is returned"
+        taken["row_stride"] = _OF_ARRAYS["row_stride"]
+        _check_fields(ffi.typeof("pktrt_render_desc"), fields, "render", taken)
+        unknown = [name for name in buffers if name not in _BUFFERS]
+        if unknown:
+            raise ValueError(f"render: there is no buffer {unknown[0]}, but these: {', '.join(sorted(_BUFFERS))}")
         made = {}
         for name in ("pixels", *buffers):
-            one = {"depth": 1, "cost": 1, "pixel_error": 1, "sample_count": 1}.get(name) or \
-                {"pixels": 3, "normal": 3, "albedo": 3}[name]
-            shape = (height, width) if one == 1 else (height, width, 3)
-            made[name] = np.zeros(shape, "u4" if name == "sample_count" else "f4")
-        desc = ffi.new("pktrt_render_desc *", {"width": width, "height": height, **_plain(fields)})
-        for name, array in made.items():
-            setattr(desc, name, _write(array, "uint32_t" if name == "sample_count" else "float"))
+            channels, pixels_wide = _BUFFERS.get(name, (3, 1))
+            shape = (-(-height // pixels_wide), -(-width // pixels_wide))
+            made[name] = np.zeros(shape if channels == 1 else shape + (channels,),
+                                  "u4" if name == "sample_count" else "f4")
+        pointers = {name: _write(array, "uint32_t" if name == "sample_count" else "float")
+                    for name, array in made.items()}
+        desc = _new("pktrt_render_desc", {**fields, **pointers, "width": width, "height": height}, "render")
         self._must(lib.pktrt_render(self.handle, desc))
         return (made["pixels"], *(made[name] for name in buffers)) if buffers else made["pixels"]

@@ -4,11 +4,13 @@ Python's lock. Each check has a control that must fail.
 usage: test.py BUILD      the folder of render, python/answers and python/scene.so
        test.py BUILD --picture SCENE MODE WIDTH HEIGHT     prints the checksum, which build/render has, too"""
 import ctypes
+import gc
 import pathlib
 import subprocess
 import sys
 import threading
 import time
+import weakref
 
 sys.dont_write_bytecode = True
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -224,6 +226,105 @@ frozen = hits.copy()
 frozen.flags.writeable = False
 check(refused((ValueError, BufferError), lambda: world.intersect(rays, out=frozen)) and same(frozen, hits),
       "nor is one that is read-only")
+
+# --- what describes arrays is taken from them ---
+
+
+def outcome(call):
+    """What a call raises, as its name and sentence; ("none", result) where it raises nothing."""
+    try:
+        return "none", call()
+    except Exception as error:  # whatever it is
+        return type(error).__name__, str(error)
+
+
+three, matrix = np.eye(3, dtype="f4"), np.eye(3, 4)
+room = pktrt.Scene(threads=1)
+model = room.add_model(dict(positions=three), dict(positions=three, triangles=[[0, 1, 2]], material=0))
+placed = room.add_instance(model, [matrix, matrix])
+room.commit()
+described = dict(
+    add_mesh=(lambda **more: room.add_mesh(three, **more),
+              dict(vertex_count=2, triangle_count=0, key_count=1, position_stride=8, indices=ffi.NULL)),
+    add_model=(lambda **more: room.add_model(dict(positions=three, **more)),
+               dict(vertex_count=2, triangle_count=0, key_count=1, position_stride=8, indices=ffi.NULL)),
+    add_instance=(lambda **more: room.add_instance(model, matrix, **more), dict(key_count=1)),
+    render=(lambda **more: room.render(4, 4, **more),
+            dict(row_stride=13, pixels=ffi.NULL, depth=ffi.NULL, normal=ffi.NULL, albedo=ffi.NULL, cost=ffi.NULL,
+                 sample_count=ffi.NULL, pixel_error=ffi.NULL, block_error=ffi.NULL)))
+taken = [(call, name, outcome(lambda: described[call][0](**{name: value})))
+         for call in described for name, value in described[call][1].items()]
+missed = [(call, name) for call, name, (kind, said) in taken
+          if kind != "TypeError" or f"{name} is no argument" not in said]
+check(not missed and len(taken) == 20, f"{len(taken)} arguments that arrays tell are refused {missed}")
+known = {call: sorted(dict(ffi.typeof("pktrt_" + desc).fields)) for call, desc in
+         dict(add_mesh="mesh_desc", add_instance="instance_desc", render="render_desc").items()}
+free = dict(add_mesh={"material", "group", "mask"}, add_instance={"model", "mask"})
+arrays = {"positions", "normals", "texcoords", "transforms"}  # arguments by themselves
+check(all(set(known[call]) - set(described[call][1]) - arrays == free[call] for call in free),
+      "no field of meshes and instances is left that could describe an array")
+pointers = {name for name, field in ffi.typeof("pktrt_render_desc").fields
+            if field.type.kind == "pointer" and field.type.item.kind == "primitive"}
+check(pointers == set(described["render"][1]) - {"row_stride"}, "nor is one of pictures that points to one")
+check(outcome(lambda: room.add_mesh(three, material=0, group=1, mask=3))[0] == "none" and
+      outcome(lambda: room.add_instance(model, matrix, mask=3))[0] == "none", "control: other fields are taken")
+check(outcome(lambda: room.set_transform(placed, [1, 2, 3]))[0] == "ValueError" and
+      outcome(lambda: room.set_transform(placed, matrix, key=1))[0] == "none", "a matrix that is too short is refused")
+answer = ffi.new("int *")
+listed = outcome(lambda: room.winding_n(0, [0.5], [0.0], answer, 1))
+check(listed[0] == "TypeError" and "argument 2" in listed[1], "lists are refused where C wants pointers")
+check(outcome(lambda: room.winding_n(0, ffi.new("float[3]"), ffi.new("float[1]"), answer, 1))[0] == "none",
+      "control: pointers are taken")
+rows, columns = room.render(40, 20, ("block_error",), passes=2, camera=dict(eye=[0, 0, 5]))[1].shape
+check((rows, columns) == (2, 3), "errors of blocks have an array of blocks")
+
+four = np.zeros((4, 3), "f4")
+loose = outcome(lambda: room.add_mesh(four))
+check(loose[0] == "Error" and "a soup of 2 triangles needs 6 vertices, vertex_count is 4" in loose[1],
+      f"loose vertices that are no multiple of three: {loose[1]}")
+check(outcome(lambda: room.add_mesh(four, [[0, 1, 3]]))[0] == "none", "control: with triangles they may be four")
+
+for call, sentence, names in (
+        (lambda: room.add_mesh(three, materail=1), "no field materail", ("group", "mask", "material")),
+        (lambda: room.add_light(knd=0), "no field knd", ("kind", "position")),
+        (lambda: room.add_material(colour=[1, 1, 1]), "no field colour", ("albedo", "emission")),
+        (lambda: room.render(4, 4, sample=1), "no field sample", ("samples", "camera")),
+        (lambda: room.render(4, 4, camera=dict(fov=50)), "no field fov", ("fov_y", "eye")),
+        (lambda: room.render(4, 4, ("dept",)), "no buffer dept", ("depth", "normal")),
+        (lambda: pktrt.Scene(isaa=1), "no field isaa", ("isa", "quality"))):
+    kind, said = outcome(call)
+    check(kind in ("TypeError", "ValueError") and sentence in said and all(name in said for name in names),
+          f"{sentence}, and which there are")
+
+# --- callbacks ---
+
+
+def heard():
+    """A scene with a callback that nothing else holds, what it hears, and whether the callback lives."""
+    told = []
+
+    def log(_user, _level, sentence):
+        told.append(ffi.string(sentence).decode())
+
+    scene = pktrt.Scene(threads=1, rebuild=pktrt.REBUILD_ADVISE,
+                        log=ffi.callback("void(void *, int, const char *)", log))
+    return scene, told, weakref.ref(log)
+
+
+talking, told, callback = heard()
+gc.collect()
+check(callback() is not None, "a scene keeps its callback")
+if callback() is not None:
+    sheet = talking.add_mesh(positions0, triangles0)
+    talking.commit()
+    talking.set_positions(sheet, numbers.uniform(-1, 1, positions0.shape))
+    talking.refit()
+    check(any("rebuild is advised" in sentence for sentence in told), f"which is called: {told}")
+del talking
+gc.collect()
+check(callback() is None, "control: without the scene the callback goes, too")
+check("user is no argument" in outcome(lambda: pktrt.Scene(threads=2, user=ffi.NULL))[1] and
+      outcome(lambda: pktrt.Scene(threads=1, user=ffi.NULL))[0] == "none", "user is not taken from the threads")
 
 # --- no copies ---
 

@@ -52,7 +52,7 @@ ifeq ($(MAKELEVEL),0)
 .NOTPARALLEL:
 endif
 
-.PHONY: all demo effects deform view test-view mpi test-mpi web web-serve test-web test-web-node readme-pictures test test-leaveout sanitize test-neon test-wasm matrix platforms checksum flags test-guards deps deps-extra deps-web format format-check clean help
+.PHONY: all demo effects deform view test-view mpi test-mpi web web-serve test-web test-web-node test-serve readme-pictures test test-leaveout sanitize test-neon test-wasm matrix platforms checksum flags test-guards deps deps-extra deps-web format format-check clean help
 .PHONY: mutants map structure figures parts bench bench-check bench-plots bench-readme bench-pictures bench-tests peers exactness before instances error error-check error-before error-before-check error-before-samples leaveout leaveout-check leaveout-before
 .PHONY: stability stability-neon stability-sanitize sanitize-threads fuzz
 .PHONY: bench-wasm bench-three
@@ -76,7 +76,7 @@ help:
 	@echo "web         makes the page out/web, in which one looks around by WebAssembly and follows a packet down the tree"
 	@echo "web-serve   shows it at http://localhost:8000, PORT=8001 elsewhere"
 	@echo "test-web    drives it in Chromium by keys, mouse and touch; its pictures have the bits of render (make deps-web installs it);"
-	@echo "            test-web-node  what needs no browser of it"
+	@echo "            test-web-node  what needs no browser of it; test-serve  serve.py alone, which keeps to its folder"
 	@echo "course      builds and runs the course's programs: figures and out/course/*; N=2: only that of chapter 2;"
 	@echo "            the way through: examples/course/README.md"
 	@echo "course-check  N=2 FILE=mine_02.c: whether that solves the exercise of chapter 2"
@@ -215,7 +215,10 @@ web-serve: web
 test-web: test-web-node
 	ONLY="$(ONLY)" tests/web.sh $(WEB) $(B)
 
-test-web-node: web
+test-serve:
+	python3 tests/serve.py
+
+test-web-node: web test-serve
 	$(BUILD) $(B)/render $(B)/walk_events
 	node tests/web.js $(WEB) $(B)/render $(ARGS)
 	node tests/walk.js $(WEB) $(B)/walk_events

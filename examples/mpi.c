@@ -439,6 +439,10 @@ static void keep_tile(desk *d, frame_state *f, uint32_t tile) {
   d->keeping += busy_seconds() - start;
 }
 
+/* Tells whether a tile's file can have so many passes: a tile is kept from its first pass on, and has no more than the
+   picture. The hash does not tell, since whoever writes a file can compute it. */
+static bool kept_passes_possible(const desk *d, uint64_t passes) { return passes > 0 && passes <= d->given->of.passes; }
+
 /* Takes a tile up that an earlier run has left, unless it is damaged or of another picture. */
 static void take_up_tile(desk *d, frame_state *f, uint32_t tile) {
   const size_t n = kept_words(&d->given->of, tile);
@@ -451,7 +455,7 @@ static void take_up_tile(desk *d, frame_state *f, uint32_t tile) {
   const uint64_t *w = d->words;
   if (read > KEPT_KEY && w[KEPT_KEY] != d->key && w[KEPT_MAGIC] == kept_magic && !trusted) d->foreign++;
   else if (read != n || !ends || w[KEPT_MAGIC] != kept_magic || w[KEPT_FRAME] != f->frame || w[KEPT_TILE] != tile ||
-           (w[n - 1] != hash_words(w, n - 1) && !trusted))
+           !kept_passes_possible(d, w[KEPT_PASSES]) || (w[n - 1] != hash_words(w, n - 1) && !trusted))
     d->damaged++;
   else {
     kept_copy(&d->given->of, f, tile, d->words, true);

@@ -52,7 +52,7 @@ ifeq ($(MAKELEVEL),0)
 .NOTPARALLEL:
 endif
 
-.PHONY: all demo effects deform view test-view mpi test-mpi web web-serve test-web test-web-node test-serve readme-pictures test test-leaveout sanitize test-neon test-wasm matrix platforms checksum flags test-guards deps deps-extra deps-web format format-check clean help
+.PHONY: all demo effects deform view test-view mpi test-mpi web web-serve test-web test-web-node test-serve test-mesh-file readme-pictures test test-leaveout sanitize test-neon test-wasm matrix platforms checksum flags test-guards deps deps-extra deps-web format format-check clean help
 .PHONY: mutants map structure figures parts bench bench-check bench-plots bench-readme bench-pictures bench-tests peers exactness before instances error error-check error-before error-before-check error-before-samples leaveout leaveout-check leaveout-before
 .PHONY: stability stability-neon stability-sanitize sanitize-threads fuzz
 .PHONY: bench-wasm bench-three
@@ -83,6 +83,7 @@ help:
 	@echo "course-test  solutions pass, skeletons fail, listings are the code's; course-check-text only the last"
 	@echo "course-text  puts the code into the texts anew        course-pictures  keeps the small pictures of the texts"
 	@echo "test        runs all tests                        sanitize    runs a smaller set under ASan and UBSan"
+	@echo "test-mesh-file  mesh files that assimp reads: edges, hostile sizes, with AddressSanitizer as well"
 	@echo "test-python  examples/python/pktrt.py, by cffi and numpy, beside C: the same bits, no copies, the same sentences"
 	@echo "test-leaveout  the PKTRT_NO_... switches, each alone and all together"
 	@echo "mutants     how many of 400 single faults, planted in every room of the header, the tests notice, in three hours"
@@ -358,6 +359,18 @@ ifeq ($(SDL),)
 else
 	$(BUILD) $(B)/view $(B)/render $(B)/screenshot
 	tests/view.sh $(B)
+endif
+
+# Mesh files that assimp reads, without a sanitizer and with AddressSanitizer.
+test-mesh-file:
+ifeq ($(ASSIMP),)
+	@echo "test-mesh-file: assimp is not installed (make deps-extra installs libassimp-dev), nothing is tested"
+else
+	$(BUILD) $(B)/pktrt.o
+	mkdir -p $(B)/mesh_file
+	$(CC) $(CFLAGS) $(STRICT) $(SHARED) $(ASSIMP_FLAGS) tests/mesh_file.c $(B)/pktrt.o -o $(B)/mesh_file/plain $(LDFLAGS) $(ASSIMP_LIBS) $(LDLIBS)
+	$(CC) $(CFLAGS) $(STRICT) $(SHARED) $(ASSIMP_FLAGS) -fsanitize=address tests/mesh_file.c $(B)/pktrt.o -o $(B)/mesh_file/asan $(LDFLAGS) $(ASSIMP_LIBS) $(LDLIBS)
+	cd $(B)/mesh_file && ./plain && ./asan
 endif
 
 # Many ranks on one machine: their bits, deaths and resumptions.

@@ -5,6 +5,8 @@
 #   SEED=1       which ones; tests/mutants/faults.awk has the rules
 #   JOBS         how many at a time, HOURS=3 at most; what is known is kept in build/mutants/results.csv: the next run goes on from there
 #   ROOMS="..."  these rooms only
+#   PLANTED=FILE the faults of a list in place of those that are drawn: `in ROOM`, then `-` a piece of one line as it is and `+` that
+#                piece with the fault; tests/mutants/planted.txt has some that people thought of
 # tests/mutants.sh --score only prints what is known, --list what would be planted.
 #
 # The library is compiled for one instruction set (AVX2, SSE2 where there is no AVX2, else scalar); all other objects are those of the
@@ -17,8 +19,8 @@ cd "$(dirname "$0")/.." || exit 1
 here=$PWD
 dir=build/mutants
 CC=${CC:-gcc} JOBS=${JOBS:-$(nproc 2>/dev/null || echo 1)} SEED=${SEED:-1} COUNT=${COUNT:-400} LEAST=${LEAST:-3} HOURS=${HOURS:-3}
-REQUIRED=${REQUIRED:-95} ROOMS=${ROOMS:-}
-export CC JOBS SEED COUNT LEAST HOURS REQUIRED ROOMS
+REQUIRED=${REQUIRED:-95} ROOMS=${ROOMS:-} PLANTED=${PLANTED:-}
+export CC JOBS SEED COUNT LEAST HOURS REQUIRED ROOMS PLANTED
 
 leave_out="-DPKTRT_NO_SCALAR -DPKTRT_NO_SSE2 -DPKTRT_NO_AVX512" set=AVX2
 if ! grep -qw avx2 /proc/cpuinfo 2>/dev/null; then
@@ -153,8 +155,39 @@ export TESTS DEADLINE
 mkdir -p "$dir/objects" "$dir/intact"
 touch "$dir/results.csv"
 
+# The same columns as of drawn faults, of a list. A piece that stands in no line of its room, or in several, is told and left out.
+list_planted_faults() {
+  awk -v OFS='\t' -v rooms=" $ROOMS " '
+    function hash(text, start,    h, i) {
+      h = start
+      for (i = 1; i <= length(text); i++) h = (h * 131 + code_of[substr(text, i, 1)]) % 2147483647
+      return sprintf("%08x", h)
+    }
+    BEGIN { for (i = 32; i < 127; i++) code_of[sprintf("%c", i)] = i }
+    FILENAME == "pktrt.h" {
+      if (match($0, /^ *\/\* >>[a-z]+/)) { room = substr($0, RSTART, RLENGTH); sub(/.*>>/, "", room) }
+      line[FNR] = $0; in_room[FNR] = room; lines = FNR
+      next
+    }
+    /^in / { only = substr($0, 4); next }
+    /^- / { old = substr($0, 3); next }
+    /^\+ ?/ {
+      if (rooms !~ /^ *$/ && !index(rooms, " " only " ")) next
+      new = substr($0, 3); found = 0
+      for (i = 1; i <= lines; i++) if (in_room[i] == only && index(line[i], old)) { found++; at = i }
+      if (found != 1) { printf "%d lines of %s have: %s\n", found, only, old >"/dev/stderr"; next }
+      start = index(line[at], old)
+      text = substr(line[at], 1, start - 1) new substr(line[at], start + length(old))
+      count[only]++; n++
+      fault[n] = hash(line[at] text, 1) hash(line[at] text, 7) OFS only OFS "planted" OFS at OFS line[at] OFS text
+      of[n] = only
+    }
+    END { for (i = 1; i <= n; i++) print fault[i], count[of[i]] }' pktrt.h "$PLANTED" >"$dir/faults.tsv"
+}
+
 # key, room, rule, line, old, new, how many of the room are wanted; in the order of the room
 list_faults() {
+  [ -z "$PLANTED" ] || { list_planted_faults; return; }
   compiled_lines >"$dir/lines"
   awk -v seed="$SEED" -f tests/mutants/faults.awk "$dir/lines" pktrt.h >"$dir/all.tsv"
   awk -F '\t' -v OFS='\t' -v header="$header" -v count="$COUNT" -v least="$LEAST" -v rooms=" $ROOMS " '

@@ -94,6 +94,7 @@
        >>platform     compilers, instruction sets of this build, the guard against flags that change values
        >>limits       constants: depth, stack
        >>structures   nodes, leaf blocks, meshes, trees, the scene
+       >>settings     how a thread rounds, what it flushes and where it traps: the library's, and the caller's again
        >>memory       the one way to the allocator hooks
        >>basics       bits, conversions, minimum and maximum, hash
        >>build        the tree: binary by surface area, then 8-wide, then bounds
@@ -161,6 +162,7 @@
        >>passes       rounds of tiles; what passes know of their error, and who gets the next
        >>rendering    checks, warnings, and pktrt_render itself  
        >>reporting    the scene report and its text
+       >>calls        the public functions that compute, each under the library's settings
        >>changes      what came with which version
        >>licence      MIT or public domain
 
@@ -332,11 +334,14 @@
      - IEEE 754: only + - * / and square roots decide, never a function of libm whose last bits differ between systems;
      - operations that are neither fused nor reordered. The header forbids its own code to be contracted into
        multiply-adds, and clang to take liberties with it. (Fused operations are used on purpose where they only cull.)
-   Two things are asked of you. No flags that change values: the implementation does not compile under those that gcc
+   You must compile without flags that change values: the implementation does not compile under those that gcc
    tells (-ffast-math, -fassociative-math and others); any other that has an effect, as clang's -ffp-contract=fast, is
    found by a test of the arithmetic when a scene is created. pktrt_scene_create then fails, and pktrt_last_error(NULL)
-   names the flag to drop. And threads that round to nearest and do not flush denormal numbers to zero: the one that
-   creates a scene is tested, the others are yours. (A program linked with -ffast-math flushes in all of them.)
+   names the flag to drop.
+   A thread's floating-point settings are yours: it may round as it likes, flush denormal numbers to zero (as threads of
+   programs that are linked with -ffast-math do) or trap exceptions. Each call, and each task of parallel_for, works
+   under settings of its own and gives the same bits; yours are back when it returns, if they differed with the flags of
+   exceptions that you had. Hooks and callbacks run under the library's settings. (A hook must not leave others behind.)
    Statistics may differ slightly by instruction set: what is culled is not promised, only what is hit.
 
    Threads. Many readers or one writer. Queries, pktrt_render_tile and pktrt_render_pass are readers of a committed
@@ -450,8 +455,8 @@
                                grow with the shutter (5.3.1).
      4, sampling               >>sampler: interleaved sampling among them, and its modern answer, samples whose error is
                                blue noise. All are static: the same for each frame. >>mappings: the lobe's mapping with
-                               the paper's care, pktrt_map_phong(), and the naive one, pktrt_map_phong_naive(). What
-                               they cost: section4 of bench/paper/paper.c.
+                               the paper's care, pktrt__map_phong_lobe(), and the naive one,
+                               pktrt__map_phong_lobe_naive(). What they cost: section4 of bench/paper/paper.c.
      5.1, figure 5: scenes     examples/scenes.h: pool hall, conference and rtrt, made by code, about as many triangles
                                each.
      5.1, tests per ray        >>stats: tests are counted in lanes, one ray against one box or triangle; a test of a
@@ -1554,7 +1559,11 @@ PKTRT_DEF pktrt_status pktrt_prepare_environment(pktrt_scene *, const pktrt_rend
 #define PKTRT__PREFETCH(p) __builtin_prefetch(p)
 #else
 #define PKTRT__INLINE static inline
+#ifdef _MSC_VER
+#define PKTRT__NOINLINE static __declspec(noinline)
+#else
 #define PKTRT__NOINLINE static
+#endif
 #define PKTRT__COLD static
 #define PKTRT__HOT static
 #define PKTRT__ALIGN64
@@ -1888,6 +1897,111 @@ struct pktrt_scene {
 };
 /* Tells whether a scene has instances; never, where the build leaves them out. */
 PKTRT__INLINE bool pktrt__has_instances(const pktrt_scene *s) { return PKTRT__INSTANCES && s->boxes; }
+/* >>settings -------------------------------------------------------------------------------------------------------
+
+   A thread has settings of floating-point arithmetic: how it rounds, whether it flushes denormal numbers to zero, which
+   exceptions trap. The library computes under its own: rounding to nearest, denormal numbers kept, no traps. Each public
+   function that computes (>>calls), and each task given to parallel_for, asks for the thread's settings. If they are the
+   library's, the work begins. If not, they are set; when the work is done, the caller's are put back, with the flags of
+   exceptions that the caller had. Hooks and callbacks run under the library's settings.
+
+   The work stands in a function that is not inlined: compilers know nothing of settings, and move arithmetic across their
+   change. Work that reads no memory of the caller's begins with volatile accesses, by which it keeps its place. */
+
+/* PKTRT__NO_SETTINGS leaves settings alone. It is for tests, which show by it that settings matter. */
+#if defined(PKTRT__NO_SETTINGS) || defined(__wasm__)
+/* WebAssembly has no other settings. */
+typedef int pktrt__settings;
+PKTRT__INLINE bool pktrt__settings_fit(pktrt__settings *found) {
+  *found = 0;
+  return true;
+}
+PKTRT__INLINE void pktrt__settings_set(void) {}
+PKTRT__INLINE void pktrt__settings_restore(const pktrt__settings *found) { (void)found; }
+
+#elif (!defined(__TINYC__) && (defined(__x86_64__) || (defined(__i386__) && defined(__SSE2__)))) || defined(_M_X64) || \
+    (defined(_M_IX86_FP) && _M_IX86_FP == 2)
+/* MXCSR: flags of exceptions in bits 0 to 5, DAZ in bit 6, masks of exceptions in 7 to 12, rounding in 13 and 14, FTZ in
+   15. The x87 unit computes nothing here, as FLT_EVAL_METHOD is 0. */
+typedef uint32_t pktrt__settings;
+enum { PKTRT__MXCSR = 0x1F80, PKTRT__MXCSR_FLAGS = 0x3F };
+#if defined(__GNUC__) || defined(__clang__)
+PKTRT__INLINE void pktrt__settings_read(pktrt__settings *found) { __asm__ volatile("stmxcsr %0" : "=m"(*found)); }
+PKTRT__INLINE void pktrt__settings_write(const pktrt__settings *settings) {
+  __asm__ volatile("ldmxcsr %0" : : "m"(*settings) : "memory");
+}
+#else
+#include <xmmintrin.h>
+PKTRT__INLINE void pktrt__settings_read(pktrt__settings *found) { *found = _mm_getcsr(); }
+PKTRT__INLINE void pktrt__settings_write(const pktrt__settings *settings) { _mm_setcsr(*settings); }
+#endif
+/* Reads the thread's settings, and returns true if they are the library's. */
+PKTRT__INLINE bool pktrt__settings_fit(pktrt__settings *found) {
+  pktrt__settings_read(found);
+  return (*found & ~(uint32_t)PKTRT__MXCSR_FLAGS) == PKTRT__MXCSR;
+}
+/* Sets the library's settings. */
+PKTRT__INLINE void pktrt__settings_set(void) {
+  const pktrt__settings ours = PKTRT__MXCSR;
+  pktrt__settings_write(&ours);
+}
+/* Puts back the settings that were found, and their flags. */
+PKTRT__INLINE void pktrt__settings_restore(const pktrt__settings *found) { pktrt__settings_write(found); }
+
+#elif defined(__aarch64__) && !defined(__TINYC__) && (defined(__GNUC__) || defined(__clang__))
+/* FPCR is 0 under the library's settings; FPSR has the flags of exceptions. */
+typedef struct pktrt__settings {
+  uint64_t control, flags;
+} pktrt__settings;
+PKTRT__INLINE bool pktrt__settings_fit(pktrt__settings *found) {
+  __asm__ volatile("mrs %0, fpcr" : "=r"(found->control));
+  if (!found->control) return true;
+  __asm__ volatile("mrs %0, fpsr" : "=r"(found->flags));
+  return false;
+}
+PKTRT__INLINE void pktrt__settings_set(void) {
+  const uint64_t ours = 0;
+  __asm__ volatile("msr fpcr, %0" : : "r"(ours) : "memory");
+}
+PKTRT__INLINE void pktrt__settings_restore(const pktrt__settings *found) {
+  __asm__ volatile("msr fpsr, %0\n\tmsr fpcr, %1" : : "r"(found->flags), "r"(found->control) : "memory");
+}
+
+#else
+/* What <fenv.h> offers: it cannot tell cheaply whether all settings are the library's, so they are always set. */
+#include <fenv.h>
+typedef fenv_t pktrt__settings;
+PKTRT__INLINE bool pktrt__settings_fit(pktrt__settings *found) {
+  (void)fegetenv(found);
+  return false;
+}
+PKTRT__INLINE void pktrt__settings_set(void) { (void)fesetenv(FE_DFL_ENV); }
+PKTRT__INLINE void pktrt__settings_restore(const pktrt__settings *found) { (void)fesetenv(found); }
+#endif
+
+/* The body of a function that returns nothing: makes the call under the library's settings. */
+#define PKTRT__UNDER_SETTINGS(call)    \
+  do {                                 \
+    pktrt__settings found;             \
+    if (pktrt__settings_fit(&found)) { \
+      call;                            \
+    } else {                           \
+      pktrt__settings_set();           \
+      call;                            \
+      pktrt__settings_restore(&found); \
+    }                                  \
+  } while (0)
+/* The same of a function that returns what the call returns. */
+#define PKTRT__RETURN_UNDER_SETTINGS(type, call)  \
+  do {                                            \
+    pktrt__settings found;                        \
+    if (pktrt__settings_fit(&found)) return call; \
+    pktrt__settings_set();                        \
+    type result = call;                           \
+    pktrt__settings_restore(&found);              \
+    return result;                                \
+  } while (0)
+
 /* >>memory --------------------------------------------------------------------------------------------------------- */
 
 /* WHY large pages: traversal jumps about in memory, and with pages of 4 KiB each step may also miss the TLB. Large
@@ -1936,10 +2050,21 @@ static void pktrt__mem_release(const pktrt_scene_desc *desc, void *p, uint64_t c
   if (p) desc->release(desc->user, p, bytes ? bytes : 64);
 }
 
-/* Runs body(arg, i) for i in [0,n), through the hook where there is one. */
+/* What the hook parallel_for runs on threads of any settings. */
+typedef struct pktrt__mem_task {
+  void (*body)(void *, size_t);
+  void *arg;
+} pktrt__mem_task;
+static void pktrt__mem_run_task(void *arg, size_t i) {
+  const pktrt__mem_task *task = PKTRT__CAST(const pktrt__mem_task *, arg);
+  PKTRT__UNDER_SETTINGS(task->body(task->arg, i));
+}
+
+/* Runs body(arg, i) for i in [0,n), through the hook where there is one, under the library's settings. */
 static void pktrt__parallel_for(const pktrt_scene_desc *desc, size_t n, void (*body)(void *, size_t), void *arg) {
   if (desc->parallel_for && n > 1) {
-    desc->parallel_for(desc->user, n, body, arg);
+    pktrt__mem_task task = {body, arg};
+    desc->parallel_for(desc->user, n, pktrt__mem_run_task, &task);
   } else {
     for (size_t i = 0; i < n; i++) body(arg, i);
   }
@@ -3903,6 +4028,13 @@ static pktrt_status pktrt__mesh_copy(pktrt_scene *s, const pktrt_mesh_desc *d, p
 
 /* >>commit --------------------------------------------------------------------------------------------------------- */
 
+/* Groups and models are scenes of their own: these work on them, too. See >>scene. */
+PKTRT__NOINLINE pktrt_scene *pktrt__do_scene_create(const pktrt_scene_desc *desc);
+PKTRT__NOINLINE void pktrt__do_scene_destroy(pktrt_scene *s);
+PKTRT__NOINLINE pktrt_status pktrt__do_add_mesh(pktrt_scene *s, const pktrt_mesh_desc *d, uint32_t *mesh);
+PKTRT__NOINLINE pktrt_status pktrt__do_commit(pktrt_scene *s);
+PKTRT__NOINLINE pktrt_status pktrt__do_refit(pktrt_scene *s);
+
 static void pktrt__commit_swap(float **a, float **b) {
   float *swap = *a;
   *a = *b, *b = swap;
@@ -3989,7 +4121,7 @@ PKTRT__COLD void pktrt__commit_drop(const pktrt_scene *s, pktrt__commit_list *li
     const uint32_t tree = s->sets[fresh->set].tree;
     if (tree == PKTRT_NONE || s->bvhs[tree].nodes != fresh->nodes) pktrt__bvh_free(&s->desc, &list->bvhs[list->n]);
   }
-  if (list->groups != s->groups) pktrt_scene_destroy(list->groups);
+  if (list->groups != s->groups) pktrt__do_scene_destroy(list->groups);
   pktrt__mem_release(&s->desc, list->bvhs, list->room, sizeof *list->bvhs);
 }
 
@@ -3997,7 +4129,7 @@ PKTRT__COLD void pktrt__commit_drop(const pktrt_scene *s, pktrt__commit_list *li
 PKTRT__COLD pktrt_scene *pktrt__top_create(const pktrt_scene *s) {
   pktrt_scene_desc d = s->desc;
   d.rebuild = PKTRT_REBUILD_AUTOMATIC, d.log = NULL;
-  pktrt_scene *top = pktrt_scene_create(&d);
+  pktrt_scene *top = pktrt__do_scene_create(&d);
   if (top) top->of_boxes = true;
   return top;
 }
@@ -4026,11 +4158,11 @@ PKTRT__COLD pktrt_scene *pktrt__group_make(const pktrt_scene *s, const pktrt__bv
     memset(&mesh, 0, sizeof mesh);
     mesh.positions = box, mesh.vertex_count = 3, mesh.triangle_count = 1, mesh.key_count = keys;
     for (uint32_t k = 0; box && k < keys; k++) pktrt__group_box(&bvhs[i], k, box + 9 * (size_t)k);
-    ok = box && !pktrt_add_mesh(top, &mesh, NULL);
+    ok = box && !pktrt__do_add_mesh(top, &mesh, NULL);
     pktrt__mem_release(&s->desc, box, keys, 9 * sizeof *box);
   }
-  if (ok && !pktrt_commit(top)) return top;
-  pktrt_scene_destroy(top);
+  if (ok && !pktrt__do_commit(top)) return top;
+  pktrt__do_scene_destroy(top);
   return NULL;
 }
 /* Fits the tree above those that were fitted. */
@@ -4041,7 +4173,7 @@ PKTRT__COLD void pktrt__group_refit(pktrt_scene *s) {
     for (uint32_t k = 0; k < box->key_count; k++) pktrt__group_box(&s->bvhs[i], k, box->positions + 9 * (size_t)k);
     box->dirty = true;
   }
-  (void)pktrt_refit(s->groups);
+  (void)pktrt__do_refit(s->groups);
 }
 
 /* How many trees of groups rays visit one after the other. More have a tree above them, which knows no frusta. */
@@ -4105,7 +4237,7 @@ PKTRT__COLD void pktrt__commit_take(pktrt_scene *s, const pktrt__commit_list *li
   }
   pktrt__mem_release(&s->desc, s->bvhs, s->bvh_room, sizeof *s->bvhs);
   s->bvhs = list->bvhs, s->bvh_count = list->n, s->bvh_room = list->room, s->direct_count = list->direct;
-  if (list->groups != s->groups) pktrt_scene_destroy(s->groups);
+  if (list->groups != s->groups) pktrt__do_scene_destroy(s->groups);
   s->groups = list->groups;
   for (uint32_t i = 0; i < s->set_count; i++)
     s->sets[i].tree = s->sets[i].next, s->sets[i].moved = s->sets[i].moved && !s->sets[i].changed;
@@ -5882,36 +6014,22 @@ typedef struct pktrt__kernel_table {
 
 /* >>check: arithmetic that is not what the code asks for ----------------------------------------------------------- */
 
-/* Faults of arithmetic. No macro reveals some flags, and no compiler knows how a thread rounds: both are tested when a
-   scene is created, in C and by the kernels that it will use. Only the first fault is reported: it can cause others. */
+/* Faults of arithmetic. No macro reveals some flags: what they do is tested when a scene is created, in C and by the
+   kernels that it will use. Only the first fault is reported: it can cause others. */
 enum {
-  PKTRT__ROUNDS_OTHERWISE = 1,
-  PKTRT__FLUSHES = 2,
-  PKTRT__SHORTENS = 4,
-  PKTRT__FUSES = 8,
-  PKTRT__REORDERS = 16,
-  PKTRT__MULTIPLIES = 32,
-  PKTRT__GUESSES_ROOTS = 64,
-  PKTRT__EXPECTS_FINITE = 128,
-  PKTRT__DROPS_SIGNS = 256
+  PKTRT__SHORTENS = 1,
+  PKTRT__FUSES = 2,
+  PKTRT__REORDERS = 4,
+  PKTRT__MULTIPLIES = 8,
+  PKTRT__GUESSES_ROOTS = 16,
+  PKTRT__EXPECTS_FINITE = 32,
+  PKTRT__DROPS_SIGNS = 64
 };
 
 /* Returns x, hidden from compilers. */
 PKTRT__NOINLINE double pktrt__check_opaque(double x) {
   volatile double v = x;
   return v;
-}
-
-/* Tests how this thread rounds, and whether it keeps numbers below DBL_MIN and FLT_MIN, as results and as operands. */
-PKTRT__COLD uint32_t pktrt__check_thread(void) {
-  const double one = pktrt__check_opaque(1), e = pktrt__check_opaque(DBL_EPSILON), tiny = pktrt__check_opaque(DBL_MIN);
-  const float least = (float)pktrt__check_opaque((double)FLT_MIN),
-              large = (float)pktrt__check_opaque(1 / (double)FLT_EPSILON);
-  const bool nearest = one + e * 0.75 == 1 + DBL_EPSILON && one + e * 0.25 == 1 && -one - e * 0.25 == -1;
-  volatile float low = least * 0.25f; /* written and read: flushed here, or below */
-  volatile double deep = tiny * 0.25;
-  const bool kept = low * large == FLT_MIN * 0.25f * (1 / FLT_EPSILON) && deep * pktrt__check_opaque(4) == DBL_MIN;
-  return (nearest ? 0 : PKTRT__ROUNDS_OTHERWISE) | (kept ? 0 : PKTRT__FLUSHES);
 }
 
 /* Tests what the compiler made of arithmetic: (1 + e)^2 - (1 + 2 e), e = 2^-12 or 2^-27, is e^2 if fused, else 0. */
@@ -5937,11 +6055,6 @@ PKTRT__DIVIDES_BY_ZERO PKTRT__COLD uint32_t pktrt__check_compiler(void) {
 PKTRT__COLD const char *pktrt__check_sentence(uint32_t faults) {
 #define PKTRT__REFUSED "A scene could not be created: "
   switch (faults & (~faults + 1)) {
-  case PKTRT__ROUNDS_OTHERWISE:
-    return PKTRT__REFUSED "this thread does not round to nearest; fesetround(FE_TONEAREST).";
-  case PKTRT__FLUSHES:
-    return PKTRT__REFUSED "this thread flushes denormal numbers to zero; link without -ffast-math, -Ofast, "
-                          "-funsafe-math-optimizations and -mdaz-ftz, which set this at the start, or clear it.";
   case PKTRT__SHORTENS: return PKTRT__REFUSED "double constants became floats; drop -fsingle-precision-constant.";
   case PKTRT__FUSES:
     return PKTRT__REFUSED "products and sums are fused; drop -ffp-contract=fast, -ffast-math and -ffp-model=fast.";
@@ -11929,10 +12042,10 @@ PKTRT_DEF const char *pktrt_status_string(pktrt_status status) {
 PKTRT_DEF uint32_t pktrt_version(void) { return PKTRT_VERSION; }
 
 static uint32_t pktrt__check_all_arithmetic(const pktrt__kernel_table *kernels) {
-  return pktrt__check_thread() | pktrt__check_compiler() | kernels->check_arithmetic();
+  return pktrt__check_compiler() | kernels->check_arithmetic();
 }
 
-PKTRT_DEF const char *pktrt_last_error(const pktrt_scene *s) {
+PKTRT__NOINLINE const char *pktrt__do_last_error(const pktrt_scene *s) {
   if (s) return s->error;
   uint32_t faults = 0;
   for (int isa = PKTRT_ISA_SCALAR; isa < PKTRT_ISA_COUNT; isa++) {
@@ -11969,13 +12082,13 @@ PKTRT__COLD void pktrt__instance_promote_all(pktrt_scene *s) {
 }
 PKTRT__COLD void pktrt__instance_free_all(pktrt_scene *s) {
   for (uint32_t i = 0; i < s->instance_count; i++) pktrt__instance_free(s, &s->instances[i]);
-  for (uint32_t i = 0; i < s->model_count; i++) pktrt_scene_destroy(s->models[i]);
+  for (uint32_t i = 0; i < s->model_count; i++) pktrt__do_scene_destroy(s->models[i]);
   pktrt__mem_release(&s->desc, s->instances, s->instance_capacity, sizeof *s->instances);
   pktrt__mem_release(&s->desc, s->models, s->model_capacity, sizeof *s->models);
-  pktrt_scene_destroy(s->boxes);
+  pktrt__do_scene_destroy(s->boxes);
 }
 
-PKTRT_DEF pktrt_scene *pktrt_scene_create(const pktrt_scene_desc *desc) {
+PKTRT__NOINLINE pktrt_scene *pktrt__do_scene_create(const pktrt_scene_desc *desc) {
   pktrt_scene_desc d;
   memset(&d, 0, sizeof d);
   if (desc) d = *desc;
@@ -11999,7 +12112,7 @@ PKTRT_DEF pktrt_scene *pktrt_scene_create(const pktrt_scene_desc *desc) {
   return s;
 }
 
-PKTRT_DEF void pktrt_scene_destroy(pktrt_scene *s) {
+PKTRT__NOINLINE void pktrt__do_scene_destroy(pktrt_scene *s) {
   if (!s) return;
   const pktrt_scene_desc d = s->desc;
   for (uint32_t i = 0; i < s->mesh_count; i++) pktrt__mesh_free(&d, &s->meshes[i]);
@@ -12007,7 +12120,7 @@ PKTRT_DEF void pktrt_scene_destroy(pktrt_scene *s) {
   pktrt__mem_release(&d, s->meshes, s->mesh_capacity, sizeof *s->meshes);
   pktrt__mem_release(&d, s->bvhs, s->bvh_room, sizeof *s->bvhs);
   pktrt__mem_release(&d, s->sets, s->set_capacity, sizeof *s->sets);
-  pktrt_scene_destroy(s->groups);
+  pktrt__do_scene_destroy(s->groups);
   pktrt__instance_free_all(s);
 #ifndef PKTRT_NO_RENDER
   pktrt__mem_release(&d, s->materials, s->material_capacity, sizeof *s->materials);
@@ -12071,7 +12184,7 @@ PKTRT__COLD pktrt_status pktrt__mesh_add(pktrt_scene *s, const pktrt_mesh_desc *
   return PKTRT_OK;
 }
 
-PKTRT_DEF pktrt_status pktrt_add_mesh(pktrt_scene *s, const pktrt_mesh_desc *d, uint32_t *mesh) {
+PKTRT__NOINLINE pktrt_status pktrt__do_add_mesh(pktrt_scene *s, const pktrt_mesh_desc *d, uint32_t *mesh) {
   if (!s) return PKTRT_INVALID_ARGUMENT;
   s->error[0] = 0;
   const uint32_t index = pktrt__mesh_find_index(s, d ? d->triangle_count : 0);
@@ -12081,7 +12194,7 @@ PKTRT_DEF pktrt_status pktrt_add_mesh(pktrt_scene *s, const pktrt_mesh_desc *d, 
   return st;
 }
 
-PKTRT_DEF pktrt_status pktrt_commit(pktrt_scene *s) {
+PKTRT__NOINLINE pktrt_status pktrt__do_commit(pktrt_scene *s) {
   if (!s) return PKTRT_INVALID_ARGUMENT;
   s->error[0] = 0;
   pktrt__commit_list own, top;
@@ -12166,7 +12279,8 @@ static pktrt_status pktrt__mesh_set_vectors(pktrt_scene *s, pktrt__mesh *m, floa
   return v->count ? pktrt__mesh_copy_vectors(s, *pending + at, v) : PKTRT_OK;
 }
 
-PKTRT_DEF pktrt_status pktrt_set_positions(pktrt_scene *s, uint32_t mesh, uint32_t key, const float *positions) {
+PKTRT__NOINLINE pktrt_status pktrt__do_set_positions(pktrt_scene *s, uint32_t mesh, uint32_t key,
+                                                     const float *positions) {
   if (!s) return PKTRT_INVALID_ARGUMENT;
   pktrt__mesh *m = pktrt__mesh_to_deform(s, mesh, key, positions, "set_positions");
   if (!m) return PKTRT_INVALID_ARGUMENT;
@@ -12175,7 +12289,7 @@ PKTRT_DEF pktrt_status pktrt_set_positions(pktrt_scene *s, uint32_t mesh, uint32
 }
 
 #ifndef PKTRT_NO_NORMALS
-PKTRT_DEF pktrt_status pktrt_set_normals(pktrt_scene *s, uint32_t mesh, uint32_t key, const float *normals) {
+PKTRT__NOINLINE pktrt_status pktrt__do_set_normals(pktrt_scene *s, uint32_t mesh, uint32_t key, const float *normals) {
   if (!s) return PKTRT_INVALID_ARGUMENT;
   pktrt__mesh *m = pktrt__mesh_to_deform(s, mesh, key, normals, "set_normals");
   if (!m) return PKTRT_INVALID_ARGUMENT;
@@ -12186,7 +12300,7 @@ PKTRT_DEF pktrt_status pktrt_set_normals(pktrt_scene *s, uint32_t mesh, uint32_t
 }
 #endif
 
-PKTRT_DEF pktrt_status pktrt_refit(pktrt_scene *s) {
+PKTRT__NOINLINE pktrt_status pktrt__do_refit(pktrt_scene *s) {
   if (!s) return PKTRT_INVALID_ARGUMENT;
   s->error[0] = 0;
   for (uint32_t i = 0; i < s->mesh_count; i++) {
@@ -12199,7 +12313,7 @@ PKTRT_DEF pktrt_status pktrt_refit(pktrt_scene *s) {
   pktrt__commit_survey(s);
   pktrt__commit_fit_moved(s);
   for (uint32_t i = 0; i < s->mesh_count; i++) pktrt__commit_promote(&s->meshes[i]);
-  if (s->boxes && !pktrt_refit(s->boxes)) pktrt__instance_promote_all(s);
+  if (s->boxes && !pktrt__do_refit(s->boxes)) pktrt__instance_promote_all(s);
   pktrt__commit_summarise(s);
   return pktrt__commit_rebuild_worn(s);
 }
@@ -12257,8 +12371,8 @@ PKTRT_DEF pktrt_status pktrt_mark_changed(pktrt_scene *s) {
 }
 
 #ifndef PKTRT_NO_INSTANCES
-PKTRT_DEF pktrt_status pktrt_add_model(pktrt_scene *s, const pktrt_mesh_desc *meshes, uint32_t mesh_count,
-                                       uint32_t *model) {
+PKTRT__NOINLINE pktrt_status pktrt__do_add_model(pktrt_scene *s, const pktrt_mesh_desc *meshes, uint32_t mesh_count,
+                                                 uint32_t *model) {
   if (!s) return PKTRT_INVALID_ARGUMENT;
   s->error[0] = 0;
   const unsigned index = (unsigned)s->model_count;
@@ -12267,18 +12381,18 @@ PKTRT_DEF pktrt_status pktrt_add_model(pktrt_scene *s, const pktrt_mesh_desc *me
   if (!pktrt__mem_grow(&s->desc, &models, s->model_count, &s->model_capacity, sizeof *s->models))
     return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "model %u: no memory for the list of models", index);
   s->models = PKTRT__CAST(pktrt_scene **, models);
-  pktrt_scene *m = pktrt_scene_create(&s->desc);
+  pktrt_scene *m = pktrt__do_scene_create(&s->desc);
   if (!m) return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "model %u: no memory", index);
   pktrt_status st = PKTRT_OK;
   for (uint32_t i = 0; i < mesh_count && st == PKTRT_OK; i++) {
     pktrt_mesh_desc mesh = meshes[i];
     mesh.group = 0; /* it is built once */
-    st = pktrt_add_mesh(m, &mesh, NULL);
+    st = pktrt__do_add_mesh(m, &mesh, NULL);
   }
-  if (st == PKTRT_OK) st = pktrt_commit(m);
+  if (st == PKTRT_OK) st = pktrt__do_commit(m);
   if (st != PKTRT_OK) {
     pktrt__fail(s, st, "model %u: %.200s", index, m->error);
-    pktrt_scene_destroy(m);
+    pktrt__do_scene_destroy(m);
     return st;
   }
   s->models[s->model_count++] = m;
@@ -12466,7 +12580,7 @@ PKTRT__COLD uint32_t pktrt__instance_find_index(const pktrt_scene *s, const pktr
   return i;
 }
 
-PKTRT_DEF pktrt_status pktrt_add_instance(pktrt_scene *s, const pktrt_instance_desc *d, uint32_t *instance) {
+PKTRT__NOINLINE pktrt_status pktrt__do_add_instance(pktrt_scene *s, const pktrt_instance_desc *d, uint32_t *instance) {
   static const float identity[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
   if (!s) return PKTRT_INVALID_ARGUMENT;
   s->error[0] = 0;
@@ -12500,7 +12614,8 @@ PKTRT_DEF pktrt_status pktrt_add_instance(pktrt_scene *s, const pktrt_instance_d
   return st;
 }
 
-PKTRT_DEF pktrt_status pktrt_set_transform(pktrt_scene *s, uint32_t instance, uint32_t key, const float *transform) {
+PKTRT__NOINLINE pktrt_status pktrt__do_set_transform(pktrt_scene *s, uint32_t instance, uint32_t key,
+                                                     const float *transform) {
   if (!s) return PKTRT_INVALID_ARGUMENT;
   const unsigned i = (unsigned)instance;
   pktrt__instance *in = pktrt__instance_named(s, instance, "set_transform");
@@ -12517,7 +12632,7 @@ PKTRT_DEF pktrt_status pktrt_set_transform(pktrt_scene *s, uint32_t instance, ui
   pktrt_status st = pktrt__instance_check(s, &changed, in->pending, i);
   for (uint32_t k = 0; k < in->key_count && st == PKTRT_OK; k++) { /* without memory, the first fails */
     (void)pktrt__place_box(in->model, in->pending + 12 * (size_t)k, changed.kappa, box);
-    st = pktrt_set_positions(s->boxes, instance, k, box);
+    st = pktrt__do_set_positions(s->boxes, instance, k, box);
     if (st != PKTRT_OK) pktrt__fail(s, st, "set_transform: instance %u: no memory", i);
   }
   if (st != PKTRT_OK) memcpy(at, before, sizeof before);
@@ -12598,8 +12713,6 @@ PKTRT__COLD void pktrt__report_info(const pktrt_scene *s, pktrt_scene_info *info
   for (uint32_t i = 0; i < s->instance_count; i++) info->instance_count += s->boxes->meshes[i].committed;
 }
 
-PKTRT_DEF void pktrt_get_scene_info(const pktrt_scene *s, pktrt_scene_info *info) { pktrt__report_info(s, info); }
-
 #ifndef PKTRT_NO_RENDER
 /* Refuses components of a vector that are not finite, or outside [lo, hi]. */
 PKTRT__COLD pktrt_status pktrt__check_range(pktrt_scene *s, const char *whose, unsigned index, const char *what,
@@ -12633,7 +12746,7 @@ PKTRT__COLD pktrt_status pktrt__light_check(pktrt_scene *s, const pktrt_light *l
   return st;
 }
 
-PKTRT_DEF pktrt_status pktrt_add_light(pktrt_scene *s, const pktrt_light *l, uint32_t *light) {
+PKTRT__NOINLINE pktrt_status pktrt__do_add_light(pktrt_scene *s, const pktrt_light *l, uint32_t *light) {
   if (!s) return PKTRT_INVALID_ARGUMENT;
   s->error[0] = 0;
   const pktrt_status st = pktrt__light_check(s, l, (unsigned)s->light_count);
@@ -12681,7 +12794,7 @@ PKTRT__COLD pktrt_status pktrt__material_check(pktrt_scene *s, const pktrt_mater
   return st;
 }
 
-PKTRT_DEF pktrt_status pktrt_add_material(pktrt_scene *s, const pktrt_material *m, uint32_t *material) {
+PKTRT__NOINLINE pktrt_status pktrt__do_add_material(pktrt_scene *s, const pktrt_material *m, uint32_t *material) {
   if (!s) return PKTRT_INVALID_ARGUMENT;
   s->error[0] = 0;
   const unsigned index = (unsigned)s->material_count + 1;
@@ -12981,23 +13094,23 @@ static void pktrt__query_run(const pktrt_scene *s, const pktrt_query_desc *desc,
     for (size_t i = 0; i < n; i++) s->kernels->intersect(s, &a->rays[i], PKTRT_NONE, &a->hits[i], NULL);
 }
 
-PKTRT_DEF void pktrt_intersect_ex(const pktrt_scene *s, const pktrt_query_desc *desc, const pktrt_ray *rays,
-                                  pktrt_hit *hits, size_t n) {
+PKTRT__NOINLINE void pktrt__do_intersect_ex(const pktrt_scene *s, const pktrt_query_desc *desc, const pktrt_ray *rays,
+                                            pktrt_hit *hits, size_t n) {
   const pktrt__query_arrays a = {rays, NULL, hits, NULL, NULL};
   pktrt__query_run(s, desc, false, &a, n);
 }
-PKTRT_DEF void pktrt_occluded_ex(const pktrt_scene *s, const pktrt_query_desc *desc, const pktrt_ray *rays, bool *out,
-                                 size_t n) {
+PKTRT__NOINLINE void pktrt__do_occluded_ex(const pktrt_scene *s, const pktrt_query_desc *desc, const pktrt_ray *rays,
+                                           bool *out, size_t n) {
   const pktrt__query_arrays a = {rays, NULL, NULL, NULL, out};
   pktrt__query_run(s, desc, true, &a, n);
 }
-PKTRT_DEF void pktrt_intersect_soa_ex(const pktrt_scene *s, const pktrt_query_desc *desc, const pktrt_rays *rays,
-                                      const pktrt_hits *hits, size_t n) {
+PKTRT__NOINLINE void pktrt__do_intersect_soa_ex(const pktrt_scene *s, const pktrt_query_desc *desc,
+                                                const pktrt_rays *rays, const pktrt_hits *hits, size_t n) {
   const pktrt__query_arrays a = {NULL, rays, NULL, hits, NULL};
   pktrt__query_run(s, desc, false, &a, n);
 }
-PKTRT_DEF void pktrt_occluded_soa_ex(const pktrt_scene *s, const pktrt_query_desc *desc, const pktrt_rays *rays,
-                                     bool *out, size_t n) {
+PKTRT__NOINLINE void pktrt__do_occluded_soa_ex(const pktrt_scene *s, const pktrt_query_desc *desc,
+                                               const pktrt_rays *rays, bool *out, size_t n) {
   const pktrt__query_arrays a = {NULL, rays, NULL, NULL, out};
   pktrt__query_run(s, desc, true, &a, n);
 }
@@ -13013,7 +13126,7 @@ static const pktrt__bvh *pktrt__tree_find(const pktrt_scene *s, uint32_t tree, c
   }
   return NULL;
 }
-PKTRT_DEF bool pktrt_get_tree(const pktrt_scene *s, uint32_t tree, pktrt_tree *out) {
+PKTRT__NOINLINE bool pktrt__do_get_tree(const pktrt_scene *s, uint32_t tree, pktrt_tree *out) {
   const pktrt_scene *of;
   memset(out, 0, sizeof *out);
   const pktrt__bvh *bvh = pktrt__tree_find(s, tree, &of, &out->model);
@@ -13027,7 +13140,8 @@ PKTRT_DEF bool pktrt_get_tree(const pktrt_scene *s, uint32_t tree, pktrt_tree *o
   return true;
 }
 
-PKTRT_DEF bool pktrt_get_node(const pktrt_scene *s, uint32_t tree, uint32_t index, float time, pktrt_node *out) {
+PKTRT__NOINLINE bool pktrt__do_get_node(const pktrt_scene *s, uint32_t tree, uint32_t index, float time,
+                                        pktrt_node *out) {
   const pktrt_scene *of;
   uint32_t model, hint[2] = {0, 0};
   float ta, tb;
@@ -13063,24 +13177,6 @@ PKTRT_DEF pktrt_ray pktrt_make_ray(const float origin[3], const float direction[
   for (int a = 0; a < 3; a++) ray.origin[a] = origin[a], ray.direction[a] = direction[a];
   ray.tmin = 0, ray.tmax = INFINITY, ray.time = 0;
   return ray;
-}
-
-/* Traces one ray directly, without a batch. */
-PKTRT_DEF bool pktrt_intersect(const pktrt_scene *s, const pktrt_ray *ray, pktrt_hit *hit) {
-  return s->kernels->intersect(s, ray, PKTRT_NONE, hit, NULL);
-}
-PKTRT_DEF bool pktrt_occluded(const pktrt_scene *s, const pktrt_ray *ray) { return s->kernels->occluded(s, ray); }
-PKTRT_DEF void pktrt_intersect_n(const pktrt_scene *s, const pktrt_ray *rays, pktrt_hit *hits, size_t n) {
-  pktrt_intersect_ex(s, NULL, rays, hits, n);
-}
-PKTRT_DEF void pktrt_occluded_n(const pktrt_scene *s, const pktrt_ray *rays, bool *out, size_t n) {
-  pktrt_occluded_ex(s, NULL, rays, out, n);
-}
-PKTRT_DEF void pktrt_intersect_soa(const pktrt_scene *s, const pktrt_rays *rays, const pktrt_hits *hits, size_t n) {
-  pktrt_intersect_soa_ex(s, NULL, rays, hits, n);
-}
-PKTRT_DEF void pktrt_occluded_soa(const pktrt_scene *s, const pktrt_rays *rays, bool *out, size_t n) {
-  pktrt_occluded_soa_ex(s, NULL, rays, out, n);
 }
 
 /* >>spawn ----------------------------------------------------------------------------------------------------------
@@ -13220,8 +13316,8 @@ static int pktrt__spawn_from(const pktrt_scene *s, const pktrt_ray *ray, const p
   return side * pktrt__place_side(place);
 }
 
-PKTRT_DEF void pktrt_spawn(const pktrt_scene *s, const pktrt_ray *ray, const pktrt_hit *hit, const float direction[3],
-                           pktrt_ray *out) {
+PKTRT__NOINLINE void pktrt__do_spawn(const pktrt_scene *s, const pktrt_ray *ray, const pktrt_hit *hit,
+                                     const float direction[3], pktrt_ray *out) {
   const pktrt_ray from = *ray;
   const float d[3] = {direction[0], direction[1], direction[2]};
   memset(out, 0, sizeof *out);
@@ -13234,16 +13330,16 @@ PKTRT_DEF void pktrt_spawn(const pktrt_scene *s, const pktrt_ray *ray, const pkt
   out->tmax = INFINITY;
 }
 
-PKTRT_DEF void pktrt_spawn_n(const pktrt_scene *s, const pktrt_ray *rays, const pktrt_hit *hits,
-                             const float *directions, pktrt_ray *out, size_t n) {
-  for (size_t i = 0; i < n; i++) pktrt_spawn(s, &rays[i], &hits[i], directions + 3 * i, &out[i]);
+PKTRT__NOINLINE void pktrt__do_spawn_n(const pktrt_scene *s, const pktrt_ray *rays, const pktrt_hit *hits,
+                                       const float *directions, pktrt_ray *out, size_t n) {
+  for (size_t i = 0; i < n; i++) pktrt__do_spawn(s, &rays[i], &hits[i], directions + 3 * i, &out[i]);
 }
 
 /* >>crossings: all hits along a ray, not only the nearest ---------------------------------------------------------- */
 
 /* Finds the next hit, and where it is, see pktrt__entry_intersect. */
-static bool pktrt__crossing_next(const pktrt_scene *s, const pktrt_ray *ray, const pktrt_hit *previous, pktrt_hit *hit,
-                                 uint32_t *where) {
+PKTRT__NOINLINE bool pktrt__crossing_next(const pktrt_scene *s, const pktrt_ray *ray, const pktrt_hit *previous,
+                                          pktrt_hit *hit, uint32_t *where) {
   pktrt_ray rest = *ray;
   uint32_t after = PKTRT_NONE;
   if (previous && (previous->mesh >= s->committed_meshes || ray->tmin < previous->t)) {
@@ -13252,25 +13348,22 @@ static bool pktrt__crossing_next(const pktrt_scene *s, const pktrt_ray *ray, con
   }
   return s->kernels->intersect(s, &rest, after, hit, where);
 }
-PKTRT_DEF bool pktrt_intersect_after(const pktrt_scene *s, const pktrt_ray *ray, const pktrt_hit *previous,
-                                     pktrt_hit *hit) {
-  return pktrt__crossing_next(s, ray, previous, hit, NULL);
-}
-PKTRT_DEF void pktrt_intersect_after_n(const pktrt_scene *s, const pktrt_ray *rays, const pktrt_hit *previous,
-                                       pktrt_hit *hits, size_t n) {
-  for (size_t i = 0; i < n; i++) pktrt_intersect_after(s, &rays[i], previous ? &previous[i] : NULL, &hits[i]);
+PKTRT__NOINLINE void pktrt__do_intersect_after_n(const pktrt_scene *s, const pktrt_ray *rays, const pktrt_hit *previous,
+                                                 pktrt_hit *hits, size_t n) {
+  for (size_t i = 0; i < n; i++) pktrt__crossing_next(s, &rays[i], previous ? &previous[i] : NULL, &hits[i], NULL);
 }
 
-PKTRT_DEF size_t pktrt_intersect_all(const pktrt_scene *s, const pktrt_ray *ray, pktrt_hit *hits, size_t capacity) {
+PKTRT__NOINLINE size_t pktrt__do_intersect_all(const pktrt_scene *s, const pktrt_ray *ray, pktrt_hit *hits,
+                                               size_t capacity) {
   pktrt_hit at[2];
   size_t n = 0;
-  for (; pktrt_intersect_after(s, ray, n ? &at[(n - 1) & 1] : NULL, &at[n & 1]); n++)
+  for (; pktrt__crossing_next(s, ray, n ? &at[(n - 1) & 1] : NULL, &at[n & 1], NULL); n++)
     if (n < capacity) hits[n] = at[n & 1];
   return n;
 }
-PKTRT_DEF void pktrt_intersect_all_n(const pktrt_scene *s, const pktrt_ray *rays, pktrt_hit *hits, size_t capacity,
-                                     size_t *counts, size_t n) {
-  for (size_t i = 0; i < n; i++) counts[i] = pktrt_intersect_all(s, &rays[i], hits + i * capacity, capacity);
+PKTRT__NOINLINE void pktrt__do_intersect_all_n(const pktrt_scene *s, const pktrt_ray *rays, pktrt_hit *hits,
+                                               size_t capacity, size_t *counts, size_t n) {
+  for (size_t i = 0; i < n; i++) counts[i] = pktrt__do_intersect_all(s, &rays[i], hits + i * capacity, capacity);
 }
 
 /* Returns 1 where a ray leaves by the triangle it hits, the side where corners appear clockwise, or -1 where it enters. */
@@ -13297,7 +13390,8 @@ static int pktrt__crossing_exits(const pktrt_scene *s, const pktrt_ray *ray, con
 static void pktrt__crossing_each(const pktrt_scene *s, const pktrt_ray *ray, void (*tell)(void *, uint32_t, int),
                                  void *of) {
   pktrt_hit at;
-  for (bool hit = pktrt_intersect_after(s, ray, NULL, &at); hit; hit = pktrt_intersect_after(s, ray, &at, &at))
+  for (bool hit = pktrt__crossing_next(s, ray, NULL, &at, NULL); hit;
+       hit = pktrt__crossing_next(s, ray, &at, &at, NULL))
     tell(of, at.mesh, pktrt__crossing_exits(s, ray, &at));
 }
 
@@ -13309,7 +13403,7 @@ static void pktrt__crossing_count(void *of, uint32_t mesh, int exits) {
   pktrt__crossing_sum *sum = PKTRT__CAST(pktrt__crossing_sum *, of);
   if (mesh == sum->mesh) sum->exits += exits;
 }
-PKTRT_DEF int pktrt_winding(const pktrt_scene *s, uint32_t mesh, const float point[3], float time) {
+PKTRT__NOINLINE int pktrt__do_winding(const pktrt_scene *s, uint32_t mesh, const float point[3], float time) {
   static const float ahead[3] = {1, 0, 0};
   pktrt_ray ray = pktrt_make_ray(point, ahead);
   pktrt__crossing_sum sum = {mesh, 0};
@@ -13317,9 +13411,9 @@ PKTRT_DEF int pktrt_winding(const pktrt_scene *s, uint32_t mesh, const float poi
   pktrt__crossing_each(s, &ray, pktrt__crossing_count, &sum);
   return sum.exits;
 }
-PKTRT_DEF void pktrt_winding_n(const pktrt_scene *s, uint32_t mesh, const float *points, const float *times, int *out,
-                               size_t n) {
-  for (size_t i = 0; i < n; i++) out[i] = pktrt_winding(s, mesh, points + 3 * i, times ? times[i] : 0);
+PKTRT__NOINLINE void pktrt__do_winding_n(const pktrt_scene *s, uint32_t mesh, const float *points, const float *times,
+                                         int *out, size_t n) {
+  for (size_t i = 0; i < n; i++) out[i] = pktrt__do_winding(s, mesh, points + 3 * i, times ? times[i] : 0);
 }
 
 /* >>vectors -------------------------------------------------------------------------------------------------------- */
@@ -13391,8 +13485,8 @@ static bool pktrt__shading_normal(const pktrt_scene *s, const pktrt_hit *hit, fl
   return pktrt__normalise(n);
 }
 
-PKTRT_DEF void pktrt_surface(const pktrt_scene *s, const pktrt_ray *ray, const pktrt_hit *hit,
-                             pktrt_surface_info *out) {
+PKTRT__NOINLINE void pktrt__do_surface(const pktrt_scene *s, const pktrt_ray *ray, const pktrt_hit *hit,
+                                       pktrt_surface_info *out) {
   memset(out, 0, sizeof *out);
   out->instance = PKTRT_NONE;
   if (!s || hit->mesh >= s->committed_meshes || hit->triangle >= s->meshes[hit->mesh].triangle_count) return;
@@ -13412,9 +13506,9 @@ PKTRT_DEF void pktrt_surface(const pktrt_scene *s, const pktrt_ray *ray, const p
   out->material = m->material;
   if (m->instance) out->instance = m->instance - 1;
 }
-PKTRT_DEF void pktrt_surface_n(const pktrt_scene *s, const pktrt_ray *rays, const pktrt_hit *hits,
-                               pktrt_surface_info *out, size_t n) {
-  for (size_t i = 0; i < n; i++) pktrt_surface(s, &rays[i], &hits[i], &out[i]);
+PKTRT__NOINLINE void pktrt__do_surface_n(const pktrt_scene *s, const pktrt_ray *rays, const pktrt_hit *hits,
+                                         pktrt_surface_info *out, size_t n) {
+  for (size_t i = 0; i < n; i++) pktrt__do_surface(s, &rays[i], &hits[i], &out[i]);
 }
 
 /* Finds the normal of a triangle, as that of a hit; false where it has no area. */
@@ -13435,8 +13529,8 @@ static bool pktrt__spawn_normal(const pktrt_scene *s, const pktrt_ray *ray, pktr
   for (int a = 0; a < 3 && most > 0; a++) hit->normal[a] = (float)(at[a] / most);
   return most > 0;
 }
-PKTRT_DEF void pktrt_spawn_at(const pktrt_scene *s, uint32_t mesh, uint32_t triangle, float u, float v, float time,
-                              const float direction[3], pktrt_ray *out) {
+PKTRT__NOINLINE void pktrt__do_spawn_at(const pktrt_scene *s, uint32_t mesh, uint32_t triangle, float u, float v,
+                                        float time, const float direction[3], pktrt_ray *out) {
   pktrt_ray ray = pktrt_make_ray(direction, direction);
   pktrt_hit hit;
   ray.time = time;
@@ -13444,13 +13538,13 @@ PKTRT_DEF void pktrt_spawn_at(const pktrt_scene *s, uint32_t mesh, uint32_t tria
   memset(out, 0, sizeof *out);
   out->time = time;
   if (!s || mesh >= s->committed_meshes || triangle >= s->meshes[mesh].triangle_count) return;
-  if (pktrt__spawn_normal(s, &ray, &hit)) pktrt_spawn(s, &ray, &hit, ray.direction, out);
+  if (pktrt__spawn_normal(s, &ray, &hit)) pktrt__do_spawn(s, &ray, &hit, ray.direction, out);
 }
-PKTRT_DEF void pktrt_spawn_at_n(const pktrt_scene *s, const pktrt_hit *hits, const float *times,
-                                const float *directions, pktrt_ray *out, size_t n) {
+PKTRT__NOINLINE void pktrt__do_spawn_at_n(const pktrt_scene *s, const pktrt_hit *hits, const float *times,
+                                          const float *directions, pktrt_ray *out, size_t n) {
   for (size_t i = 0; i < n; i++)
-    pktrt_spawn_at(s, hits[i].mesh, hits[i].triangle, hits[i].u, hits[i].v, times ? times[i] : 0, directions + 3 * i,
-                   &out[i]);
+    pktrt__do_spawn_at(s, hits[i].mesh, hits[i].triangle, hits[i].u, hits[i].v, times ? times[i] : 0,
+                       directions + 3 * i, &out[i]);
 }
 #endif
 
@@ -13598,8 +13692,8 @@ static void pktrt__sampler_sample(const pktrt_sampling *s, uint32_t x, uint32_t 
       &in_range, x, y, sample < in_range.samples ? sample : sample % in_range.samples, dimension, n, out);
 }
 
-PKTRT_DEF void pktrt_sample(const pktrt_sampling *s, uint32_t x, uint32_t y, uint32_t sample, uint32_t dimension,
-                            uint32_t n, float *out) {
+PKTRT__NOINLINE void pktrt__do_sample(const pktrt_sampling *s, uint32_t x, uint32_t y, uint32_t sample,
+                                      uint32_t dimension, uint32_t n, float *out) {
   while (n) {
     const uint32_t left = 4 - dimension % 4, take = n < left ? n : left;
     pktrt__sampler_sample(s, x, y, sample, dimension, take, out);
@@ -13773,13 +13867,13 @@ PKTRT__COLD void pktrt__map_phong_lobe_naive(const float u[2], const double axis
   pktrt__map_around(axis, z, sqrt(1 - z * z), pktrt__map_clamp_unit(u[1]), out);
 }
 
-PKTRT_DEF void pktrt_map_disk(const float u[2], float out[2]) {
+PKTRT__NOINLINE void pktrt__do_map_disk(const float u[2], float out[2]) {
   double p[2];
   pktrt__map_to_disk(u, p);
   out[0] = (float)p[0], out[1] = (float)p[1];
 }
 
-PKTRT_DEF void pktrt_map_sphere(const float u[2], float out[3]) {
+PKTRT__NOINLINE void pktrt__do_map_sphere(const float u[2], float out[3]) {
   static const double up[3] = {0, 0, 1};
   const double x = pktrt__map_clamp_unit(u[0]);
   double d[3];
@@ -13792,21 +13886,21 @@ static void pktrt__map_unit_axis(const float axis[3], double out[3]) {
   (void)pktrt__normalise(out);
 }
 
-PKTRT_DEF void pktrt_map_cosine(const float u[2], const float normal[3], float out[3]) {
+PKTRT__NOINLINE void pktrt__do_map_cosine(const float u[2], const float normal[3], float out[3]) {
   double n[3], d[3];
   pktrt__map_unit_axis(normal, n);
   pktrt__map_cosine_lobe(u, n, d);
   for (int a = 0; a < 3; a++) out[a] = (float)d[a];
 }
 
-PKTRT_DEF void pktrt_map_phong(const float u[2], const float axis[3], float exponent, float out[3]) {
+PKTRT__NOINLINE void pktrt__do_map_phong(const float u[2], const float axis[3], float exponent, float out[3]) {
   double n[3], d[3];
   pktrt__map_unit_axis(axis, n);
   pktrt__map_phong_lobe(u, n, (double)exponent, d);
   for (int a = 0; a < 3; a++) out[a] = (float)d[a];
 }
 
-PKTRT_DEF void pktrt_map_phong_naive(const float u[2], const float axis[3], float exponent, float out[3]) {
+PKTRT__NOINLINE void pktrt__do_map_phong_naive(const float u[2], const float axis[3], float exponent, float out[3]) {
   double n[3], d[3];
   pktrt__map_unit_axis(axis, n);
   pktrt__map_phong_lobe_naive(u, n, (double)exponent, d);
@@ -13816,7 +13910,7 @@ PKTRT_DEF void pktrt_map_phong_naive(const float u[2], const float axis[3], floa
 /* >>fresnel -------------------------------------------------------------------------------------------------------- */
 
 /* Evaluates the exact Fresnel equations for unpolarised light (Born and Wolf, Principles of Optics). */
-PKTRT_DEF float pktrt_fresnel_dielectric(float cosine, float eta) {
+static float pktrt__fresnel_dielectric(float cosine, float eta) {
   const double c = pktrt__min(pktrt__max((double)cosine, 0), 1), e = (double)eta;
   const double k =
       e < 0.5 ? e * e - (1 - c) * (1 + c) : c * c + (e - 1) * (e + 1); /* see pktrt__material_cosine_behind */
@@ -13827,7 +13921,7 @@ PKTRT_DEF float pktrt_fresnel_dielectric(float cosine, float eta) {
 
 /* Evaluates the Fresnel equations of metals. With s2 the squared sine,
    a^2 + b^2 = sqrt((eta^2 - k^2 - s2)^2 + 4 eta^2 k^2) and a^2 = (a^2 + b^2 + eta^2 - k^2 - s2) / 2. */
-PKTRT_DEF float pktrt_fresnel_conductor(float cosine, float eta, float k) {
+static float pktrt__fresnel_conductor(float cosine, float eta, float k) {
   const double c = pktrt__min(pktrt__max((double)cosine, 0), 1), c2 = c * c, s2 = 1 - c2;
   if (!(c > 0)) return 1;
   const double e2 = (double)eta * (double)eta, k2 = (double)k * (double)k, m = e2 - k2 - s2;
@@ -13835,6 +13929,16 @@ PKTRT_DEF float pktrt_fresnel_conductor(float cosine, float eta, float k) {
   const double s = (ab + c2 - 2 * a * c) / (ab + c2 + 2 * a * c);
   const double sum = c2 * ab + s2 * s2, p = sum > 0 ? (sum - 2 * a * c * s2) / (sum + 2 * a * c * s2) : 1;
   return (float)(0.5 * s * (1 + p));
+}
+
+/* The work of the public functions, see >>settings. */
+PKTRT__NOINLINE float pktrt__do_fresnel_dielectric(float cosine, float eta) {
+  const volatile float read = cosine;
+  return pktrt__fresnel_dielectric(read, eta);
+}
+PKTRT__NOINLINE float pktrt__do_fresnel_conductor(float cosine, float eta, float k) {
+  const volatile float read = cosine;
+  return pktrt__fresnel_conductor(read, eta, k);
 }
 
 /* >>lens ----------------------------------------------------------------------------------------------------------- */
@@ -13930,8 +14034,8 @@ static void pktrt__camera_ray_at(const pktrt_camera *c, uint32_t width, uint32_t
   }
 }
 
-PKTRT_DEF bool pktrt_camera_ray(const pktrt_camera *c, uint32_t width, uint32_t height, double x, double y,
-                                const float lens[2], float time, pktrt_ray *ray) {
+PKTRT__NOINLINE bool pktrt__do_camera_ray(const pktrt_camera *c, uint32_t width, uint32_t height, double x, double y,
+                                          const float lens[2], float time, pktrt_ray *ray) {
   const float none[3] = {0, 0, 0};
   float o[3], d[3];
   pktrt__camera_plane plane;
@@ -13940,7 +14044,7 @@ PKTRT_DEF bool pktrt_camera_ray(const pktrt_camera *c, uint32_t width, uint32_t 
   *ray = pktrt_make_ray(none, none), ray->tmax = 0;
   if (!c || !width || !height || !pktrt__camera_check(c, width, height, &plane, &why)) return false;
   if ((!PKTRT__MOTION && c->moving) || (!PKTRT__LENS && c->aperture > 0)) return false;
-  if (lens && c->aperture > 0) pktrt_map_disk(lens, sample.disk);
+  if (lens && c->aperture > 0) pktrt__do_map_disk(lens, sample.disk);
   pktrt__camera_ray_at(c, width, height, &plane, &sample, o, d);
   *ray = pktrt_make_ray(o, d), ray->time = time;
   return true;
@@ -14969,7 +15073,7 @@ static double pktrt__light_sample_sphere(const pktrt__render_state *render, uint
   if (!(radius > 0) || (!u && !(s2 < 1))) return 0;
   if (!(s2 < 1)) {
     float d[3];
-    pktrt_map_sphere(u, d);
+    pktrt__do_map_sphere(u, d);
     for (int a = 0; a < 3; a++) to[a] = (double)d[a];
     return pktrt__light_meet_sphere(render, index, from, to, at);
   }
@@ -16015,7 +16119,7 @@ static void pktrt__material_weights_conductor(const pktrt_scene *scene, pktrt__s
   for (int a = 0; a < 3; a++) cosine -= s->d[a][k] * s->nf[a][k];
   for (int a = 0; a < 3; a++)
     s->reflected[a][k] =
-        pktrt_fresnel_conductor(cosine, pktrt__material_ior(mat, a), mat->extinction[a]) * s->reflectance[a][k];
+        pktrt__fresnel_conductor(cosine, pktrt__material_ior(mat, a), mat->extinction[a]) * s->reflectance[a][k];
 }
 
 /* Adds to the weights of surfaces i to i + 7 what is not done by eights: metals' Fresnel terms and absorption. */
@@ -16103,7 +16207,7 @@ static bool pktrt__cutout_is_clear(const pktrt_scene *s, const pktrt_ray *ray, c
   const pktrt_material *mat = pktrt__material_of(s, s->meshes[hit->mesh].material);
   pktrt_points p;
   (void)pktrt__normalise(d);
-  pktrt_surface(s, ray, hit, &x);
+  pktrt__do_surface(s, ray, hit, &x);
   p.n = 1, p.time = &ray->time, p.mesh = &hit->mesh, p.triangle = &hit->triangle, p.opacity = &opacity;
   for (int a = 0; a < 3; a++) {
     unit[a] = (float)d[a], value[0][a] = mat->albedo[a], value[1][a] = mat->reflectance[a];
@@ -16221,7 +16325,7 @@ static pktrt__media_passage pktrt__media_pass_glass(pktrt__tile *tile, uint32_t 
     d2 += (double)d[a] * (double)d[a], n2 += (double)normal[a] * (double)normal[a];
   }
   const float cosine = (float)(fabs(along) / sqrt(d2 * n2));
-  const float clear = 1 - pktrt_fresnel_dielectric(cosine, pktrt__material_ior(mat, 0));
+  const float clear = 1 - pktrt__fresnel_dielectric(cosine, pktrt__material_ior(mat, 0));
   const pktrt__glass_mesh *glass = tile->render->glass_meshes;
   if (along > 0) *media = pktrt__media_know(scene, *media, pktrt__media_entry(scene, glass, mesh));
   for (int a = 0; a < 3; a++) {
@@ -16795,8 +16899,8 @@ static void pktrt__spawn_draw_lobe(pktrt__tile *tile, const pktrt__wave *w, uint
   const bool followed = depth < render->max_depth && !pktrt__light_asks_one(render, depth + 1) &&
                         !(w->importance[s->first + k] * largest < render->threshold);
   float out[3], side = 0;
-  if (render->desc->phong_mapping == PKTRT_PHONG_NAIVE) pktrt_map_phong_naive(u, axis, mat->exponent, out);
-  else pktrt_map_phong(u, axis, mat->exponent, out);
+  if (render->desc->phong_mapping == PKTRT_PHONG_NAIVE) pktrt__do_map_phong_naive(u, axis, mat->exponent, out);
+  else pktrt__do_map_phong(u, axis, mat->exponent, out);
   for (int a = 0; a < 3; a++) side += out[a] * s->ng[a][k], s->lobe[a][k] = out[a];
   if (followed) s->followed[k / 8] = (uint8_t)(s->followed[k / 8] | 1u << k % 8);
   if (!(side > 0)) return;
@@ -17077,7 +17181,7 @@ static void pktrt__tile_camera_rays(pktrt__tile *tile, uint32_t n) {
       const float u[2] = {lens ? g->u[2][i + k] : 0.5f, lens ? g->u[3][i + k] : 0.5f};
       pktrt__camera_sample sample = {x[k], y[k], (double)w->rays.time[i + k], {0, 0}};
       float o[3], d[3];
-      if (lens) pktrt_map_disk(u, sample.disk);
+      if (lens) pktrt__do_map_disk(u, sample.disk);
       pktrt__camera_ray_at(c, render->desc->width, render->desc->height, &render->plane, &sample, o, d);
       for (int a = 0; a < 3; a++) w->rays.o[a][i + k] = o[a], w->rays.d[a][i + k] = d[a];
     }
@@ -17879,7 +17983,7 @@ static pktrt_status pktrt__pass_end(pktrt_scene *s, pktrt__render_state *render,
   return PKTRT_OK;
 }
 
-PKTRT_DEF pktrt_status pktrt_render(pktrt_scene *s, const pktrt_render_desc *d) {
+PKTRT__NOINLINE pktrt_status pktrt__do_render(pktrt_scene *s, const pktrt_render_desc *d) {
   if (!s) return PKTRT_INVALID_ARGUMENT;
   s->error[0] = 0;
   pktrt__render_state render;
@@ -17903,7 +18007,7 @@ PKTRT_DEF pktrt_status pktrt_render(pktrt_scene *s, const pktrt_render_desc *d) 
   return status;
 }
 
-PKTRT_DEF pktrt_status pktrt_prepare_environment(pktrt_scene *s, const pktrt_render_desc *d) {
+PKTRT__NOINLINE pktrt_status pktrt__do_prepare_environment(pktrt_scene *s, const pktrt_render_desc *d) {
   if (!s) return PKTRT_INVALID_ARGUMENT;
   s->error[0] = 0;
   if (!d) return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "environment: the description is NULL");
@@ -17936,8 +18040,8 @@ static pktrt_status pktrt__pass_render_area(pktrt__render_state *render, const u
   return ok ? PKTRT_OK : PKTRT_OUT_OF_MEMORY;
 }
 
-PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *s, const pktrt_render_desc *d, uint32_t x, uint32_t y,
-                                         uint32_t w, uint32_t h) {
+PKTRT__NOINLINE pktrt_status pktrt__do_render_tile(const pktrt_scene *s, const pktrt_render_desc *d, uint32_t x,
+                                                   uint32_t y, uint32_t w, uint32_t h) {
   pktrt__render_state render;
   pktrt__refusal why;
   if (!s || !pktrt__render_check(s, d, &render, &why)) return PKTRT_INVALID_ARGUMENT;
@@ -17956,8 +18060,8 @@ static bool pktrt__pass_is_separate(const pktrt_render_desc *d) {
   return !d->adaptive && !(d->time_budget > 0) && !d->depth && !d->normal && !d->albedo && !d->sample_count && !d->cost;
 }
 
-PKTRT_DEF pktrt_status pktrt_render_pass(const pktrt_scene *s, const pktrt_render_desc *d, uint32_t pass, uint32_t x,
-                                         uint32_t y, uint32_t w, uint32_t h, double *means) {
+PKTRT__NOINLINE pktrt_status pktrt__do_render_pass(const pktrt_scene *s, const pktrt_render_desc *d, uint32_t pass,
+                                                   uint32_t x, uint32_t y, uint32_t w, uint32_t h, double *means) {
   pktrt__render_state render;
   pktrt__refusal why;
   float none[3];
@@ -17971,7 +18075,7 @@ PKTRT_DEF pktrt_status pktrt_render_pass(const pktrt_scene *s, const pktrt_rende
   return pktrt__pass_render_area(&render, area, pass, 1, means);
 }
 
-PKTRT_DEF void pktrt_add_pass(const double *means, size_t n, pktrt_pixel_sums *sums) {
+PKTRT__NOINLINE void pktrt__do_add_pass(const double *means, size_t n, pktrt_pixel_sums *sums) {
   for (size_t i = 0; i < n; i++) pktrt__pass_add(means + 3 * i, sums[i].mean, &sums[i].squares);
 }
 
@@ -17994,8 +18098,8 @@ static void pktrt__pass_take_sums(pktrt__pass_rounds *t, uint32_t passes, const 
   t->report.stop = pktrt__pass_judge(t);
 }
 
-PKTRT_DEF pktrt_status pktrt_finish_passes(pktrt_scene *s, const pktrt_render_desc *d, uint32_t passes,
-                                           const pktrt_pixel_sums *sums) {
+PKTRT__NOINLINE pktrt_status pktrt__do_finish_passes(pktrt_scene *s, const pktrt_render_desc *d, uint32_t passes,
+                                                     const pktrt_pixel_sums *sums) {
   if (!s) return PKTRT_INVALID_ARGUMENT;
   s->error[0] = 0;
   pktrt__render_state render;
@@ -18060,11 +18164,12 @@ PKTRT__COLD void pktrt__report_trees(const pktrt_scene *s, pktrt_scene_report *r
   }
 }
 
-PKTRT_DEF void pktrt_get_scene_report(const pktrt_scene *s, const struct pktrt_render_desc *d, pktrt_scene_report *r) {
+PKTRT__NOINLINE void pktrt__do_get_scene_report(const pktrt_scene *s, const struct pktrt_render_desc *d,
+                                                pktrt_scene_report *r) {
   memset(r, 0, sizeof *r);
   r->built = PKTRT__BUILT;
   if (!s) return;
-  pktrt_get_scene_info(s, &r->info);
+  pktrt__report_info(s, &r->info);
   for (uint32_t i = 0; i < s->model_count + 3; i++) {
     const uint32_t other = i - s->model_count;
     const pktrt_scene *of = i < s->model_count ? s->models[i] : other == 0 ? s : other == 1 ? s->boxes : s->groups;
@@ -18150,9 +18255,194 @@ PKTRT__COLD size_t pktrt__report_text(const pktrt_scene_report *r, char *text, s
   return n;
 }
 
-PKTRT_DEF size_t pktrt_scene_report_text(const pktrt_scene_report *r, char *text, size_t room) {
-  return pktrt__report_text(r, text, room);
+/* >>calls ----------------------------------------------------------------------------------------------------------
+
+   The public functions that compute or call hooks. Each does its work, which stands in the section that it belongs to,
+   under the library's settings. Others, which do neither, stand there themselves. */
+
+PKTRT_DEF const char *pktrt_last_error(const pktrt_scene *s) {
+  PKTRT__RETURN_UNDER_SETTINGS(const char *, pktrt__do_last_error(s));
 }
+PKTRT_DEF pktrt_scene *pktrt_scene_create(const pktrt_scene_desc *desc) {
+  PKTRT__RETURN_UNDER_SETTINGS(pktrt_scene *, pktrt__do_scene_create(desc));
+}
+PKTRT_DEF void pktrt_scene_destroy(pktrt_scene *s) { PKTRT__UNDER_SETTINGS(pktrt__do_scene_destroy(s)); }
+PKTRT_DEF pktrt_status pktrt_add_mesh(pktrt_scene *s, const pktrt_mesh_desc *d, uint32_t *mesh) {
+  PKTRT__RETURN_UNDER_SETTINGS(pktrt_status, pktrt__do_add_mesh(s, d, mesh));
+}
+PKTRT_DEF pktrt_status pktrt_commit(pktrt_scene *s) { PKTRT__RETURN_UNDER_SETTINGS(pktrt_status, pktrt__do_commit(s)); }
+PKTRT_DEF pktrt_status pktrt_set_positions(pktrt_scene *s, uint32_t mesh, uint32_t key, const float *positions) {
+  PKTRT__RETURN_UNDER_SETTINGS(pktrt_status, pktrt__do_set_positions(s, mesh, key, positions));
+}
+#ifndef PKTRT_NO_NORMALS
+PKTRT_DEF pktrt_status pktrt_set_normals(pktrt_scene *s, uint32_t mesh, uint32_t key, const float *normals) {
+  PKTRT__RETURN_UNDER_SETTINGS(pktrt_status, pktrt__do_set_normals(s, mesh, key, normals));
+}
+#endif
+PKTRT_DEF pktrt_status pktrt_refit(pktrt_scene *s) { PKTRT__RETURN_UNDER_SETTINGS(pktrt_status, pktrt__do_refit(s)); }
+#ifndef PKTRT_NO_INSTANCES
+PKTRT_DEF pktrt_status pktrt_add_model(pktrt_scene *s, const pktrt_mesh_desc *meshes, uint32_t mesh_count,
+                                       uint32_t *model) {
+  PKTRT__RETURN_UNDER_SETTINGS(pktrt_status, pktrt__do_add_model(s, meshes, mesh_count, model));
+}
+PKTRT_DEF pktrt_status pktrt_add_instance(pktrt_scene *s, const pktrt_instance_desc *d, uint32_t *instance) {
+  PKTRT__RETURN_UNDER_SETTINGS(pktrt_status, pktrt__do_add_instance(s, d, instance));
+}
+PKTRT_DEF pktrt_status pktrt_set_transform(pktrt_scene *s, uint32_t instance, uint32_t key, const float *transform) {
+  PKTRT__RETURN_UNDER_SETTINGS(pktrt_status, pktrt__do_set_transform(s, instance, key, transform));
+}
+#endif
+PKTRT_DEF void pktrt_get_scene_info(const pktrt_scene *s, pktrt_scene_info *info) {
+  PKTRT__UNDER_SETTINGS(pktrt__report_info(s, info));
+}
+PKTRT_DEF bool pktrt_intersect(const pktrt_scene *s, const pktrt_ray *ray, pktrt_hit *hit) {
+  PKTRT__RETURN_UNDER_SETTINGS(bool, s->kernels->intersect(s, ray, PKTRT_NONE, hit, NULL));
+}
+PKTRT_DEF bool pktrt_occluded(const pktrt_scene *s, const pktrt_ray *ray) {
+  PKTRT__RETURN_UNDER_SETTINGS(bool, s->kernels->occluded(s, ray));
+}
+PKTRT_DEF bool pktrt_intersect_after(const pktrt_scene *s, const pktrt_ray *ray, const pktrt_hit *previous,
+                                     pktrt_hit *hit) {
+  PKTRT__RETURN_UNDER_SETTINGS(bool, pktrt__crossing_next(s, ray, previous, hit, NULL));
+}
+PKTRT_DEF void pktrt_intersect_after_n(const pktrt_scene *s, const pktrt_ray *rays, const pktrt_hit *previous,
+                                       pktrt_hit *hits, size_t n) {
+  PKTRT__UNDER_SETTINGS(pktrt__do_intersect_after_n(s, rays, previous, hits, n));
+}
+PKTRT_DEF size_t pktrt_intersect_all(const pktrt_scene *s, const pktrt_ray *ray, pktrt_hit *hits, size_t capacity) {
+  PKTRT__RETURN_UNDER_SETTINGS(size_t, pktrt__do_intersect_all(s, ray, hits, capacity));
+}
+PKTRT_DEF void pktrt_intersect_all_n(const pktrt_scene *s, const pktrt_ray *rays, pktrt_hit *hits, size_t capacity,
+                                     size_t *counts, size_t n) {
+  PKTRT__UNDER_SETTINGS(pktrt__do_intersect_all_n(s, rays, hits, capacity, counts, n));
+}
+PKTRT_DEF int pktrt_winding(const pktrt_scene *s, uint32_t mesh, const float point[3], float time) {
+  PKTRT__RETURN_UNDER_SETTINGS(int, pktrt__do_winding(s, mesh, point, time));
+}
+PKTRT_DEF void pktrt_winding_n(const pktrt_scene *s, uint32_t mesh, const float *points, const float *times, int *out,
+                               size_t n) {
+  PKTRT__UNDER_SETTINGS(pktrt__do_winding_n(s, mesh, points, times, out, n));
+}
+PKTRT_DEF void pktrt_intersect_n(const pktrt_scene *s, const pktrt_ray *rays, pktrt_hit *hits, size_t n) {
+  PKTRT__UNDER_SETTINGS(pktrt__do_intersect_ex(s, NULL, rays, hits, n));
+}
+PKTRT_DEF void pktrt_occluded_n(const pktrt_scene *s, const pktrt_ray *rays, bool *out, size_t n) {
+  PKTRT__UNDER_SETTINGS(pktrt__do_occluded_ex(s, NULL, rays, out, n));
+}
+PKTRT_DEF void pktrt_intersect_soa(const pktrt_scene *s, const pktrt_rays *rays, const pktrt_hits *hits, size_t n) {
+  PKTRT__UNDER_SETTINGS(pktrt__do_intersect_soa_ex(s, NULL, rays, hits, n));
+}
+PKTRT_DEF void pktrt_occluded_soa(const pktrt_scene *s, const pktrt_rays *rays, bool *out, size_t n) {
+  PKTRT__UNDER_SETTINGS(pktrt__do_occluded_soa_ex(s, NULL, rays, out, n));
+}
+PKTRT_DEF void pktrt_spawn(const pktrt_scene *s, const pktrt_ray *ray, const pktrt_hit *hit, const float direction[3],
+                           pktrt_ray *out) {
+  PKTRT__UNDER_SETTINGS(pktrt__do_spawn(s, ray, hit, direction, out));
+}
+PKTRT_DEF void pktrt_spawn_n(const pktrt_scene *s, const pktrt_ray *rays, const pktrt_hit *hits,
+                             const float *directions, pktrt_ray *out, size_t n) {
+  PKTRT__UNDER_SETTINGS(pktrt__do_spawn_n(s, rays, hits, directions, out, n));
+}
+#ifndef PKTRT_NO_SURFACES
+PKTRT_DEF void pktrt_surface(const pktrt_scene *s, const pktrt_ray *ray, const pktrt_hit *hit,
+                             pktrt_surface_info *out) {
+  PKTRT__UNDER_SETTINGS(pktrt__do_surface(s, ray, hit, out));
+}
+PKTRT_DEF void pktrt_surface_n(const pktrt_scene *s, const pktrt_ray *rays, const pktrt_hit *hits,
+                               pktrt_surface_info *out, size_t n) {
+  PKTRT__UNDER_SETTINGS(pktrt__do_surface_n(s, rays, hits, out, n));
+}
+PKTRT_DEF void pktrt_spawn_at(const pktrt_scene *s, uint32_t mesh, uint32_t triangle, float u, float v, float time,
+                              const float direction[3], pktrt_ray *out) {
+  PKTRT__UNDER_SETTINGS(pktrt__do_spawn_at(s, mesh, triangle, u, v, time, direction, out));
+}
+PKTRT_DEF void pktrt_spawn_at_n(const pktrt_scene *s, const pktrt_hit *hits, const float *times,
+                                const float *directions, pktrt_ray *out, size_t n) {
+  PKTRT__UNDER_SETTINGS(pktrt__do_spawn_at_n(s, hits, times, directions, out, n));
+}
+#endif
+PKTRT_DEF void pktrt_intersect_ex(const pktrt_scene *s, const pktrt_query_desc *desc, const pktrt_ray *rays,
+                                  pktrt_hit *hits, size_t n) {
+  PKTRT__UNDER_SETTINGS(pktrt__do_intersect_ex(s, desc, rays, hits, n));
+}
+PKTRT_DEF void pktrt_occluded_ex(const pktrt_scene *s, const pktrt_query_desc *desc, const pktrt_ray *rays, bool *out,
+                                 size_t n) {
+  PKTRT__UNDER_SETTINGS(pktrt__do_occluded_ex(s, desc, rays, out, n));
+}
+PKTRT_DEF void pktrt_intersect_soa_ex(const pktrt_scene *s, const pktrt_query_desc *desc, const pktrt_rays *rays,
+                                      const pktrt_hits *hits, size_t n) {
+  PKTRT__UNDER_SETTINGS(pktrt__do_intersect_soa_ex(s, desc, rays, hits, n));
+}
+PKTRT_DEF void pktrt_occluded_soa_ex(const pktrt_scene *s, const pktrt_query_desc *desc, const pktrt_rays *rays,
+                                     bool *out, size_t n) {
+  PKTRT__UNDER_SETTINGS(pktrt__do_occluded_soa_ex(s, desc, rays, out, n));
+}
+PKTRT_DEF bool pktrt_get_tree(const pktrt_scene *s, uint32_t tree, pktrt_tree *out) {
+  PKTRT__RETURN_UNDER_SETTINGS(bool, pktrt__do_get_tree(s, tree, out));
+}
+PKTRT_DEF bool pktrt_get_node(const pktrt_scene *s, uint32_t tree, uint32_t index, float time, pktrt_node *out) {
+  PKTRT__RETURN_UNDER_SETTINGS(bool, pktrt__do_get_node(s, tree, index, time, out));
+}
+PKTRT_DEF void pktrt_get_scene_report(const pktrt_scene *s, const struct pktrt_render_desc *d, pktrt_scene_report *r) {
+  PKTRT__UNDER_SETTINGS(pktrt__do_get_scene_report(s, d, r));
+}
+PKTRT_DEF size_t pktrt_scene_report_text(const pktrt_scene_report *r, char *text, size_t room) {
+  PKTRT__RETURN_UNDER_SETTINGS(size_t, pktrt__report_text(r, text, room));
+}
+#ifndef PKTRT_NO_RENDER
+PKTRT_DEF bool pktrt_camera_ray(const pktrt_camera *c, uint32_t width, uint32_t height, double x, double y,
+                                const float lens[2], float time, pktrt_ray *ray) {
+  PKTRT__RETURN_UNDER_SETTINGS(bool, pktrt__do_camera_ray(c, width, height, x, y, lens, time, ray));
+}
+PKTRT_DEF pktrt_status pktrt_add_light(pktrt_scene *s, const pktrt_light *l, uint32_t *light) {
+  PKTRT__RETURN_UNDER_SETTINGS(pktrt_status, pktrt__do_add_light(s, l, light));
+}
+PKTRT_DEF pktrt_status pktrt_add_material(pktrt_scene *s, const pktrt_material *m, uint32_t *material) {
+  PKTRT__RETURN_UNDER_SETTINGS(pktrt_status, pktrt__do_add_material(s, m, material));
+}
+PKTRT_DEF float pktrt_fresnel_dielectric(float cosine, float eta) {
+  PKTRT__RETURN_UNDER_SETTINGS(float, pktrt__do_fresnel_dielectric(cosine, eta));
+}
+PKTRT_DEF float pktrt_fresnel_conductor(float cosine, float eta, float k) {
+  PKTRT__RETURN_UNDER_SETTINGS(float, pktrt__do_fresnel_conductor(cosine, eta, k));
+}
+PKTRT_DEF void pktrt_sample(const pktrt_sampling *s, uint32_t x, uint32_t y, uint32_t sample, uint32_t dimension,
+                            uint32_t n, float *out) {
+  PKTRT__UNDER_SETTINGS(pktrt__do_sample(s, x, y, sample, dimension, n, out));
+}
+PKTRT_DEF void pktrt_map_disk(const float u[2], float out[2]) { PKTRT__UNDER_SETTINGS(pktrt__do_map_disk(u, out)); }
+PKTRT_DEF void pktrt_map_sphere(const float u[2], float out[3]) { PKTRT__UNDER_SETTINGS(pktrt__do_map_sphere(u, out)); }
+PKTRT_DEF void pktrt_map_cosine(const float u[2], const float normal[3], float out[3]) {
+  PKTRT__UNDER_SETTINGS(pktrt__do_map_cosine(u, normal, out));
+}
+PKTRT_DEF void pktrt_map_phong(const float u[2], const float axis[3], float exponent, float out[3]) {
+  PKTRT__UNDER_SETTINGS(pktrt__do_map_phong(u, axis, exponent, out));
+}
+PKTRT_DEF void pktrt_map_phong_naive(const float u[2], const float axis[3], float exponent, float out[3]) {
+  PKTRT__UNDER_SETTINGS(pktrt__do_map_phong_naive(u, axis, exponent, out));
+}
+PKTRT_DEF pktrt_status pktrt_render(pktrt_scene *s, const pktrt_render_desc *d) {
+  PKTRT__RETURN_UNDER_SETTINGS(pktrt_status, pktrt__do_render(s, d));
+}
+PKTRT_DEF pktrt_status pktrt_render_tile(const pktrt_scene *s, const pktrt_render_desc *d, uint32_t x, uint32_t y,
+                                         uint32_t w, uint32_t h) {
+  PKTRT__RETURN_UNDER_SETTINGS(pktrt_status, pktrt__do_render_tile(s, d, x, y, w, h));
+}
+PKTRT_DEF pktrt_status pktrt_render_pass(const pktrt_scene *s, const pktrt_render_desc *d, uint32_t pass, uint32_t x,
+                                         uint32_t y, uint32_t w, uint32_t h, double *means) {
+  PKTRT__RETURN_UNDER_SETTINGS(pktrt_status, pktrt__do_render_pass(s, d, pass, x, y, w, h, means));
+}
+PKTRT_DEF void pktrt_add_pass(const double *means, size_t n, pktrt_pixel_sums *sums) {
+  PKTRT__UNDER_SETTINGS(pktrt__do_add_pass(means, n, sums));
+}
+PKTRT_DEF pktrt_status pktrt_finish_passes(pktrt_scene *s, const pktrt_render_desc *d, uint32_t passes,
+                                           const pktrt_pixel_sums *sums) {
+  PKTRT__RETURN_UNDER_SETTINGS(pktrt_status, pktrt__do_finish_passes(s, d, passes, sums));
+}
+PKTRT_DEF pktrt_status pktrt_prepare_environment(pktrt_scene *s, const pktrt_render_desc *d) {
+  PKTRT__RETURN_UNDER_SETTINGS(pktrt_status, pktrt__do_prepare_environment(s, d));
+}
+#endif /* PKTRT_NO_RENDER */
 
 #if defined(PKTRT__X86) && defined(__GNUC__) && !defined(__clang__) && defined(__cplusplus)
 #pragma GCC diagnostic pop
@@ -18168,6 +18458,8 @@ PKTRT_DEF size_t pktrt_scene_report_text(const pktrt_scene_report *r, char *text
 #endif /* the public functions */
 /* >>changes ----------------------------------------------------------------------------------------------------------
 
+     0.17.0   Threads may round, flush and trap as they like: each call works under settings of its own and puts the
+              caller's back. Programs that are linked with -ffast-math are no longer refused.
      0.16.1   What moves costs scenes at rest less: corners of hits at rest are gathered apart.
      0.16.0   Faster: all rays, since the largest subtrees move to better places by default as well, where the high quality
               moves all; builds put triangles into bins by vectors.

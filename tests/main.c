@@ -242,6 +242,7 @@ static void run_all(void) {
   if (whole_suite) suite_tree(), suite_stability(); /* the last test looks at the figures of all these */
   whole_suite = false;
   suite_arithmetic();
+  suite_settings();
   suite_refusals();
   suite_scene();
   suite_events();

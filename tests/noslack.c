@@ -11,6 +11,7 @@
 #define PKTRT_NO_AVX512
 #endif
 #define PKTRT_IMPLEMENTATION
+#define PKTRT__NO_SETTINGS /* see settings.c */
 #define PKTRT__SLACK(part) slack_left.part
 #define PKTRT__SPLIT_PAD ((double)slack_left.parts * 0x1p-23)
 #include "noslack.h"

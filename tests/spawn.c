@@ -1,9 +1,5 @@
 /* What a miss spawns; and arithmetic is what the code asks for. */
 #include "meshes.h"
-#include <fenv.h>
-#if defined(__SSE2__)
-#include <xmmintrin.h>
-#endif
 
 static void spawn_of_a_miss(void) {
   world w = world_static(1);
@@ -117,64 +113,7 @@ static void denormals_live(void) {
   CHECK(tiny * half != 0 && tiny * half < FLT_MIN, "denormals are flushed to zero");
 }
 
-/* Scenes are refused while this thread computes in another way, by a sentence that says so, and not any more afterwards. */
-static void refused_meanwhile(const char *what, const char *word) {
-  for (int i = 0; i < isa_count; i++) {
-    const pktrt_scene_desc d = scene_desc_of(isas[i], 0);
-    pktrt_scene *s = pktrt_scene_create(&d);
-    const char *sentence = pktrt_last_error(NULL);
-    CHECK(s == NULL, "%s: a scene was created with %s", what, pktrt_isa_string(isas[i]));
-    CHECK(strstr(sentence, word) != NULL, "%s: %s", what, sentence);
-    pktrt_scene_destroy(s);
-  }
-}
-
-static void created_again(const char *what) {
-  pktrt_scene *s = pktrt_scene_create(NULL);
-  CHECK(s != NULL, "after %s: %s", what, pktrt_last_error(NULL));
-  CHECK(strstr(pktrt_last_error(NULL), "memory") != NULL, "after %s: %s", what, pktrt_last_error(NULL));
-  pktrt_scene_destroy(s);
-}
-
-static void other_roundings_are_refused(void) {
-#ifdef __wasm__
-  say("skipped: WebAssembly has no other");
-  return;
-#endif
-  const int modes[] = {FE_UPWARD, FE_DOWNWARD, FE_TOWARDZERO};
-  const char *const names[] = {"upward", "downward", "towards zero"};
-  for (int i = 0; i < 3; i++) {
-    CHECK(fesetround(modes[i]) == 0);
-    refused_meanwhile(names[i], "FE_TONEAREST");
-    CHECK(fesetround(FE_TONEAREST) == 0);
-    created_again(names[i]);
-  }
-}
-
-/* Results below FLT_MIN, operands below it, or both: what -ffast-math does to a program that is linked with it. */
-static void flushing_is_refused(void) {
-#if defined(__SSE2__)
-  const unsigned before = _mm_getcsr(), bits[] = {0x8000, 0x0040, 0x8040};
-  const char *const names[] = {"FTZ", "DAZ", "FTZ and DAZ"};
-  for (int i = 0; i < 3; i++) {
-    _mm_setcsr(before | bits[i]);
-    refused_meanwhile(names[i], "-ffast-math");
-    _mm_setcsr(before);
-    created_again(names[i]);
-  }
-#elif defined(__aarch64__)
-  uint64_t before;
-  __asm__ volatile("mrs %0, fpcr" : "=r"(before));
-  __asm__ volatile("msr fpcr, %0" : : "r"(before | (uint64_t)1 << 24));
-  refused_meanwhile("FZ", "-ffast-math");
-  __asm__ volatile("msr fpcr, %0" : : "r"(before));
-  created_again("FZ");
-#endif
-}
-
 void suite_arithmetic(void) {
   run("product-sums are not fused under these flags", unfused);
   run("denormals are not flushed", denormals_live);
-  run("a thread that does not round to nearest cannot create scenes", other_roundings_are_refused);
-  run("a thread that flushes denormals cannot create scenes", flushing_is_refused);
 }

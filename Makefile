@@ -42,7 +42,7 @@ EMBREE := $(wildcard /usr/include/embree3/rtcore.h /usr/local/include/embree3/rt
 EXAMPLES = $(addprefix $(B)/,hello spinner cornell query packets pick lightmap instances effects deform render $(if $(SDL),view) $(if $(MPI),mpi))
 EXAMPLE_HEADERS = $(wildcard examples/*.h)
 # checksum.c and stack.c are programs of their own: see `platforms`.
-TEST_SOURCES = $(sort $(filter-out tests/fuzz/main.c tests/checksum.c tests/stack.c,$(wildcard tests/*.c tests/fuzz/*.c)))
+TEST_SOURCES = $(sort $(filter-out tests/fuzz/main.c tests/checksum.c tests/stack.c tests/mesh_file.c,$(wildcard tests/*.c tests/fuzz/*.c)))
 TEST_OBJECTS = $(TEST_SOURCES:tests/%.c=$(B)/tests/%.o)
 
 # Goals in a row, as in `make deps demo`, are made one after the other; what a goal is built from, side by side.

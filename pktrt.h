@@ -1617,6 +1617,20 @@ PKTRT_DEF pktrt_status pktrt_prepare_environment(pktrt_scene *, const pktrt_rend
 #pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
 #endif
 #include <immintrin.h>
+#if defined(__clang__) && defined(_MSC_VER)
+/* With the target of MSVC, clang's immintrin.h leaves out what the flags do not allow. These refuse to stand alone, and
+   are harmless where they have been included: they follow it in its own order. */
+#include <smmintrin.h>
+#include <avxintrin.h>
+#include <avx2intrin.h>
+#include <bmi2intrin.h>
+#include <fmaintrin.h>
+#include <avx512fintrin.h>
+#include <avx512vlintrin.h>
+#include <avx512bwintrin.h>
+#include <avx512dqintrin.h>
+#include <avx512vldqintrin.h>
+#endif
 #include <cpuid.h>
 #elif defined(__aarch64__) && defined(__ARM_NEON)
 #define PKTRT__HAS_NEON 1

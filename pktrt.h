@@ -7481,10 +7481,10 @@ PKTRT__NOINLINE uint32_t pktrt__batch_setup(const pktrt_scene *scene, pktrt__bat
 
   /* 1/G; directions below 2^-60 are scaled first, where |d_k| 2^-26 would lose bits */
   const vf up = fsel(flt(adk, fset(8.673617379884035e-19f)), fset(18446744073709551616.0f), fset(1));
-  const vf length = fmul(adk, up), floor_ = fmul(length, fset(1.490116119384765625e-8f));
+  const vf magnitude = fmul(adk, up), floor_ = fmul(magnitude, fset(1.490116119384765625e-8f));
   UNROLL for (int a = 0; a < 3; a++) {
     const vf d = fmul(fload(b->d[a] + i), up), o = fload(b->o[a] + i);
-    const vf rd = fdiv(length, fcopysign(fmax_(fabs_(d), floor_), d));
+    const vf rd = fdiv(magnitude, fcopysign(fmax_(fabs_(d), floor_), d));
     const vf c = fmul(o, rd), wide = fmul(pad, fabs_(rd));
     fstore(b->rd[a] + i, rd);
     fstore(b->as.slab.cn[a] + i, fadd(c, wide));
@@ -7540,11 +7540,11 @@ PKTRT__NOINLINE
   const float o_max = pktrt__maxf(fabsf(o[0]), pktrt__maxf(fabsf(o[1]), fabsf(o[2])));
   q->pad = (m * PKTRT__PAD_M + o_max * PKTRT__PAD_O) * scene->stretch + PKTRT__PAD_MIN;
   const float up = 18446744073709551616.0f;
-  float length = adk;
+  float magnitude = adk;
   v8 along = vswap_halves(od);
-  if (PKTRT__UNLIKELY(adk < 8.673617379884035e-19f)) length *= up, along = vmul(along, vset(up));
-  const v8 least = vset(length * 1.490116119384765625e-8f);
-  const v8 rd = vdiv(vset(length), vcopysign(vmax(vabs(along), least), along));
+  if (PKTRT__UNLIKELY(adk < 8.673617379884035e-19f)) magnitude *= up, along = vmul(along, vset(up));
+  const v8 least = vset(magnitude * 1.490116119384765625e-8f);
+  const v8 rd = vdiv(vset(magnitude), vcopysign(vmax(vabs(along), least), along));
   const v8 c = vmul(od, rd), wide = vmul(vset(q->pad), vabs(rd));
   vstore(q->rd, rd);
   vstore(q->cn, vadd(c, wide));
@@ -10218,9 +10218,9 @@ STEP void pktrt__vec_normalise(v8 a[3], const v8 instead[3]) {
   const v8 m = vmax(vabs(a[0]), vmax(vabs(a[1]), vabs(a[2])));
   v8 s[3];
   ROLL_OUT for (int k = 0; k < 3; k++) s[k] = vdiv(a[k], m);
-  const v8 length = vsqrt(pktrt__vec_dot(s, s));
-  const m8 good = mand(vlt(vset(0.5f), length), vlt(length, vset(2)));
-  ROLL_OUT for (int k = 0; k < 3; k++) a[k] = vsel(good, vdiv(s[k], length), instead[k]);
+  const v8 magnitude = vsqrt(pktrt__vec_dot(s, s));
+  const m8 good = mand(vlt(vset(0.5f), magnitude), vlt(magnitude, vset(2)));
+  ROLL_OUT for (int k = 0; k < 3; k++) a[k] = vsel(good, vdiv(s[k], magnitude), instead[k]);
 }
 
 /* Here samples are drawn PKTRT__DRAWN at once: compilers vectorise loops of known length. */
@@ -13250,9 +13250,9 @@ static void pktrt__spawn_find(float p[3][3], const pktrt_ray *ray, const pktrt_h
       sharp ? PKTRT__ERROR_PLANE * (most[0] * most[1] / pktrt__max_abs3(n[0], n[1], n[2])) : PKTRT__ERROR_NEEDLE;
   plane = pktrt__max(plane, PKTRT__ERROR_LEAST); /* B is so much of the sum */
   for (int a = 0; a < 3; a++) n[a] = sharp ? n[a] : (double)hit->normal[a], along += n[a] * q[a], n2 += n[a] * n[a];
-  const double length = sqrt(n2);
+  const double magnitude = sqrt(n2);
   for (int a = 0; a < 3; a++) {
-    q[a] -= along / n2 * n[a], x->at[a] = (double)p[0][a] + q[a], x->normal[a] = n[a] / length;
+    q[a] -= along / n2 * n[a], x->at[a] = (double)p[0][a] + q[a], x->normal[a] = n[a] / magnitude;
     sum += fabs(q[a]) + fabs(x->at[a]), rounding += fabs(x->normal[a] * x->at[a]);
   }
   x->offset = 1.0078125 * (PKTRT__EPS * rounding + plane * sum) + FLT_MIN * PKTRT__ERROR_NEEDLE;
@@ -13445,8 +13445,8 @@ static bool pktrt__normalise(double v[3]) {
   const double m = pktrt__max(fabs(v[0]), pktrt__max(fabs(v[1]), fabs(v[2])));
   if (!(m > 0 && m <= DBL_MAX)) return false;
   for (int a = 0; a < 3; a++) v[a] /= m;
-  const double length = sqrt(pktrt__dot(v, v));
-  for (int a = 0; a < 3; a++) v[a] /= length;
+  const double magnitude = sqrt(pktrt__dot(v, v));
+  for (int a = 0; a < 3; a++) v[a] /= magnitude;
   return true;
 }
 
@@ -14069,9 +14069,9 @@ PKTRT__NOINLINE bool pktrt__do_camera_ray(const pktrt_camera *c, uint32_t width,
 /* A triangle of a mesh that is a light. */
 typedef struct pktrt__light_triangle { /* where it is, if its mesh has one key */
   double corner[3], edge[2][3];
-  double normal[3], length; /* cross product of the edges, and its length */
-  double area;              /* at rest, or the largest over its mesh's keys and half-way between them */
-  uint32_t triangle;        /* of its mesh */
+  double normal[3], magnitude; /* cross product of the edges, and its magnitude */
+  double area;                 /* at rest, or the largest over its mesh's keys and half-way between them */
+  uint32_t triangle;           /* of its mesh */
 } pktrt__light_triangle;
 typedef struct pktrt__light_cluster { /* triangles that lie together: half of those of the cluster above */
   double middle[3], r2;               /* of a sphere around them at rest; r2: its radius, squared */
@@ -14368,7 +14368,7 @@ static bool pktrt__render_check(const pktrt_scene *s, const pktrt_render_desc *d
 
 static void pktrt__light_place_triangle(float p[3][3], pktrt__light_triangle *f) {
   (void)pktrt__tri_normal(p, f->normal);
-  f->length = sqrt(pktrt__dot(f->normal, f->normal));
+  f->magnitude = sqrt(pktrt__dot(f->normal, f->normal));
   for (int a = 0; a < 3; a++) {
     f->corner[a] = (double)p[0][a];
     f->edge[0][a] = (double)p[1][a] - f->corner[a], f->edge[1][a] = (double)p[2][a] - f->corner[a];
@@ -14444,8 +14444,8 @@ PKTRT__COLD void pktrt__light_make_clusters(pktrt__light_data *light) {
       for (int a = 0; a < 3; a++) d[a] = f->corner[a] + (i % 3 ? f->edge[i % 3 - 1][a] : 0) - c->middle[a];
       c->r2 = pktrt__max(c->r2, pktrt__dot(d, d));
     }
-    const double length = sqrt(pktrt__dot(c->facing, c->facing));
-    c->bent = c->area > 0 ? pktrt__min(1, 2 * pktrt__max(0, 1 - length / c->area)) : 0;
+    const double magnitude = sqrt(pktrt__dot(c->facing, c->facing));
+    c->bent = c->area > 0 ? pktrt__min(1, 2 * pktrt__max(0, 1 - magnitude / c->area)) : 0;
     if (n == 1) continue;
     stack[top].at = at + 1, stack[top].first = first, stack[top++].n = n / 2;
     stack[top].at = at + 2 * (n / 2), stack[top].first = first + n / 2, stack[top++].n = n - n / 2;
@@ -14511,7 +14511,7 @@ PKTRT__COLD bool pktrt__light_prepare_mesh(const pktrt__render_state *render, co
   for (uint32_t i = 0; i < m->triangle_count; i++) {
     pktrt__light_triangle f;
     (void)pktrt__light_set_triangle(m, i, &f, normal);
-    const double area = 0.5 * f.length;
+    const double area = 0.5 * f.magnitude;
     light->area += area;
     for (int a = 0; a < 3; a++) {
       light->facing[a] += 0.5 * normal[a];
@@ -14929,10 +14929,10 @@ static double pktrt__solid_angle_of(const double a[3], const double b[3], const 
   double *const to[3] = {s->a, s->b, s->c}, size = fabs(det);
   s->angle = 0;
   for (int i = 0; i < 3; i++) {
-    const double length = sqrt(pktrt__dot(from[i], from[i]));
-    if (!(length > 0)) return 0;
-    for (int k = 0; k < 3; k++) to[i][k] = from[i][k] / length;
-    size /= length;
+    const double magnitude = sqrt(pktrt__dot(from[i], from[i]));
+    if (!(magnitude > 0)) return 0;
+    for (int k = 0; k < 3; k++) to[i][k] = from[i][k] / magnitude;
+    size /= magnitude;
   }
   s->g[0] = size, s->g[1] = pktrt__dot(s->a, s->c) + pktrt__dot(s->b, s->c), s->g[2] = 1 + pktrt__dot(s->a, s->b);
   return s->angle = 2 * pktrt__math_angle(s->g[0], s->g[1] + s->g[2]);
@@ -14960,15 +14960,15 @@ typedef struct pktrt__light_quad {
   double edge[2][3], to[3], height; /* to its corner; of the point over its plane */
   double angle;                     /* 0: it is sampled by area */
   bool right;                       /* it is a rectangle: */
-  double length[2], low[2];         /* of its edges; x0 and y0 */
+  double extent[2], low[2];         /* of its edges; x0 and y0 */
   double n[2], last[2];             /* n_0 and n_2 as above; cosine and sine of the last two angles together */
   pktrt__solid_angle half[2];       /* else */
 } pktrt__light_quad;
 
 PKTRT__COLD void pktrt__light_look_at_rectangle(pktrt__light_quad *q) {
   double n[4], c[4], s[4];
-  for (int i = 0; i < 2; i++) q->low[i] = pktrt__dot(q->to, q->edge[i]) / q->length[i];
-  n[0] = -q->low[1], n[1] = q->low[0] + q->length[0], n[2] = q->low[1] + q->length[1], n[3] = -q->low[0];
+  for (int i = 0; i < 2; i++) q->low[i] = pktrt__dot(q->to, q->edge[i]) / q->extent[i];
+  n[0] = -q->low[1], n[1] = q->low[0] + q->extent[0], n[2] = q->low[1] + q->extent[1], n[3] = -q->low[0];
   for (int i = 0; i < 4; i++) n[i] /= sqrt(n[i] * n[i] + q->height * q->height);
   for (int i = 0; i < 4; i++) c[i] = -n[i] * n[(i + 1) % 4], s[i] = sqrt(pktrt__max(0, (1 - c[i]) * (1 + c[i])));
   const double x = c[0] * c[1] - s[0] * s[1], y = c[0] * s[1] + s[0] * c[1];
@@ -14984,8 +14984,8 @@ PKTRT__COLD void pktrt__light_look_at_rectangle(pktrt__light_quad *q) {
 /* Looks at a quad that is near. */
 PKTRT__COLD void pktrt__light_look_closely_at_quad(const pktrt__light_data *light, pktrt__light_quad *q) {
   double corner[3][3];
-  for (int i = 0; i < 2; i++) q->length[i] = sqrt(pktrt__dot(q->edge[i], q->edge[i]));
-  q->right = fabs(pktrt__dot(q->edge[0], q->edge[1])) <= 1e-6 * q->length[0] * q->length[1];
+  for (int i = 0; i < 2; i++) q->extent[i] = sqrt(pktrt__dot(q->edge[i], q->edge[i]));
+  q->right = fabs(pktrt__dot(q->edge[0], q->edge[1])) <= 1e-6 * q->extent[0] * q->extent[1];
   if (q->right) {
     pktrt__light_look_at_rectangle(q);
     return;
@@ -15028,15 +15028,15 @@ static void pktrt__light_map_rectangle(const pktrt__light_quad *q, double u, dou
   sine = s * q->last[0] - c * q->last[1], cosine = c * q->last[0] + s * q->last[1];
   const double f = cosine * q->n[0] - q->n[1], c2 = sine * sine / (f * f + sine * sine * q->n[0] * q->n[0]);
   double x = h * sqrt(c2 / pktrt__max(1 - c2, DBL_MIN));
-  x = pktrt__min(pktrt__max((f < 0) != (sine < 0) ? -x : x, low[0]), low[0] + q->length[0]);
+  x = pktrt__min(pktrt__max((f < 0) != (sine < 0) ? -x : x, low[0]), low[0] + q->extent[0]);
   const double d2 = x * x + h * h;
   for (int i = 0; i < 2; i++) {
-    const double y = low[1] + i * q->length[1];
+    const double y = low[1] + i * q->extent[1];
     end[i] = y / sqrt(d2 + y * y);
   }
   const double part = end[0] + v * (end[1] - end[0]), y = part * sqrt(d2 / pktrt__max(1 - part * part, DBL_MIN));
-  out[0] = (x - low[0]) / q->length[0];
-  out[1] = pktrt__min(pktrt__max((y - low[1]) / q->length[1], 0), 1);
+  out[0] = (x - low[0]) / q->extent[0];
+  out[1] = pktrt__min(pktrt__max((y - low[1]) / q->extent[1], 0), 1);
 }
 
 static double pktrt__light_sample_quad(const pktrt__render_state *render, uint32_t index, const float u[2],
@@ -15416,7 +15416,7 @@ static double pktrt__light_sample_mesh(const pktrt__render_state *render, uint32
   const pktrt__light_triangle *f = pktrt__light_triangle_at(
       m, &light->triangles[pktrt__light_find(light, moving, from->point, &x, 0, &inverse)], from->time, &moved);
   for (int a = 0; a < 3; a++) d[a] = f->corner[a] - from->point[a];
-  if (!(fabs(pktrt__dot(d, f->normal)) > pktrt__light_least_height(from->point) * f->length)) return 0;
+  if (!(fabs(pktrt__dot(d, f->normal)) > pktrt__light_least_height(from->point) * f->magnitude)) return 0;
   x = pktrt__min(pktrt__max(x, 0), 1);
   double spread = pktrt__light_look_at_triangle(f, from->point, &s);
   if (spread > 0) {
@@ -15432,7 +15432,7 @@ static double pktrt__light_sample_mesh(const pktrt__render_state *render, uint32
     spread = pktrt__light_triangle_spread(f, from->point, at);
   }
   for (int a = 0; a < 3; a++) d[a] = from->point[a] - at[a], size += fabs(at[a]);
-  double offset = (4 * PKTRT__EPS * sqrt(pktrt__dot(d, d)) + 16 * PKTRT__ERROR_PLANE * size) / f->length;
+  double offset = (4 * PKTRT__EPS * sqrt(pktrt__dot(d, d)) + 16 * PKTRT__ERROR_PLANE * size) / f->magnitude;
   if (pktrt__dot(d, f->normal) < 0) offset = -offset;
   for (int a = 0; a < 3; a++) at[a] += offset * f->normal[a];
   return spread * inverse;
@@ -17778,8 +17778,8 @@ static void pktrt__pass_run_tile(void *arg, size_t i) {
   const pktrt_render_desc *d = t->render->desc;
   if (pktrt__atomic_load(&t->cancelled) || pktrt__atomic_load(&t->failed)) return;
   const uint32_t size = t->render->tile_size, x = (uint32_t)i % t->columns * size, y = (uint32_t)i / t->columns * size;
-  const uint32_t x1 = d->width - x < size ? d->width : x + size, y1 = d->height - y < size ? d->height : y + size;
-  const uint32_t area[4] = {x, y, x1, y1};
+  const uint32_t end_x = d->width - x < size ? d->width : x + size, end_y = d->height - y < size ? d->height : y + size;
+  const uint32_t area[4] = {x, y, end_x, end_y};
   pktrt_stats *stats = t->stats ? &t->stats[i] : NULL;
   const bool ok = t->alike ? pktrt__pass_render_uniform(t->render, t, area, stats, (uint32_t)t->spent, t->alike)
                            : pktrt__pass_render_adaptive(t, area, stats);
@@ -18474,6 +18474,7 @@ PKTRT_DEF pktrt_status pktrt_prepare_environment(pktrt_scene *s, const pktrt_ren
 
      0.17.0   Threads may round, flush and trap as they like: each call works under settings of its own and puts the
               caller's back. Programs that are linked with -ffast-math are no longer refused.
+              clang with the target of MSVC (clang-cl) compiles it; macros called length or y1 break nothing.
      0.16.1   What moves costs scenes at rest less: corners of hits at rest are gathered apart.
      0.16.0   Faster: all rays, since the largest subtrees move to better places by default as well, where the high quality
               moves all; builds put triangles into bins by vectors.

@@ -122,6 +122,7 @@
 #define dsqrt(x) HOSTILE
 #define dfma(x, y, z) HOSTILE
 #define y0 HOSTILE
+#define y1 HOSTILE
 #define j0 HOSTILE
 #define j1 HOSTILE
 #define yn HOSTILE
@@ -220,6 +221,81 @@
 #define X HOSTILE
 #define Y HOSTILE
 #define Z HOSTILE
+
+/* Shading languages and vector libraries; short types; machines; <iso646.h>, whose names are words of C++ */
+#define length HOSTILE
+#define dot HOSTILE
+#define normalize HOSTILE
+#define reflect HOSTILE
+#define refract HOSTILE
+#define mix HOSTILE
+#define clamp HOSTILE
+#define lerp HOSTILE
+#define saturate HOSTILE
+#define fract HOSTILE
+#define mod HOSTILE
+#define vec2 HOSTILE
+#define vec3 HOSTILE
+#define vec4 HOSTILE
+#define mat4 HOSTILE
+#define norm HOSTILE
+#define conj HOSTILE
+#define real HOSTILE
+#define imag HOSTILE
+#define byte_ HOSTILE
+#define word HOSTILE
+#define dword HOSTILE
+#define uint HOSTILE
+#define ulong HOSTILE
+#define uchar HOSTILE
+#define u8 HOSTILE
+#define u16 HOSTILE
+#define u32 HOSTILE
+#define u64 HOSTILE
+#define i8 HOSTILE
+#define i32 HOSTILE
+#define f32 HOSTILE
+#define f64 HOSTILE
+#define exception HOSTILE
+#define environ HOSTILE
+#define event HOSTILE
+#define test HOSTILE
+#define loop HOSTILE
+#define repeat HOSTILE
+#define until HOSTILE
+#define fail HOSTILE
+#define expect HOSTILE
+#define this_thread HOSTILE
+#define nelem HOSTILE
+#define elements HOSTILE
+#define log2 HOSTILE
+#undef i386
+#define i386 HOSTILE
+#undef mips
+#define mips HOSTILE
+#undef sparc
+#define sparc HOSTILE
+#undef sun
+#define sun HOSTILE
+#undef hpux
+#define hpux HOSTILE
+#undef PPC
+#define PPC HOSTILE
+#undef arm
+#define arm HOSTILE
+#ifndef __cplusplus
+#define and HOSTILE
+#define or HOSTILE
+#define not HOSTILE
+#define xor HOSTILE
+#define compl HOSTILE
+#define bitand HOSTILE
+#define bitor HOSTILE
+#define and_eq HOSTILE
+#define or_eq HOSTILE
+#define not_eq HOSTILE
+#define xor_eq HOSTILE
+#endif
 
 /* What programs define themselves */
 #define COUNT(array) HOSTILE

@@ -427,7 +427,7 @@ bench-threads: | $(B)
 
 sanitize-threads:
 	$(BUILD) CC=$(SANITIZE_CC) config=threads build/threads/test
-	build/threads/test --small $(or $(ONLY),workers threads "a moving scene's picture" "DRT picture has the same" "no after the last")
+	build/threads/test --small $(or $(ONLY),workers threads "settings of a thread" "a moving scene's picture" "DRT picture has the same" "no after the last")
 
 # The cases of tests/stability_*.c as long as they get; their figures go to $(RESULTS). Elsewhere: a tenth on ARM, emulated, a
 # hundredth under sanitizers. Most of the time is that of the scalar kernels, hence the flag.

@@ -97,6 +97,7 @@ typedef struct record {
 } record;
 typedef struct session {
   const named_settings *now; /* NULL: the usual ones */
+  settings set;              /* of these, what the machine has: some ARMs cannot trap */
   record call[MOST_CALLS];
   int calls;
   int hook[HOOKS];      /* how often each was called */
@@ -109,15 +110,18 @@ typedef struct session {
 static session *current;
 
 static void enter(void) {
-  if (current->now) write_settings(current->now->set);
+  if (current->now) write_settings(current->set);
+}
+/* Whether the thread has the settings it had. Flags of exceptions only count where settings are not the usual ones. */
+static bool as_before(settings found) {
+  return found.control == current->set.control && (found.flags == current->set.flags || found.control == usual.control);
 }
 /* Notes a call whose settings are not what they were, and goes back to the usual ones. */
 static void leave(const char *name) {
   const settings found = read_settings();
   write_settings(usual);
   if (!current->now) return;
-  const settings *set = &current->now->set;
-  if (found.control != set->control || found.flags != set->flags) current->unlike = name;
+  if (!as_before(found)) current->unlike = name;
 }
 static record *record_of(const char *name) {
   for (int i = 0; i < current->calls; i++)
@@ -169,14 +173,13 @@ typedef struct task {
 static void run_task(void *arg, size_t i) {
   const task *t = arg;
   const settings before = read_settings();
-  if (current->now) write_settings(current->now->set);
+  if (current->now) write_settings(current->set);
   t->body(t->arg, i);
   const settings after = read_settings();
   write_settings(before);
   pthread_mutex_lock(&current->lock);
   current->hook[BODIES]++;
-  if (current->now && (after.control != current->now->set.control || after.flags != current->now->set.flags))
-    current->body_unlike++;
+  if (current->now && !as_before(after)) current->body_unlike++;
   pthread_mutex_unlock(&current->lock);
 }
 static void counting_parallel_for(void *user, size_t n, void (*body)(void *, size_t), void *arg) {
@@ -526,6 +529,7 @@ static void use_everything(session *as, pktrt_isa isa, const named_settings *now
   memset(as, 0, sizeof *as);
   pthread_mutex_init(&as->lock, NULL);
   as->now = now, current = as;
+  if (now) write_settings(now->set), as->set = read_settings();
   write_settings(usual);
   pktrt_scene *s = make_scene(isa);
   if (s) {

@@ -1922,6 +1922,9 @@ PKTRT__INLINE bool pktrt__has_instances(const pktrt_scene *s) { return PKTRT__IN
    The work stands in a function that is not inlined: compilers know nothing of settings, and move arithmetic across their
    change. Work that reads no memory of the caller's begins with volatile accesses, by which it keeps its place. */
 
+#if (defined(__GNUC__) || defined(__clang__)) && !defined(__TINYC__)
+#define PKTRT__GNU_ASM 1
+#endif
 /* PKTRT__NO_SETTINGS leaves settings alone. It is for tests, which show by it that settings matter. */
 #if defined(PKTRT__NO_SETTINGS) || defined(__wasm__)
 /* WebAssembly has no other settings. */
@@ -1933,13 +1936,13 @@ PKTRT__INLINE bool pktrt__settings_fit(pktrt__settings *found) {
 PKTRT__INLINE void pktrt__settings_set(void) {}
 PKTRT__INLINE void pktrt__settings_restore(const pktrt__settings *found) { (void)found; }
 
-#elif (!defined(__TINYC__) && (defined(__x86_64__) || (defined(__i386__) && defined(__SSE2__)))) || defined(_M_X64) || \
-    (defined(_M_IX86_FP) && _M_IX86_FP == 2)
+#elif (defined(PKTRT__GNU_ASM) && (defined(__x86_64__) || (defined(__i386__) && defined(__SSE2__)))) || \
+    (defined(_MSC_VER) && (defined(_M_X64) || defined(_M_IX86)))
 /* MXCSR: flags of exceptions in bits 0 to 5, DAZ in bit 6, masks of exceptions in 7 to 12, rounding in 13 and 14, FTZ in
    15. The x87 unit computes nothing here, as FLT_EVAL_METHOD is 0. */
 typedef uint32_t pktrt__settings;
 enum { PKTRT__MXCSR = 0x1F80, PKTRT__MXCSR_FLAGS = 0x3F };
-#if defined(__GNUC__) || defined(__clang__)
+#ifdef PKTRT__GNU_ASM
 PKTRT__INLINE void pktrt__settings_read(pktrt__settings *found) { __asm__ volatile("stmxcsr %0" : "=m"(*found)); }
 PKTRT__INLINE void pktrt__settings_write(const pktrt__settings *settings) {
   __asm__ volatile("ldmxcsr %0" : : "m"(*settings) : "memory");
@@ -1962,7 +1965,7 @@ PKTRT__INLINE void pktrt__settings_set(void) {
 /* Puts back the settings that were found, and their flags. */
 PKTRT__INLINE void pktrt__settings_restore(const pktrt__settings *found) { pktrt__settings_write(found); }
 
-#elif defined(__aarch64__) && !defined(__TINYC__) && (defined(__GNUC__) || defined(__clang__))
+#elif defined(PKTRT__GNU_ASM) && defined(__aarch64__)
 /* FPCR is 0 under the library's settings; FPSR has the flags of exceptions. */
 typedef struct pktrt__settings {
   uint64_t control, flags;

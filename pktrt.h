@@ -1041,6 +1041,10 @@ PKTRT_DEF bool pktrt_camera_ray(const pktrt_camera *, uint32_t width, uint32_t h
    - The specular part (mirror, lobe, glass, metal) sees what its own rays hit: emitting meshes and the environment.
    - Lights that rays cannot hit (point, directional, quad and sphere are not geometry) also show in Phong lobes, by
      the value of the lobe towards them. Ideal mirrors and the camera see quads and spheres that are `visible`, else none.
+   - A ray that a lobe reflected does not see these lights either, for its surface has asked them. Behind glass that
+     holds as long as glass only refracts the ray, if shadow rays pass glass (PKTRT_GLASS_SHADOWS_PASS); with
+     PKTRT_GLASS_SHADOWS_BLOCK the ray sees what is `visible` behind glass. Once something has reflected the ray, be it
+     glass, the ray sees what is `visible` either way.
    - In DRT what a lobe gets of a light with extent is shared between samples of the light and of the lobe, by their
      densities, so that neither narrow lobes nor wide ones are noisy. (Meshes and the environment: if intensity is 1 and
      no texture or shader changes the emission, and parts of the environment are far brighter than its mean; else lobes
@@ -5784,6 +5788,7 @@ typedef struct pktrt__wave {
   /* Of the ray of a lobe, with gloss: the density of its direction, 0 where lights do not share what it finds; and how
      much the environment counts for it. */
   float density[PKTRT__ROW], sky[PKTRT__ROW];
+  bool asked[PKTRT__ROW]; /* with visible lights: the ray does not see them, see pktrt__spawn_ask */
 } pktrt__wave;
 
 /* The surfaces that the rays of a wave hit, without gaps for rays that hit nothing. Rows are as long as a batch's. */
@@ -16030,9 +16035,10 @@ static void pktrt__surface_shade_misses(const pktrt__render_state *render, pktrt
   }
 }
 
-/* Ends rays at visible lights that lie before what they hit. Rays of lobes bring nothing from there: direct light has. */
+/* Ends rays at visible lights that lie before what they hit. Rays for which a surface has asked the lights bring nothing
+   from there. */
 PKTRT__COLD void pktrt__surface_show_lights(const pktrt__render_state *render, pktrt__wave *w, uint32_t first,
-                                            uint32_t n, uint32_t depth) {
+                                            uint32_t n) {
   const pktrt_scene *scene = render->scene;
   pktrt__batch *b = &w->rays;
   for (uint32_t i = first; i < first + n; i++) {
@@ -16043,11 +16049,10 @@ PKTRT__COLD void pktrt__surface_show_lights(const pktrt__render_state *render, p
     if (!pktrt__normalise(d)) continue;
     const uint32_t light = pktrt__light_see(render, from, d, &depth_of);
     if (light == PKTRT_NONE) continue;
-    const bool lobe = depth > 0 && pktrt__material_has_lobe(pktrt__material_of(scene, w->material[i]));
     const pktrt__light_data *l = &render->lights[light];
     for (int a = 0; a < 3; a++) {
       const double kept = (double)pktrt__media_transmittance(scene, w->medium[i], a, depth_of);
-      w->radiance[a][i] = lobe ? 0 : pktrt__to_float(l->strength * (double)l->color[a] * kept);
+      w->radiance[a][i] = w->asked[i] ? 0 : pktrt__to_float(l->strength * (double)l->color[a] * kept);
     }
     b->slot[i] = PKTRT_NONE, b->t[i] = -1; /* but no miss */
   }
@@ -16056,13 +16061,12 @@ PKTRT__COLD void pktrt__surface_show_lights(const pktrt__render_state *render, p
 /* Fills tile->surfaces from the rays [first, first + n) of a wave that hit, whose values move to the front; the others
    get the environment's radiance. Not inlined, nor are pktrt__tile_evaluate_materials, pktrt__packet_flush and
    pktrt__light_add_direct: their arrays must not lie in every frame of the recursion. */
-PKTRT__NOINLINE void pktrt__surface_gather(pktrt__tile *tile, pktrt__wave *w, uint32_t first, uint32_t n,
-                                           uint32_t depth) {
+PKTRT__NOINLINE void pktrt__surface_gather(pktrt__tile *tile, pktrt__wave *w, uint32_t first, uint32_t n) {
   const pktrt_scene *scene = tile->render->scene;
   const bool smooth = pktrt__render_uses(tile->render, PKTRT_FEATURE_NORMALS);
   pktrt__surfaces *s = &tile->surfaces;
   bool missed = false;
-  if (tile->render->shown) pktrt__surface_show_lights(tile->render, w, first, n, depth);
+  if (tile->render->shown) pktrt__surface_show_lights(tile->render, w, first, n);
   for (uint32_t i = first; i < first + n; i++) missed |= w->rays.slot[i] == PKTRT_NONE;
   if (missed) pktrt__surface_shade_misses(tile->render, w, first, n);
   scene->kernels->pack_surfaces(w, first, n, s);
@@ -16551,7 +16555,7 @@ static void pktrt__packet_assemble_wave(pktrt__tile *tile, pktrt__wave **wave, u
     for (int a = 0; a < 3; a++) to->weight[a][i] = w->weight[a][k];
     to->importance[i] = w->importance[k], to->parent[i] = w->parent[k], to->key[i] = w->key[k];
     to->material[i] = w->material[k], to->medium[i] = w->medium[k], to->root[i] = w->root[k];
-    to->density[i] = w->density[k], to->sky[i] = w->sky[k];
+    to->density[i] = w->density[k], to->sky[i] = w->sky[k], to->asked[i] = w->asked[k];
   }
   *wave = to, tile->spare = w;
 }
@@ -16987,6 +16991,18 @@ static void pktrt__spawn_scatter(pktrt__tile *tile, const pktrt__wave *w, uint32
   }
 }
 
+/* Notes of rays from `n` to `end` of a wave, reflected or refracted by surfaces where rays of `from` ended, whether a
+   surface has asked the visible lights for them. A surface with a lobe asks for the ray that it reflects, and its shadow
+   rays pass glass straight: so they stand for that ray behind glass too, as long as it is only refracted. */
+PKTRT__COLD void pktrt__spawn_ask(const pktrt__render_state *render, const pktrt__wave *from, bool refraction,
+                                  pktrt__wave *to, uint32_t n, uint32_t end) {
+  for (uint32_t i = n; i < end; i++) {
+    const pktrt_material *sender = pktrt__material_of(render->scene, to->material[i]);
+    if (refraction) to->asked[i] = render->passes_glass && from->asked[to->parent[i]];
+    else to->asked[i] = pktrt__material_has_lobe(sender);
+  }
+}
+
 /* Appends the reflected or refracted rays of all surfaces to the n of a wave. Returns how many it has then. Where glass
    branches, the two subtrees use different dimensions. */
 static uint32_t pktrt__spawn_wave(const pktrt__tile *tile, const pktrt__wave *w, bool refraction, pktrt__wave *to,
@@ -16998,7 +17014,10 @@ static uint32_t pktrt__spawn_wave(const pktrt__tile *tile, const pktrt__wave *w,
   g.refraction = refraction, g.threshold = render->threshold;
   g.lobes = render->distribute && pktrt__render_uses(render, PKTRT_FEATURE_GLOSS);
   g.times = apart ? 0x9E3779B1u : 1, g.plus = apart ? 0x85EBCA6Bu : 0;
-  return (render->scene->kernels->spawn_rays)(&g, w, &tile->surfaces, to, n);
+  const uint32_t end = (render->scene->kernels->spawn_rays)(&g, w, &tile->surfaces, to, n);
+
+  if (render->shown) pktrt__spawn_ask(render, w, refraction, to, n, end);
+  return end;
 }
 
 /* >>generations ---------------------------------------------------------------------------------------------------- */
@@ -17115,7 +17134,7 @@ static void pktrt__wave_shade(pktrt__tile *tile, pktrt__wave *w, uint32_t first,
   uint32_t reflected = 0, refracted = 0;
   bool one_wave = blind;
   if (pktrt__tile_is_stopped(tile)) return;
-  pktrt__surface_gather(tile, w, first, n, depth);
+  pktrt__surface_gather(tile, w, first, n);
   if (!s->count) return;
   pktrt__tile_evaluate_materials(tile, w, depth);
   if (render->draws) pktrt__sample_batch_of_surfaces(tile, w);
@@ -17185,6 +17204,7 @@ static void pktrt__tile_camera_rays(pktrt__tile *tile, uint32_t n) {
   memset(w->key, 0, n * sizeof *w->key), memset(w->medium, 0, n * sizeof *w->medium);
   memset(w->material, 0, n * sizeof *w->material), memset(tile->deepest, 0, n);
   if (render->sky_light != PKTRT_NONE) pktrt__fill_row(w->sky, n, 1);
+  memset(w->asked, 0, n * sizeof *w->asked);
   if (render->random) pktrt__tile_draw_camera(tile, n, lens, shutter);
   for (uint32_t i = 0; i < n; i += 8) {
     const uint32_t m = n - i < 8 ? n - i : 8;
@@ -18478,6 +18498,7 @@ PKTRT_DEF pktrt_status pktrt_prepare_environment(pktrt_scene *s, const pktrt_ren
      0.17.0   Threads may round, flush and trap as they like: each call works under settings of its own and puts the
               caller's back. Programs that are linked with -ffast-math are no longer refused.
               clang with the target of MSVC (clang-cl) compiles it; macros called length or y1 break nothing.
+              Visible lights that lobes meet through glass are counted once; >>light has the rule.
      0.16.1   What moves costs scenes at rest less: corners of hits at rest are gathered apart.
      0.16.0   Faster: all rays, since the largest subtrees move to better places by default as well, where the high quality
               moves all; builds put triangles into bins by vectors.

@@ -219,6 +219,7 @@ void suite_stability(void) {
   suite_stability_culling();
   suite_stability_secondary();
   suite_stability_shading();
+  suite_stability_lamps();
   suite_stability_tree();
   suite_stability_hostile();
   run("stable: every zero stands beside a control that is not zero", zeros_have_controls);

@@ -26,6 +26,6 @@ bool keep_figures(const char *directory, int argc, char **argv);
 /* --- the parts --- */
 void suite_stability_watertight(void), suite_stability_accuracy(void), suite_stability_culling(void),
     suite_stability_secondary(void), suite_stability_shading(void), suite_stability_tree(void),
-    suite_stability_hostile(void), suite_stability_exact(void);
+    suite_stability_hostile(void), suite_stability_exact(void), suite_stability_lamps(void);
 
 #endif

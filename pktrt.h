@@ -668,7 +668,10 @@ typedef struct pktrt_mesh_desc {
 PKTRT_DEF pktrt_status pktrt_add_mesh(pktrt_scene *, const pktrt_mesh_desc *, uint32_t *mesh);
 
 /* Builds what changed: the trees of those meshes (same group, number of keys and mask) of which one is new, removed or
-   has new positions. An empty scene is fine. On failure the last committed state stays. */
+   has new positions. An empty scene is fine. On failure the last committed state stays. What did not change is gone
+   through as well: all meshes and instances, and if any instance or one of more than four groups changed, the tree of
+   the boxes of all. So commit once after several additions; the log hook is told of 32 commits in a row that each do much
+   for little. */
 PKTRT_DEF pktrt_status pktrt_commit(pktrt_scene *);
 
 /* Deformation with fixed connectivity: replace one key's positions (and normals), then refit. Stride as at add_mesh. */
@@ -1765,6 +1768,8 @@ typedef struct pktrt__mesh {
   uint32_t first_id; /* global index of triangle 0 */
   uint32_t instance; /* 1 more than that of the instance which it belongs to: it has no key, nor arrays of its own */
   uint32_t set;      /* of meshes, that it belongs to; PKTRT_NONE: none, for an instance has its trees elsewhere */
+  uint32_t next;     /* among those that wait, see >>refit: 1 for the last, else 2 more than the next; 0: it does not */
+  uint32_t task;     /* of the build of its tree, where it stands for a box, which is one triangle */
   bool committed, dirty, dirty_normals;
   bool marked;       /* the next commit rebuilds its tree */
   bool hide, hidden; /* as the next commit or refit will have it; as its tree has it */
@@ -1777,9 +1782,10 @@ typedef struct pktrt__set {
   uint32_t first_mesh, end_mesh, meshes; /* its meshes are among these, and so many; none: the set waits for others */
   uint32_t tree;                         /* committed; PKTRT_NONE: none */
   /* What a commit or a refit finds: triangles of the next state, its tree there; whether this must be built or fitted, and
-     whether some of it is hidden then. */
+     whether some of it may be hidden then. */
   uint32_t triangles, next;
-  bool changed, moved, hides;
+  uint32_t moved; /* how many of its meshes have */
+  bool changed, hides;
 } pktrt__set;
 
 /* The run of nodes and blocks that one task of the build writes; refit has the same tasks. */
@@ -1884,6 +1890,7 @@ struct pktrt_scene {
   uint32_t mesh_count, mesh_capacity, committed_meshes;
   uint32_t start_shift, starts[PKTRT__STARTS + 1]; /* the mesh of each 2^start_shift-th global triangle index */
   uint32_t free_meshes;                            /* indices that any mesh may have anew */
+  uint32_t waiting; /* 1 more than the first mesh with a change that waits for a commit or a refit; 0: there is none */
   pktrt__set *sets;
   uint32_t set_count, set_capacity;
   pktrt__bvh *bvhs; /* first those that all rays visit, in ascending order of their boxes' areas: small ones shorten
@@ -1911,6 +1918,7 @@ struct pktrt_scene {
   uint32_t instance_count, instance_capacity, free_instances;
   pktrt_scene *boxes; /* as groups, of a mesh for each instance */
   bool rebuild_advised;
+  uint32_t dear_commits; /* how many commits in a row were dear, see >>commit */
   char error[256];
 };
 /* Tells whether a scene has instances; never, where the build leaves them out. */
@@ -3800,15 +3808,32 @@ static bool pktrt__build_bvh(const pktrt_scene *s, uint32_t set_index, bool use_
 
 /* A refit goes through the runs of the build: it rewrites blocks with a triangle of a changed mesh, then all bounds of
    runs with such a block, then those of the top. A run without one keeps its bounds and its sums. Blocks of split
-   triangles are bounded by all of these then: right, but larger. The next build does not split what has moved. */
+   triangles are bounded by all of these then: right, but larger. The next build does not split what has moved.
+
+   Meshes with a change that waits form a list, and boxes of instances know their run, so that moving one instance takes
+   no look at the others. */
 
 typedef struct pktrt__refit {
   const pktrt__fit_table *fit;
   pktrt__bvh *bvh;
   const pktrt__mesh *meshes;
   uint32_t mesh_count;
-  bool all, hides; /* every mesh of the tree changed; some are hidden */
+  bool all, hides; /* every mesh of the tree changed; some may be hidden */
+  bool of_boxes;
 } pktrt__refit;
+
+/* Puts a mesh into the list of those with a change that waits, unless it is there. */
+static void pktrt__mesh_wait(pktrt_scene *s, pktrt__mesh *m) {
+  if (m->next) return;
+  m->next = s->waiting + 1;
+  s->waiting = (uint32_t)(m - s->meshes) + 1;
+}
+
+/* Returns the mesh that follows one in this list, NULL behind the last; the first for NULL. */
+static pktrt__mesh *pktrt__mesh_next_waiting(const pktrt_scene *s, const pktrt__mesh *m) {
+  const uint32_t next = m ? m->next - 1 : s->waiting;
+  return next ? &s->meshes[next - 1] : NULL;
+}
 
 /* Tells whether a refit must look at a mesh's triangles. */
 PKTRT__INLINE bool pktrt__mesh_moves(const pktrt__mesh *m) { return m->dirty || m->hide != m->hidden; }
@@ -3817,6 +3842,7 @@ static bool pktrt__refit_block_changed(const pktrt__refit *r, uint32_t block) {
   const uint32_t *tri = r->bvh->block_triangles + (size_t)block * 8;
   uint32_t mesh = 0;
   for (int l = 0; l < 8 && !r->all && tri[l] != PKTRT_NONE; l++) {
+    if (r->of_boxes && tri[l] < r->mesh_count) mesh = tri[l]; /* each mesh is one triangle */
     mesh = pktrt__mesh_of_triangle(r->meshes, r->mesh_count, tri[l] & ~PKTRT__AGAIN, mesh);
     if (pktrt__mesh_moves(&r->meshes[mesh])) return true;
   }
@@ -3846,19 +3872,52 @@ static void pktrt__refit_job(void *arg, size_t i) {
   pktrt__refit *r = PKTRT__CAST(pktrt__refit *, arg);
   pktrt__bvh_task *t = &r->bvh->tasks[i];
   pktrt__bvh_sum *sum = &pktrt__bvh_sums(r->bvh)[i];
+  if (!sum->changed) return;
   pktrt__refit_blocks(r, t, sum);
   if (sum->changed) sum->area = r->fit->nodes(r->bvh, t->first_node, t->node_count);
+}
+
+/* Marks the runs that may have a block with a changed triangle: all, but in trees of boxes, whose meshes know theirs.
+   Returns how many these are, and one of them. */
+static uint32_t pktrt__refit_mark_runs(const pktrt_scene *s, const pktrt__refit *r, uint32_t *one) {
+  pktrt__bvh *bvh = r->bvh;
+  pktrt__bvh_sum *sums = pktrt__bvh_sums(bvh);
+  uint32_t marked = 0;
+  for (uint32_t i = 0; i < bvh->task_count; i++) sums[i].changed = r->all || !s->of_boxes;
+  for (const pktrt__mesh *m = NULL; s->of_boxes && (m = pktrt__mesh_next_waiting(s, m)) != NULL;)
+    if (m->set == bvh->set && pktrt__mesh_moves(m)) sums[m->task].changed = 1;
+  for (uint32_t i = 0; i < bvh->task_count; i++) {
+    if (!sums[i].changed) continue;
+    *one = i;
+    marked++;
+  }
+  return marked;
+}
+
+/* Lets each mesh of a tree of boxes know the run that its box is in. */
+PKTRT__COLD void pktrt__refit_tell_runs(const pktrt_scene *s, const pktrt__bvh *bvh) {
+  for (uint32_t i = 0; i <= bvh->task_count; i++) {
+    const pktrt__bvh_task *task = &bvh->tasks[i];
+    const uint32_t *triangle = bvh->block_triangles + (size_t)task->first_block * 8;
+    for (size_t k = 0; k < (size_t)task->block_count * 8; k++) {
+      if (triangle[k] == PKTRT_NONE) continue;
+      const uint32_t id = triangle[k] & ~PKTRT__AGAIN;
+      s->meshes[pktrt__mesh_search(s->meshes, s->mesh_count, id)].task = i;
+    }
+  }
 }
 
 static void pktrt__refit_bvh(const pktrt_scene *s, pktrt__bvh *bvh) {
   const pktrt_scene_desc *desc = &s->desc;
   const pktrt__set *set = &s->sets[bvh->set];
-  pktrt__refit r = {pktrt__fit_table_of(desc->isa), bvh, s->meshes, s->mesh_count, true, set->hides};
-  for (uint32_t i = set->first_mesh; i < set->end_mesh; i++)
-    r.all = r.all && (s->meshes[i].set != bvh->set || pktrt__mesh_moves(&s->meshes[i]));
+  pktrt__refit r = {pktrt__fit_table_of(desc->isa), bvh,        s->meshes,  s->mesh_count,
+                    set->moved == set->meshes,      set->hides, s->of_boxes};
   const pktrt__bvh_task *top = &bvh->tasks[bvh->task_count];
   pktrt__bvh_sum *sums = pktrt__bvh_sums(bvh);
-  pktrt__parallel_for(desc, bvh->task_count, pktrt__refit_job, &r);
+  uint32_t one = 0;
+  const uint32_t marked = pktrt__refit_mark_runs(s, &r, &one);
+  if (marked == 1) pktrt__refit_job(&r, one);
+  else if (marked) pktrt__parallel_for(desc, bvh->task_count, pktrt__refit_job, &r);
   pktrt__refit_blocks(&r, top, &sums[bvh->task_count]);
   bool changed = false;
   for (uint32_t i = 0; i <= bvh->task_count; i++) changed = changed || sums[i].changed;
@@ -4068,6 +4127,7 @@ static void pktrt__commit_promote(pktrt__mesh *m) {
   m->dirty = m->dirty_normals = false;
   m->hidden = m->hide;
   m->committed = !m->free;
+  m->next = 0;
 }
 /* Makes a mesh that is gone an index that waits for another. */
 PKTRT__COLD void pktrt__mesh_clear(pktrt_scene *s, pktrt__mesh *m) {
@@ -4081,12 +4141,14 @@ PKTRT__COLD void pktrt__mesh_clear(pktrt_scene *s, pktrt__mesh *m) {
 
 static pktrt__bvh_segment pktrt__bvh_segment_of(const pktrt__bvh *bvhs, uint32_t index, uint32_t segment);
 
-/* Widens the scene's bounds by those of its instances. */
-PKTRT__COLD void pktrt__commit_summarise_instances(pktrt_scene *s) {
-  for (uint32_t i = 0; i < s->boxes->committed_meshes; i++)
-    s->stretch = pktrt__maxf(s->stretch, (float)((11 + 3 * s->instances[i].kappa) / 16));
-  for (int a = 0; a < 3; a++)
-    s->lo[a] = pktrt__minf(s->lo[a], s->boxes->lo[a]), s->hi[a] = pktrt__maxf(s->hi[a], s->boxes->hi[a]);
+/* Stretches D of >>exactness for an instance. */
+PKTRT__COLD void pktrt__commit_stretch(pktrt_scene *s, const pktrt__instance *in) {
+  s->stretch = pktrt__maxf(s->stretch, (float)((11 + 3 * in->kappa) / 16));
+}
+/* The same for all instances; refits do it for those that moved, of which no kappa becomes less. */
+PKTRT__COLD void pktrt__commit_stretch_all(pktrt_scene *s) {
+  s->stretch = 1;
+  for (uint32_t i = 0; s->boxes && i < s->boxes->committed_meshes; i++) pktrt__commit_stretch(s, &s->instances[i]);
 }
 
 /* Derives from the trees their order and first segments, the scene's bounds, and whether a rebuild is advised. */
@@ -4107,10 +4169,11 @@ PKTRT__COLD void pktrt__commit_summarise(pktrt_scene *s) {
     }
     if (s->desc.rebuild != PKTRT_REBUILD_NEVER && bvh->sah_now > 1.5 * bvh->sah_at_build) s->rebuild_advised = true;
   }
-  s->stretch = 1, s->largest = 0;
+  s->largest = 0;
   s->has_top = s->boxes || s->groups;
   s->single_tree = s->bvh_count == 1 && !pktrt__has_motion(s->bvhs->key_count) && !s->has_top;
-  if (s->boxes) pktrt__commit_summarise_instances(s);
+  for (int a = 0; a < 3 && s->boxes; a++)
+    s->lo[a] = pktrt__minf(s->lo[a], s->boxes->lo[a]), s->hi[a] = pktrt__maxf(s->hi[a], s->boxes->hi[a]);
   for (int a = 0; a < 3 && s->lo[0] <= s->hi[0]; a++)
     s->largest = pktrt__maxf(s->largest, pktrt__maxf(fabsf(s->lo[a]), fabsf(s->hi[a])));
 }
@@ -4118,14 +4181,24 @@ PKTRT__COLD void pktrt__commit_summarise(pktrt_scene *s) {
 /* Finds what each set will have, and whether its tree must be built, or fitted. */
 PKTRT__COLD void pktrt__commit_survey(const pktrt_scene *s) {
   for (uint32_t i = 0; i < s->set_count; i++)
-    s->sets[i].triangles = 0, s->sets[i].changed = s->sets[i].moved = s->sets[i].hides = false;
+    s->sets[i].triangles = s->sets[i].moved = 0, s->sets[i].changed = s->sets[i].hides = false;
   for (uint32_t i = 0; i < s->mesh_count; i++) {
     const pktrt__mesh *m = &s->meshes[i];
     if (m->set == PKTRT_NONE || !m->triangle_count) continue;
     pktrt__set *set = &s->sets[m->set];
     set->changed = set->changed || m->dirty || m->marked || m->gone || !m->committed;
-    set->moved = set->moved || pktrt__mesh_moves(m), set->hides = set->hides || m->hide;
+    set->moved += pktrt__mesh_moves(m), set->hides = set->hides || m->hide;
     if (!m->gone) set->triangles += m->triangle_count;
+  }
+}
+/* The same for a refit, which looks at the meshes that wait alone. What is no longer hidden is not noticed: trees are
+   the same, read with more care. */
+PKTRT__COLD void pktrt__refit_survey(const pktrt_scene *s) {
+  for (uint32_t i = 0; i < s->set_count; i++) s->sets[i].moved = 0;
+  for (const pktrt__mesh *m = NULL; (m = pktrt__mesh_next_waiting(s, m)) != NULL;) {
+    if (m->set == PKTRT_NONE || !m->triangle_count) continue;
+    s->sets[m->set].moved += pktrt__mesh_moves(m);
+    s->sets[m->set].hides = s->sets[m->set].hides || m->hide;
   }
 }
 
@@ -4193,6 +4266,7 @@ PKTRT__COLD void pktrt__group_refit(pktrt_scene *s) {
     if (!s->sets[s->bvhs[i].set].moved) continue;
     for (uint32_t k = 0; k < box->key_count; k++) pktrt__group_box(&s->bvhs[i], k, box->positions + 9 * (size_t)k);
     box->dirty = true;
+    pktrt__mesh_wait(s->groups, box);
   }
   (void)pktrt__do_refit(s->groups);
 }
@@ -4250,6 +4324,37 @@ PKTRT__COLD void pktrt__commit_fit_moved(pktrt_scene *s) {
   if (PKTRT__GROUPS && grouped) pktrt__group_refit(s);
 }
 
+enum {
+  PKTRT__DEAR_COMMITS = 32, /* in a row, after which the log hook is told */
+  PKTRT__DEAR_WORK = 256,   /* least work of a commit that may be dear */
+  PKTRT__DEAR_SHARE = 8     /* times what changed */
+};
+
+/* Adds up what a commit builds and goes through: triangles, meshes, boxes of groups and instances; `fresh` is what of it
+   has changed. */
+PKTRT__COLD void pktrt__commit_weigh(const pktrt_scene *s, const pktrt__commit_list *list, uint64_t *work,
+                                     uint64_t *fresh) {
+  *work += s->mesh_count;
+  for (uint32_t i = 0; i < s->set_count; i++)
+    if (s->sets[i].changed) *work += s->sets[i].triangles;
+  if (list->groups && list->groups != s->groups) *work += list->n - list->direct;
+  for (const pktrt__mesh *m = NULL; (m = pktrt__mesh_next_waiting(s, m)) != NULL;)
+    *fresh += m->instance ? 1 : (uint64_t)m->triangle_count + 1;
+}
+/* Tells the log hook when many commits in a row have each done much for little that changed, by `work` and `fresh`. */
+PKTRT__COLD void pktrt__commit_watch(pktrt_scene *s, uint64_t work, uint64_t fresh) {
+  char text[256];
+  const bool dear = work >= PKTRT__DEAR_WORK && work / PKTRT__DEAR_SHARE > fresh;
+  s->dear_commits = dear ? s->dear_commits + (s->dear_commits < UINT32_MAX) : 0;
+  if (s->dear_commits != PKTRT__DEAR_COMMITS) return;
+  (void)snprintf(
+      text, sizeof text,
+      "%d commits in a row did much for little: the last one built or went through %llu triangles, meshes and "
+      "boxes, of which %llu had changed; commit once after several additions, move by pktrt_refit",
+      (int)PKTRT__DEAR_COMMITS, (unsigned long long)work, (unsigned long long)fresh);
+  pktrt__log_sentence(s, 1, text);
+}
+
 /* Makes a list of trees, and what waits for them, the state of a scene. */
 PKTRT__COLD void pktrt__commit_take(pktrt_scene *s, const pktrt__commit_list *list) {
   for (uint32_t i = 0; i < s->bvh_count; i++) {
@@ -4260,13 +4365,18 @@ PKTRT__COLD void pktrt__commit_take(pktrt_scene *s, const pktrt__commit_list *li
   s->bvhs = list->bvhs, s->bvh_count = list->n, s->bvh_room = list->room, s->direct_count = list->direct;
   if (list->groups != s->groups) pktrt__do_scene_destroy(s->groups);
   s->groups = list->groups;
-  for (uint32_t i = 0; i < s->set_count; i++)
-    s->sets[i].tree = s->sets[i].next, s->sets[i].moved = s->sets[i].moved && !s->sets[i].changed;
+  for (uint32_t i = 0; i < s->set_count; i++) {
+    s->sets[i].tree = s->sets[i].next;
+    if (s->sets[i].changed) s->sets[i].moved = 0;
+  }
   pktrt__commit_fit_moved(s);
   for (uint32_t i = 0; i < s->mesh_count; i++) {
     if (s->meshes[i].gone) pktrt__mesh_clear(s, &s->meshes[i]);
     else pktrt__commit_promote(&s->meshes[i]), s->meshes[i].marked = false;
   }
+  s->waiting = 0;
+  for (uint32_t i = 0; s->of_boxes && i < s->bvh_count; i++)
+    if (s->sets[s->bvhs[i].set].changed) pktrt__refit_tell_runs(s, &s->bvhs[i]);
   s->committed_meshes = s->mesh_count, s->start_shift = 0;
   while (s->total_triangles >> s->start_shift >= PKTRT__STARTS) s->start_shift++;
   for (uint32_t i = 0; i <= PKTRT__STARTS; i++)
@@ -4279,6 +4389,7 @@ PKTRT__COLD pktrt_status pktrt__commit_rebuild_worn(pktrt_scene *s) {
     pktrt__log_sentence(s, 0,
                         "the deformed tree costs more than 1.5 times what it did when built: a rebuild is advised");
   if (s->desc.rebuild != PKTRT_REBUILD_AUTOMATIC) return PKTRT_OK;
+  pktrt__commit_survey(s);
   for (uint32_t i = 0; i < s->bvh_count; i++) {
     pktrt__bvh *bvh = &s->bvhs[i], fresh;
     if (!(bvh->sah_now > 1.5 * bvh->sah_at_build)) continue;
@@ -4288,6 +4399,7 @@ PKTRT__COLD pktrt_status pktrt__commit_rebuild_worn(pktrt_scene *s) {
     }
     pktrt__bvh_free(&s->desc, bvh);
     *bvh = fresh;
+    if (s->of_boxes) pktrt__refit_tell_runs(s, bvh);
     pktrt__log_sentence(s, 1, "a deformed tree was rebuilt");
   }
   pktrt__commit_summarise(s);
@@ -12087,20 +12199,26 @@ static void pktrt__place_rest(pktrt__instance *in) {
   pktrt__place_invert(&in->rest);
 }
 /* Takes over the transforms that were set, as pktrt__commit_promote does positions, and what else waits. */
-PKTRT__COLD void pktrt__instance_promote_all(pktrt_scene *s) {
-  for (uint32_t i = 0; i < s->instance_count; i++) {
-    pktrt__instance *in = &s->instances[i];
-    in->seen = in->hide ? 0 : in->mask;
-    if (in->gone) {
-      pktrt__instance_free(s, in);
-      in->keys = in->pending = NULL, in->gone = in->dirty = false, in->free = true, in->kappa = 0;
-      s->free_instances++;
-    }
-    if (!in->dirty) continue;
-    if (in->pending) pktrt__commit_swap(&in->keys, &in->pending);
-    pktrt__place_rest(in);
-    in->dirty = false;
+PKTRT__COLD void pktrt__instance_promote(pktrt_scene *s, pktrt__instance *in) {
+  in->seen = in->hide ? 0 : in->mask;
+  if (in->gone) {
+    pktrt__instance_free(s, in);
+    in->keys = in->pending = NULL, in->gone = in->dirty = false, in->free = true, in->kappa = 0;
+    s->free_instances++;
   }
+  if (!in->dirty) return;
+  if (in->pending) pktrt__commit_swap(&in->keys, &in->pending);
+  pktrt__place_rest(in);
+  in->dirty = false;
+}
+/* Fits the tree of the instances' boxes to those that moved, and takes these over. */
+PKTRT__COLD void pktrt__instance_refit(pktrt_scene *s) {
+  for (const pktrt__mesh *box = NULL; (box = pktrt__mesh_next_waiting(s->boxes, box)) != NULL;) {
+    pktrt__instance *in = &s->instances[box - s->boxes->meshes];
+    pktrt__instance_promote(s, in);
+    pktrt__commit_stretch(s, in);
+  }
+  (void)pktrt__do_refit(s->boxes); /* which has no box that was not committed, if the scene has no instance */
 }
 PKTRT__COLD void pktrt__instance_free_all(pktrt_scene *s) {
   for (uint32_t i = 0; i < s->instance_count; i++) pktrt__instance_free(s, &s->instances[i]);
@@ -12130,6 +12248,7 @@ PKTRT__NOINLINE pktrt_scene *pktrt__do_scene_create(const pktrt_scene_desc *desc
 #ifndef PKTRT_NO_RENDER
   for (int a = 0; a < 3; a++) s->plain.albedo[a] = 0.8f;
 #endif
+  pktrt__commit_stretch_all(s);
   pktrt__commit_summarise(s);
   return s;
 }
@@ -12203,6 +12322,7 @@ PKTRT__COLD pktrt_status pktrt__mesh_add(pktrt_scene *s, const pktrt_mesh_desc *
   if (index == s->mesh_count) s->mesh_count++, s->total_triangles += m.triangle_count;
   else s->free_meshes -= !s->meshes[index].instance;
   s->meshes[index] = m, s->sets[m.set].meshes++;
+  pktrt__mesh_wait(s, &s->meshes[index]);
   return PKTRT_OK;
 }
 
@@ -12227,8 +12347,14 @@ PKTRT__NOINLINE pktrt_status pktrt__do_commit(pktrt_scene *s) {
     pktrt__commit_drop(s, &own);
     return st;
   }
+  uint64_t work = 0, fresh = 0;
+  pktrt__commit_weigh(s, &own, &work, &fresh);
+  if (s->boxes) pktrt__commit_weigh(s->boxes, &top, &work, &fresh);
+  pktrt__commit_watch(s, work, fresh);
   pktrt__commit_take(s, &own);
-  if (s->boxes) pktrt__commit_take(s->boxes, &top), pktrt__commit_summarise(s->boxes), pktrt__instance_promote_all(s);
+  if (s->boxes) pktrt__commit_take(s->boxes, &top), pktrt__commit_summarise(s->boxes);
+  for (uint32_t i = 0; i < s->instance_count; i++) pktrt__instance_promote(s, &s->instances[i]);
+  pktrt__commit_stretch_all(s);
   pktrt__commit_summarise(s);
   return PKTRT_OK;
 }
@@ -12298,6 +12424,7 @@ static pktrt_status pktrt__mesh_set_vectors(pktrt_scene *s, pktrt__mesh *m, floa
   }
   if (!current_inside && m->key_count > 1) memcpy(*pending, current, (size_t)floats * sizeof(float));
   *dirty = true;
+  pktrt__mesh_wait(s, m);
   return v->count ? pktrt__mesh_copy_vectors(s, *pending + at, v) : PKTRT_OK;
 }
 
@@ -12325,17 +12452,21 @@ PKTRT__NOINLINE pktrt_status pktrt__do_set_normals(pktrt_scene *s, uint32_t mesh
 PKTRT__NOINLINE pktrt_status pktrt__do_refit(pktrt_scene *s) {
   if (!s) return PKTRT_INVALID_ARGUMENT;
   s->error[0] = 0;
-  for (uint32_t i = 0; i < s->mesh_count; i++) {
-    const pktrt__mesh *m = &s->meshes[i];
-    if (m->free || (m->committed && !m->gone)) continue;
+  const pktrt__mesh *unready = NULL; /* the first that needs a commit */
+  for (const pktrt__mesh *m = NULL; (m = pktrt__mesh_next_waiting(s, m)) != NULL;)
+    if ((!m->committed || m->gone) && (!unready || m < unready)) unready = m;
+  if (unready)
     return pktrt__fail(s, PKTRT_NOT_COMMITTED, "refit: %s %u was %s since the last commit",
-                       m->instance ? "instance" : "mesh", (unsigned)(m->instance ? m->instance - 1 : i),
-                       m->gone ? "removed" : "added");
-  }
-  pktrt__commit_survey(s);
+                       unready->instance ? "instance" : "mesh",
+                       (unsigned)(unready->instance ? unready->instance - 1 : (uint32_t)(unready - s->meshes)),
+                       unready->gone ? "removed" : "added");
+  pktrt__refit_survey(s);
   pktrt__commit_fit_moved(s);
-  for (uint32_t i = 0; i < s->mesh_count; i++) pktrt__commit_promote(&s->meshes[i]);
-  if (s->boxes && !pktrt__do_refit(s->boxes)) pktrt__instance_promote_all(s);
+  for (pktrt__mesh *m = NULL; (m = pktrt__mesh_next_waiting(s, NULL)) != NULL;) {
+    s->waiting = m->next - 1;
+    pktrt__commit_promote(m);
+  }
+  if (s->boxes) pktrt__instance_refit(s);
   pktrt__commit_summarise(s);
   return pktrt__commit_rebuild_worn(s);
 }
@@ -12349,6 +12480,7 @@ PKTRT_DEF pktrt_status pktrt_remove_mesh(pktrt_scene *s, uint32_t mesh) {
     return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "remove_mesh: mesh %u belongs to instance %u, which goes as a whole",
                        (unsigned)mesh, (unsigned)m->instance - 1);
   m->gone = true;
+  pktrt__mesh_wait(s, m);
   return PKTRT_OK;
 }
 
@@ -12365,9 +12497,15 @@ PKTRT_DEF pktrt_status pktrt_set_enabled(pktrt_scene *s, uint32_t mesh, bool ena
   uint32_t count = 0;
   pktrt__mesh *m = pktrt__mesh_named(s, mesh, "set_enabled");
   if (!m) return PKTRT_INVALID_ARGUMENT;
-  if (m->instance) s->instances[m->instance - 1].hide = !enabled;
+  if (m->instance) {
+    s->instances[m->instance - 1].hide = !enabled;
+    pktrt__mesh_wait(s->boxes, &s->boxes->meshes[m->instance - 1]);
+  }
   m = pktrt__mesh_with_others(s, m, &count);
-  for (uint32_t i = 0; i < count; i++) m[i].hide = !enabled;
+  for (uint32_t i = 0; i < count; i++) {
+    m[i].hide = !enabled;
+    pktrt__mesh_wait(s, &m[i]);
+  }
   return PKTRT_OK;
 }
 
@@ -12378,8 +12516,12 @@ PKTRT_DEF pktrt_status pktrt_remove_instance(pktrt_scene *s, uint32_t instance) 
   pktrt__instance *in = pktrt__instance_named(s, instance, "remove_instance");
   if (!in) return PKTRT_INVALID_ARGUMENT;
   pktrt__mesh *m = pktrt__mesh_with_others(s, &s->meshes[in->first_mesh], &count);
-  for (uint32_t i = 0; i < count; i++) m[i].gone = true;
+  for (uint32_t i = 0; i < count; i++) {
+    m[i].gone = true;
+    pktrt__mesh_wait(s, &m[i]);
+  }
   in->gone = s->boxes->meshes[instance].gone = true;
+  pktrt__mesh_wait(s->boxes, &s->boxes->meshes[instance]);
   return PKTRT_OK;
 }
 #endif
@@ -12592,6 +12734,7 @@ PKTRT__COLD pktrt_status pktrt__instance_add(pktrt_scene *s, pktrt__instance *in
   if (index == s->instance_count) s->instance_count++, s->total_triangles += in->model->total_triangles;
   else s->free_instances--;
   s->instances[index] = *in;
+  for (uint32_t i = 0; i < in->model->mesh_count; i++) pktrt__mesh_wait(s, &s->meshes[in->first_mesh + i]);
   return PKTRT_OK;
 }
 
@@ -18499,6 +18642,8 @@ PKTRT_DEF pktrt_status pktrt_prepare_environment(pktrt_scene *s, const pktrt_ren
               caller's back. Programs that are linked with -ffast-math are no longer refused.
               clang with the target of MSVC (clang-cl) compiles it; macros called length or y1 break nothing.
               Visible lights that lobes meet through glass are counted once; >>light has the rule.
+              Moving one instance takes hundredths of a millisecond among tens of thousands. The log hook is told of
+              commits that do much for little.
      0.16.1   What moves costs scenes at rest less: corners of hits at rest are gathered apart.
      0.16.0   Faster: all rays, since the largest subtrees move to better places by default as well, where the high quality
               moves all; builds put triangles into bins by vectors.

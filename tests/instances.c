@@ -487,6 +487,152 @@ static void thousands_take_little_memory(void) {
   world_free(&w);
 }
 
+/* A crowd of instances, far more than one run of a build has; what its told are told. */
+enum { CROWD = 20000, CROWD_MOVES = 300 };
+typedef struct crowd_hooks {
+  uint32_t handed_out; /* pieces of work for threads */
+  uint32_t sentences;
+  char last[256];
+} crowd_hooks;
+static void crowd_parallel_for(void *user, size_t n, void (*body)(void *, size_t), void *arg) {
+  crowd_hooks *told = user;
+  told->handed_out += (uint32_t)n;
+  for (size_t i = 0; i < n; i++) body(arg, i);
+}
+static void crowd_log(void *user, int level, const char *sentence) {
+  crowd_hooks *told = user;
+  if (level != 1) return;
+  told->sentences++;
+  snprintf(told->last, sizeof told->last, "%s", sentence);
+}
+static pktrt_scene *crowd_open(crowd_hooks *told) {
+  pktrt_scene_desc d;
+  memset(&d, 0, sizeof d);
+  memset(told, 0, sizeof *told);
+  d.parallel_for = crowd_parallel_for, d.log = crowd_log, d.user = told;
+  return pktrt_scene_create(&d);
+}
+static const float crowd_triangle[9] = {0, 0, 0, 1, 0, 0.25f, 0.25f, 1, 0};
+static pktrt_mesh_desc crowd_mesh(void) {
+  pktrt_mesh_desc d;
+  memset(&d, 0, sizeof d);
+  d.positions = crowd_triangle, d.vertex_count = 3, d.triangle_count = 1;
+  return d;
+}
+/* Where an instance of the crowd lies after so many moves of it. */
+static void crowd_place(uint32_t i, uint32_t moves, float transform[12]) {
+  memcpy(transform, identity, sizeof identity);
+  transform[3] = (float)(i % 200) * 1.5f + (float)moves * 0.375f;
+  transform[7] = (float)(i / 200) * 1.5f - (float)moves * 0.25f;
+  transform[11] = (float)(mix64(i) % 64) / 16 + (float)moves;
+  if (i % 3 == 1) transform[0] = 2;
+}
+static void crowd_fill(pktrt_scene *s, uint32_t count) {
+  const pktrt_mesh_desc d = crowd_mesh();
+  float transform[12];
+  uint32_t model = PKTRT_NONE;
+  CHECK(pktrt_add_model(s, &d, 1, &model) == PKTRT_OK);
+  for (uint32_t i = 0; i < count; i++) {
+    crowd_place(i, 0, transform);
+    add_instance(s, model, 1, transform);
+  }
+}
+/* Tells in how many rays two crowds differ, in hits or in how many boxes these took. */
+static size_t crowd_differences(const pktrt_scene *a, const pktrt_scene *b, size_t *hits) {
+  size_t differ = 0;
+  rng r = {7};
+  for (int i = 0; i < 3000; i++) {
+    const float x = 300 * rng_unit(&r), y = 150 * rng_unit(&r), x2 = 300 * rng_unit(&r), y2 = 150 * rng_unit(&r);
+    const pktrt_ray ray = ray_of(x, y, 8, x2 - x, y2 - y, -9);
+    static pktrt_stats stats[2];
+    pktrt_query_desc query;
+    pktrt_hit hit[2];
+    memset(stats, 0, sizeof stats);
+    memset(&query, 0, sizeof query);
+    query.path = PKTRT_PATH_SINGLE;
+    query.stats = &stats[0];
+    pktrt_intersect_ex(a, &query, &ray, &hit[0], 1);
+    query.stats = &stats[1];
+    pktrt_intersect_ex(b, &query, &ray, &hit[1], 1);
+    differ += memcmp(&hit[0], &hit[1], sizeof *hit) != 0 || memcmp(&stats[0], &stats[1], sizeof *stats) != 0;
+    *hits += hit[0].mesh != PKTRT_NONE;
+  }
+  return differ;
+}
+static void moving_one_looks_at_no_other(void) {
+  crowd_hooks one_hooks, all_hooks;
+  pktrt_scene *one = crowd_open(&one_hooks), *all = crowd_open(&all_hooks);
+  static uint8_t moves[CROWD];
+  float transform[12];
+  size_t hits = 0, before = 0, differ, control;
+  crowd_fill(one, CROWD), crowd_fill(all, CROWD);
+  commit(one), commit(all);
+
+  memset(moves, 0, sizeof moves);
+  CHECK(crowd_differences(one, all, &before) == 0);
+  one_hooks.handed_out = 0;
+  for (uint32_t k = 0; k < CROWD_MOVES; k++) {
+    const uint32_t i = (uint32_t)(mix64(k) % CROWD);
+    crowd_place(i, ++moves[i], transform);
+    CHECK(pktrt_set_transform(one, i, 0, transform) == PKTRT_OK);
+    if (k % 7 == 0) CHECK(pktrt_set_enabled(one, (i + 1) % CROWD, false) == PKTRT_OK);
+    CHECK(pktrt_refit(one) == PKTRT_OK);
+    if (k % 7 == 0) CHECK(pktrt_set_enabled(one, (i + 1) % CROWD, true) == PKTRT_OK);
+  }
+  CHECK(pktrt_refit(one) == PKTRT_OK);
+  CHECK(one_hooks.handed_out == 0, "%u pieces of work", (unsigned)one_hooks.handed_out);
+
+  control = crowd_differences(one, all, &hits);
+  all_hooks.handed_out = 0;
+  for (uint32_t i = 0; i < CROWD; i++) {
+    crowd_place(i, moves[i], transform);
+    CHECK(pktrt_set_transform(all, i, 0, transform) == PKTRT_OK);
+  }
+  CHECK(pktrt_refit(all) == PKTRT_OK);
+  hits = 0;
+  differ = crowd_differences(one, all, &hits);
+  CHECK(differ == 0, "%zu rays differ", differ);
+  CHECK(control > 20 && hits > 500 && all_hooks.handed_out > 1, "control: %zu rays, %zu hits, %u pieces of work",
+        control, hits, (unsigned)all_hooks.handed_out);
+  say("%d refits after one of %d moved: %u pieces of work, all at once: %u; %zu rays differ of 3000, before: %zu",
+      CROWD_MOVES, CROWD, (unsigned)one_hooks.handed_out, (unsigned)all_hooks.handed_out, differ, control);
+  pktrt_scene_destroy(one), pktrt_scene_destroy(all);
+}
+
+/* Adds and commits one at a time: groups, instances, or meshes of one tree. Returns how many sentences tell of it. */
+static uint32_t dear_commits(int kind, uint32_t first, uint32_t more, uint32_t at_a_time) {
+  crowd_hooks told;
+  pktrt_scene *s = crowd_open(&told);
+  pktrt_mesh_desc d = crowd_mesh();
+  if (kind == 1) crowd_fill(s, first);
+  for (uint32_t i = 0; kind != 1 && i < first; i++) {
+    d.group = kind == 0 ? i : 0;
+    CHECK(pktrt_add_mesh(s, &d, NULL) == PKTRT_OK);
+  }
+  commit(s);
+  for (uint32_t i = 0; i < more; i++) {
+    for (uint32_t k = 0; k < at_a_time; k++) {
+      d.group = kind == 0 ? first + i * at_a_time + k : 0;
+      if (kind == 1) add_instance(s, 0, 1, NULL);
+      else CHECK(pktrt_add_mesh(s, &d, NULL) == PKTRT_OK);
+    }
+    commit(s);
+  }
+  pktrt_scene_destroy(s);
+  return strstr(told.last, "commits in a row did much for little") ? told.sentences : 0;
+}
+static void dear_commits_are_told(void) {
+  for (int kind = 0; kind < 3; kind++) {
+    const uint32_t told = dear_commits(kind, 400, 100, 1), few = dear_commits(kind, 400, 31, 1);
+    const uint32_t small = dear_commits(kind, 40, 60, 1), many = dear_commits(kind, 400, 36, 400);
+    CHECK(told == 1, "kind %d: told %u times", kind, (unsigned)told);
+    CHECK(few == 0 && small == 0 && many == 0, "kind %d: 31 commits %u, small ones %u, of many meshes %u", kind,
+          (unsigned)few, (unsigned)small, (unsigned)many);
+  }
+  say("groups, instances, meshes: 100 commits of one more than 400 are told once; 31, of 40, and of 400 at a time are "
+      "not");
+}
+
 void suite_instances(void) {
   run("an instance under the identity has the bits of its meshes added directly", identity_has_the_bits);
   run("scaled by a power of two and shifted by integers, instances have the bits that are predicted",
@@ -505,5 +651,8 @@ void suite_instances(void) {
   run("a moving instance is where the same mesh is with moving vertices",
       moving_instances_are_where_moving_vertices_are);
   run("meshes that move beside instances have the same bits every way", moving_meshes_beside_instances);
+  run("moving one of many instances hands out no work, and leaves the boxes that moving all of them leaves",
+      moving_one_looks_at_no_other);
+  run("commits that do much for little are told to the log hook, once in a row", dear_commits_are_told);
   run("thousands of instances take a fiftieth of the memory of their triangles", thousands_take_little_memory);
 }

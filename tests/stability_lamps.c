@@ -79,7 +79,7 @@ static void sky_hook(void *user, uint32_t n, const float *const direction[3], fl
 }
 
 /* Tells whether the plate has a hole at a point: it is a checkerboard. */
-static bool plate_is_clear(double x, double z) { return ((int)floor(4 * x) + (int)floor(4 * z)) % 2 == 0; }
+static bool plate_is_clear(double x, double z) { return ((int)floor(4 * x + 0.37) + (int)floor(4 * z + 1.1)) % 2 == 0; }
 
 static void plate_hook(void *user, const pktrt_points *p) {
   (void)user;

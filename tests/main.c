@@ -268,6 +268,7 @@ static void run_all(void) {
   suite_mistakes();
   suite_report();
   suite_instances();
+  suite_mirrored();
   suite_groups();
   suite_surfaces();
   suite_guards();

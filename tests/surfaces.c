@@ -157,10 +157,18 @@ static void texcoord_of(const dressed *x, const pktrt_hit *hit, double out[2], d
     }
 }
 
+/* Returns -1 where an instance mirrors its model, else 1. */
+static double side_of(const dressed *x, uint32_t index, float time) {
+  double m[12];
+  matrix_of(x, index, time, m);
+  const vec column[3] = {vec_of(m[0], m[4], m[8]), vec_of(m[1], m[5], m[9]), vec_of(m[2], m[6], m[10])};
+  return vec_dot(vec_cross(column[0], column[1]), column[2]) < 0 ? -1 : 1;
+}
+
 /* --- surfaces --- */
 
 typedef struct errors {
-  size_t hits, wrong, of_instances, inside;
+  size_t hits, wrong, of_instances, inside, mirrored;
   double position, normal, shading, texcoord;                 /* the worst, relative */
   size_t position_control, shading_control, texcoord_control; /* a millionth beyond; of one corner */
 } errors;
@@ -175,13 +183,15 @@ static void look_at_surface(const dressed *x, const pktrt_ray *ray, const pktrt_
   pktrt_surface(x->s, ray, hit, &f);
   const long double largest = point_of(x, ray, hit, at);
   const vec n = vec_from(f.normal), ns = vec_from(f.shading_normal), d = vec_unit(vec_from(ray->direction));
-  const double away = vec_dot(vec_unit(vec_from(hit->normal)), d);
+  const double side = side_of(x, hit->mesh, ray->time);
+  const vec outwards = vec_mul(vec_unit(vec_from(hit->normal)), side); /* as the model has it */
+  const double away = vec_dot(outwards, d);
   for (int a = 0; a < 3; a++) {
     const long double beyond = 0x1p-20L * (long double)hit->t * (long double)ray->direction[a];
     e->position = fmax(e->position, (double)(fabsl(at[a] - (long double)f.position[a]) / largest));
     e->position_control += fabsl(at[a] + beyond - (long double)f.position[a]) > largest * 0x1p-22L;
   }
-  e->normal = fmax(e->normal, between(n, vec_mul(vec_unit(vec_from(hit->normal)), f.inside ? -1 : 1)));
+  e->normal = fmax(e->normal, between(n, vec_mul(outwards, f.inside ? -1 : 1)));
   e->wrong += vec_dot(n, d) > 1e-6 || vec_dot(n, ns) < 0 || (fabs(away) > 1e-6 && f.inside != (away > 0));
   if (hit->mesh % SOURCES == 2) {
     e->wrong += !same_bits(f.normal, f.shading_normal, sizeof f.normal);
@@ -200,6 +210,7 @@ static void look_at_surface(const dressed *x, const pktrt_ray *ray, const pktrt_
   }
   e->wrong += f.material != 10 + hit->mesh % SOURCES || f.instance != instance_of(hit->mesh);
   e->hits++, e->of_instances += f.instance != PKTRT_NONE, e->inside += f.inside;
+  e->mirrored += side < 0;
 }
 
 static void surfaces_are_what_was_hit(void) {
@@ -225,8 +236,8 @@ static void surfaces_are_what_was_hit(void) {
   CHECK(e.position < 0x1p-22 && e.normal < 1e-6 && e.shading < 1e-5 && e.texcoord < 0x1p-21,
         "positions are off by %g, normals %g, shading normals %g, texcoords %g", e.position, e.normal, e.shading,
         e.texcoord);
-  CHECK(e.hits > 1000 && e.of_instances > e.hits / 5 && e.inside > e.hits / 20,
-        "%zu hits, %zu of instances, %zu inside", e.hits, e.of_instances, e.inside);
+  CHECK(e.hits > 1000 && e.of_instances > e.hits / 5 && e.inside > e.hits / 20 && e.mirrored > e.hits / 50,
+        "%zu hits, %zu of instances, %zu mirrored, %zu inside", e.hits, e.of_instances, e.mirrored, e.inside);
   CHECK(e.position_control > e.hits / 4 && e.shading_control > e.hits / 4 && e.texcoord_control > e.hits / 4,
         "controls: %zu %zu %zu", e.position_control, e.shading_control, e.texcoord_control);
   say("%zu hits, %zu of instances: %zu wrong; positions within 2^%.1f of the largest coordinate, normals %.1e, shading "

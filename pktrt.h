@@ -1063,7 +1063,13 @@ PKTRT_DEF bool pktrt_camera_ray(const pktrt_camera *, uint32_t width, uint32_t h
    by cosine and by where it is bright. RCS and WRT send one ray to the middle of a light, and none from within a sphere. A
    mesh counts there as a point, where it is at time 0, with the light of all its triangles, which nothing inside its
    bounding sphere (that of all times) shadows, and the environment as its light from above the surface.
-   Shadow rays are stopped by everything, or pass glass: see pktrt_glass_shadows. */
+   Shadow rays are stopped by everything, or pass glass: see pktrt_glass_shadows.
+   Lights may lie in a surface or touch one. A shadow ray ends 2^-22 of the way before the light, so that a ceiling takes
+   nothing of a light in its plane, or of one that rounding put behind it. (A ray that meets a tilted plane at less than
+   14 degrees may still lose a point light in it: its direction is rounded.) If a visible light and a surface are less
+   than 2^-22 of the way apart, rays see the light. A mesh light in the plane of another mesh lights the scene as well,
+   but rays see whichever triangle has the smaller t, and of equals that of the lower mesh: let it lie 2^-20 of the way
+   before the other. */
 typedef enum pktrt_light_kind {
   PKTRT_LIGHT_POINT = 0,   /* intensity in W/sr: radiance of a white diffuse surface is intensity cos / (pi r^2) */
   PKTRT_LIGHT_DIRECTIONAL, /* intensity is the irradiance (W/m^2) of a surface that faces it */
@@ -1334,8 +1340,8 @@ typedef struct pktrt_render_desc {
   size_t row_stride;      /* floats from row to row; 0: width * 3 */
   pktrt_mode mode;
   pktrt_camera camera;
-  float background[3]; /* radiance where a ray meets nothing */
-  float ambient[3];    /* radiance added to every surface point as albedo * ambient */
+  float background[3]; /* radiance where a ray meets nothing, >= 0 */
+  float ambient[3];    /* radiance added to every surface point as albedo * ambient, >= 0 */
   pktrt_normals normals;
   uint32_t packet_size; /* rays along a packet's edge: 2, 4, 8 or 16; 0: 8. The fast path forms packets of its own;
                                   there it only says in which order pixels are taken */
@@ -4562,6 +4568,7 @@ PKTRT__COLD pktrt_status pktrt__commit_rebuild_worn(pktrt_scene *s) {
 #define PKTRT__CALM_T 1.862645149230957e-9       /* 2^-29 */
 #define PKTRT__CALM_NORMAL 7.450580596923828e-9  /* 2^-27 */
 #define PKTRT__CALM_DEPTH (PKTRT__SLACK(calm) * 5)
+#define PKTRT__TOUCH (4 * PKTRT__EPS)            /* 2^-22 of the way to a light: a surface so near to it touches it */
 #define PKTRT__ERROR_T (1.4 * PKTRT__EPS)        /* of t */
 #define PKTRT__ERROR_UV (2.0 * PKTRT__EPS)       /* of u and v */
 #define PKTRT__ERROR_PLANE 3.552713678800501e-15 /* of planes, 2^-48 */
@@ -10759,6 +10766,14 @@ PKTRT__NOINLINE void pktrt__light_shadow_rays8(const pktrt_scene *scene, const p
   lanes &= mbits(dlt(dset(0), pktrt__vec_ddot(to, flat)));
   if (!lanes) return; /* all face away from it */
   const d8 r2 = pktrt__vec_ddot(to, to), r = dsqrt(r2);
+
+  /* Rounding of a direction moves the end of the ray by TOUCH / 4 of the way to any side. At a grazing angle that takes
+     more of the way than the ray ends early; the end of a ray to a quad therefore lies off the quad's plane. */
+  if (PKTRT__AREA_LIGHTS && l->flat) {
+    const d8 lift = dmul(r, dset((double)PKTRT__TOUCH));
+    ROLL_OUT for (int a = 0; a < 3; a++) d[a] = dto(dadd(dsub(at[a], dfrom(o[a])), dmul(lift, dset(l->facing[a]))));
+  }
+
   if (PKTRT__AREA_LIGHTS && l->flat && !l->listed) { /* negative behind it */
     pktrt__vec_dset3(at, l->facing);
     factor = dmul(ddiv(dmul(dset(-l->area), pktrt__vec_ddot(to, at)), r), factor);
@@ -10799,7 +10814,7 @@ PKTRT__NOINLINE void pktrt__light_shadow_rays8(const pktrt_scene *scene, const p
 
 static void pktrt__light_shadow_rays(const pktrt_scene *scene, const pktrt__light_target *l, const pktrt__wave *w,
                                      pktrt__surfaces *s, pktrt__shadow_rays *sh) {
-  sh->count = 0, sh->tmax = l->infinite ? INFINITY : 1;
+  sh->count = 0, sh->tmax = l->infinite ? INFINITY : 1 - PKTRT__TOUCH;
   for (uint32_t i = 0; i < s->count; i += 8)
     if (s->lit[i / 8]) pktrt__light_shadow_rays8(scene, l, w, s, i, s->lit[i / 8], sh);
 }
@@ -14430,10 +14445,12 @@ PKTRT__COLD bool pktrt__render_check_enums(const pktrt_render_desc *d, pktrt__re
       return pktrt__render_refuse(why, "%d is no %s", words[i].value, words[i].name);
   if (d->sampler == PKTRT_SAMPLER_CUSTOM && !d->custom_sampler)
     return pktrt__render_refuse(why, "sampler is PKTRT_SAMPLER_CUSTOM, but custom_sampler is NULL");
-  for (int a = 0; a < 3; a++)
-    if (!pktrt__is_finite(d->background[a]) || !pktrt__is_finite(d->ambient[a]))
-      return pktrt__render_refuse(why, "component %d of background and ambient is %g and %g", a,
-                                  (double)d->background[a], (double)d->ambient[a]);
+  for (int i = 0; i < 6; i++) {
+    const float value = i < 3 ? d->background[i] : d->ambient[i - 3];
+    if (!(value >= 0 && value <= FLT_MAX))
+      return pktrt__render_refuse(why, "%s[%d] is %g, not a finite number >= 0", i < 3 ? "background" : "ambient",
+                                  i % 3, (double)value);
+  }
   return true;
 }
 
@@ -15114,6 +15131,7 @@ static double pktrt__light_sample_middle(const pktrt__render_state *render, uint
 typedef struct pktrt__solid_angle {
   double a[3], b[3], c[3], g[3]; /* as above */
   double angle;
+  bool wide; /* see pktrt__light_is_wide */
 } pktrt__solid_angle;
 
 /* Fills in one of a triangle with corners relative to a point and their determinant. Returns the angle. */
@@ -15149,10 +15167,81 @@ static double pktrt__light_least_height(const double from[3]) {
   return 16 * PKTRT__ERROR_PLANE * (fabs(from[0]) + fabs(from[1]) + fabs(from[2]));
 }
 
+/* --- lights as wide as the sky ---
+
+   A light millions of times wider than it is far fills up to half of all directions, and directions to its corners lie in
+   a plane as far as doubles can tell: nothing is left of the formulas above. Points of it are drawn by directions that
+   are uniform in that half, and those that miss the light bring nothing. */
+
+/* A parallelogram or triangle as seen from a point. */
+typedef struct pktrt__light_plane {
+  const double *to, *edge[2]; /* from the point to a corner; from there along two sides */
+  double towards[3];          /* from the point to the plane, of unit length, */
+  double height;              /* and how far that is */
+  bool triangle;
+} pktrt__light_plane;
+
+/* Finds where a ray from the point meets the plane, in units of the edges: both are quotients of volumes. */
+static void pktrt__light_coordinates(const pktrt__light_plane *l, const double direction[3], double out[2]) {
+  double across[3], turned[3];
+
+  pktrt__cross(direction, l->edge[1], across);
+  pktrt__cross(l->edge[0], l->to, turned);
+  const double volume = pktrt__dot(l->edge[0], across);
+  out[0] = -pktrt__dot(l->to, across) / volume;
+  out[1] = pktrt__dot(direction, turned) / volume;
+}
+
+/* Tells whether coordinates are those of a point of the light, or of one that is `margin` outside. */
+static bool pktrt__light_covers(const pktrt__light_plane *l, const double at[2], double margin) {
+  const double x = at[0], y = at[1], most = 1 + margin;
+
+  if (!(x >= -margin && y >= -margin)) return false;
+  return l->triangle ? x + y <= most : x <= most && y <= most;
+}
+
+/* Tells whether the light is so wide that half of all directions are a good choice: its longest side is more than 2^22
+   times as long as it is far, its least width at least an eighth as long, and it lies below the point or nearly so. */
+PKTRT__NOINLINE bool pktrt__light_is_wide(const pktrt__light_plane *l) {
+  const double *e0 = l->edge[0], *e1 = l->edge[1];
+  double normal[3], foot[2], longest2 = pktrt__max(pktrt__dot(e0, e0), pktrt__dot(e1, e1));
+
+  if (l->triangle) longest2 = pktrt__max(longest2, pktrt__distance2(e0, e1));
+  if (!(longest2 > 17592186044416.0 * (l->height * l->height))) return false; /* 2^44 */
+
+  pktrt__cross(e0, e1, normal);
+  const double width = sqrt(pktrt__dot(normal, normal) / longest2);
+  if (!(width > 0.125 * l->height)) return false;
+
+  pktrt__light_coordinates(l, l->towards, foot);
+  return pktrt__light_covers(l, foot, 32 * l->height / width);
+}
+
+/* Draws a point of a wide light. Returns one over its density by solid angle, or 0: there is none in that direction. */
+PKTRT__COLD double pktrt__light_sample_wide(const pktrt__light_plane *l, const float u[2], const double from[3],
+                                            double at[3]) {
+  float drawn[3];
+  double direction[3], where[2];
+
+  pktrt_map_sphere(u, drawn);
+  for (int a = 0; a < 3; a++) direction[a] = (double)drawn[a];
+  double along = pktrt__dot(direction, l->towards);
+  if (along < 0) {
+    along = -along;
+    for (int a = 0; a < 3; a++) direction[a] = -direction[a];
+  }
+
+  pktrt__light_coordinates(l, direction, where);
+  if (!(along > 0) || !pktrt__light_covers(l, where, 0)) return 0;
+  for (int a = 0; a < 3; a++) at[a] = from[a] + l->height / along * direction[a];
+  return 2 * PKTRT__PI;
+}
+
 /* How a quad is seen. */
 typedef struct pktrt__light_quad {
   double edge[2][3], to[3], height; /* to its corner; of the point over its plane */
   double angle;                     /* 0: it is sampled by area */
+  bool wide;                        /* see pktrt__light_is_wide */
   bool right;                       /* it is a rectangle: */
   double extent[2], low[2];         /* of its edges; x0 and y0 */
   double n[2], last[2];             /* n_0 and n_2 as above; cosine and sine of the last two angles together */
@@ -15175,9 +15264,28 @@ PKTRT__COLD void pktrt__light_look_at_rectangle(pktrt__light_quad *q) {
   q->n[0] = n[0], q->n[1] = n[2];
 }
 
+/* Describes a quad as a plane. */
+static pktrt__light_plane pktrt__light_plane_of_quad(const pktrt__light_data *light, const pktrt__light_quad *q) {
+  pktrt__light_plane plane;
+
+  plane.to = q->to;
+  for (int i = 0; i < 2; i++) plane.edge[i] = q->edge[i];
+  for (int a = 0; a < 3; a++) plane.towards[a] = -light->facing[a];
+  plane.height = q->height;
+  plane.triangle = false;
+  return plane;
+}
+
 /* Looks at a quad that is near. */
 PKTRT__COLD void pktrt__light_look_closely_at_quad(const pktrt__light_data *light, pktrt__light_quad *q) {
+  const pktrt__light_plane plane = pktrt__light_plane_of_quad(light, q);
   double corner[3][3];
+
+  q->wide = pktrt__light_is_wide(&plane);
+  if (q->wide) {
+    q->angle = 2 * PKTRT__PI;
+    return;
+  }
   for (int i = 0; i < 2; i++) q->extent[i] = sqrt(pktrt__dot(q->edge[i], q->edge[i]));
   q->right = fabs(pktrt__dot(q->edge[0], q->edge[1])) <= 1e-6 * q->extent[0] * q->extent[1];
   if (q->right) {
@@ -15200,7 +15308,7 @@ PKTRT__INLINE bool pktrt__light_look_at_quad(const pktrt__render_state *render, 
     q->edge[0][a] = (double)l->edge[0][a], q->edge[1][a] = (double)l->edge[1][a];
     q->to[a] = (double)l->position[a] - from[a];
   }
-  q->height = -pktrt__dot(q->to, light->facing), q->angle = 0;
+  q->height = -pktrt__dot(q->to, light->facing), q->angle = 0, q->wide = false;
   if (!(q->height > pktrt__light_least_height(from))) return false;
   if (pktrt__distance2(from, light->middle) < light->near2) pktrt__light_look_closely_at_quad(light, q);
   return true;
@@ -15239,6 +15347,10 @@ static double pktrt__light_sample_quad(const pktrt__render_state *render, uint32
   double d[3], part[2] = {x, y};
   pktrt__light_quad q;
   if (!pktrt__light_look_at_quad(render, index, from->point, &q)) return 0;
+  if (q.wide) {
+    const pktrt__light_plane plane = pktrt__light_plane_of_quad(&render->lights[index], &q);
+    return pktrt__light_sample_wide(&plane, u, from->point, at);
+  }
   if (q.angle > 0 && !q.right) {
     const double want = x * q.angle;
     const pktrt__solid_angle *half = &q.half[want < q.half[0].angle || !(q.half[1].angle > 0) ? 0 : 1];
@@ -15256,14 +15368,12 @@ PKTRT__COLD double pktrt__light_meet_quad(const pktrt__render_state *render, uin
                                           const pktrt__light_view *from, const double direction[3], double at[3]) {
   const pktrt__light_data *light = &render->lights[index];
   pktrt__light_quad q;
-  double across[3], turned[3];
+  double where[2];
   const double along = -pktrt__dot(direction, light->facing);
   if (!(along > 0) || !pktrt__light_look_at_quad(render, index, from->point, &q)) return 0;
-  /* q.to + x e0 + y e1 is on the ray: both are quotients of volumes */
-  pktrt__cross(direction, q.edge[1], across), pktrt__cross(q.edge[0], q.to, turned);
-  const double volume = pktrt__dot(q.edge[0], across), x = -pktrt__dot(q.to, across) / volume,
-               y = pktrt__dot(direction, turned) / volume;
-  if (!(x >= 0 && x <= 1 && y >= 0 && y <= 1)) return 0;
+  const pktrt__light_plane plane = pktrt__light_plane_of_quad(light, &q);
+  pktrt__light_coordinates(&plane, direction, where);
+  if (!pktrt__light_covers(&plane, where, 0)) return 0;
   for (int a = 0; a < 3; a++) at[a] = from->point[a] + q.height / along * direction[a];
   return pktrt__light_quad_spread(&q, light->area, from->point, at);
 }
@@ -15424,7 +15534,8 @@ static double pktrt__light_sample_environment(const pktrt__render_state *render,
   return density > 0 ? 1 / density : 0;
 }
 
-/* Fills 64 columns of a table with radiance, summed over channels: what is not a positive number counts as none. */
+/* Fills 64 columns of a table with a quarter of the radiance, summed over channels: what is not a positive and finite
+   number counts as none. WHY a quarter: the sum may be larger than a float. */
 PKTRT__NOINLINE void pktrt__environment_look(const pktrt__environment *e, uint32_t first, float *to) {
   const uint32_t columns = 2 * e->rows;
   double sine[64], cosine[64];
@@ -15439,10 +15550,23 @@ PKTRT__NOINLINE void pktrt__environment_look(const pktrt__environment *e, uint32
     float *const into[3] = {radiance[0], radiance[1], radiance[2]};
     e->radiance(e->user, 64, from, into);
     for (uint32_t k = 0; k < 64; k++) {
-      const float sum = radiance[0][k] + radiance[1][k] + radiance[2][k];
-      to[first + k] = sum > 0 && sum < 1e30f ? sum : 0;
+      const float sum = 0.25f * radiance[0][k] + 0.25f * radiance[1][k] + 0.25f * radiance[2][k];
+      to[first + k] = sum > 0 && sum <= FLT_MAX ? sum : 0;
     }
   }
+}
+
+/* Multiplies a table of radiance by the power of two that makes its largest value 1 to 2. WHY: sums of the values are
+   floats, and how bright all of an environment is means nothing to them. */
+PKTRT__COLD void pktrt__environment_scale(const pktrt__environment *e, float *radiance) {
+  const size_t cells = 2 * (size_t)e->rows * e->rows;
+  float largest = 0;
+  double factor = 1;
+
+  for (size_t i = 0; i < cells; i++) largest = pktrt__maxf(radiance[i], largest);
+  while (factor * (double)largest >= 2) factor *= 0.5;
+  while (largest > 0 && factor * (double)largest < 1) factor *= 2;
+  for (size_t i = 0; i < cells; i++) radiance[i] = (float)(factor * (double)radiance[i]);
 }
 
 /* Makes sums of what a table of radiance has beyond twice the mean. Cells count at least a quarter of their neighbours: a
@@ -15500,6 +15624,7 @@ PKTRT__COLD pktrt__environment *pktrt__environment_make(const pktrt_scene_desc *
     pktrt__math_sincos_turn(i / (2.0 * e->rows), &sine, &e->edge[i]);
   }
   for (uint32_t i = 0; ok && i < 2 * e->rows; i += 64) pktrt__environment_look(e, i, radiance);
+  if (ok) pktrt__environment_scale(e, radiance);
   if (ok) pktrt__environment_sum(e, radiance);
   pktrt__mem_release(desc, radiance, cells, sizeof *radiance);
   if (ok) return e;
@@ -15579,14 +15704,32 @@ static const pktrt__light_triangle *pktrt__light_triangle_at(const pktrt__mesh *
   return moved;
 }
 
-/* Looks at a triangle from a point. Returns the solid angle, or 0: it is sampled by area. */
+/* Describes a triangle as a plane; `to` is the way to its first corner. */
+static pktrt__light_plane pktrt__light_plane_of_triangle(const pktrt__light_triangle *f, const double to[3]) {
+  const double along = pktrt__dot(to, f->normal), sign = along < 0 ? -1 : 1;
+  pktrt__light_plane plane;
+
+  plane.to = to;
+  for (int i = 0; i < 2; i++) plane.edge[i] = f->edge[i];
+  for (int a = 0; a < 3; a++) plane.towards[a] = sign * f->normal[a] / f->length;
+  plane.height = fabs(along) / f->length;
+  plane.triangle = true;
+  return plane;
+}
+
+/* Looks at a triangle from a point. Returns the solid angle, or 0: it is sampled by area. If it is wide, that is half of
+   all directions. */
 static double pktrt__light_look_at_triangle(const pktrt__light_triangle *f, const double from[3],
                                             pktrt__solid_angle *s) {
   double c[3][3], middle[3];
+  s->wide = false;
   for (int a = 0; a < 3; a++)
     c[0][a] = f->corner[a] - from[a], c[1][a] = c[0][a] + f->edge[0][a], c[2][a] = c[0][a] + f->edge[1][a];
   for (int a = 0; a < 3; a++) middle[a] = (c[0][a] + c[1][a] + c[2][a]) / 3;
   if (!(pktrt__dot(middle, middle) < pktrt__light_near2(f->edge[0], f->edge[1]))) return 0;
+  const pktrt__light_plane plane = pktrt__light_plane_of_triangle(f, c[0]);
+  s->wide = pktrt__light_is_wide(&plane);
+  if (s->wide) return 2 * PKTRT__PI;
   return pktrt__solid_angle_of(c[1], c[0], c[2], pktrt__dot(c[0], f->normal), s);
 }
 /* Returns one over the density by area of a point `at`: with N the cross product of the edges, the light's cosine times the
@@ -15613,7 +15756,11 @@ static double pktrt__light_sample_mesh(const pktrt__render_state *render, uint32
   if (!(fabs(pktrt__dot(d, f->normal)) > pktrt__light_least_height(from->point) * f->magnitude)) return 0;
   x = pktrt__min(pktrt__max(x, 0), 1);
   double spread = pktrt__light_look_at_triangle(f, from->point, &s);
-  if (spread > 0) {
+  if (s.wide) {
+    const pktrt__light_plane plane = pktrt__light_plane_of_triangle(f, d);
+    const float part[2] = {(float)x, (float)y};
+    if (!(pktrt__light_sample_wide(&plane, part, from->point, at) > 0)) return 0;
+  } else if (spread > 0) {
     pktrt__solid_angle_sample(&s, x, y, d);
     double along = 0;
     for (int a = 0; a < 3; a++) along += (f->corner[a] - from->point[a]) * f->normal[a];
@@ -16221,8 +16368,8 @@ static void pktrt__surface_shade_misses(const pktrt__render_state *render, pktrt
   }
 }
 
-/* Ends rays at visible lights that lie before what they hit. Rays for which a surface has asked the lights bring nothing
-   from there. */
+/* Ends rays at visible lights that lie before what they hit, or in it: where shadow rays end. Rays for which a surface
+   has asked the lights bring nothing from there. */
 PKTRT__COLD void pktrt__surface_show_lights(const pktrt__render_state *render, pktrt__wave *w, uint32_t first,
                                             uint32_t n) {
   const pktrt_scene *scene = render->scene;
@@ -16230,7 +16377,7 @@ PKTRT__COLD void pktrt__surface_show_lights(const pktrt__render_state *render, p
   for (uint32_t i = first; i < first + n; i++) {
     const double from[3] = {(double)b->o[0][i], (double)b->o[1][i], (double)b->o[2][i]};
     double d[3] = {(double)b->d[0][i], (double)b->d[1][i], (double)b->d[2][i]}, depth_of = INFINITY;
-    if (b->slot[i] != PKTRT_NONE) depth_of = (double)b->t[i] * sqrt(pktrt__dot(d, d));
+    if (b->slot[i] != PKTRT_NONE) depth_of = (double)b->t[i] * sqrt(pktrt__dot(d, d)) / (1 - (double)PKTRT__TOUCH);
     else b->t[i] = INFINITY;
     if (!pktrt__normalise(d)) continue;
     const uint32_t light = pktrt__light_see(render, from, d, &depth_of);
@@ -16505,10 +16652,11 @@ static void pktrt__packet_trace(pktrt__tile *tile, pktrt__batch *b, uint32_t n, 
 }
 
 typedef enum pktrt__media_passage { PKTRT__STOPPED, PKTRT__GOES_ON, PKTRT__ARRIVED } pktrt__media_passage;
-/* Lets shadow ray i of tile->glass_batch through the glass that it met: it loses what the surface reflects and the
-   glass absorbs, and goes on along the same line as ray j. Anything but glass stops it. */
-static pktrt__media_passage pktrt__media_pass_glass(pktrt__tile *tile, uint32_t i, uint32_t j, uint32_t hint[2],
-                                                    uint32_t *media, float seen[3]) {
+/* Lets shadow ray i of tile->glass_batch, a piece of pending ray k, through the glass that it met: it loses what the
+   surface reflects and the glass absorbs, and goes on along the same line as ray j, which ends where the pending ray
+   does. Anything but glass stops it. */
+static pktrt__media_passage pktrt__media_pass_glass(pktrt__tile *tile, uint32_t i, uint32_t k, uint32_t j,
+                                                    uint32_t hint[2], uint32_t *media, float seen[3]) {
   const pktrt_scene *scene = tile->render->scene;
   pktrt__batch *b = &tile->glass_batch;
   const uint32_t mesh = pktrt__mesh_lookup(scene, b->id[i], b->place + i, hint),
@@ -16542,15 +16690,24 @@ static pktrt__media_passage pktrt__media_pass_glass(pktrt__tile *tile, uint32_t 
   }
   pktrt__spawn_origin(&x, along > 0 ? 1 : -1, origin), pktrt__spawn_origin(&x, along > 0 ? -1 : 1, before);
   *media = pktrt__media_pass_surface(scene, glass, *media, mesh, along > 0, before, origin, b->time[i]);
+  const pktrt__batch *whole = &tile->queue.batch;
   const bool finite = b->tmax[i] < INFINITY;
-  double left = 0;
-  for (int a = 0; a < 3 && finite; a++) left += ((double)b->o[a][i] + (double)d[a] - (double)origin[a]) * (double)d[a];
+  double left = 0, all = 0;
+
   for (int a = 0; a < 3; a++) {
-    const float end = b->o[a][i] + d[a];
-    b->d[a][j] = finite ? end - origin[a] : d[a], b->o[a][j] = origin[a];
+    const double way = (double)whole->d[a][k], rest = (double)whole->o[a][k] + way - (double)origin[a];
+    left += rest * way;
+    all += way * way;
+    b->d[a][j] = finite ? (float)rest : d[a];
+    b->o[a][j] = origin[a];
   }
-  b->tmin[j] = 0, b->tmax[j] = b->tmax[i], b->time[j] = b->time[i];
-  return !finite || left > 0 ? PKTRT__GOES_ON : PKTRT__ARRIVED;
+
+  const double early = (double)PKTRT__TOUCH * all;
+  if (finite && !(left > early)) return PKTRT__ARRIVED;
+  b->tmin[j] = 0;
+  b->tmax[j] = finite ? (float)(1 - early / left) : INFINITY;
+  b->time[j] = b->time[i];
+  return PKTRT__GOES_ON;
 }
 
 /* Returns the glasses that pending shadow ray k starts in: those around the surface that it leaves. */
@@ -16601,7 +16758,7 @@ static void pktrt__media_trace_through_glass(pktrt__tile *tile, pktrt_ray_type t
         pktrt__media_dim(tile->render->scene, b, i, media[i], k, p);
         continue;
       }
-      const pktrt__media_passage passage = pktrt__media_pass_glass(tile, i, left, hint, &media[i], seen);
+      const pktrt__media_passage passage = pktrt__media_pass_glass(tile, i, k, left, hint, &media[i], seen);
       for (int a = 0; a < 3; a++) {
         p->visible[a][k] = passage == PKTRT__STOPPED ? 0 : seen[a];
         if (tile->apart) p->contribution[a][k] = p->through[a][k];
@@ -16856,6 +17013,13 @@ static bool pktrt__light_goes_together(const pktrt__render_state *render, const 
   return kind == PKTRT_LIGHT_QUAD || kind == PKTRT_LIGHT_SPHERE;
 }
 
+/* Moves a point of a light off the plane of the light, as the kernels do where all surfaces look at one light. */
+static void pktrt__light_lift(const pktrt__light_data *light, const double from[3], double at[3]) {
+  const double lift = (double)PKTRT__TOUCH * sqrt(pktrt__distance2(from, at));
+
+  for (int a = 0; a < 3 && light->target.flat; a++) at[a] += lift * light->facing[a];
+}
+
 /* Samples a point of a light for surface k, for which it counts `share` times. */
 static void pktrt__light_sample_one(pktrt__tile *tile, const pktrt__wave *w, const pktrt__light_look *look,
                                     uint32_t index, uint32_t k, double share) {
@@ -16872,6 +17036,7 @@ static void pktrt__light_sample_one(pktrt__tile *tile, const pktrt__wave *w, con
   double factor = pktrt__light_rows[l->kind].sample(render, index, random ? u : NULL, &from, at);
   if (look->light == PKTRT_NONE && pktrt__light_has(l, PKTRT__LIGHT_BY_SQUARE) && !area)
     factor /= pktrt__distance2(from.point, at);
+  if (look->light == PKTRT_NONE) pktrt__light_lift(light, from.point, at);
   for (int a = 0; a < 3; a++) g->at[a][k] = at[a], g->arriving[a][k] = light->color[a];
   g->factor[k] = factor * share * light->strength;
   g->shared[k] =
@@ -16927,6 +17092,7 @@ static bool pktrt__light_meet_each(pktrt__tile *tile, const pktrt__wave *w, cons
     pktrt__light_view_of(w, s, k, &from);
     inverse = pktrt__light_rows[render->scene->lights[index].kind].meet(render, index, &from, direction, at);
     if (!(inverse > 0)) continue;
+    if (look->light == PKTRT_NONE) pktrt__light_lift(light, from.point, at);
     for (int a = 0; a < 3; a++) g->at[a][k] = at[a], g->arriving[a][k] = light->color[a];
     g->factor[k] = light->strength * share / ((double)s->density[k] + 1 / inverse);
     any = true;
@@ -18692,6 +18858,9 @@ PKTRT_DEF pktrt_status pktrt_prepare_environment(pktrt_scene *s, const pktrt_ren
               by the corners of its model. hit.normal is what it was. What to change: a program that turned the corners
               of models round for mirrored instances, or negated `inside` or windings there, does so no more; one that
               finds the side by hit.normal asks pktrt_surface, or negates the normal where the determinant is below 0.
+              Shadow rays end 2^-22 of the way before a light, so that lights may lie in surfaces; visible ones are seen
+              there. Environments of 1e30 and more and quads of any size give their light; negative background and ambient
+              are refused.
      0.16.1   What moves costs scenes at rest less: corners of hits at rest are gathered apart.
      0.16.0   Faster: all rays, since the largest subtrees move to better places by default as well, where the high quality
               moves all; builds put triangles into bins by vectors.

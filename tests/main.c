@@ -261,6 +261,7 @@ static void run_all(void) {
   suite_render();
   suite_shading();
   suite_lights();
+  suite_flush();
   suite_media();
   suite_assembly();
   suite_pictures();

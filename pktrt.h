@@ -15711,8 +15711,8 @@ static pktrt__light_plane pktrt__light_plane_of_triangle(const pktrt__light_tria
 
   plane.to = to;
   for (int i = 0; i < 2; i++) plane.edge[i] = f->edge[i];
-  for (int a = 0; a < 3; a++) plane.towards[a] = sign * f->normal[a] / f->length;
-  plane.height = fabs(along) / f->length;
+  for (int a = 0; a < 3; a++) plane.towards[a] = sign * f->normal[a] / f->magnitude;
+  plane.height = fabs(along) / f->magnitude;
   plane.triangle = true;
   return plane;
 }

@@ -18855,7 +18855,8 @@ PKTRT_DEF pktrt_status pktrt_prepare_environment(pktrt_scene *s, const pktrt_ren
               Moving one instance takes hundredths of a millisecond among tens of thousands. The log hook is told of
               commits that do much for little.
               A mirrored instance is no longer inside out: `inside`, pktrt_winding, glass (refraction, absorption, shadows) go
-              by the corners of its model. hit.normal is what it was. What to change: a program that turned the corners
+              by the corners of its model; rays that leave needles there start on the side that they go to. hit.normal is
+              what it was. What to change: a program that turned the corners
               of models round for mirrored instances, or negated `inside` or windings there, does so no more; one that
               finds the side by hit.normal asks pktrt_surface, or negates the normal where the determinant is below 0.
               Shadow rays end 2^-22 of the way before a light, so that lights may lie in surfaces; visible ones are seen

@@ -399,6 +399,41 @@ static void mirrors_are_set_anew(void) {
   world_free(&w);
 }
 
+/* Needles in the plane z = 0, so thin that their normal is that of the hit, not of the corners in doubles. Rays leave them
+   nearly along that plane, where corners decide the side, or not so, and start on the side that they go to. */
+static void rays_leave_needles(void) {
+  size_t astray = 0, rays = 0, flipped = 0;
+  rng r = rng_of(25);
+  for (int mirror = 0; mirror < 8; mirror++) {
+    mesh needle = mesh_of(3, 1);
+    float to[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+    const float corner[9] = {0, 0, 0, 1, 0x1p-32f, 0, 2, 0, 0};
+    memcpy(needle.p, corner, sizeof corner);
+    for (uint32_t c = 0; c < 3; c++) needle.i[c] = c;
+    for (int a = 0; a < 3; a++)
+      if (mirror >> a & 1) to[5 * a] = -1;
+    const pktrt_mesh_desc m = mesh_desc(&needle);
+    const pktrt_instance_desc d = {0, 1, to, 0};
+    pktrt_scene *s = stage_open();
+    CHECK(pktrt_add_model(s, &m, 1, NULL) == PKTRT_OK && pktrt_add_instance(s, &d, NULL) == PKTRT_OK);
+    stage_commit(s);
+
+    for (int i = 0; i < 200; i++) {
+      const float steep = i % 2 ? 0x1p-30f : 1, up = rng_below(&r, 2) ? steep : -steep;
+      const float direction[3] = {rng_sign(&r), rng_sign(&r), up};
+      const float u = 0.5f * rng_unit(&r), v = 0.5f * rng_unit(&r);
+      pktrt_ray out;
+      pktrt_spawn_at(s, 0, 0, u, v, 0, direction, &out);
+      astray += !(out.origin[2] * up > 0);
+      flipped += determinant(to) < 0;
+      rays++;
+    }
+    pktrt_scene_destroy(s);
+    mesh_free(&needle);
+  }
+  CHECK(astray == 0 && flipped == rays / 2, "%zu of %zu rays start on the other side", astray, rays);
+}
+
 void suite_mirrored(void) {
   run("inside and outside of a mirrored instance are its model's, for surfaces and the rays that leave them",
       sides_of_hits);
@@ -406,6 +441,7 @@ void suite_mirrored(void) {
   run("pictures of mirrored glass, still and moving, have the bits of mirrored models whose corners are turned round",
       pictures_of_mirrored_glass);
   run("a ball of glass placed by x to -x is the ball", ball_is_the_ball);
+  run("rays leave needles of mirrored instances on the side that they go to", rays_leave_needles);
   run("an instance is mirrored, or no longer, from the refit or commit on that takes its transform over",
       mirrors_are_set_anew);
 }

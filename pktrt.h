@@ -387,6 +387,13 @@
    more: 2^-24 (|n_x x| + |n_y y| + |n_z z|), n the unit normal (>>spawn has the rest). The ray cannot meet the triangle
    that it left, and what lies farther from it than that is seen, however large the scene is. (Where a ray is to end on
    a surface, move its end off by 2^-22 of its length: so far is it off when its direction is rounded.)
+   Near an edge of the triangle the origin also moves along the triangle, away from the edge: so that it is 2^-19 (|x| +
+   |y| + |z|) inside (in an instance, of the coordinates there as well). Where a wall stands on the edge or a corner, in
+   this mesh or another that has the same vertices there, the ray starts in front of the wall. None is lost where faces
+   meet at 10 degrees or more, and the circle inscribed in the triangle is larger than that way and 2^-16 of its longest
+   edge. A wall in another instance counts as well, if the point is no farther from the origin in its frame than in the
+   scene. Beyond that rays may start behind the wall: in sharper corners, on slivers, and where a wall stands on the
+   middle of a triangle, which has no edge there.
 
    Errors. Calls that can fail return a pktrt_status; pktrt_last_error names mesh, triangle and value. Refused input
    changes nothing, and nothing asserts, prints or exits. Queries cannot fail; they need scene and, if n > 0, arrays.
@@ -847,8 +854,10 @@ typedef struct pktrt_surface_info {
 PKTRT_DEF void pktrt_surface(const pktrt_scene *, const pktrt_ray *, const pktrt_hit *, pktrt_surface_info *);
 PKTRT_DEF void pktrt_surface_n(const pktrt_scene *, const pktrt_ray *, const pktrt_hit *, pktrt_surface_info *,
                                size_t n);
-/* As pktrt_spawn, from a point of a triangle: for lightmaps, where no ray was before. u and v outside the triangle are
-   points of its plane. Where there is no such triangle, or it has no area at that time, *out hits nothing. */
+/* As pktrt_spawn, from a point of a triangle: for lightmaps, where no ray was before. A corner or a point of an edge will
+   do: as "Leaving a surface" says, the ray starts inside. u and v outside the triangle, by more than rounding, are points
+   of its plane, which stay where they are. Where there is no such triangle, or it has no area at that time, *out hits
+   nothing. */
 PKTRT_DEF void pktrt_spawn_at(const pktrt_scene *, uint32_t mesh, uint32_t triangle, float u, float v, float time,
                               const float direction[3], pktrt_ray *out);
 /* The same for mesh, triangle, u and v of n hits, of which nothing else is read; times NULL: 0 for all. */
@@ -4574,6 +4583,11 @@ PKTRT__COLD pktrt_status pktrt__commit_rebuild_worn(pktrt_scene *s) {
 #define PKTRT__ERROR_PLANE 3.552713678800501e-15 /* of planes, 2^-48 */
 #define PKTRT__ERROR_LEAST 9.094947017729282e-13 /* at least, 2^-40 */
 #define PKTRT__ERROR_NEEDLE 4.76837158203125e-7  /* of planes of needles, 2^-21 */
+
+/* How far rays start from edges, in offsets, sizes of the point and lengths of edges: see D of >>spawn. */
+#define PKTRT__EDGE_OFFSET (PKTRT__SLACK(edge) * 10.0)
+#define PKTRT__EDGE_SIZE (PKTRT__SLACK(edge) * (24.0 * PKTRT__EPS))
+#define PKTRT__EDGE_LEAST (PKTRT__SLACK(edge) * PKTRT__ERROR_LEAST)
 
 /* >>exact: the canonical test, and what it rests on ---------------------------------------------------------------- */
 
@@ -13407,7 +13421,35 @@ PKTRT_DEF pktrt_ray pktrt_make_ray(const float origin[3], const float direction[
 
    In an instance (>>places) all this holds of the ray in its frame, h' there. As n . R v = g N . v, with the unit normal
    N of the scene along transpose(R) n and g its length, a way h along N is g h in the frame, and what rounding o costs
-   there is g eps sum |N_a o_a|: h = h' / g + (1 + 2^-7) eps sum |N_a q_a|, and 2^-48 kappa of q and s for doubles. */
+   there is g eps sum |N_a o_a|: h = h' / g + (1 + 2^-7) eps sum |N_a q_a|, and 2^-48 kappa of q and s for doubles.
+
+   NEAR AN EDGE or a corner another triangle F may stand on this one, T, and the start may lie behind F, though it is on
+   the right side of T. So q keeps away from every edge of T by at least
+
+     D = 10 h + 24 eps S + 2^-40 C,   S = sum |q_a| + sum |A_aj q'_j|
+
+   (the second sum for an instance of matrix A, q' being the point in its frame; C is the sum of the lengths of T's edges,
+   and matters where q is the origin, and frames of other instances would round what is near it to 0). Say that F meets T at an angle w where
+   F, as far as it lies above T, is at least tan w times as high as its foot in T is away from the edges of T; at an
+   edge of both that is the angle between them. Then no F that meets T at 10 degrees or more, at an edge or a corner,
+   comes between T and the start, if the inscribed circle of T has a radius R > D and R > 2^-16 L, L the longest edge.
+     1. A point that is d away from the edges and z above T is at least d sin w - z cos w in front of F. The start is such
+        a point with d >= D and z = h, rounded, which moves it by r at most.
+     2. It is in front of F where D sin w > h cos w + r. At 10 degrees that is D > 5.68 h + 5.76 r; at larger angles less
+        is enough, and beyond 90 degrees F is not above T.
+     3. Rounding moves by at most eps sum |q_a| in the scene. In the frame of an instance the origin is rounded again, by
+        eps |q'_j| along axis j, which is eps |A_aj q'_j| along axis a of the scene: r <= eps S.
+     4. S and h are those of q as it was. It moves by m <= D L / R < 2^16 D, which adds 1.01 eps m to h and at most 10 eps m
+        to r (turned and scaled evenly: 1 + 3 sqrt(3)): 5.68 and 5.76 times these are less than D / 4.
+     5. So 3/4 D must exceed 5.68 h + 5.76 eps S, and is 7.5 h + 18 eps S. Of h as much is left over as needed where
+        coordinates are so small that rounding is absolute: r <= 2^-149.2, 5.76 r < 1.3 h. Of S, another 2 S are left: F
+        in the frame of another instance rounds the start by as much of eps as the start is away from that frame's
+        origin, where its matrix turns and scales evenly, or scales along the axes.
+     6. What crosses F is decided exactly (>>exactness), and asks for nothing more.
+   If the least distance d of q to an edge, negative outside, is less than D, and q is no farther outside than D and its
+   own error, q moves towards the middle of the inscribed circle by (D - d) / (R - d) of the way: each distance d' becomes
+   d' + (D - d) (R - d') / (R - d) >= D. Where R < D it becomes that middle. Points farther outside are left alone.
+   At a corner (2, 2, 1.5) of a room h is 2^-23, and D = 10 * 1.2e-7 + 24 * 6e-8 * 5.5 = 9e-6. */
 
 /* Computes the position or normal, from `data`, of corner c of a triangle at the ray's time. */
 static void pktrt__mesh_corner_at(const pktrt__mesh *m, const float *data, uint32_t triangle, uint32_t c, float time,
@@ -13428,17 +13470,22 @@ static void pktrt__mesh_corner_at(const pktrt__mesh *m, const float *data, uint3
    hit where an instance mirrors the model. */
 typedef struct pktrt__spawn_point {
   double at[3], normal[3], offset; /* along the unit normal */
+  double error;                    /* of the point along the surface, in the frame of what the triangle belongs to */
 } pktrt__spawn_point;
 
-/* Finds the point of a hit, see above. */
-static void pktrt__spawn_find(float p[3][3], const pktrt_ray *ray, const pktrt_hit *hit, pktrt__spawn_point *x) {
+/* Finds the point of a hit, see above; that of weights u and v in doubles, where these are given. */
+static void pktrt__spawn_find(float p[3][3], const pktrt_ray *ray, const pktrt_hit *hit, const double *uv,
+                              pktrt__spawn_point *x) {
   double e[2][3], n[3], q[3], most[2] = {0, 0}, along = 0, n2 = 0, sum = 0, rounding = 0;
+  x->error = 0;
   for (int a = 0; a < 3; a++) {
     const double p0 = (double)p[0][a], way = (double)hit->t * (double)ray->direction[a];
     for (int i = 0; i < 2; i++) e[i][a] = (double)p[i + 1][a] - p0, most[i] = pktrt__max(most[i], fabs(e[i][a]));
-    q[a] = PKTRT__ERROR_T * fabs(way) < PKTRT__ERROR_UV * (fabs(e[0][a]) + fabs(e[1][a]))
-               ? ((double)ray->origin[a] + way) - p0
-               : (double)hit->u * e[0][a] + (double)hit->v * e[1][a];
+    const double by_t = PKTRT__ERROR_T * fabs(way);
+    const double by_uv = PKTRT__ERROR_UV * (fabs(e[0][a]) + fabs(e[1][a]));
+    q[a] = by_t < by_uv ? ((double)ray->origin[a] + way) - p0 : (double)hit->u * e[0][a] + (double)hit->v * e[1][a];
+    if (uv) q[a] = uv[0] * e[0][a] + uv[1] * e[1][a];
+    x->error += by_t < by_uv ? by_t : by_uv;
   }
   const bool sharp = pktrt__tri_normal(p, n);
   double plane =
@@ -13506,31 +13553,125 @@ PKTRT__COLD void pktrt__spawn_place(const pktrt__place *p, double kappa, pktrt__
   x->offset = x->offset / g + 1.0078125 * (PKTRT__EPS * rounding + PKTRT__ERROR_PLANE * kappa * size);
 }
 
-/* Finds the point of a hit of any mesh, and the side of its normal that a direction leads to, if one is given. */
+/* Computes the corners of a triangle as they lie in the scene. Returns S of >>spawn for the point x, which is at `within`
+   in the frame of what the triangle belongs to. Moves the error of x to the scene. */
+static double pktrt__spawn_corners(float p[3][3], const pktrt__place *place, const double within[3],
+                                   pktrt__spawn_point *x, double corner[3][3]) {
+  double size = 0, longest = 0;
+
+  for (int a = 0; a < 3; a++) {
+    for (int c = 0; c < 3; c++) corner[c][a] = (double)p[c][a];
+    size += fabs(x->at[a]);
+    if (!place) continue;
+
+    const double *row = place->a[a];
+
+    for (int c = 0; c < 3; c++) {
+      corner[c][a] =
+          ((row[0] * (double)p[c][0] + row[1] * (double)p[c][1]) + row[2] * (double)p[c][2]) + place->shift[a];
+    }
+    for (int k = 0; k < 3; k++) {
+      size += fabs(row[k] * within[k]);
+      longest += fabs(row[k]);
+    }
+  }
+
+  if (place) x->error *= longest;
+  return size;
+}
+
+/* Returns true if the point x lies nearer than D of >>spawn to an edge of its triangle, or outside by no more than D and
+   its error. Then finds the weights u and v of the point on the way to the middle of the inscribed circle that is D away
+   from every edge; those of the middle itself where the circle is smaller. `mirror` is -1 where corners lie the other way
+   round than the normal of x says. */
+static bool pktrt__spawn_near_edge(double corner[3][3], double mirror, double size, const pktrt__spawn_point *x,
+                                   double uv[2]) {
+  double length[3], area[3], all = 0, perimeter = 0, least = INFINITY;
+
+  /* Twice the areas of the triangles of x and each edge add up to that of the triangle; each is a length times a
+     distance from the edge. */
+  for (int i = 0; i < 3; i++) {
+    const double *from = corner[(i + 1) % 3];
+    const double *to = corner[(i + 2) % 3];
+    double edge[3], way[3], sum = 0, square = 0;
+
+    for (int a = 0; a < 3; a++) {
+      edge[a] = to[a] - from[a];
+      way[a] = x->at[a] - from[a];
+      square += edge[a] * edge[a];
+    }
+    for (int a = 0; a < 3; a++) {
+      const int b = (a + 1) % 3;
+      const int c = (a + 2) % 3;
+
+      sum += x->normal[a] * (edge[b] * way[c] - edge[c] * way[b]);
+    }
+
+    length[i] = sqrt(square);
+    area[i] = mirror * sum;
+    all += area[i];
+    perimeter += length[i];
+    least = pktrt__min(least, area[i] / length[i]);
+  }
+
+  const double wanted = PKTRT__EDGE_OFFSET * x->offset + PKTRT__EDGE_SIZE * size + PKTRT__EDGE_LEAST * perimeter;
+
+  if (!(least < wanted && least > -(wanted + x->error))) return false;
+
+  const double radius = all / perimeter;
+  const double part = radius > wanted ? (wanted - least) / (radius - least) : 1;
+
+  for (int i = 0; i < 2; i++) {
+    const double middle = length[i + 1] / perimeter;
+
+    uv[i] = part < 1 ? area[i + 1] / all + part * (middle - area[i + 1] / all) : middle;
+  }
+  return true;
+}
+
+/* Finds the point of a hit of any mesh. Where a direction is given, keeps the point off the edges of the triangle, and
+   returns the side of its normal that the direction leads to, else 1. */
 static int pktrt__spawn_from(const pktrt_scene *s, const pktrt_ray *ray, const pktrt_hit *hit, const float *direction,
                              pktrt__spawn_point *x) {
   float p[3][3];
+  float along[3];
+  double at[3], uv[2], corner[3][3];
+  double kappa = 0;
   pktrt_ray within;
   pktrt_hit there = *hit;
   pktrt__place moving;
   pktrt_ray from = *ray;
+
   for (int a = 0; a < 3 && direction; a++) from.direction[a] = direction[a];
+
   const pktrt__place *place = pktrt__spawn_frame(s, hit->mesh, hit->triangle, &from, p, &within, &moving);
-  if (!place) {
-    pktrt__spawn_find(p, ray, hit, x);
-    return direction ? pktrt__spawn_side(p, x, direction) : 1;
-  }
-  float along[3];
+
   memcpy(along, within.direction, sizeof along);
-  pktrt__place_ray(place, ray->origin, ray->direction, 1, within.origin, within.direction, 1);
   const double mirror = pktrt__mesh_side(s, hit->mesh);
-  for (int a = 0; a < 3; a++) /* along transpose(A) n, on the model's side */
-    there.normal[a] =
-        (float)(mirror * (place->a[0][a] * (double)hit->normal[0] + place->a[1][a] * (double)hit->normal[1] +
-                          place->a[2][a] * (double)hit->normal[2]));
-  pktrt__spawn_find(p, &within, &there, x);
+
+  if (place) {
+    kappa = s->instances[s->meshes[hit->mesh].instance - 1].kappa;
+    pktrt__place_ray(place, ray->origin, ray->direction, 1, within.origin, within.direction, 1);
+    for (int a = 0; a < 3; a++) /* along transpose(A) n, on the model's side */
+      there.normal[a] =
+          (float)(mirror * (place->a[0][a] * (double)hit->normal[0] + place->a[1][a] * (double)hit->normal[1] +
+                            place->a[2][a] * (double)hit->normal[2]));
+  } else within = *ray;
+
+  pktrt__spawn_find(p, &within, &there, NULL, x);
   const int side = direction ? pktrt__spawn_side(p, x, along) : 1;
-  pktrt__spawn_place(place, s->instances[s->meshes[hit->mesh].instance - 1].kappa, x);
+
+  memcpy(at, x->at, sizeof at);
+  if (place) pktrt__spawn_place(place, kappa, x);
+  if (!direction) return side;
+
+  const double size = pktrt__spawn_corners(p, place, at, x, corner);
+
+  if (pktrt__spawn_near_edge(corner, mirror, size, x, uv)) {
+    pktrt__spawn_find(p, &within, &there, uv, x);
+    if (place) pktrt__spawn_place(place, kappa, x);
+  }
+
   return side;
 }
 
@@ -18862,6 +19003,7 @@ PKTRT_DEF pktrt_status pktrt_prepare_environment(pktrt_scene *s, const pktrt_ren
               Shadow rays end 2^-22 of the way before a light, so that lights may lie in surfaces; visible ones are seen
               there. Environments of 1e30 and more and quads of any size give their light; negative background and ambient
               are refused.
+              Rays that pktrt_spawn and pktrt_spawn_at make at edges and corners start inside, in front of the walls there.
      0.16.1   What moves costs scenes at rest less: corners of hits at rest are gathered apart.
      0.16.0   Faster: all rays, since the largest subtrees move to better places by default as well, where the high quality
               moves all; builds put triangles into bins by vectors.

@@ -257,6 +257,7 @@ static void run_all(void) {
   suite_examples();
   suite_filter();
   suite_spawn();
+  suite_edges();
   suite_sampler();
   suite_render();
   suite_shading();

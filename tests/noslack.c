@@ -16,12 +16,12 @@
 #define PKTRT__SPLIT_PAD ((double)slack_left.parts * 0x1p-23)
 #include "noslack.h"
 
-/* A millionth, not zero: zero times the infinite depth of tmax is NaN, and everything would be lost. The last six
+/* A millionth, not zero: zero times the infinite depth of tmax is NaN, and everything would be lost. The last seven
    stay whole: they matter where the others are. */
 #define NONE 1e-6f
-const slack_parts slack_whole = {1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1},
-                  slack_none = {NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, 1, 1, 1, 1, 1, 1};
-slack_parts slack_left = {NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, 1, 1, 1, 1, 1, 1};
+const slack_parts slack_whole = {1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1},
+                  slack_none = {NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, 1, 1, 1, 1, 1, 1, 1};
+slack_parts slack_left = {NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, 1, 1, 1, 1, 1, 1, 1};
 
 static pktrt_scene *open_scene(pktrt_isa isa, pktrt_build_quality quality) {
   pktrt_scene_desc d = scene_desc_of(isa, 0);
@@ -78,4 +78,14 @@ void noslack_intersect(const pktrt_scene *s, const pktrt_query_desc *q, const pk
 void noslack_occluded(const pktrt_scene *s, const pktrt_query_desc *q, const pktrt_ray *rays, bool *occluded,
                       size_t n) {
   pktrt_occluded_ex(s, q, rays, occluded, n);
+}
+
+void noslack_spawn(const pktrt_scene *s, const pktrt_ray *ray, const pktrt_hit *hit, const float direction[3],
+                   pktrt_ray *out) {
+  pktrt_spawn(s, ray, hit, direction, out);
+}
+
+void noslack_spawn_at(const pktrt_scene *s, uint32_t index, uint32_t triangle, float u, float v, float time,
+                      const float direction[3], pktrt_ray *out) {
+  pktrt_spawn_at(s, index, triangle, u, v, time, direction, out);
 }

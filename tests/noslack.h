@@ -10,6 +10,7 @@ typedef struct slack_parts {
   float sides, end; /* of frusta: what rounding does to the sides of triangles; what lies beyond the far end, */
   float apex;       /* and by what rays that end together miss each other */
   float calm;       /* by how much bounds of depths that say that doubles suffice may differ */
+  float edge;       /* how far rays start from edges */
   float parts;      /* how much boxes of parts of split triangles are widened, in steps of floats */
 } slack_parts;
 extern slack_parts slack_left; /* slack_none at first */
@@ -25,5 +26,8 @@ void noslack_unstretch(pktrt_scene *);
 void noslack_destroy(pktrt_scene *);
 void noslack_intersect(const pktrt_scene *, const pktrt_query_desc *, const pktrt_ray *, pktrt_hit *, size_t n);
 void noslack_occluded(const pktrt_scene *, const pktrt_query_desc *, const pktrt_ray *, bool *occluded, size_t n);
+void noslack_spawn(const pktrt_scene *, const pktrt_ray *, const pktrt_hit *, const float direction[3], pktrt_ray *);
+void noslack_spawn_at(const pktrt_scene *, uint32_t mesh, uint32_t triangle, float u, float v, float time,
+                      const float direction[3], pktrt_ray *);
 
 #endif

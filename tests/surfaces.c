@@ -318,7 +318,8 @@ static void surfaces_follow_what_has_changed(void) {
 enum { DIRECTIONS = 14, POINTS = 7 };
 static const float points[POINTS][2] = {{0.25f, 0.5f}, {0, 0}, {1, 0}, {0, 1}, {0.5f, 0.5f}, {0.3f, 0}, {-2, 5}};
 typedef struct leaving {
-  size_t rays, met, wrong_side, far_off, apart, control; /* apart: from pktrt_spawn after a hit, as `compared` were */
+  size_t rays, met, wrong_side, far_off, moved, apart,
+      control; /* apart: from pktrt_spawn after a hit, as `compared` were */
   size_t compared, degenerate;
 } leaving;
 
@@ -354,8 +355,8 @@ static bool meets(const pktrt_scene *s, const pktrt_ray *ray, uint32_t index, ui
   return met;
 }
 
-/* Where the origin should be: beside that point on the side that the direction leads to, no farther than 2^-22 of it. What a
-   needle's plane is doubles do not tell, nor is that of an instance quite what it is without. */
+/* Where the origin should be: beside that point on the side that the direction leads to, no farther than 2^-22 of it; near
+   an edge, from which it moves away, no farther than 2^-22 of it from the plane, and not outside by more. What a needle's plane is doubles do not tell, nor is that of an instance quite what it is without. */
 static void check_origin(long double p[3][3], const float uv[2], const pktrt_ray *out, long double largest, bool placed,
                          leaving *l) {
   long double n[3], nn = 0, ee[2] = {0, 0}, up = 0, sum = 0, along = 0, size = 0, off = 0;
@@ -368,7 +369,21 @@ static void check_origin(long double p[3][3], const float uv[2], const pktrt_ray
     off = fmaxl(off, fabsl(q - at));
   }
   if (!(nn > 0x1p-40L * ee[0] * ee[1])) return;
-  l->far_off += off > 0x1p-22L * largest * (placed ? 4 : 1) + 1e-36L;
+  const long double allowed = 0x1p-22L * largest * (placed ? 4 : 1) + 1e-36L;
+  long double least = INFINITY;
+  for (int c = 0; c < 3; c++) {
+    long double m = 0, edge = 0;
+    for (int a = 0; a < 3; a++) {
+      const int b = (a + 1) % 3, k = (a + 2) % 3, next = (c + 1) % 3;
+      const long double eb = p[next][b] - p[c][b], ek = p[next][k] - p[c][k];
+      edge += eb * eb;
+      m += n[a] * (eb * ((long double)out->origin[k] - p[c][k]) - ek * ((long double)out->origin[b] - p[c][b]));
+    }
+    least = fminl(least, m / sqrtl(edge * nn));
+  }
+  const bool moved = least < 32 * allowed && least > -allowed;
+  l->far_off += (moved ? fabsl(up) / sqrtl(nn) : off) > allowed;
+  l->moved += moved && off > allowed;
   if (placed || fabsl(along) <= 1e-9L * size || fabsl(up) <= 1e-14L * sum) return; /* in the plane, or nearly */
   l->wrong_side += (up > 0) != (along > 0);
 }

@@ -120,6 +120,7 @@ extern pktrt_isa isas[8];
 extern int isa_count;
 
 /* --- suites --- */
+void suite_edges(void);
 void suite_identity(void), suite_truth(void), suite_watertight(void), suite_render(void), suite_refusals(void),
     suite_scene(void), suite_memory(void), suite_tree(void), suite_spawn(void), suite_arithmetic(void),
     suite_sampler(void), suite_shading(void), suite_lights(void), suite_assembly(void), suite_pictures(void),

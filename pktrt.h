@@ -7407,6 +7407,7 @@ typedef __mmask16 mf;
 #define pktrt__lanes_occupied PKTRT__NAME(pktrt__lanes_occupied)
 #define pktrt__lanes_unhit PKTRT__NAME(pktrt__lanes_unhit)
 #define pktrt__light_add PKTRT__NAME(pktrt__light_add)
+#define pktrt__light_aim_off PKTRT__NAME(pktrt__light_aim_off)
 #define pktrt__light_locate PKTRT__NAME(pktrt__light_locate)
 #define pktrt__light_sample_all PKTRT__NAME(pktrt__light_sample_all)
 #define pktrt__light_sample_quad8 PKTRT__NAME(pktrt__light_sample_quad8)
@@ -10761,6 +10762,14 @@ STEP d8 pktrt__light_locate(const pktrt__light_target *l, uint32_t i, d8 p[3], d
   return dmul(ddiv(dadd(ddiv(dabs(along), r), dset(l->folded)), r2), dset(l->strength));
 }
 
+/* Aims rays from o at points a little off the plane of a quad that is r away. WHY: rounding of a direction moves the end
+   of the ray by a quarter of TOUCH of its length to any side; at a grazing angle that takes more of the way than rays end
+   early. */
+STEP void pktrt__light_aim_off(const pktrt__light_target *l, d8 at[3], v8 o[3], d8 r, v8 d[3]) {
+  const d8 lift = dmul(r, dset((double)PKTRT__TOUCH));
+  ROLL_OUT for (int a = 0; a < 3; a++) d[a] = dto(dadd(dsub(at[a], dfrom(o[a])), dmul(lift, dset(l->facing[a]))));
+}
+
 /* Appends the shadow rays of surfaces i to i + 7 to the list, from s->start: off along ng, on the viewer's side. */
 PKTRT__NOINLINE void pktrt__light_shadow_rays8(const pktrt_scene *scene, const pktrt__light_target *l,
                                                const pktrt__wave *w, pktrt__surfaces *s, uint32_t i, uint32_t lanes,
@@ -10780,14 +10789,7 @@ PKTRT__NOINLINE void pktrt__light_shadow_rays8(const pktrt_scene *scene, const p
   lanes &= mbits(dlt(dset(0), pktrt__vec_ddot(to, flat)));
   if (!lanes) return; /* all face away from it */
   const d8 r2 = pktrt__vec_ddot(to, to), r = dsqrt(r2);
-
-  /* Rounding of a direction moves the end of the ray by TOUCH / 4 of the way to any side. At a grazing angle that takes
-     more of the way than the ray ends early; the end of a ray to a quad therefore lies off the quad's plane. */
-  if (PKTRT__AREA_LIGHTS && l->flat) {
-    const d8 lift = dmul(r, dset((double)PKTRT__TOUCH));
-    ROLL_OUT for (int a = 0; a < 3; a++) d[a] = dto(dadd(dsub(at[a], dfrom(o[a])), dmul(lift, dset(l->facing[a]))));
-  }
-
+  if (PKTRT__AREA_LIGHTS && l->flat) pktrt__light_aim_off(l, at, o, r, d);
   if (PKTRT__AREA_LIGHTS && l->flat && !l->listed) { /* negative behind it */
     pktrt__vec_dset3(at, l->facing);
     factor = dmul(ddiv(dmul(dset(-l->area), pktrt__vec_ddot(to, at)), r), factor);

@@ -205,6 +205,7 @@ static int good_settings(const setting *x) {
         word((int)d->branching, 4) && word((int)d->lights, 3) && word((int)d->glass_shadows, 2) &&
         word((int)d->phong_mapping, 2) && word((int)d->cost_of, 3);
   ok &= fuzz_all_finite(d->background, 3) && fuzz_all_finite(d->ambient, 3);
+  for (int a = 0; a < 3; a++) ok &= d->background[a] >= 0 && d->ambient[a] >= 0;
   ok &= good_rules(x);
   for (int i = 0; i < 3; i++) ok &= x->mesh_material[i] <= x->materials;
   for (uint32_t i = 0; i < x->lights; i++) ok &= x->light[i].kind != PKTRT_LIGHT_MESH || x->light[i].mesh < 3;

@@ -235,8 +235,9 @@
    mask that occurs: a few kinds of things, not a thing each.
 
    Motion keys. A mesh with K keys has K sets of positions, evenly spread over time [0,1]; every ray has its own time,
-   and vertices move along straight lines from key to key. The boxes of the tree have K keys too and are interpolated to
-   the ray's time: a fast mover has a small box at any moment, not a large one at all times.
+   and vertices move along straight lines from key to key, rounded to floats at the ray's time. The boxes of the tree have
+   K keys too and are interpolated to the ray's time: a fast mover has a small box at any moment, not a large one at all
+   times.
 
    Packet. Neighbouring rays that are traced together through the tree, so that they share its nodes and, better, are
    spared most of the tests. They need no common origin: reflections and shadows qualify as well as camera rays.
@@ -322,10 +323,12 @@
 
    Exactness. Rays and vertices are taken at their word, as real numbers: the triangle that is hit is the one that exact
    arithmetic names, at any scale and angle, and t is within 0.7 ulp of the exact one; u and v within 2^-23, the normal's
-   direction within 2^-22. Each crossing of a closed surface belongs to exactly one triangle, at shared edges and vertices
-   too, if these have the same coordinates bit for bit and the same number of keys: nothing leaks, nothing is counted
-   twice, and a surface that is touched from outside is crossed twice or not at all. A triangle without area at the ray's
-   time is never hit. >>exactness has the definition and the argument.
+   direction within 2^-22. (Two things are rounded to floats first: the corners of what moves, at the ray's time, and a ray
+   in the frame of an instance. What is exact begins there.) u, v and, computed in floats, (1 - u) - v are never below 0.
+   Each crossing of a closed surface belongs to exactly one triangle, at shared edges and vertices too, if these have the
+   same coordinates bit for bit and the same number of keys: nothing leaks, nothing is counted twice, and a surface that
+   is touched from outside is crossed twice or not at all. A triangle without area at the ray's time is never hit.
+   >>exactness has the definition and the argument.
 
    Determinism. What a ray hits (mesh, triangle, t, u, v, normal) depends on ray and scene alone. It is bit for bit the
    same from single calls, many-ray calls of any order and grouping, all paths, all instruction sets, compilers and
@@ -719,10 +722,11 @@ typedef struct pktrt_instance_desc {
   uint32_t mask;           /* as of meshes, for all of them; those of the model's meshes count too */
 } pktrt_instance_desc;
 
-/* Places a model: turned, scaled unevenly, sheared or mirrored as you like; mirrored, its inside remains inside. Elements move along straight lines from key
-   to key. An instance takes a mesh index for each mesh of its model, from the next one on: hits, materials, ties and
-   pktrt_spawn go by these. It is seen from the next commit on, as meshes are. A transform that flattens space at any
-   time, or may, is refused. *instance may be NULL. */
+/* Places a model: turned, scaled unevenly, sheared or mirrored as you like; mirrored, its inside remains inside. Elements
+   move along straight lines from key to key; a ray is rounded to floats in the instance's frame. An instance takes a
+   mesh index for each mesh of its model, from the next one on: hits, materials, ties and pktrt_spawn go by these. It is
+   seen from the next commit on, as meshes are. A transform that flattens space at any time, or may, is refused.
+   *instance may be NULL. */
 PKTRT_DEF pktrt_status pktrt_add_instance(pktrt_scene *, const pktrt_instance_desc *, uint32_t *instance);
 /* Replaces one key's 12 elements, for the next commit or refit; either costs by the number of instances alone. */
 PKTRT_DEF pktrt_status pktrt_set_transform(pktrt_scene *, uint32_t instance, uint32_t key, const float *transform);
@@ -778,7 +782,7 @@ PKTRT_DEF pktrt_ray pktrt_make_ray(const float origin[3], const float direction[
 
 typedef struct pktrt_hit {
   float t;           /* on a miss: the ray's tmax */
-  float u, v;        /* barycentrics: point = (1-u-v) p0 + u p1 + v p2; 0 on a miss */
+  float u, v;        /* barycentrics: point = (1-u-v) p0 + u p1 + v p2, none below 0; 0 on a miss */
   float normal[3];   /* along cross(p1-p0, p2-p0) at the ray's time, largest component 1 or -1; 0 on a miss */
   uint32_t mesh;     /* PKTRT_NONE on a miss */
   uint32_t triangle; /* index within the mesh; PKTRT_NONE on a miss */
@@ -790,8 +794,9 @@ PKTRT_DEF bool pktrt_intersect(const pktrt_scene *, const pktrt_ray *, pktrt_hit
 PKTRT_DEF bool pktrt_occluded(const pktrt_scene *, const pktrt_ray *);
 
 /* The least (t, mesh, triangle) that is greater than previous's and inside the ray's interval; previous NULL: the first.
-   Where previous is a miss, so is this. A chain of calls, each with the last one's hit, visits every crossing once, those
-   at equal t too: for alpha, decals, thickness, CSG. previous and hit may be the same. For _n: an array, or NULL. */
+   Where previous is a miss, or its t NaN, this is a miss. A chain of calls, each with the last one's hit, visits every
+   crossing once, those at equal t too, and ends: for alpha, decals, thickness, CSG. previous and hit may be the same. For
+   _n: an array, or NULL. */
 PKTRT_DEF bool pktrt_intersect_after(const pktrt_scene *, const pktrt_ray *, const pktrt_hit *previous, pktrt_hit *);
 PKTRT_DEF void pktrt_intersect_after_n(const pktrt_scene *, const pktrt_ray *, const pktrt_hit *, pktrt_hit *,
                                        size_t n);
@@ -2316,15 +2321,15 @@ struct pktrt__surfaces;
 struct pktrt__light_samples;
 #endif
 /* The kernels of builds and refits, >>fit, and of samples of lights, >>shade. The first puts prims into bins: see
-   pktrt__build_fill_bins. The second tells which lanes of a block's vertices at a key have area. The third fits bounds and
-   child orders of a run of nodes whose blocks, and nodes below in other runs, are done; it returns the sum of the
-   children's areas over all keys. The fourth samples points of a quad, a sphere or an environment without a table, and
-   their factors, by u and v for all surfaces; factors of those that take a closer look are -1, and it tells whether
-   there are any. */
+   pktrt__build_fill_bins. The second tells which lanes of a block's vertices at a key have area, or surely
+   have. The third fits bounds and child orders of a run of nodes whose blocks, and nodes below in other runs, are done;
+   it returns the sum of the children's areas over all keys. The fourth samples points of a quad, a sphere or an environment
+   without a table, and their factors, by u and v for all surfaces; factors of those that take a closer look are -1, and
+   it tells whether there are any. */
 typedef struct pktrt__fit_table {
   uint32_t (*put_in_bins)(struct pktrt__build_bins *, const struct pktrt__build_prim *, uint32_t n, const float *large,
                           bool all);
-  uint32_t (*lanes_with_area)(const float *vertices);
+  uint32_t (*lanes_with_area)(const float *vertices, bool exactly);
   double (*nodes)(const pktrt__bvh *, uint32_t first, uint32_t count);
 #ifndef PKTRT_NO_RENDER
   bool (*sample_light)(const pktrt_light *, const struct pktrt__light_target *, const float *u, const float *v,
@@ -3422,14 +3427,42 @@ static uint32_t pktrt__block_count_degenerate(const uint32_t *tri, const uint32_
   return flat;
 }
 
-/* Writes vertices and ids of a block. Returns the number of triangles without area at any time: between two keys the
-   normal is a quadratic function of time; if it is zero at both and half-way, it is zero throughout. */
+/* Returns the ways in which a triangle of a block has no area at a key, a bit each: two of its corners are one, or all are
+   on a line along an axis. */
+static uint32_t pktrt__block_flat_ways(const float *vertices, uint32_t lane) {
+  uint32_t ways = 0;
+  bool same[3][3]; /* of a corner and the next, by axis */
+  for (uint32_t c = 0; c < 3; c++)
+    for (uint32_t a = 0; a < 3; a++)
+      same[c][a] = vertices[24 * c + 8 * a + lane] == vertices[24 * ((c + 1) % 3) + 8 * a + lane];
+
+  for (uint32_t i = 0; i < 3; i++) {
+    const uint32_t u = (i + 1) % 3, v = (i + 2) % 3;
+    if (same[i][0] && same[i][1] && same[i][2]) ways |= 1u << i;
+    if (same[0][u] && same[1][u] && same[0][v] && same[1][v]) ways |= 8u << i;
+  }
+  return ways;
+}
+
+/* Tells whether a triangle that moves may have area at some time. WHY not by exact arithmetic: at the ray's time corners are
+   rounded, one by one, and those of a line leave it. The ways above outlast that from one key to the next. */
+static bool pktrt__block_may_have_area(pktrt__block *block, uint32_t key_count, uint32_t lane) {
+  uint32_t ways = pktrt__block_flat_ways(pktrt__block_vertices(block, 0), lane);
+  for (uint32_t k = 1; k < key_count && ways; k++) {
+    const uint32_t next = pktrt__block_flat_ways(pktrt__block_vertices(block, k), lane);
+    if (!(ways & next)) return true;
+    ways = next;
+  }
+  return !ways;
+}
+
+/* Writes vertices and ids of a block. Returns the number of triangles without area at any time. */
 static uint32_t pktrt__block_write(const pktrt__fit_table *fit, const pktrt__bvh *bvh, uint32_t block,
                                    const pktrt__block_source *s) {
   const uint32_t *tri = bvh->block_triangles + (size_t)block * 8;
   pktrt__block *at = pktrt__bvh_block(bvh, block);
   uint32_t *id = at->id, area = 0;
-  float middle[72];
+  const bool moving = pktrt__has_motion(bvh->key_count);
   for (uint32_t k = 0; k < bvh->key_count; k++) {
     float *v = pktrt__block_vertices(at, k);
     for (uint32_t l = 0; l < 8; l++) {
@@ -3439,12 +3472,11 @@ static uint32_t pktrt__block_write(const pktrt__fit_table *fit, const pktrt__bvh
       v[24 + l] = q[0], v[32 + l] = q[1], v[40 + l] = q[2];
       v[48 + l] = r[0], v[56 + l] = r[1], v[64 + l] = r[2];
     }
-    if (area != 0xFF) area |= fit->lanes_with_area(v);
-    if (area == 0xFF || !k) continue;
-    const float *before = pktrt__block_vertices(at, k - 1);
-    for (int i = 0; i < 72; i++) middle[i] = 0.5f * before[i] + 0.5f * v[i];
-    area |= fit->lanes_with_area(middle);
+    if (area != 0xFF) area |= fit->lanes_with_area(v, !moving);
   }
+
+  for (uint32_t l = 0; moving && l < 8; l++)
+    if (!(area >> l & 1) && pktrt__block_may_have_area(at, bvh->key_count, l)) area |= 1u << l;
   for (uint32_t l = 0; l < 8; l++) id[l] = tri[l] != PKTRT_NONE && area >> l & 1 ? tri[l] & ~PKTRT__AGAIN : PKTRT_NONE;
   return pktrt__block_count_degenerate(tri, id);
 }
@@ -4430,7 +4462,9 @@ PKTRT__COLD pktrt_status pktrt__commit_rebuild_worn(pktrt_scene *s) {
 }
 /* >>exactness --------------------------------------------------------------------------------------------------------
 
-   THE DEFINITION. Rays and vertices are floats, taken at their word: as real numbers. A ray (o, d) has a main axis k,
+   THE DEFINITION. Rays and vertices are floats, taken at their word: as real numbers, but for two things that are rounded
+   to floats first, vertices at the ray's time (below) and rays in the frame of an instance (>>places). A ray (o, d) has a
+   main axis k,
    that of its largest |d|, the lowest on ties, and u, v, the next two in cyclic order. Relative to o, and sheared so
    that d lies along k, a vertex P is
 
@@ -4457,7 +4491,17 @@ PKTRT__COLD pktrt_status pktrt__commit_rebuild_worn(pktrt_scene *s) {
    triangles in order). Comparing pairs (t, index) makes the result independent of the order of the tests.
 
    Motion: at time weight b = local time in the segment, a = fl(1 - b), the vertex is fl(fl(a P0) + fl(b P1)) by
-   component: one formula for all kernels, exact at the keys, the same for all triangles, monotone in P0 and P1.
+   component: one formula for all kernels, exact at the keys, the same for all triangles, monotone in P0 and P1. So corners
+   that lie on a line at both keys may leave it between them. A triangle has no area at any time, and is left out of blocks,
+   if it is at rest and its exact normal is zero; or if, from each key to the next, two of its corners are one at both, or
+   all three lie on a line along one axis at both: rounding keeps that.
+
+   ENDS. No query fails to end, whatever the bits of ray and meshes. A tree has at most 38 levels and each node one parent,
+   so that a ray meets a node, and a block, at most once. NaN and infinity in rays are misses, and all tests are written so
+   that a NaN decides nothing. A chain of pktrt_intersect_after (pktrt_intersect_all and pktrt_winding are chains) ends as
+   each hit is after the last in the order of (t, index), each triangle has one t, and there are finitely many. For this
+   a hit must be one by its float t: the limits of depths, below, leave to the canonical test all that is near tmin or tmax,
+   and end at -FLT_MAX and FLT_MAX, for a t beyond floats is -inf or inf, never within tmin < t < tmax.
 
    IN DOUBLES, with h = 2^-53, X and Y the largest |x|, |y| of the corners and Z that of |p_k d_k|. As |d_u| <= |d_k|,
    |p_u d_k| <= X + Z. Rounding p, two products and their difference, x is wrong by h (3 X + 4 Z), and so is y. Each of
@@ -4470,7 +4514,10 @@ PKTRT__COLD pktrt_status pktrt__commit_rebuild_worn(pktrt_scene *s) {
 
        t = fl( ((U za + V zb) + W zc) (1 / (D d_k)) )      u = fl(V (d_k / (D d_k)))      v = fl(W (d_k / (D d_k)))
 
-   where they are calm. V / D is wrong by 2 B / |D|: for B < 2^-25 |D|, and rounded to float, by 2^-23. With the range R
+   where they are calm. V / D is wrong by 2 B / |D|: for B < 2^-25 |D|, and rounded to float, by 2^-23. Where one of these
+   floats, or (1 - u) - v of them, is below 0, which no exact one is, it is moved: to 0, or the larger of u and v to the
+   largest float that will do, 1 less the other or 2^-24 below that as rounded. That is no farther from the exact one: the
+   other, at most 1/2 or so, is wrong by 1.5 B / |D| and 2^-26, in all 2^-24, and 2^-24 more make 2^-23. With the range R
    of z, and B < 2^-6 |D|, the sum that t comes from is wrong by less than 5 B R: where that is 5 2^-29 of it, t is
    within 0.67 ulp. A normal is wrong by 6 h times the largest |p1 - p0| and |p2 - p0| by component: where
    that product is below 2^27 times it, by less than 2^-22 of its length.
@@ -4893,14 +4940,32 @@ static double pktrt__exact_along(const pktrt__exact_view *v) {
   return pktrt__exact_volume(&d, &e1, &e2);
 }
 
-/* Computes the normal, scaled to a largest component of 1. */
-PKTRT__NOINLINE void pktrt__exact_normal(pktrt__exact_view v, double n[3]) {
+/* Computes the cross product of a triangle's edges, each component without rounding but the last one. */
+PKTRT__NOINLINE void pktrt__exact_cross_product(pktrt__exact_view v, double n[3]) {
   for (int a = 0; a < 3; a++) {
     for (int i = 0; i < 3; i++) v.d[i] = i == a;
     n[a] = pktrt__exact_along(&v);
   }
+}
+/* Computes the normal, scaled to a largest component of 1. */
+static void pktrt__exact_normal(pktrt__exact_view v, double n[3]) {
+  pktrt__exact_cross_product(v, n);
   const double most = pktrt__max_abs3(n[0], n[1], n[2]);
   for (int a = 0; a < 3 && most > 0; a++) n[a] /= most;
+}
+
+/* Tells whether a triangle has area, exactly; the coordinates of its corners are `step` floats apart. */
+PKTRT__COLD bool pktrt__tri_has_area(const float *p, uint32_t step) {
+  static const float unread[3] = {0, 0, 0};
+  pktrt__exact_view v;
+  double n[3];
+  pktrt__exact_view_of(&v, pktrt__axes[0], unread, unread, 1, p, step);
+  for (int c = 0; c < 3; c++) { /* most that have none */
+    const double *from = v.p[c], *to = v.p[(c + 1) % 3];
+    if (from[0] == to[0] && from[1] == to[1] && from[2] == to[2]) return false;
+  }
+  pktrt__exact_cross_product(v, n);
+  return pktrt__max_abs3(n[0], n[1], n[2]) > 0;
 }
 
 /* A crossing of a triangle: its t as doubles have it, and by how much the float of it may differ. */
@@ -5246,14 +5311,31 @@ PKTRT__NOINLINE bool pktrt__exact_test_single(const pktrt__bvh_segment *seg, pkt
   return !pktrt__exact_is_apart(&v, q->dk, starts, ray->tmax) && pktrt__exact_test_rest(seg, q, id, slot);
 }
 
+/* Tells whether u and v, and (1 - u) - v as floats have it, are 0 or more. */
+PKTRT__INLINE bool pktrt__exact_is_within(float u, float v) { return pktrt__minf(pktrt__minf(u, v), (1 - u) - v) >= 0; }
+
+/* Moves u and v of a hit into the triangle, which roundings may leave by a step, see >>exactness: what is below 0 becomes 0,
+   and the larger of the two at most the largest float that leaves (1 - u) - v at 0 or more. */
+static void pktrt__exact_bring_within(float *u, float *v) {
+  if (*u < 0) *u = 0; /* -0 stays what it is: not all paths come here with it */
+  if (*v < 0) *v = 0;
+  if (pktrt__exact_is_within(*u, *v)) return;
+
+  float *const larger = *u < *v ? v : u;
+  const float less = pktrt__minf(*u, *v);
+  float most = 1 - less;
+  if (1 - most < less) most -= PKTRT__EPS; /* 1 - less was rounded up */
+  *larger = most;
+}
+
 /* Compute t, u and v of a hit, and its normal, as in >>resolve; they return whether doubles suffice. */
 PKTRT__DIVIDES_BY_ZERO PKTRT__INLINE bool pktrt__single_resolve_tuv(const pktrt__exact_view *v, float *t, float *u,
                                                                     float *w) {
   const pktrt__exact_edges e = pktrt__exact_edge_functions(v);
   const double r = 1 / (e.det * v->d[0]), rdet = v->d[0] * r;
-  *t = pktrt__to_float(e.depth * r);
-  *u = (float)(e.v * rdet), *w = (float)(e.w * rdet); /* at most 1 */
-  return pktrt__exact_is_calm(&e);
+  *t = (float)pktrt__max(pktrt__min(e.depth * r, (double)FLT_MAX), -(double)FLT_MAX); /* no t of a hit is beyond */
+  *u = (float)(e.v * rdet), *w = (float)(e.w * rdet);                                 /* at most 1 */
+  return pktrt__exact_is_calm(&e) && pktrt__exact_is_within(*u, *w);
 }
 PKTRT__DIVIDES_BY_ZERO PKTRT__INLINE bool pktrt__single_resolve_normal(pktrt__exact_view *v, const uint32_t *axis,
                                                                        float *normal, uint32_t row) {
@@ -5274,6 +5356,7 @@ PKTRT__NOINLINE void pktrt__exact_resolve(pktrt__exact_view *v, const uint32_t *
   if (!(t_is_calm && uv_is_calm)) pktrt__exact_solve(v, tuv);
   if (!t_is_calm) *t = tuv[0];
   if (!uv_is_calm) *u = tuv[1], *w = tuv[2];
+  pktrt__exact_bring_within(u, w);
   if (pktrt__tri_normal_of(v->p, n)) return;
   pktrt__exact_normal(*v, n);
   for (int a = 0; a < 3; a++) normal[row * axis[a]] = (float)n[a];
@@ -5290,9 +5373,9 @@ PKTRT__NOINLINE void pktrt__single_resolve(const pktrt_scene *s, const pktrt__si
   pktrt__exact_view v;
   pktrt__exact_view_at(&v, &s->bvhs[q->bvh], q->slot, ray->time, q->axis, ray->origin, ray->direction, 1);
   (void)pktrt__single_resolve_tuv(&v, &hit->t, &hit->u, &hit->v); /* bounds of its depth tell for less */
-  const bool calm = (q->wf - q->sf) * PKTRT__CALM_DEPTH < q->wf,
+  const bool calm = (q->wf - q->sf) * PKTRT__CALM_DEPTH < q->wf, within = pktrt__exact_is_within(hit->u, hit->v),
              sharp = pktrt__single_resolve_normal(&v, q->axis, hit->normal, 1);
-  if (!(calm && sharp)) pktrt__single_resolve_exactly(s, q, hit);
+  if (!(calm && sharp && within)) pktrt__single_resolve_exactly(s, q, hit);
 }
 PKTRT__NOINLINE void pktrt__single_resolve_hits(const pktrt_scene *s, pktrt__batch *b, uint32_t i, uint32_t hits) {
   pktrt__exact_view v;
@@ -7634,8 +7717,9 @@ PKTRT__NOINLINE uint32_t pktrt__batch_setup(const pktrt_scene *scene, pktrt__bat
   }
 
   const vf tmin = fload(b->tmin + i), tmax = fload(b->tmax + i), relative = fset(PKTRT__PAD_DEPTH);
-  const vf tiny = fmul(fmax_(adk, fset(1)), fset(PKTRT__PAD_TINY));
-  const vf n = fmul(tmin, adk), f = fmul(tmax, adk), last = fmul(fmin_(tmax, fset(FLT_MAX)), adk);
+  const vf tiny = fmul(fmax_(adk, fset(1)), fset(PKTRT__PAD_TINY)), largest = fset(FLT_MAX);
+  const vf n = fmul(fmax_(tmin, fset(-FLT_MAX)), adk); /* no t of a hit is infinite */
+  const vf f = fmul(tmax, adk), last = fmul(fmin_(tmax, largest), adk);
   const vf n_slack = fadd(fmul(fabs_(n), relative), tiny), f_slack = fadd(fmul(fabs_(f), relative), tiny);
   fstore(b->tiny + i, tiny);
   fstore(b->wn + i, fsub(n, n_slack));
@@ -7647,8 +7731,7 @@ PKTRT__NOINLINE uint32_t pktrt__batch_setup(const pktrt_scene *scene, pktrt__bat
   memset(b->slot + i, 0xFF, FW * sizeof *b->slot); /* PKTRT_NONE */
   memset(b->place + i, 0, FW * sizeof *b->place);
 
-  const vf largest = fset(FLT_MAX); /* adk may be no NaN where there is one: all three are tested */
-  mf ok = fmand(flt(zero, adk), flt(tmin, tmax));
+  mf ok = fmand(flt(zero, adk), flt(tmin, tmax)); /* adk may be no NaN where there is one: all three are tested */
   ok = fmand(ok, fmand(fle(ax, largest), fmand(fle(ay, largest), fle(az, largest))));
   UNROLL for (int a = 0; a < 3; a++) ok = fmand(ok, fle(fabs_(fload(b->o[a] + i)), fset(PKTRT_MAX_COORD)));
   /* Nothing can lie beyond the range of floats, where wn or wf would be NaN and spoil a packet's extremes. */
@@ -7669,7 +7752,8 @@ PKTRT__NOINLINE
   const float *const o = ray->origin, *const d = ray->direction;
   const v8 od = vload((const float *)(const void *)ray), size = vabs(od);
   const float ax = fabsf(d[0]), ay = fabsf(d[1]), az = fabsf(d[2]), tmin = ray->tmin, tmax = ray->tmax;
-  const float adk = pktrt__maxf(pktrt__maxf(ax, ay), az), n = tmin * adk, f = tmax * adk;
+  const float adk = pktrt__maxf(pktrt__maxf(ax, ay), az), n = pktrt__maxf(tmin, -FLT_MAX) * adk;
+  const float f = pktrt__minf(tmax, FLT_MAX) * adk; /* no t of a hit is infinite */
   const uint32_t not_x = ax < adk, k = not_x << (not_x & (ay < adk));
   if (~mbits(vle(size, vload(most))) & 0x77) return false;
   if (!(0 < adk && tmin < tmax && n < INFINITY && -INFINITY < f)) return false; /* as in pktrt__batch_setup */
@@ -7692,10 +7776,10 @@ PKTRT__NOINLINE
   vstore(q->cn, vadd(c, wide));
   vstore(q->cf, vsub(c, wide));
 
-  const float tiny = pktrt__maxf(adk, 1) * PKTRT__PAD_TINY, last = pktrt__minf(f, FLT_MAX * adk);
+  const float tiny = pktrt__maxf(adk, 1) * PKTRT__PAD_TINY;
   const float n_slack = fabsf(n) * PKTRT__PAD_DEPTH + tiny, f_slack = fabsf(f) * PKTRT__PAD_DEPTH + tiny;
   q->tiny = tiny, q->wn = n - n_slack, q->wf = f + f_slack, q->sn = pktrt__maxf(n + n_slack, n);
-  q->sf = pktrt__minf(last - (fabsf(last) * PKTRT__PAD_DEPTH + tiny), last);
+  q->sf = pktrt__minf(f - f_slack, f);
   q->id = q->place = 0, q->slot = q->after = PKTRT_NONE;
   return true;
 }
@@ -10266,8 +10350,10 @@ SMALL uint32_t pktrt__resolve_hits(const pktrt_scene *scene, pktrt__batch *b, ui
   const d8 r = ddiv(one, dmul(edges.det, dk)), rdet = dmul(dk, r), unit = ddiv(one, largest);
   const m8 m = mfrom(hits);
   vstore_masked(b->t + i, m, dto(dmul(edges.depth, r)));
-  vstore(b->as.hit.u + i, dto(dmul(edges.v, rdet)));
-  vstore(b->as.hit.v + i, dto(dmul(edges.w, rdet)));
+  const v8 u = dto(dmul(edges.v, rdet)), v = dto(dmul(edges.w, rdet));
+  const m8 within = vle(vset(0), vmin(vmin(u, v), vsub(vsub(vset(1), u), v))); /* pktrt__exact_is_within */
+  vstore(b->as.hit.u + i, u);
+  vstore(b->as.hit.v + i, v);
   ROLL_OUT for (int a = 0; a < 3; a++) vstore(b->as.hit.normal[k[a]] + i, dto(dmul(n[a], unit)));
   const v8 hi = vload(b->wf + i), range = vsub(hi, vload(b->sf + i));
   uint32_t calm = turn ? 0 : mbits(vlt(vmul(range, vset(PKTRT__CALM_DEPTH)), hi));
@@ -10275,7 +10361,7 @@ SMALL uint32_t pktrt__resolve_hits(const pktrt_scene *scene, pktrt__batch *b, ui
     d8 unread;
     calm |= pktrt__exact_calm8(&edges, x, y, z, dk, &unread);
   }
-  hits &= ~(calm & mbits(sharp));
+  hits &= ~(calm & mbits(sharp) & mbits(within));
   if (PKTRT__UNLIKELY(hits) && !turn) pktrt__single_resolve_hits(scene, b, i, hits);
   return hits;
 }
@@ -11091,15 +11177,24 @@ static uint32_t pktrt__fit_put_in_bins(pktrt__build_bins *s, const pktrt__build_
   return total;
 }
 
-static uint32_t pktrt__fit_lanes_with_area(const float *v) {
+/* Returns the lanes of a block's vertices at a key that have area: for certain, as a component of the normal is beyond its
+   error in doubles, below 10 h of the size; or, if asked for exactly, all of them. */
+static uint32_t pktrt__fit_lanes_with_area(const float *vertices, bool exactly) {
   d8 a[3], b[3];
   UNROLL for (int i = 0; i < 3; i++) {
-    const d8 from = dfrom(vload(v + 8 * i));
-    a[i] = dsub(dfrom(vload(v + 24 + 8 * i)), from), b[i] = dsub(dfrom(vload(v + 48 + 8 * i)), from);
+    const d8 from = dfrom(vload(vertices + 8 * i));
+    a[i] = dsub(dfrom(vload(vertices + 24 + 8 * i)), from);
+    b[i] = dsub(dfrom(vload(vertices + 48 + 8 * i)), from);
   }
   const d8 x = dsub(dmul(a[1], b[2]), dmul(a[2], b[1])), y = dsub(dmul(a[2], b[0]), dmul(a[0], b[2]));
   const d8 z = dsub(dmul(a[0], b[1]), dmul(a[1], b[0]));
-  return mbits(dlt(dset(0), dmax(dabs(x), dmax(dabs(y), dabs(z)))));
+  const d8 most = dmax(dabs(x), dmax(dabs(y), dabs(z)));
+  const d8 size = dmul(dmax(dabs(a[0]), dmax(dabs(a[1]), dabs(a[2]))), dmax(dabs(b[0]), dmax(dabs(b[1]), dabs(b[2]))));
+  uint32_t lanes = mbits(dlt(dmul(size, dset(16 * PKTRT__EPS2)), most));
+
+  for (uint32_t open = exactly ? 0xFFu & ~lanes : 0; open; open &= open - 1)
+    if (pktrt__tri_has_area(vertices + pktrt__lowest_bit(open), 8)) lanes |= open & (0u - open);
+  return lanes;
 }
 
 /* Computes the planes of a node's children at a key: leaf blocks' from their vertices, nodes' from their children. Where all
@@ -13703,7 +13798,7 @@ PKTRT__NOINLINE bool pktrt__crossing_next(const pktrt_scene *s, const pktrt_ray 
                                           pktrt_hit *hit, uint32_t *where) {
   pktrt_ray rest = *ray;
   uint32_t after = PKTRT_NONE;
-  if (previous && (previous->mesh >= s->committed_meshes || ray->tmin < previous->t)) {
+  if (previous && (previous->mesh >= s->committed_meshes || !(previous->t <= ray->tmin))) { /* NaN: a miss */
     rest.tmin = previous->mesh < s->committed_meshes ? previous->t : INFINITY;
     if (rest.tmin < INFINITY) after = s->meshes[previous->mesh].first_id + previous->triangle;
   }
@@ -14720,8 +14815,16 @@ static bool pktrt__render_check(const pktrt_scene *s, const pktrt_render_desc *d
 
 /* >>lights --------------------------------------------------------------------------------------------------------- */
 
+/* Computes a triangle's normal, as long as two areas: exactly where doubles are not sharp. */
+static void pktrt__light_find_normal(float p[3][3], double n[3]) {
+  pktrt__exact_view v;
+  if (pktrt__tri_normal(p, n)) return;
+  pktrt__exact_view_of(&v, pktrt__axes[0], p[0], p[0], 1, p[0], 1);
+  pktrt__exact_cross_product(v, n);
+}
+
 static void pktrt__light_place_triangle(float p[3][3], pktrt__light_triangle *f) {
-  (void)pktrt__tri_normal(p, f->normal);
+  pktrt__light_find_normal(p, f->normal);
   f->magnitude = sqrt(pktrt__dot(f->normal, f->normal));
   for (int a = 0; a < 3; a++) {
     f->corner[a] = (double)p[0][a];
@@ -14741,8 +14844,8 @@ PKTRT__COLD double pktrt__light_set_triangle(const pktrt__mesh *m, uint32_t tria
     pktrt__mesh_triangle(m, false, triangle, key, p);
     for (int i = 0; key + 1 < m->key_count && i < 9; i++)
       half[i / 3][i % 3] = 0.5f * p[i / 3][i % 3] + 0.5f * next[i / 3][i % 3];
-    if (key + 1 < m->key_count) (void)pktrt__tri_normal(half, n), largest = pktrt__max(largest, pktrt__dot(n, n));
-    (void)pktrt__tri_normal(p, n);
+    if (key + 1 < m->key_count) pktrt__light_find_normal(half, n), largest = pktrt__max(largest, pktrt__dot(n, n));
+    pktrt__light_find_normal(p, n);
     largest = pktrt__max(largest, pktrt__dot(n, n));
   }
   largest = 0.5 * sqrt(largest);
@@ -19006,6 +19109,9 @@ PKTRT_DEF pktrt_status pktrt_prepare_environment(pktrt_scene *s, const pktrt_ren
               there. Environments of 1e30 and more and quads of any size give their light; negative background and ambient
               are refused.
               Rays that pktrt_spawn and pktrt_spawn_at make at edges and corners start inside, in front of the walls there.
+              No hit is at t = -inf, where tmin is, and every query ends. Triangles with area are hit whatever the order of
+              their corners and the exponents of their coordinates, also those that move and have area by rounding alone.
+              u, v and (1 - u) - v of hits are never below 0.
      0.16.1   What moves costs scenes at rest less: corners of hits at rest are gathered apart.
      0.16.0   Faster: all rays, since the largest subtrees move to better places by default as well, where the high quality
               moves all; builds put triangles into bins by vectors.

@@ -250,6 +250,7 @@ static void run_all(void) {
   suite_counts();
   suite_memory();
   suite_truth();
+  suite_extremes();
   suite_watertight();
   suite_slack();
   suite_splits();

@@ -227,6 +227,14 @@ DIVIDES_BY_ZERO static void solve(const pktrt_ray *r, float v[3][3], pktrt_hit *
   const double t = calm ? depth * inverse : exact[0];
   h->t = fabs(t) < 0x1.ffffffp127 ? (float)t : INFINITY;
   h->u = (float)(fine ? edge[1] * unit : exact[1]), h->v = (float)(fine ? edge[2] * unit : exact[2]);
+  if (h->u < 0) h->u = 0;
+  if (h->v < 0) h->v = 0;
+  if ((1 - h->u) - h->v >= 0) return;
+  /* The larger of the two becomes the largest float that will do. */
+  float *const down = h->u < h->v ? &h->v : &h->u;
+  const float other = h->u < h->v ? h->u : h->v;
+  *down = 1 - other;
+  if ((1 - h->u) - h->v < 0) *down = (1 - other) - 0x1p-24f;
 }
 
 static void give_normal(float v[3][3], float normal[3]) {

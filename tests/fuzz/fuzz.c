@@ -108,7 +108,7 @@ const char *fuzz_bad_hit(const pktrt_ray *r, const pktrt_hit *h, bool hit) {
   if (!ref_valid(r)) return "A ray that is not valid hits.";
   if (!(h->t > r->tmin && h->t < r->tmax)) return "A hit lies outside the interval.";
   if (h->mesh == PKTRT_NONE || h->triangle == PKTRT_NONE) return "A hit has no triangle.";
-  if (!(h->u >= 0 && h->v >= 0 && h->u <= 1 && h->v <= 1)) return "Barycentrics lie outside the triangle.";
+  if (!(h->u >= 0 && h->v >= 0 && (1 - h->u) - h->v >= 0)) return "Barycentrics lie outside the triangle.";
   return n == 1 && fuzz_all_finite(h->normal, 3) ? NULL : "The largest component of a normal is not 1.";
 }
 

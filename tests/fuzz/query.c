@@ -150,6 +150,38 @@ static const char *compare_spawned(const pktrt_scene *s, feed odd, const pktrt_r
   return NULL;
 }
 
+/* Chains end: each hit comes after the last, and no triangle comes twice. Calls that look for the end themselves are made where
+   chains have one. */
+static const char *follow_chains(const pktrt_scene *s, const geometry *g, const pktrt_ray *rays, uint32_t n) {
+  pktrt_hit all[4];
+  size_t triangles = 0;
+  for (uint32_t m = 0; m < g->w.n; m++) triangles += g->w.m[m].nt;
+  for (uint32_t i = 0; i < n; i += 3) {
+    static const float ahead[3] = {1, 0, 0}; /* as pktrt_winding looks */
+    pktrt_ray along[2] = {rays[i], pktrt_make_ray(rays[i].origin, ahead)};
+    along[1].time = rays[i].time;
+    for (int which = 0; which < 2; which++) {
+      pktrt_hit last, next;
+      size_t steps = 0;
+      bool hit = pktrt_intersect_after(s, &along[which], NULL, &next);
+      for (; hit; steps++) {
+        const char *wrong = fuzz_bad_hit(&along[which], &next, true);
+        if (wrong) return wrong;
+        if (steps &&
+            !(next.t > last.t || (next.t == last.t && (next.mesh > last.mesh ||
+                                                       (next.mesh == last.mesh && next.triangle > last.triangle)))))
+          return "A chain of hits goes back, or stays.";
+        if (steps == triangles) return "A chain of hits does not end.";
+        last = next;
+        hit = pktrt_intersect_after(s, &along[which], &last, &next);
+      }
+      if (!which && pktrt_intersect_all(s, &along[0], all, COUNT(all)) != steps) return "A chain is of another length.";
+    }
+    for (uint32_t m = 0; m <= g->w.n; m++) (void)pktrt_winding(s, m, rays[i].origin, rays[i].time);
+  }
+  return NULL;
+}
+
 /* Functions of numbers alone. */
 static const char *try_numbers(feed b) {
   pktrt_sampling sampling;
@@ -203,6 +235,7 @@ const char *fuzz_query(const uint8_t *data, size_t size, bool broken) {
     first = false;
     if (!wrong) wrong = compare_paths(s, odd, rays, want, n, broken);
     if (!wrong) wrong = compare_spawned(s, odd, rays, want, n);
+    if (!wrong) wrong = follow_chains(s, &g, rays, n);
     if (!wrong && memory.calls != calls) wrong = "Queries allocate.";
     pktrt_scene_destroy(s);
     if (!wrong && memory.blocks) wrong = "Memory is kept after destroy.";

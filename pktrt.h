@@ -808,9 +808,9 @@ PKTRT_DEF void pktrt_intersect_all_n(const pktrt_scene *, const pktrt_ray *, pkt
 
 /* How often a closed mesh winds around a point (three floats) at a time: 0 outside, 1 inside where triangles appear
    counter-clockwise from outside, -1 where clockwise, more where it overlaps itself. A mesh of an instance goes by the
-   triangles of its model, also where it is mirrored. Exact, whatever the triangles are;
-   for a point on the surface unspecified, but the same everywhere. An open mesh gets the exits minus the entries of a ray
-   along x. 0 for a mesh that is not there. Of several points: times NULL is 0 for all. */
+   triangles of its model, also where it is mirrored. Exact, whatever the triangles are; for a point on the surface
+   unspecified, but the same everywhere. An open mesh gets the exits minus the entries of a ray along x. 0 for a mesh
+   that is not there. Of several points: times NULL is 0 for all. */
 PKTRT_DEF int pktrt_winding(const pktrt_scene *, uint32_t mesh, const float point[3], float time);
 PKTRT_DEF void pktrt_winding_n(const pktrt_scene *, uint32_t mesh, const float *points, const float *times, int *out,
                                size_t n);
@@ -15469,7 +15469,7 @@ PKTRT__COLD double pktrt__light_sample_wide(const pktrt__light_plane *l, const f
   float drawn[3];
   double direction[3], where[2];
 
-  pktrt_map_sphere(u, drawn);
+  pktrt__do_map_sphere(u, drawn);
   for (int a = 0; a < 3; a++) direction[a] = (double)drawn[a];
   double along = pktrt__dot(direction, l->towards);
   if (along < 0) {

@@ -322,7 +322,8 @@ static void keep_inside(uint64_t seed, void (*leave)(const library *, const pktr
     CHECK(kept.out == 0, "%s: %zu of %zu rays get out", setting_names[how], kept.out, kept.rays);
     CHECK(rooms > scaled(300) && kept.rays > 40 * rooms, "%s: %zu rooms, %zu rays", setting_names[how], rooms,
           kept.rays);
-    CHECK(lost.out > lost.rays / 20, "%s: the control: %zu of %zu get out", setting_names[how], lost.out, lost.rays);
+    CHECK(lost.out > lost.rays / (small_run ? 20 : 10), "%s: the control: %zu of %zu get out", setting_names[how],
+          lost.out, lost.rays);
     CHECK(leave == leave_points || kept.touching > kept.rays / 2, "%s: %zu", setting_names[how], kept.touching);
     say("%-18s %zu rays of %zu rooms, %zu get out; without keeping off edges %.0f%%", setting_names[how], kept.rays,
         rooms, kept.out, 100 * (double)lost.out / (double)lost.rays);

@@ -196,8 +196,8 @@ static void windings(void) {
   }
   CHECK(differ == 0 && wrong == 0, "%zu of %zu points differ, around %zu something winds neither 0 nor 1 times", differ,
         points, wrong);
-  CHECK(within > points / 20 && control == within, "%zu points inside, %zu of them noticed inside out", within,
-        control);
+  CHECK(within > points / (small_run ? 20 : 10) && control == within,
+        "%zu points inside, %zu of them noticed inside out", within, control);
   say("%zu points, %zu inside a mirrored body, as in the counterpart; control: %zu differ", points, within, control);
   for (int side = 0; side < SIDES; side++) {
     pktrt_scene_destroy(s[side]);

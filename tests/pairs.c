@@ -29,21 +29,30 @@ static void cap_sky(void *user, uint32_t n, const float *const direction[3], flo
 
 static const quad ground = {{-50, 0, 50}, {{100, 0, 0}, {0, 0, -100}}};
 
+/* Opens a scene of a floor under a sky with a cap, and the view of a spot of it. */
+static pktrt_scene *cap_stage(const pktrt_material *floor_material, cap *c, vec eye, uint32_t samples,
+                              pktrt_render_desc *view) {
+  pktrt_scene *s = stage_open();
+  const pktrt_light sky = light_of(PKTRT_LIGHT_ENVIRONMENT, 1);
+  stage_quad(s, &ground, stage_material(s, floor_material));
+  stage_light(s, &sky);
+  stage_commit(s);
+
+  *view = stage_spot(eye, vec_of(0, 0, 0));
+  view->environment = cap_sky;
+  view->user = c;
+  view->samples = samples;
+  return s;
+}
+
 static void sky_weights(void) {
   const double angles[] = {10, 30};
   for (size_t i = 0; i < COUNT(angles); i++) {
     const double angle = angles[i] * PI / 180;
     cap c = {vec_unit(vec_of(0.3, 1, 0.2)), cos(angle)};
-    pktrt_scene *s = stage_open();
     const pktrt_material matt = material_of(0.5, PKTRT_SPECULAR_NONE, 0);
-    stage_quad(s, &ground, stage_material(s, &matt));
-    const pktrt_light sky = light_of(PKTRT_LIGHT_ENVIRONMENT, 1);
-    stage_light(s, &sky);
-    stage_commit(s);
-    pktrt_render_desc view = stage_spot(vec_of(0, 5, 3), vec_of(0, 0, 0));
-    view.environment = cap_sky;
-    view.user = &c;
-    view.samples = 256;
+    pktrt_render_desc view;
+    pktrt_scene *s = cap_stage(&matt, &c, vec_of(0, 5, 3), 256, &view);
     const estimate e = stage_estimate(s, &view, 10);
     /* The irradiance is pi of the sky and that of the cap, which lies wholly above the horizon: pi sin^2(angle) cos(axis). */
     const double want = 0.5 * (1 + (CAP_RADIANCE - 1) * sin(angle) * sin(angle) * c.axis.y);
@@ -59,18 +68,11 @@ static void sky_weights_on_gloss(void) {
     const double n = exponents[i];
     const double angle = 10 * PI / 180;
     cap c = {vec_of(0, 1, 0), cos(angle)};
-    pktrt_scene *s = stage_open();
     pktrt_material gloss = material_of(0, PKTRT_SPECULAR_MIRROR, 0.5);
     gloss.lobe = PKTRT_LOBE_PHONG;
     gloss.exponent = (float)n;
-    stage_quad(s, &ground, stage_material(s, &gloss));
-    const pktrt_light sky = light_of(PKTRT_LIGHT_ENVIRONMENT, 1);
-    stage_light(s, &sky);
-    stage_commit(s);
-    pktrt_render_desc view = stage_spot(vec_of(0, 5, 0), vec_of(0, 0, 0));
-    view.environment = cap_sky;
-    view.user = &c;
-    view.samples = 128;
+    pktrt_render_desc view;
+    pktrt_scene *s = cap_stage(&gloss, &c, vec_of(0, 5, 0), 128, &view);
     const double within = 1 - pow(c.cosine, n + 1);
     for (int assembly = 0; assembly < 2; assembly++) {
       view.path = assembly ? PKTRT_PATH_PAPER : PKTRT_PATH_FAST;

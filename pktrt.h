@@ -1,4 +1,4 @@
-/* pktrt.h - v0.16.1 - packet ray tracing in one C header: queries, for one ray or for millions, and pictures
+/* pktrt.h - v0.17.0 - packet ray tracing in one C header: queries, for one ray or for millions, and pictures
 
    After Boulos, Edwards, Lacewell, Kniss, Kautz, Shirley and Wald, "Packet-based Whitted and Distribution Ray Tracing",
    Graphics Interface 2007. MIT or public domain, at your choice (>>licence, at the end of the file).
@@ -566,7 +566,7 @@
 extern "C" {
 #endif
 
-#define PKTRT_VERSION 1601              /* major * 10000 + minor * 100 + patch */
+#define PKTRT_VERSION 1700              /* major * 10000 + minor * 100 + patch */
 #define PKTRT_NONE 0xFFFFFFFFu          /* "no mesh", "no triangle" */
 #define PKTRT_MAX_TRIANGLES 2147483647u /* of a scene; more: PKTRT_LIMIT */
 #define PKTRT_MAX_KEYS 1024u            /* motion keys of one mesh; more: PKTRT_LIMIT */
@@ -6003,7 +6003,8 @@ typedef struct pktrt__wave {
   /* Of the ray of a lobe, with gloss: the density of its direction, 0 where lights do not share what it finds; and how
      much the environment counts for it. */
   float density[PKTRT__ROW], sky[PKTRT__ROW];
-  bool asked[PKTRT__ROW]; /* with visible lights: the ray does not see them, see pktrt__spawn_ask */
+  uint8_t
+      asked[PKTRT__ROW]; /* with visible lights: 1 where the ray does not see them, see pktrt__spawn_ask; else unset */
 } pktrt__wave;
 
 /* The surfaces that the rays of a wave hit, without gaps for rays that hit nothing. Rows are as long as a batch's. */
@@ -13683,9 +13684,9 @@ static double pktrt__spawn_corners(float p[3][3], const pktrt__place *place, con
    round than the normal of x says. */
 static bool pktrt__spawn_near_edge(double corner[3][3], double mirror, double size, const pktrt__spawn_point *x,
                                    double uv[2]) {
-  double length[3], area[3], all = 0, perimeter = 0, least = INFINITY;
+  double edge_length[3], area[3], all = 0, perimeter = 0, least = INFINITY;
 
-  /* Twice the areas of the triangles of x and each edge add up to that of the triangle; each is a length times a
+  /* Twice the areas of the triangles of x and each edge add up to that of the triangle; each is a edge_length times a
      distance from the edge. */
   for (int i = 0; i < 3; i++) {
     const double *from = corner[(i + 1) % 3];
@@ -13704,11 +13705,11 @@ static bool pktrt__spawn_near_edge(double corner[3][3], double mirror, double si
       sum += x->normal[a] * (edge[b] * way[c] - edge[c] * way[b]);
     }
 
-    length[i] = sqrt(square);
+    edge_length[i] = sqrt(square);
     area[i] = mirror * sum;
     all += area[i];
-    perimeter += length[i];
-    least = pktrt__min(least, area[i] / length[i]);
+    perimeter += edge_length[i];
+    least = pktrt__min(least, area[i] / edge_length[i]);
   }
 
   const double wanted = PKTRT__EDGE_OFFSET * x->offset + PKTRT__EDGE_SIZE * size + PKTRT__EDGE_LEAST * perimeter;
@@ -13719,7 +13720,7 @@ static bool pktrt__spawn_near_edge(double corner[3][3], double mirror, double si
   const double part = radius > wanted ? (wanted - least) / (radius - least) : 1;
 
   for (int i = 0; i < 2; i++) {
-    const double middle = length[i + 1] / perimeter;
+    const double middle = edge_length[i + 1] / perimeter;
 
     uv[i] = part < 1 ? area[i + 1] / all + part * (middle - area[i + 1] / all) : middle;
   }

@@ -329,13 +329,22 @@ static void pictures_of_mirrored_glass(void) {
       pictures, least_control, PIXELS * PIXELS);
 }
 
+/* Returns the largest difference of a channel of two pictures. */
+static double farthest_apart(const float *one, const float *other) {
+  double most = 0;
+  for (int i = 0; i < 3 * PIXELS * PIXELS; i++) {
+    const double apart = fabs((double)one[i] - (double)other[i]);
+    if (apart > most) most = apart;
+  }
+  return most;
+}
+
 /* A ball of absorbing glass that is its own mirror image, added directly, and placed by x to -x: one picture. Triangles lie
    elsewhere in their meshes, so that rounding may differ. */
 static void ball_is_the_ball(void) {
   static float picture[2][3 * PIXELS * PIXELS], plain[3 * PIXELS * PIXELS];
   static const float mirror[12] = {-1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
   for (int smooth = 0; smooth < 2; smooth++) {
-    double worst = 0, control = 0;
     for (int placed = 0; placed < 3; placed++) {
       pktrt_scene *s = stage_open();
       const pktrt_material glass = look_of(GLASS), ground = material_of(0.6, PKTRT_SPECULAR_NONE, 0);
@@ -362,10 +371,8 @@ static void ball_is_the_ball(void) {
       pktrt_scene_destroy(s);
       mesh_free(&ball);
     }
-    for (int i = 0; i < 3 * PIXELS * PIXELS; i++) {
-      worst = fmax(worst, fabs((double)picture[0][i] - (double)picture[1][i]));
-      control = fmax(control, fabs((double)picture[0][i] - (double)plain[i]));
-    }
+    const double worst = farthest_apart(picture[0], picture[1]);
+    const double control = farthest_apart(picture[0], plain);
     CHECK(worst < 1e-4 && control > 0.1, "worst %g, control %g", worst, control);
     say("%s: at most %.1e apart; control, inside out: %.2f", smooth ? "smooth" : "flat", worst, control);
   }

@@ -456,7 +456,7 @@ static void compare(size_t lamp, between b, surface kind, bool passes, size_t pa
   pktrt_scene *s = place_open(x, lamp, b, kind, passes);
   const expected want = expect(x, paths, ((lamp * BETWEENS + b) * SURFACES + kind) * 2 + passes);
   for (int choice = 0; choice < 3; choice++) {
-    if (thoroughness < 1 && choice != (int)(kind + b) % 3) continue;
+    if (thoroughness < 1 && choice != ((int)kind + (int)b) % 3) continue;
     pktrt_render_desc d = stage_spot(eye_place(), vec_of(0, 0, 0));
     d.camera.fov_y = 1e-3f, d.width = d.height = 1, d.samples = (uint32_t)paths, d.branching = PKTRT_BRANCHING_CHOOSE;
     d.lights = choice == 0 ? PKTRT_LIGHTS_ALL : choice == 1 ? PKTRT_LIGHTS_ONE_DEEPER : PKTRT_LIGHTS_ONE;

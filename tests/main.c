@@ -276,6 +276,7 @@ static void run_all(void) {
   suite_surfaces();
   suite_guards();
   suite_pairs();
+  suite_variance();
   suite_identity();
 }
 

@@ -10592,11 +10592,14 @@ PKTRT__NOINLINE bool pktrt__surface_gather_normals(const pktrt_scene *scene, con
   return any;
 }
 
-/* Finds the points of surfaces i to i + 7 by their corners and edges, as pktrt__spawn_find does. Returns B of >>spawn. */
+/* Finds the points of surfaces i to i + 7 by their corners and edges, as pktrt__spawn_find does. Returns B of >>spawn.
+   `edges` becomes a bound below the square of the distance to the nearest edge, as u and v tell, and one above D of >>spawn
+   but for the part of h. */
 STEP d8 pktrt__surface_point8(const pktrt__batch *b, uint32_t at, const v8 p0[3], d8 e[2][3], pktrt__surfaces *s,
-                              uint32_t i) {
-  const d8 u = dfrom(vload(b->as.hit.u + at)), v = dfrom(vload(b->as.hit.v + at)), t = dfrom(vload(b->t + at));
-  d8 q[3], n[3], sum = dset(0);
+                              uint32_t i, d8 edges[2]) {
+  const v8 weight_u = vload(b->as.hit.u + at), weight_v = vload(b->as.hit.v + at);
+  const d8 u = dfrom(weight_u), v = dfrom(weight_v), t = dfrom(vload(b->t + at));
+  d8 q[3], n[3], sum = dset(0), far_off = dset(0);
   ROLL_OUT for (int a = 0; a < 3; a++) {
     const d8 way = dmul(t, dfrom(vload(b->d[a] + at))), by_t = dadd(dfrom(vload(b->o[a] + at)), way);
     const m8 nearer =
@@ -10606,18 +10609,30 @@ STEP d8 pktrt__surface_point8(const pktrt__batch *b, uint32_t at, const v8 p0[3]
   UNROLL for (int a = 0; a < 3; a++) n[a] =
       dsub(dmul(e[0][(a + 1) % 3], e[1][(a + 2) % 3]), dmul(e[0][(a + 2) % 3], e[1][(a + 1) % 3]));
   const d8 most = pktrt__vec_dmax_abs3(n[0], n[1], n[2]);
-  const d8 size =
-      dmul(pktrt__vec_dmax_abs3(e[0][0], e[0][1], e[0][2]), pktrt__vec_dmax_abs3(e[1][0], e[1][1], e[1][2]));
+  const d8 extent[2] = {pktrt__vec_dmax_abs3(e[0][0], e[0][1], e[0][2]),
+                        pktrt__vec_dmax_abs3(e[1][0], e[1][1], e[1][2])};
+  const d8 size = dmul(extent[0], extent[1]);
   const m8 sharp = dlt(dmul(size, dset(PKTRT__CALM_NORMAL)), most);
   ROLL_OUT for (int a = 0; a < 3; a++) n[a] = dsel(sharp, n[a], dfrom(vload(b->as.hit.normal[a] + at)));
-  const d8 along = ddiv(dadd(dadd(dmul(n[0], q[0]), dmul(n[1], q[1])), dmul(n[2], q[2])),
-                        dadd(dadd(dmul(n[0], n[0]), dmul(n[1], n[1])), dmul(n[2], n[2])));
+  const d8 n2 = dadd(dadd(dmul(n[0], n[0]), dmul(n[1], n[1])), dmul(n[2], n[2]));
+  const d8 along = ddiv(dadd(dadd(dmul(n[0], q[0]), dmul(n[1], q[1])), dmul(n[2], q[2])), n2);
   ROLL_OUT for (int a = 0; a < 3; a++) {
     q[a] = dsub(q[a], dmul(along, n[a]));
     const d8 point = dadd(dfrom(p0[a]), q[a]);
     dstore(s->point[a] + i, point), vstore(s->position[a] + i, dto(point));
     sum = dadd(sum, dadd(dabs(q[a]), dabs(point)));
+    far_off = dadd(far_off, dabs(point));
   }
+
+  /* A distance is a weight, known to 2^-21, times |n| over the length of an edge, of which none is longer than sqrt(3) times
+     the sum of the extents. */
+  const d8 extents = dadd(extent[0], extent[1]);
+  const v8 least =
+      vsub(vmin(vsub(vsub(vset(1), weight_u), weight_v), vmin(weight_u, weight_v)), vset(4.76837158203125e-7f));
+  const d8 weight = dfrom(vmax(least, vset(0)));
+  edges[0] = dsel(sharp, ddiv(dmul(dmul(weight, weight), n2), dmul(dmul(dset(3), extents), extents)), dset(0));
+  edges[1] = dadd(dmul(dset(1.02 * PKTRT__EDGE_SIZE), far_off), dmul(dset(4 * PKTRT__EDGE_LEAST), extents));
+
   const d8 known = dmax(ddiv(dmul(dset(PKTRT__ERROR_PLANE), size), dmax(most, dset(DBL_EPSILON * FLT_MIN))),
                         dset(PKTRT__ERROR_LEAST));
   return dmul(sum, dsel(sharp, known, dset(PKTRT__ERROR_NEEDLE)));
@@ -10625,13 +10640,20 @@ STEP d8 pktrt__surface_point8(const pktrt__batch *b, uint32_t at, const v8 p0[3]
 
 /* Computes how far rays start from surfaces i to i + 7, of unit normals n: h of >>spawn, or where nobody sees it more, so
    that they start outside the leaf that they left, which every box is wide enough to take for theirs. WHY 6e-6: of the
-   way that the ray came, less than a fiftieth of a pixel. Without it pictures of mirrors took a fifth longer. */
-STEP void pktrt__surface_offset8(float largest, const v8 n[3], d8 bound, pktrt__surfaces *s, uint32_t i) {
+   way that the ray came, less than a fiftieth of a pixel. Without it pictures of mirrors took a fifth longer. Near edges,
+   where more could lead behind a wall, it is h. Returns a superset of those lanes that are nearer to an edge than D. */
+STEP uint32_t pktrt__surface_offset8(float largest, const v8 n[3], d8 bound, const d8 edges[2], pktrt__surfaces *s,
+                                     uint32_t i) {
   d8 rounding = dset(0);
   ROLL_OUT for (int a = 0; a < 3; a++) rounding = dadd(rounding, dabs(dmul(dfrom(n[a]), dload(s->point[a] + i))));
-  const d8 offset = dmul(dset(1.0078125), dadd(dmul(dset((double)PKTRT__EPS), rounding), bound));
+  const d8 offset = dadd(dmul(dset(1.0078125), dadd(dmul(dset((double)PKTRT__EPS), rounding), bound)),
+                         dset(FLT_MIN * PKTRT__ERROR_NEEDLE));
   const v8 more = vmin(vset(24 * PKTRT__EPS * largest), vmul(vset(5.7220458984375e-6f), vload(s->distance + i)));
-  vstore(s->offset + i, vmax(dto(dadd(offset, dset(FLT_MIN * PKTRT__ERROR_NEEDLE))), more));
+  const v8 whole = vmax(dto(offset), more);
+  const d8 reach = dadd(dmul(dset(1.02 * PKTRT__EDGE_OFFSET), offset), edges[1]);
+  const d8 reach_whole = dadd(dmul(dset(1.02 * PKTRT__EDGE_OFFSET), dfrom(whole)), edges[1]);
+  vstore(s->offset + i, vsel(dlt(edges[0], dmul(reach_whole, reach_whole)), dto(offset), whole));
+  return mbits(dlt(edges[0], dmul(reach, reach)));
 }
 
 /* Computes the origins of rays that leave surfaces i to i + 7 along ng (side 1) or against it (side -1). */
@@ -10660,7 +10682,7 @@ PKTRT__NOINLINE void pktrt__surface_find8(const pktrt_scene *scene, bool smooth,
   const uint32_t at = s->first + i;
   const v8 u = vload(b->as.hit.u + at), v = vload(b->as.hit.v + at), zero = vset(0);
   v8 p[3][3], n[3], d[3], q[3];
-  d8 e[2][3], length2 = dset(0);
+  d8 e[2][3], edges[2], length2 = dset(0);
   const uint32_t placed =
       pktrt__has_instances(scene) ? lanes & ~veq_u32(b->place + at, 0) : 0; /* their points come last */
   pktrt__resolve_gather_corners(scene, b->slot + at, b->bvh + at, b->time + at, lanes & ~placed, pktrt__axes[0], p);
@@ -10674,7 +10696,7 @@ PKTRT__NOINLINE void pktrt__surface_find8(const pktrt_scene *scene, bool smooth,
     const m8 mirrored = mfrom(pktrt__surface_mirrored(scene, b->place + at, placed));
     ROLL_OUT for (int a = 0; a < 3; a++) n[a] = vsel(mirrored, vsub(zero, n[a]), n[a]);
   }
-  const d8 bound = pktrt__surface_point8(b, at, p[0], e, s, i);
+  const d8 bound = pktrt__surface_point8(b, at, p[0], e, s, i, edges);
   vstore(s->distance + i, dto(dmul(dfrom(vload(b->t + at)), dsqrt(length2))));
   const bool bent = smooth && pktrt__surface_gather_normals(scene, b->time + at, s, i, lanes, n, p);
   if (bent) {
@@ -10697,8 +10719,9 @@ PKTRT__NOINLINE void pktrt__surface_find8(const pktrt_scene *scene, bool smooth,
   pktrt__vec_store3(s->d, i, d);
   ROLL_OUT for (int a = 0; a < 3; a++) vstore(s->nf[a] + i, vsel(away, n[a], q[a]));
   s->inside[i / 8] = (uint8_t)mbits(inside);
-  pktrt__surface_offset8(scene->largest, n, bound, s, i);
-  for (uint32_t m = placed; m; m &= m - 1) pktrt__surface_place(scene, w, s, i + pktrt__lowest_bit(m));
+  const uint32_t near_edges = pktrt__surface_offset8(scene->largest, n, bound, edges, s, i);
+  for (uint32_t m = placed | (near_edges & lanes); m; m &= m - 1)
+    pktrt__surface_place(scene, w, s, i + pktrt__lowest_bit(m));
   pktrt__surface_start(s, i, 1, p[0]);
   pktrt__vec_store3(s->start, i, p[0]);
 }
@@ -13569,6 +13592,7 @@ static void pktrt__mesh_corner_at(const pktrt__mesh *m, const float *data, uint3
 typedef struct pktrt__spawn_point {
   double at[3], normal[3], offset; /* along the unit normal */
   double error;                    /* of the point along the surface, in the frame of what the triangle belongs to */
+  double inside;                   /* how far from the nearest edge, of a point that is kept off edges */
 } pktrt__spawn_point;
 
 /* Finds the point of a hit, see above; that of weights u and v in doubles, where these are given. */
@@ -13682,7 +13706,7 @@ static double pktrt__spawn_corners(float p[3][3], const pktrt__place *place, con
    its error. Then finds the weights u and v of the point on the way to the middle of the inscribed circle that is D away
    from every edge; those of the middle itself where the circle is smaller. `mirror` is -1 where corners lie the other way
    round than the normal of x says. */
-static bool pktrt__spawn_near_edge(double corner[3][3], double mirror, double size, const pktrt__spawn_point *x,
+static bool pktrt__spawn_near_edge(double corner[3][3], double mirror, double size, pktrt__spawn_point *x,
                                    double uv[2]) {
   double edge_length[3], area[3], all = 0, perimeter = 0, least = INFINITY;
 
@@ -13714,6 +13738,7 @@ static bool pktrt__spawn_near_edge(double corner[3][3], double mirror, double si
 
   const double wanted = PKTRT__EDGE_OFFSET * x->offset + PKTRT__EDGE_SIZE * size + PKTRT__EDGE_LEAST * perimeter;
 
+  x->inside = least;
   if (!(least < wanted && least > -(wanted + x->error))) return false;
 
   const double radius = all / perimeter;
@@ -13724,6 +13749,7 @@ static bool pktrt__spawn_near_edge(double corner[3][3], double mirror, double si
 
     uv[i] = part < 1 ? area[i + 1] / all + part * (middle - area[i + 1] / all) : middle;
   }
+  x->inside = pktrt__min(wanted, radius);
   return true;
 }
 
@@ -16563,7 +16589,8 @@ static void pktrt__surface_identify(const pktrt_scene *scene, bool smooth, const
   }
 }
 
-/* Finds the point of surface i, which belongs to an instance, and how far rays start from it. */
+/* Finds the point of surface i, which belongs to an instance or may lie near an edge, away from which it is kept, and how
+   far rays start from it. */
 static void pktrt__surface_place(const pktrt_scene *scene, const pktrt__wave *w, pktrt__surfaces *s, uint32_t i) {
   const pktrt__batch *b = &w->rays;
   const uint32_t r = s->first + i;
@@ -16576,10 +16603,11 @@ static void pktrt__surface_place(const pktrt_scene *scene, const pktrt__wave *w,
   }
   ray.tmin = 0, ray.tmax = INFINITY, ray.time = b->time[r];
   hit.t = b->t[r], hit.u = b->as.hit.u[r], hit.v = b->as.hit.v[r], hit.mesh = s->mesh[i], hit.triangle = s->triangle[i];
-  (void)pktrt__spawn_from(scene, &ray, &hit, NULL, &x);
+  (void)pktrt__spawn_from(scene, &ray, &hit, ray.direction, &x);
   for (int a = 0; a < 3; a++) s->point[a][i] = x.at[a], s->position[a][i] = (float)x.at[a];
   const float more = pktrt__minf(24 * PKTRT__EPS * scene->largest, 5.7220458984375e-6f * s->distance[i]);
-  s->offset[i] = pktrt__maxf((float)x.offset, more);
+  s->offset[i] = (float)x.offset;
+  if (x.inside > PKTRT__EDGE_OFFSET * (double)more) s->offset[i] = pktrt__maxf(s->offset[i], more);
 }
 /* Gets the radiance of the environment in n directions. */
 static void pktrt__environment_radiance(const pktrt__render_state *render, uint32_t n, float (*d)[64],
@@ -19109,7 +19137,8 @@ PKTRT_DEF pktrt_status pktrt_prepare_environment(pktrt_scene *s, const pktrt_ren
               Shadow rays end 2^-22 of the way before a light, so that lights may lie in surfaces; visible ones are seen
               there. Environments of 1e30 and more and quads of any size give their light; negative background and ambient
               are refused.
-              Rays that pktrt_spawn and pktrt_spawn_at make at edges and corners start inside, in front of the walls there.
+              Rays that pktrt_spawn, pktrt_spawn_at and pictures make at edges and corners start inside, in front of the walls
+              there.
               No hit is at t = -inf, where tmin is, and every query ends. Triangles with area are hit whatever the order of
               their corners and the exponents of their coordinates, also those that move and have area by rounding alone.
               u, v and (1 - u) - v of hits are never below 0.

@@ -407,7 +407,97 @@ static void walls_that_are_instances(void) {
       rays / 5);
 }
 
+/* --- pictures --- */
+
+enum { VIEW = 51 };
+
+/* Looks from the middle of a room at the edge where two walls meet, so that rays of a column of pixels end there. Lights
+   stand outside on all sides. Returns how many pixels they light, and counts rays that end at an edge. */
+static size_t lit_pixels(double degrees, double turn, double scale, double away, bool instance, pktrt_mode mode,
+                         pktrt_isa isa, size_t *at_edges) {
+  static float pixels[3 * VIEW * VIEW];
+  const float identity[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+  const double w = degrees * 0.017453292519943295;
+  double section[4][2] = {{0, 0}, {1, 0}, {1.5 * cos(w / 2), 1.5 * sin(w / 2)}, {cos(w), sin(w)}};
+  const double shift[3] = {away, -0.7 * away, 0};
+  double turned[3][3] = {{cos(turn), -sin(turn), 0}, {sin(turn), cos(turn), 0}, {0, 0, 1}};
+  body b;
+  memset(&b, 0, sizeof b);
+  make_prism(&b, section);
+
+  mesh m = mesh_of(b.corners, b.faces);
+  memcpy(m.i, b.face, b.faces * sizeof b.face[0]);
+  round_corners(&b, turned, scale, shift, m.p);
+
+  const pktrt_scene_desc sd = scene_desc_of(isa, 0);
+  pktrt_scene *s = pktrt_scene_create(&sd);
+  const pktrt_mesh_desc d = mesh_desc(&m);
+  const pktrt_instance_desc placed = {0, 1, identity, 0};
+  bool ok = s != NULL;
+  if (instance) ok = ok && !pktrt_add_model(s, &d, 1, NULL) && !pktrt_add_instance(s, &placed, NULL);
+  else ok = ok && !pktrt_add_mesh(s, &d, NULL);
+
+  for (int i = 0; i < 6; i++) {
+    pktrt_light light;
+    memset(&light, 0, sizeof light);
+    light.kind = PKTRT_LIGHT_POINT;
+    for (int a = 0; a < 3; a++) {
+      light.intensity[a] = (float)(100 * scale * scale);
+      light.position[a] = (float)(shift[a] + (i / 2 == a ? i % 2 ? 5 * scale : -5 * scale : 0.3 * scale));
+    }
+    ok = ok && !pktrt_add_light(s, &light, NULL);
+  }
+  CHECK(ok && !pktrt_commit(s), "%s", pktrt_last_error(s));
+
+  pktrt_render_desc view;
+  memset(&view, 0, sizeof view);
+  view.width = view.height = VIEW;
+  view.pixels = pixels;
+  view.mode = mode;
+  view.samples = 1;
+  view.camera.fov_y = 90;
+  view.camera.up[2] = 1;
+  for (int a = 0; a < 2; a++) {
+    const double middle = turn + w / 2;
+    view.camera.target[a] = m.p[a];
+    view.camera.eye[a] = (float)(shift[a] + scale * 0.5 * (a ? sin(middle) : cos(middle)));
+  }
+  CHECK(!pktrt_render(s, &view), "%s", pktrt_last_error(s));
+
+  size_t lit = 0;
+  for (int i = 0; i < VIEW * VIEW; i++) {
+    pktrt_ray ray;
+    pktrt_hit hit;
+    lit += pixels[3 * i] > 0;
+    CHECK(pktrt_camera_ray(&view.camera, VIEW, VIEW, i % VIEW + 0.5, i / VIEW + 0.5, NULL, 0, &ray));
+    CHECK(pktrt_intersect(s, &ray, &hit));
+    *at_edges += i % VIEW == VIEW / 2 && fminf(hit.u, fminf(hit.v, 1 - hit.u - hit.v)) < 1e-5f;
+  }
+  pktrt_scene_destroy(s);
+  mesh_free(&m);
+  return lit;
+}
+
+static void pictures_of_closed_rooms(void) {
+  static const double degrees[5] = {10.2, 30, 60, 90, 150};
+  size_t lit = 0, at_edges = 0, pixels = 0;
+  rng r = rng_of(44);
+  for (int i = 0; i < 40; i++) {
+    const double scale = pow(10, (double)rng_range(&r, -3, 5)), turn = i % 4 ? 3 * (double)rng_sign(&r) : 0;
+    const double away = i % 3 ? scale * (double)rng_range(&r, 0.1f, 10) : 0;
+    const pktrt_mode mode = i / 5 % 2 ? PKTRT_MODE_WRT : PKTRT_MODE_RCS;
+    for (int k = 0; k < isa_count; k++) {
+      lit += lit_pixels(degrees[i % 5], turn, scale, away, i / 10 % 2, mode, isas[k], &at_edges);
+      pixels += VIEW * VIEW;
+    }
+  }
+  CHECK(lit == 0, "%zu of %zu pixels are lit from outside", lit, pixels);
+  CHECK(at_edges > pixels / VIEW / 2, "the control: only %zu rays end at edges", at_edges);
+  say("%zu pixels, %zu of them at edges; %zu are lit from outside", pixels, at_edges, lit);
+}
+
 void suite_edges(void) {
+  run("in pictures of closed rooms no light comes in at the edges", pictures_of_closed_rooms);
   run("from corners and edges of closed bodies no ray gets out", corners_and_edges);
   run("from hits at corners and edges of closed bodies no ray gets out", hits_at_edges);
   run("from the edge of a floor rays start in front of an instance of a wall", walls_that_are_instances);

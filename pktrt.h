@@ -1752,6 +1752,10 @@ enum {
   PKTRT__NOTES = 8                               /* rays of a stream that are noted at a time: more gain nothing */
 };
 
+#ifndef PKTRT__SLACK /* of >>exactness; the tests take parts of it away: hits are lost then, as they should be */
+#define PKTRT__SLACK(part) 1.0f
+#endif
+
 /* A child reference: PKTRT__LEAF | block, or the index of a node, or PKTRT__EMPTY. */
 #define PKTRT__LEAF 0x80000000u
 #define PKTRT__EMPTY 0xFFFFFFFFu
@@ -4198,7 +4202,7 @@ static pktrt__bvh_segment pktrt__bvh_segment_of(const pktrt__bvh *bvhs, uint32_t
 
 /* Stretches D of >>exactness for an instance. */
 PKTRT__COLD void pktrt__commit_stretch(pktrt_scene *s, const pktrt__instance *in) {
-  s->stretch = pktrt__maxf(s->stretch, (float)((11 + 3 * in->kappa) / 16));
+  s->stretch = pktrt__maxf(s->stretch, (float)((11 + PKTRT__SLACK(kappa) * 3 * in->kappa) / 16));
 }
 /* The same for all instances; refits do it for those that moved, of which no kappa becomes less. */
 PKTRT__COLD void pktrt__commit_stretch_all(pktrt_scene *s) {
@@ -4595,9 +4599,6 @@ PKTRT__COLD pktrt_status pktrt__commit_rebuild_worn(pktrt_scene *s) {
    INTERVALS of the paper path take (plane - o -+ D) r at the ends of the packet's intervals of o and r, with its
    largest D: a difference of extremes bounds the differences, and its three roundings cost less than a slab's. */
 
-#ifndef PKTRT__SLACK /* the tests take parts of it away: hits are lost then, as they should be */
-#define PKTRT__SLACK(part) 1.0f
-#endif
 #ifndef PKTRT__REACHED /* told when a triangle is tested in doubles (0), and when expansions decide (1) */
 #define PKTRT__REACHED(stage) ((void)0)
 #endif
@@ -4750,7 +4751,8 @@ PKTRT__INLINE pktrt__exact_edges pktrt__exact_edge_functions(const pktrt__exact_
   e.x[0] = ax, e.x[1] = bx, e.x[2] = cx, e.y[0] = ay, e.y[1] = by, e.y[2] = cy;
   e.u = cx * by - cy * bx, e.v = ax * cy - ay * cx, e.w = bx * ay - by * ax;
   e.det = (e.u + e.v) + e.w, e.depth = (e.u * az + e.v * bz) + e.w * cz;
-  e.error = (16 * PKTRT__EPS2 * x) * y + (8 * PKTRT__EPS2 * z) * ((x + y) + 32 * PKTRT__EPS2 * z);
+  e.error = (PKTRT__SLACK(doubles) * 16 * PKTRT__EPS2 * x) * y +
+            (PKTRT__SLACK(doubles) * 8 * PKTRT__EPS2 * z) * ((x + y) + 32 * PKTRT__EPS2 * z);
   e.range = pktrt__max(az, pktrt__max(bz, cz)) - pktrt__min(az, pktrt__min(bz, cz));
   return e;
 }
@@ -5188,7 +5190,8 @@ PKTRT__NOINLINE bool pktrt__exact_is_nearer(const pktrt__bvh_segment *seg, const
 PKTRT__INLINE bool pktrt__exact_is_apart(pktrt__exact_view *v, float dk, bool starts, float tmax) {
   const double x = v->from_o[0][0], y = v->from_o[0][1], z = v->from_o[0][2];
   double n[3];
-  const double size = pktrt__tri_normal_size(v->p, n) * (64 * PKTRT__EPS2), most = size * pktrt__max_abs3(x, y, z);
+  const double size = pktrt__tri_normal_size(v->p, n) * (PKTRT__SLACK(apart[0]) * 64 * PKTRT__EPS2),
+               most = size * pktrt__max_abs3(x, y, z);
   double f = n[0] * x + n[1] * y + n[2] * z, g = n[0] * v->d[0] + n[1] * v->d[1] + n[2] * v->d[2];
   if (g < 0) f = -f, g = -g;
   const double wrong = size * fabs((double)dk), end = (double)tmax;
@@ -5228,7 +5231,10 @@ typedef struct pktrt__frustum {
 } pktrt__frustum;
 
 /* Makes planes of the extremes that u and v have at W = 0 and at Y, upper and lower ones. Where rays end at Y, also bounds
-   their slopes, and finds their apex there, which they miss by half their extent. */
+   their slopes, and finds their apex there, which they miss by half their extent. No hit was found that needs what rounds
+   slopes, or the apex: pad is at least 16 eps M + 8 eps |o|, and 8 of it, 128 eps M + 64 eps |o|, are more than 16 eps
+   |apex|, as |apex| is at most |o| + M; and a slope is wrong by 4 pad at the apex, where q is at least 4 pad. The tests
+   take 64 times as much away before they lose one. */
 PKTRT__NOINLINE void pktrt__frustum_bound(pktrt__frustum *f, float (*extreme)[4], bool ends) {
   f->pointed = ends || f->common, f->apex[2] = f->sign * (ends ? f->ref[2] + f->far_ : f->ref[2]);
   float miss = 0, most = fabsf(f->apex[2]);
@@ -5238,12 +5244,14 @@ PKTRT__NOINLINE void pktrt__frustum_bound(pktrt__frustum *f, float (*extreme)[4]
     f->a[2 * a + 1] = lower, f->slope[2 * a + 1] = f->b[2 * a + 1] = (bottom - lower) / f->far_;
     f->apex[a] = f->ref[a];
     if (!ends) continue;
-    f->slope[2 * a] = (top - lower + 4 * f->pad) / f->far_;
-    f->slope[2 * a + 1] = (bottom - upper - 4 * f->pad) / f->far_;
+    f->slope[2 * a] = (top - lower + PKTRT__SLACK(cone[a]) * 4 * f->pad) / f->far_;
+    f->slope[2 * a + 1] = (bottom - upper - PKTRT__SLACK(cone[a]) * 4 * f->pad) / f->far_;
     f->apex[a] += 0.5f * (top + bottom), f->pointed = f->pointed && 32 * (top - bottom) < upper - lower;
     miss = pktrt__maxf(miss, 0.5f * (top - bottom)), most = pktrt__maxf(most, fabsf(f->apex[a]));
   }
-  f->apex_pad = ends ? PKTRT__SLACK(apex) * (8 * (f->pad + miss) + 16 * PKTRT__EPS * most) : f->pad;
+  f->apex_pad = ends ? PKTRT__SLACK(apex) *
+                           (8 * (f->pad + PKTRT__SLACK(miss) * miss) + PKTRT__SLACK(far_apex) * 16 * PKTRT__EPS * most)
+                     : f->pad;
 }
 
 /* Notes whether frustum packets took most of the last n rays; returns how many they left. */
@@ -7974,8 +7982,9 @@ OP uint32_t pktrt__exact_calm8(const pktrt__exact_edges8 *e, const d8 x[3], cons
   const d8 hi = dmax(z[0], dmax(z[1], z[2]));
   const d8 lo = dsub(zero, dmax(dsub(zero, z[0]), dmax(dsub(zero, z[1]), dsub(zero, z[2]))));
   const d8 zs = dmul(dmax(hi, dsub(zero, lo)), dabs(dk));
-  const d8 near_ = dmul(dmul(dset(8 * PKTRT__EPS2), zs), dadd(dadd(xs, ys), dmul(dset(32 * PKTRT__EPS2), zs)));
-  *error = dadd(dmul(dmul(dset(16 * PKTRT__EPS2), xs), ys), near_);
+  const d8 near_ = dmul(dmul(dset(PKTRT__SLACK(eights) * 8 * PKTRT__EPS2), zs),
+                        dadd(dadd(xs, ys), dmul(dset(32 * PKTRT__EPS2), zs)));
+  *error = dadd(dmul(dmul(dset(PKTRT__SLACK(eights) * 16 * PKTRT__EPS2), xs), ys), near_);
   const d8 wrong = dmul(*error, dsub(hi, lo)), depth = dabs(e->depth);      /* of depth, 5 times that at most */
   const m8 calm_uv = dlt(*error, dmul(dabs(e->det), dset(PKTRT__CALM_UV))); /* and so as t needs it */
   return mbits(mand(calm_uv, dlt(wrong, dmul(depth, dset(PKTRT__CALM_T)))));
@@ -8502,13 +8511,14 @@ typedef struct pktrt__frustum_corners {
    + h |W|) are rounded and summed. h: the slopes are those of planes, 4 eps wider.
    Rays that end together have their apex there and miss it by q at most: by half their extent, and by what rounds it and
    corners relative to it, less than 2 pad + 4 eps |apex|. Then U moves by 2 q (|x| + |y|) + 2 q^2, for which the padding
-   is 4 q; their slopes are bounded by extents at both ends, each of which is within pad, and padded by 2 pad each. */
+   is 4 q; their slopes are bounded by extents at both ends, each of which is within pad, and padded by 2 pad each. What h
+   is wider by, 4 eps |S|, moves x by 4 eps |S W|, a quarter of a pad at most: 4 q covers that, too. */
 PKTRT__NOINLINE uint32_t pktrt__frustum_cull_by_edges(const pktrt__frustum *f, pktrt__frustum_corners *c) {
   const v8 s = vset(f->sign);
   v8 x[3], y[3], w[3], m[2], h[2], least = vset(INFINITY), most = vset(-INFINITY);
   UNROLL for (int a = 0; a < 2; a++) {
     const float up = f->slope[2 * a], down = f->slope[2 * a + 1];
-    h[a] = vset(0.5f * (up - down) + 4 * PKTRT__EPS * (fabsf(up) + fabsf(down)));
+    h[a] = vset(0.5f * (up - down) + PKTRT__SLACK(slope[a]) * 4 * PKTRT__EPS * (fabsf(up) + fabsf(down)));
     m[a] = vset(f->apex_pad);
     UNROLL for (int i = 0; i < 3; i++) {
       w[i] = vmul(vload(c->p[i][2]), s);
@@ -8559,14 +8569,16 @@ OP uint32_t pktrt__frustum_reach_inside(const pktrt__frustum_reach *r, const pkt
 
 /* Bounds |x| and |y| of triangles over the rays of a packet: where they lie beyond all origins, by how far they are away
    from the planes, and, where they lie beyond Y, by how far rays may be beyond these; else by 2 M, of which 2 pad / (16
-   eps) is no less. No hit was found that needs what lies beyond Y: one before Y leaves corners there little weight. */
+   eps) is no less. No hit was found that needs what lies beyond Y: one before Y leaves corners there little weight; nor one
+   that needs the 4 pad: B has more from Z alone, 8 eps Z (X + Y), unless X and Y are nearly 0. */
 OP void pktrt__frustum_reach_size(const pktrt__frustum_reach *r, const pktrt__frustum *f, v8 size[2]) {
   const v8 behind = vmax(vsub(r->whi, vset(f->far_)), vset(0));
   UNROLL for (int a = 0; a < 2; a++) {
     const v8 from = vsub(r->low[a], vset(f->a[2 * a])), to = vsub(r->high[a], vset(f->a[2 * a + 1]));
     const float leave = pktrt__maxf(f->slope[2 * a] - f->b[2 * a], f->b[2 * a + 1] - f->slope[2 * a + 1]);
-    const v8 beyond = vfma(behind, vset(leave), vadd(vmax(vabs(from), vabs(to)), vset(4 * f->pad)));
-    size[a] = vsel(vlt(vset(f->pad), r->wlo), beyond, vset(f->pad * (2 / PKTRT__PAD_M)));
+    const v8 beyond = vfma(behind, vset(PKTRT__SLACK(leave) * leave),
+                           vadd(vmax(vabs(from), vabs(to)), vset(PKTRT__SLACK(reach) * 4 * f->pad)));
+    size[a] = vsel(vlt(vset(f->pad), r->wlo), beyond, vset(PKTRT__SLACK(many) * f->pad * (2 / PKTRT__PAD_M)));
   }
 }
 
@@ -8580,7 +8592,8 @@ STEP uint32_t pktrt__frustum_cull_triangles(const pktrt__frustum *f, const float
     if (f->pointed) UNROLL for (int j = 0; j < 3; j++) vstore(corners->p[c][j], vsub(q[j], vset(f->apex[j])));
     pktrt__frustum_reach_add(&reach, f, q);
   }
-  const v8 far_ = vadd(vmax(vabs(reach.wlo), vabs(reach.whi)), vset(f->depth + f->pad));
+  /* Rays that hit begin before whi, and without depth this is at least half of |z|: no hit was found that needs it. */
+  const v8 far_ = vadd(vmax(vabs(reach.wlo), vabs(reach.whi)), vset(PKTRT__SLACK(farthest[0]) * f->depth + f->pad));
   v8 size[2];
   pktrt__frustum_reach_size(&reach, f, size);
   vstore(corners->range, vadd(vsub(reach.whi, reach.wlo), vset(f->pad)));
@@ -8648,8 +8661,9 @@ OP void pktrt__frustum_plane_of(const pktrt__frustum_view8 *s, pktrt__frustum_pl
   }
   UNROLL for (int a = 0, b = 1, c = 2; a < 3; b = c, c = a++) plane->n[a] =
       dsub(dmul(e[0][b], e[1][c]), dmul(e[0][c], e[1][b]));
-  plane->size = dmul(dmul(pktrt__vec_dmax_abs3(e[0][0], e[0][1], e[0][2]), dset(64 * PKTRT__EPS2)),
-                     pktrt__vec_dmax_abs3(e[1][0], e[1][1], e[1][2]));
+  plane->size =
+      dmul(dmul(pktrt__vec_dmax_abs3(e[0][0], e[0][1], e[0][2]), dset(PKTRT__SLACK(apart[1]) * 64 * PKTRT__EPS2)),
+           pktrt__vec_dmax_abs3(e[1][0], e[1][1], e[1][2]));
 }
 /* Does what pktrt__exact_is_apart does. */
 PKTRT__NOINLINE uint32_t pktrt__frustum_apart8(const pktrt__frustum_plane8 *plane, const pktrt__frustum_view8 *s,
@@ -8830,9 +8844,11 @@ OP uint32_t pktrt__frustum_cull_moving(const pktrt__frustum *f, const float *k0,
   v8 size[2];
   pktrt__frustum_reach_size(&reach, f, size);
   const v8 sum = vadd(vadd(size[0], size[1]), vset(2 * f->pad)), product = vmul(size[0], size[1]);
-  vstore(motion->error, vfma(sum, vset(4 * f->pad), vfma(product, vset(PKTRT__PAD_MOVING), vset(PKTRT__PAD_LEAST))));
+  vstore(motion->error, vfma(sum, vset(PKTRT__SLACK(swept) * 4 * f->pad),
+                             vfma(product, vset(PKTRT__PAD_MOVING), vset(PKTRT__PAD_LEAST))));
   vstore(motion->range, vadd(vsub(reach.whi, reach.wlo), vset(f->pad)));
-  vstore(motion->far_, vadd(vmax(vabs(reach.wlo), vabs(reach.whi)), vset(f->depth + f->pad)));
+  vstore(motion->far_,
+         vadd(vmax(vabs(reach.wlo), vabs(reach.whi)), vset(PKTRT__SLACK(farthest[1]) * f->depth + f->pad)));
   return pktrt__frustum_reach_inside(&reach, f);
 }
 
@@ -9655,10 +9671,11 @@ OP void pktrt__paper_box(const pktrt__paper_packet *p, const float *p0, const fl
 /* Tells whether interval arithmetic shows that every ray misses the box (step 2). Along an axis where all rays go up,
    the least distance to the near plane is the least of (lo - o) r over o in [o_lo, o_hi], r in [r_lo, r_hi], etc. */
 static bool pktrt__paper_interval_misses(const pktrt__paper_packet *p, const float lo[3], const float hi[3]) {
+  const float pad = PKTRT__SLACK(interval) * p->pad;
   float n = p->wn, f = p->wf;
   for (int a = 0; a < 3; a++) {
     if (!p->one_sign[a]) continue;
-    const float below = lo[a] - p->o_hi[a] - p->pad, above = hi[a] - p->o_lo[a] + p->pad;
+    const float below = lo[a] - p->o_hi[a] - pad, above = hi[a] - p->o_lo[a] + pad;
     const float near_ = p->forward[a] ? below : above, far_ = p->forward[a] ? above : below;
     n = pktrt__maxf(pktrt__minf(near_ * p->r_lo[a], near_ * p->r_hi[a]), n);
     f = pktrt__minf(pktrt__maxf(far_ * p->r_lo[a], far_ * p->r_hi[a]), f);
@@ -9669,11 +9686,11 @@ static bool pktrt__paper_interval_misses(const pktrt__paper_packet *p, const flo
 /* Tells whether the box is outside one of the planes u = slope W through the common origin, W in [w0, w1] (step 3). */
 static bool pktrt__paper_frustum_misses(const pktrt__paper_packet *p, const float lo[3], const float hi[3]) {
   const uint32_t k = p->axis[2];
-  const float o = p->o_lo[k];
-  const float w0 = pktrt__maxf((p->sign > 0 ? lo[k] - o : o - hi[k]) - p->pad, 0),
-              w1 = (p->sign > 0 ? hi[k] - o : o - lo[k]) + p->pad;
+  const float o = p->o_lo[k], pad = PKTRT__SLACK(paper) * p->pad;
+  const float w0 = pktrt__maxf((p->sign > 0 ? lo[k] - o : o - hi[k]) - pad, 0),
+              w1 = (p->sign > 0 ? hi[k] - o : o - lo[k]) + pad;
   for (int a = 0; a < 2; a++) {
-    const float l = lo[p->axis[a]] - p->o_lo[p->axis[a]] - p->pad, h = hi[p->axis[a]] - p->o_lo[p->axis[a]] + p->pad;
+    const float l = lo[p->axis[a]] - p->o_lo[p->axis[a]] - pad, h = hi[p->axis[a]] - p->o_lo[p->axis[a]] + pad;
     if (l > pktrt__maxf(p->slope_hi[a] * w0, p->slope_hi[a] * w1)) return true;
     if (h < pktrt__minf(p->slope_lo[a] * w0, p->slope_lo[a] * w1)) return true;
   }
@@ -12824,8 +12841,9 @@ PKTRT__COLD bool pktrt__place_box(const pktrt_scene *model, const float *key, do
   for (int i = 0; i < 3; i++) {
     const double shift = (double)key[4 * i + 3], size = fabs(shift) + mu[i];
     const double middle = shift + 0.5 * (lo[i] + hi[i]), half = 0.5 * (hi[i] - lo[i]);
-    const double wide = half + PKTRT__EPS * (3 * kappa * most + 3 * mu[i] + 2 * (fabs(middle) + half)) +
-                        size * 8.8817841970012523e-16 + (double)FLT_MIN; /* 2^-50 */
+    const double wide =
+        half + PKTRT__EPS * (PKTRT__SLACK(kappa_box) * (3 * kappa * most + 3 * mu[i]) + 2 * (fabs(middle) + half)) +
+        size * 8.8817841970012523e-16 + (double)FLT_MIN; /* 2^-50 */
     if (!(fabs(middle) + wide <= (double)PKTRT_MAX_COORD)) return false;
     box[i] = (float)(middle - wide), box[3 + i] = (float)(middle + wide);
   }
@@ -13619,7 +13637,8 @@ static void pktrt__spawn_find(float p[3][3], const pktrt_ray *ray, const pktrt_h
     q[a] -= along / n2 * n[a], x->at[a] = (double)p[0][a] + q[a], x->normal[a] = n[a] / magnitude;
     sum += fabs(q[a]) + fabs(x->at[a]), rounding += fabs(x->normal[a] * x->at[a]);
   }
-  x->offset = 1.0078125 * (PKTRT__EPS * rounding + plane * sum) + FLT_MIN * PKTRT__ERROR_NEEDLE;
+  x->offset = 1.0078125 * (PKTRT__SLACK(start[0]) * PKTRT__EPS * rounding + PKTRT__SLACK(plane) * plane * sum) +
+              FLT_MIN * PKTRT__ERROR_NEEDLE;
 }
 
 /* Computes the origin of a ray that leaves to a side of the normal, 1 or -1. */
@@ -13672,7 +13691,8 @@ PKTRT__COLD void pktrt__spawn_place(const pktrt__place *p, double kappa, pktrt__
     x->at[a] = at[a], x->normal[a] = n[a] / g;
     rounding += fabs(x->normal[a] * at[a]), size += fabs(at[a]) + fabs(p->shift[a]);
   }
-  x->offset = x->offset / g + 1.0078125 * (PKTRT__EPS * rounding + PKTRT__ERROR_PLANE * kappa * size);
+  x->offset = x->offset / g + 1.0078125 * (PKTRT__SLACK(start[1]) * PKTRT__EPS * rounding +
+                                           PKTRT__SLACK(kappa_spawn) * PKTRT__ERROR_PLANE * kappa * size);
 }
 
 /* Computes the corners of a triangle as they lie in the scene. Returns S of >>spawn for the point x, which is at `within`
@@ -16652,7 +16672,8 @@ PKTRT__COLD void pktrt__surface_show_lights(const pktrt__render_state *render, p
   for (uint32_t i = first; i < first + n; i++) {
     const double from[3] = {(double)b->o[0][i], (double)b->o[1][i], (double)b->o[2][i]};
     double d[3] = {(double)b->d[0][i], (double)b->d[1][i], (double)b->d[2][i]}, depth_of = INFINITY;
-    if (b->slot[i] != PKTRT_NONE) depth_of = (double)b->t[i] * sqrt(pktrt__dot(d, d)) / (1 - (double)PKTRT__TOUCH);
+    if (b->slot[i] != PKTRT_NONE)
+      depth_of = (double)b->t[i] * sqrt(pktrt__dot(d, d)) / (1 - PKTRT__SLACK(shown) * (double)PKTRT__TOUCH);
     else b->t[i] = INFINITY;
     if (!pktrt__normalise(d)) continue;
     const uint32_t light = pktrt__light_see(render, from, d, &depth_of);

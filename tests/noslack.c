@@ -16,12 +16,14 @@
 #define PKTRT__SPLIT_PAD ((double)slack_left.parts * 0x1p-23)
 #include "noslack.h"
 
-/* A millionth, not zero: zero times the infinite depth of tmax is NaN, and everything would be lost. The last seven
-   stay whole: they matter where the others are. */
+/* A millionth, not zero: zero times the infinite depth of tmax is NaN, and everything would be lost. Those after the
+   first row stay whole: they matter where the others are. */
 #define NONE 1e-6f
-const slack_parts slack_whole = {1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1},
-                  slack_none = {NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, 1, 1, 1, 1, 1, 1, 1};
-slack_parts slack_left = {NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, 1, 1, 1, 1, 1, 1, 1};
+#define ONES 1, 1, 1, 1, 1, 1, 1
+#define OTHERS {1, 1}, {1, 1}, 1, 1, 1, 1, 1, {1, 1}, 1, 1, 1, {1, 1}, 1, 1, 1, 1, 1, {1, 1}, 1, 1
+const slack_parts slack_whole = {1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, ONES, OTHERS},
+                  slack_none = {NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, ONES, OTHERS};
+slack_parts slack_left = {NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, NONE, ONES, OTHERS};
 
 static pktrt_scene *open_scene(pktrt_isa isa, pktrt_build_quality quality) {
   pktrt_scene_desc d = scene_desc_of(isa, 0);

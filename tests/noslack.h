@@ -12,6 +12,29 @@ typedef struct slack_parts {
   float calm;       /* by how much bounds of depths that say that doubles suffice may differ */
   float edge;       /* how far rays start from edges */
   float parts;      /* how much boxes of parts of split triangles are widened, in steps of floats */
+
+  /* Of frusta, by axis where there are two: what rounding does to slopes where rays end together, and to all; by what
+     rays miss their far apex, and what rounds that. */
+  float cone[2], slope[2], miss, far_apex;
+
+  /* How far triangles reach that lie beyond all origins, behind the far end, and among origins; the farthest origin, at
+     rest and where triangles move, and what is off of these. */
+  float reach, leave, many, farthest[2], swept;
+
+  /* Edge functions in doubles, of one and by eights; planes where rays begin or end, of one and by eights. */
+  float doubles, eights, apart[2];
+
+  /* Of the paper path: planes through the common origin, and intervals. */
+  float paper, interval;
+
+  /* Of instances: rays in their frames, their boxes, and rays that leave them. */
+  float kappa, kappa_box, kappa_spawn;
+
+  /* How far rays start from surfaces: rounding of the start, in the scene and in instances; and the plane. */
+  float start[2], plane;
+
+  /* Lamps that are seen, where surfaces coincide with them. */
+  float shown;
 } slack_parts;
 extern slack_parts slack_left; /* slack_none at first */
 extern const slack_parts slack_whole, slack_none;

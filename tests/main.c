@@ -277,6 +277,7 @@ static void run_all(void) {
   suite_guards();
   suite_pairs();
   suite_variance();
+  suite_cover();
   suite_identity();
 }
 

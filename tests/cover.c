@@ -1146,6 +1146,18 @@ static void compare_row(const row *r, size_t number, tally *all) {
     }
   }
 
+  /* Interactions with the order of rays take three or four levels: those that reorder them, with what DRT has left in `want`. */
+  const int last = (int)(number % (size_t)isa_count);
+  for (uint32_t k = PKTRT_ASSEMBLY_MATERIALS; k <= PKTRT_ASSEMBLY_OCTANTS; k++) {
+    row assembled = *r;
+    assembled.level[ASSEMBLY] = (uint8_t)k;
+    render_row(&st[last], &assembled, PKTRT_MODE_DRT, PKTRT_PATH_FAST, &got, &w);
+    const char *differs = difference(&want, &got);
+    all->pictures++;
+    all->wrong += differs != NULL;
+    CHECK(!differs, "row %zu, %s: %s differ; %s", number, factors[ASSEMBLY].level[k], differs, row_text(r));
+  }
+
   if (st[0].has_before) {
     float after[FLOATS];
     glance(&st[0], after);

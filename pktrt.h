@@ -373,7 +373,7 @@
        from or visible, 2 MiB for a callback environment that is one, twice that while it is looked at; 28 bytes for each
        mesh if one is of glass; if it counts, 8 KiB for each tile of the picture; with several passes, 42 bytes for each
        pixel, 64 more with optional buffers.
-     - Stack: at most 64 KiB in a query, about 64 KiB in a render, 17 KiB in a build, if compiled with optimisation, be
+     - Stack: at most 60 KiB in a query, about 64 KiB in a render, 17 KiB in a build, if compiled with optimisation, be
        it -O1. Without: up to 128 KiB in a query with gcc, 260 KiB with clang. Mind this when your threads have small
        stacks.
    pktrt_get_scene_info tells tree and mesh bytes.
@@ -700,7 +700,7 @@ PKTRT_DEF pktrt_status pktrt_refit(pktrt_scene *);
 
 #ifndef PKTRT_NO_REMOVAL
 /* Removes a mesh: the next commit, until which queries still see it, gives its memory back. Other indices stay as they
-   are. Its own has no triangles then, and is given to a mesh that is added later, if that has no more triangles. */
+   are. Its own has no triangles then, and the lowest such index is given to the next mesh that is added. */
 PKTRT_DEF pktrt_status pktrt_remove_mesh(pktrt_scene *, uint32_t mesh);
 /* Hides a mesh from rays, or shows it again, from the next commit or refit on; either costs what fitting its tree does.
    A mesh of an instance stands for all of the instance, at no cost but that of fitting the tree above instances. */
@@ -724,14 +724,15 @@ typedef struct pktrt_instance_desc {
 
 /* Places a model: turned, scaled unevenly, sheared or mirrored as you like; mirrored, its inside remains inside. Elements
    move along straight lines from key to key; a ray is rounded to floats in the instance's frame. An instance takes a
-   mesh index for each mesh of its model, from the next one on: hits, materials, ties and pktrt_spawn go by these. It is
-   seen from the next commit on, as meshes are. A transform that flattens space at any time, or may, is refused.
-   *instance may be NULL. */
+   mesh index for each mesh of its model, the first in a row that no mesh has: hits, materials, ties and pktrt_spawn go
+   by these. It is seen from the next commit on, as meshes are. A transform that flattens space at any time, or may, is
+   refused. *instance may be NULL. */
 PKTRT_DEF pktrt_status pktrt_add_instance(pktrt_scene *, const pktrt_instance_desc *, uint32_t *instance);
 /* Replaces one key's 12 elements, for the next commit or refit; either costs by the number of instances alone. */
 PKTRT_DEF pktrt_status pktrt_set_transform(pktrt_scene *, uint32_t instance, uint32_t key, const float *transform);
 #ifndef PKTRT_NO_REMOVAL
-/* Removes an instance with its meshes, as pktrt_remove_mesh does. Its indices wait for another instance of its model. */
+/* Removes an instance with its meshes, as pktrt_remove_mesh does. Its index waits for another instance, those of its
+   meshes wait for any meshes. */
 PKTRT_DEF pktrt_status pktrt_remove_instance(pktrt_scene *, uint32_t instance);
 #endif
 /* Tells which instance a mesh index belongs to, and which mesh of its model it stands for (either may be NULL); false
@@ -788,7 +789,7 @@ typedef struct pktrt_hit {
   uint32_t triangle; /* index within the mesh; PKTRT_NONE on a miss */
 } pktrt_hit;
 
-/* Queries: thread-safe on a committed scene, allocate nothing, use at most 64 KiB of stack, and never fail. A ray
+/* Queries: thread-safe on a committed scene, allocate nothing, use at most 60 KiB of stack, and never fail. A ray
    with a non-finite origin or direction, a zero direction, or an empty or NaN interval is a miss. */
 PKTRT_DEF bool pktrt_intersect(const pktrt_scene *, const pktrt_ray *, pktrt_hit *);
 PKTRT_DEF bool pktrt_occluded(const pktrt_scene *, const pktrt_ray *);
@@ -1747,7 +1748,7 @@ enum {
    */
 enum {
   PKTRT__MAX_DEPTH =
-      38, /* of the binary tree, hence of the wide one; queries have 64 KiB for two walks, one in the other */
+      38, /* of the binary tree, hence of the wide one; queries have 60 KiB for two walks, one in the other */
   PKTRT__STACK = PKTRT__MAX_DEPTH * (8 - 1) + 1, /* entries that a depth-first walk can hold */
   PKTRT__NOTES = 8                               /* rays of a stream that are noted at a time: more gain nothing */
 };
@@ -1796,7 +1797,9 @@ typedef struct pktrt__mesh {
   float *pending_normals;
   uint32_t *indices; /* triangle_count * 3, or NULL for a soup */
   uint32_t vertex_count, triangle_count, key_count, stride, material;
-  uint32_t first_id; /* global index of triangle 0 */
+  /* Global indices of its triangles, see pktrt__number_meshes: the first, and how many, 0 until it is committed. Then
+     those that a commit plans. */
+  uint32_t first_id, id_count, next_first_id, next_id_count;
   uint32_t instance; /* 1 more than that of the instance which it belongs to: it has no key, nor arrays of its own */
   uint32_t set;      /* of meshes, that it belongs to; PKTRT_NONE: none, for an instance has its trees elsewhere */
   uint32_t next;     /* among those that wait, see >>refit: 1 for the last, else 2 more than the next; 0: it does not */
@@ -1907,7 +1910,7 @@ typedef struct pktrt__instance {
   float *keys, *pending; /* key_count * 12; as positions of meshes */
   uint32_t key_count, first_mesh, first_id;
   uint32_t mask, seen;          /* seen: the mask as committed, 0 where hidden */
-  bool dirty, hide, gone, free; /* as of meshes; one that is free keeps model and indices */
+  bool dirty, hide, gone, free; /* as of meshes */
   bool mirrored;                /* its transform turns corners round, at all keys; so it does at all times */
   double kappa;                 /* of the keys that were given, see >>places */
   pktrt__place rest;            /* at the first key, committed */
@@ -1921,7 +1924,7 @@ struct pktrt_scene {
   pktrt__mesh *meshes;
   uint32_t mesh_count, mesh_capacity, committed_meshes;
   uint32_t start_shift, starts[PKTRT__STARTS + 1]; /* the mesh of each 2^start_shift-th global triangle index */
-  uint32_t free_meshes;                            /* indices that any mesh may have anew */
+  uint32_t free_meshes;                            /* how many indices no mesh has */
   uint32_t waiting; /* 1 more than the first mesh with a change that waits for a commit or a refit; 0: there is none */
   pktrt__set *sets;
   uint32_t set_count, set_capacity;
@@ -1938,7 +1941,7 @@ struct pktrt_scene {
   uint32_t light_count, light_capacity;
   struct pktrt__environment *environment; /* prepared by pktrt_prepare_environment; or NULL */
 #endif
-  uint32_t total_triangles;    /* of all meshes, committed or not */
+  uint32_t total_triangles;    /* of all meshes that the next commit leaves */
   float lo[3], hi[3], largest; /* the largest |coordinate| */
   float stretch;               /* of D of >>exactness: 1, or more for instances, see >>places */
   bool single_tree;            /* there is one tree, at rest, and no instance */
@@ -2313,7 +2316,7 @@ PKTRT__NOINLINE uint32_t pktrt__mesh_search(const pktrt__mesh *meshes, uint32_t 
 
 /* Returns the mesh of a global triangle index; tries `hint`, the mesh of a neighbour, first. */
 static uint32_t pktrt__mesh_of_triangle(const pktrt__mesh *meshes, uint32_t mesh_count, uint32_t id, uint32_t hint) {
-  if (id - meshes[hint].first_id < meshes[hint].triangle_count) return hint;
+  if (id - meshes[hint].first_id < meshes[hint].id_count) return hint;
   return pktrt__mesh_search(meshes, mesh_count, id);
 }
 
@@ -4190,12 +4193,85 @@ static void pktrt__commit_promote(pktrt__mesh *m) {
 }
 /* Makes a mesh that is gone an index that waits for another. */
 PKTRT__COLD void pktrt__mesh_clear(pktrt_scene *s, pktrt__mesh *m) {
-  const uint32_t first_id = m->first_id, instance = m->instance;
+  const uint32_t first_id = m->first_id, id_count = m->id_count;
   if (m->set != PKTRT_NONE) s->sets[m->set].meshes--;
   pktrt__mesh_free(&s->desc, m);
   memset(m, 0, sizeof *m);
-  m->first_id = first_id, m->instance = instance, m->set = PKTRT_NONE, m->free = true;
-  s->free_meshes += !instance;
+  m->first_id = first_id;
+  m->id_count = id_count;
+  m->set = PKTRT_NONE;
+  m->free = true;
+  s->free_meshes++;
+}
+
+/* Returns the index after the last triangle of the meshes before one. */
+PKTRT__COLD uint32_t pktrt__mesh_end_id(const pktrt_scene *s, uint32_t mesh) {
+  return mesh ? s->meshes[mesh - 1].first_id + s->meshes[mesh - 1].id_count : 0;
+}
+
+/* Plans the global triangle indices of the next state of a scene, in the order of meshes. A mesh keeps its first index,
+   unless the meshes before it have grown beyond it: then it moves up, and leaves them room to grow by an eighth more.
+   Where the indices would become more than twice as many as the triangles, or pass the limit, the plan is made anew
+   without gaps. WHY gaps: the triangles of a tree that is kept are renamed if its meshes move. The meshes of an instance
+   have indices in a row, as those of its model have. In a scene of boxes each mesh has one index for good, which is that
+   of its instance. */
+PKTRT__COLD void pktrt__number_meshes(const pktrt_scene *s) {
+  for (int gaps = 1; gaps >= 0; gaps--) {
+    uint64_t end = 0;
+    uint64_t count = 0;
+    uint32_t room = 0;
+
+    for (uint32_t i = 0; i < s->mesh_count; i++) {
+      pktrt__mesh *m = &s->meshes[i];
+      const bool follows = m->instance && i != s->instances[m->instance - 1].first_mesh;
+      const bool placed = gaps && !follows && i < s->committed_meshes;
+      if (placed) end = m->first_id >= end ? m->first_id : end + room;
+      m->next_first_id = (uint32_t)end;
+      m->next_id_count = m->free || m->gone ? s->of_boxes : m->triangle_count;
+      room = m->next_id_count / 8;
+      end += m->next_id_count;
+      count += m->next_id_count;
+    }
+    if (end <= 2 * count + 64 && end <= PKTRT_MAX_TRIANGLES) return;
+  }
+}
+
+/* Exchanges the global triangle indices of all meshes and those that are planned. */
+PKTRT__COLD void pktrt__number_exchange(const pktrt_scene *s) {
+  for (uint32_t i = 0; i < s->mesh_count; i++) {
+    pktrt__mesh *m = &s->meshes[i];
+    const uint32_t first_id = m->first_id;
+    const uint32_t id_count = m->id_count;
+    m->first_id = m->next_first_id;
+    m->id_count = m->next_id_count;
+    m->next_first_id = first_id;
+    m->next_id_count = id_count;
+  }
+}
+
+/* Gives the triangles of a tree that a commit keeps the indices that are planned. */
+PKTRT__COLD void pktrt__number_tree(const pktrt_scene *s, const pktrt__bvh *bvh) {
+  const pktrt__set *set = &s->sets[bvh->set];
+  uint32_t mesh = set->first_mesh;
+  bool same = true;
+
+  for (uint32_t i = set->first_mesh; i < set->end_mesh; i++) {
+    const pktrt__mesh *m = &s->meshes[i];
+    same = same && (m->set != bvh->set || m->first_id == m->next_first_id);
+  }
+  if (same) return;
+
+  for (uint32_t block = 0; block < bvh->block_count; block++) {
+    uint32_t *triangle = bvh->block_triangles + (size_t)block * 8;
+    uint32_t *id = pktrt__bvh_block(bvh, block)->id;
+    for (uint32_t lane = 0; lane < 8; lane++) {
+      if (triangle[lane] == PKTRT_NONE) continue;
+      mesh = pktrt__mesh_of_triangle(s->meshes, s->mesh_count, triangle[lane] & ~PKTRT__AGAIN, mesh);
+      const uint32_t step = s->meshes[mesh].next_first_id - s->meshes[mesh].first_id;
+      triangle[lane] += step;
+      if (id[lane] != PKTRT_NONE) id[lane] += step;
+    }
+  }
 }
 
 static pktrt__bvh_segment pktrt__bvh_segment_of(const pktrt__bvh *bvhs, uint32_t index, uint32_t segment);
@@ -4361,10 +4437,14 @@ PKTRT__COLD pktrt_status pktrt__commit_build_changed(const pktrt_scene *s, pktrt
   uint32_t failed = 0;
   memset(list, 0, sizeof *list);
   pktrt__commit_survey(s);
+  pktrt__number_meshes(s);
   for (uint32_t i = 0; i < s->set_count; i++) list->room += s->sets[i].triangles != 0;
   list->bvhs = PKTRT__CAST(pktrt__bvh *, pktrt__mem_alloc(&s->desc, list->room, sizeof *list->bvhs));
   if (!list->bvhs) return pktrt__fail(told, PKTRT_OUT_OF_MEMORY, "commit: no memory for the list of trees");
-  if (pktrt__commit_list_trees(s, list, &failed)) return PKTRT_OK;
+  pktrt__number_exchange(s); /* trees are built with the indices of the next state */
+  const bool built = pktrt__commit_list_trees(s, list, &failed);
+  pktrt__number_exchange(s);
+  if (built) return PKTRT_OK;
   pktrt__commit_drop(s, list);
   return pktrt__fail(told, PKTRT_OUT_OF_MEMORY, "commit: no memory to build the tree of the %s with %u key%s",
                      s == told ? "meshes" : "instances", (unsigned)s->sets[failed].key_count,
@@ -4419,7 +4499,9 @@ PKTRT__COLD void pktrt__commit_take(pktrt_scene *s, const pktrt__commit_list *li
   for (uint32_t i = 0; i < s->bvh_count; i++) {
     const uint32_t next = s->sets[s->bvhs[i].set].next;
     if (next == PKTRT_NONE || list->bvhs[next].nodes != s->bvhs[i].nodes) pktrt__bvh_free(&s->desc, &s->bvhs[i]);
+    else pktrt__number_tree(s, &s->bvhs[i]);
   }
+  pktrt__number_exchange(s);
   pktrt__mem_release(&s->desc, s->bvhs, s->bvh_room, sizeof *s->bvhs);
   s->bvhs = list->bvhs, s->bvh_count = list->n, s->bvh_room = list->room, s->direct_count = list->direct;
   if (list->groups != s->groups) pktrt__do_scene_destroy(s->groups);
@@ -4437,7 +4519,7 @@ PKTRT__COLD void pktrt__commit_take(pktrt_scene *s, const pktrt__commit_list *li
   for (uint32_t i = 0; s->of_boxes && i < s->bvh_count; i++)
     if (s->sets[s->bvhs[i].set].changed) pktrt__refit_tell_runs(s, &s->bvhs[i]);
   s->committed_meshes = s->mesh_count, s->start_shift = 0;
-  while (s->total_triangles >> s->start_shift >= PKTRT__STARTS) s->start_shift++;
+  while (pktrt__mesh_end_id(s, s->mesh_count) >> s->start_shift >= PKTRT__STARTS) s->start_shift++;
   for (uint32_t i = 0; i <= PKTRT__STARTS; i++)
     s->starts[i] = pktrt__mesh_search(s->meshes, s->mesh_count, i << s->start_shift);
 }
@@ -4653,6 +4735,9 @@ typedef struct pktrt__single {
   const uint32_t *axis; /* k, u, v */
 } pktrt__single;
 
+/* Returns `tiny` of >>exactness: the least error of a depth, by |d_k|. */
+PKTRT__INLINE float pktrt__depth_tiny(float adk) { return pktrt__maxf(adk, 1) * PKTRT__PAD_TINY; }
+
 /* Returns the motion segment of a time, and finds the weights of its two keys. */
 PKTRT__INLINE uint32_t pktrt__time_segment(float time, uint32_t keys, float *a, float *b) {
   if (!(time > 0)) time = 0;
@@ -4778,9 +4863,10 @@ PKTRT__INLINE double pktrt__tail_of_difference(double a, double b, double differ
   return (a - aa) - (b - bb);
 }
 
-/* A sum without rounding (Shewchuk 1997): parts that do not overlap, the least first. */
+/* A sum without rounding (Shewchuk 1997): parts that do not overlap, the least first. Each number that is added makes at
+   most one part more; the most that are added are the 192 of pktrt__exact_volume: 48 products of three, four parts each. */
 typedef struct pktrt__exact_sum {
-  double part[256];
+  double part[192];
   int n;
 } pktrt__exact_sum;
 static void pktrt__exact_add(pktrt__exact_sum *s, double x) {
@@ -5008,7 +5094,7 @@ enum {
   PKTRT__ROW = PKTRT__BATCH + 16 /* a cache line more than a power of two, or all rows would share cache sets */
 };
 
-/* Rays, structure of arrays, with what the kernels derive from them. 37 KiB, on the stack of a query. */
+/* Rays, structure of arrays, with what the kernels derive from them. 36 KiB, on the stack of a query. */
 typedef struct pktrt__batch {
   PKTRT__ALIGN64 float o[3][PKTRT__ROW];
   float d[3][PKTRT__ROW];
@@ -5029,9 +5115,8 @@ typedef struct pktrt__batch {
   } as;
   float wn[PKTRT__ROW], wf[PKTRT__ROW]; /* depths outside [wn, wf] cannot be the closest hit; see >>exactness */
   float sn[PKTRT__ROW], sf[PKTRT__ROW]; /* depths between these are certainly after tmin and nearer */
-  float tiny[PKTRT__ROW];
-  float pad[PKTRT__ROW];      /* D */
-  float tb[PKTRT__ROW];       /* time weight b within the segment, for the BVH being traversed; a = 1 - b */
+  float pad[PKTRT__ROW];                /* D */
+  float tb[PKTRT__ROW];                 /* time weight b within the segment, for the BVH being traversed; a = 1 - b */
   uint32_t id[PKTRT__ROW];    /* global index of the closest hit's triangle; 0 at first: no tie with tmax is won.
                                     After resolving PKTRT_NONE where nothing is hit */
   uint32_t slot[PKTRT__ROW];  /* block * 8 + lane; PKTRT_NONE: no hit. For occlusion: 0 when occluded */
@@ -5099,18 +5184,18 @@ static void pktrt__batch_load_rest(pktrt__batch *b, const pktrt_ray *rays, const
 /* Returns the mesh of a global triangle index; tries the first mesh of its instance, *place - 1, before it searches. */
 static uint32_t pktrt__mesh_search_from(const pktrt_scene *s, uint32_t id, const uint32_t *place) {
   const uint32_t first = pktrt__has_instances(s) && *place ? s->instances[*place - 1].first_mesh : 0;
-  if (id - s->meshes[first].first_id < s->meshes[first].triangle_count) return first;
+  if (id - s->meshes[first].first_id < s->meshes[first].id_count) return first;
   const uint32_t *start = &s->starts[id >> s->start_shift];
   return start[0] + pktrt__mesh_search(s->meshes + start[0], start[1] - start[0] + 1, id);
 }
 /* Does so, but tries the last two answers first: neighbouring rays mostly hit these. */
 PKTRT__INLINE uint32_t pktrt__mesh_lookup(const pktrt_scene *s, uint32_t id, const uint32_t *place, uint32_t hint[2]) {
   const pktrt__mesh *m = &s->meshes[hint[0]];
-  if (id - m->first_id < m->triangle_count) return hint[0];
+  if (id - m->first_id < m->id_count) return hint[0];
   const uint32_t other = hint[1];
   m = &s->meshes[other];
   hint[1] = hint[0];
-  return hint[0] = id - m->first_id < m->triangle_count ? other : pktrt__mesh_search_from(s, id, place);
+  return hint[0] = id - m->first_id < m->id_count ? other : pktrt__mesh_search_from(s, id, place);
 }
 
 /* Finds mesh and triangle of a global index. */
@@ -5271,7 +5356,8 @@ static void pktrt__single_from_batch(const pktrt__batch *b, uint32_t r, pktrt_ra
   ray->tmin = b->tmin[r], ray->tmax = b->tmax[r], ray->time = b->time[r];
   q->ray = ray;
   q->slope[0] = b->slope[0][r], q->slope[1] = b->slope[1][r], q->dk = b->dk[r];
-  q->wn = b->wn[r], q->wf = b->wf[r], q->sn = b->sn[r], q->sf = b->sf[r], q->tiny = b->tiny[r];
+  q->wn = b->wn[r], q->wf = b->wf[r], q->sn = b->sn[r], q->sf = b->sf[r];
+  q->tiny = pktrt__depth_tiny(fabsf(b->dk[r]));
   q->pad = b->pad[r], q->tb = b->tb[r], q->ta = 1 - q->tb;
   q->id = b->id[r], q->slot = b->slot[r], q->bvh = b->bvh[r], q->octant = b->octant[r], q->after = PKTRT_NONE;
   q->place = b->place[r];
@@ -5596,7 +5682,7 @@ static uint64_t pktrt__place_take(const pktrt_scene *s, uint32_t index, pktrt__b
     if (b->slot[j] == PKTRT_NONE) continue;
     if (closest) {
       pktrt__place_hit h = {0, 0, index + 1, s->instances[index].first_id + b->id[j], b->slot[j], b->bvh[j]};
-      pktrt__place_hit_bounds(&h, b->sf[j], b->wf[j], b->dk[j], b->dk[r], b->tiny[r]);
+      pktrt__place_hit_bounds(&h, b->sf[j], b->wf[j], b->dk[j], b->dk[r], pktrt__depth_tiny(fabsf(b->dk[r])));
       if (b->slot[r] != PKTRT_NONE && !(h.hi < b->sf[r])) {
         pktrt_ray ray;
         pktrt__single q;
@@ -7453,7 +7539,9 @@ typedef __mmask16 mf;
 #define pktrt__frustum_cull_moving PKTRT__NAME(pktrt__frustum_cull_moving)
 #define pktrt__frustum_cull_triangles PKTRT__NAME(pktrt__frustum_cull_triangles)
 #define pktrt__frustum_edges PKTRT__NAME(pktrt__frustum_edges)
+#define pktrt__frustum_parent PKTRT__NAME(pktrt__frustum_parent)
 #define pktrt__frustum_entry PKTRT__NAME(pktrt__frustum_entry)
+#define pktrt__frustum_stack PKTRT__NAME(pktrt__frustum_stack)
 #define pktrt__frustum_exact8 PKTRT__NAME(pktrt__frustum_exact8)
 #define pktrt__frustum_exact_test8 PKTRT__NAME(pktrt__frustum_exact_test8)
 #define pktrt__frustum_filter_resting PKTRT__NAME(pktrt__frustum_filter_resting)
@@ -7656,6 +7744,10 @@ typedef __mmask16 mf;
 
 /* >>setup ---------------------------------------------------------------------------------------------------------- */
 
+/* pktrt__depth_tiny() of vectors. */
+#define PKTRT__DEPTH_TINY(adk) vmul(vmax(adk, vset(1)), vset(PKTRT__PAD_TINY))
+#define PKTRT__DEPTH_TINY_F(adk) fmul(fmax_(adk, fset(1)), fset(PKTRT__PAD_TINY))
+
 /* STEP, SMALL and ROLL_OUT: on narrow vectors, short of registers, loops stay loops and larger steps calls: half the code.
    SHARED: where operations are calls, what consists of them is one too. */
 #if PKTRT__WITH_V8_REGISTERS
@@ -7726,11 +7818,10 @@ PKTRT__NOINLINE uint32_t pktrt__batch_setup(const pktrt_scene *scene, pktrt__bat
   }
 
   const vf tmin = fload(b->tmin + i), tmax = fload(b->tmax + i), relative = fset(PKTRT__PAD_DEPTH);
-  const vf tiny = fmul(fmax_(adk, fset(1)), fset(PKTRT__PAD_TINY)), largest = fset(FLT_MAX);
+  const vf tiny = PKTRT__DEPTH_TINY_F(adk), largest = fset(FLT_MAX);
   const vf n = fmul(fmax_(tmin, fset(-FLT_MAX)), adk); /* no t of a hit is infinite */
   const vf f = fmul(tmax, adk), last = fmul(fmin_(tmax, largest), adk);
   const vf n_slack = fadd(fmul(fabs_(n), relative), tiny), f_slack = fadd(fmul(fabs_(f), relative), tiny);
-  fstore(b->tiny + i, tiny);
   fstore(b->wn + i, fsub(n, n_slack));
   fstore(b->wf + i, fadd(f, f_slack));
   fstore(b->sn + i, fmax_(fadd(n, n_slack), n)); /* an infinite end stays infinite */
@@ -7785,7 +7876,7 @@ PKTRT__NOINLINE
   vstore(q->cn, vadd(c, wide));
   vstore(q->cf, vsub(c, wide));
 
-  const float tiny = pktrt__maxf(adk, 1) * PKTRT__PAD_TINY;
+  const float tiny = pktrt__depth_tiny(adk);
   const float n_slack = fabsf(n) * PKTRT__PAD_DEPTH + tiny, f_slack = fabsf(f) * PKTRT__PAD_DEPTH + tiny;
   q->tiny = tiny, q->wn = n - n_slack, q->wf = f + f_slack, q->sn = pktrt__maxf(n + n_slack, n);
   q->sf = pktrt__minf(f - f_slack, f);
@@ -7913,7 +8004,8 @@ SHARED pktrt__tri_limits pktrt__tri_limits_of(const pktrt__tri_shear *q) {
   const pktrt__single *single = q->single;
   const uint32_t r = q->r;
   pktrt__tri_limits l;
-  l.sign = vcopysign(vset(1), vset(single ? single->dk : b->dk[r])), l.tiny = vset(single ? single->tiny : b->tiny[r]);
+  l.sign = vcopysign(vset(1), vset(single ? single->dk : b->dk[r]));
+  l.tiny = vset(single ? single->tiny : pktrt__depth_tiny(fabsf(b->dk[r])));
   l.wn = vset(single ? single->wn : b->wn[r]), l.wf = vset(single ? single->wf : b->wf[r]);
   l.sn = vset(single ? single->sn : b->sn[r]), l.sf = vset(single ? single->sf : b->sf[r]);
   return l;
@@ -8741,7 +8833,8 @@ PKTRT__NOINLINE uint32_t pktrt__frustum_exact_test8(const pktrt__bvh_segment *se
     pktrt__tri_decide_on_grid(corners, pktrt__axes[0], s.o, s.d, even, &maybe, &crossed);
   }
 #if PKTRT__WITH_V8_REGISTERS
-  const v8 far_ = vmul(e.t, vabs(s.d[0])), slack = vadd(vmul(vabs(far_), vset(PKTRT__PAD_DEPTH)), vload(b->tiny + r));
+  const v8 far_ = vmul(e.t, vabs(s.d[0]));
+  const v8 slack = vadd(vmul(vabs(far_), vset(PKTRT__PAD_DEPTH)), PKTRT__DEPTH_TINY(vabs(vload(b->dk + r))));
   const uint32_t within = mbits(mand(vlt(vload(b->tmin + r), e.t), vlt(e.t, vload(b->tmax + r))));
   const uint32_t inside = maybe & crossed & e.calm;
   taken = inside & within & pktrt__lanes_unhit(b->slot + r);
@@ -8775,8 +8868,8 @@ PKTRT__NOINLINE uint32_t pktrt__frustum_accept(const pktrt__bvh_segment *seg, pk
   const vf det = fadd(fadd(e[0], e[1]), e[2]), inverse = fdiv(fset(1), det), size = fabs_(det);
   const vf sum = ffma(fmul(e[0], inverse), z[0], ffma(fmul(e[1], inverse), z[1], fmul(fmul(e[2], inverse), z[2])));
   const vf depth = fsel(flt(dk, zero), fsub(zero, sum), sum);
-  const vf error =
-      ffma(fmul(edge, fabs_(inverse)), fset(tri->range), PKTRT__DEPTH_REACH(f, fset(tri->far_), fload(b->tiny + r)));
+  const vf error = ffma(fmul(edge, fabs_(inverse)), fset(tri->range),
+                        PKTRT__DEPTH_REACH(f, fset(tri->far_), PKTRT__DEPTH_TINY_F(fabs_(dk))));
   const mf known = fmand(flt(fmul(fset(PKTRT__LEAST_DET), edge), size), fle(size, fset(FLT_MAX)));
   const vf bound = fsel(known, error, fset(INFINITY)), lo = fsub(depth, bound), hi = fadd(depth, bound);
   const mf beyond = fmor(flt(fload(b->wf + r), lo), flt(hi, fload(b->wn + r))); /* NaN leaves it open */
@@ -9444,16 +9537,28 @@ OP uint64_t pktrt__stream_traverse(const pktrt__bvh_segment *seg, pktrt__batch *
 
 /* >>packets: frustum packets through the tree ---------------------------------------------------------------------- */
 
-typedef struct pktrt__frustum_entry {
+/* What the children of one node have in common on the stack: the rays that met the node, and its planes at key 0 of the
+   segment. */
+typedef struct pktrt__frustum_parent {
   uint64_t mask;
-  const float *plane; /* planes of the child at key 0 of the segment; NULL: all rays enter it */
-  float w;            /* entry depth */
+  const float *planes;
+} pktrt__frustum_parent;
+/* A child on the stack. Those of a node lie in a row, and each node there is an ancestor of those above it. */
+typedef struct pktrt__frustum_entry {
+  float w; /* entry depth */
   uint32_t ref;
+  uint8_t parent, child;
+  bool whole; /* all rays enter it */
 } pktrt__frustum_entry;
+typedef struct pktrt__frustum_stack {
+  pktrt__frustum_parent parents[PKTRT__MAX_DEPTH + 2];
+  pktrt__frustum_entry entries[PKTRT__STACK + 8];
+  uint32_t n;
+} pktrt__frustum_stack;
 
-/* Pushes the children that reach into the frustum, farthest first, for any hit in build order; returns how many. */
-OP uint32_t pktrt__frustum_open_node(const pktrt__frustum *f, const pktrt__bvh_segment *seg, uint32_t ref,
-                                     uint64_t mask, pktrt__frustum_entry *stack, const pktrt__variant is) {
+/* Pushes the children that reach into the frustum, farthest first, for any hit in build order. */
+OP void pktrt__frustum_open_node(const pktrt__frustum *f, const pktrt__bvh_segment *seg, uint32_t ref, uint64_t mask,
+                                 pktrt__frustum_stack *stack, const pktrt__variant is) {
   const pktrt__node *node = pktrt__segment_node(seg, ref, is.moving);
   const uint32_t *child = node->child;
   const float *p0 = pktrt__segment_planes(seg, node, 0, is.moving),
@@ -9468,12 +9573,20 @@ OP uint32_t pktrt__frustum_open_node(const pktrt__frustum *f, const pktrt__bvh_s
   COUNT(frustum_culls, pktrt__bvh_child_count(child) - n);
   vstore(w, entry);
   uint64_t order = vorder_children(keep, is.occlusion ? PKTRT__IN_ORDER : node->order[f->octant]);
-  for (uint32_t i = 0; i < n; i++, order >>= 8) {
+  pktrt__frustum_entry *entry_of = &stack->entries[stack->n];
+  const uint32_t parent = stack->n ? entry_of[-1].parent + 1u : 0;
+  stack->parents[parent].mask = mask;
+  stack->parents[parent].planes = p0;
+  stack->n += n;
+  for (uint32_t i = 0; i < n; i++, order >>= 8, entry_of++) {
     const uint32_t c = order & 7;
-    stack[i].mask = mask, stack[i].plane = whole >> c & 1 ? NULL : p0 + c, stack[i].w = w[c], stack[i].ref = child[c];
+    entry_of->w = w[c];
+    entry_of->ref = child[c];
+    entry_of->parent = (uint8_t)parent;
+    entry_of->child = (uint8_t)c;
+    entry_of->whole = whole >> c & 1;
     if (!is.moving && i + 1 < n) pktrt__bvh_prefetch(seg, child[c], false); /* the last one is opened at once */
   }
-  return n;
 }
 
 /* Tells whether so few rays are left that a stream is faster. Times, as measured, are flat around the numbers
@@ -9492,17 +9605,21 @@ SMALL uint64_t pktrt__place_packet(pktrt__frustum *f, const pktrt_scene *scene, 
 /* Traces a frustum packet through one tree from its root; returns the occluded rays. */
 OP uint64_t pktrt__frustum_template(pktrt__frustum *f, const pktrt__bvh_segment *seg, pktrt__batch *b, uint64_t mask,
                                     const pktrt_scene *top, const pktrt__variant is) {
-  pktrt__frustum_entry stack[PKTRT__STACK + 8];
+  pktrt__frustum_stack stack;
   const ptrdiff_t to_key1 =
       is.moving ? ((ptrdiff_t)seg->plane1 - (ptrdiff_t)seg->plane0) / (ptrdiff_t)sizeof(float) : 0;
   const bool still = !is.moving || (is.stats && !seg->vertex1); /* at rest, counted: see PKTRT__VARIANTS */
   const uint64_t mask_all = mask;
   uint64_t alive = mask, hit = 0;
-  uint32_t sp = 0, ref = 0;
+  uint32_t ref = 0;
+  stack.n = 0;
   /* What hid rays of the last packet is asked first. WHY not where counted: counts depend on rays alone. */
   if (is.occlusion && !is.stats && !is.moving && b->occluder_tree == seg->blocks) {
-    stack[0].mask = mask, stack[0].plane = NULL, stack[0].w = -INFINITY, stack[0].ref = 0;
-    sp = 1, ref = b->occluder, b->occluder_tree = NULL;
+    const pktrt__frustum_entry root = {-INFINITY, 0, 0, 0, true};
+    stack.parents[0].mask = mask;
+    stack.parents[0].planes = NULL;
+    stack.entries[stack.n++] = root;
+    ref = b->occluder, b->occluder_tree = NULL;
   }
   for (;;) {
     const bool thin = pktrt__frustum_is_thin(f, mask, ref, is.occlusion, !still);
@@ -9520,7 +9637,7 @@ OP uint64_t pktrt__frustum_template(pktrt__frustum *f, const pktrt__bvh_segment 
                   : pktrt__frustum_leaf_moving(f, seg, b, ref & ~PKTRT__LEAF, mask, is.occlusion,
                                                is.stats ? is.counts : NULL);
     } else {
-      sp += pktrt__frustum_open_node(f, seg, ref, mask, stack + sp, is);
+      pktrt__frustum_open_node(f, seg, ref, mask, &stack, is);
     }
     if (hit) {
       if (is.occlusion && !is.stats && !is.moving && ref & PKTRT__LEAF && pktrt__popcount(hit) > 16)
@@ -9530,14 +9647,16 @@ OP uint64_t pktrt__frustum_template(pktrt__frustum *f, const pktrt__bvh_segment 
       hit = 0;
     }
     do {
-      if (!sp) return mask_all & ~alive;
-      const pktrt__frustum_entry *e = &stack[--sp];
-      mask = e->w > f->wmax ? 0 : e->mask & alive, ref = e->ref;
-      if (mask && e->plane) {
+      if (!stack.n) return mask_all & ~alive;
+      const pktrt__frustum_entry *e = &stack.entries[--stack.n];
+      const pktrt__frustum_parent *parent = &stack.parents[e->parent];
+      mask = e->w > f->wmax ? 0 : parent->mask & alive, ref = e->ref;
+      if (mask && !e->whole) {
+        const float *plane = parent->planes + e->child;
         COUNT(box_tests, pktrt__popcount(mask));
-        if (is.moving) mask = pktrt__frustum_test_child_moving(f, b, e->plane, e->plane + to_key1, mask);
-        else if (f->common) mask = pktrt__frustum_test_child_from(f, b, e->plane, mask);
-        else mask = pktrt__frustum_test_child(f, b, e->plane, e->plane, mask, false);
+        if (is.moving) mask = pktrt__frustum_test_child_moving(f, b, plane, plane + to_key1, mask);
+        else if (f->common) mask = pktrt__frustum_test_child_from(f, b, plane, mask);
+        else mask = pktrt__frustum_test_child(f, b, plane, plane, mask, false);
         COUNT(ray_culls, !mask);
       }
     } while (!mask);
@@ -9781,7 +9900,7 @@ OP v8 pktrt__tri_corner_of_one(const float *k0, const float *k1, v8 ta, v8 tb, c
 PKTRT__NOINLINE uint32_t pktrt__paper_accept8(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, uint32_t bits,
                                               const pktrt__tri_edges *edges, const v8 *z, pktrt__tri_common *tri) {
   pktrt__tri_limits l;
-  l.sign = vcopysign(vset(1), vload(b->dk + r)), l.tiny = vload(b->tiny + r);
+  l.sign = vcopysign(vset(1), vload(b->dk + r)), l.tiny = PKTRT__DEPTH_TINY(vabs(vload(b->dk + r)));
   l.wn = vload(b->wn + r), l.wf = vload(b->wf + r), l.sn = vload(b->sn + r);
   const pktrt__tri_estimate e = pktrt__tri_depth_bounds(edges, z, &l);
   bits &= e.maybe;
@@ -9871,8 +9990,9 @@ OP void pktrt__paper_update_depth(pktrt__paper_packet *p) {
 /* Traces one packet through one tree. In occlusion queries, occluded rays leave p->active. */
 OP void pktrt__paper_traverse(pktrt__paper_packet *p, const pktrt__variant is) {
   struct {
-    const float *plane; /* of the child, at key 0 of the segment */
-    uint32_t ref, first, last, node, child, depth;
+    uint32_t ref, node;
+    uint16_t first, last;
+    uint8_t child, depth;
   } stack[PKTRT__STACK + 8];
   const pktrt__bvh_segment *seg = p->seg;
   const ptrdiff_t to_key1 =
@@ -9897,9 +10017,8 @@ OP void pktrt__paper_traverse(pktrt__paper_packet *p, const pktrt__variant is) {
       for (int i = 0; i < 8; i++, perm >>= 3) {
         const uint32_t k = perm & 7;
         if (child[k] == PKTRT__EMPTY) continue;
-        stack[sp].plane = pktrt__segment_planes(seg, node, 0, true) + k;
-        stack[sp].ref = child[k], stack[sp].first = first, stack[sp].last = p->last;
-        stack[sp].depth = p->depth + 1, stack[sp].node = ref, stack[sp++].child = k;
+        stack[sp].ref = child[k], stack[sp].first = (uint16_t)first, stack[sp].last = (uint16_t)p->last;
+        stack[sp].depth = (uint8_t)(p->depth + 1), stack[sp].node = ref, stack[sp++].child = (uint8_t)k;
       }
     }
     do {
@@ -9910,7 +10029,8 @@ OP void pktrt__paper_traverse(pktrt__paper_packet *p, const pktrt__variant is) {
         pktrt__paper_event(p, PKTRT_EVENT_NONE_LEFT, stack[sp].node, stack[sp].child, stack[sp].first, is);
         first = p->end;
       } else {
-        const float *plane = stack[sp].plane;
+        const pktrt__node *node = pktrt__segment_node(seg, stack[sp].node, true);
+        const float *plane = pktrt__segment_planes(seg, node, 0, true) + stack[sp].child;
         c = pktrt__paper_child_of(plane, plane + to_key1, stack[sp].node, stack[sp].child);
         first = pktrt__paper_find_first(p, &c, first, is);
       }
@@ -11651,7 +11771,9 @@ PKTRT__NOINLINE uint64_t pktrt__place_trace_few(const pktrt_scene *scene, pktrt_
     pktrt__single q; /* what instances ask of it, a third of pktrt__single_from_batch */
     for (int a = 0; a < 3; a++) ray.origin[a] = b->o[a][r], ray.direction[a] = b->d[a][r];
     ray.tmin = b->tmin[r], ray.tmax = b->tmax[r], ray.time = b->time[r];
-    q.ray = &ray, q.dk = b->dk[r], q.tiny = b->tiny[r], q.axis = pktrt__axes[b->axis[r]], q.after = PKTRT_NONE;
+    q.ray = &ray, q.dk = b->dk[r], q.tiny = pktrt__depth_tiny(fabsf(q.dk));
+    q.axis = pktrt__axes[b->axis[r]];
+    q.after = PKTRT_NONE;
     q.wf = b->wf[r], q.sf = b->sf[r];
     q.id = b->id[r], q.slot = b->slot[r], q.bvh = b->bvh[r], q.place = b->place[r];
     if (!pktrt__place_trace_single(scene, &q, index, what)) continue;
@@ -11889,10 +12011,9 @@ PKTRT__COLD void pktrt__place_packets(const pktrt__query *call, pktrt__batch *b,
   for (uint32_t base = begin; base < end; base += 64) {
     uint8_t list[64];
     uint64_t rest = b->valid[base / 64];
-    for (uint32_t i = 0; i < 64; i++) {
-      list[i] = (uint8_t)(base + i);
-      if (is.occlusion && !b->slot[base + i]) rest &= ~((uint64_t)1 << i);
-    }
+    for (uint32_t i = 0; i < 64; i++) list[i] = (uint8_t)(base + i);
+    for (uint64_t left = is.occlusion ? rest : 0; left; left &= left - 1)
+      if (!b->slot[base + pktrt__lowest_bit(left)]) rest &= ~(left & (0 - left));
     while (rest) {
       const uint64_t same = rest & veq_u8x64(b->octant + base, b->octant[base + pktrt__lowest_bit(rest)]);
       pktrt__place_stream(call, call->scene, b, list, same, &is);
@@ -12021,7 +12142,7 @@ OP void pktrt__batch_name_hits(const pktrt_scene *s, const pktrt__batch *b, uint
                                uint32_t *mesh, uint32_t *triangle) {
 #if PKTRT__WITH_V8_REGISTERS
   const pktrt__mesh *m = n == 8 && s->bvh_count ? &s->meshes[hint[0]] : NULL;
-  if (m && m->triangle_count && vbelow_u32(triangle, b->id + i, m->first_id, m->triangle_count) == 0xFF)
+  if (m && m->id_count && vbelow_u32(triangle, b->id + i, m->first_id, m->id_count) == 0xFF)
     vstore_masked_u32(mesh, mfrom(0xFF), hint[0]);
   else
 #endif
@@ -12400,6 +12521,7 @@ PKTRT__COLD void pktrt__instance_promote(pktrt_scene *s, pktrt__instance *in) {
     in->keys = in->pending = NULL, in->gone = in->dirty = false, in->free = true, in->kappa = 0;
     s->free_instances++;
   }
+  if (!in->free) in->first_id = s->meshes[in->first_mesh].first_id;
   if (!in->dirty) return;
   if (in->pending) pktrt__commit_swap(&in->keys, &in->pending);
   pktrt__place_rest(in);
@@ -12465,8 +12587,8 @@ PKTRT__NOINLINE void pktrt__do_scene_destroy(pktrt_scene *s) {
   pktrt__mem_release(&d, s, 1, sizeof *s);
 }
 
-/* Returns the set that a mesh belongs to, a new one or an empty one if there is none; PKTRT_NONE: no memory. */
-PKTRT__COLD uint32_t pktrt__set_of(pktrt_scene *s, const pktrt_mesh_desc *d, uint32_t mesh) {
+/* Returns the set that a mesh is to belong to, a new one or an empty one if there is none; PKTRT_NONE: no memory. */
+PKTRT__COLD uint32_t pktrt__set_of(pktrt_scene *s, const pktrt_mesh_desc *d) {
   const uint32_t keys = d->key_count ? d->key_count : 1, mask = d->mask ? d->mask : UINT32_MAX;
   uint32_t i = s->set_count, vacant = i;
   while (i-- && !(s->sets[i].group == d->group && s->sets[i].key_count == keys && s->sets[i].mask == mask))
@@ -12476,54 +12598,72 @@ PKTRT__COLD uint32_t pktrt__set_of(pktrt_scene *s, const pktrt_mesh_desc *d, uin
     pktrt__set made;
     if (!pktrt__mem_grow(&s->desc, &sets, vacant, &s->set_capacity, sizeof made)) return PKTRT_NONE;
     memset(&made, 0, sizeof made);
-    made.group = d->group, made.key_count = keys, made.mask = mask, made.first_mesh = mesh, made.tree = PKTRT_NONE;
+    made.group = d->group, made.key_count = keys, made.mask = mask, made.first_mesh = UINT32_MAX;
+    made.tree = PKTRT_NONE;
     s->sets = PKTRT__CAST(pktrt__set *, sets), s->sets[i = vacant] = made, s->set_count += vacant == s->set_count;
   }
-  if (mesh < s->sets[i].first_mesh) s->sets[i].first_mesh = mesh;
-  if (mesh >= s->sets[i].end_mesh) s->sets[i].end_mesh = mesh + 1;
   return i;
 }
 
-/* Finds an index for so many triangles: the first that waits for them, or the next. */
-PKTRT__COLD uint32_t pktrt__mesh_find_index(const pktrt_scene *s, uint32_t triangles) {
-  for (uint32_t i = 0; s->free_meshes && i < s->mesh_count; i++) {
-    const uint32_t end = i + 1 < s->mesh_count ? s->meshes[i + 1].first_id : s->total_triangles;
-    if (s->meshes[i].free && !s->meshes[i].instance && end - s->meshes[i].first_id >= triangles) return i;
+/* Returns the first of `count` mesh indices in a row that no mesh has: the lowest such row, which may end beyond the list
+   of meshes. */
+PKTRT__COLD uint32_t pktrt__mesh_find_indices(const pktrt_scene *s, uint32_t count) {
+  uint32_t first = s->free_meshes ? 0 : s->mesh_count;
+  for (uint32_t i = first; i < s->mesh_count && i - first < count; i++)
+    if (!s->meshes[i].free) first = i + 1;
+  return first;
+}
+
+/* Makes room for as many mesh indices; returns false when out of memory. */
+PKTRT__COLD bool pktrt__mesh_make_room(pktrt_scene *s, uint32_t count) {
+  while (s->mesh_capacity < count) {
+    void *meshes = s->meshes;
+    if (!pktrt__mem_grow(&s->desc, &meshes, s->mesh_capacity, &s->mesh_capacity, sizeof *s->meshes)) return false;
+    s->meshes = PKTRT__CAST(pktrt__mesh *, meshes);
   }
-  return s->mesh_count;
+  return true;
+}
+
+/* Puts a mesh at an index that no mesh has, and for which there is room. It has no global triangle indices yet. */
+PKTRT__COLD void pktrt__mesh_put(pktrt_scene *s, uint32_t index, pktrt__mesh *m) {
+  m->first_id = pktrt__mesh_end_id(s, index);
+  if (index == s->mesh_count) s->mesh_count++;
+  else s->free_meshes--;
+  s->meshes[index] = *m;
+  pktrt__mesh_wait(s, &s->meshes[index]);
 }
 
 /* Adds a mesh at an index. */
 PKTRT__COLD pktrt_status pktrt__mesh_add(pktrt_scene *s, const pktrt_mesh_desc *d, uint32_t index) {
-  void *meshes = s->meshes;
   pktrt__mesh m;
   memset(&m, 0, sizeof m);
-  m.set = pktrt__set_of(s, d, index);
-  if (m.set == PKTRT_NONE || !pktrt__mem_grow(&s->desc, &meshes, s->mesh_count, &s->mesh_capacity, sizeof m))
+  m.set = pktrt__set_of(s, d);
+  if (m.set == PKTRT_NONE || !pktrt__mesh_make_room(s, index + 1))
     return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "mesh %u: no memory for the list of meshes", (unsigned)index);
-  s->meshes = PKTRT__CAST(pktrt__mesh *, meshes);
   m.vertex_count = d->vertex_count;
   m.triangle_count = d->triangle_count;
   m.key_count = d->key_count ? d->key_count : 1;
   m.stride = d->position_stride ? d->position_stride : 12;
   m.material = d->material;
-  m.first_id = index < s->mesh_count ? s->meshes[index].first_id : s->total_triangles;
   const pktrt_status st = pktrt__mesh_copy(s, d, &m, index);
   if (st != PKTRT_OK) {
     pktrt__mesh_free(&s->desc, &m);
     return st;
   }
-  if (index == s->mesh_count) s->mesh_count++, s->total_triangles += m.triangle_count;
-  else s->free_meshes -= !s->meshes[index].instance;
-  s->meshes[index] = m, s->sets[m.set].meshes++;
-  pktrt__mesh_wait(s, &s->meshes[index]);
+  pktrt__mesh_put(s, index, &m);
+  s->total_triangles += m.triangle_count;
+
+  pktrt__set *set = &s->sets[m.set];
+  set->meshes++;
+  if (index < set->first_mesh) set->first_mesh = index;
+  if (index >= set->end_mesh) set->end_mesh = index + 1;
   return PKTRT_OK;
 }
 
 PKTRT__NOINLINE pktrt_status pktrt__do_add_mesh(pktrt_scene *s, const pktrt_mesh_desc *d, uint32_t *mesh) {
   if (!s) return PKTRT_INVALID_ARGUMENT;
   s->error[0] = 0;
-  const uint32_t index = pktrt__mesh_find_index(s, d ? d->triangle_count : 0);
+  const uint32_t index = pktrt__mesh_find_indices(s, 1);
   pktrt_status st = pktrt__mesh_check(s, d, index);
   if (st == PKTRT_OK) st = pktrt__mesh_add(s, d, index);
   if (st == PKTRT_OK && mesh) *mesh = index;
@@ -12674,6 +12814,7 @@ PKTRT_DEF pktrt_status pktrt_remove_mesh(pktrt_scene *s, uint32_t mesh) {
     return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "remove_mesh: mesh %u belongs to instance %u, which goes as a whole",
                        (unsigned)mesh, (unsigned)m->instance - 1);
   m->gone = true;
+  s->total_triangles -= m->triangle_count;
   pktrt__mesh_wait(s, m);
   return PKTRT_OK;
 }
@@ -12715,6 +12856,7 @@ PKTRT_DEF pktrt_status pktrt_remove_instance(pktrt_scene *s, uint32_t instance) 
     pktrt__mesh_wait(s, &m[i]);
   }
   in->gone = s->boxes->meshes[instance].gone = true;
+  s->total_triangles -= in->model->total_triangles;
   pktrt__mesh_wait(s->boxes, &s->boxes->meshes[instance]);
   return PKTRT_OK;
 }
@@ -12877,23 +13019,17 @@ PKTRT__COLD pktrt_status pktrt__instance_check(pktrt_scene *s, pktrt__instance *
   return PKTRT_OK;
 }
 
-/* Adds the meshes that stand for those of the model, or puts them where such were. */
-PKTRT__COLD bool pktrt__instance_add_meshes(pktrt_scene *s, const pktrt__instance *in, uint32_t index) {
-  const uint32_t count = s->mesh_count;
+/* Puts the meshes that stand for those of the model where there is room for them. */
+PKTRT__COLD void pktrt__instance_put_meshes(pktrt_scene *s, const pktrt__instance *in, uint32_t index) {
   for (uint32_t i = 0; i < in->model->mesh_count; i++) {
     pktrt__mesh m;
-    void *meshes = s->meshes;
-    if (!pktrt__mem_grow(&s->desc, &meshes, s->mesh_count, &s->mesh_capacity, sizeof *s->meshes)) {
-      s->mesh_count = count;
-      return false;
-    }
     memset(&m, 0, sizeof m);
-    m.triangle_count = in->model->meshes[i].triangle_count, m.material = in->model->meshes[i].material;
-    m.first_id = in->first_id + in->model->meshes[i].first_id, m.instance = index + 1, m.set = PKTRT_NONE;
-    s->meshes = PKTRT__CAST(pktrt__mesh *, meshes), s->meshes[in->first_mesh + i] = m;
-    if (in->first_mesh + i == s->mesh_count) s->mesh_count++;
+    m.triangle_count = in->model->meshes[i].triangle_count;
+    m.material = in->model->meshes[i].material;
+    m.instance = index + 1;
+    m.set = PKTRT_NONE;
+    pktrt__mesh_put(s, in->first_mesh + i, &m);
   }
-  return true;
 }
 
 /* Makes room for one more instance, in the scene of boxes too, and for its transforms. */
@@ -12917,26 +13053,23 @@ PKTRT__COLD pktrt_status pktrt__instance_add(pktrt_scene *s, pktrt__instance *in
   for (uint32_t k = 0; boxes && k < in->key_count; k++)
     (void)pktrt__place_box(in->model, in->keys + 12 * (size_t)k, in->kappa, boxes[k]);
   box.positions = boxes ? boxes[0] : NULL, box.vertex_count = 3, box.triangle_count = 1, box.key_count = in->key_count;
-  const bool added = boxes && pktrt__instance_add_meshes(s, in, index);
-  const bool done = added && !pktrt__mesh_add(s->boxes, &box, index);
+  const bool done = boxes && pktrt__mesh_make_room(s, in->first_mesh + in->model->mesh_count) &&
+                    !pktrt__mesh_add(s->boxes, &box, index);
   pktrt__mem_release(&s->desc, boxes, in->key_count, sizeof *boxes);
-  if (!done) {
-    for (uint32_t i = 0; added && i < in->model->mesh_count; i++) pktrt__mesh_clear(s, &s->meshes[in->first_mesh + i]);
-    if (index == s->instance_count) s->mesh_count = in->first_mesh;
-    return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "instance %u: no memory", (unsigned)index);
-  }
+  if (!done) return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "instance %u: no memory", (unsigned)index);
+  pktrt__instance_put_meshes(s, in, index);
   pktrt__place_rest(in);
-  if (index == s->instance_count) s->instance_count++, s->total_triangles += in->model->total_triangles;
+  s->total_triangles += in->model->total_triangles;
+  if (index == s->instance_count) s->instance_count++;
   else s->free_instances--;
   s->instances[index] = *in;
-  for (uint32_t i = 0; i < in->model->mesh_count; i++) pktrt__mesh_wait(s, &s->meshes[in->first_mesh + i]);
   return PKTRT_OK;
 }
 
-/* Finds an index for an instance: the first that waits for one of its model, or the next. */
-PKTRT__COLD uint32_t pktrt__instance_find_index(const pktrt_scene *s, const pktrt_instance_desc *d) {
-  uint32_t i = s->free_instances && d && d->model < s->model_count ? 0 : s->instance_count;
-  while (i < s->instance_count && !(s->instances[i].free && s->instances[i].model == s->models[d->model])) i++;
+/* Finds an index for an instance: the first that no instance has. */
+PKTRT__COLD uint32_t pktrt__instance_find_index(const pktrt_scene *s) {
+  uint32_t i = s->free_instances ? 0 : s->instance_count;
+  while (i < s->instance_count && !s->instances[i].free) i++;
   return i;
 }
 
@@ -12944,7 +13077,7 @@ PKTRT__NOINLINE pktrt_status pktrt__do_add_instance(pktrt_scene *s, const pktrt_
   static const float identity[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
   if (!s) return PKTRT_INVALID_ARGUMENT;
   s->error[0] = 0;
-  const uint32_t index = pktrt__instance_find_index(s, d);
+  const uint32_t index = pktrt__instance_find_index(s);
   const unsigned i = (unsigned)index;
   if (!d) return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "instance %u: the description is NULL", i);
   if (!PKTRT__GROUPS && d->mask)
@@ -12959,9 +13092,7 @@ PKTRT__NOINLINE pktrt_status pktrt__do_add_instance(pktrt_scene *s, const pktrt_
   memset(&in, 0, sizeof in);
   in.model = s->models[d->model], in.key_count = d->key_count ? d->key_count : 1;
   in.mask = d->mask ? d->mask : UINT32_MAX;
-  in.first_mesh = s->mesh_count, in.first_id = s->total_triangles;
-  if (index < s->instance_count)
-    in.first_mesh = s->instances[index].first_mesh, in.first_id = s->instances[index].first_id;
+  in.first_mesh = pktrt__mesh_find_indices(s, in.model->mesh_count);
   if (in.model->total_triangles > PKTRT_MAX_TRIANGLES - s->total_triangles)
     return pktrt__fail(s, PKTRT_LIMIT, "instance %u: %u triangles more than the %u of the scene pass %u", i,
                        (unsigned)in.model->total_triangles, (unsigned)s->total_triangles, PKTRT_MAX_TRIANGLES);
@@ -13307,10 +13438,11 @@ static void pktrt__query_trace(const pktrt__query *call, pktrt__batch *b, uint32
   else call->scene->kernels->trace(call, b, 0, n);
 }
 
-/* How many incoherent rays are sorted at a time, by octant, main axis, and in which of ten cells they start; fewer in
-   scenes with instances, where the stack is for two walks. WHY: of 256 there are too few of an octant. On a Zen 5 mirror
-   and diffuse rays gain 6 to 10% at rest, 11 to 15% moving. Any hit gains nothing. */
-enum { PKTRT__SORTED = 4096, PKTRT__SORTED_PLACED = 1024, PKTRT__CELLS = 10 };
+/* How many incoherent rays are sorted at a time, by octant, main axis, and in which of ten cells they start. Fewer are
+   where the stack holds two walks, one in the other, and in scalar code, whose temporaries lie there. WHY so many: of 256
+   there are too few of an octant. On a Zen 5 mirror and diffuse rays gain 6 to 10% at rest, 11 to 15% moving. Any hit
+   gains nothing. */
+enum { PKTRT__SORTED = 4096, PKTRT__SORTED_FEW = 1024, PKTRT__CELLS = 10 };
 
 /* Prefetches what will be asked for later and not in the order of its addresses: the place of the hit of the ray `at`,
    the i-th of those that are sorted; of 16 rays that are rows those places, and all but directions. WHY in line: gcc
@@ -13422,16 +13554,24 @@ PKTRT__NOINLINE void pktrt__query_run_batches(const pktrt_scene *s, const pktrt_
   }
 }
 
-/* Do so with the stack that there is, without instances and with them. */
-PKTRT__NOINLINE void pktrt__query_run_many(const pktrt_scene *s, const pktrt_query_desc *desc, bool occlusion,
-                                           const pktrt__query_arrays *a, size_t n) {
+/* Do so with an order of many rays or of few, for which there is stack. */
+PKTRT__NOINLINE void pktrt__query_run_sorted(const pktrt_scene *s, const pktrt_query_desc *desc, bool occlusion,
+                                             const pktrt__query_arrays *a, size_t n) {
   uint16_t sorted[PKTRT__SORTED];
   pktrt__query_run_batches(s, desc, occlusion, a, n, sorted, PKTRT__SORTED);
 }
-PKTRT__NOINLINE void pktrt__query_run_placed(const pktrt_scene *s, const pktrt_query_desc *desc, bool occlusion,
-                                             const pktrt__query_arrays *a, size_t n) {
-  uint16_t sorted[PKTRT__SORTED_PLACED];
-  pktrt__query_run_batches(s, desc, occlusion, a, n, sorted, PKTRT__SORTED_PLACED);
+PKTRT__NOINLINE void pktrt__query_run_sorted_few(const pktrt_scene *s, const pktrt_query_desc *desc, bool occlusion,
+                                                 const pktrt__query_arrays *a, size_t n) {
+  uint16_t sorted[PKTRT__SORTED_FEW];
+  pktrt__query_run_batches(s, desc, occlusion, a, n, sorted, PKTRT__SORTED_FEW);
+}
+/* Does so with an order where one is asked for, which takes stack. */
+static void pktrt__query_run_many(const pktrt_scene *s, const pktrt_query_desc *desc, bool occlusion,
+                                  const pktrt__query_arrays *a, size_t n) {
+  if (occlusion || n <= PKTRT__BATCH || (desc && desc->path != PKTRT_PATH_FAST))
+    pktrt__query_run_batches(s, desc, occlusion, a, n, NULL, 0);
+  else if (s->has_top || s->isa == PKTRT_ISA_SCALAR) pktrt__query_run_sorted_few(s, desc, occlusion, a, n);
+  else pktrt__query_run_sorted(s, desc, occlusion, a, n);
 }
 
 /* Tells whether rays are better traced one by one: if they are few, or not many and of different octants. */
@@ -13447,7 +13587,7 @@ static void pktrt__query_run(const pktrt_scene *s, const pktrt_query_desc *desc,
                              const pktrt__query_arrays *a, size_t n) {
   if (!a->rays || (desc && (desc->stats || desc->mask || desc->path == PKTRT_PATH_PAPER)) ||
       !pktrt__query_is_scattered(a->rays, n, occlusion))
-    (pktrt__has_instances(s) ? pktrt__query_run_placed : pktrt__query_run_many)(s, desc, occlusion, a, n);
+    pktrt__query_run_many(s, desc, occlusion, a, n);
   else if (occlusion)
     for (size_t i = 0; i < n; i++) a->occluded[i] = s->kernels->occluded(s, &a->rays[i]);
   else
@@ -14763,8 +14903,9 @@ PKTRT__COLD bool pktrt__render_check_scene(const pktrt_scene *s, pktrt__refusal 
       return pktrt__render_refuse(why, "light %u names mesh %u, of %u that were committed", (unsigned)i,
                                   (unsigned)s->lights[i].mesh, (unsigned)s->committed_meshes);
   for (uint32_t i = 0; i < s->light_count; i++) {
+    if (!pktrt__light_has(&s->lights[i], PKTRT__LIGHT_EMISSIVE)) continue;
     const pktrt__mesh *m = &s->meshes[s->lights[i].mesh];
-    if (!pktrt__light_has(&s->lights[i], PKTRT__LIGHT_EMISSIVE) || (m->committed && !m->instance)) continue;
+    if (m->committed && !m->instance) continue;
     return pktrt__render_refuse(why, "light %u names mesh %u, %s", (unsigned)i, (unsigned)s->lights[i].mesh,
                                 m->instance ? "of an instance: lights are meshes that were added directly"
                                             : "which was removed");
@@ -19163,6 +19304,11 @@ PKTRT_DEF pktrt_status pktrt_prepare_environment(pktrt_scene *s, const pktrt_ren
               No hit is at t = -inf, where tmin is, and every query ends. Triangles with area are hit whatever the order of
               their corners and the exponents of their coordinates, also those that move and have area by rounding alone.
               u, v and (1 - u) - v of hits are never below 0.
+              Numbers of triangles and indices of meshes are given back: a program may replace what it has, by larger things
+              too, for as long as it likes. What to change: hits of later meshes keep their mesh and triangle, but the index
+              of a removed mesh is given to the next one whatever its size, those of removed instances to any meshes.
+              A refit or commit after a call that ran out of memory reads nothing that is not there.
+              Queries take at most 60 KiB of stack, as compiled with -O1 or -O2.
      0.16.1   What moves costs scenes at rest less: corners of hits at rest are gathered apart.
      0.16.0   Faster: all rays, since the largest subtrees move to better places by default as well, where the high quality
               moves all; builds put triangles into bins by vectors.

@@ -576,7 +576,7 @@ static void concurrent_queries(void) {
 
 /* --- stack: paint a thread's, run, see how deep the paint is gone --- */
 
-enum { STACK = 1 << 20, ALLOWED = 64 << 10 };
+enum { STACK = 1 << 20, ALLOWED = 60 << 10 };
 typedef struct stack_probe {
   const pktrt_scene *s;
   const pktrt_ray *rays;
@@ -881,7 +881,7 @@ void suite_scene(void) {
   run("changes show at commit or refit, not before", when_changes_show);
   run("what is marked as changed is built anew at the next commit, refits in between or not", marked_scenes);
   run("several threads query one scene", concurrent_queries);
-  run("a query uses at most 64 KiB of stack", stack_bound);
+  run("a query uses at most 60 KiB of stack", stack_bound);
   run("statistics count what happened", statistics);
   run("rays in bundles go in packets, rays all over do not", bundles_in_packets);
   run("vectors of eight tests hold what is counted, and coherent packets need fewer", vectors_of_eight);

@@ -1,13 +1,13 @@
 /* How much stack queries, renders and builds take, painted and looked at: a program of its own, since what compilers make of it
-   depends on their options. Prints the most of each. Exit status 1: a query takes more than `stack LIMIT` allows (64 KiB),
-   in code that is optimised. What is not optimised keeps every temporary in memory: it is told only. */
+   depends on their options. Prints the most of each. Exit status 1: a query takes more than `stack LIMIT` allows (60 KiB,
+   as the header promises), in code that is optimised. What is not optimised keeps every temporary in memory: it is told only. */
 #if !defined(_POSIX_C_SOURCE)
 #define _POSIX_C_SOURCE 200809L
 #endif
 #include "scenes.h"
 #include <pthread.h>
 
-enum { STACK = 1 << 20, QUERIES = 7, WAYS = 11 };
+enum { STACK = 1 << 20, QUERIES = 7, WAYS = 11, SCENES = 4 };
 static const char *const way_name[WAYS] = {"single rays",
                                            "fast path",
                                            "fast path, counted",
@@ -19,6 +19,10 @@ static const char *const way_name[WAYS] = {"single rays",
                                            "render",
                                            "render, paper path",
                                            "render, single path"};
+
+/* What queries look at: meshes alone; with instances, of a model at rest and a moving one, at rest and moving; in so many
+   groups that a tree lies above them; instances and groups. Bit 0: instances, bit 1: groups. */
+static const char *const scene_name[SCENES] = {"", ", instances", ", groups", ", instances and groups"};
 
 static struct {
   pktrt_scene *s;
@@ -102,6 +106,43 @@ static size_t painted(int way, void (*what)(void)) {
   return used;
 }
 
+/* Returns the description of a shape, whose arrays it has. */
+static pktrt_mesh_desc described(const shape *m) {
+  pktrt_mesh_desc d;
+  memset(&d, 0, sizeof d);
+  d.positions = m->position, d.vertex_count = m->vertex_count;
+  d.indices = m->index, d.triangle_count = m->triangle_count;
+  d.key_count = m->key_count;
+  return d;
+}
+
+/* Adds what the scene has besides meshes. */
+static void add_more(int scene) {
+  static const float keys[24] = {1, 0, 0.5f, 1, 0.25f, 1, 0, 0, 0, 0, -1, 0,
+                                 1, 0, 0.5f, 2, 0.25f, 1, 0, 0, 0, 0, -1, 0};
+  uint32_t model;
+
+  for (uint32_t i = 0; i < 2 && (scene & 1); i++) {
+    shape *ball = i ? moved(a_ball(), 2, 0, UNIT / 16, 2) : a_ball();
+    const pktrt_mesh_desc mesh = described(ball);
+    expect(now.s, pktrt_add_model(now.s, &mesh, 1, &model));
+    for (uint32_t k = 1; k <= 2; k++) {
+      const pktrt_instance_desc at = {model, k, keys, 0};
+      expect(now.s, pktrt_add_instance(now.s, &at, NULL));
+    }
+    free(ball);
+  }
+
+  for (uint32_t i = 0; i < 8 && (scene & 2); i++) {
+    shape *box = a_box();
+    pktrt_mesh_desc mesh = described(box);
+    mesh.group = 1 + i;
+    expect(now.s, pktrt_add_mesh(now.s, &mesh, NULL));
+    free(box);
+  }
+  expect(now.s, pktrt_commit(now.s));
+}
+
 /* DRT with all that lies on the stack, as deep as can be. */
 static void look_around(pktrt_isa isa) {
   now.s = room(isa, GLASS | MIRROR | LOBES | COAT | HOOKS | LAMPS | SMOOTH | MOVING);
@@ -110,26 +151,35 @@ static void look_around(pktrt_isa isa) {
   now.view.camera.shutter = 1, now.view.camera.aperture = 0.25f, now.view.max_depth = 0, now.view.attenuation = -1;
 }
 
+/* Returns what a way takes at most. */
+static size_t look_at(int way, int scene, size_t none) {
+  static void (*const what[WAYS])(void) = {ask_single, ask_many, ask_many, ask_many, ask_many, ask_many,
+                                           ask_soa,    build,    render,   render,   render};
+  const size_t used = painted(way, what[way]);
+  printf("%s, %s%s: %lu bytes of stack\n", isa_now, way_name[way], scene_name[scene], (unsigned long)used);
+  if (used <= none) complain("the probe sees nothing: ", way_name[way]);
+  return used;
+}
+
 int main(int argc, char **argv) {
-  const size_t limit = argc > 1 ? (size_t)atol(argv[1]) : 64 << 10;
+  const size_t limit = argc > 1 ? (size_t)atol(argv[1]) : 60 << 10;
   size_t most = 0;
   for (int isa = PKTRT_ISA_SCALAR; isa < PKTRT_ISA_COUNT; isa++) {
     if (!pktrt_isa_available((pktrt_isa)isa)) continue;
     isa_now = pktrt_isa_string((pktrt_isa)isa), part_now = "stack";
-    now.s = world((pktrt_isa)isa, true);
-    make_rays(now.ray, 1);
     const size_t none = painted(WAYS, nothing); /* the end of a thread takes some, too */
-    for (int way = 0; way < WAYS; way++) {
-      if (way == 8) pktrt_scene_destroy(now.s), look_around((pktrt_isa)isa);
-      const size_t used = painted(way, way == 0   ? ask_single
-                                       : way < 6  ? ask_many
-                                       : way == 6 ? ask_soa
-                                       : way == 7 ? build
-                                                  : render);
-      printf("%s, %s: %lu bytes of stack\n", isa_now, way_name[way], (unsigned long)used);
-      if (used <= none) complain("the probe sees nothing: ", way_name[way]);
-      if (way < QUERIES && used > most) most = used;
+    for (int scene = 0; scene < SCENES; scene++) {
+      now.s = world((pktrt_isa)isa, true);
+      make_rays(now.ray, 1);
+      add_more(scene);
+      for (int way = 0; way < 8; way++) {
+        const size_t used = look_at(way, scene, none);
+        if (way < QUERIES && used > most) most = used;
+      }
+      pktrt_scene_destroy(now.s);
     }
+    look_around((pktrt_isa)isa);
+    for (int way = 8; way < WAYS; way++) (void)look_at(way, 0, none);
     pktrt_scene_destroy(now.s);
   }
   printf("queries: at most %lu bytes of stack\n", (unsigned long)most);

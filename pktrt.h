@@ -11813,7 +11813,8 @@ PKTRT__NOINLINE uint64_t pktrt__place_trace(const pktrt__query *call, const pktr
     uint64_t moving[PKTRT__BATCH / 64], rays[PKTRT__BATCH / 64];
     memcpy(moving, b->moving, sizeof moving); /* what was found of the scene's trees, not the model's */
     memset(rays, 0, sizeof rays), rays[first / 64] = valid;
-    if (n > PKTRT__FEW_OF_PACKET) pktrt__drive_fast(model, b, first, first + n, &is);
+    /* Frusta within a walk of the top level take more stack than scalar code has left, with its temporaries. */
+    if (n > PKTRT__FEW_OF_PACKET && PKTRT__WITH_VECTORS) pktrt__drive_fast(model, b, first, first + n, &is);
     else pktrt__drive_octants(model, b, rays, &is); /* too few for packets */
     memcpy(b->moving, moving, sizeof moving);
   }

@@ -276,6 +276,32 @@ static void flush_lamps_are_seen(void) {
   }
 }
 
+/* A visible lamp that lies behind a ceiling by less than 2^-22 of the way is seen, and one that lies farther behind is not:
+   0.4 and 3.2 times as much, for the camera; 0.33 and 2.7 in a mirror. */
+static void lamps_just_behind(void) {
+  static const double behind[3] = {0, 0x1p-22, 0x1p-19};
+
+  for (int in_mirror = 0; in_mirror < 2; in_mirror++) {
+    float pixels[ROOM_FLOATS];
+    size_t lit[3] = {0, 0, 0};
+    room r = {&frames[0], {0, 0, 0}, 1, LAMP_QUAD, 0, true, true, false, false, material_of(0, PKTRT_SPECULAR_NONE, 0)};
+    pktrt_render_desc how = stage_view(PKTRT_MODE_WRT, ROOM_SIDE, ROOM_SIDE, pixels, vec_of(0, 0, 0), vec_of(0, 0, 1));
+
+    how.camera.fov_y = 40;
+    if (in_mirror) r.floor = material_of(0, PKTRT_SPECULAR_MIRROR, 0.75);
+    for (int i = 0; i < 3; i++) {
+      r.behind = behind[i];
+      if (in_mirror) room_render(&r, &how, (double[3]){2, 1, 3}, (double[3]){2, 0, 2.5}, pixels);
+      else room_render(&r, &how, (double[3]){2, 0.5, 1.75}, (double[3]){2, 3, 1.5}, pixels);
+      for (size_t k = 0; k < ROOM_FLOATS; k += 3) lit[i] += pixels[k] > 0;
+    }
+    say("%s: %zu pixels lit in the plane, %zu just behind, %zu behind", in_mirror ? "in a mirror" : "by the camera",
+        lit[0], lit[1], lit[2]);
+    CHECK(lit[0] > 20 && lit[1] == lit[0], "of %zu pixels of a lamp %zu are lit just behind", lit[0], lit[1]);
+    CHECK(lit[2] == 0, "the control: %zu pixels are lit from behind", lit[2]);
+  }
+}
+
 /* --- any size and strength --- */
 
 static void bright_spot(void *user, uint32_t n, const float *const direction[3], float *const radiance[3]) {
@@ -414,5 +440,6 @@ void suite_flush(void) {
   run("lights of any size light as much as they fill of the sky", wide_lights);
   run("a background or ambient light that is negative or not finite is refused by name", refused_light);
   run("a visible lamp in the plane of a surface is seen, by all rays", flush_lamps_are_seen);
+  run("a visible lamp is seen less than 2^-22 of the way behind a surface, not farther", lamps_just_behind);
   run("a surface in the plane of a light, or that touches it, takes nothing of its light", flush_lights);
 }

@@ -671,6 +671,190 @@ static void parts_below_nothing(void) {
   }
 }
 
+/* --- instances --- */
+
+/* One triangle of a model, FAR away from the model's origin, and an instance that flattens it along all but one direction,
+   to FLAT, and brings it near the scene's origin. Rays from so far DISTANT come to the corner that reaches farthest along
+   an axis, and beside it by what is rounded. */
+typedef struct lean {
+  placement p;
+  float corner[9];
+  uint32_t index[3];
+  pktrt_ray ray[RAYS];
+  pktrt_hit want[RAYS];
+} lean;
+
+static void lean_place(rng *r, lean *x, float flat, float far_) {
+  float *m = x->p.transform[0];
+  float out[3], in[3];
+
+  memset(x, 0, sizeof *x);
+  x->p.models = x->p.n = x->p.keys[0] = 1;
+  x->p.model[0] = world_none();
+  x->p.model[0].n = 1;
+  x->p.model[0].m[0].p = x->corner;
+  x->p.model[0].m[0].i = x->index;
+  x->p.model[0].m[0].nv = 3;
+  x->p.model[0].m[0].nt = x->p.model[0].m[0].keys = 1;
+
+  for (uint32_t c = 0; c < 3; c++) x->index[c] = c;
+  for (int i = 0; i < 9; i++) x->corner[i] = rng_sign(r) + (i % 3 ? 0 : far_);
+  for (int i = 0; i < 3; i++) {
+    out[i] = rng_sign(r);
+    in[i] = rng_sign(r);
+  }
+  for (int i = 0; i < 3; i++) {
+    for (int j = 0; j < 3; j++) m[4 * i + j] = out[i] * in[j] + (i == j ? flat : 0);
+    m[4 * i + 3] = -(m[4 * i] * far_);
+  }
+}
+
+static void lean_aim(rng *r, lean *x, float flat, float far_, float distant) {
+  const float *m = x->p.transform[0];
+  double seen[3][3];
+
+  for (int c = 0; c < 3; c++)
+    for (int i = 0; i < 3; i++) {
+      seen[c][i] = (double)m[4 * i + 3];
+      for (int j = 0; j < 3; j++) seen[c][i] += (double)m[4 * i + j] * (double)x->corner[3 * c + j];
+    }
+
+  for (int i = 0; i < RAYS; i++) {
+    const int axis = (int)rng_below(r, 3);
+    const double up = rng_below(r, 2) ? 1 : -1, unit = 0x1p-24 / (double)flat * (double)(1 + far_ + distant);
+    const double inwards = unit * pow(10, -2 * (double)rng_unit(r));
+    const double aside = unit * pow(10, -2 * (double)rng_unit(r)) * (double)either(r, 1);
+    int c = 0;
+
+    for (int k = 1; k < 3; k++)
+      if (up * seen[k][axis] > up * seen[c][axis]) c = k;
+
+    pktrt_ray *ray = &x->ray[i];
+
+    *ray = ray_of(0, 0, 0, 0, 0, 0);
+    for (int k = 0; k < 3; k++) {
+      const double middle = (seen[0][k] + seen[1][k] + seen[2][k]) / 3;
+      const double to = seen[c][k] + inwards * (middle - seen[c][k]) + aside * (double)(m[4 * k] / m[0]);
+
+      ray->origin[k] = k == axis ? (float)to : distant * rng_sign(r);
+      ray->direction[k] = (float)(to - (double)ray->origin[k]);
+    }
+
+    const pktrt_ray within = ray_within(m, 1, ray);
+
+    ref_intersect(&x->p.model[0], &within, &x->want[i]);
+  }
+}
+
+/* Returns how many rays a scene answers otherwise than the ray in the frame of the instance says, by all paths. */
+static uint32_t lean_lost(const lean *x, const pktrt_scene *s, bool copy) {
+  uint32_t lost = 0;
+
+  for (int how = 0; how < ASKED; how++) {
+    pktrt_hit got[RAYS];
+    pktrt_query_desc q;
+
+    memset(&q, 0, sizeof q);
+    q.path = paths[how];
+    (copy ? noslack_intersect : pktrt_intersect_ex)(s, &q, x->ray, got, RAYS);
+    for (int i = 0; i < RAYS; i++)
+      lost += got[i].mesh != x->want[i].mesh || !same_bits(&got[i].t, &x->want[i].t, 3 * sizeof(float));
+  }
+  return lost;
+}
+
+static pktrt_scene *lean_scene(const lean *x) {
+  const pktrt_scene_desc d = scene_desc_of(PKTRT_ISA_AUTO, 0);
+  pktrt_scene *s = pktrt_scene_create(&d);
+
+  CHECK(placement_fill(s, &x->p), "%s", pktrt_last_error(s));
+  return s;
+}
+
+static void instances_need_their_slack(void) {
+  static const struct {
+    const char *name;
+    size_t at;
+    float flat, far_, distant;
+  } rows[] = {{PART(kappa), 1e-3f, 0, 3000}, {PART(kappa_box), 1, 1000, 3}};
+
+  for (size_t i = 0; i < COUNT(rows); i++) {
+    uint32_t lost = 0, wrong = 0, hits = 0;
+
+    for (uint32_t seed = 0; seed < 500 && !(small_run && lost > 2); seed++) {
+      static lean x;
+      rng r = rng_of(seed);
+      const float none = 0;
+
+      lean_place(&r, &x, rows[i].flat, rows[i].far_);
+      lean_aim(&r, &x, rows[i].flat, rows[i].far_, rows[i].distant);
+      for (int k = 0; k < RAYS; k++) hits += x.want[k].mesh != PKTRT_NONE;
+
+      pktrt_scene *s = lean_scene(&x);
+
+      wrong += lean_lost(&x, s, false);
+      pktrt_scene_destroy(s);
+      slack_left = slack_whole;
+      memcpy((char *)&slack_left + rows[i].at, &none, sizeof none);
+      s = noslack_placed(&x.p, PKTRT_ISA_AUTO);
+      if (CHECK(s != NULL)) lost += lean_lost(&x, s, true);
+      noslack_destroy(s);
+      slack_left = slack_none;
+    }
+    CHECK(wrong == 0 && lost > 0, "%s: %u answers are wrong, %u without it", rows[i].name, wrong, lost);
+    say("%-9s: %u hits, three ways each; %u answers wrong; without it %u", rows[i].name, hits, wrong, lost);
+  }
+}
+
+/* --- rays that leave surfaces --- */
+
+static void departures_need_their_slack(void) {
+  static const struct {
+    const char *name;
+    size_t at;
+    float left, flat, far_;
+  } rows[] = {{PART(start[0]), 0, 1, 1000},
+              {PART(start[1]), 0, 1e-3f, 0},
+              {PART(plane), -131072, 1, 0},
+              {PART(kappa_spawn), -1, 1e-3f, 1000}};
+
+  for (size_t i = 0; i < COUNT(rows); i++) {
+    uint32_t met[3] = {0, 0, 0}, rays = 0; /* with all slack, without the part, with what is left */
+
+    for (uint32_t seed = 0; seed < 100; seed++) {
+      static lean x;
+      rng r = rng_of(seed);
+
+      lean_place(&r, &x, rows[i].flat, rows[i].far_);
+      slack_left = slack_whole;
+      pktrt_scene *s = noslack_placed(&x.p, PKTRT_ISA_AUTO);
+
+      for (int k = 0; k < 20 && CHECK(s != NULL); k++) {
+        const float u = 0.4f * rng_unit(&r) + 0.1f, v = 0.4f * rng_unit(&r) + 0.05f;
+        const float d[3] = {rng_sign(&r), rng_sign(&r), rng_sign(&r)}, left[3] = {1, 0, rows[i].left};
+
+        rays++;
+        for (int w = 0; w < 3; w++) {
+          pktrt_ray out;
+          pktrt_hit hit;
+
+          memcpy((char *)&slack_left + rows[i].at, &left[w], sizeof left[w]);
+          noslack_spawn_at(s, 0, 0, u, v, 0, d, &out);
+          slack_left = slack_whole;
+          noslack_intersect(s, NULL, &out, &hit, 1);
+          met[w] += hit.mesh != PKTRT_NONE;
+        }
+      }
+      noslack_destroy(s);
+      slack_left = slack_none;
+    }
+    CHECK(met[0] == 0 && met[2] > 0, "%s: %u rays meet what they left, %u without it", rows[i].name, met[0], met[2]);
+    CHECK(rows[i].left < 0 ? met[1] == 0 : met[1] == met[2], "%s: without it %u", rows[i].name, met[1]);
+    say("%-11s: of %u rays %u meet the triangle that they left; without it %u; with %2g times as much %u", rows[i].name,
+        rays, met[0], met[1], (double)rows[i].left, met[2]);
+  }
+}
+
 /* --- parts that others stand in for ---
 
    Of frusta. Let a ray hit at the depth W from the reference point, and begin at ow. Then ow <= W <= M, for the ray
@@ -767,5 +951,7 @@ static void parts_to_spare(void) {
 void suite_slack(void) {
   run("with less of one part of the slack, hits are lost that the library has", parts_are_needed);
   run("with less than nothing of one part of the slack of packets, hits are lost", parts_below_nothing);
+  run("without the slack of instances, hits in them are lost", instances_need_their_slack);
+  run("without the slack of what leaves surfaces, rays meet what they left", departures_need_their_slack);
   run("frusta need neither the slack of rho nor that of the far end, by far", parts_to_spare);
 }

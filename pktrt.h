@@ -1319,8 +1319,10 @@ typedef float pktrt_custom_sampler(void *user, uint32_t x, uint32_t y, uint32_t 
 /* For teaching: a packet (fast path: a batch) of a render before it is traced. Rows of n, there during the call. */
 typedef struct pktrt_packet {
   pktrt_ray_type type;
-  uint32_t depth, n;              /* bounces since the camera: 0 is primary, shadow rays one more than their surface */
-  const uint32_t *rays;           /* numbers in the packet that sent them out; primary rays: in their own */
+  uint32_t depth, n; /* bounces since the camera: 0 is primary, shadow rays one more than their surface */
+  /* Numbers in the packet that sent them out; primary rays: in their own. By ray types, reflection and refraction rays
+     of one depth are shaded together and are numbered on. */
+  const uint32_t *rays;
   const uint32_t *x, *y, *sample; /* what the rays add to: pixels, and samples of them, over all passes */
   const float *origin[3], *direction[3];
 } pktrt_packet;

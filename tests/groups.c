@@ -664,6 +664,54 @@ static uint32_t add_sphere(pktrt_scene *s, int level, uint32_t group) {
   mesh_free(&m);
   return index;
 }
+/* Widens a box by those of all children in a node. */
+static void widen_by_node(const pktrt_scene *s, float time, float lo[3], float hi[3]) {
+  pktrt_node node;
+  CHECK(pktrt_get_node(s, 0, 0, time, &node), "the tree has a root");
+  for (int c = 0; c < 8; c++)
+    for (int a = 0; a < 3 && node.child[c] != PKTRT_NONE; a++) {
+      lo[a] = fminf(lo[a], node.lo[c][a]);
+      hi[a] = fmaxf(hi[a], node.hi[c][a]);
+    }
+}
+
+/* Meshes of one triangle lie among the triangles of a larger one, all of which go far. With the former hidden, boxes are those of
+   the latter alone at each time. */
+static void hidden_ones_that_move_widen_no_boxes(void) {
+  enum { SMALL = 5, KEYS = 3 };
+  size_t wider = 0, narrower = 0;
+  for (int kind = 0; kind < 2; kind++) { /* with a commit, with a refit */
+    pktrt_scene *s[2];
+    for (int k = 0; k < 2; k++) s[k] = open_scene(PKTRT_ISA_AUTO);
+    mesh large = mesh_sphere(1, 0.05f, 3);
+    mesh_move(&large, KEYS, 0, 0, 4);
+    for (uint32_t i = 0; i < KEYS * large.nv; i++) large.p[3 * i] += (float)(40 * (i / large.nv));
+    pktrt_mesh_desc d = mesh_desc(&large);
+    for (int k = 0; k < 2; k++) CHECK(pktrt_add_mesh(s[k], &d, NULL) == PKTRT_OK, "%s", pktrt_last_error(s[k]));
+    d.positions = large.p + 3 * large.i[0]; /* three vertices in a row, at other places in other keys */
+    d.indices = NULL, d.vertex_count = 3, d.triangle_count = 1;
+    for (int i = 0; i < SMALL; i++) CHECK(pktrt_add_mesh(s[0], &d, NULL) == PKTRT_OK, "%s", pktrt_last_error(s[0]));
+    for (int k = 0; k < 2; k++) settle(s[k], false);
+    for (uint32_t i = 1; i <= SMALL; i++) CHECK(pktrt_set_enabled(s[0], i, false) == PKTRT_OK);
+    settle(s[0], kind == 1);
+
+    for (int step = 0; step <= 8; step++) {
+      float lo[2][3], hi[2][3];
+      for (int k = 0; k < 2; k++) {
+        for (int a = 0; a < 3; a++) lo[k][a] = INFINITY, hi[k][a] = -INFINITY;
+        widen_by_node(s[k], (float)step / 8, lo[k], hi[k]);
+      }
+      for (int a = 0; a < 3; a++) {
+        wider += lo[0][a] < lo[1][a] || hi[0][a] > hi[1][a];
+        narrower += lo[0][a] > lo[1][a] || hi[0][a] < hi[1][a];
+      }
+    }
+    for (int k = 0; k < 2; k++) pktrt_scene_destroy(s[k]);
+    mesh_free(&large);
+  }
+  CHECK(wider == 0 && narrower == 0, "%zu are wider, %zu narrower", wider, narrower);
+}
+
 static void indices_are_used_again(void) {
   pktrt_scene *s = open_scene(PKTRT_ISA_AUTO);
   pktrt_scene_info info;
@@ -1014,6 +1062,7 @@ void suite_groups(void) {
   run("what is deformed, hidden, removed or added again has the bits of a scene of what is seen, from the commit on",
       what_is_seen_has_the_bits_of_a_scene_of_it);
   run("what is hidden is never hit, and comes back with its bits", hidden_meshes_come_back);
+  run("hidden meshes that move among the triangles of another widen no boxes", hidden_ones_that_move_widen_no_boxes);
   run("a query's mask sees the meshes that share a bit with it, and nothing else", masks_choose_meshes);
   run("masks are the same in arrays of structures and in structures of arrays", masks_in_structures_of_arrays);
   run("a query's mask sees instances and the meshes in their models", masks_choose_instances);

@@ -267,6 +267,88 @@ static void normals_are_crosses_of_transformed_edges(void) {
   field_close(&f);
 }
 
+/* Fills in the n-th of the 48 transforms that exchange axes and turn them round; none of them rounds anything. */
+static void exchange_axes(uint32_t n, float *transform) {
+  static const uint8_t order[6][3] = {{0, 1, 2}, {1, 2, 0}, {2, 0, 1}, {0, 2, 1}, {2, 1, 0}, {1, 0, 2}};
+  memset(transform, 0, 12 * sizeof *transform);
+  for (int a = 0; a < 3; a++) transform[4 * a + order[n / 8][a]] = n >> a & 1 ? -1.0f : 1.0f;
+}
+
+/* Fills in a triangle whose third corner lies a few floats beside the middle of the edge opposite, where floats are small. */
+static void make_needle(rng *r, float corner[3][3]) {
+  memset(corner, 0, 9 * sizeof(float));
+  corner[1][0] = rng_range(r, 0.5f, 1), corner[1][1] = rng_range(r, 0.5f, 1), corner[1][2] = rng_unit(r) / 256;
+  for (int a = 0; a < 3; a++) corner[2][a] = corner[1][a] / 2;
+  for (uint32_t i = 1 + rng_below(r, 3); i; i--) corner[2][2] = nextafterf(corner[2][2], 1);
+}
+
+/* Needles whose edges no double cross tells from lines, in instances that exchange axes, have the bits that they have where their
+   corners are exchanged. */
+static void needles_in_instances_have_their_normals(void) {
+  const size_t needles = scaled(400);
+  size_t hits = 0, wrong = 0, thin = 0, reversed = 0;
+  rng r = rng_of(17);
+  for (size_t i = 0; i < needles; i++) {
+    float transform[12], model[3][3], placed[3][3];
+    double most = 0;
+    make_needle(&r, model);
+    exchange_axes((uint32_t)(i % 48), transform);
+    for (int c = 0; c < 3; c++)
+      for (int a = 0; a < 3; a++) {
+        const float *row = transform + 4 * a;
+        placed[c][a] = row[0] * model[c][0] + row[1] * model[c][1] + row[2] * model[c][2];
+      }
+    for (int a = 0; a < 3; a++) {
+      const int b = (a + 1) % 3, c = (a + 2) % 3;
+      most =
+          fmax(most, fabs((double)placed[1][b] * (double)placed[2][c] - (double)placed[1][c] * (double)placed[2][b]));
+    }
+    thin += most < 0x1p-28;
+
+    pktrt_mesh_desc d;
+    memset(&d, 0, sizeof d);
+    d.positions = model[0], d.vertex_count = 3, d.triangle_count = 1;
+    pktrt_scene *s[2];
+    uint32_t of = 0;
+    for (int k = 0; k < 2; k++) s[k] = pktrt_scene_create(NULL);
+    const pktrt_instance_desc at = {0, 1, transform, 0};
+    CHECK(pktrt_add_model(s[0], &d, 1, &of) == PKTRT_OK && pktrt_add_instance(s[0], &at, NULL) == PKTRT_OK);
+    d.positions = placed[0];
+    CHECK(pktrt_add_mesh(s[1], &d, NULL) == PKTRT_OK);
+    for (int k = 0; k < 2; k++) commit(s[k]);
+
+    for (int k = 0; k < 40; k++) {
+      const float part = rng_range(&r, 0.3f, 0.9f), side = k & 1 ? 1.0f : -1.0f;
+      const float point[3] = {part * model[1][0], part * model[1][1],
+                              nextafterf(part * model[1][2], k & 2 ? 1.0f : 0.0f)};
+      const float way[3] = {side * rng_range(&r, 0.5f, 1), -side * rng_range(&r, 0.5f, 1), 0};
+      float origin[3], direction[3];
+      pktrt_hit hit[2];
+      for (int a = 0; a < 3; a++) {
+        const float *row = transform + 4 * a;
+        direction[a] = row[0] * way[0] + row[1] * way[1] + row[2] * way[2];
+        origin[a] = row[0] * point[0] + row[1] * point[1] + row[2] * point[2] - direction[a];
+      }
+      const pktrt_ray ray = ray_of(origin[0], origin[1], origin[2], direction[0], direction[1], direction[2]);
+      const bool there = pktrt_intersect(s[1], &ray, &hit[1]);
+      const bool here = pktrt_intersect(s[0], &ray, &hit[0]);
+      wrong += here != there;
+      if (!here || !there) continue;
+      hits++;
+      wrong += hit[0].t != hit[1].t || hit[0].u != hit[1].u || hit[0].v != hit[1].v;
+      wrong += !same_bits(hit[0].normal, hit[1].normal, sizeof hit[0].normal);
+      float turned[3];
+      for (int a = 0; a < 3; a++) turned[a] = -hit[1].normal[a];
+      reversed += !same_bits(hit[0].normal, turned, sizeof turned);
+    }
+    for (int k = 0; k < 2; k++) pktrt_scene_destroy(s[k]);
+  }
+  CHECK(wrong == 0 && hits > needles && thin > needles / 2 && reversed == hits, "%zu of %zu hits wrong, %zu thin",
+        wrong, hits, thin);
+  say("%zu needles, %zu of them thinner than 2^-28: %zu hits, %zu have other normals; control, turned round: %zu",
+      needles, thin, hits, wrong, reversed);
+}
+
 /* Rays that leave a surface of an instance do not meet the triangle that they left, though they nearly do. */
 static void rays_leave_instances(void) {
   static field f;
@@ -642,6 +724,8 @@ void suite_instances(void) {
   run("all crossings of instances come one by one, in order", crossings_come_one_by_one);
   run("normals of instances are crosses of transformed edges, mirrored or not",
       normals_are_crosses_of_transformed_edges);
+  run("needles in instances that exchange axes have the normals of needles whose corners are exchanged",
+      needles_in_instances_have_their_normals);
   run("rays leave instances without meeting the triangle that they left", rays_leave_instances);
   run("transforms that are set wait for a commit or refit, which makes them what a new scene has",
       transforms_change_at_commit_and_refit);

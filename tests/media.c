@@ -397,6 +397,79 @@ static void settings_in_glass(void) {
   say("%zu pictures", pictures);
 }
 
+/* Glass lets through e^-(absorption times length), however small that is: what is too dense lets nothing through. */
+static void glass_of_any_density(void) {
+  static const double densities[] = {1, 30, 60, 100, 248, 249, 480, 500, 1000, 5000, 1e6, 1e12, 1e30};
+  const set_up u = {1, false, false, false};
+  size_t black = 0, wrong = 0;
+  for (size_t k = 0; k < COUNT(densities); k++)
+    for (int mode = PKTRT_MODE_WRT; mode <= PKTRT_MODE_DRT; mode++) {
+      const stack_case c = {"", {{-3, 3, densities[k]}}, 0, -6, 0};
+      float got[3];
+      pktrt_scene *s = stage_open();
+      add_slabs(s, &c, &u);
+      stage_commit(s);
+      pktrt_render_desc d = straight(&u, (pktrt_mode)mode, got, c.eye, c.plate);
+      for (int a = 0; a < 3; a++) d.background[a] = 1;
+      stage_render(s, &d);
+      for (int a = 0; a < 3; a++) {
+        const double want = exp(-3 * densities[k] * (a + 1) / 2);
+        const bool right = fabs((double)got[a] - want) <= 4e-4 * want + 1e-37;
+        CHECK(right, "density %g, mode %d, channel %d: %g, not %g", densities[k], mode, a, (double)got[a], want);
+        wrong += !right;
+        black += !(got[a] > 0);
+      }
+      pktrt_scene_destroy(s);
+    }
+  CHECK(black > 2 * COUNT(densities) && wrong == 0, "%zu are black", black);
+  say("%zu densities: %zu of %zu values are 0, %zu wrong", COUNT(densities), black, 6 * COUNT(densities), wrong);
+}
+
+/* A camera leaves a cube of dense glass while the shutter is open, along each axis and back, or the cube leaves the camera: it sees
+   black as long as it is within, and the background ahead from then on. */
+static void a_camera_leaves_glass(void) {
+  double worst = 0;
+  for (int axis = 0; axis < 3; axis++)
+    for (int way = 0; way < 8; way++) { /* to larger coordinates and to smaller, out and in, the camera or the glass */
+      const bool glass_moves = way & 4;
+      const double side = way & 1 ? -1 : 1, from = way & 2 ? 3 : 0.25, to = way & 2 ? 0.25 : 3;
+      float got[3], eye[3] = {0.1f, 0.2f, 0.15f};
+      mesh m = mesh_box();
+      pktrt_scene *s = stage_open();
+      pktrt_mesh_desc mesh_of_glass = mesh_desc(&m);
+      mesh_of_glass.material = slab_material(s, 4000);
+      float lo = INFINITY, hi = -INFINITY, keys[2 * 8 * 3];
+      for (uint32_t i = 0; i < m.nv; i++) lo = fminf(lo, m.p[3 * i]), hi = fmaxf(hi, m.p[3 * i]);
+      for (int i = 0; i < 24; i++) {
+        const float shift = i % 3 == axis ? (float)(side * (from - to) * 0.5) * (hi - lo) : 0;
+        keys[i] = m.p[i], keys[24 + i] = m.p[i] + shift;
+      }
+      if (glass_moves) mesh_of_glass.positions = keys, mesh_of_glass.key_count = 2;
+      CHECK(m.nv == 8 && pktrt_add_mesh(s, &mesh_of_glass, NULL) == PKTRT_OK, "%s", pktrt_last_error(s));
+      stage_commit(s);
+      const double half = 0.5 * ((double)hi - (double)lo), middle = 0.5 * ((double)hi + (double)lo);
+      pktrt_render_desc d = stage_view(PKTRT_MODE_DRT, 1, 1, got, vec_of(0, 0, 0), vec_of(0, 0, 1));
+      d.camera.fov_y = 0.1f, d.camera.shutter = 1, d.camera.moving = !glass_moves, d.samples = 1024;
+      d.camera.up[0] = 0.3f, d.camera.up[1] = 0.5f, d.camera.up[2] = 0.8f;
+      for (int a = 0; a < 3; a++) {
+        const float ahead = a == axis ? (float)(100 * side) : 0;
+        d.camera.eye[a] = d.camera.eye_end[a] = eye[a];
+        if (a == axis) d.camera.eye[a] = (float)(middle + side * half * from);
+        if (a == axis) d.camera.eye_end[a] = glass_moves ? d.camera.eye[a] : (float)(middle + side * half * to);
+        d.camera.target[a] = d.camera.eye[a] + ahead, d.camera.target_end[a] = d.camera.eye_end[a] + ahead;
+        d.camera.up_end[a] = d.camera.up[a];
+        d.background[a] = 1;
+      }
+      stage_render(s, &d);
+      const double outside = 2 / 2.75; /* of the time */
+      CHECK(fabs((double)got[0] - outside) < 0.02, "axis %d, way %d: %g, not %g", axis, way, (double)got[0], outside);
+      worst = fmax(worst, fabs((double)got[0] - outside));
+      pktrt_scene_destroy(s);
+      mesh_free(&m);
+    }
+  say("off by at most %.2g; a camera that is never within would be by %.2g", worst, 1 - 2 / 2.75);
+}
+
 void suite_media(void) {
   run("in glass within glass, beside glass and across glass, the one entered last absorbs", glass_in_glass);
   run("shadow rays lose the same there", shadows_in_glass);
@@ -406,5 +479,7 @@ void suite_media(void) {
   run("a camera in glass is found to be there, however much other glass there is", among_others);
   run("bodies that share sheets as surfaces dim each on its own way", interfaces);
   run("glass in glass is found among 66,000 materials", many_materials);
+  run("glass of any density lets through what it says, and dense glass nothing", glass_of_any_density);
+  run("a camera that leaves or enters dense glass sees black while it is within", a_camera_leaves_glass);
   run("pictures of glass in glass are the same bits on all paths", settings_in_glass);
 }

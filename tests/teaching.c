@@ -346,13 +346,81 @@ static void renders_can_be_watched(void) {
   pktrt_scene_destroy(s);
 }
 
+/* The packets that were told last, one of each depth, and what is wrong with the parents of those that followed. */
+typedef struct family {
+  bool by_types; /* what reflection and refraction rays met is shaded together */
+  pktrt_ray_type last_type;
+  uint32_t last_depth, n[16], x[16][256], y[16][256], sample[16][256];
+  uint64_t children[PKTRT_RAY_TYPE_COUNT], beyond, strangers, later, by_first;
+} family;
+static void see_family(void *user, const pktrt_packet *p) {
+  family *f = user;
+  if (!CHECK(p->depth < 16 && p->n <= 256)) return;
+  for (uint32_t i = 0; i < p->n && p->depth; i++) {
+    const uint32_t above = p->depth - 1, k = p->rays[i];
+    f->children[p->type]++;
+    if (k >= f->n[above]) {
+      f->beyond++;
+      continue;
+    }
+    f->strangers += f->x[above][k] != p->x[i] || f->y[above][k] != p->y[i] || f->sample[above][k] != p->sample[i];
+    f->by_first += f->x[above][0] != p->x[i] || f->y[above][0] != p->y[i] || f->sample[above][0] != p->sample[i];
+    f->later += k > 0;
+  }
+  const bool joined = f->by_types && p->type == PKTRT_RAY_REFRACTION && f->last_type == PKTRT_RAY_REFLECTION &&
+                      p->depth == f->last_depth;
+  f->last_type = p->type;
+  f->last_depth = p->depth;
+  if (p->type == PKTRT_RAY_SHADOW) return;
+  const uint32_t before = joined ? f->n[p->depth] : 0;
+  if (!CHECK(before + p->n <= 256)) return;
+  f->n[p->depth] = before + p->n;
+  memcpy(f->x[p->depth] + before, p->x, p->n * sizeof *p->x);
+  memcpy(f->y[p->depth] + before, p->y, p->n * sizeof *p->y);
+  memcpy(f->sample[p->depth] + before, p->sample, p->n * sizeof *p->sample);
+}
+
+/* Rays of a packet name those that sent them out, in the packet that was told last of those one bounce less deep. */
+static void packets_name_their_parents(void) {
+  static family f;
+  pktrt_scene *s = mirror_and_floor();
+  pktrt_material glass = material_of(0, PKTRT_SPECULAR_DIELECTRIC, 0);
+  const uint32_t material = stage_material(s, &glass);
+  for (int i = 0; i < 3; i++) {
+    mesh ball = mesh_sphere(2, 0, 1);
+    for (uint32_t k = 0; k < 3 * ball.nv; k++) ball.p[k] = 0.6f * ball.p[k] + (k % 3 == 0 ? 1.3f * (float)(i - 1) : 0);
+    pktrt_mesh_desc d = mesh_desc(&ball);
+    d.material = material;
+    CHECK(pktrt_add_mesh(s, &d, NULL) == PKTRT_OK, "%s", pktrt_last_error(s));
+    mesh_free(&ball);
+  }
+  stage_commit(s);
+  float *pixels = stage_pixels(48 * 48 * 3);
+  pktrt_render_desc d = stage_view(PKTRT_MODE_WRT, 48, 48, pixels, vec_of(0, 0.5, 5), vec_of(0, 0, 0));
+  d.packet = see_family, d.user = &f, d.max_depth = 6, d.samples = 2;
+  for (int assembly = 0; assembly <= PKTRT_ASSEMBLY_OCTANTS; assembly++) {
+    memset(&f, 0, sizeof f);
+    f.by_types = assembly == PKTRT_ASSEMBLY_RAY_TYPES;
+    d.assembly = (pktrt_assembly)assembly;
+    stage_render(s, &d);
+    uint64_t children = 0;
+    for (int i = 0; i < PKTRT_RAY_TYPE_COUNT; i++) children += f.children[i];
+    CHECK(f.beyond == 0 && f.strangers == 0, "assembly %d: of %llu rays %llu name none, %llu others'", assembly,
+          (unsigned long long)children, (unsigned long long)f.beyond, (unsigned long long)f.strangers);
+    CHECK(children > 10000 && f.later > children / 2 && f.by_first > children / 2, "%llu rays",
+          (unsigned long long)children);
+  }
+  pktrt_scene_destroy(s);
+  free(pixels);
+}
+
 /* --- samplers --- */
 
 static uint64_t asked_for;
-static float as_sobol(void *user, uint32_t x, uint32_t y, uint32_t sample, uint32_t dimension, uint32_t seed) {
-  const pktrt_sampling sampling = {PKTRT_SAMPLER_SOBOL, 4, seed};
+/* Asks the sampler of the library that `user` points to. */
+static float as_in_the_library(void *user, uint32_t x, uint32_t y, uint32_t sample, uint32_t dimension, uint32_t seed) {
+  const pktrt_sampling sampling = {*(const pktrt_sampler *)user, 4, seed};
   float u;
-  (void)user;
   asked_for++;
   pktrt_sample(&sampling, x, y, sample, dimension, 1, &u);
   return u;
@@ -364,17 +432,24 @@ static float outside(void *user, uint32_t x, uint32_t y, uint32_t sample, uint32
 
 static void samplers_of_ones_own(void) {
   pktrt_scene *s = mirror_and_floor();
-  quad lamp = quad_of(vec_of(0, 3, 0), vec_of(1, 0, 0), vec_of(0, 0, 1));
-  pktrt_light l = quad_light(&lamp, 4);
-  stage_light(s, &l);
+  for (int i = 0; i < 3; i++) { /* later ones have coordinates of later groups */
+    quad lamp = quad_of(vec_of(2 * i - 2, 3, 0), vec_of(1, 0, 0), vec_of(0, 0, 1));
+    pktrt_light l = quad_light(&lamp, 4);
+    stage_light(s, &l);
+  }
   float *want = stage_pixels(EDGE * EDGE * 3), *got = stage_pixels(EDGE * EDGE * 3);
   pktrt_render_desc d = stage_view(PKTRT_MODE_DRT, EDGE, EDGE, want, vec_of(0, 0.5, 5), vec_of(0, 0, 0));
   d.samples = 4, d.passes = 3, d.camera.aperture = 0.1f, d.seed = 9;
-  stage_render(s, &d);
-  d.sampler = PKTRT_SAMPLER_CUSTOM, d.custom_sampler = as_sobol, d.pixels = got;
-  stage_render(s, &d);
-  CHECK(memcmp(got, want, EDGE * EDGE * 3 * sizeof *got) == 0);
-  CHECK(asked_for > 4 * 3 * EDGE * EDGE * 4, "%llu numbers", (unsigned long long)asked_for);
+  for (int i = 0; i < PKTRT_SAMPLER_COUNT; i++) {
+    pktrt_sampler sampler = (pktrt_sampler)i;
+    asked_for = 0;
+    d.sampler = sampler, d.pixels = want;
+    stage_render(s, &d);
+    d.sampler = PKTRT_SAMPLER_CUSTOM, d.custom_sampler = as_in_the_library, d.user = &sampler, d.pixels = got;
+    stage_render(s, &d);
+    CHECK(memcmp(got, want, EDGE * EDGE * 3 * sizeof *got) == 0, "%s", pktrt_sampler_string(sampler));
+    CHECK(asked_for > 4 * 3 * EDGE * EDGE * 4, "%llu numbers", (unsigned long long)asked_for);
+  }
   d.custom_sampler = outside;
   stage_render(s, &d);
   CHECK(memcmp(got, want, EDGE * EDGE * 3 * sizeof *got) != 0, "another sampler, other bits");
@@ -396,5 +471,6 @@ void suite_teaching(void) {
   run("trees of models come after those of the scene, and events in instances name them", models_are_shown);
   run("who watches packets, events and cost of a render sees every sample, and the picture stays the same",
       renders_can_be_watched);
+  run("the rays of a packet that is told name the rays that sent them out", packets_name_their_parents);
   run("a sampler of one's own gives the picture that a built-in one of the same numbers gives", samplers_of_ones_own);
 }

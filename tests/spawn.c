@@ -89,7 +89,101 @@ static void leaving_what_has_changed(void) {
   }
 }
 
+/* What calls for many are asked, and what they answer; or what calls for one answer in their place. */
+enum { ITEMS = 300, CROSSINGS = 6 };
+typedef struct items {
+  pktrt_ray ray[ITEMS], left[ITEMS], made[ITEMS];
+  pktrt_hit hit[ITEMS], next[ITEMS], all[ITEMS][CROSSINGS];
+  size_t count[ITEMS];
+  bool occluded[ITEMS];
+  int winding[ITEMS];
+  pktrt_surface_info surface[ITEMS];
+  float direction[3 * ITEMS], point[3 * ITEMS], time[ITEMS];
+} items;
+static void answer_one_by_one(const pktrt_scene *s, items *x) {
+  for (size_t i = 0; i < ITEMS; i++) {
+    pktrt_intersect(s, &x->ray[i], &x->hit[i]);
+    pktrt_intersect_after(s, &x->ray[i], &x->hit[i], &x->next[i]);
+    x->count[i] = pktrt_intersect_all(s, &x->ray[i], x->all[i], CROSSINGS);
+    x->occluded[i] = pktrt_occluded(s, &x->ray[i]);
+    x->winding[i] = pktrt_winding(s, 0, x->point + 3 * i, x->time[i]);
+    pktrt_surface(s, &x->ray[i], &x->hit[i], &x->surface[i]);
+    pktrt_spawn(s, &x->ray[i], &x->hit[i], x->direction + 3 * i, &x->left[i]);
+    const pktrt_hit *h = &x->hit[i];
+    pktrt_spawn_at(s, h->mesh, h->triangle, h->u, h->v, x->time[i], x->direction + 3 * i, &x->made[i]);
+  }
+}
+static void answer_all_at_once(const pktrt_scene *s, items *x) {
+  pktrt_intersect_n(s, x->ray, x->hit, ITEMS);
+  pktrt_intersect_after_n(s, x->ray, x->hit, x->next, ITEMS);
+  pktrt_intersect_all_n(s, x->ray, x->all[0], CROSSINGS, x->count, ITEMS);
+  pktrt_occluded_n(s, x->ray, x->occluded, ITEMS);
+  pktrt_winding_n(s, 0, x->point, x->time, x->winding, ITEMS);
+  pktrt_surface_n(s, x->ray, x->hit, x->surface, ITEMS);
+  pktrt_spawn_n(s, x->ray, x->hit, x->direction, x->left, ITEMS);
+  pktrt_spawn_at_n(s, x->hit, x->time, x->direction, x->made, ITEMS);
+}
+
+/* Calls for many answer, item by item, what calls for one answer, where all that they are asked differs from item to item. The
+   control: with one time for all, answers are others. */
+static void many_are_as_many_times_one(void) {
+  static items one, many, at_once;
+  world w = world_moving(2);
+  mesh ball = mesh_sphere(2, 0, 1);
+  mesh_move(&ball, 2, 2, 0, 4);
+  pktrt_scene *s = pktrt_scene_create(NULL);
+  pktrt_mesh_desc d = mesh_desc(&ball);
+  rng r = rng_of(31);
+  CHECK(pktrt_add_mesh(s, &d, NULL) == PKTRT_OK, "%s", pktrt_last_error(s));
+  for (uint32_t i = 0; i < w.n; i++) {
+    d = mesh_desc(&w.m[i]);
+    CHECK(pktrt_add_mesh(s, &d, NULL) == PKTRT_OK, "%s", pktrt_last_error(s));
+  }
+  CHECK(pktrt_commit(s) == PKTRT_OK, "%s", pktrt_last_error(s));
+
+  memset(&one, 0, sizeof one);
+  make_rays(&w, s, RAYS_EDGE, 1, 0, one.ray, ITEMS);
+  for (size_t i = 0; i < ITEMS; i++) {
+    one.time[i] = one.ray[i].time = rng_unit(&r);
+    for (int a = 0; a < 3; a++) {
+      one.direction[3 * i + (size_t)a] = rng_sign(&r);
+      one.point[3 * i + (size_t)a] = 1.5f * rng_sign(&r);
+    }
+  }
+  many = at_once = one;
+  for (size_t i = 0; i < ITEMS; i++) at_once.time[i] = at_once.ray[i].time = one.time[0];
+  answer_one_by_one(s, &one);
+  answer_all_at_once(s, &many);
+  answer_all_at_once(s, &at_once);
+
+  size_t hits = 0, windings = 0, others = 0, made = 0;
+  for (size_t i = 0; i < ITEMS; i++) {
+    const size_t kept = one.count[i] < CROSSINGS ? one.count[i] : CROSSINGS;
+    CHECK(same_bits(&one.hit[i], &many.hit[i], sizeof one.hit[i]), "hit %zu", i);
+    CHECK(same_bits(&one.next[i], &many.next[i], sizeof one.next[i]), "next hit %zu", i);
+    CHECK(one.count[i] == many.count[i] && same_bits(one.all[i], many.all[i], kept * sizeof(pktrt_hit)), "all of %zu",
+          i);
+    CHECK(one.occluded[i] == many.occluded[i], "occluded %zu", i);
+    CHECK(one.winding[i] == many.winding[i], "winding %zu: %d, %d", i, one.winding[i], many.winding[i]);
+    CHECK(same_bits(&one.surface[i], &many.surface[i], sizeof one.surface[i]), "surface %zu", i);
+    CHECK(same_bits(&one.left[i], &many.left[i], sizeof one.left[i]), "ray %zu that leaves", i);
+    CHECK(same_bits(&one.made[i], &many.made[i], sizeof one.made[i]), "ray %zu that is made", i);
+    hits += one.hit[i].mesh != PKTRT_NONE;
+    windings += one.winding[i] != at_once.winding[i];
+    others += !same_bits(&one.hit[i], &at_once.hit[i], sizeof one.hit[i]);
+    made += !same_bits(&one.made[i], &at_once.made[i], sizeof one.made[i]);
+  }
+  CHECK(hits > ITEMS / 4 && windings > 3 && others > ITEMS / 8 && made > ITEMS / 8, "%zu hits, %zu, %zu, %zu others",
+        hits, windings, others, made);
+  say("%d items, %zu hits; control, all at one time: %zu hits, %zu windings and %zu rays are others", (int)ITEMS, hits,
+      others, windings, made);
+  pktrt_scene_destroy(s);
+  mesh_free(&ball);
+  world_free(&w);
+}
+
 void suite_spawn(void) {
+  run("calls for many answer what as many calls for one do, item by item", many_are_as_many_times_one);
   run("rays leave a mesh that has changed as if it had always been so", leaving_what_has_changed);
   run("a vertex that no triangle uses changes no ray that leaves the mesh", stray_vertices);
   run("what a miss spawns hits nothing", spawn_of_a_miss);

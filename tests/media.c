@@ -470,6 +470,39 @@ static void a_camera_leaves_glass(void) {
   say("off by at most %.2g; a camera that is never within would be by %.2g", worst, 1 - 2 / 2.75);
 }
 
+/* A cube of dense glass around the camera, of loose triangles whose zeros have both signs, is closed: all is black. */
+static void zeros_of_both_signs(void) {
+  static const char *const name[] = {"zeros of one sign", "of both signs", "the control, a face missing"};
+  float got[3];
+  for (int k = 0; k < 3; k++) {
+    mesh m = mesh_box();
+    float soup[12 * 9];
+    pktrt_scene *s = stage_open();
+    for (uint32_t i = 0; i < 36; i++)
+      for (uint32_t a = 0; a < 3; a++) {
+        const bool high = m.p[3 * m.i[i] + a] > 0;
+        soup[3 * i + a] = high ? 1.0f : k == 1 && i % 2 ? -0.0f : 0.0f;
+      }
+    pktrt_mesh_desc d;
+    memset(&d, 0, sizeof d);
+    d.positions = soup, d.vertex_count = 36, d.triangle_count = k == 2 ? 11 : 12;
+    d.material = slab_material(s, 4000);
+    CHECK(m.nt == 12 && pktrt_add_mesh(s, &d, NULL) == PKTRT_OK, "%s", pktrt_last_error(s));
+    stage_commit(s);
+    double seen = 0;
+    for (int axis = 0; axis < 3; axis++) {
+      pktrt_render_desc view =
+          stage_view(PKTRT_MODE_WRT, 1, 1, got, vec_of(0.4, 0.45, 0.52), vec_of(axis == 0, axis == 1, axis == 2));
+      for (int a = 0; a < 3; a++) view.background[a] = 1;
+      stage_render(s, &view);
+      seen += (double)got[0];
+    }
+    CHECK(k == 2 ? seen > 0.5 : !(seen > 0), "%s: %g", name[k], seen);
+    pktrt_scene_destroy(s);
+    mesh_free(&m);
+  }
+}
+
 void suite_media(void) {
   run("in glass within glass, beside glass and across glass, the one entered last absorbs", glass_in_glass);
   run("shadow rays lose the same there", shadows_in_glass);
@@ -480,6 +513,7 @@ void suite_media(void) {
   run("bodies that share sheets as surfaces dim each on its own way", interfaces);
   run("glass in glass is found among 66,000 materials", many_materials);
   run("glass of any density lets through what it says, and dense glass nothing", glass_of_any_density);
+  run("glass whose corners have zeros of both signs is closed", zeros_of_both_signs);
   run("a camera that leaves or enters dense glass sees black while it is within", a_camera_leaves_glass);
   run("pictures of glass in glass are the same bits on all paths", settings_in_glass);
 }

@@ -236,6 +236,49 @@ static void moving_lamp_on_gloss(void) {
   pktrt_scene_destroy(s);
 }
 
+/* A lamp of many triangles, some near a glossy floor and some far, gives the light that it gives with one key when it has two that
+   are alike: the ways to find it, by its own samples and by rays of the lobe, are weighted against each other in both. */
+static void lamp_of_two_keys_on_gloss(void) {
+  enum { STEPS = 8 };
+  static float keys[2][6 * STEPS + 6];
+  static uint32_t indices[6 * STEPS];
+  estimate e[2];
+  for (uint32_t i = 0; i <= STEPS; i++) { /* a strip that rises from the floor */
+    const double angle = 1.4 * (double)i / STEPS;
+    float *p = keys[0] + 6 * i;
+    vec_put(vec_of(-0.8, 0.05 + 3 * (1 - cos(angle)), -1 - 3 * sin(angle)), p);
+    vec_put(vec_of(0.8, 0.05 + 3 * (1 - cos(angle)), -1 - 3 * sin(angle)), p + 3);
+    const uint32_t two[6] = {2 * i, 2 * i + 1, 2 * i + 3, 2 * i, 2 * i + 3, 2 * i + 2};
+    if (i < STEPS) memcpy(indices + 6 * i, two, sizeof two);
+  }
+  memcpy(keys[1], keys[0], sizeof keys[0]);
+  for (uint32_t k = 0; k < 2; k++) {
+    pktrt_scene *s = stage_open();
+    pktrt_material gloss = material_of(0, PKTRT_SPECULAR_MIRROR, 0.5);
+    gloss.lobe = PKTRT_LOBE_PHONG, gloss.exponent = 6;
+    stage_quad(s, &ground, stage_material(s, &gloss));
+    pktrt_material glow = lamp_of(20);
+    pktrt_mesh_desc d;
+    memset(&d, 0, sizeof d);
+    d.positions = keys[0], d.vertex_count = 2 * STEPS + 2;
+    d.indices = indices, d.triangle_count = 2 * STEPS;
+    d.key_count = 1 + k;
+    d.material = stage_material(s, &glow);
+    pktrt_light light = light_of(PKTRT_LIGHT_MESH, 1);
+    CHECK(pktrt_add_mesh(s, &d, &light.mesh) == PKTRT_OK);
+    stage_light(s, &light);
+    stage_commit(s);
+    pktrt_render_desc view = stage_spot(vec_of(0, 2, 2), vec_of(0, 0, -0.5));
+    view.samples = small_run ? 64 : 256;
+    e[k] = stage_estimate(s, &view, 16);
+    pktrt_scene_destroy(s);
+  }
+  const double apart = fabs(e[0].mean[0] - e[1].mean[0]), error = hypot(e[0].error[0], e[1].error[0]);
+  CHECK(apart < 4 * error && error < (small_run ? 0.02 : 0.005) * e[0].mean[0],
+        "%.5f +- %.5f, with two keys %.5f +- %.5f", e[0].mean[0], e[0].error[0], e[1].mean[0], e[1].error[0]);
+  say("%.5f +- %.5f, with two keys %.5f +- %.5f", e[0].mean[0], e[0].error[0], e[1].mean[0], e[1].error[0]);
+}
+
 /* A box of absorbing glass that does not refract moves along x, from around the camera to 4 away; the camera looks along z. */
 static void camera_in_moving_glass(void) {
   for (int placed = 0; placed < 2; placed++) {
@@ -605,6 +648,7 @@ void suite_pairs(void) {
   run("highlights stay where rays end: at max_depth, and where lobes are too weak to be followed",
       highlights_where_rays_end);
   run("a lamp that moves over gloss gives the mean of pictures at rest", moving_lamp_on_gloss);
+  run("a lamp of many triangles that has two keys shines on gloss as one that has one", lamp_of_two_keys_on_gloss);
   run("a camera in moving glass with an open shutter is in it for its time", camera_in_moving_glass);
   run("a visible lamp in absorbing glass is dimmed by the way to it", lamp_in_absorbing_glass);
   run("all of fourteen glasses around a camera absorb", many_glasses_around_a_camera);

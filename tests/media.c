@@ -503,6 +503,42 @@ static void zeros_of_both_signs(void) {
   }
 }
 
+/* Visible lamps in glass, behind it and about the camera are dimmed in each channel, as what shines behind the same glass is. */
+static void lamps_in_glass(void) {
+  set_up u[12];
+  double worst = 0, apart = 0;
+  for (size_t k = 0; k < COUNT(cases); k++) {
+    const stack_case *c = &cases[k];
+    for (int i = 0, n = set_ups(u); i < n; i++) {
+      float got[2][3];
+      for (int with = 0; with < 2; with++) {
+        pktrt_scene *s = stage_open();
+        const vec o = turned(u[i].place, -7, -7, c->plate);
+        const quad q = quad_of(o, vec_sub(turned(u[i].place, 7, -7, c->plate), o),
+                               vec_sub(turned(u[i].place, -7, 7, c->plate), o));
+        pktrt_light l = quad_light(&q, 4);
+        l.visible = true;
+        stage_light(s, &l);
+        if (with) add_slabs(s, c, &u[i]);
+        add_plate(s, &u[i], c->plate - 3, false); /* there is something to commit */
+        stage_commit(s);
+        const pktrt_render_desc d = straight(&u[i], PKTRT_MODE_DRT, got[with], c->eye, c->plate);
+        stage_render(s, &d);
+        pktrt_scene_destroy(s);
+      }
+      for (int a = 0; a < 3; a++) {
+        const double want = exp(-c->depth * (a + 1) / 2), is = (double)got[1][a] / (double)got[0][a];
+        CHECK(got[0][a] > 0 && fabs(is / want - 1) < 2e-4, "%s, set-up %d, channel %d: %g, not %g", c->name, i, a, is,
+              want);
+        worst = fmax(worst, fabs(is / want - 1));
+        apart = fmax(apart, fabs(is / (double)(got[1][0] / got[0][0]) - 1));
+      }
+    }
+  }
+  CHECK(apart > 0.5, "channels differ");
+  say("off by at most %.2g; channels are apart by %.2g", worst, apart);
+}
+
 void suite_media(void) {
   run("in glass within glass, beside glass and across glass, the one entered last absorbs", glass_in_glass);
   run("shadow rays lose the same there", shadows_in_glass);
@@ -513,6 +549,7 @@ void suite_media(void) {
   run("bodies that share sheets as surfaces dim each on its own way", interfaces);
   run("glass in glass is found among 66,000 materials", many_materials);
   run("glass of any density lets through what it says, and dense glass nothing", glass_of_any_density);
+  run("visible lamps in glass and behind it are dimmed in each channel", lamps_in_glass);
   run("glass whose corners have zeros of both signs is closed", zeros_of_both_signs);
   run("a camera that leaves or enters dense glass sees black while it is within", a_camera_leaves_glass);
   run("pictures of glass in glass are the same bits on all paths", settings_in_glass);

@@ -17462,6 +17462,16 @@ static void pktrt__light_lift(const pktrt__light_data *light, const double from[
   for (int a = 0; a < 3 && light->target.flat; a++) at[a] += lift * light->facing[a];
 }
 
+/* Tells whether a ray of surface k towards a sample of a light would end at a visible light before. */
+PKTRT__COLD bool pktrt__light_is_behind_others(const pktrt__render_state *render, const pktrt__light_view *from,
+                                               bool infinite, const double at[3]) {
+  double direction[3], depth = INFINITY;
+
+  for (int a = 0; a < 3; a++) direction[a] = infinite ? at[a] : at[a] - from->point[a];
+  if (!infinite) depth = sqrt(pktrt__dot(direction, direction)) * (1 - (double)PKTRT__TOUCH);
+  return pktrt__normalise(direction) && pktrt__light_see(render, from->point, direction, &depth) != PKTRT_NONE;
+}
+
 /* Samples a point of a light for surface k, for which it counts `share` times. */
 static void pktrt__light_sample_one(pktrt__tile *tile, const pktrt__wave *w, const pktrt__light_look *look,
                                     uint32_t index, uint32_t k, double share) {
@@ -17483,7 +17493,13 @@ static void pktrt__light_sample_one(pktrt__tile *tile, const pktrt__wave *w, con
   g->factor[k] = factor * share * light->strength;
   g->shared[k] =
       pktrt__light_is_shared(tile, index, k) ? pktrt__to_float(1 / pktrt__max(light->strength * share, DBL_MIN)) : 0;
-  if (look->light == PKTRT_NONE && pktrt__light_has(l, PKTRT__LIGHT_HIT)) g->shared[k] = -1;
+  if (!pktrt__light_has(l, PKTRT__LIGHT_HIT)) return;
+
+  /* Rays of the lobe, which end at visible lights, find alone what lies behind these, as all that surfaces choose. */
+  if (look->light == PKTRT_NONE ||
+      (render->shown && g->shared[k] > 0 &&
+       pktrt__light_is_behind_others(render, &from, pktrt__light_has(l, PKTRT__LIGHT_INFINITE), at)))
+    g->shared[k] = -1;
 }
 
 /* Samples a point of a light for each surface, where that is random or takes more than the kernels know. */

@@ -279,6 +279,48 @@ static void lamp_of_two_keys_on_gloss(void) {
   say("%.5f +- %.5f, with two keys %.5f +- %.5f", e[0].mean[0], e[0].error[0], e[1].mean[0], e[1].error[0]);
 }
 
+/* Lamps and a sky shine on a glossy floor that is seen by itself, in a mirror, and in a glossy wall: whichever lights are asked
+   where, the mean is the same. */
+static void choices_of_lights_on_gloss(void) {
+  static const char *const name[] = {"the floor", "the floor in a mirror", "the floor in a glossy wall"};
+  for (int k = 0; k < 3; k++) {
+    cap c = {vec_unit(vec_of(0.3, 1, 0.2)), cos(0.5)};
+    pktrt_material gloss = material_of(0.1, PKTRT_SPECULAR_MIRROR, 0.5);
+    gloss.lobe = PKTRT_LOBE_PHONG, gloss.exponent = 12;
+    pktrt_render_desc view;
+    pktrt_scene *s = cap_stage(&gloss, &c, vec_of(0, 1.5, 3), 256, &view);
+    pktrt_material wall = material_of(0, PKTRT_SPECULAR_MIRROR, 0.8);
+    if (k == 2) wall.lobe = PKTRT_LOBE_PHONG, wall.exponent = 400;
+    const quad mirror = {{-3, -0.1, -2}, {{6, 0, 0}, {0, 4, 0}}};
+    stage_quad(s, &mirror, stage_material(s, &wall));
+    const quad lamp = quad_of(vec_of(0.5, 2.2, 0.4), vec_of(0.5, 0, 0), vec_of(0, 0, 0.5));
+    pktrt_light light = quad_light(&lamp, 60);
+    light.visible = true;
+    stage_light(s, &light);
+    light = light_of(PKTRT_LIGHT_SPHERE, 60);
+    light.position[0] = -1.2f, light.position[1] = 1.8f, light.position[2] = 0.2f, light.radius = 0.3f;
+    light.visible = true;
+    stage_light(s, &light);
+    stage_commit(s);
+
+    view = stage_spot(vec_of(0, 1.5, 3), k ? vec_of(0, 0.6, -2) : vec_of(0, 0, 0.5));
+    view.environment = cap_sky, view.user = &c;
+    view.samples = 128;
+    estimate e[3];
+    for (int choice = PKTRT_LIGHTS_ALL; choice <= PKTRT_LIGHTS_ONE; choice++) {
+      view.lights = (pktrt_light_choice)choice;
+      e[choice] = stage_estimate(s, &view, 16);
+      const double apart = fabs(e[choice].mean[0] - e[0].mean[0]), error = hypot(e[choice].error[0], e[0].error[0]);
+      CHECK(apart <= 4 * error && error < (small_run ? 0.1 : 0.02) * e[0].mean[0],
+            "%s, choice %d: %.5f +- %.5f, by all lights %.5f +- %.5f", name[k], choice, e[choice].mean[0],
+            e[choice].error[0], e[0].mean[0], e[0].error[0]);
+    }
+    say("%s: %.4f +- %.4f, %.4f +- %.4f, %.4f +- %.4f", name[k], e[0].mean[0], e[0].error[0], e[1].mean[0],
+        e[1].error[0], e[2].mean[0], e[2].error[0]);
+    pktrt_scene_destroy(s);
+  }
+}
+
 /* A box of absorbing glass that does not refract moves along x, from around the camera to 4 away; the camera looks along z. */
 static void camera_in_moving_glass(void) {
   for (int placed = 0; placed < 2; placed++) {
@@ -648,6 +690,7 @@ void suite_pairs(void) {
   run("highlights stay where rays end: at max_depth, and where lobes are too weak to be followed",
       highlights_where_rays_end);
   run("a lamp that moves over gloss gives the mean of pictures at rest", moving_lamp_on_gloss);
+  run("whichever lights are asked where, gloss that is seen in gloss has the same mean", choices_of_lights_on_gloss);
   run("a lamp of many triangles that has two keys shines on gloss as one that has one", lamp_of_two_keys_on_gloss);
   run("a camera in moving glass with an open shutter is in it for its time", camera_in_moving_glass);
   run("a visible lamp in absorbing glass is dimmed by the way to it", lamp_in_absorbing_glass);

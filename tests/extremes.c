@@ -443,11 +443,67 @@ static void barycentrics_stay_inside(void) {
   say("%zu hits on edges and at corners", count.hits);
 }
 
+/* A lattice that moves and grows, asked along an axis at its edges and corners at a time when all of them are whole numbers: the
+   hits are those of the lattice that lies there. */
+static void moving_lattices(void) {
+  enum { EDGE = 8, PER_SIDE = 4 * EDGE + 5, ASKED = PER_SIDE * PER_SIDE };
+  static pktrt_ray rays[ASKED];
+  static pktrt_hit one[ASKED], many[ASKED], want[ASKED];
+  size_t hits = 0, wrong = 0, control = 0;
+  for (int axis = 0; axis < 3; axis++)
+    for (int k = 0; k < 4; k++) {
+      const float times[4] = {0.5f, 0.25f, 0.75f, 1}, time = times[k];
+      mesh grid = mesh_grid(EDGE, EDGE / 2);
+      const size_t n = (size_t)grid.nv * 3;
+      float *keys = calloc(2 * n, sizeof *keys), *there = calloc(n, sizeof *there);
+      if (!keys || !there) abort();
+      for (size_t i = 0; i < n; i++) {
+        const size_t to = i / 3 * 3 + (i + (size_t)axis) % 3;
+        keys[to] = grid.p[i];
+        keys[n + to] = 5 * grid.p[i] + (i % 3 == 1 ? 8.0f : 4.0f);
+        there[to] = (1 - time) * keys[to] + time * keys[n + to];
+      }
+      pktrt_scene *s[2];
+      for (int moves = 0; moves < 2; moves++) {
+        pktrt_mesh_desc d = mesh_desc(&grid);
+        d.positions = moves ? keys : there, d.key_count = moves ? 2 : 1;
+        s[moves] = pktrt_scene_create(NULL);
+        CHECK(pktrt_add_mesh(s[moves], &d, NULL) == PKTRT_OK && pktrt_commit(s[moves]) == PKTRT_OK);
+      }
+      for (uint32_t i = 0; i < ASKED; i++) { /* at corners and edges, between them, and on diagonals */
+        float origin[3], direction[3];
+        const float u = (float)(i % PER_SIDE) - PER_SIDE / 2, v = (float)(i / PER_SIDE) - PER_SIDE / 2;
+        const float at[3] = {u, k & 1 ? 40.0f : -40.0f, v}, way[3] = {0, k & 1 ? -1.0f : 1.0f, 0};
+        for (int a = 0; a < 3; a++) origin[(a + axis) % 3] = at[a], direction[(a + axis) % 3] = way[a];
+        rays[i] = ray_of(origin[0], origin[1], origin[2], direction[0], direction[1], direction[2]);
+        rays[i].time = time;
+      }
+      pktrt_intersect_n(s[0], rays, want, ASKED);
+      pktrt_intersect_n(s[1], rays, many, ASKED);
+      for (uint32_t i = 0; i < ASKED; i++) {
+        pktrt_intersect(s[1], &rays[i], &one[i]);
+        hits += want[i].mesh != PKTRT_NONE;
+        wrong += !same_bits(&want[i], &one[i], sizeof want[i]);
+        wrong += !same_bits(&want[i], &many[i], sizeof want[i]);
+        wrong += pktrt_occluded(s[1], &rays[i]) != (want[i].mesh != PKTRT_NONE);
+        rays[i].time = 0;
+        pktrt_intersect(s[1], &rays[i], &one[i]);
+        control += !same_bits(&want[i], &one[i], sizeof want[i]);
+      }
+      for (int moves = 0; moves < 2; moves++) pktrt_scene_destroy(s[moves]);
+      free(keys), free(there);
+      mesh_free(&grid);
+    }
+  CHECK(wrong == 0 && hits > 1000 && control > 1000, "%zu of %zu hits differ", wrong, hits);
+  say("%zu hits: %zu answers differ; control, at another time: %zu", hits, wrong, control);
+}
+
 void suite_extremes(void) {
   run("no hit is at an infinite t, and every query ends, whatever the bits of rays and meshes", queries_end);
   run("after a hit at t = -inf comes the first, after one at NaN none", odd_previous);
   run("a triangle with area is hit whatever the order of its corners", area_in_any_order);
   run("bodies of corners far apart and near are closed", thin_bodies_are_closed);
+  run("rays along axes at the edges of a moving lattice have the hits of the lattice that lies there", moving_lattices);
   run("moving triangles that are lines at each key are hit where rounding gives them area", moving_lines_have_area);
   run("u, v and (1 - u) - v are never below 0, on edges and at corners, on any path", barycentrics_stay_inside);
 }

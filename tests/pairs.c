@@ -321,6 +321,43 @@ static void choices_of_lights_on_gloss(void) {
   }
 }
 
+/* Lets a quarter of the emission of what it is on remain. */
+static void quarter_of_emission(void *user, const pktrt_points *points) {
+  (void)user;
+  for (uint32_t i = 0; i < points->n; i++)
+    for (int a = 0; a < 3; a++) points->emission[a][i] *= 0.25f;
+}
+
+/* A lamp whose texture leaves a quarter of its emission shows in gloss with a quarter. */
+static void textured_lamp_on_gloss(void) {
+  static const float corners[12] = {-1, 0.5f, -2, 1, 0.5f, -2, 1, 2, -2, -1, 2, -2};
+  static const uint32_t indices[6] = {0, 1, 2, 0, 2, 3};
+  estimate e[2];
+  for (int textured = 0; textured < 2; textured++) {
+    pktrt_scene *s = stage_open();
+    pktrt_material gloss = material_of(0, PKTRT_SPECULAR_MIRROR, 0.5);
+    gloss.lobe = PKTRT_LOBE_PHONG, gloss.exponent = 20;
+    stage_quad(s, &ground, stage_material(s, &gloss));
+    pktrt_material glow = lamp_of(8);
+    if (textured) glow.texture = quarter_of_emission;
+    pktrt_mesh_desc d;
+    memset(&d, 0, sizeof d);
+    d.positions = corners, d.vertex_count = 4, d.indices = indices, d.triangle_count = 2;
+    d.material = stage_material(s, &glow);
+    pktrt_light light = light_of(PKTRT_LIGHT_MESH, 1);
+    CHECK(pktrt_add_mesh(s, &d, &light.mesh) == PKTRT_OK);
+    stage_light(s, &light);
+    stage_commit(s);
+    pktrt_render_desc view = stage_spot(vec_of(0, 2, 3), vec_of(0, 0, 0));
+    view.samples = 256;
+    e[textured] = stage_estimate(s, &view, 16);
+    pktrt_scene_destroy(s);
+  }
+  check_estimate("a lamp with a quarter of its emission", &e[1], 0.25 * e[0].mean[0], 0.3 * e[0].mean[0], 0.02);
+  CHECK(agrees(&e[1], 0, 0.25 * e[0].mean[0]) && !agrees(&e[1], 0, 0.3 * e[0].mean[0]), "%.5f +- %.5f, not %.5f",
+        e[1].mean[0], e[1].error[0], 0.25 * e[0].mean[0]);
+}
+
 /* A box of absorbing glass that does not refract moves along x, from around the camera to 4 away; the camera looks along z. */
 static void camera_in_moving_glass(void) {
   for (int placed = 0; placed < 2; placed++) {
@@ -691,6 +728,7 @@ void suite_pairs(void) {
       highlights_where_rays_end);
   run("a lamp that moves over gloss gives the mean of pictures at rest", moving_lamp_on_gloss);
   run("whichever lights are asked where, gloss that is seen in gloss has the same mean", choices_of_lights_on_gloss);
+  run("a lamp whose texture changes its emission shows so in gloss", textured_lamp_on_gloss);
   run("a lamp of many triangles that has two keys shines on gloss as one that has one", lamp_of_two_keys_on_gloss);
   run("a camera in moving glass with an open shutter is in it for its time", camera_in_moving_glass);
   run("a visible lamp in absorbing glass is dimmed by the way to it", lamp_in_absorbing_glass);

@@ -55,6 +55,30 @@ static void same_bits_as_whole(void) {
       wrong);
 }
 
+/* Worlds of any size, tiny and huge by powers of two, which round nothing. */
+static void same_bits_at_any_size(void) {
+  static const int sizes[] = {-60, -3, 40};
+  const size_t n = small_run ? 64 : 128;
+  size_t wrong = 0, hits = 0;
+  uint64_t split = 0, times = 0;
+  for (size_t i = 0; i < COUNT(sizes); i++) {
+    world w = crossed_world();
+    for (uint32_t k = 0; k < w.n; k++)
+      for (size_t v = 0; v < (size_t)w.m[k].nv * 3; v++) w.m[k].p[v] = ldexpf(w.m[k].p[v], sizes[i]);
+    pktrt_scene *whole = world_scene(&w, PKTRT_ISA_AUTO, 0), *s = high_scene(&w, PKTRT_ISA_AUTO, 0);
+    const uint64_t more = tree_split(s);
+    sound(s);
+    hits += compare(whole, s, &w, n, &wrong);
+    CHECK(i == 0 || more == split, "%llu prims more, %llu at other sizes", (unsigned long long)more,
+          (unsigned long long)split);
+    split = more, times += more > 50;
+    pktrt_scene_destroy(whole), pktrt_scene_destroy(s);
+    world_free(&w);
+  }
+  CHECK(times == COUNT(sizes) && wrong == 0 && hits > n, "%zu answers differ of %zu hits", wrong, hits);
+  say("%zu sizes, %zu hits: %zu differ", COUNT(sizes), hits, wrong);
+}
+
 static void deform(world *w, pktrt_scene *s) {
   mesh_place(&w->m[0], (float[3]){1, 0.5f, 1.25f}, (float[3]){0, 0.5f, 0});
   CHECK(pktrt_set_positions(s, 0, 0, w->m[0].p) == PKTRT_OK && pktrt_refit(s) == PKTRT_OK, "%s", pktrt_last_error(s));
@@ -244,6 +268,7 @@ static void workers(void) {
 
 void suite_splits(void) {
   run("split triangles have the bits of whole ones, every way", same_bits_as_whole);
+  run("split triangles have the bits of whole ones in tiny scenes and huge ones", same_bits_at_any_size);
   run("split triangles that are deformed or hidden have the bits of whole ones", deformed_and_hidden);
   run("instances of split models have the bits of whole ones", placed_has_the_bits);
   run("boxes cover split triangles, and smaller ones would not", covered);

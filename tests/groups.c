@@ -675,7 +675,7 @@ static void widen_by_node(const pktrt_scene *s, float time, float lo[3], float h
     }
 }
 
-/* Meshes of one triangle lie among the triangles of a larger one, all of which go far. With the former hidden, boxes are those of
+/* Meshes of one triangle lie among the triangles of one with many vertices, all of which go far. With the former hidden, boxes are those of
    the latter alone at each time. */
 static void hidden_ones_that_move_widen_no_boxes(void) {
   enum { SMALL = 5, KEYS = 3 };
@@ -687,10 +687,17 @@ static void hidden_ones_that_move_widen_no_boxes(void) {
     mesh_move(&large, KEYS, 0, 0, 4);
     for (uint32_t i = 0; i < KEYS * large.nv; i++) large.p[3 * i] += (float)(40 * (i / large.nv));
     pktrt_mesh_desc d = mesh_desc(&large);
+    d.triangle_count = 8 - SMALL; /* all in one block */
     for (int k = 0; k < 2; k++) CHECK(pktrt_add_mesh(s[k], &d, NULL) == PKTRT_OK, "%s", pktrt_last_error(s[k]));
-    d.positions = large.p + 3 * large.i[0]; /* three vertices in a row, at other places in other keys */
     d.indices = NULL, d.vertex_count = 3, d.triangle_count = 1;
-    for (int i = 0; i < SMALL; i++) CHECK(pktrt_add_mesh(s[0], &d, NULL) == PKTRT_OK, "%s", pktrt_last_error(s[0]));
+    for (int i = 0; i < SMALL; i++) { /* each lies in one of the others, so that no tree parts them */
+      float keys[KEYS][3][3];
+      for (uint32_t k = 0; k < KEYS; k++)
+        for (uint32_t c = 0; c < 3; c++)
+          memcpy(keys[k][c], large.p + 3 * ((size_t)k * large.nv + large.i[3 * (i % (8 - SMALL)) + (int)c]), 12);
+      d.positions = keys[0][0];
+      CHECK(pktrt_add_mesh(s[0], &d, NULL) == PKTRT_OK, "%s", pktrt_last_error(s[0]));
+    }
     for (int k = 0; k < 2; k++) settle(s[k], false);
     for (uint32_t i = 1; i <= SMALL; i++) CHECK(pktrt_set_enabled(s[0], i, false) == PKTRT_OK);
     settle(s[0], kind == 1);

@@ -185,6 +185,48 @@ static void highlights_where_rays_end(void) {
   }
 }
 
+/* --- what moves beside what does not --- */
+
+/* Shadow rays from one point look past balls that move, which are visited first, at a wall far behind: rays at the balls end before
+   these, the others beyond the wall. All are asked together, and each alone. */
+static void short_and_long_shadow_rays(void) {
+  enum { SIDE = 64, KEYS = 3 };
+  static pktrt_ray rays[SIDE * SIDE];
+  static bool together[SIDE * SIDE];
+  size_t wrong = 0, hidden = 0, free_ones = 0;
+  for (int isa = 0; isa < isa_count; isa++) {
+    pktrt_scene_desc desc = scene_desc_of(isas[isa], 0);
+    pktrt_scene *s = pktrt_scene_create(&desc);
+    mesh ball = mesh_sphere(1, 0, 1), wall = mesh_grid(8, 200);
+    mesh_move(&ball, KEYS, 0.3f, 0, 5);
+    for (uint32_t i = 0; i < ball.nv * KEYS; i++) ball.p[3 * i + 2] -= 6;
+    for (uint32_t i = 0; i < wall.nv; i++) wall.p[3 * i + 1] = wall.p[3 * i + 2], wall.p[3 * i + 2] = -100;
+    pktrt_mesh_desc d = mesh_desc(&ball);
+    CHECK(pktrt_add_mesh(s, &d, NULL) == PKTRT_OK, "%s", pktrt_last_error(s));
+    d = mesh_desc(&wall);
+    CHECK(pktrt_add_mesh(s, &d, NULL) == PKTRT_OK && pktrt_commit(s) == PKTRT_OK, "%s", pktrt_last_error(s));
+
+    for (uint32_t i = 0; i < SIDE * SIDE; i++) { /* blocks of eight by eight rays are neighbours */
+      const uint32_t block = i / 64, x = block % 8 * 8 + i % 8, y = block / 8 * 8 + i / 8 % 8;
+      const float u = ((float)x - SIDE / 2) / SIDE, v = ((float)y - SIDE / 2) / SIDE;
+      rays[i] = ray_of(0, 0, 0, u, v, -1);
+      rays[i].time = (float)(i % 7) / 6;
+      rays[i].tmax = u * u + v * v < 0.06f ? 3.5f : 150;
+    }
+    pktrt_occluded_n(s, rays, together, SIDE * SIDE);
+    for (uint32_t i = 0; i < SIDE * SIDE; i++) {
+      const bool alone = pktrt_occluded(s, &rays[i]);
+      wrong += alone != together[i];
+      hidden += alone;
+      free_ones += !alone;
+    }
+    pktrt_scene_destroy(s);
+    mesh_free(&ball), mesh_free(&wall);
+  }
+  CHECK(wrong == 0 && hidden > 500 && free_ones > 500, "%zu are wrong, %zu hidden, %zu free", wrong, hidden, free_ones);
+  say("%zu are hidden and %zu free, as alone but for %zu", hidden, free_ones, wrong);
+}
+
 /* --- lamps, glass and cutouts that meet --- */
 
 /* A lamp that is a mesh passes over a glossy floor while the shutter is open: the mean of pictures at rest. */
@@ -726,6 +768,8 @@ void suite_pairs(void) {
   run("strips at the edges of lights, quads and meshes, give their form factors", edges_of_lights);
   run("highlights stay where rays end: at max_depth, and where lobes are too weak to be followed",
       highlights_where_rays_end);
+  run("shadow rays that end before what moves, and those that go far beside it, are hidden together as alone",
+      short_and_long_shadow_rays);
   run("a lamp that moves over gloss gives the mean of pictures at rest", moving_lamp_on_gloss);
   run("whichever lights are asked where, gloss that is seen in gloss has the same mean", choices_of_lights_on_gloss);
   run("a lamp whose texture changes its emission shows so in gloss", textured_lamp_on_gloss);

@@ -110,9 +110,10 @@ static void limit_walk_frustum(pktrt__frustum *f, const pktrt__bvh_segment *seg,
                                bool occlusion, tally *t, limit_sample *s) {
   const pktrt__variant packet = pktrt__variant_of(occlusion, false, true, &t->packet);
   const pktrt__variant stream = pktrt__variant_of(occlusion, false, true, &t->stream);
-  pktrt__frustum_entry stack[PKTRT__STACK + 8];
+  pktrt__frustum_stack stack;
   uint64_t alive = mask, hit = 0;
-  uint32_t sp = 0, ref = 0;
+  uint32_t ref = 0;
+  stack.n = 0;
   for (;;) {
     if (pktrt__frustum_is_thin(f, mask, ref, occlusion, false)) {
       hit = pktrt__stream_traverse(seg, b, f->list, mask, ref, stream);
@@ -120,7 +121,7 @@ static void limit_walk_frustum(pktrt__frustum *f, const pktrt__bvh_segment *seg,
       hit = limit_walk_block(f, seg, b, ref, mask, occlusion, t, s);
     } else {
       if (s) limit_note_step(s->node, &s->nodes, ref, NULL, mask);
-      sp += pktrt__frustum_open_node(f, seg, ref, mask, stack + sp, packet);
+      pktrt__frustum_open_node(f, seg, ref, mask, &stack, packet);
     }
     if (hit) {
       if (occlusion && !(alive &= ~hit)) return;
@@ -128,13 +129,15 @@ static void limit_walk_frustum(pktrt__frustum *f, const pktrt__bvh_segment *seg,
       hit = 0;
     }
     do {
-      if (!sp) return;
-      const pktrt__frustum_entry *e = &stack[--sp];
-      mask = e->w > f->wmax ? 0 : e->mask & alive, ref = e->ref;
-      if (!mask || !e->plane) continue;
-      if (s) limit_note_step(s->box, &s->boxes, 0, e->plane, mask);
+      if (!stack.n) return;
+      const pktrt__frustum_entry *e = &stack.entries[--stack.n];
+      const pktrt__frustum_parent *parent = &stack.parents[e->parent];
+      mask = e->w > f->wmax ? 0 : parent->mask & alive, ref = e->ref;
+      if (!mask || e->whole) continue;
+      const float *plane = parent->planes + e->child;
+      if (s) limit_note_step(s->box, &s->boxes, 0, plane, mask);
       t->boxes += limit_vectors(mask);
-      mask = pktrt__frustum_test_child(f, b, e->plane, e->plane, mask, false);
+      mask = pktrt__frustum_test_child(f, b, plane, plane, mask, false);
     } while (!mask);
   }
 }
@@ -281,13 +284,15 @@ static uint64_t limit_go_triangles(limit_sample *s, const pktrt__bvh_segment *se
 
 static uint64_t limit_go_packet(limit_sample *s, const pktrt__bvh_segment *seg, bool occlusion, limit_test test) {
   const pktrt__variant is = pktrt__variant_of(occlusion, false, false, NULL);
-  pktrt__frustum_entry stack[8];
+  pktrt__frustum_stack stack;
   volatile uint64_t sink = 0;
   uint64_t tests = 0;
   if (test == LIMIT_NODE)
     for (; tests < s->nodes; tests++) {
       const limit_step *at = &s->node[tests];
-      sink += pktrt__frustum_open_node(&s->f, seg, at->ref, at->mask, stack, is);
+      stack.n = 0;
+      pktrt__frustum_open_node(&s->f, seg, at->ref, at->mask, &stack, is);
+      sink += stack.n;
     }
   if (test == LIMIT_BOX)
     for (uint32_t i = 0; i < s->boxes; i++) {

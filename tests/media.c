@@ -349,7 +349,7 @@ static void interfaces(void) {
 
 /* Stacks are narrower where there are many materials. */
 static void many_materials(void) {
-  static const uint32_t counts[] = {250, 300, 66000};
+  static const uint32_t counts[] = {5, 122, 126, 127, 130, 180, 250, 254, 300, 65530, 66000};
   for (size_t k = 0; k < COUNT(counts); k++) {
     float got[3];
     set_up u = {1, false, false, false};

@@ -324,8 +324,9 @@ static void lamp_of_two_keys_on_gloss(void) {
 /* Lamps and a sky shine on a glossy floor that is seen by itself, in a mirror, and in a glossy wall: whichever lights are asked
    where, the mean is the same. */
 static void choices_of_lights_on_gloss(void) {
-  static const char *const name[] = {"the floor", "the floor in a mirror", "the floor in a glossy wall"};
-  for (int k = 0; k < 3; k++) {
+  static const char *const name[] = {"the floor", "the floor in a mirror", "the floor in a glossy wall",
+                                     "the floor under a sky"};
+  for (int k = 0; k < 4; k++) { /* the last under the sky alone */
     cap c = {vec_unit(vec_of(0.3, 1, 0.2)), cos(0.5)};
     pktrt_material gloss = material_of(0.1, PKTRT_SPECULAR_MIRROR, 0.5);
     gloss.lobe = PKTRT_LOBE_PHONG, gloss.exponent = 12;
@@ -338,14 +339,14 @@ static void choices_of_lights_on_gloss(void) {
     const quad lamp = quad_of(vec_of(0.5, 2.2, 0.4), vec_of(0.5, 0, 0), vec_of(0, 0, 0.5));
     pktrt_light light = quad_light(&lamp, 60);
     light.visible = true;
-    stage_light(s, &light);
+    if (k < 3) stage_light(s, &light);
     light = light_of(PKTRT_LIGHT_SPHERE, 60);
     light.position[0] = -1.2f, light.position[1] = 1.8f, light.position[2] = 0.2f, light.radius = 0.3f;
     light.visible = true;
-    stage_light(s, &light);
+    if (k < 3) stage_light(s, &light);
     stage_commit(s);
 
-    view = stage_spot(vec_of(0, 1.5, 3), k ? vec_of(0, 0.6, -2) : vec_of(0, 0, 0.5));
+    view = stage_spot(vec_of(0, 1.5, 3), k % 3 ? vec_of(0, 0.6, -2) : vec_of(0, 0, 0.5));
     view.environment = cap_sky, view.user = &c;
     view.samples = 128;
     estimate e[3];

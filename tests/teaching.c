@@ -430,6 +430,30 @@ static float outside(void *user, uint32_t x, uint32_t y, uint32_t sample, uint32
   return (x + y + sample + dimension) % 3 ? NAN : dimension % 2 ? 7.0f : -INFINITY;
 }
 
+/* Notes which seeds the passes of pictures with neighbouring seeds are told. */
+enum { SEEDS = 12, SEED_PASSES = 16 };
+static struct { uint32_t seed[SEEDS * SEED_PASSES + 1], n; } told_seeds;
+static float note_seed(void *user, uint32_t x, uint32_t y, uint32_t sample, uint32_t dimension, uint32_t seed) {
+  uint32_t i = 0;
+  (void)user, (void)x, (void)y, (void)sample, (void)dimension;
+  while (i < told_seeds.n && told_seeds.seed[i] != seed) i++;
+  if (i == told_seeds.n && i < SEEDS * SEED_PASSES) told_seeds.seed[told_seeds.n++] = seed;
+  return 0.5f;
+}
+static void each_pass_of_each_seed_is_another(void) {
+  pktrt_scene *s = mirror_and_floor();
+  float pixel[3];
+  memset(&told_seeds, 0, sizeof told_seeds);
+  for (uint32_t seed = 0; seed < SEEDS; seed++) {
+    pktrt_render_desc d = stage_view(PKTRT_MODE_DRT, 1, 1, pixel, vec_of(0, 0.5, 5), vec_of(0, 0, 0));
+    d.passes = SEED_PASSES, d.seed = seed;
+    d.sampler = PKTRT_SAMPLER_CUSTOM, d.custom_sampler = note_seed;
+    stage_render(s, &d);
+  }
+  CHECK(told_seeds.n == SEEDS * SEED_PASSES, "%u seeds of %d", (unsigned)told_seeds.n, SEEDS * SEED_PASSES);
+  pktrt_scene_destroy(s);
+}
+
 static void samplers_of_ones_own(void) {
   pktrt_scene *s = mirror_and_floor();
   for (int i = 0; i < 3; i++) { /* later ones have coordinates of later groups */
@@ -472,5 +496,6 @@ void suite_teaching(void) {
   run("who watches packets, events and cost of a render sees every sample, and the picture stays the same",
       renders_can_be_watched);
   run("the rays of a packet that is told name the rays that sent them out", packets_name_their_parents);
+  run("each pass of pictures with neighbouring seeds is told another seed", each_pass_of_each_seed_is_another);
   run("a sampler of one's own gives the picture that a built-in one of the same numbers gives", samplers_of_ones_own);
 }

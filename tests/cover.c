@@ -1384,6 +1384,7 @@ static double lamp_distance(const pktrt_light *light, const pktrt_ray *ray) {
 static void radiance_anew(const anew *a, const pktrt_ray *ray, uint32_t generations, double out[3]) {
   pktrt_hit hit;
   looks at;
+  memset(&at, 0, sizeof at);
   const bool met = first_there(a, ray, &hit, &at);
   double nearest = met ? (double)hit.t : INFINITY;
   const pktrt_light *seen = NULL;

@@ -157,6 +157,35 @@ typedef struct camera_case {
   bool control;
 } camera_case;
 
+/* Each component of each vector of a camera that is no number, or beyond the limit, is refused by its name; those of the end alone
+   where the camera moves. */
+static void bad_cameras(void) {
+  static const char *const name[6] = {"eye", "target", "up", "eye_end", "target_end", "up_end"};
+  const float bad[3] = {NAN, -INFINITY, 2 * PKTRT_MAX_COORD};
+  pktrt_scene *s = stage_open();
+  size_t refused = 0;
+  stage_commit(s);
+  for (int i = 0; i < 6 * 3 * 3; i++)
+    for (int moves = 0; moves < 2; moves++) {
+      float pixel[3];
+      char what[32];
+      pktrt_render_desc d = stage_view(PKTRT_MODE_WRT, 1, 1, pixel, vec_of(0, 0, 1), vec_of(0, 0, 0));
+      d.camera.moving = moves;
+      memcpy(d.camera.eye_end, d.camera.eye, sizeof d.camera.eye);
+      float *const vectors[6] = {d.camera.eye,     d.camera.target,     d.camera.up,
+                                 d.camera.eye_end, d.camera.target_end, d.camera.up_end};
+      vectors[i / 9][i / 3 % 3] = bad[i % 3];
+      const pktrt_status status = pktrt_render(s, &d);
+      snprintf(what, sizeof what, "%c of %s is", 'x' + i / 3 % 3, name[i / 9]);
+      const bool counts = i < 27 || moves;
+      CHECK((status == PKTRT_INVALID_ARGUMENT) == counts, "%s: status %d", what, (int)status);
+      if (counts) CHECK(strstr(pktrt_last_error(s), what) != NULL, "%s: %s", what, pktrt_last_error(s));
+      refused += counts;
+    }
+  CHECK(refused == 81, "%zu", refused);
+  pktrt_scene_destroy(s);
+}
+
 static void camera_rays(void) {
   enum { SIDE = 12 };
   pktrt_camera still, moving;
@@ -297,6 +326,7 @@ void suite_mistakes(void) {
   run("what a picture silently lacks is said once in the log", warnings);
   run("an environment light without environment or background is no light, and the log says so", skies_of_nothing);
   run("a ray that is made goes from 0 to infinity", made_rays);
+  run("each bad component of a camera's vectors is refused by name", bad_cameras);
   run("a camera's ray is the renderer's, through lens and shutter, at rest and moving", camera_rays);
   run("a picture is cancelled within a pixel that would take ages", cancelled_within_a_tile);
   run("a target error is not met while pixels are not finite", target_of_broken_pixels);

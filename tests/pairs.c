@@ -229,14 +229,24 @@ static void short_and_long_shadow_rays(void) {
 
 /* --- lamps, glass and cutouts that meet --- */
 
-/* A lamp that is a mesh passes over a glossy floor while the shutter is open: the mean of pictures at rest. */
-static void moving_lamp_on_gloss(void) {
+/* Opens a scene of a glossy floor under a lamp that is a mesh; its material is filled in. */
+static pktrt_scene *mesh_lamp_on_gloss(float exponent, const pktrt_material *glow, pktrt_mesh_desc *lamp) {
   pktrt_scene *s = stage_open();
   pktrt_material gloss = material_of(0, PKTRT_SPECULAR_MIRROR, 0.5);
   gloss.lobe = PKTRT_LOBE_PHONG;
-  gloss.exponent = 30;
+  gloss.exponent = exponent;
   stage_quad(s, &ground, stage_material(s, &gloss));
 
+  pktrt_light light = light_of(PKTRT_LIGHT_MESH, 1);
+  lamp->material = stage_material(s, glow);
+  CHECK(pktrt_add_mesh(s, lamp, &light.mesh) == PKTRT_OK, "%s", pktrt_last_error(s));
+  stage_light(s, &light);
+  stage_commit(s);
+  return s;
+}
+
+/* A lamp that is a mesh passes over a glossy floor while the shutter is open: the mean of pictures at rest. */
+static void moving_lamp_on_gloss(void) {
   static const float corners[2][12] = {{-2, 2, -3, -1, 2, -3, -1, 3, -3, -2, 3, -3},
                                        {1, 2, -3, 2, 2, -3, 2, 3, -3, 1, 3, -3}};
   static const uint32_t indices[6] = {0, 1, 2, 0, 2, 3};
@@ -248,11 +258,7 @@ static void moving_lamp_on_gloss(void) {
   d.indices = indices;
   d.triangle_count = 2;
   d.key_count = 2;
-  d.material = stage_material(s, &glow);
-  pktrt_light light = light_of(PKTRT_LIGHT_MESH, 1);
-  CHECK(pktrt_add_mesh(s, &d, &light.mesh) == PKTRT_OK);
-  stage_light(s, &light);
-  stage_commit(s);
+  pktrt_scene *s = mesh_lamp_on_gloss(30, &glow, &d);
 
   pktrt_render_desc view = stage_spot(vec_of(0, 2, 2), vec_of(0, 0, -0.5));
   view.samples = 64;
@@ -294,22 +300,15 @@ static void lamp_of_two_keys_on_gloss(void) {
     if (i < STEPS) memcpy(indices + 6 * i, two, sizeof two);
   }
   memcpy(keys[1], keys[0], sizeof keys[0]);
+  const pktrt_material glow = lamp_of(20);
   for (uint32_t k = 0; k < 2; k++) {
-    pktrt_scene *s = stage_open();
-    pktrt_material gloss = material_of(0, PKTRT_SPECULAR_MIRROR, 0.5);
-    gloss.lobe = PKTRT_LOBE_PHONG, gloss.exponent = 6;
-    stage_quad(s, &ground, stage_material(s, &gloss));
-    pktrt_material glow = lamp_of(20);
     pktrt_mesh_desc d;
     memset(&d, 0, sizeof d);
     d.positions = keys[0], d.vertex_count = 2 * STEPS + 2;
     d.indices = indices, d.triangle_count = 2 * STEPS;
     d.key_count = 1 + k;
-    d.material = stage_material(s, &glow);
-    pktrt_light light = light_of(PKTRT_LIGHT_MESH, 1);
-    CHECK(pktrt_add_mesh(s, &d, &light.mesh) == PKTRT_OK);
-    stage_light(s, &light);
-    stage_commit(s);
+    pktrt_scene *s = mesh_lamp_on_gloss(6, &glow, &d);
+
     pktrt_render_desc view = stage_spot(vec_of(0, 2, 2), vec_of(0, 0, -0.5));
     view.samples = small_run ? 64 : 256;
     e[k] = stage_estimate(s, &view, 16);
@@ -377,20 +376,13 @@ static void textured_lamp_on_gloss(void) {
   static const uint32_t indices[6] = {0, 1, 2, 0, 2, 3};
   estimate e[2];
   for (int textured = 0; textured < 2; textured++) {
-    pktrt_scene *s = stage_open();
-    pktrt_material gloss = material_of(0, PKTRT_SPECULAR_MIRROR, 0.5);
-    gloss.lobe = PKTRT_LOBE_PHONG, gloss.exponent = 20;
-    stage_quad(s, &ground, stage_material(s, &gloss));
     pktrt_material glow = lamp_of(8);
     if (textured) glow.texture = quarter_of_emission;
     pktrt_mesh_desc d;
     memset(&d, 0, sizeof d);
     d.positions = corners, d.vertex_count = 4, d.indices = indices, d.triangle_count = 2;
-    d.material = stage_material(s, &glow);
-    pktrt_light light = light_of(PKTRT_LIGHT_MESH, 1);
-    CHECK(pktrt_add_mesh(s, &d, &light.mesh) == PKTRT_OK);
-    stage_light(s, &light);
-    stage_commit(s);
+    pktrt_scene *s = mesh_lamp_on_gloss(20, &glow, &d);
+
     pktrt_render_desc view = stage_spot(vec_of(0, 2, 3), vec_of(0, 0, 0));
     view.samples = 256;
     e[textured] = stage_estimate(s, &view, 16);

@@ -610,6 +610,14 @@ static bool has_eight_doubles(void) {
   return false;
 }
 
+/* Makes a triangle and rays for the i-th part of a list, asks the reference, and checks that the library answers as it does. */
+static void make_for(const part *p, size_t i, uint32_t seed, graze *g) {
+  rng r = rng_of(seed + 1000 * i);
+  p->make(&r, g);
+  ask_reference(g);
+  library_is_right(p->name, g, seed);
+}
+
 static void parts_are_needed(void) {
   for (size_t i = 0; i < COUNT(parts); i++) {
     const part *p = &parts[i];
@@ -617,11 +625,8 @@ static void parts_are_needed(void) {
     float most = p->left; /* with which a hit was lost */
     if (p->at == offsetof(slack_parts, apart[1]) && !has_eight_doubles()) continue;
     for (uint32_t seed = 0; seed < p->triangles && !(small_run && lose > 2); seed++) {
-      rng r = rng_of(seed + 1000 * i);
       graze g;
-      p->make(&r, &g);
-      ask_reference(&g);
-      library_is_right(p->name, &g, seed);
+      make_for(p, i, seed, &g);
       if (!copy_loses(p, &g, p->left)) continue;
       lose++;
       while (most < p->of && copy_loses(p, &g, most + p->of / 64)) most += p->of / 64;
@@ -655,12 +660,8 @@ static void parts_below_nothing(void) {
     uint32_t lose = 0, without = 0;
 
     for (uint32_t seed = 0; seed < p->triangles && !(small_run && lose > 2); seed++) {
-      rng r = rng_of(seed + 1000 * i);
       graze g;
-
-      p->make(&r, &g);
-      ask_reference(&g);
-      library_is_right(p->name, &g, seed);
+      make_for(p, i, seed, &g);
       without += copy_loses(p, &g, 0);
       lose += copy_loses(p, &g, p->left * p->of);
     }

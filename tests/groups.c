@@ -1059,6 +1059,10 @@ static void pictures_tell_what_waits(void) {
     CHECK(told == (k % 2 == 1) && hooks.warnings >= k % 2, "%d: \"%s\"", k, hooks.last_log);
     if (k == 1) settle(s, true);
   }
+  settle(s, false);
+  hooks.last_log[0] = 0;
+  picture_of(s, PKTRT_MODE_WRT, PKTRT_PATH_FAST, pixels);
+  CHECK(!strstr(hooks.last_log, "since the last commit"), "after the commit nothing waits, and yet: \"%s\"", hooks.last_log);
   pktrt_scene_destroy(s);
 }
 

@@ -255,7 +255,7 @@ choose() {
     }
     {
       if ($1 in outcome) { if (outcome[$1] !~ /refused|same/) counted[$2]++ }
-      else { pending[$2, ++n[$2]] = $1 OFS $2 OFS $3 OFS $4 OFS $6; if (!wanted[$2]) order[++rooms] = $2 }
+      else { pending[$2, ++n[$2]] = $1 OFS $2 OFS $3 OFS $4 OFS $6; if (n[$2] == 1) order[++rooms] = $2 }
       wanted[$2] = $7
       if (++rank[$2] > most) most = rank[$2]
     }

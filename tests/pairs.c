@@ -188,35 +188,37 @@ static void highlights_where_rays_end(void) {
 /* --- what moves beside what does not --- */
 
 /* Shadow rays from one point look past balls that move, which are visited first, at a wall far behind: rays at the balls end before
-   these, the others beyond the wall. All are asked together, and each alone. */
+   these, or before them within their box, the others beyond the wall. All are asked together, and each alone. */
 static void short_and_long_shadow_rays(void) {
   enum { SIDE = 64, KEYS = 3 };
   static pktrt_ray rays[SIDE * SIDE];
   static bool together[SIDE * SIDE];
   size_t wrong = 0, hidden = 0, free_ones = 0;
-  for (int isa = 0; isa < isa_count; isa++) {
-    pktrt_scene_desc desc = scene_desc_of(isas[isa], 0);
+  for (int i = 0; i < 3 * isa_count; i++) {
+    static const float short_lengths[] = {3.5f, 5.1f, 5.4f};
+    const float short_length = short_lengths[i % 3];
+    pktrt_scene_desc desc = scene_desc_of(isas[i / 3], 0);
     pktrt_scene *s = pktrt_scene_create(&desc);
     mesh ball = mesh_sphere(1, 0, 1), wall = mesh_grid(8, 200);
     mesh_move(&ball, KEYS, 0.3f, 0, 5);
-    for (uint32_t i = 0; i < ball.nv * KEYS; i++) ball.p[3 * i + 2] -= 6;
-    for (uint32_t i = 0; i < wall.nv; i++) wall.p[3 * i + 1] = wall.p[3 * i + 2], wall.p[3 * i + 2] = -100;
+    for (uint32_t v = 0; v < ball.nv * KEYS; v++) ball.p[3 * v + 2] -= 6;
+    for (uint32_t v = 0; v < wall.nv; v++) wall.p[3 * v + 1] = wall.p[3 * v + 2], wall.p[3 * v + 2] = -100;
     pktrt_mesh_desc d = mesh_desc(&ball);
     CHECK(pktrt_add_mesh(s, &d, NULL) == PKTRT_OK, "%s", pktrt_last_error(s));
     d = mesh_desc(&wall);
     CHECK(pktrt_add_mesh(s, &d, NULL) == PKTRT_OK && pktrt_commit(s) == PKTRT_OK, "%s", pktrt_last_error(s));
 
-    for (uint32_t i = 0; i < SIDE * SIDE; i++) { /* blocks of eight by eight rays are neighbours */
-      const uint32_t block = i / 64, x = block % 8 * 8 + i % 8, y = block / 8 * 8 + i / 8 % 8;
+    for (uint32_t k = 0; k < SIDE * SIDE; k++) { /* blocks of eight by eight rays are neighbours */
+      const uint32_t block = k / 64, x = block % 8 * 8 + k % 8, y = block / 8 * 8 + k / 8 % 8;
       const float u = ((float)x - SIDE / 2) / SIDE, v = ((float)y - SIDE / 2) / SIDE;
-      rays[i] = ray_of(0, 0, 0, u, v, -1);
-      rays[i].time = (float)(i % 7) / 6;
-      rays[i].tmax = u * u + v * v < 0.06f ? 3.5f : 150;
+      rays[k] = ray_of(0, 0, 0, u, v, -1);
+      rays[k].time = (float)(k % 7) / 6;
+      rays[k].tmax = u * u + v * v < 0.06f ? short_length : 150;
     }
     pktrt_occluded_n(s, rays, together, SIDE * SIDE);
-    for (uint32_t i = 0; i < SIDE * SIDE; i++) {
-      const bool alone = pktrt_occluded(s, &rays[i]);
-      wrong += alone != together[i];
+    for (uint32_t k = 0; k < SIDE * SIDE; k++) {
+      const bool alone = pktrt_occluded(s, &rays[k]);
+      wrong += alone != together[k];
       hidden += alone;
       free_ones += !alone;
     }

@@ -342,6 +342,24 @@ static void bytes_in_rare_states(void) {
   mesh_free(&ball);
 }
 
+/* Groups have trees of their own, and many of them a tree above these: all its bytes are told. */
+static void bytes_of_groups(void) {
+  static const uint32_t counts[] = {1, 3, 5, 20};
+  pktrt_scene_report x;
+  mesh ball = mesh_sphere(1, 0.05f, 1);
+  for (size_t i = 0; i < COUNT(counts); i++) {
+    char when[32];
+    pktrt_scene *s = stage_open();
+    pktrt_mesh_desc d = mesh_desc(&ball);
+    for (d.group = 0; d.group < counts[i]; d.group++) CHECK(pktrt_add_mesh(s, &d, NULL) == PKTRT_OK);
+    stage_commit(s);
+    (void)snprintf(when, sizeof when, "%u groups", (unsigned)counts[i]);
+    agree_with_scene(when, s, &x);
+    pktrt_scene_destroy(s);
+  }
+  mesh_free(&ball);
+}
+
 static bool never_enough(void *user, const pktrt_report *r) {
   (void)user;
   return r->rounds < 3;
@@ -567,6 +585,7 @@ void suite_report(void) {
   run("for queries, what only pictures show does not run", queries_only);
   run("the report's bytes add up, and are those of the scene's info and of the hooks", bytes);
   run("the report's bytes agree in states that are rarely met: what waits, what was removed", bytes_in_rare_states);
+  run("the report's bytes agree in scenes of groups, few and many", bytes_of_groups);
   run("a hook that asks for passes, without a number of them, is reported like a number", passes_of_a_hook);
   run("materials and lights are counted among the looks", looks);
   run("a worker's bytes are what a picture takes, more where rays go on", workers);

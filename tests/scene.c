@@ -532,6 +532,27 @@ static void when_changes_show(void) {
   mesh_free(&m);
 }
 
+/* Triangles that lie by themselves, far from thousands, are where a refit puts them, however many times it does. */
+static void lone_triangles_move(void) {
+  const float places[] = {50, 80, -120, 50};
+  mesh ball = mesh_sphere(5, 0.05f, 1), lone = mesh_box();
+  CHECK(ball.nt > 8000, "%u triangles: enough for runs of their own in the tree", (unsigned)ball.nt);
+  pktrt_scene *s = empty_scene();
+  CHECK(mesh_add(s, &ball, NULL) == PKTRT_OK && mesh_add(s, &lone, NULL) == PKTRT_OK && pktrt_commit(s) == PKTRT_OK);
+  float at = 0;
+  for (size_t i = 0; i < COUNT(places); i++) {
+    mesh_shift(&lone, places[i] - at, 0, 0);
+    at = places[i];
+    CHECK(pktrt_set_positions(s, 1, 0, lone.p) == PKTRT_OK && (i ? pktrt_refit(s) : pktrt_commit(s)) == PKTRT_OK);
+    for (size_t k = 0; k < COUNT(places); k++) {
+      const pktrt_ray ray = ray_of(places[k] + 0.3f, 0.2f, -9, 0, 0, 1);
+      CHECK(hits_something(s, &ray) == (places[k] == at), "at %g, asked at %g", (double)at, (double)places[k]);
+    }
+  }
+  pktrt_scene_destroy(s);
+  mesh_free(&ball), mesh_free(&lone);
+}
+
 /* --- threads --- */
 
 typedef struct concurrent {
@@ -879,6 +900,7 @@ void suite_scene(void) {
   run("a moving triangle without area at the ray's time is no hit, by rounding neither", no_area_at_the_time);
   run("a moving triangle that is a line at the ray's time is no hit behind its origin either", line_before_the_start);
   run("changes show at commit or refit, not before", when_changes_show);
+  run("triangles far from thousands are where a refit puts them", lone_triangles_move);
   run("what is marked as changed is built anew at the next commit, refits in between or not", marked_scenes);
   run("several threads query one scene", concurrent_queries);
   run("a query uses at most 60 KiB of stack", stack_bound);

@@ -5,8 +5,8 @@
 #include "ways.h"
 
 /* Long thin triangles criss-cross among small ones and large walls that lie askew; some twice, so that there are ties. All on a
-   grid of 2^-10. */
-static mesh crossed(uint32_t beams, uint64_t seed) {
+   grid with so many lines in a unit: with few, corners lie in planes that triangles are split by. */
+static mesh crossed(uint32_t beams, uint64_t seed, float lines) {
   mesh m = mesh_soup(8 * beams, 0.05f, seed);
   for (uint32_t t = 0; t < 2 * beams; t++) {
     rng r = rng_of(seed + (t < beams ? t : t - beams % 7)); /* beams % 7 of the first come again */
@@ -14,14 +14,16 @@ static mesh crossed(uint32_t beams, uint64_t seed) {
     for (uint32_t c = 0; c < 9; c++) p[c] = rng_sign(&r);
     for (uint32_t a = 0; a < 3 && t % 64; a++) p[6 + a] = p[3 + a] + 0.02f * rng_sign(&r);
   }
-  for (size_t i = 0; i < (size_t)m.nv * 3; i++) m.p[i] = roundf(m.p[i] * 1024) / 1024;
+  for (size_t i = 0; i < (size_t)m.nv * 3; i++) m.p[i] = roundf(m.p[i] * lines) / lines;
   return m;
 }
-static world crossed_world(void) {
-  world w = world_of(crossed(small_run ? 100 : 400, 5));
+static world crossed_world_on(float lines) {
+  world w = world_of(crossed(small_run ? 100 : 400, 5, lines));
   w.m[w.n++] = mesh_grid(8, 1.5f);
   return w;
 }
+
+static world crossed_world(void) { return crossed_world_on(1024); }
 
 static pktrt_scene *high_scene(const world *w, pktrt_isa isa, int workers) {
   pktrt_scene_desc d = scene_desc_of(isa, workers);
@@ -53,6 +55,25 @@ static void same_bits_as_whole(void) {
   CHECK(wrong == 0, "%zu answers differ", wrong);
   say("%u prims more than triangles; %zu hits, seven ways each, and all crossings: %zu differ", (unsigned)split, hits,
       wrong);
+}
+
+/* Parts of a triangle with a corner in the plane that splits it have this corner, both of them. */
+static void same_bits_with_corners_in_planes(void) {
+  static const float lines[] = {8, 16};
+  const size_t n = small_run ? 256 : MANY;
+  for (size_t i = 0; i < COUNT(lines); i++) {
+    size_t wrong = 0;
+    world w = crossed_world_on(lines[i]);
+    pktrt_scene *whole = world_scene(&w, PKTRT_ISA_AUTO, 0), *s = high_scene(&w, PKTRT_ISA_AUTO, 0);
+    const uint64_t more = tree_split(s);
+    sound(s);
+    const size_t hits = compare(whole, s, &w, n, &wrong);
+    CHECK(more > 50 && hits > n && wrong == 0, "%g lines: %u prims more, %zu answers differ of %zu hits", (double)lines[i],
+          (unsigned)more, wrong, hits);
+    say("%2g lines in a unit: %3u prims more, %zu hits: %zu differ", (double)lines[i], (unsigned)more, hits, wrong);
+    pktrt_scene_destroy(whole), pktrt_scene_destroy(s);
+    world_free(&w);
+  }
 }
 
 /* Worlds of any size, tiny and huge by powers of two, which round nothing. */
@@ -204,7 +225,7 @@ static void covered(void) {
 }
 
 static void bounded(void) {
-  world w = world_of(crossed(400, 7));
+  world w = world_of(crossed(400, 7, 1024));
   const uint32_t n = w.m[0].nt;
   pktrt_scene_info info, whole_info;
   for (uint32_t i = 0; i < n / 4; i++) /* long ones everywhere: more would be split than may be */
@@ -231,7 +252,7 @@ static void bounded(void) {
 
 /* The memory at most, of the high quality and of the default one, per triangle. */
 static void memory_is_stated(void) {
-  world w = world_of(crossed(small_run ? 1000 : 8000, 3));
+  world w = world_of(crossed(small_run ? 1000 : 8000, 3, 1024));
   double peak[2], bytes[2];
   for (int high = 0; high < 2; high++) {
     const size_t before = hooks.peak_bytes = hooks.live_bytes;
@@ -256,7 +277,7 @@ static bool same_tree(const pktrt_scene *a, const pktrt_scene *b) {
 }
 static void workers(void) {
   static const int count[4] = {0, 1, 2, 7};
-  world w = world_of(crossed(small_run ? 1200 : 4000, 1));
+  world w = world_of(crossed(small_run ? 1200 : 4000, 1, 1024));
   pktrt_scene *s[4];
   for (int i = 0; i < 4; i++) s[i] = high_scene(&w, PKTRT_ISA_AUTO, count[i]);
   for (int i = 1; i < 4; i++) CHECK(same_tree(s[0], s[i]), "%d workers build another tree", count[i]);
@@ -268,6 +289,8 @@ static void workers(void) {
 
 void suite_splits(void) {
   run("split triangles have the bits of whole ones, every way", same_bits_as_whole);
+  run("split triangles have the bits of whole ones where corners lie in the planes that split",
+      same_bits_with_corners_in_planes);
   run("split triangles have the bits of whole ones in tiny scenes and huge ones", same_bits_at_any_size);
   run("split triangles that are deformed or hidden have the bits of whole ones", deformed_and_hidden);
   run("instances of split models have the bits of whole ones", placed_has_the_bits);

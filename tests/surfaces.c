@@ -288,6 +288,39 @@ static void misses_and_many_at_once(void) {
   dressed_close(&x);
 }
 
+/* Normals lie side by side, however far apart the vertices lie. */
+static void normals_lie_side_by_side(void) {
+  enum { FLOATS = 5 }; /* from vertex to vertex */
+  mesh ball = mesh_sphere(2, 0.1f, 1);
+  float *apart = malloc(sizeof(float) * FLOATS * ball.nv);
+  if (!apart) abort();
+  for (uint32_t v = 0; v < ball.nv; v++) memcpy(apart + FLOATS * (size_t)v, ball.p + 3 * (size_t)v, 12);
+  for (uint32_t v = 0; v < ball.nv; v++) apart[FLOATS * v + 3] = apart[FLOATS * v + 4] = NAN;
+  pktrt_scene *s[2];
+  for (int i = 0; i < 2; i++) {
+    pktrt_mesh_desc d = mesh_desc(&ball);
+    d.normals = ball.p;
+    if (i) d.positions = apart, d.position_stride = FLOATS * sizeof(float);
+    const pktrt_scene_desc of = scene_desc_of(PKTRT_ISA_AUTO, 0);
+    s[i] = pktrt_scene_create(&of);
+    CHECK(pktrt_add_mesh(s[i], &d, NULL) == PKTRT_OK && pktrt_commit(s[i]) == PKTRT_OK, "%s", pktrt_last_error(s[i]));
+  }
+  size_t hits = 0, wrong = 0;
+  for (uint32_t i = 0; i < 200; i++) {
+    rng r = rng_of(i);
+    const pktrt_ray x = ray_of(rng_sign(&r), rng_sign(&r), 3, 0.1f * rng_sign(&r), 0.1f * rng_sign(&r), -1);
+    pktrt_hit h;
+    if (!pktrt_intersect(s[0], &x, &h)) continue;
+    pktrt_surface_info f[2];
+    for (int k = 0; k < 2; k++) pktrt_surface(s[k], &x, &h, &f[k]);
+    hits++, wrong += !same_bits(&f[0], &f[1], sizeof f[0]);
+  }
+  CHECK(hits > 50 && wrong == 0, "%zu of %zu surfaces differ", wrong, hits);
+  pktrt_scene_destroy(s[0]), pktrt_scene_destroy(s[1]);
+  free(apart);
+  mesh_free(&ball);
+}
+
 /* What is deformed has the surfaces of a scene that was never other. */
 static void surfaces_follow_what_has_changed(void) {
   dressed x;
@@ -815,6 +848,7 @@ void suite_surfaces(void) {
   run("what pktrt_surface tells of a hit is as exact as it says", surfaces_are_what_was_hit);
   run("surfaces of misses are nothing, of many hits as one by one, and so are rays that leave them",
       misses_and_many_at_once);
+  run("normals lie side by side, however far apart vertices lie", normals_lie_side_by_side);
   run("surfaces follow what has changed", surfaces_follow_what_has_changed);
   run("rays leave points of triangles, at rest, moving and placed, without meeting these",
       rays_leave_points_of_dressed_meshes);

@@ -4045,6 +4045,7 @@ typedef struct pktrt__mesh_vectors {
   uint32_t count, stride; /* bytes from one to the next */
   float limit;            /* the largest absolute value allowed */
   uint32_t mesh, key;     /* named in messages */
+  uint32_t first;         /* the index of the first */
   const char *what;       /* "vertex", "normal" */
 } pktrt__mesh_vectors;
 
@@ -4060,11 +4061,12 @@ static pktrt_status pktrt__mesh_copy_vectors(pktrt_scene *s, float *to, const pk
     for (int a = 0; a < 3; a++) {
       if (!pktrt__is_finite(to[a]))
         return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "mesh %u, key %u, %s %u: %c is %s", (unsigned)v->mesh,
-                           (unsigned)v->key, v->what, (unsigned)i, 'x' + a, to[a] != to[a] ? "NaN" : "infinite");
+                           (unsigned)v->key, v->what, (unsigned)(v->first + i), 'x' + a,
+                           to[a] != to[a] ? "NaN" : "infinite");
       if (fabsf(to[a]) > v->limit)
         return pktrt__fail(s, PKTRT_LIMIT, "mesh %u, key %u, %s %u: %c is %g, beyond the limit of %g",
-                           (unsigned)v->mesh, (unsigned)v->key, v->what, (unsigned)i, 'x' + a, (double)to[a],
-                           (double)v->limit);
+                           (unsigned)v->mesh, (unsigned)v->key, v->what, (unsigned)(v->first + i), 'x' + a,
+                           (double)to[a], (double)v->limit);
     }
   }
   return PKTRT_OK;
@@ -4161,7 +4163,7 @@ static pktrt_status pktrt__mesh_copy(pktrt_scene *s, const pktrt_mesh_desc *d, p
     const uint64_t at = (uint64_t)k * m->vertex_count * 3;
     const float *from =
         (const float *)(const void *)((const unsigned char *)(const void *)d->positions + (size_t)(k * key_bytes));
-    pktrt__mesh_vectors v = {from, m->vertex_count, m->stride, PKTRT_MAX_COORD, mesh, k, "vertex"};
+    pktrt__mesh_vectors v = {from, m->vertex_count, m->stride, PKTRT_MAX_COORD, mesh, k, 0, "vertex"};
     pktrt_status st = pktrt__mesh_copy_vectors(s, m->positions + at, &v);
     if (normals) v.from = d->normals + at, v.stride = 12, v.limit = FLT_MAX, v.what = "normal";
     if (st == PKTRT_OK && normals) st = pktrt__mesh_copy_vectors(s, m->normals + at, &v);
@@ -12748,6 +12750,7 @@ static pktrt_status pktrt__mesh_set_vectors(pktrt_scene *s, pktrt__mesh *m, floa
   for (uint32_t i = 0; i < v->count; i += 64) {
     pktrt__mesh_vectors part = *v;
     part.from = (const float *)(const void *)((const unsigned char *)(const void *)v->from + (size_t)i * v->stride);
+    part.first = i;
     part.count = v->count - i < 64 ? v->count - i : 64;
     const pktrt_status st = pktrt__mesh_copy_vectors(s, checked, &part);
     if (st != PKTRT_OK) return st;
@@ -12770,7 +12773,7 @@ PKTRT__NOINLINE pktrt_status pktrt__do_set_positions(pktrt_scene *s, uint32_t me
   if (!s) return PKTRT_INVALID_ARGUMENT;
   pktrt__mesh *m = pktrt__mesh_to_deform(s, mesh, key, positions, "set_positions");
   if (!m) return PKTRT_INVALID_ARGUMENT;
-  const pktrt__mesh_vectors v = {positions, m->vertex_count, m->stride, PKTRT_MAX_COORD, mesh, key, "vertex"};
+  const pktrt__mesh_vectors v = {positions, m->vertex_count, m->stride, PKTRT_MAX_COORD, mesh, key, 0, "vertex"};
   return pktrt__mesh_set_vectors(s, m, m->positions, &m->pending, &m->dirty, &v);
 }
 
@@ -12781,7 +12784,7 @@ PKTRT__NOINLINE pktrt_status pktrt__do_set_normals(pktrt_scene *s, uint32_t mesh
   if (!m) return PKTRT_INVALID_ARGUMENT;
   if (!m->normals)
     return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "set_normals: mesh %u was added without normals", (unsigned)mesh);
-  const pktrt__mesh_vectors v = {normals, m->vertex_count, 12, FLT_MAX, mesh, key, "normal"};
+  const pktrt__mesh_vectors v = {normals, m->vertex_count, 12, FLT_MAX, mesh, key, 0, "normal"};
   return pktrt__mesh_set_vectors(s, m, m->normals, &m->pending_normals, &m->dirty_normals, &v);
 }
 #endif
@@ -16502,8 +16505,7 @@ static uint32_t pktrt__media_enter(const pktrt_scene *s, uint32_t stack, uint32_
   return (uint32_t)((uint64_t)stack << bits) | medium;
 }
 static uint32_t pktrt__media_leave(const pktrt_scene *s, uint32_t stack, uint32_t medium) {
-  uint32_t at = pktrt__media_find(s, stack, medium);
-  if (at >= 32 && (medium & stack & 1)) at = 0;
+  const uint32_t at = pktrt__media_find(s, stack, medium);
   if (at >= 32) return stack;
   return pktrt__media_bits_above(stack, at + pktrt__media_entry_bits(s)) << at | pktrt__media_bits_below(stack, at);
 }
@@ -19312,6 +19314,7 @@ PKTRT_DEF pktrt_status pktrt_prepare_environment(pktrt_scene *s, const pktrt_ren
               Visible lights that lobes meet through glass are counted once; >>light has the rule.
               Moving one instance takes hundredths of a millisecond among tens of thousands. The log hook is told of
               commits that do much for little.
+              A position that is refused is named by its own vertex, beyond the 64th too.
               A mirrored instance is no longer inside out: `inside`, pktrt_winding, glass (refraction, absorption, shadows) go
               by the corners of its model; rays that leave needles there start on the side that they go to. hit.normal is
               what it was. What to change: a program that turned the corners

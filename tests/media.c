@@ -50,6 +50,19 @@ static const stack_case cases[] = {
      6,
      -6,
      1.5},
+    {"the camera in nine boxes, more than are looked for: what it sees is in the second",
+     {{-9, 9, 0.5},
+      {-8, 8, 0.5},
+      {-7, 7, 0.5},
+      {-6, 6, 0.5},
+      {-5, 5, 0.5},
+      {-4, 4, 0.5},
+      {-3, 3, 0.5},
+      {-2, 2, 0.5},
+      {-1, 1, 0.5}},
+     0.5,
+     -1.5,
+     1},
     {"boxes that overlap: the one entered last absorbs", {{-1, 3, 0.5}, {-3, 1, 0.25}}, 6, -6, 2},
     {"the same from the other side", {{-3, 1, 0.5}, {-1, 3, 0.25}}, 6, -6, 2.5},
 };
@@ -347,6 +360,26 @@ static void interfaces(void) {
   }
 }
 
+/* A sheet in a box, seen from its inside: what lies before it is taken to lie in it, what lies behind it in the box. */
+static void sheet_in_a_box(void) {
+  float got[3];
+  set_up u = {1, false, false, false};
+  const stack_case around = {"", {{-3, 3, 0.5}}, 0, 0, 0};
+  pktrt_scene *s = stage_open();
+  const vec o = turned(u.place, 0, 0, 0), x = vec_sub(turned(u.place, 7, 0, 0), o), y = vec_sub(turned(u.place, 0, 7, 0), o);
+  quad q = quad_of(o, x, y);
+  q = quad_flipped(q);
+  stage_quad(s, &q, slab_material(s, 0.25));
+  add_slabs(s, &around, &u);
+  add_plate(s, &u, -2, true); /* within the box */
+  stage_commit(s);
+  pktrt_render_desc d = straight(&u, PKTRT_MODE_WRT, got, 6, 0);
+  stage_render(s, &d);
+  const double want = exp(-(3 * 0.25 + 2 * 0.5));
+  CHECK(fabs((double)got[1] / want - 1) < 2e-4, "%g, not %g", (double)got[1], want);
+  pktrt_scene_destroy(s);
+}
+
 /* Stacks are narrower where there are many materials. */
 static void many_materials(void) {
   static const uint32_t counts[] = {5, 122, 126, 127, 130, 180, 250, 254, 300, 65530, 66000};
@@ -576,6 +609,7 @@ void suite_media(void) {
   run("a sheet of glass is not taken for a body around the camera", open_sheets);
   run("a camera in glass is found to be there, however much other glass there is", among_others);
   run("bodies that share sheets as surfaces dim each on its own way", interfaces);
+  run("a sheet in a box of glass leaves to the box what is behind it", sheet_in_a_box);
   run("glass in glass is found among 66,000 materials", many_materials);
   run("glass of any density lets through what it says, and dense glass nothing", glass_of_any_density);
   run("visible lamps in glass and behind it are dimmed in each channel", lamps_in_glass);

@@ -186,6 +186,31 @@ static void mean_of_larger_singles(void) {
   pktrt_scene_destroy(s);
 }
 
+/* Passes of one sample each have their places in the pixel, in Whitted's pictures and ray casting as well: edges are smooth. */
+static void passes_smooth_edges(void) {
+  enum { N = 16 };
+  static film alone, many, set;
+  for (int mode = 0; mode < 2; mode++) {
+    pktrt_scene *s = room(PKTRT_ISA_AUTO, 0);
+    size_t differ = 0, off = 0, edges = 0;
+    film *const films[3] = {&alone, &many, &set};
+    for (int i = 0; i < 3; i++) {
+      pktrt_render_desc d = film_view(films[i]);
+      d.mode = mode ? PKTRT_MODE_WRT : PKTRT_MODE_RCS;
+      d.passes = i == 1 ? N : 1, d.samples = i == 2 ? N : 1;
+      if (!i) d.pixel_error = d.block_error = NULL;
+      stage_render(s, &d);
+    }
+    for (size_t i = 0; i < PIXELS * 3; i++) {
+      const float a = alone.pixels[i], b = many.pixels[i], c = set.pixels[i];
+      differ += fabsf(b - a) > 0.05f, off += fabsf(b - c) > 0.2f, edges += fabsf(c - a) > 0.05f;
+    }
+    CHECK(edges > 20 && differ > edges / 2 && off <= edges / 4, "mode %d: %zu floats of edges, %zu smooth, %zu off", mode,
+          edges, differ, off);
+    pktrt_scene_destroy(s);
+  }
+}
+
 /* One pass is the picture as it was before there were passes, says nothing of its error, and takes no more memory. */
 static void one_pass(void) {
   static film plain, one, two;
@@ -1151,6 +1176,7 @@ static void failing_allocations(void) {
 void suite_passes(void) {
   run("a picture after n passes is the mean of n pictures of their seeds, bit for bit", mean_of_singles);
   run("so it is, but for rounding, with several samples for each pass", mean_of_larger_singles);
+  run("passes of one sample smooth edges without distribution as well", passes_smooth_edges);
   run("one pass is the picture without passes, and takes no more memory", one_pass);
   run("errors are those of the formulas", formulas);
   run("passes know the error where the scatter within a set does not", scatter_within_a_set);

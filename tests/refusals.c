@@ -284,6 +284,37 @@ static void refuse_updates(void) {
   pktrt_scene_destroy(s);
 }
 
+/* Each vertex of many is looked at before the first is changed, and each that is added. */
+static void refuse_each_vertex(void) {
+  enum { MANY = 200 };
+  static float p[9 * MANY];
+  for (int i = 0; i < 9 * MANY; i++) p[i] = 0.01f * (float)(i * i % 97);
+  const pktrt_scene_desc of = scene_desc_of(PKTRT_ISA_AUTO, 0);
+  pktrt_scene *s = pktrt_scene_create(&of);
+  pktrt_mesh_desc d;
+  memset(&d, 0, sizeof d);
+  d.positions = d.normals = p, d.vertex_count = 3 * MANY, d.triangle_count = MANY;
+  CHECK(pktrt_add_mesh(s, &d, NULL) == PKTRT_OK && pktrt_commit(s) == PKTRT_OK, "%s", pktrt_last_error(s));
+  pktrt_scene_report before, after;
+  pktrt_get_scene_report(s, NULL, &before);
+  for (uint32_t v = 0; v < 3 * MANY; v++) {
+    char words[32];
+    float *x = &p[3 * v + v % 3];
+    const float kept = *x;
+    (void)snprintf(words, sizeof words, "vertex %u", (unsigned)v);
+    *x = NAN;
+    CHECK(pktrt_set_positions(s, 0, 0, p) == PKTRT_INVALID_ARGUMENT, "%s is changed", words);
+    names("set", pktrt_last_error(s), words);
+    CHECK(pktrt_add_mesh(s, &d, NULL) == PKTRT_INVALID_ARGUMENT, "%s is added", words);
+    names("add", pktrt_last_error(s), words);
+    CHECK(pktrt_set_normals(s, 0, 0, p) == PKTRT_INVALID_ARGUMENT, "normals of %s are changed", words);
+    *x = kept;
+    pktrt_get_scene_report(s, NULL, &after);
+    CHECK(after.bytes == before.bytes, "%s: nothing waits for a refit", words);
+  }
+  pktrt_scene_destroy(s);
+}
+
 typedef struct spoilt_light {
   const char *words;
   pktrt_light_kind kind;
@@ -646,6 +677,7 @@ static void detail_lives(void) {
 void suite_refusals(void) {
   run("bad meshes are refused by name and leave the scene as it was", refuse_meshes);
   run("bad positions and normals are refused by name and leave the scene as it was", refuse_updates);
+  run("each vertex that is not finite is refused by name", refuse_each_vertex);
   run("what is just within the limits is accepted", accept_extremes);
   run("calls without a scene are refused", refuse_no_scene);
   run("a refit that needs a commit is refused by name", refuse_refit);

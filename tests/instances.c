@@ -231,6 +231,38 @@ static void crossings_come_one_by_one(void) {
   field_close(&f);
 }
 
+/* Triangles that coincide are crossed one after the other, the first of an instance as all others, in instances that coincide as
+   well. */
+static void crossings_of_coincident_triangles(void) {
+  static const float corners[3][9] = {
+      {-1, -1, 0, 1, -1, 0, 0, 1, 0}, {-1, -1, 0, 1, -1, 0, 0, 1, 0}, {-1, -1, 0, 1, -1, 0, 0, 1, 0}};
+  for (uint32_t places = 1; places < 4; places++) {
+    pktrt_hit list[16], next;
+    pktrt_instance_desc in;
+    pktrt_mesh_desc d;
+    memset(&d, 0, sizeof d), memset(&in, 0, sizeof in);
+    d.positions = corners[0], d.vertex_count = 9, d.triangle_count = 3;
+    const pktrt_scene_desc of = scene_desc_of(PKTRT_ISA_AUTO, 0);
+    pktrt_scene *s = pktrt_scene_create(&of);
+    CHECK(pktrt_add_model(s, &d, 1, &in.model) == PKTRT_OK);
+    for (uint32_t i = 0; i < places; i++) CHECK(pktrt_add_instance(s, &in, NULL) == PKTRT_OK);
+    CHECK(pktrt_commit(s) == PKTRT_OK, "%s", pktrt_last_error(s));
+    const pktrt_ray ray = ray_of(0.1f, 0.1f, 4, 0, 0, -1);
+    const size_t n = pktrt_intersect_all(s, &ray, list, 16);
+    CHECK(n == 3 * (size_t)places, "%zu crossings", n);
+    size_t one_by_one = 0;
+    for (bool more = pktrt_intersect(s, &ray, &next); more && one_by_one < 16; one_by_one++) {
+      const uint32_t k = (uint32_t)one_by_one;
+      CHECK(next.mesh == k / 3 && next.triangle == k % 3, "%u: mesh %u, triangle %u", (unsigned)k, (unsigned)next.mesh,
+            (unsigned)next.triangle);
+      CHECK(one_by_one < n && same_bits(&next, &list[k], sizeof next));
+      more = pktrt_intersect_after(s, &ray, &next, &next);
+    }
+    CHECK(one_by_one == n, "%zu one by one", one_by_one);
+    pktrt_scene_destroy(s);
+  }
+}
+
 /* Normals are crosses of transformed edges. */
 static void normals_are_crosses_of_transformed_edges(void) {
   static field f;
@@ -722,6 +754,7 @@ void suite_instances(void) {
   run("hits in instances are those of the documented ray in the model alone, whatever the transform",
       hits_are_those_of_the_documented_ray);
   run("all crossings of instances come one by one, in order", crossings_come_one_by_one);
+  run("triangles that coincide are crossed one after the other in instances", crossings_of_coincident_triangles);
   run("normals of instances are crosses of transformed edges, mirrored or not",
       normals_are_crosses_of_transformed_edges);
   run("needles in instances that exchange axes have the normals of needles whose corners are exchanged",

@@ -767,6 +767,29 @@ static void one_of_many_on(bool glossy) {
 }
 static void one_of_many(void) { one_of_many_on(false), one_of_many_on(true); }
 
+/* The same where lights have no size, and nothing else is random: which of them is asked still is. */
+static void one_of_points(void) {
+  for (int far_away = 0; far_away < 2; far_away++) {
+    pktrt_scene *s = patch_open(NULL);
+    for (int i = 0; i < 3; i++) {
+      pktrt_light l = light_of(far_away ? PKTRT_LIGHT_DIRECTIONAL : PKTRT_LIGHT_POINT, 1 + 2 * i);
+      if (far_away) vec_put(vec_of(0.3 * i, -1, 0.2), l.direction);
+      else vec_put(vec_of(1 - i, 1.5 + 0.5 * i, 0.7), l.position);
+      stage_light(s, &l);
+    }
+    stage_commit(s);
+    estimate e[2];
+    for (int one = 0; one < 2; one++) {
+      pktrt_render_desc d = patch_spot();
+      d.samples = one ? 1024 : 16;
+      d.lights = one ? PKTRT_LIGHTS_ONE : PKTRT_LIGHTS_ALL;
+      e[one] = stage_estimate(s, &d, 16);
+    }
+    check_estimate(far_away ? "one of three far away" : "one of three points", &e[1], e[0].mean[0], e[0].mean[0] * 0.95, 0.02);
+    pktrt_scene_destroy(s);
+  }
+}
+
 /* --- highlights, and each emitter counted once --- */
 
 /* Integral of the lobe around `axis` over what a quad covers, seen from the origin; weighted by `power` of its own
@@ -1016,6 +1039,7 @@ void suite_lights(void) {
   run("a sun in a callback is found, however small", suns);
   run("lights add up", light_sums);
   run("one light chosen for all everywhere has the mean of all, of many kinds", one_of_many);
+  run("one light chosen of those without size has the mean of all", one_of_points);
   run("one light chosen for all has the mean of all, deeper in the ray tree", light_choice);
   run("a screen takes its part of an area light", penumbra);
   run("shadow rays pass glass with Fresnel and Beer's law, or not at all", glass_shadows);

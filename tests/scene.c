@@ -553,6 +553,25 @@ static void lone_triangles_move(void) {
   mesh_free(&ball), mesh_free(&lone);
 }
 
+/* After a miss there is nothing, wherever the ray ends. */
+static void nothing_after_a_miss(void) {
+  static const float ends[] = {INFINITY, 100, 5, 0};
+  mesh m = mesh_box();
+  pktrt_scene *s = empty_scene();
+  CHECK(mesh_add(s, &m, NULL) == PKTRT_OK && pktrt_commit(s) == PKTRT_OK);
+  for (size_t i = 0; i < COUNT(ends); i++) {
+    pktrt_ray ray = ray_of(0.3f, 0.2f, -9, 0, 0, -1);
+    pktrt_hit miss, next;
+    ray.tmax = ends[i];
+    CHECK(!pktrt_intersect(s, &ray, &miss));
+    memset(&next, 0x77, sizeof next);
+    CHECK(!pktrt_intersect_after(s, &ray, &miss, &next) && next.mesh == PKTRT_NONE && next.t == ends[i], "to %g: t %g",
+          (double)ends[i], (double)next.t);
+  }
+  pktrt_scene_destroy(s);
+  mesh_free(&m);
+}
+
 /* --- threads --- */
 
 typedef struct concurrent {
@@ -902,6 +921,7 @@ void suite_scene(void) {
   run("changes show at commit or refit, not before", when_changes_show);
   run("triangles far from thousands are where a refit puts them", lone_triangles_move);
   run("what is marked as changed is built anew at the next commit, refits in between or not", marked_scenes);
+  run("after a miss there is nothing, wherever the ray ends", nothing_after_a_miss);
   run("several threads query one scene", concurrent_queries);
   run("a query uses at most 60 KiB of stack", stack_bound);
   run("statistics count what happened", statistics);

@@ -485,6 +485,60 @@ static void samplers_of_ones_own(void) {
   pktrt_scene_destroy(s);
 }
 
+/* The trees of models follow each other, however many a model has; meshes in them are those of the model. */
+static void note_tree_of_last(void *user, const pktrt_event *e) {
+  uint64_t *n = user;
+  n[e->packet != PKTRT_NONE ? 0 : e->tree == 4 ? 1 : 2]++;
+}
+static void models_of_several_trees(void) {
+  world w = world_static(2);
+  pktrt_scene *s = world_scene(&w, PKTRT_ISA_AUTO, 1);
+  mesh ball = mesh_sphere(1, 0, 1), moving = mesh_sphere(2, 0, 1), box = mesh_box();
+  mesh_move(&moving, 2, 0.2f, 0.1f, 3);
+  const pktrt_mesh_desc two[2] = {mesh_desc(&ball), mesh_desc(&moving)}, last = mesh_desc(&box);
+  pktrt_instance_desc in;
+  uint32_t model[3];
+  memset(&in, 0, sizeof in);
+  CHECK(pktrt_add_model(s, two, 2, &model[0]) == PKTRT_OK && pktrt_add_model(s, two, 1, &model[1]) == PKTRT_OK);
+  CHECK(pktrt_add_model(s, &last, 1, &model[2]) == PKTRT_OK);
+  in.model = model[2];
+  CHECK(pktrt_add_instance(s, &in, NULL) == PKTRT_OK && pktrt_commit(s) == PKTRT_OK, "%s", pktrt_last_error(s));
+
+  static const uint32_t models[5] = {PKTRT_NONE, 0, 0, 1, 2};
+  const uint32_t triangles[5] = {0, ball.nt, moving.nt, ball.nt, box.nt};
+  pktrt_tree t;
+  pktrt_node n;
+  for (uint32_t i = 0; i < 5; i++) {
+    uint32_t found = 0;
+    CHECK(pktrt_get_tree(s, i, &t) && t.model == models[i], "tree %u is of model %u", (unsigned)i, (unsigned)t.model);
+    for (uint32_t k = 0; i && k < t.nodes; k++) {
+      CHECK(pktrt_get_node(s, i, k, 0, &n));
+      for (int j = 0; j < 64; j++) {
+        const uint32_t mesh_index = n.mesh[j / 8][j % 8];
+        if (mesh_index == PKTRT_NONE) continue;
+        CHECK(mesh_index == (t.keys == 2) && n.triangle[j / 8][j % 8] < triangles[i], "tree %u: mesh %u, triangle %u",
+              (unsigned)i, (unsigned)mesh_index, (unsigned)n.triangle[j / 8][j % 8]);
+        found++;
+      }
+    }
+    CHECK(!i || found == triangles[i], "tree %u has %u triangles", (unsigned)i, (unsigned)found);
+  }
+  CHECK(!pktrt_get_tree(s, 5, &t));
+
+  static pktrt_ray ray[RAYS];
+  static pktrt_hit hit[RAYS];
+  uint64_t told[3] = {0};
+  pktrt_query_desc q;
+  memset(&q, 0, sizeof q);
+  q.path = PKTRT_PATH_PAPER, q.trace = note_tree_of_last, q.user = told;
+  make_rays(&w, s, RAYS_CAMERA, 5, 0, ray, RAYS);
+  pktrt_intersect_ex(s, &q, ray, hit, RAYS);
+  CHECK(told[0] > 100 && told[1] > 100 && told[2] == 0, "%llu events in the instance, %llu in another tree",
+        (unsigned long long)told[1], (unsigned long long)told[2]);
+  pktrt_scene_destroy(s);
+  mesh_free(&ball), mesh_free(&moving), mesh_free(&box), world_free(&w);
+}
+
 void suite_teaching(void) {
   run("the paper path answers the same with any of its steps left out, and its events tell of every box",
       steps_change_no_answer);
@@ -493,6 +547,7 @@ void suite_teaching(void) {
       walks_find_hits);
   run("the trees that are shown hold every triangle once, within the boxes above it", trees_are_whole);
   run("trees of models come after those of the scene, and events in instances name them", models_are_shown);
+  run("trees of models follow each other, however many a model has", models_of_several_trees);
   run("who watches packets, events and cost of a render sees every sample, and the picture stays the same",
       renders_can_be_watched);
   run("the rays of a packet that is told name the rays that sent them out", packets_name_their_parents);

@@ -767,6 +767,31 @@ static void one_of_many_on(bool glossy) {
 }
 static void one_of_many(void) { one_of_many_on(false), one_of_many_on(true); }
 
+/* Which of the lights without size is asked goes by the sample, not by who else is asked at the same time. */
+static void one_of_points_anywhere(void) {
+  enum { W = 48, H = 32 };
+  static float pixels[4][W * H * 3];
+  pktrt_material m = material_of(0.5, PKTRT_SPECULAR_MIRROR, 0.4);
+  mesh ball = mesh_sphere(3, 0, 1);
+  pktrt_scene *s = stage_open();
+  stage_mesh(s, &ball, stage_material(s, &m));
+  for (int i = 0; i < 3; i++) {
+    pktrt_light l = light_of(PKTRT_LIGHT_POINT, 3 + 2 * i);
+    vec_put(vec_of(2 - 2 * i, 2, 2), l.position);
+    stage_light(s, &l);
+  }
+  stage_commit(s);
+  for (int i = 0; i < 4; i++) {
+    pktrt_render_desc d = stage_view(PKTRT_MODE_DRT, W, H, pixels[i], vec_of(0.5, 1, 5), vec_of(0, 0, 0));
+    d.samples = 2, d.lights = i == 3 ? PKTRT_LIGHTS_ALL : PKTRT_LIGHTS_ONE;
+    d.tile_size = i == 1 ? 8 : 0, d.path = i == 2 ? PKTRT_PATH_SINGLE : PKTRT_PATH_FAST;
+    stage_render(s, &d);
+    if (i) CHECK(same_bits(pixels[i], pixels[0], sizeof pixels[0]) == (i < 3), "picture %d", i);
+  }
+  pktrt_scene_destroy(s);
+  mesh_free(&ball);
+}
+
 /* The same where lights have no size, and nothing else is random: which of them is asked still is. */
 static void one_of_points(void) {
   for (int far_away = 0; far_away < 2; far_away++) {
@@ -1040,6 +1065,7 @@ void suite_lights(void) {
   run("lights add up", light_sums);
   run("one light chosen for all everywhere has the mean of all, of many kinds", one_of_many);
   run("one light chosen of those without size has the mean of all", one_of_points);
+  run("one light chosen of those without size is the same in all tiles and paths", one_of_points_anywhere);
   run("one light chosen for all has the mean of all, deeper in the ray tree", light_choice);
   run("a screen takes its part of an area light", penumbra);
   run("shadow rays pass glass with Fresnel and Beer's law, or not at all", glass_shadows);

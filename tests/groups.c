@@ -1062,7 +1062,8 @@ static void pictures_tell_what_waits(void) {
   settle(s, false);
   hooks.last_log[0] = 0;
   picture_of(s, PKTRT_MODE_WRT, PKTRT_PATH_FAST, pixels);
-  CHECK(!strstr(hooks.last_log, "since the last commit"), "after the commit nothing waits, and yet: \"%s\"", hooks.last_log);
+  CHECK(!strstr(hooks.last_log, "since the last commit"), "after the commit nothing waits, and yet: \"%s\"",
+        hooks.last_log);
   pktrt_scene_destroy(s);
 }
 

@@ -810,7 +810,8 @@ static void one_of_points(void) {
       d.lights = one ? PKTRT_LIGHTS_ONE : PKTRT_LIGHTS_ALL;
       e[one] = stage_estimate(s, &d, 16);
     }
-    check_estimate(far_away ? "one of three far away" : "one of three points", &e[1], e[0].mean[0], e[0].mean[0] * 0.95, 0.02);
+    check_estimate(far_away ? "one of three far away" : "one of three points", &e[1], e[0].mean[0], e[0].mean[0] * 0.95,
+                   0.02);
     pktrt_scene_destroy(s);
   }
 }

@@ -366,7 +366,8 @@ static void sheet_in_a_box(void) {
   set_up u = {1, false, false, false};
   const stack_case around = {"", {{-3, 3, 0.5}}, 0, 0, 0};
   pktrt_scene *s = stage_open();
-  const vec o = turned(u.place, 0, 0, 0), x = vec_sub(turned(u.place, 7, 0, 0), o), y = vec_sub(turned(u.place, 0, 7, 0), o);
+  const vec o = turned(u.place, 0, 0, 0), x = vec_sub(turned(u.place, 7, 0, 0), o),
+            y = vec_sub(turned(u.place, 0, 7, 0), o);
   quad q = quad_of(o, x, y);
   q = quad_flipped(q);
   stage_quad(s, &q, slab_material(s, 0.25));

@@ -205,8 +205,8 @@ static void passes_smooth_edges(void) {
       const float a = alone.pixels[i], b = many.pixels[i], c = set.pixels[i];
       differ += fabsf(b - a) > 0.05f, off += fabsf(b - c) > 0.2f, edges += fabsf(c - a) > 0.05f;
     }
-    CHECK(edges > 20 && differ > edges / 2 && off <= edges / 4, "mode %d: %zu floats of edges, %zu smooth, %zu off", mode,
-          edges, differ, off);
+    CHECK(edges > 20 && differ > edges / 2 && off <= edges / 4, "mode %d: %zu floats of edges, %zu smooth, %zu off",
+          mode, edges, differ, off);
     pktrt_scene_destroy(s);
   }
 }

@@ -68,8 +68,8 @@ static void same_bits_with_corners_in_planes(void) {
     const uint64_t more = tree_split(s);
     sound(s);
     const size_t hits = compare(whole, s, &w, n, &wrong);
-    CHECK(more > 50 && hits > n && wrong == 0, "%g lines: %u prims more, %zu answers differ of %zu hits", (double)lines[i],
-          (unsigned)more, wrong, hits);
+    CHECK(more > 50 && hits > n && wrong == 0, "%g lines: %u prims more, %zu answers differ of %zu hits",
+          (double)lines[i], (unsigned)more, wrong, hits);
     say("%2g lines in a unit: %3u prims more, %zu hits: %zu differ", (double)lines[i], (unsigned)more, hits, wrong);
     pktrt_scene_destroy(whole), pktrt_scene_destroy(s);
     world_free(&w);

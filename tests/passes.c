@@ -211,6 +211,28 @@ static void passes_smooth_edges(void) {
   }
 }
 
+/* The report, errors of pixels and errors of blocks are the same alone as all together. */
+static void errors_alone(void) {
+  static film all, one;
+  pktrt_scene *s = room(PKTRT_ISA_AUTO, 0);
+  for (int which = 0; which < 4; which++) {
+    film *f = which ? &one : &all;
+    pktrt_render_desc d = film_view(f);
+    d.passes = 8;
+    if (which && which != 1) d.report = NULL;
+    if (which && which != 2) d.pixel_error = NULL;
+    if (which && which != 3) d.block_error = NULL;
+    stage_render(s, &d);
+    if (which == 1) CHECK(same_report(&all.report, &one.report), "the report alone");
+    if (which == 2)
+      CHECK(same_bits(all.pixel_error, one.pixel_error, sizeof all.pixel_error), "errors of pixels alone");
+    if (which == 3)
+      CHECK(same_bits(all.block_error, one.block_error, sizeof all.block_error), "errors of blocks alone");
+  }
+  CHECK(all.report.rmse > 0 && all.block_error[0] > 0 && all.block_error[0] < INFINITY, "there is something to tell");
+  pktrt_scene_destroy(s);
+}
+
 /* One pass is the picture as it was before there were passes, says nothing of its error, and takes no more memory. */
 static void one_pass(void) {
   static film plain, one, two;
@@ -1176,6 +1198,7 @@ static void failing_allocations(void) {
 void suite_passes(void) {
   run("a picture after n passes is the mean of n pictures of their seeds, bit for bit", mean_of_singles);
   run("so it is, but for rounding, with several samples for each pass", mean_of_larger_singles);
+  run("errors that are asked for alone are those that are asked for together", errors_alone);
   run("passes of one sample smooth edges without distribution as well", passes_smooth_edges);
   run("one pass is the picture without passes, and takes no more memory", one_pass);
   run("errors are those of the formulas", formulas);

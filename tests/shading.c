@@ -490,6 +490,35 @@ static void prisms(void) {
 
 /* --- the Phong lobe --- */
 
+/* What has no lobe, a diffuse surface and glass, is the same whatever its lobe says, and no gloss is reported of it. */
+static void lobes_of_what_has_none(void) {
+  static const pktrt_specular kinds[2] = {PKTRT_SPECULAR_NONE, PKTRT_SPECULAR_DIELECTRIC};
+  enum { EDGE = 24 };
+  static float pixels[2][EDGE * EDGE * 3];
+  mesh ball = mesh_sphere(3, 0, 1);
+  for (int k = 0; k < 2; k++) {
+    for (int lobe = 0; lobe < 2; lobe++) {
+      pktrt_material m = material_of(k ? 0 : 0.5, kinds[k], 0);
+      pktrt_light around = light_of(PKTRT_LIGHT_ENVIRONMENT, 1);
+      pktrt_scene_report report;
+      if (k) m.ior[0] = 1.5f;
+      if (lobe) m.lobe = PKTRT_LOBE_PHONG, m.exponent = 20;
+      pktrt_scene *s = stage_open();
+      stage_mesh(s, &ball, stage_material(s, &m));
+      stage_light(s, &around);
+      stage_commit(s);
+      pktrt_render_desc d = stage_view(PKTRT_MODE_DRT, EDGE, EDGE, pixels[lobe], vec_of(0.5, 1, 4), vec_of(0, 0, 0));
+      d.samples = 4, d.background[0] = 0.75f;
+      stage_render(s, &d);
+      pktrt_get_scene_report(s, &d, &report);
+      CHECK(!(report.found & PKTRT_FEATURE_GLOSS), "kind %d, lobe %d: gloss is found", k, lobe);
+      pktrt_scene_destroy(s);
+    }
+    CHECK(same_bits(pixels[0], pixels[1], sizeof pixels[0]), "kind %d", k);
+  }
+  mesh_free(&ball);
+}
+
 static void lobes(void) {
   static const float exponents[] = {0, 1, 10, 100, 3000};
   quad floor = quad_of(vec_of(0, 0, 0), vec_of(0, 0, 10), vec_of(10, 0, 0));
@@ -740,6 +769,7 @@ void suite_shading(void) {
   run("what lies within glass is dimmed on both ways", within_glass);
   run("a prism reflects totally beyond the critical angle only", prisms);
   run("the Phong lobe has the mean and the norm of its closed form", lobes);
+  run("what has no lobe is the same whatever its lobe says", lobes_of_what_has_none);
   run("the naive mapping of the Phong lobe sends samples elsewhere than the careful one", mappings_differ);
   run("what the depth limit leaves out of a slab is a geometric series", residual);
   run("a texture changes albedo, reflectance and emission by position", textures);

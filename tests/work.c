@@ -88,6 +88,16 @@ static mesh wall_and_gravel(bool wall) { /* a triangle before 1000 small ones */
   return m;
 }
 
+static pktrt_counts count_beam_of(const pktrt_scene *s, const pktrt_ray *ray, size_t n) {
+  static pktrt_stats stats;
+  static bool hidden[64];
+  pktrt_query_desc q;
+  memset(&q, 0, sizeof q), memset(&stats, 0, sizeof stats);
+  q.path = PKTRT_PATH_SINGLE, q.stats = &stats;
+  pktrt_occluded_ex(s, &q, ray, hidden, n);
+  return stats.by_type[0];
+}
+
 static pktrt_counts of_gravel(bool wall, pktrt_path path) { /* parallel rays: no origin, and no frustum, in common */
   enum { N = 256 };
   static pktrt_ray ray[N];
@@ -105,6 +115,39 @@ static pktrt_counts of_gravel(bool wall, pktrt_path path) { /* parallel rays: no
   pktrt_scene_destroy(s);
   world_free(&w);
   return stats.by_type[0];
+}
+
+/* Rays meet nearly all boxes of a tree of triangles that cross each other everywhere, and none of these, so that as much is still
+   to be done as can be: single rays answer as many do, for any hit and for the closest. */
+static void boxes_of_all_overlap(void) {
+  const uint32_t triangles = 70000; /* for so many nodes one above the other */
+  enum { N = 64 };
+  static pktrt_ray ray[N];
+  static pktrt_hit hit[N];
+  static bool hidden[N];
+  mesh m = mesh_soup(triangles, 1, 3);
+  for (uint32_t t = 0; t < triangles; t++) { /* thin, all along one diagonal of the cube, which is the box of each */
+    rng r = rng_of(t);
+    float *p = m.p + 9 * (size_t)t;
+    for (int c = 0; c < 9; c++) p[c] = (c < 3 ? -1.0f : 1.0f) + 0.001f * rng_sign(&r);
+  }
+  world w = world_of(m);
+  pktrt_scene *s = world_scene(&w, PKTRT_ISA_AUTO, 0);
+  size_t wrong = 0, hits = 0;
+  for (int i = 0; i < N; i++) ray[i] = ray_of(0.8f, -0.8f + 0.002f * (float)i, 3, 0.001f * (float)(i % 8), 0, -1);
+  pktrt_occluded_n(s, ray, hidden, N);
+  pktrt_intersect_n(s, ray, hit, N);
+  for (int i = 0; i < N; i++) {
+    pktrt_hit one;
+    const bool found = pktrt_intersect(s, &ray[i], &one);
+    wrong += !same_bits(&one, &hit[i], sizeof one) || found != hidden[i] || pktrt_occluded(s, &ray[i]) != found;
+    hits += found;
+  }
+  const pktrt_counts c = count_beam_of(s, ray, N);
+  say("%.0f nodes a ray, %zu of %d hit", (double)c.node_visits / N, hits, N);
+  CHECK(wrong == 0 && hits < N, "%zu of %d are wrong, %zu hit", wrong, N, hits);
+  pktrt_scene_destroy(s);
+  world_free(&w);
 }
 
 static void depth_is_shortened(void) {
@@ -244,5 +287,6 @@ void suite_work(void) {
   run("packets of the paper path hold as many rays as was asked for, wherever batches end", packets_are_whole);
   run("children are looked at from the packet's first active ray on", first_active_rays);
   run("what lies behind a hit of all rays is culled at once", depth_is_shortened);
+  run("single rays that meet all boxes of a tree and no triangle answer as many do", boxes_of_all_overlap);
   run("children come from near to far along every axis, in every octant, on every path", order_of_children);
 }

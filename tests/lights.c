@@ -792,6 +792,41 @@ static void one_of_points_anywhere(void) {
   mesh_free(&ball);
 }
 
+/* Which light is asked does not go by the place on the lens: of a floor out of focus whose halves differ, under two lights of which
+   one is hidden, the mean is that of both. */
+static void one_of_points_behind_a_lens(void) {
+  for (int turned = 0; turned < 4; turned++) {
+    pktrt_scene *s = stage_open();
+    const double c = turned % 2 ? 0 : 1, n = turned % 2 ? 1 : 0;
+    for (int side = -1; side < 2; side += 2) {
+      const pktrt_material m = material_of(side < 0 ? 0.1 : 0.9, PKTRT_SPECULAR_NONE, 0);
+      quad half =
+          quad_of(vec_of(2 * side * c, 0, 2 * side * n), vec_of(2 * c + 4 * n, 0, 0), vec_of(0, 0, 4 * c + 2 * n));
+      stage_quad(s, &half, stage_material(s, &m));
+      const vec at = vec_of(3 * side, 3, 0.5);
+      pktrt_light l = light_of(PKTRT_LIGHT_POINT, 5);
+      vec_put(at, l.position);
+      stage_light(s, &l);
+    }
+    const double hidden = turned < 2 ? -1 : 1;
+    quad wall = quad_of(vec_of(2.5 * hidden, 2.5, 0), vec_of(0, 1.5, 0), vec_of(0, 0, 2));
+    stage_quad(s, &wall, 0);
+    stage_commit(s);
+    estimate e[2];
+    for (int one = 0; one < 2; one++) {
+      pktrt_render_desc d = patch_spot();
+      vec_put(vec_of(0, 4, 0), d.camera.eye), vec_put(vec_of(0, 0, 0), d.camera.target);
+      vec_put(vec_of(0, 0, 1), d.camera.up);
+      d.camera.aperture = 1, d.camera.focus = 1.5f;
+      d.samples = 256, d.lights = one ? PKTRT_LIGHTS_ONE : PKTRT_LIGHTS_ALL;
+      e[one] = stage_estimate(s, &d, 16);
+    }
+    check_estimate("one of two behind a lens", &e[1], e[0].mean[0], e[0].mean[0] * 0.95, 0.02);
+    CHECK(e[0].mean[0] > 0.01, "there is light: %g", e[0].mean[0]);
+    pktrt_scene_destroy(s);
+  }
+}
+
 /* The same where lights have no size, and nothing else is random: which of them is asked still is. */
 static void one_of_points(void) {
   for (int far_away = 0; far_away < 2; far_away++) {
@@ -1066,6 +1101,7 @@ void suite_lights(void) {
   run("lights add up", light_sums);
   run("one light chosen for all everywhere has the mean of all, of many kinds", one_of_many);
   run("one light chosen of those without size has the mean of all", one_of_points);
+  run("which light is chosen does not go by the place on the lens", one_of_points_behind_a_lens);
   run("one light chosen of those without size is the same in all tiles and paths", one_of_points_anywhere);
   run("one light chosen for all has the mean of all, deeper in the ray tree", light_choice);
   run("a screen takes its part of an area light", penumbra);

@@ -381,6 +381,27 @@ static void sheet_in_a_box(void) {
   pktrt_scene_destroy(s);
 }
 
+/* Shadow rays to a light infinitely far that start in a glass and leave it where it has no surface are not dimmed. */
+static void far_light_beside_a_sheet(void) {
+  float got[2][3];
+  set_up u = {0, false, false, false};
+  for (int sheet = 0; sheet < 2; sheet++) {
+    pktrt_scene *s = stage_open();
+    pktrt_light l = light_of(PKTRT_LIGHT_DIRECTIONAL, 3);
+    quad q = quad_of(vec_of(0, 0, 0), vec_of(7, 0, 0), vec_of(0, 7, 0));
+    vec_put(vec_of(-1, 0, -0.2), l.direction); /* below the sheet */
+    if (sheet) stage_quad(s, &q, slab_material(s, 0.5));
+    add_plate(s, &u, -6, false);
+    stage_light(s, &l);
+    stage_commit(s);
+    pktrt_render_desc d = straight(&u, PKTRT_MODE_WRT, got[sheet], 6, 0);
+    stage_render(s, &d);
+    pktrt_scene_destroy(s);
+  }
+  const double left = (double)got[1][1] / (double)got[0][1], want = exp(-0.5 * 6);
+  CHECK(got[0][1] > 0.01f && fabs(left / want - 1) < 2e-4, "%g of %g is left, not %g", left, (double)got[0][1], want);
+}
+
 /* Stacks are narrower where there are many materials. */
 static void many_materials(void) {
   static const uint32_t counts[] = {5, 122, 126, 127, 130, 180, 250, 254, 300, 65530, 66000};
@@ -611,6 +632,7 @@ void suite_media(void) {
   run("a camera in glass is found to be there, however much other glass there is", among_others);
   run("bodies that share sheets as surfaces dim each on its own way", interfaces);
   run("a sheet in a box of glass leaves to the box what is behind it", sheet_in_a_box);
+  run("light from infinitely far that passes beside a sheet is not dimmed by it", far_light_beside_a_sheet);
   run("glass in glass is found among 66,000 materials", many_materials);
   run("glass of any density lets through what it says, and dense glass nothing", glass_of_any_density);
   run("visible lamps in glass and behind it are dimmed in each channel", lamps_in_glass);

@@ -360,6 +360,38 @@ static void bytes_of_groups(void) {
   mesh_free(&ball);
 }
 
+/* Hits that a render counts are those that its pixels show, in scenes with instances and without, however many rays are asked for
+   at once. */
+static void hits_of_renders(void) {
+  enum { WIDE = 64, HIGH = 48 };
+  static float pixels[WIDE * HIGH * 3], depth[WIDE * HIGH];
+  mesh ball = mesh_sphere(3, 0.05f, 1);
+  for (int placed = 0; placed < 2; placed++)
+    for (int path = 0; path < 3; path++) {
+      static pktrt_stats stats;
+      uint64_t seen = 0;
+      pktrt_scene *s = stage_open();
+      pktrt_mesh_desc d = mesh_desc(&ball);
+      pktrt_instance_desc in;
+      memset(&in, 0, sizeof in);
+      if (placed)
+        CHECK(pktrt_add_model(s, &d, 1, &in.model) == PKTRT_OK && pktrt_add_instance(s, &in, NULL) == PKTRT_OK);
+      else CHECK(pktrt_add_mesh(s, &d, NULL) == PKTRT_OK);
+      stage_commit(s);
+      pktrt_render_desc view = stage_view(PKTRT_MODE_RCS, WIDE, HIGH, pixels, vec_of(0.2, 0.1, 3), vec_of(0, 0, 0));
+      memset(&stats, 0, sizeof stats);
+      view.stats = &stats, view.depth = depth, view.path = (pktrt_path)path;
+      stage_render(s, &view);
+      for (int i = 0; i < WIDE * HIGH; i++) seen += depth[i] < INFINITY;
+      const pktrt_counts *c = &stats.by_type[PKTRT_RAY_PRIMARY];
+      CHECK(c->rays == WIDE * HIGH && c->hits == seen && seen > WIDE,
+            "placed %d, path %d: %llu rays, %llu hits, not %llu", placed, path, (unsigned long long)c->rays,
+            (unsigned long long)c->hits, (unsigned long long)seen);
+      pktrt_scene_destroy(s);
+    }
+  mesh_free(&ball);
+}
+
 static bool never_enough(void *user, const pktrt_report *r) {
   (void)user;
   return r->rounds < 3;
@@ -586,6 +618,7 @@ void suite_report(void) {
   run("the report's bytes add up, and are those of the scene's info and of the hooks", bytes);
   run("the report's bytes agree in states that are rarely met: what waits, what was removed", bytes_in_rare_states);
   run("the report's bytes agree in scenes of groups, few and many", bytes_of_groups);
+  run("renders count the hits that their pixels show", hits_of_renders);
   run("a hook that asks for passes, without a number of them, is reported like a number", passes_of_a_hook);
   run("materials and lights are counted among the looks", looks);
   run("a worker's bytes are what a picture takes, more where rays go on", workers);

@@ -673,6 +673,26 @@ static size_t crowd_differences(const pktrt_scene *a, const pktrt_scene *b, size
   }
   return differ;
 }
+/* Instances that are hidden when they are committed are there from the refit on that shows them, one after the other. */
+static void hidden_ones_are_shown(void) {
+  crowd_hooks one_hooks, all_hooks;
+  pktrt_scene *one = crowd_open(&one_hooks), *all = crowd_open(&all_hooks);
+  size_t hits = 0, before = 0;
+  crowd_fill(one, CROWD), crowd_fill(all, CROWD);
+  for (uint32_t i = 0; i < CROWD; i += 3) CHECK(pktrt_set_enabled(one, i, false) == PKTRT_OK);
+  commit(one), commit(all);
+  const size_t control = crowd_differences(one, all, &before);
+  for (uint32_t i = 0; i < CROWD; i += 3) {
+    CHECK(pktrt_set_enabled(one, i, true) == PKTRT_OK);
+    if (i < 60 || i % 600 == 0) CHECK(pktrt_refit(one) == PKTRT_OK);
+  }
+  CHECK(pktrt_refit(one) == PKTRT_OK);
+  const size_t differ = crowd_differences(one, all, &hits);
+  CHECK(differ == 0 && control > 20 && hits > 500, "%zu rays differ, while a third was hidden %zu, of %zu hits", differ,
+        control, hits);
+  pktrt_scene_destroy(one), pktrt_scene_destroy(all);
+}
+
 static void moving_one_looks_at_no_other(void) {
   crowd_hooks one_hooks, all_hooks;
   pktrt_scene *one = crowd_open(&one_hooks), *all = crowd_open(&all_hooks);
@@ -770,6 +790,7 @@ void suite_instances(void) {
   run("meshes that move beside instances have the same bits every way", moving_meshes_beside_instances);
   run("moving one of many instances hands out no work, and leaves the boxes that moving all of them leaves",
       moving_one_looks_at_no_other);
+  run("instances that are hidden at their commit are there from the refit on that shows them", hidden_ones_are_shown);
   run("commits that do much for little are told to the log hook, once in a row", dear_commits_are_told);
   run("thousands of instances take a fiftieth of the memory of their triangles", thousands_take_little_memory);
 }

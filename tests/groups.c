@@ -1045,6 +1045,39 @@ static void pictures_show_what_is_seen(void) {
   pktrt_scene_destroy(plain);
 }
 
+/* Each group alone, the first and the last as well, is where a refit puts it, among so few groups that they are visited one by one and
+   among more. */
+static void each_group_moves_alone(void) {
+  static const uint32_t counts[] = {3, 5, 12};
+  for (size_t c = 0; c < COUNT(counts); c++) {
+    pktrt_scene *s = open_scene(PKTRT_ISA_AUTO);
+    mesh box = mesh_box();
+    for (uint32_t k = 0; k < counts[c]; k++) {
+      pktrt_mesh_desc d = mesh_desc(&box);
+      d.group = 1 + k;
+      CHECK(pktrt_add_mesh(s, &d, NULL) == PKTRT_OK);
+      mesh_shift(&box, 10, 0, 0);
+    }
+    settle(s, false);
+    for (uint32_t k = 0; k < counts[c]; k++) {
+      mesh moved = mesh_box();
+      mesh_shift(&moved, 10 * (float)k, 300, 0);
+      CHECK(pktrt_set_positions(s, k, 0, moved.p) == PKTRT_OK);
+      settle(s, true);
+      pktrt_hit hit;
+      const pktrt_ray there = ray_of(10 * (float)k + 0.3f, 300.2f, -9, 0, 0, 1),
+                      here = ray_of(10 * (float)k + 0.3f, 0.2f, -9, 0, 0, 1);
+      CHECK(pktrt_intersect(s, &there, &hit) && hit.mesh == k, "group %u of %u is where it was put", (unsigned)k,
+            (unsigned)counts[c]);
+      CHECK(!pktrt_intersect(s, &here, &hit), "group %u of %u is no longer where it was", (unsigned)k,
+            (unsigned)counts[c]);
+      mesh_free(&moved);
+    }
+    pktrt_scene_destroy(s);
+    mesh_free(&box);
+  }
+}
+
 /* What waits for a commit is said, as any change is. */
 static void pictures_tell_what_waits(void) {
   static float pixels[W * H * 3];
@@ -1092,5 +1125,6 @@ void suite_groups(void) {
       failing_allocations_of_what_comes_again);
   run("a commit builds the group that changed, and not the others", a_commit_builds_the_group_that_changed);
   run("pictures show what is seen, in groups or not", pictures_show_what_is_seen);
+  run("each group that moves alone is where a refit puts it", each_group_moves_alone);
   run("a render tells what was removed or hidden and waits for a commit", pictures_tell_what_waits);
 }

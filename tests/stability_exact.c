@@ -311,6 +311,49 @@ static void exact_case(void *arg, size_t i) {
 
 static void exact_cases(void) { jobs_for(SCENES, exact_case, NULL); }
 
+/* --- corners that doubles take for the ray's own --- */
+
+/* Rays that pass a corner by less than a double of the product says: along z by depth times slope, the corner beside by as much, as
+   rounded. Doubles see the corner in the ray; it lies beside, by the last bits of the product. Returns whether there is such a case. */
+static bool make_beside(rng *r, pktrt_ray *ray, float p[3][3]) {
+  const float depth = 1, origin = -ldexpf((float)(1 + 2 * rng_below(r, 1 << 20)), -44);
+  const float slope = 0.5f * rng_unit(r);
+  const double away = (double)depth - (double)origin, product = away * (double)slope;
+  const float high = (float)product, low = (float)(product - (double)high);
+  if ((double)high + (double)low < product || (double)high + (double)low > product)
+    return false;                                               /* two floats do not hold it */
+  if (!(fma(away, (double)slope, -product) != 0)) return false; /* nothing was rounded */
+  *ray = ray_of(-low, 0, origin, slope, 0, 1);
+  const float at[3][3] = {{high, 0, depth}, {high + 1, -1, depth}, {high + 1, 1, depth}};
+  memcpy(p, at, sizeof at);
+  if (rng_below(r, 2)) p[1][0] = p[2][0] = high - 1; /* on the other side */
+  return true;
+}
+static void corners_beside_rays(void) {
+  enum { TRIES = 40000 };
+  size_t tried = 0, wrong = 0, crossed = 0;
+  rng r = rng_of(77);
+  for (size_t i = 0; i < (small_run ? TRIES / 8 : TRIES); i++) {
+    pktrt_ray ray;
+    float p[3][3];
+    if (!make_beside(&r, &ray, p)) continue;
+    const pktrt_scene_desc of = scene_desc_of(PKTRT_ISA_AUTO, 0);
+    pktrt_scene *s = pktrt_scene_create(&of);
+    pktrt_mesh_desc d;
+    pktrt_hit hit;
+    memset(&d, 0, sizeof d);
+    d.positions = p[0], d.vertex_count = 3, d.triangle_count = 1;
+    CHECK(pktrt_add_mesh(s, &d, NULL) == PKTRT_OK && pktrt_commit(s) == PKTRT_OK);
+    const bool want = oracle_crosses(&ray, p) != 0;
+    wrong += pktrt_intersect(s, &ray, &hit) != want || pktrt_occluded(s, &ray) != want;
+    tried++, crossed += want;
+    pktrt_scene_destroy(s);
+  }
+  CHECK(wrong == 0 && tried > 20 && crossed > 5 && crossed < tried, "%zu wrong of %zu, %zu crossed", wrong, tried,
+        crossed);
+  say("%zu rays pass a corner by less than a rounding: %zu cross its triangle, %zu wrong", tried, crossed, wrong);
+}
+
 /* --- closed meshes --- */
 
 /* Globes of radius 1 or so, rounded to grids; where they lie floats round them too. */
@@ -430,6 +473,7 @@ static void closed_globes(void) {
 }
 
 void suite_stability_exact(void) {
+  run("stable: a corner beside a ray by less than a double's rounding is on its side", corners_beside_rays);
   run("stable: hits, lists of crossings and winding numbers are those of exact arithmetic", exact_cases);
   run("stable: closed meshes with collapsed triangles do not leak, and each ray crosses them as often as it must",
       closed_globes);

@@ -485,6 +485,32 @@ static void samplers_of_ones_own(void) {
   pktrt_scene_destroy(s);
 }
 
+/* Packets of a call are numbered on, however many rays it asks for. */
+enum { NUMBERED = 64 };
+static void note_packet(void *user, const pktrt_event *e) {
+  uint32_t *events = user;
+  events[e->packet < NUMBERED ? e->packet : NUMBERED]++;
+}
+static void packets_are_numbered_on(void) {
+  enum { EACH = 16, N = NUMBERED * EACH };
+  static pktrt_ray ray[N];
+  static pktrt_hit hit[N];
+  uint32_t events[NUMBERED + 1] = {0};
+  world w = world_static(2);
+  pktrt_scene *s = world_scene(&w, PKTRT_ISA_AUTO, 1);
+  pktrt_query_desc q;
+  memset(&q, 0, sizeof q);
+  q.path = PKTRT_PATH_PAPER, q.packet_size = EACH, q.trace = note_packet, q.user = events;
+  make_rays(&w, s, RAYS_CAMERA, 5, 0, ray, N);
+  pktrt_intersect_ex(s, &q, ray, hit, N);
+  uint32_t told = 0;
+  for (uint32_t i = 0; i < NUMBERED; i++) told += events[i] > 0;
+  CHECK(told == NUMBERED && events[NUMBERED] == 0, "%u of %u numbers are told, %u events have others", (unsigned)told,
+        (unsigned)NUMBERED, (unsigned)events[NUMBERED]);
+  pktrt_scene_destroy(s);
+  world_free(&w);
+}
+
 /* The trees of models follow each other, however many a model has; meshes in them are those of the model. */
 static void note_tree_of_last(void *user, const pktrt_event *e) {
   uint64_t *n = user;
@@ -547,6 +573,7 @@ void suite_teaching(void) {
       walks_find_hits);
   run("the trees that are shown hold every triangle once, within the boxes above it", trees_are_whole);
   run("trees of models come after those of the scene, and events in instances name them", models_are_shown);
+  run("packets of a call are numbered on, however many rays it asks for", packets_are_numbered_on);
   run("trees of models follow each other, however many a model has", models_of_several_trees);
   run("who watches packets, events and cost of a render sees every sample, and the picture stays the same",
       renders_can_be_watched);

@@ -697,6 +697,34 @@ static void edges_of_panes(void) {
   CHECK(passed > 50 && missed > 50, "the control: some do, some do not");
 }
 
+/* In Whitted's pictures shadow rays to a mesh end at the sphere around it, through its farthest corner, whichever comes first: what
+   lies within shadows nothing, what lies before it does. */
+static void shadows_end_at_the_sphere(void) {
+  static const float corners[4][3] = {{0.7f, 3, 0}, {-0.7f, 3, 0}, {0, 3, 0.8f}, {0, 3, -0.8f}};
+  static const uint32_t triangles[2][6] = {{0, 1, 2, 0, 3, 1}, {2, 0, 1, 3, 1, 0}};
+  for (int order = 0; order < 2; order++) {
+    double value[3];
+    for (int wall = 0; wall < 3; wall++) { /* none, within the sphere, before it */
+      pktrt_material lamp = lamp_of(5);
+      pktrt_scene *s = patch_open(NULL);
+      pktrt_mesh_desc d;
+      pktrt_light l = light_of(PKTRT_LIGHT_MESH, 1);
+      memset(&d, 0, sizeof d);
+      d.positions = &corners[0][0], d.vertex_count = 4, d.indices = triangles[order], d.triangle_count = 2;
+      d.material = stage_material(s, &lamp);
+      CHECK(pktrt_add_mesh(s, &d, &l.mesh) == PKTRT_OK, "%s", pktrt_last_error(s));
+      stage_light(s, &l);
+      quad stop = quad_of(vec_of(0, wall == 1 ? 2.25 : 2.15, 0), vec_of(0.1, 0, 0), vec_of(0, 0, 0.1));
+      if (wall) stage_quad(s, &stop, 0);
+      stage_commit(s);
+      value[wall] = patch_value(s, PKTRT_MODE_WRT);
+      pktrt_scene_destroy(s);
+    }
+    CHECK(value[0] > 0.01 && value[1] == value[0] && value[2] == 0, "order %d: %g, %g within the sphere, %g before it",
+          order, value[0], value[1], value[2]);
+  }
+}
+
 /* Seen in a mirror, one light at random for all: the same mean, fewer rays, more noise. Where primary rays end, all. */
 static void light_choice(void) {
   quad wall = quad_of(vec_of(3, 0, 0), vec_of(0, 0, 9), vec_of(0, 9, 0)); /* faces the mirror */
@@ -1103,6 +1131,7 @@ void suite_lights(void) {
   run("one light chosen of those without size has the mean of all", one_of_points);
   run("which light is chosen does not go by the place on the lens", one_of_points_behind_a_lens);
   run("one light chosen of those without size is the same in all tiles and paths", one_of_points_anywhere);
+  run("shadow rays to a mesh end at the sphere through its farthest corner", shadows_end_at_the_sphere);
   run("one light chosen for all has the mean of all, deeper in the ray tree", light_choice);
   run("a screen takes its part of an area light", penumbra);
   run("shadow rays pass glass with Fresnel and Beer's law, or not at all", glass_shadows);

@@ -430,6 +430,13 @@ static float outside(void *user, uint32_t x, uint32_t y, uint32_t sample, uint32
   return (x + y + sample + dimension) % 3 ? NAN : dimension % 2 ? 7.0f : -INFINITY;
 }
 
+/* Always the same number. */
+static float constant(void *user, uint32_t x, uint32_t y, uint32_t sample, uint32_t dimension, uint32_t seed) {
+  const float *number = user;
+  (void)x, (void)y, (void)sample, (void)dimension, (void)seed;
+  return *number;
+}
+
 /* Notes which seeds the passes of pictures with neighbouring seeds are told. */
 enum { SEEDS = 12, SEED_PASSES = 16 };
 static struct { uint32_t seed[SEEDS * SEED_PASSES + 1], n; } told_seeds;
@@ -478,6 +485,15 @@ static void samplers_of_ones_own(void) {
   stage_render(s, &d);
   CHECK(memcmp(got, want, EDGE * EDGE * 3 * sizeof *got) != 0, "another sampler, other bits");
   for (int i = 0; i < EDGE * EDGE * 3; i++) CHECK(isfinite(got[i]));
+  static const float numbers[4] = {1 - 0x1p-24f, 1, 7, INFINITY}; /* the last three are moved to the first */
+  d.custom_sampler = constant, d.camera.aperture = 0;
+  for (int i = 0; i < 4; i++) {
+    float number = numbers[i];
+    d.user = &number, d.pixels = i ? got : want;
+    stage_render(s, &d);
+    CHECK(!i || memcmp(got, want, EDGE * EDGE * 3 * sizeof *got) == 0, "%g is as the last number below 1",
+          (double)number);
+  }
   d.custom_sampler = NULL;
   CHECK(pktrt_render(s, &d) == PKTRT_INVALID_ARGUMENT && strstr(pktrt_last_error(s), "custom_sampler is NULL"));
   CHECK(!strcmp(pktrt_sampler_string(PKTRT_SAMPLER_CUSTOM), "custom"));

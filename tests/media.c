@@ -381,6 +381,40 @@ static void sheet_in_a_box(void) {
   pktrt_scene_destroy(s);
 }
 
+/* Shadow rays pass as many surfaces of glass as rays are followed for, twice over and once more. Through more of them no light comes,
+   and what is beside has all of it. */
+static void shadows_of_many_sheets(void) {
+  enum { WIDE = 16 };
+  static float pixels[2][WIDE * WIDE * 3];
+  static const int sheets[2] = {2 * PKTRT_MAX_DEPTH, 2 * PKTRT_MAX_DEPTH + 5};
+  set_up u = {0, false, false, false};
+  size_t dark[2] = {0, 0};
+  for (int many = 0; many < 2; many++) {
+    pktrt_scene *s = stage_open();
+    pktrt_light l = light_of(PKTRT_LIGHT_DIRECTIONAL, 3);
+    const uint32_t clear = slab_material(s, 0);
+    vec_put(vec_of(-0.05, 0, -1), l.direction);
+    for (int i = 0; i < sheets[many]; i++) { /* on the right, above the camera */
+      quad q = quad_of(vec_of(3.5, 0, 10 + 0.1 * i), vec_of(3.5, 0, 0), vec_of(0, 7, 0));
+      stage_quad(s, &q, clear);
+    }
+    add_plate(s, &u, -6, false);
+    stage_light(s, &l);
+    stage_commit(s);
+    pktrt_render_desc d = stage_view(PKTRT_MODE_WRT, WIDE, WIDE, pixels[many], vec_of(0, 0, 6), vec_of(0, 0, -6));
+    d.camera.fov_y = 20;
+    stage_render(s, &d);
+    for (int i = 0; i < WIDE * WIDE; i++) {
+      const bool right = i % WIDE >= WIDE / 2 + 2, left = i % WIDE < WIDE / 2 - 4;
+      dark[many] += pixels[many][3 * i] <= 0;
+      CHECK(!left || pixels[many][3 * i] > 0.1f, "%d sheets: pixel %d is beside them", sheets[many], i);
+      CHECK(!right || (pixels[many][3 * i] > 0.1f) == !many, "%d sheets: pixel %d is below them", sheets[many], i);
+    }
+    pktrt_scene_destroy(s);
+  }
+  CHECK(dark[0] == 0 && dark[1] > WIDE * WIDE / 4, "%zu and %zu pixels are dark", dark[0], dark[1]);
+}
+
 /* Shadow rays to a light infinitely far that start in a glass and leave it where it has no surface are not dimmed. */
 static void far_light_beside_a_sheet(void) {
   float got[2][3];
@@ -632,6 +666,7 @@ void suite_media(void) {
   run("a camera in glass is found to be there, however much other glass there is", among_others);
   run("bodies that share sheets as surfaces dim each on its own way", interfaces);
   run("a sheet in a box of glass leaves to the box what is behind it", sheet_in_a_box);
+  run("no light comes through more glass than rays are followed for", shadows_of_many_sheets);
   run("light from infinitely far that passes beside a sheet is not dimmed by it", far_light_beside_a_sheet);
   run("glass in glass is found among 66,000 materials", many_materials);
   run("glass of any density lets through what it says, and dense glass nothing", glass_of_any_density);

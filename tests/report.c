@@ -583,6 +583,10 @@ static void text_adds_up(void) {
     }
   CHECK(strtoull(at + 7, NULL, 10) == x.bytes && sum == x.bytes && parts == 10, "%llu parts, %llu bytes: %s",
         (unsigned long long)parts, (unsigned long long)sum, at);
+  pktrt_scene_report other = x;
+  other.worker = 123450, other.passes = 678901;
+  pktrt_scene_report_text(&other, text, sizeof text);
+  CHECK(strstr(text, "\na worker   123450 bytes\n") && strstr(text, "\npasses     678901 bytes\n"), "%s", text);
 }
 
 static void odd_scenes(void) {

@@ -673,6 +673,25 @@ static size_t crowd_differences(const pktrt_scene *a, const pktrt_scene *b, size
   }
   return differ;
 }
+/* The log hook hears of trees that the program made: not of the tree of boxes above instances, which is built anew when these change
+   places. */
+static void boxes_are_silent(void) {
+  enum { PLACED = 2000 };
+  crowd_hooks told;
+  pktrt_scene *s = crowd_open(&told);
+  float transform[12];
+  crowd_fill(s, PLACED);
+  commit(s);
+  const uint32_t before = told.sentences;
+  for (uint32_t i = 0; i < PLACED; i++) {
+    crowd_place((uint32_t)(mix64(i) % PLACED), 0, transform);
+    CHECK(pktrt_set_transform(s, i, 0, transform) == PKTRT_OK);
+  }
+  CHECK(pktrt_refit(s) == PKTRT_OK);
+  CHECK(told.sentences == before, "the log is told: %s", told.last);
+  pktrt_scene_destroy(s);
+}
+
 /* Instances that are hidden when they are committed are there from the refit on that shows them, one after the other. */
 static void hidden_ones_are_shown(void) {
   crowd_hooks one_hooks, all_hooks;
@@ -791,6 +810,7 @@ void suite_instances(void) {
   run("moving one of many instances hands out no work, and leaves the boxes that moving all of them leaves",
       moving_one_looks_at_no_other);
   run("instances that are hidden at their commit are there from the refit on that shows them", hidden_ones_are_shown);
+  run("the log hook is not told of the trees above instances", boxes_are_silent);
   run("commits that do much for little are told to the log hook, once in a row", dear_commits_are_told);
   run("thousands of instances take a fiftieth of the memory of their triangles", thousands_take_little_memory);
 }

@@ -676,15 +676,15 @@ static size_t crowd_differences(const pktrt_scene *a, const pktrt_scene *b, size
 /* The log hook hears of trees that the program made: not of the tree of boxes above instances, which is built anew when these change
    places. */
 static void boxes_are_silent(void) {
-  enum { PLACED = 2000 };
+  enum { SHUFFLED = 2000 };
   crowd_hooks told;
   pktrt_scene *s = crowd_open(&told);
   float transform[12];
-  crowd_fill(s, PLACED);
+  crowd_fill(s, SHUFFLED);
   commit(s);
   const uint32_t before = told.sentences;
-  for (uint32_t i = 0; i < PLACED; i++) {
-    crowd_place((uint32_t)(mix64(i) % PLACED), 0, transform);
+  for (uint32_t i = 0; i < SHUFFLED; i++) {
+    crowd_place((uint32_t)(mix64(i) % SHUFFLED), 0, transform);
     CHECK(pktrt_set_transform(s, i, 0, transform) == PKTRT_OK);
   }
   CHECK(pktrt_refit(s) == PKTRT_OK);

@@ -537,7 +537,8 @@ static void models_of_several_trees(void) {
   pktrt_scene *s = world_scene(&w, PKTRT_ISA_AUTO, 1);
   mesh ball = mesh_sphere(1, 0, 1), moving = mesh_sphere(2, 0, 1), box = mesh_box();
   mesh_move(&moving, 2, 0.2f, 0.1f, 3);
-  const pktrt_mesh_desc two[2] = {mesh_desc(&ball), mesh_desc(&moving)}, last = mesh_desc(&box);
+  pktrt_mesh_desc two[2] = {mesh_desc(&ball), mesh_desc(&moving)}, last = mesh_desc(&box);
+  last.group = 7;
   pktrt_instance_desc in;
   uint32_t model[3];
   memset(&in, 0, sizeof in);
@@ -553,6 +554,7 @@ static void models_of_several_trees(void) {
   for (uint32_t i = 0; i < 5; i++) {
     uint32_t found = 0;
     CHECK(pktrt_get_tree(s, i, &t) && t.model == models[i], "tree %u is of model %u", (unsigned)i, (unsigned)t.model);
+    CHECK(t.group == (i == 4 ? 7 : 0), "tree %u is of group %u", (unsigned)i, (unsigned)t.group);
     for (uint32_t k = 0; i && k < t.nodes; k++) {
       CHECK(pktrt_get_node(s, i, k, 0, &n));
       for (int j = 0; j < 64; j++) {

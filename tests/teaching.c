@@ -501,6 +501,25 @@ static void samplers_of_ones_own(void) {
   pktrt_scene_destroy(s);
 }
 
+/* The tree of a model is of no group, whichever the scene has; those of the scene name theirs. */
+static void groups_of_trees(void) {
+  mesh box = mesh_box();
+  pktrt_scene *s = stage_open();
+  pktrt_mesh_desc d = mesh_desc(&box);
+  pktrt_instance_desc in;
+  pktrt_tree t;
+  memset(&in, 0, sizeof in);
+  CHECK(pktrt_add_model(s, &d, 1, &in.model) == PKTRT_OK && pktrt_add_instance(s, &in, NULL) == PKTRT_OK);
+  for (d.group = 5; d.group < 7; d.group++) CHECK(pktrt_add_mesh(s, &d, NULL) == PKTRT_OK);
+  stage_commit(s);
+  uint32_t groups = 0;
+  for (uint32_t i = 0; i < 2; i++) groups += pktrt_get_tree(s, i, &t) && t.model == PKTRT_NONE ? t.group : 0;
+  CHECK(groups == 5 + 6, "the trees of the scene are of groups 5 and 6: %u in all", (unsigned)groups);
+  CHECK(pktrt_get_tree(s, 2, &t) && t.model == 0 && t.group == 0, "the model's is of group %u", (unsigned)t.group);
+  pktrt_scene_destroy(s);
+  mesh_free(&box);
+}
+
 /* Packets of a call are numbered on, however many rays it asks for. */
 enum { NUMBERED = 64 };
 static void note_packet(void *user, const pktrt_event *e) {
@@ -537,8 +556,7 @@ static void models_of_several_trees(void) {
   pktrt_scene *s = world_scene(&w, PKTRT_ISA_AUTO, 1);
   mesh ball = mesh_sphere(1, 0, 1), moving = mesh_sphere(2, 0, 1), box = mesh_box();
   mesh_move(&moving, 2, 0.2f, 0.1f, 3);
-  pktrt_mesh_desc two[2] = {mesh_desc(&ball), mesh_desc(&moving)}, last = mesh_desc(&box);
-  last.group = 7;
+  const pktrt_mesh_desc two[2] = {mesh_desc(&ball), mesh_desc(&moving)}, last = mesh_desc(&box);
   pktrt_instance_desc in;
   uint32_t model[3];
   memset(&in, 0, sizeof in);
@@ -554,7 +572,6 @@ static void models_of_several_trees(void) {
   for (uint32_t i = 0; i < 5; i++) {
     uint32_t found = 0;
     CHECK(pktrt_get_tree(s, i, &t) && t.model == models[i], "tree %u is of model %u", (unsigned)i, (unsigned)t.model);
-    CHECK(t.group == (i == 4 ? 7 : 0), "tree %u is of group %u", (unsigned)i, (unsigned)t.group);
     for (uint32_t k = 0; i && k < t.nodes; k++) {
       CHECK(pktrt_get_node(s, i, k, 0, &n));
       for (int j = 0; j < 64; j++) {
@@ -591,6 +608,7 @@ void suite_teaching(void) {
       walks_find_hits);
   run("the trees that are shown hold every triangle once, within the boxes above it", trees_are_whole);
   run("trees of models come after those of the scene, and events in instances name them", models_are_shown);
+  run("trees name their groups, those of models none", groups_of_trees);
   run("packets of a call are numbered on, however many rays it asks for", packets_are_numbered_on);
   run("trees of models follow each other, however many a model has", models_of_several_trees);
   run("who watches packets, events and cost of a render sees every sample, and the picture stays the same",

@@ -825,11 +825,12 @@ static void one_of_points_anywhere(void) {
 static void one_of_points_behind_a_lens(void) {
   for (int turned = 0; turned < 4; turned++) {
     pktrt_scene *s = stage_open();
-    const double c = turned % 2 ? 0 : 1, n = turned % 2 ? 1 : 0;
+    const double along_x = turned % 2 ? 0 : 1; /* the halves lie along x, or along z */
+    const double along_z = 1 - along_x;
     for (int side = -1; side < 2; side += 2) {
       const pktrt_material m = material_of(side < 0 ? 0.1 : 0.9, PKTRT_SPECULAR_NONE, 0);
-      quad half =
-          quad_of(vec_of(2 * side * c, 0, 2 * side * n), vec_of(2 * c + 4 * n, 0, 0), vec_of(0, 0, 4 * c + 2 * n));
+      const vec middle = vec_of(2 * side * along_x, 0, 2 * side * along_z);
+      quad half = quad_of(middle, vec_of(2 + 2 * along_z, 0, 0), vec_of(0, 0, 2 + 2 * along_x));
       stage_quad(s, &half, stage_material(s, &m));
       const vec at = vec_of(3 * side, 3, 0.5);
       pktrt_light l = light_of(PKTRT_LIGHT_POINT, 5);
@@ -855,7 +856,7 @@ static void one_of_points_behind_a_lens(void) {
   }
 }
 
-/* The same where lights have no size, and nothing else is random: which of them is asked still is. */
+/* One light for all, where lights have no size and nothing else is random: the mean is that of all lights. */
 static void one_of_points(void) {
   for (int far_away = 0; far_away < 2; far_away++) {
     pktrt_scene *s = patch_open(NULL);

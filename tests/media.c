@@ -381,8 +381,7 @@ static void sheet_in_a_box(void) {
   pktrt_scene_destroy(s);
 }
 
-/* Shadow rays pass as many surfaces of glass as rays are followed for, twice over and once more. Through more of them no light comes,
-   and what is beside has all of it. */
+/* Shadow rays pass up to 2 PKTRT_MAX_DEPTH + 1 surfaces of glass. No light comes through more; a floor has all of it beside them. */
 static void shadows_of_many_sheets(void) {
   enum { WIDE = 16 };
   static float pixels[2][WIDE * WIDE * 3];

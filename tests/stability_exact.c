@@ -313,8 +313,9 @@ static void exact_cases(void) { jobs_for(SCENES, exact_case, NULL); }
 
 /* --- corners that doubles take for the ray's own --- */
 
-/* Rays that pass a corner by less than a double of the product says: along z by depth times slope, the corner beside by as much, as
-   rounded. Doubles see the corner in the ray; it lies beside, by the last bits of the product. Returns whether there is such a case. */
+/* Makes a ray and a triangle with a corner beside the ray, so near that doubles cannot tell. At the corner's depth the ray has gone aside
+   by depth times slope; the corner lies where this product is, rounded to a double. So the distance is what was rounded off. Returns
+   false if the numbers drawn give no such case. */
 static bool make_beside(rng *r, pktrt_ray *ray, float p[3][3]) {
   const float depth = 1, origin = -ldexpf((float)(1 + 2 * rng_below(r, 1 << 20)), -44);
   const float slope = 0.5f * rng_unit(r);

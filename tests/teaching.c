@@ -216,6 +216,19 @@ static void trees_are_whole(void) {
   world_free(&w);
 }
 
+/* Asks for so many rays of a camera on the paper path, whose events go to `note`. */
+static void trace_rays(const world *w, const pktrt_scene *s, uint32_t packet_size, size_t n,
+                       void (*note)(void *, const pktrt_event *), void *user) {
+  static pktrt_ray ray[RAYS];
+  static pktrt_hit hit[RAYS];
+  pktrt_query_desc q;
+  memset(&q, 0, sizeof q);
+  q.path = PKTRT_PATH_PAPER, q.packet_size = packet_size, q.trace = note, q.user = user;
+  CHECK(n <= RAYS);
+  make_rays(w, s, RAYS_CAMERA, 5, 0, ray, n);
+  pktrt_intersect_ex(s, &q, ray, hit, n);
+}
+
 /* A model's tree comes after those of the scene, and events in its instances name it. */
 static void note_tree(void *user, const pktrt_event *e) {
   uint64_t *n = user;
@@ -246,14 +259,8 @@ static void models_are_shown(void) {
     }
   }
   CHECK(triangles == ball.nt, "%u of %u triangles", triangles, ball.nt);
-  static pktrt_ray ray[RAYS];
-  static pktrt_hit hit[RAYS];
   uint64_t told[4] = {0};
-  pktrt_query_desc q;
-  memset(&q, 0, sizeof q);
-  q.path = PKTRT_PATH_PAPER, q.trace = note_tree, q.user = told;
-  make_rays(&w, s, RAYS_CAMERA, 5, 0, ray, RAYS);
-  pktrt_intersect_ex(s, &q, ray, hit, RAYS);
+  trace_rays(&w, s, 0, RAYS, note_tree, told);
   CHECK(told[0] > 100 && told[1] == 0 && told[2] > 100 && told[3] == 0, "%llu, %llu, %llu events",
         (unsigned long long)told[0], (unsigned long long)told[1], (unsigned long long)told[2]);
   pktrt_scene_destroy(s);
@@ -528,16 +535,10 @@ static void note_packet(void *user, const pktrt_event *e) {
 }
 static void packets_are_numbered_on(void) {
   enum { EACH = 16, N = NUMBERED * EACH };
-  static pktrt_ray ray[N];
-  static pktrt_hit hit[N];
   uint32_t events[NUMBERED + 1] = {0};
   world w = world_static(2);
   pktrt_scene *s = world_scene(&w, PKTRT_ISA_AUTO, 1);
-  pktrt_query_desc q;
-  memset(&q, 0, sizeof q);
-  q.path = PKTRT_PATH_PAPER, q.packet_size = EACH, q.trace = note_packet, q.user = events;
-  make_rays(&w, s, RAYS_CAMERA, 5, 0, ray, N);
-  pktrt_intersect_ex(s, &q, ray, hit, N);
+  trace_rays(&w, s, EACH, N, note_packet, events);
   uint32_t told = 0;
   for (uint32_t i = 0; i < NUMBERED; i++) told += events[i] > 0;
   CHECK(told == NUMBERED && events[NUMBERED] == 0, "%u of %u numbers are told, %u events have others", (unsigned)told,
@@ -586,14 +587,8 @@ static void models_of_several_trees(void) {
   }
   CHECK(!pktrt_get_tree(s, 5, &t));
 
-  static pktrt_ray ray[RAYS];
-  static pktrt_hit hit[RAYS];
   uint64_t told[3] = {0};
-  pktrt_query_desc q;
-  memset(&q, 0, sizeof q);
-  q.path = PKTRT_PATH_PAPER, q.trace = note_tree_of_last, q.user = told;
-  make_rays(&w, s, RAYS_CAMERA, 5, 0, ray, RAYS);
-  pktrt_intersect_ex(s, &q, ray, hit, RAYS);
+  trace_rays(&w, s, 0, RAYS, note_tree_of_last, told);
   CHECK(told[0] > 100 && told[1] > 100 && told[2] == 0, "%llu events in the instance, %llu in another tree",
         (unsigned long long)told[1], (unsigned long long)told[2]);
   pktrt_scene_destroy(s);

@@ -145,6 +145,7 @@ static void boxes_of_all_overlap(void) {
   }
   const pktrt_counts c = count_beam_of(s, ray, N);
   say("%.0f nodes a ray, %zu of %d hit", (double)c.node_visits / N, hits, N);
+  CHECK(c.node_visits > 1000 * (uint64_t)N, "nearly all nodes are opened");
   CHECK(wrong == 0 && hits < N, "%zu of %d are wrong, %zu hit", wrong, N, hits);
   pktrt_scene_destroy(s);
   world_free(&w);

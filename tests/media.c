@@ -67,11 +67,11 @@ static const stack_case cases[] = {
     {"the same from the other side", {{-3, 1, 0.5}, {-1, 3, 0.25}}, 6, -6, 2.5},
 };
 
-/* From the scene's own place to one of three in space, which are turned, so that nothing lies along an axis. */
+/* From the scene's own place to one of four in space: boxes lie beside each other along z, along no axis, or along x. */
 static vec turned(int place, double x, double y, double z) {
-  static const double angle[3][2] = {{0, 0}, {0.7, 0.4}, {2.9, -1.2}};
+  static const double angle[4][2] = {{0, 0}, {0.7, 0.4}, {2.9, -1.2}, {PI / 2, 0}};
   double a = angle[place][0], b = angle[place][1], x1 = cos(a) * x + sin(a) * z, z1 = cos(a) * z - sin(a) * x;
-  return vec_of(x1 + 3 * place, cos(b) * y - sin(b) * z1, sin(b) * y + cos(b) * z1 - place);
+  return vec_of(x1 + 3 * (place % 3), cos(b) * y - sin(b) * z1, sin(b) * y + cos(b) * z1 - place % 3);
 }
 
 static mesh slab_mesh(const slab *b, int place) {
@@ -130,15 +130,15 @@ static pktrt_render_desc straight(const set_up *u, pktrt_mode mode, float *pixel
   return d;
 }
 
-static int set_ups(set_up u[12]) {
-  for (int i = 0; i < 12; i++) u[i] = (set_up){i % 3, i / 3 % 2 == 1, i / 6 == 1, i == 4 || i == 8};
-  return 12;
+static int set_ups(set_up u[16]) {
+  for (int i = 0; i < 16; i++) u[i] = (set_up){i % 4, i / 4 % 2 == 1, i / 8 == 1, i == 5 || i == 10};
+  return 16;
 }
 
 /* What a light at the camera's place brings to a diffuse plate is dimmed on the way there and back; with `near`, the camera is
    at the plate, and only the light's way counts. */
 static void glass_in_glass(void) {
-  set_up u[12];
+  set_up u[16];
   double worst = 0, control = 0;
   for (size_t k = 0; k < COUNT(cases); k++) {
     const stack_case *c = &cases[k];
@@ -165,7 +165,7 @@ static void glass_in_glass(void) {
 }
 
 static void shadows_in_glass(void) {
-  set_up u[12];
+  set_up u[16];
   double worst = 0;
   for (size_t k = 0; k < COUNT(cases); k++) {
     const stack_case *c = &cases[k];
@@ -622,7 +622,7 @@ static void zeros_of_both_signs(void) {
 
 /* Visible lamps in glass, behind it and about the camera are dimmed in each channel, as what shines behind the same glass is. */
 static void lamps_in_glass(void) {
-  set_up u[12];
+  set_up u[16];
   double worst = 0, apart = 0;
   for (size_t k = 0; k < COUNT(cases); k++) {
     const stack_case *c = &cases[k];

@@ -1,4 +1,5 @@
 /* Each allocation failing in turn: a status, a scene that still answers as before, and nothing leaked. */
+#include "noslack.h"
 #include "stability.h"
 
 enum { RAYS = 300 };
@@ -296,12 +297,24 @@ static void named_trees(void) {
   }
 }
 
+/* Without hooks memory is malloc's, which may give none, too. */
+static void scarce_memory(void) {
+  world w = world_none();
+  bool refused = true;
+  int failed = 0;
+  w.m[0] = mesh_sphere(2, 0, 1), w.n = 1;
+  while (refused && CHECK(noslack_without_memory(&w, failed, &refused), "after %d times", failed)) failed += refused;
+  CHECK(failed > 9, "%d in turn", failed);
+  world_free(&w);
+}
+
 void suite_memory(void) {
   run("stable: each allocation failing in turn leaves the scene usable and leaks nothing", each_allocation_serial);
   run("stable: each allocation failing in turn while several threads build", each_allocation_parallel);
   run("each allocation of a first commit failing in turn leaks nothing", first_commit);
   run("stable: a rebuild that has no memory leaves the refitted tree", failing_rebuild);
   run("a scene goes on after failures as a fresh one would", usable_after_failure);
+  run("without hooks, malloc giving nothing in turn is told", scarce_memory);
   run("more than the allocator gives is refused", too_large);
   run("a commit without memory names the tree that it could not build", named_trees);
 }

@@ -14,7 +14,17 @@
 #define PKTRT__NO_SETTINGS /* see settings.c */
 #define PKTRT__SLACK(part) slack_left.part
 #define PKTRT__SPLIT_PAD ((double)slack_left.parts * 0x1p-23)
+/* malloc gives nothing after so many times; below 0: for ever. Not to be set while others allocate. */
+#include <stdlib.h>
+static int mallocs_left = -1;
+static void *scarce_malloc(size_t size) {
+  if (!mallocs_left) return NULL;
+  if (mallocs_left > 0) mallocs_left--;
+  return malloc(size);
+}
+#define malloc(size) scarce_malloc(size)
 #include "noslack.h"
+#undef malloc
 
 /* A millionth, not zero: zero times the infinite depth of tmax is NaN, and everything would be lost. Those after the
    first row stay whole: they matter where the others are. */
@@ -68,6 +78,22 @@ void noslack_unstretch(pktrt_scene *s) {
   }
   CHECK(ok && pktrt_refit(s->boxes) == PKTRT_OK, "boxes do not fit");
   s->stretch = 1;
+}
+
+bool noslack_without_memory(const world *w, int times, bool *refused) {
+  mallocs_left = times;
+  pktrt_scene *s = pktrt_scene_create(NULL);
+  pktrt_status status = s ? PKTRT_OK : PKTRT_OUT_OF_MEMORY;
+  for (uint32_t i = 0; i < w->n && status == PKTRT_OK; i++) {
+    const pktrt_mesh_desc m = mesh_desc(&w->m[i]);
+    status = pktrt_add_mesh(s, &m, NULL);
+  }
+  if (status == PKTRT_OK) status = pktrt_commit(s);
+  mallocs_left = -1;
+  *refused = status == PKTRT_OUT_OF_MEMORY;
+  const bool told = status == PKTRT_OK || (*refused && pktrt_last_error(s)[0]);
+  pktrt_scene_destroy(s);
+  return told;
 }
 
 void noslack_destroy(pktrt_scene *s) { pktrt_scene_destroy(s); }

@@ -46,6 +46,9 @@ pktrt_scene *noslack_split(const world *, pktrt_isa);      /* of the high qualit
 pktrt_scene *noslack_placed(const placement *, pktrt_isa); /* the same of models and instances */
 /* Takes away the slack of instances alone, see >>places: fits their boxes, and leaves nothing for rays in their frames. */
 void noslack_unstretch(pktrt_scene *);
+/* Makes a scene without hooks, whose malloc gives nothing after so many times. Returns whether that is told as it should be, if it is
+   noticed: *refused. */
+bool noslack_without_memory(const world *, int times, bool *refused);
 void noslack_destroy(pktrt_scene *);
 void noslack_intersect(const pktrt_scene *, const pktrt_query_desc *, const pktrt_ray *, pktrt_hit *, size_t n);
 void noslack_occluded(const pktrt_scene *, const pktrt_query_desc *, const pktrt_ray *, bool *occluded, size_t n);

@@ -324,7 +324,7 @@ static void smooth_and_geometric(void) {
   world_free(&w);
 }
 
-/* New shading normals show after a refit, not before. */
+/* New shading normals show after a refit, not before, and stay. */
 static void normals_change(void) {
   world w = world_none();
   w.m[0] = mesh_sphere(3, 0, 1), w.n = 1;
@@ -337,6 +337,11 @@ static void normals_change(void) {
   d.pixels = after;
   CHECK(pktrt_render(s, &d) == PKTRT_OK && same_bits(before, after, W * H * 12), "not yet");
   CHECK(pktrt_refit(s) == PKTRT_OK && pktrt_render(s, &d) == PKTRT_OK && !same_bits(before, after, W * H * 12), "now");
+  for (int i = 0; i < 3; i++) { /* and stay */
+    CHECK((i ? pktrt_commit(s) : pktrt_refit(s)) == PKTRT_OK);
+    d.pixels = before;
+    CHECK(pktrt_render(s, &d) == PKTRT_OK && same_bits(before, after, W * H * 12), "and stay: %d", i);
+  }
   free(before), free(after);
   pktrt_scene_destroy(s);
   world_free(&w);

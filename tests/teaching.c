@@ -305,6 +305,7 @@ static void see_packet(void *user, const pktrt_packet *p) {
     const double d2 =
         pow((double)p->direction[0][i], 2) + pow((double)p->direction[1][i], 2) + pow((double)p->direction[2][i], 2);
     l->off += !(d2 > 0) || (p->type == PKTRT_RAY_PRIMARY && fabs((double)p->origin[2][i] - 5) > 1e-6);
+    l->off += p->type == PKTRT_RAY_PRIMARY && p->rays[i] >= p->n; /* numbers in their own packet */
   }
   l->in_area += l->last_in_area;
 }

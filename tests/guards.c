@@ -478,6 +478,14 @@ static void tile_and_pass_arrays(void) {
     view.sample_count = NULL;
     view.report = p.report.array;
     CHECK(pktrt_finish_passes(s, &view, 2, sums.array) == PKTRT_OK, "%s", pktrt_last_error(s));
+    const float *tight = p.pixels.array;
+    view.row_stride += 5; /* the same rows, farther apart */
+    guarded apart = guarded_array((HEIGHT - 1) * view.row_stride + 3 * WIDTH, 4);
+    view.pixels = apart.array;
+    CHECK(pktrt_finish_passes(s, &view, 2, sums.array) == PKTRT_OK, "%s", pktrt_last_error(s));
+    for (size_t y = 0; y < HEIGHT; y++)
+      CHECK(same_bits(view.pixels + y * view.row_stride, tight + 3 * WIDTH * y, 12 * WIDTH), "row %zu", y);
+    check_guards(&apart, "pktrt_finish_passes", 0);
     check_filled(&sums, sizeof(pktrt_pixel_sums), "pktrt_add_pass", PIXELS);
     check_filled(&p.pixels, 4, "pktrt_finish_passes", PIXELS);
     check_filled(&p.pixel_error, 4, "pktrt_finish_passes", PIXELS);

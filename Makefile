@@ -12,6 +12,9 @@ FLAGS_debug = -O0 -g
 # sentences instead, VERBOSE=1, clang compiles half as long again.
 SANITIZERS = -fsanitize=address,undefined,float-divide-by-zero,float-cast-overflow -fno-sanitize-recover=all \
   -fno-omit-frame-pointer $(if $(VERBOSE),,-fsanitize-undefined-trap-on-error)
+# What the header builds when asked to, sets of instructions and kernels of the fast path that count: tests and benchmarks compare
+# all. What CFLAGS leave out stays out.
+ALL_SETS = -DPKTRT_SCALAR -DPKTRT_AVX512 -DPKTRT_COUNT_FAST
 # SETS=-DPKTRT_NO_AVX512 leaves that one out, here and in `make fuzz`: it is the same source, and a third of the time to compile.
 FLAGS_sanitize = -O1 -g1 $(SETS) $(SANITIZERS)
 # Workers run the same code whatever the width of its vectors.
@@ -53,7 +56,7 @@ ifeq ($(MAKELEVEL),0)
 endif
 
 .PHONY: all demo effects deform view test-view mpi test-mpi web web-serve test-web test-web-node test-serve test-mesh-file readme-pictures test test-leaveout sanitize test-neon test-wasm matrix platforms checksum flags test-guards deps deps-extra deps-web format format-check clean help
-.PHONY: mutants map structure figures parts bench bench-check bench-plots bench-readme bench-pictures bench-tests peers exactness before instances error error-check error-before error-before-check error-before-samples leaveout leaveout-check leaveout-before
+.PHONY: mutants map structure figures parts bench bench-check bench-plots bench-readme bench-pictures bench-tests peers exactness before instances error error-check error-before error-before-check error-before-samples leaveout leaveout-check leaveout-before weight weight-check weight-before
 .PHONY: stability stability-neon stability-sanitize sanitize-threads fuzz
 .PHONY: bench-wasm bench-three
 .PHONY: install uninstall dist test-install test-dist
@@ -116,6 +119,8 @@ help:
 	@echo "error       error against run time in ten minutes; NAME=\"slopes closed\" of these; error-check what must hold, in two"
 	@echo "error-before  error at equal time against release 0.5.1, by scene; SCENES=\"sky lamps\" of these, BENCH_ARGS=... options;"
 	@echo "            error-before-samples the time of a sample under 1,000 lamps; error-before-check that differences are found"
+	@echo "weight      bytes and seconds to compile of usual builds, for the list in pktrt.h; weight-check that none weighs more;"
+	@echo "            weight-before beside those of commit BEFORE=..."
 	@echo "leaveout    what features cost where a scene has them not, in ten minutes; leaveout-check what must hold;"
 	@echo "            leaveout-before what pictures under point lights alone cost over the header of commit BEFORE=..."
 	@echo "format      rewrites all C files by clang-format; format-check names those that it would change"
@@ -134,23 +139,30 @@ help:
 $(B)/pktrt.o: pktrt.h | $(B)
 	$(CC) $(CFLAGS) $(STRICT) -DPKTRT_IMPLEMENTATION -x c -c $< -o $@
 
+# The same with all instruction sets, for what compares them. Programs with it are in a folder beside.
+$(B)/all/pktrt.o: pktrt.h | $(B)/all
+	$(CC) $(CFLAGS) $(ALL_SETS) $(STRICT) -DPKTRT_IMPLEMENTATION -x c -c $< -o $@
+
 SHARED = -DPKTRT__IMPLEMENTED -DPKTRT__ENTRY_POINTS
-$(B)/render: examples/render.c $(EXAMPLE_HEADERS) $(B)/pktrt.o
-	$(CC) $(CFLAGS) $(STRICT) $(SHARED) $(ASSIMP_FLAGS) $< $(B)/pktrt.o -o $@ $(LDFLAGS) $(ASSIMP_LIBS) $(LDLIBS)
+$(B)/render $(B)/all/render: examples/render.c $(EXAMPLE_HEADERS)
+	$(CC) $(CFLAGS) $(STRICT) $(SHARED) $(ASSIMP_FLAGS) $< $(@D)/pktrt.o -o $@ $(LDFLAGS) $(ASSIMP_LIBS) $(LDLIBS)
 	@$(if $(ASSIMP),:,echo "render: built without assimp; it reads .tri meshes only (make deps-extra installs assimp)")
 
 $(B)/view: examples/view.c $(EXAMPLE_HEADERS) $(B)/pktrt.o
 	$(CC) $(CFLAGS) $(STRICT) $(SHARED) $(SDL_FLAGS) $< $(B)/pktrt.o -o $@ $(LDFLAGS) $(SDL_LIBS) $(LDLIBS)
 
-$(B)/mpi: examples/mpi.c examples/render.c $(EXAMPLE_HEADERS) $(B)/pktrt.o
-	$(CC) $(CFLAGS) $(STRICT) $(SHARED) $(ASSIMP_FLAGS) $(MPI_FLAGS) $< $(B)/pktrt.o -o $@ $(LDFLAGS) $(MPI_LIBS) $(ASSIMP_LIBS) $(LDLIBS)
+$(B)/mpi $(B)/all/mpi: examples/mpi.c examples/render.c $(EXAMPLE_HEADERS)
+	$(CC) $(CFLAGS) $(STRICT) $(SHARED) $(ASSIMP_FLAGS) $(MPI_FLAGS) $< $(@D)/pktrt.o -o $@ $(LDFLAGS) $(MPI_LIBS) $(ASSIMP_LIBS) $(LDLIBS)
+
+$(B)/render $(B)/mpi: $(B)/pktrt.o
+$(B)/all/render $(B)/all/mpi: $(B)/all/pktrt.o
 
 $(addprefix $(B)/,spinner cornell pick lightmap instances effects deform): $(EXAMPLE_HEADERS)
 
 $(B)/%: examples/%.c $(B)/pktrt.o
 	$(CC) $(CFLAGS) $(STRICT) $(SHARED) $< $(B)/pktrt.o -o $@ $(LDFLAGS) $(LDLIBS)
 
-$(B) $(B)/tests/fuzz out:
+$(B) $(B)/all $(B)/tests/fuzz out:
 	mkdir -p $@
 
 SCENES = poolhall conference rtrt
@@ -228,7 +240,7 @@ $(WEB)/pktrt.js: $(WEB_OBJECTS) | $(WEB)
 	$(WEB_CC) $(WEB_OBJECTS) $(WEB_LINK) -o $@
 
 build/web/pktrt.o: pktrt.h | build/web
-	$(WEB_CC) -DPKTRT_NO_SCALAR -DPKTRT_IMPLEMENTATION -x c -c $< -o $@
+	$(WEB_CC) -DPKTRT_IMPLEMENTATION -x c -c $< -o $@
 
 build/web/%.o: examples/web/%.c examples/web/web.h $(EXAMPLE_HEADERS) pktrt.h | build/web
 	$(WEB_CC) $(SHARED) -c $< -o $@
@@ -236,8 +248,8 @@ build/web/%.o: examples/web/%.c examples/web/web.h $(EXAMPLE_HEADERS) pktrt.h | 
 # What the page shows of a packet's walk, as text. stb's header, which walk.c includes and does not use, is among the system's.
 build/web/walk.o: WEB_CC += -idirafter /usr/include
 build/web/walk.o $(B)/walk_events: examples/web/walk.c examples/course/course.h examples/course/07_figure3.h
-$(B)/walk_events: examples/web/walk_events.c $(EXAMPLE_HEADERS) $(B)/pktrt.o
-	$(CC) $(CFLAGS) $(STRICT) $(SHARED) $< $(B)/pktrt.o -o $@ $(LDFLAGS) $(LDLIBS)
+$(B)/walk_events: examples/web/walk_events.c $(EXAMPLE_HEADERS) $(B)/all/pktrt.o
+	$(CC) $(CFLAGS) $(STRICT) $(SHARED) $< $(B)/all/pktrt.o -o $@ $(LDFLAGS) $(LDLIBS)
 
 $(WEB_PAGE): $(WEB)/%: examples/web/% | $(WEB)
 	cp $< $@
@@ -276,8 +288,13 @@ course:
 out/course/%.txt: $(B)/course/% | out/course
 	$< >$@ || { cat $@; exit 1; }
 
+COURSE_LIBRARY = $(B)/pktrt.o
 $(B)/course/%: $(COURSE)/%.c $(COURSE_HEADERS) $(B)/pktrt.o | $(B)/course
-	$(COURSE_CC) $< $(B)/pktrt.o -o $@ $(LDFLAGS) $(LDLIBS)
+	$(COURSE_CC) $< $(COURSE_LIBRARY) -o $@ $(LDFLAGS) $(LDLIBS)
+
+# It compares instruction sets.
+$(B)/course/lab_differences: COURSE_LIBRARY = $(B)/all/pktrt.o
+$(B)/course/lab_differences: $(B)/all/pktrt.o
 
 .SECONDARY: $(COURSE_PROGRAMS:%=$(B)/course/%)
 
@@ -332,7 +349,7 @@ $(B)/course $(B)/course/tcc out/course:
 # --- tests ---
 
 $(B)/tests/%.o: tests/%.c $(wildcard tests/*.h tests/fuzz/*.h) bench/provenance.h $(EXAMPLE_HEADERS) pktrt.h | $(B)/tests/fuzz
-	$(CC) $(CFLAGS) $(STRICT) -c $< -o $@
+	$(CC) $(CFLAGS) $(ALL_SETS) $(STRICT) -c $< -o $@
 
 $(B)/test: $(TEST_OBJECTS)
 	$(CC) $(CFLAGS) $^ -o $@ $(LDFLAGS) $(LDLIBS)
@@ -378,8 +395,8 @@ test-mpi:
 ifeq ($(MPI),)
 	@echo "test-mpi: OpenMPI is not installed (make deps-extra installs libopenmpi-dev and openmpi-bin), nothing is tested"
 else
-	$(BUILD) $(B)/mpi $(B)/render
-	tests/mpi.sh $(B)
+	$(BUILD) $(B)/all/mpi $(B)/all/render
+	tests/mpi.sh $(B)/all
 endif
 
 $(B)/screenshot: tests/view/screenshot.c examples/common.h | $(B)
@@ -388,7 +405,7 @@ $(B)/screenshot: tests/view/screenshot.c examples/common.h | $(B)
 # Python by cffi and numpy: the same bits as C, no copies, the library's sentences. The library that Python loads is compiled into
 # build/python, once for each header, compiler and CFLAGS.
 PYTHON = $(firstword $(foreach python,python3 /usr/bin/python3,$(shell $(python) -c 'import cffi, numpy' 2>/dev/null && echo $(python))))
-PYTHON_RUN = CC="$(CC)" CFLAGS="$(CFLAGS)" PKTRT_CACHE=$(B)/python $(PYTHON) tests/python/test.py $(B)
+PYTHON_RUN = CC="$(CC)" CFLAGS="$(CFLAGS) $(ALL_SETS)" PKTRT_CACHE=$(B)/python $(PYTHON) tests/python/test.py $(B)
 test-python:
 	@if [ -n "$(PYTHON)" ]; then $(MAKE) --no-print-directory -j$(JOBS) $(B)/render $(B)/python/answers $(B)/python/scene.so && $(PYTHON_RUN); \
 	  else echo "test-python: there is no python3 with cffi and numpy (make deps-extra), nothing is compared"; fi
@@ -398,8 +415,8 @@ python-picture:
 	@if [ -n "$(PYTHON)" ]; then $(MAKE) -s $(B)/python/scene.so && $(PYTHON_RUN) --picture $(PICTURE); \
 	  else echo "python-picture: there is no python3 with cffi and numpy (make deps-extra)" >&2; fi
 
-$(B)/python/answers: tests/python/answers.c $(B)/pktrt.o | $(B)/python
-	$(CC) $(CFLAGS) $(STRICT) $(SHARED) $< $(B)/pktrt.o -o $@ $(LDFLAGS) $(LDLIBS)
+$(B)/python/answers: tests/python/answers.c $(B)/all/pktrt.o | $(B)/python
+	$(CC) $(CFLAGS) $(STRICT) $(SHARED) $< $(B)/all/pktrt.o -o $@ $(LDFLAGS) $(LDLIBS)
 
 $(B)/python/scene.so: tests/python/scene.c $(EXAMPLE_HEADERS) pktrt.h | $(B)/python
 	$(CC) $(CFLAGS) $(STRICT) $(SHARED) -fPIC -shared $< -o $@ $(LDFLAGS) -lm
@@ -436,7 +453,7 @@ stability: | $(RESULTS)
 	build/stability/test --thorough 1 --results $(RESULTS) stable
 	@$(MAKE) --no-print-directory bench-readme
 
-# Without the scalar kernels, which are the same elsewhere: `platforms` has their checksum on ARM.
+# Without the scalar kernels, which `platforms` compares on ARM.
 ARM_CC = aarch64-linux-gnu-gcc
 test-neon stability-neon:
 	@command -v $(ARM_CC) >/dev/null || { echo "$@: $(ARM_CC) is not installed (make deps-extra)"; exit 1; }
@@ -469,7 +486,7 @@ stability-sanitize:
 # many inputs were tried, for bench/README.md.
 TIME = 600
 TARGETS = scene query settings mesh_file
-FUZZ_FLAGS = -O1 -g1 $(SETS) -fsanitize=fuzzer-no-link $(SANITIZERS)
+FUZZ_FLAGS = -O1 -g1 $(ALL_SETS) $(SETS) -fsanitize=fuzzer-no-link $(SANITIZERS)
 FUZZ_OBJECTS = $(addprefix build/fuzz/,fuzz.o reference.o oracle.o pktrt.o)
 fuzz:
 	@command -v clang >/dev/null || { echo "fuzz: clang is not installed (make deps-extra)"; exit 1; }
@@ -518,8 +535,8 @@ platforms:
 	@.ci/platforms $(ONLY)
 
 # For a change of bits that is meant: writes the sums that must come out anew, and the one that the README shows.
-$(B)/checksum: tests/checksum.c tests/scenes.h $(B)/pktrt.o
-	$(CC) $(CFLAGS) $(STRICT) $(SHARED) $< $(B)/pktrt.o -o $@ $(LDFLAGS) $(LDLIBS)
+$(B)/checksum: tests/checksum.c tests/scenes.h $(B)/all/pktrt.o
+	$(CC) $(CFLAGS) $(STRICT) $(SHARED) $< $(B)/all/pktrt.o -o $@ $(LDFLAGS) $(LDLIBS)
 
 checksum: $(B)/checksum
 	$< | sed '/^by /d' >$(B)/checksum.txt
@@ -620,7 +637,7 @@ $(RESULTS):
 	mkdir -p $@
 
 $(B)/paper: bench/paper/paper.c $(wildcard bench/*.h bench/paper/*.h) $(EXAMPLE_HEADERS) pktrt.h | $(B)
-	$(CC) $(CFLAGS) $(STRICT) $(if $(EMBREE),-DHAVE_EMBREE) $< -o $@ $(LDFLAGS) $(if $(EMBREE),-lembree3) $(LDLIBS)
+	$(CC) $(CFLAGS) $(ALL_SETS) $(STRICT) $(if $(EMBREE),-DHAVE_EMBREE) $< -o $@ $(LDFLAGS) $(if $(EMBREE),-lembree3) $(LDLIBS)
 	@$(if $(EMBREE),:,echo "paper: built without Embree 3; it compares with none (make deps-extra installs it)")
 
 # It pins itself, but for the part with two workers.
@@ -637,7 +654,7 @@ else
 endif
 
 $(B)/peers: bench/peers/peers.c $(wildcard bench/*.h bench/peers/*.h) $(EXAMPLE_HEADERS) pktrt.h | $(B)
-	$(CC) $(CFLAGS) $(STRICT) $(ASSIMP_FLAGS) $< -o $@ $(LDFLAGS) -lembree3 $(ASSIMP_LIBS) $(LDLIBS)
+	$(CC) $(CFLAGS) $(ALL_SETS) $(STRICT) $(ASSIMP_FLAGS) $< -o $@ $(LDFLAGS) -lembree3 $(ASSIMP_LIBS) $(LDLIBS)
 
 # pktrt beside copies of itself with textbook tests of triangles.
 exactness: | $(RESULTS)
@@ -646,10 +663,10 @@ exactness: | $(RESULTS)
 	@$(MAKE) --no-print-directory bench-readme
 
 $(B)/plain-%.o: bench/plain.c bench/plain.h bench/plain_tests.h pktrt.h | $(B)
-	$(CC) $(CFLAGS) $(STRICT) $(if $(filter moller,$*),-DPLAIN_MOLLER) $(if $(filter stages,$*),-DPLAIN_STAGES) -c $< -o $@
+	$(CC) $(CFLAGS) $(ALL_SETS) $(STRICT) $(if $(filter moller,$*),-DPLAIN_MOLLER) $(if $(filter stages,$*),-DPLAIN_STAGES) -c $< -o $@
 
 $(B)/exactness: bench/exactness.c $(B)/plain-kensler.o $(B)/plain-moller.o $(B)/plain-stages.o $(wildcard bench/*.h bench/peers/*.h) $(EXAMPLE_HEADERS) pktrt.h
-	$(CC) $(CFLAGS) $(STRICT) $(ASSIMP_FLAGS) $(filter-out %.h,$^) -o $@ $(LDFLAGS) $(ASSIMP_LIBS) $(LDLIBS)
+	$(CC) $(CFLAGS) $(ALL_SETS) $(STRICT) $(ASSIMP_FLAGS) $(filter-out %.h,$^) -o $@ $(LDFLAGS) $(ASSIMP_LIBS) $(LDLIBS)
 
 # Instances beside the same triangles added directly.
 instances: | $(RESULTS)
@@ -657,8 +674,8 @@ instances: | $(RESULTS)
 	$(PIN) $(B)/instances-bench --results $(RESULTS) $(BENCH_ARGS)
 	@$(MAKE) --no-print-directory bench-readme
 
-$(B)/instances-bench: bench/instances.c $(wildcard bench/*.h) $(EXAMPLE_HEADERS) $(B)/pktrt.o
-	$(CC) $(CFLAGS) $(STRICT) $(SHARED) $< $(B)/pktrt.o -o $@ $(LDFLAGS) $(LDLIBS)
+$(B)/instances-bench: bench/instances.c $(wildcard bench/*.h) $(EXAMPLE_HEADERS) $(B)/all/pktrt.o
+	$(CC) $(CFLAGS) $(STRICT) $(SHARED) $< $(B)/all/pktrt.o -o $@ $(LDFLAGS) $(LDLIBS)
 
 # pktrt beside itself as it was at commit BEFORE.
 BEFORE ?= HEAD
@@ -674,10 +691,10 @@ before: | $(RESULTS)
 
 $(B)/before/version_before.o: $(B)/before/pktrt.h
 $(B)/before/version_%.o: bench/before_version.c bench/before.h pktrt.h
-	$(CC) $(CFLAGS) $(STRICT) -DVERSION=version_$* -DHEADER='"../$(if $(filter before,$*),$(B)/before/)pktrt.h"' -c $< -o $@
+	$(CC) $(CFLAGS) $(ALL_SETS) $(STRICT) -DVERSION=version_$* -DHEADER='"../$(if $(filter before,$*),$(B)/before/)pktrt.h"' -c $< -o $@
 
 $(B)/before/race: bench/before.c $(B)/before/version_before.o $(B)/before/version_now.o $(wildcard bench/*.h bench/peers/*.h) $(EXAMPLE_HEADERS) pktrt.h
-	$(CC) $(CFLAGS) $(STRICT) $(ASSIMP_FLAGS) $(filter-out %.h,$^) -o $@ $(LDFLAGS) $(ASSIMP_LIBS) $(LDLIBS)
+	$(CC) $(CFLAGS) $(ALL_SETS) $(STRICT) $(ASSIMP_FLAGS) $(filter-out %.h,$^) -o $@ $(LDFLAGS) $(ASSIMP_LIBS) $(LDLIBS)
 
 # Error against run time. References are kept while header and scenes stay the same. It pins itself, but for them.
 REFERENCES = $(B)/references
@@ -713,8 +730,8 @@ $(REFERENCES)/made: pktrt.h $(EXAMPLE_HEADERS)
 	mkdir -p $(REFERENCES)
 	touch $@
 
-$(B)/error: bench/error/error.c $(wildcard bench/error/*.h) bench/bench.h bench/provenance.h $(EXAMPLE_HEADERS) pktrt.h $(B)/pktrt.o
-	$(CC) $(CFLAGS) $(STRICT) $< $(B)/pktrt.o -o $@ $(LDFLAGS) $(LDLIBS)
+$(B)/error: bench/error/error.c $(wildcard bench/error/*.h) bench/bench.h bench/provenance.h $(EXAMPLE_HEADERS) pktrt.h $(B)/all/pktrt.o
+	$(CC) $(CFLAGS) $(STRICT) $< $(B)/all/pktrt.o -o $@ $(LDFLAGS) $(LDLIBS)
 
 # Error at equal time against pktrt as it was: at release 0.5.1 unless ERROR_BEFORE says another commit.
 ERROR_BEFORE ?= 5cbfd00
@@ -744,7 +761,7 @@ $(VERSIONS)/version_before.o: $(VERSIONS)/pktrt.h
 $(VERSIONS)/version_now.o: pktrt.h
 VERSION_HEADERS = bench/error/version.h bench/error/closed.h bench/error/error.h bench/bench.h bench/provenance.h
 $(VERSIONS)/version_%.o: bench/error/version.c $(VERSION_HEADERS) $(EXAMPLE_HEADERS)
-	$(CC) $(CFLAGS) $(STRICT) -DVERSION=version_$* -DHEADER='"../../$(if $(filter before,$*),$(VERSIONS)/)pktrt.h"' -c $< -o $@
+	$(CC) $(CFLAGS) $(ALL_SETS) $(STRICT) -DVERSION=version_$* -DHEADER='"../../$(if $(filter before,$*),$(VERSIONS)/)pktrt.h"' -c $< -o $@
 
 $(VERSIONS)/versions: bench/error/versions.c $(VERSIONS)/version_before.o $(VERSIONS)/version_now.o $(VERSION_HEADERS) $(EXAMPLE_HEADERS)
 	$(CC) $(CFLAGS) $(STRICT) $(filter-out %.h,$^) -o $@ $(LDFLAGS) $(LDLIBS)
@@ -757,29 +774,44 @@ $(VERSIONS)/references/version_%/made:
 	touch $@
 
 # What features cost where they are not. Objects and programs are named by the switches that they are built with, as in
-# NO_RENDER+NO_SIMD; `full` has none.
+# NO_RENDER+NO_SIMD; `full` has none: it is what a program gets that defines nothing.
 LEAVEOUT = $(B)/leaveout
 LEAVEOUT_SWITCHES = NO_MOTION NO_STATS NO_PAPER NO_LENS NO_SHUTTER NO_AREA_LIGHTS NO_GLOSS NO_DIELECTRIC NO_CONDUCTOR \
   NO_NORMALS NO_TEXTURES NO_INSTANCES NO_GROUPS NO_REMOVAL NO_SURFACES
 empty :=
 LEAVEOUT_ALL = $(subst $(empty) ,+,$(strip $(LEAVEOUT_SWITCHES)))
 # Queries only: the first with one instruction set and meshes at rest alone, then what that leaves out comes back.
-ONE_SET = NO_RENDER+NO_SCALAR+NO_SSE2+NO_AVX512
+ONE_SET = NO_RENDER+NO_SSE2
 MESHES_ONLY = NO_STATS+NO_PAPER+NO_INSTANCES+NO_GROUPS+NO_REMOVAL+NO_SURFACES
 LEAVEOUT_QUERIES = $(ONE_SET)+$(MESHES_ONLY)+NO_MOTION $(ONE_SET)+$(MESHES_ONLY)+NO_MOTION+NO_FRUSTA \
   $(ONE_SET)+$(MESHES_ONLY)+NO_FRUSTA $(ONE_SET)+$(MESHES_ONLY) $(ONE_SET)+NO_STATS+NO_PAPER $(ONE_SET) \
   NO_RENDER+NO_SIMD+$(MESHES_ONLY)+NO_MOTION+NO_FRUSTA NO_RENDER+NO_SIMD NO_RENDER
 LEAVEOUT_DEFINES = $(patsubst %,-DPKTRT_%,$(filter-out full,$(subst +, ,$*)))
-LEAVEOUT_BUILT = $(addprefix $(LEAVEOUT)/,full $(LEAVEOUT_SWITCHES) $(LEAVEOUT_ALL) $(LEAVEOUT_QUERIES:%=%.o) full-O0.o)
+LEAVEOUT_SETS = AVX512+SCALAR NO_SSE2
+LEAVEOUT_BUILT = $(addprefix $(LEAVEOUT)/,full $(LEAVEOUT_SWITCHES) $(LEAVEOUT_ALL) $(LEAVEOUT_QUERIES:%=%.o) \
+  $(LEAVEOUT_SETS:%=%.o) full-O0.o)
+LEAVEOUT_RUN = CC="$(CC)" ALL=$(LEAVEOUT_ALL) QUERIES="$(LEAVEOUT_QUERIES)" SETS="$(LEAVEOUT_SETS)"
 leaveout: | $(RESULTS)
 	$(BUILD) $(LEAVEOUT_BUILT) $(B)/provenance
-	CC="$(CC)" ALL=$(LEAVEOUT_ALL) QUERIES="$(LEAVEOUT_QUERIES)" PROVENANCE=$(B)/provenance $(PIN) \
-	  bench/leaveout.sh $(LEAVEOUT) $(RESULTS)
+	$(LEAVEOUT_RUN) PROVENANCE=$(B)/provenance $(PIN) bench/leaveout.sh $(LEAVEOUT) $(RESULTS)
+	@$(MAKE) --no-print-directory bench-readme
+
+weight:
+	$(PIN) bench/weight.sh
+weight-check:
+	bench/weight.sh --check
+# The same builds of the header of commit BEFORE.
+weight-before: | $(RESULTS)
+	$(CLONE)
+	mkdir -p $(B)/weight
+	git show $(BEFORE):pktrt.h >$(B)/weight/pktrt.h
+	$(BUILD) $(B)/provenance
+	$(PIN) bench/weight.sh --before $(B)/weight/pktrt.h $(B)/provenance $(RESULTS)
 	@$(MAKE) --no-print-directory bench-readme
 
 leaveout-check:
 	$(BUILD) $(LEAVEOUT_BUILT)
-	CC="$(CC)" ALL=$(LEAVEOUT_ALL) QUERIES="$(LEAVEOUT_QUERIES)" $(PIN) bench/leaveout.sh --check $(LEAVEOUT)
+	$(LEAVEOUT_RUN) $(PIN) bench/leaveout.sh --check $(LEAVEOUT)
 
 # What renders under point lights alone cost over the header of commit BEFORE.
 leaveout-before:
@@ -790,7 +822,7 @@ leaveout-before:
 	$(LEAVEOUT_CC) -DPKTRT_IMPLEMENTATION -x c -c $(LEAVEOUT)/before/pktrt.h -o $(LEAVEOUT)/before/full.o
 	$(LEAVEOUT_CC) -D_GNU_SOURCE -include $(LEAVEOUT)/before/pktrt.h bench/leaveout.c $(LEAVEOUT)/before/full.o \
 	  -o $(LEAVEOUT)/before/full $(LDFLAGS) $(LDLIBS)
-	ALL= QUERIES= $(PIN) bench/leaveout.sh --before $(LEAVEOUT)
+	ALL= QUERIES= SETS= $(PIN) bench/leaveout.sh --before $(LEAVEOUT)
 
 LEAVEOUT_CC = $(CC) -O2 $(STRICT) $(LEAVEOUT_DEFINES)
 $(LEAVEOUT)/full-O0.o: pktrt.h | $(LEAVEOUT)

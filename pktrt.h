@@ -1,4 +1,4 @@
-/* pktrt.h - v0.17.0 - packet ray tracing in one C header: queries, for one ray or for millions, and pictures
+/* pktrt.h - v0.18.0 - packet ray tracing in one C header: queries, for one ray or for millions, and pictures
 
    After Boulos, Edwards, Lacewell, Kniss, Kautz, Shirley and Wald, "Packet-based Whitted and Distribution Ray Tracing",
    Graphics Interface 2007. MIT or public domain, at your choice (>>licence, at the end of the file).
@@ -9,8 +9,9 @@
        #include "pktrt.h"
 
    and include it without the define wherever else you need it. It compiles as C99 and later and as C++11 and later; a
-   plain `cc -O2 file.c -lm` uses the widest vectors of the machine it runs on. The API stands first and is short: read
-   on from DECLARATIONS to "stop here if you only want the API", and come back here when you want to know why.
+   plain `cc -O2 file.c -lm` uses the vectors of the machine it runs on, up to AVX2 (with PKTRT_AVX512: all). The API
+   stands first and is short: read on from DECLARATIONS to "stop here if you only want the API", and come back here when
+   you want to know why.
 
 
    QUICK START (compiles as is)
@@ -188,10 +189,16 @@
                               #include, and not beside PKTRT_STATIC. Functions are extern "C" in C++ in any case.
      PKTRT_HEADER_FILENAME    How the file names itself, for the implementation includes itself once per instruction
                               set. Default: "pktrt.h". Define it, quotes and all, if you rename the file.
-     Instruction sets. Each one that is left out makes the object smaller and its compilation faster.
+     Instruction sets. Built for x86 are AVX2 and, for machines without, SSE2, which is less code and slower than it could
+     be; for 64-bit ARM and WebAssembly their vectors; for all else scalar kernels. Each one more makes the object larger
+     and its compilation slower.
+     PKTRT_AVX512             AVX-512 as well. The log hook is told where a machine has it and the build has not.
+     PKTRT_SCALAR             Scalar kernels as well, to step through or to compare with.
      PKTRT_NO_SIMD            Scalar kernels only.
-     PKTRT_NO_SCALAR, _SSE2, _AVX2, _AVX512
-                              None of that set. What remains must suit the machine, or no scene can be created.
+     PKTRT_NO_SSE2, PKTRT_NO_AVX2
+                              None of that set. What remains must suit the machine, or no scene can be created. Without
+                              AVX2, SSE2 is as fast as it can be. (PKTRT_NO_SCALAR and PKTRT_NO_AVX512 leave out what
+                              was asked for.)
 
      Parts. What is left out takes no code; pictures and hits of what stays are the same bits. Whatever asks for such a
      part is refused, in a sentence that names its switch. A scene that has not got a part does not run its code anyway:
@@ -208,6 +215,8 @@
      PKTRT_NO_SURFACES        No texture coordinates, no cutouts; pktrt_surface and pktrt_spawn_at are not declared.
                               Define it before the file's first #include, too.
      PKTRT_NO_STATS           No counts of work, no events of the paper's path.
+     PKTRT_COUNT_FAST         Asked for: the fast path counts what its packets and streams do, not rays and hits alone, by
+                              kernels stamped once more.
      PKTRT_NO_PAPER           Not the paper's path.
      PKTRT_NO_FRUSTA          The fast path has streams, but no frustum packets: coherent rays take longer.
      PKTRT_NO_LENS, PKTRT_NO_SHUTTER
@@ -216,6 +225,18 @@
      PKTRT_NO_DIELECTRIC, PKTRT_NO_CONDUCTOR
                               No glass, no metal.
      PKTRT_NO_TEXTURES        No texture or shader hooks of materials.
+
+     Weight: what the implementation is in usual builds, by gcc 12 at -O2 for x86-64, on one core of an AMD EPYC (Zen 5), and
+     for comparison a program that uses it, of 1,100 lines with its scenes. An older machine takes twice as long. `make weight` measures it anew. Barest are
+     PKTRT_NO_RENDER, _MOTION, _STATS, _PAPER, _INSTANCES, _GROUPS, _REMOVAL, _SURFACES and _NORMALS.
+     build                      seconds      bytes of code
+     whole                          9.3            449,275
+     AVX2 alone                     6.9            352,920
+     queries, AVX2                  4.3            212,554
+     barest queries, AVX2           2.8            131,663
+     scalar                         7.6            339,628
+     with AVX-512                  11.1            547,931
+     examples/render.c              2.9            264,252
 
 
    CONCEPTS
@@ -404,15 +425,16 @@
 
    INSTRUCTION SETS AND COMPILERS
 
-   gcc and clang on x86: SSE2, AVX2 (with FMA, BMI, BMI2) and AVX-512 (F, DQ, BW, VL) are all compiled, each function
-   for its own set, so there is no need for -mavx2 or -march=native. When a scene is created, CPU and operating
-   system are asked, and the widest wins; pktrt_scene_desc.isa asks for a certain one. AVX-512 uses vectors of 16
-   rays in frustum packets, all other kernels are 8 wide everywhere (SSE2, NEON, WebAssembly: two registers). On
-   32-bit x86 compile with -msse2 -mfpmath=sse, on s390x where gcc is given a -std=c... with -fexcess-precision=fast
-   as well.
+   gcc and clang on x86: SSE2 and AVX2 (with FMA, BMI, BMI2) are compiled, AVX-512 (F, DQ, BW, VL) and scalar kernels if
+   PKTRT_AVX512 and PKTRT_SCALAR ask for them, each function for its own set, so there is no need for -mavx2 or
+   -march=native. When a scene is created, CPU and operating system are asked, and the widest wins; pktrt_scene_desc.isa
+   asks for a certain one. AVX-512 uses vectors of 16 rays in frustum packets, all other kernels are 8 wide everywhere
+   (SSE2, NEON, WebAssembly: two registers). Kernels that serve where there is nothing better, SSE2 beside AVX2 and scalar
+   ones, are few rather than fast: they always count, and coherent rays go in streams, without frusta. On 32-bit x86
+   compile with -msse2 -mfpmath=sse, on s390x where gcc is given a -std=c... with -fexcess-precision=fast as well.
    64-bit ARM: NEON. WebAssembly: its vectors, if compiled with -msimd128. gcc for MinGW: SSE2 at most, since it may
    misalign wide variables on the stack (GCC bug 54412). tcc and all else: scalar, the same code with loops over
-   eight floats: good for stepping through in a debugger.
+   eight floats: good for stepping through in a debugger (PKTRT_SCALAR).
    Flags that change values are refused, see GUARANTEES; so is x87 arithmetic.
    A kernel has one name in this file, and one for each instruction set in a program: in a debugger (-g -O0)
    `break pktrt__single_closest_hit_avx2` stops in it; the scalar ones show arrays where others have vectors. An editor
@@ -566,7 +588,7 @@
 extern "C" {
 #endif
 
-#define PKTRT_VERSION 1700              /* major * 10000 + minor * 100 + patch */
+#define PKTRT_VERSION 1800              /* major * 10000 + minor * 100 + patch */
 #define PKTRT_NONE 0xFFFFFFFFu          /* "no mesh", "no triangle" */
 #define PKTRT_MAX_TRIANGLES 2147483647u /* of a scene; more: PKTRT_LIMIT */
 #define PKTRT_MAX_KEYS 1024u            /* motion keys of one mesh; more: PKTRT_LIMIT */
@@ -582,10 +604,10 @@ typedef struct pktrt_scene pktrt_scene; /* opaque: meshes, materials, lights and
 
 typedef enum pktrt_isa {
   PKTRT_ISA_AUTO = 0, /* the widest this machine and this build have */
-  PKTRT_ISA_SCALAR,
+  PKTRT_ISA_SCALAR,   /* where there are vectors: if compiled with PKTRT_SCALAR */
   PKTRT_ISA_SSE2,
   PKTRT_ISA_AVX2,
-  PKTRT_ISA_AVX512,
+  PKTRT_ISA_AVX512, /* if compiled with PKTRT_AVX512 */
   PKTRT_ISA_NEON,
   PKTRT_ISA_WASM, /* WebAssembly's 128 bits, if compiled with -msimd128 */
   PKTRT_ISA_COUNT
@@ -873,7 +895,8 @@ PKTRT_DEF void pktrt_spawn_at_n(const pktrt_scene *, const pktrt_hit *, const fl
 
 /* >>stats ---------------------------------------------------------------------------------------------------------- */
 
-/* Counts of work; added to, never reset. A "lane" is one ray against one box or triangle. */
+/* Counts of work; added to, never reset. A "lane" is one ray against one box or triangle. The fast path counts rays and hits,
+   and the rest only in builds with PKTRT_COUNT_FAST; PKTRT_PATH_PAPER and PKTRT_PATH_SINGLE count all. */
 typedef struct pktrt_counts {
   uint64_t rays; /* valid rays traced */
   uint64_t hits;
@@ -1394,8 +1417,9 @@ typedef struct pktrt_render_desc {
   float *normal;          /* three floats, unit shading normals towards the viewer, averaged; 0 for nothing */
   float *albedo;          /* three floats, diffuse reflectance; 0 for glass and metal, unless in RCS */
   uint32_t *sample_count; /* samples that a pixel has had */
-  /* Work per sample: that of a packet is shared out evenly among its rays, so the finer the smaller packet_size, which the
-     fast path keeps to where cost is asked for. Differs by path and instruction set, as counts do. */
+  /* Work per sample: that of a packet is shared out evenly among its rays, so the finer the smaller packet_size. On the fast
+     path rays are traced, and counted, one by one where cost is asked for; with PKTRT_COUNT_FAST in packets of packet_size.
+     Differs by path and instruction set, as counts do. */
   float *cost;
   pktrt_cost cost_of;
   /* Called for each packet before it is traced, from any thread; blindly, a packet is halved above 128 rays. Shadow rays
@@ -1587,7 +1611,11 @@ PKTRT_DEF pktrt_status pktrt_prepare_environment(pktrt_scene *, const pktrt_rend
 
 #if defined(__GNUC__) || defined(__clang__)
 /* WHY __unused__: where parts are left out, some helpers have no caller. */
+#ifdef __OPTIMIZE__
 #define PKTRT__INLINE static inline __attribute__((__always_inline__, __unused__))
+#else /* WHY not inlined at -O0: as fast, in a third of the code and half the time to compile */
+#define PKTRT__INLINE static __attribute__((__unused__))
+#endif
 #define PKTRT__NOINLINE static __attribute__((__noinline__, __unused__))
 #define PKTRT__COLD static __attribute__((__cold__, __noinline__, __unused__)) /* checks: small rather than fast */
 #define PKTRT__HOT static __attribute__((__hot__, __noinline__, __unused__))   /* fast, though cold functions call it */
@@ -1629,10 +1657,8 @@ PKTRT_DEF pktrt_status pktrt_prepare_environment(pktrt_scene *, const pktrt_rend
 #endif
 
 /* The instruction sets of this build. Wide vectors need per-function targets; MinGW may misalign spills of them (GCC
-   bug 54412), so there the 16-byte set is the widest. */
-#ifndef PKTRT_NO_SCALAR
-#define PKTRT__HAS_SCALAR 1
-#endif
+   bug 54412), so there the 16-byte set is the widest. WHY not all: many rays gain 7 to 20% by AVX-512 on a Zen 5, single
+   ones 3%, for a fifth of the code; scalar kernels are there to be read and compared with. */
 #if defined(PKTRT_NO_SIMD) || defined(__TINYC__)
 #elif (defined(__x86_64__) || defined(__i386__)) && defined(__SSE2__)
 #define PKTRT__X86 1
@@ -1643,8 +1669,10 @@ PKTRT_DEF pktrt_status pktrt_prepare_environment(pktrt_scene *, const pktrt_rend
 #ifndef PKTRT_NO_AVX2
 #define PKTRT__HAS_AVX2 1
 #endif
-#if !defined(PKTRT_NO_AVX512)
+#if defined(PKTRT_AVX512) && !defined(PKTRT_NO_AVX512)
 #define PKTRT__HAS_AVX512 1
+#elif !defined(PKTRT_NO_AVX512)
+#define PKTRT__OFFERS_AVX512 1 /* nobody asked for it: who would gain by it is told */
 #endif
 #endif
 #if defined(__GNUC__) && !defined(__clang__) && defined(__cplusplus)
@@ -1682,9 +1710,24 @@ PKTRT_DEF pktrt_status pktrt_prepare_environment(pktrt_scene *, const pktrt_rend
 #endif
 #if defined(PKTRT_NO_SCALAR) && defined(PKTRT_NO_SIMD)
 #error "PKTRT_NO_SCALAR and PKTRT_NO_SIMD leave no kernels: define only one of them"
-#elif !defined(PKTRT__HAS_SCALAR) && !defined(PKTRT__HAS_BASE) && !defined(PKTRT__HAS_AVX2) && \
-    !defined(PKTRT__HAS_AVX512)
+#elif !defined(PKTRT__HAS_BASE) && !defined(PKTRT__HAS_AVX2) && !defined(PKTRT__HAS_AVX512)
+#ifdef PKTRT_NO_SCALAR
 #error "PKTRT_NO_SCALAR: no other kernels are left for this machine; define it only where vectors stay"
+#endif
+#define PKTRT__HAS_SCALAR 1
+#elif defined(PKTRT_SCALAR) && !defined(PKTRT_NO_SCALAR)
+#define PKTRT__HAS_SCALAR 1
+#endif
+/* The fast path counts what its packets and streams do. */
+#if defined(PKTRT_COUNT_FAST) && !defined(PKTRT_NO_STATS)
+#define PKTRT__COUNTS_FAST 1
+#else
+#define PKTRT__COUNTS_FAST 0
+#endif
+/* There is a set with streams through the top level, see PKTRT__WITH_TOP_STREAMS. */
+#if defined(PKTRT__HAS_BASE) || defined(PKTRT__HAS_AVX2) || defined(PKTRT__HAS_AVX512) || !defined(PKTRT_NO_PAPER) || \
+    defined(PKTRT__EDITOR)
+#define PKTRT__HAS_TOP_STREAMS 1
 #endif
 
 /* Features: enumerator, name, the switch that leaves it out, and that of what it is a part of. From each row come a
@@ -3014,7 +3057,7 @@ PKTRT__HOT void pktrt__reinsert_update_node(const pktrt__reinsert_tree *w, uint3
 }
 
 /* Counts the nodes of a subtree that are no leaves and larger than `size`, up to `most`. */
-static uint32_t pktrt__reinsert_count(const pktrt__build_node *nodes, uint32_t slot, float size, uint32_t most) {
+PKTRT__COLD uint32_t pktrt__reinsert_count(const pktrt__build_node *nodes, uint32_t slot, float size, uint32_t most) {
   const uint32_t left = nodes[slot].left;
   if (!left || !most || !(nodes[slot].size > size)) return 0;
   const uint32_t l = pktrt__reinsert_count(nodes, slot + 1, size, most - 1);
@@ -3029,8 +3072,8 @@ static float pktrt__reinsert_find_size(const pktrt__builder *b) {
 }
 
 /* Makes the upper nodes of a range's subtree and its parts, without bounds; returns the number of the next node. */
-static uint32_t pktrt__reinsert_make_nodes(const pktrt__reinsert_tree *w, uint32_t at, pktrt__build_subtree range,
-                                           float size, uint32_t *parts) {
+PKTRT__COLD uint32_t pktrt__reinsert_make_nodes(const pktrt__reinsert_tree *w, uint32_t at, pktrt__build_subtree range,
+                                                float size, uint32_t *parts) {
   pktrt__reinsert_node *t = &w->nodes[at];
   const pktrt__build_node *node = &w->b->nodes[range.slot];
   t->slot = range.slot, t->count = node->plan, t->height = 0, t->costs = *parts & 0x3FFFFFFu;
@@ -3116,7 +3159,7 @@ PKTRT__NOINLINE void pktrt__reinsert_move_node(const pktrt__reinsert_tree *w, ui
 }
 
 /* Links the nodes of a subtree whose prims begin at `first` now, and plans its collapse. Parts keep that in `parent`. */
-static void pktrt__reinsert_link(const pktrt__reinsert_tree *w, uint32_t at, uint32_t first, double cost[8]) {
+PKTRT__COLD void pktrt__reinsert_link(const pktrt__reinsert_tree *w, uint32_t at, uint32_t first, double cost[8]) {
   pktrt__reinsert_node *t = &w->nodes[at];
   pktrt__build_node *node = &w->b->nodes[t->slot];
   const double x = (double)t->box[0] + t->box[4], y = (double)t->box[1] + t->box[5], z = (double)t->box[2] + t->box[6];
@@ -3438,7 +3481,7 @@ static uint32_t pktrt__block_count_degenerate(const uint32_t *tri, const uint32_
 
 /* Returns the ways in which a triangle of a block has no area at a key, a bit each: two of its corners are one, or all are
    on a line along an axis. */
-static uint32_t pktrt__block_flat_ways(const float *vertices, uint32_t lane) {
+PKTRT__COLD uint32_t pktrt__block_flat_ways(const float *vertices, uint32_t lane) {
   uint32_t ways = 0;
   bool same[3][3]; /* of a corner and the next, by axis */
   for (uint32_t c = 0; c < 3; c++)
@@ -3791,7 +3834,7 @@ static bool pktrt__collapse_build(pktrt__builder *b, pktrt__bvh *bvh) {
   pktrt__mem_release(desc, c.subs, count, sizeof(pktrt__build_subtree));
   return ok;
 }
-static void pktrt__bvh_free(const pktrt_scene_desc *desc, pktrt__bvh *bvh) {
+PKTRT__COLD void pktrt__bvh_free(const pktrt_scene_desc *desc, pktrt__bvh *bvh) {
   pktrt__mem_release(desc, bvh->nodes, bvh->node_count, bvh->node_bytes);
   pktrt__mem_release(desc, bvh->blocks, bvh->block_count, bvh->block_bytes);
   pktrt__mem_release(desc, bvh->block_triangles, (uint64_t)bvh->block_count * 8, sizeof(uint32_t));
@@ -4175,8 +4218,8 @@ static pktrt_status pktrt__mesh_copy(pktrt_scene *s, const pktrt_mesh_desc *d, p
 /* >>commit --------------------------------------------------------------------------------------------------------- */
 
 /* Groups and models are scenes of their own: these work on them, too. See >>scene. */
-PKTRT__NOINLINE pktrt_scene *pktrt__do_scene_create(const pktrt_scene_desc *desc);
-PKTRT__NOINLINE void pktrt__do_scene_destroy(pktrt_scene *s);
+PKTRT__COLD pktrt_scene *pktrt__do_scene_create(const pktrt_scene_desc *desc);
+PKTRT__COLD void pktrt__do_scene_destroy(pktrt_scene *s);
 PKTRT__NOINLINE pktrt_status pktrt__do_add_mesh(pktrt_scene *s, const pktrt_mesh_desc *d, uint32_t *mesh);
 PKTRT__NOINLINE pktrt_status pktrt__do_commit(pktrt_scene *s);
 PKTRT__NOINLINE pktrt_status pktrt__do_refit(pktrt_scene *s);
@@ -4743,7 +4786,7 @@ typedef struct pktrt__single {
 PKTRT__INLINE float pktrt__depth_tiny(float adk) { return pktrt__maxf(adk, 1) * PKTRT__PAD_TINY; }
 
 /* Returns the motion segment of a time, and finds the weights of its two keys. */
-PKTRT__INLINE uint32_t pktrt__time_segment(float time, uint32_t keys, float *a, float *b) {
+PKTRT__INLINE uint32_t pktrt__time_segment_at(float time, uint32_t keys, float *a, float *b) {
   if (!(time > 0)) time = 0;
   if (time > 1) time = 1;
   if (keys < 2) { /* one key has all the weight */
@@ -4756,6 +4799,9 @@ PKTRT__INLINE uint32_t pktrt__time_segment(float time, uint32_t keys, float *a, 
   *b = f - (float)i;
   *a = 1 - *b;
   return i;
+}
+PKTRT__NOINLINE uint32_t pktrt__time_segment(float time, uint32_t keys, float *a, float *b) {
+  return pktrt__time_segment_at(time, keys, a, b);
 }
 
 PKTRT__INLINE double pktrt__max_abs3(double a, double b, double c) {
@@ -4775,17 +4821,18 @@ PKTRT__INLINE double pktrt__tri_normal_size(double p[3][3], double n[3]) {
 PKTRT__INLINE bool pktrt__tri_normal_of(double p[3][3], double n[3]) {
   return pktrt__tri_normal_size(p, n) * PKTRT__CALM_NORMAL < pktrt__max_abs3(n[0], n[1], n[2]);
 }
+PKTRT__NOINLINE bool pktrt__tri_normal_seldom(double p[3][3], double n[3]) { return pktrt__tri_normal_of(p, n); }
 static bool pktrt__tri_normal(float p[3][3], double n[3]) {
   double q[3][3];
   for (int i = 0; i < 9; i++) q[i / 3][i % 3] = (double)p[i / 3][i % 3];
-  return pktrt__tri_normal_of(q, n);
+  return pktrt__tri_normal_seldom(q, n);
 }
 
 /* Computes the corners of a triangle at a ray's time; for work that is done once per ray, or seldom. */
 static void pktrt__tri_corners_at(const pktrt__bvh *bvh, uint32_t slot, float time, float p[3][3]) {
   pktrt__block *block = pktrt__bvh_block(bvh, slot / 8);
   float a, b, *to = p[0];
-  const uint32_t segment = pktrt__time_segment(time, bvh->key_count, &a, &b);
+  const uint32_t segment = pktrt__time_segment_at(time, bvh->key_count, &a, &b);
   const uint32_t next = pktrt__has_motion(bvh->key_count) ? segment + 1 : 0;
   const float *k0 = pktrt__block_vertices(block, segment) + slot % 8,
               *k1 = pktrt__block_vertices(block, next) + slot % 8;
@@ -4822,6 +4869,16 @@ PKTRT__INLINE void pktrt__exact_view_at(pktrt__exact_view *v, const pktrt__bvh *
   if (moving) pktrt__tri_corners_at(bvh, slot, time, copy);
   pktrt__exact_view_of(v, axis, o, d, row, moving ? copy[0] : &pktrt__bvh_block(bvh, slot / 8)->vertex[0][0][slot % 8],
                        moving ? 1 : 8);
+}
+/* Sees a triangle whose corners are given, axes in their order. */
+PKTRT__NOINLINE void pktrt__exact_view_corners(pktrt__exact_view *v, const float *o, const float *d, const float *p,
+                                               uint32_t step) {
+  pktrt__exact_view_of(v, pktrt__axes[0], o, d, 1, p, step);
+}
+/* Does so where it is asked for seldom: less code. */
+PKTRT__NOINLINE void pktrt__exact_view_seldom(pktrt__exact_view *v, const pktrt__bvh *bvh, uint32_t slot, float time,
+                                              const uint32_t *axis, const float *o, const float *d) {
+  pktrt__exact_view_at(v, bvh, slot, time, axis, o, d, 1);
 }
 
 typedef struct pktrt__exact_edges {
@@ -4873,7 +4930,7 @@ typedef struct pktrt__exact_sum {
   double part[192];
   int n;
 } pktrt__exact_sum;
-static void pktrt__exact_add(pktrt__exact_sum *s, double x) {
+PKTRT__COLD void pktrt__exact_add(pktrt__exact_sum *s, double x) {
   int n = 0;
   for (int i = 0; i < s->n; i++) {
     const double sum = x + s->part[i], low = pktrt__tail_of_difference(x, -s->part[i], sum);
@@ -4883,7 +4940,7 @@ static void pktrt__exact_add(pktrt__exact_sum *s, double x) {
   if (x != 0) s->part[n++] = x;
   s->n = n;
 }
-static void pktrt__exact_add_product(pktrt__exact_sum *s, double a, double b) {
+PKTRT__COLD void pktrt__exact_add_product(pktrt__exact_sum *s, double a, double b) {
   const double product = a * b, low = pktrt__tail_of_product(a, b, product);
   if (low != 0) pktrt__exact_add(s, low);
   pktrt__exact_add(s, product);
@@ -4904,7 +4961,8 @@ static pktrt__exact_vec pktrt__exact_vec_of(const double *a) {
 }
 /* Computes dot(a, cross(b, c)) without rounding but the last one, so that its sign is exact. No product of parts leaves
    the range of doubles, which are multiples of 2^-447. */
-static double pktrt__exact_volume(const pktrt__exact_vec *a, const pktrt__exact_vec *b, const pktrt__exact_vec *c) {
+PKTRT__COLD double pktrt__exact_volume(const pktrt__exact_vec *a, const pktrt__exact_vec *b,
+                                       const pktrt__exact_vec *c) {
   pktrt__exact_sum s;
   double sum = 0;
   PKTRT__REACHED(1);
@@ -4927,7 +4985,7 @@ static double pktrt__exact_volume(const pktrt__exact_vec *a, const pktrt__exact_
 }
 
 /* Returns the sign of a b - c d, exactly. */
-static int pktrt__exact_compare(double a, double b, double c, double d) {
+PKTRT__COLD int pktrt__exact_compare(double a, double b, double c, double d) {
   const double x = a * b, y = c * d;
   if (x < y || x > y) return x < y ? -1 : 1;
   if (!(fabs(x) > 0)) return 0; /* no product of these underflows */
@@ -4948,7 +5006,7 @@ static bool pktrt__exact_on_grid(const pktrt__exact_view *v) {
 }
 
 /* Tells whether no step to x and y of a corner loses anything. */
-static bool pktrt__exact_corner_is_exact(const pktrt__exact_view *v, int c, double x, double y) {
+PKTRT__COLD bool pktrt__exact_corner_is_exact(const pktrt__exact_view *v, int c, double x, double y) {
   const double *p = v->from_o[c], *d = v->d, to[3] = {0, x, y};
   double lost = fabs(pktrt__tail_of_difference(v->p[c][0], v->o[0], p[0]));
   for (int i = 1; i < 3; i++) {
@@ -4962,7 +5020,7 @@ static bool pktrt__exact_corner_is_exact(const pktrt__exact_view *v, int c, doub
 
 /* Returns the sign of the edge function of corners p and r, which is d_k dot(d, cross(p, r)). Doubles have it where they
    have x and y exactly, as on grids seen along an axis, or where the ray passes a corner. */
-PKTRT__NOINLINE int pktrt__exact_sign(const pktrt__exact_view *v, const pktrt__exact_edges *e, int p, int r) {
+PKTRT__COLD int pktrt__exact_sign(const pktrt__exact_view *v, const pktrt__exact_edges *e, int p, int r) {
   for (int i = 1; i < 3; i++) /* in a plane along two axes */
     if (!(fabs(v->d[i]) + fabs(v->from_o[p][i]) + fabs(v->from_o[r][i]) > 0)) return 0;
   const bool one = pktrt__exact_corner_is_exact(v, p, e->x[p], e->y[p]);
@@ -5016,7 +5074,7 @@ PKTRT__NOINLINE bool pktrt__exact_decide(const pktrt__exact_view *v, const pktrt
 static double pktrt__exact_quotient(double a, double b) { return a < 0 || a > 0 ? a / b : 0; } /* never -0 */
 
 /* Computes t, u and v where doubles do not suffice. */
-PKTRT__NOINLINE void pktrt__exact_solve(const pktrt__exact_view *v, float tuv[3]) {
+PKTRT__COLD void pktrt__exact_solve(const pktrt__exact_view *v, float tuv[3]) {
   const pktrt__exact_vec e1 = pktrt__exact_difference(v->p[1], v->p[0]), e2 = pktrt__exact_difference(v->p[2], v->p[0]);
   const pktrt__exact_vec d = pktrt__exact_vec_of(v->d), a = pktrt__exact_difference(v->p[0], v->o);
   const double det = pktrt__exact_volume(&d, &e1, &e2);
@@ -5040,7 +5098,7 @@ PKTRT__NOINLINE void pktrt__exact_cross_product(pktrt__exact_view v, double n[3]
   }
 }
 /* Computes the normal, scaled to a largest component of 1. */
-static void pktrt__exact_normal(pktrt__exact_view v, double n[3]) {
+PKTRT__COLD void pktrt__exact_normal(pktrt__exact_view v, double n[3]) {
   pktrt__exact_cross_product(v, n);
   const double most = pktrt__max_abs3(n[0], n[1], n[2]);
   for (int a = 0; a < 3 && most > 0; a++) n[a] /= most;
@@ -5051,7 +5109,7 @@ PKTRT__COLD bool pktrt__tri_has_area(const float *p, uint32_t step) {
   static const float unread[3] = {0, 0, 0};
   pktrt__exact_view v;
   double n[3];
-  pktrt__exact_view_of(&v, pktrt__axes[0], unread, unread, 1, p, step);
+  pktrt__exact_view_corners(&v, unread, unread, p, step);
   for (int c = 0; c < 3; c++) { /* most that have none */
     const double *from = v.p[c], *to = v.p[(c + 1) % 3];
     if (from[0] == to[0] && from[1] == to[1] && from[2] == to[2]) return false;
@@ -5203,12 +5261,16 @@ PKTRT__INLINE uint32_t pktrt__mesh_lookup(const pktrt_scene *s, uint32_t id, con
 }
 
 /* Finds mesh and triangle of a global index. */
-PKTRT__INLINE void pktrt__mesh_name_triangle(const pktrt_scene *s, uint32_t id, const uint32_t *place, uint32_t hint[2],
-                                             uint32_t *mesh, uint32_t *triangle) {
+PKTRT__INLINE void pktrt__mesh_name(const pktrt_scene *s, uint32_t id, const uint32_t *place, uint32_t hint[2],
+                                    uint32_t *mesh, uint32_t *triangle) {
   *mesh = *triangle = PKTRT_NONE;
   if (id == PKTRT_NONE) return;
   *mesh = pktrt__mesh_lookup(s, id, place, hint);
   *triangle = id - s->meshes[*mesh].first_id;
+}
+PKTRT__NOINLINE void pktrt__mesh_name_triangle(const pktrt_scene *s, uint32_t id, const uint32_t *place,
+                                               uint32_t hint[2], uint32_t *mesh, uint32_t *triangle) {
+  pktrt__mesh_name(s, id, place, hint, mesh, triangle);
 }
 static void pktrt__batch_store_rest(const pktrt_scene *s, const pktrt__batch *b, pktrt_hit *hits, const uint16_t *order,
                                     uint32_t i, uint32_t n) {
@@ -5251,19 +5313,19 @@ PKTRT__INLINE void pktrt__single_set_hit(const pktrt__bvh_segment *seg, pktrt__s
 }
 
 /* Computes the t of the closest hit so far. */
-PKTRT__NOINLINE float pktrt__exact_t_of_hit(const pktrt__bvh *bvhs, const pktrt__single *q) {
+PKTRT__COLD float pktrt__exact_t_of_hit(const pktrt__bvh *bvhs, const pktrt__single *q) {
   const pktrt_ray *ray = q->ray;
   pktrt__exact_crossing c = {0, 0, false, false};
   pktrt__exact_view v;
-  pktrt__exact_view_at(&v, &bvhs[q->bvh], q->slot, ray->time, q->axis, ray->origin, ray->direction, 1);
+  pktrt__exact_view_seldom(&v, &bvhs[q->bvh], q->slot, ray->time, q->axis, ray->origin, ray->direction);
   pktrt__exact_cross(&v, &c);
   return pktrt__exact_t(&v, &c);
 }
 
 /* Decides what bounds of depths leave open: whether a triangle that is crossed is hit in the ray's interval, and nearer
    than the closest hit so far, or as near with a lower index. Then its t is that float. */
-PKTRT__NOINLINE bool pktrt__exact_is_nearer(const pktrt__bvh_segment *seg, const pktrt__single *q, uint32_t id,
-                                            const pktrt__exact_view *v, pktrt__exact_crossing *c) {
+PKTRT__COLD bool pktrt__exact_is_nearer(const pktrt__bvh_segment *seg, const pktrt__single *q, uint32_t id,
+                                        const pktrt__exact_view *v, pktrt__exact_crossing *c) {
   const float t = pktrt__exact_t(v, c);
   const pktrt_ray *ray = q->ray;
   float nearest = ray->tmax;
@@ -5367,6 +5429,13 @@ static void pktrt__single_from_batch(const pktrt__batch *b, uint32_t r, pktrt_ra
   q->place = b->place[r];
   q->axis = pktrt__axes[b->axis[r]];
 }
+/* Writes where a ray of a batch hits what it hits. */
+PKTRT__INLINE void pktrt__batch_put_hit(pktrt__batch *b, uint32_t r, const pktrt_hit *hit) {
+  b->t[r] = hit->t;
+  b->as.hit.u[r] = hit->u;
+  b->as.hit.v[r] = hit->v;
+  for (int a = 0; a < 3; a++) b->as.hit.normal[a][r] = hit->normal[a];
+}
 PKTRT__INLINE void pktrt__single_to_batch(pktrt__batch *b, uint32_t r, const pktrt__single *q) {
   b->wf[r] = q->wf, b->sf[r] = q->sf, b->id[r] = q->id, b->slot[r] = q->slot, b->bvh[r] = q->bvh;
   b->place[r] = q->place;
@@ -5379,7 +5448,7 @@ PKTRT__NOINLINE bool pktrt__exact_test_rest(const pktrt__bvh_segment *seg, pktrt
   const pktrt_ray *ray = q->ray;
   pktrt__exact_crossing c;
   pktrt__exact_view v;
-  pktrt__exact_view_at(&v, &seg->bvhs[seg->bvh], slot, ray->time, q->axis, ray->origin, ray->direction, 1);
+  pktrt__exact_view_seldom(&v, &seg->bvhs[seg->bvh], slot, ray->time, q->axis, ray->origin, ray->direction);
   return pktrt__exact_cross(&v, &c) && pktrt__exact_take(seg, q, id, slot, &v, &c);
 }
 PKTRT__NOINLINE bool pktrt__exact_test_rest_of(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, uint32_t id,
@@ -5445,8 +5514,8 @@ PKTRT__DIVIDES_BY_ZERO PKTRT__INLINE bool pktrt__single_resolve_normal(pktrt__ex
   return sharp;
 }
 /* Computes them anew where doubles do not suffice for all. */
-PKTRT__NOINLINE void pktrt__exact_resolve(pktrt__exact_view *v, const uint32_t *axis, float *t, float *u, float *w,
-                                          float *normal, uint32_t row) {
+PKTRT__COLD void pktrt__exact_resolve(pktrt__exact_view *v, const uint32_t *axis, float *t, float *u, float *w,
+                                      float *normal, uint32_t row) {
   const pktrt__exact_edges e = pktrt__exact_edge_functions(v);
   const bool t_is_calm = pktrt__exact_t_is_calm(&e), uv_is_calm = pktrt__exact_uv_is_calm(&e);
   float tuv[3];
@@ -5455,7 +5524,7 @@ PKTRT__NOINLINE void pktrt__exact_resolve(pktrt__exact_view *v, const uint32_t *
   if (!t_is_calm) *t = tuv[0];
   if (!uv_is_calm) *u = tuv[1], *w = tuv[2];
   pktrt__exact_bring_within(u, w);
-  if (pktrt__tri_normal_of(v->p, n)) return;
+  if (pktrt__tri_normal_seldom(v->p, n)) return;
   pktrt__exact_normal(*v, n);
   for (int a = 0; a < 3; a++) normal[row * axis[a]] = (float)n[a];
 }
@@ -5463,7 +5532,7 @@ PKTRT__NOINLINE void pktrt__exact_resolve(pktrt__exact_view *v, const uint32_t *
 PKTRT__COLD void pktrt__single_resolve_exactly(const pktrt_scene *s, const pktrt__single *q, pktrt_hit *hit) {
   const pktrt_ray *ray = q->ray;
   pktrt__exact_view v;
-  pktrt__exact_view_at(&v, &s->bvhs[q->bvh], q->slot, ray->time, q->axis, ray->origin, ray->direction, 1);
+  pktrt__exact_view_seldom(&v, &s->bvhs[q->bvh], q->slot, ray->time, q->axis, ray->origin, ray->direction);
   pktrt__exact_resolve(&v, q->axis, &hit->t, &hit->u, &hit->v, hit->normal, 1);
 }
 PKTRT__NOINLINE void pktrt__single_resolve(const pktrt_scene *s, const pktrt__single *q, pktrt_hit *hit) {
@@ -5475,23 +5544,16 @@ PKTRT__NOINLINE void pktrt__single_resolve(const pktrt_scene *s, const pktrt__si
              sharp = pktrt__single_resolve_normal(&v, q->axis, hit->normal, 1);
   if (!(calm && sharp && within)) pktrt__single_resolve_exactly(s, q, hit);
 }
+/* Resolves the hits of rays i to i+7 of a batch, one by one: of those that eights leave, and of all in sets without them. */
 PKTRT__NOINLINE void pktrt__single_resolve_hits(const pktrt_scene *s, pktrt__batch *b, uint32_t i, uint32_t hits) {
-  pktrt__exact_view v;
-  bool sharp = false;
-  for (uint32_t last = PKTRT_NONE, r; hits; hits &= hits - 1, last = r) {
-    r = i + pktrt__lowest_bit(hits);
-    const pktrt__bvh *bvh = &s->bvhs[b->bvh[r]];
-    const uint32_t *axis = pktrt__axes[b->axis[r]];
-    if (last != PKTRT_NONE && b->slot[r] == b->slot[last] && b->bvh[r] == b->bvh[last] && b->axis[r] == b->axis[last] &&
-        b->o[0][r] == b->o[0][last] && b->o[1][r] == b->o[1][last] && b->o[2][r] == b->o[2][last] &&
-        !pktrt__has_motion(bvh->key_count)) {
-      for (int a = 0; a < 3; a++) v.d[a] = (double)b->d[axis[a]][r], b->as.hit.normal[a][r] = b->as.hit.normal[a][last];
-    } else {
-      pktrt__exact_view_at(&v, bvh, b->slot[r], b->time[r], axis, &b->o[0][r], &b->d[0][r], PKTRT__ROW);
-      sharp = pktrt__single_resolve_normal(&v, axis, &b->as.hit.normal[0][r], PKTRT__ROW);
-    }
-    if (!(pktrt__single_resolve_tuv(&v, &b->t[r], &b->as.hit.u[r], &b->as.hit.v[r]) && sharp))
-      pktrt__exact_resolve(&v, axis, &b->t[r], &b->as.hit.u[r], &b->as.hit.v[r], &b->as.hit.normal[0][r], PKTRT__ROW);
+  for (; hits; hits &= hits - 1) {
+    const uint32_t r = i + pktrt__lowest_bit(hits);
+    pktrt_ray ray;
+    pktrt__single q;
+    pktrt_hit hit;
+    pktrt__single_from_batch(b, r, &ray, &q);
+    pktrt__single_resolve(s, &q, &hit);
+    pktrt__batch_put_hit(b, r, &hit);
   }
 }
 
@@ -5529,8 +5591,8 @@ static bool pktrt__place_is_straight(const float *keys, uint32_t key_count) {
 }
 
 /* Compute how an instance lies between two keys: its matrix, and then its inverse. */
-PKTRT__INLINE void pktrt__place_mix(const float *k0, const float *k1, float ta, float tb, bool straight,
-                                    pktrt__place *p) {
+PKTRT__NOINLINE void pktrt__place_mix(const float *k0, const float *k1, float ta, float tb, bool straight,
+                                      pktrt__place *p) {
   for (int i = 0; i < 3; i++, k0 += 4, k1 += 4) {
     for (int j = 0; j < 3; j++) p->a[i][j] = (double)ta * (double)k0[j] + (double)tb * (double)k1[j];
     p->shift[i] = (double)ta * (double)k0[3] + (double)tb * (double)k1[3];
@@ -5552,12 +5614,14 @@ PKTRT__NOINLINE void pktrt__place_invert(pktrt__place *p) {
 }
 
 /* Return how an instance lies at a time, in *moving if it moves: its matrix, and all. */
-PKTRT__INLINE const pktrt__place *pktrt__place_matrix_at(const pktrt__instance *in, float time, pktrt__place *moving) {
+PKTRT__NOINLINE const pktrt__place *pktrt__place_between(const pktrt__instance *in, float time, pktrt__place *moving) {
   float ta, tb;
-  if (!pktrt__has_motion(in->key_count)) return &in->rest;
   const float *key = in->keys + 12 * (size_t)pktrt__time_segment(time, in->key_count, &ta, &tb);
   pktrt__place_mix(key, key + 12, ta, tb, in->rest.straight, moving);
   return moving;
+}
+PKTRT__INLINE const pktrt__place *pktrt__place_matrix_at(const pktrt__instance *in, float time, pktrt__place *moving) {
+  return pktrt__has_motion(in->key_count) ? pktrt__place_between(in, time, moving) : &in->rest;
 }
 PKTRT__INLINE const pktrt__place *pktrt__place_at(const pktrt__instance *in, float time, pktrt__place *moving) {
   const pktrt__place *place = pktrt__place_matrix_at(in, time, moving);
@@ -5610,6 +5674,7 @@ PKTRT__INLINE bool pktrt__place_is_group(const pktrt_scene *scene, const pktrt__
   return PKTRT__GROUPS && scene->groups && seg->bvhs == scene->groups->bvhs;
 }
 
+#ifdef PKTRT__HAS_TOP_STREAMS
 /* Copies rays of a batch, those in mask of a list, to its spare lanes; returns how many. */
 static uint32_t pktrt__place_copy_rays(pktrt__batch *b, const uint8_t *list, uint64_t mask, bool closest) {
   uint32_t n = b->spare;
@@ -5630,6 +5695,7 @@ static void pktrt__place_move_rays(const pktrt__instance *in, pktrt__batch *b, u
     pktrt__place_ray(p, &b->o[0][r], &b->d[0][r], PKTRT__ROW, &b->o[0][r], &b->d[0][r], PKTRT__ROW);
   }
 }
+#endif
 
 /* Sees the triangle of a hit in an instance as its ray does; `there`: that ray, as pktrt__single has it, or NULL. */
 PKTRT__INLINE const pktrt__place *pktrt__place_view(const pktrt__instance *in, uint32_t bvh, uint32_t slot,
@@ -5659,7 +5725,8 @@ PKTRT__INLINE void pktrt__place_hit_bounds(pktrt__place_hit *h, float lo, float 
   h->lo = from - (fabsf(from) * PKTRT__PAD_DEPTH + tiny), h->hi = to + (fabsf(to) * PKTRT__PAD_DEPTH + tiny);
 }
 /* Computes the t of a hit in an instance. */
-static float pktrt__place_t(const pktrt_scene *s, uint32_t place, uint32_t bvh, uint32_t slot, const pktrt_ray *ray) {
+PKTRT__COLD float pktrt__place_t(const pktrt_scene *s, uint32_t place, uint32_t bvh, uint32_t slot,
+                                 const pktrt_ray *ray) {
   const uint32_t *axis;
   pktrt__exact_view v;
   pktrt__exact_crossing c = {0, 0, false, false};
@@ -5670,13 +5737,14 @@ static float pktrt__place_t(const pktrt_scene *s, uint32_t place, uint32_t bvh, 
 }
 /* Decides what bounds of depths leave open: whether a hit in an instance is nearer than the closest hit of a ray so far,
    or as near with a lower index. */
-PKTRT__NOINLINE bool pktrt__place_is_nearer(const pktrt_scene *s, const pktrt__single *q, const pktrt__place_hit *h) {
+PKTRT__COLD bool pktrt__place_is_nearer(const pktrt_scene *s, const pktrt__single *q, const pktrt__place_hit *h) {
   const float t = pktrt__place_t(s, h->place, h->bvh, h->slot, q->ray);
   const float nearest =
       q->place ? pktrt__place_t(s, q->place, q->bvh, q->slot, q->ray) : pktrt__exact_t_of_hit(s->bvhs, q);
   return t < nearest || (t == nearest && h->id < q->id);
 }
 
+#ifdef PKTRT__HAS_TOP_STREAMS
 /* Takes over what the spare lanes have found, for the rays in mask of a list; returns those that are hit, or nearer. */
 static uint64_t pktrt__place_take(const pktrt_scene *s, uint32_t index, pktrt__batch *b, const uint8_t *list,
                                   uint64_t mask, bool closest) {
@@ -5700,6 +5768,7 @@ static uint64_t pktrt__place_take(const pktrt_scene *s, uint32_t index, pktrt__b
   }
   return hit;
 }
+#endif
 
 /* Computes t, u, v and normal of a hit in an instance. */
 static void pktrt__place_resolve(const pktrt_scene *s, uint32_t place, uint32_t bvh, uint32_t slot,
@@ -5739,8 +5808,7 @@ PKTRT__NOINLINE void pktrt__place_resolve_hits(const pktrt_scene *s, pktrt__batc
     for (int a = 0; a < 3; a++) ray.origin[a] = b->o[a][r], ray.direction[a] = b->d[a][r];
     ray.time = b->time[r], ray.tmin = ray.tmax = 0;
     pktrt__place_resolve(s, b->place[r], b->bvh[r], b->slot[r], &ray, NULL, &hit);
-    b->t[r] = hit.t, b->as.hit.u[r] = hit.u, b->as.hit.v[r] = hit.v;
-    for (int a = 0; a < 3; a++) b->as.hit.normal[a][r] = hit.normal[a];
+    pktrt__batch_put_hit(b, r, &hit);
   }
 }
 
@@ -5798,9 +5866,12 @@ PKTRT__INLINE uint32_t pktrt__stream_push_children(const uint64_t *mask, const u
 /* Returns the key of a seed, a pixel (or tile of pixels) and a group of dimensions, from which everything random comes:
    pktrt__hash of the key plus a small number gives 64 bits for each use of it. Seed and group are mixed before the
    pixel joins, so that no seed gives the shifted picture of another. */
-PKTRT__INLINE uint64_t pktrt__sampler_key(uint32_t seed, uint32_t group, uint32_t x, uint32_t y) {
+PKTRT__INLINE uint64_t pktrt__sampler_key_of(uint32_t seed, uint32_t group, uint32_t x, uint32_t y) {
   const uint64_t pixel = ((uint64_t)y << 32 | x) * UINT64_C(0xD1342543DE82EF95);
   return pktrt__hash(pixel + pktrt__hash((uint64_t)seed << 32 | group));
+}
+PKTRT__NOINLINE uint64_t pktrt__sampler_key(uint32_t seed, uint32_t group, uint32_t x, uint32_t y) {
+  return pktrt__sampler_key_of(seed, group, x, y);
 }
 
 /* Returns the upper 24 of 32 bits as a number in [0,1), as many as a float holds, so that none is rounded up to 1. */
@@ -5863,7 +5934,7 @@ PKTRT__INLINE uint32_t pktrt__sampler_rotate(uint32_t i, uint32_t n, uint64_t ke
 
 /* Returns element i < n of a random permutation of n numbers, n <= 2^31, for a key that is mixed already. Rounds are
    repeated until the number is below n again (Kensler 2013); a rotation makes every place equally likely. */
-PKTRT__INLINE uint32_t pktrt__sampler_permute(uint32_t i, uint32_t n, uint64_t key) {
+PKTRT__NOINLINE uint32_t pktrt__sampler_permute(uint32_t i, uint32_t n, uint64_t key) {
   const uint32_t width = pktrt__bit_width(n - 1), ones = (1u << width) - 1, shift = (width + 1) / 2;
   do i = pktrt__sampler_permute_rounds(i, ones, shift, key);
   while (i >= n);
@@ -6388,8 +6459,19 @@ PKTRT__DIVIDES_BY_ZERO PKTRT__COLD uint32_t pktrt__check_compiler(void) {
          (roots ? 0 : PKTRT__GUESSES_ROOTS) | (finite ? PKTRT__EXPECTS_FINITE : 0) | (signs ? 0 : PKTRT__DROPS_SIGNS);
 }
 
+/* Returns the sentence for the first of some faults; for none, what else may be wrong, and which macros build instruction
+   sets that this build has not. */
 PKTRT__COLD const char *pktrt__check_sentence(uint32_t faults) {
 #define PKTRT__REFUSED "A scene could not be created: "
+#if defined(PKTRT__OFFERS_AVX512) && !defined(PKTRT__HAS_SCALAR)
+#define PKTRT__MORE_SETS " (PKTRT_AVX512 and PKTRT_SCALAR build more)"
+#elif defined(PKTRT__OFFERS_AVX512)
+#define PKTRT__MORE_SETS " (PKTRT_AVX512 builds one more)"
+#elif !defined(PKTRT__HAS_SCALAR)
+#define PKTRT__MORE_SETS " (PKTRT_SCALAR builds one more)"
+#else
+#define PKTRT__MORE_SETS
+#endif
   switch (faults & (~faults + 1)) {
   case PKTRT__SHORTENS: return PKTRT__REFUSED "double constants became floats; drop -fsingle-precision-constant.";
   case PKTRT__FUSES:
@@ -6406,10 +6488,11 @@ PKTRT__COLD const char *pktrt__check_sentence(uint32_t faults) {
                           "-fno-honor-infinities.";
   case PKTRT__DROPS_SIGNS: return PKTRT__REFUSED "zeros lose their signs; drop -fno-signed-zeros and -ffast-math.";
   default:
-    return PKTRT__REFUSED "out of memory, an instruction set that pktrt_isa_available denies, only one of the allocate "
-                          "and release hooks, or an enumerator out of range.";
+    return PKTRT__REFUSED "out of memory, an instruction set that pktrt_isa_available denies" PKTRT__MORE_SETS
+                          ", only one of the allocate and release hooks, or an enumerator out of range.";
   }
 #undef PKTRT__REFUSED
+#undef PKTRT__MORE_SETS
 }
 
 /* >>stamping ------------------------------------------------------------------------------------------------------- */
@@ -6651,14 +6734,10 @@ PKTRT__COLD const char *pktrt__check_sentence(uint32_t faults) {
    no more than to load it: each is broadcast where it is used. Measured worth 5% of a single ray's time. */
 #define PKTRT__WITH_FEW_REGISTERS (PKTRT__STAMP == PKTRT__STAMP_AVX2)
 #define PKTRT__WITH_VECTORS (PKTRT__STAMP != PKTRT__STAMP_SCALAR)
-/* Packets go through the top level as such; elsewhere as streams, which is less code. */
-#if PKTRT__WITH_V8_REGISTERS && !defined(PKTRT_NO_FRUSTA) && !defined(PKTRT__NO_TOP)
-#define PKTRT__WITH_TOP_FRUSTA 1
-#else
-#define PKTRT__WITH_TOP_FRUSTA 0
-#endif
-/* Where there are vectors, scalar kernels need not be fast: they have fewer instances, see PKTRT__VARIANTS. */
-#if PKTRT__STAMP == PKTRT__STAMP_SCALAR && defined(PKTRT__HAS_BASE)
+/* Kernels that serve where there is nothing better need not be fast: they have fewer instances, see PKTRT__VARIANTS. (A
+   bench defines PKTRT__FULL_SSE2, to race vectors of four; an editor sees all there is.) */
+#if (PKTRT__STAMP == PKTRT__STAMP_SCALAR && !defined(PKTRT__EDITOR)) || \
+    (PKTRT__STAMP == PKTRT__STAMP_SSE2 && defined(PKTRT__HAS_AVX2) && !defined(PKTRT__FULL_SSE2))
 #define PKTRT__WITH_FEW_INSTANCES 1
 #else
 #define PKTRT__WITH_FEW_INSTANCES 0
@@ -6679,18 +6758,24 @@ PKTRT__COLD const char *pktrt__check_sentence(uint32_t faults) {
 #else
 #define PKTRT__WITH_PAPER 1
 #endif
-/* WHY not the scalar set where there are vectors: shading with all its instances would be a twentieth of the time that the
-   header takes to compile. */
-#if PKTRT__WITH_FEW_INSTANCES && !defined(PKTRT__EDITOR)
+/* Scalar kernels behind those of a base have no shading and no path of the paper: the base has them. WHY: shading would be a
+   twentieth of the time that the header takes to compile, the paper's path 10 KB. */
+#if PKTRT__STAMP == PKTRT__STAMP_SCALAR && defined(PKTRT__HAS_BASE) && !defined(PKTRT__EDITOR)
 #define PKTRT__WITH_SHADE 0
 #else
 #define PKTRT__WITH_SHADE 1
 #endif
-/* WHY not the scalar set where there are vectors: it would be 10 KB for a path that is there to be read and compared. */
-#if !PKTRT__WITH_PAPER || (PKTRT__WITH_FEW_INSTANCES && !defined(PKTRT__ALSO_STAMP) && !defined(PKTRT__EDITOR))
+#if !PKTRT__WITH_PAPER || (!PKTRT__WITH_SHADE && !defined(PKTRT__ALSO_STAMP))
 #define PKTRT__WITH_PAPER_PATH 0
 #else
 #define PKTRT__WITH_PAPER_PATH 1
+#endif
+/* Where kernels are few, rays go through the top level one by one; not in a set with the paper's path, whose packets
+   must be packets there as well. */
+#if PKTRT__WITH_FEW_INSTANCES && (defined(PKTRT_NO_PAPER) || !PKTRT__WITH_PAPER_PATH)
+#define PKTRT__WITH_TOP_STREAMS 0
+#else
+#define PKTRT__WITH_TOP_STREAMS 1
 #endif
 /* The kernels that scalar ones are stamped behind, and which serve for what these lack. */
 #if defined(PKTRT__HAS_NEON)
@@ -7015,19 +7100,19 @@ OP void vstore_masked_u32(uint32_t *p, m8 m, uint32_t x) {
     if (m >> i & 1) p[i] = x;
 }
 OP uint32_t veq_u32(const uint32_t *p, uint32_t x) { PKTRT__COMPARE(p[i] == x); }
-OP d8 dload(const double *p) { PKTRT__EACH(d8, r.d[i] = p[i]); }
+PKTRT__NOINLINE d8 dload(const double *p) { PKTRT__EACH(d8, r.d[i] = p[i]); }
 OP void dstore(double *p, d8 a) { memcpy(p, a.d, sizeof a.d); }
-OP d8 dsqrt(d8 a) { PKTRT__EACH(d8, r.d[i] = sqrt(a.d[i])); }
-OP d8 dfrom(v8 a) { PKTRT__EACH(d8, r.d[i] = (double)a.f[i]); }
-OP d8 dset(double x) { PKTRT__EACH(d8, r.d[i] = x); }
-OP d8 dadd(d8 a, d8 b) { PKTRT__EACH(d8, r.d[i] = a.d[i] + b.d[i]); }
-OP d8 dsub(d8 a, d8 b) { PKTRT__EACH(d8, r.d[i] = a.d[i] - b.d[i]); }
-OP d8 dmul(d8 a, d8 b) { PKTRT__EACH(d8, r.d[i] = a.d[i] * b.d[i]); }
-PKTRT__DIVIDES_BY_ZERO OP d8 ddiv(d8 a, d8 b) { PKTRT__EACH(d8, r.d[i] = a.d[i] / b.d[i]); }
-OP d8 dmax(d8 a, d8 b) { PKTRT__EACH(d8, r.d[i] = a.d[i] > b.d[i] ? a.d[i] : b.d[i]); }
-OP d8 dabs(d8 a) { PKTRT__EACH(d8, r.d[i] = fabs(a.d[i])); }
+PKTRT__NOINLINE d8 dsqrt(d8 a) { PKTRT__EACH(d8, r.d[i] = sqrt(a.d[i])); }
+PKTRT__NOINLINE d8 dfrom(v8 a) { PKTRT__EACH(d8, r.d[i] = (double)a.f[i]); }
+PKTRT__NOINLINE d8 dset(double x) { PKTRT__EACH(d8, r.d[i] = x); }
+PKTRT__NOINLINE d8 dadd(d8 a, d8 b) { PKTRT__EACH(d8, r.d[i] = a.d[i] + b.d[i]); }
+PKTRT__NOINLINE d8 dsub(d8 a, d8 b) { PKTRT__EACH(d8, r.d[i] = a.d[i] - b.d[i]); }
+PKTRT__NOINLINE d8 dmul(d8 a, d8 b) { PKTRT__EACH(d8, r.d[i] = a.d[i] * b.d[i]); }
+PKTRT__DIVIDES_BY_ZERO PKTRT__NOINLINE d8 ddiv(d8 a, d8 b) { PKTRT__EACH(d8, r.d[i] = a.d[i] / b.d[i]); }
+PKTRT__NOINLINE d8 dmax(d8 a, d8 b) { PKTRT__EACH(d8, r.d[i] = a.d[i] > b.d[i] ? a.d[i] : b.d[i]); }
+PKTRT__NOINLINE d8 dabs(d8 a) { PKTRT__EACH(d8, r.d[i] = fabs(a.d[i])); }
 OP m8 dlt(d8 a, d8 b) { PKTRT__COMPARE(a.d[i] < b.d[i]); }
-OP d8 dsel(m8 m, d8 a, d8 b) { PKTRT__EACH(d8, r.d[i] = m >> i & 1 ? a.d[i] : b.d[i]); }
+PKTRT__NOINLINE d8 dsel(m8 m, d8 a, d8 b) { PKTRT__EACH(d8, r.d[i] = m >> i & 1 ? a.d[i] : b.d[i]); }
 OP v8 dto(d8 a) { PKTRT__EACH(v8, r.f[i] = pktrt__to_float(a.d[i])); }
 #undef PKTRT__EACH
 #undef PKTRT__COMPARE
@@ -7516,6 +7601,7 @@ typedef __mmask16 mf;
 #define pktrt__drive_rays_of_segment PKTRT__NAME(pktrt__drive_rays_of_segment)
 #define pktrt__drive_single PKTRT__NAME(pktrt__drive_single)
 #define pktrt__drive_single_in PKTRT__NAME(pktrt__drive_single_in)
+#define pktrt__drive_single_in_one PKTRT__NAME(pktrt__drive_single_in_one)
 #define pktrt__drive_stream PKTRT__NAME(pktrt__drive_stream)
 #define pktrt__drive_stream_in PKTRT__NAME(pktrt__drive_stream_in)
 #define pktrt__drive_tries PKTRT__NAME(pktrt__drive_tries)
@@ -7630,6 +7716,7 @@ typedef __mmask16 mf;
 #define pktrt__place_load8 PKTRT__NAME(pktrt__place_load8)
 #define pktrt__place_load_between PKTRT__NAME(pktrt__place_load_between)
 #define pktrt__place_ray_within PKTRT__NAME(pktrt__place_ray_within)
+#define pktrt__place_count_group PKTRT__NAME(pktrt__place_count_group)
 #define pktrt__place_copy_row PKTRT__NAME(pktrt__place_copy_row)
 #define pktrt__place_rays PKTRT__NAME(pktrt__place_rays)
 #define pktrt__place_ray8 PKTRT__NAME(pktrt__place_ray8)
@@ -7638,9 +7725,6 @@ typedef __mmask16 mf;
 #define pktrt__place_test_boxes PKTRT__NAME(pktrt__place_test_boxes)
 #define pktrt__place_trace PKTRT__NAME(pktrt__place_trace)
 #define pktrt__place_enter PKTRT__NAME(pktrt__place_enter)
-#define pktrt__place_packet PKTRT__NAME(pktrt__place_packet)
-#define pktrt__place_frustum PKTRT__NAME(pktrt__place_frustum)
-#define pktrt__place_frustum_leaf PKTRT__NAME(pktrt__place_frustum_leaf)
 #define pktrt__drive_mark PKTRT__NAME(pktrt__drive_mark)
 #define pktrt__place_leaf PKTRT__NAME(pktrt__place_leaf)
 #define pktrt__place_load_slabs PKTRT__NAME(pktrt__place_load_slabs)
@@ -7685,12 +7769,14 @@ typedef __mmask16 mf;
 #define pktrt__stream_leaves PKTRT__NAME(pktrt__stream_leaves)
 #define pktrt__stream_meet_leaf PKTRT__NAME(pktrt__stream_meet_leaf)
 #define pktrt__stream_notes PKTRT__NAME(pktrt__stream_notes)
+#define pktrt__stream_open_moving PKTRT__NAME(pktrt__stream_open_moving)
 #define pktrt__stream_open_node PKTRT__NAME(pktrt__stream_open_node)
 #define pktrt__stream_record PKTRT__NAME(pktrt__stream_record)
 #define pktrt__stream_record_last PKTRT__NAME(pktrt__stream_record_last)
 #define pktrt__stream_stack PKTRT__NAME(pktrt__stream_stack)
 #define pktrt__stream_template PKTRT__NAME(pktrt__stream_template)
 #define pktrt__stream_traverse PKTRT__NAME(pktrt__stream_traverse)
+#define pktrt__stream_traverse_as PKTRT__NAME(pktrt__stream_traverse_as)
 #define pktrt__surface_find PKTRT__NAME(pktrt__surface_find)
 #define pktrt__surface_find8 PKTRT__NAME(pktrt__surface_find8)
 #define pktrt__surface_gather_normals PKTRT__NAME(pktrt__surface_gather_normals)
@@ -7753,7 +7839,7 @@ typedef __mmask16 mf;
 #define PKTRT__DEPTH_TINY_F(adk) fmul(fmax_(adk, fset(1)), fset(PKTRT__PAD_TINY))
 
 /* STEP, SMALL and ROLL_OUT: on narrow vectors, short of registers, loops stay loops and larger steps calls: half the code.
-   SHARED: where operations are calls, what consists of them is one too. */
+   SHARED: what is a call where code need not be fast. */
 #if PKTRT__WITH_V8_REGISTERS
 #define STEP OP
 #define SMALL PKTRT__NOINLINE
@@ -7892,7 +7978,7 @@ PKTRT__NOINLINE
 OP void pktrt__batch_time_weights(pktrt__batch *b, uint32_t first, uint32_t n, uint32_t keys) {
   float ta;
   for (uint32_t i = first; i < first + n; i++)
-    b->segment[i] = (uint16_t)pktrt__time_segment(b->time[i], keys, &ta, &b->tb[i]);
+    b->segment[i] = (uint16_t)pktrt__time_segment_at(b->time[i], keys, &ta, &b->tb[i]);
 }
 
 /* Computes the time weights of the 64 rays of a packet; two keys have but one segment. */
@@ -8412,7 +8498,8 @@ OP void pktrt__frustum_origins(pktrt__frustum *f, const pktrt__batch *b, uint64_
 }
 
 /* Computes the four planes around the rays from the extremes of C, and of C + G Y; `ends`: rays end at Y. */
-OP void pktrt__frustum_planes(pktrt__frustum *f, const pktrt__batch *b, uint64_t mask, const bool common, bool ends) {
+OP void pktrt__frustum_planes(pktrt__frustum *f, const pktrt__batch *b, uint64_t mask, bool ends) {
+  const bool common = f->common;
   const vf inf = fset(INFINITY), ninf = fset(-INFINITY), s = fset(f->sign);
   const uint32_t axis[2] = {f->ku, f->kv};
   vf n0[2] = {inf, inf}, n1[2] = {inf, inf}, x0[2] = {ninf, ninf}, x1[2] = {ninf, ninf};
@@ -8457,8 +8544,7 @@ PKTRT__NOINLINE void pktrt__frustum_setup(pktrt__frustum *f, const pktrt_scene *
   ends = f->far_ < 8 * exit_; /* not at a light so far away that extents there are what is rounded */
   if (!ends) f->far_ = exit_;
   f->far_ = pktrt__maxf(f->far_ * (1 + PKTRT__SLACK(end) * 16 * PKTRT__EPS) + PKTRT__SLACK(end) * f->pad, 1e-30f);
-  if (f->common) pktrt__frustum_planes(f, b, mask, true, false);
-  else pktrt__frustum_planes(f, b, mask, false, ends);
+  pktrt__frustum_planes(f, b, mask, ends && !f->common);
   for (uint32_t i = 0; i < 64; i++) f->list[i] = (uint8_t)(base + i);
 }
 
@@ -9138,10 +9224,11 @@ OP uint32_t pktrt__tri_ray_block_inline(const pktrt__bvh_segment *seg, pktrt__ba
   return pktrt__tri_block_template(seg, b, r, NULL, index, is);
 }
 
-/* Kernels are templates over three flags known at compile time; these are their instances. One of them counts, for closest
-   and any hits (`any`), for what moves and what does not (but for blocks of packets): weights 1 and 0 of one and the same key
-   give the same bits. Where there are vectors, scalar kernels need not be fast: there, all always count, paper packets are
-   those of vectors, and the fast path has streams, but no frusta, which would be a third of their code. */
+/* Kernels are templates over three flags; these are their instances. Those for single rays and streams know all at compile
+   time. Frusta are told at run time whether any hit will do: measured as fast, in half the code. One more instance counts, for
+   closest and any hits, at rest and moving: weights 1 and 0 of one and the same key give the same bits. Streams and frusta have
+   it only under PKTRT_COUNT_FAST. Kernels that need not be fast (PKTRT__WITH_FEW_INSTANCES) have this instance alone: they
+   always count. Their fast path has streams, but no frusta, which would be a third of their code. */
 #if defined(PKTRT_NO_FRUSTA) || PKTRT__WITH_FEW_INSTANCES
 #define FRUSTA 0
 #else
@@ -9152,43 +9239,78 @@ OP uint32_t pktrt__tri_ray_block_inline(const pktrt__bvh_segment *seg, pktrt__ba
 #else
 #define IF_COUNTED(x)
 #endif
+#if (PKTRT__COUNTS_FAST && PKTRT__WITH_PAPER) || PKTRT__WITH_FEW_INSTANCES
+#define IF_FAST_COUNTED(x) x
+#else
+#define IF_FAST_COUNTED(x)
+#endif
 #if !defined(PKTRT_NO_MOTION) && !PKTRT__WITH_FEW_INSTANCES
 #define IF_MOVING(x) x
 #else
 #define IF_MOVING(x)
 #endif
+#define PKTRT__PICK_COUNTED(name) PKTRT__NAME(name##_s)
 #if PKTRT__WITH_FEW_INSTANCES
 #define IF_FAST(x)
 #define PKTRT__PICK(name) PKTRT__NAME(name##_s)
+#define PKTRT__PICK_STREAM(name) PKTRT__NAME(name##_s)
+#define PKTRT__PICK_FRUSTUM(name) PKTRT__NAME(name##_s)
 #else
 #define IF_FAST(x) x
-#define PKTRT__PICK(name)                                                       \
-  (IF_COUNTED(is.stats ? PKTRT__NAME(name##_s) :) is.occlusion                  \
-       ? IF_MOVING(is.moving ? PKTRT__NAME(name##_11) :) PKTRT__NAME(name##_10) \
-       : IF_MOVING(is.moving ? PKTRT__NAME(name##_01) :) PKTRT__NAME(name##_00))
+#define PKTRT__PICK_FLAGS(name)                                                          \
+  (is.occlusion ? IF_MOVING(is.moving ? PKTRT__NAME(name##_11) :) PKTRT__NAME(name##_10) \
+                : IF_MOVING(is.moving ? PKTRT__NAME(name##_01) :) PKTRT__NAME(name##_00))
+#define PKTRT__PICK(name) (IF_COUNTED(is.stats ? PKTRT__NAME(name##_s) :) PKTRT__PICK_FLAGS(name))
+#define PKTRT__PICK_STREAM(name) (IF_FAST_COUNTED(is.stats ? PKTRT__NAME(name##_s) :) PKTRT__PICK_FLAGS(name))
+#define PKTRT__PICK_FRUSTUM(name)                                                                     \
+  (IF_FAST_COUNTED(is.stats ? PKTRT__NAME(name##_s) :) IF_MOVING(is.moving ? PKTRT__NAME(name##_1) :) \
+       PKTRT__NAME(name##_0))
 #endif
-#define PKTRT__VARIANTS(INSTANCE)                                             \
+/* How instances are compiled: those that count for size, where others are fast. */
+#define PKTRT__LIKE_0 PKTRT__NOINLINE
+#define PKTRT__LIKE_1 PKTRT__NOINLINE
+#define PKTRT__LIKE_00 PKTRT__NOINLINE
+#define PKTRT__LIKE_01 PKTRT__NOINLINE
+#define PKTRT__LIKE_10 PKTRT__NOINLINE
+#define PKTRT__LIKE_11 PKTRT__NOINLINE
+#if PKTRT__WITH_FEW_INSTANCES
+#define PKTRT__LIKE_s PKTRT__NOINLINE
+#else
+#define PKTRT__LIKE_s PKTRT__COLD
+#endif
+#define PKTRT__FLAG_VARIANTS(INSTANCE)                                        \
   IF_FAST(INSTANCE(00, false, false, false) INSTANCE(10, true, false, false)) \
-  IF_MOVING(INSTANCE(01, false, true, false) INSTANCE(11, true, true, false)) \
-  IF_COUNTED(INSTANCE(s, any, PKTRT__MOTION != 0, PKTRT__STATS != 0))
+  IF_MOVING(INSTANCE(01, false, true, false) INSTANCE(11, true, true, false))
+#define PKTRT__COUNTED_VARIANT(INSTANCE) INSTANCE(s, any, PKTRT__MOTION != 0, PKTRT__STATS != 0)
+#define PKTRT__VARIANTS(INSTANCE) PKTRT__FLAG_VARIANTS(INSTANCE) IF_COUNTED(PKTRT__COUNTED_VARIANT(INSTANCE))
+#define PKTRT__STREAM_VARIANTS(INSTANCE) \
+  PKTRT__FLAG_VARIANTS(INSTANCE) IF_FAST_COUNTED(PKTRT__COUNTED_VARIANT(INSTANCE))
+#define PKTRT__FRUSTUM_VARIANTS(INSTANCE)  \
+  IF_FAST(INSTANCE(0, any, false, false))  \
+  IF_MOVING(INSTANCE(1, any, true, false)) \
+  IF_FAST_COUNTED(PKTRT__COUNTED_VARIANT(INSTANCE))
 
-#if !PKTRT__WITH_V8_REGISTERS
-/* Instances are not inlined: that would make the code a third longer, and no faster. */
-#define INSTANCE(tag, o, m, s)                                                                                    \
-  PKTRT__NOINLINE uint32_t PKTRT__NAME(pktrt__tri_block_##tag)(const pktrt__bvh_segment *seg, pktrt__batch *b,    \
-                                                               uint32_t r, pktrt__single *single, uint32_t index, \
-                                                               bool any, pktrt_counts *counts) {                  \
-    (void)any;                                                                                                    \
-    return pktrt__tri_block_template(seg, b, r, single, index, pktrt__variant_of(o, m, s, counts));               \
+/* Instances that are called. WHY not inlined on narrow vectors, nor where they count: that would make the code a third longer. */
+#define INSTANCE(tag, o, m, s)                                                                                      \
+  PKTRT__LIKE_##tag uint32_t PKTRT__NAME(pktrt__tri_block_##tag)(const pktrt__bvh_segment *seg, pktrt__batch *b,    \
+                                                                 uint32_t r, pktrt__single *single, uint32_t index, \
+                                                                 bool any, pktrt_counts *counts) {                  \
+    (void)any;                                                                                                      \
+    return pktrt__tri_block_template(seg, b, r, single, index, pktrt__variant_of(o, m, s, counts));                 \
   }
+#if !PKTRT__WITH_V8_REGISTERS
 PKTRT__VARIANTS(INSTANCE) struct pktrt_scene;
-#undef INSTANCE
+#else
+IF_COUNTED(PKTRT__COUNTED_VARIANT(INSTANCE)) struct pktrt_scene;
 #endif
+#undef INSTANCE
 OP uint32_t pktrt__tri_ray_block(const pktrt__bvh_segment *seg, pktrt__batch *b, uint32_t r, uint32_t index,
                                  const pktrt__variant is) {
 #if !PKTRT__WITH_V8_REGISTERS
   return PKTRT__PICK(pktrt__tri_block)(seg, b, r, NULL, index, is.occlusion, is.counts);
 #else
+  IF_COUNTED(
+      if (is.stats) return PKTRT__PICK_COUNTED(pktrt__tri_block)(seg, b, r, NULL, index, is.occlusion, is.counts);)
   return pktrt__tri_ray_block_inline(seg, b, r, index, is);
 #endif
 }
@@ -9197,6 +9319,8 @@ OP bool pktrt__tri_single_block(const pktrt__bvh_segment *seg, pktrt__single *si
 #if !PKTRT__WITH_V8_REGISTERS
   return PKTRT__PICK(pktrt__tri_block)(seg, NULL, 0, single, index, is.occlusion, is.counts) != 0;
 #else
+  IF_COUNTED(if (is.stats) return PKTRT__PICK_COUNTED(pktrt__tri_block)(seg, NULL, 0, single, index, is.occlusion,
+                                                                        is.counts) != 0;)
   return pktrt__tri_block_template(seg, NULL, 0, single, index, is) != 0;
 #endif
 }
@@ -9426,6 +9550,12 @@ OP void pktrt__stream_open_node(const pktrt__bvh_segment *seg, pktrt__batch *b, 
                     stack->refs + sp, stack->dists + sp);
   for (uint32_t i = sp; i < stack->n; i++) pktrt__bvh_prefetch(seg, stack->refs[i], is.moving);
 }
+/* Does so where boxes move, a longer way: less code, and as fast. */
+PKTRT__NOINLINE void pktrt__stream_open_moving(const pktrt__bvh_segment *seg, pktrt__batch *b, const uint8_t *list,
+                                               uint64_t mask, uint32_t ref, uint32_t octant, pktrt__stream_stack *stack,
+                                               bool occlusion) {
+  pktrt__stream_open_node(seg, b, list, mask, ref, octant, stack, pktrt__variant_of(occlusion, true, false, NULL));
+}
 
 /* Tests the rays of mask against a block one by one, or for any hit together where that is faster; returns those that
    hit. */
@@ -9483,7 +9613,8 @@ OP uint64_t pktrt__stream_template(const pktrt__bvh_segment *seg, pktrt__batch *
       if (waits && leaves.notes[leaves.last].n) hit |= pktrt__stream_record_last(seg, b, list, &leaves, is.moving);
       COUNT(node_visits, 1);
       COUNT(box_tests, pktrt__bvh_child_count(pktrt__bvh_children(seg, ref, is.moving)) * pktrt__popcount(mask));
-      pktrt__stream_open_node(seg, b, list, mask, ref, octant, &stack, is);
+      if (is.moving) pktrt__stream_open_moving(seg, b, list, mask, ref, octant, &stack, is.occlusion);
+      else pktrt__stream_open_node(seg, b, list, mask, ref, octant, &stack, is);
     } else if (waits) {
       hit |= pktrt__stream_meet_leaf(seg, b, list, mask, ref & ~PKTRT__LEAF, &leaves, is.moving);
     } else {
@@ -9504,20 +9635,23 @@ OP uint64_t pktrt__stream_template(const pktrt__bvh_segment *seg, pktrt__batch *
   }
 }
 
-#define INSTANCE(tag, o, m, s)                                                                                \
-  PKTRT__NOINLINE bool PKTRT__NAME(pktrt__single_##tag)(const pktrt__bvh_segment *seg, pktrt__single *ray,    \
-                                                        uint32_t ref, bool any, pktrt_counts *counts) {       \
-    (void)any;                                                                                                \
-    return o ? pktrt__single_any_hit(seg, ray, ref, pktrt__variant_of(o, m, s, counts))                       \
-             : pktrt__single_closest_hit(seg, ray, ref, pktrt__variant_of(o, m, s, counts));                  \
-  }                                                                                                           \
-  PKTRT__NOINLINE uint64_t PKTRT__NAME(pktrt__stream_##tag)(const pktrt__bvh_segment *seg, pktrt__batch *b,   \
-                                                            const uint8_t *list, uint64_t mask, uint32_t ref, \
-                                                            bool any, pktrt_counts *counts) {                 \
-    (void)any;                                                                                                \
-    return pktrt__stream_template(seg, b, list, mask, ref, pktrt__variant_of(o, m, s, counts));               \
+#define INSTANCE(tag, o, m, s)                                                                               \
+  PKTRT__LIKE_##tag bool PKTRT__NAME(pktrt__single_##tag)(const pktrt__bvh_segment *seg, pktrt__single *ray, \
+                                                          uint32_t ref, bool any, pktrt_counts *counts) {    \
+    (void)any;                                                                                               \
+    return o ? pktrt__single_any_hit(seg, ray, ref, pktrt__variant_of(o, m, s, counts))                      \
+             : pktrt__single_closest_hit(seg, ray, ref, pktrt__variant_of(o, m, s, counts));                 \
   }
 PKTRT__VARIANTS(INSTANCE) struct pktrt_scene;
+#undef INSTANCE
+#define INSTANCE(tag, o, m, s)                                                                                  \
+  PKTRT__LIKE_##tag uint64_t PKTRT__NAME(pktrt__stream_##tag)(const pktrt__bvh_segment *seg, pktrt__batch *b,   \
+                                                              const uint8_t *list, uint64_t mask, uint32_t ref, \
+                                                              bool any, pktrt_counts *counts) {                 \
+    (void)any;                                                                                                  \
+    return pktrt__stream_template(seg, b, list, mask, ref, pktrt__variant_of(o, m, s, counts));                 \
+  }
+PKTRT__STREAM_VARIANTS(INSTANCE) struct pktrt_scene;
 #undef INSTANCE
 
 OP bool pktrt__single_traverse(const pktrt__bvh_segment *seg, pktrt__single *ray, uint32_t ref,
@@ -9525,8 +9659,9 @@ OP bool pktrt__single_traverse(const pktrt__bvh_segment *seg, pktrt__single *ray
   return PKTRT__PICK(pktrt__single)(seg, ray, ref, is.occlusion, is.counts);
 }
 /* Traces the rays of mask through a subtree, one alone as a single ray; returns those that hit something. */
-OP uint64_t pktrt__stream_traverse(const pktrt__bvh_segment *seg, pktrt__batch *b, const uint8_t *list, uint64_t mask,
-                                   uint32_t ref, const pktrt__variant is) {
+PKTRT__NOINLINE uint64_t pktrt__stream_traverse_as(const pktrt__bvh_segment *seg, pktrt__batch *b, const uint8_t *list,
+                                                   uint64_t mask, uint32_t ref, const pktrt__variant *what) {
+  const pktrt__variant is = *what;
   if (!(mask & (mask - 1))) {
     const uint32_t r = list[pktrt__lowest_bit(mask)];
     pktrt_ray ray;
@@ -9536,7 +9671,11 @@ OP uint64_t pktrt__stream_traverse(const pktrt__bvh_segment *seg, pktrt__batch *
     pktrt__single_to_batch(b, r, &q);
     return mask;
   }
-  return PKTRT__PICK(pktrt__stream)(seg, b, list, mask, ref, is.occlusion, is.counts);
+  return PKTRT__PICK_STREAM(pktrt__stream)(seg, b, list, mask, ref, is.occlusion, is.counts);
+}
+OP uint64_t pktrt__stream_traverse(const pktrt__bvh_segment *seg, pktrt__batch *b, const uint8_t *list, uint64_t mask,
+                                   uint32_t ref, const pktrt__variant is) {
+  return pktrt__stream_traverse_as(seg, b, list, mask, ref, &is);
 }
 
 /* >>packets: frustum packets through the tree ---------------------------------------------------------------------- */
@@ -9602,13 +9741,9 @@ OP bool pktrt__frustum_is_thin(const pktrt__frustum *f, uint64_t mask, uint32_t 
 }
 
 #if FRUSTA
-#if PKTRT__WITH_TOP_FRUSTA
-SMALL uint64_t pktrt__place_packet(pktrt__frustum *f, const pktrt_scene *scene, const pktrt__bvh_segment *seg,
-                                   pktrt__batch *b, uint64_t mask, uint32_t ref, bool thin, const pktrt__variant *what);
-#endif
 /* Traces a frustum packet through one tree from its root; returns the occluded rays. */
 OP uint64_t pktrt__frustum_template(pktrt__frustum *f, const pktrt__bvh_segment *seg, pktrt__batch *b, uint64_t mask,
-                                    const pktrt_scene *top, const pktrt__variant is) {
+                                    const pktrt__variant is) {
   pktrt__frustum_stack stack;
   const ptrdiff_t to_key1 =
       is.moving ? ((ptrdiff_t)seg->plane1 - (ptrdiff_t)seg->plane0) / (ptrdiff_t)sizeof(float) : 0;
@@ -9628,13 +9763,7 @@ OP uint64_t pktrt__frustum_template(pktrt__frustum *f, const pktrt__bvh_segment 
   for (;;) {
     const bool thin = pktrt__frustum_is_thin(f, mask, ref, is.occlusion, !still);
     if (thin) COUNT(fallbacks, 1);
-    (void)top;
-#if PKTRT__WITH_TOP_FRUSTA
-    if (top && (thin || ref & PKTRT__LEAF)) {
-      hit = pktrt__place_packet(f, top, seg, b, mask, ref, thin, &is);
-    } else
-#endif
-        if (thin) {
+    if (thin) {
       hit = pktrt__stream_traverse(seg, b, f->list, mask, ref, is);
     } else if (ref & PKTRT__LEAF) {
       hit = still ? pktrt__frustum_leaf(f, seg, b, ref & ~PKTRT__LEAF, mask, is)
@@ -9672,10 +9801,6 @@ OP uint64_t pktrt__frustum_template(pktrt__frustum *f, const pktrt__bvh_segment 
 SMALL void pktrt__place_stream(const pktrt__query *call, const pktrt_scene *scene, pktrt__batch *b, const uint8_t *list,
                                uint64_t mask, const pktrt__variant *what);
 SMALL bool pktrt__place_single(const pktrt_scene *scene, pktrt__single *q, const pktrt__variant *what);
-#if PKTRT__WITH_TOP_FRUSTA
-SMALL void pktrt__place_frustum(pktrt__frustum *f, const pktrt_scene *scene, pktrt__batch *b, uint64_t mask,
-                                const pktrt__variant *what);
-#endif
 #if PKTRT__WITH_V8_REGISTERS && !defined(PKTRT_NO_INSTANCES)
 PKTRT__NOINLINE void pktrt__place_resolve8(const pktrt_scene *scene, pktrt__batch *b, uint32_t i, uint32_t hits);
 #endif
@@ -9835,8 +9960,8 @@ OP pktrt__paper_child pktrt__paper_child_of(const float *p0, const float *p1, ui
 }
 
 /* Returns those of rays r to r+7 that are active, in `among`, and may hit a child. */
-STEP uint32_t pktrt__paper_test_group(pktrt__paper_packet *p, const pktrt__paper_child *c, uint32_t r, uint32_t among,
-                                      const pktrt__variant is) {
+PKTRT__NOINLINE uint32_t pktrt__paper_test_group(pktrt__paper_packet *p, const pktrt__paper_child *c, uint32_t r,
+                                                 uint32_t among, const pktrt__variant is) {
   const uint32_t active = pktrt__paper_active(p, r) & among;
   if (is.stats) p->tested += pktrt__popcount8(active);
   COUNT(box_tests, pktrt__popcount8(active));
@@ -10050,8 +10175,8 @@ PKTRT__COLD void pktrt__paper_traverse_any(pktrt__paper_packet *p, bool occlusio
 
 /* Traces rays [begin, end) of a batch in packets of desc->packet_size, each through all trees of a scene, or of a model,
    and all segments of those that move. */
-PKTRT__NOINLINE void pktrt__drive_paper(const pktrt__query *call, const pktrt_scene *scene, pktrt__batch *b,
-                                        uint32_t begin, uint32_t end, const bool occlusion) {
+PKTRT__COLD void pktrt__drive_paper(const pktrt__query *call, const pktrt_scene *scene, pktrt__batch *b, uint32_t begin,
+                                    uint32_t end, const bool occlusion) {
   pktrt_counts unwanted, *counts = call->counts ? call->counts : &unwanted;
   const pktrt__variant is = pktrt__variant_of(occlusion, false, PKTRT__STATS != 0, counts);
   memset(&unwanted, 0, sizeof unwanted);
@@ -10089,19 +10214,18 @@ PKTRT__NOINLINE void pktrt__drive_paper(const pktrt__query *call, const pktrt_sc
 #endif /* PKTRT__PAPER */
 
 #if FRUSTA
-#define INSTANCE(tag, o, m, s)                                                                                  \
-  PKTRT__NOINLINE uint64_t PKTRT__NAME(pktrt__frustum_##tag)(pktrt__frustum * f, const pktrt__bvh_segment *seg, \
-                                                             pktrt__batch *b, uint64_t mask, bool any,          \
-                                                             pktrt_counts *counts) {                            \
-    (void)any;                                                                                                  \
-    return pktrt__frustum_template(f, seg, b, mask, NULL, pktrt__variant_of(o, m, s, counts));                  \
+#define INSTANCE(tag, o, m, s)                                                                                    \
+  PKTRT__LIKE_##tag uint64_t PKTRT__NAME(pktrt__frustum_##tag)(pktrt__frustum * f, const pktrt__bvh_segment *seg, \
+                                                               pktrt__batch *b, uint64_t mask, bool any,          \
+                                                               pktrt_counts *counts) {                            \
+    return pktrt__frustum_template(f, seg, b, mask, pktrt__variant_of(o, m, s, counts));                          \
   }
-PKTRT__VARIANTS(INSTANCE) struct pktrt_scene;
+PKTRT__FRUSTUM_VARIANTS(INSTANCE) struct pktrt_scene;
 #undef INSTANCE
 
 OP uint64_t pktrt__frustum_traverse(pktrt__frustum *f, const pktrt__bvh_segment *seg, pktrt__batch *b, uint64_t mask,
                                     const pktrt__variant is) {
-  return PKTRT__PICK(pktrt__frustum)(f, seg, b, mask, is.occlusion, is.counts);
+  return PKTRT__PICK_FRUSTUM(pktrt__frustum)(f, seg, b, mask, is.occlusion, is.counts);
 }
 #endif
 
@@ -10220,9 +10344,7 @@ PKTRT__NOINLINE void pktrt__drive_frustum(const pktrt_scene *scene, pktrt__batch
     }
     if (is.occlusion) pktrt__drive_mark(b, base, hit), mask &= ~hit;
   }
-#if PKTRT__WITH_TOP_FRUSTA
-  if (scene->has_top && mask) pktrt__place_frustum(&f, scene, b, mask, &is);
-#elif !defined(PKTRT__NO_TOP)
+#ifndef PKTRT__NO_TOP
   if (scene->has_top && mask) pktrt__place_stream(NULL, scene, b, f.list, mask, &is);
 #endif
 }
@@ -10237,11 +10359,15 @@ OP bool pktrt__drive_single_in(const pktrt_scene *scene, pktrt__single *ray, uin
     return pktrt__single_traverse(&bvh->rest, ray, 0, pktrt__variant_moving(is, false));
   }
   if (!pktrt__drive_may_meet(bvh, ray->rd, ray->cn, ray->cf, 1, ray->wn, ray->wf)) return false;
-  const uint32_t segment = pktrt__time_segment(ray->ray->time, bvh->key_count, &ray->ta, &ray->tb);
+  const uint32_t segment = pktrt__time_segment_at(ray->ray->time, bvh->key_count, &ray->ta, &ray->tb);
   pktrt__bvh_segment seg = pktrt__bvh_segment_of(scene->bvhs, tree, segment);
   return pktrt__single_traverse(&seg, ray, 0, pktrt__variant_moving(is, true));
 }
 /* Traces one ray through all trees and tells whether it hits. */
+PKTRT__NOINLINE bool pktrt__drive_single_in_one(const pktrt_scene *scene, pktrt__single *ray, uint32_t tree,
+                                                const pktrt__variant *is) {
+  return pktrt__drive_single_in(scene, ray, tree, *is);
+}
 PKTRT__NOINLINE bool pktrt__drive_single(const pktrt_scene *scene, pktrt__single *ray, const pktrt__variant *what) {
   const pktrt__variant is = *what;
   bool hit = false;
@@ -10641,7 +10767,7 @@ static void pktrt__sampler_draw(const pktrt_sampling *s, pktrt__sample_batch *w,
   uint32_t number[PKTRT__DRAWN], at[PKTRT__DRAWN], low[PKTRT__DRAWN], high[PKTRT__DRAWN], digits[2][PKTRT__DRAWN];
   uint64_t key[PKTRT__DRAWN], keys[PKTRT__DRAWN];
   for (int j = 0; j < PKTRT__DRAWN; j++) number[j] = (of[j] + group) & (UINT32_MAX >> 2);
-  for (int j = 0; j < PKTRT__DRAWN; j++) key[j] = pktrt__sampler_key(s->seed, number[j], x[j], y[j]);
+  for (int j = 0; j < PKTRT__DRAWN; j++) key[j] = pktrt__sampler_key_of(s->seed, number[j], x[j], y[j]);
   if (sobol) pktrt__sampler_shuffle(s->samples, sample, number, key, at);
   for (uint32_t pair = first & 2; pair < first + n; pair += 2) {
     float *const u = w->u[pair] + i, *const v = w->u[pair + 1] + i;
@@ -11560,7 +11686,7 @@ OP bool pktrt__place_single_in(const pktrt_scene *scene, const pktrt__bvh_segmen
         bits &= ~(1u << c);
         if (dist[c] > q->wf) continue;
         if (pktrt__place_is_group(scene, seg))
-          hit |= pktrt__drive_single_in(scene, q, scene->direct_count + instance[c], is);
+          hit |= pktrt__drive_single_in_one(scene, q, scene->direct_count + instance[c], &is);
         else if (PKTRT__INSTANCES && (scene->instances[instance[c]].seen & is.mask))
           hit |= pktrt__place_trace_single(scene, q, instance[c], &is);
         if (is.occlusion && hit) return true;
@@ -11588,17 +11714,15 @@ SMALL bool pktrt__place_single(const pktrt_scene *scene, pktrt__single *q, const
   for (int which = 0; which < 2; which++) {
     const pktrt_scene *top = which ? scene->boxes : scene->groups;
     for (uint32_t i = 0; top && i < top->bvh_count && !(is.occlusion && hit); i++) {
-      const bool moving = !PKTRT__WITH_V8_REGISTERS || pktrt__has_motion(top->bvhs[i].key_count);
       const uint32_t segment = pktrt__time_segment(q->ray->time, top->bvhs[i].key_count, &q->ta, &q->tb);
       const pktrt__bvh_segment seg = pktrt__bvh_segment_of(top->bvhs, i, segment);
-      hit |= moving ? pktrt__place_single_in(scene, &seg, q, pktrt__variant_moving(is, true))
-                    : pktrt__place_single_in(scene, &seg, q, pktrt__variant_moving(is, false));
+      hit |= pktrt__place_single_in(scene, &seg, q, pktrt__variant_moving(is, true));
     }
   }
   return hit;
 }
 
-#if PKTRT__WITH_FEW_INSTANCES
+#if !PKTRT__WITH_TOP_STREAMS
 /* Traces the rays in mask of a list through all instances, one by one; for occlusion marks those that are hit. */
 SMALL void pktrt__place_stream(const pktrt__query *call, const pktrt_scene *scene, pktrt__batch *b, const uint8_t *list,
                                uint64_t mask, const pktrt__variant *what) {
@@ -11642,7 +11766,7 @@ OP void pktrt__place_between8(const float *k0, const float *k1, v8 time, d8 inve
 }
 
 /* Does for eight rays what pktrt__place_ray does, given how the instance lies at their times. */
-OP void pktrt__place_ray8(d8 m[3][3], const d8 shift[3], bool straight, pktrt__batch *b, uint32_t i) {
+SMALL void pktrt__place_ray8(d8 m[3][3], const d8 shift[3], bool straight, pktrt__batch *b, uint32_t i) {
   d8 x[3], d[3], at[3], way[3];
   UNROLL for (int a = 0; a < 3; a++) {
     x[a] = dsub(dfrom(vload(b->o[a] + i)), shift[a]), d[a] = dfrom(vload(b->d[a] + i));
@@ -11841,12 +11965,36 @@ OP pktrt__box_slabs pktrt__place_load_slabs(const pktrt__bvh_segment *seg, uint3
   return s;
 }
 
+#if PKTRT__WITH_PAPER_PATH && !PKTRT__COUNTS_FAST && !defined(PKTRT_NO_STATS) && !PKTRT__WITH_FEW_INSTANCES
+#define COUNTS_GROUPS_SINGLY 1
+/* Traces rays of the paper path through a tree of a group, one by one, since streams do not count. */
+PKTRT__COLD uint64_t pktrt__place_count_group(const pktrt_scene *scene, pktrt__batch *b, const uint8_t *list,
+                                              uint64_t mask, uint32_t tree, const pktrt__variant *is) {
+  uint64_t hit = 0;
+  for (; mask; mask &= mask - 1) {
+    const uint32_t r = list[pktrt__lowest_bit(mask)];
+    pktrt_ray ray;
+    pktrt__single q;
+    pktrt__single_from_batch(b, r, &ray, &q);
+    if (!pktrt__drive_single_in_one(scene, &q, tree, is)) continue;
+    hit |= mask & (0u - mask);
+    if (!is->occlusion) pktrt__single_to_batch(b, r, &q);
+  }
+  return hit;
+}
+#else
+#define COUNTS_GROUPS_SINGLY 0
+#endif
 /* Traces rays through an instance, or through a tree of a group. */
 OP uint64_t pktrt__place_enter(const pktrt__query *call, const pktrt_scene *scene, const pktrt__bvh_segment *seg,
                                pktrt__batch *b, const uint8_t *list, uint64_t mask, uint32_t index,
                                const pktrt__variant *is) {
-  if (pktrt__place_is_group(scene, seg))
+  if (pktrt__place_is_group(scene, seg)) {
+#if COUNTS_GROUPS_SINGLY
+    if (is->stats) return pktrt__place_count_group(scene, b, list, mask, scene->direct_count + index, is);
+#endif
     return pktrt__drive_stream_in(scene, b, list, mask, scene->direct_count + index, is);
+  }
   if (!PKTRT__INSTANCES || !(scene->instances[index].seen & is->mask)) return 0;
   return pktrt__place_trace(call, scene, b, list, mask, index, is);
 }
@@ -11905,7 +12053,8 @@ OP uint64_t pktrt__place_stream_template(const pktrt__query *call, const pktrt_s
     } else {
       COUNT(node_visits, 1);
       COUNT(box_tests, pktrt__bvh_child_count(pktrt__bvh_children(seg, ref, is.moving)) * pktrt__popcount(mask));
-      pktrt__stream_open_node(seg, b, list, mask, ref, octant, &stack, is);
+      if (is.moving) pktrt__stream_open_moving(seg, b, list, mask, ref, octant, &stack, is.occlusion);
+      else pktrt__stream_open_node(seg, b, list, mask, ref, octant, &stack, is);
     }
     do {
       if (!stack.n) return hit;
@@ -11918,10 +12067,7 @@ OP uint64_t pktrt__place_stream_template(const pktrt__query *call, const pktrt_s
 SMALL uint64_t pktrt__place_stream_in(const pktrt__query *call, const pktrt_scene *scene, const pktrt__bvh_segment *seg,
                                       pktrt__batch *b, const uint8_t *list, uint64_t mask, uint32_t ref,
                                       const pktrt__variant *what) {
-  const pktrt__variant is = *what;
-  if (PKTRT__WITH_V8_REGISTERS && !is.moving)
-    return pktrt__place_stream_template(call, scene, seg, b, list, mask, ref, pktrt__variant_moving(is, false));
-  return pktrt__place_stream_template(call, scene, seg, b, list, mask, ref, pktrt__variant_moving(is, true));
+  return pktrt__place_stream_template(call, scene, seg, b, list, mask, ref, pktrt__variant_moving(*what, true));
 }
 /* Does so for all trees of the top level; for occlusion marks the rays that are hit. */
 SMALL void pktrt__place_stream(const pktrt__query *call, const pktrt_scene *scene, pktrt__batch *b, const uint8_t *list,
@@ -11945,74 +12091,17 @@ SMALL void pktrt__place_stream(const pktrt__query *call, const pktrt_scene *scen
   for (uint64_t m = what->occlusion ? hit : 0; m; m &= m - 1) b->slot[list[pktrt__lowest_bit(m)]] = 0;
 }
 
-#if PKTRT__WITH_TOP_FRUSTA
-/* Traces a packet through the instances of a block, the nearest first; returns the rays that hit, or hit nearer. */
-OP uint64_t pktrt__place_frustum_leaf(pktrt__frustum *f, const pktrt_scene *scene, const pktrt__bvh_segment *seg,
-                                      pktrt__batch *b, uint32_t index, uint64_t mask, const pktrt__variant *is) {
-  const uint32_t *instance = seg->bvhs[seg->bvh].block_triangles + (size_t)index * 8;
-  const pktrt__block *block = pktrt__segment_block(seg, index, true);
-  PKTRT__ALIGN64 float planes[2][48], nearest[8]; /* as a node has them */
-  uint64_t hit = 0;
-  uint32_t whole;
-  v8 entry;
-  for (uint32_t i = 0; i < 12; i++) {
-    const float *from = pktrt__segment_vertices(seg, block, i > 5, true);
-    vstore(planes[i / 6] + 8 * (i % 6), vload(from + 24 * (i % 2) + 8 * (i % 6 / 2)));
-  }
-  uint32_t left = pktrt__frustum_cull_children_moving(f, planes[0], planes[1], &entry, &whole);
-  left &= pktrt__lanes_occupied(instance);
-  vstore(nearest, entry);
-  for (uint32_t c; left && mask; left &= ~(1u << c)) {
-    c = pktrt__place_nearest(left, nearest);
-    const uint64_t rays = pktrt__frustum_test_child_moving(f, b, planes[0] + c, planes[1] + c, mask);
-    if (!rays) continue;
-    const uint64_t found = pktrt__place_enter(NULL, scene, seg, b, f->list, rays, instance[c], is);
-    hit |= found;
-    if (is->occlusion) mask &= ~found;
-  }
-  return hit;
-}
-/* Traces a packet through what is below a leaf of the top level, or, if few of its rays are left, a node. */
-SMALL uint64_t pktrt__place_packet(pktrt__frustum *f, const pktrt_scene *scene, const pktrt__bvh_segment *seg,
-                                   pktrt__batch *b, uint64_t mask, uint32_t ref, bool thin, const pktrt__variant *is) {
-  return thin ? pktrt__place_stream_in(NULL, scene, seg, b, f->list, mask, ref, is)
-              : pktrt__place_frustum_leaf(f, scene, seg, b, ref & ~PKTRT__LEAF, mask, is);
-}
-/* Traces a packet through all trees of the top level; for occlusion marks the rays that are hit. */
-SMALL void pktrt__place_frustum(pktrt__frustum *f, const pktrt_scene *scene, pktrt__batch *b, uint64_t mask,
-                                const pktrt__variant *what) {
-  const pktrt__variant is = pktrt__variant_moving(*what, true);
-  for (uint32_t i = 0; i < 2; i++) {
-    const pktrt_scene *top = i ? scene->boxes : scene->groups;
-    for (uint32_t t = 0; top && t < top->bvh_count && mask; t++) {
-      const uint32_t keys = top->bvhs[t].key_count;
-      uint64_t hit = 0;
-      pktrt__batch_packet_time_weights(b, f->base, keys);
-      for (uint64_t rest = mask; rest;) {
-        const uint32_t segment = keys > 2 ? b->segment[f->base + pktrt__lowest_bit(rest)] : 0;
-        const uint64_t same = keys > 2 ? pktrt__drive_rays_of_segment(b, f->list, rest, segment) : rest;
-        const pktrt__bvh_segment seg = pktrt__bvh_segment_of(top->bvhs, t, segment);
-        pktrt__frustum_times(f, b, same);
-        pktrt__frustum_update_depth(f, b, same);
-        hit |= pktrt__frustum_template(f, &seg, b, same, scene, is);
-        rest &= ~same;
-      }
-      if (is.occlusion) pktrt__drive_mark(b, f->base, hit), mask &= ~hit;
-    }
-  }
-}
-#endif
 #endif
 
 #if !defined(PKTRT_NO_PAPER) && PKTRT__WITH_PAPER
 /* Traces rays [begin, end) of a batch of the paper path through the instances, 64 neighbours of one octant at a time. */
 PKTRT__COLD void pktrt__place_packets(const pktrt__query *call, pktrt__batch *b, uint32_t begin, uint32_t end,
                                       const pktrt__variant *what) {
-  pktrt_counts unwanted;
-  pktrt__variant is = pktrt__variant_of(what->occlusion, true, PKTRT__STATS != 0, what->counts);
+  pktrt_counts unwanted; /* see PKTRT__VARIANTS */
+  const bool counted = PKTRT__STATS && call->counts;
+  pktrt__variant is = pktrt__variant_of(what->occlusion, true, counted, counted ? what->counts : &unwanted);
   is.mask = what->mask;
-  memset(&unwanted, 0, sizeof unwanted);
-  if (!call->counts) is.counts = &unwanted;
+  if (!counted) memset(&unwanted, 0, sizeof unwanted);
   for (uint32_t base = begin; base < end; base += 64) {
     uint8_t list[64];
     uint64_t rest = b->valid[base / 64];
@@ -12044,7 +12133,7 @@ static bool pktrt__entry_intersect(const pktrt_scene *scene, const pktrt_ray *ra
   pktrt_counts unread; /* see PKTRT__VARIANTS */
   pktrt__single q;
   uint32_t hint[2] = {0, 0};
-  if (!PKTRT__WITH_VECTORS) memset(&unread, 0, sizeof unread);
+  if (PKTRT__WITH_FEW_INSTANCES) memset(&unread, 0, sizeof unread);
   const pktrt__variant is = pktrt__variant_of(false, false, false, &unread);
   bool found = pktrt__single_setup(scene, ray, &q);
   q.after = after;
@@ -12061,13 +12150,13 @@ static bool pktrt__entry_intersect(const pktrt_scene *scene, const pktrt_ray *ra
 #endif
     pktrt__single_resolve(scene, &q, hit);
   if (where) where[0] = q.slot, where[1] = q.bvh, where[2] = q.place;
-  pktrt__mesh_name_triangle(scene, q.id, &q.place, hint, &hit->mesh, &hit->triangle);
+  pktrt__mesh_name(scene, q.id, &q.place, hint, &hit->mesh, &hit->triangle);
   return true;
 }
 static bool pktrt__entry_occluded(const pktrt_scene *scene, const pktrt_ray *ray) {
   pktrt_counts unread;
   pktrt__single q;
-  if (!PKTRT__WITH_VECTORS) memset(&unread, 0, sizeof unread);
+  if (PKTRT__WITH_FEW_INSTANCES) memset(&unread, 0, sizeof unread);
   return pktrt__single_setup(scene, ray, &q) &&
          pktrt__entry_single(scene, &q, pktrt__variant_of(true, false, false, &unread));
 }
@@ -12075,17 +12164,19 @@ static bool pktrt__entry_occluded(const pktrt_scene *scene, const pktrt_ray *ray
 /* Traces rays [begin, end) of a batch. */
 static void pktrt__entry_trace(const pktrt__query *call, pktrt__batch *b, uint32_t begin, uint32_t end) {
   const pktrt_scene *scene = call->scene;
+  const pktrt_path path = call->desc->path;
+  /* Work is counted by the paper path and by single rays, of the fast path only under PKTRT_COUNT_FAST. */
+  const bool works = PKTRT__STATS && call->counts && (PKTRT__COUNTS_FAST || path != PKTRT_PATH_FAST);
   pktrt_counts unread, *counts = call->counts;
 #if !PKTRT__WITH_PAPER
-  if (counts || call->desc->path == PKTRT_PATH_PAPER) {
+  if (works || path == PKTRT_PATH_PAPER) {
     pktrt__entry_trace_avx2(call, b, begin, end);
     return;
   }
 #endif
-  if (!PKTRT__WITH_VECTORS && !counts) /* see PKTRT__VARIANTS */
+  if (PKTRT__WITH_FEW_INSTANCES && !works) /* see PKTRT__VARIANTS */
     memset(&unread, 0, sizeof unread), counts = &unread;
-  pktrt__variant is =
-      pktrt__variant_of(call->occlusion, false, PKTRT__STATS && PKTRT__WITH_PAPER && call->counts, counts);
+  pktrt__variant is = pktrt__variant_of(call->occlusion, false, PKTRT__WITH_PAPER && works, counts);
   is.mask = call->desc->mask;
   pktrt__batch_pad(b, end);
   memset(b->valid, 0, sizeof b->valid);
@@ -12093,21 +12184,21 @@ static void pktrt__entry_trace(const pktrt__query *call, pktrt__batch *b, uint32
     const uint32_t valid = pktrt__batch_setup(scene, b, i);
     if (call->next) pktrt__prefetch_lines(call->next + i, FW * sizeof *call->next);
     b->valid[i / 64] |= (uint64_t)valid << (i % 64);
-    COUNT(rays, pktrt__popcount(valid));
+    if (PKTRT__STATS && call->counts) call->counts->rays += pktrt__popcount(valid);
   }
   if (!scene->bvh_count && !pktrt__has_instances(scene)) {
     if (!is.occlusion) pktrt__resolve_batch(call, b, begin, end);
     return;
   }
 #if !defined(PKTRT_NO_PAPER) && PKTRT__WITH_PAPER
-  if (call->desc->path == PKTRT_PATH_PAPER) {
+  if (path == PKTRT_PATH_PAPER) {
     pktrt__drive_paper(call, scene, b, begin, end, is.occlusion);
 #ifndef PKTRT__NO_TOP
     if (scene->has_top) pktrt__place_packets(call, b, begin, end, &is);
 #endif
   } else
 #endif
-      if (call->desc->path == PKTRT_PATH_SINGLE || pktrt__too_few(end - begin, is.occlusion)) {
+      if (path == PKTRT_PATH_SINGLE || pktrt__too_few(end - begin, is.occlusion)) {
     for (uint32_t i = begin; i < end; i += 64)
       for (uint64_t m = b->valid[i / 64]; m; m &= m - 1) {
         COUNT(packets, 1);
@@ -12116,8 +12207,8 @@ static void pktrt__entry_trace(const pktrt__query *call, pktrt__batch *b, uint32
   } else {
     pktrt__drive_fast(scene, b, begin, end, &is);
   }
-  if (is.stats)
-    for (uint32_t i = begin; i < end; i++) is.counts->hits += b->slot[i] != PKTRT_NONE;
+  if (PKTRT__STATS && call->counts)
+    for (uint32_t i = begin; i < end; i++) call->counts->hits += b->slot[i] != PKTRT_NONE;
   if (!is.occlusion) pktrt__resolve_batch(call, b, begin, end);
 }
 
@@ -12151,8 +12242,7 @@ OP void pktrt__batch_name_hits(const pktrt_scene *s, const pktrt__batch *b, uint
     vstore_masked_u32(mesh, mfrom(0xFF), hint[0]);
   else
 #endif
-    for (uint32_t j = 0; j < n; j++)
-      pktrt__mesh_name_triangle(s, b->id[i + j], b->place + i + j, hint, &mesh[j], &triangle[j]);
+    for (uint32_t j = 0; j < n; j++) pktrt__mesh_name(s, b->id[i + j], b->place + i + j, hint, &mesh[j], &triangle[j]);
 }
 static void pktrt__batch_store_names(const pktrt_scene *s, const pktrt__batch *b, uint32_t *mesh, uint32_t *triangle,
                                      uint32_t n) {
@@ -12371,10 +12461,27 @@ static const pktrt__kernel_table pktrt__kernels = {
 #undef COUNT
 #undef COUNTED
 #undef PKTRT__WITH_FEW_INSTANCES
-#undef PKTRT__WITH_TOP_FRUSTA
+#undef PKTRT__WITH_TOP_STREAMS
 #undef FRUSTA
 #undef IF_COUNTED
+#undef PKTRT__LIKE_0
+#undef PKTRT__LIKE_1
+#undef PKTRT__LIKE_00
+#undef PKTRT__LIKE_01
+#undef PKTRT__LIKE_10
+#undef PKTRT__LIKE_11
+#undef PKTRT__LIKE_s
 #undef PKTRT__PICK
+#undef PKTRT__PICK_COUNTED
+#undef PKTRT__PICK_FLAGS
+#undef PKTRT__PICK_STREAM
+#undef PKTRT__PICK_FRUSTUM
+#undef PKTRT__FLAG_VARIANTS
+#undef PKTRT__COUNTED_VARIANT
+#undef PKTRT__STREAM_VARIANTS
+#undef PKTRT__FRUSTUM_VARIANTS
+#undef IF_FAST_COUNTED
+#undef COUNTS_GROUPS_SINGLY
 #undef PKTRT__VARIANTS
 #undef IF_FAST
 #undef pktrt__drive_paper
@@ -12395,7 +12502,7 @@ static const pktrt__kernel_table pktrt__kernels = {
 
 /* >>dispatch ------------------------------------------------------------------------------------------------------- */
 
-#if defined(PKTRT__HAS_AVX2) || defined(PKTRT__HAS_AVX512)
+#if defined(PKTRT__HAS_AVX2) || defined(PKTRT__HAS_AVX512) || defined(PKTRT__OFFERS_AVX512)
 /* Tells whether the CPU has the instructions and the operating system saves the registers: both are needed. */
 static bool pktrt__cpu_has(pktrt_isa isa) {
   unsigned a, b, c, d, lo, hi;
@@ -12452,6 +12559,7 @@ static const pktrt__fit_table *pktrt__fit_table_of(pktrt_isa isa) {
 #endif
 }
 
+/* Returns the widest set of this build that the machine has; scalar where it has none. */
 static pktrt_isa pktrt__isa_widest(void) {
   static const pktrt_isa widest_first[] = {PKTRT_ISA_AVX512, PKTRT_ISA_AVX2, PKTRT_ISA_SSE2, PKTRT_ISA_NEON,
                                            PKTRT_ISA_WASM};
@@ -12467,6 +12575,18 @@ PKTRT_DEF const char *pktrt_isa_string(pktrt_isa isa) {
 }
 
 PKTRT_DEF bool pktrt_isa_available(pktrt_isa isa) { return isa == PKTRT_ISA_AUTO || pktrt__kernels_of(isa) != NULL; }
+
+/* Tells the log hook where the machine has AVX-512 and the build has not, for want of the macro. */
+static void pktrt__isa_tell_wider(const pktrt_scene *s) {
+#ifdef PKTRT__OFFERS_AVX512
+  if (s->desc.log && pktrt__cpu_has(PKTRT_ISA_AVX512))
+    pktrt__log_sentence(s, 1,
+                        "this machine has AVX-512, and this build has not: with PKTRT_AVX512 defined beside "
+                        "PKTRT_IMPLEMENTATION many rays are faster");
+#else
+  (void)s;
+#endif
+}
 
 /* >>scene ---------------------------------------------------------------------------------------------------------- */
 
@@ -12542,14 +12662,14 @@ PKTRT__COLD void pktrt__instance_refit(pktrt_scene *s) {
   (void)pktrt__do_refit(s->boxes); /* which has no box that was not committed, if the scene has no instance */
 }
 PKTRT__COLD void pktrt__instance_free_all(pktrt_scene *s) {
-  for (uint32_t i = 0; i < s->instance_count; i++) pktrt__instance_free(s, &s->instances[i]);
+  for (uint32_t i = 0; PKTRT__INSTANCES && i < s->instance_count; i++) pktrt__instance_free(s, &s->instances[i]);
   for (uint32_t i = 0; i < s->model_count; i++) pktrt__do_scene_destroy(s->models[i]);
   pktrt__mem_release(&s->desc, s->instances, s->instance_capacity, sizeof *s->instances);
   pktrt__mem_release(&s->desc, s->models, s->model_capacity, sizeof *s->models);
   pktrt__do_scene_destroy(s->boxes);
 }
 
-PKTRT__NOINLINE pktrt_scene *pktrt__do_scene_create(const pktrt_scene_desc *desc) {
+PKTRT__COLD pktrt_scene *pktrt__do_scene_create(const pktrt_scene_desc *desc) {
   pktrt_scene_desc d;
   memset(&d, 0, sizeof d);
   if (desc) d = *desc;
@@ -12557,7 +12677,8 @@ PKTRT__NOINLINE pktrt_scene *pktrt__do_scene_create(const pktrt_scene_desc *desc
   if ((int)d.quality < 0 || d.quality > PKTRT_BUILD_HIGH || (int)d.rebuild < 0 || d.rebuild > PKTRT_REBUILD_AUTOMATIC)
     return NULL;
   if (!d.allocate) d.allocate = pktrt__mem_malloc, d.release = pktrt__mem_free;
-  if (d.isa == PKTRT_ISA_AUTO) d.isa = pktrt__isa_widest();
+  const bool automatic = d.isa == PKTRT_ISA_AUTO;
+  if (automatic) d.isa = pktrt__isa_widest();
   const pktrt__kernel_table *kernels = pktrt__kernels_of(d.isa);
   if (!kernels || pktrt__check_all_arithmetic(kernels)) return NULL;
   pktrt_scene *s = PKTRT__CAST(pktrt_scene *, pktrt__mem_alloc(&d, 1, sizeof *s));
@@ -12571,10 +12692,11 @@ PKTRT__NOINLINE pktrt_scene *pktrt__do_scene_create(const pktrt_scene_desc *desc
 #endif
   pktrt__commit_stretch_all(s);
   pktrt__commit_summarise(s);
+  if (automatic) pktrt__isa_tell_wider(s);
   return s;
 }
 
-PKTRT__NOINLINE void pktrt__do_scene_destroy(pktrt_scene *s) {
+PKTRT__COLD void pktrt__do_scene_destroy(pktrt_scene *s) {
   if (!s) return;
   const pktrt_scene_desc d = s->desc;
   for (uint32_t i = 0; i < s->mesh_count; i++) pktrt__mesh_free(&d, &s->meshes[i]);
@@ -12692,7 +12814,7 @@ PKTRT__NOINLINE pktrt_status pktrt__do_commit(pktrt_scene *s) {
   pktrt__commit_watch(s, work, fresh);
   pktrt__commit_take(s, &own);
   if (s->boxes) pktrt__commit_take(s->boxes, &top), pktrt__commit_summarise(s->boxes);
-  for (uint32_t i = 0; i < s->instance_count; i++) pktrt__instance_promote(s, &s->instances[i]);
+  for (uint32_t i = 0; PKTRT__INSTANCES && i < s->instance_count; i++) pktrt__instance_promote(s, &s->instances[i]);
   pktrt__commit_stretch_all(s);
   pktrt__commit_summarise(s);
   return PKTRT_OK;
@@ -12806,7 +12928,7 @@ PKTRT__NOINLINE pktrt_status pktrt__do_refit(pktrt_scene *s) {
     s->waiting = m->next - 1;
     pktrt__commit_promote(m);
   }
-  if (s->boxes) pktrt__instance_refit(s);
+  if (pktrt__has_instances(s)) pktrt__instance_refit(s);
   pktrt__commit_summarise(s);
   return pktrt__commit_rebuild_worn(s);
 }
@@ -13632,7 +13754,7 @@ static const pktrt__bvh *pktrt__tree_find(const pktrt_scene *s, uint32_t tree, c
   }
   return NULL;
 }
-PKTRT__NOINLINE bool pktrt__do_get_tree(const pktrt_scene *s, uint32_t tree, pktrt_tree *out) {
+PKTRT__COLD bool pktrt__do_get_tree(const pktrt_scene *s, uint32_t tree, pktrt_tree *out) {
   const pktrt_scene *of;
   memset(out, 0, sizeof *out);
   const pktrt__bvh *bvh = pktrt__tree_find(s, tree, &of, &out->model);
@@ -13646,8 +13768,7 @@ PKTRT__NOINLINE bool pktrt__do_get_tree(const pktrt_scene *s, uint32_t tree, pkt
   return true;
 }
 
-PKTRT__NOINLINE bool pktrt__do_get_node(const pktrt_scene *s, uint32_t tree, uint32_t index, float time,
-                                        pktrt_node *out) {
+PKTRT__COLD bool pktrt__do_get_node(const pktrt_scene *s, uint32_t tree, uint32_t index, float time, pktrt_node *out) {
   const pktrt_scene *of;
   uint32_t model, hint[2] = {0, 0};
   float ta, tb;
@@ -13800,7 +13921,7 @@ static int pktrt__spawn_side(float p[3][3], const pktrt__spawn_point *x, const f
   for (int a = 0; a < 3; a++) along += x->normal[a] * (double)d[a], size += fabs((double)d[a]);
   if (fabs(along) > PKTRT__ERROR_NEEDLE * size) return along < 0 ? -1 : 1;
   pktrt__exact_view v;
-  pktrt__exact_view_of(&v, pktrt__axes[0], d, d, 1, p[0], 1);
+  pktrt__exact_view_corners(&v, d, d, p[0], 1);
   return pktrt__exact_along(&v) < 0 ? -1 : 1;
 }
 
@@ -13941,7 +14062,7 @@ static int pktrt__spawn_from(const pktrt_scene *s, const pktrt_ray *ray, const p
   memcpy(along, within.direction, sizeof along);
   const double mirror = pktrt__mesh_side(s, hit->mesh);
 
-  if (place) {
+  if (PKTRT__INSTANCES && place) {
     kappa = s->instances[s->meshes[hit->mesh].instance - 1].kappa;
     pktrt__place_ray(place, ray->origin, ray->direction, 1, within.origin, within.direction, 1);
     for (int a = 0; a < 3; a++) /* along transpose(A) n, on the model's side */
@@ -13954,14 +14075,14 @@ static int pktrt__spawn_from(const pktrt_scene *s, const pktrt_ray *ray, const p
   const int side = direction ? pktrt__spawn_side(p, x, along) : 1;
 
   memcpy(at, x->at, sizeof at);
-  if (place) pktrt__spawn_place(place, kappa, x);
+  if (PKTRT__INSTANCES && place) pktrt__spawn_place(place, kappa, x);
   if (!direction) return side;
 
   const double size = pktrt__spawn_corners(p, place, at, x, corner);
 
   if (pktrt__spawn_near_edge(corner, mirror, size, x, uv)) {
     pktrt__spawn_find(p, &within, &there, uv, x);
-    if (place) pktrt__spawn_place(place, kappa, x);
+    if (PKTRT__INSTANCES && place) pktrt__spawn_place(place, kappa, x);
   }
 
   return side;
@@ -14004,8 +14125,8 @@ PKTRT__NOINLINE void pktrt__do_intersect_after_n(const pktrt_scene *s, const pkt
   for (size_t i = 0; i < n; i++) pktrt__crossing_next(s, &rays[i], previous ? &previous[i] : NULL, &hits[i], NULL);
 }
 
-PKTRT__NOINLINE size_t pktrt__do_intersect_all(const pktrt_scene *s, const pktrt_ray *ray, pktrt_hit *hits,
-                                               size_t capacity) {
+PKTRT__COLD size_t pktrt__do_intersect_all(const pktrt_scene *s, const pktrt_ray *ray, pktrt_hit *hits,
+                                           size_t capacity) {
   pktrt_hit at[2];
   size_t n = 0;
   for (; pktrt__crossing_next(s, ray, n ? &at[(n - 1) & 1] : NULL, &at[n & 1], NULL); n++)
@@ -14019,7 +14140,7 @@ PKTRT__NOINLINE void pktrt__do_intersect_all_n(const pktrt_scene *s, const pktrt
 
 /* Returns 1 where a ray leaves by the triangle it hits, from the side where corners appear clockwise in the model, or -1
    where it enters. A mirrored instance turns corners and ray alike, so that its model tells. */
-static int pktrt__crossing_exits(const pktrt_scene *s, const pktrt_ray *ray, const pktrt_hit *hit) {
+PKTRT__COLD int pktrt__crossing_exits(const pktrt_scene *s, const pktrt_ray *ray, const pktrt_hit *hit) {
   float p[3][3];
   double n[3], along = 0, size = 0;
   pktrt_ray within;
@@ -14032,7 +14153,7 @@ static int pktrt__crossing_exits(const pktrt_scene *s, const pktrt_ray *ray, con
   }
   if (!sharp || !(fabs(along) > size * pktrt__max_abs3(n[0], n[1], n[2]) * 9.5367431640625e-7)) { /* 2^-20 */
     pktrt__exact_view v;
-    pktrt__exact_view_of(&v, pktrt__axes[0], within.origin, within.direction, 1, p[0], 1);
+    pktrt__exact_view_corners(&v, within.origin, within.direction, p[0], 1);
     along = pktrt__exact_along(&v);
   }
   return along > 0 ? 1 : -1;
@@ -14055,7 +14176,7 @@ static void pktrt__crossing_count(void *of, uint32_t mesh, int exits) {
   pktrt__crossing_sum *sum = PKTRT__CAST(pktrt__crossing_sum *, of);
   if (mesh == sum->mesh) sum->exits += exits;
 }
-PKTRT__NOINLINE int pktrt__do_winding(const pktrt_scene *s, uint32_t mesh, const float point[3], float time) {
+PKTRT__COLD int pktrt__do_winding(const pktrt_scene *s, uint32_t mesh, const float point[3], float time) {
   static const float ahead[3] = {1, 0, 0};
   pktrt_ray ray = pktrt_make_ray(point, ahead);
   pktrt__crossing_sum sum = {mesh, 0};
@@ -14175,7 +14296,7 @@ static bool pktrt__spawn_normal(const pktrt_scene *s, const pktrt_ray *ray, pktr
   pktrt__place moving;
   pktrt__exact_view v;
   const pktrt__place *place = pktrt__spawn_frame(s, hit->mesh, hit->triangle, ray, p, &within, &moving);
-  pktrt__exact_view_of(&v, pktrt__axes[0], within.origin, within.direction, 1, p[0], 1);
+  pktrt__exact_view_corners(&v, within.origin, within.direction, p[0], 1);
   if (!pktrt__tri_normal(p, n)) pktrt__exact_normal(v, n);
   memcpy(at, n, sizeof at);
   for (int a = 0; a < 3 && place; a++)
@@ -14255,7 +14376,7 @@ static void pktrt__sampler_jittered_pair(uint32_t sample, uint32_t samples, uint
 /* Computes the radical inverse of i < n in a prime base, scrambled in Owen's way: each digit is replaced by that of a
    permutation which depends on all digits before. The permutations are affine, d -> a d + c: any two digits go to any
    two, equally likely, and no more enters the variance. Digits beyond those that n needs are random. */
-static float pktrt__sampler_radical_inverse(uint32_t i, uint32_t n, uint32_t base, uint64_t key) {
+PKTRT__COLD float pktrt__sampler_radical_inverse(uint32_t i, uint32_t n, uint32_t base, uint64_t key) {
   uint32_t reach = 1, digits = 0;
   for (uint32_t rest = i; reach < n; rest /= base) {
     const uint64_t h = pktrt__hash(key + reach + i % reach); /* i % reach: the digits before */
@@ -14289,23 +14410,23 @@ static float pktrt__sampler_halton_number(const pktrt_sampling *s, uint32_t x, u
 
 /* --- the samplers: coordinates of one group --- */
 
-static void pktrt__sampler_sobol(const pktrt_sampling *s, uint32_t x, uint32_t y, uint32_t sample, uint32_t dimension,
-                                 uint32_t n, float *out) {
+PKTRT__COLD void pktrt__sampler_sobol(const pktrt_sampling *s, uint32_t x, uint32_t y, uint32_t sample,
+                                      uint32_t dimension, uint32_t n, float *out) {
   const uint64_t key = pktrt__sampler_key(s->seed, dimension / 4, x, y);
   uint32_t digits[4];
   pktrt__sampler_net(pktrt__sampler_point_index(dimension / 4, sample, s->samples, key), s->samples, digits);
   pktrt__sampler_scramble(digits, key, dimension % 4, n, out);
 }
 
-static void pktrt__sampler_random(const pktrt_sampling *s, uint32_t x, uint32_t y, uint32_t sample, uint32_t dimension,
-                                  uint32_t n, float *out) {
+PKTRT__COLD void pktrt__sampler_random(const pktrt_sampling *s, uint32_t x, uint32_t y, uint32_t sample,
+                                       uint32_t dimension, uint32_t n, float *out) {
   const uint64_t key = pktrt__sampler_key(s->seed, dimension / 4, x, y) + 2 * (uint64_t)sample;
   const uint64_t bits[2] = {pktrt__hash(key), pktrt__hash(key + 1)};
   for (uint32_t i = 0, d = dimension % 4; i < n; i++, d++)
     out[i] = pktrt__sampler_unit((uint32_t)(bits[d / 2] >> d % 2 * 32));
 }
-static void pktrt__sampler_jittered(const pktrt_sampling *s, uint32_t x, uint32_t y, uint32_t sample,
-                                    uint32_t dimension, uint32_t n, float *out) {
+PKTRT__COLD void pktrt__sampler_jittered(const pktrt_sampling *s, uint32_t x, uint32_t y, uint32_t sample,
+                                         uint32_t dimension, uint32_t n, float *out) {
   for (uint32_t i = 0, d = dimension % 4; i < n;) {
     float pair[2];
     pktrt__sampler_jittered_pair(sample, s->samples, pktrt__sampler_key(s->seed, dimension / 4 * 2 + d / 2, x, y),
@@ -14314,14 +14435,14 @@ static void pktrt__sampler_jittered(const pktrt_sampling *s, uint32_t x, uint32_
     while (i < n && d % 2);
   }
 }
-static void pktrt__sampler_halton(const pktrt_sampling *s, uint32_t x, uint32_t y, uint32_t sample, uint32_t dimension,
-                                  uint32_t n, float *out) {
+PKTRT__COLD void pktrt__sampler_halton(const pktrt_sampling *s, uint32_t x, uint32_t y, uint32_t sample,
+                                       uint32_t dimension, uint32_t n, float *out) {
   for (uint32_t i = 0; i < n; i++) out[i] = pktrt__sampler_halton_number(s, x, y, sample, dimension + i);
 }
 
 /* Takes runs in Morton order: any 2 x 2 pixels hold one run of each class modulo 4. */
-static void pktrt__sampler_interleaved(const pktrt_sampling *s, uint32_t x, uint32_t y, uint32_t sample,
-                                       uint32_t dimension, uint32_t n, float *out) {
+PKTRT__COLD void pktrt__sampler_interleaved(const pktrt_sampling *s, uint32_t x, uint32_t y, uint32_t sample,
+                                            uint32_t dimension, uint32_t n, float *out) {
   const uint64_t key = pktrt__sampler_key(s->seed, dimension / 4, 0, 0);
   const uint32_t run =
       (pktrt__sampler_spread_bits(x & 3) | pktrt__sampler_spread_bits(y & 3) << 1) ^ (uint32_t)key >> 28;
@@ -14329,8 +14450,8 @@ static void pktrt__sampler_interleaved(const pktrt_sampling *s, uint32_t x, uint
   pktrt__sampler_sequence(pktrt__sampler_run_index(run, sample, s->samples, pktrt__hash(key + 4 + run)), digits);
   pktrt__sampler_scramble(digits, key, dimension % 4, n, out);
 }
-static void pktrt__sampler_blue_noise(const pktrt_sampling *s, uint32_t x, uint32_t y, uint32_t sample,
-                                      uint32_t dimension, uint32_t n, float *out) {
+PKTRT__COLD void pktrt__sampler_blue_noise(const pktrt_sampling *s, uint32_t x, uint32_t y, uint32_t sample,
+                                           uint32_t dimension, uint32_t n, float *out) {
   const uint64_t key = pktrt__sampler_key(s->seed, dimension / 4, x >> 8, y >> 8);
   const uint32_t run = pktrt__sampler_shuffled_morton(x, y, key);
   uint32_t digits[4];
@@ -14348,8 +14469,8 @@ static void pktrt__sampler_sample(const pktrt_sampling *s, uint32_t x, uint32_t 
       &in_range, x, y, sample < in_range.samples ? sample : sample % in_range.samples, dimension, n, out);
 }
 
-PKTRT__NOINLINE void pktrt__do_sample(const pktrt_sampling *s, uint32_t x, uint32_t y, uint32_t sample,
-                                      uint32_t dimension, uint32_t n, float *out) {
+PKTRT__COLD void pktrt__do_sample(const pktrt_sampling *s, uint32_t x, uint32_t y, uint32_t sample, uint32_t dimension,
+                                  uint32_t n, float *out) {
   while (n) {
     const uint32_t left = 4 - dimension % 4, take = n < left ? n : left;
     pktrt__sampler_sample(s, x, y, sample, dimension, take, out);
@@ -14529,7 +14650,7 @@ PKTRT__NOINLINE void pktrt__do_map_disk(const float u[2], float out[2]) {
   out[0] = (float)p[0], out[1] = (float)p[1];
 }
 
-PKTRT__NOINLINE void pktrt__do_map_sphere(const float u[2], float out[3]) {
+PKTRT__COLD void pktrt__do_map_sphere(const float u[2], float out[3]) {
   static const double up[3] = {0, 0, 1};
   const double x = pktrt__map_clamp_unit(u[0]);
   double d[3];
@@ -14549,7 +14670,7 @@ PKTRT__NOINLINE void pktrt__do_map_cosine(const float u[2], const float normal[3
   for (int a = 0; a < 3; a++) out[a] = (float)d[a];
 }
 
-PKTRT__NOINLINE void pktrt__do_map_phong(const float u[2], const float axis[3], float exponent, float out[3]) {
+PKTRT__COLD void pktrt__do_map_phong(const float u[2], const float axis[3], float exponent, float out[3]) {
   double n[3], d[3];
   pktrt__map_unit_axis(axis, n);
   pktrt__map_phong_lobe(u, n, (double)exponent, d);
@@ -14577,7 +14698,7 @@ static float pktrt__fresnel_dielectric(float cosine, float eta) {
 
 /* Evaluates the Fresnel equations of metals. With s2 the squared sine,
    a^2 + b^2 = sqrt((eta^2 - k^2 - s2)^2 + 4 eta^2 k^2) and a^2 = (a^2 + b^2 + eta^2 - k^2 - s2) / 2. */
-static float pktrt__fresnel_conductor(float cosine, float eta, float k) {
+PKTRT__COLD float pktrt__fresnel_conductor(float cosine, float eta, float k) {
   const double c = pktrt__min(pktrt__max((double)cosine, 0), 1), c2 = c * c, s2 = 1 - c2;
   if (!(c > 0)) return 1;
   const double e2 = (double)eta * (double)eta, k2 = (double)k * (double)k, m = e2 - k2 - s2;
@@ -14690,8 +14811,8 @@ static void pktrt__camera_ray_at(const pktrt_camera *c, uint32_t width, uint32_t
   }
 }
 
-PKTRT__NOINLINE bool pktrt__do_camera_ray(const pktrt_camera *c, uint32_t width, uint32_t height, double x, double y,
-                                          const float lens[2], float time, pktrt_ray *ray) {
+PKTRT__COLD bool pktrt__do_camera_ray(const pktrt_camera *c, uint32_t width, uint32_t height, double x, double y,
+                                      const float lens[2], float time, pktrt_ray *ray) {
   const float none[3] = {0, 0, 0};
   float o[3], d[3];
   pktrt__camera_plane plane;
@@ -15015,7 +15136,7 @@ static bool pktrt__render_check(const pktrt_scene *s, const pktrt_render_desc *d
 static void pktrt__light_find_normal(float p[3][3], double n[3]) {
   pktrt__exact_view v;
   if (pktrt__tri_normal(p, n)) return;
-  pktrt__exact_view_of(&v, pktrt__axes[0], p[0], p[0], 1, p[0], 1);
+  pktrt__exact_view_corners(&v, p[0], p[0], p[0], 1);
   pktrt__exact_cross_product(v, n);
 }
 
@@ -15624,7 +15745,7 @@ typedef struct pktrt__light_plane {
 } pktrt__light_plane;
 
 /* Finds where a ray from the point meets the plane, in units of the edges: both are quotients of volumes. */
-static void pktrt__light_coordinates(const pktrt__light_plane *l, const double direction[3], double out[2]) {
+PKTRT__COLD void pktrt__light_coordinates(const pktrt__light_plane *l, const double direction[3], double out[2]) {
   double across[3], turned[3];
 
   pktrt__cross(direction, l->edge[1], across);
@@ -15644,7 +15765,7 @@ static bool pktrt__light_covers(const pktrt__light_plane *l, const double at[2],
 
 /* Tells whether the light is so wide that half of all directions are a good choice: its longest side is more than 2^22
    times as long as it is far, its least width at least an eighth as long, and it lies below the point or nearly so. */
-PKTRT__NOINLINE bool pktrt__light_is_wide(const pktrt__light_plane *l) {
+PKTRT__COLD bool pktrt__light_is_wide(const pktrt__light_plane *l) {
   const double *e0 = l->edge[0], *e1 = l->edge[1];
   double normal[3], foot[2], longest2 = pktrt__max(pktrt__dot(e0, e0), pktrt__dot(e1, e1));
 
@@ -15978,7 +16099,7 @@ static double pktrt__light_sample_environment(const pktrt__render_state *render,
 
 /* Fills 64 columns of a table with a quarter of the radiance, summed over channels: what is not a positive and finite
    number counts as none. WHY a quarter: the sum may be larger than a float. */
-PKTRT__NOINLINE void pktrt__environment_look(const pktrt__environment *e, uint32_t first, float *to) {
+PKTRT__COLD void pktrt__environment_look(const pktrt__environment *e, uint32_t first, float *to) {
   const uint32_t columns = 2 * e->rows;
   double sine[64], cosine[64];
   for (uint32_t k = 0; k < 64; k++) pktrt__math_sincos_turn((first + k + 0.5) / columns, &sine[k], &cosine[k]);
@@ -16084,8 +16205,8 @@ static double pktrt__light_projected_area(const pktrt__light_cluster *c, double 
    squared distance of its middle. What looks away counts less by `back`, and 1/32 makes sure that nothing is left out.
    Near by, where facings say little, it counts whole, as if it were as far as its radius or, thin clusters, less far:
    light of triangles next to the point, which rises with 1 / r^2, does not come in rare large pieces. */
-static double pktrt__light_weigh_cluster(const pktrt__light_cluster *c, const double from[3], double d2, double back,
-                                         double *over) {
+PKTRT__COLD double pktrt__light_weigh_cluster(const pktrt__light_cluster *c, const double from[3], double d2,
+                                              double back, double *over) {
   *over = pktrt__max(d2, c->r2);
   if (d2 < 4 * c->r2) {
     *over = sqrt(*over * pktrt__max(d2, pktrt__min(c->r2, 0.25 * c->area)));
@@ -16147,7 +16268,7 @@ static const pktrt__light_triangle *pktrt__light_triangle_at(const pktrt__mesh *
 }
 
 /* Describes a triangle as a plane; `to` is the way to its first corner. */
-static pktrt__light_plane pktrt__light_plane_of_triangle(const pktrt__light_triangle *f, const double to[3]) {
+PKTRT__COLD pktrt__light_plane pktrt__light_plane_of_triangle(const pktrt__light_triangle *f, const double to[3]) {
   const double along = pktrt__dot(to, f->normal), sign = along < 0 ? -1 : 1;
   pktrt__light_plane plane;
 
@@ -16176,7 +16297,8 @@ static double pktrt__light_look_at_triangle(const pktrt__light_triangle *f, cons
 }
 /* Returns one over the density by area of a point `at`: with N the cross product of the edges, the light's cosine times the
    area is |N to| / (2 r). */
-static double pktrt__light_triangle_spread(const pktrt__light_triangle *f, const double from[3], const double at[3]) {
+PKTRT__COLD double pktrt__light_triangle_spread(const pktrt__light_triangle *f, const double from[3],
+                                                const double at[3]) {
   const double d[3] = {at[0] - from[0], at[1] - from[1], at[2] - from[2]}, r2 = pktrt__dot(d, d);
   return r2 > 0 ? 0.5 * fabs(pktrt__dot(d, f->normal)) / (r2 * sqrt(r2)) : 0;
 }
@@ -16325,8 +16447,8 @@ static uint32_t pktrt__glass_make_boxes(const pktrt__render_state *render, bool 
 }
 
 /* Nests n > 0 boxes in a tree of boxes, halving them along the longest axis. Returns how many boxes that makes. */
-static uint32_t pktrt__glass_nest_boxes(pktrt__glass_box *in, uint32_t n, uint32_t depth, float slack,
-                                        pktrt__glass_box *to) {
+PKTRT__COLD uint32_t pktrt__glass_nest_boxes(pktrt__glass_box *in, uint32_t n, uint32_t depth, float slack,
+                                             pktrt__glass_box *to) {
   uint32_t half = 0;
   int axis = 0;
   pktrt__glass_empty_box(to);
@@ -16571,8 +16693,8 @@ static float pktrt__glass_extent(const pktrt__glass_mesh *g) {
 }
 
 /* Enters n meshes of glass at once, the largest first; changes their order. */
-static uint32_t pktrt__media_enter_meshes(const pktrt_scene *s, const pktrt__glass_mesh *glass, uint32_t stack,
-                                          uint32_t *mesh, uint32_t n) {
+PKTRT__COLD uint32_t pktrt__media_enter_meshes(const pktrt_scene *s, const pktrt__glass_mesh *glass, uint32_t stack,
+                                               uint32_t *mesh, uint32_t n) {
   for (; n; n--) {
     uint32_t largest = 0;
     for (uint32_t i = 1; i < n; i++) {
@@ -16856,8 +16978,8 @@ PKTRT__NOINLINE void pktrt__surface_gather(pktrt__tile *tile, pktrt__wave *w, ui
 PKTRT__INLINE bool pktrt__bit_of(const uint8_t *bits, uint32_t k) { return bits[k / 8] >> k % 8 & 1; }
 
 /* Calls the hooks of one material on surfaces [k, k + n), n <= 64, in place. */
-static void pktrt__material_call_hooks(const pktrt_scene *scene, const pktrt__wave *w, pktrt__surfaces *s, uint32_t k,
-                                       uint32_t n) {
+PKTRT__COLD void pktrt__material_call_hooks(const pktrt_scene *scene, const pktrt__wave *w, pktrt__surfaces *s,
+                                            uint32_t k, uint32_t n) {
   const pktrt_material *mat = pktrt__material_of(scene, s->material[k]);
   const uint32_t lane = s->first + k;
   float to[3][64], texcoord[2][64], opacity[64], *radiance[3];
@@ -17020,7 +17142,7 @@ static bool pktrt__cutout_is_clear(const pktrt_scene *s, const pktrt_ray *ray, c
 #endif
 }
 /* Lets rays of a batch that hit transparent points of cutouts go on. */
-PKTRT__NOINLINE void pktrt__cutout_pass(const pktrt_scene *s, pktrt__batch *b, uint32_t n) {
+PKTRT__COLD void pktrt__cutout_pass(const pktrt_scene *s, pktrt__batch *b, uint32_t n) {
   uint32_t hint[2] = {0, 0};
   for (uint32_t i = 0; i < n; i++) {
     pktrt_ray ray;
@@ -17081,6 +17203,7 @@ static void pktrt__packet_trace(pktrt__tile *tile, pktrt__batch *b, uint32_t n, 
   pktrt_counts counts;
   pktrt__query call = pktrt__query_make(render->scene, NULL, &d, occlusion);
   d.path = alone && render->desc->path == PKTRT_PATH_FAST ? PKTRT_PATH_SINGLE : render->desc->path;
+  if (render->desc->cost && d.path == PKTRT_PATH_FAST && !PKTRT__COUNTS_FAST) d.path = PKTRT_PATH_SINGLE;
   d.packet_size = alone ? 1 : n;
   if (render->desc->paper_steps) d.paper_steps = render->desc->paper_steps;
   if (PKTRT__STATS && d.path == PKTRT_PATH_PAPER && render->desc->trace && pktrt__packet_is_traced(tile, lane, n))
@@ -18242,7 +18365,7 @@ static void pktrt__tile_render_area(pktrt__tile *tile, const uint32_t area[4], u
 
 /* >>passes: what several passes know of their error, and who gets the next one ------------------------------------- */
 
-static void pktrt__pass_free(const pktrt_scene_desc *desc, pktrt__pass_sums *p) {
+PKTRT__COLD void pktrt__pass_free(const pktrt_scene_desc *desc, pktrt__pass_sums *p) {
   const uint64_t pixels = (uint64_t)p->w * p->h;
   pktrt__mem_release(desc, p->sums, pixels, sizeof *p->sums);
   pktrt__mem_release(desc, p->aovs, pixels, sizeof *p->aovs);
@@ -18258,8 +18381,8 @@ static void pktrt__pass_square(const pktrt__pass_sums *p, uint32_t edge, uint32_
 }
 
 /* Makes sums for pixels [area[0], area[2]) x [area[1], area[3]), if there may be several passes. */
-static bool pktrt__pass_make(pktrt__render_state *render, const uint32_t area[4],
-                             pktrt__pass_sums *p) { /* false: out of memory */
+PKTRT__COLD bool pktrt__pass_make(pktrt__render_state *render, const uint32_t area[4],
+                                  pktrt__pass_sums *p) { /* false: out of memory */
   const pktrt_scene_desc *desc = &render->scene->desc;
   memset(p, 0, sizeof *p);
   if (render->most_passes == 1) return true;
@@ -18352,7 +18475,7 @@ static double pktrt__pass_believe(pktrt_report *r, int measure, const double sum
 }
 
 /* Writes the error of the whole picture, as far as known, to the report; `passes`: a mean over pixels. */
-static void pktrt__pass_estimate(const pktrt__render_state *render, double passes, pktrt_report *r) {
+PKTRT__COLD void pktrt__pass_estimate(const pktrt__render_state *render, double passes, pktrt_report *r) {
   pktrt__pass_sums *p = render->passes;
   const uint64_t blocks = (uint64_t)p->columns * p->rows;
   double sums[2][3] = {{0, 0, 0}, {0, 0, 0}}, mean[3] = {0, 0, 0}, known = 0; /* of V, V^2 and doubt */
@@ -18700,7 +18823,7 @@ static void pktrt__pass_run(pktrt__pass_rounds *t) {
 }
 
 /* Writes the buffers of errors when all is done. */
-static void pktrt__pass_write_errors(const pktrt__render_state *render) {
+PKTRT__COLD void pktrt__pass_write_errors(const pktrt__render_state *render) {
   const pktrt_render_desc *d = render->desc;
   const pktrt__pass_sums *p = render->passes;
   const uint32_t b = PKTRT_ERROR_BLOCK, columns = (d->width + b - 1) / b;
@@ -18833,7 +18956,7 @@ static pktrt_status pktrt__pass_end(pktrt_scene *s, pktrt__render_state *render,
   return PKTRT_OK;
 }
 
-PKTRT__NOINLINE pktrt_status pktrt__do_render(pktrt_scene *s, const pktrt_render_desc *d) {
+PKTRT__COLD pktrt_status pktrt__do_render(pktrt_scene *s, const pktrt_render_desc *d) {
   if (!s) return PKTRT_INVALID_ARGUMENT;
   s->error[0] = 0;
   pktrt__render_state render;
@@ -18890,8 +19013,8 @@ static pktrt_status pktrt__pass_render_area(pktrt__render_state *render, const u
   return ok ? PKTRT_OK : PKTRT_OUT_OF_MEMORY;
 }
 
-PKTRT__NOINLINE pktrt_status pktrt__do_render_tile(const pktrt_scene *s, const pktrt_render_desc *d, uint32_t x,
-                                                   uint32_t y, uint32_t w, uint32_t h) {
+PKTRT__COLD pktrt_status pktrt__do_render_tile(const pktrt_scene *s, const pktrt_render_desc *d, uint32_t x, uint32_t y,
+                                               uint32_t w, uint32_t h) {
   pktrt__render_state render;
   pktrt__refusal why;
   if (!s || !pktrt__render_check(s, d, &render, &why)) return PKTRT_INVALID_ARGUMENT;
@@ -18948,8 +19071,8 @@ static void pktrt__pass_take_sums(pktrt__pass_rounds *t, uint32_t passes, const 
   t->report.stop = pktrt__pass_judge(t);
 }
 
-PKTRT__NOINLINE pktrt_status pktrt__do_finish_passes(pktrt_scene *s, const pktrt_render_desc *d, uint32_t passes,
-                                                     const pktrt_pixel_sums *sums) {
+PKTRT__COLD pktrt_status pktrt__do_finish_passes(pktrt_scene *s, const pktrt_render_desc *d, uint32_t passes,
+                                                 const pktrt_pixel_sums *sums) {
   if (!s) return PKTRT_INVALID_ARGUMENT;
   s->error[0] = 0;
   pktrt__render_state render;
@@ -19308,6 +19431,12 @@ PKTRT_DEF pktrt_status pktrt_prepare_environment(pktrt_scene *s, const pktrt_ren
 #endif /* the public functions */
 /* >>changes ----------------------------------------------------------------------------------------------------------
 
+     0.18.0   Two thirds of the code, and of the time to compile it; at -O0 a fifth of the code. Builds for x86 have AVX2, and
+              SSE2 with fewer instances for machines without; those for ARM and WebAssembly have their vectors. What to
+              change: a program that asks for PKTRT_ISA_AVX512 or _SCALAR, or whose rays gain by AVX-512, defines
+              PKTRT_AVX512 or PKTRT_SCALAR beside PKTRT_IMPLEMENTATION; the log hook tells where AVX-512 would be used.
+              PKTRT_NO_AVX512 and _SCALAR, which programs may have, harm nothing. One that reads what packets and streams
+              of the fast path do defines PKTRT_COUNT_FAST, too; otherwise that path counts rays and hits.
      0.17.0   Threads may round, flush and trap as they like: each call works under settings of its own and puts the
               caller's back. Programs that are linked with -ffast-math are no longer refused.
               clang with the target of MSVC (clang-cl) compiles it; macros called length or y1 break nothing.

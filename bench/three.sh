@@ -14,7 +14,7 @@ mkdir -p $work
   npm install --prefix $work --ignore-scripts --no-audit --no-fund --fetch-retries 1 three three-mesh-bvh >$work/npm.txt 2>&1 ||
   { echo "bench-three: npm cannot install three-mesh-bvh ($work/npm.txt says why), nothing to compare with"; exit 0; }
 export NODE_PATH=/usr/share/nodejs${NODE_PATH:+:$NODE_PATH} # emcc wants Debian's acorn
-emcc -O2 -msimd128 -DPKTRT_NO_SCALAR -std=gnu99 -ffp-contract=off -idirafter /usr/include -s ALLOW_MEMORY_GROWTH=1 \
+emcc -O2 -msimd128 -std=gnu99 -ffp-contract=off -idirafter /usr/include -s ALLOW_MEMORY_GROWTH=1 \
   -s SINGLE_FILE=1 -s MODULARIZE=1 -s ENVIRONMENT=node -s EXPORTED_RUNTIME_METHODS=ccall --no-entry bench/three.c -o $work/pktrt.js ||
   exit 1
 cp bench/three.mjs $work/ # beside what it imports

@@ -110,11 +110,11 @@ static void print_help_work(void) {
   printf("                   (default types; materials, octants and blind are ways of the paper)\n"
          "  --shadows per-light|together\n"
          "                   packets of shadow rays: one for each light (default), or one for all lights\n"
-         "  --isa ISA        scalar, sse2, avx2, avx512 or neon (default: the widest here)\n"
+         "  --isa ISA        sse2, avx2, neon, or, if built in, scalar or avx512 (default: the widest here)\n"
          "  --threads N      threads for build and picture (default: one per processor)\n"
          "  --tile N         pixels along a tile's edge, 1 to 1024 (default 64)\n"
          "  --explain        say first what the scene has, what of it runs, and where its bytes are\n"
-         "  --no-count       do not count rays and tests, which costs a little time\n"
+         "  --no-count       do not count rays\n"
          "  --no-progress    no progress bar; without a terminal there is none anyway\n"
          "  --help           this text\n"
          "\nFiles get their names when all are written: a run that fails, or is ended by SIGINT, SIGTERM or\n"
@@ -152,7 +152,10 @@ static bool parse_isa(const char *text, pktrt_isa *isa) {
   for (int i = PKTRT_ISA_SCALAR; i < PKTRT_ISA_COUNT; i++)
     if (!strcmp(text, pktrt_isa_string((pktrt_isa)i))) {
       *isa = (pktrt_isa)i;
-      return pktrt_isa_available(*isa) || ex_fail("--isa: this machine or this build has no %s", text);
+      return pktrt_isa_available(*isa) || ex_fail("--isa: this machine or this build has no %s%s", text,
+                                                  *isa == PKTRT_ISA_AVX512   ? " (PKTRT_AVX512 builds it)"
+                                                  : *isa == PKTRT_ISA_SCALAR ? " (PKTRT_SCALAR builds it)"
+                                                                             : "");
     }
   return ex_fail("--isa: \"%s\" is none of: scalar, sse2, avx2, avx512, neon", text);
 }
@@ -940,8 +943,9 @@ static void print_counts(const char *name, const pktrt_counts *c, double seconds
   printf("  %-10s %12llu", name, (unsigned long long)c->rays);
   if (seconds > 0) printf(" %9.2f", 1e-6 * (double)c->rays / seconds);
   else printf(" %9s", "");
-  printf(" %11.2f %16.2f %10.2f\n", (double)c->box_tests / rays, (double)c->triangle_tests / rays,
-         100 * (double)c->hits / rays);
+  printf(" %10.2f", 100 * (double)c->hits / rays);
+  if (c->box_tests) printf(" %11.2f %16.2f", (double)c->box_tests / rays, (double)c->triangle_tests / rays);
+  printf("\n");
 }
 
 /* Rays per sample, all of them and by the bounces between them and the camera; shadow rays count as one more than their
@@ -961,7 +965,10 @@ static void print_rays(const job *j) {
   static const char *const names[PKTRT_RAY_TYPE_COUNT] = {"primary", "shadow", "reflection", "refraction", "other"};
   pktrt_counts all;
   memset(&all, 0, sizeof all);
-  printf("\n  %-10s %12s %9s %11s %16s %10s\n", "rays", "count", "Mrays/s", "boxes/ray", "triangles/ray", "hit %");
+  /* The fast path counts no tests, unless the header is built with PKTRT_COUNT_FAST. */
+  const bool tests = j->stats.by_type[PKTRT_RAY_PRIMARY].box_tests != 0;
+  printf("\n  %-10s %12s %9s %10s%s\n", "rays", "count", "Mrays/s", "hit %",
+         tests ? "   boxes/ray    triangles/ray" : "");
   for (int t = 0; t < PKTRT_RAY_TYPE_COUNT; t++) {
     const pktrt_counts *c = &j->stats.by_type[t];
     if (!c->rays) continue;

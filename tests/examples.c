@@ -107,6 +107,8 @@ static void work_on_examples(void) {
       for (int path = 0; path < PATHS; path++) {
         static pktrt_stats stats;
         pktrt_query_desc q;
+        if (path == PKTRT_PATH_FAST && (!COUNTS_FAST || !has_frusta(PKTRT_ISA_AUTO)))
+          continue; /* streams only: other work */
         memset(&q, 0, sizeof q), memset(&stats, 0, sizeof stats);
         q.path = (pktrt_path)path, q.stats = &stats;
         pktrt_intersect_ex(s, &q, ray, hit, MANY);

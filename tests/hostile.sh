@@ -28,6 +28,8 @@ cat >$work/list.c <<'C'
 #include <immintrin.h>
 #endif
 #include "../../tests/hostile.h"
+#define PKTRT_AVX512
+#define PKTRT_SCALAR
 #define PKTRT_IMPLEMENTATION
 #include HEADER
 C

@@ -624,6 +624,7 @@ static pktrt_scene *crowd_open(crowd_hooks *told) {
   memset(&d, 0, sizeof d);
   memset(told, 0, sizeof *told);
   d.parallel_for = crowd_parallel_for, d.log = crowd_log, d.user = told;
+  d.isa = isas[isa_count - 1]; /* of AUTO there may be more to tell */
   return pktrt_scene_create(&d);
 }
 static const float crowd_triangle[9] = {0, 0, 0, 1, 0, 0.25f, 0.25f, 1, 0};

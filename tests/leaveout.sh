@@ -6,6 +6,9 @@ cd "$(dirname "$0")/.." || exit 1
 work=build/switches
 program=tests/leaveout/program.c
 flags="-Wall -Wextra -Wpedantic -Wshadow -Wconversion -Werror -ffp-contract=off"
+# Switches leave sets out though they are asked for. What is built when nothing is, has not got these two.
+ask="-DPKTRT_SCALAR -DPKTRT_AVX512"
+unasked="PKTRT_NO_SCALAR PKTRT_NO_AVX512"
 # Two sets of instructions are enough where it is features that are left out, and take half the time, as clang -O0 does, where it is
 # installed; that all four compile is seen without making code.
 quick=$(command -v clang >/dev/null && echo "clang -O0" || echo "gcc -O1")
@@ -14,16 +17,21 @@ pictures="PKTRT_NO_LENS PKTRT_NO_SHUTTER PKTRT_NO_AREA_LIGHTS PKTRT_NO_GLOSS PKT
   PKTRT_NO_NORMALS PKTRT_NO_TEXTURES"
 features=$(echo PKTRT_NO_MOTION PKTRT_NO_STATS PKTRT_NO_PAPER PKTRT_NO_INSTANCES PKTRT_NO_GROUPS PKTRT_NO_REMOVAL PKTRT_NO_SURFACES $pictures)
 
-# A line for each build: what is left out. The first is the full library.
+# A line for each build: what is left out. The first is the full library; `unasked` asks for no set.
 builds() {
   echo
   for one in PKTRT_NO_RENDER $features; do echo "$one $narrow"; done
   echo "$features"
   echo "PKTRT_NO_RENDER $features"
-  printf '%s\n' PKTRT_NO_AVX2 PKTRT_NO_AVX512 PKTRT_NO_SIMD PKTRT_NO_FRUSTA "PKTRT_NO_SCALAR PKTRT_NO_SSE2"
+  printf '%s\n' PKTRT_NO_AVX2 PKTRT_NO_AVX512 PKTRT_NO_SIMD PKTRT_NO_FRUSTA "PKTRT_NO_SCALAR PKTRT_NO_SSE2" unasked
 }
 folder_of() { echo "$work/$(printf '%s' "full $1" | tr -s ' ' '\n' | sed 's/^PKTRT_NO_//' | paste -sd - | cut -c 1-200)"; }
-options_of() { for one in $1; do printf ' -D%s' "$one"; done; }
+options_of() {
+  local one
+  [ "$1" != unasked ] || return 0
+  printf ' %s' "$ask"
+  for one in $1; do printf ' -D%s' "$one"; done
+}
 
 attempt() { # what, command...: prints the outcome as one piece, with the compiler's words if it failed
   local what=$1 out
@@ -117,7 +125,7 @@ as_it_must_be() { # switches
   text=$(folder_of "$1")/text
   [ -s "$text" ] || { echo "it printed nothing"; return 1; }
   [ "$(head -1 "$text")" = "$(not_built "$1")" ] || { echo "expected: $(not_built "$1")"; head -1 "$text"; return 1; }
-  judge "$1" "$full" "$text"
+  judge "${1/#unasked/$unasked}" "$full" "$text"
 }
 fails() { # command...: not just anyhow
   "$@"
@@ -186,6 +194,7 @@ builds | tr '\n' '\0' | xargs -0 -P "${JOBS:-$(nproc)}" -n 1 "$0" --build >"$log
   motion=$(folder_of "PKTRT_NO_MOTION $narrow")/text
   attempt "control: what is refused though it was not left out is seen" fails judge "$narrow" "$full" "$motion"
   attempt "control: what is not refused though it was left out is seen" fails judge PKTRT_NO_MOTION "$full" "$full"
+  attempt "control: what nobody asked for is missed where it was asked for" fails judge "" "$full" "$(folder_of unasked)/text"
   attempt "control: a refusal that names another switch is seen" fails judge "PKTRT_NO_MOTION $narrow" "$full" \
     <(sed 's/PKTRT_NO_MOTION$/PKTRT_NO_LENS/' "$motion")
   attempt "control: another bit is seen" fails judge "" "$full" <(sed '/^-	mirror/ s/.$/g/' "$full")

@@ -18,7 +18,7 @@ static void hear(void *user, int level, const char *sentence) {
 static pktrt_scene *heard_scene(heard *h) {
   pktrt_scene_desc d;
   memset(&d, 0, sizeof d), memset(h, 0, sizeof *h);
-  d.log = hear, d.user = h;
+  d.log = hear, d.user = h, d.isa = isas[isa_count - 1]; /* of AUTO there may be more to tell */
   pktrt_scene *s = pktrt_scene_create(&d);
   if (!CHECK(s != NULL, "%s", pktrt_last_error(NULL))) abort();
   return s;

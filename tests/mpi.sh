@@ -45,7 +45,7 @@ check "one rank, two threads, too" same 1 --threads 2
 check "the control: another seed makes another" fails same 4 --seed 1
 sets=() several=()
 for isa in scalar sse2 avx2 avx512; do
-  if "$bin/render" --isa $isa --size 1x1 >/dev/null 2>&1; then sets+=("$isa"); else echo "          without $isa, which this CPU lacks"; fi
+  if "$bin/render" --isa $isa --size 1x1 >/dev/null 2>&1; then sets+=("$isa"); else echo "          without $isa, which this CPU or this build lacks"; fi
 done
 mixed() { # options of the last rank...
   local isa

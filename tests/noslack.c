@@ -4,12 +4,8 @@
 #endif
 #define PKTRT_STATIC
 #define PKTRT_NO_RENDER
-#ifdef __x86_64__ /* of four sets two will do: the best that runs here is asked */
-#undef PKTRT_NO_SCALAR
-#undef PKTRT_NO_AVX512
-#define PKTRT_NO_SCALAR
-#define PKTRT_NO_AVX512
-#endif
+#undef PKTRT_SCALAR /* the sets of the default will do: the best that runs here is asked */
+#undef PKTRT_AVX512
 #define PKTRT_IMPLEMENTATION
 #define PKTRT__NO_SETTINGS /* see settings.c */
 #define PKTRT__SLACK(part) slack_left.part
@@ -96,6 +92,8 @@ bool noslack_without_memory(const world *w, int times, bool *refused) {
   return told;
 }
 
+pktrt_scene *noslack_create(const pktrt_scene_desc *d) { return pktrt_scene_create(d); }
+const char *noslack_error(void) { return pktrt_last_error(NULL); }
 void noslack_destroy(pktrt_scene *s) { pktrt_scene_destroy(s); }
 
 void noslack_intersect(const pktrt_scene *s, const pktrt_query_desc *q, const pktrt_ray *rays, pktrt_hit *hits,

@@ -49,6 +49,8 @@ void noslack_unstretch(pktrt_scene *);
 /* Makes a scene without hooks, whose malloc gives nothing after so many times. Returns whether that is told as it should be, if it is
    noticed: *refused. */
 bool noslack_without_memory(const world *, int times, bool *refused);
+pktrt_scene *noslack_create(const pktrt_scene_desc *); /* empty: the copy has the instruction sets of the default */
+const char *noslack_error(void);                       /* of a create that failed */
 void noslack_destroy(pktrt_scene *);
 void noslack_intersect(const pktrt_scene *, const pktrt_query_desc *, const pktrt_ray *, pktrt_hit *, size_t n);
 void noslack_occluded(const pktrt_scene *, const pktrt_query_desc *, const pktrt_ray *, bool *occluded, size_t n);

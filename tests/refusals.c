@@ -1,5 +1,6 @@
 /* Every refusal: its status, a sentence that names the culprit, and a scene that stays as it was. */
 #include "meshes.h"
+#include "noslack.h"
 
 static bool has_number(const char *text, const char *number) { /* as a whole word */
   size_t n = strlen(number);
@@ -639,6 +640,113 @@ static void refuse_create(void) {
   pktrt_scene_destroy(NULL);
 }
 
+/* The library of the tests, and the copy of noslack.c, for which no instruction set was asked. */
+typedef struct library {
+  const char *name;
+  pktrt_scene *(*create)(const pktrt_scene_desc *);
+  const char *(*error)(void);
+  void (*destroy)(pktrt_scene *);
+  bool asks_avx512, asks_scalar;
+} library;
+
+static const char *own_error(void) { return pktrt_last_error(NULL); }
+
+#ifdef PKTRT_AVX512
+enum { ASKS_AVX512 = 1 };
+#else
+enum { ASKS_AVX512 = 0 };
+#endif
+#ifdef PKTRT_SCALAR
+enum { ASKS_SCALAR = 1 };
+#else
+enum { ASKS_SCALAR = 0 };
+#endif
+static const library libraries[2] = {
+    {"the tests' library", pktrt_scene_create, own_error, pktrt_scene_destroy, ASKS_AVX512, ASKS_SCALAR},
+    {"the default", noslack_create, noslack_error, noslack_destroy, false, false}};
+
+/* Tells whether PKTRT_AVX512 would have an effect on this build. */
+static bool may_have_avx512(void) {
+#if !(defined(__x86_64__) || (defined(__i386__) && defined(__SSE2__))) || (defined(__MINGW32__) && !defined(__clang__))
+  return false;
+#elif defined(PKTRT_NO_SIMD) || defined(PKTRT_NO_AVX512)
+  return false;
+#else
+  return true;
+#endif
+}
+
+static bool machine_has_avx512(void) {
+#if defined(__x86_64__) || defined(__i386__)
+  return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
+         __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512vl");
+#else
+  return false;
+#endif
+}
+
+/* Returns whether a library has a set, by making a scene. */
+static bool library_has(const library *l, pktrt_isa isa) {
+  const pktrt_scene_desc d = scene_desc_of(isa, 0);
+  pktrt_scene *s = l->create(&d);
+  l->destroy(s);
+  return s != NULL;
+}
+
+static void sets_are_asked_for(void) {
+  for (size_t i = 0; i < COUNT(libraries); i++) {
+    const library *l = &libraries[i];
+    const bool scalar = library_has(l, PKTRT_ISA_SCALAR), wide = library_has(l, PKTRT_ISA_AVX512);
+    const bool others = library_has(l, PKTRT_ISA_SSE2) || library_has(l, PKTRT_ISA_NEON) ||
+                        library_has(l, PKTRT_ISA_WASM) || library_has(l, PKTRT_ISA_AVX2) || wide;
+    CHECK(wide == (l->asks_avx512 && may_have_avx512() && machine_has_avx512()), "%s: AVX-512 is %d", l->name, wide);
+#ifndef PKTRT_NO_SCALAR
+    if (others) CHECK(scalar == l->asks_scalar, "%s: scalar kernels are %d", l->name, scalar);
+#endif
+    CHECK(scalar || others, "%s has nothing", l->name);
+
+    const bool names_avx512 = strstr(l->error(), "PKTRT_AVX512") != NULL;
+    const bool names_scalar = strstr(l->error(), "PKTRT_SCALAR") != NULL;
+    CHECK(names_avx512 == (may_have_avx512() && !l->asks_avx512), "%s: %s", l->name, l->error());
+    CHECK(names_scalar == !scalar, "%s: %s", l->name, l->error());
+  }
+}
+
+/* Who could use AVX-512 is told once for each scene, whatever is made within it; not if an instruction set was asked for. */
+static void wider_sets_are_told(void) {
+  placement p;
+  memset(&p, 0, sizeof p);
+  p.model[0] = world_of(mesh_box()), p.models = p.n = 1, p.keys[0] = 1;
+  for (int a = 0; a < 3; a++) p.transform[0][5 * a] = 1;
+
+  for (size_t i = 0; i < COUNT(libraries); i++) {
+    const library *l = &libraries[i];
+    const int tells = machine_has_avx512() && may_have_avx512() && !l->asks_avx512;
+    pktrt_scene_desc d = scene_desc_of(PKTRT_ISA_AUTO, 0);
+    pktrt_scene *s[2];
+
+    hooks.notes = hooks.warnings = 0, hooks.last_log[0] = 0;
+    for (int k = 0; k < 2; k++) {
+      s[k] = l->create(&d);
+      CHECK(s[k] && hooks.notes == (k + 1) * tells && !hooks.warnings, "%s: %d notes", l->name, hooks.notes);
+    }
+    CHECK((strstr(hooks.last_log, "PKTRT_AVX512") != NULL) == tells, "%s: %s", l->name, hooks.last_log);
+    for (int k = 0; k < 2; k++) l->destroy(s[k]);
+
+    for (int isa = PKTRT_ISA_SCALAR; isa < PKTRT_ISA_COUNT; isa++) (void)library_has(l, (pktrt_isa)isa);
+    d.log = NULL;
+    l->destroy(l->create(&d));
+    CHECK(hooks.notes == 2 * tells, "%s: %d notes more", l->name, hooks.notes - 2 * tells);
+    say("%s: told %d times of AVX-512", l->name, hooks.notes);
+  }
+
+  const int before = hooks.notes;
+  pktrt_scene *s = noslack_placed(&p, PKTRT_ISA_AUTO);
+  CHECK(s && hooks.notes == before + (before > 0), "with a model and an instance: %d notes", hooks.notes - before);
+  noslack_destroy(s);
+  world_free(&p.model[0]);
+}
+
 static void strings(void) {
   for (int i = -2; i < 9; i++) {
     const char *t = pktrt_status_string((pktrt_status)i);
@@ -652,9 +760,7 @@ static void strings(void) {
     CHECK(strcmp(pktrt_isa_string((pktrt_isa)i), "unknown") == 0, "%d", i);
   }
   CHECK(pktrt_isa_available(PKTRT_ISA_AUTO));
-#ifndef PKTRT_NO_SCALAR
-  CHECK(pktrt_isa_available(PKTRT_ISA_SCALAR));
-#endif
+  CHECK(isa_count > 0);
   CHECK(!pktrt_isa_available((pktrt_isa)77) && !pktrt_isa_available((pktrt_isa)-1));
 }
 
@@ -687,6 +793,9 @@ void suite_refusals(void) {
   run("every enumerator of a render is refused by name on both its ends", refuse_words);
   run("what a render refuses is said", refuse_renders);
   run("a create that fails says why", refuse_create);
+  run("instruction sets that must be asked for are there if they were, and who lacks them is told the macro",
+      sets_are_asked_for);
+  run("where a build could use AVX-512 and has it not, each scene tells the log hook once", wider_sets_are_told);
   run("every status and instruction set has its string", strings);
   run("the last error stays until the next change", detail_lives);
 }

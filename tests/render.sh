@@ -74,10 +74,13 @@ counted() { awk -v column="$1" '$1 == "all" { print $2 * $column }' table.txt; }
 heat() { # what, the table's column, arguments...: the pixels' costs are all of what was counted
   quiet --mesh unit.tri --size 32x32 --heat "$1" -o cost.pfm "${@:3}" && within "$(costs)" "$(counted "$2")" 0.01
 }
-check "pixels share what boxes cost" heat boxes 4
-check "and triangles, one by one" heat triangles 5 --path single
-check "and on the path of the paper" heat boxes 4 --path paper --packet 2
-check "control: boxes are no triangles" fails heat boxes 5
+check "pixels share what boxes cost" heat boxes 5 --path single
+alone=$(costs)
+check "and triangles" heat triangles 6 --path single
+check "and on the path of the paper" heat boxes 5 --path paper --packet 2
+check "control: boxes are no triangles" fails heat boxes 6 --path single
+check "the fast path counts no boxes" quiet --mesh unit.tri --size 32x32 --heat boxes -o cost.pfm
+check "but its pixels cost what rays cost by themselves" within "$(costs)" "$alone" 0.01
 check "colours are a picture" quiet --mesh unit.tri --size 128x64 --path paper --heat vectors -o heat.png
 check "vectors are refused on other paths by name" refused '--heat: vectors' --mesh unit.tri --heat vectors
 
@@ -157,12 +160,12 @@ check "which leaves none either" as_before b-albedo.pfm old.png
 # --- options and warnings ---
 
 sum() { awk '/checksum/ { print $NF }' table.txt; }
-shadow_tests() { awk '$1 == "shadow" { print $3 }' table.txt; }
+shadow_tests() { awk '$1 == "shadow" { print $4 }' table.txt; } # for each ray
 tells() { # the pattern of every line on standard error
   [ -s errors.txt ] && fails grep -v -- "$1" errors.txt >/dev/null
 }
 differs() { [ -n "$1" ] && [ "$1" != "$2" ]; }
-small=(--scene poolhall --size 48x48)
+small=(--scene poolhall --size 48x48 --path paper)
 check "a picture is made in RCS" run "${small[@]}"
 plain=$(sum) tests=$(shadow_tests)
 check "with warnings that it shows no mirrors, each a line" tells '^warning: .'

@@ -618,12 +618,23 @@ static void make_for(const part *p, size_t i, uint32_t seed, graze *g) {
   library_is_right(p->name, g, seed);
 }
 
+/* Tells whether a part is of frusta, or of what vectors settle by eights: scalar kernels by themselves do without. */
+static bool is_of_packets(const part *p) {
+  static const size_t at[] = {offsetof(slack_parts, calm),  offsetof(slack_parts, sides), offsetof(slack_parts, apex),
+                              offsetof(slack_parts, miss),  offsetof(slack_parts, many),  offsetof(slack_parts, swept),
+                              offsetof(slack_parts, eights)};
+  for (size_t i = 0; i < COUNT(at); i++)
+    if (p->at == at[i]) return true;
+  return false;
+}
+
 static void parts_are_needed(void) {
   for (size_t i = 0; i < COUNT(parts); i++) {
     const part *p = &parts[i];
     uint32_t lose = 0;
     float most = p->left; /* with which a hit was lost */
     if (p->at == offsetof(slack_parts, apart[1]) && !has_eight_doubles()) continue;
+    if (is_of_packets(p) && !has_frusta(PKTRT_ISA_AUTO)) continue;
     for (uint32_t seed = 0; seed < p->triangles && !(small_run && lose > 2); seed++) {
       graze g;
       make_for(p, i, seed, &g);
@@ -637,7 +648,7 @@ static void parts_are_needed(void) {
   }
 }
 
-/* --- parts that may be less than nothing --- */
+/* --- parts that may be less than nothing, all of them of frusta --- */
 
 /* Where others stand in for a part so well that without it no hit was found that is lost: it takes more than that, a
    correction of the other sign, to lose one. The header says at each why. */
@@ -655,6 +666,7 @@ static const part less[] = {
 };
 
 static void parts_below_nothing(void) {
+  if (!has_frusta(PKTRT_ISA_AUTO)) return;
   for (size_t i = 0; i < COUNT(less); i++) {
     const part *p = &less[i];
     uint32_t lose = 0, without = 0;
@@ -939,6 +951,7 @@ static float spared(const spare_part *p, uint64_t seed, uint32_t steps, float mo
 static void parts_to_spare(void) {
   static const spare_part spare[4] = {
       {"rho", true, false, 1}, {"rho", true, false, 2}, {"end", false, true, 1}, {"end", false, true, 2}};
+  if (!has_frusta(PKTRT_ISA_AUTO)) return;
   for (size_t i = 0; i < COUNT(spare); i++) {
     const spare_part *p = &spare[i];
     float most = 0;

@@ -118,6 +118,12 @@ void run_on_stack(void *memory, size_t size, void *(*body)(void *arg), void *arg
 /* Instruction sets that run here. */
 extern pktrt_isa isas[8];
 extern int isa_count;
+#ifdef PKTRT_COUNT_FAST /* else the fast path counts rays and hits alone */
+#define COUNTS_FAST true
+#else
+#define COUNTS_FAST false
+#endif
+bool has_frusta(pktrt_isa isa); /* AUTO: the widest. Sets that serve where there is nothing better have streams only. */
 
 /* --- suites --- */
 void suite_edges(void);

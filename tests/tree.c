@@ -644,7 +644,7 @@ static void rebuild_policies(void) {
     (void)nodes;
     CHECK(pktrt_set_positions(s, 0, 0, m.p) == PKTRT_OK && pktrt_refit(s) == PKTRT_OK);
     pktrt_get_scene_info(s, &now);
-    pktrt_scene *fresh = world_scene(&w, PKTRT_ISA_AUTO, 0);
+    pktrt_scene *fresh = world_scene(&w, isas[isa_count - 1], 0); /* of AUTO there may be more to tell */
     pktrt_scene_info best;
     pktrt_get_scene_info(fresh, &best);
     say("policy %d: cost %.1f at build, %.1f now, %.1f when fresh", policy, now.sah_at_build, now.sah_now,
@@ -681,7 +681,7 @@ static void put_mixed(pktrt_scene *s, const mesh *m, const uint32_t *other, floa
 }
 
 static pktrt_scene *worn_scene(const mesh *m, pktrt_rebuild policy) {
-  pktrt_scene_desc d = scene_desc_of(PKTRT_ISA_AUTO, 0);
+  pktrt_scene_desc d = scene_desc_of(isas[isa_count - 1], 0);
   d.rebuild = policy;
   pktrt_scene *s = pktrt_scene_create(&d);
   CHECK(s && mesh_add(s, m, NULL) == PKTRT_OK && pktrt_commit(s) == PKTRT_OK, "%s", pktrt_last_error(s));
@@ -780,6 +780,17 @@ static void high_quality(void) {
 }
 
 /* --- what comments promise of the inside --- */
+
+bool has_frusta(pktrt_isa isa) {
+  if (isa == PKTRT_ISA_AUTO) isa = isas[isa_count - 1];
+#if defined(PKTRT_NO_FRUSTA)
+  return false;
+#elif defined(PKTRT__HAS_AVX2)
+  return isa != PKTRT_ISA_SCALAR && isa != PKTRT_ISA_SSE2;
+#else
+  return isa != PKTRT_ISA_SCALAR;
+#endif
+}
 
 /* Without hooks, memory is as aligned as it is with them: large blocks, of pages, too. */
 static void aligned_by_default(void) {

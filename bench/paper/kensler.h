@@ -28,7 +28,10 @@ static const race_set *races_of(pktrt_isa isa) {
 #ifdef PKTRT__HAS_NEON
   case PKTRT_ISA_NEON: return &kensler_races_neon;
 #endif
-  default: return &kensler_races_scalar;
+#ifdef PKTRT__HAS_SCALAR
+  case PKTRT_ISA_SCALAR: return &kensler_races_scalar;
+#endif
+  default: return NULL;
   }
 }
 

@@ -31,7 +31,10 @@ static const limit_set *limits_of(pktrt_isa isa) {
 #ifdef PKTRT__HAS_NEON
   case PKTRT_ISA_NEON: return &limit_tests_neon;
 #endif
-  default: return &limit_tests_scalar;
+#ifdef PKTRT__HAS_SCALAR
+  case PKTRT_ISA_SCALAR: return &limit_tests_scalar;
+#endif
+  default: return NULL;
   }
 }
 

@@ -18,7 +18,7 @@ length nobody would look at. Callbacks that a scene or a material has been given
 Nothing is declared here: the declarations are the header's own, as the compiler's preprocessor leaves them. The
 implementation is compiled into a cache folder when it is first needed, which takes half a minute, and again when
 header, compiler or flags are others. The environment says where and how: PKTRT_HEADER, PKTRT_CACHE (else
-~/.cache/pktrt), CC, CFLAGS (else -O2).
+~/.cache/pktrt), CC, CFLAGS (else -O2; with -DPKTRT_AVX512 it has AVX-512, too).
 
 Copies. Rays, hits and surfaces are arrays of the C structures (pktrt.RAY, HIT, SURFACE), of any shape: the library
 reads and writes their memory. It reads that of positions (float32), triangles (uint32), normals and others, too, in

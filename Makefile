@@ -42,7 +42,7 @@ MPI_FLAGS := $(if $(MPI),$(patsubst -I%,-isystem %,$(shell pkg-config --cflags o
 MPI_LIBS := $(if $(MPI),$(shell pkg-config --libs ompi-c))
 EMBREE := $(wildcard /usr/include/embree3/rtcore.h /usr/local/include/embree3/rtcore.h)
 
-EXAMPLES = $(addprefix $(B)/,hello spinner cornell query packets pick lightmap instances effects deform render $(if $(SDL),view) $(if $(MPI),mpi))
+EXAMPLES = $(addprefix $(B)/,hello spinner cornell query packets pick lightmap instances changes effects deform render $(if $(SDL),view) $(if $(MPI),mpi))
 EXAMPLE_HEADERS = $(wildcard examples/*.h)
 # checksum.c and stack.c are programs of their own: see `platforms`.
 TEST_SOURCES = $(sort $(filter-out tests/fuzz/main.c tests/checksum.c tests/stack.c tests/mesh_file.c,$(wildcard tests/*.c tests/fuzz/*.c)))
@@ -157,7 +157,7 @@ $(B)/mpi $(B)/all/mpi: examples/mpi.c examples/render.c $(EXAMPLE_HEADERS)
 $(B)/render $(B)/mpi: $(B)/pktrt.o
 $(B)/all/render $(B)/all/mpi: $(B)/all/pktrt.o
 
-$(addprefix $(B)/,spinner cornell pick lightmap instances effects deform): $(EXAMPLE_HEADERS)
+$(addprefix $(B)/,spinner cornell pick lightmap instances changes effects deform): $(EXAMPLE_HEADERS)
 
 $(B)/%: examples/%.c $(B)/pktrt.o
 	$(CC) $(CFLAGS) $(STRICT) $(SHARED) $< $(B)/pktrt.o -o $@ $(LDFLAGS) $(LDLIBS)

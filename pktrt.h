@@ -145,6 +145,7 @@
        >>shading      what one shades with: normals, texture coordinates; rays from points of triangles
        >>samplers     the sets
        >>elementary   exp, log, sine and cosine, the same on every machine
+       >>screen       linear values to codes of screens
        >>mappings     from the unit square to disk, sphere, hemisphere and lobe
        >>fresnel      how much is reflected
        >>lens         the camera
@@ -230,13 +231,13 @@
      for comparison a program that uses it, of 1,100 lines with its scenes. An older machine takes twice as long. `make weight` measures it anew. Barest are
      PKTRT_NO_RENDER, _MOTION, _STATS, _PAPER, _INSTANCES, _GROUPS, _REMOVAL, _SURFACES and _NORMALS.
      build                      seconds      bytes of code
-     whole                          9.3            449,275
-     AVX2 alone                     6.9            352,920
-     queries, AVX2                  4.3            212,554
-     barest queries, AVX2           2.8            131,663
-     scalar                         7.6            339,628
-     with AVX-512                  11.1            547,931
-     examples/render.c              2.9            264,252
+     whole                          9.0            458,027
+     AVX2 alone                     7.0            361,396
+     queries, AVX2                  4.3            215,319
+     barest queries, AVX2           2.9            132,153
+     scalar                         7.4            348,054
+     with AVX-512                  11.2            556,903
+     examples/render.c              2.8            263,932
 
 
    CONCEPTS
@@ -387,7 +388,7 @@
        the new one is done. Only a changed tree counts. A tree of the high quality holds up to a sixth more.
      - Meshes are retained: 12 bytes per vertex and key, as much again with normals, 12 per triangle with indices. The
        first pktrt_set_positions of a mesh makes room for a second set, which stays; pktrt_set_normals likewise.
-     - Instances: about 430 bytes each and 72 for each mesh of its model, 84 more from its first pktrt_set_transform on;
+     - Instances: about 430 bytes each and 72 for each mesh of its model, 84 more from its first pktrt_set_transform(s) on;
        another key 150. The model once.
      - Rendering: about 280 KiB for each tile at work, 80 more where one light is asked for all, and up to 100 KiB for each
        generation of rays; 230 bytes for each triangle of a mesh that is a light (DRT), 180 for each light that is chosen
@@ -750,13 +751,22 @@ typedef struct pktrt_instance_desc {
    by these. It is seen from the next commit on, as meshes are. A transform that flattens space at any time, or may, is
    refused. *instance may be NULL. */
 PKTRT_DEF pktrt_status pktrt_add_instance(pktrt_scene *, const pktrt_instance_desc *, uint32_t *instance);
-/* Replaces one key's 12 elements, for the next commit or refit; either costs by the number of instances alone. */
+/* Replaces one key's 12 elements, for the next commit or refit; either costs by the number of instances alone. The new
+   key is checked beside the others as they are: to turn an instance round or to mirror it, use the next function. */
 PKTRT_DEF pktrt_status pktrt_set_transform(pktrt_scene *, uint32_t instance, uint32_t key, const float *transform);
+/* Replaces the 12 elements of all keys of an instance, by any that pktrt_add_instance would accept, but not NULL. */
+PKTRT_DEF pktrt_status pktrt_set_transforms(pktrt_scene *, uint32_t instance, const float *keys);
 #ifndef PKTRT_NO_REMOVAL
+/* Frees a model, and its index for another. Refused while an instance shows it; one that was removed counts until the
+   next commit. Needs a little memory. */
+PKTRT_DEF pktrt_status pktrt_remove_model(pktrt_scene *, uint32_t model);
 /* Removes an instance with its meshes, as pktrt_remove_mesh does. Its index waits for another instance, those of its
    meshes wait for any meshes. */
 PKTRT_DEF pktrt_status pktrt_remove_instance(pktrt_scene *, uint32_t instance);
 #endif
+/* Turns a matrix of 4 x 4 by columns, as OpenGL and glTF have them, into the 3 x 4 by rows of an instance. Its last
+   row, which should be 0, 0, 0, 1, is not looked at. */
+PKTRT_DEF void pktrt_transform_from_4x4(const float column_major[16], float transform[12]);
 /* Tells which instance a mesh index belongs to, and which mesh of its model it stands for (either may be NULL); false
    for a mesh that was added directly, or does not exist. */
 PKTRT_DEF bool pktrt_get_mesh_source(const pktrt_scene *, uint32_t mesh, uint32_t *instance, uint32_t *model_mesh);
@@ -1132,7 +1142,15 @@ typedef struct pktrt_light {
      seen, as of what shines beside a camera in a studio. A mesh light is seen by itself. */
   bool visible;
 } pktrt_light;
+/* *light, which may be NULL, receives an index: the lowest that no light has. Lights count from the next render on. */
 PKTRT_DEF pktrt_status pktrt_add_light(pktrt_scene *, const pktrt_light *, uint32_t *light);
+/* Replaces a light by another, of any kind. No tree over triangles is built. */
+PKTRT_DEF pktrt_status pktrt_set_light(pktrt_scene *, uint32_t light, const pktrt_light *);
+#ifndef PKTRT_NO_REMOVAL
+/* Takes a light away; pictures are then those of a scene that never had it. The others keep their indices. Its own
+   waits for another light. */
+PKTRT_DEF pktrt_status pktrt_remove_light(pktrt_scene *, uint32_t light);
+#endif
 
 /* >>material ------------------------------------------------------------------------------------------------------- */
 
@@ -1205,6 +1223,8 @@ typedef struct pktrt_material { /* a zeroed one is black */
 } pktrt_material;
 /* *material receives an index from 1 on; 0 is the default, albedo 0.8. */
 PKTRT_DEF pktrt_status pktrt_add_material(pktrt_scene *, const pktrt_material *, uint32_t *material);
+/* Replaces a material, but not the default: all meshes that name it look so from the next render on. No tree is built. */
+PKTRT_DEF pktrt_status pktrt_set_material(pktrt_scene *, uint32_t material, const pktrt_material *);
 
 /* Unpolarised Fresnel reflectance for the cosine of the angle of incidence, [0,1]. Dielectric: eta = index behind the
    surface over index before it; 1 beyond the critical angle. Conductor: index eta and extinction k, relative. */
@@ -1505,6 +1525,18 @@ PKTRT_DEF pktrt_status pktrt_finish_passes(pktrt_scene *, const pktrt_render_des
    bias whatever it is, and the better the fresher it is. NULL as environment forgets it. Not while renders of the scene
    are under way. */
 PKTRT_DEF pktrt_status pktrt_prepare_environment(pktrt_scene *, const pktrt_render_desc *);
+
+/* How values that a screen cannot show become those that it can. */
+typedef enum pktrt_tone {
+  PKTRT_TONE_CLAMP = 0, /* what is above 1 becomes 1 */
+  PKTRT_TONE_CURVE /* v (1 + v / 16) / (1 + v), by channel (Reinhard et al. 2002): dark values stay, 1 becomes 0.53,
+                           4 and all above become 1 */
+} pktrt_tone;
+/* Turns linear RGB, tight rows, into sRGB of 8 bits: three bytes a pixel, as screens and .png files have them.
+   exposure: what values are multiplied by first; 0 means 1. A code is the one whose sRGB value is nearest; values below
+   0 and NaN become 0, infinity 255. The same bytes on every machine. `out` has room for 3 * pixels. It makes a table
+   first: call it for many pixels at once. */
+PKTRT_DEF void pktrt_to_srgb8(const float *rgb, size_t pixels, float exposure, pktrt_tone, unsigned char *out);
 
 #endif /* PKTRT_NO_RENDER */
 
@@ -1984,6 +2016,8 @@ struct pktrt_scene {
   uint32_t material_count, material_capacity;
   pktrt_light *lights;
   uint32_t light_count, light_capacity;
+  uint32_t *light_indices; /* of the lights, ascending, once one was removed; NULL: 0, 1, 2, ... */
+  uint32_t light_index_capacity;
   struct pktrt__environment *environment; /* prepared by pktrt_prepare_environment; or NULL */
 #endif
   uint32_t total_triangles;    /* of all meshes that the next commit leaves */
@@ -1993,7 +2027,8 @@ struct pktrt_scene {
   bool has_top;                /* there are instances, or trees under another */
   bool of_boxes;               /* its triangles stand for boxes, of trees or of instances */
   pktrt_scene **models;        /* each a scene of its own */
-  uint32_t model_count, model_capacity;
+  uint32_t model_count, model_capacity, removed_models;
+  bool removed; /* it is a model that was removed: empty, and its index waits for another */
   pktrt__instance *instances;
   uint32_t instance_count, instance_capacity, free_instances;
   pktrt_scene *boxes; /* as groups, of a mesh for each instance */
@@ -4048,6 +4083,18 @@ PKTRT__COLD pktrt_status pktrt__fail(pktrt_scene *s, pktrt_status status, const 
 static void pktrt__log_sentence(const pktrt_scene *s, int level, const char *sentence) {
   if (s->desc.log) (s->desc.log)(s->desc.user, level, sentence);
 }
+#ifndef PKTRT_NO_RENDER
+/* Warns in a sentence that is put together as by printf. */
+PKTRT__COLD void pktrt__warn(const pktrt_scene *s, const char *format, ...) {
+  char text[256];
+  va_list values;
+  if (!s->desc.log) return;
+  va_start(values, format);
+  (void)vsnprintf(text, sizeof text, format, values);
+  va_end(values);
+  pktrt__log_sentence(s, 0, text);
+}
+#endif
 
 #ifndef PKTRT_NO_RENDER
 /* The sentence about what is wrong with a render, where the caller wants it. */
@@ -6459,16 +6506,16 @@ PKTRT__DIVIDES_BY_ZERO PKTRT__COLD uint32_t pktrt__check_compiler(void) {
          (roots ? 0 : PKTRT__GUESSES_ROOTS) | (finite ? PKTRT__EXPECTS_FINITE : 0) | (signs ? 0 : PKTRT__DROPS_SIGNS);
 }
 
-/* Returns the sentence for the first of some faults; for none, what else may be wrong, and which macros build instruction
-   sets that this build has not. */
-PKTRT__COLD const char *pktrt__check_sentence(uint32_t faults) {
+/* Returns the sentence for the first of some faults; for none, what else may be wrong, the widest instruction set that
+   can be had, and which macros build more. */
+PKTRT__COLD const char *pktrt__check_sentence(uint32_t faults, pktrt_isa widest) {
 #define PKTRT__REFUSED "A scene could not be created: "
 #if defined(PKTRT__OFFERS_AVX512) && !defined(PKTRT__HAS_SCALAR)
-#define PKTRT__MORE_SETS " (PKTRT_AVX512 and PKTRT_SCALAR build more)"
+#define PKTRT__MORE_SETS "; PKTRT_AVX512 and PKTRT_SCALAR build more"
 #elif defined(PKTRT__OFFERS_AVX512)
-#define PKTRT__MORE_SETS " (PKTRT_AVX512 builds one more)"
+#define PKTRT__MORE_SETS "; PKTRT_AVX512 builds one more"
 #elif !defined(PKTRT__HAS_SCALAR)
-#define PKTRT__MORE_SETS " (PKTRT_SCALAR builds one more)"
+#define PKTRT__MORE_SETS "; PKTRT_SCALAR builds one more"
 #else
 #define PKTRT__MORE_SETS
 #endif
@@ -6487,10 +6534,30 @@ PKTRT__COLD const char *pktrt__check_sentence(uint32_t faults) {
     return PKTRT__REFUSED "NaN and infinities are ruled out; drop -ffinite-math-only, -fno-honor-nans and "
                           "-fno-honor-infinities.";
   case PKTRT__DROPS_SIGNS: return PKTRT__REFUSED "zeros lose their signs; drop -fno-signed-zeros and -ffast-math.";
-  default:
-    return PKTRT__REFUSED "out of memory, an instruction set that pktrt_isa_available denies" PKTRT__MORE_SETS
-                          ", only one of the allocate and release hooks, or an enumerator out of range.";
+  default: break;
   }
+#define PKTRT__OTHERWISE(set)                                                                                       \
+  PKTRT__REFUSED "out of memory, an instruction set that is not here (the widest that this machine and this build " \
+                 "have is " set PKTRT__MORE_SETS "), only one of the allocate and release hooks, or an enumerator " \
+                 "out of range."
+#ifdef PKTRT__HAS_AVX512
+  if (widest == PKTRT_ISA_AVX512) return PKTRT__OTHERWISE("avx512");
+#endif
+#ifdef PKTRT__HAS_AVX2
+  if (widest == PKTRT_ISA_AVX2) return PKTRT__OTHERWISE("avx2");
+#endif
+#ifdef PKTRT__HAS_SSE2
+  if (widest == PKTRT_ISA_SSE2) return PKTRT__OTHERWISE("sse2");
+#elif defined(PKTRT__HAS_NEON)
+  if (widest == PKTRT_ISA_NEON) return PKTRT__OTHERWISE("neon");
+#elif defined(PKTRT__HAS_BASE)
+  if (widest == PKTRT_ISA_WASM) return PKTRT__OTHERWISE("wasm");
+#endif
+#ifdef PKTRT__HAS_SCALAR
+  if (widest == PKTRT_ISA_SCALAR) return PKTRT__OTHERWISE("scalar");
+#endif
+  return PKTRT__OTHERWISE("none");
+#undef PKTRT__OTHERWISE
 #undef PKTRT__REFUSED
 #undef PKTRT__MORE_SETS
 }
@@ -12593,11 +12660,14 @@ static void pktrt__isa_tell_wider(const pktrt_scene *s) {
 PKTRT_DEF const char *pktrt_status_string(pktrt_status status) {
   switch (status) {
   case PKTRT_OK: return "Everything went well.";
-  case PKTRT_INVALID_ARGUMENT: return "An argument makes no sense; pktrt_last_error says which.";
-  case PKTRT_OUT_OF_MEMORY: return "An allocation failed; the last committed state stays.";
-  case PKTRT_LIMIT: return "A documented limit would be passed; pktrt_last_error says which.";
-  case PKTRT_NOT_COMMITTED: return "The scene has changes that need pktrt_commit first.";
-  case PKTRT_CANCELLED: return "The progress hook asked to stop.";
+  case PKTRT_INVALID_ARGUMENT:
+    return "An argument makes no sense; pktrt_last_error says which: correct it and call again.";
+  case PKTRT_OUT_OF_MEMORY: return "An allocation failed; the last committed state stays: free memory and call again.";
+  case PKTRT_LIMIT:
+    return "A documented limit would be passed; pktrt_last_error says which: split or scale what is too large.";
+  case PKTRT_NOT_COMMITTED: return "The scene has changes that need pktrt_commit first: call it, then this again.";
+  case PKTRT_CANCELLED:
+    return "The progress hook asked to stop; the picture is not whole: render again if it is wanted.";
   default: return "This is not a status of pktrt.";
   }
 }
@@ -12611,11 +12681,14 @@ static uint32_t pktrt__check_all_arithmetic(const pktrt__kernel_table *kernels) 
 PKTRT__NOINLINE const char *pktrt__do_last_error(const pktrt_scene *s) {
   if (s) return s->error;
   uint32_t faults = 0;
+  pktrt_isa widest = PKTRT_ISA_AUTO;
   for (int isa = PKTRT_ISA_SCALAR; isa < PKTRT_ISA_COUNT; isa++) {
     const pktrt__kernel_table *kernels = pktrt__kernels_of((pktrt_isa)isa);
-    if (kernels) faults |= pktrt__check_all_arithmetic(kernels);
+    if (!kernels) continue;
+    faults |= pktrt__check_all_arithmetic(kernels);
+    widest = (pktrt_isa)isa;
   }
-  return pktrt__check_sentence(faults);
+  return pktrt__check_sentence(faults, widest);
 }
 
 PKTRT__COLD void pktrt__instance_free(const pktrt_scene *s, pktrt__instance *in) {
@@ -12709,6 +12782,7 @@ PKTRT__COLD void pktrt__do_scene_destroy(pktrt_scene *s) {
 #ifndef PKTRT_NO_RENDER
   pktrt__mem_release(&d, s->materials, s->material_capacity, sizeof *s->materials);
   pktrt__mem_release(&d, s->lights, s->light_capacity, sizeof *s->lights);
+  pktrt__mem_release(&d, s->light_indices, s->light_index_capacity, sizeof *s->light_indices);
   pktrt__environment_free(&d, s->environment);
 #endif
   pktrt__mem_release(&d, s, 1, sizeof *s);
@@ -13003,10 +13077,13 @@ PKTRT__NOINLINE pktrt_status pktrt__do_add_model(pktrt_scene *s, const pktrt_mes
                                                  uint32_t *model) {
   if (!s) return PKTRT_INVALID_ARGUMENT;
   s->error[0] = 0;
-  const unsigned index = (unsigned)s->model_count;
+  uint32_t index_of = s->removed_models ? 0 : s->model_count; /* the first that no model has */
+  while (index_of < s->model_count && !s->models[index_of]->removed) index_of++;
+  const unsigned index = (unsigned)index_of;
   if (!meshes || !mesh_count) return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "model %u: it has no meshes", index);
   void *models = s->models;
-  if (!pktrt__mem_grow(&s->desc, &models, s->model_count, &s->model_capacity, sizeof *s->models))
+  if (index_of == s->model_count &&
+      !pktrt__mem_grow(&s->desc, &models, s->model_count, &s->model_capacity, sizeof *s->models))
     return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "model %u: no memory for the list of models", index);
   s->models = PKTRT__CAST(pktrt_scene **, models);
   pktrt_scene *m = pktrt__do_scene_create(&s->desc);
@@ -13023,10 +13100,41 @@ PKTRT__NOINLINE pktrt_status pktrt__do_add_model(pktrt_scene *s, const pktrt_mes
     pktrt__do_scene_destroy(m);
     return st;
   }
-  s->models[s->model_count++] = m;
+  if (index_of == s->model_count) {
+    s->model_count++;
+  } else {
+    pktrt__do_scene_destroy(s->models[index_of]);
+    s->removed_models--;
+  }
+  s->models[index_of] = m;
   if (model) *model = index;
   return PKTRT_OK;
 }
+
+#ifndef PKTRT_NO_REMOVAL
+PKTRT__NOINLINE pktrt_status pktrt__do_remove_model(pktrt_scene *s, uint32_t model) {
+  if (!s) return PKTRT_INVALID_ARGUMENT;
+  s->error[0] = 0;
+  const unsigned m = (unsigned)model;
+  if (model >= s->model_count)
+    return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "remove_model: there is no model %u among %u", m,
+                       (unsigned)s->model_count);
+  if (s->models[model]->removed) return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "remove_model: model %u was removed", m);
+  for (uint32_t i = 0; i < s->instance_count; i++) {
+    const pktrt__instance *in = &s->instances[i];
+    if (in->free || in->model != s->models[model]) continue;
+    return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "remove_model: instance %u shows model %u%s", (unsigned)i, m,
+                       in->gone ? " until the next commit" : "; remove it and commit first");
+  }
+  pktrt_scene *empty = pktrt__do_scene_create(&s->desc);
+  if (!empty) return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "remove_model: model %u: no memory", m);
+  empty->removed = true;
+  pktrt__do_scene_destroy(s->models[model]);
+  s->models[model] = empty;
+  s->removed_models++;
+  return PKTRT_OK;
+}
+#endif
 
 /* Computes det(a) with row i, if it is one, taken from b. */
 static double pktrt__place_det(double a[3][3], double b[3][3], int i) {
@@ -13213,6 +13321,8 @@ PKTRT__NOINLINE pktrt_status pktrt__do_add_instance(pktrt_scene *s, const pktrt_
   if (d->model >= s->model_count)
     return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "instance %u: there is no model %u among %u", i, (unsigned)d->model,
                        (unsigned)s->model_count);
+  if (s->models[d->model]->removed)
+    return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "instance %u: model %u was removed", i, (unsigned)d->model);
   if (d->key_count > (PKTRT__MOTION ? PKTRT_MAX_KEYS : 1))
     return pktrt__fail(s, PKTRT_LIMIT, "instance %u: key_count %u is above %u", i, (unsigned)d->key_count,
                        PKTRT__MOTION ? PKTRT_MAX_KEYS : 1);
@@ -13233,6 +13343,23 @@ PKTRT__NOINLINE pktrt_status pktrt__do_add_instance(pktrt_scene *s, const pktrt_
   return st;
 }
 
+/* Makes room for an instance's next transforms. */
+PKTRT__COLD bool pktrt__instance_make_pending(const pktrt_scene *s, pktrt__instance *in) {
+  if (!in->pending) in->pending = PKTRT__CAST(float *, pktrt__mem_alloc(&s->desc, in->key_count, 12 * sizeof(float)));
+  return in->pending != NULL;
+}
+/* Fits an instance's box to transforms that were checked. Without memory the first key fails, and nothing is changed. */
+PKTRT__COLD pktrt_status pktrt__instance_fit_box(pktrt_scene *s, uint32_t instance, const float *keys, double kappa) {
+  const pktrt__instance *in = &s->instances[instance];
+  float box[9];
+  pktrt_status st = PKTRT_OK;
+  for (uint32_t k = 0; k < in->key_count && st == PKTRT_OK; k++) {
+    (void)pktrt__place_box(in->model, keys + 12 * (size_t)k, kappa, box);
+    st = pktrt__do_set_positions(s->boxes, instance, k, box);
+  }
+  return st;
+}
+
 PKTRT__NOINLINE pktrt_status pktrt__do_set_transform(pktrt_scene *s, uint32_t instance, uint32_t key,
                                                      const float *transform) {
   if (!s) return PKTRT_INVALID_ARGUMENT;
@@ -13243,20 +13370,50 @@ PKTRT__NOINLINE pktrt_status pktrt__do_set_transform(pktrt_scene *s, uint32_t in
   if (key >= in->key_count || !transform)
     return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "set_transform: instance %u, key %u: %s", i, (unsigned)key,
                        transform ? "there is no such key" : "the array is NULL");
-  if (!in->pending) in->pending = PKTRT__CAST(float *, pktrt__mem_alloc(&s->desc, in->key_count, 12 * sizeof(float)));
-  if (!in->pending) return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "set_transform: instance %u: no memory", i);
+  if (!pktrt__instance_make_pending(s, in))
+    return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "set_transform: instance %u: no memory", i);
   if (!in->dirty) memcpy(in->pending, in->keys, in->key_count * 12 * sizeof(float));
-  float before[12], box[9], *at = in->pending + 12 * (size_t)key;
-  memcpy(before, at, sizeof before), memcpy(at, transform, sizeof before);
+  float before[12], *at = in->pending + 12 * (size_t)key;
+  memcpy(before, at, sizeof before);
+  memcpy(at, transform, sizeof before);
   pktrt_status st = pktrt__instance_check(s, &changed, in->pending, i);
-  for (uint32_t k = 0; k < in->key_count && st == PKTRT_OK; k++) { /* without memory, the first fails */
-    (void)pktrt__place_box(in->model, in->pending + 12 * (size_t)k, changed.kappa, box);
-    st = pktrt__do_set_positions(s->boxes, instance, k, box);
+  if (st == PKTRT_OK) {
+    st = pktrt__instance_fit_box(s, instance, in->pending, changed.kappa);
     if (st != PKTRT_OK) pktrt__fail(s, st, "set_transform: instance %u: no memory", i);
   }
-  if (st != PKTRT_OK) memcpy(at, before, sizeof before);
-  else in->dirty = true, in->kappa = pktrt__max(in->kappa, changed.kappa);
-  return st;
+  if (st != PKTRT_OK) {
+    memcpy(at, before, sizeof before);
+    return st;
+  }
+  in->dirty = true;
+  in->kappa = pktrt__max(in->kappa, changed.kappa);
+  return PKTRT_OK;
+}
+
+PKTRT__NOINLINE pktrt_status pktrt__do_set_transforms(pktrt_scene *s, uint32_t instance, const float *keys) {
+  if (!s) return PKTRT_INVALID_ARGUMENT;
+  const unsigned i = (unsigned)instance;
+  pktrt__instance *in = pktrt__instance_named(s, instance, "set_transforms");
+  if (!in) return PKTRT_INVALID_ARGUMENT;
+  if (!keys)
+    return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "set_transforms: instance %u: the array of %u keys is NULL", i,
+                       (unsigned)in->key_count);
+  pktrt__instance changed = *in;
+  pktrt_status st = pktrt__instance_check(s, &changed, keys, i);
+  if (st != PKTRT_OK) return st;
+  st = PKTRT_OUT_OF_MEMORY;
+  if (pktrt__instance_make_pending(s, in)) st = pktrt__instance_fit_box(s, instance, keys, changed.kappa);
+  if (st != PKTRT_OK) return pktrt__fail(s, st, "set_transforms: instance %u: no memory", i);
+  memcpy(in->pending, keys, in->key_count * 12 * sizeof(float));
+  in->dirty = true;
+  in->kappa = pktrt__max(in->kappa, changed.kappa);
+  return PKTRT_OK;
+}
+
+PKTRT_DEF void pktrt_transform_from_4x4(const float column_major[16], float transform[12]) {
+  float rows[12]; /* the arrays may be one */
+  for (int i = 0; i < 12; i++) rows[i] = column_major[4 * (i % 4) + i / 4];
+  memcpy(transform, rows, sizeof rows);
 }
 
 PKTRT_DEF bool pktrt_get_mesh_source(const pktrt_scene *s, uint32_t mesh, uint32_t *instance, uint32_t *model_mesh) {
@@ -13365,20 +13522,101 @@ PKTRT__COLD pktrt_status pktrt__light_check(pktrt_scene *s, const pktrt_light *l
   return st;
 }
 
+/* Returns the index that the caller knows a light by. */
+PKTRT__INLINE uint32_t pktrt__light_index(const pktrt_scene *s, uint32_t at) {
+  return s->light_indices ? s->light_indices[at] : at;
+}
+/* Finds where the light of an index stands; says so if there is none. */
+PKTRT__COLD uint32_t pktrt__light_named(pktrt_scene *s, uint32_t light, const char *what) {
+  s->error[0] = 0;
+  for (uint32_t at = 0; at < s->light_count; at++)
+    if (pktrt__light_index(s, at) == light) return at;
+  pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "%s: there is no light %u (there are %u lights)", what, (unsigned)light,
+              (unsigned)s->light_count);
+  return PKTRT_NONE;
+}
+/* Makes room for one more light and, if any was removed, for its index. */
+PKTRT__COLD bool pktrt__light_make_room(pktrt_scene *s) {
+  void *lights = s->lights, *indices = s->light_indices;
+  if (!pktrt__mem_grow(&s->desc, &lights, s->light_count, &s->light_capacity, sizeof *s->lights)) return false;
+  s->lights = PKTRT__CAST(pktrt_light *, lights);
+  if (!indices) return true;
+  if (!pktrt__mem_grow(&s->desc, &indices, s->light_count, &s->light_index_capacity, sizeof *s->light_indices))
+    return false;
+  s->light_indices = PKTRT__CAST(uint32_t *, indices);
+  return true;
+}
+
+static bool pktrt__any_positive(const float v[3]) { return v[0] > 0 || v[1] > 0 || v[2] > 0; }
+
+/* Computes the normal of a quad light, of any length: it shines to that side. */
+static void pktrt__light_front(const pktrt_light *l, double n[3]) {
+  for (int a = 0; a < 3; a++) {
+    const int b = (a + 1) % 3, c = (a + 2) % 3;
+    n[a] = (double)l->edge[0][b] * (double)l->edge[1][c] - (double)l->edge[0][c] * (double)l->edge[1][b];
+  }
+}
+/* Warns of a light that gives none, whatever the scene. */
+PKTRT__COLD void pktrt__warn_of_light(const pktrt_scene *s, const pktrt_light *l, unsigned index) {
+  double n[3];
+  pktrt__light_front(l, n);
+  if (l->kind == PKTRT_LIGHT_SPHERE && !(l->radius > 0))
+    pktrt__warn(s, "light %u gives no light: the radius of the sphere is 0", index);
+  if (l->kind == PKTRT_LIGHT_QUAD && n[0] == 0 && n[1] == 0 && n[2] == 0)
+    pktrt__warn(s, "light %u gives no light: edge[0] and edge[1] of the quad span no area", index);
+}
+
 PKTRT__NOINLINE pktrt_status pktrt__do_add_light(pktrt_scene *s, const pktrt_light *l, uint32_t *light) {
   if (!s) return PKTRT_INVALID_ARGUMENT;
   s->error[0] = 0;
-  const pktrt_status st = pktrt__light_check(s, l, (unsigned)s->light_count);
+  uint32_t index = s->light_indices ? 0 : s->light_count; /* the first that no light has */
+  while (index < s->light_count && s->light_indices[index] == index) index++;
+  const pktrt_status st = pktrt__light_check(s, l, (unsigned)index);
   if (st != PKTRT_OK) return st;
-  void *lights = s->lights;
-  if (!pktrt__mem_grow(&s->desc, &lights, s->light_count, &s->light_capacity, sizeof *s->lights))
-    return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "light %u: no memory", (unsigned)s->light_count);
-  s->lights = PKTRT__CAST(pktrt_light *, lights);
-  s->lights[s->light_count] = *l;
-  if (light) *light = s->light_count;
+  if (!pktrt__light_make_room(s)) return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "light %u: no memory", (unsigned)index);
+  const size_t later = s->light_count - index;
+  memmove(s->lights + index + 1, s->lights + index, later * sizeof *s->lights);
+  s->lights[index] = *l;
+  if (s->light_indices) {
+    memmove(s->light_indices + index + 1, s->light_indices + index, later * sizeof *s->light_indices);
+    s->light_indices[index] = index;
+  }
+  if (light) *light = index;
   s->light_count++;
+  if (!pktrt__any_positive(l->intensity)) /* one that is set to 0 is switched off */
+    pktrt__warn(s, "light %u gives no light: its intensity is 0", (unsigned)index);
+  pktrt__warn_of_light(s, l, (unsigned)index);
   return PKTRT_OK;
 }
+PKTRT__NOINLINE pktrt_status pktrt__do_set_light(pktrt_scene *s, uint32_t light, const pktrt_light *l) {
+  if (!s) return PKTRT_INVALID_ARGUMENT;
+  const uint32_t at = pktrt__light_named(s, light, "set_light");
+  if (at == PKTRT_NONE) return PKTRT_INVALID_ARGUMENT;
+  const pktrt_status st = pktrt__light_check(s, l, (unsigned)light);
+  if (st != PKTRT_OK) return st;
+  s->lights[at] = *l;
+  pktrt__warn_of_light(s, l, (unsigned)light);
+  return PKTRT_OK;
+}
+#ifndef PKTRT_NO_REMOVAL
+PKTRT__NOINLINE pktrt_status pktrt__do_remove_light(pktrt_scene *s, uint32_t light) {
+  if (!s) return PKTRT_INVALID_ARGUMENT;
+  const uint32_t at = pktrt__light_named(s, light, "remove_light");
+  if (at == PKTRT_NONE) return PKTRT_INVALID_ARGUMENT;
+  if (!s->light_indices) {
+    s->light_indices = PKTRT__CAST(uint32_t *, pktrt__mem_alloc(&s->desc, s->light_capacity, sizeof *s->light_indices));
+    if (!s->light_indices)
+      return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "remove_light: light %u: no memory", (unsigned)light);
+    s->light_index_capacity = s->light_capacity;
+    for (uint32_t i = 0; i < s->light_count; i++) s->light_indices[i] = i;
+  }
+  const size_t later = s->light_count - at - 1;
+  memmove(s->lights + at, s->lights + at + 1, later * sizeof *s->lights);
+  memmove(s->light_indices + at, s->light_indices + at + 1, later * sizeof *s->light_indices);
+  s->light_count--;
+  return PKTRT_OK;
+}
+#endif
 
 PKTRT__COLD pktrt_status pktrt__material_check(pktrt_scene *s, const pktrt_material *m, unsigned index) {
   static const char *const whose = "material";
@@ -13413,6 +13651,22 @@ PKTRT__COLD pktrt_status pktrt__material_check(pktrt_scene *s, const pktrt_mater
   return st;
 }
 
+/* Warns of a material that is black, or duller than it was meant to be, since a field was left 0. */
+PKTRT__COLD void pktrt__warn_of_material(const pktrt_scene *s, const pktrt_material *m, unsigned index) {
+  const bool colours =
+      pktrt__any_positive(m->albedo) || pktrt__any_positive(m->reflectance) || pktrt__any_positive(m->emission);
+  if (m->shader) return;
+  if (m->specular == PKTRT_SPECULAR_NONE && !m->texture && !colours)
+    pktrt__warn(s, "material %u is black: its albedo is 0, and nothing else is set", index);
+  if (m->specular == PKTRT_SPECULAR_MIRROR && !m->texture && !pktrt__any_positive(m->reflectance))
+    pktrt__warn(s, "material %u reflects nothing: the reflectance of the mirror is 0", index);
+  if (m->specular == PKTRT_SPECULAR_CONDUCTOR && !(m->ior[0] > 0 && m->ior[1] > 0 && m->ior[2] > 0))
+    pktrt__warn(s, "material %u is no metal that there is: its ior is 0, which counts as 1.5; set ior and extinction",
+                index);
+  if (pktrt__material_has_lobe(m) && !(m->exponent > 0))
+    pktrt__warn(s, "material %u has a Phong lobe of exponent 0, the widest there is; set exponent, 10 to 10000", index);
+}
+
 PKTRT__NOINLINE pktrt_status pktrt__do_add_material(pktrt_scene *s, const pktrt_material *m, uint32_t *material) {
   if (!s) return PKTRT_INVALID_ARGUMENT;
   s->error[0] = 0;
@@ -13425,6 +13679,20 @@ PKTRT__NOINLINE pktrt_status pktrt__do_add_material(pktrt_scene *s, const pktrt_
   s->materials = PKTRT__CAST(pktrt_material *, materials);
   s->materials[s->material_count++] = *m;
   if (material) *material = s->material_count;
+  pktrt__warn_of_material(s, m, index);
+  return PKTRT_OK;
+}
+PKTRT__NOINLINE pktrt_status pktrt__do_set_material(pktrt_scene *s, uint32_t material, const pktrt_material *m) {
+  if (!s) return PKTRT_INVALID_ARGUMENT;
+  s->error[0] = 0;
+  if (!material) return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "set_material: material 0 is the default, which stays");
+  if (material > s->material_count)
+    return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "set_material: there is no material %u among the %u that were added",
+                       (unsigned)material, (unsigned)s->material_count);
+  const pktrt_status st = pktrt__material_check(s, m, (unsigned)material);
+  if (st != PKTRT_OK) return st;
+  s->materials[material - 1] = *m;
+  pktrt__warn_of_material(s, m, (unsigned)material);
   return PKTRT_OK;
 }
 
@@ -14582,6 +14850,31 @@ static double pktrt__math_power(double x, double y) {
   return power;
 }
 
+/* >>screen --------------------------------------------------------------------------------------------------------- */
+
+/* Returns the linear value of an sRGB value in [0,1] (IEC 61966-2-1): x^2.4 is x^2 times the square of x^(1/5). */
+static double pktrt__screen_linear(double code) {
+  if (code <= 0.04045) return code / 12.92;
+  const double x = (code + 0.055) / 1.055;
+  double root = 1; /* Newton's steps towards x^(1/5): x is 0.09 or more */
+  for (int i = 0; i < 9; i++) root += (x / (root * root * root * root) - root) / 5;
+  return x * x * (root * root);
+}
+PKTRT__NOINLINE void pktrt__do_to_srgb8(const float *rgb, size_t pixels, float exposure, pktrt_tone tone,
+                                        unsigned char *out) {
+  const double factor = exposure == 0 ? 1 : (double)exposure;
+  double least[256]; /* of the values that become each code */
+  least[0] = -INFINITY;
+  for (int i = 1; i < 256; i++) least[i] = pktrt__screen_linear((i - 0.5) / 255);
+  for (size_t i = 0; i < 3 * pixels; i++) {
+    double v = (double)rgb[i] * factor;
+    if (tone == PKTRT_TONE_CURVE && v > 0) v = v < 4 ? v * (1 + v / 16) / (1 + v) : 1;
+    uint32_t code = 0;
+    for (uint32_t step = 128; step; step /= 2) code += least[code + step] <= v ? step : 0; /* NaN stays 0 */
+    out[i] = (unsigned char)code;
+  }
+}
+
 /* >>mappings ------------------------------------------------------------------------------------------------------- */
 
 /* Computes two unit vectors perpendicular to the unit vector n and to each other (Duff et al. 2017): the x and y axes,
@@ -15029,15 +15322,16 @@ PKTRT__COLD bool pktrt__render_check_scene(const pktrt_scene *s, pktrt__refusal 
                                   (unsigned)s->meshes[i].material, (unsigned)s->material_count);
   for (uint32_t i = 0; i < s->light_count; i++)
     if (pktrt__light_has(&s->lights[i], PKTRT__LIGHT_EMISSIVE) && s->lights[i].mesh >= s->committed_meshes)
-      return pktrt__render_refuse(why, "light %u names mesh %u, of %u that were committed", (unsigned)i,
-                                  (unsigned)s->lights[i].mesh, (unsigned)s->committed_meshes);
+      return pktrt__render_refuse(why, "light %u names mesh %u, of %u that were committed",
+                                  (unsigned)pktrt__light_index(s, i), (unsigned)s->lights[i].mesh,
+                                  (unsigned)s->committed_meshes);
   for (uint32_t i = 0; i < s->light_count; i++) {
     if (!pktrt__light_has(&s->lights[i], PKTRT__LIGHT_EMISSIVE)) continue;
     const pktrt__mesh *m = &s->meshes[s->lights[i].mesh];
     if (m->committed && !m->instance) continue;
-    return pktrt__render_refuse(why, "light %u names mesh %u, %s", (unsigned)i, (unsigned)s->lights[i].mesh,
-                                m->instance ? "of an instance: lights are meshes that were added directly"
-                                            : "which was removed");
+    return pktrt__render_refuse(
+        why, "light %u names mesh %u, %s", (unsigned)pktrt__light_index(s, i), (unsigned)s->lights[i].mesh,
+        m->instance ? "of an instance: lights are meshes that were added directly" : "which was removed");
   }
   return true;
 }
@@ -18844,8 +19138,6 @@ PKTRT__COLD void pktrt__pass_write_errors(const pktrt__render_state *render) {
 
 /* --- warnings of likely mistakes that show in the picture only --- */
 
-static bool pktrt__any_positive(const float v[3]) { return v[0] > 0 || v[1] > 0 || v[2] > 0; }
-
 static bool pktrt__warn_light_shines(const pktrt_render_desc *d, const pktrt__light_data *light, const pktrt_light *l) {
   if (l->kind == PKTRT_LIGHT_ENVIRONMENT && !d->environment && !pktrt__any_positive(d->background)) return false;
   return light->strength > 0;
@@ -18900,12 +19192,63 @@ PKTRT__COLD void pktrt__warn_of_changes(const pktrt_scene *s) {
   }
 }
 
+/* Tells whether all of the scene lies behind a quad light, which shines to the front alone, and the eye does not see it. */
+PKTRT__COLD bool pktrt__warn_faces_away(const pktrt_scene *s, const pktrt_light *l, const float eye[3]) {
+  double n[3], most = 0, to_eye = 0;
+  pktrt__light_front(l, n);
+  if (n[0] == 0 && n[1] == 0 && n[2] == 0) return false;
+  for (int a = 0; a < 3; a++) { /* the corner of the bounds that is farthest to the front */
+    most += n[a] * ((double)(n[a] > 0 ? s->hi[a] : s->lo[a]) - (double)l->position[a]);
+    to_eye += n[a] * ((double)eye[a] - (double)l->position[a]);
+  }
+  return most <= 0 && !(l->visible && to_eye > 0);
+}
+/* Warns of lights that light nothing of this scene. */
+PKTRT__COLD void pktrt__warn_of_lights(const pktrt_scene *s, const pktrt_render_desc *d) {
+  for (uint32_t i = 0; i < s->light_count; i++) {
+    const pktrt_light *l = &s->lights[i];
+    const unsigned index = (unsigned)pktrt__light_index(s, i);
+    if (l->kind == PKTRT_LIGHT_QUAD && s->lo[0] <= s->hi[0] && pktrt__warn_faces_away(s, l, d->camera.eye))
+      pktrt__warn(s, "render: light %u, a quad, faces away from the whole scene: exchange edge[0] and edge[1]", index);
+    if (l->kind != PKTRT_LIGHT_MESH) continue;
+    const uint32_t material = s->meshes[l->mesh].material;
+    const pktrt_material *m = pktrt__material_of(s, material);
+    if (!pktrt__any_positive(m->emission)) /* which counts before any texture or shader */
+      pktrt__warn(s, "render: light %u gives no light: the emission of material %u, which mesh %u has, is 0", index,
+                  (unsigned)material, (unsigned)l->mesh);
+  }
+}
+/* Warns that nothing lights what needs light, and names what could. */
+PKTRT__COLD void pktrt__warn_of_darkness(const pktrt__render_state *render) {
+  const pktrt_scene *s = render->scene;
+  const pktrt_render_desc *d = render->desc;
+  static const char *const words = "render: there is no light and no ambient: what does not shine by itself is black";
+  bool mesh_light = !PKTRT__AREA_LIGHTS, sky = mesh_light; /* there is one, or may be none */
+  for (uint32_t i = 0; i < s->light_count; i++) {
+    mesh_light = mesh_light || s->lights[i].kind == PKTRT_LIGHT_MESH;
+    sky = sky || s->lights[i].kind == PKTRT_LIGHT_ENVIRONMENT;
+  }
+  for (uint32_t i = 0; i < s->committed_meshes && !mesh_light; i++) {
+    const pktrt__mesh *m = &s->meshes[i];
+    if (!m->triangle_count || !m->committed || m->hidden || m->instance) continue;
+    if (!pktrt__any_positive(pktrt__material_of(s, m->material)->emission)) continue;
+    pktrt__warn(s, "%s; add a light of kind PKTRT_LIGHT_MESH for mesh %u, whose material has emission", words,
+                (unsigned)i);
+    return;
+  }
+  if (!sky && (d->environment || pktrt__any_positive(d->background)))
+    pktrt__warn(s, "%s; add a light of kind PKTRT_LIGHT_ENVIRONMENT for `%s` to light it", words,
+                d->environment ? "environment" : "background");
+  else pktrt__log_sentence(s, 0, words);
+}
+
 /* Logs all warnings. The render's lights must have been made. */
 PKTRT__COLD void pktrt__warn_all(const pktrt_scene *s, const pktrt__render_state *render) {
+  const float fov = render->desc->camera.fov_y;
   if (!s->desc.log) return;
-  pktrt__warn_of_mode(s, render), pktrt__warn_of_changes(s);
-  if (pktrt__warn_is_dark(render))
-    pktrt__log_sentence(s, 0, "render: there is no light and no ambient: what does not shine by itself is black");
+  pktrt__warn_of_mode(s, render), pktrt__warn_of_changes(s), pktrt__warn_of_lights(s, render->desc);
+  if (pktrt__warn_is_dark(render)) pktrt__warn_of_darkness(render);
+  if (fov > 0 && fov < 3) pktrt__warn(s, "render: camera.fov_y is %g degrees: were radians meant?", (double)fov);
 }
 
 /* Sets what is known before the first round. */
@@ -19157,6 +19500,7 @@ PKTRT__NOINLINE void pktrt__do_get_scene_report(const pktrt_scene *s, const stru
   r->found &= PKTRT__BUILT, r->used = r->found;
 #else
   r->materials = s->material_count * sizeof *s->materials + s->light_count * sizeof *s->lights;
+  if (s->light_indices) r->materials += s->light_count * sizeof *s->light_indices;
   r->found = pktrt__feature_of_scene(s) & PKTRT__BUILT;
   r->used = r->found & (PKTRT_FEATURE_MOTION | PKTRT_FEATURE_INSTANCES | PKTRT_FEATURE_GROUPS | PKTRT_FEATURE_REMOVAL);
   if (d) {
@@ -19264,6 +19608,14 @@ PKTRT_DEF pktrt_status pktrt_add_instance(pktrt_scene *s, const pktrt_instance_d
 PKTRT_DEF pktrt_status pktrt_set_transform(pktrt_scene *s, uint32_t instance, uint32_t key, const float *transform) {
   PKTRT__RETURN_UNDER_SETTINGS(pktrt_status, pktrt__do_set_transform(s, instance, key, transform));
 }
+PKTRT_DEF pktrt_status pktrt_set_transforms(pktrt_scene *s, uint32_t instance, const float *keys) {
+  PKTRT__RETURN_UNDER_SETTINGS(pktrt_status, pktrt__do_set_transforms(s, instance, keys));
+}
+#ifndef PKTRT_NO_REMOVAL
+PKTRT_DEF pktrt_status pktrt_remove_model(pktrt_scene *s, uint32_t model) {
+  PKTRT__RETURN_UNDER_SETTINGS(pktrt_status, pktrt__do_remove_model(s, model));
+}
+#endif
 #endif
 PKTRT_DEF void pktrt_get_scene_info(const pktrt_scene *s, pktrt_scene_info *info) {
   PKTRT__UNDER_SETTINGS(pktrt__report_info(s, info));
@@ -19370,8 +19722,19 @@ PKTRT_DEF bool pktrt_camera_ray(const pktrt_camera *c, uint32_t width, uint32_t 
 PKTRT_DEF pktrt_status pktrt_add_light(pktrt_scene *s, const pktrt_light *l, uint32_t *light) {
   PKTRT__RETURN_UNDER_SETTINGS(pktrt_status, pktrt__do_add_light(s, l, light));
 }
+PKTRT_DEF pktrt_status pktrt_set_light(pktrt_scene *s, uint32_t light, const pktrt_light *l) {
+  PKTRT__RETURN_UNDER_SETTINGS(pktrt_status, pktrt__do_set_light(s, light, l));
+}
+#ifndef PKTRT_NO_REMOVAL
+PKTRT_DEF pktrt_status pktrt_remove_light(pktrt_scene *s, uint32_t light) {
+  PKTRT__RETURN_UNDER_SETTINGS(pktrt_status, pktrt__do_remove_light(s, light));
+}
+#endif
 PKTRT_DEF pktrt_status pktrt_add_material(pktrt_scene *s, const pktrt_material *m, uint32_t *material) {
   PKTRT__RETURN_UNDER_SETTINGS(pktrt_status, pktrt__do_add_material(s, m, material));
+}
+PKTRT_DEF pktrt_status pktrt_set_material(pktrt_scene *s, uint32_t material, const pktrt_material *m) {
+  PKTRT__RETURN_UNDER_SETTINGS(pktrt_status, pktrt__do_set_material(s, material, m));
 }
 PKTRT_DEF float pktrt_fresnel_dielectric(float cosine, float eta) {
   PKTRT__RETURN_UNDER_SETTINGS(float, pktrt__do_fresnel_dielectric(cosine, eta));
@@ -19385,6 +19748,9 @@ PKTRT_DEF void pktrt_sample(const pktrt_sampling *s, uint32_t x, uint32_t y, uin
 }
 PKTRT_DEF void pktrt_map_disk(const float u[2], float out[2]) { PKTRT__UNDER_SETTINGS(pktrt__do_map_disk(u, out)); }
 PKTRT_DEF void pktrt_map_sphere(const float u[2], float out[3]) { PKTRT__UNDER_SETTINGS(pktrt__do_map_sphere(u, out)); }
+PKTRT_DEF void pktrt_to_srgb8(const float *rgb, size_t pixels, float exposure, pktrt_tone tone, unsigned char *out) {
+  PKTRT__UNDER_SETTINGS(pktrt__do_to_srgb8(rgb, pixels, exposure, tone, out));
+}
 PKTRT_DEF void pktrt_map_cosine(const float u[2], const float normal[3], float out[3]) {
   PKTRT__UNDER_SETTINGS(pktrt__do_map_cosine(u, normal, out));
 }
@@ -19431,7 +19797,11 @@ PKTRT_DEF pktrt_status pktrt_prepare_environment(pktrt_scene *s, const pktrt_ren
 #endif /* the public functions */
 /* >>changes ----------------------------------------------------------------------------------------------------------
 
-     0.18.0   Two thirds of the code, and of the time to compile it; at -O0 a fifth of the code. Builds for x86 have AVX2, and
+     0.18.0   pktrt_set_light, pktrt_remove_light, pktrt_set_material, pktrt_remove_model, pktrt_set_transforms (what turns round or is
+              mirrored), pktrt_transform_from_4x4, pktrt_to_srgb8. The log hook is told of lights and materials that do nothing since a
+              field is 0, quads that face away from the scene, what could light a dark scene, and angles that look like radians; a
+              scene that cannot be created says which instruction set it could have.
+              Two thirds of the code, and of the time to compile it; at -O0 a fifth of the code. Builds for x86 have AVX2, and
               SSE2 with fewer instances for machines without; those for ARM and WebAssembly have their vectors. What to
               change: a program that asks for PKTRT_ISA_AVX512 or _SCALAR, or whose rays gain by AVX-512, defines
               PKTRT_AVX512 or PKTRT_SCALAR beside PKTRT_IMPLEMENTATION; the log hook tells where AVX-512 would be used.

@@ -26,6 +26,7 @@
 #define STB_IMAGE_WRITE_IMPLEMENTATION
 #include <stb/stb_image_write.h>
 
+#include "../pktrt.h"
 #include "threads.h"
 
 #ifdef __GNUC__
@@ -187,24 +188,11 @@ EX_UNUSED static void ex_progress_end(ex_progress *p) {
    (x^2)^(1/5), the root by Newton's method: plain arithmetic, so the same picture bytes come out with every C
    library, which pow() does not promise. x^2 is in [0.0056, 1] here and the start 1 above the root, whence
    convergence falls monotonically. */
-static double ex_srgb_decode(double c) {
+EX_UNUSED static double ex_srgb_decode(double c) {
   if (c <= 0.04045) return c / 12.92;
   double x = (c + 0.055) / 1.055, a = x * x, root = 1.0;
   for (int i = 0; i < 40; i++) root = (4.0 * root + a / (root * root * root * root)) / 5.0;
   return a * root;
-}
-
-/* Eight-bit sRGB of linear floats: the code whose linear value is nearest on the code's scale. Found in the sorted
-   table of borders between neighbouring codes; NaN becomes 0. */
-EX_UNUSED static void ex_srgb_encode(const float *linear, unsigned char *codes, size_t n) {
-  float border[255];
-  for (int i = 0; i < 255; i++) border[i] = (float)ex_srgb_decode((i + 0.5) / 255.0);
-  for (size_t i = 0; i < n; i++) {
-    unsigned code = 0; /* the number of borders at or below the value */
-    for (unsigned step = 128; step > 0; step /= 2)
-      if (linear[i] >= border[code + step - 1]) code += step;
-    codes[i] = (unsigned char)code;
-  }
 }
 
 static void ex_write_bytes(void *user, void *data, int size) {
@@ -216,7 +204,7 @@ static bool ex_write_png(FILE *file, const float *pixels, unsigned width, unsign
   size_t n = (size_t)width * height * 3;
   unsigned char *codes = (unsigned char *)malloc(n);
   if (!codes) return false;
-  ex_srgb_encode(pixels, codes, n);
+  pktrt_to_srgb8(pixels, n / 3, 0, PKTRT_TONE_CLAMP, codes);
   int ok = stbi_write_png_to_func(ex_write_bytes, file, (int)width, (int)height, 3, codes, (int)width * 3);
   free(codes);
   return ok != 0;

@@ -326,7 +326,7 @@ static bool show_picture(viewer *v, unsigned width, unsigned height) {
     if (scale < 0) return ex_fail("not enough memory for the colours of cost");
     heat_paint(v->cost, scale, &to);
   }
-  ex_srgb_encode(v->now.heat ? v->heat : v->pixels, v->codes, (size_t)width * height * 3);
+  pktrt_to_srgb8(v->now.heat ? v->heat : v->pixels, (size_t)width * height, 0, PKTRT_TONE_CLAMP, v->codes);
   v->shown_width = width, v->shown_height = height;
   if (SDL_UpdateTexture(v->texture, &part, v->codes, (int)width * 3) != 0) return sdl_failed("the window's picture");
   present(v);

@@ -272,6 +272,7 @@ static void run_all(void) {
   suite_report();
   suite_instances();
   suite_mirrored();
+  suite_everyday();
   suite_groups();
   suite_changes();
   suite_surfaces();

@@ -523,6 +523,9 @@ static void check_names(const char *text, const pktrt_scene_report *x) {
     CHECK(line_names(text, "idle ", name) == !!(x->built & ~x->used & bit), "idle: %s", name);
     CHECK(line_names(text, "not built ", name) == !(x->built & bit), "not built: %s", name);
   }
+  CHECK(line_names(text, "found ", " nothing") == !x->found, "found: nothing");
+  CHECK(line_names(text, "runs ", " nothing") == !x->used, "runs: nothing");
+  CHECK(line_names(text, "not built ", " nothing") == !(~x->built & ((1u << NAMES) - 1)), "not built: nothing");
   CHECK(strstr(text, pktrt_isa_string(x->info.isa)) != NULL);
 }
 

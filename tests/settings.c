@@ -283,6 +283,8 @@ static pktrt_scene *make_scene(pktrt_isa isa) {
   CALL(pktrt_set_normals, status[1] = pktrt_set_normals(s, w.n, 0, tiny.p));
   CHECK(status[0] == PKTRT_OK && status[1] == PKTRT_OK, "%s", pktrt_last_error(s));
   CALL(pktrt_set_transform, status[0] = pktrt_set_transform(s, index[1], 0, place));
+  CALL(pktrt_set_transforms, status[1] = pktrt_set_transforms(s, index[0], place));
+  CHECK(status[1] == PKTRT_OK, "%s", pktrt_last_error(s));
   CALL(pktrt_refit, status[1] = pktrt_refit(s));
   CHECK(status[0] == PKTRT_OK && status[1] == PKTRT_OK, "%s", pktrt_last_error(s));
   mesh_free(&tiny), mesh_free(&body), world_free(&w);
@@ -459,7 +461,13 @@ static void make_pictures(pktrt_scene *s) {
     CALL(pktrt_add_light, status = pktrt_add_light(s, lights[i], NULL));
     CHECK(status == PKTRT_OK, "%s", pktrt_last_error(s));
   }
+  point.position[1] = 5.5f, shaded.albedo[0] = 0.3f;
+  CALL(pktrt_set_light, status = pktrt_set_light(s, 2, &point));
+  CHECK(status == PKTRT_OK, "%s", pktrt_last_error(s));
+  CALL(pktrt_set_material, status = pktrt_set_material(s, 4, &shaded));
+  CHECK(status == PKTRT_OK, "%s", pktrt_last_error(s));
   float pixels[3 * WIDTH * HEIGHT], error[WIDTH * HEIGHT];
+  unsigned char codes[3 * WIDTH * HEIGHT];
   double means[3 * WIDTH * HEIGHT];
   pktrt_pixel_sums sums[WIDTH * HEIGHT];
   pktrt_report report;
@@ -480,6 +488,8 @@ static void make_pictures(pktrt_scene *s) {
     CALL(pktrt_render, status = pktrt_render(s, &x));
     CHECK(status == PKTRT_OK, "%s", pktrt_last_error(s));
     KEEP(pktrt_render, pixels), KEEP(pktrt_render, error), KEEP(pktrt_render, report.rmse);
+    CALL(pktrt_to_srgb8, pktrt_to_srgb8(pixels, WIDTH * HEIGHT, 1.3f, PKTRT_TONE_CURVE, codes));
+    KEEP(pktrt_to_srgb8, codes);
   }
   CALL(pktrt_render_tile, status = pktrt_render_tile(s, &d, 1, 1, WIDTH - 2, HEIGHT - 2));
   CHECK(status == PKTRT_OK);
@@ -516,12 +526,21 @@ static void make_the_rest(pktrt_scene *s) {
   CHECK(is && status == PKTRT_OK);
   CALL(pktrt_remove_mesh, status = pktrt_remove_mesh(s, 2));
   CHECK(status == PKTRT_OK);
+  CALL(pktrt_remove_light, status = pktrt_remove_light(s, 1));
+  CHECK(status == PKTRT_OK);
   CALL(pktrt_remove_instance, status = pktrt_remove_instance(s, 0));
+  CHECK(status == PKTRT_OK);
+  CALL(pktrt_remove_instance, status = pktrt_remove_instance(s, 1));
   CHECK(status == PKTRT_OK);
   CALL(pktrt_mark_changed, status = pktrt_mark_changed(s));
   CHECK(status == PKTRT_OK);
   CALL(pktrt_commit, status = pktrt_commit(s));
   CHECK(status == PKTRT_OK);
+  CALL(pktrt_remove_model, status = pktrt_remove_model(s, 0));
+  CHECK(status == PKTRT_OK, "%s", pktrt_last_error(s));
+  float columns[16] = {1, 2, 3, 0, 5, 6, 7, 0, 9, 10, 11, 0, 13, 14, 15, 1}, rows[12];
+  CALL(pktrt_transform_from_4x4, pktrt_transform_from_4x4(columns, rows));
+  KEEP(pktrt_transform_from_4x4, rows);
   CALL(pktrt_scene_destroy, pktrt_scene_destroy(s));
 }
 

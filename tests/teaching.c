@@ -287,10 +287,19 @@ typedef struct seen {
   uint64_t events, packets, rays, in_area, told, off;
   bool last_in_area, counts_area;
   uint32_t samples[EDGE][EDGE];
+  const pktrt_camera *camera;
 } seen;
 static void see_event(void *user, const pktrt_event *e) {
   seen *l = user;
   l->events++, l->told += e->tested, l->off += e->packet != 0 || (l->counts_area && !l->last_in_area);
+}
+/* Tells whether ray i of a packet of the camera goes through its pixel. */
+static bool goes_through_pixel(const pktrt_camera *camera, const pktrt_packet *p, uint32_t i) {
+  const double x = p->x[i] + 0.5, y = p->y[i] + 0.5;
+  const vec to = vec_unit(vec_of((double)p->direction[0][i], (double)p->direction[1][i], (double)p->direction[2][i]));
+  const vec middle = stage_through(camera, x, y, EDGE, EDGE),
+            corner = stage_through(camera, x + 0.6, y + 0.6, EDGE, EDGE);
+  return vec_length(vec_sub(to, middle)) < vec_length(vec_sub(corner, middle));
 }
 static void see_packet(void *user, const pktrt_packet *p) {
   seen *l = user;
@@ -305,7 +314,9 @@ static void see_packet(void *user, const pktrt_packet *p) {
     const double d2 =
         pow((double)p->direction[0][i], 2) + pow((double)p->direction[1][i], 2) + pow((double)p->direction[2][i], 2);
     l->off += !(d2 > 0) || (p->type == PKTRT_RAY_PRIMARY && fabs((double)p->origin[2][i] - 5) > 1e-6);
-    l->off += p->type == PKTRT_RAY_PRIMARY && p->rays[i] >= p->n; /* numbers in their own packet */
+    if (p->type != PKTRT_RAY_PRIMARY) continue;
+    l->off += p->rays[i] >= p->n; /* numbers in their own packet */
+    l->off += !goes_through_pixel(l->camera, p, i);
   }
   l->in_area += l->last_in_area;
 }
@@ -325,7 +336,7 @@ static void renders_can_be_watched(void) {
         uint64_t sum[3] = {0};
         memset(&l, 0, sizeof l);
         d.pixels = got, d.path = (pktrt_path)path, d.assembly = (pktrt_assembly)assembly, d.packet_size = 4;
-        d.packet = see_packet, d.trace = see_event, d.user = &l, l.counts_area = area;
+        d.packet = see_packet, d.trace = see_event, d.user = &l, l.counts_area = area, l.camera = &d.camera;
         for (int i = 0; i < 4; i++) d.trace_area[i] = area ? (uint32_t[]){3, 9, 5, 2}[i] : 0;
         d.stats = &stats;
         for (int of = 0; of < 3; of++) {

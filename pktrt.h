@@ -190,9 +190,9 @@
                               #include, and not beside PKTRT_STATIC. Functions are extern "C" in C++ in any case.
      PKTRT_HEADER_FILENAME    How the file names itself, for the implementation includes itself once per instruction
                               set. Default: "pktrt.h". Define it, quotes and all, if you rename the file.
-     Instruction sets. Built for x86 are AVX2 and, for machines without, SSE2, which is less code and slower than it could
-     be; for 64-bit ARM and WebAssembly their vectors; for all else scalar kernels. Each one more makes the object larger
-     and its compilation slower.
+     Instruction sets. Built for x86 are AVX2 and, for machines without, SSE2, which is less code and slower than it
+     could be; for 64-bit ARM and WebAssembly their vectors; for all else scalar kernels. Each one more makes the
+     object larger and its compilation slower.
      PKTRT_AVX512             AVX-512 as well. The log hook is told where a machine has it and the build has not.
      PKTRT_SCALAR             Scalar kernels as well, to step through or to compare with.
      PKTRT_NO_SIMD            Scalar kernels only.
@@ -216,8 +216,8 @@
      PKTRT_NO_SURFACES        No texture coordinates, no cutouts; pktrt_surface and pktrt_spawn_at are not declared.
                               Define it before the file's first #include, too.
      PKTRT_NO_STATS           No counts of work, no events of the paper's path.
-     PKTRT_COUNT_FAST         Asked for: the fast path counts what its packets and streams do, not rays and hits alone, by
-                              kernels stamped once more.
+     PKTRT_COUNT_FAST         Asked for: the fast path counts what its packets and streams do, not rays and hits
+                              alone, by kernels stamped once more.
      PKTRT_NO_PAPER           Not the paper's path.
      PKTRT_NO_FRUSTA          The fast path has streams, but no frustum packets: coherent rays take longer.
      PKTRT_NO_LENS, PKTRT_NO_SHUTTER
@@ -227,9 +227,10 @@
                               No glass, no metal.
      PKTRT_NO_TEXTURES        No texture or shader hooks of materials.
 
-     Weight: what the implementation is in usual builds, by gcc 12 at -O2 for x86-64, on one core of an AMD EPYC (Zen 5), and
-     for comparison a program that uses it, of 1,100 lines with its scenes. An older machine takes twice as long. `make weight` measures it anew. Barest are
-     PKTRT_NO_RENDER, _MOTION, _STATS, _PAPER, _INSTANCES, _GROUPS, _REMOVAL, _SURFACES and _NORMALS.
+     Weight. What usual builds of the implementation are, by gcc 12 at -O2 for x86-64, on one core of an AMD EPYC
+     (Zen 5); for comparison, a program that uses it, of 1,100 lines beside its scenes. An older machine takes twice as
+     long. `make weight` measures it anew. Barest is with PKTRT_NO_RENDER, _MOTION, _STATS, _PAPER, _INSTANCES, _GROUPS,
+     _REMOVAL, _SURFACES and _NORMALS.
      build                      seconds      bytes of code
      whole                          9.0            458,027
      AVX2 alone                     7.0            361,396
@@ -905,8 +906,8 @@ PKTRT_DEF void pktrt_spawn_at_n(const pktrt_scene *, const pktrt_hit *, const fl
 
 /* >>stats ---------------------------------------------------------------------------------------------------------- */
 
-/* Counts of work; added to, never reset. A "lane" is one ray against one box or triangle. The fast path counts rays and hits,
-   and the rest only in builds with PKTRT_COUNT_FAST; PKTRT_PATH_PAPER and PKTRT_PATH_SINGLE count all. */
+/* Counts of work; added to, never reset. A "lane" is one ray against one box or triangle. The fast path counts rays and
+   hits, and the rest only in builds with PKTRT_COUNT_FAST; PKTRT_PATH_PAPER and PKTRT_PATH_SINGLE count all. */
 typedef struct pktrt_counts {
   uint64_t rays; /* valid rays traced */
   uint64_t hits;
@@ -1223,7 +1224,8 @@ typedef struct pktrt_material { /* a zeroed one is black */
 } pktrt_material;
 /* *material receives an index from 1 on; 0 is the default, albedo 0.8. */
 PKTRT_DEF pktrt_status pktrt_add_material(pktrt_scene *, const pktrt_material *, uint32_t *material);
-/* Replaces a material, but not the default: all meshes that name it look so from the next render on. No tree is built. */
+/* Replaces a material, but not the default: all meshes that name it look so from the next render on. No tree is
+   built. */
 PKTRT_DEF pktrt_status pktrt_set_material(pktrt_scene *, uint32_t material, const pktrt_material *);
 
 /* Unpolarised Fresnel reflectance for the cosine of the angle of incidence, [0,1]. Dielectric: eta = index behind the
@@ -1437,9 +1439,9 @@ typedef struct pktrt_render_desc {
   float *normal;          /* three floats, unit shading normals towards the viewer, averaged; 0 for nothing */
   float *albedo;          /* three floats, diffuse reflectance; 0 for glass and metal, unless in RCS */
   uint32_t *sample_count; /* samples that a pixel has had */
-  /* Work per sample: that of a packet is shared out evenly among its rays, so the finer the smaller packet_size. On the fast
-     path rays are traced, and counted, one by one where cost is asked for; with PKTRT_COUNT_FAST in packets of packet_size.
-     Differs by path and instruction set, as counts do. */
+  /* Work per sample: that of a packet is shared out evenly among its rays, so the finer the smaller packet_size. On the
+     fast path rays are traced, and counted, one by one where cost is asked for; with PKTRT_COUNT_FAST in packets of
+     packet_size. Differs by path and instruction set, as counts do. */
   float *cost;
   pktrt_cost cost_of;
   /* Called for each packet before it is traced, from any thread; blindly, a packet is halved above 128 rays. Shadow rays
@@ -1649,6 +1651,7 @@ PKTRT_DEF void pktrt_to_srgb8(const float *rgb, size_t pixels, float exposure, p
 #define PKTRT__INLINE static __attribute__((__unused__))
 #endif
 #define PKTRT__NOINLINE static __attribute__((__noinline__, __unused__))
+#define PKTRT__FOR_SIZE __attribute__((__cold__)) /* beside NOINLINE: small rather than fast */
 #define PKTRT__COLD static __attribute__((__cold__, __noinline__, __unused__)) /* checks: small rather than fast */
 #define PKTRT__HOT static __attribute__((__hot__, __noinline__, __unused__))   /* fast, though cold functions call it */
 #define PKTRT__ALIGN64 __attribute__((__aligned__(64)))
@@ -1661,6 +1664,7 @@ PKTRT_DEF void pktrt_to_srgb8(const float *rgb, size_t pixels, float exposure, p
 #else
 #define PKTRT__NOINLINE static
 #endif
+#define PKTRT__FOR_SIZE
 #define PKTRT__COLD static
 #define PKTRT__HOT static
 #define PKTRT__ALIGN64
@@ -1689,8 +1693,8 @@ PKTRT_DEF void pktrt_to_srgb8(const float *rgb, size_t pixels, float exposure, p
 #endif
 
 /* The instruction sets of this build. Wide vectors need per-function targets; MinGW may misalign spills of them (GCC
-   bug 54412), so there the 16-byte set is the widest. WHY not all: many rays gain 7 to 20% by AVX-512 on a Zen 5, single
-   ones 3%, for a fifth of the code; scalar kernels are there to be read and compared with. */
+   bug 54412), so there the 16-byte set is the widest. WHY not all: many rays gain 7 to 20% by AVX-512 on a Zen 5,
+   single ones 3%, for a fifth of the code; scalar kernels are there to be read and compared with. */
 #if defined(PKTRT_NO_SIMD) || defined(__TINYC__)
 #elif (defined(__x86_64__) || defined(__i386__)) && defined(__SSE2__)
 #define PKTRT__X86 1
@@ -5591,7 +5595,8 @@ PKTRT__NOINLINE void pktrt__single_resolve(const pktrt_scene *s, const pktrt__si
              sharp = pktrt__single_resolve_normal(&v, q->axis, hit->normal, 1);
   if (!(calm && sharp && within)) pktrt__single_resolve_exactly(s, q, hit);
 }
-/* Resolves the hits of rays i to i+7 of a batch, one by one: of those that eights leave, and of all in sets without them. */
+/* Resolves the hits of rays i to i+7 of a batch, one by one: of those that eights leave, and of all in sets without
+   them. */
 PKTRT__NOINLINE void pktrt__single_resolve_hits(const pktrt_scene *s, pktrt__batch *b, uint32_t i, uint32_t hits) {
   for (; hits; hits &= hits - 1) {
     const uint32_t r = i + pktrt__lowest_bit(hits);
@@ -6825,8 +6830,8 @@ PKTRT__COLD const char *pktrt__check_sentence(uint32_t faults, pktrt_isa widest)
 #else
 #define PKTRT__WITH_PAPER 1
 #endif
-/* Scalar kernels behind those of a base have no shading and no path of the paper: the base has them. WHY: shading would be a
-   twentieth of the time that the header takes to compile, the paper's path 10 KB. */
+/* Scalar kernels behind those of a base have no shading and no path of the paper: the base has them. WHY: shading would
+   be a twentieth of the time that the header takes to compile, the paper's path 10 KB. */
 #if PKTRT__STAMP == PKTRT__STAMP_SCALAR && defined(PKTRT__HAS_BASE) && !defined(PKTRT__EDITOR)
 #define PKTRT__WITH_SHADE 0
 #else
@@ -9291,11 +9296,12 @@ OP uint32_t pktrt__tri_ray_block_inline(const pktrt__bvh_segment *seg, pktrt__ba
   return pktrt__tri_block_template(seg, b, r, NULL, index, is);
 }
 
-/* Kernels are templates over three flags; these are their instances. Those for single rays and streams know all at compile
-   time. Frusta are told at run time whether any hit will do: measured as fast, in half the code. One more instance counts, for
-   closest and any hits, at rest and moving: weights 1 and 0 of one and the same key give the same bits. Streams and frusta have
-   it only under PKTRT_COUNT_FAST. Kernels that need not be fast (PKTRT__WITH_FEW_INSTANCES) have this instance alone: they
-   always count. Their fast path has streams, but no frusta, which would be a third of their code. */
+/* Kernels are templates over three flags; these are their instances. Those for single rays and streams know all at
+   compile time. Frusta are told at run time whether any hit will do: measured as fast, in half the code. One more
+   instance counts, for closest and any hits, at rest and moving: weights 1 and 0 of one and the same key give the same
+   bits. Streams and frusta have it only under PKTRT_COUNT_FAST. Kernels that need not be fast
+   (PKTRT__WITH_FEW_INSTANCES) have this instance alone: they always count. Their fast path has streams, but no frusta,
+   which would be a third of their code. */
 #if defined(PKTRT_NO_FRUSTA) || PKTRT__WITH_FEW_INSTANCES
 #define FRUSTA 0
 #else
@@ -9333,22 +9339,14 @@ OP uint32_t pktrt__tri_ray_block_inline(const pktrt__bvh_segment *seg, pktrt__ba
   (IF_FAST_COUNTED(is.stats ? PKTRT__NAME(name##_s) :) IF_MOVING(is.moving ? PKTRT__NAME(name##_1) :) \
        PKTRT__NAME(name##_0))
 #endif
-/* How instances are compiled: those that count for size, where others are fast. */
-#define PKTRT__LIKE_0 PKTRT__NOINLINE
-#define PKTRT__LIKE_1 PKTRT__NOINLINE
-#define PKTRT__LIKE_00 PKTRT__NOINLINE
-#define PKTRT__LIKE_01 PKTRT__NOINLINE
-#define PKTRT__LIKE_10 PKTRT__NOINLINE
-#define PKTRT__LIKE_11 PKTRT__NOINLINE
-#if PKTRT__WITH_FEW_INSTANCES
-#define PKTRT__LIKE_s PKTRT__NOINLINE
-#else
-#define PKTRT__LIKE_s PKTRT__COLD
-#endif
 #define PKTRT__FLAG_VARIANTS(INSTANCE)                                        \
   IF_FAST(INSTANCE(00, false, false, false) INSTANCE(10, true, false, false)) \
   IF_MOVING(INSTANCE(01, false, true, false) INSTANCE(11, true, true, false))
+#if PKTRT__WITH_FEW_INSTANCES
 #define PKTRT__COUNTED_VARIANT(INSTANCE) INSTANCE(s, any, PKTRT__MOTION != 0, PKTRT__STATS != 0)
+#else /* for size: others are fast */
+#define PKTRT__COUNTED_VARIANT(INSTANCE) PKTRT__FOR_SIZE INSTANCE(s, any, PKTRT__MOTION != 0, PKTRT__STATS != 0)
+#endif
 #define PKTRT__VARIANTS(INSTANCE) PKTRT__FLAG_VARIANTS(INSTANCE) IF_COUNTED(PKTRT__COUNTED_VARIANT(INSTANCE))
 #define PKTRT__STREAM_VARIANTS(INSTANCE) \
   PKTRT__FLAG_VARIANTS(INSTANCE) IF_FAST_COUNTED(PKTRT__COUNTED_VARIANT(INSTANCE))
@@ -9357,13 +9355,14 @@ OP uint32_t pktrt__tri_ray_block_inline(const pktrt__bvh_segment *seg, pktrt__ba
   IF_MOVING(INSTANCE(1, any, true, false)) \
   IF_FAST_COUNTED(PKTRT__COUNTED_VARIANT(INSTANCE))
 
-/* Instances that are called. WHY not inlined on narrow vectors, nor where they count: that would make the code a third longer. */
-#define INSTANCE(tag, o, m, s)                                                                                      \
-  PKTRT__LIKE_##tag uint32_t PKTRT__NAME(pktrt__tri_block_##tag)(const pktrt__bvh_segment *seg, pktrt__batch *b,    \
-                                                                 uint32_t r, pktrt__single *single, uint32_t index, \
-                                                                 bool any, pktrt_counts *counts) {                  \
-    (void)any;                                                                                                      \
-    return pktrt__tri_block_template(seg, b, r, single, index, pktrt__variant_of(o, m, s, counts));                 \
+/* Instances that are called. WHY not inlined on narrow vectors, nor where they count: that would make the code a third
+   longer. */
+#define INSTANCE(tag, o, m, s)                                                                                    \
+  PKTRT__NOINLINE uint32_t PKTRT__NAME(pktrt__tri_block_##tag)(const pktrt__bvh_segment *seg, pktrt__batch *b,    \
+                                                               uint32_t r, pktrt__single *single, uint32_t index, \
+                                                               bool any, pktrt_counts *counts) {                  \
+    (void)any;                                                                                                    \
+    return pktrt__tri_block_template(seg, b, r, single, index, pktrt__variant_of(o, m, s, counts));               \
   }
 #if !PKTRT__WITH_V8_REGISTERS
 PKTRT__VARIANTS(INSTANCE) struct pktrt_scene;
@@ -9702,21 +9701,21 @@ OP uint64_t pktrt__stream_template(const pktrt__bvh_segment *seg, pktrt__batch *
   }
 }
 
-#define INSTANCE(tag, o, m, s)                                                                               \
-  PKTRT__LIKE_##tag bool PKTRT__NAME(pktrt__single_##tag)(const pktrt__bvh_segment *seg, pktrt__single *ray, \
-                                                          uint32_t ref, bool any, pktrt_counts *counts) {    \
-    (void)any;                                                                                               \
-    return o ? pktrt__single_any_hit(seg, ray, ref, pktrt__variant_of(o, m, s, counts))                      \
-             : pktrt__single_closest_hit(seg, ray, ref, pktrt__variant_of(o, m, s, counts));                 \
+#define INSTANCE(tag, o, m, s)                                                                             \
+  PKTRT__NOINLINE bool PKTRT__NAME(pktrt__single_##tag)(const pktrt__bvh_segment *seg, pktrt__single *ray, \
+                                                        uint32_t ref, bool any, pktrt_counts *counts) {    \
+    (void)any;                                                                                             \
+    return o ? pktrt__single_any_hit(seg, ray, ref, pktrt__variant_of(o, m, s, counts))                    \
+             : pktrt__single_closest_hit(seg, ray, ref, pktrt__variant_of(o, m, s, counts));               \
   }
 PKTRT__VARIANTS(INSTANCE) struct pktrt_scene;
 #undef INSTANCE
-#define INSTANCE(tag, o, m, s)                                                                                  \
-  PKTRT__LIKE_##tag uint64_t PKTRT__NAME(pktrt__stream_##tag)(const pktrt__bvh_segment *seg, pktrt__batch *b,   \
-                                                              const uint8_t *list, uint64_t mask, uint32_t ref, \
-                                                              bool any, pktrt_counts *counts) {                 \
-    (void)any;                                                                                                  \
-    return pktrt__stream_template(seg, b, list, mask, ref, pktrt__variant_of(o, m, s, counts));                 \
+#define INSTANCE(tag, o, m, s)                                                                                \
+  PKTRT__NOINLINE uint64_t PKTRT__NAME(pktrt__stream_##tag)(const pktrt__bvh_segment *seg, pktrt__batch *b,   \
+                                                            const uint8_t *list, uint64_t mask, uint32_t ref, \
+                                                            bool any, pktrt_counts *counts) {                 \
+    (void)any;                                                                                                \
+    return pktrt__stream_template(seg, b, list, mask, ref, pktrt__variant_of(o, m, s, counts));               \
   }
 PKTRT__STREAM_VARIANTS(INSTANCE) struct pktrt_scene;
 #undef INSTANCE
@@ -10281,11 +10280,11 @@ PKTRT__COLD void pktrt__drive_paper(const pktrt__query *call, const pktrt_scene 
 #endif /* PKTRT__PAPER */
 
 #if FRUSTA
-#define INSTANCE(tag, o, m, s)                                                                                    \
-  PKTRT__LIKE_##tag uint64_t PKTRT__NAME(pktrt__frustum_##tag)(pktrt__frustum * f, const pktrt__bvh_segment *seg, \
-                                                               pktrt__batch *b, uint64_t mask, bool any,          \
-                                                               pktrt_counts *counts) {                            \
-    return pktrt__frustum_template(f, seg, b, mask, pktrt__variant_of(o, m, s, counts));                          \
+#define INSTANCE(tag, o, m, s)                                                                                  \
+  PKTRT__NOINLINE uint64_t PKTRT__NAME(pktrt__frustum_##tag)(pktrt__frustum * f, const pktrt__bvh_segment *seg, \
+                                                             pktrt__batch *b, uint64_t mask, bool any,          \
+                                                             pktrt_counts *counts) {                            \
+    return pktrt__frustum_template(f, seg, b, mask, pktrt__variant_of(o, m, s, counts));                        \
   }
 PKTRT__FRUSTUM_VARIANTS(INSTANCE) struct pktrt_scene;
 #undef INSTANCE
@@ -12531,13 +12530,6 @@ static const pktrt__kernel_table pktrt__kernels = {
 #undef PKTRT__WITH_TOP_STREAMS
 #undef FRUSTA
 #undef IF_COUNTED
-#undef PKTRT__LIKE_0
-#undef PKTRT__LIKE_1
-#undef PKTRT__LIKE_00
-#undef PKTRT__LIKE_01
-#undef PKTRT__LIKE_10
-#undef PKTRT__LIKE_11
-#undef PKTRT__LIKE_s
 #undef PKTRT__PICK
 #undef PKTRT__PICK_COUNTED
 #undef PKTRT__PICK_FLAGS
@@ -13348,7 +13340,8 @@ PKTRT__COLD bool pktrt__instance_make_pending(const pktrt_scene *s, pktrt__insta
   if (!in->pending) in->pending = PKTRT__CAST(float *, pktrt__mem_alloc(&s->desc, in->key_count, 12 * sizeof(float)));
   return in->pending != NULL;
 }
-/* Fits an instance's box to transforms that were checked. Without memory the first key fails, and nothing is changed. */
+/* Fits an instance's box to transforms that were checked. Without memory the first key fails, and nothing is
+   changed. */
 PKTRT__COLD pktrt_status pktrt__instance_fit_box(pktrt_scene *s, uint32_t instance, const float *keys, double kappa) {
   const pktrt__instance *in = &s->instances[instance];
   float box[9];
@@ -19192,7 +19185,8 @@ PKTRT__COLD void pktrt__warn_of_changes(const pktrt_scene *s) {
   }
 }
 
-/* Tells whether all of the scene lies behind a quad light, which shines to the front alone, and the eye does not see it. */
+/* Tells whether all of the scene lies behind a quad light, which shines to the front alone, and the eye does not see
+   it. */
 PKTRT__COLD bool pktrt__warn_faces_away(const pktrt_scene *s, const pktrt_light *l, const float eye[3]) {
   double n[3], most = 0, to_eye = 0;
   pktrt__light_front(l, n);
@@ -19797,16 +19791,18 @@ PKTRT_DEF pktrt_status pktrt_prepare_environment(pktrt_scene *s, const pktrt_ren
 #endif /* the public functions */
 /* >>changes ----------------------------------------------------------------------------------------------------------
 
-     0.18.0   pktrt_set_light, pktrt_remove_light, pktrt_set_material, pktrt_remove_model, pktrt_set_transforms (what turns round or is
-              mirrored), pktrt_transform_from_4x4, pktrt_to_srgb8. The log hook is told of lights and materials that do nothing since a
-              field is 0, quads that face away from the scene, what could light a dark scene, and angles that look like radians; a
-              scene that cannot be created says which instruction set it could have.
-              Two thirds of the code, and of the time to compile it; at -O0 a fifth of the code. Builds for x86 have AVX2, and
-              SSE2 with fewer instances for machines without; those for ARM and WebAssembly have their vectors. What to
-              change: a program that asks for PKTRT_ISA_AVX512 or _SCALAR, or whose rays gain by AVX-512, defines
-              PKTRT_AVX512 or PKTRT_SCALAR beside PKTRT_IMPLEMENTATION; the log hook tells where AVX-512 would be used.
-              PKTRT_NO_AVX512 and _SCALAR, which programs may have, harm nothing. One that reads what packets and streams
-              of the fast path do defines PKTRT_COUNT_FAST, too; otherwise that path counts rays and hits.
+     0.18.0   pktrt_set_light, pktrt_remove_light, pktrt_set_material, pktrt_remove_model, pktrt_set_transforms (what turns
+              round or is mirrored), pktrt_transform_from_4x4, pktrt_to_srgb8. The log hook is told of lights and
+              materials that do nothing since a field is 0, quads that face away from the scene, what could light a dark
+              scene, and angles that look like radians; a scene that cannot be created says which instruction set it
+              could have.
+              Two thirds of the code, and of the time to compile it; at -O0 a fifth of the code. Builds for x86 have
+              AVX2, and SSE2 with fewer instances for machines without; those for ARM and WebAssembly have their
+              vectors. What to change: a program that asks for PKTRT_ISA_AVX512 or _SCALAR, or whose rays gain by
+              AVX-512, defines PKTRT_AVX512 or PKTRT_SCALAR beside PKTRT_IMPLEMENTATION; the log hook tells where
+              AVX-512 would be used. PKTRT_NO_AVX512 and _SCALAR, which programs may have, harm nothing. One that reads
+              what packets and streams of the fast path do defines PKTRT_COUNT_FAST, too; otherwise that path counts
+              rays and hits.
      0.17.0   Threads may round, flush and trap as they like: each call works under settings of its own and puts the
               caller's back. Programs that are linked with -ffast-math are no longer refused.
               clang with the target of MSVC (clang-cl) compiles it; macros called length or y1 break nothing.

@@ -301,6 +301,12 @@ static bool goes_through_pixel(const pktrt_camera *camera, const pktrt_packet *p
             corner = stage_through(camera, x + 0.6, y + 0.6, EDGE, EDGE);
   return vec_length(vec_sub(to, middle)) < vec_length(vec_sub(corner, middle));
 }
+/* Tells whether ray i of a packet heads for the light of mirror_and_floor(). */
+static bool heads_for_light(const pktrt_packet *p, uint32_t i) {
+  const vec from = vec_of((double)p->origin[0][i], (double)p->origin[1][i], (double)p->origin[2][i]);
+  const vec way = vec_of((double)p->direction[0][i], (double)p->direction[1][i], (double)p->direction[2][i]);
+  return vec_length(vec_sub(vec_unit(way), vec_unit(vec_sub(vec_of(0, 4, 2), from)))) < 1e-4;
+}
 static void see_packet(void *user, const pktrt_packet *p) {
   seen *l = user;
   l->packets++, l->rays += p->n, l->last_in_area = false;
@@ -314,6 +320,7 @@ static void see_packet(void *user, const pktrt_packet *p) {
     const double d2 =
         pow((double)p->direction[0][i], 2) + pow((double)p->direction[1][i], 2) + pow((double)p->direction[2][i], 2);
     l->off += !(d2 > 0) || (p->type == PKTRT_RAY_PRIMARY && fabs((double)p->origin[2][i] - 5) > 1e-6);
+    l->off += p->type == PKTRT_RAY_SHADOW && !heads_for_light(p, i);
     if (p->type != PKTRT_RAY_PRIMARY) continue;
     l->off += p->rays[i] >= p->n; /* numbers in their own packet */
     l->off += !goes_through_pixel(l->camera, p, i);

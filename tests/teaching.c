@@ -287,6 +287,7 @@ typedef struct seen {
   uint64_t events, packets, rays, in_area, told, off;
   bool last_in_area, counts_area;
   uint32_t samples[EDGE][EDGE];
+  uint64_t heading[3]; /* shadow rays for each of the watched lights, and for neither */
   const pktrt_camera *camera;
 } seen;
 static void see_event(void *user, const pktrt_event *e) {
@@ -301,11 +302,15 @@ static bool goes_through_pixel(const pktrt_camera *camera, const pktrt_packet *p
             corner = stage_through(camera, x + 0.6, y + 0.6, EDGE, EDGE);
   return vec_length(vec_sub(to, middle)) < vec_length(vec_sub(corner, middle));
 }
-/* Tells whether ray i of a packet heads for the light of mirror_and_floor(). */
-static bool heads_for_light(const pktrt_packet *p, uint32_t i) {
+/* Tells which of two lights ray i of a packet heads for: that of mirror_and_floor(), or another; 2: neither. */
+static const vec watched_lights[2] = {{0, 4, 2}, {-1, 3, 1}};
+static int heads_for(const pktrt_packet *p, uint32_t i) {
   const vec from = vec_of((double)p->origin[0][i], (double)p->origin[1][i], (double)p->origin[2][i]);
   const vec way = vec_of((double)p->direction[0][i], (double)p->direction[1][i], (double)p->direction[2][i]);
-  return vec_length(vec_sub(vec_unit(way), vec_unit(vec_sub(vec_of(0, 4, 2), from)))) < 1e-4;
+  int light = 0;
+  while (light < 2 && !(vec_length(vec_sub(vec_unit(way), vec_unit(vec_sub(watched_lights[light], from)))) < 1e-4))
+    light++;
+  return light;
 }
 static void see_packet(void *user, const pktrt_packet *p) {
   seen *l = user;
@@ -320,7 +325,7 @@ static void see_packet(void *user, const pktrt_packet *p) {
     const double d2 =
         pow((double)p->direction[0][i], 2) + pow((double)p->direction[1][i], 2) + pow((double)p->direction[2][i], 2);
     l->off += !(d2 > 0) || (p->type == PKTRT_RAY_PRIMARY && fabs((double)p->origin[2][i] - 5) > 1e-6);
-    l->off += p->type == PKTRT_RAY_SHADOW && !heads_for_light(p, i);
+    if (p->type == PKTRT_RAY_SHADOW) l->heading[heads_for(p, i)]++;
     if (p->type != PKTRT_RAY_PRIMARY) continue;
     l->off += p->rays[i] >= p->n; /* numbers in their own packet */
     l->off += !goes_through_pixel(l->camera, p, i);
@@ -330,6 +335,9 @@ static void see_packet(void *user, const pktrt_packet *p) {
 
 static void renders_can_be_watched(void) {
   pktrt_scene *s = mirror_and_floor();
+  pktrt_light another = light_of(PKTRT_LIGHT_POINT, 10);
+  vec_put(watched_lights[1], another.position);
+  stage_light(s, &another);
   float *want = stage_pixels(EDGE * EDGE * 3), *got = stage_pixels(EDGE * EDGE * 3);
   pktrt_render_desc d = stage_view(PKTRT_MODE_WRT, EDGE, EDGE, want, vec_of(0, 0.5, 5), vec_of(0, 0, 0));
   d.samples = 2;
@@ -362,6 +370,10 @@ static void renders_can_be_watched(void) {
           CHECK(fabs(all - (double)sum[of]) <= 1e-5 * (double)sum[of], "cost %d: %g of %llu", of, all,
                 (unsigned long long)sum[of]);
         }
+        const bool apart = assembly != PKTRT_ASSEMBLY_BLIND; /* which tells shadow rays among the others */
+        CHECK((l.heading[0] > EDGE) == apart && l.heading[0] == l.heading[1] && l.heading[2] == 0,
+              "%llu, %llu and %llu", (unsigned long long)l.heading[0], (unsigned long long)l.heading[1],
+              (unsigned long long)l.heading[2]);
         CHECK(l.off == 0 && l.rays > 3 * 2 * EDGE * EDGE, "%llu faults", (unsigned long long)l.off);
         for (int i = 0; i < EDGE * EDGE; i++) CHECK(l.samples[i / EDGE][i % EDGE] == 3, "every sample is told");
         if (path != PKTRT_PATH_PAPER) CHECK(l.events == 0);

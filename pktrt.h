@@ -793,6 +793,21 @@ typedef struct pktrt_scene_info {
 } pktrt_scene_info;
 PKTRT_DEF void pktrt_get_scene_info(const pktrt_scene *, pktrt_scene_info *);
 
+#ifndef PKTRT_NO_SURFACES
+/* What a committed mesh is; of an instance, what its model's mesh is. */
+typedef struct pktrt_mesh_info {
+  uint64_t triangles;
+  uint64_t degenerate; /* of these, triangles without area at each key */
+  uint64_t open_edges; /* how often an edge lacks a triangle to its other side */
+  uint64_t bytes;      /* retained positions, indices, normals, texture coordinates */
+  bool closed;         /* each edge has as many triangles in one direction as in the other: it has an inside */
+  float lo[3], hi[3];  /* bounds over all keys; lo > hi if there is no triangle */
+} pktrt_mesh_info;
+/* Corners are the same if their positions are, at all keys. Takes time by the number of triangles, and 24 bytes for each
+   meanwhile. */
+PKTRT_DEF pktrt_status pktrt_get_mesh_info(const pktrt_scene *, uint32_t mesh, pktrt_mesh_info *out);
+#endif
+
 /* Marks all as changed: the next commit builds all trees anew (where a rebuild is advised). Refits leave the mark. */
 PKTRT_DEF pktrt_status pktrt_mark_changed(pktrt_scene *);
 
@@ -2267,7 +2282,7 @@ PKTRT__INLINE float pktrt__maxf(float a, float b) { return a > b ? a : b; }
 PKTRT__INLINE double pktrt__min(double a, double b) { return a < b ? a : b; } /* fmin may be a call */
 PKTRT__INLINE double pktrt__max(double a, double b) { return a > b ? a : b; }
 
-#ifndef PKTRT_NO_RENDER
+#if !defined(PKTRT_NO_RENDER) || !defined(PKTRT_NO_SURFACES)
 /* Mixes all bits of x: the finaliser of splitmix64. */
 static uint64_t pktrt__hash(uint64_t x) {
   x += UINT64_C(0x9E3779B97F4A7C15);
@@ -2277,16 +2292,16 @@ static uint64_t pktrt__hash(uint64_t x) {
 }
 
 /* Sorts keys in ascending order by heapsort: no allocation, no bad case. */
-static void pktrt__sort_keys(uint64_t *key, uint32_t n) {
-  for (uint32_t built = n / 2, end = n; end > 1;) {
-    uint32_t at = 0;
+static void pktrt__sort_keys(uint64_t *key, size_t n) {
+  for (size_t built = n / 2, end = n; end > 1;) {
+    size_t at = 0;
     if (built) {
       at = --built;
     } else {
       const uint64_t last = key[--end];
       key[end] = key[0], key[0] = last;
     }
-    for (uint32_t child; (child = 2 * at + 1) < end; at = child) {
+    for (size_t child; (child = 2 * at + 1) < end; at = child) {
       if (child + 1 < end && key[child] < key[child + 1]) child++;
       if (key[at] >= key[child]) break;
       const uint64_t moved = key[at];
@@ -13442,6 +13457,14 @@ PKTRT__COLD uint32_t pktrt__feature_of_mesh(const pktrt_scene *s, uint32_t mesh)
   return found;
 }
 
+/* Returns the bytes of a mesh'"'"'s arrays. */
+static uint64_t pktrt__mesh_bytes(const pktrt__mesh *m) {
+  const uint64_t arrays = 1u + (m->normals != NULL) + (m->pending != NULL) + (m->pending_normals != NULL);
+  uint64_t bytes = arrays * pktrt__mesh_floats(m) * sizeof(float);
+  if (m->indices) bytes += (uint64_t)m->triangle_count * 3 * sizeof(uint32_t);
+  if (m->texcoords) bytes += (uint64_t)m->vertex_count * 2 * sizeof(float);
+  return bytes;
+}
 PKTRT__COLD void pktrt__report_info(const pktrt_scene *s, pktrt_scene_info *info) {
   memset(info, 0, sizeof *info);
   if (!s) return;
@@ -13452,10 +13475,7 @@ PKTRT__COLD void pktrt__report_info(const pktrt_scene *s, pktrt_scene_info *info
   memcpy(info->bounds_hi, s->hi, sizeof s->hi);
   for (uint32_t i = 0; i < s->mesh_count; i++) {
     const pktrt__mesh *m = &s->meshes[i];
-    const uint64_t arrays = 1u + (m->normals != NULL) + (m->pending != NULL) + (m->pending_normals != NULL);
-    info->mesh_bytes += arrays * pktrt__mesh_floats(m) * sizeof(float);
-    if (m->indices) info->mesh_bytes += (uint64_t)m->triangle_count * 3 * sizeof(uint32_t);
-    if (m->texcoords) info->mesh_bytes += (uint64_t)m->vertex_count * 2 * sizeof(float);
+    info->mesh_bytes += pktrt__mesh_bytes(m);
     if (m->committed && (pktrt__feature_of_mesh(s, i) & PKTRT_FEATURE_MOTION)) info->moving_meshes++;
   }
   double area = 0;
@@ -13481,6 +13501,79 @@ PKTRT__COLD void pktrt__report_info(const pktrt_scene *s, pktrt_scene_info *info
   }
   for (uint32_t i = 0; i < s->instance_count; i++) info->instance_count += s->boxes->meshes[i].committed;
 }
+
+/* Hashes a vertex by its positions at all keys, and below, an edge: with opposite signs for its two directions. */
+static uint64_t pktrt__mesh_vertex_hash(const pktrt__mesh *m, uint64_t vertex) {
+  uint64_t number = 0;
+  for (uint32_t key = 0; key < m->key_count; key++) {
+    const float *p = m->positions + ((uint64_t)key * m->vertex_count + vertex) * 3;
+    for (int a = 0; a < 3; a++) {
+      const float x = p[a] + 0.0f; /* -0 is 0 */
+      uint32_t bits;
+      memcpy(&bits, &x, sizeof bits);
+      number = (number + bits) * UINT64_C(0xD1342543DE82EF95);
+    }
+  }
+  return number;
+}
+
+#ifndef PKTRT_NO_SURFACES
+/* Counts edges that lack a triangle to their other side, by sorting them. False: no memory. */
+PKTRT__COLD bool pktrt__mesh_count_open(const pktrt_scene *s, const pktrt__mesh *m, uint64_t *open) {
+  const uint64_t most = 3 * (uint64_t)m->triangle_count;
+  uint64_t *edge = PKTRT__CAST(uint64_t *, pktrt__mem_alloc(&s->desc, most, sizeof *edge));
+  size_t n = 0;
+  *open = 0;
+  if (!edge) return false;
+  for (uint64_t i = 0; i < most; i += 3) {
+    uint64_t v[3];
+    for (uint32_t c = 0; c < 3; c++) v[c] = pktrt__mesh_vertex_hash(m, m->indices ? m->indices[i + c] : i + c);
+    for (uint32_t c = 0; c < 3; c++) { /* the lowest bit tells the direction */
+      const uint64_t a = v[c], b = v[(c + 1) % 3];
+      if (a != b) edge[n++] = (pktrt__hash(a) + pktrt__hash(b)) << 1 | (a < b);
+    }
+  }
+  pktrt__sort_keys(edge, n);
+  for (size_t i = 0, next; i < n; i = next) {
+    size_t up = 0;
+    for (next = i; next < n && edge[next] >> 1 == edge[i] >> 1; next++) up += edge[next] & 1;
+    const size_t down = next - i - up;
+    *open += up < down ? down - up : up - down;
+  }
+  pktrt__mem_release(&s->desc, edge, most, sizeof *edge);
+  return true;
+}
+
+PKTRT__NOINLINE pktrt_status pktrt__do_get_mesh_info(const pktrt_scene *s, uint32_t mesh, pktrt_mesh_info *out) {
+  memset(out, 0, sizeof *out);
+  for (int a = 0; a < 3; a++) out->lo[a] = INFINITY, out->hi[a] = -INFINITY;
+  if (!s || mesh >= s->mesh_count || s->meshes[mesh].free) return PKTRT_INVALID_ARGUMENT;
+  const pktrt__mesh *m = &s->meshes[mesh];
+  if (!m->committed) return PKTRT_NOT_COMMITTED;
+  if (m->instance) { /* which has no arrays of its own */
+    const pktrt__instance *in = &s->instances[m->instance - 1];
+    m = &in->model->meshes[mesh - in->first_mesh];
+  }
+  out->triangles = m->triangle_count;
+  for (uint32_t t = 0; t < m->triangle_count; t++) {
+    bool area = false;
+    for (uint32_t key = 0; key < m->key_count; key++) {
+      float v[3][3];
+      pktrt__mesh_triangle(m, false, t, key, v);
+      area = area || pktrt__tri_has_area(v[0], 1);
+      for (int i = 0; i < 9; i++) {
+        out->lo[i % 3] = pktrt__minf(out->lo[i % 3], v[i / 3][i % 3]);
+        out->hi[i % 3] = pktrt__maxf(out->hi[i % 3], v[i / 3][i % 3]);
+      }
+    }
+    out->degenerate += !area;
+  }
+  out->bytes = pktrt__mesh_bytes(m);
+  if (!pktrt__mesh_count_open(s, m, &out->open_edges)) return PKTRT_OUT_OF_MEMORY;
+  out->closed = m->triangle_count && !out->open_edges;
+  return PKTRT_OK;
+}
+#endif
 
 #ifndef PKTRT_NO_RENDER
 /* Refuses components of a vector that are not finite, or outside [lo, hi]. */
@@ -16770,20 +16863,6 @@ PKTRT__COLD void pktrt__glass_find_touching(pktrt__glass_mesh *g, uint64_t *orde
   }
 }
 
-/* Hashes a vertex by its positions at all keys, and below, an edge: with opposite signs for its two directions. */
-static uint64_t pktrt__glass_vertex_hash(const pktrt__mesh *m, uint64_t vertex) {
-  uint64_t number = 0;
-  for (uint32_t key = 0; key < m->key_count; key++) {
-    const float *p = m->positions + ((uint64_t)key * m->vertex_count + vertex) * 3;
-    for (int a = 0; a < 3; a++) {
-      const float x = p[a] + 0.0f; /* -0 is 0 */
-      uint32_t bits;
-      memcpy(&bits, &x, sizeof bits);
-      number = (number + bits) * UINT64_C(0xD1342543DE82EF95);
-    }
-  }
-  return number;
-}
 static uint64_t pktrt__glass_edge_hash(uint64_t a, uint64_t b) {
   return pktrt__hash(a + 3 * b) - pktrt__hash(b + 3 * a);
 }
@@ -16794,7 +16873,7 @@ static bool pktrt__glass_is_closed(const pktrt__mesh *m) {
   uint64_t sum = 0;
   for (uint64_t i = 0; i < (uint64_t)m->triangle_count * 3; i += 3) {
     uint64_t v[3];
-    for (uint32_t c = 0; c < 3; c++) v[c] = pktrt__glass_vertex_hash(m, m->indices ? m->indices[i + c] : i + c);
+    for (uint32_t c = 0; c < 3; c++) v[c] = pktrt__mesh_vertex_hash(m, m->indices ? m->indices[i + c] : i + c);
     sum += pktrt__glass_edge_hash(v[0], v[1]) + pktrt__glass_edge_hash(v[1], v[2]) + pktrt__glass_edge_hash(v[2], v[0]);
   }
   return sum == 0;
@@ -19578,6 +19657,11 @@ PKTRT_DEF pktrt_scene *pktrt_scene_create(const pktrt_scene_desc *desc) {
   PKTRT__RETURN_UNDER_SETTINGS(pktrt_scene *, pktrt__do_scene_create(desc));
 }
 PKTRT_DEF void pktrt_scene_destroy(pktrt_scene *s) { PKTRT__UNDER_SETTINGS(pktrt__do_scene_destroy(s)); }
+#ifndef PKTRT_NO_SURFACES
+PKTRT_DEF pktrt_status pktrt_get_mesh_info(const pktrt_scene *s, uint32_t mesh, pktrt_mesh_info *out) {
+  PKTRT__RETURN_UNDER_SETTINGS(pktrt_status, pktrt__do_get_mesh_info(s, mesh, out));
+}
+#endif
 PKTRT_DEF pktrt_status pktrt_add_mesh(pktrt_scene *s, const pktrt_mesh_desc *d, uint32_t *mesh) {
   PKTRT__RETURN_UNDER_SETTINGS(pktrt_status, pktrt__do_add_mesh(s, d, mesh));
 }

@@ -250,6 +250,69 @@ static void matrices_of_4x4(void) {
   CHECK(same_bits(got, rows, sizeof rows), "in place");
 }
 
+/* --- what a mesh is --- */
+
+/* A ball of level 2 with its first `missing` triangles taken away and `flat` ones without area added, at some keys. */
+static uint32_t add_spoilt_ball(pktrt_scene *s, uint32_t missing, uint32_t flat, uint32_t keys) {
+  mesh ball = mesh_sphere(2, 0.1f, 9);
+  uint32_t index = PKTRT_NONE;
+  if (keys > 1) mesh_move(&ball, keys, 0.2f, 0.1f, 3);
+  pktrt_mesh_desc d = mesh_desc(&ball);
+  const uint32_t count = d.triangle_count - missing + flat;
+  uint32_t *faces = malloc(3 * count * sizeof *faces);
+  memcpy(faces, d.indices + 3 * missing, 3 * (d.triangle_count - missing) * sizeof *faces);
+  for (uint32_t i = 3 * (count - flat); i < 3 * count; i++) faces[i] = i % 2; /* 0, 1, 0 and 1, 0, 1 */
+  d.indices = faces, d.triangle_count = count;
+  CHECK(pktrt_add_mesh(s, &d, &index) == PKTRT_OK, "%s", pktrt_last_error(s));
+  free(faces), mesh_free(&ball);
+  return index;
+}
+static void meshes_are_described(void) {
+  pktrt_scene *s = stage_open();
+  pktrt_mesh_info info;
+  pktrt_scene_info all;
+  uint64_t triangles = 0, degenerate = 0, bytes = 0;
+  for (uint32_t missing = 0; missing < 3; missing++)
+    for (uint32_t flat = 0; flat < 4; flat += 3)
+      for (uint32_t keys = 1; keys < 4; keys++) {
+        const uint32_t ball = add_spoilt_ball(s, missing, flat, keys);
+        CHECK(pktrt_get_mesh_info(s, ball, &info) == PKTRT_NOT_COMMITTED);
+        stage_commit(s);
+        CHECK(pktrt_get_mesh_info(s, ball, &info) == PKTRT_OK);
+        CHECK(info.triangles == 128 - missing + flat && info.degenerate == flat, "%llu triangles, %llu degenerate",
+              (unsigned long long)info.triangles, (unsigned long long)info.degenerate);
+        CHECK(info.closed == !missing && (missing != 1 || info.open_edges == 3) &&
+                  (missing != 2 || info.open_edges > 3),
+              "%u missing: %llu open edges", missing, (unsigned long long)info.open_edges);
+        for (int a = 0; a < 3; a++) CHECK(info.lo[a] < -0.7f && info.hi[a] > 0.7f && info.hi[a] < 1.6f);
+        triangles += info.triangles, degenerate += info.degenerate, bytes += info.bytes;
+      }
+  pktrt_get_scene_info(s, &all);
+  CHECK(all.triangles == triangles && all.degenerate == degenerate && all.mesh_bytes == bytes, "of all together");
+
+  /* Soups: corners are the same where their positions are. A second, turned round, closes what lacks everything. */
+  static const float soup[18] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0.0f, 1, 0, 1, 0, 0, -0.0f, 0, -0.0f};
+  pktrt_mesh_desc d;
+  memset(&d, 0, sizeof d);
+  d.positions = soup, d.vertex_count = 3, d.triangle_count = 1;
+  uint32_t one = 0, two = 0;
+  CHECK(pktrt_add_mesh(s, &d, &one) == PKTRT_OK);
+  d.vertex_count = 6, d.triangle_count = 2;
+  CHECK(pktrt_add_mesh(s, &d, &two) == PKTRT_OK);
+  const uint32_t model = add_ball(s, 1), instance = show(s, model, 1, unmoved);
+  uint32_t placed = 0, of = PKTRT_NONE;
+  stage_commit(s);
+  CHECK(pktrt_get_mesh_info(s, one, &info) == PKTRT_OK && !info.closed && info.open_edges == 3, "%llu open",
+        (unsigned long long)info.open_edges);
+  CHECK(pktrt_get_mesh_info(s, two, &info) == PKTRT_OK && info.closed && info.open_edges == 0);
+  while (!pktrt_get_mesh_source(s, placed, &of, NULL)) placed++;
+  CHECK(of == instance && pktrt_get_mesh_info(s, placed, &info) == PKTRT_OK && info.closed && info.triangles == 32);
+  CHECK(pktrt_get_mesh_info(s, 1000, &info) == PKTRT_INVALID_ARGUMENT && info.triangles == 0 &&
+        info.lo[0] > info.hi[0]);
+  CHECK(pktrt_get_mesh_info(NULL, 0, &info) == PKTRT_INVALID_ARGUMENT);
+  pktrt_scene_destroy(s);
+}
+
 /* --- to a screen --- */
 
 static double srgb(double x) { return x <= 0.0031308 ? 12.92 * x : 1.055 * pow(x, 1 / 2.4) - 0.055; }
@@ -461,6 +524,8 @@ void suite_everyday(void) {
   run("a material that is set is as one that was added so", materials_are_set);
   run("a model that no instance shows is removed, and its index given again", models_are_removed);
   run("all keys of an instance are set at once: turned round, mirrored, or refused", all_keys_at_once);
+  run("what a mesh is: triangles, bounds, bytes, and whether each edge has a triangle to either side",
+      meshes_are_described);
   run("matrices of 4 x 4 by columns become those of instances", matrices_of_4x4);
   run("codes for screens are the nearest, of any exposure and tone", codes_of_screens);
   run("mistakes in what is changed are named, and change nothing", mistakes_are_named);

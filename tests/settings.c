@@ -521,6 +521,10 @@ static void make_the_rest(pktrt_scene *s) {
   CALL(pktrt_sampler_string, text[3] = pktrt_sampler_string(PKTRT_SAMPLER_HALTON));
   for (int i = 0; i < 4; i++) CHECK(text[i][0] != 0);
   CALL(pktrt_isa_available, is = pktrt_isa_available(PKTRT_ISA_AUTO));
+  pktrt_mesh_info info;
+  CALL(pktrt_get_mesh_info, status = pktrt_get_mesh_info(s, 0, &info));
+  CHECK(status == PKTRT_OK);
+  KEEP(pktrt_get_mesh_info, info.open_edges), KEEP(pktrt_get_mesh_info, info.lo);
   CALL(pktrt_get_mesh_source, is = is && !pktrt_get_mesh_source(s, 0, &number, NULL));
   CALL(pktrt_set_enabled, status = pktrt_set_enabled(s, 1, false));
   CHECK(is && status == PKTRT_OK);

@@ -327,8 +327,7 @@
 
    - Right-handed, as far as it matters: the camera looks along target - eye with x to the right and y up.
    - Triangles are hit from both sides. The normal of a hit is along cross(p1 - p0, p2 - p0): it points to where the
-     corners appear counter-clockwise. It is not of unit length; its largest component is 1 or -1. Shading turns it to
-     the viewer.
+     corners appear counter-clockwise. It is of unit length within 2^-22. Shading turns it to the viewer.
    - Inside and outside belong to the model. An instance whose matrix has a determinant below 0 mirrors: corners that appear
      counter-clockwise in the model appear clockwise in the scene, and the normal of a hit, which is that of the corners
      in the scene, points to the inside. Yet the body is not turned inside out: `inside` of pktrt_surface, pktrt_winding,
@@ -832,7 +831,7 @@ PKTRT_DEF pktrt_ray pktrt_make_ray(const float origin[3], const float direction[
 typedef struct pktrt_hit {
   float t;           /* on a miss: the ray's tmax */
   float u, v;        /* barycentrics: point = (1-u-v) p0 + u p1 + v p2, none below 0; 0 on a miss */
-  float normal[3];   /* along cross(p1-p0, p2-p0) at the ray's time, largest component 1 or -1; 0 on a miss */
+  float normal[3];   /* along cross(p1-p0, p2-p0) at the ray's time, of unit length within 2^-22; 0 on a miss */
   uint32_t mesh;     /* PKTRT_NONE on a miss */
   uint32_t triangle; /* index within the mesh; PKTRT_NONE on a miss */
 } pktrt_hit;
@@ -4819,6 +4818,8 @@ PKTRT__COLD pktrt_status pktrt__commit_rebuild_worn(pktrt_scene *s) {
 #define PKTRT__CALM_UV 2.9802322387695312e-8     /* 2^-25 */
 #define PKTRT__CALM_T 1.862645149230957e-9       /* 2^-29 */
 #define PKTRT__CALM_NORMAL 7.450580596923828e-9  /* 2^-27 */
+#define PKTRT__NORMAL_LEAST 1.4916681462400413e-154 /* 2^-511: squares of normals beyond these leave the doubles' range */
+#define PKTRT__NORMAL_MOST 3.3519519824856493e+153  /* 2^510 */
 #define PKTRT__CALM_DEPTH (PKTRT__SLACK(calm) * 5)
 #define PKTRT__TOUCH (4 * PKTRT__EPS)            /* 2^-22 of the way to a light: a surface so near to it touches it */
 #define PKTRT__ERROR_T (1.4 * PKTRT__EPS)        /* of t */
@@ -4886,6 +4887,10 @@ PKTRT__INLINE double pktrt__tri_normal_size(double p[3][3], double n[3]) {
 /* Tells whether its direction is as sharp as hits report it. */
 PKTRT__INLINE bool pktrt__tri_normal_of(double p[3][3], double n[3]) {
   return pktrt__tri_normal_size(p, n) * PKTRT__CALM_NORMAL < pktrt__max_abs3(n[0], n[1], n[2]);
+}
+/* Returns 1 / |n|. Components are in the order x, y, z wherever this is computed, as the sum rounds. */
+PKTRT__INLINE double pktrt__tri_normal_scale(const double n[3]) {
+  return 1 / sqrt((n[0] * n[0] + n[1] * n[1]) + n[2] * n[2]);
 }
 PKTRT__NOINLINE bool pktrt__tri_normal_seldom(double p[3][3], double n[3]) { return pktrt__tri_normal_of(p, n); }
 static bool pktrt__tri_normal(float p[3][3], double n[3]) {
@@ -5571,35 +5576,40 @@ PKTRT__DIVIDES_BY_ZERO PKTRT__INLINE bool pktrt__single_resolve_tuv(const pktrt_
   return pktrt__exact_is_calm(&e) && pktrt__exact_is_within(*u, *w);
 }
 PKTRT__DIVIDES_BY_ZERO PKTRT__INLINE bool pktrt__single_resolve_normal(pktrt__exact_view *v, const uint32_t *axis,
-                                                                       float *normal, uint32_t row) {
-  double n[3];
-  const bool sharp = pktrt__tri_normal_of(v->p, n);
-  const double unit = 1 / pktrt__max_abs3(n[0], n[1], n[2]);
-  normal[row * axis[0]] = (float)(n[0] * unit), normal[row * axis[1]] = (float)(n[1] * unit);
-  normal[row * axis[2]] = (float)(n[2] * unit);
+                                                                       float normal[3]) {
+  double turned[3], n[3];
+  const bool sharp = pktrt__tri_normal_of(v->p, turned);
+
+  for (int a = 0; a < 3; a++) n[axis[a]] = turned[a];
+
+  const double unit = pktrt__tri_normal_scale(n);
+  for (int a = 0; a < 3; a++) normal[a] = (float)(n[a] * unit);
   return sharp;
 }
 /* Computes them anew where doubles do not suffice for all. */
 PKTRT__COLD void pktrt__exact_resolve(pktrt__exact_view *v, const uint32_t *axis, float *t, float *u, float *w,
-                                      float *normal, uint32_t row) {
+                                      float normal[3]) {
   const pktrt__exact_edges e = pktrt__exact_edge_functions(v);
   const bool t_is_calm = pktrt__exact_t_is_calm(&e), uv_is_calm = pktrt__exact_uv_is_calm(&e);
   float tuv[3];
-  double n[3];
+  double turned[3], n[3];
   if (!(t_is_calm && uv_is_calm)) pktrt__exact_solve(v, tuv);
   if (!t_is_calm) *t = tuv[0];
   if (!uv_is_calm) *u = tuv[1], *w = tuv[2];
   pktrt__exact_bring_within(u, w);
-  if (pktrt__tri_normal_seldom(v->p, n)) return;
-  pktrt__exact_normal(*v, n);
-  for (int a = 0; a < 3; a++) normal[row * axis[a]] = (float)n[a];
+  if (pktrt__tri_normal_seldom(v->p, turned)) return;
+  pktrt__exact_normal(*v, turned);
+  for (int a = 0; a < 3; a++) n[axis[a]] = turned[a];
+
+  const double unit = pktrt__tri_normal_scale(n);
+  for (int a = 0; a < 3; a++) normal[a] = (float)(n[a] * unit);
 }
 /* In a view of its own: the values of one that nobody else reads stay in registers. */
 PKTRT__COLD void pktrt__single_resolve_exactly(const pktrt_scene *s, const pktrt__single *q, pktrt_hit *hit) {
   const pktrt_ray *ray = q->ray;
   pktrt__exact_view v;
   pktrt__exact_view_seldom(&v, &s->bvhs[q->bvh], q->slot, ray->time, q->axis, ray->origin, ray->direction);
-  pktrt__exact_resolve(&v, q->axis, &hit->t, &hit->u, &hit->v, hit->normal, 1);
+  pktrt__exact_resolve(&v, q->axis, &hit->t, &hit->u, &hit->v, hit->normal);
 }
 PKTRT__NOINLINE void pktrt__single_resolve(const pktrt_scene *s, const pktrt__single *q, pktrt_hit *hit) {
   const pktrt_ray *ray = q->ray;
@@ -5607,7 +5617,7 @@ PKTRT__NOINLINE void pktrt__single_resolve(const pktrt_scene *s, const pktrt__si
   pktrt__exact_view_at(&v, &s->bvhs[q->bvh], q->slot, ray->time, q->axis, ray->origin, ray->direction, 1);
   (void)pktrt__single_resolve_tuv(&v, &hit->t, &hit->u, &hit->v); /* bounds of its depth tell for less */
   const bool calm = (q->wf - q->sf) * PKTRT__CALM_DEPTH < q->wf, within = pktrt__exact_is_within(hit->u, hit->v),
-             sharp = pktrt__single_resolve_normal(&v, q->axis, hit->normal, 1);
+             sharp = pktrt__single_resolve_normal(&v, q->axis, hit->normal);
   if (!(calm && sharp && within)) pktrt__single_resolve_exactly(s, q, hit);
 }
 /* Resolves the hits of rays i to i+7 of a batch, one by one: of those that eights leave, and of all in sets without
@@ -5837,6 +5847,11 @@ static uint64_t pktrt__place_take(const pktrt_scene *s, uint32_t index, pktrt__b
 }
 #endif
 
+/* Tells whether the square of a normal of this largest component is far from the ends of the range of doubles. */
+static bool pktrt__place_normal_has_square(double most) {
+  return most > PKTRT__NORMAL_LEAST && most < PKTRT__NORMAL_MOST;
+}
+
 /* Computes t, u, v and normal of a hit in an instance. */
 static void pktrt__place_resolve(const pktrt_scene *s, uint32_t place, uint32_t bvh, uint32_t slot,
                                  const pktrt_ray *ray, const float *there, pktrt_hit *hit) {
@@ -5846,7 +5861,7 @@ static void pktrt__place_resolve(const pktrt_scene *s, uint32_t place, uint32_t 
   const pktrt__place *p = pktrt__place_view(&s->instances[place - 1], bvh, slot, ray, there, &v, &moving, &axis);
   double edge[3][3] = {{0, 0, 0}, {0, 0, 0}, {0, 0, 0}}, n[3], exact[3];
   if (!pktrt__single_resolve_tuv(&v, &hit->t, &hit->u, &hit->v))
-    pktrt__exact_resolve(&v, axis, &hit->t, &hit->u, &hit->v, hit->normal, 1);
+    pktrt__exact_resolve(&v, axis, &hit->t, &hit->u, &hit->v, hit->normal);
   for (int c = 1; c < 3; c++) {
     double e[3];
     for (int a = 0; a < 3; a++) e[axis[a]] = v.p[c][a] - v.p[0][a];
@@ -5863,7 +5878,12 @@ static void pktrt__place_resolve(const pktrt_scene *s, uint32_t place, uint32_t 
       }
     }
   }
-  const double unit = 1 / pktrt__max_abs3(n[0], n[1], n[2]);
+
+  /* Matrices have what range they like: where squares would leave that of doubles, the normal is scaled first. */
+  const double most = pktrt__max_abs3(n[0], n[1], n[2]);
+  for (int a = 0; a < 3 && !pktrt__place_normal_has_square(most); a++) n[a] /= most;
+
+  const double unit = pktrt__tri_normal_scale(n);
   for (int a = 0; a < 3; a++) hit->normal[a] = (float)(n[a] * unit);
 }
 /* Does so for the rays i to i+7 of a batch in `hits`. */
@@ -10579,7 +10599,7 @@ PKTRT__NOINLINE void pktrt__drive_fast(const pktrt_scene *scene, pktrt__batch *b
 
 /* >>resolve ---------------------------------------------------------------------------------------------------------
 
-   t, u, v and normal of the hits, once per ray, in double from the corners. The normal's largest component is 1. */
+   t, u, v and normal of the hits, once per ray, in double from the corners. The normal's length is 1. */
 
 /* Does what the next function does, where what moves is among it. */
 PKTRT__NOINLINE void pktrt__resolve_gather_moving(const pktrt_scene *scene, const uint32_t *slot_of,
@@ -10695,15 +10715,22 @@ SMALL uint32_t pktrt__resolve_hits(const pktrt_scene *scene, pktrt__batch *b, ui
       dsub(dmul(e[0][(a + 1) % 3], e[1][(a + 2) % 3]), dmul(e[0][(a + 2) % 3], e[1][(a + 1) % 3]));
   const d8 largest = pktrt__vec_dmax_abs3(n[0], n[1], n[2]), size = pktrt__vec_dmax_abs3(e[0][0], e[0][1], e[0][2]);
   const d8 sizes = dmul(size, pktrt__vec_dmax_abs3(e[1][0], e[1][1], e[1][2]));
-  const m8 sharp = dlt(dmul(sizes, dset(PKTRT__CALM_NORMAL)), largest);
-  const d8 r = ddiv(one, dmul(edges.det, dk)), rdet = dmul(dk, r), unit = ddiv(one, largest);
+  m8 sharp = dlt(dmul(sizes, dset(PKTRT__CALM_NORMAL)), largest);
+  if (PKTRT__INSTANCES && turn) { /* pktrt__place_normal_has_square */
+    sharp = mand(sharp, mand(dlt(dset(PKTRT__NORMAL_LEAST), largest), dlt(largest, dset(PKTRT__NORMAL_MOST))));
+  }
+  const d8 r = ddiv(one, dmul(edges.det, dk)), rdet = dmul(dk, r);
   const m8 m = mfrom(hits);
   vstore_masked(b->t + i, m, dto(dmul(edges.depth, r)));
   const v8 u = dto(dmul(edges.v, rdet)), v = dto(dmul(edges.w, rdet));
   const m8 within = vle(vset(0), vmin(vmin(u, v), vsub(vsub(vset(1), u), v))); /* pktrt__exact_is_within */
   vstore(b->as.hit.u + i, u);
   vstore(b->as.hit.v + i, v);
-  ROLL_OUT for (int a = 0; a < 3; a++) vstore(b->as.hit.normal[k[a]] + i, dto(dmul(n[a], unit)));
+  d8 normal[3];
+  ROLL_OUT for (int a = 0; a < 3; a++) normal[k[a]] = n[a];
+  const d8 n2 = dadd(dadd(dmul(normal[0], normal[0]), dmul(normal[1], normal[1])), dmul(normal[2], normal[2]));
+  const d8 unit = ddiv(one, dsqrt(n2)); /* pktrt__tri_normal_scale */
+  ROLL_OUT for (int a = 0; a < 3; a++) vstore(b->as.hit.normal[a] + i, dto(dmul(normal[a], unit)));
   const v8 hi = vload(b->wf + i), range = vsub(hi, vload(b->sf + i));
   uint32_t calm = turn ? 0 : mbits(vlt(vmul(range, vset(PKTRT__CALM_DEPTH)), hi));
   if (PKTRT__UNLIKELY(hits & ~calm)) {
@@ -14656,9 +14683,9 @@ static bool pktrt__spawn_normal(const pktrt_scene *s, const pktrt_ray *ray, pktr
   for (int a = 0; a < 3 && place; a++)
     at[a] = pktrt__mesh_side(s, hit->mesh) *
             (place->inverse[a][0] * n[0] + place->inverse[a][1] * n[1] + place->inverse[a][2] * n[2]);
-  const double most = pktrt__max_abs3(at[0], at[1], at[2]);
-  for (int a = 0; a < 3 && most > 0; a++) hit->normal[a] = (float)(at[a] / most);
-  return most > 0;
+  const bool has_area = pktrt__normalise(at);
+  for (int a = 0; a < 3 && has_area; a++) hit->normal[a] = (float)at[a];
+  return has_area;
 }
 PKTRT__NOINLINE void pktrt__do_spawn_at(const pktrt_scene *s, uint32_t mesh, uint32_t triangle, float u, float v,
                                         float time, const float direction[3], pktrt_ray *out) {

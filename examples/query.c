@@ -93,8 +93,7 @@ static void sky_view(const pktrt_scene *scene) {
     pktrt_hit hit;
     int seen = 0;
     if (!pktrt_intersect(scene, &probe, &hit)) return;
-    const float length = sqrtf(hit.normal[0] * hit.normal[0] + hit.normal[1] * hit.normal[1]); /* it has almost no z */
-    const float nx = hit.normal[0] / length, ny = hit.normal[1] / length;
+    const float nx = hit.normal[0], ny = hit.normal[1]; /* it has almost no z */
     for (int i = 0; i < SKY; i++) {
       const float h = ((float)i + 0.5f) / SKY, r = sqrtf(1 - h * h), a = 2.39996f * (float)i; /* the golden angle */
       const float s = r * cosf(a), direction[3] = {h * nx - s * ny, h * ny + s * nx, r * sinf(a)};
@@ -122,8 +121,7 @@ static void depth_map(const pktrt_scene *scene) {
       origin[2][i] = 5.4f * (((float)row + 0.5f) / MAP_H - 0.5f);
     }
     pktrt_intersect_soa(scene, &rays, &hits, MAP_W);
-    for (int i = 0; i < MAP_W; i++) /* a normal's largest component is 1 or -1 */
-      putchar(t[i] == INFINITY ? ' ' : ny[i] >= 1 ? '.' : ny[i] > 0.5f ? 'o' : '#');
+    for (int i = 0; i < MAP_W; i++) putchar(t[i] == INFINITY ? ' ' : ny[i] > 0.71f ? '.' : ny[i] > 0.45f ? 'o' : '#');
     putchar('\n');
   }
 }

@@ -518,6 +518,74 @@ static void typical_mistakes_are_told(void) {
   CHECK(strstr(last, "the widest") && strstr(last, widest), "%s is not in: %s", widest, last);
 }
 
+/* --- normals of hits --- */
+
+enum { NORMAL_RAYS = 300 };
+
+/* Sends rays at triangles of a mesh from near by, as a model's corners lie with the matrix `scale`, and measures how far
+   normals are from unit length; returns the number of hits. */
+static size_t measure_normals(const pktrt_scene *s, const mesh *m, const float scale[3], rng *r, double *farthest) {
+  static pktrt_ray rays[NORMAL_RAYS];
+  static pktrt_hit many[NORMAL_RAYS];
+  size_t hits = 0;
+
+  for (int i = 0; i < NORMAL_RAYS; i++) {
+    const uint32_t *corner = m->i + 3 * (size_t)rng_below(r, m->nt);
+    rays[i] = ray_of(0, 0, 0, 0, 0, 0);
+    rays[i].time = rng_unit(r);
+    for (int a = 0; a < 3; a++) {
+      const float centre = (m->p[3 * corner[0] + (uint32_t)a] + m->p[3 * corner[1] + (uint32_t)a] +
+                            m->p[3 * corner[2] + (uint32_t)a]) / 3;
+      const float to = centre * scale[a], away = 0.3f * rng_sign(r) * scale[a];
+      rays[i].origin[a] = to + away, rays[i].direction[a] = -away;
+    }
+  }
+  pktrt_intersect_n(s, rays, many, NORMAL_RAYS);
+  for (int i = 0; i < NORMAL_RAYS; i++) {
+    pktrt_hit hit;
+    double n2 = 0;
+    if (!pktrt_intersect(s, &rays[i], &hit)) continue;
+    CHECK(same_bits(&hit, &many[i], sizeof hit), "ray %d", i);
+    for (int a = 0; a < 3; a++) n2 += (double)hit.normal[a] * (double)hit.normal[a];
+    hits++;
+    if (!(fabs(sqrt(n2) - 1) <= *farthest)) *farthest = fabs(sqrt(n2) - 1);
+  }
+  return hits;
+}
+
+static void normals_are_of_unit_length(void) {
+  static const float scales[][3] = {{1, 1, 1},          {1e-17f, 1e-17f, 1e-17f}, {1e17f, 1e17f, 1e17f},
+                                    {1e-9f, 1, 1e9f},   {3, -2, 1},               {1e12f, 1e-12f, 1e12f},
+                                    {1e-15f, 1, 1e-15f}};
+  double farthest = 0;
+  size_t hits = 0;
+  rng r = rng_of(54);
+
+  for (size_t k = 0; k < sizeof scales / sizeof *scales; k++)
+    for (int kind = 0; kind < 8; kind++) {
+      mesh m = kind % 4 == 0 ? mesh_sphere(2, 0.2f, 3) : kind % 4 == 1 ? mesh_thin(300, 4) : mesh_soup(200, 0.3f, 5);
+      const float *scale = scales[k];
+      const float keys[12] = {scale[0], 0, 0, 0, 0, scale[1], 0, 0, 0, 0, scale[2], 0};
+      const float none[3] = {0, 0, 0};
+      pktrt_scene *s = stage_open();
+
+      if (kind % 4 == 3) mesh_move(&m, 3, 0.4f, 0.05f, 6);
+      if (kind < 4) mesh_place(&m, scale, none);
+      const pktrt_mesh_desc d = mesh_desc(&m);
+      uint32_t model = 0;
+      CHECK((kind < 4 ? pktrt_add_mesh(s, &d, NULL) : pktrt_add_model(s, &d, 1, &model)) == PKTRT_OK, "%s",
+            pktrt_last_error(s));
+      if (kind >= 4) show(s, model, 1, keys);
+      stage_commit(s);
+      hits += measure_normals(s, &m, kind < 4 ? scales[0] : scale, &r, &farthest);
+      pktrt_scene_destroy(s);
+      mesh_free(&m);
+    }
+  CHECK(hits > 5000, "%zu hits", hits);
+  CHECK(farthest > 0 && farthest < 0x1p-22, "a length is off by %g * 2^-24", farthest * 0x1p24);
+  say("%zu hits, lengths off by at most %.2f * 2^-24", hits, farthest * 0x1p24);
+}
+
 void suite_everyday(void) {
   run("a light that is set is as one that was added so, whatever its kind", lights_are_set);
   run("after lights come and go pictures are those of scenes that had only what is left", lights_come_and_go);
@@ -527,6 +595,8 @@ void suite_everyday(void) {
   run("what a mesh is: triangles, bounds, bytes, and whether each edge has a triangle to either side",
       meshes_are_described);
   run("matrices of 4 x 4 by columns become those of instances", matrices_of_4x4);
+  run("normals of hits are of unit length within 2^-22, of triangles and matrices of any size",
+      normals_are_of_unit_length);
   run("codes for screens are the nearest, of any exposure and tone", codes_of_screens);
   run("mistakes in what is changed are named, and change nothing", mistakes_are_named);
   run("typical mistakes are told, each with its cause and the field, and what is right is not",

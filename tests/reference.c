@@ -247,8 +247,10 @@ static void give_normal(float v[3][3], float normal[3]) {
   const double sizes = most_of3(a[0], a[1], a[2]) * most_of3(b[0], b[1], b[2]);
   const bool calm = sizes * 0x1p-27 < most_of3(n[0], n[1], n[2]);
   if (!calm) oracle_normal(v, n);
-  const double size = most_of3(n[0], n[1], n[2]), unit = 1 / size;
-  for (int k = 0; k < 3; k++) normal[k] = (float)(calm ? n[k] * unit : n[k] / size);
+  const double largest = most_of3(n[0], n[1], n[2]);
+  for (int k = 0; k < 3 && !calm; k++) n[k] /= largest;
+  const double unit = 1 / sqrt((n[0] * n[0] + n[1] * n[1]) + n[2] * n[2]);
+  for (int k = 0; k < 3; k++) normal[k] = (float)(n[k] * unit);
 }
 
 /* Ties go to the lower mesh, then the lower triangle. */

@@ -16,8 +16,10 @@ static bool hits_something(const pktrt_scene *s, const pktrt_ray *r) {
     CHECK(same_bits(&h.t, &r->tmax, 4) || (h.t != h.t && r->tmax != r->tmax), "a miss reports tmax");
     CHECK(h.u == 0 && h.v == 0 && h.normal[0] == 0 && h.normal[1] == 0 && h.normal[2] == 0);
   } else {
-    float l = fmaxf(fabsf(h.normal[0]), fmaxf(fabsf(h.normal[1]), fabsf(h.normal[2])));
-    CHECK(l == 1 && h.u >= 0 && h.v >= 0 && h.t > r->tmin && h.t < r->tmax);
+    double n2 = 0;
+    for (int a = 0; a < 3; a++) n2 += (double)h.normal[a] * (double)h.normal[a];
+    CHECK(fabs(sqrt(n2) - 1) < 0x1p-22, "a normal of length %g", sqrt(n2));
+    CHECK(h.u >= 0 && h.v >= 0 && h.t > r->tmin && h.t < r->tmax);
   }
   return hit;
 }

@@ -104,12 +104,13 @@ const char *fuzz_bad_hit(const pktrt_ray *r, const pktrt_hit *h, bool hit) {
     const pktrt_hit zero = {r->tmax, 0, 0, {0, 0, 0}, PKTRT_NONE, PKTRT_NONE};
     return same_bits(h, &zero, sizeof zero) ? NULL : "A miss says more than the tmax of its ray.";
   }
-  const float n = fmaxf(fabsf(h->normal[0]), fmaxf(fabsf(h->normal[1]), fabsf(h->normal[2])));
+  double n2 = 0;
+  for (int a = 0; a < 3; a++) n2 += (double)h->normal[a] * (double)h->normal[a];
   if (!ref_valid(r)) return "A ray that is not valid hits.";
   if (!(h->t > r->tmin && h->t < r->tmax)) return "A hit lies outside the interval.";
   if (h->mesh == PKTRT_NONE || h->triangle == PKTRT_NONE) return "A hit has no triangle.";
   if (!(h->u >= 0 && h->v >= 0 && (1 - h->u) - h->v >= 0)) return "Barycentrics lie outside the triangle.";
-  return n == 1 && fuzz_all_finite(h->normal, 3) ? NULL : "The largest component of a normal is not 1.";
+  return fabs(sqrt(n2) - 1) < 0x1p-22 ? NULL : "A normal is not of unit length.";
 }
 
 static bool within(const float *x, int n, float lo, float hi) { /* false for NaN */

@@ -1228,7 +1228,8 @@ typedef struct pktrt_material { /* a zeroed one is black */
   float exponent;    /* Phong lobe: >= 0 */
   float emission[3]; /* radiance of both sides, >= 0 */
   /* Changes albedo, reflectance, emission; NULL: none. What it writes is not checked: NaN or infinity, here as from a
-     shader or an environment, reaches every pixel whose rays come by, and that pixel stays so. */
+     shader or an environment, reaches every pixel whose rays come by, and that pixel stays so. In a scene with a `log`
+     pktrt_render calls it first at a few points, to warn of what is outside [0,1] and of texcoords that are missing. */
   void (*texture)(void *user, const pktrt_points *);
   /* Replaces everything else that happens at these points: the radiance towards the viewer, by channel. NULL: none */
   void (*shader)(void *user, const pktrt_points *, float *radiance[3]);
@@ -1432,7 +1433,9 @@ typedef struct pktrt_render_desc {
   bool (*progress)(void *user, float done);
   void *user;
 
-  uint32_t samples; /* per pixel and pass, 1 to 65536; 0: 1. Alone in its pixel it lies in the middle, save in DRT */
+  /* Samples per pixel and pass, 1 to 65536. 0: 16 in DRT and 4 else; but 1 where passes, target_error, time_budget or
+     adaptive is set. One alone in its pixel lies in the middle, save in DRT. */
+  uint32_t samples;
   pktrt_sampler sampler;
   uint32_t seed;
   uint32_t max_depth; /* generations of secondary rays, up to 50 (PKTRT_MAX_DEPTH); 0: 50 */
@@ -15272,6 +15275,8 @@ typedef struct pktrt__environment {
   double *sum;   /* of rows up to each, which is included, with their solid angles */
   float *along;  /* of each row, sums of its cells up to each, which is included */
   double share;  /* of samples that are drawn from the table, the others by cosine; 0: all are */
+  double small[3]; /* towards a cell with a good part of all light, much brighter than those beside it, */
+  bool has_small;  /* if there is one: its source is smaller than cells, or nearly */
 } pktrt__environment;
 
 /* What is known of a light before the first ray. */
@@ -15503,6 +15508,13 @@ static const char *pktrt__render_left_out(const pktrt_render_desc *d) {
   return NULL;
 }
 
+/* Returns the samples per pixel and pass that a description asks for. */
+static uint32_t pktrt__request_samples(const pktrt_render_desc *d) {
+  if (d->samples) return d->samples;
+  if (d->passes || d->target_error > 0 || d->time_budget > 0 || d->adaptive) return 1;
+  return d->mode == PKTRT_MODE_DRT ? 16 : 4;
+}
+
 static bool pktrt__render_check(const pktrt_scene *s, const pktrt_render_desc *d, pktrt__render_state *render,
                                 pktrt__refusal *why) {
   memset(render, 0, sizeof *render);
@@ -15515,7 +15527,7 @@ static bool pktrt__render_check(const pktrt_scene *s, const pktrt_render_desc *d
   render->features = pktrt__feature_used(d, pktrt__feature_of_render(s, d));
   render->packet_size = d->packet_size ? d->packet_size : 8;
   render->tile_size = d->tile_size ? d->tile_size : 64;
-  render->samples = d->samples ? d->samples : 1;
+  render->samples = pktrt__request_samples(d);
   render->max_depth = d->max_depth ? d->max_depth : PKTRT_MAX_DEPTH;
   render->threshold = d->attenuation == 0 ? 1.0f / 256 : d->attenuation;
   render->row_stride = d->row_stride ? d->row_stride : (size_t)d->width * 3;
@@ -16569,6 +16581,29 @@ PKTRT__NOINLINE void pktrt__environment_sum(pktrt__environment *e, const float *
   if (e->share < 1.0 / 32) e->share = 0;
 }
 
+/* Finds a cell that holds a good part of all the light of an environment, and has none about as bright beside it. */
+PKTRT__COLD void pktrt__environment_find_small(pktrt__environment *e, const float *radiance) {
+  const uint32_t columns = 2 * e->rows;
+  double all = 0;
+
+  for (uint32_t i = 0; i < columns * e->rows; i++)
+    all += (double)radiance[i] * (e->edge[i / columns] - e->edge[i / columns + 1]);
+  e->has_small = false;
+  for (uint32_t i = 0; i < columns * e->rows; i++) {
+    const uint32_t row = i / columns, column = i % columns, from = row * columns;
+    const float above = row ? radiance[i - columns] : 0, below = row + 1 < e->rows ? radiance[i + columns] : 0;
+    const float before = radiance[from + (column + columns - 1) % columns], next = radiance[from + (column + 1) % columns];
+    const float beside = pktrt__maxf(pktrt__maxf(above, below), pktrt__maxf(before, next));
+    double high, sine, cosine;
+
+    if ((double)radiance[i] * (e->edge[row] - e->edge[row + 1]) * 8 < all || beside > 0.25f * radiance[i]) continue;
+    pktrt__math_sincos_turn((row + 0.5) / columns, &high, &e->small[1]);
+    pktrt__math_sincos_turn((column + 0.5) / columns, &sine, &cosine);
+    e->small[0] = high * cosine, e->small[2] = high * sine;
+    e->has_small = radiance[i] > 0;
+  }
+}
+
 PKTRT__COLD void pktrt__environment_free(const pktrt_scene_desc *desc, pktrt__environment *e) {
   if (!e) return;
   pktrt__mem_release(desc, e->edge, e->rows + 1, sizeof *e->edge);
@@ -16596,6 +16631,7 @@ PKTRT__COLD pktrt__environment *pktrt__environment_make(const pktrt_scene_desc *
   for (uint32_t i = 0; ok && i < 2 * e->rows; i += 64) pktrt__environment_look(e, i, radiance);
   if (ok) pktrt__environment_scale(e, radiance);
   if (ok) pktrt__environment_sum(e, radiance);
+  if (ok) pktrt__environment_find_small(e, radiance);
   pktrt__mem_release(desc, radiance, cells, sizeof *radiance);
   if (ok) return e;
   pktrt__environment_free(desc, e);
@@ -19342,13 +19378,141 @@ PKTRT__COLD void pktrt__warn_of_darkness(const pktrt__render_state *render) {
   else pktrt__log_sentence(s, 0, words);
 }
 
+/* Warns of an environment that has most of what counts in one cell of its table, so in less than a cell. */
+PKTRT__COLD void pktrt__warn_of_environment(const pktrt_scene *s, const pktrt__environment *e) {
+  if (!e || !e->has_small) return;
+  pktrt__warn(s,
+              "render: environment: towards (%.2f, %.2f, %.2f) it has a source of less than %.1f degrees, the cells of its "
+              "table: it may be lost or be noise; give it as a light of kind PKTRT_LIGHT_DIRECTIONAL%s",
+              e->small[0], e->small[1], e->small[2], 180.0 / e->rows,
+              e->rows < 512 ? ", or call pktrt_prepare_environment" : "");
+}
+
+#ifndef PKTRT_NO_TEXTURES
+enum { PKTRT__PROBES = 32, PKTRT__PROBED_MESHES = 64 };
+
+/* Values at points that a texture is tried with. */
+typedef struct pktrt__warn_probe {
+  float position[3][PKTRT__PROBES], direction[3][PKTRT__PROBES], normal[3][PKTRT__PROBES];
+  float barycentric[2][PKTRT__PROBES], time[PKTRT__PROBES], texcoord[2][PKTRT__PROBES], opacity[PKTRT__PROBES];
+  float changed[9][PKTRT__PROBES]; /* albedo, reflectance, emission */
+  uint32_t mesh[PKTRT__PROBES], triangle[PKTRT__PROBES];
+} pktrt__warn_probe;
+
+/* Sets point i of a probe: within a triangle, seen along its normal. */
+PKTRT__COLD void pktrt__warn_place_probe(const pktrt_scene *s, uint32_t mesh, uint32_t triangle, float time, uint32_t i,
+                                         pktrt__warn_probe *probe) {
+  static const float none[3] = {0, 0, 0};
+  pktrt_ray ray = pktrt_make_ray(none, none), within;
+  pktrt__place moving;
+  float corner[3][3];
+  double p[3][3], n[3];
+
+  ray.time = time;
+  const pktrt__place *place = pktrt__spawn_frame(s, mesh, triangle, &ray, corner, &within, &moving);
+  for (int c = 0; c < 3; c++)
+    for (int a = 0; a < 3; a++) {
+      const float *at = corner[c];
+      p[c][a] = (double)at[a];
+      if (place)
+        p[c][a] = place->a[a][0] * (double)at[0] + place->a[a][1] * (double)at[1] + place->a[a][2] * (double)at[2] +
+                  place->shift[a];
+    }
+  (void)pktrt__tri_normal_size(p, n);
+  if (!pktrt__normalise(n)) n[0] = 0, n[1] = 0, n[2] = 1;
+  for (int a = 0; a < 3; a++) {
+    probe->position[a][i] = (float)(0.5 * p[0][a] + 0.25 * p[1][a] + 0.25 * p[2][a]);
+    probe->normal[a][i] = (float)n[a];
+    probe->direction[a][i] = -(float)n[a];
+  }
+  probe->barycentric[0][i] = probe->barycentric[1][i] = 0.25f;
+  probe->mesh[i] = mesh;
+  probe->triangle[i] = triangle;
+  probe->time[i] = time;
+  probe->opacity[i] = 1;
+}
+
+/* Tries the texture of a mesh at some of its triangles. If `spread`, texcoords are those of a diagonal. */
+PKTRT__COLD void pktrt__warn_try_texture(const pktrt_scene *s, uint32_t mesh, float time, bool spread,
+                                         pktrt__warn_probe *probe) {
+  const uint32_t count = s->meshes[mesh].triangle_count;
+  const pktrt_material *material = pktrt__material_of(s, s->meshes[mesh].material);
+  const float *const given[3] = {material->albedo, material->reflectance, material->emission};
+  pktrt_points p;
+
+  memset(probe, 0, sizeof *probe), memset(&p, 0, sizeof p);
+  p.n = PKTRT__PROBES, p.time = probe->time, p.opacity = probe->opacity;
+  p.mesh = probe->mesh, p.triangle = probe->triangle;
+  for (int a = 0; a < 3; a++) {
+    p.position[a] = probe->position[a], p.direction[a] = probe->direction[a], p.normal[a] = probe->normal[a];
+    p.albedo[a] = probe->changed[a], p.reflectance[a] = probe->changed[3 + a], p.emission[a] = probe->changed[6 + a];
+  }
+  for (int a = 0; a < 2; a++) p.barycentric[a] = probe->barycentric[a], p.texcoord[a] = probe->texcoord[a];
+
+  for (uint32_t i = 0; i < PKTRT__PROBES; i++) {
+    const uint32_t triangle = (uint32_t)((uint64_t)i * count / PKTRT__PROBES);
+    float at[2];
+    pktrt__warn_place_probe(s, mesh, triangle, time, i, probe);
+    pktrt__texcoord_at(s, mesh, triangle, 0.25f, 0.25f, at);
+    for (int a = 0; a < 2; a++) probe->texcoord[a][i] = spread ? ((float)i + 0.5f) / PKTRT__PROBES : at[a];
+    for (int a = 0; a < 9; a++) probe->changed[a][i] = given[a / 3][a % 3];
+  }
+  material->texture(material->user, &p);
+}
+
+/* Warns of a texture that gives more than there is, and of one that looks at texcoords which a mesh has not. */
+PKTRT__COLD void pktrt__warn_of_texture(const pktrt_scene *s, uint32_t mesh, float time) {
+  static const char *const names[] = {"albedo", "reflectance", "emission"};
+  const unsigned material = (unsigned)s->meshes[mesh].material;
+  pktrt__warn_probe probe, other;
+
+  pktrt__warn_try_texture(s, mesh, time, false, &probe);
+  for (uint32_t i = 0; i < 9 * PKTRT__PROBES; i++) {
+    const uint32_t kind = i / (3 * PKTRT__PROBES);
+    const float x = probe.changed[i / PKTRT__PROBES][i % PKTRT__PROBES], most = kind < 2 ? 1 : INFINITY;
+    if (x >= 0 && x <= most) continue;
+    pktrt__warn(s, "render: the texture of material %u writes %g as %s, outside [0, %s", material, (double)x, names[kind],
+                kind < 2 ? "1]: does it give values of 0 to 255?" : "infinity)");
+    break;
+  }
+  if (pktrt__mesh_source(s, mesh)->texcoords) return;
+
+  pktrt__warn_try_texture(s, mesh, time, true, &other);
+  if (memcmp(probe.changed, other.changed, sizeof probe.changed) == 0 &&
+      memcmp(probe.opacity, other.opacity, sizeof probe.opacity) == 0)
+    return;
+  pktrt__warn(s, "render: the texture of material %u looks at texcoords, but mesh %u has none: set texcoords of its desc",
+              material, (unsigned)mesh);
+}
+
+/* Warns of textures, of the first meshes only: each takes two calls of its hook. */
+PKTRT__COLD void pktrt__warn_of_textures(const pktrt_scene *s, float time) {
+  uint32_t tried = 0, last = 0;
+  for (uint32_t i = 0; i < s->committed_meshes && tried < PKTRT__PROBED_MESHES; i++) {
+    const uint32_t material = s->meshes[i].material;
+    const bool textured = s->meshes[i].triangle_count && pktrt__material_of(s, material)->texture;
+    if (!textured || (tried && material == last)) continue;
+    pktrt__warn_of_texture(s, i, time);
+    last = material, tried++;
+  }
+}
+#endif
+
 /* Logs all warnings. The render's lights must have been made. */
 PKTRT__COLD void pktrt__warn_all(const pktrt_scene *s, const pktrt__render_state *render) {
-  const float fov = render->desc->camera.fov_y;
+  const pktrt_render_desc *d = render->desc;
+  const float fov = d->camera.fov_y;
   if (!s->desc.log) return;
   pktrt__warn_of_mode(s, render), pktrt__warn_of_changes(s), pktrt__warn_of_lights(s, render->desc);
   if (pktrt__warn_is_dark(render)) pktrt__warn_of_darkness(render);
   if (fov > 0 && fov < 3) pktrt__warn(s, "render: camera.fov_y is %g degrees: were radians meant?", (double)fov);
+  pktrt__warn_of_environment(s, render->environment);
+#ifndef PKTRT_NO_TEXTURES
+  pktrt__warn_of_textures(s, d->camera.time);
+#endif
+  if (render->distribute && render->samples == 1 && d->passes <= 1 && !d->adaptive && d->target_error == 0 &&
+      d->time_budget == 0)
+    pktrt__log_sentence(s, 0, "render: PKTRT_MODE_DRT with one sample a pixel is noise: set samples (0: 16) or passes");
 }
 
 /* Sets what is known before the first round. */

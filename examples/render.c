@@ -15,7 +15,7 @@
 
 /* >>options -------------------------------------------------------------------------------------------------------- */
 
-enum { MAX_FRAMES = 1000000, MAX_INSTANCES = 1000000, DRT_SAMPLES = 64, PASS_SAMPLES = 8 };
+enum { MAX_FRAMES = 1000000, MAX_INSTANCES = 1000000, DRT_SAMPLES = 64, WHITTED_SAMPLES = 4, PASS_SAMPLES = 8 };
 
 typedef struct options {
   const char *scene, *mesh, *output, *buffers, *error_map;
@@ -49,8 +49,8 @@ static void print_help_picture(void) {
          "                   wrt: Whitted's, with mirrors and glass\n"
          "                   drt: distribution ray tracing, with lens, shutter, area lights and gloss\n"
          "  --size WxH       in pixels (default 1024x1024)\n"
-         "  --spp N          samples per pixel, 1 to 65536 (default: drt %d, else 1)\n",
-         DRT_SAMPLES);
+         "  --spp N          samples per pixel, 1 to 65536 (default: drt %d, else %d)\n",
+         DRT_SAMPLES, WHITTED_SAMPLES);
   print_words("  --sampler NAME   where the samples lie:", sampler_words());
   printf(
       "  --seed N         of the sampler (default 0)\n"
@@ -331,7 +331,7 @@ static bool complete_passes(options *o) {
   if (o->measure >= 0 && !o->adaptive && !(o->target_error > 0))
     return ex_fail("--measure: says how --target-error or --adaptive measure, and there is neither");
   if (o->measure < 0) o->measure = PKTRT_ERROR_RMSE;
-  if (o->samples == 0) o->samples = rules ? PASS_SAMPLES : o->mode == PKTRT_MODE_DRT ? DRT_SAMPLES : 1;
+  if (o->samples == 0) o->samples = rules ? PASS_SAMPLES : o->mode == PKTRT_MODE_DRT ? DRT_SAMPLES : WHITTED_SAMPLES;
   if ((uint64_t)o->passes * o->samples > UINT32_MAX)
     return ex_fail("--passes, --spp: %u passes of %u samples are too many, 2^32 or more", o->passes, o->samples);
   if (o->filter && o->adaptive) return ex_fail("--filter, --adaptive: the filter takes passes over the whole picture");

@@ -451,6 +451,7 @@ static size_t lit_pixels(double degrees, double turn, double scale, double away,
 
   pktrt_render_desc view;
   memset(&view, 0, sizeof view);
+  view.samples = 1;
   view.width = view.height = VIEW;
   view.pixels = pixels;
   view.mode = mode;

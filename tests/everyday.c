@@ -455,7 +455,58 @@ static void no_mesh_light(pktrt_light *l, pktrt_material *m, pktrt_render_desc *
   no_emission(l, m, d, false);
   if (mistaken) l->kind = PKTRT_LIGHT_KIND_COUNT;
 }
+static void texture_of_texcoords(void *user, const pktrt_points *p) {
+  (void)user;
+  for (uint32_t i = 0; i < p->n; i++) p->albedo[0][i] = 0.5f + 0.4f * p->texcoord[0][i];
+}
+static void texture_of_places(void *user, const pktrt_points *p) {
+  (void)user;
+  for (uint32_t i = 0; i < p->n; i++) p->albedo[0][i] = fabsf(p->position[0][i]) > 0.5f ? 1 : 0.5f;
+}
+static void texture_of_bytes(void *user, const pktrt_points *p) {
+  (void)user;
+  for (uint32_t i = 0; i < p->n; i++) p->albedo[2][i] = 200;
+}
+static void no_texcoords(pktrt_light *l, pktrt_material *m, pktrt_render_desc *d, bool mistaken) {
+  (void)l, (void)d;
+  m->texture = mistaken ? texture_of_texcoords : texture_of_places;
+}
+static void beyond_one(pktrt_light *l, pktrt_material *m, pktrt_render_desc *d, bool mistaken) {
+  (void)l, (void)d;
+  m->texture = mistaken ? texture_of_bytes : texture_of_places;
+}
+/* A sun of 0.45 degrees across around the middle of a cell of a table of 128 rows, or of 10 degrees. */
+static void sun_of(double cosine, uint32_t n, const float *const direction[3], float *const radiance[3]) {
+  const double down = 40.5 / 128 * PI, round = 30.5 / 256 * 2 * PI;
+  const double to[3] = {sin(down) * cos(round), cos(down), sin(down) * sin(round)};
+  for (uint32_t i = 0; i < n; i++) {
+    double along = 0;
+    for (int a = 0; a < 3; a++) along += to[a] * (double)direction[a][i];
+    for (int a = 0; a < 3; a++) radiance[a][i] = along > cosine ? 20000 : 0.3f;
+  }
+}
+static void small_sun(void *user, uint32_t n, const float *const direction[3], float *const radiance[3]) {
+  (void)user;
+  sun_of(cos(0.225 * PI / 180), n, direction, radiance);
+}
+static void wide_sun(void *user, uint32_t n, const float *const direction[3], float *const radiance[3]) {
+  (void)user;
+  sun_of(cos(5 * PI / 180), n, direction, radiance);
+}
+static void too_small_a_sun(pktrt_light *l, pktrt_material *m, pktrt_render_desc *d, bool mistaken) {
+  (void)m;
+  *l = light_of(PKTRT_LIGHT_ENVIRONMENT, 1);
+  d->environment = mistaken ? small_sun : wide_sun;
+}
+static void one_sample(pktrt_light *l, pktrt_material *m, pktrt_render_desc *d, bool mistaken) {
+  (void)l, (void)m;
+  d->samples = mistaken ? 1 : 0;
+}
 static const mistake mistakes[] = {
+    {"the texture of material 1 looks at texcoords, but mesh 0 has none", no_texcoords},
+    {"the texture of material 1 writes 200 as albedo, outside [0, 1]", beyond_one},
+    {"environment: towards (0.61, 0.55, 0.57) it has a source of less than 1.4 degrees", too_small_a_sun},
+    {"one sample a pixel is noise: set samples", one_sample},
     {"PKTRT_LIGHT_ENVIRONMENT for `environment`", no_environment_light},
     {"light 0 gives no light: its intensity is 0", no_intensity},
     {"material 1 is black: its albedo is 0", no_albedo},
@@ -586,6 +637,34 @@ static void normals_are_of_unit_length(void) {
   say("%zu hits, lengths off by at most %.2f * 2^-24", hits, farthest * 0x1p24);
 }
 
+/* --- samples --- */
+
+/* A description without samples makes as many as its mode and its rules ask for. */
+static void samples_by_default(void) {
+  static const uint32_t alone[] = {4, 4, 16};
+  pktrt_scene *s = room_without_light();
+
+  for (int mode = PKTRT_MODE_RCS; mode <= PKTRT_MODE_DRT; mode++)
+    for (int rule = 0; rule < 5; rule++) {
+      float got[3 * SIZE * SIZE], want[3 * SIZE * SIZE];
+      uint32_t taken[SIZE * SIZE];
+      pktrt_render_desc d = stage_view((pktrt_mode)mode, SIZE, SIZE, got, vec_of(0, 0.6, 4), vec_of(0, -0.2, 0));
+      d.samples = 0, d.sample_count = taken;
+      for (int a = 0; a < 3; a++) d.ambient[a] = 0.5f;
+      if (rule) d.passes = 2; /* ends all of them */
+      if (rule == 2) d.target_error = 1e-9f;
+      if (rule == 3) d.time_budget = 1000;
+      if (rule == 4) d.adaptive = true;
+      stage_render(s, &d);
+      const uint32_t least = rule ? 2 : alone[mode];
+      CHECK(taken[0] == least, "mode %d, rule %d: %u samples, not %u", mode, rule, taken[0], least);
+      d.samples = rule ? 1 : alone[mode], d.pixels = want;
+      stage_render(s, &d);
+      CHECK(same_bits(got, want, sizeof got), "mode %d, rule %d", mode, rule);
+    }
+  pktrt_scene_destroy(s);
+}
+
 void suite_everyday(void) {
   run("a light that is set is as one that was added so, whatever its kind", lights_are_set);
   run("after lights come and go pictures are those of scenes that had only what is left", lights_come_and_go);
@@ -595,6 +674,7 @@ void suite_everyday(void) {
   run("what a mesh is: triangles, bounds, bytes, and whether each edge has a triangle to either side",
       meshes_are_described);
   run("matrices of 4 x 4 by columns become those of instances", matrices_of_4x4);
+  run("without a number of samples a picture has 4 in RCS and WRT and 16 in DRT, and a pass has one", samples_by_default);
   run("normals of hits are of unit length within 2^-22, of triangles and matrices of any size",
       normals_are_of_unit_length);
   run("codes for screens are the nearest, of any exposure and tone", codes_of_screens);

@@ -66,6 +66,7 @@ static float picture[32 * 32 * 3];
 static pktrt_status op_render(fixture *f) {
   pktrt_render_desc d;
   memset(&d, 0, sizeof d);
+  d.samples = 1;
   d.width = d.height = 32, d.pixels = picture, d.tile_size = 8;
   d.camera.eye[2] = 5;
   return pktrt_render(f->s, &d);

@@ -84,7 +84,7 @@ static void make_mistake(const mistake *k, heard *h) {
   if (k->bent) CHECK(pktrt_set_normals(s, 0, 0, normals) == PKTRT_OK, "%s", pktrt_last_error(s));
   if (k->added) stage_quad(s, &wall, 0);
   pktrt_render_desc d = look(pixels);
-  d.mode = k->mode, d.ambient[2] = k->ambient ? 0.1f : 0;
+  d.samples = 2, d.mode = k->mode, d.ambient[2] = k->ambient ? 0.1f : 0;
   d.camera.aperture = k->lens ? 0.1f : 0, d.camera.shutter = k->shutter ? 0.5f : 0;
   stage_render(s, &d);
   pktrt_scene_destroy(s);
@@ -313,6 +313,7 @@ static void skies_of_nothing(void) {
       stage_commit(s);
       pktrt_render_desc d = stage_view((pktrt_mode)mode, 1, 1, pixel, vec_of(0, 0, 3), vec_of(0, 0, 0));
       for (int k = 0; k < 3; k++) d.background[k] = (float)background;
+      d.samples = 2;
       hooks.warnings = 0;
       stage_render(s, &d);
       CHECK((hooks.warnings == 1) == !background && (pixel[0] > 0) == background,

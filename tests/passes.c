@@ -925,6 +925,7 @@ static void odd_pictures(void) {
   stage_commit(s);
   pktrt_render_desc d;
   memset(&d, 0, sizeof d);
+  d.samples = 1;
   d.width = d.height = 1, d.pixels = pixels, d.mode = PKTRT_MODE_DRT, d.camera.target[2] = -1, d.report = &report;
   d.environment = signed_light, d.measure = PKTRT_ERROR_RELATIVE, d.passes = 4;
   for (d.seed = 0; d.seed < 40; d.seed++) {

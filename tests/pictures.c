@@ -86,6 +86,7 @@ pktrt_light quad_light(const quad *q, double intensity) {
 pktrt_render_desc stage_view(pktrt_mode mode, uint32_t w, uint32_t h, float *pixels, vec eye, vec target) {
   pktrt_render_desc d;
   memset(&d, 0, sizeof d);
+  d.samples = 1;
   d.width = w, d.height = h, d.pixels = pixels, d.mode = mode;
   vec_put(eye, d.camera.eye), vec_put(target, d.camera.target);
   vec view = vec_unit(vec_sub(target, eye));

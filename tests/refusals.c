@@ -204,6 +204,7 @@ static void refuse_no_scene(void) {
   pktrt_render_desc d;
   float pixels[3] = {0, 0, 0};
   memset(&l, 0, sizeof l), memset(&material, 0, sizeof material), memset(&d, 0, sizeof d);
+  d.samples = 1;
   d.width = d.height = 1, d.pixels = pixels, d.camera.eye[2] = 1;
   const pktrt_status status[] = {pktrt_add_mesh(NULL, &m, NULL),
                                  pktrt_commit(NULL),
@@ -458,6 +459,7 @@ static void refuse_mesh_lights(void) {
   pktrt_light l = good_light(PKTRT_LIGHT_MESH);
   pktrt_render_desc d;
   memset(&d, 0, sizeof d);
+  d.samples = 1;
   d.width = d.height = 2, d.pixels = pixels, d.camera.eye[2] = 5;
   static const uint32_t index[] = {2, 3, 17, PKTRT_NONE}; /* the last that is committed; one that is not; none */
   static const char *const named[] = {"", "0|3", "0|17|3", "0|4294967295|3"};
@@ -512,6 +514,7 @@ static void refuse_words(void) {
       pktrt_render_desc d;
       char number[16];
       memset(&d, 0, sizeof d);
+      d.samples = 1;
       d.width = d.height = 1, d.pixels = pixels, d.camera.eye[2] = 5, d.custom_sampler = in_the_middle;
       memcpy((char *)&d + words[i].at, &value, sizeof value); /* enumerations are as large as int here */
       const bool good = value >= 0 && value < words[i].count;
@@ -561,6 +564,7 @@ static void refuse_renders(void) {
   for (uint32_t i = 0; i < COUNT(want); i++) {
     pktrt_render_desc d;
     memset(&d, 0, sizeof d);
+    d.samples = 1;
     d.width = d.height = 2, d.pixels = pixels, d.camera.eye[2] = 5, d.tile_size = 1;
     switch (i) {
     case 1: d.camera.target[2] = 5; break;

@@ -38,6 +38,7 @@ static pktrt_scene *lit_scene(const world *w, pktrt_isa isa, int workers) {
 static pktrt_render_desc view(float *pixels) {
   pktrt_render_desc d;
   memset(&d, 0, sizeof d);
+  d.samples = 1;
   d.width = W, d.height = H, d.pixels = pixels;
   d.camera.eye[0] = 1, d.camera.eye[1] = 1.5f, d.camera.eye[2] = 5;
   d.camera.target[1] = -0.2f;
@@ -265,6 +266,7 @@ static void orientation(void) {
   float pixels[32 * 32 * 3];
   pktrt_render_desc d;
   memset(&d, 0, sizeof d);
+  d.samples = 1;
   d.width = d.height = 32, d.pixels = pixels, d.camera.eye[2] = 5, d.ambient[0] = 1;
   CHECK(pktrt_render(s, &d) == PKTRT_OK);
   size_t count[4] = {0, 0, 0, 0};

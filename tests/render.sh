@@ -176,11 +176,11 @@ check "normals of triangles" run "${small[@]}" --normals geometric
 check "change the picture" differs "$(sum)" "$plain"
 check "smooth ones and packets for each light" run "${small[@]}" --normals smooth --shadows per-light
 check "are what it had" test "$(sum)" = "$plain" -a "$(shadow_tests)" = "$tests"
-check "a picture is made in DRT, without a warning" quiet "${small[@]}" --mode drt --spp 1
+check "a picture is made in DRT, without a warning" quiet "${small[@]}" --mode drt --spp 2
 plain=$(sum)
-check "the naive mapping" quiet "${small[@]}" --mode drt --spp 1 --phong naive
+check "the naive mapping" quiet "${small[@]}" --mode drt --spp 2 --phong naive
 check "changes the picture" differs "$(sum)" "$plain"
-check "the careful one" quiet "${small[@]}" --mode drt --spp 1 --phong careful
+check "the careful one" quiet "${small[@]}" --mode drt --spp 2 --phong careful
 check "is what it had" test "$(sum)" = "$plain"
 check "other words are refused: normals" refused 'none of: smooth, geometric' --normals bumpy
 check "shadows" refused 'none of: per-light, together' --shadows apart

@@ -140,6 +140,7 @@ static void in_renders(void) {
     pktrt_render_desc d;
     const pktrt_sampling s = sampling((int)(k / 7), counts[k % 7], (uint32_t)run_seed + k), other = sampling(0, 4, 1);
     memset(&d, 0, sizeof d);
+    d.samples = 1;
     d.width = d.height = EDGE, d.pixels = pixels, d.mode = PKTRT_MODE_DRT;
     d.samples = s.samples, d.sampler = s.sampler, d.seed = s.seed;
     d.camera.target[2] = -1, d.camera.fov_y = 90, d.environment = show_direction;

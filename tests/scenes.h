@@ -334,6 +334,7 @@ static pktrt_scene *room(pktrt_isa isa, uint32_t has) {
 static pktrt_render_desc view_of(pktrt_mode mode, uint32_t samples) {
   pktrt_render_desc d;
   memset(&d, 0, sizeof d);
+  d.samples = 1;
   d.width = WIDTH, d.height = HEIGHT, d.mode = mode, d.samples = samples, d.seed = SCENES_SEED;
   d.camera.eye[0] = 1, d.camera.eye[1] = 4, d.camera.eye[2] = 8, d.camera.target[1] = 1.5f, d.camera.fov_y = 50;
   for (int a = 0; a < 3; a++) d.ambient[a] = 0.125f, d.background[a] = 0.25f;

@@ -945,6 +945,7 @@ static void floor_picture(const floor_light *f, pktrt_isa isa, uint32_t side, fl
   pktrt_scene *s = world_scene(&w, isa, 0);
   pktrt_render_desc d;
   memset(&d, 0, sizeof d);
+  d.samples = 1;
   d.width = d.height = side, d.pixels = pixels;
   d.camera.eye[1] = 2, d.camera.up[2] = 1;
   CHECK(pktrt_add_light(s, &f->light, NULL) == PKTRT_OK && pktrt_render(s, &d) == PKTRT_OK, "%s", pktrt_last_error(s));

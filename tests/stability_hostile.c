@@ -257,6 +257,7 @@ static void crowded(void) {
   pktrt_scene *s = world_scene(&w, PKTRT_ISA_AUTO, 3);
   pktrt_light l;
   memset(&l, 0, sizeof l), memset(&c.d, 0, sizeof c.d);
+  c.d.samples = 1;
   l.kind = PKTRT_LIGHT_SPHERE, l.position[1] = 4, l.radius = 1, l.intensity[0] = l.intensity[1] = l.intensity[2] = 5;
   CHECK(pktrt_add_light(s, &l, NULL) == PKTRT_OK);
   make_rays(&w, s, RAYS_EDGE, 3, 0, rays, BATCH);

@@ -440,6 +440,7 @@ static void deform_sheet(bench *b, uint32_t edge) {
   sheet_pose(at, edge, 0);
   for (int i = 0; i < 2; i++) tree[i] = sheet_tree(edge, at, indices);
   memset(&d, 0, sizeof d);
+  d.samples = 1;
   d.width = d.height = b->given.size, d.pixels = b->pixels, d.mode = PKTRT_MODE_WRT;
   d.camera.eye[0] = 1, d.camera.eye[1] = 1.5f, d.camera.eye[2] = 2.5f;
   for (int p = 0; p < POSES; p++) {

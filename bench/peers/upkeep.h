@@ -292,6 +292,7 @@ static double time_build(pktrt_scene *world) {
 static double time_picture(pktrt_scene *world, const stage *g, float *pixels, unsigned size) {
   pktrt_render_desc d;
   memset(&d, 0, sizeof d);
+  d.samples = 1;
   d.width = d.height = size, d.pixels = pixels, d.mode = PKTRT_MODE_WRT, d.camera = g->s.camera;
   const double start = ex_seconds();
   if (pktrt_render(world, &d) != PKTRT_OK) fatal(pktrt_last_error(world));

@@ -54,6 +54,7 @@ static cost run(const pktrt_scene *s, const scene *room, uint32_t edge, uint32_t
   pktrt_render_desc d;
   pktrt_stats stats;
   memset(&d, 0, sizeof d), memset(&stats, 0, sizeof stats);
+  d.samples = 1;
   d.width = d.height = SIZE, d.pixels = pixels, d.stats = &stats;
   d.mode = PKTRT_MODE_WRT, d.camera = room->camera, d.normals = PKTRT_NORMALS_GEOMETRIC;
   d.path = PKTRT_PATH_PAPER, d.packet_size = edge, d.paper_steps = steps;

@@ -60,6 +60,7 @@ EX_UNUSED static void figure_trace(const char *met, const uint32_t place[FIGURE_
   pktrt_scene *s = pktrt_scene_create(NULL);
   memset(material, 0, sizeof material), memset(&light, 0, sizeof light), memset(&mesh, 0, sizeof mesh);
   memset(&d, 0, sizeof d), memset(log, 0, sizeof *log);
+  d.samples = 1;
   material[1].specular = PKTRT_SPECULAR_MIRROR, material[2].specular = PKTRT_SPECULAR_CONDUCTOR;
   material[3].specular = PKTRT_SPECULAR_DIELECTRIC;
   for (int c = 0; c < 3; c++) {

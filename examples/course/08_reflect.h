@@ -108,6 +108,7 @@ EX_UNUSED static pktrt_scene *reflect_scene(void) {
 EX_UNUSED static pktrt_render_desc reflect_view(float *pixels) {
   pktrt_render_desc d;
   memset(&d, 0, sizeof d);
+  d.samples = 1;
   d.width = d.height = REFLECT_SIZE, d.pixels = pixels, d.mode = PKTRT_MODE_WRT, d.path = PKTRT_PATH_PAPER;
   d.camera.eye[0] = -1.2f, d.camera.eye[1] = 2.6f, d.camera.eye[2] = 7.5f;
   d.camera.target[0] = 0.5f, d.camera.target[1] = 0.7f, d.camera.fov_y = 48;

@@ -88,6 +88,7 @@ static pktrt_status add_looks(pktrt_scene *s, pktrt_mesh_desc *ground, pktrt_mes
 static pktrt_status render(pktrt_scene *s) {
   pktrt_render_desc d;
   memset(&d, 0, sizeof d);
+  d.samples = 1;
   d.width = d.height = SIZE, d.pixels = pixels, d.mode = PKTRT_MODE_DRT, d.samples = 2;
   d.camera.eye[0] = 1020, d.camera.eye[1] = 12, d.camera.eye[2] = -16;
   d.camera.target[0] = d.camera.eye[0], d.camera.target[2] = 20;

@@ -174,6 +174,7 @@ static bool paint(ex_threads *threads, float *pixels) {
   pktrt_mesh_desc mesh;
   pktrt_render_desc view;
   memset(&desc, 0, sizeof desc), memset(&mesh, 0, sizeof mesh), memset(&view, 0, sizeof view);
+  view.samples = 1;
   make_hills(corner, triangle);
   if (threads) desc.parallel_for = ex_parallel_for, desc.user = threads;
   mesh.positions = corner[0], mesh.vertex_count = CORNERS, mesh.indices = triangle[0], mesh.triangle_count = TRIANGLES;

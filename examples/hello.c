@@ -46,10 +46,7 @@ int main(int argc, char **argv) {
     return fprintf(stderr, "error: %s\n", pktrt_last_error(scene)), 1;
   pktrt_scene_destroy(scene);
 
-  for (int i = 0; i < WIDTH * HEIGHT * 3; i++) { /* square root: near enough to the curve of a screen */
-    float shade = sqrtf(view.pixels[i]);
-    (&png[0][0][0])[i] = (unsigned char)(shade < 1 ? 255 * shade + 0.5f : 255);
-  }
+  pktrt_to_srgb8(view.pixels, WIDTH * HEIGHT, 0, PKTRT_TONE_CLAMP, &png[0][0][0]);
   if (!stbi_write_png(argc > 1 ? argv[1] : "hello.png", WIDTH, HEIGHT, 3, png, 0))
     return fprintf(stderr, "error: the picture could not be written\n"), 1;
   return 0;

@@ -72,14 +72,14 @@ check "which a camera within it makes no error" quiet --mesh all.tri --camera 0,
 costs() { tail -c $((32 * 32 * 4)) cost.pfm | od -An -v -tf4 -w4 | awk '{ sum += $1 } END { print sum }'; }
 counted() { awk -v column="$1" '$1 == "all" { print $2 * $column }' table.txt; } # of the table: tests per ray
 heat() { # what, the table's column, arguments...: the pixels' costs are all of what was counted
-  quiet --mesh unit.tri --size 32x32 --heat "$1" -o cost.pfm "${@:3}" && within "$(costs)" "$(counted "$2")" 0.01
+  quiet --mesh unit.tri --size 32x32 --spp 1 --heat "$1" -o cost.pfm "${@:3}" && within "$(costs)" "$(counted "$2")" 0.01
 }
 check "pixels share what boxes cost" heat boxes 5 --path single
 alone=$(costs)
 check "and triangles" heat triangles 6 --path single
 check "and on the path of the paper" heat boxes 5 --path paper --packet 2
 check "control: boxes are no triangles" fails heat boxes 6 --path single
-check "the fast path counts no boxes" quiet --mesh unit.tri --size 32x32 --heat boxes -o cost.pfm
+check "the fast path counts no boxes" quiet --mesh unit.tri --size 32x32 --spp 1 --heat boxes -o cost.pfm
 check "but its pixels cost what rays cost by themselves" within "$(costs)" "$alone" 0.01
 check "colours are a picture" quiet --mesh unit.tri --size 128x64 --path paper --heat vectors -o heat.png
 check "vectors are refused on other paths by name" refused '--heat: vectors' --mesh unit.tri --heat vectors

@@ -81,7 +81,7 @@
        >>stats        counts of work, events for teaching, queries with everything spelled out
        >>tree         the trees, to look at
        >>report       what a scene has, what a render runs, and what was left out
-       >>camera       a pinhole or a thin lens, a shutter, between two poses
+       >>camera       a pinhole, a thin lens or parallel rays, a shutter, between two poses
        >>light        point, directional, quad, sphere, mesh, environment; which light is counted where
        >>material     diffuse, mirror, coat, glass, metal; Phong lobes; hooks for textures and shaders
        >>sampler      seven sets of samples, and the mappings from the unit square
@@ -1087,9 +1087,15 @@ PKTRT_DEF size_t pktrt_scene_report_text(const pktrt_scene_report *, char *text,
 #ifndef PKTRT_NO_RENDER
 /* >>camera --------------------------------------------------------------------------------------------------------- */
 
+/* Rays start at `eye`, or on a lens around it; or they are parallel and start on the plane through `eye` that is
+   perpendicular to the view: what is behind it is not seen. There, an aperture is that of a lens of each ray's own. */
+typedef enum pktrt_projection { PKTRT_PROJECTION_PERSPECTIVE = 0, PKTRT_PROJECTION_ORTHOGRAPHIC } pktrt_projection;
+
 typedef struct pktrt_camera { /* right-handed: looking along target - eye, x to the right, y up */
   float eye[3], target[3];
-  float up[3];    /* zero: +y; need not be perpendicular, must not be parallel to the view */
+  /* Need not be perpendicular to the view, must not be parallel. Zero: +y, or if that is parallel to the view, +z looking
+     up and -z looking down, so that x is to the right; the log says so. */
+  float up[3];
   float fov_y;    /* full vertical angle in degrees, (0,180); 0: 45 */
   float time;     /* when the shutter opens, [0,1] */
   float shutter;  /* how long it stays open: rays have times in [time, time + shutter], which ends at 1 */
@@ -1098,12 +1104,19 @@ typedef struct pktrt_camera { /* right-handed: looking along target - eye, x to 
   bool moving;    /* eye, target and up move: given above for time 0, below for time 1, on straight lines */
   float eye_end[3], target_end[3];
   float up_end[3]; /* zero: as up */
+  pktrt_projection projection;
+  float width; /* orthographic: of the picture, in units of the world, > 0; fov_y does not count there */
+  /* Lens shift, in widths to the right and heights up: the picture shows what it would if it were a part, so far aside, of
+     a larger one. Directions stay, so upright lines stay parallel. Shifts that are whole pixels but for the rounding
+     of a float count as such. */
+  float shift[2];
 } pktrt_camera;
 
-/* The renderer's own ray, bit for bit, through the place (x, y) of a picture, in pixels from its upper left corner: the
-   middle of pixel (i, j) is (i + 0.5, j + 0.5). lens: a point of [0,1)^2 that pktrt_map_disk takes to the lens; NULL:
-   its middle, as in RCS and WRT. time: when the ray starts, in [0,1]; a camera at rest ignores it. The direction is not
-   of unit length. False, and a ray that hits nothing, where pktrt_render would refuse the camera. */
+/* The direction of the ray is not of unit length: t is the depth along the view, from the plane through `eye`.
+   It is the renderer's own ray, bit for bit, through the place (x, y) of a picture, in pixels from its upper left corner:
+   the middle of pixel (i, j) is (i + 0.5, j + 0.5). lens: a point of [0,1)^2 that pktrt_map_disk takes to the lens; NULL:
+   its middle, as in RCS and WRT. time: when the ray starts, in [0,1]; a camera at rest ignores it. False, and a ray that
+   hits nothing, where pktrt_render would refuse the camera. */
 PKTRT_DEF bool pktrt_camera_ray(const pktrt_camera *, uint32_t width, uint32_t height, double x, double y,
                                 const float lens[2], float time, pktrt_ray *ray);
 
@@ -1450,9 +1463,9 @@ typedef struct pktrt_render_desc {
      length. Called from any thread, and must depend on the direction alone. NULL: background. */
   void (*environment)(void *user, uint32_t n, const float *const direction[3], float *const radiance[3]);
   /* Optional buffers, tight, row 0 at the top; NULL: none. Means over all passes' samples of what primary rays meet. */
-  float *depth;           /* distance from the lens, of the samples that met something; INFINITY where none did */
-  float *normal;          /* three floats, unit shading normals towards the viewer, averaged; 0 for nothing */
-  float *albedo;          /* three floats, diffuse reflectance; 0 for glass and metal, unless in RCS */
+  float *depth;  /* distance from where the rays start, of the samples that met something; INFINITY where none did */
+  float *normal; /* three floats, unit shading normals towards the viewer, averaged; 0 for nothing */
+  float *albedo; /* three floats, diffuse reflectance; 0 for glass and metal, unless in RCS */
   uint32_t *sample_count; /* samples that a pixel has had */
   /* Work per sample: that of a packet is shared out evenly among its rays, so the finer the smaller packet_size. On the
      fast path rays are traced, and counted, one by one where cost is asked for; with PKTRT_COUNT_FAST in packets of
@@ -6357,12 +6370,16 @@ typedef struct pktrt__glass_boxes {
   float least;             /* smaller components of directions count as this much */
 } pktrt__glass_boxes;
 
-/* The camera as a picture plane at distance 1: the ray of a pinhole through (px, py) in pixels goes along
-   corner + px dx + py dy. A point of the lens, at x and y from its middle, sees the same point of the plane at
-   distance `focus`: its ray goes along that minus (x right + y up) / focus. */
+/* The camera as a picture plane at distance 1: the ray of a pinhole through (px, py), a place in pixels plus `shift`, goes
+   along corner + px dx + py dy. A point of the lens, at x and y from its middle, sees the same point of the plane at
+   distance `focus`: its ray goes along that minus (x right + y up) / focus. The picture plane of an orthographic camera
+   is at the eye: its rays start there, at the eye plus corner + px dx + py dy, and go forward. */
 typedef struct pktrt__camera_plane {
-  double eye[3], corner[3], dx[3], dy[3], right[3], up[3];
+  double eye[3], corner[3], dx[3], dy[3], right[3], up[3], forward[3];
   double focus;
+  double shift[2]; /* pixels, to the right and down */
+  double reach;    /* rays start no farther than this from the eye */
+  bool other_up;   /* in place of the default, which is parallel to the view */
 } pktrt__camera_plane;
 
 PKTRT__INLINE const pktrt_material *pktrt__material_of(const pktrt_scene *s, uint32_t material) {
@@ -15099,10 +15116,19 @@ PKTRT__NOINLINE float pktrt__do_fresnel_conductor(float cosine, float eta, float
 
 /* >>lens ----------------------------------------------------------------------------------------------------------- */
 
+/* Returns how many pixels of `count` a shift is: a whole number if it is one but for the rounding of the shift. */
+static double pktrt__camera_shift(float shift, uint32_t count) {
+  const double pixels = (double)shift * (double)count;
+  if (!(fabs(pixels) < 1e9)) return pixels;
+  const double whole = (double)(int32_t)(pixels + (pixels < 0 ? -0.5 : 0.5));
+  return fabs(pixels - whole) <= fabs(pixels) * (double)PKTRT__EPS ? whole : pixels;
+}
+
 /* Computes the camera at a time, 0 if it does not move. False if it has no direction, or up is parallel to that. */
 static bool pktrt__camera_plane_at(const pktrt_camera *c, uint32_t width, uint32_t height, double time,
                                    pktrt__camera_plane *p) {
-  double forward[3], up[3], s, k;
+  double *const forward = p->forward, up[3], s, k;
+  const bool parallel = c->projection == PKTRT_PROJECTION_ORTHOGRAPHIC;
   const bool turns = c->moving && (c->up_end[0] != 0 || c->up_end[1] != 0 || c->up_end[2] != 0);
   for (int a = 0; a < 3; a++) {
     double eye = (double)c->eye[a], target = (double)c->target[a];
@@ -15115,19 +15141,36 @@ static bool pktrt__camera_plane_at(const pktrt_camera *c, uint32_t width, uint32
     up[a] = turns ? (1 - time) * (double)c->up[a] + time * (double)c->up_end[a] : (double)c->up[a];
   }
   p->focus = c->focus > 0 ? (double)c->focus : sqrt(pktrt__dot(forward, forward));
-  if (up[0] == 0 && up[1] == 0 && up[2] == 0) up[1] = 1;
+  const bool plain = up[0] == 0 && up[1] == 0 && up[2] == 0;
+  if (plain) up[1] = 1;
   if (!pktrt__normalise(forward) || !pktrt__normalise(up)) return false;
   pktrt__cross(forward, up, p->right);
-  if (pktrt__dot(p->right, p->right) < 1e-12 || !pktrt__normalise(p->right)) return false;
+  p->other_up = pktrt__dot(p->right, p->right) < 1e-12;
+  if (p->other_up) {
+    if (!plain) return false;
+    up[1] = 0;
+    up[2] = forward[1];
+    pktrt__cross(forward, up, p->right);
+  }
+  if (!pktrt__normalise(p->right)) return false;
   pktrt__cross(p->right, forward, p->up);
+
   const double fov = c->fov_y == 0 ? 45.0 : (double)c->fov_y;
   pktrt__math_sincos_turn(fov / 720, &s, &k);
-  const double half_y = s / k, half_x = half_y * (double)width / (double)height;
+  double half_y = s / k, half_x = half_y * (double)width / (double)height;
+  if (parallel) {
+    half_x = 0.5 * (double)c->width;
+    half_y = half_x * (double)height / (double)width;
+  }
   for (int a = 0; a < 3; a++) {
-    p->corner[a] = forward[a] - half_x * p->right[a] + half_y * p->up[a];
+    p->corner[a] = (parallel ? 0 : forward[a]) - half_x * p->right[a] + half_y * p->up[a];
     p->dx[a] = p->right[a] * (2 * half_x / (double)width);
     p->dy[a] = p->up[a] * (-2 * half_y / (double)height);
   }
+  p->shift[0] = pktrt__camera_shift(c->shift[0], width);
+  p->shift[1] = pktrt__camera_shift(-c->shift[1], height);
+  p->reach = 0.5 * (double)c->aperture;
+  if (parallel) p->reach += half_x * (1 + 2 * fabs((double)c->shift[0])) + half_y * (1 + 2 * fabs((double)c->shift[1]));
   return true;
 }
 
@@ -15141,6 +15184,14 @@ PKTRT__COLD bool pktrt__camera_check(const pktrt_camera *c, uint32_t width, uint
         return pktrt__render_refuse(why, "camera: %c of %s is %g", 'x' + a, names[i], (double)vectors[i][a]);
   if (!(c->fov_y >= 0 && c->fov_y < 180))
     return pktrt__render_refuse(why, "camera: fov_y is %g, outside (0, 180) degrees", (double)c->fov_y);
+  if ((int)c->projection < 0 || (int)c->projection > PKTRT_PROJECTION_ORTHOGRAPHIC)
+    return pktrt__render_refuse(why, "camera: %d is no pktrt_projection", (int)c->projection);
+  if (c->projection == PKTRT_PROJECTION_ORTHOGRAPHIC && !(c->width > 0 && c->width <= PKTRT_MAX_COORD))
+    return pktrt__render_refuse(why, "camera: it is orthographic, but width is %g; set it, in units of the world",
+                                (double)c->width);
+  for (int a = 0; a < 2; a++)
+    if (!(fabsf(c->shift[a]) <= FLT_MAX))
+      return pktrt__render_refuse(why, "camera: shift[%d] is %g", a, (double)c->shift[a]);
   if (!(c->time >= 0 && c->time <= 1))
     return pktrt__render_refuse(why, "camera: time is %g, outside [0, 1]", (double)c->time);
   if (!(c->shutter >= 0 && (double)c->time + (double)c->shutter <= 1 + 1e-6)) /* as sums of decimals come out */
@@ -15149,22 +15200,26 @@ PKTRT__COLD bool pktrt__camera_check(const pktrt_camera *c, uint32_t width, uint
     return pktrt__render_refuse(why, "camera: aperture is %g", (double)c->aperture);
   if (!(c->focus >= 0 && c->focus <= PKTRT_MAX_COORD))
     return pktrt__render_refuse(why, "camera: focus is %g", (double)c->focus);
+  bool other_up = false;
   for (int end = c->moving ? 1 : 0; end >= 0; end--) {
-    if (pktrt__camera_plane_at(c, width, height, end, p)) continue;
+    if (pktrt__camera_plane_at(c, width, height, end, p)) {
+      other_up |= p->other_up;
+      continue;
+    }
     const float *eye = end ? c->eye_end : c->eye, *target = end ? c->target_end : c->target;
     if (eye[0] == target[0] && eye[1] == target[1] && eye[2] == target[2])
       return pktrt__render_refuse(why, "camera: eye and target are the same point (%g, %g, %g)", (double)eye[0],
                                   (double)eye[1], (double)eye[2]);
     const bool turns = end && (c->up_end[0] != 0 || c->up_end[1] != 0 || c->up_end[2] != 0);
     const float *up = turns ? c->up_end : c->up;
-    const bool plain = up[0] == 0 && up[1] == 0 && up[2] == 0;
     return pktrt__render_refuse(why, "camera: up (%g, %g, %g) is parallel to the view at time %d", (double)up[0],
-                                plain ? 1 : (double)up[1], (double)up[2], end);
+                                (double)up[1], (double)up[2], end);
   }
+  p->other_up = other_up;
   return true;
 }
 
-/* One sample of a camera: a place of the picture, in pixels; a point of the lens, on the unit disk; a time. */
+/* One sample of a camera: a place of the picture, in pixels, shifted; a point of the lens, on the unit disk; a time. */
 typedef struct pktrt__camera_sample {
   double x, y, time;
   float disk[2];
@@ -15177,16 +15232,17 @@ static void pktrt__camera_ray_at(const pktrt_camera *c, uint32_t width, uint32_t
   const double half = 0.5 * (double)c->aperture, lens[2] = {half * (double)s->disk[0], half * (double)s->disk[1]};
   pktrt__camera_plane moved;
   const pktrt__camera_plane *p = at_rest;
+  const bool parallel = c->projection == PKTRT_PROJECTION_ORTHOGRAPHIC;
   bool sees = true;
   if (PKTRT__MOTION && c->moving) {
     memset(&moved, 0, sizeof moved);
     sees = pktrt__camera_plane_at(c, width, height, s->time, &moved), p = &moved;
   }
   for (int a = 0; a < 3; a++) {
-    const double d = p->corner[a] + s->x * p->dx[a] + s->y * p->dy[a];
+    const double across = p->corner[a] + s->x * p->dx[a] + s->y * p->dy[a];
     const double off = lens[0] * p->right[a] + lens[1] * p->up[a];
-    o[a] = pktrt__to_float(p->eye[a] + off);
-    direction[a] = sees ? pktrt__to_float(d - off / p->focus) : 0;
+    o[a] = pktrt__to_float(p->eye[a] + (parallel ? across + off : off));
+    direction[a] = sees ? pktrt__to_float((parallel ? p->forward[a] : across) - off / p->focus) : 0;
   }
 }
 
@@ -15195,11 +15251,13 @@ PKTRT__COLD bool pktrt__do_camera_ray(const pktrt_camera *c, uint32_t width, uin
   const float none[3] = {0, 0, 0};
   float o[3], d[3];
   pktrt__camera_plane plane;
-  pktrt__camera_sample sample = {x, y, (double)time, {0, 0}};
+  pktrt__camera_sample sample = {0, 0, (double)time, {0, 0}};
   pktrt__refusal why;
   *ray = pktrt_make_ray(none, none), ray->tmax = 0;
   if (!c || !width || !height || !pktrt__camera_check(c, width, height, &plane, &why)) return false;
   if ((!PKTRT__MOTION && c->moving) || (!PKTRT__LENS && c->aperture > 0)) return false;
+  sample.x = x + plane.shift[0];
+  sample.y = y + plane.shift[1];
   if (lens && c->aperture > 0) pktrt__do_map_disk(lens, sample.disk);
   pktrt__camera_ray_at(c, width, height, &plane, &sample, o, d);
   *ray = pktrt_make_ray(o, d), ray->time = time;
@@ -16762,12 +16820,12 @@ static void pktrt__glass_widen(pktrt__glass_box *box, const float lo[3], const f
   for (int a = 0; a < 3; a++) box->lo[a] = pktrt__minf(box->lo[a], lo[a]), box->hi[a] = pktrt__maxf(box->hi[a], hi[a]);
 }
 
-/* Tells whether rays of the camera may start in the box of a mesh of glass. */
-static bool pktrt__glass_contains_camera(const pktrt_camera *c, const pktrt__glass_mesh *g) {
+/* Tells whether rays of the camera, which start within `reach` of its eye, may start in the box of a mesh of glass. */
+static bool pktrt__glass_contains_camera(const pktrt_camera *c, float reach, const pktrt__glass_mesh *g) {
   bool apart = false;
   for (int a = 0; a < 3; a++) {
-    const float end = c->moving ? c->eye_end[a] : c->eye[a], lens = 0.5f * c->aperture;
-    apart |= pktrt__maxf(c->eye[a], end) + lens < g->lo[a] || pktrt__minf(c->eye[a], end) - lens > g->hi[a];
+    const float end = c->moving ? c->eye_end[a] : c->eye[a];
+    apart |= pktrt__maxf(c->eye[a], end) + reach < g->lo[a] || pktrt__minf(c->eye[a], end) - reach > g->hi[a];
   }
   return !apart;
 }
@@ -16898,7 +16956,9 @@ static bool pktrt__glass_find_meshes(pktrt__render_state *render, float slack) {
     for (int a = 0; a < 3; a++) g[i].lo[a] = box.lo[a] - slack, g[i].hi[a] = box.hi[a] + slack;
     if (!g[i].closed) continue;
     order[n++] = (uint64_t)pktrt__ordered_bits(g[i].lo[0]) << 32 | i;
-    render->starts_in_glass = render->starts_in_glass || pktrt__glass_contains_camera(&render->desc->camera, &g[i]);
+    render->starts_in_glass =
+        render->starts_in_glass ||
+        pktrt__glass_contains_camera(&render->desc->camera, pktrt__to_float(render->plane.reach), &g[i]);
   }
   if (order && g) pktrt__glass_find_touching(g, order, n);
   pktrt__mem_release(&s->desc, order, meshes, sizeof *order);
@@ -18497,7 +18557,7 @@ static void pktrt__tile_camera_rays(pktrt__tile *tile, uint32_t n) {
   const pktrt__sample_batch *g = &tile->draws;
   const bool lens = pktrt__render_uses(render, PKTRT_FEATURE_LENS),
              shutter = pktrt__render_uses(render, PKTRT_FEATURE_SHUTTER);
-  const bool pinhole = !lens && !(PKTRT__MOTION && c->moving);
+  const bool pinhole = !lens && !(PKTRT__MOTION && c->moving) && c->projection == PKTRT_PROJECTION_PERSPECTIVE;
   double x[8] = {0, 0, 0, 0, 0, 0, 0, 0}, y[8] = {0, 0, 0, 0, 0, 0, 0, 0};
   const float middle = (float)pktrt__camera_shutter_time(c, 0.5f);
   pktrt__fill_row(w->importance, n, 1);
@@ -18512,8 +18572,8 @@ static void pktrt__tile_camera_rays(pktrt__tile *tile, uint32_t n) {
     const uint32_t m = n - i < 8 ? n - i : 8;
     for (uint32_t k = 0; k < m; k++) {
       w->rays.time[i + k] = shutter ? (float)pktrt__camera_shutter_time(c, w->rays.time[i + k]) : middle;
-      x[k] = (double)tile->x[i + k] + (render->random ? (double)g->u[0][i + k] : 0.5);
-      y[k] = (double)tile->y[i + k] + (render->random ? (double)g->u[1][i + k] : 0.5);
+      x[k] = (double)tile->x[i + k] + (render->random ? (double)g->u[0][i + k] : 0.5) + render->plane.shift[0];
+      y[k] = (double)tile->y[i + k] + (render->random ? (double)g->u[1][i + k] : 0.5) + render->plane.shift[1];
     }
     if (pinhole) render->scene->kernels->camera_rays(&render->plane, x, y, w, i);
     for (uint32_t k = 0; !pinhole && k < m; k++) {
@@ -19264,15 +19324,15 @@ PKTRT__COLD void pktrt__warn_of_changes(const pktrt_scene *s) {
   }
 }
 
-/* Tells whether all of the scene lies behind a quad light, which shines to the front alone, and the eye does not see
-   it. */
-PKTRT__COLD bool pktrt__warn_faces_away(const pktrt_scene *s, const pktrt_light *l, const float eye[3]) {
-  double n[3], most = 0, to_eye = 0;
+/* Tells whether all of the scene lies behind a quad light, which shines to the front alone, and the camera does not
+   see it. */
+PKTRT__COLD bool pktrt__warn_faces_away(const pktrt_scene *s, const pktrt_light *l, const pktrt_camera *c) {
+  double n[3], most = 0, to_eye = c->projection == PKTRT_PROJECTION_ORTHOGRAPHIC ? INFINITY : 0;
   pktrt__light_front(l, n);
   if (n[0] == 0 && n[1] == 0 && n[2] == 0) return false;
   for (int a = 0; a < 3; a++) { /* the corner of the bounds that is farthest to the front */
     most += n[a] * ((double)(n[a] > 0 ? s->hi[a] : s->lo[a]) - (double)l->position[a]);
-    to_eye += n[a] * ((double)eye[a] - (double)l->position[a]);
+    to_eye += n[a] * ((double)c->eye[a] - (double)l->position[a]);
   }
   return most <= 0 && !(l->visible && to_eye > 0);
 }
@@ -19281,7 +19341,7 @@ PKTRT__COLD void pktrt__warn_of_lights(const pktrt_scene *s, const pktrt_render_
   for (uint32_t i = 0; i < s->light_count; i++) {
     const pktrt_light *l = &s->lights[i];
     const unsigned index = (unsigned)pktrt__light_index(s, i);
-    if (l->kind == PKTRT_LIGHT_QUAD && s->lo[0] <= s->hi[0] && pktrt__warn_faces_away(s, l, d->camera.eye))
+    if (l->kind == PKTRT_LIGHT_QUAD && s->lo[0] <= s->hi[0] && pktrt__warn_faces_away(s, l, &d->camera))
       pktrt__warn(s, "render: light %u, a quad, faces away from the whole scene: exchange edge[0] and edge[1]", index);
     if (l->kind != PKTRT_LIGHT_MESH) continue;
     const uint32_t material = s->meshes[l->mesh].material;
@@ -19317,11 +19377,17 @@ PKTRT__COLD void pktrt__warn_of_darkness(const pktrt__render_state *render) {
 
 /* Logs all warnings. The render's lights must have been made. */
 PKTRT__COLD void pktrt__warn_all(const pktrt_scene *s, const pktrt__render_state *render) {
-  const float fov = render->desc->camera.fov_y;
+  const pktrt_camera *camera = &render->desc->camera;
+  const bool parallel = camera->projection == PKTRT_PROJECTION_ORTHOGRAPHIC;
   if (!s->desc.log) return;
   pktrt__warn_of_mode(s, render), pktrt__warn_of_changes(s), pktrt__warn_of_lights(s, render->desc);
   if (pktrt__warn_is_dark(render)) pktrt__warn_of_darkness(render);
-  if (fov > 0 && fov < 3) pktrt__warn(s, "render: camera.fov_y is %g degrees: were radians meant?", (double)fov);
+  if (camera->fov_y > 0 && camera->fov_y < 3 && !parallel)
+    pktrt__warn(s, "render: camera.fov_y is %g degrees: were radians meant?", (double)camera->fov_y);
+  if (camera->width > 0 && !parallel)
+    pktrt__warn(s, "render: camera.width is set, but counts with PKTRT_PROJECTION_ORTHOGRAPHIC alone");
+  if (render->plane.other_up)
+    pktrt__warn(s, "render: the camera looks along y, its default up: z is up in the picture instead; set camera.up");
 }
 
 /* Sets what is known before the first round. */

@@ -15119,8 +15119,7 @@ PKTRT__NOINLINE float pktrt__do_fresnel_conductor(float cosine, float eta, float
 /* Returns how many pixels of `count` a shift is: a whole number if it is one but for the rounding of the shift. */
 static double pktrt__camera_shift(float shift, uint32_t count) {
   const double pixels = (double)shift * (double)count;
-  if (!(fabs(pixels) < 1e9)) return pixels;
-  const double whole = (double)(int32_t)(pixels + (pixels < 0 ? -0.5 : 0.5));
+  const double large = 6755399441055744.0, whole = (pixels + large) - large; /* 1.5 2^52: rounds */
   return fabs(pixels - whole) <= fabs(pixels) * (double)PKTRT__EPS ? whole : pixels;
 }
 
@@ -15170,7 +15169,7 @@ static bool pktrt__camera_plane_at(const pktrt_camera *c, uint32_t width, uint32
   p->shift[0] = pktrt__camera_shift(c->shift[0], width);
   p->shift[1] = pktrt__camera_shift(-c->shift[1], height);
   p->reach = 0.5 * (double)c->aperture;
-  if (parallel) p->reach += half_x * (1 + 2 * fabs((double)c->shift[0])) + half_y * (1 + 2 * fabs((double)c->shift[1]));
+  if (parallel) p->reach += (half_x + half_y) * (1 + 2 * (double)(fabsf(c->shift[0]) + fabsf(c->shift[1])));
   return true;
 }
 
@@ -15187,8 +15186,7 @@ PKTRT__COLD bool pktrt__camera_check(const pktrt_camera *c, uint32_t width, uint
   if ((int)c->projection < 0 || (int)c->projection > PKTRT_PROJECTION_ORTHOGRAPHIC)
     return pktrt__render_refuse(why, "camera: %d is no pktrt_projection", (int)c->projection);
   if (c->projection == PKTRT_PROJECTION_ORTHOGRAPHIC && !(c->width > 0 && c->width <= PKTRT_MAX_COORD))
-    return pktrt__render_refuse(why, "camera: it is orthographic, but width is %g; set it, in units of the world",
-                                (double)c->width);
+    return pktrt__render_refuse(why, "camera: width is %g; an orthographic one needs it, > 0", (double)c->width);
   for (int a = 0; a < 2; a++)
     if (!(fabsf(c->shift[a]) <= FLT_MAX))
       return pktrt__render_refuse(why, "camera: shift[%d] is %g", a, (double)c->shift[a]);
@@ -19385,9 +19383,9 @@ PKTRT__COLD void pktrt__warn_all(const pktrt_scene *s, const pktrt__render_state
   if (camera->fov_y > 0 && camera->fov_y < 3 && !parallel)
     pktrt__warn(s, "render: camera.fov_y is %g degrees: were radians meant?", (double)camera->fov_y);
   if (camera->width > 0 && !parallel)
-    pktrt__warn(s, "render: camera.width is set, but counts with PKTRT_PROJECTION_ORTHOGRAPHIC alone");
+    pktrt__warn(s, "render: camera.width counts with PKTRT_PROJECTION_ORTHOGRAPHIC alone");
   if (render->plane.other_up)
-    pktrt__warn(s, "render: the camera looks along y, its default up: z is up in the picture instead; set camera.up");
+    pktrt__warn(s, "render: the camera looks along y, the default up: z is up instead; set camera.up");
 }
 
 /* Sets what is known before the first round. */

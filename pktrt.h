@@ -1229,6 +1229,13 @@ typedef struct pktrt_points {
   const uint32_t *mesh, *triangle;
   float *albedo[3], *reflectance[3], *emission[3]; /* as the material has them; a texture changes them */
   float *opacity; /* 1; where the texture of a cutout sets less than a half, there is nothing */
+  /* `normal`, which a texture may bend: to a vector of any length, with which lights, mirrors and glass reckon from there
+     on, a shader as `normal`. Nothing shines through from behind: one that is lower is raised to a cosine of about 1/64 to
+     the normal of the triangle. Zero, NaN and infinity leave `normal` as it is. */
+  float *normal_out[3];
+  /* Of the Phong lobe, as the material has it; a texture changes it, up to 1e9. Negative ones and NaN leave the
+     material's. */
+  float *exponent;
 } pktrt_points;
 
 typedef struct pktrt_material { /* a zeroed one is black */
@@ -1241,8 +1248,8 @@ typedef struct pktrt_material { /* a zeroed one is black */
   pktrt_lobe lobe;
   float exponent;    /* Phong lobe: >= 0 */
   float emission[3]; /* radiance of both sides, >= 0 */
-  /* Changes albedo, reflectance, emission; NULL: none. What it writes is not checked: NaN or infinity, here as from a
-     shader or an environment, reaches every pixel whose rays come by, and that pixel stays so. */
+  /* Changes albedo, reflectance, emission, normal, exponent; NULL: none. Colours are not checked: NaN or infinity, here
+     as from a shader or an environment, reaches every pixel whose rays come by, and that pixel stays so. */
   void (*texture)(void *user, const pktrt_points *);
   /* Replaces everything else that happens at these points: the radiance towards the viewer, by channel. NULL: none */
   void (*shader)(void *user, const pktrt_points *, float *radiance[3]);
@@ -1313,7 +1320,7 @@ typedef enum pktrt_mode {
 
 typedef enum pktrt_normals {
   PKTRT_NORMALS_SMOOTH = 0, /* interpolated where the mesh has normals */
-  PKTRT_NORMALS_GEOMETRIC   /* of the triangle, everywhere */
+  PKTRT_NORMALS_GEOMETRIC   /* of the triangle, where no texture bends it */
 } pktrt_normals;
 
 typedef enum pktrt_shadow_packets {
@@ -6259,7 +6266,7 @@ typedef struct pktrt__wave {
 /* The surfaces that the rays of a wave hit, without gaps for rays that hit nothing. Rows are as long as a batch's. */
 typedef struct pktrt__surfaces {
   PKTRT__ALIGN64 double point[3][PKTRT__ROW];
-  float position[3][PKTRT__ROW]; /* the same, for hooks */
+  float position[3][PKTRT__ROW]; /* the same, for hooks; after these [0] is the exponent of what is `hooked` */
   float ng[3][PKTRT__ROW];       /* unit geometric normal towards the viewer */
   float ns[3][PKTRT__ROW];       /* unit shading normal on the same side */
   float nf[3][PKTRT__ROW];       /* the normal that scattering uses: ns, or ng where ns looks away */
@@ -13766,7 +13773,7 @@ PKTRT__COLD void pktrt__warn_of_material(const pktrt_scene *s, const pktrt_mater
   if (m->specular == PKTRT_SPECULAR_CONDUCTOR && !(m->ior[0] > 0 && m->ior[1] > 0 && m->ior[2] > 0))
     pktrt__warn(s, "material %u is no metal that there is: its ior is 0, which counts as 1.5; set ior and extinction",
                 index);
-  if (pktrt__material_has_lobe(m) && !(m->exponent > 0))
+  if (pktrt__material_has_lobe(m) && !m->texture && !(m->exponent > 0))
     pktrt__warn(s, "material %u has a Phong lobe of exponent 0, the widest there is; set exponent, 10 to 10000", index);
 }
 
@@ -17401,33 +17408,79 @@ PKTRT__NOINLINE void pktrt__surface_gather(pktrt__tile *tile, pktrt__wave *w, ui
 
 PKTRT__INLINE bool pktrt__bit_of(const uint8_t *bits, uint32_t k) { return bits[k / 8] >> k % 8 & 1; }
 
+/* Returns the exponent of the lobe of surface k. */
+static float pktrt__surface_exponent(const pktrt_scene *scene, const pktrt__surfaces *s, uint32_t k) {
+  if (PKTRT__TEXTURES && pktrt__bit_of(s->hooked, k)) return s->position[0][k];
+  return pktrt__material_of(scene, s->material[k])->exponent;
+}
+
+/* Normalises a vector as pktrt__vec_normalise does eight. Returns false if it is zero or not finite. */
+PKTRT__COLD bool pktrt__surface_normalise(float v[3]) {
+  const float most = pktrt__maxf(fabsf(v[0]), pktrt__maxf(fabsf(v[1]), fabsf(v[2])));
+  if (!(most > 0 && most <= FLT_MAX)) return false;
+  for (int a = 0; a < 3; a++) v[a] /= most;
+  const float magnitude = sqrtf(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+  for (int a = 0; a < 3; a++) v[a] /= magnitude;
+  return magnitude < 2; /* not NaN */
+}
+
+/* Takes the vector that a texture wrote as the shading normal of surface k, no lower than a cosine of about 1/64. */
+PKTRT__COLD void pktrt__surface_bend(pktrt__surfaces *s, uint32_t k, float v[3]) {
+  if (!pktrt__surface_normalise(v)) return;
+  const float *const ng[3] = {s->ng[0] + k, s->ng[1] + k, s->ng[2] + k};
+  const float least = 1.0f / 64, cosine = v[0] * *ng[0] + v[1] * *ng[1] + v[2] * *ng[2];
+  if (cosine < least) {
+    for (int a = 0; a < 3; a++) v[a] += (least - cosine) * *ng[a];
+    (void)pktrt__surface_normalise(v);
+  }
+
+  const bool away = v[0] * s->d[0][k] + v[1] * s->d[1][k] + v[2] * s->d[2][k] >= 0;
+  for (int a = 0; a < 3; a++) {
+    s->ns[a][k] = v[a];
+    s->nf[a][k] = away ? *ng[a] : v[a];
+  }
+}
+
 /* Calls the hooks of one material on surfaces [k, k + n), n <= 64, in place. */
 PKTRT__COLD void pktrt__material_call_hooks(const pktrt_scene *scene, const pktrt__wave *w, pktrt__surfaces *s,
                                             uint32_t k, uint32_t n) {
   const pktrt_material *mat = pktrt__material_of(scene, s->material[k]);
   const uint32_t lane = s->first + k;
-  float to[3][64], texcoord[2][64], opacity[64], *radiance[3];
+  float to[3][64], texcoord[2][64], opacity[64], bent[3][64], exponent[64], *radiance[3];
   pktrt_points p;
+  p.exponent = exponent;
   p.n = n, p.texcoord[0] = texcoord[0], p.texcoord[1] = texcoord[1], p.opacity = opacity;
   for (uint32_t i = 0; i < n; i++) {
     float at[2];
     pktrt__texcoord_at(scene, s->mesh[k + i], s->triangle[k + i], w->rays.as.hit.u[lane + i],
                        w->rays.as.hit.v[lane + i], at);
     texcoord[0][i] = at[0], texcoord[1][i] = at[1], opacity[i] = 1;
+    exponent[i] = mat->exponent;
   }
   for (int a = 0; a < 3; a++) {
     p.position[a] = s->position[a] + k, p.direction[a] = s->d[a] + k, p.normal[a] = s->ns[a] + k;
     p.albedo[a] = s->albedo[a] + k, p.reflectance[a] = s->reflectance[a] + k, p.emission[a] = s->emission[a] + k;
     radiance[a] = to[a];
+    p.normal_out[a] = bent[a];
+    memcpy(bent[a], p.normal[a], n * sizeof(float));
   }
   p.barycentric[0] = w->rays.as.hit.u + lane, p.barycentric[1] = w->rays.as.hit.v + lane;
   p.time = w->rays.time + lane;
   p.mesh = s->mesh + k, p.triangle = s->triangle + k;
   if (mat->texture) mat->texture(mat->user, &p);
-  if (!mat->shader) return;
-  memset(to, 0, sizeof to);
-  mat->shader(mat->user, &p, radiance);
-  for (int a = 0; a < 3; a++) memcpy(p.emission[a], to[a], n * sizeof(float));
+  for (uint32_t i = 0; i < n; i++) {
+    float v[3] = {bent[0][i], bent[1][i], bent[2][i]};
+    const bool same = v[0] == p.normal[0][i] && v[1] == p.normal[1][i] && v[2] == p.normal[2][i];
+    if (!same) pktrt__surface_bend(s, k + i, v);
+  }
+
+  if (mat->shader) {
+    memset(to, 0, sizeof to);
+    mat->shader(mat->user, &p, radiance);
+    for (int a = 0; a < 3; a++) memcpy(p.emission[a], to[a], n * sizeof(float));
+  }
+  for (uint32_t i = 0; i < n; i++)
+    s->position[0][k + i] = exponent[i] >= 0 ? pktrt__minf(exponent[i], 1e9f) : mat->exponent;
 }
 
 /* Runs textures and shaders of the surfaces that have them, for all neighbours of one material at once. */
@@ -17547,15 +17600,17 @@ static bool pktrt__cutout_is_clear(const pktrt_scene *s, const pktrt_ray *ray, c
 #else
   pktrt_surface_info x;
   double d[3] = {(double)ray->direction[0], (double)ray->direction[1], (double)ray->direction[2]};
-  float unit[3], value[3][3], opacity = 1;
+  float unit[3], value[4][3], opacity = 1, exponent;
   const pktrt_material *mat = pktrt__material_of(s, s->meshes[hit->mesh].material);
   pktrt_points p;
   (void)pktrt__normalise(d);
   pktrt__do_surface(s, ray, hit, &x);
   p.n = 1, p.time = &ray->time, p.mesh = &hit->mesh, p.triangle = &hit->triangle, p.opacity = &opacity;
+  p.exponent = &exponent, exponent = mat->exponent;
   for (int a = 0; a < 3; a++) {
     unit[a] = (float)d[a], value[0][a] = mat->albedo[a], value[1][a] = mat->reflectance[a];
-    value[2][a] = mat->emission[a];
+    value[2][a] = mat->emission[a], value[3][a] = x.shading_normal[a];
+    p.normal_out[a] = &value[3][a];
     p.position[a] = &x.position[a], p.direction[a] = &unit[a], p.normal[a] = &x.shading_normal[a];
     p.albedo[a] = &value[0][a], p.reflectance[a] = &value[1][a], p.emission[a] = &value[2][a];
   }
@@ -18128,7 +18183,7 @@ static void pktrt__light_lobe_values(const pktrt_scene *scene, const pktrt__surf
   for (uint32_t j = 0; j < 8; j++) {
     double value = 0;
     if (lanes >> j & 1) {
-      const double n = (double)pktrt__material_of(scene, s->material[i + j])->exponent;
+      const double n = (double)pktrt__surface_exponent(scene, s, i + j);
       const double cosine = pktrt__lobe_cosine((double)to[0][j], (double)to[1][j], (double)to[2][j], s, i + j);
       value = pktrt__lobe_density(n, cosine) * pktrt__min((double)lobe[j], (double)FLT_MAX);
       const double shared = listed ? (double)listed->shared[i + j] : 0;
@@ -18273,22 +18328,22 @@ static void pktrt__spawn_inherit(const pktrt__spawn_request *g, const pktrt__wav
 static void pktrt__spawn_draw_lobe(pktrt__tile *tile, const pktrt__wave *w, uint32_t k, uint32_t depth) {
   const pktrt__render_state *render = tile->render;
   pktrt__surfaces *s = &tile->surfaces;
-  const pktrt_material *mat = pktrt__material_of(render->scene, s->material[k]);
+  const float exponent = pktrt__surface_exponent(render->scene, s, k);
   const float axis[3] = {s->mirror[0][k], s->mirror[1][k], s->mirror[2][k]};
   const float u[2] = {tile->draws.u[0][k], tile->draws.u[1][k]};
   const float largest = pktrt__maxf(s->reflected[0][k], pktrt__maxf(s->reflected[1][k], s->reflected[2][k]));
   const bool followed = depth < render->max_depth && !pktrt__light_asks_one(render, depth + 1) &&
                         !(w->importance[s->first + k] * largest < render->threshold);
   float out[3], side = 0;
-  if (render->desc->phong_mapping == PKTRT_PHONG_NAIVE) pktrt__do_map_phong_naive(u, axis, mat->exponent, out);
-  else pktrt__do_map_phong(u, axis, mat->exponent, out);
+  if (render->desc->phong_mapping == PKTRT_PHONG_NAIVE) pktrt__do_map_phong_naive(u, axis, exponent, out);
+  else pktrt__do_map_phong(u, axis, exponent, out);
   for (int a = 0; a < 3; a++) side += out[a] * s->ng[a][k], s->lobe[a][k] = out[a];
   if (followed) s->followed[k / 8] = (uint8_t)(s->followed[k / 8] | 1u << k % 8);
   if (!(side > 0)) return;
   s->density[k] = 1; /* any: who asks for more? */
   if (!render->two_ways) return;
   const double cosine = pktrt__lobe_cosine((double)out[0], (double)out[1], (double)out[2], s, k);
-  const double density = pktrt__min(pktrt__max(pktrt__lobe_density((double)mat->exponent, cosine), FLT_MIN), FLT_MAX);
+  const double density = pktrt__min(pktrt__max(pktrt__lobe_density((double)exponent, cosine), FLT_MIN), FLT_MAX);
   s->density[k] = (float)density;
   if (!followed) return;
   s->shared[k] = (float)density;

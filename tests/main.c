@@ -274,6 +274,7 @@ static void run_all(void) {
   suite_mirrored();
   suite_everyday();
   suite_cameras();
+  suite_bent();
   suite_groups();
   suite_changes();
   suite_surfaces();

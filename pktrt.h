@@ -15193,7 +15193,7 @@ PKTRT__COLD bool pktrt__camera_check(const pktrt_camera *c, uint32_t width, uint
   if ((int)c->projection < 0 || (int)c->projection > PKTRT_PROJECTION_ORTHOGRAPHIC)
     return pktrt__render_refuse(why, "camera: %d is no pktrt_projection", (int)c->projection);
   if (c->projection == PKTRT_PROJECTION_ORTHOGRAPHIC && !(c->width > 0 && c->width <= PKTRT_MAX_COORD))
-    return pktrt__render_refuse(why, "camera: width is %g; an orthographic one needs it, > 0", (double)c->width);
+    return pktrt__render_refuse(why, "camera: width is %g; orthographic, it takes (0, 2^100]", (double)c->width);
   for (int a = 0; a < 2; a++)
     if (!(fabsf(c->shift[a]) <= FLT_MAX))
       return pktrt__render_refuse(why, "camera: shift[%d] is %g", a, (double)c->shift[a]);

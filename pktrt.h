@@ -81,7 +81,7 @@
        >>stats        counts of work, events for teaching, queries with everything spelled out
        >>tree         the trees, to look at
        >>report       what a scene has, what a render runs, and what was left out
-       >>camera       a pinhole or a thin lens, a shutter, between two poses
+       >>camera       a pinhole, a thin lens or parallel rays, a shutter, between two poses
        >>light        point, directional, quad, sphere, mesh, environment; which light is counted where
        >>material     diffuse, mirror, coat, glass, metal; Phong lobes; hooks for textures and shaders
        >>sampler      seven sets of samples, and the mappings from the unit square
@@ -1086,9 +1086,15 @@ PKTRT_DEF size_t pktrt_scene_report_text(const pktrt_scene_report *, char *text,
 #ifndef PKTRT_NO_RENDER
 /* >>camera --------------------------------------------------------------------------------------------------------- */
 
+/* Rays start at `eye`, or on a lens around it; or they are parallel and start on the plane through `eye` that is
+   perpendicular to the view: what is behind it is not seen. There, an aperture is that of a lens of each ray's own. */
+typedef enum pktrt_projection { PKTRT_PROJECTION_PERSPECTIVE = 0, PKTRT_PROJECTION_ORTHOGRAPHIC } pktrt_projection;
+
 typedef struct pktrt_camera { /* right-handed: looking along target - eye, x to the right, y up */
   float eye[3], target[3];
-  float up[3];    /* zero: +y; need not be perpendicular, must not be parallel to the view */
+  /* Need not be perpendicular to the view, must not be parallel. Zero: +y, or if that is parallel to the view, +z looking
+     up and -z looking down, so that x is to the right; the log says so. */
+  float up[3];
   float fov_y;    /* full vertical angle in degrees, (0,180); 0: 45 */
   float time;     /* when the shutter opens, [0,1] */
   float shutter;  /* how long it stays open: rays have times in [time, time + shutter], which ends at 1 */
@@ -1097,12 +1103,19 @@ typedef struct pktrt_camera { /* right-handed: looking along target - eye, x to 
   bool moving;    /* eye, target and up move: given above for time 0, below for time 1, on straight lines */
   float eye_end[3], target_end[3];
   float up_end[3]; /* zero: as up */
+  pktrt_projection projection;
+  float width; /* orthographic: of the picture, in units of the world, > 0; fov_y does not count there */
+  /* Lens shift, in widths to the right and heights up: the picture shows what it would if it were a part, so far aside, of
+     a larger one. Directions stay, so upright lines stay parallel. Shifts that are whole pixels but for the rounding
+     of a float count as such. */
+  float shift[2];
 } pktrt_camera;
 
-/* The renderer's own ray, bit for bit, through the place (x, y) of a picture, in pixels from its upper left corner: the
-   middle of pixel (i, j) is (i + 0.5, j + 0.5). lens: a point of [0,1)^2 that pktrt_map_disk takes to the lens; NULL:
-   its middle, as in RCS and WRT. time: when the ray starts, in [0,1]; a camera at rest ignores it. The direction is not
-   of unit length. False, and a ray that hits nothing, where pktrt_render would refuse the camera. */
+/* The direction of the ray is not of unit length: t is the depth along the view, from the plane through `eye`.
+   It is the renderer's own ray, bit for bit, through the place (x, y) of a picture, in pixels from its upper left corner:
+   the middle of pixel (i, j) is (i + 0.5, j + 0.5). lens: a point of [0,1)^2 that pktrt_map_disk takes to the lens; NULL:
+   its middle, as in RCS and WRT. time: when the ray starts, in [0,1]; a camera at rest ignores it. False, and a ray that
+   hits nothing, where pktrt_render would refuse the camera. */
 PKTRT_DEF bool pktrt_camera_ray(const pktrt_camera *, uint32_t width, uint32_t height, double x, double y,
                                 const float lens[2], float time, pktrt_ray *ray);
 
@@ -1215,6 +1228,13 @@ typedef struct pktrt_points {
   const uint32_t *mesh, *triangle;
   float *albedo[3], *reflectance[3], *emission[3]; /* as the material has them; a texture changes them */
   float *opacity; /* 1; where the texture of a cutout sets less than a half, there is nothing */
+  /* `normal`, which a texture may bend: to a vector of any length, with which lights, mirrors and glass reckon from there
+     on, a shader as `normal`. Nothing shines through from behind: one that is lower is raised to a cosine of about 1/64 to
+     the normal of the triangle. Zero, NaN and infinity leave `normal` as it is. */
+  float *normal_out[3];
+  /* Of the Phong lobe, as the material has it; a texture changes it, up to 1e9. Negative ones and NaN leave the
+     material's. */
+  float *exponent;
 } pktrt_points;
 
 typedef struct pktrt_material { /* a zeroed one is black */
@@ -1227,9 +1247,10 @@ typedef struct pktrt_material { /* a zeroed one is black */
   pktrt_lobe lobe;
   float exponent;    /* Phong lobe: >= 0 */
   float emission[3]; /* radiance of both sides, >= 0 */
-  /* Changes albedo, reflectance, emission; NULL: none. What it writes is not checked: NaN or infinity, here as from a
-     shader or an environment, reaches every pixel whose rays come by, and that pixel stays so. In a scene with a `log`
-     pktrt_render calls it first at a few points, to warn of what is outside [0,1] and of texcoords that are missing. */
+  /* Changes albedo, reflectance, emission, normal, exponent; NULL: none. Colours are not checked: NaN or infinity, here
+     as from a shader or an environment, reaches every pixel whose rays come by, and that pixel stays so. In a scene with
+     a `log` pktrt_render calls it first at a few points, to warn of what is outside [0,1] and of texcoords that are
+     missing. */
   void (*texture)(void *user, const pktrt_points *);
   /* Replaces everything else that happens at these points: the radiance towards the viewer, by channel. NULL: none */
   void (*shader)(void *user, const pktrt_points *, float *radiance[3]);
@@ -1300,7 +1321,7 @@ typedef enum pktrt_mode {
 
 typedef enum pktrt_normals {
   PKTRT_NORMALS_SMOOTH = 0, /* interpolated where the mesh has normals */
-  PKTRT_NORMALS_GEOMETRIC   /* of the triangle, everywhere */
+  PKTRT_NORMALS_GEOMETRIC   /* of the triangle, where no texture bends it */
 } pktrt_normals;
 
 typedef enum pktrt_shadow_packets {
@@ -1452,9 +1473,9 @@ typedef struct pktrt_render_desc {
      length. Called from any thread, and must depend on the direction alone. NULL: background. */
   void (*environment)(void *user, uint32_t n, const float *const direction[3], float *const radiance[3]);
   /* Optional buffers, tight, row 0 at the top; NULL: none. Means over all passes' samples of what primary rays meet. */
-  float *depth;           /* distance from the lens, of the samples that met something; INFINITY where none did */
-  float *normal;          /* three floats, unit shading normals towards the viewer, averaged; 0 for nothing */
-  float *albedo;          /* three floats, diffuse reflectance; 0 for glass and metal, unless in RCS */
+  float *depth;  /* distance from where the rays start, of the samples that met something; INFINITY where none did */
+  float *normal; /* three floats, unit shading normals towards the viewer, averaged; 0 for nothing */
+  float *albedo; /* three floats, diffuse reflectance; 0 for glass and metal, unless in RCS */
   uint32_t *sample_count; /* samples that a pixel has had */
   /* Work per sample: that of a packet is shared out evenly among its rays, so the finer the smaller packet_size. On the
      fast path rays are traced, and counted, one by one where cost is asked for; with PKTRT_COUNT_FAST in packets of
@@ -6269,7 +6290,7 @@ typedef struct pktrt__wave {
 /* The surfaces that the rays of a wave hit, without gaps for rays that hit nothing. Rows are as long as a batch's. */
 typedef struct pktrt__surfaces {
   PKTRT__ALIGN64 double point[3][PKTRT__ROW];
-  float position[3][PKTRT__ROW]; /* the same, for hooks */
+  float position[3][PKTRT__ROW]; /* the same, for hooks; after these [0] is the exponent of what is `hooked` */
   float ng[3][PKTRT__ROW];       /* unit geometric normal towards the viewer */
   float ns[3][PKTRT__ROW];       /* unit shading normal on the same side */
   float nf[3][PKTRT__ROW];       /* the normal that scattering uses: ns, or ng where ns looks away */
@@ -6380,12 +6401,16 @@ typedef struct pktrt__glass_boxes {
   float least;             /* smaller components of directions count as this much */
 } pktrt__glass_boxes;
 
-/* The camera as a picture plane at distance 1: the ray of a pinhole through (px, py) in pixels goes along
-   corner + px dx + py dy. A point of the lens, at x and y from its middle, sees the same point of the plane at
-   distance `focus`: its ray goes along that minus (x right + y up) / focus. */
+/* The camera as a picture plane at distance 1: the ray of a pinhole through (px, py), a place in pixels plus `shift`, goes
+   along corner + px dx + py dy. A point of the lens, at x and y from its middle, sees the same point of the plane at
+   distance `focus`: its ray goes along that minus (x right + y up) / focus. The picture plane of an orthographic camera
+   is at the eye: its rays start there, at the eye plus corner + px dx + py dy, and go forward. */
 typedef struct pktrt__camera_plane {
-  double eye[3], corner[3], dx[3], dy[3], right[3], up[3];
+  double eye[3], corner[3], dx[3], dy[3], right[3], up[3], forward[3];
   double focus;
+  double shift[2]; /* pixels, to the right and down */
+  double reach;    /* rays start no farther than this from the eye */
+  bool other_up;   /* in place of the default, which is parallel to the view */
 } pktrt__camera_plane;
 
 PKTRT__INLINE const pktrt_material *pktrt__material_of(const pktrt_scene *s, uint32_t material) {
@@ -13779,7 +13804,7 @@ PKTRT__COLD void pktrt__warn_of_material(const pktrt_scene *s, const pktrt_mater
   if (m->specular == PKTRT_SPECULAR_CONDUCTOR && !(m->ior[0] > 0 && m->ior[1] > 0 && m->ior[2] > 0))
     pktrt__warn(s, "material %u is no metal that there is: its ior is 0, which counts as 1.5; set ior and extinction",
                 index);
-  if (pktrt__material_has_lobe(m) && !(m->exponent > 0))
+  if (pktrt__material_has_lobe(m) && !m->texture && !(m->exponent > 0))
     pktrt__warn(s, "material %u has a Phong lobe of exponent 0, the widest there is; set exponent, 10 to 10000", index);
 }
 
@@ -15129,10 +15154,18 @@ PKTRT__NOINLINE float pktrt__do_fresnel_conductor(float cosine, float eta, float
 
 /* >>lens ----------------------------------------------------------------------------------------------------------- */
 
+/* Returns how many pixels of `count` a shift is: a whole number if it is one but for the rounding of the shift. */
+static double pktrt__camera_shift(float shift, uint32_t count) {
+  const double pixels = (double)shift * (double)count;
+  const double large = 6755399441055744.0, whole = (pixels + large) - large; /* 1.5 2^52: rounds */
+  return fabs(pixels - whole) <= fabs(pixels) * (double)PKTRT__EPS ? whole : pixels;
+}
+
 /* Computes the camera at a time, 0 if it does not move. False if it has no direction, or up is parallel to that. */
 static bool pktrt__camera_plane_at(const pktrt_camera *c, uint32_t width, uint32_t height, double time,
                                    pktrt__camera_plane *p) {
-  double forward[3], up[3], s, k;
+  double *const forward = p->forward, up[3], s, k;
+  const bool parallel = c->projection == PKTRT_PROJECTION_ORTHOGRAPHIC;
   const bool turns = c->moving && (c->up_end[0] != 0 || c->up_end[1] != 0 || c->up_end[2] != 0);
   for (int a = 0; a < 3; a++) {
     double eye = (double)c->eye[a], target = (double)c->target[a];
@@ -15145,19 +15178,36 @@ static bool pktrt__camera_plane_at(const pktrt_camera *c, uint32_t width, uint32
     up[a] = turns ? (1 - time) * (double)c->up[a] + time * (double)c->up_end[a] : (double)c->up[a];
   }
   p->focus = c->focus > 0 ? (double)c->focus : sqrt(pktrt__dot(forward, forward));
-  if (up[0] == 0 && up[1] == 0 && up[2] == 0) up[1] = 1;
+  const bool plain = up[0] == 0 && up[1] == 0 && up[2] == 0;
+  if (plain) up[1] = 1;
   if (!pktrt__normalise(forward) || !pktrt__normalise(up)) return false;
   pktrt__cross(forward, up, p->right);
-  if (pktrt__dot(p->right, p->right) < 1e-12 || !pktrt__normalise(p->right)) return false;
+  p->other_up = pktrt__dot(p->right, p->right) < 1e-12;
+  if (p->other_up) {
+    if (!plain) return false;
+    up[1] = 0;
+    up[2] = forward[1];
+    pktrt__cross(forward, up, p->right);
+  }
+  if (!pktrt__normalise(p->right)) return false;
   pktrt__cross(p->right, forward, p->up);
+
   const double fov = c->fov_y == 0 ? 45.0 : (double)c->fov_y;
   pktrt__math_sincos_turn(fov / 720, &s, &k);
-  const double half_y = s / k, half_x = half_y * (double)width / (double)height;
+  double half_y = s / k, half_x = half_y * (double)width / (double)height;
+  if (parallel) {
+    half_x = 0.5 * (double)c->width;
+    half_y = half_x * (double)height / (double)width;
+  }
   for (int a = 0; a < 3; a++) {
-    p->corner[a] = forward[a] - half_x * p->right[a] + half_y * p->up[a];
+    p->corner[a] = (parallel ? 0 : forward[a]) - half_x * p->right[a] + half_y * p->up[a];
     p->dx[a] = p->right[a] * (2 * half_x / (double)width);
     p->dy[a] = p->up[a] * (-2 * half_y / (double)height);
   }
+  p->shift[0] = pktrt__camera_shift(c->shift[0], width);
+  p->shift[1] = pktrt__camera_shift(-c->shift[1], height);
+  p->reach = 0.5 * (double)c->aperture;
+  if (parallel) p->reach += (half_x + half_y) * (1 + 2 * (double)(fabsf(c->shift[0]) + fabsf(c->shift[1])));
   return true;
 }
 
@@ -15171,6 +15221,13 @@ PKTRT__COLD bool pktrt__camera_check(const pktrt_camera *c, uint32_t width, uint
         return pktrt__render_refuse(why, "camera: %c of %s is %g", 'x' + a, names[i], (double)vectors[i][a]);
   if (!(c->fov_y >= 0 && c->fov_y < 180))
     return pktrt__render_refuse(why, "camera: fov_y is %g, outside (0, 180) degrees", (double)c->fov_y);
+  if ((int)c->projection < 0 || (int)c->projection > PKTRT_PROJECTION_ORTHOGRAPHIC)
+    return pktrt__render_refuse(why, "camera: %d is no pktrt_projection", (int)c->projection);
+  if (c->projection == PKTRT_PROJECTION_ORTHOGRAPHIC && !(c->width > 0 && c->width <= PKTRT_MAX_COORD))
+    return pktrt__render_refuse(why, "camera: width is %g; orthographic, it takes (0, 2^100]", (double)c->width);
+  for (int a = 0; a < 2; a++)
+    if (!(fabsf(c->shift[a]) <= FLT_MAX))
+      return pktrt__render_refuse(why, "camera: shift[%d] is %g", a, (double)c->shift[a]);
   if (!(c->time >= 0 && c->time <= 1))
     return pktrt__render_refuse(why, "camera: time is %g, outside [0, 1]", (double)c->time);
   if (!(c->shutter >= 0 && (double)c->time + (double)c->shutter <= 1 + 1e-6)) /* as sums of decimals come out */
@@ -15179,22 +15236,26 @@ PKTRT__COLD bool pktrt__camera_check(const pktrt_camera *c, uint32_t width, uint
     return pktrt__render_refuse(why, "camera: aperture is %g", (double)c->aperture);
   if (!(c->focus >= 0 && c->focus <= PKTRT_MAX_COORD))
     return pktrt__render_refuse(why, "camera: focus is %g", (double)c->focus);
+  bool other_up = false;
   for (int end = c->moving ? 1 : 0; end >= 0; end--) {
-    if (pktrt__camera_plane_at(c, width, height, end, p)) continue;
+    if (pktrt__camera_plane_at(c, width, height, end, p)) {
+      other_up |= p->other_up;
+      continue;
+    }
     const float *eye = end ? c->eye_end : c->eye, *target = end ? c->target_end : c->target;
     if (eye[0] == target[0] && eye[1] == target[1] && eye[2] == target[2])
       return pktrt__render_refuse(why, "camera: eye and target are the same point (%g, %g, %g)", (double)eye[0],
                                   (double)eye[1], (double)eye[2]);
     const bool turns = end && (c->up_end[0] != 0 || c->up_end[1] != 0 || c->up_end[2] != 0);
     const float *up = turns ? c->up_end : c->up;
-    const bool plain = up[0] == 0 && up[1] == 0 && up[2] == 0;
     return pktrt__render_refuse(why, "camera: up (%g, %g, %g) is parallel to the view at time %d", (double)up[0],
-                                plain ? 1 : (double)up[1], (double)up[2], end);
+                                (double)up[1], (double)up[2], end);
   }
+  p->other_up = other_up;
   return true;
 }
 
-/* One sample of a camera: a place of the picture, in pixels; a point of the lens, on the unit disk; a time. */
+/* One sample of a camera: a place of the picture, in pixels, shifted; a point of the lens, on the unit disk; a time. */
 typedef struct pktrt__camera_sample {
   double x, y, time;
   float disk[2];
@@ -15207,16 +15268,17 @@ static void pktrt__camera_ray_at(const pktrt_camera *c, uint32_t width, uint32_t
   const double half = 0.5 * (double)c->aperture, lens[2] = {half * (double)s->disk[0], half * (double)s->disk[1]};
   pktrt__camera_plane moved;
   const pktrt__camera_plane *p = at_rest;
+  const bool parallel = c->projection == PKTRT_PROJECTION_ORTHOGRAPHIC;
   bool sees = true;
   if (PKTRT__MOTION && c->moving) {
     memset(&moved, 0, sizeof moved);
     sees = pktrt__camera_plane_at(c, width, height, s->time, &moved), p = &moved;
   }
   for (int a = 0; a < 3; a++) {
-    const double d = p->corner[a] + s->x * p->dx[a] + s->y * p->dy[a];
+    const double across = p->corner[a] + s->x * p->dx[a] + s->y * p->dy[a];
     const double off = lens[0] * p->right[a] + lens[1] * p->up[a];
-    o[a] = pktrt__to_float(p->eye[a] + off);
-    direction[a] = sees ? pktrt__to_float(d - off / p->focus) : 0;
+    o[a] = pktrt__to_float(p->eye[a] + (parallel ? across + off : off));
+    direction[a] = sees ? pktrt__to_float((parallel ? p->forward[a] : across) - off / p->focus) : 0;
   }
 }
 
@@ -15225,11 +15287,13 @@ PKTRT__COLD bool pktrt__do_camera_ray(const pktrt_camera *c, uint32_t width, uin
   const float none[3] = {0, 0, 0};
   float o[3], d[3];
   pktrt__camera_plane plane;
-  pktrt__camera_sample sample = {x, y, (double)time, {0, 0}};
+  pktrt__camera_sample sample = {0, 0, (double)time, {0, 0}};
   pktrt__refusal why;
   *ray = pktrt_make_ray(none, none), ray->tmax = 0;
   if (!c || !width || !height || !pktrt__camera_check(c, width, height, &plane, &why)) return false;
   if ((!PKTRT__MOTION && c->moving) || (!PKTRT__LENS && c->aperture > 0)) return false;
+  sample.x = x + plane.shift[0];
+  sample.y = y + plane.shift[1];
   if (lens && c->aperture > 0) pktrt__do_map_disk(lens, sample.disk);
   pktrt__camera_ray_at(c, width, height, &plane, &sample, o, d);
   *ray = pktrt_make_ray(o, d), ray->time = time;
@@ -16825,12 +16889,12 @@ static void pktrt__glass_widen(pktrt__glass_box *box, const float lo[3], const f
   for (int a = 0; a < 3; a++) box->lo[a] = pktrt__minf(box->lo[a], lo[a]), box->hi[a] = pktrt__maxf(box->hi[a], hi[a]);
 }
 
-/* Tells whether rays of the camera may start in the box of a mesh of glass. */
-static bool pktrt__glass_contains_camera(const pktrt_camera *c, const pktrt__glass_mesh *g) {
+/* Tells whether rays of the camera, which start within `reach` of its eye, may start in the box of a mesh of glass. */
+static bool pktrt__glass_contains_camera(const pktrt_camera *c, float reach, const pktrt__glass_mesh *g) {
   bool apart = false;
   for (int a = 0; a < 3; a++) {
-    const float end = c->moving ? c->eye_end[a] : c->eye[a], lens = 0.5f * c->aperture;
-    apart |= pktrt__maxf(c->eye[a], end) + lens < g->lo[a] || pktrt__minf(c->eye[a], end) - lens > g->hi[a];
+    const float end = c->moving ? c->eye_end[a] : c->eye[a];
+    apart |= pktrt__maxf(c->eye[a], end) + reach < g->lo[a] || pktrt__minf(c->eye[a], end) - reach > g->hi[a];
   }
   return !apart;
 }
@@ -16961,7 +17025,9 @@ static bool pktrt__glass_find_meshes(pktrt__render_state *render, float slack) {
     for (int a = 0; a < 3; a++) g[i].lo[a] = box.lo[a] - slack, g[i].hi[a] = box.hi[a] + slack;
     if (!g[i].closed) continue;
     order[n++] = (uint64_t)pktrt__ordered_bits(g[i].lo[0]) << 32 | i;
-    render->starts_in_glass = render->starts_in_glass || pktrt__glass_contains_camera(&render->desc->camera, &g[i]);
+    render->starts_in_glass =
+        render->starts_in_glass ||
+        pktrt__glass_contains_camera(&render->desc->camera, pktrt__to_float(render->plane.reach), &g[i]);
   }
   if (order && g) pktrt__glass_find_touching(g, order, n);
   pktrt__mem_release(&s->desc, order, meshes, sizeof *order);
@@ -17406,33 +17472,79 @@ PKTRT__NOINLINE void pktrt__surface_gather(pktrt__tile *tile, pktrt__wave *w, ui
 
 PKTRT__INLINE bool pktrt__bit_of(const uint8_t *bits, uint32_t k) { return bits[k / 8] >> k % 8 & 1; }
 
+/* Returns the exponent of the lobe of surface k. */
+static float pktrt__surface_exponent(const pktrt_scene *scene, const pktrt__surfaces *s, uint32_t k) {
+  if (PKTRT__TEXTURES && pktrt__bit_of(s->hooked, k)) return s->position[0][k];
+  return pktrt__material_of(scene, s->material[k])->exponent;
+}
+
+/* Normalises a vector as pktrt__vec_normalise does eight. Returns false if it is zero or not finite. */
+PKTRT__COLD bool pktrt__surface_normalise(float v[3]) {
+  const float most = pktrt__maxf(fabsf(v[0]), pktrt__maxf(fabsf(v[1]), fabsf(v[2])));
+  if (!(most > 0 && most <= FLT_MAX)) return false;
+  for (int a = 0; a < 3; a++) v[a] /= most;
+  const float magnitude = sqrtf(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+  for (int a = 0; a < 3; a++) v[a] /= magnitude;
+  return magnitude < 2; /* not NaN */
+}
+
+/* Takes the vector that a texture wrote as the shading normal of surface k, no lower than a cosine of about 1/64. */
+PKTRT__COLD void pktrt__surface_bend(pktrt__surfaces *s, uint32_t k, float v[3]) {
+  if (!pktrt__surface_normalise(v)) return;
+  const float *const ng[3] = {s->ng[0] + k, s->ng[1] + k, s->ng[2] + k};
+  const float least = 1.0f / 64, cosine = v[0] * *ng[0] + v[1] * *ng[1] + v[2] * *ng[2];
+  if (cosine < least) {
+    for (int a = 0; a < 3; a++) v[a] += (least - cosine) * *ng[a];
+    (void)pktrt__surface_normalise(v);
+  }
+
+  const bool away = v[0] * s->d[0][k] + v[1] * s->d[1][k] + v[2] * s->d[2][k] >= 0;
+  for (int a = 0; a < 3; a++) {
+    s->ns[a][k] = v[a];
+    s->nf[a][k] = away ? *ng[a] : v[a];
+  }
+}
+
 /* Calls the hooks of one material on surfaces [k, k + n), n <= 64, in place. */
 PKTRT__COLD void pktrt__material_call_hooks(const pktrt_scene *scene, const pktrt__wave *w, pktrt__surfaces *s,
                                             uint32_t k, uint32_t n) {
   const pktrt_material *mat = pktrt__material_of(scene, s->material[k]);
   const uint32_t lane = s->first + k;
-  float to[3][64], texcoord[2][64], opacity[64], *radiance[3];
+  float to[3][64], texcoord[2][64], opacity[64], bent[3][64], exponent[64], *radiance[3];
   pktrt_points p;
+  p.exponent = exponent;
   p.n = n, p.texcoord[0] = texcoord[0], p.texcoord[1] = texcoord[1], p.opacity = opacity;
   for (uint32_t i = 0; i < n; i++) {
     float at[2];
     pktrt__texcoord_at(scene, s->mesh[k + i], s->triangle[k + i], w->rays.as.hit.u[lane + i],
                        w->rays.as.hit.v[lane + i], at);
     texcoord[0][i] = at[0], texcoord[1][i] = at[1], opacity[i] = 1;
+    exponent[i] = mat->exponent;
   }
   for (int a = 0; a < 3; a++) {
     p.position[a] = s->position[a] + k, p.direction[a] = s->d[a] + k, p.normal[a] = s->ns[a] + k;
     p.albedo[a] = s->albedo[a] + k, p.reflectance[a] = s->reflectance[a] + k, p.emission[a] = s->emission[a] + k;
     radiance[a] = to[a];
+    p.normal_out[a] = bent[a];
+    memcpy(bent[a], p.normal[a], n * sizeof(float));
   }
   p.barycentric[0] = w->rays.as.hit.u + lane, p.barycentric[1] = w->rays.as.hit.v + lane;
   p.time = w->rays.time + lane;
   p.mesh = s->mesh + k, p.triangle = s->triangle + k;
   if (mat->texture) mat->texture(mat->user, &p);
-  if (!mat->shader) return;
-  memset(to, 0, sizeof to);
-  mat->shader(mat->user, &p, radiance);
-  for (int a = 0; a < 3; a++) memcpy(p.emission[a], to[a], n * sizeof(float));
+  for (uint32_t i = 0; i < n; i++) {
+    float v[3] = {bent[0][i], bent[1][i], bent[2][i]};
+    const bool same = v[0] == p.normal[0][i] && v[1] == p.normal[1][i] && v[2] == p.normal[2][i];
+    if (!same) pktrt__surface_bend(s, k + i, v);
+  }
+
+  if (mat->shader) {
+    memset(to, 0, sizeof to);
+    mat->shader(mat->user, &p, radiance);
+    for (int a = 0; a < 3; a++) memcpy(p.emission[a], to[a], n * sizeof(float));
+  }
+  for (uint32_t i = 0; i < n; i++)
+    s->position[0][k + i] = exponent[i] >= 0 ? pktrt__minf(exponent[i], 1e9f) : mat->exponent;
 }
 
 /* Runs textures and shaders of the surfaces that have them, for all neighbours of one material at once. */
@@ -17552,15 +17664,17 @@ static bool pktrt__cutout_is_clear(const pktrt_scene *s, const pktrt_ray *ray, c
 #else
   pktrt_surface_info x;
   double d[3] = {(double)ray->direction[0], (double)ray->direction[1], (double)ray->direction[2]};
-  float unit[3], value[3][3], opacity = 1;
+  float unit[3], value[4][3], opacity = 1, exponent;
   const pktrt_material *mat = pktrt__material_of(s, s->meshes[hit->mesh].material);
   pktrt_points p;
   (void)pktrt__normalise(d);
   pktrt__do_surface(s, ray, hit, &x);
   p.n = 1, p.time = &ray->time, p.mesh = &hit->mesh, p.triangle = &hit->triangle, p.opacity = &opacity;
+  p.exponent = &exponent, exponent = mat->exponent;
   for (int a = 0; a < 3; a++) {
     unit[a] = (float)d[a], value[0][a] = mat->albedo[a], value[1][a] = mat->reflectance[a];
-    value[2][a] = mat->emission[a];
+    value[2][a] = mat->emission[a], value[3][a] = x.shading_normal[a];
+    p.normal_out[a] = &value[3][a];
     p.position[a] = &x.position[a], p.direction[a] = &unit[a], p.normal[a] = &x.shading_normal[a];
     p.albedo[a] = &value[0][a], p.reflectance[a] = &value[1][a], p.emission[a] = &value[2][a];
   }
@@ -18133,7 +18247,7 @@ static void pktrt__light_lobe_values(const pktrt_scene *scene, const pktrt__surf
   for (uint32_t j = 0; j < 8; j++) {
     double value = 0;
     if (lanes >> j & 1) {
-      const double n = (double)pktrt__material_of(scene, s->material[i + j])->exponent;
+      const double n = (double)pktrt__surface_exponent(scene, s, i + j);
       const double cosine = pktrt__lobe_cosine((double)to[0][j], (double)to[1][j], (double)to[2][j], s, i + j);
       value = pktrt__lobe_density(n, cosine) * pktrt__min((double)lobe[j], (double)FLT_MAX);
       const double shared = listed ? (double)listed->shared[i + j] : 0;
@@ -18278,22 +18392,22 @@ static void pktrt__spawn_inherit(const pktrt__spawn_request *g, const pktrt__wav
 static void pktrt__spawn_draw_lobe(pktrt__tile *tile, const pktrt__wave *w, uint32_t k, uint32_t depth) {
   const pktrt__render_state *render = tile->render;
   pktrt__surfaces *s = &tile->surfaces;
-  const pktrt_material *mat = pktrt__material_of(render->scene, s->material[k]);
+  const float exponent = pktrt__surface_exponent(render->scene, s, k);
   const float axis[3] = {s->mirror[0][k], s->mirror[1][k], s->mirror[2][k]};
   const float u[2] = {tile->draws.u[0][k], tile->draws.u[1][k]};
   const float largest = pktrt__maxf(s->reflected[0][k], pktrt__maxf(s->reflected[1][k], s->reflected[2][k]));
   const bool followed = depth < render->max_depth && !pktrt__light_asks_one(render, depth + 1) &&
                         !(w->importance[s->first + k] * largest < render->threshold);
   float out[3], side = 0;
-  if (render->desc->phong_mapping == PKTRT_PHONG_NAIVE) pktrt__do_map_phong_naive(u, axis, mat->exponent, out);
-  else pktrt__do_map_phong(u, axis, mat->exponent, out);
+  if (render->desc->phong_mapping == PKTRT_PHONG_NAIVE) pktrt__do_map_phong_naive(u, axis, exponent, out);
+  else pktrt__do_map_phong(u, axis, exponent, out);
   for (int a = 0; a < 3; a++) side += out[a] * s->ng[a][k], s->lobe[a][k] = out[a];
   if (followed) s->followed[k / 8] = (uint8_t)(s->followed[k / 8] | 1u << k % 8);
   if (!(side > 0)) return;
   s->density[k] = 1; /* any: who asks for more? */
   if (!render->two_ways) return;
   const double cosine = pktrt__lobe_cosine((double)out[0], (double)out[1], (double)out[2], s, k);
-  const double density = pktrt__min(pktrt__max(pktrt__lobe_density((double)mat->exponent, cosine), FLT_MIN), FLT_MAX);
+  const double density = pktrt__min(pktrt__max(pktrt__lobe_density((double)exponent, cosine), FLT_MIN), FLT_MAX);
   s->density[k] = (float)density;
   if (!followed) return;
   s->shared[k] = (float)density;
@@ -18560,7 +18674,7 @@ static void pktrt__tile_camera_rays(pktrt__tile *tile, uint32_t n) {
   const pktrt__sample_batch *g = &tile->draws;
   const bool lens = pktrt__render_uses(render, PKTRT_FEATURE_LENS),
              shutter = pktrt__render_uses(render, PKTRT_FEATURE_SHUTTER);
-  const bool pinhole = !lens && !(PKTRT__MOTION && c->moving);
+  const bool pinhole = !lens && !(PKTRT__MOTION && c->moving) && c->projection == PKTRT_PROJECTION_PERSPECTIVE;
   double x[8] = {0, 0, 0, 0, 0, 0, 0, 0}, y[8] = {0, 0, 0, 0, 0, 0, 0, 0};
   const float middle = (float)pktrt__camera_shutter_time(c, 0.5f);
   pktrt__fill_row(w->importance, n, 1);
@@ -18575,8 +18689,8 @@ static void pktrt__tile_camera_rays(pktrt__tile *tile, uint32_t n) {
     const uint32_t m = n - i < 8 ? n - i : 8;
     for (uint32_t k = 0; k < m; k++) {
       w->rays.time[i + k] = shutter ? (float)pktrt__camera_shutter_time(c, w->rays.time[i + k]) : middle;
-      x[k] = (double)tile->x[i + k] + (render->random ? (double)g->u[0][i + k] : 0.5);
-      y[k] = (double)tile->y[i + k] + (render->random ? (double)g->u[1][i + k] : 0.5);
+      x[k] = (double)tile->x[i + k] + (render->random ? (double)g->u[0][i + k] : 0.5) + render->plane.shift[0];
+      y[k] = (double)tile->y[i + k] + (render->random ? (double)g->u[1][i + k] : 0.5) + render->plane.shift[1];
     }
     if (pinhole) render->scene->kernels->camera_rays(&render->plane, x, y, w, i);
     for (uint32_t k = 0; !pinhole && k < m; k++) {
@@ -19327,15 +19441,15 @@ PKTRT__COLD void pktrt__warn_of_changes(const pktrt_scene *s) {
   }
 }
 
-/* Tells whether all of the scene lies behind a quad light, which shines to the front alone, and the eye does not see
-   it. */
-PKTRT__COLD bool pktrt__warn_faces_away(const pktrt_scene *s, const pktrt_light *l, const float eye[3]) {
-  double n[3], most = 0, to_eye = 0;
+/* Tells whether all of the scene lies behind a quad light, which shines to the front alone, and the camera does not
+   see it. */
+PKTRT__COLD bool pktrt__warn_faces_away(const pktrt_scene *s, const pktrt_light *l, const pktrt_camera *c) {
+  double n[3], most = 0, to_eye = c->projection == PKTRT_PROJECTION_ORTHOGRAPHIC ? INFINITY : 0;
   pktrt__light_front(l, n);
   if (n[0] == 0 && n[1] == 0 && n[2] == 0) return false;
   for (int a = 0; a < 3; a++) { /* the corner of the bounds that is farthest to the front */
     most += n[a] * ((double)(n[a] > 0 ? s->hi[a] : s->lo[a]) - (double)l->position[a]);
-    to_eye += n[a] * ((double)eye[a] - (double)l->position[a]);
+    to_eye += n[a] * ((double)c->eye[a] - (double)l->position[a]);
   }
   return most <= 0 && !(l->visible && to_eye > 0);
 }
@@ -19344,7 +19458,7 @@ PKTRT__COLD void pktrt__warn_of_lights(const pktrt_scene *s, const pktrt_render_
   for (uint32_t i = 0; i < s->light_count; i++) {
     const pktrt_light *l = &s->lights[i];
     const unsigned index = (unsigned)pktrt__light_index(s, i);
-    if (l->kind == PKTRT_LIGHT_QUAD && s->lo[0] <= s->hi[0] && pktrt__warn_faces_away(s, l, d->camera.eye))
+    if (l->kind == PKTRT_LIGHT_QUAD && s->lo[0] <= s->hi[0] && pktrt__warn_faces_away(s, l, &d->camera))
       pktrt__warn(s, "render: light %u, a quad, faces away from the whole scene: exchange edge[0] and edge[1]", index);
     if (l->kind != PKTRT_LIGHT_MESH) continue;
     const uint32_t material = s->meshes[l->mesh].material;
@@ -19395,7 +19509,7 @@ enum { PKTRT__PROBES = 32, PKTRT__PROBED_MESHES = 64 };
 typedef struct pktrt__warn_probe {
   float position[3][PKTRT__PROBES], direction[3][PKTRT__PROBES], normal[3][PKTRT__PROBES];
   float barycentric[2][PKTRT__PROBES], time[PKTRT__PROBES], texcoord[2][PKTRT__PROBES], opacity[PKTRT__PROBES];
-  float changed[9][PKTRT__PROBES]; /* albedo, reflectance, emission */
+  float changed[13][PKTRT__PROBES]; /* albedo, reflectance, emission, normal, exponent */
   uint32_t mesh[PKTRT__PROBES], triangle[PKTRT__PROBES];
 } pktrt__warn_probe;
 
@@ -19442,10 +19556,11 @@ PKTRT__COLD void pktrt__warn_try_texture(const pktrt_scene *s, uint32_t mesh, fl
 
   memset(probe, 0, sizeof *probe), memset(&p, 0, sizeof p);
   p.n = PKTRT__PROBES, p.time = probe->time, p.opacity = probe->opacity;
-  p.mesh = probe->mesh, p.triangle = probe->triangle;
+  p.mesh = probe->mesh, p.triangle = probe->triangle, p.exponent = probe->changed[12];
   for (int a = 0; a < 3; a++) {
     p.position[a] = probe->position[a], p.direction[a] = probe->direction[a], p.normal[a] = probe->normal[a];
     p.albedo[a] = probe->changed[a], p.reflectance[a] = probe->changed[3 + a], p.emission[a] = probe->changed[6 + a];
+    p.normal_out[a] = probe->changed[9 + a];
   }
   for (int a = 0; a < 2; a++) p.barycentric[a] = probe->barycentric[a], p.texcoord[a] = probe->texcoord[a];
 
@@ -19456,6 +19571,8 @@ PKTRT__COLD void pktrt__warn_try_texture(const pktrt_scene *s, uint32_t mesh, fl
     pktrt__texcoord_at(s, mesh, triangle, 0.25f, 0.25f, at);
     for (int a = 0; a < 2; a++) probe->texcoord[a][i] = spread ? ((float)i + 0.5f) / PKTRT__PROBES : at[a];
     for (int a = 0; a < 9; a++) probe->changed[a][i] = given[a / 3][a % 3];
+    for (int a = 0; a < 3; a++) probe->changed[9 + a][i] = probe->normal[a][i];
+    probe->changed[12][i] = material->exponent;
   }
   material->texture(material->user, &p);
 }
@@ -19501,11 +19618,19 @@ PKTRT__COLD void pktrt__warn_of_textures(const pktrt_scene *s, float time) {
 /* Logs all warnings. The render's lights must have been made. */
 PKTRT__COLD void pktrt__warn_all(const pktrt_scene *s, const pktrt__render_state *render) {
   const pktrt_render_desc *d = render->desc;
-  const float fov = d->camera.fov_y;
+  const pktrt_camera *camera = &d->camera;
+  const bool parallel = camera->projection == PKTRT_PROJECTION_ORTHOGRAPHIC;
   if (!s->desc.log) return;
-  pktrt__warn_of_mode(s, render), pktrt__warn_of_changes(s), pktrt__warn_of_lights(s, render->desc);
+  pktrt__warn_of_mode(s, render);
+  pktrt__warn_of_changes(s);
+  pktrt__warn_of_lights(s, d);
   if (pktrt__warn_is_dark(render)) pktrt__warn_of_darkness(render);
-  if (fov > 0 && fov < 3) pktrt__warn(s, "render: camera.fov_y is %g degrees: were radians meant?", (double)fov);
+  if (camera->fov_y > 0 && camera->fov_y < 3 && !parallel)
+    pktrt__warn(s, "render: camera.fov_y is %g degrees: were radians meant?", (double)camera->fov_y);
+  if (camera->width > 0 && !parallel)
+    pktrt__warn(s, "render: camera.width counts with PKTRT_PROJECTION_ORTHOGRAPHIC alone");
+  if (render->plane.other_up)
+    pktrt__warn(s, "render: the camera looks along y, the default up: z is up instead; set camera.up");
   pktrt__warn_of_environment(s, render->environment);
 #ifndef PKTRT_NO_TEXTURES
   pktrt__warn_of_textures(s, d->camera.time);

@@ -25,12 +25,15 @@ static const ball balls[] = {
     {4.6f, -4.6f, 0.95f, BLUE, 0}, {-5.6f, -9.5f, 1.4f, CREAM, 0}, {2.4f, -11.0f, 1.2f, RED, 0}};
 static const float lamp[4][3] = {{-5.6f, 4.6f, -2.6f}, {-3.2f, 7.0f, -2.6f}, {-3.2f, 7.0f, 2.6f}, {-5.6f, 4.6f, 2.6f}};
 
-/* The albedo of the floor: tiles of two shades. A texture knows the points of many rays at once. */
+/* The floor: tiles of two shades, laid a little askew; where there is gloss the dark ones are duller. A texture knows the
+   points of many rays at once. */
 static void tiles(void *user, const pktrt_points *p) {
   (void)user;
   for (uint32_t i = 0; i < p->n; i++) {
-    const int odd = ((int)floorf(p->position[0][i]) + (int)floorf(p->position[2][i])) & 1;
+    const int x = (int)floorf(p->position[0][i]), z = (int)floorf(p->position[2][i]), odd = (x + z) & 1;
     for (int c = 0; c < 3; c++) p->albedo[c][i] *= odd ? 0.35f : 1.0f;
+    p->normal_out[0][i] += 0.004f * (float)(((5 * x + 3 * z) & 7) - 4);
+    p->exponent[i] *= odd ? 0.3f : 1.0f;
   }
 }
 

@@ -130,7 +130,7 @@ static void report(const pktrt_scene *scene, const char *change, double start) {
   printf("%s in %.3f ms, %llu bytes\n", change, 1e3 * seconds, (unsigned long long)all.bytes);
 }
 
-/* Hides the thing under a pixel, looks at what is behind it, and removes it. */
+/* Hides the thing under a pixel, looks at what is behind it, and removes it; then shows a plan. */
 static bool edit(pktrt_scene *scene, unsigned x, unsigned y) {
   uint32_t thing = PKTRT_NONE, behind = PKTRT_NONE;
   double start = ex_seconds();
@@ -147,7 +147,10 @@ static bool edit(pktrt_scene *scene, unsigned x, unsigned y) {
   start = ex_seconds();
   if (pktrt_remove_instance(scene, thing) || pktrt_commit(scene)) return ex_fail("%s", pktrt_last_error(scene));
   report(scene, "removed", start);
-  return draw(scene, behind, "out/pick-after.png");
+  if (!draw(scene, behind, "out/pick-after.png")) return false;
+  camera.projection = PKTRT_PROJECTION_ORTHOGRAPHIC, camera.width = 54; /* a plan, 54 wide, from straight above */
+  camera.eye[1] = 20, camera.eye[2] = camera.target[2] = -13, camera.up[2] = -1;
+  return draw(scene, behind, "out/pick-plan.png");
 }
 
 int main(int argc, char **argv) {

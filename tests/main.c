@@ -273,6 +273,8 @@ static void run_all(void) {
   suite_instances();
   suite_mirrored();
   suite_everyday();
+  suite_cameras();
+  suite_bent();
   suite_groups();
   suite_changes();
   suite_surfaces();

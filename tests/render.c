@@ -427,7 +427,9 @@ static void refusals(void) {
       d.camera.moving = true, d.camera.eye_end[0] = 1, d.camera.target_end[2] = INFINITY, word = "target_end";
       break;
     case 37: d.camera.moving = true, word = "same point"; break;
-    case 38: d.camera.moving = true, d.camera.eye_end[1] = 3, word = "up"; break; /* straight down in the end */
+    case 38: /* straight down in the end */
+      d.camera.moving = true, d.camera.eye_end[1] = 3, d.camera.up_end[1] = 1, word = "up";
+      break;
     case 39: d.mode = (pktrt_mode)3, word = "3"; break;
     case 40: d.samples = 65537, word = "65537"; break;
     case 41: d.samples = 0xFFFFFFFFu, word = "4294967295"; break;

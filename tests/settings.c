@@ -415,6 +415,8 @@ static void make_samples(void) {
   bool is;
   memset(&camera, 0, sizeof camera);
   camera.eye[2] = 7, camera.aperture = 0.1f, camera.up[1] = 1;
+  pktrt_camera parallel = camera;
+  parallel.projection = PKTRT_PROJECTION_ORTHOGRAPHIC, parallel.width = 3.3f, parallel.shift[0] = 0.37f;
   for (int i = 0; i < 10; i++) {
     out[2] = 0;
     CALL(pktrt_map_disk, pktrt_map_disk(u + i, out));
@@ -432,6 +434,8 @@ static void make_samples(void) {
     CALL(pktrt_fresnel_conductor, f = pktrt_fresnel_conductor(u[i], 0.2f, 3.1f));
     KEEP(pktrt_fresnel_conductor, f);
     CALL(pktrt_camera_ray, is = pktrt_camera_ray(&camera, 64, 48, 40 * (double)u[i], 20.5, lens, 0.5f, &ray));
+    KEEP(pktrt_camera_ray, is), KEEP(pktrt_camera_ray, ray);
+    CALL(pktrt_camera_ray, is = pktrt_camera_ray(&parallel, 64, 48, 40 * (double)u[i], 20.5, lens, 0.5f, &ray));
     KEEP(pktrt_camera_ray, is), KEEP(pktrt_camera_ray, ray);
   }
 }

@@ -144,6 +144,10 @@ static void take_rules(feed *b, setting *x) {
   if (watched & 4) d->custom_sampler = odd_numbers;
   d->paper_steps = take_u8(b), d->cost_of = (pktrt_cost)(watched & 8 ? take_word(b, 3) : 0);
   for (int i = 0; watched & 16 && i < 4; i++) d->trace_area[i] = take_number(b, 8, 65536);
+  if (!(watched & 32)) return;
+  d->camera.projection = (pktrt_projection)take_word(b, 2);
+  d->camera.width = take_or(b, (float)take_below(b, 9) / 2);
+  for (int i = 0; i < 2; i++) d->camera.shift[i] = take_or(b, (float)take_below(b, 9) / 8 - 0.5f);
 }
 
 /* --- which settings are good: what the header's comments say --- */
@@ -156,10 +160,10 @@ static int view(const float eye[3], const float target[3], const float up[3]) {
   double f[3], u[3], lf = 0, lu = 0, r2 = 0;
   const bool plain = up[0] == 0 && up[1] == 0 && up[2] == 0;
   for (int a = 0; a < 3; a++) {
-    f[a] = (double)target[a] - (double)eye[a], u[a] = plain ? a == 1 : (double)up[a];
+    f[a] = (double)target[a] - (double)eye[a], u[a] = (double)up[a];
     lf = fmax(lf, fabs(f[a])), lu = fmax(lu, fabs(u[a]));
   }
-  if (lf == 0) return 0;
+  if (lf == 0 || plain) return lf != 0; /* another up is taken */
   for (int a = 0; a < 3; a++) f[a] /= lf, u[a] /= lu;
   const double n = (f[0] * f[0] + f[1] * f[1] + f[2] * f[2]) * (u[0] * u[0] + u[1] * u[1] + u[2] * u[2]);
   for (int a = 0; a < 3; a++) {
@@ -176,6 +180,8 @@ static int good_camera(const pktrt_camera *c) {
     if (!in(vectors[i / 3][i % 3], -PKTRT_MAX_COORD, PKTRT_MAX_COORD)) return 0;
   if (!(c->fov_y >= 0 && c->fov_y < 180) || !in(c->time, 0, 1) || !(c->shutter >= 0)) return 0;
   if (!in(c->aperture, 0, PKTRT_MAX_COORD) || !in(c->focus, 0, PKTRT_MAX_COORD)) return 0;
+  if (!word((int)c->projection, 2) || !fuzz_all_finite(c->shift, 2)) return 0;
+  if (c->projection == PKTRT_PROJECTION_ORTHOGRAPHIC && !(c->width > 0 && c->width <= PKTRT_MAX_COORD)) return 0;
   const double end = (double)c->time + (double)c->shutter; /* may be beyond 1 by rounding */
   if (!(end <= 1 + 2e-6)) return 0;
   const bool same = c->up_end[0] == 0 && c->up_end[1] == 0 && c->up_end[2] == 0;

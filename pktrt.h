@@ -106,6 +106,7 @@
        >>exact        the canonical test itself
        >>batch        rays as the kernels see them
        >>places       how instances lie, and rays in their frames
+       >>rigid        places between the keys of instances that turn as a whole
        >>random       what samples are made of: permutations, scrambling, Sobol's points
        >>kinds        materials, lights and samplers, a row for each
        >>waves        rays and surfaces as the renderer sees them
@@ -738,21 +739,32 @@ PKTRT_DEF pktrt_status pktrt_set_enabled(pktrt_scene *, uint32_t mesh, bool enab
 PKTRT_DEF pktrt_status pktrt_add_model(pktrt_scene *, const pktrt_mesh_desc *meshes, uint32_t mesh_count,
                                        uint32_t *model);
 
+/* How an instance lies between two of its keys. */
+typedef enum pktrt_interpolation {
+  PKTRT_INTERPOLATION_LINEAR = 0, /* elements move along straight lines: a turn of 90 degrees shrinks a body by 29% */
+  PKTRT_INTERPOLATION_RIGID /* a body turns as a whole, evenly, and shrinks by 1.2e-3 at most; takes more memory */
+} pktrt_interpolation;
+
 typedef struct pktrt_instance_desc {
   uint32_t model;
   uint32_t key_count;      /* motion keys spread evenly over time [0,1]; 0 and 1 both mean at rest */
   const float *transforms; /* key_count matrices of 3 x 4 by rows: place = matrix (x, y, z, 1); NULL: the identity */
   uint32_t mask;           /* as of meshes, for all of them; those of the model's meshes count too */
+  pktrt_interpolation interpolation;
 } pktrt_instance_desc;
 
-/* Places a model: turned, scaled unevenly, sheared or mirrored as you like; mirrored, its inside remains inside. Elements
-   move along straight lines from key to key; a ray is rounded to floats in the instance's frame. An instance takes a
-   mesh index for each mesh of its model, the first in a row that no mesh has: hits, materials, ties and pktrt_spawn go
-   by these. It is seen from the next commit on, as meshes are. A transform that flattens space at any time, or may, is
-   refused. *instance may be NULL. */
+/* Places a model: turned, scaled unevenly, sheared or mirrored as you like; mirrored, its inside remains inside. A ray is
+   rounded to floats in the instance's frame. An instance takes a mesh index for each mesh of its model, the first in a
+   row that no mesh has: hits, materials, ties and pktrt_spawn go by these. It is seen from the next commit on, as meshes
+   are. A transform that flattens space at any time, or may, is refused. *instance may be NULL.
+     Between two keys of PKTRT_INTERPOLATION_RIGID, of which there may be 32, scale and shear mix evenly, the model's origin
+   moves along a straight line, and the rotation goes the shorter way; by 180 degrees, counter-clockwise about the axis
+   whose first component that is not 0 is positive. Mirror all keys or none. Trees above instances have 32 keys for each
+   interval. */
 PKTRT_DEF pktrt_status pktrt_add_instance(pktrt_scene *, const pktrt_instance_desc *, uint32_t *instance);
 /* Replaces one key's 12 elements, for the next commit or refit; either costs by the number of instances alone. The new
-   key is checked beside the others as they are: to turn an instance round or to mirror it, use the next function. */
+   key is checked beside the others as they are: to mirror an instance of several keys, or to turn one round that is not
+   RIGID, use the next function. */
 PKTRT_DEF pktrt_status pktrt_set_transform(pktrt_scene *, uint32_t instance, uint32_t key, const float *transform);
 /* Replaces the 12 elements of all keys of an instance, by any that pktrt_add_instance would accept, but not NULL. */
 PKTRT_DEF pktrt_status pktrt_set_transforms(pktrt_scene *, uint32_t instance, const float *keys);
@@ -2031,6 +2043,7 @@ typedef struct pktrt__instance {
   uint32_t mask, seen;          /* seen: the mask as committed, 0 where hidden */
   bool dirty, hide, gone, free; /* as of meshes */
   bool mirrored;                /* its transform turns corners round, at all keys; so it does at all times */
+  bool rigid;                   /* key_count and keys are those of >>rigid; each PKTRT__RIGID_STEPS-th is the user's */
   double kappa;                 /* of the keys that were given, see >>places */
   pktrt__place rest;            /* at the first key, committed */
 } pktrt__instance;
@@ -5714,6 +5727,16 @@ PKTRT__NOINLINE void pktrt__place_invert(pktrt__place *p) {
   for (int i = 0; i < 3; i++) p->inverse[3][i] = p->inverse[i][i];
 }
 
+/* Tells whether a matrix has a determinant below 0: whether it mirrors. */
+static bool pktrt__place_mirrors(const pktrt__place *p) {
+  const double *x = p->a[0], *y = p->a[1], *z = p->a[2];
+  const double along_x = x[0] * (y[1] * z[2] - y[2] * z[1]);
+  const double along_y = x[1] * (y[2] * z[0] - y[0] * z[2]);
+  const double along_z = x[2] * (y[0] * z[1] - y[1] * z[0]);
+
+  return along_x + along_y + along_z < 0;
+}
+
 /* Return how an instance lies at a time, in *moving if it moves: its matrix, and all. */
 PKTRT__NOINLINE const pktrt__place *pktrt__place_between(const pktrt__instance *in, float time, pktrt__place *moving) {
   float ta, tb;
@@ -5969,6 +5992,148 @@ PKTRT__INLINE uint32_t pktrt__stream_push_children(const uint64_t *mask, const u
     n += mask[c] != 0;
   }
   return n;
+}
+
+/* >>rigid: places between the keys of instances that turn as a whole -----------------------------------------------
+
+   DEFINITION. A key's matrix A is R S: a rotation R, and the scale and shear S = R^T A, a symmetric matrix whose
+   eigenvalues have the sign of det A. The place half-way between two keys has half the sum of their S, that of their
+   shifts, and the sum of their rotations as quaternions, normalised; so has the place half-way to that, and so on. Five
+   halvings yield 31 places at even steps of time, in doubles that are rounded to floats. Keys stay as they are, and elements
+   move along straight lines between neighbours.
+     R is what X becomes in PKTRT__RIGID_NEWTON steps X <- (g X + X^-T / g) / 2, g^2 = |X^-1| / |X|, |X| the root of the
+   sum of squares, from A, or from -A where det A < 0 (Higham: Computing the Polar Decomposition. SIAM J. Sci. Stat.
+   Comput. 7(4), 1986).
+
+   SHAPE. Neighbours are turned by 180/32 degrees at most: half-way, lengths are 1 - cos(180/64 degrees) = 1.2e-3 too
+   short. A mix of positive definite matrices is positive definite, so S is flat at no time if all keys mirror or none. */
+
+enum {
+  PKTRT__RIGID_STEPS = 32,                                           /* from key to key: a power of two */
+  PKTRT__RIGID_KEYS = (PKTRT_MAX_KEYS - 1) / PKTRT__RIGID_STEPS + 1, /* the most that a user may give */
+  PKTRT__RIGID_NEWTON = 9 /* a million random keys with columns from 1e-18 to 1e18 need up to 7 */
+};
+#define PKTRT__RIGID_ZERO 9.5367431640625e-7 /* 2^-20: parts of unit quaternions below are 0 but for rounding */
+
+/* What a place has: a rotation, and then columns, whose last three parts are x, y and z. */
+enum { PKTRT__RIGID_ROTATION, PKTRT__RIGID_SHAPE, PKTRT__RIGID_SHIFT = 4, PKTRT__RIGID_ROWS };
+
+/* Multiplies a quaternion by the conjugate of another. */
+PKTRT__COLD void pktrt__rigid_divide(const double p[4], const double q[4], double out[4]) {
+  const double *u = p + 1, *v = q + 1;
+  out[0] = p[0] * q[0];
+  for (int i = 0; i < 3; i++) {
+    const uint32_t *axis = pktrt__axes[i];
+    out[0] += u[i] * v[i];
+    out[1 + i] = (q[0] * u[i] - p[0] * v[i]) - (u[axis[1]] * v[axis[2]] - u[axis[2]] * v[axis[1]]);
+  }
+}
+/* Rotates a column, whose first part is 0, and negates it. */
+PKTRT__COLD void pktrt__rigid_rotate(const double q[4], const double column[4], double out[4]) {
+  double half[4];
+  pktrt__rigid_divide(q, column, half);
+  pktrt__rigid_divide(half, q, out);
+}
+/* Scales a quaternion to length 1. */
+PKTRT__COLD void pktrt__rigid_normalise(double q[4]) {
+  double square = 0;
+  for (int i = 0; i < 4; i++) square += q[i] * q[i];
+  const double size = sqrt(square);
+  for (int i = 0; i < 4; i++) q[i] /= size;
+}
+
+/* Turns a rotation into a quaternion: the row of 4 q q^T with the largest diagonal, normalised. */
+PKTRT__COLD void pktrt__rigid_find_quaternion(double r[3][3], double q[4]) {
+  double product[4][4];
+  const double rest = 1 - ((r[0][0] + r[1][1]) + r[2][2]);
+  int row = 0;
+  product[0][0] = 2 - rest;
+  for (int i = 0; i < 3; i++) {
+    const uint32_t j = pktrt__axes[i][1], k = pktrt__axes[i][2];
+    for (int a = 0; a < 3; a++) product[1 + i][1 + a] = r[i][a] + r[a][i];
+    product[1 + i][1 + i] += rest;
+    product[0][1 + i] = product[1 + i][0] = r[k][j] - r[j][k];
+    if (product[1 + i][1 + i] > product[row][row]) row = 1 + i;
+  }
+  memcpy(q, product[row], sizeof product[row]);
+  pktrt__rigid_normalise(q);
+}
+
+/* Takes a key apart, whose determinant must not be 0, with its shape negated; tells whether it is mirrored. */
+PKTRT__COLD bool pktrt__rigid_take_apart(const float *key, double apart[PKTRT__RIGID_ROWS][4]) {
+  double *const q = apart[PKTRT__RIGID_ROTATION];
+  pktrt__place x;
+  pktrt__place_mix(key, key, 1, 0, false, &x);
+  const bool mirrored = pktrt__place_mirrors(&x);
+
+  /* Find its rotation. */
+  for (int step = 0; step < PKTRT__RIGID_NEWTON; step++) {
+    const double half = mirrored && !step ? -0.5 : 0.5;
+    double size = 0, inverse_size = 0;
+    pktrt__place_invert(&x);
+    for (int i = 0; i < 3; i++) {
+      for (int j = 0; j < 3; j++) {
+        size += x.a[i][j] * x.a[i][j];
+        inverse_size += x.inverse[i][j] * x.inverse[i][j];
+      }
+    }
+    const double g = sqrt(sqrt(inverse_size / size));
+    for (int i = 0; i < 3; i++) {
+      for (int j = 0; j < 3; j++) x.a[i][j] = half * (g * x.a[i][j] + x.inverse[i][j] / g); /* this has columns */
+    }
+  }
+  pktrt__rigid_find_quaternion(x.a, q);
+
+  /* Undo it. A rotation with its cosine negated is its inverse. */
+  q[0] = -q[0];
+  for (int j = 0; j < 4; j++) {
+    double *const column = apart[PKTRT__RIGID_SHAPE + j];
+    column[0] = 0;
+    for (int i = 0; i < 3; i++) column[1 + i] = (double)key[4 * i + j];
+    if (PKTRT__RIGID_SHAPE + j != PKTRT__RIGID_SHIFT) pktrt__rigid_rotate(q, column, column);
+  }
+  q[0] = -q[0];
+  return mirrored;
+}
+
+/* Computes the place half-way between two that are `steps` apart, the first at `place`; then those half-way between. */
+PKTRT__COLD void pktrt__rigid_halve(double from[PKTRT__RIGID_ROWS][4], double to[PKTRT__RIGID_ROWS][4], float *place,
+                                    int steps) {
+  double middle[PKTRT__RIGID_ROWS][4];
+  float *const at = place + 12 * (size_t)(steps / 2);
+  for (int row = 0; row < PKTRT__RIGID_ROWS; row++) {
+    for (int i = 0; i < 4; i++) middle[row][i] = 0.5 * (from[row][i] + to[row][i]);
+  }
+  pktrt__rigid_normalise(middle[PKTRT__RIGID_ROTATION]);
+
+  for (int j = 0; j < 4; j++) {
+    double rotated[4], *column = middle[PKTRT__RIGID_SHAPE + j];
+    pktrt__rigid_rotate(middle[PKTRT__RIGID_ROTATION], column, rotated);
+    if (PKTRT__RIGID_SHAPE + j != PKTRT__RIGID_SHIFT) column = rotated;
+    for (int i = 0; i < 3; i++) at[4 * i + j] = (float)column[1 + i];
+  }
+  if (steps == 2) return;
+  pktrt__rigid_halve(from, middle, place, steps / 2);
+  pktrt__rigid_halve(middle, to, at, steps / 2);
+}
+
+/* Fills in the places between keys, of which each PKTRT__RIGID_STEPS-th is there, with a determinant that is not 0. Stops
+   at the first of these that is mirrored where the one before is not, or the other way round, and returns its number; else
+   0. */
+PKTRT__COLD uint32_t pktrt__rigid_fill(float *keys, uint32_t key_count) {
+  double from[PKTRT__RIGID_ROWS][4], to[PKTRT__RIGID_ROWS][4], way[4];
+  for (uint32_t key = 1; key <= (key_count - 1) / PKTRT__RIGID_STEPS; key++, keys += 12 * PKTRT__RIGID_STEPS) {
+    const bool mirrored = pktrt__rigid_take_apart(keys, from);
+    if (pktrt__rigid_take_apart(keys + 12 * PKTRT__RIGID_STEPS, to) != mirrored) return key;
+
+    /* The shorter way leads to the quaternion or to its negative; where both are as long, the axis decides. */
+    int part = 0;
+    pktrt__rigid_divide(to[PKTRT__RIGID_ROTATION], from[PKTRT__RIGID_ROTATION], way);
+    while (part < 3 && fabs(way[part]) < PKTRT__RIGID_ZERO) part++;
+    for (int i = 0; i < 4 && way[part] < 0; i++) to[PKTRT__RIGID_ROTATION][i] *= -1;
+    pktrt__rigid_halve(from, to, keys, PKTRT__RIGID_STEPS);
+  }
+  return 0;
 }
 
 #ifndef PKTRT_NO_RENDER
@@ -12757,15 +12922,6 @@ PKTRT__COLD void pktrt__instance_free(const pktrt_scene *s, pktrt__instance *in)
   pktrt__mem_release(&s->desc, in->keys, in->key_count, 12 * sizeof(float));
   pktrt__mem_release(&s->desc, in->pending, in->key_count, 12 * sizeof(float));
 }
-/* Tells whether a matrix has a determinant below 0: whether it mirrors. */
-static bool pktrt__place_mirrors(const pktrt__place *p) {
-  const double *x = p->a[0], *y = p->a[1], *z = p->a[2];
-  const double along_x = x[0] * (y[1] * z[2] - y[2] * z[1]);
-  const double along_y = x[1] * (y[2] * z[0] - y[0] * z[2]);
-  const double along_z = x[2] * (y[0] * z[1] - y[1] * z[0]);
-
-  return along_x + along_y + along_z < 0;
-}
 /* Computes how an instance lies at its first key, whether it has diagonals at all, and whether it is mirrored. The
    first key tells for all: pktrt__instance_check refuses keys between which the determinant changes its sign. */
 static void pktrt__place_rest(pktrt__instance *in) {
@@ -13291,30 +13447,62 @@ PKTRT__COLD bool pktrt__place_box(const pktrt_scene *model, const float *key, do
   return true;
 }
 
-/* Checks transforms of an instance, all keys of them, and finds kappa. */
-PKTRT__COLD pktrt_status pktrt__instance_check(pktrt_scene *s, pktrt__instance *in, const float *keys, unsigned index) {
+/* Returns how many places an instance has from one of the user's keys to the next. */
+PKTRT__INLINE uint32_t pktrt__instance_steps(const pktrt__instance *in) {
+  return PKTRT__MOTION && in->rigid ? (uint32_t)PKTRT__RIGID_STEPS : 1u;
+}
+/* Returns how many keys the user gave an instance. */
+static uint32_t pktrt__instance_key_count(const pktrt__instance *in) {
+  return (in->key_count - 1) / pktrt__instance_steps(in) + 1;
+}
+
+/* Checks transforms of an instance, all keys of them from the user's key `first` on, and finds kappa. */
+PKTRT__COLD pktrt_status pktrt__instance_check(pktrt_scene *s, pktrt__instance *in, const float *keys, unsigned index,
+                                               uint32_t first) {
+  const uint32_t steps = pktrt__instance_steps(in);
   float box[9];
   for (uint32_t i = 0; i < in->key_count * 12; i++)
     if (!(fabsf(keys[i]) <= PKTRT_MAX_COORD))
       return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "instance %u, key %u: element %u of its transform is %g, beyond %g",
-                         index, (unsigned)i / 12, (unsigned)i % 12, (double)keys[i], (double)PKTRT_MAX_COORD);
+                         index, (unsigned)(first + i / 12 / steps), (unsigned)i % 12, (double)keys[i],
+                         (double)PKTRT_MAX_COORD);
   in->kappa = 0;
   for (uint32_t i = 0; i + 1 < in->key_count || !i; i++) {
     const float *k0 = keys + 12 * (size_t)i, *k1 = in->key_count > 1 ? k0 + 12 : k0;
     const double least = pktrt__place_least_det(k0, k1);
     if (!(least > PKTRT__PLACE_FLAT) && in->key_count > 1)
       return pktrt__fail(s, PKTRT_INVALID_ARGUMENT,
-                         "instance %u: between keys %u and %u its transform may flatten it; give it more keys between",
-                         index, (unsigned)i, (unsigned)i + 1);
+                         "instance %u: between keys %u and %u its transform may flatten it; give it more keys or "
+                         "PKTRT_INTERPOLATION_RIGID, or set both at once (pktrt_set_transforms)",
+                         index, (unsigned)(i / steps), (unsigned)(i / steps) + 1);
     if (!(least > PKTRT__PLACE_FLAT))
       return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "instance %u: its transform flattens it", index);
     in->kappa = pktrt__max(in->kappa, in->key_count > 1 ? 18 / least : pktrt__place_kappa(keys));
   }
   for (uint32_t i = 0; i < in->key_count; i++)
     if (!pktrt__place_box(in->model, keys + 12 * (size_t)i, in->kappa, box))
-      return pktrt__fail(s, PKTRT_LIMIT, "instance %u, key %u: it reaches beyond the limit of %g", index, (unsigned)i,
-                         (double)PKTRT_MAX_COORD);
+      return pktrt__fail(s, PKTRT_LIMIT, "instance %u, key %u: it reaches beyond the limit of %g", index,
+                         (unsigned)(first + i / steps), (double)PKTRT_MAX_COORD);
   return PKTRT_OK;
+}
+/* Checks an instance's transforms. If it is rigid, checks the user's keys first, and fills in the places between them. */
+PKTRT__COLD pktrt_status pktrt__instance_fill(pktrt_scene *s, pktrt__instance *in, float *keys, unsigned index) {
+  const uint32_t steps = pktrt__instance_steps(in);
+  if (steps > 1) {
+    const uint32_t key_count = in->key_count;
+    pktrt_status st = PKTRT_OK;
+    in->key_count = 1; /* at a time */
+    for (uint32_t i = 0; i < key_count && st == PKTRT_OK; i += steps)
+      st = pktrt__instance_check(s, in, keys + 12 * (size_t)i, index, i / steps);
+    in->key_count = key_count;
+    if (st != PKTRT_OK) return st;
+    const unsigned other = (unsigned)pktrt__rigid_fill(keys, key_count);
+    if (other)
+      return pktrt__fail(s, PKTRT_INVALID_ARGUMENT,
+                         "instance %u: one of keys %u and %u is mirrored; mirror both or none", index, other - 1,
+                         other);
+  }
+  return pktrt__instance_check(s, in, keys, index, 0);
 }
 
 /* Puts the meshes that stand for those of the model where there is room for them. */
@@ -13343,7 +13531,7 @@ PKTRT__COLD bool pktrt__instance_make_room(pktrt_scene *s, pktrt__instance *in) 
 
 /* Adds an instance whose transforms are in place. */
 PKTRT__COLD pktrt_status pktrt__instance_add(pktrt_scene *s, pktrt__instance *in, uint32_t index) {
-  const pktrt_status st = pktrt__instance_check(s, in, in->keys, (unsigned)index);
+  const pktrt_status st = pktrt__instance_fill(s, in, in->keys, (unsigned)index);
   if (st != PKTRT_OK) return st;
   pktrt_mesh_desc box;
   float(*boxes)[9] = PKTRT__CAST(float(*)[9], pktrt__mem_alloc(&s->desc, in->key_count, sizeof *boxes));
@@ -13385,20 +13573,30 @@ PKTRT__NOINLINE pktrt_status pktrt__do_add_instance(pktrt_scene *s, const pktrt_
                        (unsigned)s->model_count);
   if (s->models[d->model]->removed)
     return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "instance %u: model %u was removed", i, (unsigned)d->model);
-  if (d->key_count > (PKTRT__MOTION ? PKTRT_MAX_KEYS : 1))
-    return pktrt__fail(s, PKTRT_LIMIT, "instance %u: key_count %u is above %u", i, (unsigned)d->key_count,
-                       PKTRT__MOTION ? PKTRT_MAX_KEYS : 1);
+  if ((int)d->interpolation < 0 || d->interpolation > PKTRT_INTERPOLATION_RIGID)
+    return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "instance %u: %d is no pktrt_interpolation", i,
+                       (int)d->interpolation);
+  const bool rigid = d->interpolation == PKTRT_INTERPOLATION_RIGID;
+  uint32_t most_keys = rigid ? (uint32_t)PKTRT__RIGID_KEYS : PKTRT_MAX_KEYS;
+  if (!PKTRT__MOTION) most_keys = 1;
+  if (d->key_count > most_keys)
+    return pktrt__fail(s, PKTRT_LIMIT, "instance %u: key_count %u is above %u%s", i, (unsigned)d->key_count,
+                       (unsigned)most_keys, rigid ? " of PKTRT_INTERPOLATION_RIGID" : "");
   pktrt__instance in;
   memset(&in, 0, sizeof in);
-  in.model = s->models[d->model], in.key_count = d->key_count ? d->key_count : 1;
+  in.model = s->models[d->model];
+  in.rigid = rigid && d->key_count > 1;
+  const uint32_t steps = pktrt__instance_steps(&in);
+  in.key_count = d->key_count ? (d->key_count - 1) * steps + 1 : 1;
   in.mask = d->mask ? d->mask : UINT32_MAX;
   in.first_mesh = pktrt__mesh_find_indices(s, in.model->mesh_count);
   if (in.model->total_triangles > PKTRT_MAX_TRIANGLES - s->total_triangles)
     return pktrt__fail(s, PKTRT_LIMIT, "instance %u: %u triangles more than the %u of the scene pass %u", i,
                        (unsigned)in.model->total_triangles, (unsigned)s->total_triangles, PKTRT_MAX_TRIANGLES);
   if (!pktrt__instance_make_room(s, &in)) return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "instance %u: no memory", i);
-  for (uint32_t k = 0; k < in.key_count; k++)
-    memcpy(in.keys + 12 * (size_t)k, d->transforms ? d->transforms + 12 * (size_t)k : identity, 12 * sizeof(float));
+  for (uint32_t k = 0; k * steps < in.key_count; k++)
+    memcpy(in.keys + 12 * (size_t)(k * steps), d->transforms ? d->transforms + 12 * (size_t)k : identity,
+           12 * sizeof(float));
   const pktrt_status st = pktrt__instance_add(s, &in, index);
   if (st != PKTRT_OK) pktrt__instance_free(s, &in);
   else if (instance) *instance = index;
@@ -13423,29 +13621,38 @@ PKTRT__COLD pktrt_status pktrt__instance_fit_box(pktrt_scene *s, uint32_t instan
   return st;
 }
 
-PKTRT__NOINLINE pktrt_status pktrt__do_set_transform(pktrt_scene *s, uint32_t instance, uint32_t key,
-                                                     const float *transform) {
-  if (!s) return PKTRT_INVALID_ARGUMENT;
-  const unsigned i = (unsigned)instance;
-  pktrt__instance *in = pktrt__instance_named(s, instance, "set_transform");
-  if (!in) return PKTRT_INVALID_ARGUMENT;
-  pktrt__instance changed = *in;
-  if (key >= in->key_count || !transform)
-    return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "set_transform: instance %u, key %u: %s", i, (unsigned)key,
-                       transform ? "there is no such key" : "the array is NULL");
+/* Exchanges keys, some of them `step` floats apart, for others. */
+PKTRT__COLD void pktrt__instance_exchange(float *keys, size_t step, float *others, uint32_t count) {
+  for (float *key = keys; count; count--, key += step) {
+    for (int i = 0; i < 12; i++) {
+      const float element = key[i];
+      key[i] = *others;
+      *others++ = element;
+    }
+  }
+}
+/* Replaces `count` of the user's keys of an instance, at most PKTRT__RIGID_KEYS, for the next commit or refit. */
+PKTRT__COLD pktrt_status pktrt__instance_replace(pktrt_scene *s, uint32_t instance, uint32_t first, uint32_t count,
+                                                 const float *given) {
+  pktrt__instance *in = &s->instances[instance], changed = *in;
+  const size_t step = 12 * (size_t)pktrt__instance_steps(in);
+  float keys[12 * PKTRT__RIGID_KEYS];
   if (!pktrt__instance_make_pending(s, in))
-    return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "set_transform: instance %u: no memory", i);
+    return pktrt__fail(s, PKTRT_OUT_OF_MEMORY, "instance %u: no memory", (unsigned)instance);
   if (!in->dirty) memcpy(in->pending, in->keys, in->key_count * 12 * sizeof(float));
-  float before[12], *at = in->pending + 12 * (size_t)key;
-  memcpy(before, at, sizeof before);
-  memcpy(at, transform, sizeof before);
-  pktrt_status st = pktrt__instance_check(s, &changed, in->pending, i);
+
+  float *const at = in->pending + first * step;
+  memcpy(keys, given, count * 12 * sizeof(float));
+  pktrt__instance_exchange(at, step, keys, count);
+  pktrt_status st = pktrt__instance_fill(s, &changed, in->pending, (unsigned)instance);
   if (st == PKTRT_OK) {
     st = pktrt__instance_fit_box(s, instance, in->pending, changed.kappa);
-    if (st != PKTRT_OK) pktrt__fail(s, st, "set_transform: instance %u: no memory", i);
+    if (st != PKTRT_OK) pktrt__fail(s, st, "instance %u: no memory", (unsigned)instance);
   }
+
   if (st != PKTRT_OK) {
-    memcpy(at, before, sizeof before);
+    pktrt__instance_exchange(at, step, keys, count);
+    if (step > 12) (void)pktrt__rigid_fill(in->pending, in->key_count);
     return st;
   }
   in->dirty = true;
@@ -13453,20 +13660,33 @@ PKTRT__NOINLINE pktrt_status pktrt__do_set_transform(pktrt_scene *s, uint32_t in
   return PKTRT_OK;
 }
 
+PKTRT__NOINLINE pktrt_status pktrt__do_set_transform(pktrt_scene *s, uint32_t instance, uint32_t key,
+                                                     const float *transform) {
+  if (!s) return PKTRT_INVALID_ARGUMENT;
+  const pktrt__instance *in = pktrt__instance_named(s, instance, "set_transform");
+  if (!in) return PKTRT_INVALID_ARGUMENT;
+  if (key >= pktrt__instance_key_count(in) || !transform)
+    return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "set_transform: instance %u, key %u: %s", (unsigned)instance,
+                       (unsigned)key, transform ? "there is no such key" : "the array is NULL");
+  return pktrt__instance_replace(s, instance, key, 1, transform);
+}
+
 PKTRT__NOINLINE pktrt_status pktrt__do_set_transforms(pktrt_scene *s, uint32_t instance, const float *keys) {
   if (!s) return PKTRT_INVALID_ARGUMENT;
   const unsigned i = (unsigned)instance;
   pktrt__instance *in = pktrt__instance_named(s, instance, "set_transforms");
   if (!in) return PKTRT_INVALID_ARGUMENT;
+  const uint32_t key_count = pktrt__instance_key_count(in);
   if (!keys)
     return pktrt__fail(s, PKTRT_INVALID_ARGUMENT, "set_transforms: instance %u: the array of %u keys is NULL", i,
-                       (unsigned)in->key_count);
+                       (unsigned)key_count);
+  if (key_count < in->key_count) return pktrt__instance_replace(s, instance, 0, key_count, keys);
   pktrt__instance changed = *in;
-  pktrt_status st = pktrt__instance_check(s, &changed, keys, i);
+  pktrt_status st = pktrt__instance_check(s, &changed, keys, i, 0);
   if (st != PKTRT_OK) return st;
   st = PKTRT_OUT_OF_MEMORY;
   if (pktrt__instance_make_pending(s, in)) st = pktrt__instance_fit_box(s, instance, keys, changed.kappa);
-  if (st != PKTRT_OK) return pktrt__fail(s, st, "set_transforms: instance %u: no memory", i);
+  if (st != PKTRT_OK) return pktrt__fail(s, st, "instance %u: no memory", i);
   memcpy(in->pending, keys, in->key_count * 12 * sizeof(float));
   in->dirty = true;
   in->kappa = pktrt__max(in->kappa, changed.kappa);

@@ -78,7 +78,7 @@ static pktrt_scene *open_scene(edge_memory *memory, pktrt_build_quality quality)
 
 /* Fills a scene with instances of a model up to the limit of triangles; returns how many it takes. */
 static uint32_t fill_with(pktrt_scene *s, uint32_t model) {
-  const pktrt_instance_desc at = {model, 0, NULL, 0};
+  const pktrt_instance_desc at = {model, 0, NULL, 0, PKTRT_INTERPOLATION_LINEAR};
   uint32_t count = 0;
   pktrt_status status;
   while ((status = pktrt_add_instance(s, &at, NULL)) == PKTRT_OK) count++;
@@ -145,7 +145,7 @@ static uint32_t smaller_by(int what, uint32_t round) {
 }
 
 static void add_next(replacement *r, int what, uint32_t round) {
-  const pktrt_instance_desc at = {r->models[round * 7 % PERIOD % 3], 0, NULL, 0};
+  const pktrt_instance_desc at = {r->models[round * 7 % PERIOD % 3], 0, NULL, 0, PKTRT_INTERPOLATION_LINEAR};
   pktrt_mesh_desc d = mesh_desc(r->of);
   d.triangle_count -= smaller_by(what, round);
   d.group = round % 3;
@@ -297,7 +297,7 @@ static void add_models(const history *h, pktrt_scene *s) {
 static pktrt_status add_thing(const history *h, pktrt_scene *s, const thing *t, uint32_t *index) {
   float at[12];
   const pktrt_mesh_desc d = thing_desc(h, t);
-  const pktrt_instance_desc place = {t->shape, 1, at, 0};
+  const pktrt_instance_desc place = {t->shape, 1, at, 0, PKTRT_INTERPOLATION_LINEAR};
   thing_transform(t, at);
   return t->instance ? pktrt_add_instance(s, &place, index) : pktrt_add_mesh(s, &d, index);
 }

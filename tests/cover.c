@@ -779,7 +779,7 @@ static void add_copies(pktrt_scene *s, const thing *t) {
     const float size = i & 1 ? -0.1875f : 0.1875f;
     const float place[12] = {size, 0,       0,     0.375f * (float)i - 1, 0, 0.1875f, 0.0625f, 0.25f, 0.0625f,
                              0,    0.1875f, 0.875f};
-    const pktrt_instance_desc d = {t->model, 1, place, 0};
+    const pktrt_instance_desc d = {t->model, 1, place, 0, PKTRT_INTERPOLATION_LINEAR};
     CHECK(pktrt_add_instance(s, &d, NULL) == PKTRT_OK, "%s", pktrt_last_error(s));
   }
 }

@@ -432,7 +432,7 @@ static size_t lit_pixels(double degrees, double turn, double scale, double away,
   const pktrt_scene_desc sd = scene_desc_of(isa, 0);
   pktrt_scene *s = pktrt_scene_create(&sd);
   const pktrt_mesh_desc d = mesh_desc(&m);
-  const pktrt_instance_desc placed = {0, 1, identity, 0};
+  const pktrt_instance_desc placed = {0, 1, identity, 0, PKTRT_INTERPOLATION_LINEAR};
   bool ok = s != NULL;
   if (instance) ok = ok && !pktrt_add_model(s, &d, 1, NULL) && !pktrt_add_instance(s, &placed, NULL);
   else ok = ok && !pktrt_add_mesh(s, &d, NULL);

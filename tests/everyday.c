@@ -189,7 +189,7 @@ static void models_are_removed(void) {
   CHECK(pktrt_intersect(s, &ray, &again) && same_bits(&hit, &again, sizeof hit), "the other model is seen");
   says_so(s, pktrt_remove_model(s, fine), "remove_model: model 1 was removed");
   says_so(s, pktrt_remove_model(s, 7), "remove_model: there is no model 7 among 2");
-  const pktrt_instance_desc d = {fine, 1, unmoved, 0};
+  const pktrt_instance_desc d = {fine, 1, unmoved, 0, PKTRT_INTERPOLATION_LINEAR};
   says_so(s, pktrt_add_instance(s, &d, NULL), "model 1 was removed");
   stage_commit(s);
   CHECK(add_ball(s, 2) == fine && add_ball(s, 0) == 2, "its index is given again");

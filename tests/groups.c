@@ -450,7 +450,7 @@ static pktrt_status add_model(const places *p, pktrt_scene *s, const bool *in, b
 }
 static void add_place(places *p, uint32_t k) {
   placed *x = &p->of[k];
-  const pktrt_instance_desc d = {x->model, x->key_count, x->keys, x->mask};
+  const pktrt_instance_desc d = {x->model, x->key_count, x->keys, x->mask, PKTRT_INTERPOLATION_LINEAR};
   uint32_t instance = PKTRT_NONE, of = PKTRT_NONE;
   CHECK(pktrt_add_instance(p->s, &d, &x->index) == PKTRT_OK, "%s", pktrt_last_error(p->s));
   for (x->first = 0; instance != x->index || of != 0; x->first++)
@@ -496,7 +496,7 @@ static pktrt_scene *seen_places(const places *p, uint32_t mask, uint32_t map[PLA
         any |= in[m];
         if (in[m]) map[(*n)++] = first + m;
       }
-      pktrt_instance_desc d = {0, x->key_count, x->keys, 0};
+      pktrt_instance_desc d = {0, x->key_count, x->keys, 0, PKTRT_INTERPOLATION_LINEAR};
       if (any)
         CHECK(!add_model(p, s, in, false, &d.model) && !pktrt_add_instance(s, &d, NULL), "%s", pktrt_last_error(s));
     }
@@ -753,7 +753,7 @@ static const char *const rounds_of[5] = {"one group", "a group each time", "gone
 static uint32_t go_round(pktrt_scene *s, int what, uint32_t round, const mesh *m) {
   uint32_t index[3], most = 0;
   for (uint32_t k = 0; k < 3; k++) {
-    const pktrt_instance_desc at = {k % 2, 1 + k % 2, NULL, round % 3};
+    const pktrt_instance_desc at = {k % 2, 1 + k % 2, NULL, round % 3, PKTRT_INTERPOLATION_LINEAR};
     static const float keys[24] = {1, 0, 0, 1, 0, 1, 0, 2, 0, 0, 1, 3, 1, 0, 0, 2, 0, 1, 0, 2, 0, 0, 1, 3};
     pktrt_instance_desc place = at;
     pktrt_mesh_desc d = mesh_desc(m);
@@ -829,7 +829,7 @@ static void open_both(parts *p) {
   parts_open(p, world_moving(0), SOME_IN_FEW, PKTRT_ISA_AUTO);
   memset(&model, 0, sizeof model);
   model.w = p->w;
-  const pktrt_instance_desc at = {0, 1, NULL, 0};
+  const pktrt_instance_desc at = {0, 1, NULL, 0, PKTRT_INTERPOLATION_LINEAR};
   CHECK(!add_model(&model, p->s, all, false, NULL) && !pktrt_add_instance(p->s, &at, NULL) &&
             !pktrt_add_instance(p->s, &at, NULL),
         "%s", pktrt_last_error(p->s));
@@ -906,7 +906,7 @@ static void failing_allocations_of_what_comes_again(void) {
   for (bool again = true; again; failed += again) {
     parts p;
     uint32_t index = 0;
-    const pktrt_instance_desc at = {0, 1, NULL, 0};
+    const pktrt_instance_desc at = {0, 1, NULL, 0, PKTRT_INTERPOLATION_LINEAR};
     open_both(&p), change_both(&p), settle(p.s, false);
     ask_few(&p, &before, RAYS);
     pktrt_mesh_desc d = piece_desc(&p, &p.of[3]);
@@ -979,7 +979,7 @@ static mesh picture_ball(uint32_t i) {
 /* A floor, a mirror, glass, moving balls and an instance, in groups or not; and more that is hidden, removed or never was. */
 static pktrt_scene *picture_scene(bool grouped, int more, pktrt_isa isa) {
   static const float aside[12] = {-0.4f, 0.1f, 0, 1.8f, 0, 0.3f, 0, -0.3f, 0.1f, 0, 0.5f, 0.5f};
-  const pktrt_instance_desc at = {0, 1, aside, 0};
+  const pktrt_instance_desc at = {0, 1, aside, 0, PKTRT_INTERPOLATION_LINEAR};
   const pktrt_scene_desc sd = scene_desc_of(isa, 0);
   pktrt_scene *s = pktrt_scene_create(&sd);
   const pktrt_material mirror = material_of(0.2, PKTRT_SPECULAR_MIRROR, 0.6),

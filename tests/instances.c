@@ -13,7 +13,7 @@ static uint32_t add_model(pktrt_scene *s, const world *w) {
   return model;
 }
 static uint32_t add_instance(pktrt_scene *s, uint32_t model, uint32_t keys, const float *transforms) {
-  const pktrt_instance_desc d = {model, keys, transforms, 0};
+  const pktrt_instance_desc d = {model, keys, transforms, 0, PKTRT_INTERPOLATION_LINEAR};
   uint32_t instance = PKTRT_NONE;
   CHECK(pktrt_add_instance(s, &d, &instance) == PKTRT_OK, "%s", pktrt_last_error(s));
   return instance;
@@ -343,7 +343,7 @@ static void needles_in_instances_have_their_normals(void) {
     pktrt_scene *s[2];
     uint32_t of = 0;
     for (int k = 0; k < 2; k++) s[k] = pktrt_scene_create(NULL);
-    const pktrt_instance_desc at = {0, 1, transform, 0};
+    const pktrt_instance_desc at = {0, 1, transform, 0, PKTRT_INTERPOLATION_LINEAR};
     CHECK(pktrt_add_model(s[0], &d, 1, &of) == PKTRT_OK && pktrt_add_instance(s[0], &at, NULL) == PKTRT_OK);
     d.positions = placed[0];
     CHECK(pktrt_add_mesh(s[1], &d, NULL) == PKTRT_OK);
@@ -443,7 +443,7 @@ static void mistakes_are_refused_by_name(void) {
   memcpy(through, identity, sizeof identity), memcpy(through + 12, identity, sizeof identity), through[12] = -1;
   memcpy(far, identity, sizeof identity), far[0] = far[3] = 1e30f;
   memcpy(nan, identity, sizeof identity), nan[7] = NAN;
-  pktrt_instance_desc d = {1, 1, NULL, 0};
+  pktrt_instance_desc d = {1, 1, NULL, 0, PKTRT_INTERPOLATION_LINEAR};
   says(s, pktrt_add_model(s, NULL, 1, NULL), no, "model 1: it has no meshes");
   bad.vertex_count = 1;
   says(s, pktrt_add_model(s, &bad, 1, NULL), no, "model 1: mesh 0");
@@ -499,7 +499,7 @@ static void allocations_that_fail_lose_nothing(void) {
     make_rays(&w, s, RAYS_RANDOM, 2, 0, rays, 256);
     ask(s, 1, rays, 256, &before);
     hooks.fail_at = n, hooks.failed = 0;
-    const pktrt_instance_desc more = {1, 1, aside, 0};
+    const pktrt_instance_desc more = {1, 1, aside, 0, PKTRT_INTERPOLATION_LINEAR};
     const bool all = !pktrt_add_model(s, &d, 1, NULL) && !pktrt_add_instance(s, &more, NULL) &&
                      !pktrt_set_transform(s, 0, 0, aside) && !pktrt_commit(s);
     hooks.fail_at = 0;

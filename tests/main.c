@@ -275,6 +275,7 @@ static void run_all(void) {
   suite_everyday();
   suite_cameras();
   suite_bent();
+  suite_rigid();
   suite_groups();
   suite_changes();
   suite_surfaces();

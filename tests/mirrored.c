@@ -254,7 +254,7 @@ static void add_bodies(pktrt_scene *s, const look *l, int side, const uint32_t *
     memcpy(keys, at[i], sizeof keys);
     CHECK(determinant(keys) < 0 && determinant(keys + 12) < 0, "instance %d is mirrored", i);
     take_mirror_out(keys, 2, side);
-    const pktrt_instance_desc d = {model, l->moves ? 2 : 1, keys, 0};
+    const pktrt_instance_desc d = {model, l->moves ? 2 : 1, keys, 0, PKTRT_INTERPOLATION_LINEAR};
     CHECK(pktrt_add_instance(s, &d, NULL) == PKTRT_OK, "%s", pktrt_last_error(s));
   }
   for (int i = 0; i < LOOKS; i++) mesh_free(&m[i]);
@@ -354,7 +354,7 @@ static void ball_is_the_ball(void) {
       uint32_t model;
       pktrt_mesh_desc d = mesh_desc(&ball);
       d.material = stage_material(s, &glass), d.normals = smooth ? ball.p : NULL;
-      const pktrt_instance_desc at = {0, 1, mirror, 0};
+      const pktrt_instance_desc at = {0, 1, mirror, 0, PKTRT_INTERPOLATION_LINEAR};
       if (placed == 2) turn_round(&ball); /* inside out, which is what the control sees */
       if (placed == 1) {
         CHECK(pktrt_add_model(s, &d, 1, &model) == PKTRT_OK && pktrt_add_instance(s, &at, NULL) == PKTRT_OK);
@@ -386,7 +386,7 @@ static void mirrors_are_set_anew(void) {
   static const float middle[3] = {0.1f, 0.2f, 0.15f};
   world w = world_of(mesh_box());
   const pktrt_mesh_desc m = mesh_desc(&w.m[0]);
-  const pktrt_instance_desc d = {0, 1, key[0], 0};
+  const pktrt_instance_desc d = {0, 1, key[0], 0, PKTRT_INTERPOLATION_LINEAR};
   pktrt_scene *s = stage_open();
   CHECK(pktrt_add_model(s, &m, 1, NULL) == PKTRT_OK && pktrt_add_instance(s, &d, NULL) == PKTRT_OK);
   stage_commit(s);
@@ -420,7 +420,7 @@ static void rays_leave_needles(void) {
     for (int a = 0; a < 3; a++)
       if (mirror >> a & 1) to[5 * a] = -1;
     const pktrt_mesh_desc m = mesh_desc(&needle);
-    const pktrt_instance_desc d = {0, 1, to, 0};
+    const pktrt_instance_desc d = {0, 1, to, 0, PKTRT_INTERPOLATION_LINEAR};
     pktrt_scene *s = stage_open();
     CHECK(pktrt_add_model(s, &m, 1, NULL) == PKTRT_OK && pktrt_add_instance(s, &d, NULL) == PKTRT_OK);
     stage_commit(s);

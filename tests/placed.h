@@ -18,7 +18,7 @@ static inline bool placement_fill(pktrt_scene *s, const placement *p) {
     ok = pktrt_add_model(s, &m, 1, NULL) == PKTRT_OK;
   }
   for (uint32_t i = 0; i < p->n && ok; i++) {
-    const pktrt_instance_desc d = {p->of[i], p->keys[i], p->transform[i], 0};
+    const pktrt_instance_desc d = {p->of[i], p->keys[i], p->transform[i], 0, PKTRT_INTERPOLATION_LINEAR};
     ok = pktrt_add_instance(s, &d, NULL) == PKTRT_OK;
   }
   return ok && pktrt_commit(s) == PKTRT_OK;

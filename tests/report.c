@@ -39,7 +39,7 @@ static pktrt_scene *make(const request *r) {
   if (r->texcoords) d.texcoords = ball.p; /* the first two of three */
   d.group = r->group, d.mask = r->placed ? 0 : r->mask;
   stage_mesh(s, &floor, 0);
-  const pktrt_instance_desc at = {0, 1, NULL, r->mask};
+  const pktrt_instance_desc at = {0, 1, NULL, r->mask, PKTRT_INTERPOLATION_LINEAR};
   CHECK((r->placed ? pktrt_add_model(s, &d, 1, NULL) || pktrt_add_instance(s, &at, NULL)
                    : pktrt_add_mesh(s, &d, NULL)) == 0,
         "%s", pktrt_last_error(s));

@@ -678,7 +678,7 @@ static void stack_bound(void) {
   for (int k = 0; k < 2 * isa_count; k++) { /* the second half: an instance beside */
     pktrt_scene *s = world_scene(&w, isas[k / 2], 0);
     const pktrt_mesh_desc ball = mesh_desc(&w.m[0]);
-    const pktrt_instance_desc at = {0, 1, NULL, 0};
+    const pktrt_instance_desc at = {0, 1, NULL, 0, PKTRT_INTERPOLATION_LINEAR};
     if (k % 2) CHECK(!pktrt_add_model(s, &ball, 1, NULL) && !pktrt_add_instance(s, &at, NULL) && !pktrt_commit(s));
     make_rays(&w, s, RAYS_CAMERA, 1, 0, rays, n);
     make_rays(&w, s, RAYS_EDGE, 1, 0, rays + n, n);

@@ -268,9 +268,10 @@ static pktrt_scene *make_scene(pktrt_isa isa) {
   CHECK(status[0] == PKTRT_OK && status[1] == PKTRT_OK, "%s", pktrt_last_error(s));
   float place[24] = {0.3f, 0.1f, 0, 3,    0, 0.4f, 0.2f, 1, 0.1f, 0, 0.7f, -1,
                      0.3f, 0.1f, 0, 3.3f, 0, 0.4f, 0.1f, 1, 0.1f, 0, 0.6f, -1};
-  pktrt_instance_desc in = {0, 2, place, 0};
+  pktrt_instance_desc in = {0, 2, place, 0, PKTRT_INTERPOLATION_LINEAR};
   uint32_t index[2] = {9, 9};
   CALL(pktrt_add_instance, status[0] = pktrt_add_instance(s, &in, &index[0]));
+  in.interpolation = PKTRT_INTERPOLATION_RIGID;
   CALL(pktrt_add_instance, status[1] = pktrt_add_instance(s, &in, &index[1]));
   CHECK(status[0] == PKTRT_OK && status[1] == PKTRT_OK, "%s", pktrt_last_error(s));
   CALL(pktrt_commit, status[0] = pktrt_commit(s));

@@ -143,7 +143,11 @@ static pktrt_scene *placed(const world *w, pktrt_isa isa, pktrt_build_quality qu
   bool ok = pktrt_add_model(s, &beams, 1, &model) == PKTRT_OK && pktrt_add_model(s, &floor, 1, &small) == PKTRT_OK;
   for (uint32_t i = 0; i < 300 && ok; i++) {
     const float along[12] = {4, 0, 0, 0.02f * (float)i, 0.25f, 1, 0.25f, -3, 0, 0, 4, -0.04f * (float)i};
-    const pktrt_instance_desc in = {i < 2 ? model : small, 1, i > 1 ? along : i ? turned : straight, 0};
+    const pktrt_instance_desc in = {i < 2 ? model : small, 1,
+                                    i > 1 ? along
+                                    : i   ? turned
+                                          : straight,
+                                    0, PKTRT_INTERPOLATION_LINEAR};
     ok = pktrt_add_instance(s, &in, NULL) == PKTRT_OK;
   }
   CHECK(ok && pktrt_commit(s) == PKTRT_OK, "%s", pktrt_last_error(s));

@@ -127,7 +127,7 @@ static void add_more(int scene) {
     const pktrt_mesh_desc mesh = described(ball);
     expect(now.s, pktrt_add_model(now.s, &mesh, 1, &model));
     for (uint32_t k = 1; k <= 2; k++) {
-      const pktrt_instance_desc at = {model, k, keys, 0};
+      const pktrt_instance_desc at = {model, k, keys, 0, PKTRT_INTERPOLATION_LINEAR};
       expect(now.s, pktrt_add_instance(now.s, &at, NULL));
     }
     free(ball);

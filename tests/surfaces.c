@@ -62,7 +62,7 @@ static void dressed_open(dressed *x, bool moving) {
   }
   CHECK(pktrt_add_model(x->s, d, SOURCES, NULL) == PKTRT_OK, "%s", pktrt_last_error(x->s));
   for (uint32_t i = 0; i < PLACES; i++) {
-    const pktrt_instance_desc at = {0, keys_of(i), x->transform[i], 0};
+    const pktrt_instance_desc at = {0, keys_of(i), x->transform[i], 0, PKTRT_INTERPOLATION_LINEAR};
     CHECK(pktrt_add_instance(x->s, &at, NULL) == PKTRT_OK, "%s", pktrt_last_error(x->s));
   }
   stage_commit(x->s);
@@ -641,7 +641,7 @@ static void checkered_picture(checker *c, int mode, float *pixels) {
   pktrt_mesh_desc d = mesh_desc(c->m), none = mesh_desc(&beside);
   d.material = none.material = stage_material(s, &look), d.texcoords = c->texcoords;
   static const float aside[12] = {0.6f, 0.2f, 0, 1.6f, 0, -0.7f, 0, 0.3f, 0.1f, 0, 0.5f, 0.4f};
-  const pktrt_instance_desc at = {0, 1, aside, 0};
+  const pktrt_instance_desc at = {0, 1, aside, 0, PKTRT_INTERPOLATION_LINEAR};
   CHECK(!pktrt_add_mesh(s, &d, NULL) && !pktrt_add_mesh(s, &none, NULL) && !pktrt_add_model(s, &d, 1, NULL) &&
             !pktrt_add_instance(s, &at, NULL),
         "%s", pktrt_last_error(s));
@@ -710,7 +710,7 @@ static mesh fence_of(int cut, uint32_t n) {
 }
 static void add_fence(pktrt_scene *s, int cut, uint32_t material, float z, uint32_t keys, bool placed) {
   static const float aside[12] = {-0.5f, 0.2f, 0, -1.3f, 0.1f, 0.6f, 0, 0.5f, 0.2f, 0, 0.5f, 0.9f};
-  const pktrt_instance_desc at = {0, 1, aside, 0};
+  const pktrt_instance_desc at = {0, 1, aside, 0, PKTRT_INTERPOLATION_LINEAR};
   mesh m = fence_of(cut, 9);
   mesh_shift(&m, 0, 0, z);
   if (keys > 1) mesh_move(&m, keys, 0.15f, 0, 1);

@@ -346,8 +346,8 @@ class Scene:
         return index[0]
 
     def add_instance(self, model, transforms, **fields):
-        """Places a model by a (3, 4) matrix, or by (keys, 3, 4) that it moves between; fields: mask. Returns its
-        index."""
+        """Places a model by a (3, 4) matrix, or by (keys, 3, 4) that it moves between; fields: mask, interpolation.
+        Returns its index."""
         _check_fields(ffi.typeof("pktrt_instance_desc"), fields, "add_instance", _OF_ARRAYS)
         keys = np.shape(transforms)[:-2]
         matrices = _values(transforms, np.dtype("f4"), ((None,) if keys else ()) + (3, 4), "transforms")

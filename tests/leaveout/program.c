@@ -162,7 +162,7 @@ static pktrt_status fill(pktrt_scene *s, const request *r) {
   pktrt_status status = pktrt_add_mesh(s, &ground, NULL);
 #ifndef PKTRT_NO_INSTANCES
   static const float aside[12] = {0.75f, 0.25f, 0, 0.5f, 0, 1, 0, 0, 0, 0, -1, 0.25f};
-  const pktrt_instance_desc place = {0, 1, aside, r->mask};
+  const pktrt_instance_desc place = {0, 1, aside, r->mask, PKTRT_INTERPOLATION_LINEAR};
   if (status == PKTRT_OK && r->placed) status = pktrt_add_model(s, &r->object, 1, NULL);
   if (status == PKTRT_OK && r->placed) status = pktrt_add_instance(s, &place, NULL);
 #endif

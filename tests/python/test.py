@@ -259,7 +259,7 @@ missed = [(call, name) for call, name, (kind, said) in taken
 check(not missed and len(taken) == 20, f"{len(taken)} arguments that arrays tell are refused {missed}")
 known = {call: sorted(dict(ffi.typeof("pktrt_" + desc).fields)) for call, desc in
          dict(add_mesh="mesh_desc", add_instance="instance_desc", render="render_desc").items()}
-free = dict(add_mesh={"material", "group", "mask"}, add_instance={"model", "mask"})
+free = dict(add_mesh={"material", "group", "mask"}, add_instance={"model", "mask", "interpolation"})
 arrays = {"positions", "normals", "texcoords", "transforms"}  # arguments by themselves
 check(all(set(known[call]) - set(described[call][1]) - arrays == free[call] for call in free),
       "no field of meshes and instances is left that could describe an array")

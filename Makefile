@@ -56,7 +56,7 @@ ifeq ($(MAKELEVEL),0)
 endif
 
 .PHONY: all demo effects deform view test-view mpi test-mpi web web-serve test-web test-web-node test-serve test-mesh-file readme-pictures test test-leaveout sanitize test-neon test-wasm matrix platforms checksum flags test-guards deps deps-extra deps-web format format-check clean help
-.PHONY: mutants map structure figures parts bench bench-check bench-plots bench-readme bench-pictures bench-tests peers exactness before instances error error-check error-before error-before-check error-before-samples leaveout leaveout-check leaveout-before weight weight-check weight-before
+.PHONY: mutants map structure figures parts bench bench-check bench-plots bench-readme bench-pictures bench-tests peers exactness before instances error error-check error-before error-before-check error-before-samples leaveout leaveout-check leaveout-before leaveout-everyday weight weight-check weight-before
 .PHONY: stability stability-neon stability-sanitize sanitize-threads fuzz
 .PHONY: bench-wasm bench-three
 .PHONY: install uninstall dist test-install test-dist
@@ -122,7 +122,8 @@ help:
 	@echo "weight      bytes and seconds to compile of usual builds, for the list in pktrt.h; weight-check that none weighs more;"
 	@echo "            weight-before beside those of commit BEFORE=..."
 	@echo "leaveout    what features cost where a scene has them not, in ten minutes; leaveout-check what must hold;"
-	@echo "            leaveout-before what pictures under point lights alone cost over the header of commit BEFORE=..."
+	@echo "            leaveout-everyday the part of it on what 0.19.0 brought; leaveout-before what pictures under point"
+	@echo "            lights alone cost over the header of commit BEFORE=..."
 	@echo "format      rewrites all C files by clang-format; format-check names those that it would change"
 	@echo "deps        installs what demo and test need      deps-extra  installs what the other targets need"
 	@echo "install     the header and its pkg-config file: PREFIX=/usr/local DESTDIR=        uninstall   takes them away"
@@ -812,6 +813,19 @@ weight-before: | $(RESULTS)
 leaveout-check:
 	$(BUILD) $(LEAVEOUT_BUILT)
 	$(LEAVEOUT_RUN) $(PIN) bench/leaveout.sh --check $(LEAVEOUT)
+	@$(MAKE) --no-print-directory leaveout-everyday
+
+# What scenes pay for the everyday things of 0.19.0 that they have not, over the header just before these.
+BEFORE_EVERYDAY = b5b2cc4
+leaveout-everyday:
+	$(CLONE)
+	mkdir -p $(LEAVEOUT)/everyday
+	git show $(BEFORE_EVERYDAY):pktrt.h >$(LEAVEOUT)/everyday/pktrt.h
+	$(BUILD) $(LEAVEOUT)/full
+	$(LEAVEOUT_CC) -DPKTRT_IMPLEMENTATION -x c -c $(LEAVEOUT)/everyday/pktrt.h -o $(LEAVEOUT)/everyday/full.o
+	$(LEAVEOUT_CC) -D_GNU_SOURCE -include $(LEAVEOUT)/everyday/pktrt.h bench/leaveout.c $(LEAVEOUT)/everyday/full.o \
+	  -o $(LEAVEOUT)/everyday/full $(LDFLAGS) $(LDLIBS)
+	ALL= QUERIES= SETS= $(PIN) bench/leaveout.sh --everyday $(LEAVEOUT)
 
 # What renders under point lights alone cost over the header of commit BEFORE.
 leaveout-before:

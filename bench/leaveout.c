@@ -3,14 +3,16 @@
 
      make leaveout                          all figures, in ten minutes; bench/leaveout.sh puts them together
      make leaveout-check                    what must hold, and that controls fail
-     leaveout FEATURE with|without render|intersect|occluded [mirror|moving|textured|lights]
+     leaveout FEATURE with|without render|intersect|occluded [mirror|moving|textured|lights|placed]
                                             one call; prints the bytes that the library reports
      leaveout race aside|across ROUNDS      time of rays past a moving mesh, against the same mesh at rest
      leaveout past aside|across static|moving coherent|incoherent intersect|occluded
                                             one call of these
 
    The library is linked to it: built in full, or with a PKTRT_NO_... switch. A word behind the call puts a mirror, a
-   moving sphere, textures or seven more lights into the scene, with the feature and without.
+   moving sphere, textures, seven more lights or a moving instance into the scene, with the feature and without.
+     MATERIALS (of triangles), POOL (of vertices that no triangle names), RIGID, BENT (normals of textures) and PARALLEL
+   (cameras) are no features that a switch leaves out: they are counted against the header of a commit before them.
 
    Contents: shapes, scene, call, race, main. */
 #include "bench.h"
@@ -94,6 +96,16 @@ static shape hills(void) {
 
 /* >>scene ---------------------------------------------------------------------------------------------------------- */
 
+/* What no switch leaves out, behind the bits of features; headers before 0.19.0 have none of it. */
+enum {
+  EVERYDAY_MATERIALS = 1 << 24,
+  EVERYDAY_POOL = 1 << 25,
+  EVERYDAY_RIGID = 1 << 26,
+  EVERYDAY_BENT = 1 << 27,
+  EVERYDAY_PARALLEL = 1 << 28
+};
+#define EVERYDAY (PKTRT_VERSION >= 1900)
+
 static void must(pktrt_scene *world, pktrt_status status) {
   if (status != PKTRT_OK) fatal(pktrt_last_error(world));
 }
@@ -105,9 +117,14 @@ static void add_desc(pktrt_scene *world, pktrt_mesh_desc *d, uint32_t features, 
   if (features & PKTRT_FEATURE_GROUPS) d->group = nth + 1, d->mask = 1u << nth;
 #ifndef PKTRT_NO_INSTANCES
   if (features & PKTRT_FEATURE_INSTANCES) {
+    static const float turned[12 * KEYS] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0.8f, 0, 0.6f, 0, 0, 1, 0, 0, -0.6f, 0, 0.8f, 0};
     pktrt_instance_desc at;
     memset(&at, 0, sizeof at);
     must(world, pktrt_add_model(world, d, 1, &at.model));
+    if (features & PKTRT_FEATURE_MOTION) at.key_count = KEYS, at.transforms = turned;
+#if EVERYDAY
+    if (features & EVERYDAY_RIGID) at.interpolation = PKTRT_INTERPOLATION_RIGID;
+#endif
     must(world, pktrt_add_instance(world, &at, NULL));
     return;
   }
@@ -124,9 +141,19 @@ static void add_shape(pktrt_scene *world, const shape *s, uint32_t features, uin
   d.positions = s->positions, d.vertex_count = s->vertices, d.indices = s->indices, d.triangle_count = s->triangles;
   d.normals = features & PKTRT_FEATURE_NORMALS ? s->normals : NULL;
   d.texcoords = features & PKTRT_FEATURE_SURFACES ? s->texcoords : NULL;
-  d.key_count = features & PKTRT_FEATURE_MOTION ? KEYS : 1;
+  /* An instance moves by itself. */
+  d.key_count = features & PKTRT_FEATURE_MOTION && !(features & PKTRT_FEATURE_INSTANCES) ? KEYS : 1;
+  if (features & EVERYDAY_POOL) d.triangle_count /= 2;
   must(world, pktrt_add_material(world, m, &d.material));
+#if EVERYDAY
+  uint32_t *const of_triangle = (uint32_t *)take(s->triangles, sizeof *of_triangle);
+  for (uint32_t i = 0; i < s->triangles; i++) of_triangle[i] = i % 2 ? d.material : 0;
+  if (features & EVERYDAY_MATERIALS) d.triangle_materials = of_triangle;
   add_desc(world, &d, features, nth);
+  free(of_triangle);
+#else
+  add_desc(world, &d, features, nth);
+#endif
 }
 
 static void checker(void *user, const pktrt_points *p) {
@@ -134,6 +161,13 @@ static void checker(void *user, const pktrt_points *p) {
   for (uint32_t i = 0; i < p->n; i++)
     for (int a = 0; a < 3; a++) p->albedo[a][i] *= (p->triangle[i] & 2) ? 1.0f : 0.5f;
 }
+
+#if EVERYDAY
+static void bumps(void *user, const pktrt_points *p) {
+  checker(user, p);
+  for (uint32_t i = 0; i < p->n; i++) p->normal_out[0][i] += (p->triangle[i] & 2) ? 0.1f : -0.1f;
+}
+#endif
 
 static void holes(void *user, const pktrt_points *p) {
   (void)user;
@@ -156,6 +190,9 @@ static pktrt_material look(uint32_t i, uint32_t features) {
   const bool reflects = m.specular == PKTRT_SPECULAR_MIRROR || m.specular == PKTRT_SPECULAR_CONDUCTOR;
   if (gloss && reflects) m.lobe = PKTRT_LOBE_PHONG, m.exponent = 50;
   if (i >= 2 && (features & PKTRT_FEATURE_TEXTURES)) m.texture = checker;
+#if EVERYDAY
+  if (m.texture && (features & EVERYDAY_BENT)) m.texture = bumps;
+#endif
   if (i == 2 && (features & PKTRT_FEATURE_SURFACES)) m.texture = holes, m.cutout = true;
   return m;
 }
@@ -222,7 +259,10 @@ static const plan plans[] = {
     {"CONDUCTOR", PKTRT_FEATURE_CONDUCTOR, PKTRT_MODE_WRT}, {"NORMALS", PKTRT_FEATURE_NORMALS, PKTRT_MODE_WRT},
     {"TEXTURES", PKTRT_FEATURE_TEXTURES, PKTRT_MODE_WRT},   {"INSTANCES", PKTRT_FEATURE_INSTANCES, PKTRT_MODE_WRT},
     {"GROUPS", PKTRT_FEATURE_GROUPS, PKTRT_MODE_WRT},       {"REMOVAL", PKTRT_FEATURE_REMOVAL, PKTRT_MODE_WRT},
-    {"SURFACES", PKTRT_FEATURE_SURFACES, PKTRT_MODE_WRT},   {"EVERYTHING", all_of_them, PKTRT_MODE_DRT}};
+    {"SURFACES", PKTRT_FEATURE_SURFACES, PKTRT_MODE_WRT},   {"EVERYTHING", all_of_them, PKTRT_MODE_DRT},
+    {"MATERIALS", EVERYDAY_MATERIALS, PKTRT_MODE_WRT},      {"POOL", EVERYDAY_POOL, PKTRT_MODE_WRT},
+    {"RIGID", EVERYDAY_RIGID, PKTRT_MODE_WRT},              {"BENT", EVERYDAY_BENT, PKTRT_MODE_WRT},
+    {"PARALLEL", EVERYDAY_PARALLEL, PKTRT_MODE_WRT}};
 enum { PLANS = sizeof plans / sizeof *plans };
 
 typedef struct work {
@@ -284,6 +324,9 @@ static void describe(work *w, uint32_t features, pktrt_mode mode, pktrt_stats *s
   d->pixels = (float *)take((size_t)RAYS * 3, sizeof(float));
   memcpy(d->camera.eye, eye, sizeof eye), memcpy(d->camera.target, target, sizeof target);
   for (int a = 0; a < 3; a++) d->background[a] = 0.5f, d->ambient[a] = 0.1f;
+#if EVERYDAY
+  if (features & EVERYDAY_PARALLEL) d->camera.projection = PKTRT_PROJECTION_ORTHOGRAPHIC, d->camera.width = 7;
+#endif
   if (features & PKTRT_FEATURE_LENS) d->camera.aperture = 0.3f;
   if (features & PKTRT_FEATURE_SHUTTER) d->camera.shutter = 0.5f;
   if (features & PKTRT_FEATURE_PAPER) d->path = w->query.path = PKTRT_PATH_PAPER;
@@ -299,7 +342,7 @@ static const plan *plan_of(const char *name) {
 
 /* Else what is counted would not be what the table says. */
 static void must_be_used(const plan *p, const work *w, bool with, const pktrt_scene_report *r) {
-  const uint32_t looked_at = p->feature & (w->which == RENDER ? ~0u : of_queries);
+  const uint32_t looked_at = p->feature & (w->which == RENDER ? all_of_them : of_queries);
   if ((r->used & looked_at) != (with ? looked_at : 0)) fatal("the report does not say what this call uses");
 }
 
@@ -311,6 +354,7 @@ static uint32_t features_in(const plan *p, bool with, const char *base) {
   if (!strcmp(base, "mirror")) features |= PKTRT_FEATURE_MIRROR;
   if (!strcmp(base, "textured")) features |= PKTRT_FEATURE_TEXTURES;
   if (!strcmp(base, "moving")) features |= PKTRT_FEATURE_MOTION;
+  if (!strcmp(base, "placed")) features |= PKTRT_FEATURE_MOTION | PKTRT_FEATURE_INSTANCES;
   return features;
 }
 

@@ -2,14 +2,16 @@
 # Puts together what bench/leaveout.c counts and measures, object sizes and times of compilation; see its head.
 #   leaveout.sh BUILD RESULTS     writes RESULTS/leaveout.csv and .md
 #   leaveout.sh --check BUILD     says what must hold, and that controls fail; exit status 1 if not
+#   leaveout.sh --everyday BUILD  says what scenes without the everyday things of 0.19.0 pay in BUILD/full over BUILD/everyday/full
 #   leaveout.sh --before BUILD    says what renders under point lights alone cost in BUILD/full over BUILD/before/full, likewise
 # BUILD holds programs and objects, named by the switches they were built with. From the Makefile: CC, PROVENANCE (a program), ALL (the name
 # with all switches of features), QUERIES (names of objects without renders; the first has one instruction set), SETS (names of
 # objects with other instruction sets than those of the default; the first has all).
 set -euo pipefail
 cd "$(dirname "$0")/.."
-check='' before=''
+check='' before='' everyday=''
 [ "${1:-}" != --check ] || check=yes
+[ "${1:-}" != --everyday ] || everyday=yes check=yes
 [ "${1:-}" != --before ] || before=yes check=yes
 [ -z "$check" ] || shift
 build=$1
@@ -246,6 +248,45 @@ against_before() {
   run "AREA_LIGHTS render" before before/full AREA_LIGHTS without render
   run "AREA_LIGHTS render" now full AREA_LIGHTS with render
 }
+# What everyday things cost scenes without them, over the header before them, in BUILD/everyday; and with them, as controls.
+against_everyday() {
+  local name base call
+  while read -r name base; do
+    for call in render intersect occluded; do
+      [ "$call" = render ] || case $name in BENT | PARALLEL | MATERIALS) continue ;; esac
+      run "$name $call $base" before everyday/full "$name" without $call $base
+      run "$name $call $base" now full "$name" without $call $base
+      run "$name $call $base" present full "$name" with $call $base
+    done
+  done <<<'MATERIALS
+POOL
+RIGID placed
+BENT textured
+PARALLEL'
+}
+claims_everyday() {
+  awk "$READ"'
+    function judge(control, sentence, figure, bar,   held) {
+      held = figure <= bar
+      if (held == control) bad++
+      printf "%s%s  %s: %.3f, wanted at most %.3f\n", control ? "control " : "", held ? "ok" : "FAILED", sentence, figure, bar
+    }
+    END {
+      for (i = 1; i <= n["cost"]; i++) {
+        name = names["cost", i]
+        judge(0, name ": percent of instructions over the header before it", more(cost(i, "now", "instructions"),
+          cost(i, "before", "instructions")), 0.3)
+        judge(0, name ": bytes", cost(i, "now", "bytes"), cost(i, "before", "bytes"))
+        judge(0, name ": bytes of a worker", cost(i, "now", "worker"), cost(i, "before", "worker"))
+        if (name ~ /^(BENT|PARALLEL|MATERIALS)/)
+          judge(1, name ", present: percent of instructions", more(cost(i, "present", "instructions"), cost(i, "before", "instructions")), 0.3)
+        if (name ~ /^(RIGID|MATERIALS)/)
+          judge(1, name ", present: bytes", cost(i, "present", "bytes"), cost(i, "before", "bytes"))
+      }
+      if (bad) printf "%d of these are not as they should be\n", bad
+      exit bad > 0
+    }' "$figures"
+}
 claims_before() {
   awk "$READ"'
     END {
@@ -265,6 +306,12 @@ claims_before() {
 }
 
 need valgrind
+if [ -n "$everyday" ]; then
+  echo part,name,variant,figure,value >"$figures"
+  against_everyday
+  claims_everyday
+  exit
+fi
 if [ -n "$before" ]; then
   echo part,name,variant,figure,value >"$figures"
   against_before

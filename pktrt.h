@@ -17701,11 +17701,11 @@ static float pktrt__surface_exponent(const pktrt_scene *scene, const pktrt__surf
 /* Normalises a vector as pktrt__vec_normalise does eight. Returns false if it is zero or not finite. */
 PKTRT__COLD bool pktrt__surface_normalise(float v[3]) {
   const float most = pktrt__maxf(fabsf(v[0]), pktrt__maxf(fabsf(v[1]), fabsf(v[2])));
-  if (!(most > 0 && most <= FLT_MAX)) return false;
-  for (int a = 0; a < 3; a++) v[a] /= most;
+  if (!(most > 0)) return false;
+  for (int a = 0; a < 3; a++) v[a] /= most; /* NaN if it is infinite */
   const float magnitude = sqrtf(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
   for (int a = 0; a < 3; a++) v[a] /= magnitude;
-  return magnitude < 2; /* not NaN */
+  return magnitude < 2;
 }
 
 /* Takes the vector that a texture wrote as the shading normal of surface k, no lower than a cosine of about 1/64. */
